@@ -186,16 +186,18 @@ typedef struct sc_job {
     int volume_box[3][2];         /**< if has_box: as sc_read_choice.voxels */
     sc_vec3 volume_box_mm[2];     /**< if has_box_mm: as sc_read_choice.corners */
     double volume_resample_mm[3]; /**< if has_resample: spacing along x, y, z */
-    char volume_box_where[160];   /**< "file:line" of level or box, for messages; may be empty */
-    bool has_volume_size;         /**< the volume is resampled by nearest label */
-    int volume_size[3];           /**< to this many voxels along x, y, z */
-    char labels[SC_PATH_BYTES];   /**< label table; empty: from the volume */
-    int labels_format;            /**< sc_table_format */
-    int overlap;                  /**< sc_overlap */
-    int appearance;               /**< sc_appearance */
-    sc_comparison compare;        /**< if has_compare */
-    sc_color_by color_by;         /**< if has_color_by */
-    sc_grey_options image;        /**< if has_image */
+    char volume_raw[160];         /**< if has_raw: as sc_read_choice.raw */
+    char volume_box_where[160]; /**< "file:line" of raw, level or box, for messages; may be empty */
+    bool has_volume_size;       /**< the volume is resampled by nearest label */
+    int volume_size[3];         /**< to this many voxels along x, y, z */
+    char labels[SC_PATH_BYTES]; /**< label table; empty: from the volume */
+    int labels_format;          /**< sc_table_format */
+    int overlap;                /**< sc_overlap */
+    char overlap_names[SC_OVERLAP_NAMES_BYTES]; /**< SC_OVERLAP_NAMES: as of sc_read_choice */
+    int appearance;                             /**< sc_appearance */
+    sc_comparison compare;                      /**< if has_compare */
+    sc_color_by color_by;                       /**< if has_color_by */
+    sc_grey_options image;                      /**< if has_image */
     sc_output output;
     sc_render_options render;
     sc_lighting light;
@@ -223,6 +225,7 @@ typedef struct sc_job {
     bool has_merge, has_keep, has_crop; /**< likewise */
     bool has_box, has_box_mm;           /**< likewise */
     bool has_level, has_resample;       /**< likewise */
+    bool has_raw;                       /**< likewise */
     bool has_phase;                     /**< volume_phase stands in the job itself */
     bool has_color_by;                  /**< tissues are coloured by values */
     bool has_compare;                   /**< several volumes are compared */

@@ -109,8 +109,11 @@ void sc_volume_formats(char *text, size_t size);
 /** Which label a voxel gets where masks of a directory, or segments in layers, overlap. */
 typedef enum sc_overlap {
     SC_OVERLAP_SMALLER, /**< that of the tissue with fewer voxels; of equal ones, the later */
-    SC_OVERLAP_ORDER    /**< that of the later, by name of the file or number of the segment */
+    SC_OVERLAP_ORDER,   /**< that of the later, by name of the file or number of the segment */
+    SC_OVERLAP_NAMES /**< that which a list names first; of those it does not name, as the first */
 } sc_overlap;
+/** Room for the names of sc_read_choice.overlap_names. */
+#define SC_OVERLAP_NAMES_BYTES 1024
 /** In what the box of a sc_read_choice is given. */
 typedef enum sc_read_box {
     SC_READ_ALL,    /**< there is no box */
@@ -131,15 +134,19 @@ void sc_phase_store_free(sc_phase_store *store);
 
 /** What of a volume file is read. Zeroed: all of it, in its finest resolution. */
 typedef struct sc_read_choice {
-    sc_overlap overlap;    /**< of masks and segments */
-    int level;             /**< of resolution of an OME-Zarr image, 0 the finest */
-    int phase;             /**< which volume of a file that holds those of several phases (4-D),
-                                counted from 1; 0: such a file is refused */
+    sc_overlap overlap;        /**< of masks and segments */
+    const char *overlap_names; /**< SC_OVERLAP_NAMES: names or globs (* ? [...]) of tissues, each
+                                  ended by a newline; borrowed */
+    int level;                 /**< of resolution of an OME-Zarr image, 0 the finest */
+    int phase;                 /**< which volume of a file that holds those of several phases (4-D),
+                                    counted from 1; 0: such a file is refused */
     sc_phase_store *store; /**< for those who read several phases of a file; borrowed; NULL: none */
     sc_read_box box;
     int voxels[3][2];   /**< SC_READ_VOXELS: along x, y, z the first voxel, and the one behind the
                              last */
     sc_vec3 corners[2]; /**< SC_READ_MM: two opposite corners */
+    const char *raw;    /**< the file has no header, and this line describes it: type, size, spacing
+                             (read_raw.c); borrowed; NULL or empty: it has one */
     const char *where;  /**< "file:line" for messages; NULL: none */
     bool is_image;      /**< a grey volume is read: for messages */
 } sc_read_choice;
@@ -240,6 +247,8 @@ typedef enum sc_table_format {
                             column  "opacity" are percent if none is above 100 */
     SC_TABLE_JSON,       /**< Neuroglancer, OME-Zarr, NiiVue, nnU-Net; lists of objects, and maps
                               between numbers and names; levels as of SC_TABLE_DELIMITED */
+    SC_TABLE_NAMES /**< a number and a name, such as "1 spleen", "1,spleen" or the class lists of
+                        TotalSegmentator in Python: 1: "spleen", */
 } sc_table_format;
 
 /** Rows of a label table, in the order of the file. Zero-initialise; sc_label_table_clear frees. */
@@ -247,8 +256,6 @@ typedef struct sc_label_table {
     sc_label *rows;         /**< [capacity], the first count of which are used; owned */
     size_t count, capacity; /**< in rows */
 } sc_label_table;
-    SC_TABLE_NAMES /**< a number and a name, such as "1 spleen", "1,spleen" or the class lists of
-                        TotalSegmentator in Python: 1: "spleen", */
 /** Free the rows and set the table to zero. */
 void sc_label_table_clear(sc_label_table *table);
 /** Append a copy of @p row. @return SC_ERR_MEMORY, the table unchanged. */

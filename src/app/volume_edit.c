@@ -428,7 +428,7 @@ out:
 bool sc_edits_volume(const sc_job *job)
 {
     return job->volume_tissue_count || job->crop.kind != SC_CROP_NONE || job->has_level ||
-           job->has_phase || job->has_box || job->has_box_mm || job->has_resample;
+           job->has_phase || job->has_box || job->has_box_mm || job->has_resample || job->has_raw;
 }
 
 void sc_forget_volume_edits(sc_job *job)
@@ -438,29 +438,32 @@ void sc_forget_volume_edits(sc_job *job)
     job->volume_tissue_count = 0;
     job->crop.kind = SC_CROP_NONE;
     job->volume_level = job->volume_phase = 0;
-    job->has_merge = job->has_keep = job->has_crop = false;
+    job->has_merge = job->has_keep = job->has_crop = job->has_raw = false;
     job->has_resample = job->has_level = job->has_box = job->has_box_mm = job->has_phase = false;
 }
 
 sc_status sc_read_choice_of(const sc_app *app, const sc_job *job, sc_read_choice *out)
 {
     sc_read_choice choice = {.overlap = (sc_overlap)job->overlap,
+                             .overlap_names = job->overlap_names,
                              .level = job->volume_level,
                              .phase = job->volume_phase,
                              .store = app->phase_store,
                              .box = job->has_box      ? SC_READ_VOXELS
                                     : job->has_box_mm ? SC_READ_MM
                                                       : SC_READ_ALL,
+                             .raw = job->has_raw ? job->volume_raw : NULL,
                              .where = job->volume_box_where};
 
     if (sc_job_is_phantom(job->volume) &&
-        (choice.level || choice.phase || choice.box != SC_READ_ALL))
+        (choice.level || choice.phase || choice.box != SC_READ_ALL || choice.raw))
         return sc_fail(app->ctx, SC_ERR_DATA,
                        "%s: %s is for files, and %s is computed; expected crop for a part of it, "
                        "and phantom:128x96x128 for another resolution",
                        job->volume_box_where,
                        choice.level   ? "level"
                        : choice.phase ? "phase"
+                       : choice.raw   ? "raw"
                                       : "a box",
                        job->volume);
     memcpy(choice.voxels, job->volume_box, sizeof choice.voxels);

@@ -8,7 +8,6 @@
 #include <string.h>
 
 #define ORBIT_AND_VIEWS "orbit views"
-#define LABEL_COMMANDS "orbit views info init prepare"
 
 /* ---- output ---- */
 
@@ -260,12 +259,9 @@ static const sc_choice table_formats[] = {{"auto", SC_TABLE_AUTO},
                                           {"itksnap", SC_TABLE_ITKSNAP},
                                           {"xml", SC_TABLE_XML},
                                           {"csv", SC_TABLE_DELIMITED},
-                                          {"names", SC_TABLE_NAMES},
                                           {"json", SC_TABLE_JSON},
+                                          {"names", SC_TABLE_NAMES},
                                           {NULL, 0}};
-
-static const sc_choice overlaps[] = {
-    {"smaller", SC_OVERLAP_SMALLER}, {"order", SC_OVERLAP_ORDER}, {NULL, 0}};
 
 static const sc_choice appearances[] = {{"table", SC_APPEARANCE_TABLE},
                                         {"anatomy", SC_APPEARANCE_ANATOMY},
@@ -331,12 +327,13 @@ const sc_key sc_job_keys[] = {
      .choices = table_formats, .outside_identity = true,
      .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS " tables"},
      .of_film = true},
-    {"overlap", &sc_type_choice, offsetof(sc_job, overlap), "smaller",
+    {"overlap", &sc_type_overlap, 0, "smaller",
      .help = "which tissue has a voxel that several masks of a directory, or segments of a "
              ".seg.nrrd or DICOM SEG, cover; smaller: the one with fewer voxels, order: the last "
-             "of them",
-     .choices = overlaps, .outside_identity = true,
-     .option = &(const sc_key_option){"overlap", "NAME", LABEL_COMMANDS}, .of_film = true},
+             "of them, [tumour, \"*artery\"]: the one that this list names first, or else the "
+             "smaller",
+     .outside_identity = true, .option = &(const sc_key_option){"overlap", "NAME", LABEL_COMMANDS},
+     .of_film = true},
     {"appearance", &sc_type_choice, offsetof(sc_job, appearance), "table",
      .help = "colours of the tissues. table: those of the label table; a tissue without one there "
              "has that of anatomy, or else a distinct one. anatomy: those that anatomists expect, "

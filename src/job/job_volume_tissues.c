@@ -219,3 +219,110 @@ const sc_value_type sc_type_merged_tissues = {
     .write = write_merge,
     .schema = merge_schema,
 };
+
+/* ---- overlaps ---- */
+
+static const char *const overlap_words[] = {"smaller", "order"}; /* as sc_overlap */
+
+/* Add a name of @p length bytes to job->overlap_names, of which *used are used. @return whether it
+ * is one, and there is room. */
+static bool add_overlap_name(sc_job *job, const char *name, size_t length, size_t *used)
+{
+    if (!length || memchr(name, '\n', length) || *used + length + 2 > sizeof job->overlap_names)
+        return false;
+    memcpy(job->overlap_names + *used, name, length);
+    *used += length;
+    memcpy(job->overlap_names + (*used)++, "\n", 2);
+    return true;
+}
+
+/* Read "[a, b]", as an option has it. @return whether it is such a list. */
+static bool read_overlap_text(sc_job *job, const char *text, size_t *used)
+{
+    if (*text++ != '[')
+        return false;
+    for (;;) {
+        const char *end, *begin = text + strspn(text, " ");
+        const char quote = *begin == '"' || *begin == '\'' ? *begin : '\0';
+        size_t length;
+
+        begin += quote != '\0';
+        length = strcspn(begin, quote == '"' ? "\"" : quote ? "'" : ",]");
+        end = begin + length + (quote && begin[length]);
+        while (!quote && length && begin[length - 1] == ' ')
+            length--;
+        end += strspn(end, " ");
+        if (!add_overlap_name(job, begin, length, used))
+            return false;
+        if (*end != ',')
+            return !strcmp(end, "]");
+        text = end + 1;
+    }
+}
+
+/* Read a word, or a list of names into job->overlap_names. */
+static sc_status read_overlap(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                              void *value)
+{
+    sc_job *job = value;
+    size_t used = 0;
+
+    for (int i = 0; i < 2 && node->kind == SC_YAML_SCALAR; i++) {
+        if (!strcmp(node->text, overlap_words[i])) {
+            job->overlap = i;
+            job->overlap_names[0] = '\0';
+            return SC_OK;
+        }
+    }
+    if (node->kind == SC_YAML_SCALAR ? !read_overlap_text(job, node->text, &used)
+                                     : node->kind != SC_YAML_LIST || !node->count)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    for (size_t i = 0; i < node->count && node->kind == SC_YAML_LIST; i++) {
+        sc_yaml named = *node->items[i];
+
+        named.key = node->key; /* for the message: items of a list have no key of their own */
+        if (named.kind != SC_YAML_SCALAR)
+            return sc_wrong_type(ctx, &named, key->type->expected);
+        if (!add_overlap_name(job, named.text, strlen(named.text), &used))
+            return sc_wrong_type(ctx, &named, "names of 1023 bytes together at most");
+    }
+    job->overlap = SC_OVERLAP_NAMES;
+    return SC_OK;
+}
+
+static sc_status write_overlap(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                               sc_text *text)
+{
+    const sc_job *job = value;
+    char name[SC_OVERLAP_NAMES_BYTES];
+    sc_status status;
+
+    (void)key;
+    (void)indent;
+    if (job->overlap != SC_OVERLAP_NAMES)
+        return sc_text_add(ctx, text, "%s", overlap_words[job->overlap]);
+    SC_TRY(sc_text_add(ctx, text, "["));
+    for (const char *at = job->overlap_names; *at; at += strlen(name) + 1) {
+        snprintf(name, sizeof name, "%.*s", (int)strcspn(at, "\n"), at);
+        SC_TRY(sc_text_add(ctx, text, "%s", at > job->overlap_names ? ", " : ""));
+        SC_TRY(sc_write_quoted(ctx, name, text));
+    }
+    status = sc_text_add(ctx, text, "]");
+out:
+    return status;
+}
+
+static json_t *overlap_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[{s:[ss]}, {s:s, s:i, s:{s:s}}]}", "anyOf", "enum", overlap_words[0],
+                     overlap_words[1], "type", "array", "minItems", 1, "items", "type", "string");
+}
+
+const sc_value_type sc_type_overlap = {
+    .name = "smaller, order, or names",
+    .expected = "smaller, order, or a list of tissues: [tumour, \"*artery\"]",
+    .read = read_overlap,
+    .write = write_overlap,
+    .schema = overlap_schema,
+};

@@ -50,6 +50,18 @@ static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
     return SC_OK;
 }
 
+bool sc_is_gzip(const char *path)
+{
+    static const unsigned char mark[2] = {0x1f, 0x8b};
+    unsigned char begin[2] = {0};
+    FILE *file = fopen(path, "rb");
+    const bool is_read = file && fread(begin, 1, sizeof begin, file) == sizeof begin;
+
+    if (file)
+        fclose(file);
+    return is_read && !memcmp(begin, mark, sizeof mark);
+}
+
 static bool starts_with(const head *h, const char *magic, size_t length)
 {
     return h->count >= length && !memcmp(h->bytes, magic, length);
@@ -164,8 +176,8 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: begins with bytes %02x %02x %02x %02x, expected NRRD (\"NRRD\"), NIfTI "
                    "(348 or 540), MGH, TIFF, MetaImage or DICOM SEG; 3D Slicer and ITK-SNAP can "
-                   "save segmentations of "
-                   "many other formats as .nrrd or .nii.gz",
+                   "save segmentations of many other formats as .nrrd or .nii.gz; voxels without "
+                   "a header are described by a line: --raw \"uint8 256x256x128 1x1x1.5 mm\"",
                    path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
 }
 

@@ -13,7 +13,7 @@ enum { PAIRS_MAX = 1024 /* for so many segments, voxels are counted for each two
 typedef struct layering {
     const sc_ctx *ctx;
     const char *path;
-    sc_overlap overlap;
+    const sc_overlap_rule *rule;
     sc_source *source;
     size_t count;     /* of segments */
     int64_t *last;    /* [layers]: the value that was looked up last in each layer, */
@@ -89,7 +89,8 @@ static size_t paint_voxel(layering *l, const int64_t *values, const uint64_t *vo
         if (segment == l->count || segment == best)
             continue;
         if (best == l->count ||
-            sc_overlap_wins(l->overlap, voxels[segment], segment, voxels[best], best))
+            sc_overlap_wins(l->rule, (sc_contender){voxels[segment], segment, segment},
+                            (sc_contender){voxels[best], best, best}))
             best = segment;
         else
             loser = segment;
@@ -170,13 +171,14 @@ static void replace_voxels(sc_source *source, void *labels)
     source->layers = 1;
 }
 
-sc_status sc_load_layers(const sc_ctx *ctx, const char *path, sc_overlap overlap, sc_source *source)
+sc_status sc_load_layers(const sc_ctx *ctx, const char *path, const sc_overlap_rule *rule,
+                         sc_source *source)
 {
     const size_t voxels = sc_source_voxels(source), count = source->table.count;
     const size_t layers = (size_t)source->layers;
     const size_t wanted =
         (size_t)source->part[0] * (size_t)source->part[1] * (size_t)source->part[2];
-    layering l = {.ctx = ctx, .path = path, .overlap = overlap, .source = source, .count = count};
+    layering l = {.ctx = ctx, .path = path, .rule = rule, .source = source, .count = count};
     void *last = NULL, *found = NULL, *counts = NULL, *block = NULL, *labels = NULL, *pairs = NULL;
     sc_status status;
 
@@ -196,7 +198,7 @@ sc_status sc_load_layers(const sc_ctx *ctx, const char *path, sc_overlap overlap
     sc_stage_begin(ctx, "reading", 0, 2 * voxels);
     SC_TRY(pass(&l, false, counts, block));
     SC_TRY(pass(&l, true, counts, block));
-    sc_overlap_warn(ctx, path, "segments", overlap, &l.overlaps, &source->table);
+    sc_overlap_warn(ctx, path, "segments", rule, &l.overlaps, &source->table);
     if (l.unnamed)
         sc_warn(ctx,
                 "%s: %llu voxels of its layers hold a value that no segment has; they are "

@@ -201,7 +201,7 @@ typedef struct mask_reading {
 typedef struct painting {
     const sc_ctx *ctx;
     const char *path;
-    sc_overlap overlap;
+    const sc_overlap_rule *rule;
     sc_source *source;
     size_t voxels;          /* of the part that is wanted */
     int bytes;              /* of a label: 1 or 2 */
@@ -387,10 +387,18 @@ out:
     return status;
 }
 
+/* @return whether mask @p i has what it and mask @p other cover. */
+static bool wins_over(const painting *p, size_t i, size_t other)
+{
+    const sc_mask *masks = p->source->masks;
+
+    return sc_overlap_wins(p->rule, (sc_contender){masks[i].voxels, i, i},
+                           (sc_contender){masks[other].voxels, other, other});
+}
+
 /* Give the voxels of mask @p i, by its bits, its label, but for those that an earlier one keeps. */
 static void paint(painting *p, size_t i, const uint64_t *mask)
 {
-    const sc_mask *masks = p->source->masks;
     const size_t words = words_of(p->voxels);
     uint8_t *narrow = p->bytes == 1 ? p->labels : NULL;
     uint16_t *wide = p->bytes == 1 ? NULL : p->labels;
@@ -404,8 +412,7 @@ static void paint(painting *p, size_t i, const uint64_t *mask)
             if (earlier) {
                 p->twice[word] |= bits & -bits;
                 p->lost[earlier]++;
-                if (!sc_overlap_wins(p->overlap, masks[i].voxels, i, masks[earlier - 1].voxels,
-                                     earlier - 1))
+                if (!wins_over(p, i, earlier - 1))
                     continue;
             }
             if (narrow)
@@ -415,8 +422,7 @@ static void paint(painting *p, size_t i, const uint64_t *mask)
         }
     }
     for (size_t k = 1; k <= i; k++) {
-        const bool wins =
-            sc_overlap_wins(p->overlap, masks[i].voxels, i, masks[k - 1].voxels, k - 1);
+        const bool wins = wins_over(p, i, k - 1);
 
         if (p->lost[k] <= p->count.most)
             continue;
@@ -436,7 +442,7 @@ static sc_status report(painting *p)
 
     for (size_t i = 0; i < words_of(p->voxels); i++)
         p->count.voxels += (uint64_t)__builtin_popcountll(p->twice[i]);
-    sc_overlap_warn(p->ctx, p->path, "masks", p->overlap, &p->count, &p->source->table);
+    sc_overlap_warn(p->ctx, p->path, "masks", p->rule, &p->count, &p->source->table);
     for (size_t i = 0; i < p->source->mask_count; i++) {
         if (p->source->masks[i].voxels == 0 && empty++ < 8)
             SC_TRY(sc_text_add(p->ctx, &names, "%s%s", empty > 1 ? ", " : "", rows[i].name));
@@ -486,13 +492,14 @@ static size_t threads_for(const sc_ctx *ctx, size_t masks)
     return ctx->threads < 1 ? 1 : (size_t)ctx->threads < most ? (size_t)ctx->threads : most;
 }
 
-sc_status sc_load_masks(const sc_ctx *ctx, const char *path, sc_overlap overlap, sc_source *source)
+sc_status sc_load_masks(const sc_ctx *ctx, const char *path, const sc_overlap_rule *rule,
+                        sc_source *source)
 {
     const int *part = source->part;
     const size_t masks = source->mask_count;
     painting p = {.ctx = ctx,
                   .path = path,
-                  .overlap = overlap,
+                  .rule = rule,
                   .source = source,
                   .voxels = (size_t)part[0] * (size_t)part[1] * (size_t)part[2],
                   .threads = threads_for(ctx, masks),

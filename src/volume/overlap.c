@@ -2,17 +2,95 @@
 /* Voxels that belong to several tissues: which one has them, and what the user is told. */
 #include "source.h"
 
-bool sc_overlap_wins(sc_overlap overlap, uint64_t voxels, size_t place, uint64_t other_voxels,
-                     size_t other_place)
+#include <ctype.h>
+#include <fnmatch.h>
+#include <limits.h>
+#include <string.h>
+
+/* Copy a name to out[SC_NAME_BYTES] in lower case, with blanks for _ and -. */
+static void plain_name(const char *name, size_t length, char *out)
 {
-    if (overlap == SC_OVERLAP_SMALLER && voxels != other_voxels)
-        return voxels < other_voxels;
-    return place > other_place;
+    size_t i = 0;
+
+    for (; i < length && i < SC_NAME_BYTES - 1; i++)
+        out[i] = name[i] == '_' || name[i] == '-' ? ' ' : (char)tolower((unsigned char)name[i]);
+    out[i] = '\0';
 }
 
-void sc_overlap_warn(const sc_ctx *ctx, const char *path, const char *what, sc_overlap overlap,
-                     const sc_overlap_count *count, const sc_label_table *table)
+/* Give all rows that the name or glob at @p name fits, and no earlier one, the rank @p rank. */
+static sc_status rank_rows(const sc_ctx *ctx, const char *path, const char *name, size_t length,
+                           int rank, const sc_label_table *table, int *ranks)
 {
+    char pattern[SC_NAME_BYTES], row[SC_NAME_BYTES];
+    bool fits = false;
+
+    plain_name(name, length, pattern);
+    for (size_t i = 0; i < table->count; i++) {
+        plain_name(table->rows[i].name, strlen(table->rows[i].name), row);
+        if (strcmp(pattern, row) != 0 && fnmatch(pattern, row, 0) != 0)
+            continue;
+        fits = true;
+        ranks[i] = ranks[i] < rank ? ranks[i] : rank;
+    }
+    if (!fits)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: overlap: no tissue is called \"%.*s\"; expected names or globs of its "
+                       "masks or segments, such as \"%s\"",
+                       path, (int)length, name, table->count ? table->rows[0].name : "tumour");
+    return SC_OK;
+}
+
+sc_status sc_overlap_rule_make(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                               const sc_label_table *table, sc_overlap_rule *out)
+{
+    sc_overlap_rule rule = {.overlap = choice->overlap};
+    const char *name = choice->overlap_names;
+    void *block;
+    sc_status status = SC_OK;
+
+    if (choice->overlap == SC_OVERLAP_NAMES) {
+        SC_TRY(sc_alloc(ctx, table->count + 1, sizeof *rule.ranks, &block));
+        rule.ranks = block;
+        for (size_t i = 0; i < table->count; i++)
+            rule.ranks[i] = INT_MAX;
+    }
+    for (int rank = 0; rule.ranks && name && *name; rank++) {
+        const size_t length = strcspn(name, "\n");
+
+        SC_TRY(rank_rows(ctx, path, name, length, rank, table, rule.ranks));
+        name += length + (name[length] == '\n');
+    }
+    *out = rule;
+    rule.ranks = NULL;
+out:
+    sc_free(rule.ranks);
+    return status;
+}
+
+void sc_overlap_rule_clear(sc_overlap_rule *rule)
+{
+    sc_free(rule->ranks);
+    *rule = (sc_overlap_rule){0};
+}
+
+bool sc_overlap_wins(const sc_overlap_rule *rule, sc_contender one, sc_contender other)
+{
+    if (rule->ranks && rule->ranks[one.row] != rule->ranks[other.row])
+        return rule->ranks[one.row] < rule->ranks[other.row];
+    if (rule->overlap != SC_OVERLAP_ORDER && one.voxels != other.voxels)
+        return one.voxels < other.voxels;
+    return one.place > other.place;
+}
+
+void sc_overlap_warn(const sc_ctx *ctx, const char *path, const char *what,
+                     const sc_overlap_rule *rule, const sc_overlap_count *count,
+                     const sc_label_table *table)
+{
+    static const struct {
+        const char *shown, *name;
+    } rules[] = {[SC_OVERLAP_SMALLER] = {"the smallest of them", "smaller"},
+                 [SC_OVERLAP_ORDER] = {"the last of them", "order"},
+                 [SC_OVERLAP_NAMES] = {"that which is named first, or else the smallest", "names"}};
     sc_text pair = {0};
 
     if (!count->voxels)
@@ -21,9 +99,8 @@ void sc_overlap_warn(const sc_ctx *ctx, const char *path, const char *what, sc_o
                                    table->rows[count->winner].name, table->rows[count->loser].name,
                                    (unsigned long long)count->most) != SC_OK)
         return; /* the allocation has told so */
-    sc_warn(ctx, "%s: %llu voxel%s to several %s; each is shown as the %s of them (overlap: %s)%s",
-            path, (unsigned long long)count->voxels, count->voxels == 1 ? " belongs" : "s belong",
-            what, overlap == SC_OVERLAP_SMALLER ? "smallest" : "last",
-            overlap == SC_OVERLAP_SMALLER ? "smaller" : "order", pair.data ? pair.data : "");
+    sc_warn(ctx, "%s: %llu voxel%s to several %s; each is shown as %s (overlap: %s)%s", path,
+            (unsigned long long)count->voxels, count->voxels == 1 ? " belongs" : "s belong", what,
+            rules[rule->overlap].shown, rules[rule->overlap].name, pair.data ? pair.data : "");
     sc_text_clear(&pair);
 }

@@ -291,7 +291,7 @@ typedef struct painting {
     const sc_ctx *ctx;
     const char *path;
     volume_file *file;
-    sc_overlap overlap;
+    const sc_overlap_rule *rule;
     uint16_t *labels; /* [voxels] */
     uint64_t *voxels; /* [SEGMENTS_MAX], of each segment */
     uint8_t *twice;   /* [pixels] of a slice: whether more than one segment covers it */
@@ -326,7 +326,8 @@ static sc_status count_voxels(painting *p)
 static int settle(painting *p, size_t k, int one, int other)
 {
     const bool wins =
-        sc_overlap_wins(p->overlap, p->voxels[one], (size_t)one, p->voxels[other], (size_t)other);
+        sc_overlap_wins(p->rule, (sc_contender){p->voxels[one], (size_t)one, p->rows[one]},
+                        (sc_contender){p->voxels[other], (size_t)other, p->rows[other]});
     const size_t winner = p->rows[wins ? one : other], loser = p->rows[wins ? other : one];
 
     p->count.voxels += !p->twice[k];
@@ -365,13 +366,13 @@ static sc_status paint(painting *p)
 }
 
 /* sc_load_fn of segments in frames of their own. */
-static sc_status load(const sc_ctx *ctx, const char *path, sc_overlap overlap, sc_source *source)
+static sc_status load(const sc_ctx *ctx, const char *path, const sc_overlap_rule *rule,
+                      sc_source *source)
 {
     volume_file *f = source->data;
     const sc_label_table *table = &source->table;
     const size_t voxels = sc_source_voxels(source);
-    painting p = {
-        .ctx = ctx, .path = path, .file = f, .overlap = overlap, .segments = table->count};
+    painting p = {.ctx = ctx, .path = path, .file = f, .rule = rule, .segments = table->count};
     void *labels = NULL, *counts = NULL, *twice = NULL, *rows = NULL, *pairs = NULL;
     sc_status status;
 
@@ -397,7 +398,7 @@ static sc_status load(const sc_ctx *ctx, const char *path, sc_overlap overlap, s
     sc_stage_begin(ctx, "reading", 0, 2 * (uint64_t)f->count * f->pixels);
     SC_TRY(count_voxels(&p));
     SC_TRY(paint(&p));
-    sc_overlap_warn(ctx, path, "segments", overlap, &p.count, table);
+    sc_overlap_warn(ctx, path, "segments", rule, &p.count, table);
     release(f);
     source->encoding = SC_ENCODING_LOADED;
     source->data = labels;

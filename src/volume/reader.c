@@ -192,7 +192,9 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
     struct stat info;
     sc_status status;
 
-    if (!stat(path, &info) && S_ISDIR(info.st_mode) && sc_zarr_is_node(path)) {
+    if (choice->raw && choice->raw[0] && !choice->level) {
+        SC_TRY(sc_open_raw(ctx, path, choice, &source));
+    } else if (!stat(path, &info) && S_ISDIR(info.st_mode) && sc_zarr_is_node(path)) {
         SC_TRY(sc_open_zarr(ctx, path, choice, header_only, &source));
     } else if (!stat(path, &info) && S_ISDIR(info.st_mode) && sc_is_precomputed(path)) {
         SC_TRY(sc_open_precomputed(ctx, path, choice, header_only, &source));
@@ -244,24 +246,28 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_
 {
     sc_source source = {0};
     sc_volume volume = {0};
+    sc_overlap_rule rule = {0};
     sc_status status;
 
     sc_stage_begin(ctx, "reading", 0, 0); /* some formats are unpacked as a whole before */
     SC_TRY(sc_open_source(ctx, path, choice, false, &source));
     if (keep_ids)
         SC_TRY(sc_volume_memory_check(ctx, path, source.part, 0));
+    if (source.mask_count || source.load || source.layers > 1)
+        SC_TRY(sc_overlap_rule_make(ctx, path, choice, &source.table, &rule));
     if (source.mask_count)
-        SC_TRY(sc_load_masks(ctx, path, choice->overlap, &source));
+        SC_TRY(sc_load_masks(ctx, path, &rule, &source));
     else if (source.load)
-        SC_TRY(source.load(ctx, path, choice->overlap, &source));
+        SC_TRY(source.load(ctx, path, &rule, &source));
     else if (source.layers > 1)
-        SC_TRY(sc_load_layers(ctx, path, choice->overlap, &source));
+        SC_TRY(sc_load_layers(ctx, path, &rule, &source));
     SC_TRY(sc_read_labels(ctx, path, &source, keep_ids, &volume, tallies));
     volume.to_ras_mm = sc_source_part_to_ras(&source);
     volume.oriented = source.oriented;
     sc_volume_apply_table(&volume, &source.table);
     *out = volume;
 out:
+    sc_overlap_rule_clear(&rule);
     sc_source_clear(&source);
     return status;
 }

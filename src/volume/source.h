@@ -29,6 +29,13 @@ typedef enum sc_encoding {
     SC_ENCODING_SLICES /* sc_source.read_slices unpacks whole slices */
 } sc_encoding;
 
+/* Which of several tissues has a voxel. */
+typedef struct sc_overlap_rule {
+    sc_overlap overlap;
+    int *ranks; /* SC_OVERLAP_NAMES: [rows of the table] the place of each in the list, INT_MAX if
+                   it is not there; owned; else NULL */
+} sc_overlap_rule;
+
 struct sc_source;
 /* Unpack slices [first, first + count) of a source to @p out, x fastest, in this byte order. The
  * stream asks for them in rising order, each once. @return SC_ERR_DATA, SC_ERR_MISSING,
@@ -37,9 +44,9 @@ typedef sc_status sc_slices_fn(const sc_ctx *ctx, const char *path, const struct
                                int first, int count, void *out);
 
 /* Read the voxels of a source, in which tissues may overlap, into its data, as labels; sets
- * encoding, type, data and release. Where they overlap, @p overlap decides, and a warning tells of
+ * encoding, type, data and release. Where they overlap, @p rule decides, and a warning tells of
  * it. @return the errors of sc_load_masks. */
-typedef sc_status sc_load_fn(const sc_ctx *ctx, const char *path, sc_overlap overlap,
+typedef sc_status sc_load_fn(const sc_ctx *ctx, const char *path, const sc_overlap_rule *rule,
                              struct sc_source *source);
 
 /* A volume file after its header has been read. Zero-initialise; sc_source_clear frees. */
@@ -192,6 +199,12 @@ bool sc_is_hdf5(const char *path);
 sc_status sc_open_hdf5(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                        bool header_only, sc_source *out);
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+/* Open a file without a header by the line in read->raw, and check that it has as many bytes as
+ * that says; it may be a gzip file. @return the errors of sc_open_file. */
+sc_status sc_open_raw(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
+                      sc_source *out);
+/* Does the file begin as a gzip file? False also if it cannot be read. */
+bool sc_is_gzip(const char *path);
 
 /* Read the header of a file of any format, of a Zarr store, or of a directory of masks, into *out,
  * check it, log all warnings about its geometry, and find which part of it is wanted. @param
@@ -213,18 +226,28 @@ sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out);
  * overlap, @p overlap decides, and a warning tells of it. Takes 1.25 or 2.25 bytes for each voxel.
  * @return SC_ERR_DATA for a file with more than one label beside 0; the errors of sc_stream_next;
  * SC_ERR_MEMORY, and SC_ERR_SYSTEM as sc_volume_memory_check. */
-sc_status sc_load_masks(const sc_ctx *ctx, const char *path, sc_overlap overlap, sc_source *source);
+sc_status sc_load_masks(const sc_ctx *ctx, const char *path, const sc_overlap_rule *rule,
+                        sc_source *source);
 
 /* Read the layers of @p source, which has several, into its data, as labels of two bytes; sets
  * encoding, type, data, release and layers. Where segments overlap, @p overlap decides, and a
  * warning tells of it, and of values that no segment has. @return as sc_load_masks. */
-sc_status sc_load_layers(const sc_ctx *ctx, const char *path, sc_overlap overlap,
+sc_status sc_load_layers(const sc_ctx *ctx, const char *path, const sc_overlap_rule *rule,
                          sc_source *source);
 
-/* Which of two tissues gets a voxel that both cover: is it the one with so many voxels and this
- * place in the order, not the other? */
-bool sc_overlap_wins(sc_overlap overlap, uint64_t voxels, size_t place, uint64_t other_voxels,
-                     size_t other_place);
+/* A tissue that covers a voxel. */
+typedef struct sc_contender {
+    uint64_t voxels; /* of the whole tissue */
+    size_t place;    /* in the order of masks or segments */
+    size_t row;      /* in the table */
+} sc_contender;
+/* Make the rule of @p choice for the tissues of a table. @return SC_ERR_DATA, logged, for a name
+ * that no tissue has; SC_ERR_MEMORY. Caller owns *out: sc_overlap_rule_clear. */
+sc_status sc_overlap_rule_make(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                               const sc_label_table *table, sc_overlap_rule *out);
+void sc_overlap_rule_clear(sc_overlap_rule *rule);
+/* @return whether a voxel that both cover belongs to @p one and not to @p other. */
+bool sc_overlap_wins(const sc_overlap_rule *rule, sc_contender one, sc_contender other);
 /* What was found out about overlaps. Zero-initialise. */
 typedef struct sc_overlap_count {
     uint64_t voxels;      /* that more than one tissue covers */
@@ -233,8 +256,9 @@ typedef struct sc_overlap_count {
     size_t winner, loser; /* those two: indices of rows of the table */
 } sc_overlap_count;
 /* Warn of overlaps, if there are any. @param what the tissues are: "masks" or "segments". */
-void sc_overlap_warn(const sc_ctx *ctx, const char *path, const char *what, sc_overlap overlap,
-                     const sc_overlap_count *count, const sc_label_table *table);
+void sc_overlap_warn(const sc_ctx *ctx, const char *path, const char *what,
+                     const sc_overlap_rule *rule, const sc_overlap_count *count,
+                     const sc_label_table *table);
 
 /* The voxels of a source as whole numbers, block by block, in bounded memory. */
 typedef struct sc_voxel_stream sc_voxel_stream;

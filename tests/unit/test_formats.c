@@ -495,14 +495,24 @@ static void overlaps_are_resolved_by_a_rule_and_told(void **state)
 {
     static const struct {
         sc_overlap overlap;
-        const char *labels, *message;
+        const char *labels, *message, *names;
     } cases[] = {
         {SC_OVERLAP_SMALLER, "121333",
          "m.dir: 4 voxels belong to several masks; each is shown as the smallest of them (overlap: "
-         "smaller), most often as \"tumour\" and not \"liver\" (3)"},
+         "smaller), most often as \"tumour\" and not \"liver\" (3)",
+         NULL},
         {SC_OVERLAP_ORDER, "122333",
          "m.dir: 4 voxels belong to several masks; each is shown as the last of them (overlap: "
-         "order), most often as \"tumour\" and not \"liver\" (3)"}};
+         "order), most often as \"tumour\" and not \"liver\" (3)",
+         NULL},
+        {SC_OVERLAP_NAMES, "122222",
+         "m.dir: 4 voxels belong to several masks; each is shown as that which is named first, or "
+         "else the smallest (overlap: names), most often as \"liver\" and not \"tumour\" (3)",
+         "Liver\n"},
+        {SC_OVERLAP_NAMES, "122333",
+         "m.dir: 4 voxels belong to several masks; each is shown as that which is named first, or "
+         "else the smallest (overlap: names), most often as \"tumour\" and not \"liver\" (3)",
+         "tum*\nli?er\n"}};
 
     (void)state;
     assert_int_equal(mkdir("m.dir", 0777), 0);
@@ -514,12 +524,26 @@ static void overlaps_are_resolved_by_a_rule_and_told(void **state)
         sc_ctx ctx = listening(&said);
         sc_volume v = {0};
 
-        assert_ok(
-            sc_volume_read_by(&ctx, "m.dir", &(sc_read_choice){.overlap = cases[i].overlap}, &v));
+        assert_ok(sc_volume_read_by(
+            &ctx, "m.dir",
+            &(sc_read_choice){.overlap = cases[i].overlap, .overlap_names = cases[i].names}, &v));
         assert_int_equal(said.warnings, 1);
         assert_string_equal(said.text, cases[i].message);
         expect_voxels(&v, cases[i].labels);
         sc_volume_clear(&v);
+    }
+    {
+        heard said;
+        sc_ctx ctx = listening(&said);
+        sc_volume v = {0};
+
+        assert_int_equal(sc_volume_read_by(&ctx, "m.dir",
+                                           &(sc_read_choice){.overlap = SC_OVERLAP_NAMES,
+                                                             .overlap_names = "liver\nspleen\n"},
+                                           &v),
+                         SC_ERR_DATA);
+        assert_int_equal(said.errors, 1);
+        assert_non_null(strstr(said.text, "overlap: no tissue is called \"spleen\""));
     }
     (void)!system("rm -r m.dir");
 }
@@ -638,6 +662,14 @@ static void segments_in_layers_become_labels(void **state)
          {"liver", "aorta", NULL},
          "f.seg.nrrd: 2 voxels belong to several segments; each is shown as the last of them "
          "(overlap: order), most often as \"liver\" and not \"tumour\" (2)"},
+        {SEGMENT("0", "1", "0", "liver") SEGMENT("1", "2", "0", "aorta")
+             SEGMENT("2", "3", "1", "tumour"),
+         SC_OVERLAP_NAMES,
+         "111102",
+         {"liver", "aorta", NULL},
+         "f.seg.nrrd: 2 voxels belong to several segments; each is shown as that which is named "
+         "first, or else the smallest (overlap: names), most often as \"liver\" and not \"tumour\" "
+         "(2)"},
         {SEGMENT("0", "1", "0", "liver") SEGMENT("1", "3", "1", "tumour"),
          SC_OVERLAP_SMALLER,
          "113300",
@@ -657,10 +689,11 @@ static void segments_in_layers_become_labels(void **state)
         sc_volume v = {0};
 
         write_layers("f.seg.nrrd", cases[i].segments, "111102", "003300");
-        assert_ok(sc_volume_read_by(&ctx, "f.seg.nrrd",
-                                    &(sc_read_choice){.overlap = cases[i].overlap}, &v));
+        assert_ok(sc_volume_read_by(
+            &ctx, "f.seg.nrrd",
+            &(sc_read_choice){.overlap = cases[i].overlap, .overlap_names = "liver\n"}, &v));
         assert_string_equal(said.text, cases[i].message);
-        assert_int_equal(said.warnings, i < 2 ? 1 : 2);
+        assert_int_equal(said.warnings, i < 3 ? 1 : 2);
         assert_int_equal(v.size[0], MASK_VOXELS);
         expect_voxels(&v, cases[i].labels);
         for (int k = 1; k < v.label_count; k++) {

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Voxels without a header are described by a line: type, size, spacing, axes, order of bytes, bytes before them.
+"$SEGCAST" phantom --size 40x36x44 -o heart.nrrd -q >/dev/null
+at=$(grep -abm1 '^$' heart.nrrd | cut -d : -f 1)
+tail -c +$((at + 2)) heart.nrrd | gzip -dc >heart.raw
+[ "$(stat -c %s heart.raw)" = $((40 * 36 * 44)) ] || fail "the voxels of the phantom have $(stat -c %s heart.raw) bytes"
+same() { # same VOLUME LINE: it has the labels and voxels of the phantom, and its size
+    "$SEGCAST" info "$1" --raw "$2" --json -q >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "$1, $2: not read"; }
+    "$SEGCAST" info heart.nrrd --json -q 2>/dev/null | jq '[.size, (.labels | map([.value, .voxels]))]' >want.json
+    jq '[.size, (.labels | map([.value, .voxels]))]' info.json | diff want.json - >&2 || fail "$1, $2: other labels"
+}
+same heart.raw 'uint8 40x36x44'
+gzip -k heart.raw
+same heart.raw.gz 'int8 40x36x44'
+{ printf 'HEADER'; cat heart.raw; } >skip.raw
+same skip.raw 'skip 6, uint8, 40x36x44, 2x2x2 mm'
+gzip -k skip.raw
+same skip.raw.gz 'uint8 40x36x44 skip 6'
+command -v python3 >/dev/null && {
+    python3 -c 'import array, sys
+voxels = array.array("H", list(open("heart.raw", "rb").read()))
+names = ["little.raw", "big.raw"]
+for name in names if sys.byteorder == "little" else reversed(names):
+    open(name, "wb").write(voxels.tobytes())
+    voxels.byteswap()'
+    same little.raw 'uint16 40x36x44'
+    same big.raw 'uint16 40x36x44 big'
+}
+
+# Spacing, its unit, and axes; a job with the key, its copy, and the same picture as of a header.
+"$SEGCAST" info heart.raw --raw 'uint8 40x36x44 500x250x1000um PSR' --json -q >info.json
+jq -e '.oriented and (.to_ras_mm | map(map(. * 1000 | round)) == [[0, 0, 1000, 0], [-500, 0, 0, 0], [0, 250, 0, 0]])' info.json >/dev/null ||
+    { cat info.json; fail "spacing or axes"; }
+expect 0 'warning: .*raw: gives no spacing' "$SEGCAST" info heart.raw --raw 'uint8 40x36x44 RAS'
+cat >head.nhdr <<'NRRD'
+NRRD0004
+type: uint8
+dimension: 3
+sizes: 40 36 44
+space: left-posterior-superior
+space directions: (2,0,0) (0,2,0) (0,0,2)
+encoding: raw
+data file: heart.raw
+NRRD
+printf 'volume: {path: heart.raw, raw: uint8 40x36x44 2x2x2 LPS}\noutput: {size: [64, 48]}\n' >job.yaml
+"$SEGCAST" check job.yaml -q | grep -q 'volume of 40 x 36 x 44 voxels with 20 labels' || fail "check of a job with raw voxels"
+"$SEGCAST" still job.yaml -o raw.png -q >/dev/null 2>&1
+sed 's/^volume.*/volume: head.nhdr/' job.yaml >head.yaml
+"$SEGCAST" still head.yaml -o head.png -q >/dev/null 2>&1
+cmp raw.png head.png || fail "raw voxels give another picture than the same with a header"
+"$SEGCAST" render job.yaml --frames 0 -o out -q --set output.video=none --set output.frames=png >/dev/null 2>&1
+grep -q 'raw: "uint8 40x36x44 2x2x2 LPS"' out/job.yaml || { cat out/job.yaml; fail "job.yaml has left out raw"; }
+
+# Mistakes.
+while read -r code line; do
+    expect "$code" "${line#*; }" "$SEGCAST" info heart.raw --raw "${line%%; *}"
+    one_error
+done <<'MISTAKES'
+65 uint8 40x36x45; heart.raw: has 63360 bytes, but 40 x 36 x 45 voxels of 1 byte are 64800
+65 uint16 40x36x44; are 126720; are type and size of
+65 uint8 40x36; raw: "40x36" is not known
+65 uint8 40x36x-4; raw: "40x36x-4" is not known
+65 uint8 0x36x44; is no size in voxels
+65 uint8 40.5x36x44; is no size in voxels
+65 uint7 40x36x44; raw: "uint7" is not known; did you mean uint8
+65 40x36x44; names no type
+65 uint8; gives no size
+65 uint8 40x36x44 1x1x1parsec; has no known unit
+65 uint8 40x36x44 1x1x1 RLS; raw: "RLS" is not known
+65 uint8 40x36x44 skip; raw: "skip" is not known
+65 uint8 40x36x44 skip 99999999999999999999; is no number of bytes
+65 uint8 40x36x44 1x1x0 mm; heart.raw
+65 uint8 2147483647x2147483647x2147483647; more than 1 TiB
+MISTAKES
+expect 66 'nothing.raw' "$SEGCAST" info nothing.raw --raw 'uint8 4x4x4'; one_error
+expect 66 'is no file' "$SEGCAST" info . --raw 'uint8 4x4x4'; one_error
+expect 65 'raw: "\\x1b\[31m" is not known' "$SEGCAST" info heart.raw --raw $'uint8 40x36x44 \x1b[31m'; one_error
+! grep -q $'\x1b' stderr.txt || fail "an escape code is printed"
+expect 65 'voxels without a header are described by a line: --raw' "$SEGCAST" info heart.raw; one_error
+head -c 500 /dev/zero | gzip >bomb.raw.gz
+expect 65 'bomb.raw.gz' "$SEGCAST" info bomb.raw.gz --raw 'uint8 4000x4000x4000'; one_error
+gzip -c heart.raw | head -c 3000 >cut.raw.gz
+expect 65 'cut.raw.gz: ends after [0-9]+ bytes of voxels, expected 63360' "$SEGCAST" info cut.raw.gz --raw 'uint8 40x36x44'; one_error
