@@ -17,6 +17,7 @@ expect_labels real/vtk_frog/frogtissue.mhd 25 LPS
 expect_labels real/pynrrd_samples/BallBinary30x30x30_bz2.nrrd 1 LPS
 expect_labels real/slicerio/SegmentationOverlapping.seg.nrrd 8 RAS
 jq -e '.labels[8].name == "overlapping sphere" and .labels[8].voxels == 18648' info.json >/dev/null || fail "the sphere of the second layer is not whole"
+jq -e '.labels[1].name == "ribs" and .labels[1].color == [253, 232, 158]' info.json >/dev/null || fail "name or colour of the ribs of 3D Slicer"
 grep -q '15514 voxels belong to several segments' stderr.txt || fail "the overlap of the layers is not told"
 
 expect_labels real/totalseg_s0327/masks 108 RAS
@@ -27,15 +28,18 @@ expect_labels real/totalsegmentator/example_seg.nii.gz 41 RAS
     fail "the liver of TotalSegmentator has not the name or colour of its file: $(jq -c '.labels[5]' info.json)"
 
 # Label tables of other programs.
-table() { # table VOLUME TABLE KIND NAME: the table is recognised as KIND and holds NAME
+table() { # table VOLUME TABLE KIND NAME COLOR: the table is recognised as KIND and holds NAME with this COLOR
     "$SEGCAST" info "$DATA/real/$1" --labels "$DATA/real/$2" >stdout.txt 2>stderr.txt || fail "$2 cannot be read"
     grep -q "read as a.* $3 label table" stderr.txt || { cat stderr.txt; fail "$2 was not recognised as a $3 table"; }
     grep -q "$4" stdout.txt || fail "$2: expected a label named $4"
+    "$SEGCAST" info "$DATA/real/$1" --labels "$DATA/real/$2" --json -q >info.json 2>/dev/null
+    jq -e --arg name "$4" ".labels[] | select(.name | startswith(\$name)) | .color == [$5]" info.json | grep -q true ||
+        fail "$2: $4 has another colour than $5: $(jq -c --arg name "$4" '[.labels[] | select(.name | startswith($name)) | .color]' info.json)"
 }
-table spl_brain/hncma-atlas.nrrd spl_brain/hncma-atlas-lut.ctbl Slicer 'white matter of left'
-table niivue/aparc.a2009s+aseg.mgz label_tables/FreeSurferColorLUT.txt FreeSurfer Left-Hippocampus
-table allen_human/AllenAtlas.nii.gz allen_human/itksnap_label_description_Br.txt ITK-SNAP 'FI - 10329'
-table allen_human/AllenAtlas.nii.gz allen_human/AllenAtlas.json JSON 'GPe'
-table niivue/aal.nii.gz niivue/aal.json JSON Frontal_Sup_Orb_L
-table spl_brain/hncma-atlas.nrrd spl_brain/hncma-atlas-lut.tsv 'CSV or TSV' 'left caudate nucleus'
-table niivue/aparc.a2009s+aseg.mgz label_tables/FastSurfer_ColorLUT.tsv 'CSV or TSV' Left-Hippocampus
+table spl_brain/hncma-atlas.nrrd spl_brain/hncma-atlas-lut.ctbl Slicer 'white matter of left' '250,250,225'
+table niivue/aparc.a2009s+aseg.mgz label_tables/FreeSurferColorLUT.txt FreeSurfer Left-Hippocampus '220,216,20'
+table allen_human/AllenAtlas.nii.gz allen_human/itksnap_label_description_Br.txt ITK-SNAP 'FI - 10329' '193,166,143'
+table allen_human/AllenAtlas.nii.gz allen_human/AllenAtlas.json JSON GPe '215,224,191'
+table niivue/aal.nii.gz niivue/aal.json JSON Frontal_Sup_Orb_L '195,89,204'
+table spl_brain/hncma-atlas.nrrd spl_brain/hncma-atlas-lut.tsv 'CSV or TSV' 'left caudate nucleus' '30,111,85'
+table niivue/aparc.a2009s+aseg.mgz label_tables/FastSurfer_ColorLUT.tsv 'CSV or TSV' Left-Hippocampus '220,216,20'
