@@ -20,6 +20,14 @@ jq -e '.labels[8].name == "overlapping sphere" and .labels[8].voxels == 18648' i
 jq -e '.labels[1].name == "ribs" and .labels[1].color == [253, 232, 158]' info.json >/dev/null || fail "name or colour of the ribs of 3D Slicer"
 grep -q '15514 voxels belong to several segments' stderr.txt || fail "the overlap of the layers is not told"
 
+expect_labels real/slicerio/Segmentation.seg.nrrd 7 RAS
+expect_labels real/dcmqi/liver_spine_seg.nrrd 2 LPS
+expect_labels real/dcmqi/partial_overlaps-1.nrrd 3 LPS
+for file in .nhdr .nii.gz .nrrd _byteskip_minus_one.nhdr _byteskip_minus_one_nifti.nhdr _gz.nrrd _gz_byteskip_minus_one.nrrd _gz_lineskip.nrrd; do
+    expect_labels real/pynrrd_samples/BallBinary30x30x30$file 1 LPS
+    jq -e '.labels[1].voxels == 14328' info.json >/dev/null || fail "$file: the ball is not whole"
+done
+
 expect_labels real/totalseg_s0327/masks 108 RAS
 expect_labels real/niivue/aparc.a2009s+aseg.mgz 188 LIA
 expect_labels real/totalsegmentator/example_seg.nii.gz 41 RAS
@@ -43,3 +51,11 @@ table allen_human/AllenAtlas.nii.gz allen_human/AllenAtlas.json JSON GPe '215,22
 table niivue/aal.nii.gz niivue/aal.json JSON Frontal_Sup_Orb_L '195,89,204'
 table spl_brain/hncma-atlas.nrrd spl_brain/hncma-atlas-lut.tsv 'CSV or TSV' 'left caudate nucleus' '30,111,85'
 table niivue/aparc.a2009s+aseg.mgz label_tables/FastSurfer_ColorLUT.tsv 'CSV or TSV' Left-Hippocampus '220,216,20'
+colors() { # colors TABLE ROW...: the table is one of Slicer's, and has these rows
+    "$SEGCAST" tables "$DATA/real/label_tables/$1" -o - --to bids >stdout.txt 2>stderr.txt || fail "$1 cannot be read"
+    grep -q 'read as a Slicer label table' stderr.txt || { cat stderr.txt; fail "$1 was not recognised as a Slicer table"; }
+    printf '%b\n' "${@:2}" | while read -r row; do grep -qx "$row" stdout.txt || fail "$1: expected $row"; done
+}
+colors slicer/GenericAnatomyColors.txt '1\ttissue\t#80ae80' '3\tskin\t#b17a65'
+colors slicer/AbdomenColors.txt '3\tliver\t#933b00'
+colors slicerheart/HeartValves.ctbl '1\tmitral anterior leaflet\t#ff1208'
