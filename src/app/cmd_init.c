@@ -229,24 +229,48 @@ out:
     return status;
 }
 
+/* @return what stands before the path of the volume: with `raw` it is a map. */
+static const char *volume_key(const sc_app *app)
+{
+    return option_value(app, "volume.raw") ? "volume:\n  path" : "volume";
+}
+
+/* Append the line that describes raw voxels, if there is one. */
+static sc_status add_raw(const sc_app *app, sc_text *out)
+{
+    const char *raw = option_value(app, "volume.raw");
+    sc_status status = SC_OK;
+
+    if (!raw)
+        return SC_OK;
+    SC_TRY(sc_text_add(app->ctx, out, "  raw: "));
+    SC_TRY(sc_write_quoted(app->ctx, raw, out));
+    status = sc_text_add(app->ctx, out, "\n");
+out:
+    return status;
+}
+
 /* Append the lines of a series of volumes: as the pattern @p pattern, if the job is written to the
  * working directory; else as a list of files. */
-static sc_status add_series(const sc_ctx *ctx, const sc_job *job, const char *pattern, bool is_here,
+static sc_status add_series(const sc_app *app, const sc_job *job, const char *pattern, bool is_here,
                             sc_text *out)
 {
+    const sc_ctx *ctx = app->ctx;
     sc_status status;
 
-    SC_TRY(sc_text_add(ctx, out, "volume: %s", is_here ? "" : "["));
+    SC_TRY(sc_text_add(ctx, out, "%s: %s", volume_key(app), is_here ? "" : "["));
     if (is_here)
         SC_TRY(sc_write_quoted(ctx, pattern, out));
     for (size_t i = 0; i < job->phase_count && !is_here; i++) {
         SC_TRY(sc_text_add(ctx, out, "%s", i ? ", " : ""));
         SC_TRY(sc_write_quoted(ctx, job->phases[i].path, out));
     }
+    SC_TRY(sc_text_add(ctx, out, "%s\n", is_here ? "" : "]"));
+    SC_TRY(add_raw(app, out));
     status = sc_text_add(ctx, out,
-                         "%s\ncine: {bpm: %g}  # beats per minute: the %zu volumes are the "
-                         "phases of one\n",
-                         is_here ? "" : "]", job->cine.cine.bpm, job->phase_count);
+                         "cine: {bpm: %g}  # beats per minute: the %zu volumes are the phases of "
+                         "one\n",
+                         job->cine.cine.bpm, job->phase_count);
 out:
     return status;
 }
@@ -263,9 +287,11 @@ static sc_status add_head(const sc_app *app, const sc_job *job, const char *path
 
     SC_TRY(add_comments(ctx, path, out));
     if (job->phase_count)
-        SC_TRY(add_series(ctx, job, app->options.input, is_here, out));
+        SC_TRY(add_series(app, job, app->options.input, is_here, out));
     else
-        SC_TRY(add_path(ctx, "volume", app->options.input, is_here, out));
+        SC_TRY(add_path(ctx, volume_key(app), app->options.input, is_here, out));
+    if (!job->phase_count)
+        SC_TRY(add_raw(app, out));
     if (labels)
         SC_TRY(add_path(ctx, "labels", labels, is_here, out));
     if (format)

@@ -253,15 +253,10 @@ static const sc_key farm_keys[] = {
 
 /* ---- the whole file ---- */
 
-static const sc_choice table_formats[] = {{"auto", SC_TABLE_AUTO},
-                                          {"slicer", SC_TABLE_SLICER},
-                                          {"freesurfer", SC_TABLE_FREESURFER},
-                                          {"itksnap", SC_TABLE_ITKSNAP},
-                                          {"xml", SC_TABLE_XML},
-                                          {"csv", SC_TABLE_DELIMITED},
-                                          {"json", SC_TABLE_JSON},
-                                          {"names", SC_TABLE_NAMES},
-                                          {NULL, 0}};
+static const sc_choice table_formats[] = {
+    {"auto", SC_TABLE_AUTO},       {"slicer", SC_TABLE_SLICER}, {"freesurfer", SC_TABLE_FREESURFER},
+    {"itksnap", SC_TABLE_ITKSNAP}, {"xml", SC_TABLE_XML},       {"csv", SC_TABLE_DELIMITED},
+    {"json", SC_TABLE_JSON},       {"names", SC_TABLE_NAMES},   {NULL, 0}};
 
 static const sc_choice appearances[] = {{"table", SC_APPEARANCE_TABLE},
                                         {"anatomy", SC_APPEARANCE_ANATOMY},

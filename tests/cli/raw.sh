@@ -51,6 +51,9 @@ cmp raw.png head.png || fail "raw voxels give another picture than the same with
 "$SEGCAST" render job.yaml --frames 0 -o out -q --set output.video=none --set output.frames=png >/dev/null 2>&1
 grep -q 'raw: "uint8 40x36x44 2x2x2 LPS"' out/job.yaml || { cat out/job.yaml; fail "job.yaml has left out raw"; }
 
+"$SEGCAST" init heart.raw --raw 'uint8 40x36x44 2x2x2 LPS' -o init.yaml -q >/dev/null
+"$SEGCAST" check init.yaml -q | grep -q 'volume of 40 x 36 x 44 voxels with 20 labels' || { cat init.yaml; fail "check of the job of init"; }
+
 # Mistakes.
 while read -r code line; do
     expect "$code" "${line#*; }" "$SEGCAST" info heart.raw --raw "${line%%; *}"
