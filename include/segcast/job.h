@@ -180,6 +180,7 @@ typedef struct sc_job {
     sc_volume_tissue *volume_tissues; /**< [volume_tissue_count], owned: first those that become
                                            parts of others, then those that are kept */
     size_t volume_tissue_count;
+    bool has_raw;                 /**< volume_raw is given */
     bool volume_replaced;         /**< the file has a map, and a setting has replaced its path */
     int volume_level;             /**< of resolution, 0 the finest */
     int volume_phase;             /**< as of sc_read_choice; of a series that of the first phase */
@@ -225,7 +226,6 @@ typedef struct sc_job {
     bool has_merge, has_keep, has_crop; /**< likewise */
     bool has_box, has_box_mm;           /**< likewise */
     bool has_level, has_resample;       /**< likewise */
-    bool has_raw;                       /**< likewise */
     bool has_phase;                     /**< volume_phase stands in the job itself */
     bool has_color_by;                  /**< tissues are coloured by values */
     bool has_compare;                   /**< several volumes are compared */
