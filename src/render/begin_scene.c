@@ -103,14 +103,6 @@ static void set_planes(sc_renderer *r, const sc_scene *scene)
     r->march.cut_away = scene->clip_mode == SC_CLIP_CUT;
     r->march.only_caps = scene->slice;
     r->march.caps = scene->slice || r->settings.caps;
-    if (r->settings.grey) {
-        const sc_grey_look *all = &r->settings.grey_look;
-        const double caps = scene->has_look ? scene->look.grey_caps : all->caps;
-        const double slices = scene->has_look ? scene->look.grey_slices : all->slices;
-
-        r->march.grey_share = (float)(scene->slice ? slices : caps);
-        r->march.grey = r->march.grey_share > 0 ? &r->grey : NULL;
-    }
     for (int i = 0; i < scene->plane_count; i++) {
         const sc_plane *plane = &scene->planes[i];
 
@@ -130,4 +122,5 @@ void sc_begin_scene(sc_renderer *r, const sc_scene *scene, int height_px)
     set_depth_cue(r, &scene->camera);
     set_rims(r, &scene->camera, height_px);
     set_planes(r, scene);
+    sc_set_grey(r, scene);
 }

@@ -74,34 +74,6 @@ static bool has_middle_ray(int samples)
     return at[0] == 0.5 && at[1] == 0.5;
 }
 
-/* Is it a slice that shows a grey volume, also beside all tissues? */
-static inline bool shows_grey(const frame *f)
-{
-    return f->scene->slice && f->renderer->march.grey;
-}
-
-/* Put the grey volume of a slice behind what the rays that were marched bring back. */
-static void put_grey_behind(tile *t)
-{
-    const sc_renderer *r = t->f->renderer;
-
-    for (size_t i = 0; i < t->rays.count; i++) {
-        sc_radiance *light = &t->rays.light[i];
-        float point[3], tone[3], on_white[3], depth_mm, left = 0;
-
-        if (!(light->transmittance > 0))
-            continue;
-        depth_mm = sc_slice_point(&t->f->lens, t->rays.at_px[i][0], t->rays.at_px[i][1], point);
-        if (!sc_kernel_grey(&r->march, point, depth_mm, tone))
-            continue;
-        if (sc_fades_away(r) && sc_kernel_grey(&r->on_white, point, depth_mm, on_white))
-            left = on_white[0] - tone[0]; /* as in sc_march_rays; all channels are alike */
-        for (int c = 0; c < 3; c++)
-            light->rgb[c] += light->transmittance * tone[c];
-        light->transmittance *= left;
-    }
-}
-
 /* March the rays waiting into t->rays.light and add to the tile's counters. The caller empties
  * the batch. */
 static void march_batch(tile *t)
@@ -112,8 +84,8 @@ static void march_batch(tile *t)
         sc_march_apart(r, t->rays.at_px, t->rays.count, t->thread, t->rays.light, &t->counters);
     else
         sc_march_rays(r, t->rays.rays, t->rays.count, t->rays.light, t->rays.white, &t->counters);
-    if (shows_grey(t->f))
-        put_grey_behind(t);
+    if (r->grey_behind)
+        sc_put_grey_behind(&t->f->lens, t->rays.at_px, t->rays.count, t->rays.light);
 }
 
 /* Can a pixel of the viewport, or of a border around it, show anything? */
@@ -122,7 +94,7 @@ static bool may_show(const frame *f, int x_px, int y_px)
     const sc_parts *parts = f->renderer->parts;
     bool any = false;
 
-    if (shows_grey(f))
+    if (f->renderer->grey_behind)
         return true;
     if (!sc_parts_apart(f->renderer))
         return sc_is_covered(&f->cover, x_px, y_px);
@@ -146,7 +118,7 @@ static void add_ray(tile *t, double x_px, double y_px, uint32_t target)
     if (sc_parts_apart(t->f->renderer) ||
         sc_make_ray(&t->f->lens, x_px, y_px, &rays->rays[rays->count])) {
         rays->count++;
-    } else if (shows_grey(t->f)) {
+    } else if (t->f->renderer->grey_behind) {
         rays->rays[rays->count] = empty_ray;
         rays->count++;
     }
@@ -393,7 +365,7 @@ static bool is_empty(const tile *t)
     const sc_parts *parts = t->f->renderer->parts;
     bool empty = true;
 
-    if (shows_grey(t->f))
+    if (t->f->renderer->grey_behind)
         return false;
     if (!sc_parts_apart(t->f->renderer))
         return is_empty_in(t, &t->f->cover);

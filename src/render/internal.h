@@ -67,6 +67,7 @@ struct sc_renderer {
                            are set for each view */
     sc_march on_white;  /* without a background, and if the far end fades: march, fading to white */
     sc_march_grey grey; /* of settings.grey */
+    bool grey_behind;   /* the present view shows it behind the tissues, too, in any pixel */
     sc_march_tissue *tissues; /* [label_count] */
     sc_full_look *looks;      /* [label_count] */
     bool colors_are_set;      /* the colours of tissues may be other than those of looks */
@@ -126,9 +127,15 @@ void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
  * within the sphere around the volume; *@p ray must then not be marched. */
 bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray);
 
-/* Where a slice is seen at a point of the viewport, as of sc_make_ray: its first clip plane, in an
- * orthographic view. @param point in grid coordinates. @return the distance from the eye in mm. */
-float sc_slice_point(const sc_lens *lens, double x_px, double y_px, float point[3]);
+/* Set r->grey from the settings, if they have a grey volume. @return SC_ERR_DATA if its geometry is
+ * singular. */
+sc_status sc_fill_grey(const sc_ctx *ctx, sc_renderer *r);
+/* Set what of the grey volume the pictures of a scene show: in r->march, and r->grey_behind. */
+void sc_set_grey(sc_renderer *r, const sc_scene *scene);
+/* Put the grey volume behind what rays through points of a view bring back, if r->grey_behind.
+ * @param at_px [count] points of the viewport, in pixels. @param light [count] of the rays. */
+void sc_put_grey_behind(const sc_lens *lens, const double (*at_px)[2], size_t count,
+                        sc_radiance *light);
 
 enum { SC_RAY_BATCH = 256 /* rays that are marched together */ };
 

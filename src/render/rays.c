@@ -113,22 +113,3 @@ bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
     ray->toward_eye[2] = (float)-direction.z;
     return fill_parts(lens, eye, direction, begin, middle + radius, base, ray);
 }
-
-float sc_slice_point(const sc_lens *lens, double x_px, double y_px, float point[3])
-{
-    const sc_camera *c = &lens->scene->camera;
-    const sc_plane *plane = &lens->scene->planes[0];
-    const double across = (x_px - lens->middle_px[0]) * lens->px_scale;
-    const double upward = (lens->middle_px[1] - y_px) * lens->px_scale;
-    const sc_vec3 eye =
-        sc_vec3_along(sc_vec3_along(c->position_mm, across, c->right), upward, c->up);
-    const double depth = -(sc_vec3_dot(plane->normal, eye) + plane->offset_mm) /
-                         sc_vec3_dot(plane->normal, c->forward);
-    const sc_vec3 at =
-        sc_affine_point(&lens->renderer->to_voxel, sc_vec3_along(eye, depth, c->forward));
-
-    point[0] = (float)(at.x + 1);
-    point[1] = (float)(at.y + 1);
-    point[2] = (float)(at.z + 1);
-    return (float)depth;
-}

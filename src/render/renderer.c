@@ -61,37 +61,6 @@ static void fill_march(sc_renderer *r)
     }
 }
 
-/* Set r->grey from the settings, if they have a grey volume. @return SC_ERR_DATA if its geometry is
- * singular. */
-static sc_status fill_grey(const sc_ctx *ctx, sc_renderer *r)
-{
-    const sc_grey *from = r->settings.grey;
-    const sc_grey_window *w = &r->settings.grey_look.window;
-    sc_march_grey *g = &r->grey;
-    sc_affine from_ras, from_voxel;
-
-    if (!from)
-        return SC_OK;
-    if (!sc_affine_invert(&from->to_ras_mm, &from_ras))
-        return sc_fail(ctx, SC_ERR_DATA, "the geometry of the image is singular");
-    from_voxel = sc_affine_compose(&from_ras, &r->volume->to_ras_mm);
-    g->codes = from->codes;
-    memcpy(g->size, from->size, sizeof g->size);
-    for (int i = 0; i < 3; i++) {
-        const double *row = from_voxel.m[i];
-
-        for (int j = 0; j < 3; j++)
-            g->from_grid[i][j] = (float)row[j];
-        /* grid coordinates are those of voxels plus one */
-        g->from_grid[i][3] = (float)(row[3] - row[0] - row[1] - row[2]);
-    }
-    g->black = (float)((w->level - w->width / 2 - from->low) / from->per_code);
-    g->white_less = (float)(from->per_code / w->width);
-    for (int i = 0; i <= SC_GREY_STEPS; i++)
-        g->tones[i] = sqrtf((float)sc_srgb_to_linear((double)i / SC_GREY_STEPS));
-    return SC_OK;
-}
-
 /* Set r->hull_box to the bounding box of r->hull; it is inside out if there are no points. */
 static void measure_hull(sc_renderer *r)
 {
@@ -234,7 +203,7 @@ static sc_status begin(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissu
     sc_fill_tissues(r, tissues, show, opacity);
     sc_fill_boxes(r);
     sc_srgb_table_init(&r->srgb);
-    status = fill_grey(ctx, r);
+    status = sc_fill_grey(ctx, r);
 out:
     return status;
 }
