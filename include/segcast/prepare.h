@@ -254,11 +254,11 @@ SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, sc_team *team, const s
 /** Write the chessboard distance, in bricks, from every brick to the nearest one that is not empty
  *  to @p out: 0 for a brick that is not empty itself; 254 also stands for all larger distances, and
  *  for no such brick at all. SC_GATHER_BYTES more may be read.
- *  @param masks of sc_visible_masks or sc_visible_cells. @param out one byte for each brick of
- *  @p masks, the frame included. @return SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_brick_distances(const sc_ctx *ctx, sc_team *team,
-                                         const sc_prepared *volume, const uint64_t *masks,
-                                         uint8_t **out);
+ *  @param bricks along x, y, z. @param masks 0 for bricks that are empty, with a frame, as of
+ *  sc_visible_masks or sc_visible_cells. @param out one byte for each brick of @p masks, the frame
+ *  included. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_brick_distances(const sc_ctx *ctx, sc_team *team, const int bricks[3],
+                                         const uint64_t *masks, uint8_t **out);
 /** How the distance between two cells is counted. */
 typedef enum sc_metric {
     SC_METRIC_CITY_BLOCK, /**< the sum of the distances along the axes: steps to face neighbours */

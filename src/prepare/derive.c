@@ -95,7 +95,7 @@ sc_status sc_preparation_derive(const sc_ctx *ctx, sc_preparation *p, const floa
     p->stored.cell_start = cells.start;
     p->stored.cells = cells.cells;
     p->stored.cell_count = cells.count;
-    SC_TRY(sc_brick_distances(ctx, p->team, &view, masks, &distances));
+    SC_TRY(sc_brick_distances(ctx, p->team, view.bricks, masks, &distances));
     p->stored.distances = distances;
     SC_TRY(sc_hull_points(ctx, p->team, &view, show, &hull, &p->stored.hull_count));
     p->stored.hull = hull;

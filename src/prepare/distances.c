@@ -91,7 +91,7 @@ static void widen_rows(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-sc_status sc_brick_distances(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
+sc_status sc_brick_distances(const sc_ctx *ctx, sc_team *team, const int bricks[3],
                              const uint64_t *masks, uint8_t **out)
 {
     distance_pass p = {.masks = masks};
@@ -99,7 +99,7 @@ sc_status sc_brick_distances(const sc_ctx *ctx, sc_team *team, const sc_prepared
     void *distances, *other = NULL;
     sc_status status;
 
-    sc_framed_size(volume->bricks, p.size);
+    sc_framed_size(bricks, p.size);
     count = sc_brick_count(p.size);
     rows = (size_t)p.size[1] * (size_t)p.size[2];
     SC_TRY(sc_team_alloc(ctx, team, count + SC_GATHER_BYTES, 1, &distances));

@@ -93,7 +93,7 @@ static sc_status find_empty(const sc_ctx *ctx, sc_renderer *r, uint64_t *masks)
 
     switch (r->kernel->skip) {
     case SC_SKIP_LEAP:
-        SC_TRY(sc_brick_distances(ctx, r->team, v, masks, &distances));
+        SC_TRY(sc_brick_distances(ctx, r->team, v->bricks, masks, &distances));
         r->distances = distances;
         break;
     case SC_SKIP_OCTREE:

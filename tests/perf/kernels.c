@@ -89,7 +89,7 @@ static stage make_stage(sc_surface surface, int label_bytes)
     } else {
         assert_ok(sc_visible_masks(&quiet, s.team, v, show, &s.masks));
     }
-    assert_ok(sc_brick_distances(&quiet, s.team, v, s.masks, &s.distances));
+    assert_ok(sc_brick_distances(&quiet, s.team, v->bricks, s.masks, &s.distances));
     for (int metric = 0; metric < 2; metric++)
         assert_ok(sc_cell_distances(&quiet, s.team, v, s.masks, (sc_metric)metric,
                                     &s.cell_distances[metric]));

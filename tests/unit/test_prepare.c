@@ -358,7 +358,7 @@ static void distances_and_the_pyramid_say_what_is_empty(void **state)
     sc_framed_size(v->bricks, framed);
     assert_ok(sc_team_open(&quiet, NULL, 2, NULL, &team));
     assert_ok(sc_visible_cells(&quiet, team, v, show, &masks));
-    assert_ok(sc_brick_distances(&quiet, team, v, masks, &bricks));
+    assert_ok(sc_brick_distances(&quiet, team, v->bricks, masks, &bricks));
     assert_ok(sc_cell_distances(&quiet, team, v, masks, SC_METRIC_CITY_BLOCK, &by_metric[0]));
     assert_ok(sc_cell_distances(&quiet, team, v, masks, SC_METRIC_CHESSBOARD, &by_metric[1]));
     assert_ok(sc_pyramid_build(&quiet, team, v, &masks, &y));
