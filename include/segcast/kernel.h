@@ -86,6 +86,39 @@ typedef struct sc_march_grey {
     float tones[SC_GREY_STEPS + 1]; /**< square roots of linear light, of black to white */
 } sc_march_grey;
 
+enum { SC_BACKDROP_STEPS = 1024 /**< of the tables from a place in a window */ };
+
+/** A grey volume as a translucent volume: a sample is taken in the middle of each step along a ray,
+ *  the last of which is shorter. The caller owns what the pointers point to. */
+typedef struct sc_march_backdrop {
+    const sc_march_grey *grey; /**< its from_grid and tones are not read */
+    float step_mm;
+    /** By place in the window, rounded; the first of each is 0: the opacity of a step, 0 to 1, and
+     *  what it adds: that opacity times the square root of linear light. */
+    float alphas[SC_BACKDROP_STEPS + 1], tones[SC_BACKDROP_STEPS + 1];
+    float cue, cue_near_mm, cue_per_mm; /**< 0 to 1: share of what is behind the picture, so much
+                                             more of which is seen for each mm beyond cue_near_mm */
+    const uint8_t *distances; /**< sc_brick_distances of the bricks that hold 4 x 4 x 4 cells
+                                 between centres of voxels; those are empty in which no place in the
+                                 window is above 0 at any point. Wide kernels only */
+    int bricks[3];            /**< along x, y, z */
+} sc_march_backdrop;
+
+/** One ray through a backdrop. */
+typedef struct sc_backdrop_ray {
+    float origin[3];              /**< in voxels of the grey volume */
+    float direction[3];           /**< in voxels per mm */
+    float base_mm;                /**< distance of the origin from the eye */
+    int stretches;                /**< 0 to 2: how many parts of the ray the clip planes leave */
+    float begin_mm[2], end_mm[2]; /**< of each, in order along the ray, from its origin */
+} sc_backdrop_ray;
+
+/** What a ray through a backdrop brings back. */
+typedef struct sc_backdrop_light {
+    float tone;          /**< square root of linear light, premultiplied */
+    float transmittance; /**< share of what is behind the picture that is seen */
+} sc_backdrop_light;
+
 /** A ray is opaque when its transmittance is below this: what is still behind would change a pixel
  * by less than a quarter of a level of 8 bits, and is not blended. */
 #define SC_OPAQUE (1.0f / 1024)
@@ -233,6 +266,15 @@ uint32_t sc_kernel_owner(const sc_prepared *volume, const float point[3]);
  * is one.
  *  @return whether the point lies within the grey volume. Threads: any number at once. */
 bool sc_kernel_grey(const sc_march *march, const float point[3], float depth_mm, float tone[3]);
+/** Follow @p count rays through a backdrop, each by itself; cannot fail. @param out [count],
+ *  overwritten, in the order of the rays. Threads: any number at once. */
+typedef void sc_backdrop_fn(const sc_march_backdrop *backdrop, const sc_backdrop_ray *rays,
+                            size_t count, sc_backdrop_light *out);
+/** Find the kernel for backdrops. @param skip wide kernels pass over empty bricks, the others,
+ *  which are plain C, do not; all return the same bits. @param size of the grey volume; wide
+ * kernels reach its codes by offsets of 31 bits, and two along x at once: larger and thinner ones
+ * are left to plain C. @param cpu as of sc_kernel_find; this processor must have it. */
+sc_backdrop_fn *sc_backdrop_find(sc_skip skip, const int size[3], const char *cpu);
 /** All kernels of this build, also those that this processor cannot run. @return a constant
  *  table of *@p count entries. */
 const sc_kernel *sc_kernel_all(size_t *count);

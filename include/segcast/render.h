@@ -20,6 +20,9 @@ typedef struct sc_grey_look {
     double caps;   /**< 0 to 1: its share in the colour of cut faces; 0: it is not shown there */
     double slices; /**< 0 to 1: its share in the colour of tissues on slices, beside which it is all
                         there is; 0: slices do not show it */
+    double backdrop; /**< opacity, 0 to 1, of 10 mm of what is white, behind the tissues; darker
+                          values have less, and black none. 0: none of it is drawn. Where scenes
+                        have a look of their own, 0 only if it is 0 in all of them */
 } sc_grey_look;
 
 /** What all frames of a renderer share. Only sc_renderer_new reads the text @p cpu points to. */

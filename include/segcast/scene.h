@@ -266,9 +266,9 @@ SC_MUST_USE sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *vo
 typedef struct sc_look {
     sc_lighting light;     /**< flat as in the settings */
     uint8_t background[3]; /**< sRGB; not read if the settings are transparent */
-    /** Shares, 0 to 1, of the grey volume in the colour of cut faces, and on slices; not read
-     * without one. */
-    double grey_caps, grey_slices;
+    /** Shares, 0 to 1, of the grey volume in the colour of cut faces, and on slices, and the
+     *  opacity of 10 mm of what is white in it, behind the tissues; not read without one. */
+    double grey_caps, grey_slices, grey_backdrop;
 } sc_look;
 
 /** Everything that changes from frame to frame. */

@@ -68,6 +68,9 @@ struct sc_renderer {
     sc_march on_white;  /* without a background, and if the far end fades: march, fading to white */
     sc_march_grey grey; /* of settings.grey */
     bool grey_behind;   /* the present view shows it behind the tissues, too, in any pixel */
+    sc_march_backdrop backdrop; /* of grey; for the present view, if its look has one */
+    sc_backdrop_fn *follow_backdrop;
+    sc_affine to_grey;        /* from RAS mm to voxels of settings.grey */
     sc_march_tissue *tissues; /* [label_count] */
     sc_full_look *looks;      /* [label_count] */
     bool colors_are_set;      /* the colours of tissues may be other than those of looks */
@@ -122,6 +125,16 @@ typedef struct sc_lens {
  * viewport does not. */
 void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
                   const sc_viewport *viewport);
+/* Where and which way a picture looks through a point of the viewport. */
+typedef struct sc_sight {
+    double across, upward; /* from the middle of the viewport, in units of sc_camera.half_height */
+    double shorten;        /* what makes the direction a unit vector, in a perspective view */
+    sc_vec3 eye_mm, direction; /* RAS; direction of unit length */
+} sc_sight;
+
+/* @return the line of sight through a point of the viewport, in pixels from its upper left corner.
+ */
+sc_sight sc_line_of_sight(const sc_lens *lens, double x_px, double y_px);
 /* Fill in *@p ray for a point of the viewport, in pixels from its upper left corner: origin,
  * direction and the parts that each clip set keeps. @return false if no part of it is kept
  * within the sphere around the volume; *@p ray must then not be marched. */
@@ -130,9 +143,13 @@ bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray);
 /* Set r->grey from the settings, if they have a grey volume. @return SC_ERR_DATA if its geometry is
  * singular. */
 sc_status sc_fill_grey(const sc_ctx *ctx, sc_renderer *r);
+/* Derive from the grey volume what its backdrop is drawn from, if any frame shows one: sets
+ * r->backdrop, but for what depends on the view. Collective in r->team. @return SC_ERR_MEMORY. */
+sc_status sc_find_backdrop(const sc_ctx *ctx, sc_renderer *r);
 /* Set what of the grey volume the pictures of a scene show: in r->march, and r->grey_behind. */
 void sc_set_grey(sc_renderer *r, const sc_scene *scene);
-/* Put the grey volume behind what rays through points of a view bring back, if r->grey_behind.
+/* Put the grey volume, a slice of it or the backdrop, behind what rays through points of a view
+ * bring back, if r->grey_behind.
  * @param at_px [count] points of the viewport, in pixels. @param light [count] of the rays. */
 void sc_put_grey_behind(const sc_lens *lens, const double (*at_px)[2], size_t count,
                         sc_radiance *light);

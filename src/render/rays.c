@@ -68,28 +68,38 @@ static bool fill_parts(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, doub
     return any;
 }
 
-bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
+sc_sight sc_line_of_sight(const sc_lens *lens, double x_px, double y_px)
 {
     const sc_camera *c = &lens->scene->camera;
-    const double across = (x_px - lens->middle_px[0]) * lens->px_scale;
-    const double upward = (lens->middle_px[1] - y_px) * lens->px_scale;
-    sc_vec3 eye = c->position_mm, direction = c->forward, origin = lens->eye, along = lens->forward;
+    sc_sight s = {(x_px - lens->middle_px[0]) * lens->px_scale,
+                  (lens->middle_px[1] - y_px) * lens->px_scale, 1, c->position_mm, c->forward};
+
+    if (c->projection == SC_ORTHOGRAPHIC) {
+        s.eye_mm = sc_vec3_along(sc_vec3_along(s.eye_mm, s.across, c->right), s.upward, c->up);
+        return s;
+    }
+    s.shorten = 1 / sqrt(1 + s.across * s.across + s.upward * s.upward);
+    s.direction = sc_vec3_scale(
+        sc_vec3_along(sc_vec3_along(s.direction, s.across, c->right), s.upward, c->up), s.shorten);
+    return s;
+}
+
+bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
+{
+    const sc_sight sight = sc_line_of_sight(lens, x_px, y_px);
+    const sc_vec3 eye = sight.eye_mm, direction = sight.direction;
+    sc_vec3 origin = lens->eye, along = lens->forward; /* the same in voxels */
     const double radius = lens->renderer->radius_mm, step = lens->renderer->march.step_mm;
     double middle, begin, base;
     sc_vec3 beside;
 
-    /* The same steps in mm (eye, direction) and in voxels (origin, along). */
-    if (c->projection == SC_ORTHOGRAPHIC) {
-        eye = sc_vec3_along(sc_vec3_along(eye, across, c->right), upward, c->up);
-        origin = sc_vec3_along(sc_vec3_along(origin, across, lens->right), upward, lens->up);
-    } else {
-        const double shorten = 1 / sqrt(1 + across * across + upward * upward);
-
-        direction = sc_vec3_scale(
-            sc_vec3_along(sc_vec3_along(direction, across, c->right), upward, c->up), shorten);
+    if (lens->scene->camera.projection == SC_ORTHOGRAPHIC)
+        origin =
+            sc_vec3_along(sc_vec3_along(origin, sight.across, lens->right), sight.upward, lens->up);
+    else
         along = sc_vec3_scale(
-            sc_vec3_along(sc_vec3_along(along, across, lens->right), upward, lens->up), shorten);
-    }
+            sc_vec3_along(sc_vec3_along(along, sight.across, lens->right), sight.upward, lens->up),
+            sight.shorten);
     /* The ray lies within the sphere around the volume between these distances, or in less of it.
      */
     beside = sc_vec3_sub(lens->renderer->middle_mm, eye);

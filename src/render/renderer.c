@@ -135,6 +135,7 @@ static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
     if (!light->flat && (light->occlusion > 0 || light->shadows > 0))
         SC_TRY(sc_occlusion_build(ctx, r->team, v, opacity, &r->occlusion));
     SC_TRY(sc_find_fades(ctx, r));
+    SC_TRY(sc_find_backdrop(ctx, r));
     sc_decide_cover(r);
     if (!r->covers_all)
         SC_TRY(sc_find_blocks(ctx, r));

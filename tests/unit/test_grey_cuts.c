@@ -140,7 +140,7 @@ static void pictures_show_values_at_their_places(void **state)
     s.settings.width_px = s.settings.height_px = 100;
     s.settings.light = (sc_lighting){.flat = true};
     s.settings.grey = &grey;
-    s.settings.grey_look = (sc_grey_look){{ramp((sc_vec3){20, 20, 20}), 400}, 1, 1};
+    s.settings.grey_look = (sc_grey_look){{ramp((sc_vec3){20, 20, 20}), 400}, 1, 1, 0};
     scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
                                   SC_ORTHOGRAPHIC, 25);
     scene.planes[0] = (sc_plane){{0, -1, 0}, 20};
@@ -195,7 +195,7 @@ static void the_share_mixes_colours_and_ends_at_the_image(void **state)
     scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
     without = draw_view(&s, &scene, NULL);
     s.settings.grey = &grey;
-    s.settings.grey_look = (sc_grey_look){{300, 600}, 0, 0};
+    s.settings.grey_look = (sc_grey_look){{300, 600}, 0, 0, 0};
     none = draw_view(&s, &scene, NULL);
     expect_same(&without, &none);
     s.settings.grey_look.caps = 0.5;
@@ -250,7 +250,7 @@ static void lines_on_the_image_have_the_colours_of_tissues(void **state)
         const int toward_x = scene.camera.right.x > 0 ? 1 : -1;
 
         s.settings.grey = share ? &grey : NULL;
-        s.settings.grey_look = (sc_grey_look){{300, 600}, 0, 1};
+        s.settings.grey_look = (sc_grey_look){{300, 600}, 0, 1, 0};
         image = draw_view(&s, &scene, NULL);
         for (int id = 1; id < 3; id++) { /* 0.15 mm from the border, which lies at 19.5 mm */
             const int x = 100 + (id == 1 ? -2 : 1) * toward_x - (toward_x < 0);
@@ -290,7 +290,7 @@ static void all_ways_to_draw_give_the_same_bits(void **state)
         s.settings.cap_outline = n & 4 ? 0.8 : 0;
         s.settings.light.depth_cue = n & 1 ? 0.4 : 0;
         s.settings.grey = &grey;
-        s.settings.grey_look = (sc_grey_look){{120, 700}, 0.7, 0.5};
+        s.settings.grey_look = (sc_grey_look){{120, 700}, 0.7, 0.5, 0};
         scene.plane_count = 1;
         scene.planes[0] = (sc_plane){scene.camera.forward, 0};
         scene.clip_set_count = 2;
