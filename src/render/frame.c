@@ -88,19 +88,23 @@ static void march_batch(tile *t)
         sc_put_grey_behind(&t->f->lens, t->rays.at_px, t->rays.count, t->rays.light);
 }
 
-/* Can a pixel of the viewport, or of a border around it, show anything? */
-static bool may_show(const frame *f, int x_px, int y_px)
+/* Can a pixel of the viewport, or of a border around it, show a tissue? */
+static bool may_show_tissue(const frame *f, int x_px, int y_px)
 {
     const sc_parts *parts = f->renderer->parts;
     bool any = false;
 
-    if (f->renderer->grey_behind)
-        return true;
     if (!sc_parts_apart(f->renderer))
         return sc_is_covered(&f->cover, x_px, y_px);
     for (int k = 0; k < parts->shown_count && !any; k++)
         any = sc_is_covered(&parts->list[parts->shown[k]].cover, x_px, y_px);
     return any;
+}
+
+/* Can it show anything? */
+static bool may_show(const frame *f, int x_px, int y_px)
+{
+    return f->renderer->grey_behind || may_show_tissue(f, x_px, y_px);
 }
 
 /* A ray that meets no tissue: nothing of it is kept. */
@@ -110,15 +114,17 @@ static const sc_ray empty_ray = {.direction = {1, 0, 0}};
  * meets nothing, nor has a grey volume behind it. @param target index of its pixel in t->pixels. */
 static void add_ray(tile *t, double x_px, double y_px, uint32_t target)
 {
+    const frame *f = t->f;
     batch *rays = &t->rays;
 
     rays->at_px[rays->count][0] = x_px;
     rays->at_px[rays->count][1] = y_px;
     rays->target[rays->count] = target;
-    if (sc_parts_apart(t->f->renderer) ||
-        sc_make_ray(&t->f->lens, x_px, y_px, &rays->rays[rays->count])) {
+    if (sc_parts_apart(f->renderer) ||
+        ((!f->renderer->grey_behind || may_show_tissue(f, (int)floor(x_px), (int)floor(y_px))) &&
+         sc_make_ray(&f->lens, x_px, y_px, &rays->rays[rays->count]))) {
         rays->count++;
-    } else if (t->f->renderer->grey_behind) {
+    } else if (f->renderer->grey_behind) {
         rays->rays[rays->count] = empty_ray;
         rays->count++;
     }
@@ -575,7 +581,7 @@ static void count_rows(void *user, size_t begin, size_t end, int thread)
             sc_ray ray;
             sc_radiance light;
 
-            if (!may_show(f, x, (int)y))
+            if (!may_show_tissue(f, x, (int)y))
                 continue;
             if (sc_parts_apart(r))
                 sc_march_apart(r, at_px, 1, thread, &light, out);
