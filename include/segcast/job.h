@@ -163,9 +163,9 @@ typedef struct sc_cine_options {
 typedef struct sc_grey_options {
     char path[SC_PATH_BYTES];
     bool window_auto;
-    sc_grey_window window;             /**< unless window_auto */
-    double caps, slices;               /**< as of sc_grey_look */
-    sc_track caps_track, slices_track; /**< key frames, which replace them */
+    sc_grey_window window;                             /**< unless window_auto */
+    double caps, slices, backdrop;                     /**< as of sc_grey_look */
+    sc_track caps_track, slices_track, backdrop_track; /**< key frames, which replace them */
 } sc_grey_options;
 
 /** A job. Plain data but for its arrays, so that it can be sent to other ranks. */

@@ -352,6 +352,8 @@ sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
  * fills session->grey and what goes with it, after sc_session_load. @return SC_ERR_DATA also for
  * one that lies nowhere in the box of the volume. */
 sc_status sc_session_grey(sc_app *app, sc_session *session);
+/* @return the backdrop of all frames of a job, as of sc_grey_look. */
+double sc_backdrop_most(const sc_job *job);
 /* Check the header of the grey volume of session->job, if it has one, and where it lies. Not
  * collective. @return as sc_session_grey. */
 sc_status sc_session_check_grey(const sc_app *app, const sc_session *session);

@@ -231,6 +231,7 @@ static bool draws_alike(const sc_session *a, const sc_session *b)
            are_same_bytes(&a->job.light_tracks, &b->job.light_tracks, sizeof a->job.light_tracks) &&
            are_same_bytes(&a->job.image.caps, &b->job.image.caps, sizeof(double)) &&
            are_same_bytes(&a->job.image.slices, &b->job.image.slices, sizeof(double)) &&
+           sc_backdrop_most(&a->job) == sc_backdrop_most(&b->job) &&
            are_same_bytes(a->tissues, b->tissues,
                           (size_t)a->volume.label_count * sizeof *a->tissues);
 }

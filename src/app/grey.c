@@ -120,6 +120,15 @@ out:
     return status;
 }
 
+double sc_backdrop_most(const sc_job *job)
+{
+    double most = job->image.backdrop_track.count ? 0 : job->image.backdrop;
+
+    for (int i = 0; i < job->image.backdrop_track.count; i++)
+        most = fmax(most, job->image.backdrop_track.keys[i].value.x);
+    return most;
+}
+
 sc_status sc_session_grey(sc_app *app, sc_session *session)
 {
     const bool first = sc_comm_rank(app->comm) == 0;

@@ -291,7 +291,8 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .caps = job->render.caps != 0,
         .cap_outline = job->render.cap_outline,
         .grey = session->grey.codes ? &session->grey : NULL,
-        .grey_look = {session->grey_window, job->image.caps, job->image.slices, 0},
+        .grey_look = {session->grey_window, job->image.caps, job->image.slices,
+                      sc_backdrop_most(job)},
         .light = sc_light_of_all(&job->light, &job->light_tracks),
         .local_thickness = job->render.thickness != 0,
         .opacity_rule = (sc_opacity_rule)job->render.auto_opacity,
@@ -446,6 +447,7 @@ sc_scene sc_shot_scene(const sc_session *session, int k)
     sc_background_at(&job->render.background, k, job->animation.frames, scene.look.background);
     scene.look.grey_caps = share_at(&job->image.caps_track, job->image.caps, job, k);
     scene.look.grey_slices = share_at(&job->image.slices_track, job->image.slices, job, k);
+    scene.look.grey_backdrop = share_at(&job->image.backdrop_track, job->image.backdrop, job, k);
     if (session->frame_colors) {
         find_colors(session, k);
         scene.colors = (const float(*)[3])session->frame_colors;

@@ -77,4 +77,9 @@ const sc_key sc_image_keys[] = {
      .help = "share of the image in the colour of tissues on slices (output.layout: views), which "
              "show nothing else beside them; 0: slices do not show it",
      .low = 0, .high = 1},
+    {"backdrop", SHARE(backdrop), .fallback = "0",
+     .help =
+         "opacity of 10 mm of what is white, as a translucent volume behind all tissues; darker "
+         "values have less, black has none; 0: it is not shown there",
+     .low = 0, .high = 1},
     {0}};

@@ -12,8 +12,12 @@ expect 0 '' "$SEGCAST" render job.yaml --set image.path=phantom:50x36x52 -o buil
 [ "$(hashes one)" = "$(hashes built-in)" ] || fail "the written image shows other pictures than the built-in one"
 [ "$(hashes one | tail -1)" != "$(hashes plain | tail -1)" ] || fail "the image is not seen"
 for surface in smooth voxel; do
-    for layout in picture views; do
-        set=("${with[@]}" --set render.surface=$surface --set output.layout=$layout --frames 2-6:2)
+    for layout in picture views backdrop; do
+        set=("${with[@]}" --set render.surface=$surface --frames 2-6:2)
+        case $layout in
+        backdrop) set+=(--set image.backdrop=0.4 --set 'tissues={"*": {opacity: 0.3}}') ;;
+        *) set+=(--set output.layout=$layout) ;;
+        esac
         "$SEGCAST" render job.yaml "${set[@]}" -o a-$surface-$layout -q --cpu c >/dev/null
         mpi 3 "$SEGCAST" render job.yaml "${set[@]}" -o b-$surface-$layout -q --set farm.partition=tiles --set farm.tile=13 \
             --set render.skip=none >/dev/null
@@ -32,6 +36,12 @@ expect 0 '' "$SEGCAST" render job.yaml "${with[@]}" --set volume=heart.segc -o p
 expect 0 '' "$SEGCAST" render job.yaml "${with[@]}" --set 'shots=[{}, {image: {caps: 0}}]' -o film -q
 [ "$(hashes film | sed -n 7p | cut -d' ' -f2)" = "$(hashes one | sed -n 7p | cut -d' ' -f2)" ] || fail "the first shot differs"
 [ "$(hashes film | sed -n 14p | cut -d' ' -f2)" = "$(hashes plain | sed -n 7p | cut -d' ' -f2)" ] || fail "the second shot shows the image"
+
+[ "$(hashes a-smooth-backdrop | head -1)" != "$(hashes one | sed -n 3p)" ] || fail "the backdrop is not seen"
+expect 0 '' "$SEGCAST" render job.yaml "${with[@]}" --set 'shots=[{}, {image: {backdrop: 0.3}}]' -o behind -q
+expect 0 '' "$SEGCAST" render job.yaml "${with[@]}" --set image.backdrop=0.3 -o alone -q
+[ "$(hashes behind | sed -n 7p | cut -d' ' -f2)" = "$(hashes one | sed -n 7p | cut -d' ' -f2)" ] || fail "the first shot shows a backdrop"
+[ "$(hashes behind | sed -n 14p | cut -d' ' -f2)" = "$(hashes alone | sed -n 7p | cut -d' ' -f2)" ] || fail "the second shot shows no backdrop"
 
 # The identity: under another path it is the same job, with another window or other values it is not.
 mkdir elsewhere && cp ct.nrrd elsewhere/image.nrrd

@@ -106,6 +106,8 @@ as_constant spared animation.clip '[{plane: {normal: left}, except: [{at: 1f, va
 # The share of an image on cut faces and slices.
 more=(--set image.path=phantom --set 'animation.clip=[{plane: {normal: posterior}}]')
 as_constant image-caps image.caps '[{at: 0%, value: 0}, {at: 100%, value: 1}]' 0 0 2 0.5 4 1
+more=(--set image.path=phantom)
+as_constant image-backdrop image.backdrop '[{at: 0%, value: 0}, {at: 100%, value: 0.4}]' 0 0 2 0.2 4 0.4
 more=(--set image.path=phantom --set output.layout=views --set 'animation.slices.point_mm=[0, 0, 0]')
 as_constant image-slices image.slices '[{at: 0%, value: 0}, {at: 100%, value: 1}]' 0 0 2 0.5 4 1
 

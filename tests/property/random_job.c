@@ -897,6 +897,7 @@ static const struct row image_rows[] = {
     {"window", 50, put_word, "auto|[50, 400]|[200, 90]"},
     {"caps", 60, put_scene_number, "0:1"},
     {"slices", 60, put_scene_number, "0:1"},
+    {"backdrop", 50, put_scene_number, "0:1"},
 };
 static const struct row cine_rows[] = {
     {"bpm", 100, put_number, "20:240"},
@@ -955,6 +956,7 @@ static const struct row card_rows[] = {
 static const struct row image_of_shot_rows[] = {
     {"caps", 60, put_scene_number, "0:1"},
     {"slices", 60, put_scene_number, "0:1"},
+    {"backdrop", 50, put_scene_number, "0:1"},
 };
 
 /* What may change from shot to shot, beside the animation. */
