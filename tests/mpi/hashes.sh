@@ -62,3 +62,18 @@ for cpu in c auto; do
     mpi 2 "$SEGCAST" render "${keyframes[@]}" -o keyed-$cpu --cpu $cpu --set farm.partition=tiles --set render.skip=none >/dev/null
     [ "$(hashes keyed)" = "$(hashes keyed-$cpu)" ] || fail "key frames: the pictures differ with two ranks, $cpu"
 done
+
+# A grey volume behind the tissues, with a background and without.
+for background in black none; do
+    behind=("$SOURCE/jobs/heart-backdrop.yaml" -q --set volume=phantom:59x41x61 --set image.path=phantom:60x40x50 --set 'output.size=[96, 54]'
+        --set output.video=none --set animation.frames=7 --set render.background=$background --set light.depth_cue=0.3)
+    OMP_NUM_THREADS=1 "$SEGCAST" render "${behind[@]}" -o behind-$background >/dev/null
+    n=0
+    for skip in none interior octree proximity chessboard leap; do
+        n=$((n + 1))
+        OMP_NUM_THREADS=$((1 + n % 3)) mpi $((1 + n % 4)) "$SEGCAST" render "${behind[@]}" -o behind-$background-$skip \
+            --cpu "$([ $((n / 2 % 2)) = 0 ] && echo c || echo auto)" --set farm.tile=$((8 + 13 * n)) \
+            --set "farm.partition=${partitions[n % 3]}" --set render.skip=$skip >/dev/null
+        [ "$(hashes behind-$background)" = "$(hashes behind-$background-$skip)" ] || fail "backdrop: the pictures differ by $skip, $background"
+    done
+done
