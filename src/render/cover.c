@@ -7,25 +7,80 @@
 #include <string.h>
 
 enum {
-    BLOCK = 2,   /* bricks along each edge */
+    BLOCK = 2,   /* bricks along each edge of a block that is not tight */
     LEVELS = 255 /* of distances that squares can have */
 };
 
-/* Is anything visible in the block whose lowest brick is (x, y, z)? Bricks of the block beyond
- * the volume are passed over. */
-static bool is_occupied(const sc_renderer *r, int x, int y, int z)
+/* How much further than its block what is visible may reach, in voxels: with a tight one cells not
+ * at all, but for the rounding of a ray, and the voxels of the voxel surface by half of their edge.
+ */
+#define CELL_MARGIN 0.25
+#define VOXEL_MARGIN 0.75
+#define WIDE_MARGIN 1.0
+/* The same for the rounding of a projection, in pixels. */
+#define TIGHT_MARGIN_PX 0.0625
+#define WIDE_MARGIN_PX 1.0
+
+/* What is visible in brick (x, y, z), as a mask; in the block whose lowest brick that is, unless
+ * blocks are tight: then only whether it is 0 has a meaning. Bricks beyond the volume are passed
+ * over. */
+static uint64_t visible_in(const sc_renderer *r, int x, int y, int z)
 {
+    const int edge = r->has_tight_blocks ? 1 : BLOCK;
     const int nx = r->volume->bricks[0], ny = r->volume->bricks[1], nz = r->volume->bricks[2];
     const int row = sc_framed_row(r->volume->bricks), layer = sc_framed_layer(r->volume->bricks);
     uint64_t any = 0;
 
-    for (int dz = 0; dz < BLOCK && z + dz < nz; dz++) {
-        for (int dy = 0; dy < BLOCK && y + dy < ny; dy++) {
-            for (int dx = 0; dx < BLOCK && x + dx < nx; dx++)
+    for (int dz = 0; dz < edge && z + dz < nz; dz++) {
+        for (int dy = 0; dy < edge && y + dy < ny; dy++) {
+            for (int dx = 0; dx < edge && x + dx < nx; dx++)
                 any |= r->visible[sc_framed_index(row, layer, x + dx, y + dy, z + dz)];
         }
     }
-    return any != 0;
+    return any;
+}
+
+/* The block whose lowest brick is (x, y, z), and which is not tight. */
+static sc_block wide_block(int x, int y, int z)
+{
+    const float half = BLOCK * 0.5f;
+
+    return (sc_block){((float)x + half) * SC_BRICK - 1, /* vertex - 1 */
+                      ((float)y + half) * SC_BRICK - 1,
+                      ((float)z + half) * SC_BRICK - 1,
+                      {BLOCK * SC_BRICK, BLOCK * SC_BRICK, BLOCK * SC_BRICK}};
+}
+
+/* First and last place of a brick along an axis with something visible. @param places of the brick
+ * [SC_BRICK], as bits. */
+static inline void find_ends(unsigned places, int ends[2])
+{
+    ends[0] = __builtin_ctz(places);
+    ends[1] = 31 - __builtin_clz(places);
+}
+
+/* The box around what is visible in brick (x, y, z). @param mask of it, not 0. */
+static sc_block tight_block(int x, int y, int z, uint64_t mask)
+{
+    const uint64_t rows = mask | mask >> 32, row = rows | rows >> 16; /* of all layers together */
+    const unsigned all = (unsigned)(row | row >> 8);
+    unsigned places[3] = {(all | all >> 4) & 15, 0, 0};
+    int ends[3][2];
+    sc_block block = {0};
+
+    for (int i = 0; i < SC_BRICK; i++) {
+        places[1] |= (row >> 4 * i & 15) ? 1u << i : 0;
+        places[2] |= (mask >> 16 * i & 0xffff) ? 1u << i : 0;
+    }
+    for (int i = 0; i < 3; i++) {
+        find_ends(places[i], ends[i]);
+        block.extents[i] = (uint8_t)(ends[i][1] - ends[i][0] + 1);
+    }
+    /* cells reach from their lowest vertex to the next; vertex - 1 is the voxel */
+    block.x = (float)(x * SC_BRICK - 1) + (float)(ends[0][0] + ends[0][1] + 1) * 0.5f;
+    block.y = (float)(y * SC_BRICK - 1) + (float)(ends[1][0] + ends[1][1] + 1) * 0.5f;
+    block.z = (float)(z * SC_BRICK - 1) + (float)(ends[2][0] + ends[2][1] + 1) * 0.5f;
+    return block;
 }
 
 /* A search for blocks, as its threads share it. */
@@ -35,29 +90,31 @@ typedef struct block_finder {
     sc_block *blocks; /* NULL as long as they are only counted */
 } block_finder;
 
-/* Count the occupied blocks of layers [begin, end), or store them at their places, in the order z,
- * y, x; an sc_range_fn on a block_finder. */
+/* Count the blocks of layers [begin, end), or store them at their places, in the order z, y, x; an
+ * sc_range_fn on a block_finder. */
 static void find_in_layers(void *user, size_t begin, size_t end, int thread)
 {
     const block_finder *f = user;
-    const int *bricks = f->renderer->volume->bricks;
-    const double half = BLOCK * 0.5;
+    const sc_renderer *r = f->renderer;
+    const int *bricks = r->volume->bricks;
+    const int edge = r->has_tight_blocks ? 1 : BLOCK;
 
     (void)thread;
     for (size_t layer = begin; layer < end; layer++) {
-        const int z = (int)layer * BLOCK;
+        const int z = (int)layer * edge;
         uint64_t before = 0, found = 0;
 
         for (size_t i = 0; f->blocks && i < layer; i++)
             before += f->counts[i];
-        for (int y = 0; y < bricks[1]; y += BLOCK) {
-            for (int x = 0; x < bricks[0]; x += BLOCK) {
-                if (!is_occupied(f->renderer, x, y, z))
+        for (int y = 0; y < bricks[1]; y += edge) {
+            for (int x = 0; x < bricks[0]; x += edge) {
+                const uint64_t mask = visible_in(r, x, y, z);
+
+                if (!mask)
                     continue;
                 if (f->blocks)
-                    f->blocks[before + found] = (sc_block){
-                        (float)((x + half) * SC_BRICK - 1), /* vertex - 1 */
-                        (float)((y + half) * SC_BRICK - 1), (float)((z + half) * SC_BRICK - 1)};
+                    f->blocks[before + found] =
+                        r->has_tight_blocks ? tight_block(x, y, z, mask) : wide_block(x, y, z);
                 found++;
             }
         }
@@ -68,7 +125,8 @@ static void find_in_layers(void *user, size_t begin, size_t end, int thread)
 
 sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r)
 {
-    const size_t layers = (size_t)((r->volume->bricks[2] + BLOCK - 1) / BLOCK);
+    const int edge = r->has_tight_blocks ? 1 : BLOCK;
+    const size_t layers = (size_t)((r->volume->bricks[2] + edge - 1) / edge);
     block_finder finder = {.renderer = r};
     size_t found = 0;
     void *block, *counts = NULL;
@@ -90,23 +148,33 @@ out:
 }
 
 /* One axis of the camera as a function of the voxel: position in mm = dot(axis, voxel) + offset.
- * And how far a block reaches along it to either side of its middle. */
+ * And how far a block reaches along it to either side of its middle: its margin, and so much for
+ * each voxel of its extents. */
 typedef struct screen_axis {
-    double x, y, z, offset, reach;
+    double x, y, z, offset;
+    double margin, reach[3];
 } screen_axis;
 
 /* One axis of the camera: the unit vector @p direction in RAS, from the position of the camera. */
 static screen_axis make_axis(const sc_renderer *r, const sc_camera *c, sc_vec3 direction)
 {
     const sc_affine *to_mm = &r->volume->to_ras_mm;
-    const double half = BLOCK * SC_BRICK * 0.5 + 1; /* a voxel more for safety */
+    const double margin = !r->has_tight_blocks                       ? WIDE_MARGIN
+                          : r->settings.surface == SC_SURFACE_SMOOTH ? CELL_MARGIN
+                                                                     : VOXEL_MARGIN;
     screen_axis a = {sc_vec3_dot(direction, sc_affine_column(to_mm, 0)),
                      sc_vec3_dot(direction, sc_affine_column(to_mm, 1)),
-                     sc_vec3_dot(direction, sc_affine_column(to_mm, 2)), 0, 0};
+                     sc_vec3_dot(direction, sc_affine_column(to_mm, 2)),
+                     0,
+                     0,
+                     {0}};
 
     a.offset = sc_vec3_dot(direction,
                            sc_vec3_sub(sc_affine_point(to_mm, (sc_vec3){0, 0, 0}), c->position_mm));
-    a.reach = half * (fabs(a.x) + fabs(a.y) + fabs(a.z));
+    a.reach[0] = fabs(a.x) / 2;
+    a.reach[1] = fabs(a.y) / 2;
+    a.reach[2] = fabs(a.z) / 2;
+    a.margin = margin * (fabs(a.x) + fabs(a.y) + fabs(a.z));
     return a;
 }
 
@@ -116,17 +184,24 @@ static inline double along(const screen_axis *a, const sc_block *b)
     return a->x * (double)b->x + a->y * (double)b->y + a->z * (double)b->z + a->offset;
 }
 
+/* How far a block reaches along the axis to either side of its middle, in mm. */
+static inline double reach_of(const screen_axis *a, const sc_block *b)
+{
+    return a->margin + a->reach[0] * b->extents[0] + a->reach[1] * b->extents[1] +
+           a->reach[2] * b->extents[2];
+}
+
 /* The squares of the map between the two positions @p ends, in mm along one axis of the screen.
  * Each is projected with the factor (pixels per mm) of the near or far side of the block,
- * whichever makes the interval larger, with a pixel to spare. @param middle of the viewport, in
+ * whichever makes the interval larger, with a little to spare. @param middle of the viewport, in
  * pixels. @param px edge of a square. @param count squares along the axis. @param out first and
  * last square; the first is greater if none is on the map. */
 static inline void squares_between(const double ends[2], const double factors[2], double middle,
-                                   double px, int count, int out[2])
+                                   double margin_px, double px, int count, int out[2])
 {
     const double from = middle + ends[0] * factors[ends[0] < 0 ? 0 : 1];
     const double to = middle + ends[1] * factors[ends[1] > 0 ? 0 : 1];
-    const double first = (from - 1) / px + 1, last = (to + 1) / px + 1;
+    const double first = (from - margin_px) / px + 1, last = (to + margin_px) / px + 1;
 
     out[0] = first > 0 ? (int)fmin(first, count) : 0;
     out[1] = last < count - 1 ? (int)fmax(last, -1) : count - 1;
@@ -143,8 +218,9 @@ static void set_levels(sc_cover *cover, const sc_renderer *r, const screen_axis 
     const sc_vec3 half = sc_vec3_scale(sc_vec3_sub(r->box.high, r->box.low), 0.5);
     /* Each block has something of the box in it, and may reach beyond by its own depth; half as
      * much more for safety. */
-    const double reach =
-        fabs(deep->x) * half.x + fabs(deep->y) * half.y + fabs(deep->z) * half.z + 3 * deep->reach;
+    const sc_block largest = wide_block(0, 0, 0);
+    const double reach = fabs(deep->x) * half.x + fabs(deep->y) * half.y + fabs(deep->z) * half.z +
+                         3 * reach_of(deep, &largest);
     const double at = deep->x * middle.x + deep->y * middle.y + deep->z * middle.z + deep->offset;
 
     if (!(at - reach > 0))
@@ -198,34 +274,36 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
                       down = make_axis(r, c, sc_vec3_scale(c->up, -1)),
                       deep = make_axis(r, c, c->forward);
     const double scale = viewport->height_px / (2 * c->half_height);
+    const double margin_px = r->has_tight_blocks ? TIGHT_MARGIN_PX : WIDE_MARGIN_PX;
 
     *cover = empty_cover(viewport, squares, r->covers_all);
     if (!r->covers_all)
         set_levels(cover, r, &deep);
     for (size_t i = 0; i < r->block_count && !r->covers_all; i++) {
-        const double x = along(&right, &r->blocks[i]), y = along(&down, &r->blocks[i]);
-        const double z = along(&deep, &r->blocks[i]);
-        const double across[2] = {x - right.reach, x + right.reach};
-        const double downward[2] = {y - down.reach, y + down.reach};
+        const sc_block *block = &r->blocks[i];
+        const double x = along(&right, block), y = along(&down, block), z = along(&deep, block);
+        const double aside = reach_of(&right, block), below = reach_of(&down, block);
+        const double behind = reach_of(&deep, block);
+        const double across[2] = {x - aside, x + aside}, downward[2] = {y - below, y + below};
         double factors[2] = {
             scale, scale}; /* from mm to pixels, at the near and the far side of the block */
         int columns[2], rows[2];
 
         if (c->projection == SC_PERSPECTIVE) {
-            if (z + deep.reach < 0)
+            if (z + behind < 0)
                 continue;
-            if (z - deep.reach < 1e-3 * deep.reach) { /* the eye is in the block, or nearly so */
+            if (z - behind < 1e-3 * behind) { /* the eye is in the block, or nearly so */
                 *cover = empty_cover(viewport, squares, 1);
                 return;
             }
-            factors[0] = scale / (z - deep.reach);
-            factors[1] = scale / (z + deep.reach);
+            factors[0] = scale / (z - behind);
+            factors[1] = scale / (z + behind);
         }
-        squares_between(across, factors, viewport->width_px / 2.0, 1 << cover->shift,
+        squares_between(across, factors, viewport->width_px / 2.0, margin_px, 1 << cover->shift,
                         cover->columns, columns);
-        squares_between(downward, factors, viewport->height_px / 2.0, 1 << cover->shift,
+        squares_between(downward, factors, viewport->height_px / 2.0, margin_px, 1 << cover->shift,
                         cover->rows, rows);
-        set_squares(cover, squares, columns, rows, level_of(cover, z - deep.reach));
+        set_squares(cover, squares, columns, rows, level_of(cover, z - behind));
     }
 }
 

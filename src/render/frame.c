@@ -24,12 +24,12 @@ typedef struct frame {
  * they go through, and for each the index of its pixel in tile.pixels. */
 typedef struct batch {
     sc_ray rays[SC_RAY_BATCH];
-    double at_px[SC_RAY_BATCH][2];
-    sc_radiance light[SC_RAY_BATCH]; /* what they bring back */
+    double at_px[SC_APART_BATCH][2];
+    sc_radiance light[SC_APART_BATCH]; /* what they bring back */
     sc_radiance
         white[SC_RAY_BATCH]; /* room for what they bring back where the far end fades to white */
-    uint32_t target[SC_RAY_BATCH];
-    size_t count;
+    uint32_t target[SC_APART_BATCH];
+    size_t count, most; /* how many there are, and at most can be: set by the caller */
 } batch;
 
 /* A tile, pixels [x0, x1) by [y0, y1) of the viewport, and what a thread needs to draw it. */
@@ -92,13 +92,10 @@ static void march_batch(tile *t)
 static bool may_show_tissue(const frame *f, int x_px, int y_px)
 {
     const sc_parts *parts = f->renderer->parts;
-    bool any = false;
 
-    if (!sc_parts_apart(f->renderer))
-        return sc_is_covered(&f->cover, x_px, y_px);
-    for (int k = 0; k < parts->shown_count && !any; k++)
-        any = sc_is_covered(&parts->list[parts->shown[k]].cover, x_px, y_px);
-    return any;
+    if (sc_parts_apart(f->renderer))
+        return parts->met[sc_cover_square(&parts->layout, x_px, y_px)];
+    return sc_is_covered(&f->cover, x_px, y_px);
 }
 
 /* Can it show anything? */
@@ -170,7 +167,7 @@ static void queue_first_ray(tile *t, int x, int y)
     t->pixels[at] = t->f->nothing;
     if (!may_show(t->f, x, y))
         return;
-    if (t->rays.count == SC_RAY_BATCH)
+    if (t->rays.count == t->rays.most)
         flush_first_rays(t);
     add_ray(t, x + 0.5, y + 0.5, at);
 }
@@ -271,7 +268,7 @@ static void sample_pixel(tile *t, int x, int y, uint32_t target)
         double at[2];
 
         sample_position(s->samples, i, at);
-        if (t->rays.count == SC_RAY_BATCH)
+        if (t->rays.count == t->rays.most)
             flush_samples(t);
         add_ray(t, x + at[0], y + at[1], target);
     }
@@ -353,31 +350,25 @@ static void store_row(const tile *t, int y)
     }
 }
 
-/* Is nothing visible in the tile, by a map? Its border is not examined. */
-static bool is_empty_in(const tile *t, const sc_cover *cover)
+/* Is nothing visible in the tile, by the map, or by those of all parts? Its border is not examined.
+ */
+static bool is_empty(const tile *t)
 {
+    const bool apart = sc_parts_apart(t->f->renderer);
+    const sc_parts *parts = t->f->renderer->parts;
+    const sc_cover *cover = apart ? &parts->layout : &t->f->cover;
+
+    if (t->f->renderer->grey_behind)
+        return false;
     for (int row = t->y0 >> cover->shift; row <= (t->y1 - 1) >> cover->shift; row++) {
         for (int column = t->x0 >> cover->shift; column <= (t->x1 - 1) >> cover->shift; column++) {
-            if (cover->squares[(row + 1) * cover->columns + column + 1])
+            const int square = (row + 1) * cover->columns + column + 1;
+
+            if (apart ? parts->met[square] : cover->squares[square])
                 return false;
         }
     }
     return true;
-}
-
-/* Is nothing visible in the tile, by the map, or by those of all parts? */
-static bool is_empty(const tile *t)
-{
-    const sc_parts *parts = t->f->renderer->parts;
-    bool empty = true;
-
-    if (t->f->renderer->grey_behind)
-        return false;
-    if (!sc_parts_apart(t->f->renderer))
-        return is_empty_in(t, &t->f->cover);
-    for (int k = 0; k < parts->shown_count && empty; k++)
-        empty = is_empty_in(t, &parts->list[parts->shown[k]].cover);
-    return empty;
 }
 
 /* Write the background to all pixels of the tile in the image. */
@@ -448,6 +439,7 @@ static void draw_and_measure(void *user, size_t begin, size_t end, int thread)
     t.thread = thread;
     t.counters = (sc_march_counters){0};
     t.rays.count = 0;
+    t.rays.most = sc_parts_apart(f->renderer) ? SC_APART_BATCH : SC_RAY_BATCH;
     for (size_t i = begin; i < end && !is_given_up(f); i++) {
         t.x0 = f->column0 + (int)(i % (size_t)f->tiles_x) * s->tile_px;
         t.y0 = f->row0 + (int)(i / (size_t)f->tiles_x) * s->tile_px;

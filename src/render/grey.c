@@ -305,8 +305,11 @@ static void put_backdrop(const sc_lens *lens, const double (*at_px)[2], size_t c
 void sc_put_grey_behind(const sc_lens *lens, const double (*at_px)[2], size_t count,
                         sc_radiance *light)
 {
-    if (lens->scene->slice)
+    if (lens->scene->slice) {
         put_slice(lens, at_px, count, light);
-    else
-        put_backdrop(lens, at_px, count, light);
+        return;
+    }
+    for (size_t first = 0; first < count; first += SC_RAY_BATCH) /* batches of parts are larger */
+        put_backdrop(lens, at_px + first,
+                     count - first < SC_RAY_BATCH ? count - first : SC_RAY_BATCH, light + first);
 }

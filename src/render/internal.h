@@ -39,9 +39,10 @@ typedef struct sc_fades {
     int mixed_weights[SC_FADE_GROUPS_MAX]; /* what of each group is taken away in mixed, 256ths */
 } sc_fades;
 
-/* Middle, in voxel coordinates, of a block of bricks that holds something visible. */
+/* A box in which something is visible: a block of bricks, or what of a brick is visible. */
 typedef struct sc_block {
-    float x, y, z;
+    float x, y, z;      /* its middle, in voxel coordinates */
+    uint8_t extents[4]; /* along x, y, z, in voxels; then nothing */
 } sc_block;
 
 enum {
@@ -87,7 +88,9 @@ struct sc_renderer {
     sc_occlusion occlusion;     /* empty if the light does without; see also fades */
     sc_block *blocks;           /* [block_count] */
     size_t block_count;
-    const sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */
+    bool has_tight_blocks; /* they are boxes around what is visible in each brick: many more, but
+                              fewer rays miss. So it is with parts, whose edges are longer */
+    const sc_vec3 *hull;   /* [hull_count], see sc_renderer_hull */
     size_t hull_count;
     sc_box3 hull_box; /* in mm */
     bool covers_all; /* the map is of no use: any pixel may show something; see sc_decide_cover() */
@@ -153,8 +156,15 @@ void sc_set_grey(sc_renderer *r, const sc_scene *scene);
  * @param at_px [count] points of the viewport, in pixels. @param light [count] of the rays. */
 void sc_put_grey_behind(const sc_lens *lens, const double (*at_px)[2], size_t count,
                         sc_radiance *light);
+/* @return how much longer the way along the ray through a point of the viewport is than its share
+ * along the direction of view. */
+double sc_ray_longer(const sc_lens *lens, double x_px, double y_px);
 
-enum { SC_RAY_BATCH = 256 /* rays that are marched together */ };
+enum {
+    SC_RAY_BATCH = 256,   /* rays that are marched together */
+    SC_APART_BATCH = 1024 /* rays that are followed through parts together: few of them meet each
+                             part, and they should fill the SIMD lanes */
+};
 
 /* Where a ray through a part goes on, and what it brings back from there. */
 typedef struct sc_part_ray {
@@ -167,10 +177,14 @@ typedef struct sc_part_room {
     sc_ray rays[SC_RAY_BATCH]; /* those that are marched next, through one part */
     sc_radiance light[SC_RAY_BATCH], white[SC_RAY_BATCH]; /* what they bring back */
     uint32_t target[SC_RAY_BATCH];                        /* the index of each in the batch */
-    int square[SC_RAY_BATCH];                             /* by index: of the maps of all parts */
-    double end_mm[SC_RAY_BATCH]; /* by index: where it ends, from the eye */
-    int part[SC_RAY_BATCH];      /* by index: the part that it goes through next; -1: it is done */
-    sc_part_ray *state;          /* [parts][SC_RAY_BATCH] by index */
+    int square[SC_APART_BATCH];                           /* by index: of the maps of all parts */
+    uint64_t lit[SC_APART_BATCH];  /* by index: the parts, as bits, in whose state is what the ray
+                                      brings back from there; it meets nothing in the others */
+    double longer[SC_APART_BATCH]; /* by index: how much longer the way along it is than along the
+                                      direction of view, at least 1 */
+    double end_mm[SC_APART_BATCH]; /* by index: where it ends, from the eye */
+    int part[SC_APART_BATCH]; /* by index: the part that it goes through next; -1: it is done */
+    sc_part_ray *state;       /* [parts][SC_APART_BATCH] by index */
 } sc_part_room;
 
 /* A part: tissues that move together, which are drawn as if there were no others. */
@@ -194,11 +208,14 @@ typedef struct sc_parts {
     int count;                  /* of list: the highest number of a part, plus 1 */
     sc_part list[SC_PARTS_MAX]; /* by sc_tissue.part */
     sc_part_room *rooms;        /* [threads] */
-    sc_part_ray *states;        /* [threads][count][SC_RAY_BATCH] */
+    sc_part_ray *states;        /* [threads][count][SC_APART_BATCH] */
+    uint64_t *met;              /* room for a map: [SC_COVER_SIDE][SC_COVER_SIDE] */
     /* of the present view */
-    bool are_apart; /* some part is moved: rays are followed through each */
+    bool are_apart;  /* some part is moved: rays are followed through each */
+    sc_cover layout; /* that of the maps of all parts; its squares are those of the whole */
     int shown_count;
-    int shown[SC_PARTS_MAX]; /* [shown_count]: those to draw, the nearest first */
+    int shown[SC_PARTS_MAX]; /* [shown_count]: those to draw, the nearest first. In their maps taken
+                                together, met holds the parts of each square, as bits */
 } sc_parts;
 
 /* Make the parts of the tissues, if any can move: sets r->parts. What does not depend on them is
@@ -230,7 +247,8 @@ void sc_march_rays(const sc_renderer *r, const sc_ray *rays, size_t count, sc_ra
                    sc_radiance *white, sc_march_counters *counters);
 /* The same for rays through points of a view whose parts are apart: each ray is followed through
  * every part, and what it meets there is put together in its order along the ray. @param at_px
- * [count] points of the viewport, in pixels. @param thread whose room is used. */
+ * [count] points of the viewport, in pixels, at most SC_APART_BATCH. @param thread whose room is
+ * used. */
 void sc_march_apart(const sc_renderer *r, const double (*at_px)[2], size_t count, int thread,
                     sc_radiance *out, sc_march_counters *counters);
 
@@ -286,8 +304,8 @@ void sc_set_fades(sc_renderer *r, const float *factors);
 /* @return bytes of memory that the rank has for itself because of them. */
 uint64_t sc_fades_bytes(const sc_renderer *r);
 
-/* Find the blocks of bricks that hold something visible, from r->visible: sets r->blocks and
- * r->block_count. Collective in r->team. @return SC_ERR_MEMORY. */
+/* Find the blocks that hold something visible, from r->visible: sets r->blocks and r->block_count.
+ * Collective in r->team. @return SC_ERR_MEMORY. */
 sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r);
 /* Make the map of a view from r->blocks; all of it is set, to level 1 of no known distance, where
  * r->covers_all. @param squares

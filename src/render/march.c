@@ -47,14 +47,28 @@ typedef struct bundle {
     size_t count;
     double touch_mm;
     int met_count;
-    int met[SC_PARTS_MAX];   /* [met_count] parts that rays can meet, by their numbers */
-    int order[SC_PARTS_MAX]; /* [met_count] the same, the nearest first: so rays are followed */
+    int order[SC_PARTS_MAX]; /* [met_count] parts that rays can meet, the nearest first: so rays are
+                                followed. The same for all rays of a frame, as where two parts
+                                nearly touch the last bits of what is met depend on it: a ray ends
+                                behind the face of one within the cell of the other's */
 } bundle;
 
 /* @return the state of ray @p i in part @p p. */
 static inline sc_part_ray *state_of(const bundle *b, int p, size_t i)
 {
-    return &b->room->state[(size_t)p * SC_RAY_BATCH + i];
+    return &b->room->state[(size_t)p * SC_APART_BATCH + i];
+}
+
+/* Part @p p as a bit. */
+static inline uint64_t part_bit(int p)
+{
+    return (uint64_t)1 << p;
+}
+
+/* Does a ray bring back anything? */
+static inline bool is_lit(const sc_radiance *light)
+{
+    return light->transmittance < 1;
 }
 
 /* Is nothing of what is behind seen, and nothing but the first surface? */
@@ -126,35 +140,54 @@ static inline bool may_meet(const bundle *b, const sc_part *part, size_t i)
 {
     const int level = part->cover.squares[b->room->square[i]];
 
-    return level && sc_cover_near_mm(&part->cover, level) <= b->room->end_mm[i];
+    return level &&
+           sc_cover_near_mm(&part->cover, level) * b->room->longer[i] <= b->room->end_mm[i];
 }
 
-/* Follow rays through part @p p to their ends, and store what they bring back in their states. All
- * go there in the first round, else those whose room->part it is. A ray needs not go further than
- * an opaque face that it has met in another part. */
-static void follow(const bundle *b, int p, bool all)
+/* March the queue through part @p p, and store what its rays bring back in their states. A ray
+ * needs not go further than an opaque face that it has met in another part. */
+static void march_followed(const bundle *b, int p, size_t queued)
 {
-    const sc_part *part = &b->renderer->parts->list[p];
+    sc_part_room *room = b->room;
+
+    march_queue(b, &b->renderer->parts->list[p], queued);
+    for (size_t k = 0; k < queued; k++) {
+        const size_t i = room->target[k];
+
+        if (!is_lit(&room->light[k]))
+            continue;
+        state_of(b, p, i)->light = room->light[k];
+        room->lit[i] |= part_bit(p);
+        if (is_one_face(&room->light[k]))
+            room->end_mm[i] = fmin(room->end_mm[i], (double)room->light[k].depth_mm + b->touch_mm);
+    }
+}
+
+/* Follow rays through part @p p to their ends. In the first round those go there that can meet it,
+ * from their beginnings, else those whose room->part it is. */
+static void follow(const bundle *b, int p, bool first_round)
+{
+    const sc_parts *parts = b->renderer->parts;
+    const sc_part *part = &parts->list[p];
     sc_part_room *room = b->room;
     size_t queued = 0;
 
     for (size_t i = 0; i < b->count; i++) {
         sc_part_ray *state = state_of(b, p, i);
 
-        if (!all && room->part[i] != p)
+        if (first_round ? !(parts->met[room->square[i]] & part_bit(p)) : room->part[i] != p)
             continue;
-        state->light = (sc_radiance){.transmittance = 1, .depth_mm = HUGE_VALF};
+        if (first_round)
+            state->begin_mm = 0;
+        room->lit[i] &= ~part_bit(p);
         if (may_meet(b, part, i))
             queued = queue_ray(b, part, state, i, room->end_mm[i], queued);
+        if (queued == SC_RAY_BATCH) {
+            march_followed(b, p, queued);
+            queued = 0;
+        }
     }
-    march_queue(b, part, queued);
-    for (size_t k = 0; k < queued; k++) {
-        const size_t i = room->target[k];
-
-        state_of(b, p, i)->light = room->light[k];
-        if (is_one_face(&room->light[k]))
-            room->end_mm[i] = fmin(room->end_mm[i], (double)room->light[k].depth_mm + b->touch_mm);
-    }
+    march_followed(b, p, queued);
 }
 
 /* Blend what a stretch of a ray brings back behind what has been met before. */
@@ -173,32 +206,26 @@ static void blend(const sc_radiance *from, sc_radiance *to)
     to->transmittance *= from->transmittance;
 }
 
-/* Does a ray bring back anything? */
-static inline bool is_lit(const sc_radiance *light)
-{
-    return light->transmittance < 1;
-}
-
 /* Blend what ray @p i meets in the part that it meets first, if it is alone there, or if nothing is
  * seen behind. @return that part if another one begins before it ends, and the end of its stretch
  * in
  * *@p end_mm; -1 if the ray is done. */
 static int take_first(const bundle *b, size_t i, bool last_round, double *end_mm)
 {
-    while (b->out[i].transmittance >= SC_OPAQUE) {
+    uint64_t *lit = &b->room->lit[i];
+
+    while (*lit && b->out[i].transmittance >= SC_OPAQUE) {
         int first = -1, second = -1;
 
         /* By their numbers: in which order they are followed must not matter, not even where two
          * are met at the same depth. */
-        for (int k = 0; k < b->met_count; k++) {
-            const int p = b->met[k];
+        for (uint64_t left = *lit; left; left &= left - 1) {
+            const int p = __builtin_ctzll(left);
             const sc_radiance *light = &state_of(b, p, i)->light;
 
-            if (!is_lit(light))
-                continue;
             if (!light->label) { /* a veil, of which it is not known where it is met */
                 blend(light, &b->out[i]);
-                state_of(b, p, i)->light.transmittance = 1;
+                *lit &= ~part_bit(p);
             } else if (first < 0 || light->depth_mm < state_of(b, first, i)->light.depth_mm) {
                 second = first;
                 first = p;
@@ -213,25 +240,20 @@ static int take_first(const bundle *b, size_t i, bool last_round, double *end_mm
             return first;
         }
         blend(&state_of(b, first, i)->light, &b->out[i]);
-        state_of(b, first, i)->light.transmittance = 1;
+        *lit &= ~part_bit(first);
     }
     return -1;
 }
 
-/* Follow all rays whose room->part is @p p up to their room->end_mm, and blend what they meet.
+/* March the queue through part @p p to where the next one begins, and blend what its rays meet.
  * Those that meet more behind in that part, unless they are opaque, keep it as their room->part;
  * the others' is set to that of no part, but not to -1. @return how many keep it. */
-static size_t follow_stretch(const bundle *b, int p)
+static size_t march_stretches(const bundle *b, int p, size_t queued)
 {
-    const sc_part *part = &b->renderer->parts->list[p];
     sc_part_room *room = b->room;
-    size_t queued = 0, left = 0;
+    size_t left = 0;
 
-    for (size_t i = 0; i < b->count; i++) {
-        if (room->part[i] == p)
-            queued = queue_ray(b, part, state_of(b, p, i), i, room->end_mm[i], queued);
-    }
-    march_queue(b, part, queued);
+    march_queue(b, &b->renderer->parts->list[p], queued);
     for (size_t k = 0; k < queued; k++) {
         const size_t i = room->target[k];
         sc_part_ray *state = state_of(b, p, i);
@@ -240,7 +262,7 @@ static size_t follow_stretch(const bundle *b, int p)
 
         blend(&room->light[k], &b->out[i]);
         state->begin_mm = room->end_mm[i];
-        state->light.transmittance = 1;
+        room->lit[i] &= ~part_bit(p);
         if (is_all || b->out[i].transmittance < SC_OPAQUE)
             room->part[i] = SC_PARTS_MAX;
         else
@@ -249,57 +271,80 @@ static size_t follow_stretch(const bundle *b, int p)
     return left;
 }
 
-/* Find the parts that rays can meet: sets met, order and met_count. */
-static void find_met(bundle *b)
+/* Follow all rays whose room->part is @p p up to their room->end_mm. @return as march_stretches. */
+static size_t follow_stretches(const bundle *b, int p)
+{
+    const sc_part *part = &b->renderer->parts->list[p];
+    sc_part_room *room = b->room;
+    size_t queued = 0, left = 0;
+
+    for (size_t i = 0; i < b->count; i++) {
+        if (room->part[i] == p)
+            queued = queue_ray(b, part, state_of(b, p, i), i, room->end_mm[i], queued);
+        if (queued == SC_RAY_BATCH) {
+            left += march_stretches(b, p, queued);
+            queued = 0;
+        }
+    }
+    return left + march_stretches(b, p, queued);
+}
+
+/* Begin to follow the rays of a bundle: sets out, and what of its room they have by their indices,
+ * and the parts that they can meet, order and met_count. */
+static void begin_rays(bundle *b)
 {
     const sc_parts *parts = b->renderer->parts;
-    bool meets[SC_PARTS_MAX] = {false};
-    int n = 0;
+    sc_part_room *room = b->room;
+    uint64_t met = 0;
 
+    for (size_t i = 0; i < b->count; i++) {
+        const int square =
+            sc_cover_square(&parts->layout, (int)floor(b->at_px[i][0]), (int)floor(b->at_px[i][1]));
+
+        b->out[i] = (sc_radiance){.transmittance = 1, .depth_mm = HUGE_VALF};
+        room->part[i] = SC_PARTS_MAX;
+        room->end_mm[i] = HUGE_VAL;
+        room->square[i] = square;
+        room->lit[i] = 0;
+        room->longer[i] =
+            sc_ray_longer(&parts->list[parts->shown[0]].lens, b->at_px[i][0], b->at_px[i][1]);
+        met |= parts->met[square];
+    }
     for (int k = 0; k < parts->shown_count; k++) {
-        const int p = parts->shown[k];
-        const uint8_t *squares = parts->list[p].cover.squares;
+        if (met & part_bit(parts->shown[k]))
+            b->order[b->met_count++] = parts->shown[k];
+    }
+}
 
-        for (size_t i = 0; i < b->count && !meets[p]; i++)
-            meets[p] = squares[b->room->square[i]];
-        if (meets[p])
-            b->order[n++] = p;
-    }
-    for (int p = 0; p < parts->count; p++) {
-        if (meets[p])
-            b->met[b->met_count++] = p;
-    }
+/* Follow the rays that take_first() has given to a part through that. */
+static void follow_on(const bundle *b, int p)
+{
+    sc_part_room *room = b->room;
+
+    if (!follow_stretches(b, p))
+        return;
+    for (size_t i = 0; i < b->count; i++)
+        room->end_mm[i] = room->part[i] == p ? HUGE_VAL : room->end_mm[i];
+    follow(b, p, false);
 }
 
 void sc_march_apart(const sc_renderer *r, const double (*at_px)[2], size_t count, int thread,
                     sc_radiance *out, sc_march_counters *counters)
 {
-    const sc_parts *parts = r->parts;
     bundle b = {.renderer = r,
                 .at_px = at_px,
-                .room = &parts->rooms[thread],
+                .room = &r->parts->rooms[thread],
                 .out = out,
                 .counters = counters,
                 .count = count,
                 .touch_mm = TOUCH_VOXELS * (double)r->march.voxel_mm};
     bool any = true;
 
-    for (size_t i = 0; i < count; i++) {
-        out[i] = (sc_radiance){.transmittance = 1, .depth_mm = HUGE_VALF};
-        b.room->part[i] = SC_PARTS_MAX;
-        b.room->end_mm[i] = HUGE_VAL;
-        b.room->square[i] = sc_cover_square(&parts->list[parts->shown[0]].cover,
-                                            (int)floor(at_px[i][0]), (int)floor(at_px[i][1]));
-    }
-    find_met(&b);
-    for (int k = 0; k < b.met_count; k++) {
-        for (size_t i = 0; i < count; i++)
-            state_of(&b, b.met[k], i)->begin_mm = 0;
-    }
+    begin_rays(&b);
     for (int k = 0; k < b.met_count; k++)
         follow(&b, b.order[k], true);
     for (int round = 0; any; round++) {
-        bool goes_on[SC_PARTS_MAX] = {false};
+        uint64_t going_on = 0;
 
         any = false;
         for (size_t i = 0; i < count; i++) {
@@ -307,17 +352,12 @@ void sc_march_apart(const sc_renderer *r, const double (*at_px)[2], size_t count
                 b.room->part[i] = take_first(&b, i, round == ROUNDS_MAX, &b.room->end_mm[i]);
             if (b.room->part[i] < 0)
                 continue;
-            goes_on[b.room->part[i]] = true;
+            going_on |= part_bit(b.room->part[i]);
             any = true;
         }
         for (int k = 0; k < b.met_count; k++) {
-            const int p = b.order[k];
-
-            if (goes_on[p] && follow_stretch(&b, p)) {
-                for (size_t i = 0; i < count; i++)
-                    b.room->end_mm[i] = b.room->part[i] == p ? HUGE_VAL : b.room->end_mm[i];
-                follow(&b, p, false);
-            }
+            if (going_on & part_bit(b.order[k]))
+                follow_on(&b, b.order[k]);
         }
     }
 }

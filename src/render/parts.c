@@ -42,6 +42,7 @@ static sc_status begin_part(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *
     own->team = r->team;
     own->to_voxel = r->to_voxel;
     own->fades.groups = r->fades.groups;
+    own->has_tight_blocks = true;
     SC_TRY(sc_alloc(ctx, labels, sizeof *own->tissues, &block));
     own->tissues = block;
     SC_TRY(sc_zalloc(ctx, labels, sizeof *own->looks, &block));
@@ -124,10 +125,13 @@ static sc_status allocate(const sc_ctx *ctx, sc_renderer *r, int count)
     r->parts->count = count;
     SC_TRY(sc_alloc(ctx, threads, sizeof *r->parts->rooms, &block));
     r->parts->rooms = block;
-    SC_TRY(sc_alloc(ctx, threads * (size_t)count * SC_RAY_BATCH, sizeof *r->parts->states, &block));
+    SC_TRY(
+        sc_alloc(ctx, threads * (size_t)count * SC_APART_BATCH, sizeof *r->parts->states, &block));
     r->parts->states = block;
     for (size_t i = 0; i < threads; i++)
-        r->parts->rooms[i].state = r->parts->states + i * (size_t)count * SC_RAY_BATCH;
+        r->parts->rooms[i].state = r->parts->states + i * (size_t)count * SC_APART_BATCH;
+    SC_TRY(sc_alloc(ctx, (size_t)SC_COVER_SIDE * SC_COVER_SIDE, sizeof *r->parts->met, &block));
+    r->parts->met = block;
 out:
     return status;
 }
@@ -176,6 +180,7 @@ void sc_parts_free(sc_renderer *r)
     }
     sc_free(r->parts->rooms);
     sc_free(r->parts->states);
+    sc_free(r->parts->met);
     sc_free(r->parts);
     r->parts = NULL;
 }
@@ -194,9 +199,10 @@ uint64_t sc_parts_bytes(const sc_renderer *r)
                      (r->parts->list[p].mixed ? occlusion_bytes(r) : 0);
     }
     return bytes + sizeof *r->parts +
+           (uint64_t)SC_COVER_SIDE * SC_COVER_SIDE * sizeof *r->parts->met +
            (uint64_t)r->settings.threads *
                (sizeof *r->parts->rooms +
-                (uint64_t)r->parts->count * SC_RAY_BATCH * sizeof *r->parts->states);
+                (uint64_t)r->parts->count * SC_APART_BATCH * sizeof *r->parts->states);
 }
 
 /* ---- the occlusion of a part ---- */
@@ -214,13 +220,13 @@ static void mix_bricks(void *user, size_t begin, size_t end, int thread)
     const mixture *m = user;
     const uint8_t *all = m->all[begin], *own = m->own[begin];
     uint8_t *to = m->to[begin];
-    const int32_t all_weight = m->all_weight, own_weight = m->own_weight;
+    /* Together at most WHOLE: so 16 bits are enough, and the loop is vectorised. */
+    const uint16_t all_weight = (uint16_t)m->all_weight, own_weight = (uint16_t)m->own_weight;
 
     (void)thread;
     for (size_t i = 0; i < 2 * (end - begin); i++) {
-        const int32_t sum = all[i] * all_weight + own[i] * own_weight + WHOLE / 2;
-
-        to[i] = (uint8_t)(sum > 255 * WHOLE ? 255 : sum / WHOLE);
+        to[i] =
+            (uint8_t)((uint16_t)(all[i] * all_weight + own[i] * own_weight + WHOLE / 2) / WHOLE);
     }
 }
 
@@ -365,6 +371,21 @@ static double depth_of(const sc_part *part)
     return sc_vec3_dot(sc_vec3_sub(middle, camera->position_mm), camera->forward);
 }
 
+/* Set parts->met from the maps of all that are shown. */
+static void find_met(sc_parts *parts)
+{
+    const size_t squares = (size_t)parts->layout.columns * (size_t)parts->layout.rows;
+
+    memset(parts->met, 0, squares * sizeof *parts->met);
+    for (int k = 0; k < parts->shown_count; k++) {
+        const uint8_t *levels = parts->list[parts->shown[k]].cover.squares;
+        const uint64_t bit = (uint64_t)1 << parts->shown[k];
+
+        for (size_t i = 0; i < squares; i++)
+            parts->met[i] |= levels[i] ? bit : 0;
+    }
+}
+
 void sc_parts_begin(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport)
 {
     sc_parts *parts = r->parts;
@@ -393,4 +414,7 @@ void sc_parts_begin(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
         parts->shown[at] = p;
         parts->shown_count++;
     }
+    parts->layout = r->last_cover; /* of the same view */
+    if (parts->are_apart)
+        find_met(parts);
 }

@@ -123,3 +123,13 @@ bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
     ray->toward_eye[2] = (float)-direction.z;
     return fill_parts(lens, eye, direction, begin, middle + radius, base, ray);
 }
+
+double sc_ray_longer(const sc_lens *lens, double x_px, double y_px)
+{
+    const double across = (x_px - lens->middle_px[0]) * lens->px_scale;
+    const double upward = (lens->middle_px[1] - y_px) * lens->px_scale;
+
+    if (lens->scene->camera.projection == SC_ORTHOGRAPHIC)
+        return 1;
+    return sqrt(1 + across * across + upward * upward);
+}
