@@ -308,6 +308,41 @@ static void the_counted_work_of_known_frames_does_not_change(void **state)
     }
 }
 
+/* The same where tissues have moved apart: how many rays go through the parts, and how many cells
+ * they visit there. If there are more, maps of parts have become wider, or hide less. */
+static void the_counted_work_of_moved_tissues_does_not_change(void **state)
+{
+    static const uint64_t known[2][2] = {{6696, 72487},
+                                         {18071, 339865}}; /* opaque, translucent: rays, visits */
+    static const sc_vec3 ways[4] = {{0, 0, 0}, {9, 2, 0}, {-5, 9, 3}, {0, 5, 9}};
+    sc_vec3 offsets_mm[64];
+
+    (void)state;
+    for (int way = 0; way < 2; way++) {
+        small_scene s = make_scene(small_phantom(), way ? 0.3 : 1);
+        sc_scene scene = front_view(&s);
+        sc_render_stats stats;
+        sc_image image;
+
+        for (int id = 0; id < s.prepared.view.label_count; id++) {
+            s.tissues[id].part = (uint8_t)(id % 4);
+            offsets_mm[id] = ways[id % 4];
+        }
+        scene.offsets_mm = offsets_mm;
+        image = draw_view(&s, &scene, &stats);
+        for (int i = 0; i < 2; i++) {
+            const uint64_t found = i ? stats.counters.cell_visits : stats.counters.rays;
+            const uint64_t slack = known[way][i] / 200;
+
+            if (found < known[way][i] - slack || found > known[way][i] + slack)
+                fail_msg("way %d: found %llu %s, expected %llu", way, (unsigned long long)found,
+                         i ? "cell visits" : "rays", (unsigned long long)known[way][i]);
+        }
+        sc_image_clear(&image);
+        free_scene(&s);
+    }
+}
+
 static int ball(double x, double y, double z)
 {
     return (x - 20) * (x - 20) + (y - 20) * (y - 20) + (z - 20) * (z - 20) < 225;
@@ -615,6 +650,7 @@ int main(void)
         cmocka_unit_test(threads_and_tiles_do_not_change_the_picture),
         cmocka_unit_test(columns_alone_are_those_of_the_whole),
         cmocka_unit_test(the_counted_work_of_known_frames_does_not_change),
+        cmocka_unit_test(the_counted_work_of_moved_tissues_does_not_change),
         cmocka_unit_test(no_crossing_is_missed),
         cmocka_unit_test(every_voxel_keeps_its_label_at_any_strength_of_smoothing),
         cmocka_unit_test(cut_faces_are_solid),
