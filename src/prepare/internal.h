@@ -137,6 +137,7 @@ void sc_free_stored(sc_preparation *p);
 enum {
     SC_WORTH_BOUNDARY = 30000,
     SC_WORTH_FIELDS = 30000,
+    SC_WORTH_RELAX = 18000,
     SC_WORTH_SHEETS = 6000,
     SC_WORTH_POLISH = 20000,
     SC_WORTH_TAPERS = 4000,
@@ -175,6 +176,9 @@ sc_status sc_find_fields_of_bricks(const sc_ctx *ctx, const sc_preparation *p, s
                                    float gain, const uint8_t *marked);
 /* Make the vertex records for any strengths: records. */
 sc_status sc_find_wide_fields(const sc_ctx *ctx, sc_preparation *p);
+/* Smooth the weights of thick tissue, in place; nothing is done to labels that are smoothed by a
+ * strength below 1. */
+sc_status sc_relax_weights(const sc_ctx *ctx, sc_preparation *p);
 /* Raise the weights of sheets of tissue one voxel thick, in place, so that nothing shows through
  * them; nothing is done where surfaces are crisp. */
 sc_status sc_close_sheets(const sc_ctx *ctx, sc_preparation *p);

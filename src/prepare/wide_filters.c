@@ -29,7 +29,7 @@ static void fill_table(quad *table, size_t stride, int chunk, const float taps[T
     }
 }
 
-double sc_flat_margin(const sc_weight_filter *w, double *total)
+void sc_flat_margins(const sc_weight_filter *w, double margins[3], double *total)
 {
     double layers[3] = {0, 0, 0}, sum = 0;
 
@@ -44,7 +44,16 @@ double sc_flat_margin(const sc_weight_filter *w, double *total)
             layers[axis] += at[axis] == 0 ? value : 0;
     }
     *total = sum;
-    return fmax(fmax(layers[0], layers[1]), layers[2]) / sum;
+    for (int axis = 0; axis < 3; axis++)
+        margins[axis] = layers[axis] / sum;
+}
+
+double sc_flat_margin(const sc_weight_filter *w, double *total)
+{
+    double margins[3];
+
+    sc_flat_margins(w, margins, total);
+    return fmax(fmax(margins[0], margins[1]), margins[2]);
 }
 
 /* Fill the rows of a filter for weights, and @p squares, the squared distance of each table. */

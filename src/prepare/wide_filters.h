@@ -66,6 +66,9 @@ typedef struct filters {
     uint8_t *crowded; /* [brick_count], borrowed; set to 1 for bricks left to fields.c */
 } filters;
 
+/* Write the margin, of 1, of the first vertex beside a flat border across each axis to @p margins,
+ * and the sum of the values of the filter to @p total. */
+void sc_flat_margins(const sc_weight_filter *w, double margins[3], double *total);
 /* @return the margin beside a flat border: the largest share that a layer of vertices across one of
  * the axes has in a filter for weights. @param total the sum of all values of the filter. */
 double sc_flat_margin(const sc_weight_filter *w, double *total);
