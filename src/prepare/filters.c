@@ -140,15 +140,19 @@ bool sc_is_by_border(const sc_volume *v, const int low[3], int radius)
 void sc_gradient_to_mm(const sc_volume *v, const double steps[3], double to_mm[3][3])
 {
     sc_affine inverse = {0};
+    double reference = 1;
 
     /* Gradients per reference voxel, times the length of a voxel, are gradients per voxel; those
      * map to RAS by the transposed inverse. It exists: the reader of the volume has checked. The
-     * map is scaled so that a gradient of 1 along x keeps its length. */
+     * map is scaled so that a gradient of 1 keeps its length, on the average of the axes, where
+     * their steps are limited; it does not depend on their order. */
     (void)sc_affine_invert(&v->to_ras_mm, &inverse);
+    for (int i = 0; i < 3; i++)
+        reference *= sc_vec3_length(sc_affine_column(&v->to_ras_mm, i)) / steps[i];
+    reference = cbrt(reference);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++)
-            to_mm[i][j] = inverse.m[j][i] * sc_vec3_length(sc_affine_column(&v->to_ras_mm, 0)) *
-                          (steps[j] / steps[0]);
+            to_mm[i][j] = inverse.m[j][i] * reference * steps[j];
     }
 }
 
