@@ -28,6 +28,7 @@
 
 enum {
     TIMES = 6,
+    AROUND = SC_AROUND,
     HALO = 2, /* vertices around a brick that two binomial filters reach */
     SIDE = SC_BRICK + 2 * HALO,
     LAYER = SIDE * SIDE,
@@ -116,31 +117,37 @@ static void fetch_near_border(const relax *r, const page *pages, const int low[3
     }
 }
 
-/* As fetch_near_border, for any brick. */
-static void fetch(const relax *r, const page *pages, const int low[3], window *w)
+/* As fetch_near_border, for any brick: that of index @p brick. */
+static void fetch(const relax *r, const page *pages, size_t brick, window *w)
 {
     const sc_volume *v = r->p->volume;
     const size_t line = (size_t)v->size[0], layer = line * (size_t)v->size[1];
+    const ptrdiff_t brick_row = r->p->bricks[0], brick_layer = brick_row * r->p->bricks[1];
+    const int16_t *around[AROUND];
     size_t voxel;
+    int low[3];
 
+    sc_brick_low(r->p->bricks, brick, low);
     if (!is_inside(v, low)) {
         fetch_near_border(r, pages, low, w);
         return;
     }
     voxel = (size_t)(low[2] - HALO - 1) * layer + (size_t)(low[1] - HALO - 1) * line +
             (size_t)(low[0] - HALO - 1);
+    for (int i = 0; i < AROUND; i++)
+        around[i] = pages[r->slot[(size_t)((ptrdiff_t)brick + (i / 9 - 1) * brick_layer +
+                                           (i / 3 % 3 - 1) * brick_row + i % 3 - 1)]];
     for (int i = 0; i < POINTS; i += SIDE) {
-        const int y = low[1] - HALO + i / SIDE % SIDE, z = low[2] - HALO + i / LAYER;
-        const size_t brick = sc_brick_index(r->p->bricks, sc_brick_of(low[0] - HALO),
-                                            sc_brick_of(y), sc_brick_of(z));
+        const int y = i / SIDE % SIDE - HALO, z = i / LAYER - HALO; /* from the brick */
         const int bit = sc_brick_bit(0, y, z);
+        const int16_t *const *from = around + (sc_brick_of(z) + 1) * 9 + (sc_brick_of(y) + 1) * 3;
         int16_t *to = w->values + i;
 
         sc_copy_ids(v, voxel + (size_t)(i / LAYER) * layer + (size_t)(i / SIDE % SIDE) * line, SIDE,
                     w->ids + i);
-        memcpy(to, pages[r->slot[brick]] + bit + SC_BRICK - HALO, HALO * sizeof *to);
-        memcpy(to + HALO, pages[r->slot[brick + 1]] + bit, SC_BRICK * sizeof *to);
-        memcpy(to + HALO + SC_BRICK, pages[r->slot[brick + 2]] + bit, HALO * sizeof *to);
+        memcpy(to, from[0] + bit + SC_BRICK - HALO, HALO * sizeof *to);
+        memcpy(to + HALO, from[1] + bit, SC_BRICK * sizeof *to);
+        memcpy(to + HALO + SC_BRICK, from[2] + bit, HALO * sizeof *to);
     }
 }
 
@@ -249,13 +256,11 @@ static void relax_brick(const relax *r, size_t brick, window *w)
 {
     const uint32_t slot = r->slot[brick];
     uint64_t left = r->thick[slot];
-    int low[3];
 
     memcpy(r->next[slot], r->values[slot], sizeof(page));
     if (!left)
         return;
-    sc_brick_low(r->p->bricks, brick, low);
-    fetch(r, r->values, low, w);
+    fetch(r, r->values, brick, w);
     while (left) {
         const uint16_t id = w->ids[point_of(__builtin_ctzll(left))];
         const uint64_t own = vertices_of(w, left, id), done = r->simple[slot] ? left : own;
@@ -334,14 +339,13 @@ static void begin_bricks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Leave out of thick, in bricks [begin, end), the vertices with too many thin neighbours: the sum
- * of the marks around is that of three rows, three times. An sc_range_fn on a relax. */
+/* Leave out of thick, in bricks [begin, end), the vertices with too many thin neighbours and those
+ * near a third label; fill simple. An sc_range_fn on a relax. */
 static void leave_out_thin(void *user, size_t begin, size_t end, int thread)
 {
     const relax *r = user;
     window w = {.values = {0}};
     uint16_t other;
-    int low[3];
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
@@ -349,14 +353,13 @@ static void leave_out_thin(void *user, size_t begin, size_t end, int thread)
 
         if (!r->thick[slot])
             continue;
-        sc_brick_low(r->p->bricks, brick, low);
-        fetch(r, r->next, low, &w);
+        fetch(r, r->next, brick, &w);
         r->simple[slot] = has_two_labels(&w, &other);
         for (uint64_t left = r->thick[slot]; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
             int thin = 0;
 
-            for (int i = 0; i < SC_AROUND; i++)
+            for (int i = 0; i < AROUND; i++)
                 thin += w.values[point_of(bit) + (i / 9 - 1) * LAYER + (i / 3 % 3 - 1) * SIDE +
                                  i % 3 - 1];
             if (thin > THIN_MAX || (!r->simple[slot] && is_by_junction(&w, bit)))
