@@ -25,6 +25,8 @@ enum {
 #define LEAST_JUMP 0.75
 #define LEAST_JUMPING 0.2
 #define MOST_CORRELATED (-0.3)
+/* Shifts are alike if the matches differ by at most this share of the pixels. */
+#define ALIKE 0.03
 
 /* The stack of slices across an axis. */
 typedef struct slices {
@@ -106,6 +108,30 @@ static double top_of(int before, int middle, int after)
     return bend > 0 ? fmin(fmax(0.5 * (after - before) / bend, -0.5), 0.5) : 0;
 }
 
+/* Find the middle of the shifts that are about as good as the best one, to @p shift. A contour that
+ * has grown or shrunk by some pixels lies within the other at many shifts; the one with the most
+ * matches among them is an accident. @param count the pixels that were compared.
+ * @return false if the best shift stands alone. */
+static bool find_middle(int found[SHIFTS][SHIFTS], int best, int count, double shift[2])
+{
+    const int least = best - (int)(ALIKE * count);
+    double sum[2] = {0, 0};
+    int alike = 0;
+
+    for (int y = 0; y < SHIFTS; y++) {
+        for (int x = 0; x < SHIFTS; x++) {
+            if (found[y][x] < least)
+                continue;
+            sum[0] += x - MOST_SHIFT;
+            sum[1] += y - MOST_SHIFT;
+            alike++;
+        }
+    }
+    shift[0] = sum[0] / alike;
+    shift[1] = sum[1] / alike;
+    return alike > 1;
+}
+
 /* Find the shift from the slice @p before at which most pixels beside another label match; NAN if
  * it is not less than MOST_SHIFT - 1 along both axes.
  * @param at room for the indices of a slice's pixels. */
@@ -132,6 +158,8 @@ static void find_shift(const slices *s, const uint16_t *slice, const uint16_t *b
         if (best[i] == 1 || best[i] == SHIFTS - 2)
             return; /* the best one may lie farther off */
     }
+    if (find_middle(found, found[best[1]][best[0]], count, shift))
+        return;
     shift[0] =
         best[0] - MOST_SHIFT +
         top_of(found[best[1]][best[0] - 1], found[best[1]][best[0]], found[best[1]][best[0] + 1]);

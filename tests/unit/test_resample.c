@@ -565,6 +565,31 @@ static int count_wrong_anywhere(const sc_volume *v)
     return least;
 }
 
+/* A body whose outline grows and shrinks by some pixels from slice to slice, with two more labels.
+ */
+static int body_id(double x, double y, double z)
+{
+    const double a = (x - 19) / 16, b = (y - 16) / 13, c = (z - 13) / 11;
+
+    if (x >= 4 && x < 12 && y >= 14 && y < 20 && z >= 20 && z < 27)
+        return 3;
+    return a * a + b * b + c * c >= 1 ? 0 : x > 22 && y > 18 && z > 9 ? 2 : 1;
+}
+
+/* Contours that grow or shrink are no slices that jump. */
+static void growing_contours_are_not_moved(void **state)
+{
+    static const double spacing[3] = {1, 1.25, 1.5};
+    sc_volume v = shape_volume((const int[3]){40, 34, 28}, spacing, 1, 4, body_id);
+    sc_drawn_grid grid;
+
+    (void)state;
+    assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
+    for (int axis = 0; axis < 3; axis++)
+        assert_int_equal(grid.moved[axis], 0);
+    sc_volume_clear(&v);
+}
+
 static void slices_that_jump_are_moved_back(void **state)
 {
     const int size[3] = {NOISY, NOISY, NOISY};
@@ -908,6 +933,7 @@ int main(void)
         cmocka_unit_test(bytes_grow_with_boxes_slices_and_threads),
         cmocka_unit_test(a_spacing_in_a_wrong_unit_gets_no_layers),
         cmocka_unit_test(noise_at_borders_is_found_and_smoothed),
+        cmocka_unit_test(growing_contours_are_not_moved),
         cmocka_unit_test(slices_that_jump_are_moved_back),
         cmocka_unit_test(resizing_keeps_the_nearest_label_and_the_place),
         cmocka_unit_test(lack_of_memory_is_told),
