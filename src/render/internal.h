@@ -68,13 +68,11 @@ struct sc_renderer {
                            are set for each view */
     sc_march on_white;  /* without a background, and if the far end fades: march, fading to white */
     sc_march_grey grey; /* of settings.grey */
-    bool grey_behind;   /* the present view shows it behind the tissues, too, in any pixel */
     sc_march_backdrop backdrop; /* of grey; for the present view, if its look has one */
     sc_backdrop_fn *follow_backdrop;
     sc_affine to_grey;        /* from RAS mm to voxels of settings.grey */
     sc_march_tissue *tissues; /* [label_count] */
     sc_full_look *looks;      /* [label_count] */
-    bool colors_are_set;      /* the colours of tissues may be other than those of looks */
     sc_fades fades;
     struct sc_parts *parts;  /* NULL: no tissue moves */
     sc_team *team;           /* holds what is derived from the volume, down to the hull, unless that
@@ -88,13 +86,10 @@ struct sc_renderer {
     sc_occlusion occlusion;     /* empty if the light does without; see also fades */
     sc_block *blocks;           /* [block_count] */
     size_t block_count;
-    bool has_tight_blocks; /* they are boxes around what is visible in each brick: many more, but
-                              fewer rays miss. So it is with parts, whose edges are longer */
-    const sc_vec3 *hull;   /* [hull_count], see sc_renderer_hull */
+    const sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */
     size_t hull_count;
-    sc_box3 hull_box; /* in mm */
-    bool covers_all; /* the map is of no use: any pixel may show something; see sc_decide_cover() */
-    uint8_t *cover;  /* room for the squares of a map: [SC_COVER_SIDE][SC_COVER_SIDE] */
+    sc_box3 hull_box;    /* in mm */
+    uint8_t *cover;      /* room for the squares of a map: [SC_COVER_SIDE][SC_COVER_SIDE] */
     sc_cover last_cover; /* the map in that room, which the bands of one frame share ... */
     sc_scene last_scene; /* ... and what it is a map of */
     sc_viewport last_viewport;
@@ -102,10 +97,15 @@ struct sc_renderer {
     sc_box3 box;        /* in voxels: the box that rays are marched within */
     sc_vec3 middle_mm;  /* middle and radius of the sphere around the volume */
     double radius_mm;
-    sc_srgb_table srgb;     /* from linear light to levels of a pixel */
-    float tone[3];          /* of the background of the present view, black if there is none: the
-                               square roots of linear light, with which rays are blended */
-    uint8_t empty[4];       /* the background as a pixel, sRGB, or as one of alpha 0 */
+    sc_srgb_table srgb; /* from linear light to levels of a pixel */
+    float tone[3];      /* of the background of the present view, black if there is none: the
+                           square roots of linear light, with which rays are blended */
+    uint8_t empty[4];   /* the background as a pixel, sRGB, or as one of alpha 0 */
+    bool grey_behind;   /* the present view shows settings.grey behind the tissues, in any pixel */
+    bool has_tight_blocks; /* blocks are boxes around what is visible in each brick: many more, but
+                              fewer rays miss. So it is with parts, whose edges are longer */
+    bool colors_are_set;   /* the colours of tissues may be other than those of looks */
+    bool covers_all; /* the map is of no use: any pixel may show something; see sc_decide_cover() */
     sc_render_stats *stats; /* [threads], of the present frame */
     sc_render_span *spans;  /* [threads] */
     sc_pixel_state *pixels; /* [threads][(tile + 2)^2]: a tile within a frame of one pixel; of

@@ -41,7 +41,7 @@ table() { # table VOLUME TABLE KIND NAME COLOR: the table is recognised as KIND 
     grep -q "read as a.* $3 label table" stderr.txt || { cat stderr.txt; fail "$2 was not recognised as a $3 table"; }
     grep -q "$4" stdout.txt || fail "$2: expected a label named $4"
     "$SEGCAST" info "$DATA/real/$1" --labels "$DATA/real/$2" --json -q >info.json 2>/dev/null
-    jq -e --arg name "$4" ".labels[] | select(.name | startswith(\$name)) | .color == [$5]" info.json | grep -q true ||
+    jq -e --arg name "$4" "[.labels[] | select(.name | startswith(\$name)) | .color == [$5]] | any" info.json >/dev/null ||
         fail "$2: $4 has another colour than $5: $(jq -c --arg name "$4" '[.labels[] | select(.name | startswith($name)) | .color]' info.json)"
 }
 table spl_brain/hncma-atlas.nrrd spl_brain/hncma-atlas-lut.ctbl Slicer 'white matter of left' '250,250,225'
