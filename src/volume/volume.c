@@ -59,6 +59,7 @@ void sc_source_clear(sc_source *source)
         sc_free(source->masks[i].file);
     sc_free(source->masks);
     sc_free(source->segments);
+    sc_text_clear(&source->data_files);
     sc_label_table_clear(&source->table);
     *source = (sc_source){0};
 }
