@@ -26,7 +26,7 @@ enum {
 #define LEAST_JUMPING 0.2
 #define MOST_CORRELATED (-0.3)
 /* Shifts are alike if the matches differ by at most this share of the pixels. */
-#define ALIKE 0.03
+#define ALIKE 0.012
 
 /* The stack of slices across an axis. */
 typedef struct slices {
