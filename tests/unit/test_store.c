@@ -388,6 +388,21 @@ static void find_file(const char *ending, char path[512])
     pclose(stream);
 }
 
+/* Resume, give all frames, and check that the video becomes @p video, [@p bytes]. */
+static void resume_to(const char *video, size_t bytes)
+{
+    sc_store *store = open_store(SC_STORE_RESUME);
+    size_t found;
+    char *again;
+
+    add_frames(store, 0, FRAMES);
+    finish(store);
+    again = read_all(in_folder("v.mp4"), &found);
+    assert_int_equal(found, bytes);
+    assert_memory_equal(again, video, bytes);
+    sc_free(again);
+}
+
 /* Pictures with the right hash that are of no frame, or of another size, are not used; the result
  * has the same bytes. */
 static void forged_pictures(void **state)
@@ -395,7 +410,7 @@ static void forged_pictures(void **state)
     static const int64_t values[] = {INT64_MIN, -1, 0, 1, 5, 6, 1 << 30, INT64_MAX};
     const size_t head_bytes = 48, picture = sc_picture_bytes("v.mp4", &settings);
     size_t bytes, video_bytes;
-    char path[512], *part, *video, *again;
+    char path[512], *part, *video;
     sc_store *whole;
 
     (void)state;
@@ -422,13 +437,7 @@ static void forged_pictures(void **state)
             memcpy(part + 8, &hash, 8);
             assert_ok(sc_file_write(&quiet, path, part, bytes));
             sc_free(part);
-            store = open_store(SC_STORE_RESUME);
-            add_frames(store, 0, FRAMES);
-            finish(store);
-            again = read_all(in_folder("v.mp4"), &bytes);
-            assert_int_equal(bytes, video_bytes);
-            assert_memory_equal(again, video, bytes);
-            sc_free(again);
+            resume_to(video, video_bytes);
         }
     }
     sc_free(video);
@@ -447,7 +456,7 @@ static void damaged_pictures(void **state)
                              head_bytes + picture - 1,
                              2 * head_bytes + 2 * picture - 1};
     size_t bytes, video_bytes;
-    char path[512], *part, *video, *again;
+    char path[512], *part, *video;
     sc_store *store;
 
     (void)state;
@@ -467,13 +476,7 @@ static void damaged_pictures(void **state)
         part[places[i]] ^= (char)0x80;
         assert_ok(sc_file_write(&quiet, path, part, bytes));
         sc_free(part);
-        store = open_store(SC_STORE_RESUME);
-        add_frames(store, 0, FRAMES);
-        finish(store);
-        again = read_all(in_folder("v.mp4"), &bytes);
-        assert_int_equal(bytes, video_bytes);
-        assert_memory_equal(again, video, bytes);
-        sc_free(again);
+        resume_to(video, video_bytes);
     }
     sc_free(video);
 }
