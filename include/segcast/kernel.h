@@ -93,11 +93,14 @@ enum { SC_BACKDROP_STEPS = 1024 /**< of the tables from a place in a window */ }
 typedef struct sc_march_backdrop {
     const sc_march_grey *grey; /**< its from_grid and tones are not read */
     float step_mm;
-    /** By place in the window, rounded; the first of each is 0: the opacity of a step, 0 to 1, and
-     *  what it adds: that opacity times the square root of linear light. */
+    /** Two tables over the window, from its lower end to its upper one; a value of the image takes
+     *  the nearest entry. alphas: the opacity of one step, 0 to 1. tones: the light that one step
+     *  adds, which is its opacity times the square root of linear light. Both begin with 0. */
     float alphas[SC_BACKDROP_STEPS + 1], tones[SC_BACKDROP_STEPS + 1];
-    float cue, cue_near_mm, cue_per_mm; /**< 0 to 1: share of what is behind the picture, so much
-                                             more of which is seen for each mm beyond cue_near_mm */
+    float cue;         /**< most share, 0 to 1, in which the depth cue replaces the backdrop by what
+                            is behind the picture */
+    float cue_near_mm; /**< distance from the eye up to which that share is 0 */
+    float cue_per_mm;  /**< 1 / the mm beyond that in which the share rises from 0 to cue */
     const uint8_t *distances; /**< sc_brick_distances of the bricks that hold 4 x 4 x 4 cells
                                  between centres of voxels; those are empty in which no place in the
                                  window is above 0 at any point. Wide kernels only */
@@ -115,7 +118,7 @@ typedef struct sc_backdrop_ray {
 
 /** What a ray through a backdrop brings back. */
 typedef struct sc_backdrop_light {
-    float tone;          /**< square root of linear light, premultiplied */
+    float tone;          /**< square root of linear light, times the opacity */
     float transmittance; /**< share of what is behind the picture that is seen */
 } sc_backdrop_light;
 

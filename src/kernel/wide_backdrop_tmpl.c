@@ -23,7 +23,7 @@ typedef struct packet {
 
 /* The cells that hold a sample of each ray. */
 typedef struct cells {
-    vi low[3];   /* the voxel at the lowest corner */
+    vi low[3];   /* index of the voxel at the corner with the lowest x, y and z */
     vf share[3]; /* of the way from there to the next voxels */
 } cells;
 

@@ -45,7 +45,7 @@ enum {
 
 /* Eight numbers of a window that are side by side along x. */
 typedef int16_t row __attribute__((vector_size(2 * SIDE)));
-/* Numbers of the 64 vertices of a brick, by bit. */
+/* One number for each of the 64 vertices of a brick, in the order of the bits of its mask. */
 typedef int16_t page[SC_BRICK_VERTICES];
 
 /* What the threads share. The arrays are of the team, and have one entry for each slot. */

@@ -148,7 +148,8 @@ static uint64_t word64(const unsigned char *at)
     return value;
 }
 
-/* @return the number from which shard and minishard of a chunk follow. */
+/* @return the hash of a chunk's number: its lowest bits are the number of its minishard, the bits
+ * above them that of its shard. */
 static uint64_t hash_of(const sc_precomputed_sharding *sharding, uint64_t chunk)
 {
     const uint64_t before = shifted(chunk, sharding->preshift_bits);
