@@ -6,6 +6,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -41,8 +42,10 @@ struct sc_voxel_stream {
     unsigned char *ahead; /* [SC_BATCH_BYTES], of sc_stream_read_ahead, NULL until then; owned */
     size_t ahead_bytes;   /* how many of the next batch were read there */
     bool is_ahead;        /* the next batch was read, as far as it could be */
-    unsigned char raw[SC_STREAM_BLOCK * VOXEL_BYTES_MAX];     /* one block, as stored */
-    unsigned char swapped[SC_STREAM_BLOCK * VOXEL_BYTES_MAX]; /* the same in this byte order */
+    /* One block as stored, and the same in this machine's byte order. They are read as numbers of
+     * the source's type, so they are aligned for each type. */
+    _Alignas(max_align_t) unsigned char raw[SC_STREAM_BLOCK * VOXEL_BYTES_MAX];
+    _Alignas(max_align_t) unsigned char swapped[SC_STREAM_BLOCK * VOXEL_BYTES_MAX];
 };
 
 size_t sc_voxel_type_bytes(sc_voxel_type type)

@@ -112,9 +112,10 @@ for try in 1 2 3; do
 done
 
 # Before the first frame TERM ends a run at once; a run that has used up its CPU time stops in order.
+rm stderr.txt # of the run before, which has such a line, too
 "$SEGCAST" render job.yaml -o early --set volume=phantom:469x325x487 >/dev/null 2>stderr.txt &
 pid=$!
-until grep -q '^segcast: rank ' stderr.txt; do sleep 0.02; done
+until grep -qs '^segcast: rank ' stderr.txt; do sleep 0.02; done
 begin=$(date +%s%N)
 kill -TERM $pid
 code=0
