@@ -10,6 +10,8 @@
 #include <sys/stat.h>
 #include <zlib.h>
 
+enum { PATTERN_WIDTH_MAX = 100 };
+
 const char *sc_bad_name(const char *name)
 {
     if (!name[0])
@@ -105,6 +107,32 @@ out:
     free(directories[1]);
     sc_free(joined);
     return status;
+}
+
+bool sc_name_pattern_read(char *text, sc_name_pattern *out)
+{
+    char *percent = strchr(text, '%'), *end;
+    unsigned long width;
+
+    if (!percent)
+        return false;
+    width = strtoul(percent + 1, &end, 10);
+    if (*end != 'd' || strchr(end, '%') || width > PATTERN_WIDTH_MAX)
+        return false;
+    out->zeros = percent[1] == '0';
+    out->width = (int)width;
+    *percent = '\0';
+    out->before = text;
+    out->after = end + 1;
+    return true;
+}
+
+sc_status sc_name_pattern_write(const sc_ctx *ctx, const sc_name_pattern *pattern, long long number,
+                                sc_text *name)
+{
+    name->length_bytes = 0;
+    return sc_text_add(ctx, name, pattern->zeros ? "%s%0*lld%s" : "%s%*lld%s", pattern->before,
+                       pattern->width, number, pattern->after);
 }
 
 sc_status sc_check_file_bytes(const sc_ctx *ctx, const char *path, double needed)

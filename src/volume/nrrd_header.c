@@ -11,9 +11,8 @@ enum {
     HEADER_MAX_BYTES = 64 << 20, /* segments and what 3D Slicer notes of them */
     FIELDS_MAX_BYTES = 1 << 20,
     FILES_MAX = 65536,
-    FIRST_BYTES = 1 << 16,  /* so many are read first, then twice as many, and so on */
-    FIELD_NAME_BYTES = 32,  /* no field of NRRD has a longer name */
-    PATTERN_WIDTH_MAX = 100 /* digits of the numbers in names of data files */
+    FIRST_BYTES = 1 << 16, /* so many are read first, then twice as many, and so on */
+    FIELD_NAME_BYTES = 32  /* no field of NRRD has a longer name */
 };
 
 /* Where reading a header has got to. */
@@ -147,10 +146,9 @@ static sc_status add_file(reading *r, const char *name)
  * which may be missing, is the dimension of a file. @p value is changed. */
 static sc_status add_pattern(reading *r, char *value)
 {
-    char *numbers = value + strcspn(value, " \t"), *end = numbers;
-    char *percent = strchr(value, '%');
+    char *numbers = value + strcspn(value, " \t");
     long long from, to, step;
-    unsigned width;
+    sc_name_pattern pattern;
     int used = 0;
     unsigned dimension = 0;
     sc_text name = {0};
@@ -158,10 +156,10 @@ static sc_status add_pattern(reading *r, char *value)
 
     if (*numbers)
         *numbers++ = '\0';
-    width = percent ? (unsigned)strtoul(percent + 1, &end, 10) : 0;
-    if (!percent || *end != 'd' || strchr(end, '%') || width > PATTERN_WIDTH_MAX ||
-        sscanf(numbers, "%11lld %11lld %11lld%n", &from, &to, &step, &used) != 3 || step == 0 ||
-        (to - from) / step < 0 || (numbers[used] && numbers[used] != ' ' && numbers[used] != '\t'))
+    if (sscanf(numbers, "%11lld %11lld %11lld%n", &from, &to, &step, &used) != 3 || step == 0 ||
+        (to - from) / step < 0 ||
+        (numbers[used] && numbers[used] != ' ' && numbers[used] != '\t') ||
+        !sc_name_pattern_read(value, &pattern))
         return sc_fail(r->ctx, SC_ERR_DATA,
                        "%s:%d: data file is \"%.80s %.80s\", expected a pattern such as "
                        "\"x%%03d.raw 1 20 1\": first number, last number, step",
@@ -171,19 +169,12 @@ static sc_status add_pattern(reading *r, char *value)
                        "%s:%d: data file names %lld files, expected at most %d; join them, for "
                        "example with Teem: `unu join -a 2 -i FILE... -o labels.nrrd`",
                        r->path, r->line, (to - from) / step + 1, FILES_MAX);
-    *percent = '\0';
     if (sscanf(numbers + used, "%3u", &dimension) == 1)
         SC_TRY(sc_text_add(r->ctx, &r->header->list, "data file: LIST %u\n", dimension));
     else
         SC_TRY(sc_text_add(r->ctx, &r->header->list, "data file: LIST\n"));
     for (long long i = 0; i <= (to - from) / step; i++) {
-        const int digits = (int)width;
-
-        name.length_bytes = 0;
-        SC_TRY(
-            percent[1] == '0'
-                ? sc_text_add(r->ctx, &name, "%s%0*lld%s", value, digits, from + i * step, end + 1)
-                : sc_text_add(r->ctx, &name, "%s%*lld%s", value, digits, from + i * step, end + 1));
+        SC_TRY(sc_name_pattern_write(r->ctx, &pattern, from + i * step, &name));
         SC_TRY(add_file(r, name.data));
     }
 out:

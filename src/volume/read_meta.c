@@ -3,7 +3,7 @@
  * it. Source: the MetaIO documentation of ITK. The key CompressedDataSize is not used: the
  * compressed stream itself says where it ends, and in some files the key is too small.
  */
-#include "source.h"
+#include "meta_files.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -20,11 +20,14 @@ typedef struct meta {
     char *text;       /* the begin of the file, cut into lines and values; owned */
     int64_t size[3];
     int dimensions;
-    double spacing[3], offset[3]; /* in mm, along the voxel axes and the file's world axes */
-    double matrix[9];             /* [voxel axis][world axis] */
-    const char *anatomy, *element_type, *data_file; /* in text, or a constant */
+    double spacing[3], offset[3];       /* in mm, along the voxel axes and the file's world axes */
+    double matrix[9];                   /* [voxel axis][world axis] */
+    const char *anatomy, *element_type; /* in text, or a constant */
+    char *data_file, *list;             /* in text: ElementDataFile, and what follows that line */
     bool compressed, msb, has_matrix, has_size;
-    size_t header_bytes; /* where the voxels of an .mha begin */
+    bool is_text;         /* the voxels are decimal digits */
+    int64_t header_bytes; /* HeaderSize: of each file with voxels; SC_META_AT_END */
+    size_t end_bytes;     /* where in an .mha the voxels begin, unless HeaderSize tells it */
 } meta;
 
 /* Read up to @p count numbers separated by blanks into out[count]. @return how many there were. */
@@ -64,7 +67,7 @@ static bool parse_size(meta *m, const char *value)
 
 /* Store the value of one "Key = value" line in @p m; keys that segcast does not need are
  * ignored. @return false if the value cannot be read or is not supported. */
-static bool parse_field(meta *m, const char *key, const char *value)
+static bool parse_field(meta *m, const char *key, char *value)
 {
     if (!strcmp(key, "NDims"))
         m->dimensions = atoi(value);
@@ -83,6 +86,10 @@ static bool parse_field(meta *m, const char *key, const char *value)
         m->element_type = value;
     else if (!strcmp(key, "CompressedData"))
         m->compressed = truth(value);
+    else if (!strcmp(key, "BinaryData"))
+        m->is_text = !truth(value);
+    else if (!strcmp(key, "HeaderSize"))
+        return (m->header_bytes = strtoll(value, NULL, 10)) >= SC_META_AT_END;
     else if (!strcmp(key, "BinaryDataByteOrderMSB") || !strcmp(key, "ElementByteOrderMSB"))
         m->msb = truth(value);
     else if (!strcmp(key, "ElementNumberOfChannels"))
@@ -143,8 +150,9 @@ static sc_status parse_header(meta *m)
         if (!parse_field(m, key, value))
             return sc_fail(m->ctx, SC_ERR_DATA, "%s:%d: %.60s is \"%.60s\", which is not supported",
                            m->path, number, key, value);
-        if (m->data_file[0]) {
-            m->header_bytes = (size_t)(next - m->text);
+        if (m->data_file && m->data_file[0]) {
+            m->end_bytes = (size_t)(next - m->text);
+            m->list = next;
             return SC_OK;
         }
     }
@@ -159,10 +167,14 @@ static sc_status element_type(const meta *m, sc_voxel_type *out)
     static const char *const names[] = {"MET_CHAR",  "MET_UCHAR", "MET_SHORT",     "MET_USHORT",
                                         "MET_INT",   "MET_UINT",  "MET_LONG_LONG", "MET_ULONG_LONG",
                                         "MET_FLOAT", "MET_DOUBLE"};
-    const char *nearest;
+    const char *nearest, *name = m->element_type;
 
+    if (!strcmp(name, "MET_LONG")) /* MetaIO: four bytes on every machine */
+        name = "MET_INT";
+    else if (!strcmp(name, "MET_ULONG"))
+        name = "MET_UINT";
     for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
-        if (!strcmp(m->element_type, names[i])) {
+        if (!strcmp(name, names[i])) {
             *out = (sc_voxel_type)i; /* the enum has this order */
             return SC_OK;
         }
@@ -170,6 +182,13 @@ static sc_status element_type(const meta *m, sc_voxel_type *out)
     nearest = sc_nearest_word(m->element_type, names, SC_COUNT_OF(names));
     return sc_fail(m->ctx, SC_ERR_DATA, "%s: ElementType is \"%.60s\"; expected for example %s",
                    m->path, m->element_type, nearest ? nearest : "MET_UCHAR");
+}
+
+/* Are the voxels in the file of the header? */
+static bool is_local(const meta *m)
+{
+    return !strcmp(m->data_file, "LOCAL") || !strcmp(m->data_file, "Local") ||
+           !strcmp(m->data_file, "local");
 }
 
 /* Set to_ras_mm and oriented of @p source. The file's world axes point to the left, posterior
@@ -192,64 +211,75 @@ static void geometry(const meta *m, sc_source *source)
     source->oriented = m->has_matrix && m->anatomy[0] != '?';
 }
 
-/* Make the path of the file with the voxels, and find its size. Refused with SC_ERR_DATA are what
- * sc_data_file refuses, and series of files. Caller owns *out: sc_free. */
+/* Make the path of the one file with the voxels, and find its size. Refused with SC_ERR_DATA is
+ * what sc_data_file refuses. Caller owns *out: sc_free. */
 static sc_status data_path(const meta *m, char **out, uint64_t *bytes)
 {
     struct stat info;
 
-    if (!strcmp(m->data_file, "LOCAL")) {
-        if (stat(m->path, &info))
-            return sc_fail(m->ctx, sc_input_status(errno), "%s: %s", m->path, strerror(errno));
-        *bytes = (uint64_t)info.st_size;
-        return sc_path_join(m->ctx, "", m->path, out);
-    }
-    if (strchr(m->data_file, '%') || !strncmp(m->data_file, "LIST", 4))
-        return sc_fail(
-            m->ctx, SC_ERR_DATA,
-            "%s: ElementDataFile is \"%.80s\": a series of files, expected one; join them, for "
-            "example with SimpleITK in Python: SimpleITK.WriteImage("
-            "SimpleITK.ReadImage(\"%s\"), \"labels.mha\")",
-            m->path, m->data_file, m->path);
-    return sc_data_file(m->ctx, m->path, "ElementDataFile", m->data_file, out, bytes);
+    if (!is_local(m))
+        return sc_data_file(m->ctx, m->path, "ElementDataFile", m->data_file, out, bytes);
+    if (stat(m->path, &info))
+        return sc_fail(m->ctx, sc_input_status(errno), "%s: %s", m->path, strerror(errno));
+    *bytes = (uint64_t)info.st_size;
+    return sc_path_join(m->ctx, "", m->path, out);
 }
 
-/* Set size, file, encoding, offset_bytes and swapped of @p source, whose type is set. @return
- * SC_ERR_DATA if the file with the voxels is not there or cannot hold as many as the header
+/* Set file, encoding and offset_bytes of @p source, whose size and type are set, from one file.
+ * @return SC_ERR_DATA if the file is not there or cannot hold @p voxels. */
+static sc_status find_file(const meta *m, size_t voxels, sc_source *source)
+{
+    const size_t each = m->is_text ? 1 : sc_voxel_type_bytes(source->type); /* at least */
+    const uint64_t needed = (uint64_t)voxels * each;
+    uint64_t bytes = 0;
+    sc_status status = data_path(m, &source->file, &bytes);
+
+    if (status != SC_OK)
+        return status;
+    source->encoding = m->compressed ? SC_ENCODING_ZLIB : SC_ENCODING_PLAIN;
+    source->offset_bytes = m->header_bytes > 0 ? (uint64_t)m->header_bytes
+                           : is_local(m)       ? (uint64_t)m->end_bytes
+                                               : 0;
+    if (m->header_bytes == SC_META_AT_END && !m->compressed && !m->is_text && bytes >= needed)
+        source->offset_bytes = bytes - needed;
+    bytes -= source->offset_bytes < bytes ? source->offset_bytes : bytes;
+    if ((double)needed > (double)bytes * (m->compressed ? SC_DEFLATE_RATIO_MAX : 1))
+        return sc_fail(m->ctx, SC_ERR_DATA,
+                       "%s: the header promises %zu voxels, more than %s can hold (%llu bytes)",
+                       m->path, voxels, source->file, (unsigned long long)bytes);
+    return m->is_text ? sc_meta_open_text(m->ctx, source) : SC_OK;
+}
+
+/* Set size, what tells where the voxels are, and swapped of @p source, whose type is set. @return
+ * SC_ERR_DATA if the files with the voxels are not there or cannot hold as many as the header
  * promises. */
 static sc_status find_voxels(const meta *m, sc_source *source)
 {
     const size_t each = sc_voxel_type_bytes(source->type);
-    uint64_t bytes;
+    const sc_meta_series series = {m->data_file, m->list, m->header_bytes, m->compressed};
     size_t voxels;
     sc_status status;
 
     SC_TRY(sc_grid_voxels(m->ctx, m->path, m->size, each, &voxels));
-    SC_TRY(data_path(m, &source->file, &bytes));
-    if ((double)voxels * (double)each >
-        (double)bytes * (m->compressed ? SC_DEFLATE_RATIO_MAX : 1)) {
+    if (m->is_text && (m->compressed || sc_meta_is_series(m->data_file))) {
         status = sc_fail(m->ctx, SC_ERR_DATA,
-                         "%s: the header promises %zu voxels, more than %s can hold (%llu bytes)",
-                         m->path, voxels, source->file, (unsigned long long)bytes);
+                         "%s: BinaryData is False, and the voxels are compressed or in several "
+                         "files; expected digits in one file, or BinaryData = True",
+                         m->path);
         goto out;
     }
     for (int i = 0; i < 3; i++)
         source->size[i] = (int)m->size[i];
-    source->encoding = m->compressed ? SC_ENCODING_ZLIB : SC_ENCODING_PLAIN;
-    source->offset_bytes = strcmp(m->data_file, "LOCAL") ? 0 : (uint64_t)m->header_bytes;
     source->swapped = m->msb != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__) && each > 1;
+    status = sc_meta_is_series(m->data_file) ? sc_meta_open_series(m->ctx, m->path, &series, source)
+                                             : find_file(m, voxels, source);
 out:
     return status;
 }
 
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
-    meta m = {.ctx = ctx,
-              .path = path,
-              .dimensions = 3,
-              .anatomy = "",
-              .element_type = "",
-              .data_file = ""};
+    meta m = {.ctx = ctx, .path = path, .dimensions = 3, .anatomy = "", .element_type = ""};
     sc_source source = {.slope = 1};
     FILE *stream = fopen(path, "rb");
     sc_status status;

@@ -37,8 +37,8 @@ typedef struct sc_overlap_rule {
 } sc_overlap_rule;
 
 struct sc_source;
-/* Unpack slices [first, first + count) of a source to @p out, x fastest, in this byte order. The
- * stream asks for them in rising order, each once. @return SC_ERR_DATA, SC_ERR_MISSING,
+/* Unpack slices [first, first + count) of a source to @p out, x fastest, in the byte order that
+ * source->swapped tells. The stream asks for them in rising order, each once. @return SC_ERR_DATA, SC_ERR_MISSING,
  * SC_ERR_WRITE, SC_ERR_MEMORY, all logged under @p path or that of a file of the volume. */
 typedef sc_status sc_slices_fn(const sc_ctx *ctx, const char *path, const struct sc_source *source,
                                int first, int count, void *out);
@@ -161,6 +161,20 @@ const char *sc_bad_name(const char *name);
  * SC_ERR_MEMORY. */
 sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field, const char *name,
                        char **out, uint64_t *bytes);
+
+/* A pattern of numbered names: before, a number of at least @c width digits, and after. The texts
+ * are borrowed from the header. */
+typedef struct sc_name_pattern {
+    const char *before, *after;
+    int width;
+    bool zeros; /* zeros, not blanks, in front of the number */
+} sc_name_pattern;
+/* Read a pattern such as "slice%03d.raw", which is changed. @return false if it is none, or if its
+ * numbers would have more than 100 digits. */
+bool sc_name_pattern_read(char *text, sc_name_pattern *out);
+/* Write the name with a number to @p name, which is emptied before. @return SC_ERR_MEMORY. */
+sc_status sc_name_pattern_write(const sc_ctx *ctx, const sc_name_pattern *pattern, long long number,
+                                sc_text *name);
 
 /* Is the file @p path, by its path without links, in the directory @p folder or below it? */
 bool sc_is_below(const char *path, const char *folder);

@@ -960,7 +960,7 @@ static void what_is_refused_is_told_what_to_do(void **state)
         {"NDims = 4\nDimSize = 7 5 4 2\nElementType = MET_CHAR\nElementDataFile = LOCAL\n", 76,
          "image[:, :, :, 0]"},
         {"NDims = 3\nDimSize = 7 5 4\nElementType = MET_CHAR\nElementDataFile = LIST\n", 73,
-         "SimpleITK"},
+         "expected one for each of the slices"},
         {"NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 7 5 4\nkinds: complex domain domain "
          "domain\n"
          "encoding: raw\n\n",
