@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* FreeSurfer's MGH (.mgh) and the same compressed (.mgz): a header of 284 bytes, the voxels, and
- * tags, which are not read; all numbers have the highest byte first. Source: FreeSurfer's
+ * tags (mgh_tags.c); all numbers have the highest byte first. Source: FreeSurfer's
  * description of the format (FsTutorial, MghFormat). */
-#include "source.h"
+#include "mgh_tags.h"
 
 #include <errno.h>
 #include <string.h>
@@ -149,6 +149,10 @@ sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_
     SC_TRY(voxel_type(ctx, path, whole_at(h, AT_TYPE), &source.type));
     SC_TRY(find_voxels(ctx, path, h, &source));
     geometry(ctx, path, h, &source);
+    SC_TRY(sc_mgh_labels(ctx, path,
+                         HEADER_BYTES +
+                             (uint64_t)sc_source_voxels(&source) * sc_voxel_type_bytes(source.type),
+                         &source.table));
     source.swapped = sc_voxel_type_bytes(source.type) > 1 && *(const unsigned char *)&one == 1;
     *out = source;
     source = (sc_source){0};

@@ -30,6 +30,8 @@ done
 
 expect_labels real/totalseg_s0327/masks 108 RAS
 expect_labels real/niivue/aparc.a2009s+aseg.mgz 188 LIA
+jq -e '.labels[] | select(.name == "Left-Hippocampus") | .value == 17 and .color == [220, 216, 20]' info.json >/dev/null ||
+    fail "the colour table of FreeSurfer's own file is not used: $(jq -c '.labels[1]' info.json)"
 expect_labels real/totalsegmentator/example_seg.nii.gz 41 RAS
 "$SEGCAST" info "$DATA/real/totalsegmentator/example_seg.nii.gz" 2>&1 | grep -q 'built without Expat' ||
     jq -e '.labels[] | select(.name == "liver") | .value == 5 and .color == [0, 255, 255]' info.json >/dev/null ||

@@ -341,6 +341,108 @@ static void mgh_of_every_type_is_read(void **state)
     }
 }
 
+/* Append a number, or a text behind its length, to the tags. */
+static size_t put_number(unsigned char *tags, size_t at, uint32_t value)
+{
+    put_big(tags + at, value);
+    return at + 4;
+}
+
+static size_t put_text(unsigned char *tags, size_t at, const char *text)
+{
+    at = put_number(tags, at, (uint32_t)strlen(text) + 1);
+    memcpy(tags + at, text, strlen(text) + 1);
+    return at + strlen(text) + 1;
+}
+
+static size_t put_row(unsigned char *tags, size_t at, const char *name, const int level[4])
+{
+    at = put_text(tags, at, name);
+    for (int i = 0; i < 4; i++)
+        at = put_number(tags, at, (uint32_t)level[i]);
+    return at;
+}
+
+/* Write tags as FreeSurfer 7 does: a transform, its kind of phase, and a colour table of version 1
+ * or 2 with the labels 0, 7 and 8. @return how many bytes there are. */
+static size_t mgh_tags(unsigned char *tags, int version)
+{
+    static const int level[3][4] = {{0, 0, 0, 0}, {230, 148, 34, 0}, {1, 2, 300, 51}};
+    static const char *const names[3] = {"Unknown", "Left-Cerebellum-White-Matter", "Clear"};
+    size_t at = 20; /* numbers of the scanner */
+
+    at = put_number(tags, at, 31);
+    at = put_number(tags, put_number(tags, at, 0), 6);
+    memcpy(tags + at, "t.xfm", 6);
+    at = put_number(tags, at + 6, 2); /* TAG_OLD_USEREALRAS has no length */
+    at = put_number(tags, at, 30);
+    at = put_number(tags, at, 3) + 3;
+    at = put_number(tags, at, 1);
+    if (version == 2)
+        at = put_number(tags, at, (uint32_t)-2);
+    at = put_number(tags, at, 9);
+    at = put_text(tags, at, "/home/me/FreeSurferColorLUT.txt");
+    if (version == 2)
+        at = put_number(tags, at, 3);
+    for (int i = 0; i < (version == 2 ? 3 : 9); i++) {
+        const int row = version == 2 ? i : i < 7 ? 0 : i - 6;
+
+        if (version == 2)
+            at = put_number(tags, at, row ? (uint32_t)row + 6 : 0);
+        at = put_row(tags, at, names[row], level[row]);
+    }
+    return at;
+}
+
+/* Write the labels 0, 0, 0, 0, 7, 8 with these tags to f.mgz, and read them. */
+static void read_tags(const unsigned char *tags, size_t count, heard *said, sc_volume *v)
+{
+    static const unsigned char labels[6] = {0, 0, 0, 0, 7, 8};
+    unsigned char h[MGH_HEAD];
+    sc_ctx ctx = listening(said);
+    gzFile file = gzopen("f.mgz", "wb");
+
+    mgh_header(h, 0);
+    assert_non_null(file);
+    gzwrite(file, h, MGH_HEAD);
+    gzwrite(file, labels, sizeof labels);
+    gzwrite(file, tags, (unsigned)count);
+    assert_int_equal(gzclose(file), Z_OK);
+    *v = (sc_volume){0};
+    assert_ok(sc_volume_read(&ctx, "f.mgz", v));
+}
+
+static void the_colour_table_of_mgh_is_used(void **state)
+{
+    unsigned char tags[4096] = {0};
+    heard said;
+    sc_volume v;
+
+    (void)state;
+    for (int version = 1; version <= 2; version++) {
+        const size_t bytes = mgh_tags(tags, version);
+
+        read_tags(tags, bytes, &said, &v);
+        assert_int_equal(said.warnings, 0);
+        assert_string_equal(v.labels[1].name, "Left-Cerebellum-White-Matter");
+        assert_true(v.labels[1].has_color && v.labels[1].opacity < 0);
+        assert_int_equal(v.labels[1].rgb[1], 148);
+        assert_string_equal(v.labels[2].name, "Clear");
+        assert_int_equal(v.labels[2].rgb[2], 255);
+        assert_near(v.labels[2].opacity, 0.8, 1e-6);
+        sc_volume_clear(&v);
+        read_tags(tags, bytes - 3, &said, &v); /* the table ends early */
+        assert_int_equal(said.warnings, 1);
+        assert_non_null(strstr(said.text, "colour table behind its voxels is damaged"));
+        assert_string_equal(v.labels[1].name, "");
+        sc_volume_clear(&v);
+        read_tags(tags, 50, &said, &v); /* the file ends in another tag, which is no fault */
+        assert_int_equal(said.warnings, 0);
+        sc_volume_clear(&v);
+    }
+    unlink("f.mgz");
+}
+
 static void mgh_without_geometry_is_coronal(void **state)
 {
     unsigned char h[MGH_HEAD];
@@ -789,6 +891,7 @@ int main(void)
         cmocka_unit_test(names_come_from_an_extension_of_the_header),
         cmocka_unit_test(damaged_extensions_give_a_warning),
         cmocka_unit_test(mgh_of_every_type_is_read),
+        cmocka_unit_test(the_colour_table_of_mgh_is_used),
         cmocka_unit_test(mgh_without_geometry_is_coronal),
         cmocka_unit_test(bad_mgh_is_refused),
         cmocka_unit_test(masks_of_a_directory_become_labels_by_their_names),
