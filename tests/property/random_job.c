@@ -511,10 +511,17 @@ static const struct verb {
 
 /* ---- camera, planes, slices ---- */
 
+/* A camera that turns, as hold needs, does not turn by 0. */
 static void put_turns(struct maker *maker, const char *arg)
 {
-    if (maker->is_turning)
-        put_number(maker, arg);
+    double turns;
+
+    if (!maker->is_turning)
+        return;
+    do
+        turns = in_range(maker, arg);
+    while (turns > -0.01 && turns < 0.01);
+    add(maker, "%.4g", turns);
 }
 
 static void put_angle(struct maker *maker, const char *arg)
