@@ -209,7 +209,7 @@ out:
 static sc_status read_job(const sc_ctx *ctx, const sc_job_sources *sources, sc_yaml *root,
                           sc_job *job)
 {
-    sc_status status = root->key_twice ? SC_ERR_DATA : SC_OK;
+    sc_status status = root->key_left_out ? SC_ERR_DATA : SC_OK;
     sc_yaml *base = NULL;
 
     if (sc_goes_on(&status,

@@ -33,7 +33,7 @@ static const sc_key output_keys[] = {
      .bytes = SC_PATH_BYTES, .outside_identity = true, .of_film = true},
     {"size", &sc_type_size, OUTPUT(size_px), "[1280, 720]",
      .help = "width and height of the picture, also as WxH or by name: 360p, 480p, 720p, 1080p, "
-             "1440p, 4k, 8k, square (1080x1080) or vertical (1080x1920)",
+             "1440p, 4k, 8k, square (1080x1080) or vertical, portrait (1080x1920)",
      .low = 16, .high = 16384, .unit = "pixels",
      .option = &(const sc_key_option){"size", "WxH", ORBIT_AND_VIEWS}, .of_film = true},
     {"fps", &sc_type_int, OUTPUT(fps), "30", .help = "frames per second of the video", .low = 1,

@@ -308,7 +308,7 @@ sc_status sc_setting_apply(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root,
     status = sc_yaml_parse(ctx, origin, text, strlen(text), &node);
     if (status != SC_OK) /* a setting is wrong, not a file */
         return status == SC_ERR_DATA ? SC_ERR_USAGE : status;
-    if (node->key_twice) {
+    if (node->key_left_out) {
         sc_yaml_free(node);
         return SC_ERR_USAGE;
     }

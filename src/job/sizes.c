@@ -9,17 +9,25 @@
 static const struct {
     const char *name;
     int size_px[2];
-} names[] = {{"4k", {3840, 2160}},      {"8k", {7680, 4320}},         {"2160p", {3840, 2160}},
-             {"1440p", {2560, 1440}},   {"1080p", {1920, 1080}},      {"720p", {1280, 720}},
-             {"480p", {854, 480}},      {"360p", {640, 360}},         {"hd", {1280, 720}},
-             {"full-hd", {1920, 1080}}, {"vertical", {1080, 1920}},   {"square", {1080, 1080}},
-             {"uhd", {3840, 2160}},     {"vertical-4k", {2160, 3840}}};
+} names[] = {{"4k", {3840, 2160}},       {"8k", {7680, 4320}},          {"2160p", {3840, 2160}},
+             {"1440p", {2560, 1440}},    {"1080p", {1920, 1080}},       {"720p", {1280, 720}},
+             {"480p", {854, 480}},       {"360p", {640, 360}},          {"hd", {1280, 720}},
+             {"full-hd", {1920, 1080}},  {"vertical", {1080, 1920}},    {"square", {1080, 1080}},
+             {"uhd", {3840, 2160}},      {"vertical-4k", {2160, 3840}}, {"portrait", {1080, 1920}},
+             {"landscape", {1920, 1080}}};
 
 /* Fill words[SC_COUNT_OF(names)] with the names of the table. */
 static void list_names(const char **words)
 {
     for (size_t i = 0; i < SC_COUNT_OF(names); i++)
         words[i] = names[i].name;
+}
+
+/* @return how many bytes the sign between two numbers has at @p text: x, X, * or the sign of
+ * multiplication (U+00D7); 0: none. */
+static size_t times_bytes(const char *text)
+{
+    return *text && strchr("xX*", *text) ? 1 : strncmp(text, "\xc3\x97", 2) ? 0 : 2;
 }
 
 /* Read @p count numbers, as "WxH"; blanks around the x are allowed. @return false if the text has
@@ -33,9 +41,9 @@ static bool read_product(const char *text, int count, double *size)
             return false;
         size[i] = (double)strtol(text, &end, 10);
         end += strspn(end, " ");
-        if (i + 1 < count && *end != 'x' && *end != 'X')
+        if (i + 1 < count && !times_bytes(end))
             return false;
-        text = end + (i + 1 < count);
+        text = end + (i + 1 < count ? times_bytes(end) : 0);
         text += strspn(text, " ");
     }
     return !*text;
@@ -110,7 +118,7 @@ static json_t *size_schema(const sc_key *key)
     return json_pack("{s:[o, o, {s:s, s:s}]}", "anyOf",
                      sc_list_schema("integer", key->low, key->high, 2),
                      sc_words_schema(words, SC_COUNT_OF(words)), "type", "string", "pattern",
-                     "^[0-9]+ *[xX] *[0-9]+$");
+                     "^[0-9]+ *[xX*\u00d7] *[0-9]+$");
 }
 
 const sc_value_type sc_type_size = {

@@ -487,7 +487,7 @@ sc_status sc_study_load(const sc_ctx *ctx, const char *path, sc_study *out)
         status = sc_wrong_type(ctx, root, "a map of keys such as job and sweep");
         goto out;
     }
-    status = root->key_twice ? SC_ERR_DATA : SC_OK;
+    status = root->key_left_out ? SC_ERR_DATA : SC_OK;
     if (sc_goes_on(&status, sc_keys_read(ctx, sc_study_keys, root, &study)))
         (void)sc_goes_on(&status, resolve_job(ctx, root, &study));
     if (status == SC_OK && study.most < study.least)

@@ -16,7 +16,7 @@ typedef struct reader {
     size_t bytes; /* of the text */
     yaml_parser_t parser;
     int depth, nodes;
-    bool key_twice; /* a key was given twice in a map, which was logged */
+    bool key_left_out; /* a member was left out for a mistake in its key, which was logged */
 } reader;
 
 void sc_yaml_free(sc_yaml *node)
@@ -198,13 +198,27 @@ static sc_status refuse_alias(const reader *r, const yaml_event_t *event)
                    r->origin, event->start_mark.line + 1, name, name);
 }
 
-/* Check a key of @p map: a single value. One that another member has is logged, and *key stays
- * NULL: the reading goes on, so that all mistakes are told, but the member is to be left out.
- * Caller owns *key: sc_free. The event stays with the caller. */
+/* @return where in a plain key a map or a list opens and does not close, as in "aorta {opacity";
+ * the colon before it is missing. NULL: nowhere. */
+static const char *opened_in_key(const yaml_event_t *event)
+{
+    const char *key = (const char *)event->data.scalar.value;
+    const char *open = key + strcspn(key, "{[");
+
+    return event->data.scalar.style == YAML_PLAIN_SCALAR_STYLE && open > key && open[-1] == ' ' &&
+                   !strpbrk(open, "}]")
+               ? open
+               : NULL;
+}
+
+/* Check a key of @p map: a single value. One that another member has, or behind which a colon is
+ * missing, is logged, and *key stays NULL: the reading goes on, so that all mistakes are told, but
+ * the member is to be left out. Caller owns *key: sc_free. The event stays with the caller. */
 static sc_status build_key(reader *r, yaml_event_t *event, sc_yaml *map, char **key)
 {
     const int line = (int)event->start_mark.line + 1;
     const sc_yaml *first;
+    const char *open, *text;
 
     if (event->type == YAML_ALIAS_EVENT)
         return refuse_alias(r, event);
@@ -212,14 +226,18 @@ static sc_status build_key(reader *r, yaml_event_t *event, sc_yaml *map, char **
         return sc_fail(r->ctx, SC_ERR_DATA,
                        "%s:%d: a key must be a plain word; is a bracket or a quote missing?",
                        r->origin, line);
-    first = sc_yaml_member(map, (const char *)event->data.scalar.value);
-    if (first) {
+    text = (const char *)event->data.scalar.value;
+    first = sc_yaml_member(map, text);
+    open = opened_in_key(event);
+    if (first)
         (void)sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: key \"%s\" is given twice (first in line %d)",
-                      r->origin, line, (const char *)event->data.scalar.value, first->line);
-        r->key_twice = true;
-        return SC_OK;
-    }
-    return copy_scalar(r, event, key);
+                      r->origin, line, text, first->line);
+    else if (open)
+        (void)sc_fail(r->ctx, SC_ERR_DATA,
+                      "%s:%d: \"%s\": a colon is missing before \"%c\"; expected \"%.*s: %s\"",
+                      r->origin, line, text, *open, (int)(open - text - 1), text, open);
+    r->key_left_out = r->key_left_out || first || open;
+    return first || open ? SC_OK : copy_scalar(r, event, key);
 }
 
 /* Append the children of a map or list to @p parent, up to the event that ends it. */
@@ -256,7 +274,7 @@ static sc_status build_children(reader *r, sc_yaml *parent, yaml_event_type_t en
             return status;
         }
         if (parent->kind == SC_YAML_MAP && !key) {
-            sc_yaml_free(child); /* its key is given twice */
+            sc_yaml_free(child); /* its key is a mistake */
             continue;
         }
         child->key = key;
@@ -336,7 +354,7 @@ static sc_status parse_document(reader *r, sc_yaml **out)
         goto out;
     SC_TRY(expect(r, YAML_DOCUMENT_END_EVENT, "expected the end of the document"));
     SC_TRY(expect(r, YAML_STREAM_END_EVENT, "a second document begins; expected one"));
-    root->key_twice = r->key_twice;
+    root->key_left_out = r->key_left_out;
     *out = root;
     return SC_OK;
 out:

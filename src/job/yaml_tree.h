@@ -21,13 +21,14 @@ typedef struct sc_yaml {
     size_t count, capacity;
     uint32_t *slots; /* of a longer map: [slot_count], finds members by their key; else NULL */
     size_t slot_count;
-    bool quoted;    /* a scalar stood in quotes, or as a block of text */
-    bool key_twice; /* of a root: see sc_yaml_parse */
+    bool quoted;       /* a scalar stood in quotes, or as a block of text */
+    bool key_left_out; /* of a root: see sc_yaml_parse */
 } sc_yaml;
 
 /* Parse @p text, which messages call @p origin. Caller owns: sc_yaml_free. An empty text gives an
- * empty map. Of a key that a map has twice the first stays; the others are logged, and
- * out->key_twice is set: then the tree may be searched for further mistakes, but not be used.
+ * empty map. Of a key that a map has twice the first stays; the others, and keys behind which a
+ * colon is missing, are logged, and out->key_left_out is set: then the tree may be searched for
+ * further mistakes, but not be used.
  * @return SC_ERR_DATA, logged as "origin:line: why" or "origin:line:column: why". */
 sc_status sc_yaml_parse(const sc_ctx *ctx, const char *origin, const char *text, size_t bytes,
                         sc_yaml **out);

@@ -38,8 +38,9 @@ typedef struct sc_overlap_rule {
 
 struct sc_source;
 /* Unpack slices [first, first + count) of a source to @p out, x fastest, in the byte order that
- * source->swapped tells. The stream asks for them in rising order, each once. @return SC_ERR_DATA, SC_ERR_MISSING,
- * SC_ERR_WRITE, SC_ERR_MEMORY, all logged under @p path or that of a file of the volume. */
+ * source->swapped tells. The stream asks for them in rising order, each once. @return SC_ERR_DATA,
+ * SC_ERR_MISSING, SC_ERR_WRITE, SC_ERR_MEMORY, all logged under @p path or that of a file of the
+ * volume. */
 typedef sc_status sc_slices_fn(const sc_ctx *ctx, const char *path, const struct sc_source *source,
                                int first, int count, void *out);
 
