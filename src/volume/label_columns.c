@@ -7,7 +7,11 @@
 #include <string.h>
 #include <strings.h>
 
-enum { COLOR_LEVELS = 3, OPACITY = 3 /* index of the opacity among the levels of a row */ };
+enum {
+    COLOR_LEVELS = 3,
+    OPACITY = 3,      /* index of the opacity among the levels of a row */
+    NUMBER_BYTES = 64 /* room for a number as text */
+};
 
 /* Headings, without case, blanks and punctuation, that programs write: BIDS (index, name,
  * abbreviation, color), 3D Slicer (LabelValue, Name, Color_R), FastSurfer (ID, LabelName, R, G, B,
@@ -32,6 +36,13 @@ static const struct {
                 {"key", SC_COLUMN_VALUE},
                 {"no", SC_COLUMN_VALUE},
                 {"number", SC_COLUMN_VALUE},
+                {"num", SC_COLUMN_VALUE},
+                {"nr", SC_COLUMN_VALUE},
+                {"voxelvalue", SC_COLUMN_VALUE},
+                {"pixelvalue", SC_COLUMN_VALUE},
+                {"greyvalue", SC_COLUMN_VALUE},
+                {"grayvalue", SC_COLUMN_VALUE},
+                {"maskvalue", SC_COLUMN_VALUE},
                 {"name", SC_COLUMN_NAME},
                 {"labelname", SC_COLUMN_NAME},
                 {"segmentname", SC_COLUMN_NAME},
@@ -44,16 +55,24 @@ static const struct {
                 {"organ", SC_COLUMN_NAME},
                 {"label", SC_COLUMN_LABEL},
                 {"labels", SC_COLUMN_LABEL},
+                {"roi", SC_COLUMN_LABEL},
+                {"segment", SC_COLUMN_LABEL},
                 {"abbreviation", SC_COLUMN_SHORT},
                 {"acronym", SC_COLUMN_SHORT},
+                {"description", SC_COLUMN_SHORT},
+                {"anatomy", SC_COLUMN_SHORT},
+                {"title", SC_COLUMN_SHORT},
+                {"term", SC_COLUMN_SHORT},
+                {"material", SC_COLUMN_SHORT},
                 {"class", SC_COLUMN_SHORT},
                 {"color", SC_COLUMN_COLOR},
-                {"colour", SC_COLUMN_COLOR},
                 {"rgb", SC_COLUMN_COLOR},
                 {"rgba", SC_COLUMN_COLOR},
                 {"hex", SC_COLUMN_COLOR},
-                {"colorhex", SC_COLUMN_COLOR},
-                {"hexcolor", SC_COLUMN_COLOR},
+                {"html", SC_COLUMN_COLOR},
+                {"hexcode", SC_COLUMN_COLOR},
+                {"hextriplet", SC_COLUMN_COLOR},
+                {"rgbvalue", SC_COLUMN_COLOR},
                 {"colorhextriplet", SC_COLUMN_COLOR},
                 {"r", SC_COLUMN_RED},
                 {"red", SC_COLUMN_RED},
@@ -68,6 +87,7 @@ static const struct {
                 {"alpha", SC_COLUMN_ALPHA},
                 {"colora", SC_COLUMN_ALPHA},
                 {"opacity", SC_COLUMN_OPACITY},
+                {"opacity3d", SC_COLUMN_OPACITY},
                 {"transparency", SC_COLUMN_TRANSPARENCY},
                 {"visible", SC_COLUMN_VISIBLE},
                 {"visibility", SC_COLUMN_VISIBLE},
@@ -75,21 +95,78 @@ static const struct {
                 {"typecodemeaning", SC_COLUMN_MEANING},
                 {"typemodifiercodemeaning", SC_COLUMN_MODIFIER}};
 
+/* Words before which headings put what the label is of: "segment_name", "ROI number". */
+static const char *const things[] = {
+    "label",  "segment", "region", "roi",  "structure", "anatomical", "class",    "tissue", "organ",
+    "parcel", "atlas",   "brain",  "full", "long",      "display",    "material", "object", "area"};
+/* What stands behind them. */
+static const struct {
+    const char *ending;
+    sc_column column;
+} endings[] = {
+    {"value", SC_COLUMN_VALUE},   {"id", SC_COLUMN_VALUE},     {"index", SC_COLUMN_VALUE},
+    {"idx", SC_COLUMN_VALUE},     {"number", SC_COLUMN_VALUE}, {"num", SC_COLUMN_VALUE},
+    {"no", SC_COLUMN_VALUE},      {"nr", SC_COLUMN_VALUE},     {"name", SC_COLUMN_NAME},
+    {"text", SC_COLUMN_NAME},     {"title", SC_COLUMN_NAME},   {"region", SC_COLUMN_NAME},
+    {"structure", SC_COLUMN_NAME}};
+/* What stands before or behind "color" where the column holds whole colours. */
+static const char *const color_words[] = {"label", "segment", "display", "html",  "web",
+                                          "rgb",   "rgba",    "hex",     "value", "code"};
+
+/* @return what a heading of two words holds: "roi" and "name", "color" and "red". */
+static sc_column column_of_two(const char *letters)
+{
+    const char *color = strstr(letters, "color");
+    char rest[32];
+
+    for (size_t i = 0; i < SC_COUNT_OF(things); i++) {
+        const size_t bytes = strlen(things[i]);
+
+        for (size_t k = 0; k < SC_COUNT_OF(endings); k++) {
+            if (!strncmp(letters, things[i], bytes) && !strcmp(letters + bytes, endings[k].ending))
+                return endings[k].column;
+        }
+    }
+    if (!color)
+        return SC_COLUMN_OTHER;
+    snprintf(rest, sizeof rest, "%.*s%s", (int)(color - letters), letters, color + strlen("color"));
+    for (size_t i = 0; i < SC_COUNT_OF(color_words); i++) {
+        if (!strcmp(rest, color_words[i]))
+            return SC_COLUMN_COLOR;
+    }
+    for (size_t i = 0; i < SC_COUNT_OF(headings); i++) {
+        if (headings[i].column >= SC_COLUMN_RED && headings[i].column <= SC_COLUMN_ALPHA &&
+            !strcmp(rest, headings[i].heading))
+            return headings[i].column;
+    }
+    return SC_COLUMN_OTHER;
+}
+
 sc_column sc_column_of(const char *heading)
 {
     char letters[32];
     size_t count = 0;
+    char *british;
 
     for (; *heading && count < sizeof letters - 1; heading++) {
+        if ((*heading == '(' || *heading == '[') && count) /* a unit or a range: "R (0-255)" */
+            heading += strcspn(heading, ")]");
+        if (!*heading)
+            break;
         if (isalnum((unsigned char)*heading))
-            letters[count++] = *heading;
+            letters[count++] = (char)tolower((unsigned char)*heading);
     }
     letters[count] = '\0';
-    for (size_t i = 0; i < SC_COUNT_OF(headings) && !*heading; i++) {
-        if (!strcasecmp(letters, headings[i].heading))
+    if (*heading) /* longer than any that is known */
+        return SC_COLUMN_OTHER;
+    british = strstr(letters, "colour");
+    if (british)
+        memmove(british + 4, british + 5, strlen(british + 5) + 1);
+    for (size_t i = 0; i < SC_COUNT_OF(headings); i++) {
+        if (!strcmp(letters, headings[i].heading))
             return headings[i].column;
     }
-    return SC_COLUMN_OTHER;
+    return column_of_two(letters);
 }
 
 static bool has_column(const sc_column *columns, size_t count, sc_column wanted)
@@ -134,13 +211,22 @@ bool sc_columns_settle(sc_column *columns, size_t count)
 
 /* ---- fields ---- */
 
-/* Read a text as a finite number and nothing else. */
+/* Read a text as a finite number and nothing else, in which a comma may stand for the point, as
+ * spreadsheets write it in many countries, and behind which a percent sign may stand. */
 static bool read_number(const char *text, double *out)
 {
-    char *end;
+    char copy[NUMBER_BYTES];
+    char *end, *comma;
 
-    *out = strtod(text, &end);
-    return end != text && !end[strspn(end, " ")] && isfinite(*out);
+    if (snprintf(copy, sizeof copy, "%s", text) >= (int)sizeof copy)
+        return false;
+    comma = strchr(copy, ',');
+    if (comma)
+        *comma = '.';
+    *out = strtod(copy, &end);
+    if (end != copy)
+        end += strspn(end, " %");
+    return end != copy && !*end && isfinite(*out);
 }
 
 /* Read a label's number. */
@@ -148,7 +234,8 @@ static bool read_value(const char *text, int64_t *out)
 {
     double number;
 
-    if (!read_number(text, &number) || number != floor(number) || fabs(number) > 9e15)
+    if (strpbrk(text, ",%") || !read_number(text, &number) || number != floor(number) ||
+        fabs(number) > 9e15)
         return false;
     *out = (int64_t)number;
     return true;
@@ -241,6 +328,13 @@ static sc_status reserve_levels(const sc_ctx *ctx, sc_column_rows *rows, size_t 
     return SC_OK;
 }
 
+/* Count a colour, or a level of one, that cannot be read. */
+static void count_bad_color(sc_column_rows *rows, const char *field)
+{
+    if (rows->bad_colors++ == 0)
+        (void)sc_copy_name(field, rows->bad_color, sizeof rows->bad_color);
+}
+
 /* Read one field of a row that is no number of a label. */
 static void read_field(sc_column_rows *rows, sc_column column, const char *field, sc_label *row,
                        float level[4])
@@ -259,15 +353,17 @@ static void read_field(sc_column_rows *rows, sc_column column, const char *field
         if (read_color(field, color)) {
             memcpy(level, color, (isnan(color[OPACITY]) ? 3 : 4) * sizeof *level);
             rows->alpha = isnan(color[OPACITY]) ? rows->alpha : SC_COLUMN_COLOR;
-        } else if (rows->bad_colors++ == 0) {
-            (void)sc_copy_name(field, rows->bad_color, sizeof rows->bad_color);
+        } else {
+            count_bad_color(rows, field);
         }
-    } else if (column >= SC_COLUMN_RED && column <= SC_COLUMN_BLUE && read_number(field, &number)) {
-        level[column - SC_COLUMN_RED] = (float)number;
-    } else if (column >= SC_COLUMN_ALPHA && column <= SC_COLUMN_TRANSPARENCY &&
-               read_number(field, &number)) {
-        level[OPACITY] = (float)number;
-        rows->alpha = column;
+    } else if (column >= SC_COLUMN_RED && column <= SC_COLUMN_TRANSPARENCY &&
+               strcasecmp(field, "n/a")) {
+        if (!read_number(field, &number)) {
+            count_bad_color(rows, field);
+            return;
+        }
+        level[column <= SC_COLUMN_BLUE ? column - SC_COLUMN_RED : OPACITY] = (float)number;
+        rows->alpha = column >= SC_COLUMN_ALPHA ? column : rows->alpha;
     }
 }
 

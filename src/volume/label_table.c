@@ -46,6 +46,17 @@ static uint8_t level(double value)
     return value <= 0 ? 0 : value >= 255 ? 255 : (uint8_t)(value + 0.5);
 }
 
+/* Drop the quotation marks around a name, as 3D Slicer does. */
+static void drop_quotes(char *name)
+{
+    const size_t bytes = strlen(name);
+
+    if (bytes > 2 && name[0] == '\'' && name[bytes - 1] == '\'') {
+        memmove(name, name + 1, bytes - 2);
+        name[bytes - 2] = '\0';
+    }
+}
+
 /* Read a row "id name R G B [A]" as the parsers below do. @p transparency: the last number is
  * 255 minus the opacity, and underscores belong to the name; else it is the opacity, and they
  * stand for blanks. Colours and opacity are clamped to 0 to 255. */
@@ -58,6 +69,8 @@ static bool parse_named(char *line, bool transparency, sc_label *row, sc_name_co
         !next_number(&at, &rgb[0]) || !next_number(&at, &rgb[1]) || !next_number(&at, &rgb[2]))
         return false;
     row->value = (int64_t)id;
+    if (!transparency)
+        drop_quotes(name);
     sc_name_read(strcmp(name, "_") ? name : "", row->name, names);
     for (char *c = row->name; *c && !transparency; c++)
         *c = *c == '_' ? ' ' : *c;
@@ -201,6 +214,8 @@ typedef struct evidence {
     size_t opaque_255, opaque_0; /* rows whose last number is 255, or 0 */
     size_t colored;              /* rows of a number, a word and three numbers */
     size_t classes;              /* other rows that begin with a number, as those of class lists */
+    size_t columned; /* those of them that have more than two fields, parted by commas, semicolons
+                        or tabs */
 } evidence;
 
 /* Does the line look like one of a class list: a number, something that separates it, and a letter
@@ -214,6 +229,18 @@ static bool looks_like_class(const char *line)
     return digits && separates && (isalpha((unsigned char)at[separates]) || at[separates] & 0x80);
 }
 
+/* Has the line something behind a number and a name? */
+static bool has_more_fields(const char *line)
+{
+    for (const char *d = ",;\t"; *d; d++) {
+        const char *first = strchr(line, *d), *second = first ? strchr(first + 1, *d) : NULL;
+
+        if (second && second[1 + strspn(second + 1, " \t,;|")])
+            return true;
+    }
+    return false;
+}
+
 /* Add what one line, cut off, says. */
 static void weigh_line(const char *line, evidence *e)
 {
@@ -221,10 +248,12 @@ static void weigh_line(const char *line, evidence *e)
     int end = -1;
 
     (void)sscanf(line, "%*d %*s %*f %*f %*f%n", &end);
-    if (end > 0)
+    if (end > 0) {
         e->colored++;
-    else if (looks_like_class(line))
+    } else if (looks_like_class(line)) {
         e->classes++;
+        e->columned += has_more_fields(line);
+    }
     e->itksnap = e->itksnap || strstr(line, "ITK-SnAP") || strstr(line, "ITK-SNAP") ||
                  looks_like_itksnap(line);
     if (!is_blank_or_comment(line) && strtoll(line, NULL, 10) != 0 &&
@@ -290,8 +319,8 @@ static sc_table_format guess(char *text)
     }
     if (e.itksnap)
         return SC_TABLE_ITKSNAP;
-    if (e.classes && !e.colored)
-        return SC_TABLE_NAMES;
+    if (e.classes && !e.colored) /* further fields mean nothing without headings */
+        return e.columned == e.classes ? SC_TABLE_DELIMITED : SC_TABLE_NAMES;
     return e.opaque_0 > e.opaque_255 ? SC_TABLE_FREESURFER : SC_TABLE_SLICER;
 }
 

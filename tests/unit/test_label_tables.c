@@ -68,6 +68,47 @@ static void columns_are_known_by_their_headings(void **state)
                "6\tc\t1\t1\t1\t0\n",
                true, 0.5F);
     expect_two("label,structure,r,g,b,alpha\n4,left atrium,1,0.5,0,1\n5,b,0,0,0,0.5\n", true, 0.5F);
+    /* decimal commas, percent signs */
+    expect_two("value;name;r;g;b;a\n4;left atrium;1;0,502;0;1\n5;b;0;0;0;0,5\n", true, 0.5F);
+    expect_two("value,name,color,opacity\n4,left atrium,#ff8000,100%\n5,b,n/a,50%\n", true, 0.5F);
+}
+
+/* Headings of two words, of the number, the name and the colour, with units behind them. */
+static void headings_of_two_words_are_known(void **state)
+{
+    static const char *const numbers[] = {"ROI",          "roi_id",      "Class ID",
+                                          "label_idx",    "Segment",     "SegmentNumber",
+                                          "RegionNumber", "Voxel value", "num"};
+    static const char *const names[] = {"ROI name",   "Class_Name",   "full name",   "long_name",
+                                        "TissueName", "Brain region", "description", "segment"};
+    static const char *const colors[] = {"Label Color", "displayColour", "RGB color",  "colour_hex",
+                                         "hex code",    "HTML",          "color value"};
+    char text[256];
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(numbers); i++) {
+        snprintf(text, sizeof text, "%s,name,color,opacity\n4,left atrium,#ff8000,1\n5,b,,0.5\n",
+                 numbers[i]);
+        expect_two(text, true, 0.5F);
+    }
+    for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
+        snprintf(text, sizeof text, "value,%s,color,opacity\n4,left atrium,#ff8000,1\n5,b,,0.5\n",
+                 names[i]);
+        expect_two(text, true, 0.5F);
+    }
+    for (size_t i = 0; i < SC_COUNT_OF(colors); i++) {
+        snprintf(text, sizeof text,
+                 "value,name,%s,Opacity (0-1)\n4,left atrium,#ff8000,1\n5,b,,0.5\n", colors[i]);
+        expect_two(text, true, 0.5F);
+    }
+    expect_two(
+        "value,name,Colour_R,color green,B (0-255),color_alpha\n4,left atrium,255,128,0,255\n"
+        "5,b,1,2,3,128\n",
+        true, 0.5F);
+    /* what only looks like it: numbers of voxels, codes of terminologies */
+    expect_two("voxel number,Type_CodeValue,value,name,color,opacity\n"
+               "17,99,4,left atrium,#ff8000,1\n18,98,5,b,,0.5\n",
+               true, 0.5F);
 }
 
 /* Lists of classes, which have no colours: of TotalSegmentator, whose file in Python has several,
@@ -212,6 +253,43 @@ static void other_encodings_become_utf8(void **state)
     }
 }
 
+/* XML in UTF-16, whose declaration still says so when it has been decoded. */
+static void xml_in_utf16_is_read(void **state)
+{
+    static const char xml[] = "<?xml version=\"1.0\" encoding=\"utf-16\"?>"
+                              "<LabelTable><Label Key=\"4\" Red=\"1\" Green=\"0\" Blue=\"0\" "
+                              "Alpha=\"1\">aorta</Label></LabelTable>";
+    char text[2 * sizeof xml + 2] = "\xff\xfe";
+    sc_label_table table = {0};
+    heard said;
+    sc_status status;
+
+    (void)state;
+    for (size_t i = 0; i < sizeof xml - 1; i++) {
+        text[2 + 2 * i] = xml[i];
+        text[3 + 2 * i] = '\0';
+    }
+    status = read_table(text, 2 * (sizeof xml - 1) + 2, &said, &table);
+    if (status != SC_OK && strstr(said.text, "built without Expat"))
+        skip();
+    assert_ok(status);
+    assert_string_equal(table.rows[0].name, "aorta");
+    sc_label_table_clear(&table);
+}
+
+/* 3D Slicer drops the quotation marks around a name. */
+static void names_of_slicer_have_no_quotes(void **state)
+{
+    static const char text[] = "1 'Left_Atrium' 225 95 120 255\n2 b 1 2 3 255\n";
+    sc_label_table table = {0};
+    heard said;
+
+    (void)state;
+    assert_ok(read_table(text, sizeof text - 1, &said, &table));
+    assert_string_equal(table.rows[0].name, "Left Atrium");
+    sc_label_table_clear(&table);
+}
+
 static void what_cannot_be_read_is_told_with_its_place(void **state)
 {
     static const struct {
@@ -220,6 +298,9 @@ static void what_cannot_be_read_is_told_with_its_place(void **state)
     } cases[] = {
         {"value,name\n\nx,a\n", "table.txt:3: has no whole number", SC_ERR_DATA},
         {"value,name\n", "has headings, but no labels", SC_ERR_DATA},
+        {"1,a,#ff8000\n2,b,#00ff00\n", "has no line of headings", SC_ERR_DATA},
+        {"foo,bar,baz\n1,a,1\n2,b,2\n", "has no line of headings", SC_ERR_DATA},
+        {"value,name,r,g,b\n1,a,x,0,0\n", "1 colour cannot be read, such as \"x\"", SC_OK},
         {"value,name\n1,a\nx,b\n2.5,c\n", "table.txt:3: 2 lines have no whole number", SC_OK},
         {"value,color\n1,#12345\n2,blue-ish\n", "2 colours cannot be read, such as \"#12345\"",
          SC_OK},
@@ -337,6 +418,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(columns_are_known_by_their_headings),
+        cmocka_unit_test(headings_of_two_words_are_known),
         cmocka_unit_test(lists_of_classes_are_read),
         cmocka_unit_test(further_lists_of_classes_are_left_out),
         cmocka_unit_test(terminologies_name_rows),
@@ -344,6 +426,8 @@ int main(void)
         cmocka_unit_test(json_of_viewers_is_read),
         cmocka_unit_test(ome_metadata_is_applied_to_a_volume),
         cmocka_unit_test(other_encodings_become_utf8),
+        cmocka_unit_test(xml_in_utf16_is_read),
+        cmocka_unit_test(names_of_slicer_have_no_quotes),
         cmocka_unit_test(what_cannot_be_read_is_told_with_its_place),
         cmocka_unit_test(tables_are_written_as_they_are_read),
         cmocka_unit_test(what_a_format_cannot_hold_is_told),
