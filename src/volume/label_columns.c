@@ -212,7 +212,7 @@ bool sc_columns_settle(sc_column *columns, size_t count)
 /* ---- fields ---- */
 
 /* Read a text as a finite number and nothing else, in which a comma may stand for the point, as
- * spreadsheets write it in many countries, and behind which a percent sign may stand. */
+ * spreadsheets write it in many countries; a percent sign behind it makes it hundredths. */
 static bool read_number(const char *text, double *out)
 {
     char copy[NUMBER_BYTES];
@@ -224,9 +224,14 @@ static bool read_number(const char *text, double *out)
     if (comma)
         *comma = '.';
     *out = strtod(copy, &end);
-    if (end != copy)
-        end += strspn(end, " %");
-    return end != copy && !*end && isfinite(*out);
+    if (end == copy)
+        return false;
+    end += strspn(end, " ");
+    if (*end == '%') {
+        *out /= 100;
+        end += 1 + strspn(end + 1, " ");
+    }
+    return !*end && isfinite(*out);
 }
 
 /* Read a label's number. */
