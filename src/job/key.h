@@ -161,9 +161,15 @@ sc_status sc_keys_write_flow(const sc_ctx *ctx, const sc_key *keys, const void *
                              sc_text *text);
 /* @return the row of that name, or NULL. */
 const sc_key *sc_key_find(const sc_key *keys, const char *name);
-/* Log that no row of @p keys is named as the key of @p node, with the nearest name. @return as
- * sc_yaml_fail. */
+/* Log that no row of @p keys is named as the key of @p node, with the nearest name, unless
+ * node->key_told. @return as sc_yaml_fail. */
 sc_status sc_key_unknown(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node);
+
+/* ---- misplaced.c ---- */
+
+/* Log the keys in the maps of a job that belong into other maps, and mark them by key_told.
+ * @return the first such mistake; SC_ERR_MEMORY. */
+sc_status sc_tell_misplaced(const sc_ctx *ctx, const sc_yaml *root);
 
 /* ---- job_check.c ---- */
 

@@ -23,62 +23,16 @@ const sc_key *sc_key_find(const sc_key *keys, const char *name)
     return NULL;
 }
 
-/* Append to @p places all places of the key @p name that are @p depth maps below the table @p keys,
- * such as "animation.frames or output.frames". @param path that of the table, with a dot at its
- * end; unchanged afterwards. */
-static sc_status add_places(const sc_ctx *ctx, const sc_key *keys, const char *name, int depth,
-                            sc_text *path, sc_text *places)
-{
-    const size_t length = path->length_bytes;
-    sc_status status = SC_OK;
-
-    if (!depth)
-        return sc_key_find(keys, name)
-                   ? sc_text_add(ctx, places, "%s%.*s%s", places->length_bytes ? " or " : "",
-                                 (int)length, length ? path->data : "", name)
-                   : SC_OK;
-    for (; keys->name && status == SC_OK; keys++) {
-        const bool is_dict = keys->type->container == SC_CONTAINER_DICT;
-
-        if (!is_dict && keys->type->container != SC_CONTAINER_MAP)
-            continue;
-        SC_TRY(sc_text_add(ctx, path, "%s.%s", keys->name, is_dict ? "NAME." : ""));
-        status = add_places(ctx, keys->keys, name, depth - 1, path, places);
-        path->length_bytes = length;
-    }
-out:
-    return status;
-}
-
-/* Log that a key which belongs into another map of a job stands in this one. @return SC_OK, nothing
- * logged, if no map of a job has such a key. */
-static sc_status tell_places(const sc_ctx *ctx, const sc_yaml *node)
-{
-    sc_text path = {0}, places = {0};
-    sc_status status = SC_OK;
-
-    for (int depth = 0; depth < 4 && !places.length_bytes; depth++)
-        SC_TRY(add_places(ctx, sc_job_keys, node->key, depth, &path, &places));
-    if (places.length_bytes)
-        status = sc_yaml_fail(ctx, node, "unknown key \"%s\" here; did you mean %s?", node->key,
-                              places.data);
-out:
-    sc_text_clear(&path);
-    sc_text_clear(&places);
-    return status;
-}
-
 sc_status sc_key_unknown(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node)
 {
     const char *names[64];
     size_t count = 0;
-    sc_status status = SC_OK;
 
+    if (node->key_told)
+        return SC_ERR_DATA;
     for (; keys[count].name && count < SC_COUNT_OF(names); count++)
         names[count] = keys[count].name;
-    if (keys != sc_study_keys && !sc_nearest_word(node->key, names, count))
-        status = tell_places(ctx, node);
-    return status == SC_OK ? sc_unknown_word(ctx, node, node->key, names, count) : status;
+    return sc_unknown_word(ctx, node, node->key, names, count);
 }
 
 /* Store the default of one row, which is read as if it stood in a file. A map without a default of

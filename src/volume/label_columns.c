@@ -142,14 +142,14 @@ static sc_column column_of_two(const char *letters)
     return SC_COLUMN_OTHER;
 }
 
-sc_column sc_column_of(const char *heading)
+/* Copy the letters and digits of a heading to letters[bytes], in lower case, without what stands in
+ * brackets, a unit or a range as in "R (0-255)". @return false if there are too many. */
+static bool copy_letters(const char *heading, char *letters, size_t bytes)
 {
-    char letters[32];
     size_t count = 0;
-    char *british;
 
-    for (; *heading && count < sizeof letters - 1; heading++) {
-        if ((*heading == '(' || *heading == '[') && count) /* a unit or a range: "R (0-255)" */
+    for (; *heading && count < bytes - 1; heading++) {
+        if ((*heading == '(' || *heading == '[') && count)
             heading += strcspn(heading, ")]");
         if (!*heading)
             break;
@@ -157,7 +157,15 @@ sc_column sc_column_of(const char *heading)
             letters[count++] = (char)tolower((unsigned char)*heading);
     }
     letters[count] = '\0';
-    if (*heading) /* longer than any that is known */
+    return !*heading;
+}
+
+sc_column sc_column_of(const char *heading)
+{
+    char letters[32];
+    char *british;
+
+    if (!copy_letters(heading, letters, sizeof letters)) /* longer than any that is known */
         return SC_COLUMN_OTHER;
     british = strstr(letters, "colour");
     if (british)
