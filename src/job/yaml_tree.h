@@ -22,7 +22,7 @@ typedef struct sc_yaml {
     uint32_t *slots; /* of a longer map: [slot_count], finds members by their key; else NULL */
     size_t slot_count;
     bool quoted;       /* a scalar stood in quotes, or as a block of text */
-    bool key_told;     /* a mistake in the key was logged, and is not to be logged again */
+    bool key_told;     /* its key is unknown, and this was logged already */
     bool key_left_out; /* of a root: see sc_yaml_parse */
 } sc_yaml;
 

@@ -109,7 +109,7 @@ static const struct {
     {"no", SC_COLUMN_VALUE},      {"nr", SC_COLUMN_VALUE},     {"name", SC_COLUMN_NAME},
     {"text", SC_COLUMN_NAME},     {"title", SC_COLUMN_NAME},   {"region", SC_COLUMN_NAME},
     {"structure", SC_COLUMN_NAME}};
-/* What stands before or behind "color" where the column holds whole colours. */
+/* Headings of columns with whole colours consist of "color" and one of these words. */
 static const char *const color_words[] = {"label", "segment", "display", "html",  "web",
                                           "rgb",   "rgba",    "hex",     "value", "code"};
 

@@ -10,12 +10,14 @@
 #include <string.h>
 #include <sys/stat.h>
 
+enum { FILES_MAX = 65536 };
+
 /* ---- one file for each slice ---- */
 
-/* The files, as what the slices are read from. */
+/* The files of the slices, in the order of the slices. */
 typedef struct slice_files {
     sc_text paths;  /* each with a NUL byte behind it */
-    size_t *begins; /* [count], where in paths each begins; owned */
+    size_t *begins; /* [count] the offset in paths of the path of each slice; owned */
     int count;
     bool compressed;
     int64_t header_bytes; /* as in sc_meta_series */
@@ -196,6 +198,11 @@ sc_status sc_meta_open_series(const sc_ctx *ctx, const char *header, const sc_me
     slice_files *files;
     sc_status status;
 
+    if (source->size[2] > FILES_MAX)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: DimSize tells %d slices, each in a file of its own; expected at most "
+                       "%d: save the volume as one file",
+                       header, source->size[2], FILES_MAX);
     SC_TRY(sc_zalloc(ctx, 1, sizeof *files, &block));
     files = block;
     files->compressed = series->compressed;

@@ -9,8 +9,9 @@ enum { SC_META_AT_END = -1 }; /* HeaderSize: the voxels are the last bytes of th
 
 /* Where the header of a MetaImage says that the voxels stand, one file for each slice. */
 typedef struct sc_meta_series {
-    char *names;          /* ElementDataFile: "LIST" or "slice%03d.raw 1 20 1"; it is changed */
-    char *list;           /* what follows that line: the names of LIST, one a line; it is changed */
+    char *names; /* ElementDataFile: "LIST" or "slice%03d.raw 1 20 1"; parsing changes this text */
+    char *
+        list; /* what follows that line: the names of LIST, one a line; parsing changes this text */
     int64_t header_bytes; /* HeaderSize: where in each file its voxels begin; SC_META_AT_END */
     bool compressed;      /* each file is a zlib stream */
 } sc_meta_series;
@@ -19,8 +20,8 @@ typedef struct sc_meta_series {
 bool sc_meta_is_series(const char *names);
 /* Find the files of a series and check their sizes. @p source has size and type; this sets
  * encoding, data, release, read_slices, slices, file (the first) and data_files. @return
- * SC_ERR_DATA, logged, for what sc_data_file refuses, too few or too many names, and a file that
- * cannot hold a slice; SC_ERR_MEMORY. */
+ * SC_ERR_DATA, logged, for what sc_data_file refuses, too few or too many names or slices, and a
+ * file that cannot hold a slice; SC_ERR_MEMORY. */
 sc_status sc_meta_open_series(const sc_ctx *ctx, const char *header, const sc_meta_series *series,
                               sc_source *source);
 /* Let the voxels be read as numbers in decimal digits with blanks between them (BinaryData =

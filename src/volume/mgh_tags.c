@@ -13,8 +13,8 @@
 
 enum {
     SCAN_BYTES = 20, /* repetition time, flip angle, echo time, inversion time, field of view */
-    TAG_OLD_COLOR_TABLE = 1, /* has no length */
-    TAG_OLD_REAL_RAS = 2,    /* has no length, and nothing behind it */
+    TAG_OLD_COLOR_TABLE = 1, /* its data follow at once, without a length */
+    TAG_OLD_REAL_RAS = 2,    /* neither a length nor data follows this tag */
     TAG_COLOR_TABLE = 5,
     TAG_OLD_SURFACE_GEOMETRY =
         20, /* has a length of four bytes, as the next one; others of eight */

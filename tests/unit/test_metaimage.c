@@ -176,6 +176,8 @@ static void wrong_series_are_refused(void **state)
     expect_refused("ElementDataFile = LIST\n/etc/passwd\n", "an absolute path");
     expect_refused("HeaderSize = 1\nElementDataFile = s%02d.raw 8 12 2\n",
                    "s08.raw has 24 bytes, fewer than its slice");
+    expect_refused("DimSize = 1 1 2147483647\nElementDataFile = s%02d.raw\n",
+                   "2147483647 slices, each in a file of its own");
     expect_refused("HeaderSize = -2\nElementDataFile = s%02d.raw 8 12 2\n", "HeaderSize is \"-2\"");
     expect_refused("BinaryData = False\nElementDataFile = s%02d.raw 8 12 2\n",
                    "BinaryData is False");
