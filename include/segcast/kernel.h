@@ -250,6 +250,9 @@ extern const char *const sc_cpu_names[];
 /** @return whether this build has the variant @p name, which must not be NULL, and this
  *  processor can run it; true for "auto", false for names that do not exist. */
 bool sc_cpu_has(const char *name);
+/** @return SC_OK if sc_cpu_has() the variant @p name, which must not be NULL; else SC_ERR_USAGE, with a
+ *  message that tells whether the build or the processor lacks it. */
+sc_status sc_cpu_check(const sc_ctx *ctx, const char *name);
 /** Find the kernel for a surface, a skip method and the label width of @p volume. For
  *  SC_SKIP_NONE and SC_SKIP_INTERIOR there is only plain C, and @p cpu is ignored; the same holds
  *  for SC_SKIP_OCTREE, SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD in a build without

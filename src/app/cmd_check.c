@@ -56,14 +56,12 @@ out:
     return status;
 }
 
-/* Refuse a job whose render.cpu names a variant that this processor cannot run. */
+/* Refuse a job whose render.cpu names a variant that this build or this processor lacks. */
 static sc_status check_cpu(const sc_app *app, const sc_job *job)
 {
     const char *cpu = sc_cpu_names[job->render.cpu];
 
-    if (cpu && !sc_cpu_has(cpu))
-        return sc_fail(app->ctx, SC_ERR_USAGE, "this processor cannot run kernels for %s", cpu);
-    return SC_OK;
+    return cpu ? sc_cpu_check(app->ctx, cpu) : SC_OK;
 }
 
 /* Check all of a job without shots, or of one shot, that depends on the volume. Its tissues are

@@ -41,6 +41,29 @@ bool sc_cpu_has(const char *name)
     return strcmp(name, "auto") == 0;
 }
 
+static bool is_built(const char *name)
+{
+#define COMPARE(cpu, supported)                                                                    \
+    if (strcmp(name, #cpu) == 0)                                                                   \
+        return true;
+
+    SC_EACH_BUILT_CPU(COMPARE)
+    return false;
+}
+
+sc_status sc_cpu_check(const sc_ctx *ctx, const char *name)
+{
+    if (sc_cpu_has(name))
+        return SC_OK;
+    if (is_built(name))
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "this processor cannot run the kernels for %s; set render.cpu to auto", name);
+    return sc_fail(ctx, SC_ERR_USAGE,
+                   "this segcast was built without kernels for %s; set render.cpu to auto, or "
+                   "build it with that name in SC_VARIANTS",
+                   name);
+}
+
 const sc_kernel *sc_kernel_all(size_t *count)
 {
     *count = SC_COUNT_OF(kernels);

@@ -178,15 +178,15 @@ out:
 static sc_status find_kernel(const sc_ctx *ctx, sc_renderer *r)
 {
     const sc_render_settings *s = &r->settings;
+    sc_status status = SC_OK;
 
     r->kernel = sc_kernel_find(s->surface, s->skip, r->volume, s->cpu);
-    if (!r->kernel && s->cpu && !sc_cpu_has(s->cpu))
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "this processor cannot run the kernels for %s; set render.cpu to auto",
-                       s->cpu);
+    if (!r->kernel && s->cpu)
+        SC_TRY(sc_cpu_check(ctx, s->cpu));
     if (!r->kernel)
         r->kernel = sc_kernel_find(s->surface, SC_SKIP_INTERIOR, r->volume, NULL);
-    return SC_OK;
+out:
+    return status;
 }
 
 /* Make what a rank of the team has for itself: all but what is derived from the volume. @param
