@@ -372,9 +372,12 @@ static void lay_on_surface(const sc_phantom *phantom, sc_vec3 *points, double li
     for (int pass = 0; pass < 6; pass++) {
         for (int i = 0; i < TUBE_POINTS; i++) {
             for (int step = 0; step < 8; step++) {
-                const sc_vec3 slope = gradient(outer_surface, phantom, 0, points[i]);
                 const double field = surface_field(phantom, points[i]) - lift_mm;
+                sc_vec3 slope;
 
+                if (fabs(field) < 1e-9) /* mm: below what the differences of the slope can tell */
+                    break;
+                slope = gradient(outer_surface, phantom, 0, points[i]);
                 points[i] =
                     sc_vec3_along(points[i], -field / fmax(sc_vec3_dot(slope, slope), 0.1), slope);
             }
