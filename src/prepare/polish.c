@@ -3,16 +3,17 @@
  * than the images they were drawn on, and the steps of those images show as rings in the light. The
  * directions of each label are summed over each brick, the sums are spread over neighbouring
  * bricks, and every vertex interpolates them from the 27 bricks around it by a quadratic B-spline;
- * together that is a filter with a standard deviation of 4.6 vertices. Where the directions agree,
- * their mean has nearly the length 1, and it replaces the direction of the vertex. Over a bend, a
- * thin tube or the two sides of a sheet the mean is shorter, and the vertex keeps its own
- * direction. */
+ * together that is a filter with a standard deviation of 4.6 vertices. The two sides of a sheet,
+ * whose directions are opposite, are summed apart. Where the directions of a side agree, their mean
+ * has nearly the length 1, and it replaces the direction of the vertex. Over a bend or a thin tube
+ * the mean is shorter, and at the rim of a sheet it is not like the direction of the vertex, which
+ * then keeps its own. */
 #include "internal.h"
 
 #include <string.h>
 
 enum {
-    ENTRIES = 4, /* labels of a brick that are summed; directions of a fifth one are left out */
+    ENTRIES = 6, /* sides of labels in a brick that are summed; those of a seventh are left out */
     SPREADS = 2  /* times that the sums are spread, each by (1 2 1) / 4 along every axis */
 };
 
@@ -20,12 +21,18 @@ enum {
  * vertex's own direction. */
 #define AGREE_LEAST 0.90f
 #define AGREE_ALL 0.965f
+/* No mean is blended in if its cosine to the vertex's own direction is ALIKE_LEAST or less; from
+ * ALIKE_ALL on, all of it is. */
+#define ALIKE_LEAST 0.2f
+#define ALIKE_ALL 0.5f
 
 /* The x, y and z of a sum of directions, and how many they are. */
 typedef float quad __attribute__((vector_size(16)));
 
-/* The sum of the unit directions of one label in a brick, and how many there are, which spreading
- * makes a fraction; count 0: a free entry, whose other fields say nothing. */
+/* The sum of the unit directions of one side of a label in a brick, and how many there are, which
+ * spreading makes a fraction; count 0: a free entry, whose other fields say nothing. A label has
+ * one side or two in a brick: the directions in the half space around its first one, and the
+ * others. */
 typedef struct entry {
     float sum[3], count;
     uint32_t label;
@@ -84,17 +91,35 @@ static void labels_of(const sc_preparation *p, size_t brick, uint16_t labels[SC_
     }
 }
 
-/* @return the entry of a brick for a label, or the first free one, to which the label is written
- * (it stays free until the caller raises count); NULL if all ENTRIES belong to other labels. */
-static entry *entry_of(entry *entries, uint32_t label)
+static float dot(const float a[3], const float b[3])
 {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* @return the entry of a brick for the side of a label that the direction @p n belongs to: that
+ * whose sum it is least opposed to, or a free one, to which the label is written (it stays free
+ * until the caller raises count), if it is opposed to the only side there is. NULL if all ENTRIES
+ * are taken. */
+static entry *entry_for(entry *entries, uint32_t label, const float n[3])
+{
+    entry *best = NULL;
+
     for (int i = 0; i < ENTRIES; i++) {
-        if (entries[i].count > 0 && entries[i].label != label)
+        entry *e = &entries[i];
+
+        if (e->count == 0) {
+            if (best && dot(best->sum, n) >= 0)
+                return best;
+            e->label = label;
+            return e;
+        }
+        if (e->label != label)
             continue;
-        entries[i].label = label;
-        return &entries[i];
+        if (best) /* the second side */
+            return dot(e->sum, n) > dot(best->sum, n) ? e : best;
+        best = e;
     }
-    return NULL;
+    return best;
 }
 
 /* @return those of a brick's vertices near an interface whose records have a direction: not those
@@ -131,12 +156,13 @@ static void sum_brick(const polish *w, size_t brick, entry *entries)
     for (uint64_t left = directed(w->p, brick); left; left &= left - 1) {
         const int bit = __builtin_ctzll(left);
         const size_t index = w->p->near_start[brick] + sc_brick_rank(near, bit);
-        entry *e = entry_of(entries, labels[bit]);
+        entry *e;
         float n[3];
 
+        direction_of(sc_record_read(w->p->records, index), n);
+        e = entry_for(entries, labels[bit], n);
         if (!e)
             continue;
-        direction_of(sc_record_read(w->p->records, index), n);
         for (int i = 0; i < 3; i++)
             e->sum[i] += n[i];
         e->count++;
@@ -182,18 +208,24 @@ static void find_neighbours(const polish *w, size_t brick, const entry *out[27])
     }
 }
 
-/* @return the entry for a label of a brick's @p entries [ENTRIES]; NULL if there is none. */
-static const entry *find_label(const entry *entries, uint32_t label)
+/* @return what a brick's @p entries [ENTRIES] hold of the side of a label that has the directions
+ * of @p side, an entry of a brick beside it: the sum of those that are not opposed to it, as x, y,
+ * z and count. */
+static quad same_side(const entry *entries, const entry *side)
 {
+    quad out = {0, 0, 0, 0};
+
     for (int i = 0; i < ENTRIES && entries[i].count > 0; i++) {
-        if (entries[i].label == label)
-            return &entries[i];
+        const entry *e = &entries[i];
+
+        if (e->label == side->label && dot(e->sum, side->sum) > 0)
+            out += (quad){e->sum[0], e->sum[1], e->sum[2], e->count};
     }
-    return NULL;
+    return out;
 }
 
-/* Spread the sums once: write to spread, for each label in the entries of bricks [begin, end), the
- * sum over the 27 bricks around weighted by (1 2 1) / 4 along every axis. An sc_range_fn on a
+/* Spread the sums once: write to spread, for each of the entries of bricks [begin, end), the sum of
+ * its side over the 27 bricks around, weighted by (1 2 1) / 4 along every axis. An sc_range_fn on a
  * polish. */
 static void spread_bricks(void *user, size_t begin, size_t end, int thread)
 {
@@ -209,38 +241,40 @@ static void spread_bricks(void *user, size_t begin, size_t end, int thread)
             continue;
         find_neighbours(w, brick, around);
         for (int i = 0; i < ENTRIES; i++) {
-            entry sum = {.label = w->entries[first + (size_t)i].label};
+            const entry *side = &w->entries[first + (size_t)i];
+            quad sum = {0, 0, 0, 0};
 
-            for (int n = 0; n < 27 && w->entries[first + (size_t)i].count > 0; n++) {
-                const entry *from = find_label(around[n], sum.label);
-                const float weight = share[n % 3] * share[n / 3 % 3] * share[n / 9];
-
-                for (int k = 0; from && k < 3; k++)
-                    sum.sum[k] += weight * from->sum[k];
-                sum.count += from ? weight * from->count : 0;
-            }
-            w->spread[first + (size_t)i] = sum;
+            for (int n = 0; n < 27 && side->count > 0; n++)
+                sum += share[n % 3] * share[n / 3 % 3] * share[n / 9] * same_side(around[n], side);
+            w->spread[first + (size_t)i] =
+                (entry){.sum = {sum[0], sum[1], sum[2]}, .count = sum[3], .label = side->label};
         }
     }
 }
 
-/* Write the sums of one label in the 27 bricks around to @p out, as x, y, z and count; zeros for
- * bricks without the label. */
-static void gather_label(const entry *const around[27], uint32_t label, quad out[27])
+/* Write the sums of the side of a label in the 27 bricks around to @p out; see same_side. */
+static void gather_side(const entry *const around[27], const entry *side, quad out[27])
 {
-    for (int n = 0; n < 27; n++) {
-        const entry *from = find_label(around[n], label);
-
-        out[n] = from ? (quad){from->sum[0], from->sum[1], from->sum[2], from->count}
-                      : (quad){0, 0, 0, 0};
-    }
+    for (int n = 0; n < 27; n++)
+        out[n] = same_side(around[n], side);
 }
 
-/* Find the mean direction around the vertex of bit @p bit. @param sums of gather_label, for the
- * vertex's label. @param out the unit mean; not written if the share is 0. @return the share, 0 to
- * 1, in which it replaces the vertex's own; 0 where the directions do not agree, or there are none.
- */
-static float mean_direction(const polish *w, int bit, const quad sums[27], float out[3])
+/* @return 0 up to @p least, 1 from @p all on, and a smooth step between; 0 for NaN. */
+static float smooth_step(float x, float least, float all)
+{
+    const float t = (x - least) / (all - least);
+
+    if (!(t > 0))
+        return 0;
+    return t < 1 ? t * t * (3 - 2 * t) : 1;
+}
+
+/* Find the mean direction around the vertex of bit @p bit. @param own its own direction. @param
+ * sums of gather_side, for the vertex's side. @param out the unit mean; not written if the share is
+ * 0. @return the share, 0 to 1, in which it replaces the vertex's own; 0 where the directions do
+ * not agree, or there are none. */
+static float mean_direction(const polish *w, int bit, const float own[3], const quad sums[27],
+                            float out[3])
 {
     quad total = {0};
     float length, agree;
@@ -248,13 +282,12 @@ static float mean_direction(const polish *w, int bit, const quad sums[27], float
     for (int n = 0; n < 27; n++)
         total += w->weights[bit][n] * sums[n];
     length = sqrtf(total[0] * total[0] + total[1] * total[1] + total[2] * total[2]);
-    agree = (length / total[3] - AGREE_LEAST) / (AGREE_ALL - AGREE_LEAST);
+    agree = smooth_step(length / total[3], AGREE_LEAST, AGREE_ALL);
     if (!(agree > 0))
         return 0;
     for (int i = 0; i < 3; i++)
         out[i] = total[i] / length;
-    agree = agree < 1 ? agree : 1;
-    return agree * agree * (3 - 2 * agree);
+    return agree * smooth_step(dot(own, out), ALIKE_LEAST, ALIKE_ALL);
 }
 
 /* @return how strongly the directions of a label are smoothed, 0 to 1: as much as its surface along
@@ -272,21 +305,22 @@ static double strength_of(const sc_preparation *p, uint32_t label)
 }
 
 /* Smooth the direction in record @p index, of the vertex of bit @p bit: turn it towards the mean of
- * its label around it, by the share of mean_direction times the strength of the smoothing. Weight
- * and length in the record stay. @param smooth of strength_of, and @param sums of gather_label, for
- * the vertex's label. */
+ * its side around it, by the share of mean_direction times the strength of the smoothing. Weight
+ * and length in the record stay. @param smooth of strength_of, and @param sums of gather_side, for
+ * the vertex's side. */
 static void polish_vertex(const polish *w, int bit, size_t index, double smooth,
                           const quad sums[27])
 {
     const uint32_t old = sc_record_read(w->p->records, index);
     float own[3], mean[3] = {0, 0, 0};
-    const double share = smooth * (double)mean_direction(w, bit, sums, mean);
+    double share;
     sc_vec3 mixed;
     uint32_t smoothed;
 
+    direction_of(old, own);
+    share = smooth * (double)mean_direction(w, bit, own, sums, mean);
     if (!(share > 0))
         return;
-    direction_of(old, own);
     mixed = (sc_vec3){own[0] + share * (mean[0] - own[0]), own[1] + share * (mean[1] - own[1]),
                       own[2] + share * (mean[2] - own[2])};
     smoothed = (sc_record_pack(0, mixed, 1) & SC_RECORD_DIRECTION_BITS) |
@@ -294,28 +328,47 @@ static void polish_vertex(const polish *w, int bit, size_t index, double smooth,
     sc_record_write(w->p->records, index, smoothed);
 }
 
-/* Smooth the directions in the records of all vertices of a brick near an interface, one label at a
- * time. */
-static void polish_brick(const polish *w, size_t brick)
+/* Find the vertices of each side of each label in a brick. @param entries [ENTRIES] of the brick.
+ * @param out [ENTRIES] the vertices, by bit, of each entry; a vertex is in one at most. */
+static void find_sides(const polish *w, size_t brick, entry *entries, uint64_t out[ENTRIES])
 {
-    const entry *around[27];
-    uint64_t left = directed(w->p, brick);
     uint16_t labels[SC_BRICK_VERTICES];
 
-    find_neighbours(w, brick, around);
     labels_of(w->p, brick, labels);
-    while (left) {
-        const uint32_t label = labels[__builtin_ctzll(left)];
-        const double smooth = strength_of(w->p, label);
+    memset(out, 0, ENTRIES * sizeof *out);
+    for (uint64_t left = directed(w->p, brick); left; left &= left - 1) {
+        const int bit = __builtin_ctzll(left);
+        const size_t index = w->p->near_start[brick] + sc_brick_rank(w->p->near[brick], bit);
+        const entry *e;
+        float n[3];
+
+        direction_of(sc_record_read(w->p->records, index), n);
+        e = entry_for(entries, labels[bit], n);
+        if (e && e->count > 0)
+            out[e - entries] |= 1ull << bit;
+    }
+}
+
+/* Smooth the directions in the records of all vertices of a brick near an interface, one side of a
+ * label at a time. */
+static void polish_brick(const polish *w, size_t brick)
+{
+    entry *entries = w->entries + (size_t)w->slot[brick] * ENTRIES;
+    const entry *around[27];
+    uint64_t vertices[ENTRIES];
+
+    find_neighbours(w, brick, around);
+    find_sides(w, brick, entries, vertices);
+    for (int i = 0; i < ENTRIES; i++) {
+        const double smooth = vertices[i] ? strength_of(w->p, entries[i].label) : 0;
         quad sums[27];
 
-        gather_label(around, label, sums);
-        for (uint64_t mask = left; mask; mask &= mask - 1) {
+        if (!(smooth > 0))
+            continue;
+        gather_side(around, &entries[i], sums);
+        for (uint64_t mask = vertices[i]; mask; mask &= mask - 1) {
             const int bit = __builtin_ctzll(mask);
 
-            if (labels[bit] != label)
-                continue;
-            left &= ~(1ull << bit);
             polish_vertex(w, bit, w->p->near_start[brick] + sc_brick_rank(w->p->near[brick], bit),
                           smooth, sums);
         }

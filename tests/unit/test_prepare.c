@@ -500,8 +500,14 @@ static int rippled(double x, double y, double z)
     return z < 20 + 0.8 * sin(x * 0.55);
 }
 
-/* @return the RMS of the x components of the normals on the rippled plane. @param count the number
- * of normals. */
+/* A sheet of three voxels with steps on both sides, whose normals are opposite. */
+static int rippled_sheet(double x, double y, double z)
+{
+    return rippled(x, y, z) && !rippled(x, y, z + 3);
+}
+
+/* @return the RMS of the x components of the normals on a rippled plane or sheet. @param count the
+ * number of normals. */
 static double lean_of_normals(const sc_prepared *v, size_t *count)
 {
     double squares = 0;
@@ -525,14 +531,15 @@ static double lean_of_normals(const sc_prepared *v, size_t *count)
     return sqrt(squares / (double)*count);
 }
 
-static void ripples_of_a_flat_surface_leave_its_normals(void **state)
+/* Smoothing flattens the normals of a rippled shape: without it they lean by more than @p least
+ * (RMS of their x components), and with it by less than that divided by @p times. */
+static void smoothing_flattens(int (*inside)(double, double, double), double least, double times)
 {
     const int size[3] = {64, 48, 40};
-    sc_volume volume = shape_volume(size, cube, 1, 2, rippled);
+    sc_volume volume = shape_volume(size, cube, 1, 2, inside);
     double lean[2];
     size_t count = 0;
 
-    (void)state;
     for (int smooth = 0; smooth < 2; smooth++) {
         const sc_prepare_settings settings = {.smooth = {smooth, smooth, smooth}, .threads = 1};
         sc_preparation *p;
@@ -548,8 +555,20 @@ static void ripples_of_a_flat_surface_leave_its_normals(void **state)
         sc_free(block);
     }
     assert_true(count > 500);
-    assert_true(lean[0] > 0.1 && lean[1] < lean[0] / 2.5);
+    assert_true(lean[0] > least && lean[1] < lean[0] / times);
     sc_volume_clear(&volume);
+}
+
+static void ripples_of_a_flat_surface_leave_its_normals(void **state)
+{
+    (void)state;
+    smoothing_flattens(rippled, 0.1, 2.5);
+}
+
+static void ripples_of_both_sides_of_a_sheet_leave_its_normals(void **state)
+{
+    (void)state;
+    smoothing_flattens(rippled_sheet, 0.1, 2.5);
 }
 
 static void volumes_of_one_voxel_and_of_one_slice_are_prepared(void **state)
@@ -583,6 +602,7 @@ int main(void)
         cmocka_unit_test(distances_and_the_pyramid_say_what_is_empty),
         cmocka_unit_test(the_local_thickness_of_a_slab_is_that_of_the_slab),
         cmocka_unit_test(ripples_of_a_flat_surface_leave_its_normals),
+        cmocka_unit_test(ripples_of_both_sides_of_a_sheet_leave_its_normals),
         cmocka_unit_test(volumes_of_one_voxel_and_of_one_slice_are_prepared),
     };
 
