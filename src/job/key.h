@@ -170,6 +170,9 @@ sc_status sc_key_unknown(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *n
 /* Log the keys in the maps of a job that belong into other maps, and mark them by key_told.
  * @return the first such mistake; SC_ERR_MEMORY. */
 sc_status sc_tell_misplaced(const sc_ctx *ctx, const sc_yaml *root);
+/* The same for one node, whose key its map does not know. @return SC_OK, nothing logged, if no map
+ * of a job has that key, or many have it. */
+sc_status sc_tell_misplaced_key(const sc_ctx *ctx, sc_yaml *node);
 
 /* ---- job_check.c ---- */
 

@@ -2,43 +2,46 @@
 /* Keys of a job that stand in a wrong map, such as frames outside of animation. */
 #include "key.h"
 
+/* A key that more maps than these have, such as name, says too little of where it belongs. */
+enum { PLACES_TOLD = 3 };
+
 /* Append to @p places all places of the key @p name that are @p depth maps below the table @p keys,
- * such as "animation.frames or output.frames". @param path that of the table, with a dot at its
- * end; unchanged afterwards. */
+ * such as "animation.frames or output.frames", and count them. @param path that of the table, with
+ * a dot at its end; unchanged afterwards. */
 static sc_status add_places(const sc_ctx *ctx, const sc_key *keys, const char *name, int depth,
-                            sc_text *path, sc_text *places)
+                            sc_text *path, sc_text *places, int *count)
 {
     const size_t length = path->length_bytes;
     sc_status status = SC_OK;
 
-    if (!depth)
-        return sc_key_find(keys, name)
-                   ? sc_text_add(ctx, places, "%s%.*s%s", places->length_bytes ? " or " : "",
-                                 (int)length, length ? path->data : "", name)
-                   : SC_OK;
+    if (!depth) {
+        if (!sc_key_find(keys, name))
+            return SC_OK;
+        return sc_text_add(ctx, places, "%s%.*s%s", (*count)++ ? " or " : "", (int)length,
+                           length ? path->data : "", name);
+    }
     for (; keys->name && status == SC_OK; keys++) {
         const bool is_dict = keys->type->container == SC_CONTAINER_DICT;
 
         if (!is_dict && keys->type->container != SC_CONTAINER_MAP)
             continue;
         SC_TRY(sc_text_add(ctx, path, "%s.%s", keys->name, is_dict ? "NAME." : ""));
-        status = add_places(ctx, keys->keys, name, depth - 1, path, places);
+        status = add_places(ctx, keys->keys, name, depth - 1, path, places, count);
         path->length_bytes = length;
     }
 out:
     return status;
 }
 
-/* Log where a key belongs that its own map does not know. @return SC_OK, nothing logged, if no map
- * of a job has such a key. */
-static sc_status tell_places(const sc_ctx *ctx, sc_yaml *node)
+sc_status sc_tell_misplaced_key(const sc_ctx *ctx, sc_yaml *node)
 {
     sc_text path = {0}, places = {0};
+    int count = 0;
     sc_status status = SC_OK;
 
-    for (int depth = 0; depth < 4 && !places.length_bytes; depth++)
-        SC_TRY(add_places(ctx, sc_job_keys, node->key, depth, &path, &places));
-    node->key_told = places.length_bytes != 0;
+    for (int depth = 0; depth < 4 && !count; depth++)
+        SC_TRY(add_places(ctx, sc_job_keys, node->key, depth, &path, &places, &count));
+    node->key_told = count > 0 && count <= PLACES_TOLD;
     if (node->key_told)
         status = sc_yaml_fail(ctx, node, "unknown key \"%s\" here; did you mean %s?", node->key,
                               places.data);
@@ -46,16 +49,6 @@ out:
     sc_text_clear(&path);
     sc_text_clear(&places);
     return status;
-}
-
-/* Is the key of @p node like one of the table @p keys? */
-static bool is_near(const sc_key *keys, const sc_yaml *node)
-{
-    for (; keys->name; keys++) {
-        if (sc_nearest_word(node->key, &keys->name, 1))
-            return true;
-    }
-    return false;
 }
 
 /* Look for misplaced keys in the map @p node, whose table is @p keys, and in the maps below it. */
@@ -68,9 +61,9 @@ static sc_status look_into(const sc_ctx *ctx, const sc_key *keys, const sc_yaml 
         const sc_key *key = sc_key_find(keys, item->key);
         sc_status found = SC_OK;
 
-        if (!key && !is_near(keys, item))
-            found = tell_places(ctx, item);
-        else if (key && key->type->container == SC_CONTAINER_MAP && item->kind == SC_YAML_MAP)
+        if (!key)
+            found = sc_tell_misplaced_key(ctx, item);
+        else if (key->type->container == SC_CONTAINER_MAP && item->kind == SC_YAML_MAP)
             found = look_into(ctx, key->keys, item);
         if (!sc_goes_on(&status, found))
             return status;

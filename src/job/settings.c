@@ -97,30 +97,48 @@ sc_status sc_settings_merge(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root
     return merge_members(ctx, keys, SC_CONTAINER_MAP, root, value);
 }
 
+/* @return the length of an index in brackets, such as "[12]", that @p text begins with; 0 if it
+ * does not. Other brackets belong to the name of a tissue. */
+static size_t bracketed(const char *text)
+{
+    const size_t digits = *text == '[' ? strspn(text + 1, "0123456789") : 0;
+    const char *close = text + 1 + digits;
+
+    return digits && *close == ']' && (!close[1] || close[1] == '.' || close[1] == '[') ? digits + 2
+                                                                                        : 0;
+}
+
+/* @return the length of the name that @p path begins with: up to a dot or an index in brackets. */
+static size_t name_length(const char *path)
+{
+    size_t length = strcspn(path, ".[");
+
+    while (path[length] == '[' && !bracketed(path + length))
+        length += 1 + strcspn(path + length + 1, ".[");
+    return length;
+}
+
 /* Copy the first element of @p path into @p element, which has room for @p size bytes. @return the
  * rest of the path, or NULL if the path is malformed or the element too long. */
 static const char *path_element(const char *path, char *element, size_t size)
 {
+    const size_t index = bracketed(path);
+    const bool is_quoted = *path == '"';
+    const char *close = is_quoted ? strchr(path + 1, '"') : NULL;
+    const size_t around = is_quoted || index; /* characters before the element, and behind it */
     size_t length;
 
-    if (*path == '"') {
-        const char *close = strchr(path + 1, '"');
-
-        if (!close)
-            return NULL;
-        length = (size_t)(close - path - 1);
-        path++;
-    } else {
-        length = strcspn(path, ".");
-    }
+    if (is_quoted && !close)
+        return NULL;
+    length = is_quoted ? (size_t)(close - path - 1) : index ? index - 2 : name_length(path);
     if (length == 0 || length >= size)
         return NULL;
-    memcpy(element, path, length);
+    memcpy(element, path + around, length);
     element[length] = '\0';
-    path += length + (path[length] == '"');
-    if (*path && *path != '.')
+    path += length + 2 * around;
+    if (*path && *path != '.' && !bracketed(path))
         return NULL;
-    return *path ? path + 1 : path;
+    return *path == '.' ? path + 1 : path;
 }
 
 /* @return the row that @p element names; NULL if there is none, which is logged. */
@@ -134,6 +152,7 @@ static const sc_key *find_row(const sc_ctx *ctx, const position *at, const char 
         sc_yaml unknown = {.origin = origin, .key = name};
 
         snprintf(name, sizeof name, "%s", element);
+        (void)sc_tell_misplaced_key(ctx, &unknown);
         (void)sc_key_unknown(ctx, at->keys, &unknown);
     }
     return key;

@@ -1121,10 +1121,10 @@ static void settings_merge_maps_and_replace_alternatives(void **state)
     expect_change("volume: phantom\nanimation: {camera: {zoom: 2}}\n", "animation.camera.zoom.to=3",
                   "volume: phantom\nanimation: {camera: {zoom: {from: 2, to: 3}}}\n");
     expect_change("volume: phantom\nanimation: {clip: [{sweep: {normal: left}, except: [a]}]}\n",
-                  "animation.clip.0={plane: {normal: right}}",
+                  "animation.clip[0]={plane: {normal: right}}",
                   "volume: phantom\nanimation: {clip: [{plane: {normal: right}, except: [a]}]}\n");
     expect_change("volume: phantom\nanimation: {clip: [{sweep: {normal: left}}]}\n",
-                  "animation.clip.1.sweep.normal=right",
+                  "animation.clip[1].sweep.normal=right",
                   "volume: phantom\nanimation: {clip: [{sweep: {normal: left}}, {sweep: {normal: "
                   "right}}]}\n");
     expect_change("volume: phantom\nanimation: {clip: [{sweep: {normal: left}}]}\n",
