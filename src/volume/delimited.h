@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to volume: text in which commas, semicolons or tabs separate fields (RFC 4180, but for
- * the separator). */
+/* Private to volume: text in which commas, semicolons, tabs or bars separate fields (RFC 4180, but
+ * for the separator). */
 #ifndef SC_VOLUME_DELIMITED_H
 #define SC_VOLUME_DELIMITED_H
 
 #include <stddef.h>
 
 /* What may separate fields. */
-#define SC_DELIMITERS "\t,;"
+#define SC_DELIMITERS "\t,;|"
 
 /* Take the line at *at apart; a field in quotation marks may go over several. @param fields [most];
  * what is beyond is left out. *at moves to the next line; NULL behind the last one. @param lines

@@ -46,6 +46,7 @@ static const struct {
                 {"name", SC_COLUMN_NAME},
                 {"labelname", SC_COLUMN_NAME},
                 {"segmentname", SC_COLUMN_NAME},
+                {"segmentlabel", SC_COLUMN_NAME},
                 {"structurename", SC_COLUMN_NAME},
                 {"structname", SC_COLUMN_NAME},
                 {"regionname", SC_COLUMN_NAME},
@@ -60,6 +61,7 @@ static const struct {
                 {"abbreviation", SC_COLUMN_SHORT},
                 {"acronym", SC_COLUMN_SHORT},
                 {"description", SC_COLUMN_SHORT},
+                {"segmentdescription", SC_COLUMN_SHORT},
                 {"anatomy", SC_COLUMN_SHORT},
                 {"title", SC_COLUMN_SHORT},
                 {"term", SC_COLUMN_SHORT},
@@ -73,6 +75,7 @@ static const struct {
                 {"hexcode", SC_COLUMN_COLOR},
                 {"hextriplet", SC_COLUMN_COLOR},
                 {"rgbvalue", SC_COLUMN_COLOR},
+                {"recommendeddisplayrgbvalue", SC_COLUMN_COLOR},
                 {"colorhextriplet", SC_COLUMN_COLOR},
                 {"r", SC_COLUMN_RED},
                 {"red", SC_COLUMN_RED},
@@ -259,9 +262,7 @@ static bool read_value(const char *text, int64_t *out)
     return true;
 }
 
-/* Read hexadecimal digits, rrggbb, rrggbbaa or rgb, into levels from 0 to 255. @return whether it
- * is such a text. */
-static bool read_hexadecimal(const char *text, float level[4])
+bool sc_hexadecimal_read(const char *text, float level[4])
 {
     const size_t digits = strlen(text), each = digits == 3 ? 1 : 2;
 
@@ -303,8 +304,8 @@ static bool read_levels(const char *text, float level[4])
 static bool read_color(const char *text, float level[4])
 {
     text += strspn(text, " ");
-    return (*text == '#' && read_hexadecimal(text + 1, level)) || read_hexadecimal(text, level) ||
-           read_levels(text, level);
+    return (*text == '#' && sc_hexadecimal_read(text + 1, level)) ||
+           sc_hexadecimal_read(text, level) || read_levels(text, level);
 }
 
 /* @return whether a label with this field in the column "visible" is shown. */

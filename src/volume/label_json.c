@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Label tables in JSON: the properties of segments of Neuroglancer, the metadata of label images of
- * OME-Zarr, the colour maps of NiiVue, the labels of a data set of nnU-Net, and plain lists and
- * maps. Objects become rows of columns, whose headings are the names of their members. */
+ * OME-Zarr, the colour maps of NiiVue, the labels of a data set of nnU-Net, the segments of dcmqi,
+ * and plain lists and maps. Objects become rows of columns, whose headings are the names of their
+ * members. */
 #include "label_table.h"
 
 #include <jansson.h>
@@ -27,16 +28,34 @@ typedef struct json_row {
     size_t count;
 } json_row;
 
-/* Write a number, or a list of numbers, to out[NUMBERS_BYTES]; an empty text for anything else, and
- * for more than there is room for. */
+/* @return level @p i of a colour whose levels are the members of @p object: {"r": 255, ...}; NULL
+ * if there is none. */
+static const json_t *level_of(const json_t *object, size_t i)
+{
+    static const char *const names[4][3] = {
+        {"r", "red", "R"}, {"g", "green", "G"}, {"b", "blue", "B"}, {"a", "alpha", "A"}};
+    const json_t *level = NULL;
+
+    for (size_t k = 0; k < SC_COUNT_OF(names[0]) && !level; k++)
+        level = json_object_get(object, names[i][k]);
+    return level;
+}
+
+/* Write a number, a list of numbers, or the levels of a colour, to out[NUMBERS_BYTES]; an empty
+ * text for anything else, and for more than there is room for. */
 static void print_numbers(const json_t *value, char *out)
 {
-    const size_t count = json_is_array(value) ? json_array_size(value) : 1;
+    const bool is_color = json_is_object(value);
+    const size_t count = json_is_array(value) ? json_array_size(value)
+                         : is_color           ? (level_of(value, 3) ? 4 : 3)
+                                              : 1;
     size_t used = 0;
 
     out[0] = '\0';
     for (size_t i = 0; i < count; i++) {
-        const json_t *number = json_is_array(value) ? json_array_get(value, i) : value;
+        const json_t *number = json_is_array(value) ? json_array_get(value, i)
+                               : is_color           ? level_of(value, i)
+                                                    : value;
 
         if (!json_is_number(number) || used >= NUMBERS_BYTES - 32) {
             out[0] = '\0';
@@ -128,7 +147,7 @@ static void read_list(json_reading *r, const json_t *list)
     }
 }
 
-/* Read a map: from numbers to names or to objects, or from names to numbers or to objects. */
+/* Read a map: from numbers to names, colours or objects, or from names to numbers or to objects. */
 static void read_map(json_reading *r, json_t *map)
 {
     const char *key;
@@ -145,7 +164,8 @@ static void read_map(json_reading *r, json_t *map)
             add_members(&row, value);
         } else if (numbered && json_is_string(value)) {
             add_text(&row, SC_COLUMN_VALUE, key);
-            add_field(&row, SC_COLUMN_NAME, value);
+            add_field(&row, *json_string_value(value) == '#' ? SC_COLUMN_COLOR : SC_COLUMN_NAME,
+                      value);
         } else if (!numbered && json_is_integer(value)) {
             add_field(&row, SC_COLUMN_VALUE, value);
             add_text(&row, SC_COLUMN_NAME, key);
@@ -260,28 +280,59 @@ static json_t *class_list(const json_reading *r, json_t *root)
     return list;
 }
 
+/* Read the segments of DICOM as dcmqi describes them: a list of lists of objects. */
+static void read_segment_attributes(json_reading *r, const json_t *lists)
+{
+    for (size_t i = 0; i < json_array_size(lists) && r->status == SC_OK; i++)
+        read_list(r, json_array_get(lists, i));
+}
+
+/* @return the map from numbers to colours of a state of Neuroglancer, or of one of its layers; NULL
+ * if there is none. */
+static json_t *segment_colors(json_t *root)
+{
+    const json_t *layers = json_object_get(root, "layers");
+    json_t *colors = json_object_get(root, "segmentColors");
+
+    for (size_t i = 0; i < json_array_size(layers) && !colors; i++)
+        colors = json_object_get(json_array_get(layers, i), "segmentColors");
+    return colors;
+}
+
+/* Read a document of one of the programs whose JSON is told by its members. @return whether it is
+ * one. */
+static bool read_known(json_reading *r, json_t *root)
+{
+    const json_t *ome = ome_labels(root), *inner = json_object_get(root, "inline");
+    const json_t *attributes = json_object_get(root, "segmentAttributes");
+
+    if (ome) {
+        read_list(r, json_object_get(ome, "colors"));
+        read_list(r, json_object_get(ome, "properties"));
+    } else if (json_object_get(inner, "ids")) {
+        read_neuroglancer(r, inner);
+    } else if (attributes) {
+        read_segment_attributes(r, attributes);
+    } else if (segment_colors(root)) {
+        read_map(r, segment_colors(root));
+    } else {
+        return false;
+    }
+    return true;
+}
+
 /* Read the document by what it holds. */
 static void read_document(json_reading *r, json_t *root)
 {
     static const char *const names[] = {"labels",     "segments", "tissues",
                                         "structures", "regions",  "label_table"};
-    const json_t *ome = ome_labels(root), *inner = json_object_get(root, "inline");
     json_t *classes;
 
-    if (ome) {
-        read_list(r, json_object_get(ome, "colors"));
-        read_list(r, json_object_get(ome, "properties"));
-        return;
-    }
-    if (json_object_get(inner, "ids")) {
-        read_neuroglancer(r, inner);
-        return;
-    }
     if (json_is_array(root)) {
         read_list(r, root);
         return;
     }
-    if (read_columns(r, root))
+    if (read_known(r, root) || read_columns(r, root))
         return;
     for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
         json_t *labels = json_object_get(root, names[i]);

@@ -128,42 +128,6 @@ static bool parse_itksnap(char *line, sc_label *row, sc_name_count *names)
     return true;
 }
 
-/* Cut the name at @p name: behind its closing quote, if it begins with one, else before the next
- * bar and before commas and blanks at its end. @return where it begins; NULL if there is none, or
- * if it is a number. */
-static char *cut_name(char *name)
-{
-    const char quote = *name == '"' || *name == '\'' ? *name : '\0';
-    char *end;
-
-    name += quote != '\0';
-    if (!*name || strspn(name, "0123456789.+- \t,;|\"'") == strlen(name))
-        return NULL;
-    end = name + strcspn(name, quote == '"' ? "\"" : quote ? "'" : "|");
-    while (!quote && end > name && strchr(" \t,;", end[-1]))
-        end--;
-    *end = '\0';
-    return name;
-}
-
-/* A row of a list of classes: a number, perhaps in quotes, what separates it, and a name. */
-static bool parse_class(char *line, sc_label *row, sc_name_count *names)
-{
-    char *at = line + strspn(line, " \t|\"'"), *end, *name;
-
-    errno = 0;
-    row->value = strtoll(at, &end, 10);
-    if (end == at || errno || !*end || !strchr(" \t:,;=|\"'", *end) ||
-        llabs(row->value) > (1LL << 53))
-        return false;
-    end += strspn(end, "\"'");
-    name = cut_name(end + strspn(end, " \t:,;=|"));
-    if (!name)
-        return false;
-    sc_name_read(name, row->name, names);
-    return true;
-}
-
 /* By sc_table_format: the name for messages, and the parser of lines, where a label is a line. */
 static const struct {
     const char *name;
@@ -172,10 +136,10 @@ static const struct {
                [SC_TABLE_SLICER] = {"Slicer", parse_slicer},
                [SC_TABLE_FREESURFER] = {"FreeSurfer", parse_freesurfer},
                [SC_TABLE_ITKSNAP] = {"ITK-SNAP", parse_itksnap},
-               [SC_TABLE_XML] = {"GIFTI or Connectome Workbench (XML)", NULL},
+               [SC_TABLE_XML] = {"GIFTI, Connectome Workbench or FSL (XML)", NULL},
                [SC_TABLE_DELIMITED] = {"CSV or TSV", NULL},
                [SC_TABLE_JSON] = {"JSON", NULL},
-               [SC_TABLE_NAMES] = {"number-and-name", parse_class}};
+               [SC_TABLE_NAMES] = {"number-and-name", sc_class_parse}};
 
 static bool is_blank_or_comment(const char *line)
 {
@@ -214,45 +178,24 @@ typedef struct evidence {
     size_t opaque_255, opaque_0; /* rows whose last number is 255, or 0 */
     size_t colored;              /* rows of a number, a word and three numbers */
     size_t classes;              /* other rows that begin with a number, as those of class lists */
-    size_t columned; /* those of them that have more than two fields, parted by commas, semicolons
-                        or tabs */
+    size_t columned;             /* those of them with more than a number, a name and a colour */
+    size_t spaced;               /* those of them with a colour behind a name of several words */
 } evidence;
-
-/* Does the line look like one of a class list: a number, something that separates it, and a letter
- * or a quote? */
-static bool looks_like_class(const char *line)
-{
-    const size_t blanks = strspn(line, " \t|\"'"), digits = strspn(line + blanks, "0123456789");
-    const char *at = line + blanks + digits;
-    const size_t separates = strspn(at, " \t:,;=|\"'");
-
-    return digits && separates && (isalpha((unsigned char)at[separates]) || at[separates] & 0x80);
-}
-
-/* Has the line something behind a number and a name? */
-static bool has_more_fields(const char *line)
-{
-    for (const char *d = ",;\t"; *d; d++) {
-        const char *first = strchr(line, *d), *second = first ? strchr(first + 1, *d) : NULL;
-
-        if (second && second[1 + strspn(second + 1, " \t,;|")])
-            return true;
-    }
-    return false;
-}
 
 /* Add what one line, cut off, says. */
 static void weigh_line(const char *line, evidence *e)
 {
     double last = 0;
+    bool more_fields, has_color;
     int end = -1;
 
     (void)sscanf(line, "%*d %*s %*f %*f %*f%n", &end);
     if (end > 0) {
         e->colored++;
-    } else if (looks_like_class(line)) {
+    } else if (sc_class_is(line, &has_color, &more_fields)) {
         e->classes++;
-        e->columned += has_more_fields(line);
+        e->columned += more_fields;
+        e->spaced += has_color;
     }
     e->itksnap = e->itksnap || strstr(line, "ITK-SnAP") || strstr(line, "ITK-SNAP") ||
                  looks_like_itksnap(line);
@@ -319,6 +262,9 @@ static sc_table_format guess(char *text)
     }
     if (e.itksnap)
         return SC_TABLE_ITKSNAP;
+    /* Names of several words are read by that parser only; it does not know transparency. */
+    if (10 * e.spaced > e.colored && e.opaque_0 <= e.opaque_255)
+        return SC_TABLE_NAMES;
     if (e.classes && !e.colored) /* further fields mean nothing without headings */
         return e.columned == e.classes ? SC_TABLE_DELIMITED : SC_TABLE_NAMES;
     return e.opaque_0 > e.opaque_255 ? SC_TABLE_FREESURFER : SC_TABLE_SLICER;

@@ -69,12 +69,24 @@ sc_column_rows sc_column_rows_begin(sc_label_table *table);
  * @return SC_ERR_MEMORY, logged; SC_ERR_DATA, not logged, if there are too many rows. */
 sc_status sc_column_rows_add(const sc_ctx *ctx, sc_column_rows *rows, const sc_column *columns,
                              const char *const *fields, size_t count, bool *read);
+/* Read rrggbb, rrggbbaa or rgb, hexadecimal, into levels from 0 to 255. @return whether it is one
+ * of these; level[3] is NAN without opacity. */
+bool sc_hexadecimal_read(const char *text, float level[4]);
 /* Give the rows their colours and opacities, warn under @p path of what could not be read, and free
  * what @p rows owns. */
 void sc_column_rows_end(const sc_ctx *ctx, const char *path, sc_column_rows *rows);
 
+/* Read a row of a list of classes, which is changed: a number, what separates it, a name, and
+ * perhaps a colour, "#ff8000" or three or four numbers from 0 to 255. @param row of which value and
+ * name are set, and the colour if there is one. @return false if the line has not this form. */
+bool sc_class_parse(char *line, sc_label *row, sc_name_count *names);
+/* Does the line look like one of a class list: a number, something that separates it, and a letter
+ * or a quote? *has_color: it ends with a colour; *more_fields: with something else behind number
+ * and name. */
+bool sc_class_is(const char *line, bool *has_color, bool *more_fields);
+
 /* Does the first line of @p text that is no comment name the columns of a label table, which
- * commas, semicolons or tabs separate? *delimiter is what separates them. */
+ * commas, semicolons, tabs or bars separate? *delimiter is what separates them. */
 bool sc_label_delimited_is(const char *text, char *delimiter);
 /* Append the rows of @p text, which is taken apart, to @p table, as SC_TABLE_DELIMITED.
  * @return SC_ERR_DATA, logged under @p path; SC_ERR_MEMORY. */

@@ -26,10 +26,14 @@ typedef struct xml_reading {
     size_t name_bytes;
     int tables;              /* label tables begun so far; only the first is read */
     bool in_table, in_label; /* within the first table, and within a label of it */
-    int bad;                 /* labels of which something cannot be read */
-    unsigned long bad_line;  /* the first of them */
-    sc_status status;        /* SC_OK, or why the handlers have stopped the parser */
-    const char *refused;     /* the reason for SC_ERR_DATA */
+    bool is_atlas;           /* of FSL: the table is "data", and a label of it "label" */
+    bool in_type;            /* within the type of the atlas */
+    bool
+        is_counted_from_0; /* the labels of an atlas of probabilities, which are 1 more in images */
+    int bad;               /* labels of which something cannot be read */
+    unsigned long bad_line; /* the first of them */
+    sc_status status;       /* SC_OK, or why the handlers have stopped the parser */
+    const char *refused;    /* the reason for SC_ERR_DATA */
 } xml_reading;
 
 /* Stop the parser. @p refused: the reason for SC_ERR_DATA; else NULL. */
@@ -83,7 +87,10 @@ static void begin_label(xml_reading *r, const char **attributes)
 
     r->row = (sc_label){.opacity = -1};
     r->name_bytes = 0;
-    r->row_good = read_whole(key ? key : attribute(attributes, "Index"), &r->row.value);
+    if (!key)
+        key = attribute(attributes, r->is_atlas ? "index" : "Index");
+    r->row_good = read_whole(key, &r->row.value) && r->row.value < INT64_MAX;
+    r->row.value += r->row_good && r->is_counted_from_0;
     for (int i = 0; i < 3; i++) {
         if (read_level(attribute(attributes, channels[i]), &level)) {
             r->row.rgb[i] = (uint8_t)(level * 255 + 0.5);
@@ -129,21 +136,38 @@ static void XMLCALL on_start(void *user, const XML_Char *element, const XML_Char
 {
     xml_reading *r = user;
 
-    if (!strcmp(element, "LabelTable")) {
+    if (!strcmp(element, "atlas")) {
+        r->is_atlas = true;
+    } else if (r->is_atlas && !r->tables && !strcmp(element, "type")) {
+        r->in_type = true;
+        r->name_bytes = 0;
+    } else if (!strcmp(element, r->is_atlas ? "data" : "LabelTable")) {
         r->in_table = r->tables++ == 0;
-    } else if (r->in_table && !r->in_label && !strcmp(element, "Label")) {
+    } else if (r->in_table && !r->in_label && !strcmp(element, r->is_atlas ? "label" : "Label")) {
         r->in_label = true;
         begin_label(r, attributes);
     }
+}
+
+/* An atlas of FSL whose type is not "Label" holds probabilities. Its labels count these images from
+ * 0; in the image of the most probable labels 0 is background, and each label is 1 more (FSL,
+ * Atlases, "reference file specification"). */
+static void end_type(xml_reading *r)
+{
+    r->name[r->name_bytes] = '\0';
+    r->is_counted_from_0 = !strstr(r->name, "Label");
+    r->in_type = false;
 }
 
 static void XMLCALL on_end(void *user, const XML_Char *element)
 {
     xml_reading *r = user;
 
-    if (!strcmp(element, "LabelTable")) {
+    if (!strcmp(element, r->is_atlas ? "data" : "LabelTable")) {
         r->in_table = false;
-    } else if (r->in_label && !strcmp(element, "Label")) {
+    } else if (r->in_type && !strcmp(element, "type")) {
+        end_type(r);
+    } else if (r->in_label && !strcmp(element, r->is_atlas ? "label" : "Label")) {
         r->in_label = false;
         end_label(r);
     }
@@ -155,7 +179,7 @@ static void XMLCALL on_text(void *user, const XML_Char *text, int bytes)
     const size_t room = NAME_READ_BYTES - 1 - r->name_bytes;
     const size_t count = (size_t)bytes < room ? (size_t)bytes : room;
 
-    if (!r->in_label)
+    if (!r->in_label && !r->in_type)
         return;
     memcpy(r->name + r->name_bytes, text, count);
     r->name_bytes += count;
@@ -190,7 +214,8 @@ static sc_status run(xml_reading *r, const char *path, const char *text, size_t 
     if (error == XML_ERROR_NO_MEMORY)
         return sc_fail(r->ctx, SC_ERR_MEMORY, "%s: out of memory while its XML was read", path);
     if (error == XML_ERROR_NONE)
-        snprintf(why, SC_XML_WHY_BYTES, "the XML has no LabelTable");
+        snprintf(why, SC_XML_WHY_BYTES,
+                 "the XML has no LabelTable, and no data of an atlas of FSL");
     else
         snprintf(why, SC_XML_WHY_BYTES, "line %lu of the XML: %s",
                  (unsigned long)XML_GetCurrentLineNumber(r->parser),

@@ -53,6 +53,7 @@ static void expect_two(const char *text, bool has_color, float opacity)
 static void columns_are_known_by_their_headings(void **state)
 {
     (void)state;
+    expect_two("value|name|r|g|b\n4|left atrium|255|128|0\n5|b|1|2|3\n", true, -1);
     /* BIDS; spreadsheets in three ways; 3D Slicer; FastSurfer, whose A is transparency */
     expect_two("index\tname\tabbreviation\tcolor\n4\tleft atrium\tLA\t#ff8000\n5\tb\tB\tn/a\n",
                true, -1);
@@ -130,6 +131,21 @@ static void lists_of_classes_are_read(void **state)
                false, -1);
 }
 
+/* A colour may stand at the end of a row: hexadecimal, or as three or four numbers, as in the
+ * tables of MRtrix, where the last of two names counts. */
+static void colors_behind_names_are_read(void **state)
+{
+    (void)state;
+    expect_two("4 left atrium #ff8000\n5 b #00ff0080\n", true, 128 / 255.0F);
+    expect_two("4 LA\tleft atrium\t255 128 0 255\n5 B\tb\t0 0 0 128\n", true, 128 / 255.0F);
+    expect_two("# MRtrix\n0  ??  Unknown  0 0 0 0\n4  LA  left atrium  255 128   0 255\n"
+               "5  B   b            0   0 255 255\n",
+               true, -1);
+    expect_two("4,left atrium,255,128,0\n5,b,1,2,3\n", true, -1);
+    expect_two("4,left atrium,#ff8000\n5,b,#00ff00\n", true, -1);
+    expect_two("4 left atrium 255 128 0 255\n5 b 255 0 1 128\n", true, 128 / 255.0F);
+}
+
 /* Of several lists in Python only the first is read. */
 static void further_lists_of_classes_are_left_out(void **state)
 {
@@ -176,9 +192,49 @@ static void json_is_known_by_its_bracket(void **state)
     expect_two("{\"labels\": {\"background\": 0, \"left atrium\": 4, \"b\": 5}}", false, -1);
     expect_two(" {\"labels\": {\"0\": \"none\", \"4\": \"left atrium\", \"5\": \"b\"}}", false, -1);
     expect_two("[\"\", \"\", \"\", \"\", \"left atrium\", \"b\"]", false, -1);
+    expect_two("[{\"value\": 4, \"name\": \"left atrium\", \"color\": {\"r\": 255, \"g\": 128, "
+               "\"b\": 0}}, {\"value\": 5, \"name\": \"b\", \"color\": {\"red\": 1, \"green\": 2, "
+               "\"blue\": 3, \"alpha\": 128}}]",
+               true, 128 / 255.0F);
 }
 
-/* Documents of Neuroglancer, OME-Zarr (0.4 and in Zarr 3), and NiiVue. */
+/* Colours of segments of Neuroglancer have no names. */
+static void colors_of_neuroglancer_are_read(void **state)
+{
+    static const char text[] =
+        "{\"layers\": [{\"type\": \"image\"}, {\"type\": \"segmentation\", \"segmentColors\": "
+        "{\"4\": \"#ff8000\", \"18446744073709551615\": \"#000\"}}]}";
+    sc_label_table table = {0};
+    heard said;
+
+    (void)state;
+    assert_ok(read_table(text, sizeof text - 1, &said, &table));
+    assert_int_equal(table.count, 1);
+    assert_int_equal(table.rows[0].value, 4);
+    assert_true(table.rows[0].has_color && table.rows[0].rgb[1] == 128 && !table.rows[0].name[0]);
+    sc_label_table_clear(&table);
+}
+
+/* Atlases of FSL: the numbers of labels, or of images of probabilities, which begin with 0. */
+static void atlases_of_fsl_are_read(void **state)
+{
+    static const char *const types[2] = {"Label", "Probabilistic"};
+
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        char text[512];
+
+        snprintf(text, sizeof text,
+                 "<?xml version=\"1.0\" encoding=\"ISO-8859-1\"?>\n<atlas version=\"1.0\">"
+                 "<header><name>Label of x</name><type>%s</type><images><imagefile>/a"
+                 "</imagefile></images></header>\n<data>\n<label index=\"%d\" x=\"48\" y=\"94\">"
+                 "left atrium</label>\n<label index=\"%d\">b</label></data></atlas>",
+                 types[i], 4 - i, 5 - i);
+        expect_two(text, false, -1);
+    }
+}
+
+/* Documents of Neuroglancer, OME-Zarr (0.4 and in Zarr 3), NiiVue, and dcmqi. */
 static void json_of_viewers_is_read(void **state)
 {
     (void)state;
@@ -190,6 +246,11 @@ static void json_of_viewers_is_read(void **state)
     expect_two("{\"R\": [0, 255, 1], \"G\": [0, 128, 1], \"B\": [0, 0, 1], \"A\": [0, 255, 128],"
                " \"I\": [0, 4, 5], \"labels\": [\"air\", \"left atrium\", \"b\"]}",
                true, 0.5F);
+    expect_two(
+        "{\"ContentLabel\": \"SEGMENTATION\", \"segmentAttributes\": [[{\"labelID\": 4, "
+        "\"SegmentDescription\": \"left atrium\", \"recommendedDisplayRGBValue\": [255, 128, "
+        "0]}], [{\"labelID\": 5, \"SegmentLabel\": \"b\"}]]}",
+        true, -1);
 }
 
 static void ome_metadata_is_applied_to_a_volume(void **state)
@@ -298,7 +359,7 @@ static void what_cannot_be_read_is_told_with_its_place(void **state)
     } cases[] = {
         {"value,name\n\nx,a\n", "table.txt:3: has no whole number", SC_ERR_DATA},
         {"value,name\n", "has headings, but no labels", SC_ERR_DATA},
-        {"1,a,#ff8000\n2,b,#00ff00\n", "has no line of headings", SC_ERR_DATA},
+        {"1,a,x\n2,b,y\n", "has no line of headings", SC_ERR_DATA},
         {"foo,bar,baz\n1,a,1\n2,b,2\n", "has no line of headings", SC_ERR_DATA},
         {"value,name,r,g,b\n1,a,x,0,0\n", "1 colour cannot be read, such as \"x\"", SC_OK},
         {"value,name\n1,a\nx,b\n2.5,c\n", "table.txt:3: 2 lines have no whole number", SC_OK},
@@ -420,10 +481,13 @@ int main(void)
         cmocka_unit_test(columns_are_known_by_their_headings),
         cmocka_unit_test(headings_of_two_words_are_known),
         cmocka_unit_test(lists_of_classes_are_read),
+        cmocka_unit_test(colors_behind_names_are_read),
         cmocka_unit_test(further_lists_of_classes_are_left_out),
         cmocka_unit_test(terminologies_name_rows),
         cmocka_unit_test(json_is_known_by_its_bracket),
         cmocka_unit_test(json_of_viewers_is_read),
+        cmocka_unit_test(colors_of_neuroglancer_are_read),
+        cmocka_unit_test(atlases_of_fsl_are_read),
         cmocka_unit_test(ome_metadata_is_applied_to_a_volume),
         cmocka_unit_test(other_encodings_become_utf8),
         cmocka_unit_test(xml_in_utf16_is_read),
