@@ -255,8 +255,8 @@ bool sc_cpu_has(const char *name);
 sc_status sc_cpu_check(const sc_ctx *ctx, const char *name);
 /** Find the kernel for a surface, a skip method and the label width of @p volume. For
  *  SC_SKIP_NONE and SC_SKIP_INTERIOR there is only plain C, and @p cpu is ignored; the same holds
- *  for SC_SKIP_OCTREE, SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD in a build without
- *  SC_VECTOR_RIVALS. @param cpu one of sc_cpu_names; NULL is "auto". @return an entry of a constant
+ *  for SC_SKIP_OCTREE, SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD in a build whose SC_RIVALS is "c";
+ *  if that is "none", there are none for these. @param cpu one of sc_cpu_names; NULL is "auto". @return an entry of a constant
  * table, or NULL if this build has no such variant, this processor cannot run it, or the volume is
  * too large for it: wide kernels address labels, vertex records and distances by offsets of 31
  * bits. No message is written. */

@@ -4,7 +4,7 @@
 # partition, with any kernel and skip method, after a run that was killed, or as a still, is that of the film, by hash.
 # PROPERTY_SEED=N chooses other jobs, PROPERTY_JOBS=N how many, and PROPERTY_FIRST=N the number of the first. A job that
 # fails is kept in the build directory, with its inputs.
-seed=${PROPERTY_SEED:-1} first=${PROPERTY_FIRST:-0} jobs=${PROPERTY_JOBS:-24}
+seed=${PROPERTY_SEED:-1} first=${PROPERTY_FIRST:-0} jobs=${PROPERTY_JOBS:-14}
 
 # The generator knows each key that says what happens in a film, so that a new verb or overlay is tried from then on.
 subjects='animation\.(verbs\.N\.|clip\.N\.(sweep|plane|box)\.|camera\.(orbit|fixed|zoom)\.|slices\.)|overlays\.|'
