@@ -162,6 +162,8 @@ static bool has_grid(const sc_app *app, const sc_prepared *v, const sc_needs *n)
     const sc_ctx silent = {.rank = 0};
     sc_drawn_grid grid;
 
+    if (n->as_prepared)
+        return true;
     if (n->resize && memcmp(v->size, n->size, sizeof n->size) != 0)
         return false;
     if (!n->resample || v->resampled)
@@ -175,7 +177,7 @@ static bool has_grid(const sc_app *app, const sc_prepared *v, const sc_needs *n)
 /* @return whether the tissues of a mapped file that the job shows are smoothed as it wants. */
 static bool has_strengths(const sc_prepared *v, const sc_needs *n)
 {
-    for (int id = 1; id < v->label_count; id++) {
+    for (int id = 1; id < v->label_count && !n->as_prepared; id++) {
         if (v->stats[id].voxels && !n->hidden[id] &&
             !sc_strength_is_same(v->smooth[id], n->tissue_smooth[id]))
             return false;

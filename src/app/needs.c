@@ -41,6 +41,7 @@ sc_status sc_needs_find(const sc_app *app, const sc_session *session, const sc_l
     const bool is_auto = sc_smooth_is_auto(job->render.smooth);
     sc_needs n = {.smooth = is_auto ? (sc_vec3){SC_SMOOTH_AUTO, SC_SMOOTH_AUTO, SC_SMOOTH_AUTO}
                                     : job->render.smooth,
+                  .as_prepared = session->measure,
                   .resample = is_auto && job->render.surface == SC_SURFACE_SMOOTH &&
                               !session->measure && !job->has_volume_size,
                   .resize = job->has_volume_size,

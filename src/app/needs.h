@@ -9,9 +9,10 @@
 typedef struct sc_needs {
     sc_vec3 smooth;
     sc_vec3 *tissue_smooth; /* [label_count], owned */
-    bool resample;          /* to the grid on which the volume was drawn */
-    bool resize;            /* to volume_size, before anything else */
-    int size[3];            /* that many voxels */
+    bool as_prepared; /* whatever grid and strengths a prepared file has: to tell what it holds */
+    bool resample;    /* to the grid on which the volume was drawn */
+    bool resize;      /* to volume_size, before anything else */
+    int size[3];      /* that many voxels */
     bool thickness, local_thickness, surface;
     bool *hidden; /* [label_count], owned: labels that become background */
 } sc_needs;

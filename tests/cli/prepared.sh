@@ -98,6 +98,12 @@ grep -q 'leaves no room for layers' log.txt || fail "4 MB are enough for layers:
 job thick.segc >thick.yaml
 "$SEGCAST" check thick.yaml >/dev/null 2>log.txt
 grep -q 'was prepared with another grid of voxels' log.txt || fail "thick slices are taken for the drawn grid: $(cat log.txt)"
+# What a file with other layers holds is told as it is, without preparing it anew.
+"$SEGCAST" prepare thick.nrrd -o layers.segc -q >/dev/null
+"$SEGCAST" info layers.segc --json >layers.json 2>log.txt
+! grep -q 'prepared with' log.txt || fail "info prepares a prepared file anew: $(cat log.txt)"
+[ "$(jq '.size[2]' layers.json)" -gt "$("$SEGCAST" info thick.nrrd --json 2>/dev/null | jq '.size[2]')" ] ||
+    fail "layers.segc has no layers: $(jq -c .size layers.json)"
 
 # Any damage is found by the hashes in the file.
 size=$(wc -c <heart.segc)
