@@ -250,16 +250,16 @@ extern const char *const sc_cpu_names[];
 /** @return whether this build has the variant @p name, which must not be NULL, and this
  *  processor can run it; true for "auto", false for names that do not exist. */
 bool sc_cpu_has(const char *name);
-/** @return SC_OK if sc_cpu_has() the variant @p name, which must not be NULL; else SC_ERR_USAGE, with a
- *  message that tells whether the build or the processor lacks it. */
+/** @return SC_OK if sc_cpu_has() the variant @p name, which must not be NULL; else SC_ERR_USAGE,
+ * with a message that tells whether the build or the processor lacks it. */
 sc_status sc_cpu_check(const sc_ctx *ctx, const char *name);
 /** Find the kernel for a surface, a skip method and the label width of @p volume. For
  *  SC_SKIP_NONE and SC_SKIP_INTERIOR there is only plain C, and @p cpu is ignored; the same holds
  *  for SC_SKIP_OCTREE, SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD in a build whose SC_RIVALS is "c";
- *  if that is "none", there are none for these. @param cpu one of sc_cpu_names; NULL is "auto". @return an entry of a constant
- * table, or NULL if this build has no such variant, this processor cannot run it, or the volume is
- * too large for it: wide kernels address labels, vertex records and distances by offsets of 31
- * bits. No message is written. */
+ *  if that is "none", there are none for these. @param cpu one of sc_cpu_names; NULL is "auto".
+ * @return an entry of a constant table, or NULL if this build has no such variant, this processor
+ * cannot run it, or the volume is too large for it: wide kernels address labels, vertex records and
+ * distances by offsets of 31 bits. No message is written. */
 const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepared *volume,
                                 const char *cpu);
 /** The label that owns a point by the rule of the smooth surface: the one with the largest vote;

@@ -57,7 +57,8 @@ sc_status sc_cpu_check(const sc_ctx *ctx, const char *name)
         return SC_OK;
     if (is_built(name))
         return sc_fail(ctx, SC_ERR_USAGE,
-                       "this processor cannot run the kernels for %s; set render.cpu to auto", name);
+                       "this processor cannot run the kernels for %s; set render.cpu to auto",
+                       name);
     return sc_fail(ctx, SC_ERR_USAGE,
                    "this segcast was built without kernels for %s; set render.cpu to auto, or "
                    "build it with that name in SC_VARIANTS",
