@@ -47,19 +47,38 @@ static sc_status name_slice(sc_run *run)
     return SC_OK;
 }
 
-/* Write job.yaml, the job as resolved, into the directory of the run. */
-static sc_status write_job(const sc_run *run)
+/* Write job.yaml, the job as resolved, into the directory of the run; but where that is the very
+ * file that was given, --overwrite leaves it alone unless its text stays the same, and others never
+ * write it: what its user has written into it would be lost.
+ * @param only_check write nothing. @return also SC_ERR_CREATE, logged, if it is left alone. */
+static sc_status write_job(const sc_run *run, bool only_check)
 {
     const sc_ctx *ctx = run->app->ctx;
     sc_text text = {0};
-    char *path = NULL;
+    char *path = NULL, *given = NULL;
+    size_t bytes = 0;
+    bool is_given;
     sc_status status;
 
     SC_TRY(sc_job_write(ctx, &run->session.job, false, &text));
     SC_TRY(sc_path_join(ctx, run->directory, "job.yaml", &path));
-    status = sc_file_write(ctx, path, text.data, text.length_bytes);
+    is_given = run->job_path && sc_same_file(run->job_path, path);
+    if (is_given && run->app->options.overwrite) {
+        SC_TRY(sc_file_read(ctx, path, (size_t)64 << 20, &given, &bytes));
+        if (bytes != text.length_bytes || memcmp(given, text.data, bytes) != 0) {
+            status = sc_fail(ctx, SC_ERR_CREATE,
+                             "%s: is the job that was given, and --overwrite would replace it by "
+                             "the job as resolved; copy it to another place first, or choose "
+                             "another directory with -o",
+                             path);
+            goto out;
+        }
+    }
+    if (!only_check && (!is_given || run->app->options.overwrite))
+        status = sc_file_write(ctx, path, text.data, text.length_bytes);
 out:
     sc_text_clear(&text);
+    sc_free(given);
     sc_free(path);
     return status;
 }
@@ -94,7 +113,7 @@ static sc_status open_store(sc_run *run)
     run->plan.sealed = sc_store_is_sealed(run->store);
     run->plan.identity = sc_store_identity(run->store);
     if (!run->plan.sealed)
-        status = write_job(run);
+        status = write_job(run, false);
 out:
     return status;
 }
@@ -406,6 +425,7 @@ static sc_status prepare_run(sc_run *run)
 
         SC_TRY(
             sc_store_check(app->ctx, run->directory, &store_job, slice_of(run), store_mode(app)));
+        SC_TRY(write_job(run, true));
         status = sc_store_begin(app->ctx, run->directory, &store_job, slice_of(run),
                                 store_mode(app), &run->begun);
     } else {
@@ -488,6 +508,7 @@ static sc_status run_job(sc_run *run, const char *job_path)
     sc_farm_times times = {0};
     sc_status status, outcome = SC_OK;
 
+    run->job_path = job_path;
     run->begin_s = sc_wall_s();
     run->begin_unix_s = (int64_t)time(NULL);
     run->stop = sc_signals_catch_stop();

@@ -46,6 +46,7 @@ typedef struct sc_run {
     sc_payload gop_pngs;  /* of a gathered GOP, so far: see add_block in run_draw.c */
     double encode_wall_s; /* wall time of encoding GOPs on this rank */
     /* on rank 0 */
+    const char *job_path;      /* the job file that was given; NULL: none */
     const char *directory;     /* where the outputs go */
     char slice[128];           /* name of the slice; empty: the whole job */
     int *wanted, wanted_count; /* frames of the slice or of the whole job, in rising order */

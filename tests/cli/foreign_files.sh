@@ -131,3 +131,17 @@ codes=
 beside notes.txt stats.json.bak .hidden.tmp x.tmp film.mp4.bak manifest.jsonl.old
 [ "$codes" = ' 0 0 0 0 0 0 0 0 0' ] || fail "files beside a run are in the way: $codes"
 beside segments/patient7.seg.nrrd segments/000001-notes.seg frames/a.png frames/notes.txt
+
+# The job that was given is no output: what was written into job.yaml of a run, and the run begun anew from it, stays.
+mkdir given
+small_job given.yaml
+"$SEGCAST" render given.yaml -o given -q --frames 0-2 >/dev/null
+cp given/job.yaml given/resolved.yaml
+echo '# turned the other way' >>given/job.yaml
+cp given/job.yaml edited.yaml
+(cd given && expect 73 'job.yaml: is the job that was given, and --overwrite would replace it' "$SEGCAST" render job.yaml -o . --overwrite)
+cmp given/job.yaml edited.yaml || fail "--overwrite has replaced the job that was given"
+(cd given && "$SEGCAST" render job.yaml -o . --resume -q >/dev/null)
+cmp given/job.yaml edited.yaml || fail "--resume has replaced the job that was given"
+mv given/resolved.yaml given/job.yaml
+(cd given && "$SEGCAST" render job.yaml -o . --overwrite -q >/dev/null) || fail "a job as it was resolved cannot be rendered anew"
