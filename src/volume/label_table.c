@@ -175,7 +175,9 @@ static char *cut_line(char *line)
 /* What the lines read so far say about the format of a table. */
 typedef struct evidence {
     bool itksnap;                /* a line has the form of ITK-SNAP */
-    size_t opaque_255, opaque_0; /* rows whose last number is 255, or 0 */
+    bool freesurfer, slicer;     /* a comment is the one with which they begin their tables */
+    size_t sixth;                /* rows with a sixth number */
+    size_t opaque_255, opaque_0; /* those in which it is 255, or 0 */
     size_t colored;              /* rows of a number, a word and three numbers */
     size_t classes;              /* other rows that begin with a number, as those of class lists */
     size_t columned;             /* those of them with more than a number, a name and a colour */
@@ -199,8 +201,11 @@ static void weigh_line(const char *line, evidence *e)
     }
     e->itksnap = e->itksnap || strstr(line, "ITK-SnAP") || strstr(line, "ITK-SNAP") ||
                  looks_like_itksnap(line);
+    e->freesurfer = e->freesurfer || strstr(line, "Label Name:");
+    e->slicer = e->slicer || strstr(line, "Color table file");
     if (!is_blank_or_comment(line) && strtoll(line, NULL, 10) != 0 &&
         sscanf(line, "%*d %*s %*d %*d %*d %lf", &last) == 1) {
+        e->sixth++;
         e->opaque_255 += last == 255;
         e->opaque_0 += last == 0;
     }
@@ -235,8 +240,9 @@ static void split_python_map(char *text)
  * the call and whole again after it. XML begins with an element or its declaration, JSON with a
  * bracket (of Python, if a number follows without quotes), and CSV with a line of headings that
  * name a number and a name or a colour. ITK-SNAP is known by its header or by names in quotes. The
- * tables of Slicer and FreeSurfer look alike, but most of their labels are opaque, which is 255 in
- * the one and 0 in the other; if neither is more frequent, Slicer is taken. */
+ * tables of Slicer and FreeSurfer look alike. They are told by the comments that both programs
+ * write, unless every label would be invisible then; else by this: most labels are opaque, which is
+ * 255 in the one and 0 in the other. If neither is more frequent, Slicer is taken. */
 static sc_table_format guess(char *text)
 {
     evidence e = {0};
@@ -267,6 +273,10 @@ static sc_table_format guess(char *text)
         return SC_TABLE_NAMES;
     if (e.classes && !e.colored) /* further fields mean nothing without headings */
         return e.columned == e.classes ? SC_TABLE_DELIMITED : SC_TABLE_NAMES;
+    if (e.freesurfer && e.opaque_255 < e.sixth)
+        return SC_TABLE_FREESURFER;
+    if (e.slicer && e.opaque_0 < e.sixth)
+        return SC_TABLE_SLICER;
     return e.opaque_0 > e.opaque_255 ? SC_TABLE_FREESURFER : SC_TABLE_SLICER;
 }
 

@@ -131,6 +131,38 @@ static void lists_of_classes_are_read(void **state)
                false, -1);
 }
 
+/* Tables of 3D Slicer and FreeSurfer are told by the comments with which they begin, whatever the
+ * opacities are, unless all labels would be invisible. */
+static void slicer_and_freesurfer_are_told_by_their_comments(void **state)
+{
+    static const struct {
+        const char *text;
+        float opacity[2];
+        bool hidden[2];
+    } cases[] = {
+        {"#No. Label Name:  R   G   B   A\n1 a 1 2 3 0\n2 b 1 2 3 255\n", {-1, 0}, {false, true}},
+        {"#No. Label Name:  R   G   B   A\n1 a 1 2 3 255\n2 b 1 2 3 255\n",
+         {-1, -1},
+         {false, false}},
+        {"# Color table file x.ctbl\n1 a 1 2 3 0\n2 b 1 2 3 255\n", {0, -1}, {true, false}},
+        {"# Color table file x.ctbl\n1 a 1 2 3 0\n2 b 1 2 3 0\n3 c 1 2 3 255\n",
+         {0, 0},
+         {true, true}}};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        sc_label_table table = {0};
+        heard said;
+
+        assert_ok(read_table(cases[i].text, strlen(cases[i].text), &said, &table));
+        for (int k = 0; k < 2; k++) {
+            assert_true(table.rows[k].opacity == cases[i].opacity[k]);
+            assert_int_equal(table.rows[k].hidden, cases[i].hidden[k]);
+        }
+        sc_label_table_clear(&table);
+    }
+}
+
 /* A colour may stand at the end of a row: hexadecimal, or as three or four numbers, as in the
  * tables of MRtrix, where the last of two names counts. */
 static void colors_behind_names_are_read(void **state)
@@ -481,6 +513,7 @@ int main(void)
         cmocka_unit_test(columns_are_known_by_their_headings),
         cmocka_unit_test(headings_of_two_words_are_known),
         cmocka_unit_test(lists_of_classes_are_read),
+        cmocka_unit_test(slicer_and_freesurfer_are_told_by_their_comments),
         cmocka_unit_test(colors_behind_names_are_read),
         cmocka_unit_test(further_lists_of_classes_are_left_out),
         cmocka_unit_test(terminologies_name_rows),
