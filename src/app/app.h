@@ -588,6 +588,9 @@ const char *sc_batch_job(void);
 /* Open those of the standard streams on /dev/null that are closed, so that no file that is opened
  * later gets what is meant for them. @return false if that fails. */
 bool sc_open_standard_streams(void);
+/* Give the process a stack that is large enough, and the threads that it begins from then on, where
+ * its limit is small. @return SC_ERR_SYSTEM, logged, if the system does not let it. */
+sc_status sc_ensure_stack(const sc_ctx *ctx);
 /* Write what standard output still holds. @return @p status; SC_ERR_WRITE, logged, instead of a
  * less severe one if not everything could be written since the process began. */
 sc_status sc_finish_standard_output(const sc_ctx *ctx, sc_status status);

@@ -72,7 +72,9 @@ int main(int argc, char **argv)
     sc_signals_install();
     if (!sc_open_standard_streams())
         return sc_exit_code_of(SC_ERR_INTERNAL);
-    status = sc_launch(&ctx, &app.comm);
+    status = sc_ensure_stack(&ctx);
+    if (status == SC_OK)
+        status = sc_launch(&ctx, &app.comm);
     if (status != SC_OK)
         return sc_exit_code_of(status);
     ctx.rank = sc_comm_rank(app.comm);

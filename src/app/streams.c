@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The standard streams: open when the process begins, and written to the end when it ends. */
+/* What a process needs from its first moment on: standard streams, which are written to the end
+ * when it ends, and a stack that is large enough. */
+#define _GNU_SOURCE /* pthread_setattr_default_np */
 #include "app.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 bool sc_open_standard_streams(void)
@@ -15,6 +18,44 @@ bool sc_open_standard_streams(void)
             return false;
     }
     return true;
+}
+
+/* In KiB: what the functions of segcast and its libraries need, with room to spare. */
+enum { STACK_KIB = 4096 };
+
+sc_status sc_ensure_stack(const sc_ctx *ctx)
+{
+    const rlim_t needed = (rlim_t)STACK_KIB << 10;
+    struct rlimit limit;
+    pthread_attr_t attributes;
+
+    if (getrlimit(RLIMIT_STACK, &limit) || limit.rlim_cur == RLIM_INFINITY ||
+        limit.rlim_cur >= needed)
+        return SC_OK;
+    if (limit.rlim_max != RLIM_INFINITY && limit.rlim_max < needed)
+        return sc_fail(
+            ctx, SC_ERR_SYSTEM,
+            "the stack is limited to %llu KiB, and cannot be enlarged; expected %d KiB or "
+            "more: raise the hard limit, which `ulimit -H -s` shows",
+            (unsigned long long)limit.rlim_max >> 10, STACK_KIB);
+    limit.rlim_cur = needed;
+    if (setrlimit(RLIMIT_STACK, &limit))
+        return sc_fail(
+            ctx, SC_ERR_SYSTEM,
+            "the limit of the stack cannot be raised to %d KiB: %s; raise it with `ulimit "
+            "-s %d`",
+            STACK_KIB, sc_reason(errno), STACK_KIB);
+#ifdef __GLIBC__
+    /* The stacks of threads are as large as the limit was when the process began. */
+    if (!pthread_attr_init(&attributes)) {
+        if (!pthread_attr_setstacksize(&attributes, needed))
+            (void)pthread_setattr_default_np(&attributes);
+        (void)pthread_attr_destroy(&attributes);
+    }
+#else
+    (void)attributes;
+#endif
+    return SC_OK;
 }
 
 sc_status sc_finish_standard_output(const sc_ctx *ctx, sc_status status)
