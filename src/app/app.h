@@ -588,8 +588,8 @@ const char *sc_batch_job(void);
 /* Open those of the standard streams on /dev/null that are closed, so that no file that is opened
  * later gets what is meant for them. @return false if that fails. */
 bool sc_open_standard_streams(void);
-/* Give the process a stack that is large enough, and the threads that it begins from then on, where
- * its limit is small. @return SC_ERR_SYSTEM, logged, if the system does not let it. */
+/* If the limit of the stack is below what segcast needs, raise it for this process, and for threads
+ * that are started afterwards. @return SC_ERR_SYSTEM, logged, if the system refuses that. */
 sc_status sc_ensure_stack(const sc_ctx *ctx);
 /* Write what standard output still holds. @return @p status; SC_ERR_WRITE, logged, instead of a
  * less severe one if not everything could be written since the process began. */

@@ -9,7 +9,7 @@
 typedef struct sc_needs {
     sc_vec3 smooth;
     sc_vec3 *tissue_smooth; /* [label_count], owned */
-    bool as_prepared; /* whatever grid and strengths a prepared file has: to tell what it holds */
+    bool as_prepared; /* accept a prepared file with any grid and strengths: it is only described */
     bool resample;    /* to the grid on which the volume was drawn */
     bool resize;      /* to volume_size, before anything else */
     int size[3];      /* that many voxels */

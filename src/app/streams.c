@@ -46,7 +46,8 @@ sc_status sc_ensure_stack(const sc_ctx *ctx)
             "-s %d`",
             STACK_KIB, sc_reason(errno), STACK_KIB);
 #ifdef __GLIBC__
-    /* The stacks of threads are as large as the limit was when the process began. */
+    /* glibc took the default size of the stacks of threads from the limit when the process began.
+     */
     if (!pthread_attr_init(&attributes)) {
         if (!pthread_attr_setstacksize(&attributes, needed))
             (void)pthread_setattr_default_np(&attributes);

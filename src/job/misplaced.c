@@ -2,7 +2,7 @@
 /* Keys of a job that stand in a wrong map, such as frames outside of animation. */
 #include "key.h"
 
-/* A key that more maps than these have, such as name, says too little of where it belongs. */
+/* If more maps than this have a key, such as "name", the message does not guess which was meant. */
 enum { PLACES_TOLD = 3 };
 
 /* Append to @p places all places of the key @p name that are @p depth maps below the table @p keys,

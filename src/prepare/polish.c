@@ -29,10 +29,9 @@ enum {
 /* The x, y and z of a sum of directions, and how many they are. */
 typedef float quad __attribute__((vector_size(16)));
 
-/* The sum of the unit directions of one side of a label in a brick, and how many there are, which
- * spreading makes a fraction; count 0: a free entry, whose other fields say nothing. A label has
- * one side or two in a brick: the directions in the half space around its first one, and the
- * others. */
+/* The sum of the unit directions of one side of a label in a brick, and their number, which is a
+ * fraction after spreading; count 0: a free entry, whose other fields are not used. A label has at
+ * most two sides in a brick: directions within 90 degrees of the sum of the first, and the rest. */
 typedef struct entry {
     float sum[3], count;
     uint32_t label;
@@ -96,10 +95,10 @@ static float dot(const float a[3], const float b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* @return the entry of a brick for the side of a label that the direction @p n belongs to: that
- * whose sum it is least opposed to, or a free one, to which the label is written (it stays free
- * until the caller raises count), if it is opposed to the only side there is. NULL if all ENTRIES
- * are taken. */
+/* Find the entry of a brick to which the direction @p n of a vertex of a label belongs: of the
+ * label's sides, the one whose sum has the larger dot product with it. If there is only one, and
+ * that product is negative, a free entry is the second side. The label is written to a free entry;
+ * it stays free until the caller raises its count. @return NULL if all ENTRIES are taken. */
 static entry *entry_for(entry *entries, uint32_t label, const float n[3])
 {
     entry *best = NULL;

@@ -110,11 +110,12 @@ bool sc_class_parse(char *line, sc_label *row, sc_name_count *names)
         return false;
     color = find_color(at, level);
     if (color && color > end) {
-        *(at + (color - at)) = '\0';
+        at[color - at] = '\0';
         for (int i = 0; i < 3; i++)
             row->rgb[i] = (uint8_t)level[i];
         row->has_color = true;
-        if (level[3] > 0 && level[3] < 255) /* 0 is transparency in some tables, and background */
+        /* 0 is not taken for an opacity: some tables write transparency, in which it is opaque. */
+        if (level[3] > 0 && level[3] < 255)
             row->opacity = level[3] / 255;
     }
     end += strspn(end, "\"'");

@@ -28,12 +28,11 @@ typedef struct xml_reading {
     bool in_table, in_label; /* within the first table, and within a label of it */
     bool is_atlas;           /* of FSL: the table is "data", and a label of it "label" */
     bool in_type;            /* within the type of the atlas */
-    bool
-        is_counted_from_0; /* the labels of an atlas of probabilities, which are 1 more in images */
-    int bad;               /* labels of which something cannot be read */
-    unsigned long bad_line; /* the first of them */
-    sc_status status;       /* SC_OK, or why the handlers have stopped the parser */
-    const char *refused;    /* the reason for SC_ERR_DATA */
+    bool counts_from_0;      /* voxels have the value index + 1, as index begins with 0 */
+    int bad;                 /* labels of which something cannot be read */
+    unsigned long bad_line;  /* the first of them */
+    sc_status status;        /* SC_OK, or why the handlers have stopped the parser */
+    const char *refused;     /* the reason for SC_ERR_DATA */
 } xml_reading;
 
 /* Stop the parser. @p refused: the reason for SC_ERR_DATA; else NULL. */
@@ -90,7 +89,7 @@ static void begin_label(xml_reading *r, const char **attributes)
     if (!key)
         key = attribute(attributes, r->is_atlas ? "index" : "Index");
     r->row_good = read_whole(key, &r->row.value) && r->row.value < INT64_MAX;
-    r->row.value += r->row_good && r->is_counted_from_0;
+    r->row.value += r->row_good && r->counts_from_0;
     for (int i = 0; i < 3; i++) {
         if (read_level(attribute(attributes, channels[i]), &level)) {
             r->row.rgb[i] = (uint8_t)(level * 255 + 0.5);
@@ -136,7 +135,7 @@ static void XMLCALL on_start(void *user, const XML_Char *element, const XML_Char
 {
     xml_reading *r = user;
 
-    if (!strcmp(element, "atlas")) {
+    if (!r->tables && !strcmp(element, "atlas")) {
         r->is_atlas = true;
     } else if (r->is_atlas && !r->tables && !strcmp(element, "type")) {
         r->in_type = true;
@@ -155,7 +154,7 @@ static void XMLCALL on_start(void *user, const XML_Char *element, const XML_Char
 static void end_type(xml_reading *r)
 {
     r->name[r->name_bytes] = '\0';
-    r->is_counted_from_0 = !strstr(r->name, "Label");
+    r->counts_from_0 = !strstr(r->name, "Label");
     r->in_type = false;
 }
 
