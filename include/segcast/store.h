@@ -91,9 +91,11 @@ void sc_store_unbegin(sc_store_begun *begun);
 void sc_store_begun_clear(sc_store_begun *begun);
 /** Open @p directory, which is made if it does not exist, and verify what is there of the job.
  *  Unless the job is complete already, the directory then holds a manifest of this process with
- *  the lines of those wanted frames that are there. Warns of each file that is damaged.
+ *  the lines of those wanted frames that are there. Warns of each file that is damaged. An output
+ *  of a complete job that was changed since is renamed to NAME.changed, with a warning, before it
+ *  is made again.
  *  @param wanted [wanted_count], the frames that this process is to do, in rising order, borrowed
- *  for the call; with none of them the store can only be finished, which joins what others did.
+ *  for the call; NULL: the store can only be finished, which joins what others did.
  *  @param slice NULL for the whole job, or a name for the frames that this process does while
  *  others do other frames in the same directory; borrowed.
  *  @return SC_ERR_CREATE if the directory holds another job, or if @p mode is SC_STORE_NEW and it

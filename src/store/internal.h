@@ -173,8 +173,9 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store);
  * name, and folders that are empty then. No symbolic link is followed. A file that is not there, or
  * that cannot be removed, is no error. The state of the store is left as it is. ---- */
 
-/* Remove everything that the manifests in the directory name, these manifests included; instead of
- * them comes, first of all, one of this job without any frame, which names the same.
+/* Remove everything that the manifests in the directory name but job.yaml, which the new run
+ * replaces, these manifests included; instead of them comes, first of all, one of this job without
+ * any frame, which names the same.
  * @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY; an error if a directory cannot be listed. */
 sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store);
 /* Remove what only an unfinished job needs, as far as store->data.owned names it: segments, partial
@@ -203,6 +204,16 @@ typedef struct sc_store_place {
  * @return SC_ERR_CREATE, with a message, also if it cannot be listed; SC_ERR_MEMORY. */
 sc_status sc_store_check_place(const sc_ctx *ctx, const sc_store_place *place, sc_names *owned,
                                bool *more);
+
+/* ---- aside.c: finished outputs that were changed ---- */
+
+/* Rename the regular file @p path to PATH.changed, or PATH.changed-2 and so on, unless it has this
+ * size and hash (sc_store_hash_file), and warn of it. Anything else of that name, and a file that
+ * is missing, is left alone. @return SC_ERR_CREATE, SC_ERR_MEMORY, or as sc_verify_file. */
+sc_status sc_store_set_aside(const sc_ctx *ctx, const char *path, uint64_t bytes, uint64_t hash);
+/* After a scan, before a run makes outputs again: set aside those that the manifests prove and that
+ * are not what they were. @return as sc_store_set_aside. */
+sc_status sc_store_set_all_aside(const sc_ctx *ctx, const sc_store *store);
 
 /* ---- state.c: what the store knows ---- */
 

@@ -422,8 +422,9 @@ static sc_status read_text(const sc_ctx *ctx, const char *text, size_t bytes, in
         json_decref(line);
         if (!ok) {
             /* A line that was cut off by an accident has no newline. If a whole line without its
-             * newline is followed by something else, the newline was changed. */
-            if (newline || (length > 0 && proves_itself(text, length - 1, &chain)))
+             * newline is followed by something else, the newline was changed. Nothing follows the
+             * last line. */
+            if (newline || data->closed || (length > 0 && proves_itself(text, length - 1, &chain)))
                 data->damaged_line = number;
             break; /* whatever follows a damaged line is ignored, too */
         }

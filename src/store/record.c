@@ -93,6 +93,11 @@ sc_status sc_store_replace_record(const sc_ctx *ctx, const char *directory, cons
     sc_directory_path(directory, path, "%s", name);
     SC_TRY(read_manifest(ctx, manifest, &data, &lines));
     SC_TRY(check_owner(ctx, directory, name, data.closed));
+    for (int i = 0; i < data.files.count; i++) {
+        if (!strcmp(data.files.lines[i].name, name))
+            SC_TRY(
+                sc_store_set_aside(ctx, path, data.files.lines[i].bytes, data.files.lines[i].hash));
+    }
     SC_TRY(sc_file_write(ctx, path, text, bytes));
     if (!data.closed) /* the run that completes the job proves what is there then */
         goto out;

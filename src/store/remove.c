@@ -154,7 +154,7 @@ sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)
     SC_TRY(sc_manifest_create(ctx, path, &store->job, &all.data, NULL, false, NULL));
     SC_TRY(sc_store_remove_slices(ctx, store));
     for (int i = 0; i < owned->count; i++) {
-        if (!strchr(owned->names[i], '/'))
+        if (!strchr(owned->names[i], '/') && strcmp(owned->names[i], "job.yaml") != 0)
             remove_file(fd, owned->names[i]);
     }
     remove_segments(ctx, store->directory, owned);

@@ -326,7 +326,7 @@ static sc_status begin_run(const sc_ctx *ctx, sc_store *store, const int *wanted
         keep[wanted[i]] = sc_store_has(store, wanted[i]);
         store->wanted[wanted[i]] = !keep[wanted[i]];
     }
-    if (!store->joins && store->has_video)
+    if (wanted_count > 0 && store->has_video)
         SC_TRY(sc_store_open_encoder(ctx, store)); /* if it fails, then before anything is drawn */
     if (!store->joins)
         SC_TRY(sc_each_record(ctx, store->slice, store, drop_record));
@@ -362,6 +362,7 @@ static sc_status begin_anew(const sc_ctx *ctx, sc_store *store)
 
     SC_TRY(sc_store_remove_run(ctx, store));
     sc_names_clear(&store->data.owned);
+    SC_TRY(sc_names_add(ctx, &store->data.owned, "job.yaml")); /* it stays until it is replaced */
     SC_TRY(check(ctx, store, SC_STORE_OVERWRITE, true));
     sc_store_path(store, path, "manifest.jsonl");
     status = sc_manifest_create(ctx, path, &store->job, &store->data, NULL, false, NULL);
@@ -383,7 +384,7 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
     store = block;
     store->job = *job;
     store->slice = slice;
-    store->joins = wanted_count == 0;
+    store->joins = !wanted;
     store->has_video = strcmp(job->video, "none") != 0;
     store->identity = identity_of(job);
     store->encoding = -1;
@@ -403,6 +404,7 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
     store->takes_over = mode == SC_STORE_RESUME;
     for (int i = 0; i < wanted_count; i++)
         store->takes_over = store->takes_over && sc_store_has(store, wanted[i]);
+    SC_TRY(sc_store_set_all_aside(ctx, store));
     if (store->complete && !store->sealed)
         SC_TRY(clean_up(ctx, store));
     if (!store->complete)

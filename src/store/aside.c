@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Keeps what somebody has put in the place of a finished output: before segcast makes that output
+ * again, the file gets another name. */
+#include "internal.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* The most files of one name that are kept. */
+enum { KEPT_MAX = 1000 };
+
+/* Make an empty file of the first name of PATH.changed, PATH.changed-2 and so on that is free.
+ * @return SC_ERR_CREATE. Caller owns @p out. */
+static sc_status reserve_name(const sc_ctx *ctx, const char *path, sc_text *out)
+{
+    sc_status status = SC_OK;
+    int fd = -1;
+
+    for (int i = 1; i <= KEPT_MAX && fd < 0; i++) {
+        sc_text_clear(out);
+        SC_TRY(sc_text_add(ctx, out, "%s.changed", path));
+        if (i > 1)
+            SC_TRY(sc_text_add(ctx, out, "-%d", i));
+        fd = open(out->data, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
+        if (fd < 0 && errno != EEXIST)
+            break;
+    }
+    if (fd < 0)
+        status =
+            sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", out->data, sc_reason(errno));
+    else
+        close(fd);
+out:
+    return status;
+}
+
+sc_status sc_store_set_aside(const sc_ctx *ctx, const char *path, uint64_t bytes, uint64_t hash)
+{
+    struct stat info;
+    sc_text kept = {0};
+    bool same = true;
+    sc_status status = SC_OK;
+
+    if (lstat(path, &info) || !S_ISREG(info.st_mode))
+        goto out;
+    SC_TRY(sc_verify_file(ctx, path, bytes, hash, &same));
+    if (same)
+        goto out;
+    SC_TRY(reserve_name(ctx, path, &kept));
+    if (rename(path, kept.data)) {
+        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be renamed to %s: %s", path, kept.data,
+                         sc_reason(errno));
+        unlink(kept.data);
+        goto out;
+    }
+    sc_warn(ctx, "%s: was changed after segcast had made it; that file is now %s", path, kept.data);
+out:
+    sc_text_clear(&kept);
+    return status;
+}
+
+/* Set aside the PNG files of a job that was complete which are not those of its manifest. */
+static sc_status set_frames_aside(const sc_ctx *ctx, const sc_store *store)
+{
+    sc_status status = SC_OK;
+
+    for (int k = 0; store->job.png && k < store->job.frames && status == SC_OK; k++) {
+        const sc_frame_line *line = &store->data.lines[k];
+        char path[SC_FILE_BYTES];
+
+        if (store->has_png[k] || !line->known || !line->done.png_bytes)
+            continue;
+        sc_store_path(store, path, "frames/%06d.png", k);
+        status = sc_store_set_aside(ctx, path, line->done.png_bytes, line->done.png_hash);
+    }
+    return status;
+}
+
+sc_status sc_store_set_all_aside(const sc_ctx *ctx, const sc_store *store)
+{
+    const sc_manifest_end *end = &store->data.end;
+    char path[SC_FILE_BYTES];
+    sc_status status = SC_OK;
+
+    if (store->sealed)
+        return SC_OK;
+    for (int i = 0; i < store->data.files.count; i++) {
+        const sc_file_line *line = &store->data.files.lines[i];
+
+        /* Each slice writes job.yaml, and each may write another text. */
+        if (!end->known && !strcmp(line->name, "job.yaml"))
+            continue;
+        sc_store_path(store, path, "%s", line->name);
+        SC_TRY(sc_store_set_aside(ctx, path, line->bytes, line->hash));
+    }
+    if (!end->known || store->complete)
+        goto out;
+    SC_TRY(set_frames_aside(ctx, store));
+    if (end->video[0]) {
+        sc_store_path(store, path, "%s", end->video);
+        status = sc_store_set_aside(ctx, path, end->video_bytes, end->video_hash);
+    }
+out:
+    return status;
+}
