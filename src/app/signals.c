@@ -14,6 +14,8 @@
  * the unfinished files in base/outfile.c. */
 static atomic_int stop_requested; /* 0, or the number of the first such signal */
 static atomic_int stops_in_order; /* see sc_signals_stop_in_order */
+static atomic_int may_keep;       /* sc_signals_stop_in_order(true) was called at least once */
+static atomic_int answers;        /* sc_signals_tell was called */
 static atomic_int gives_up;       /* see sc_signals_give_up */
 static atomic_int tells_of_stop;  /* see sc_signals_tell */
 static atomic_int runs;           /* sc_signals_catch_stop was called */
@@ -67,13 +69,20 @@ static void on_alarm(int number)
         stop_at_once();
 }
 
-/* Make a note of the request to stop. INT, TERM or HUP ends the process at once, with exit code 75,
- * if it is the second request, or if nothing can be lost by that. */
+/* Does a request to stop end the process at once? INT, TERM and HUP do so if it is the second
+ * request, or if nothing can be lost by that; USR1 if there is nothing yet that it could spare. */
+static bool ends_at_once(int number, bool is_urgent)
+{
+    return is_urgent ? stop_requested || !stops_in_order
+                     : number == SIGUSR1 && answers && !may_keep;
+}
+
+/* Make a note of the request to stop, or end the process with exit code 75. */
 static void on_stop(int number)
 {
     const bool is_urgent = number == SIGINT || number == SIGTERM || number == SIGHUP;
 
-    if (is_urgent && (stop_requested || !stops_in_order))
+    if (ends_at_once(number, is_urgent))
         stop_at_once();
     if (stop_requested)
         return;
@@ -192,6 +201,9 @@ void sc_signals_tell(bool tells, bool is_tty)
 {
     is_terminal = is_tty;
     tells_of_stop = tells;
+    answers = 1;
+    if (stop_requested == SIGUSR1 && !may_keep) /* it came before it could be answered */
+        stop_at_once();
 }
 
 const atomic_int *sc_signals_catch_stop(void)
@@ -204,6 +216,7 @@ const atomic_int *sc_signals_catch_stop(void)
 void sc_signals_stop_in_order(bool in_order)
 {
     stops_in_order = in_order;
+    may_keep = may_keep || in_order;
 }
 
 const atomic_int *sc_signals_give_up(void)

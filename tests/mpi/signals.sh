@@ -93,7 +93,21 @@ expect 64 'expected seconds' "$SEGCAST" render job.yaml --time-limit soon; one_e
 code=0
 env --block-signal=USR1 bash -c 'kill -USR1 $$; exec "$@"' bash "$SEGCAST" render job.yaml -o pending >/dev/null 2>stderr.txt || code=$?
 [ $code = 75 ] || { cat stderr.txt >&2; fail "a pending USR1: exit $code, expected 75"; }
-grep -q 'stopped on request after 0 of 4000 frames' stderr.txt || { cat stderr.txt >&2; fail "the pending USR1 was forgotten"; }
+grep -q 'stopped on request$' stderr.txt || { cat stderr.txt >&2; fail "the pending USR1 was forgotten"; }
+[ ! -e pending ] || fail "a run that USR1 stopped before its first frame has left a directory"
+# Before the first frame, and in commands without frames, USR1 ends at once: nothing could be kept.
+for command in "render job.yaml -o unprepared --set volume=phantom:469x325x487" "prepare phantom:469x325x487 -o p.segc"; do
+    code=0
+    # shellcheck disable=SC2086
+    "$SEGCAST" $command >/dev/null 2>stderr.txt &
+    pid=$!
+    sleep 1
+    kill -USR1 $pid
+    wait $pid || code=$?
+    [ $code = 75 ] || { cat stderr.txt >&2; fail "USR1 before the first frame: exit $code, expected 75: $command"; }
+    grep -q 'stopped on request$' stderr.txt || { cat stderr.txt >&2; fail "USR1 before the first frame: $command"; }
+done
+[ ! -e unprepared ] && [ ! -e p.segc ] || fail "files of runs that were stopped before the first frame: $(ls)"
 for try in 1 2 3; do
     SEGCAST_MPI=yes "$SEGCAST" render job.yaml -o early$try >/dev/null 2>stderr.txt &
     pid=$!
