@@ -67,8 +67,19 @@ out:
 
 sc_status sc_cmd_still(sc_app *app)
 {
-    return draw_still(app, app->options.input,
-                      app->options.output ? app->options.output : "still.png");
+    const char *path = app->options.output ? app->options.output : "still.png";
+    const char *job = app->options.input;
+    sc_status status;
+
+    if (sc_input_is_volume(job)) {
+        SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", job));
+        SC_TRY(sc_expect_series(app));
+        SC_TRY(sc_options_default(app->ctx, &app->options, "output.size", "[1440, 1080]"));
+        job = NULL;
+    }
+    status = draw_still(app, job, path);
+out:
+    return status;
 }
 
 sc_status sc_cmd_views(sc_app *app)

@@ -31,9 +31,10 @@ const sc_command sc_commands[] = {
      "($XDG_CACHE_HOME/segcast, or ~/.cache/segcast), for this processor and version; segcast plan "
      "reads them. Run it once on the machine where jobs are to run.",
      sc_cmd_calibrate, true},
-    {"still", "JOB.yaml", "draw one frame of a job as PNG",
-     "Draws the first frame, unless --frame or --time names another. Example: segcast still "
-     "heart.yaml --time 50% -o middle.png",
+    {"still", "JOB.yaml|VOLUME", "draw one frame of a job, or a volume, as PNG",
+     "Draws the first frame, unless --frame or --time names another; of a volume, those of segcast "
+     "orbit. Examples: segcast still heart.yaml --time 50% -o middle.png, segcast still heart.nrrd "
+     "--size 4k -o heart.png",
      sc_cmd_still, false},
     {"storyboard", "JOB.yaml", "draw frames of the whole film on one sheet as PNG",
      "The pictures are small, with few rays per pixel, so that the sheet takes a second or two "

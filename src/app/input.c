@@ -7,6 +7,7 @@
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 /* What a path names, or would name if it existed. */
 typedef enum kind { KIND_UNKNOWN, KIND_JOB, KIND_VOLUME, KIND_DIRECTORY, KIND_FILE } kind;
@@ -116,6 +117,15 @@ static const char *job_command_for(const char *name)
     return "render";
 }
 
+/* Is there a manifest in the directory, as in one that a job has made? */
+static bool holds_run(const char *directory)
+{
+    char path[SC_PATH_BYTES];
+    const int length = snprintf(path, sizeof path, "%s/manifest.jsonl", directory);
+
+    return length < (int)sizeof path && access(path, F_OK) == 0;
+}
+
 sc_status sc_input_check(const sc_ctx *ctx, const sc_command *command, const char *input)
 {
     const bool takes_job = strstr(command->argument, "JOB"),
@@ -137,6 +147,11 @@ sc_status sc_input_check(const sc_ctx *ctx, const sc_command *command, const cha
                        "`segcast init %s` writes a job file for it; if a job has made it, give "
                        "that job",
                        command->name, input, input, input);
+    if (what == KIND_DIRECTORY && takes_job && takes_volume && holds_run(input))
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "segcast %s takes a job file or a volume, but \"%s\" is the directory that "
+                       "a job has made: `segcast %s %s/job.yaml` takes that job",
+                       command->name, input, command->name, input);
     if (what == KIND_JOB && takes_volume && !takes_job)
         return sc_fail(ctx, SC_ERR_USAGE,
                        "segcast %s takes a volume, but \"%s\" %s a job file: `segcast %s %s` takes "

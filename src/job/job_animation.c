@@ -68,7 +68,7 @@ const sc_value_type sc_type_zoom = {
 static const sc_key orbit_keys[] = {
     {"axis", &sc_type_direction, CAMERA(axis), "superior",
      .help = "axis about which the camera turns; it points up in the picture", .low = -1e6,
-     .high = 1e6, .option = &(const sc_key_option){"axis", "WORD", "orbit"}},
+     .high = 1e6, .option = &(const sc_key_option){"axis", "WORD", "orbit still"}},
     {"turns", &sc_type_real, CAMERA(turns), "1",
      .help = "number of turns; negative ones go the other way", .low = -1000, .high = 1000,
      .alternative = "turns or angle", .option = &(const sc_key_option){"turns", "N", "orbit"}},
@@ -80,7 +80,7 @@ static const sc_key orbit_keys[] = {
      .help = "angle of the camera above the plane of the turn; beyond 90 it comes down behind, the "
              "picture upside down",
      .low = -360, .high = 360, .unit = "degrees", .track = TRACK(elevation_deg, elevation_track),
-     .option = &(const sc_key_option){"elevation", "DEGREES", "orbit"}},
+     .option = &(const sc_key_option){"elevation", "DEGREES", "orbit still"}},
     {"start", &sc_type_real, CAMERA(start_deg), "0",
      .help = "where the turn begins: 0 is in front of the patient, 90 at the patient's left",
      .low = -3600, .high = 3600, .unit = "degrees"},
@@ -121,7 +121,7 @@ const sc_key sc_camera_keys[] = {
     {"zoom", &sc_type_zoom, CAMERA(zoom), NULL,
      .help = "scale of the picture: a number, or a map or key frames for one that changes",
      .low = 0.01, .high = 1000, .track = TRACK(zoom, zoom_track), .keys = ramp_keys,
-     .shorthand = "from", .option = &(const sc_key_option){"zoom", "FACTOR", "orbit"}},
+     .shorthand = "from", .option = &(const sc_key_option){"zoom", "FACTOR", "orbit still"}},
     {0}};
 
 /* ---- slices ---- */

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#define ORBIT_AND_VIEWS "orbit views"
+#define PICTURE_COMMANDS "orbit views still"
 
 /* ---- output ---- */
 
@@ -35,7 +35,7 @@ static const sc_key output_keys[] = {
      .help = "width and height of the picture, also as WxH or by name: 360p, 480p, 720p, 1080p, "
              "1440p, 4k, 8k, square (1080x1080) or vertical, portrait (1080x1920)",
      .low = 16, .high = 16384, .unit = "pixels",
-     .option = &(const sc_key_option){"size", "WxH", ORBIT_AND_VIEWS}, .of_film = true},
+     .option = &(const sc_key_option){"size", "WxH", PICTURE_COMMANDS}, .of_film = true},
     {"fps", &sc_type_int, OUTPUT(fps), "30", .help = "frames per second of the video", .low = 1,
      .high = 240, .option = &(const sc_key_option){"fps", "N", "orbit"}, .of_film = true},
     {"video", &sc_type_text, OUTPUT(video), "video.mp4",
@@ -111,7 +111,7 @@ static const sc_key render_keys[] = {
              "on the grid on which the volume was drawn: without copied voxels, with layers "
              "between thick slices, slices that jump moved back, and noisy borders smoothed",
      .low = 0, .high = SC_SMOOTH_MAX,
-     .option = &(const sc_key_option){"smooth", "S", ORBIT_AND_VIEWS}, .of_film = true},
+     .option = &(const sc_key_option){"smooth", "S", PICTURE_COMMANDS}, .of_film = true},
     {"skip", &sc_type_choice, RENDER(skip), "leap",
      .help = "how empty space is skipped: leap (fast, with little memory), none or interior (the "
              "paper's plain and "
@@ -140,7 +140,7 @@ static const sc_key render_keys[] = {
      .help = "width of the lines between tissues on cut faces", .low = 0, .high = 1,
      .unit = "voxels"},
     {"samples", &sc_type_int, RENDER(samples), "5", .help = "rays per pixel", .low = 1,
-     .high = SC_SAMPLES_MAX, .option = &(const sc_key_option){"samples", "N", ORBIT_AND_VIEWS}},
+     .high = SC_SAMPLES_MAX, .option = &(const sc_key_option){"samples", "N", PICTURE_COMMANDS}},
     {"antialiasing", &sc_type_choice, RENDER(antialiasing), "adaptive",
      .help = "adaptive: all rays only where neighbouring pixels differ; full: everywhere",
      .choices = antialiasings},

@@ -109,7 +109,7 @@ extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_spa
 extern const sc_value_type sc_type_shots, sc_type_transition;
 
 /* The commands with options about labels and how a volume is read. */
-#define LABEL_COMMANDS "orbit views info init prepare"
+#define LABEL_COMMANDS "orbit views still info init prepare"
 
 /* The tables: sc_job_keys describes the whole file and is read into sc_job; the others describe
  * maps in it. */

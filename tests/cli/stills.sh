@@ -65,3 +65,13 @@ expect 0 '' "$SEGCAST" check shots.yaml
 [ "$(grep -c 'text is drawn in the font' stderr.txt)" = 1 ] || fail "a film of three shots: $(cat stderr.txt)"
 expect 0 '' "$SEGCAST" check shots.yaml --set 'shots.2.overlays.font=DejaVu Sans Mono'
 [ "$(grep -c 'text is drawn in the font' stderr.txt)" = 2 ] || fail "a film of two fonts: $(cat stderr.txt)"
+
+# Of a volume, without a job, still draws what orbit does; a directory that a job has made is told from one of masks.
+"$SEGCAST" phantom --size 59x41x61 -o heart.nrrd -q >/dev/null
+printf 'volume: heart.nrrd\noutput: {size: [96, 72]}\nanimation: {camera: {orbit: {elevation: 30}}}\n' >volume.yaml
+"$SEGCAST" still volume.yaml --time 25% -o job.png -q >/dev/null
+expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --elevation 30 --time 25% -o volume.png
+"$IMAGE_DIFFERENCE" job.png volume.png || fail 'the picture of a volume is not that of a job'
+"$SEGCAST" render short.yaml -o made -q >/dev/null
+expect 64 'is the directory that a job has made: .segcast still made/job.yaml. takes that job' "$SEGCAST" still made; one_error
+expect 64 'is the directory that a job has made' "$SEGCAST" prepare made -o made.segc; one_error
