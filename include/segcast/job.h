@@ -124,6 +124,7 @@ enum { SC_SUBJECTS_MAX = 4 };
 typedef struct sc_subject {
     char volume[SC_PATH_BYTES]; /**< as of sc_job */
     char labels[SC_PATH_BYTES]; /**< likewise; empty: that of the job */
+    char image[SC_PATH_BYTES];  /**< its grey volume; empty: that of the job; "none": it has none */
     bool has_name;
     char name[SC_CAPTION_BYTES]; /**< as sc_caption.text, if has_name */
     char where[160];             /**< "file:line" for messages; may be empty */

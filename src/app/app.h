@@ -190,7 +190,8 @@ typedef struct sc_session {
     sc_grey grey;          /* the grey volume of the job; codes NULL: there is none, or not yet */
     sc_shared *grey_codes; /* block that holds its codes, or NULL; not of the session of a shot */
     sc_grey_window grey_window; /* that of the job, or found; the same on all ranks */
-    uint64_t grey_hash;         /* of its codes and geometry; the same on all ranks */
+    sc_vec3 moved_mm; /* how far a comparison has moved the volume from where its file places it */
+    uint64_t grey_hash; /* of its codes and geometry; the same on all ranks */
     sc_rank_record times;
     /* Of a film of shots: each of them is a session, which borrows the volume, and what is above
      * from the tissues on is empty but for the renderer, which is that of a shot. NULL: there are
@@ -352,6 +353,8 @@ sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
  * fills session->grey and what goes with it, after sc_session_load. @return SC_ERR_DATA also for
  * one that lies nowhere in the box of the volume. */
 sc_status sc_session_grey(sc_app *app, sc_session *session);
+/* As sc_session_grey, for a subject whose grey volume is that of another one, which it borrows. */
+sc_status sc_session_borrow_grey(sc_app *app, const sc_session *from, sc_session *session);
 /* @return the backdrop of all frames of a job, as of sc_grey_look. */
 double sc_backdrop_most(const sc_job *job);
 /* Check the header of the grey volume of session->job, if it has one, and where it lies. Not
@@ -501,6 +504,10 @@ const sc_session *sc_framed_with(const sc_session *session, int i);
 sc_status sc_compare_load(sc_app *app, sc_session *session);
 /* The same when it was inspected: the others are inspected, too (sc_session_inspect). */
 sc_status sc_compare_inspect(sc_app *app, bool header_only, sc_session *session);
+/* Read the grey volumes of all subjects, after sc_compare_load; those of the same path once. */
+sc_status sc_compare_grey(sc_app *app, sc_session *session);
+/* As sc_session_check_grey, of all subjects, after sc_compare_inspect. */
+sc_status sc_compare_check_grey(const sc_app *app, const sc_session *session);
 /* Resolve the tissues of all subjects. */
 sc_status sc_compare_tissues(sc_app *app, sc_session *session);
 /* Fill the timelines of all subjects, framed on @p points, and what is written onto pictures, after
@@ -527,6 +534,9 @@ uint64_t sc_session_volume_hash(const sc_session *session);
 /* @return the bytes of the prepared volume of a session, or of those of all subjects. Not
  * collective. */
 uint64_t sc_session_prepared_bytes(const sc_session *session);
+/* @return the bytes of the grey volumes of a session and of its subjects, of which a node holds
+ * each once. Not collective. */
+uint64_t sc_session_grey_bytes(const sc_session *session);
 /* Free session->compare; nothing if there is none. Collective. */
 void sc_compare_free(sc_session *session);
 

@@ -199,8 +199,8 @@ sc_status sc_cmd_check(sc_app *app)
     sc_warn_of_outputs(app, job);
     app->label_source = &source;
     SC_TRY(sc_session_inspect_all(app, app->options.fast, &session));
-    SC_TRY(sc_session_check_grey(app, &session));
     SC_TRY(check_shots(app, &session));
+    SC_TRY(sc_session_check_grey(app, &session)); /* which a comparison moves with its volumes */
     SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, !app->options.fast, &report));
     sc_display_end_stage(app);
     sc_print(stdout, app->options.input);

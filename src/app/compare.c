@@ -130,6 +130,12 @@ static void begin_subject(const sc_session *session, const sc_compare *c, int s,
         strcpy(out->job.volume, other->volume);
     if (other && other->labels[0])
         strcpy(out->job.labels, other->labels);
+    if (other && !strcmp(other->image, "none")) {
+        out->job.has_image = false;
+        out->job.image = (sc_grey_options){0};
+    } else if (other && other->image[0]) {
+        strcpy(out->job.image.path, other->image);
+    }
 }
 
 /* Begin the session that writes below the picture of subject @p s. The font keeps its size in
@@ -279,6 +285,53 @@ static void share_background(const sc_session *first, sc_session *to)
 
     memmove(background->rgb, first->job.render.background.rgb, sizeof background->rgb);
     background->is_auto = false;
+}
+
+/* @return the subject before @p s that has the same grey volume; NULL: none. */
+static const sc_session *lender_of(const sc_compare *c, int s)
+{
+    for (int i = 0; i < s; i++) {
+        if (c->parts[i].job.has_image &&
+            !strcmp(c->parts[i].job.image.path, c->parts[s].job.image.path))
+            return &c->parts[i];
+    }
+    return NULL;
+}
+
+sc_status sc_compare_grey(sc_app *app, sc_session *session)
+{
+    sc_compare *c = session->compare;
+    sc_status status = SC_OK;
+
+    for (int s = 0; s < c->count; s++) {
+        sc_session *subject = &c->parts[s];
+        const sc_session *lender = lender_of(c, s);
+
+        if (!subject->job.has_image)
+            continue;
+        if (lender)
+            SC_TRY(sc_session_borrow_grey(app, lender, subject));
+        else
+            SC_TRY(sc_session_grey(app, subject));
+        if (s > 0)
+            continue;
+        /* What is found for the first one holds for all, so that the same value looks the same. */
+        for (int other = 1; other < c->count; other++) {
+            c->parts[other].job.image.window_auto = false;
+            c->parts[other].job.image.window = subject->grey_window;
+        }
+    }
+out:
+    return status;
+}
+
+sc_status sc_compare_check_grey(const sc_app *app, const sc_session *session)
+{
+    sc_status status = SC_OK;
+
+    for (int s = 0; s < session->compare->count && status == SC_OK; s++)
+        status = sc_session_check_grey(app, &session->compare->parts[s]);
+    return status;
 }
 
 sc_status sc_compare_tissues(sc_app *app, sc_session *session)
@@ -624,6 +677,16 @@ uint64_t sc_session_prepared_bytes(const sc_session *session)
     return bytes;
 }
 
+uint64_t sc_session_grey_bytes(const sc_session *session)
+{
+    const sc_compare *c = session->compare;
+    uint64_t bytes = session->grey_codes ? sc_grey_bytes(&session->grey) : 0;
+
+    for (int s = 0; c && s < c->count; s++)
+        bytes += sc_session_grey_bytes(&c->parts[s]);
+    return bytes;
+}
+
 /* ---- the end ---- */
 
 void sc_compare_free(sc_session *session)
@@ -638,8 +701,10 @@ void sc_compare_free(sc_session *session)
         sc_shot_clear(&c->parts[i]);
     for (int s = 1; s < c->count; s++)
         sc_session_clear_volume(&c->parts[s]);
-    for (int s = 0; s < c->count; s++)
+    for (int s = 0; s < c->count; s++) {
+        sc_shared_free(c->parts[s].grey_codes);
         sc_joined_clear(&c->joined[s]);
+    }
     for (int use = 0; use < 2; use++)
         sc_free(c->tissues[use]);
     sc_free(c->parts);

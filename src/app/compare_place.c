@@ -52,9 +52,10 @@ out:
     return status;
 }
 
-/* Move the view of a volume. */
-static sc_status move(const sc_ctx *ctx, sc_vec3 by_mm, sc_prepared *v, sc_joined *joined)
+/* Move the view of a subject's volume. */
+static sc_status move(const sc_ctx *ctx, sc_vec3 by_mm, sc_session *subject, sc_joined *joined)
 {
+    sc_prepared *v = &subject->volume;
     sc_stored *stored = &v->stored;
     sc_vec3 *hull;
     void *block;
@@ -62,6 +63,7 @@ static sc_status move(const sc_ctx *ctx, sc_vec3 by_mm, sc_prepared *v, sc_joine
 
     if (sc_vec3_length(by_mm) == 0)
         return SC_OK;
+    subject->moved_mm = by_mm;
     v->to_ras_mm.m[0][3] += by_mm.x;
     v->to_ras_mm.m[1][3] += by_mm.y;
     v->to_ras_mm.m[2][3] += by_mm.z;
@@ -90,8 +92,7 @@ sc_status sc_align_subjects(sc_app *app, sc_session *subjects, int count, sc_joi
     SC_TRY(sc_comm_agree(app->comm, status));
     sc_comm_broadcast(app->comm, middles, sizeof middles);
     for (int s = 1; s < count && status == SC_OK; s++)
-        status =
-            move(app->ctx, sc_vec3_sub(middles[0], middles[s]), &subjects[s].volume, &joined[s]);
+        status = move(app->ctx, sc_vec3_sub(middles[0], middles[s]), &subjects[s], &joined[s]);
     status = sc_comm_agree(app->comm, status);
 out:
     return status;

@@ -299,7 +299,10 @@ sc_status sc_session_scene(sc_app *app, sc_session *session)
         SC_TRY(sc_compare_load(app, session));
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
-    SC_TRY(sc_session_grey(app, session));
+    if (session->compare)
+        SC_TRY(sc_compare_grey(app, session));
+    else
+        SC_TRY(sc_session_grey(app, session));
     sc_stage_begin(app->ctx, "preparing the light", 0, 0);
     SC_TRY(sc_film_open(app, session));
     if (session->film) {

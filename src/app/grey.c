@@ -46,6 +46,28 @@ out:
     return status;
 }
 
+/* Move an image as a comparison has moved the volume to which it belongs. */
+static void move(sc_vec3 by_mm, sc_grey *grey)
+{
+    grey->to_ras_mm.m[0][3] += by_mm.x;
+    grey->to_ras_mm.m[1][3] += by_mm.y;
+    grey->to_ras_mm.m[2][3] += by_mm.z;
+}
+
+/* As read_header, of the image of a session, which is moved to its place and has to lie in the
+ * volume. */
+static sc_status place_header(const sc_app *app, const sc_session *session, sc_grey *out)
+{
+    const char *path = session->job.image.path;
+    sc_status status;
+
+    SC_TRY(read_header(app, path, out));
+    move(session->moved_mm, out);
+    status = check_place(app->ctx, path, out, &session->volume);
+out:
+    return status;
+}
+
 /* Read the voxels of the image, or make those of the phantom. */
 static sc_status read_voxels(const sc_app *app, const sc_grey_options *image, sc_grey *grey)
 {
@@ -64,16 +86,23 @@ out:
 
 sc_status sc_session_check_grey(const sc_app *app, const sc_session *session)
 {
-    const char *path = session->job.image.path;
     sc_grey grey;
-    sc_status status;
+    sc_status status = SC_OK;
 
-    if (!session->job.has_image)
-        return SC_OK;
-    SC_TRY(read_header(app, path, &grey));
-    status = check_place(app->ctx, path, &grey, &session->volume);
-out:
+    if (session->compare)
+        return sc_compare_check_grey(app, session);
+    if (session->job.has_image)
+        status = place_header(app, session, &grey);
     return status;
+}
+
+/* @return the hash of the codes and the geometry of an image. @param codes that of the codes. */
+static uint64_t hash_of(const sc_grey *grey, uint64_t codes)
+{
+    uint64_t hash = sc_hash_bytes(&grey->to_ras_mm, sizeof grey->to_ras_mm, codes);
+
+    hash = sc_hash_bytes(&grey->low, sizeof grey->low, hash);
+    return sc_hash_bytes(&grey->per_code, sizeof grey->per_code, hash);
 }
 
 /* Write the values that a window shows as black and white, with so many digits that one is told
@@ -97,19 +126,17 @@ static sc_status read_codes(const sc_app *app, sc_session *session)
     const sc_grey_options *image = &session->job.image;
     const sc_volume labels = sc_volume_of_prepared(&session->volume);
     sc_grey *grey = &session->grey;
+    const sc_affine place = grey->to_ras_mm; /* reading sets that of the file */
     sc_grey_window found_window;
     char black[32], white[32], size[24];
     bool found;
     sc_status status;
 
     SC_TRY(read_voxels(app, image, grey));
+    grey->to_ras_mm = place;
     SC_TRY(sc_grey_auto_window(app->ctx, grey, &labels, &found_window, &found));
     session->grey_window = image->window_auto ? found_window : image->window;
-    session->grey_hash = sc_hash_bytes(grey->codes, sc_grey_bytes(grey), 0);
-    session->grey_hash =
-        sc_hash_bytes(&grey->to_ras_mm, sizeof grey->to_ras_mm, session->grey_hash);
-    session->grey_hash = sc_hash_bytes(&grey->low, sizeof grey->low, session->grey_hash);
-    session->grey_hash = sc_hash_bytes(&grey->per_code, sizeof grey->per_code, session->grey_hash);
+    session->grey_hash = hash_of(grey, sc_hash_bytes(grey->codes, sc_grey_bytes(grey), 0));
     if (!found)
         sc_warn(app->ctx, "%s: no tissue that is shown lies within the image", image->path);
     window_text(&session->grey_window, black, white);
@@ -140,9 +167,7 @@ sc_status sc_session_grey(sc_app *app, sc_session *session)
     if (!session->job.has_image)
         return SC_OK;
     if (first)
-        status = read_header(app, session->job.image.path, grey);
-    if (first && status == SC_OK)
-        status = check_place(app->ctx, session->job.image.path, grey, &session->volume);
+        status = place_header(app, session, grey);
     SC_TRY(sc_comm_agree(app->comm, status));
     sc_comm_broadcast(app->comm, grey, sizeof *grey);
     SC_TRY(sc_shared_alloc(app->ctx, app->comm, sc_grey_bytes(grey), sc_temporary_folder(),
@@ -158,4 +183,17 @@ sc_status sc_session_grey(sc_app *app, sc_session *session)
     sc_add_time(app, &session->times, first ? SC_PHASE_READ : SC_PHASE_IDLE, wall_s, cpu_s);
 out:
     return status;
+}
+
+sc_status sc_session_borrow_grey(sc_app *app, const sc_session *from, sc_session *session)
+{
+    const sc_grey_options *image = &session->job.image;
+    sc_status status;
+
+    session->grey = from->grey;
+    move(sc_vec3_sub(session->moved_mm, from->moved_mm), &session->grey);
+    session->grey_window = image->window_auto ? from->grey_window : image->window;
+    session->grey_hash = hash_of(&session->grey, from->grey_hash);
+    status = check_place(app->ctx, image->path, &session->grey, &session->volume);
+    return sc_comm_agree(app->comm, status);
 }

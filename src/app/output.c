@@ -66,6 +66,7 @@ static sc_status check_job(const sc_app *app, const char *path, const sc_job *jo
     for (int i = 0; i < job->compare.count; i++) {
         SC_TRY(
             check_volume(app, path, job->compare.others[i].volume, job->compare.others[i].labels));
+        SC_TRY(check_input(app, path, job->compare.others[i].image, true));
     }
     SC_TRY(check_looks(app, path, job));
     for (size_t i = 0; i < job->shot_count; i++)

@@ -299,10 +299,8 @@ sc_status sc_plan_measure(sc_app *app, sc_session *session, uint64_t program_byt
     out->loaded_bytes = (uint64_t)(sc_session_loaded_share(session) * (double)volumes_bytes);
     if (out->loaded_bytes < volumes_bytes)
         out->phase_file_bytes = volumes_bytes;
-    if (session->grey.codes) { /* which nodes hold once, too */
-        out->prepared_bytes += sc_grey_bytes(&session->grey);
-        out->loaded_bytes += sc_grey_bytes(&session->grey);
-    }
+    out->prepared_bytes += sc_session_grey_bytes(session); /* which nodes hold once, too */
+    out->loaded_bytes += sc_session_grey_bytes(session);
     for (int phase = SC_PHASE_READ; phase <= SC_PHASE_SHARE; phase++) {
         out->prepare_cpu_s += session->times.phases[phase].cpu_s;
         out->prepare_wall_s += session->times.phases[phase].wall_s;

@@ -329,6 +329,18 @@ static sc_status check_color_by(const sc_ctx *ctx, const sc_yaml *root, const sc
     return SC_OK;
 }
 
+/* @return the node of @p key, such as "volume", of the comparison's subject @p i (of
+ * sc_comparison.others); NULL if there is none. */
+static const sc_yaml *compare_node(const sc_yaml *root, int i, const char *key)
+{
+    const sc_yaml *list = sc_key_node(root, "compare.with");
+    const sc_yaml *node = list && list->kind == SC_YAML_LIST ? list->items[i] : list;
+
+    if (node && node->kind == SC_YAML_MAP)
+        return sc_yaml_member(node, key);
+    return strcmp(key, "volume") != 0 ? NULL : node;
+}
+
 /* The layout and the comparison have to agree; the layout is set if the job does not name one. */
 static sc_status check_compare(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
 {
@@ -360,11 +372,14 @@ static sc_status check_compare(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
                          sc_yaml_fail(ctx, node,
                                       "compare: a series of volumes (cine) cannot be compared; "
                                       "expected one volume, or no compare"));
-    if (job->has_image)
-        (void)sc_goes_on(&status,
-                         sc_yaml_fail(ctx, node,
-                                      "compare: a grey volume (image) belongs to one volume alone; "
-                                      "expected no image, or no compare"));
+    for (int i = 0; i < job->compare.count && !job->has_image; i++) {
+        if (job->compare.others[i].image[0])
+            (void)sc_goes_on(
+                &status, sc_yaml_fail(ctx, compare_node(root, i, "image"),
+                                      "image: the job itself has none, which says how it is "
+                                      "shown; expected for example image: {path: before.nii.gz} "
+                                      "at the top of the job"));
+    }
     if (job->has_color_by)
         (void)sc_goes_on(&status,
                          sc_yaml_fail(ctx, node,
@@ -381,20 +396,8 @@ static sc_status check_compare(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
 
 /* ---- the whole job ---- */
 
-/* @return the node of the volume of the comparison's subject @p i (of sc_comparison.others), or
- * that of its label table; NULL if there is none. */
-static const sc_yaml *compare_node(const sc_yaml *root, int i, bool labels)
-{
-    const sc_yaml *list = sc_key_node(root, "compare.with");
-    const sc_yaml *node = list && list->kind == SC_YAML_LIST ? list->items[i] : list;
-
-    if (node && node->kind == SC_YAML_MAP)
-        return sc_yaml_member(node, labels ? "labels" : "volume");
-    return labels ? NULL : node;
-}
-
-/* Resolve the paths of the volumes that are compared, and of their label tables. @return the first
- * mistake; all are logged. */
+/* Resolve the paths of the volumes that are compared, of their label tables and of their grey
+ * volumes. @return the first mistake; all are logged. */
 static sc_status resolve_subjects(const sc_ctx *ctx, const sc_job_sources *sources,
                                   const sc_yaml *root, sc_job *job)
 {
@@ -403,13 +406,22 @@ static sc_status resolve_subjects(const sc_ctx *ctx, const sc_job_sources *sourc
     for (int i = 0; i < job->compare.count; i++) {
         sc_subject *subject = &job->compare.others[i];
 
-        if (!sc_job_is_phantom(subject->volume) &&
-            !sc_goes_on(&status, sc_resolve_path(ctx, sources, compare_node(root, i, false),
-                                                 "volume", SC_PATH_INPUT, subject->volume)))
-            break;
-        if (!sc_goes_on(&status, sc_resolve_path(ctx, sources, compare_node(root, i, true),
-                                                 "labels", SC_PATH_INPUT, subject->labels)))
-            break;
+        const struct {
+            const char *key;
+            char *path;
+            bool is_file;
+        } paths[] = {{"volume", subject->volume, !sc_job_is_phantom(subject->volume)},
+                     {"labels", subject->labels, true},
+                     {"image", subject->image,
+                      !sc_job_is_phantom(subject->image) && strcmp(subject->image, "none") != 0}};
+
+        for (size_t p = 0; p < SC_COUNT_OF(paths); p++) {
+            if (paths[p].is_file &&
+                !sc_goes_on(&status,
+                            sc_resolve_path(ctx, sources, compare_node(root, i, paths[p].key),
+                                            paths[p].key, SC_PATH_INPUT, paths[p].path)))
+                return status;
+        }
     }
     return status;
 }

@@ -15,6 +15,10 @@ static const sc_key subject_keys[] = {
      .required = true},
     {"labels", &sc_type_text, SUBJECT(labels), "\"\"",
      .help = "label table of this volume; empty: as that of the job's own", .bytes = SC_PATH_BYTES},
+    {"image", &sc_type_text, SUBJECT(image), "\"\"",
+     .help = "grey volume of this volume, such as its own CT, shown as image says; none: it has "
+             "none; empty: that of the job",
+     .bytes = SC_PATH_BYTES},
     {"name", &sc_type_caption_text, SUBJECT(name), NULL, .help = "what stands below its picture",
      .given = SC_GIVEN(sc_subject, has_name), .without = "the name of its file"},
     {0}};

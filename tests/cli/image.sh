@@ -103,3 +103,35 @@ expect 65 'short.nhdr: the header promises 128 bytes' "$SEGCAST" render job.yaml
 one_error
 expect 64 'image.path is "phantom:1x9x9"' "$SEGCAST" check job.yaml --set image.path=phantom:1x9x9
 one_error
+
+# Beside a second volume: without an image of its own it shows that of the job, with one its own, in the window of the
+# first, and moved with its volume. At 0 % of the width the divider leaves the picture to the second one.
+"$SEGCAST" phantom --size 50x36x52 -o there.nrrd -q >/dev/null
+for file in there ct; do
+    sed 's/^space origin: .*/space origin: (500,-40,12)/' $file.nrrd >moved-$file.nrrd
+    cmp -s $file.nrrd moved-$file.nrrd && fail "the geometry of $file.nrrd was not changed"
+done
+second() { # second FILE.png SUBJECT [OPTION]...: the second volume of a comparison, with frame 6 of the job
+    local file=$1 subject=$2
+    shift 2
+    "$SEGCAST" still job.yaml --frame 6 --set compare.divider=0% --set "compare.with=[{name: b, $subject}]" -q \
+        --set compare.align=center -o "$file" "$@" >/dev/null
+}
+second none.png 'volume: there.nrrd'
+second shared.png 'volume: there.nrrd' --set image.path=ct.nrrd
+second own.png 'volume: there.nrrd, image: ct.nrrd' --set image.path=phantom:40x30x40
+second window.png 'volume: there.nrrd, image: ct.nrrd' --set image.path=ct.nrrd --set 'image.window=[-163, 30]'
+second moved.png 'volume: moved-there.nrrd, image: moved-ct.nrrd' --set image.path=ct.nrrd
+second without.png 'volume: there.nrrd, image: none' --set image.path=ct.nrrd
+"$IMAGE_DIFFERENCE" none.png without.png || fail "image: none shows an image"
+"$IMAGE_DIFFERENCE" none.png shared.png >/dev/null && fail "the image of the job is not seen in the second volume"
+# Places half a metre away are rounded otherwise.
+"$IMAGE_DIFFERENCE" shared.png moved.png 2 || fail "the image does not move with its volume"
+"$IMAGE_DIFFERENCE" shared.png window.png >/dev/null && fail "the window is not that of the job"
+"$IMAGE_DIFFERENCE" none.png own.png >/dev/null && fail "the image of the second volume is not seen"
+expect 65 'moved-ct.nrrd: the image lies nowhere in the volume' "$SEGCAST" check job.yaml --set image.path=ct.nrrd \
+    --set 'compare.with=[{volume: there.nrrd, image: moved-ct.nrrd}]'
+both=(--set image.path=ct.nrrd --set 'compare.with=[{volume: there.nrrd, image: phantom:50x36x52}]' --set output.frames=png -q)
+"$SEGCAST" render job.yaml "${both[@]}" -o both >/dev/null
+mpi 2 "$SEGCAST" render job.yaml "${both[@]}" -o both-2 --set farm.partition=tiles >/dev/null
+[ "$(hashes both)" = "$(hashes both-2)" ] || fail "a comparison with images differs with two ranks"
