@@ -2,6 +2,7 @@
 /* segcast init: write a job to begin with, with every tissue of a volume. */
 #include "app.h"
 #include "init.h"
+#include "segcast/store.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -33,23 +34,42 @@ static size_t stem_length(const char *name)
 }
 
 /* Remove from the name of a series, which may be a pattern, what stands for the number, and what is
- * before it: "heart-*" becomes "heart". A name without anything else becomes "volume". */
+ * before it: "heart-*" becomes "heart". */
 static void strip_pattern(char *name)
 {
     char *wild = strpbrk(name, "*?");
 
-    if (!wild)
-        return;
     while (wild > name && strchr("*?-_. ", wild[-1]))
         wild--;
-    if (wild > name)
+    if (wild)
         *wild = '\0';
-    else
-        snprintf(name, strlen(name) + 1, "%s", strlen(name) >= strlen("volume") ? "volume" : "v");
 }
 
-/* Make the name of the volume's file without folder and endings; "phantom" for the phantom. Caller
- * owns *out: sc_free. */
+/* Make of @p name one that the job file, its directory and its video can have: one that is not
+ * hidden, without what a shell or segcast reads as something else, without control characters, and
+ * short enough for the endings that are added. */
+static void make_plain(sc_text *name)
+{
+    enum { MOST_BYTES = SC_VIDEO_NAME_MAX - 5 }; /* no ending has more */
+    const char *from = name->data + strspn(name->data, ".~- ");
+    size_t used = 0;
+
+    while (*from) {
+        const size_t whole = sc_utf8_bytes(from), bytes = whole ? whole : 1;
+        const bool is_odd = *from == '$' || sc_is_control(sc_utf8_code(from, bytes));
+
+        if (used + bytes > MOST_BYTES)
+            break;
+        memmove(name->data + used, is_odd ? "_" : from, is_odd ? 1 : bytes);
+        used += is_odd ? 1 : bytes;
+        from += bytes;
+    }
+    name->data[used] = '\0';
+    name->length_bytes = used;
+}
+
+/* Make the name of the volume's file without folder and endings, as make_plain leaves it; "volume"
+ * if nothing is left, "phantom" for the phantom. Caller owns *out: sc_free. */
 static sc_status make_stem(const sc_ctx *ctx, const char *volume, char **out)
 {
     size_t end = strlen(volume), begin;
@@ -63,16 +83,32 @@ static sc_status make_stem(const sc_ctx *ctx, const char *volume, char **out)
     SC_TRY(sc_text_add(ctx, &name, "%.*s", (int)(end - begin), volume + begin));
 
     if (sc_job_is_phantom(volume))
-        status = sc_text_add(ctx, &text, "phantom");
+        SC_TRY(sc_text_add(ctx, &text, "phantom"));
     else
-        status = sc_text_add(ctx, &text, "%.*s", (int)stem_length(name.data), name.data);
-    if (status == SC_OK)
-        strip_pattern(text.data);
-    if (status == SC_OK)
-        *out = text.data;
+        SC_TRY(sc_text_add(ctx, &text, "%.*s", (int)stem_length(name.data), name.data));
+    strip_pattern(text.data);
+    make_plain(&text);
+    if (!text.length_bytes)
+        SC_TRY(sc_text_add(ctx, &text, "volume"));
+    *out = text.data;
+    text = (sc_text){0};
 out:
     sc_text_clear(&name);
+    sc_text_clear(&text);
     return status;
+}
+
+/* Append a path in quotes. @return SC_ERR_USAGE if no job can hold it. */
+static sc_status add_quoted_path(const sc_ctx *ctx, const char *path, sc_text *out)
+{
+    for (const char *c = path; *c; c += sc_utf8_bytes(c)) {
+        if (!sc_utf8_bytes(c))
+            return sc_fail(ctx, SC_ERR_USAGE,
+                           "%s: byte %zu of this path is not UTF-8, so that no job file can hold "
+                           "it; rename the file or its directory (`segcast orbit` needs no job)",
+                           path, (size_t)(c - path) + 1);
+    }
+    return sc_write_quoted(ctx, path, out);
 }
 
 /* Append the line of a key that holds a path: as the user has given it, if the job is written to
@@ -84,7 +120,7 @@ static sc_status add_path(const sc_ctx *ctx, const char *key, const char *path, 
     sc_status status;
 
     SC_TRY(sc_text_add(ctx, out, "%s: ", key));
-    SC_TRY(sc_write_quoted(ctx, absolute ? absolute : path, out));
+    SC_TRY(add_quoted_path(ctx, absolute ? absolute : path, out));
     status = sc_text_add(ctx, out, "\n");
 out:
     free(absolute);
@@ -260,10 +296,10 @@ static sc_status add_series(const sc_app *app, const sc_job *job, const char *pa
 
     SC_TRY(sc_text_add(ctx, out, "%s: %s", volume_key(app), is_here ? "" : "["));
     if (is_here)
-        SC_TRY(sc_write_quoted(ctx, pattern, out));
+        SC_TRY(add_quoted_path(ctx, pattern, out));
     for (size_t i = 0; i < job->phase_count && !is_here; i++) {
         SC_TRY(sc_text_add(ctx, out, "%s", i ? ", " : ""));
-        SC_TRY(sc_write_quoted(ctx, job->phases[i].path, out));
+        SC_TRY(add_quoted_path(ctx, job->phases[i].path, out));
     }
     SC_TRY(sc_text_add(ctx, out, "%s\n", is_here ? "" : "]"));
     SC_TRY(add_raw(app, out));
@@ -324,9 +360,9 @@ static sc_status add_animation(const sc_ctx *ctx, sc_text *out)
         "  #     except: []  # tissues that stay whole\n");
 }
 
-/* Append the whole job for the volume of a session, of which all has been measured. */
-static sc_status describe(const sc_app *app, const sc_session *session, const char *path,
-                          const char *stem, sc_text *out)
+/* Append all tissues and the animation to a job for the volume of a session, of which all has been
+ * measured. */
+static sc_status add_body(const sc_app *app, const sc_session *session, sc_text *out)
 {
     const sc_prepared *v = &session->volume;
     sc_place *places = NULL;
@@ -340,7 +376,6 @@ static sc_status describe(const sc_app *app, const sc_session *session, const ch
         ((bool *)hidden)[id] = v->labels[id].hidden;
     SC_TRY(sc_name_covers(app->ctx, v, hidden, layers));
     SC_TRY(sc_places_find(app->ctx, v, layers, &places, &count));
-    SC_TRY(add_head(app, &session->job, path, stem, out));
     SC_TRY(add_tissues(app->ctx, v, places, count, out));
     status = add_animation(app->ctx, out);
 out:
@@ -387,9 +422,10 @@ sc_status sc_cmd_init(sc_app *app)
     SC_TRY(sc_session_job(app, NULL, &session));
     if (strcmp(path.data, "-"))
         SC_TRY(sc_check_output(app, &session, path.data, false));
+    SC_TRY(add_head(app, &session.job, path.data, stem, &text));
     session.measure = true;
     SC_TRY(sc_session_load_one(app, &session)); /* of a series, the first phase tells enough */
-    SC_TRY(describe(app, &session, path.data, stem, &text));
+    SC_TRY(add_body(app, &session, &text));
     status = write_job(app, path.data, &text);
 out:
     sc_text_clear(&text);

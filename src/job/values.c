@@ -286,17 +286,28 @@ static sc_status read_text(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return SC_OK;
 }
 
+/* @return whether a character needs an escape in double quotes: YAML refuses it there, or reads it
+ * as the end of a line. */
+static bool needs_escape(unsigned code)
+{
+    return sc_is_control(code) || code == 0xfeff || code == 0xfffe || code == 0xffff;
+}
+
 sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text)
 {
     sc_status status = sc_text_add(ctx, text, "\"");
 
-    for (const char *c = value; *c && status == SC_OK; c++) {
+    for (const char *c = value; *c && status == SC_OK;) {
+        const size_t whole = sc_utf8_bytes(c), bytes = whole ? whole : 1;
+        const unsigned code = sc_utf8_code(c, bytes);
+
         if (*c == '"' || *c == '\\')
             status = sc_text_add(ctx, text, "\\%c", *c);
-        else if ((unsigned char)*c < 0x20 || *c == 0x7f)
-            status = sc_text_add(ctx, text, "\\x%02x", (unsigned char)*c);
+        else if (whole && needs_escape(code))
+            status = sc_text_add(ctx, text, code < 0x100 ? "\\x%02x" : "\\u%04x", code);
         else
-            status = sc_text_add(ctx, text, "%c", *c);
+            status = sc_text_add(ctx, text, "%.*s", (int)bytes, c);
+        c += bytes;
     }
     return status == SC_OK ? sc_text_add(ctx, text, "\"") : status;
 }

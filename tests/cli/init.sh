@@ -43,6 +43,35 @@ cp heart.nrrd $'a "b" \\ #c.nrrd'
 "$SEGCAST" init $'a "b" \\ #c.nrrd' -q -o quoted.yaml >/dev/null
 expect 0 '' "$SEGCAST" check quoted.yaml
 
+# Names that no directory, video or shell takes are changed to such that do; what no YAML can hold is refused
+# before the volume is measured.
+long=$(printf 'x%.0s' $(seq 150))
+while read -r name job; do
+    name=$(printf '%b' "$name")
+    cp heart.nrrd "./$name"
+    [ "$("$SEGCAST" init "./$name" -q)" = "$job" ] || fail "init of \"$name\" wrote $(ls ./*.yaml), expected $job"
+    expect 0 '' "$SEGCAST" check "$job"
+    [ ! -s stderr.txt ] || { cat stderr.txt >&2; fail "check warns of what init has written for \"$name\""; }
+    rm -f "./$name" "$job"
+done <<NAMES
+~x.nrrd x.yaml
+.hid.nrrd hid.yaml
+-dash.nrrd dash.yaml
+\$HOME.nrrd _HOME.yaml
+.nrrd nrrd.yaml
+~.nrrd volume.yaml
+a\\tb.nrrd a_b.yaml
+a\\0302\\0205b.nrrd a_b.yaml
+a\\0342\\0200\\0250b.nrrd a_b.yaml
+a\\0342\\0200\\0256b.nrrd a_b.yaml
+$long.nrrd ${long:0:135}.yaml
+\\0303\\0251$long.nrrd $(printf '\303\251')${long:0:133}.yaml
+NAMES
+cp heart.nrrd $'a\xffb.nrrd'
+expect 64 'byte 2 of this path is not UTF-8, so that no job file can hold it; rename' "$SEGCAST" init $'a\xffb.nrrd'; one_error
+[ ! -e $'a\xffb.yaml' ] || fail "a job was written that is not UTF-8"
+rm -f $'a\xffb.nrrd'
+
 # Tissues that enclose the others come first: the outermost nearly transparent, the next hidden.
 cat >nested.py <<'PY'
 import struct, sys
