@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reading and writing a map by the rows of its table. */
 #include "key.h"
+#include "yaml_words.h"
 
 #include <string.h>
 
@@ -25,11 +26,14 @@ const sc_key *sc_key_find(const sc_key *keys, const char *name)
 
 sc_status sc_key_unknown(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node)
 {
-    const char *names[64];
+    const char *names[64], *value = sc_yaml_lost_blank(node->key);
     size_t count = 0;
 
     if (node->key_told)
         return SC_ERR_DATA;
+    if (value)
+        return sc_yaml_fail(ctx, node, "\"%s\": " SC_LOST_BLANK, node->key,
+                            (int)(value - node->key), node->key, value);
     for (; keys[count].name && count < SC_COUNT_OF(names); count++)
         names[count] = keys[count].name;
     return sc_unknown_word(ctx, node, node->key, names, count);

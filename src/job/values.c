@@ -6,6 +6,7 @@
 #include "key.h"
 #include "segcast/job.h"
 #include "segcast/timeline.h"
+#include "yaml_words.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -48,10 +49,16 @@ static void shorten(char *text)
 sc_status sc_wrong_type(const sc_ctx *ctx, const sc_yaml *node, const char *expected)
 {
     const char *key = node->key ? node->key : "", *blank = node->key ? " " : "";
+    const char *lost = node->key || node->kind != SC_YAML_SCALAR || node->quoted
+                           ? NULL
+                           : sc_yaml_lost_blank(node->text);
     char value[2 * SHOWN_MAX + 8] = "";
 
     show(node, value, sizeof value);
     shorten(value);
+    if (lost) /* the whole file, or an item of a list, where a map is expected */
+        return sc_yaml_fail(ctx, node, "\"%s\": " SC_LOST_BLANK, value, (int)(lost - node->text),
+                            node->text, lost);
     if (node->kind == SC_YAML_MAP)
         return sc_yaml_fail(ctx, node, "%s%sis a map, expected %s", key, blank, expected);
     if (node->kind == SC_YAML_LIST)

@@ -198,15 +198,15 @@ static sc_status refuse_alias(const reader *r, const yaml_event_t *event)
                    r->origin, event->start_mark.line + 1, name, name);
 }
 
-/* @return where in a plain key a map or a list opens and does not close, as in "aorta {opacity";
- * the colon before it is missing. NULL: nowhere. */
+/* @return where in a plain key a map or a list opens and does not close, as in "aorta {opacity" or
+ * "output:{fps": the colon before it is missing, or the blank behind the colon. NULL: nowhere. */
 static const char *opened_in_key(const yaml_event_t *event)
 {
     const char *key = (const char *)event->data.scalar.value;
     const char *open = key + strcspn(key, "{[");
 
-    return event->data.scalar.style == YAML_PLAIN_SCALAR_STYLE && open > key && open[-1] == ' ' &&
-                   !strpbrk(open, "}]")
+    return event->data.scalar.style == YAML_PLAIN_SCALAR_STYLE && open > key &&
+                   strchr(" :", open[-1]) && !strpbrk(open, "}]")
                ? open
                : NULL;
 }
@@ -232,6 +232,9 @@ static sc_status build_key(reader *r, yaml_event_t *event, sc_yaml *map, char **
     if (first)
         (void)sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: key \"%s\" is given twice (first in line %d)",
                       r->origin, line, text, first->line);
+    else if (open && open[-1] == ':')
+        (void)sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: \"%s\": " SC_LOST_BLANK, r->origin, line, text,
+                      (int)(open - text), text, open);
     else if (open)
         (void)sc_fail(r->ctx, SC_ERR_DATA,
                       "%s:%d: \"%s\": a colon is missing before \"%c\"; expected \"%.*s: %s\"",

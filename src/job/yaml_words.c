@@ -5,6 +5,12 @@
 
 enum { SHOWN_BYTES = 24 }; /* so much of the text is quoted in a message */
 
+/* What is said of a bracket that has no partner. */
+static const char not_closed_map[] =
+    "this { is not closed by }, or a comma is missing between its keys";
+static const char not_closed_list[] =
+    "this [ is not closed by ], or a comma is missing between its items";
+
 /* What libyaml says, and what is meant by it. The first row that fits is taken: its parts occur in
  * libyaml's problem and in its context (NULL fits all). */
 static const struct {
@@ -32,9 +38,8 @@ static const struct {
     {"did not find expected key", NULL, false,
      "expected a key here; is the line indented like those above it, and does a quote end before "
      "its value does?"},
-    {"',' or '}'", NULL, true, "this { is not closed by }, or a comma is missing between its keys"},
-    {"',' or ']'", NULL, true,
-     "this [ is not closed by ], or a comma is missing between its items"},
+    {"',' or '}'", NULL, true, not_closed_map},
+    {"',' or ']'", NULL, true, not_closed_list},
     {"expected '-' indicator", NULL, false,
      "expected the next item of the list (\"- \"); is the line indented like those above it?"},
     {"end of stream", "scalar", true, "this quote is never closed"},
@@ -81,7 +86,8 @@ static void mark_of_byte(const char *text, size_t bytes, size_t offset, yaml_mar
     mark->line = mark->column = 0;
     for (size_t i = 0; i < offset && i < bytes; i++) {
         mark->line += text[i] == '\n';
-        mark->column = text[i] == '\n' ? 0 : mark->column + 1;
+        mark->column += ((unsigned char)text[i] & 0xc0) != 0x80;
+        mark->column = text[i] == '\n' ? 0 : mark->column;
     }
 }
 
@@ -103,12 +109,128 @@ static void quote(const char *text, size_t bytes, size_t begin, char *out)
     out[used] = '\0';
 }
 
+/* ---- slips that libyaml notices far behind their place ---- */
+
+enum { FLOW_DEPTH = 32 }; /* of maps and lists in brackets; more are not looked at */
+
+/* What of a text is open at its end. */
+typedef struct open_flow {
+    size_t begin[FLOW_DEPTH]; /* where each { and [ stands that is not closed */
+    int depth;
+    bool has_color;
+    size_t color; /* where, within brackets, the # of a colour without quotes begins a comment */
+} open_flow;
+
+/* @return whether the # at @p at of text[end] begins a colour such as #ff0000, where a value is
+ * expected. */
+static bool is_color(const char *text, size_t end, size_t at, char before)
+{
+    size_t behind = at + 1;
+
+    while (behind < end && strchr("0123456789abcdefABCDEF", text[behind]))
+        behind++;
+    return (before == ':' || before == '[') && behind - at > 3 &&
+           (behind == end || strchr(" ,]}\r\n", text[behind]));
+}
+
+/* Find what is open at the end of text[end]. Texts in quotes and comments are skipped. */
+static void scan_flow(const char *text, size_t end, open_flow *out)
+{
+    char quote = '\0', before = '\n'; /* the last character that is no blank */
+
+    *out = (open_flow){0};
+    for (size_t i = 0; i < end; i++) {
+        const bool begins = strchr(":,[{-\n", before) != NULL;
+        const char c = text[i], last = i ? text[i - 1] : '\n';
+
+        if (quote) {
+            const bool escapes =
+                quote == '"' ? c == '\\' : c == '\'' && i + 1 < end && text[i + 1] == '\'';
+
+            quote = c == quote && !escapes ? '\0' : quote;
+            i += escapes;
+        } else if (c == '#' && strchr(" \t\n[{,", last)) {
+            if (out->depth && is_color(text, end, i, before)) {
+                out->has_color = true;
+                out->color = i;
+            }
+            while (i + 1 < end && text[i + 1] != '\n')
+                i++;
+            continue;
+        } else if (begins && (c == '"' || c == '\'')) {
+            quote = c;
+        } else if ((c == '{' || c == '[') && (begins || out->depth) && out->depth < FLOW_DEPTH) {
+            out->begin[out->depth++] = i;
+        } else if ((c == '}' || c == ']') && out->depth) {
+            out->depth--;
+        }
+        before = c == ' ' || c == '\t' || c == '\r' ? before : c;
+    }
+}
+
+const char *sc_yaml_lost_blank(const char *line)
+{
+    static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_";
+    const char *word = line + strspn(line, " -");
+    const char *colon = word + strspn(word, letters);
+
+    return colon > word && *colon == ':' && colon[1] && !strchr(" \t\r\n:", colon[1]) &&
+                   strncmp(colon + 1, "//", 2) != 0
+               ? colon + 1
+               : NULL;
+}
+
+/* Find a line in which the blank behind a colon is missing: the line at byte @p at, or the last
+ * before it that is not empty. @param begin where its key begins. @return false if there is none.
+ */
+static bool find_lost_blank(const char *text, size_t at, size_t *begin)
+{
+    for (int lines = 0; lines < 2; lines++) {
+        while (at > 0 && text[at - 1] != '\n')
+            at--;
+        if (sc_yaml_lost_blank(text + at)) {
+            *begin = at + strspn(text + at, " -");
+            return true;
+        }
+        while (at > 0 && strchr(" \t\r\n", text[at - 1]))
+            at--;
+    }
+    return false;
+}
+
+/* Find a slip behind which libyaml has stopped at byte @p at. @param begin where it is. @return
+ * what to say of it, or NULL. */
+static const char *find_slip(const char *text, size_t bytes, size_t at, const char *problem,
+                             size_t *begin)
+{
+    open_flow flow;
+    size_t end = bytes;
+
+    while (end > 0 && strchr(" \t\r\n", text[end - 1]))
+        end--;
+    scan_flow(text, at, &flow);
+    if (flow.has_color) {
+        *begin = flow.color;
+        return "in YAML a # begins a comment; put the colour in quotes";
+    }
+    if (flow.depth && at >= end) {
+        *begin = flow.begin[flow.depth - 1];
+        return text[*begin] == '{' ? not_closed_map : not_closed_list;
+    }
+    if ((strstr(problem, "mapping values") || strstr(problem, "expected ':'")) &&
+        find_lost_blank(text, at, begin))
+        return "a blank is missing behind the colon";
+    return NULL;
+}
+
 sc_status sc_yaml_explain(const sc_ctx *ctx, const char *origin, const char *text, size_t bytes,
                           const yaml_parser_t *parser)
 {
-    const char *problem = parser->problem ? parser->problem : "", *words = "it cannot be read here";
+    const char *problem = parser->problem ? parser->problem : "", *words = "it cannot be read here",
+               *slip;
     yaml_mark_t mark = parser->problem_mark;
     char found[SHOWN_BYTES + 1];
+    size_t at;
 
     if (parser->error == YAML_MEMORY_ERROR)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", origin);
@@ -122,6 +244,12 @@ sc_status sc_yaml_explain(const sc_ctx *ctx, const char *origin, const char *tex
     }
     if (parser->error == YAML_READER_ERROR)
         mark_of_byte(text, bytes, parser->problem_offset, &mark);
+    at = byte_at(text, bytes, parser->problem_mark.line, parser->problem_mark.column);
+    slip = parser->error == YAML_READER_ERROR ? NULL : find_slip(text, bytes, at, problem, &at);
+    if (slip) {
+        words = slip;
+        mark_of_byte(text, bytes, at, &mark);
+    }
     quote(text, bytes, byte_at(text, bytes, mark.line, mark.column), found);
     return sc_fail(ctx, SC_ERR_DATA, "%s:%zu:%zu: not YAML%s%s%s: %s", origin, mark.line + 1,
                    mark.column + 1, found[0] ? ": \"" : "", found, found[0] ? "\"" : "", words);
