@@ -70,6 +70,8 @@ struct sc_app {
     const char *const *environment;
     const sc_command *commands; /* the table; ended by a row without a name */
     sc_options options;
+    sc_status mistake;             /* SC_ERR_USAGE: the command line has a mistake, which is told;
+                                      sc_session_job returns it, once the job's are told, too */
     int threads;                   /* number of threads of this rank */
     double begin_s;                /* when the process began, by sc_wall_s */
     sc_trace *trace;               /* where sc_add_time adds events; borrowed, or NULL */
@@ -79,6 +81,13 @@ struct sc_app {
     sc_label_source *label_source; /* where sc_label_source_keep puts the table; NULL: nowhere */
     char font_told[64];            /* family of the font whose file was named last; or "" */
 };
+
+/* Keep a mistake in the use of a command, which was told, until sc_session_job returns it.
+ * @return SC_OK; another error at once. */
+static inline sc_status sc_defer(sc_app *app, sc_status found)
+{
+    return sc_goes_on(&app->mistake, found) ? SC_OK : found;
+}
 
 /* Begin to show the stages of app->ctx on standard error: on a terminal as a bar, elsewhere as a
  * line now and then; not if app->terminal is quiet. @return NULL if there is no memory or thread
@@ -230,6 +239,12 @@ sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t siz
 /* Begin @p session: read the job on rank 0, into session->job, and send it to all others. @param
  * job_path NULL: there is no job file, only settings. Caller owns: sc_session_clear. */
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session);
+/* Check, on rank 0, the tissues that a job names against those of its volume, as far as that is
+ * known: nothing is checked of a comparison. Unless the command is to scan the voxels, only the
+ * tables of the volume are read, and numbers of labels are not checked.
+ * @param session only its job is filled; gets the volume, as of sc_session_inspect.
+ * @return the first mistake; all are logged. */
+sc_status sc_session_check_tissues(sc_app *app, sc_session *session);
 /* Prepare the volume of session->job, or map it if it is prepared already: fills session->volume.
  */
 sc_status sc_session_load_one(sc_app *app, sc_session *session);

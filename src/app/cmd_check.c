@@ -183,6 +183,35 @@ static sc_status print_key_frames(const sc_app *app, const sc_job *job)
     return status;
 }
 
+/* Remember the first of several return codes that is no success. */
+static void note(sc_status *first, sc_status found)
+{
+    if (*first == SC_OK)
+        *first = found;
+}
+
+/* Check a job, which has been read, against this build, this machine and its volume. @return the
+ * first mistake; all are logged. */
+static sc_status check_all(sc_app *app, sc_session *session)
+{
+    const sc_job *job = &session->job;
+    sc_status first = check_cpu(app, job), found;
+
+    note(&first, sc_run_check_encoder(app->ctx, job));
+    note(&first, sc_run_check_encode_key(app->ctx, job));
+    if (first == SC_OK)
+        sc_warn_of_outputs(app, job);
+    found = sc_session_inspect_all(app, app->options.fast, session);
+    note(&first, found);
+    if (found != SC_OK)
+        return first;
+    found = check_shots(app, session);
+    note(&first, found);
+    if (found == SC_OK || !session->compare) /* which moves images with its volumes */
+        note(&first, sc_session_check_grey(app, session));
+    return first;
+}
+
 sc_status sc_cmd_check(sc_app *app)
 {
     sc_session session = {0};
@@ -193,14 +222,8 @@ sc_status sc_cmd_check(sc_app *app)
 
     app->options.scan = !app->options.fast;
     SC_TRY(sc_session_job(app, app->options.input, &session));
-    SC_TRY(check_cpu(app, job));
-    SC_TRY(sc_run_check_encoder(app->ctx, job));
-    SC_TRY(sc_run_check_encode_key(app->ctx, job));
-    sc_warn_of_outputs(app, job);
     app->label_source = &source;
-    SC_TRY(sc_session_inspect_all(app, app->options.fast, &session));
-    SC_TRY(check_shots(app, &session));
-    SC_TRY(sc_session_check_grey(app, &session)); /* which a comparison moves with its volumes */
+    SC_TRY(check_all(app, &session));
     SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, !app->options.fast, &report));
     sc_display_end_stage(app);
     sc_print(stdout, app->options.input);

@@ -225,7 +225,7 @@ sc_status sc_cmd_prepare(sc_app *app)
         SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
         SC_TRY(sc_expect_series(app));
     }
-    SC_TRY(sc_check_ending(app->ctx, path, ENDING, "a prepared volume"));
+    SC_TRY(sc_defer(app, sc_check_ending(app->ctx, path, ENDING, "a prepared volume")));
     SC_TRY(sc_session_job(app, job, &session));
     if (session.job.phase_count) {
         status = prepare_phases(app, &session, path);

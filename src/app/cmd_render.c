@@ -395,7 +395,22 @@ out:
     return status;
 }
 
-/* On rank 0, before anything that takes long: check the options, fill run->directory, run->wanted
+/* Refuse options that exclude each other. @return the first mistake; all are logged. */
+static sc_status check_use(const sc_app *app)
+{
+    const sc_options *o = &app->options;
+    sc_status status = SC_OK;
+
+    if (o->overwrite && (o->resume || o->frames || o->slices))
+        status = sc_fail(app->ctx, SC_ERR_USAGE,
+                         "--overwrite cannot be used with --resume, nor with --frames or --slice: "
+                         "slices share a directory");
+    if (o->frames && o->slices)
+        status = sc_fail(app->ctx, SC_ERR_USAGE, "--frames and --slice exclude each other");
+    return status;
+}
+
+/* On rank 0, before anything that takes long: fill run->directory, run->wanted
  * and run->slice, and refuse a directory that holds a run already. */
 static sc_status prepare_run(sc_run *run)
 {
@@ -405,12 +420,6 @@ static sc_status prepare_run(sc_run *run)
     const sc_options *o = &app->options;
     const sc_video_settings settings = sc_run_video_settings(job);
 
-    if (o->overwrite && (o->resume || o->frames || o->slices))
-        return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--overwrite cannot be used with --resume, nor with --frames or --slice: "
-                       "slices share a directory");
-    if (o->frames && o->slices)
-        return sc_fail(app->ctx, SC_ERR_USAGE, "--frames and --slice exclude each other");
     run->directory =
         run->keep_records && app->options.output ? app->options.output : job->output.directory;
     if (o->slices)
@@ -457,6 +466,7 @@ static sc_status begin_run(sc_run *run, const char *job_path)
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_status status;
 
+    SC_TRY(sc_defer(app, first ? check_use(app) : SC_OK));
     SC_TRY(sc_session_job(app, job_path, &run->session));
     /* From here on the first error ends the run. Threads that work at the same time, and the last
      * status.json, can fail for the same reason. */

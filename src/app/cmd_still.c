@@ -5,6 +5,15 @@
 #include <math.h>
 #include <string.h>
 
+/* Refuse two options that exclude each other. */
+static sc_status check_use(const sc_app *app)
+{
+    if (app->options.frame >= 0 && app->options.moment != SC_MOMENT_NONE)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--frame and --time both say which frame to draw; give one of them");
+    return SC_OK;
+}
+
 /* Find the frame that --frame or --time asks for; 0 without either. A time is that of the nearest
  * frame: frame k of the film is shown from k / fps on. */
 static sc_status find_frame(const sc_app *app, const sc_job *job, int *out)
@@ -14,9 +23,6 @@ static sc_status find_frame(const sc_app *app, const sc_job *job, int *out)
     const double length_s = (double)frames / job->output.fps;
     double frame = o->frame > 0 ? (double)o->frame : 0;
 
-    if (o->frame >= 0 && o->moment != SC_MOMENT_NONE)
-        return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--frame and --time both say which frame to draw; give one of them");
     if (o->frame >= frames)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--frame %ld is not within the animation's frames 0-%d", o->frame,
@@ -44,7 +50,8 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
     int frame = 0;
     sc_status status;
 
-    SC_TRY(sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG"));
+    SC_TRY(sc_defer(app, sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG")));
+    SC_TRY(sc_defer(app, check_use(app)));
     app->options.no_video = true;
     SC_TRY(sc_session_job(app, job_path, &session));
     SC_TRY(sc_check_output(app, &session, path, true));

@@ -180,7 +180,7 @@ sc_status sc_cmd_storyboard(sc_app *app)
     grid g;
     sc_status status;
 
-    SC_TRY(sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG"));
+    SC_TRY(sc_defer(app, sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG")));
     app->options.no_video = true;
     SC_TRY(sc_session_job(app, app->options.input, &session));
     SC_TRY(sc_check_output(app, &session, path, true));

@@ -34,7 +34,7 @@ static const sc_option option_rows[] = {
     {"output", 'o', "FILE", "the file to write (standard output)", "path", sc_store_output,
      AT(output), ""},
     {"frames", 0, "LIST", "only these frames of the animation, for example 0-35:2,40",
-     "render storyboard", sc_store_text, AT(frames), ""},
+     "render storyboard", sc_store_frames, AT(frames), ""},
     {"resume", 0, NULL, "go on with what the directory holds of this job, after verifying it",
      "render", sc_store_flag, AT(resume), ""},
     {"overwrite", 0, NULL, "begin anew in a directory that holds a run", "render", sc_store_flag,

@@ -229,6 +229,16 @@ sc_status sc_store_text(const sc_ctx *ctx, sc_options *options, const sc_option 
     return SC_OK;
 }
 
+sc_status sc_store_frames(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                          const char *value)
+{
+    int *frames = NULL, count;
+    const sc_status status = sc_frames_parse(ctx, value, SC_JOB_FRAMES_MAX, &frames, &count);
+
+    sc_free(frames); /* which of them the job has, it alone knows */
+    return status == SC_OK ? sc_store_text(ctx, options, option, value) : status;
+}
+
 sc_status sc_check_tilde(const sc_ctx *ctx, const char *what, const char *path)
 {
     const char *home = getenv("HOME");

@@ -35,6 +35,9 @@ sc_status sc_store_text(const sc_ctx *ctx, sc_options *options, const sc_option 
 /* As sc_store_text, for the path of an output, which is neither empty nor begins with "~". */
 sc_status sc_store_output(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                           const char *value);
+/* As sc_store_text, of a list of frames. */
+sc_status sc_store_frames(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                          const char *value);
 /* True, in the bool at option->offset. */
 sc_status sc_store_flag(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                         const char *value);

@@ -5,6 +5,7 @@
 #include <getopt.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* The value that getopt_long returns for row i of the list is FIRST_LONG + i, or the row's letter.
  */
@@ -71,6 +72,9 @@ static sc_status unknown_option(const sc_ctx *ctx, const sc_command *command,
     sc_option_owners with = {0};
     sc_status status;
 
+    if (access(text, F_OK) == 0)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "unknown option %s; the file of this name is given as ./%s", text, text);
     for (size_t i = 0; i < list->count; i++)
         names[i] = list->rows[i].name;
     snprintf(word, sizeof word, "%.*s", (int)strcspn(begin, "="), begin);
@@ -102,6 +106,22 @@ static bool is_abbreviated(const sc_option *row, const char *word)
 
     return strncmp(word, "--", 2) || strncmp(word + 2, row->name, length) ||
            (word[2 + length] && word[2 + length] != '=');
+}
+
+/* Log that there is no option of one letter @p letter. getopt_long does not say in which word it
+ * was: either in @p last, whose letters have all been read then, or in @p next. @return
+ * SC_ERR_USAGE. */
+static sc_status unknown_letter(const sc_ctx *ctx, const sc_command *command,
+                                const sc_option_list *list, int letter, const char *last,
+                                const char *next)
+{
+    const bool is_last = last[0] == '-' && last[1] != '-' && last[strlen(last) - 1] == letter;
+    const char *word = is_last || !next ? last : next;
+
+    if (word[0] == '-' && word[1] == letter)
+        return unknown_option(ctx, command, list, word);
+    return sc_fail(ctx, SC_ERR_USAGE, "unknown option -%c in %s; try `segcast help %s`", letter,
+                   word, command->name);
 }
 
 /* Log what getopt_long has refused. @param result what it returned, '?' or ':'. @param text the
@@ -152,42 +172,80 @@ static sc_status read_arguments(const sc_ctx *ctx, const sc_command *command, in
     return SC_OK;
 }
 
-sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
-                           sc_options *out)
+/* Store the values of the environment variables that stand for options. @return the first mistake;
+ * all are logged. */
+static sc_status read_environment(const sc_ctx *ctx, sc_options *options)
 {
     const char *threads = getenv("SEGCAST_THREADS");
     const char *max_memory = getenv("SEGCAST_MAX_MEMORY");
-    sc_option_list list;
+    sc_status status = SC_OK;
+
+    if (threads)
+        status = sc_options_set_threads(ctx, options, "SEGCAST_THREADS", threads);
+    if (max_memory)
+        (void)sc_goes_on(&status,
+                         sc_options_set_max_memory(ctx, options, "SEGCAST_MAX_MEMORY", max_memory));
+    return status;
+}
+
+/* Store all options of @p argv. @param is_unknown set if one is unknown: the word behind it may be
+ * its value. Behind an unknown letter nothing more is read, since the letters after it may be
+ * anything. @return the first mistake; all are logged. */
+static sc_status read_options(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
+                              const sc_option_list *list, sc_options *options, bool *is_unknown)
+{
     getopt_tables tables;
-    sc_options options = {.frame = -1};
+    sc_status status = SC_OK, found;
     int result;
-    sc_status status;
+
+    fill_tables(list, &tables);
+    opterr = 0; /* getopt_long prints no messages: refuse does */
+    while ((result = getopt_long(argc, argv, tables.shorts, tables.longs, NULL)) != -1) {
+        const sc_option *row = find_option(list, result);
+        /* argv[optind - 1] is the last word that was read */
+        const char *word =
+            row && optarg && optarg == argv[optind - 1] ? argv[optind - 2] : argv[optind - 1];
+        const bool is_letter = result == '?' && optopt && optopt < FIRST_LONG;
+
+        if (is_letter) {
+            *is_unknown = true;
+            return unknown_letter(ctx, command, list, optopt, word, argv[optind]);
+        }
+        if (row && (result < FIRST_LONG || !is_abbreviated(row, word))) {
+            found = row->store(ctx, options, row, optarg);
+        } else {
+            found = row ? unknown_option(ctx, command, list, word)
+                        : refuse(ctx, command, list, result, word);
+            *is_unknown = *is_unknown || (result == '?' && !optopt);
+        }
+        if (!sc_goes_on(&status, found))
+            break;
+    }
+    return status;
+}
+
+sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
+                           sc_options *out)
+{
+    const sc_ctx silent = {.rank = 0};
+    sc_option_list list;
+    sc_options options = {.frame = -1};
+    bool is_unknown = false;
+    sc_status status, found;
 
     SC_TRY(sc_options_list(ctx, command, &list));
     if (!strcmp(command->name, "status"))
         SC_TRY(sc_options_list_more(ctx, "render", &list));
-    fill_tables(&list, &tables);
-    if (threads)
-        SC_TRY(sc_options_set_threads(ctx, &options, "SEGCAST_THREADS", threads));
-    if (max_memory)
-        SC_TRY(sc_options_set_max_memory(ctx, &options, "SEGCAST_MAX_MEMORY", max_memory));
-    opterr = 0; /* getopt_long prints no messages: refuse does */
-    while ((result = getopt_long(argc - 1, argv + 1, tables.shorts, tables.longs, NULL)) != -1) {
-        const sc_option *row = find_option(&list, result);
-        /* argv + 1 was given, so that argv[optind] is the word before the next one to be read */
-        const char *word =
-            row && optarg && optarg == argv[optind] ? argv[optind - 1] : argv[optind];
-
-        if (!row || (result >= FIRST_LONG && is_abbreviated(row, word))) {
-            status = row ? unknown_option(ctx, command, &list, word)
-                         : refuse(ctx, command, &list, result, word);
-            goto out;
-        }
-        SC_TRY(row->store(ctx, &options, row, optarg));
-    }
-    SC_TRY(read_arguments(ctx, command, argc - 1, argv + 1, &options));
+    status = read_environment(ctx, &options);
+    if (!sc_goes_on(&status,
+                    read_options(ctx, command, argc - 1, argv + 1, &list, &options, &is_unknown)))
+        goto out;
+    /* What stands behind an unknown option may be its value, and no argument. */
+    found = read_arguments(is_unknown ? &silent : ctx, command, argc - 1, argv + 1, &options);
+    if (!is_unknown && !sc_goes_on(&status, found))
+        goto out;
     *out = options;
-    return SC_OK;
+    return status;
 out:
     sc_options_clear(&options);
     return status;

@@ -120,9 +120,8 @@ sc_status sc_options_find_owners(const sc_ctx *ctx, const char *option, sc_optio
 
 /* Read argv[2...] as the options and the argument of @p command (getopt_long: options may stand
  * behind the argument, and "--" ends them; but names of options have to be written in full, so that
- * an option of a later version cannot change what a command line means). @return SC_ERR_USAGE,
- * logged. Owner: sc_options_clear.
- */
+ * an option of a later version cannot change what a command line means). @return SC_ERR_USAGE, with
+ * all mistakes logged; @p out gets what was right then, too. Owner: sc_options_clear. */
 sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
                            sc_options *out);
 void sc_options_clear(sc_options *options);

@@ -8,27 +8,23 @@
 #include <math.h>
 #include <string.h>
 
-/* After a mistake in the job, on rank 0: log also the tissues that the volume has not, so that all
- * mistakes are told in one go. Nothing is logged if the volume is not known. Unless the command is
- * to scan the voxels, only the tables of the volume are read, and numbers of labels are not
- * checked.
- * @param session only its job is filled; gets the volume, as of sc_session_inspect. */
-static void tell_volume_mistakes(sc_app *app, sc_session *session)
+sc_status sc_session_check_tissues(sc_app *app, sc_session *session)
 {
     const sc_job *job = &session->job;
     sc_ctx errors = *app->ctx;
     sc_app quieter = *app;
+    sc_status status;
 
     if (!job->volume[0] || job->has_compare || /* others may have the tissues */
         job->rule_count + job->exception_count + job->verb_tissue_count + job->shot_count == 0 ||
         (sc_is_prepared_file(job->volume) && sc_comm_size(app->comm) > 1))
-        return;
+        return SC_OK;
     errors.level = SC_LOG_ERROR;
     quieter.ctx = &errors;
-    if (sc_session_inspect(&quieter, !app->options.scan, session) != SC_OK)
-        return;
-    /* The job is refused in any case. */
-    (void)sc_check_tissues(&errors, job, session->volume.labels, session->volume.label_count);
+    SC_TRY(sc_session_inspect(&quieter, !app->options.scan, session));
+    status = sc_check_tissues(&errors, job, session->volume.labels, session->volume.label_count);
+out:
+    return status;
 }
 
 /* The arrays of a job. */
@@ -115,13 +111,13 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
                                     .environment = app->environment,
                                     .no_video = app->options.no_video,
                                     .check_inputs = true};
-    sc_status status = SC_OK;
+    sc_status status = app->mistake;
 
     *session = (sc_session){.times = {.threads = app->threads}};
     if (sc_comm_rank(app->comm) == 0)
-        status = sc_job_load(app->ctx, &sources, &session->job);
-    if (status == SC_ERR_USAGE || status == SC_ERR_DATA)
-        tell_volume_mistakes(app, session);
+        (void)sc_goes_on(&status, sc_job_load(app->ctx, &sources, &session->job));
+    if (status == SC_ERR_USAGE || status == SC_ERR_DATA || status == SC_ERR_MISSING)
+        (void)sc_session_check_tissues(app, session); /* so that all mistakes are told in one go */
     SC_TRY(sc_comm_agree(app->comm, status));
     status = share_job(app, &session->job);
 out:

@@ -137,38 +137,14 @@ static sc_status apply_environment(const sc_ctx *ctx, const char *const *environ
 
 /* ---- loading ---- */
 
-/* Passes the messages of a context on, and counts the errors among them. */
-typedef struct listener {
-    const sc_ctx *to;
-    int errors;
-    uint64_t told[SC_MISTAKES_MAX]; /* hashes of those that were passed on */
-} listener;
-
-/* For sc_ctx.write, with a listener as user. The same mistake is told once: one of a key of the
- * film is found again in each of its shots. */
-static void hear(void *user, sc_log_level level, const char *text)
-{
-    listener *l = user;
-    const uint64_t hash = sc_hash_bytes(text, strlen(text), 0);
-
-    for (int i = 0; level == SC_LOG_ERROR && i < l->errors && i < SC_MISTAKES_MAX; i++) {
-        if (l->told[i] == hash)
-            return;
-    }
-    if (level == SC_LOG_ERROR && ++l->errors > SC_MISTAKES_MAX)
-        return;
-    if (level == SC_LOG_ERROR)
-        l->told[l->errors - 1] = hash;
-    if (l->to->write)
-        l->to->write(l->to->user, level, text);
-}
-
 /* Read the job file into a tree, an empty one if there is no file. @p text holds the file, which
  * stays with the caller, also after an error. */
 static sc_status read_root(const sc_ctx *ctx, const sc_job_sources *sources, char **text,
                            sc_yaml **out)
 {
-    const char *origin = sources->path ? sources->path : "command line";
+    const char *origin = sources->path   ? sources->path
+                         : sources->name ? sources->name
+                                         : "command line";
     size_t bytes = 0;
     sc_status status = SC_OK;
 
@@ -231,13 +207,8 @@ static sc_status read_job(const sc_ctx *ctx, const sc_job_sources *sources, sc_y
 
 sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *out)
 {
-    listener l = {.to = ctx};
-    const sc_ctx counting = {.level = ctx->level,
-                             .rank = ctx->rank,
-                             .write = hear,
-                             .user = &l,
-                             .alloc_budget = ctx->alloc_budget,
-                             .memory_max_bytes = ctx->memory_max_bytes};
+    sc_once once; /* a mistake of a key of the film is found again in each of its shots */
+    const sc_ctx counting = sc_ctx_once(ctx, &once);
     char *text = NULL;
     sc_yaml *root = NULL;
     sc_job job = {0};
@@ -246,8 +217,7 @@ sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *
     SC_TRY(sc_keys_set_defaults(ctx, sc_job_keys, &job));
     SC_TRY(read_root(&counting, sources, &text, &root));
     status = read_job(&counting, sources, root, &job);
-    if (l.errors > SC_MISTAKES_MAX)
-        sc_warn(ctx, "%d further mistakes of the job are not shown", l.errors - SC_MISTAKES_MAX);
+    sc_once_end(&once, "the job");
     if (!sc_goes_on(&first, status))
         goto out;
     *out = job;

@@ -7,6 +7,7 @@
 #ifndef SC_JOB_KEY_H
 #define SC_JOB_KEY_H
 
+#include "segcast/job.h"
 #include "yaml_tree.h"
 
 #include <jansson.h>
@@ -119,22 +120,6 @@ extern const sc_key sc_job_keys[], sc_volume_keys[], sc_camera_keys[], sc_slices
     sc_card_keys[], sc_transition_keys[];
 /* The keys of a study file, read into sc_study. */
 extern const sc_key sc_study_keys[];
-
-/* ---- mistakes: all of a job are told in one go ---- */
-
-/* Remember in *status the first mistake of a job, and tell whether to read on in order to find the
- * others. @param status SC_OK, or the first mistake so far. @param found the return code of what
- * was just done. @return false after an error that is no mistake of the user, such as
- * SC_ERR_MEMORY, which *status becomes then. */
-static inline bool sc_goes_on(sc_status *status, sc_status found)
-{
-    const bool is_mistake =
-        found == SC_ERR_USAGE || found == SC_ERR_DATA || found == SC_ERR_MISSING;
-
-    if (*status == SC_OK || (found != SC_OK && !is_mistake))
-        *status = found;
-    return found == SC_OK || is_mistake;
-}
 
 /* ---- keys.c ---- */
 

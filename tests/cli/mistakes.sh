@@ -4,6 +4,7 @@ export HOME=/home/someone
 segcast() { "$SEGCAST" "$@"; }
 "$SEGCAST" phantom --size 30x21x31 -o heart.nrrd -q >/dev/null
 cp heart.nrrd unnamed-volume
+cp heart.nrrd ./-dash.nrrd
 LC_ALL=C sed '/^Segment[0-9]*_\(ID\|Name\):=/d' heart.nrrd >nameless.nrrd
 "$SEGCAST" info heart.nrrd --json |
     jq -r '.labels[] | "\(.value) \(.name | gsub(" "; "_")) 200 \(.value) 90 255"' >heart.ctbl

@@ -55,10 +55,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     command = argc > 1 ? sc_command_find(sc_commands, words[1]) : NULL;
     optind = 0; /* getopt_long begins anew */
-    if (command && sc_options_parse(&fuzz_ctx, command, argc, words, &options) == SC_OK) {
+    if (command && sc_options_parse(&fuzz_ctx, command, argc, words, &options) == SC_OK)
         use(&options, environment);
-        sc_options_clear(&options);
-    }
+    sc_options_clear(&options);
     free(text);
     return 0;
 }
