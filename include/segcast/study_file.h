@@ -47,6 +47,7 @@ typedef struct sc_study {
     sc_study_settings set;   /**< what holds for all cells */
     sc_study_axis *axes;     /**< [axis_count], owned */
     int axis_count;          /**< 0: the study has one cell */
+    char job_where[160];     /**< "file:line" of it, for messages; may be empty */
     int measure;             /**< sc_study_subject */
     int metric;              /**< sc_study_metric */
     char frames[256];        /**< a list for sc_frames_parse, or empty: four of the animation */
@@ -58,8 +59,10 @@ typedef struct sc_study {
 
 /** Read and check a study file. Paths in it become relative to the working directory, as those of
  *  a job do. All mistakes are logged, as far as the text can be read as YAML; the values of keys of
- *  jobs are checked only when a cell's job is loaded. @return SC_ERR_DATA, SC_ERR_MISSING,
- *  SC_ERR_MEMORY. Caller owns: sc_study_clear. */
+ *  jobs are checked only when a cell's job is loaded.
+ *  @param out written also after SC_ERR_DATA: all that was right, without axes that have no values,
+ *  so that the caller can look for mistakes in the jobs.
+ *  @return SC_ERR_DATA, SC_ERR_MISSING, SC_ERR_MEMORY. Caller owns: sc_study_clear. */
 SC_MUST_USE sc_status sc_study_load(const sc_ctx *ctx, const char *path, sc_study *out);
 /** Free what a study owns; harmless on a zeroed struct. */
 void sc_study_clear(sc_study *study);

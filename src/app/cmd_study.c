@@ -452,8 +452,8 @@ sc_status sc_cmd_study(sc_app *app)
 
     state.counters = sc_counters_open();
     sc_signals_catch_stop();
-    SC_TRY(sc_comm_agree(
-        app->comm, first ? sc_study_load(app->ctx, app->options.input, &state.study) : SC_OK));
+    if (first)
+        state.mistake = sc_study_load(app->ctx, app->options.input, &state.study);
     SC_TRY(sc_study_list_cells(&state));
     SC_TRY(sc_report_placement(app));
     SC_TRY(sc_comm_agree(app->comm, first ? begin(&d) : SC_OK));

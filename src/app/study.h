@@ -21,7 +21,9 @@ enum { SC_STUDY_PARTS = 32, SC_STUDY_FRAMES_MAX = 10000 };
 
 /* A study on one rank. */
 typedef struct sc_study_state {
-    sc_app *app; /* of all ranks */
+    sc_app *app;       /* of all ranks */
+    sc_status mistake; /* of the study's file, on rank 0: it was told, and sc_study_list_cells tells
+                          those of the jobs, too, and returns it */
     sc_cell_info *cells;
     int cell_count;
     /* communicators of some of the ranks that were opened so far, the same list on all ranks */
@@ -49,8 +51,8 @@ typedef struct sc_study_state {
 /* ---- study_cells.c: the list of cells ---- */
 
 /* Fill state->design and state->cells on all ranks: each cell's job is loaded and checked on rank
- * @return also SC_ERR_USAGE, SC_ERR_DATA or SC_ERR_MISSING, with all mistakes of the first wrong
- * cell logged. */
+ * 0. @return also SC_ERR_USAGE, SC_ERR_DATA or SC_ERR_MISSING, with all mistakes of all cells
+ * logged, each once. */
 sc_status sc_study_list_cells(sc_study_state *state);
 /* Why a cell cannot run here, in words; for cells whose runs_here is not set. Not collective. */
 void sc_study_why_not(const sc_study_state *state, int cell, char *text, size_t size);

@@ -4,8 +4,10 @@
 
 #include "segcast/kernel.h"
 
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 enum { SPREAD_FRAMES = 4 }; /* frames that are measured unless the study lists them */
 
@@ -56,6 +58,7 @@ static sc_status load_job(const sc_study_state *state, int cell, sc_job *out)
     *options = state->app->options;
     SC_TRY(sc_study_cell_options(state, cell, options));
     sources = (sc_job_sources){.path = state->study.job[0] ? state->study.job : NULL,
+                               .name = state->app->options.input,
                                .settings = options->settings,
                                .setting_count = options->setting_count,
                                .environment = state->app->environment,
@@ -137,13 +140,19 @@ sc_status sc_study_frames(const sc_study_state *state, const sc_job *job, int **
 {
     const sc_ctx *ctx = state->app->ctx;
     const int total = job->animation.frames;
+    const sc_ctx silent = {.rank = 0};
     const bool whole = state->whole_jobs;
     const int spread = whole || total < SPREAD_FRAMES ? total : SPREAD_FRAMES;
     void *block;
     sc_status status;
 
     if (state->study.frames[0] && !whole) {
-        status = sc_frames_parse(ctx, state->study.frames, total, out, count);
+        status = sc_frames_parse(&silent, state->study.frames, total, out, count);
+        if (status == SC_ERR_USAGE)
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s: frames is \"%s\", expected frames of the animation, 0 to %d, such "
+                           "as 0-179:45",
+                           state->app->options.input, state->study.frames, total - 1);
         if (status == SC_OK && *count > SC_STUDY_FRAMES_MAX) {
             sc_free(*out);
             *out = NULL;
@@ -164,6 +173,23 @@ sc_status sc_study_frames(const sc_study_state *state, const sc_job *job, int **
 
 /* ---- cells ---- */
 
+/* Check the tissues of a cell's job against its volume, unless that was done of another cell with
+ * the same ones. */
+static sc_status check_tissues(const sc_study_state *state, int cell, const sc_job *job)
+{
+    sc_session session = {.job = *job};
+    sc_status status;
+
+    for (int i = 0; i < cell; i++) {
+        if (state->cells[i].volume_key == state->cells[cell].volume_key)
+            return SC_OK;
+    }
+    status = sc_session_check_tissues(state->app, &session);
+    session.job = (sc_job){0}; /* it was borrowed */
+    sc_session_clear(&session);
+    return status;
+}
+
 /* Fill in what is known of a cell, and add it to the hash of the study. */
 static sc_status fill_cell(sc_study_state *state, int cell, uint64_t *hash)
 {
@@ -171,7 +197,7 @@ static sc_status fill_cell(sc_study_state *state, int cell, uint64_t *hash)
     sc_cell_info *info = &state->cells[cell];
     sc_study_settings settings = {.count = 0};
     sc_job job = {0};
-    sc_status status;
+    sc_status status, mistakes;
 
     SC_TRY(sc_study_cell(app->ctx, &state->study, cell, &settings));
     info->ranks = settings.ranks ? settings.ranks : sc_comm_size(app->comm);
@@ -179,6 +205,7 @@ static sc_status fill_cell(sc_study_state *state, int cell, uint64_t *hash)
     info->placement = settings.placement;
     SC_TRY(load_job(state, cell, &job));
     SC_TRY(hash_volume(app->ctx, &job, &info->volume_key));
+    mistakes = check_tissues(state, cell, &job);
     SC_TRY(hash_picture(state, &job, &info->picture, &info->frames));
     SC_TRY(hash_job(app->ctx, &job, false, hash));
     *hash = sc_hash_bytes(&info->picture, sizeof info->picture, *hash);
@@ -187,6 +214,7 @@ static sc_status fill_cell(sc_study_state *state, int cell, uint64_t *hash)
     info->runs_here = info->ranks <= sc_comm_size(app->comm) &&
                       (!settings.threads || info->threads <= sc_usable_cores()) &&
                       sc_cpu_has(sc_cpu_names[job.render.cpu]);
+    status = mistakes;
 out:
     sc_free(settings.items);
     sc_job_clear(&job);
@@ -236,13 +264,13 @@ out:
     return status;
 }
 
-/* The part of sc_study_list_cells that rank 0 does. */
-static sc_status list_cells(sc_study_state *state)
+/* Fill state->design and state->cells. @return the first mistake; all are logged. */
+static sc_status fill_cells(sc_study_state *state)
 {
     const sc_ctx *ctx = state->app->ctx;
     uint64_t hash = (uint64_t)state->study.measure;
     void *block;
-    sc_status status;
+    sc_status status, mistakes = SC_OK;
 
     SC_TRY(fill_design(state));
     state->cell_count = sc_study_cells(&state->study);
@@ -250,10 +278,68 @@ static sc_status list_cells(sc_study_state *state)
     state->cells = block;
     SC_TRY(sc_zalloc(ctx, (size_t)state->cell_count, 1, &block));
     state->told = block;
-    for (int i = 0; i < state->cell_count; i++)
-        SC_TRY(fill_cell(state, i, &hash));
+    for (int i = 0; i < state->cell_count; i++) {
+        if (!sc_goes_on(&mistakes, fill_cell(state, i, &hash)))
+            break;
+    }
+    status = mistakes;
     state->design.hash = hash;
 out:
+    return status;
+}
+
+/* @return whether one of the settings is about the volume. */
+static bool sets_volume(const sc_study_settings *settings)
+{
+    for (size_t i = 0; i < settings->count; i++) {
+        if (!strncmp(settings->items[i].path, "volume", strlen("volume")))
+            return true;
+    }
+    return false;
+}
+
+/* After mistakes in the study's file: is enough of it left for looking at the jobs of its cells? */
+static bool has_jobs(const sc_study *study)
+{
+    bool found = study->job[0] || sets_volume(&study->set);
+
+    for (int i = 0; i < study->axis_count; i++) {
+        for (int v = 0; v < study->axes[i].value_count; v++)
+            found = found || sets_volume(&study->axes[i].values[v].settings);
+    }
+    return found;
+}
+
+/* @return SC_ERR_MISSING, logged, if the study names a job file that does not exist. */
+static sc_status check_job_file(const sc_study_state *state)
+{
+    const sc_study *study = &state->study;
+
+    if (!study->job[0] || access(study->job, F_OK) == 0)
+        return SC_OK;
+    return sc_fail(state->app->ctx, sc_input_status(errno), "%s%sjob: %s: %s", study->job_where,
+                   study->job_where[0] ? ": " : "", study->job, strerror(errno));
+}
+
+/* List the cells, and tell each mistake of their jobs once, although many cells may have it.
+ * @return the first mistake, also of the command line and of the study's file. */
+static sc_status list_cells(sc_study_state *state)
+{
+    sc_app *app = state->app, own = *app;
+    sc_once once;
+    sc_ctx ctx = sc_ctx_once(app->ctx, &once);
+    sc_status status = app->mistake, found;
+
+    if (!sc_goes_on(&status, state->mistake) ||
+        (state->mistake != SC_OK && !has_jobs(&state->study)))
+        return status;
+    found = check_job_file(state);
+    own.ctx = &ctx;
+    state->app = &own;
+    if (sc_goes_on(&status, found) && found == SC_OK)
+        (void)sc_goes_on(&status, fill_cells(state));
+    state->app = app;
+    sc_once_end(&once, "the study's jobs");
     return status;
 }
 

@@ -468,8 +468,23 @@ static sc_status resolve_job(const sc_ctx *ctx, const sc_yaml *root, sc_study *s
                               strlen(path), SC_PATH_BYTES);
     else
         strcpy(study->job, path);
+    sc_note_where(node, study->job_where, sizeof study->job_where);
     sc_free(path);
     return status;
+}
+
+/* After mistakes, remove the axes without values from a study, so that it has cells. */
+static void drop_empty_axes(sc_study *study)
+{
+    int kept = 0;
+
+    for (int i = 0; i < study->axis_count; i++) {
+        if (study->axes[i].value_count)
+            study->axes[kept++] = study->axes[i];
+        else
+            clear_axis(&study->axes[i]);
+    }
+    study->axis_count = kept;
 }
 
 sc_status sc_study_load(const sc_ctx *ctx, const char *path, sc_study *out)
@@ -478,7 +493,7 @@ sc_status sc_study_load(const sc_ctx *ctx, const char *path, sc_study *out)
     sc_yaml *root = NULL;
     char *text = NULL;
     size_t bytes;
-    sc_status status;
+    sc_status status, mistakes = SC_OK;
 
     SC_TRY(sc_keys_set_defaults(ctx, sc_study_keys, &study));
     SC_TRY(sc_file_read(ctx, path, STUDY_MAX_BYTES, &text, &bytes));
@@ -487,14 +502,20 @@ sc_status sc_study_load(const sc_ctx *ctx, const char *path, sc_study *out)
         status = sc_wrong_type(ctx, root, "a map of keys such as job and sweep");
         goto out;
     }
+    if (root->count == 0) {
+        status = sc_fail(ctx, SC_ERR_DATA,
+                         "%s: is empty; expected keys of a study, such as job and sweep", path);
+        goto out;
+    }
     status = root->key_left_out ? SC_ERR_DATA : SC_OK;
     if (sc_goes_on(&status, sc_keys_read(ctx, sc_study_keys, root, &study)))
         (void)sc_goes_on(&status, resolve_job(ctx, root, &study));
     if (status == SC_OK && study.most < study.least)
         status = sc_yaml_fail(ctx, root, "most is %d and least is %d, expected most to be no less",
                               study.most, study.least);
-    if (status != SC_OK)
+    if (!sc_goes_on(&mistakes, status))
         goto out;
+    drop_empty_axes(&study);
     *out = study;
     study = (sc_study){0};
 out:

@@ -27,8 +27,8 @@ static bool load(const char *path, sc_text *text)
         make_cell(&study, 0);
         make_cell(&study, sc_study_cells(&study) - 1);
         FUZZ_CHECK(sc_study_write(&fuzz_ctx, &study, text) == SC_OK);
-        sc_study_clear(&study);
     }
+    sc_study_clear(&study);
     return status == SC_OK;
 }
 

@@ -30,6 +30,7 @@ static void refuses(const char *text, const char *message)
 
     if (status != SC_ERR_DATA || h.errors != 1 || !strstr(h.text, message))
         fail_msg("status %d, \"%s\"; expected \"%s\"", status, h.text, message);
+    sc_study_clear(&study);
 }
 
 static const char two_axes[] =
