@@ -173,6 +173,8 @@ typedef struct sc_grey_options {
 typedef struct sc_job {
     char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH"; of a series that of
                                      the first phase */
+    char volume_where[192];     /**< "file:line: volume", for messages; may be empty */
+    char image_where[192];      /**< likewise of image.path */
     sc_volume_path *phases; /**< [phase_count], owned: the volumes of a series, in their order */
     size_t phase_count;     /**< 0: there is one volume */
     bool has_cine;

@@ -89,6 +89,17 @@ static inline sc_status sc_defer(sc_app *app, sc_status found)
     return sc_goes_on(&app->mistake, found) ? SC_OK : found;
 }
 
+/* What the errors about an input begin with. */
+typedef struct sc_input_place {
+    const sc_ctx *to;
+    const char *where, *path;
+} sc_input_place;
+/* @return a context as @p to, but whose errors about the file @p path, which begin with it, are
+ * told behind @p where, the place in the job that names it; empty: as they are. All are borrowed.
+ */
+sc_ctx sc_ctx_of_input(const sc_ctx *to, const char *where, const char *path,
+                       sc_input_place *place);
+
 /* Begin to show the stages of app->ctx on standard error: on a terminal as a bar, elsewhere as a
  * line now and then; not if app->terminal is quiet. @return NULL if there is no memory or thread
  * for that: then the command goes on without. Ended by sc_display_stop.

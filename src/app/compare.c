@@ -6,6 +6,7 @@
 #include "compare.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 struct sc_compare {
@@ -128,6 +129,8 @@ static void begin_subject(const sc_session *session, const sc_compare *c, int s,
     out->job.output.size_px[1] = panel.height_px;
     if (other)
         strcpy(out->job.volume, other->volume);
+    if (other)
+        strcpy(out->job.volume_where, other->where);
     if (other && other->labels[0])
         strcpy(out->job.labels, other->labels);
     if (other && !strcmp(other->image, "none")) {
@@ -135,6 +138,7 @@ static void begin_subject(const sc_session *session, const sc_compare *c, int s,
         out->job.image = (sc_grey_options){0};
     } else if (other && other->image[0]) {
         strcpy(out->job.image.path, other->image);
+        snprintf(out->job.image_where, sizeof out->job.image_where, "%s", other->where);
     }
 }
 

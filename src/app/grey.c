@@ -27,12 +27,15 @@ static sc_status check_place(const sc_ctx *ctx, const char *path, const sc_grey 
 }
 
 /* Read the header of the image, or make that of the phantom. */
-static sc_status read_header(const sc_app *app, const char *path, sc_grey *out)
+static sc_status read_header(const sc_app *app, const sc_job *job, sc_grey *out)
 {
+    const char *path = job->image.path;
+    sc_input_place place;
+    const sc_ctx ctx = sc_ctx_of_input(app->ctx, job->image_where, path, &place);
     sc_status status;
 
     if (!sc_job_is_phantom(path))
-        return sc_grey_read_header(app->ctx, path, out);
+        return sc_grey_read_header(&ctx, path, out);
     *out = (sc_grey){0};
     SC_TRY(sc_phantom_size(app->ctx, "image.path", path, out->size));
     for (int i = 0; i < 3; i++) {
@@ -61,7 +64,7 @@ static sc_status place_header(const sc_app *app, const sc_session *session, sc_g
     const char *path = session->job.image.path;
     sc_status status;
 
-    SC_TRY(read_header(app, path, out));
+    SC_TRY(read_header(app, &session->job, out));
     move(session->moved_mm, out);
     status = check_place(app->ctx, path, out, &session->volume);
 out:
@@ -69,14 +72,16 @@ out:
 }
 
 /* Read the voxels of the image, or make those of the phantom. */
-static sc_status read_voxels(const sc_app *app, const sc_grey_options *image, sc_grey *grey)
+static sc_status read_voxels(const sc_app *app, const sc_job *job, sc_grey *grey)
 {
+    const sc_grey_options *image = &job->image;
+    sc_input_place place;
+    const sc_ctx ctx = sc_ctx_of_input(app->ctx, job->image_where, image->path, &place);
     sc_phantom *phantom = NULL;
     sc_status status;
 
     if (!sc_job_is_phantom(image->path))
-        return sc_grey_read(app->ctx, image->path, image->window_auto ? NULL : &image->window,
-                            grey);
+        return sc_grey_read(&ctx, image->path, image->window_auto ? NULL : &image->window, grey);
     SC_TRY(sc_phantom_new(app->ctx, &phantom));
     status = sc_phantom_grey(app->ctx, phantom, app->threads, grey);
 out:
@@ -132,7 +137,7 @@ static sc_status read_codes(const sc_app *app, sc_session *session)
     bool found;
     sc_status status;
 
-    SC_TRY(read_voxels(app, image, grey));
+    SC_TRY(read_voxels(app, &session->job, grey));
     grey->to_ras_mm = place;
     SC_TRY(sc_grey_auto_window(app->ctx, grey, &labels, &found_window, &found));
     session->grey_window = image->window_auto ? found_window : image->window;

@@ -110,6 +110,8 @@ static sc_status fill_volume(const sc_app *app, sc_label_scan *scan, sc_session 
 sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
 {
     const sc_job *job = &session->job;
+    sc_input_place place;
+    const sc_ctx ctx = sc_ctx_of_input(app->ctx, job->volume_where, job->volume, &place);
     sc_label_scan scan = {0};
     sc_read_choice choice;
     bool usable;
@@ -121,9 +123,9 @@ sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
     if (sc_job_is_phantom(job->volume))
         SC_TRY(scan_phantom(app, job->volume, &scan));
     else if (header_only)
-        SC_TRY(sc_volume_read_header_by(app->ctx, job->volume, &choice, &scan));
+        SC_TRY(sc_volume_read_header_by(&ctx, job->volume, &choice, &scan));
     else
-        SC_TRY(sc_volume_scan_by(app->ctx, job->volume, &choice, &scan));
+        SC_TRY(sc_volume_scan_by(&ctx, job->volume, &choice, &scan));
     if (scan.tallies)
         SC_TRY(sc_apply_labels(app, job, &scan.volume));
     else

@@ -194,6 +194,8 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, bool 
                              sc_volume *volume)
 {
     const sc_job *job = &session->job;
+    sc_input_place place;
+    const sc_ctx ctx = sc_ctx_of_input(app->ctx, job->volume_where, job->volume, &place);
     sc_read_choice choice;
     sc_status status;
 
@@ -208,7 +210,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, bool 
     else if (sc_job_is_phantom(job->volume))
         SC_TRY(make_phantom(app, job->volume, volume));
     else
-        SC_TRY(sc_volume_read_by(app->ctx, job->volume, &choice, volume));
+        SC_TRY(sc_volume_read_by(&ctx, job->volume, &choice, volume));
     if (job->has_volume_size)
         SC_TRY(resize_volume(app, job, volume));
     SC_TRY(sc_apply_labels(app, job, volume));

@@ -409,17 +409,19 @@ static sc_status resolve_subjects(const sc_ctx *ctx, const sc_job_sources *sourc
         const struct {
             const char *key;
             char *path;
-            bool is_file;
-        } paths[] = {{"volume", subject->volume, !sc_job_is_phantom(subject->volume)},
-                     {"labels", subject->labels, true},
-                     {"image", subject->image,
-                      !sc_job_is_phantom(subject->image) && strcmp(subject->image, "none") != 0}};
+            sc_path_use use;
+            bool is_path;
+        } paths[] = {
+            {"volume", subject->volume, SC_PATH_INPUT, !sc_job_is_phantom(subject->volume)},
+            {"labels", subject->labels, SC_PATH_FILE, true},
+            {"image", subject->image, SC_PATH_INPUT,
+             !sc_job_is_phantom(subject->image) && strcmp(subject->image, "none") != 0}};
 
         for (size_t p = 0; p < SC_COUNT_OF(paths); p++) {
-            if (paths[p].is_file &&
+            if (paths[p].is_path &&
                 !sc_goes_on(&status,
                             sc_resolve_path(ctx, sources, compare_node(root, i, paths[p].key),
-                                            paths[p].key, SC_PATH_INPUT, paths[p].path)))
+                                            paths[p].key, paths[p].use, paths[p].path)))
                 return status;
         }
     }
@@ -459,6 +461,12 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
 {
     sc_status status = SC_OK, inputs = SC_OK;
 
+    if (sc_key_node(root, volume_key(root)))
+        sc_note_key(sc_key_node(root, volume_key(root)), volume_key(root), job->volume_where,
+                    sizeof job->volume_where);
+    if (sc_key_node(root, "image.path"))
+        sc_note_key(sc_key_node(root, "image.path"), "image.path", job->image_where,
+                    sizeof job->image_where);
     (void)sc_goes_on(&status, check_not_empty(ctx, root, volume_key(root)));
     (void)sc_goes_on(&status, check_not_empty(ctx, root, "output.directory"));
     (void)sc_goes_on(&status, check_video(ctx, sources, root, job));
@@ -476,12 +484,12 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
         (void)sc_goes_on(&status, sc_cine_check(ctx, sources, root, job));
     if (sc_goes_on(&status, inputs))
         (void)sc_goes_on(&inputs,
-                         resolve_key(ctx, sources, root, "labels", SC_PATH_INPUT, job->labels));
+                         resolve_key(ctx, sources, root, "labels", SC_PATH_FILE, job->labels));
     if (!sc_goes_on(&status, inputs))
         return status;
-    (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "overlays.logo", SC_PATH_INPUT,
+    (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "overlays.logo", SC_PATH_FILE,
                                           job->overlays.logo));
-    (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "color_by.table", SC_PATH_INPUT,
+    (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "color_by.table", SC_PATH_FILE,
                                           job->color_by.table));
     if (!sc_job_is_phantom(job->image.path))
         (void)sc_goes_on(

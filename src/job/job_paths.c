@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 bool sc_job_is_phantom(const char *volume)
@@ -61,9 +62,38 @@ out:
     return status;
 }
 
+/* Refuse an input that cannot be read, or is not of the kind that is expected. @param shown the
+ * path for messages. */
+static sc_status check_input(const sc_ctx *ctx, const sc_yaml *node, const char *key,
+                             sc_path_use use, const char *path, const char *shown)
+{
+    char *file = strndup(path, sc_volume_file_length(path));
+    struct stat info;
+    sc_status status = SC_OK;
+    int error = 0;
+
+    if (!file)
+        return sc_tell_missing(ctx, node, key, shown, ENOMEM);
+    if (stat(file, &info) ||
+        access(file,
+               S_ISDIR(info.st_mode) ? R_OK | X_OK : R_OK)) /* a directory is looked through */
+        error = errno;
+    free(file);
+    if (error)
+        status = sc_tell_missing(ctx, node, key, shown, error);
+    else if (S_ISDIR(info.st_mode) && use == SC_PATH_FILE)
+        status =
+            sc_tell_input(ctx, node, key, shown, SC_ERR_MISSING, "is a directory, expected a file");
+    else if (!S_ISDIR(info.st_mode) && !S_ISREG(info.st_mode))
+        status = sc_tell_input(ctx, node, key, shown, SC_ERR_MISSING,
+                               "is a pipe or a device, expected a file; write it to a file first");
+    return status;
+}
+
 sc_status sc_resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
                           const char *key, sc_path_use use, char *path)
 {
+    const bool is_input = use != SC_PATH_OUTPUT;
     char *joined = NULL, *absolute = NULL;
     bool no_memory;
     int error;
@@ -72,19 +102,21 @@ sc_status sc_resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, cons
     if (!node || !path[0])
         return SC_OK;
     SC_TRY(locate(ctx, sources, node, path, &joined));
-    absolute = use == SC_PATH_INPUT ? sc_volume_real_path(joined) : realpath(joined, NULL);
+    absolute = is_input ? sc_volume_real_path(joined) : realpath(joined, NULL);
     error = absolute ? 0 : errno;
     no_memory = error && sc_input_status(error) == SC_ERR_MEMORY;
-    if (!absolute && !no_memory && path[0] == '~' &&
-        (use == SC_PATH_OUTPUT || sources->check_inputs))
+    if (!absolute && !no_memory && path[0] == '~' && (!is_input || sources->check_inputs))
         status = refuse_tilde(ctx, sources, node, key, path);
-    else if (no_memory || (!absolute && use == SC_PATH_INPUT && sources->check_inputs))
+    else if (no_memory || (!absolute && is_input && sources->check_inputs))
         status = sc_tell_missing(ctx, node, key, joined, error);
     else if (strlen(absolute ? absolute : joined) >= SC_PATH_BYTES)
         status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
                               strlen(absolute ? absolute : joined), SC_PATH_BYTES);
-    else
+    else {
         strcpy(path, absolute ? absolute : joined);
+        if (is_input && sources->check_inputs)
+            status = check_input(ctx, node, key, use, path, joined);
+    }
 out:
     free(absolute);
     sc_free(joined);

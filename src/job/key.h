@@ -175,13 +175,15 @@ sc_status sc_job_check(const sc_ctx *ctx, const struct sc_job_sources *sources, 
 
 /* ---- job_paths.c ---- */
 
-/* What a path of a job leads to. */
-typedef enum sc_path_use { SC_PATH_INPUT, SC_PATH_OUTPUT } sc_path_use;
+/* What a path of a job leads to: an input that is a file or a directory, one that has to be a file,
+ * or something that is to be written. */
+typedef enum sc_path_use { SC_PATH_INPUT, SC_PATH_FILE, SC_PATH_OUTPUT } sc_path_use;
 /* Resolve a path in place, which has room for SC_PATH_BYTES. In the job file it is relative to that
  * file, in a setting to the working directory. If something exists there the path becomes absolute,
  * so that the resolved job can be read from any directory. @param node where it stands; NULL: it is
  * a default, and stays. @param key for messages. @return SC_ERR_DATA, SC_ERR_USAGE of a setting,
- * SC_ERR_MISSING for an input that does not exist, all logged; SC_ERR_MEMORY. */
+ * SC_ERR_MISSING for an input that does not exist, cannot be read, or is no file, all logged;
+ * SC_ERR_MEMORY. */
 sc_status sc_resolve_path(const sc_ctx *ctx, const struct sc_job_sources *sources,
                           const sc_yaml *node, const char *key, sc_path_use use, char *path);
 
@@ -314,6 +316,14 @@ json_t *sc_list_schema(const char *type, double low, double high, int count);
 /* Store "file:line" of a node in @p where, for messages after the tree has been freed. Three dots
  * stand for the beginning of a path that is too long for where[size]. @p size is at least 32. */
 void sc_note_where(const sc_yaml *node, char *where, size_t size);
+/* Store "file:line: key" of a node in @p where, for messages of what its value names; of a setting
+ * the setting, and nothing of one that a command has made of its argument. @p size is at least 96.
+ */
+void sc_note_key(const sc_yaml *node, const char *key, char *where, size_t size);
+/* Log what is wrong with the file @p path, which the value of the key @p key names, with the line
+ * where it has one. @return @p status. */
+sc_status sc_tell_input(const sc_ctx *ctx, const sc_yaml *node, const char *key, const char *path,
+                        sc_status status, const char *why);
 /* Log that @p path, which the value of the key @p key names, cannot be found, with the line where
  * it has one. @param error the errno that tells why. @return as sc_input_status. */
 sc_status sc_tell_missing(const sc_ctx *ctx, const sc_yaml *node, const char *key, const char *path,

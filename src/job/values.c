@@ -130,17 +130,31 @@ static void copy_shortened(const char *text, bool keep_end, char *out, size_t si
     }
 }
 
-sc_status sc_tell_missing(const sc_ctx *ctx, const sc_yaml *node, const char *key, const char *path,
-                          int error)
+void sc_note_key(const sc_yaml *node, const char *key, char *where, size_t size)
 {
-    const sc_status status = sc_input_status(error);
-    const char *why = strerror(error);
+    const bool in_file = node->line > 0;
 
+    where[0] = '\0';
+    if (in_file || strcmp(node->origin, key) != 0) /* else set by a command, from its argument */
+        sc_note_where(node, where, size - strlen(key) - strlen(": "));
+    if (in_file)
+        snprintf(where + strlen(where), size - strlen(where), ": %s", key);
+}
+
+sc_status sc_tell_input(const sc_ctx *ctx, const sc_yaml *node, const char *key, const char *path,
+                        sc_status status, const char *why)
+{
     if (node->line > 0)
         return sc_fail(ctx, status, "%s:%d: %s: %s: %s", node->origin, node->line, key, path, why);
     if (!strcmp(node->origin, key)) /* set by a command, from its argument */
         return sc_fail(ctx, status, "%s: %s", path, why);
     return sc_fail(ctx, status, "%s: %s: %s", node->origin, path, why);
+}
+
+sc_status sc_tell_missing(const sc_ctx *ctx, const sc_yaml *node, const char *key, const char *path,
+                          int error)
+{
+    return sc_tell_input(ctx, node, key, path, sc_input_status(error), strerror(error));
 }
 
 void sc_note_where(const sc_yaml *node, char *where, size_t size)
