@@ -70,30 +70,6 @@ enum { SC_FADE_GROUPS_MAX = 8 };
  * Each is drawn from masks and distances of its own, and rays are followed through each. */
 enum { SC_PARTS_MAX = 33 };
 
-/** How well the name of a label fits a pattern. Of the labels of a volume a pattern means those
- * that fit it best. */
-typedef enum sc_match {
-    SC_MATCH_NONE,
-    SC_MATCH_WORDS, /**< ASCII case ignored, and whether blanks, "_" or "-" separate words */
-    SC_MATCH_CASE,  /**< ASCII case ignored */
-    SC_MATCH_EXACT  /**< the same bytes, the number of the label, or the pattern "*" */
-} sc_match;
-/** A pattern, taken apart for comparing: a whole number means the label of that value only, "*"
- *  every label, and everything else a name or a glob for names (* ? [...]), which a label without a
- *  name never fits. */
-typedef struct sc_pattern {
-    char text[SC_NAME_BYTES], folded[SC_NAME_BYTES], words[SC_NAME_BYTES]; /**< by sc_match */
-    bool is_number, is_all, is_glob;
-    long long number;
-} sc_pattern;
-/** @return the pattern that is written as @p text, which is shorter than SC_NAME_BYTES. */
-sc_pattern sc_pattern_of(const char *text);
-/** @return how well a label fits. */
-sc_match sc_label_match(const sc_label *label, const sc_pattern *pattern);
-/** @return how well that label fits that fits best. @param labels [label_count], background first,
- *  which is skipped. The pattern means the labels for which sc_label_match gives the same, unless
- *  that is SC_MATCH_NONE. */
-sc_match sc_pattern_match(const sc_label *labels, int label_count, const sc_pattern *pattern);
 /** Log what is wrong with a pattern: that it matches no label, with the nearest names, or that it
  *  is a name which fits labels of different names equally well. "*" is always right.
  *  @param where "file:line" of the pattern; may be empty, not NULL. @return SC_ERR_DATA, or

@@ -269,6 +269,37 @@ SC_MUST_USE sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *tabl
  * SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_label_table_read(const sc_ctx *ctx, const char *path,
                                           sc_table_format format, sc_label_table *out);
+/** Write the words of a name, by which names are compared: ASCII letters in lower case, a single
+ *  blank where blanks, "_" or "-" separate words, and none at its ends. */
+void sc_words_of_name(const char *name, char out[SC_NAME_BYTES]);
+/** How well the name of a label fits a pattern. Of the labels of a volume a pattern means those
+ * that fit it best. */
+typedef enum sc_match {
+    SC_MATCH_NONE,
+    SC_MATCH_WORDS, /**< ASCII case ignored, and whether blanks, "_" or "-" separate words */
+    SC_MATCH_CASE,  /**< ASCII case ignored */
+    SC_MATCH_EXACT  /**< the same bytes, the number of the label, or the pattern "*" */
+} sc_match;
+/** A pattern, taken apart for comparing: a whole number means the label of that value only, "*"
+ *  every label, and everything else a name or a glob for names (* ? [...]), which a label without a
+ *  name never fits. */
+typedef struct sc_pattern {
+    char text[SC_NAME_BYTES], folded[SC_NAME_BYTES], words[SC_NAME_BYTES]; /**< by sc_match */
+    bool is_number, is_all, is_glob;
+    long long number;
+} sc_pattern;
+/** @return the pattern that is written as @p text, which is shorter than SC_NAME_BYTES. */
+sc_pattern sc_pattern_of(const char *text);
+/** @return how well a label fits. */
+sc_match sc_label_match(const sc_label *label, const sc_pattern *pattern);
+/** @return how well that label fits that fits best. @param labels [label_count], background first,
+ *  which is skipped. The pattern means the labels for which sc_label_match gives the same, unless
+ *  that is SC_MATCH_NONE. */
+sc_match sc_pattern_match(const sc_label *labels, int label_count, const sc_pattern *pattern);
+/** Append a label to a list for a message: name and number; of more than 8 labels "..." follows.
+ *  @param before how many labels stand there. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_label_list_add(const sc_ctx *ctx, sc_text *list, size_t before,
+                                        const sc_label *label);
 /** Give the labels of @p volume what the rows with their values hold: name, colour and opacity
  *  if the row has them, and hidden in any case. The first row of a value wins. Rows of values
  *  that the volume has not, or of 0, are ignored. */

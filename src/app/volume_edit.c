@@ -7,8 +7,6 @@
 
 #include <string.h>
 
-enum { NAMES_SHOWN = 8 };
-
 /* A volume with its voxels, or the scan of one; the other is NULL. */
 typedef struct subject {
     const sc_app *app;
@@ -345,17 +343,13 @@ static sc_status tell_lost(const subject *s, const bool *before)
     for (int id = 1; id < v->label_count; id++) {
         if (!before[id] || ((const bool *)after)[id])
             continue;
-        if (lost++ < NAMES_SHOWN)
-            SC_TRY(sc_text_add(s->app->ctx, &names, "%s\"%s\" (label %lld)", lost > 1 ? ", " : "",
-                               v->labels[id].name, (long long)v->labels[id].value));
+        SC_TRY(sc_label_list_add(s->app->ctx, &names, (size_t)lost++, &v->labels[id]));
     }
     if (lost)
-        sc_warn(
-            s->app->ctx,
-            "volume.resample: %d tissue%s so small that no voxel is left of %s: %s%s; a smaller "
-            "spacing keeps more",
-            lost, lost == 1 ? " is" : "s are", lost == 1 ? "it" : "them", names.data,
-            lost > NAMES_SHOWN ? ", ..." : "");
+        sc_warn(s->app->ctx,
+                "volume.resample: %d tissue%s so small that no voxel is left of %s: %s; a smaller "
+                "spacing keeps more",
+                lost, lost == 1 ? " is" : "s are", lost == 1 ? "it" : "them", names.data);
 out:
     sc_text_clear(&names);
     sc_free(after);

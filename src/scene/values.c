@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The value of each tissue: from a table, whose rows are brought together with the labels by number
  * or name, or of what was measured. */
-#include "match.h"
 #include "segcast/color_by.h"
 #include "segcast/value_table.h"
 

@@ -2,32 +2,24 @@
 /* Voxels that belong to several tissues: which one has them, and what the user is told. */
 #include "source.h"
 
-#include <ctype.h>
 #include <fnmatch.h>
 #include <limits.h>
 #include <string.h>
-
-/* Copy a name to out[SC_NAME_BYTES] in lower case, with blanks for _ and -. */
-static void plain_name(const char *name, size_t length, char *out)
-{
-    size_t i = 0;
-
-    for (; i < length && i < SC_NAME_BYTES - 1; i++)
-        out[i] = name[i] == '_' || name[i] == '-' ? ' ' : (char)tolower((unsigned char)name[i]);
-    out[i] = '\0';
-}
 
 /* Give all rows that the name or glob at @p name fits, and no earlier one, the rank @p rank. */
 static sc_status rank_rows(const sc_ctx *ctx, const char *path, const char *name, size_t length,
                            int rank, const sc_label_table *table, int *ranks)
 {
-    char pattern[SC_NAME_BYTES], row[SC_NAME_BYTES];
+    char text[SC_NAME_BYTES], words[SC_NAME_BYTES], row[SC_NAME_BYTES];
+    sc_pattern pattern;
     bool fits = false;
 
-    plain_name(name, length, pattern);
+    snprintf(text, sizeof text, "%.*s", (int)length, name);
+    pattern = sc_pattern_of(text);
+    sc_words_of_name(text, words);
     for (size_t i = 0; i < table->count; i++) {
-        plain_name(table->rows[i].name, strlen(table->rows[i].name), row);
-        if (strcmp(pattern, row) != 0 && fnmatch(pattern, row, 0) != 0)
+        sc_words_of_name(table->rows[i].name, row);
+        if (strcmp(words, row) != 0 && fnmatch(pattern.words, row, 0) != 0)
             continue;
         fits = true;
         ranks[i] = ranks[i] < rank ? ranks[i] : rank;
