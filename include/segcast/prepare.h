@@ -61,6 +61,7 @@ typedef struct sc_prepared {
     int label_bytes;         /**< of an id: 1 or 2 */
     int label_count;         /**< the background, id 0, included */
     bool oriented;           /**< false: the file does not say where left is; RAS was taken */
+    bool numbered;           /**< the numbers of its labels are segcast's own: see sc_volume */
     sc_affine to_ras_mm;     /**< voxel index -> patient mm, RAS+ */
     uint64_t volume_hash;    /**< sc_volume_hash of what was prepared */
     uint64_t file_hash;      /**< checksum of the prepared file it was mapped from; 0: of no file */

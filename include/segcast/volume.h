@@ -44,6 +44,8 @@ typedef struct sc_volume {
     sc_label *labels; /**< by dense id: background, then the other values in rising order */
     sc_affine to_ras_mm; /**< voxel index (centres at whole numbers) -> patient mm, RAS+ */
     bool oriented;       /**< false: the file does not say where left is; RAS was taken */
+    bool numbered; /**< the numbers of its labels are segcast's own: the file names tissues without
+                        numbers, or gives one number to several */
 } sc_volume;
 
 /** Check that a volume of @p size voxels may be read and prepared within ctx->memory_max_bytes: its
@@ -337,6 +339,24 @@ void sc_volume_relabel(sc_volume *volume, sc_relabel *relabel, int threads);
  * SC_ERR_MEMORY, nothing changed. */
 SC_MUST_USE sc_status sc_label_scan_relabel(const sc_ctx *ctx, sc_label_scan *scan,
                                             sc_relabel *relabel);
+
+/** Find for each row of a table the label that it names, by the words of the names
+ *  (sc_words_of_name); of several rows of a name the first has the label. @param label_of
+ *  [table->count] set to dense ids; 0: none. @param found how many rows have one. @return
+ *  SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_label_table_match(const sc_ctx *ctx, const sc_label *labels,
+                                           int label_count, const sc_label_table *table,
+                                           int *label_of, size_t *found);
+/** Give labels the numbers of the rows that name them (sc_label_table_match), so that the table and
+ *  they agree by number; labels without a row get the least numbers from 1 on that no row has.
+ *  @param labels [label_count] of a volume, background first. @return SC_ERR_MEMORY. Caller owns
+ *  *out. */
+SC_MUST_USE sc_status sc_relabel_by_table(const sc_ctx *ctx, const sc_label *labels,
+                                          int label_count, const sc_label_table *table,
+                                          const int *label_of, sc_relabel *out);
+/** The reverse: give rows the numbers of the labels that they name, and leave out those that name
+ *  none. */
+void sc_label_table_number(const sc_label *labels, const int *label_of, sc_label_table *table);
 
 /** A box of voxels, inclusive: low > high along all axes if it holds none. */
 typedef struct sc_voxel_box {

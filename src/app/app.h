@@ -349,9 +349,17 @@ sc_status sc_read_labels_of(const sc_app *app, const sc_job *job, const sc_volum
 void sc_label_source_clear(sc_label_source *source);
 /* Move @p source to app->label_source, instead of what is there, if that is wanted. */
 void sc_label_source_keep(const sc_app *app, sc_label_source *source);
-/* Give @p volume the names and colours of its table (sc_read_labels_of), and keep the table
- * (sc_label_source_keep). Not collective. */
-sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume);
+/* Bring a table and the labels of a volume that has no numbers of its own (sc_volume.numbered)
+ * together by their names: the labels get the numbers of their rows. Those of a mapped file, which
+ * has ids NULL here and no scan, stay as they are, and the rows get theirs. If no name fits,
+ * nothing changes, with a warning. @param scan that @p volume is of; NULL: none. Not collective.
+ * @return SC_ERR_MEMORY. */
+sc_status sc_match_labels(const sc_app *app, const sc_job *job, sc_label_source *source,
+                          sc_volume *volume, sc_label_scan *scan);
+/* Give @p volume the names and colours of its table (sc_read_labels_of, sc_match_labels), and keep
+ * the table (sc_label_source_keep). Not collective. */
+sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume,
+                          sc_label_scan *scan);
 /* Give colours to the tissues of @p volume that no table gives one, or not one that the job wants.
  * Not collective. @return SC_ERR_MEMORY. */
 sc_status sc_color_tissues(const sc_app *app, const sc_job *job, sc_volume *volume);

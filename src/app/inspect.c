@@ -50,16 +50,18 @@ out:
     return status;
 }
 
-/* Find the labels of a volume whose voxels were not read, and add them to @p volume: those of its
+/* Find the labels of a volume whose voxels were not read, and add them to @p scan: those of its
  * own table, those of the job's table, and those that the job names by number. Names come from the
  * tables only, so that a tissue name in the job that is in no table is reported as an error. */
-static sc_status name_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
+static sc_status name_labels(const sc_app *app, const sc_job *job, sc_label_scan *scan)
 {
+    sc_volume *volume = &scan->volume;
     sc_label_table numbers = {0};
     sc_label_source source;
     sc_status status;
 
     SC_TRY(sc_read_labels_of(app, job, volume, &source));
+    SC_TRY(sc_match_labels(app, job, &source, volume, scan));
     SC_TRY(add_numbers(app->ctx, job, &numbers));
     for (size_t i = 0; i < job->shot_count; i++)
         SC_TRY(add_numbers(app->ctx, &job->shots[i].job, &numbers));
@@ -127,9 +129,9 @@ sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
     else
         SC_TRY(sc_volume_scan_by(&ctx, job->volume, &choice, &scan));
     if (scan.tallies)
-        SC_TRY(sc_apply_labels(app, job, &scan.volume));
+        SC_TRY(sc_apply_labels(app, job, &scan.volume, &scan));
     else
-        SC_TRY(name_labels(app, job, &scan.volume));
+        SC_TRY(name_labels(app, job, &scan));
     SC_TRY(sc_edit_scan(app, job, &scan));
     if (scan.tallies && scan.volume.label_count == 1)
         sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);

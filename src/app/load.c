@@ -55,61 +55,6 @@ out:
     return status;
 }
 
-/* @return whether a table has named a label of @p volume. */
-static bool has_names(const sc_volume *volume)
-{
-    for (int id = 1; id < volume->label_count; id++) {
-        if (volume->labels[id].name[0])
-            return true;
-    }
-    return false;
-}
-
-sc_status sc_read_labels_of(const sc_app *app, const sc_job *job, const sc_volume *volume,
-                            sc_label_source *out)
-{
-    const bool named = job->labels[0];
-
-    *out = (sc_label_source){0};
-    if (named)
-        snprintf(out->path, sizeof out->path, "%s", job->labels);
-    else if (!has_names(volume))
-        sc_find_labels(app, job->volume, out->path);
-    if (!out->path[0])
-        return SC_OK;
-    return sc_label_table_read(app->ctx, out->path,
-                               named ? (sc_table_format)job->labels_format : SC_TABLE_AUTO,
-                               &out->table);
-}
-
-void sc_label_source_clear(sc_label_source *source)
-{
-    sc_label_table_clear(&source->table);
-    *source = (sc_label_source){0};
-}
-
-void sc_label_source_keep(const sc_app *app, sc_label_source *source)
-{
-    if (!app->label_source)
-        return;
-    sc_label_source_clear(app->label_source); /* a prepared file may be read twice */
-    *app->label_source = *source;
-    *source = (sc_label_source){0};
-}
-
-sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
-{
-    sc_label_source source;
-    const sc_status status = sc_read_labels_of(app, job, volume, &source);
-
-    if (status == SC_OK)
-        sc_volume_apply_table(volume, &source.table);
-    if (status == SC_OK)
-        sc_label_source_keep(app, &source);
-    sc_label_source_clear(&source);
-    return status;
-}
-
 sc_status sc_color_tissues(const sc_app *app, const sc_job *job, sc_volume *volume)
 {
     const sc_appearance appearance = (sc_appearance)job->appearance;
@@ -213,7 +158,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, bool 
         SC_TRY(sc_volume_read_by(&ctx, job->volume, &choice, volume));
     if (job->has_volume_size)
         SC_TRY(resize_volume(app, job, volume));
-    SC_TRY(sc_apply_labels(app, job, volume));
+    SC_TRY(sc_apply_labels(app, job, volume, NULL));
     SC_TRY(sc_edit_volume(app, job, colored, volume));
     if (colored && !session->mapped) /* in a prepared file, colours have been found */
         SC_TRY(sc_color_tissues(app, job, volume));

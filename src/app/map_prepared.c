@@ -138,8 +138,10 @@ static sc_status share_labels(const sc_app *app, sc_session *session)
     SC_TRY(sc_comm_agree(app->comm, sc_alloc(app->ctx, bytes, 1, &block)));
     memcpy(block, session->volume.labels, bytes);
     named.labels = block;
+    named.ids = NULL; /* they are mapped, and do not change */
     if (sc_comm_rank(app->comm) == 0)
-        status = sc_apply_labels(app, &session->job, &named);
+        status = sc_apply_labels(app, &session->job, &named, NULL);
+    named.ids = sc_volume_of_prepared(&session->volume).ids;
     /* Colours have been found when the file was prepared; others are found only if the job wants.
      */
     if (sc_comm_rank(app->comm) == 0 && status == SC_OK &&

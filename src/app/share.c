@@ -47,7 +47,7 @@ typedef struct told_volume {
     int size[3];
     int label_bytes, label_count;
     sc_affine to_ras_mm;
-    bool oriented, resample;
+    bool oriented, numbered, resample;
     sc_prepare_settings settings; /* its pointers say only whether there is an array */
 } told_volume;
 
@@ -71,6 +71,7 @@ static sc_status share_input(const sc_ctx *ctx, preparing *p)
                               .label_count = v->label_count,
                               .to_ras_mm = v->to_ras_mm,
                               .oriented = v->oriented,
+                              .numbered = v->numbered,
                               .resample = p->resample,
                               .settings = p->settings};
     const told_volume *told;
@@ -97,7 +98,8 @@ static sc_status share_input(const sc_ctx *ctx, preparing *p)
                             .label_count = told->label_count,
                             .labels = p->volume.labels,
                             .to_ras_mm = told->to_ras_mm,
-                            .oriented = told->oriented};
+                            .oriented = told->oriented,
+                            .numbered = told->numbered};
     memcpy(p->volume.size, told->size, sizeof told->size);
     p->resample = told->resample;
     p->settings = told->settings;

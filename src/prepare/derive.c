@@ -11,6 +11,7 @@ sc_prepared sc_preparation_view(const sc_preparation *p)
     sc_prepared view = {.label_bytes = v->label_bytes,
                         .label_count = v->label_count,
                         .oriented = v->oriented,
+                        .numbered = v->numbered,
                         .to_ras_mm = v->to_ras_mm,
                         .volume_hash = p->volume_hash,
                         .boundary_count = p->boundary_count,

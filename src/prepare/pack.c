@@ -58,7 +58,7 @@ typedef struct block_header {
     uint32_t version, byte_order, header_bytes;
     int32_t size[3], bricks[3];
     int32_t label_bytes, label_count, oriented, local_thickness, has_thickness, has_surface,
-        resampled, as_drawn;
+        resampled, as_drawn, numbered;
     sc_affine to_ras_mm;
     uint64_t volume_hash, boundary_count, near_count, total_bytes;
     uint64_t offset[SECTIONS]; /* by section, from the begin of the block */
@@ -165,6 +165,7 @@ static block_header header_of(const sc_preparation *p, bool file, uint64_t bytes
     h.has_surface = p->settings.surface;
     h.resampled = p->settings.resampled;
     h.as_drawn = p->settings.as_drawn;
+    h.numbered = v->numbered;
     h.to_ras_mm = v->to_ras_mm;
     h.volume_hash = p->volume_hash;
     h.boundary_count = p->boundary_count;
@@ -405,7 +406,7 @@ static bool is_sound(const block_header *h)
         h->hull_count > 8 * (uint64_t)h->size[1] * (uint64_t)h->size[2])
         return false;
     if ((h->oriented | h->local_thickness | h->has_thickness | h->has_surface | h->resampled |
-         h->as_drawn) &
+         h->as_drawn | h->numbered) &
         ~1)
         return false;
     lay_out(&again, bytes);
@@ -510,6 +511,7 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
         .label_bytes = h.label_bytes,
         .label_count = h.label_count,
         .oriented = h.oriented != 0,
+        .numbered = h.numbered != 0,
         .to_ras_mm = h.to_ras_mm,
         .volume_hash = h.volume_hash,
         .boundary_count = h.boundary_count,
@@ -543,7 +545,8 @@ sc_volume sc_volume_of_prepared(const sc_prepared *v)
                      .label_count = v->label_count,
                      .labels = (sc_label *)(uintptr_t)v->labels,
                      .to_ras_mm = v->to_ras_mm,
-                     .oriented = v->oriented};
+                     .oriented = v->oriented,
+                     .numbered = v->numbered};
 
     memcpy(out.size, v->size, sizeof out.size);
     return out;

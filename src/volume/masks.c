@@ -158,7 +158,7 @@ static sc_status check_geometry(const sc_ctx *ctx, const sc_source *source, cons
 
 sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
 {
-    sc_source source = {.slope = 1}, mask = {.slope = 1};
+    sc_source source = {.slope = 1, .numbered = true}, mask = {.slope = 1};
     sc_ctx errors = *ctx; /* what is warned of one mask, is so of all */
     sc_status status;
 

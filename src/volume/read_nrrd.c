@@ -292,6 +292,7 @@ static void number_segments(const sc_ctx *ctx, const char *path, sc_source *sour
     }
     for (size_t i = 0; i < source->table.count && !distinct; i++)
         source->table.rows[i].value = (int64_t)i + 1;
+    source->numbered = !distinct;
     if (!distinct)
         sc_info(ctx,
                 "%s: its layers use the same numbers for several segments; the labels are numbered "

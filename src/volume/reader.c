@@ -264,6 +264,7 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_
     SC_TRY(sc_read_labels(ctx, path, &source, keep_ids, &volume, tallies));
     volume.to_ras_mm = sc_source_part_to_ras(&source);
     volume.oriented = source.oriented;
+    volume.numbered = source.numbered;
     sc_volume_apply_table(&volume, &source.table);
     *out = volume;
 out:
@@ -369,7 +370,8 @@ sc_status sc_volume_read_header_by(const sc_ctx *ctx, const char *path,
     scan.volume = (sc_volume){.label_count = 1,
                               .labels = labels,
                               .to_ras_mm = sc_source_part_to_ras(&source),
-                              .oriented = source.oriented};
+                              .oriented = source.oriented,
+                              .numbered = source.numbered};
     scan.volume.labels[0].opacity = -1;
     memcpy(scan.volume.size, source.part, sizeof source.part);
     SC_TRY(sc_volume_add_labels(ctx, &scan.volume, &source.table));

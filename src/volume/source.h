@@ -59,6 +59,7 @@ typedef struct sc_source {
     double slope, intercept; /* label = slope * stored + intercept; 1 and 0 change nothing */
     sc_affine to_ras_mm;     /* as in sc_volume */
     bool oriented;           /* as in sc_volume */
+    bool numbered;           /* likewise */
     sc_label_table table;    /* what the file itself says about its labels */
     sc_encoding encoding;
     char *file;            /* path of the file with the voxels, owned; NULL if loaded */

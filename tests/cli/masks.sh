@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Tissues that a volume names without numbers: the masks of a directory, and segments in layers that share numbers.
+
+# mask FILE VOXELS: write a mask of 12 x 1 x 1 voxels, digits, as NRRD
+mask() {
+    printf 'NRRD0004\ntype: uint8\ndimension: 3\nspace: RAS\nsizes: 12 1 1\n' >"$1"
+    printf 'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: ascii\n\n' >>"$1"
+    sed 's/./& /g' <<<"$2" >>"$1"
+}
+# labels_of VOLUME [OPTION...]: number, name, voxels and colour of all labels, and what the report on the table says
+labels_of() {
+    "$SEGCAST" info "$@" --json 2>said.txt |
+        jq -c '[.labels[1:][] | [.value, .name, .voxels]], (.label_table // {} | [.rows_without_voxels, .voxels_without_row])' || cat said.txt
+}
+mkdir masks
+mask masks/liver.nrrd 111111000000
+mask masks/kidney_left.nrrd 000000011000
+mask masks/spleen.nrrd 000000000111
+
+# A table finds the masks by their names, however these are written, and gives them its numbers; so does a class list.
+printf '1 spleen 255 0 0 255\n7 Kidney-Left 0 255 0 255\n9 colon 1 2 3 255\n' >table.ctbl
+labels_of masks --labels table.ctbl >got.txt
+diff - got.txt >&2 <<'TXT' || fail "the table is not matched by names"
+[[1,"spleen",3],[2,"liver",6],[7,"Kidney-Left",2]]
+[[9],[2]]
+TXT
+grep -q 'table.ctbl: 2 of its 3 rows have the names of tissues of .*masks, whose labels get their numbers; it has no row for "liver" (label 2)' said.txt ||
+    fail "what was matched is not told: $(cat said.txt)"
+"$SEGCAST" info masks --labels table.ctbl --json -q | jq -e '.labels[1].color == [255, 0, 0]' >/dev/null || fail "the spleen has another colour"
+printf 'class_map = {1: "spleen", 3: "kidney_left", 5: "liver"}\n' | sed 's/class_map = //' >classes.py
+labels_of masks --labels classes.py >got.txt
+[ "$(head -1 got.txt)" = '[[1,"spleen",3],[3,"kidney_left",2],[5,"liver",6]]' ] || fail "class list: $(cat got.txt)"
+printf 'volume: masks\nlabels: classes.py\noutput: {size: [64, 48], frames: png, video: none}\nanimation: {frames: 1}\n' >job.yaml
+printf 'tissues: {"5": {color: [1, 2, 3]}, spleen: {visible: false}}\n' >>job.yaml
+"$SEGCAST" check job.yaml --fast >/dev/null 2>said.txt || fail "check --fast: $(cat said.txt)"
+"$SEGCAST" render job.yaml -o out -q >/dev/null || fail "no picture of the masks with a class list"
+
+# Of two rows of one name, and of one number, the first counts; the other label gets a free number.
+printf '4 spleen 1 1 1 255\n5 Spleen 2 2 2 255\n6 liver 3 3 3 255\n6 kidney_left 4 4 4 255\n' >twice.ctbl
+labels_of masks --labels twice.ctbl >got.txt
+diff - got.txt >&2 <<'TXT' || fail "rows of one name or number"
+[[1,"kidney_left",2],[4,"spleen",3],[6,"liver",6]]
+[[5],[1]]
+TXT
+
+# Numbers count only if no name fits, and that is said.
+printf '1 left 255 0 0 255\n2 middle 0 255 0 255\n' >other.ctbl
+labels_of masks --labels other.ctbl >got.txt
+[ "$(head -1 got.txt)" = '[[1,"left",2],[2,"middle",6],[3,"spleen",3]]' ] || fail "a table by number: $(cat got.txt)"
+grep -q 'warning: .*other.ctbl: names none of the tissues of .*masks, which have no numbers but those that segcast has given' said.txt ||
+    fail "that numbers count is not said: $(cat said.txt)"
+
+# A prepared file keeps the numbers that it has, and still goes by names.
+"$SEGCAST" prepare masks -o masks.segc -q >/dev/null
+labels_of masks.segc --labels table.ctbl >got.txt
+[ "$(head -1 got.txt)" = '[[1,"Kidney-Left",2],[2,"liver",6],[3,"spleen",3]]' ] || fail "a prepared file: $(cat got.txt)"
+"$SEGCAST" prepare masks --labels table.ctbl -o named.segc -q >/dev/null
+labels_of named.segc --labels other.ctbl >got.txt
+[ "$(head -1 got.txt)" = '[[1,"left",3],[2,"middle",6],[7,"Kidney-Left",2]]' ] || fail "a prepared file with the numbers of a table: $(cat got.txt)"
+
+# Layers that use a number twice are the same.
+{
+    printf 'NRRD0004\ntype: uint8\ndimension: 4\nspace: RAS\nsizes: 2 6 1 1\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\n'
+    printf 'kinds: list domain domain domain\nspace origin: (0,0,0)\nencoding: ascii\n'
+    printf 'Segment%d_ID:=s\nSegment%d_LabelValue:=1\nSegment%d_Layer:=%d\nSegment%d_Name:=%s\n' 0 0 0 0 0 liver 1 1 1 1 1 spleen
+    printf '\n1 0 1 0 1 0 0 1 0 1 0 0\n'
+} >two.seg.nrrd
+labels_of two.seg.nrrd --labels table.ctbl >got.txt
+[ "$(head -1 got.txt)" = '[[1,"spleen",2],[2,"liver",3]]' ] || fail "layers: $(cat got.txt; cat said.txt)"
