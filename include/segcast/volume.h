@@ -35,7 +35,13 @@ typedef struct sc_label {
     float opacity;            /**< of a boundary, 0 to 1; negative: not given */
 } sc_label;
 
-/** A segmented volume; owns ids and labels. Zero-initialise; sc_volume_clear frees. */
+/** Rows of a label table, in the order of the file. Zero-initialise; sc_label_table_clear frees. */
+typedef struct sc_label_table {
+    sc_label *rows;         /**< [capacity], the first count of which are used; owned */
+    size_t count, capacity; /**< in rows */
+} sc_label_table;
+
+/** A segmented volume; owns ids, labels and absent. Zero-initialise; sc_volume_clear frees. */
 typedef struct sc_volume {
     int size[3];      /**< voxels along x (fastest), y, z */
     int label_bytes;  /**< width of a dense id: 1 for up to 256 labels, else 2 */
@@ -46,6 +52,7 @@ typedef struct sc_volume {
     bool oriented;       /**< false: the file does not say where left is; RAS was taken */
     bool numbered; /**< the numbers of its labels are segcast's own: the file names tissues without
                         numbers, or gives one number to several */
+    sc_label_table absent; /**< tissues that the file names and none of whose voxels was read */
 } sc_volume;
 
 /** Check that a volume of @p size voxels may be read and prepared within ctx->memory_max_bytes: its
@@ -253,11 +260,6 @@ typedef enum sc_table_format {
                         TotalSegmentator in Python: 1: "spleen", */
 } sc_table_format;
 
-/** Rows of a label table, in the order of the file. Zero-initialise; sc_label_table_clear frees. */
-typedef struct sc_label_table {
-    sc_label *rows;         /**< [capacity], the first count of which are used; owned */
-    size_t count, capacity; /**< in rows */
-} sc_label_table;
 /** Free the rows and set the table to zero. */
 void sc_label_table_clear(sc_label_table *table);
 /** Append a copy of @p row. @return SC_ERR_MEMORY, the table unchanged. */
@@ -298,10 +300,14 @@ sc_match sc_label_match(const sc_label *label, const sc_pattern *pattern);
  *  which is skipped. The pattern means the labels for which sc_label_match gives the same, unless
  *  that is SC_MATCH_NONE. */
 sc_match sc_pattern_match(const sc_label *labels, int label_count, const sc_pattern *pattern);
-/** Append a label to a list for a message: name and number; of more than 8 labels "..." follows.
+/** Append a label to a list for a message: its name, or else its number; of more than 8 labels
+ * "..." follows.
  *  @param before how many labels stand there. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_label_list_add(const sc_ctx *ctx, sc_text *list, size_t before,
                                         const sc_label *label);
+/** @return the label of a volume with this value, borrowed from the volume; NULL if there is none.
+ *  Background is not found. */
+sc_label *sc_volume_label(const sc_volume *volume, int64_t value);
 /** Give the labels of @p volume what the rows with their values hold: name, colour and opacity
  *  if the row has them, and hidden in any case. The first row of a value wins. Rows of values
  *  that the volume has not, or of 0, are ignored. */
@@ -332,9 +338,16 @@ typedef struct sc_relabel {
 SC_MUST_USE sc_status sc_relabel_make(const sc_ctx *ctx, const sc_label *labels, int count,
                                       const int *into, const char *const *names, sc_relabel *out);
 void sc_relabel_clear(sc_relabel *relabel);
+/** Give labels beside themselves those of the rows of a table that they lack, without voxels.
+ *  @param labels [label_count] of a volume, background first. @return SC_ERR_MEMORY. Caller owns
+ *  *out. */
+SC_MUST_USE sc_status sc_relabel_with(const sc_ctx *ctx, const sc_label *labels, int label_count,
+                                      const sc_label_table *more, sc_relabel *out);
 /** Give a volume new labels. Takes the labels of @p relabel, which keeps its ids.
- *  @param threads as of sc_parallel_for. */
-void sc_volume_relabel(sc_volume *volume, sc_relabel *relabel, int threads);
+ *  @param threads as of sc_parallel_for. @return SC_ERR_MEMORY if ids have to become wider, for
+ *  more labels than before; nothing has changed then. */
+SC_MUST_USE sc_status sc_volume_relabel(const sc_ctx *ctx, sc_volume *volume, sc_relabel *relabel,
+                                        int threads);
 /** The same for what a scan has found: voxels are added up, and boxes united. @return
  * SC_ERR_MEMORY, nothing changed. */
 SC_MUST_USE sc_status sc_label_scan_relabel(const sc_ctx *ctx, sc_label_scan *scan,

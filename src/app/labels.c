@@ -60,6 +60,14 @@ static void warn_of_numbers(const sc_app *app, const sc_job *job, const sc_label
             source->path, job->volume, (long long)volume->labels[1].value, volume->labels[1].name);
 }
 
+/* Give the labels of a volume those of a relabelling. @param scan that @p volume is of, or NULL. */
+static sc_status relabel_volume(const sc_app *app, sc_relabel *relabel, sc_volume *volume,
+                                sc_label_scan *scan)
+{
+    return scan ? sc_label_scan_relabel(app->ctx, scan, relabel)
+                : sc_volume_relabel(app->ctx, volume, relabel, app->threads);
+}
+
 /* Give the labels of a volume the numbers of the rows that name them. @param label_of of
  * sc_label_table_match; set to the dense ids that they have then. */
 static sc_status renumber(const sc_app *app, const sc_label_source *source, int *label_of,
@@ -70,10 +78,7 @@ static sc_status renumber(const sc_app *app, const sc_label_source *source, int 
 
     SC_TRY(sc_relabel_by_table(app->ctx, volume->labels, volume->label_count, &source->table,
                                label_of, &relabel));
-    if (scan)
-        SC_TRY(sc_label_scan_relabel(app->ctx, scan, &relabel));
-    else
-        sc_volume_relabel(volume, &relabel, app->threads);
+    SC_TRY(relabel_volume(app, &relabel, volume, scan));
     for (size_t i = 0; i < source->table.count; i++)
         label_of[i] = relabel.to[label_of[i]];
     volume->numbered = false;
@@ -102,7 +107,8 @@ static sc_status tell_match(const sc_app *app, const sc_job *job, const sc_label
             SC_TRY(sc_label_list_add(app->ctx, &names, without++, &volume->labels[id]));
     }
     sc_info(app->ctx, "%s: %zu of its %zu rows have the names of tissues of %s%s%s%s", source->path,
-            found, source->table.count, job->volume, volume->numbered ? "" : ", whose labels get their numbers",
+            found, source->table.count, job->volume,
+            volume->numbered ? "" : ", whose labels get their numbers",
             without ? "; it has no row for " : "", without ? names.data : "");
 out:
     sc_text_clear(&names);
@@ -137,17 +143,158 @@ out:
     return status;
 }
 
+/* ---- tissues without voxels ---- */
+
+/* A visit to a pattern with which a job names tissues. */
+typedef void pattern_fn(void *user, const char *pattern);
+
+/* Visit the patterns of a job without shots, or of one shot. */
+static void each_pattern(const sc_job *job, pattern_fn *visit, void *user)
+{
+    for (size_t i = 0; i < job->volume_tissue_count; i++)
+        visit(user, job->volume_tissues[i].pattern);
+    for (size_t i = 0; i < job->rule_count; i++)
+        visit(user, job->rules[i].pattern);
+    for (size_t i = 0; i < job->exception_count; i++)
+        visit(user, job->exceptions[i].pattern);
+    for (size_t i = 0; i < job->verb_tissue_count; i++)
+        visit(user, job->verb_tissues[i].pattern);
+    for (size_t i = 0; i < job->overlay_tissue_count; i++)
+        visit(user, job->overlay_tissues[i].pattern);
+}
+
+/* Which labels of a catalog a job names, though they are not those of the volume. */
+typedef struct search {
+    const sc_job *job;
+    const sc_volume *volume;
+    const sc_volume *catalog; /* all tissues that tables name */
+    bool *named;              /* [labels of the catalog] */
+} search;
+
+/* A pattern_fn; @p user is a search. A pattern that means tissues with voxels means only these, and
+ * one that is the name of a merged tissue means that. */
+static void search_pattern(void *user, const char *text)
+{
+    const search *s = user;
+    const sc_pattern pattern = sc_pattern_of(text);
+    const sc_volume *c = s->catalog;
+    const sc_match best = sc_pattern_match(c->labels, c->label_count, &pattern);
+
+    if (pattern.is_all || best == SC_MATCH_NONE ||
+        sc_pattern_match(s->volume->labels, s->volume->label_count, &pattern) != SC_MATCH_NONE)
+        return;
+    for (size_t i = 0; i < s->job->volume_tissue_count; i++) {
+        sc_label merged = {0};
+
+        snprintf(merged.name, sizeof merged.name, "%s", s->job->volume_tissues[i].into);
+        if (sc_label_match(&merged, &pattern) != SC_MATCH_NONE)
+            return;
+    }
+    for (int id = 1; id < c->label_count; id++)
+        s->named[id] = s->named[id] || sc_label_match(&c->labels[id], &pattern) == best;
+}
+
+/* List the tissues that a table of the volume or of the job names, and that are not among the
+ * labels of the volume, but named by the job. Caller owns *out: sc_label_table_clear. */
+static sc_status find_absent(const sc_app *app, const sc_job *job, const sc_label_source *source,
+                             const sc_volume *volume, sc_label_table *out)
+{
+    sc_volume catalog = {.label_count = 1};
+    search s = {.job = job, .volume = volume, .catalog = &catalog};
+    void *labels, *named = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(app->ctx, 1, sizeof(sc_label), &labels));
+    catalog.labels = labels;
+    SC_TRY(sc_volume_add_labels(app->ctx, &catalog, &volume->absent));
+    SC_TRY(sc_volume_add_labels(app->ctx, &catalog, &source->table));
+    SC_TRY(sc_zalloc(app->ctx, (size_t)catalog.label_count, sizeof *s.named, &named));
+    s.named = named;
+    each_pattern(job, search_pattern, &s);
+    for (size_t i = 0; i < job->shot_count; i++)
+        each_pattern(&job->shots[i].job, search_pattern, &s);
+    for (int id = 1; id < catalog.label_count; id++) {
+        if (s.named[id] && !sc_volume_label(volume, catalog.labels[id].value))
+            SC_TRY(sc_label_table_add(app->ctx, out, &catalog.labels[id]));
+    }
+out:
+    sc_free(named);
+    sc_volume_clear(&catalog);
+    return status;
+}
+
+/* Warn of tissues that the job names and of which there is nothing to see. */
+static sc_status warn_of_absent(const sc_app *app, const sc_job *job, const sc_label_table *absent)
+{
+    sc_text names = {0};
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < absent->count; i++)
+        SC_TRY(sc_label_list_add(app->ctx, &names, i, &absent->rows[i]));
+    if (absent->count)
+        sc_warn(app->ctx, "%s: has no voxels of %zu tissue%s that the job names: %s", job->volume,
+                absent->count, absent->count == 1 ? "" : "s", names.data);
+out:
+    sc_text_clear(&names);
+    return status;
+}
+
+/* Give a volume labels without voxels. */
+static sc_status add_labels(const sc_app *app, const sc_label_table *more, sc_volume *volume,
+                            sc_label_scan *scan)
+{
+    sc_relabel relabel = {0};
+    sc_status status = SC_OK;
+
+    if (!more->count)
+        return SC_OK;
+    SC_TRY(sc_relabel_with(app->ctx, volume->labels, volume->label_count, more, &relabel));
+    status = relabel_volume(app, &relabel, volume, scan);
+out:
+    sc_relabel_clear(&relabel);
+    return status;
+}
+
+/* Let a volume that has no numbers of its own meet the table by names; also those of its tissues
+ * that have no voxels. @param absent gets those of them that the job names. */
+static sc_status meet_by_name(const sc_app *app, const sc_job *job, sc_label_source *source,
+                              sc_volume *volume, sc_label_scan *scan, sc_label_table *absent)
+{
+    const sc_label_source nothing = {0};
+    sc_status status;
+
+    SC_TRY(find_absent(app, job, &nothing, volume, absent));
+    SC_TRY(add_labels(app, &volume->absent, volume, scan));
+    sc_label_table_clear(&volume->absent);
+    status = sc_match_labels(app, job, source, volume, scan);
+out:
+    return status;
+}
+
 sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume,
                           sc_label_scan *scan)
 {
+    const bool fixed = !volume->ids && !scan; /* the labels of a mapped file */
     sc_label_source source;
+    sc_label_table absent = {0}, more = {0};
     sc_status status;
 
     SC_TRY(sc_read_labels_of(app, job, volume, &source));
-    SC_TRY(sc_match_labels(app, job, &source, volume, scan));
+    if (volume->numbered && !fixed)
+        SC_TRY(meet_by_name(app, job, &source, volume, scan, &absent));
+    else
+        SC_TRY(sc_match_labels(app, job, &source, volume, scan));
+    if (!fixed)
+        SC_TRY(find_absent(app, job, &source, volume, &more));
+    SC_TRY(add_labels(app, &more, volume, scan));
+    for (size_t i = 0; i < more.count; i++)
+        SC_TRY(sc_label_table_add(app->ctx, &absent, &more.rows[i]));
+    SC_TRY(warn_of_absent(app, job, &absent));
     sc_volume_apply_table(volume, &source.table);
     sc_label_source_keep(app, &source);
 out:
+    sc_label_table_clear(&absent);
+    sc_label_table_clear(&more);
     sc_label_source_clear(&source);
     return status;
 }

@@ -64,7 +64,7 @@ static sc_status do_plan(const subject *s, const plan *p)
     SC_TRY(
         sc_relabel_make(s->app->ctx, volume_of(s)->labels, p->count, p->into, p->names, &relabel));
     if (s->volume)
-        sc_volume_relabel(s->volume, &relabel, s->app->threads);
+        status = sc_volume_relabel(s->app->ctx, s->volume, &relabel, s->app->threads);
     else
         status = sc_label_scan_relabel(s->app->ctx, s->scan, &relabel);
 out:

@@ -2,6 +2,7 @@
 /* Changes of a volume that was read: labels left out or merged, and parts cut off. */
 #include "segcast/volume.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* ---- labels ---- */
@@ -52,29 +53,88 @@ void sc_relabel_clear(sc_relabel *relabel)
     *relabel = (sc_relabel){0};
 }
 
+/* A label of a volume, or a row that is to become one. */
+typedef struct candidate {
+    const sc_label *label;
+    int id; /* dense id; of a row 0 */
+} candidate;
+
+/* For qsort of candidate: rising by value; of one value the label first, then the first row. */
+static int by_value(const void *a, const void *b)
+{
+    const candidate *x = a, *y = b;
+
+    if (x->label->value != y->label->value)
+        return (x->label->value > y->label->value) - (x->label->value < y->label->value);
+    if (x->id != y->id)
+        return (y->id > x->id) - (y->id < x->id);
+    return (x->label > y->label) - (x->label < y->label);
+}
+
+sc_status sc_relabel_with(const sc_ctx *ctx, const sc_label *labels, int label_count,
+                          const sc_label_table *more, sc_relabel *out)
+{
+    const size_t most = (size_t)label_count + more->count;
+    sc_relabel made = {.label_count = 1};
+    candidate *all;
+    void *block, *owned = NULL;
+    size_t count = 0;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, (size_t)label_count, sizeof *made.to, &block));
+    made.to = block;
+    SC_TRY(sc_alloc(ctx, most, sizeof *made.labels, &block));
+    made.labels = block;
+    SC_TRY(sc_alloc(ctx, most, sizeof *all, &owned));
+    all = owned;
+    for (int id = 1; id < label_count; id++)
+        all[count++] = (candidate){&labels[id], id};
+    for (size_t i = 0; i < more->count; i++) {
+        if (more->rows[i].value)
+            all[count++] = (candidate){&more->rows[i], 0};
+    }
+    qsort(all, count, sizeof *all, by_value);
+    made.labels[0] = labels[0];
+    for (size_t i = 0; i < count; i++) {
+        sc_label *label = &made.labels[made.label_count];
+
+        if (i && all[i].label->value == all[i - 1].label->value)
+            continue;
+        *label = *all[i].label;
+        if (!label->has_color && !all[i].id)
+            sc_label_base_color(label->value, label->rgb);
+        if (all[i].id)
+            made.to[all[i].id] = made.label_count;
+        made.label_count++;
+    }
+    *out = made;
+    made = (sc_relabel){0};
+out:
+    sc_relabel_clear(&made);
+    sc_free(owned);
+    return status;
+}
+
 /* What the threads of sc_volume_relabel share. */
 typedef struct relabel_work {
-    sc_volume *volume;
-    const int *to;
+    const void *from;
+    void *to;                 /* the same, or ids of two bytes instead of one */
+    int from_bytes, to_bytes; /* of an id */
+    const int *map;
 } relabel_work;
 
 /* An sc_range_fn over voxels: replaces their ids. @p user is a relabel_work. */
 static void relabel_range(void *user, size_t begin, size_t end, int thread)
 {
     const relabel_work *w = user;
+    const uint8_t *narrow = w->from;
+    const uint16_t *wide = w->from;
 
     (void)thread;
-    if (w->volume->label_bytes == 1) {
-        uint8_t *ids = w->volume->ids;
-
-        for (size_t i = begin; i < end; i++)
-            ids[i] = (uint8_t)w->to[ids[i]];
-    } else {
-        uint16_t *ids = w->volume->ids;
-
-        for (size_t i = begin; i < end; i++)
-            ids[i] = (uint16_t)w->to[ids[i]];
-    }
+    for (size_t i = begin; i < end && w->to_bytes == 1; i++)
+        ((uint8_t *)w->to)[i] = (uint8_t)w->map[narrow[i]];
+    for (size_t i = begin; i < end && w->to_bytes == 2; i++)
+        ((uint16_t *)w->to)[i] = (uint16_t)w->map[w->from_bytes == 1 ? narrow[i] : wide[i]];
 }
 
 /* Move the labels of @p relabel to the volume. */
@@ -86,12 +146,26 @@ static void take_labels(sc_volume *volume, sc_relabel *relabel)
     relabel->labels = NULL;
 }
 
-void sc_volume_relabel(sc_volume *volume, sc_relabel *relabel, int threads)
+sc_status sc_volume_relabel(const sc_ctx *ctx, sc_volume *volume, sc_relabel *relabel, int threads)
 {
-    relabel_work w = {volume, relabel->to};
+    const bool widens = volume->label_bytes == 1 && relabel->label_count > UINT8_MAX + 1;
+    relabel_work w = {.from = volume->ids,
+                      .to = volume->ids,
+                      .from_bytes = volume->label_bytes,
+                      .to_bytes = widens ? 2 : volume->label_bytes,
+                      .map = relabel->to};
+    sc_status status = SC_OK;
 
+    if (widens)
+        SC_TRY(sc_alloc(ctx, sc_volume_voxels(volume), sizeof(uint16_t), &w.to));
     sc_parallel_for(threads, sc_volume_voxels(volume), 1 << 20, relabel_range, &w);
+    if (widens)
+        sc_free(volume->ids);
+    volume->ids = w.to;
+    volume->label_bytes = w.to_bytes;
     take_labels(volume, relabel);
+out:
+    return status;
 }
 
 sc_status sc_label_scan_relabel(const sc_ctx *ctx, sc_label_scan *scan, sc_relabel *relabel)

@@ -49,9 +49,7 @@ sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *table, const sc_
     return SC_OK;
 }
 
-/* The label of a volume with this value, by binary search, borrowed from the volume; NULL if
- * there is none. Background is not found. */
-static sc_label *find_label(sc_volume *volume, int64_t value)
+sc_label *sc_volume_label(const sc_volume *volume, int64_t value)
 {
     int low = 1, high = volume->label_count - 1; /* all but background are sorted */
 
@@ -89,7 +87,7 @@ sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume, const sc_la
     labels = block;
     memcpy(labels, volume->labels, count * sizeof *labels);
     for (size_t i = 0; i < table->count; i++) {
-        if (table->rows[i].value != 0 && !find_label(volume, table->rows[i].value))
+        if (table->rows[i].value != 0 && !sc_volume_label(volume, table->rows[i].value))
             labels[count++] = sc_label_new(table->rows[i].value);
     }
     qsort(labels + 1, count - 1, sizeof *labels, by_value);
@@ -108,7 +106,7 @@ void sc_volume_apply_table(sc_volume *volume, const sc_label_table *table)
 {
     for (size_t i = table->count; i-- > 0;) { /* backwards: the first row of a value wins */
         const sc_label *row = &table->rows[i];
-        sc_label *label = find_label(volume, row->value);
+        sc_label *label = sc_volume_label(volume, row->value);
 
         if (!label)
             continue;

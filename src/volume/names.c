@@ -52,10 +52,9 @@ sc_status sc_label_list_add(const sc_ctx *ctx, sc_text *list, size_t before, con
         return SC_OK;
     if (before == LISTED_MAX)
         return sc_text_add(ctx, list, ", ...");
-    if (!label->name[0])
-        return sc_text_add(ctx, list, "%slabel %lld", comma, (long long)label->value);
-    return sc_text_add(ctx, list, "%s\"%s\" (label %lld)", comma, label->name,
-                       (long long)label->value);
+    if (label->name[0])
+        return sc_text_add(ctx, list, "%s\"%s\"", comma, label->name);
+    return sc_text_add(ctx, list, "%slabel %lld", comma, (long long)label->value);
 }
 
 sc_pattern sc_pattern_of(const char *text)

@@ -237,6 +237,20 @@ out:
     return status;
 }
 
+/* Note which named rows of a table are those of labels that the volume has not. */
+static sc_status note_absent(const sc_ctx *ctx, const sc_label_table *table, sc_volume *volume)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < table->count && status == SC_OK; i++) {
+        const sc_label *row = &table->rows[i];
+
+        if (row->value && row->name[0] && !sc_volume_label(volume, row->value))
+            status = sc_label_table_add(ctx, &volume->absent, row);
+    }
+    return status;
+}
+
 /* Read a whole file or directory: the volume, without ids unless @p keep_ids, and *tallies,
  * [label_count]. The caller owns both (sc_volume_clear, sc_free); both are untouched after an
  * error.
@@ -247,6 +261,7 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_
     sc_source source = {0};
     sc_volume volume = {0};
     sc_overlap_rule rule = {0};
+    sc_label_tally *found = NULL;
     sc_status status;
 
     sc_stage_begin(ctx, "reading", 0, 0); /* some formats are unpacked as a whole before */
@@ -261,13 +276,19 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_
         SC_TRY(source.load(ctx, path, &rule, &source));
     else if (source.layers > 1)
         SC_TRY(sc_load_layers(ctx, path, &rule, &source));
-    SC_TRY(sc_read_labels(ctx, path, &source, keep_ids, &volume, tallies));
+    SC_TRY(sc_read_labels(ctx, path, &source, keep_ids, &volume, &found));
     volume.to_ras_mm = sc_source_part_to_ras(&source);
     volume.oriented = source.oriented;
     volume.numbered = source.numbered;
     sc_volume_apply_table(&volume, &source.table);
+    SC_TRY(note_absent(ctx, &source.table, &volume));
     *out = volume;
+    *tallies = found;
+    volume = (sc_volume){0};
+    found = NULL;
 out:
+    sc_volume_clear(&volume);
+    sc_free(found);
     sc_overlap_rule_clear(&rule);
     sc_source_clear(&source);
     return status;

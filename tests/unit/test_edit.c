@@ -109,7 +109,7 @@ static void labels_are_merged_and_left_out(void **state)
         scan_of(&before, &scan);
         assert_ok(sc_relabel_make(&quiet, v.labels, LABELS, into, names, &relabel));
         assert_ok(sc_relabel_make(&quiet, v.labels, LABELS, into, names, &again));
-        sc_volume_relabel(&v, &relabel, 3);
+        assert_ok(sc_volume_relabel(&quiet, &v, &relabel, 3));
         assert_int_equal(v.label_count, 3);
         for (int id = 0; id < 3; id++)
             assert_int_equal(v.labels[id].value, values[id]);
