@@ -158,6 +158,11 @@ typedef struct sc_read_choice {
                              (read_raw.c); borrowed; NULL or empty: it has one */
     const char *where;  /**< "file:line" for messages; NULL: none */
     bool is_image;      /**< a grey volume is read: for messages */
+    /** Called if tissues may overlap: set left_out[i], which are all false, for those rows of @p
+     * table whose tissues shall not take voxels from others. They are labels of the volume, without
+     * voxels. @param numbered as of sc_volume. NULL: all count. */
+    sc_status (*leave_out)(void *user, const sc_label_table *table, bool numbered, bool *left_out);
+    void *user; /**< of leave_out; borrowed */
 } sc_read_choice;
 /** Find how many phases a volume file holds (4-D), from its header: 1 also for a file that is
  *  missing or broken, without a message. @param step_s the time from one to the next; 0 if there is
@@ -348,8 +353,8 @@ SC_MUST_USE sc_status sc_relabel_with(const sc_ctx *ctx, const sc_label *labels,
  *  more labels than before; nothing has changed then. */
 SC_MUST_USE sc_status sc_volume_relabel(const sc_ctx *ctx, sc_volume *volume, sc_relabel *relabel,
                                         int threads);
-/** The same for what a scan has found: voxels are added up, and boxes united. @return
- * SC_ERR_MEMORY, nothing changed. */
+/** The same for what a scan has found: voxels are added up, and boxes united; and for its ids, if
+ * it has some. @return SC_ERR_MEMORY, nothing changed. */
 SC_MUST_USE sc_status sc_label_scan_relabel(const sc_ctx *ctx, sc_label_scan *scan,
                                             sc_relabel *relabel);
 

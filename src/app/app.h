@@ -367,9 +367,16 @@ sc_status sc_color_tissues(const sc_app *app, const sc_job *job, sc_volume *volu
 bool sc_edits_volume(const sc_job *job);
 /* Take from a job what it reads and changes of its volume. */
 void sc_forget_volume_edits(sc_job *job);
-/* Write what the job reads of its volume file to *out, which borrows from the job. @return
+/* Who reads a volume, for sc_read_choice.leave_out. */
+typedef struct sc_keeping {
+    const sc_app *app;
+    const sc_job *job;
+} sc_keeping;
+/* Write what the job reads of its volume file to *out, which borrows from the job, and from @p
+ * keeping, which is filled. @return
  * SC_ERR_DATA, logged, for a level or a box of what is no file. */
-sc_status sc_read_choice_of(const sc_app *app, const sc_job *job, sc_read_choice *out);
+sc_status sc_read_choice_of(const sc_app *app, const sc_job *job, sc_keeping *keeping,
+                            sc_read_choice *out);
 /* Merge and leave out tissues of a volume, which has its names, and cut parts off, as the job says.
  * @param tell what was done. Not collective. @return SC_ERR_DATA: the job names tissues that are
  * not there, all are logged, or a box outside of the volume; SC_ERR_MEMORY. */

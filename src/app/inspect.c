@@ -116,12 +116,13 @@ sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
     const sc_ctx ctx = sc_ctx_of_input(app->ctx, job->volume_where, job->volume, &place);
     sc_label_scan scan = {0};
     sc_read_choice choice;
+    sc_keeping keeping;
     bool usable;
     sc_status status;
 
     if (sc_is_prepared_file(job->volume))
         return sc_session_map(app, session, &usable);
-    SC_TRY(sc_read_choice_of(app, job, &choice));
+    SC_TRY(sc_read_choice_of(app, job, &keeping, &choice));
     if (sc_job_is_phantom(job->volume))
         SC_TRY(scan_phantom(app, job->volume, &scan));
     else if (header_only)

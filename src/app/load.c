@@ -142,6 +142,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, bool 
     sc_input_place place;
     const sc_ctx ctx = sc_ctx_of_input(app->ctx, job->volume_where, job->volume, &place);
     sc_read_choice choice;
+    sc_keeping keeping;
     sc_status status;
 
     if (session->given) { /* it was read, edited and named as its neighbours */
@@ -149,7 +150,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, bool 
         *session->given = (sc_volume){0};
         return SC_OK;
     }
-    SC_TRY(sc_read_choice_of(app, job, &choice));
+    SC_TRY(sc_read_choice_of(app, job, &keeping, &choice));
     if (session->mapped) /* it is to be prepared with other settings */
         SC_TRY(sc_copy_prepared(app->ctx, &session->volume, volume));
     else if (sc_job_is_phantom(job->volume))

@@ -436,7 +436,53 @@ void sc_forget_volume_edits(sc_job *job)
     job->has_resample = job->has_level = job->has_box = job->has_box_mm = job->has_phase = false;
 }
 
-sc_status sc_read_choice_of(const sc_app *app, const sc_job *job, sc_read_choice *out)
+/* @return the dense id of a value that a volume has. */
+static int id_of(const sc_volume *volume, int64_t value)
+{
+    const sc_label *label = value ? sc_volume_label(volume, value) : NULL;
+
+    return label ? (int)(label - volume->labels) : 0;
+}
+
+/* sc_read_choice.leave_out: the rows of tissues that volume.keep does not name, so that those that
+ * are kept share what they cover among each other. The job is done with a volume that has one voxel
+ * of each tissue. @param user sc_keeping. */
+static sc_status leave_out(void *user, const sc_label_table *table, bool numbered, bool *left_out)
+{
+    const sc_keeping *keeping = user;
+    sc_ctx silent = sc_quiet(keeping->app->ctx);
+    sc_app quieter = *keeping->app;
+    sc_volume each = {.size = {0, 1, 1}, .label_bytes = 2, .label_count = 1, .numbered = numbered};
+    const subject s = {.app = &quieter, .job = keeping->job, .volume = &each};
+    void *ids = NULL, *labels = NULL;
+    sc_status status;
+
+    quieter.ctx = &silent;
+    quieter.label_source = NULL;
+    SC_TRY(sc_zalloc(&silent, 1, sizeof *each.labels, &labels));
+    each.labels = labels;
+    SC_TRY(sc_volume_add_labels(&silent, &each, table));
+    each.size[0] = each.label_count;
+    SC_TRY(sc_alloc(&silent, (size_t)each.label_count, sizeof(uint16_t), &each.ids));
+    SC_TRY(sc_alloc(&silent, table->count + 1, sizeof(int), &ids));
+    for (int id = 0; id < each.label_count; id++)
+        ((uint16_t *)each.ids)[id] = (uint16_t)id;
+    for (size_t i = 0; i < table->count; i++)
+        ((int *)ids)[i] = id_of(&each, table->rows[i].value);
+    SC_TRY(sc_apply_labels(&quieter, keeping->job, &each, NULL));
+    if (keeping->job->has_merge)
+        SC_TRY(merge_tissues(&s, false));
+    SC_TRY(keep_tissues(&s, false));
+    for (size_t i = 0; i < table->count; i++)
+        left_out[i] = ((const uint16_t *)each.ids)[((const int *)ids)[i]] == 0;
+out:
+    sc_volume_clear(&each);
+    sc_free(ids);
+    return sc_is_of_input(status) ? SC_OK : status; /* mistakes are told when the volume is read */
+}
+
+sc_status sc_read_choice_of(const sc_app *app, const sc_job *job, sc_keeping *keeping,
+                            sc_read_choice *out)
 {
     sc_read_choice choice = {.overlap = (sc_overlap)job->overlap,
                              .overlap_names = job->overlap_names,
@@ -460,6 +506,9 @@ sc_status sc_read_choice_of(const sc_app *app, const sc_job *job, sc_read_choice
                        : choice.raw   ? "raw"
                                       : "a box",
                        job->volume);
+    *keeping = (sc_keeping){app, job};
+    choice.user = keeping;
+    choice.leave_out = job->has_keep ? leave_out : NULL;
     memcpy(choice.voxels, job->volume_box, sizeof choice.voxels);
     memcpy(choice.corners, job->volume_box_mm, sizeof choice.corners);
     *out = choice;

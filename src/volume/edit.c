@@ -146,7 +146,9 @@ static void take_labels(sc_volume *volume, sc_relabel *relabel)
     relabel->labels = NULL;
 }
 
-sc_status sc_volume_relabel(const sc_ctx *ctx, sc_volume *volume, sc_relabel *relabel, int threads)
+/* Give the voxels of a volume new ids. @return SC_ERR_MEMORY, nothing changed. */
+static sc_status relabel_ids(const sc_ctx *ctx, sc_volume *volume, const sc_relabel *relabel,
+                             int threads)
 {
     const bool widens = volume->label_bytes == 1 && relabel->label_count > UINT8_MAX + 1;
     relabel_work w = {.from = volume->ids,
@@ -163,8 +165,16 @@ sc_status sc_volume_relabel(const sc_ctx *ctx, sc_volume *volume, sc_relabel *re
         sc_free(volume->ids);
     volume->ids = w.to;
     volume->label_bytes = w.to_bytes;
-    take_labels(volume, relabel);
 out:
+    return status;
+}
+
+sc_status sc_volume_relabel(const sc_ctx *ctx, sc_volume *volume, sc_relabel *relabel, int threads)
+{
+    const sc_status status = relabel_ids(ctx, volume, relabel, threads);
+
+    if (status == SC_OK)
+        take_labels(volume, relabel);
     return status;
 }
 
@@ -194,11 +204,17 @@ sc_status sc_label_scan_relabel(const sc_ctx *ctx, sc_label_scan *scan, sc_relab
             }
             to->voxels += from->voxels;
         }
+    }
+    if (scan->volume.ids)
+        SC_TRY(relabel_ids(ctx, &scan->volume, relabel, ctx->threads));
+    if (scan->tallies) {
         sc_free(scan->tallies);
         scan->tallies = block;
+        block = NULL;
     }
     take_labels(&scan->volume, relabel);
 out:
+    sc_free(block);
     return status;
 }
 

@@ -86,7 +86,7 @@ static size_t paint_voxel(layering *l, const int64_t *values, const uint64_t *vo
         const size_t segment = values[i] ? find_segment(l, i, values[i]) : l->count;
         size_t loser = best;
 
-        if (segment == l->count || segment == best)
+        if (segment == l->count || segment == best || l->rule->left_out[segment])
             continue;
         if (best == l->count ||
             sc_overlap_wins(l->rule, (sc_contender){voxels[segment], segment, segment},

@@ -208,7 +208,8 @@ typedef struct painting {
     void *labels;           /* [voxels] of so many bytes: the labels found so far */
     mask_reading *readings; /* [threads] */
     size_t threads;         /* so many masks are read at a time */
-    size_t first;           /* the mask of the first reading */
+    size_t *wanted;         /* [masks]: those that are not left out, in their order */
+    size_t first;           /* which of them is that of the first reading */
     uint64_t *twice;        /* bits: what more than one mask covers */
     uint64_t *lost; /* [mask_count + 1]: of a mask, the voxels of each earlier one that it takes, or
                        leaves to it */
@@ -361,11 +362,11 @@ static void read_some(void *user, size_t begin, size_t end, int thread)
 
     (void)thread;
     for (size_t k = begin; k < end; k++)
-        p->readings[k].status = read_mask(p, &quiet, p->first + k, &p->readings[k]);
+        p->readings[k].status = read_mask(p, &quiet, p->wanted[p->first + k], &p->readings[k]);
 }
 
-/* Read @p count masks from p->first on, side by side. One that cannot be read is read once more,
- * for the message. */
+/* Read @p count of the wanted masks, from p->first on, side by side. One that cannot be read is
+ * read once more, for the message. */
 static sc_status read_masks(painting *p, size_t count)
 {
     sc_ctx errors = *p->ctx;
@@ -373,15 +374,15 @@ static sc_status read_masks(painting *p, size_t count)
 
     errors.level = SC_LOG_ERROR;
     for (size_t k = 0; k < count; k++)
-        SC_TRY(open_mask(p, p->first + k, &p->readings[k]));
+        SC_TRY(open_mask(p, p->wanted[p->first + k], &p->readings[k]));
     sc_parallel_for((int)p->threads, count, 1, read_some, p);
     for (size_t k = 0; k < count; k++) {
         mask_reading *r = &p->readings[k];
 
         if (r->status == SC_OK)
             continue;
-        SC_TRY(open_mask(p, p->first + k, r));
-        SC_TRY(read_mask(p, &errors, p->first + k, r));
+        SC_TRY(open_mask(p, p->wanted[p->first + k], r));
+        SC_TRY(read_mask(p, &errors, p->wanted[p->first + k], r));
     }
 out:
     return status;
@@ -444,7 +445,7 @@ static sc_status report(painting *p)
         p->count.voxels += (uint64_t)__builtin_popcountll(p->twice[i]);
     sc_overlap_warn(p->ctx, p->path, "masks", p->rule, &p->count, &p->source->table);
     for (size_t i = 0; i < p->source->mask_count; i++) {
-        if (p->source->masks[i].voxels == 0 && empty++ < 8)
+        if (!p->rule->left_out[i] && p->source->masks[i].voxels == 0 && empty++ < 8)
             SC_TRY(sc_text_add(p->ctx, &names, "%s%s", empty > 1 ? ", " : "", rows[i].name));
     }
     if (empty)
@@ -496,22 +497,28 @@ sc_status sc_load_masks(const sc_ctx *ctx, const char *path, const sc_overlap_ru
                         sc_source *source)
 {
     const int *part = source->part;
-    const size_t masks = source->mask_count;
+    size_t masks = 0;
     painting p = {.ctx = ctx,
                   .path = path,
                   .rule = rule,
                   .source = source,
                   .voxels = (size_t)part[0] * (size_t)part[1] * (size_t)part[2],
-                  .threads = threads_for(ctx, masks),
-                  .bytes = masks > UINT8_MAX ? 2 : 1};
-    void *twice = NULL, *lost = NULL;
+                  .bytes = source->mask_count > UINT8_MAX ? 2 : 1};
+    void *twice = NULL, *lost = NULL, *wanted = NULL;
     sc_status status;
 
+    SC_TRY(sc_alloc(ctx, source->mask_count, sizeof *p.wanted, &wanted));
+    p.wanted = wanted;
+    for (size_t i = 0; i < source->mask_count; i++) {
+        if (!rule->left_out[i])
+            p.wanted[masks++] = i;
+    }
+    p.threads = threads_for(ctx, masks);
     SC_TRY(sc_volume_memory_check(ctx, path, part,
                                   (double)p.voxels * (p.bytes + 0.125 * (double)(1 + p.threads))));
     SC_TRY(sc_zalloc(ctx, p.voxels, (size_t)p.bytes, &p.labels));
     SC_TRY(sc_zalloc(ctx, words_of(p.voxels), sizeof(uint64_t), &twice));
-    SC_TRY(sc_alloc(ctx, masks + 1, sizeof(uint64_t), &lost));
+    SC_TRY(sc_alloc(ctx, source->mask_count + 1, sizeof(uint64_t), &lost));
     SC_TRY(alloc_readings(&p));
     p.twice = twice;
     p.lost = lost;
@@ -520,7 +527,7 @@ sc_status sc_load_masks(const sc_ctx *ctx, const char *path, const sc_overlap_ru
         count = masks - p.first < p.threads ? masks - p.first : p.threads;
         SC_TRY(read_masks(&p, count));
         for (size_t k = 0; k < count; k++)
-            paint(&p, p.first + k, p.readings[k].bits);
+            paint(&p, p.wanted[p.first + k], p.readings[k].bits);
     }
     SC_TRY(report(&p));
     sc_source_keep_part(source);
@@ -533,6 +540,7 @@ out:
     sc_free(p.labels);
     sc_free(twice);
     sc_free(lost);
+    sc_free(wanted);
     free_readings(&p);
     return status;
 }

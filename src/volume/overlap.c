@@ -33,13 +33,18 @@ static sc_status rank_rows(const sc_ctx *ctx, const char *path, const char *name
 }
 
 sc_status sc_overlap_rule_make(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
-                               const sc_label_table *table, sc_overlap_rule *out)
+                               const sc_source *source, sc_overlap_rule *out)
 {
+    const sc_label_table *table = &source->table;
     sc_overlap_rule rule = {.overlap = choice->overlap};
     const char *name = choice->overlap_names;
     void *block;
-    sc_status status = SC_OK;
+    sc_status status;
 
+    SC_TRY(sc_zalloc(ctx, table->count + 1, sizeof *rule.left_out, &block));
+    rule.left_out = block;
+    if (choice->leave_out)
+        SC_TRY(choice->leave_out(choice->user, table, source->numbered, rule.left_out));
     if (choice->overlap == SC_OVERLAP_NAMES) {
         SC_TRY(sc_alloc(ctx, table->count + 1, sizeof *rule.ranks, &block));
         rule.ranks = block;
@@ -53,15 +58,16 @@ sc_status sc_overlap_rule_make(const sc_ctx *ctx, const char *path, const sc_rea
         name += length + (name[length] == '\n');
     }
     *out = rule;
-    rule.ranks = NULL;
+    rule = (sc_overlap_rule){0};
 out:
-    sc_free(rule.ranks);
+    sc_overlap_rule_clear(&rule);
     return status;
 }
 
 void sc_overlap_rule_clear(sc_overlap_rule *rule)
 {
     sc_free(rule->ranks);
+    sc_free(rule->left_out);
     *rule = (sc_overlap_rule){0};
 }
 

@@ -349,12 +349,15 @@ static sc_status paint(painting *p)
         const sc_dicom_frame *frame = &f->frames[i];
         uint16_t *slice = p->labels + (size_t)frame->slice * f->pixels;
         unsigned shift;
-        const sc_status status = read_frame(p->ctx, p->path, f, frame->number, &shift);
+        sc_status status;
 
-        if (status != SC_OK)
-            return status;
         if (i == 0 || frame->slice != frame[-1].slice)
             memset(p->twice, 0, f->pixels);
+        if (p->rule->left_out[p->rows[frame->segment]])
+            continue;
+        status = read_frame(p->ctx, p->path, f, frame->number, &shift);
+        if (status != SC_OK)
+            return status;
         for (size_t k = 0; k < f->pixels; k++) {
             if (is_inside(f, shift, k))
                 slice[k] =

@@ -251,6 +251,33 @@ static sc_status note_absent(const sc_ctx *ctx, const sc_label_table *table, sc_
     return status;
 }
 
+/* Give a volume, and its tallies, the labels of those rows that took no voxels because they are
+ * left out. */
+static sc_status add_left_out(const sc_ctx *ctx, const sc_label_table *table,
+                              const sc_overlap_rule *rule, sc_volume *volume,
+                              sc_label_tally **tallies)
+{
+    sc_label_scan scan = {.volume = *volume, .tallies = *tallies};
+    sc_label_table left_out = {0};
+    sc_relabel relabel = {0};
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; rule->left_out && i < table->count; i++) {
+        if (rule->left_out[i])
+            SC_TRY(sc_label_table_add(ctx, &left_out, &table->rows[i]));
+    }
+    if (!left_out.count)
+        goto out;
+    SC_TRY(sc_relabel_with(ctx, volume->labels, volume->label_count, &left_out, &relabel));
+    status = sc_label_scan_relabel(ctx, &scan, &relabel);
+out:
+    *volume = scan.volume;
+    *tallies = scan.tallies;
+    sc_relabel_clear(&relabel);
+    sc_label_table_clear(&left_out);
+    return status;
+}
+
 /* Read a whole file or directory: the volume, without ids unless @p keep_ids, and *tallies,
  * [label_count]. The caller owns both (sc_volume_clear, sc_free); both are untouched after an
  * error.
@@ -269,7 +296,7 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_
     if (keep_ids)
         SC_TRY(sc_volume_memory_check(ctx, path, source.part, 0));
     if (source.mask_count || source.load || source.layers > 1)
-        SC_TRY(sc_overlap_rule_make(ctx, path, choice, &source.table, &rule));
+        SC_TRY(sc_overlap_rule_make(ctx, path, choice, &source, &rule));
     if (source.mask_count)
         SC_TRY(sc_load_masks(ctx, path, &rule, &source));
     else if (source.load)
@@ -281,6 +308,7 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_
     volume.oriented = source.oriented;
     volume.numbered = source.numbered;
     sc_volume_apply_table(&volume, &source.table);
+    SC_TRY(add_left_out(ctx, &source.table, &rule, &volume, &found));
     SC_TRY(note_absent(ctx, &source.table, &volume));
     *out = volume;
     *tallies = found;

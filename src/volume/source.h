@@ -34,6 +34,7 @@ typedef struct sc_overlap_rule {
     sc_overlap overlap;
     int *ranks; /* SC_OVERLAP_NAMES: [rows of the table] the place of each in the list, INT_MAX if
                    it is not there; owned; else NULL */
+    bool *left_out; /* [rows of the table]: has no voxels, whatever the file says; owned */
 } sc_overlap_rule;
 
 struct sc_source;
@@ -257,10 +258,10 @@ typedef struct sc_contender {
     size_t place;    /* in the order of masks or segments */
     size_t row;      /* in the table */
 } sc_contender;
-/* Make the rule of @p choice for the tissues of a table. @return SC_ERR_DATA, logged, for a name
- * that no tissue has; SC_ERR_MEMORY. Caller owns *out: sc_overlap_rule_clear. */
+/* Make the rule of @p choice for the tissues of the table of @p source. @return SC_ERR_DATA,
+ * logged, for a name that no tissue has; SC_ERR_MEMORY. Caller owns *out: sc_overlap_rule_clear. */
 sc_status sc_overlap_rule_make(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
-                               const sc_label_table *table, sc_overlap_rule *out);
+                               const sc_source *source, sc_overlap_rule *out);
 void sc_overlap_rule_clear(sc_overlap_rule *rule);
 /* @return whether a voxel that both cover belongs to @p one and not to @p other. */
 bool sc_overlap_wins(const sc_overlap_rule *rule, sc_contender one, sc_contender other);

@@ -93,3 +93,31 @@ expect 0 '"belly" is made of 2 tissues' "$SEGCAST" check merged.yaml
 printf 'volume: masks/liver.nrrd\nlabels: more.ctbl\ntissues: {gallbladder: {visible: false}, "8": {opacity: 1}}\n' >one.yaml
 expect 0 'liver.nrrd: has no voxels of 2 tissues that the job names: "gallbladder", "colon"' "$SEGCAST" check one.yaml
 expect 65 'tissue "colom" matches no label of the volume' "$SEGCAST" check one.yaml --set tissues.colom.opacity=1; one_error
+
+# What is kept is resolved among what is kept: a tumour that is left out leaves no hole in the liver, whose mask has it.
+mkdir holes
+mask holes/liver.nrrd 111111110000
+mask holes/tumour.nrrd 000111000000
+mask holes/vein.nrrd 010000010000
+kept_of() { # kept_of VOLUME KEY: labels, and their voxels, of a volume with a key that changes it
+    printf 'volume: {path: %s, %s}\n' "$1" "$2" >kept.yaml
+    "$SEGCAST" check kept.yaml >/dev/null 2>said.txt || cat said.txt
+    "$SEGCAST" info "$1" --json -q --set "volume={$2}" | jq -c '[.labels[1:][] | [.name, .voxels]]'
+}
+[ "$(kept_of holes 'keep: [liver]')" = '[["liver",8]]' ] || fail "the kept liver: $(kept_of holes 'keep: [liver]')"
+grep -q 'volume.keep: 1 of 3 tissues are kept' said.txt || fail "what is kept is not told: $(cat said.txt)"
+! grep -q 'belong to several' said.txt || fail "overlaps with tissues that are left out are told: $(cat said.txt)"
+[ "$(kept_of holes 'keep: [liver, v*]')" = '[["liver",6],["vein",2]]' ] || fail "liver and veins: $(kept_of holes 'keep: [liver, v*]')"
+[ "$(kept_of holes 'merge: {all: [liver, vein]}, keep: [all]')" = '[["all",8]]' ] || fail "merged: $(kept_of holes 'merge: {all: [liver, vein]}, keep: [all]')"
+[ "$(kept_of holes 'merge: {all: [tumour, vein]}, keep: [liver]')" = '[["liver",8]]' ] || fail "without a merged tissue"
+! grep -q 'has no voxels' said.txt || fail "tissues that are left out are taken for missing: $(cat said.txt)"
+expect 65 'tissue "lever" matches no label of the volume; did you mean "liver"' "$SEGCAST" check kept.yaml --set 'volume.keep=[lever]'; one_error
+printf '1 Tumor 1 1 1 255\n4 Tumour 1 1 1 255\n5 LIVER 1 1 1 255\n' >renamed.ctbl
+sed -i 's/^volume.*/volume: {path: holes, keep: [5]}\nlabels: renamed.ctbl/' kept.yaml
+expect 0 '1 of 3 tissues are kept' "$SEGCAST" check kept.yaml
+! grep -q 'belong to several' stderr.txt || fail "tissues are not kept by the numbers of a table: $(cat stderr.txt)"
+{
+    sed '/^Segment1_Name/,$d; s/sizes: .*/sizes: 2 6 1 1/' two.seg.nrrd
+    printf 'Segment1_Name:=tumour\n\n1 0 1 1 1 1 1 0 0 0 0 0\n'
+} >holes.seg.nrrd
+[ "$(kept_of holes.seg.nrrd 'keep: [liver]')" = '[["liver",4]]' ] || fail "layers: $(kept_of holes.seg.nrrd 'keep: [liver]')"

@@ -90,6 +90,9 @@ expect 0 "$told smallest of them .* \"Myocardium é\" and not \" \[31mred\" \(33
 jq -e '[.labels[1:][] | [.value, .voxels]] == [[1, 336], [2, 385]]' stdout.txt >/dev/null || fail "smaller wins: $(jq -c '[.labels[].voxels]' stdout.txt)"
 expect 0 "$told last of them" "$SEGCAST" info overlap.dcm --json --overlap order
 jq -e '[.labels[1:][] | [.value, .voxels]] == [[2, 721]]' stdout.txt >/dev/null || fail "the last wins: $(jq -c '[.labels[].voxels]' stdout.txt)"
+"$SEGCAST" info overlap.dcm --json --set 'volume.keep=[2]' >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "keep"; }
+! grep -q 'belong to several' stderr.txt || fail "an overlap with a segment that is left out is told"
+jq -e '[.labels[1:][] | [.value, .voxels]] == [[2, 721]]' stdout.txt >/dev/null || fail "a segment that is left out takes voxels of one that is kept"
 
 # The segmentation in a directory is found by its content, beside the slices of its image.
 mkdir one several image
