@@ -121,6 +121,20 @@ typedef enum sc_overlap {
     SC_OVERLAP_ORDER,   /**< that of the later, by name of the file or number of the segment */
     SC_OVERLAP_NAMES /**< that which a list names first; of those it does not name, as the first */
 } sc_overlap;
+/** How many voxels one tissue has though another one covers them, too. Where more than two cover a
+ *  voxel, each that has lost it counts once. */
+typedef struct sc_overlap_pair {
+    size_t winner, loser; /**< indices of rows of tissues */
+    uint64_t voxels;
+} sc_overlap_pair;
+/** All pairs of tissues that overlap, most voxels first. Zero-initialise; sc_overlap_list_clear
+ *  frees. */
+typedef struct sc_overlap_list {
+    sc_overlap_pair *pairs; /**< [capacity], the first count of which are used; owned */
+    size_t count, capacity;
+    sc_label_table tissues; /**< as the file names them */
+} sc_overlap_list;
+void sc_overlap_list_clear(sc_overlap_list *list);
 /** Room for the names of sc_read_choice.overlap_names. */
 #define SC_OVERLAP_NAMES_BYTES 1024
 /** In what the box of a sc_read_choice is given. */
@@ -163,6 +177,9 @@ typedef struct sc_read_choice {
      * voxels. @param numbered as of sc_volume. NULL: all count. */
     sc_status (*leave_out)(void *user, const sc_label_table *table, bool numbered, bool *left_out);
     void *user; /**< of leave_out; borrowed */
+    sc_overlap_list
+        *overlaps; /**< where overlaps are noted, instead of what it holds; NULL: nowhere
+                    */
 } sc_read_choice;
 /** Find how many phases a volume file holds (4-D), from its header: 1 also for a file that is
  *  missing or broken, without a message. @param step_s the time from one to the next; 0 if there is

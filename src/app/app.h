@@ -79,6 +79,8 @@ struct sc_app {
     sc_phase_store *phase_store;   /* where phases of one file are kept while they are read, on
                                       rank 0; NULL: there are none; borrowed */
     sc_label_source *label_source; /* where sc_label_source_keep puts the table; NULL: nowhere */
+    sc_overlap_list *overlaps;     /* where it is noted which tissues of the volume overlap; NULL:
+                                      nowhere; borrowed */
     char font_told[64];            /* family of the font whose file was named last; or "" */
 };
 

@@ -11,6 +11,7 @@ typedef struct info {
     const sc_prepared *volume;
     const sc_tissue *tissues;
     const sc_label_report *report; /* on its label table */
+    const sc_overlap_list *overlaps;
     double spacing_mm[3], voxel_mm3;
     sc_length_unit unit; /* lengths are printed in this unit */
     sc_drawn_grid drawn; /* how its voxels were drawn */
@@ -64,6 +65,25 @@ static json_t *label_json(const info *in, int id)
                      "surface_mm2", stats->surface_mm2);
 }
 
+/* @return the pairs of tissues that overlap as an array of JSON, or NULL without memory. */
+static json_t *overlaps_json(const sc_overlap_list *list)
+{
+    json_t *array = json_array();
+
+    for (size_t i = 0; i < list->count; i++) {
+        const sc_overlap_pair *pair = &list->pairs[i];
+
+        if (json_array_append_new(array, json_pack("{s:s, s:s, s:I}", "shown",
+                                                   list->tissues.rows[pair->winner].name, "covered",
+                                                   list->tissues.rows[pair->loser].name, "voxels",
+                                                   (json_int_t)pair->voxels)) != 0) {
+            json_decref(array);
+            return NULL;
+        }
+    }
+    return array;
+}
+
 /* Print the object that `info --json` promises to standard output. @return SC_ERR_INTERNAL if it
  * cannot be made: nothing is printed then, rather than an object that lacks a label. */
 static sc_status print_json(const sc_ctx *ctx, const info *in)
@@ -83,7 +103,7 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
         failed |= json_array_append_new(labels, label_json(in, id)) != 0;
     json = json_pack(
         "{s:s, s:i, s:i, s:f, s:[i,i,i], s:[f,f,f], s:[f,f,f], s:[i,i,i], s:f, s:s, s:b, s:o, s:I, "
-        "s:o, s:o}",
+        "s:o, s:o, s:o}",
         "schema", "segcast-info-1", "phases", in->phases, "phase", in->phase, "phase_step_s",
         in->step_s, "size", v->size[0], v->size[1], v->size[2], "spacing_mm", in->spacing_mm[0],
         in->spacing_mm[1], in->spacing_mm[2], "drawn_mm", in->drawn.drawn_mm[0],
@@ -91,7 +111,7 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
         in->drawn.moved[1], in->drawn.moved[2], "border_noise", in->drawn.noise, "axes", in->axes,
         "oriented", v->oriented, "to_ras_mm", matrix, "boundary_voxels",
         (json_int_t)v->boundary_count, "labels", labels, "label_table",
-        sc_label_report_json(in->report));
+        sc_label_report_json(in->report), "overlaps", overlaps_json(in->overlaps));
     text = json && !failed ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(json);
     if (!text)
@@ -135,6 +155,27 @@ static void print_phases(const info *in)
     printf("; this is phase %d (--set volume.phase=N: another)\n", in->phase);
 }
 
+/* Print which tissues overlap, if any do. */
+static void print_overlaps(const sc_overlap_list *list)
+{
+    enum { PAIRS_SHOWN = 12 };
+
+    if (!list->count)
+        return;
+    printf("\n%10s  %11s  tissues that overlap\n", "", "voxels");
+    for (size_t i = 0; i < list->count && i < PAIRS_SHOWN; i++) {
+        const sc_overlap_pair *pair = &list->pairs[i];
+
+        printf("%10s  %11llu  shown as ", "", (unsigned long long)pair->voxels);
+        sc_print(stdout, list->tissues.rows[pair->winner].name);
+        printf(", and not as ");
+        sc_print(stdout, list->tissues.rows[pair->loser].name);
+        printf("\n");
+    }
+    if (list->count > PAIRS_SHOWN)
+        printf("%10s  and %zu more pairs (--json has all)\n", "", list->count - PAIRS_SHOWN);
+}
+
 /* Print geometry and a table of labels for people to standard output. */
 static void print_text(const info *in)
 {
@@ -170,6 +211,7 @@ static void print_text(const info *in)
         sc_print(stdout, v->labels[id].name);
         printf("%s\n", in->tissues[id].visible ? "" : "  (hidden)");
     }
+    print_overlaps(in->overlaps);
     if (in->report->owned)
         printf("\n");
     sc_label_report_print(in->report, stdout);
@@ -193,6 +235,7 @@ sc_status sc_cmd_info(sc_app *app)
     sc_session session = {0};
     sc_label_source source = {0};
     sc_label_report report = {0};
+    sc_overlap_list overlaps = {0};
     info in, file = {0};
     sc_volume view;
     sc_status status;
@@ -202,11 +245,13 @@ sc_status sc_cmd_info(sc_app *app)
     SC_TRY(sc_session_job(app, NULL, &session));
     session.measure = true;
     app->label_source = &source;
+    app->overlaps = &overlaps;
     SC_TRY(sc_session_load(app, &session));
     SC_TRY(sc_session_tissues(app, &session));
     SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, true, &report));
     in = gather(&session.volume, session.tissues);
     in.report = &report;
+    in.overlaps = &overlaps;
     in.phases = file.phases;
     in.step_s = file.step_s;
     in.phase = session.job.volume_phase ? session.job.volume_phase - 1 : 0;
@@ -220,6 +265,8 @@ sc_status sc_cmd_info(sc_app *app)
         print_text(&in);
 out:
     app->label_source = NULL;
+    app->overlaps = NULL;
+    sc_overlap_list_clear(&overlaps);
     sc_label_report_clear(&report);
     sc_label_source_clear(&source);
     sc_session_clear(&session);

@@ -271,6 +271,7 @@ static sc_status load_phases(sc_app *app, load_fn *load, bool header_only, sc_se
     errors.level = SC_LOG_ERROR;
     quieter.ctx = &errors;
     quieter.label_source = NULL;
+    quieter.overlaps = NULL;
     sc_comm_broadcast(app->comm, &session->drawn, sizeof session->drawn);
     sc_comm_broadcast(app->comm, &session->drawn_known, sizeof session->drawn_known);
     for (int i = 1; i < count; i++) {

@@ -492,6 +492,7 @@ sc_status sc_read_choice_of(const sc_app *app, const sc_job *job, sc_keeping *ke
                              .box = job->has_box      ? SC_READ_VOXELS
                                     : job->has_box_mm ? SC_READ_MM
                                                       : SC_READ_ALL,
+                             .overlaps = app->overlaps,
                              .raw = job->has_raw ? job->volume_raw : NULL,
                              .where = job->volume_box_where};
 

@@ -21,7 +21,6 @@ typedef struct layering {
     uint16_t *label;  /* [voxels of the part that is wanted] */
     uint64_t *pairs;  /* [count][count]: voxels that the first took from the second; or NULL */
     uint64_t unnamed; /* values that no segment has */
-    sc_overlap_count overlaps;
 } layering;
 
 /* Is the segment @p s before this layer and value? */
@@ -97,13 +96,11 @@ static size_t paint_voxel(layering *l, const int64_t *values, const uint64_t *vo
         if (loser == l->count)
             continue;
         several = true;
-        if (l->pairs && ++l->pairs[best * l->count + loser] > l->overlaps.most) {
-            l->overlaps.most = l->pairs[best * l->count + loser];
-            l->overlaps.winner = best;
-            l->overlaps.loser = loser;
-        }
+        l->source->overlaps.lost[loser] = true;
+        if (l->pairs)
+            l->pairs[best * l->count + loser]++;
     }
-    l->overlaps.voxels += several;
+    l->source->overlaps.voxels += several;
     return best;
 }
 
@@ -190,6 +187,7 @@ sc_status sc_load_layers(const sc_ctx *ctx, const char *path, const sc_overlap_r
     SC_TRY(sc_alloc(ctx, SC_STREAM_BLOCK, sizeof(int64_t), &block));
     if (count <= PAIRS_MAX)
         SC_TRY(sc_zalloc(ctx, count * count, sizeof(uint64_t), &pairs));
+    SC_TRY(sc_overlap_count_begin(ctx, count, &source->overlaps));
     l.last = last;
     l.found = found;
     l.label = labels;
@@ -198,7 +196,7 @@ sc_status sc_load_layers(const sc_ctx *ctx, const char *path, const sc_overlap_r
     sc_stage_begin(ctx, "reading", 0, 2 * voxels);
     SC_TRY(pass(&l, false, counts, block));
     SC_TRY(pass(&l, true, counts, block));
-    sc_overlap_warn(ctx, path, "segments", rule, &l.overlaps, &source->table);
+    SC_TRY(sc_overlap_add_all(ctx, l.pairs, count, &source->overlaps));
     if (l.unnamed)
         sc_warn(ctx,
                 "%s: %llu voxels of its layers hold a value that no segment has; they are "

@@ -213,7 +213,6 @@ typedef struct painting {
     uint64_t *twice;        /* bits: what more than one mask covers */
     uint64_t *lost; /* [mask_count + 1]: of a mask, the voxels of each earlier one that it takes, or
                        leaves to it */
-    sc_overlap_count count;
 } painting;
 
 static size_t words_of(size_t voxels)
@@ -398,11 +397,12 @@ static bool wins_over(const painting *p, size_t i, size_t other)
 }
 
 /* Give the voxels of mask @p i, by its bits, its label, but for those that an earlier one keeps. */
-static void paint(painting *p, size_t i, const uint64_t *mask)
+static sc_status paint(painting *p, size_t i, const uint64_t *mask)
 {
     const size_t words = words_of(p->voxels);
     uint8_t *narrow = p->bytes == 1 ? p->labels : NULL;
     uint16_t *wide = p->bytes == 1 ? NULL : p->labels;
+    sc_status status = SC_OK;
 
     memset(p->lost, 0, (i + 1) * sizeof *p->lost);
     for (size_t word = 0; word < words; word++) {
@@ -422,15 +422,13 @@ static void paint(painting *p, size_t i, const uint64_t *mask)
                 wide[at] = (uint16_t)(i + 1);
         }
     }
-    for (size_t k = 1; k <= i; k++) {
-        const bool wins = wins_over(p, i, k - 1);
+    for (size_t k = 0; k < i && status == SC_OK; k++) {
+        const bool wins = wins_over(p, i, k);
 
-        if (p->lost[k] <= p->count.most)
-            continue;
-        p->count.most = p->lost[k];
-        p->count.winner = wins ? i : k - 1;
-        p->count.loser = wins ? k - 1 : i;
+        status = sc_overlap_add(p->ctx, wins ? i : k, wins ? k : i, p->lost[k + 1],
+                                &p->source->overlaps);
     }
+    return status;
 }
 
 /* Tell which masks are empty, and what overlaps. */
@@ -442,8 +440,7 @@ static sc_status report(painting *p)
     sc_status status = SC_OK;
 
     for (size_t i = 0; i < words_of(p->voxels); i++)
-        p->count.voxels += (uint64_t)__builtin_popcountll(p->twice[i]);
-    sc_overlap_warn(p->ctx, p->path, "masks", p->rule, &p->count, &p->source->table);
+        p->source->overlaps.voxels += (uint64_t)__builtin_popcountll(p->twice[i]);
     for (size_t i = 0; i < p->source->mask_count; i++) {
         if (!p->rule->left_out[i] && p->source->masks[i].voxels == 0 && empty++ < 8)
             SC_TRY(sc_text_add(p->ctx, &names, "%s%s", empty > 1 ? ", " : "", rows[i].name));
@@ -519,6 +516,7 @@ sc_status sc_load_masks(const sc_ctx *ctx, const char *path, const sc_overlap_ru
     SC_TRY(sc_zalloc(ctx, p.voxels, (size_t)p.bytes, &p.labels));
     SC_TRY(sc_zalloc(ctx, words_of(p.voxels), sizeof(uint64_t), &twice));
     SC_TRY(sc_alloc(ctx, source->mask_count + 1, sizeof(uint64_t), &lost));
+    SC_TRY(sc_overlap_count_begin(ctx, source->mask_count, &source->overlaps));
     SC_TRY(alloc_readings(&p));
     p.twice = twice;
     p.lost = lost;
@@ -527,7 +525,7 @@ sc_status sc_load_masks(const sc_ctx *ctx, const char *path, const sc_overlap_ru
         count = masks - p.first < p.threads ? masks - p.first : p.threads;
         SC_TRY(read_masks(&p, count));
         for (size_t k = 0; k < count; k++)
-            paint(&p, p.wanted[p.first + k], p.readings[k].bits);
+            SC_TRY(paint(&p, p.wanted[p.first + k], p.readings[k].bits));
     }
     SC_TRY(report(&p));
     sc_source_keep_part(source);

@@ -4,6 +4,7 @@
 
 #include <fnmatch.h>
 #include <limits.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Give all rows that the name or glob at @p name fits, and no earlier one, the rank @p rank. */
@@ -80,25 +81,149 @@ bool sc_overlap_wins(const sc_overlap_rule *rule, sc_contender one, sc_contender
     return one.place > other.place;
 }
 
-void sc_overlap_warn(const sc_ctx *ctx, const char *path, const char *what,
-                     const sc_overlap_rule *rule, const sc_overlap_count *count,
-                     const sc_label_table *table)
+/* ---- what is told ---- */
+
+enum { PAIRS_LISTED_MAX = 1 << 20 };
+
+sc_status sc_overlap_count_begin(const sc_ctx *ctx, size_t rows, sc_overlap_count *out)
+{
+    void *block;
+    const sc_status status = sc_zalloc(ctx, rows + 1, sizeof *out->lost, &block);
+
+    if (status == SC_OK)
+        out->lost = block;
+    return status;
+}
+
+sc_status sc_overlap_add(const sc_ctx *ctx, size_t winner, size_t loser, uint64_t voxels,
+                         sc_overlap_count *count)
+{
+    sc_overlap_list *list = &count->pairs;
+
+    if (!voxels || list->count == PAIRS_LISTED_MAX)
+        return SC_OK;
+    if (list->count == list->capacity) {
+        const size_t capacity = list->capacity ? 2 * list->capacity : 64;
+        void *block;
+        const sc_status status = sc_alloc(ctx, capacity, sizeof *list->pairs, &block);
+
+        if (status != SC_OK)
+            return status;
+        if (list->count)
+            memcpy(block, list->pairs, list->count * sizeof *list->pairs);
+        sc_free(list->pairs);
+        list->pairs = block;
+        list->capacity = capacity;
+    }
+    list->pairs[list->count++] = (sc_overlap_pair){winner, loser, voxels};
+    count->lost[loser] = true;
+    return SC_OK;
+}
+
+sc_status sc_overlap_add_all(const sc_ctx *ctx, const uint64_t *voxels, size_t rows,
+                             sc_overlap_count *count)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; voxels && i < rows * rows && status == SC_OK; i++)
+        status = sc_overlap_add(ctx, i / rows, i % rows, voxels[i], count);
+    return status;
+}
+
+void sc_overlap_list_clear(sc_overlap_list *list)
+{
+    sc_free(list->pairs);
+    sc_label_table_clear(&list->tissues);
+    *list = (sc_overlap_list){0};
+}
+
+void sc_overlap_count_clear(sc_overlap_count *count)
+{
+    sc_free(count->lost);
+    sc_overlap_list_clear(&count->pairs);
+    *count = (sc_overlap_count){0};
+}
+
+/* Warn of tissues of which nothing is left because others cover them. */
+static sc_status warn_of_covered(const sc_ctx *ctx, const char *path, const sc_source *source,
+                                 const sc_volume *volume)
+{
+    const sc_label_table *table = &source->table;
+    sc_text names = {0};
+    size_t covered = 0;
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; source->overlaps.lost && i < table->count; i++) {
+        if (source->overlaps.lost[i] && !sc_volume_label(volume, table->rows[i].value))
+            SC_TRY(sc_label_list_add(ctx, &names, covered++, &table->rows[i]));
+    }
+    if (covered)
+        sc_warn(ctx,
+                "%s: nothing is shown of %zu tissue%s, all of whose voxels belong to others, too: "
+                "%s; `overlap: [NAME, ...]` shows those first that it names",
+                path, covered, covered == 1 ? "" : "s", names.data);
+out:
+    sc_text_clear(&names);
+    return status;
+}
+
+sc_status sc_overlap_warn(const sc_ctx *ctx, const char *path, const sc_source *source,
+                          const sc_overlap_rule *rule, const sc_volume *volume)
 {
     static const struct {
         const char *shown, *name;
     } rules[] = {[SC_OVERLAP_SMALLER] = {"the smallest of them", "smaller"},
                  [SC_OVERLAP_ORDER] = {"the last of them", "order"},
                  [SC_OVERLAP_NAMES] = {"that which is named first, or else the smallest", "names"}};
+    const sc_overlap_count *count = &source->overlaps;
+    const sc_overlap_pair *most = count->pairs.pairs;
     sc_text pair = {0};
+    sc_status status;
 
     if (!count->voxels)
-        return;
-    if (count->most && sc_text_add(ctx, &pair, ", most often as \"%s\" and not \"%s\" (%llu)",
-                                   table->rows[count->winner].name, table->rows[count->loser].name,
-                                   (unsigned long long)count->most) != SC_OK)
-        return; /* the allocation has told so */
+        return SC_OK;
+    SC_TRY(warn_of_covered(ctx, path, source, volume));
+    for (size_t i = 0; i < count->pairs.count; i++)
+        most = count->pairs.pairs[i].voxels > most->voxels ? &count->pairs.pairs[i] : most;
+    if (most)
+        SC_TRY(sc_text_add(ctx, &pair, ", most often as \"%s\" and not \"%s\" (%llu)",
+                           source->table.rows[most->winner].name,
+                           source->table.rows[most->loser].name, (unsigned long long)most->voxels));
     sc_warn(ctx, "%s: %llu voxel%s to several %s; each is shown as %s (overlap: %s)%s", path,
-            (unsigned long long)count->voxels, count->voxels == 1 ? " belongs" : "s belong", what,
-            rules[rule->overlap].shown, rules[rule->overlap].name, pair.data ? pair.data : "");
+            (unsigned long long)count->voxels, count->voxels == 1 ? " belongs" : "s belong",
+            source->mask_count ? "masks" : "segments", rules[rule->overlap].shown,
+            rules[rule->overlap].name, pair.data ? pair.data : "");
+out:
     sc_text_clear(&pair);
+    return status;
+}
+
+/* For qsort of sc_overlap_pair: most voxels first, then in the order of the rows. */
+static int by_voxels(const void *a, const void *b)
+{
+    const sc_overlap_pair *x = a, *y = b;
+
+    if (x->voxels != y->voxels)
+        return (y->voxels > x->voxels) - (y->voxels < x->voxels);
+    if (x->winner != y->winner)
+        return (x->winner > y->winner) - (x->winner < y->winner);
+    return (x->loser > y->loser) - (x->loser < y->loser);
+}
+
+sc_status sc_overlap_list_take(const sc_ctx *ctx, sc_source *source, sc_overlap_list *out)
+{
+    sc_overlap_list list = source->overlaps.pairs;
+    sc_status status = SC_OK;
+
+    source->overlaps.pairs = (sc_overlap_list){0};
+    for (size_t i = 0; list.count && i < source->table.count; i++)
+        SC_TRY(sc_label_table_add(ctx, &list.tissues, &source->table.rows[i]));
+    if (list.count)
+        qsort(list.pairs, list.count, sizeof *list.pairs, by_voxels);
+    sc_overlap_list_clear(out);
+    *out = list;
+    list = (sc_overlap_list){0};
+out:
+    sc_overlap_list_clear(&list);
+    return status;
 }

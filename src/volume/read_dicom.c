@@ -299,7 +299,7 @@ typedef struct painting {
     size_t segments;
     uint64_t *pairs; /* [segments][segments]: voxels that the first row has and the second not; or
                         NULL */
-    sc_overlap_count count;
+    sc_overlap_count *overlaps;
 } painting;
 
 /* Count the voxels of each segment. */
@@ -330,13 +330,11 @@ static int settle(painting *p, size_t k, int one, int other)
                         (sc_contender){p->voxels[other], (size_t)other, p->rows[other]});
     const size_t winner = p->rows[wins ? one : other], loser = p->rows[wins ? other : one];
 
-    p->count.voxels += !p->twice[k];
+    p->overlaps->voxels += !p->twice[k];
+    p->overlaps->lost[loser] = true;
     p->twice[k] = 1;
-    if (p->pairs && ++p->pairs[winner * p->segments + loser] > p->count.most) {
-        p->count.most = p->pairs[winner * p->segments + loser];
-        p->count.winner = winner;
-        p->count.loser = loser;
-    }
+    if (p->pairs)
+        p->pairs[winner * p->segments + loser]++;
     return wins ? one : other;
 }
 
@@ -386,6 +384,8 @@ static sc_status load(const sc_ctx *ctx, const char *path, const sc_overlap_rule
     SC_TRY(sc_alloc(ctx, f->pixels, 1, &twice));
     if (table->count <= PAIRS_MAX)
         SC_TRY(sc_zalloc(ctx, table->count * table->count, sizeof(uint64_t), &pairs));
+    SC_TRY(sc_overlap_count_begin(ctx, table->count, &source->overlaps));
+    p.overlaps = &source->overlaps;
     p.labels = labels;
     p.voxels = counts;
     p.twice = twice;
@@ -401,7 +401,7 @@ static sc_status load(const sc_ctx *ctx, const char *path, const sc_overlap_rule
     sc_stage_begin(ctx, "reading", 0, 2 * (uint64_t)f->count * f->pixels);
     SC_TRY(count_voxels(&p));
     SC_TRY(paint(&p));
-    sc_overlap_warn(ctx, path, "segments", rule, &p.count, table);
+    SC_TRY(sc_overlap_add_all(ctx, p.pairs, p.segments, p.overlaps));
     release(f);
     source->encoding = SC_ENCODING_LOADED;
     source->data = labels;

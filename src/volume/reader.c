@@ -308,6 +308,9 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_
     volume.oriented = source.oriented;
     volume.numbered = source.numbered;
     sc_volume_apply_table(&volume, &source.table);
+    SC_TRY(sc_overlap_warn(ctx, path, &source, &rule, &volume));
+    if (choice->overlaps)
+        SC_TRY(sc_overlap_list_take(ctx, &source, choice->overlaps));
     SC_TRY(add_left_out(ctx, &source.table, &rule, &volume, &found));
     SC_TRY(note_absent(ctx, &source.table, &volume));
     *out = volume;

@@ -37,6 +37,13 @@ typedef struct sc_overlap_rule {
     bool *left_out; /* [rows of the table]: has no voxels, whatever the file says; owned */
 } sc_overlap_rule;
 
+/* What was found out about overlaps. Zero-initialise; sc_overlap_count_clear frees. */
+typedef struct sc_overlap_count {
+    uint64_t voxels;       /* that more than one tissue covers */
+    bool *lost;            /* [rows of the table] a voxel that it covers is another's; owned */
+    sc_overlap_list pairs; /* without tissues, in any order; empty if there are too many to count */
+} sc_overlap_count;
+
 struct sc_source;
 /* Unpack slices [first, first + count) of a source to @p out, x fastest, in the byte order that
  * source->swapped tells. The stream asks for them in rising order, each once. @return SC_ERR_DATA,
@@ -88,6 +95,7 @@ typedef struct sc_source {
     struct sc_segment *segments; /* [table.count] if there are several layers, else NULL; owned */
     struct sc_mask *masks;       /* [mask_count]; of a directory of masks, else NULL; owned */
     size_t mask_count;
+    sc_overlap_count overlaps; /* of tissues, set when the voxels are loaded */
 } sc_source;
 
 /* Which value in which layer is the tissue of a row of the table. */
@@ -265,17 +273,22 @@ sc_status sc_overlap_rule_make(const sc_ctx *ctx, const char *path, const sc_rea
 void sc_overlap_rule_clear(sc_overlap_rule *rule);
 /* @return whether a voxel that both cover belongs to @p one and not to @p other. */
 bool sc_overlap_wins(const sc_overlap_rule *rule, sc_contender one, sc_contender other);
-/* What was found out about overlaps. Zero-initialise. */
-typedef struct sc_overlap_count {
-    uint64_t voxels;      /* that more than one tissue covers */
-    uint64_t most;        /* voxels that one tissue has lost to one other, the most of all pairs;
-                               0: not known */
-    size_t winner, loser; /* those two: indices of rows of the table */
-} sc_overlap_count;
-/* Warn of overlaps, if there are any. @param what the tissues are: "masks" or "segments". */
-void sc_overlap_warn(const sc_ctx *ctx, const char *path, const char *what,
-                     const sc_overlap_rule *rule, const sc_overlap_count *count,
-                     const sc_label_table *table);
+/* Begin to count for @p rows tissues. @return SC_ERR_MEMORY. */
+sc_status sc_overlap_count_begin(const sc_ctx *ctx, size_t rows, sc_overlap_count *out);
+/* Add that a tissue has so many voxels which another one covers, too; nothing for no voxels.
+ * @return SC_ERR_MEMORY. */
+sc_status sc_overlap_add(const sc_ctx *ctx, size_t winner, size_t loser, uint64_t voxels,
+                         sc_overlap_count *count);
+/* The same of all pairs: @p voxels [rows][rows] by winner and loser; NULL is allowed. */
+sc_status sc_overlap_add_all(const sc_ctx *ctx, const uint64_t *voxels, size_t rows,
+                             sc_overlap_count *count);
+void sc_overlap_count_clear(sc_overlap_count *count);
+/* Warn of tissues of which nothing is left because others cover them, and of overlaps. @param
+ * volume that was made of the source. @return SC_ERR_MEMORY. */
+sc_status sc_overlap_warn(const sc_ctx *ctx, const char *path, const sc_source *source,
+                          const sc_overlap_rule *rule, const sc_volume *volume);
+/* Move what was counted to a list, sorted, with the names of the tissues. @return SC_ERR_MEMORY. */
+sc_status sc_overlap_list_take(const sc_ctx *ctx, sc_source *source, sc_overlap_list *out);
 
 /* The voxels of a source as whole numbers, block by block, in bounded memory. */
 typedef struct sc_voxel_stream sc_voxel_stream;

@@ -59,6 +59,7 @@ void sc_source_clear(sc_source *source)
     for (size_t i = 0; i < source->mask_count; i++)
         sc_free(source->masks[i].file);
     sc_free(source->masks);
+    sc_overlap_count_clear(&source->overlaps);
     sc_free(source->segments);
     sc_text_clear(&source->data_files);
     sc_label_table_clear(&source->table);

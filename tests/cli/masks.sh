@@ -121,3 +121,21 @@ expect 0 '1 of 3 tissues are kept' "$SEGCAST" check kept.yaml
     printf 'Segment1_Name:=tumour\n\n1 0 1 1 1 1 1 0 0 0 0 0\n'
 } >holes.seg.nrrd
 [ "$(kept_of holes.seg.nrrd 'keep: [liver]')" = '[["liver",4]]' ] || fail "layers: $(kept_of holes.seg.nrrd 'keep: [liver]')"
+
+# Of all tissues that overlap, info gives the voxels of each two; a tissue of which nothing is left is told by its name.
+mask holes/cyst.nrrd 000010000000
+mask holes/node.nrrd 000010000000
+expect 0 'warning: .*holes: nothing is shown of 1 tissue, all of whose voxels belong to others, too: "cyst"; `overlap: \[NAME' "$SEGCAST" info holes
+sed -n '/tissues that overlap/,$p' stdout.txt | sed 's/  */ /g' >got.txt
+diff - got.txt >&2 <<'TXT' || fail "the overlaps are not as expected"
+ voxels tissues that overlap
+ 2 shown as tumour, and not as liver
+ 2 shown as vein, and not as liver
+ 1 shown as cyst, and not as liver
+ 1 shown as node, and not as cyst
+ 1 shown as node, and not as tumour
+TXT
+"$SEGCAST" info holes --json -q >info.json
+jq -e '.overlaps | map(select(.covered == "liver")) == [{shown: "tumour", covered: "liver", voxels: 2}, {shown: "vein", covered: "liver", voxels: 2},
+    {shown: "cyst", covered: "liver", voxels: 1}]' info.json >/dev/null || fail "overlaps: $(jq -c .overlaps info.json)"
+"$SEGCAST" info masks/liver.nrrd --json -q | jq -e '.overlaps == []' >/dev/null || fail "a volume without overlaps"

@@ -629,7 +629,8 @@ static void overlaps_are_resolved_by_a_rule_and_told(void **state)
         assert_ok(sc_volume_read_by(
             &ctx, "m.dir",
             &(sc_read_choice){.overlap = cases[i].overlap, .overlap_names = cases[i].names}, &v));
-        assert_int_equal(said.warnings, 1);
+        /* of a tissue that has no voxel left, another warning tells */
+        assert_int_equal(said.warnings, strchr(cases[i].labels, '3') ? 1 : 2);
         assert_string_equal(said.text, cases[i].message);
         expect_voxels(&v, cases[i].labels);
         sc_volume_clear(&v);
@@ -776,7 +777,8 @@ static void segments_in_layers_become_labels(void **state)
          SC_OVERLAP_SMALLER,
          "113300",
          {"liver", "tumour", NULL},
-         "f.seg.nrrd: 1 voxels of its layers hold a value that no segment has; they are left out"},
+         "f.seg.nrrd: 2 voxels belong to several segments; each is shown as the smallest of them "
+         "(overlap: smaller), most often as \"tumour\" and not \"liver\" (2)"},
         {SEGMENT("0", "1", "0", "liver") SEGMENT("1", "2", "0", "aorta")
              SEGMENT("2", "3", "2", "tumour"),
          SC_OVERLAP_SMALLER,
@@ -795,7 +797,8 @@ static void segments_in_layers_become_labels(void **state)
             &ctx, "f.seg.nrrd",
             &(sc_read_choice){.overlap = cases[i].overlap, .overlap_names = "liver\n"}, &v));
         assert_string_equal(said.text, cases[i].message);
-        assert_int_equal(said.warnings, i < 3 ? 1 : 2);
+        assert_int_equal(said.warnings,
+                         i == 0 ? 1 : 2); /* the tumour is covered, or has no layer */
         assert_int_equal(v.size[0], MASK_VOXELS);
         expect_voxels(&v, cases[i].labels);
         for (int k = 1; k < v.label_count; k++) {
