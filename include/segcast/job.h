@@ -14,6 +14,7 @@
 
 /** Longest path in a job, terminator included, the most frames of an animation, and the most phases
  * of a beat. */
+enum { SC_WHERE_BYTES = 192 }; /**< of "file:line: key" for messages, which is cut to fit */
 enum { SC_PATH_BYTES = 4096, SC_JOB_FRAMES_MAX = 1000000, SC_PHASES_MAX = 1000 };
 
 /** Whether frames are also written one by one. */
@@ -173,8 +174,9 @@ typedef struct sc_grey_options {
 typedef struct sc_job {
     char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH"; of a series that of
                                      the first phase */
-    char volume_where[192];     /**< "file:line: volume", for messages; may be empty */
-    char image_where[192];      /**< likewise of image.path */
+    char volume_where[SC_WHERE_BYTES];    /**< "file:line: volume", for messages; may be empty */
+    char image_where[SC_WHERE_BYTES];     /**< likewise of image.path */
+    char directory_where[SC_WHERE_BYTES]; /**< likewise of output.directory */
     sc_volume_path *phases; /**< [phase_count], owned: the volumes of a series, in their order */
     size_t phase_count;     /**< 0: there is one volume */
     bool has_cine;

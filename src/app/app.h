@@ -624,6 +624,10 @@ void sc_session_clear(sc_session *session);
  * @return SC_ERR_CREATE, SC_ERR_MEMORY. */
 sc_status sc_check_output(const sc_app *app, const sc_session *session, const char *path,
                           bool can_replace);
+/* Check, without writing anything, whether a directory can be made or written to, as far as that
+ * can be known. @param where what names it, for the message; may be empty. @return SC_ERR_CREATE.
+ */
+sc_status sc_check_directory(const sc_ctx *ctx, const char *where, const char *directory);
 /* Check that a name ends in @p ending, which says what is written, in upper or lower case. @param
  * kind what is written, for the message. @return SC_ERR_USAGE. */
 sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *ending,

@@ -199,6 +199,9 @@ static sc_status check_all(sc_app *app, sc_session *session)
 
     note(&first, sc_run_check_encoder(app->ctx, job));
     note(&first, sc_run_check_encode_key(app->ctx, job));
+    note(&first,
+         sc_check_directory(app->ctx, app->options.output ? "--output" : job->directory_where,
+                            app->options.output ? app->options.output : job->output.directory));
     if (first == SC_OK)
         sc_warn_of_outputs(app, job);
     found = sc_session_inspect_all(app, app->options.fast, session);

@@ -10,6 +10,8 @@
 static const sc_option option_rows[] = {
     {"output", 'o', "DIR", "directory for everything the job makes", "render", sc_store_output,
      AT(output), ""},
+    {"output", 'o', "DIR", "the directory that render is to write to: it is checked, too", "check",
+     sc_store_output, AT(output), ""},
     {"output", 'o', "DIR", "directory for what the study measures (segcast-study)", "study",
      sc_store_output, AT(output), ""},
     {"output", 'o', "FILE.html", "the page that compares several directories (comparison.html)",

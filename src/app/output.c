@@ -2,9 +2,15 @@
 /* The file that a command is to write: checked before any work, and told at the end. */
 #include "app.h"
 
+#include <errno.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 #include <unistd.h>
+#ifdef __linux__
+#include <linux/magic.h>
+#include <sys/vfs.h>
+#endif
 
 /* Refuse the name of a file that a command reads, or that belongs to a volume which it reads.
  * @param input NULL or empty: there is none. */
@@ -88,6 +94,65 @@ sc_status sc_check_output(const sc_app *app, const sc_session *session, const ch
     return sc_outfile_check(app->ctx, path, app->options.overwrite,
                             can_replace ? ", or --overwrite to replace it" : "");
 out:
+    return status;
+}
+
+/* Does the file system of a directory take no files of its users? */
+static bool takes_no_files(const char *directory)
+{
+#ifdef __linux__
+    struct statfs info;
+
+    return !statfs(directory, &info) &&
+           (info.f_type == PROC_SUPER_MAGIC || info.f_type == SYSFS_MAGIC);
+#else
+    (void)directory;
+    return false;
+#endif
+}
+
+/* Find out why the directory @p path cannot be made or written to. @param path is cut to the part
+ * that tells. @return NULL if it can, as far as that is known without trying. */
+static const char *find_hindrance(char *path)
+{
+    const size_t length = strlen(path);
+    struct stat info;
+
+    for (;;) { /* up to what is there already */
+        char *slash = strrchr(path, '/');
+
+        if (!stat(path, &info))
+            break;
+        if (errno != ENOENT)
+            return strerror(errno);
+        if (slash && slash > path) /* also one at the end */
+            *slash = '\0';
+        else
+            strcpy(path, slash ? "/" : ".");
+    }
+    if (!S_ISDIR(info.st_mode))
+        return "is not a directory";
+    if (access(path, W_OK | X_OK))
+        return strerror(errno);
+    return strlen(path) != length && takes_no_files(path) ? "takes no files" : NULL;
+}
+
+sc_status sc_check_directory(const sc_ctx *ctx, const char *where, const char *directory)
+{
+    char *path = NULL;
+    const char *why;
+    bool is_whole;
+    sc_status status;
+
+    SC_TRY(sc_text_copy(ctx, directory, &path));
+    why = find_hindrance(path);
+    is_whole = strcmp(path, directory) == 0;
+    if (why)
+        status = sc_fail(ctx, SC_ERR_CREATE, "%s%s%s: cannot be written to%s%s: %s", where,
+                         where[0] ? ": " : "", directory, is_whole ? "" : ": ",
+                         is_whole ? "" : path, why);
+out:
+    sc_free(path);
     return status;
 }
 

@@ -456,17 +456,23 @@ static sc_status resolve_key(const sc_ctx *ctx, const sc_job_sources *sources, c
     return sc_resolve_path(ctx, sources, sc_key_node(root, key), key, use, path);
 }
 
+/* As sc_note_key, of the key @p key of the tree @p root, if it is there. */
+static void note_key(const sc_yaml *root, const char *key, char where[SC_WHERE_BYTES])
+{
+    const sc_yaml *node = sc_key_node(root, key);
+
+    if (node)
+        sc_note_key(node, key, where, SC_WHERE_BYTES);
+}
+
 sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
                        sc_job *job)
 {
     sc_status status = SC_OK, inputs = SC_OK;
 
-    if (sc_key_node(root, volume_key(root)))
-        sc_note_key(sc_key_node(root, volume_key(root)), volume_key(root), job->volume_where,
-                    sizeof job->volume_where);
-    if (sc_key_node(root, "image.path"))
-        sc_note_key(sc_key_node(root, "image.path"), "image.path", job->image_where,
-                    sizeof job->image_where);
+    note_key(root, volume_key(root), job->volume_where);
+    note_key(root, "image.path", job->image_where);
+    note_key(root, "output.directory", job->directory_where);
     (void)sc_goes_on(&status, check_not_empty(ctx, root, volume_key(root)));
     (void)sc_goes_on(&status, check_not_empty(ctx, root, "output.directory"));
     (void)sc_goes_on(&status, check_video(ctx, sources, root, job));

@@ -26,7 +26,9 @@ printf '<LabelTable>' >broken.xml
 mkdir sub
 mkfifo pipe
 cp heart.nrrd locked.nrrd
+mkdir locked
 chmod 000 locked.nrrd
+chmod 555 locked
 
 # check_case CODE COMMAND MESSAGES: run the command, which may have settings of the environment before it.
 check_case() {
