@@ -47,6 +47,22 @@ static sc_status name_slice(sc_run *run)
     return SC_OK;
 }
 
+/* Append the job of a run as resolved. Its directory is that in which the text is to lie, so that
+ * the text says the same wherever it is read from, and after the directory was moved. */
+static sc_status add_resolved_job(const sc_run *run, sc_text *text)
+{
+    void *copy;
+    sc_status status = sc_alloc(run->app->ctx, 1, sizeof(sc_job), &copy);
+
+    if (status != SC_OK)
+        return status;
+    memcpy(copy, &run->session.job, sizeof(sc_job));
+    strcpy(((sc_job *)copy)->output.directory, ".");
+    status = sc_job_write(run->app->ctx, copy, false, text);
+    sc_free(copy);
+    return status;
+}
+
 /* Write job.yaml, the job as resolved, into the directory of the run; but where that is the very
  * file that was given, --overwrite leaves it alone unless its text stays the same, and others never
  * write it: what its user has written into it would be lost.
@@ -60,7 +76,7 @@ static sc_status write_job(const sc_run *run, bool only_check)
     bool is_given;
     sc_status status;
 
-    SC_TRY(sc_job_write(ctx, &run->session.job, false, &text));
+    SC_TRY(add_resolved_job(run, &text));
     SC_TRY(sc_path_join(ctx, run->directory, "job.yaml", &path));
     is_given = run->job_path && sc_same_file(run->job_path, path);
     if (is_given && run->app->options.overwrite) {

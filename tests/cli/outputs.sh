@@ -47,6 +47,18 @@ sed 's|^volume.*|volume: ../p.nrrd|' job.yaml >sub/dir/job.yaml
 "$SEGCAST" render sub/dir/out/job.yaml --frames 0 -o elsewhere -q >/dev/null
 [ "$(hashes elsewhere)" = "$(hashes out | head -1)" ] || fail "a volume from a file gives other pictures"
 
+# The directory of a resolved job is the one in which it lies, wherever it is read from and moved to: a run of it goes on
+# there, and makes no directory in the directory.
+for directory in out again sub/dir/out; do
+    [ "$(grep '^  directory: ' "$directory/job.yaml")" = '  directory: "."' ] || fail "directory of $directory/job.yaml"
+done
+expect 73 '/again: already holds a run' "$SEGCAST" render again/job.yaml -q; one_error
+(cd again && expect 73 'already holds a run' "$SEGCAST" render job.yaml -q && one_error) || exit 1
+mv again moved
+expect 0 'nothing to do' "$SEGCAST" render moved/job.yaml --resume
+[ ! -e moved/out ] && [ ! -e moved/again ] && [ ! -e again ] || fail "a resolved job was rendered to another directory"
+mv moved again
+
 # The hash of the job depends on what changes the pictures, and not on where they are written.
 "$SEGCAST" render job.yaml -o other -q --set render.step=0.7 --frames 0 >/dev/null
 [ "$(job_hash other)" != "$(job_hash out)" ] ||
