@@ -41,39 +41,103 @@ static double reach_of(const sc_scene *scene, bool clips, double aspect, const s
     return most;
 }
 
+/* Does a verb bring only a part of what is shown into the picture, on purpose? */
+static bool shows_part(const sc_timeline *t)
+{
+    for (int i = 0; i < t->animation.move_count; i++) {
+        if (t->moves[i].verb.kind == SC_VERB_FRAME || t->moves[i].verb.kind == SC_VERB_FLY)
+            return true;
+    }
+    return t->animation.camera.fov_track.count > 0;
+}
+
+/* Take all zooms out of a timeline, and what verbs do to the distance of the camera. */
+static void take_zooms_out(sc_timeline *t)
+{
+    int kept = 0;
+
+    t->animation.camera.zoom = (sc_ramp){.from = 1, .to = 1, .end = 1};
+    t->animation.camera.zoom_track.count = 0;
+    for (int i = 0; i < t->animation.move_count; i++) {
+        if (t->moves[i].verb.kind != SC_VERB_ZOOM && t->moves[i].verb.kind != SC_VERB_DOLLY)
+            t->moves[kept++] = t->moves[i];
+    }
+    t->animation.move_count = kept;
+}
+
+/* @return the verb zoom or dolly that has begun last at frame @p k; NULL if none has. */
+static const sc_verb *last_zoom(const sc_timeline *t, int k)
+{
+    const sc_verb *last = NULL;
+
+    for (int i = 0; i < t->animation.move_count; i++) {
+        const sc_verb *verb = &t->moves[i].verb;
+
+        if ((verb->kind == SC_VERB_ZOOM || verb->kind == SC_VERB_DOLLY) &&
+            sc_progress(verb->begin, verb->end, verb->ease, k, t->animation.frames) > 0)
+            last = verb;
+    }
+    return last;
+}
+
+/* Warn that what is shown is cropped most in frame @p k, where it reaches @p reach times as far as
+ * the picture. */
+static void tell_zoom(const sc_app *app, const sc_session *session, int k, double reach)
+{
+    const sc_timeline *t = &session->timeline;
+    const sc_verb *verb = last_zoom(t, k);
+    const char *where = verb ? verb->where : session->job.zoom_where;
+    const char *colon = where[0] ? ": " : "";
+    const int frame = k + (session->shot ? session->shot->span.first : 0);
+    const double time_s = (double)frame / session->job.output.fps;
+    const double zoom = t->half_height / sc_timeline_scene(t, k).camera.half_height;
+
+    if (verb && verb->kind == SC_VERB_DOLLY)
+        sc_warn(
+            app->ctx,
+            "%s%sthe dolly to %.3g crops what is shown, most of all in frame %d (%.3g s), where "
+            "it reaches %.3g times as far as the picture; a larger value keeps it in",
+            where, colon, verb->to, frame, time_s, reach);
+    else
+        sc_warn(app->ctx,
+                "%s%sthe zoom of %.3g crops what is shown, most of all in frame %d (%.3g s); up to "
+                "%.3g all of it would be in the picture there",
+                where, colon, zoom, frame, time_s, floor(100 * zoom / reach) / 100);
+}
+
 void sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect,
                      const sc_vec3 *points, size_t count)
 {
     enum { FRAMES = 24, POINTS = 20000 }; /* at how many to look; all frames and points are alike */
+    static const double rim = 1.005;      /* a reach of less is within the rim of a tissue */
     const sc_timeline *t = &session->timeline;
     const int frames = t->animation.frames;
     const bool clips = t->animation.clip_mode == SC_CLIP_KEEP && t->clip_set_count == 1;
-    double worst = 1.005, worst_zoom = 1; /* a reach of less is within the rim of a tissue */
+    const size_t step = count / POINTS + 1;
+    sc_timeline *plain;
+    double worst = rim;
+    void *copy;
     int at = -1;
 
-    if (t->animation.move_count || t->animation.camera.fov_track.count)
-        return; /* what is left of the picture then is meant to be seen */
+    if (shows_part(t) || sc_alloc(app->ctx, 1, sizeof *plain, &copy) != SC_OK)
+        return;
+    plain = copy;
+    *plain = *t;
+    take_zooms_out(plain);
     for (int i = 0; i < FRAMES && i < frames; i++) {
         const int k = frames <= FRAMES ? i : (int)((double)i * (frames - 1) / (FRAMES - 1));
-        const sc_scene scene = sc_timeline_scene(t, k);
-        const double zoom = t->half_height / scene.camera.half_height;
-        double reach;
+        const sc_scene scene = sc_timeline_scene(t, k), whole = sc_timeline_scene(plain, k);
+        const double reach = reach_of(&scene, clips, aspect, points, count, step);
 
-        if (zoom <= 1)
-            continue;
-        reach = reach_of(&scene, clips, aspect, points, count, count / POINTS + 1);
-        if (reach > worst && reach / zoom <= 1.005) { /* without the zoom it would fit */
+        /* Without the zoom it would fit. */
+        if (reach > worst && reach_of(&whole, clips, aspect, points, count, step) <= rim) {
             worst = reach;
-            worst_zoom = zoom;
             at = k;
         }
     }
+    sc_free(copy);
     if (at >= 0)
-        sc_warn(app->ctx,
-                "the zoom of %.3g crops what is shown, for example in frame %d; up to %.3g all of "
-                "it would be in the picture there",
-                worst_zoom, at + (session->shot ? session->shot->span.first : 0),
-                floor(100 * worst_zoom / worst) / 100);
+        tell_zoom(app, session, at, worst);
 }
 
 /* ---- warnings of clip planes that cut nothing or everything ---- */
@@ -97,8 +161,8 @@ typedef struct plane_effect {
 } plane_effect;
 
 /* Fill effects[i] for each plane i. @return in how many frames some plane removes everything.
- * @param first the first of them; not written if there is none. */
-static int find_effects(const sc_timeline *t, plane_effect *effects, int *first)
+ * @param first the first of them, and @param which plane it is; not written if there is none. */
+static int find_effects(const sc_timeline *t, plane_effect *effects, int *first, int *which)
 {
     int empty = 0;
 
@@ -110,8 +174,8 @@ static int find_effects(const sc_timeline *t, plane_effect *effects, int *first)
     for (int k = 0; k < t->animation.frames && t->animation.sweep_count > 0; k++) {
         const sc_scene scene = sc_timeline_scene(t, k);
         const uint32_t planes = sc_timeline_planes(t, k);
-        bool is_empty = false;
-        int at = 0; /* in the scene, which holds only planes that cut */
+        int remover = -1; /* the first plane that removes everything */
+        int at = 0;       /* in the scene, which holds only planes that cut */
 
         for (int i = 0; i < t->animation.sweep_count; i++) {
             const bool cuts = planes & 1u << i;
@@ -123,10 +187,12 @@ static int find_effects(const sc_timeline *t, plane_effect *effects, int *first)
                 range_along(plane->normal, t->low_mm, t->high_mm, &from_mm, &to_mm);
             effects[i].removes_all += at_mm > to_mm;
             effects[i].removes_nothing += at_mm < from_mm;
-            is_empty = is_empty || at_mm > to_mm;
+            remover = remover < 0 && at_mm > to_mm ? i : remover;
         }
-        if (is_empty && empty++ == 0)
+        if (remover >= 0 && empty++ == 0) {
             *first = k;
+            *which = remover;
+        }
     }
     return empty;
 }
@@ -151,11 +217,14 @@ static bool has_opposite(const sc_animation *animation, int plane)
     return false;
 }
 
-/* Warn of a plane: say where it lies and where it should. Its position is measured along its
- * normal, which users mistake for a patient coordinate. @param what what is wrong with it. */
-static void tell_position(const sc_app *app, const sc_timeline *t, int plane,
+/* Warn of plane @p plane of a session: say where it lies and where it should. Its position is
+ * measured along its normal, which users mistake for a patient coordinate. @param what what is
+ * wrong with it. */
+static void tell_position(const sc_app *app, const sc_session *session, int plane,
                           const plane_effect *effect, const char *what)
 {
+    const sc_timeline *t = &session->timeline;
+    const char *where = session->job.clip_where[plane];
     const sc_vec3 n = t->animation.sweeps[plane].normal;
     const sc_length_unit unit = sc_length_unit_for((effect->to_mm - effect->from_mm) / 10);
     char at[640]; /* room for two of the longest numbers */
@@ -164,13 +233,15 @@ static void tell_position(const sc_app *app, const sc_timeline *t, int plane,
     if (t->from_mm[plane] != t->to_mm[plane])
         snprintf(at + strlen(at), sizeof at - strlen(at), " to %.1f",
                  sc_no_negative_zero(t->to_mm[plane] / unit.mm, 1));
-    sc_warn(app->ctx,
-            "clip plane %d, at %s %s along its normal (%.3f, %.3f, %.3f), %s: what is shown lies "
-            "from %.1f to %.1f %s along that normal; a plane through a point in patient "
-            "coordinates, as `segcast views` prints them, is at_point: [R, A, S]",
-            plane + 1, at, unit.name, sc_no_negative_zero(n.x, 3), sc_no_negative_zero(n.y, 3),
-            sc_no_negative_zero(n.z, 3), what, sc_no_negative_zero(effect->from_mm / unit.mm, 1),
-            sc_no_negative_zero(effect->to_mm / unit.mm, 1), unit.name);
+    sc_warn(
+        app->ctx,
+        "%s%sclip plane %d, at %s %s along its normal (%.3f, %.3f, %.3f), %s: what is shown lies "
+        "from %.1f to %.1f %s along that normal; a plane through a point in patient "
+        "coordinates, as `segcast views` prints them, is at_point: [R, A, S]",
+        where, where[0] ? ": " : "", plane + 1, at, unit.name, sc_no_negative_zero(n.x, 3),
+        sc_no_negative_zero(n.y, 3), sc_no_negative_zero(n.z, 3), what,
+        sc_no_negative_zero(effect->from_mm / unit.mm, 1),
+        sc_no_negative_zero(effect->to_mm / unit.mm, 1), unit.name);
 }
 
 void sc_warn_of_planes(const sc_app *app, const sc_session *session)
@@ -178,22 +249,23 @@ void sc_warn_of_planes(const sc_app *app, const sc_session *session)
     const sc_timeline *t = &session->timeline;
     const bool keeps = t->animation.clip_mode == SC_CLIP_KEEP;
     plane_effect effects[SC_PLANES_MAX];
-    int first = 0;
-    const int empty = find_effects(t, effects, &first);
+    int first = 0, which = 0;
+    const int empty = find_effects(t, effects, &first, &which);
+    const char *where = session->job.clip_where[which];
 
     for (int i = 0; i < t->animation.sweep_count; i++) {
         if (!is_in_mm(&t->animation.sweeps[i]))
             continue;
         if (keeps && effects[i].removes_all == t->animation.frames)
-            tell_position(app, t, i, &effects[i], "removes everything");
+            tell_position(app, session, i, &effects[i], "removes everything");
         else if (effects[i].removes_nothing == t->animation.frames &&
                  !has_opposite(&t->animation, i))
-            tell_position(app, t, i, &effects[i], "removes nothing");
+            tell_position(app, session, i, &effects[i], "removes nothing");
     }
     if (empty && keeps && t->clip_set_count == 1)
         sc_warn(app->ctx,
-                "the clip plane removes everything in %d frame%s, from frame %d on: "
+                "%s%sthe clip plane removes everything in %d frame%s, from frame %d on: "
                 "they will be empty",
-                empty, empty == 1 ? "" : "s",
+                where, where[0] ? ": " : "", empty, empty == 1 ? "" : "s",
                 first + (session->shot ? session->shot->span.first : 0));
 }

@@ -39,6 +39,8 @@ void sc_warn_of_outputs(const sc_app *app, const sc_job *job)
     if (sc_run_has_video(job))
         warn_of_video(app, job);
     else if (job->output.frames == SC_FRAMES_NONE)
-        sc_warn(app->ctx, "output.video and output.frames are both none: the frames are drawn and "
-                          "their hashes are kept, but no picture is");
+        sc_warn(app->ctx,
+                "%s%soutput.video and output.frames are both none: the frames are drawn and "
+                "their hashes are kept, but no picture is",
+                job->video_where, job->video_where[0] ? ": " : "");
 }

@@ -465,6 +465,15 @@ static void note_key(const sc_yaml *root, const char *key, char where[SC_WHERE_B
         sc_note_key(node, key, where, SC_WHERE_BYTES);
 }
 
+/* As sc_note_where, of the key @p key of the tree @p root, if it is there. */
+static void note_line(const sc_yaml *root, const char *key, char where[SC_WHERE_BYTES])
+{
+    const sc_yaml *node = sc_key_node(root, key);
+
+    if (node)
+        sc_note_where(node, where, SC_WHERE_BYTES);
+}
+
 sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
                        sc_job *job)
 {
@@ -473,6 +482,8 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     note_key(root, volume_key(root), job->volume_where);
     note_key(root, "image.path", job->image_where);
     note_key(root, "output.directory", job->directory_where);
+    note_line(root, "output.video", job->video_where);
+    note_line(root, "animation.camera.zoom", job->zoom_where);
     (void)sc_goes_on(&status, check_not_empty(ctx, root, volume_key(root)));
     (void)sc_goes_on(&status, check_not_empty(ctx, root, "output.directory"));
     (void)sc_goes_on(&status, check_video(ctx, sources, root, job));

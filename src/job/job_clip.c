@@ -432,6 +432,8 @@ static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml
                                         : read_plane(ctx, kind, body, job);
     except = sc_yaml_member(entry, "except");
     last = job->animation.sweep_count - 1;
+    for (int i = first; i <= last; i++)
+        sc_note_where(body, job->clip_where[i], sizeof job->clip_where[i]);
     plane = last < first ? 0 : first;
     do {
         if (except && !sc_goes_on(&status, read_except(ctx, except, plane, job)))
