@@ -206,6 +206,7 @@ static sc_status find_absent(const sc_app *app, const sc_job *job, const sc_labe
 
     SC_TRY(sc_zalloc(app->ctx, 1, sizeof(sc_label), &labels));
     catalog.labels = labels;
+    SC_TRY(sc_volume_add_labels(app->ctx, &catalog, &volume->outside));
     SC_TRY(sc_volume_add_labels(app->ctx, &catalog, &volume->absent));
     SC_TRY(sc_volume_add_labels(app->ctx, &catalog, &source->table));
     SC_TRY(sc_zalloc(app->ctx, (size_t)catalog.label_count, sizeof *s.named, &named));
@@ -236,6 +237,32 @@ static sc_status warn_of_absent(const sc_app *app, const sc_job *job, const sc_l
                 absent->count, absent->count == 1 ? "" : "s", names.data);
 out:
     sc_text_clear(&names);
+    return status;
+}
+
+/* Warn of tissues that lie outside of the box of the volume that was read. @param source whose
+ * numbers are those of the volume. */
+static sc_status warn_of_outside(const sc_app *app, const sc_job *job,
+                                 const sc_label_source *source, const sc_volume *volume)
+{
+    sc_volume catalog = {.label_count = 1};
+    void *labels;
+    sc_text names = {0};
+    sc_status status;
+
+    SC_TRY(sc_zalloc(app->ctx, 1, sizeof(sc_label), &labels));
+    catalog.labels = labels;
+    SC_TRY(sc_volume_add_labels(app->ctx, &catalog, &volume->outside));
+    sc_volume_apply_table(&catalog, &volume->absent);
+    sc_volume_apply_table(&catalog, &source->table);
+    for (int id = 1; id < catalog.label_count; id++)
+        SC_TRY(sc_label_list_add(app->ctx, &names, (size_t)id - 1, &catalog.labels[id]));
+    if (catalog.label_count > 1)
+        sc_warn(app->ctx, "%s: the box leaves nothing of %d tissue%s: %s", job->volume,
+                catalog.label_count - 1, catalog.label_count == 2 ? "" : "s", names.data);
+out:
+    sc_text_clear(&names);
+    sc_volume_clear(&catalog);
     return status;
 }
 
@@ -275,11 +302,13 @@ sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volum
                           sc_label_scan *scan)
 {
     const bool fixed = !volume->ids && !scan; /* the labels of a mapped file */
+    const sc_label_source nothing = {0};
     sc_label_source source;
     sc_label_table absent = {0}, more = {0};
     sc_status status;
 
     SC_TRY(sc_read_labels_of(app, job, volume, &source));
+    SC_TRY(warn_of_outside(app, job, volume->numbered ? &nothing : &source, volume));
     if (volume->numbered && !fixed)
         SC_TRY(meet_by_name(app, job, &source, volume, scan, &absent));
     else

@@ -197,6 +197,52 @@ out:
     return status;
 }
 
+/* ---- what is lost ---- */
+
+/* Find which labels have voxels: *out is bool[label_count]. Caller owns it: sc_free. */
+static sc_status find_present(const subject *s, void **out)
+{
+    const sc_volume *v = volume_of(s);
+    const size_t voxels = s->volume ? sc_volume_voxels(v) : 0;
+    bool *present;
+    const sc_status status = sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof *present, out);
+
+    if (status != SC_OK)
+        return status;
+    present = *out;
+    for (size_t i = 0; i < voxels; i++)
+        present[v->label_bytes == 1 ? ((const uint8_t *)v->ids)[i]
+                                    : ((const uint16_t *)v->ids)[i]] = true;
+    for (int id = 0; id < v->label_count && s->scan && s->scan->tallies; id++)
+        present[id] = s->scan->tallies[id].voxels > 0;
+    return SC_OK;
+}
+
+/* Warn of the tissues that had voxels and have none any more. @param before of find_present.
+ * @param key of the job that did it. @param advice what would keep them. */
+static sc_status tell_lost(const subject *s, const bool *before, const char *key,
+                           const char *advice)
+{
+    const sc_volume *v = volume_of(s);
+    sc_text names = {0};
+    int lost = 0;
+    void *after = NULL;
+    sc_status status;
+
+    SC_TRY(find_present(s, &after));
+    for (int id = 1; id < v->label_count; id++) {
+        if (before[id] && !((const bool *)after)[id])
+            SC_TRY(sc_label_list_add(s->app->ctx, &names, (size_t)lost++, &v->labels[id]));
+    }
+    if (lost)
+        sc_warn(s->app->ctx, "%s: no voxel is left of %d tissue%s: %s; %s", key, lost,
+                lost == 1 ? "" : "s", names.data, advice);
+out:
+    sc_text_clear(&names);
+    sc_free(after);
+    return status;
+}
+
 /* ---- crop ---- */
 
 /* Set shown[id] for all tissues that the job, or one of its shots, shows. @param shown
@@ -288,6 +334,7 @@ static sc_status crop_volume(const subject *s, bool tell)
     const int before[3] = {v->size[0], v->size[1], v->size[2]};
     bool empty = false;
     sc_voxel_box box;
+    void *present = NULL;
     sc_status status = SC_OK;
 
     if (s->job->crop.kind == SC_CROP_BOX)
@@ -300,6 +347,8 @@ static sc_status crop_volume(const subject *s, bool tell)
         if (box.low[axis] > box.high[axis])
             return fail_outside(s);
     }
+    if (tell)
+        SC_TRY(find_present(s, &present));
     if (s->volume)
         sc_volume_crop(s->volume, &box);
     else
@@ -307,54 +356,14 @@ static sc_status crop_volume(const subject *s, bool tell)
     if (tell)
         sc_info(s->app->ctx, "volume.crop: %d x %d x %d of %d x %d x %d voxels are drawn",
                 v->size[0], v->size[1], v->size[2], before[0], before[1], before[2]);
+    if (tell && s->job->crop.kind == SC_CROP_BOX)
+        SC_TRY(tell_lost(s, present, "volume.crop", "a larger box keeps more"));
 out:
+    sc_free(present);
     return status;
 }
 
 /* ---- resample ---- */
-
-/* Find which labels have voxels: *out is bool[label_count]. Caller owns it: sc_free. */
-static sc_status find_present(const subject *s, void **out)
-{
-    const sc_volume *v = s->volume;
-    const size_t voxels = sc_volume_voxels(v);
-    bool *present;
-    const sc_status status = sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof *present, out);
-
-    if (status != SC_OK)
-        return status;
-    present = *out;
-    for (size_t i = 0; i < voxels; i++)
-        present[v->label_bytes == 1 ? ((const uint8_t *)v->ids)[i]
-                                    : ((const uint16_t *)v->ids)[i]] = true;
-    return SC_OK;
-}
-
-/* Warn of the tissues that had voxels and have none any more. @param before of find_present. */
-static sc_status tell_lost(const subject *s, const bool *before)
-{
-    const sc_volume *v = volume_of(s);
-    sc_text names = {0};
-    int lost = 0;
-    void *after = NULL;
-    sc_status status;
-
-    SC_TRY(find_present(s, &after));
-    for (int id = 1; id < v->label_count; id++) {
-        if (!before[id] || ((const bool *)after)[id])
-            continue;
-        SC_TRY(sc_label_list_add(s->app->ctx, &names, (size_t)lost++, &v->labels[id]));
-    }
-    if (lost)
-        sc_warn(s->app->ctx,
-                "volume.resample: %d tissue%s so small that no voxel is left of %s: %s; a smaller "
-                "spacing keeps more",
-                lost, lost == 1 ? " is" : "s are", lost == 1 ? "it" : "them", names.data);
-out:
-    sc_text_clear(&names);
-    sc_free(after);
-    return status;
-}
 
 /* Bring what a scan has found to another grid, about: how many voxels labels have there is only
  * known from the voxels. */
@@ -380,6 +389,31 @@ static void scale_scan(sc_label_scan *scan, const int size[3], const sc_affine *
     v->to_ras_mm = *to_ras_mm;
 }
 
+/* Warn of tissues that resampling may lose, as far as a scan of the voxels tells: those that are
+ * smaller than one new voxel. @param ratio how many new voxels there are for an old one. */
+static sc_status tell_small(const subject *s, double ratio)
+{
+    const sc_volume *v = volume_of(s);
+    sc_text names = {0};
+    int small = 0;
+    sc_status status = SC_OK;
+
+    for (int id = 1; id < v->label_count && s->scan->tallies; id++) {
+        const double voxels = (double)s->scan->tallies[id].voxels;
+
+        if (voxels > 0 && voxels * ratio < 1)
+            SC_TRY(sc_label_list_add(s->app->ctx, &names, (size_t)small++, &v->labels[id]));
+    }
+    if (small)
+        sc_warn(s->app->ctx,
+                "volume.resample: no voxel may be left of %d tissue%s, smaller than one of the new "
+                "voxels: %s; a smaller spacing keeps more",
+                small, small == 1 ? "" : "s", names.data);
+out:
+    sc_text_clear(&names);
+    return status;
+}
+
 /* Do what volume.resample says. */
 static sc_status resample_volume(const subject *s, bool tell)
 {
@@ -389,7 +423,7 @@ static sc_status resample_volume(const subject *s, bool tell)
     const double old_bytes = (double)sc_volume_voxels(v) * v->label_bytes;
     void *present = NULL;
     sc_affine to_ras_mm;
-    double old_mm[3];
+    double old_mm[3], ratio = 1;
     int size[3];
     sc_status status;
 
@@ -405,13 +439,17 @@ static sc_status resample_volume(const subject *s, bool tell)
                 before.size[0], before.size[1], before.size[2], old_mm[0], old_mm[1], old_mm[2],
                 size[0], size[1], size[2], mm[0], mm[1], mm[2]);
     if (s->scan) {
+        for (int i = 0; i < 3; i++)
+            ratio *= (double)size[i] / before.size[i];
+        status = tell ? tell_small(s, ratio) : SC_OK;
         scale_scan(s->scan, size, &to_ras_mm);
-        return SC_OK;
+        return status;
     }
     SC_TRY(find_present(s, &present));
     SC_TRY(sc_resample_votes(s->app->ctx, v, mm, s->app->threads));
     if (tell)
-        SC_TRY(tell_lost(s, present));
+        SC_TRY(tell_lost(s, present, "volume.resample",
+                         "they are thin or small: a smaller spacing keeps more"));
 out:
     sc_free(present);
     return status;

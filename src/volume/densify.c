@@ -37,6 +37,7 @@ typedef struct label_worker {
                                 the voxels are looked at as they are stored */
     int64_t last;            /* the value that was looked up last */
     int32_t last_id;         /* its first id */
+    int64_t last_outside;    /* the value that was noted last outside of the part */
     size_t bad;              /* the first voxel met that is no label; SIZE_MAX: none */
 } label_worker;
 
@@ -50,6 +51,7 @@ typedef struct label_pass {
     int threads;
     label_worker *workers; /* [threads]; the first has the sum of all in the end */
     value_set set;
+    value_set outside; /* values of voxels that are not wanted; empty arrays: all are wanted */
     bool keep_ids;
     int id_bytes; /* 1 or 2 */
     void *ids;    /* [wanted] of id_bytes each, first ids, zero until set; NULL unless keep_ids */
@@ -168,6 +170,20 @@ static bool visit_row(label_pass *pass, label_worker *w, sc_voxel_type type, con
     return true;
 }
 
+/* Note the values [begin, end), of type @p type, of voxels that are not wanted. */
+static void note_outside(label_pass *pass, label_worker *w, sc_voxel_type type, const void *values,
+                         int begin, int end)
+{
+    for (int i = begin, next; i < end; i = next) {
+        int64_t value;
+
+        next = sc_run_end(type, values, i, end, &value);
+        if (value != w->last_outside)
+            (void)id_of(&pass->outside, value);
+        w->last_outside = value;
+    }
+}
+
 /* Visit the voxels [@p x, + @p count) of the row @p y, @p z of the file, as far as they are wanted.
  * @return as visit_row. */
 static bool visit_part(label_pass *pass, label_worker *w, const void *values, const int at[3],
@@ -180,8 +196,13 @@ static bool visit_part(label_pass *pass, label_worker *w, const void *values, co
     const int first[3] = {begin - low[0], at[1] - low[1], at[2] - low[2]};
     size_t voxel;
 
-    if (begin >= end || first[1] < 0 || first[1] >= part[1] || first[2] < 0 || first[2] >= part[2])
+    if (begin >= end || first[1] < 0 || first[1] >= part[1] || first[2] < 0 ||
+        first[2] >= part[2]) {
+        note_outside(pass, w, type, values, 0, count);
         return true;
+    }
+    note_outside(pass, w, type, values, 0, begin - at[0]);
+    note_outside(pass, w, type, values, end - at[0], count);
     voxel = ((size_t)first[2] * (size_t)part[1] + (size_t)first[1]) * (size_t)part[0] +
             (size_t)first[0];
     values = (const unsigned char *)values + (size_t)(begin - at[0]) * sc_voxel_type_bytes(type);
@@ -500,6 +521,47 @@ static void warn_of_grey_values(const label_pass *pass, const sc_volume *volume)
                 pass->path, (long long)lowest);
 }
 
+/* Allocate an empty set. @return SC_ERR_MEMORY; what was allocated end_set frees. */
+static sc_status begin_set(const sc_ctx *ctx, value_set *set)
+{
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_alloc(ctx, SLOTS, sizeof *set->values, &block));
+    set->values = block;
+    SC_TRY(sc_alloc(ctx, SLOTS, sizeof *set->ids, &block));
+    set->ids = block;
+    for (size_t slot = 0; slot < SLOTS; slot++)
+        atomic_init(&set->ids[slot], SLOT_FREE);
+out:
+    return status;
+}
+
+static void end_set(value_set *set)
+{
+    sc_free(set->values);
+    sc_free(set->ids);
+}
+
+/* List the values that occur only outside of the part that is wanted, in rising order. @param
+ * volume has its labels. */
+static sc_status list_outside(const label_pass *pass, sc_volume *volume)
+{
+    const value_set *set = &pass->outside;
+    sc_label_table *table = &volume->outside;
+    sc_status status = SC_OK;
+
+    for (size_t slot = 0; set->values && slot < SLOTS && status == SC_OK; slot++) {
+        const sc_label label = {.value = set->values[slot], .opacity = -1};
+
+        if (set->ids[slot] >= 0 && !sc_volume_label(volume, label.value))
+            status = sc_label_table_add(pass->ctx, table, &label);
+    }
+    if (table->count)
+        qsort(table->rows, table->count, sizeof *table->rows, by_value);
+    return status;
+}
+
 /* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated end_workers frees.
  */
 static sc_status begin_workers(label_pass *pass)
@@ -558,21 +620,19 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
                        .as_stored = sc_stream_is_plain(source)};
     sc_volume found = {.size = {source->part[0], source->part[1], source->part[2]}};
     sc_label_tally *final_tallies = NULL;
-    void *values = NULL, *ids = NULL, *final = NULL;
+    void *final = NULL;
     sc_status status;
 
-    SC_TRY(sc_alloc(ctx, SLOTS, sizeof(int64_t), &values));
-    SC_TRY(sc_alloc(ctx, SLOTS, sizeof(_Atomic int32_t), &ids));
+    SC_TRY(begin_set(ctx, &pass.set));
+    if (pass.wanted < pass.voxels)
+        SC_TRY(begin_set(ctx, &pass.outside));
     SC_TRY(sc_alloc(ctx, SC_LABELS_MAX, sizeof(uint16_t), &final));
     SC_TRY(begin_workers(&pass));
-    pass.set.values = values;
-    pass.set.ids = ids;
-    for (size_t slot = 0; slot < SLOTS; slot++)
-        atomic_init(&pass.set.ids[slot], SLOT_FREE);
     if (keep_ids)
         SC_TRY(sc_zalloc(ctx, pass.wanted, 1, &pass.ids));
     SC_TRY(visit_voxels(&pass));
     SC_TRY(order_labels(&pass, &found, &final_tallies, final));
+    SC_TRY(list_outside(&pass, &found));
     warn_of_grey_values(&pass, &found);
     if (keep_ids)
         renumber(&pass, found.label_count, final);
@@ -588,8 +648,8 @@ out:
     sc_free(final_tallies);
     sc_free(pass.ids);
     end_workers(&pass);
-    sc_free(values);
-    sc_free(ids);
+    end_set(&pass.set);
+    end_set(&pass.outside);
     sc_free(final);
     return status;
 }

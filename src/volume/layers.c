@@ -196,6 +196,8 @@ sc_status sc_load_layers(const sc_ctx *ctx, const char *path, const sc_overlap_r
     sc_stage_begin(ctx, "reading", 0, 2 * voxels);
     SC_TRY(pass(&l, false, counts, block));
     SC_TRY(pass(&l, true, counts, block));
+    for (size_t i = 0; i < count; i++)
+        source->overlaps.covers[i] = ((const uint64_t *)counts)[i] > 0;
     SC_TRY(sc_overlap_add_all(ctx, l.pairs, count, &source->overlaps));
     if (l.unnamed)
         sc_warn(ctx,

@@ -442,6 +442,7 @@ static sc_status report(painting *p)
     for (size_t i = 0; i < words_of(p->voxels); i++)
         p->source->overlaps.voxels += (uint64_t)__builtin_popcountll(p->twice[i]);
     for (size_t i = 0; i < p->source->mask_count; i++) {
+        p->source->overlaps.covers[i] = p->source->masks[i].voxels > 0;
         if (!p->rule->left_out[i] && p->source->masks[i].voxels == 0 && empty++ < 8)
             SC_TRY(sc_text_add(p->ctx, &names, "%s%s", empty > 1 ? ", " : "", rows[i].name));
     }

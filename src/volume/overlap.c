@@ -88,10 +88,13 @@ enum { PAIRS_LISTED_MAX = 1 << 20 };
 sc_status sc_overlap_count_begin(const sc_ctx *ctx, size_t rows, sc_overlap_count *out)
 {
     void *block;
-    const sc_status status = sc_zalloc(ctx, rows + 1, sizeof *out->lost, &block);
+    sc_status status;
 
-    if (status == SC_OK)
-        out->lost = block;
+    SC_TRY(sc_zalloc(ctx, rows + 1, sizeof *out->lost, &block));
+    out->lost = block;
+    SC_TRY(sc_zalloc(ctx, rows + 1, sizeof *out->covers, &block));
+    out->covers = block;
+out:
     return status;
 }
 
@@ -140,6 +143,7 @@ void sc_overlap_list_clear(sc_overlap_list *list)
 void sc_overlap_count_clear(sc_overlap_count *count)
 {
     sc_free(count->lost);
+    sc_free(count->covers);
     sc_overlap_list_clear(&count->pairs);
     *count = (sc_overlap_count){0};
 }

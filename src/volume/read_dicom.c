@@ -401,6 +401,8 @@ static sc_status load(const sc_ctx *ctx, const char *path, const sc_overlap_rule
     sc_stage_begin(ctx, "reading", 0, 2 * (uint64_t)f->count * f->pixels);
     SC_TRY(count_voxels(&p));
     SC_TRY(paint(&p));
+    for (size_t i = 0; i < table->count; i++)
+        p.overlaps->covers[i] = p.voxels[table->rows[i].value] > 0;
     SC_TRY(sc_overlap_add_all(ctx, p.pairs, p.segments, p.overlaps));
     release(f);
     source->encoding = SC_ENCODING_LOADED;

@@ -237,17 +237,25 @@ out:
     return status;
 }
 
-/* Note which named rows of a table are those of labels that the volume has not. */
-static sc_status note_absent(const sc_ctx *ctx, const sc_label_table *table, sc_volume *volume)
+/* Note which named rows of the table of a source are those of labels that the volume has not, and
+ * which of its labels lie outside of the part that was read. */
+static sc_status note_absent(const sc_ctx *ctx, const sc_source *source, sc_volume *volume)
 {
+    const sc_label_table *table = &source->table;
+    const sc_overlap_count *overlaps = &source->overlaps;
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < table->count && status == SC_OK; i++) {
+    for (size_t i = 0; i < table->count; i++) {
         const sc_label *row = &table->rows[i];
 
-        if (row->value && row->name[0] && !sc_volume_label(volume, row->value))
-            status = sc_label_table_add(ctx, &volume->absent, row);
+        if (!row->value || sc_volume_label(volume, row->value))
+            continue;
+        if (row->name[0])
+            SC_TRY(sc_label_table_add(ctx, &volume->absent, row));
+        if (overlaps->covers && overlaps->covers[i] && !overlaps->lost[i])
+            SC_TRY(sc_label_table_add(ctx, &volume->outside, row));
     }
+out:
     return status;
 }
 
@@ -312,7 +320,7 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_
     if (choice->overlaps)
         SC_TRY(sc_overlap_list_take(ctx, &source, choice->overlaps));
     SC_TRY(add_left_out(ctx, &source.table, &rule, &volume, &found));
-    SC_TRY(note_absent(ctx, &source.table, &volume));
+    SC_TRY(note_absent(ctx, &source, &volume));
     *out = volume;
     *tallies = found;
     volume = (sc_volume){0};

@@ -40,6 +40,7 @@ typedef struct sc_overlap_rule {
 /* What was found out about overlaps. Zero-initialise; sc_overlap_count_clear frees. */
 typedef struct sc_overlap_count {
     uint64_t voxels;       /* that more than one tissue covers */
+    bool *covers;          /* [rows of the table] has voxels, somewhere in the file; owned */
     bool *lost;            /* [rows of the table] a voxel that it covers is another's; owned */
     sc_overlap_list pairs; /* without tissues, in any order; empty if there are too many to count */
 } sc_overlap_count;

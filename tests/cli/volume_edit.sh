@@ -111,4 +111,31 @@ rm -rf out
 hash_of '{path: heart.nrrd, resample: [30, 30, 40 mm]}' >/dev/null
 rm -rf out
 "$SEGCAST" render job.yaml -o out 2>said.txt >/dev/null
-grep -Eq 'volume.resample: [0-9]+ tissues? (is|are) so small that no voxel is left' said.txt || fail "lost tissues are not told: $(cat said.txt)"
+grep -Eq 'volume.resample: no voxel is left of [0-9]+ tissues?: ' said.txt || fail "lost tissues are not told: $(cat said.txt)"
+
+# What a crop, a box or coarser voxels leave nothing of is named, by check, too; a job may name it.
+"$python" - <<'PY'
+head = "NRRD0004\ntype: uint8\ndimension: 3\nspace: RAS\nsizes: 8 8 8\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n"
+voxels = bytearray(512)
+for z in range(8):
+    for y in range(8):
+        voxels[(z * 8 + y) * 8:(z * 8 + y) * 8 + 3] = bytes([1, 1, 1])
+voxels[511] = 7
+open("corner.nrrd", "wb").write(head.encode() + bytes(voxels))
+PY
+printf '1 wall 255 0 0 255\n7 nail 0 255 0 255\n9 ghost 0 255 0 255\n' >corner.ctbl
+lost() { # lost KEY PATTERN: check and render of the volume with KEY warn of a lost tissue as PATTERN says
+    printf 'volume: {path: corner.nrrd, %s}\nlabels: corner.ctbl\noutput: {size: [64, 48], frames: none, video: none}\n' "$1" >lost.yaml
+    printf 'tissues: {nail: {opacity: 1}, "7": {color: [1, 2, 3]}}\nanimation: {frames: 1}\n' >>lost.yaml
+    expect 0 "warning: .*$2" "$SEGCAST" check lost.yaml
+    expect 0 "warning: .*${3:-$2}" "$SEGCAST" still lost.yaml --frame 0 -o lost.png --overwrite
+}
+lost 'crop: [[0, 0, 0], [5, 5, 5]]' 'volume.crop: no voxel is left of 1 tissue: "nail"; a larger box keeps more'
+! grep -q wall stderr.txt || fail "a tissue that is left is said to be lost: $(cat stderr.txt)"
+lost 'box: [[0, 5], [0, 8], [0, 8]]' 'corner.nrrd: the box leaves nothing of 1 tissue: "nail"'
+grep -q 'corner.nrrd: has no voxels of 1 tissue that the job names: "nail"' stderr.txt || fail "that the job names it is not said: $(cat stderr.txt)"
+lost 'box: [[0, 8], [0, 7], [0, 8]]' 'corner.nrrd: the box leaves nothing of 1 tissue: "nail"'
+lost 'resample: 4 mm' 'volume.resample: no voxel may be left of 1 tissue, .*: "nail"' 'volume.resample: no voxel is left of 1 tissue: "nail"'
+printf 'volume: {path: corner.nrrd, crop: [[0, 0, 0], [7, 7, 7]]}\n' >whole.yaml
+"$SEGCAST" check whole.yaml >/dev/null 2>said.txt
+! grep -q 'is left of' said.txt || fail "a crop that loses nothing: $(cat said.txt)"
