@@ -282,8 +282,9 @@ out:
     return status;
 }
 
-/* Let a volume that has no numbers of its own meet the table by names; also those of its tissues
- * that have no voxels. @param absent gets those of them that the job names. */
+/* Let a volume that has no numbers of its own meet the table by names, those of its tissues included
+ * that have no voxels; without a table, it gets those of them only that the job names. @param absent
+ * gets these. */
 static sc_status meet_by_name(const sc_app *app, const sc_job *job, sc_label_source *source,
                               sc_volume *volume, sc_label_scan *scan, sc_label_table *absent)
 {
@@ -291,7 +292,7 @@ static sc_status meet_by_name(const sc_app *app, const sc_job *job, sc_label_sou
     sc_status status;
 
     SC_TRY(find_absent(app, job, &nothing, volume, absent));
-    SC_TRY(add_labels(app, &volume->absent, volume, scan));
+    SC_TRY(add_labels(app, source->table.count ? &volume->absent : absent, volume, scan));
     sc_label_table_clear(&volume->absent);
     status = sc_match_labels(app, job, source, volume, scan);
 out:
