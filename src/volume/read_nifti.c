@@ -19,6 +19,7 @@ typedef struct fields {
     int64_t dim[8];
     double pixdim[8];
     int datatype, bitpix;
+    double turn[6];      /* quatern_b, _c, _d, and qoffset_x, _y, _z */
     double voxel_offset; /* vox_offset, in bytes of the file that holds the voxels */
     char magic[4];
     unsigned char bytes[HEADER2_BYTES]; /* the header as it stands in the file */
@@ -64,6 +65,10 @@ static void fields_of_header1(const unsigned char *bytes, bool swapped, fields *
     out->bitpix = header.bitpix;
     out->voxel_offset = header.vox_offset;
     memcpy(out->magic, header.magic, 4);
+    memcpy(out->turn,
+           (const double[]){header.quatern_b, header.quatern_c, header.quatern_d, header.qoffset_x,
+                            header.qoffset_y, header.qoffset_z},
+           sizeof out->turn);
 }
 
 /* The same for a header of version 2 (NIfTI-2), which is larger and has wider fields. */
@@ -83,6 +88,10 @@ static void fields_of_header2(const unsigned char *bytes, bool swapped, fields *
     out->bitpix = header.bitpix;
     out->voxel_offset = (double)header.vox_offset;
     memcpy(out->magic, header.magic, 4);
+    memcpy(out->turn,
+           (const double[]){header.quatern_b, header.quatern_c, header.quatern_d, header.qoffset_x,
+                            header.qoffset_y, header.qoffset_z},
+           sizeof out->turn);
 }
 
 /* Fill *out from the header of the file, in this machine's byte order. What is not of version 1
@@ -244,11 +253,22 @@ static bool usable(const nifti_dmat44 *m)
     return sc_affine_invert(&a, &inverse);
 }
 
+/* @return whether the qform of the header is made of numbers: nifticlib takes others for 0. */
+static bool has_turn(const fields *f)
+{
+    bool finite = true;
+
+    for (int i = 0; i < 6; i++)
+        finite = finite && isfinite(f->turn[i]);
+    return finite;
+}
+
 /* Set to_ras_mm and oriented of @p source: by the sform if it is given and usable, else by the
  * qform likewise, else by the voxel sizes alone, which say nothing about orientation. Lengths
- * in m and um become mm; other units are taken for mm. An sform that is not usable gives a
+ * in m and um become mm; other units are taken for mm. An sform or qform that is not usable gives a
  * warning. */
-static void geometry(const sc_ctx *ctx, const char *path, const nifti_image *nim, sc_source *source)
+static void geometry(const sc_ctx *ctx, const char *path, const fields *f, const nifti_image *nim,
+                     sc_source *source)
 {
     double mm = 1;
     const nifti_dmat44 *chosen = NULL;
@@ -259,11 +279,14 @@ static void geometry(const sc_ctx *ctx, const char *path, const nifti_image *nim
         mm = 1e-3;
     if (nim->sform_code > 0 && usable(&nim->sto_xyz))
         chosen = &nim->sto_xyz;
-    else if (nim->qform_code > 0 && usable(&nim->qto_xyz))
+    else if (nim->qform_code > 0 && has_turn(f) && usable(&nim->qto_xyz))
         chosen = &nim->qto_xyz;
     if (nim->sform_code > 0 && chosen != &nim->sto_xyz)
         sc_warn(ctx, "%s: sform is not a usable matrix; %s is used", path,
                 chosen ? "qform" : "the voxel size alone");
+    else if (nim->qform_code > 0 && !chosen)
+        sc_warn(ctx, "%s: qform is not usable%s; the voxel size alone is used", path,
+                has_turn(f) ? "" : ", its quaternion or offset is not a number");
     source->oriented = chosen != NULL;
     if (!chosen) {
         const double size[3] = {nim->dx, nim->dy, nim->dz};
@@ -360,7 +383,7 @@ sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, s
     }
     source.swapped = nim->byteorder != nifti_short_order() && sc_voxel_type_bytes(source.type) > 1;
     source.phase_step_s = step_s(nim);
-    geometry(ctx, path, nim, &source);
+    geometry(ctx, path, &f, nim, &source);
     scaling(nim, &source);
     SC_TRY(sc_nifti_labels(ctx, path, f.version == 1 ? HEADER1_BYTES : HEADER2_BYTES,
                            pair ? UINT64_MAX : (uint64_t)f.voxel_offset,
