@@ -354,9 +354,75 @@ static sc_status finish_zlib(sc_voxel_stream *s)
     return SC_OK;
 }
 
+/* @return whether the length of the last gzip member, in the last bytes of a file, is that of all
+ * that was unpacked: then nothing follows it, and there is one member. */
+static bool ends_with_length(FILE *file, uint64_t unpacked)
+{
+    unsigned char last[4];
+    uint32_t length;
+
+    if (fseeko(file, -(off_t)sizeof last, SEEK_END) || fread(last, 1, sizeof last, file) != 4)
+        return false;
+    length = last[0] | (uint32_t)last[1] << 8 | (uint32_t)last[2] << 16 | (uint32_t)last[3] << 24;
+    return length == (uint32_t)unpacked;
+}
+
+/* Go through the gzip members of a file from its place on. @return how many bytes stand behind the
+ * last of them; 0 also if that cannot be found out. */
+static uint64_t count_behind_gzip(FILE *file, unsigned char *in, unsigned char *out, size_t room)
+{
+    z_stream z = {0};
+    uint64_t rest = 0;
+    int code = inflateInit2(&z, MAX_WBITS + 16); /* + 16: gzip */
+
+    if (code != Z_OK)
+        return 0;
+    for (;;) {
+        if (!z.avail_in) {
+            z.next_in = in;
+            z.avail_in = (uInt)fread(in, 1, room, file);
+        }
+        if (!z.avail_in)
+            break;
+        if (code == Z_STREAM_END && z.next_in[0] != 0x1f) {
+            for (rest = z.avail_in; (z.avail_in = (uInt)fread(in, 1, room, file)) != 0;)
+                rest += z.avail_in;
+            break;
+        }
+        if (code == Z_STREAM_END)
+            (void)inflateReset(&z);
+        z.next_out = out;
+        z.avail_out = (uInt)room;
+        code = inflate(&z, Z_NO_FLUSH);
+        if (code != Z_OK && code != Z_STREAM_END)
+            break;
+    }
+    inflateEnd(&z);
+    return rest;
+}
+
+/* Warn of bytes behind the end of the gzip members, which zlib skips without a word. Only a file
+ * whose last bytes are not the length of its data is gone through once more. */
+static void warn_of_rest(const sc_voxel_stream *s)
+{
+    const off_t begin = (off_t)s->source->offset_bytes;
+    FILE *file = fopen(s->source->file, "rb");
+    unsigned char *room = file ? malloc((size_t)2 * GZIP_BUFFER_BYTES) : NULL;
+    uint64_t rest = 0;
+
+    if (room && !ends_with_length(file, (uint64_t)gztell(s->gzip)) &&
+        !fseeko(file, begin, SEEK_SET))
+        rest = count_behind_gzip(file, room, room + GZIP_BUFFER_BYTES, GZIP_BUFFER_BYTES);
+    if (rest)
+        sc_warn(s->ctx, "%s: %llu bytes behind the end of the compressed data are ignored",
+                s->source->file, (unsigned long long)rest);
+    free(room);
+    if (file)
+        fclose(file);
+}
+
 sc_status sc_stream_finish(sc_voxel_stream *s)
 {
-    struct stat info;
     const char *reason;
     int error;
 
@@ -373,10 +439,8 @@ sc_status sc_stream_finish(sc_voxel_stream *s)
         return sc_fail(
             s->ctx, sc_gzip_status(s->gzip), "%s: the compressed data %s: %s", s->source->file,
             sc_gzip_status(s->gzip) == SC_ERR_DATA ? "are damaged" : "cannot be read", reason);
-    if (gzeof(s->gzip) && !gzdirect(s->gzip) && !stat(s->source->file, &info) &&
-        (int64_t)gzoffset(s->gzip) < (int64_t)info.st_size)
-        sc_warn(s->ctx, "%s: bytes after the end of the compressed data are ignored",
-                s->source->file);
+    if (gzeof(s->gzip) && !gzdirect(s->gzip))
+        warn_of_rest(s);
     return SC_OK;
 }
 
