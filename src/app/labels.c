@@ -282,9 +282,9 @@ out:
     return status;
 }
 
-/* Let a volume that has no numbers of its own meet the table by names, those of its tissues included
- * that have no voxels; without a table, it gets those of them only that the job names. @param absent
- * gets these. */
+/* Let a volume that has no numbers of its own meet the table by names, those of its tissues
+ * included that have no voxels; without a table, it gets those of them only that the job names.
+ * @param absent gets these. */
 static sc_status meet_by_name(const sc_app *app, const sc_job *job, sc_label_source *source,
                               sc_volume *volume, sc_label_scan *scan, sc_label_table *absent)
 {

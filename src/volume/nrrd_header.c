@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <teem/nrrd.h>
 
@@ -21,6 +22,7 @@ typedef struct reading {
     const char *path;
     int line; /* number of the current line, from 1 */
     sc_nrrd_header *header;
+    const char *spacings, *directions; /* values of these fields; NULL: not given */
 } reading;
 
 void sc_nrrd_header_clear(sc_nrrd_header *header)
@@ -298,11 +300,76 @@ static char *field_of(char *line, int *field)
     return *field == nrrdField_unknown ? NULL : colon + 2 + strspn(colon + 2, " \t");
 }
 
+/* Check that the value of the field "sizes" consists of numbers of samples: Teem says of all others
+ * that they are zero. */
+static sc_status check_sizes(const reading *r, const char *value)
+{
+    const char *at = value + strspn(value, " \t");
+
+    while (*at) {
+        char *end;
+        long long size;
+
+        errno = 0;
+        size = strtoll(at, &end, 10);
+        if (end == at || (*end && *end != ' ' && *end != '\t') || size < 1 || errno)
+            return sc_fail(r->ctx, SC_ERR_DATA,
+                           "%s:%d: sizes is \"%.80s\", expected for each axis how many samples it "
+                           "has, a whole number from 1 on",
+                           r->path, r->line, value);
+        at = end + strspn(end, " \t");
+    }
+    return SC_OK;
+}
+
+/* @return the value of the next axis in the text of "space directions", a vector or the word none,
+ * and move *at behind it; NULL behind the last. */
+static const char *next_direction(const char **at)
+{
+    const char *begin = *at + strspn(*at, " \t");
+    const size_t length = *begin == '(' ? strcspn(begin, ")") : strcspn(begin, " \t");
+
+    *at = begin + length + (*begin == '(' && begin[length]);
+    return *begin ? begin : NULL;
+}
+
+/* Add the field "spacings" to the fields. Axes with a direction have their spacing in its length: a
+ * second one, which the format forbids and Teem refuses, is left out, with a warning. */
+static sc_status add_spacings(const reading *r)
+{
+    const char *spacing = r->spacings, *directions = r->directions ? r->directions : "";
+    bool doubled = false;
+    sc_status status = SC_OK;
+
+    if (!spacing)
+        return SC_OK;
+    SC_TRY(sc_text_add(r->ctx, &r->header->fields, "spacings:"));
+    for (spacing += strspn(spacing, " \t"); *spacing; spacing += strspn(spacing, " \t")) {
+        const int length = (int)strcspn(spacing, " \t");
+        const char *direction = next_direction(&directions);
+        const bool has_both = direction && *direction == '(' && strncasecmp(spacing, "nan", 3) != 0;
+
+        SC_TRY(sc_text_add(r->ctx, &r->header->fields, " %.*s", has_both ? 3 : length,
+                           has_both ? "nan" : spacing));
+        doubled = doubled || has_both;
+        spacing += length;
+    }
+    SC_TRY(sc_text_add(r->ctx, &r->header->fields, "\n"));
+    if (doubled)
+        sc_warn(r->ctx,
+                "%s: has spacings beside space directions, which say the same; the directions are "
+                "used",
+                r->path);
+out:
+    return status;
+}
+
 /* Sort one line into the header; *next as in read_data_file. */
 static sc_status read_line(reading *r, char *line, char **next)
 {
     int field = nrrdField_unknown;
     char *value, *separator;
+    sc_status status;
 
     if (*line == '#')
         return SC_OK;
@@ -314,11 +381,21 @@ static sc_status read_line(reading *r, char *line, char **next)
         *separator = '\0';
         return read_key(r, line, separator + 2);
     }
+    if (value && field == nrrdField_sizes)
+        SC_TRY(check_sizes(r, value));
+    if (value && field == nrrdField_space_directions)
+        r->directions = value;
+    if (value && field == nrrdField_spacings && !r->spacings) {
+        r->spacings = value;
+        return SC_OK;
+    }
     if (r->header->fields.length_bytes + strlen(line) > FIELDS_MAX_BYTES)
         return sc_fail(r->ctx, SC_ERR_DATA,
                        "%s:%d: the fields of the header are longer than %d bytes", r->path, r->line,
                        FIELDS_MAX_BYTES);
-    return sc_text_add(r->ctx, &r->header->fields, "%s\n", line);
+    status = sc_text_add(r->ctx, &r->header->fields, "%s\n", line);
+out:
+    return status;
 }
 
 sc_status sc_nrrd_header_read(const sc_ctx *ctx, const char *path, sc_nrrd_header *out)
@@ -346,6 +423,7 @@ sc_status sc_nrrd_header_read(const sc_ctx *ctx, const char *path, sc_nrrd_heade
         if (*line)
             SC_TRY(read_line(&r, line, &next));
     }
+    SC_TRY(add_spacings(&r));
     if (header.file_count)
         header.attached = false;
     else

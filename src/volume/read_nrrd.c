@@ -232,11 +232,27 @@ static bool parse_color(const char *text, uint8_t rgb[3])
     return true;
 }
 
+/* @return whether voxels of a type, of integers, can have a value. */
+static bool fits_type(sc_voxel_type type, int64_t value)
+{
+    static const int64_t lowest[] = {INT8_MIN, 0, INT16_MIN, 0, INT32_MIN, 0, INT64_MIN, 0};
+    static const int64_t highest[] = {INT8_MAX,  UINT8_MAX,  INT16_MAX, UINT16_MAX,
+                                      INT32_MAX, UINT32_MAX, INT64_MAX, INT64_MAX};
+
+    return value >= lowest[type] && value <= highest[type];
+}
+
+/* @return whether voxels of a type are integers. */
+static bool is_integer(sc_voxel_type type)
+{
+    return type != SC_VOXEL_FLOAT && type != SC_VOXEL_DOUBLE;
+}
+
 /* Append one segment of Slicer's header to @p table as a row. A segment without LabelValue has
  * the value index + 1. One whose value cannot be read is left out, and so is a colour that
  * cannot be read, with a warning each. @return SC_ERR_MEMORY only. */
 static sc_status read_segment(const sc_ctx *ctx, const char *path, const sc_nrrd_segment *segment,
-                              size_t index, sc_label_table *table, sc_name_count *names)
+                              size_t index, sc_source *source, sc_name_count *names)
 {
     sc_label row = {.opacity = -1};
     char *end = NULL;
@@ -250,12 +266,29 @@ static sc_status read_segment(const sc_ctx *ctx, const char *path, const sc_nrrd
                 path, index, segment->value);
         return SC_OK;
     }
+    if (is_integer(source->type) && !fits_type(source->type, row.value))
+        sc_warn(
+            ctx,
+            "%s: Segment%zu_LabelValue is %lld, which no voxel of this type can have, so that the "
+            "segment has none; was the volume saved as another type?",
+            path, index, (long long)row.value);
     sc_name_read(segment->name ? segment->name : "", row.name, names);
     row.has_color = parse_color(segment->color, row.rgb);
     if (segment->color && !row.has_color)
         sc_warn(ctx, "%s: Segment%zu_Color is \"%.40s\", expected three numbers from 0 to 1", path,
                 index, segment->color);
-    return sc_label_table_add(ctx, table, &row);
+    return sc_label_table_add(ctx, &source->table, &row);
+}
+
+/* Warn if a segment of a file without layers is said to be in another one than the first. */
+static void check_layer(const sc_ctx *ctx, const char *path, const sc_nrrd_segment *segment,
+                        size_t index)
+{
+    if (segment->layer && strcmp(segment->layer, "0"))
+        sc_warn(ctx,
+                "%s: Segment%zu_Layer is \"%.40s\", but the file has one layer, 0; the segment "
+                "is taken to be there",
+                path, index, segment->layer);
 }
 
 /* Note that the last row of the table is this segment of a file with layers. One whose layer the
@@ -319,9 +352,11 @@ static sc_status read_segments(const sc_ctx *ctx, const char *path, const sc_nrr
 
         if (!header->segments[i].id && !header->segments[i].value)
             break;
-        SC_TRY(read_segment(ctx, path, &header->segments[i], i, table, &names));
+        SC_TRY(read_segment(ctx, path, &header->segments[i], i, source, &names));
         if (source->layers > 1 && table->count > count)
             place_segment(ctx, path, &header->segments[i], i, source);
+        else if (source->layers <= 1)
+            check_layer(ctx, path, &header->segments[i], i);
     }
     if (source->layers > 1)
         number_segments(ctx, path, source);
@@ -438,6 +473,25 @@ static sc_status skip_lines(const sc_ctx *ctx, const char *file, unsigned lines,
                  : SC_OK;
 }
 
+/* Warn if the data of encoding gzip are not compressed; they are read as they are. */
+static void check_gzip(const sc_ctx *ctx, const char *path, const sc_source *source)
+{
+    static const unsigned char mark[2] = {0x1f, 0x8b};
+    unsigned char first[2];
+    FILE *stream = fopen(source->file, "rb"); /* reading notices an error */
+
+    if (stream && !fseeko(stream, (off_t)source->offset_bytes, SEEK_SET) &&
+        fread(first, 1, sizeof first, stream) == sizeof first &&
+        memcmp(first, mark, sizeof mark) != 0)
+        sc_warn(
+            ctx,
+            "%s: says that its encoding is gzip, but its voxels are not compressed; they are read "
+            "as they are",
+            path);
+    if (stream)
+        fclose(stream);
+}
+
 /* Set encoding, file, offset_bytes, skip_bytes and swapped of @p source, whose type and size are
  * set. The voxels begin behind the header or at the begin of their own file, and then behind the
  * lines and bytes that the header says to skip; a byte skip of -1: they are the last of the file.
@@ -455,6 +509,8 @@ static sc_status find_voxels(const sc_ctx *ctx, const char *path, const sc_nrrd_
     source->offset_bytes = header->end_bytes;
     if (nio->lineSkip)
         SC_TRY(skip_lines(ctx, source->file, nio->lineSkip, &source->offset_bytes));
+    if (gzip)
+        check_gzip(ctx, path, source);
     if (gzip)
         source->skip_bytes = (uint64_t)nio->byteSkip;
     else if (nio->byteSkip >= 0)
@@ -548,9 +604,6 @@ out:
 static sc_status parse_numbers(const sc_ctx *ctx, const char *path, const char *text, size_t begin,
                                size_t count, sc_voxel_type type, int64_t *values, double *real)
 {
-    static const int64_t lowest[] = {INT8_MIN, 0, INT16_MIN, 0, INT32_MIN, 0, INT64_MIN, 0};
-    static const int64_t highest[] = {INT8_MAX,  UINT8_MAX,  INT16_MAX, UINT16_MAX,
-                                      INT32_MAX, UINT32_MAX, INT64_MAX, INT64_MAX};
     const char *at = text + begin;
 
     for (size_t i = 0; i < count; i++) {
@@ -567,7 +620,7 @@ static sc_status parse_numbers(const sc_ctx *ctx, const char *path, const char *
         else
             values[i] = value = strtoll(at, &end, 10);
         if (end == at || !strchr(" \t\r\n\f\v,", *end) ||
-            (!real && (errno || value < lowest[type] || value > highest[type])))
+            (!real && (errno || !fits_type(type, value))))
             return sc_fail(ctx, SC_ERR_DATA,
                            "%s: byte %td begins \"%.20s\", expected a %s that fits the type of the "
                            "voxels",
@@ -585,7 +638,7 @@ static sc_status load_ascii(const sc_ctx *ctx, const char *path, const sc_nrrd_h
                             const NrrdIoState *nio, sc_source *source)
 {
     const char *file = header->attached ? path : header->first_file;
-    const bool real = source->type == SC_VOXEL_FLOAT || source->type == SC_VOXEL_DOUBLE;
+    const bool real = !is_integer(source->type);
     const size_t count = sc_source_voxels(source) * (size_t)source->phases;
     uint64_t offset = header->end_bytes;
     char *text = NULL;
