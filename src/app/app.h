@@ -343,6 +343,9 @@ sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label 
  * above it in the data set; for an MGH file, FreeSurferColorLUT.txt beside it or in
  * $FREESURFER_HOME. It is told. @param out [SC_PATH_BYTES] its path; empty if there is none. */
 void sc_find_labels(const sc_app *app, const char *volume, char *out);
+/* Say where names and colours are to be had for a volume without a table whose numbers look like
+ * those of FreeSurfer. */
+void sc_hint_labels(const sc_app *app, const char *path, const sc_volume *volume);
 /* Read the label table of the job, if it names one, or else, if @p volume has no names, that of
  * sc_find_labels. Not collective. Caller owns *out, which may be empty: sc_label_source_clear. */
 sc_status sc_read_labels_of(const sc_app *app, const sc_job *job, const sc_volume *volume,

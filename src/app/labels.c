@@ -25,6 +25,8 @@ sc_status sc_read_labels_of(const sc_app *app, const sc_job *job, const sc_volum
         snprintf(out->path, sizeof out->path, "%s", job->labels);
     else if (!has_names(volume))
         sc_find_labels(app, job->volume, out->path);
+    if (!named && !out->path[0] && !has_names(volume))
+        sc_hint_labels(app, job->volume, volume);
     if (!out->path[0])
         return SC_OK;
     return sc_label_table_read(app->ctx, out->path,

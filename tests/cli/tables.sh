@@ -99,6 +99,24 @@ cp aseg.mgh beside
 sed 's/Left/Own/' installed/FreeSurferColorLUT.txt >beside/FreeSurferColorLUT.txt
 [ "$(name_of beside/aseg.mgh)" = Own-Hippocampus ] || fail "the table beside the volume does not win"
 
+# Without one, the numbers of FreeSurfer tell where names are to be had; those of others do not.
+numbers() { # numbers FILE NUMBER...: write a volume with these labels
+    local file=$1
+    shift
+    printf 'NRRD0004\ntype: int\ndimension: 3\nspace: RAS\nsizes: %d 1 1\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: ascii\n\n%s\n' $# "$*" >"$file"
+}
+numbers aseg.nrrd 0 2 3 4 5 7 8 10 11 12 14 15 16 24 41 42 43 44 46 47 49 50 51
+numbers aparc.nrrd 0 2 41 $(seq 1001 1035) $(seq 2001 2035)
+numbers other.nrrd 0 $(seq 1 117)
+for file in aseg aparc; do
+    expect 0 "$file.nrrd: has the numbers of FreeSurfer, and no names; names and colours are in $FREESURFER_HOME/FreeSurferColorLUT.txt," "$SEGCAST" info $file.nrrd
+    FREESURFER_HOME='' expect 0 "names and colours are in FreeSurferColorLUT.txt, which FreeSurfer installs: .labels: FILE" "$SEGCAST" info $file.nrrd
+done
+for arguments in other.nrrd "aseg.nrrd --labels heart.tsv" phantom.nrrd; do
+    "$SEGCAST" info $arguments 2>said.txt >/dev/null
+    ! grep -q 'numbers of FreeSurfer' said.txt || fail "$arguments: taken for a volume of FreeSurfer"
+done
+
 # info and check tell how a table and the voxels agree: values of several rows, rows of no voxel, voxels of no row.
 cat >some.csv <<'CSV'
 value,name
