@@ -5,6 +5,7 @@
 
 #include "segcast/image.h"
 
+#include <errno.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -333,22 +334,26 @@ sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *p, const 
     sc_outfile file = {0};
     sc_status status;
     bool written;
+    int error;
 
     sc_stage_begin(ctx, "writing", 0, h.total_bytes);
     sources_of(p, sources);
     h.checksum = checksum_of(&h, sources, bytes);
     SC_TRY(sc_outfile_open(ctx, path, replace, &file));
     written = put(file.stream, &h, sizeof h, &at, h.offset[IDS]);
+    error = written ? 0 : errno;
     for (int i = 0; i < SECTIONS && written; i++) {
         const uint64_t before = at;
 
         written = put(file.stream, sources[i], bytes[i], &at,
                       i + 1 < SECTIONS ? h.offset[i + 1] : h.total_bytes);
+        error = written ? 0 : errno;
         sc_stage_add(ctx, at - before);
     }
     if (!written)
-        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written after %llu of %llu bytes", path,
-                         (unsigned long long)at, (unsigned long long)h.total_bytes);
+        status =
+            sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written after %llu of %llu bytes: %s", path,
+                    (unsigned long long)at, (unsigned long long)h.total_bytes, sc_reason(error));
     else
         status = sc_outfile_commit(ctx, &file);
 out:

@@ -36,3 +36,11 @@ limited "$SEGCAST" phantom --size 200x200x200 -o p.nrrd >stdout.txt 2>stderr.txt
 [ $code = 74 ] || fail "exit code $code, expected 74"
 one_error
 [ -z "$(ls -A | grep nrrd)" ] || fail "an incomplete volume is left: $(ls -A)"
+
+code=0
+limited "$SEGCAST" prepare phantom:60x50x60 -o full.segc >stdout.txt 2>stderr.txt || code=$?
+[ $code = 74 ] || { cat stderr.txt >&2; fail "exit code $code, expected 74"; }
+one_error
+grep -q 'full.segc: cannot be written after .* bytes: the limit of file sizes is reached' stderr.txt ||
+    fail "the message does not name the reason: $(cat stderr.txt)"
+[ -z "$(ls -A | grep segc)" ] || fail "an incomplete prepared volume is left: $(ls -A)"
