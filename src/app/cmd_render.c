@@ -406,6 +406,8 @@ static sc_status prepare_video(sc_run *run)
 
     SC_TRY(sc_path_join(ctx, run->directory, run->session.job.output.video, &run->video_path));
     SC_TRY(sc_make_directory(ctx, run->directory));
+    if (run->app->options.overwrite) /* what runs that were killed have left beside the video */
+        sc_remove_temporaries(run->directory, false);
     status = sc_check_output(run->app, &run->session, run->video_path, true);
 out:
     return status;

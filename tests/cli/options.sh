@@ -77,6 +77,13 @@ mkdir sub
 (cd sub && "$SEGCAST" orbit ../p.nrrd -o turn.mp4 --frames 5 --size 64x48 -q >/dev/null)
 "$VIDEO_PROBE" sub/turn.mp4 | grep -q '5 frames of 64 x 48' || fail "orbit"
 [ "$(ls sub)" = turn.mp4 ] || fail "orbit leaves other files: $(ls sub)"
+# What a run that was killed has left beside the video goes with --overwrite; what is of a living process, or only named
+# alike, stays.
+gone=$(sh -c 'echo $$')
+touch "sub/.turn.mp4.tmp.$(uname -n).$gone.0123456789abcdef" "sub/.turn.mp4.tmp.$(uname -n).$$.0123456789abcdef" sub/.turn.mp4.tmp.mine
+"$SEGCAST" orbit p.nrrd -o sub/turn.mp4 --frames 5 --size 64x48 -q --overwrite >/dev/null
+[ "$(ls -A sub | tr '\n' ' ')" = ".turn.mp4.tmp.mine .turn.mp4.tmp.$(uname -n).$$.0123456789abcdef turn.mp4 " ] ||
+    fail "--overwrite leaves other files than it should: $(ls -A sub)"
 expect 66 'nowhere.nrrd: No such file' "$SEGCAST" orbit nowhere.nrrd; one_error
 expect 64 'expected a name ending in' "$SEGCAST" orbit p.nrrd -o turn.avi
 
