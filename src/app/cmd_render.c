@@ -595,7 +595,7 @@ sc_status sc_cmd_orbit(sc_app *app)
     const char *output = app->options.output ? app->options.output : "orbit.mp4";
     const char *slash = strrchr(output, '/');
     sc_run run = {.app = app};
-    sc_text directory = {0};
+    sc_text directory = {0}, origin = {0};
     sc_status status = SC_OK;
 
     if (slash && !slash[1])
@@ -613,11 +613,13 @@ sc_status sc_cmd_orbit(sc_app *app)
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_expect_series(app));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.directory", directory.data));
-    SC_TRY(
-        sc_options_set_text(app->ctx, &app->options, "output.video", slash ? slash + 1 : output));
+    SC_TRY(sc_text_add(app->ctx, &origin, "--output %s", output));
+    SC_TRY(sc_options_set_as(app->ctx, &app->options, origin.data, "output.video",
+                             slash ? slash + 1 : output));
     app->options.frames = NULL;
 out:
     sc_text_clear(&directory);
+    sc_text_clear(&origin);
     status = sc_comm_agree(app->comm, status);
     return status == SC_OK ? run_job(&run, NULL) : status;
 }

@@ -43,10 +43,11 @@ static sc_status add_setting(const sc_ctx *ctx, sc_options *options, sc_setting 
     return SC_OK;
 }
 
-/* Append a setting with copies of both texts. Messages name its key. @param literal see sc_setting.
+/* Append a setting with copies of all texts. Messages name @p origin, or, if that is NULL, its key.
+ * @param literal see sc_setting.
  */
-static sc_status add_copy(const sc_ctx *ctx, sc_options *options, const char *key,
-                          const char *value, bool literal)
+static sc_status add_copy(const sc_ctx *ctx, sc_options *options, const char *origin,
+                          const char *key, const char *value, bool literal)
 {
     sc_setting setting = {.literal = literal};
     sc_status status;
@@ -54,6 +55,8 @@ static sc_status add_copy(const sc_ctx *ctx, sc_options *options, const char *ke
     SC_TRY(copy(ctx, options, key, strlen(key), &setting.path));
     SC_TRY(copy(ctx, options, value, strlen(value), &setting.value));
     setting.origin = setting.path;
+    if (origin)
+        SC_TRY(copy(ctx, options, origin, strlen(origin), &setting.origin));
     status = add_setting(ctx, options, setting);
 out:
     return status;
@@ -62,12 +65,18 @@ out:
 sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
                               const char *value)
 {
-    return add_copy(ctx, options, key, value, true);
+    return add_copy(ctx, options, NULL, key, value, true);
+}
+
+sc_status sc_options_set_as(const sc_ctx *ctx, sc_options *options, const char *origin,
+                            const char *key, const char *value)
+{
+    return add_copy(ctx, options, origin, key, value, true);
 }
 
 sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key, const char *value)
 {
-    return add_copy(ctx, options, key, value, false);
+    return add_copy(ctx, options, NULL, key, value, false);
 }
 
 sc_status sc_options_default(const sc_ctx *ctx, sc_options *options, const char *key,

@@ -133,6 +133,9 @@ sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key
                          const char *value);
 sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
                               const char *value);
+/* As sc_options_set_text; messages of the value begin with @p origin, such as "--output x.mp4". */
+sc_status sc_options_set_as(const sc_ctx *ctx, sc_options *options, const char *origin,
+                            const char *key, const char *value);
 /* Add a default of the command, which holds if the job does not set the key. Both texts are
  * borrowed. @return SC_ERR_INTERNAL if there are more than sc_options.defaults holds. */
 sc_status sc_options_default(const sc_ctx *ctx, sc_options *options, const char *key,
