@@ -24,8 +24,7 @@ static const char *const introduction[] = {
     "other, such as orbit and fixed, a setting removes the "
     "other.",
     "Paths in the file are relative to the file, those of settings to the working directory. `~` "
-    "is "
-    "not replaced: shells do that, outside of quotes.",
+    "and variables such as `$HOME` are not replaced: shells do that, outside of quotes.",
     "A colour is a name of CSS (`red`, `dark orange`), `\"#f00\"` or `\"#ff0000\"` (in quotes, "
     "because "
     "in YAML # begins a comment), or a list of levels from 0 to 255, `[255, 128, 0]`, or of shares "

@@ -4,11 +4,15 @@
 #include "segcast/job.h"
 #include "segcast/volume.h"
 
+#include <ctype.h>
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+/* The characters of the name of a variable. */
+#define WORD "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_"
 
 bool sc_job_is_phantom(const char *volume)
 {
@@ -25,22 +29,39 @@ static const char *home_of(const char *const *environment)
     return NULL;
 }
 
-/* Log that "~" was not replaced in a path. @return as sc_yaml_fail. */
-static sc_status refuse_tilde(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
-                              const char *key, const char *path)
+/* @return where in a path something stands that only a shell replaces: "~" at its beginning, or a
+ * variable such as $HOME or ${HOME}; NULL: nowhere. */
+static const char *shell_part(const char *path)
+{
+    if (path[0] == '~')
+        return path;
+    for (const char *c = strchr(path, '$'); c; c = strchr(c + 1, '$')) {
+        if (isalpha((unsigned char)c[1]) || c[1] == '_' || c[1] == '{')
+            return c;
+    }
+    return NULL;
+}
+
+/* Log that a part of a path was not replaced. @param part as of shell_part. @return as
+ * sc_yaml_fail.
+ */
+static sc_status refuse_shell(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
+                              const char *key, const char *path, const char *part)
 {
     const char *home = home_of(sources->environment);
+    const size_t length = *part == '~'     ? 1
+                          : part[1] == '{' ? strcspn(part, "}") + (strchr(part, '}') != NULL)
+                                           : 1 + strspn(part + 1, WORD);
 
-    if (home && (!path[1] || path[1] == '/'))
+    if (home && *part == '~' && (!path[1] || path[1] == '/'))
         return sc_yaml_fail(ctx, node,
                             "%s is \"%s\", but only a shell replaces \"~\", and only outside of "
                             "quotes; write %s%s",
                             key, path, home, path + 1);
-    return sc_yaml_fail(
-        ctx, node,
-        "%s is \"%s\", but only a shell replaces \"~\", and only outside of quotes; "
-        "write the whole path",
-        key, path);
+    return sc_yaml_fail(ctx, node,
+                        "%s is \"%s\", but only a shell replaces \"%.*s\", and only outside of "
+                        "%squotes; write the whole path",
+                        key, path, (int)length, part, *part == '~' ? "" : "single ");
 }
 
 /* Write @p path, as it stands in @p node, to *out: in the job file it is relative to that file, in
@@ -105,8 +126,8 @@ sc_status sc_resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, cons
     absolute = is_input ? sc_volume_real_path(joined) : realpath(joined, NULL);
     error = absolute ? 0 : errno;
     no_memory = error && sc_input_status(error) == SC_ERR_MEMORY;
-    if (!absolute && !no_memory && path[0] == '~' && (!is_input || sources->check_inputs))
-        status = refuse_tilde(ctx, sources, node, key, path);
+    if (!absolute && !no_memory && shell_part(path) && (!is_input || sources->check_inputs))
+        status = refuse_shell(ctx, sources, node, key, path, shell_part(path));
     else if (no_memory || (!absolute && is_input && sources->check_inputs))
         status = sc_tell_missing(ctx, node, key, joined, error);
     else if (strlen(absolute ? absolute : joined) >= SC_PATH_BYTES)
