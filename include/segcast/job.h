@@ -299,6 +299,14 @@ sc_ctx sc_ctx_once(const sc_ctx *to, sc_once *once);
 /** Warn of how many errors were not passed on, if any. @param what they are mistakes of. */
 void sc_once_end(const sc_once *once, const char *what);
 
+/* ---- times ---- */
+
+/** Read minutes and seconds, "0:10", or hours, too, "1:00:10": behind a colon there are two digits,
+ * at most 59; the seconds may have decimals. @return false if @p text is anything else. */
+bool sc_parse_clock(const char *text, double *seconds);
+/** The same, or a number with its unit ms, s, min, or without one, which is seconds, too. */
+bool sc_parse_seconds(const char *text, double *seconds);
+
 /** A key and its value from outside of the job file. All strings are borrowed. */
 typedef struct sc_setting {
     const char *origin; /**< what messages name, for example "--zoom 2" */

@@ -301,27 +301,11 @@ sc_status sc_store_slice(const sc_ctx *ctx, sc_options *options, const sc_option
     return SC_OK;
 }
 
-/* Read seconds, MM:SS or HH:MM:SS, where the last part may have decimals. @return false if @p value
- * is anything else. */
+/* Read a time as sc_parse_seconds. @return false if it is none, or longer than all films and runs.
+ */
 static bool read_seconds(const char *value, double *out)
 {
-    double seconds = 0;
-    const char *at = value;
-    int parts = 0;
-    char *end;
-
-    for (;;) {
-        const double part = strtod(at, &end);
-
-        if (end == at || !(part >= 0 && part <= 1e8) || ++parts > 3 || (*end && *end != ':'))
-            return false;
-        seconds = 60 * seconds + part;
-        if (!*end)
-            break;
-        at = end + 1;
-    }
-    *out = seconds;
-    return true;
+    return sc_parse_seconds(value, out) && *out <= 1e8;
 }
 
 sc_status sc_store_time_limit(const sc_ctx *ctx, sc_options *options, const sc_option *option,
@@ -330,8 +314,11 @@ sc_status sc_store_time_limit(const sc_ctx *ctx, sc_options *options, const sc_o
     double seconds;
 
     if (!read_seconds(value, &seconds))
-        return sc_fail(ctx, SC_ERR_USAGE, "--%s is \"%s\", expected seconds, MM:SS or HH:MM:SS",
-                       option->name, value);
+        return sc_fail(
+            ctx, SC_ERR_USAGE,
+            "--%s is \"%s\", expected seconds, MM:SS or HH:MM:SS, with two digits up to 59 behind "
+            "each colon",
+            option->name, value);
     options->time_limit_s = seconds > 0 ? seconds : 1e-3;
     return SC_OK;
 }
@@ -350,7 +337,7 @@ sc_status sc_store_moment(const sc_ctx *ctx, sc_options *options, const sc_optio
     if (!read_seconds(value, &options->moment_at))
         return sc_fail(ctx, SC_ERR_USAGE,
                        "--%s is \"%s\", expected seconds, MM:SS, HH:MM:SS, or a share of the film "
-                       "from 0%% to 100%%",
+                       "from 0%% to 100%%; behind each colon there are two digits, up to 59",
                        option->name, value);
     options->moment = SC_MOMENT_SECONDS;
     return SC_OK;

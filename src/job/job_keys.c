@@ -197,7 +197,8 @@ static const sc_key animation_keys[] = {
      .help = "number of frames of the whole animation", .low = 1, .high = SC_JOB_FRAMES_MAX,
      .alternative = "frames or duration", .option = &(const sc_key_option){"frames", "N", "orbit"}},
     {"duration", &sc_type_duration, offsetof(sc_job, duration_s), NULL,
-     .help = "length of the whole animation, such as 10s or 1.5 min, instead of frames: that many "
+     .help = "length of the whole animation, such as 10s, 1.5 min or 0:10, instead of frames: that "
+             "many "
              "seconds times output.fps",
      .given = SC_GIVEN(sc_job, has_duration), .without = "frames",
      .alternative = "frames or duration",

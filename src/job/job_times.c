@@ -82,14 +82,8 @@ static bool parse_time(const clock_of_job *clock, const sc_yaml *node, double *f
 
     if (node->kind != SC_YAML_SCALAR || !parse_digits(node->text, &number, &end))
         return false;
-    if (*end == ':') { /* minutes and seconds */
-        const char *colon = end;
-
-        if (strspn(node->text, "0123456789") != (size_t)(colon - node->text) ||
-            strspn(colon + 1, "0123456789") != 2 || !parse_digits(colon + 1, &seconds, &end) ||
-            *end || seconds >= 60)
-            return false;
-        *frame = (60 * number + seconds) * clock->fps;
+    if (sc_parse_clock(node->text, &seconds)) {
+        *frame = seconds * clock->fps;
         return true;
     }
     if (!find_unit(end + strspn(end, " "), &seconds))

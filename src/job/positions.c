@@ -136,32 +136,73 @@ static json_t *span_schema(const sc_key *key)
 
 #define SECONDS_MOST 1e6
 
-/* Read a time of at most some eleven days: a number and, behind it, ms, s, min or nothing, which is
- * seconds too. It is stored as a double, in seconds. */
-static sc_status read_duration(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
-                               void *value)
+/* @return whether all of @p text is digits, perhaps with decimals behind them. @param number it. */
+static bool parse_decimal(const char *text, double *number)
+{
+    char *end;
+
+    *number = strtod(text, &end);
+    return end != text && !*end && strspn(text, "0123456789.") == strlen(text);
+}
+
+bool sc_parse_clock(const char *text, double *seconds)
+{
+    double sum = 0, part;
+    int parts = 0;
+    bool is_last;
+
+    do {
+        const size_t digits = strspn(text, "0123456789");
+
+        is_last = text[digits] != ':';
+        part = strtod(text, NULL);
+        if (digits == 0 || (is_last && !parse_decimal(text, &part)) ||
+            (parts > 0 && (digits != 2 || part >= 60)) || ++parts > 3)
+            return false;
+        sum = 60 * sum + part;
+        text += digits + 1;
+    } while (!is_last);
+    if (parts < 2)
+        return false;
+    *seconds = sum;
+    return true;
+}
+
+bool sc_parse_seconds(const char *text, double *seconds)
 {
     static const struct {
         const char *name;
         double seconds;
     } units[] = {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"min", 60}};
-    char *end = NULL;
-    double number = 0;
+    char *end;
+    const double number = strtod(text, &end);
 
-    if (node->kind == SC_YAML_SCALAR)
-        number = strtod(node->text, &end);
-    if (!end || end == node->text)
-        return sc_wrong_type(ctx, node, key->type->expected);
+    if (sc_parse_clock(text, seconds))
+        return true;
+    if (end == text || !(number >= 0 && isfinite(number)))
+        return false;
     end += strspn(end, " ");
     for (size_t i = 0; i < SC_COUNT_OF(units); i++) {
-        const double seconds = number * units[i].seconds;
-
-        if (!strcmp(end, units[i].name) && seconds > 0 && seconds <= SECONDS_MOST) {
-            *(double *)value = seconds;
-            return SC_OK;
+        if (!strcmp(end, units[i].name)) {
+            *seconds = number * units[i].seconds;
+            return true;
         }
     }
-    return sc_wrong_type(ctx, node, key->type->expected);
+    return false;
+}
+
+/* Read a time above 0, of at most some eleven days, as sc_parse_seconds. It is stored as a double,
+ * in seconds. */
+static sc_status read_duration(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                               void *value)
+{
+    double seconds;
+
+    if (node->kind != SC_YAML_SCALAR || !sc_parse_seconds(node->text, &seconds) ||
+        !(seconds > 0 && seconds <= SECONDS_MOST))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    *(double *)value = seconds;
+    return SC_OK;
 }
 
 static sc_status write_duration(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
@@ -176,12 +217,12 @@ static json_t *duration_schema(const sc_key *key)
 {
     (void)key;
     return json_pack("{s:[{s:s}, {s:s, s:s}]}", "anyOf", "type", "number", "type", "string",
-                     "pattern", "^[0-9.]+ *(ms|s|min)?$");
+                     "pattern", "^([0-9.]+ *(ms|s|min)?|([0-9]+:)?[0-9]+:[0-5][0-9](\\.[0-9]*)?)$");
 }
 
 const sc_value_type sc_type_duration = {
     .name = "time",
-    .expected = "a time such as 10s, 1.5 min or 500 ms",
+    .expected = "a time such as 10s, 1.5 min, 500 ms or 0:10",
     .read = read_duration,
     .write = write_duration,
     .schema = duration_schema,

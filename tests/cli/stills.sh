@@ -18,6 +18,9 @@ same --time 0 0
 same --time 1 30
 same --time 0:01.03 31 # as the sheet writes the time of frame 31, 1.0333 s
 same --time 0:00:02 60
+same --time 1s 30
+same --time "500 ms" 15
+same --time 0s 0
 same --time 2.0333 60 # the last frame, which is shown till then
 same --time 0% 0
 same --time 50% 30
