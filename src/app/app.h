@@ -84,6 +84,12 @@ struct sc_app {
     char font_told[64];            /* family of the font whose file was named last; or "" */
 };
 
+/* Read the options and the argument of a command into app->options. After a mistake in them the
+ * command is to be begun all the same if its job can be looked at, so that the mistakes of that are
+ * told, too: app->mistake ends it then. @param ctx logs on rank 0 alone. Collective. @return
+ * SC_ERR_USAGE, logged; SC_ERR_MEMORY. */
+sc_status sc_read_command_line(sc_app *app, const sc_ctx *ctx, const sc_command *command, int argc,
+                               char **argv);
 /* Keep a mistake in the use of a command, which was told, until sc_session_job returns it.
  * @return SC_OK; another error at once. */
 static inline sc_status sc_defer(sc_app *app, sc_status found)

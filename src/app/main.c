@@ -3,42 +3,9 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 extern char **environ;
-
-/* @return whether the argument is a job file or a study, whose mistakes can be told in one go with
- * those of the command line. */
-static bool is_job_there(const sc_command *command, const sc_options *options)
-{
-    struct stat info;
-
-    return options->input && !options->help && !options->version &&
-           (strstr(command->argument, "JOB") || strstr(command->argument, "STUDY")) &&
-           stat(options->input, &info) == 0;
-}
-
-/* Read the options of a command. After a mistake in them the command is begun all the same if its
- * job can be looked at: app->mistake ends it then. Collective. */
-static sc_status read_options(sc_app *app, const sc_ctx *ctx, const sc_command *command, int argc,
-                              char **argv)
-{
-    const bool is_root = sc_comm_rank(app->comm) == 0;
-    const sc_options *options = &app->options;
-    sc_status status = sc_options_parse(ctx, command, argc, argv, &app->options);
-    /* Only rank 0 looks at files. */
-    const bool goes_on =
-        status == SC_ERR_USAGE && (!is_root || is_job_there(command, &app->options));
-
-    if (sc_comm_agree(app->comm, goes_on ? SC_OK : SC_ERR_USAGE) == SC_OK) {
-        app->mistake = status;
-        status = SC_OK;
-    }
-    if (status == SC_OK && is_root && !options->help && !options->version)
-        status = sc_input_check(ctx, command, options->input);
-    return sc_agree_aloud(app, status);
-}
 
 /* Read the command line and execute its command. Only rank 0 logs mistakes in the command line. */
 static sc_status execute(sc_app *app, int argc, char **argv)
@@ -68,7 +35,7 @@ static sc_status execute(sc_app *app, int argc, char **argv)
         return sc_command_unknown(ctx, app->commands, name);
     status = sc_check_communicator(ctx, app->comm);
     SC_TRY(sc_agree_aloud(app, status));
-    SC_TRY(read_options(app, ctx, command, argc, argv));
+    SC_TRY(sc_read_command_line(app, ctx, command, argc, argv));
     app->terminal->quiet = options->quiet;
     app->ctx->memory_max_bytes =
         options->max_memory_bytes ? options->max_memory_bytes : sc_machine_memory();
