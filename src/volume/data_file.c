@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The files that the header of a volume names for its voxels. A volume comes from anywhere, so that
  * its header must not make segcast read another file of the machine, wait on standard input or
- * open a device: a name leads to a regular file in the folder of the header or below it. */
+ * open a device: a name, also an absolute one or one with "..", leads to a regular file in the
+ * folder of the header or below it. */
 #include "source.h"
 
 #include <errno.h>
@@ -12,12 +13,23 @@
 
 enum { PATTERN_WIDTH_MAX = 100 };
 
-const char *sc_bad_name(const char *name)
+/* @return why no file can be called @p name; NULL if one can. */
+static const char *why_no_file(const char *name)
 {
     if (!name[0])
         return "no name";
     if (!strcmp(name, "-"))
         return "standard input";
+    for (const char *c = name; *c; c++) {
+        if ((unsigned char)*c < ' ' || *c == 127)
+            return "not a name of a file: it holds a control character";
+    }
+    return NULL;
+}
+
+/* @return how @p name may leave the folder that it is relative to; NULL if it does not. */
+static const char *why_outside(const char *name)
+{
     if (name[0] == '/')
         return "an absolute path";
     for (const char *part = name; part; part = strchr(part, '/')) {
@@ -25,11 +37,14 @@ const char *sc_bad_name(const char *name)
         if (!strncmp(part, "..", 2) && (!part[2] || part[2] == '/'))
             return "outside the header's directory";
     }
-    for (const char *c = name; *c; c++) {
-        if ((unsigned char)*c < ' ' || *c == 127)
-            return "not a name of a file: it holds a control character";
-    }
     return NULL;
+}
+
+const char *sc_bad_name(const char *name)
+{
+    const char *why = why_outside(name);
+
+    return why ? why : why_no_file(name);
 }
 
 /* The folder of a path, up to its last slash; "." without one. Caller frees with free(); NULL when
@@ -68,9 +83,10 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
     static const char advice[] = "expected the name of a file in the directory of the header: put "
                                  "both into one directory, or "
                                  "save the volume as one file (.nrrd, .mha, .nii.gz)";
-    const char *why = sc_bad_name(name);
+    const char *why = why_no_file(name), *outside = why_outside(name);
     char *target = NULL, *directories[2] = {NULL, NULL}, *joined = NULL, *real = NULL;
     struct stat info;
+    bool below;
     sc_status status = SC_OK;
 
     if (why)
@@ -82,13 +98,18 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
     for (int i = 0; i < 2 && !real && directories[i]; i++) {
         sc_free(joined);
         joined = NULL;
-        SC_TRY(sc_path_join(ctx, strcmp(directories[i], ".") ? directories[i] : "", name, &joined));
+        SC_TRY(sc_path_join(ctx, *name == '/' || !strcmp(directories[i], ".") ? "" : directories[i],
+                            name, &joined));
         real = realpath(joined, NULL);
     }
-    if (!real || stat(real, &info))
+    below = real && (is_below(real, directories[0]) || is_below(real, directories[1]));
+    if (outside && !below) /* whether there is such a file is nobody's business */
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\": %s; %s", header, field, name, outside,
+                         advice);
+    else if (!real || stat(real, &info))
         status = sc_fail(ctx, SC_ERR_DATA, "%s: the file of its voxels, %s: %s", header,
                          joined ? joined : name, strerror(errno));
-    else if (!is_below(real, directories[0]) && !is_below(real, directories[1]))
+    else if (!below)
         status =
             sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", a link out of the directory to %s; %s",
                     header, field, name, real, advice);

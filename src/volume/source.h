@@ -167,10 +167,10 @@ const char *sc_bad_name(const char *name);
 
 /* Make the path of a file that the header @p header names in its field @p field as @p name,
  * relative to the folder of the header. SC_ERR_DATA (logged with what to do) unless it is a regular
- * file in that folder or below it: absolute paths, "..", "-" and links that lead out of the folder
- * are refused. A header that is itself a link (the user named it) has two folders: that of the link
- * and that of the file. *bytes is the size of the file. Caller owns *out: sc_free. @return also
- * SC_ERR_MEMORY. */
+ * file in that folder or below it: absolute paths, ".." and links that lead out of the folder, and
+ * "-", are refused. A header that is itself a link (the user named it) has two folders: that of the
+ * link and that of the file. *bytes is the size of the file. Caller owns *out: sc_free. @return
+ * also SC_ERR_MEMORY. */
 sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field, const char *name,
                        char **out, uint64_t *bytes);
 

@@ -6,6 +6,7 @@
 
 #include "segcast/volume.h"
 
+#include <limits.h>
 #include <stdio.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -76,7 +77,7 @@ static sc_status read_volume(const sc_ctx *ctx, const char *path)
 /* Headers of both formats in t.d that name @p name for their voxels. */
 static void expect(const char *name, sc_status wanted, const char *said_wanted)
 {
-    char text[512];
+    char text[PATH_MAX + 512];
     heard said;
     const sc_ctx ctx = listening(&said);
 
@@ -96,6 +97,8 @@ static void expect(const char *name, sc_status wanted, const char *said_wanted)
 
 static void voxels_come_from_the_folder_of_the_header_only(void **state)
 {
+    char folder[PATH_MAX], path[PATH_MAX + 32];
+
     (void)state;
     remove_folder();
     make_folder();
@@ -106,6 +109,18 @@ static void voxels_come_from_the_folder_of_the_header_only(void **state)
     expect("LIST\ns01.raw\ns02.raw", SC_ERR_DATA, "expected 4 filenames");
     expect("LIST 3\ns01.raw\ns02.raw", SC_OK, "");
     expect("s%02d.raw 1 2 1 3", SC_OK, "");
+    expect("sub/../in.raw", SC_OK, "");
+    expect("../t.d/in.raw", SC_OK, "");
+    assert_non_null(realpath("t.d", folder));
+    snprintf(path, sizeof path, "%s/sub/in.raw", folder);
+    expect(path, SC_OK, "");
+    snprintf(path, sizeof path, "LIST 3\ns01.raw\n%s/s02.raw", folder);
+    expect(path, SC_OK, "");
+    snprintf(path, sizeof path, "%s/link.raw", folder);
+    expect(path, SC_ERR_DATA, "an absolute path");
+    snprintf(path, sizeof path, "%s.other/none.raw", folder);
+    expect(path, SC_ERR_DATA, "an absolute path");
+    expect("../none.raw", SC_ERR_DATA, "outside the header's directory");
     expect("/etc/passwd", SC_ERR_DATA, "an absolute path");
     expect("../t.out.raw", SC_ERR_DATA, "outside the header's directory");
     expect("sub/../../t.out.raw", SC_ERR_DATA, "outside the header's directory");
