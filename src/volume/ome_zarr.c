@@ -105,6 +105,12 @@ static sc_status read_transformations(const sc_ctx *ctx, const sc_zarr_node *gro
             return refuse(ctx, group, "coordinateTransformations",
                           "a \"scale\" or \"translation\" with a number for each axis");
         for (int k = 0; k < out->axes; k++) {
+            if (scale && values[k] < 0)
+                return sc_fail(
+                    ctx, SC_ERR_DATA,
+                    "%s/%s: the \"scale\" of axis \"%s\" is %g, expected the distance of "
+                    "voxels, a number above 0: an axis cannot be mirrored by it",
+                    group->path, group->attributes_name, out->names[k], values[k]);
             out->scale[k] *= scale ? values[k] : 1;
             out->shift[k] = scale ? out->shift[k] * values[k] : out->shift[k] + values[k];
         }
