@@ -40,6 +40,33 @@ static bool holds_dicom(const char *directory)
     return found || holds_file(directory, "DICOMDIR");
 }
 
+/* Is the directory a store of Zarr that lacks its own metadata: by its name, or because there are
+ * some one level below? */
+static bool is_headless_zarr(const char *directory)
+{
+    const char *end = directory + strlen(directory);
+    DIR *stream;
+    const struct dirent *entry;
+    bool found = false;
+
+    while (end > directory + 1 && end[-1] == '/')
+        end--;
+    if (end - directory > 5 && !strncasecmp(end - 5, ".zarr", 5))
+        return true;
+    stream = opendir(directory);
+    while (stream && !found && (entry = readdir(stream))) {
+        char below[4096];
+
+        found =
+            entry->d_name[0] != '.' &&
+            snprintf(below, sizeof below, "%s/%s", directory, entry->d_name) < (int)sizeof below &&
+            sc_zarr_is_node(below);
+    }
+    if (stream)
+        closedir(stream);
+    return found;
+}
+
 /* Log that @p path is a directory, with advice by what it holds. @param is_dicom
  * there are DICOM files in it. @return SC_ERR_MISSING always. */
 static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_dicom)
@@ -53,6 +80,10 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_d
         sc_is_precomputed(above))
         advice = " of chunks; give the directory above it, which holds \"info\", and which of its "
                  "scales is to be read with --set volume.level=N, 0 the finest";
+    if (is_headless_zarr(path))
+        advice =
+            " of Zarr, but its metadata are missing: there is neither zarr.json nor .zgroup nor "
+            ".zarray in it; get the store anew, or give the path of an array or an image in it";
     if (is_dicom || holds_dicom(path))
         advice = " of DICOM files, none of them a segmentation (DICOM SEG; subdirectories are not "
                  "searched); RTSTRUCT contours and labels stored as a series are converted by 3D "

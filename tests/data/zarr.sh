@@ -313,6 +313,9 @@ f='$array/c/0/0/1'; d=open(f,'rb').read()[:-68]; open(f,'wb').write(d + struct.p
 change v3_shards.zarr shard_cut.zarr "os.truncate('$array/c/0/0/0', 50)"
 change v3_shards.zarr shard_shape.zarr "m=json.load(open('$array/zarr.json')); m['codecs'][0]['configuration']['chunk_shape']=[3,16,16]; json.dump(m, open('$array/zarr.json','w'))"
 change v3_big_gzip_crc.zarr crc.zarr "f='$array/c/0/0/0'; d=bytearray(open(f,'rb').read()); d[-1]^=1; open(f,'wb').write(d)"
+change zstd.zarr mirrored.zarr "m = json.load(open('labels/cells/.zattrs')); m['multiscales'][0]['datasets'][0]['coordinateTransformations'][0]['scale'][-2] *= -1; json.dump(m, open('labels/cells/.zattrs', 'w'))"
+change zstd.zarr headless.zarr "os.remove('.zgroup')"
+cp -r headless.zarr headless
 while read -r code store pattern; do
     expect "$code" "$pattern" "$SEGCAST" info "$store"
     one_error
@@ -337,6 +340,9 @@ done <<'TABLE'
 66 no_level.zarr labels/cells/0: is not there, but .*labels/cells names it
 66 no_meta.zarr labels/cells/0: holds neither zarr.json nor .zarray nor .zgroup
 65 no_json.zarr \.zarray:2: is no JSON: 
+65 mirrored.zarr labels/cells/\.zattrs: the "scale" of axis "y" is -[0-9.]*, expected the distance of voxels
+66 headless.zarr headless.zarr: is a directory of Zarr, but its metadata are missing: there is neither zarr.json nor .zgroup
+66 headless headless: is a directory of Zarr, but its metadata are missing
 65 axes.zarr has 3 dimensions, but its group names 2 axes
 65 fill.zarr \.zarray: "fill_value" is 70000, expected a number within the range of the array's type
 65 fill_negative.zarr \.zarray: "fill_value" is -1, expected a number within
