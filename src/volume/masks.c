@@ -138,22 +138,84 @@ static bool same_geometry(const int size[3], const sc_affine *a, const sc_affine
     return most_mm <= 0.01 * spacing_mm;
 }
 
-/* Check that a mask has the size and geometry of the first, which those of @p source are. */
-static sc_status check_geometry(const sc_ctx *ctx, const sc_source *source, const sc_source *mask,
-                                const char *file)
+/* Do the axes of a mask lead along those of the source as mask->axis and mask->flip say? @param
+ * to_ras_mm of the mask. */
+static bool is_turned_so(const sc_source *source, const sc_mask *mask, const sc_affine *to_ras_mm)
+{
+    sc_affine turned = *to_ras_mm; /* of the voxels of the mask by the axes of the source */
+
+    for (int i = 0; i < 3; i++) {
+        if (mask->size[i] != source->size[mask->axis[i]])
+            return false;
+        for (int row = 0; row < 3; row++) {
+            const double step = to_ras_mm->m[row][i];
+
+            turned.m[row][mask->axis[i]] = mask->flip[i] ? -step : step;
+            turned.m[row][3] += mask->flip[i] ? step * (mask->size[i] - 1) : 0;
+        }
+    }
+    return same_geometry(source->size, &source->to_ras_mm, &turned);
+}
+
+/* Find how the axes of a mask lead along those of the source: most often they are the same, but
+ * some programs store masks along other axes. @return false if they lead nowhere along them. */
+static bool find_turn(const sc_source *source, const sc_affine *to_ras_mm, sc_mask *mask)
+{
+    static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                     {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+
+    for (int turn = 0; turn < 48; turn++) {
+        for (int i = 0; i < 3; i++) {
+            mask->axis[i] = orders[turn / 8][i];
+            mask->flip[i] = turn >> i & 1;
+        }
+        if (is_turned_so(source, mask, to_ras_mm))
+            return true;
+    }
+    return false;
+}
+
+/* @return whether a mask is stored along other axes than the source. */
+static bool is_turned(const sc_mask *mask)
+{
+    bool turned = false;
+
+    for (int i = 0; i < 3; i++)
+        turned = turned || mask->axis[i] != i || mask->flip[i];
+    return turned;
+}
+
+/* Check that mask @p i has the voxels of the first, whose grid is that of @p source, be it along
+ * other axes, and note along which. @param header what its file says. */
+static sc_status check_geometry(const sc_ctx *ctx, const sc_source *source, size_t i,
+                                const sc_source *header)
 {
     static const char advice[] = "expected masks of one size and geometry: resample one to the "
                                  "other, or move it out of the directory";
-    const int *a = source->size, *b = mask->size;
+    const char *first = source->masks[0].file;
+    const int *a = source->size, *b = header->size;
+    sc_mask *mask = &source->masks[i];
 
+    memcpy(mask->size, b, sizeof mask->size);
+    if (find_turn(source, &header->to_ras_mm, mask))
+        return SC_OK;
     if (memcmp(a, b, sizeof source->size) != 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s has %d x %d x %d voxels, but %s %d x %d x %d; %s",
-                       file, b[0], b[1], b[2], source->masks[0].file, a[0], a[1], a[2], advice);
-    if (!same_geometry(a, &source->to_ras_mm, &mask->to_ras_mm))
-        return sc_fail(ctx, SC_ERR_DATA,
-                       "%s has another voxel size, origin or orientation than %s; %s", file,
-                       source->masks[0].file, advice);
-    return SC_OK;
+                       mask->file, b[0], b[1], b[2], first, a[0], a[1], a[2], advice);
+    return sc_fail(ctx, SC_ERR_DATA, "%s has another voxel size, origin or orientation than %s; %s",
+                   mask->file, first, advice);
+}
+
+/* Tell how many masks are stored along other axes than the first. */
+static void tell_turned(const sc_ctx *ctx, const char *path, const sc_source *source)
+{
+    size_t turned = 0;
+
+    for (size_t i = 0; i < source->mask_count; i++)
+        turned += is_turned(&source->masks[i]);
+    if (turned)
+        sc_info(ctx, "%s: %zu of %zu masks are stored along other axes than %s, and turned to them",
+                path, turned, source->mask_count, source->masks[0].file);
 }
 
 sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
@@ -174,10 +236,11 @@ sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
             source.to_ras_mm = mask.to_ras_mm;
             source.oriented = mask.oriented;
         }
-        SC_TRY(check_geometry(ctx, &source, &mask, source.masks[i].file));
+        SC_TRY(check_geometry(ctx, &source, i, &mask));
         sc_source_clear(&mask);
         mask.slope = 1;
     }
+    tell_turned(ctx, path, &source);
     *out = source;
     source = (sc_source){0};
 out:
@@ -236,6 +299,32 @@ static void set_bits(uint64_t *bits, size_t begin, size_t end)
     }
 }
 
+/* Note that a mask which is stored along other axes covers the voxels [begin, end) of its file, as
+ * far as they are wanted. */
+static void cover_turned(const painting *p, const sc_mask *mask, uint64_t *bits, size_t begin,
+                         size_t end)
+{
+    const size_t nx = (size_t)mask->size[0], ny = (size_t)mask->size[1];
+    const int *low = p->source->low, *part = p->source->part;
+
+    for (size_t voxel = begin; voxel < end; voxel++) {
+        const int stored[3] = {(int)(voxel % nx), (int)(voxel / nx % ny), (int)(voxel / nx / ny)};
+        int at[3];
+        size_t bit;
+
+        for (int i = 0; i < 3; i++) {
+            const int a = mask->axis[i];
+
+            at[a] = (mask->flip[i] ? mask->size[i] - 1 - stored[i] : stored[i]) - low[a];
+        }
+        if (at[0] < 0 || at[0] >= part[0] || at[1] < 0 || at[1] >= part[1] || at[2] < 0 ||
+            at[2] >= part[2])
+            continue;
+        bit = ((size_t)at[2] * (size_t)part[1] + (size_t)at[1]) * (size_t)part[0] + (size_t)at[0];
+        bits[bit / 64] |= (uint64_t)1 << bit % 64;
+    }
+}
+
 /* Note that a mask covers the voxels [begin, end) of the file, as far as they are wanted. */
 static void cover(const painting *p, uint64_t *bits, size_t begin, size_t end)
 {
@@ -281,7 +370,10 @@ static sc_status add_values(const painting *p, const sc_ctx *ctx, sc_mask *mask,
                 mask->file, (long long)r->value, (long long)value);
         r->value = value;
         mask->voxels += (uint64_t)(end - i);
-        cover(p, r->bits, begin + (size_t)i, begin + (size_t)end);
+        if (is_turned(mask))
+            cover_turned(p, mask, r->bits, begin + (size_t)i, begin + (size_t)end);
+        else
+            cover(p, r->bits, begin + (size_t)i, begin + (size_t)end);
     }
     return SC_OK;
 }
@@ -348,7 +440,7 @@ static sc_status open_mask(const painting *p, size_t i, mask_reading *r)
     errors.level = SC_LOG_ERROR; /* its warnings were given when the headers were read */
     r->source = (sc_source){.slope = 1};
     SC_TRY(sc_open_file(&errors, mask->file, false, &r->source));
-    SC_TRY(check_geometry(p->ctx, p->source, &r->source, mask->file)); /* it may have changed */
+    SC_TRY(check_geometry(p->ctx, p->source, i, &r->source)); /* it may have changed */
 out:
     return status;
 }

@@ -96,6 +96,29 @@ printf 'volume: masks\noverlap: order\noutput: {directory: out, size: [64, 48], 
 mv masks/brain.nii.gz masks/z.nii.gz # which is the last now, and covers the others
 expect 73 'volume' "$SEGCAST" render job.yaml --resume
 
+# Masks that are stored along other axes are turned: the volume is the same, and so is a part of it.
+cat >turn.py <<'PYTHON'
+import os, nibabel, numpy
+affine = numpy.array([[0, 0, 2, -3], [-1.5, 0, 0, 4], [0, 1.2, 0, 5], [0, 0, 0, 1]])
+label = numpy.random.default_rng(1).integers(0, 4, (5, 6, 7))
+for folder in 'straight_masks', 'turned_masks':
+    os.mkdir(folder)
+for value, axes in ((1, None), (2, [[0, -1], [1, 1], [2, 1]]), (3, [[2, -1], [0, -1], [1, 1]])):
+    image = nibabel.Nifti1Image((label == value).astype(numpy.uint8), affine)
+    nibabel.save(image, 'straight_masks/%d.nii.gz' % value)
+    nibabel.save(image.as_reoriented(numpy.array(axes)) if axes else image, 'turned_masks/%d.nii.gz' % value)
+PYTHON
+"$python" turn.py || fail "nibabel cannot turn masks"
+for part in 'volume.overlap=smaller' 'volume.box=[[1, 4], [0, 5], [2, 6]]'; do
+    for folder in straight turned; do
+        "$SEGCAST" prepare ${folder}_masks --set "${part/volume.overlap/overlap}" -o $folder.segc --overwrite >/dev/null 2>stderr.txt ||
+            { cat stderr.txt >&2; fail "the $folder masks cannot be read"; }
+    done
+    grep -q 'turned_masks: 2 of 3 masks are stored along other axes than .*turned_masks/1.nii.gz, and turned to them' stderr.txt ||
+        { cat stderr.txt >&2; fail "that masks are turned is not told"; }
+    cmp straight.segc turned.segc || fail "turned masks give another volume ($part)"
+done
+
 # Sheared axes are used as they are: the same ball is seen. Light and form differ by less than the voxels do; with the
 # shear left out, it would be an ellipsoid (RMS of the difference: 29).
 for name in straight tilted; do
