@@ -280,6 +280,8 @@ typedef enum sc_table_format {
                             column  "opacity" are percent if none is above 100 */
     SC_TABLE_JSON,       /**< Neuroglancer, OME-Zarr, NiiVue, nnU-Net; lists of objects, and maps
                               between numbers and names; levels as of SC_TABLE_DELIMITED */
+    SC_TABLE_WORKBENCH,  /**< as `wb_command -volume-label-export-table` writes it: a line with the
+                              name, and below it key R G B A, 0 to 255, A = opacity */
     SC_TABLE_NAMES /**< a number and a name, such as "1 spleen", "1,spleen" or the class lists of
                         TotalSegmentator in Python: 1: "spleen", */
 } sc_table_format;

@@ -254,10 +254,16 @@ static const sc_key farm_keys[] = {
 
 /* ---- the whole file ---- */
 
-static const sc_choice table_formats[] = {
-    {"auto", SC_TABLE_AUTO},       {"slicer", SC_TABLE_SLICER}, {"freesurfer", SC_TABLE_FREESURFER},
-    {"itksnap", SC_TABLE_ITKSNAP}, {"xml", SC_TABLE_XML},       {"csv", SC_TABLE_DELIMITED},
-    {"json", SC_TABLE_JSON},       {"names", SC_TABLE_NAMES},   {NULL, 0}};
+static const sc_choice table_formats[] = {{"auto", SC_TABLE_AUTO},
+                                          {"slicer", SC_TABLE_SLICER},
+                                          {"freesurfer", SC_TABLE_FREESURFER},
+                                          {"itksnap", SC_TABLE_ITKSNAP},
+                                          {"xml", SC_TABLE_XML},
+                                          {"csv", SC_TABLE_DELIMITED},
+                                          {"json", SC_TABLE_JSON},
+                                          {"names", SC_TABLE_NAMES},
+                                          {"workbench", SC_TABLE_WORKBENCH},
+                                          {NULL, 0}};
 
 static const sc_choice appearances[] = {{"table", SC_APPEARANCE_TABLE},
                                         {"anatomy", SC_APPEARANCE_ANATOMY},
@@ -319,8 +325,8 @@ const sc_key sc_job_keys[] = {
      .outside_identity = true, .without = "names and colours of the volume's file",
      .option = &(const sc_key_option){"labels", "FILE", LABEL_COMMANDS}, .of_film = true},
     {"labels_format", &sc_type_choice, offsetof(sc_job, labels_format), "auto",
-     .help = "format of the label table: slicer, freesurfer, itksnap, xml, csv, json or names (a "
-             "number and a name a line); auto: by its content",
+     .help = "format of the label table: slicer, freesurfer, itksnap, xml, csv, json, workbench or "
+             "names (a number and a name a line); auto: by its content",
      .choices = table_formats, .outside_identity = true,
      .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS " tables"},
      .of_film = true},

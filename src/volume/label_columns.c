@@ -454,24 +454,22 @@ sc_status sc_column_rows_add(const sc_ctx *ctx, sc_column_rows *rows, const sc_c
 }
 
 /* @return a level as a share of @p full, clamped to 0 to 1. */
-static float share_of(float level, float full)
+static float share_of(float level, float full, sc_name_count *mended)
 {
-    const float share = level / full;
-
-    return share < 0 ? 0 : share > 1 ? 1 : share;
+    return (float)sc_level_mend((double)level, (double)full, false, mended) / full;
 }
 
 /* Give one row its colour and opacity. @param full the levels of full colour and opacity. */
 static void apply_levels(const float level[4], const float full[2], bool transparency,
-                         sc_label *row)
+                         sc_name_count *mended, sc_label *row)
 {
     if (!isnan(level[0]) && !isnan(level[1]) && !isnan(level[2])) {
         for (int i = 0; i < COLOR_LEVELS; i++)
-            row->rgb[i] = (uint8_t)(share_of(level[i], full[0]) * 255 + 0.5F);
+            row->rgb[i] = (uint8_t)(share_of(level[i], full[0], mended) * 255 + 0.5F);
         row->has_color = true;
     }
     if (!isnan(level[OPACITY])) {
-        const float share = share_of(level[OPACITY], full[1]);
+        const float share = share_of(level[OPACITY], full[1], mended);
         const float opacity = transparency ? 1 - share : share;
 
         row->opacity = opacity < 1 ? opacity : -1; /* full opacity counts as not given */
@@ -494,13 +492,17 @@ void sc_column_rows_end(const sc_ctx *ctx, const char *path, sc_column_rows *row
 
     for (size_t i = rows->first; i < rows->table->count && i - rows->first < rows->level_capacity;
          i++)
-        apply_levels(rows->levels[i - rows->first], full, transparency, &rows->table->rows[i]);
+        apply_levels(rows->levels[i - rows->first], full, transparency, &rows->names,
+                     &rows->table->rows[i]);
     sc_name_warn(ctx, path, &rows->names);
     if (rows->bad_colors)
         sc_warn(ctx,
                 "%s: %zu colour%s cannot be read, such as \"%s\"; expected for example #ff8000 or "
                 "255,128,0",
                 path, rows->bad_colors, rows->bad_colors == 1 ? "" : "s", rows->bad_color);
+    if (percent && rows->most[1] > 1)
+        sc_info(ctx, "%s: its opacities, up to %g, are read as percent", path,
+                (double)rows->most[1]);
     if (transparency && rows->alpha == SC_COLUMN_ALPHA)
         sc_info(ctx,
                 "%s: its column of opacities, most of which are 0, holds transparencies, as "

@@ -13,8 +13,23 @@ void sc_name_read(const char *from, char *out, sc_name_count *count)
         memcpy(count->first, out, SC_NAME_BYTES);
 }
 
+double sc_level_mend(double level, double most, bool whole, sc_name_count *count)
+{
+    if ((level < 0 || level > most || (whole && level != floor(level))) && count->levels++ == 0)
+        count->first_level = level;
+    level = level < 0 ? 0 : level > most ? most : level;
+    return whole ? floor(level + 0.5) : level;
+}
+
 void sc_name_warn(const sc_ctx *ctx, const char *path, const sc_name_count *count)
 {
+    if (count->levels)
+        sc_warn(
+            ctx,
+            "%s: %d level%s of colour or opacity cannot be as they are, such as %g; they are "
+            "brought into the range of the format, and rounded where it has whole numbers from 0 "
+            "to 255",
+            path, count->levels, count->levels == 1 ? "" : "s", count->first_level);
     if (count->mended)
         sc_warn(ctx,
                 "%s: %d name%s not UTF-8 or longer than %d bytes, such as \"%s\"; what is no "

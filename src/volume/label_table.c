@@ -41,9 +41,9 @@ static bool next_number(char **at, double *out)
 }
 
 /* Round a colour level, and clamp it to 0 to 255. */
-static uint8_t level(double value)
+static uint8_t level(double value, sc_name_count *mended)
 {
-    return value <= 0 ? 0 : value >= 255 ? 255 : (uint8_t)(value + 0.5);
+    return (uint8_t)sc_level_mend(value, 255, true, mended);
 }
 
 /* Drop the quotation marks around a name, as 3D Slicer does. */
@@ -75,10 +75,11 @@ static bool parse_named(char *line, bool transparency, sc_label *row, sc_name_co
     for (char *c = row->name; *c && !transparency; c++)
         *c = *c == '_' ? ' ' : *c;
     for (int i = 0; i < 3; i++)
-        row->rgb[i] = level(rgb[i]);
+        row->rgb[i] = level(rgb[i], names);
     row->has_color = true;
     if (next_number(&at, &last)) {
-        const double opacity = level(transparency ? 255 - last : last) / 255.0;
+        const int read = level(last, names);
+        const double opacity = (transparency ? 255 - read : read) / 255.0;
 
         /* Tables without opacities have 255 in all rows, so that full opacity counts as not given.
          */
@@ -121,9 +122,10 @@ static bool parse_itksnap(char *line, sc_label *row, sc_name_count *names)
     row->value = (int64_t)number[0];
     sc_name_read(quote + 1, row->name, names);
     for (int i = 0; i < 3; i++)
-        row->rgb[i] = level(number[i + 1]);
+        row->rgb[i] = level(number[i + 1], names);
     row->has_color = true;
-    row->opacity = number[4] < 1 ? (float)(number[4] < 0 ? 0 : number[4]) : -1;
+    number[4] = sc_level_mend(number[4], 1, false, names);
+    row->opacity = number[4] < 1 ? (float)number[4] : -1;
     row->hidden = number[6] == 0;
     return true;
 }
@@ -139,7 +141,8 @@ static const struct {
                [SC_TABLE_XML] = {"GIFTI, Connectome Workbench or FSL (XML)", NULL},
                [SC_TABLE_DELIMITED] = {"CSV or TSV", NULL},
                [SC_TABLE_JSON] = {"JSON", NULL},
-               [SC_TABLE_NAMES] = {"number-and-name", sc_class_parse}};
+               [SC_TABLE_NAMES] = {"number-and-name", sc_class_parse},
+               [SC_TABLE_WORKBENCH] = {"Connectome Workbench", NULL}};
 
 static bool is_blank_or_comment(const char *line)
 {
@@ -157,11 +160,7 @@ static bool looks_like_itksnap(const char *line)
     return end > 0 && line[end] == '"';
 }
 
-/* Cut off the line that begins at @p line, which is changed: its end, one of CR, LF or both,
- * becomes NUL. @return the next line; NULL behind the last one. Each line is cut before anything
- * reads it, because sscanf and strtod look for the end of the string first: on the whole text their
- * time would be the square of its length. */
-static char *cut_line(char *line)
+char *sc_label_cut_line(char *line)
 {
     char *end = line + strcspn(line, "\r\n");
     const bool both = end[0] == '\r' && end[1] == '\n';
@@ -239,7 +238,8 @@ static void split_python_map(char *text)
 /* @return the format of the table @p text, never SC_TABLE_AUTO; the text is cut into lines during
  * the call and whole again after it. XML begins with an element or its declaration, JSON with a
  * bracket (of Python, if a number follows without quotes), and CSV with a line of headings that
- * name a number and a name or a colour. ITK-SNAP is known by its header or by names in quotes. The
+ * name a number and a name or a colour; Connectome Workbench writes two lines for a label. ITK-SNAP
+ * is known by its header or by names in quotes. The
  * tables of Slicer and FreeSurfer look alike. They are told by the comments that both programs
  * write, unless every label would be invisible then; else by this: most labels are opaque, which is
  * 255 in the one and 0 in the other. If neither is more frequent, Slicer is taken. */
@@ -257,10 +257,12 @@ static sc_table_format guess(char *text)
         return SC_TABLE_JSON;
     if (sc_label_delimited_is(text, &delimiter))
         return SC_TABLE_DELIMITED;
+    if (sc_label_workbench_is(text))
+        return SC_TABLE_WORKBENCH;
     for (char *line = text; line && !e.itksnap;) {
         char *end = line + strcspn(line, "\r\n");
         const char ending = *end;
-        char *next = cut_line(line);
+        char *next = sc_label_cut_line(line);
 
         weigh_line(line, &e);
         *end = ending;
@@ -296,7 +298,7 @@ static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_forma
         sc_label row = {.opacity = -1};
 
         number++;
-        next = cut_line(line);
+        next = sc_label_cut_line(line);
         if (format == SC_TABLE_NAMES && table->count && line[strspn(line, " \t")] == '}')
             break; /* further lists of a file in Python follow */
         if (is_blank_or_comment(line))
@@ -370,6 +372,8 @@ sc_status sc_label_table_read(const sc_ctx *ctx, const char *path, sc_table_form
         SC_TRY(sc_label_delimited_parse(ctx, path, text, &table));
     else if (format == SC_TABLE_JSON)
         SC_TRY(sc_label_json_parse(ctx, path, text, bytes, &table));
+    else if (format == SC_TABLE_WORKBENCH)
+        SC_TRY(sc_label_workbench_parse(ctx, path, text, &table));
     else
         SC_TRY(parse_lines(ctx, path, format, text, &table));
     *out = table;

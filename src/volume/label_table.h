@@ -85,6 +85,19 @@ bool sc_class_parse(char *line, sc_label *row, sc_name_count *names);
  * and name. */
 bool sc_class_is(const char *line, bool *has_color, bool *more_fields);
 
+/* Cut off the line that begins at @p line, which is changed: its end, one of CR, LF or both,
+ * becomes NUL. @return the next line; NULL behind the last one. Each line is cut before anything
+ * reads it, because sscanf and strtod look for the end of the string first: on the whole text their
+ * time would be the square of its length. */
+char *sc_label_cut_line(char *line);
+/* Does @p text begin as a label list of Connectome Workbench: a line with a name, and one with five
+ * whole numbers below it? */
+bool sc_label_workbench_is(const char *text);
+/* Append the rows of @p text, which is cut into lines, to @p table, as SC_TABLE_WORKBENCH.
+ * @return SC_ERR_DATA, logged under @p path; SC_ERR_MEMORY. */
+sc_status sc_label_workbench_parse(const sc_ctx *ctx, const char *path, char *text,
+                                   sc_label_table *table);
+
 /* Does the first line of @p text that is no comment name the columns of a label table, which
  * commas, semicolons, tabs or bars separate? *delimiter is what separates them. */
 bool sc_label_delimited_is(const char *text, char *delimiter);

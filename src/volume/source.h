@@ -139,15 +139,21 @@ size_t sc_source_voxels(const sc_source *source);
 /* Bytes of one voxel as stored. */
 size_t sc_voxel_type_bytes(sc_voxel_type type);
 
-/* How many names of labels a file has that had to be mended, and the first of them, mended. */
+/* How many names of labels a file has that had to be mended, and the first of them, mended; and how
+ * many levels of colour and opacity, and the first of them, as it stands there. */
 typedef struct sc_name_count {
     int mended;
     char first[SC_NAME_BYTES];
+    int levels;
+    double first_level;
 } sc_name_count;
 /* Copy a label's name to out[SC_NAME_BYTES] by sc_copy_name, and count it in @p count if bytes of
  * it were replaced or left out. */
 void sc_name_read(const char *from, char *out, sc_name_count *count);
-/* Log one warning for all names that were mended; nothing if there are none. */
+/* Bring a level into the range from 0 to @p most, and count it if it was outside, or, if @p whole,
+ * a fraction, which is rounded. @return the level. */
+double sc_level_mend(double level, double most, bool whole, sc_name_count *count);
+/* Log one warning for all names that were mended, and one for levels; nothing if there are none. */
 void sc_name_warn(const sc_ctx *ctx, const char *path, const sc_name_count *count);
 
 /* Most bytes a volume may have once read, whatever its header claims. */
