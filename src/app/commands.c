@@ -109,8 +109,8 @@ const sc_command sc_commands[] = {
     {"tables", "TABLE|VOLUME", "write a label table in the format of another program",
      "Reads the names, colours and opacities of a label table, or those in the header of a volume, "
      "and tells what the other format cannot hold. The format is told by the ending of the file "
-     "that -o names (.ctbl: slicer, .csv, .tsv: bids, .xml, .json), or by --to; -o - writes to "
-     "standard output.",
+     "that -o names (.ctbl: slicer, .csv, .tsv: bids, .xml, .gii: gifti, .json), or by --to; -o - "
+     "writes to standard output.",
      sc_cmd_tables, false},
     {"path", "VOLUME", "print the centre line of a vessel, in mm, with its radius",
      "The line leads through the middle of the tissues that --tissue names: from end to end, or "

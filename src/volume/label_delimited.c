@@ -6,11 +6,11 @@
 #include <string.h>
 
 /* Read the headings at *at, which is taken apart and moves behind them.
- * @param columns [SC_COLUMNS_MAX]. @return how many there are; 0 if they are not those of a label
- * table. */
-static size_t read_headings(char **at, char delimiter, sc_column *columns, int *lines)
+ * @param fields [SC_COLUMNS_MAX] the headings, in *at. @param columns [SC_COLUMNS_MAX]. @return how
+ * many there are; 0 if they are not those of a label table. */
+static size_t read_headings(char **at, char delimiter, char **fields, sc_column *columns,
+                            int *lines)
 {
-    char *fields[SC_COLUMNS_MAX];
     const size_t count = sc_delimited_record(at, delimiter, fields, SC_COLUMNS_MAX, lines);
 
     for (size_t i = 0; i < count; i++)
@@ -30,11 +30,11 @@ bool sc_label_delimited_is(const char *text, char *delimiter)
         return false;
     for (const char *d = SC_DELIMITERS; *d; d++) {
         sc_column columns[SC_COLUMNS_MAX];
-        char *at = line;
+        char *fields[SC_COLUMNS_MAX], *at = line;
 
         memcpy(line, text, bytes);
         line[bytes] = '\0';
-        if (read_headings(&at, *d, columns, &lines)) {
+        if (read_headings(&at, *d, fields, columns, &lines)) {
             *delimiter = *d;
             return true;
         }
@@ -53,6 +53,26 @@ typedef struct record_reading {
     int unread;       /* lines that are no labels */
     int first_unread; /* the first of them */
 } record_reading;
+
+/* Tell which columns are not used, such as the codes of terminologies. @param headings
+ * [r->column_count]. */
+static sc_status tell_unused(const sc_ctx *ctx, const char *path, const record_reading *r,
+                             char *const *headings)
+{
+    sc_text names = {0};
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < r->column_count; i++) {
+        if (r->columns[i] == SC_COLUMN_OTHER && headings[i][0])
+            SC_TRY(sc_text_add(ctx, &names, "%s\"%.40s\"", names.length_bytes ? ", " : "",
+                               headings[i]));
+    }
+    if (names.length_bytes)
+        sc_info(ctx, "%s: columns that are not used: %s", path, names.data);
+out:
+    sc_text_clear(&names);
+    return status;
+}
 
 /* Read the lines behind the headings. @param at NULL: there are none. @return as
  * sc_column_rows_add.
@@ -89,7 +109,7 @@ sc_status sc_label_delimited_parse(const sc_ctx *ctx, const char *path, char *te
                                    sc_label_table *table)
 {
     record_reading r = {.rows = sc_column_rows_begin(table)};
-    char *at;
+    char *headings[SC_COLUMNS_MAX], *at;
     sc_status status;
 
     if (!sc_label_delimited_is(text, &r.delimiter))
@@ -98,8 +118,10 @@ sc_status sc_label_delimited_parse(const sc_ctx *ctx, const char *path, char *te
                        "expected for example: value,name,color",
                        path);
     at = text + (sc_delimited_skip_comments(text, &r.line) - text);
-    r.column_count = read_headings(&at, r.delimiter, r.columns, &r.line);
-    status = read_records(ctx, at, &r);
+    r.column_count = read_headings(&at, r.delimiter, headings, r.columns, &r.line);
+    status = tell_unused(ctx, path, &r, headings);
+    if (status == SC_OK)
+        status = read_records(ctx, at, &r);
     sc_column_rows_end(ctx, path, &r.rows);
     if (status == SC_ERR_DATA)
         return sc_fail(

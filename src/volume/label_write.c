@@ -107,6 +107,38 @@ out:
     return status;
 }
 
+/* Write the name, or "label 5" for none, to out[SC_NAME_BYTES]: for formats that have names alone.
+ */
+static void full_name(const sc_label *label, char out[SC_NAME_BYTES])
+{
+    if (label->name[0])
+        memcpy(out, label->name, SC_NAME_BYTES);
+    else
+        snprintf(out, SC_NAME_BYTES, "label %lld", (long long)label->value);
+}
+
+/* As the class lists of TotalSegmentator, and of people. */
+static sc_status print_class(const sc_ctx *ctx, const sc_label *label, const uint8_t rgba[4],
+                             sc_text *out)
+{
+    char name[SC_NAME_BYTES];
+
+    (void)rgba;
+    full_name(label, name);
+    return sc_text_add(ctx, out, "%lld %s\n", (long long)label->value, name);
+}
+
+/* Two lines for a label, as `wb_command -volume-label-export-table` writes them. */
+static sc_status print_workbench(const sc_ctx *ctx, const sc_label *label, const uint8_t rgba[4],
+                                 sc_text *out)
+{
+    char name[SC_NAME_BYTES];
+
+    full_name(label, name);
+    return sc_text_add(ctx, out, "%s\n%lld %d %d %d %d\n", name, (long long)label->value, rgba[0],
+                       rgba[1], rgba[2], rgba[3]);
+}
+
 /* ---- XML ---- */
 
 static sc_status add_xml_text(const sc_ctx *ctx, const char *text, sc_text *out)
@@ -215,6 +247,31 @@ static json_t *ome_json(const sc_label *labels, size_t count)
                      "properties", properties);
 }
 
+/* The labels of a dataset.json of nnU-Net: names with numbers. A name that is missing or that an
+ * earlier label has is made of the number, too. */
+static json_t *nnunet_json(const sc_label *labels, size_t count)
+{
+    json_t *map = json_pack("{s:i}", "background", 0);
+    int failed = !map;
+
+    for (size_t i = 0; i < count && !failed; i++) {
+        char name[SC_NAME_BYTES], longer[SC_NAME_BYTES + 32];
+        const char *key = name;
+
+        full_name(&labels[i], name);
+        if (json_object_get(map, name)) {
+            snprintf(longer, sizeof longer, "%s %lld", name, (long long)labels[i].value);
+            key = longer;
+        }
+        failed = json_object_set_new(map, key, json_integer((json_int_t)labels[i].value));
+    }
+    if (failed) {
+        json_decref(map);
+        return NULL;
+    }
+    return json_pack("{s:o}", "labels", map);
+}
+
 /* ---- the table of formats ---- */
 
 #define WHOLE ((int64_t)1 << 53)
@@ -241,6 +298,17 @@ static const sc_table_writer writers[] = {
     {"json", "JSON", ".json", "", NULL, NULL, NULL, list_json, -WHOLE, WHOLE, ALL, 0},
     {"neuroglancer", "the segment properties of Neuroglancer", NULL, "", NULL, NULL, NULL,
      neuroglancer_json, 0, INT64_MAX, 0, 0},
+    {"gifti", "a GIFTI file with a label table alone", ".gii", "",
+     "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<GIFTI Version=\"1.0\" "
+     "NumberOfDataArrays=\"0\">\n"
+     "<LabelTable>\n",
+     "</LabelTable>\n</GIFTI>\n", print_xml, NULL, INT32_MIN, INT32_MAX, ALL | NEEDS_COLOR, 0},
+    {"workbench", "a label list of Connectome Workbench", NULL, "", NULL, NULL, print_workbench,
+     NULL, INT32_MIN, INT32_MAX, ALL | NEEDS_COLOR, 0},
+    {"names", "a class list, as of TotalSegmentator", NULL, "", NULL, NULL, print_class, NULL,
+     -WHOLE, WHOLE, 0, 0},
+    {"nnunet", "the dataset.json of nnU-Net", NULL, "", NULL, NULL, NULL, nnunet_json, 1, WHOLE, 0,
+     0},
     {"ome-zarr", "the metadata of a label image of OME-Zarr", NULL, "", NULL, NULL, NULL, ome_json,
      -WHOLE, WHOLE, ALL, 0}};
 
@@ -301,10 +369,20 @@ static void fill_in(sc_label *label, const sc_label *later)
         label->opacity = later->opacity;
 }
 
-/* List the labels of @p table by value, each once. Caller owns *out: sc_free.
+/* @return whether a later row of a number says something else than the label has. */
+static bool differs(const sc_label *label, const sc_label *later)
+{
+    return (later->name[0] && strcmp(label->name, later->name) != 0) ||
+           (later->has_color && memcmp(label->rgb, later->rgb, sizeof label->rgb) != 0) ||
+           (later->opacity >= 0 &&
+            (later->opacity < label->opacity || later->opacity > label->opacity));
+}
+
+/* List the labels of @p table by value, each once. *repeated is how many rows of numbers that stand
+ * there before say something else, which is lost. Caller owns *out: sc_free.
  * @return SC_ERR_MEMORY. */
 static sc_status sort_labels(const sc_ctx *ctx, const sc_label_table *table, sc_label **out,
-                             size_t *count)
+                             size_t *count, size_t *repeated)
 {
     void *order = NULL, *labels = NULL;
     placed *at;
@@ -320,10 +398,12 @@ static sc_status sort_labels(const sc_ctx *ctx, const sc_label_table *table, sc_
     for (size_t i = 0; i < table->count; i++) {
         sc_label *last = (sc_label *)labels + *count - 1;
 
-        if (*count && last->value == at[i].row->value)
+        if (*count && last->value == at[i].row->value) {
             fill_in(last, at[i].row);
-        else
+            *repeated += differs(last, at[i].row);
+        } else {
             ((sc_label *)labels)[(*count)++] = *at[i].row;
+        }
     }
     *out = labels;
     labels = NULL;
@@ -451,10 +531,15 @@ sc_status sc_label_table_print(const sc_ctx *ctx, const char *path, const sc_lab
 {
     sc_label *labels = NULL;
     losses lost = {0};
-    size_t count;
+    size_t count, repeated = 0;
     sc_status status;
 
-    SC_TRY(sort_labels(ctx, table, &labels, &count));
+    SC_TRY(sort_labels(ctx, table, &labels, &count, &repeated));
+    if (repeated)
+        sc_warn(ctx,
+                "%s: %zu row%s of the table say%s something else of a number than a row before; "
+                "the first row of a number is written",
+                path, repeated, repeated == 1 ? "" : "s", repeated == 1 ? "s" : "");
     count = fit(writer, labels, count, &lost);
     if (count == 0) {
         status = sc_fail(ctx, SC_ERR_DATA, "%s: there is no label that %s can hold", path,

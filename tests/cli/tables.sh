@@ -15,15 +15,22 @@ expect 73 'heart.ctbl' "$SEGCAST" tables heart.tsv -o heart.ctbl; one_error
 expect 73 'heart.tsv' "$SEGCAST" tables heart.tsv -o heart.tsv --overwrite; one_error
 
 # Every format is read again, whether it is guessed or named.
-for pair in slicer freesurfer itksnap xml csv:csv bids:csv json neuroglancer:json ome-zarr:json; do
+for pair in slicer freesurfer itksnap xml csv:csv bids:csv json neuroglancer:json ome-zarr:json gifti:xml workbench names nnunet:json; do
     "$SEGCAST" tables heart.tsv -o "${pair%:*}.txt" --to "${pair%:*}" -q >/dev/null 2>&1
     if ! "$SEGCAST" tables "${pair%:*}.txt" -o - --to bids -q --labels-format "${pair#*:}" >back.tsv 2>said.txt; then
         grep -q 'built without Expat' said.txt && continue
         cat said.txt; fail "${pair%:*} was not read again"
     fi
     [ "$(cut -f 1 back.tsv | tr '\n' ' ')" = 'index 1 2 ' ] || { cat back.tsv; fail "${pair%:*} lost labels"; }
-    [ "${pair%:*}" = neuroglancer ] || grep -q '#e15f78' back.tsv || fail "${pair%:*} lost colours"
+    [[ $pair =~ ^(neuroglancer|names|nnunet) ]] || grep -q '#e15f78' back.tsv || fail "${pair%:*} lost colours"
 done
+
+[ "$(jq -c .labels nnunet.txt)" = '{"background":0,"left atrium":1,"aorta":2}' ] || fail "nnU-Net: $(cat nnunet.txt)"
+"$SEGCAST" tables heart.tsv -o heart.label.gii -q >/dev/null
+grep -q '<GIFTI' heart.label.gii || fail "the ending .label.gii does not tell GIFTI"
+printf 'LabelValue,Name,Color_R,Color_G,Color_B,Type_CodeValue,Type_CodeMeaning\n1,left atrium,1,2,3,T-32300,Atrium\n1,atrium,1,2,3,T,A\n' >codes.csv
+expect 0 'codes.csv: columns that are not used: "Type_CodeValue"' "$SEGCAST" tables codes.csv -o - --to names
+expect 0 'warning: -: 1 row of the table says something else of a number than a row before; the first' "$SEGCAST" tables codes.csv -o - --to names
 
 # Names and colours of a volume's header, and the same volume drawn with either table.
 "$SEGCAST" phantom --size 40x36x44 -o phantom.nrrd -q >/dev/null

@@ -72,6 +72,15 @@ for file in int16.mgz uint8.mgh int32.mgz float.mgz; do
     [ "$(jq -c .to_ras_mm info.json)" = "$matrix" ] || fail "$file: geometry $(jq -c .to_ras_mm info.json), expected $matrix"
 done
 
+# What segcast writes as GIFTI, nibabel reads.
+"$SEGCAST" tables names.label.gii -o own.label.gii -q >/dev/null || fail "no GIFTI was written"
+"$python" -c '
+import nibabel
+table = nibabel.load("own.label.gii").labeltable
+assert [(l.key, l.label, tuple(round(c, 2) for c in l.rgba)) for l in table.labels] == \
+    [(17, "Left-Hippocampus", (1, .5, 0, 1)), (53, "Right-Hippocampus", (0, 1, 0, 1))], [(l.key, l.label, l.rgba) for l in table.labels]
+' || fail "nibabel does not read the label table that segcast has written"
+
 # A directory of masks, as TotalSegmentator writes it, becomes a film without any further word; the brain
 # covers both hippocampi, which are smaller.
 "$SEGCAST" info masks --json >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "the masks cannot be read"; }
