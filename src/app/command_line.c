@@ -6,14 +6,14 @@
 #include <sys/stat.h>
 
 /* @return whether the argument is a job file or a study, whose mistakes can be told in one go with
- * those of the command line. */
+ * those of the command line. A command that takes a directory, too, does not read the whole job. */
 static bool is_job_there(const sc_command *command, const sc_options *options)
 {
     struct stat info;
 
     return options->input && !options->help && !options->version &&
            (strstr(command->argument, "JOB") || strstr(command->argument, "STUDY")) &&
-           stat(options->input, &info) == 0;
+           !strstr(command->argument, "DIR") && stat(options->input, &info) == 0;
 }
 
 sc_status sc_read_command_line(sc_app *app, const sc_ctx *ctx, const sc_command *command, int argc,

@@ -48,6 +48,8 @@ static sc_status execute(sc_app *app, int argc, char **argv)
         sc_print_version(stdout);
     else if (!options->version)
         status = sc_execute(app, command);
+    if (status == SC_OK)
+        status = app->mistake; /* which the command should have returned */
 out:
     return status;
 }
