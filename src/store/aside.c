@@ -63,6 +63,17 @@ out:
     return status;
 }
 
+/* @return whether the file is a picture: one that was cut off or damaged is nobody's work. */
+static bool is_picture(const char *path)
+{
+    const sc_ctx silent = {.rank = 0};
+    sc_image image = {0};
+    const sc_status status = sc_image_load_png_alpha(&silent, path, &image);
+
+    sc_image_clear(&image);
+    return status == SC_OK;
+}
+
 /* Set aside the PNG files of a job that was complete which are not those of its manifest. */
 static sc_status set_frames_aside(const sc_ctx *ctx, const sc_store *store)
 {
@@ -75,7 +86,8 @@ static sc_status set_frames_aside(const sc_ctx *ctx, const sc_store *store)
         if (store->has_png[k] || !line->known || !line->done.png_bytes)
             continue;
         sc_store_path(store, path, "frames/%06d.png", k);
-        status = sc_store_set_aside(ctx, path, line->done.png_bytes, line->done.png_hash);
+        if (is_picture(path))
+            status = sc_store_set_aside(ctx, path, line->done.png_bytes, line->done.png_hash);
     }
     return status;
 }

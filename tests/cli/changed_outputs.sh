@@ -12,7 +12,10 @@ for name in stats.json report.html status.json trace.json frames.csv job.yaml fi
     rounds=('')
     [ $name != film.mp4 ] || rounds=('' -2)
     for round in "${rounds[@]}"; do
-        echo "mine$round" >>"out/$name"
+        case $name in
+        *.png) cp first/frames/000004.png out/$name ;; # a picture all the same: what is damaged is just made again
+        *) echo "mine$round" >>"out/$name" ;;
+        esac
         cp "out/$name" mine
         expect 0 "out/$name: was changed after segcast had made it; that file is now out/$name.changed$round" \
             "$SEGCAST" render other.yaml -o out --resume
