@@ -210,8 +210,10 @@ static sc_status check_all(sc_app *app, sc_session *session)
         return first;
     found = check_shots(app, session);
     note(&first, found);
-    if (found == SC_OK || !session->compare) /* which moves images with its volumes */
+    if (!session->compare)
         note(&first, sc_session_check_grey(app, session));
+    else if (found == SC_OK) /* only then all volumes are known, with which images are moved */
+        note(&first, sc_compare_check_grey(app, session));
     return first;
 }
 

@@ -94,8 +94,6 @@ sc_status sc_session_check_grey(const sc_app *app, const sc_session *session)
     sc_grey grey;
     sc_status status = SC_OK;
 
-    if (session->compare)
-        return sc_compare_check_grey(app, session);
     if (session->job.has_image)
         status = place_header(app, session, &grey);
     return status;
