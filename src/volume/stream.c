@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The voxels of a volume file, block by block: unpacked, brought into the byte order of this
- * machine, and scaled; as labels, which are checked to be whole numbers, or as numbers of any kind.
- */
-#include "source.h"
+/* The voxels of a volume file, block by block, as they are stored, but unpacked. stream_values.c
+ * makes labels and numbers of them. */
+#include "stream.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -18,34 +17,7 @@ enum {
     PACKED_BYTES = 1 << 18,
     REST_BLOCKS =
         128, /* of sc_voxel_stream.raw: so much is unpacked behind the last voxel, 16 MiB */
-    VOXEL_BYTES_MAX = 8,
-    RUN_BLOCK = 32,        /* voxels of a run that are compared at a time */
-    BATCH_VOXELS = 8 << 20 /* the same of voxels that are in memory already */
-};
-
-struct sc_voxel_stream {
-    const sc_ctx *ctx;
-    const char *path;
-    const sc_source *source;
-    size_t position; /* voxels delivered so far */
-    FILE *plain;     /* open for SC_ENCODING_PLAIN, and for the packed bytes of SC_ENCODING_ZLIB */
-    gzFile gzip;     /* open for SC_ENCODING_GZIP */
-    z_stream zlib;
-    bool zlib_open;        /* zlib is in use, and has to be ended */
-    bool zlib_end;         /* the end was read, its check sum right */
-    bool zlib_memory;      /* there was no memory to unpack */
-    unsigned char *packed; /* [PACKED_BYTES], of SC_ENCODING_ZLIB */
-    unsigned char *slab;   /* of SC_ENCODING_SLICES: the slices that were read last; owned */
-    size_t slab_begin, slab_voxels; /* which voxels these are */
-    unsigned char
-        *batch; /* [SC_BATCH_BYTES], of sc_stream_next_raw; NULL until it is called; owned */
-    unsigned char *ahead; /* [SC_BATCH_BYTES], of sc_stream_read_ahead, NULL until then; owned */
-    size_t ahead_bytes;   /* how many of the next batch were read there */
-    bool is_ahead;        /* the next batch was read, as far as it could be */
-    /* One block as stored, and the same in this machine's byte order. They are read as numbers of
-     * the source's type, so they are aligned for each type. */
-    _Alignas(max_align_t) unsigned char raw[SC_STREAM_BLOCK * VOXEL_BYTES_MAX];
-    _Alignas(max_align_t) unsigned char swapped[SC_STREAM_BLOCK * VOXEL_BYTES_MAX];
+    BATCH_VOXELS = 8 << 20 /* most that sc_stream_next_raw delivers of voxels in memory */
 };
 
 size_t sc_voxel_type_bytes(sc_voxel_type type)
@@ -54,8 +26,6 @@ size_t sc_voxel_type_bytes(sc_voxel_type type)
 
     return bytes[type];
 }
-
-/* ---- bytes ---- */
 
 /* Open the file of one encoding at its first voxel: s->gzip here, s->plain in open_file, and
  * s->plain with s->zlib and s->packed in open_zlib. What was opened before an error
@@ -444,210 +414,7 @@ sc_status sc_stream_finish(sc_voxel_stream *s)
     return SC_OK;
 }
 
-/* ---- values ---- */
-
-/* Write each of @p count numbers of @p each bytes at @p raw to @p out with its bytes reversed. */
-static void swap_bytes(const unsigned char *raw, size_t count, size_t each, unsigned char *out)
-{
-    for (size_t i = 0; i < count; i++, raw += each, out += each) {
-        for (size_t k = 0; k < each; k++)
-            out[k] = raw[each - 1 - k];
-    }
-}
-
-/* @return why @p value is no label; NULL: it is one. */
-static const char *why_no_label(double value)
-{
-    if (!isfinite(value))
-        return "not a number";
-    if (value != floor(value))
-        return "a fraction";
-    if (fabs(value) > 9007199254740992.0) /* 2^53: beyond it a double skips whole numbers */
-        return "too large for a label";
-    return NULL;
-}
-
-/* @return what voxel @p i stands for, a float or an integer that the header scales. Floats are read
- * from @p raw; integers stand in @p out already. */
-static double scaled_value(const sc_source *source, const void *raw, const int64_t *out, size_t i)
-{
-    double value = (double)out[i];
-
-    if (source->type == SC_VOXEL_FLOAT)
-        value = ((const float *)raw)[i];
-    else if (source->type == SC_VOXEL_DOUBLE)
-        value = ((const double *)raw)[i];
-    return source->slope * value + source->intercept;
-}
-
-/* Write slope * value + intercept to out[count]; see scaled_value. @return the index of the first
- * that is no label, @p count if all are. */
-static size_t load_scaled(const sc_source *source, const void *raw, size_t count, int64_t *out)
-{
-    for (size_t i = 0; i < count; i++) {
-        const double value = scaled_value(source, raw, out, i);
-
-        if (why_no_label(value))
-            return i;
-        out[i] = (int64_t)value;
-    }
-    return count;
-}
-
-/* Copy raw[count], of this type, to out[count]; for widen only. */
-#define WIDEN(type)                                                                                \
-    do {                                                                                           \
-        const type *in = raw;                                                                      \
-        for (size_t i = 0; i < count; i++)                                                         \
-            out[i] = (int64_t)in[i];                                                               \
-    } while (0)
-
-/* Copy integers of this type, in this machine's byte order, to out[count]; floats are left out. */
-static void widen(sc_voxel_type type, const void *raw, size_t count, int64_t *out)
-{
-    switch (type) {
-    case SC_VOXEL_INT8:
-        WIDEN(int8_t);
-        break;
-    case SC_VOXEL_UINT8:
-        WIDEN(uint8_t);
-        break;
-    case SC_VOXEL_INT16:
-        WIDEN(int16_t);
-        break;
-    case SC_VOXEL_UINT16:
-        WIDEN(uint16_t);
-        break;
-    case SC_VOXEL_INT32:
-        WIDEN(int32_t);
-        break;
-    case SC_VOXEL_UINT32:
-        WIDEN(uint32_t);
-        break;
-    case SC_VOXEL_INT64:
-        WIDEN(int64_t);
-        break;
-    case SC_VOXEL_UINT64:
-        WIDEN(uint64_t);
-        break;
-    case SC_VOXEL_FLOAT:
-    case SC_VOXEL_DOUBLE:
-        break;
-    }
-}
-
-static bool is_float(sc_voxel_type type)
-{
-    return type == SC_VOXEL_FLOAT || type == SC_VOXEL_DOUBLE;
-}
-
-bool sc_stream_is_plain(const sc_source *source)
-{
-    return !source->swapped && source->slope == 1 && source->intercept == 0 &&
-           !is_float(source->type) && source->type != SC_VOXEL_UINT64;
-}
-
-/* What sc_run_end does with values of one type. Long runs are compared by blocks, which compilers
- * turn into vectors. */
-#define RUN_END(type)                                                                              \
-    do {                                                                                           \
-        const type *in = values;                                                                   \
-        const type first = in[i];                                                                  \
-        for (; end + RUN_BLOCK <= count; end += RUN_BLOCK) {                                       \
-            type differs = 0;                                                                      \
-            for (int k = 0; k < RUN_BLOCK; k++)                                                    \
-                differs = (type)(differs | (in[end + k] ^ first));                                 \
-            if (differs)                                                                           \
-                break;                                                                             \
-        }                                                                                          \
-        while (end < count && in[end] == first)                                                    \
-            end++;                                                                                 \
-        *value = (int64_t)first;                                                                   \
-    } while (0)
-
-int sc_run_end(sc_voxel_type type, const void *values, int i, int count, int64_t *value)
-{
-    int end = i + 1;
-
-    switch (type) {
-    case SC_VOXEL_INT8:
-        RUN_END(int8_t);
-        break;
-    case SC_VOXEL_UINT8:
-        RUN_END(uint8_t);
-        break;
-    case SC_VOXEL_INT16:
-        RUN_END(int16_t);
-        break;
-    case SC_VOXEL_UINT16:
-        RUN_END(uint16_t);
-        break;
-    case SC_VOXEL_INT32:
-        RUN_END(int32_t);
-        break;
-    case SC_VOXEL_UINT32:
-        RUN_END(uint32_t);
-        break;
-    default: /* SC_VOXEL_INT64, and what sc_stream_values has turned into it */
-        RUN_END(int64_t);
-        break;
-    }
-    return end;
-}
-
-size_t sc_stream_values(const sc_voxel_stream *s, const void *raw, size_t count, void *room,
-                        int64_t *out)
-{
-    const sc_source *source = s->source;
-
-    if (source->swapped) {
-        swap_bytes(raw, count, sc_voxel_type_bytes(source->type), room);
-        raw = room;
-    }
-    widen(source->type, raw, count, out);
-    if (is_float(source->type))
-        return load_scaled(source, raw, count, out);
-    for (size_t i = 0; i < count && source->type == SC_VOXEL_UINT64; i++) {
-        if (out[i] < 0)
-            return i;
-    }
-    if (source->slope != 1 || source->intercept != 0)
-        return load_scaled(source, raw, count, out);
-    return count;
-}
-
-sc_status sc_stream_refuse(const sc_voxel_stream *s, const void *raw, size_t index)
-{
-    const sc_source *source = s->source;
-    const size_t nx = (size_t)source->size[0], ny = (size_t)source->size[1];
-    const size_t each = sc_voxel_type_bytes(source->type);
-    unsigned char room[VOXEL_BYTES_MAX];
-    const char *why;
-    int64_t stored = 0;
-    double value;
-
-    if (source->swapped && each <= sizeof room) { /* always: the compiler does not know it */
-        swap_bytes(raw, 1, each, room);
-        raw = room;
-    }
-    widen(source->type, raw, 1, &stored);
-    if (source->type == SC_VOXEL_UINT64 && stored < 0) {
-        value = (double)(uint64_t)stored;
-        why = "too large for a label";
-    } else {
-        value = scaled_value(source, raw, &stored, 0);
-        why = why_no_label(value);
-    }
-    return sc_fail(s->ctx, SC_ERR_DATA,
-                   "%s: voxel (%zu, %zu, %zu) holds %.10g, %s; expected whole label numbers: use a "
-                   "segmentation, not a grey-value image or a probability map",
-                   s->path, index % nx, index / nx % ny, index / nx / ny, value,
-                   why ? why : "no label");
-}
-
-/* Read the next @p count voxels as they are stored. @param raw where they stand then; borrowed from
- * the stream. s->position stays that of the first. */
-static sc_status next_raw(sc_voxel_stream *s, size_t count, const void **raw)
+sc_status sc_stream_stored(sc_voxel_stream *s, size_t count, const void **raw)
 {
     const size_t each = sc_voxel_type_bytes(s->source->type);
 
@@ -657,22 +424,6 @@ static sc_status next_raw(sc_voxel_stream *s, size_t count, const void **raw)
         return SC_OK;
     }
     return s->slab ? next_of_slices(s, count) : next_bytes(s, s->raw, count * each);
-}
-
-sc_status sc_stream_next(sc_voxel_stream *s, size_t count, int64_t *out)
-{
-    const size_t each = sc_voxel_type_bytes(s->source->type);
-    const void *raw;
-    size_t good;
-    const sc_status status = next_raw(s, count, &raw);
-
-    if (status != SC_OK)
-        return status;
-    good = sc_stream_values(s, raw, count, s->swapped, out);
-    if (good < count)
-        return sc_stream_refuse(s, (const unsigned char *)raw + good * each, s->position + good);
-    s->position += count;
-    return SC_OK;
 }
 
 /* @return how many voxels the next batch has. */
@@ -753,70 +504,5 @@ sc_status sc_stream_next_raw(sc_voxel_stream *s, const void **raw, size_t *count
             return status;
     }
     s->position += *count;
-    return SC_OK;
-}
-
-/* Copy raw[count], of this type, to out[count] as slope * value + intercept; for load_numbers only.
- */
-#define SCALE(type)                                                                                \
-    do {                                                                                           \
-        const type *in = raw;                                                                      \
-        for (size_t i = 0; i < count; i++)                                                         \
-            out[i] = slope * (double)in[i] + intercept;                                            \
-    } while (0)
-
-/* Write the numbers of raw[count], stored as the source's type in this machine's byte order, to
- * out[count]. */
-static void load_numbers(const sc_source *source, const void *raw, size_t count, double *out)
-{
-    const double slope = source->slope, intercept = source->intercept;
-
-    switch (source->type) {
-    case SC_VOXEL_INT8:
-        SCALE(int8_t);
-        break;
-    case SC_VOXEL_UINT8:
-        SCALE(uint8_t);
-        break;
-    case SC_VOXEL_INT16:
-        SCALE(int16_t);
-        break;
-    case SC_VOXEL_UINT16:
-        SCALE(uint16_t);
-        break;
-    case SC_VOXEL_INT32:
-        SCALE(int32_t);
-        break;
-    case SC_VOXEL_UINT32:
-        SCALE(uint32_t);
-        break;
-    case SC_VOXEL_INT64:
-        SCALE(int64_t);
-        break;
-    case SC_VOXEL_UINT64:
-        SCALE(uint64_t);
-        break;
-    case SC_VOXEL_FLOAT:
-        SCALE(float);
-        break;
-    case SC_VOXEL_DOUBLE:
-        SCALE(double);
-        break;
-    }
-}
-
-sc_status sc_stream_next_numbers(sc_voxel_stream *s, size_t count, double *out)
-{
-    const void *raw;
-    const sc_status status = next_raw(s, count, &raw);
-
-    if (status != SC_OK)
-        return status;
-    if (s->source->swapped) {
-        swap_bytes(raw, count, sc_voxel_type_bytes(s->source->type), s->swapped);
-        raw = s->swapped;
-    }
-    load_numbers(s->source, raw, count, out);
-    s->position += count;
     return SC_OK;
 }

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to stream.c, which reads the voxels of a file, and stream_values.c, which makes labels
+ * and numbers of them. */
+#ifndef SC_VOLUME_STREAM_H
+#define SC_VOLUME_STREAM_H
+
+#include "source.h"
+
+#include <stddef.h>
+#include <stdio.h>
+#include <zlib.h>
+
+/* The most bytes of a voxel. */
+enum { SC_VOXEL_BYTES_MAX = 8 };
+
+struct sc_voxel_stream {
+    const sc_ctx *ctx;
+    const char *path;
+    const sc_source *source;
+    size_t position; /* voxels delivered so far */
+    FILE *plain;     /* open for SC_ENCODING_PLAIN, and for the packed bytes of SC_ENCODING_ZLIB */
+    gzFile gzip;     /* open for SC_ENCODING_GZIP */
+    z_stream zlib;
+    bool zlib_open;        /* zlib is in use, and has to be ended */
+    bool zlib_end;         /* the end was read, its check sum right */
+    bool zlib_memory;      /* there was no memory to unpack */
+    unsigned char *packed; /* [PACKED_BYTES], of SC_ENCODING_ZLIB */
+    unsigned char *slab;   /* of SC_ENCODING_SLICES: the slices that were read last; owned */
+    size_t slab_begin, slab_voxels; /* which voxels these are */
+    unsigned char
+        *batch; /* [SC_BATCH_BYTES], of sc_stream_next_raw; NULL until it is called; owned */
+    unsigned char *ahead; /* [SC_BATCH_BYTES], of sc_stream_read_ahead, NULL until then; owned */
+    size_t ahead_bytes;   /* how many of the next batch were read there */
+    bool is_ahead;        /* the next batch was read, as far as it could be */
+    /* One block as stored, and the same in this machine's byte order. They are read as numbers of
+     * the source's type, so they are aligned for each type. */
+    _Alignas(max_align_t) unsigned char raw[SC_STREAM_BLOCK * SC_VOXEL_BYTES_MAX];
+    _Alignas(max_align_t) unsigned char swapped[SC_STREAM_BLOCK * SC_VOXEL_BYTES_MAX];
+};
+
+/* Read the next @p count voxels as they are stored. @param raw where they stand then; borrowed from
+ * the stream. Its position stays that of the first. @return the errors of sc_stream_next but for
+ * values. */
+sc_status sc_stream_stored(sc_voxel_stream *s, size_t count, const void **raw);
+
+#endif
