@@ -6,7 +6,8 @@
 #include <sys/stat.h>
 
 /* @return whether the argument is a job file or a study, whose mistakes can be told in one go with
- * those of the command line. A command that takes a directory, too, does not read the whole job. */
+ * those of the command line. A command that takes a directory as well looks at what was made, not
+ * at the job. */
 static bool is_job_there(const sc_command *command, const sc_options *options)
 {
     struct stat info;

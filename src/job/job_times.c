@@ -82,7 +82,7 @@ static bool parse_time(const clock_of_job *clock, const sc_yaml *node, double *f
 
     if (node->kind != SC_YAML_SCALAR || !parse_digits(node->text, &number, &end))
         return false;
-    if (sc_parse_clock(node->text, &seconds)) {
+    if (*end == ':' && !strchr(end + 1, ':') && sc_parse_clock(node->text, &seconds)) {
         *frame = seconds * clock->fps;
         return true;
     }
