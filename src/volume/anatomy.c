@@ -17,7 +17,8 @@ typedef struct anatomy_rule {
 } anatomy_rule;
 
 /* The first rule that fits decides, so what is special stands before what is general. Parts of the
- * cortex of the brain have none, because all would look alike. */
+ * cortex of the brain (ctx-lh-insula) and of the white matter below them (wm-lh-insula) have none,
+ * because all would look alike. */
 static const anatomy_rule rules[] = {
     /* what does not belong there */
     {"tumor*|tumour*|lesion*|cancer|carcinoma|metasta*|neoplas*|glioma|melanoma|lymphoma|nodul*",
@@ -60,15 +61,23 @@ static const anatomy_rule rules[] = {
     {"csf|cerebrospinal|cistern*|choroid", {112, 168, 206}},
     {"spinal cord|canal", {226, 206, 112}},
     {"nerve|nerves|chiasm|plexus|ganglion|ganglia|cauda", {226, 206, 112}},
+    {"hypointensit*|hyperintensit*|wmh", {186, 150, 196}},
     {"white matter", {236, 226, 204}},
-    {"callosum|fornix|commissure", {236, 226, 204}},
-    {"cerebellum|cerebellar", {200, 150, 134}},
+    {"cerebral|cerebellar|cerebellum|cerebrum wm", {236, 226, 204}},
+    {"callosum|fornix|commissure|fimbria|scp|peduncle*", {236, 226, 204}},
+    {"internal|external|extreme capsule", {236, 226, 204}},
+    {"cc anterior|mid|central|posterior", {236, 226, 204}}, /* of the corpus callosum */
+    {"cerebellum|cerebellar|vermis|vermal", {200, 150, 134}},
     {"brainstem|stem|pons|medulla|midbrain|mesencephalon", {214, 186, 150}},
+    {"ventral dc|diencephalon", {176, 104, 92}},
+    {"substantia|substancia nigra", {118, 104, 112}},
+    {"subthalamic", {190, 146, 110}},
+    {"hypothalamus|hypothalamic|mammillary", {176, 104, 92}},
     {"thalamus", {92, 146, 92}},
     {"caudate", {130, 180, 206}},
     {"putamen", {206, 112, 162}},
     {"pallid*", {92, 108, 186}},
-    {"hippocampus|hippocampi", {210, 194, 92}},
+    {"hippocampus|hippocampi|hippocampal|subiculum", {210, 194, 92}},
     {"amygdala", {108, 190, 188}},
     {"accumbens", {218, 158, 88}},
     {"cerebral cortex", {206, 172, 158}},

@@ -75,10 +75,11 @@ sc_status sc_label_workbench_parse(const sc_ctx *ctx, const char *path, char *te
             continue;
         next = numbers ? sc_label_cut_line(numbers) : NULL;
         if (!read_label(line, numbers, &row, &names))
-            return sc_fail(ctx, SC_ERR_DATA,
-                           "%s:%d: is \"%.80s\", expected the key of the label \"%.80s\" and its red, "
-                           "green, blue and opacity from 0 to 255, such as: 1 255 0 0 255",
-                           path, number + 1, numbers ? numbers : "", line);
+            return sc_fail(
+                ctx, SC_ERR_DATA,
+                "%s:%d: is \"%.80s\", expected the key of the label \"%.80s\" and its red, "
+                "green, blue and opacity from 0 to 255, such as: 1 255 0 0 255",
+                path, number + 1, numbers ? numbers : "", line);
         number++;
         has_rows = true;
         if (row.value && table->count == SC_TABLE_ROWS_MAX)
@@ -88,8 +89,10 @@ sc_status sc_label_workbench_parse(const sc_ctx *ctx, const char *path, char *te
             status = sc_label_table_add(ctx, table, &row);
     }
     if (status == SC_OK && !has_rows)
-        return sc_fail(ctx, SC_ERR_DATA, "%s: has no labels; expected two lines for each, its name "
-                                         "and its key with a colour", path);
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: has no labels; expected two lines for each, its name "
+                       "and its key with a colour",
+                       path);
     if (status == SC_OK)
         sc_name_warn(ctx, path, &names);
     return status;
