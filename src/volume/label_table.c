@@ -160,17 +160,6 @@ static bool looks_like_itksnap(const char *line)
     return end > 0 && line[end] == '"';
 }
 
-char *sc_label_cut_line(char *line)
-{
-    char *end = line + strcspn(line, "\r\n");
-    const bool both = end[0] == '\r' && end[1] == '\n';
-
-    if (!*end)
-        return NULL;
-    *end = '\0';
-    return end + 1 + both;
-}
-
 /* What the lines read so far say about the format of a table. */
 typedef struct evidence {
     bool itksnap;                /* a line has the form of ITK-SNAP */

@@ -121,3 +121,14 @@ sc_status sc_label_text_decode(const sc_ctx *ctx, const char *path, char **text,
                        strlen(*text));
     return SC_OK;
 }
+
+char *sc_label_cut_line(char *line)
+{
+    char *end = line + strcspn(line, "\r\n");
+    const bool both = end[0] == '\r' && end[1] == '\n';
+
+    if (!*end)
+        return NULL;
+    *end = '\0';
+    return end + 1 + both;
+}
