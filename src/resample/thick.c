@@ -6,7 +6,7 @@
  * Distances are interpolated by cubic Hermite splines over four slices, as borders are curved.
  * Where a part of a label ends between two slices, the other slice tells nothing of it: it may hold
  * another part of the label, far away, or none. So the distance there is limited to what the slices
- * before let expect, and a slice more. Sheets one voxel thick are closed afterwards.
+ * before let expect: spline.h. Sheets one voxel thick are closed afterwards.
  * A slice also stands for half the way to where the next would be, beyond the first and the last:
  * there the distances go on as between the last two slices.
  * Each label costs time in all of its box. Labels scattered over the slices, as no tissue is, would
@@ -14,6 +14,7 @@
  * labels that fill the least of their boxes are copied from the nearer slice instead. */
 #include "distances.h"
 #include "internal.h"
+#include "spline.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -21,16 +22,8 @@
 enum {
     BOXES_MAX = 48,           /* of the sum of all boxes, in volumes of the stack */
     GAPS = 8,                 /* between slices, which are filled at a time */
-    AROUND = 4,               /* slices from which a layer follows: two on either side */
     SLOTS = GAPS + AROUND - 1 /* slices whose distances are held at a time */
 };
-/* The limits of a distance in the next slice, in distances of slices: at least LEAST_LIMIT from the
- * border, and as far as CHANGE_LIMIT from the distance in this slice. */
-#define LEAST_LIMIT 0.75f
-#define CHANGE_LIMIT 1.0f
-/* The slope of an interpolated distance in a slice, per slice, is at most the difference of the two
- * slices and this. */
-#define SLOPE_LIMIT 0.5f
 
 /* The work on a stack. */
 typedef struct thick_work {
@@ -47,69 +40,6 @@ typedef struct thick_work {
     uint32_t *winner; /* [threads][y][x] scratch: the label to which it belongs */
     size_t pixels;    /* of a slice */
 } thick_work;
-
-/* Where a layer lies between two slices, as weights of a cubic Hermite spline. */
-typedef struct blend {
-    float value[2], slope[2]; /* of the slice below and of that above */
-} blend;
-
-/* @return the blend of a layer @p t slices above the slice below it. */
-static blend blend_at(float t)
-{
-    const float t2 = t * t, t3 = t2 * t;
-
-    return (blend){{2 * t3 - 3 * t2 + 1, 3 * t2 - 2 * t3}, {t3 - 2 * t2 + t, t3 - t2}};
-}
-
-static inline float smaller(float a, float b)
-{
-    return a < b ? a : b;
-}
-
-static inline float larger(float a, float b)
-{
-    return a > b ? a : b;
-}
-
-/* @return the distance @p next in the slice behind one of distance @p here and a slice of distance
- * @p before, limited to what these let expect. */
-static inline float limited(float next, float here, float before)
-{
-    const float expected = 2 * here - before;
-    const float high = larger(larger(LEAST_LIMIT, here + CHANGE_LIMIT), expected);
-    const float low = smaller(smaller(-LEAST_LIMIT, here - CHANGE_LIMIT), expected);
-
-    return larger(low, smaller(high, next));
-}
-
-/* @return a slope of a spline, limited by the difference of its two values. */
-static inline float limited_slope(float slope, float difference)
-{
-    const float limit = larger(difference, -difference) + SLOPE_LIMIT;
-
-    return larger(-limit, smaller(limit, slope));
-}
-
-/* @return the distance in a layer, of those in the four slices @p a to @p d around it: two below
- * and two above. */
-static inline float interpolate(float a, float b, float c, float d, const blend *layer)
-{
-    const bool below = larger(b, -b) < larger(c, -c);
-    const float upper = below ? limited(c, b, a) : c, lower = below ? b : limited(b, c, d);
-    const float first = limited(a, lower, upper), last = limited(d, upper, lower);
-    const float slope = limited_slope(0.5f * (upper - first), upper - lower);
-    const float next_slope = limited_slope(0.5f * (last - lower), upper - lower);
-
-    return layer->value[0] * lower + layer->value[1] * upper + layer->slope[0] * slope +
-           layer->slope[1] * next_slope;
-}
-
-/* @return the distance @p t slices beyond the last slice, where it is @p here, after a slice of
- * distance @p before. */
-static inline float extrapolate(float before, float here, float t)
-{
-    return here + t * (here - limited(before, here, here));
-}
 
 /* Let a label contend for the pixels of row @p y of a layer @p t slices beyond the slice @p end,
  * the first or the last of at least two. @param least, winner of the first pixel of the label's
@@ -139,11 +69,7 @@ static void contend_in_row(const thick_work *w, const label_box *box, const blen
     const int nx = box->high[0] - box->low[0] + 1;
     const float *rows[AROUND];
 
-    for (int i = 0; i < AROUND; i++) {
-        const int slice = z - 1 + i, last = w->s->size[2] - 1;
-
-        rows[i] = sc_distances_row(&w->d, box, slice < 0 ? 0 : slice > last ? last : slice, y);
-    }
+    rows_around(&w->d, box, z, y, rows);
     for (int x = 0; x < nx; x++) {
         const float distance = interpolate(rows[0][x], rows[1][x], rows[2][x], rows[3][x], layer);
         const bool wins = distance < least[x];

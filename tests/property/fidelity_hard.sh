@@ -18,10 +18,10 @@ better() { # better SHAPE POSITION NORMAL_DEG LEAST_VOLUME: bounds for --smooth 
     check ".position_rms_voxels < $2 and .normal_rms_deg < $3 and .volume_kept > $4 and .volume_kept < 1.06
         and (.gaps == 0 or .gaps == null)" "$1 at smooth auto"
 }
-better ellipsoid-slices 0.30 1.7 0.99
-better torus-18-slices 0.34 3.1 0.98
-better torus-12-slices 0.37 4.3 0.98
-better torus-6-slices 0.45 5.7 0.95
+better ellipsoid-slices 0.23 1.3 0.99
+better torus-18-slices 0.24 2.4 0.99
+better torus-12-slices 0.28 3.3 0.99
+better torus-6-slices 0.40 5.0 0.96
 better ellipsoid-copied 0.105 1.2 0.99
 better torus-12-copied 0.105 4.5 0.98
 better ellipsoid-noisy 0.13 1.5 0.99
