@@ -6,7 +6,8 @@
  * Distances are interpolated by cubic Hermite splines over four slices, as borders are curved.
  * Where a part of a label ends between two slices, the other slice tells nothing of it: it may hold
  * another part of the label, far away, or none. So the distance there is limited to what the slices
- * before let expect: spline.h. Sheets one voxel thick are closed afterwards.
+ * before let expect: spline.h. Thin walls that move sideways are kept: walls.h. Sheets one voxel
+ * thick are closed afterwards.
  * A slice also stands for half the way to where the next would be, beyond the first and the last:
  * there the distances go on as between the last two slices.
  * Each label costs time in all of its box. Labels scattered over the slices, as no tissue is, would
@@ -15,6 +16,7 @@
 #include "distances.h"
 #include "internal.h"
 #include "spline.h"
+#include "walls.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -38,6 +40,7 @@ typedef struct thick_work {
     size_t stride[3]; /* in out, in voxels, of x, y and a layer */
     float *least;     /* [threads][y][x] scratch: the least distance of all labels */
     uint32_t *winner; /* [threads][y][x] scratch: the label to which it belongs */
+    float *open;      /* [threads][y][x] scratch: for walls */
     size_t pixels;    /* of a slice */
 } thick_work;
 
@@ -79,11 +82,12 @@ static void contend_in_row(const thick_work *w, const label_box *box, const blen
     }
 }
 
-/* Find the label in which each pixel of a layer behind slice @p z lies deepest. @param nearer the
- * slice from which labels are copied. */
-static void find_winners(const thick_work *w, const blend *layer, int z, int nearer, float *least,
-                         uint32_t *winner)
+/* Find the label of each pixel of a layer behind slice @p z: the one in which it lies deepest, or a
+ * wall that passes over it. @param nearer the slice from which labels are copied. */
+static void find_winners(const thick_work *w, const blend *layer, int z, int nearer, int thread)
 {
+    float *least = w->least + (size_t)thread * w->pixels;
+    uint32_t *winner = w->winner + (size_t)thread * w->pixels;
     const uint16_t *ids = w->s->ids + (size_t)nearer * w->pixels;
 
     for (size_t at = 0; at < w->pixels; at++)
@@ -99,6 +103,7 @@ static void find_winners(const thick_work *w, const blend *layer, int z, int nea
             contend_in_row(w, box, layer, z, y, least + row, winner + row);
         }
     }
+    sc_walls_keep(&w->d, layer, z, least, w->open + (size_t)thread * w->pixels, winner);
     for (size_t at = 0; at < w->pixels && w->copied; at++)
         winner[at] = w->copied[ids[at]] ? ids[at] : winner[at];
 }
@@ -269,14 +274,13 @@ static void fill_gaps(void *user, size_t begin, size_t end, int thread)
 {
     const thick_work *w = user;
     const size_t layers = (size_t)w->split - 1;
-    float *least = w->least + (size_t)thread * w->pixels;
     uint32_t *winner = w->winner + (size_t)thread * w->pixels;
 
     for (size_t n = begin; n < end; n++) {
         const int z = w->gap + (int)(n / layers), step = (int)(n % layers) + 1;
         const blend layer = blend_at((float)step / (float)w->split);
 
-        find_winners(w, &layer, z, z + (2 * step > w->split), least, winner);
+        find_winners(w, &layer, z, z + (2 * step > w->split), thread);
         keep_sheets(w, z, (double)step / w->split, winner);
         store_layer(w, winner, (size_t)z * (size_t)w->split + (size_t)(w->split / 2 + step));
     }
@@ -519,6 +523,8 @@ sc_status sc_resample_split_slices(const sc_ctx *ctx, sc_volume *v, int axis, in
     w.least = block;
     SC_TRY(sc_alloc(ctx, (size_t)threads * w.pixels, sizeof *w.winner, &block));
     w.winner = block;
+    SC_TRY(sc_alloc(ctx, (size_t)threads * w.pixels, sizeof *w.open, &block));
+    w.open = block;
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), (size_t)split * (size_t)v->label_bytes, &w.out));
     set_strides(v, axis, split, &w);
     fill_layers(&w, threads);
@@ -531,6 +537,7 @@ out:
     sc_free(w.sheet);
     sc_free(w.least);
     sc_free(w.winner);
+    sc_free(w.open);
     return status;
 }
 
@@ -546,6 +553,6 @@ double sc_resample_split_bytes(const sc_volume *v, const sc_label_tally *boxes, 
 
         bytes += sc_distances_bytes(&s, &box, 1, SLOTS, 0);
     }
-    return bytes + threads * (pixels * (sizeof(float) + sizeof(uint32_t)) +
+    return bytes + threads * (pixels * (2 * sizeof(float) + sizeof(uint32_t)) +
                               3.0 * s.size[0] * sizeof(float));
 }

@@ -344,6 +344,61 @@ static void sheets_end_between_slices(void **state)
     sc_volume_clear(&v);
 }
 
+/* A wall three pixels thick that moves by more than twice that from one slice to the next, between
+ * tissue and, on the other side, either other tissue or none. */
+static int wall_id(double x, double y, double z)
+{
+    const double from_wall = x - 12 - 7 * z;
+
+    return from_wall < 0 ? 1 : from_wall < 3 ? 3 : y < 10 ? 2 : 0;
+}
+
+static void walls_that_move_sideways_stay_whole(void **state)
+{
+    const int size[3] = {80, 20, 9};
+    sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 4, wall_id);
+    sc_drawn_grid grid;
+
+    (void)state;
+    assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
+    assert_int_equal(grid.split[2], 5);
+    assert_ok(sc_resample(&quiet, &v, &grid, 2));
+    /* Not beside the first and the last slice: nothing tells there how the wall moves on. */
+    for (int z = 7; z < v.size[2] - 7; z++) {
+        for (int y = 0; y < size[1]; y++) {
+            int wall = 0;
+
+            for (int x = 0; x < size[0]; x++)
+                wall += id_at(&v, (int[3]){x, y, z}) == 3;
+            assert_in_range(wall, 2, 5);
+        }
+    }
+    sc_volume_clear(&v);
+}
+
+/* A tube in a wall, of one tissue below and another above. */
+static int junction_id(double x, double y, double z)
+{
+    return hypot(x - 15.2, y - 14.7) < 4.3 ? 1 + (z > 4) : 3;
+}
+
+static void walls_beside_two_tissues_do_not_part_them(void **state)
+{
+    const int size[3] = {30, 30, 9};
+    sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 4, junction_id);
+    sc_drawn_grid grid;
+    int at[3] = {0, 0, 0};
+
+    (void)state;
+    assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
+    assert_ok(sc_resample(&quiet, &v, &grid, 2));
+    do {
+        if (hypot(at[0] - 15.2, at[1] - 14.7) < 3)
+            assert_int_not_equal(id_at(&v, at), 3);
+    } while (next_voxel(&v, at));
+    sc_volume_clear(&v);
+}
+
 /* A tube that moves across its slices by nearly its radius from one to the next, a ball, and a
  * column that ends between two slices while another one of its label, far away, goes on. */
 static int oblique_id(double x, double y, double z)
@@ -917,6 +972,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tissue_goes_on_beyond_the_last_slice),
+        cmocka_unit_test(walls_that_move_sideways_stay_whole),
+        cmocka_unit_test(walls_beside_two_tissues_do_not_part_them),
         cmocka_unit_test(votes_keep_volumes_and_surfaces),
         cmocka_unit_test(what_is_thin_is_not_torn_when_voxels_become_finer),
         cmocka_unit_test(a_vote_without_memory_changes_nothing),
