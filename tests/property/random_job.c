@@ -918,10 +918,16 @@ static const struct row divider_rows[] = {
     {"during", 50, put_during, NULL},
     {"ease", 50, put_ease, NULL},
 };
-static const struct row subject_rows[] = {
-    {"volume", 100, put_word, "phantom:20x16x22|other.nrrd"},
-    {"labels", 40, put_word, "other.ctbl"},
-    {"name", 60, put_text, NULL},
+#define SUBJECT_ROWS                                                                               \
+    {"volume", 100, put_word, "phantom:20x16x22|other.nrrd"},                                      \
+        {"labels", 40, put_word, "other.ctbl"},                                                    \
+    {                                                                                              \
+        "name", 60, put_text, NULL                                                                 \
+    }
+static const struct row subject_rows[] = {SUBJECT_ROWS};
+static const struct row subject_with_image_rows[] = {
+    SUBJECT_ROWS,
+    {"image", 60, put_word, "none|phantom:16x12x20|ct.nrrd"},
 };
 
 static const struct row hidden_rows[] = {{"visible", 100, put_flag, NULL}};
@@ -1066,7 +1072,10 @@ static void add_subject(struct maker *maker)
     } else {
         add(maker, ", with: [other.nrrd, ");
     }
-    add_map(maker, subject_rows, COUNT_OF(subject_rows));
+    if (maker->has_image)
+        add_map(maker, subject_with_image_rows, COUNT_OF(subject_with_image_rows));
+    else
+        add_map(maker, subject_rows, COUNT_OF(subject_rows));
     add(maker, "]}\n");
 }
 
@@ -1079,7 +1088,8 @@ static void make_job(struct maker *maker)
     maker->fps = rates[whole(maker, 0, 2)];
     maker->frames = FRAMES + (maker->subject == SHOTS ? 0 : whole(maker, 0, 2));
     maker->is_transparent = chance(maker, 10);
-    maker->has_image = maker->subject == IMAGE || (maker->subject != COMPARE && chance(maker, 15));
+    maker->has_image =
+        maker->subject == IMAGE || chance(maker, maker->subject == COMPARE ? 60 : 15);
     add_subject(maker);
     add(maker, "output: {size: %s, fps: %d, video: none%s}\n", sizes[whole(maker, 0, 3)],
         maker->fps, maker->subject != COMPARE && chance(maker, 30) ? ", layout: views" : "");
@@ -1135,7 +1145,7 @@ static void print_keys(void)
     PRINT("image", image_rows);
     PRINT("cine", cine_rows);
     PRINT("compare.divider", divider_rows);
-    PRINT("compare.with.N", subject_rows);
+    PRINT("compare.with.N", subject_with_image_rows);
 #undef PRINT
 }
 
