@@ -200,9 +200,10 @@ static bool find_lost_blank(const char *text, size_t at, size_t *begin)
 
 /* Find a slip behind which libyaml has stopped at byte @p at. @param begin where it is. @return
  * what to say of it, or NULL. */
-static const char *find_slip(const char *text, size_t bytes, size_t at, const char *problem,
+static const char *find_slip(const char *text, size_t bytes, size_t at, const yaml_parser_t *parser,
                              size_t *begin)
 {
+    const char *problem = parser->problem ? parser->problem : "";
     open_flow flow;
     size_t end = bytes;
 
@@ -213,7 +214,7 @@ static const char *find_slip(const char *text, size_t bytes, size_t at, const ch
         *begin = flow.color;
         return "in YAML a # begins a comment; put the colour in quotes";
     }
-    if (flow.depth && at >= end) {
+    if (flow.depth && at >= end && parser->context && strstr(parser->context, "flow")) {
         *begin = flow.begin[flow.depth - 1];
         return text[*begin] == '{' ? not_closed_map : not_closed_list;
     }
@@ -245,7 +246,7 @@ sc_status sc_yaml_explain(const sc_ctx *ctx, const char *origin, const char *tex
     if (parser->error == YAML_READER_ERROR)
         mark_of_byte(text, bytes, parser->problem_offset, &mark);
     at = byte_at(text, bytes, parser->problem_mark.line, parser->problem_mark.column);
-    slip = parser->error == YAML_READER_ERROR ? NULL : find_slip(text, bytes, at, problem, &at);
+    slip = parser->error == YAML_READER_ERROR ? NULL : find_slip(text, bytes, at, parser, &at);
     if (slip) {
         words = slip;
         mark_of_byte(text, bytes, at, &mark);
