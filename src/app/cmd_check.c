@@ -120,6 +120,9 @@ static sc_status check_shots(sc_app *app, sc_session *session)
         SC_TRY(sc_compare_inspect(app, app->options.fast, session));
         return check_compare(app, session);
     }
+    if (session->job.shot_count) /* those of all shots, not only of the first that has any */
+        SC_TRY(sc_check_tissues(app->ctx, &session->job, session->volume.labels,
+                                session->volume.label_count));
     SC_TRY(sc_film_open(app, session));
     if (!session->film)
         SC_TRY(sc_session_tissues(app, session));
@@ -190,30 +193,55 @@ static void note(sc_status *first, sc_status found)
         *first = found;
 }
 
+/* After mistakes, because of which nothing was lettered: read the logo, so that its mistake is
+ * told, too. */
+static sc_status check_logo(const sc_app *app, const sc_job *job)
+{
+    sc_image logo = {0};
+    sc_status status = SC_OK;
+
+    if (job->overlays.logo[0] && !job->shot_count)
+        status = sc_image_load_png_alpha(app->ctx, job->overlays.logo, &logo);
+    sc_image_clear(&logo);
+    return status;
+}
+
+/* Check a job against its volumes and images. @return as check_all. */
+static sc_status check_volumes(sc_app *app, sc_session *session)
+{
+    sc_status status = sc_session_inspect_all(app, app->options.fast, session);
+
+    if (status != SC_OK)
+        return status;
+    status = check_shots(app, session);
+    if (!session->compare)
+        note(&status, sc_session_check_grey(app, session));
+    else if (status == SC_OK) /* only then all volumes are known, with which images are moved */
+        status = sc_compare_check_grey(app, session);
+    return status;
+}
+
 /* Check a job, which has been read, against this build, this machine and its volume. @return the
- * first mistake; all are logged. */
-static sc_status check_all(sc_app *app, sc_session *session)
+ * first mistake; all are logged, each once. */
+static sc_status check_all(const sc_app *app, sc_session *session)
 {
     const sc_job *job = &session->job;
-    sc_status first = check_cpu(app, job), found;
+    const bool is_elsewhere = app->options.output != NULL;
+    sc_once once;
+    sc_ctx ctx = sc_ctx_once(app->ctx, &once);
+    sc_app own = *app;
+    sc_status first = check_cpu(app, job);
 
-    note(&first, sc_run_check_encoder(app->ctx, job));
-    note(&first, sc_run_check_encode_key(app->ctx, job));
-    note(&first,
-         sc_check_directory(app->ctx, app->options.output ? "--output" : job->directory_where,
-                            app->options.output ? app->options.output : job->output.directory));
+    own.ctx = &ctx;
+    note(&first, sc_run_check_encoder(&ctx, job));
+    note(&first, sc_run_check_encode_key(&ctx, job));
+    note(&first, sc_check_directory(&ctx, is_elsewhere ? "--output" : job->directory_where,
+                                    is_elsewhere ? app->options.output : job->output.directory));
     if (first == SC_OK)
-        sc_warn_of_outputs(app, job);
-    found = sc_session_inspect_all(app, app->options.fast, session);
-    note(&first, found);
-    if (found != SC_OK)
-        return first;
-    found = check_shots(app, session);
-    note(&first, found);
-    if (!session->compare)
-        note(&first, sc_session_check_grey(app, session));
-    else if (found == SC_OK) /* only then all volumes are known, with which images are moved */
-        note(&first, sc_compare_check_grey(app, session));
+        sc_warn_of_outputs(&own, job);
+    note(&first, check_volumes(&own, session));
+    if (first != SC_OK)
+        note(&first, check_logo(&own, job));
     return first;
 }
 

@@ -112,11 +112,14 @@ sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label 
                            int label_count)
 {
     const sc_prepared view = {.label_count = label_count, .labels = labels};
-    sc_status status = check_tissues_of(ctx, job, &view);
+    sc_once once; /* mistakes of keys of the film are in all shots */
+    const sc_ctx telling = sc_ctx_once(ctx, &once);
+    sc_status status = check_tissues_of(&telling, job, &view);
 
-    /* Shots after one with mistakes are not checked: those of keys of the film are in all. */
-    for (size_t i = 0; i < job->shot_count && status == SC_OK; i++)
-        status = check_tissues_of(ctx, &job->shots[i].job, &view);
+    for (size_t i = 0; i < job->shot_count; i++) {
+        if (!sc_goes_on(&status, check_tissues_of(&telling, &job->shots[i].job, &view)))
+            break;
+    }
     return status;
 }
 
@@ -129,6 +132,18 @@ static sc_status resize_volume(const sc_app *app, const sc_job *job, sc_volume *
     SC_TRY(sc_volume_memory_check(app->ctx, job->volume, job->volume_size, old_bytes));
     SC_TRY(sc_resample_nearest(app->ctx, volume, job->volume_size, app->threads));
 out:
+    return status;
+}
+
+/* As sc_check_tissues, in a run, too, of which otherwise only the first error is shown. */
+static sc_status check_all_tissues(const sc_app *app, const sc_job *job, const sc_volume *volume)
+{
+    const bool one_error = app->terminal->one_error;
+    sc_status status;
+
+    app->terminal->one_error = false;
+    status = sc_check_tissues(app->ctx, job, volume->labels, volume->label_count);
+    app->terminal->one_error = one_error;
     return status;
 }
 
@@ -166,7 +181,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, bool 
     if (volume->label_count == 1)
         sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
     if (!job->has_compare) /* otherwise another subject may have what this one lacks */
-        status = sc_check_tissues(app->ctx, job, volume->labels, volume->label_count);
+        status = check_all_tissues(app, job, volume);
 out:
     return status;
 }
