@@ -23,11 +23,11 @@
 enum {
     RUN_MAX = 4, /* voxels: what is thicker along an axis is no thin layer */
     NEAR = 6,    /* voxels: how far around a vertex its cover is counted */
-    FAR = 8,     /* voxels: a closed part of the layer must be within this distance */
+    FAR = 12,    /* voxels: a closed part of the layer must be within this distance */
     CLOSED = 2,  /* voxels: closed is where there is no gap within this distance */
     THICK = 1,   /* voxels: a layer is thin where nothing thick is within this distance */
     MARGIN = FAR + CLOSED,
-    SIDE = SC_BRICK + 2 * MARGIN, /* edge of the block of voxels that a brick depends on: 24 */
+    SIDE = SC_BRICK + 2 * MARGIN, /* edge of the block of voxels that a brick depends on: 32 */
     /* of a brick, see find_layer */
     BEYOND = 1,
     HERE = 8,
@@ -41,9 +41,10 @@ enum {
 #define COVER_ALL 0.95f
 #define COVER_LEAST 0.45f
 /* So many voxels of a closed part within FAR make sure that this is the end of a layer;
- * CLOSED_LEAST there may be where a vessel lies on a wall. */
-#define CLOSED_ENOUGH 22.0f
-#define CLOSED_LEAST 12.0f
+ * CLOSED_LEAST there may be where a vessel lies on a wall, since it crosses the whole of that way.
+ */
+#define CLOSED_ENOUGH 32.0f
+#define CLOSED_LEAST 18.0f
 
 /* A layer: voxels of one label between two others, low < high. */
 typedef struct layer {

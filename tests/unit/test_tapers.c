@@ -58,13 +58,15 @@ static int wedge(double x, double y, double z)
  * than 0.4 voxels, and nothing where it is thicker than 1.5. */
 static void the_thin_end_of_a_layer_fades(void **state)
 {
+    static const double slopes[] = {0.25, 0.15, 0.1};
+
     (void)state;
-    for (int n = 0; n < 2; n++) {
+    for (size_t n = 0; n < sizeof slopes / sizeof *slopes; n++) {
         sc_volume volume;
         prepared_copy p;
         int thin = 0;
 
-        slope = n ? 0.25 : 0.15;
+        slope = slopes[n];
         volume = shape_volume(size, cubes, 1, 3, wedge);
         p = prepare_copy(&volume, 2);
 
