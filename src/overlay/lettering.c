@@ -5,6 +5,7 @@
 #include "blend.h"
 #include "font.h"
 
+#include <errno.h>
 #include <math.h>
 #include <string.h>
 
@@ -58,6 +59,7 @@ static bool fill_mask(const drawn_line *line, double size_px, bool halo, uint8_t
     bool ok;
     int stride;
 
+    errno = 0;
     cairo_translate(cairo, -word->left_px, -word->top_px);
     cairo_append_path(cairo, line->path);
     cairo_set_line_join(cairo, CAIRO_LINE_JOIN_ROUND);
@@ -68,7 +70,8 @@ static bool fill_mask(const drawn_line *line, double size_px, bool halo, uint8_t
     cairo_surface_flush(surface);
     from = cairo_image_surface_get_data(surface);
     stride = cairo_image_surface_get_stride(surface);
-    ok = from && cairo_status(cairo) == CAIRO_STATUS_SUCCESS;
+    /* cairo forgets some failures of malloc, which leave letters out. */
+    ok = from && cairo_status(cairo) == CAIRO_STATUS_SUCCESS && errno != ENOMEM;
     for (int y = 0; ok && y < word->height_px; y++)
         memcpy(mask + (size_t)y * width, from + (size_t)y * (size_t)stride, width);
     cairo_destroy(cairo);

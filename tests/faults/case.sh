@@ -60,6 +60,8 @@ errors=$(grep -c 'segcast: \(rank [0-9]*: \)\?error' stderr.txt)
 library=
 if [ "$kind" = alloc ]; then
     case "$code $site" in
+    134*libcairo:*) grep -q 'longjmp causes uninitialized stack frame' stderr.txt &&
+        library="cairo jumps back into a function that has ended" ;;
     134*) grep -q '^Assertion .* at src/libavcodec/options.c' stderr.txt &&
         library="libavcodec ends the process (av_assert0 in avcodec_alloc_context3)" ;;
     # segcast makes sure that there is memory before; one call that fails in between is beyond its reach.
