@@ -63,6 +63,17 @@ static sc_status add_resolved_job(const sc_run *run, sc_text *text)
     return status;
 }
 
+/* Set *out to whether job.yaml in the directory of the run is the very file that was given. */
+static sc_status is_job_given(const sc_run *run, bool *out)
+{
+    char *path = NULL;
+    const sc_status status = sc_path_join(run->app->ctx, run->directory, "job.yaml", &path);
+
+    *out = status == SC_OK && run->job_path && sc_same_file(run->job_path, path);
+    sc_free(path);
+    return status;
+}
+
 /* Write job.yaml, the job as resolved, into the directory of the run; but where that is the very
  * file that was given, --overwrite leaves it alone unless its text stays the same, and others never
  * write it: what its user has written into it would be lost.
@@ -78,7 +89,7 @@ static sc_status write_job(const sc_run *run, bool only_check)
 
     SC_TRY(add_resolved_job(run, &text));
     SC_TRY(sc_path_join(ctx, run->directory, "job.yaml", &path));
-    is_given = run->job_path && sc_same_file(run->job_path, path);
+    SC_TRY(is_job_given(run, &is_given));
     if (is_given && run->app->options.overwrite) {
         SC_TRY(sc_file_read(ctx, path, (size_t)64 << 20, &given, &bytes));
         if (bytes != text.length_bytes || memcmp(given, text.data, bytes) != 0) {
@@ -120,6 +131,7 @@ static sc_status open_store(sc_run *run)
     sc_status status;
 
     *job = store_job_of(run);
+    SC_TRY(is_job_given(run, &job->keeps_job));
     job->volume_hash = sc_session_volume_hash(s);
     SC_TRY(sc_run_hash_job(run, &job->job_hash));
     SC_TRY(sc_store_open(run->app->ctx, run->directory, job, run->wanted, run->wanted_count,
@@ -129,7 +141,8 @@ static sc_status open_store(sc_run *run)
     run->plan.sealed = sc_store_is_sealed(run->store);
     run->plan.identity = sc_store_identity(run->store);
     if (!run->plan.sealed)
-        status = write_job(run, false);
+        SC_TRY(write_job(run, false));
+    status = sc_store_note_job(run->app->ctx, run->store);
 out:
     return status;
 }

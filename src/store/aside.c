@@ -104,7 +104,8 @@ sc_status sc_store_set_all_aside(const sc_ctx *ctx, const sc_store *store)
         const sc_file_line *line = &store->data.files.lines[i];
 
         /* Each slice writes job.yaml, and each may write another text. */
-        if (!end->known && !strcmp(line->name, "job.yaml"))
+        if (!strcmp(line->name, "job.yaml") &&
+            (store->job.keeps_job || (!end->known && store->has_slices)))
             continue;
         sc_store_path(store, path, "%s", line->name);
         SC_TRY(sc_store_set_aside(ctx, path, line->bytes, line->hash));

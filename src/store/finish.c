@@ -162,6 +162,21 @@ static sc_status prove_record(const sc_ctx *ctx, void *user, const char *name)
     return status == SC_OK ? sc_file_lines_put(ctx, list->files, name, bytes, hash) : status;
 }
 
+sc_status sc_store_note_job(const sc_ctx *ctx, sc_store *store)
+{
+    sc_file_lines files = {0};
+    record_list list = {store, &files};
+    sc_status status = SC_OK;
+
+    if (store->manifest && !store->slice) {
+        SC_TRY(prove_record(ctx, &list, "job.yaml"));
+        SC_TRY(sc_manifest_add_files(ctx, store->manifest, &files));
+    }
+out:
+    sc_file_lines_clear(&files);
+    return status;
+}
+
 sc_status sc_store_end_slice(const sc_ctx *ctx, sc_store *store)
 {
     sc_file_lines files = {0};

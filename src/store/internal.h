@@ -125,6 +125,7 @@ struct sc_store {
     bool complete;             /* the job is finished and verified */
     bool sealed;               /* and so are its records; nothing more is written */
     int open_slices;           /* manifests of other slices that have not ended in order */
+    bool has_slices;           /* there are manifests of slices, also of this one */
     uint64_t identity;         /* hash of job_hash, volume_hash, frames and version */
     int gop_frames, gop_count; /* length of a GOP, but for the last one, and number of GOPs */
     sc_manifest_data data;     /* of all manifests in the directory, kept up to date; owns lines */
@@ -308,6 +309,9 @@ sc_file_id sc_manifest_id(const sc_manifest_writer *manifest);
 /* Append the line of a frame; it is with the system then, but not yet flushed to disk. */
 sc_status sc_manifest_add_frame(const sc_ctx *ctx, sc_manifest_writer *manifest,
                                 const sc_done_frame *done);
+/* Append the lines of files, in the same way. */
+sc_status sc_manifest_add_files(const sc_ctx *ctx, sc_manifest_writer *manifest,
+                                const sc_file_lines *files);
 /* Append the lines of files and the last line, in the same way. */
 sc_status sc_manifest_add_close(const sc_ctx *ctx, sc_manifest_writer *manifest,
                                 const sc_file_lines *files);

@@ -210,6 +210,14 @@ sc_status sc_manifest_add_frame(const sc_ctx *ctx, sc_manifest_writer *manifest,
     return status == SC_OK ? flush(ctx, manifest) : status;
 }
 
+sc_status sc_manifest_add_files(const sc_ctx *ctx, sc_manifest_writer *manifest,
+                                const sc_file_lines *files)
+{
+    const sc_status status = add_files(ctx, manifest, files);
+
+    return status == SC_OK ? flush(ctx, manifest) : status;
+}
+
 sc_status sc_manifest_add_close(const sc_ctx *ctx, sc_manifest_writer *manifest,
                                 const sc_file_lines *files)
 {

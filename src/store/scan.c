@@ -55,6 +55,7 @@ static sc_status scan_manifest(const sc_ctx *ctx, void *user, const char *name)
             sc_warn(ctx, "%s: line %d is damaged; what it and the lines behind it say is ignored",
                     path, store->data.damaged_line);
         sc_store_manifest_path(store, own);
+        store->has_slices = store->has_slices || strcmp(name, "manifest.jsonl") != 0;
         if (!strcmp(name, "manifest.jsonl"))
             store->sealed = store->data.closed;
         else if (strcmp(path, own) != 0)
@@ -233,6 +234,7 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
     store->data.end = (sc_manifest_end){0};
     store->sealed = false;
     store->open_slices = 0;
+    store->has_slices = false;
     sc_partial_forget(&store->partial);
     sc_stage_begin(ctx, "verifying what is there", 0,
                    (uint64_t)(store->job.png ? frames : 0) + (uint64_t)store->gop_count);

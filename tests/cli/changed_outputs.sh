@@ -25,6 +25,27 @@ for name in stats.json report.html status.json trace.json frames.csv job.yaml fi
     cmp first/film.mp4 out/film.mp4 || fail "$name: the film is another one after --resume"
 done
 
+# A job.yaml that is the very file that was given stays as it is, also in the directory of a finished job; with another
+# job file it is kept aside, also while the job is not finished.
+rm -rf out
+cp -r first out
+echo '# mine' >>out/job.yaml
+cp out/job.yaml mine
+expect 0 '' "$SEGCAST" render out/job.yaml -o out --resume
+cmp mine out/job.yaml || fail "--resume has changed the job that was given"
+[ ! -e out/job.yaml.changed ] || fail "the job that was given was renamed"
+expect 0 '' "$SEGCAST" verify out
+(ulimit -f 30; expect 74 '' "$SEGCAST" render job.yaml -o part)
+expect 75 '' "$SEGCAST" status part
+expect 74 '' bash -c 'ulimit -f 30; exec "$@"' bash "$SEGCAST" render other.yaml -o part --resume
+[ ! -e part/job.yaml.changed ] || fail "a job.yaml that nobody has changed was renamed"
+echo '# mine' >>part/job.yaml
+cp part/job.yaml mine
+expect 0 'part/job.yaml: was changed after segcast had made it; that file is now part/job.yaml.changed' \
+    "$SEGCAST" render other.yaml -o part --resume
+cmp mine part/job.yaml.changed || fail "what the user had written into the job of an unfinished run is lost"
+expect 0 '' "$SEGCAST" verify part
+
 # So does `segcast report`; nothing is renamed that segcast has written itself.
 cp -r first page
 "$SEGCAST" report page -q >/dev/null
