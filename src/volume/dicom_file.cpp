@@ -4,6 +4,8 @@
 
 #include <dcmtk/config/osconfig.h>
 #include <dcmtk/dcmdata/dcfcache.h>
+#include <dcmtk/dcmdata/dcpixseq.h>
+#include <dcmtk/dcmdata/dcpxitem.h>
 #include <dcmtk/dcmdata/dcrledrg.h>
 #include <dcmtk/dcmdata/dcspchrs.h>
 #include <dcmtk/dcmdata/dctk.h>
@@ -195,13 +197,45 @@ try {
     return SC_DICOM_MEMORY;
 }
 
+/* Are the offsets in the header of a frame that is compressed by RLE (PS3.5, G.5) within it? DCMTK
+ * reads wherever they lead. The standard wants one fragment for each frame, behind a table. */
+static bool is_sane_frame(DcmPixelData *pixels, DcmDataset *dataset, uint32_t frame)
+{
+    enum { HEADER_BYTES = 64, SEGMENTS_MAX = 15 };
+    DcmPixelSequence *fragments = nullptr;
+    DcmPixelItem *item = nullptr;
+    Sint32 frames = 1;
+    Uint8 *data = nullptr;
+    uint32_t before = HEADER_BYTES, count = 0, bytes;
+
+    dataset->findAndGetSint32(DCM_NumberOfFrames, frames);
+    if (pixels->getEncapsulatedRepresentation(EXS_RLELossless, nullptr, fragments).bad() ||
+        !fragments || frames < 1 || frame >= static_cast<uint32_t>(frames) ||
+        fragments->card() != static_cast<unsigned long>(frames) + 1 ||
+        fragments->getItem(item, frame + 1).bad() || !item || item->getUint8Array(data).bad() ||
+        !data || item->getLength() < HEADER_BYTES)
+        return false;
+    bytes = item->getLength();
+    for (uint32_t i = 0; i <= SEGMENTS_MAX && i <= count; i++) {
+        const uint32_t number = data[4 * i] | data[4 * i + 1] << 8 | data[4 * i + 2] << 16 |
+                                static_cast<uint32_t>(data[4 * i + 3]) << 24;
+
+        if (i == 0)
+            count = number;
+        if (i == 0 ? number < 1 || number > SEGMENTS_MAX : number < before || number > bytes)
+            return false;
+        before = i == 0 ? before : number;
+    }
+    return true;
+}
+
 sc_dicom_result sc_dicom_read_frame(sc_dicom *file, uint32_t frame, size_t bytes, void *out)
 try {
     DcmPixelData *pixels = dynamic_cast<DcmPixelData *>(file->pixels);
     Uint32 fragment = 0;
     OFString colors;
 
-    if (!pixels || bytes >= UINT32_MAX)
+    if (!pixels || bytes >= UINT32_MAX || !is_sane_frame(pixels, file->format.getDataset(), frame))
         return SC_DICOM_BAD;
     return result_of(pixels->getUncompressedFrame(file->format.getDataset(), frame, fragment, out,
                                                   static_cast<Uint32>(bytes + bytes % 2), colors,
