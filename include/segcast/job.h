@@ -287,7 +287,7 @@ static inline bool sc_goes_on(sc_status *status, sc_status found)
     return found == SC_OK || is_mistake;
 }
 /** Passes the messages of a context on, but no error twice, and not more of them than
- *  SC_MISTAKES_MAX: what is found wrong in several places may be one mistake. */
+ *  SC_MISTAKES_MAX. The same error can be found in several places, such as in each shot. */
 typedef struct sc_once {
     const sc_ctx *to;
     int errors;                     /**< how many there were, each counted once */

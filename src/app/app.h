@@ -680,9 +680,9 @@ double sc_deadline_s(const sc_app *app);
 
 /* Install the handlers of all signals. Has to be called before anything else. From then on:
  * - INT, TERM and HUP end the process as sc_signals_stop_in_order says.
- * - USR1 is remembered for sc_signals_catch_stop. Until sc_signals_stop_in_order was first called,
- *   when there is nothing that could be kept, it ends the process as TERM does; if it came before
- *   sc_signals_tell, or while it was blocked, then that function does.
+ * - USR1 is remembered for sc_signals_catch_stop. Until the first call of sc_signals_stop_in_order
+ *   nothing has been drawn, so USR1 ends the process as TERM does. A USR1 that came before
+ *   sc_signals_tell, or while it was blocked, ends the process in sc_signals_tell.
  * - SIGXFSZ is ignored: writing beyond the limit of file sizes fails with EFBIG.
  * - SIGXCPU, at the limit of CPU time, prints a message and ends the process with exit code 71.
  * - SIGBUS, when a page of a memory-mapped file cannot be read (the file was truncated, or its disk

@@ -96,7 +96,7 @@ typedef struct sc_source {
     struct sc_segment *segments; /* [table.count] if there are several layers, else NULL; owned */
     struct sc_mask *masks;       /* [mask_count]; of a directory of masks, else NULL; owned */
     size_t mask_count;
-    sc_overlap_count overlaps; /* of tissues, set when the voxels are loaded */
+    sc_overlap_count overlaps; /* voxels that several tissues claim; counted while loading */
 } sc_source;
 
 /* Which value in which layer is the tissue of a row of the table. */
