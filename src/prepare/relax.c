@@ -23,7 +23,8 @@
  * one cell, where their weights are compared.
  *
  * A row of the window around a brick is eight vertices long: one vector of 16-bit numbers. Rounding
- * them is the same on any processor. */
+ * them is the same on any processor. Most windows hold two labels: which of them stands where is
+ * kept as bits, so that labels are read once and not each time. */
 #include "wide_filters.h"
 
 enum {
@@ -31,14 +32,14 @@ enum {
     AROUND = SC_AROUND,
     HALO = 2, /* vertices around a brick that two binomial filters reach */
     SIDE = SC_BRICK + 2 * HALO,
-    LAYER = SIDE * SIDE,
-    POINTS = SIDE * LAYER,
-    PAD = SIDE,   /* around a window: rows are also read one place to the left and the right */
+    LINES = SIDE * SIDE, /* of a window: row (y, z) is z * SIDE + y */
+    POINTS = SIDE * LINES,
+    BRICK_LINES = SC_BRICK * SC_BRICK,
     ONE = 4096,   /* a weight of SC_WEIGHT_MAX */
     THIN_MAX = 2, /* neighbours that are thin, at which a vertex still counts as thick */
     BLOCKED = 27, /* of a thin mark: no neighbour may change */
-    EXCESS = 23,  /* (1 + e) in EXCESS_ONE-ths */
-    EXCESS_ONE = 16
+    EXCESS = 7,   /* e in 2^-EXCESS_SHIFT */
+    EXCESS_SHIFT = 4
 };
 /* Along an axis whose voxels are longer than this, in reference voxels, B is (1 6 1) / 8. */
 #define LONG_STEP 1.2
@@ -47,6 +48,8 @@ enum {
 typedef int16_t row __attribute__((vector_size(2 * SIDE)));
 /* One number for each of the 64 vertices of a brick, in the order of the bits of its mask. */
 typedef int16_t page[SC_BRICK_VERTICES];
+/* One bit for each vertex of a window: bit x of byte z * SIDE + y. */
+typedef uint8_t sides[LINES];
 
 /* What the threads share. The arrays are of the team, and have one entry for each slot. */
 typedef struct relax {
@@ -55,38 +58,80 @@ typedef struct relax {
     page *values;    /* weights in ONE-ths of the largest; ONE away from interfaces */
     page *next;      /* of the time that is being computed; first the marks of thin vertices */
     uint64_t *thick; /* the vertices that change */
-    uint8_t *simple; /* 1 if the window of a brick holds two labels: one tells about both */
+    uint8_t *simple; /* 1 if the window of a brick lies within the volume and holds at most two
+                        labels: one tells about both */
+    sides *differ;   /* of simple windows: where another label stands than at its first vertex */
     int shift[3];    /* B along an axis adds the second difference, shifted right by this */
     float gain;      /* what weights are multiplied by in the end */
 } relax;
 
-/* A brick and what is around it, [z][y][x]. */
+/* A brick and what is around it, in rows along x. */
 typedef struct window {
-    uint16_t ids[POINTS];
-    int16_t values[POINTS];
-    int16_t own[PAD + POINTS + PAD];     /* the values, negative where the label is another */
-    int16_t once[PAD + POINTS + PAD];    /* B of own, */
-    int16_t twice[PAD + POINTS + PAD];   /* and B of that, but HALO vertices at the edges */
-    int16_t between[PAD + POINTS + PAD]; /* filtered along some axes */
+    uint16_t ids[LINES][SIDE];
+    row values[LINES];
+    row differ[LINES]; /* -1 where the label is not the one that own is about, else 0 */
+    row own[LINES];    /* the values, negative where the label is another */
+    row once[LINES];   /* B of own, */
+    row twice[LINES];  /* and B of that, but the vertices at the edges that these need */
 } window;
 
-static inline row load(const int16_t *from)
+/* @return the row of a window in which row 0 to BRICK_LINES - 1 of its brick lies, in the order of
+ * the bits: HALO vertices, those of the brick, and HALO more. */
+static inline int row_of(int brick_row)
+{
+    return (brick_row / SC_BRICK + HALO) * SIDE + brick_row % SC_BRICK + HALO;
+}
+
+/* @return a row whose lanes are those of @p bits: -1 where the bit is set, else 0. */
+static inline row spread_bits(uint32_t bits)
+{
+    const row lanes = {1, 2, 4, 8, 16, 32, 64, 128};
+
+    return ((lanes & (int16_t)bits) == lanes);
+}
+
+/* @return the lanes of a row, each 0 or -1, that are not 0, as bits. */
+static inline uint32_t bits_of(row lanes)
+{
+#ifdef __SSE2__
+    return (uint32_t)_mm_movemask_epi8(_mm_packs_epi16((__m128i)lanes, _mm_setzero_si128()));
+#else
+    uint32_t bits = 0;
+
+    for (int x = 0; x < SIDE; x++)
+        bits |= (uint32_t)(lanes[x] != 0) << x;
+    return bits;
+#endif
+}
+
+/* @return the labels @p ids of a row, where they are other than @p id. */
+static inline row other_ids(const uint16_t ids[SIDE], uint16_t id)
 {
     row out;
 
-    memcpy(&out, from, sizeof out);
-    return out;
+    memcpy(&out, ids, sizeof out);
+    return out != (row){0} + (int16_t)id;
 }
 
-static inline void store(int16_t *to, row value)
+/* @return a row moved by one vertex along x: each lane has the number of the one before it. The
+ * first has none. */
+static inline row from_before(row a)
 {
-    memcpy(to, &value, sizeof value);
+#ifdef __SSE2__
+    return (row)_mm_slli_si128((__m128i)a, sizeof a[0]);
+#else
+    return (row){0, a[0], a[1], a[2], a[3], a[4], a[5], a[6]};
+#endif
 }
 
-/* @return the index in a window of the vertex of a bit of its brick. */
-static inline int point_of(int bit)
+/* As from_before: each lane has the number of the one behind it, and the last has none. */
+static inline row from_behind(row a)
 {
-    return (sc_bit_z(bit) + HALO) * LAYER + (sc_bit_y(bit) + HALO) * SIDE + sc_bit_x(bit) + HALO;
+#ifdef __SSE2__
+    return (row)_mm_srli_si128((__m128i)a, sizeof a[0]);
+#else
+    return (row){a[1], a[2], a[3], a[4], a[5], a[6], a[7], 0};
+#endif
 }
 
 /* Does the window around the brick whose lowest vertex is @p low lie within the volume? */
@@ -108,53 +153,97 @@ static void fetch_near_border(const relax *r, const page *pages, const int low[3
     for (int i = 0; i < POINTS; i++) {
         const int x = sc_nearest_voxel(low[0] - HALO + i % SIDE - 1, v->size[0]);
         const int y = sc_nearest_voxel(low[1] - HALO + i / SIDE % SIDE - 1, v->size[1]);
-        const int z = sc_nearest_voxel(low[2] - HALO + i / LAYER - 1, v->size[2]);
+        const int z = sc_nearest_voxel(low[2] - HALO + i / LINES - 1, v->size[2]);
         const size_t brick = sc_brick_index(r->p->bricks, sc_brick_of(x + 1), sc_brick_of(y + 1),
                                             sc_brick_of(z + 1));
 
-        w->ids[i] = (uint16_t)sc_id_or_nearest(v, x, y, z);
-        w->values[i] = pages[r->slot[brick]][sc_brick_bit(x + 1, y + 1, z + 1)];
+        w->ids[i / SIDE][i % SIDE] = (uint16_t)sc_id_or_nearest(v, x, y, z);
+        w->values[i / SIDE][i % SIDE] = pages[r->slot[brick]][sc_brick_bit(x + 1, y + 1, z + 1)];
     }
 }
 
-/* As fetch_near_border, for any brick: that of index @p brick. */
-static void fetch(const relax *r, const page *pages, size_t brick, window *w)
+/* @return a row of eight numbers: the last HALO of four, four, and the first HALO of four more. */
+#ifdef __SSE2__
+static inline row join(const int16_t *before, const int16_t *here, const int16_t *behind)
 {
-    const sc_volume *v = r->p->volume;
-    const size_t line = (size_t)v->size[0], layer = line * (size_t)v->size[1];
+    /* put together in registers: memory that was just written in parts is slow to read as a whole
+     */
+    const __m128i first = _mm_loadl_epi64((const __m128i *)(const void *)before),
+                  second = _mm_loadl_epi64((const __m128i *)(const void *)here),
+                  third = _mm_loadl_epi64((const __m128i *)(const void *)behind);
+
+    return (row)_mm_or_si128(_mm_srli_epi64(first, 32),
+                             _mm_slli_si128(_mm_unpacklo_epi64(second, third), 4));
+}
+_Static_assert(SC_BRICK == 4 && HALO == 2, "join moves by HALO numbers");
+#else
+static inline row join(const int16_t *before, const int16_t *here, const int16_t *behind)
+{
+    return (row){before[2], before[3], here[0], here[1], here[2], here[3], behind[0], behind[1]};
+}
+#endif
+
+/* Fill the values of the window around a brick, which lies within the volume, from @p pages. */
+static void fetch_values(const relax *r, const page *pages, size_t brick, window *w)
+{
     const ptrdiff_t brick_row = r->p->bricks[0], brick_layer = brick_row * r->p->bricks[1];
     const int16_t *around[AROUND];
-    size_t voxel;
-    int low[3];
 
-    sc_brick_low(r->p->bricks, brick, low);
-    if (!is_inside(v, low)) {
-        fetch_near_border(r, pages, low, w);
-        return;
-    }
-    voxel = (size_t)(low[2] - HALO - 1) * layer + (size_t)(low[1] - HALO - 1) * line +
-            (size_t)(low[0] - HALO - 1);
     for (int i = 0; i < AROUND; i++)
         around[i] = pages[r->slot[(size_t)((ptrdiff_t)brick + (i / 9 - 1) * brick_layer +
                                            (i / 3 % 3 - 1) * brick_row + i % 3 - 1)]];
-    for (int i = 0; i < POINTS; i += SIDE) {
-        const int y = i / SIDE % SIDE - HALO, z = i / LAYER - HALO; /* from the brick */
+    for (int i = 0; i < LINES; i++) {
+        const int y = i % SIDE - HALO, z = i / SIDE - HALO; /* from the brick */
         const int bit = sc_brick_bit(0, y, z);
         const int16_t *const *from = around + (sc_brick_of(z) + 1) * 9 + (sc_brick_of(y) + 1) * 3;
-        int16_t *to = w->values + i;
 
-        sc_copy_ids(v, voxel + (size_t)(i / LAYER) * layer + (size_t)(i / SIDE % SIDE) * line, SIDE,
-                    w->ids + i);
-        memcpy(to, from[0] + bit + SC_BRICK - HALO, HALO * sizeof *to);
-        memcpy(to + HALO, from[1] + bit, SC_BRICK * sizeof *to);
-        memcpy(to + HALO + SC_BRICK, from[2] + bit, HALO * sizeof *to);
+        w->values[i] = join(from[0] + bit, from[1] + bit, from[2] + bit);
     }
 }
 
-/* @return the number that follows from those of B and of B of B, each time. */
+/* Fill the labels of the window around the brick whose lowest vertex is @p low, which lies within
+ * the volume. */
+static void fetch_ids(const sc_volume *v, const int low[3], window *w)
+{
+    const size_t line = (size_t)v->size[0], layer = line * (size_t)v->size[1];
+    const size_t voxel = (size_t)(low[2] - HALO - 1) * layer + (size_t)(low[1] - HALO - 1) * line +
+                         (size_t)(low[0] - HALO - 1);
+
+    for (int i = 0; i < LINES; i++)
+        sc_copy_ids(v, voxel + (size_t)(i / SIDE) * layer + (size_t)(i % SIDE) * line, SIDE,
+                    w->ids[i]);
+}
+
+/* Fill ids and values, from @p pages, of the window around the brick of index @p brick. @return
+ * whether it lies within the volume. */
+static bool fetch(const relax *r, const page *pages, size_t brick, window *w)
+{
+    int low[3];
+
+    sc_brick_low(r->p->bricks, brick, low);
+    if (!is_inside(r->p->volume, low)) {
+        fetch_near_border(r, pages, low, w);
+        return false;
+    }
+    fetch_ids(r->p->volume, low, w);
+    fetch_values(r, pages, brick, w);
+    return true;
+}
+
+/* @return the number that follows from those of B and of B of B, each time. Their difference is at
+ * most two thirds of a weight, so that nothing overflows. Rounded towards zero. */
+static inline row relaxed_row(row once, row twice)
+{
+    const row excess = (once - twice) * EXCESS;
+
+    return once + (once - twice) +
+           ((excess + ((excess >> 15) & ((1 << EXCESS_SHIFT) - 1))) >> EXCESS_SHIFT);
+}
+
+/* As relaxed_row, for one vertex. */
 static inline int relaxed(int once, int twice)
 {
-    return once + (once - twice) * EXCESS / EXCESS_ONE;
+    return relaxed_row((row){(int16_t)once}, (row){(int16_t)twice})[0];
 }
 
 /* @return B of the row @p b, of which @p a and @p c are the neighbours along one axis. Rounded
@@ -168,90 +257,109 @@ static inline row binomial_of(row a, row b, row c, int shift)
 }
 
 /* Write B of a window to @p to, but for the outermost @p edge vertices, 1 at least, and for those
- * around for which @p from has no numbers. Overwrites w->between. */
-static void filter(const relax *r, const int16_t *from, int edge, window *w, int16_t *to)
+ * around for which @p from has no numbers. */
+static void filter(const int shift[3], const row from[LINES], int edge, row to[LINES])
 {
-    int16_t *between = w->between + PAD;
-
     for (int z = edge; z < SIDE - edge; z++) {
-        for (int i = z * LAYER + (edge - 1) * SIDE; i < z * LAYER + (SIDE - edge + 1) * SIDE;
-             i += SIDE)
-            store(between + i, binomial_of(load(from + i - LAYER), load(from + i),
-                                           load(from + i + LAYER), r->shift[2]));
-        row below = load(between + z * LAYER + (edge - 1) * SIDE);
-        for (int i = z * LAYER + edge * SIDE; i < z * LAYER + (SIDE - edge) * SIDE; i += SIDE) {
-            const row here = load(between + i);
+        const row *low = from + (z - 1) * SIDE, *middle = low + SIDE, *high = middle + SIDE;
+        row below = binomial_of(low[edge - 1], middle[edge - 1], high[edge - 1], shift[2]);
+        row here = binomial_of(low[edge], middle[edge], high[edge], shift[2]);
 
-            store(between + i, binomial_of(below, here, load(between + i + SIDE), r->shift[1]));
+        for (int y = edge; y < SIDE - edge; y++) {
+            const row above = binomial_of(low[y + 1], middle[y + 1], high[y + 1], shift[2]);
+            const row b = binomial_of(below, here, above, shift[1]);
+
+            to[z * SIDE + y] = binomial_of(from_before(b), b, from_behind(b), shift[0]);
             below = here;
-            store(to + i, binomial_of(load(between + i - 1), load(between + i),
-                                      load(between + i + 1), r->shift[0]));
+            here = above;
         }
     }
 }
 
-/* Set w->own, once and twice for the label @p id. */
-static void filter_label(const relax *r, uint16_t id, window *w)
+/* Set w->own, once and twice from values and differ. */
+static void filter_label(const relax *r, window *w)
 {
-    for (int i = 0; i < POINTS; i += SIDE) {
-        const row differs = load((const int16_t *)(w->ids + i)) != (row){0} + (int16_t)id;
-
-        store(w->own + PAD + i, (load(w->values + i) ^ differs) - differs); /* negated if it does */
-    }
-    filter(r, w->own + PAD, 1, w, w->once + PAD);
-    filter(r, w->once + PAD, 2, w, w->twice + PAD);
+    for (int i = 0; i < LINES; i++)
+        w->own[i] = (w->values[i] ^ w->differ[i]) - w->differ[i]; /* negated if it differs */
+    filter(r->shift, w->own, 1, w->once);
+    filter(r->shift, w->once, 2, w->twice);
 }
 
-/* Are there two labels in the window, that of its first vertex and another? Then that is written to
- * @p other; it is the first one's if there is none. */
-static bool has_two_labels(const window *w, uint16_t *other)
+/* Write to @p out which vertices of a window have another label than the first. @return whether
+ * these all have the same one. */
+static bool has_two_labels(const window *w, sides out)
 {
-    const uint16_t first = w->ids[0];
+    const uint16_t first = w->ids[0][0];
+    uint16_t second = first;
+    row third = {0};
 
-    *other = first;
-    for (int i = 0; i < POINTS; i++) {
-        if (w->ids[i] != first && w->ids[i] != *other && *other != first)
-            return false;
-        *other = w->ids[i] != first ? w->ids[i] : *other;
+    for (int i = 0; i < LINES; i++) {
+        out[i] = (uint8_t)bits_of(other_ids(w->ids[i], first));
+        if (second == first && out[i])
+            second = w->ids[i][__builtin_ctz(out[i])];
     }
-    return true;
+    for (int i = 0; i < LINES; i++)
+        third |= other_ids(w->ids[i], first) & other_ids(w->ids[i], second);
+    return !bits_of(third);
 }
 
 /* Does a third label lie within HALO of the vertex of a bit? */
 static bool is_by_junction(const window *w, int bit)
 {
-    const int middle = point_of(bit);
-    uint16_t other = w->ids[middle];
+    const int line = row_of(bit / SC_BRICK), middle = sc_bit_x(bit) + HALO;
+    const uint16_t own = w->ids[line][middle];
+    uint16_t other = own;
 
     for (int z = -HALO; z <= HALO; z++) {
         for (int y = -HALO; y <= HALO; y++) {
             for (int x = -HALO; x <= HALO; x++) {
-                const uint16_t id = w->ids[middle + z * LAYER + y * SIDE + x];
+                const uint16_t id = w->ids[line + z * SIDE + y][middle + x];
 
-                if (id != w->ids[middle] && id != other && other != w->ids[middle])
+                if (id != own && id != other && other != own)
                     return true;
-                other = id != w->ids[middle] ? id : other;
+                other = id != own ? id : other;
             }
         }
     }
     return false;
 }
 
-/* @return the vertices of @p mask, bits of the window's brick, that carry a label. */
-static uint64_t vertices_of(const window *w, uint64_t mask, uint16_t id)
+/* @return the vertices of @p mask, bits of the window's brick, that do not differ. */
+static uint64_t alike(const window *w, uint64_t mask)
 {
-    uint64_t vertices = 0;
+    uint64_t differ = 0;
 
-    for (uint64_t left = mask; left; left &= left - 1) {
-        const int bit = __builtin_ctzll(left);
-
-        vertices |= (uint64_t)(w->ids[point_of(bit)] == id) << bit;
-    }
-    return vertices;
+    for (int i = 0; i < BRICK_LINES; i++)
+        differ |= (uint64_t)(bits_of(w->differ[row_of(i)]) >> HALO & 15) << (i * SC_BRICK);
+    return mask & ~differ;
 }
 
-/* Smooth the weights of the thick vertices of a brick once, from values to next. If the window
- * holds two labels, one tells about both. */
+/* Write to @p to, the page of a window's brick, what once and twice give for the vertices @p mask.
+ */
+static void write_page(const window *w, uint64_t mask, page to)
+{
+    const row one = (row){0} + ONE, least = (row){0} + 1;
+
+    for (int i = 0; i < BRICK_LINES; i++, mask >>= SC_BRICK) {
+        const int at = row_of(i);
+        const row chosen = spread_bits((uint32_t)(mask & 15) << HALO);
+        int16_t *numbers = to + (size_t)i * SC_BRICK;
+        row value, old = {0};
+
+        if (!(mask & 15))
+            continue;
+        value = relaxed_row(w->once[at], w->twice[at]);
+        value = (value ^ w->differ[at]) - w->differ[at];
+        value = (value & (value > least)) | (least & (value <= least));
+        value = (value & (value < one)) | (one & (value >= one));
+        memcpy((int16_t *)&old + HALO, numbers, SC_BRICK * sizeof *numbers);
+        value = (value & chosen) | (old & ~chosen);
+        memcpy(numbers, (int16_t *)&value + HALO, SC_BRICK * sizeof *numbers);
+    }
+}
+
+/* Smooth the weights of the thick vertices of a brick once, from values to next. If the window is
+ * simple, all of them, else the labels one after the other. */
 static void relax_brick(const relax *r, size_t brick, window *w)
 {
     const uint32_t slot = r->slot[brick];
@@ -260,20 +368,26 @@ static void relax_brick(const relax *r, size_t brick, window *w)
     memcpy(r->next[slot], r->values[slot], sizeof(page));
     if (!left)
         return;
+    if (r->simple[slot]) {
+        fetch_values(r, r->values, brick, w);
+        for (int i = 0; i < LINES; i++)
+            w->differ[i] = spread_bits(r->differ[slot][i]);
+        filter_label(r, w);
+        write_page(w, left, r->next[slot]);
+        return;
+    }
     fetch(r, r->values, brick, w);
     while (left) {
-        const uint16_t id = w->ids[point_of(__builtin_ctzll(left))];
-        const uint64_t own = vertices_of(w, left, id), done = r->simple[slot] ? left : own;
+        const int bit = __builtin_ctzll(left);
+        const uint16_t id = w->ids[row_of(bit / SC_BRICK)][sc_bit_x(bit) + HALO];
+        uint64_t own;
 
-        filter_label(r, id, w);
-        for (uint64_t some = done; some; some &= some - 1) {
-            const int bit = __builtin_ctzll(some), at = PAD + point_of(bit);
-            int value = relaxed(w->once[at], w->twice[at]);
-
-            value = own >> bit & 1 ? value : -value;
-            r->next[slot][bit] = (int16_t)(value < 1 ? 1 : value < ONE ? value : ONE);
-        }
-        left &= ~done;
+        for (int i = 0; i < LINES; i++)
+            w->differ[i] = other_ids(w->ids[i], id);
+        own = alike(w, left);
+        filter_label(r, w);
+        write_page(w, own, r->next[slot]);
+        left &= ~own;
     }
 }
 
@@ -281,7 +395,7 @@ static void relax_brick(const relax *r, size_t brick, window *w)
 static void relax_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const relax *r = user;
-    window w = {.values = {0}};
+    window w = {.values = {{0}}};
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
@@ -339,30 +453,47 @@ static void begin_bricks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
+/* @return the vertices of the window's brick around which, and at which, the values add up to more
+ * than THIN_MAX. */
+static uint64_t among_thin(const window *w)
+{
+    row sums[LINES]; /* of three layers */
+    uint64_t out = 0;
+
+    for (int i = SIDE; i < LINES - SIDE; i++)
+        sums[i] = w->values[i - SIDE] + w->values[i] + w->values[i + SIDE];
+    for (int i = 0; i < BRICK_LINES; i++) {
+        const row *at = sums + row_of(i);
+        const row along = at[-1] + at[0] + at[1];
+        const row sum = from_before(along) + along + from_behind(along);
+
+        out |= (uint64_t)(bits_of(sum > THIN_MAX) >> HALO & 15) << (i * SC_BRICK);
+    }
+    return out;
+}
+
 /* Leave out of thick, in bricks [begin, end), the vertices with too many thin neighbours and those
- * near a third label; fill simple. An sc_range_fn on a relax. */
+ * near a third label; fill simple and differ. An sc_range_fn on a relax. */
 static void leave_out_thin(void *user, size_t begin, size_t end, int thread)
 {
     const relax *r = user;
-    window w = {.values = {0}};
-    uint16_t other;
+    window w = {.values = {{0}}};
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
         const uint32_t slot = r->slot[brick];
+        bool inside, two;
 
         if (!r->thick[slot])
             continue;
-        fetch(r, r->next, brick, &w);
-        r->simple[slot] = has_two_labels(&w, &other);
-        for (uint64_t left = r->thick[slot]; left; left &= left - 1) {
+        inside = fetch(r, r->next, brick, &w);
+        two = has_two_labels(&w, r->differ[slot]);
+        r->simple[slot] = inside && two;
+        r->thick[slot] &= ~among_thin(&w);
+        for (uint64_t left = two ? 0 : r->thick[slot]; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
-            int thin = 0;
 
-            for (int i = 0; i < AROUND; i++)
-                thin += w.values[point_of(bit) + (i / 9 - 1) * LAYER + (i / 3 % 3 - 1) * SIDE +
-                                 i % 3 - 1];
-            if (thin > THIN_MAX || (!r->simple[slot] && is_by_junction(&w, bit)))
+            if (is_by_junction(&w, bit))
                 r->thick[slot] &= ~(1ull << bit);
         }
     }
@@ -410,6 +541,8 @@ static sc_status allocate(const sc_ctx *ctx, relax *r)
     r->thick = block;
     SC_TRY(sc_team_alloc(ctx, r->p->team, (size_t)used + 1, sizeof *r->simple, &block));
     r->simple = block;
+    SC_TRY(sc_team_alloc(ctx, r->p->team, (size_t)used + 1, sizeof *r->differ, &block));
+    r->differ = block;
 out:
     return status;
 }
@@ -501,5 +634,6 @@ out:
     sc_team_free(p->team, r.next);
     sc_team_free(p->team, r.thick);
     sc_team_free(p->team, r.simple);
+    sc_team_free(p->team, r.differ);
     return status;
 }
