@@ -28,6 +28,7 @@ enum {
     THICK = 1,   /* voxels: a layer is thin where nothing thick is within this distance */
     MARGIN = FAR + CLOSED,
     SIDE = SC_BRICK + 2 * MARGIN, /* edge of the block of voxels that a brick depends on: 32 */
+    INNER = MARGIN - NEAR, /* rows of it at each side that tell nothing of gaps near the brick */
     /* of a brick, see find_layer */
     BEYOND = 1,
     HERE = 8,
@@ -158,19 +159,30 @@ static bool has_layers(const tapers *t, size_t brick)
     return false;
 }
 
-/* Write the labels of the window around the brick whose lowest vertex is @p low to w->ids; outside
- * of the volume, those of the nearest voxels. */
-static void fetch_window(const sc_volume *v, const int low[3], brick_work *w)
+/* The rows of a window on which something depends: y and z from first to last. */
+typedef struct row_range {
+    int first, last;
+} row_range;
+
+static const row_range all_rows = {0, SIDE - 1};
+/* On these depend the layers of a brick and the gaps near it, to which the next row belongs. */
+static const row_range inner_rows = {INNER, SIDE - INNER};
+
+/* Write the labels of some rows of the window around the brick whose lowest vertex is @p low to
+ * w->ids; outside of the volume, those of the nearest voxels. */
+static void fetch_window(const sc_volume *v, const int low[3], row_range rows, brick_work *w)
 {
+    const int count = rows.last - rows.first + 1;
     const int x0 = low[0] - 1 - MARGIN, y0 = low[1] - 1 - MARGIN, z0 = low[2] - 1 - MARGIN;
     const bool inner = x0 >= 0 && x0 + SIDE <= v->size[0];
 
-    for (int row = 0; row < SIDE * SIDE; row++) {
-        const int y = sc_nearest_voxel(y0 + row % SIDE, v->size[1]),
-                  z = sc_nearest_voxel(z0 + row / SIDE, v->size[2]);
+    for (int row = 0; row < count * count; row++) {
+        const int across = rows.first + row % count, up = rows.first + row / count;
+        const int y = sc_nearest_voxel(y0 + across, v->size[1]),
+                  z = sc_nearest_voxel(z0 + up, v->size[2]);
         const size_t at = ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] +
                           (size_t)(inner ? x0 : 0);
-        uint16_t *to = w->ids[row / SIDE][row % SIDE];
+        uint16_t *to = w->ids[up][across];
 
         if (inner)
             sc_copy_ids(v, at, SIDE, to);
@@ -279,15 +291,15 @@ static void list_layers(brick_work *w, uint64_t mask)
     }
 }
 
-/* Fill a block with the voxels that carry @p id. */
-static void fill_bits(const brick_work *w, uint32_t id, bit_block out)
+/* Fill some rows of a block with the voxels that carry @p id. */
+static void fill_bits(const brick_work *w, uint32_t id, row_range rows, bit_block out)
 {
     uint16_t ids[SIDE];
 
     for (int x = 0; x < SIDE; x++)
         ids[x] = (uint16_t)id;
-    for (int z = 0; z < SIDE; z++) {
-        for (int y = 0; y < SIDE; y++)
+    for (int z = rows.first; z <= rows.last; z++) {
+        for (int y = rows.first; y <= rows.last; y++)
             out[z][y] = equal_bits(w->ids[z][y], ids);
     }
 }
@@ -332,7 +344,7 @@ static uint32_t gap_row(const brick_work *w, int z, int y, int axis)
 /* Append the voxels of a row to a list, those that are within NEAR of the brick. */
 static void append_row(faces *list, uint32_t row, int z, int y)
 {
-    const int first = MARGIN - NEAR, last = SIDE - 1 - first;
+    const int first = INNER, last = SIDE - 1 - first;
 
     if (z < first || y < first || z > last || y > last)
         return;
@@ -341,12 +353,13 @@ static void append_row(faces *list, uint32_t row, int z, int y)
         list->at[list->count++] = (face){(uint8_t)__builtin_ctz(row), (uint8_t)y, (uint8_t)z};
 }
 
-/* Find the gaps of the current layer near the brick. @return how many there are. */
+/* Find the gaps of the current layer near the brick, from low and high. @return how many there are.
+ */
 static int find_gaps(brick_work *w)
 {
     w->gap_faces.count = 0;
-    for (int z = MARGIN - NEAR; z < SIDE - (MARGIN - NEAR); z++) {
-        for (int y = MARGIN - NEAR; y < SIDE - (MARGIN - NEAR); y++) {
+    for (int z = INNER; z < SIDE - INNER; z++) {
+        for (int y = INNER; y < SIDE - INNER; y++) {
             for (int axis = 0; axis < 3; axis++)
                 append_row(&w->gap_faces, gap_row(w, z, y, axis), z, y);
         }
@@ -471,25 +484,30 @@ static uint32_t fade_at(const tapers *t, const brick_work *w, const int at[3])
     return (uint32_t)(SC_RECORD_FADES * missing * sure + 0.5f);
 }
 
-/* Note in the records of a brick what is missing of each of its layers. */
+/* Note in the records of a brick what is missing of each of its layers. Nothing is of most layers,
+ * and the inner rows of the window tell so. */
 static void fade_brick(const tapers *t, brick_work *w, size_t brick)
 {
     const uint64_t near = t->p->near[brick];
-    bool has_changes = false;
+    row_range rows = inner_rows; /* those that have been fetched */
     int low[3];
 
     sc_brick_low(t->p->bricks, brick, low);
-    fetch_window(t->p->volume, low, w);
+    fetch_window(t->p->volume, low, inner_rows, w);
     list_layers(w, near);
     for (int i = 0; i < w->layer_count; i++) {
-        fill_bits(w, w->layers[i].low, w->low);
-        fill_bits(w, w->layers[i].high, w->high);
+        fill_bits(w, w->layers[i].low, inner_rows, w->low);
+        fill_bits(w, w->layers[i].high, inner_rows, w->high);
         if (!find_gaps(w))
-            continue; /* as with most layers: nothing is missing */
-        fill_bits(w, w->layers[i].label, w->own);
-        if (!has_changes)
+            continue;
+        if (rows.first > 0) {
+            rows = all_rows;
+            fetch_window(t->p->volume, low, all_rows, w);
             find_changes(w);
-        has_changes = true;
+        }
+        fill_bits(w, w->layers[i].low, all_rows, w->low);
+        fill_bits(w, w->layers[i].high, all_rows, w->high);
+        fill_bits(w, w->layers[i].label, all_rows, w->own);
         find_faces(w);
         find_closed(w);
         for (uint64_t left = near; left; left &= left - 1) {
