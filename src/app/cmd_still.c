@@ -72,6 +72,21 @@ out:
     return status;
 }
 
+/* Settings for a picture of a volume without a job, unless the user has given others: its size, and,
+ * if no frame of a turn is asked for, a camera that does not turn. So the picture is framed for
+ * itself, not for all that an orbit would show. */
+static sc_status set_defaults(sc_app *app)
+{
+    const bool of_turn = app->options.frame >= 0 || app->options.moment != SC_MOMENT_NONE;
+    sc_status status;
+
+    SC_TRY(sc_options_default(app->ctx, &app->options, "output.size", "[1440, 1080]"));
+    if (!of_turn)
+        SC_TRY(sc_options_default(app->ctx, &app->options, "animation.camera.orbit.turns", "0"));
+out:
+    return status;
+}
+
 sc_status sc_cmd_still(sc_app *app)
 {
     const char *path = app->options.output ? app->options.output : "still.png";
@@ -81,7 +96,7 @@ sc_status sc_cmd_still(sc_app *app)
     if (sc_input_is_volume(job)) {
         SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", job));
         SC_TRY(sc_expect_series(app));
-        SC_TRY(sc_options_default(app->ctx, &app->options, "output.size", "[1440, 1080]"));
+        SC_TRY(set_defaults(app));
         job = NULL;
     }
     status = draw_still(app, job, path);
@@ -95,7 +110,7 @@ sc_status sc_cmd_views(sc_app *app)
 
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.layout", "views"));
-    SC_TRY(sc_options_default(app->ctx, &app->options, "output.size", "[1440, 1080]"));
+    SC_TRY(set_defaults(app));
     SC_TRY(sc_options_default(app->ctx, &app->options, "animation.slices.from", "50%"));
     SC_TRY(sc_options_default(app->ctx, &app->options, "animation.slices.to", "50%"));
     status = draw_still(app, NULL, app->options.output ? app->options.output : "views.png");

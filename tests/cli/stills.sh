@@ -75,6 +75,14 @@ printf 'volume: heart.nrrd\noutput: {size: [96, 72]}\nanimation: {camera: {orbit
 "$SEGCAST" still volume.yaml --time 25% -o job.png -q >/dev/null
 expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --elevation 30 --time 25% -o volume.png
 "$IMAGE_DIFFERENCE" job.png volume.png || fail 'the picture of a volume is not that of a job'
+# If no frame is asked for, it is framed for itself, as views are, and not for the whole turn.
+"$SEGCAST" still volume.yaml --set animation.camera.orbit.turns=0 -o job.png --overwrite -q >/dev/null
+expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --elevation 30 -o alone.png
+"$IMAGE_DIFFERENCE" job.png alone.png || fail 'the only picture of a volume is not framed for itself'
+expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --elevation 30 --frame 0 -o first.png
+"$SEGCAST" still volume.yaml -o job.png --overwrite -q >/dev/null
+"$IMAGE_DIFFERENCE" job.png first.png || fail 'frame 0 of a volume is not that of its turn'
+"$IMAGE_DIFFERENCE" alone.png first.png >/dev/null 2>&1 && fail 'a picture alone and one of a turn are framed alike'
 "$SEGCAST" render short.yaml -o made -q >/dev/null
 expect 64 'is the directory that a job has made: .segcast still made/job.yaml. takes that job' "$SEGCAST" still made; one_error
 expect 64 'is the directory that a job has made' "$SEGCAST" prepare made -o made.segc; one_error
