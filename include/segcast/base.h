@@ -290,8 +290,8 @@ int sc_unfinished_add(const char *path);
 /** The file of this number stays. -1 is allowed. */
 void sc_unfinished_drop(int number);
 /** Remove temporary files that killed processes have left in @p directory: those of this host whose
- *  process no longer exists, even if a later process has got the same process id. @param all also
- * all those of other hosts. */
+ *  process has ended, even if it is still in the list of processes, or a later one has got its id.
+ * @param all also all those of other hosts. */
 void sc_remove_temporaries(const char *directory, bool all);
 /** Write a whole file under @p path, by way of an sc_outfile; a file of that name is replaced.
  *  @return SC_ERR_CREATE, SC_ERR_WRITE. */

@@ -93,15 +93,20 @@ static long temporary_owner(const char *name, const char *host, bool *here)
     return number;
 }
 
-/* Did the process @p number begin more than a moment after the time @p when of the clock? Then it
- * has the number of an earlier process that is gone. @return false also where that cannot be told.
- */
-static bool began_after(long number, const struct timespec *when)
+/* What /proc/PID/stat says of a process. */
+typedef struct process_stat {
+    char state;               /* 'Z': it has ended, and waits until its parent asks for its code */
+    unsigned long flags;      /* of the kernel: PROCESS_EXITS */
+    unsigned long long ticks; /* when it began, since the machine did: sysconf(_SC_CLK_TCK) */
+} process_stat;
+enum { PROCESS_EXITS = 4 }; /* PF_EXITING: it is being ended, which may take seconds */
+
+/* @return false where that cannot be read. */
+static bool read_process_stat(long number, process_stat *out)
 {
-    enum { FIELDS_BEFORE = 20, MARGIN_S = 2 }; /* spaces from the name to the field starttime */
+    /* Spaces from the state, which follows the name, to the fields flags and starttime. */
+    enum { FIELDS_TO_FLAGS = 6, FIELDS_TO_START = 13 };
     char path[64], text[1024], *at;
-    struct timespec now, since_boot;
-    unsigned long long ticks;
     size_t length = 0;
     FILE *stream;
 
@@ -113,13 +118,43 @@ static bool began_after(long number, const struct timespec *when)
     }
     text[length] = '\0';
     at = strrchr(text, ')'); /* the name before it may hold spaces */
-    for (int i = 0; i < FIELDS_BEFORE && at; i++)
-        at = strchr(at + 1, ' ');
-    if (!at || sscanf(at, " %llu", &ticks) != 1 || clock_gettime(CLOCK_REALTIME, &now) ||
-        clock_gettime(CLOCK_BOOTTIME, &since_boot))
+    if (!at || sscanf(at, ") %c", &out->state) != 1)
         return false;
-    return (double)(now.tv_sec - since_boot.tv_sec) + (double)ticks / (double)sysconf(_SC_CLK_TCK) >
+    for (int i = 0; i < 1 + FIELDS_TO_FLAGS && at; i++)
+        at = strchr(at + 1, ' ');
+    if (!at || sscanf(at, " %lu", &out->flags) != 1)
+        return false;
+    for (int i = 0; i < FIELDS_TO_START && at; i++)
+        at = strchr(at + 1, ' ');
+    return at && sscanf(at, " %llu", &out->ticks) == 1;
+}
+
+/* Did a process begin more than a moment after the time @p when of the clock? Then it has the
+ * number of an earlier process that is gone. @return false also where that cannot be told. */
+static bool began_after(const process_stat *process, const struct timespec *when)
+{
+    enum { MARGIN_S = 2 };
+    struct timespec now, since_boot;
+
+    if (clock_gettime(CLOCK_REALTIME, &now) || clock_gettime(CLOCK_BOOTTIME, &since_boot))
+        return false;
+    return (double)(now.tv_sec - since_boot.tv_sec) +
+               (double)process->ticks / (double)sysconf(_SC_CLK_TCK) >
            (double)when->tv_sec + MARGIN_S;
+}
+
+/* Can the process @p number of this host not go on writing a file that was last written at the time
+ * @p when? A process that was killed stays in the list of processes while the system takes its
+ * memory back, and until its parent, which may be gone as well, asks for its exit code. */
+static bool is_gone(long number, const struct timespec *when)
+{
+    process_stat process = {.state = 0};
+
+    if (kill((pid_t)number, 0) != 0 && errno == ESRCH)
+        return true;
+    return read_process_stat(number, &process) &&
+           (process.state == 'Z' || process.state == 'X' || (process.flags & PROCESS_EXITS) ||
+            began_after(&process, when));
 }
 
 void sc_remove_temporaries(const char *directory, bool all)
@@ -133,15 +168,12 @@ void sc_remove_temporaries(const char *directory, bool all)
         bool here = false;
         const long process = temporary_owner(entry->d_name, host, &here);
         struct stat info;
-        bool gone;
 
         if (process <= 0 || (!here && !all) ||
             fstatat(dirfd(stream), entry->d_name, &info, AT_SYMLINK_NOFOLLOW) ||
             !S_ISREG(info.st_mode))
             continue;
-        gone =
-            (kill((pid_t)process, 0) != 0 && errno == ESRCH) || began_after(process, &info.st_mtim);
-        if (!here || gone)
+        if (!here || is_gone(process, &info.st_mtim))
             unlinkat(dirfd(stream), entry->d_name, 0);
     }
     if (stream)

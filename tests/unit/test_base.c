@@ -3,7 +3,9 @@
 #include "segcast/roof.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -177,6 +179,52 @@ static void a_temporary_file_is_new_and_removed(void **state)
         unlink(name);
     }
     assert_int_equal(rmdir("temporaries"), 0);
+}
+
+/* A process that was killed stays in the list of processes until its parent has asked for its exit
+ * code: where nobody does, as long as the machine runs. */
+static void a_temporary_file_of_a_process_that_ended_is_removed(void **state)
+{
+    sc_outfile file = {0};
+    char host[SC_HOST_BYTES], name[300];
+    int ready[2];
+    siginfo_t info;
+    pid_t child;
+    char byte;
+
+    (void)state;
+    mkdir("temporaries", 0777);
+    assert_int_equal(pipe(ready), 0);
+    child = fork();
+    if (child == 0) {
+        const bool made = sc_outfile_open(&quiet, "temporaries/a.txt", true, &file) == SC_OK;
+
+        if (made && write(ready[1], "x", 1) == 1)
+            pause();
+        _exit(1);
+    }
+    assert_true(child > 0);
+    assert_int_equal(read(ready[0], &byte, 1), 1);
+    sc_remove_temporaries("temporaries", false);
+    assert_int_equal(rmdir("temporaries"), -1); /* the process lives, and its file stays */
+    kill(child, SIGKILL);
+    /* It has ended, and stays in the list. */
+    assert_int_equal(waitid(P_PID, (id_t)child, &info, WEXITED | WNOWAIT), 0);
+    assert_int_equal(kill(child, 0), 0);
+    sc_remove_temporaries("temporaries", false);
+    assert_int_equal(rmdir("temporaries"), 0);
+    /* The list of another host tells nothing of it. */
+    mkdir("temporaries", 0777);
+    sc_host_name(host);
+    snprintf(name, sizeof name, "temporaries/.a.tmp.not.%s.%ld.0123456789abcdef", host,
+             (long)child);
+    assert_ok(sc_file_write(&quiet, name, "x", 1));
+    sc_remove_temporaries("temporaries", false);
+    assert_int_equal(unlink(name), 0);
+    assert_int_equal(rmdir("temporaries"), 0);
+    assert_int_equal(waitpid(child, NULL, 0), child);
+    close(ready[0]);
+    close(ready[1]);
 }
 
 /* A name that is taken stays as it is, unless it may be replaced; so do links and what they lead
@@ -458,6 +506,7 @@ int main(void)
         cmocka_unit_test(hashes_are_the_same_everywhere_and_can_be_chained),
         cmocka_unit_test(a_file_appears_only_when_complete),
         cmocka_unit_test(a_temporary_file_is_new_and_removed),
+        cmocka_unit_test(a_temporary_file_of_a_process_that_ended_is_removed),
         cmocka_unit_test(a_name_that_is_taken_is_refused),
         cmocka_unit_test(a_full_disk_is_noticed),
         cmocka_unit_test(a_folder_that_cannot_be_read_takes_files),
