@@ -36,7 +36,8 @@ typedef struct sc_store_job {
     int frames;                     /**< number of frames of the whole animation */
     const char *video;              /**< name of the video in the directory, or "none" */
     bool png;                       /**< write the frames as PNG files, too */
-    bool keeps_job; /**< job.yaml in the directory is the very file that was given: it stays */
+    bool keeps_job; /**< job.yaml in the directory is the very file that was given: it stays, and
+                     * is not proven, since it is the user's */
     sc_video_settings settings;
     int threads; /**< for verifying PNG files, at least 1 */
 } sc_store_job;
@@ -94,7 +95,7 @@ void sc_store_begun_clear(sc_store_begun *begun);
  *  Unless the job is complete already, the directory then holds a manifest of this process with
  *  the lines of those wanted frames that are there. Warns of each file that is damaged. An output
  *  of a complete job that was changed since is renamed to NAME.changed, with a warning, before it
- *  is made again; so is a job.yaml that sc_store_note_job has noted.
+ *  is made again; of job.yaml see sc_store_write_job.
  *  @param wanted [wanted_count], the frames that this process is to do, in rising order, borrowed
  *  for the call; NULL: the store can only be finished, which joins what others did.
  *  @param slice NULL for the whole job, or a name for the frames that this process does while
@@ -104,10 +105,12 @@ void sc_store_begun_clear(sc_store_begun *begun);
 SC_MUST_USE sc_status sc_store_open(const sc_ctx *ctx, const char *directory,
                                     const sc_store_job *job, const int *wanted, int wanted_count,
                                     const char *slice, sc_store_mode mode, sc_store **out);
-/** When job.yaml lies in the directory: put its size and hash into the manifest of an unfinished
- * job, so that the next run sees whether its user has changed it. Does nothing for a slice, since
- * each writes job.yaml. @return SC_ERR_WRITE, SC_ERR_MISSING, SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_store_note_job(const sc_ctx *ctx, sc_store *store);
+/** Write job.yaml, the job of this process as resolved, into the directory of a store that is not
+ * sealed. A job.yaml there that neither this nor another slice or run of the job has written is
+ * renamed to job.yaml.changed, with a warning. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY.
+ */
+SC_MUST_USE sc_status sc_store_write_job(const sc_ctx *ctx, sc_store *store, const void *text,
+                                         size_t bytes);
 /** Close and free, without sc_store_finish: what was not finished stays on disk for a later run.
  *  NULL is allowed. */
 void sc_store_close(sc_store *store);

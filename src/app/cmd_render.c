@@ -77,8 +77,8 @@ static sc_status is_job_given(const sc_run *run, bool *out)
 /* Write job.yaml, the job as resolved, into the directory of the run; but where that is the very
  * file that was given, --overwrite leaves it alone unless its text stays the same, and others never
  * write it: what its user has written into it would be lost.
- * @param only_check write nothing. @return also SC_ERR_CREATE, logged, if it is left alone. */
-static sc_status write_job(const sc_run *run, bool only_check)
+ * @param store NULL: only check. @return also SC_ERR_CREATE, logged, if it is left alone. */
+static sc_status write_job(const sc_run *run, sc_store *store)
 {
     const sc_ctx *ctx = run->app->ctx;
     sc_text text = {0};
@@ -101,8 +101,8 @@ static sc_status write_job(const sc_run *run, bool only_check)
             goto out;
         }
     }
-    if (!only_check && (!is_given || run->app->options.overwrite))
-        status = sc_file_write(ctx, path, text.data, text.length_bytes);
+    if (store && (!is_given || run->app->options.overwrite))
+        status = sc_store_write_job(ctx, store, text.data, text.length_bytes);
 out:
     sc_text_clear(&text);
     sc_free(given);
@@ -141,8 +141,7 @@ static sc_status open_store(sc_run *run)
     run->plan.sealed = sc_store_is_sealed(run->store);
     run->plan.identity = sc_store_identity(run->store);
     if (!run->plan.sealed)
-        SC_TRY(write_job(run, false));
-    status = sc_store_note_job(run->app->ctx, run->store);
+        status = write_job(run, run->store);
 out:
     return status;
 }
@@ -465,7 +464,7 @@ static sc_status prepare_run(sc_run *run)
 
         SC_TRY(
             sc_store_check(app->ctx, run->directory, &store_job, slice_of(run), store_mode(app)));
-        SC_TRY(write_job(run, true));
+        SC_TRY(write_job(run, NULL));
         status = sc_store_begin(app->ctx, run->directory, &store_job, slice_of(run),
                                 store_mode(app), &run->begun);
     } else {

@@ -38,6 +38,27 @@ out:
     return status;
 }
 
+sc_status sc_store_rename_aside(const sc_ctx *ctx, const char *path, sc_text *kept)
+{
+    sc_status status = reserve_name(ctx, path, kept);
+    int error;
+
+    if (status != SC_OK || !rename(path, kept->data))
+        return status;
+    error = errno;
+    unlink(kept->data);
+    if (error != ENOENT)
+        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be renamed to %s: %s", path, kept->data,
+                         sc_reason(error));
+    sc_text_clear(kept);
+    return status;
+}
+
+void sc_store_warn_of_aside(const sc_ctx *ctx, const char *path, const char *kept)
+{
+    sc_warn(ctx, "%s: was changed after segcast had made it; that file is now %s", path, kept);
+}
+
 sc_status sc_store_set_aside(const sc_ctx *ctx, const char *path, uint64_t bytes, uint64_t hash)
 {
     struct stat info;
@@ -50,14 +71,9 @@ sc_status sc_store_set_aside(const sc_ctx *ctx, const char *path, uint64_t bytes
     SC_TRY(sc_verify_file(ctx, path, bytes, hash, &same));
     if (same)
         goto out;
-    SC_TRY(reserve_name(ctx, path, &kept));
-    if (rename(path, kept.data)) {
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be renamed to %s: %s", path, kept.data,
-                         sc_reason(errno));
-        unlink(kept.data);
-        goto out;
-    }
-    sc_warn(ctx, "%s: was changed after segcast had made it; that file is now %s", path, kept.data);
+    SC_TRY(sc_store_rename_aside(ctx, path, &kept));
+    if (kept.data)
+        sc_store_warn_of_aside(ctx, path, kept.data);
 out:
     sc_text_clear(&kept);
     return status;
@@ -103,10 +119,6 @@ sc_status sc_store_set_all_aside(const sc_ctx *ctx, const sc_store *store)
     for (int i = 0; i < store->data.files.count; i++) {
         const sc_file_line *line = &store->data.files.lines[i];
 
-        /* Each slice writes job.yaml, and each may write another text. */
-        if (!strcmp(line->name, "job.yaml") &&
-            (store->job.keeps_job || (!end->known && store->has_slices)))
-            continue;
         sc_store_path(store, path, "%s", line->name);
         SC_TRY(sc_store_set_aside(ctx, path, line->bytes, line->hash));
     }

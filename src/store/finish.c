@@ -147,7 +147,8 @@ typedef struct record_list {
     sc_file_lines *files;
 } record_list;
 
-/* For sc_each_record with a record_list as user: add size and hash of a record, if it is there. */
+/* For sc_each_record with a record_list as user: add size and hash of a record, if it is there; of
+ * job.yaml there are lines already. */
 static sc_status prove_record(const sc_ctx *ctx, void *user, const char *name)
 {
     const record_list *list = user;
@@ -156,25 +157,10 @@ static sc_status prove_record(const sc_ctx *ctx, void *user, const char *name)
     sc_status status;
 
     sc_store_path(list->store, path, "%s", name);
-    if (access(path, F_OK) != 0)
+    if (!strcmp(name, "job.yaml") || access(path, F_OK) != 0)
         return SC_OK;
     status = sc_store_hash_file(ctx, path, &bytes, &hash);
     return status == SC_OK ? sc_file_lines_put(ctx, list->files, name, bytes, hash) : status;
-}
-
-sc_status sc_store_note_job(const sc_ctx *ctx, sc_store *store)
-{
-    sc_file_lines files = {0};
-    record_list list = {store, &files};
-    sc_status status = SC_OK;
-
-    if (store->manifest && !store->slice) {
-        SC_TRY(prove_record(ctx, &list, "job.yaml"));
-        SC_TRY(sc_manifest_add_files(ctx, store->manifest, &files));
-    }
-out:
-    sc_file_lines_clear(&files);
-    return status;
 }
 
 sc_status sc_store_end_slice(const sc_ctx *ctx, sc_store *store)
@@ -194,6 +180,18 @@ out:
     return status;
 }
 
+/* Warn of a record that cannot be proven. */
+static void warn_of_record(const sc_ctx *ctx, const sc_store *store, const char *name)
+{
+    char path[SC_FILE_BYTES];
+
+    sc_store_path(store, path, "%s", name);
+    sc_warn(ctx,
+            "%s: is missing, or not what segcast has written; it is left out of what `segcast "
+            "verify` proves",
+            path);
+}
+
 /* Remove the lines of files that are not what slices have written: they cannot be proven. The last
  * line takes the place of one that is removed, therefore backwards. @return as sc_verify_file. */
 static sc_status drop_changed_records(const sc_ctx *ctx, sc_store *store)
@@ -210,29 +208,45 @@ static sc_status drop_changed_records(const sc_ctx *ctx, sc_store *store)
             return status;
         if (same)
             continue;
-        sc_warn(ctx,
-                "%s: is missing, or not what the slice has written; it is left out of what "
-                "`segcast verify` proves",
-                path);
+        warn_of_record(ctx, store, line->name);
         sc_names_remove(&store->data.owned, line->name);
         sc_file_lines_remove(&store->data.files, line->name);
     }
     return SC_OK;
 }
 
-/* Add the lines of this run's records, and that of the job, which each slice has written. Those of
- * other slices are there if they have ended in order. */
+/* Leave of all texts of job.yaml the one that is there, or none: that which was given as the job is
+ * its user's, whoever has written it, and so is another one that has come meanwhile. */
+static sc_status prove_job(const sc_ctx *ctx, sc_store *store)
+{
+    sc_job_texts all = store->data.jobs;
+    bool is_known = false;
+    sc_status status = SC_OK;
+
+    if (!store->job.keeps_job)
+        SC_TRY(sc_job_texts_have_file(ctx, store->directory, &all, &is_known));
+    store->data.jobs = (sc_job_texts){0};
+    sc_file_lines_clear(&all);
+    if (is_known)
+        status = sc_job_texts_put_file(ctx, store->directory, &store->data.jobs);
+    else if (!store->job.keeps_job)
+        warn_of_record(ctx, store, "job.yaml");
+out:
+    return status;
+}
+
+/* Add the lines of this run's records. Those of other slices are there if they have ended in order.
+ */
 static sc_status prove_records(const sc_ctx *ctx, sc_store *store)
 {
     record_list list = {store, &store->data.files};
-    sc_status status;
+    sc_status status = drop_changed_records(ctx, store);
 
-    sc_file_lines_remove(&store->data.files, "job.yaml");
-    status = drop_changed_records(ctx, store);
-    if (status != SC_OK)
-        return status;
-    return store->joins ? prove_record(ctx, &list, "job.yaml")
-                        : sc_each_record(ctx, store->slice, &list, prove_record);
+    if (status == SC_OK)
+        status = prove_job(ctx, store);
+    if (status == SC_OK && !store->joins)
+        status = sc_each_record(ctx, store->slice, &list, prove_record);
+    return status;
 }
 
 sc_status sc_store_seal(const sc_ctx *ctx, sc_store *store)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to store. The public functions are in store.c, finish.c and verify.c. They and the files
- * named below call only functions of files that are named further down in this header. */
+/* Private to store. The public functions are in store.c, finish.c, job_text.c and verify.c. They
+ * and the files named below call only functions of files that are named further down in this
+ * header. */
 #ifndef SC_STORE_INTERNAL_H
 #define SC_STORE_INTERNAL_H
 
@@ -49,6 +50,10 @@ typedef struct sc_file_lines {
     sc_name_slots slots;
 } sc_file_lines;
 
+/* Texts that segcast has written as job.yaml in a directory, or was about to write: lines of which
+ * each is named by its hash. Slices of a job may write different ones. */
+typedef sc_file_lines sc_job_texts;
+
 /* The first line of a manifest: what sc_store_job has under the same names. */
 typedef struct sc_manifest_head {
     bool known;          /* the line was there and proves itself; otherwise the rest is zero */
@@ -77,7 +82,8 @@ typedef struct sc_manifest_data {
     sc_names owned;        /* what segcast has made in the directory, or is going to: sc_own_name */
     sc_manifest_end end;   /* of any of them */
     bool closed;           /* the last line of one that was read last is there: nothing follows */
-    sc_file_lines files;   /* of all of them */
+    sc_file_lines files;   /* of all of them, but for job.yaml */
+    sc_job_texts jobs;     /* of all of them; that of a finished job has one, which is proven */
     sc_frame_line *lines;  /* [frames], allocated and freed by the caller, or NULL to count only */
     int frames;            /* set by the caller */
     int count;             /* of the lines of frames that were read; a frame may have several */
@@ -125,7 +131,6 @@ struct sc_store {
     bool complete;             /* the job is finished and verified */
     bool sealed;               /* and so are its records; nothing more is written */
     int open_slices;           /* manifests of other slices that have not ended in order */
-    bool has_slices;           /* there are manifests of slices, also of this one */
     uint64_t identity;         /* hash of job_hash, volume_hash, frames and version */
     int gop_frames, gop_count; /* length of a GOP, but for the last one, and number of GOPs */
     sc_manifest_data data;     /* of all manifests in the directory, kept up to date; owns lines */
@@ -176,7 +181,7 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store);
 
 /* Remove everything that the manifests in the directory name but job.yaml, which the new run
  * replaces, these manifests included; instead of them comes, first of all, one of this job without
- * any frame, which names the same.
+ * any frame, which names the same, and that job.yaml as well.
  * @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY; an error if a directory cannot be listed. */
 sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store);
 /* Remove what only an unfinished job needs, as far as store->data.owned names it: segments, partial
@@ -206,14 +211,33 @@ typedef struct sc_store_place {
 sc_status sc_store_check_place(const sc_ctx *ctx, const sc_store_place *place, sc_names *owned,
                                bool *more);
 
+/* ---- job_text.c: job.yaml, which its user may change, and which slices write in turn. Each text
+ * is noted in the manifest of its process, and that is on disk, before it is written: so every text
+ * that no manifest names is somebody else's. ---- */
+
+/* Add the text of the job.yaml that is there, if any: it may be replaced then. @return
+ * SC_ERR_MEMORY, or that another part of the machine failed, logged. */
+sc_status sc_job_texts_put_file(const sc_ctx *ctx, const char *directory, sc_job_texts *jobs);
+/* Set *out to whether job.yaml in the directory is one of the texts: false, without a message, also
+ * if it is missing or no regular file. @return as sc_job_texts_put_file. */
+sc_status sc_job_texts_have_file(const sc_ctx *ctx, const char *directory, const sc_job_texts *jobs,
+                                 bool *out);
+
 /* ---- aside.c: finished outputs that were changed ---- */
+
+/* Rename the file @p path to PATH.changed, or PATH.changed-2 and so on. @param kept receives that
+ * path, which the caller clears; it stays empty if there is no file any more. @return
+ * SC_ERR_CREATE, SC_ERR_MEMORY. */
+sc_status sc_store_rename_aside(const sc_ctx *ctx, const char *path, sc_text *kept);
+/* Warn that the file @p path was changed and is now @p kept. */
+void sc_store_warn_of_aside(const sc_ctx *ctx, const char *path, const char *kept);
 
 /* Rename the regular file @p path to PATH.changed, or PATH.changed-2 and so on, unless it has this
  * size and hash (sc_store_hash_file), and warn of it. Anything else of that name, and a file that
  * is missing, is left alone. @return SC_ERR_CREATE, SC_ERR_MEMORY, or as sc_verify_file. */
 sc_status sc_store_set_aside(const sc_ctx *ctx, const char *path, uint64_t bytes, uint64_t hash);
 /* After a scan, before a run makes outputs again: set aside those that the manifests prove and that
- * are not what they were. @return as sc_store_set_aside. */
+ * are not what they were, but for job.yaml. @return as sc_store_set_aside. */
 sc_status sc_store_set_all_aside(const sc_ctx *ctx, const sc_store *store);
 
 /* ---- state.c: what the store knows ---- */
@@ -287,9 +311,9 @@ void sc_partial_close(sc_partial_gops *partial);
  * Each line ends with the hash of itself, seeded with that of the line before it: so it proves
  * itself and that no line before it was changed or removed. ---- */
 
-/* Read one manifest into @p data: head, closed and damaged_line are replaced; lines, count, owned
- * and files are added to what earlier ones gave (a later line of a frame or file wins), and so is
- * `end` if there is such a line. Reading ends, without an error, at the first line that is
+/* Read one manifest into @p data: head, closed and damaged_line are replaced; lines, count, owned,
+ * files and jobs are added to what earlier ones gave (a later line of a frame or file wins), and so
+ * is `end` if there is such a line. Reading ends, without an error, at the first line that is
  * truncated, does not prove itself, or says what cannot be; head.known is false if that is the
  * first. @return SC_ERR_MISSING, SC_ERR_DATA if the file is too large, SC_ERR_MEMORY. */
 sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data *data);
@@ -297,10 +321,10 @@ sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data
 sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest_data *data);
 /* Write a new manifest @p path: a head with the names of data->owned, the lines data->lines[k] of
  * those frames k for which keep[k] is set (NULL: of all that are known), the end data->end, if that
- * is known, and data->files; owned and files are sorted before. It replaces an older one in one
- * step. @param close add the last line,
- * that of a finished job. @param out a writer for more lines, or NULL. @return SC_ERR_CREATE, too.
- * Caller owns *out: sc_manifest_close. */
+ * is known, data->files and data->jobs; owned, files and jobs are sorted before. It replaces an
+ * older one in one step. @param close add the last line, that of a finished job. @param out a
+ * writer for more lines, or NULL. @return SC_ERR_CREATE, too. Caller owns *out: sc_manifest_close.
+ */
 sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store_job *job,
                              sc_manifest_data *data, const bool *keep, bool close,
                              sc_manifest_writer **out);
@@ -309,9 +333,9 @@ sc_file_id sc_manifest_id(const sc_manifest_writer *manifest);
 /* Append the line of a frame; it is with the system then, but not yet flushed to disk. */
 sc_status sc_manifest_add_frame(const sc_ctx *ctx, sc_manifest_writer *manifest,
                                 const sc_done_frame *done);
-/* Append the lines of files, in the same way. */
-sc_status sc_manifest_add_files(const sc_ctx *ctx, sc_manifest_writer *manifest,
-                                const sc_file_lines *files);
+/* Append the line of a text of job.yaml, in the same way. */
+sc_status sc_manifest_add_job(const sc_ctx *ctx, sc_manifest_writer *manifest, uint64_t bytes,
+                              uint64_t hash);
 /* Append the lines of files and the last line, in the same way. */
 sc_status sc_manifest_add_close(const sc_ctx *ctx, sc_manifest_writer *manifest,
                                 const sc_file_lines *files);
@@ -341,6 +365,9 @@ void sc_file_lines_remove(sc_file_lines *files, const char *name);
 /* Put the lines into the order of strcmp of their names. */
 void sc_file_lines_sort(sc_file_lines *files);
 void sc_file_lines_clear(sc_file_lines *files);
+/* Append a text of job.yaml, unless it is there. @return SC_ERR_MEMORY. */
+sc_status sc_job_texts_put(const sc_ctx *ctx, sc_job_texts *jobs, uint64_t bytes, uint64_t hash);
+bool sc_job_texts_have(const sc_job_texts *jobs, uint64_t bytes, uint64_t hash);
 
 /* ---- files.c: names in the directory ---- */
 

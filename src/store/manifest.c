@@ -16,6 +16,8 @@ enum { OWNED_MAX = 1 << 16 }; /* names of files in a manifest: the records of 16
 /* A line ends with this, the hash of what stands before it, and a newline. */
 #define PROOF ",\"line\":\"%016llx\"}"
 enum { PROOF_BYTES = 9 + 16 + 2 };
+/* The file of which a manifest may name several texts. */
+static const char job_name[] = "job.yaml";
 
 struct sc_manifest_writer {
     FILE *stream;   /* open for appending */
@@ -103,18 +105,23 @@ static json_t *end_to_json(const sc_store_job *job, const sc_manifest_end *end)
                      hash_to_json(end->video_hash));
 }
 
-/* Append the lines of @p files, as @p manifest stands. */
+/* Append the line of a file. */
+static sc_status add_file(const sc_ctx *ctx, sc_manifest_writer *m, const char *name,
+                          uint64_t bytes, uint64_t hash)
+{
+    return add_line(ctx, m->stream, m->path, &m->chain,
+                    json_pack("{s:s, s:I, s:o}", "file", name, "bytes", (json_int_t)bytes, "hash",
+                              hash_to_json(hash)));
+}
+
+/* Append the lines of @p files. */
 static sc_status add_files(const sc_ctx *ctx, sc_manifest_writer *m, const sc_file_lines *files)
 {
     sc_status status = SC_OK;
 
-    for (int i = 0; i < files->count && status == SC_OK; i++) {
-        const sc_file_line *line = &files->lines[i];
-
-        status = add_line(ctx, m->stream, m->path, &m->chain,
-                          json_pack("{s:s, s:I, s:o}", "file", line->name, "bytes",
-                                    (json_int_t)line->bytes, "hash", hash_to_json(line->hash)));
-    }
+    for (int i = 0; i < files->count && status == SC_OK; i++)
+        status =
+            add_file(ctx, m, files->lines[i].name, files->lines[i].bytes, files->lines[i].hash);
     return status;
 }
 
@@ -149,8 +156,10 @@ static sc_status write_lines(const sc_ctx *ctx, sc_manifest_writer *m, const sc_
         status = add_line(ctx, m->stream, m->path, &m->chain, end_to_json(job, &data->end));
     if (status == SC_OK)
         status = add_files(ctx, m, &data->files);
+    for (int i = 0; i < data->jobs.count && status == SC_OK; i++)
+        status = add_file(ctx, m, job_name, data->jobs.lines[i].bytes, data->jobs.lines[i].hash);
     if (status == SC_OK && close)
-        status = add_last(ctx, m, data->files.count);
+        status = add_last(ctx, m, data->files.count + data->jobs.count);
     return status;
 }
 
@@ -172,6 +181,7 @@ sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store
     manifest->stream = file.stream;
     sc_names_sort(&data->owned);
     sc_file_lines_sort(&data->files);
+    sc_file_lines_sort(&data->jobs);
     status = write_lines(ctx, manifest, job, data, keep, close);
     manifest->stream = NULL; /* the file's own, closed by commit */
     if (status != SC_OK)
@@ -210,10 +220,10 @@ sc_status sc_manifest_add_frame(const sc_ctx *ctx, sc_manifest_writer *manifest,
     return status == SC_OK ? flush(ctx, manifest) : status;
 }
 
-sc_status sc_manifest_add_files(const sc_ctx *ctx, sc_manifest_writer *manifest,
-                                const sc_file_lines *files)
+sc_status sc_manifest_add_job(const sc_ctx *ctx, sc_manifest_writer *manifest, uint64_t bytes,
+                              uint64_t hash)
 {
-    const sc_status status = add_files(ctx, manifest, files);
+    const sc_status status = add_file(ctx, manifest, job_name, bytes, hash);
 
     return status == SC_OK ? flush(ctx, manifest) : status;
 }
@@ -331,7 +341,7 @@ static bool read_end(const json_t *line, sc_manifest_end *out)
     return true;
 }
 
-/* Read the line of a file other than a video or a frame into data->files. */
+/* Read the line of a file other than a video or a frame into data->files, or data->jobs. */
 static bool read_file(const sc_ctx *ctx, const json_t *line, sc_manifest_data *data,
                       sc_status *status)
 {
@@ -341,9 +351,12 @@ static bool read_file(const sc_ctx *ctx, const json_t *line, sc_manifest_data *d
 
     if (!name || strchr(name, '/') || !sc_own_name(name) ||
         !get_number(json_object_get(line, "bytes"), 0, INT64_MAX, &bytes) ||
-        !get_hash(line, "hash", &hash) || data->files.count >= OWNED_MAX)
+        !get_hash(line, "hash", &hash) || data->files.count >= OWNED_MAX ||
+        data->jobs.count >= OWNED_MAX)
         return false;
-    *status = sc_file_lines_put(ctx, &data->files, name, (uint64_t)bytes, hash);
+    *status = !strcmp(name, job_name)
+                  ? sc_job_texts_put(ctx, &data->jobs, (uint64_t)bytes, hash)
+                  : sc_file_lines_put(ctx, &data->files, name, (uint64_t)bytes, hash);
     return *status == SC_OK;
 }
 
@@ -532,4 +545,5 @@ void sc_manifest_data_clear(sc_manifest_data *data)
 {
     sc_names_clear(&data->owned);
     sc_file_lines_clear(&data->files);
+    sc_file_lines_clear(&data->jobs);
 }

@@ -277,3 +277,28 @@ void sc_file_lines_clear(sc_file_lines *files)
     free_list(&l);
     *files = (sc_file_lines){0};
 }
+
+/* Write the name of a text among others into @p out. */
+static void name_text(uint64_t hash, char out[17])
+{
+    snprintf(out, 17, "%016llx", (unsigned long long)hash);
+}
+
+sc_status sc_job_texts_put(const sc_ctx *ctx, sc_job_texts *jobs, uint64_t bytes, uint64_t hash)
+{
+    char name[17];
+
+    name_text(hash, name);
+    return sc_file_lines_put(ctx, jobs, name, bytes, hash);
+}
+
+bool sc_job_texts_have(const sc_job_texts *jobs, uint64_t bytes, uint64_t hash)
+{
+    const list l = list_of_lines(jobs);
+    char name[17];
+    int at;
+
+    name_text(hash, name);
+    at = find(&l, name);
+    return at >= 0 && jobs->lines[at].bytes == bytes;
+}

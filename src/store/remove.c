@@ -148,6 +148,7 @@ sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)
     sc_status status;
 
     SC_TRY(sc_each_file(ctx, store->directory, &all, collect));
+    SC_TRY(sc_job_texts_put_file(ctx, store->directory, &all.data.jobs));
     /* First of all a manifest of the new run, without a frame, that names all that is here: after
      * an accident the directory is that of an unfinished job. */
     sc_store_path(store, path, "manifest.jsonl");

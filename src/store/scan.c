@@ -55,7 +55,6 @@ static sc_status scan_manifest(const sc_ctx *ctx, void *user, const char *name)
             sc_warn(ctx, "%s: line %d is damaged; what it and the lines behind it say is ignored",
                     path, store->data.damaged_line);
         sc_store_manifest_path(store, own);
-        store->has_slices = store->has_slices || strcmp(name, "manifest.jsonl") != 0;
         if (!strcmp(name, "manifest.jsonl"))
             store->sealed = store->data.closed;
         else if (strcmp(path, own) != 0)
@@ -198,6 +197,18 @@ static sc_status is_complete(const sc_ctx *ctx, const sc_store *store, bool *out
     return SC_OK;
 }
 
+/* Warn of a record that is not what it was. */
+static void warn_of_record(const sc_ctx *ctx, const sc_store *store, const char *name)
+{
+    char path[SC_FILE_BYTES];
+
+    sc_store_path(store, path, "%s", name);
+    sc_warn(ctx,
+            "%s: is missing, or is not the file that the manifest names; the records are written "
+            "again",
+            path);
+}
+
 /* Set *out to whether the records are those that the manifest names; warns of the first that is
  * not. @return as sc_verify_file. */
 static sc_status has_sound_records(const sc_ctx *ctx, const sc_store *store, bool *out)
@@ -214,10 +225,16 @@ static sc_status has_sound_records(const sc_ctx *ctx, const sc_store *store, boo
         if (status != SC_OK)
             return status;
         if (!sound)
-            sc_warn(ctx,
-                    "%s: is missing, or is not the file that the manifest names; the records are "
-                    "written again",
-                    path);
+            warn_of_record(ctx, store, line->name);
+    }
+    if (sound && store->data.jobs.count > 0) {
+        const sc_status status =
+            sc_job_texts_have_file(ctx, store->directory, &store->data.jobs, &sound);
+
+        if (status != SC_OK)
+            return status;
+        if (!sound)
+            warn_of_record(ctx, store, "job.yaml");
     }
     *out = sound;
     return SC_OK;
@@ -234,7 +251,6 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
     store->data.end = (sc_manifest_end){0};
     store->sealed = false;
     store->open_slices = 0;
-    store->has_slices = false;
     sc_partial_forget(&store->partial);
     sc_stage_begin(ctx, "verifying what is there", 0,
                    (uint64_t)(store->job.png ? frames : 0) + (uint64_t)store->gop_count);

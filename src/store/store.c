@@ -362,7 +362,9 @@ static sc_status begin_anew(const sc_ctx *ctx, sc_store *store)
 
     SC_TRY(sc_store_remove_run(ctx, store));
     sc_names_clear(&store->data.owned);
-    SC_TRY(sc_names_add(ctx, &store->data.owned, "job.yaml")); /* it stays until it is replaced */
+    /* This stays until it is replaced. */
+    SC_TRY(sc_names_add(ctx, &store->data.owned, "job.yaml"));
+    SC_TRY(sc_job_texts_put_file(ctx, store->directory, &store->data.jobs));
     SC_TRY(check(ctx, store, SC_STORE_OVERWRITE, true));
     sc_store_path(store, path, "manifest.jsonl");
     status = sc_manifest_create(ctx, path, &store->job, &store->data, NULL, false, NULL);

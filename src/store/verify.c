@@ -188,28 +188,38 @@ static sc_status read_closed(const sc_ctx *ctx, const char *directory, sc_manife
     return SC_OK;
 }
 
+/* Compare a record with its line, and append its name to @p names. @return SC_ERR_DATA if it is not
+ * the file of that line. */
+static sc_status verify_record(const sc_ctx *ctx, const char *directory, const char *name,
+                               const sc_file_line *line, sc_text *names)
+{
+    char path[SC_FILE_BYTES];
+    bool same;
+    sc_status status;
+
+    sc_directory_path(directory, path, "%s", name);
+    status = sc_verify_file(ctx, path, line->bytes, line->hash, &same);
+    if (status != SC_OK)
+        return status;
+    if (!same)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: is missing, or is not the file of %llu bytes and hash %016llx that the "
+                       "manifest names",
+                       path, (unsigned long long)line->bytes, (unsigned long long)line->hash);
+    return sc_text_add(ctx, names, ", %s", name);
+}
+
 sc_status sc_store_verify_records(const sc_ctx *ctx, const char *directory, sc_text *names)
 {
     sc_manifest_data data = {.frames = 0};
-    char path[SC_FILE_BYTES];
     sc_status status;
 
     SC_TRY(read_closed(ctx, directory, &data));
-    for (int i = 0; i < data.files.count; i++) {
-        const sc_file_line *line = &data.files.lines[i];
-        bool same;
-
-        sc_directory_path(directory, path, "%s", line->name);
-        SC_TRY(sc_verify_file(ctx, path, line->bytes, line->hash, &same));
-        if (!same) {
-            status = sc_fail(ctx, SC_ERR_DATA,
-                             "%s: is missing, or is not the file of %llu bytes and hash %016llx "
-                             "that the manifest names",
-                             path, (unsigned long long)line->bytes, (unsigned long long)line->hash);
-            goto out;
-        }
-        SC_TRY(sc_text_add(ctx, names, ", %s", line->name));
-    }
+    for (int i = 0; i < data.files.count; i++)
+        SC_TRY(
+            verify_record(ctx, directory, data.files.lines[i].name, &data.files.lines[i], names));
+    for (int i = 0; i < data.jobs.count; i++)
+        SC_TRY(verify_record(ctx, directory, "job.yaml", &data.jobs.lines[i], names));
 out:
     sc_manifest_data_clear(&data);
     return status;

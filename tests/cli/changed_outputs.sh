@@ -46,6 +46,23 @@ expect 0 'part/job.yaml: was changed after segcast had made it; that file is now
 cmp mine part/job.yaml.changed || fail "what the user had written into the job of an unfinished run is lost"
 expect 0 '' "$SEGCAST" verify part
 
+# Slices write job.yaml in turn, each its own text; what its user has written between two of them is kept. One that is
+# the job that was given stays, and is not proven.
+"$SEGCAST" render job.yaml -o turns --slice 0/3 -q >/dev/null
+expect 0 '' "$SEGCAST" render job.yaml -o turns --slice 1/3 --set render.skip=leap
+[ ! -e turns/job.yaml.changed ] || fail "a slice has renamed the job.yaml of another"
+cp -r turns given
+echo '# mine' | tee -a turns/job.yaml >>given/job.yaml
+cp turns/job.yaml mine
+expect 0 'turns/job.yaml: was changed after segcast had made it; that file is now turns/job.yaml.changed' \
+    "$SEGCAST" render other.yaml -o turns --slice 2/3
+cmp mine turns/job.yaml.changed || fail "what the user had written into the job of slices is lost"
+"$SEGCAST" verify turns | grep -q ', job.yaml' || fail "job.yaml of slices is not proven"
+expect 0 '' "$SEGCAST" render given/job.yaml -o given --slice 2/3
+cmp mine given/job.yaml || fail "a slice has changed the job that was given"
+"$SEGCAST" verify given | grep -q 'all verified' || fail "slices of a job in their own directory"
+! "$SEGCAST" verify given | grep -q 'job\.yaml' || fail "the job of the user is said to be that of segcast"
+
 # So does `segcast report`; nothing is renamed that segcast has written itself.
 cp -r first page
 "$SEGCAST" report page -q >/dev/null

@@ -778,11 +778,11 @@ static void write_proved(FILE *file, const sc_text *text, uint64_t *chain)
     fprintf(file, "%s,\"line\":\"%016llx\"}\n", text->data, (unsigned long long)*chain);
 }
 
-/* A forged manifest: n names in its head, or n lines of files, in falling order. segcast itself
- * writes them in rising order. */
+/* A forged manifest: n names in its head, or n lines of files or of texts of job.yaml, in falling
+ * order. segcast itself writes them in rising order. */
 static void parse_forged_manifest(const parser *p, int n)
 {
-    const bool names = !strcmp(p->head, "names");
+    const bool names = !strcmp(p->head, "names"), jobs = !strcmp(p->head, "jobs");
     sc_manifest_data read = {.frames = n};
     FILE *file = fopen("c.jsonl", "w");
     sc_text line = {0};
@@ -799,16 +799,20 @@ static void parse_forged_manifest(const parser *p, int n)
     assert_ok(sc_text_add(&ctx, &line, "]"));
     write_proved(file, &line, &chain);
     for (int i = names ? 0 : n; i > 0; i--) {
+        char name[32] = "job.yaml";
+
+        if (!jobs)
+            snprintf(name, sizeof name, "stats.%06d.json", i);
         sc_text_clear(&line);
-        assert_ok(sc_text_add(
-            &ctx, &line, "{\"file\":\"stats.%06d.json\",\"bytes\":1,\"hash\":\"%016x\"", i, i));
+        assert_ok(
+            sc_text_add(&ctx, &line, "{\"file\":\"%s\",\"bytes\":1,\"hash\":\"%016x\"", name, i));
         write_proved(file, &line, &chain);
     }
     sc_text_clear(&line);
     fclose(file);
     sc_test_operations = 0;
     assert_int_equal(sc_manifest_read(&ctx, "c.jsonl", &read), p->wanted);
-    assert_int_equal(names ? read.owned.count : read.files.count, n);
+    assert_int_equal(names ? read.owned.count : jobs ? read.jobs.count : read.files.count, n);
     sc_manifest_data_clear(&read);
     unlink("c.jsonl");
 }
@@ -961,6 +965,8 @@ static const parser parsers[] = {
     {"names in the head of a manifest", parse_manifest, "names", "stats.%d.json", "", 0, SC_OK,
      3000},
     {"files of a forged manifest", parse_forged_manifest, "files", "", "", 0, SC_OK, 3000},
+    {"texts of the job in a forged manifest", parse_forged_manifest, "jobs", "", "", 0, SC_OK,
+     3000},
     {"names in the head of a forged manifest", parse_forged_manifest, "names", "", "", 0, SC_OK,
      3000},
     {"values of tissues", parse_values, "name,mm\n", "t%d,1.5\n", "", 0, SC_OK, 3000},

@@ -87,10 +87,11 @@ static void add_frames(sc_store *store, int first, int end)
 /* Write the records, finish and seal. */
 static void finish(sc_store *store)
 {
-    static const char *const records[] = {"job.yaml",   "status.json", "stats.json",
-                                          "frames.csv", "trace.json",  "report.html"};
+    static const char *const records[] = {"status.json", "stats.json", "frames.csv", "trace.json",
+                                          "report.html"};
     int missing;
 
+    assert_ok(sc_store_write_job(&quiet, store, "job.yaml", 8));
     assert_ok(sc_store_finish(&quiet, store, &missing));
     assert_int_equal(missing, 0);
     for (size_t i = 0; i < SC_COUNT_OF(records); i++)
@@ -619,7 +620,7 @@ static void forged_lines(void **state)
         assert_true(data.head.known);
         assert_int_equal(data.damaged_line, 2);
         assert_false(data.end.known);
-        assert_int_equal(data.count + data.files.count, 0);
+        assert_int_equal(data.count + data.files.count + data.jobs.count, 0);
         sc_manifest_data_clear(&data);
     }
 }
@@ -909,6 +910,133 @@ static void refused_begin(void **state)
     }
 }
 
+/* ---- job.yaml ---- */
+
+/* Open the folder for one of two slices, of three frames each. */
+static sc_store *open_slice(const sc_ctx *ctx, int slice)
+{
+    static const int wanted[FRAMES] = {0, 1, 2, 3, 4, 5};
+    static const char *const names[] = {"0of2", "1of2"};
+    const sc_store_job job = make_job();
+    sc_store *store;
+
+    assert_ok(sc_store_open(ctx, folder, &job, wanted + FRAMES / 2 * slice, FRAMES / 2,
+                            names[slice], SC_STORE_RESUME, &store));
+    return store;
+}
+
+/* @return whether a file of the folder holds this text; NULL: it is not there. */
+static bool holds(const char *name, const char *text)
+{
+    size_t bytes = 0;
+    char *data = NULL;
+    bool same;
+
+    if (access(in_folder(name), F_OK) != 0)
+        return !text;
+    data = read_all(in_folder(name), &bytes);
+    same = text && bytes == strlen(text) && !memcmp(data, text, bytes);
+    sc_free(data);
+    return same;
+}
+
+/* Slices that begin at the same moment write job.yaml in turn, also if each writes another text,
+ * and has read the manifests before the other noted its own; what somebody else has put there is
+ * kept, once. */
+static void job_of_slices(void **state)
+{
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_store *a, *b;
+
+    (void)state;
+    empty_folder();
+    a = open_slice(&ctx, 0);
+    b = open_slice(&ctx, 1);
+    assert_ok(sc_store_write_job(&ctx, a, "one", 3));
+    assert_ok(sc_store_write_job(&ctx, b, "two", 3));
+    assert_ok(sc_store_write_job(&ctx, a, "one", 3));
+    assert_string_equal(said.text, "");
+    assert_true(holds("job.yaml", "one") && holds("job.yaml.changed", NULL));
+    sc_store_close(a);
+    sc_store_close(b);
+    write_quickly(in_folder("job.yaml"), "mine", 4);
+    a = open_slice(&ctx, 0);
+    b = open_slice(&ctx, 1);
+    assert_string_equal(said.text, "");
+    assert_ok(sc_store_write_job(&ctx, b, "two", 3));
+    assert_ok(sc_store_write_job(&ctx, a, "one", 3));
+    assert_int_equal(said.warnings, 1);
+    assert_non_null(strstr(said.text, "job.yaml: was changed after segcast had made it; that file "
+                                      "is now"));
+    assert_true(holds("job.yaml", "one") && holds("job.yaml.changed", "mine"));
+    assert_true(holds("job.yaml.changed-2", NULL));
+    sc_store_close(a);
+    sc_store_close(b);
+}
+
+/* Every text of job.yaml is in the manifest and on disk before the file holds it. */
+static void job_is_noted_first(void **state)
+{
+    sc_manifest_data data = {.frames = FRAMES};
+    sc_store *store;
+    heard said;
+    sc_ctx ctx = listening(&said);
+
+    (void)state;
+    empty_folder();
+    store = open_slice(&ctx, 0);
+    assert_int_equal(mkdir(in_folder("job.yaml"), 0777), 0); /* so that it cannot be written */
+    assert_int_equal(sc_store_write_job(&ctx, store, "one", 3), SC_ERR_WRITE);
+    sc_store_close(store);
+    assert_int_equal(rmdir(in_folder("job.yaml")), 0);
+    assert_ok(sc_manifest_read(&quiet, in_folder("manifest.0of2.jsonl"), &data));
+    assert_true(sc_job_texts_have(&data.jobs, 3, sc_store_hash_bytes("one", 3)));
+    sc_manifest_data_clear(&data);
+    /* The manifest of the next run of the slice names it, too. */
+    store = open_slice(&ctx, 0);
+    sc_store_close(store);
+    assert_ok(sc_manifest_read(&quiet, in_folder("manifest.0of2.jsonl"), &data));
+    assert_true(sc_job_texts_have(&data.jobs, 3, sc_store_hash_bytes("one", 3)));
+    sc_manifest_data_clear(&data);
+}
+
+/* What is not segcast's at the end of a job is left out of what the manifest proves, and stays:
+ * that which was given as the job, whoever wrote it, and what its user has changed meanwhile. */
+static void job_of_others_is_not_proven(void **state)
+{
+    for (int given = 0; given < 2; given++) {
+        static const int wanted[FRAMES] = {0, 1, 2, 3, 4, 5};
+        sc_store_job job = make_job();
+        sc_manifest_data data = {.frames = FRAMES};
+        sc_store *store;
+        heard said;
+        sc_ctx ctx = listening(&said);
+        int missing;
+
+        (void)state;
+        empty_folder();
+        store = open_store(SC_STORE_NEW);
+        assert_ok(sc_store_write_job(&ctx, store, "one", 3));
+        sc_store_close(store);
+        job.keeps_job = given;
+        assert_ok(sc_store_open(&ctx, folder, &job, wanted, FRAMES, NULL, SC_STORE_RESUME, &store));
+        add_frames(store, 0, FRAMES);
+        if (!given)
+            write_quickly(in_folder("job.yaml"), "mine", 4);
+        assert_ok(sc_store_finish(&ctx, store, &missing));
+        assert_ok(sc_store_seal(&ctx, store));
+        sc_store_close(store);
+        assert_int_equal(said.warnings, !given);
+        assert_true(given || strstr(said.text, "job.yaml: is missing, or not what segcast has"));
+        assert_true(holds("job.yaml", given ? "one" : "mine"));
+        assert_ok(sc_manifest_read(&quiet, in_folder("manifest.jsonl"), &data));
+        assert_true(data.closed && sc_names_has(&data.owned, "job.yaml"));
+        assert_int_equal(data.jobs.count, 0);
+        sc_manifest_data_clear(&data);
+    }
+}
+
 static int make_folder(void **state)
 {
     (void)state;
@@ -944,6 +1072,9 @@ int main(void)
         cmocka_unit_test(pipes),
         cmocka_unit_test(unlistable),
         cmocka_unit_test(want_of_memory),
+        cmocka_unit_test(job_of_slices),
+        cmocka_unit_test(job_is_noted_first),
+        cmocka_unit_test(job_of_others_is_not_proven),
     };
 
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
