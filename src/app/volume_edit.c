@@ -126,8 +126,54 @@ static sc_status plan_group(const subject *s, size_t first, const int *group, bo
     return SC_OK;
 }
 
+/* Log all patterns of volume.keep that match none of the @p count labels.
+ * @return SC_ERR_DATA if there is one. */
+static sc_status check_kept(const subject *s, const sc_label *labels, int count)
+{
+    const sc_prepared view = {.label_count = count, .labels = labels};
+    sc_status mistake = SC_OK;
+
+    for (size_t i = 0; i < s->job->volume_tissue_count; i++) {
+        const sc_volume_tissue *tissue = &s->job->volume_tissues[i];
+        sc_status status = SC_OK;
+
+        if (!tissue->into[0])
+            status = sc_pattern_check(s->app->ctx, &view, tissue->pattern, tissue->where);
+        if (status != SC_OK && status != SC_ERR_DATA)
+            return status;
+        mistake = mistake == SC_OK ? status : mistake;
+    }
+    return mistake;
+}
+
+/* Log the mistakes of volume.keep after one of volume.merge, so that all are told in one go: among
+ * the labels of the volume, and those that volume.merge would have made of them. */
+static sc_status check_kept_unmerged(const subject *s)
+{
+    const sc_volume *v = volume_of(s);
+    const size_t rows = s->job->volume_tissue_count;
+    int count = v->label_count;
+    void *block = NULL;
+    sc_label *labels;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(s->app->ctx, (size_t)count + rows, sizeof *labels, &block));
+    labels = block;
+    memcpy(labels, v->labels, (size_t)count * sizeof *labels);
+    for (size_t i = 0; i < rows && s->job->volume_tissues[i].into[0]; i++) {
+        sc_label *made = &labels[count++];
+
+        made->value = INT64_MIN; /* the number of none */
+        snprintf(made->name, sizeof made->name, "%s", s->job->volume_tissues[i].into);
+    }
+    status = check_kept(s, labels, count);
+out:
+    sc_free(block);
+    return status;
+}
+
 /* Do what volume.merge says; those tissues stand first in the job. @return the first mistake; all
- * patterns that fit nothing are logged. */
+ * are logged, also those of volume.keep then. */
 static sc_status merge_tissues(const subject *s, bool tell)
 {
     const sc_volume_tissue *all = s->job->volume_tissues;
@@ -147,11 +193,17 @@ static sc_status merge_tissues(const subject *s, bool tell)
         else
             SC_TRY(status);
     }
-    SC_TRY(mistake);
     for (size_t row = 0; row < count && all[row].into[0]; row++) {
+        status = SC_OK;
         if (row == 0 || strcmp(all[row].into, all[row - 1].into) != 0)
-            SC_TRY(plan_group(s, row, group, tell, &p));
+            status = plan_group(s, row, group, tell && mistake == SC_OK, &p);
+        mistake = status != SC_OK ? status : mistake;
     }
+    if (mistake != SC_OK && s->job->has_keep) {
+        status = check_kept_unmerged(s);
+        mistake = status != SC_OK ? status : mistake; /* no memory: that */
+    }
+    SC_TRY(mistake);
     status = do_plan(s, &p);
 out:
     sc_free(group);
@@ -164,23 +216,18 @@ static sc_status keep_tissues(const subject *s, bool tell)
 {
     const sc_volume_tissue *all = s->job->volume_tissues;
     const sc_label *labels = volume_of(s)->labels;
-    const sc_prepared view = {.label_count = volume_of(s)->label_count, .labels = labels};
-    sc_status status, mistake = SC_OK;
+    sc_status status;
     int kept = 0;
     plan p;
 
     SC_TRY(make_plan(s, true, &p));
+    SC_TRY(check_kept(s, labels, p.count));
     for (size_t i = 0; i < s->job->volume_tissue_count; i++) {
         const sc_pattern pattern = sc_pattern_of(all[i].pattern);
         const sc_match best = sc_pattern_match(labels, p.count, &pattern);
 
         if (all[i].into[0])
             continue;
-        status = sc_pattern_check(s->app->ctx, &view, all[i].pattern, all[i].where);
-        if (status == SC_ERR_DATA)
-            mistake = status;
-        else
-            SC_TRY(status);
         for (int id = 1; id < p.count && best != SC_MATCH_NONE; id++) {
             if (sc_label_match(&labels[id], &pattern) == best)
                 p.into[id] = id;
@@ -188,7 +235,6 @@ static sc_status keep_tissues(const subject *s, bool tell)
     }
     for (int id = 1; id < p.count; id++)
         kept += p.into[id] == id;
-    SC_TRY(mistake);
     if (tell)
         sc_info(s->app->ctx, "volume.keep: %d of %d tissues are kept", kept, p.count - 1);
     status = do_plan(s, &p);
