@@ -377,6 +377,13 @@ static void contents_out_of_range_are_refused(void **state)
     assert_false(accepts(&file, h.offset[NEAR] + bytes[NEAR] - 8, &ones, 8));
     assert_false(accepts(&file, h.offset[NEAR_START] + bytes[NEAR_START] / 8 * 4, &ones, 4));
     assert_false(accepts(&file, h.offset[HIDDEN], &two, 1));
+    for (size_t i = 0; i < 3; i++) { /* the first record without a weight, one within, the last */
+        const size_t last = bytes[RECORDS] / SC_RECORD_BYTES - 1;
+        const size_t at = h.offset[RECORDS] + last * i / 2 * SC_RECORD_BYTES;
+        const unsigned char weightless = (unsigned char)(file.block[at] & ~SC_RECORD_WEIGHT_MASK);
+
+        assert_false(accepts(&file, at, &weightless, 1));
+    }
     for (size_t i = 0; i < 3; i++) {
         const size_t label = h.offset[LABELS] + i * sizeof(sc_label);
         const size_t stats = h.offset[STATS] + i * sizeof(sc_label_stats);
