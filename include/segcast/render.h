@@ -71,6 +71,8 @@ typedef struct sc_render_stats {
     sc_march_counters counters;
     double wall_s, cpu_s; /**< cpu: of all threads that drew */
 } sc_render_stats;
+/** Add the work and the times of @p more to @p sum. */
+void sc_render_stats_add(sc_render_stats *sum, const sc_render_stats *more);
 
 /** Make a renderer: finds what is visible, and derives from the volume all that does not change
  *  from frame to frame. Starts settings->threads threads during the call. With settings->comm

@@ -505,16 +505,6 @@ out:
 
 /* ---- drawing ---- */
 
-/* Add what @p more took to @p stats. */
-static void add_stats(sc_render_stats *stats, const sc_render_stats *more)
-{
-    stats->counters.rays += more->counters.rays;
-    stats->counters.cell_visits += more->counters.cell_visits;
-    stats->counters.contributions += more->counters.contributions;
-    stats->wall_s += more->wall_s;
-    stats->cpu_s += more->cpu_s;
-}
-
 /* Draw @p columns, NULL: all, of subject @p s with its names, and add what that took to @p stats.
  */
 static sc_status draw_subject(const sc_app *app, const sc_compare *c, int s, int k,
@@ -529,7 +519,7 @@ static sc_status draw_subject(const sc_app *app, const sc_compare *c, int s, int
     sc_status status;
 
     sc_render_columns(subject->renderer, &scene, &subject->panel, columns, rows, image, &more);
-    add_stats(stats, &more);
+    sc_render_stats_add(stats, &more);
     SC_TRY(sc_annotations_draw(app->ctx, &names, k, &scene, image, rows));
     status = sc_annotations_draw(app->ctx, &name, k, &scene, image, rows);
 out:
@@ -621,7 +611,7 @@ static void count_subject(const sc_session *subject, int k, const sc_viewport *p
     sc_render_stats more;
 
     sc_render_counts(subject->renderer, &scene, panel->width_px, panel->height_px, room, &more);
-    add_stats(stats, &more);
+    sc_render_stats_add(stats, &more);
     for (int y = 0; y < panel->height_px; y++) {
         for (int x = 0; x < panel->width_px; x++) {
             const int column = panel->x_px + x;

@@ -347,16 +347,6 @@ static sc_status draw_shot(const sc_app *app, sc_session *shot, int k, const sc_
     return (shot->shot->has_card ? draw_card : sc_shot_draw)(app, shot, k, rows, image, stats);
 }
 
-/* Add what @p more took to @p stats. */
-static void add_stats(sc_render_stats *stats, const sc_render_stats *more)
-{
-    stats->counters.rays += more->counters.rays;
-    stats->counters.cell_visits += more->counters.cell_visits;
-    stats->counters.contributions += more->counters.contributions;
-    stats->wall_s += more->wall_s;
-    stats->cpu_s += more->cpu_s;
-}
-
 /* Draw the shot that goes, mix it into @p image, and add what that took to @p stats. */
 static sc_status mix_before(const sc_app *app, sc_film *film, const sc_film_frame *at,
                             const sc_rows *part, sc_image *image, sc_render_stats *stats)
@@ -369,7 +359,7 @@ static sc_status mix_before(const sc_app *app, sc_film *film, const sc_film_fram
         SC_TRY(sc_image_init_alpha(app->ctx, image->width_px, image->height_px, image->alpha,
                                    &film->other));
     SC_TRY(draw_shot(app, before, at->before_frame, part, &film->other, &more));
-    add_stats(stats, &more);
+    sc_render_stats_add(stats, &more);
     sc_image_mix(&film->mixer, &film->other, at->share, part->first, part->end, image);
 out:
     return status;

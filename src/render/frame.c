@@ -469,6 +469,13 @@ void sc_render_frame(sc_renderer *r, const sc_scene *scene, const sc_rows *rows,
     sc_render_view(r, scene, &whole, rows, image, stats);
 }
 
+void sc_render_stats_add(sc_render_stats *sum, const sc_render_stats *more)
+{
+    sc_add_counters(&sum->counters, &more->counters);
+    sum->wall_s += more->wall_s;
+    sum->cpu_s += more->cpu_s;
+}
+
 void sc_renderer_spans(sc_renderer *r, sc_render_span *out)
 {
     const size_t bytes = (size_t)r->settings.threads * sizeof *r->spans;

@@ -214,16 +214,6 @@ static void annotate(const drawing *d, int which, sc_viewport p)
                      p.height_px - line_px, line_px, slice_views[which].rgb);
 }
 
-/* Add the counters and times of @p each to @p sum. */
-static void add_stats(sc_render_stats *sum, const sc_render_stats *each)
-{
-    sum->counters.rays += each->counters.rays;
-    sum->counters.cell_visits += each->counters.cell_visits;
-    sum->counters.contributions += each->counters.contributions;
-    sum->wall_s += each->wall_s;
-    sum->cpu_s += each->cpu_s;
-}
-
 sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views *views,
                         const sc_scene *scene, const sc_rows *rows, sc_image *image,
                         sc_render_stats *stats)
@@ -247,7 +237,7 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
         slice.has_look = scene->has_look;
         slice.look = scene->look;
         sc_render_view(renderer, &slice, &p, rows, image, &each);
-        add_stats(&sum, &each);
+        sc_render_stats_add(&sum, &each);
     }
     status = sc_overlay_begin(ctx, image, &d.overlay);
     if (status != SC_OK)
