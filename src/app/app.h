@@ -517,7 +517,7 @@ sc_status sc_session_image(const sc_app *app, const sc_session *session, sc_imag
  * session. Not collective. */
 sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                           sc_image *image, sc_render_stats *stats);
-/* ---- session.c: one shot, or a job without shots ---- */
+/* ---- session.c, session_draw.c: one shot, or a job without shots ---- */
 
 /* Make session->renderer, after sc_session_tissues, together with the other ranks of the node. */
 sc_status sc_shot_renderer(const sc_app *app, sc_session *session);
