@@ -106,7 +106,8 @@ static void slices_are_in_radiological_convention(void **state)
         .point_mm = {20, 20, 20}, .high_mm = {40, 40, 40}, .oriented = true, .dark_text = 1};
     sc_image image = blank_image(400, 400);
     sc_renderer *r;
-    sc_render_stats stats;
+    const sc_viewport space = {200, 200, 200, 200};
+    sc_render_stats stats, alone;
     sc_scene scene;
 
     (void)state;
@@ -127,10 +128,28 @@ static void slices_are_in_radiological_convention(void **state)
         assert_memory_equal(pixel(&image, (panel & 1) * 200 + 125, (panel & 2) * 100 + 103), white,
                             3);
     }
-    assert_true(stats.counters.rays > 0);
+    sc_render_view(r, &scene, &space, NULL, &image, &alone);
+    assert_true(alone.counters.rays > 0 && stats.counters.rays > alone.counters.rays);
     sc_renderer_free(r);
     sc_image_clear(&image);
     free_scene(&s);
+}
+
+/* What a film, a comparison or several views take is the sum of their pictures. */
+static void work_and_times_are_added_up(void **state)
+{
+    sc_render_stats sum = {
+        {.rays = 1, .cell_visits = 2, .brick_steps = 3, .contributions = 4}, 5, 6};
+    const sc_render_stats more = {
+        {.rays = 10, .cell_visits = 20, .brick_steps = 30, .contributions = 40}, 50, 60};
+
+    (void)state;
+    sc_render_stats_add(&sum, &more);
+    assert_int_equal(sum.counters.rays, 11);
+    assert_int_equal(sum.counters.cell_visits, 22);
+    assert_int_equal(sum.counters.brick_steps, 33);
+    assert_int_equal(sum.counters.contributions, 44);
+    assert_true(sum.wall_s == 55 && sum.cpu_s == 66);
 }
 
 static void a_failed_allocation_is_reported(void **state)
@@ -223,6 +242,7 @@ int main(void)
         cmocka_unit_test(lines_and_frames_are_drawn_at_their_coordinates),
         cmocka_unit_test(text_is_anchored_and_sized_as_asked_for),
         cmocka_unit_test(slices_are_in_radiological_convention),
+        cmocka_unit_test(work_and_times_are_added_up),
         cmocka_unit_test(a_failed_allocation_is_reported),
         cmocka_unit_test(a_frame_that_is_given_up_is_not_measured),
         cmocka_unit_test(drawing_over_a_transparent_picture_keeps_it_transparent),
