@@ -179,7 +179,10 @@ typedef struct sc_job {
     char directory_where[SC_WHERE_BYTES]; /**< likewise of output.directory */
     char
         video_where[SC_WHERE_BYTES]; /**< "file:line" of output.video, for messages; may be empty */
-    char zoom_where[SC_WHERE_BYTES]; /**< likewise of animation.camera.zoom */
+    char size_where[SC_WHERE_BYTES]; /**< likewise of output.size */
+    char fps_where[SC_WHERE_BYTES];  /**< likewise of output.fps */
+    char tissues_where[SC_WHERE_BYTES];             /**< likewise of tissues */
+    char zoom_where[SC_WHERE_BYTES];                /**< likewise of animation.camera.zoom */
     char clip_where[SC_PLANES_MAX][SC_WHERE_BYTES]; /**< likewise of each plane of animation.clip */
     sc_volume_path *phases; /**< [phase_count], owned: the volumes of a series, in their order */
     size_t phase_count;     /**< 0: there is one volume */

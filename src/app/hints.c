@@ -80,10 +80,12 @@ static const sc_verb *last_zoom(const sc_timeline *t, int k)
     return last;
 }
 
-/* Warn that what is shown is cropped most in frame @p k, where it reaches @p reach times as far as
- * the picture. */
+/* Tell that what is shown is cropped most in frame @p k, where it reaches @p reach times as far as
+ * the picture: as a warning of the zoom of the camera, and without one of a verb, which enlarges a
+ * part on purpose. Without a renderer only the boxes around the tissues are known. */
 static void tell_zoom(const sc_app *app, const sc_session *session, int k, double reach)
 {
+    const char *about = session->renderer ? "" : "about ";
     const sc_timeline *t = &session->timeline;
     const sc_verb *verb = last_zoom(t, k);
     const char *where = verb ? verb->where : session->job.zoom_where;
@@ -93,16 +95,20 @@ static void tell_zoom(const sc_app *app, const sc_session *session, int k, doubl
     const double zoom = t->half_height / sc_timeline_scene(t, k).camera.half_height;
 
     if (verb && verb->kind == SC_VERB_DOLLY)
-        sc_warn(
-            app->ctx,
-            "%s%sthe dolly to %.3g crops what is shown, most of all in frame %d (%.3g s), where "
-            "it reaches %.3g times as far as the picture; a larger value keeps it in",
-            where, colon, verb->to, frame, time_s, reach);
+        sc_info(app->ctx,
+                "%s%sthe dolly to %.3g shows a part of what is visible, least of all in frame %d "
+                "(%.3g s), where all of it reaches %s%.3g times as far as the picture",
+                where, colon, verb->to, frame, time_s, about, reach);
+    else if (verb)
+        sc_info(app->ctx,
+                "%s%sthe zoom of %.3g shows a part of what is visible, least of all in frame %d "
+                "(%.3g s); up to %s%.3g all of it would be in the picture there",
+                where, colon, zoom, frame, time_s, about, floor(100 * zoom / reach) / 100);
     else
         sc_warn(app->ctx,
                 "%s%sthe zoom of %.3g crops what is shown, most of all in frame %d (%.3g s); up to "
-                "%.3g all of it would be in the picture there",
-                where, colon, zoom, frame, time_s, floor(100 * zoom / reach) / 100);
+                "%s%.3g all of it would be in the picture there",
+                where, colon, zoom, frame, time_s, about, floor(100 * zoom / reach) / 100);
 }
 
 void sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect,

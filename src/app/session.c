@@ -451,13 +451,10 @@ static sc_status find_framed(const sc_app *app, const sc_session *session, const
  * since the others may show tissues. */
 static void warn_of_nothing(const sc_app *app, const sc_session *session)
 {
-    const char *where = session->shot ? session->shot->where : "";
+    const char *where = session->shot ? session->shot->where : session->job.tissues_where;
 
-    if (session->shot)
-        sc_warn(app->ctx, "%s%sno tissue is visible in this shot; its pictures will be empty",
-                where, *where ? ": " : "");
-    else
-        sc_warn(app->ctx, "no tissue is visible; the pictures will be empty");
+    sc_warn(app->ctx, "%s%sno tissue is visible%s pictures will be empty", where,
+            *where ? ": " : "", session->shot ? " in this shot; its" : "; the");
 }
 
 sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count)

@@ -483,6 +483,9 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     note_key(root, "image.path", job->image_where);
     note_key(root, "output.directory", job->directory_where);
     note_line(root, "output.video", job->video_where);
+    note_line(root, "output.size", job->size_where);
+    note_line(root, "output.fps", job->fps_where);
+    note_line(root, "tissues", job->tissues_where);
     note_line(root, "animation.camera.zoom", job->zoom_where);
     (void)sc_goes_on(&status, check_not_empty(ctx, root, volume_key(root)));
     (void)sc_goes_on(&status, check_not_empty(ctx, root, "output.directory"));
