@@ -1,28 +1,48 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Colours of labels for which no table has one. They come from a palette of colours that sit
- * together: in OKLab all have about the same chroma, five steps of lightness, and are far apart.
- * Every label value has a place in the palette. Where labels that touch, or lie near each other,
- * would look alike, the one with the larger value takes another place: a greedy colouring of the
- * graph of contacts. A tissue whose name anatomists know has the colour of anatomy.c, or a shade of
- * it where it touches others of that colour. */
+ * together and are far apart in OKLab. Every label value has a place in the palette, and only where
+ * it would look like a label with a smaller value that it touches, or be the same as one that lies
+ * near, it takes the nearest colour that does not. So what a label looks like depends on its value
+ * first, then on its neighbours, and on nothing that is far away: a part of a volume has nearly the
+ * colours of the whole. A tissue whose name anatomists know has the colour of anatomy.c, or a shade
+ * of it where it touches others of that colour. */
 #include "segcast/image.h"
 #include "source.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { PALETTE = 24 };
+enum { PALETTE = 97 };
 
-/* Found by search among colours of chroma 0.115 and lightness 0.53, 0.60, 0.67, 0.74 and 0.80 in
- * OKLab, each hue 6 degrees from the next: again and again the one that is farthest from those
- * found before, full colour vision counting 1 and each colour blindness 1.5 times. Then put in an
- * order in which the first few look well together. */
+/* Found by search in OKLab. The first 24 are of chroma 0.115 and lightness 0.53, 0.60, 0.67, 0.74
+ * and 0.80, each hue 6 degrees from the next: again and again the one that is farthest from those
+ * found before, full colour vision counting 1 and each colour blindness 1.5 times; then put in an
+ * order in which the first few look well together. The others, of chroma 0.09, 0.115 and 0.14 and
+ * lightness 0.50 to 0.84, are those of which the fewest look alike (CLEAR and CLEAR_BLIND, below),
+ * in an order in which values that differ by up to 12, which often touch, look alike least. The
+ * number is a prime, so that values that differ by 1000, as the sides of some atlases do, have
+ * other places. */
 static const uint8_t palette[PALETTE][3] = {
     {210, 121, 106}, {73, 105, 174},  {211, 161, 80},  {95, 193, 148},  {160, 132, 209},
     {162, 76, 97},   {85, 208, 237},  {111, 140, 58},  {251, 158, 187}, {3, 145, 156},
     {197, 195, 104}, {110, 121, 196}, {127, 107, 3},   {207, 145, 212}, {33, 172, 152},
     {183, 97, 125},  {143, 209, 142}, {144, 81, 139},  {151, 164, 243}, {233, 144, 119},
-    {61, 125, 62},   {170, 149, 54},  {151, 107, 178}, {189, 122, 183}};
+    {61, 125, 62},   {170, 149, 54},  {151, 107, 178}, {189, 122, 183}, {149, 61, 124},
+    {229, 127, 79},  {182, 171, 252}, {238, 198, 81},  {196, 87, 109},  {117, 209, 197},
+    {74, 94, 164},   {160, 173, 235}, {55, 184, 128},  {237, 145, 174}, {143, 92, 47},
+    {93, 83, 174},   {45, 134, 159},  {138, 132, 228}, {205, 95, 98},   {123, 95, 27},
+    {162, 223, 128}, {205, 175, 51},  {157, 58, 103},  {160, 116, 208}, {42, 120, 153},
+    {170, 161, 224}, {102, 196, 190}, {220, 131, 109}, {153, 74, 114},  {199, 160, 30},
+    {129, 102, 195}, {59, 157, 157},  {179, 75, 113},  {200, 113, 91},  {138, 115, 0},
+    {186, 207, 120}, {249, 170, 253}, {43, 115, 81},   {172, 137, 232}, {70, 206, 206},
+    {225, 117, 90},  {97, 109, 183},  {180, 138, 212}, {247, 172, 77},  {183, 215, 153},
+    {101, 176, 144}, {177, 69, 84},   {124, 146, 23},  {138, 66, 142},  {120, 194, 230},
+    {97, 98, 189},   {186, 189, 120}, {163, 57, 73},   {239, 169, 232}, {187, 117, 133},
+    {102, 143, 194}, {90, 100, 157},  {197, 188, 66},  {239, 125, 136}, {147, 108, 50},
+    {130, 158, 75},  {197, 94, 138},  {121, 129, 63},  {170, 150, 229}, {222, 142, 96},
+    {70, 135, 216},  {250, 166, 213}, {157, 199, 254}, {141, 81, 54},   {181, 83, 134},
+    {110, 82, 154},  {66, 188, 160},  {191, 216, 105}, {81, 118, 205},  {210, 100, 121},
+    {144, 129, 29},  {156, 150, 248}};
 
 /* What encloses all others is seen most: as light as the lightest of the palette, near that of
  * skin, and with less than half of their chroma, so that they stand out. */
@@ -49,50 +69,37 @@ sc_label sc_label_new(int64_t value)
     return label;
 }
 
-/* Two colours nearer than this, as the eye sees them, count as the same. */
-#define SAME 0.04
-
-/* The contrast that labels need which are near each other without touching. */
-#define NEAR_CONTRAST 0.08
-
-/* @return how bad a contrast is: 0 if it is @p enough, 1 if there is none. */
-static double penalty(double contrast, double enough)
-{
-    const double lacking = contrast < enough ? 1 - contrast / enough : 0;
-
-    return lacking * lacking;
-}
-
-/* How far apart hues must lie in the plane of hue and chroma: light and shadow change lightness, so
- * that a light and a dark blue look alike on a round surface. And how much this counts. */
-#define HUE_DISTANCE 0.08
-#define HUE_SHARE 0.3
-
-/* @return how badly two colours go beside each other that differ by too little else than lightness.
+/* How far apart the colours of labels that touch must lie to full vision, and to colour-blind eyes.
  */
-static double hue_penalty(const sc_seen_color *a, const sc_seen_color *b)
-{
-    const double *one = a->lab[SC_VISION_FULL], *other = b->lab[SC_VISION_FULL];
+#define CLEAR 0.111
+#define CLEAR_BLIND 0.061
 
-    return HUE_SHARE * penalty(hypot(one[1] - other[1], one[2] - other[2]), HUE_DISTANCE);
-}
+/* What counts as touching: this share of what either of the two shares with all others. */
+#define TOUCHING_SHARE 0.025
 
-/* How badly a colour goes beside each of the palette. */
-typedef struct penalties {
-    double touching[PALETTE], near[PALETTE];
-} penalties;
+/* The contrast that a label which moves needs to those that are near it without touching: being
+ * near with nearly all of its parts. Below that share of the contrast two colours count as the
+ * same. */
+#define NEAR_CONTRAST 0.08
+#define NEAR_SHARE 0.8
+#define SAME_SHARE 0.3
+
+/* How well each colour of the palette goes beside a colour: 1 and more is well. */
+typedef struct fitness {
+    float touching[PALETTE], near[PALETTE];
+} fitness;
 
 /* The assignment in work. Its arrays belong to sc_volume_color. */
 typedef struct coloring {
     const sc_volume *volume;
     const uint64_t *contact; /* of sc_count_contacts */
     const uint32_t *near;    /* of sc_count_near */
-    penalties *penalties;    /* [label_count]: of each label's colour beside each of the
-                                palette; set for labels that have their final colour */
+    double *total_contact;   /* [label_count]: of each label with all others */
+    fitness *fitness;        /* [label_count]: beside each label's colour; set for labels that have
+                                their final colour */
     bool *colored;           /* [label_count]: the label has its final colour */
     sc_appearance appearance;
     sc_seen_color places[PALETTE]; /* the palette */
-    double uses[PALETTE];          /* how many labels have this colour, or one like it */
 } coloring;
 
 /* Note that a label has its final colour. */
@@ -101,46 +108,79 @@ static void settle(coloring *c, int id)
     const sc_seen_color seen = sc_see_color(c->volume->labels[id].rgb);
 
     for (int i = 0; i < PALETTE; i++) {
-        const double contrast = sc_color_contrast(&seen, &c->places[i]);
+        double blind = HUGE_VAL;
 
-        c->penalties[id].touching[i] =
-            penalty(contrast, SC_CONTRAST) + hue_penalty(&seen, &c->places[i]);
-        c->penalties[id].near[i] = penalty(contrast, NEAR_CONTRAST);
-        c->uses[i] += sc_color_distance(&seen, &c->places[i], SC_VISION_FULL) < SAME;
+        for (int vision = SC_VISION_FULL + 1; vision < SC_VISION_COUNT; vision++)
+            blind = fmin(blind, sc_color_distance(&seen, &c->places[i], (sc_vision)vision));
+        c->fitness[id].touching[i] = (float)fmin(
+            sc_color_distance(&seen, &c->places[i], SC_VISION_FULL) / CLEAR, blind / CLEAR_BLIND);
+        c->fitness[id].near[i] = (float)(sc_color_contrast(&seen, &c->places[i]) / NEAR_CONTRAST);
     }
     c->colored[id] = true;
 }
 
-/* Choose a colour for a label: the one of its place, unless it looks like that of labels that it
- * touches or that are near it, or is used more often than others. */
-static void choose(coloring *c, int id, int colored_count)
+/* Write to @p fits how well each colour of the palette goes beside those of the labels that touch a
+ * label, and of those that are near it: the least of all. */
+static void look_around(const coloring *c, int id, fitness *fits)
 {
-    /* Touching at all, being near with every part, being one of several labels with a colour, and
-     * leaving one's place. */
-    const double touch = 0.02, nearness = 0.1;
-    const double repeat = 0.01 / (1 + (double)colored_count / PALETTE), move = 0.003;
-    const int count = c->volume->label_count, home = place_of(c->volume->labels[id].value);
+    const int count = c->volume->label_count;
     const uint64_t *contact = c->contact + (size_t)id * (size_t)count;
     const uint32_t *near = c->near + (size_t)id * (size_t)count;
-    const double blocks = near[id] > 0 ? near[id] : 1;
-    double total = 0, costs[PALETTE];
-    int best = home;
 
-    for (int other = 1; other < count; other++)
-        total += (double)contact[other];
     for (int i = 0; i < PALETTE; i++)
-        costs[i] = repeat * c->uses[i] + (i == home ? 0 : move);
+        fits->touching[i] = fits->near[i] = HUGE_VALF;
     for (int other = 1; other < count; other++) {
-        const double touching = contact[other] ? touch + (double)contact[other] / total : 0;
-        const double nearby = nearness * near[other] / blocks;
+        const double least = fmin(c->total_contact[id], c->total_contact[other]);
+        const bool touches = (double)contact[other] > TOUCHING_SHARE * least;
+        const bool is_near = near[other] > 0 && near[other] >= NEAR_SHARE * near[id];
 
-        for (int i = 0; i < PALETTE && touching + nearby > 0 && c->colored[other]; i++) {
-            costs[i] +=
-                touching * c->penalties[other].touching[i] + nearby * c->penalties[other].near[i];
+        for (int i = 0; i < PALETTE && c->colored[other] && touches; i++)
+            fits->touching[i] = fminf(fits->touching[i], c->fitness[other].touching[i]);
+        for (int i = 0; i < PALETTE && c->colored[other] && is_near; i++)
+            fits->near[i] = fminf(fits->near[i], c->fitness[other].near[i]);
+    }
+}
+
+/* @return the place of the colour that is nearest to that of @p home among those that go at least
+ * as well as asked beside their neighbours, or -1. */
+static int nearest_place(const coloring *c, int home, const fitness *fits, double touching,
+                         double near)
+{
+    double least = HUGE_VAL;
+    int best = -1;
+
+    for (int i = 0; i < PALETTE; i++) {
+        const double distance = sc_color_distance(&c->places[home], &c->places[i], SC_VISION_FULL);
+
+        if (fits->touching[i] >= touching && fits->near[i] >= near && distance < least) {
+            least = distance;
+            best = i;
         }
     }
-    for (int i = 0; i < PALETTE; i++)
-        best = costs[i] < costs[best] ? i : best;
+    return best;
+}
+
+/* Choose a colour for a label: the one of its place, unless it looks like that of a label that it
+ * touches or is the same as that of one that is near; then the nearest to it that does not; and if
+ * there is none, the one that looks least like those that it touches. */
+static void choose(coloring *c, int id)
+{
+    const int home = place_of(c->volume->labels[id].value);
+    fitness fits;
+    int best = home;
+
+    look_around(c, id, &fits);
+    if (fits.near[home] < SAME_SHARE)
+        best = nearest_place(c, home, &fits, 1, 1);
+    if (best < 0 || fits.touching[best] < 1)
+        best = nearest_place(c, home, &fits, 1, SAME_SHARE);
+    if (best < 0)
+        best = nearest_place(c, home, &fits, 1, 0);
+    if (best < 0) {
+        best = home;
+        for (int i = 0; i < PALETTE; i++)
+            best = fits.touching[i] > fits.touching[best] ? i : best;
+    }
     memcpy(c->volume->labels[id].rgb, palette[best], 3);
 }
 
@@ -177,7 +217,9 @@ static void choose_shade(coloring *c, int id, const uint8_t base[3])
             if (contact[other] && c->colored[other]) {
                 const sc_seen_color beside = sc_see_color(c->volume->labels[other].rgb);
 
-                cost += penalty(sc_color_contrast(&seen, &beside), NEAR_CONTRAST);
+                const double lacking = 1 - sc_color_contrast(&seen, &beside) / NEAR_CONTRAST;
+
+                cost += lacking > 0 ? lacking * lacking : 0;
             }
         }
         if (cost < least) {
@@ -188,21 +230,20 @@ static void choose_shade(coloring *c, int id, const uint8_t base[3])
 }
 
 /* Colour one label that has no colour yet. @param known whether tissues that anatomists know are to
- * be coloured, or the others. @return whether it was coloured. */
-static bool color_label(coloring *c, int id, bool known, int settled)
+ * be coloured, or the others. */
+static void color_label(coloring *c, int id, bool known)
 {
     uint8_t base[3];
     const bool has_base = c->appearance != SC_APPEARANCE_DISTINCT &&
                           sc_anatomy_color(c->volume->labels[id].name, base);
 
     if (c->colored[id] || has_base != known)
-        return false;
+        return;
     if (known)
         choose_shade(c, id, base);
     else
-        choose(c, id, settled);
+        choose(c, id);
     settle(c, id);
-    return true;
 }
 
 /* Give a colour to all labels that have none, one after the other by value, first those that
@@ -212,24 +253,25 @@ static void color_all(coloring *c, int cover)
     const int count = c->volume->label_count;
     sc_label *labels = c->volume->labels;
     uint8_t base[3];
-    int settled = 0;
 
     for (int i = 0; i < PALETTE; i++)
         c->places[i] = sc_see_color(palette[i]);
+    for (int id = 1; id < count; id++) {
+        for (int other = 1; other < count; other++)
+            c->total_contact[id] += (double)c->contact[(size_t)id * (size_t)count + (size_t)other];
+    }
     if (cover > 0 && !labels[cover].has_color)
         memcpy(labels[cover].rgb, cover_color, 3);
     for (int id = 1; id < count; id++) {
         const bool is_pale = id == cover && (c->appearance == SC_APPEARANCE_DISTINCT ||
                                              !sc_anatomy_color(labels[id].name, base));
 
-        if (labels[id].has_color || is_pale) {
+        if (labels[id].has_color || is_pale)
             settle(c, id);
-            settled++;
-        }
     }
     for (int known = 1; known >= 0; known--) {
         for (int id = 1; id < count; id++)
-            settled += color_label(c, id, known, settled);
+            color_label(c, id, known);
     }
 }
 
@@ -256,18 +298,20 @@ sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, sc_ap
 {
     const size_t count = (size_t)volume->label_count;
     coloring c = {.volume = volume, .appearance = appearance};
-    void *badness = NULL, *colored = NULL;
+    void *fitnesses = NULL, *colored = NULL, *totals = NULL;
     uint64_t *contact = NULL;
     uint32_t *near = NULL;
     sc_status status;
 
     if (!sc_volume_lacks_colors(volume, appearance))
         return SC_OK;
-    SC_TRY(sc_zalloc(ctx, count, sizeof *c.penalties, &badness));
+    SC_TRY(sc_zalloc(ctx, count, sizeof *c.fitness, &fitnesses));
     SC_TRY(sc_zalloc(ctx, count, sizeof *c.colored, &colored));
+    SC_TRY(sc_zalloc(ctx, count, sizeof *c.total_contact, &totals));
     SC_TRY(sc_count_contacts(ctx, volume, threads, &contact));
     SC_TRY(sc_count_near(ctx, volume, &near));
-    c.penalties = badness;
+    c.fitness = fitnesses;
+    c.total_contact = totals;
     c.colored = colored;
     c.contact = contact;
     c.near = near;
@@ -277,7 +321,8 @@ sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, sc_ap
 out:
     sc_free(near);
     sc_free(contact);
+    sc_free(totals);
     sc_free(colored);
-    sc_free(badness);
+    sc_free(fitnesses);
     return status;
 }

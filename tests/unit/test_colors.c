@@ -5,7 +5,7 @@
 
 #include "segcast/image.h"
 
-enum { PALETTE = 24 };
+enum { PALETTE = 97, FIRST = 24 /* those of most segmentations */ };
 
 static double least_distance(const sc_seen_color *a, const sc_seen_color *b)
 {
@@ -54,14 +54,14 @@ static void colour_blindness_keeps_greys_and_merges_red_and_green(void **state)
     assert_true(sc_color_distance(&red, &green, SC_VISION_DEUTERANOPIA) < 0.06);
 }
 
-static void the_palette_is_even_and_far_apart(void **state)
+static void the_first_colours_are_even_and_far_apart(void **state)
 {
     const sc_seen_color white = sc_see_color((const uint8_t[3]){255, 255, 255}),
                         black = sc_see_color((const uint8_t[3]){0, 0, 0});
-    sc_seen_color seen[PALETTE];
+    sc_seen_color seen[FIRST];
 
     (void)state;
-    for (int i = 0; i < PALETTE; i++) {
+    for (int i = 0; i < FIRST; i++) {
         uint8_t rgb[3];
         double chroma;
 
@@ -77,6 +77,43 @@ static void the_palette_is_even_and_far_apart(void **state)
             assert_true(least_distance(&seen[i], &seen[j]) > 0.031);
         }
     }
+}
+
+/* All of the palette differ, and can be told from white and black; values next to each other, which
+ * often touch, differ clearly. */
+static void the_whole_palette_differs(void **state)
+{
+    const sc_seen_color white = sc_see_color((const uint8_t[3]){255, 255, 255}),
+                        black = sc_see_color((const uint8_t[3]){0, 0, 0});
+    sc_seen_color seen[PALETTE];
+    uint8_t rgb[3], first[3];
+
+    (void)state;
+    for (int i = 0; i < PALETTE; i++) {
+        double chroma;
+
+        sc_label_base_color(i + 1, rgb);
+        seen[i] = sc_see_color(rgb);
+        chroma = hypot(seen[i].lab[0][1], seen[i].lab[0][2]);
+        assert_true(chroma > 0.085 && chroma < 0.145);
+        assert_true(seen[i].lab[0][0] > 0.49 && seen[i].lab[0][0] < 0.85);
+        assert_true(least_distance(&seen[i], &white) > 0.15);
+        assert_true(least_distance(&seen[i], &black) > 0.42);
+        for (int j = 0; j < i; j++) {
+            assert_true(sc_color_distance(&seen[i], &seen[j], SC_VISION_FULL) > 0.03);
+            assert_true(least_distance(&seen[i], &seen[j]) > 0.02);
+        }
+        if (i > 0) {
+            assert_true(sc_color_distance(&seen[i], &seen[i - 1], SC_VISION_FULL) > 0.075);
+            assert_true(least_distance(&seen[i], &seen[i - 1]) > 0.06);
+        }
+    }
+    sc_label_base_color(1, first);
+    sc_label_base_color(PALETTE + 1, rgb);
+    assert_memory_equal(first, rgb, 3);
+    sc_label_base_color(0, rgb);
+    sc_label_base_color(-PALETTE, first);
+    assert_memory_equal(first, rgb, 3);
 }
 
 enum { SEEDS = 40, SIDE = 48 };
@@ -193,7 +230,110 @@ static void colours_are_stable_and_heed_given_ones(void **state)
     sc_volume_clear(&given);
 }
 
-/* The labels of most segmentations, some twenty in a row that do not touch, all differ. */
+/* Clear the voxels of a Voronoi diagram for which keep() fails. */
+static sc_volume part_of_voronoi(bool (*keep)(const int at[3], int id))
+{
+    sc_volume v = voronoi();
+    uint8_t *ids = v.ids;
+
+    for (int i = 0; i < SIDE * SIDE * SIDE; i++) {
+        const int at[3] = {i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE};
+
+        if (!keep(at, ids[i]))
+            ids[i] = 0;
+    }
+    return v;
+}
+
+static bool is_left(const int at[3], int id)
+{
+    (void)id;
+    return at[0] < SIDE / 2;
+}
+
+static bool is_behind(const int at[3], int id)
+{
+    (void)id;
+    return at[1] >= SIDE / 2;
+}
+
+static bool is_low(const int at[3], int id)
+{
+    (void)id;
+    return at[2] < SIDE / 2;
+}
+
+/* Half of a volume has the colours of the whole, but for a few along the cut. */
+static void halves_keep_their_colours(void **state)
+{
+    bool (*const halves[])(const int[3], int) = {is_left, is_behind, is_low};
+    sc_volume v = voronoi();
+    int labels = 0, kept = 0;
+
+    (void)state;
+    assert_ok(sc_volume_color(&quiet, &v, 0, SC_APPEARANCE_TABLE, 2));
+    for (size_t i = 0; i < SC_COUNT_OF(halves); i++) {
+        sc_volume half = part_of_voronoi(halves[i]);
+        bool there[SEEDS + 1] = {false};
+
+        for (int k = 0; k < SIDE * SIDE * SIDE; k++)
+            there[((const uint8_t *)half.ids)[k]] = true;
+        assert_ok(sc_volume_color(&quiet, &half, 0, SC_APPEARANCE_TABLE, 2));
+        for (int id = 1; id <= SEEDS; id++) {
+            labels += there[id];
+            kept += there[id] && memcmp(half.labels[id].rgb, v.labels[id].rgb, 3) == 0;
+        }
+        sc_volume_clear(&half);
+    }
+    printf("%d of %d labels of halves keep their colour\n", kept, labels);
+    assert_true(kept > 0.75 * labels);
+    sc_volume_clear(&v);
+}
+
+enum { GAP_FROM = 20, GAP_TO = 28 };
+
+/* Keep the cells that lie on one side of the gap alone, on both sides of it. */
+static bool is_beside_the_gap(const int at[3], int id)
+{
+    const int x = (id - 1) * 37 % SIDE;
+
+    return id > 0 && (at[0] < GAP_FROM ? x < GAP_FROM : at[0] >= GAP_TO && x >= GAP_TO);
+}
+
+static bool is_right_of_the_gap(const int at[3], int id)
+{
+    return at[0] >= GAP_TO && is_beside_the_gap(at, id);
+}
+
+/* What tissues on one side of a gap look like does not depend on what is on the other. */
+static void colours_do_not_depend_on_what_is_far_away(void **state)
+{
+    sc_volume both = part_of_voronoi(is_beside_the_gap),
+              right = part_of_voronoi(is_right_of_the_gap);
+    bool there[SEEDS + 1] = {false};
+    int moved = 0;
+
+    (void)state;
+    for (int i = 0; i < SIDE * SIDE * SIDE; i++)
+        there[((const uint8_t *)right.ids)[i]] = true;
+    assert_ok(sc_volume_color(&quiet, &both, 0, SC_APPEARANCE_TABLE, 2));
+    assert_ok(sc_volume_color(&quiet, &right, 0, SC_APPEARANCE_TABLE, 2));
+    for (int id = 1; id <= SEEDS; id++) {
+        uint8_t own[3];
+
+        if (!there[id])
+            continue;
+        sc_label_base_color(both.labels[id].value, own);
+        moved += memcmp(own, right.labels[id].rgb, 3) != 0;
+        assert_memory_equal(both.labels[id].rgb, right.labels[id].rgb, 3);
+    }
+    assert_true(moved > 1);
+    sc_volume_clear(&both);
+    sc_volume_clear(&right);
+}
+
+/* The labels of most segmentations, some twenty in a row that do not touch, and many more all
+ * differ. */
 static void few_labels_have_the_colours_of_their_values(void **state)
 {
     sc_volume v =
@@ -215,7 +355,7 @@ static void few_labels_have_the_colours_of_their_values(void **state)
 
 /* Twenty-five blocks in a row, four voxels apart; the last one, which has the place of the first in
  * the palette, lies above one of the others. */
-enum { BLOCKS = PALETTE + 1, PITCH = 8 };
+enum { BLOCKS = FIRST + 1, PITCH = 8 };
 
 static int above_the_first(double x, double y, double z)
 {
@@ -236,15 +376,16 @@ static int above_the_twelfth(double x, double y, double z)
  * from each other may. */
 static void labels_that_are_near_differ(void **state)
 {
-    const int size[3] = {PALETTE * PITCH, 12, 4};
+    const int size[3] = {FIRST * PITCH, 12, 4};
     const double spacing_mm[3] = {1, 1, 1};
     sc_volume near = shape_volume(size, spacing_mm, 1, BLOCKS + 1, above_the_first),
               far = shape_volume(size, spacing_mm, 1, BLOCKS + 1, above_the_twelfth);
     sc_seen_color one, other;
 
     (void)state;
-    for (int id = 1; id <= BLOCKS; id++)
+    for (int id = 1; id < BLOCKS; id++)
         near.labels[id].value = far.labels[id].value = id;
+    near.labels[BLOCKS].value = far.labels[BLOCKS].value = PALETTE + 1;
     assert_ok(sc_volume_color(&quiet, &near, 0, SC_APPEARANCE_TABLE, 2));
     assert_ok(sc_volume_color(&quiet, &far, 0, SC_APPEARANCE_TABLE, 2));
     one = sc_see_color(near.labels[1].rgb);
@@ -442,7 +583,7 @@ static void an_allocation_that_fails_is_reported(void **state)
         sc_ctx ctx = {.alloc_budget = &budget};
 
         status = sc_volume_color(&ctx, &v, 0, SC_APPEARANCE_TABLE, 2);
-        assert_true(status == SC_OK ? n == 6 : status == SC_ERR_MEMORY);
+        assert_true(status == SC_OK ? n == 7 : status == SC_ERR_MEMORY);
     }
     sc_volume_clear(&v);
 }
@@ -452,9 +593,12 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(oklab_is_that_of_its_author),
         cmocka_unit_test(colour_blindness_keeps_greys_and_merges_red_and_green),
-        cmocka_unit_test(the_palette_is_even_and_far_apart),
+        cmocka_unit_test(the_first_colours_are_even_and_far_apart),
+        cmocka_unit_test(the_whole_palette_differs),
         cmocka_unit_test(labels_that_touch_differ),
         cmocka_unit_test(colours_are_stable_and_heed_given_ones),
+        cmocka_unit_test(halves_keep_their_colours),
+        cmocka_unit_test(colours_do_not_depend_on_what_is_far_away),
         cmocka_unit_test(few_labels_have_the_colours_of_their_values),
         cmocka_unit_test(labels_that_are_near_differ),
         cmocka_unit_test(what_encloses_all_is_pale),
