@@ -13,10 +13,10 @@ enum {
 };
 
 /* Turn a text of *bytes bytes, behind which a NUL byte stands, into UTF-8 without a byte order
- * mark: UTF-16 is told by its mark; a text that is no UTF-8 anywhere, and no XML, is taken as
+ * mark: UTF-16 and UTF-32 are told by it; a text that is no UTF-8 anywhere, and no XML, is taken as
  * Windows-1252, of which Latin-1 is a part, and that is said. What cannot be decoded becomes
  * U+FFFD. *text, which sc_alloc has given, is replaced where it changes.
- * @return SC_ERR_DATA for a NUL character, and for half a character at the end of UTF-16;
+ * @return SC_ERR_DATA for a NUL character, and for a part of a character at the end;
  * SC_ERR_MEMORY; both logged under @p path. */
 sc_status sc_label_text_decode(const sc_ctx *ctx, const char *path, char **text, size_t *bytes);
 

@@ -57,6 +57,19 @@ static char *decode_utf16(const unsigned char *bytes, size_t count, bool big, ch
     return out;
 }
 
+/* Decode @p count units of UTF-32 to @p out, as decode_utf16 does. */
+static char *decode_utf32(const unsigned char *bytes, size_t count, bool big, char *out)
+{
+    for (size_t i = 0; i < count; i++) {
+        uint32_t code = 0;
+
+        for (size_t k = 0; k < 4; k++)
+            code = code << 8 | bytes[4 * i + (big ? k : 3 - k)];
+        out = put(out, code > 0x10ffff || (code >= 0xd800 && code < 0xe000) ? REPLACEMENT : code);
+    }
+    return out;
+}
+
 /* Decode @p count bytes of Windows-1252 to @p out. @return behind what was written. */
 static char *decode_windows(const unsigned char *bytes, size_t count, char *out)
 {
@@ -86,30 +99,56 @@ static bool is_not_utf8(const char *text)
     return !is_ascii;
 }
 
+/* An encoding that a byte order mark tells. */
+typedef struct marked_encoding {
+    const char *name, *mark;
+    size_t unit; /* bytes of a unit, and of the mark */
+    bool is_big; /* the first byte of a unit is its upper one */
+    char *(*decode)(const unsigned char *bytes, size_t count, bool big, char *out);
+} marked_encoding;
+
+/* UTF-32 first: its mark begins with that of UTF-16, behind which a text has no NUL. */
+static const marked_encoding encodings[] = {
+    {"UTF-32", "\xff\xfe\0\0", 4, false, decode_utf32},
+    {"UTF-32", "\0\0\xfe\xff", 4, true, decode_utf32},
+    {"UTF-16", "\xff\xfe", 2, false, decode_utf16},
+    {"UTF-16", "\xfe\xff", 2, true, decode_utf16},
+};
+
+/* @return the encoding that the mark at the begin of a text tells, or NULL. */
+static const marked_encoding *find_encoding(const char *text, size_t bytes)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(encodings); i++) {
+        if (bytes >= encodings[i].unit && !memcmp(text, encodings[i].mark, encodings[i].unit))
+            return &encodings[i];
+    }
+    return NULL;
+}
+
 sc_status sc_label_text_decode(const sc_ctx *ctx, const char *path, char **text, size_t *bytes)
 {
     const unsigned char *from = (const unsigned char *)*text;
-    const bool big = *bytes >= 2 && from[0] == 0xfe && from[1] == 0xff;
-    const bool is_utf16 = big || (*bytes >= 2 && from[0] == 0xff && from[1] == 0xfe);
+    const marked_encoding *marked = find_encoding(*text, *bytes);
     sc_status status;
     char *end;
     void *to;
 
-    if (is_utf16 && *bytes % 2)
+    if (marked && *bytes % marked->unit)
         return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: ends within a character: it is UTF-16, but has %zu bytes; it was cut "
+                       "%s: ends within a character: it is %s, but has %zu bytes; it was cut "
                        "off, or save it as UTF-8",
-                       path, *bytes);
+                       path, marked->name, *bytes);
     if (*bytes >= 3 && !memcmp(from, "\xef\xbb\xbf", 3)) {
         *bytes -= 3;
         memmove(*text, *text + 3, *bytes + 1);
-    } else if (is_utf16 || (strlen(*text) == *bytes && is_not_utf8(*text))) {
+    } else if (marked || (strlen(*text) == *bytes && is_not_utf8(*text))) {
         status = sc_alloc(ctx, *bytes + 1, UTF8_MOST, &to);
         if (status != SC_OK)
             return status;
-        end = is_utf16 ? decode_utf16(from + 2, *bytes / 2 - 1, big, to)
-                       : decode_windows(from, *bytes, to);
-        if (!is_utf16)
+        end = marked ? marked->decode(from + marked->unit, *bytes / marked->unit - 1,
+                                      marked->is_big, to)
+                     : decode_windows(from, *bytes, to);
+        if (!marked)
             sc_info(ctx, "%s: is not UTF-8; read as Latin-1 (Windows-1252)", path);
         *end = '\0';
         sc_free(*text);

@@ -222,15 +222,15 @@ static sc_status run(xml_reading *r, const char *path, const char *text, size_t 
     return SC_ERR_DATA;
 }
 
-/* @return whether the XML declaration at the begin of @p text names UTF-16. A text that begins with
- * "<" and a byte other than NUL is none. */
-static bool is_said_to_be_utf16(const char *text, size_t bytes)
+/* @return whether the XML declaration at the begin of @p text names UTF-16 or UTF-32. A text that
+ * begins with "<" and a byte other than NUL is neither. */
+static bool is_said_to_be_wide(const char *text, size_t bytes)
 {
-    static const char name[] = "UTF-16";
+    static const char *const names[] = {"UTF-16", "UTF-32"};
 
-    for (size_t i = 0; i + sizeof name <= bytes && i < 128 && text[i] != '>'; i++) {
-        if (!strncasecmp(text + i, name, sizeof name - 1))
-            return bytes > 1 && text[0] == '<' && text[1] == '?';
+    for (size_t i = 0; i + 7 <= bytes && i < 128 && text[i] != '>'; i++) {
+        if (!strncasecmp(text + i, names[0], 6) || !strncasecmp(text + i, names[1], 6))
+            return text[0] == '<' && text[1] == '?';
     }
     return false;
 }
@@ -247,8 +247,8 @@ sc_status sc_label_xml_parse(const sc_ctx *ctx, const char *path, const char *te
                  SC_TABLE_BYTES_MAX);
         return SC_ERR_DATA;
     }
-    /* UTF-16 has been decoded before, whatever the declaration still says. */
-    r.parser = XML_ParserCreate(is_said_to_be_utf16(text, bytes) ? "UTF-8" : NULL);
+    /* Both have been decoded before, whatever the declaration still says. */
+    r.parser = XML_ParserCreate(is_said_to_be_wide(text, bytes) ? "UTF-8" : NULL);
     if (!r.parser)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory while its XML was read", path);
     status = run(&r, path, text, bytes, why);

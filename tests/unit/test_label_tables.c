@@ -346,28 +346,62 @@ static void other_encodings_become_utf8(void **state)
     }
 }
 
-/* XML in UTF-16, whose declaration still says so when it has been decoded. */
-static void xml_in_utf16_is_read(void **state)
+/* The same as UTF-32 of both byte orders; numbers beyond Unicode and halves of characters are
+ * replaced. */
+static void utf32_becomes_utf8(void **state)
 {
-    static const char xml[] = "<?xml version=\"1.0\" encoding=\"utf-16\"?>"
-                              "<LabelTable><Label Key=\"4\" Red=\"1\" Green=\"0\" Blue=\"0\" "
-                              "Alpha=\"1\">aorta</Label></LabelTable>";
-    char text[2 * sizeof xml + 2] = "\xff\xfe";
+    static const uint32_t text[] = {0xfeff, '4', ' ', 0xe9, 0x1f600, 0xd800, 0x110000,
+                                    ' ',    '1', ' ', '2',  ' ',     '3',    '\n'};
+    char bytes[sizeof text];
+
+    (void)state;
+    for (int big = 0; big < 2; big++) {
+        sc_label_table table = {0};
+        heard said;
+
+        for (size_t i = 0; i < sizeof text; i++)
+            bytes[i] = (char)(text[i / 4] >> 8 * (big ? 3 - i % 4 : i % 4));
+        assert_ok(read_table(bytes, sizeof bytes, &said, &table));
+        assert_string_equal(table.rows[0].name, "\xc3\xa9\xf0\x9f\x98\x80\xef\xbf\xbd\xef\xbf\xbd");
+        assert_int_equal(table.rows[0].rgb[2], 3);
+        assert_int_equal(said.warnings, 0);
+        sc_label_table_clear(&table);
+        assert_int_equal(read_table(bytes, sizeof bytes - 2, &said, &table), SC_ERR_DATA);
+        assert_non_null(strstr(said.text, "it is UTF-32"));
+    }
+}
+
+/* Read XML whose declaration names the encoding in which it was, of units of so many bytes. */
+static void read_wide_xml(const char *xml, size_t unit)
+{
+    const size_t characters = strlen(xml);
+    char *text = test_calloc(characters + 1, unit);
     sc_label_table table = {0};
     heard said;
     sc_status status;
 
-    (void)state;
-    for (size_t i = 0; i < sizeof xml - 1; i++) {
-        text[2 + 2 * i] = xml[i];
-        text[3 + 2 * i] = '\0';
-    }
-    status = read_table(text, 2 * (sizeof xml - 1) + 2, &said, &table);
+    text[0] = '\xff';
+    text[1] = '\xfe';
+    for (size_t i = 0; i < characters; i++)
+        text[(i + 1) * unit] = xml[i];
+    status = read_table(text, (characters + 1) * unit, &said, &table);
+    test_free(text);
     if (status != SC_OK && strstr(said.text, "built without Expat"))
         skip();
     assert_ok(status);
     assert_string_equal(table.rows[0].name, "aorta");
     sc_label_table_clear(&table);
+}
+
+/* XML in UTF-16 and UTF-32, whose declaration still says so when it has been decoded. */
+static void wide_xml_is_read(void **state)
+{
+#define BODY                                                                                       \
+    "<LabelTable><Label Key=\"4\" Red=\"1\" Green=\"0\" Blue=\"0\" "                               \
+    "Alpha=\"1\">aorta</Label></LabelTable>"
+    (void)state;
+    read_wide_xml("<?xml version=\"1.0\" encoding=\"utf-16\"?>" BODY, 2);
+    read_wide_xml("<?xml version=\"1.0\" encoding=\"UTF-32\"?>" BODY, 4);
 }
 
 /* 3D Slicer drops the quotation marks around a name. */
@@ -571,7 +605,8 @@ int main(void)
         cmocka_unit_test(atlases_of_fsl_are_read),
         cmocka_unit_test(ome_metadata_is_applied_to_a_volume),
         cmocka_unit_test(other_encodings_become_utf8),
-        cmocka_unit_test(xml_in_utf16_is_read),
+        cmocka_unit_test(utf32_becomes_utf8),
+        cmocka_unit_test(wide_xml_is_read),
         cmocka_unit_test(names_of_slicer_have_no_quotes),
         cmocka_unit_test(what_cannot_be_read_is_told_with_its_place),
         cmocka_unit_test(two_lines_for_a_label_are_read),
