@@ -341,6 +341,11 @@ SC_MUST_USE sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *
 /** Find the corners of the boxes around tissues where each shift has brought them when it ends.
  *  @param shifts [count] of sc_explodes_resolve. @param out room for 8 @p count points, RAS mm. */
 void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t count, sc_vec3 *out);
+/** Find the corners of the boxes around those tissues that are away from their places in frame @p k
+ *  in [0, frames), where they are then. @param shifts, out as of sc_shifts_reach.
+ *  @return the number of points: 8 for each of these tissues. */
+size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, size_t count, int k,
+                          int frames, sc_vec3 *out);
 /** Fill @p out [label_count] with how far each tissue is from its place in frame @p k in [0,
  *  frames): see sc_scene.offsets_mm. What several shifts do to a tissue adds up. @return whether
  * any is moved. */

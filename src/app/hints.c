@@ -41,6 +41,49 @@ static double reach_of(const sc_scene *scene, bool clips, double aspect, const s
     return most;
 }
 
+/* What may be cropped. */
+typedef struct shown_points {
+    const sc_session *session;
+    const sc_vec3 *points; /* [count], around the tissues in their places */
+    size_t count, step;    /* step: look at every so many points only */
+    sc_vec3 *moved;        /* room for the corners of tissues that verbs move; NULL: none moves */
+    double aspect;
+    bool clips; /* all clip planes cut all tissues */
+} shown_points;
+
+/* @return how far everything reaches in frame @p k, as @p scene shows it: see reach_of. */
+static double reach_at(const shown_points *shown, const sc_scene *scene, int k)
+{
+    const int frames = shown->session->timeline.animation.frames;
+    double most =
+        reach_of(scene, shown->clips, shown->aspect, shown->points, shown->count, shown->step);
+    const sc_session *one;
+
+    for (int i = 0; shown->moved && (one = sc_framed_with(shown->session, i)) != NULL; i++) {
+        const size_t count = sc_shifts_reach_at(&one->volume, one->shifts, one->shift_count, k,
+                                                frames, shown->moved);
+
+        most = fmax(most, reach_of(scene, shown->clips, shown->aspect, shown->moved, count, 1));
+    }
+    return most;
+}
+
+/* Make room in shown->moved. */
+static sc_status make_room(const sc_ctx *ctx, shown_points *shown)
+{
+    size_t shifts = 0;
+    const sc_session *one;
+    void *block = NULL;
+    sc_status status = SC_OK;
+
+    for (int i = 0; (one = sc_framed_with(shown->session, i)) != NULL; i++)
+        shifts = one->shift_count > shifts ? one->shift_count : shifts;
+    if (shifts)
+        status = sc_alloc(ctx, 8 * shifts, sizeof *shown->moved, &block);
+    shown->moved = block;
+    return status;
+}
+
 /* Does a verb bring only a part of what is shown into the picture, on purpose? */
 static bool shows_part(const sc_timeline *t)
 {
@@ -82,10 +125,12 @@ static const sc_verb *last_zoom(const sc_timeline *t, int k)
 
 /* Tell that what is shown is cropped most in frame @p k, where it reaches @p reach times as far as
  * the picture: as a warning of the zoom of the camera, and without one of a verb, which enlarges a
- * part on purpose. Without a renderer only the boxes around the tissues are known. */
-static void tell_zoom(const sc_app *app, const sc_session *session, int k, double reach)
+ * part on purpose. Without a renderer, and of tissues that are moved, only the boxes around them
+ * are known. */
+static void tell_zoom(const sc_app *app, const shown_points *shown, int k, double reach)
 {
-    const char *about = session->renderer ? "" : "about ";
+    const sc_session *session = shown->session;
+    const char *about = session->renderer && !shown->moved ? "" : "about ";
     const sc_timeline *t = &session->timeline;
     const sc_verb *verb = last_zoom(t, k);
     const char *where = verb ? verb->where : session->job.zoom_where;
@@ -118,32 +163,40 @@ void sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect
     static const double rim = 1.005;      /* a reach of less is within the rim of a tissue */
     const sc_timeline *t = &session->timeline;
     const int frames = t->animation.frames;
-    const bool clips = t->animation.clip_mode == SC_CLIP_KEEP && t->clip_set_count == 1;
-    const size_t step = count / POINTS + 1;
+    shown_points shown = {.session = session,
+                          .points = points,
+                          .count = count,
+                          .step = count / POINTS + 1,
+                          .aspect = aspect,
+                          .clips =
+                              t->animation.clip_mode == SC_CLIP_KEEP && t->clip_set_count == 1};
     sc_timeline *plain;
     double worst = rim;
-    void *copy;
+    void *copy = NULL;
     int at = -1;
 
-    if (shows_part(t) || sc_alloc(app->ctx, 1, sizeof *plain, &copy) != SC_OK)
-        return;
+    if (shows_part(t) || make_room(app->ctx, &shown) != SC_OK ||
+        sc_alloc(app->ctx, 1, sizeof *plain, &copy) != SC_OK)
+        goto out;
     plain = copy;
     *plain = *t;
     take_zooms_out(plain);
     for (int i = 0; i < FRAMES && i < frames; i++) {
         const int k = frames <= FRAMES ? i : (int)((double)i * (frames - 1) / (FRAMES - 1));
         const sc_scene scene = sc_timeline_scene(t, k), whole = sc_timeline_scene(plain, k);
-        const double reach = reach_of(&scene, clips, aspect, points, count, step);
+        const double reach = reach_at(&shown, &scene, k);
 
         /* Without the zoom it would fit. */
-        if (reach > worst && reach_of(&whole, clips, aspect, points, count, step) <= rim) {
+        if (reach > worst && reach_at(&shown, &whole, k) <= rim) {
             worst = reach;
             at = k;
         }
     }
-    sc_free(copy);
     if (at >= 0)
-        tell_zoom(app, session, at, worst);
+        tell_zoom(app, &shown, at, worst);
+out:
+    sc_free(shown.moved);
+    sc_free(copy);
 }
 
 /* ---- warnings of clip planes that cut nothing or everything ---- */

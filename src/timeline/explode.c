@@ -296,24 +296,47 @@ static sc_vec3 offset_at(const sc_shift *shifts, size_t count, double k, int fra
     return out;
 }
 
+/* @return a corner of the box around a tissue in its place. @param i the corner, 0 to 7, by its
+ * lowest three bits. */
+static sc_vec3 corner_of(const sc_prepared *volume, int id, size_t i)
+{
+    const sc_label_stats *s = &volume->stats[id];
+    const sc_vec3 corner = {i & 1 ? s->high[0] + 0.5 : s->low[0] - 0.5,
+                            i & 2 ? s->high[1] + 0.5 : s->low[1] - 0.5,
+                            i & 4 ? s->high[2] + 0.5 : s->low[2] - 0.5};
+
+    return sc_affine_point(&volume->to_ras_mm, corner);
+}
+
 void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t count, sc_vec3 *out)
 {
     size_t n;
 
     for (size_t at = 0; at < count; at += n) {
-        const sc_label_stats *s = &volume->stats[shifts[at].id];
-
         n = count_of_first(shifts + at, count - at);
         for (size_t i = 0; i < 8 * n; i++) {
             /* of two frames the second is number 1: the time 1 */
             const sc_vec3 offset = offset_at(shifts + at, n, shifts[at + i / 8].end, 2);
-            const sc_vec3 corner = {i & 1 ? s->high[0] + 0.5 : s->low[0] - 0.5,
-                                    i & 2 ? s->high[1] + 0.5 : s->low[1] - 0.5,
-                                    i & 4 ? s->high[2] + 0.5 : s->low[2] - 0.5};
 
-            *out++ = sc_vec3_add(sc_affine_point(&volume->to_ras_mm, corner), offset);
+            *out++ = sc_vec3_add(corner_of(volume, shifts[at].id, i), offset);
         }
     }
+}
+
+size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, size_t count, int k,
+                          int frames, sc_vec3 *out)
+{
+    size_t n, found = 0;
+
+    for (size_t at = 0; at < count; at += n) {
+        sc_vec3 offset;
+
+        n = count_of_first(shifts + at, count - at);
+        offset = offset_at(shifts + at, n, k, frames);
+        for (size_t i = 0; i < 8 && sc_vec3_length(offset) > 0; i++)
+            out[found++] = sc_vec3_add(corner_of(volume, shifts[at].id, i), offset);
+    }
+    return found;
 }
 
 bool sc_timeline_offsets(const sc_timeline *timeline, int k, sc_vec3 *out, int label_count)
