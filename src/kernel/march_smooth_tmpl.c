@@ -97,7 +97,8 @@ static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], cons
     point_at(c, t, spot.point);
     if (c->m->fading)
         sc_sides_left(c->m, x->entered, x->left, sides);
-    sc_cell_normal(&c->cell, x->entered, x->left, at, c->m->fading ? sides : NULL, spot.normal);
+    sc_cell_normal(&c->cell, x->entered, x->left, at, c->ray->toward_eye,
+                   c->m->fading ? sides : NULL, spot.normal);
     if (c->m->fading && c->m->occlusion)
         sc_turn_to_open(c->m, spot.point, sides, spot.normal);
     length = sqrtf(sc_dot3(spot.normal, spot.normal));

@@ -280,7 +280,8 @@ static void add_crossings(packet *p, const crossings *x, vm on)
     }
     if (p->m->fading)
         v_sides_left(p->m, x->entered, x->left, either, sides);
-    v_cell_normal(&p->cell, x->entered, x->left, at, p->m->fading ? sides : NULL, spot.normal);
+    v_cell_normal(&p->cell, x->entered, x->left, at, p->eye, p->m->fading ? sides : NULL,
+                  spot.normal);
     if (p->m->fading && p->m->occlusion)
         v_turn_to_open(p->m, spot.point, sides, either, spot.normal);
     length = f_length(spot.normal);
