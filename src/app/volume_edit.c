@@ -435,9 +435,22 @@ static void scale_scan(sc_label_scan *scan, const int size[3], const sc_affine *
     v->to_ras_mm = *to_ras_mm;
 }
 
-/* Warn of tissues that resampling may lose, as far as a scan of the voxels tells: those that are
- * smaller than one new voxel. @param ratio how many new voxels there are for an old one. */
-static sc_status tell_small(const subject *s, double ratio)
+/* @return whether resampling may lose a tissue of which a scan found so many voxels, if the new
+ * ones are @p scale[i] times as many along axis i: it is smaller than one of them, or so thin along
+ * an axis that it nowhere fills half of one, so that others have more votes everywhere. */
+static bool may_vanish(const sc_label_tally *tally, const double scale[3])
+{
+    bool is_thin = false;
+
+    for (int i = 0; i < 3; i++)
+        is_thin = is_thin || (tally->high[i] + 1 - tally->low[i]) * scale[i] < 0.5;
+    return tally->voxels > 0 &&
+           (is_thin || (double)tally->voxels * scale[0] * scale[1] * scale[2] < 1);
+}
+
+/* Warn of tissues that resampling may lose, as far as a scan of the voxels tells. @param scale how
+ * many new voxels there are for an old one along each axis. */
+static sc_status tell_small(const subject *s, const double scale[3])
 {
     const sc_volume *v = volume_of(s);
     sc_text names = {0};
@@ -445,15 +458,13 @@ static sc_status tell_small(const subject *s, double ratio)
     sc_status status = SC_OK;
 
     for (int id = 1; id < v->label_count && s->scan->tallies; id++) {
-        const double voxels = (double)s->scan->tallies[id].voxels;
-
-        if (voxels > 0 && voxels * ratio < 1)
+        if (may_vanish(&s->scan->tallies[id], scale))
             SC_TRY(sc_label_list_add(s->app->ctx, &names, (size_t)small++, &v->labels[id]));
     }
     if (small)
         sc_warn(s->app->ctx,
                 "volume.resample: no voxel may be left of %d tissue%s, smaller than one of the new "
-                "voxels: %s; a smaller spacing keeps more",
+                "voxels or thinner than half of one: %s; a smaller spacing keeps more",
                 small, small == 1 ? "" : "s", names.data);
 out:
     sc_text_clear(&names);
@@ -469,7 +480,7 @@ static sc_status resample_volume(const subject *s, bool tell)
     const double old_bytes = (double)sc_volume_voxels(v) * v->label_bytes;
     void *present = NULL;
     sc_affine to_ras_mm;
-    double old_mm[3], ratio = 1;
+    double old_mm[3], scale[3];
     int size[3];
     sc_status status;
 
@@ -486,8 +497,8 @@ static sc_status resample_volume(const subject *s, bool tell)
                 size[0], size[1], size[2], mm[0], mm[1], mm[2]);
     if (s->scan) {
         for (int i = 0; i < 3; i++)
-            ratio *= (double)size[i] / before.size[i];
-        status = tell ? tell_small(s, ratio) : SC_OK;
+            scale[i] = (double)size[i] / before.size[i];
+        status = tell ? tell_small(s, scale) : SC_OK;
         scale_scan(s->scan, size, &to_ras_mm);
         return status;
     }

@@ -136,6 +136,20 @@ lost 'box: [[0, 5], [0, 8], [0, 8]]' 'corner.nrrd: the box leaves nothing of 1 t
 grep -q 'corner.nrrd: has no voxels of 1 tissue that the job names: "nail"' stderr.txt || fail "that the job names it is not said: $(cat stderr.txt)"
 lost 'box: [[0, 8], [0, 7], [0, 8]]' 'corner.nrrd: the box leaves nothing of 1 tissue: "nail"'
 lost 'resample: 4 mm' 'volume.resample: no voxel may be left of 1 tissue, .*: "nail"' 'volume.resample: no voxel is left of 1 tissue: "nail"'
+! grep -q wall stderr.txt || fail "a tissue that is left is said to be lost: $(cat stderr.txt)"
+# So is a sheet that is large, but thinner than half a new voxel.
+"$python" - <<'PY'
+header, voxels = open("corner.nrrd", "rb").read().split(b"\n\n", 1)
+sheet = bytearray(voxels)
+for i in range(512):
+    if i // 8 % 8 == 6 and sheet[i] == 0:
+        sheet[i] = 7
+open("corner.nrrd", "wb").write(header + b"\n\n" + bytes(sheet[:511]) + b"\0")
+PY
+lost 'resample: [1, 3 mm, 1]' 'volume.resample: no voxel may be left of 1 tissue, .* thinner than half of one: "nail"' \
+    'volume.resample: no voxel is left of 1 tissue: "nail"'
+expect 0 '' "$SEGCAST" check lost.yaml --set 'volume.resample=1 mm'
+! grep -q 'may be left' stderr.txt || fail "a sheet that stays is said to be lost: $(cat stderr.txt)"
 printf 'volume: {path: corner.nrrd, crop: [[0, 0, 0], [7, 7, 7]]}\n' >whole.yaml
 "$SEGCAST" check whole.yaml >/dev/null 2>said.txt
 ! grep -q 'is left of' said.txt || fail "a crop that loses nothing: $(cat said.txt)"
