@@ -33,11 +33,42 @@ typedef struct sc_dicom_frame {
     uint32_t number;     /* in the file, from 0 */
     int segment;         /* the number of its segment; 0 in a label map */
     int slice;           /* from 0 */
+    int image;           /* its place in the list of sc_dicom_images, or -1 */
     sc_vec3 position_mm; /* of its first pixel, LPS */
     double along_mm;     /* that, along the normal of the slices */
 } sc_dicom_frame;
 
+enum { SC_DICOM_IMAGES_MAX = 1 << 20 /* in longer lists nothing is looked up */ };
+
+/* The images that a file says it was made of, in the order of their names. */
+typedef struct sc_dicom_image sc_dicom_image;
+typedef struct sc_dicom_images {
+    sc_dicom_image *images; /* [count] */
+    int count;              /* 0 if it names none, or those of several series */
+} sc_dicom_images;
+
+/* Read the list of images. Caller owns *out: sc_dicom_images_clear. @return SC_ERR_MEMORY. */
+sc_status sc_dicom_images_read(const sc_ctx *ctx, const sc_dicom *file, sc_dicom_images *out);
+void sc_dicom_images_clear(sc_dicom_images *images);
+/* @return the place in the list, from 0, of the image that a frame was made of, by the functional
+ * groups of the frame; -1 if it names none, several, or one that is not in the list. */
+int sc_dicom_image_of(const sc_dicom_images *images, const sc_dicom *file,
+                      const sc_dicom_item *frame);
+
+/* Slices in which nothing is, and for which there are no frames. */
+typedef struct sc_dicom_ends {
+    int before, behind; /* the first slice, and the last */
+    bool is_known;      /* the file tells how many they are; otherwise there are more images than
+                           slices, but not where, and each end gets one slice */
+} sc_dicom_ends;
+
+/* Find how many slices were left out at both ends. @param frames sorted by slice. @param slices
+ * from the first to the last that has frames. */
+sc_dicom_ends sc_dicom_left_out(const sc_dicom_images *images, const sc_dicom_frame *frames,
+                                uint32_t count, int slices);
+
 /* Read where the frames of a file lie and what they show, and set size and geometry of @p source.
+ * Slices that were left out at the ends are there, as far as the file tells of them, which is said.
  * @param has_segments each frame shows one segment.
  * @param frames [count], all that the file describes; sorted by slice and segment when they come
  * back.

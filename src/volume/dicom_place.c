@@ -47,6 +47,8 @@ typedef struct placing {
     const char *path;
     plane plane;
     sc_vec3 normal;
+    const sc_dicom *file;
+    sc_dicom_images images;
     sc_dicom_frame *frames;
     uint32_t count;
 } placing;
@@ -165,6 +167,7 @@ static sc_status read_frame(placing *p, uint32_t number, const sc_dicom_item *ow
     }
     frame->position_mm = (sc_vec3){position[0], position[1], position[2]};
     frame->along_mm = sc_vec3_dot(frame->position_mm, p->normal);
+    frame->image = sc_dicom_image_of(&p->images, p->file, own);
     if (has_segments &&
         (!read_numbers(group(own, shared, IDENTIFICATION), SEGMENT_NUMBER, &segment, 1) ||
          segment < 1 || segment > UINT16_MAX))
@@ -173,9 +176,9 @@ static sc_status read_frame(placing *p, uint32_t number, const sc_dicom_item *ow
     return check_plane(p, number, &found);
 }
 
-static sc_status read_frames(placing *p, const sc_dicom *file, bool has_segments)
+static sc_status read_frames(placing *p, bool has_segments)
 {
-    const sc_dicom_item *root = sc_dicom_root(file), *own = NULL;
+    const sc_dicom_item *root = sc_dicom_root(p->file), *own = NULL;
     const sc_dicom_item *shared = sc_dicom_next(root, SHARED_GROUPS, NULL);
     double columns = 0;
     uint32_t count = 0;
@@ -218,6 +221,7 @@ static int by_slice(const void *a, const void *b)
 /* How well slices at equal distances fit the frames. */
 typedef struct fit {
     sc_vec3 step_mm;      /* from a slice to the next, LPS */
+    sc_vec3 first_mm;     /* of the first pixel of the first slice, LPS */
     double slices;        /* how many there are */
     double worst_slices;  /* the largest distance of a frame from its slice, along the normal, */
     double worst_px;      /* and within it; */
@@ -357,23 +361,49 @@ static sc_status check_doubles(const placing *p)
     return SC_OK;
 }
 
+/* Add the slices that were left out at the ends, where nothing is. */
+static void add_ends(const placing *p, fit *f)
+{
+    const sc_dicom_ends ends = sc_dicom_left_out(&p->images, p->frames, p->count, (int)f->slices);
+
+    if (ends.before + ends.behind == 0)
+        return;
+    for (uint32_t i = 0; i < p->count; i++)
+        p->frames[i].slice += ends.before;
+    f->first_mm = sc_vec3_along(f->first_mm, -ends.before, f->step_mm);
+    f->slices += ends.before + ends.behind;
+    if (ends.is_known)
+        sc_info(p->ctx,
+                "%s: was made of %d images; %d before its first slice and %d behind its last have "
+                "no frames, and are empty",
+                p->path, p->images.count, ends.before, ends.behind);
+    else
+        sc_info(p->ctx,
+                "%s: was made of %d images, more than it has slices; slices without tissue were "
+                "left out, but it does not say at which end: an empty one stands at each",
+                p->path, p->images.count);
+}
+
 sc_status sc_dicom_place_frames(const sc_ctx *ctx, const char *path, const sc_dicom *file,
                                 bool has_segments, const int size_px[2], sc_dicom_frame *frames,
                                 uint32_t count, sc_source *source)
 {
-    placing p = {.ctx = ctx, .path = path, .frames = frames, .count = count};
+    placing p = {.ctx = ctx, .path = path, .file = file, .frames = frames, .count = count};
     sc_vec3 axes_mm[4]; /* and where the first voxel lies */
     fit found = {0};
     size_t voxels;
     sc_status status;
 
-    SC_TRY(read_frames(&p, file, has_segments));
+    SC_TRY(sc_dicom_images_read(ctx, file, &p.images));
+    SC_TRY(read_frames(&p, has_segments));
     qsort(frames, count, sizeof *frames, by_position);
     SC_TRY(find_slices(&p, &found));
+    found.first_mm = frames[0].position_mm;
+    add_ends(&p, &found);
     for (int i = 0; i < 2; i++)
         axes_mm[i] = sc_vec3_scale(p.plane.directions[i], p.plane.spacing_mm[i]);
     axes_mm[2] = found.step_mm;
-    axes_mm[3] = frames[0].position_mm;
+    axes_mm[3] = found.first_mm;
     for (int column = 0; column < 4; column++) { /* x and y of DICOM go to the left and the back */
         source->to_ras_mm.m[0][column] = 0 - axes_mm[column].x; /* so 0 has no sign */
         source->to_ras_mm.m[1][column] = 0 - axes_mm[column].y;
@@ -388,5 +418,6 @@ sc_status sc_dicom_place_frames(const sc_ctx *ctx, const char *path, const sc_di
     qsort(frames, count, sizeof *frames, by_slice);
     status = check_doubles(&p);
 out:
+    sc_dicom_images_clear(&p.images);
     return status;
 }

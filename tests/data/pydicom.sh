@@ -63,6 +63,45 @@ done
 expect 65 'tilted.dcm: is a DICOM segmentation, expected a grey volume' "$SEGCAST" orbit tilted.nrrd --set image.path=tilted.dcm -o image.mp4
 one_error
 
+# Where the file names the images that it was made of, the slices that were left out are there again: as many as there are
+# images before and behind, whatever their order; where the frames do not say which is theirs, or the images are in no
+# order, one at each end; none where all are there, or the images are those of several series.
+cat >images.py <<'PYTHON'
+from dicom_files import *
+labels = np.concatenate([LABELS, LABELS[:1]]) # eight slices, in the second to sixth of which there is something
+used = frames_of(labels)
+count = len(labels)
+def several(data):
+    name_images(data, used, range(count))
+    data.ReferencedSeriesSequence.append(data.ReferencedSeriesSequence[0])
+def twice(data):
+    name_images(data, used, range(count))
+    images = data.ReferencedSeriesSequence[0].ReferencedInstanceSequence
+    images[0] = images[1]
+for name, change in dict(rising=lambda data: name_images(data, used, range(count)),
+                         falling=lambda data: name_images(data, used, range(count - 1, -1, -1)),
+                         mixed=lambda data: name_images(data, used, [3, 1, 4, 7, 5, 0, 2, 6]),
+                         unsaid=lambda data: name_images(data, used, range(count), by_frame=False),
+                         whole=lambda data: name_images(data, used, [0, 0, 1, 2, 3, 4, 4, 4]),
+                         several=several, twice=twice).items():
+    write(f'images_{name}.dcm', used, SEGMENTS, change=change)
+one = [f for f in used if f[1] == 3]
+write('images_one.dcm', one, SEGMENTS, change=lambda data: name_images(data, one, range(count)))
+write('images_map.dcm', slices_of(labels), SEGMENTS, kind='LABELMAP',
+      change=lambda data: name_images(data, slices_of(labels), range(count)))
+write_nrrd('images_rising.nrrd', labels, before=1, behind=2)
+PYTHON
+"$python" images.py 2>python.txt || { cat python.txt >&2; fail "pydicom cannot write files that name images"; }
+for file in rising:8:30 falling:8:30 map:8:30 mixed:7:30 unsaid:7:30 one:3:32.5 whole:5:31.25 several:5:31.25 twice:5:31.25; do
+    IFS=: read -r name slices first_mm <<<"$file"
+    expect 0 '' "$SEGCAST" info "images_$name.dcm" --json
+    jq -e ".size[2] == $slices and .to_ras_mm[2][3] == $first_mm and .to_ras_mm[2][2] == 1.25" stdout.txt >/dev/null ||
+        fail "images_$name.dcm: $(jq -c '[.size, .to_ras_mm]' stdout.txt)"
+done
+"$SEGCAST" views images_rising.dcm -o rising.dcm.png -q 2>stderr.txt || { cat stderr.txt >&2; fail "images_rising.dcm cannot be drawn"; }
+"$SEGCAST" views images_rising.nrrd -o rising.nrrd.png -q
+cmp rising.dcm.png rising.nrrd.png || fail "a segmentation without its empty slices is another picture than with them"
+
 # A file of dcmqi that comes with pydicom; somebody has cut it to the pixels of its first frame, of three.
 cat >real.py <<'PYTHON'
 import pydicom, pydicom.data

@@ -81,6 +81,23 @@ def place_frames(data, frames, spacing, thickness, orientation):
         data.PerFrameFunctionalGroupsSequence.append(frame)
 
 
+def name_images(data, frames, images, by_frame=True):
+    """Name the images, of which images[z] is that of slice z, and by_frame that of each frame."""
+    instance = Dataset()
+    instance.ReferencedInstanceSequence = Sequence()
+    for image in sorted(set(images)):
+        reference = Dataset()
+        reference.ReferencedSOPClassUID, reference.ReferencedSOPInstanceUID = '1.2.840.10008.5.1.4.1.1.2', f'1.2.3.{image}'
+        instance.ReferencedInstanceSequence.append(reference)
+    instance.SeriesInstanceUID = '1.2.3'
+    data.ReferencedSeriesSequence = Sequence([instance])
+    for (_, z, _), groups in zip(frames, data.PerFrameFunctionalGroupsSequence if by_frame else ()):
+        derivation, source = Dataset(), Dataset()
+        source.ReferencedSOPClassUID, source.ReferencedSOPInstanceUID = '1.2.840.10008.5.1.4.1.1.2', f'1.2.3.{images[z]}'
+        derivation.SourceImageSequence = Sequence([source])
+        groups.DerivationImageSequence = Sequence([derivation])
+
+
 def set_pixels(data, frames, kind, syntax):
     pixels = np.stack([a for _, _, a in frames])
     bits = 1 if kind == 'BINARY' else 8 * pixels.dtype.itemsize
@@ -122,16 +139,16 @@ def write(name, frames, segments, kind='BINARY', syntax=SYNTAXES['explicit'], ch
     pydicom.dcmwrite(name, data, write_like_original=False)
 
 
-def write_nrrd(name, labels, orientation=ALONG_X, spacing=(.75, .5), thickness=1.25):
-    """The same volume in the slices that have labels."""
+def write_nrrd(name, labels, orientation=ALONG_X, spacing=(.75, .5), thickness=1.25, before=0, behind=0):
+    """The same volume in the slices that have labels, and in some without before and behind these."""
     used = [z for z in range(len(labels)) if labels[z].any()]
-    labels = labels[used[0]:used[-1] + 1]
+    labels = labels[used[0] - before:used[-1] + 1 + behind]
     axes = [np.array(orientation[:3]) * spacing[1], np.array(orientation[3:]) * spacing[0],
             np.cross(orientation[:3], orientation[3:]) * thickness]
     vector = lambda v: '(' + ','.join(repr(round(float(c), 12)) for c in v) + ')'
     header = ['NRRD0004', 'type: uint8', 'dimension: 3', 'sizes: ' + ' '.join(map(str, labels.shape[::-1])),
               'space: left-posterior-superior', 'space directions: ' + ' '.join(map(vector, axes)),
-              'space origin: ' + vector(np.array(ORIGIN) + axes[2] * used[0]), 'encoding: raw']
+              'space origin: ' + vector(np.array(ORIGIN) + axes[2] * (used[0] - before)), 'encoding: raw']
     for i, (number, label, color, *_) in enumerate(SEGMENTS):
         header += [f'Segment{i}_LabelValue:={number}', f'Segment{i}_Name:={label if number != 200 else "Kidney, Right"}']
         if color:
