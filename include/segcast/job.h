@@ -253,10 +253,16 @@ typedef struct sc_job {
     bool has_shots; /**< the list is given */
 } sc_job;
 
+/** How long something of a film takes. */
+typedef struct sc_length {
+    double value;
+    bool in_frames; /**< false: in seconds */
+} sc_length;
+
 /** How a shot follows the one before: by a cut, unless one of the others is chosen. */
 typedef struct sc_shot_transition {
     bool is_cross_fade, is_fade; /**< at most one of them */
-    double seconds;              /**< of these two */
+    sc_length length;            /**< of these two */
 } sc_shot_transition;
 
 /** A shot of a film. */
@@ -267,7 +273,7 @@ typedef struct sc_shot {
     char name[256]; /**< empty: none */
     sc_shot_transition transition;
     bool has_fade_out; /**< it fades to the background at its end */
-    double fade_out_s;
+    sc_length fade_out;
     bool has_card; /**< it shows the card, and no volume */
     sc_card card;
     sc_shot_span span; /**< placed in the film */
@@ -309,6 +315,8 @@ void sc_once_end(const sc_once *once, const char *what);
 bool sc_parse_clock(const char *text, double *seconds);
 /** The same, or a number with its unit ms, s, min, or without one, which is seconds, too. */
 bool sc_parse_seconds(const char *text, double *seconds);
+/** Read a whole number of frames above 0, with its unit: "12f", "1 frame". */
+bool sc_parse_frames(const char *text, double *frames);
 
 /** A key and its value from outside of the job file. All strings are borrowed. */
 typedef struct sc_setting {

@@ -281,8 +281,8 @@ const sc_key sc_shot_keys[] = {
     {"transition", &sc_type_transition, SHOT(transition), "cut",
      .help = "how the shot follows the one before: cut, cross_fade or fade",
      .keys = sc_transition_keys},
-    {"fade_out", &sc_type_duration, SHOT(fade_out_s), NULL,
-     .given = SC_GIVEN(sc_shot, has_fade_out), .without = "it does not",
+    {"fade_out", &sc_type_length, SHOT(fade_out), NULL, .given = SC_GIVEN(sc_shot, has_fade_out),
+     .without = "it does not",
      .help =
          "how long it fades to the background at its end; for the last shot, and those before a "
          "cut"},

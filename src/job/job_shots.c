@@ -5,17 +5,58 @@
 
 #include <string.h>
 
+/* ---- how long a transition takes ---- */
+
+/* A time as of sc_type_duration, or a number of frames such as "12f". @p value is an sc_length. */
+static sc_status read_length(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    const sc_ctx quiet = sc_quiet(ctx);
+    sc_length *length = value;
+
+    length->in_frames = node->kind == SC_YAML_SCALAR && sc_parse_frames(node->text, &length->value);
+    if (length->in_frames)
+        return SC_OK;
+    if (node->kind != SC_YAML_SCALAR ||
+        sc_type_duration.read(&quiet, key, node, &length->value) != SC_OK)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    return SC_OK;
+}
+
+static sc_status write_length(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const sc_length *length = value;
+
+    if (!length->in_frames)
+        return sc_type_duration.write(ctx, key, &length->value, indent, text);
+    return sc_write_number(ctx, length->value, 1, "f", text);
+}
+
+static json_t *length_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, {s:s, s:s}]}", "anyOf", sc_type_duration.schema(key), "type", "string",
+                     "pattern", "^[0-9]+ *(f|frames?)$");
+}
+
+const sc_value_type sc_type_length = {
+    .name = "time or frames",
+    .expected = "a time such as 1s, 500 ms or 0:10, or a number of frames such as 12f",
+    .read = read_length,
+    .write = write_length,
+    .schema = length_schema,
+};
+
 /* ---- the keys that only shots have ---- */
 
 #define TRANSITION(member) offsetof(sc_shot_transition, member)
 
 const sc_key sc_transition_keys[] = {
-    {"cross_fade", &sc_type_duration, TRANSITION(seconds), NULL,
+    {"cross_fade", &sc_type_length, TRANSITION(length), NULL,
      .help = "the shot before is replaced step by step, in linear light: both overlap for this "
              "long, by which the film is shorter",
      .given = SC_GIVEN(sc_shot_transition, is_cross_fade), .alternative = "cross_fade or fade",
      .required = true},
-    {"fade", &sc_type_duration, TRANSITION(seconds), NULL,
+    {"fade", &sc_type_length, TRANSITION(length), NULL,
      .help = "half of this time the shot before fades to the background, and in the other half the "
              "shot appears from its own; the first shot only appears",
      .given = SC_GIVEN(sc_shot_transition, is_fade), .alternative = "cross_fade or fade",
@@ -52,7 +93,7 @@ static json_t *transition_schema(const sc_key *key)
 
 const sc_value_type sc_type_transition = {
     .name = "cut or map",
-    .expected = "cut, {cross_fade: 1 s} or {fade: 1 s}",
+    .expected = "cut, {cross_fade: 1 s} or {fade: 12f}",
     .read = read_transition,
     .write = write_transition,
     .schema = transition_schema,

@@ -107,7 +107,7 @@ extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_spa
     sc_type_tracked_bool, sc_type_tracked_strength, sc_type_kept_tissues, sc_type_merged_tissues,
     sc_type_time, sc_type_volume, sc_type_overlap, sc_type_caption_text, sc_type_divider;
 /* Types of a film of shots. */
-extern const sc_value_type sc_type_shots, sc_type_transition;
+extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_length;
 
 /* The commands with options about labels and how a volume is read. */
 #define LABEL_COMMANDS "orbit views still info init prepare"

@@ -191,6 +191,15 @@ bool sc_parse_seconds(const char *text, double *seconds)
     return false;
 }
 
+bool sc_parse_frames(const char *text, double *frames)
+{
+    const size_t digits = strspn(text, "0123456789");
+    const char *unit = text + digits + strspn(text + digits, " ");
+
+    *frames = digits ? strtod(text, NULL) : 0;
+    return *frames > 0 && (!strcmp(unit, "f") || !strcmp(unit, "frame") || !strcmp(unit, "frames"));
+}
+
 /* Read a time above 0, of at most some eleven days, as sc_parse_seconds. It is stored as a double,
  * in seconds. */
 static sc_status read_duration(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,

@@ -195,12 +195,24 @@ out:
 
 /* ---- where they lie in the film ---- */
 
+/* @return a length in frames. */
+static double frames_of(const sc_length *length, int fps)
+{
+    return length->in_frames ? length->value : floor(length->value * fps + 0.5);
+}
+
+/* @return the unit in which a length was given. */
+static const char *unit_of(const sc_length *length)
+{
+    return length->in_frames ? "frames" : "s";
+}
+
 /* @return the number of frames of a transition. */
 static double transition_frames(const sc_shot *shot, int fps)
 {
     const sc_shot_transition *t = &shot->transition;
 
-    return t->is_cross_fade || t->is_fade ? floor(t->seconds * fps + 0.5) : 0;
+    return t->is_cross_fade || t->is_fade ? frames_of(&t->length, fps) : 0;
 }
 
 /* Fill in how long shot @p i fades out, if it does so. */
@@ -208,7 +220,7 @@ static sc_status find_fade_out(const sc_ctx *ctx, const sc_job *film, size_t i, 
 {
     const sc_shot *shot = &film->shots[i];
     const sc_shot_transition *next = &film->shots[i + 1 < film->shot_count ? i + 1 : i].transition;
-    const double frames = floor(shot->fade_out_s * film->output.fps + 0.5);
+    const double frames = frames_of(&shot->fade_out, film->output.fps);
 
     if (!shot->has_fade_out)
         return SC_OK;
@@ -218,10 +230,12 @@ static sc_status find_fade_out(const sc_ctx *ctx, const sc_job *film, size_t i, 
                        "the two out",
                        shot->where, i + 1, i + 2, next->is_fade ? "fade" : "cross_fade");
     if (frames < 1 || frames > SC_JOB_FRAMES_MAX)
-        return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: the fade_out of shot %zu is %g s, which makes %.0f frames at %d frames "
-                       "per second, expected 1 or more",
-                       shot->where, i + 1, shot->fade_out_s, frames, film->output.fps);
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s: the fade_out of shot %zu is %g %s, which makes %.0f frames at %d frames "
+            "per second, expected 1 or more",
+            shot->where, i + 1, shot->fade_out.value, unit_of(&shot->fade_out), frames,
+            film->output.fps);
     span->fade_out_frames = (int)frames;
     return SC_OK;
 }
@@ -241,9 +255,10 @@ static sc_status find_span(const sc_ctx *ctx, const sc_job *film, size_t i)
                        shot->where);
     if ((t->is_cross_fade || t->is_fade) && (frames < 1 || frames > SC_JOB_FRAMES_MAX))
         return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: the transition of shot %zu is %g s, which makes %.0f frames at %d "
+                       "%s: the transition of shot %zu is %g %s, which makes %.0f frames at %d "
                        "frames per second, expected 1 or more",
-                       shot->where, i + 1, t->seconds, frames, film->output.fps);
+                       shot->where, i + 1, t->length.value, unit_of(&t->length), frames,
+                       film->output.fps);
     shot->span = (sc_shot_span){.frames = shot->job.animation.frames,
                                 .transition = t->is_cross_fade ? SC_TRANSITION_CROSS_FADE
                                               : t->is_fade     ? SC_TRANSITION_FADE

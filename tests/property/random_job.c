@@ -998,7 +998,9 @@ static void put_two_frames(struct maker *maker, const char *arg)
     const double seconds = 2.0 / maker->fps;
 
     (void)arg;
-    if (chance(maker, 50))
+    if (chance(maker, 30))
+        add(maker, "2f");
+    else if (chance(maker, 50))
         add(maker, "%.6g s", seconds);
     else
         add(maker, "%.6g ms", 1000 * seconds);

@@ -41,7 +41,7 @@ static const char film[] =
     "animation: {frames: 12}}\n"
     "  - {name: One, transition: {fade: 1 s}}\n"
     "  - name: Two\n"
-    "    transition: {cross_fade: 0.5 s}\n"
+    "    transition: {cross_fade: 5f}\n"
     "    render: {samples: 5}\n"
     "    tissues: {aorta: {opacity: 0.25}}\n"
     "    overlays: {caption: second}\n"
@@ -156,6 +156,8 @@ static void wrong_shots_are_refused(void **state)
         {"\n- {}\n- transition: {}",
          "yaml:5: transition: the key \"cross_fade or fade\" is missing"},
         {"\n- {}\n- {transition: {fade: 1s, cross_fade: 1s}}", "yaml:5: both \"fade\" and"},
+        {"\n- {}\n- {transition: {fade: 0f}}", "yaml:5: fade is \"0f\", expected a time such as "
+                                               "1s, 500 ms or 0:10, or a number of frames"},
         {"\n- {transition: {cross_fade: 1s}}", "yaml:4: the first shot has a cross-fade"},
         {"\n- {}\n- {transition: {fade: 1ms}}",
          "yaml:5: the transition of shot 2 is 0.001 s, which"},
