@@ -165,7 +165,9 @@ typedef struct sc_cine_options {
 typedef struct sc_grey_options {
     char path[SC_PATH_BYTES];
     bool window_auto;
-    sc_grey_window window;                             /**< unless window_auto */
+    sc_grey_window window; /**< unless window_auto */
+    sc_track window_track; /**< key frames of level (x) and width (y); if there are any, window is
+                                the first */
     double caps, slices, backdrop;                     /**< as of sc_grey_look */
     sc_track caps_track, slices_track, backdrop_track; /**< key frames, which replace them */
 } sc_grey_options;

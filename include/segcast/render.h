@@ -16,7 +16,8 @@ enum { SC_SAMPLES_MAX = 8 };
 
 /** How a grey volume is shown. */
 typedef struct sc_grey_look {
-    sc_grey_window window;
+    sc_grey_window window; /**< where scenes have a look of their own, one as dark as the darkest of
+                                theirs, and as narrow as the narrowest */
     double caps;   /**< 0 to 1: its share in the colour of cut faces; 0: it is not shown there */
     double slices; /**< 0 to 1: its share in the colour of tissues on slices, beside which it is all
                         there is; 0: slices do not show it */

@@ -6,6 +6,7 @@
 #ifndef SEGCAST_SCENE_H
 #define SEGCAST_SCENE_H
 
+#include "segcast/grey.h"
 #include "segcast/prepare.h"
 
 /* ---- transfer function (paper, section 2.1) ---- */
@@ -245,6 +246,7 @@ typedef struct sc_look {
     /** Shares, 0 to 1, of the grey volume in the colour of cut faces, and on slices, and the
      *  opacity of 10 mm of what is white in it, behind the tissues; not read without one. */
     double grey_caps, grey_slices, grey_backdrop;
+    sc_grey_window grey_window; /**< in which it is shown; not read without one */
 } sc_look;
 
 /** Everything that changes from frame to frame. */

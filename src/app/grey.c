@@ -71,6 +71,24 @@ out:
     return status;
 }
 
+/* The windows of all frames of a job, which are not found in the image. @param all from the darkest
+ * value that any shows as black to the lightest one. @return as sc_grey_look.window. */
+static sc_grey_window windows_of(const sc_grey_options *image, sc_grey_window *all)
+{
+    const sc_grey_window *w = &image->window;
+    double black = w->level - w->width / 2, white = w->level + w->width / 2, width = w->width;
+
+    for (int i = 0; i < image->window_track.count; i++) {
+        const sc_vec3 *key = &image->window_track.keys[i].value;
+
+        black = fmin(black, key->x - key->y / 2);
+        white = fmax(white, key->x + key->y / 2);
+        width = fmin(width, key->y);
+    }
+    *all = (sc_grey_window){black + (white - black) / 2, white - black};
+    return image->window_track.count ? (sc_grey_window){black + width / 2, width} : *w;
+}
+
 /* Read the voxels of the image, or make those of the phantom. */
 static sc_status read_voxels(const sc_app *app, const sc_job *job, sc_grey *grey)
 {
@@ -78,10 +96,12 @@ static sc_status read_voxels(const sc_app *app, const sc_job *job, sc_grey *grey
     sc_input_place place;
     const sc_ctx ctx = sc_ctx_of_input(app->ctx, job->image_where, image->path, &place);
     sc_phantom *phantom = NULL;
+    sc_grey_window all;
     sc_status status;
 
+    (void)windows_of(image, &all);
     if (!sc_job_is_phantom(image->path))
-        return sc_grey_read(&ctx, image->path, image->window_auto ? NULL : &image->window, grey);
+        return sc_grey_read(&ctx, image->path, image->window_auto ? NULL : &all, grey);
     SC_TRY(sc_phantom_new(app->ctx, &phantom));
     status = sc_phantom_grey(app->ctx, phantom, app->threads, grey);
 out:
@@ -130,7 +150,7 @@ static sc_status read_codes(const sc_app *app, sc_session *session)
     const sc_volume labels = sc_volume_of_prepared(&session->volume);
     sc_grey *grey = &session->grey;
     const sc_affine place = grey->to_ras_mm; /* reading sets that of the file */
-    sc_grey_window found_window;
+    sc_grey_window found_window, all;
     char black[32], white[32], size[24];
     bool found;
     sc_status status;
@@ -138,16 +158,29 @@ static sc_status read_codes(const sc_app *app, sc_session *session)
     SC_TRY(read_voxels(app, &session->job, grey));
     grey->to_ras_mm = place;
     SC_TRY(sc_grey_auto_window(app->ctx, grey, &labels, &found_window, &found));
-    session->grey_window = image->window_auto ? found_window : image->window;
+    session->grey_window = windows_of(image, &all);
+    if (image->window_auto)
+        session->grey_window = all = found_window;
     session->grey_hash = hash_of(grey, sc_hash_bytes(grey->codes, sc_grey_bytes(grey), 0));
     if (!found)
         sc_warn(app->ctx, "%s: no tissue that is shown lies within the image", image->path);
-    window_text(&session->grey_window, black, white);
+    window_text(&all, black, white);
     sc_info(app->ctx, "%s: %d x %d x %d grey values (%s), shown from %s (black) to %s (white)",
             image->path, grey->size[0], grey->size[1], grey->size[2],
             sc_size_text((double)sc_grey_bytes(grey), size), black, white);
 out:
     return status;
+}
+
+sc_grey_window sc_window_at(const sc_session *session, int k)
+{
+    const sc_job *job = &session->job;
+    sc_vec3 at;
+
+    if (!job->image.window_track.count)
+        return session->grey_window;
+    at = sc_track_value(&job->image.window_track, sc_frame_time(k, job->animation.frames));
+    return (sc_grey_window){at.x, at.y};
 }
 
 double sc_backdrop_most(const sc_job *job)
@@ -191,11 +224,12 @@ out:
 sc_status sc_session_borrow_grey(sc_app *app, const sc_session *from, sc_session *session)
 {
     const sc_grey_options *image = &session->job.image;
+    sc_grey_window all;
     sc_status status;
 
     session->grey = from->grey;
     move(sc_vec3_sub(session->moved_mm, from->moved_mm), &session->grey);
-    session->grey_window = image->window_auto ? from->grey_window : image->window;
+    session->grey_window = image->window_auto ? from->grey_window : windows_of(image, &all);
     session->grey_hash = hash_of(&session->grey, from->grey_hash);
     status = check_place(app->ctx, image->path, &session->grey, &session->volume);
     return sc_comm_agree(app->comm, status);

@@ -65,6 +65,7 @@ sc_scene sc_shot_scene(const sc_session *session, int k)
     sc_background_at(&job->render.background, k, job->animation.frames, scene.look.background);
     scene.look.grey_caps = share_at(&job->image.caps_track, job->image.caps, job, k);
     scene.look.grey_slices = share_at(&job->image.slices_track, job->image.slices, job, k);
+    scene.look.grey_window = sc_window_at(session, k);
     scene.look.grey_backdrop = share_at(&job->image.backdrop_track, job->image.backdrop, job, k);
     if (session->frame_colors) {
         find_colors(session, k);

@@ -5,50 +5,94 @@
 
 #include <string.h>
 
-/* "auto", or level and width. @p value is the whole sc_grey_options. */
-static sc_status read_window(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+/* Level and width, as x and y of a point. */
+static sc_status read_pair(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    sc_grey_options *image = value;
     double numbers[2];
 
-    image->window_auto = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto");
-    if (image->window_auto)
-        return SC_OK;
     if (node->kind != SC_YAML_LIST || node->count != 2 ||
         !sc_parse_number(node->items[0], &numbers[0]) ||
         !sc_parse_number(node->items[1], &numbers[1]))
         return sc_wrong_type(ctx, node, key->type->expected);
     if (!(numbers[1] > 0) || numbers[1] > 1e30 || numbers[0] > 1e30 || numbers[0] < -1e30)
         return sc_yaml_fail(ctx, node,
-                            "window is [%.12g, %.12g], expected [level, width] with a width above "
+                            "%s is [%.12g, %.12g], expected [level, width] with a width above "
                             "0, such as [40, 400]",
-                            numbers[0], numbers[1]);
-    image->window = (sc_grey_window){numbers[0], numbers[1]};
+                            key->name, numbers[0], numbers[1]);
+    *(sc_vec3 *)value = (sc_vec3){numbers[0], numbers[1], 0};
     return SC_OK;
+}
+
+static sc_status write_pair(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    const sc_vec3 *pair = value;
+
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "[%.17g, %.17g]", pair->x, pair->y);
+}
+
+static json_t *pair_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:s, s:{s:s}, s:i, s:i}", "type", "array", "items", "type", "number",
+                     "minItems", 2, "maxItems", 2);
+}
+
+static const sc_value_type type_pair = {
+    .name = "[level, width]",
+    .expected = "level and width of the values from black to white, such as [40, 400]",
+    .read = read_pair,
+    .write = write_pair,
+    .schema = pair_schema,
+};
+
+/* "auto", level and width, or key frames of these. @p value is the whole sc_grey_options. */
+static sc_status read_window(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_grey_options *image = value;
+    sc_vec3 first = {0, 0, 0};
+    sc_status status = SC_OK;
+
+    image->window_auto = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto");
+    if (image->window_auto)
+        return SC_OK;
+    if (sc_is_track(node)) {
+        SC_TRY(sc_read_track(ctx, key, node, &image->window_track));
+        first = image->window_track.keys[0].value;
+    } else {
+        SC_TRY(read_pair(ctx, key, node, &first));
+    }
+    image->window = (sc_grey_window){first.x, first.y};
+out:
+    return status;
 }
 
 static sc_status write_window(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                               sc_text *text)
 {
     const sc_grey_options *image = value;
+    const sc_vec3 pair = {image->window.level, image->window.width, 0};
 
-    (void)key;
-    (void)indent;
-    return image->window_auto
-               ? sc_text_add(ctx, text, "auto")
-               : sc_text_add(ctx, text, "[%.17g, %.17g]", image->window.level, image->window.width);
+    if (image->window_track.count)
+        return sc_write_track(ctx, key, &image->window_track, text);
+    return image->window_auto ? sc_text_add(ctx, text, "auto")
+                              : write_pair(ctx, key, &pair, indent, text);
 }
 
 static json_t *window_schema(const sc_key *key)
 {
-    (void)key;
-    return json_pack("{s:[{s:[s]}, {s:s, s:{s:s}, s:i, s:i}]}", "anyOf", "enum", "auto", "type",
-                     "array", "items", "type", "number", "minItems", 2, "maxItems", 2);
+    return json_pack("{s:[{s:[s]}, o, o]}", "anyOf", "enum", "auto", pair_schema(key),
+                     sc_track_schema(key));
 }
 
 static const sc_value_type type_window = {
-    .name = "auto or [level, width]",
-    .expected = "auto, or level and width of the values from black to white, such as [40, 400]",
+    .name = "auto, [level, width] or key frames",
+    .of_key_frames = &type_pair,
+    .expected =
+        "auto, level and width of the values from black to white, such as [40, 400], or key "
+        "frames such as [{at: 0s, value: [40, 400]}, {at: 4s, value: [300, 1500]}]",
     .read = read_window,
     .write = write_window,
     .schema = window_schema,

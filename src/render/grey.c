@@ -12,10 +12,18 @@
 /* A ray that moves across fewer voxels in a mm than this never leaves the box along that axis. */
 #define PARALLEL 1e-12
 
+/* Let the march show a window of the grey volume. */
+static void set_window(sc_renderer *r, const sc_grey_window *window)
+{
+    const sc_grey *from = r->settings.grey;
+
+    r->grey.black = (float)((window->level - window->width / 2 - from->low) / from->per_code);
+    r->grey.white_less = (float)(from->per_code / window->width);
+}
+
 sc_status sc_fill_grey(const sc_ctx *ctx, sc_renderer *r)
 {
     const sc_grey *from = r->settings.grey;
-    const sc_grey_window *w = &r->settings.grey_look.window;
     sc_march_grey *g = &r->grey;
     sc_affine from_ras, from_voxel;
 
@@ -35,8 +43,7 @@ sc_status sc_fill_grey(const sc_ctx *ctx, sc_renderer *r)
         /* grid coordinates are those of voxels plus one */
         g->from_grid[i][3] = (float)(row[3] - row[0] - row[1] - row[2]);
     }
-    g->black = (float)((w->level - w->width / 2 - from->low) / from->per_code);
-    g->white_less = (float)(from->per_code / w->width);
+    set_window(r, &r->settings.grey_look.window);
     for (int i = 0; i <= SC_GREY_STEPS; i++)
         g->tones[i] = sqrtf((float)sc_srgb_to_linear((double)i / SC_GREY_STEPS));
     return SC_OK;
@@ -170,6 +177,7 @@ void sc_set_grey(sc_renderer *r, const sc_scene *scene)
 
     if (!r->settings.grey)
         return;
+    set_window(r, scene->has_look ? &scene->look.grey_window : &all->window);
     r->march.grey_share = (float)(scene->slice ? slices : caps);
     r->march.grey = r->march.grey_share > 0 ? &r->grey : NULL;
     r->grey_behind = scene->slice ? r->march.grey != NULL : r->follow_backdrop && backdrop > 0;

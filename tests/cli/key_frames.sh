@@ -111,6 +111,15 @@ as_constant image-backdrop image.backdrop '[{at: 0%, value: 0}, {at: 100%, value
 more=(--set image.path=phantom --set output.layout=views --set 'animation.slices.point_mm=[0, 0, 0]')
 as_constant image-slices image.slices '[{at: 0%, value: 0}, {at: 100%, value: 1}]' 0 0 2 0.5 4 1
 
+# The window of an image, on cut faces, slices and behind the tissues. It opens from where nothing is seen behind them.
+windows='[{at: 0%, value: [900, 100]}, {at: 100%, value: [100, 300]}]'
+more=(--set image.path=phantom --set image.caps=1 --set 'animation.clip=[{plane: {normal: posterior}}]')
+as_constant window-caps image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
+more=(--set image.path=phantom --set image.backdrop=0.4)
+as_constant window-backdrop image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
+more=(--set image.path=phantom --set output.layout=views --set 'animation.slices.point_mm=[0, 0, 0]')
+as_constant window-slices image.window "$windows" 0 '[900, 100]' 4 '[100, 300]'
+
 # Planes, and the point of the slices.
 more=()
 as_constant place animation.clip '[{plane: {normal: left, at: [{at: 0%, value: 20%}, {at: 50%, value: 5 mm}, {at: 100%, value: 70%}]}}]' \

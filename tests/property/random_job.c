@@ -899,9 +899,24 @@ static const struct row color_by_rows[] = {
     {"missing", 40, put_color, NULL},
     {"title", 40, put_word, "The heart|\"Cœur\"|\"心\"|\"1 %: [b]\""}, /* of one line */
 };
+/* Level and width of a window. */
+static void put_pair(struct maker *maker, const char *arg)
+{
+    (void)arg;
+    add(maker, "[%d, %d]", whole(maker, -100, 300), whole(maker, 1, 500));
+}
+
+static void put_window(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 60))
+        put_word(maker, arg);
+    else
+        put_scene_track(maker, put_pair, NULL, true);
+}
+
 static const struct row image_rows[] = {
     {"path", 100, put_word, "phantom|phantom:16x12x20|ct.nrrd"},
-    {"window", 50, put_word, "auto|[50, 400]|[200, 90]"},
+    {"window", 50, put_window, "auto|[50, 400]|[200, 90]"},
     {"caps", 60, put_scene_number, "0:1"},
     {"slices", 60, put_scene_number, "0:1"},
     {"backdrop", 50, put_scene_number, "0:1"},
