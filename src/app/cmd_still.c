@@ -72,9 +72,9 @@ out:
     return status;
 }
 
-/* Settings for a picture of a volume without a job, unless the user has given others: its size, and,
- * if no frame of a turn is asked for, a camera that does not turn. So the picture is framed for
- * itself, not for all that an orbit would show. */
+/* Settings for a picture of a volume without a job, unless the user has given others: its size,
+ * and, if no frame of a turn is asked for, a camera that does not turn. So the picture is framed
+ * for itself, not for all that an orbit would show. */
 static sc_status set_defaults(sc_app *app)
 {
     const bool of_turn = app->options.frame >= 0 || app->options.moment != SC_MOMENT_NONE;
