@@ -414,7 +414,7 @@ void sc_parts_begin(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
         parts->shown[at] = p;
         parts->shown_count++;
     }
-    parts->layout = r->last_cover; /* of the same view */
+    parts->layout = r->last_cover;             /* of the same view */
     parts->are_apart = parts->shown_count > 0; /* all may have faded away */
     if (parts->are_apart)
         find_met(parts);
