@@ -107,23 +107,61 @@ static sc_status walk(lister *l, const sc_yaml *node)
     return status;
 }
 
+/* Write a job and parse what was written. */
+static sc_status parse_written(const sc_ctx *ctx, const sc_job *job, sc_yaml **out)
+{
+    sc_text text = {0};
+    sc_status status;
+
+    SC_TRY(sc_job_write(ctx, job, true, &text));
+    SC_TRY(sc_yaml_parse(ctx, "job", text.data, text.length_bytes, out));
+out:
+    sc_text_clear(&text);
+    return status;
+}
+
+/* Add copies of what @p from has and the map @p to has not, in it and, @p levels deep, in its maps.
+ */
+static sc_status add_missing(const sc_ctx *ctx, sc_yaml *to, const sc_yaml *from, int levels)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < from->count && status == SC_OK; i++) {
+        const sc_yaml *item = from->items[i];
+        sc_yaml *there = sc_yaml_member(to, item->key), *copy;
+
+        if (there) {
+            status = levels > 0 ? add_missing(ctx, there, item, levels - 1) : SC_OK;
+            continue;
+        }
+        SC_TRY(sc_yaml_copy(ctx, item, &copy));
+        status = sc_yaml_append(ctx, to, copy);
+    }
+out:
+    return status;
+}
+
 /* Append the rows of a job without shots, or of one shot with all that it has of its film. */
 static sc_status list_one(lister *l, const sc_job *job)
 {
-    sc_job whole = *job;
-    sc_text text = {0};
-    sc_yaml *root = NULL;
+    sc_job whole = *job, film = *job;
+    sc_yaml *root = NULL, *film_root = NULL;
     sc_status status;
 
-    whole.film_rules = 0;
-    whole.shot_count = 0;
+    whole.shot_count = film.shot_count = 0;
+    film.rule_count = job->film_rules;
+    film.film_rules = 0;
     l->frames = job->animation.frames;
-    SC_TRY(sc_job_write(l->ctx, &whole, true, &text));
-    SC_TRY(sc_yaml_parse(l->ctx, "job", text.data, text.length_bytes, &root));
+    SC_TRY(parse_written(l->ctx, &whole, &root));
+    if (film.rule_count) { /* the shot may have rules of the same tissues, which go before */
+        SC_TRY(parse_written(l->ctx, &film, &film_root));
+        SC_TRY(add_missing(l->ctx, sc_yaml_member(root, "tissues"),
+                           sc_yaml_member(film_root, "tissues"), 1));
+    }
     status = walk(l, root);
 out:
     sc_yaml_free(root);
-    sc_text_clear(&text);
+    sc_yaml_free(film_root);
     return status;
 }
 
@@ -138,6 +176,10 @@ static sc_status list_shot(lister *l, const sc_shot *shot, size_t i)
     SC_TRY(sc_text_add(l->ctx, l->out, " shot %zu%s%s%s\n", i + 1, name[0] ? " (" : "", name,
                        name[0] ? ")" : ""));
     heading = l->out->length_bytes;
+    for (size_t k = before; k + 1 < heading; k++) { /* a name of two lines is told in one */
+        if (l->out->data[k] == '\n')
+            l->out->data[k] = ' ';
+    }
     SC_TRY(list_one(l, &shot->job));
     if (l->out->length_bytes == heading) { /* it has none, or none that is shown */
         l->out->length_bytes = before;

@@ -165,8 +165,18 @@ cat >own.txt <<'EOF'
  60 []
 EOF
 lists own.txt
-(echo ' shot 1' && cat own.txt && echo ' shot 2 (Long)' && sed 's/^ 48 / 95.2 /' own.txt) >shots.txt
-lists shots.txt --set 'shots=[{}, {name: Long, animation: {duration: 4s}}, {card: {title: End}, animation: {frames: 30}}]'
+(echo ' shot 1' && cat own.txt && echo ' shot 2 (Long one)' && sed 's/^ 48 / 95.2 /' own.txt) >shots.txt
+lists shots.txt --set 'shots=[{}, {name: "Long\n\none", animation: {duration: 4s}}, {card: {title: End}, animation: {frames: 30}}]'
+# A shot's own key frames of a tissue stand for those of its film; the others of the film stay.
+cat >mixed.txt <<'EOF'
+ shot 1
+ tissues."left atrium".opacity 6 0.5
+ tissues."left atrium".visible 45 true
+ animation.clip.0.except 30 [aorta, *ventricle]
+ 60 []
+EOF
+lists mixed.txt --set 'shots=[{tissues: {"left atrium": {color: red, opacity: [{at: 10%, value: 0.5}]}}}]'
+"$SEGCAST" check list.yaml --set 'shots=[{tissues: {"left atrium": {color: red}}}]' 2>&1 >/dev/null | grep error && fail 'check tells an error that a job has not'
 many=$(seq -s, 0 59 | sed 's/[0-9]*/{at: &f, value: 1}/g')
 "$SEGCAST" check list.yaml --set "light.key=[$many]" --set "light.fill=[$many]" 2>/dev/null >many.txt
 [ "$(grep -c '^  ' many.txt)" = 101 ] || fail 'not a hundred key frames are listed'
