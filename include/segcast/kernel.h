@@ -194,6 +194,32 @@ typedef struct sc_ray {
     sc_ray_part parts[SC_CLIP_SETS_MAX][2]; /**< by clip set, in order along the ray */
 } sc_ray;
 
+/** How far a ray has come that is followed piece by piece, because there is something else along
+ * it: it stops before a surface that the caller has not let it pass yet, and goes on from there in
+ *  another call, with the bits that it would have without stops. Surfaces in one cell (smooth), and
+ *  cut faces at one distance, are passed together: the first of them decides. */
+typedef struct sc_way {
+    /* set by the caller for each call */
+    float before_mm; /**< the next surface is passed only if it is nearer to the eye than this, */
+    float limit_mm;  /**< and once one has been passed, each other one only if nearer than this */
+    /* set by the call */
+    float next_mm; /**< distance from the eye of the surface before which the ray has stopped;
+                        HUGE_VALF: it has met all there is, or is opaque, and needs no other call */
+    bool passed;   /**< the call has passed a surface */
+    /* where to go on; only kernels read it, see sc_way_begin() */
+    bool walks;          /**< the ray has stopped within a stretch; else before its cut face */
+    int8_t axis;         /**< smooth: axis of the grid plane at t_mm; -1: none */
+    float from_mm, t_mm; /**< smooth: end of the stretch before, and the present distance */
+    int32_t at[3]; /**< smooth: the present cell; voxel: the present sample, and the one at which
+                        the part before ended */
+} sc_way;
+
+/** @return the way of a ray that has yet to begin. */
+static inline sc_way sc_way_begin(void)
+{
+    return (sc_way){.axis = -1, .from_mm = -HUGE_VALF, .at = {0, INT32_MIN, 0}};
+}
+
 /** What a ray brings back: its light, and which surfaces it met, so that neighbouring rays can be
  *  compared. */
 typedef struct sc_radiance {
@@ -205,6 +231,12 @@ typedef struct sc_radiance {
     uint32_t signature;  /**< hash of the tissues that hide a noticeable share of what is behind, in
                                their order along the ray */
 } sc_radiance;
+
+/** @return what a ray that has met nothing brings back. */
+static inline sc_radiance sc_no_light(void)
+{
+    return (sc_radiance){.transmittance = 1, .depth_mm = HUGE_VALF};
+}
 
 /** Counts of the work done. They depend on the scene alone, not on threads or time. */
 typedef struct sc_march_counters {
@@ -226,12 +258,13 @@ static inline void sc_add_counters(sc_march_counters *to, const sc_march_counter
 }
 
 /** March @p count rays, each by itself; cannot fail. @param march with the members that the skip
- *  method and the surface need. @param out [count],
- *  overwritten, in the order of the rays; a ray that meets nothing gets no light, transmittance
- *  1 and depth HUGE_VALF. @param counters is added to. Threads: any number at once, each with
- *  its own @p out and @p counters. */
-typedef void sc_march_fn(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
-                         sc_march_counters *counters);
+ *  method and the surface need. @param ways [count], updated: how far the rays have come, and how
+ *  far they go; NULL: from their beginnings to their ends. @param out [count], in the order of the
+ *  rays: with @p ways added to, in the state in which the call before has left it, or at the
+ *  beginning sc_no_light(); else overwritten. @param counters is added to. Threads: any number at
+ *  once, each with its own @p ways, @p out and @p counters. */
+typedef void sc_march_fn(const sc_march *march, const sc_ray *rays, sc_way *ways, size_t count,
+                         sc_radiance *out, sc_march_counters *counters);
 
 /** One kernel of the table. */
 typedef struct sc_kernel {

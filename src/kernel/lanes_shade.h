@@ -61,6 +61,13 @@ static inline void v_radiance_set_lane(v_radiance *light, int lane, const sc_rad
     }
 }
 
+/* Replace the radiance of the first @p count lanes. */
+static inline void v_radiance_read(v_radiance *light, const sc_radiance *from, int count)
+{
+    for (int lane = 0; lane < count; lane++)
+        v_radiance_set_lane(light, lane, &from[lane]);
+}
+
 /* The four bytes at @p offset of the sc_march_tissue of each label; 0 in lanes outside of @p on. */
 static inline vi v_tissue_word(const sc_march *m, vi label, size_t offset, vm on)
 {
@@ -121,6 +128,43 @@ static inline vf v_ray_floats(const sc_ray *rays, size_t offset, vm on)
     for (int lane = 0; lane < LANES; lane++)
         at[lane] = lane * (int32_t)sizeof(sc_ray);
     return f_gather(rays, at + (int32_t)offset, on);
+}
+
+/* The 32 bits at @p offset of ways[lane] in each lane; 0 in lanes outside of @p on. */
+static inline vi v_way_word(const sc_way *ways, size_t offset, vm on)
+{
+    vi at;
+
+    for (int lane = 0; lane < LANES; lane++)
+        at[lane] = lane * (int32_t)sizeof(sc_way);
+    return i_gather(ways, at + (int32_t)offset, on);
+}
+
+/* Let rays that are followed piece by piece pass what they meet at the distances @p depth_mm from
+ * the eye, or stop before it. @param limit_mm updated. @return the lanes of @p on that pass. */
+static inline vm v_pass(sc_way *ways, vf depth_mm, vf *limit_mm, vm on)
+{
+    const vm pass = m_and(on, f_below(depth_mm, *limit_mm));
+
+    for (uint32_t left = m_bits(pass); left; left &= left - 1)
+        ways[__builtin_ctz(left)].passed = true;
+    for (uint32_t left = m_bits(m_without(on, pass)); left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+
+        ways[lane].next_mm = depth_mm[lane];
+    }
+    *limit_mm = f_pick(pass, (vf)v_way_word(ways, offsetof(sc_way, limit_mm), pass), *limit_mm);
+    return pass;
+}
+
+/* Begin the parts of ways that a call of the kernel follows. @return how far they go for now. */
+static inline vf v_begin_ways(sc_way *ways, int count, vm on)
+{
+    for (int lane = 0; lane < count; lane++) {
+        ways[lane].next_mm = HUGE_VALF;
+        ways[lane].passed = false;
+    }
+    return (vf)v_way_word(ways, offsetof(sc_way, before_mm), on);
 }
 
 /* See sc_sides_left: how much of the labels on both sides of a crossing is left, to @p out. */

@@ -118,10 +118,12 @@ static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], cons
 }
 
 /* Add the crossings in the present cell, whose labels have been read and differ, up to distance
- * @p t1, at which the ray leaves it through @p axis, or ends within it (@p axis -1). */
-static void add_cell_crossings(cursor *c, float t1, int axis, uint32_t active)
+ * @p t1, at which the ray leaves it through @p axis, or ends within it (@p axis -1). @return false
+ * if the ray has stopped before the first that contributes. */
+static bool add_cell_crossings(cursor *c, float t1, int axis, uint32_t active)
 {
     sc_crossing crossings[SC_CROSSINGS_MAX];
+    bool asks = c->way;
     float a[3], b[3];
     int count;
 
@@ -130,8 +132,18 @@ static void add_cell_crossings(cursor *c, float t1, int axis, uint32_t active)
     local_at(c, t1, axis, true, b);
     count = sc_cell_crossings(&c->cell, a, b, crossings);
     count = sc_seam_coats(c->m, &c->cell, a, b, crossings, count);
-    for (int i = 0; i < count && c->light.transmittance >= c->m->opaque_below; i++)
-        add_crossing(c, &crossings[i], a, b, c->t + (t1 - c->t) * crossings[i].u, active);
+    for (int i = 0; i < count && c->light.transmittance >= c->m->opaque_below; i++) {
+        const sc_crossing *x = &crossings[i];
+        const float t = c->t + (t1 - c->t) * x->u;
+
+        if (asks && (contributes(c, x->left, active) || contributes(c, x->entered, active))) {
+            if (stops_before(c, t))
+                return false;
+            asks = false;
+        }
+        add_crossing(c, x, a, b, t, active);
+    }
+    return true;
 }
 
 #if MARCH_SKIPS
@@ -188,13 +200,38 @@ static inline bool is_marked(cursor *c)
 #endif
 }
 
+/* Begin the walk along a stretch at distance @p begin; or go on where the ray has stopped within
+ * it.
+ */
+static void begin_walk(cursor *c, float begin)
+{
+    if (!c->way || !c->way->walks) {
+        locate_cell(c, begin, -1);
+        return;
+    }
+    c->t = c->way->t_mm;
+    c->axis = c->way->axis;
+    memcpy(c->cell.q, c->way->at, sizeof c->cell.q);
+    c->way->walks = false;
+}
+
+/* Note where the ray has stopped: before the crossings of the present cell. */
+static void stop_walk(cursor *c)
+{
+    c->way->walks = true;
+    c->way->t_mm = c->t;
+    c->way->axis = (int8_t)c->axis;
+    memcpy(c->way->at, c->cell.q, sizeof c->cell.q);
+}
+
 /* March from @p begin to @p end (mm from the origin), cell by cell, and add all crossings to
- * c->light, until the ray is opaque. @p active: the clip sets kept on that stretch, as bits. */
-static void walk(cursor *c, float begin, float end, uint32_t active)
+ * c->light, until the ray is opaque. @p active: the clip sets kept on that stretch, as bits.
+ * @return false if the ray has stopped before its end. */
+static bool walk(cursor *c, float begin, float end, uint32_t active)
 {
     if (!(begin < end))
-        return;
-    locate_cell(c, begin, -1);
+        return true;
+    begin_walk(c, begin);
     while (c->t < end && c->light.transmittance >= c->m->opaque_below) {
         float t[3];
         int axis;
@@ -210,44 +247,58 @@ static void walk(cursor *c, float begin, float end, uint32_t active)
             t[i] = exit_mm(c, i);
         axis = t[0] <= t[1] ? (t[0] <= t[2] ? 0 : 2) : (t[1] <= t[2] ? 1 : 2);
         if (is_marked(c)) {
-            if (t[axis] < end)
-                add_cell_crossings(c, t[axis], axis, active);
-            else
-                add_cell_crossings(c, end, -1, active);
+            const bool within = t[axis] < end;
+
+            if (!add_cell_crossings(c, within ? t[axis] : end, within ? axis : -1, active)) {
+                stop_walk(c);
+                return false;
+            }
         }
         c->t = t[axis];
         c->axis = axis;
         c->cell.q[axis] += c->step[axis];
     }
+    return true;
 }
 
 /* March the cursor's ray, stretch by stretch, with the cut faces at their beginnings if
- * c->m->caps, and nothing else if c->m->only_caps. Ends when the ray is opaque. The result is
- * c->light. */
+ * c->m->caps, and nothing else if c->m->only_caps. Ends when the ray is opaque, or where it stops.
+ * The result is c->light. */
 static void march_ray(cursor *c)
 {
-    float begin, end = -HUGE_VALF, near, far;
+    float from = c->way ? c->way->from_mm : -HUGE_VALF, begin, end, near, far;
     uint32_t active;
 
     start_walk(c);
     sc_clip_to_box(c->m, c->ray->origin, c->inverse, 0, &near, &far);
     while (c->light.transmittance >= c->m->opaque_below &&
-           next_stretch(c->ray, end, &begin, &end, &active)) {
-        if (c->m->caps)
-            add_caps(c, begin);
-        if (!c->m->only_caps)
-            walk(c, begin > near ? begin : near, end < far ? end : far, active);
+           next_stretch(c->ray, from, &begin, &end, &active)) {
+        const bool goes_on = c->way && c->way->walks;
+
+        if (c->way)
+            c->way->from_mm = from;
+        if (c->m->caps && !goes_on && !pass_caps(c, begin))
+            return;
+        if (!c->m->only_caps &&
+            !walk(c, begin > near ? begin : near, end < far ? end : far, active))
+            return;
+        from = end;
     }
 }
 
 /* The kernel: see sc_march_fn. Rays are marched one after the other. */
-void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
-                sc_march_counters *counters)
+void MARCH_NAME(const sc_march *march, const sc_ray *rays, sc_way *ways, size_t count,
+                sc_radiance *out, sc_march_counters *counters)
 {
     for (size_t i = 0; i < count; i++) {
-        cursor c = {
-            .m = march, .ray = &rays[i], .light = {.transmittance = 1, .depth_mm = HUGE_VALF}};
+        cursor c = {.m = march, .ray = &rays[i], .light = ways ? out[i] : sc_no_light()};
 
+        if (ways) {
+            c.way = &ways[i];
+            c.limit_mm = c.way->before_mm;
+            c.way->next_mm = HUGE_VALF;
+            c.way->passed = false;
+        }
         march_ray(&c);
         out[i] = c.light;
         counters->cell_visits += c.cell_visits;

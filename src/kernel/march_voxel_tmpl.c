@@ -110,63 +110,85 @@ static void add_boundary(cursor *c, int k, const sc_march_tissue *tissue, size_t
 }
 
 /* Classify sample @p k and add it to c->light, unless it is not shown or its clip set does not
- * keep it. */
-static void add_sample(cursor *c, int k)
+ * keep it. @return false if the ray has stopped before it. */
+static bool add_sample(cursor *c, int k)
 {
     const sc_march *m = c->m;
+    const float t = ((float)k + 0.5f) * m->step_mm;
     const sc_march_tissue *tissue;
     float p[3];
     int x, y, z, kind;
     MARCH_LABEL label;
 
-    position(c->ray, ((float)k + 0.5f) * m->step_mm, p);
+    position(c->ray, t, p);
     x = (int)p[0] - 1;
     y = (int)p[1] - 1;
     z = (int)p[2] - 1;
     c->cell_visits++;
     kind = classify(m, x, y, z, &label);
     if (!kind)
-        return;
+        return true;
     tissue = &m->tissues[label];
     if (!kept(c->ray, tissue->clip_set, k))
-        return;
+        return true;
+    if (c->way && stops_before(c, t))
+        return false;
     c->contributions++;
     if (kind == SC_SHOW_INTERIOR)
         sc_blend(&c->light, tissue->rgb, tissue->interior_alpha);
     else
         add_boundary(c, k, tissue, sc_record_index(m->volume, x + 1, y + 1, z + 1), p);
+    return true;
 }
 
 /* March the cursor's ray, part by part, with the cut faces at their beginnings if @p caps, and
- * nothing else if c->m->only_caps. Ends when the ray is opaque. The result is c->light. */
+ * nothing else if c->m->only_caps. Ends when the ray is opaque, or where it stops. The result is
+ * c->light. */
 static void march_ray(cursor *c, bool caps)
 {
-    int k = INT32_MIN, last, nearest, farthest;
+    int from = c->way ? c->way->at[1] : INT32_MIN, k, last, nearest, farthest;
 
     samples_in_box(c->m, c->ray, &nearest, &farthest);
-    while (c->light.transmittance >= c->m->opaque_below && next_part(c->ray, k, &k, &last)) {
-        int at = k > nearest ? k : nearest, end;
+    while (c->light.transmittance >= c->m->opaque_below && next_part(c->ray, from, &k, &last)) {
+        const bool goes_on = c->way && c->way->walks;
+        int at = goes_on ? c->way->at[0] : k > nearest ? k : nearest, end;
 
-        if (caps)
-            add_caps_before(c, k);
+        if (c->way) {
+            c->way->at[1] = from;
+            c->way->walks = false;
+        }
+        if (caps && !goes_on && !pass_caps_before(c, k))
+            return;
         last = next_event(c->ray, k, last);
         end = last < farthest ? last : farthest;
-        k = last;
+        from = last;
         if (c->m->only_caps)
             continue;
-        while (c->light.transmittance >= c->m->opaque_below && (at = find_sample(c, at, end)) < end)
-            add_sample(c, at++);
+        while (c->light.transmittance >= c->m->opaque_below &&
+               (at = find_sample(c, at, end)) < end) {
+            if (!add_sample(c, at)) {
+                c->way->walks = true;
+                c->way->at[0] = at;
+                return;
+            }
+            at++;
+        }
     }
 }
 
 /* The kernel: see sc_march_fn. Rays are marched one after the other. */
-void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
-                sc_march_counters *counters)
+void MARCH_NAME(const sc_march *march, const sc_ray *rays, sc_way *ways, size_t count,
+                sc_radiance *out, sc_march_counters *counters)
 {
     for (size_t i = 0; i < count; i++) {
-        cursor c = {
-            .m = march, .ray = &rays[i], .light = {.transmittance = 1, .depth_mm = HUGE_VALF}};
+        cursor c = {.m = march, .ray = &rays[i], .light = ways ? out[i] : sc_no_light()};
 
+        if (ways) {
+            c.way = &ways[i];
+            c.limit_mm = c.way->before_mm;
+            c.way->next_mm = HUGE_VALF;
+            c.way->passed = false;
+        }
         march_ray(&c, march->caps);
         out[i] = c.light;
         counters->cell_visits += c.cell_visits;

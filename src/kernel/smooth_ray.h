@@ -13,11 +13,13 @@ enum { LABEL_BYTES = sizeof(MARCH_LABEL) };
 /* How much of the light an outline on a cut face takes. */
 #define OUTLINE_DARK 0.75f
 
-/* One ray on its way. The caller sets m, ray and light; start_walk sets direction, inverse and
- * step, and locate_cell sets cell.q, t and axis. */
+/* One ray on its way. The caller sets m, ray, light, and with a way limit_mm; start_walk sets
+ * direction, inverse and step, and locate_cell sets cell.q, t and axis. */
 typedef struct cursor {
     const sc_march *m;
     const sc_ray *ray;
+    sc_way *way;    /* NULL: the ray goes to its end at once */
+    float limit_mm; /* with a way: the ray stops before what is not nearer to the eye than this */
     sc_radiance light;
     uint64_t cell_visits, contributions; /* see sc_march_counters */
     /* the walk */
@@ -229,6 +231,21 @@ static inline bool next_stretch(const sc_ray *ray, float t, float *begin, float 
     return *begin < HUGE_VALF;
 }
 
+/* With a way: is the ray to stop before what it meets at distance @p t? If so, the way notes
+ * where that is, else that it has been passed. */
+static inline bool stops_before(cursor *c, float t)
+{
+    const float depth_mm = c->ray->base_mm + t;
+
+    if (depth_mm < c->limit_mm) {
+        c->limit_mm = c->way->limit_mm;
+        c->way->passed = true;
+        return false;
+    }
+    c->way->next_mm = depth_mm;
+    return true;
+}
+
 /* Add the cut faces of all parts that begin exactly at distance @p begin, until the ray is
  * opaque. Moves the cursor. */
 static inline void add_caps(cursor *c, float begin)
@@ -242,6 +259,21 @@ static inline void add_caps(cursor *c, float begin)
                 add_cap(c, g, ray->parts[g][i].cap_plane, begin);
         }
     }
+}
+
+/* The same, unless the ray is to stop before them. @return false if it has stopped. */
+static inline bool pass_caps(cursor *c, float begin)
+{
+    const sc_radiance before = c->light;
+    const uint64_t contributions = c->contributions;
+
+    add_caps(c, begin);
+    if (!c->way || c->contributions == contributions || !stops_before(c, begin))
+        return true;
+    c->light = before;
+    c->contributions = contributions;
+    c->way->walks = false;
+    return false;
 }
 
 #endif

@@ -13,6 +13,8 @@
 typedef struct cursor {
     const sc_march *m;
     const sc_ray *ray;
+    sc_way *way;    /* NULL: the ray goes to its end at once */
+    float limit_mm; /* with a way: the ray stops before what is not nearer to the eye than this */
     sc_radiance light;
     uint64_t cell_visits, contributions;
 } cursor;
@@ -126,6 +128,37 @@ static inline void add_caps_before(cursor *c, int k)
                 add_cap(c, g, i);
         }
     }
+}
+
+/* With a way: is the ray to stop before what it meets at distance @p t? If so, the way notes
+ * where that is, else that it has been passed. */
+static inline bool stops_before(cursor *c, float t)
+{
+    const float depth_mm = c->ray->base_mm + t;
+
+    if (depth_mm < c->limit_mm) {
+        c->limit_mm = c->way->limit_mm;
+        c->way->passed = true;
+        return false;
+    }
+    c->way->next_mm = depth_mm;
+    return true;
+}
+
+/* Add the cut faces that lie between samples k - 1 and k, unless the ray is to stop before them:
+ * they count as if they lay in the middle. @return false if it has stopped. */
+static inline bool pass_caps_before(cursor *c, int k)
+{
+    const sc_radiance before = c->light;
+    const uint64_t contributions = c->contributions;
+
+    add_caps_before(c, k);
+    if (!c->way || c->contributions == contributions || !stops_before(c, (float)k * c->m->step_mm))
+        return true;
+    c->light = before;
+    c->contributions = contributions;
+    c->way->walks = false;
+    return false;
 }
 
 /* The first sample after @p k at which a part of any clip set begins or ends, or @p last if

@@ -13,8 +13,8 @@ static int lanes_used(size_t left)
 }
 
 /* The kernel: see sc_march_fn. Rays are marched in PACKETS * LANES at a time. */
-void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
-                sc_march_counters *counters)
+void MARCH_NAME(const sc_march *march, const sc_ray *rays, sc_way *ways, size_t count,
+                sc_radiance *out, sc_march_counters *counters)
 {
     packet p[PACKETS];
 
@@ -24,8 +24,11 @@ void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radi
         const int lanes[PACKETS] = {lanes_used(count - i),
                                     count - i > LANES ? lanes_used(count - i - LANES) : 0};
 
-        start_packet(&p[0], rays + i, lanes[0]);
-        start_packet(&p[1], rays + i + LANES, lanes[1]);
+        for (int k = 0; k < PACKETS; k++) {
+            const size_t first = i + (size_t)k * LANES;
+
+            start_packet(&p[k], rays + first, ways ? ways + first : NULL, out + first, lanes[k]);
+        }
         while (m_any(p[0].alive) || m_any(p[1].alive)) {
             find_next(p);
             add_found(&p[0]);

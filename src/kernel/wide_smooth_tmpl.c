@@ -305,6 +305,43 @@ static void find_first_cells(packet *p, vm on)
     v_locate_cells(p, on);
 }
 
+/* Let the rays of the lanes @p on, as bits, go on where they have stopped within the stretches that
+ * they begin. */
+static void go_on(packet *p, uint32_t on)
+{
+    for (uint32_t left = p->ways ? on : 0; left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        sc_way *way = &p->ways[lane];
+
+        if (!way->walks)
+            continue;
+        p->t[lane] = way->t_mm;
+        p->axis[lane] = way->axis;
+        for (int i = 0; i < 3; i++)
+            p->q[i][lane] = way->at[i];
+        way->walks = false;
+    }
+}
+
+/* Add the cut faces at the beginning of the stretch of a lane, unless its ray is to stop before
+ * them. @return false if it has stopped. */
+static bool pass_lane_caps(packet *p, int lane, float begin)
+{
+    cursor c = {.m = p->m,
+                .ray = &p->rays[lane],
+                .way = p->ways ? &p->ways[lane] : NULL,
+                .limit_mm = p->limit_mm[lane],
+                .light = v_radiance_get_lane(&p->light, lane)};
+    bool passed;
+
+    start_walk(&c);
+    passed = pass_caps(&c, begin);
+    v_radiance_set_lane(&p->light, lane, &c.light);
+    p->limit_mm[lane] = c.limit_mm;
+    p->counters.contributions += c.contributions;
+    return passed;
+}
+
 /* Begin the next stretch of the lanes of @p on, with the cut faces at its beginning: sets t,
  * end, active, axis, last_end and q. Rays that have none left, or are opaque, leave p->alive. */
 static void begin_stretches(packet *p, vm on)
@@ -313,22 +350,19 @@ static void begin_stretches(packet *p, vm on)
 
     for (uint32_t left = m_bits(on); left; left &= left - 1) {
         const int lane = __builtin_ctz(left);
-        cursor c = {.m = p->m, .ray = &p->rays[lane]};
         float begin, end;
         uint32_t active;
 
         if (p->light.transmittance[lane] < p->m->opaque_below ||
-            !next_stretch(c.ray, p->last_end[lane], &begin, &end, &active))
+            !next_stretch(&p->rays[lane], p->last_end[lane], &begin, &end, &active))
             continue;
-        p->last_end[lane] = end;
+        if (p->ways)
+            p->ways[lane].from_mm = p->last_end[lane];
+        if (p->m->caps && p->m->plane_count && !(p->ways && p->ways[lane].walks) &&
+            !pass_lane_caps(p, lane, begin))
+            continue;
         begun |= 1u << lane;
-        if (p->m->caps && p->m->plane_count) {
-            c.light = v_radiance_get_lane(&p->light, lane);
-            start_walk(&c);
-            add_caps(&c, begin);
-            v_radiance_set_lane(&p->light, lane, &c.light);
-            p->counters.contributions += c.contributions;
-        }
+        p->last_end[lane] = end;
         begin = begin > p->near[lane] ? begin : p->near[lane];
         end = end < p->far[lane] ? end : p->far[lane];
         if (!(begin < end) || p->m->only_caps || p->light.transmittance[lane] < p->m->opaque_below)
@@ -340,6 +374,7 @@ static void begin_stretches(packet *p, vm on)
     }
     p->alive = m_or(m_without(p->alive, on), m_of_bits(begun));
     find_first_cells(p, m_of_bits(begun));
+    go_on(p, begun);
 }
 
 /* Set the march of a packet and clear its counters and crossings, whose unused lanes take part
@@ -347,6 +382,7 @@ static void begin_stretches(packet *p, vm on)
 static void init_packet(packet *p, const sc_march *march)
 {
     p->m = march;
+    p->limit_mm = f_set(0);
     p->counters = (sc_march_counters){0};
     p->x.listed = 0;
     for (int i = 0; i < 4; i++)
@@ -371,17 +407,22 @@ static bool begin_at_once(packet *p, int count, vm all)
     p->active = i_set(1);
     p->alive = m_and(all, f_below(p->t, p->end));
     find_first_cells(p, p->alive);
+    if (!p->m->plane_count)
+        go_on(p, m_bits(p->alive));
     return !p->m->plane_count;
 }
 
 /* Load the rays [0, @p count) into the packet, at most LANES, and begin their first stretches;
- * lanes beyond are not alive. @p rays stay borrowed until the next call. init_packet has been
- * called before. */
-static void start_packet(packet *p, const sc_ray *rays, int count)
+ * lanes beyond are not alive. @p rays and @p ways stay borrowed until the next call. init_packet
+ * has been called before. @param ways NULL, or of the rays. @param light with ways: what the rays
+ * have brought back so far. */
+static void start_packet(packet *p, const sc_ray *rays, sc_way *ways, const sc_radiance *light,
+                         int count)
 {
     vm all;
 
     p->rays = rays;
+    p->ways = ways;
     p->light = v_no_light();
     p->alive = m_none();
     p->place = v_first_place();
@@ -389,6 +430,10 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
     if (!count)
         return;
     all = m_of_bits((1u << count) - 1);
+    if (ways) {
+        p->limit_mm = v_begin_ways(ways, count, all);
+        v_radiance_read(&p->light, light, count);
+    }
     for (int i = 0; i < 3; i++) {
         const size_t at = sizeof(float) * (size_t)i;
 
@@ -417,7 +462,7 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
     if (p->one_stretch)
         return;
     for (int lane = 0; lane < LANES; lane++)
-        p->last_end[lane] = -HUGE_VALF;
+        p->last_end[lane] = ways && lane < count ? ways[lane].from_mm : -HUGE_VALF;
     begin_stretches(p, all);
 }
 
@@ -450,11 +495,47 @@ static void find_next(packet p[PACKETS])
     }
 }
 
-/* Add all crossings in the cells of p->found, which find_crossings has searched, and step out of
- * these cells. */
+/* Stop the rays of the lanes of @p on before the cells in which they are. */
+static void stop_rays(packet *p, vm on)
+{
+    for (uint32_t left = m_bits(on); left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        sc_way *way = &p->ways[lane];
+
+        way->walks = true;
+        way->t_mm = p->t[lane];
+        way->axis = (int8_t)p->axis[lane];
+        for (int i = 0; i < 3; i++)
+            way->at[i] = p->q[i][lane];
+    }
+    p->alive = m_without(p->alive, on);
+}
+
+/* Ask in the lanes of @p on, in whose cells no crossing has contributed yet, whether rays stop
+ * before the present one. @param asks what is left of the lanes that ask. @return the lanes of @p
+ * on that have not stopped. */
+static vm pass_crossings(packet *p, vm on, vm *asks)
+{
+    const crossings *x = &p->x;
+    const vm here = m_and(on, *asks);
+    const vm met = m_or(v_contributes(p, x->left, here), v_contributes(p, x->entered, here));
+    vm stopped;
+
+    if (!m_any(met))
+        return on;
+    stopped = m_without(
+        met, v_pass(p->ways, p->base_mm + (p->t + (p->t1 - p->t) * x->u), &p->limit_mm, met));
+    *asks = m_without(*asks, met);
+    stop_rays(p, stopped);
+    return m_without(on, stopped);
+}
+
+/* Add all crossings in the cells of p->found, which find_crossings has searched, unless rays stop
+ * before them, and step out of these cells. */
 static void add_cell_crossings(packet *p)
 {
     crossings *x = &p->x;
+    vm asks = p->ways ? p->found : m_none(), on;
     const vm single = m_without(p->found, m_of_bits(x->listed));
     const vm downward = f_below(x->coefficients[0], f_set(0));
     vi low, high;
@@ -465,9 +546,12 @@ static void add_cell_crossings(packet *p)
     x->entered = i_pick(downward, low, high);
     x->u = v_root(x->coefficients, single);
     x->face = i_set(0);
-    for (vm on = m_or(single, next_crossings(x, p->found)); m_any(on);
-         on = m_and(next_crossings(x, p->found), v_sees_on(p)))
+    for (on = m_or(single, next_crossings(x, p->found)); m_any(on);
+         on = m_and(next_crossings(x, m_and(p->found, p->alive)), v_sees_on(p))) {
+        if (m_any(asks))
+            on = pass_crossings(p, on, &asks);
         add_crossings(p, x, on);
+    }
     leave_cell(p, p->found);
 }
 

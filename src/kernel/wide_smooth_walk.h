@@ -32,6 +32,8 @@ typedef struct crossings {
 typedef struct packet {
     const sc_march *m;
     const sc_ray *rays;
+    sc_way *ways; /* NULL: rays go to their ends at once */
+    vf limit_mm;  /* with ways: rays stop before what is not nearer to the eye than this */
     v_radiance light;
     /* the rays */
     vf origin[3], direction[3], inverse[3], eye[3], base_mm; /* eye: sc_ray.toward_eye */

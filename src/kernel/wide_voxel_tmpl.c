@@ -18,6 +18,8 @@
 typedef struct packet {
     const sc_march *m;
     const sc_ray *rays;
+    sc_way *ways; /* NULL: rays go to their ends at once */
+    vf limit_mm;  /* with ways: rays stop before what is not nearer to the eye than this */
     v_radiance light;
     vf origin[3], direction[3], inverse[3], eye[3], base_mm; /* of sc_ray; inverse: 1 / direction,
                                                                 eye: sc_ray.toward_eye */
@@ -281,8 +283,20 @@ static void v_add_boundary(packet *p, vi label, const vf at[3], vi record, vm on
     v_blend(&p->light, rgb, alpha, on);
 }
 
+/* Stop the rays of the lanes of @p on before their present samples. */
+static void stop_rays(packet *p, vm on)
+{
+    for (uint32_t left = m_bits(on); left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+
+        p->ways[lane].walks = true;
+        p->ways[lane].at[0] = p->k[lane];
+    }
+    p->alive = m_without(p->alive, on);
+}
+
 /* Add the present samples of the lanes of @p on, which are marked, to the light, as far as their
- * clip sets are kept. */
+ * clip sets are kept, and rays do not stop before them. */
 static void add_samples(packet *p, vm on)
 {
     const vf t = v_distance(p, p->k);
@@ -296,6 +310,12 @@ static void add_samples(packet *p, vm on)
     }
     label = v_label_at(p->m->volume, voxel, on);
     on = v_in_kept_set(v_tissue_bytes(p->m, label, on), p->kept, on);
+    if (p->ways) {
+        const vm passed = v_pass(p->ways, p->base_mm + t, &p->limit_mm, on);
+
+        stop_rays(p, m_without(on, passed));
+        on = passed;
+    }
     p->counters.contributions += m_count(on);
     boundary = v_find_records(p->m->volume, voxel, on, &record);
     if (m_any(m_without(on, boundary)))
@@ -314,6 +334,23 @@ static int32_t clip_sets_kept(const sc_ray *ray, int k)
     return sets;
 }
 
+/* Add the cut faces before sample @p k of a lane, unless its ray is to stop before them. @return
+ * false if it has stopped. */
+static bool pass_lane_caps(packet *p, int lane, int k)
+{
+    cursor c = {.m = p->m,
+                .ray = &p->rays[lane],
+                .way = p->ways ? &p->ways[lane] : NULL,
+                .limit_mm = p->limit_mm[lane],
+                .light = v_radiance_get_lane(&p->light, lane)};
+    const bool passed = pass_caps_before(&c, k);
+
+    v_radiance_set_lane(&p->light, lane, &c.light);
+    p->limit_mm[lane] = c.limit_mm;
+    p->counters.contributions += c.contributions;
+    return passed;
+}
+
 /* Begin the next part of the rays of @p on, with the cut faces at its beginning: sets k, last,
  * kept and last_end. Rays that have none left, or are opaque, leave p->alive. */
 static void begin_parts(packet *p, vm on)
@@ -322,43 +359,53 @@ static void begin_parts(packet *p, vm on)
 
     for (uint32_t left = m_bits(on); left; left &= left - 1) {
         const int lane = __builtin_ctz(left);
-        cursor c = {.m = p->m, .ray = &p->rays[lane]};
+        const sc_ray *ray = &p->rays[lane];
+        sc_way *way = p->ways ? &p->ways[lane] : NULL;
+        const bool goes_on = way && way->walks;
         int k, last;
 
         if (p->light.transmittance[lane] < p->m->opaque_below ||
-            !next_part(c.ray, p->last_end[lane], &k, &last))
+            !next_part(ray, p->last_end[lane], &k, &last))
+            continue;
+        if (way) {
+            way->at[1] = p->last_end[lane];
+            way->walks = false;
+        }
+        if (p->m->caps && p->m->plane_count && !goes_on && !pass_lane_caps(p, lane, k))
             continue;
         begun |= 1u << lane;
-        if (p->m->caps && p->m->plane_count) {
-            c.light = v_radiance_get_lane(&p->light, lane);
-            add_caps_before(&c, k);
-            v_radiance_set_lane(&p->light, lane, &c.light);
-            p->counters.contributions += c.contributions;
-        }
-        last = next_event(c.ray, k, last);
+        last = next_event(ray, k, last);
         p->last_end[lane] = last;
-        p->k[lane] = k > p->nearest[lane] ? k : p->nearest[lane];
+        p->k[lane] = goes_on ? way->at[0] : k > p->nearest[lane] ? k : p->nearest[lane];
         p->last[lane] = p->m->only_caps            ? p->k[lane]
                         : last < p->farthest[lane] ? last
                                                    : p->farthest[lane];
-        p->kept[lane] = clip_sets_kept(c.ray, k);
+        p->kept[lane] = clip_sets_kept(ray, k);
     }
     p->alive = m_or(m_without(p->alive, on), m_of_bits(begun));
 }
 
 /* Load the rays [0, @p count) into the packet, at most LANES, and begin their first parts; lanes
- * beyond are not alive. @p rays stay borrowed until the next call. p->m has been set. */
-static void start_packet(packet *p, const sc_ray *rays, int count)
+ * beyond are not alive. @p rays and @p ways stay borrowed until the next call. p->m has been set.
+ * @param ways NULL, or of the rays. @param light with ways: what the rays have brought back so far.
+ */
+static void start_packet(packet *p, const sc_ray *rays, sc_way *ways, const sc_radiance *light,
+                         int count)
 {
     const vm all = m_of_bits((1u << count) - 1);
     vf near, far;
 
     p->rays = rays;
+    p->ways = ways;
     p->light = v_no_light();
     p->alive = m_none();
     p->place = v_first_place();
     if (!count)
         return;
+    if (ways) {
+        p->limit_mm = v_begin_ways(ways, count, all);
+        v_radiance_read(&p->light, light, count);
+    }
     for (int i = 0; i < 3; i++) {
         const size_t at = sizeof(float) * (size_t)i;
 
@@ -380,7 +427,7 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
     p->nearest = i_ceil(near / p->m->step_mm - 0.5f);
     p->farthest = i_pick(f_below(near, far), i_ceil(far / p->m->step_mm - 0.5f), p->nearest);
     for (int lane = 0; lane < LANES; lane++)
-        p->last_end[lane] = INT32_MIN;
+        p->last_end[lane] = ways && lane < count ? ways[lane].at[1] : INT32_MIN;
     p->k = p->last = p->kept = i_set(0);
     begin_parts(p, all);
 }
@@ -404,6 +451,7 @@ static void add_found(packet *p)
 static void init_packet(packet *p, const sc_march *march)
 {
     p->m = march;
+    p->limit_mm = f_set(0);
     p->counters = (sc_march_counters){0};
 }
 

@@ -585,7 +585,7 @@ static void count_rows(void *user, size_t begin, size_t end, int thread)
             if (sc_parts_apart(r))
                 sc_march_apart(r, at_px, 1, thread, &light, out);
             else if (sc_make_ray(&f->lens, at_px[0][0], at_px[0][1], &ray))
-                r->kernel->march(&r->march, &ray, 1, &light, out);
+                r->kernel->march(&r->march, &ray, NULL, 1, &light, out);
         }
     }
     f->renderer->stats[thread].cpu_s += sc_thread_cpu_s() - begin_s;

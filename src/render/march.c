@@ -21,13 +21,13 @@ void sc_march_rays(const sc_renderer *r, const sc_ray *rays, size_t count, sc_ra
 {
     sc_march_counters again = {0}; /* the work is not counted a second time */
 
-    r->kernel->march(&r->march, rays, count, out, counters);
+    r->kernel->march(&r->march, rays, NULL, count, out, counters);
     if (!sc_fades_away(r))
         return;
     /* Fading to white, they are lighter than with black by the share of the background that the
      * picture shows. So that share is added to the transmittance; the picture lets through what has
      * faded, and not only what no tissue hides. */
-    r->kernel->march(&r->on_white, rays, count, white, &again);
+    r->kernel->march(&r->on_white, rays, NULL, count, white, &again);
     for (size_t i = 0; i < count; i++) {
         float more = 0;
 

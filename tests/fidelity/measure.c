@@ -128,7 +128,7 @@ static void measure_hits(const stage *st, const shape *s, fidelity *out)
             directions[i] = random_line(st, &seed, &eyes[i]);
             make_ray(st, eyes[i], directions[i], &rays[i]);
         }
-        st->kernel->march(&st->march, rays, BATCH, light, &counters);
+        st->kernel->march(&st->march, rays, NULL, BATCH, light, &counters);
         for (int i = 0; i < BATCH; i++)
             add_hit(s, eyes[i], directions[i], &light[i], &e);
     }
@@ -180,7 +180,7 @@ static void measure_silhouette(const stage *st, const shape *s, fidelity *out)
                 sc_ray ray;
 
                 make_ray(st, eye, d, &ray);
-                st->kernel->march(&st->march, &ray, 1, &light, &counters);
+                st->kernel->march(&st->march, &ray, NULL, 1, &light, &counters);
                 differing += truth != (light.label != 0);
                 edges += (truth != before) + (truth != row[x]);
                 row[x] = before = truth;

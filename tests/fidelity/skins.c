@@ -280,7 +280,7 @@ static void leak_batches(void *user, size_t begin, size_t end, int thread)
                 continue;
             }
             make_ray(w->st, eye, direction, &ray);
-            w->st->kernel->march(&w->st->march, &ray, 1, &light, &counters);
+            w->st->kernel->march(&w->st->march, &ray, NULL, 1, &light, &counters);
             met->rays += through == WAY_THROUGH_SKIN;
             met->hits += light.label != 0;
             met->leaking += light.label != 0 && (int)light.label != w->id;

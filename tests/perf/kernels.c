@@ -284,11 +284,90 @@ static int find_kernels(sc_surface surface, const sc_prepared *v, const sc_kerne
     return count;
 }
 
+/* Set how far a ray goes next: only to see where a surface comes, past that one, or on beyond it.
+ * The same for every kernel, if all have stopped at the same places. @param turn number of the
+ * piece. */
+static void allow(sc_way *way, int turn)
+{
+    uint64_t seed = 5 + (uint64_t)turn * 131 + (uint64_t)(way->next_mm * 1024);
+
+    random_bits(&seed);
+    way->before_mm = turn ? nextafterf(way->next_mm, HUGE_VALF) : 0;
+    way->limit_mm = way->before_mm + (float)pick(&seed, (double[]){0, 0.5, 3, 20}, 4);
+}
+
+/* March a batch piece by piece, to @p out. @param stops [BATCH] set to a hash of where each ray has
+ * stopped. */
+static void march_in_pieces(const sc_kernel *kernel, const sc_march *march, const sc_ray *batch,
+                            sc_radiance *out, uint64_t *stops, sc_march_counters *counters)
+{
+    enum { TURNS_MAX = 100000 /* so many only if rays do not come on */ };
+    static sc_ray rays[BATCH];
+    static sc_way ways[BATCH];
+    static sc_radiance light[BATCH];
+    int index[BATCH], left = BATCH; /* rays that are not done, and how many */
+
+    for (int i = 0; i < BATCH; i++) {
+        index[i] = i;
+        rays[i] = batch[i];
+        ways[i] = sc_way_begin();
+        light[i] = sc_no_light();
+        stops[i] = 0;
+    }
+    for (int turn = 0, count; left; turn++) {
+        assert_true(turn < TURNS_MAX);
+        for (int k = 0; k < left; k++)
+            allow(&ways[k], turn);
+        kernel->march(march, rays, ways, (size_t)left, light, counters);
+        count = left;
+        left = 0;
+        for (int k = 0; k < count; k++) {
+            if (ways[k].next_mm == HUGE_VALF) {
+                out[index[k]] = light[k];
+                continue;
+            }
+            assert_true(ways[k].next_mm >= ways[k].before_mm);
+            assert_int_equal(ways[k].passed, turn > 0);
+            stops[index[k]] = stops[index[k]] * 31 + (uint64_t)(ways[k].next_mm * 1e6f);
+            index[left] = index[k];
+            rays[left] = rays[k];
+            ways[left] = ways[k];
+            light[left++] = light[k];
+        }
+    }
+}
+
+/* Fail unless every kernel brings back the light @p expected from a batch also if it stops on the
+ * way, and stops where the first one does. */
+static void compare_pieces(const sc_kernel *const *kernels, int count, stage *s,
+                           const sc_ray *batch, const sc_radiance *expected)
+{
+    static sc_radiance found[BATCH];
+    static uint64_t stops[2][BATCH];
+    sc_march_counters counters[2];
+
+    for (int k = 0; k < count; k++) {
+        sc_march_counters *here = &counters[k > 0];
+
+        *here = (sc_march_counters){0};
+        s->march.cell_distances = s->cell_distances[kernels[k]->skip == SC_SKIP_CHESSBOARD];
+        march_in_pieces(kernels[k], &s->march, batch, found, stops[k > 0], here);
+        for (int i = 0; i < BATCH; i++) {
+            expect_equal(kernels[k], &batch[i], &expected[i], &found[i]);
+            assert_int_equal(stops[k > 0][i], stops[0][i]);
+        }
+        assert_int_equal(here->contributions, counters[0].contributions);
+        assert_int_equal(here->rays, counters[0].rays);
+        assert_true(here->rays > BATCH);
+    }
+}
+
 /* March @p rays random rays (rounded up to whole batches) with every kernel of a surface and
  * label width; fail unless all results and contributions equal those of the plain march. Prints
  * the time of each. */
 static void compare(sc_surface surface, int label_bytes, long rays)
 {
+    enum { PIECES_EVERY = 16 /* batches: it takes long */ };
     static sc_ray batch[BATCH];
     static sc_radiance expected[BATCH], found[BATCH];
     stage s = make_stage(surface, label_bytes);
@@ -307,11 +386,13 @@ static void compare(sc_surface surface, int label_bytes, long rays)
             const double begin_s = sc_thread_cpu_s();
 
             s.march.cell_distances = s.cell_distances[kernels[k]->skip == SC_SKIP_CHESSBOARD];
-            kernels[k]->march(&s.march, batch, BATCH, k ? found : expected, &counters[k]);
+            kernels[k]->march(&s.march, batch, NULL, BATCH, k ? found : expected, &counters[k]);
             cpu_s[k] += sc_thread_cpu_s() - begin_s;
             for (int i = 0; k && i < BATCH; i++)
                 expect_equal(kernels[k], &batch[i], &expected[i], &found[i]);
         }
+        if (done / BATCH % PIECES_EVERY == 0)
+            compare_pieces(kernels, count, &s, batch, expected);
     }
     assert_true(counters[0].contributions > counters[0].rays / 4);
     for (int k = 0; k < count; k++) {

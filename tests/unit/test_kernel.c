@@ -410,7 +410,7 @@ static sc_radiance trace(const small_scene *s, const uint64_t *cells, float alph
                                         .thickness_factor = 1,
                                         .show = id ? SC_SHOW_BOUNDARY : 0,
                                         .shininess = 1};
-    kernel->march(&march, &ray, 1, &light, &counters);
+    kernel->march(&march, &ray, NULL, 1, &light, &counters);
     *contributions = counters.contributions;
     return light;
 }

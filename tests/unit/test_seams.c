@@ -72,7 +72,7 @@ static sc_radiance look(const sc_march *march, sc_vec3 p)
     sc_march_counters counters = {0};
     sc_radiance seen;
 
-    kernel->march(march, &ray, 1, &seen, &counters);
+    kernel->march(march, &ray, NULL, 1, &seen, &counters);
     return seen;
 }
 
