@@ -129,7 +129,8 @@ static bool add_sample(cursor *c, int k)
     if (!kind)
         return true;
     tissue = &m->tissues[label];
-    if (!kept(c->ray, tissue->clip_set, k))
+    /* The masks still have what has faded away in this frame. */
+    if (!tissue->show || !kept(c->ray, tissue->clip_set, k))
         return true;
     if (c->way && stops_before(c, t))
         return false;

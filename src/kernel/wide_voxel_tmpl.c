@@ -295,13 +295,13 @@ static void stop_rays(packet *p, vm on)
     p->alive = m_without(p->alive, on);
 }
 
-/* Add the present samples of the lanes of @p on, which are marked, to the light, as far as their
- * clip sets are kept, and rays do not stop before them. */
+/* Add the present samples of the lanes of @p on, which are marked, to the light, as far as they have
+ * not faded away, their clip sets are kept, and rays do not stop before them. */
 static void add_samples(packet *p, vm on)
 {
     const vf t = v_distance(p, p->k);
     vf at[3];
-    vi voxel[3], label, record;
+    vi voxel[3], label, bytes, record;
     vm boundary;
 
     for (int i = 0; i < 3; i++) {
@@ -309,7 +309,8 @@ static void add_samples(packet *p, vm on)
         voxel[i] = i_of(at[i]) - 1;
     }
     label = v_label_at(p->m->volume, voxel, on);
-    on = v_in_kept_set(v_tissue_bytes(p->m, label, on), p->kept, on);
+    bytes = v_tissue_bytes(p->m, label, on);
+    on = v_in_kept_set(bytes, p->kept, v_shows(bytes, SC_SHOW_BOUNDARY | SC_SHOW_INTERIOR, on));
     if (p->ways) {
         const vm passed = v_pass(p->ways, p->base_mm + t, &p->limit_mm, on);
 
