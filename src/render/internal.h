@@ -166,25 +166,24 @@ enum {
                              part, and they should fill the SIMD lanes */
 };
 
-/* Where a ray through a part goes on, and what it brings back from there. */
-typedef struct sc_part_ray {
-    sc_radiance light;
-    double begin_mm; /* from the eye */
-} sc_part_ray;
-
 /* What a thread needs to follow a batch of rays through the parts. */
 typedef struct sc_part_room {
-    sc_ray rays[SC_RAY_BATCH]; /* those that are marched next, through one part */
-    sc_radiance light[SC_RAY_BATCH], white[SC_RAY_BATCH]; /* what they bring back */
-    uint32_t target[SC_RAY_BATCH];                        /* the index of each in the batch */
-    int square[SC_APART_BATCH];                           /* by index: of the maps of all parts */
-    uint64_t lit[SC_APART_BATCH];  /* by index: the parts, as bits, in whose state is what the ray
-                                      brings back from there; it meets nothing in the others */
-    double longer[SC_APART_BATCH]; /* by index: how much longer the way along it is than along the
-                                      direction of view, at least 1 */
-    double end_mm[SC_APART_BATCH]; /* by index: where it ends, from the eye */
-    int part[SC_APART_BATCH]; /* by index: the part that it goes through next; -1: it is done */
-    sc_part_ray *state;       /* [parts][SC_APART_BATCH] by index */
+    /* of those that are marched next, through one part */
+    sc_ray rays[SC_RAY_BATCH];
+    sc_way part_ways[SC_RAY_BATCH],
+        again[SC_RAY_BATCH]; /* again: for a march that fades to white */
+    sc_radiance light[SC_RAY_BATCH];
+    uint32_t target[SC_RAY_BATCH]; /* the index of each in the batch */
+    /* by index */
+    sc_radiance
+        white[SC_APART_BATCH];      /* what the rays bring back where the far end fades to white */
+    uint64_t left[SC_APART_BATCH];  /* the parts, as bits, that they may still meet ... */
+    uint64_t known[SC_APART_BATCH]; /* ... and those whose next surface has been found: of the
+                                       others the ways have a bound */
+    int8_t part[SC_APART_BATCH];    /* of the surface that they have passed last; -1: none */
+    uint8_t turns[SC_APART_BATCH];  /* how often that has been another part than before */
+    int after[SC_APART_BATCH];      /* the next ray that waits for the same part; -1: none */
+    sc_way *ways;                   /* [parts][SC_APART_BATCH] */
 } sc_part_room;
 
 /* A part: tissues that move together, which are drawn as if there were no others. */
@@ -208,7 +207,7 @@ typedef struct sc_parts {
     int count;                  /* of list: the highest number of a part, plus 1 */
     sc_part list[SC_PARTS_MAX]; /* by sc_tissue.part */
     sc_part_room *rooms;        /* [threads] */
-    sc_part_ray *states;        /* [threads][count][SC_APART_BATCH] */
+    sc_way *ways;               /* [threads][count][SC_APART_BATCH] */
     uint64_t *met;              /* room for a map: [SC_COVER_SIDE][SC_COVER_SIDE] */
     /* of the present view */
     bool are_apart;  /* some part is moved: rays are followed through each */
@@ -245,8 +244,8 @@ static inline bool sc_parts_apart(const sc_renderer *r)
  * added to. */
 void sc_march_rays(const sc_renderer *r, const sc_ray *rays, size_t count, sc_radiance *out,
                    sc_radiance *white, sc_march_counters *counters);
-/* The same for rays through points of a view whose parts are apart: each ray is followed through
- * every part, and what it meets there is put together in its order along the ray. @param at_px
+/* The same for rays through points of a view whose parts are apart: what a ray meets in them is
+ * blended in its order along the ray. @param at_px
  * [count] points of the viewport, in pixels, at most SC_APART_BATCH. @param thread whose room is
  * used. */
 void sc_march_apart(const sc_renderer *r, const double (*at_px)[2], size_t count, int thread,

@@ -1,33 +1,28 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Marches batches of rays: through the volume, or where parts are moved through each of them.
  *
- * In the second case a ray is first followed through each part by itself. Then the part that it
- * meets first is taken, up to where the next one begins; what is left of the ray is followed on
- * from there, until it is opaque or meets only one part. So layers of translucent parts that lie
- * between each other are blended in their order, as if the tissues stood in one volume. */
+ * In the second case a ray goes on in the part whose next surface is the nearest, up to the next
+ * surface of another part. So layers of parts that lie between each other are blended in their
+ * order, as if the tissues stood in one volume, and what an opaque face hides is never looked for.
+ * As long as a ray has not been to a part, the map of that part tells how near its first surface
+ * can be. That decides when surfaces are looked for, but never which of them comes first: the
+ * picture is the same without maps. */
 #include "internal.h"
 
 /* Surfaces of two parts that lie so near to each other, in voxels, are those in which they touched
  * before they moved: the part that the ray is in is left before the other is entered. */
-#define TOUCH_VOXELS 0.05
-/* What takes less than this share of the light does not enter the signature of a ray. */
-#define NOTICED (1.0f / 32)
+#define TOUCH_VOXELS 0.05f
 enum {
-    ROUNDS_MAX = 100 /* in which parts take turns; then what is left is blended part by part */
+    TURNS_MAX = 100, /* in which parts take turns; then a ray is followed through one after the
+                        other */
+    NO_PART = -1
 };
 
-void sc_march_rays(const sc_renderer *r, const sc_ray *rays, size_t count, sc_radiance *out,
-                   sc_radiance *white, sc_march_counters *counters)
+/* Let through what has faded of rays: fading to white, they are lighter than with black by the
+ * share of the background that the picture shows. That share is added to the transmittance, so that
+ * the picture lets through what has faded, and not only what no tissue hides. */
+static void fade_away(size_t count, sc_radiance *out, const sc_radiance *white)
 {
-    sc_march_counters again = {0}; /* the work is not counted a second time */
-
-    r->kernel->march(&r->march, rays, NULL, count, out, counters);
-    if (!sc_fades_away(r))
-        return;
-    /* Fading to white, they are lighter than with black by the share of the background that the
-     * picture shows. So that share is added to the transmittance; the picture lets through what has
-     * faded, and not only what no tissue hides. */
-    r->kernel->march(&r->on_white, rays, NULL, count, white, &again);
     for (size_t i = 0; i < count; i++) {
         float more = 0;
 
@@ -37,6 +32,18 @@ void sc_march_rays(const sc_renderer *r, const sc_ray *rays, size_t count, sc_ra
     }
 }
 
+void sc_march_rays(const sc_renderer *r, const sc_ray *rays, size_t count, sc_radiance *out,
+                   sc_radiance *white, sc_march_counters *counters)
+{
+    sc_march_counters again = {0}; /* the work is not counted a second time */
+
+    r->kernel->march(&r->march, rays, NULL, count, out, counters);
+    if (!sc_fades_away(r))
+        return;
+    r->kernel->march(&r->on_white, rays, NULL, count, white, &again);
+    fade_away(count, out, white);
+}
+
 /* A batch of rays on their way through the parts. */
 typedef struct bundle {
     const sc_renderer *renderer;
@@ -44,20 +51,11 @@ typedef struct bundle {
     sc_part_room *room;
     sc_radiance *out;
     sc_march_counters *counters;
-    size_t count;
-    double touch_mm;
-    int met_count;
-    int order[SC_PARTS_MAX]; /* [met_count] parts that rays can meet, the nearest first: so rays are
-                                followed. The same for all rays of a frame, as where two parts
-                                nearly touch the last bits of what is met depend on it: a ray ends
-                                behind the face of one within the cell of the other's */
+    float touch_mm;
+    int waiting[SC_PARTS_MAX]; /* by part: how many rays go on there */
+    int first[SC_PARTS_MAX];   /* the first of them; the others follow by room->after */
+    int alone[SC_PARTS_MAX];   /* likewise of rays that can meet no other part */
 } bundle;
-
-/* @return the state of ray @p i in part @p p. */
-static inline sc_part_ray *state_of(const bundle *b, int p, size_t i)
-{
-    return &b->room->state[(size_t)p * SC_APART_BATCH + i];
-}
 
 /* Part @p p as a bit. */
 static inline uint64_t part_bit(int p)
@@ -65,267 +63,239 @@ static inline uint64_t part_bit(int p)
     return (uint64_t)1 << p;
 }
 
-/* Does a ray bring back anything? */
-static inline bool is_lit(const sc_radiance *light)
+/* @return the way of ray @p i through part @p p. */
+static inline sc_way *way_of(const bundle *b, int p, size_t i)
 {
-    return light->transmittance < 1;
+    return &b->room->ways[(size_t)p * SC_APART_BATCH + i];
 }
 
-/* Is nothing of what is behind seen, and nothing but the first surface? */
-static inline bool is_one_face(const sc_radiance *light)
+/* Find the parts that ray @p i meets first and second, but for the one that it is in: of equal
+ * distances that of the lower number. Both are NO_PART if there is none. */
+static void find_nearest(const bundle *b, size_t i, int in, int *first, int *second)
 {
-    return light->transmittance < SC_OPAQUE && light->signature == light->label + 1;
-}
+    float nearest = HUGE_VALF, next = HUGE_VALF;
 
-/* Cut a ray through a part down to the stretch from @p begin_mm to @p end_mm, from the eye. @return
- * false if nothing of it is kept. */
-static bool keep_stretch(const sc_lens *lens, double begin_mm, double end_mm, sc_ray *ray)
-{
-    const double step = lens->renderer->march.step_mm, base_mm = (double)ray->base_mm;
-    const float begin = (float)(begin_mm - base_mm), end = (float)(end_mm - base_mm);
-    bool any = false;
+    *first = *second = NO_PART;
+    for (uint64_t left = b->room->left[i]; left; left &= left - 1) {
+        const int p = __builtin_ctzll(left);
+        const float mm = way_of(b, p, i)->next_mm;
 
-    for (int g = 0; g < ray->clip_sets; g++) {
-        int kept = 0;
-
-        for (int i = 0; i < ray->part_count[g]; i++) {
-            sc_ray_part part = ray->parts[g][i];
-
-            if (begin > part.begin_mm) { /* its cut face has been met before */
-                part.begin_mm = begin;
-                part.cap_plane = -1;
-                if (lens->from_eye)
-                    part.first = (int32_t)ceil((begin_mm - base_mm) / step - 0.5);
-            }
-            if (end < part.end_mm) {
-                part.end_mm = end;
-                if (lens->from_eye)
-                    part.last = (int32_t)ceil((end_mm - base_mm) / step - 0.5);
-            }
-            if (part.begin_mm < part.end_mm)
-                ray->parts[g][kept++] = part;
+        if (p == in)
+            continue;
+        if (*first == NO_PART || mm < nearest) {
+            *second = *first;
+            next = nearest;
+            *first = p;
+            nearest = mm;
+        } else if (*second == NO_PART || mm < next) {
+            *second = p;
+            next = mm;
         }
-        ray->part_count[g] = (uint8_t)kept;
-        any = any || kept;
     }
-    return any;
 }
 
-/* Queue ray @p i through part @p p, from where it has come there to @p end_mm, unless it meets
- * nothing there. @param queued how many are in the queue. @return how many are then. */
-static size_t queue_ray(const bundle *b, const sc_part *part, const sc_part_ray *state, size_t i,
-                        double end_mm, size_t queued)
+/* The distance before which the first surface of part @p p, of which only a bound is known, comes
+ * before all those of part @p other. */
+static inline float before_other(const bundle *b, size_t i, int p, int other)
 {
-    sc_ray *ray = &b->room->rays[queued];
+    const float mm = way_of(b, other, i)->next_mm;
 
-    if (!sc_make_ray(&part->lens, b->at_px[i][0], b->at_px[i][1], ray))
-        return queued;
-    if ((state->begin_mm > 0 || end_mm < HUGE_VAL) &&
-        !keep_stretch(&part->lens, state->begin_mm, end_mm, ray))
-        return queued;
-    b->room->target[queued] = (uint32_t)i;
-    return queued + 1;
+    return p < other ? nextafterf(mm, HUGE_VALF) : mm;
 }
 
-/* March the queue through a part. */
-static void march_queue(const bundle *b, const sc_part *part, size_t queued)
+/* Choose the part in which ray @p i goes on, and set how far in its way. @return it; NO_PART if the
+ * ray is done. */
+static int choose_part(const bundle *b, size_t i)
 {
-    if (queued)
-        sc_march_rays(part->renderer, b->room->rays, queued, b->room->light, b->room->white,
-                      b->counters);
+    const sc_part_room *room = b->room;
+    const bool last_turn = room->turns[i] >= TURNS_MAX;
+    const int in = room->part[i] != NO_PART && room->left[i] & part_bit(room->part[i])
+                       ? room->part[i]
+                       : NO_PART;
+    int first, second;
+    float limit_mm = HUGE_VALF;
+    sc_way *way;
+
+    if (!room->left[i] || b->out[i].transmittance < SC_OPAQUE)
+        return NO_PART;
+    find_nearest(b, i, in, &first, &second);
+    if (first != NO_PART && !last_turn)
+        limit_mm = way_of(b, first, i)->next_mm + b->touch_mm;
+    if (in != NO_PART && way_of(b, in, i)->next_mm < limit_mm) {
+        way = way_of(b, in, i);
+        way->before_mm = way->limit_mm = limit_mm;
+        return in;
+    }
+    way = way_of(b, first, i);
+    way->before_mm = way->limit_mm = HUGE_VALF;
+    if (second != NO_PART) {
+        way->before_mm = before_other(b, i, first, second);
+        way->limit_mm = way_of(b, second, i)->next_mm + b->touch_mm;
+    }
+    if (in != NO_PART) { /* twice, for what rounding takes away */
+        way->before_mm = fminf(way->before_mm, way_of(b, in, i)->next_mm - 2 * b->touch_mm);
+        way->limit_mm = fminf(way->limit_mm, way_of(b, in, i)->next_mm + b->touch_mm);
+    }
+    if (room->known[i] & part_bit(first))
+        way->before_mm = HUGE_VALF;
+    if (last_turn)
+        way->limit_mm = HUGE_VALF;
+    return first;
 }
 
-/* Can ray @p i meet anything of a part before it ends? */
-static inline bool may_meet(const bundle *b, const sc_part *part, size_t i)
+/* Let ray @p i wait for the part in which it goes on, unless it is done. */
+static void send_on(bundle *b, size_t i)
 {
-    const int level = part->cover.squares[b->room->square[i]];
+    const int p = choose_part(b, i);
 
-    return level &&
-           sc_cover_near_mm(&part->cover, level) * b->room->longer[i] <= b->room->end_mm[i];
+    if (p == NO_PART)
+        return;
+    b->room->after[i] = b->first[p];
+    b->first[p] = (int)i;
+    b->waiting[p]++;
 }
 
-/* March the queue through part @p p, and store what its rays bring back in their states. A ray
- * needs not go further than an opaque face that it has met in another part. */
-static void march_followed(const bundle *b, int p, size_t queued)
+/* Take ray @p i over from part @p p, where it has come to. */
+static void take_over(bundle *b, int p, size_t i)
 {
     sc_part_room *room = b->room;
+    const sc_way *way = way_of(b, p, i);
 
-    march_queue(b, &b->renderer->parts->list[p], queued);
-    for (size_t k = 0; k < queued; k++) {
+    room->known[i] |= part_bit(p);
+    if (way->next_mm == HUGE_VALF)
+        room->left[i] &= ~part_bit(p);
+    if (way->passed && room->part[i] != p) {
+        room->part[i] = (int8_t)p;
+        room->turns[i]++;
+    }
+    send_on(b, i);
+}
+
+/* March the first @p count rays of the room through part @p p, as far as their ways allow. */
+static void march_part(const bundle *b, int p, size_t count)
+{
+    const sc_renderer *own = b->renderer->parts->list[p].renderer;
+    sc_part_room *room = b->room;
+    sc_march_counters again = {0}; /* the work is not counted a second time */
+
+    for (size_t k = 0; k < count; k++) {
         const size_t i = room->target[k];
 
-        if (!is_lit(&room->light[k]))
-            continue;
-        state_of(b, p, i)->light = room->light[k];
-        room->lit[i] |= part_bit(p);
-        if (is_one_face(&room->light[k]))
-            room->end_mm[i] = fmin(room->end_mm[i], (double)room->light[k].depth_mm + b->touch_mm);
+        room->part_ways[k] = *way_of(b, p, i);
+        room->light[k] = b->out[i];
+        room->again[k] = room->part_ways[k];
     }
+    own->kernel->march(&own->march, room->rays, room->part_ways, count, room->light, b->counters);
+    for (size_t k = 0; k < count; k++) {
+        *way_of(b, p, room->target[k]) = room->part_ways[k];
+        b->out[room->target[k]] = room->light[k];
+    }
+    if (!sc_fades_away(own))
+        return;
+    for (size_t k = 0; k < count; k++)
+        room->light[k] = room->white[room->target[k]];
+    own->kernel->march(&own->on_white, room->rays, room->again, count, room->light, &again);
+    for (size_t k = 0; k < count; k++)
+        room->white[room->target[k]] = room->light[k];
 }
 
-/* Follow rays through part @p p to their ends. In the first round those go there that can meet it,
- * from their beginnings, else those whose room->part it is. */
-static void follow(const bundle *b, int p, bool first_round)
+/* Follow rays that wait for part @p p, at most SC_RAY_BATCH, as far as their ways allow. */
+static void follow(bundle *b, int p)
 {
-    const sc_parts *parts = b->renderer->parts;
-    const sc_part *part = &parts->list[p];
+    const sc_lens *lens = &b->renderer->parts->list[p].lens;
     sc_part_room *room = b->room;
-    size_t queued = 0;
+    size_t count = 0;
 
-    for (size_t i = 0; i < b->count; i++) {
-        sc_part_ray *state = state_of(b, p, i);
+    while (b->first[p] >= 0 && count < SC_RAY_BATCH) {
+        const size_t i = (size_t)b->first[p];
 
-        if (first_round ? !(parts->met[room->square[i]] & part_bit(p)) : room->part[i] != p)
+        b->first[p] = room->after[i];
+        b->waiting[p]--;
+        if (sc_make_ray(lens, b->at_px[i][0], b->at_px[i][1], &room->rays[count])) {
+            room->target[count++] = (uint32_t)i;
             continue;
-        if (first_round)
-            state->begin_mm = 0;
-        room->lit[i] &= ~part_bit(p);
-        if (may_meet(b, part, i))
-            queued = queue_ray(b, part, state, i, room->end_mm[i], queued);
-        if (queued == SC_RAY_BATCH) {
-            march_followed(b, p, queued);
-            queued = 0;
         }
+        room->left[i] &= ~part_bit(p);
+        send_on(b, i);
     }
-    march_followed(b, p, queued);
+    march_part(b, p, count);
+    for (size_t k = 0; k < count; k++)
+        take_over(b, p, room->target[k]);
 }
 
-/* Blend what a stretch of a ray brings back behind what has been met before. */
-static void blend(const sc_radiance *from, sc_radiance *to)
-{
-    if (from->label && !to->label) {
-        to->label = from->label;
-        to->depth_mm = from->depth_mm;
-        for (int c = 0; c < 3; c++)
-            to->normal[c] = from->normal[c];
-    }
-    if (to->transmittance * (1 - from->transmittance) >= NOTICED)
-        to->signature = to->signature * 31 + from->signature;
-    for (int c = 0; c < 3; c++)
-        to->rgb[c] += to->transmittance * from->rgb[c];
-    to->transmittance *= from->transmittance;
-}
-
-/* Blend what ray @p i meets in the part that it meets first, if it is alone there, or if nothing is
- * seen behind. @return that part if another one begins before it ends, and the end of its stretch
- * in
- * *@p end_mm; -1 if the ray is done. */
-static int take_first(const bundle *b, size_t i, bool last_round, double *end_mm)
-{
-    uint64_t *lit = &b->room->lit[i];
-
-    while (*lit && b->out[i].transmittance >= SC_OPAQUE) {
-        int first = -1, second = -1;
-
-        /* By their numbers: in which order they are followed must not matter, not even where two
-         * are met at the same depth. */
-        for (uint64_t left = *lit; left; left &= left - 1) {
-            const int p = __builtin_ctzll(left);
-            const sc_radiance *light = &state_of(b, p, i)->light;
-
-            if (!light->label) { /* a veil, of which it is not known where it is met */
-                blend(light, &b->out[i]);
-                *lit &= ~part_bit(p);
-            } else if (first < 0 || light->depth_mm < state_of(b, first, i)->light.depth_mm) {
-                second = first;
-                first = p;
-            } else if (second < 0 || light->depth_mm < state_of(b, second, i)->light.depth_mm) {
-                second = p;
-            }
-        }
-        if (first < 0)
-            break;
-        if (second >= 0 && !last_round && !is_one_face(&state_of(b, first, i)->light)) {
-            *end_mm = (double)state_of(b, second, i)->light.depth_mm + b->touch_mm;
-            return first;
-        }
-        blend(&state_of(b, first, i)->light, &b->out[i]);
-        *lit &= ~part_bit(first);
-    }
-    return -1;
-}
-
-/* March the queue through part @p p to where the next one begins, and blend what its rays meet.
- * Those that meet more behind in that part, unless they are opaque, keep it as their room->part;
- * the others' is set to that of no part, but not to -1. @return how many keep it. */
-static size_t march_stretches(const bundle *b, int p, size_t queued)
-{
-    sc_part_room *room = b->room;
-    size_t left = 0;
-
-    march_queue(b, &b->renderer->parts->list[p], queued);
-    for (size_t k = 0; k < queued; k++) {
-        const size_t i = room->target[k];
-        sc_part_ray *state = state_of(b, p, i);
-        const bool is_all = room->light[k].transmittance <= state->light.transmittance &&
-                            room->light[k].signature == state->light.signature;
-
-        blend(&room->light[k], &b->out[i]);
-        state->begin_mm = room->end_mm[i];
-        room->lit[i] &= ~part_bit(p);
-        if (is_all || b->out[i].transmittance < SC_OPAQUE)
-            room->part[i] = SC_PARTS_MAX;
-        else
-            left++;
-    }
-    return left;
-}
-
-/* Follow all rays whose room->part is @p p up to their room->end_mm. @return as march_stretches. */
-static size_t follow_stretches(const bundle *b, int p)
+/* March the rays that can meet only part @p p: as if there were no others. */
+static void follow_alone(bundle *b, int p)
 {
     const sc_part *part = &b->renderer->parts->list[p];
     sc_part_room *room = b->room;
-    size_t queued = 0, left = 0;
 
-    for (size_t i = 0; i < b->count; i++) {
-        if (room->part[i] == p)
-            queued = queue_ray(b, part, state_of(b, p, i), i, room->end_mm[i], queued);
-        if (queued == SC_RAY_BATCH) {
-            left += march_stretches(b, p, queued);
-            queued = 0;
+    while (b->alone[p] >= 0) {
+        size_t count = 0;
+
+        for (; b->alone[p] >= 0 && count < SC_RAY_BATCH; b->alone[p] = room->after[b->alone[p]]) {
+            const double *at_px = b->at_px[b->alone[p]];
+
+            if (sc_make_ray(&part->lens, at_px[0], at_px[1], &room->rays[count]))
+                room->target[count++] = (uint32_t)b->alone[p];
         }
+        part->renderer->kernel->march(&part->renderer->march, room->rays, NULL, count, room->light,
+                                      b->counters);
+        for (size_t k = 0; k < count; k++)
+            b->out[room->target[k]] = room->light[k];
+        if (!sc_fades_away(part->renderer))
+            continue;
+        part->renderer->kernel->march(&part->renderer->on_white, room->rays, NULL, count,
+                                      room->light, &(sc_march_counters){0});
+        for (size_t k = 0; k < count; k++)
+            room->white[room->target[k]] = room->light[k];
     }
-    return left + march_stretches(b, p, queued);
 }
 
-/* Begin to follow the rays of a bundle: sets out, and what of its room they have by their indices,
- * and the parts that they can meet, order and met_count. */
-static void begin_rays(bundle *b)
+/* Begin to follow ray @p i: sets what it brings back, and what of the room it has by its index,
+ * with the parts that it can meet, and lets it wait for one. */
+static void begin_ray(bundle *b, size_t i)
 {
     const sc_parts *parts = b->renderer->parts;
     sc_part_room *room = b->room;
-    uint64_t met = 0;
+    const double *at_px = b->at_px[i];
+    const int square = sc_cover_square(&parts->layout, (int)floor(at_px[0]), (int)floor(at_px[1]));
+    double longer;
 
-    for (size_t i = 0; i < b->count; i++) {
-        const int square =
-            sc_cover_square(&parts->layout, (int)floor(b->at_px[i][0]), (int)floor(b->at_px[i][1]));
+    b->out[i] = room->white[i] = sc_no_light();
+    room->left[i] = parts->met[square];
+    room->known[i] = 0;
+    room->part[i] = NO_PART;
+    room->turns[i] = 0;
+    if (room->left[i] && !(room->left[i] & (room->left[i] - 1))) {
+        const int p = __builtin_ctzll(room->left[i]);
 
-        b->out[i] = (sc_radiance){.transmittance = 1, .depth_mm = HUGE_VALF};
-        room->part[i] = SC_PARTS_MAX;
-        room->end_mm[i] = HUGE_VAL;
-        room->square[i] = square;
-        room->lit[i] = 0;
-        room->longer[i] =
-            sc_ray_longer(&parts->list[parts->shown[0]].lens, b->at_px[i][0], b->at_px[i][1]);
-        met |= parts->met[square];
+        room->after[i] = b->alone[p];
+        b->alone[p] = (int)i;
+        return;
     }
-    for (int k = 0; k < parts->shown_count; k++) {
-        if (met & part_bit(parts->shown[k]))
-            b->order[b->met_count++] = parts->shown[k];
+    longer = sc_ray_longer(&parts->list[parts->shown[0]].lens, at_px[0], at_px[1]);
+    for (uint64_t left = room->left[i]; left; left &= left - 1) {
+        const int p = __builtin_ctzll(left);
+        const sc_cover *cover = &parts->list[p].cover;
+        sc_way *way = way_of(b, p, i);
+
+        *way = sc_way_begin();
+        way->next_mm = (float)(sc_cover_near_mm(cover, cover->squares[square]) * longer);
     }
+    send_on(b, i);
 }
 
-/* Follow the rays that take_first() has given to a part through that. */
-static void follow_on(const bundle *b, int p)
+/* @return the part for which most rays wait; NO_PART if none does. In which order parts are
+ * followed does not matter. */
+static int busiest(const bundle *b)
 {
-    sc_part_room *room = b->room;
+    int most = NO_PART;
 
-    if (!follow_stretches(b, p))
-        return;
-    for (size_t i = 0; i < b->count; i++)
-        room->end_mm[i] = room->part[i] == p ? HUGE_VAL : room->end_mm[i];
-    follow(b, p, false);
+    for (int p = 0; p < b->renderer->parts->count; p++) {
+        if (b->waiting[p] && (most == NO_PART || b->waiting[p] > b->waiting[most]))
+            most = p;
+    }
+    return most;
 }
 
 void sc_march_apart(const sc_renderer *r, const double (*at_px)[2], size_t count, int thread,
@@ -336,28 +306,16 @@ void sc_march_apart(const sc_renderer *r, const double (*at_px)[2], size_t count
                 .room = &r->parts->rooms[thread],
                 .out = out,
                 .counters = counters,
-                .count = count,
-                .touch_mm = TOUCH_VOXELS * (double)r->march.voxel_mm};
-    bool any = true;
+                .touch_mm = TOUCH_VOXELS * r->march.voxel_mm};
 
-    begin_rays(&b);
-    for (int k = 0; k < b.met_count; k++)
-        follow(&b, b.order[k], true);
-    for (int round = 0; any; round++) {
-        uint64_t going_on = 0;
-
-        any = false;
-        for (size_t i = 0; i < count; i++) {
-            if (b.room->part[i] >= 0)
-                b.room->part[i] = take_first(&b, i, round == ROUNDS_MAX, &b.room->end_mm[i]);
-            if (b.room->part[i] < 0)
-                continue;
-            going_on |= part_bit(b.room->part[i]);
-            any = true;
-        }
-        for (int k = 0; k < b.met_count; k++) {
-            if (going_on & part_bit(b.order[k]))
-                follow_on(&b, b.order[k]);
-        }
-    }
+    for (int p = 0; p < r->parts->count; p++)
+        b.first[p] = b.alone[p] = -1;
+    for (size_t i = 0; i < count; i++)
+        begin_ray(&b, i);
+    for (int p = 0; p < r->parts->count; p++)
+        follow_alone(&b, p);
+    for (int p = busiest(&b); p != NO_PART; p = busiest(&b))
+        follow(&b, p);
+    if (sc_fades_away(r))
+        fade_away(count, out, b.room->white);
 }

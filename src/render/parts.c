@@ -125,11 +125,10 @@ static sc_status allocate(const sc_ctx *ctx, sc_renderer *r, int count)
     r->parts->count = count;
     SC_TRY(sc_alloc(ctx, threads, sizeof *r->parts->rooms, &block));
     r->parts->rooms = block;
-    SC_TRY(
-        sc_alloc(ctx, threads * (size_t)count * SC_APART_BATCH, sizeof *r->parts->states, &block));
-    r->parts->states = block;
+    SC_TRY(sc_alloc(ctx, threads * (size_t)count * SC_APART_BATCH, sizeof *r->parts->ways, &block));
+    r->parts->ways = block;
     for (size_t i = 0; i < threads; i++)
-        r->parts->rooms[i].state = r->parts->states + i * (size_t)count * SC_APART_BATCH;
+        r->parts->rooms[i].ways = r->parts->ways + i * (size_t)count * SC_APART_BATCH;
     SC_TRY(sc_alloc(ctx, (size_t)SC_COVER_SIDE * SC_COVER_SIDE, sizeof *r->parts->met, &block));
     r->parts->met = block;
 out:
@@ -179,7 +178,7 @@ void sc_parts_free(sc_renderer *r)
         sc_free(part->renderer);
     }
     sc_free(r->parts->rooms);
-    sc_free(r->parts->states);
+    sc_free(r->parts->ways);
     sc_free(r->parts->met);
     sc_free(r->parts);
     r->parts = NULL;
@@ -202,7 +201,7 @@ uint64_t sc_parts_bytes(const sc_renderer *r)
            (uint64_t)SC_COVER_SIDE * SC_COVER_SIDE * sizeof *r->parts->met +
            (uint64_t)r->settings.threads *
                (sizeof *r->parts->rooms +
-                (uint64_t)r->parts->count * SC_APART_BATCH * sizeof *r->parts->states);
+                (uint64_t)r->parts->count * SC_APART_BATCH * sizeof *r->parts->ways);
 }
 
 /* ---- the occlusion of a part ---- */
