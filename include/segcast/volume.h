@@ -55,6 +55,7 @@ typedef struct sc_volume {
     sc_label_table absent;  /**< tissues that the file names and none of whose voxels was read */
     sc_label_table outside; /**< labels all of whose voxels lie outside of the box that was read; of
                                  formats in chunks, which are not read there, none are known */
+    bool is_part;           /**< such a box was read of a format in chunks */
 } sc_volume;
 
 /** Check that a volume of @p size voxels may be read and prepared within ctx->memory_max_bytes: its

@@ -268,6 +268,46 @@ out:
     return status;
 }
 
+/* Tell which tissues with a name a box of a volume in chunks has none of. Whether they are
+ * elsewhere is not known, as the other chunks are not read. @param source whose numbers are those
+ * of the volume. */
+static sc_status tell_unread(const sc_app *app, const sc_job *job, const sc_label_source *source,
+                             const sc_volume *volume)
+{
+    const sc_label_table *tables[] = {&source->table, &volume->absent};
+    sc_label_table unread = {0};
+    sc_volume catalog = {.label_count = 1};
+    void *labels;
+    sc_text names = {0};
+    sc_status status;
+
+    SC_TRY(sc_zalloc(app->ctx, 1, sizeof(sc_label), &labels));
+    catalog.labels = labels;
+    for (size_t k = 0; k < SC_COUNT_OF(tables); k++) {
+        for (size_t i = 0; i < tables[k]->count; i++) {
+            const sc_label *row = &tables[k]->rows[i];
+
+            if (row->name[0] && row->value && !sc_volume_label(volume, row->value))
+                SC_TRY(sc_label_table_add(app->ctx, &unread, row));
+        }
+    }
+    SC_TRY(sc_volume_add_labels(app->ctx, &catalog, &unread));
+    sc_volume_apply_table(&catalog, &unread);
+    for (int id = 1; id < catalog.label_count; id++)
+        SC_TRY(sc_label_list_add(app->ctx, &names, (size_t)id - 1, &catalog.labels[id]));
+    if (catalog.label_count > 1)
+        sc_info(app->ctx,
+                "%s: the box has no voxel of %d tissue%s with a name: %s; other chunks are not "
+                "read, so that it is not known which of them the volume has",
+                job->volume, catalog.label_count - 1, catalog.label_count == 2 ? "" : "s",
+                names.data);
+out:
+    sc_label_table_clear(&unread);
+    sc_text_clear(&names);
+    sc_volume_clear(&catalog);
+    return status;
+}
+
 /* Give a volume labels without voxels. */
 static sc_status add_labels(const sc_app *app, const sc_label_table *more, sc_volume *volume,
                             sc_label_scan *scan)
@@ -312,6 +352,8 @@ sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volum
 
     SC_TRY(sc_read_labels_of(app, job, volume, &source));
     SC_TRY(warn_of_outside(app, job, volume->numbered ? &nothing : &source, volume));
+    if (volume->is_part)
+        SC_TRY(tell_unread(app, job, volume->numbered ? &nothing : &source, volume));
     if (volume->numbered && !fixed)
         SC_TRY(meet_by_name(app, job, &source, volume, scan, &absent));
     else

@@ -295,8 +295,8 @@ static void stop_rays(packet *p, vm on)
     p->alive = m_without(p->alive, on);
 }
 
-/* Add the present samples of the lanes of @p on, which are marked, to the light, as far as they have
- * not faded away, their clip sets are kept, and rays do not stop before them. */
+/* Add the present samples of the lanes of @p on, which are marked, to the light, as far as they
+ * have not faded away, their clip sets are kept, and rays do not stop before them. */
 static void add_samples(packet *p, vm on)
 {
     const vf t = v_distance(p, p->k);

@@ -206,6 +206,7 @@ sc_status sc_chunked_cut(const sc_ctx *ctx, const char *path, const sc_read_choi
     for (int i = 0; i < 3; i++) {
         chunked->low[i] = (size_t)source->low[i];
         chunked->part[i] = (size_t)source->part[i];
+        source->is_part = source->is_part || source->part[i] < source->size[i];
         source->size[i] = source->part[i];
         source->low[i] = 0;
     }

@@ -193,6 +193,7 @@ static sc_status cut(const sc_ctx *ctx, const char *path, const sc_read_choice *
     for (int i = 0; i < 3; i++) {
         r->voxels[i][0] = source->low[i];
         r->voxels[i][1] = source->part[i];
+        source->is_part = source->is_part || source->part[i] < source->size[i];
         source->size[i] = source->part[i];
         source->low[i] = 0;
     }

@@ -346,6 +346,7 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_
     volume.to_ras_mm = sc_source_part_to_ras(&source);
     volume.oriented = source.oriented;
     volume.numbered = source.numbered;
+    volume.is_part = source.is_part;
     sc_volume_apply_table(&volume, &source.table);
     SC_TRY(sc_overlap_warn(ctx, path, &source, &rule, &volume));
     if (choice->overlaps)
@@ -462,7 +463,8 @@ sc_status sc_volume_read_header_by(const sc_ctx *ctx, const char *path,
                               .labels = labels,
                               .to_ras_mm = sc_source_part_to_ras(&source),
                               .oriented = source.oriented,
-                              .numbered = source.numbered};
+                              .numbered = source.numbered,
+                              .is_part = source.is_part};
     scan.volume.labels[0].opacity = -1;
     memcpy(scan.volume.size, source.part, sizeof source.part);
     SC_TRY(sc_volume_add_labels(ctx, &scan.volume, &source.table));

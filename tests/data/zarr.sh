@@ -263,6 +263,12 @@ expect 65 'few.zarr/labels/cells/0/0/0/0: zstd' "$SEGCAST" info few.zarr
 "$SEGCAST" info few.zarr --set 'volume={box: [[25, 50], [16, 32], [3, 6]]}' --json >info.json 2>stderr.txt ||
     { cat stderr.txt >&2; fail "chunks outside of the box are read"; }
 jq -e '.labels[1:] | map(.voxels) == [160, 608]' info.json >/dev/null || fail "the labels of one chunk: $(jq -c .labels info.json)"
+# Tissues with a name of which the box has nothing are told; other chunks are not looked at.
+printf 'value,name\n60000,far one\n' >far.csv
+expect 0 'the box has no voxel of .* with a name: .*"far one".*; other chunks are not read' "$SEGCAST" info few.zarr \
+    --set 'volume={box: [[25, 50], [16, 32], [3, 6]]}' --labels far.csv
+expect 0 '' "$SEGCAST" info zstd.zarr --labels far.csv
+! grep -q 'the box has' stderr.txt || fail "a box is told of without one: $(cat stderr.txt)"
 # The same by two corners in mm: voxels 25 to 49, 16 to 31, 3 to 5.
 mm='[[0.0245, 0.00799, 0.0064], [0.01249, 0.0155, 0.00370]]'
 [ "$(found zstd.zarr --set "volume={box_mm: $mm}")" = "$(found zstd.zarr --set 'volume={box: [[25, 50], [16, 32], [3, 6]]}')" ] ||
