@@ -189,8 +189,11 @@ typedef struct sc_name_film {
     const sc_annotations *a;
     const sc_word *words[SC_NAMES_MAX]; /* [count] */
     int count, frames;
-    double row_px, widest_px;         /* height of a row; width of the widest name */
-    double low_px[2], high_px[2];     /* between which y names stand, by side */
+    double row_px, widest_px;     /* height of a row; width of the widest name */
+    double low_px[2], high_px[2]; /* between which y names stand, by side */
+    /* [taken_count] where overlays stand, but for captions, which come and go */
+    sc_viewport taken[2 * SC_PLACE_COUNT];
+    int taken_count;
     sc_anchors anchors[SC_NAMES_MAX]; /* [count] */
     sc_affine from_ras_mm;            /* to voxels */
     sc_columns *columns;              /* [frames] */

@@ -140,6 +140,10 @@ static sc_status end_before_overlays(const sc_ctx *ctx, const sc_annotations *a,
     sc_viewport taken[SC_PLACE_COUNT] = {{0, 0, 0, 0}};
     const sc_status status = sc_draw_fixed(ctx, &d, 0, &scene);
 
+    for (int place = SC_PLACE_TOP_LEFT; place < SC_PLACE_COUNT; place++) {
+        if (d.taken[place].width_px)
+            film->taken[film->taken_count++] = d.taken[place];
+    }
     for (int k = 0; k < film->frames; k++) {
         sc_drawing with = d;
 

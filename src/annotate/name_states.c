@@ -91,6 +91,36 @@ static bool is_beside_divider(const sc_name_film *film, int k, double x_px)
                                 : x_px < a->divider_px[k] - margin_px;
 }
 
+/* Does a rectangle that overlays take, with @p margin_px around it, reach into columns @p x0 to @p
+ * x1 and rows @p y0 to @p y1? In any order. */
+static bool reaches_into(const sc_viewport *taken, double margin_px, double x0, double x1,
+                         double y0, double y1)
+{
+    return fmax(x0, x1) > taken->x_px - margin_px &&
+           fmin(x0, x1) < taken->x_px + taken->width_px + margin_px &&
+           fmax(y0, y1) > taken->y_px - margin_px &&
+           fmin(y0, y1) < taken->y_px + taken->height_px + margin_px;
+}
+
+/* @return whether the leader line from the point @p at in frame @p k to a name on one side keeps
+ * away from other overlays by @p margin_px: on its level part, and where it turns to a name that
+ * stands beside none of them. */
+static bool is_line_clear(const sc_name_film *film, int k, int side, const double at[2],
+                          double margin_px)
+{
+    const sc_columns *columns = &film->columns[k];
+    const double elbow_px = columns->elbow_px[side], edge_px = columns->edge_px[side];
+    const double name_px = fmax(film->low_px[side], fmin(film->high_px[side], at[1]));
+
+    for (int i = 0; i < film->taken_count; i++) {
+        if (reaches_into(&film->taken[i], margin_px, at[0], elbow_px, at[1], at[1]) ||
+            (name_px != at[1] &&
+             reaches_into(&film->taken[i], margin_px, elbow_px, edge_px, at[1], name_px)))
+            return false;
+    }
+    return true;
+}
+
 /* @return whether the point @p at, in pixels, lies in the part of the picture of frame @p k that is
  * between the two columns of names. */
 static bool is_between(const sc_name_film *film, int k, const double at[2])
@@ -105,8 +135,53 @@ static bool is_between(const sc_name_film *film, int k, const double at[2])
            at[1] > within->y_px + margin_px && at[1] < within->y_px + within->height_px - margin_px;
 }
 
-/* Find how much light of each anchor reaches the camera in some frames, 0 where it lies outside of
- * the picture. sc_range_fn. */
+/* @return whether an anchor can be named, or if it is already, can stay. */
+static bool is_bright(const uint8_t *lights, int anchor, double least)
+{
+    double brightest = 0;
+
+    for (int i = 0; i < SC_ANCHORS_MAX; i++)
+        brightest = fmax(brightest, lights[i]);
+    return lights[anchor] >= least * fmax(255, SHINE * brightest);
+}
+
+/* Let points of a tissue from which no line can lead to a name without crossing other overlays go
+ * dark, if another one can be named. @param lights of all points, updated. @param is_clear by
+ * point. */
+static void prefer_clear(const bool is_clear[SC_ANCHORS_MAX], uint8_t lights[SC_ANCHORS_MAX])
+{
+    bool any = false;
+
+    for (int i = 0; i < SC_ANCHORS_MAX; i++)
+        any = any || (is_clear[i] && is_bright(lights, i, ENTER));
+    for (int i = 0; i < SC_ANCHORS_MAX && any; i++)
+        lights[i] = is_clear[i] ? lights[i] : 0;
+}
+
+/* Find how much light of each anchor of name @p n reaches the camera in frame @p k, 0 where it lies
+ * outside of the picture, to @p lights [SC_ANCHORS_MAX], zeroed by the caller. @param moved_mm how
+ * far its tissue is moved. */
+static void survey_name(const sc_name_film *film, int k, int n, const sc_scene *scene,
+                        sc_vec3 moved_mm, uint8_t *lights)
+{
+    const sc_annotations *a = film->a;
+    const int id = film->words[n]->number;
+    bool is_clear[SC_ANCHORS_MAX] = {false};
+
+    for (int i = 0; i < film->anchors[n].count; i++) {
+        const sc_vec3 point_mm = anchor_mm(film, n, i);
+        double dot_px[2] = {0, 0};
+
+        if (project(&a->within, &scene->camera, sc_vec3_add(point_mm, moved_mm), dot_px) <= 0 ||
+            !is_between(film, k, dot_px))
+            continue;
+        lights[i] = (uint8_t)(255 * sc_light_of(a, &film->from_ras_mm, scene, id, point_mm) + 0.5);
+        is_clear[i] = is_line_clear(film, k, 0, dot_px, 0) || is_line_clear(film, k, 1, dot_px, 0);
+    }
+    prefer_clear(is_clear, lights);
+}
+
+/* Find the columns of some frames, and what survey_name() finds for all names. sc_range_fn. */
 static void survey_frames(void *user, size_t begin, size_t end, int thread)
 {
     const survey *s = user;
@@ -129,29 +204,10 @@ static void survey_frames(void *user, size_t begin, size_t end, int thread)
             const int id = film->words[n]->number;
 
             film->states[at].shown = (uint8_t)sc_shown_alpha(a, &scene, id);
-            for (int i = 0; film->states[at].shown && i < film->anchors[n].count; i++) {
-                const sc_vec3 point_mm = anchor_mm(film, n, i);
-                double dot_px[2] = {0, 0};
-
-                if (project(&a->within, &scene.camera, sc_vec3_add(point_mm, moved_mm[id]),
-                            dot_px) > 0 &&
-                    is_between(film, (int)k, dot_px))
-                    s->lights[at * SC_ANCHORS_MAX + (size_t)i] =
-                        (uint8_t)(255 * sc_light_of(a, &film->from_ras_mm, &scene, id, point_mm) +
-                                  0.5);
-            }
+            if (film->states[at].shown)
+                survey_name(film, (int)k, n, &scene, moved_mm[id], s->lights + at * SC_ANCHORS_MAX);
         }
     }
-}
-
-/* @return whether an anchor can be named, or if it is already, can stay. */
-static bool is_bright(const uint8_t *lights, int anchor, double least)
-{
-    double brightest = 0;
-
-    for (int i = 0; i < SC_ANCHORS_MAX; i++)
-        brightest = fmax(brightest, lights[i]);
-    return lights[anchor] >= least * fmax(255, SHINE * brightest);
 }
 
 /* @return the anchor of a name in frame @p k: that of the frame before, @p last, as long as it can
@@ -180,6 +236,17 @@ static int choose_anchor(const sc_name_film *film, const uint8_t *lights, int k,
     return out;
 }
 
+/* @return whether the name of the point @p at can stand on a side in frame @p k: there the line
+ * keeps away from other overlays, further if it does not stand there already. @param last as of
+ * find_state. */
+static bool can_stand(const sc_name_film *film, int k, int side, const double at[2],
+                      const sc_name_state *last)
+{
+    const bool stays = last && last->anchor >= 0 && last->right == side;
+
+    return is_line_clear(film, k, side, at, stays ? 0 : film->row_px / 2);
+}
+
 /* Find the state of a name in a frame. @param moved_mm how far its tissue is moved. @param last
  * that of the frame before; NULL: there is none. */
 static void find_state(const sc_name_film *film, int k, int n, const sc_camera *camera,
@@ -203,6 +270,9 @@ static void find_state(const sc_name_film *film, int k, int n, const sc_camera *
     if (last && last->anchor == out->anchor)
         right_px += last->right ? stay_px : -stay_px;
     out->right = has_room[1] && (right_px >= 0 || !has_room[0]);
+    if (has_room[!out->right] && !can_stand(film, k, out->right, dot_px, last) &&
+        can_stand(film, k, !out->right, dot_px, last))
+        out->right = !out->right;
     if (film->a->divider_px)
         out->right = film->a->is_behind_divider;
 }

@@ -573,6 +573,69 @@ static void names_keep_clear_of_other_overlays(void **state)
     end_film(&f);
 }
 
+/* @return whether a leader line leads through a rectangle: looked for at many points of it. */
+static bool leads_through(const sc_name_place *p, const sc_viewport *taken)
+{
+    const double points[3][2] = {{(double)p->dot_px[0], (double)p->dot_px[1]},
+                                 {(double)p->elbow_px, (double)p->dot_px[1]},
+                                 {(double)p->label_px[0], (double)p->label_px[1]}};
+
+    for (int i = 0; i < 2000; i++) {
+        const double *a = points[i / 1000], *b = points[i / 1000 + 1], u = i % 1000 / 999.0;
+        const double x = a[0] + u * (b[0] - a[0]), y = a[1] + u * (b[1] - a[1]);
+
+        if (x >= taken->x_px && x < taken->x_px + taken->width_px && y >= taken->y_px &&
+            y < taken->y_px + taken->height_px)
+            return true;
+    }
+    return false;
+}
+
+/* Leader lines lead around a legend that is wider than the column of names above or below it. */
+static void lines_keep_clear_of_a_wide_legend(void **state)
+{
+    static const int corners[] = {SC_PLACE_TOP_LEFT, SC_PLACE_TOP_RIGHT, SC_PLACE_BOTTOM_LEFT,
+                                  SC_PLACE_BOTTOM_RIGHT};
+
+    (void)state;
+    for (int corner = 0; corner < 4; corner++) {
+        static const sc_overlay_tissue chosen[] = {{.use = SC_USE_NAMES, .pattern = "?"},
+                                                   {.use = SC_USE_NAMES, .pattern = "??"},
+                                                   {.use = SC_USE_LEGEND, .pattern = "a*"}};
+        static film f;
+        const sc_viewport *taken;
+        sc_scene scene;
+        sc_drawing d;
+        int named = 0;
+
+        begin_film(&f, 4);
+        sc_free(f.lettering);
+        f.overlays.legend = corners[corner];
+        f.overlays.names_percent = 2;
+        for (int id = 1; id < LABELS; id++)
+            snprintf(f.labels[id].name, sizeof f.labels[id].name,
+                     id < 16 ? "a tissue of which a long name is known, number %d" : "%d", id);
+        f.annotations.chosen = chosen;
+        f.annotations.chosen_count = 3;
+        assert_ok(sc_annotations_letter(&quiet, &f.annotations, &f.lettering));
+        f.annotations.lettering = f.lettering;
+        plan_film(&f, 2);
+        scene = sc_timeline_scene(&f.timeline, 0);
+        d = sc_drawing_begin(&f.annotations, &(sc_image){.width_px = WIDTH, .height_px = HEIGHT},
+                             &(sc_rows){0, 0});
+        assert_ok(sc_draw_fixed(&quiet, &d, 0, &scene));
+        taken = &d.taken[corners[corner]];
+        for (int i = 0; i < FRAMES * f.plan->count; i++) {
+            const sc_name_place *p = &f.plan->places[i];
+
+            named += p->alpha > 0;
+            assert_false(p->alpha && leads_through(p, taken));
+        }
+        assert_true(named > FRAMES);
+        end_film(&f);
+    }
+}
+
 /* A frame is drawn the same in parts, and names are in it. */
 static void names_are_drawn_by_rows(void **state)
 {
@@ -619,6 +682,7 @@ int main(void)
         cmocka_unit_test(names_without_room_are_told),
         cmocka_unit_test(hidden_tissues_are_told),
         cmocka_unit_test(names_keep_clear_of_other_overlays),
+        cmocka_unit_test(lines_keep_clear_of_a_wide_legend),
         cmocka_unit_test(names_are_drawn_by_rows),
     };
 
