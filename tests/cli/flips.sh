@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # segcast verify proves every byte of every file of a finished job: one bit changed anywhere is exit code 65.
-# SEGCAST_TEST_ALL=1 changes every byte (20 minutes); otherwise about two hundred of them are tried.
+# SC_TEST_ALL=1 changes every byte (20 minutes); otherwise about two hundred of them are tried.
 cat >job.yaml <<'YAML'
 volume: phantom:40x32x40
 output: {directory: out, size: [32, 32], fps: 2, frames: png, video: v.mp4}
 animation: {frames: 3}
 YAML
 step=67
-[ -z "${SEGCAST_TEST_ALL:-}" ] || step=1
+[ -z "${SC_TEST_ALL:-}" ] || step=1
 "$SEGCAST" render job.yaml -o out -q >/dev/null
 "$SEGCAST" verify out >said.txt || fail "verify of an undamaged directory"
 for file in $(find out -type f | sort); do
