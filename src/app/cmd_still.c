@@ -93,7 +93,7 @@ sc_status sc_cmd_still(sc_app *app)
     const char *job = app->options.input;
     sc_status status;
 
-    if (sc_input_is_volume(job)) {
+    if (sc_input_is_volume(job) || sc_job_is_phantom(job)) {
         SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", job));
         SC_TRY(sc_expect_series(app));
         SC_TRY(set_defaults(app));

@@ -86,3 +86,6 @@ expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --elevation 30 --frame 0 -o
 "$SEGCAST" render short.yaml -o made -q >/dev/null
 expect 64 'is the directory that a job has made: .segcast still made/job.yaml. takes that job' "$SEGCAST" still made; one_error
 expect 64 'is the directory that a job has made' "$SEGCAST" prepare made -o made.segc; one_error
+
+# The phantom by its name is a volume, too.
+"$SEGCAST" still phantom:24x18x24 --size 64x48 -q -o phantom.png >/dev/null || fail 'no picture of the phantom by its name'
