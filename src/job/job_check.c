@@ -170,7 +170,7 @@ static sc_status check_hold(const sc_ctx *ctx, const sc_job *job, size_t index)
         return fail_verb(ctx, hold,
                          "hold: soft is more than 50%, so that the camera would start "
                          "again before it stands; expected 0% to 50%");
-    if (hold->end - hold->begin >= 1 && hold->soft == 0)
+    if (hold->end - hold->begin >= 1)
         return fail_verb(ctx, hold,
                          "hold: it lasts for the whole animation, so that there is no "
                          "time to turn; expected a part of it, or turns: 0");
@@ -185,7 +185,27 @@ static sc_status check_hold(const sc_ctx *ctx, const sc_job *job, size_t index)
     return SC_OK;
 }
 
-/* A fly needs a way. */
+/* Warn of verbs that do nothing, because the camera flies or stands where a flight has ended. */
+static void warn_of_flight(const sc_ctx *ctx, const sc_job *job, const sc_verb *fly)
+{
+    for (size_t i = 0; i < job->verb_count; i++) {
+        const sc_verb *verb = &job->verbs[i];
+        const char *name = verb->kind == SC_VERB_ORBIT   ? "orbit"
+                           : verb->kind == SC_VERB_ROCK  ? "rock"
+                           : verb->kind == SC_VERB_FRAME ? "frame"
+                           : verb->kind == SC_VERB_DOLLY ? "dolly"
+                           : verb->kind == SC_VERB_HOLD  ? "hold"
+                                                         : NULL;
+
+        if (name && verb->begin >= fly->begin)
+            sc_warn(ctx,
+                    "%s%s%s: it does nothing, because the camera flies by then, or stays where "
+                    "the flight has ended; another shot may begin with it",
+                    verb->where, verb->where[0] ? ": " : "", name);
+    }
+}
+
+/* A fly needs a way, and a time of its own. */
 static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
 {
     const sc_verb *fly = &job->verbs[index];
@@ -201,6 +221,15 @@ static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
         return fail_verb(ctx, fly,
                          "fly: from middle to middle there have to be two tissues or more; "
                          "expected for example tissues: [left atrium, left ventricle]");
+    for (size_t i = 0; i < index; i++) {
+        const sc_verb *other = &job->verbs[i];
+
+        if (other->kind == SC_VERB_FLY && other->begin < fly->end && fly->begin < other->end)
+            return fail_verb(ctx, fly,
+                             "fly: it overlaps with another fly; expected one that begins when the "
+                             "other has ended");
+    }
+    warn_of_flight(ctx, job, fly);
     if (fly->has_tissues || fly->through_count > 1)
         return SC_OK;
     return fail_verb(

@@ -554,6 +554,7 @@ static void wrong_verbs_are_refused(void **state)
         {"frame: {during: [0%, 1%]}", "frame: the key \"tissues\" is missing"},
         {"hold: {during: [2s, 3s], soft: 60%}", "job.yaml:4: hold: soft is more than 50%"},
         {"hold: {soft: 0%}", "job.yaml:4: hold: it lasts for the whole animation"},
+        {"hold: {}", "job.yaml:4: hold: it lasts for the whole animation"},
         {"fade: {tissues: a, during: [2s, 70s]}", "70s is behind the end of the animation"},
     };
     char text[256];
@@ -567,6 +568,9 @@ static void wrong_verbs_are_refused(void **state)
     refuses("volume: phantom\nanimation:\n  verbs:\n  - hold: {during: [1s, 3s]}\n"
             "  - hold: {during: [2s, 4s]}\n",
             "job.yaml:5: hold: it overlaps with another hold");
+    refuses("volume: phantom\nanimation:\n  verbs:\n  - fly: {tissues: aorta, during: [0%, 60%]}\n"
+            "  - fly: {tissues: aorta, during: [50%, 90%]}\n",
+            "job.yaml:5: fly: it overlaps with another fly");
     refuses("volume: phantom\nanimation:\n  camera: {orbit: {turns: 0}}\n  verbs:\n"
             "  - hold: {during: [1s, 3s]}\n",
             "job.yaml:5: hold: the camera does not turn by itself");
