@@ -184,14 +184,40 @@ static void tell_other_names(const assignment *a)
             a->first_other->name, label->name, a->other_names, a->other_names == 1 ? "" : "s");
 }
 
+/* Find the label's name that is nearest to that of a row. @param out it, borrowed from the volume;
+ * NULL if none is near. */
+static sc_status find_nearest_name(const assignment *a, const sc_value_row *row, const char **out)
+{
+    const sc_prepared *volume = a->volume;
+    char name[SC_NAME_BYTES + 1];
+    const char **names;
+    void *block;
+    const sc_status status =
+        sc_zalloc(a->ctx, (size_t)volume->label_count, sizeof(const char *), &block);
+
+    if (status != SC_OK)
+        return status;
+    names = block;
+    for (int id = 1; id < volume->label_count; id++)
+        names[id] = volume->labels[id].name[0] ? volume->labels[id].name : NULL;
+    snprintf(name, sizeof name, "%.*s", SC_NAME_BYTES, row->name);
+    *out = sc_nearest_word(name, names, (size_t)volume->label_count);
+    sc_free(block);
+    return SC_OK;
+}
+
 /* Tell of the rows that belong to no label. */
 static sc_status tell_unknown(const assignment *a)
 {
     const sc_value_row *row = a->first_unknown;
+    const char *nearest = NULL;
     char what[SC_NAME_BYTES + 32];
+    sc_status status = SC_OK;
 
     if (!row)
         return SC_OK;
+    if (!row->has_number)
+        SC_TRY(find_nearest_name(a, row, &nearest));
     if (row->has_number)
         snprintf(what, sizeof what, "label %lld", (long long)row->number);
     else
@@ -199,11 +225,14 @@ static sc_status tell_unknown(const assignment *a)
     if (!a->used)
         return sc_fail(a->ctx, SC_ERR_DATA,
                        "%s:%d: %s is no label of the volume, nor is any other row of the table; "
-                       "expected the numbers or names that `segcast info` lists",
-                       a->path, row->line, what);
-    sc_warn(a->ctx, "%s:%d: %s is no label of the volume; %zu such row%s not used", a->path,
-            row->line, what, a->unknown, a->unknown == 1 ? " is" : "s are");
-    return SC_OK;
+                       "expected the numbers or names that `segcast info` lists%s%s%s",
+                       a->path, row->line, what, nearest ? "; did you mean \"" : "",
+                       nearest ? nearest : "", nearest ? "\"?" : "");
+    sc_warn(a->ctx, "%s:%d: %s is no label of the volume%s%s%s %zu such row%s not used", a->path,
+            row->line, what, nearest ? "; did you mean \"" : "", nearest ? nearest : "",
+            nearest ? "\"?" : ";", a->unknown, a->unknown == 1 ? " is" : "s are");
+out:
+    return status;
 }
 
 /* Read the table and give its values to the labels. */

@@ -17,6 +17,9 @@ by=(--set 'color_by={table: values.csv, column: thickness_mm}')
 # Rows of tissues that are not there are told once; tissues without a value, too.
 "$SEGCAST" check job.yaml "${by[@]}" >said.txt 2>&1 || { cat said.txt; fail "the table was refused"; }
 grep -q 'warning: .*values.csv:4: "liver" is no label of the volume; 1 such row is not used' said.txt || { cat said.txt; fail "the row without a label was not told"; }
+sed 's/^liver/left atrum/' values.csv >near.csv
+"$SEGCAST" check job.yaml --set 'color_by={table: near.csv, column: thickness_mm}' >near.txt 2>&1 || { cat near.txt; fail "the table was refused"; }
+grep -q 'near.csv:4: "left atrum" is no label of the volume; did you mean "left atrium"? 1 such row is not used' near.txt || { cat near.txt; fail "the nearest name was not told"; }
 grep -q '19 of 20 tissues have no value' said.txt || { cat said.txt; fail "tissues without a value were not told"; }
 
 # Pictures follow the values, on any number of ranks, also of a prepared file; a colour under tissues goes before.
