@@ -157,7 +157,7 @@ sc_status sc_cmd_phantom(sc_app *app)
         return write_series(app, path, size, phases);
     for (int phase = 0; phase == 0 || phase < count; phase++)
         SC_TRY(write_phase(app, path, size, phase, count));
-    if (count > 1)
+    if (count > 1 && !app->options.ct)
         sc_info(app->ctx,
                 "these are the phases of a beat: a job with volume: %.*s-*" ENDING
                 " and cine: {bpm: 60} films them",
