@@ -177,6 +177,16 @@ out:
     return status;
 }
 
+/* @return whether there is room between the columns in any frame. */
+static bool is_wide_enough(const sc_name_film *film)
+{
+    int k = 0;
+
+    while (k < film->frames && film->columns[k].elbow_px[0] >= film->columns[k].elbow_px[1])
+        k++;
+    return k < film->frames;
+}
+
 /* Tell of names that are shown in no frame, and of those for which there is no room at times. */
 static sc_status tell_left_out(const sc_ctx *ctx, const sc_name_film *film,
                                const sc_name_plan *plan)
@@ -185,6 +195,14 @@ static sc_status tell_left_out(const sc_ctx *ctx, const sc_name_film *film,
     sc_text text = {0};
     sc_status status = SC_OK;
 
+    if (film->count && !is_wide_enough(film)) {
+        sc_warn(ctx,
+                "overlays.names: a picture of %d x %d pixels has no room for names of tissues "
+                "beside what it shows, so that none is shown; make it larger, or "
+                "overlays.names_size smaller",
+                film->a->within.width_px, film->a->within.height_px);
+        return SC_OK;
+    }
     for (int n = 0; n < film->count; n++) {
         const sc_label *label = &film->a->volume->labels[film->words[n]->number];
         bool is_named = false, is_crowded = false;

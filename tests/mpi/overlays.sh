@@ -58,3 +58,9 @@ cp "$(fc-match -f '%{file}' 'DejaVu Sans Mono:bold')" other
 printf '<?xml version="1.0"?><fontconfig><dir>%s/other</dir></fontconfig>\n' "$PWD" >other.conf
 FONTCONFIG_FILE=$PWD/other.conf expect 73 'another job' "$SEGCAST" render job.yaml -o film --resume -q "${overlays[@]}"
 expect 0 '' "$SEGCAST" render job.yaml -o film --resume -q "${overlays[@]}"
+
+# A picture that is too narrow for names says so, and does not call their tissues hidden.
+printf 'volume: phantom:40x30x40\noutput: {size: [160, 120], video: none, layout: views}\noverlays: {names: [aorta]}\nanimation: {frames: 2}\n' >narrow.yaml
+"$SEGCAST" render narrow.yaml -o narrow >narrow.txt 2>&1 || { cat narrow.txt >&2; fail "a narrow picture was not drawn"; }
+grep -q 'a picture of 80 x 60 pixels has no room for names' narrow.txt || { cat narrow.txt >&2; fail "it is not told that there is no room for names"; }
+! grep -q 'are hidden' narrow.txt || fail "tissues are called hidden that are too near to the edges"
