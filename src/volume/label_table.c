@@ -103,6 +103,18 @@ static bool parse_freesurfer(char *line, sc_label *row, sc_name_count *names)
     return parse_named(line, true, row, names);
 }
 
+/* Remove the backslashes before quotation marks, in place. */
+static void unescape_quotes(char *text)
+{
+    char *to = text;
+
+    for (; *text; text++) {
+        if (text[0] != '\\' || text[1] != '"')
+            *to++ = *text;
+    }
+    *to = '\0';
+}
+
 /* A row: id R G B A VIS MSH "name", with an id from 0 to 65535. A is the opacity from 0 to 1;
  * MSH says whether the label is shown in 3D; VIS, whether it is shown in slices, is not used. */
 static bool parse_itksnap(char *line, sc_label *row, sc_name_count *names)
@@ -115,10 +127,11 @@ static bool parse_itksnap(char *line, sc_label *row, sc_name_count *names)
             return false;
     }
     quote = strchr(at, '"');
-    end = quote ? strchr(quote + 1, '"') : NULL;
+    end = quote ? strrchr(quote + 1, '"') : NULL; /* quotation marks within a name stay */
     if (!end || number[0] != floor(number[0]) || number[0] < 0 || number[0] > 65535)
         return false;
     *end = '\0';
+    unescape_quotes(quote + 1);
     row->value = (int64_t)number[0];
     sc_name_read(quote + 1, row->name, names);
     for (int i = 0; i < 3; i++)

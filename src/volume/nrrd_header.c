@@ -424,10 +424,12 @@ sc_status sc_nrrd_header_read(const sc_ctx *ctx, const char *path, sc_nrrd_heade
             SC_TRY(read_line(&r, line, &next));
     }
     SC_TRY(add_spacings(&r));
-    if (header.file_count)
+    if (header.file_count) { /* also if an empty line follows, as pynrrd writes it */
         header.attached = false;
-    else
+        header.end_bytes = 0;
+    } else {
         header.file_bytes = (uint64_t)info.st_size;
+    }
     if (!header.file_count && !header.attached) {
         status = sc_fail(ctx, SC_ERR_DATA,
                          "%s: not a readable NRRD: its header has neither an empty line, behind "
