@@ -92,8 +92,10 @@ bool sc_precomputed_decode_blocks(const unsigned char *packed, size_t packed_byt
     size_t grid[3], at[3], number = 0;
 
     block_grid(count, block, grid);
-    if (packed_bytes % 4 || !words || first > words ||
-        (words - first) / HEADER_WORDS / grid[0] / grid[1] < grid[2])
+    if (words && first != 1) /* where the blocks of the only channel begin, in words */
+        wrong = "another first word than 1, so that it is not packed so, or has several channels";
+    else if (packed_bytes % 4 || !words ||
+             (words - first) / HEADER_WORDS / grid[0] / grid[1] < grid[2])
         wrong = "fewer bytes than its blocks need";
     if (!wrong) {
         c.words = packed + 4 * first;

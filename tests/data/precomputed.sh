@@ -210,6 +210,7 @@ change raw link "f = first(); os.rename(f, 'outside'); os.symlink('../outside', 
 change raw scale_link "os.rename(scale, 'outside'); os.symlink('outside', scale)"
 change raw no_scale "import shutil; shutil.rmtree(scale)"
 change blocks blocks_cut "os.truncate(first(), 8)"
+change blocks blocks_word "patch(first(), 0, struct.pack('<I', 2))"
 change blocks blocks_bits "patch(first(), 7, b'\x03')"
 change blocks blocks_table "patch(first(), 4, b'\xff\xff\xff')"
 change blocks blocks_values "patch(first(), 4, struct.pack('<II', 1 << 24, 1 << 31))"
@@ -252,6 +253,7 @@ done <<'TABLE'
 65 scale_link scale_link/500_500_1250: is no directory, but .*/info names it; expected a directory, no link
 66 no_scale no_scale/500_500_1250: is not there, but .*/info names it
 65 blocks_cut compressed_segmentation: has fewer bytes than its blocks need
+65 blocks_word compressed_segmentation: has another first word than 1
 65 blocks_bits compressed_segmentation: has a block whose bits for each voxel are not 0, 1, 2, 4, 8, 16 or 32
 65 blocks_table compressed_segmentation: has a voxel whose label lies behind its end
 65 blocks_values compressed_segmentation: has a block whose values lie behind its end
