@@ -70,8 +70,9 @@ static const sc_option option_rows[] = {
     {"ct", 0, NULL, "write its synthetic CT image instead of the labels", "phantom", sc_store_flag,
      AT(ct), ""},
     {"to", 0, "NAME",
-     "format to be written: slicer, freesurfer, itksnap, xml, csv, bids, json, neuroglancer or "
-     "ome-zarr (default: by the ending of the file)",
+     "format to be written: slicer, freesurfer, itksnap, xml, csv, bids, json, neuroglancer, "
+     "gifti, "
+     "workbench, names, nnunet or ome-zarr (default: by the ending of the file)",
      "tables", sc_store_text, AT(to), ""},
     {"tissue", 0, "NAME[,NAME]",
      "tissues through which the line leads: names, globs or label numbers", "path", sc_store_text,

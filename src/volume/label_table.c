@@ -364,7 +364,8 @@ sc_status sc_label_table_read(const sc_ctx *ctx, const char *path, sc_table_form
     }
     if (format == SC_TABLE_AUTO) {
         format = guess(text);
-        sc_info(ctx, "%s: read as a %s label table", path, formats[format].name);
+        sc_info(ctx, "%s: read as %s %s label table", path,
+                strchr("AEIO", formats[format].name[0]) ? "an" : "a", formats[format].name);
     }
     if (format == SC_TABLE_NAMES && is_python_map(text))
         split_python_map(text);
