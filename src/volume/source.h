@@ -64,12 +64,12 @@ typedef struct sc_source {
     int size[3];         /* voxels along x (fastest), y, z */
     int low[3], part[3]; /* the first voxel that is wanted, and how many along x, y, z;
                             sc_source_cut sets them */
-    bool is_part;        /* the file has voxels outside of that part, which nobody looks at */
     sc_voxel_type type;
     double slope, intercept; /* label = slope * stored + intercept; 1 and 0 change nothing */
     sc_affine to_ras_mm;     /* as in sc_volume */
     bool oriented;           /* as in sc_volume */
     bool numbered;           /* likewise */
+    bool is_part;            /* the file has voxels outside of part, which nobody looks at */
     sc_label_table table;    /* what the file itself says about its labels */
     sc_encoding encoding;
     char *file;            /* path of the file with the voxels, owned; NULL if loaded */
