@@ -33,8 +33,9 @@ static const anatomy_rule rules[] = {
     {"marrow", {192, 104, 92}},
     {"bone*|vertebra*|rib|ribs|costa|skull|cranium|mandible|maxilla|sternum|manubrium|scapula*|"
      "clavicle*|clavicula*|humerus|radius|ulna|femur|tibia|fibula|patella|hip|hips|"
-     "pelvis|sacrum|coccyx|ilium|ischium|pubis|carpal*|tarsal*|metacarp*|metatars*|phalan*|talus|"
-     "calcaneus|hyoid|zygoma*|spine|skeleton",
+     "pelvis|sacrum|coccyx|ilium|ischium|pubis|carpal*|tarsal*|carpus|tarsus|metacarp*|metatars*|"
+     "phalan*|"
+     "talus|calcaneus|hyoid|zygoma*|spine|skeleton",
      {228, 212, 176}},
     /* vessels */
     {"pulmonary artery|arteries|trunk", {82, 116, 176}},
@@ -52,8 +53,8 @@ static const anatomy_rule rules[] = {
     {"myocard*|myo", {168, 76, 70}},
     {"pericardi*|epicardi*", {222, 196, 150}},
     {"lateral|third|fourth|3rd|4th|5th|inf|brain|cerebral ventric*|vent", {112, 168, 206}},
-    {"left ventric*|atrium|atrial|auricle", {204, 96, 86}},
-    {"right ventric*|atrium|atrial|auricle", {92, 122, 182}},
+    {"left ventric*|atrium|atrial|auricle|auricular", {204, 96, 86}},
+    {"right ventric*|atrium|atrial|auricle|auricular", {92, 122, 182}},
     {"lv", {204, 96, 86}},
     {"rv", {92, 122, 182}},
     {"heart|cardiac", {178, 84, 76}},

@@ -493,6 +493,9 @@ static void names_have_the_colours_of_anatomy(void **state)
     assert_true(sc_anatomy_color("pulmonary_vein", one) && one[0] > one[2] + 60);
     assert_true(sc_anatomy_color("pulmonary_artery", one) && one[2] > one[0] + 60);
     assert_true(sc_anatomy_color("Left Atrium", one) && one[0] > one[2] + 60);
+    assert_true(sc_anatomy_color("Auricular appendage, Left", one) && one[0] > one[2] + 60);
+    assert_true(sc_anatomy_color("Carpus", one) && sc_anatomy_color("Tibia", other));
+    assert_memory_equal(one, other, 3);
     assert_true(sc_anatomy_color("right_atrium", one) && one[2] > one[0] + 60);
 }
 
