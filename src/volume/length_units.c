@@ -4,8 +4,6 @@
  * space; ImageJ's ij/measure/Calibration.java. */
 #include "length_units.h"
 
-#include "segcast/base.h"
-
 #include <string.h>
 
 double sc_length_unit_mm(const char *name)
@@ -34,4 +32,12 @@ double sc_length_unit_mm(const char *name)
             return units[i].mm;
     }
     return 0;
+}
+
+void sc_warn_without_spacing(const sc_ctx *ctx, const char *path, const char *key)
+{
+    sc_warn(ctx,
+            "%s: does not give the spacing of its voxels along all axes (%s); where it is missing, "
+            "1 mm is taken",
+            path, key);
 }

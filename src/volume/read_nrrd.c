@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* NRRD. nrrd_header.c splits the header; Teem reads its fields, so that sizes are checked against
- * the files before anything is allocated for them. The voxels of the usual encodings (raw and gzip,
- * in one file) are then streamed, those of encoding ascii are read here, and Teem reads all others.
- * Teem opens no file but those that nrrd_header.c has checked. */
-#include "nrrd_header.h"
+/* NRRD. nrrd_header.c splits the header, nrrd_segments.c reads the segments of 3D Slicer; Teem
+ * reads the fields, so that sizes are checked against the files before anything is allocated for
+ * them. The voxels of the usual encodings (raw and gzip, in one file) are then streamed, those of
+ * encoding ascii are read here, and Teem reads all others. Teem opens no file but those that
+ * nrrd_header.c has checked. */
+#include "length_units.h"
+#include "nrrd_segments.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -176,13 +178,19 @@ static double unit_mm(const sc_ctx *ctx, const char *path, const char *unit)
 
 /* Set the geometry of a file whose axes have no directions: voxels of the given spacings, 1 mm
  * where none is given, along R, A, S, and oriented is false. The map of @p source was zero. */
-static void plain_geometry(const Nrrd *nrrd, const int axes[3], sc_source *source)
+static void plain_geometry(const sc_ctx *ctx, const char *path, const Nrrd *nrrd, const int axes[3],
+                           sc_source *source)
 {
+    bool is_given = true;
+
     for (int i = 0; i < 3; i++) {
         const double spacing = nrrd->axis[axes[i]].spacing;
 
+        is_given = is_given && AIR_EXISTS(spacing) && spacing != 0;
         source->to_ras_mm.m[i][i] = AIR_EXISTS(spacing) && spacing != 0 ? fabs(spacing) : 1;
     }
+    if (!is_given)
+        sc_warn_without_spacing(ctx, path, "spacings");
     source->oriented = false;
 }
 
@@ -199,7 +207,7 @@ static sc_status geometry(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
     for (int i = 0; i < 3 && nrrd->spaceDim >= 3; i++) /* a fourth one is the time */
         directions += AIR_EXISTS(nrrd->axis[axes[i]].spaceDirection[0]) != 0;
     if (directions == 0) {
-        plain_geometry(nrrd, axes, source);
+        plain_geometry(ctx, path, nrrd, axes, source);
         return SC_OK;
     }
     if (directions < 3)
@@ -214,155 +222,6 @@ static sc_status geometry(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
         source->to_ras_mm.m[row][3] = AIR_EXISTS(origin) ? mm * origin : 0;
     }
     return SC_OK;
-}
-
-/* Read "R G B", each from 0 to 1, as 8-bit levels. @return false if @p text is NULL or no such
- * colour; @p rgb may have changed then. */
-static bool parse_color(const char *text, uint8_t rgb[3])
-{
-    double channel[3];
-
-    if (!text || sscanf(text, "%lf %lf %lf", &channel[0], &channel[1], &channel[2]) != 3)
-        return false;
-    for (int i = 0; i < 3; i++) {
-        if (!(channel[i] >= 0 && channel[i] <= 1))
-            return false;
-        rgb[i] = (uint8_t)(channel[i] * 255 + 0.5);
-    }
-    return true;
-}
-
-/* @return whether voxels of a type, of integers, can have a value. */
-static bool fits_type(sc_voxel_type type, int64_t value)
-{
-    static const int64_t lowest[] = {INT8_MIN, 0, INT16_MIN, 0, INT32_MIN, 0, INT64_MIN, 0};
-    static const int64_t highest[] = {INT8_MAX,  UINT8_MAX,  INT16_MAX, UINT16_MAX,
-                                      INT32_MAX, UINT32_MAX, INT64_MAX, INT64_MAX};
-
-    return value >= lowest[type] && value <= highest[type];
-}
-
-/* @return whether voxels of a type are integers. */
-static bool is_integer(sc_voxel_type type)
-{
-    return type != SC_VOXEL_FLOAT && type != SC_VOXEL_DOUBLE;
-}
-
-/* Append one segment of Slicer's header to @p table as a row. A segment without LabelValue has
- * the value index + 1. One whose value cannot be read is left out, and so is a colour that
- * cannot be read, with a warning each. @return SC_ERR_MEMORY only. */
-static sc_status read_segment(const sc_ctx *ctx, const char *path, const sc_nrrd_segment *segment,
-                              size_t index, sc_source *source, sc_name_count *names)
-{
-    sc_label row = {.opacity = -1};
-    char *end = NULL;
-
-    errno = 0;
-    row.value = segment->value ? strtoll(segment->value, &end, 10) : (int64_t)index + 1;
-    if (segment->value && (end == segment->value || *end || errno)) {
-        sc_warn(ctx,
-                "%s: Segment%zu_LabelValue is \"%.40s\", expected a whole number; the "
-                "segment's name and colour are not used",
-                path, index, segment->value);
-        return SC_OK;
-    }
-    if (is_integer(source->type) && !fits_type(source->type, row.value))
-        sc_warn(
-            ctx,
-            "%s: Segment%zu_LabelValue is %lld, which no voxel of this type can have, so that the "
-            "segment has none; was the volume saved as another type?",
-            path, index, (long long)row.value);
-    sc_name_read(segment->name ? segment->name : "", row.name, names);
-    row.has_color = parse_color(segment->color, row.rgb);
-    if (segment->color && !row.has_color)
-        sc_warn(ctx, "%s: Segment%zu_Color is \"%.40s\", expected three numbers from 0 to 1", path,
-                index, segment->color);
-    return sc_label_table_add(ctx, &source->table, &row);
-}
-
-/* Warn if a segment of a file without layers is said to be in another one than the first. */
-static void check_layer(const sc_ctx *ctx, const char *path, const sc_nrrd_segment *segment,
-                        size_t index)
-{
-    if (segment->layer && strcmp(segment->layer, "0"))
-        sc_warn(ctx,
-                "%s: Segment%zu_Layer is \"%.40s\", but the file has one layer, 0; the segment "
-                "is taken to be there",
-                path, index, segment->layer);
-}
-
-/* Note that the last row of the table is this segment of a file with layers. One whose layer the
- * file has not is left out, with a warning. */
-static void place_segment(const sc_ctx *ctx, const char *path, const sc_nrrd_segment *segment,
-                          size_t index, sc_source *source)
-{
-    const size_t row = source->table.count - 1;
-    char *end = NULL;
-    const long layer = segment->layer ? strtol(segment->layer, &end, 10) : 0;
-
-    source->segments[row] =
-        (sc_segment){.layer = (int)layer, .value = source->table.rows[row].value, .row = row};
-    if (!segment->layer || (end != segment->layer && !*end && layer >= 0 && layer < source->layers))
-        return;
-    sc_warn(ctx, "%s: Segment%zu_Layer is \"%.40s\", expected 0 to %d; the segment is not shown",
-            path, index, segment->layer, source->layers - 1);
-    source->table.count--;
-}
-
-/* Give the segments of several layers labels: those of the file if no two have the same and they
- * fit into two bytes, else their place in the header, from 1. */
-static void number_segments(const sc_ctx *ctx, const char *path, sc_source *source)
-{
-    uint8_t seen[(UINT16_MAX + 1) / 8] = {0};
-    bool distinct = true;
-
-    for (size_t i = 0; i < source->table.count && distinct; i++) {
-        const int64_t value = source->table.rows[i].value;
-
-        distinct = value > 0 && value <= UINT16_MAX && !(seen[value / 8] >> value % 8 & 1);
-        if (distinct)
-            seen[value / 8] |= (uint8_t)(1 << value % 8);
-    }
-    for (size_t i = 0; i < source->table.count && !distinct; i++)
-        source->table.rows[i].value = (int64_t)i + 1;
-    source->numbered = !distinct;
-    if (!distinct)
-        sc_info(ctx,
-                "%s: its layers use the same numbers for several segments; the labels are numbered "
-                "anew, from 1, in the order of the segments",
-                path);
-}
-
-/* Append the segments, from number 0 up to the first that has neither ID nor LabelValue, to the
- * table of @p source, and set its segments if there are layers. @return SC_ERR_MEMORY only. */
-static sc_status read_segments(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,
-                               sc_source *source)
-{
-    sc_name_count names = {0};
-    sc_label_table *table = &source->table;
-    void *block;
-    sc_status status = SC_OK;
-
-    if (source->layers > 1) {
-        SC_TRY(sc_zalloc(ctx, header->segment_count, sizeof(sc_segment), &block));
-        source->segments = block;
-    }
-    for (size_t i = 0; i < header->segment_count; i++) {
-        const size_t count = table->count;
-
-        if (!header->segments[i].id && !header->segments[i].value)
-            break;
-        SC_TRY(read_segment(ctx, path, &header->segments[i], i, source, &names));
-        if (source->layers > 1 && table->count > count)
-            place_segment(ctx, path, &header->segments[i], i, source);
-        else if (source->layers <= 1)
-            check_layer(ctx, path, &header->segments[i], i);
-    }
-    if (source->layers > 1)
-        number_segments(ctx, path, source);
-    sc_name_warn(ctx, path, &names);
-out:
-    return status;
 }
 
 /* Set size, layers and geometry of @p source, whose type is set, from the axes; in the size, layers
@@ -620,7 +479,7 @@ static sc_status parse_numbers(const sc_ctx *ctx, const char *path, const char *
         else
             values[i] = value = strtoll(at, &end, 10);
         if (end == at || !strchr(" \t\r\n\f\v,", *end) ||
-            (!real && (errno || !fits_type(type, value))))
+            (!real && (errno || !sc_voxel_type_fits(type, value))))
             return sc_fail(ctx, SC_ERR_DATA,
                            "%s: byte %td begins \"%.20s\", expected a %s that fits the type of the "
                            "voxels",
@@ -638,7 +497,7 @@ static sc_status load_ascii(const sc_ctx *ctx, const char *path, const sc_nrrd_h
                             const NrrdIoState *nio, sc_source *source)
 {
     const char *file = header->attached ? path : header->first_file;
-    const bool real = !is_integer(source->type);
+    const bool real = !sc_voxel_type_is_integer(source->type);
     const size_t count = sc_source_voxels(source) * (size_t)source->phases;
     uint64_t offset = header->end_bytes;
     char *text = NULL;
@@ -695,7 +554,7 @@ sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc
     SC_TRY(read_fields(ctx, path, &header, nrrd, nio));
     SC_TRY(voxel_type(ctx, path, nrrd->type, &source.type));
     SC_TRY(check_sizes(ctx, path, &header, nrrd, nio, &source));
-    SC_TRY(read_segments(ctx, path, &header, &source));
+    SC_TRY(sc_nrrd_read_segments(ctx, path, &header, &source));
     if (is_streamable(&header, nio))
         SC_TRY(find_voxels(ctx, path, &header, nio, &source));
     else if (!header_only)

@@ -46,7 +46,7 @@ quatern_nan.nii warning: .*qform is not usable, its quaternion or offset is not 
 encoding_113.nrrd warning: .*says that its encoding is gzip, but its voxels are not compressed
 gz_trailing_garbage.nii.gz warning: .*: 9 bytes behind the end of the compressed data are ignored
 seg_layer_7.seg.nrrd warning: .*Segment0_Layer is "7", but the file has one layer
-seg_value_huge.seg.nrrd warning: .*Segment0_LabelValue is 99999999999999, which no voxel of this type can have
+seg_value_huge.seg.nrrd warning: .*LabelValue of the segment .* is 99999999999999, which no voxel of this type can have, so that the segment has none; 1 segment is so
 kinds_139.nrrd warning: .*has spacings beside space directions
 sizes_101.nrrd error: .*sizes_101.nrrd:5: sizes is "7 5 -4", expected for each axis
 sizes_105.nrrd error: .*sizes_105.nrrd:5: sizes is "a b c", expected for each axis
