@@ -164,6 +164,8 @@ static const struct {
  * always. */
 static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
 {
+    const char *img = strstr(path, ".img");
+
     for (size_t i = 0; i < SC_COUNT_OF(known_files); i++) {
         const size_t end = known_files[i].offset + known_files[i].length;
 
@@ -173,6 +175,11 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
     }
     if (h->count == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: a broken gzip file", path);
+    if (img && img > path && (!strcmp(img, ".img") || !strcmp(img, ".img.gz")))
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: has no header of its own, as the voxels of a pair of NIfTI have none; "
+                       "give the header, %.*s.hdr",
+                       path, (int)(img - path), path);
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: begins with bytes %02x %02x %02x %02x, expected NRRD (\"NRRD\"), NIfTI "
                    "(348 or 540), MGH, TIFF, MetaImage or DICOM SEG; 3D Slicer and ITK-SNAP can "

@@ -3,14 +3,19 @@
  * it. Source: the MetaIO documentation of ITK. The key CompressedDataSize is not used: the
  * compressed stream itself says where it ends, and in some files the key is too small.
  */
+#include "length_units.h"
 #include "meta_files.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 
-enum { HEADER_MAX_BYTES = 1 << 20 }; /* a longer header is refused */
+enum {
+    HEADER_MAX_BYTES = 1 << 20, /* a longer header is refused */
+    DIMENSIONS_MAX = 8          /* axes of a file whose further axes are of one voxel */
+};
 
 /* The header while it is read. Keys that the file does not give keep their zero, except for
  * dimensions. */
@@ -20,11 +25,13 @@ typedef struct meta {
     char *text;       /* the begin of the file, cut into lines and values; owned */
     int64_t size[3];
     int dimensions;
-    double spacing[3], offset[3];       /* in mm, along the voxel axes and the file's world axes */
-    double matrix[9];                   /* [voxel axis][world axis] */
+    double spacing[3], offset[3]; /* in unit_mm, along the voxel axes and the file's world axes */
+    double matrix[9];             /* [voxel axis][world axis] */
     const char *anatomy, *element_type; /* in text, or a constant */
     char *data_file, *list;             /* in text: ElementDataFile, and what follows that line */
     bool compressed, msb, has_matrix, has_size;
+    bool is_series;       /* there are more than three axes of more than one voxel */
+    double unit_mm;       /* of spacing and offset */
     bool is_text;         /* the voxels are decimal digits */
     int64_t header_bytes; /* HeaderSize: of each file with voxels; SC_META_AT_END */
     size_t end_bytes;     /* where in an .mha the voxels begin, unless HeaderSize tells it */
@@ -53,48 +60,78 @@ static bool truth(const char *value)
     return value[0] == 'T' || value[0] == 't' || value[0] == '1';
 }
 
-/* Set m->size and m->has_size. A size that is negative or too large becomes -1, which
- * sc_grid_voxels refuses. @return false unless there are three numbers. */
+/* @return whether a key is @p name; MetaImage is also written with other capitals. */
+static bool is_key(const char *key, const char *name)
+{
+    return !strcasecmp(key, name);
+}
+
+/* Set m->size and m->has_size, and m->dimensions to 3 where the axes behind the third are of one
+ * voxel. A size that is negative or too large becomes -1, which sc_grid_voxels refuses. @return
+ * false unless there are three numbers. */
 static bool parse_size(meta *m, const char *value)
 {
-    double size[3];
+    double size[DIMENSIONS_MAX];
+    const int count = numbers(value, DIMENSIONS_MAX, size);
+    int axes = count;
 
-    m->has_size = numbers(value, 3, size) == 3;
+    m->has_size = count >= 3;
     for (int i = 0; i < 3 && m->has_size; i++)
         m->size[i] = size[i] >= 0 && size[i] < 1e15 ? (int64_t)size[i] : -1;
+    while (axes > 3 && size[axes - 1] == 1)
+        axes--;
+    m->is_series = axes > 3;
     return m->has_size;
 }
 
-/* Store the value of one "Key = value" line in @p m; keys that segcast does not need are
- * ignored. @return false if the value cannot be read or is not supported. */
+/* Store the directions of the axes. Of more axes than three, the others are left out. @return false
+ * if there are too few numbers. */
+static bool parse_matrix(meta *m, const char *value)
+{
+    const int axes = m->dimensions;
+    double matrix[DIMENSIONS_MAX * DIMENSIONS_MAX];
+
+    if (axes < 3 || axes > DIMENSIONS_MAX || numbers(value, axes * axes, matrix) != axes * axes)
+        return false;
+    for (int axis = 0; axis < 3; axis++) {
+        for (int row = 0; row < 3; row++)
+            m->matrix[3 * axis + row] = matrix[axes * axis + row];
+    }
+    return m->has_matrix = true;
+}
+
+/* Store the value of one "Key = value" line in @p m. Keys are known in any case; those that segcast
+ * does not need are ignored. @return false if the value cannot be read or is not supported. */
 static bool parse_field(meta *m, const char *key, char *value)
 {
-    if (!strcmp(key, "NDims"))
+    if (is_key(key, "NDims"))
         m->dimensions = atoi(value);
-    else if (!strcmp(key, "DimSize"))
+    else if (is_key(key, "DimSize"))
         return parse_size(m, value);
-    else if (!strcmp(key, "ElementSpacing") || (!strcmp(key, "ElementSize") && m->spacing[0] == 0))
+    else if (is_key(key, "ElementSpacing") || (is_key(key, "ElementSize") && m->spacing[0] == 0))
         return numbers(value, 3, m->spacing) == 3;
-    else if (!strcmp(key, "Offset") || !strcmp(key, "Position") || !strcmp(key, "Origin"))
+    else if (is_key(key, "Offset") || is_key(key, "Position") || is_key(key, "Origin"))
         return numbers(value, 3, m->offset) == 3;
-    else if (!strcmp(key, "TransformMatrix") || !strcmp(key, "Rotation") ||
-             !strcmp(key, "Orientation"))
-        return m->has_matrix = numbers(value, 9, m->matrix) == 9;
-    else if (!strcmp(key, "AnatomicalOrientation"))
+    else if (is_key(key, "TransformMatrix") || is_key(key, "Rotation") ||
+             is_key(key, "Orientation"))
+        return parse_matrix(m, value);
+    else if (is_key(key, "AnatomicalOrientation"))
         m->anatomy = value;
-    else if (!strcmp(key, "ElementType"))
+    else if (is_key(key, "DistanceUnits"))
+        return (m->unit_mm = strcmp(value, "?") ? sc_length_unit_mm(value) : 1) > 0;
+    else if (is_key(key, "ElementType"))
         m->element_type = value;
-    else if (!strcmp(key, "CompressedData"))
+    else if (is_key(key, "CompressedData"))
         m->compressed = truth(value);
-    else if (!strcmp(key, "BinaryData"))
+    else if (is_key(key, "BinaryData"))
         m->is_text = !truth(value);
-    else if (!strcmp(key, "HeaderSize"))
+    else if (is_key(key, "HeaderSize"))
         return (m->header_bytes = strtoll(value, NULL, 10)) >= SC_META_AT_END;
-    else if (!strcmp(key, "BinaryDataByteOrderMSB") || !strcmp(key, "ElementByteOrderMSB"))
+    else if (is_key(key, "BinaryDataByteOrderMSB") || is_key(key, "ElementByteOrderMSB"))
         m->msb = truth(value);
-    else if (!strcmp(key, "ElementNumberOfChannels"))
+    else if (is_key(key, "ElementNumberOfChannels"))
         return atoi(value) == 1;
-    else if (!strcmp(key, "ElementDataFile"))
+    else if (is_key(key, "ElementDataFile"))
         m->data_file = value;
     return true;
 }
@@ -202,12 +239,14 @@ static void geometry(const meta *m, sc_source *source)
     for (int row = 0; row < 3; row++) {
         for (int axis = 0; axis < 3; axis++) {
             const double direction = m->has_matrix ? m->matrix[3 * axis + row] : row == axis;
-            const double spacing = m->spacing[axis] != 0 ? m->spacing[axis] : 1;
+            const double spacing = m->spacing[axis] != 0 ? m->spacing[axis] * m->unit_mm : 1;
 
             source->to_ras_mm.m[row][axis] = ras[row] * direction * spacing;
         }
-        source->to_ras_mm.m[row][3] = ras[row] * m->offset[row];
+        source->to_ras_mm.m[row][3] = ras[row] * m->offset[row] * m->unit_mm;
     }
+    if (m->spacing[0] == 0 || m->spacing[1] == 0 || m->spacing[2] == 0)
+        sc_warn_without_spacing(m->ctx, m->path, "ElementSpacing");
     source->oriented = m->has_matrix && m->anatomy[0] != '?';
 }
 
@@ -279,7 +318,8 @@ out:
 
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
-    meta m = {.ctx = ctx, .path = path, .dimensions = 3, .anatomy = "", .element_type = ""};
+    meta m = {
+        .ctx = ctx, .path = path, .dimensions = 3, .unit_mm = 1, .anatomy = "", .element_type = ""};
     sc_source source = {.slope = 1};
     FILE *stream = fopen(path, "rb");
     sc_status status;
@@ -289,7 +329,7 @@ sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     SC_TRY(read_text(&m, stream));
     SC_TRY(parse_header(&m));
-    if (m.dimensions != 3 || !m.has_size) {
+    if (m.dimensions < 3 || m.is_series || !m.has_size) {
         status =
             sc_fail(ctx, SC_ERR_DATA, "%s: NDims is %d and DimSize is %s; expected 3 axes%s", path,
                     m.dimensions, m.has_size ? "given" : "missing",

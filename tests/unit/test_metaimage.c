@@ -240,6 +240,51 @@ static void long_numbers_have_four_bytes(void **state)
     remove_files();
 }
 
+/* Read m.mhd, and check the length of a voxel along z. */
+static void expect_length(double mm)
+{
+    sc_volume v = {0};
+
+    expect_values();
+    assert_int_equal(sc_volume_read(&ctx, "m.mhd", &v), SC_OK);
+    assert_near(v.to_ras_mm.m[2][2], mm, 1e-9);
+    sc_volume_clear(&v);
+}
+
+/* Keys in other capitals, other units, and axes of one voxel behind the third are read. */
+static void other_spellings_are_read(void **state)
+{
+    const sc_ctx told = {.level = SC_LOG_WARN, .write = keep};
+    unsigned char data[2 * VOXELS] = {0};
+    sc_volume v = {0};
+
+    (void)state;
+    for (int i = 0; i < VOXELS; i++) {
+        data[2 * i] = (unsigned char)(value_of(i) >> 8);
+        data[2 * i + 1] = (unsigned char)value_of(i);
+    }
+    write_file("s08.raw", data, sizeof data);
+    write_header("elementspacing = 1 2 3\nELEMENTDATAFILE = s08.raw\n");
+    expect_length(3);
+    write_header("ElementSpacing = 1 2 3\nDistanceUnits = um\nElementDataFile = s08.raw\n");
+    expect_length(3e-3);
+    write_header("ElementSpacing = 1 2 3\nDistanceUnits = ?\nElementDataFile = s08.raw\n");
+    expect_length(3);
+    write_header("NDims = 4\nDimSize = 4 3 3 1\nElementSpacing = 1 2 3 1\n"
+                 "TransformMatrix = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\nElementDataFile = s08.raw\n");
+    expect_length(3);
+    write_header("ElementDataFile = s08.raw\n");
+    expect_length(1);
+    message[0] = '\0';
+    assert_int_equal(sc_volume_read(&told, "m.mhd", &v), SC_OK);
+    assert_non_null(strstr(message, "does not give the spacing of its voxels"));
+    sc_volume_clear(&v);
+    expect_refused("ElementSpacing = 1 2 3\nDistanceUnits = parsec\nElementDataFile = s08.raw\n",
+                   "DistanceUnits is \"parsec\"");
+    expect_refused("NDims = 4\nDimSize = 4 3 3 2\nElementDataFile = s08.raw\n", "expected 3 axes");
+    remove_files();
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -249,6 +294,7 @@ int main(void)
         cmocka_unit_test(digits_are_read),
         cmocka_unit_test(bytes_before_the_voxels_are_skipped),
         cmocka_unit_test(long_numbers_have_four_bytes),
+        cmocka_unit_test(other_spellings_are_read),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
