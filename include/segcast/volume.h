@@ -41,7 +41,7 @@ typedef struct sc_label_table {
     size_t count, capacity; /**< in rows */
 } sc_label_table;
 
-/** A segmented volume; owns ids, labels and both tables. Zero-initialise; sc_volume_clear frees. */
+/** A segmented volume; owns ids, labels and the tables. Zero-initialise; sc_volume_clear frees. */
 typedef struct sc_volume {
     int size[3];      /**< voxels along x (fastest), y, z */
     int label_bytes;  /**< width of a dense id: 1 for up to 256 labels, else 2 */
@@ -52,6 +52,8 @@ typedef struct sc_volume {
     bool oriented;       /**< false: the file does not say where left is; RAS was taken */
     bool numbered; /**< the numbers of its labels are segcast's own: the file names tissues without
                         numbers, or gives one number to several */
+    sc_label_table table; /**< the rows of the file's own label table, as they stand there; none if
+                               the volume is numbered */
     sc_label_table absent;  /**< tissues that the file names and none of whose voxels was read */
     sc_label_table outside; /**< labels all of whose voxels lie outside of the box that was read; of
                                  formats in chunks, which are not read there, none are known */

@@ -56,7 +56,7 @@ void sc_progress_bar(int columns, double share, char bar[SC_BAR_BYTES]);
 /* Called now and then with the stage, from another thread. */
 typedef void sc_watch_fn(void *user, const sc_stage_view *view);
 
-/* The label table of a job, and where it was read. */
+/* The label table of a job or of its volume, and where it was read. */
 typedef struct sc_label_source {
     sc_label_table table;
     char path[SC_PATH_BYTES]; /* empty: there is none */
@@ -358,8 +358,10 @@ sc_status sc_read_labels_of(const sc_app *app, const sc_job *job, const sc_volum
                             sc_label_source *out);
 /* Free the table and set @p source to zero. */
 void sc_label_source_clear(sc_label_source *source);
-/* Move @p source to app->label_source, instead of what is there, if that is wanted. */
-void sc_label_source_keep(const sc_app *app, sc_label_source *source);
+/* Move @p source, or if it is empty the table of the file of @p volume, to app->label_source,
+ * instead of what is there, if that is wanted. */
+void sc_label_source_keep(const sc_app *app, const sc_job *job, sc_volume *volume,
+                          sc_label_source *source);
 /* Bring a table and the labels of a volume that has no numbers of its own (sc_volume.numbered)
  * together by their names: the labels get the numbers of their rows. Those of a mapped file, which
  * has ids NULL here and no scan, stay as they are, and the rows get theirs. If no name fits,

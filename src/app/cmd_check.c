@@ -257,7 +257,8 @@ sc_status sc_cmd_check(sc_app *app)
     SC_TRY(sc_session_job(app, app->options.input, &session));
     app->label_source = &source;
     SC_TRY(check_all(app, &session));
-    SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, !app->options.fast, &report));
+    SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume,
+                                !app->options.fast && !job->volume_tissue_count, &report));
     sc_display_end_stage(app);
     sc_print(stdout, app->options.input);
     printf(": ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d label%s%s\n",

@@ -248,7 +248,8 @@ sc_status sc_cmd_info(sc_app *app)
     app->overlaps = &overlaps;
     SC_TRY(sc_session_load(app, &session));
     SC_TRY(sc_session_tissues(app, &session));
-    SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, true, &report));
+    SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume,
+                                !session.job.volume_tissue_count, &report));
     in = gather(&session.volume, session.tissues);
     in.report = &report;
     in.overlaps = &overlaps;

@@ -72,7 +72,7 @@ static sc_status name_labels(const sc_app *app, const sc_job *job, sc_label_scan
                 "%s: the voxels were not read (--fast), so that it is not known whether "
                 "the tissues that the job names occur in them",
                 job->volume);
-    sc_label_source_keep(app, &source);
+    sc_label_source_keep(app, job, volume, &source);
 out:
     sc_label_table_clear(&numbers);
     sc_label_source_clear(&source);

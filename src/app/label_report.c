@@ -71,6 +71,7 @@ sc_status sc_label_report_make(const sc_ctx *ctx, const sc_label_source *source,
                                const sc_prepared *volume, bool scanned, sc_label_report *out)
 {
     const size_t count = source->table.count;
+    size_t row_count = 0;
     const sc_label **rows;
     void *block = NULL, *lists = NULL, *gaps = NULL;
     sc_status status;
@@ -82,16 +83,18 @@ sc_status sc_label_report_make(const sc_ctx *ctx, const sc_label_source *source,
     rows = block;
     SC_TRY(sc_alloc(ctx, 2 * count + (size_t)volume->label_count, sizeof *rows, &lists));
     SC_TRY(sc_alloc(ctx, count + 1, sizeof *out->gaps, &gaps));
-    for (size_t i = 0; i < count; i++)
-        rows[i] = &source->table.rows[i];
-    qsort(rows, count, sizeof *rows, by_value);
+    for (size_t i = 0; i < count; i++) {
+        if (source->table.rows[i].value) /* not that of background */
+            rows[row_count++] = &source->table.rows[i];
+    }
+    qsort(rows, row_count, sizeof *rows, by_value);
     out->owned = lists;
     out->gaps = gaps;
     lists = NULL;
     out->doubled.labels = out->owned;
     out->without_voxels.labels = out->doubled.labels + count;
     out->without_row.labels = out->without_voxels.labels + count;
-    compare(rows, count, volume, scanned, out);
+    compare(rows, row_count, volume, scanned, out);
 out:
     sc_free(lists);
     sc_free(block);

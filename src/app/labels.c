@@ -40,10 +40,16 @@ void sc_label_source_clear(sc_label_source *source)
     *source = (sc_label_source){0};
 }
 
-void sc_label_source_keep(const sc_app *app, sc_label_source *source)
+void sc_label_source_keep(const sc_app *app, const sc_job *job, sc_volume *volume,
+                          sc_label_source *source)
 {
     if (!app->label_source)
         return;
+    if (!source->path[0] && volume->table.count) { /* the volume has a table of its own */
+        snprintf(source->path, sizeof source->path, "%s", job->volume);
+        source->table = volume->table;
+        volume->table = (sc_label_table){0};
+    }
     sc_label_source_clear(app->label_source); /* a prepared file may be read twice */
     *app->label_source = *source;
     *source = (sc_label_source){0};
@@ -365,7 +371,7 @@ sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volum
         SC_TRY(sc_label_table_add(app->ctx, &absent, &more.rows[i]));
     SC_TRY(warn_of_absent(app, job, &absent));
     sc_volume_apply_table(volume, &source.table);
-    sc_label_source_keep(app, &source);
+    sc_label_source_keep(app, job, volume, &source);
 out:
     sc_label_table_clear(&absent);
     sc_label_table_clear(&more);

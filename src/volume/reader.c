@@ -290,6 +290,15 @@ out:
     return status;
 }
 
+/* Move the table of a source to its volume, unless its numbers are segcast's own. */
+static void keep_table(sc_source *source, sc_volume *volume)
+{
+    if (source->numbered)
+        return;
+    volume->table = source->table;
+    source->table = (sc_label_table){0};
+}
+
 /* Give a volume, and its tallies, the labels of those rows that took no voxels because they are
  * left out. */
 static sc_status add_left_out(const sc_ctx *ctx, const sc_label_table *table,
@@ -353,6 +362,7 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_
         SC_TRY(sc_overlap_list_take(ctx, &source, choice->overlaps));
     SC_TRY(add_left_out(ctx, &source.table, &rule, &volume, &found));
     SC_TRY(note_absent(ctx, &source, &volume));
+    keep_table(&source, &volume);
     *out = volume;
     *tallies = found;
     volume = (sc_volume){0};
@@ -468,6 +478,7 @@ sc_status sc_volume_read_header_by(const sc_ctx *ctx, const char *path,
     scan.volume.labels[0].opacity = -1;
     memcpy(scan.volume.size, source.part, sizeof source.part);
     SC_TRY(sc_volume_add_labels(ctx, &scan.volume, &source.table));
+    keep_table(&source, &scan.volume);
     *out = scan;
     scan = (sc_label_scan){0};
 out:

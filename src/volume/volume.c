@@ -8,6 +8,7 @@ void sc_volume_clear(sc_volume *volume)
 {
     sc_free(volume->ids);
     sc_free(volume->labels);
+    sc_label_table_clear(&volume->table);
     sc_label_table_clear(&volume->absent);
     sc_label_table_clear(&volume->outside);
     *volume = (sc_volume){0};

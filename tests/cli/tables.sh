@@ -143,7 +143,23 @@ grep -q '^  voxels without a row  3 mitral valve, 4 tricuspid valve, .* and 6 mo
 grep -qx '  numbers left out      3 to 98' info.txt || { cat info.txt; fail "info: numbers left out"; }
 "$SEGCAST" info phantom.nrrd --labels some.csv --json -q | jq -e '.label_table | .rows == 4 and .several_rows == [2] and
     .rows_without_voxels == [99] and .voxels_without_row == [range(3; 21)] and .numbers_left_out == [[3, 98]]' >/dev/null || fail "info --json: the report on the table"
-"$SEGCAST" info phantom.nrrd --json -q | jq -e 'has("label_table") and .label_table == null' >/dev/null || fail "info --json without a table"
+printf 'ObjectType = Image\nNDims = 3\nDimSize = 2 2 1\nElementSpacing = 1 1 1\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n\1\1\2\2' >bare.mha
+"$SEGCAST" info bare.mha --json -q | jq -e 'has("label_table") and .label_table == null' >/dev/null || fail "info --json without a table"
+# The same of the table in the header of a volume; of a job that merges tissues, nothing about voxels.
+LC_ALL=C sed 's/^Segment0_LabelValue:=1$/Segment0_LabelValue:=99/; s/^Segment3_LabelValue:=4$/Segment3_LabelValue:=3/' phantom.nrrd >own.nrrd
+cat >expected_own.txt <<'TXT'
+label table own.nrrd: 20 rows
+  several rows          3 mitral valve
+  rows without voxels   99 aortic valve
+  voxels without a row  1, 4
+  numbers left out      4, 21 to 98
+TXT
+"$SEGCAST" info own.nrrd 2>/dev/null | sed -n '/^label table/,$p' | sed "s|$PWD/||" | diff expected_own.txt - >&2 || fail "info: the report on the table of the file"
+for said in '1,5' '1,2p;5'; do
+    printf 'volume: own.nrrd\n' >own.yaml
+    [ "$said" = '1,5' ] || printf 'volume: {path: own.nrrd, merge: {valves: [1, 2]}}\n' >own.yaml
+    "$SEGCAST" check own.yaml 2>/dev/null | sed "1d; s|$PWD/||" | diff <(sed -n "${said}p" expected_own.txt) - >&2 || fail "check: the report on the table of the file, $said"
+done
 printf 'volume: phantom.nrrd\nlabels: some.csv\n' >job.yaml
 "$SEGCAST" check job.yaml >check.txt 2>/dev/null
 sed '1d' check.txt | diff - <(sed -n '/^label table/,$p' info.txt) >&2 || fail "check: the report on the table"
