@@ -151,6 +151,11 @@ static const struct {
      "nrrd.write(\"labels.nrrd\", numpy.load(\"FILE\").T)"},
     {"# vtk DataFile", 14, 0,
      "is a legacy VTK file; open it in 3D Slicer or ParaView and save as .nrrd or .mha"},
+    {"segc", 4, 0,
+     "is a file of `segcast prepare`, expected a volume of another program; give the volume of "
+     "which it was made"},
+    {"<MRML", 5, 0,
+     "is a scene of 3D Slicer, which names files; give the segmentation among them, a .seg.nrrd"},
     {"<?xml", 5, 0,
      "is XML; a VTK image (.vti) is converted by opening it in 3D Slicer and saving as .nrrd"},
     {"# AmiraMesh", 11, 0, "is AmiraMesh; export the label field from Amira as NRRD or NIfTI"},
@@ -160,11 +165,58 @@ static const struct {
      "Image Sequence, then File > Save As > Nrrd)"},
 };
 
+/* @return the length of @p path without its ending, if that is one of the voxels of a pair of
+ * NIfTI; else 0. */
+static size_t pair_stem_bytes(const char *path)
+{
+    static const char *const endings[] = {".img", ".img.gz", ".IMG"};
+    const size_t bytes = strlen(path);
+
+    for (size_t i = 0; i < SC_COUNT_OF(endings); i++) {
+        const size_t ending = strlen(endings[i]);
+
+        if (bytes > ending && !strcmp(path + bytes - ending, endings[i]))
+            return bytes - ending;
+    }
+    return 0;
+}
+
+/* @return whether @p h is the header of a pair of NIfTI. */
+static bool is_pair_header(const head *h)
+{
+    return is_nifti(h) && h->count >= 348 &&
+           (!memcmp(h->bytes + 344, "ni1", 3) || !memcmp(h->bytes + 4, "ni2", 3));
+}
+
+/* Find the header of a pair of NIfTI whose voxels are at @p path, by its name. @param out NULL if
+ * there is none; else caller owns: sc_free. @return SC_ERR_MEMORY. */
+static sc_status find_pair_header(const sc_ctx *ctx, const char *path, char **out)
+{
+    static const char *const endings[] = {".hdr", ".hdr.gz", ".HDR"};
+    const sc_ctx quiet = sc_quiet(ctx);
+    const size_t stem = pair_stem_bytes(path);
+    sc_text text = {0};
+    sc_status status = SC_OK;
+    head h;
+
+    *out = NULL;
+    for (size_t i = 0; stem && !*out && i < SC_COUNT_OF(endings); i++) {
+        SC_TRY(sc_text_add(ctx, &text, "%.*s%s", (int)stem, path, endings[i]));
+        if (read_head(&quiet, text.data, &h) == SC_OK && is_pair_header(&h)) {
+            *out = text.data;
+            text = (sc_text){0};
+        }
+        sc_text_clear(&text);
+    }
+out:
+    return status;
+}
+
 /* Log that no reader accepts the file, with advice if its kind is known. @return SC_ERR_DATA
  * always. */
 static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
 {
-    const char *img = strstr(path, ".img");
+    const size_t stem = pair_stem_bytes(path);
 
     for (size_t i = 0; i < SC_COUNT_OF(known_files); i++) {
         const size_t end = known_files[i].offset + known_files[i].length;
@@ -175,11 +227,11 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
     }
     if (h->count == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: a broken gzip file", path);
-    if (img && img > path && (!strcmp(img, ".img") || !strcmp(img, ".img.gz")))
+    if (stem)
         return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: has no header of its own, as the voxels of a pair of NIfTI have none; "
-                       "give the header, %.*s.hdr",
-                       path, (int)(img - path), path);
+                       "%s: has no header of its own, as the voxels of a pair of NIfTI have none, "
+                       "and %.*s.hdr is no header of a pair; copy it beside the voxels",
+                       path, (int)stem, path);
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: begins with bytes %02x %02x %02x %02x, expected NRRD (\"NRRD\"), NIfTI "
                    "(348 or 540), MGH, TIFF, MetaImage or DICOM SEG; 3D Slicer and ITK-SNAP can "
@@ -188,7 +240,8 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
                    path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
 }
 
-sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+/* Open the file at @p path, which is no voxels of a pair, by its own first bytes. */
+static sc_status open_by_mark(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
     size_t which = 0;
     head h;
@@ -201,6 +254,17 @@ sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc
     if (which == SC_COUNT_OF(readers))
         return refuse_file(ctx, path, &h);
     return readers[which].open(ctx, path, header_only, out);
+}
+
+sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+{
+    char *header;
+    sc_status status = find_pair_header(ctx, path, &header);
+
+    if (status == SC_OK)
+        status = open_by_mark(ctx, header ? header : path, header_only, out);
+    sc_free(header);
+    return status;
 }
 
 void sc_volume_formats(char *text, size_t size)

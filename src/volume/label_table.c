@@ -143,10 +143,13 @@ static bool parse_itksnap(char *line, sc_label *row, sc_name_count *names)
     return true;
 }
 
+/* Read a line, cut off, into @p row. @return false if it has another form. */
+typedef bool parse_fn(char *line, sc_label *row, sc_name_count *names);
+
 /* By sc_table_format: the name for messages, and the parser of lines, where a label is a line. */
 static const struct {
     const char *name;
-    bool (*parse)(char *line, sc_label *row, sc_name_count *names);
+    parse_fn *parse;
 } formats[] = {[SC_TABLE_AUTO] = {"", NULL},
                [SC_TABLE_SLICER] = {"Slicer", parse_slicer},
                [SC_TABLE_FREESURFER] = {"FreeSurfer", parse_freesurfer},
@@ -237,14 +240,14 @@ static void split_python_map(char *text)
     }
 }
 
-/* @return the format of the table @p text, never SC_TABLE_AUTO; the text is cut into lines during
- * the call and whole again after it. XML begins with an element or its declaration, JSON with a
- * bracket (of Python, if a number follows without quotes), and CSV with a line of headings that
- * name a number and a name or a colour; Connectome Workbench writes two lines for a label. ITK-SNAP
- * is known by its header or by names in quotes. The
- * tables of Slicer and FreeSurfer look alike. They are told by the comments that both programs
- * write, unless every label would be invisible then; else by this: most labels are opaque, which is
- * 255 in the one and 0 in the other. If neither is more frequent, Slicer is taken. */
+/* @return the format of the table @p text, SC_TABLE_AUTO if no line looks like one of a table; the
+ * text is cut into lines during the call and whole again after it. XML begins with an element or
+ * its declaration, JSON with a bracket (of Python, if a number follows without quotes), and CSV
+ * with a line of headings that name a number and a name or a colour; Connectome Workbench writes
+ * two lines for a label. ITK-SNAP is known by its header or by names in quotes. The tables of
+ * Slicer and FreeSurfer look alike. They are told by the comments that both programs write, unless
+ * every label would be invisible then; else by this: most labels are opaque, which is 255 in the
+ * one and 0 in the other. If neither is more frequent, Slicer is taken. */
 static sc_table_format guess(char *text)
 {
     evidence e = {0};
@@ -272,6 +275,8 @@ static sc_table_format guess(char *text)
     }
     if (e.itksnap)
         return SC_TABLE_ITKSNAP;
+    if (!e.colored && !e.classes && !e.freesurfer && !e.slicer)
+        return SC_TABLE_AUTO;
     /* Names of several words are read by that parser only; it does not know transparency. */
     if (10 * e.spaced > e.colored && e.opaque_0 <= e.opaque_255)
         return SC_TABLE_NAMES;
@@ -287,10 +292,11 @@ static sc_table_format guess(char *text)
 /* Append the rows of @p text, which is cut into lines and words, to @p table. Blank lines,
  * comments and label 0 are left out. Lines of another form are left out with one warning;
  * SC_ERR_DATA with the first of them if there is no row but that of label 0, and for a text without
- * any row. @param format not SC_TABLE_AUTO. @return also SC_ERR_MEMORY. */
+ * any row. @param format SC_TABLE_AUTO: of no format that is known. @return also SC_ERR_MEMORY. */
 static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_format format,
                              char *text, sc_label_table *table)
 {
+    parse_fn *parse = formats[format].parse ? formats[format].parse : parse_slicer;
     int number = 0, skipped = 0, first_skipped = 0;
     bool has_rows = false;
     sc_name_count names = {0};
@@ -305,7 +311,7 @@ static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_forma
             break; /* further lists of a file in Python follow */
         if (is_blank_or_comment(line))
             continue;
-        if (!formats[format].parse(line, &row, &names)) {
+        if (!parse(line, &row, &names)) {
             first_skipped = skipped++ ? first_skipped : number;
             continue;
         }
@@ -322,8 +328,15 @@ static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_forma
     if (status == SC_OK)
         sc_name_warn(ctx, path, &names);
     if (status == SC_OK && skipped && table->count == 0)
-        return sc_fail(ctx, SC_ERR_DATA, "%s:%d: is not a line of a %s label table", path,
-                       first_skipped, formats[format].name);
+        return format == SC_TABLE_AUTO
+                   ? sc_fail(ctx, SC_ERR_DATA,
+                             "%s:%d: is not a line of any label table that segcast knows; "
+                             "expected a number, a name and perhaps a colour in each line, "
+                             "such as: 1 aorta 255 0 0 255, or a line of headings first, such "
+                             "as: value,name,color",
+                             path, first_skipped)
+                   : sc_fail(ctx, SC_ERR_DATA, "%s:%d: is not a line of a %s label table", path,
+                             first_skipped, formats[format].name);
     if (status == SC_OK && !has_rows)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: has no labels; expected one a line, such as: 1 aorta 255 0 0 255",
@@ -364,8 +377,9 @@ sc_status sc_label_table_read(const sc_ctx *ctx, const char *path, sc_table_form
     }
     if (format == SC_TABLE_AUTO) {
         format = guess(text);
-        sc_info(ctx, "%s: read as %s %s label table", path,
-                strchr("AEIO", formats[format].name[0]) ? "an" : "a", formats[format].name);
+        if (format != SC_TABLE_AUTO)
+            sc_info(ctx, "%s: read as %s %s label table", path,
+                    strchr("AEIO", formats[format].name[0]) ? "an" : "a", formats[format].name);
     }
     if (format == SC_TABLE_NAMES && is_python_map(text))
         split_python_map(text);

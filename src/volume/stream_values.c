@@ -193,13 +193,14 @@ sc_status sc_stream_refuse(const sc_voxel_stream *s, const void *raw, size_t ind
         raw = room;
     }
     widen(source->type, raw, 1, &stored);
-    if (source->type == SC_VOXEL_UINT64 && stored < 0) {
-        value = (double)(uint64_t)stored;
-        why = "too large for a label";
-    } else {
-        value = scaled_value(source, raw, &stored, 0);
-        why = why_no_label(value);
-    }
+    if (source->type == SC_VOXEL_UINT64 && stored < 0)
+        return sc_fail(s->ctx, SC_ERR_DATA,
+                       "%s: voxel (%zu, %zu, %zu) holds the label %llu; expected labels below "
+                       "2^63 = 9223372036854775808: give the tissues smaller numbers",
+                       s->path, index % nx, index / nx % ny, index / nx / ny,
+                       (unsigned long long)stored);
+    value = scaled_value(source, raw, &stored, 0);
+    why = why_no_label(value);
     return sc_fail(s->ctx, SC_ERR_DATA,
                    "%s: voxel (%zu, %zu, %zu) holds %.10g, %s; expected whole label numbers: use a "
                    "segmentation, not a grey-value image or a probability map",

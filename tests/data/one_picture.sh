@@ -65,7 +65,7 @@ for write in tiff, zarr, hdf5:
 PYTHON
 "$python" make.py >missing.txt 2>python.txt || { cat python.txt >&2; fail "the volumes cannot be written"; }
 cat missing.txt
-least=29 # volumes that are compared
+least=30 # volumes that are compared
 if [ -n "$ITK_FILES" ]; then
     "$ITK_FILES" xyz.raw 40 34 28 1 1.25 1.5 -20.02 -21.02 -20.02 itk.nrrd itk_packed_turned.nhdr itk_packed.mha \
         itk_meta_turned.mhd itk_packed_turned.nii.gz itk.nii itk_turned.img itk.h5 itk_packed_turned.h5 >python.txt 2>&1 ||
@@ -73,6 +73,16 @@ if [ -n "$ITK_FILES" ]; then
     least=36 # two of its files are HDF5, which segcast may be built without
 else
     echo "ITK is not installed (Debian: libinsighttoolkit5-dev): its volumes are not compared"
+fi
+# Teem's own program; a pair of NIfTI whose voxels are named is in the list below.
+if command -v teem-unu >/dev/null; then
+    teem-unu save -f nrrd -e hex -i ras.nrrd -o unu_hex.nhdr
+    teem-unu save -f nrrd -e bz2 -i ras.nrrd -o unu_bz2.nrrd
+    teem-unu permute -p 2 0 1 -i ras.nrrd | teem-unu flip -a 1 -o unu_turned.nrrd
+    teem-unu flip -a 0 -i ras.nrrd | teem-unu convert -t ushort | teem-unu save -f nrrd -e raw -en big -o unu_flipped.nrrd
+    least=$((least + 4))
+else
+    echo "Teem's unu is not installed (Debian: teem-apps): its volumes are not compared"
 fi
 printf 'value,name,color,opacity\n1,a,#c86450,0.6\n2,b,#5078c8,1\n3,c,#50c864,1\n' >table.csv
 "$SEGCAST" views ras.nrrd --labels table.csv -o ras.png --size 320x240 --smooth 1 -q >/dev/null
@@ -82,7 +92,7 @@ for name in zero plain; do
     "$SEGCAST" views $name.nrrd --labels table.csv -o $name.png --size 320x240 --smooth 1 -q >/dev/null 2>&1
 done
 pictures=0
-for volume in one_*.nii.gz two_*.nii mgh_*.mgz pair.hdr masks tiff.ome.tif store.zarr file.h5 xyz.raw itk*.nrrd itk*.nhdr itk*.mha \
+for volume in one_*.nii.gz two_*.nii mgh_*.mgz pair.hdr pair.img unu*.n* masks tiff.ome.tif store.zarr file.h5 xyz.raw itk*.nrrd itk*.nhdr itk*.mha \
     itk*.mhd itk*.nii itk*.nii.gz itk*.hdr itk*.h5; do
     [ -e "$volume" ] || continue
     options=()
