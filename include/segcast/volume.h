@@ -52,9 +52,9 @@ typedef struct sc_volume {
     bool oriented;       /**< false: the file does not say where left is; RAS was taken */
     bool numbered; /**< the numbers of its labels are segcast's own: the file names tissues without
                         numbers, or gives one number to several */
-    sc_label_table table; /**< the rows of the file's own label table, as they stand there; none if
-                               the volume is numbered */
-    sc_label_table absent;  /**< tissues that the file names and none of whose voxels was read */
+    sc_label_table table;  /**< the rows of the file's own label table, as they stand there; none if
+                                the volume is numbered */
+    sc_label_table absent; /**< tissues that the file names and none of whose voxels was read */
     sc_label_table outside; /**< labels all of whose voxels lie outside of the box that was read; of
                                  formats in chunks, which are not read there, none are known */
     bool is_part;           /**< such a box was read of a format in chunks */

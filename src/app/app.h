@@ -352,6 +352,11 @@ void sc_find_labels(const sc_app *app, const char *volume, char *out);
 /* Say where names and colours are to be had for a volume without a table whose numbers look like
  * those of FreeSurfer. */
 void sc_hint_labels(const sc_app *app, const char *path, const sc_volume *volume);
+/* Read a label table, or what the header of the volume at @p path says of its labels. @param volume
+ * for which it is read, NULL: none; the numbers of a table must not be segcast's own unless those
+ * of @p volume are. Caller owns *out: sc_label_table_clear, also after an error. */
+sc_status sc_read_label_table(const sc_app *app, const char *path, sc_table_format format,
+                              const sc_volume *volume, sc_label_table *out);
 /* Read the label table of the job, if it names one, or else, if @p volume has no names, that of
  * sc_find_labels. Not collective. Caller owns *out, which may be empty: sc_label_source_clear. */
 sc_status sc_read_labels_of(const sc_app *app, const sc_job *job, const sc_volume *volume,

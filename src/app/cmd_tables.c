@@ -31,47 +31,30 @@ static sc_status choose_writer(const sc_app *app, const sc_table_writer **out)
                    nearest ? nearest : "", nearest ? "\"?" : "");
 }
 
-/* Read the table of the input: a label table, or what the header of a volume says of its labels.
- * Caller owns *out: sc_label_table_clear. */
-static sc_status read_table(const sc_app *app, const sc_job *job, sc_label_table *out)
-{
-    const char *path = app->options.input;
-    sc_label_scan scan = {0};
-    sc_status status;
-
-    if (!sc_input_is_volume(path))
-        return sc_label_table_read(app->ctx, path, (sc_table_format)job->labels_format, out);
-    SC_TRY(sc_volume_read_header_by(app->ctx, path, &(sc_read_choice){.phase = 1}, &scan));
-    for (int id = 1; id < scan.volume.label_count; id++)
-        SC_TRY(sc_label_table_add(app->ctx, out, &scan.volume.labels[id]));
-    if (out->count == 0)
-        status = sc_fail(app->ctx, SC_ERR_DATA,
-                         "%s: has no label table in its header; give a label table instead", path);
-out:
-    sc_label_scan_clear(&scan);
-    return status;
-}
-
 sc_status sc_cmd_tables(sc_app *app)
 {
     const sc_table_writer *writer;
     sc_session session = {0};
     sc_label_table table = {0};
     sc_text text = {0};
+    bool to_stdout;
     sc_status status;
 
     if (!app->options.output)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "no file to write: give one as -o FILE, for example -o labels.tsv; -o - "
                        "writes to standard output");
+    to_stdout = !strcmp(app->options.output, "-");
     SC_TRY(choose_writer(app, &writer));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_session_job(app, NULL, &session));
-    if (strcmp(app->options.output, "-"))
+    if (!to_stdout)
         SC_TRY(
             sc_check_output(app, NULL, app->options.output, true)); /* other tables stay unread */
-    SC_TRY(read_table(app, &session.job, &table));
-    SC_TRY(sc_label_table_print(app->ctx, app->options.output, &table, writer, &text));
+    SC_TRY(sc_read_label_table(app, app->options.input, (sc_table_format)session.job.labels_format,
+                               NULL, &table));
+    SC_TRY(sc_label_table_print(app->ctx, to_stdout ? "standard output" : app->options.output,
+                                &table, writer, &text));
     status = sc_write_text(app, &text, app->options.output);
 out:
     sc_text_clear(&text);

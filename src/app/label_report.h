@@ -31,7 +31,8 @@ typedef struct sc_label_report {
 
 /* Compare a label table with the labels of a volume, background aside. @param source and @p volume
  * must outlive the report. @param scanned whether the voxels were counted and the labels are those
- * of the file; if not, only rows of one value and gaps are found. @return SC_ERR_MEMORY. Caller owns *out: sc_label_report_clear. */
+ * of the file; if not, only rows of one value and gaps are found. @return SC_ERR_MEMORY. Caller
+ * owns *out: sc_label_report_clear. */
 sc_status sc_label_report_make(const sc_ctx *ctx, const sc_label_source *source,
                                const sc_prepared *volume, bool scanned, sc_label_report *out);
 void sc_label_report_clear(sc_label_report *report);

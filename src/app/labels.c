@@ -15,6 +15,30 @@ static bool has_names(const sc_volume *volume)
     return false;
 }
 
+sc_status sc_read_label_table(const sc_app *app, const char *path, sc_table_format format,
+                              const sc_volume *volume, sc_label_table *out)
+{
+    sc_label_scan scan = {0};
+    sc_status status;
+
+    if (!sc_input_is_volume(path))
+        return sc_label_table_read(app->ctx, path, format, out);
+    SC_TRY(sc_volume_read_header_by(app->ctx, path, &(sc_read_choice){.phase = 1}, &scan));
+    for (int id = 1; id < scan.volume.label_count; id++)
+        SC_TRY(sc_label_table_add(app->ctx, out, &scan.volume.labels[id]));
+    if (out->count == 0)
+        status = sc_fail(app->ctx, SC_ERR_DATA,
+                         "%s: has no label table in its header; give a label table instead", path);
+    else if (scan.volume.numbered && volume && !volume->numbered)
+        status = sc_fail(app->ctx, SC_ERR_DATA,
+                         "%s: names its tissues without numbers, so that it is not known which "
+                         "labels of another volume they are; give a label table instead",
+                         path);
+out:
+    sc_label_scan_clear(&scan);
+    return status;
+}
+
 sc_status sc_read_labels_of(const sc_app *app, const sc_job *job, const sc_volume *volume,
                             sc_label_source *out)
 {
@@ -29,8 +53,8 @@ sc_status sc_read_labels_of(const sc_app *app, const sc_job *job, const sc_volum
         sc_hint_labels(app, job->volume, volume);
     if (!out->path[0])
         return SC_OK;
-    return sc_label_table_read(app->ctx, out->path,
-                               named ? (sc_table_format)job->labels_format : SC_TABLE_AUTO,
+    return sc_read_label_table(app, out->path,
+                               named ? (sc_table_format)job->labels_format : SC_TABLE_AUTO, volume,
                                &out->table);
 }
 

@@ -321,8 +321,10 @@ const sc_key sc_job_keys[] = {
      .keys = sc_volume_keys, .shorthand = "path", .shorthand_keeps = true, .outside_identity = true,
      .required = true, .of_film = true},
     {"labels", &sc_type_text, offsetof(sc_job, labels), NULL,
-     .help = "label table with the names and colours of the tissues", .bytes = SC_PATH_BYTES,
-     .outside_identity = true, .without = "names and colours of the volume's file",
+     .help = "label table with the names and colours of the tissues, or a volume that has one in "
+             "its header",
+     .bytes = SC_PATH_BYTES, .outside_identity = true,
+     .without = "names and colours of the volume's file",
      .option = &(const sc_key_option){"labels", "FILE", LABEL_COMMANDS}, .of_film = true},
     {"labels_format", &sc_type_choice, offsetof(sc_job, labels_format), "auto",
      .help = "format of the label table: slicer, freesurfer, itksnap, xml, csv, json, workbench or "

@@ -23,6 +23,11 @@ printf '<LabelTable>' >broken.xml
     done
 } >many.nrrd
 : >there.mp4
+printf 'To do: scan the second heart\n' >notes.txt
+printf '<MRML version="Slicer5.6">\n</MRML>\n' >scene.mrml
+head -c 900 /dev/zero >voxels.img
+printf 'NRRD0004\ntype: uint64\ndimension: 3\nsizes: 2 2 1\nspace: RAS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nendian: little\nencoding: raw\n\n' >large.nrrd
+printf '\5\0\0\0\0\0\0\200%.0s' 1 2 3 4 >>large.nrrd
 mkdir sub
 mkfifo pipe
 cp heart.nrrd locked.nrrd

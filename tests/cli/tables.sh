@@ -30,7 +30,7 @@ done
 grep -q '<GIFTI' heart.label.gii || fail "the ending .label.gii does not tell GIFTI"
 printf 'LabelValue,Name,Color_R,Color_G,Color_B,Type_CodeValue,Type_CodeMeaning\n1,left atrium,1,2,3,T-32300,Atrium\n1,atrium,1,2,3,T,A\n' >codes.csv
 expect 0 'codes.csv: columns that are not used: "Type_CodeValue"' "$SEGCAST" tables codes.csv -o - --to names
-expect 0 'warning: -: 1 row of the table says something else of a number than a row before; the first' "$SEGCAST" tables codes.csv -o - --to names
+expect 0 'warning: standard output: 1 row of the table says something else of a number than a row before; the first' "$SEGCAST" tables codes.csv -o - --to names
 
 # Names and colours of a volume's header, and the same volume drawn with either table.
 "$SEGCAST" phantom --size 40x36x44 -o phantom.nrrd -q >/dev/null
