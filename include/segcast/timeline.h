@@ -415,7 +415,8 @@ void sc_track_tones(const sc_track *levels, sc_track *tones);
  * that the way from one colour to another looks even. @param at the time, 0 to 1. */
 void sc_track_color(const sc_track *tones, double at, float linear[3]);
 /** Find where a camera without an orbit (sc_orbit.fixed) is by its key frames alone, without the
- * verbs that move it. @param at the time, from 0, the beginning of the film, to 1, its end.
+ * verbs that move it. Without key frames of up it is upright at the key frames, and does not flip
+ * where it looks along up. @param at the time, from 0, the beginning of the film, to 1, its end.
  * @param position_mm, target_mm, up the results, as the members of sc_orbit with these names. */
 void sc_fixed_camera_at(const sc_orbit *camera, double at, sc_vec3 *position_mm, sc_vec3 *target_mm,
                         sc_vec3 *up);

@@ -93,28 +93,17 @@ static void add_swings(const sc_timeline *t, double k, double *angle_deg, double
     }
 }
 
-void sc_fixed_camera_at(const sc_orbit *camera, double at, sc_vec3 *position_mm, sc_vec3 *target_mm,
-                        sc_vec3 *up)
-{
-    const sc_orbit *c = camera;
-
-    *position_mm =
-        c->position_track.count ? sc_track_value(&c->position_track, at) : c->position_mm;
-    *target_mm = c->target_track.count ? sc_track_value(&c->target_track, at) : c->target_mm;
-    *up = c->up_track.count ? sc_track_direction(&c->up_track, at) : c->up;
-}
-
 /* Set distance, away and up of a camera that stands where the job says, but for what verbs do. */
 static void set_sight_of_fixed(const sc_timeline *t, double k, sc_sight *out)
 {
+    const sc_orbit *c = &t->animation.camera;
     sc_vec3 position_mm, target_mm, up, axis;
     double angle_deg = 0, elevation_deg = 0;
     sc_camera camera;
 
-    sc_fixed_camera_at(&t->animation.camera, sc_frame_time(k, t->animation.frames), &position_mm,
-                       &target_mm, &up);
-    camera = sc_camera_look(position_mm, target_mm, up, t->animation.camera.projection, 1);
-    axis = sc_vec3_unit(up);
+    sc_fixed_camera_at(c, sc_frame_time(k, t->animation.frames), &position_mm, &target_mm, &up);
+    camera = sc_camera_look(position_mm, target_mm, up, c->projection, 1);
+    axis = sc_vec3_unit(c->up_track.count ? up : c->up);
     out->distance_mm = sc_vec3_length(sc_vec3_sub(position_mm, target_mm));
     add_swings(t, k, &angle_deg, &elevation_deg);
     out->away = sc_vec3_rotate(sc_vec3_scale(camera.forward, -1), camera.right,

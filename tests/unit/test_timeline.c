@@ -561,6 +561,61 @@ static void a_camera_without_an_orbit_goes_by_key_frames(void **state)
     }
 }
 
+/* Over the head of a body, and under its feet, a camera turns little from frame to frame, stands
+ * upright at the key frames that are not there, and gives other ways the picture that they had. */
+static void a_camera_passes_the_pole_without_a_flip(void **state)
+{
+    enum { FRAMES = 401, WAYS = 7 };
+    static const struct {
+        sc_track track;
+        bool starts_near, ends_near;
+    } ways[WAYS] = {
+        {{2, {{0, {0}, {0, -100, 80}}, {1, {0}, {0, 100, 80}}}}, false, false},
+        {{2, {{0, {0}, {1, -100, -80}}, {1, {0}, {1, 100, -80}}}}, false, false},
+        {{3, {{0, {0}, {0, -100, 0}}, {0.4, {0}, {0, 0, 100}}, {1, {0}, {0, 100, 0}}}},
+         false,
+         false},
+        {{3, {{0, {0}, {0, -100, 0}}, {0.5, {0}, {0, 0, 100}}, {1, {0}, {0, -100, 0}}}},
+         false,
+         false},
+        {{3, {{0, {0}, {0, 0, 100}}, {0.5, {0}, {30, 0, 100}}, {1, {0}, {100, 100, 0}}}},
+         true,
+         false},
+        {{3, {{0, {0}, {90, -9, 50}}, {0.5, {0}, {2, 3, 100}}, {1, {0}, {0, 0, 100}}}},
+         false,
+         true},
+        {{3, {{0, {0}, {0, 0, 100}}, {0.5, {0}, {2, 3, 100}}, {1, {0}, {0, 0, 100}}}}, true, true}};
+
+    (void)state;
+    for (int way = 0; way < WAYS; way++) {
+        sc_animation a = {.frames = FRAMES,
+                          .camera = {.fixed = true, .up = {0, 0, 1}, .fov_deg = 30}};
+        sc_camera before = {0}, c = {0};
+        sc_timeline t;
+
+        a.camera.position_track = ways[way].track;
+        a.camera.zoom = (sc_ramp){.from = 1, .to = 1, .end = 1};
+        sc_timeline_resolve(&a, NULL, 0, 1, &t);
+        for (int k = 0; k < FRAMES; k++, before = c) {
+            double along, turn_deg;
+
+            c = sc_timeline_scene(&t, k).camera;
+            if (k == 0 && !ways[way].starts_near)
+                assert_near(c.right.z, 0, 1e-12);
+            if (k == 0)
+                continue;
+            along = sc_vec3_dot(c.forward, before.forward);
+            turn_deg = acos(fmin(1, sc_vec3_dot(c.up, before.up))) * 180 / M_PI;
+            if (turn_deg > acos(fmin(1, along)) * 180 / M_PI + 1.5)
+                fail_msg("way %d, frame %d: up turns by %g degrees", way, k, turn_deg);
+        }
+        if (!ways[way].ends_near)
+            assert_near(c.right.z, 0, 1e-9);
+        if (!ways[way].ends_near)
+            assert_true(c.up.z > 0);
+    }
+}
+
 static void slices_follow_their_key_frames(void **state)
 {
     sc_animation a = {.frames = 11, .camera = {.axis = {0, 0, 1}, .fov_deg = 30}};
@@ -1267,6 +1322,7 @@ int main(void)
         cmocka_unit_test(light_follows_its_key_frames),
         cmocka_unit_test(colours_are_mixed_by_their_tones),
         cmocka_unit_test(planes_follow_their_key_frames),
+        cmocka_unit_test(a_camera_passes_the_pole_without_a_flip),
         cmocka_unit_test(slices_follow_their_key_frames),
         cmocka_unit_test(a_camera_without_an_orbit_goes_by_key_frames),
         cmocka_unit_test(key_frames_move_the_camera),
