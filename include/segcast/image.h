@@ -97,6 +97,16 @@ double sc_color_distance(const sc_seen_color *a, const sc_seen_color *b, sc_visi
  * them, and for the colour-blind, who have fewer colours to tell apart, 1.5 times that. */
 double sc_color_contrast(const sc_seen_color *a, const sc_seen_color *b);
 
+enum {
+    SC_COLOR_NAMES = 148,    /**< colours that have a name in CSS */
+    SC_COLOR_NAME_BYTES = 32 /**< more than the longest of them has */
+};
+/** Find a colour by its name, in which case, blanks, "-" and "_" do not matter. @param plain gets
+ * the name as CSS writes it, cut off if it is longer. @return false if no colour has it. */
+bool sc_color_by_name(const char *text, char plain[SC_COLOR_NAME_BYTES], uint8_t rgb[3]);
+/** Fill @p words with all names, as CSS writes them; static texts. */
+void sc_color_names(const char *words[SC_COLOR_NAMES]);
+
 /** @return the linear light in [0, 1] of the sRGB value @p srgb in [0, 1] (IEC 61966-2-1). */
 double sc_srgb_to_linear(double srgb);
 /** Table that converts linear light to the nearest sRGB level by comparisons alone: the pow() of

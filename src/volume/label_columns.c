@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Label tables whose columns have headings: what the headings mean, and rows of fields. */
 #include "label_table.h"
+#include "segcast/image.h"
 
 #include <ctype.h>
 #include <stdlib.h>
@@ -300,10 +301,20 @@ static bool read_levels(const char *text, float level[4])
     return count >= COLOR_LEVELS && !text[strspn(text, ")] ")];
 }
 
-/* Read the text of a whole colour. @return whether it is one. */
+/* Read the text of a whole colour: its name in CSS, digits, or levels. @return whether it is one.
+ */
 static bool read_color(const char *text, float level[4])
 {
+    uint8_t rgb[3];
+    char plain[SC_COLOR_NAME_BYTES];
+
     text += strspn(text, " ");
+    if (sc_color_by_name(text, plain, rgb)) {
+        for (int c = 0; c < COLOR_LEVELS; c++)
+            level[c] = rgb[c];
+        level[OPACITY] = NAN;
+        return true;
+    }
     return (*text == '#' && sc_hexadecimal_read(text + 1, level)) ||
            sc_hexadecimal_read(text, level) || read_levels(text, level);
 }

@@ -467,6 +467,27 @@ static void two_lines_for_a_label_are_read(void **state)
 
 /* Levels that a format cannot have are told: they would make labels invisible, or look like others.
  */
+static void colors_are_known_by_their_names(void **state)
+{
+    static const char *const texts[] = {
+        "value,name,color\n1,a,Dark Orange\n2,b,#0000ff80\n",
+        "{\"1\": {\"name\": \"a\", \"color\": \"darkorange\"}, \"2\": {\"color\": \"#0000ff80\"}}"};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(texts); i++) {
+        sc_label_table table = {0};
+        heard said;
+
+        assert_int_equal(read_table(texts[i], strlen(texts[i]), &said, &table), SC_OK);
+        assert_int_equal(table.count, 2);
+        assert_true(table.rows[0].has_color && table.rows[0].rgb[0] == 255 &&
+                    table.rows[0].rgb[1] == 140 && table.rows[0].rgb[2] == 0);
+        assert_true(table.rows[0].opacity < 0); /* names say nothing of opacity */
+        assert_near(table.rows[1].opacity, 128 / 255.0, 0.003);
+        sc_label_table_clear(&table);
+    }
+}
+
 static void levels_that_are_changed_are_told(void **state)
 {
     static const struct {
@@ -610,6 +631,7 @@ int main(void)
         cmocka_unit_test(names_of_slicer_have_no_quotes),
         cmocka_unit_test(what_cannot_be_read_is_told_with_its_place),
         cmocka_unit_test(two_lines_for_a_label_are_read),
+        cmocka_unit_test(colors_are_known_by_their_names),
         cmocka_unit_test(levels_that_are_changed_are_told),
         cmocka_unit_test(tables_are_written_as_they_are_read),
         cmocka_unit_test(what_a_format_cannot_hold_is_told),
