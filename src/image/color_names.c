@@ -160,18 +160,26 @@ static const struct {
 
 _Static_assert(SC_COUNT_OF(names) == SC_COLOR_NAMES, "all names are counted");
 
-bool sc_color_by_name(const char *text, char plain[SC_COLOR_NAME_BYTES], uint8_t rgb[3])
+/* Write @p text without blanks, "-" and "_", in small letters, to @p plain, cut off if it is
+ * longer.
+ * @return whether it is not. */
+static bool simplify(const char *text, char plain[SC_COLOR_NAME_BYTES])
 {
     size_t used = 0;
 
     for (; *text && used + 1 < SC_COLOR_NAME_BYTES; text++) {
-        const char c = (char)tolower((unsigned char)*text);
-
-        if (!strchr(" -_", c))
-            plain[used++] = c;
+        if (!strchr(" -_", *text))
+            plain[used++] = (char)tolower((unsigned char)*text);
     }
     plain[used] = '\0';
-    for (size_t i = 0; i < SC_COUNT_OF(names) && !*text; i++) {
+    return !*text;
+}
+
+bool sc_color_by_name(const char *text, char plain[SC_COLOR_NAME_BYTES], uint8_t rgb[3])
+{
+    const bool is_whole = simplify(text, plain);
+
+    for (size_t i = 0; i < SC_COUNT_OF(names) && is_whole; i++) {
         if (!strcmp(plain, names[i].name)) {
             for (int c = 0; c < 3; c++)
                 rgb[c] = (uint8_t)(names[i].rgb >> (16 - 8 * c) & 255);
