@@ -160,6 +160,11 @@ static const struct {
 
 _Static_assert(SC_COUNT_OF(names) == SC_COLOR_NAMES, "all names are counted");
 
+static char lower(char c)
+{
+    return (char)tolower((unsigned char)c);
+}
+
 /* Write @p text without blanks, "-" and "_", in small letters, to @p plain, cut off if it is
  * longer.
  * @return whether it is not. */
@@ -169,7 +174,7 @@ static bool simplify(const char *text, char plain[SC_COLOR_NAME_BYTES])
 
     for (; *text && used + 1 < SC_COLOR_NAME_BYTES; text++) {
         if (!strchr(" -_", *text))
-            plain[used++] = (char)tolower((unsigned char)*text);
+            plain[used++] = lower(*text);
     }
     plain[used] = '\0';
     return !*text;
