@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A camera that stands and looks where the job, or its key frames, say. It stands upright at the
- * key frames. Where its direction of view comes near the one that is up, over the head of a body
- * for example, "up" would turn half round within a frame: there it is carried along the way instead
- * (parallel transport), and what is missing to stand upright at the next key frame that is not near
- * is added little by little. */
+/* A fixed camera, whose position, target and up direction are constants or follow key frames. At
+ * the key frames it is upright. Where the view becomes nearly parallel to the up direction, as
+ * above the head of a body, an upright camera would roll by half a turn within a frame. There the
+ * up direction is instead rotated along with the view (parallel transport), and the roll that then
+ * remains to be upright at the next key frame away from the pole is spread over the time until
+ * then. */
 #include "segcast/timeline.h"
 
 #include <math.h>
@@ -83,7 +84,7 @@ static bool carried_time(const sc_orbit *c, double at, double *begin, double *en
     return comes_near;
 }
 
-/* @return "up" of the upright camera at a time, across the view. */
+/* @return the up direction of the upright camera at a time, perpendicular to the view. */
 static sc_vec3 upright_at(const sc_orbit *c, double at)
 {
     const sc_vec3 away = sc_vec3_scale(direction_at(c, at), -1);
@@ -113,7 +114,7 @@ static sc_vec3 carry(const sc_orbit *c, double from, double to, double step, sc_
     return up;
 }
 
-/* @return "up" at a time: that of the job, or where the view comes near it, what is carried. */
+/* @return the up direction at a time: that of the job, or near the pole the transported one. */
 static sc_vec3 up_at(const sc_orbit *c, double at)
 {
     double begin, end, share, roll, step;

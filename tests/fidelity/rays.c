@@ -123,7 +123,7 @@ static sc_status copy_resampled(const sc_ctx *ctx, const sc_volume *volume, cons
 
     *out = *volume;
     out->ids = out->labels = NULL;
-    out->table = out->absent = out->outside = (sc_label_table){0}; /* which nobody needs */
+    out->table = out->absent = out->outside = (sc_label_table){0}; /* not needed here */
     SC_TRY(sc_alloc(ctx, bytes, 1, &out->ids));
     memcpy(out->ids, volume->ids, bytes);
     SC_TRY(sc_alloc(ctx, label_bytes, 1, &block));
