@@ -56,6 +56,12 @@ void sc_color_map_at(sc_color_map map, double share, uint8_t rgb[3]);
 /** Write the colour of a value to @p rgb (sRGB); of NAN, that of missing values. */
 void sc_color_scale_at(const sc_color_scale *scale, double value, uint8_t rgb[3]);
 
+/** Write the colour of a value on its way from one to another to @p rgb (sRGB): the colour of the
+ * value between them, so that the way leads along the map. If one of them is missing (NAN), it
+ * leads straight from the colour of one to that of the other. @param share of the way, 0 to 1. */
+void sc_color_scale_between(const sc_color_scale *scale, double from, double to, double share,
+                            uint8_t rgb[3]);
+
 /** Find the values of all labels. Rows of a table belong to the label of their number, or else to
  *  the labels of their name; ASCII case, and whether blanks, "_" or "-" separate words, is ignored
  *  unless a name is the same to the letter. Rows of labels that the volume has not are not used,
@@ -69,8 +75,9 @@ SC_MUST_USE sc_status sc_color_values(const sc_ctx *ctx, const sc_color_by *by,
                                       char title[SC_NAME_BYTES]);
 /** Find the scale for these values. An automatic range goes from the least to the greatest value of
  *  the tissues that have voxels and are not hidden; a diverging map has 0 in its middle if values
- *  lie on both sides of it. @param title of the colour bar. */
+ *  lie on both sides of it. @param values [columns][label_count]: all that tissues have in turn.
+ *  @param title of the colour bar. */
 void sc_color_scale_find(const sc_color_by *by, const sc_prepared *volume, const double *values,
-                         const char *title, sc_color_scale *out);
+                         int columns, const char *title, sc_color_scale *out);
 
 #endif

@@ -17,6 +17,13 @@
 enum { SC_WHERE_BYTES = 192 }; /**< of "file:line: key" for messages, which is cut to fit */
 enum { SC_PATH_BYTES = 4096, SC_JOB_FRAMES_MAX = 1000000, SC_PHASES_MAX = 1000 };
 
+/** Columns of a table of values by key frames. */
+typedef struct sc_column_track {
+    sc_track
+        steps; /**< their values are indices of columns: 0, 1, 2 … in x; count 0: there are none */
+    char columns[SC_KEY_FRAMES_MAX][SC_NAME_BYTES]; /**< [steps.count] headings */
+} sc_column_track;
+
 /** Whether frames are also written one by one. */
 typedef enum sc_frames_kind { SC_FRAMES_NONE, SC_FRAMES_PNG } sc_frames_kind;
 
@@ -212,7 +219,9 @@ typedef struct sc_job {
     int appearance;                             /**< sc_appearance */
     sc_comparison compare;                      /**< if has_compare */
     sc_color_by color_by;                       /**< if has_color_by */
-    sc_grey_options image;                      /**< if has_image */
+    sc_column_track color_columns; /**< key frames, which replace color_by.column; values between
+                                      two of them lie between those of their columns */
+    sc_grey_options image;         /**< if has_image */
     sc_output output;
     sc_render_options render;
     sc_lighting light;

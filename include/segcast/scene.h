@@ -50,7 +50,8 @@ typedef struct sc_tissue {
     bool opacity_auto;       /**< the opacity follows from what was measured: sc_opacity_rule */
     bool is_cover;           /**< ... and it is that of a cover, whatever its thickness */
     bool interior_given;     /**< a rule has set the opacity of the interior */
-    bool color_given;        /**< a label table or a rule has set the colour */
+    bool color_given;        /**< a label table, a value or a rule has set the colour */
+    bool color_by_rule;      /**< a rule has, which goes before values */
     double interior_opacity; /**< of interior voxels, per voxel length; 0 unless a rule sets it */
     float rgb_linear[3];     /**< colour in linear light, 0 to 1; of key frames that of the first */
     int color_track;         /**< as of sc_tissue_rule */

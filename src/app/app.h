@@ -192,7 +192,10 @@ typedef struct sc_session {
     sc_label_stats *stats; /* label statistics of an inspected volume; owned */
     sc_prepared volume;    /* a view of what the members above hold */
     sc_tissue *tissues;
-    sc_color_scale scale; /* from values to colours; not used unless the job colours by values */
+    sc_color_scale scale;  /* from values to colours; not used unless the job colours by values */
+    double *column_values; /* [job.color_columns.steps.count][label_count of the volume]: the values
+                              of the key frames of columns; NULL: there are none; owned */
+    float level_linear[256]; /* with them: levels of sRGB in linear light, the same on all ranks */
     sc_renderer *renderer;
     sc_renderer **phase_renderers; /* of the phases after the first, one for each, then NULL; NULL:
                                       there are none; owned, unless borrows_renderer */
@@ -249,9 +252,15 @@ typedef struct sc_session {
 } sc_session;
 
 /* If the job colours tissues by values: make a copy of the labels of session->volume with these
- * colours, and fill session->scale; else *out becomes NULL. Not collective. @return as of
+ * colours, and fill session->scale and, with key frames of columns, session->column_values; else
+ * *out becomes NULL. The colours are those of the first key frame. Not collective. @return as of
  * sc_color_values. Caller owns *out: sc_free. */
 sc_status sc_color_labels(const sc_ctx *ctx, sc_session *session, sc_label **out);
+/* Send the values of key frames of columns, if there are any, to all ranks. Collective. */
+sc_status sc_share_column_values(sc_app *app, sc_session *session);
+/* With key frames of columns: write the colours of the tissues that have them by values into
+ * session->frame_colors. @param at when, 0 to 1, as of sc_key_frame. */
+void sc_column_colors(const sc_session *session, double at);
 /* Send an array of rank 0, @p count elements of @p size bytes, to the other ranks: *array becomes a
  * copy there, which they own, or NULL after an error. On rank 0 it stays what it was. */
 sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size);

@@ -1,53 +1,126 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Colours of tissues by values: the labels of a session as they are drawn. */
+/* Colours of tissues by values: the labels of a session as they are drawn, and the colours of a
+ * frame where values change with time. */
 #include "app.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Tell how many tissues have no value. */
-static void tell_missing(const sc_ctx *ctx, const sc_prepared *volume, const double *values)
+/* Tell how many tissues lack a value, in any of the columns. */
+static void tell_missing(const sc_ctx *ctx, const sc_prepared *volume, const double *values,
+                         int columns)
 {
     int missing = 0, all = 0;
 
     for (int id = 1; id < volume->label_count; id++) {
+        bool lacks = false;
+
+        for (int c = 0; c < columns; c++)
+            lacks = lacks || isnan(values[c * volume->label_count + id]);
         if (volume->stats[id].voxels) {
             all++;
-            missing += isnan(values[id]);
+            missing += lacks;
         }
     }
     if (missing)
-        sc_info(ctx, "%d of %d tissues have no value and get the colour color_by.missing", missing,
-                all);
+        sc_info(ctx, "%d of %d tissues have no value%s and get the colour color_by.missing",
+                missing, all, columns > 1 ? " in one of the columns" : "");
+}
+
+/* Find the values of all labels in one key frame after the other. @param values
+ * [columns][label_count]. @param title where to write what the values are. */
+static sc_status find_values(const sc_ctx *ctx, const sc_job *job, const sc_prepared *volume,
+                             double *values, char title[SC_NAME_BYTES])
+{
+    const int columns = job->color_columns.steps.count;
+    sc_color_by by = job->color_by;
+    sc_ctx again = *ctx; /* the rows of all columns are the same, and warnings tell of rows */
+    char last[SC_NAME_BYTES];
+    sc_status status = SC_OK;
+
+    if (!columns)
+        return sc_color_values(ctx, &by, volume, values, title);
+    again.level = again.level < SC_LOG_ERROR ? again.level : SC_LOG_ERROR;
+    for (int c = 0; c < columns; c++) {
+        memcpy(by.column, job->color_columns.columns[c], sizeof by.column);
+        SC_TRY(sc_color_values(c ? &again : ctx, &by, volume, values + c * volume->label_count,
+                               c ? last : title));
+    }
+    if (columns > 1 && strcmp(title, last) != 0)
+        snprintf(title + strlen(title), SC_NAME_BYTES - strlen(title), " to %s", last);
+out:
+    return status;
 }
 
 sc_status sc_color_labels(const sc_ctx *ctx, sc_session *session, sc_label **out)
 {
-    const sc_color_by *by = &session->job.color_by;
+    const sc_job *job = &session->job;
     const sc_prepared *volume = &session->volume;
     const size_t count = (size_t)volume->label_count;
-    sc_label *labels = NULL;
+    const int key_frames = job->color_columns.steps.count, columns = key_frames ? key_frames : 1;
+    sc_label *labels;
     char title[SC_NAME_BYTES];
     void *values = NULL, *block = NULL;
     sc_status status;
 
     *out = NULL;
-    if (!sc_color_by_any(by))
+    if (!sc_color_by_any(&job->color_by))
         return SC_OK;
-    SC_TRY(sc_alloc(ctx, count, sizeof(double), &values));
-    SC_TRY(sc_color_values(ctx, by, volume, values, title));
+    SC_TRY(sc_alloc(ctx, count * (size_t)columns, sizeof(double), &values));
+    SC_TRY(find_values(ctx, job, volume, values, title));
     SC_TRY(sc_alloc(ctx, count, sizeof *labels, &block));
     labels = block;
     memcpy(labels, volume->labels, count * sizeof *labels);
-    sc_color_scale_find(by, volume, values, title, &session->scale);
+    sc_color_scale_find(&job->color_by, volume, values, columns, title, &session->scale);
     for (size_t id = 1; id < count; id++) {
         sc_color_scale_at(&session->scale, ((double *)values)[id], labels[id].rgb);
         labels[id].has_color = true;
     }
-    if (!by->has_measure) /* a check measures nothing */
-        tell_missing(ctx, volume, values);
+    if (!job->color_by.has_measure) /* a check measures nothing */
+        tell_missing(ctx, volume, values, columns);
+    if (key_frames) {
+        session->column_values = values;
+        values = NULL;
+    }
     *out = labels;
 out:
     sc_free(values);
     return status;
+}
+
+sc_status sc_share_column_values(sc_app *app, sc_session *session)
+{
+    const size_t count = (size_t)session->job.color_columns.steps.count;
+    void *values = session->column_values;
+    sc_status status;
+
+    if (!count)
+        return SC_OK;
+    if (sc_comm_rank(app->comm) == 0) {
+        for (int level = 0; level < 256; level++)
+            session->level_linear[level] = (float)sc_srgb_to_linear(level / 255.0);
+    }
+    sc_comm_broadcast(app->comm, session->level_linear, sizeof session->level_linear);
+    status = sc_broadcast_array(app, &values, count * (size_t)session->volume.label_count,
+                                sizeof *session->column_values);
+    session->column_values = values;
+    return status;
+}
+
+void sc_column_colors(const sc_session *session, double at)
+{
+    const sc_track *steps = &session->job.color_columns.steps;
+    const int count = session->volume.label_count;
+    const double where = sc_track_value(steps, at).x;
+    const int from = (int)where, to = from + 1 < steps->count ? from + 1 : from;
+    uint8_t rgb[3];
+
+    for (int id = 1; id < count; id++) {
+        if (session->tissues[id].color_by_rule)
+            continue;
+        sc_color_scale_between(&session->scale, session->column_values[from * count + id],
+                               session->column_values[to * count + id], where - from, rgb);
+        for (int c = 0; c < 3; c++)
+            session->frame_colors[id][c] = session->level_linear[rgb[c]];
+    }
 }

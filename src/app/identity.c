@@ -102,6 +102,29 @@ out:
     return status;
 }
 
+/* Append to @p text the values of key frames of columns, and when they hold: the paths and headings
+ * of tables are no part of the identity. */
+static sc_status add_columns(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+{
+    const sc_track *steps = &s->job.color_columns.steps;
+    const int count = s->volume.label_count;
+    sc_status status = SC_OK;
+
+    if (!s->column_values)
+        return SC_OK;
+    for (int i = 0; i < steps->count; i++) {
+        const sc_ease *ease = &steps->keys[i].ease;
+
+        SC_TRY(sc_text_add(ctx, text, "%.17g %d %.17g %.17g %.17g %.17g\n", steps->keys[i].at,
+                           (int)ease->kind, ease->bezier[0], ease->bezier[1], ease->bezier[2],
+                           ease->bezier[3]));
+        for (int id = 1; id < count; id++)
+            SC_TRY(sc_text_add(ctx, text, "%.17g\n", s->column_values[i * count + id]));
+    }
+out:
+    return status;
+}
+
 /* Append to @p text what the pictures of a job without shots, or of one shot, follow from beside
  * its keys. */
 static sc_status add_shot(const sc_ctx *ctx, const sc_session *s, sc_text *text)
@@ -116,6 +139,7 @@ static sc_status add_shot(const sc_ctx *ctx, const sc_session *s, sc_text *text)
     SC_TRY(add_moves(ctx, &s->timeline, text));
     if (s->scale.is_used) /* which the colour bar shows */
         SC_TRY(sc_text_add(ctx, text, "%.17g %.17g\n", s->scale.low, s->scale.high));
+    SC_TRY(add_columns(ctx, s, text));
     if (s->grey.codes)
         SC_TRY(sc_text_add(ctx, text, "%llx %.17g %.17g\n", (unsigned long long)s->grey_hash,
                            s->grey_window.level, s->grey_window.width));

@@ -200,19 +200,25 @@ out:
     return status;
 }
 
-/* Send the tones of the key frames of colours to all ranks, and make room for the colours of a
- * frame, if there are any. Collective. */
-static sc_status share_colors(sc_app *app, sc_session *session)
+/* @return whether the colour of any tissue has key frames of its own. */
+static bool has_color_tracks(const sc_session *session)
+{
+    for (int id = 0; id < session->volume.label_count; id++) {
+        if (session->tissues[id].color_track)
+            return true;
+    }
+    return false;
+}
+
+/* Send the tones of the key frames of colours, if there are any, to all ranks. Collective. */
+static sc_status share_tones(sc_app *app, sc_session *session)
 {
     const sc_job *job = &session->job;
     const size_t labels = (size_t)session->volume.label_count;
-    void *tones = NULL, *colors = NULL;
-    bool has_any = false;
+    void *tones = NULL;
     sc_status status = SC_OK;
 
-    for (size_t id = 0; id < labels; id++)
-        has_any = has_any || session->tissues[id].color_track;
-    if (!has_any)
+    if (!has_color_tracks(session))
         return SC_OK;
     if (sc_comm_rank(app->comm) == 0)
         status = sc_zalloc(app->ctx, job->tissue_track_count, sizeof *session->color_tones, &tones);
@@ -224,9 +230,25 @@ static sc_status share_colors(sc_app *app, sc_session *session)
     }
     session->color_tones = tones;
     SC_TRY(sc_comm_agree(app->comm, status));
-    SC_TRY(sc_broadcast_array(app, &tones, job->tissue_track_count, sizeof *session->color_tones));
+    status = sc_broadcast_array(app, &tones, job->tissue_track_count, sizeof *session->color_tones);
     session->color_tones = tones;
-    status = sc_zalloc(app->ctx, labels, sizeof *session->frame_colors, &colors);
+out:
+    return status;
+}
+
+/* Send what the colours of frames follow from to all ranks, and make room for those of a frame, if
+ * any colour changes. Collective. */
+static sc_status share_colors(sc_app *app, sc_session *session)
+{
+    void *colors = NULL;
+    sc_status status;
+
+    SC_TRY(share_tones(app, session));
+    SC_TRY(sc_share_column_values(app, session));
+    if (!session->color_tones && !session->column_values)
+        return SC_OK;
+    status = sc_zalloc(app->ctx, (size_t)session->volume.label_count, sizeof *session->frame_colors,
+                       &colors);
     session->frame_colors = status == SC_OK ? colors : NULL;
     status = sc_comm_agree(app->comm, status);
 out:
@@ -552,6 +574,7 @@ void sc_shot_clear(sc_session *session)
     sc_free(session->fades);
     sc_free(session->frame_fades);
     sc_free(session->color_tones);
+    sc_free(session->column_values);
     sc_free(session->frame_colors);
     sc_free(session->shifts);
     sc_free(session->frame_offsets_mm);

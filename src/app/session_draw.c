@@ -36,6 +36,8 @@ static void find_colors(const sc_session *session, int k)
         else
             memcpy(session->frame_colors[id], tissue->rgb_linear, sizeof tissue->rgb_linear);
     }
+    if (session->column_values)
+        sc_column_colors(session, at);
 }
 
 /* @return whether the opacity of any tissue changes in the film. */

@@ -112,6 +112,21 @@ static sc_status hash_volume(const sc_ctx *ctx, const sc_job *job, uint64_t *out
     return hash_job(ctx, &part, false, out);
 }
 
+/* @return a hash of key frames of columns, if there are any. */
+static uint64_t hash_columns(const sc_column_track *track, uint64_t hash)
+{
+    for (int i = 0; i < track->steps.count; i++) {
+        const sc_key_frame *key = &track->steps.keys[i];
+        const int kind = key->ease.kind;
+
+        hash = sc_hash_bytes(track->columns[i], strlen(track->columns[i]), hash);
+        hash = sc_hash_bytes(&key->at, sizeof key->at, hash);
+        hash = sc_hash_bytes(&kind, sizeof kind, hash);
+        hash = sc_hash_bytes(key->ease.bezier, sizeof key->ease.bezier, hash);
+    }
+    return hash;
+}
+
 /* Hash what the pictures depend on, and which frames are measured; count these. */
 static sc_status hash_picture(const sc_study_state *state, const sc_job *job, uint64_t *out,
                               int32_t *frame_count)
@@ -128,6 +143,7 @@ static sc_status hash_picture(const sc_study_state *state, const sc_job *job, ui
     hash = sc_hash_bytes(job->color_by.table, strlen(job->color_by.table), hash);
     hash = sc_hash_bytes(job->image.path, strlen(job->image.path), hash);
     hash = sc_hash_bytes(job->color_by.column, strlen(job->color_by.column), hash);
+    hash = hash_columns(&job->color_columns, hash);
     SC_TRY(sc_study_frames(state, job, &frames, &count));
     *out = sc_hash_bytes(frames, (size_t)count * sizeof *frames, hash);
     *frame_count = count;

@@ -350,11 +350,11 @@ static sc_status check_color_by(const sc_ctx *ctx, const sc_yaml *root, const sc
         return sc_yaml_fail(ctx, sc_key_node(root, "overlays.color_bar"),
                             "color_bar: tissues are not coloured by values; expected color_by, "
                             "such as color_by: {measure: thickness}");
-    if (by->has_measure && by->column[0])
+    if (by->has_measure && (by->column[0] || job->color_columns.steps.count))
         return sc_yaml_fail(ctx, sc_key_node(root, "color_by.column"),
                             "column is \"%s\", but the values are a measure, and come from no "
                             "table; expected table instead of measure, or no column",
-                            by->column);
+                            by->column[0] ? by->column : job->color_columns.columns[0]);
     return SC_OK;
 }
 

@@ -200,8 +200,8 @@ static sc_status resolve_below(const sc_ctx *ctx, const clock_of_job *clock, sc_
 
 sc_status sc_times_resolve(const sc_ctx *ctx, const sc_job *job, sc_yaml *root)
 {
-    static const char *const maps[] = {"animation", "overlays", "compare", "image",
-                                       "light",     "render",   "tissues"};
+    static const char *const maps[] = {"animation", "color_by", "compare", "image",
+                                       "light",     "overlays", "render",  "tissues"};
     const clock_of_job clock = clock_of(ctx, root, job);
     sc_status status = SC_OK;
 

@@ -241,8 +241,8 @@ json_t *sc_track_schema(const sc_key *value);
 
 /* ---- job_times.c ---- */
 
-/* In the tree @p root of a job, below animation, overlays, compare, image, light, render and
- * tissues, turn parts of the animation (during) and times of key frames (at) that are given in
+/* In the tree @p root of a job, below animation, color_by, compare, image, light, overlays, render
+ * and tissues, turn parts of the animation (during) and times of key frames (at) that are given in
  * frames, seconds or minutes into shares of the animation. @param job holds the defaults. @return
  * the first mistake, all are logged: a time behind the end of the animation; or SC_ERR_MEMORY. */
 sc_status sc_times_resolve(const sc_ctx *ctx, const struct sc_job *job, sc_yaml *root);

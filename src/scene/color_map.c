@@ -62,8 +62,23 @@ void sc_color_scale_at(const sc_color_scale *scale, double value, uint8_t rgb[3]
                         length > 0 ? (value / 2 - scale->low / 2) / length : 0.5, rgb);
 }
 
+void sc_color_scale_between(const sc_color_scale *scale, double from, double to, double share,
+                            uint8_t rgb[3])
+{
+    uint8_t ends[2][3];
+
+    if (isnan(from) == isnan(to)) {
+        sc_color_scale_at(scale, (1 - share) * from + share * to, rgb);
+        return;
+    }
+    sc_color_scale_at(scale, from, ends[0]);
+    sc_color_scale_at(scale, to, ends[1]);
+    for (int c = 0; c < 3; c++)
+        rgb[c] = (uint8_t)(ends[0][c] + share * (ends[1][c] - ends[0][c]) + 0.5);
+}
+
 void sc_color_scale_find(const sc_color_by *by, const sc_prepared *volume, const double *values,
-                         const char *title, sc_color_scale *out)
+                         int columns, const char *title, sc_color_scale *out)
 {
     double low = HUGE_VAL, high = -HUGE_VAL;
 
@@ -73,9 +88,13 @@ void sc_color_scale_find(const sc_color_by *by, const sc_prepared *volume, const
     for (int id = 1; id < volume->label_count; id++) {
         if (!volume->stats[id].voxels || (volume->hidden && volume->hidden[id]))
             continue;
-        out->lacks_some = out->lacks_some || isnan(values[id]);
-        low = fmin(low, values[id]); /* fmin and fmax ignore NAN */
-        high = fmax(high, values[id]);
+        for (int c = 0; c < columns; c++) {
+            const double value = values[(size_t)c * (size_t)volume->label_count + (size_t)id];
+
+            out->lacks_some = out->lacks_some || isnan(value);
+            low = fmin(low, value); /* fmin and fmax ignore NAN */
+            high = fmax(high, value);
+        }
     }
     if (!by->range_auto)
         return;

@@ -65,6 +65,7 @@ static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
     if (rule->has_color) {
         color_of(rule->rgb, tissue->rgb_linear);
         tissue->color_track = rule->color_track;
+        tissue->color_by_rule = true;
     }
     tissue->color_given = tissue->color_given || rule->has_color;
     if (rule->has_opacity) {

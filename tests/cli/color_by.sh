@@ -54,6 +54,55 @@ expect 0 '' "$SEGCAST" render job.yaml "${by[@]}" -o bare -q
 mpi 2 "$SEGCAST" render job.yaml "${by[@]}" --set overlays.color_bar=bottom-left --set farm.partition=tiles -o bar2 -q >/dev/null 2>&1
 [ "$(hashes bar)" = "$(hashes bar2)" ] || fail "the colour bar of two ranks differs"
 
+# Values that change: a column for each key frame. At a key frame the picture is that of its column with the same range, one
+# frame alone is that of the film, on any number of ranks, and the headings and times belong to the identity.
+cat >ages.csv <<'CSV'
+name,age_20,age_40,age_60
+left_ventricle,10,5,0
+aorta,n/a,2,8
+pulmonary artery,0,4,1
+CSV
+cat >ages.yaml <<'YAML'
+volume: phantom:40x36x44
+color_by:
+  table: ages.csv
+  column: [{at: 0%, value: age_20}, {at: 2f, value: age_40, ease: smooth}, {at: 100%, value: age_60}]
+output: {directory: ages, size: [160, 120], video: none, frames: png}
+animation: {frames: 5, camera: {orbit: {turns: 0}}}
+overlays: {color_bar: bottom-left, legend: top-right}
+tissues: {"*": {opacity: 1}, "left ventricle": {color: red}}
+YAML
+expect 0 '' "$SEGCAST" render ages.yaml -q
+[ "$(hashes ages | cut -d ' ' -f 2 | sort -u | wc -l)" = 5 ] || fail "colours do not change in every frame"
+expect 0 '' "$SEGCAST" render ages.yaml -o second -q --frames 2 --set color_by.column=age_40 --set 'color_by.range=[0, 10]' \
+    --set 'color_by.title=age_20 to age_60'
+[ "$(hashes second)" = "$(hashes ages | sed -n 3p)" ] || fail "the picture of a key frame is not that of its column"
+mpi 2 "$SEGCAST" render ages.yaml --set farm.partition=tiles -o ages2 -q >/dev/null 2>&1
+[ "$(hashes ages2)" = "$(hashes ages)" ] || fail "changing values differ on two ranks"
+expect 0 '' "$SEGCAST" render ages.yaml --frames 3 -o alone -q
+[ "$(hashes alone)" = "$(hashes ages | sed -n 4p)" ] || fail "a frame alone is not that of the film"
+expect 0 '' "$SEGCAST" render ages/job.yaml -o ages3 -q
+[ "$(hashes ages3)" = "$(hashes ages)" ] || fail "the job as resolved makes other pictures"
+"$SEGCAST" check ages.yaml >said.txt 2>&1 || { cat said.txt; fail "key frames of columns are refused"; }
+grep -q 'color_by.column  *0  age_20' said.txt || { cat said.txt; fail "check does not list the key frames"; }
+expect 73 'another job' "$SEGCAST" render ages.yaml --resume -q --set 'color_by.column=[{at: 0%, value: age_20}, {at: 3f, value: age_40}]'
+sed -i 's/aorta,n.a,2/aorta,n\/a,3/' ages.csv
+expect 73 'another job' "$SEGCAST" render ages.yaml --resume -q
+expect 0 '' "$SEGCAST" render ages.yaml --overwrite -q
+expect 65 'ages.csv:1: has not exactly one column "age_30"; .*"age_20", "age_40", "age_60"' "$SEGCAST" check ages.yaml \
+    --set 'color_by.column=[{at: 0s, value: age_20}, {at: 100%, value: age_30}]'
+one_error
+expect 64 'key frame 2, at 1f, does not come after key frame 1, at 50%' "$SEGCAST" check ages.yaml \
+    --set 'color_by.column=[{at: 50%, value: age_20}, {at: 1f, value: age_40}]'
+one_error
+expect 64 'column is "age_20", but the values are a measure' "$SEGCAST" check ages.yaml \
+    --set 'color_by={measure: volume, column: [{at: 0s, value: age_20}]}'
+one_error
+echo 'liver,1,1,1' >>ages.csv
+"$SEGCAST" check ages.yaml >said.txt 2>&1 || { cat said.txt; fail "the table was refused"; }
+[ "$(grep -c 'ages.csv:5: "liver" is no label' said.txt)" = 1 ] || { cat said.txt; fail "the row without a label is not told once"; }
+grep -q '18 of 20 tissues have no value in one of the columns' said.txt || { cat said.txt; fail "tissues without a value are not told"; }
+
 # Mistakes.
 expect 65 'values.csv:1: has not exactly one column "thick"; .*"thickness_mm", "change"' "$SEGCAST" check job.yaml --set 'color_by={table: values.csv, column: thick}'
 one_error

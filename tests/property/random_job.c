@@ -884,6 +884,17 @@ static void put_of_table(struct maker *maker, const char *arg)
         put_word(maker, arg);
 }
 
+/* A heading of the table, or key frames of some. */
+static void put_column(struct maker *maker, const char *arg)
+{
+    if (maker->is_measured)
+        return;
+    if (chance(maker, 50))
+        put_word(maker, arg);
+    else
+        put_scene_track(maker, put_word, arg, true);
+}
+
 static void put_measure(struct maker *maker, const char *arg)
 {
     if (maker->is_measured)
@@ -892,7 +903,7 @@ static void put_measure(struct maker *maker, const char *arg)
 
 static const struct row color_by_rows[] = {
     {"table", 100, put_of_table, "values.csv"},
-    {"column", 100, put_of_table, "change|weight"},
+    {"column", 100, put_column, "change|weight"},
     {"measure", 100, put_measure, "volume|thickness|surface"},
     {"map", 60, put_word, "viridis|cividis|magma|inferno|plasma|coolwarm"},
     {"range", 40, put_word, "auto|[-1, 5]|[0, 100]"},

@@ -149,37 +149,62 @@ static void scales_follow_the_values_shown(void **state)
     uint8_t rgb[3];
 
     (void)state;
-    sc_color_scale_find(&by, &volume, v, "title", &scale);
+    sc_color_scale_find(&by, &volume, v, 1, "title", &scale);
     assert_true(scale.low == -3 && scale.high == 3 && scale.lacks_some && scale.is_used);
     assert_string_equal(scale.title, "title");
     sc_color_scale_at(&scale, NAN, rgb);
     assert_true(rgb[0] == 1 && rgb[1] == 2 && rgb[2] == 3);
     v[1] = -4;
-    sc_color_scale_find(&by, &volume, v, "", &scale);
+    sc_color_scale_find(&by, &volume, v, 1, "", &scale);
     assert_true(scale.low == -4 && scale.high == 4);
     v[1] = -1;
     by.map = SC_MAP_VIRIDIS;
     volume.hidden = hidden;
-    sc_color_scale_find(&by, &volume, v, "", &scale);
+    sc_color_scale_find(&by, &volume, v, 1, "", &scale);
     assert_true(scale.low == -1 && scale.high == 2);
     by.range_auto = false;
     by.low = 0;
     by.high = 10;
-    sc_color_scale_find(&by, &volume, v, "", &scale);
+    sc_color_scale_find(&by, &volume, v, 1, "", &scale);
     sc_color_scale_at(&scale, 10, rgb);
     assert_true(scale.low == 0 && scale.high == 10 && rgb[0] == 0xfd);
     by.range_auto = true;
     v[1] = -1e308; /* whose distance is no finite number */
     v[3] = 1e308;
-    sc_color_scale_find(&by, &volume, v, "", &scale);
+    sc_color_scale_find(&by, &volume, v, 1, "", &scale);
     sc_color_scale_at(&scale, 1e308, rgb);
     assert_true(rgb[0] == 0xfd);
     for (int id = 0; id < LABELS; id++)
         v[id] = 4; /* all the same: the middle of the map */
     by.range_auto = true;
-    sc_color_scale_find(&by, &volume, v, "", &scale);
+    sc_color_scale_find(&by, &volume, v, 1, "", &scale);
     sc_color_scale_at(&scale, 4, rgb);
     assert_true(scale.low == 4 && scale.high == 4 && !scale.lacks_some && rgb[0] == 0x21);
+}
+
+static void values_change_along_the_map(void **state)
+{
+    sc_color_by by = {.range_auto = true, .missing = {0, 0, 100}};
+    double v[2 * LABELS] = {NAN, 0, 1, 1, 1, 1, /* the second column: */ NAN, 1, 1, 10, NAN, 1};
+    sc_prepared volume = make_volume();
+    sc_color_scale scale;
+    uint8_t rgb[3], other[3];
+
+    (void)state;
+    sc_color_scale_find(&by, &volume, v, 2, "", &scale);
+    assert_true(scale.low == 0 && scale.high == 10 && scale.lacks_some);
+    for (int i = 0; i <= 20; i++) { /* never a mixture of the colours of both ends */
+        sc_color_scale_between(&scale, 2, 8, i / 20.0, rgb);
+        sc_color_scale_at(&scale, 2 + 6 * (i / 20.0), other);
+        for (int c = 0; c < 3; c++)
+            assert_true(abs(rgb[c] - other[c]) <= 1);
+    }
+    sc_color_scale_between(&scale, NAN, NAN, 0.5, rgb);
+    assert_memory_equal(rgb, by.missing, 3);
+    sc_color_scale_between(&scale, NAN, 10, 0.5, rgb); /* to 0xfde725 */
+    assert_true(rgb[0] == 127 && rgb[1] == 116 && abs(rgb[2] - 69) <= 1);
+    sc_color_scale_between(&scale, 10, NAN, 1, rgb);
+    assert_memory_equal(rgb, by.missing, 3);
 }
 
 int main(void)
@@ -189,7 +214,8 @@ int main(void)
                                        cmocka_unit_test(measures_have_units),
                                        cmocka_unit_test(maps_end_where_they_should),
                                        cmocka_unit_test(sequential_maps_grow_brighter),
-                                       cmocka_unit_test(scales_follow_the_values_shown)};
+                                       cmocka_unit_test(scales_follow_the_values_shown),
+                                       cmocka_unit_test(values_change_along_the_map)};
 
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
