@@ -11,7 +11,9 @@ enum {
     SC_WORD_GLYPH,   /* one character, of which changing text is composed: its code */
     SC_WORD_CAPTION, /* a line of a caption: SC_CAPTION_LINES_MAX times its index, plus the line */
     SC_WORD_LEGEND,  /* a row of the legend: dense id; its data is the colour */
-    SC_WORD_MORE,    /* the last row of a legend that has no room for all tissues: 0 */
+    SC_WORD_MORE,    /* a part of the last row of a legend that has no room for all tissues, "and 12
+                        more": the code of a digit, or of the letter that the word begins with; the
+                        data of "more" is how many tissues have no row in the lettering */
     SC_WORD_COLOR_BAR,   /* a text of the colour bar: SC_BAR_* */
     SC_WORD_ORIENTATION, /* a letter of the orientation cube: its code */
     SC_WORD_CARD,        /* a line of a title card: its number from the top; its data is
@@ -19,8 +21,8 @@ enum {
     SC_WORD_NAME         /* the name of a tissue, to be written beside it: dense id; the largest
                             tissue comes first */
 };
-/* The most rows of a legend. */
-enum { SC_LEGEND_ROWS_MAX = 60 };
+/* The most rows of a legend, and the most tissues that have one when they are shown. */
+enum { SC_LEGEND_ROWS_MAX = 60, SC_LEGEND_TISSUES_MAX = 256 };
 
 /* ---- layout.c ---- */
 

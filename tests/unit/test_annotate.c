@@ -395,7 +395,7 @@ static void a_legend_shows_chosen_tissues(void **state)
                          id == 2 || id == 4);
         assert_int_equal(sc_lettering_find(f.lettering, SC_WORD_NAME, id) != NULL, id == 1);
     }
-    assert_null(sc_lettering_find(f.lettering, SC_WORD_MORE, 0));
+    assert_null(sc_lettering_find(f.lettering, SC_WORD_MORE, 'm'));
     assert_ok(sc_overlay_tissues_check(&ctx, &f.volume, chosen, SC_COUNT_OF(chosen)));
     strcpy(f.labels[4].name, "other");
     assert_int_equal(sc_overlay_tissues_check(&ctx, &f.volume, chosen, SC_COUNT_OF(chosen)),
@@ -404,30 +404,68 @@ static void a_legend_shows_chosen_tissues(void **state)
     end_film(&f);
 }
 
-/* A legend for which there is no room shows the largest tissues, and how many there are beside. */
+/* @return in how many rows of a legend in the upper left corner squares are red, as in square. */
+static int red_rows(film *f)
+{
+    sc_image image = draw(f, 0, false, 255);
+    int rows = 0, green;
+
+    for (int row = 0; row < LABELS; row++)
+        rows += square(&image, f, row, &green) > 5 && green == 0;
+    sc_image_clear(&image);
+    return rows;
+}
+
+/* A legend for which there is no room shows the largest tissues that are seen now, and how many
+ * there are beside. */
 static void a_long_legend_names_the_largest(void **state)
 {
     sc_image image;
     film f;
-    int box[4], rows = 0;
+    int box[4], lower[4], rows;
 
     (void)state;
     begin_film(&f, 0);
+    add_tissues(&f, LABELS - 1); /* voxels rise with the id */
+    f.overlays.legend = SC_PLACE_TOP_LEFT;
+    memset(f.labels[39].name, 'W', SC_NAME_BYTES - 1);
+    for (int id = 1; id <= 10; id++) /* the smallest are blue */
+        f.tissues[id].rgb_linear[0] = 0, f.tissues[id].rgb_linear[2] = 1;
+    letter_film(&f);
+    assert_non_null(sc_lettering_find(f.lettering, SC_WORD_MORE, 'm'));
+    rows = red_rows(&f);
+    assert_true(rows > 10 && rows < LABELS - 11);
+    image = draw(&f, 0, false, 255);
+    assert_true(ink(&image, box) > 0 && box[2] < WIDTH / 2 && box[3] < 0.8 * HEIGHT);
+    sc_image_clear(&image);
+    /* If others are faded away, there is room for the smaller ones, at last for all of them. */
+    f.fades[39] = f.fades[30] = 0;
+    assert_int_equal(red_rows(&f), rows);
+    for (int id = 16; id < LABELS; id++)
+        f.fades[id] = 0;
+    assert_int_equal(red_rows(&f), 5);
+    image = draw(&f, 0, false, 255);
+    assert_true(ink(&image, lower) > 0 && lower[3] < box[3]); /* no last row that counts */
+    sc_image_clear(&image);
+    for (int id = 1; id < LABELS; id++)
+        f.fades[id] = 0;
+    image = draw(&f, 0, false, 255);
+    assert_int_equal(ink(&image, lower), 0);
+    sc_image_clear(&image);
+    end_film(&f);
+    /* At a lower edge the rows end where the last of all would. */
+    begin_film(&f, 0);
     add_tissues(&f, LABELS - 1);
     f.overlays.legend = SC_PLACE_BOTTOM_RIGHT;
-    memset(f.labels[39].name, 'W', SC_NAME_BYTES - 1);
     letter_film(&f);
-    for (int id = 1; id < LABELS; id++) {
-        const bool has_row = sc_lettering_find(f.lettering, SC_WORD_LEGEND, id) != NULL;
-
-        assert_true(!rows || has_row); /* voxels rise with the id */
-        rows += has_row;
-    }
-    assert_true(rows > 10 && rows < LABELS - 1);
-    assert_non_null(sc_lettering_find(f.lettering, SC_WORD_MORE, 0));
     image = draw(&f, 0, false, 255);
     assert_true(ink(&image, box) > 0);
     assert_true(box[0] > WIDTH / 2 && box[2] < WIDTH && box[1] > HEIGHT / 5 && box[3] < HEIGHT);
+    sc_image_clear(&image);
+    for (int id = 4; id < LABELS; id++)
+        f.fades[id] = 0;
+    image = draw(&f, 0, false, 255);
+    assert_true(ink(&image, lower) > 0 && lower[1] > box[1] + 50 && lower[3] + 8 > box[3]);
     sc_image_clear(&image);
     end_film(&f);
 }
