@@ -108,7 +108,8 @@ typedef struct sc_annotations {
                                     sc_annotations_plan_names the ids */
     const sc_tissue *tissues;  /**< [label_count] */
     const sc_timeline *timeline;
-    bool font_is_told;  /**< the file of the font was named before, as that of another shot */
+    sc_font_told
+        *told; /**< what shots before this one have told about fonts; NULL: there are none */
     sc_viewport within; /**< where the picture in space lies in the frame: overlays lie in it */
     sc_viewport
         space; /**< where it lies if it is not there, for the scale bar; of width 0: there */

@@ -57,10 +57,18 @@ typedef struct sc_lettering {
     sc_word words[];
 } sc_lettering;
 
-/** Turn lines of text into pixels. Warns, once for each, of characters that no font has: a box
- *  stands for them. @return SC_ERR_MEMORY. Caller owns *out: sc_free. */
+/** What was told about fonts, so that the shots of a film do not tell it again; empty at first. */
+typedef struct sc_font_told {
+    char family[64];      /**< of the font whose file was named last */
+    unsigned missing[64]; /**< [missing_count] characters that no font has */
+    size_t missing_count;
+} sc_font_told;
+
+/** Turn lines of text into pixels. Warns of characters that no font has, once for each: a box
+ *  stands for them. @param told to which they are added; those that are in it are not told again.
+ *  @return SC_ERR_MEMORY. Caller owns *out: sc_free. */
 SC_MUST_USE sc_status sc_lettering_make(const sc_ctx *ctx, sc_font *font, const sc_text_line *lines,
-                                        size_t count, sc_lettering **out);
+                                        size_t count, sc_font_told *told, sc_lettering **out);
 /** @return the first word of @p kind and @p number, or NULL. */
 const sc_word *sc_lettering_find(const sc_lettering *lettering, int kind, int number);
 /** Draw a word over @p image at once. @param x and @p y where it begins on its base line, in whole

@@ -2,6 +2,8 @@
 /* All text of a film, turned into pixels at once. */
 #include "internal.h"
 
+#include <string.h>
+
 /* Append the characters of which time codes and scale bars are composed. */
 static sc_status add_glyphs(const sc_ctx *ctx, const sc_annotations *a, sc_line_list *list)
 {
@@ -22,13 +24,15 @@ sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotations *annotat
                                 sc_lettering **out)
 {
     const sc_overlays *o = annotations->overlays;
+    sc_font_told nothing = {0}, *told = annotations->told ? annotations->told : &nothing;
     sc_line_list list = {0};
     sc_font *font = NULL;
     sc_status status;
 
     SC_TRY(sc_font_open(ctx, o->font, o->font_where, &font));
-    if (!annotations->font_is_told)
+    if (strcmp(told->family, o->font) != 0)
         sc_info(ctx, "text is drawn in the font of %s", sc_font_file(font));
+    memcpy(told->family, o->font, sizeof told->family);
     if (o->time || o->scale_bar)
         SC_TRY(add_glyphs(ctx, annotations, &list));
     if (o->color_bar)
@@ -42,7 +46,7 @@ sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotations *annotat
     if (annotations->card)
         SC_TRY(sc_add_card(ctx, annotations, font, &list));
     SC_TRY(sc_add_captions(ctx, annotations, font, &list));
-    status = sc_lettering_make(ctx, font, list.lines, list.count, out);
+    status = sc_lettering_make(ctx, font, list.lines, list.count, told, out);
 out:
     sc_lines_clear(&list);
     sc_font_close(font);

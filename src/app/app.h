@@ -81,7 +81,7 @@ struct sc_app {
     sc_label_source *label_source; /* where sc_label_source_keep puts the table; NULL: nowhere */
     sc_overlap_list *overlaps;     /* where it is noted which tissues of the volume overlap; NULL:
                                       nowhere; borrowed */
-    char font_told[64];            /* family of the font whose file was named last; or "" */
+    sc_font_told font_told;        /* what was told about fonts */
 };
 
 /* Read the options and the argument of a command into app->options. After a mistake in them the

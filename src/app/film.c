@@ -106,7 +106,7 @@ static void begin_to_speak(sc_app *app, const sc_film *film, int i, speaker *out
 /* Keep what the film is to know of what was said. */
 static void end_to_speak(speaker *s)
 {
-    memcpy(s->film->font_told, s->app.font_told, sizeof s->film->font_told);
+    s->film->font_told = s->app.font_told;
 }
 
 /* ---- making it ---- */

@@ -105,9 +105,7 @@ sc_status sc_session_letter(sc_app *app, sc_session *session)
 
     if (!sc_annotations_any(&annotations))
         return SC_OK;
-    /* Shots of a film mostly share a font: it is named once. */
-    annotations.font_is_told = strcmp(app->font_told, session->job.overlays.font) == 0;
-    memcpy(app->font_told, session->job.overlays.font, sizeof app->font_told);
+    annotations.told = &app->font_told;
     if (first)
         status = sc_annotations_letter(app->ctx, &annotations, &session->lettering);
     SC_TRY(sc_comm_agree(app->comm, status));

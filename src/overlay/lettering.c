@@ -79,37 +79,45 @@ static bool fill_mask(const drawn_line *line, double size_px, bool halo, uint8_t
     return ok;
 }
 
+/* Note a character that no font has. @return whether it was not told before; false also if there is
+ * no room for more of them. */
+static bool note_missing(unsigned code, sc_font_told *told)
+{
+    for (size_t i = 0; i < told->missing_count; i++) {
+        if (told->missing[i] == code)
+            return false;
+    }
+    if (told->missing_count == SC_COUNT_OF(told->missing))
+        return false;
+    told->missing[told->missing_count++] = code;
+    return true;
+}
+
 /* Warn of the characters of all lines that no font has, once of each. */
 static sc_status warn_of_missing(const sc_ctx *ctx, const sc_font *font, const sc_text_line *lines,
-                                 size_t count)
+                                 size_t count, sc_font_told *told)
 {
-    enum { TOLD_MAX = 64 };
-    unsigned told[TOLD_MAX];
-    size_t told_count = 0;
+    size_t found = 0;
     sc_text text = {0};
     sc_status status = SC_OK;
 
     for (size_t i = 0; i < count; i++) {
         for (size_t at = 0, length; at < lines[i].bytes; at += length ? length : 1) {
             unsigned code;
-            size_t j = 0;
 
             length = sc_utf8_bytes(lines[i].text + at);
             code = sc_utf8_code(lines[i].text + at, length ? length : 1);
-            while (j < told_count && told[j] != code)
-                j++;
-            if (sc_font_has(font, code) || j < told_count || told_count == TOLD_MAX)
+            if (sc_font_has(font, code) || !note_missing(code, told))
                 continue;
-            told[told_count++] = code;
-            SC_TRY(sc_text_add(ctx, &text, "%s%.*s (U+%04X)", told_count > 1 ? ", " : "",
-                               (int)length, lines[i].text + at, code));
+            SC_TRY(sc_text_add(ctx, &text, "%s%.*s (U+%04X)", found++ ? ", " : "", (int)length,
+                               lines[i].text + at, code));
         }
     }
-    if (told_count)
+    if (found)
         sc_warn(ctx,
                 "no font here has %s: a box stands for %s in the pictures; install a font that "
                 "has %s",
-                text.data, told_count > 1 ? "each of them" : "it", told_count > 1 ? "them" : "it");
+                text.data, found > 1 ? "each of them" : "it", found > 1 ? "them" : "it");
 out:
     sc_text_clear(&text);
     return status;
@@ -152,7 +160,7 @@ static sc_status pack(const sc_ctx *ctx, const drawn_line *drawn, const sc_text_
 }
 
 sc_status sc_lettering_make(const sc_ctx *ctx, sc_font *font, const sc_text_line *lines,
-                            size_t count, sc_lettering **out)
+                            size_t count, sc_font_told *told, sc_lettering **out)
 {
     /* A surface without borders: cairo leaves out glyphs that lie outside of one. */
     cairo_surface_t *surface = cairo_recording_surface_create(CAIRO_CONTENT_ALPHA, NULL);
@@ -161,7 +169,7 @@ sc_status sc_lettering_make(const sc_ctx *ctx, sc_font *font, const sc_text_line
     void *block = NULL;
     sc_status status;
 
-    SC_TRY(warn_of_missing(ctx, font, lines, count));
+    SC_TRY(warn_of_missing(ctx, font, lines, count, told));
     SC_TRY(sc_zalloc(ctx, count + 1, sizeof *drawn, &block));
     drawn = block;
     for (size_t i = 0; i < count; i++)

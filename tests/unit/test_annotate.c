@@ -674,6 +674,7 @@ static void a_missing_character_is_named_once(void **state)
 {
     heard h;
     const sc_ctx ctx = listening(&h);
+    sc_font_told told = {0};
     film f;
 
     (void)state;
@@ -685,6 +686,21 @@ static void a_missing_character_is_named_once(void **state)
     assert_non_null(strstr(h.text, "(U+F0000)"));
     assert_null(strstr(strstr(h.text, "U+F0000") + 1, "U+F0000"));
     end_film(&f);
+    /* Shots of one film: the second has one of its own. */
+    for (int shot = 0; shot < 3; shot++) {
+        begin_film(&f, 2);
+        f.annotations.told = &told;
+        strcpy(f.overlays.font, "DejaVu Sans");
+        strcpy(f.captions[0].text, "\363\260\200\200");
+        strcpy(f.captions[1].text, shot == 1 ? "\363\260\200\201" : "a");
+        h = (heard){0};
+        assert_ok(sc_annotations_letter(&ctx, &f.annotations, &f.lettering));
+        assert_int_equal(h.warnings, shot < 2);
+        assert_int_equal(strstr(h.text, "(U+F0000)") != NULL, shot == 0);
+        assert_int_equal(strstr(h.text, "(U+F0001)") != NULL, shot == 1);
+        assert_null(strstr(h.text, "in the font of")); /* the last message */
+        end_film(&f);
+    }
 }
 
 static void characters_that_cannot_be_set_are_known(void **state)
