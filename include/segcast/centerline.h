@@ -37,12 +37,15 @@ typedef struct sc_centerline_request {
     const sc_vec3 *through; /**< [through_count] points in RAS mm, each within the tissues: the line
                                  leads from the first through all others to the last. With one, it
                                  ends at the place farthest from there; with none, it connects the
-                                 two ends of the largest piece that are farthest from each other */
+                                 two ends that are farthest from each other of the largest piece
+                                 that has a voxel of each number of the order */
     size_t through_count;
     double clearance; /**< 0 to 1: a line that is smoothed keeps this share of the distance from the
                            border that it has in the middle of the tissue */
-    const char *what; /**< the tissues, for messages, such as "aorta" in quotes */
-    const char *where; /**< "file:line" for messages; may be empty */
+    const char *const *names; /**< [greatest of the order] the tissues of each number of it, for
+                                   messages; NULL: they are not named one by one */
+    const char *what;         /**< the tissues, for messages, such as "aorta" in quotes */
+    const char *where;        /**< "file:line" for messages; may be empty */
 } sc_centerline_request;
 
 /** Find a centre line. It begins and ends where a ball fits into the tissue, so about a radius
@@ -56,9 +59,10 @@ typedef struct sc_centerline_request {
  *  and Cohen 2001, "Fast extraction of minimal paths in 3D images and applications to virtual
  *  endoscopy". It is smoothed by a moving average over a third of the radius to both sides, twice.
  *  @param out caller owns: sc_centerline_clear. @return SC_ERR_DATA, logged: the volume has no
- *  voxel of these tissues, a point lies outside of them, there is no way between two points (with
- *  where the tissue ends), or the line is shorter than a voxel; SC_ERR_SYSTEM if it takes more than
- *  ctx->memory_max_bytes; SC_ERR_MEMORY. Any thread. */
+ *  voxel of these tissues, a point lies outside of them, there is no way between two points, or
+ *  without points between two numbers of the order (with where the tissue ends), or the line is
+ * shorter than a voxel; SC_ERR_SYSTEM if it takes more than ctx->memory_max_bytes; SC_ERR_MEMORY.
+ * Any thread. */
 SC_MUST_USE sc_status sc_centerline_find(const sc_ctx *ctx, const sc_centerline_request *request,
                                          sc_centerline *out);
 /** Find the middle of tissues: of the places where they are thickest, with at least 0.9 of the

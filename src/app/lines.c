@@ -107,6 +107,7 @@ sc_status sc_find_line(const sc_app *app, const sc_volume *volume, const sc_line
                                      .through = wish->through,
                                      .through_count = wish->through_count,
                                      .clearance = wish->clearance,
+                                     .names = wish->patterns,
                                      .where = wish->where};
     sc_text what = {0};
     void *order = NULL, *middles = NULL;

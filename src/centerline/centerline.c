@@ -76,34 +76,21 @@ static sc_status find_given(const sc_ctx *ctx, finder *f)
     return SC_OK;
 }
 
-/* @return the place of a voxel's tissue in the order of the request. */
-static int order_of(const finder *f, uint32_t voxel)
-{
-    const sc_volume *v = f->request->volume;
-    const sc_vec3 at =
-        sc_affine_point(&f->to_voxel, sc_region_point(&f->region, voxel)); /* whole numbers */
-    const size_t index =
-        ((size_t)(at.z + 0.5) * (size_t)v->size[1] + (size_t)(at.y + 0.5)) * (size_t)v->size[0] +
-        (size_t)(at.x + 0.5);
-
-    return f->request->order[v->label_bytes == 1 ? ((const uint8_t *)v->ids)[index]
-                                                 : ((const uint16_t *)v->ids)[index]];
-}
-
-/* Find the two voxels of the largest piece that are farthest from each other along ways within it,
- * nearly: the one farthest from any, and the one farthest from that. */
-static void find_farthest(finder *f)
+/* Find the two voxels of a piece that are farthest from each other along ways within it, nearly:
+ * the one farthest from any, and the one farthest from that. */
+static void find_farthest(finder *f, uint32_t part)
 {
     const sc_region *r = &f->region;
     uint32_t first = 0, a, b;
     bool swap;
 
-    while (r->part[first] != r->largest_part)
+    while (r->part[first] != part)
         first++;
     a = sc_search_run(&f->search, r, first, SC_NO_VOXEL, true);
     b = sc_search_run(&f->search, r, a, SC_NO_VOXEL, true);
-    swap = order_of(f, a) != order_of(f, b) ? order_of(f, b) < order_of(f, a)
-                                            : sc_region_point(r, b).z > sc_region_point(r, a).z;
+    swap = sc_region_order(r, a) != sc_region_order(r, b)
+               ? sc_region_order(r, b) < sc_region_order(r, a)
+               : sc_region_point(r, b).z > sc_region_point(r, a).z;
     f->ends[0] = swap ? b : a;
     f->ends[1] = swap ? a : b;
 }
@@ -112,6 +99,7 @@ static void find_farthest(finder *f)
 static sc_status find_ends(const sc_ctx *ctx, finder *f)
 {
     const size_t given = f->request->through_count;
+    uint32_t part = 0;
     sc_status status = SC_OK;
     void *block;
 
@@ -119,9 +107,10 @@ static sc_status find_ends(const sc_ctx *ctx, finder *f)
     SC_TRY(sc_alloc(ctx, f->end_count, sizeof *f->ends, &block));
     f->ends = block;
     SC_TRY(find_given(ctx, f));
-    if (given == 0)
-        find_farthest(f);
-    else if (given == 1)
+    if (given == 0) {
+        SC_TRY(sc_piece_choose(ctx, &f->region, &part));
+        find_farthest(f, part);
+    } else if (given == 1)
         f->ends[1] = sc_search_run(&f->search, &f->region, f->ends[0], SC_NO_VOXEL, true);
     for (size_t i = 0; i < f->end_count; i++)
         f->ends[i] = sc_region_middle(&f->region, f->ends[i]);

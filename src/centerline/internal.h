@@ -44,6 +44,16 @@ uint32_t sc_region_nearest(const sc_region *region, sc_vec3 point_mm, uint32_t p
  * axis of a vessel, and from its end about a radius inwards, but not along it. */
 uint32_t sc_region_middle(const sc_region *region, uint32_t voxel);
 
+/* @return the place of a voxel's tissue in the order of the request. */
+int sc_region_order(const sc_region *region, uint32_t voxel);
+
+/* ---- pieces.c ---- */
+
+/* Choose the piece in which the line between its two ends lies: the largest of those that hold a
+ * voxel of each number of the order that there is. @return SC_ERR_DATA if there is none, logged;
+ * SC_ERR_MEMORY. */
+sc_status sc_piece_choose(const sc_ctx *ctx, const sc_region *region, uint32_t *part);
+
 /* A search for cheapest ways: zero-initialise; free with sc_search_clear. */
 typedef struct sc_search {
     double *cost;     /* [count]: of the way from the start; HUGE_VAL: not reached */

@@ -254,6 +254,19 @@ static sc_vec3 middle_of(const sc_region *r, uint32_t voxel)
     return (sc_vec3){(double)x + r->low[0], (double)y + r->low[1], (double)z + r->low[2]};
 }
 
+int sc_region_order(const sc_region *region, uint32_t voxel)
+{
+    const sc_volume *v = region->request->volume;
+    const size_t place = region->place[voxel];
+    const size_t x = place % region->stride[1] + (size_t)region->low[0];
+    const size_t y = place / region->stride[1] % (size_t)region->size[1] + (size_t)region->low[1];
+    const size_t z = place / region->stride[2] + (size_t)region->low[2];
+    const size_t index = (z * (size_t)v->size[1] + y) * (size_t)v->size[0] + x;
+
+    return region->request->order[v->label_bytes == 1 ? ((const uint8_t *)v->ids)[index]
+                                                      : ((const uint16_t *)v->ids)[index]];
+}
+
 sc_vec3 sc_region_point(const sc_region *region, uint32_t voxel)
 {
     return sc_affine_point(&region->request->volume->to_ras_mm, middle_of(region, voxel));

@@ -157,11 +157,13 @@ static void what_has_no_way_is_refused_with_where_it_ends(void **state)
 {
     const sc_volume v = small_volume();
     const sc_vec3 outside[] = {{6, 2, 16}, {20, 2, 16}}, apart[] = {{6, 2, 16}, {20, 20, 40}};
-    const int both[] = {0, 1, 1};
+    const int both[] = {0, 1, 1}, in_turn[] = {0, 1, 2};
+    const char *const names[] = {"tube", "slab"};
     heard h;
     const sc_ctx ctx = listening(&h);
     sc_centerline_request request = {.volume = &v,
                                      .order = both,
+                                     .names = names,
                                      .through = apart,
                                      .through_count = 2,
                                      .clearance = SC_CLEARANCE,
@@ -176,6 +178,16 @@ static void what_has_no_way_is_refused_with_where_it_ends(void **state)
     assert_int_equal(sc_centerline_find(&ctx, &request, &line), SC_ERR_DATA);
     assert_non_null(strstr(h.text, "there is no way within both from point 1"));
     assert_non_null(strstr(h.text, "from there it ends at (20.0, "));
+    assert_null(line.points);
+    /* Without points: one pattern for both means either of them, two mean one after the other. */
+    request.through_count = 0;
+    assert_ok(sc_centerline_find(&ctx, &request, &line));
+    assert_int_equal(line.parts, 2);
+    sc_centerline_clear(&line);
+    request.order = in_turn;
+    assert_int_equal(sc_centerline_find(&ctx, &request, &line), SC_ERR_DATA);
+    assert_non_null(strstr(h.text, "job.yaml:7: both do not touch one another"));
+    assert_non_null(strstr(h.text, "mm before \"tube\" at ("));
     assert_null(line.points);
 }
 
