@@ -99,6 +99,8 @@ typedef struct sc_sweep {
     double except_at[SC_CLIP_SPANS_MAX]; /**< [except_count], rising, as of sc_key_frame.at */
     bool has_active;                     /**< it cuts in a part of the animation only */
     double active_begin, active_end;     /**< that part, 0 to 1; both ends belong to it */
+    sc_track active_track;               /**< key frames instead, if has_active: x is 1 while it
+                                              cuts, else 0; each holds until the next */
     /** Key frames of where the plane lies: x and, if y is 1, in percent, as of sc_plane_position.
      * They replace from and to, which are the first and the last. In a timeline x is in mm: along
      * the normal from the origin or, where the normal has key frames, from the pivot. */

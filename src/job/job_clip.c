@@ -15,9 +15,10 @@
 
 #define ACTIVE_ROW                                                                                 \
     {                                                                                              \
-        "active", &sc_type_span, PLANE(sweep.active_begin), NULL,                                  \
+        "active", &type_active, PLANE(sweep.active_begin), NULL,                                   \
             .help = "part of the animation in which the plane cuts; before and after it is not "   \
-                    "there",                                                                       \
+                    "there; or key frames of true and false",                                      \
+            .track = offsetof(sc_sweep, active_track) - offsetof(sc_sweep, active_begin),          \
             .given = SC_GIVEN(plane_entry, sweep.has_active), .without = "all of it"               \
     }
 
@@ -104,6 +105,38 @@ static const sc_value_type type_at = {
     .read = read_at,
     .write = write_at,
     .schema = at_schema,
+};
+
+/* The two ends of a part of the animation, or key frames of whether it cuts. */
+static sc_status read_active(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    return sc_is_track(node)
+               ? sc_read_track(ctx, key, node, (sc_track *)((char *)value + key->track))
+               : sc_type_span.read(ctx, key, node, value);
+}
+
+static sc_status write_active(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const sc_track *track = (const sc_track *)((const char *)value + key->track);
+
+    return track->count ? sc_write_track(ctx, key, track, text)
+                        : sc_type_span.write(ctx, key, value, indent, text);
+}
+
+static json_t *active_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, o]}", "anyOf", sc_type_span.schema(key), sc_track_schema(key));
+}
+
+static const sc_value_type type_active = {
+    .name = "[begin, end] or key frames",
+    .expected = "the begin and the end of a part of the animation, such as [2s, 5s], or key frames "
+                "such as [{at: 0s, value: true}, {at: 4s, value: false}]",
+    .of_key_frames = &sc_type_key_bool,
+    .read = read_active,
+    .write = write_active,
+    .schema = active_schema,
 };
 
 /* ---- rows of a plane ---- */

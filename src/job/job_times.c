@@ -180,7 +180,7 @@ static bool is_key_time(const sc_yaml *map, const sc_yaml *item)
  */
 static sc_status resolve_below(const sc_ctx *ctx, const clock_of_job *clock, sc_yaml *node)
 {
-    const bool is_part = node->kind == SC_YAML_LIST && node->key &&
+    const bool is_part = node->kind == SC_YAML_LIST && node->key && !sc_is_track(node) &&
                          (!strcmp(node->key, "during") || !strcmp(node->key, "active"));
     sc_status status = SC_OK;
 

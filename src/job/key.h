@@ -104,8 +104,9 @@ extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text
 extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_zoom,
     sc_type_clip, sc_type_verbs, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength,
     sc_type_ease, sc_type_tracked, sc_type_tracked_point, sc_type_tracked_direction,
-    sc_type_tracked_bool, sc_type_tracked_strength, sc_type_kept_tissues, sc_type_merged_tissues,
-    sc_type_time, sc_type_volume, sc_type_overlap, sc_type_caption_text, sc_type_divider;
+    sc_type_tracked_bool, sc_type_key_bool, sc_type_tracked_strength, sc_type_kept_tissues,
+    sc_type_merged_tissues, sc_type_time, sc_type_volume, sc_type_overlap, sc_type_caption_text,
+    sc_type_divider;
 /* Types of a film of shots. */
 extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_length;
 

@@ -297,7 +297,7 @@ static json_t *key_bool_schema(const sc_key *key)
     return sc_type_bool.schema(key);
 }
 
-static const sc_value_type type_key_bool = {
+const sc_value_type sc_type_key_bool = {
     .name = "true or false",
     .expected = "true or false",
     .steps = true,
@@ -336,7 +336,7 @@ const sc_value_type sc_type_tracked_bool = {
     .name = "true, false or key frames",
     .expected = "true, false, or key frames such as [{at: 0s, value: true}, {at: 4s, value: "
                 "false}]",
-    .of_key_frames = &type_key_bool,
+    .of_key_frames = &sc_type_key_bool,
     .read = read_tracked_bool,
     .write = write_tracked_bool,
     .schema = tracked_schema,

@@ -286,6 +286,16 @@ sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k)
     return sc_vec3_along(timeline->low_mm, share, sc_vec3_sub(timeline->high_mm, timeline->low_mm));
 }
 
+/* @return whether a plane cuts at a time, 0 to 1. */
+static bool is_active(const sc_sweep *sweep, double at)
+{
+    if (!sweep->has_active)
+        return true;
+    if (sweep->active_track.count)
+        return sc_track_step(&sweep->active_track, at).x > 0;
+    return at >= sweep->active_begin && at <= sweep->active_end;
+}
+
 uint32_t sc_timeline_planes(const sc_timeline *timeline, int k)
 {
     const sc_animation *a = &timeline->animation;
@@ -293,10 +303,7 @@ uint32_t sc_timeline_planes(const sc_timeline *timeline, int k)
     uint32_t active = 0;
 
     for (int i = 0; i < a->sweep_count; i++) {
-        const sc_sweep *sweep = &a->sweeps[i];
-
-        if (!sweep->has_active || (at >= sweep->active_begin && at <= sweep->active_end))
-            active |= 1u << i;
+        active |= is_active(&a->sweeps[i], at) ? 1u << i : 0;
     }
     return active;
 }

@@ -586,15 +586,44 @@ static void put_corner(struct maker *maker, const char *arg)
     add(maker, "]");
 }
 
+/* Key frames of the scene: two or three, of what @p put writes. Their times are shares, since what
+ * a film has holds for shots of any length. @param can_ease whether values change between them. */
+static void put_scene_track(struct maker *maker, void (*put)(struct maker *maker, const char *arg),
+                            const char *arg, bool can_ease)
+{
+    int at = whole(maker, 0, 5);
+
+    add(maker, "[");
+    for (int i = 0; i < 3 && at <= 10; i++, at += whole(maker, 1, 5)) {
+        add(maker, "%s{at: %d%%, value: ", i ? ", " : "", 10 * at);
+        put(maker, arg);
+        if (can_ease && chance(maker, 50)) {
+            add(maker, ", ease: ");
+            put_ease(maker, NULL);
+        }
+        add(maker, "}");
+    }
+    add(maker, "]");
+}
+
+/* A part of the animation, or key frames of true and false. */
+static void put_active(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 60))
+        put_during(maker, arg);
+    else
+        put_scene_track(maker, put_word, "true|false", false);
+}
+
 static const struct row sweep_rows[] = {
     {"normal", 100, put_direction, NULL}, {"from", 50, put_position, "0:60"},
     {"to", 70, put_position, "0:80"},     {"during", 50, put_during, NULL},
-    {"ease", 50, put_ease, NULL},         {"active", 30, put_during, NULL},
+    {"ease", 50, put_ease, NULL},         {"active", 30, put_active, NULL},
 };
 static const struct row plane_rows[] = {
     {"normal", 100, put_direction, NULL},
     {"at", 70, put_position, "10:60"},
-    {"active", 30, put_during, NULL},
+    {"active", 30, put_active, NULL},
 };
 static const struct row point_plane_rows[] = {
     {"normal", 100, put_direction, NULL},
@@ -767,26 +796,6 @@ static const struct row render_rows[] = {
     {"step", 30, put_number, "0.2:2"},
     {"early_termination", 30, put_flag, NULL},
 };
-/* Key frames of the scene: two or three, of what @p put writes. Their times are shares, since what
- * a film has holds for shots of any length. @param can_ease whether values change between them. */
-static void put_scene_track(struct maker *maker, void (*put)(struct maker *maker, const char *arg),
-                            const char *arg, bool can_ease)
-{
-    int at = whole(maker, 0, 5);
-
-    add(maker, "[");
-    for (int i = 0; i < 3 && at <= 10; i++, at += whole(maker, 1, 5)) {
-        add(maker, "%s{at: %d%%, value: ", i ? ", " : "", 10 * at);
-        put(maker, arg);
-        if (can_ease && chance(maker, 50)) {
-            add(maker, ", ease: ");
-            put_ease(maker, NULL);
-        }
-        add(maker, "}");
-    }
-    add(maker, "]");
-}
-
 /* A number in a range, or key frames of some. */
 static void put_scene_number(struct maker *maker, const char *arg)
 {
