@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Warnings of what the outputs of a job will be, before anything is drawn. */
+/* What the outputs of a job will be, told before anything is drawn, with warnings. */
 #include "run.h"
 
 /* @return what stands between a place and its message. */
@@ -8,9 +8,10 @@ static const char *colon_after(const char *where)
     return where[0] ? ": " : "";
 }
 
-/* Warn of what the format of the video does to it: pictures that no player has to know, times that
- * a GIF cannot count, sizes that nobody wants in slides. */
-static void warn_of_video(const sc_app *app, const sc_job *job)
+/* Tell how large a GIF or WebP becomes, and warn of what the format of the video does to it:
+ * pictures that no player has to know, times that a GIF cannot count, sizes that nobody wants in
+ * slides. */
+static void tell_of_video(const sc_app *app, const sc_job *job)
 {
     static const double large_bytes = 20e6;
     const char *video = job->output.video;
@@ -40,12 +41,18 @@ static void warn_of_video(const sc_app *app, const sc_job *job)
             "video (.mp4, .webm) is far smaller",
             job->video_where, colon_after(job->video_where), video, job->animation.frames,
             settings.width_px, settings.height_px, bytes / 1e6);
+    else if (bytes > 0)
+        sc_info(app->ctx,
+                "%s: %d frames of %d x %d take about %.*f MB (an estimate; segcast plan draws some "
+                "and tells better)",
+                video, job->animation.frames, settings.width_px, settings.height_px,
+                bytes < 1e6 ? 2 : 1, bytes / 1e6);
 }
 
 void sc_warn_of_outputs(const sc_app *app, const sc_job *job)
 {
     if (sc_run_has_video(job))
-        warn_of_video(app, job);
+        tell_of_video(app, job);
     else if (job->output.frames == SC_FRAMES_NONE)
         sc_warn(app->ctx,
                 "%s%soutput.video and output.frames are both none: the frames are drawn and "

@@ -62,6 +62,7 @@ grep -aq 'NETSCAPE2.0' still-gif/v.gif 2>/dev/null || [ ! -e still-gif/v.gif ] |
 
 # What a format does to a film is told, and pictures are as large as 8K, also upright.
 large=(--set output.video=turn.gif --set output.size=8k --set output.fps=30)
+expect 0 'turn.gif: 7 frames of 320 x 180 take about 0.0[0-9] MB' "$SEGCAST" check job.yaml --set output.video=turn.gif --set output.size=320x180
 expect 0 'turn.gif: 7 frames of 7680 x 4320 take about 23 MB' "$SEGCAST" check job.yaml "${large[@]}"
 grep -q 'output.fps is 30: a GIF counts in hundredths .* for 3 or 4 of them' stderr.txt || fail 'nothing is said of the times of a GIF'
 expect 0 'more than the 35.7 million pixels for which H.264 has levels' "$SEGCAST" check job.yaml --set output.size=8000x8000 --set output.video=v.mp4
