@@ -31,7 +31,7 @@ static const anatomy_rule rules[] = {
     {"ligament*|tendon*|fascia|aponeurosis", {222, 216, 200}},
     {"tooth|teeth|dental|enamel|incisor*|molar*|premolar*|fdi*", {244, 238, 222}},
     {"marrow", {192, 104, 92}},
-    {"bone*|vertebra*|rib|ribs|costa|skull|cranium|mandible|maxilla|sternum|manubrium|scapula*|"
+    {"bone*|vertebra*|rib|ribs|costa|costae|skull|cranium|mandible|maxilla|sternum|manubrium|scapula*|"
      "clavicle*|clavicula*|humerus|radius|ulna|femur|tibia|fibula|patella|hip|hips|"
      "pelvis|sacrum|coccyx|ilium|ischium|pubis|carpal*|tarsal*|carpus|tarsus|metacarp*|metatars*|"
      "phalan*|"
@@ -46,7 +46,7 @@ static const anatomy_rule rules[] = {
     {"coronary|coronaries", {206, 68, 58}},
     {"aort*", {198, 72, 64}},
     {"vein|veins|vena|venae|cava|ivc|svc|venous|jugular", {76, 106, 170}},
-    {"artery|arteries|arterial|carotid|brachiocephalic|lad|lcx|rca", {204, 78, 68}},
+    {"artery|arteries|arterial|arteria*|carotid|brachiocephalic|lad|lcx|rca", {204, 78, 68}},
     {"vessel|vessels|vasculature|vascular", {190, 86, 80}},
     /* the heart */
     {"valve*|chorda*|papillary", {226, 206, 172}},
@@ -61,7 +61,7 @@ static const anatomy_rule rules[] = {
     /* nerves and the brain */
     {"csf|cerebrospinal|cistern*|choroid", {112, 168, 206}},
     {"spinal cord|canal", {226, 206, 112}},
-    {"nerve|nerves|chiasm|plexus|ganglion|ganglia|cauda", {226, 206, 112}},
+    {"nerve|nerves|nervus|nervi|chiasm|plexus|ganglion|ganglia|cauda", {226, 206, 112}},
     {"hypointensit*|hyperintensit*|wmh", {186, 150, 196}},
     {"white matter", {236, 226, 204}},
     {"cerebral|cerebellar|cerebellum|cerebrum wm", {236, 226, 204}},
@@ -86,13 +86,13 @@ static const anatomy_rule rules[] = {
     {"eye|eyes|eyeball*|sclera", {234, 230, 222}},
     {"lens|cornea|vitreous", {186, 210, 220}},
     /* breathing */
-    {"lung|lungs|pulmo", {220, 156, 148}},
+    {"lung|lungs|pulmo|pulmones", {220, 156, 148}},
     {"trachea|bronch*|airway|airways|larynx|sinus|sinuses|nasal", {150, 188, 204}},
     /* digestion */
-    {"gallbladder|gall|bile|biliary", {112, 146, 84}},
-    {"liver|hepatic", {150, 82, 66}},
+    {"gallbladder|gall|bile|biliary|fellea|biliaris", {112, 146, 84}},
+    {"liver|hepatic|hepar", {150, 82, 66}},
     {"pancrea*", {224, 184, 124}},
-    {"spleen", {134, 78, 106}},
+    {"spleen|lien", {134, 78, 106}},
     {"stomach|gastric", {212, 146, 128}},
     {"esophag*|oesophag*", {196, 142, 122}},
     {"duoden*", {212, 164, 124}},
@@ -101,9 +101,9 @@ static const anatomy_rule rules[] = {
     {"tongue|pharyn*|oral", {198, 106, 102}},
     /* glands, urinary organs, reproduction */
     {"adrenal|suprarenal|adrenals", {220, 180, 98}},
-    {"kidney*|renal", {158, 86, 74}},
+    {"kidney*|renal|ren|renes", {158, 86, 74}},
     {"ureter|ureters|urethra", {224, 202, 136}},
-    {"bladder", {222, 200, 142}},
+    {"bladder|vesica", {222, 200, 142}},
     {"prostate", {200, 154, 144}},
     {"uterus|uterine|cervix|vagina", {204, 134, 130}},
     {"ovary|ovaries|testis|testes|testicle*", {222, 192, 168}},
@@ -112,7 +112,7 @@ static const anatomy_rule rules[] = {
     {"lymph*", {120, 168, 100}},
     {"gland*|parotid|salivary|submandibular|thymus|pituitary", {224, 194, 144}},
     /* the rest of the body */
-    {"muscle*|musculature|diaphragm|gluteus|iliopsoas|psoas|autochthon|masseter|temporalis|"
+    {"muscle*|muscul*|diaphragm|gluteus|iliopsoas|psoas|autochthon|masseter|temporalis|"
      "pterygoid|sternocleidomastoid|trapezius|deltoid|pectoralis|biceps|triceps|quadriceps|"
      "hamstring*|sartorius|gracilis|gastrocnemius|soleus|abdominis",
      {172, 80, 72}},
