@@ -61,8 +61,8 @@ typedef struct sc_centerline_request {
  *  @param out caller owns: sc_centerline_clear. @return SC_ERR_DATA, logged: the volume has no
  *  voxel of these tissues, a point lies outside of them, there is no way between two points, or
  *  without points between two numbers of the order (with where the tissue ends), or the line is
- * shorter than a voxel; SC_ERR_SYSTEM if it takes more than ctx->memory_max_bytes; SC_ERR_MEMORY.
- * Any thread. */
+ *  shorter than a voxel; SC_ERR_SYSTEM if it takes more than ctx->memory_max_bytes; SC_ERR_MEMORY.
+ *  Any thread. */
 SC_MUST_USE sc_status sc_centerline_find(const sc_ctx *ctx, const sc_centerline_request *request,
                                          sc_centerline *out);
 /** Find the middle of tissues: of the places where they are thickest, with at least 0.9 of the

@@ -31,7 +31,9 @@ enum { SC_KEY_FRAMES_MAX = 64 };
 
 /** A value at a time. */
 typedef struct sc_key_frame {
-    double at;     /**< 0 is the first frame of the animation and 1 the last */
+    double at;     /**< 0 is the first frame of the animation and 1 the last; below 0 only in what a
+                        film says outside of its shots: minus a time in seconds, which each shot
+                        turns into a share of itself */
     sc_ease ease;  /**< of the change that ends here; that of the first is not used */
     sc_vec3 value; /**< of a number: x, and the others are 0 */
 } sc_key_frame;

@@ -56,7 +56,7 @@ static double least_size_px(const sc_annotations *a)
 }
 
 /* Append the parts of the last row, which says how many tissues are shown that have none.
- * @param without how many cannot have a row in any frame. */
+ * @param without how many cannot have a row in any frame; they count in all of them. */
 static sc_status add_more(const sc_ctx *ctx, double size_px, int without, sc_line_list *list)
 {
     static const char *const parts[] = {"0", "1", "2", "3", "4",    "5",
@@ -152,7 +152,7 @@ typedef struct legend {
     legend_row rows[SC_LEGEND_TISSUES_MAX]; /* [count] */
     int count;
     int room;                 /* rows that it has room for */
-    int more;                 /* tissues that are shown, but have no row */
+    int more;                 /* tissues that are shown, or cannot have a row, and have none */
     int widest_px;            /* of the text of all rows of the film */
     int line_px, capitals_px; /* as of sc_word */
 } legend;
@@ -178,6 +178,26 @@ static void choose_rows(legend *l, int without)
     }
 }
 
+/* @return the width of the last row where its number has as many digits as @p most. */
+static int more_px(const sc_lettering *lettering, int most)
+{
+    int digit_px = 0, digits = 1, out = 0;
+
+    for (int digit = '0'; digit <= '9'; digit++) {
+        const sc_word *word = sc_lettering_find(lettering, SC_WORD_MORE, digit);
+
+        digit_px = word && word->advance_px > digit_px ? word->advance_px : digit_px;
+    }
+    for (; most >= 10; most /= 10)
+        digits++;
+    for (const char *c = "am"; *c; c++) {
+        const sc_word *word = sc_lettering_find(lettering, SC_WORD_MORE, *c);
+
+        out += word ? word->advance_px : 0;
+    }
+    return out + digits * digit_px;
+}
+
 /* Find the rows of a frame. */
 static void find_rows(const sc_annotations *a, const sc_scene *scene, legend *l)
 {
@@ -196,9 +216,12 @@ static void find_rows(const sc_annotations *a, const sc_scene *scene, legend *l)
         l->line_px = word->line_px;
         l->capitals_px = word->capitals_px;
     }
-    if (more)
+    if (more) {
+        const int most_px = more_px(lettering, l->count + more->data);
+
+        l->widest_px = most_px > l->widest_px ? most_px : l->widest_px;
         choose_rows(l, more->data);
-    else
+    } else
         l->room = l->count;
 }
 

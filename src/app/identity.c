@@ -102,8 +102,8 @@ out:
     return status;
 }
 
-/* Append to @p text the values of key frames of columns, and when they hold: the paths and headings
- * of tables are no part of the identity. */
+/* Append to @p text the values of key frames of columns, when they hold, and of which tissues the
+ * colours follow them. */
 static sc_status add_columns(const sc_ctx *ctx, const sc_session *s, sc_text *text)
 {
     const sc_track *steps = &s->job.color_columns.steps;
@@ -119,7 +119,8 @@ static sc_status add_columns(const sc_ctx *ctx, const sc_session *s, sc_text *te
                            (int)ease->kind, ease->bezier[0], ease->bezier[1], ease->bezier[2],
                            ease->bezier[3]));
         for (int id = 1; id < count; id++)
-            SC_TRY(sc_text_add(ctx, text, "%.17g\n", s->column_values[i * count + id]));
+            SC_TRY(sc_text_add(ctx, text, "%.17g %d\n", s->column_values[i * count + id],
+                               s->tissues[id].color_by_rule));
     }
 out:
     return status;

@@ -95,9 +95,10 @@ static void tell_line(const sc_ctx *ctx, const char *what, const sc_line_wish *w
             wish->where, wish->where[0] ? ": " : "", what, line->length_mm, least, most);
     if (line->parts > 1 && !wish->through_count && !wish->middles)
         sc_info(ctx,
-                "%s%s%s lies in %d pieces that do not touch: the line leads through the largest; "
+                "%s%s%s lies in %d pieces that do not touch: the line leads through the largest%s; "
                 "points choose another",
-                wish->where, wish->where[0] ? ": " : "", what, line->parts);
+                wish->where, wish->where[0] ? ": " : "", what, line->parts,
+                wish->pattern_count > 1 ? " that has a part of each" : "");
 }
 
 sc_status sc_find_line(const sc_app *app, const sc_volume *volume, const sc_line_wish *wish,

@@ -62,7 +62,7 @@ typedef struct column_key {
 } column_key;
 
 static const sc_key column_rows[] = {
-    {"at", &sc_type_time, offsetof(column_key, frame.at), .help = "when", .required = true},
+    {"at", &sc_type_key_time, offsetof(column_key, frame.at), .help = "when", .required = true},
     {"value", &sc_type_text, offsetof(column_key, column), .help = "heading of the values then",
      .bytes = SC_NAME_BYTES, .required = true},
     {"ease", &sc_type_ease, offsetof(column_key, frame.ease), "linear",
@@ -86,7 +86,8 @@ static sc_status read_column_key(const sc_ctx *ctx, const sc_key *key, const sc_
     keys[i] = read.frame;
     keys[i].value.x = (double)i;
     memcpy(track->columns[i], read.column, sizeof read.column);
-    return i == 0 || keys[i].at > keys[i - 1].at ? SC_OK : sc_track_disorder(ctx, list, i);
+    return i == 0 || sc_track_rises(keys[i - 1].at, keys[i].at) ? SC_OK
+                                                                : sc_track_disorder(ctx, list, i);
 }
 
 /* char[]: a heading; or key frames of headings. */

@@ -12,6 +12,7 @@
 
 /* What turns times into shares. */
 typedef struct clock_of_job {
+    bool is_film;          /* the shares are those of its shots: times become seconds */
     double frames, fps;    /* of the animation; both above 0 */
     const sc_yaml *length; /* where these frames are given, for messages; NULL: by default */
 } clock_of_job;
@@ -82,35 +83,48 @@ static bool parse_time(const clock_of_job *clock, const sc_yaml *node, double *f
 
     if (node->kind != SC_YAML_SCALAR || !parse_digits(node->text, &number, &end))
         return false;
-    if (*end == ':' && !strchr(end + 1, ':') && sc_parse_clock(node->text, &seconds)) {
-        *frame = seconds * clock->fps;
-        return true;
-    }
-    if (!find_unit(end + strspn(end, " "), &seconds))
+    if (*end == ':' && !strchr(end + 1, ':') && sc_parse_clock(node->text, &seconds))
+        number = seconds;
+    else if (find_unit(end + strspn(end, " "), &seconds))
+        number *= seconds > 0 ? seconds : 1 / clock->fps;
+    else
         return false;
-    *frame = number * (seconds > 0 ? seconds * clock->fps : 1);
+    *frame = number * clock->fps;
+    if (fabs(*frame - floor(*frame + 0.5)) < 1e-9 * *frame) /* 45f, which are 1.5s, are frame 45 */
+        *frame = floor(*frame + 0.5);
     return true;
+}
+
+bool sc_time_in_seconds(const sc_yaml *node, double *seconds)
+{
+    const char *end;
+
+    return node->kind == SC_YAML_SCALAR && parse_digits(node->text, seconds, &end) &&
+           !strcmp(end, "s");
+}
+
+/* Put a text in the place of the time @p node. */
+static sc_status put_text(const sc_ctx *ctx, const char *text, sc_yaml *node)
+{
+    char *copy;
+    const sc_status status = sc_text_copy(ctx, text, &copy);
+
+    if (status != SC_OK)
+        return status;
+    sc_free(node->given);
+    node->given = node->text;
+    node->text = copy;
+    return SC_OK;
 }
 
 /* Put a share, 0 to 1, in percent in the place of the time @p node. It is rounded down, so that
  * what happens at a frame happens there and not one later. */
 static sc_status put_share(const sc_ctx *ctx, double share, sc_yaml *node)
 {
-    char *text;
     char digits[40];
-    void *block;
-    sc_status status;
 
     snprintf(digits, sizeof digits, "%.12g%%", floor(share * 100 * 1e9) / 1e9);
-    status = sc_alloc(ctx, strlen(digits) + 1, 1, &block);
-    if (status != SC_OK)
-        return status;
-    text = block;
-    strcpy(text, digits);
-    sc_free(node->given);
-    node->given = node->text;
-    node->text = text;
-    return SC_OK;
+    return put_text(ctx, digits, node);
 }
 
 /* Say where the length of the animation is given, unless it is beside the time @p node: that of a
@@ -126,17 +140,21 @@ static void name_length(const sc_yaml *length, const sc_yaml *node, char *out, s
         snprintf(out, bytes, ", by %s", length->origin);
 }
 
-/* Turn a time into a share, if it is one; a time behind the end of the animation, which is a
- * mistake, becomes the end. @param key the name of the value in messages. */
+/* Turn a time into a share, if it is one, or into seconds, of a film; a time behind the end of the
+ * animation, which is a mistake, becomes the end. @param key the name of the value in messages. */
 static sc_status resolve_time(const sc_ctx *ctx, const clock_of_job *clock, const char *key,
                               sc_yaml *node)
 {
-    char elsewhere[192];
+    char elsewhere[192]; /* or the seconds */
     double frame;
     sc_status status = SC_OK, put;
 
     if (!parse_time(clock, node, &frame))
         return SC_OK;
+    if (clock->is_film) {
+        snprintf(elsewhere, sizeof elsewhere, "%.17gs", frame / clock->fps);
+        return put_text(ctx, elsewhere, node);
+    }
     if (frame > clock->frames * (1 + 1e-9)) {
         name_length(clock->length, node, elsewhere, sizeof elsewhere);
         status = sc_yaml_fail(ctx, node,
@@ -198,13 +216,14 @@ static sc_status resolve_below(const sc_ctx *ctx, const clock_of_job *clock, sc_
     return status;
 }
 
-sc_status sc_times_resolve(const sc_ctx *ctx, const sc_job *job, sc_yaml *root)
+sc_status sc_times_resolve(const sc_ctx *ctx, const sc_job *job, bool is_film, sc_yaml *root)
 {
     static const char *const maps[] = {"animation", "color_by", "compare", "image",
                                        "light",     "overlays", "render",  "tissues"};
-    const clock_of_job clock = clock_of(ctx, root, job);
+    clock_of_job clock = clock_of(ctx, root, job);
     sc_status status = SC_OK;
 
+    clock.is_film = is_film;
     for (size_t i = 0; i < SC_COUNT_OF(maps); i++) {
         sc_yaml *map = sc_yaml_member(root, maps[i]);
 

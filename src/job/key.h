@@ -105,8 +105,8 @@ extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_spa
     sc_type_clip, sc_type_verbs, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength,
     sc_type_ease, sc_type_tracked, sc_type_tracked_point, sc_type_tracked_direction,
     sc_type_tracked_bool, sc_type_key_bool, sc_type_tracked_strength, sc_type_kept_tissues,
-    sc_type_merged_tissues, sc_type_time, sc_type_volume, sc_type_overlap, sc_type_caption_text,
-    sc_type_divider;
+    sc_type_merged_tissues, sc_type_time, sc_type_key_time, sc_type_volume, sc_type_overlap,
+    sc_type_caption_text, sc_type_divider;
 /* Types of a film of shots. */
 extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_length;
 
@@ -231,6 +231,9 @@ bool sc_is_track(const sc_yaml *node);
  * of a number, a point or a colour. @return the first mistake; all are logged. */
 sc_status sc_read_track(const sc_ctx *ctx, const sc_key *value, const sc_yaml *node,
                         struct sc_track *track);
+/* @return whether the time of a key frame lies behind that of the one before it, as far as that is
+ * known: seconds and shares can only be compared in a shot. */
+bool sc_track_rises(double before, double at);
 /* Log that key frame @p i of a list, above 0, does not come after the one before it. @return as
  * sc_yaml_fail. */
 sc_status sc_track_disorder(const sc_ctx *ctx, const sc_yaml *list, size_t i);
@@ -242,11 +245,16 @@ json_t *sc_track_schema(const sc_key *value);
 
 /* ---- job_times.c ---- */
 
+/* Read a time in seconds. @return false if @p node is anything else. */
+bool sc_time_in_seconds(const sc_yaml *node, double *seconds);
 /* In the tree @p root of a job, below animation, color_by, compare, image, light, overlays, render
  * and tissues, turn parts of the animation (during) and times of key frames (at) that are given in
- * frames, seconds or minutes into shares of the animation. @param job holds the defaults. @return
- * the first mistake, all are logged: a time behind the end of the animation; or SC_ERR_MEMORY. */
-sc_status sc_times_resolve(const sc_ctx *ctx, const struct sc_job *job, sc_yaml *root);
+ * frames, seconds or minutes into shares of the animation. @param job holds the defaults.
+ * @param is_film it is a film without its shots, of which each has shares of its own: the times
+ * become seconds. @return the first mistake, all are logged: a time behind the end of the
+ * animation; or SC_ERR_MEMORY. */
+sc_status sc_times_resolve(const sc_ctx *ctx, const struct sc_job *job, bool is_film,
+                           sc_yaml *root);
 
 /* ---- settings.c ---- */
 

@@ -106,11 +106,13 @@ static void drop(sc_yaml *tree, const char *name)
         sc_yaml_remove(tree, sc_yaml_index(tree, name));
 }
 
-/* Remove from the tree of the film what a title card has no use for: image, light, tissues, and all
- * of the animation but its length. Times of the film may well lie behind the end of a card. */
+/* Remove from the tree of the film what a title card has no use for: image, light, tissues, colours
+ * by values with their bar, and all of the animation but its length. Times of the film may well lie
+ * behind the end of a card. */
 static void drop_unused(sc_yaml *tree)
 {
     sc_yaml *animation = sc_yaml_member(tree, "animation");
+    sc_yaml *overlays = sc_yaml_member(tree, "overlays");
 
     for (size_t i = animation ? animation->count : 0;
          animation && animation->kind == SC_YAML_MAP && i-- > 0;) {
@@ -118,6 +120,9 @@ static void drop_unused(sc_yaml *tree)
             strcmp(animation->items[i]->key, "duration"))
             sc_yaml_remove(animation, i);
     }
+    if (overlays && overlays->kind == SC_YAML_MAP)
+        drop(overlays, "color_bar");
+    drop(tree, "color_by");
     drop(tree, "image");
     drop(tree, "light");
     drop(tree, "tissues");
@@ -180,7 +185,7 @@ static sc_status load_shot(const sc_ctx *ctx, const sc_job_sources *sources, con
     SC_TRY(sc_keys_set_defaults(ctx, sc_job_keys, job));
     SC_TRY(merge_shot(ctx, base, node, &tree));
     if (sc_goes_on(&status, check_shot(ctx, node)) &&
-        sc_goes_on(&status, sc_times_resolve(ctx, job, tree)) &&
+        sc_goes_on(&status, sc_times_resolve(ctx, job, false, tree)) &&
         sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, tree, job)) &&
         sc_goes_on(&status, check_background(ctx, node, film, job)))
         (void)sc_goes_on(&status, sc_job_check(ctx, sources, tree, job));

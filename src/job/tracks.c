@@ -95,6 +95,35 @@ const sc_value_type sc_type_time = {
     .schema = time_schema,
 };
 
+/* As of sc_key_frame.at: a share or, of a film outside of its shots, minus a time in seconds. */
+static sc_status read_key_time(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                               void *value)
+{
+    double seconds;
+
+    if (!sc_time_in_seconds(node, &seconds))
+        return read_time(ctx, key, node, value);
+    *(double *)value = seconds > 0 ? -seconds : 0;
+    return SC_OK;
+}
+
+static sc_status write_key_time(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                                sc_text *text)
+{
+    const double at = *(const double *)value;
+
+    return at < 0 ? sc_write_number(ctx, -at, 1, "s", text)
+                  : write_time(ctx, key, value, indent, text);
+}
+
+const sc_value_type sc_type_key_time = {
+    .name = "time",
+    .expected = "a time of the animation with its unit, such as 2s, 0:10, 45f or 50%",
+    .read = read_key_time,
+    .write = write_key_time,
+    .schema = time_schema,
+};
+
 /* ---- key frames ---- */
 
 enum { ROWS = 4 };
@@ -102,8 +131,8 @@ enum { ROWS = 4 };
 /* Fill in the table of one key frame. @param value the row whose values they have. */
 static void fill_rows(const sc_key *value, const sc_value_type *type, sc_key rows[ROWS])
 {
-    rows[0] =
-        (sc_key){"at", &sc_type_time, offsetof(sc_key_frame, at), .help = "when", .required = true};
+    rows[0] = (sc_key){"at", &sc_type_key_time, offsetof(sc_key_frame, at), .help = "when",
+                       .required = true};
     rows[1] = (sc_key){"value",
                        type,
                        offsetof(sc_key_frame, value),
@@ -122,6 +151,13 @@ static const sc_value_type *type_of(const sc_key *value)
     return value->type->of_key_frames      ? value->type->of_key_frames
            : value->type == &sc_type_share ? &sc_type_share
                                            : &sc_type_real;
+}
+
+bool sc_track_rises(double before, double at)
+{
+    if (before < 0 && at < 0) /* seconds */
+        return at < before;
+    return (before < 0) != (at < 0) || at > before;
 }
 
 sc_status sc_track_disorder(const sc_ctx *ctx, const sc_yaml *list, size_t i)
@@ -154,7 +190,7 @@ static sc_status read_key_frame(const sc_ctx *ctx, const sc_key *rows, const sc_
         return sc_wrong_type(ctx, &named, "a key frame, such as {at: 2s, value: 10}");
     }
     status = sc_keys_read(ctx, rows, node, &keys[i]);
-    if (status != SC_OK || i == 0 || keys[i].at > keys[i - 1].at)
+    if (status != SC_OK || i == 0 || sc_track_rises(keys[i - 1].at, keys[i].at))
         return status;
     return sc_track_disorder(ctx, list, i);
 }

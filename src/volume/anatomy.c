@@ -27,19 +27,20 @@ static const anatomy_rule rules[] = {
     {"stent|catheter|implant|pacemaker|prosthe*|screw|electrode*", {150, 156, 166}},
     {"calcif*|calculus|calculi|stone|stones", {242, 236, 220}},
     /* cartilage and bone, before the organs that they bear the names of */
-    {"cartilage*|meniscus|menisci|disc|discs|disk|disks|labrum", {168, 198, 212}},
+    {"cartilag*|meniscus|menisci|disc|discs|disk|disks|labrum", {168, 198, 212}},
     {"ligament*|tendon*|fascia|aponeurosis", {222, 216, 200}},
     {"tooth|teeth|dental|enamel|incisor*|molar*|premolar*|fdi*", {244, 238, 222}},
     {"marrow", {192, 104, 92}},
-    {"bone*|vertebra*|rib|ribs|costa|costae|skull|cranium|mandible|maxilla|sternum|manubrium|scapula*|"
+    {"bone*|vertebra*|rib|ribs|costa|costae|skull|cranium|mandible|maxilla|sternum|manubrium|"
+     "scapula*|"
      "clavicle*|clavicula*|humerus|radius|ulna|femur|tibia|fibula|patella|hip|hips|"
      "pelvis|sacrum|coccyx|ilium|ischium|pubis|carpal*|tarsal*|carpus|tarsus|metacarp*|metatars*|"
      "phalan*|"
      "talus|calcaneus|hyoid|zygoma*|spine|skeleton",
      {228, 212, 176}},
     /* vessels */
-    {"pulmonary artery|arteries|trunk", {82, 116, 176}},
-    {"pulmonary vein|veins|venous", {198, 90, 78}},
+    {"pulmonary|pulmonal* artery|arteries|trunk|arteria*|truncus", {82, 116, 176}},
+    {"pulmonary|pulmonal* vein|veins|venous|vena|venae", {198, 90, 78}},
     {"coronary sinus|vein|veins", {76, 106, 170}},
     {"sagittal|transverse|sigmoid|straight|cavernous sinus", {76, 106, 170}},
     {"portal|splenic vein|veins", {96, 116, 164}},

@@ -181,3 +181,32 @@ many=$(seq -s, 0 59 | sed 's/[0-9]*/{at: &f, value: 1}/g')
 "$SEGCAST" check list.yaml --set "light.key=[$many]" --set "light.fill=[$many]" 2>/dev/null >many.txt
 [ "$(grep -c '^  ' many.txt)" = 101 ] || fail 'not a hundred key frames are listed'
 grep -q '^  and 25 more$' many.txt || fail 'it is not said how many key frames there are'
+
+# Key frames of a film outside of its shots, in seconds and frames, are counted by each shot for itself, may lie behind the
+# sixth second and the end of a card, and stay what they are in the job as resolved, which makes the same pictures.
+printf 'name,a,b\naorta,1,2\nleft ventricle,3,1\n' >columns.csv
+cat >film.yaml <<'EOF'
+volume: phantom:29x21x31
+output: {directory: whole, size: [96, 72], fps: 10, video: none, frames: png}
+color_by: {table: columns.csv, column: [{at: 0s, value: a}, {at: 0:01, value: b}]}
+overlays: {color_bar: bottom-left}
+light: {key: [{at: 0%, value: 0.5}, {at: 3f, value: 1}]}
+tissues: {"*": {opacity: 1}, aorta: {color: [{at: 0s, value: red}, {at: 0.5s, value: blue, ease: smooth}, {at: 700ms, value: lime}]}}
+shots:
+  - {card: {title: The heart}, animation: {frames: 2}}
+  - {animation: {frames: 12, camera: {orbit: {turns: 0}}}}
+  - {animation: {frames: 23, camera: {orbit: {turns: 0}}}, tissues: {"*": {diffuse: 0.5}}}
+EOF
+expect 0 '' "$SEGCAST" render film.yaml -q
+grep -q 'at: 0.5s, value: \[0, 0, 255\], ease: smooth' whole/job.yaml || fail 'times of the film are not kept in the job as resolved'
+expect 0 '' "$SEGCAST" render whole/job.yaml -o resolved -q
+[ "$(hashes whole)" = "$(hashes resolved)" ] || fail 'a film with key frames outside of its shots makes other pictures when resolved'
+expect 0 'nothing to do' "$SEGCAST" render whole/job.yaml -o whole --resume
+expect 0 '' "$SEGCAST" check film.yaml --set 'shots=[{animation: {duration: 9s}}]' \
+    --set 'tissues.aorta.color=[{at: 0s, value: red}, {at: 8s, value: blue}]'
+expect 64 'at: 8s is behind the end of the animation, which has 70 frames' "$SEGCAST" check film.yaml --set 'shots=[{animation: {duration: 7s}}]' \
+    --set 'tissues.aorta.color=[{at: 0s, value: red}, {at: 8s, value: blue}]'
+one_error
+expect 64 'key frame 2, at 5f, does not come after key frame 1, at 0.6s' "$SEGCAST" check film.yaml \
+    --set 'tissues.aorta.color=[{at: 0.6s, value: red}, {at: 5f, value: blue}]'
+one_error

@@ -754,7 +754,7 @@ static const struct {
      "   except: []\n    - plane: {normal: [{at: 50%, value: [0, 0, -1], ease: linear}], at_point: "
      "[1, 2, 3]}\n      except: []\n    - sweep: {normal: [0, 0, 1], from: 50%, to: 50%, "},
     {"animation: {frames: 101, clip: [{sweep: {normal: left, active: [{at: 1s, value: true}, {at: "
-     "2s, value: no}]}}]}",
+     "2s, value: false}]}}]}",
      "during: [0%, 100%], ease: linear, active: [{at: 30%, value: true}, {at: 60%, value: "
      "false}]}\n"},
     {"animation: {frames: 101, slices: {point_mm: [{at: 10f, value: [1, 2, 3]}]}}",
