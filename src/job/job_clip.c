@@ -110,9 +110,11 @@ static const sc_value_type type_at = {
 /* The two ends of a part of the animation, or key frames of whether it cuts. */
 static sc_status read_active(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    return sc_is_track(node)
-               ? sc_read_track(ctx, key, node, (sc_track *)((char *)value + key->track))
-               : sc_type_span.read(ctx, key, node, value);
+    const sc_key span = {.name = key->name, .type = &sc_type_span};
+
+    if (sc_is_track(node))
+        return sc_read_track(ctx, key, node, (sc_track *)((char *)value + key->track));
+    return sc_type_span.read(ctx, node->kind == SC_YAML_LIST ? &span : key, node, value);
 }
 
 static sc_status write_active(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,

@@ -95,14 +95,6 @@ static bool parse_time(const clock_of_job *clock, const sc_yaml *node, double *f
     return true;
 }
 
-bool sc_time_in_seconds(const sc_yaml *node, double *seconds)
-{
-    const char *end;
-
-    return node->kind == SC_YAML_SCALAR && parse_digits(node->text, seconds, &end) &&
-           !strcmp(end, "s");
-}
-
 /* Put a text in the place of the time @p node. */
 static sc_status put_text(const sc_ctx *ctx, const char *text, sc_yaml *node)
 {

@@ -243,10 +243,14 @@ sc_status sc_write_track(const sc_ctx *ctx, const sc_key *value, const struct sc
 /* @return the schema of a list of key frames; NULL when out of memory. */
 json_t *sc_track_schema(const sc_key *value);
 
+/* ---- positions.c ---- */
+
+/* Read a time in seconds as sc_times_resolve leaves them in a film, such as 1.5s. @return false if
+ * @p node is anything else. */
+bool sc_time_in_seconds(const sc_yaml *node, double *seconds);
+
 /* ---- job_times.c ---- */
 
-/* Read a time in seconds. @return false if @p node is anything else. */
-bool sc_time_in_seconds(const sc_yaml *node, double *seconds);
 /* In the tree @p root of a job, below animation, color_by, compare, image, light, overlays, render
  * and tissues, turn parts of the animation (during) and times of key frames (at) that are given in
  * frames, seconds or minutes into shares of the animation. @param job holds the defaults.

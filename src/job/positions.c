@@ -191,6 +191,16 @@ bool sc_parse_seconds(const char *text, double *seconds)
     return false;
 }
 
+bool sc_time_in_seconds(const sc_yaml *node, double *seconds)
+{
+    char *end;
+
+    if (node->kind != SC_YAML_SCALAR)
+        return false;
+    *seconds = strtod(node->text, &end);
+    return end != node->text && !strcmp(end, "s") && *seconds >= 0 && isfinite(*seconds);
+}
+
 bool sc_parse_frames(const char *text, double *frames)
 {
     const size_t digits = strspn(text, "0123456789");
