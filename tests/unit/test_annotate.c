@@ -407,10 +407,11 @@ static void a_legend_shows_chosen_tissues(void **state)
 /* @return in how many rows of a legend in the upper left corner squares are red, as in square. */
 static int red_rows(film *f)
 {
+    const int line_px = sc_lettering_find(f->lettering, SC_WORD_LEGEND, 1)->line_px;
     sc_image image = draw(f, 0, false, 255);
     int rows = 0, green;
 
-    for (int row = 0; row < LABELS; row++)
+    for (int row = 0; row < 0.8 * HEIGHT / line_px; row++)
         rows += square(&image, f, row, &green) > 5 && green == 0;
     sc_image_clear(&image);
     return rows;
