@@ -228,8 +228,8 @@ static void a_plane_cuts_while_it_is_active(void **state)
         assert_int_equal(scene.clip_sets[1], cuts ? 1 : 0);
     }
     /* By key frames: the first holds from the beginning. */
-    a.sweeps[0].active_track =
-        (sc_track){3, {{.at = 0.2, .value = {1}}, {.at = 0.4}, {.at = 0.7, .value = {1}}}};
+    a.sweeps[0].active_track = (sc_track){
+        3, {{.at = 0.2, .value = {1, 0, 0}}, {.at = 0.4}, {.at = 0.7, .value = {1, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     for (int k = 0; k <= 10; k++)
         assert_int_equal(sc_timeline_planes(&t, k), k < 4 || k >= 7 ? 3 : 2);
