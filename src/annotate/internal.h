@@ -21,7 +21,7 @@ enum {
     SC_WORD_NAME         /* the name of a tissue, to be written beside it: dense id; the largest
                             tissue comes first */
 };
-/* The most rows of a legend, and the most tissues that have one when they are shown. */
+/* The most rows of a legend at a time, and the most tissues whose names are prepared for it. */
 enum { SC_LEGEND_ROWS_MAX = 60, SC_LEGEND_TISSUES_MAX = 256 };
 
 /* ---- layout.c ---- */

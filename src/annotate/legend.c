@@ -152,7 +152,7 @@ typedef struct legend {
     legend_row rows[SC_LEGEND_TISSUES_MAX]; /* [count] */
     int count;
     int room;                 /* rows that it has room for */
-    int more;                 /* tissues that are shown, or cannot have a row, and have none */
+    int more;                 /* tissues without a row, which the last row counts */
     int widest_px;            /* of the text of all rows of the film */
     int line_px, capitals_px; /* as of sc_word */
 } legend;

@@ -699,7 +699,7 @@ static void a_missing_character_is_named_once(void **state)
         assert_int_equal(h.warnings, shot < 2);
         assert_int_equal(strstr(h.text, "(U+F0000)") != NULL, shot == 0);
         assert_int_equal(strstr(h.text, "(U+F0001)") != NULL, shot == 1);
-        assert_null(strstr(h.text, "in the font of")); /* the last message */
+        assert_null(strstr(h.text, "in the font of")); /* h holds the last message alone */
         end_film(&f);
     }
 }

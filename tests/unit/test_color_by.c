@@ -201,7 +201,7 @@ static void values_change_along_the_map(void **state)
     }
     sc_color_scale_between(&scale, NAN, NAN, 0.5, rgb);
     assert_memory_equal(rgb, by.missing, 3);
-    sc_color_scale_between(&scale, NAN, 10, 0.5, rgb); /* to 0xfde725 */
+    sc_color_scale_between(&scale, NAN, 10, 0.5, rgb); /* half way from 0x000064 to 0xfde725 */
     assert_true(rgb[0] == 127 && rgb[1] == 116 && abs(rgb[2] - 69) <= 1);
     sc_color_scale_between(&scale, 10, NAN, 1, rgb);
     assert_memory_equal(rgb, by.missing, 3);
