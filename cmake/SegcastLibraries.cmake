@@ -143,13 +143,10 @@ if(NOT SC_WITH_HDF5 STREQUAL "OFF")
     message(WARNING "libhdf5 1.10 or newer, built without MPI, is not here (Debian: libhdf5-dev): volumes in HDF5 will not be read")
   endif()
 endif()
-# Where that program is installed: seen from the directory of segcast, and, where a program cannot know its own place,
-# from the root.
+add_library(Hdf::answers INTERFACE IMPORTED) # for those who start that program
+target_compile_definitions(Hdf::answers INTERFACE SC_HAVE_HDF5=${SC_HAVE_HDF5})
+# Where programs and modules are installed that segcast starts or loads; src/base knows it.
 set(SC_PROGRAMS_DIR ${CMAKE_INSTALL_LIBEXECDIR}/segcast)
-file(RELATIVE_PATH from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBEXECDIR}/segcast)
-add_library(segcast_hdf5_place INTERFACE)
-target_compile_definitions(segcast_hdf5_place INTERFACE SC_HAVE_HDF5=${SC_HAVE_HDF5} SC_HDF5_FROM_BIN="${from_bin}"
-  SC_HDF5_INSTALLED="${CMAKE_INSTALL_FULL_LIBEXECDIR}/segcast")
 
 # Teem and nifticlib install CMake files that differ between versions: look for the library itself. nifticlib does not say
 # its version; the library nifti2 came with 3.0.

@@ -304,6 +304,12 @@ SC_MUST_USE sc_status sc_make_directory(const sc_ctx *ctx, const char *path);
 SC_MUST_USE sc_status sc_path_join(const sc_ctx *ctx, const char *dir, const char *name,
                                    char **out);
 
+/** Find a file that is installed with this program: @p name beside the program itself, as where it
+ * is built, or in the directory of its helpers (libexec/segcast) as seen from there; else where
+ * that directory was to be installed. Any thread. @param path takes its path, of less than @p bytes
+ * bytes; nothing needs to be there. */
+void sc_program_find(const char *name, char *path, size_t bytes);
+
 double sc_wall_s(void);       /**< seconds since an arbitrary moment; never goes back */
 double sc_cpu_s(void);        /**< CPU time of this process in seconds: all threads together */
 double sc_thread_cpu_s(void); /**< CPU time of the calling thread in seconds */

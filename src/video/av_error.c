@@ -14,7 +14,7 @@ sc_status sc_av_fail(const sc_ctx *ctx, sc_status status, const char *path, cons
     if (error == AVERROR(EFBIG))
         snprintf(reason, sizeof reason, "%s", sc_reason(EFBIG));
     else
-        av_strerror(error, reason, sizeof reason);
+        sc_av->av_strerror(error, reason, sizeof reason);
     return sc_fail(ctx, status, "%s: %s: %s", path, what, reason);
 }
 

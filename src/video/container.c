@@ -2,8 +2,6 @@
 /* The kinds of video files, and their names. */
 #include "internal.h"
 
-#include <libavformat/avformat.h>
-#include <libavutil/imgutils.h>
 #include <math.h>
 #include <string.h>
 #include <strings.h>
@@ -138,7 +136,7 @@ enum AVPixelFormat sc_container_pixels(const sc_container *container, bool alpha
 /* @return whether this libav has what a kind of video needs. */
 static bool is_possible(const sc_container *container)
 {
-    return avcodec_find_encoder_by_name(container->encoder) &&
+    return sc_libav_is_here() && sc_av->avcodec_find_encoder_by_name(container->encoder) &&
            (container->choice != SC_CODEC_GIF || sc_gif_is_possible());
 }
 
@@ -158,8 +156,14 @@ sc_status sc_video_check_encoder(const sc_ctx *ctx, const char *path, sc_codec c
 {
     const sc_container *container = sc_container_find(path, codec);
     char kinds[512];
+    sc_status status;
 
-    if (!container || is_possible(container))
+    if (!container)
+        return SC_OK;
+    status = sc_libav_load(ctx, path);
+    if (status != SC_OK)
+        return status;
+    if (is_possible(container))
         return SC_OK;
     sc_video_kinds(kinds, sizeof kinds);
     return sc_fail(ctx, SC_ERR_CREATE,
@@ -175,10 +179,10 @@ bool sc_video_size_ok(const char *path, int width_px, int height_px)
 {
     const int side_max_px = sc_video_side_max_px(path);
 
-    av_log_set_level(AV_LOG_FATAL); /* the caller says what is wrong */
     return width_px <= side_max_px && height_px <= side_max_px &&
-           av_image_check_size((unsigned)(width_px + 1) & ~1u, (unsigned)(height_px + 1) & ~1u, 0,
-                               NULL) >= 0;
+           (!sc_libav_is_here() ||
+            sc_av->av_image_check_size((unsigned)(width_px + 1) & ~1u,
+                                       (unsigned)(height_px + 1) & ~1u, 0, NULL) >= 0);
 }
 
 /* @return the codec that is usual for a video named @p path; SC_CODEC_AUTO for another name. */
@@ -249,8 +253,14 @@ bool sc_video_beyond_levels(const char *video, const sc_video_settings *settings
 
 void sc_video_libraries(char *text, size_t size)
 {
-    const unsigned format = avformat_version(), codec = avcodec_version();
+    unsigned format, codec;
 
+    if (!sc_libav_is_here()) {
+        snprintf(text, size, "cannot be loaded");
+        return;
+    }
+    format = sc_av->avformat_version();
+    codec = sc_av->avcodec_version();
     snprintf(text, size, "libavformat %u.%u.%u, libavcodec %u.%u.%u", format >> 16,
              format >> 8 & 255, format & 255, codec >> 16, codec >> 8 & 255, codec & 255);
 }

@@ -3,8 +3,6 @@
 #include "internal.h"
 
 #include <errno.h>
-#include <libavutil/pixdesc.h>
-#include <libswscale/swscale.h>
 #include <string.h>
 
 /* The state of decoding a video. sc_video_decode frees what is not borrowed; each may be NULL. */
@@ -34,12 +32,12 @@ static sc_status fail_data(const decoder *d, const char *what)
 /* @return the decoder of a stream, or NULL. Of those for VP9 only that of libvpx gives alpha. */
 static const AVCodec *find_decoder(const AVStream *stream)
 {
-    const AVDictionaryEntry *alpha = av_dict_get(stream->metadata, "alpha_mode", NULL, 0);
+    const AVDictionaryEntry *alpha = sc_av->av_dict_get(stream->metadata, "alpha_mode", NULL, 0);
     const AVCodec *libvpx = stream->codecpar->codec_id == AV_CODEC_ID_VP9 && alpha
-                                ? avcodec_find_decoder_by_name("libvpx-vp9")
+                                ? sc_av->avcodec_find_decoder_by_name("libvpx-vp9")
                                 : NULL;
 
-    return libvpx ? libvpx : avcodec_find_decoder(stream->codecpar->codec_id);
+    return libvpx ? libvpx : sc_av->avcodec_find_decoder(stream->codecpar->codec_id);
 }
 
 /* Find the best video stream of the file: sets format, stream and time_base. @return
@@ -54,9 +52,9 @@ static sc_status open_stream(decoder *d)
     error = sc_input_open(&d->format, d->path);
     if (error < 0)
         return sc_av_fail(d->ctx, SC_ERR_MISSING, d->path, "cannot be opened as a video", error);
-    if (avformat_find_stream_info(d->format, NULL) < 0)
+    if (sc_av->avformat_find_stream_info(d->format, NULL) < 0)
         return fail_data(d, "holds no stream that can be read");
-    index = av_find_best_stream(d->format, AVMEDIA_TYPE_VIDEO, -1, -1, NULL, 0);
+    index = sc_av->av_find_best_stream(d->format, AVMEDIA_TYPE_VIDEO, -1, -1, NULL, 0);
     if (index < 0)
         return fail_data(d, "holds no video stream");
     d->stream = d->format->streams[index];
@@ -70,14 +68,13 @@ static sc_status open_decoder(decoder *d)
 {
     const AVCodec *codec;
 
-    av_log_set_level(AV_LOG_FATAL);
     d->file = fopen(d->path, "rb");
     if (!d->file)
         return sc_fail(d->ctx, SC_ERR_MISSING, "%s: cannot be opened: %s", d->path,
                        strerror(errno));
     if (sc_webp_open(&d->webp, d->file)) {
         d->time_base = (AVRational){1, 1000};
-        codec = avcodec_find_decoder(AV_CODEC_ID_WEBP);
+        codec = sc_av->avcodec_find_decoder(AV_CODEC_ID_WEBP);
     } else {
         const sc_status status = open_stream(d);
 
@@ -85,12 +82,12 @@ static sc_status open_decoder(decoder *d)
             return status;
         codec = find_decoder(d->stream);
     }
-    d->codec = codec ? avcodec_alloc_context3(codec) : NULL;
-    d->frame = av_frame_alloc();
-    d->packet = av_packet_alloc();
+    d->codec = codec ? sc_av->avcodec_alloc_context3(codec) : NULL;
+    d->frame = sc_av->av_frame_alloc();
+    d->packet = sc_av->av_packet_alloc();
     if (!d->codec || !d->frame || !d->packet ||
-        (d->stream && avcodec_parameters_to_context(d->codec, d->stream->codecpar) < 0) ||
-        avcodec_open2(d->codec, codec, NULL) < 0)
+        (d->stream && sc_av->avcodec_parameters_to_context(d->codec, d->stream->codecpar) < 0) ||
+        sc_av->avcodec_open2(d->codec, codec, NULL) < 0)
         return fail_data(d, "libavcodec cannot decode its codec");
     return SC_OK;
 }
@@ -100,7 +97,7 @@ static sc_status open_decoder(decoder *d)
 static int read_packet(decoder *d, bool *wanted)
 {
     const int error =
-        d->stream ? av_read_frame(d->format, d->packet) : sc_webp_read(&d->webp, d->packet);
+        d->stream ? sc_av->av_read_frame(d->format, d->packet) : sc_webp_read(&d->webp, d->packet);
 
     *wanted = error >= 0 && (!d->stream || d->packet->stream_index == d->stream->index);
     return error;
@@ -109,7 +106,7 @@ static int read_packet(decoder *d, bool *wanted)
 /* @return the colours of the frames for swscale: BT.709, but of WebP BT.601. */
 static const int *coefficients_of(const decoder *d)
 {
-    return sws_getCoefficients(d->stream ? SWS_CS_ITU709 : SWS_CS_ITU601);
+    return sc_av->sws_getCoefficients(d->stream ? SWS_CS_ITU709 : SWS_CS_ITU601);
 }
 
 /* Convert d->frame to d->image, which the first call makes in the size of the frame; all others
@@ -118,7 +115,7 @@ static sc_status to_rgb(decoder *d)
 {
     const AVFrame *f = d->frame;
     const int *colors = coefficients_of(d);
-    const AVPixFmtDescriptor *pixels = av_pix_fmt_desc_get(f->format);
+    const AVPixFmtDescriptor *pixels = sc_av->av_pix_fmt_desc_get(f->format);
     /* A GIF here has no transparent pixels but those that stay as they were. */
     const bool alpha =
         pixels && (pixels->flags & AV_PIX_FMT_FLAG_ALPHA) && d->codec->codec_id != AV_CODEC_ID_GIF;
@@ -130,12 +127,12 @@ static sc_status to_rgb(decoder *d)
 
         if (status != SC_OK)
             return status;
-        d->scaler = sws_getContext(f->width, f->height, f->format, f->width, f->height,
-                                   alpha ? AV_PIX_FMT_RGBA : AV_PIX_FMT_RGB24,
-                                   SWS_BICUBIC | SWS_ACCURATE_RND, NULL, NULL, NULL);
+        d->scaler = sc_av->sws_getContext(f->width, f->height, f->format, f->width, f->height,
+                                          alpha ? AV_PIX_FMT_RGBA : AV_PIX_FMT_RGB24,
+                                          SWS_BICUBIC | SWS_ACCURATE_RND, NULL, NULL, NULL);
         if (!d->scaler)
             return fail_data(d, "its pixel format cannot be converted");
-        sws_setColorspaceDetails(d->scaler, colors, 0, colors, 1, 0, 1 << 16, 1 << 16);
+        sc_av->sws_setColorspaceDetails(d->scaler, colors, 0, colors, 1, 0, 1 << 16, 1 << 16);
         d->format_of_first = f->format;
     }
     if (f->width != d->image.width_px || f->height != d->image.height_px ||
@@ -143,8 +140,8 @@ static sc_status to_rgb(decoder *d)
         return fail_data(d, "a frame has another size or pixel format than the first");
     planes[0] = d->image.rgb;
     stride[0] = d->image.width_px * (int)sc_pixel_bytes(d->image.alpha);
-    sws_scale(d->scaler, (const uint8_t *const *)f->data, f->linesize, 0, f->height, planes,
-              stride);
+    sc_av->sws_scale(d->scaler, (const uint8_t *const *)f->data, f->linesize, 0, f->height, planes,
+                     stride);
     return SC_OK;
 }
 
@@ -155,7 +152,7 @@ static sc_status receive_frames(decoder *d, sc_video_frame_fn *on_frame, void *u
     sc_status status = SC_OK;
     int error = 0;
 
-    while (status == SC_OK && (error = avcodec_receive_frame(d->codec, d->frame)) >= 0) {
+    while (status == SC_OK && (error = sc_av->avcodec_receive_frame(d->codec, d->frame)) >= 0) {
         const double time_s = (double)d->frame->best_effort_timestamp * av_q2d(d->time_base);
 
         status = to_rgb(d);
@@ -171,10 +168,10 @@ static sc_status receive_frames(decoder *d, sc_video_frame_fn *on_frame, void *u
 static void close_decoder(decoder *d)
 {
     sc_image_clear(&d->image);
-    sws_freeContext(d->scaler);
-    av_frame_free(&d->frame);
-    av_packet_free(&d->packet);
-    avcodec_free_context(&d->codec);
+    sc_av->sws_freeContext(d->scaler);
+    sc_av->av_frame_free(&d->frame);
+    sc_av->av_packet_free(&d->packet);
+    sc_av->avcodec_free_context(&d->codec);
     sc_input_end(&d->format);
     if (d->file)
         fclose(d->file);
@@ -188,12 +185,15 @@ sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_frame_fn
     int end;
     sc_status status;
 
+    status = sc_libav_load(ctx, path);
+    if (status != SC_OK)
+        return status;
     SC_TRY(open_decoder(&d));
     while ((end = read_packet(&d, &wanted)) >= 0) {
         const bool cut = wanted && (d.packet->flags & AV_PKT_FLAG_CORRUPT);
-        const int error = wanted ? avcodec_send_packet(d.codec, d.packet) : 0;
+        const int error = wanted ? sc_av->avcodec_send_packet(d.codec, d.packet) : 0;
 
-        av_packet_unref(d.packet);
+        sc_av->av_packet_unref(d.packet);
         if (error < 0 || cut) {
             status = fail_data(&d, cut ? "a frame is cut off" : "a frame cannot be decoded");
             goto out;
@@ -204,7 +204,7 @@ sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_frame_fn
         status = fail_data(&d, "cannot be read to its end");
         goto out;
     }
-    avcodec_send_packet(d.codec, NULL);
+    sc_av->avcodec_send_packet(d.codec, NULL);
     status = receive_frames(&d, on_frame, user);
 out:
     close_decoder(&d);
@@ -216,16 +216,16 @@ out:
 /* Seek to the GOP in which a frame is; in WebP, whose frames are all decoded, to the first. */
 static sc_status seek(decoder *d, int fps, int frame)
 {
-    const int64_t time = av_rescale_q(frame, (AVRational){1, fps}, d->time_base);
+    const int64_t time = sc_av->av_rescale_q(frame, (AVRational){1, fps}, d->time_base);
 
     if (!d->stream) {
         sc_webp_rewind(&d->webp);
-        avcodec_flush_buffers(d->codec);
+        sc_av->avcodec_flush_buffers(d->codec);
         return SC_OK;
     }
-    if (av_seek_frame(d->format, d->stream->index, time, AVSEEK_FLAG_BACKWARD) < 0)
+    if (sc_av->av_seek_frame(d->format, d->stream->index, time, AVSEEK_FLAG_BACKWARD) < 0)
         return fail_data(d, "cannot be read from a frame in the middle on");
-    avcodec_flush_buffers(d->codec);
+    sc_av->avcodec_flush_buffers(d->codec);
     return SC_OK;
 }
 
@@ -236,13 +236,13 @@ static sc_status next_frame(decoder *d, int fps, int *number)
     bool wanted;
     int error;
 
-    while ((error = avcodec_receive_frame(d->codec, d->frame)) == AVERROR(EAGAIN)) {
+    while ((error = sc_av->avcodec_receive_frame(d->codec, d->frame)) == AVERROR(EAGAIN)) {
         if (read_packet(d, &wanted) < 0) {
-            avcodec_send_packet(d->codec, NULL); /* so that it gives what it still holds */
+            sc_av->avcodec_send_packet(d->codec, NULL); /* so that it gives what it still holds */
             continue;
         }
-        error = wanted ? avcodec_send_packet(d->codec, d->packet) : 0;
-        av_packet_unref(d->packet);
+        error = wanted ? sc_av->avcodec_send_packet(d->codec, d->packet) : 0;
+        sc_av->av_packet_unref(d->packet);
         if (error < 0)
             return fail_data(d, "a frame cannot be decoded");
     }
@@ -251,8 +251,8 @@ static sc_status next_frame(decoder *d, int fps, int *number)
         return SC_OK;
     if (error < 0)
         return fail_data(d, "a frame cannot be decoded");
-    *number =
-        (int)av_rescale_q(d->frame->best_effort_timestamp, d->time_base, (AVRational){1, fps});
+    *number = (int)sc_av->av_rescale_q(d->frame->best_effort_timestamp, d->time_base,
+                                       (AVRational){1, fps});
     return SC_OK;
 }
 
@@ -263,6 +263,9 @@ sc_status sc_video_pick(const sc_ctx *ctx, const char *path, int fps, const int 
     int at = -1; /* number of the frame in d.frame; -1: none */
     sc_status status;
 
+    status = sc_libav_load(ctx, path);
+    if (status != SC_OK)
+        return status;
     SC_TRY(open_decoder(&d));
     for (int i = 0; i < count; i++) {
         /* The frames of a GIF are changes of those before them. */

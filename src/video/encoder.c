@@ -6,10 +6,6 @@
 #include "internal.h"
 
 #include <errno.h>
-#include <libavutil/cpu.h>
-#include <libavutil/imgutils.h>
-#include <libavutil/opt.h>
-#include <libswscale/swscale.h>
 #include <string.h>
 
 /* The bytes that x264 writes depend on its number of threads. Therefore this number is the same on
@@ -38,8 +34,8 @@ struct sc_encoder {
  * memory with different bytes (M_PERTURB). */
 static int avoid_x264_avx512(AVCodecContext *codec)
 {
-    return av_get_cpu_flags() & AV_CPU_FLAG_AVX512
-               ? av_opt_set(codec->priv_data, "x264-params", "asm=avx2", 0)
+    return sc_av->av_get_cpu_flags() & AV_CPU_FLAG_AVX512
+               ? sc_av->av_opt_set(codec->priv_data, "x264-params", "asm=avx2", 0)
                : 0;
 }
 
@@ -59,28 +55,28 @@ static int choose_quality(AVCodecContext *codec, const sc_video_settings *settin
 {
     void *const own = codec->priv_data;
     int error = codec->codec_id == AV_CODEC_ID_HEVC
-                    ? av_opt_set_double(own, "crf", settings->crf, 0)
-                    : av_opt_set_int(own, "crf", settings->crf, 0);
+                    ? sc_av->av_opt_set_double(own, "crf", settings->crf, 0)
+                    : sc_av->av_opt_set_int(own, "crf", settings->crf, 0);
 
     switch (codec->codec_id) {
     case AV_CODEC_ID_H264:
-        error = error < 0 ? error : av_opt_set(own, "preset", settings->preset, 0);
-        error = error < 0 ? error : av_opt_set(own, "profile", "high", 0);
+        error = error < 0 ? error : sc_av->av_opt_set(own, "preset", settings->preset, 0);
+        error = error < 0 ? error : sc_av->av_opt_set(own, "profile", "high", 0);
         return error < 0 ? error : avoid_x264_avx512(codec);
     case AV_CODEC_ID_HEVC:
-        error = error < 0 ? error : av_opt_set(own, "preset", settings->preset, 0);
-        return error < 0 ? error : av_opt_set(own, "x265-params", X265_PARAMETERS, 0);
+        error = error < 0 ? error : sc_av->av_opt_set(own, "preset", settings->preset, 0);
+        return error < 0 ? error : sc_av->av_opt_set(own, "x265-params", X265_PARAMETERS, 0);
     case AV_CODEC_ID_AV1:
         codec->thread_count = 1;
-        error = error < 0 ? error : av_opt_set_int(own, "cpu-used", 6, 0);
-        return error < 0 ? error : av_opt_set_int(own, "row-mt", 0, 0);
+        error = error < 0 ? error : sc_av->av_opt_set_int(own, "cpu-used", 6, 0);
+        return error < 0 ? error : sc_av->av_opt_set_int(own, "row-mt", 0, 0);
     default:                 /* VP9 */
         codec->bit_rate = 0; /* 0 selects constant quality, by crf */
-        error = error < 0 ? error : av_opt_set(own, "deadline", "good", 0);
+        error = error < 0 ? error : sc_av->av_opt_set(own, "deadline", "good", 0);
         /* Colours and alpha are encoded apart, and one packet of each is needed for each frame. */
         if (error >= 0 && settings->alpha)
-            error = av_opt_set_int(own, "auto-alt-ref", 0, 0);
-        return error < 0 ? error : av_opt_set_int(own, "cpu-used", 4, 0);
+            error = sc_av->av_opt_set_int(own, "auto-alt-ref", 0, 0);
+        return error < 0 ? error : sc_av->av_opt_set_int(own, "cpu-used", 4, 0);
     }
 }
 
@@ -92,8 +88,8 @@ static int choose_webp(AVCodecContext *codec, const sc_video_settings *settings)
     const double quality = 100 - settings->crf * settings->crf / (51.0 * 51.0 / 100);
 
     codec->thread_count = 1;
-    return settings->crf == 0 ? av_opt_set_int(codec->priv_data, "lossless", 1, 0)
-                              : av_opt_set_double(codec->priv_data, "quality", quality, 0);
+    return settings->crf == 0 ? sc_av->av_opt_set_int(codec->priv_data, "lossless", 1, 0)
+                              : sc_av->av_opt_set_double(codec->priv_data, "quality", quality, 0);
 }
 
 /* Set all settings of @p codec, which is allocated for the container's encoder and not yet
@@ -122,10 +118,10 @@ static int fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
         codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
     if (codec->codec_id == AV_CODEC_ID_PRORES) {
         codec->thread_type = FF_THREAD_SLICE;
-        error = av_opt_set(codec->priv_data, "profile", "4444", 0);
-        return error < 0
-                   ? error
-                   : av_opt_set_int(codec->priv_data, "alpha_bits", settings->alpha ? 16 : 0, 0);
+        error = sc_av->av_opt_set(codec->priv_data, "profile", "4444", 0);
+        return error < 0 ? error
+                         : sc_av->av_opt_set_int(codec->priv_data, "alpha_bits",
+                                                 settings->alpha ? 16 : 0, 0);
     }
     if (codec->codec_id == AV_CODEC_ID_FFV1) {
         codec->thread_count = 1;
@@ -141,19 +137,19 @@ static int fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
  * be allocated then, and sc_encoder_drop frees it. */
 static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
 {
-    const AVCodec *codec = avcodec_find_encoder_by_name(e->container->encoder);
+    const AVCodec *codec = sc_av->avcodec_find_encoder_by_name(e->container->encoder);
     int error;
     sc_status status = sc_video_check_encoder(ctx, e->name, e->settings.codec);
 
     if (status != SC_OK)
         return status;
-    e->codec = avcodec_alloc_context3(codec);
+    e->codec = sc_av->avcodec_alloc_context3(codec);
     if (!e->codec)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
     error = fill_codec(e->codec, &e->settings, e->container);
     errno = 0;
     if (error >= 0)
-        error = sc_av_error(avcodec_open2(e->codec, codec, NULL));
+        error = sc_av_error(sc_av->avcodec_open2(e->codec, codec, NULL));
     if (error < 0)
         return sc_av_fail(ctx, SC_ERR_CREATE, e->name, "the encoder cannot be opened", error);
     if (e->codec->codec_id == AV_CODEC_ID_HEVC)
@@ -172,18 +168,18 @@ static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
 static sc_status open_scaler(const sc_ctx *ctx, sc_encoder *e)
 {
     const int width = e->padded.width_px, height = e->padded.height_px;
-    const int *bt709 = sws_getCoefficients(SWS_CS_ITU709);
+    const int *bt709 = sc_av->sws_getCoefficients(SWS_CS_ITU709);
 
     e->pixels = sc_container_pixels(e->container, e->settings.alpha);
-    e->scaler = sws_getContext(
+    e->scaler = sc_av->sws_getContext(
         width, height, e->settings.alpha ? AV_PIX_FMT_RGBA : AV_PIX_FMT_RGB24, width, height,
         e->pixels, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP | SWS_BITEXACT, NULL, NULL,
         NULL);
-    e->converted = av_frame_alloc();
-    e->frame = av_frame_alloc();
-    e->packet = av_packet_alloc();
+    e->converted = sc_av->av_frame_alloc();
+    e->frame = sc_av->av_frame_alloc();
+    e->packet = sc_av->av_packet_alloc();
     if (!e->scaler || !e->frame || !e->converted || !e->packet ||
-        sws_setColorspaceDetails(e->scaler, bt709, 1, bt709, 0, 0, 1 << 16, 1 << 16) < 0)
+        sc_av->sws_setColorspaceDetails(e->scaler, bt709, 1, bt709, 0, 0, 1 << 16, 1 << 16) < 0)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
     e->frame->format = e->pixels;
     e->frame->width = width;
@@ -195,7 +191,8 @@ static sc_status open_scaler(const sc_ctx *ctx, sc_encoder *e)
     e->converted->format = e->frame->format;
     e->converted->width = width;
     e->converted->height = height;
-    if (av_frame_get_buffer(e->frame, 0) < 0 || av_frame_get_buffer(e->converted, 0) < 0)
+    if (sc_av->av_frame_get_buffer(e->frame, 0) < 0 ||
+        sc_av->av_frame_get_buffer(e->converted, 0) < 0)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
     return SC_OK;
 }
@@ -211,7 +208,7 @@ sc_status sc_encoder_open(const sc_ctx *ctx, const char *video, const sc_video_s
 
     if (!container)
         return sc_container_fail(ctx, video);
-    av_log_set_level(AV_LOG_FATAL); /* sc_av_fail logs the errors of libav */
+    SC_TRY(sc_libav_load(ctx, video));
     SC_TRY(sc_zalloc(ctx, 1, sizeof *e, &block));
     e = block;
     e->container = container;
@@ -238,11 +235,11 @@ out:
 size_t sc_picture_bytes(const char *video, const sc_video_settings *settings)
 {
     const sc_container *container = sc_container_find(video, settings->codec);
-    const int bytes =
-        container ? av_image_get_buffer_size(sc_container_pixels(container, settings->alpha),
-                                             (settings->width_px + 1) & ~1,
-                                             (settings->height_px + 1) & ~1, 1)
-                  : 0;
+    const int bytes = container && sc_libav_is_here()
+                          ? sc_av->av_image_get_buffer_size(
+                                sc_container_pixels(container, settings->alpha),
+                                (settings->width_px + 1) & ~1, (settings->height_px + 1) & ~1, 1)
+                          : 0;
 
     return bytes > 0 ? (size_t)bytes : 0;
 }
@@ -342,8 +339,8 @@ static void pad(const sc_image *image, sc_image *padded)
  * picture @p yuv to @p planes and @p strides. */
 static void find_planes(const sc_encoder *e, uint8_t *yuv, uint8_t *planes[4], int strides[4])
 {
-    av_image_fill_arrays(planes, strides, yuv, e->pixels, e->padded.width_px, e->padded.height_px,
-                         1);
+    sc_av->av_image_fill_arrays(planes, strides, yuv, e->pixels, e->padded.width_px,
+                                e->padded.height_px, 1);
 }
 
 const void *sc_encoder_convert(sc_encoder *e, const sc_image *image)
@@ -354,11 +351,12 @@ const void *sc_encoder_convert(sc_encoder *e, const sc_image *image)
     int strides[4];
 
     pad(image, &e->padded);
-    sws_scale(e->scaler, from, stride, 0, e->padded.height_px, e->converted->data,
-              e->converted->linesize);
+    sc_av->sws_scale(e->scaler, from, stride, 0, e->padded.height_px, e->converted->data,
+                     e->converted->linesize);
     find_planes(e, e->yuv, planes, strides);
-    av_image_copy(planes, strides, (const uint8_t **)e->converted->data, e->converted->linesize,
-                  e->pixels, e->padded.width_px, e->padded.height_px);
+    sc_av->av_image_copy(planes, strides, (const uint8_t **)e->converted->data,
+                         e->converted->linesize, e->pixels, e->padded.width_px,
+                         e->padded.height_px);
     return e->yuv;
 }
 
@@ -374,7 +372,7 @@ static sc_status keep_header(const sc_ctx *ctx, sc_encoder *e)
     }
     if (!header || e->codec->extradata)
         return SC_OK;
-    e->codec->extradata = av_mallocz((size_t)header->size + AV_INPUT_BUFFER_PADDING_SIZE);
+    e->codec->extradata = sc_av->av_mallocz((size_t)header->size + AV_INPUT_BUFFER_PADDING_SIZE);
     if (!e->codec->extradata)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
     memcpy(e->codec->extradata, header->data, (size_t)header->size);
@@ -391,7 +389,7 @@ static sc_status receive_packets(const sc_ctx *ctx, sc_encoder *e)
         sc_status status;
 
         errno = 0;
-        error = sc_av_error(avcodec_receive_packet(e->codec, e->packet));
+        error = sc_av_error(sc_av->avcodec_receive_packet(e->codec, e->packet));
         if (error == AVERROR(EAGAIN) || error == AVERROR_EOF)
             return SC_OK;
         if (error < 0)
@@ -399,7 +397,7 @@ static sc_status receive_packets(const sc_ctx *ctx, sc_encoder *e)
         status = keep_header(ctx, e);
         if (status == SC_OK)
             status = sc_segment_add_packet(ctx, &e->segment, e->packet);
-        av_packet_unref(e->packet);
+        sc_av->av_packet_unref(e->packet);
         if (status != SC_OK)
             return status;
     }
@@ -414,16 +412,16 @@ sc_status sc_encoder_push(const sc_ctx *ctx, sc_encoder *e, const void *picture,
     if (!e->codec)
         SC_TRY(open_codec(ctx, e));
     SC_TRY(sc_segment_add_hash(ctx, &e->segment, hash));
-    if (av_frame_make_writable(e->frame) < 0) {
+    if (sc_av->av_frame_make_writable(e->frame) < 0) {
         status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
         goto out;
     }
     find_planes(e, (uint8_t *)(uintptr_t)picture, planes, strides);
-    av_image_copy(e->frame->data, e->frame->linesize, (const uint8_t **)planes, strides, e->pixels,
-                  e->padded.width_px, e->padded.height_px);
+    sc_av->av_image_copy(e->frame->data, e->frame->linesize, (const uint8_t **)planes, strides,
+                         e->pixels, e->padded.width_px, e->padded.height_px);
     e->frame->pts = e->segment.frames - 1;
     errno = 0;
-    error = sc_av_error(avcodec_send_frame(e->codec, e->frame));
+    error = sc_av_error(sc_av->avcodec_send_frame(e->codec, e->frame));
     status = error < 0 ? sc_av_fail(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error)
                        : receive_packets(ctx, e);
 out:
@@ -442,7 +440,7 @@ sc_status sc_encoder_finish(const sc_ctx *ctx, sc_encoder *e, uint64_t identity,
     sc_status status;
 
     errno = 0;
-    error = sc_av_error(avcodec_send_frame(e->codec, NULL));
+    error = sc_av_error(sc_av->avcodec_send_frame(e->codec, NULL));
     if (error < 0) {
         status = sc_av_fail(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error);
         goto out;
@@ -456,7 +454,7 @@ out:
 
 void sc_encoder_drop(sc_encoder *e)
 {
-    avcodec_free_context(&e->codec);
+    sc_av->avcodec_free_context(&e->codec);
     sc_segment_reset(&e->segment);
 }
 
@@ -464,11 +462,11 @@ void sc_encoder_close(sc_encoder *e)
 {
     if (!e)
         return;
-    avcodec_free_context(&e->codec);
-    av_frame_free(&e->frame);
-    av_frame_free(&e->converted);
-    av_packet_free(&e->packet);
-    sws_freeContext(e->scaler);
+    sc_av->avcodec_free_context(&e->codec);
+    sc_av->av_frame_free(&e->frame);
+    sc_av->av_frame_free(&e->converted);
+    sc_av->av_packet_free(&e->packet);
+    sc_av->sws_freeContext(e->scaler);
     sc_segment_clear(&e->segment);
     sc_image_clear(&e->padded);
     sc_free(e->yuv);

@@ -43,14 +43,12 @@ sc_status sc_gif_describe(const sc_ctx *ctx, const char *path, FILE *stream,
 }
 
 #if SC_HAVE_AVFILTER
-#include <libavfilter/avfilter.h>
-#include <libavfilter/buffersink.h>
-#include <libavfilter/buffersrc.h>
 
 bool sc_gif_is_possible(void)
 {
-    return avfilter_get_by_name("palettegen") && avfilter_get_by_name("paletteuse") &&
-           avcodec_find_encoder(AV_CODEC_ID_GIF) && avcodec_find_decoder(AV_CODEC_ID_FFV1);
+    return sc_av->avfilter_get_by_name("palettegen") && sc_av->avfilter_get_by_name("paletteuse") &&
+           sc_av->avcodec_find_encoder(AV_CODEC_ID_GIF) &&
+           sc_av->avcodec_find_decoder(AV_CODEC_ID_FFV1);
 }
 
 /* Frames are shown at multiples of this. */
@@ -97,8 +95,8 @@ sc_status sc_gif_open(const sc_ctx *ctx, const char *path, sc_gif **out)
     g = block;
     g->ctx = ctx;
     g->path = path;
-    g->packet = av_packet_alloc();
-    g->frame = av_frame_alloc();
+    g->packet = sc_av->av_packet_alloc();
+    g->frame = sc_av->av_frame_alloc();
     if (!g->packet || !g->frame)
         status = no_memory(g);
     else
@@ -116,8 +114,8 @@ out:
 static int add_end(graph *to, const char *kind, const char *name, const char *arguments,
                    AVFilterContext **out)
 {
-    return avfilter_graph_create_filter(out, avfilter_get_by_name(kind), name, arguments, NULL,
-                                        to->graph);
+    return sc_av->avfilter_graph_create_filter(out, sc_av->avfilter_get_by_name(kind), name,
+                                               arguments, NULL, to->graph);
 }
 
 /* Make a graph of the filter @p name. @param second it has a second input, a palette. */
@@ -133,37 +131,37 @@ static sc_status open_graph(const sc_gif *g, const char *name, const char *argum
              height_px, AV_PIX_FMT_RGB32, tick.num, tick.den);
     snprintf(palette, sizeof palette, "width=16:height=16:pix_fmt=%d:time_base=%d/%d",
              AV_PIX_FMT_RGB32, tick.num, tick.den);
-    out->graph = avfilter_graph_alloc();
+    out->graph = sc_av->avfilter_graph_alloc();
     if (!out->graph)
         return no_memory(g);
     out->graph->nb_threads = 1;
     error = add_end(out, name, "filter", arguments, &filter);
     error = error < 0 ? error : add_end(out, "buffer", "frames", frames, &out->sources[0]);
-    error = error < 0 ? error : avfilter_link(out->sources[0], 0, filter, 0);
+    error = error < 0 ? error : sc_av->avfilter_link(out->sources[0], 0, filter, 0);
     if (second) {
         error = error < 0 ? error : add_end(out, "buffer", "palette", palette, &out->sources[1]);
-        error = error < 0 ? error : avfilter_link(out->sources[1], 0, filter, 1);
+        error = error < 0 ? error : sc_av->avfilter_link(out->sources[1], 0, filter, 1);
     }
     error = error < 0 ? error : add_end(out, "buffersink", "sink", NULL, &out->sink);
-    error = error < 0 ? error : avfilter_link(filter, 0, out->sink, 0);
-    error = error < 0 ? error : avfilter_graph_config(out->graph, NULL);
+    error = error < 0 ? error : sc_av->avfilter_link(filter, 0, out->sink, 0);
+    error = error < 0 ? error : sc_av->avfilter_graph_config(out->graph, NULL);
     return error < 0 ? fail_av(g, "the filter of the palette cannot be made", error) : SC_OK;
 }
 
 /* Open the decoder of the packets, and the filter that makes the palette. */
 static sc_status begin(sc_gif *g, const sc_segment_codec *codec)
 {
-    const AVCodec *ffv1 = avcodec_find_decoder(AV_CODEC_ID_FFV1);
+    const AVCodec *ffv1 = sc_av->avcodec_find_decoder(AV_CODEC_ID_FFV1);
     int error;
 
     g->fps = codec->fps;
-    g->reader = avcodec_alloc_context3(ffv1);
+    g->reader = sc_av->avcodec_alloc_context3(ffv1);
     if (!g->reader)
         return no_memory(g);
     g->reader->width = codec->width_px;
     g->reader->height = codec->height_px;
     g->reader->thread_count = 1;
-    error = avcodec_open2(g->reader, ffv1, NULL);
+    error = sc_av->avcodec_open2(g->reader, ffv1, NULL);
     if (error < 0)
         return fail_av(g, "the decoder of FFV1 cannot be opened", error);
     return open_graph(g, "palettegen", "stats_mode=full", false, &g->palette);
@@ -172,14 +170,14 @@ static sc_status begin(sc_gif *g, const sc_segment_codec *codec)
 /* Decode g->packet, of frame number @p k, to g->frame, and clear it. @return SC_ERR_DATA. */
 static sc_status decode(sc_gif *g, int64_t k)
 {
-    int error = avcodec_send_packet(g->reader, g->packet);
+    int error = sc_av->avcodec_send_packet(g->reader, g->packet);
 
-    av_packet_unref(g->packet);
-    error = error < 0 ? error : avcodec_receive_frame(g->reader, g->frame);
+    sc_av->av_packet_unref(g->packet);
+    error = error < 0 ? error : sc_av->avcodec_receive_frame(g->reader, g->frame);
     if (error < 0 || g->frame->width != g->reader->width || g->frame->format != AV_PIX_FMT_RGB32)
         return sc_fail(g->ctx, SC_ERR_DATA, "%s: frame %lld in a segment cannot be decoded",
                        g->path, (long long)k);
-    g->frame->pts = av_rescale_q(k, (AVRational){1, g->fps}, tick);
+    g->frame->pts = sc_av->av_rescale_q(k, (AVRational){1, g->fps}, tick);
     g->frame->pict_type = AV_PICTURE_TYPE_NONE;
     return SC_OK;
 }
@@ -197,12 +195,13 @@ sc_status sc_gif_add(sc_gif *g, const sc_segment_codec *codec, const void *data,
         return sc_fail(g->ctx, SC_ERR_WRITE,
                        "%s: the frames of which the GIF is made cannot be written beside it: %s",
                        g->path, sc_reason(errno));
-    if (av_new_packet(g->packet, (int)bytes) < 0)
+    if (sc_av->av_new_packet(g->packet, (int)bytes) < 0)
         return no_memory(g);
     memcpy(g->packet->data, data, bytes);
     SC_TRY(decode(g, g->frames++));
     /* Pushed, or all frames would wait in the graph. */
-    error = av_buffersrc_add_frame_flags(g->palette.sources[0], g->frame, AV_BUFFERSRC_FLAG_PUSH);
+    error = sc_av->av_buffersrc_add_frame_flags(g->palette.sources[0], g->frame,
+                                                AV_BUFFERSRC_FLAG_PUSH);
     if (error < 0)
         status = fail_av(g, "the colours of a frame cannot be counted", error);
 out:
@@ -214,17 +213,17 @@ out:
 /* Make the palette, and the filter that uses it. */
 static sc_status make_palette(sc_gif *g)
 {
-    int error = av_buffersrc_add_frame(g->palette.sources[0], NULL);
+    int error = sc_av->av_buffersrc_add_frame(g->palette.sources[0], NULL);
     sc_status status;
 
-    error = error < 0 ? error : av_buffersink_get_frame(g->palette.sink, g->frame);
+    error = error < 0 ? error : sc_av->av_buffersink_get_frame(g->palette.sink, g->frame);
     if (error < 0)
         return fail_av(g, "the palette cannot be made", error);
-    avfilter_graph_free(&g->palette.graph);
+    sc_av->avfilter_graph_free(&g->palette.graph);
     SC_TRY(open_graph(g, "paletteuse", "dither=bayer:bayer_scale=3", true, &g->colors));
     g->frame->pts = 0;
-    error = av_buffersrc_add_frame(g->colors.sources[1], g->frame);
-    error = error < 0 ? error : av_buffersrc_add_frame(g->colors.sources[1], NULL);
+    error = sc_av->av_buffersrc_add_frame(g->colors.sources[1], g->frame);
+    error = error < 0 ? error : sc_av->av_buffersrc_add_frame(g->colors.sources[1], NULL);
     if (error < 0)
         status = fail_av(g, "the palette cannot be used", error);
 out:
@@ -234,11 +233,11 @@ out:
 /* Open the encoder of the GIF, and write the head of the file. */
 static sc_status begin_file(sc_gif *g, AVFormatContext *format)
 {
-    const AVCodec *gif = avcodec_find_encoder(AV_CODEC_ID_GIF);
+    const AVCodec *gif = sc_av->avcodec_find_encoder(AV_CODEC_ID_GIF);
     int error;
 
-    g->writer = avcodec_alloc_context3(gif);
-    g->stream = avformat_new_stream(format, NULL);
+    g->writer = sc_av->avcodec_alloc_context3(gif);
+    g->stream = sc_av->avformat_new_stream(format, NULL);
     if (!g->writer || !g->stream)
         return no_memory(g);
     g->writer->width = g->reader->width;
@@ -248,27 +247,28 @@ static sc_status begin_file(sc_gif *g, AVFormatContext *format)
     g->writer->thread_count = 1;
     g->writer->flags |= AV_CODEC_FLAG_BITEXACT;
     format->flags |= AVFMT_FLAG_BITEXACT;
-    error = avcodec_open2(g->writer, gif, NULL);
-    error = error < 0 ? error : avcodec_parameters_from_context(g->stream->codecpar, g->writer);
-    error = error < 0 ? error : avformat_write_header(format, NULL);
+    error = sc_av->avcodec_open2(g->writer, gif, NULL);
+    error =
+        error < 0 ? error : sc_av->avcodec_parameters_from_context(g->stream->codecpar, g->writer);
+    error = error < 0 ? error : sc_av->avformat_write_header(format, NULL);
     return error < 0 ? fail_av(g, "the encoder of GIF cannot be opened", error) : SC_OK;
 }
 
 /* Encode a frame with the colours of the palette, NULL for the end, and write what is ready. */
 static sc_status encode(sc_gif *g, AVFormatContext *format, const AVFrame *frame)
 {
-    int error = avcodec_send_frame(g->writer, frame);
+    int error = sc_av->avcodec_send_frame(g->writer, frame);
 
     while (error >= 0) {
-        error = avcodec_receive_packet(g->writer, g->packet);
+        error = sc_av->avcodec_receive_packet(g->writer, g->packet);
         if (error == AVERROR(EAGAIN) || error == AVERROR_EOF)
             return SC_OK;
         if (error < 0)
             break;
-        av_packet_rescale_ts(g->packet, tick, g->stream->time_base);
+        sc_av->av_packet_rescale_ts(g->packet, tick, g->stream->time_base);
         g->packet->stream_index = g->stream->index;
-        error = av_write_frame(format, g->packet);
-        av_packet_unref(g->packet);
+        error = sc_av->av_write_frame(format, g->packet);
+        sc_av->av_packet_unref(g->packet);
         if (error >= 0 && format->pb->error < 0)
             error = format->pb->error;
         if (error < 0)
@@ -283,9 +283,10 @@ static sc_status encode_ready(sc_gif *g, AVFormatContext *format)
     int error = 0;
     sc_status status = SC_OK;
 
-    while (status == SC_OK && (error = av_buffersink_get_frame(g->colors.sink, g->frame)) >= 0) {
+    while (status == SC_OK &&
+           (error = sc_av->av_buffersink_get_frame(g->colors.sink, g->frame)) >= 0) {
         status = encode(g, format, g->frame);
-        av_frame_unref(g->frame);
+        sc_av->av_frame_unref(g->frame);
     }
     if (status == SC_OK && error != AVERROR(EAGAIN) && error != AVERROR_EOF)
         status = fail_av(g, "a frame cannot get the colours of the palette", error);
@@ -298,7 +299,7 @@ static sc_status read_kept(sc_gif *g)
     uint32_t length;
 
     if (fread(&length, 1, sizeof length, g->kept.stream) != sizeof length || length > INT_MAX / 2 ||
-        av_new_packet(g->packet, (int)length) < 0 ||
+        sc_av->av_new_packet(g->packet, (int)length) < 0 ||
         fread(g->packet->data, 1, length, g->kept.stream) != length)
         return sc_fail(g->ctx, SC_ERR_WRITE,
                        "%s: the frames that were kept beside it cannot be read again", g->path);
@@ -320,13 +321,13 @@ sc_status sc_gif_finish(sc_gif *g, AVFormatContext *format)
 
         SC_TRY(read_kept(g));
         SC_TRY(decode(g, k));
-        error = av_buffersrc_add_frame(g->colors.sources[0], g->frame);
+        error = sc_av->av_buffersrc_add_frame(g->colors.sources[0], g->frame);
         if (error < 0)
             return fail_av(g, "a frame cannot get the colours of the palette", error);
         SC_TRY(encode_ready(g, format));
         sc_stage_add(g->ctx, 1);
     }
-    if (av_buffersrc_add_frame(g->colors.sources[0], NULL) < 0)
+    if (sc_av->av_buffersrc_add_frame(g->colors.sources[0], NULL) < 0)
         return no_memory(g);
     SC_TRY(encode_ready(g, format));
     status = encode(g, format, NULL);
@@ -338,12 +339,12 @@ void sc_gif_close(sc_gif *g)
 {
     if (!g)
         return;
-    avfilter_graph_free(&g->palette.graph);
-    avfilter_graph_free(&g->colors.graph);
-    avcodec_free_context(&g->reader);
-    avcodec_free_context(&g->writer);
-    av_packet_free(&g->packet);
-    av_frame_free(&g->frame);
+    sc_av->avfilter_graph_free(&g->palette.graph);
+    sc_av->avfilter_graph_free(&g->colors.graph);
+    sc_av->avcodec_free_context(&g->reader);
+    sc_av->avcodec_free_context(&g->writer);
+    sc_av->av_packet_free(&g->packet);
+    sc_av->av_frame_free(&g->frame);
     sc_outfile_discard(&g->kept);
     sc_free(g);
 }

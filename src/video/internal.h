@@ -3,10 +3,8 @@
 #ifndef SC_VIDEO_INTERNAL_H
 #define SC_VIDEO_INTERNAL_H
 
+#include "libav.h"
 #include "segcast/video.h"
-
-#include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
 
 /* A kind of video file, and a codec that segcast can put into it. */
 typedef struct sc_container {

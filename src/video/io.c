@@ -5,7 +5,6 @@
 #include "internal.h"
 
 #include <errno.h>
-#include <libavutil/mem.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -98,17 +97,18 @@ static int64_t seek_reader(void *user, int64_t offset, int whence)
  * Caller owns it: free_reader. */
 static AVIOContext *make_reader(FILE *stream)
 {
-    unsigned char *buffer = av_malloc(BUFFER_BYTES);
-    reader *r = av_mallocz(sizeof *r);
+    unsigned char *buffer = sc_av->av_malloc(BUFFER_BYTES);
+    reader *r = sc_av->av_mallocz(sizeof *r);
     AVIOContext *context = NULL;
 
     if (r && buffer) {
         r->stream = stream;
-        context = avio_alloc_context(buffer, BUFFER_BYTES, 0, r, read_bytes, NULL, seek_reader);
+        context =
+            sc_av->avio_alloc_context(buffer, BUFFER_BYTES, 0, r, read_bytes, NULL, seek_reader);
     }
     if (!context) {
-        av_free(buffer);
-        av_free(r);
+        sc_av->av_free(buffer);
+        sc_av->av_free(r);
     }
     return context;
 }
@@ -146,9 +146,9 @@ static void free_reader(AVIOContext *context)
 {
     if (!context)
         return;
-    av_freep(&context->opaque);
-    av_freep(&context->buffer);
-    avio_context_free(&context);
+    sc_av->av_freep(&context->opaque);
+    sc_av->av_freep(&context->buffer);
+    sc_av->avio_context_free(&context);
 }
 
 #if LIBAVFORMAT_VERSION_MAJOR >= 59
@@ -168,14 +168,14 @@ static void close_reader(AVFormatContext *format, AVIOContext *context)
 
 bool sc_output_begin(AVFormatContext *format, sc_outfile *file)
 {
-    unsigned char *buffer = av_malloc(BUFFER_BYTES);
+    unsigned char *buffer = sc_av->av_malloc(BUFFER_BYTES);
 
     setvbuf(file->stream, NULL, _IONBF, 0); /* libav has a buffer; a reader must find all of it */
     if (buffer)
-        format->pb =
-            avio_alloc_context(buffer, BUFFER_BYTES, 1, file, NULL, write_bytes, seek_output);
+        format->pb = sc_av->avio_alloc_context(buffer, BUFFER_BYTES, 1, file, NULL, write_bytes,
+                                               seek_output);
     if (!format->pb) {
-        av_free(buffer);
+        sc_av->av_free(buffer);
         return false;
     }
     format->flags |= AVFMT_FLAG_CUSTOM_IO;
@@ -195,22 +195,22 @@ int sc_output_end(AVFormatContext *format)
 
     if (!format || !format->pb)
         return 0;
-    avio_flush(format->pb);
+    sc_av->avio_flush(format->pb);
     error = format->pb->error;
-    av_freep(&format->pb->buffer);
-    avio_context_free(&format->pb);
+    sc_av->av_freep(&format->pb->buffer);
+    sc_av->avio_context_free(&format->pb);
     return error;
 }
 
 AVFormatContext *sc_input_begin(FILE *stream)
 {
-    AVFormatContext *format = avformat_alloc_context();
+    AVFormatContext *format = sc_av->avformat_alloc_context();
 
     if (!format)
         return NULL;
     format->pb = make_reader(stream);
     if (!format->pb) {
-        avformat_free_context(format);
+        sc_av->avformat_free_context(format);
         return NULL;
     }
     format->flags |= AVFMT_FLAG_CUSTOM_IO;
@@ -221,7 +221,7 @@ AVFormatContext *sc_input_begin(FILE *stream)
 int sc_input_open(AVFormatContext **format, const char *name)
 {
     AVIOContext *input = (*format)->pb;
-    const int error = avformat_open_input(format, name, NULL, NULL);
+    const int error = sc_av->avformat_open_input(format, name, NULL, NULL);
 
     if (error < 0)
         free_reader(input); /* libav has freed all but this, and set *format to NULL */
@@ -232,6 +232,6 @@ void sc_input_end(AVFormatContext **format)
 {
     AVIOContext *input = *format ? (*format)->pb : NULL;
 
-    avformat_close_input(format);
+    sc_av->avformat_close_input(format);
     free_reader(input);
 }

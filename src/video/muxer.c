@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <errno.h>
-#include <libavformat/avformat.h>
 #include <string.h>
 
 struct sc_muxer {
@@ -45,14 +44,15 @@ static void describe(const sc_video_settings *settings, sc_metadata *about)
 /* Set one text of the metadata of libav, unless it is empty. @return false when out of memory. */
 static bool set_text(AVFormatContext *format, const char *name, const char *text)
 {
-    return !text[0] || av_dict_set(&format->metadata, name, text, 0) >= 0;
+    return !text[0] || sc_av->av_dict_set(&format->metadata, name, text, 0) >= 0;
 }
 
 /* Add a chapter. libav frees what is added, with the format. @return false when out of memory. */
 static bool add_chapter(AVFormatContext *format, const sc_video_chapter *chapter, int fps)
 {
-    AVChapter **grown = av_realloc_array(format->chapters, format->nb_chapters + 1, sizeof *grown);
-    AVChapter *added = grown ? av_mallocz(sizeof *added) : NULL;
+    AVChapter **grown =
+        sc_av->av_realloc_array(format->chapters, format->nb_chapters + 1, sizeof *grown);
+    AVChapter *added = grown ? sc_av->av_mallocz(sizeof *added) : NULL;
     char clean[1024];
 
     if (grown)
@@ -65,7 +65,7 @@ static bool add_chapter(AVFormatContext *format, const sc_video_chapter *chapter
                          .end = chapter->end};
     format->chapters[format->nb_chapters++] = added;
     (void)sc_copy_name(chapter->name, clean, sizeof clean);
-    return av_dict_set(&added->metadata, "title", clean, 0) >= 0;
+    return sc_av->av_dict_set(&added->metadata, "title", clean, 0) >= 0;
 }
 
 /* Add all chapters of the settings. @return false when out of memory. */
@@ -83,11 +83,11 @@ static sc_status open_format(const sc_ctx *ctx, sc_muxer *m, const sc_video_sett
 {
     int error;
 
-    m->packet = av_packet_alloc();
+    m->packet = sc_av->av_packet_alloc();
     errno = 0;
-    error = m->packet
-                ? avformat_alloc_output_context2(&m->format, NULL, m->container->muxer, m->path)
-                : AVERROR(ENOMEM);
+    error = m->packet ? sc_av->avformat_alloc_output_context2(&m->format, NULL, m->container->muxer,
+                                                              m->path)
+                      : AVERROR(ENOMEM);
     if (sc_av_result(error) == AVERROR(ENOMEM))
         return sc_av_fail(ctx, SC_ERR_MEMORY, m->path, "cannot be created", AVERROR(ENOMEM));
     if (error < 0)
@@ -111,7 +111,7 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_sett
 
     if (!container)
         return sc_container_fail(ctx, path);
-    av_log_set_level(AV_LOG_FATAL); /* sc_av_fail logs the errors of libav */
+    SC_TRY(sc_libav_load(ctx, path));
     SC_TRY(sc_zalloc(ctx, 1, sizeof *m, &block));
     m = block;
     m->container = container;
@@ -141,10 +141,10 @@ static sc_status begin(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     int error;
 
     sc_segment_describe(segment, &m->codec);
-    m->stream = avformat_new_stream(m->format, NULL);
+    m->stream = sc_av->avformat_new_stream(m->format, NULL);
     p = m->stream ? m->stream->codecpar : NULL;
     if (p)
-        p->extradata = av_mallocz(m->codec.extradata_bytes + AV_INPUT_BUFFER_PADDING_SIZE);
+        p->extradata = sc_av->av_mallocz(m->codec.extradata_bytes + AV_INPUT_BUFFER_PADDING_SIZE);
     if (!p || !p->extradata)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", m->path);
     memcpy(p->extradata, m->codec.extradata, m->codec.extradata_bytes);
@@ -169,10 +169,10 @@ static sc_status begin(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     m->stream->avg_frame_rate = m->stream->r_frame_rate = (AVRational){m->codec.fps, 1};
     m->format->flags |= AVFMT_FLAG_BITEXACT;
     errno = 0;
-    error = av_dict_set(&options, "movflags", "+faststart", 0);
+    error = sc_av->av_dict_set(&options, "movflags", "+faststart", 0);
     if (error >= 0)
-        error = sc_av_result(avformat_write_header(m->format, &options));
-    av_dict_free(&options);
+        error = sc_av_result(sc_av->avformat_write_header(m->format, &options));
+    sc_av->av_dict_free(&options);
     if (error < 0)
         return sc_av_fail(ctx, SC_ERR_WRITE, m->path, "cannot be written", error);
     m->begun = true;
@@ -209,8 +209,9 @@ static bool same_codec(const sc_segment_codec *a, const sc_segment_codec *b)
 /* Append the alpha of a picture to m->packet. @return false when out of memory. */
 static bool add_alpha(sc_muxer *m, const sc_segment_packet *from)
 {
-    uint8_t *to = av_packet_new_side_data(m->packet, AV_PKT_DATA_MATROSKA_BLOCKADDITIONAL,
-                                          (unsigned)(SC_BLOCK_NUMBER_BYTES + from->alpha_bytes));
+    uint8_t *to =
+        sc_av->av_packet_new_side_data(m->packet, AV_PKT_DATA_MATROSKA_BLOCKADDITIONAL,
+                                       (unsigned)(SC_BLOCK_NUMBER_BYTES + from->alpha_bytes));
 
     if (!to)
         return false;
@@ -226,13 +227,13 @@ static bool add_alpha(sc_muxer *m, const sc_segment_packet *from)
  * SC_ERR_MEMORY. */
 static sc_status add_packet(const sc_ctx *ctx, sc_muxer *m, const sc_segment_packet *from)
 {
-    int error = av_new_packet(m->packet, (int)from->bytes);
+    int error = sc_av->av_new_packet(m->packet, (int)from->bytes);
 
     if (error < 0)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", m->path);
     memcpy(m->packet->data, from->data, from->bytes);
     if (from->alpha_bytes && !add_alpha(m, from)) {
-        av_packet_unref(m->packet);
+        sc_av->av_packet_unref(m->packet);
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", m->path);
     }
     m->packet->stream_index = m->stream->index;
@@ -240,9 +241,9 @@ static sc_status add_packet(const sc_ctx *ctx, sc_muxer *m, const sc_segment_pac
     m->packet->pts = m->frames + from->pts;
     m->packet->dts = m->packets++ - m->codec.reorder;
     m->packet->duration = 1;
-    av_packet_rescale_ts(m->packet, (AVRational){1, m->codec.fps}, m->stream->time_base);
+    sc_av->av_packet_rescale_ts(m->packet, (AVRational){1, m->codec.fps}, m->stream->time_base);
     errno = 0;
-    error = sc_av_error(av_interleaved_write_frame(m->format, m->packet));
+    error = sc_av_error(sc_av->av_interleaved_write_frame(m->format, m->packet));
     if (error >= 0 && m->format->pb->error < 0)
         error = m->format->pb->error;
     return error < 0 ? sc_av_fail(ctx, SC_ERR_WRITE, m->path, "cannot be written", error) : SC_OK;
@@ -283,7 +284,7 @@ static sc_status end_format(const sc_ctx *ctx, sc_muxer *m)
     int error;
 
     errno = 0;
-    error = sc_av_result(av_write_trailer(m->format));
+    error = sc_av_result(sc_av->av_write_trailer(m->format));
     if (error >= 0)
         error = sc_output_end(m->format);
     return error < 0 ? sc_av_fail(ctx, SC_ERR_WRITE, m->path, "cannot be written", error) : SC_OK;
@@ -311,8 +312,8 @@ void sc_muxer_close(sc_muxer *m)
         return;
     (void)sc_output_end(m->format);
     sc_outfile_discard(&m->file);
-    avformat_free_context(m->format);
-    av_packet_free(&m->packet);
+    sc_av->avformat_free_context(m->format);
+    sc_av->av_packet_free(&m->packet);
     sc_gif_close(m->gif);
     sc_free(m->path);
     sc_free(m);

@@ -281,7 +281,7 @@ static int read_frame(sc_webp_reader *r, uint32_t bytes, AVPacket *packet)
         fread(head, 1, sizeof head, r->stream) != sizeof head)
         return AVERROR_INVALIDDATA;
     bytes -= FRAME_BYTES;
-    error = av_new_packet(packet, (int)(room + bytes));
+    error = sc_av->av_new_packet(packet, (int)(room + bytes));
     if (error < 0)
         return error;
     put_head(packet->data, "RIFF", (uint32_t)(room + bytes - HEAD_BYTES));
@@ -293,7 +293,7 @@ static int read_frame(sc_webp_reader *r, uint32_t bytes, AVPacket *packet)
     r->time_ms += packet->duration;
     if (fread(packet->data + room, 1, bytes, r->stream) == bytes)
         return 0;
-    av_packet_unref(packet);
+    sc_av->av_packet_unref(packet);
     return AVERROR_INVALIDDATA;
 }
 

@@ -25,29 +25,6 @@ enum {
 #define SILENCE_S 60.0
 #define LAST_S 2.0 /* from the end of the pipe to that of the process */
 
-/* ---- where the program is ---- */
-
-/* Write the path of the program to path[PATH_BYTES]: beside this one, where it is built, or in the
- * directory for such programs, seen from this one; else where it is installed. */
-static void find_program(char *path)
-{
-    static const char *const places[] = {"", SC_HDF5_FROM_BIN "/"};
-    char self[PATH_BYTES];
-    const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
-    const char *slash;
-
-    self[length > 0 ? length : 0] = '\0';
-    slash = strrchr(self, '/');
-    for (size_t i = 0; i < SC_COUNT_OF(places) && slash; i++) {
-        const int used = snprintf(path, PATH_BYTES, "%.*s%s%s", (int)(slash + 1 - self), self,
-                                  places[i], SC_HDF5_PROGRAM);
-
-        if (used < PATH_BYTES && access(path, X_OK) == 0)
-            return;
-    }
-    snprintf(path, PATH_BYTES, "%s/%s", SC_HDF5_INSTALLED, SC_HDF5_PROGRAM);
-}
-
 /* ---- start ---- */
 
 /* The words with which the program is started. */
@@ -137,7 +114,7 @@ sc_status sc_hdf5_begin(const sc_ctx *ctx, const char *path, int file, const cha
     words w;
     int error = 0;
 
-    find_program(program);
+    sc_program_find(SC_HDF5_PROGRAM, program, sizeof program);
     make_words(ctx, inside, voxels, &w);
     *process = (sc_hdf5_process){.out = -1, .path = path};
     copy = fcntl(file, F_DUPFD_CLOEXEC, HIGH);

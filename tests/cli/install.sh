@@ -23,6 +23,24 @@ if to/bin/segcast --version | grep -q '^volumes .*HDF5'; then
     mv to/other to/libexec
 fi
 
+# So is what loads libav, with the first video; nothing else needs it.
+printf 'volume: phantom\noutput: {size: [64, 48], video: a.mp4}\nanimation: {frames: 2}\n' >job.yaml
+mv to moved
+expect 0 '' moved/bin/segcast render job.yaml -o installed
+[ -s installed/a.mp4 ] || fail "the installed program wrote no video"
+mv moved/libexec moved/other
+expect 73 'a.mp4: segcast-libav.so, by which segcast writes and reads videos, cannot be loaded: ' \
+    moved/bin/segcast render job.yaml -o missing
+[ ! -e missing ] || fail "a directory was made for nothing: $(find missing)"
+moved/bin/segcast --version | grep -q '^libav *cannot be loaded' || fail "version without libav"
+expect 0 '' moved/bin/segcast still phantom -o a.png
+[ -s a.png ] || fail "no picture without libav"
+if command -v ldd >/dev/null && ldd moved/bin/segcast | grep -q libavcodec; then
+    fail "segcast is linked with libav, which takes most of the time of a start"
+fi
+mv moved to
+mv to/other to/libexec
+
 # The manual pages: every command, option and key is in them, and groff finds nothing wrong.
 for command in render check keys; do grep -q "^.SS segcast $command" to/share/man/man1/segcast.1 || fail "$command"; done
 grep -q 'output.size' to/share/man/man5/segcast-job.5 || fail "no keys in segcast-job(5)"

@@ -21,7 +21,9 @@
  *
  *   a call from the program itself counts;
  *   a call from MPI and what belongs to it, from libgomp (which ends the process without memory),
- *   or from a library that was loaded later (the plug-ins of MPI) does not count;
+ *   or from a library that was loaded later (the plug-ins of MPI) does not count; but those that
+ *   segcast loads itself, libav and what it depends on, do, once they are loaded: constructors of
+ *   foreign libraries end the process without memory;
  *   a call from any other library counts if the program is found further out before MPI is, or if
  *   neither is found: then it is a thread of that library (the encoder has some).
  *
@@ -89,23 +91,30 @@ static owner owner_of(const char *name)
     return begins(name, c_library) ? OWNER_C : begins(name, others) ? OWNER_OTHER : OWNER_LIBRARY;
 }
 
-/* For dl_iterate_phdr: note the code of one executable or library. The first is the program. */
+/* For dl_iterate_phdr: note the code of one executable or library unless it is known. The first is
+ * the program. @param user whose a library is, an owner; NULL: by its name. */
 static int note_object(struct dl_phdr_info *info, size_t size, void *user)
 {
     const char *slash = strrchr(info->dlpi_name, '/');
     const char *name = slash ? slash + 1 : info->dlpi_name;
+    const owner *given = user;
 
     (void)size;
-    (void)user;
+    for (int i = 0; i < object_count; i++) {
+        if (objects[i].base == info->dlpi_addr)
+            return 0;
+    }
     for (int i = 0; i < info->dlpi_phnum && object_count < OBJECTS_MAX; i++) {
         const ElfW(Phdr) *part = &info->dlpi_phdr[i];
 
         if (part->p_type == PT_LOAD && (part->p_flags & PF_X)) {
             const uintptr_t from = info->dlpi_addr + part->p_vaddr;
 
-            objects[object_count++] =
-                (object){from, from + part->p_memsz, info->dlpi_addr,
-                         name[0] ? owner_of(name) : OWNER_PROGRAM, name[0] ? name : "segcast"};
+            objects[object_count++] = (object){from, from + part->p_memsz, info->dlpi_addr,
+                                               given     ? *given
+                                               : name[0] ? owner_of(name)
+                                                         : OWNER_PROGRAM,
+                                               name[0] ? name : "segcast"};
         }
     }
     return 0;
@@ -433,6 +442,27 @@ int posix_memalign(void **out, size_t alignment, size_t bytes)
     }
     *out = block;
     return 0;
+}
+
+/* ---- libraries that segcast loads itself ---- */
+
+void *dlopen(const char *name, int flags)
+{
+    static owner plug_in = OWNER_OTHER;
+    const char *slash = name ? strrchr(name, '/') : NULL;
+    const bool of_segcast = ready && slash && !strncmp(slash + 1, "segcast-", 8);
+    const bool before = busy;
+    void *file;
+    REAL(void *, "dlopen", const char *, int);
+
+    if (!of_segcast)
+        return real(name, flags);
+    busy = true;
+    dl_iterate_phdr(note_object, &plug_in); /* what MPI has loaded so far */
+    file = real(name, flags);
+    dl_iterate_phdr(note_object, NULL);
+    busy = before;
+    return file;
 }
 
 /* ---- descriptors ---- */

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Loading libav: once, when the first video is written, read or asked about. */
+#include "libav.h"
+
+#include <dlfcn.h>
+#include <errno.h>
+#include <pthread.h>
+#include <stdio.h>
+
+#pragma weak sc_libav_functions
+
+const sc_libav *sc_av;
+
+enum { PATH_BYTES = 4096, REASON_BYTES = 1024 };
+static pthread_once_t once = PTHREAD_ONCE_INIT;
+static char reason[REASON_BYTES]; /* why libav could not be loaded */
+static bool no_memory;
+
+/* Load segcast-libav.so. @return its table, or NULL, and the reason is set. */
+static const sc_libav *load_file(void)
+{
+    char path[PATH_BYTES];
+    const sc_libav *functions = NULL;
+    const char *error;
+    void *file;
+
+    sc_program_find(SC_LIBAV_FILE, path, sizeof path);
+    errno = 0;
+    file = dlopen(path, RTLD_LAZY | RTLD_LOCAL); /* stays loaded to the end of the process */
+    no_memory = !file && errno == ENOMEM;
+    if (file)
+        functions = dlsym(file, SC_LIBAV_SYMBOL);
+    if (!functions) {
+        error = dlerror();
+        snprintf(reason, sizeof reason, "%s", error ? error : "unknown reason");
+    }
+    return functions;
+}
+
+static void load(void)
+{
+    const sc_libav *functions = &sc_libav_functions;
+
+    if (!functions)
+        functions = load_file();
+    if (functions &&
+        (functions->bytes != sizeof *functions || functions->av != LIBAVFORMAT_VERSION_INT ||
+         functions->av_codec != LIBAVCODEC_VERSION_INT)) {
+        snprintf(reason, sizeof reason, "%s belongs to another build of segcast", SC_LIBAV_FILE);
+        functions = NULL;
+    }
+    sc_av = functions;
+    if (functions)
+        functions->av_log_set_level(AV_LOG_FATAL); /* whoever calls libav says what is wrong */
+}
+
+bool sc_libav_is_here(void)
+{
+    return pthread_once(&once, load) == 0 && sc_av;
+}
+
+sc_status sc_libav_load(const sc_ctx *ctx, const char *path)
+{
+    if (sc_libav_is_here())
+        return SC_OK;
+    if (no_memory)
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
+    return sc_fail(
+        ctx, SC_ERR_CREATE,
+        "%s: %s, by which segcast writes and reads videos, cannot be loaded: %s; install "
+        "segcast anew, or choose video: none with frames: png",
+        path, SC_LIBAV_FILE, reason);
+}
