@@ -28,7 +28,8 @@ enum {
     WINDOW = SC_FIELD_WINDOW,
     TAPS = SC_FIELD_TAPS,
     PATTERNS = SC_FIELD_PATTERNS,
-    ROWS = SC_FIELD_ROWS
+    ROWS = SC_FIELD_ROWS,
+    TABLES_MAX = (RADIUS + 1) * (RADIUS + 1) /* rows that lie as far off along y and z share one */
 };
 
 typedef sc_quad quad;
@@ -59,19 +60,29 @@ static double squared(double x)
     return x * x;
 }
 
-/* Fill a table: for every pattern of a row and each of the four vertices x along it, the sum of the
- * taps whose bits are set; the taps of vertex x begin at bit x.
- * @param stride quads from the sums of a pattern to those of the next. */
-static void fill_table(quad *table, size_t stride, const float taps[TAPS])
+/* Fill @p count tables [PATTERNS][count]: for every pattern of a row and each of the four vertices
+ * x along it, the sum of the taps whose bits are set; the taps of vertex x begin at bit x. Pattern
+ * by pattern, since the tables together are larger than the caches.
+ * @param taps [count], of each table. */
+static void fill_tables(quad *tables, int count, const float (*taps)[TAPS])
 {
-    table[0] = (quad){0, 0, 0, 0};
-    for (int bits = 1; bits < PATTERNS; bits++) {
-        const int column = __builtin_ctz((unsigned)bits);
-        quad sum = table[(size_t)(bits & (bits - 1)) * stride];
+    quad added[WINDOW][TABLES_MAX]; /* by the bit of a column */
 
-        for (int x = 0; x < SC_BRICK; x++)
-            sum[x] += column >= x && column - x < TAPS ? taps[column - x] : 0;
-        table[(size_t)bits * stride] = sum;
+    for (int column = 0; column < WINDOW; column++) {
+        for (int t = 0; t < count; t++) {
+            for (int x = 0; x < SC_BRICK; x++)
+                added[column][t][x] = column >= x && column - x < TAPS ? taps[t][column - x] : 0;
+        }
+    }
+    for (int t = 0; t < count; t++)
+        tables[t] = (quad){0, 0, 0, 0};
+    for (int bits = 1; bits < PATTERNS; bits++) {
+        const quad *lowest = added[__builtin_ctz((unsigned)bits)];
+        const quad *others = tables + (size_t)(bits & (bits - 1)) * (size_t)count;
+        quad *sums = tables + (size_t)bits * (size_t)count;
+
+        for (int t = 0; t < count; t++)
+            sums[t] = others[t] + lowest[t];
     }
 }
 
@@ -81,6 +92,7 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
 {
     const sc_weight_filter w = sc_weight_filter_of(steps, f->strength);
     double squares[TAPS * TAPS], total = 0;
+    float taps[TABLES_MAX][TAPS];
     void *block;
     sc_status status;
 
@@ -103,13 +115,11 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
             total += sc_weight_filter_at(&w, squares[f->rows[i].table] + squared(x * w.steps[0]));
     }
     for (int t = 0; t < f->table_count; t++) {
-        float taps[TAPS];
-
         for (int x = -RADIUS; x <= RADIUS; x++)
-            taps[x + RADIUS] =
+            taps[t][x + RADIUS] =
                 (float)(sc_weight_filter_at(&w, squares[t] + squared(x * w.steps[0])) / total);
-        fill_table(f->weight_tables + t, (size_t)f->table_count, taps);
     }
+    fill_tables(f->weight_tables, f->table_count, taps);
     return SC_OK;
 }
 
@@ -119,6 +129,7 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
 static sc_status fill_normal_filter(const sc_ctx *ctx, sc_normal_filter *b, const double steps[3],
                                     double width)
 {
+    float taps[2][TAPS]; /* of values, and of slopes */
     void *block;
     sc_status status = sc_alloc(ctx, PATTERNS, sizeof *b->table, &block);
 
@@ -127,8 +138,9 @@ static sc_status fill_normal_filter(const sc_ctx *ctx, sc_normal_filter *b, cons
     b->table = block;
     for (int axis = 0; axis < 3; axis++)
         sc_normal_taps(RADIUS, steps[axis], width, b->value[axis], b->slope[axis]);
-    fill_table(&b->table[0][0], 2, b->value[0]);
-    fill_table(&b->table[0][1], 2, b->slope[0]);
+    memcpy(taps[0], b->value[0], sizeof taps[0]);
+    memcpy(taps[1], b->slope[0], sizeof taps[1]);
+    fill_tables(b->table[0], 2, taps);
     return SC_OK;
 }
 

@@ -2,7 +2,7 @@
 # What has key frames is, in each frame, as if it were constant with the value that it has there: nothing is
 # kept from another frame, or made once for all of them.
 cat >job.yaml <<'EOF'
-volume: phantom:59x41x61
+volume: phantom:37x26x38
 output: {size: [96, 72], video: none}
 tissues: {"*": {opacity: 0.6}}
 animation:
@@ -47,7 +47,7 @@ background() { # background NAME [OPTION]...
 }
 background plain
 background views --set output.layout=views
-background divided --set 'compare={with: [phantom:57x41x61], divider: 50%}' --set overlays.legend=none
+background divided --set 'compare={with: [phantom:36x26x38], divider: 50%}' --set overlays.legend=none
 background apart --set 'animation.verbs=[{explode: {tissues: aorta, by: 20 mm, during: [0%, 0%]}}]'
 background faded --set 'shots=[{fade_out: 100 ms}, {card: {title: End}, animation: {frames: 2}}]'
 
@@ -104,20 +104,20 @@ as_constant spared animation.clip '[{plane: {normal: left}, except: [{at: 1f, va
     2 '[{plane: {normal: left}}]' 4 '[{plane: {normal: left}, except: ["*ventricle"]}]'
 
 # The share of an image on cut faces and slices.
-more=(--set image.path=phantom --set 'animation.clip=[{plane: {normal: posterior}}]')
+more=(--set image.path=phantom:37x26x38 --set 'animation.clip=[{plane: {normal: posterior}}]')
 as_constant image-caps image.caps '[{at: 0%, value: 0}, {at: 100%, value: 1}]' 0 0 2 0.5 4 1
-more=(--set image.path=phantom)
+more=(--set image.path=phantom:37x26x38)
 as_constant image-backdrop image.backdrop '[{at: 0%, value: 0}, {at: 100%, value: 0.4}]' 0 0 2 0.2 4 0.4
-more=(--set image.path=phantom --set output.layout=views --set 'animation.slices.point_mm=[0, 0, 0]')
+more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices.point_mm=[0, 0, 0]')
 as_constant image-slices image.slices '[{at: 0%, value: 0}, {at: 100%, value: 1}]' 0 0 2 0.5 4 1
 
 # The window of an image, on cut faces, slices and behind the tissues. It opens from where nothing is seen behind them.
 windows='[{at: 0%, value: [900, 100]}, {at: 100%, value: [100, 300]}]'
-more=(--set image.path=phantom --set image.caps=1 --set 'animation.clip=[{plane: {normal: posterior}}]')
+more=(--set image.path=phantom:37x26x38 --set image.caps=1 --set 'animation.clip=[{plane: {normal: posterior}}]')
 as_constant window-caps image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
-more=(--set image.path=phantom --set image.backdrop=0.4)
+more=(--set image.path=phantom:37x26x38 --set image.backdrop=0.4)
 as_constant window-backdrop image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
-more=(--set image.path=phantom --set output.layout=views --set 'animation.slices.point_mm=[0, 0, 0]')
+more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices.point_mm=[0, 0, 0]')
 as_constant window-slices image.window "$windows" 0 '[900, 100]' 4 '[100, 300]'
 
 # Planes, and the point of the slices.
@@ -136,7 +136,7 @@ as_constant fixed animation.camera.fixed '{position_mm: [{at: 0%, value: [0, 400
     2 '{position_mm: [50, 390, 0], target_mm: [0, 0, 5], up: [-1, 0, 1]}' 4 '{position_mm: [100, 380, 0], target_mm: [0, 0, 10], up: left}'
 
 # All at once: a still is the frame of the film, whatever was drawn before it.
-keyframes=("$SOURCE/jobs/keyframes.yaml" --set volume=phantom:59x41x61 --set 'output.size=[96, 54]' --set animation.frames=9)
+keyframes=("$SOURCE/jobs/keyframes.yaml" --set volume=phantom:37x26x38 --set 'output.size=[96, 54]' --set animation.frames=9)
 "$SEGCAST" render "${keyframes[@]}" -o all -q --set output.video=none --set output.frames=png >/dev/null
 [ "$(hashes all | cut -d' ' -f2 | sort -u | wc -l)" = 9 ] || fail 'frames repeat'
 for k in 7 3; do
