@@ -75,8 +75,10 @@ typedef struct brick_work {
     uint8_t which[SC_BRICK_VERTICES]; /* the layer of a vertex, counted from 1; 0: none */
     bit_block changes[3];             /* by axis: voxels whose next has another label */
     bit_block own, low, high;         /* voxels of the three labels of the current layer */
-    bit_block covered, meet, closed;  /* see find_faces and find_closed */
+    bit_block covered, meet, closed;  /* see find_covered and find_closed */
     faces covered_faces, gap_faces;
+    float missing[SC_BRICK_VERTICES]; /* share of the current layer that is missing, by its faces */
+    bool any_missing;                 /* it is more than 0 somewhere */
 } brick_work;
 
 /* What the threads share. */
@@ -167,6 +169,8 @@ typedef struct row_range {
 static const row_range all_rows = {0, SIDE - 1};
 /* On these depend the layers of a brick and the gaps near it, to which the next row belongs. */
 static const row_range inner_rows = {INNER, SIDE - INNER};
+/* On these depend the faces that a layer covers near the brick. */
+static const row_range middle_rows = {INNER - 1, SIDE - 1 - INNER + RUN_MAX};
 
 /* Write the labels of some rows of the window around the brick whose lowest vertex is @p low to
  * w->ids; outside of the volume, those of the nearest voxels. */
@@ -341,14 +345,10 @@ static uint32_t gap_row(const brick_work *w, int z, int y, int axis)
            (w->high[z][y] & moved(w->low, z, y, axis, 1));
 }
 
-/* Append the voxels of a row to a list, those that are within NEAR of the brick. */
+/* Append the voxels of a row within NEAR of the brick to a list, those that are so along x, too. */
 static void append_row(faces *list, uint32_t row, int z, int y)
 {
-    const int first = INNER, last = SIDE - 1 - first;
-
-    if (z < first || y < first || z > last || y > last)
-        return;
-    row &= (2u << last) - (1u << first);
+    row &= (2u << (SIDE - 1 - INNER)) - (1u << INNER);
     for (; row; row &= row - 1)
         list->at[list->count++] = (face){(uint8_t)__builtin_ctz(row), (uint8_t)y, (uint8_t)z};
 }
@@ -367,23 +367,30 @@ static int find_gaps(brick_work *w)
     return w->gap_faces.count;
 }
 
-/* Find the faces that the current layer covers near the brick. w->covered has the voxels with one
- * or more covered faces, w->meet those with a face at which two labels other than the layer's meet.
- */
+/* Find the faces that the current layer covers near the brick, from own, low and high. */
 static void find_faces(brick_work *w)
+{
+    w->covered_faces.count = 0;
+    for (int z = INNER; z < SIDE - INNER; z++) {
+        for (int y = INNER; y < SIDE - INNER; y++) {
+            for (int axis = 0; axis < 3 && w->own[z][y]; axis++)
+                append_row(&w->covered_faces, covered_row(w, z, y, axis), z, y);
+        }
+    }
+}
+
+/* Find, in the whole window, the voxels with one or more faces that the current layer covers, and
+ * for w->meet those with a face at which two labels other than the layer's meet. */
+static void find_covered(brick_work *w)
 {
     memset(w->covered, 0, sizeof w->covered);
     memset(w->meet, 0, sizeof w->meet);
-    w->covered_faces.count = 0;
     for (int z = 1; z < SIDE - RUN_MAX; z++) {
         for (int y = 1; y < SIDE - RUN_MAX; y++) {
             for (int axis = 0; axis < 3; axis++) {
-                const uint32_t covered = covered_row(w, z, y, axis);
-
-                w->covered[z][y] |= covered;
+                w->covered[z][y] |= covered_row(w, z, y, axis);
                 w->meet[z][y] |=
                     w->changes[axis][z][y] & ~w->own[z][y] & ~moved(w->own, z, y, axis, 1);
-                append_row(&w->covered_faces, covered, z, y);
             }
         }
     }
@@ -467,60 +474,106 @@ static float limited(float x)
     return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
-/* @return how much of the current layer is missing at the voxel at @p at of the window, 0 to
- * SC_RECORD_FADES. */
-static uint32_t fade_at(const tapers *t, const brick_work *w, const int at[3])
+/* @return the share of the current layer that is missing at the voxel at @p at of the window, as
+ * far as the faces near it tell. */
+static float missing_at(const tapers *t, const brick_work *w, const int at[3])
 {
-    float covered, gaps, missing, sure;
+    float covered, gaps;
 
     if (is_thick(w, at))
         return 0;
     covered = weigh_faces(t, &w->covered_faces, at);
     gaps = weigh_faces(t, &w->gap_faces, at);
-    missing = limited((COVER_ALL - covered / (covered + gaps + 1e-6f)) / (COVER_ALL - COVER_LEAST));
-    if (!(missing > 0))
-        return 0;
-    sure = limited(((float)closed_around(w, at) - CLOSED_LEAST) / (CLOSED_ENOUGH - CLOSED_LEAST));
-    return (uint32_t)(SC_RECORD_FADES * missing * sure + 0.5f);
+    return limited((COVER_ALL - covered / (covered + gaps + 1e-6f)) / (COVER_ALL - COVER_LEAST));
 }
 
-/* Note in the records of a brick what is missing of each of its layers. Nothing is of most layers,
- * and the inner rows of the window tell so. */
+/* Call @p visit for each vertex of @p near that belongs to a layer of a brick, with its place in
+ * the window. */
+typedef void vertex_fn(const tapers *t, brick_work *w, size_t brick, int bit, const int at[3]);
+static void each_vertex(const tapers *t, brick_work *w, size_t brick, int number, vertex_fn *visit)
+{
+    for (uint64_t left = t->p->near[brick]; left; left &= left - 1) {
+        const int bit = __builtin_ctzll(left);
+        const int at[3] = {MARGIN + sc_bit_x(bit), MARGIN + sc_bit_y(bit), MARGIN + sc_bit_z(bit)};
+
+        if (w->which[bit] == number + 1)
+            visit(t, w, brick, bit, at);
+    }
+}
+
+/* A vertex_fn. */
+static void note_missing(const tapers *t, brick_work *w, size_t brick, int bit, const int at[3])
+{
+    (void)brick;
+    w->missing[bit] = missing_at(t, w, at);
+    w->any_missing |= w->missing[bit] > 0;
+}
+
+/* A vertex_fn: write what is missing of the current layer, 0 to SC_RECORD_FADES, where a closed
+ * part of it makes sure that it is missing. */
+static void write_fade(const tapers *t, brick_work *w, size_t brick, int bit, const int at[3])
+{
+    const size_t index = t->p->near_start[brick] + sc_brick_rank(t->p->near[brick], bit);
+    float sure;
+
+    if (!(w->missing[bit] > 0))
+        return;
+    sure = limited(((float)closed_around(w, at) - CLOSED_LEAST) / (CLOSED_ENOUGH - CLOSED_LEAST));
+    sc_record_write(t->p->records, index,
+                    sc_record_fade(sc_record_read(t->p->records, index),
+                                   (uint32_t)(SC_RECORD_FADES * w->missing[bit] * sure + 0.5f)));
+}
+
+/* Fill own, low and high for a layer in some rows, which have been fetched. */
+static void fill_layer(brick_work *w, const layer *l, row_range rows)
+{
+    fill_bits(w, l->low, rows, w->low);
+    fill_bits(w, l->high, rows, w->high);
+    fill_bits(w, l->label, rows, w->own);
+}
+
+/* Fetch more rows of the window. @param have those that have been fetched; becomes @p rows if that
+ * is more. */
+static void fetch_more(const tapers *t, const int low[3], row_range rows, row_range *have,
+                       brick_work *w)
+{
+    if (have->first <= rows.first)
+        return;
+    fetch_window(t->p->volume, low, rows, w);
+    *have = rows;
+}
+
+/* Note in the records of a brick what is missing of each of its layers. Nothing is of most layers;
+ * the inner rows of the window tell so of many, and the middle ones of most others. */
 static void fade_brick(const tapers *t, brick_work *w, size_t brick)
 {
-    const uint64_t near = t->p->near[brick];
-    row_range rows = inner_rows; /* those that have been fetched */
+    row_range have = inner_rows;
+    bool changes = false; /* those of the window have been found */
     int low[3];
 
     sc_brick_low(t->p->bricks, brick, low);
     fetch_window(t->p->volume, low, inner_rows, w);
-    list_layers(w, near);
+    list_layers(w, t->p->near[brick]);
     for (int i = 0; i < w->layer_count; i++) {
         fill_bits(w, w->layers[i].low, inner_rows, w->low);
         fill_bits(w, w->layers[i].high, inner_rows, w->high);
         if (!find_gaps(w))
             continue;
-        if (rows.first > 0) {
-            rows = all_rows;
-            fetch_window(t->p->volume, low, all_rows, w);
-            find_changes(w);
-        }
-        fill_bits(w, w->layers[i].low, all_rows, w->low);
-        fill_bits(w, w->layers[i].high, all_rows, w->high);
-        fill_bits(w, w->layers[i].label, all_rows, w->own);
+        fetch_more(t, low, middle_rows, &have, w);
+        fill_layer(w, &w->layers[i], middle_rows);
         find_faces(w);
+        w->any_missing = false;
+        each_vertex(t, w, brick, i, note_missing);
+        if (!w->any_missing)
+            continue;
+        fetch_more(t, low, all_rows, &have, w);
+        if (!changes)
+            find_changes(w);
+        changes = true;
+        fill_layer(w, &w->layers[i], all_rows);
+        find_covered(w);
         find_closed(w);
-        for (uint64_t left = near; left; left &= left - 1) {
-            const int bit = __builtin_ctzll(left);
-            const int at[3] = {MARGIN + sc_bit_x(bit), MARGIN + sc_bit_y(bit),
-                               MARGIN + sc_bit_z(bit)};
-            const size_t index = t->p->near_start[brick] + sc_brick_rank(near, bit);
-
-            if (w->which[bit] == i + 1)
-                sc_record_write(
-                    t->p->records, index,
-                    sc_record_fade(sc_record_read(t->p->records, index), fade_at(t, w, at)));
-        }
+        each_vertex(t, w, brick, i, write_fade);
     }
 }
 
