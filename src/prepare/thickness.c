@@ -11,7 +11,8 @@
 enum {
     UNITS_PER_VOXEL = 128,
     UNITS_MAX = UINT16_MAX,
-    COLUMNS = 32 /* lines that are processed side by side: they share cache lines */
+    COLUMNS = 64, /* lines that are processed side by side: they share cache lines */
+    TOGETHER = 8  /* voxels of lines that are copied together */
 };
 
 /* Wide enough for the cubed depths, below 2^48, of any number of voxels. Standard C has no such
@@ -24,6 +25,7 @@ typedef struct transform {
     const sc_preparation *p; /* borrowed; thickness and stats are filled */
     uint16_t *distance;      /* [size z][y][x], of the team, in units; 0 in the background */
     double step_units[3];    /* length of one voxel along each axis */
+    ptrdiff_t steps[27];     /* from a voxel to its neighbours, see is_medial */
     float flank_units[27];   /* rise to a neighbour that makes a voxel lie on a flank: is_medial */
     int axis;                /* axis of the present pass: 1 or 2 */
     float *half_inverse;     /* [longest axis + 2]: 1 / (2 i) */
@@ -156,6 +158,91 @@ static void line_pass(const transform *t, const workspace *w, const uint16_t *id
     }
 }
 
+/* Lines that lie side by side in a volume: [length] voxels of [columns] lines. */
+typedef struct lines {
+    size_t base, stride; /* index of the first voxel, and from voxel to voxel of a line */
+    size_t columns, length;
+} lines;
+
+/* Let the processor fetch the labels and distances of the lines at voxel @p i, if there is one:
+ * processors do not foresee steps as long as a plane. */
+static inline void fetch_ahead(const transform *t, const lines *l, size_t i)
+{
+    const sc_volume *v = t->p->volume;
+    const size_t at = l->base + i * l->stride;
+
+    if (i >= l->length)
+        return;
+    __builtin_prefetch(t->distance + at);
+    if (v->label_bytes == 1)
+        __builtin_prefetch((const uint8_t *)v->ids + at);
+    else
+        __builtin_prefetch((const uint16_t *)v->ids + at);
+}
+
+/* Copy the voxels from @p i on, TOGETHER of them or as many as there are, from rows of voxels that
+ * lie side by side to @p to [columns][length], in which each line is contiguous. */
+static inline void rows_to_lines(const lines *l, size_t i, uint16_t rows[TOGETHER][COLUMNS],
+                                 uint16_t *to)
+{
+    const size_t count = l->length - i < TOGETHER ? l->length - i : TOGETHER;
+
+    for (size_t x = 0; x < l->columns; x++) {
+        for (size_t k = 0; k < count; k++)
+            to[x * l->length + i + k] = rows[k][x];
+    }
+}
+
+/* Copy @p count labels that lie side by side, from @p at on, none behind them being read. */
+static inline void copy_row(const sc_volume *v, size_t at, size_t count, uint16_t *to)
+{
+    const size_t whole = count & ~(size_t)7; /* sc_copy_ids copies eight at a time */
+
+    sc_copy_ids(v, at, (int)whole, to);
+    for (size_t x = whole; x < count; x++)
+        to[x] = (uint16_t)sc_id_at(v, at + x);
+}
+
+/* Copy labels and distances of lines to a workspace. @return whether any label is not that of the
+ * background. */
+static bool fetch_lines(const transform *t, const lines *l, const workspace *w)
+{
+    uint16_t ids[TOGETHER][COLUMNS], distance[TOGETHER][COLUMNS];
+    uint32_t any = 0;
+
+    for (size_t i = 0; i < l->length; i += TOGETHER) {
+        for (size_t k = 0; k < TOGETHER && i + k < l->length; k++) {
+            const size_t at = l->base + (i + k) * l->stride;
+
+            fetch_ahead(t, l, i + k + TOGETHER);
+            copy_row(t->p->volume, at, l->columns, ids[k]);
+            memcpy(distance[k], t->distance + at, l->columns * sizeof distance[0][0]);
+            for (size_t x = 0; x < l->columns; x++)
+                any |= ids[k][x];
+        }
+        rows_to_lines(l, i, ids, w->ids);
+        rows_to_lines(l, i, distance, w->distance);
+    }
+    return any != 0;
+}
+
+/* Copy the distances of lines back from a workspace. */
+static void store_lines(const transform *t, const lines *l, const workspace *w)
+{
+    for (size_t i = 0; i < l->length; i += TOGETHER) {
+        const size_t count = l->length - i < TOGETHER ? l->length - i : TOGETHER;
+        uint16_t rows[TOGETHER][COLUMNS];
+
+        for (size_t x = 0; x < l->columns; x++) {
+            for (size_t k = 0; k < count; k++)
+                rows[k][x] = w->distance[x * l->length + i + k];
+        }
+        for (size_t k = 0; k < count; k++)
+            memcpy(t->distance + l->base + (i + k) * l->stride, rows[k],
+                   l->columns * sizeof rows[0][0]);
+    }
+}
+
 /* Second and third pass, in place in t->distance: lines along t->axis, y or z. An item of
  * [begin, end) is COLUMNS lines that are neighbours in x, or fewer at the end of a row. An
  * sc_range_fn on a transform. */
@@ -165,34 +252,21 @@ static void lines_pass(void *user, size_t begin, size_t end, int thread)
     const sc_volume *v = t->p->volume;
     const size_t nx = (size_t)v->size[0], plane = nx * (size_t)v->size[1];
     const size_t blocks = (nx + COLUMNS - 1) / COLUMNS;
-    const size_t stride = t->axis == 1 ? nx : plane;
     const workspace w =
         lay_out_workspace(t->scratch + (size_t)thread * t->scratch_bytes, v->size[t->axis]);
-    const size_t n = (size_t)w.n;
 
     for (size_t item = begin; item < end; item++) {
         const size_t across = item / blocks, x0 = item % blocks * COLUMNS;
-        const size_t base = across * (t->axis == 1 ? plane : nx) + x0;
-        const size_t columns = nx - x0 < COLUMNS ? nx - x0 : COLUMNS;
-        uint32_t any = 0;
+        const lines l = {.base = across * (t->axis == 1 ? plane : nx) + x0,
+                         .stride = t->axis == 1 ? nx : plane,
+                         .columns = nx - x0 < COLUMNS ? nx - x0 : COLUMNS,
+                         .length = (size_t)w.n};
 
-        for (size_t i = 0; i < n; i++) {
-            for (size_t x = 0; x < columns; x++) {
-                const uint32_t id = sc_id_at(v, base + i * stride + x);
-
-                any |= id;
-                w.ids[x * n + i] = (uint16_t)id;
-                w.distance[x * n + i] = t->distance[base + i * stride + x];
-            }
-        }
-        if (!any)
+        if (!fetch_lines(t, &l, &w))
             continue;
-        for (size_t x = 0; x < columns; x++)
-            line_pass(t, &w, w.ids + x * n, w.distance + x * n);
-        for (size_t i = 0; i < n; i++) {
-            for (size_t x = 0; x < columns; x++)
-                t->distance[base + i * stride + x] = w.distance[x * n + i];
-        }
+        for (size_t x = 0; x < l.columns; x++)
+            line_pass(t, &w, w.ids + x * l.length, w.distance + x * l.length);
+        store_lines(t, &l, &w);
     }
 }
 
@@ -206,23 +280,32 @@ static void lines_pass(void *user, size_t begin, size_t end, int thread)
 static const uint8_t neighbours[26] = {4,  10, 12, 14, 16, 22, 1, 3, 5, 7,  9,  11, 15,
                                        17, 19, 21, 23, 25, 0,  2, 6, 8, 18, 20, 24, 26};
 
+/* @return whether a neighbour, the voxel at @p other of the volume, makes the one at @p index lie
+ * on a flank. @param n the neighbour's number, as in flank_units. */
+static inline bool rises(const transform *t, size_t index, size_t other, int n)
+{
+    return t->distance[other] > (float)t->distance[index] + t->flank_units[n] &&
+           sc_id_at(t->p->volume, other) == sc_id_at(t->p->volume, index);
+}
+
 /* Is the voxel (x, y, z), at @p index of the volume, medial? Only neighbours of the same label
  * count. */
 static bool is_medial(const transform *t, int x, int y, int z, size_t index)
 {
     const sc_volume *v = t->p->volume;
-    const uint32_t id = sc_id_at(v, index);
-    const float depth = t->distance[index];
+    const bool inside =
+        x > 0 && y > 0 && z > 0 && x + 1 < v->size[0] && y + 1 < v->size[1] && z + 1 < v->size[2];
 
     for (int which = 0; which < 26; which++) {
         const int n = neighbours[which];
-        const int i = x + n % 3 - 1, j = y + n / 3 % 3 - 1, k = z + n / 9 - 1;
-        size_t other;
 
-        if (i < 0 || j < 0 || k < 0 || i >= v->size[0] || j >= v->size[1] || k >= v->size[2])
-            continue;
-        other = ((size_t)k * (size_t)v->size[1] + (size_t)j) * (size_t)v->size[0] + (size_t)i;
-        if (t->distance[other] > depth + t->flank_units[n] && sc_id_at(v, other) == id)
+        if (!inside) {
+            const int i = x + n % 3 - 1, j = y + n / 3 % 3 - 1, k = z + n / 9 - 1;
+
+            if (i < 0 || j < 0 || k < 0 || i >= v->size[0] || j >= v->size[1] || k >= v->size[2])
+                continue;
+        }
+        if (rises(t, index, (size_t)((ptrdiff_t)index + t->steps[n]), n))
             return false;
     }
     return true;
@@ -393,6 +476,7 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
         const int x = n % 3 - 1, y = n / 3 % 3 - 1, z = n / 9 - 1;
         const sc_vec3 step = {x * t.step_units[0], y * t.step_units[1], z * t.step_units[2]};
 
+        t.steps[n] = ((ptrdiff_t)z * p->volume->size[1] + y) * (ptrdiff_t)p->volume->size[0] + x;
         t.flank_units[n] = (float)(FLANK_SLOPE * sc_vec3_length(step));
     }
     t.scratch_bytes = (workspace_bytes(longest) + 63) / 64 * 64;
