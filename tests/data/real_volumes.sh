@@ -39,10 +39,8 @@ expect_labels real/totalsegmentator/example_seg.nii.gz 41 RAS
 
 # Label tables of other programs.
 table() { # table VOLUME TABLE KIND NAME COLOR: the table is recognised as KIND and holds NAME with this COLOR
-    "$SEGCAST" info "$DATA/real/$1" --labels "$DATA/real/$2" >stdout.txt 2>stderr.txt || fail "$2 cannot be read"
+    "$SEGCAST" info "$DATA/real/$1" --labels "$DATA/real/$2" --json >info.json 2>stderr.txt || { cat stderr.txt; fail "$2 cannot be read"; }
     grep -q "read as a.* $3 label table" stderr.txt || { cat stderr.txt; fail "$2 was not recognised as a $3 table"; }
-    grep -q "$4" stdout.txt || fail "$2: expected a label named $4"
-    "$SEGCAST" info "$DATA/real/$1" --labels "$DATA/real/$2" --json -q >info.json 2>/dev/null
     jq -e --arg name "$4" "[.labels[] | select(.name | startswith(\$name)) | .color == [$5]] | any" info.json >/dev/null ||
         fail "$2: $4 has another colour than $5: $(jq -c --arg name "$4" '[.labels[] | select(.name | startswith($name)) | .color]' info.json)"
 }
