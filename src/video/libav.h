@@ -114,7 +114,7 @@
 typedef struct sc_libav {
     size_t bytes;          /* of this structure */
     unsigned av, av_codec; /* versions of the headers of libavformat and libavcodec */
-#define SC_LIBAV_MEMBER(name) __typeof__(name) *name;
+#define SC_LIBAV_MEMBER(name) __typeof__(name) *(name);
     SC_LIBAV_FUNCTIONS(SC_LIBAV_MEMBER)
     SC_LIBAVFILTER_FUNCTIONS(SC_LIBAV_MEMBER)
 #undef SC_LIBAV_MEMBER

@@ -5,7 +5,7 @@
 const sc_libav sc_libav_functions = {.bytes = sizeof(sc_libav),
                                      .av = LIBAVFORMAT_VERSION_INT,
                                      .av_codec = LIBAVCODEC_VERSION_INT,
-#define ENTRY(name) .name = name,
+#define ENTRY(name) .name = (name),
                                      SC_LIBAV_FUNCTIONS(ENTRY) SC_LIBAVFILTER_FUNCTIONS(ENTRY)
 #undef ENTRY
 };
