@@ -431,8 +431,13 @@ void sc_label_base_color(int64_t value, uint8_t rgb[3]);
 sc_label sc_label_new(int64_t value);
 /** Find the colour that anatomists expect of a tissue, by the words of its name, in English,
  * however they are written together: "Left-Lateral-Ventricle", "heart_atrium_left", "LeftLung".
- * @param rgb sRGB; set if there is one. @return whether there is one. */
-bool sc_anatomy_color(const char *name, uint8_t rgb[3]);
+ * @param of_heart whether abbreviations of the heart are known, too, such as LA, which mean
+ *  other things elsewhere (sc_names_are_of_heart). @param rgb sRGB; set if there is one. @return
+ * whether there is one. */
+bool sc_anatomy_color(const char *name, bool of_heart, uint8_t rgb[3]);
+/** @return whether the names of @p labels [count] are abbreviations of the heart: LV and RV are
+ * among them, alone or with other words. */
+bool sc_names_are_of_heart(const sc_label *labels, int count);
 /** Which colours the tissues of a volume get. */
 typedef enum sc_appearance {
     SC_APPEARANCE_TABLE,   /**< those of the table; those that it does not colour as below */

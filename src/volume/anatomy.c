@@ -188,16 +188,45 @@ static bool rule_fits(const char *words, const char *rule)
     return true;
 }
 
-bool sc_anatomy_color(const char *name, uint8_t rgb[3])
-{
-    char words[2 * SC_NAME_BYTES + 2];
+/* Abbreviations of the heart, of which some mean other things elsewhere: LA and RA are nuclei of
+ * the amygdala in atlases of the brain. */
+static const anatomy_rule heart_rules[] = {
+    {"la|laa", {204, 96, 86}},  {"ra|raa", {92, 122, 182}}, {"ao", {198, 72, 64}},
+    {"pa|mpa", {82, 116, 176}}, {"pv|pvs", {198, 90, 78}},  {"lvm", {168, 76, 70}},
+};
 
-    split_words(name, words);
-    for (size_t i = 0; i < SC_COUNT_OF(rules); i++) {
-        if (rule_fits(words, rules[i].words)) {
-            memcpy(rgb, rules[i].rgb, sizeof rules[i].rgb);
+/* Write the colour of the first rule that fits the words of a name, of split_words. @return whether
+ * one does. */
+static bool color_by_rules(const char *words, const anatomy_rule *list, size_t count,
+                           uint8_t rgb[3])
+{
+    for (size_t i = 0; i < count; i++) {
+        if (rule_fits(words, list[i].words)) {
+            memcpy(rgb, list[i].rgb, sizeof list[i].rgb);
             return true;
         }
     }
     return false;
+}
+
+bool sc_anatomy_color(const char *name, bool of_heart, uint8_t rgb[3])
+{
+    char words[2 * SC_NAME_BYTES + 2];
+
+    split_words(name, words);
+    return color_by_rules(words, rules, SC_COUNT_OF(rules), rgb) ||
+           (of_heart && color_by_rules(words, heart_rules, SC_COUNT_OF(heart_rules), rgb));
+}
+
+bool sc_names_are_of_heart(const sc_label *labels, int count)
+{
+    char words[2 * SC_NAME_BYTES + 2];
+    bool left = false, right = false;
+
+    for (int id = 0; id < count; id++) {
+        split_words(labels[id].name, words);
+        left |= rule_fits(words, "lv");
+        right |= rule_fits(words, "rv");
+    }
+    return left && right;
 }

@@ -92,6 +92,7 @@ typedef struct fitness {
 /* The assignment in work. Its arrays belong to sc_volume_color. */
 typedef struct coloring {
     const sc_volume *volume;
+    bool of_heart;           /* sc_names_are_of_heart */
     const uint64_t *contact; /* of sc_count_contacts */
     const uint32_t *near;    /* of sc_count_near */
     double *total_contact;   /* [label_count]: of each label with all others */
@@ -235,7 +236,7 @@ static void color_label(coloring *c, int id, bool known)
 {
     uint8_t base[3];
     const bool has_base = c->appearance != SC_APPEARANCE_DISTINCT &&
-                          sc_anatomy_color(c->volume->labels[id].name, base);
+                          sc_anatomy_color(c->volume->labels[id].name, c->of_heart, base);
 
     if (c->colored[id] || has_base != known)
         return;
@@ -264,7 +265,7 @@ static void color_all(coloring *c, int cover)
         memcpy(labels[cover].rgb, cover_color, 3);
     for (int id = 1; id < count; id++) {
         const bool is_pale = id == cover && (c->appearance == SC_APPEARANCE_DISTINCT ||
-                                             !sc_anatomy_color(labels[id].name, base));
+                                             !sc_anatomy_color(labels[id].name, c->of_heart, base));
 
         if (labels[id].has_color || is_pale)
             settle(c, id);
@@ -275,21 +276,23 @@ static void color_all(coloring *c, int cover)
     }
 }
 
-/* @return whether a label keeps the colour that a table gives it. */
-static bool keeps_color(const sc_label *label, sc_appearance appearance)
+/* @return whether a label keeps the colour that a table gives it. @param of_heart as of
+ * sc_anatomy_color. */
+static bool keeps_color(const sc_label *label, sc_appearance appearance, bool of_heart)
 {
     uint8_t rgb[3];
 
     return label->has_color && appearance != SC_APPEARANCE_DISTINCT &&
-           !(appearance == SC_APPEARANCE_ANATOMY && sc_anatomy_color(label->name, rgb));
+           !(appearance == SC_APPEARANCE_ANATOMY && sc_anatomy_color(label->name, of_heart, rgb));
 }
 
 bool sc_volume_lacks_colors(const sc_volume *volume, sc_appearance appearance)
 {
+    const bool of_heart = sc_names_are_of_heart(volume->labels, volume->label_count);
     bool lacks = false;
 
     for (int id = 1; id < volume->label_count; id++)
-        lacks = lacks || !keeps_color(&volume->labels[id], appearance);
+        lacks = lacks || !keeps_color(&volume->labels[id], appearance, of_heart);
     return lacks && volume->label_count <= SC_COLORED_LABELS_MAX;
 }
 
@@ -297,7 +300,9 @@ sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, sc_ap
                           int threads)
 {
     const size_t count = (size_t)volume->label_count;
-    coloring c = {.volume = volume, .appearance = appearance};
+    coloring c = {.volume = volume,
+                  .of_heart = sc_names_are_of_heart(volume->labels, volume->label_count),
+                  .appearance = appearance};
     void *fitnesses = NULL, *colored = NULL, *totals = NULL;
     uint64_t *contact = NULL;
     uint32_t *near = NULL;
@@ -316,7 +321,7 @@ sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, sc_ap
     c.contact = contact;
     c.near = near;
     for (int id = 1; id < volume->label_count; id++)
-        volume->labels[id].has_color = keeps_color(&volume->labels[id], appearance);
+        volume->labels[id].has_color = keeps_color(&volume->labels[id], appearance, c.of_heart);
     color_all(&c, cover);
 out:
     sc_free(near);

@@ -495,21 +495,45 @@ static void names_have_the_colours_of_anatomy(void **state)
 
     (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(same); i++) {
-        if (!sc_anatomy_color(same[i][0], one) || !sc_anatomy_color(same[i][1], other) ||
-            memcmp(one, other, 3) != 0)
+        if (!sc_anatomy_color(same[i][0], false, one) ||
+            !sc_anatomy_color(same[i][1], false, other) || memcmp(one, other, 3) != 0)
             fail_msg("\"%s\" and \"%s\" have no colour, or not the same", same[i][0], same[i][1]);
     }
     for (size_t i = 0; i < SC_COUNT_OF(unknown); i++) {
-        if (sc_anatomy_color(unknown[i], one))
+        if (sc_anatomy_color(unknown[i], false, one))
             fail_msg("\"%s\" has a colour", unknown[i]);
     }
-    assert_true(sc_anatomy_color("pulmonary_vein", one) && one[0] > one[2] + 60);
-    assert_true(sc_anatomy_color("pulmonary_artery", one) && one[2] > one[0] + 60);
-    assert_true(sc_anatomy_color("Left Atrium", one) && one[0] > one[2] + 60);
-    assert_true(sc_anatomy_color("Auricular appendage, Left", one) && one[0] > one[2] + 60);
-    assert_true(sc_anatomy_color("Carpus", one) && sc_anatomy_color("Tibia", other));
+    assert_true(sc_anatomy_color("pulmonary_vein", false, one) && one[0] > one[2] + 60);
+    assert_true(sc_anatomy_color("pulmonary_artery", false, one) && one[2] > one[0] + 60);
+    assert_true(sc_anatomy_color("Left Atrium", false, one) && one[0] > one[2] + 60);
+    assert_true(sc_anatomy_color("Auricular appendage, Left", false, one) && one[0] > one[2] + 60);
+    assert_true(sc_anatomy_color("Carpus", false, one) && sc_anatomy_color("Tibia", false, other));
     assert_memory_equal(one, other, 3);
-    assert_true(sc_anatomy_color("right_atrium", one) && one[2] > one[0] + 60);
+    assert_true(sc_anatomy_color("right_atrium", false, one) && one[2] > one[0] + 60);
+}
+
+/* LA is the left atrium where there are LV and RV, and a nucleus of the amygdala elsewhere. */
+static void abbreviations_are_of_the_heart_among_its_chambers(void **state)
+{
+    static const char *const same[][2] = {{"LA", "Left atrium"},    {"RA", "right_atrium"},
+                                          {"Ao", "aorta"},          {"PA", "pulmonary artery"},
+                                          {"PV", "pulmonary_vein"}, {"LV", "Left ventricle"},
+                                          {"LVM", "myocardium"},    {"RV", "right ventricle"}};
+    sc_label labels[3] = {sc_label_new(0), sc_label_new(1), sc_label_new(2)};
+    uint8_t one[3], other[3];
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(same); i++) {
+        assert_true(sc_anatomy_color(same[i][0], true, one));
+        assert_true(sc_anatomy_color(same[i][1], true, other));
+        assert_memory_equal(one, other, 3);
+    }
+    assert_false(sc_anatomy_color("LA", false, one));
+    assert_false(sc_names_are_of_heart(labels, 3));
+    snprintf(labels[1].name, sizeof labels[1].name, "LV");
+    assert_false(sc_names_are_of_heart(labels, 3));
+    snprintf(labels[2].name, sizeof labels[2].name, "rv blood");
+    assert_true(sc_names_are_of_heart(labels, 3));
 }
 
 /* A name of the greatest length, each second letter large, is read within its room. */
@@ -522,7 +546,7 @@ static void a_long_name_is_read_within_its_room(void **state)
     for (int i = 0; i < SC_NAME_BYTES - 1; i++)
         name[i] = i % 2 ? 'B' : 'a';
     name[SC_NAME_BYTES - 1] = '\0';
-    assert_false(sc_anatomy_color(name, rgb));
+    assert_false(sc_anatomy_color(name, false, rgb));
 }
 
 /* Layers of two voxels along z. */
@@ -546,7 +570,7 @@ static void neighbours_of_one_kind_have_shades(void **state)
     (void)state;
     for (int id = 1; id <= COUNT; id++)
         snprintf(v.labels[id].name, SC_NAME_BYTES, "vertebrae_L%d", id);
-    assert_true(sc_anatomy_color("vertebrae_L1", base));
+    assert_true(sc_anatomy_color("vertebrae_L1", false, base));
     assert_ok(sc_volume_color(&quiet, &v, 0, SC_APPEARANCE_TABLE, 2));
     for (int id = 1; id <= COUNT; id++) {
         const sc_seen_color seen = sc_see_color(v.labels[id].rgb),
@@ -568,7 +592,7 @@ static void appearance_decides_between_table_and_anatomy(void **state)
     uint8_t liver[3], distinct[3];
 
     (void)state;
-    assert_true(sc_anatomy_color("liver", liver));
+    assert_true(sc_anatomy_color("liver", false, liver));
     snprintf(v.labels[1].name, SC_NAME_BYTES, "liver");
     snprintf(v.labels[2].name, SC_NAME_BYTES, "something");
     for (int id = 1; id <= 2; id++) {
@@ -619,6 +643,7 @@ int main(void)
         cmocka_unit_test(labels_that_are_near_differ),
         cmocka_unit_test(what_encloses_all_is_pale),
         cmocka_unit_test(names_have_the_colours_of_anatomy),
+        cmocka_unit_test(abbreviations_are_of_the_heart_among_its_chambers),
         cmocka_unit_test(a_long_name_is_read_within_its_room),
         cmocka_unit_test(neighbours_of_one_kind_have_shades),
         cmocka_unit_test(appearance_decides_between_table_and_anatomy),
