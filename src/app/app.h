@@ -159,7 +159,7 @@ typedef struct sc_watched_file {
 } sc_watched_file;
 
 typedef struct sc_film sc_film;       /* see film.c */
-typedef struct sc_compare sc_compare; /* see compare.c */
+typedef struct sc_compare sc_compare; /* see compare.h */
 typedef struct sc_phases sc_phases;   /* see phases.c */
 
 /* Of a tissue of several subjects that are compared: the first of them that has voxels of it, or
@@ -567,7 +567,7 @@ void sc_take_looks(sc_session *session);
  * itself, unless it is a subject; NULL behind the last. */
 const sc_session *sc_framed_with(const sc_session *session, int i);
 
-/* ---- compare.c: several volumes in one picture ---- */
+/* ---- compare.c, compare_draw.c: several volumes in one picture ---- */
 
 /* Begin the comparison of session->job, if it has one, when its own volume is there: load the
  * volumes of the other subjects. */

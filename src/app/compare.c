@@ -9,19 +9,6 @@
 #include <stdio.h>
 #include <string.h>
 
-struct sc_compare {
-    int count;                         /* of subjects */
-    sc_session *parts;                 /* [part_count(count)], owned: subjects, then what is written
-                                          below each, then what is written over all */
-    sc_joined joined[SC_SUBJECTS_MAX]; /* of the subjects */
-    sc_label_stats *stats;             /* of all tissues, for what is written over all; owned */
-    sc_caption captions[SC_SUBJECTS_MAX]; /* the names of the subjects */
-    sc_overlay_tissue *tissues[2];        /* by sc_tissue_use: those of the job; owned */
-    size_t tissue_counts[2];
-    int *divider_px; /* [frames], of a picture with a divider: where it stands; owned */
-    sc_image other;  /* the second subject, beside a divider; empty until it is needed */
-};
-
 /* @return how many sessions there are for @p count subjects. */
 static int part_count(int count)
 {
@@ -38,18 +25,6 @@ sc_session *sc_compare_part(const sc_session *session, int i)
 const char *sc_compare_name(const sc_session *session, int i)
 {
     return session->compare->captions[i].text;
-}
-
-/* @return the session that writes below the picture of subject @p i. */
-static sc_session *plate_of(const sc_compare *c, int i)
-{
-    return &c->parts[c->count + i];
-}
-
-/* @return the session that writes over the whole picture. */
-static sc_session *front_of(const sc_compare *c)
-{
-    return &c->parts[2 * c->count];
 }
 
 /* ---- making it ---- */
@@ -119,7 +94,7 @@ static void begin_subject(const sc_session *session, const sc_compare *c, int s,
                         .subjects = c->parts,
                         .subject_count = c->count,
                         .subject = s,
-                        .front = front_of(c),
+                        .front = sc_compare_front(c),
                         .panel = panel,
                         .times = {.threads = session->times.threads}};
     strip(&out->job);
@@ -191,9 +166,9 @@ static sc_status new_compare(const sc_ctx *ctx, sc_session *session)
     sc_place_subjects(job, c->captions, job->output.size_px, &places);
     for (int s = 0; s < count; s++) {
         begin_subject(session, c, s, places.panels[s], &c->parts[s]);
-        begin_plate(session, c, s, &places, plate_of(c, s));
+        begin_plate(session, c, s, &places, sc_compare_plate(c, s));
     }
-    begin_front(session, c, places.panels[0], places.below_px, front_of(c));
+    begin_front(session, c, places.panels[0], places.below_px, sc_compare_front(c));
     c->parts[0].mapped = session->mapped;
     c->parts[0].mapped_bytes = session->mapped_bytes;
     c->parts[0].volume = session->volume;
@@ -387,7 +362,7 @@ static sc_status fill_front(const sc_ctx *ctx, sc_compare *c)
 {
     const sc_session *first = &c->parts[0];
     const int labels = first->volume.label_count, own = labels - c->joined[0].added;
-    sc_session *front = front_of(c);
+    sc_session *front = sc_compare_front(c);
     void *block;
     const sc_status status = sc_alloc(ctx, (size_t)labels, sizeof *c->stats, &block);
 
@@ -451,7 +426,7 @@ sc_status sc_compare_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
     if (session->job.compare.has_divider)
         SC_TRY(sc_comm_agree(app->comm, place_divider(app->ctx, &session->job, c)));
     /* First what is written over all: the names of the subjects leave room for it. */
-    SC_TRY(sc_session_letter(app, front_of(c)));
+    SC_TRY(sc_session_letter(app, sc_compare_front(c)));
     for (int i = 0; i < part_count(c->count) - 1; i++)
         SC_TRY(sc_session_letter(app, &c->parts[i]));
 out:
@@ -503,150 +478,6 @@ out:
     return status;
 }
 
-/* ---- drawing ---- */
-
-/* Draw @p columns, NULL: all, of subject @p s with its names, and add what that took to @p stats.
- */
-static sc_status draw_subject(const sc_app *app, const sc_compare *c, int s, int k,
-                              const sc_columns_px *columns, const sc_rows *rows, sc_image *image,
-                              sc_render_stats *stats)
-{
-    const sc_session *subject = &c->parts[s], *plate = plate_of(c, s);
-    const sc_annotations names = sc_session_annotations_at(subject, k);
-    const sc_annotations name = sc_session_annotations_at(plate, k);
-    const sc_scene scene = sc_shot_scene(subject, k);
-    sc_render_stats more;
-    sc_status status;
-
-    sc_render_columns(subject->renderer, &scene, &subject->panel, columns, rows, image, &more);
-    sc_render_stats_add(stats, &more);
-    SC_TRY(sc_annotations_draw(app->ctx, &names, k, &scene, image, rows));
-    status = sc_annotations_draw(app->ctx, &name, k, &scene, image, rows);
-out:
-    return status;
-}
-
-/* Copy the columns from @p first on of @p rows of a picture. */
-static void copy_columns(const sc_image *from, int first, const sc_rows *rows, sc_image *to)
-{
-    const size_t bytes = sc_pixel_bytes(to->alpha), width = (size_t)to->width_px;
-
-    for (int y = rows->first; y < rows->end && first < to->width_px; y++) {
-        const size_t at = ((size_t)y * width + (size_t)first) * bytes;
-
-        memcpy(to->rgb + at, from->rgb + at, (width - (size_t)first) * bytes);
-    }
-}
-
-/* Draw the line of the divider at column @p x in frame @p k, as long as the pictures are high. */
-static void draw_line(const sc_session *front, int k, int x, const sc_rows *rows, sc_image *image)
-{
-    const sc_annotations a = sc_session_annotations_at(front, k);
-    const int width = image->height_px / 360 > 1 ? image->height_px / 360 : 1;
-    const int halo = width / 2 > 1 ? width / 2 : 1, height = front->panel.height_px;
-    const uint8_t level = (uint8_t)(255 + a.dark_text * (24 - 255) + 0.5);
-    const uint8_t halo_level = (uint8_t)(24 + 255 - level);
-    const uint8_t rgb[3] = {level, level, level};
-    const uint8_t halo_rgb[3] = {halo_level, halo_level, halo_level};
-
-    sc_overlay_fill(image, &(sc_viewport){x - width / 2 - halo, 0, width + 2 * halo, height},
-                    halo_rgb, 217, rows);
-    sc_overlay_fill(image, &(sc_viewport){x - width / 2, 0, width, height}, rgb, 255, rows);
-}
-
-/* Draw both subjects beside a divider. */
-static sc_status draw_divided(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
-                              sc_image *image, sc_render_stats *stats)
-{
-    sc_compare *c = session->compare;
-    const int x = sc_divider_px(&session->job, k, image->width_px);
-    const sc_columns_px left = {0, x}, right = {x, image->width_px};
-    sc_status status = SC_OK;
-
-    if (x > 0)
-        SC_TRY(draw_subject(app, c, 0, k, &left, rows, image, stats));
-    if (x < image->width_px) {
-        if (!c->other.rgb)
-            SC_TRY(sc_image_init_alpha(app->ctx, image->width_px, image->height_px, image->alpha,
-                                       &c->other));
-        sc_draw_background(&c->parts[1].job, k, rows, &c->other);
-        SC_TRY(draw_subject(app, c, 1, k, &right, rows, &c->other, stats));
-        copy_columns(&c->other, x, rows, image);
-    }
-    if (x > 0 && x < image->width_px)
-        draw_line(front_of(c), k, x, rows, image);
-out:
-    return status;
-}
-
-sc_status sc_compare_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
-                          sc_image *image, sc_render_stats *stats)
-{
-    const sc_compare *c = session->compare;
-    const sc_annotations over = sc_session_annotations_at(front_of(c), k);
-    const sc_scene scene = sc_shot_scene(&c->parts[0], k);
-    const int first = rows && rows->first > 0 ? rows->first : 0;
-    const sc_rows part = {first,
-                          rows && rows->end < image->height_px ? rows->end : image->height_px};
-    sc_status status = SC_OK;
-
-    *stats = (sc_render_stats){0};
-    sc_draw_background(&c->parts[0].job, k, &part, image);
-    if (session->job.compare.has_divider)
-        SC_TRY(draw_divided(app, session, k, &part, image, stats));
-    for (int s = 0; s < c->count && !session->job.compare.has_divider; s++)
-        SC_TRY(draw_subject(app, c, s, k, NULL, &part, image, stats));
-    status = sc_annotations_draw(app->ctx, &over, k, &scene, image, &part);
-out:
-    return status;
-}
-
-/* Count the work of the pixels of one subject between two columns of a picture. @param room for the
- * pixels of its @p panel. */
-static void count_subject(const sc_session *subject, int k, const sc_viewport *panel,
-                          const sc_columns_px *columns, int width_px, sc_march_counters *room,
-                          sc_march_counters *out, sc_render_stats *stats)
-{
-    const sc_scene scene = sc_shot_scene(subject, k);
-    sc_render_stats more;
-
-    sc_render_counts(subject->renderer, &scene, panel->width_px, panel->height_px, room, &more);
-    sc_render_stats_add(stats, &more);
-    for (int y = 0; y < panel->height_px; y++) {
-        for (int x = 0; x < panel->width_px; x++) {
-            const int column = panel->x_px + x;
-
-            if (column >= columns->first && column < columns->end)
-                out[(size_t)(panel->y_px + y) * (size_t)width_px + (size_t)column] =
-                    room[(size_t)y * (size_t)panel->width_px + (size_t)x];
-        }
-    }
-}
-
-void sc_compare_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
-                       sc_render_stats *stats)
-{
-    const sc_ctx silent = {.rank = 0};
-    const size_t pixels = (size_t)size_px[0] * (size_t)size_px[1];
-    const int x = sc_divider_px(&session->job, k, size_px[0]);
-    sc_places places;
-    void *room = NULL;
-
-    *stats = (sc_render_stats){0};
-    memset(out, 0, pixels * sizeof *out);
-    sc_place_subjects(&session->job, session->compare->captions, size_px, &places);
-    if (sc_alloc(&silent, pixels, sizeof *out, &room) != SC_OK)
-        return; /* a picture of the work without any */
-    for (int s = 0; s < session->compare->count; s++) {
-        const bool divided = session->job.compare.has_divider;
-        const sc_columns_px columns = {divided && s ? x : 0, divided && !s ? x : size_px[0]};
-
-        count_subject(&session->compare->parts[s], k, &places.panels[s], &columns, size_px[0], room,
-                      out, stats);
-    }
-    sc_free(room);
-}
-
 /* ---- what is told of it ---- */
 
 uint64_t sc_session_volume_hash(const sc_session *session)
@@ -690,7 +521,7 @@ void sc_compare_free(sc_session *session)
     if (!c)
         return;
     if (c->parts && c->count)
-        front_of(c)->tissues = NULL; /* they are the first subject's */
+        sc_compare_front(c)->tissues = NULL; /* they are the first subject's */
     for (int i = 0; c->parts && i < part_count(c->count); i++)
         sc_shot_clear(&c->parts[i]);
     for (int s = 1; s < c->count; s++)

@@ -11,6 +11,32 @@ typedef struct sc_joined {
     int added;      /* tissues that only others have */
 } sc_joined;
 
+/* What a session has where several volumes are compared. */
+struct sc_compare {
+    int count;                         /* of subjects */
+    sc_session *parts;                 /* [part_count(count)], owned: subjects, then what is written
+                                          below each, then what is written over all */
+    sc_joined joined[SC_SUBJECTS_MAX]; /* of the subjects */
+    sc_label_stats *stats;             /* of all tissues, for what is written over all; owned */
+    sc_caption captions[SC_SUBJECTS_MAX]; /* the names of the subjects */
+    sc_overlay_tissue *tissues[2];        /* by sc_tissue_use: those of the job; owned */
+    size_t tissue_counts[2];
+    int *divider_px; /* [frames], of a picture with a divider: where it stands; owned */
+    sc_image other;  /* the second subject, beside a divider; empty until it is needed */
+};
+
+/* @return the session that writes below the picture of subject @p i. */
+static inline sc_session *sc_compare_plate(const sc_compare *c, int i)
+{
+    return &c->parts[c->count + i];
+}
+
+/* @return the session that writes over the whole picture. */
+static inline sc_session *sc_compare_front(const sc_compare *c)
+{
+    return &c->parts[2 * c->count];
+}
+
 /* ---- compare_labels.c ---- */
 
 /* Give the view of each subject's volume the labels that only others have, without voxels, behind
