@@ -143,8 +143,8 @@ if(NOT SC_WITH_HDF5 STREQUAL "OFF")
     message(WARNING "libhdf5 1.10 or newer, built without MPI, is not here (Debian: libhdf5-dev): volumes in HDF5 will not be read")
   endif()
 endif()
-add_library(Hdf::answers INTERFACE IMPORTED) # for those who start that program
-target_compile_definitions(Hdf::answers INTERFACE SC_HAVE_HDF5=${SC_HAVE_HDF5})
+add_library(segcast_hdf5_answers INTERFACE) # for those who start that program
+target_compile_definitions(segcast_hdf5_answers INTERFACE SC_HAVE_HDF5=${SC_HAVE_HDF5})
 # Where programs and modules are installed that segcast starts or loads; src/base knows it.
 set(SC_PROGRAMS_DIR ${CMAKE_INSTALL_LIBEXECDIR}/segcast)
 

@@ -12,9 +12,13 @@
 const sc_libav *sc_av;
 
 enum { PATH_BYTES = 4096, REASON_BYTES = 1024 };
-static pthread_once_t once = PTHREAD_ONCE_INIT;
-static char reason[REASON_BYTES]; /* why libav could not be loaded */
-static bool no_memory;
+/* How loading went. Libraries are loaded for a process, not for a part of it, so that this and
+ * sc_av are its own, too; nothing of it changes once they are. */
+static struct {
+    pthread_once_t once;
+    char reason[REASON_BYTES]; /* why libav could not be loaded */
+    bool no_memory;
+} loading = {.once = PTHREAD_ONCE_INIT, .reason = "", .no_memory = false};
 
 /* Load segcast-libav.so. @return its table, or NULL, and the reason is set. */
 static const sc_libav *load_file(void)
@@ -27,12 +31,12 @@ static const sc_libav *load_file(void)
     sc_program_find(SC_LIBAV_FILE, path, sizeof path);
     errno = 0;
     file = dlopen(path, RTLD_LAZY | RTLD_LOCAL); /* stays loaded to the end of the process */
-    no_memory = !file && errno == ENOMEM;
+    loading.no_memory = !file && errno == ENOMEM;
     if (file)
         functions = dlsym(file, SC_LIBAV_SYMBOL);
     if (!functions) {
         error = dlerror();
-        snprintf(reason, sizeof reason, "%s", error ? error : "unknown reason");
+        snprintf(loading.reason, sizeof loading.reason, "%s", error ? error : "unknown reason");
     }
     return functions;
 }
@@ -46,7 +50,8 @@ static void load(void)
     if (functions &&
         (functions->bytes != sizeof *functions || functions->av != LIBAVFORMAT_VERSION_INT ||
          functions->av_codec != LIBAVCODEC_VERSION_INT)) {
-        snprintf(reason, sizeof reason, "%s belongs to another build of segcast", SC_LIBAV_FILE);
+        snprintf(loading.reason, sizeof loading.reason, "%s belongs to another build of segcast",
+                 SC_LIBAV_FILE);
         functions = NULL;
     }
     sc_av = functions;
@@ -56,18 +61,18 @@ static void load(void)
 
 bool sc_libav_is_here(void)
 {
-    return pthread_once(&once, load) == 0 && sc_av;
+    return pthread_once(&loading.once, load) == 0 && sc_av;
 }
 
 sc_status sc_libav_load(const sc_ctx *ctx, const char *path)
 {
     if (sc_libav_is_here())
         return SC_OK;
-    if (no_memory)
+    if (loading.no_memory)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
     return sc_fail(
         ctx, SC_ERR_CREATE,
         "%s: %s, by which segcast writes and reads videos, cannot be loaded: %s; install "
         "segcast anew, or choose video: none with frames: png",
-        path, SC_LIBAV_FILE, reason);
+        path, SC_LIBAV_FILE, loading.reason);
 }

@@ -64,13 +64,15 @@ if [ "$kind" = alloc ]; then
         library="cairo jumps back into a function that has ended" ;;
     134*) grep -q '^Assertion .* at src/libavcodec/options.c' stderr.txt &&
         library="libavcodec ends the process (av_assert0 in avcodec_alloc_context3)" ;;
+    127*) grep -q '^cannot allocate memory for thread-local data: ABORT' stderr.txt &&
+        library="the C library ends the process (a thread gets room for the data of libraries loaded since it began)" ;;
     # segcast makes sure that there is memory before; one call that fails in between is beyond its reach.
     124*libfontconfig:FcDirCacheLoad*) library="fontconfig waits for a lock that it has kept (FcCacheInsert)" ;;
     139*libx264:x264_encoder_* | 139*libteem:* | 139*libfontconfig:* | 139*libcairo:*) library="the library uses memory that it did not get" ;;
     esac
 fi
 case $code in
-134 | 139) [ -n "$library" ] || ended WRONG "it crashes: $(grep -v '^$' stderr.txt | head -n 1)" ;;
+127 | 134 | 139) [ -n "$library" ] || ended WRONG "it crashes: $(grep -v '^$' stderr.txt | head -n 1)" ;;
 0)
     same_output || ended WRONG "exit code 0, but $why"
     [ "$errors" = 0 ] || ended WRONG "exit code 0 with an error message"
