@@ -686,9 +686,9 @@ void sc_warn_of_outputs(const sc_app *app, const sc_job *job);
 void sc_warn_of_planes(const sc_app *app, const sc_session *session);
 /* Warn if the zoom of session->timeline moves some of @p points out of the picture, which would be
  * in it without the zoom. @param aspect width of the picture divided by its height. Not collective.
- */
-void sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect,
-                     const sc_vec3 *points, size_t count);
+ * @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect,
+                                      const sc_vec3 *points, size_t count);
 /* Log a table of ranks, hosts, threads, cores and memory, and a warning where threads have to share
  * cores, with the options of mpirun and srun that help. Collective. */
 sc_status sc_report_placement(sc_app *app);

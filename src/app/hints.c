@@ -156,8 +156,8 @@ static void tell_zoom(const sc_app *app, const shown_points *shown, int k, doubl
                 where, colon, zoom, frame, time_s, about, floor(100 * zoom / reach) / 100);
 }
 
-void sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect,
-                     const sc_vec3 *points, size_t count)
+sc_status sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect,
+                          const sc_vec3 *points, size_t count)
 {
     enum { FRAMES = 24, POINTS = 20000 }; /* at how many to look; all frames and points are alike */
     static const double rim = 1.005;      /* a reach of less is within the rim of a tissue */
@@ -174,10 +174,12 @@ void sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect
     double worst = rim;
     void *copy = NULL;
     int at = -1;
+    sc_status status;
 
-    if (shows_part(t) || make_room(app->ctx, &shown) != SC_OK ||
-        sc_alloc(app->ctx, 1, sizeof *plain, &copy) != SC_OK)
-        goto out;
+    if (shows_part(t))
+        return SC_OK;
+    SC_TRY(make_room(app->ctx, &shown));
+    SC_TRY(sc_alloc(app->ctx, 1, sizeof *plain, &copy));
     plain = copy;
     *plain = *t;
     take_zooms_out(plain);
@@ -197,6 +199,7 @@ void sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect
 out:
     sc_free(shown.moved);
     sc_free(copy);
+    return status;
 }
 
 /* ---- warnings of clip planes that cut nothing or everything ---- */

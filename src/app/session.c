@@ -508,10 +508,12 @@ sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
     session->timeline.tissues = session->tissues;
     session->timeline.tissue_tracks = session->job.tissue_tracks;
     SC_TRY(share_ways(app, session));
-    if (count > 0 && first) {
+    if (count > 0 && first)
         sc_warn_of_planes(app, session);
-        sc_warn_of_zoom(app, session, sc_session_aspect(session), points, count);
-    }
+    status = sc_comm_agree(
+        app->comm, count > 0 && first
+                       ? sc_warn_of_zoom(app, session, sc_session_aspect(session), points, count)
+                       : SC_OK);
 out:
     sc_free(framed);
     sc_moves_clear(&moves);
