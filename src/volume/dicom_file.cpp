@@ -87,11 +87,24 @@ bool number_at(DcmElement *element, unsigned long i, double *out)
     }
 }
 
-/* DCMTK keeps quiet, and can unpack RLE. What was done already is not done again. */
+/* DCMTK can unpack RLE as long as this lives. DCMTK itself does not free what it has registered. */
+struct RleDecoder {
+    RleDecoder()
+    {
+        DcmRLEDecoderRegistration::registerCodecs();
+    }
+    ~RleDecoder()
+    {
+        DcmRLEDecoderRegistration::cleanup();
+    }
+};
+
+/* DCMTK keeps quiet, and can unpack RLE until the program ends. */
 void prepare_library()
 {
+    static const RleDecoder rle_decoder;
+
     OFLog::configure(OFLogger::OFF_LOG_LEVEL);
-    DcmRLEDecoderRegistration::registerCodecs();
 }
 
 sc_dicom_result result_of(const OFCondition &condition)
