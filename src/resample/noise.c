@@ -10,17 +10,12 @@
  * move curved borders inward. Over how wide a ball a border is flat tells the gradient of the
  * membership smoothed by a Gaussian: over a flat border it has its largest value, over a bend, a
  * sheet or a tube it is smaller. */
-#include "internal.h"
+#include "borders.h"
 #include "rows.h"
 
-#include <string.h>
-
 enum {
-    GAUSSIANS = 4,       /* that the filter is the sum of */
-    SCALES = 2,          /* widths of the ball: wide, narrow */
-    MOST_LABELS = 32,    /* of a block; where more meet nothing is flat, and it is left alone */
-    SAMPLE_BLOCKS = 512, /* with borders, that are looked at to measure noise */
-    LOOKED_AT = 1 << 14, /* blocks among which these are looked for */
+    GAUSSIANS = 4, /* that the filter is the sum of */
+    SCALES = 2,    /* widths of the ball: wide, narrow */
     BLOCK_VOXELS = ROW_BLOCK * ROW_BLOCK * ROW_BLOCK
 };
 
@@ -42,38 +37,26 @@ typedef struct scale {
     float flat[3]; /* what the gradient along each axis is multiplied with to be 1 over a plane */
 } scale;
 
-/* A voxel that has a neighbour with another label by one of its faces. */
-typedef struct candidate {
-    uint8_t at[3];     /* in its block */
-    uint8_t own;       /* entry of the label it carries */
-    uint8_t others[6]; /* entries of its neighbours */
-    uint8_t best[SCALES];
+/* What is measured at a voxel. */
+typedef struct measures {
+    uint8_t best[SCALES]; /* entry of the strongest other label */
     float own_share[SCALES], best_share[SCALES];
     float gradient[SCALES][2]; /* lengths of those of own and best */
-} candidate;
+} measures;
 
-/* A block of voxels at work. */
-typedef struct block {
-    size_t low[3];
+/* What a thread works with. */
+typedef struct noise_block {
     uint16_t ids[ROW_WINDOW * ROW_COUNT]; /* [z][y][x] of the window, edges repeated outside */
     uint32_t window[ROW_COUNT];           /* bits of one label */
-    uint16_t labels[MOST_LABELS];
-    int label_count;
-    candidate candidates[BLOCK_VOXELS];
-    int candidate_count;
-} block;
+    measures measured[BLOCK_VOXELS];      /* of the voxels of a block */
+} noise_block;
 
-/* What the threads share. The arrays are owned, but for has_border. */
-typedef struct noise_work {
+/* The filters, and what the threads work with. The array is owned. */
+typedef struct noise {
     const drawn_view *view;
     scale scales[SCALES];
-    size_t blocks[3];      /* along each axis */
-    block *scratch;        /* [threads] */
-    size_t *sample;        /* blocks to measure, or NULL */
-    uint8_t *has_border;   /* of the team: of blocks that are looked at for the sample */
-    uint64_t (*counts)[2]; /* [threads]: candidates, and those to change */
-    void *out;             /* ids of the result, or NULL */
-} noise_work;
+    noise_block *scratch; /* [threads] */
+} noise;
 
 /* ---- filters ---- */
 
@@ -147,110 +130,30 @@ out:
     return status;
 }
 
-/* ---- blocks ---- */
+/* ---- windows ---- */
 
-/* Set the first voxel of a block. */
-static void place_block(const noise_work *w, size_t n, block *b)
+/* Fill the window around a block. */
+static void fetch_ids(const drawn_view *view, const size_t low[3], noise_block *b)
 {
-    b->low[0] = n % w->blocks[0] * ROW_BLOCK;
-    b->low[1] = n / w->blocks[0] % w->blocks[1] * ROW_BLOCK;
-    b->low[2] = n / w->blocks[0] / w->blocks[1] * ROW_BLOCK;
-}
-
-/* @return what plane @p at along an axis adds to a voxel's index; the next plane's within. */
-static inline size_t offset_of(const drawn_view *view, int axis, ptrdiff_t at)
-{
-    const ptrdiff_t last = view->size[axis] - 1;
-
-    return view->offset[axis][at < 0 ? 0 : at > last ? last : at];
-}
-
-/* Fill a part of the window: the voxels that lie at most @p reach outside of the block. */
-static void fetch_ids(const drawn_view *view, block *b, int reach)
-{
-    const int begin = ROW_REACH - reach, end = ROW_REACH + ROW_BLOCK + reach;
+    uint16_t *to = b->ids;
     size_t along_x[ROW_WINDOW];
 
-    for (int x = begin; x < end; x++)
-        along_x[x] = offset_of(view, 0, (ptrdiff_t)b->low[0] + x - ROW_REACH);
-    for (int z = begin; z < end; z++) {
-        const size_t slice = offset_of(view, 2, (ptrdiff_t)b->low[2] + z - ROW_REACH);
+    for (int x = 0; x < ROW_WINDOW; x++)
+        along_x[x] = border_offset(view, 0, (ptrdiff_t)low[0] + x - ROW_REACH);
+    for (int z = 0; z < ROW_WINDOW; z++) {
+        const size_t slice = border_offset(view, 2, (ptrdiff_t)low[2] + z - ROW_REACH);
 
-        for (int y = begin; y < end; y++) {
-            const size_t row = slice + offset_of(view, 1, (ptrdiff_t)b->low[1] + y - ROW_REACH);
-            uint16_t *to = b->ids + (z * ROW_WINDOW + y) * ROW_WINDOW;
+        for (int y = 0; y < ROW_WINDOW; y++) {
+            const size_t row = slice + border_offset(view, 1, (ptrdiff_t)low[1] + y - ROW_REACH);
 
-            for (int x = begin; x < end; x++)
-                to[x] = (uint16_t)id_of_voxel(view->v, row + along_x[x]);
-        }
-    }
-}
-
-/* @return the entry of a label of the block, which is added if it is new; MOST_LABELS: no room. */
-static int entry_of(block *b, uint16_t label)
-{
-    int i = 0;
-
-    while (i < b->label_count && b->labels[i] != label)
-        i++;
-    if (i == b->label_count && i < MOST_LABELS)
-        b->labels[b->label_count++] = label;
-    return i;
-}
-
-/* @return the id of the voxel of the window. */
-static inline const uint16_t *id_in_window(const block *b, int x, int y, int z)
-{
-    return b->ids + ((z + ROW_REACH) * ROW_WINDOW + y + ROW_REACH) * ROW_WINDOW + x + ROW_REACH;
-}
-
-/* Add a voxel of the block to the candidates if it is one. @return false if the block holds too
- * many labels. */
-static bool add_candidate(block *b, int x, int y, int z)
-{
-    static const int around[6] = {-1, 1, -ROW_WINDOW, ROW_WINDOW, -ROW_COUNT, ROW_COUNT};
-    const uint16_t *id = id_in_window(b, x, y, z);
-    candidate c = {.at = {(uint8_t)x, (uint8_t)y, (uint8_t)z}};
-    bool differs = false;
-
-    for (int i = 0; i < 6; i++)
-        differs = differs || id[around[i]] != *id;
-    if (!differs)
-        return true;
-    c.own = (uint8_t)entry_of(b, *id);
-    for (int i = 0; i < 6; i++) {
-        const int entry = entry_of(b, id[around[i]]);
-
-        if (entry == MOST_LABELS)
-            return false;
-        c.others[i] = (uint8_t)entry;
-    }
-    for (int s = 0; s < SCALES; s++)
-        c.best_share[s] = -1;
-    b->candidates[b->candidate_count++] = c;
-    return c.own < MOST_LABELS;
-}
-
-/* Find the candidates of a block, of which fetch_ids has fetched at least what lies 1 outside, and
- * their labels. There are none where too many labels meet. */
-static void find_candidates(const noise_work *w, block *b)
-{
-    b->candidate_count = b->label_count = 0;
-    for (int n = 0; n < BLOCK_VOXELS; n++) {
-        const int at[3] = {n % ROW_BLOCK, n / ROW_BLOCK % ROW_BLOCK, n / ROW_BLOCK / ROW_BLOCK};
-        bool inside = true;
-
-        for (int i = 0; i < 3; i++)
-            inside = inside && b->low[i] + (size_t)at[i] < (size_t)w->view->size[i];
-        if (inside && !add_candidate(b, at[0], at[1], at[2])) {
-            b->candidate_count = 0;
-            return;
+            for (int x = 0; x < ROW_WINDOW; x++)
+                *to++ = (uint16_t)id_of_voxel(view->v, row + along_x[x]);
         }
     }
 }
 
 /* Set the bits of the window that tell which voxels carry a label. */
-static void set_window(block *b, uint16_t label)
+static void set_window(noise_block *b, uint16_t label)
 {
     for (int row = 0; row < ROW_COUNT; row++) {
         const uint16_t *ids = b->ids + row * ROW_WINDOW;
@@ -262,152 +165,13 @@ static void set_window(block *b, uint16_t label)
     }
 }
 
-/* ---- candidates ---- */
-
-/* Does the label of an entry contend for a candidate? */
-static bool contends(const candidate *c, int entry)
-{
-    bool found = c->own == entry;
-
-    for (int i = 0; i < 6; i++)
-        found = found || c->others[i] == entry;
-    return found;
-}
-
-/* Measure the membership of the label whose bits are in the window at a candidate. */
-static void measure_share(const noise_work *w, const block *b, int entry, candidate *c)
-{
-    for (int s = 0; s < SCALES; s++) {
-        const float share =
-            sc_row_filter_sum(&w->scales[s].membership, b->window, c->at[0], c->at[1], c->at[2]);
-
-        if (entry == c->own) {
-            c->own_share[s] = share;
-        } else if (share > c->best_share[s]) {
-            c->best_share[s] = share;
-            c->best[s] = (uint8_t)entry;
-        }
-    }
-}
-
-/* Would another label take a candidate at a scale, were the border flat? */
-static inline bool is_contested(const candidate *c, int s)
-{
-    return c->best_share[s] > c->own_share[s] + margin[s];
-}
-
-/* Measure the gradient of the label whose bits are in the window at a candidate. */
-static void measure_gradient(const noise_work *w, const block *b, int entry, candidate *c)
-{
-    for (int s = 0; s < SCALES; s++) {
-        const scale *f = &w->scales[s];
-        float along[3];
-
-        if (entry != c->own && entry != c->best[s])
-            continue;
-        along[0] = sc_row_filter_sum(&f->slope, b->window, c->at[0], c->at[1], c->at[2]);
-        sc_row_filter_moments(&f->value, b->window, c->at[0], c->at[1], c->at[2], along + 1);
-        for (int i = 0; i < 3; i++)
-            along[i] *= f->flat[i];
-        c->gradient[s][entry != c->own] =
-            sqrtf(along[0] * along[0] + along[1] * along[1] + along[2] * along[2]);
-    }
-}
-
-/* @return the entry of the label that a candidate gets. */
-static int decide(const candidate *c)
-{
-    for (int s = 0; s < SCALES; s++) {
-        if (fmin(c->gradient[s][0], c->gradient[s][1]) >= flat_least[s])
-            return is_contested(c, s) ? c->best[s] : c->own;
-    }
-    return c->own;
-}
-
-/* Find what the candidates of a block get: their own label becomes that in best[0].
- * @return how many get another one. */
-static int decide_block(const noise_work *w, block *b)
-{
-    int changed = 0;
-
-    fetch_ids(w->view, b, ROW_REACH);
-    for (int entry = 0; entry < b->label_count; entry++) {
-        set_window(b, b->labels[entry]);
-        for (int i = 0; i < b->candidate_count; i++) {
-            if (contends(&b->candidates[i], entry))
-                measure_share(w, b, entry, &b->candidates[i]);
-        }
-    }
-    for (int entry = 0; entry < b->label_count; entry++) {
-        set_window(b, b->labels[entry]);
-        for (int i = 0; i < b->candidate_count; i++) {
-            if (is_contested(&b->candidates[i], 0) || is_contested(&b->candidates[i], 1))
-                measure_gradient(w, b, entry, &b->candidates[i]);
-        }
-    }
-    for (int i = 0; i < b->candidate_count; i++) {
-        candidate *c = &b->candidates[i];
-
-        c->best[0] = (uint8_t)decide(c);
-        changed += c->best[0] != c->own;
-    }
-    return changed;
-}
-
-/* Do a block whose candidates are known. */
-static void do_block(const noise_work *w, block *b, int thread)
-{
-    const drawn_view *view = w->view;
-    const int changed = decide_block(w, b);
-
-    w->counts[thread][0] += (uint64_t)b->candidate_count;
-    w->counts[thread][1] += (uint64_t)changed;
-    for (int i = 0; i < b->candidate_count && w->out; i++) {
-        const candidate *c = &b->candidates[i];
-        const size_t at = view->offset[0][b->low[0] + c->at[0]] +
-                          view->offset[1][b->low[1] + c->at[1]] +
-                          view->offset[2][b->low[2] + c->at[2]];
-
-        if (view->v->label_bytes == 1)
-            ((uint8_t *)w->out)[at] = (uint8_t)b->labels[c->best[0]];
-        else
-            ((uint16_t *)w->out)[at] = b->labels[c->best[0]];
-    }
-}
-
-/* Do all blocks of [begin, end), or those of the sample; an sc_range_fn on noise_work. */
-static void do_blocks(void *user, size_t begin, size_t end, int thread)
-{
-    const noise_work *w = user;
-    block *b = &w->scratch[thread];
-
-    for (size_t n = begin; n < end; n++) {
-        place_block(w, w->sample ? w->sample[n] : n, b);
-        fetch_ids(w->view, b, 1);
-        find_candidates(w, b);
-        if (b->candidate_count)
-            do_block(w, b, thread);
-    }
-}
-
-/* ---- the sample ---- */
-
-/* @return the block that is looked at as number @p n: in steps of the golden ratio, so that any
- * first few lie all over the volume. */
-static size_t looked_at(const noise_work *w, size_t n)
-{
-    const size_t all = w->blocks[0] * w->blocks[1] * w->blocks[2];
-
-    return (size_t)(fmod((double)n * 0.6180339887498949, 1) * (double)all);
-}
-
 /* Is a place of the window outside of the volume? */
-static bool is_outside(const drawn_view *view, const block *b, const int at[3])
+static bool is_outside(const drawn_view *view, const size_t low[3], const int at[3])
 {
     bool outside = false;
 
     for (int i = 0; i < 3; i++) {
-        const ptrdiff_t place = (ptrdiff_t)b->low[i] + at[i] - ROW_REACH;
+        const ptrdiff_t place = (ptrdiff_t)low[i] + at[i] - ROW_REACH;
 
         outside = outside || place < 0 || place >= view->size[i];
     }
@@ -415,21 +179,23 @@ static bool is_outside(const drawn_view *view, const block *b, const int at[3])
 }
 
 /* Does only one label lie at the faces of the volume within the window of a block? Where shapes are
- * cut off by a face their borders bend, and that is no noise. */
-static bool is_whole(const drawn_view *view, block *b)
+ * cut off by a face their borders bend, and that is no noise. Of border_method. */
+static bool is_whole(const void *self, const border_block *block, int thread)
 {
+    const noise *w = self;
     const int first[3] = {0, 0, 0}, last[3] = {ROW_WINDOW - 1, ROW_WINDOW - 1, ROW_WINDOW - 1};
+    noise_block *b = &w->scratch[thread];
     int label = -1;
 
-    if (!is_outside(view, b, first) && !is_outside(view, b, last))
+    if (!is_outside(w->view, block->low, first) && !is_outside(w->view, block->low, last))
         return true;
-    fetch_ids(view, b, ROW_REACH);
+    fetch_ids(w->view, block->low, b);
     for (int z = 0; z < ROW_WINDOW; z++) {
         for (int y = 0; y < ROW_WINDOW; y++) {
             for (int x = 0; x < ROW_WINDOW; x++) {
                 const int id = b->ids[(z * ROW_WINDOW + y) * ROW_WINDOW + x];
 
-                if (!is_outside(view, b, (int[3]){x, y, z}))
+                if (!is_outside(w->view, block->low, (int[3]){x, y, z}))
                     continue;
                 if (label >= 0 && id != label)
                     return false;
@@ -440,46 +206,115 @@ static bool is_whole(const drawn_view *view, block *b)
     return true;
 }
 
-/* Note which of the blocks that are looked at hold borders; an sc_range_fn on noise_work. */
-static void look_for_borders(void *user, size_t begin, size_t end, int thread)
-{
-    const noise_work *w = user;
-    block *b = &w->scratch[thread];
+/* ---- voxels ---- */
 
-    for (size_t n = begin; n < end; n++) {
-        place_block(w, looked_at(w, n), b);
-        fetch_ids(w->view, b, 1);
-        find_candidates(w, b);
-        w->has_border[n] = b->candidate_count > 0 && is_whole(w->view, b);
+/* Measure the membership of the label whose bits are in the window at a voxel. */
+static void measure_share(const noise *w, const noise_block *b, int entry,
+                          const border_voxel *voxel, measures *m)
+{
+    for (int s = 0; s < SCALES; s++) {
+        const float share = sc_row_filter_sum(&w->scales[s].membership, b->window, voxel->at[0],
+                                              voxel->at[1], voxel->at[2]);
+
+        if (entry == voxel->own) {
+            m->own_share[s] = share;
+        } else if (share > m->best_share[s]) {
+            m->best_share[s] = share;
+            m->best[s] = (uint8_t)entry;
+        }
     }
 }
 
+/* Would another label take a voxel at a scale, were the border flat? */
+static inline bool is_contested(const measures *m, int s)
+{
+    return m->best_share[s] > m->own_share[s] + margin[s];
+}
+
+/* Measure the gradient of the label whose bits are in the window at a voxel. */
+static void measure_gradient(const noise *w, const noise_block *b, int entry,
+                             const border_voxel *voxel, measures *m)
+{
+    const uint8_t *at = voxel->at;
+
+    for (int s = 0; s < SCALES; s++) {
+        const scale *f = &w->scales[s];
+        float along[3];
+
+        if (entry != voxel->own && entry != m->best[s])
+            continue;
+        along[0] = sc_row_filter_sum(&f->slope, b->window, at[0], at[1], at[2]);
+        sc_row_filter_moments(&f->value, b->window, at[0], at[1], at[2], along + 1);
+        for (int i = 0; i < 3; i++)
+            along[i] *= f->flat[i];
+        m->gradient[s][entry != voxel->own] =
+            sqrtf(along[0] * along[0] + along[1] * along[1] + along[2] * along[2]);
+    }
+}
+
+/* @return the entry of the label that a voxel gets. @param own entry of the one that it carries. */
+static uint8_t decide(const measures *m, uint8_t own)
+{
+    for (int s = 0; s < SCALES; s++) {
+        if (fmin(m->gradient[s][0], m->gradient[s][1]) >= flat_least[s])
+            return is_contested(m, s) ? m->best[s] : own;
+    }
+    return own;
+}
+
+/* Choose labels for the voxels of a block; of border_method. */
+static void choose(const void *self, border_block *block, int thread)
+{
+    const noise *w = self;
+    noise_block *b = &w->scratch[thread];
+
+    fetch_ids(w->view, block->low, b);
+    for (int i = 0; i < block->voxel_count; i++)
+        b->measured[i] = (measures){.best_share = {-1, -1}};
+    for (int entry = 0; entry < block->label_count; entry++) {
+        set_window(b, block->labels[entry]);
+        for (int i = 0; i < block->voxel_count; i++) {
+            if (border_contends(&block->voxels[i], entry))
+                measure_share(w, b, entry, &block->voxels[i], &b->measured[i]);
+        }
+    }
+    for (int entry = 0; entry < block->label_count; entry++) {
+        set_window(b, block->labels[entry]);
+        for (int i = 0; i < block->voxel_count; i++) {
+            measures *m = &b->measured[i];
+
+            if (is_contested(m, 0) || is_contested(m, 1))
+                measure_gradient(w, b, entry, &block->voxels[i], m);
+        }
+    }
+    for (int i = 0; i < block->voxel_count; i++)
+        block->voxels[i].chosen = decide(&b->measured[i], block->voxels[i].own);
+}
+
+/* ---- volumes ---- */
+
 /* Make the filters and the scratch memory for a volume. @return SC_ERR_MEMORY. */
-static sc_status make_work(const sc_ctx *ctx, const drawn_view *view, const double drawn_mm[3],
-                           int threads, noise_work *w)
+static sc_status make_noise(const sc_ctx *ctx, const drawn_view *view, const double drawn_mm[3],
+                            int threads, noise *w)
 {
     double shortest = HUGE_VAL, steps[3];
-    void *block_;
+    void *block;
     sc_status status;
 
-    w->view = view;
-    for (int i = 0; i < 3; i++) {
-        w->blocks[i] = ((size_t)view->size[i] + ROW_BLOCK - 1) / ROW_BLOCK;
+    *w = (noise){.view = view};
+    for (int i = 0; i < 3; i++)
         shortest = fmin(shortest, drawn_mm[i]);
-    }
     for (int i = 0; i < 3; i++)
         steps[i] = drawn_mm[i] / shortest;
     for (int s = 0; s < SCALES; s++)
         SC_TRY(make_scale(ctx, s, steps, &w->scales[s]));
-    SC_TRY(sc_zalloc(ctx, (size_t)threads, sizeof *w->scratch, &block_));
-    w->scratch = block_;
-    SC_TRY(sc_zalloc(ctx, (size_t)threads, sizeof *w->counts, &block_));
-    w->counts = block_;
+    SC_TRY(sc_zalloc(ctx, (size_t)threads, sizeof *w->scratch, &block));
+    w->scratch = block;
 out:
     return status;
 }
 
-static void clear_work(noise_work *w)
+static void clear_noise(noise *w)
 {
     for (int s = 0; s < SCALES; s++) {
         sc_row_filter_clear(&w->scales[s].membership);
@@ -487,51 +322,32 @@ static void clear_work(noise_work *w)
         sc_row_filter_clear(&w->scales[s].slope);
     }
     sc_free(w->scratch);
-    sc_free(w->counts);
-    sc_free(w->sample);
+}
+
+/* @return the method, for sc_borders_measure and sc_borders_relabel. */
+static border_method method_of(const noise *w)
+{
+    return (border_method){.edge = ROW_BLOCK,
+                           .sample_blocks = 512,
+                           .looked_at = 1 << 14,
+                           .self = w,
+                           .is_sampled = is_whole,
+                           .choose = choose};
 }
 
 sc_status sc_resample_measure_noise(const sc_ctx *ctx, sc_team *team, const drawn_view *view,
                                     const double drawn_mm[3], double *share)
 {
-    const int threads = sc_team_threads(team), ranks = sc_team_ranks(team);
-    noise_work w = {0};
-    size_t looked, count = 0;
-    uint64_t found[2] = {0, 0}; /* candidates, and those to change */
-    const uint64_t *all;
-    void *block_ = NULL, *has_border = NULL;
-    sc_status status = make_work(ctx, view, drawn_mm, threads, &w);
+    noise w;
+    const border_method method = method_of(&w);
+    border_shares shares;
+    sc_status status = make_noise(ctx, view, drawn_mm, sc_team_threads(team), &w);
 
-    if (status == SC_OK)
-        status = sc_alloc(ctx, SAMPLE_BLOCKS, sizeof *w.sample, &block_);
-    w.sample = block_;
     SC_TRY(sc_team_agree(team, status));
-    looked = w.blocks[0] * w.blocks[1] * w.blocks[2];
-    looked = looked < LOOKED_AT ? looked : LOOKED_AT;
-    SC_TRY(sc_team_alloc(ctx, team, looked, 1, &has_border));
-    w.has_border = has_border;
-    sc_team_for(team, looked, 64, look_for_borders, &w);
-    for (size_t n = 0; n < looked && count < SAMPLE_BLOCKS; n++) {
-        if (w.has_border[n])
-            w.sample[count++] = looked_at(&w, n);
-    }
-    sc_team_for(team, count, 4, do_blocks, &w);
-    for (int t = 0; t < threads; t++) {
-        found[0] += w.counts[t][0];
-        found[1] += w.counts[t][1];
-    }
-    SC_TRY(sc_team_collect(ctx, team, found, sizeof found, &block_));
-    all = block_;
-    found[0] = found[1] = 0;
-    for (int rank = 0; rank < ranks; rank++) {
-        found[0] += all[2 * rank];
-        found[1] += all[2 * rank + 1];
-    }
-    sc_team_free(team, block_);
-    *share = found[0] ? (double)found[1] / (double)found[0] : 0;
+    SC_TRY(sc_borders_measure(ctx, team, view, &method, &shares));
+    *share = shares.changed;
 out:
-    sc_team_free(team, has_border);
-    clear_work(&w);
+    clear_noise(&w);
     return status;
 }
 
@@ -539,20 +355,16 @@ sc_status sc_resample_remove_noise(const sc_ctx *ctx, sc_volume *v, const double
                                    int threads)
 {
     const sc_drawn_grid whole = {.copies = {1, 1, 1}};
-    const size_t bytes = sc_volume_voxels(v) * (size_t)v->label_bytes;
     drawn_view view = {0};
-    noise_work w = {0};
+    noise w = {0};
+    const border_method method = method_of(&w);
     sc_status status;
 
     SC_TRY(sc_drawn_view_make(ctx, v, &whole, &view));
-    SC_TRY(make_work(ctx, &view, drawn_mm, threads, &w));
-    SC_TRY(sc_alloc(ctx, bytes, 1, &w.out));
-    memcpy(w.out, v->ids, bytes);
-    sc_parallel_for(threads, w.blocks[0] * w.blocks[1] * w.blocks[2], 16, do_blocks, &w);
-    sc_free(v->ids);
-    v->ids = w.out;
+    SC_TRY(make_noise(ctx, &view, drawn_mm, threads, &w));
+    status = sc_borders_relabel(ctx, v, &view, &method, threads);
 out:
-    clear_work(&w);
+    clear_noise(&w);
     sc_drawn_view_clear(&view);
     return status;
 }

@@ -1,0 +1,295 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Voxels at the borders between labels, block by block: how many of a sample would get another
+ * label, and new labels for all of them. */
+#include "borders.h"
+
+#include <string.h>
+
+enum { CHUNK_VOXELS = 1 << 13 }; /* that a thread takes at once, at least a block */
+
+/* What the threads share. The arrays are owned, but for has_border. */
+typedef struct border_work {
+    const drawn_view *view;
+    const border_method *method;
+    size_t blocks[3];      /* along each axis */
+    border_block *scratch; /* [threads] */
+    int threads;
+    size_t *sample;        /* blocks to measure, or NULL */
+    uint8_t *has_border;   /* of the team: of blocks that are looked at for the sample */
+    uint64_t (*counts)[3]; /* [threads]: voxels at borders, those that change, and flat ones */
+    void *out;             /* ids of the result, or NULL */
+} border_work;
+
+/* ---- blocks ---- */
+
+/* Set the first voxel of block @p n, and fetch its ids and those beside it. */
+static void fetch_block(const border_work *w, size_t n, border_block *b)
+{
+    const drawn_view *view = w->view;
+    const int edge = w->method->edge, side = edge + 2;
+    uint16_t *to = b->ids;
+
+    b->low[0] = n % w->blocks[0] * (size_t)edge;
+    b->low[1] = n / w->blocks[0] % w->blocks[1] * (size_t)edge;
+    b->low[2] = n / w->blocks[0] / w->blocks[1] * (size_t)edge;
+    for (int z = 0; z < side; z++) {
+        const size_t slice = border_offset(view, 2, (ptrdiff_t)b->low[2] + z - 1);
+
+        for (int y = 0; y < side; y++) {
+            const size_t row = slice + border_offset(view, 1, (ptrdiff_t)b->low[1] + y - 1);
+
+            for (int x = 0; x < side; x++)
+                *to++ = (uint16_t)id_of_voxel(
+                    view->v, row + border_offset(view, 0, (ptrdiff_t)b->low[0] + x - 1));
+        }
+    }
+}
+
+/* @return the entry of a label of the block, which is added if it is new; BORDER_LABELS: no room.
+ */
+static int entry_of(border_block *b, uint16_t label)
+{
+    int i = 0;
+
+    while (i < b->label_count && b->labels[i] != label)
+        i++;
+    if (i == b->label_count && i < BORDER_LABELS)
+        b->labels[b->label_count++] = label;
+    return i;
+}
+
+/* Add a voxel of the block if it lies at a border. @param id its own. @return false if the block
+ * holds too many labels. */
+static bool add_voxel(border_block *b, const int at[3], const uint16_t *id, int side)
+{
+    const int around[6] = {-1, 1, -side, side, -side * side, side * side};
+    border_voxel voxel = {.at = {(uint8_t)at[0], (uint8_t)at[1], (uint8_t)at[2]}};
+    bool differs = false;
+
+    for (int i = 0; i < 6; i++)
+        differs = differs || id[around[i]] != *id;
+    if (!differs)
+        return true;
+    voxel.own = (uint8_t)entry_of(b, *id);
+    for (int i = 0; i < 6; i++) {
+        const int entry = entry_of(b, id[around[i]]);
+
+        if (entry == BORDER_LABELS)
+            return false;
+        voxel.others[i] = (uint8_t)entry;
+    }
+    voxel.chosen = voxel.own;
+    b->voxels[b->voxel_count++] = voxel;
+    return voxel.own < BORDER_LABELS;
+}
+
+/* Find the voxels at borders of a block that was fetched, and their labels. There are none where
+ * too many labels meet. */
+static void find_voxels(const border_work *w, border_block *b)
+{
+    const int edge = w->method->edge, side = edge + 2;
+    int end[3];
+
+    b->voxel_count = b->label_count = 0;
+    for (int i = 0; i < 3; i++)
+        end[i] = (int)fmin(edge, (double)((size_t)w->view->size[i] - b->low[i]));
+    for (int z = 0; z < end[2]; z++) {
+        for (int y = 0; y < end[1]; y++) {
+            const uint16_t *row = b->ids + ((z + 1) * side + y + 1) * side + 1;
+
+            for (int x = 0; x < end[0]; x++) {
+                if (!add_voxel(b, (int[3]){x, y, z}, row + x, side)) {
+                    b->voxel_count = 0;
+                    return;
+                }
+            }
+        }
+    }
+}
+
+/* Count the voxels of a block for which labels were chosen. */
+static void count_voxels(const border_block *b, uint64_t counts[3])
+{
+    counts[0] += (uint64_t)b->voxel_count;
+    for (int i = 0; i < b->voxel_count; i++) {
+        counts[1] += b->voxels[i].chosen != b->voxels[i].own;
+        counts[2] += b->voxels[i].is_flat;
+    }
+}
+
+/* Write what the voxels of a block get. */
+static void write_voxels(const border_work *w, const border_block *b)
+{
+    const drawn_view *view = w->view;
+
+    for (int i = 0; i < b->voxel_count; i++) {
+        const border_voxel *voxel = &b->voxels[i];
+        const size_t at = view->offset[0][b->low[0] + voxel->at[0]] +
+                          view->offset[1][b->low[1] + voxel->at[1]] +
+                          view->offset[2][b->low[2] + voxel->at[2]];
+
+        if (view->v->label_bytes == 1)
+            ((uint8_t *)w->out)[at] = (uint8_t)b->labels[voxel->chosen];
+        else
+            ((uint16_t *)w->out)[at] = b->labels[voxel->chosen];
+    }
+}
+
+/* Do all blocks of [begin, end), or those of the sample; an sc_range_fn on border_work. */
+static void do_blocks(void *user, size_t begin, size_t end, int thread)
+{
+    const border_work *w = user;
+    border_block *b = &w->scratch[thread];
+
+    for (size_t n = begin; n < end; n++) {
+        fetch_block(w, w->sample ? w->sample[n] : n, b);
+        find_voxels(w, b);
+        if (!b->voxel_count)
+            continue;
+        w->method->choose(w->method->self, b, thread);
+        count_voxels(b, w->counts[thread]);
+        if (w->out)
+            write_voxels(w, b);
+    }
+}
+
+/* ---- the sample ---- */
+
+/* @return the block that is looked at as number @p n: in steps of the golden ratio, so that any
+ * first few lie all over the volume. */
+static size_t looked_at(const border_work *w, size_t n)
+{
+    const size_t all = w->blocks[0] * w->blocks[1] * w->blocks[2];
+
+    return (size_t)(fmod((double)n * 0.6180339887498949, 1) * (double)all);
+}
+
+/* Note which of the blocks that are looked at may be in the sample; an sc_range_fn on border_work.
+ */
+static void look_for_borders(void *user, size_t begin, size_t end, int thread)
+{
+    const border_work *w = user;
+    const border_method *method = w->method;
+    border_block *b = &w->scratch[thread];
+
+    for (size_t n = begin; n < end; n++) {
+        fetch_block(w, looked_at(w, n), b);
+        find_voxels(w, b);
+        w->has_border[n] =
+            b->voxel_count > 0 && (!method->is_sampled || method->is_sampled(method->self, b, thread));
+    }
+}
+
+/* Make the memory at work. @return SC_ERR_MEMORY. */
+static sc_status make_work(const sc_ctx *ctx, const drawn_view *view, const border_method *method,
+                           int threads, border_work *w)
+{
+    const size_t edge = (size_t)method->edge;
+    void *block;
+    sc_status status;
+
+    *w = (border_work){.view = view, .method = method, .threads = threads};
+    for (int i = 0; i < 3; i++)
+        w->blocks[i] = ((size_t)view->size[i] + edge - 1) / edge;
+    SC_TRY(sc_zalloc(ctx, (size_t)threads, sizeof *w->counts, &block));
+    w->counts = block;
+    SC_TRY(sc_zalloc(ctx, (size_t)threads, sizeof *w->scratch, &block));
+    w->scratch = block;
+    for (int t = 0; t < threads; t++) {
+        SC_TRY(sc_alloc(ctx, edge * edge * edge, sizeof *w->scratch->voxels, &block));
+        w->scratch[t].voxels = block;
+        SC_TRY(sc_alloc(ctx, (edge + 2) * (edge + 2) * (edge + 2), sizeof *w->scratch->ids, &block));
+        w->scratch[t].ids = block;
+    }
+out:
+    return status;
+}
+
+static void clear_work(border_work *w)
+{
+    for (int t = 0; t < w->threads && w->scratch; t++) {
+        sc_free(w->scratch[t].voxels);
+        sc_free(w->scratch[t].ids);
+    }
+    sc_free(w->scratch);
+    sc_free(w->counts);
+    sc_free(w->sample);
+}
+
+/* Add up what all threads of all ranks have counted. Collective in the team. */
+static sc_status add_counts(const sc_ctx *ctx, sc_team *team, const border_work *w,
+                            uint64_t counts[3])
+{
+    const int ranks = sc_team_ranks(team);
+    uint64_t mine[3] = {0, 0, 0};
+    const uint64_t *all;
+    void *block = NULL;
+    sc_status status;
+
+    for (int t = 0; t < w->threads; t++) {
+        for (int i = 0; i < 3; i++)
+            mine[i] += w->counts[t][i];
+    }
+    SC_TRY(sc_team_collect(ctx, team, mine, sizeof mine, &block));
+    all = block;
+    for (int i = 0; i < 3; i++) {
+        counts[i] = 0;
+        for (int rank = 0; rank < ranks; rank++)
+            counts[i] += all[3 * rank + i];
+    }
+    sc_team_free(team, block);
+out:
+    return status;
+}
+
+sc_status sc_borders_measure(const sc_ctx *ctx, sc_team *team, const drawn_view *view,
+                             const border_method *method, border_shares *out)
+{
+    border_work w;
+    size_t looked, count = 0;
+    uint64_t counts[3];
+    void *block = NULL, *has_border = NULL;
+    sc_status status = make_work(ctx, view, method, sc_team_threads(team), &w);
+
+    if (status == SC_OK)
+        status = sc_alloc(ctx, (size_t)method->sample_blocks, sizeof *w.sample, &block);
+    w.sample = block;
+    SC_TRY(sc_team_agree(team, status));
+    looked = w.blocks[0] * w.blocks[1] * w.blocks[2];
+    looked = looked < (size_t)method->looked_at ? looked : (size_t)method->looked_at;
+    SC_TRY(sc_team_alloc(ctx, team, looked, 1, &has_border));
+    w.has_border = has_border;
+    sc_team_for(team, looked, 64, look_for_borders, &w);
+    for (size_t n = 0; n < looked && count < (size_t)method->sample_blocks; n++) {
+        if (w.has_border[n])
+            w.sample[count++] = looked_at(&w, n);
+    }
+    sc_team_for(team, count, 4, do_blocks, &w);
+    SC_TRY(add_counts(ctx, team, &w, counts));
+    out->changed = counts[0] ? (double)counts[1] / (double)counts[0] : 0;
+    out->flat = counts[0] ? (double)counts[2] / (double)counts[0] : 0;
+out:
+    sc_team_free(team, has_border);
+    clear_work(&w);
+    return status;
+}
+
+sc_status sc_borders_relabel(const sc_ctx *ctx, sc_volume *v, const drawn_view *view,
+                             const border_method *method, int threads)
+{
+    const size_t bytes = sc_volume_voxels(v) * (size_t)v->label_bytes;
+    const int chunk = CHUNK_VOXELS / (method->edge * method->edge * method->edge);
+    border_work w;
+    sc_status status;
+
+    SC_TRY(make_work(ctx, view, method, threads, &w));
+    SC_TRY(sc_alloc(ctx, bytes, 1, &w.out));
+    memcpy(w.out, v->ids, bytes);
+    sc_parallel_for(threads, w.blocks[0] * w.blocks[1] * w.blocks[2], chunk > 1 ? (size_t)chunk : 1,
+                    do_blocks, &w);
+    sc_free(v->ids);
+    v->ids = w.out;
+out:
+    clear_work(&w);
+    return status;
+}
