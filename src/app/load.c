@@ -230,7 +230,7 @@ sc_status sc_session_resample(const sc_app *app, const sc_session *session,
             grid.split[i] = 1;
             grid.moved[i] = 0;
         }
-        grid.noise = 0;
+        grid.noise = grid.waves = 0;
     }
     input->settings.resampled = sc_is_resampled(&grid);
     if (!input->settings.resampled)

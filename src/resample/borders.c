@@ -5,13 +5,17 @@
 
 #include <string.h>
 
-enum { CHUNK_VOXELS = 1 << 13 }; /* that a thread takes at once, at least a block */
+enum {
+    CHUNK_VOXELS = 1 << 13, /* that a thread takes at once, if that is a block or more */
+    MOST_SIDE = 64 + 2      /* of a block and the voxels beside it */
+};
 
 /* What the threads share. The arrays are owned, but for has_border. */
 typedef struct border_work {
     const drawn_view *view;
     const border_method *method;
     size_t blocks[3];      /* along each axis */
+    size_t chunk;          /* of blocks that a thread takes at once */
     border_block *scratch; /* [threads] */
     int threads;
     size_t *sample;        /* blocks to measure, or NULL */
@@ -26,21 +30,24 @@ typedef struct border_work {
 static void fetch_block(const border_work *w, size_t n, border_block *b)
 {
     const drawn_view *view = w->view;
-    const int edge = w->method->edge, side = edge + 2;
+    const int *edge = w->method->edge;
+    const size_t at[3] = {n % w->blocks[0], n / w->blocks[0] % w->blocks[1],
+                          n / w->blocks[0] / w->blocks[1]};
+    size_t along_x[MOST_SIDE];
     uint16_t *to = b->ids;
 
-    b->low[0] = n % w->blocks[0] * (size_t)edge;
-    b->low[1] = n / w->blocks[0] % w->blocks[1] * (size_t)edge;
-    b->low[2] = n / w->blocks[0] / w->blocks[1] * (size_t)edge;
-    for (int z = 0; z < side; z++) {
+    for (int i = 0; i < 3; i++)
+        b->low[i] = at[i] * (size_t)edge[i];
+    for (int x = 0; x < edge[0] + 2; x++)
+        along_x[x] = border_offset(view, 0, (ptrdiff_t)b->low[0] + x - 1);
+    for (int z = 0; z < edge[2] + 2; z++) {
         const size_t slice = border_offset(view, 2, (ptrdiff_t)b->low[2] + z - 1);
 
-        for (int y = 0; y < side; y++) {
+        for (int y = 0; y < edge[1] + 2; y++) {
             const size_t row = slice + border_offset(view, 1, (ptrdiff_t)b->low[1] + y - 1);
 
-            for (int x = 0; x < side; x++)
-                *to++ = (uint16_t)id_of_voxel(
-                    view->v, row + border_offset(view, 0, (ptrdiff_t)b->low[0] + x - 1));
+            for (int x = 0; x < edge[0] + 2; x++)
+                *to++ = (uint16_t)id_of_voxel(view->v, row + along_x[x]);
         }
     }
 }
@@ -58,18 +65,31 @@ static int entry_of(border_block *b, uint16_t label)
     return i;
 }
 
-/* Add a voxel of the block if it lies at a border. @param id its own. @return false if the block
- * holds too many labels. */
-static bool add_voxel(border_block *b, const int at[3], const uint16_t *id, int side)
+/* Mark the voxels of a row of @p count that lie at a border. @param around where the voxels beside
+ * one lie. @return whether there are any. */
+static bool mark_row(const uint16_t *row, int count, const int around[6], uint16_t marks[MOST_SIDE])
 {
-    const int around[6] = {-1, 1, -side, side, -side * side, side * side};
-    border_voxel voxel = {.at = {(uint8_t)at[0], (uint8_t)at[1], (uint8_t)at[2]}};
-    bool differs = false;
+    uint16_t any = 0;
 
-    for (int i = 0; i < 6; i++)
-        differs = differs || id[around[i]] != *id;
-    if (!differs)
-        return true;
+    for (int x = 0; x < count; x++)
+        marks[x] = (uint16_t)(row[x] ^ row[x - 1]) | (uint16_t)(row[x] ^ row[x + 1]);
+    for (int i = 2; i < 6; i++) {
+        const uint16_t *beside = row + around[i];
+
+        for (int x = 0; x < count; x++)
+            marks[x] |= row[x] ^ beside[x];
+    }
+    for (int x = 0; x < count; x++)
+        any |= marks[x];
+    return any != 0;
+}
+
+/* Add a voxel that lies at a border. @param id its own. @return false if the block holds too many
+ * labels. */
+static bool add_voxel(border_block *b, const int at[3], const uint16_t *id, const int around[6])
+{
+    border_voxel voxel = {.at = {(uint8_t)at[0], (uint8_t)at[1], (uint8_t)at[2]}};
+
     voxel.own = (uint8_t)entry_of(b, *id);
     for (int i = 0; i < 6; i++) {
         const int entry = entry_of(b, id[around[i]]);
@@ -83,28 +103,42 @@ static bool add_voxel(border_block *b, const int at[3], const uint16_t *id, int 
     return voxel.own < BORDER_LABELS;
 }
 
+/* Add the voxels of a row that lie at borders. @param begin place of its first of @p count voxels
+ * in the block. @return false if the block holds too many labels. */
+static bool add_row(border_block *b, const int begin[3], int count, const uint16_t *row,
+                    const int around[6])
+{
+    uint16_t marks[MOST_SIDE];
+    bool fits = true;
+
+    if (!mark_row(row, count, around, marks))
+        return true;
+    for (int x = 0; x < count && fits; x++)
+        fits = !marks[x] || add_voxel(b, (int[3]){x, begin[1], begin[2]}, row + x, around);
+    return fits;
+}
+
 /* Find the voxels at borders of a block that was fetched, and their labels. There are none where
  * too many labels meet. */
 static void find_voxels(const border_work *w, border_block *b)
 {
-    const int edge = w->method->edge, side = edge + 2;
+    const int row_ids = w->method->edge[0] + 2, slice_ids = row_ids * (w->method->edge[1] + 2);
+    const int around[6] = {-1, 1, -row_ids, row_ids, -slice_ids, slice_ids};
+    bool fits = true;
     int end[3];
 
     b->voxel_count = b->label_count = 0;
     for (int i = 0; i < 3; i++)
-        end[i] = (int)fmin(edge, (double)((size_t)w->view->size[i] - b->low[i]));
-    for (int z = 0; z < end[2]; z++) {
-        for (int y = 0; y < end[1]; y++) {
-            const uint16_t *row = b->ids + ((z + 1) * side + y + 1) * side + 1;
+        end[i] = (int)fmin(w->method->edge[i], (double)((size_t)w->view->size[i] - b->low[i]));
+    for (int z = 0; z < end[2] && fits; z++) {
+        for (int y = 0; y < end[1] && fits; y++) {
+            const uint16_t *row = b->ids + (z + 1) * slice_ids + (y + 1) * row_ids + 1;
 
-            for (int x = 0; x < end[0]; x++) {
-                if (!add_voxel(b, (int[3]){x, y, z}, row + x, side)) {
-                    b->voxel_count = 0;
-                    return;
-                }
-            }
+            fits = add_row(b, (int[3]){0, y, z}, end[0], row, around);
         }
     }
+    if (!fits)
+        b->voxel_count = 0;
 }
 
 /* Count the voxels of a block for which labels were chosen. */
@@ -175,8 +209,8 @@ static void look_for_borders(void *user, size_t begin, size_t end, int thread)
     for (size_t n = begin; n < end; n++) {
         fetch_block(w, looked_at(w, n), b);
         find_voxels(w, b);
-        w->has_border[n] =
-            b->voxel_count > 0 && (!method->is_sampled || method->is_sampled(method->self, b, thread));
+        w->has_border[n] = b->voxel_count > 0 &&
+                           (!method->is_sampled || method->is_sampled(method->self, b, thread));
     }
 }
 
@@ -184,21 +218,27 @@ static void look_for_borders(void *user, size_t begin, size_t end, int thread)
 static sc_status make_work(const sc_ctx *ctx, const drawn_view *view, const border_method *method,
                            int threads, border_work *w)
 {
-    const size_t edge = (size_t)method->edge;
+    size_t voxels = 1, ids = 1; /* of a block */
     void *block;
     sc_status status;
 
     *w = (border_work){.view = view, .method = method, .threads = threads};
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
+        const size_t edge = (size_t)method->edge[i];
+
         w->blocks[i] = ((size_t)view->size[i] + edge - 1) / edge;
+        voxels *= edge;
+        ids *= edge + 2;
+    }
+    w->chunk = voxels < CHUNK_VOXELS ? CHUNK_VOXELS / voxels : 1;
     SC_TRY(sc_zalloc(ctx, (size_t)threads, sizeof *w->counts, &block));
     w->counts = block;
     SC_TRY(sc_zalloc(ctx, (size_t)threads, sizeof *w->scratch, &block));
     w->scratch = block;
     for (int t = 0; t < threads; t++) {
-        SC_TRY(sc_alloc(ctx, edge * edge * edge, sizeof *w->scratch->voxels, &block));
+        SC_TRY(sc_alloc(ctx, voxels, sizeof *w->scratch->voxels, &block));
         w->scratch[t].voxels = block;
-        SC_TRY(sc_alloc(ctx, (edge + 2) * (edge + 2) * (edge + 2), sizeof *w->scratch->ids, &block));
+        SC_TRY(sc_alloc(ctx, ids, sizeof *w->scratch->ids, &block));
         w->scratch[t].ids = block;
     }
 out:
@@ -259,12 +299,12 @@ sc_status sc_borders_measure(const sc_ctx *ctx, sc_team *team, const drawn_view 
     looked = looked < (size_t)method->looked_at ? looked : (size_t)method->looked_at;
     SC_TRY(sc_team_alloc(ctx, team, looked, 1, &has_border));
     w.has_border = has_border;
-    sc_team_for(team, looked, 64, look_for_borders, &w);
+    sc_team_for(team, looked, w.chunk, look_for_borders, &w);
     for (size_t n = 0; n < looked && count < (size_t)method->sample_blocks; n++) {
         if (w.has_border[n])
             w.sample[count++] = looked_at(&w, n);
     }
-    sc_team_for(team, count, 4, do_blocks, &w);
+    sc_team_for(team, count, 1, do_blocks, &w);
     SC_TRY(add_counts(ctx, team, &w, counts));
     out->changed = counts[0] ? (double)counts[1] / (double)counts[0] : 0;
     out->flat = counts[0] ? (double)counts[2] / (double)counts[0] : 0;
@@ -278,15 +318,13 @@ sc_status sc_borders_relabel(const sc_ctx *ctx, sc_volume *v, const drawn_view *
                              const border_method *method, int threads)
 {
     const size_t bytes = sc_volume_voxels(v) * (size_t)v->label_bytes;
-    const int chunk = CHUNK_VOXELS / (method->edge * method->edge * method->edge);
     border_work w;
     sc_status status;
 
     SC_TRY(make_work(ctx, view, method, threads, &w));
     SC_TRY(sc_alloc(ctx, bytes, 1, &w.out));
     memcpy(w.out, v->ids, bytes);
-    sc_parallel_for(threads, w.blocks[0] * w.blocks[1] * w.blocks[2], chunk > 1 ? (size_t)chunk : 1,
-                    do_blocks, &w);
+    sc_parallel_for(threads, w.blocks[0] * w.blocks[1] * w.blocks[2], w.chunk, do_blocks, &w);
     sc_free(v->ids);
     v->ids = w.out;
 out:

@@ -21,13 +21,13 @@ typedef struct border_block {
     size_t low[3]; /* its first voxel */
     uint16_t labels[BORDER_LABELS];
     int label_count, voxel_count;
-    border_voxel *voxels; /* [edge^3], of which voxel_count are set */
-    uint16_t *ids;        /* [(edge + 2)^3] of the block and the voxels beside it */
+    border_voxel *voxels; /* [edge[0] * edge[1] * edge[2]], of which voxel_count are set */
+    uint16_t *ids;        /* of the block and the voxels beside it, x fastest */
 } border_block;
 
 /* A way to choose labels. Its functions are called by several threads, of different blocks. */
 typedef struct border_method {
-    int edge;          /* of its blocks, in voxels: at most 64 */
+    int edge[3];       /* of its blocks, in voxels: at most 64 */
     int sample_blocks; /* that sc_borders_measure looks at, all of which hold borders */
     int looked_at;     /* among how many blocks these are searched for */
     const void *self;  /* what both functions get */

@@ -327,7 +327,7 @@ static void clear_noise(noise *w)
 /* @return the method, for sc_borders_measure and sc_borders_relabel. */
 static border_method method_of(const noise *w)
 {
-    return (border_method){.edge = ROW_BLOCK,
+    return (border_method){.edge = {ROW_BLOCK, ROW_BLOCK, ROW_BLOCK},
                            .sample_blocks = 512,
                            .looked_at = 1 << 14,
                            .self = w,

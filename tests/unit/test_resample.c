@@ -572,6 +572,92 @@ static void noise_at_borders_is_found_and_smoothed(void **state)
     sc_volume_clear(&three);
 }
 
+enum { COARSE = 30, FINER = 4, WAVY = COARSE * FINER };
+
+/* A flat border on coarse voxels, smoothed a little: [z][y][x]. */
+static double coarse[COARSE][COARSE][COARSE];
+
+/* @return whether a place, in fine voxels, lies below the border. */
+static int sloping_id(double x, double y, double z)
+{
+    return x + 0.23 * y + 0.12 * z < 81.3;
+}
+
+static void set_coarse(void)
+{
+    for (int n = 0; n < COARSE * COARSE * COARSE; n++) {
+        const int at[3] = {n % COARSE, n / COARSE % COARSE, n / COARSE / COARSE};
+        double sum = 0;
+
+        for (int k = 0; k < 27; k++) {
+            const int by[3] = {k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1};
+            double middle[3], weight = 1;
+
+            for (int i = 0; i < 3; i++) {
+                middle[i] = (at[i] + by[i] + 0.5) * FINER - 0.5;
+                weight *= by[i] ? 0.25 : 0.5;
+            }
+            sum += weight * sloping_id(middle[0], middle[1], middle[2]);
+        }
+        coarse[at[2]][at[1]][at[0]] = sum;
+    }
+}
+
+/* What is coarse brought to fine voxels: the label with the larger share, between the middles of
+ * coarse voxels. */
+static int wavy_id(double x, double y, double z)
+{
+    const double at[3] = {x, y, z};
+    double sum = 0, t[3];
+    int low[3];
+
+    for (int i = 0; i < 3; i++) {
+        const double place = fmin(fmax((at[i] + 0.5) / FINER - 0.5, 0), COARSE - 1.001);
+
+        low[i] = (int)place;
+        t[i] = place - low[i];
+    }
+    for (int k = 0; k < 8; k++) {
+        const int by[3] = {k & 1, k >> 1 & 1, k >> 2};
+        double weight = 1;
+
+        for (int i = 0; i < 3; i++)
+            weight *= by[i] ? t[i] : 1 - t[i];
+        sum += weight * coarse[low[2] + by[2]][low[1] + by[1]][low[0] + by[0]];
+    }
+    return sum > 0.5;
+}
+
+static void waves_of_smoothly_enlarged_voxels_are_found_and_smoothed(void **state)
+{
+    const int size[3] = {WAVY, WAVY, WAVY};
+    const double spacing[3] = {0.4, 0.4, 0.4};
+    sc_volume smooth = shape_volume(size, spacing, 1, 2, sloping_id), one, three;
+    sc_drawn_grid grid;
+    char text[320];
+    int wrong;
+
+    (void)state;
+    set_coarse();
+    one = shape_volume(size, spacing, 1, 2, wavy_id);
+    three = shape_volume(size, spacing, 2, 2, wavy_id);
+    assert_ok(sc_find_drawn_grid(&quiet, &smooth, 1, &grid));
+    assert_false(sc_is_resampled(&grid));
+    assert_ok(sc_find_drawn_grid(&quiet, &one, 2, &grid));
+    assert_true(sc_is_wavy(&grid) && !sc_is_noisy(&grid));
+    sc_drawn_grid_text(&grid, text, sizeof text);
+    assert_non_null(strstr(text, "borders have waves longer than voxels ("));
+    wrong = count_wrong(&one, sloping_id, -1);
+    assert_ok(sc_resample(&quiet, &one, &grid, 1));
+    assert_ok(sc_resample(&quiet, &three, &grid, 3));
+    for (size_t n = 0; n < sc_volume_voxels(&one); n++)
+        assert_int_equal(((uint8_t *)one.ids)[n], ((uint16_t *)three.ids)[n]);
+    assert_true(count_wrong(&one, sloping_id, -1) * 2 < wrong);
+    sc_volume_clear(&smooth);
+    sc_volume_clear(&one);
+    sc_volume_clear(&three);
+}
+
 /* By how much the slices of jumping_id were moved, from -2 to 2. */
 static int jumps[NOISY][2];
 
@@ -990,6 +1076,7 @@ int main(void)
         cmocka_unit_test(bytes_grow_with_boxes_slices_and_threads),
         cmocka_unit_test(a_spacing_in_a_wrong_unit_gets_no_layers),
         cmocka_unit_test(noise_at_borders_is_found_and_smoothed),
+        cmocka_unit_test(waves_of_smoothly_enlarged_voxels_are_found_and_smoothed),
         cmocka_unit_test(growing_contours_are_not_moved),
         cmocka_unit_test(slices_that_jump_are_moved_back),
         cmocka_unit_test(resizing_keeps_the_nearest_label_and_the_place),
