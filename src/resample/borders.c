@@ -3,8 +3,6 @@
  * label, and new labels for all of them. */
 #include "borders.h"
 
-#include <string.h>
-
 enum {
     CHUNK_VOXELS = 1 << 13, /* that a thread takes at once, if that is a block or more */
     MOST_SIDE = 64 + 2      /* of a block and the voxels beside it */
@@ -33,21 +31,31 @@ static void fetch_block(const border_work *w, size_t n, border_block *b)
     const int *edge = w->method->edge;
     const size_t at[3] = {n % w->blocks[0], n / w->blocks[0] % w->blocks[1],
                           n / w->blocks[0] / w->blocks[1]};
+    const int last = edge[0] + 1;
     size_t along_x[MOST_SIDE];
     uint16_t *to = b->ids;
+    bool is_run; /* do the voxels of a row follow each other in memory? */
 
     for (int i = 0; i < 3; i++)
         b->low[i] = at[i] * (size_t)edge[i];
     for (int x = 0; x < edge[0] + 2; x++)
         along_x[x] = border_offset(view, 0, (ptrdiff_t)b->low[0] + x - 1);
+    is_run = along_x[last - 1] - along_x[1] + 1 == (size_t)edge[0];
     for (int z = 0; z < edge[2] + 2; z++) {
         const size_t slice = border_offset(view, 2, (ptrdiff_t)b->low[2] + z - 1);
 
         for (int y = 0; y < edge[1] + 2; y++) {
             const size_t row = slice + border_offset(view, 1, (ptrdiff_t)b->low[1] + y - 1);
 
-            for (int x = 0; x < edge[0] + 2; x++)
-                *to++ = (uint16_t)id_of_voxel(view->v, row + along_x[x]);
+            if (is_run) {
+                to[0] = (uint16_t)id_of_voxel(view->v, row + along_x[0]);
+                border_read(view, row + along_x[1], edge[0], to + 1);
+                to[last] = (uint16_t)id_of_voxel(view->v, row + along_x[last]);
+            } else {
+                for (int x = 0; x <= last; x++)
+                    to[x] = (uint16_t)id_of_voxel(view->v, row + along_x[x]);
+            }
+            to += edge[0] + 2;
         }
     }
 }
@@ -67,7 +75,8 @@ static int entry_of(border_block *b, uint16_t label)
 
 /* Mark the voxels of a row of @p count that lie at a border. @param around where the voxels beside
  * one lie. @return whether there are any. */
-static bool mark_row(const uint16_t *row, int count, const int around[6], uint16_t marks[MOST_SIDE])
+static bool mark_row(const uint16_t *restrict row, int count, const int around[6],
+                     uint16_t *restrict marks)
 {
     uint16_t any = 0;
 

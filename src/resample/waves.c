@@ -29,8 +29,8 @@ enum {
     NEAR_FACE = 10,            /* voxels from a face of the volume that are near it */
     CELL_LABELS = 4,           /* that a cell can hold; blocks near one with more are left alone */
     EDGE = CELLS * CELL_STEPS, /* of a block, in voxels; less along coarser axes */
-    LEAST_CELL =
-        96 /* voxels of a cell, at spacings of which none is over SC_THICK_RATIO times another */
+    RUN = 96,                  /* voxels of a row that are looked at together */
+    LEAST_CELL = 96            /* voxels of a cell with spacings of up to SC_THICK_RATIO to one */
 };
 
 /* Standard deviation of G, in steps of the finest axis. */
@@ -115,46 +115,10 @@ static int voxels_of_cell(const waves *w)
     return w->cell_size[0] * w->cell_size[1] * w->cell_size[2];
 }
 
-/* @return whether the voxels of cell @p at all carry the same label, which is written to *label;
- * false for a cell that a face of the volume cuts. */
-static bool is_uniform(const waves *w, const int at[3], uint32_t *label)
-{
-    const drawn_view *view = w->view;
-    const size_t low[3] = {(size_t)at[0] * (size_t)w->cell_size[0],
-                           (size_t)at[1] * (size_t)w->cell_size[1],
-                           (size_t)at[2] * (size_t)w->cell_size[2]};
-    uint32_t differs = 0, first;
-
-    for (int i = 0; i < 3; i++) {
-        if (low[i] + (size_t)w->cell_size[i] > (size_t)view->size[i])
-            return false;
-    }
-    first = id_of_voxel(view->v, view->offset[2][low[2]] + view->offset[1][low[1]] +
-                                     view->offset[0][low[0]]);
-    for (int z = 0; z < w->cell_size[2]; z++) {
-        for (int y = 0; y < w->cell_size[1]; y++) {
-            const size_t row = view->offset[2][low[2] + (size_t)z] +
-                               view->offset[1][low[1] + (size_t)y] + view->offset[0][low[0]];
-
-            for (int x = 0; x < w->cell_size[0]; x++)
-                differs |= id_of_voxel(view->v, row + (size_t)x) ^ first;
-        }
-    }
-    *label = first;
-    return differs == 0;
-}
-
 /* Count the voxels of cell @p at; the last voxels of the volume are repeated beyond its faces. */
 static void count_cell(const waves *w, const int at[3], cell *c)
 {
-    uint32_t label;
-
     *c = (cell){.count = {0}};
-    if (is_uniform(w, at, &label)) {
-        c->label[0] = (uint16_t)label;
-        c->count[0] = (uint8_t)voxels_of_cell(w);
-        return;
-    }
     for (int z = 0; z < w->cell_size[2]; z++) {
         const size_t slice = border_offset(w->view, 2, (ptrdiff_t)at[2] * w->cell_size[2] + z);
 
@@ -172,17 +136,78 @@ static void count_cell(const waves *w, const int at[3], cell *c)
     }
 }
 
+/* Find which of the voxels @p at, a row of @p count, differ from those around that are in the same
+ * rows of cells: 0 in @p differs if none does. @param first receives the ids of the row. */
+static void compare_rows(const waves *w, const size_t at[3], int count, uint16_t *restrict first,
+                         uint16_t *restrict differs)
+{
+    const drawn_view *view = w->view;
+    uint16_t ids[RUN];
+
+    border_read(view, view->offset[2][at[2]] + view->offset[1][at[1]] + at[0], count, first);
+    for (int x = 0; x < count; x++)
+        differs[x] = 0;
+    for (int z = 0; z < w->cell_size[2]; z++) {
+        for (int y = 0; y < w->cell_size[1]; y++) {
+            border_read(view,
+                        view->offset[2][at[2] + (size_t)z] + view->offset[1][at[1] + (size_t)y] +
+                            at[0],
+                        count, ids);
+            for (int x = 0; x < count; x++)
+                differs[x] |= ids[x] ^ first[x];
+        }
+    }
+}
+
+/* Count a run of @p count cells of a row, from @p at on, all within the volume. */
+static void count_run(const waves *w, const int at[3], int count, cell *cells)
+{
+    const int wide = w->cell_size[0];
+    size_t low[3];
+    uint16_t first[RUN], differs[RUN];
+
+    for (int i = 0; i < 3; i++)
+        low[i] = (size_t)at[i] * (size_t)w->cell_size[i];
+    compare_rows(w, low, count * wide, first, differs);
+    for (int n = 0; n < count; n++) {
+        const uint16_t label = first[n * wide];
+        bool same = true;
+
+        for (int x = n * wide; x < (n + 1) * wide; x++)
+            same = same && !differs[x] && first[x] == label;
+        if (same)
+            cells[n] = (cell){.label = {label}, .count = {(uint8_t)voxels_of_cell(w)}};
+        else
+            count_cell(w, (int[3]){at[0] + n, at[1], at[2]}, &cells[n]);
+    }
+}
+
+/* @return how many cells along an axis lie within the volume with all of their voxels. */
+static int whole_cells(const waves *w, int axis)
+{
+    return w->view->size[axis] / w->cell_size[axis];
+}
+
 /* Count rows of cells; an sc_range_fn on waves. */
 static void count_rows(void *user, size_t begin, size_t end, int thread)
 {
     const waves *w = user;
+    const int most = RUN / w->cell_size[0], whole = whole_cells(w, 0);
 
     (void)thread;
     for (size_t n = begin; n < end; n++) {
         int at[3] = {0, (int)(n % (size_t)w->cell_count[1]), (int)(n / (size_t)w->cell_count[1])};
+        cell *row = w->cells + n * (size_t)w->cell_count[0];
+        const bool is_whole = at[1] < whole_cells(w, 1) && at[2] < whole_cells(w, 2);
 
+        while (is_whole && at[0] < whole) {
+            const int count = at[0] + most < whole ? most : whole - at[0];
+
+            count_run(w, at, count, row + at[0]);
+            at[0] += count;
+        }
         for (; at[0] < w->cell_count[0]; at[0]++)
-            count_cell(w, at, &w->cells[n * (size_t)w->cell_count[0] + (size_t)at[0]]);
+            count_cell(w, at, row + at[0]);
     }
 }
 
@@ -275,16 +300,18 @@ static void set_shares(const waves *w, const inside *in, uint16_t label, wave_bl
         reflect(&b->shares[0][0][0] + n, (size_t)WINDOW * WINDOW, in->begin[2], in->end[2]);
 }
 
-/* Filter @p rows rows of FIELD values: the weighted sum of those @p stride apart. */
-static void filter_rows(const float *from, size_t stride, const float *weights, float *to,
-                        size_t count)
+/* Filter FIELD values that follow each other: sums of those @p stride apart with weights. */
+static inline void filter_row(const float *restrict from, size_t stride,
+                              const float *restrict weights, float *restrict to)
 {
-    for (size_t i = 0; i < count; i++)
-        to[i] = weights[0] * from[i];
-    for (size_t n = 1; n < 2 * REACH + 1; n++) {
-        for (size_t i = 0; i < count; i++)
-            to[i] += weights[n] * from[n * stride + i];
+    float sums[FIELD] = {0};
+
+    for (size_t n = 0; n < 2 * REACH + 1; n++) {
+        for (size_t i = 0; i < FIELD; i++)
+            sums[i] += weights[n] * from[n * stride + i];
     }
+    for (size_t i = 0; i < FIELD; i++)
+        to[i] = sums[i];
 }
 
 /* Smooth the shares by Gaussian number @p n. */
@@ -292,11 +319,15 @@ static void smooth(const waves *w, int n, wave_block *b)
 {
     for (int z = 0; z < WINDOW; z++) {
         for (int y = 0; y < WINDOW; y++)
-            filter_rows(b->shares[z][y], 1, w->weights[n][0], b->along_x[z][y], FIELD);
-        filter_rows(b->along_x[z][0], FIELD, w->weights[n][1], b->along_y[z][0], FIELD * FIELD);
+            filter_row(b->shares[z][y], 1, w->weights[n][0], b->along_x[z][y]);
+        for (int y = 0; y < FIELD; y++)
+            filter_row(b->along_x[z][y], FIELD, w->weights[n][1], b->along_y[z][y]);
     }
-    filter_rows(b->along_y[0][0], FIELD * FIELD, w->weights[n][2], b->gaussians[n][0][0],
-                (size_t)FIELD * FIELD * FIELD);
+    for (int z = 0; z < FIELD; z++) {
+        for (int y = 0; y < FIELD; y++)
+            filter_row(b->along_y[z][y], (size_t)FIELD * FIELD, w->weights[n][2],
+                       b->gaussians[n][z][y]);
+    }
 }
 
 /* Fill the fields of an entry of the block from the shares of its label: how deep in the label
