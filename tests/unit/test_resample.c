@@ -813,15 +813,22 @@ static int rough_id(double x, double y, double z)
     return fabs(r) < 0.6 && random_of(&seed) < 0.1 ? r > 0 : r < 0;
 }
 
+/* A flat border with waves. */
+static int rippled_id(double x, double y, double z)
+{
+    return x + 0.2 * y + 0.1 * z + sin((y + 1.3 * z) / 4) < 41;
+}
+
 static void lack_of_memory_is_told(void **state)
 {
-    const int thick[3] = {20, 20, 8}, cube[3] = {NOISY, NOISY, NOISY};
+    const int thick[3] = {20, 20, 8}, cube[3] = {NOISY, NOISY, NOISY}, wide[3] = {64, 64, 64};
 
     (void)state;
     check_lack_of_memory(thick, 5, thick_id, 8);
     set_jumps();
     check_lack_of_memory(cube, 1, jumping_id, 24);
     check_lack_of_memory(cube, 1, rough_id, 24);
+    check_lack_of_memory(wide, 1, rippled_id, 30);
 }
 
 static int no_id(double x, double y, double z)
