@@ -24,20 +24,16 @@ typedef struct border_work {
 
 /* ---- blocks ---- */
 
-/* Set the first voxel of block @p n, and fetch its ids and those beside it. */
-static void fetch_block(const border_work *w, size_t n, border_block *b)
+/* Fetch the ids of a block and those beside it. */
+static void fetch_block(const border_work *w, border_block *b)
 {
     const drawn_view *view = w->view;
     const int *edge = w->method->edge;
-    const size_t at[3] = {n % w->blocks[0], n / w->blocks[0] % w->blocks[1],
-                          n / w->blocks[0] / w->blocks[1]};
     const int last = edge[0] + 1;
     size_t along_x[MOST_SIDE];
     uint16_t *to = b->ids;
     bool is_run; /* do the voxels of a row follow each other in memory? */
 
-    for (int i = 0; i < 3; i++)
-        b->low[i] = at[i] * (size_t)edge[i];
     for (int x = 0; x < edge[0] + 2; x++)
         along_x[x] = border_offset(view, 0, (ptrdiff_t)b->low[0] + x - 1);
     is_run = along_x[last - 1] - along_x[1] + 1 == (size_t)edge[0];
@@ -127,8 +123,8 @@ static bool add_row(border_block *b, const int begin[3], int count, const uint16
     return fits;
 }
 
-/* Find the voxels at borders of a block that was fetched, and their labels. There are none where
- * too many labels meet. */
+/* Find the voxels at borders of a block whose ids were fetched, and their labels. There are none
+ * where too many labels meet. */
 static void find_voxels(const border_work *w, border_block *b)
 {
     const int row_ids = w->method->edge[0] + 2, slice_ids = row_ids * (w->method->edge[1] + 2);
@@ -148,6 +144,22 @@ static void find_voxels(const border_work *w, border_block *b)
     }
     if (!fits)
         b->voxel_count = 0;
+}
+
+/* Find the voxels at borders of block @p n. @return whether there are any. */
+static bool open_block(const border_work *w, size_t n, border_block *b)
+{
+    const border_method *method = w->method;
+    const size_t at[3] = {n % w->blocks[0], n / w->blocks[0] % w->blocks[1],
+                          n / w->blocks[0] / w->blocks[1]};
+
+    for (int i = 0; i < 3; i++)
+        b->low[i] = at[i] * (size_t)method->edge[i];
+    if (method->may_hold && !method->may_hold(method->self, b->low))
+        return false;
+    fetch_block(w, b);
+    find_voxels(w, b);
+    return b->voxel_count > 0;
 }
 
 /* Count the voxels of a block for which labels were chosen. */
@@ -185,9 +197,7 @@ static void do_blocks(void *user, size_t begin, size_t end, int thread)
     border_block *b = &w->scratch[thread];
 
     for (size_t n = begin; n < end; n++) {
-        fetch_block(w, w->sample ? w->sample[n] : n, b);
-        find_voxels(w, b);
-        if (!b->voxel_count)
+        if (!open_block(w, w->sample ? w->sample[n] : n, b))
             continue;
         w->method->choose(w->method->self, b, thread);
         count_voxels(b, w->counts[thread]);
@@ -216,9 +226,7 @@ static void look_for_borders(void *user, size_t begin, size_t end, int thread)
     border_block *b = &w->scratch[thread];
 
     for (size_t n = begin; n < end; n++) {
-        fetch_block(w, looked_at(w, n), b);
-        find_voxels(w, b);
-        w->has_border[n] = b->voxel_count > 0 &&
+        w->has_border[n] = open_block(w, looked_at(w, n), b) &&
                            (!method->is_sampled || method->is_sampled(method->self, b, thread));
     }
 }

@@ -33,6 +33,8 @@ typedef struct border_method {
     int sample_blocks; /* that sc_borders_measure looks at, all of which hold borders */
     int looked_at;     /* among how many blocks these are searched for */
     const void *self;  /* what both functions get */
+    /* May the block whose first voxel is @p low hold borders? NULL: every one may. */
+    bool (*may_hold)(const void *self, const size_t low[3]);
     /* May this block be one of the sample? NULL: every one that holds borders. */
     bool (*is_sampled)(const void *self, const border_block *b, int thread);
     /* Set what each voxel gets. */

@@ -91,6 +91,13 @@ typedef struct waves {
 
 /* ---- cells ---- */
 
+static inline cell *cell_at(const waves *w, const int at[3])
+{
+    return w->cells +
+           (((size_t)at[2] * (size_t)w->cell_count[1] + (size_t)at[1]) * (size_t)w->cell_count[0] +
+            (size_t)at[0]);
+}
+
 /* Count a voxel in a cell, unless that holds too many labels. */
 static void count_voxel(cell *c, uint16_t label)
 {
@@ -209,6 +216,34 @@ static void count_rows(void *user, size_t begin, size_t end, int thread)
         for (; at[0] < w->cell_count[0]; at[0]++)
             count_cell(w, at, row + at[0]);
     }
+}
+
+/* @return whether a block and the cells beside it hold more than one label; of border_method. */
+static bool may_hold(const void *self, const size_t low[3])
+{
+    const waves *w = self;
+    const int voxels = voxels_of_cell(w);
+    int begin[3], end[3];
+    const cell *first;
+
+    for (int i = 0; i < 3; i++) {
+        const int at = (int)(low[i] / (size_t)w->cell_size[i]);
+
+        begin[i] = at > 0 ? at - 1 : 0;
+        end[i] = at + CELLS + 1 < w->cell_count[i] ? at + CELLS + 1 : w->cell_count[i];
+    }
+    first = cell_at(w, begin);
+    for (int z = begin[2]; z < end[2]; z++) {
+        for (int y = begin[1]; y < end[1]; y++) {
+            const cell *row = cell_at(w, (int[3]){begin[0], y, z});
+
+            for (int x = 0; x < end[0] - begin[0]; x++) {
+                if (row[x].count[0] != voxels || row[x].label[0] != first->label[0])
+                    return true;
+            }
+        }
+    }
+    return false;
 }
 
 /* ---- fields ---- */
@@ -534,7 +569,8 @@ static size_t rows_of(const waves *w)
 /* @return the method, for sc_borders_measure and sc_borders_relabel. */
 static border_method method_of(const waves *w)
 {
-    border_method method = {.sample_blocks = 128, .looked_at = 512, .self = w, .choose = choose};
+    border_method method = {
+        .sample_blocks = 128, .looked_at = 512, .self = w, .may_hold = may_hold, .choose = choose};
 
     for (int i = 0; i < 3; i++)
         method.edge[i] = CELLS * w->cell_size[i];
