@@ -17,7 +17,7 @@ typedef struct border_work {
     border_block *scratch; /* [threads] */
     int threads;
     size_t *sample;        /* blocks to measure, or NULL */
-    uint8_t *has_border;   /* of the team: of blocks that are looked at for the sample */
+    uint8_t *has_border;   /* of the team: may each block that is looked at be in the sample? */
     uint64_t (*counts)[3]; /* [threads]: voxels at borders, those that change, and flat ones */
     void *out;             /* ids of the result, or NULL */
 } border_work;
@@ -162,7 +162,7 @@ static bool open_block(const border_work *w, size_t n, border_block *b)
     return b->voxel_count > 0;
 }
 
-/* Count the voxels of a block for which labels were chosen. */
+/* Add the voxels of a block to the counts of a thread. */
 static void count_voxels(const border_block *b, uint64_t counts[3])
 {
     counts[0] += (uint64_t)b->voxel_count;
@@ -172,7 +172,7 @@ static void count_voxels(const border_block *b, uint64_t counts[3])
     }
 }
 
-/* Write what the voxels of a block get. */
+/* Write the labels that were chosen for the voxels of a block to the result. */
 static void write_voxels(const border_work *w, const border_block *b)
 {
     const drawn_view *view = w->view;
@@ -231,7 +231,7 @@ static void look_for_borders(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Make the memory at work. @return SC_ERR_MEMORY. */
+/* Allocate what the threads work with. @return SC_ERR_MEMORY. */
 static sc_status make_work(const sc_ctx *ctx, const drawn_view *view, const border_method *method,
                            int threads, border_work *w)
 {

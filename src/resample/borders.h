@@ -41,7 +41,7 @@ typedef struct border_method {
     void (*choose)(const void *self, border_block *b, int thread);
 } border_method;
 
-/* What sc_borders_measure tells, as shares of all voxels at borders. */
+/* What sc_borders_measure finds, as shares of all voxels at borders that it looks at. */
 typedef struct border_shares {
     double changed, flat;
 } border_shares;

@@ -93,7 +93,7 @@ SC_MUST_USE sc_status sc_resample_measure_waves(const sc_ctx *ctx, sc_team *team
  * the volume unchanged. */
 SC_MUST_USE sc_status sc_resample_remove_waves(const sc_ctx *ctx, sc_volume *v,
                                                const double drawn_mm[3], int threads);
-/* @return about how many bytes that takes beside a copy of the voxels. */
+/* @return about how many bytes sc_resample_remove_waves takes beside a copy of the voxels. */
 double sc_resample_waves_bytes(const sc_volume *v, int threads);
 
 /* Set size and geometry of a volume along @p axis: @p count planes, the middle of the first of

@@ -48,7 +48,7 @@ typedef struct measures {
 typedef struct noise_block {
     uint16_t ids[ROW_WINDOW * ROW_COUNT]; /* [z][y][x] of the window, edges repeated outside */
     uint32_t window[ROW_COUNT];           /* bits of one label */
-    measures measured[BLOCK_VOXELS];      /* of the voxels of a block */
+    measures measured[BLOCK_VOXELS];      /* one for each voxel at a border */
 } noise_block;
 
 /* The filters, and what the threads work with. The array is owned. */

@@ -30,7 +30,7 @@ enum {
     CELL_LABELS = 4,           /* that a cell can hold; blocks near one with more are left alone */
     EDGE = CELLS * CELL_STEPS, /* of a block, in voxels; less along coarser axes */
     RUN = 96,                  /* voxels of a row that are looked at together */
-    LEAST_CELL = 96            /* voxels of a cell with spacings of up to SC_THICK_RATIO to one */
+    LEAST_CELL = 96            /* voxels that a cell has at least */
 };
 
 /* Standard deviation of G, in steps of the finest axis. */
@@ -44,9 +44,13 @@ enum {
 #define MARGIN_MEASURED 0.5f
 #define MARGIN_REMOVED 0.15f
 
+/* Square of the cosine of those 63 degrees: see flatness_at. */
+#define NEAR_COSINE_SQUARE 0.2f
+
 /* A Gaussian of variance n WIDTH^2 tells the depth of a place in a label near a border: what it has
  * more than half of the share, over its slope at a plane, from which a curved border lies off by
- * a distance proportional to n. In 3 - 3 + 1 times the three depths this cancels. */
+ * a distance proportional to n. In 3 - 3 + 1 times the three depths this cancels. The slope at
+ * a plane is 1 / (WIDTH sqrt(2 pi n)). */
 static const float depth_of[GAUSSIANS] = {(float)(3 * 2.506628275 * WIDTH),
                                           (float)(-3 * 3.544907702 * WIDTH),
                                           (float)(4.341607527 * WIDTH)};
@@ -78,8 +82,8 @@ typedef struct interpolation {
 typedef struct waves {
     const drawn_view *view; /* of a volume without copied voxels */
     bool is_measured;       /* are waves measured, not removed? */
-    float least_flat;       /* gradient of a border in which labels change */
-    float margin;           /* by how much another membership must be larger */
+    float least_flat;       /* least gradient of a border that counts as flat */
+    float margin;           /* how far beyond the smoothed border voxels must lie, in steps */
     int cell_size[3];       /* voxels of a cell along each axis */
     int cell_count[3];      /* cells of the volume */
     cell *cells;            /* [z][y][x]; of the team while waves are measured */
@@ -250,7 +254,7 @@ static bool may_hold(const void *self, const size_t low[3])
 
 /* The part of a window that lies in the volume: [begin, end) along each axis. */
 typedef struct inside {
-    int first[3]; /* cell of the volume at the window's beginning */
+    int first[3]; /* the cell with which the window begins; negative beyond the volume */
     int begin[3], end[3];
 } inside;
 
@@ -423,8 +427,9 @@ static bool is_near_face(const waves *w, const border_block *block, const uint8_
     return place < NEAR_FACE || place >= w->view->size[axis] - NEAR_FACE;
 }
 
-/* @return the gradient of an entry at a voxel, as a share of that at a plane; 0 beside a face of
- * the volume that the border is more parallel than upright to: nothing tells how that goes on. */
+/* @return the gradient of an entry at a voxel, as a share of that at a plane; 0 near a face of
+ * the volume that the border meets at less than 63 degrees: nothing tells how such a border goes on
+ * beyond the face. */
 static float flatness_at(const waves *w, const border_block *block, const wave_block *b, int entry,
                          const uint8_t at[3])
 {
@@ -441,10 +446,10 @@ static float flatness_at(const waves *w, const border_block *block, const wave_b
         if (is_near_face(w, block, at, axis))
             parallel = fmaxf(parallel, slope * slope);
     }
-    return 5 * parallel > square ? 0 : sqrtf(square);
+    return parallel > NEAR_COSINE_SQUARE * square ? 0 : sqrtf(square);
 }
 
-/* Choose a label for a voxel. */
+/* Choose the label of a voxel: that in which it lies deepest, if the border is flat there. */
 static void choose_one(const waves *w, const border_block *block, const wave_block *b,
                        border_voxel *voxel)
 {

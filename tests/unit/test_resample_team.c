@@ -114,7 +114,7 @@ static void a_rank_without_memory_ends_all(void **state)
         outcome = run_team(&team, 2);
         assert_true(outcome == SC_OK || outcome == SC_ERR_MEMORY);
     }
-    assert_true(budget > 60); /* every allocation has failed, on either rank */
+    assert_true(budget > 60); /* each allocation has failed once on each of the two ranks */
     sc_volume_clear(&volume);
 }
 
