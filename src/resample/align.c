@@ -47,12 +47,19 @@ static void fetch_slice(const slices *s, size_t z, uint16_t *to)
     const drawn_view *view = s->view;
     const size_t *along_x = view->offset[s->axes[0]], *along_y = view->offset[s->axes[1]];
     const int nx = view->size[s->axes[0]], ny = view->size[s->axes[1]];
+    /* do the voxels of a row follow each other in memory? */
+    const bool is_run = along_x[nx - 1] - along_x[0] + 1 == (size_t)nx;
 
     for (int y = 0; y < ny; y++) {
         const size_t row = view->offset[s->axes[2]][z] + along_y[y];
 
-        for (int x = 0; x < nx; x++)
-            *to++ = (uint16_t)id_of_voxel(view->v, row + along_x[x]);
+        if (is_run) {
+            read_ids(view->v, row + along_x[0], nx, to);
+        } else {
+            for (int x = 0; x < nx; x++)
+                to[x] = (uint16_t)id_of_voxel(view->v, row + along_x[x]);
+        }
+        to += nx;
     }
 }
 

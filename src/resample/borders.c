@@ -5,7 +5,8 @@
 
 enum {
     CHUNK_VOXELS = 1 << 13, /* that a thread takes at once, if that is a block or more */
-    MOST_SIDE = 64 + 2      /* of a block and the voxels beside it */
+    MOST_SIDE = 64 + 2,     /* of a block and the voxels beside it */
+    ROUND_SAMPLES = 2       /* blocks that are looked at together, as a multiple of the sample */
 };
 
 /* What the threads share. The arrays are owned, but for has_border. */
@@ -17,6 +18,7 @@ typedef struct border_work {
     border_block *scratch; /* [threads] */
     int threads;
     size_t *sample;        /* blocks to measure, or NULL */
+    size_t first_looked;   /* number of the first block that look_for_borders looks at */
     uint8_t *has_border;   /* of the team: may each block that is looked at be in the sample? */
     uint64_t (*counts)[3]; /* [threads]: voxels at borders, those that change, and flat ones */
     void *out;             /* ids of the result, or NULL */
@@ -45,7 +47,7 @@ static void fetch_block(const border_work *w, border_block *b)
 
             if (is_run) {
                 to[0] = (uint16_t)id_of_voxel(view->v, row + along_x[0]);
-                border_read(view, row + along_x[1], edge[0], to + 1);
+                read_ids(view->v, row + along_x[1], edge[0], to + 1);
                 to[last] = (uint16_t)id_of_voxel(view->v, row + along_x[last]);
             } else {
                 for (int x = 0; x <= last; x++)
@@ -69,21 +71,19 @@ static int entry_of(border_block *b, uint16_t label)
     return i;
 }
 
-/* Mark the voxels of a row of @p count that lie at a border. @param around where the voxels beside
- * one lie. @return whether there are any. */
-static bool mark_row(const uint16_t *restrict row, int count, const int around[6],
+/* Mark the voxels of a row of @p count that lie at a border. @param row_ids, slice_ids how far the
+ * next row and the next slice lie. @return whether there are any. */
+static bool mark_row(const uint16_t *row, int count, int row_ids, int slice_ids,
                      uint16_t *restrict marks)
 {
+    /* restrict, since nothing of them is written, so that compilers use vector instructions */
+    const uint16_t *restrict below = row - slice_ids, *restrict above = row + slice_ids,
+                             *restrict low = row - row_ids, *restrict high = row + row_ids;
     uint16_t any = 0;
 
     for (int x = 0; x < count; x++)
-        marks[x] = (uint16_t)(row[x] ^ row[x - 1]) | (uint16_t)(row[x] ^ row[x + 1]);
-    for (int i = 2; i < 6; i++) {
-        const uint16_t *beside = row + around[i];
-
-        for (int x = 0; x < count; x++)
-            marks[x] |= row[x] ^ beside[x];
-    }
+        marks[x] = (uint16_t)((row[x] ^ row[x - 1]) | (row[x] ^ row[x + 1]) | (row[x] ^ low[x]) |
+                              (row[x] ^ high[x]) | (row[x] ^ below[x]) | (row[x] ^ above[x]));
     for (int x = 0; x < count; x++)
         any |= marks[x];
     return any != 0;
@@ -116,7 +116,7 @@ static bool add_row(border_block *b, const int begin[3], int count, const uint16
     uint16_t marks[MOST_SIDE];
     bool fits = true;
 
-    if (!mark_row(row, count, around, marks))
+    if (!mark_row(row, count, around[3], around[5], marks))
         return true;
     for (int x = 0; x < count && fits; x++)
         fits = !marks[x] || add_voxel(b, (int[3]){x, begin[1], begin[2]}, row + x, around);
@@ -217,15 +217,15 @@ static size_t looked_at(const border_work *w, size_t n)
     return (size_t)(fmod((double)n * 0.6180339887498949, 1) * (double)all);
 }
 
-/* Note which of the blocks that are looked at may be in the sample; an sc_range_fn on border_work.
- */
+/* Note which of the blocks that are looked at, from first_looked on, may be in the sample; an
+ * sc_range_fn on border_work. */
 static void look_for_borders(void *user, size_t begin, size_t end, int thread)
 {
     const border_work *w = user;
     const border_method *method = w->method;
     border_block *b = &w->scratch[thread];
 
-    for (size_t n = begin; n < end; n++) {
+    for (size_t n = w->first_looked + begin; n < w->first_looked + end; n++) {
         w->has_border[n] = open_block(w, looked_at(w, n), b) &&
                            (!method->is_sampled || method->is_sampled(method->self, b, thread));
     }
@@ -273,6 +273,28 @@ static void clear_work(border_work *w)
     sc_free(w->sample);
 }
 
+/* Look for the blocks of the sample, some at a time until there are enough. Collective in the team,
+ * the same result on all its ranks. @param looked at how many blocks to look at most. @return how
+ * many are in the sample. */
+static size_t find_sample(sc_team *team, border_work *w, size_t looked)
+{
+    const size_t wanted = (size_t)w->method->sample_blocks;
+    size_t count = 0;
+
+    for (size_t begin = 0; begin < looked && count < wanted; begin += ROUND_SAMPLES * wanted) {
+        const size_t end =
+            begin + ROUND_SAMPLES * wanted < looked ? begin + ROUND_SAMPLES * wanted : looked;
+
+        w->first_looked = begin;
+        sc_team_for(team, end - begin, w->chunk, look_for_borders, w);
+        for (size_t n = begin; n < end && count < wanted; n++) {
+            if (w->has_border[n])
+                w->sample[count++] = looked_at(w, n);
+        }
+    }
+    return count;
+}
+
 /* Add up what all threads of all ranks have counted. Collective in the team. */
 static sc_status add_counts(const sc_ctx *ctx, sc_team *team, const border_work *w,
                             uint64_t counts[3])
@@ -303,7 +325,7 @@ sc_status sc_borders_measure(const sc_ctx *ctx, sc_team *team, const drawn_view 
                              const border_method *method, border_shares *out)
 {
     border_work w;
-    size_t looked, count = 0;
+    size_t looked, count;
     uint64_t counts[3];
     void *block = NULL, *has_border = NULL;
     sc_status status = make_work(ctx, view, method, sc_team_threads(team), &w);
@@ -316,11 +338,7 @@ sc_status sc_borders_measure(const sc_ctx *ctx, sc_team *team, const drawn_view 
     looked = looked < (size_t)method->looked_at ? looked : (size_t)method->looked_at;
     SC_TRY(sc_team_alloc(ctx, team, looked, 1, &has_border));
     w.has_border = has_border;
-    sc_team_for(team, looked, w.chunk, look_for_borders, &w);
-    for (size_t n = 0; n < looked && count < (size_t)method->sample_blocks; n++) {
-        if (w.has_border[n])
-            w.sample[count++] = looked_at(&w, n);
-    }
+    count = find_sample(team, &w, looked);
     sc_team_for(team, count, 1, do_blocks, &w);
     SC_TRY(add_counts(ctx, team, &w, counts));
     out->changed = counts[0] ? (double)counts[1] / (double)counts[0] : 0;

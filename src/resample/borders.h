@@ -5,8 +5,6 @@
 
 #include "internal.h"
 
-#include <string.h>
-
 enum { BORDER_LABELS = 32 }; /* of a block; where more meet nothing is flat, and it is left alone */
 
 /* A voxel that has a neighbour with another label by one of its faces. */
@@ -62,20 +60,6 @@ static inline size_t border_offset(const drawn_view *view, int axis, ptrdiff_t a
     const ptrdiff_t last = view->size[axis] - 1;
 
     return view->offset[axis][at < 0 ? 0 : at > last ? last : at];
-}
-
-/* Read the ids of @p count voxels one after the other in the memory of a volume, from @p index. */
-static inline void border_read(const drawn_view *view, size_t index, int count,
-                               uint16_t *restrict to)
-{
-    if (view->v->label_bytes == 1) {
-        const uint8_t *restrict from = (const uint8_t *)view->v->ids + index;
-
-        for (int x = 0; x < count; x++)
-            to[x] = from[x];
-    } else {
-        memcpy(to, (const uint16_t *)view->v->ids + index, (size_t)count * sizeof *to);
-    }
 }
 
 /* Does the label of an entry contend for a voxel? */

@@ -46,9 +46,9 @@ typedef struct measures {
 
 /* What a thread works with. */
 typedef struct noise_block {
-    uint16_t ids[ROW_WINDOW * ROW_COUNT]; /* [z][y][x] of the window, edges repeated outside */
-    uint32_t window[ROW_COUNT];           /* bits of one label */
-    measures measured[BLOCK_VOXELS];      /* one for each voxel at a border */
+    uint16_t ids[ROW_WINDOW * ROW_COUNT];      /* [z][y][x] of the window, edges repeated outside */
+    uint32_t window[BORDER_LABELS][ROW_COUNT]; /* bits of the labels of the block */
+    measures measured[BLOCK_VOXELS];           /* one for each voxel at a border */
 } noise_block;
 
 /* The filters, and what the threads work with. The array is owned. */
@@ -152,18 +152,27 @@ static void fetch_ids(const drawn_view *view, const size_t low[3], noise_block *
     }
 }
 
-/* Set the bits of the window that tell which voxels carry a label. */
-static void set_window(noise_block *b, uint16_t label)
+/* Set the bits of the window that tell which voxels carry the labels of the block. */
+static void set_windows(const border_block *block, noise_block *b)
 {
+    memset(b->window, 0, (size_t)block->label_count * sizeof *b->window);
     for (int row = 0; row < ROW_COUNT; row++) {
         const uint16_t *ids = b->ids + row * ROW_WINDOW;
-        uint32_t bits = 0;
+        int end;
 
-        for (int x = 0; x < ROW_WINDOW; x++)
-            bits |= (uint32_t)(ids[x] == label) << x;
-        b->window[row] = bits;
+        for (int begin = 0; begin < ROW_WINDOW; begin = end) {
+            int entry = 0;
+
+            for (end = begin + 1; end < ROW_WINDOW && ids[end] == ids[begin];)
+                end++;
+            while (entry < block->label_count && block->labels[entry] != ids[begin])
+                entry++;
+            if (entry < block->label_count)
+                b->window[entry][row] |= ((1u << (end - begin)) - 1) << begin;
+        }
     }
 }
+_Static_assert(ROW_WINDOW < 32, "the bits of a row fit in 32");
 
 /* Is a place of the window outside of the volume? */
 static bool is_outside(const drawn_view *view, const size_t low[3], const int at[3])
@@ -208,13 +217,13 @@ static bool is_whole(const void *self, const border_block *block, int thread)
 
 /* ---- voxels ---- */
 
-/* Measure the membership of the label whose bits are in the window at a voxel. */
+/* Measure the membership of the label of an entry at a voxel. */
 static void measure_share(const noise *w, const noise_block *b, int entry,
                           const border_voxel *voxel, measures *m)
 {
     for (int s = 0; s < SCALES; s++) {
-        const float share = sc_row_filter_sum(&w->scales[s].membership, b->window, voxel->at[0],
-                                              voxel->at[1], voxel->at[2]);
+        const float share = sc_row_filter_sum(&w->scales[s].membership, b->window[entry],
+                                              voxel->at[0], voxel->at[1], voxel->at[2]);
 
         if (entry == voxel->own) {
             m->own_share[s] = share;
@@ -231,7 +240,7 @@ static inline bool is_contested(const measures *m, int s)
     return m->best_share[s] > m->own_share[s] + margin[s];
 }
 
-/* Measure the gradient of the label whose bits are in the window at a voxel. */
+/* Measure the gradient of the label of an entry at a voxel. */
 static void measure_gradient(const noise *w, const noise_block *b, int entry,
                              const border_voxel *voxel, measures *m)
 {
@@ -243,8 +252,8 @@ static void measure_gradient(const noise *w, const noise_block *b, int entry,
 
         if (entry != voxel->own && entry != m->best[s])
             continue;
-        along[0] = sc_row_filter_sum(&f->slope, b->window, at[0], at[1], at[2]);
-        sc_row_filter_moments(&f->value, b->window, at[0], at[1], at[2], along + 1);
+        along[0] = sc_row_filter_sum(&f->slope, b->window[entry], at[0], at[1], at[2]);
+        sc_row_filter_moments(&f->value, b->window[entry], at[0], at[1], at[2], along + 1);
         for (int i = 0; i < 3; i++)
             along[i] *= f->flat[i];
         m->gradient[s][entry != voxel->own] =
@@ -269,17 +278,16 @@ static void choose(const void *self, border_block *block, int thread)
     noise_block *b = &w->scratch[thread];
 
     fetch_ids(w->view, block->low, b);
+    set_windows(block, b);
     for (int i = 0; i < block->voxel_count; i++)
         b->measured[i] = (measures){.best_share = {-1, -1}};
     for (int entry = 0; entry < block->label_count; entry++) {
-        set_window(b, block->labels[entry]);
         for (int i = 0; i < block->voxel_count; i++) {
             if (border_contends(&block->voxels[i], entry))
                 measure_share(w, b, entry, &block->voxels[i], &b->measured[i]);
         }
     }
     for (int entry = 0; entry < block->label_count; entry++) {
-        set_window(b, block->labels[entry]);
         for (int i = 0; i < block->voxel_count; i++) {
             measures *m = &b->measured[i];
 

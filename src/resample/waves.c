@@ -61,6 +61,11 @@ typedef struct cell {
     uint8_t count[CELL_LABELS];
 } cell;
 
+/* Numbers that processors work on together. */
+enum { QUAD = 4 };
+typedef float quad __attribute__((vector_size(QUAD * sizeof(float))));
+_Static_assert(FIELD % QUAD == 0, "a row of a field is filled by quads");
+
 typedef float field[FIELD][FIELD][FIELD]; /* [z][y][x], of the cells of a block and SUPPORT more */
 
 /* What a thread works with. */
@@ -155,15 +160,15 @@ static void compare_rows(const waves *w, const size_t at[3], int count, uint16_t
     const drawn_view *view = w->view;
     uint16_t ids[RUN];
 
-    border_read(view, view->offset[2][at[2]] + view->offset[1][at[1]] + at[0], count, first);
+    read_ids(view->v, view->offset[2][at[2]] + view->offset[1][at[1]] + at[0], count, first);
     for (int x = 0; x < count; x++)
         differs[x] = 0;
     for (int z = 0; z < w->cell_size[2]; z++) {
         for (int y = 0; y < w->cell_size[1]; y++) {
-            border_read(view,
-                        view->offset[2][at[2] + (size_t)z] + view->offset[1][at[1] + (size_t)y] +
-                            at[0],
-                        count, ids);
+            read_ids(view->v,
+                     view->offset[2][at[2] + (size_t)z] + view->offset[1][at[1] + (size_t)y] +
+                         at[0],
+                     count, ids);
             for (int x = 0; x < count; x++)
                 differs[x] |= ids[x] ^ first[x];
         }
@@ -343,14 +348,17 @@ static void set_shares(const waves *w, const inside *in, uint16_t label, wave_bl
 static inline void filter_row(const float *restrict from, size_t stride,
                               const float *restrict weights, float *restrict to)
 {
-    float sums[FIELD] = {0};
+    quad sums[FIELD / QUAD] = {{0}};
 
     for (size_t n = 0; n < 2 * REACH + 1; n++) {
-        for (size_t i = 0; i < FIELD; i++)
-            sums[i] += weights[n] * from[n * stride + i];
+        for (size_t i = 0; i < FIELD / QUAD; i++) {
+            quad values;
+
+            memcpy(&values, from + n * stride + i * QUAD, sizeof values);
+            sums[i] += weights[n] * values;
+        }
     }
-    for (size_t i = 0; i < FIELD; i++)
-        to[i] = sums[i];
+    memcpy(to, sums, sizeof sums);
 }
 
 /* Smooth the shares by Gaussian number @p n. */
