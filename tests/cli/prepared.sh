@@ -28,6 +28,7 @@ grep -q "heart.segc: was prepared with tissues that the job hides" log.txt || fa
 job heart.nrrd '{"*myocardium*": {opacity: 0.4}, "*ventricle*": {opacity: 0.1}}' >plain-other.yaml
 job heart.segc '{"*myocardium*": {opacity: 0.4}, "*ventricle*": {opacity: 0.1}}' >mapped-other.yaml
 for setting in light.occlusion=1 render.surface=voxel render.skip=octree render.skip=interior light.shadows=true; do
+    sampled || continue
     "$SEGCAST" still plain-other.yaml --set "$setting" -o a.png --overwrite -q >/dev/null
     "$SEGCAST" still mapped-other.yaml --set "$setting" -o b.png --overwrite -q >/dev/null 2>&1
     same a.png b.png "other opacities, $setting"
@@ -69,6 +70,7 @@ refused 64 'has no option --frame; these commands have: still' prepare heart.nrr
 # With other settings than the file was prepared with, it is prepared again.
 for setting in render.smooth=0.5 'render.smooth=[1, 1, 2]' 'tissues."*myocardium*".smooth=0.5' render.thickness=local \
     render.surface=voxel volume_size=40x60x41 'volume_size=[79, 55, 81]'; do
+    sampled || continue
     "$SEGCAST" still plain.yaml --set "$setting" -o a.png --overwrite -q >/dev/null
     "$SEGCAST" still mapped.yaml --set "$setting" -o b.png --overwrite -q >/dev/null 2>&1
     same a.png b.png "$setting"

@@ -10,6 +10,7 @@ still() { # still FILE [OPTION]...: draw with as many rays as a picture on a she
     "$SEGCAST" still job.yaml --set render.samples=3 -q --overwrite -o "$file" "$@" >/dev/null
 }
 same() { # same OPTION VALUE FRAME: the option chooses this frame
+    sampled || return 0
     still chosen.png "$1" "$2"
     still frame.png --frame "$3"
     "$IMAGE_DIFFERENCE" chosen.png frame.png || fail "$1 $2 is not frame $3"
@@ -25,6 +26,7 @@ same --time 2.0333 60 # the last frame, which is shown till then
 same --time 0% 0
 same --time 50% 30
 same --time 100% 60
+still frame.png --frame 60
 still none.png
 "$IMAGE_DIFFERENCE" none.png frame.png >/dev/null && fail 'two frames look the same: nothing is tested'
 still frame.png --frame 0

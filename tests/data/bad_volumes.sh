@@ -20,6 +20,7 @@ count=0
 while IFS=$'\t' read -r file expected; do
     [ "$file" = file ] && continue
     count=$((count + 1))
+    sampled || continue
     path=$DATA/bad/made/$file
     case $file in
     *.txt | *.ctbl) arguments=("$DATA/bad/made/good.nrrd" --labels "$path") ;;

@@ -12,6 +12,18 @@ export HWLOC_COMPONENTS=-gl # mpirun would look for displays, which takes second
 fail() { printf 'FAILED: %s\n' "$*" >&2; exit 1; }
 skip() { printf 'skipped: %s\n' "$*"; exit 77; }
 
+# sampled: is this case one to try? All are; but where AddressSanitizer watches, which makes each command take several
+# times as long, every third from a random one on, unless SC_TEST_ALL is set.
+sample=$((RANDOM % 3))
+sampled() {
+    case $BUILD in
+    */asan)
+        sample=$((sample + 1))
+        [ -n "${SC_TEST_ALL:-}" ] || [ $((sample % 3)) = 0 ]
+        ;;
+    esac
+}
+
 # expect CODE PATTERN COMMAND...: the command exits with CODE, and a line of its standard error matches
 # the extended regular expression PATTERN, unless that is empty.
 expect() {
