@@ -65,6 +65,7 @@ typedef struct cell {
 enum { QUAD = 4 };
 typedef float quad __attribute__((vector_size(QUAD * sizeof(float))));
 _Static_assert(FIELD % QUAD == 0, "a row of a field is filled by quads");
+_Static_assert(QUAD == 4, "cubics go through four values");
 
 typedef float field[FIELD][FIELD][FIELD]; /* [z][y][x], of the cells of a block and SUPPORT more */
 
@@ -404,16 +405,18 @@ static float value_at(const waves *w, const field f, const uint8_t at[3],
     const int x = w->between[0].first[at[0]], y = w->between[1].first[at[1]],
               z = w->between[2].first[at[2]];
     float sum = 0;
+    quad along_x = {0};
 
     for (int k = 0; k < 4; k++) {
         for (int j = 0; j < 4; j++) {
-            const float *row = &f[z + k][y + j][x];
-            const float *v = weights[0];
+            quad row;
 
-            sum += weights[2][k] * weights[1][j] *
-                   (v[0] * row[0] + v[1] * row[1] + v[2] * row[2] + v[3] * row[3]);
+            memcpy(&row, &f[z + k][y + j][x], sizeof row);
+            along_x += weights[2][k] * weights[1][j] * row;
         }
     }
+    for (int i = 0; i < QUAD; i++)
+        sum += weights[0][i] * along_x[i];
     return sum;
 }
 
