@@ -187,17 +187,27 @@ static inline row join(const int16_t *before, const int16_t *here, const int16_t
 static void fetch_values(const relax *r, const page *pages, size_t brick, window *w)
 {
     const ptrdiff_t brick_row = r->p->bricks[0], brick_layer = brick_row * r->p->bricks[1];
+    /* of the rows of bricks those in the window: before its own brick, of that, behind it */
+    static const int first[3] = {SC_BRICK - HALO, 0, 0}, end[3] = {SC_BRICK, SC_BRICK, HALO};
     const int16_t *around[AROUND];
+    row *to = w->values;
 
     for (int i = 0; i < AROUND; i++)
         around[i] = pages[r->slot[(size_t)((ptrdiff_t)brick + (i / 9 - 1) * brick_layer +
                                            (i / 3 % 3 - 1) * brick_row + i % 3 - 1)]];
-    for (int i = 0; i < LINES; i++) {
-        const int y = i % SIDE - HALO, z = i / SIDE - HALO; /* from the brick */
-        const int bit = sc_brick_bit(0, y, z);
-        const int16_t *const *from = around + (sc_brick_of(z) + 1) * 9 + (sc_brick_of(y) + 1) * 3;
+    for (int layer = 0; layer < SIDE; layer++) {
+        const int z = layer - HALO; /* from the brick */
+        const int16_t *const *slice = around + (sc_brick_of(z) + 1) * 9;
 
-        w->values[i] = join(from[0] + bit, from[1] + bit, from[2] + bit);
+        for (int part = 0; part < 3; part++) { /* the bricks along y */
+            const int16_t *const *from = slice + part * 3;
+
+            for (int y = first[part]; y < end[part]; y++) {
+                const int bit = sc_brick_bit(0, y, z);
+
+                *to++ = join(from[0] + bit, from[1] + bit, from[2] + bit);
+            }
+        }
     }
 }
 
