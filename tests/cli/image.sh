@@ -13,7 +13,7 @@ expect 0 '' "$SEGCAST" render job.yaml --set image.path=phantom:50x36x52 -o buil
 [ "$(hashes one | tail -1)" != "$(hashes plain | tail -1)" ] || fail "the image is not seen"
 for surface in smooth voxel; do
     for layout in picture views backdrop; do
-        sampled || continue
+        [ $surface-$layout = smooth-backdrop ] || sampled || continue # that one is compared again below
         set=("${with[@]}" --set render.surface=$surface --frames 2-6:2)
         case $layout in
         backdrop) set+=(--set image.backdrop=0.4 --set 'tissues={"*": {opacity: 0.3}}') ;;
