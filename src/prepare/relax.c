@@ -187,7 +187,7 @@ static inline row join(const int16_t *before, const int16_t *here, const int16_t
 static void fetch_values(const relax *r, const page *pages, size_t brick, window *w)
 {
     const ptrdiff_t brick_row = r->p->bricks[0], brick_layer = brick_row * r->p->bricks[1];
-    /* of the rows of bricks those in the window: before its own brick, of that, behind it */
+    /* which rows the window has of the brick before its own, of its own, and of the one behind */
     static const int first[3] = {SC_BRICK - HALO, 0, 0}, end[3] = {SC_BRICK, SC_BRICK, HALO};
     const int16_t *around[AROUND];
     row *to = w->values;

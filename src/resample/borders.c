@@ -76,7 +76,7 @@ static int entry_of(border_block *b, uint16_t label)
 static bool mark_row(const uint16_t *row, int count, int row_ids, int slice_ids,
                      uint16_t *restrict marks)
 {
-    /* restrict, since nothing of them is written, so that compilers use vector instructions */
+    /* nothing is written through these: told so by restrict, compilers use vector instructions */
     const uint16_t *restrict below = row - slice_ids, *restrict above = row + slice_ids,
                              *restrict low = row - row_ids, *restrict high = row + row_ids;
     uint16_t any = 0;
