@@ -6,6 +6,7 @@
  * A ray steps from cell to cell by whole numbers; the distances at which it crosses the planes
  * between them are computed from those numbers, never summed up, so that a step across an empty
  * brick ends in the very cell, and at the very distance, that single steps would have led to. */
+#include "normal.h"
 #include "smooth_ray.h"
 #include "variants.h"
 
