@@ -11,7 +11,8 @@
  * it. Here three quarters of the third are added, and c is a little larger: this keeps tubes of
  * radius 1 as well, and makes up for the shrinking by the trilinear interpolation of the weights.
  *
- * The gradient, for light, is that of the membership smoothed by a wider Gaussian.
+ * The gradient, for light, is that of the membership smoothed by a wider Gaussian; at vertices of
+ * tissue beside the background and no other tissue, that of the background.
  *
  * To be fast, one label at a time is filtered for all vertices of a brick. Each row of the window
  * around the brick becomes 16 bits that say which vertices carry the label. Tables hold, for every
@@ -175,7 +176,8 @@ typedef struct brick_work {
     /* results */
     float own[SC_BRICK_VERTICES];        /* smoothed membership of a vertex's own label */
     float other[SC_BRICK_VERTICES];      /* the largest one of any other label */
-    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, negated */
+    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, negated; beside the
+                                            background that of the background */
 } brick_work;
 
 /* Does the window whose lowest voxel is @p low lie in the volume? */
@@ -329,9 +331,22 @@ static void find_gradients(const filters *f, const sc_normal_filter *n, brick_wo
     }
 }
 
-/* Set w->outward of the vertices of @p mask against the rise of the current label: by the wide
- * filter, and where tissue is thin, by a blend with the narrow one. Overwrites w->gradients. */
-static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
+/* @return the membership of the current label at the vertex of a bit, smoothed by the filter @p n,
+ * by which find_gradients has just found gradients in its layer. */
+static float membership_at(const sc_normal_filter *n, const brick_work *w, int bit)
+{
+    float sum = 0;
+
+    for (int i = 0; i < TAPS; i++)
+        sum += w->gradients.flat[sc_bit_z(bit) + i][sc_bit_y(bit)][sc_bit_x(bit)] * n->value[2][i];
+    return sum;
+}
+
+/* Set @p outward of the vertices of @p mask against the rise of the current label: by the wide
+ * filter, and where tissue is thin, by a blend with the narrow one. Overwrites w->gradients.
+ * @param membership of the wide filter at these vertices, to be set; NULL: not needed. */
+static void store_gradients(const filters *f, brick_work *w, uint64_t mask,
+                            float outward[SC_BRICK_VERTICES][3], float *membership)
 {
     const float(*along)[SC_BRICK_VERTICES] = w->gradients.along;
     uint64_t thin = 0;
@@ -341,8 +356,10 @@ static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
         const int bit = __builtin_ctzll(left);
 
         for (int i = 0; i < 3; i++)
-            w->outward[bit][i] = -along[i][bit]; /* against the rise of the label */
-        if (sc_gradient_length(w->outward[bit]) < SC_THIN_FROM)
+            outward[bit][i] = -along[i][bit]; /* against the rise of the label */
+        if (membership)
+            membership[bit] = membership_at(&f->wide, w, bit);
+        if (sc_gradient_length(outward[bit]) < SC_THIN_FROM)
             thin |= 1ull << bit;
     }
     if (!thin)
@@ -350,10 +367,10 @@ static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
     find_gradients(f, &f->narrow, w, thin);
     for (; thin; thin &= thin - 1) {
         const int bit = __builtin_ctzll(thin);
-        const float share = sc_thin_share(sc_gradient_length(w->outward[bit]));
+        const float share = sc_thin_share(sc_gradient_length(outward[bit]));
 
         for (int i = 0; i < 3; i++)
-            w->outward[bit][i] += share * (-along[i][bit] - w->outward[bit][i]);
+            outward[bit][i] += share * (-along[i][bit] - outward[bit][i]);
     }
 }
 
@@ -395,12 +412,36 @@ static int find_labels(brick_work *w, uint64_t mask)
     return count;
 }
 
+/* Set w->outward of those vertices of @p mask that carry background, which becomes the current
+ * label, and mend that of tissue beside it. */
+static void find_background_gradients(const filters *f, brick_work *w, uint64_t mask)
+{
+    const uint64_t own = vertices_of(w, mask, 0);
+    uint64_t at_seam, beside = mask & sc_beside_background(f->p->volume, w->low, &at_seam);
+    float outward[SC_BRICK_VERTICES][3], membership[SC_BRICK_VERTICES];
+
+    if (!(own | beside))
+        return;
+    fill_bits(w, 0);
+    store_gradients(f, w, own | beside, outward, membership);
+    for (uint64_t left = own; left; left &= left - 1)
+        memcpy(w->outward[__builtin_ctzll(left)], outward[__builtin_ctzll(left)],
+               sizeof outward[0]);
+    for (; beside; beside &= beside - 1) {
+        const int bit = __builtin_ctzll(beside);
+
+        sc_mend_beside_background(outward[bit], membership[bit], at_seam >> bit & 1,
+                                  w->outward[bit]);
+    }
+}
+
 /* Write own, other and outward of @p w at the vertices of @p mask, from w->ids. If the window holds
  * two labels, one label tells about both: their memberships add up to 1, and their gradients are
  * opposite. */
 static void filter_brick(const filters *f, brick_work *w, uint64_t mask)
 {
     const int count = find_labels(w, mask);
+    bool background = false;
 
     memset(w->other, 0, sizeof w->other);
     for (int i = 0; i < count; i++) {
@@ -410,9 +451,11 @@ static void filter_brick(const filters *f, brick_work *w, uint64_t mask)
             fill_bits(w, w->labels[i]);
         update_memberships(f, w, mask, own);
         if (count == 2)
-            store_gradients(f, w, mask);
+            store_gradients(f, w, mask, w->outward, NULL);
+        else if (w->labels[i] == 0)
+            background = true; /* other gradients must be known before */
         else if (own)
-            store_gradients(f, w, own);
+            store_gradients(f, w, own, w->outward, NULL);
         if (count == 2) {
             turn_gradients(w, mask & ~own);
             for (uint64_t left = mask; left; left &= left - 1) {
@@ -426,6 +469,8 @@ static void filter_brick(const filters *f, brick_work *w, uint64_t mask)
             return;
         }
     }
+    if (background)
+        find_background_gradients(f, w, mask);
 }
 
 /* @return the vertex record of the vertex of a bit, from own, other and outward of @p w. The weight

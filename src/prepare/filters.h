@@ -15,6 +15,15 @@ enum { SC_WEIGHT_LEAST = 3 }; /* of SC_WEIGHT_MAX: a label owns all its voxels' 
  * THIN_FROM. A narrower filter is blended in from there, and replaces the wide one at THIN_ALL. */
 #define SC_THIN_FROM 0.45f
 #define SC_THIN_ALL 0.30f
+/* Vertices of tissue beside the background take over its gradient where its border is flat: partly
+ * where the gradient is longer than FLAT_FROM, and fully from FLAT_ALL on, as a share of its length
+ * beside a plane that leaves as much background around. In a narrow gap between tissues, where the
+ * surface has an edge, or where two tissues meet in a sharp valley, it is shorter. */
+#define SC_FLAT_FROM 0.92f
+#define SC_FLAT_ALL 0.97f
+/* What is left of the length of a gradient that should hardly count at the surface. With less,
+ * light is uneven at the bottom of valleys. */
+#define SC_SEAM_LENGTH 0.3f
 /* Standard deviations of the filter for normals, and of that where tissue is thin, in reference
  * voxels. */
 #define SC_NORMAL_WIDTH 2.35
@@ -76,6 +85,37 @@ uint32_t sc_field_record(const double to_mm[3][3], int weight, const float outwa
 static inline float sc_gradient_length(const float v[3])
 {
     return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+/* @return the share, 0 to 1, in which the gradient of the background at a vertex of tissue beside
+ * it tells about the surface there: how flat that is. Near another tissue the gradient of the
+ * vertex's own label tells about both borders, and leans.
+ * @param background its gradient. @param membership of the background at the vertex, smoothed by
+ * the same Gaussian. */
+static inline float sc_flat_share(const float background[3], float membership)
+{
+    /* Beside a plane a smoothed membership m has a gradient that falls off with 4 m (1 - m); this
+     * polynomial is right to 1 % from m = 0.15 on. */
+    const float even = 4 * membership * (1 - membership), odd = 1 - even;
+    const float flat = even * (1 + 0.188f * odd + 0.22f * odd * odd);
+    const float share = (sc_gradient_length(background) - SC_FLAT_FROM * flat) /
+                        ((SC_FLAT_ALL - SC_FLAT_FROM) * flat + 1e-6f);
+
+    return share > 0 ? share < 1 ? share : 1 : 0;
+}
+
+/* Mend the gradient @p own of a vertex of tissue beside the background, outward from its label, in
+ * place. If no other tissue is beside it, it takes over that of the background, reversed. Else it
+ * is needed for the border between the tissues, and is shortened, so that it hardly counts at the
+ * surface. Both in the share of sc_flat_share. @param background outward from the background. */
+static inline void sc_mend_beside_background(const float background[3], float membership,
+                                             bool at_seam, float own[3])
+{
+    const float share = sc_flat_share(background, membership);
+
+    for (int i = 0; i < 3; i++)
+        own[i] = at_seam ? own[i] * (1 - share * (1 - SC_SEAM_LENGTH))
+                         : own[i] + share * (-background[i] - own[i]);
 }
 
 /* @return in which share a narrower filter replaces one that gives a gradient of this length. */

@@ -125,6 +125,12 @@ typedef void sc_boundary_fn(void *user, const sc_boundary_voxel *voxel);
 void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boundary_fn *visit,
                       void *user);
 
+/* @return the vertices of a brick, by bit, that carry a tissue and have background in the 3 x 3 x 3
+ * around them. @param at_seam those of them that have another tissue there, too, to be set.
+ * Vertices outside of the volume count as the nearest voxel. @param low the brick's lowest vertex.
+ * Any thread. */
+uint64_t sc_beside_background(const sc_volume *v, const int low[3], uint64_t *at_seam);
+
 /* Check everything in a view of a prepared file that is used as an index or computed with: after
  * that the file can be drawn without a crash, whoever has written it. Its sizes and sections have
  * been checked before. @param path for messages. Reads all voxels. @return SC_ERR_DATA. */

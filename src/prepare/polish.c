@@ -7,7 +7,11 @@
  * whose directions are opposite, are summed apart. Where the directions of a side agree, their mean
  * has nearly the length 1, and it replaces the direction of the vertex. Over a bend or a thin tube
  * the mean is shorter, and at the rim of a sheet it is not like the direction of the vertex, which
- * then keeps its own. */
+ * then keeps its own.
+ *
+ * Vertices of tissue beside the background and no other tissue count, with their directions
+ * reversed, to the background's side, and get its mean. So both sides of a surface have one mean,
+ * and where another tissue begins the border towards that does not make it lean. */
 #include "internal.h"
 
 #include <string.h>
@@ -145,20 +149,46 @@ static uint64_t directed(const sc_preparation *p, size_t brick)
     return mask;
 }
 
+/* For each of a brick's vertices near an interface, by bit: write the label to whose side its
+ * direction counts to @p labels. @return those of which it counts reversed: vertices of tissue that
+ * count to the background's side. */
+static uint64_t find_owners(const sc_preparation *p, size_t brick,
+                            uint16_t labels[SC_BRICK_VERTICES])
+{
+    uint64_t reversed, at_seam;
+    int low[3];
+
+    sc_brick_low(p->bricks, brick, low);
+    reversed = p->near[brick] & sc_beside_background(p->volume, low, &at_seam);
+    reversed &= ~at_seam;
+    labels_of(p, brick, labels);
+    for (uint64_t left = reversed; left; left &= left - 1)
+        labels[__builtin_ctzll(left)] = 0;
+    return reversed;
+}
+
+/* Write the unit direction of the record at an index, RAS, to @p out, reversed if asked for. */
+static void owned_direction(const sc_preparation *p, size_t index, bool reversed, float out[3])
+{
+    direction_of(sc_record_read(p->records, index), out);
+    for (int i = 0; i < 3 && reversed; i++)
+        out[i] = -out[i];
+}
+
 /* Add the directions of a brick's vertices to its entries, @p entries [ENTRIES]. */
 static void sum_brick(const polish *w, size_t brick, entry *entries)
 {
     const uint64_t near = w->p->near[brick];
     uint16_t labels[SC_BRICK_VERTICES];
+    const uint64_t reversed = find_owners(w->p, brick, labels);
 
-    labels_of(w->p, brick, labels);
     for (uint64_t left = directed(w->p, brick); left; left &= left - 1) {
         const int bit = __builtin_ctzll(left);
         const size_t index = w->p->near_start[brick] + sc_brick_rank(near, bit);
         entry *e;
         float n[3];
 
-        direction_of(sc_record_read(w->p->records, index), n);
+        owned_direction(w->p, index, reversed >> bit & 1, n);
         e = entry_for(entries, labels[bit], n);
         if (!e)
             continue;
@@ -306,34 +336,36 @@ static double strength_of(const sc_preparation *p, uint32_t label)
 /* Smooth the direction in record @p index, of the vertex of bit @p bit: turn it towards the mean of
  * its side around it, by the share of mean_direction times the strength of the smoothing. Weight
  * and length in the record stay. @param smooth of strength_of, and @param sums of gather_side, for
- * the vertex's side. */
+ * the vertex's side. @param reversed whether its direction counts reversed there. */
 static void polish_vertex(const polish *w, int bit, size_t index, double smooth,
-                          const quad sums[27])
+                          const quad sums[27], bool reversed)
 {
     const uint32_t old = sc_record_read(w->p->records, index);
     float own[3], mean[3] = {0, 0, 0};
-    double share;
+    double share, sign = reversed ? -1 : 1;
     sc_vec3 mixed;
     uint32_t smoothed;
 
-    direction_of(old, own);
+    owned_direction(w->p, index, reversed, own);
     share = smooth * (double)mean_direction(w, bit, own, sums, mean);
     if (!(share > 0))
         return;
-    mixed = (sc_vec3){own[0] + share * (mean[0] - own[0]), own[1] + share * (mean[1] - own[1]),
-                      own[2] + share * (mean[2] - own[2])};
+    mixed = (sc_vec3){sign * (own[0] + share * (mean[0] - own[0])),
+                      sign * (own[1] + share * (mean[1] - own[1])),
+                      sign * (own[2] + share * (mean[2] - own[2]))};
     smoothed = (sc_record_pack(0, mixed, 1) & SC_RECORD_DIRECTION_BITS) |
                (old & ~(uint32_t)SC_RECORD_DIRECTION_BITS);
     sc_record_write(w->p->records, index, smoothed);
 }
 
 /* Find the vertices of each side of each label in a brick. @param entries [ENTRIES] of the brick.
- * @param out [ENTRIES] the vertices, by bit, of each entry; a vertex is in one at most. */
-static void find_sides(const polish *w, size_t brick, entry *entries, uint64_t out[ENTRIES])
+ * @param out [ENTRIES] the vertices, by bit, of each entry; a vertex is in one at most. @return
+ * those whose directions count reversed. */
+static uint64_t find_sides(const polish *w, size_t brick, entry *entries, uint64_t out[ENTRIES])
 {
     uint16_t labels[SC_BRICK_VERTICES];
+    const uint64_t reversed = find_owners(w->p, brick, labels);
 
-    labels_of(w->p, brick, labels);
     memset(out, 0, ENTRIES * sizeof *out);
     for (uint64_t left = directed(w->p, brick); left; left &= left - 1) {
         const int bit = __builtin_ctzll(left);
@@ -341,11 +373,12 @@ static void find_sides(const polish *w, size_t brick, entry *entries, uint64_t o
         const entry *e;
         float n[3];
 
-        direction_of(sc_record_read(w->p->records, index), n);
+        owned_direction(w->p, index, reversed >> bit & 1, n);
         e = entry_for(entries, labels[bit], n);
         if (e && e->count > 0)
             out[e - entries] |= 1ull << bit;
     }
+    return reversed;
 }
 
 /* Smooth the directions in the records of all vertices of a brick near an interface, one side of a
@@ -354,10 +387,10 @@ static void polish_brick(const polish *w, size_t brick)
 {
     entry *entries = w->entries + (size_t)w->slot[brick] * ENTRIES;
     const entry *around[27];
-    uint64_t vertices[ENTRIES];
+    uint64_t vertices[ENTRIES], reversed;
 
     find_neighbours(w, brick, around);
-    find_sides(w, brick, entries, vertices);
+    reversed = find_sides(w, brick, entries, vertices);
     for (int i = 0; i < ENTRIES; i++) {
         const double smooth = vertices[i] ? strength_of(w->p, entries[i].label) : 0;
         quad sums[27];
@@ -369,7 +402,7 @@ static void polish_brick(const polish *w, size_t brick)
             const int bit = __builtin_ctzll(mask);
 
             polish_vertex(w, bit, w->p->near_start[brick] + sc_brick_rank(w->p->near[brick], bit),
-                          smooth, sums);
+                          smooth, sums, reversed >> bit & 1);
         }
     }
 }

@@ -56,7 +56,9 @@ typedef struct brick_work {
     float margin[SC_BRICK_VERTICES];
     uint8_t kind[SC_BRICK_VERTICES];     /* by which strength a vertex is smoothed */
     float length[SC_BRICK_VERTICES];     /* of the gradient by the widest filter of that kind */
-    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, negated */
+    float membership[SC_BRICK_VERTICES]; /* of the label of that gradient, by the same filter */
+    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, negated; beside the
+                                            background that of the background */
 } brick_work;
 
 /* @return the strength by which the border between two labels is smoothed, an index into kinds:
@@ -405,6 +407,18 @@ static void find_gradients(const normals *n, brick_work *w)
     }
 }
 
+/* @return the membership of the current label at the vertex of a bit, smoothed by the filter @p n,
+ * by which find_gradients has just found the gradients. */
+static float membership_at(const normals *n, const brick_work *w, int bit)
+{
+    const int z = sc_bit_z(bit) + RADIUS - n->radius;
+    float sum = 0;
+
+    for (int i = 0; i <= 2 * n->radius; i++)
+        sum += w->flat[z + i][sc_bit_y(bit)][sc_bit_x(bit)] * n->value[2][i];
+    return sum;
+}
+
 /* Let the gradient of the vertex of a bit, found by a filter, go on beyond the border of the volume
  * as it does inside, in place. */
 static void mend_at_border(const filters *f, const normals *n, const brick_work *w, int bit,
@@ -431,9 +445,9 @@ static inline void set_upright(const normals *n, const float from[3], float leng
         to[i] *= scale;
 }
 
-/* Set outward and length of the vertices of @p mask against the rise of the current label: by the
- * widest filter of kind @p k, and where tissue is thin for it by the next narrower one, and so on.
- * Overwrites w->gradient. */
+/* Set outward, length and membership of the vertices of @p mask against the rise of the current
+ * label: by the widest filter of kind @p k, and where tissue is thin for it by the next narrower
+ * one, and so on. Overwrites w->gradient. */
 static void store_gradients(const filters *f, brick_work *w, int k, uint64_t mask)
 {
     const int widest = f->normals[STANDARD + 1 + k].table ? STANDARD + 1 + k : STANDARD;
@@ -458,8 +472,10 @@ static void store_gradients(const filters *f, brick_work *w, int k, uint64_t mas
             for (int i = 0; i < 3; i++) /* against the rise of the label */
                 w->outward[bit][i] = (level == widest ? 0 : w->outward[bit][i]) -
                                      left_over[bit] * (1 - next) * normal[i];
-            if (level == widest)
+            if (level == widest) {
                 w->length[bit] = length;
+                w->membership[bit] = membership_at(&f->normals[level], w, bit);
+            }
             left_over[bit] *= next;
             thin |= next > 0 ? 1ull << bit : 0;
         }
@@ -468,15 +484,23 @@ static void store_gradients(const filters *f, brick_work *w, int k, uint64_t mas
     }
 }
 
+/* @return those vertices of @p mask that are smoothed by strength @p k. */
+static uint64_t vertices_of_kind(const brick_work *w, int k, uint64_t mask)
+{
+    uint64_t of_kind = 0;
+
+    for (; mask; mask &= mask - 1)
+        of_kind |= (uint64_t)(w->kind[__builtin_ctzll(mask)] == k) << __builtin_ctzll(mask);
+    return of_kind;
+}
+
 /* Set outward and length of the vertices of @p mask. Of two labels, one tells about both, as their
  * gradients are opposite. Needs kind. */
 static void find_outward(const filters *f, brick_work *w, uint64_t mask)
 {
     for (int k = 0; k < f->p->kind_count; k++) {
-        uint64_t of_kind = 0;
+        const uint64_t of_kind = vertices_of_kind(w, k, mask);
 
-        for (uint64_t left = mask; left; left &= left - 1)
-            of_kind |= (uint64_t)(w->kind[__builtin_ctzll(left)] == k) << __builtin_ctzll(left);
         for (int i = 0; i < (w->count == 2 ? 1 : w->carried); i++) {
             const uint64_t own = of_kind & w->own_bits[i];
 
@@ -490,6 +514,35 @@ static void find_outward(const filters *f, brick_work *w, uint64_t mask)
             }
         }
     }
+}
+
+/* Mend outward of those vertices of @p mask that carry tissue beside the background, which becomes
+ * the current label. Needs kind, outward and length. */
+static void mend_beside_background(const filters *f, brick_work *w, uint64_t mask)
+{
+    uint64_t at_seam;
+    const uint64_t beside = mask & sc_beside_background(f->p->volume, w->low, &at_seam);
+    float own[SC_BRICK_VERTICES][3], length[SC_BRICK_VERTICES];
+
+    if (!beside)
+        return;
+    memcpy(own, w->outward, sizeof own);
+    memcpy(length, w->length, sizeof length);
+    fill_bits(f, w, 0);
+    for (int k = 0; k < f->p->kind_count; k++) {
+        const uint64_t of_kind = vertices_of_kind(w, k, beside);
+
+        if (of_kind)
+            store_gradients(f, w, k, of_kind);
+    }
+    for (uint64_t left = beside; left; left &= left - 1) {
+        const int bit = __builtin_ctzll(left);
+
+        sc_mend_beside_background(w->outward[bit], w->membership[bit], at_seam >> bit & 1,
+                                  own[bit]);
+    }
+    memcpy(w->outward, own, sizeof own);
+    memcpy(w->length, length, sizeof length);
 }
 
 /* Fill the records of bricks [begin, end), but mark crowded ones instead; an sc_range_fn on
@@ -516,6 +569,8 @@ static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
         }
         find_margins(f, &w, mask);
         find_outward(f, &w, mask);
+        if (w.count > 2)
+            mend_beside_background(f, &w, mask);
         mend_thin_margins(f, &w, mask);
         for (uint64_t left = mask; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);

@@ -49,9 +49,11 @@ typedef struct prepared_copy {
     sc_prepared view;
 } prepared_copy;
 
-static inline prepared_copy prepare_copy(const sc_volume *volume, int threads)
+/* prepare_copy, smoothed by @p strength. */
+static inline prepared_copy prepare_copy_smooth(const sc_volume *volume, int threads,
+                                                double strength)
 {
-    const sc_prepare_settings settings = {.smooth = {1, 1, 1},
+    const sc_prepare_settings settings = {.smooth = {strength, strength, strength},
                                           .thickness = true,
                                           .local_thickness = true,
                                           .surface = true,
@@ -67,6 +69,11 @@ static inline prepared_copy prepare_copy(const sc_volume *volume, int threads)
     sc_preparation_free(p);
     assert_ok(sc_prepared_view(&quiet, out.block, bytes, &out.view));
     return out;
+}
+
+static inline prepared_copy prepare_copy(const sc_volume *volume, int threads)
+{
+    return prepare_copy_smooth(volume, threads, 1);
 }
 
 #endif
