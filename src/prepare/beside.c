@@ -6,14 +6,14 @@
 enum {
     EDGE = SC_BRICK + 2, /* of the block of vertices that is looked at: the brick, and one around */
     ROWS = EDGE * EDGE,
-    ROOM = 8 /* ids that are read for a row, a multiple of eight */
+    ROOM = 8 /* ids that are read for a row of EDGE: sc_copy_ids copies multiples of eight */
 };
 
 /* Write the labels of the block around the brick whose lowest vertex is @p low to @p ids, [z and
  * y][x]; vertices outside of the volume get the label of the nearest voxel. */
 static void fetch_block(const sc_volume *v, const int low[3], uint16_t ids[ROWS][ROOM])
 {
-    const int first[3] = {low[0] - 2, low[1] - 2, low[2] - 2}; /* a voxel */
+    const int first[3] = {low[0] - 2, low[1] - 2, low[2] - 2}; /* lowest voxel */
     const size_t line = (size_t)v->size[0], layer = line * (size_t)v->size[1];
     bool inside = first[0] + ROOM <= v->size[0];
 

@@ -12,7 +12,8 @@
  * radius 1 as well, and makes up for the shrinking by the trilinear interpolation of the weights.
  *
  * The gradient, for light, is that of the membership smoothed by a wider Gaussian; at vertices of
- * tissue beside the background and no other tissue, that of the background.
+ * tissue beside the background and no other tissue, that of the background, where its border is
+ * flat.
  *
  * To be fast, one label at a time is filtered for all vertices of a brick. Each row of the window
  * around the brick becomes 16 bits that say which vertices carry the label. Tables hold, for every
@@ -176,8 +177,8 @@ typedef struct brick_work {
     /* results */
     float own[SC_BRICK_VERTICES];        /* smoothed membership of a vertex's own label */
     float other[SC_BRICK_VERTICES];      /* the largest one of any other label */
-    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, negated; beside the
-                                            background that of the background */
+    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, negated; mended beside
+                                            the background: sc_mend_beside_background */
 } brick_work;
 
 /* Does the window whose lowest voxel is @p low lie in the volume? */

@@ -87,9 +87,9 @@ static inline float sc_gradient_length(const float v[3])
     return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/* @return the share, 0 to 1, in which the gradient of the background at a vertex of tissue beside
- * it tells about the surface there: how flat that is. Near another tissue the gradient of the
- * vertex's own label tells about both borders, and leans.
+/* @return how flat the surface is at a vertex of tissue beside the background, 0 to 1: the share in
+ * which the gradient of the background there tells the normal of the surface. Near another tissue
+ * the gradient of the vertex's own label tells about both borders, and leans.
  * @param background its gradient. @param membership of the background at the vertex, smoothed by
  * the same Gaussian. */
 static inline float sc_flat_share(const float background[3], float membership)

@@ -57,8 +57,8 @@ typedef struct brick_work {
     uint8_t kind[SC_BRICK_VERTICES];     /* by which strength a vertex is smoothed */
     float length[SC_BRICK_VERTICES];     /* of the gradient by the widest filter of that kind */
     float membership[SC_BRICK_VERTICES]; /* of the label of that gradient, by the same filter */
-    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, negated; beside the
-                                            background that of the background */
+    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, negated; mended beside
+                                            the background: sc_mend_beside_background */
 } brick_work;
 
 /* @return the strength by which the border between two labels is smoothed, an index into kinds:

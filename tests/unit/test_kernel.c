@@ -657,7 +657,7 @@ static void shading_is_even_along_a_seam(void **state)
 {
     (void)state;
     check_shading_along_a_seam(1);
-    check_shading_along_a_seam(2); /* by other filters */
+    check_shading_along_a_seam(2); /* gradients are found by wide_fields.c */
 }
 
 static void every_listed_kernel_is_found(void **state)
