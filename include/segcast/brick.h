@@ -272,6 +272,45 @@ static inline uint32_t sc_record_fade(uint32_t record, uint32_t missing)
            (SC_RECORD_LENGTH_MASK + 1 - missing) << SC_RECORD_LENGTH_SHIFT;
 }
 
+/** @return the record with the shortest gradient: next to others, it tells nothing of the
+ * direction.
+ */
+static inline uint32_t sc_record_shortest(uint32_t record)
+{
+    return (record & ~((uint32_t)SC_RECORD_LENGTH_MASK << SC_RECORD_LENGTH_SHIFT)) |
+           (uint32_t)SC_RECORD_SHORTEST << SC_RECORD_LENGTH_SHIFT;
+}
+
+/** The record of a vertex outside of the volume, beside a voxel of tissue at its border, that says:
+ *  the tissue ends between that voxel and the border. Other vertices outside of the volume stand
+ * for copies of the voxels beside them, whatever is in their records. The mark is an x of -128 in
+ *  octahedral coordinates, which no direction has; instead of y there is the height of the end:
+ *  how far above the middle of the voxel it lies, in steps of 1 / SC_RECORD_END_STEPS of a voxel, 1
+ *  to SC_RECORD_END_MAX. The weight is 1 and tells nothing. */
+enum {
+    SC_RECORD_END_MARK = 0x80,
+    SC_RECORD_END_STEPS = 254,
+    SC_RECORD_END_MAX = SC_RECORD_END_STEPS / 2 /**< that is at the border */
+};
+
+/** @return the record of a vertex at which tissue ends. @param height 1 to SC_RECORD_END_MAX. */
+static inline uint32_t sc_record_pack_end(int height)
+{
+    return 1u | (uint32_t)SC_RECORD_END_MARK << SC_RECORD_X_SHIFT |
+           (uint32_t)height << SC_RECORD_Y_SHIFT;
+}
+
+/** @return the height of sc_record_pack_end in the record of a vertex outside of the volume; 0 if
+ *  no tissue ends there. */
+static inline int sc_record_end(uint32_t record)
+{
+    const int height = (int)(record >> SC_RECORD_Y_SHIFT & SC_RECORD_OCTANT_MASK);
+
+    if ((record >> SC_RECORD_X_SHIFT & SC_RECORD_OCTANT_MASK) != SC_RECORD_END_MARK)
+        return 0;
+    return height < 1 ? 1 : height > SC_RECORD_END_MAX ? SC_RECORD_END_MAX : height;
+}
+
 /** Write the direction of the gradient, RAS, to @p out. It is not of unit length: its absolute
  *  coordinates add up to 127. */
 static inline void sc_record_octant(uint32_t record, float out[3])
@@ -305,6 +344,7 @@ enum { SC_CELL_FIELD_BITS = 6, SC_CELL_LOW_FIELDS = 5, SC_CELL_WORD_BITS = 32 };
 #define SC_CELL_MANY                                                                               \
     (1ull << 63) /**< there are more than two labels, or the cell reaches across the               \
                  border of the volume */
+#define SC_CELL_ENDS (1ull << 62) /**< tissue ends at one of its corners: see sc_record_end */
 
 /** @return the lowest bit, within its word, of the field of corner @p corner, 0 to 7. */
 static inline int sc_cell_field_shift(int corner)

@@ -231,6 +231,15 @@ static inline size_t sc_record_index(const sc_prepared *v, int x, int y, int z)
     return v->near_start[brick] + sc_brick_rank(v->near[brick], sc_brick_bit(x, y, z));
 }
 
+/** @return the height at which tissue ends below vertex (x, y, z), which must lie outside of the
+ *  volume, but not of the label grid: see sc_record_end; 0 if it goes on to the border. */
+static inline int sc_end_at_vertex(const sc_prepared *v, int x, int y, int z)
+{
+    if (!sc_is_near(v, x, y, z))
+        return 0;
+    return sc_record_end(sc_record_read(v->records, sc_record_index(v, x, y, z)));
+}
+
 /** Codes of local thickness: SC_THICKNESS_STEPS of them for every doubling, code 0 standing for
  *  SC_THICKNESS_LEAST_MM. */
 enum { SC_THICKNESS_STEPS = 16 };

@@ -30,6 +30,8 @@ typedef struct sc_cell {
     size_t record_index[SC_CORNERS]; /* of records, in sc_prepared.records */
     unsigned border; /* which faces of the volume pass through the middle of the cell, as bits: bit
                         i where axis i begins, bit 3 + i where it ends; beyond them is background */
+    uint8_t ends[SC_CORNERS]; /* only if there is a border: sc_end_at_vertex of the corners outside
+                                 of the volume, 0 of all others */
 } sc_cell;
 
 /* A point where the owner changes from one label (dense id) to another. */
@@ -52,7 +54,8 @@ enum {
 /* The cells whose corners lie outside of the volume along some axis, but not all of them, are cut
  * in two by a face of the volume. The corners outside of it count as copies of those opposite,
  * which are voxels, so that tissue goes straight on to the face; beyond the face all is background.
- */
+ * But where tissue ends before the face (sc_end_at_vertex), the corner is background, of a weight
+ * that puts the border between it and the voxel opposite where the tissue ends. */
 
 /* The bits of sc_cell.border for the cell @p q. */
 static inline unsigned sc_cell_border(const sc_prepared *v, const int q[3])
@@ -74,8 +77,18 @@ static inline void sc_cell_vertex(const sc_prepared *v, const int q[3], int corn
     }
 }
 
-/* Read the labels at the corners of a cell at the border of the volume; the rest is as in
- * sc_cell_labels. A cell without a voxel is background. */
+/* The height at which tissue ends at corner number @p corner of the cell @p q, in which there is a
+ * voxel; 0 if the corner is not outside of the volume, or tissue goes on there.
+ * @param voxel [3] sc_cell_vertex of the corner. */
+static inline int sc_cell_end(const sc_prepared *v, const int q[3], int corner, const int voxel[3])
+{
+    const int x = q[0] + (corner & 1), y = q[1] + (corner >> 1 & 1), z = q[2] + (corner >> 2);
+
+    return x == voxel[0] && y == voxel[1] && z == voxel[2] ? 0 : sc_end_at_vertex(v, x, y, z);
+}
+
+/* Read the labels at the corners of a cell at the border of the volume, and c->ends; the rest is as
+ * in sc_cell_labels. A cell without a voxel is background. */
 static inline bool sc_cell_border_labels(const sc_prepared *v, sc_cell *c)
 {
     uint32_t any = 0;
@@ -89,8 +102,11 @@ static inline bool sc_cell_border_labels(const sc_prepared *v, sc_cell *c)
 
         sc_cell_vertex(v, c->q, i, at);
         c->labels[i] = outside ? 0 : sc_id_at_vertex(v, at[0], at[1], at[2]);
+        c->ends[i] = c->labels[i] ? (uint8_t)sc_cell_end(v, c->q, i, at) : 0;
         any |= c->labels[i];
     }
+    for (int i = 0; i < SC_CORNERS; i++)
+        c->labels[i] = c->ends[i] ? 0 : c->labels[i];
     return any != 0;
 }
 
@@ -118,7 +134,8 @@ static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell
     return differ != 0;
 }
 
-/* Set c->weights, c->distinct and c->distinct_count from c->labels and c->records. */
+/* Set c->weights, c->distinct and c->distinct_count from c->labels, c->records, c->border and
+ * c->ends. */
 static inline void sc_cell_sort(sc_cell *c)
 {
     c->distinct_count = 0;
@@ -127,6 +144,8 @@ static inline void sc_cell_sort(sc_cell *c)
         int at = 0;
 
         c->weights[i] = (float)sc_record_weight(c->records[i]);
+        if (c->border && c->ends[i]) /* the record is that of the voxel opposite */
+            c->weights[i] *= (float)(SC_RECORD_END_STEPS - c->ends[i]) / (float)c->ends[i];
         while (at < c->distinct_count && c->distinct[at] < label)
             at++;
         if (at < c->distinct_count && c->distinct[at] == label)
@@ -153,8 +172,11 @@ static inline void sc_cell_fill(const sc_prepared *v, sc_cell *c)
                                      ? c->record_index[i] + (size_t)(high[0] - low[0])
                                      : sc_record_index(v, high[0], high[1], high[2]);
     }
-    for (int i = 0; i < SC_CORNERS; i++)
+    for (int i = 0; i < SC_CORNERS; i++) {
         c->records[i] = sc_record_read(v->records, c->record_index[i]);
+        if (c->border && c->ends[i])
+            c->records[i] = sc_record_shortest(c->records[i]);
+    }
     sc_cell_sort(c);
 }
 

@@ -82,16 +82,43 @@ static inline void v_cell_fill(const sc_prepared *v, v_cell *c, vm on)
         c->records[i] = i_gather(v->records, c->record_index[i] * SC_RECORD_BYTES, on);
 }
 
+/* Set labels and records of the cells of the lanes of @p on, which have been filled and in which
+ * tissue ends (SC_CELL_ENDS), as sc_cell_fill does. */
+static inline void v_cell_set_ends(const sc_prepared *v, v_cell *c, vm on)
+{
+    for (uint32_t left = m_bits(on); left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        sc_cell one;
+
+        for (int i = 0; i < 3; i++)
+            one.q[i] = c->q[i][lane];
+        (void)sc_cell_border_labels(v, &one);
+        for (int i = 0; i < SC_CORNERS; i++) {
+            if (!one.ends[i])
+                continue;
+            c->labels[i][lane] = 0;
+            c->records[i][lane] = (int32_t)sc_record_shortest((uint32_t)c->records[i][lane]);
+        }
+    }
+}
+
 /* Copy the cell of one lane to @p out, with its weights, distinct labels and border, for the
- * functions of cell.h. */
-static inline void v_cell_get_lane(const sc_prepared *v, const v_cell *c, int lane, sc_cell *out)
+ * functions of cell.h. @param ends whether tissue ends in it. */
+static inline void v_cell_get_lane(const sc_prepared *v, const v_cell *c, int lane, bool ends,
+                                   sc_cell *out)
 {
     for (int i = 0; i < 3; i++)
         out->q[i] = c->q[i][lane];
+    if (ends) {
+        (void)sc_cell_border_labels(v, out);
+        sc_cell_fill(v, out);
+        return;
+    }
     for (int i = 0; i < SC_CORNERS; i++) {
         out->labels[i] = (uint32_t)c->labels[i][lane];
         out->records[i] = (uint32_t)c->records[i][lane];
         out->record_index[i] = (size_t)c->record_index[i][lane];
+        out->ends[i] = 0;
     }
     out->border = sc_cell_border(v, out->q);
     sc_cell_sort(out);

@@ -33,7 +33,7 @@ static bool list_crossings(const packet *p, crossings *x, int lane)
         a[i] = p->a[i][lane];
         b[i] = p->b[i][lane];
     }
-    v_cell_get_lane(p->m->volume, &p->cell, lane, &cell);
+    v_cell_get_lane(p->m->volume, &p->cell, lane, p->ends >> lane & 1, &cell);
     x->count[lane] = sc_cell_crossings(&cell, a, b, x->list[lane]);
     x->count[lane] = sc_seam_coats(p->m, &cell, a, b, x->list[lane], x->count[lane]);
     x->next[lane] = 0;
@@ -42,11 +42,13 @@ static bool list_crossings(const packet *p, crossings *x, int lane)
 
 /* Unpack what sc_cells holds of the present cells, which must be marked, to @p out: at each
  * corner the vote of the lowest label minus that of the other one. @return the lanes of @p on
- * whose cells hold more than two labels, for which @p out is meaningless. */
-static inline vm v_cell_differences(const packet *p, vm on, vf out[SC_CORNERS])
+ * whose cells hold more than two labels, for which @p out is meaningless. @param ends set to those
+ * of them in which tissue ends. */
+static inline vm v_cell_differences(const packet *p, vm on, vf out[SC_CORNERS], vm *ends)
 {
     enum { CELL_BYTES = sizeof *p->m->cells, WORD_BYTES = CELL_BYTES / 2 };
     vi half, words[2];
+    vm many;
     const vi index = v_packed_index(p->m->visible, p->m->cell_start, v_brick(p),
                                     v_half_bit(p->q[0], p->q[1], p->q[2]), p->q[2], on, &half);
 
@@ -55,7 +57,9 @@ static inline vm v_cell_differences(const packet *p, vm on, vf out[SC_CORNERS])
     for (int i = 0; i < SC_CORNERS; i++)
         out[i] = f_of(v_signed_field(words[sc_cell_field_word(i)], sc_cell_field_shift(i),
                                      SC_CELL_FIELD_BITS));
-    return m_and(on, i_below(words[1], i_set(0))); /* SC_CELL_MANY is the sign of the upper word */
+    many = m_and(on, i_below(words[1], i_set(0))); /* SC_CELL_MANY is the sign of the upper word */
+    *ends = m_and(many, i_below(words[1] << 1, i_set(0))); /* SC_CELL_ENDS, the bit below */
+    return many;
 }
 
 /* Read the labels and vertex records of the present cells into p->cell, which the lanes share:
@@ -66,6 +70,8 @@ static inline void v_cell_read(packet *p, vm on)
         p->cell.q[i] = p->q[i];
     v_cell_labels(p->m->volume, sizeof(MARCH_LABEL), &p->cell, on);
     v_cell_fill(p->m->volume, &p->cell, on);
+    if (p->ends & m_bits(on))
+        v_cell_set_ends(p->m->volume, &p->cell, m_of_bits(p->ends & m_bits(on)));
 }
 
 /* Read the cells of the lanes @p on into p->cell, which other lanes lose, and set list, count and
@@ -94,7 +100,7 @@ static vm find_crossings(packet *p)
     const vm on = p->at_marked;
     vf mm[3], difference[SC_CORNERS], coefficients[4];
     vi variations;
-    vm once, listed;
+    vm once, listed, ends;
     uint32_t found;
 
     for (int i = 0; i < 3; i++)
@@ -104,7 +110,8 @@ static vm find_crossings(packet *p)
     p->t1 = f_pick(f_below(p->t1, p->end), p->t1, p->end);
     v_local_at(p, p->t, p->axis, false, p->a);
     v_local_at(p, p->t1, p->axis1, true, p->b);
-    listed = v_cell_differences(p, on, difference);
+    listed = v_cell_differences(p, on, difference, &ends);
+    p->ends = (p->ends & ~m_bits(on)) | m_bits(ends);
     v_bernstein(difference, p->a, p->b, coefficients);
     variations = v_variations(coefficients);
     /* If the signs of two labels' coefficients change once, there is exactly one crossing, which
@@ -255,7 +262,7 @@ static void set_faces(const packet *p, const crossings *x, const vf at[3], vm on
         }
         if (!sc_has_rims(p->m))
             continue;
-        v_cell_get_lane(p->m->volume, &p->cell, lane, &cell);
+        v_cell_get_lane(p->m->volume, &p->cell, lane, p->ends >> lane & 1, &cell);
         spot->rim[lane] = sc_volume_face_rim(p->m, &cell, left_id ? left_id : entered, a, &one,
                                              x->face[lane] - 1);
     }
@@ -386,6 +393,7 @@ static void init_packet(packet *p, const sc_march *march)
     p->limit_mm = f_set(0);
     p->counters = (sc_march_counters){0};
     p->x.listed = 0;
+    p->ends = 0;
     for (int i = 0; i < 4; i++)
         p->x.coefficients[i] = f_set(0);
     p->x.u = f_set(0);

@@ -54,6 +54,8 @@ typedef struct packet {
     /* the way through the present cell: from position a to b, leaving at distance t1 through axis1
      */
     v_cell cell;
+    uint32_t ends; /* the lanes in whose cell tissue ends (SC_CELL_ENDS), as bits; of those searched
+                      for crossings */
     vf a[3], b[3], t1;
     vi axis1;
     vm alive;     /* rays that are not finished */

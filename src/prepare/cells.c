@@ -135,6 +135,29 @@ static uint64_t border_cells(const sc_prepared *v, const int brick[3])
     return bits;
 }
 
+/* Does tissue end at a corner of the cell @p q, which reaches across the border of the volume? */
+static bool has_end(const sc_prepared *v, const int q[3])
+{
+    for (int i = 0; i < 8; i++) {
+        const int x = q[0] + (i & 1), y = q[1] + (i >> 1 & 1), z = q[2] + (i >> 2);
+        const bool outside =
+            x < 1 || y < 1 || z < 1 || x > v->size[0] || y > v->size[1] || z > v->size[2];
+
+        if (outside && sc_end_at_vertex(v, x, y, z))
+            return true;
+    }
+    return false;
+}
+
+/* @return what is set of a packed cell at @p bit of a brick, if it reaches across the border of the
+ * volume. @param low the lowest vertex of the brick. */
+static uint64_t flags_at_border(const sc_prepared *v, const int low[3], int bit)
+{
+    const int q[3] = {low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit), low[2] + sc_bit_z(bit)};
+
+    return SC_CELL_MANY | (has_end(v, q) ? SC_CELL_ENDS : 0);
+}
+
 /* Write the packed cells of @p mask of brick @p brick (x, y, z) to @p out, one after the other. */
 static void pack_brick(const sc_prepared *v, const int brick[3], uint64_t mask, uint64_t *out)
 {
@@ -153,9 +176,9 @@ static void pack_brick(const sc_prepared *v, const int brick[3], uint64_t mask, 
             continue;
         pack_row(&labels, &weights, row % SC_BRICK, row / SC_BRICK, cells);
         for (; left; left &= left - 1) {
-            const int x = __builtin_ctz(left);
+            const int x = __builtin_ctz(left), bit = row * SC_BRICK + x;
 
-            *out++ = cells[x] | (border >> (row * SC_BRICK + x) & 1 ? SC_CELL_MANY : 0);
+            *out++ = cells[x] | (border >> bit & 1 ? flags_at_border(v, low, bit) : 0);
         }
     }
 }

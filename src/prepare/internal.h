@@ -147,6 +147,7 @@ enum {
     SC_WORTH_SHEETS = 6000,
     SC_WORTH_POLISH = 20000,
     SC_WORTH_TAPERS = 4000,
+    SC_WORTH_ENDS = 500,
     SC_WORTH_SURFACE = 10000,
     SC_WORTH_THICKNESS = 30000
 };
@@ -193,6 +194,9 @@ sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p);
 /* Note in the records, in place, where a layer of tissue tapers below a voxel; nothing is done
  * where surfaces are crisp. */
 sc_status sc_fade_tapers(const sc_ctx *ctx, sc_preparation *p);
+/* Note in the records of vertices outside of the volume where tissue ends at its border, instead of
+ * being cut off by it; nothing is done where surfaces are crisp. */
+sc_status sc_find_ends(const sc_ctx *ctx, sc_preparation *p);
 /* Find the covers, and what is seen from outside: cover_layer and shown of stats. */
 sc_status sc_measure_covers(const sc_ctx *ctx, sc_preparation *p);
 /* Measure the surface of each label: surface_mm2 of stats. */

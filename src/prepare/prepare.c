@@ -8,7 +8,8 @@ static uint64_t worth_of(const sc_preparation *p)
     const sc_prepare_settings *s = &p->settings;
 
     return SC_WORTH_BOUNDARY + SC_WORTH_FIELDS +
-           (sc_is_smoothed(p) ? SC_WORTH_RELAX + SC_WORTH_SHEETS + SC_WORTH_POLISH + SC_WORTH_TAPERS
+           (sc_is_smoothed(p) ? SC_WORTH_RELAX + SC_WORTH_SHEETS + SC_WORTH_POLISH +
+                                    SC_WORTH_TAPERS + SC_WORTH_ENDS
                               : 0) +
            (s->surface ? SC_WORTH_SURFACE : 0) +
            (s->thickness || s->local_thickness ? SC_WORTH_THICKNESS : 0);
@@ -65,6 +66,7 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
     SC_TRY(sc_close_sheets(ctx, p));
     SC_TRY(sc_polish_fields(ctx, p));
     SC_TRY(sc_fade_tapers(ctx, p));
+    SC_TRY(sc_find_ends(ctx, p));
     SC_TRY(sc_measure_covers(ctx, p));
     if (settings->surface)
         SC_TRY(sc_measure_surface(ctx, p));
