@@ -164,8 +164,8 @@ static inline unsigned sc_brick_rank(uint64_t mask, int bit)
  *    difference between the label's smoothed membership and the largest one of any other label; 31
  *    stands for one half.
  *  - Bits 5 to 7: a code for the length of the gradient, as m: it is 2^-m of that at a flat
- *    interface. Codes 0 to 3 are m, and SC_RECORD_SHORTEST is an m of 8. Of the codes above it,
- *    which have an m of 6, 4 and 2, the lowest says that here all SC_RECORD_FADES parts of a
+ *    interface. Codes 0 to 3 are m, and SC_RECORD_SHORTEST is an m of 10. Of the codes above it,
+ *    which have an m of 8, 6 and 4, the lowest says that here all SC_RECORD_FADES parts of a
  *    surface of the label are missing, and the highest that one is, because a layer tapers
  *    below a voxel. The more is missing, the shorter is the gradient, so that what lies under the
  *    layer is lit by its own.
@@ -193,7 +193,7 @@ enum {
 /** @return a packed record. @param weight 0 to SC_WEIGHT_MAX; stored records have 1 at least.
  *  @param outward direction of the gradient, RAS, of any length but zero.
  *  @param strength length of the gradient as a share of that at a flat interface; stored as the
- *  nearest power of two from 1 down to 2^-3, or as 2^-8 if it is smaller. */
+ *  nearest power of two from 1 down to 2^-3, or as 2^-10 if it is smaller. */
 static inline uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength)
 {
     const double share = 1 / (fabs(outward.x) + fabs(outward.y) + fabs(outward.z));
@@ -246,12 +246,12 @@ static inline int sc_record_length_code(uint32_t record)
     return (int)(record >> SC_RECORD_LENGTH_SHIFT & SC_RECORD_LENGTH_MASK);
 }
 
-/** @return 2^m, 1 to 256: the length of the gradient is 2^-m of that at a flat interface. */
+/** @return 2^m, 1 to 1024: the length of the gradient is 2^-m of that at a flat interface. */
 static inline int sc_record_inverse_length(uint32_t record)
 {
     const int code = sc_record_length_code(record);
 
-    return 1 << (code < SC_RECORD_SHORTEST ? code : 2 * (SC_RECORD_LENGTH_MASK + 1 - code));
+    return 1 << (code < SC_RECORD_SHORTEST ? code : 2 * (SC_RECORD_LENGTH_MASK + 2 - code));
 }
 
 /** @return how many parts of SC_RECORD_FADES of a surface are missing at a vertex: 0 to

@@ -247,7 +247,7 @@ static inline void v_record_normal(vi record, vf out[3])
     v_record_octant(record, out);
     code = record >> SC_RECORD_LENGTH_SHIFT & SC_RECORD_LENGTH_MASK;
     code = i_pick(i_below(code, i_set(SC_RECORD_SHORTEST)), code,
-                  2 * (SC_RECORD_LENGTH_MASK + 1 - code));
+                  2 * (SC_RECORD_LENGTH_MASK + 2 - code));
     inverse =
         1 / (f_of(i_set(1) << code) * f_sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]));
     for (int i = 0; i < 3; i++)

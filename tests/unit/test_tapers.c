@@ -179,6 +179,38 @@ static void all_kernels_draw_the_soft_rim(void **state)
     free_scene(&s);
 }
 
+/* Where a layer on a plane fades out, both of one colour, the light hardly changes: what is seen
+ * below it is lit by its own gradients. */
+static void what_a_faded_layer_lies_on_is_lit_evenly(void **state)
+{
+    sc_scene scene = {.clip_set_count = 1};
+    small_scene s;
+    sc_image image;
+    double sum = 0;
+    int darkest = 255;
+
+    (void)state;
+    slope = 0.1;
+    s = make_scene(shape_volume(size, cubes, 1, 3, wedge), 1);
+    for (int id = 1; id < 3; id++) {
+        for (int c = 0; c < 3; c++)
+            s.tissues[id].rgb_linear[c] = 0.4f;
+    }
+    s.settings.width_px = s.settings.height_px = 201;
+    scene.camera = sc_camera_look((sc_vec3){30 - 0.23 * 60, 30 + 0.31 * 60, 90},
+                                  (sc_vec3){30, 30, 29}, (sc_vec3){0, 1, 0}, SC_ORTHOGRAPHIC, 12);
+    image = draw_view(&s, &scene, NULL);
+    for (int n = 0; n < 201 * 201; n++) {
+        const int here = image.rgb[3 * n];
+
+        darkest = here < darkest ? here : darkest;
+        sum += here;
+    }
+    assert_true(darkest > sum / (201 * 201) - 6);
+    sc_image_clear(&image);
+    free_scene(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -186,6 +218,7 @@ int main(void)
         cmocka_unit_test(closed_skins_do_not_fade),
         cmocka_unit_test(vessels_on_a_wall_do_not_fade),
         cmocka_unit_test(all_kernels_draw_the_soft_rim),
+        cmocka_unit_test(what_a_faded_layer_lies_on_is_lit_evenly),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
