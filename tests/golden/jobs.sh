@@ -8,7 +8,8 @@ for job in "$SOURCE"/jobs/*.yaml "$SOURCE"/jobs/verbs/*.yaml; do
     name=$(basename "$job" .yaml)
     volume=phantom:117x81x122
     ! grep -q '^cine:' "$job" || volume='beat-*.nrrd'
-    frames=$("$SEGCAST" check --fast "$job" --set volume="$volume" | sed -n 's/.*: ok: \([0-9]*\) frames .*/\1/p')
+    frames=$("$SEGCAST" check --fast "$job" --set volume="$volume" 2>check.txt | sed -n 's/.*: ok: \([0-9]*\) frames .*/\1/p')
+    ! grep "crops what is shown" check.txt || fail "$name: a job that is shown to others leaves nothing out by its zoom"
     short=5
     rate=30
     grep -q '^shots:' "$job" && short=$frames # each shot has frames of its own
