@@ -25,6 +25,8 @@
 #include "internal.h"
 
 enum {
+    FACES = 6,
+    DISCS_MAX = 1 << 16, /* a face with more of them is noise, and all of it is cut off */
     TILE = 64,  /* vertices of a face of the volume that are done at a time, along an axis */
     REACH = 12, /* voxels: so far distances are measured */
     BLUR = 2,   /* voxels: radius of the filter that takes the steps out of distances */
@@ -67,20 +69,18 @@ typedef struct disc {
 
 /* What the threads share. */
 typedef struct ends {
-    const sc_ctx *ctx;
     const sc_preparation *p;
-    double to_mm[3][3];  /* of sc_gradient_to_mm, for gradients per voxel */
-    sc_status status[6]; /* of each face */
+    double to_mm[3][3]; /* of sc_gradient_to_mm, for gradients per voxel */
 } ends;
 
-/* The work on one face. */
+/* The work on one face. Its arrays are owned, and NULL if it has no two layers. */
 typedef struct face_work {
     const ends *e;
     face face;
     int32_t *disc_of; /* [v][u] of the last layer: the number of the disc, counted from 1; 0:
-                         background; owned */
-    int32_t *squares; /* [u]: scratch; owned */
-    disc *discs;      /* [disc_count + 1], by number; owned */
+                         background */
+    int32_t *squares; /* [u]: scratch */
+    disc *discs;      /* [DISCS_MAX + 1], by number */
     int disc_count;
 } face_work;
 
@@ -508,47 +508,30 @@ static void each_tile(face_work *w, bool note)
     }
 }
 
-/* Do one face, the rest of which is set. @return SC_ERR_MEMORY. */
-static sc_status do_face(face_work *w)
+/* Do one face. */
+static void do_face(face_work *w)
 {
-    const size_t width = (size_t)w->face.size[0], height = (size_t)w->face.size[1];
-    const sc_ctx *ctx = w->e->ctx;
-    void *block;
-    sc_status status = SC_OK;
-
-    if (width * height == 0 || width * height > INT32_MAX)
-        return SC_OK;
-    SC_TRY(sc_alloc(ctx, width * height, sizeof *w->disc_of, &block));
-    w->disc_of = block;
-    SC_TRY(sc_alloc(ctx, width, sizeof *w->squares, &block));
-    w->squares = block;
     number_discs(w);
-    SC_TRY(sc_zalloc(ctx, (size_t)w->disc_count + 1, sizeof *w->discs, &block));
-    w->discs = block;
+    if (w->disc_count > DISCS_MAX)
+        return;
+    memset(w->discs, 0, ((size_t)w->disc_count + 1) * sizeof *w->discs);
     measure_squares(w);
     for (int n = 1; n <= w->disc_count; n++)
         w->discs[n].ends = w->discs[n].square <= 2 * REACH;
     each_tile(w, false);
     decide_discs(w);
     each_tile(w, true);
-out:
-    sc_free(w->disc_of);
-    sc_free(w->squares);
-    sc_free(w->discs);
-    return status;
 }
 
-/* Do faces [begin, end); an sc_range_fn on ends. */
+/* Do faces [begin, end); an sc_range_fn on face_work [FACES]. */
 static void do_faces(void *user, size_t begin, size_t end, int thread)
 {
-    ends *e = user;
+    face_work *works = user;
 
     (void)thread;
     for (size_t n = begin; n < end; n++) {
-        face_work w = {.e = e};
-
-        set_face(e->p, (int)n / 2, n % 2, &w.face);
-        e->status[n] = do_face(&w);
+        if (works[n].discs)
+            do_face(&works[n]);
     }
 }
 
@@ -599,17 +582,46 @@ static void do_edges(void *user, size_t begin, size_t end, int thread)
     }
 }
 
+/* Set the work on face number @p n, and allocate its arrays. @return SC_ERR_MEMORY. */
+static sc_status make_work(const sc_ctx *ctx, const ends *e, int n, face_work *w)
+{
+    const int *size = w->face.size;
+    void *block;
+    sc_status status = SC_OK;
+
+    w->e = e;
+    set_face(e->p, n / 2, n % 2, &w->face);
+    if (size[0] == 0 || size[1] > INT32_MAX / size[0])
+        return SC_OK;
+    SC_TRY(sc_alloc(ctx, (size_t)size[0] * (size_t)size[1], sizeof *w->disc_of, &block));
+    w->disc_of = block;
+    SC_TRY(sc_alloc(ctx, (size_t)size[0], sizeof *w->squares, &block));
+    w->squares = block;
+    SC_TRY(sc_alloc(ctx, DISCS_MAX + 1, sizeof *w->discs, &block));
+    w->discs = block;
+out:
+    return status;
+}
+
 sc_status sc_find_ends(const sc_ctx *ctx, sc_preparation *p)
 {
-    ends e = {.ctx = ctx, .p = p};
+    face_work works[FACES] = {{0}};
+    ends e = {.p = p};
     sc_status status = SC_OK;
 
     if (!sc_is_smoothed(p))
         return SC_OK;
     sc_gradient_to_mm(p->volume, (const double[3]){1, 1, 1}, e.to_mm);
-    sc_team_stage_for(ctx, SC_WORTH_ENDS, p->team, 6, 1, do_faces, &e);
+    for (int n = 0; n < FACES && status == SC_OK; n++)
+        status = make_work(ctx, &e, n, &works[n]);
+    SC_TRY(sc_team_agree(p->team, status));
+    sc_team_stage_for(ctx, SC_WORTH_ENDS, p->team, FACES, 1, do_faces, works);
     sc_team_for(p->team, 1, 1, do_edges, &e);
-    for (int n = 0; n < 6 && status == SC_OK; n++)
-        status = e.status[n];
-    return sc_team_agree(p->team, status);
+out:
+    for (int n = 0; n < FACES; n++) {
+        sc_free(works[n].disc_of);
+        sc_free(works[n].squares);
+        sc_free(works[n].discs);
+    }
+    return status;
 }
