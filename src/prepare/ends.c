@@ -29,6 +29,7 @@ enum {
     DISCS_MAX = 1 << 16, /* a face with more of them is noise, and all of it is cut off */
     TILE = 64,  /* vertices of a face of the volume that are done at a time, along an axis */
     REACH = 12, /* voxels: so far distances are measured */
+    BESIDE = 2, /* voxels: the background so far from a disc, at least TURNED, may be turned */
     BLUR = 2,   /* voxels: radius of the filter that takes the steps out of distances */
     MARGIN = REACH + BLUR,
     SIDE = TILE + 2 * MARGIN
@@ -381,8 +382,8 @@ static void measure_squares(face_work *w)
     }
 }
 
-/* @return the number of the disc at a place, or of one that ends at most @p around voxels from it
- * along both axes; 0: there is none. */
+/* @return the number of a disc that ends at a place, or at most @p around voxels from it along both
+ * axes; 0: there is none. */
 static int32_t disc_near(const face_work *w, int u, int v, int around)
 {
     const int *size = w->face.size;
@@ -400,15 +401,13 @@ static int32_t disc_near(const face_work *w, int u, int v, int around)
     return 0;
 }
 
-/* Is there a disc that may end, or after decide_discs that ends, in the tile at @p low or beside
- * it?
- */
+/* Is a disc that ends, or before decide_discs may end, in the tile at @p low or beside it? */
 static bool is_tile_needed(const face_work *w, const int low[2])
 {
     const int *size = w->face.size;
 
-    for (int v = low[1] - 2; v < low[1] + TILE + 2 && v < size[1]; v++) {
-        for (int u = low[0] - 2; u < low[0] + TILE + 2 && u < size[0]; u++) {
+    for (int v = low[1] - BESIDE; v < low[1] + TILE + BESIDE && v < size[1]; v++) {
+        for (int u = low[0] - BESIDE; u < low[0] + TILE + BESIDE && u < size[0]; u++) {
             if (u >= 0 && v >= 0 &&
                 w->discs[w->disc_of[(size_t)v * (size_t)size[0] + (size_t)u]].ends)
                 return true;
@@ -471,7 +470,7 @@ static void note_tile(const face_work *w, const int low[2], const tile_work *t)
     for (int j = MARGIN; j < MARGIN + TILE && low[1] + j - MARGIN < f->size[1]; j++) {
         for (int i = MARGIN; i < MARGIN + TILE && low[0] + i - MARGIN < f->size[0]; i++) {
             const int at[2] = {low[0] + i - MARGIN, low[1] + j - MARGIN};
-            const int32_t number = disc_near(w, at[0], at[1], t->tissue[j][i] ? 0 : 2);
+            const int32_t number = disc_near(w, at[0], at[1], t->tissue[j][i] ? 0 : BESIDE);
             ending found;
 
             if (!number || t->last[j][i] < -TURNED)
