@@ -100,6 +100,32 @@ static inline sc_image draw_view(const small_scene *s, const sc_scene *scene,
     return image;
 }
 
+/* Draw one frame by every skip method and variant that this processor can run; all must draw the
+ * same. The caller frees the picture. */
+static inline sc_image draw_by_all_kernels(small_scene *s, const sc_scene *scene)
+{
+    sc_image first = {0};
+
+    for (sc_skip skip = SC_SKIP_NONE; skip <= SC_SKIP_LEAP; skip++) {
+        for (int i = 0; sc_cpu_names[i]; i++) {
+            sc_image image;
+
+            if (!sc_cpu_has(sc_cpu_names[i]))
+                continue;
+            s->settings.skip = skip;
+            s->settings.cpu = sc_cpu_names[i];
+            image = draw_view(s, scene, NULL);
+            if (!first.rgb) {
+                first = image;
+                continue;
+            }
+            assert_memory_equal(image.rgb, first.rgb, sc_image_bytes(&image));
+            sc_image_clear(&image);
+        }
+    }
+    return first;
+}
+
 /* @return the scene that shows everything from the front: frame 0 of an orbit. */
 static inline sc_scene front_view(const small_scene *s)
 {
