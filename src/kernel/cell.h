@@ -79,7 +79,7 @@ static inline void sc_cell_vertex(const sc_prepared *v, const int q[3], int corn
 
 /* The height at which tissue ends at corner number @p corner of the cell @p q, in which there is a
  * voxel; 0 if the corner is not outside of the volume, or tissue goes on there.
- * @param voxel [3] sc_cell_vertex of the corner. */
+ * @param voxel [3] the vertex of the voxel nearest to the corner: see sc_cell_vertex. */
 static inline int sc_cell_end(const sc_prepared *v, const int q[3], int corner, const int voxel[3])
 {
     const int x = q[0] + (corner & 1), y = q[1] + (corner >> 1 & 1), z = q[2] + (corner >> 2);
@@ -144,7 +144,7 @@ static inline void sc_cell_sort(sc_cell *c)
         int at = 0;
 
         c->weights[i] = (float)sc_record_weight(c->records[i]);
-        if (c->border && c->ends[i]) /* the record is that of the voxel opposite */
+        if (c->border && c->ends[i]) /* its record is a copy of that of the voxel inside */
             c->weights[i] *= (float)(SC_RECORD_END_STEPS - c->ends[i]) / (float)c->ends[i];
         while (at < c->distinct_count && c->distinct[at] < label)
             at++;

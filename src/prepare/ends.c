@@ -29,7 +29,8 @@ enum {
     DISCS_MAX = 1 << 16, /* a face with more of them is noise, and all of it is cut off */
     TILE = 64,  /* vertices of a face of the volume that are done at a time, along an axis */
     REACH = 12, /* voxels: so far distances are measured */
-    BESIDE = 2, /* voxels: the background so far from a disc, at least TURNED, may be turned */
+    BESIDE = 2, /* voxels: so far around a disc, vertices of the background may get a new direction;
+                   at least TURNED */
     BLUR = 2,   /* voxels: radius of the filter that takes the steps out of distances */
     MARGIN = REACH + BLUR,
     SIDE = TILE + 2 * MARGIN
@@ -46,7 +47,8 @@ enum {
 #define MOVES_ALL 1.5f
 /* The least depth that a voxel of tissue has in its layer, in voxels. */
 #define DEPTH_LEAST 0.15f
-/* So far from the outline, in voxels, directions of the background beside the tissue are turned. */
+/* Up to this distance outside of the outline, in voxels, the directions in the records of
+ * background vertices are turned, too. */
 #define TURNED 1.5f
 
 /* A face of the volume, and how its layers of voxels lie in memory. */
@@ -581,7 +583,8 @@ static void do_edges(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Set the work on face number @p n, and allocate its arrays. @return SC_ERR_MEMORY. */
+/* Prepare the work on face number @p n of the volume: set the face, and allocate the arrays.
+ * @return SC_ERR_MEMORY. */
 static sc_status make_work(const sc_ctx *ctx, const ends *e, int n, face_work *w)
 {
     const int *size = w->face.size;

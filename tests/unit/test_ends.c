@@ -151,7 +151,8 @@ static int slices_of_ball(double x, double y, double z)
     return depth_in_ball(x, y, z + 13.5) > 0;
 }
 
-/* Where an end meets a cut face, it goes straight on to it. */
+/* Three slices of a ball are cut off at two faces of their volume, and end at the others. Along the
+ * edges between these faces they end as they do away from them. */
 static void an_end_reaches_the_edge_of_the_volume(void **state)
 {
     const int slices[3] = {30, 30, 3};
