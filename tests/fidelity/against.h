@@ -33,6 +33,9 @@ void tree_free(tree *t);
 /* The distance in mm of the point @p p, RAS mm, from the nearest tile. Threads: any number. */
 double tree_distance(const tree *t, sc_vec3 p);
 
+/* Are the vertices of the cell that holds the point @p p, in voxels of the stage, and those around
+ * it of one label, or is it outside? */
+bool is_uniform(const stage *st, sc_vec3 p);
 /* Add the surfaces that are drawn of a prepared volume to @p out, tissue by tissue, by random
  * lines: each point where a line passes from one owner to another belongs to the surfaces of both,
  * as the middle of a tile. Tiles are spread evenly over the area, so large that they nearly cover

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Measures how far drawn surfaces are from the true ones. */
 #include "against.h"
+#include "rulers.h"
 
 #include <getopt.h>
 #include <stdlib.h>
@@ -15,6 +16,10 @@ static const char usage[] =
     "       fidelity [--json] [--surface smooth|voxel] [--smooth S|auto] [--truth voxels|S]\n"
     "                [--mesh DIR] --against TRUTH VOLUME\n"
     "                                               surfaces of a volume against its truth, in mm\n"
+    "       fidelity [--json] [--surface smooth|voxel] [--smooth S|auto] --wobble VOLUME\n"
+    "                                               how outlines and seams waver, in voxels\n"
+    "       fidelity [--json] [--surface smooth|voxel] [--smooth S|auto] --lines\n"
+    "                                               lines and points one voxel thick\n"
     "shapes:  ellipsoid torus-6 torus-3 torus-1.5 torus-1 (default: these) phantom\n"
     "voxels half as high again as wide: ellipsoid-tall\n"
     "slices six times as thick as voxels are wide: ellipsoid-slices torus-18-slices\n"
@@ -31,6 +36,7 @@ typedef struct options {
     drawing how;
     size_t rays;
     const char *mesh, *write, *skin, *against;
+    bool wobble, lines;
     double truth_smooth; /* NAN: the truth are voxels */
 } options;
 
@@ -194,6 +200,64 @@ out:
     return status;
 }
 
+/* Measure and print the wobble of a volume file. @return errors of reading and preparing. */
+static sc_status run_wobble(const sc_ctx *ctx, const options *o, const char *path)
+{
+    sc_volume volume = {0};
+    wobble w;
+    sc_status status;
+
+    SC_TRY(sc_volume_read(ctx, path, &volume));
+    SC_TRY(measure_wobble(ctx, &volume, &o->how, &w));
+    if (o->json) {
+        printf("{\"schema\": \"segcast-wobble-1\", ");
+        print_value("outline_voxels", w.outline, false);
+        print_value("seam_voxels", w.seam, false);
+        print_value("outline_points", (double)w.outline_points, false);
+        print_value("seam_points", (double)w.seam_points, false);
+        print_value("pairs", (double)w.pairs, true);
+        printf("}\n");
+    } else {
+        printf("outline %.3f voxels (%zu points); seams %.3f voxels (%zu points, %zu pairs)\n",
+               w.outline, w.outline_points, w.seam, w.seam_points, w.pairs);
+    }
+out:
+    sc_volume_clear(&volume);
+    return status;
+}
+
+/* Measure and print what is left of all lines. @return errors of preparing. */
+static sc_status run_lines(const sc_ctx *ctx, const options *o)
+{
+    sc_status status = SC_OK;
+
+    if (o->json)
+        printf("{\"schema\": \"segcast-lines-1\", \"lines\": [\n");
+    else
+        printf("%-34s %9s %9s %12s %9s\n", "lines", "voxels %", "links %", "pieces", "width");
+    for (size_t n = 0; n < line_count(); n++) {
+        survivors s;
+
+        SC_TRY(measure_lines(ctx, n, &o->how, &s));
+        if (o->json) {
+            printf("%s  {\"lines\": \"%s\", ", n ? ",\n" : "", s.name);
+            print_value("voxels_share", s.voxels, false);
+            print_value("links_share", s.links, false);
+            print_value("pieces", s.pieces, false);
+            print_value("true_pieces", s.true_pieces, false);
+            print_value("width_voxels", s.width, true);
+            printf("}");
+        } else {
+            printf("%-34s %9.1f %9.1f %5d of %3d %9.2f\n", s.name, 100 * s.voxels, 100 * s.links,
+                   s.pieces, s.true_pieces, s.width);
+        }
+    }
+    if (o->json)
+        printf("\n]}\n");
+out:
+    return status;
+}
+
 /* Measure what the argument @p name stands for: a shape or a skin of the tables, or a file.
  * @p before: the argument before it, NULL for the first. @return SC_ERR_USAGE for an unknown name;
  * errors of measuring, with a message. */
@@ -238,7 +302,9 @@ static bool parse_smooth(const char *text, drawing *how)
 }
 
 /* Read the options of the command line; the shapes that follow start at optind. @return false if
- * they are wrong, or --mesh, --write, --skin or --against comes with other than one argument. */
+ * they are wrong, or --mesh,
+ * --write, --skin, --against or --wobble comes with other than one argument, or --lines with any.
+ */
 static bool parse(int argc, char **argv, options *o)
 {
     static const struct option known[] = {{"json", no_argument, NULL, 'j'},
@@ -250,6 +316,8 @@ static bool parse(int argc, char **argv, options *o)
                                           {"skin", required_argument, NULL, 'k'},
                                           {"against", required_argument, NULL, 'a'},
                                           {"truth", required_argument, NULL, 't'},
+                                          {"wobble", no_argument, NULL, 'o'},
+                                          {"lines", no_argument, NULL, 'l'},
                                           {"help", no_argument, NULL, 'h'},
                                           {0}};
     char *end;
@@ -276,10 +344,16 @@ static bool parse(int argc, char **argv, options *o)
             o->skin = optarg;
         else if (c == 'a')
             o->against = optarg;
+        else if (c == 'o')
+            o->wobble = true;
+        else if (c == 'l')
+            o->lines = true;
         else
             return false;
     }
-    return !(o->mesh || o->write || o->skin || o->against) || argc - optind == 1;
+    if (o->lines)
+        return argc == optind;
+    return !(o->mesh || o->write || o->skin || o->against || o->wobble) || argc - optind == 1;
 }
 
 int main(int argc, char **argv)
@@ -305,6 +379,9 @@ int main(int argc, char **argv)
 
         return compare_volumes(&ctx, &c) == SC_OK ? 0 : 65;
     }
+    if (o.wobble || o.lines)
+        return (o.wobble ? run_wobble(&ctx, &o, argv[optind]) : run_lines(&ctx, &o)) == SC_OK ? 0
+                                                                                              : 65;
     if (o.json)
         printf("{\"schema\": \"segcast-fidelity-1\", \"shapes\": [\n");
     for (int i = optind; i < argc && status == SC_OK; i++, before = argv[i - 1])

@@ -100,9 +100,7 @@ static sc_vec3 normal_at(const search *s, const line *l, double t, int left)
     return sc_vec3_cross(ways[0], ways[1]);
 }
 
-/* Are the vertices of the cell that holds the point @p p, in voxels, and those around it of one
- * label, or is it outside? */
-static bool is_uniform(const stage *st, sc_vec3 p)
+bool is_uniform(const stage *st, sc_vec3 p)
 {
     const int x = (int)floor(p.x) + 1, y = (int)floor(p.y) + 1, z = (int)floor(p.z) + 1;
     const int *size = st->volume.size;

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# The rulers of tools/fidelity report what is known: voxels waver more than the smooth surface drawn of
+# them, outlines as well as seams; and lines of voxels that share faces are whole, one voxel wide, where
+# voxels are drawn as cubes, while others fall apart there.
+check() { # check FILE FILTER WHAT: the filter must be true of the file
+    jq -e "$2" "$1" >/dev/null || fail "$3: $(cat "$1")"
+}
+"$FIDELITY" --write ball.nrrd ellipsoid || fail 'the voxels of an ellipsoid were not written'
+"$SEGCAST" phantom -q --size 160x112x166 -o heart.nrrd || fail 'the heart was not written'
+for volume in ball heart; do
+    for surface in voxel smooth; do
+        "$FIDELITY" --json --surface "$surface" --wobble "$volume.nrrd" >"$volume-$surface.json" ||
+            fail "$volume, $surface: the measurement failed"
+    done
+    # Steps of one voxel on a slope at random: uniformly distributed within a voxel, RMS 0.29, less the
+    # part that is longer than 8 voxels.
+    check "$volume-voxel.json" '.outline_voxels > 0.15 and .outline_voxels < 0.29' "$volume as voxels"
+    check "$volume-smooth.json" '.outline_voxels < 0.1 and .outline_points > 30000' "$volume, smooth"
+done
+check ball-smooth.json '.outline_voxels < 0.06 and .seam_points == 0 and .seam_voxels == null' 'a ball'
+check heart-smooth.json '.seam_points > 300 and .seam_voxels < 0.3' 'seams of a heart'
+
+"$FIDELITY" --json --surface voxel --lines >lines.json || fail 'lines were not measured'
+check lines.json '[.lines[] | select(.voxels_share != 1)] == []' 'voxels that do not own their centre'
+check lines.json '[.lines[] | select(.lines | test("26-") | not) | select(.pieces != .true_pieces
+    or .width_voxels < 0.95 or .width_voxels > 1.4)] == []' 'lines of cubes that share faces'
+check lines.json '.lines[] | select(.lines == "diagonal in space, 26-connected") | .pieces == 45' \
+    'cubes that share corners'
