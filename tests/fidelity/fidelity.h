@@ -48,6 +48,12 @@ sc_vec3 shape_middle(const shape *s, double u);
  * Caller owns @p out: sc_volume_clear. @return SC_ERR_MEMORY. */
 sc_status shape_volume(const sc_ctx *ctx, const shape *s, int threads, sc_volume *out);
 
+/* Change the label of a share of the voxels on either side of the border of a shape, drawn at
+ * random with a fixed seed: background becomes the shape, the shape background. Which ones lie at
+ * the border is seen before any label is changed; those changed by a share are among those of a
+ * larger one. @return SC_ERR_MEMORY. */
+sc_status flip_voxels(const sc_ctx *ctx, sc_volume *v, double share);
+
 /* What was measured. Negative values and NaN mean: not measured. */
 typedef struct fidelity {
     double position_rms, position_95, position_max; /* units */
@@ -175,6 +181,10 @@ sc_status measure_skin(const sc_ctx *ctx, const skin *k, const drawing *how, siz
  * skin, to @p out. @param reach as of stage_open. @return SC_ERR_MEMORY. */
 sc_status count_leaks(const sc_ctx *ctx, const sc_volume *volume, int id, const drawing *how,
                       double reach, size_t rays, leaks *out);
+
+/* Print a member of a JSON object, followed by a comma unless @p last; null for what was not
+ * measured: NAN and what is below 0. */
+void print_value(const char *name, double value, bool last);
 
 /* The next 64 random bits, or number in [0, 1), of a sequence whose state is *@p seed. */
 uint64_t random_bits_of(uint64_t *seed);

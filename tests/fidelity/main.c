@@ -20,6 +20,12 @@ static const char usage[] =
     "                                               how outlines and seams waver, in voxels\n"
     "       fidelity [--json] [--surface smooth|voxel] [--smooth S|auto] --lines\n"
     "                                               lines and points one voxel thick\n"
+    "       fidelity [--json] [--smooth S] --locality HALO VOLUME\n"
+    "                                               crops of a volume, HALO voxels larger than "
+    "what\n"
+    "                                               is compared, against the whole\n"
+    "       fidelity [--json] [--surface smooth|voxel] [--smooth S|auto] --cliffs\n"
+    "                                               steps of growing noise and strength\n"
     "shapes:  ellipsoid torus-6 torus-3 torus-1.5 torus-1 (default: these) phantom\n"
     "voxels half as high again as wide: ellipsoid-tall\n"
     "slices six times as thick as voxels are wide: ellipsoid-slices torus-18-slices\n"
@@ -36,13 +42,12 @@ typedef struct options {
     drawing how;
     size_t rays;
     const char *mesh, *write, *skin, *against;
-    bool wobble, lines;
-    double truth_smooth; /* NAN: the truth are voxels */
+    sc_status (*ruler)(const sc_ctx *ctx, const ruling *r); /* NULL: none */
+    int halo;                                               /* of --locality; 0: not given */
+    double truth_smooth;                                    /* NAN: the truth are voxels */
 } options;
 
-/* Print a member of a JSON object, followed by a comma unless @p last; null for what was not
- * measured. */
-static void print_value(const char *name, double value, bool last)
+void print_value(const char *name, double value, bool last)
 {
     if (isnan(value) || value < 0)
         printf("\"%s\": null%s", name, last ? "" : ", ");
@@ -200,64 +205,6 @@ out:
     return status;
 }
 
-/* Measure and print the wobble of a volume file. @return errors of reading and preparing. */
-static sc_status run_wobble(const sc_ctx *ctx, const options *o, const char *path)
-{
-    sc_volume volume = {0};
-    wobble w;
-    sc_status status;
-
-    SC_TRY(sc_volume_read(ctx, path, &volume));
-    SC_TRY(measure_wobble(ctx, &volume, &o->how, &w));
-    if (o->json) {
-        printf("{\"schema\": \"segcast-wobble-1\", ");
-        print_value("outline_voxels", w.outline, false);
-        print_value("seam_voxels", w.seam, false);
-        print_value("outline_points", (double)w.outline_points, false);
-        print_value("seam_points", (double)w.seam_points, false);
-        print_value("pairs", (double)w.pairs, true);
-        printf("}\n");
-    } else {
-        printf("outline %.3f voxels (%zu points); seams %.3f voxels (%zu points, %zu pairs)\n",
-               w.outline, w.outline_points, w.seam, w.seam_points, w.pairs);
-    }
-out:
-    sc_volume_clear(&volume);
-    return status;
-}
-
-/* Measure and print what is left of all lines. @return errors of preparing. */
-static sc_status run_lines(const sc_ctx *ctx, const options *o)
-{
-    sc_status status = SC_OK;
-
-    if (o->json)
-        printf("{\"schema\": \"segcast-lines-1\", \"lines\": [\n");
-    else
-        printf("%-34s %9s %9s %12s %9s\n", "lines", "voxels %", "links %", "pieces", "width");
-    for (size_t n = 0; n < line_count(); n++) {
-        survivors s;
-
-        SC_TRY(measure_lines(ctx, n, &o->how, &s));
-        if (o->json) {
-            printf("%s  {\"lines\": \"%s\", ", n ? ",\n" : "", s.name);
-            print_value("voxels_share", s.voxels, false);
-            print_value("links_share", s.links, false);
-            print_value("pieces", s.pieces, false);
-            print_value("true_pieces", s.true_pieces, false);
-            print_value("width_voxels", s.width, true);
-            printf("}");
-        } else {
-            printf("%-34s %9.1f %9.1f %5d of %3d %9.2f\n", s.name, 100 * s.voxels, 100 * s.links,
-                   s.pieces, s.true_pieces, s.width);
-        }
-    }
-    if (o->json)
-        printf("\n]}\n");
-out:
-    return status;
-}
-
 /* Measure what the argument @p name stands for: a shape or a skin of the tables, or a file.
  * @p before: the argument before it, NULL for the first. @return SC_ERR_USAGE for an unknown name;
  * errors of measuring, with a message. */
@@ -302,9 +249,7 @@ static bool parse_smooth(const char *text, drawing *how)
 }
 
 /* Read the options of the command line; the shapes that follow start at optind. @return false if
- * they are wrong, or --mesh,
- * --write, --skin, --against or --wobble comes with other than one argument, or --lines with any.
- */
+ * they are wrong, or an option that takes one argument comes with another number of them. */
 static bool parse(int argc, char **argv, options *o)
 {
     static const struct option known[] = {{"json", no_argument, NULL, 'j'},
@@ -318,6 +263,8 @@ static bool parse(int argc, char **argv, options *o)
                                           {"truth", required_argument, NULL, 't'},
                                           {"wobble", no_argument, NULL, 'o'},
                                           {"lines", no_argument, NULL, 'l'},
+                                          {"locality", required_argument, NULL, 'c'},
+                                          {"cliffs", no_argument, NULL, 'i'},
                                           {"help", no_argument, NULL, 'h'},
                                           {0}};
     char *end;
@@ -345,15 +292,19 @@ static bool parse(int argc, char **argv, options *o)
         else if (c == 'a')
             o->against = optarg;
         else if (c == 'o')
-            o->wobble = true;
+            o->ruler = print_wobble;
         else if (c == 'l')
-            o->lines = true;
+            o->ruler = print_lines;
+        else if (c == 'i')
+            o->ruler = print_cliffs;
+        else if (c == 'c' && (o->halo = (int)strtol(optarg, &end, 10), !*end && o->halo > 0))
+            o->ruler = print_locality;
         else
             return false;
     }
-    if (o->lines)
-        return argc == optind;
-    return !(o->mesh || o->write || o->skin || o->against || o->wobble) || argc - optind == 1;
+    if (o->ruler)
+        return argc - optind == (o->ruler == print_wobble || o->ruler == print_locality);
+    return !(o->mesh || o->write || o->skin || o->against) || argc - optind == 1;
 }
 
 int main(int argc, char **argv)
@@ -379,9 +330,11 @@ int main(int argc, char **argv)
 
         return compare_volumes(&ctx, &c) == SC_OK ? 0 : 65;
     }
-    if (o.wobble || o.lines)
-        return (o.wobble ? run_wobble(&ctx, &o, argv[optind]) : run_lines(&ctx, &o)) == SC_OK ? 0
-                                                                                              : 65;
+    if (o.ruler) {
+        const ruling r = {.path = argv[optind], .halo = o.halo, .how = o.how, .json = o.json};
+
+        return o.ruler(&ctx, &r) == SC_OK ? 0 : 65;
+    }
     if (o.json)
         printf("{\"schema\": \"segcast-fidelity-1\", \"shapes\": [\n");
     for (int i = optind; i < argc && status == SC_OK; i++, before = argv[i - 1])

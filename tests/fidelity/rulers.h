@@ -97,4 +97,49 @@ typedef struct survivors {
  * errors of preparing. */
 sc_status measure_lines(const sc_ctx *ctx, size_t n, const drawing *how, survivors *out);
 
+/* How much of what is drawn depends on voxels farther away than a halo. */
+typedef struct locality {
+    int crops;
+    double points, points_off; /* random points at borders, and those with another owner */
+    double rays, rays_off;     /* random rays that meet something, and those that meet another
+                                  tissue, or at another depth, or with another normal, by a bit */
+} locality;
+/* Draw crops of a volume by themselves and compare them with the whole. A crop lies about a random
+ * voxel at a border: a cube of 64 voxels and @p halo more on all sides, as far as the volume
+ * reaches; its corner has even coordinates. Only the cube is looked at. Both are drawn as the
+ * smooth surface with the strength of @p how, on their own voxels: what is found out about a volume
+ * as a whole (copies, noise and others) is left out. Points and rays are such that their
+ * coordinates are the same numbers in both. @return errors of preparing. */
+sc_status measure_locality(const sc_ctx *ctx, const sc_volume *volume, const drawing *how, int halo,
+                           locality *out);
+
+/* How evenly what is drawn of a shape changes while noise or a strength grows step by step. */
+typedef struct cliff {
+    const char *shape;
+    bool by_noise; /* from none to 20 % of the voxels at the border; else the strength of smoothing,
+                      from 0.5 to 2 */
+    int steps, at; /* at: the largest of the steps, counted from 1 */
+    double largest, median; /* of the steps: mean of how far the surface has moved, in voxels */
+} cliff;
+/* The number of combinations of a shape and what changes. */
+size_t cliff_count(void);
+/* Measure number @p n of them, drawn as @p how says but for a strength that changes. The surface is
+ * met along rays from 6 voxels outside of the true surface, along its normals, which stay the same
+ * for all steps. Noise flips voxels at the border of the shape; the flipped voxels of a step are
+ * among those of the next. @return errors of preparing. */
+sc_status measure_cliff(const sc_ctx *ctx, size_t n, const drawing *how, cliff *out);
+
+/* What a ruler is asked for. */
+typedef struct ruling {
+    const char *path; /* of the volume; NULL: the ruler makes its own */
+    int halo;         /* of locality */
+    drawing how;
+    bool json;
+} ruling;
+/* Measure and print as a line or JSON. @return errors of reading and preparing. */
+sc_status print_wobble(const sc_ctx *ctx, const ruling *r);
+sc_status print_lines(const sc_ctx *ctx, const ruling *r);
+sc_status print_locality(const sc_ctx *ctx, const ruling *r);
+sc_status print_cliffs(const sc_ctx *ctx, const ruling *r);
+
 #endif

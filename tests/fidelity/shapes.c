@@ -200,10 +200,7 @@ static bool is_at_border(const sc_volume *v, int x, int y, int z)
     return false;
 }
 
-/* Change the label of a share of the voxels on either side of the border, drawn at random with a
- * fixed seed: background becomes the shape, the shape background. Which ones lie at the border is
- * seen before any label is changed. @return SC_ERR_MEMORY. */
-static sc_status flip_voxels(const sc_ctx *ctx, sc_volume *v, double share)
+sc_status flip_voxels(const sc_ctx *ctx, sc_volume *v, double share)
 {
     uint8_t *ids = v->ids, *flip = NULL;
     uint64_t seed = 31;

@@ -26,3 +26,18 @@ check lines.json '[.lines[] | select(.lines | test("26-") | not) | select(.piece
     or .width_voxels < 0.95 or .width_voxels > 1.4)] == []' 'lines of cubes that share faces'
 check lines.json '.lines[] | select(.lines == "diagonal in space, 26-connected") | .pieces == 45' \
     'cubes that share corners'
+
+# A crop with so large a halo that it is the whole volume shows what the volume does; one without does not.
+"$SEGCAST" phantom -q --size 96x68x100 -o small.nrrd || fail 'the small heart was not written'
+"$FIDELITY" --json --locality 100 small.nrrd >whole.json || fail 'the locality was not measured'
+check whole.json '.crops == 12 and .points > 1000 and .rays > 10000 and .points_differing == 0
+    and .rays_differing == 0' 'crops that are the whole volume'
+"$FIDELITY" --json --locality 1 small.nrrd >crops.json || fail 'the locality was not measured with a halo of 1'
+check crops.json '.rays_differing > 0' 'crops with a halo of one voxel'
+
+# What is drawn of voxels as cubes changes evenly with their noise, and not at all with the strength.
+"$FIDELITY" --json --surface voxel --cliffs >cliffs.json || fail 'cliffs were not measured'
+check cliffs.json '[.cliffs[] | select(.changing == "noise") | select(.median_voxels > 0.002 and
+    .median_voxels < 0.05 and .largest_over_median < 2)] | length == 2' 'noise of cubes'
+check cliffs.json '[.cliffs[] | select(.changing == "strength") | select(.largest_voxels == 0)]
+    | length == 2' 'strength of smoothing of cubes'

@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Prints what the rulers measure. */
+#include "rulers.h"
+
+sc_status print_wobble(const sc_ctx *ctx, const ruling *r)
+{
+    sc_volume volume = {0};
+    wobble w;
+    sc_status status;
+
+    SC_TRY(sc_volume_read(ctx, r->path, &volume));
+    SC_TRY(measure_wobble(ctx, &volume, &r->how, &w));
+    if (r->json) {
+        printf("{\"schema\": \"segcast-wobble-1\", ");
+        print_value("outline_voxels", w.outline, false);
+        print_value("seam_voxels", w.seam, false);
+        print_value("outline_points", (double)w.outline_points, false);
+        print_value("seam_points", (double)w.seam_points, false);
+        print_value("pairs", (double)w.pairs, true);
+        printf("}\n");
+    } else {
+        printf("outline %.3f voxels (%zu points); seams %.3f voxels (%zu points, %zu pairs)\n",
+               w.outline, w.outline_points, w.seam, w.seam_points, w.pairs);
+    }
+out:
+    sc_volume_clear(&volume);
+    return status;
+}
+
+sc_status print_lines(const sc_ctx *ctx, const ruling *r)
+{
+    sc_status status = SC_OK;
+
+    if (r->json)
+        printf("{\"schema\": \"segcast-lines-1\", \"lines\": [\n");
+    else
+        printf("%-34s %9s %9s %12s %9s\n", "lines", "voxels %", "links %", "pieces", "width");
+    for (size_t n = 0; n < line_count(); n++) {
+        survivors s;
+
+        SC_TRY(measure_lines(ctx, n, &r->how, &s));
+        if (r->json) {
+            printf("%s  {\"lines\": \"%s\", ", n ? ",\n" : "", s.name);
+            print_value("voxels_share", s.voxels, false);
+            print_value("links_share", s.links, false);
+            print_value("pieces", s.pieces, false);
+            print_value("true_pieces", s.true_pieces, false);
+            print_value("width_voxels", s.width, true);
+            printf("}");
+        } else {
+            printf("%-34s %9.1f %9.1f %5d of %3d %9.2f\n", s.name, 100 * s.voxels, 100 * s.links,
+                   s.pieces, s.true_pieces, s.width);
+        }
+    }
+    if (r->json)
+        printf("\n]}\n");
+out:
+    return status;
+}
+
+sc_status print_locality(const sc_ctx *ctx, const ruling *r)
+{
+    sc_volume volume = {0};
+    locality l;
+    sc_status status;
+
+    SC_TRY(sc_volume_read(ctx, r->path, &volume));
+    SC_TRY(measure_locality(ctx, &volume, &r->how, r->halo, &l));
+    if (r->json) {
+        printf("{\"schema\": \"segcast-locality-1\", ");
+        print_value("halo_voxels", r->halo, false);
+        print_value("crops", l.crops, false);
+        print_value("points", l.points, false);
+        print_value("points_differing", l.points_off, false);
+        print_value("rays", l.rays, false);
+        print_value("rays_differing", l.rays_off, true);
+        printf("}\n");
+    } else {
+        printf("%d crops, halo %d: %.0f of %.0f points and %.0f of %.0f rays differ\n", l.crops,
+               r->halo, l.points_off, l.points, l.rays_off, l.rays);
+    }
+out:
+    sc_volume_clear(&volume);
+    return status;
+}
+
+sc_status print_cliffs(const sc_ctx *ctx, const ruling *r)
+{
+    sc_status status = SC_OK;
+
+    if (r->json)
+        printf("{\"schema\": \"segcast-cliffs-1\", \"cliffs\": [\n");
+    else
+        printf("%-12s %-10s %10s %10s %10s %12s\n", "shape", "changing", "largest", "at step",
+               "median", "their ratio");
+    for (size_t n = 0; n < cliff_count(); n++) {
+        cliff c;
+        const char *what;
+
+        SC_TRY(measure_cliff(ctx, n, &r->how, &c));
+        what = c.by_noise ? "noise" : "strength";
+        if (r->json) {
+            printf("%s  {\"shape\": \"%s\", \"changing\": \"%s\", ", n ? ",\n" : "", c.shape, what);
+            print_value("steps", c.steps, false);
+            print_value("largest_voxels", c.largest, false);
+            print_value("largest_at_step", c.at, false);
+            print_value("median_voxels", c.median, false);
+            print_value("largest_over_median", c.median > 0 ? c.largest / c.median : NAN, true);
+            printf("}");
+        } else {
+            printf("%-12s %-10s %10.4f %5d / %2d %10.4f %12.1f\n", c.shape, what, c.largest, c.at,
+                   c.steps, c.median, c.largest / c.median);
+        }
+        fflush(stdout);
+    }
+    if (r->json)
+        printf("\n]}\n");
+out:
+    return status;
+}
