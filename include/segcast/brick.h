@@ -157,48 +157,64 @@ static inline unsigned sc_brick_rank(uint64_t mask, int bit)
     return sc_count_bits(mask & ((1ull << bit) - 1));
 }
 
-/** A vertex record: what is stored of a vertex near an interface, in SC_RECORD_BYTES bytes, the
- *  lowest first.
+/** A vertex record: what is stored of one of the two fields (sc_prepared) at a vertex near a
+ * border.
  *
- *  - Bits 0 to 4: the weight of the vote of its own label, 1 to 31. It stands for half of the
- *    difference between the label's smoothed membership and the largest one of any other label; 31
- *    stands for one half.
- *  - Bits 5 to 7: a code for the length of the gradient, as m: it is 2^-m of that at a flat
- *    interface. Codes 0 to 3 are m, and SC_RECORD_SHORTEST is an m of 10. Of the codes above it,
- *    which have an m of 8, 6 and 4, the lowest says that here all SC_RECORD_FADES parts of a
- *    surface of the label are missing, and the highest that one is, because a layer tapers
- *    below a voxel. The more is missing, the shorter is the gradient, so that what lies under the
- *    layer is lit by its own.
- *  - Bits 8 to 23: the direction of the gradient, outward, in RAS: octahedral coordinates x and y
- *    as signed bytes in 127ths (Cigolle et al. 2014, "A survey of efficient representations for
- *    independent unit vectors"). */
+ *  - Bits 0 to 7: the value of the field, a signed byte of -127 to 127 and never 0, in steps of
+ *    1 / SC_BORDER_STEPS of a voxel. In the outer field it is positive on the side of tissue; in
+ * the inner field it is always positive.
+ *  - Bits 8 to 23: the direction of the gradient, in RAS, outward: octahedral coordinates x and y
+ * as signed bytes in 127ths (Cigolle et al. 2014, "A survey of efficient representations for
+ *    independent unit vectors"). Outward is towards the background in the outer field, and away
+ * from the tissue of the vertex in the inner one.
+ *  - Bits 24 to 28: the tissue of the vertex, as the place of a voxel that carries it: see
+ *    sc_tissue_code. Both records of a vertex say the same.
+ *  - Bits 29 to 31: the length of the gradient as a share of that at a flat border, in eighths,
+ * less one. */
 enum {
-    SC_RECORD_BYTES = 3,
-    SC_RECORD_WEIGHT_MASK = 31,
-    SC_RECORD_LENGTH_SHIFT = 5,
-    SC_RECORD_LENGTH_MASK = 7, /**< after the shift */
-    SC_RECORD_SHORTEST = 4,    /**< the code for the largest m without anything missing */
-    SC_RECORD_FADES = SC_RECORD_LENGTH_MASK - SC_RECORD_SHORTEST,
+    SC_BORDER_STEPS = 96, /**< of a value, to a voxel */
+    SC_VALUE_MAX = 127,
     SC_RECORD_X_SHIFT = 8,
     SC_RECORD_Y_SHIFT = 16,
     SC_RECORD_OCTANT_BITS = 8, /**< of x and of y */
     SC_RECORD_OCTANT_MASK = 255,
-    SC_RECORD_DIRECTION_BITS =
-        SC_RECORD_OCTANT_MASK << SC_RECORD_X_SHIFT | SC_RECORD_OCTANT_MASK << SC_RECORD_Y_SHIFT,
-    SC_WEIGHT_MAX = SC_RECORD_WEIGHT_MASK
+    SC_RECORD_TISSUE_SHIFT = 24,
+    SC_RECORD_TISSUE_MASK = 31, /**< after the shift */
+    SC_RECORD_LENGTH_SHIFT = 29,
+    SC_RECORD_LENGTH_STEPS = 8, /**< of a length, to that at a flat border */
+    SC_RECORD_BYTES = 4
 };
 /** A direction's octahedral coordinate of 1. */
 #define SC_RECORD_OCTANT_ONE 127
 
-/** @return a packed record. @param weight 0 to SC_WEIGHT_MAX; stored records have 1 at least.
- *  @param outward direction of the gradient, RAS, of any length but zero.
- *  @param strength length of the gradient as a share of that at a flat interface; stored as the
- *  nearest power of two from 1 down to 2^-3, or as 2^-10 if it is smaller. */
-static inline uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength)
+/** The place of a voxel in the 3x3x3 around a vertex: (dx + 1) + 3 (dy + 1) + 9 (dz + 1). */
+enum { SC_TISSUE_OWN = 13 /**< the vertex itself */, SC_TISSUE_CODES = 27 };
+
+/** @return the code of the place at (dx, dy, dz), each -1 to 1, from a vertex. */
+static inline int sc_tissue_code(int dx, int dy, int dz)
 {
-    const double share = 1 / (fabs(outward.x) + fabs(outward.y) + fabs(outward.z));
+    return (dx + 1) + 3 * (dy + 1) + 9 * (dz + 1);
+}
+
+/** @return how far, -1 to 1, the place of a code lies from the vertex along @p axis. */
+static inline int sc_tissue_step(int code, int axis)
+{
+    return code / (axis == 0 ? 1 : axis == 1 ? 3 : 9) % 3 - 1;
+}
+
+/** @return a record whose tissue has code 0; that of another is or-ed to it, shifted by
+ *  SC_RECORD_TISSUE_SHIFT. @param value -SC_VALUE_MAX to SC_VALUE_MAX, not 0.
+ *  @param outward direction of the gradient, RAS, of any length; none is stored as that of z.
+ *  @param length of the gradient as a share of that at a flat border; stored as the nearest eighth
+ *  from 1/8 to 1. */
+static inline uint32_t sc_record_pack(int value, sc_vec3 outward, double length)
+{
+    const double sum = fabs(outward.x) + fabs(outward.y) + fabs(outward.z);
+    const double share = sum > 0 ? 1 / sum : 0;
     double octant[2] = {outward.x * share, outward.y * share};
-    uint32_t m = 0, packed[2];
+    const int eighths =
+        length < 1 ? (int)(length * SC_RECORD_LENGTH_STEPS + 0.5) : (int)SC_RECORD_LENGTH_STEPS;
+    uint32_t packed[2];
 
     if (outward.z < 0) {
         const double x = (1 - fabs(octant[1])) * (octant[0] < 0 ? -1 : 1);
@@ -207,108 +223,33 @@ static inline uint32_t sc_record_pack(int weight, sc_vec3 outward, double streng
         octant[0] = x;
         octant[1] = y;
     }
-    while (m < SC_RECORD_SHORTEST && strength < 0.7071) /* the nearest power of two */
-        strength *= 2, m++;
     /* Adding ONE + 1/2 makes the number positive, so that the conversion rounds down. */
     for (int i = 0; i < 2; i++)
         packed[i] =
             (uint32_t)((int)(octant[i] * SC_RECORD_OCTANT_ONE + (SC_RECORD_OCTANT_ONE + 0.5)) -
                        SC_RECORD_OCTANT_ONE) &
             SC_RECORD_OCTANT_MASK;
-    return (uint32_t)weight | m << SC_RECORD_LENGTH_SHIFT | packed[0] << SC_RECORD_X_SHIFT |
-           packed[1] << SC_RECORD_Y_SHIFT;
+    return (uint32_t)(uint8_t)value | packed[0] << SC_RECORD_X_SHIFT |
+           packed[1] << SC_RECORD_Y_SHIFT |
+           (uint32_t)(eighths > 1 ? eighths - 1 : 0) << SC_RECORD_LENGTH_SHIFT;
 }
 
-/** @return the record at @p index of an array of packed records of SC_RECORD_BYTES each. */
-static inline uint32_t sc_record_read(const uint8_t *records, size_t index)
+/** @return the value in a record. */
+static inline int sc_record_value(uint32_t record)
 {
-    const uint8_t *at = records + index * SC_RECORD_BYTES;
-
-    return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16;
+    return (int8_t)record;
 }
 
-/** Store @p record at @p index of such an array; its bits from 24 on are dropped. */
-static inline void sc_record_write(uint8_t *records, size_t index, uint32_t record)
+/** @return the code of the tissue in a record; 0 to 26 in what segcast has written. */
+static inline int sc_record_tissue(uint32_t record)
 {
-    for (int i = 0; i < SC_RECORD_BYTES; i++)
-        records[index * SC_RECORD_BYTES + (size_t)i] = (uint8_t)(record >> (8 * i));
+    return (int)(record >> SC_RECORD_TISSUE_SHIFT & SC_RECORD_TISSUE_MASK);
 }
 
-/** @return the weight in a record, 0 to SC_WEIGHT_MAX. */
-static inline int sc_record_weight(uint32_t record)
+/** @return the length of the gradient in a record, 1 to 8 eighths of that at a flat border. */
+static inline int sc_record_eighths(uint32_t record)
 {
-    return (int)(record & SC_RECORD_WEIGHT_MASK);
-}
-
-/** @return the bits of a record that hold the length of the gradient or a fade: 0 to 7. */
-static inline int sc_record_length_code(uint32_t record)
-{
-    return (int)(record >> SC_RECORD_LENGTH_SHIFT & SC_RECORD_LENGTH_MASK);
-}
-
-/** @return 2^m, 1 to 1024: the length of the gradient is 2^-m of that at a flat interface. */
-static inline int sc_record_inverse_length(uint32_t record)
-{
-    const int code = sc_record_length_code(record);
-
-    return 1 << (code < SC_RECORD_SHORTEST ? code : 2 * (SC_RECORD_LENGTH_MASK + 2 - code));
-}
-
-/** @return how many parts of SC_RECORD_FADES of a surface are missing at a vertex: 0 to
- * SC_RECORD_FADES. */
-static inline int sc_record_missing(uint32_t record)
-{
-    const int code = sc_record_length_code(record);
-
-    return code > SC_RECORD_SHORTEST ? SC_RECORD_LENGTH_MASK + 1 - code : 0;
-}
-
-/** @return the record with so many parts missing, 0 to SC_RECORD_FADES; for 0 as it is. */
-static inline uint32_t sc_record_fade(uint32_t record, uint32_t missing)
-{
-    if (!missing)
-        return record;
-    return (record & ~((uint32_t)SC_RECORD_LENGTH_MASK << SC_RECORD_LENGTH_SHIFT)) |
-           (SC_RECORD_LENGTH_MASK + 1 - missing) << SC_RECORD_LENGTH_SHIFT;
-}
-
-/** @return the record with the shortest gradient: next to others, it tells nothing of the
- * direction.
- */
-static inline uint32_t sc_record_shortest(uint32_t record)
-{
-    return (record & ~((uint32_t)SC_RECORD_LENGTH_MASK << SC_RECORD_LENGTH_SHIFT)) |
-           (uint32_t)SC_RECORD_SHORTEST << SC_RECORD_LENGTH_SHIFT;
-}
-
-/** The record of a vertex outside of the volume, beside a voxel of tissue at its border, that says:
- *  the tissue ends between that voxel and the border. Other vertices outside of the volume stand
- * for copies of the voxels beside them, whatever is in their records. The mark is an x of -128 in
- *  octahedral coordinates, which no direction has; instead of y there is the height of the end:
- *  how far above the middle of the voxel it lies, in steps of 1 / SC_RECORD_END_STEPS of a voxel, 1
- *  to SC_RECORD_END_MAX. The weight is 1 and tells nothing. */
-enum {
-    SC_RECORD_END_MARK = 0x80,
-    SC_RECORD_END_STEPS = 254,
-    SC_RECORD_END_MAX = SC_RECORD_END_STEPS / 2 /**< that is at the border */
-};
-
-/** @return the record of a vertex at which tissue ends. @param height 1 to SC_RECORD_END_MAX. */
-static inline uint32_t sc_record_pack_end(int height)
-{
-    return 1u | (uint32_t)SC_RECORD_END_MARK << SC_RECORD_X_SHIFT |
-           (uint32_t)height << SC_RECORD_Y_SHIFT;
-}
-
-/** @return the height of sc_record_pack_end in the record of a vertex outside of the volume; 0 if
- *  no tissue ends there. */
-static inline int sc_record_end(uint32_t record)
-{
-    const int height = (int)(record >> SC_RECORD_Y_SHIFT & SC_RECORD_OCTANT_MASK);
-
-    if ((record >> SC_RECORD_X_SHIFT & SC_RECORD_OCTANT_MASK) != SC_RECORD_END_MARK)
-        return 0;
-    return height < 1 ? 1 : height > SC_RECORD_END_MAX ? SC_RECORD_END_MAX : height;
+    return (int)(record >> SC_RECORD_LENGTH_SHIFT) + 1;
 }
 
 /** Write the direction of the gradient, RAS, to @p out. It is not of unit length: its absolute
@@ -325,37 +266,29 @@ static inline void sc_record_octant(uint32_t record, float out[3])
     out[2] = z;
 }
 
-/** Write the gradient, RAS, to @p out: a unit direction times the length, 2^-m. */
+/** Write the gradient, RAS, to @p out: a unit direction times the length in eighths. */
 static inline void sc_record_normal(uint32_t record, float out[3])
 {
-    float inverse;
+    float share;
 
     sc_record_octant(record, out);
-    inverse = 1 / ((float)sc_record_inverse_length(record) *
-                   sqrtf(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]));
+    share = (float)sc_record_eighths(record) /
+            sqrtf(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]);
     for (int i = 0; i < 3; i++)
-        out[i] *= inverse;
+        out[i] *= share;
 }
 
-/** A packed cell: the weights of its corners (x + 2 y + 4 z), positive for the lowest label and
- *  negative for all others, as signed fields in two words of 32 bits: corners 0 to 4 in the lower,
- *  5 to 7 in the upper, each from its lowest bit up. */
-enum { SC_CELL_FIELD_BITS = 6, SC_CELL_LOW_FIELDS = 5, SC_CELL_WORD_BITS = 32 };
-#define SC_CELL_MANY                                                                               \
-    (1ull << 63) /**< there are more than two labels, or the cell reaches across the               \
-                 border of the volume */
-#define SC_CELL_ENDS (1ull << 62) /**< tissue ends at one of its corners: see sc_record_end */
-
-/** @return the lowest bit, within its word, of the field of corner @p corner, 0 to 7. */
-static inline int sc_cell_field_shift(int corner)
-{
-    return SC_CELL_FIELD_BITS * (corner % SC_CELL_LOW_FIELDS);
-}
-
-/** @return the word that holds the field of a corner: 0, the lower, or 1. */
-static inline int sc_cell_field_word(int corner)
-{
-    return corner / SC_CELL_LOW_FIELDS;
-}
+/** A packed cell: what the fields say at its corners x + 2 y + 4 z, so that kernels need nothing
+ * else to find where a ray crosses the border in it. There are two kinds: in one the corners lie on
+ * both sides of the outer field and have the same tissue, in the other all lie on the side of
+ * tissue and have one of two tissues. All other cells are general, and nothing of them is packed.
+ */
+typedef struct sc_packed_cell {
+    uint32_t values[2]; /**< a signed byte for each corner, from the lowest up; corners 0 to 3 in
+                           the first: the vote of the lower label minus that of the higher one */
+    uint32_t labels;    /**< dense ids of the two labels that the cell separates, the lower one in
+                             the lower half: 0, the background, in the first kind. 0: a general cell */
+} sc_packed_cell;
+enum { SC_CELL_VALUE_BITS = 8, SC_CELL_WORD_CORNERS = 4, SC_CELL_LABEL_BITS = 16 };
 
 #endif

@@ -17,9 +17,10 @@
 #include "segcast/team.h"
 #include "segcast/volume.h"
 
-/** Wide kernels gather four bytes at a time even where they need one. Arrays that they read are
- *  followed by this many bytes that may be read. */
-enum { SC_GATHER_BYTES = 3 };
+/** Wide kernels gather four bytes at a time even where they need one, and read the records of two
+ *  vertices where there may be none. Arrays that they read are followed by this many bytes that may
+ *  be read. */
+enum { SC_GATHER_BYTES = 2 * SC_RECORD_BYTES };
 
 /** Measurements of one label. */
 typedef struct sc_label_stats {
@@ -39,22 +40,43 @@ typedef struct sc_label_stats {
 typedef struct sc_stored {
     const uint64_t *masks;      /**< of sc_visible_cells, with its shape; NULL: nothing is stored */
     const uint32_t *cell_start; /**< as sc_cells.start */
-    const uint64_t *cells;      /**< [cell_count] as sc_cells.cells */
-    const uint8_t *distances;   /**< of sc_brick_distances */
-    const sc_vec3 *hull;        /**< [hull_count] of sc_hull_points */
+    const sc_packed_cell *cells;   /**< [cell_count] as sc_cells.cells */
+    const uint8_t *distances;      /**< of sc_brick_distances */
+    const sc_vec3 *hull;           /**< [hull_count] of sc_hull_points */
     const uint8_t (*occlusion)[2]; /**< as sc_occlusion.filled, for the opacities below; NULL: it is
                                         not stored */
     const float *opacity; /**< [label_count], for which occlusion was made; NULL without it */
     size_t cell_count, hull_count;
 } sc_stored;
 
+/** The vertex records of one field. Read-only and borrowed. */
+typedef struct sc_border {
+    const uint64_t *masks;   /**< [bricks z][y][x]: the vertices that have a record */
+    const uint32_t *start;   /**< [bricks z][y][x]: index of the brick's first record */
+    const uint32_t *records; /**< [count] vertex records (brick.h), in the order of bricks and bits;
+                                  SC_GATHER_BYTES more may be read */
+    uint64_t count;
+} sc_border;
+
 /** A prepared volume: pointers into one block of memory, which stays borrowed. Read-only, so that
  *  threads and, in a shared window, processes may share it.
  *
- *  The label grid is one vertex wider than the volume on every side, and the vertices around the
- *  volume are background: grid vertex q is the centre of voxel q - 1. Masks have a bit for each of
- *  its vertices, brick by brick (brick.h). A vertex is near an interface if its 3x3x3 neighbourhood
- *  holds another label; then it has a vertex record. */
+ *  The label grid is one vertex wider than the volume on every side: grid vertex q is the centre of
+ *  voxel q - 1. Masks have a bit for each of its vertices, brick by brick (brick.h).
+ *
+ *  Smooth surfaces are drawn from two fields, of which vertices near a border have records. The
+ *  outer one separates the background from all tissue: it has a value at every vertex, whose sign
+ *  tells the side. The inner one separates the tissues from each other: every vertex has a tissue,
+ *  of which the background has no say, and a positive value, the weight of the tissue's vote. A
+ *  point of a cell belongs to tissue where the trilinear sum of the outer values is positive, and
+ *  there to the tissue with the largest vote: the trilinear sum of the inner values of the corners
+ *  that have it; of equal votes the lower id wins. sc_vertex_at gives what holds at a vertex.
+ *
+ *  A vertex has an outer record if it is a corner of a cell with corners on both sides, or if its
+ *  side is not that of its label. It has an inner record if it is a corner of a cell whose corners
+ *  do not all have the same tissue and lie not all on the side of the background, or if its tissue
+ *  is not its label and that is not the background. Vertices outside of the volume count with the
+ *  label of the nearest voxel. */
 typedef struct sc_prepared {
     int size[3];             /**< voxels along x, y, z */
     int bricks[3];           /**< bricks along x, y, z, without a frame: sc_bricks_along(size) */
@@ -66,17 +88,17 @@ typedef struct sc_prepared {
     uint64_t volume_hash;    /**< sc_volume_hash of what was prepared */
     uint64_t file_hash;      /**< checksum of the prepared file it was mapped from; 0: of no file */
     uint64_t boundary_count; /**< boundary voxels that are not background */
-    uint64_t near_count;     /**< vertices near an interface */
+    uint64_t near_count;     /**< boundary vertices: see near */
     const void *ids;         /**< [size z][size y][size x] dense ids */
     const sc_label *labels;  /**< [label_count] */
     const sc_label_stats *stats; /**< [label_count] */
-    const uint64_t *near;        /**< [bricks z][y][x]: masks of the vertices near an interface.
-                                      All corners of a cell that holds more than one label are. */
-    const uint32_t *near_start;  /**< [bricks z][y][x]: index of the brick's first record */
-    const uint8_t *records;      /**< [near_count] vertex records of SC_RECORD_BYTES (brick.h), in
-                                      the order of bricks and bits */
-    const uint8_t *thickness;    /**< [near_count] codes of the local thickness (sc_thickness_mm),
-                                      0 for background; NULL if it was not asked for */
+    const uint64_t *near;        /**< [bricks z][y][x]: masks of the boundary vertices, whose 3x3x3
+                                      holds another label; outside of the volume is background */
+    const uint32_t *near_start;  /**< [bricks z][y][x]: how many there are in the bricks before */
+    sc_border outer, inner;      /**< the records of the two fields */
+    const uint8_t *thickness; /**< [near_count], in the order of bricks and bits of near: codes of
+                                   the local thickness (sc_thickness_mm), 0 for background; NULL
+                                   if it was not asked for */
     /* how it was prepared */
     const sc_vec3 *smooth; /**< [label_count] strength of the smoothing of each label along
                                 the axes of the volume; 0 for the background */
@@ -169,9 +191,8 @@ bool sc_is_prepared_file(const char *path);
 /** Check a prepared file, checksum and contents, for which all of it is read, and fill @p out with
  *  pointers into it. @param path for messages. @param block the whole mapped file, of @p bytes
  * bytes, 64-byte aligned; stays borrowed as long as @p out is used. @return SC_ERR_DATA if the file
- * is damaged, cut off, of another version or byte order, or holds what segcast never writes.
- * Files of the version before this one are read too; they have nothing stored. After a success the
- * file can be drawn without a crash, whoever has written it. */
+ * is damaged, cut off, of another version or byte order, or holds what segcast never writes. After
+ * a success the file can be drawn without a crash, whoever has written it. */
 SC_MUST_USE sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void *block,
                                             size_t bytes, sc_prepared *out);
 /** Fill @p out with pointers into a packed block, which stays borrowed as long as @p out is used.
@@ -200,6 +221,12 @@ SC_MUST_USE sc_status sc_find_outer_cover(const sc_ctx *ctx, const sc_volume *vo
  */
 sc_volume sc_volume_of_prepared(const sc_prepared *v);
 
+/** @return whether (x, y, z) is the grid vertex of a voxel. */
+static inline bool sc_is_voxel(const sc_prepared *v, int x, int y, int z)
+{
+    return x >= 1 && y >= 1 && z >= 1 && x <= v->size[0] && y <= v->size[1] && z <= v->size[2];
+}
+
 /** @return the dense id at a grid vertex; 0, the background, outside of the volume. */
 static inline uint32_t sc_id_at_vertex(const sc_prepared *v, int x, int y, int z)
 {
@@ -207,14 +234,23 @@ static inline uint32_t sc_id_at_vertex(const sc_prepared *v, int x, int y, int z
         ((size_t)(z - 1) * (size_t)v->size[1] + (size_t)(y - 1)) * (size_t)v->size[0] +
         (size_t)(x - 1);
 
-    if (x < 1 || y < 1 || z < 1 || x > v->size[0] || y > v->size[1] || z > v->size[2])
+    if (!sc_is_voxel(v, x, y, z))
         return 0;
     return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[index]
                                : ((const uint16_t *)v->ids)[index];
 }
 
-/** @return whether the vertex (x, y, z), which must be one of the label grid, is near an interface.
- */
+/** As sc_id_at_vertex, but outside of the volume the id of the nearest voxel. */
+static inline uint32_t sc_id_near_vertex(const sc_prepared *v, int x, int y, int z)
+{
+    int at[3] = {x, y, z};
+
+    for (int i = 0; i < 3; i++)
+        at[i] = at[i] < 1 ? 1 : at[i] > v->size[i] ? v->size[i] : at[i];
+    return sc_id_at_vertex(v, at[0], at[1], at[2]);
+}
+
+/** @return whether (x, y, z), which must be a vertex of the label grid, is a boundary vertex. */
 static inline bool sc_is_near(const sc_prepared *v, int x, int y, int z)
 {
     const size_t brick = sc_brick_index(v->bricks, sc_brick_of(x), sc_brick_of(y), sc_brick_of(z));
@@ -222,22 +258,58 @@ static inline bool sc_is_near(const sc_prepared *v, int x, int y, int z)
     return v->near[brick] >> sc_brick_bit(x, y, z) & 1;
 }
 
-/** @return the index, in records and thickness, of vertex (x, y, z), which must be near an
- *  interface. */
-static inline size_t sc_record_index(const sc_prepared *v, int x, int y, int z)
+/** @return the index, in thickness, of vertex (x, y, z), which must be a boundary vertex. */
+static inline size_t sc_near_index(const sc_prepared *v, int x, int y, int z)
 {
     const size_t brick = sc_brick_index(v->bricks, sc_brick_of(x), sc_brick_of(y), sc_brick_of(z));
 
     return v->near_start[brick] + sc_brick_rank(v->near[brick], sc_brick_bit(x, y, z));
 }
 
-/** @return the height at which tissue ends below vertex (x, y, z), which must lie outside of the
- *  volume, but not of the label grid: see sc_record_end; 0 if it goes on to the border. */
-static inline int sc_end_at_vertex(const sc_prepared *v, int x, int y, int z)
+/** @return the record of the vertex at bit @p bit of brick @p brick; 0 if it has none. */
+static inline uint32_t sc_border_record(const sc_border *b, size_t brick, int bit)
 {
-    if (!sc_is_near(v, x, y, z))
-        return 0;
-    return sc_record_end(sc_record_read(v->records, sc_record_index(v, x, y, z)));
+    const uint64_t mask = b->masks[brick];
+
+    return mask >> bit & 1 ? b->records[b->start[brick] + sc_brick_rank(mask, bit)] : 0;
+}
+
+/** What the two fields say of a vertex. */
+typedef struct sc_vertex {
+    uint32_t outer, inner; /**< its records; 0: it has none */
+    int outer_value; /**< positive on the side of tissue; without a record SC_VALUE_MAX, by the
+                          side of its label */
+    int inner_value; /**< without a record SC_VALUE_MAX */
+    uint32_t tissue; /**< dense id; 0, far from tissue: none */
+} sc_vertex;
+
+/** Set the values and the tissue of the vertex (x, y, z) from its records, which are set. */
+static inline void sc_vertex_complete(const sc_prepared *v, int x, int y, int z, sc_vertex *vertex)
+{
+    const uint32_t record = vertex->outer ? vertex->outer : vertex->inner;
+    const int code = record ? sc_record_tissue(record) : SC_TISSUE_OWN;
+    const uint32_t own = sc_id_near_vertex(v, x, y, z);
+
+    vertex->outer_value = vertex->outer ? sc_record_value(vertex->outer)
+                          : own         ? SC_VALUE_MAX
+                                        : -SC_VALUE_MAX;
+    vertex->inner_value = vertex->inner ? sc_record_value(vertex->inner) : SC_VALUE_MAX;
+    vertex->tissue = code == SC_TISSUE_OWN ? own
+                                           : sc_id_near_vertex(v, x + sc_tissue_step(code, 0),
+                                                               y + sc_tissue_step(code, 1),
+                                                               z + sc_tissue_step(code, 2));
+}
+
+/** @return what the fields say of (x, y, z), which must be a vertex of the label grid. */
+static inline sc_vertex sc_vertex_at(const sc_prepared *v, int x, int y, int z)
+{
+    const size_t brick = sc_brick_index(v->bricks, sc_brick_of(x), sc_brick_of(y), sc_brick_of(z));
+    const int bit = sc_brick_bit(x, y, z);
+    sc_vertex vertex = {.outer = sc_border_record(&v->outer, brick, bit),
+                        .inner = sc_border_record(&v->inner, brick, bit)};
+
+    sc_vertex_complete(v, x, y, z, &vertex);
+    return vertex;
 }
 
 /** Codes of local thickness: SC_THICKNESS_STEPS of them for every doubling, code 0 standing for
@@ -257,8 +329,11 @@ enum { SC_SHOW_BOUNDARY = 1, SC_SHOW_INTERIOR = 2 };
 SC_MUST_USE sc_status sc_visible_masks(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
                                        const uint8_t *show, uint64_t **out);
 /** Write masks of the cells (cubes between 2x2x2 neighbouring vertices, named by the lowest) that
- *  hold more than one label, one of them with SC_SHOW_BOUNDARY, to @p out. Parameters, shape,
- *  errors and owner as of sc_visible_masks. */
+ * can hold a surface to @p out: those with corners on both sides of the outer field; those with a
+ * corner on the side of tissue whose corners do not all have the same tissue; and those that reach
+ * across the border of the volume and have a corner in it on the side of tissue. Of these such a
+ * corner of which has a tissue with SC_SHOW_BOUNDARY. Parameters, shape, errors and owner as of
+ *  sc_visible_masks. */
 SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
                                        const uint8_t *show, uint64_t **out);
 /** Write the chessboard distance, in bricks, from every brick to the nearest one that is not empty
@@ -298,11 +373,11 @@ typedef struct sc_pyramid {
  *  which begins with the same masks. @return SC_ERR_MEMORY; *@p masks is then unchanged. */
 SC_MUST_USE sc_status sc_pyramid_build(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
                                        uint64_t **masks, sc_pyramid *out);
-/** The cells of sc_visible_cells, packed (brick.h tells how) in the order of bricks and bits. The
- *  arrays are those of a team. */
+/** The cells of sc_visible_cells, packed in the order of bricks and bits. The arrays are those of a
+ *  team. */
 typedef struct sc_cells {
     uint32_t *start; /**< [bricks z + 2][y + 2][x + 2]: index in cells of the brick's first one */
-    uint64_t *cells; /**< [count] packed cells */
+    sc_packed_cell *cells; /**< [count] */
     size_t count;
 } sc_cells;
 /** Fill @p out with the packed cells of @p masks (of sc_visible_cells; only borrowed).

@@ -302,18 +302,18 @@ enum { NUMBERED = 4096 /* bricks that a thread numbers at a time */ };
 
 /* A numbering of bricks, which the threads share. */
 typedef struct numbering {
-    const sc_preparation *p;
-    bool by_vertex;   /* count vertices near an interface; else bricks with such a vertex */
+    const uint64_t *masks;
+    bool by_vertex;   /* count vertices that are marked; else bricks with such a vertex */
     uint64_t *counts; /* [chunks], of the team */
-    uint32_t *out;    /* as of sc_number_bricks, or near_start if by_vertex */
+    uint32_t *out;    /* as of sc_number_bricks, or of sc_number_vertices if by_vertex */
 } numbering;
 
 /* @return what a brick counts. */
 static uint32_t count_of(const numbering *n, size_t brick)
 {
-    const uint64_t near = n->p->near[brick];
+    const uint64_t mask = n->masks[brick];
 
-    return n->by_vertex ? sc_count_bits(near) : near != 0;
+    return n->by_vertex ? sc_count_bits(mask) : mask != 0;
 }
 
 /* Count what is in the bricks [begin, end), which are one chunk; an sc_range_fn on a numbering. */
@@ -345,12 +345,12 @@ static void number_chunk(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* As sc_number_bricks, or for near_start if @p by_vertex. */
-static sc_status number(const sc_ctx *ctx, const sc_preparation *p, bool by_vertex, uint32_t **out,
-                        uint64_t *count)
+/* As sc_number_bricks, or as sc_number_vertices if @p by_vertex, without its limit. */
+static sc_status number(const sc_ctx *ctx, const sc_preparation *p, const uint64_t *masks,
+                        bool by_vertex, uint32_t **out, uint64_t *count)
 {
     const size_t chunks = (p->brick_count + NUMBERED - 1) / NUMBERED;
-    numbering n = {.p = p, .by_vertex = by_vertex};
+    numbering n = {.masks = masks, .by_vertex = by_vertex};
     void *block = NULL, *counts = NULL;
     uint64_t sum = 0;
     sc_status status;
@@ -373,20 +373,28 @@ out:
 sc_status sc_number_bricks(const sc_ctx *ctx, const sc_preparation *p, uint32_t **out,
                            uint64_t *count)
 {
-    return number(ctx, p, false, out, count);
+    return number(ctx, p, p->near, false, out, count);
 }
 
-sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p)
+sc_status sc_number_vertices(const sc_ctx *ctx, const sc_preparation *p, const uint64_t *masks,
+                             uint32_t **start, uint64_t *count)
 {
-    const sc_status status = number(ctx, p, true, &p->near_start, &p->near_count);
+    const sc_status status = number(ctx, p, masks, true, start, count);
 
-    if (status != SC_OK)
-        return status;
-    if (p->near_count > UINT32_MAX)
+    if (status == SC_OK && *count > UINT32_MAX)
         return sc_fail(ctx, SC_ERR_MEMORY,
                        "more than %u grid vertices lie near an interface, but their indices "
                        "have 32 bits; crop or coarsen the volume",
                        UINT32_MAX);
+    return status;
+}
+
+sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p)
+{
+    const sc_status status = sc_number_vertices(ctx, p, p->near, &p->near_start, &p->near_count);
+
+    if (status != SC_OK)
+        return status;
     for (int id = 1; id < p->volume->label_count; id++)
         p->boundary_count += p->stats[id].boundary_voxels;
     return SC_OK;
@@ -399,19 +407,20 @@ void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boun
 
     for (size_t brick = begin; brick < end; brick++) {
         uint64_t mask = p->near[brick];
-        sc_boundary_voxel voxel = {.record = p->near_start[brick]};
+        sc_boundary_voxel voxel = {.brick = brick, .index = p->near_start[brick]};
         int low[3];
 
         sc_brick_low(p->bricks, brick, low);
-        for (; mask; mask &= mask - 1, voxel.record++) {
+        for (; mask; mask &= mask - 1, voxel.index++) {
             const int bit = __builtin_ctzll(mask);
 
+            voxel.bit = bit;
             voxel.x = low[0] + sc_bit_x(bit) - 1;
             voxel.y = low[1] + sc_bit_y(bit) - 1;
             voxel.z = low[2] + sc_bit_z(bit) - 1;
             voxel.id = sc_id_or_background(volume, voxel.x, voxel.y, voxel.z);
             if (!voxel.id)
-                continue; /* background; it has a vertex record, which was counted above */
+                continue; /* background, which counts above */
             visit(user, &voxel);
         }
     }

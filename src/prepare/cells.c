@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Packing of the visible cells for the smooth surface: labels and weights of the eight corners of a
- * cell in eight bytes, cells side by side in memory. From these alone a kernel finds whether a ray
- * crosses an interface in a cell, which in most cells it does not. */
+/* Packing of the visible cells for the smooth surface: what the fields say at the eight corners of
+ * a cell in twelve bytes, cells side by side in memory. From these alone a kernel finds whether a
+ * ray crosses a border in a cell, which in most cells it does not. */
 #include "corners.h"
 
 #include <string.h>
@@ -12,60 +12,10 @@ typedef struct cell_packer {
     const uint64_t *masks; /* which cells to pack */
     uint64_t *counts;      /* of the team: cells of each chunk of bricks */
     uint32_t *start;
-    uint64_t *cells;
+    sc_packed_cell *cells;
 } cell_packer;
 
 enum { CHUNK = 4096 /* bricks that a thread claims at a time */ };
-
-/* Weights of the vertices that are corners of a brick's cells: [z][y][x], 0 for vertices that are
- * not near an interface. Rows are as long as those of sc_corner_labels. */
-typedef struct corner_weights {
-    int32_t at[SC_CORNERS][SC_CORNERS][SC_CORNER_ROW];
-} corner_weights;
-
-/* Write the weights of those vertices of brick (x, y, z) that are corners of the cells to be packed
- * to out->weights, which must be zeroed before. Of a brick whose @p at, the place of its lowest
- * vertex in the arrays, is SC_BRICK along an axis (else 0), only the lowest layer is wanted. Bricks
- * beyond the last have no vertices. The records of a brick are passed row by row, in their order.
- */
-static void fetch_weights(const sc_prepared *v, int x, int y, int z, const int at[3],
-                          corner_weights *out)
-{
-    static const uint8_t bits_in[SC_BRICK_ROW_BITS + 1] = {0, 1, 1, 2, 1, 2, 2, 3,
-                                                           1, 2, 2, 3, 2, 3, 3, 4};
-    const size_t brick = sc_brick_index(v->bricks, x, y, z);
-    const unsigned wanted = at[0] ? 1 : SC_BRICK_ROW_BITS;
-    const uint8_t *record;
-    uint64_t left;
-
-    if (x >= v->bricks[0] || y >= v->bricks[1] || z >= v->bricks[2])
-        return;
-    left = v->near[brick] & (at[2] ? SC_BRICK_LOW_Z : ~0ull);
-    record = v->records + (size_t)v->near_start[brick] * SC_RECORD_BYTES;
-    for (int row = 0; left; row++, left >>= SC_BRICK) {
-        const unsigned bits = (unsigned)left & SC_BRICK_ROW_BITS;
-        const uint8_t *from = record;
-        int32_t *to;
-
-        record += (size_t)bits_in[bits] * SC_RECORD_BYTES;
-        if (at[1] && row % SC_BRICK)
-            continue;
-        to = out->at[at[2] + row / SC_BRICK][at[1] + row % SC_BRICK] + at[0];
-        for (unsigned some = bits & wanted; some; some &= some - 1, from += SC_RECORD_BYTES)
-            to[__builtin_ctz(some)] = sc_record_weight(*from);
-    }
-}
-
-/* Fill @p out for the brick at @p brick (x, y, z; without a frame). */
-static void fetch_all_weights(const sc_prepared *v, const int brick[3], corner_weights *out)
-{
-    memset(out, 0, sizeof *out);
-    for (int i = 0; i < 8; i++) {
-        const int at[3] = {i & 1 ? SC_BRICK : 0, i & 2 ? SC_BRICK : 0, i & 4 ? SC_BRICK : 0};
-
-        fetch_weights(v, brick[0] + (i & 1), brick[1] + (i >> 1 & 1), brick[2] + (i >> 2), at, out);
-    }
-}
 
 static inline int32_t lesser(int32_t a, int32_t b)
 {
@@ -77,108 +27,95 @@ static inline int32_t greater(int32_t a, int32_t b)
     return a > b ? a : b;
 }
 
-/* Write the packed cells (brick.h) of row (y, z) of a brick to @p out, side by side: compilers
- * compute with all of them at a time. */
-static void pack_row(const sc_corner_labels *labels, const corner_weights *weights, int y, int z,
-                     uint64_t out[SC_BRICK])
-{
-    const int32_t *l[4], *w[4];
-    int32_t least[SC_CORNER_ROW], most[SC_CORNER_ROW];
-    int32_t low[SC_BRICK], high[SC_BRICK], many[SC_BRICK] = {0};
-    uint32_t words[2][SC_BRICK] = {{0}};
+/* What the rows of corners of four cells say, side by side: compilers compute with all of them at a
+ * time. */
+typedef struct row_labels {
+    int32_t low[SC_BRICK], high[SC_BRICK]; /* the least and the largest tissue */
+    int32_t other[SC_BRICK];               /* not 0: there are more than these two */
+    int32_t background[SC_BRICK];          /* not 0: a corner is on the side of the background */
+} row_labels;
 
-    for (int i = 0; i < 4; i++) {
-        l[i] = labels->at[z + (i >> 1)][y + (i & 1)];
-        w[i] = weights->at[z + (i >> 1)][y + (i & 1)];
-    }
+/* Find @p out of the cells whose corners stand in the rows @p tissue and @p outer. */
+static void find_labels(const int32_t *const tissue[4], const int32_t *const outer[4],
+                        row_labels *out)
+{
+    int32_t least[SC_CORNER_ROW], most[SC_CORNER_ROW], sign[SC_CORNER_ROW];
+
     for (int x = 0; x < SC_CORNER_ROW; x++) {
-        least[x] = lesser(lesser(l[0][x], l[1][x]), lesser(l[2][x], l[3][x]));
-        most[x] = greater(greater(l[0][x], l[1][x]), greater(l[2][x], l[3][x]));
+        least[x] = lesser(lesser(tissue[0][x], tissue[1][x]), lesser(tissue[2][x], tissue[3][x]));
+        most[x] = greater(greater(tissue[0][x], tissue[1][x]), greater(tissue[2][x], tissue[3][x]));
+        sign[x] = outer[0][x] | outer[1][x] | outer[2][x] | outer[3][x];
     }
     for (int x = 0; x < SC_BRICK; x++) {
-        low[x] = lesser(least[x], least[x + 1]);
-        high[x] = greater(most[x], most[x + 1]);
+        out->low[x] = lesser(least[x], least[x + 1]);
+        out->high[x] = greater(most[x], most[x + 1]);
+        out->background[x] = (sign[x] | sign[x + 1]) < 0;
+        out->other[x] = 0;
     }
     for (int i = 0; i < 8; i++) {
-        uint32_t *word = words[sc_cell_field_word(i)];
-        const int32_t *label = l[i >> 1] + (i & 1), *weight = w[i >> 1] + (i & 1);
+        const int32_t *label = tissue[i >> 1] + (i & 1);
+
+        for (int x = 0; x < SC_BRICK; x++)
+            out->other[x] |= (label[x] != out->low[x]) & (label[x] != out->high[x]);
+    }
+}
+
+/* Write the packed cells (brick.h) of row (y, z) of a brick to @p out. Those on one side are taken
+ * for cells between tissues, all others for such at the background. */
+static void pack_row(const sc_corner_fields *f, int y, int z, sc_packed_cell out[SC_BRICK])
+{
+    const int32_t *tissue[4], *outer[4], *inner[4];
+    uint32_t words[2][SC_BRICK] = {{0}};
+    row_labels labels;
+
+    for (int i = 0; i < 4; i++) {
+        tissue[i] = f->tissue[z + (i >> 1)][y + (i & 1)];
+        outer[i] = f->outer[z + (i >> 1)][y + (i & 1)];
+        inner[i] = f->inner[z + (i >> 1)][y + (i & 1)];
+    }
+    find_labels(tissue, outer, &labels);
+    for (int i = 0; i < 8; i++) {
+        const int32_t *label = tissue[i >> 1] + (i & 1);
+        const int32_t *side = outer[i >> 1] + (i & 1), *vote = inner[i >> 1] + (i & 1);
+        uint32_t *word = words[i / SC_CELL_WORD_CORNERS];
 
         for (int x = 0; x < SC_BRICK; x++) {
-            const int32_t not_low = -(label[x] != low[x]), not_high = -(label[x] != high[x]);
-            const int32_t field = (weight[x] ^ not_low) - not_low; /* negated if not_low */
+            const int32_t own = label[x] == labels.low[x] ? vote[x] : -vote[x];
+            const int32_t value = labels.background[x] ? -side[x] : own;
 
-            many[x] |= not_low & not_high;
-            word[x] |= ((uint32_t)field & ((1u << SC_CELL_FIELD_BITS) - 1))
-                       << sc_cell_field_shift(i);
+            word[x] |= ((uint32_t)value & ((1u << SC_CELL_VALUE_BITS) - 1))
+                       << (SC_CELL_VALUE_BITS * (i % SC_CELL_WORD_CORNERS));
         }
     }
-    for (int x = 0; x < SC_BRICK; x++)
-        out[x] =
-            words[0][x] | (uint64_t)words[1][x] << SC_CELL_WORD_BITS | (many[x] ? SC_CELL_MANY : 0);
-}
+    for (int x = 0; x < SC_BRICK; x++) {
+        const uint32_t low = (uint32_t)labels.low[x], high = (uint32_t)labels.high[x];
+        const bool general = labels.background[x] ? low != high : labels.other[x] || low == high;
 
-/* @return the cells of brick @p brick (x, y, z) that reach across the border of the volume, as
- * bits. Kernels handle such cells one by one. */
-static uint64_t border_cells(const sc_prepared *v, const int brick[3])
-{
-    static const uint64_t lowest[3] = {SC_BRICK_LOW_X, SC_BRICK_LOW_Y, SC_BRICK_LOW_Z};
-    uint64_t bits = 0;
-
-    for (int i = 0; i < 3; i++) {
-        const int last = v->size[i] - brick[i] * SC_BRICK; /* where the last cells are */
-
-        if (brick[i] == 0)
-            bits |= lowest[i];
-        if (last >= 0 && last < SC_BRICK)
-            bits |= lowest[i] << (last << (i * SC_BRICK_SHIFT));
+        out[x] = (sc_packed_cell){{words[0][x], words[1][x]},
+                                  (labels.background[x] ? 0 : low) | high << SC_CELL_LABEL_BITS};
+        if (general)
+            out[x] = (sc_packed_cell){{0, 0}, 0};
     }
-    return bits;
-}
-
-/* Does tissue end at a corner of the cell @p q, which reaches across the border of the volume? */
-static bool has_end(const sc_prepared *v, const int q[3])
-{
-    for (int i = 0; i < 8; i++) {
-        const int x = q[0] + (i & 1), y = q[1] + (i >> 1 & 1), z = q[2] + (i >> 2);
-        const bool outside =
-            x < 1 || y < 1 || z < 1 || x > v->size[0] || y > v->size[1] || z > v->size[2];
-
-        if (outside && sc_end_at_vertex(v, x, y, z))
-            return true;
-    }
-    return false;
-}
-
-/* @return what is set of a packed cell at @p bit of a brick, if it reaches across the border of the
- * volume. @param low the lowest vertex of the brick. */
-static uint64_t flags_at_border(const sc_prepared *v, const int low[3], int bit)
-{
-    const int q[3] = {low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit), low[2] + sc_bit_z(bit)};
-
-    return SC_CELL_MANY | (has_end(v, q) ? SC_CELL_ENDS : 0);
 }
 
 /* Write the packed cells of @p mask of brick @p brick (x, y, z) to @p out, one after the other. */
-static void pack_brick(const sc_prepared *v, const int brick[3], uint64_t mask, uint64_t *out)
+static void pack_brick(const sc_prepared *v, const int brick[3], uint64_t mask, sc_packed_cell *out)
 {
-    const int low[3] = {brick[0] * SC_BRICK, brick[1] * SC_BRICK, brick[2] * SC_BRICK};
-    const uint64_t border = border_cells(v, brick);
-    sc_corner_labels labels;
-    corner_weights weights;
+    const uint64_t border = sc_border_cells(v, brick);
+    sc_corner_fields fields;
 
-    sc_corner_labels_fetch(v, low, &labels);
-    fetch_all_weights(v, brick, &weights);
+    sc_corner_fields_fetch(v, brick, &fields);
     for (int row = 0; row < SC_BRICK_LAYER; row++) {
         unsigned left = (unsigned)(mask >> (row * SC_BRICK)) & SC_BRICK_ROW_BITS;
-        uint64_t cells[SC_BRICK];
+        sc_packed_cell cells[SC_BRICK];
 
         if (!left)
             continue;
-        pack_row(&labels, &weights, row % SC_BRICK, row / SC_BRICK, cells);
+        pack_row(&fields, row % SC_BRICK, row / SC_BRICK, cells);
         for (; left; left &= left - 1) {
-            const int x = __builtin_ctz(left), bit = row * SC_BRICK + x;
+            const int x = __builtin_ctz(left);
 
-            *out++ = cells[x] | (border >> bit & 1 ? flags_at_border(v, low, bit) : 0);
+            *out++ = border >> (row * SC_BRICK + x) & 1 ? (sc_packed_cell){{0, 0}, 0} : cells[x];
         }
     }
 }

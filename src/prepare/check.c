@@ -92,54 +92,62 @@ static unsigned largest_id(const sc_prepared *v, size_t voxels)
     return largest;
 }
 
-/* @return the vertices of a brick that belong to the grid, as bits. @param low its lowest vertex.
- */
-static uint64_t bits_of_grid(const sc_prepared *v, const int low[3])
+/* @return the vertices of a brick that belong to the grid of a volume of @p size voxels, as bits.
+ * @param low its lowest vertex. */
+static uint64_t bits_of_grid(const int size[3], const int low[3])
 {
     uint64_t bits = 0;
 
+    if (low[0] + SC_BRICK <= size[0] + 2 && low[1] + SC_BRICK <= size[1] + 2 &&
+        low[2] + SC_BRICK <= size[2] + 2)
+        return ~0ull;
     for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
-        if (low[0] + sc_bit_x(bit) < v->size[0] + 2 && low[1] + sc_bit_y(bit) < v->size[1] + 2 &&
-            low[2] + sc_bit_z(bit) < v->size[2] + 2)
+        if (low[0] + sc_bit_x(bit) < size[0] + 2 && low[1] + sc_bit_y(bit) < size[1] + 2 &&
+            low[2] + sc_bit_z(bit) < size[2] + 2)
             bits |= 1ull << bit;
     }
     return bits;
 }
 
-/* @return what is wrong with the masks of the vertices near an interface, or NULL: each brick's
- * records follow those of the brick before it, and there are as many as bits. */
-static const char *wrong_with_masks(const sc_prepared *v)
+/* @return what is wrong with masks of vertices [bricks z][y][x] and where in an array what belongs
+ * to each brick begins, or NULL: it follows that of the brick before, and there is as much as there
+ * are bits. @param count how much there is of all. */
+static const char *wrong_with_masks(const sc_prepared *v, const uint64_t *masks,
+                                    const uint32_t *start, uint64_t count)
 {
-    uint64_t records = 0;
+    uint64_t marked = 0;
     size_t brick = 0;
 
     for (int z = 0; z < v->bricks[2]; z++) {
         for (int y = 0; y < v->bricks[1]; y++) {
             for (int x = 0; x < v->bricks[0]; x++, brick++) {
                 const int low[3] = {x * SC_BRICK, y * SC_BRICK, z * SC_BRICK};
-                const bool last =
-                    x == v->bricks[0] - 1 || y == v->bricks[1] - 1 || z == v->bricks[2] - 1;
 
-                if (v->near_start[brick] != records)
-                    return "a brick has its vertex records in the wrong place";
-                if (last && v->near[brick] & ~bits_of_grid(v, low))
+                if (start[brick] != marked)
+                    return "a brick has its vertices in the wrong place";
+                if (masks[brick] & ~bits_of_grid(v->size, low))
                     return "a vertex outside of the grid is marked";
-                records += v->near[brick] ? sc_count_bits(v->near[brick]) : 0;
+                marked += masks[brick] ? sc_count_bits(masks[brick]) : 0;
             }
         }
     }
-    return records == v->near_count ? NULL : "it has not as many vertex records as marked vertices";
+    return marked == count ? NULL : "it has not as many vertex records as marked vertices";
 }
 
-/* @return what is wrong with the vertex records, or NULL. A weight of 0 would leave a cell without
- * any vote. */
-static const char *wrong_with_records(const sc_prepared *v)
+/* @return what is wrong with the vertex records of a field, or NULL. A value of 0 would leave a
+ * cell without any vote. @param least of a value. */
+static const char *wrong_with_border(const sc_prepared *v, const sc_border *b, int least)
 {
-    unsigned found = 0;
+    unsigned wrong = 0;
 
-    for (size_t i = 0; i < v->near_count; i++)
-        found |= !(v->records[i * SC_RECORD_BYTES] & SC_RECORD_WEIGHT_MASK);
-    return found ? "a vertex record has no weight" : NULL;
+    for (uint64_t i = 0; i < b->count; i++) {
+        const int value = sc_record_value(b->records[i]);
+
+        wrong |= (unsigned)(value == 0) | (unsigned)(value < least) |
+                 (unsigned)(sc_record_tissue(b->records[i]) >= SC_TISSUE_CODES);
+    }
+    return wrong ? "a vertex record has no value, or no tissue"
+                 : wrong_with_masks(v, b->masks, b->start, b->count);
 }
 
 /* @return whether nothing is marked in @p count masks, whose cells begin at @p at. */
@@ -152,30 +160,48 @@ static bool is_empty(const uint64_t *masks, const uint32_t *start, size_t count,
     return !wrong;
 }
 
-/* @return what is wrong with the cells that are stored, or NULL: only cells whose lowest vertex is
- * near an interface are marked, so that none lies outside of the grid, and each brick's packed
- * cells follow those of the brick before it. What the packed cells hold is only computed with, to
- * numbers that stay small, and distances only lead to other bricks further along a ray. */
+/* @return the largest label of the packed cells that are stored. */
+static unsigned largest_label(const sc_stored *stored)
+{
+    unsigned largest = 0;
+
+    for (size_t i = 0; i < stored->cell_count; i++) {
+        const unsigned low = stored->cells[i].labels & 0xffff,
+                       high = stored->cells[i].labels >> SC_CELL_LABEL_BITS;
+
+        largest = low > largest ? low : largest;
+        largest = high > largest ? high : largest;
+    }
+    return largest;
+}
+
+/* @return what is wrong with the cells that are stored, or NULL: only cells of the label grid are
+ * marked, each brick's packed cells follow those of the brick before it, and their labels are in
+ * the table. What else the packed cells hold is only computed with, to numbers that stay small, and
+ * distances only lead to other bricks further along a ray. */
 static const char *wrong_with_cells(const sc_prepared *v)
 {
     const size_t row = (size_t)sc_framed_row(v->bricks), nx = (size_t)v->bricks[0];
     const size_t layer = (size_t)sc_framed_layer(v->bricks);
-    const uint64_t *masks = v->stored.masks, *near = v->near;
+    const uint64_t *masks = v->stored.masks;
     const uint32_t *start = v->stored.cell_start;
+    const int fewer[3] = {v->size[0] - 1, v->size[1] - 1, v->size[2] - 1}; /* cells than vertices */
     uint64_t cells = 0, outside = 0;
     size_t at = 0;
 
     /* What lies between the rows of bricks is the frame. */
     for (int z = 0; z < v->bricks[2]; z++) {
-        for (int y = 0; y < v->bricks[1]; y++, near += nx) {
+        for (int y = 0; y < v->bricks[1]; y++) {
             const size_t begin = ((size_t)z + 1) * layer + ((size_t)y + 1) * row + 1;
 
             if (!is_empty(masks + at, start + at, begin - at, cells))
                 return "a cell outside of the grid is marked";
             for (size_t x = 0; x < nx; x++) {
                 const uint64_t mask = masks[begin + x];
+                const int low[3] = {(int)x * SC_BRICK, y * SC_BRICK, z * SC_BRICK};
 
-                outside |= (mask & ~near[x]) | (start[begin + x] ^ cells);
+                outside |=
+                    (mask ? mask & ~bits_of_grid(fewer, low) : 0) | (start[begin + x] ^ cells);
                 cells += mask ? sc_count_bits(mask) : 0;
             }
             at = begin + nx;
@@ -185,7 +211,11 @@ static const char *wrong_with_cells(const sc_prepared *v)
         return "a cell outside of the grid is marked";
     if (outside)
         return "a brick has its cells in the wrong place";
-    return cells == v->stored.cell_count ? NULL : "it has not as many cells as are marked";
+    if (cells != v->stored.cell_count)
+        return "it has not as many cells as are marked";
+    return largest_label(&v->stored) < (unsigned)v->label_count
+               ? NULL
+               : "a cell has a label that is not in its table";
 }
 
 /* @return what is wrong with the points of the hull that are stored, or NULL: all lie within the
@@ -234,9 +264,11 @@ sc_status sc_check_prepared(const sc_ctx *ctx, const char *path, const sc_prepar
     if (!wrong && largest_id(v, voxels) >= (unsigned)v->label_count)
         wrong = "a voxel has a label that is not in its table";
     if (!wrong)
-        wrong = wrong_with_masks(v);
+        wrong = wrong_with_masks(v, v->near, v->near_start, v->near_count);
     if (!wrong)
-        wrong = wrong_with_records(v);
+        wrong = wrong_with_border(v, &v->outer, -SC_VALUE_MAX);
+    if (!wrong)
+        wrong = wrong_with_border(v, &v->inner, 1);
     if (!wrong && v->stored.masks)
         wrong = wrong_with_cells(v);
     if (!wrong && v->stored.masks)

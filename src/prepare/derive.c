@@ -21,7 +21,8 @@ sc_prepared sc_preparation_view(const sc_preparation *p)
                         .stats = p->stats,
                         .near = p->near,
                         .near_start = p->near_start,
-                        .records = p->records,
+                        .outer = p->outer,
+                        .inner = p->inner,
                         .thickness = p->thickness,
                         .smooth = p->smooth,
                         .resampled = p->settings.resampled,
@@ -36,21 +37,15 @@ sc_prepared sc_preparation_view(const sc_preparation *p)
     return view;
 }
 
-/* Free @p data, an array of the team that is only read by now. */
-static void free_array(sc_team *team, const void *data)
-{
-    sc_team_free(team, (void *)(uintptr_t)data);
-}
-
 void sc_free_stored(sc_preparation *p)
 {
-    free_array(p->team, p->stored.masks);
-    free_array(p->team, p->stored.cell_start);
-    free_array(p->team, p->stored.cells);
-    free_array(p->team, p->stored.distances);
-    free_array(p->team, p->stored.hull);
-    free_array(p->team, p->stored.occlusion);
-    free_array(p->team, p->stored.opacity);
+    sc_team_free_const(p->team, p->stored.masks);
+    sc_team_free_const(p->team, p->stored.cell_start);
+    sc_team_free_const(p->team, p->stored.cells);
+    sc_team_free_const(p->team, p->stored.distances);
+    sc_team_free_const(p->team, p->stored.hull);
+    sc_team_free_const(p->team, p->stored.occlusion);
+    sc_team_free_const(p->team, p->stored.opacity);
     p->stored = (sc_stored){0};
 }
 

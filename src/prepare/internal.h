@@ -30,7 +30,8 @@ struct sc_preparation {
     size_t brick_count; /* product of bricks */
     uint64_t *near;
     uint32_t *near_start;
-    uint8_t *records, *thickness; /* thickness is NULL unless settings.local_thickness */
+    uint8_t *thickness;     /* NULL unless settings.local_thickness */
+    sc_border outer, inner; /* whose arrays are owned */
     uint64_t near_count, boundary_count;
     sc_label_stats *stats;
     uint64_t volume_hash; /* of the first rank; 0 on the others */
@@ -114,27 +115,29 @@ static inline bool sc_is_smoothed(const sc_preparation *p)
 
 /* A boundary voxel that is not background, as sc_each_boundary passes it on. */
 typedef struct sc_boundary_voxel {
-    int x, y, z;   /* voxel, not grid vertex */
-    size_t record; /* index of its vertex record */
+    int x, y, z;  /* voxel, not grid vertex */
+    size_t brick; /* that holds its vertex, */
+    int bit;      /* and which of it that is */
+    size_t index; /* in thickness */
     uint32_t id;
 } sc_boundary_voxel;
 /* Called with the @p user of sc_each_boundary; @p voxel is valid during the call. */
 typedef void sc_boundary_fn(void *user, const sc_boundary_voxel *voxel);
-/* Call @p visit for each boundary voxel of bricks [begin, end) that is not background, in the order
- * of their records, by the calling thread. Needs near and near_start. */
+/* Call @p visit for each boundary voxel of bricks [begin, end) that is not background, in their
+ * order, by the calling thread. Needs near and near_start. */
 void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boundary_fn *visit,
                       void *user);
-
-/* @return the vertices of a brick, by bit, that carry a tissue and have background in the 3 x 3 x 3
- * around them. @param at_seam those of them that have another tissue there, too, to be set.
- * Vertices outside of the volume count as the nearest voxel. @param low the brick's lowest vertex.
- * Any thread. */
-uint64_t sc_beside_background(const sc_volume *v, const int low[3], uint64_t *at_seam);
 
 /* Check everything in a view of a prepared file that is used as an index or computed with: after
  * that the file can be drawn without a crash, whoever has written it. Its sizes and sections have
  * been checked before. @param path for messages. Reads all voxels. @return SC_ERR_DATA. */
 sc_status sc_check_prepared(const sc_ctx *ctx, const char *path, const sc_prepared *view);
+
+/* Free @p data, an array of the team that is only read by now; NULL is allowed. */
+static inline void sc_team_free_const(sc_team *team, const void *data)
+{
+    sc_team_free(team, (void *)(uintptr_t)data);
+}
 
 /* Free the arrays of p->stored. */
 void sc_free_stored(sc_preparation *p);
@@ -143,14 +146,41 @@ void sc_free_stored(sc_preparation *p);
 enum {
     SC_WORTH_BOUNDARY = 30000,
     SC_WORTH_FIELDS = 30000,
-    SC_WORTH_RELAX = 18000,
-    SC_WORTH_SHEETS = 6000,
-    SC_WORTH_POLISH = 20000,
-    SC_WORTH_TAPERS = 4000,
-    SC_WORTH_ENDS = 500,
+    SC_WORTH_BORDERS = 10000,
     SC_WORTH_SURFACE = 10000,
     SC_WORTH_THICKNESS = 30000
 };
+/* The two fields, from which sc_store_borders makes the records. The arrays are borrowed. */
+typedef struct sc_fields {
+    const uint32_t *number; /* [brick_count]: which of the others a brick has, from 1 on; 0: all its
+                               vertices, and those around it, have the same label, side by it, and
+                               tissue */
+    const uint64_t *sides;  /* by number - 1: the vertices on the side of tissue */
+    const uint8_t (*codes)[SC_BRICK_VERTICES]; /* by number - 1 and bit: the tissue of a vertex, see
+                                                  sc_tissue_code */
+    /* Write the records of the vertices @p masks of brick @p brick, of the outer and of the inner
+     * field, in the order of bits, to @p out; sc_store_borders adds the tissues. Called by any
+     * thread. */
+    void (*fill)(void *user, size_t brick, const uint64_t masks[2], uint32_t *const out[2]);
+    void *user; /* of fill */
+} sc_fields;
+
+/* What the fields say around a brick: of its vertices and of those around it, [z and y][x]. */
+enum { SC_BLOCK = SC_BRICK + 2, SC_BLOCK_ROWS = SC_BLOCK * SC_BLOCK, SC_BLOCK_ROOM = 8 };
+typedef struct sc_block {
+    uint16_t tissue[SC_BLOCK_ROWS][SC_BLOCK_ROOM]; /* dense ids; 0: none */
+    uint8_t sides[SC_BLOCK_ROWS];                  /* bit x: on the side of tissue */
+    uint64_t labelled; /* the vertices of the brick whose label is not the background */
+    uint64_t moved;    /* those whose tissue is at another place */
+} sc_block;
+
+/* Write the dense ids around brick @p brick to @p ids, [z and y][x], as of sc_block; outside of the
+ * volume those of the nearest voxels. Any thread. */
+void sc_fetch_ids(const sc_preparation *p, size_t brick,
+                  uint16_t ids[SC_BLOCK_ROWS][SC_BLOCK_ROOM]);
+/* Fill @p out for brick @p brick. fill of the fields is not used. Any thread. */
+void sc_fetch_block(const sc_preparation *p, const sc_fields *fields, size_t brick, sc_block *out);
+
 /* The stages, in their order. Each allocates and fills what it names, in the preparation, and may
  * read what the ones before it filled. They are collective in the team, and block until its threads
  * are done. Returns on all ranks the same: SC_ERR_MEMORY; after an error the preparation can only
@@ -164,39 +194,23 @@ sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p);
  * Collective in the team. Returns SC_ERR_MEMORY. */
 sc_status sc_number_bricks(const sc_ctx *ctx, const sc_preparation *p, uint32_t **out,
                            uint64_t *count);
-/* Number the vertex records: near_start, near_count and boundary_count. SC_ERR_MEMORY also if there
- * are more than 32 bits can count. */
+/* Number the marked vertices of @p masks [brick_count] in the order of bricks and bits: allocate
+ * *start [brick_count], of the team, with how many come before those of a brick, and set *count to
+ * how many there are. Collective in the team. Returns SC_ERR_MEMORY, also for more than 32 bits can
+ * count. */
+sc_status sc_number_vertices(const sc_ctx *ctx, const sc_preparation *p, const uint64_t *masks,
+                             uint32_t **start, uint64_t *count);
+/* Number the boundary vertices: near_start, near_count and boundary_count. SC_ERR_MEMORY also if
+ * there are more than 32 bits can count. */
 sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p);
 /* Find the strengths of smoothing: smooth, kinds, kind_count and kind_of. SC_ERR_DATA, logged, for
  * more than SC_SMOOTH_KINDS_MAX different ones. */
 sc_status sc_find_strengths(const sc_ctx *ctx, sc_preparation *p);
-/* Can sc_find_fields make the vertex records: is there one strength for all labels, and is it at
- * most 1.25 along each axis? */
-bool sc_has_plain_fields(const sc_preparation *p);
-/* Make the vertex records: records. Needs sc_has_plain_fields. */
-sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p);
-/* Fill the vertex records of some bricks, for sc_find_wide_fields, in records, which is there: all
- * labels are smoothed alike. @param strength at most 1.25 along each axis. @param gain what weights
- * are multiplied by; the weight itself, as a share of the largest, if the strength is 0.
- * @param marked [brick_count] 1 for the bricks to do. Returns SC_ERR_MEMORY. */
-sc_status sc_find_fields_of_bricks(const sc_ctx *ctx, const sc_preparation *p, sc_vec3 strength,
-                                   float gain, const uint8_t *marked);
-/* Make the vertex records for any strengths: records. */
-sc_status sc_find_wide_fields(const sc_ctx *ctx, sc_preparation *p);
-/* Smooth the weights of thick tissue, in place; nothing is done to labels that are smoothed by a
- * strength below 1. */
-sc_status sc_relax_weights(const sc_ctx *ctx, sc_preparation *p);
-/* Raise the weights of sheets of tissue one voxel thick, in place, so that nothing shows through
- * them; nothing is done where surfaces are crisp. */
-sc_status sc_close_sheets(const sc_ctx *ctx, sc_preparation *p);
-/* Smooth the directions in the records, in place; nothing is done where surfaces are crisp. */
-sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p);
-/* Note in the records, in place, where a layer of tissue tapers below a voxel; nothing is done
- * where surfaces are crisp. */
-sc_status sc_fade_tapers(const sc_ctx *ctx, sc_preparation *p);
-/* Note in the records of vertices outside of the volume where tissue ends at its border, instead of
- * being cut off by it; nothing is done where surfaces are crisp. */
-sc_status sc_find_ends(const sc_ctx *ctx, sc_preparation *p);
+/* Make the records of both fields from the labels alone: outer and inner. Borders lie halfway
+ * between voxels. Needs near. */
+sc_status sc_crisp_borders(const sc_ctx *ctx, sc_preparation *p);
+/* Find which vertices have records, number them and write them: outer and inner. */
+sc_status sc_store_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields *fields);
 /* Find the covers, and what is seen from outside: cover_layer and shown of stats. */
 sc_status sc_measure_covers(const sc_ctx *ctx, sc_preparation *p);
 /* Measure the surface of each label: surface_mm2 of stats. */

@@ -9,10 +9,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { ALIGN_BYTES = 64, VERSION = 10, BYTE_ORDER_MARK = 0x01020304 };
-/* The version before, which is read as well: a file of it has no sections from CELL_MASKS on, and
- * its header ends with the offsets of the others and the checksum. */
-enum { OLD_VERSION = 9 };
+enum { ALIGN_BYTES = 64, VERSION = 11, BYTE_ORDER_MARK = 0x01020304 };
 
 /* The arrays of sc_prepared, then those of its sc_stored, in their order in the block. */
 enum {
@@ -21,7 +18,12 @@ enum {
     STATS,
     NEAR,
     NEAR_START,
-    RECORDS,
+    OUTER_MASKS,
+    OUTER_START,
+    OUTER_RECORDS,
+    INNER_MASKS,
+    INNER_START,
+    INNER_RECORDS,
     THICKNESS,
     HIDDEN,
     SMOOTH,
@@ -32,8 +34,7 @@ enum {
     HULL,
     OCCLUSION,
     OPACITY,
-    SECTIONS, /* how many there are */
-    OLD_SECTIONS = CELL_MASKS
+    SECTIONS /* how many there are */
 };
 
 /* What of sc_stored a file holds, as bits of a header: all but the occlusion, and that too. */
@@ -50,8 +51,9 @@ _Static_assert(sizeof(sc_label_stats) == 72 && offsetof(sc_label_stats, thicknes
                    offsetof(sc_label_stats, low) == 32 && offsetof(sc_label_stats, shown) == 56,
                "sc_label_stats has changed: raise VERSION");
 _Static_assert(sizeof(sc_vec3) == 24, "sc_vec3 has changed: raise VERSION");
-_Static_assert(SC_RECORD_BYTES == 3 && SC_BRICK_VERTICES == 64,
-               "the layout of records or bricks has changed: raise VERSION");
+_Static_assert(SC_RECORD_BYTES == sizeof(uint32_t) && sizeof(sc_packed_cell) == 12 &&
+                   SC_BRICK_VERTICES == 64,
+               "the layout of records, cells or bricks has changed: raise VERSION");
 
 /* The first bytes of a block. The fields are those of sc_prepared of the same name. */
 typedef struct block_header {
@@ -61,39 +63,16 @@ typedef struct block_header {
     int32_t label_bytes, label_count, oriented, local_thickness, has_thickness, has_surface,
         resampled, as_drawn, numbered;
     sc_affine to_ras_mm;
-    uint64_t volume_hash, boundary_count, near_count, total_bytes;
+    uint64_t volume_hash, boundary_count, near_count, outer_count, inner_count, total_bytes;
     uint64_t offset[SECTIONS]; /* by section, from the begin of the block */
     uint64_t stored;           /* STORED_CELLS and STORED_OCCLUSION, or 0 */
     uint64_t cell_count, hull_count;
     uint64_t checksum; /* of files: of the header with 0 here, then of each section */
 } block_header;
+enum { COMMON_BYTES = offsetof(block_header, size) /* that every version begins with */ };
 _Static_assert(sizeof(block_header) % sizeof(uint64_t) == 0 &&
                    offsetof(block_header, checksum) + sizeof(uint64_t) == sizeof(block_header),
                "the header ends with the checksum, without a gap");
-
-enum {
-    SUM_BYTES = sizeof(uint64_t),
-    /* of the header of the version before: so much of it is as now, then follows its checksum */
-    OLD_COMMON_BYTES = offsetof(block_header, offset) + OLD_SECTIONS * sizeof(uint64_t),
-    OLD_HEADER_BYTES = OLD_COMMON_BYTES + SUM_BYTES
-};
-
-/* Copy the header of a block of either version to @p h; what the version before has not becomes 0.
- * @return false if the block is too short for it. Nothing else is checked. */
-static bool read_header(const void *block, size_t bytes, block_header *h)
-{
-    memset(h, 0, sizeof *h);
-    if (bytes < OLD_HEADER_BYTES)
-        return false;
-    memcpy(h, block, OLD_COMMON_BYTES);
-    if (h->version == OLD_VERSION)
-        memcpy(&h->checksum, (const char *)block + OLD_COMMON_BYTES, SUM_BYTES);
-    else if (bytes >= sizeof *h)
-        memcpy(h, block, sizeof *h);
-    else
-        return false;
-    return true;
-}
 
 /* @return @p bytes rounded up to a multiple of ALIGN_BYTES. */
 static uint64_t aligned(uint64_t bytes)
@@ -112,7 +91,7 @@ static void measure_stored(const block_header *h, uint64_t bytes[SECTIONS])
     bricks = sc_brick_count(framed);
     bytes[CELL_MASKS] = cells ? bricks * sizeof(uint64_t) : 0;
     bytes[CELL_START] = cells ? bricks * sizeof(uint32_t) : 0;
-    bytes[CELLS] = h->cell_count * sizeof(uint64_t);
+    bytes[CELLS] = h->cell_count * sizeof(sc_packed_cell);
     bytes[DISTANCES] = cells ? bricks : 0;
     bytes[HULL] = h->hull_count * sizeof(sc_vec3);
     bytes[OCCLUSION] = occlusion ? 2 * bricks : 0;
@@ -132,13 +111,16 @@ static void lay_out(block_header *h, uint64_t bytes[SECTIONS])
     bytes[STATS] = (uint64_t)h->label_count * sizeof(sc_label_stats);
     bytes[NEAR] = bricks * sizeof(uint64_t);
     bytes[NEAR_START] = bricks * sizeof(uint32_t);
-    bytes[RECORDS] = h->near_count * SC_RECORD_BYTES;
+    bytes[OUTER_MASKS] = bytes[INNER_MASKS] = bytes[NEAR];
+    bytes[OUTER_START] = bytes[INNER_START] = bytes[NEAR_START];
+    bytes[OUTER_RECORDS] = h->outer_count * SC_RECORD_BYTES;
+    bytes[INNER_RECORDS] = h->inner_count * SC_RECORD_BYTES;
     bytes[THICKNESS] = h->local_thickness ? h->near_count : 0;
     bytes[HIDDEN] = (uint64_t)h->label_count;
     bytes[SMOOTH] = (uint64_t)h->label_count * sizeof(sc_vec3);
     measure_stored(h, bytes);
     h->total_bytes = aligned(h->header_bytes);
-    for (int i = 0; i < (h->version == OLD_VERSION ? OLD_SECTIONS : SECTIONS); i++) {
+    for (int i = 0; i < SECTIONS; i++) {
         h->offset[i] = h->total_bytes;
         h->total_bytes += aligned(bytes[i] + SC_GATHER_BYTES);
     }
@@ -171,6 +153,8 @@ static block_header header_of(const sc_preparation *p, bool file, uint64_t bytes
     h.volume_hash = p->volume_hash;
     h.boundary_count = p->boundary_count;
     h.near_count = p->near_count;
+    h.outer_count = p->outer.count;
+    h.inner_count = p->inner.count;
     if (file && p->stored.masks) {
         h.stored = STORED_CELLS | (p->stored.occlusion ? STORED_OCCLUSION : 0);
         h.cell_count = p->stored.cell_count;
@@ -203,7 +187,12 @@ static void sources_of(const sc_preparation *p, const void *out[SECTIONS])
         [STATS] = p->stats,
         [NEAR] = p->near,
         [NEAR_START] = p->near_start,
-        [RECORDS] = p->records,
+        [OUTER_MASKS] = p->outer.masks,
+        [OUTER_START] = p->outer.start,
+        [OUTER_RECORDS] = p->outer.records,
+        [INNER_MASKS] = p->inner.masks,
+        [INNER_START] = p->inner.start,
+        [INNER_RECORDS] = p->inner.records,
         [THICKNESS] = p->thickness,
         [HIDDEN] = p->hidden,
         [SMOOTH] = p->smooth,
@@ -239,8 +228,7 @@ static void copy_bytes(void *user, size_t begin, size_t end, int thread)
 /* Is this the section of an array of the team, which may be large? */
 static bool is_of_team(int section)
 {
-    return section == IDS || section == NEAR || section == NEAR_START || section == RECORDS ||
-           section == THICKNESS;
+    return section == IDS || (section >= NEAR && section <= THICKNESS);
 }
 
 /* Copy the header and those sections that every rank has for itself. */
@@ -292,14 +280,8 @@ void sc_preparation_pack_together(const sc_preparation *p, void *block)
 static uint64_t checksum_of(const block_header *h, const void *const sections[SECTIONS],
                             const uint64_t bytes[SECTIONS])
 {
-    char old[OLD_HEADER_BYTES] = {0};
-    uint64_t sum;
+    uint64_t sum = sc_hash_bytes(h, sizeof *h, VERSION);
 
-    memcpy(old, h, OLD_COMMON_BYTES);
-    if (h->version == OLD_VERSION)
-        sum = sc_hash_bytes(old, sizeof old, OLD_VERSION);
-    else
-        sum = sc_hash_bytes(h, sizeof *h, VERSION);
     for (int i = 0; i < SECTIONS; i++)
         sum = bytes[i] ? sc_hash_bytes(sections[i], bytes[i], sum) : sum;
     return sum;
@@ -398,7 +380,12 @@ static bool is_sound(const block_header *h)
         vertices *= h->size[i] + 2;
     }
     /* At most 2^41 vertices: then no length of a section, and no sum of them, overflows. */
-    if (vertices > VERTICES_MAX || (double)h->near_count > vertices || h->near_count > UINT32_MAX)
+    if (vertices > VERTICES_MAX)
+        return false;
+    if ((double)h->near_count > vertices || (double)h->outer_count > vertices ||
+        (double)h->inner_count > vertices || (double)h->cell_count > vertices)
+        return false;
+    if ((h->near_count | h->outer_count | h->inner_count | h->cell_count) > UINT32_MAX)
         return false;
     if ((h->label_bytes != 1 && h->label_bytes != 2) || h->label_count < 1 ||
         h->label_count > (h->label_bytes == 1 ? 256 : SC_LABELS_MAX))
@@ -407,8 +394,7 @@ static bool is_sound(const block_header *h)
                   : h->cell_count || h->hull_count)
         return false;
     /* Four points at most for either end of a row of voxels. */
-    if (h->cell_count > h->near_count ||
-        h->hull_count > 8 * (uint64_t)h->size[1] * (uint64_t)h->size[2])
+    if (h->hull_count > 8 * (uint64_t)h->size[1] * (uint64_t)h->size[2])
         return false;
     if ((h->oriented | h->local_thickness | h->has_thickness | h->has_surface | h->resampled |
          h->as_drawn | h->numbered) &
@@ -424,26 +410,25 @@ static bool is_sound(const block_header *h)
 static sc_status check_header(const sc_ctx *ctx, const char *path, const void *block, size_t bytes,
                               block_header *h)
 {
-    const bool whole = read_header(block, bytes, h);
-
     if (bytes >= sizeof magic && memcmp(block, magic, sizeof magic) != 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: is no prepared file of segcast", path);
-    if (!whole)
-        return sc_fail(
-            ctx, SC_ERR_DATA,
-            "%s: has %zu bytes, fewer than the header of a prepared file: %zu; prepare it again",
-            path, bytes, h->version == OLD_VERSION ? (size_t)OLD_HEADER_BYTES : sizeof *h);
-    if (h->byte_order != BYTE_ORDER_MARK)
+    memset(h, 0, sizeof *h);
+    memcpy(h, block, bytes < sizeof *h ? bytes : sizeof *h);
+    if (bytes >= COMMON_BYTES && h->byte_order != BYTE_ORDER_MARK)
         return sc_fail(
             ctx, SC_ERR_DATA,
             "%s: was prepared on a machine with another order of bytes; prepare it again here",
             path);
-    if ((h->version != VERSION || h->header_bytes != sizeof *h) &&
-        (h->version != OLD_VERSION || h->header_bytes != OLD_HEADER_BYTES))
+    if (bytes >= COMMON_BYTES && (h->version != VERSION || h->header_bytes != sizeof *h))
         return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: is a prepared file of version %u, this segcast reads versions %d and "
-                       "%d; prepare it again",
-                       path, (unsigned)h->version, OLD_VERSION, VERSION);
+                       "%s: is a prepared file of version %u, this segcast reads version %d; "
+                       "prepare it again",
+                       path, (unsigned)h->version, VERSION);
+    if (bytes < sizeof *h)
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s: has %zu bytes, fewer than the header of a prepared file: %zu; prepare it again",
+            path, bytes, sizeof *h);
     if (!is_sound(h))
         return sc_fail(ctx, SC_ERR_DATA, "%s: the header is damaged; prepare it again", path);
     if (h->total_bytes != bytes)
@@ -488,7 +473,7 @@ static sc_stored stored_in(const block_header *h, const char *base)
     if (h->stored & STORED_CELLS) {
         stored.masks = (const uint64_t *)(base + h->offset[CELL_MASKS]);
         stored.cell_start = (const uint32_t *)(base + h->offset[CELL_START]);
-        stored.cells = (const uint64_t *)(base + h->offset[CELLS]);
+        stored.cells = (const sc_packed_cell *)(base + h->offset[CELLS]);
         stored.distances = (const uint8_t *)(base + h->offset[DISTANCES]);
         stored.hull = (const sc_vec3 *)(base + h->offset[HULL]);
         stored.cell_count = h->cell_count;
@@ -507,10 +492,10 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
     block_header h;
     sc_prepared view;
 
-    if (!read_header(block, bytes, &h) || memcmp(h.magic, magic, sizeof magic) ||
-        (h.version != VERSION && h.version != OLD_VERSION) ||
-        h.header_bytes != (h.version == VERSION ? sizeof h : OLD_HEADER_BYTES) ||
-        h.total_bytes > bytes)
+    if (bytes >= sizeof h)
+        memcpy(&h, block, sizeof h);
+    if (bytes < sizeof h || memcmp(h.magic, magic, sizeof magic) != 0 || h.version != VERSION ||
+        h.header_bytes != sizeof h || h.total_bytes > bytes)
         return sc_fail(ctx, SC_ERR_DATA, "not a prepared volume of this version of segcast");
     view = (sc_prepared){
         .label_bytes = h.label_bytes,
@@ -526,7 +511,12 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
         .near_count = h.near_count,
         .near = (const uint64_t *)(base + h.offset[NEAR]),
         .near_start = (const uint32_t *)(base + h.offset[NEAR_START]),
-        .records = (const uint8_t *)(base + h.offset[RECORDS]),
+        .outer = {(const uint64_t *)(base + h.offset[OUTER_MASKS]),
+                  (const uint32_t *)(base + h.offset[OUTER_START]),
+                  (const uint32_t *)(base + h.offset[OUTER_RECORDS]), h.outer_count},
+        .inner = {(const uint64_t *)(base + h.offset[INNER_MASKS]),
+                  (const uint32_t *)(base + h.offset[INNER_START]),
+                  (const uint32_t *)(base + h.offset[INNER_RECORDS]), h.inner_count},
         .has_thickness = h.has_thickness != 0,
         .has_surface = h.has_surface != 0,
         .resampled = h.resampled != 0,

@@ -7,10 +7,7 @@ static uint64_t worth_of(const sc_preparation *p)
 {
     const sc_prepare_settings *s = &p->settings;
 
-    return SC_WORTH_BOUNDARY + SC_WORTH_FIELDS +
-           (sc_is_smoothed(p) ? SC_WORTH_RELAX + SC_WORTH_SHEETS + SC_WORTH_POLISH +
-                                    SC_WORTH_TAPERS + SC_WORTH_ENDS
-                              : 0) +
+    return SC_WORTH_BOUNDARY + SC_WORTH_FIELDS + SC_WORTH_BORDERS +
            (s->surface ? SC_WORTH_SURFACE : 0) +
            (s->thickness || s->local_thickness ? SC_WORTH_THICKNESS : 0);
 }
@@ -61,12 +58,7 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
     sc_stage_begin(ctx, "preparing", 0, worth_of(p));
     SC_TRY(sc_find_boundary(ctx, p));
     SC_TRY(sc_index_boundary(ctx, p));
-    SC_TRY(sc_has_plain_fields(p) ? sc_find_fields(ctx, p) : sc_find_wide_fields(ctx, p));
-    SC_TRY(sc_relax_weights(ctx, p));
-    SC_TRY(sc_close_sheets(ctx, p));
-    SC_TRY(sc_polish_fields(ctx, p));
-    SC_TRY(sc_fade_tapers(ctx, p));
-    SC_TRY(sc_find_ends(ctx, p));
+    SC_TRY(sc_crisp_borders(ctx, p));
     SC_TRY(sc_measure_covers(ctx, p));
     if (settings->surface)
         SC_TRY(sc_measure_surface(ctx, p));
@@ -79,6 +71,14 @@ out:
     return status;
 }
 
+/* Free the arrays of the records of a field. */
+static void free_border(sc_team *team, const sc_border *b)
+{
+    sc_team_free_const(team, b->masks);
+    sc_team_free_const(team, b->start);
+    sc_team_free_const(team, b->records);
+}
+
 void sc_preparation_free(sc_preparation *p)
 {
     if (!p)
@@ -86,7 +86,8 @@ void sc_preparation_free(sc_preparation *p)
     if (p->team) {
         sc_team_free(p->team, p->near);
         sc_team_free(p->team, p->near_start);
-        sc_team_free(p->team, p->records);
+        free_border(p->team, &p->outer);
+        free_border(p->team, &p->inner);
         sc_team_free(p->team, p->thickness);
         sc_free_stored(p);
     }

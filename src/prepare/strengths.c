@@ -71,8 +71,3 @@ sc_status sc_find_strengths(const sc_ctx *ctx, sc_preparation *p)
 out:
     return status;
 }
-
-bool sc_has_plain_fields(const sc_preparation *p)
-{
-    return p->kind_count == 1 && sc_most_strength(p->kinds[0]) <= PLAIN_MAX;
-}

@@ -9,7 +9,7 @@ enum { UNITS_PER_FACE = 1 << 20 }; /* of the largest face of a voxel */
 
 /* The sums that are being computed. Each thread has a copy, with its own number in thread. */
 typedef struct surface_sum {
-    const sc_preparation *p; /* borrowed; near and records must be filled */
+    const sc_preparation *p; /* borrowed; near and the records must be filled */
     sc_vec3 face[3];         /* area vector of the faces across each axis, mm2 */
     double units_per_mm2;
     uint64_t *sums; /* [threads][label_count]: areas in whole units, because sums of integers do not
@@ -44,11 +44,15 @@ static void add_faces(void *user, const sc_boundary_voxel *voxel)
 {
     const surface_sum *s = user;
     const sc_volume *v = s->p->volume;
-    float packed[3];
+    const uint32_t outer = sc_border_record(&s->p->outer, voxel->brick, voxel->bit);
+    const uint32_t record =
+        outer ? outer : sc_border_record(&s->p->inner, voxel->brick, voxel->bit);
+    float packed[3] = {0, 0, 0};
     sc_vec3 normal;
     double area_mm2 = 0;
 
-    sc_record_normal(sc_record_read(s->p->records, voxel->record), packed);
+    if (record)
+        sc_record_normal(record, packed);
     normal = sc_vec3_unit((sc_vec3){packed[0], packed[1], packed[2]});
     for (int axis = 0; axis < 3; axis++) {
         const int faces = differs(v, voxel, axis, -1) + differs(v, voxel, axis, 1);

@@ -388,7 +388,7 @@ static void store_local(void *user, const sc_boundary_voxel *voxel)
     }
     index =
         ((size_t)at[2] * (size_t)v->size[1] + (size_t)at[1]) * (size_t)v->size[0] + (size_t)at[0];
-    t->p->thickness[voxel->record] =
+    t->p->thickness[voxel->index] =
         thickness_code(t->smallest_mm * (2.0 * t->distance[index] / UNITS_PER_VOXEL - 1));
 }
 

@@ -7,8 +7,8 @@ typedef struct mask_builder {
     const sc_prepared *volume;
     const uint8_t *show; /* as of sc_visible_masks */
     bool interior;       /* some label shows its interior */
-    bool all_shown;      /* every label with voxels shows its boundary, so that every cell with more
-                            than one label has one that is shown */
+    bool all_shown;      /* every label with voxels shows its boundary, so that every cell with a
+                            border has one that is shown */
     uint64_t *masks;     /* the result, with a frame; zero before */
 } mask_builder;
 
@@ -19,10 +19,24 @@ static uint64_t inside_bits(const sc_prepared *v, const int low[3])
     uint64_t bits = 0;
 
     for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
-        const int x = low[0] + sc_bit_x(bit), y = low[1] + sc_bit_y(bit),
-                  z = low[2] + sc_bit_z(bit);
+        if (sc_is_voxel(v, low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit), low[2] + sc_bit_z(bit)))
+            bits |= 1ull << bit;
+    }
+    return bits;
+}
 
-        if (x > 0 && y > 0 && z > 0 && x <= v->size[0] && y <= v->size[1] && z <= v->size[2])
+/* @return the cells of a brick that lie within the label grid, as bits. @param low its lowest
+ * vertex. */
+static uint64_t cells_of_grid(const sc_prepared *v, const int low[3])
+{
+    uint64_t bits = 0;
+
+    if (low[0] + SC_BRICK <= v->size[0] && low[1] + SC_BRICK <= v->size[1] &&
+        low[2] + SC_BRICK <= v->size[2])
+        return ~0ull;
+    for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
+        if (low[0] + sc_bit_x(bit) <= v->size[0] && low[1] + sc_bit_y(bit) <= v->size[1] &&
+            low[2] + sc_bit_z(bit) <= v->size[2])
             bits |= 1ull << bit;
     }
     return bits;
@@ -63,30 +77,68 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* @return those of the cells @p near of a brick whose corners do not all have the same value in @p
- * at, as bits. */
-static uint64_t mixed_cells(uint64_t near, const int32_t at[SC_CORNERS][SC_CORNERS][SC_CORNER_ROW])
+/* Which cells of a brick are of a kind, as bits. */
+typedef struct cell_kinds {
+    uint64_t outer;  /* corners on both sides */
+    uint64_t tissue; /* a corner on the side of tissue */
+    uint64_t inner;  /* the corners do not all have the same tissue */
+} cell_kinds;
+
+/* Find the kinds of the cells of row (y, z) of a brick, to the four lowest bits. */
+static cell_kinds kinds_of_row(const sc_corner_fields *f, int y, int z)
+{
+    int32_t any[SC_CORNER_ROW], all[SC_CORNER_ROW], other[SC_CORNER_ROW];
+    const int32_t *first = f->tissue[z][y];
+    cell_kinds out = {0};
+
+    for (int x = 0; x < SC_CORNER_ROW; x++) {
+        any[x] = 0;
+        all[x] = -1;
+        other[x] = 0;
+    }
+    for (int i = 0; i < 4; i++) {
+        const int32_t *outer = f->outer[z + (i >> 1)][y + (i & 1)];
+        const int32_t *tissue = f->tissue[z + (i >> 1)][y + (i & 1)];
+
+        for (int x = 0; x < SC_CORNER_ROW; x++) {
+            any[x] |= ~outer[x]; /* the sign is that of the side, and values are not 0 */
+            all[x] &= ~outer[x];
+            other[x] |= tissue[x] ^ first[x];
+        }
+    }
+    for (int x = 0; x < SC_BRICK; x++) {
+        const bool some = (any[x] | any[x + 1]) < 0, full = (all[x] & all[x + 1]) < 0;
+
+        out.tissue |= (uint64_t)some << x;
+        out.outer |= (uint64_t)(some && !full) << x;
+        out.inner |= (uint64_t)((other[x] | other[x + 1] | (first[x] ^ first[x + 1])) != 0) << x;
+    }
+    return out;
+}
+
+/* @return the cells of @p mask, which reach across the border of the volume, that have a corner in
+ * it on the side of tissue, as bits. @param low the lowest vertex of the brick. */
+static uint64_t with_tissue_inside(const sc_prepared *v, const int low[3],
+                                   const sc_corner_fields *f, uint64_t mask)
 {
     uint64_t bits = 0;
 
-    for (int row = 0; row < SC_BRICK_LAYER; row++) {
-        const int y = row % SC_BRICK, z = row / SC_BRICK;
-        const int32_t *a = at[z][y], *b = at[z][y + 1], *c = at[z + 1][y], *d = at[z + 1][y + 1];
-        int32_t other[SC_CORNER_ROW];
+    for (uint64_t left = mask; left; left &= left - 1) {
+        const int bit = __builtin_ctzll(left);
 
-        if (!(near >> (row * SC_BRICK) & SC_BRICK_ROW_BITS))
-            continue;
-        for (int x = 0; x < SC_CORNER_ROW; x++)
-            other[x] = (a[x] ^ b[x]) | (a[x] ^ c[x]) | (a[x] ^ d[x]);
-        for (int x = 0; x < SC_BRICK; x++)
-            bits |= (uint64_t)((other[x] | other[x + 1] | (a[x] ^ a[x + 1])) != 0)
-                    << (row * SC_BRICK + x);
+        for (int i = 0; i < 8; i++) {
+            const int x = sc_bit_x(bit) + (i & 1), y = sc_bit_y(bit) + (i >> 1 & 1),
+                      z = sc_bit_z(bit) + (i >> 2);
+
+            if (sc_is_voxel(v, low[0] + x, low[1] + y, low[2] + z) && f->outer[z][y][x] > 0)
+                bits |= 1ull << bit;
+        }
     }
-    return bits & near;
+    return bits;
 }
 
-/* @return the cells of a brick at least one corner of which has a label that is shown, as bits. */
-static uint64_t shown_cells(const mask_builder *b, const sc_corner_labels *labels)
+/* @return the cells of a brick at least one corner of which has a tissue that is shown, as bits. */
+static uint64_t shown_cells(const mask_builder *b, const sc_corner_fields *fields)
 {
     uint64_t bits = 0;
 
@@ -95,15 +147,15 @@ static uint64_t shown_cells(const mask_builder *b, const sc_corner_labels *label
         int shown = 0;
 
         for (int i = 0; i < 8; i++)
-            shown |= b->show[labels->at[z + (i >> 2)][y + (i >> 1 & 1)][x + (i & 1)]];
+            shown |= b->show[fields->tissue[z + (i >> 2)][y + (i >> 1 & 1)][x + (i & 1)]];
         bits |= (uint64_t)(shown & SC_SHOW_BOUNDARY) << bit;
     }
     return bits;
 }
 
 /* Store the masks of visible cells of bricks [begin, end) (without the frame); an sc_range_fn on a
- * mask_builder. All corners of a cell with more than one label are near an interface, so that only
- * bricks that hold such a vertex need to be examined. */
+ * mask_builder. All corners of a cell that holds a border have records, so that only bricks that
+ * hold such a vertex, and those at the border of the volume, need to be examined. */
 static void build_cells(void *user, size_t begin, size_t end, int thread)
 {
     const mask_builder *b = user;
@@ -111,17 +163,24 @@ static void build_cells(void *user, size_t begin, size_t end, int thread)
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
-        sc_corner_labels labels;
-        uint64_t mask;
-        int low[3];
+        sc_corner_fields fields;
+        uint64_t mask = 0, border;
+        int at[3], low[3];
 
-        if (!v->near[brick])
+        sc_brick_at(v->bricks, brick, at);
+        border = sc_border_cells(v, at);
+        if (!(v->outer.masks[brick] | v->inner.masks[brick]) && !(border && v->near[brick]))
             continue;
         sc_brick_low(v->bricks, brick, low);
-        sc_corner_labels_fetch(v, low, &labels);
-        mask = mixed_cells(v->near[brick], labels.at);
+        sc_corner_fields_fetch(v, at, &fields);
+        for (int row = 0; row < SC_BRICK_LAYER; row++) {
+            const cell_kinds k = kinds_of_row(&fields, row % SC_BRICK, row / SC_BRICK);
+
+            mask |= (k.outer | (k.inner & k.tissue)) << (row * SC_BRICK);
+        }
+        mask = (mask & cells_of_grid(v, low)) | with_tissue_inside(v, low, &fields, border & ~mask);
         if (mask && !b->all_shown)
-            mask &= shown_cells(b, &labels);
+            mask &= shown_cells(b, &fields);
         b->masks[framed_index(v, low)] = mask;
     }
 }
