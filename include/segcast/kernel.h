@@ -46,9 +46,7 @@ typedef struct sc_march_tissue {
     float boundary_alpha;   /**< of one crossing (smooth) or one sample (voxel) */
     float interior_alpha;   /**< of one sample; voxel only */
     float cap_alpha;        /**< opacity of a cut face, 0 to 1: below 1 only while the tissue fades,
-                                 and 0 if it is not shown at all; beside another tissue its gradients
-                                 count only by this share for normals. Of a tissue that is drawn by
-                                 itself, as a part that moves: how near it still is */
+                                 and 0 if it is not shown at all */
     float thickness_factor; /**< with by_thickness: what sc_march.thickness_alpha is multiplied by:
                                  1, but less or more while the tissue fades */
     float diffuse, specular; /**< weights of the diffuse light and of the highlight */
@@ -140,7 +138,7 @@ typedef struct sc_march {
     const uint8_t *cell_distances;  /**< sc_cell_distances of the masks, by the method's metric;
                                          SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD only */
     const uint32_t *cell_start;    /**< sc_cells.start of the masks; smooth and wide kernels only */
-    const uint64_t *cells;         /**< sc_cells.cells; smooth and wide kernels only */
+    const sc_packed_cell *cells;   /**< sc_cells.cells; smooth and wide kernels only */
     float box_low[3], box_high[3]; /**< in grid coordinates: rays are marched only within this box,
                                         which holds all that can be seen and reaches at most 3
                                         vertices beyond those of the volume */
@@ -155,7 +153,6 @@ typedef struct sc_march {
                              and gives the same bits */
     bool caps;          /**< cut faces are drawn, in the colour of their tissue: cap_alpha */
     bool only_caps;     /**< nothing but cut faces is drawn: a slice */
-    bool fading;        /**< the cap_alpha of some tissue may be below 1 */
     const sc_march_grey
         *grey;         /**< what cut faces show beside their tissue's colour; NULL: nothing */
     float grey_share;  /**< 0 to 1: of it in their colour */

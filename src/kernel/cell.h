@@ -2,36 +2,37 @@
 /* Private to kernel: a cell of the smooth surface model, the cube between 2x2x2 neighbouring grid
  * vertices, and the crossings that a straight line makes in it.
  *
- * At a point, each label's vote is the trilinear sum of the weights of the corners that carry it,
- * and the largest vote owns the point; of equal votes the lower id wins. Along a line the
- * difference of two votes is a cubic. Its Bernstein coefficients come from the corners of the box
- * that the line spans. If their signs do not change, neither does the owner; two changes within a
- * cell (a thin sheet) are separated by the extrema of the cubic.
+ * sc_prepared tells who owns a point: the sign of the outer field decides between background and
+ * tissue, and among tissues the largest vote. Equal votes go to the lower id, and 0 in the outer
+ * field, therefore, to the background. Along a line the outer field and the difference of two votes
+ * are cubics. Their Bernstein coefficients come from the corners of the box that the line spans. If
+ * the signs of these do not change, neither does the owner; two changes within a cell (a thin
+ * sheet) are separated by the extrema of the cubic.
  *
  * On a face shared by two cells both compute the same bits, because interpolation by 0 and 1 is
- * exact and labels that are not on the face have no vote there. So no ray slips through between
+ * exact and tissues that are not on the face have no vote there. So no ray slips through between
  * cells. */
 #ifndef SC_KERNEL_CELL_H
 #define SC_KERNEL_CELL_H
 
 #include "segcast/kernel.h"
 
-enum { SC_CORNERS = 8 }; /* corner x + 2 y + 4 z */
+enum { SC_CORNERS = 8, SC_ALL_CORNERS = 0xff }; /* corner x + 2 y + 4 z, and bits for all of them */
 
-/* One cell. The caller sets q; sc_cell_labels fills in the labels, and sc_cell_fill the rest of
- * those cells whose labels differ. */
+/* One cell. The caller sets q, and sc_cell_read the rest. */
 typedef struct sc_cell {
-    int q[3];                      /* the lowest grid vertex, which names the cell */
-    uint32_t labels[SC_CORNERS];   /* dense ids */
-    uint32_t records[SC_CORNERS];  /* vertex records; only the lower 24 bits count */
-    float weights[SC_CORNERS];     /* of the votes: 1 to SC_WEIGHT_MAX */
-    uint32_t distinct[SC_CORNERS]; /* the different labels, in rising order */
+    int q[3];            /* the lowest grid vertex, which names the cell */
+    unsigned border;     /* which faces of the volume pass through the middle of the cell, as
+                            bits: bit i where axis i begins, bit 3 + i where it ends; beyond them
+                            is background */
+    unsigned background; /* the corners on the side of the background, as bits */
+    uint32_t labels[SC_CORNERS]; /* dense ids of the tissues of the corners */
+    float outer[SC_CORNERS];     /* of the outer field, but negative on the side of tissue */
+    float inner[SC_CORNERS];     /* weights of the votes of the tissues */
+    uint32_t outer_records[SC_CORNERS], inner_records[SC_CORNERS]; /* 0: there is none */
+    uint32_t distinct[SC_CORNERS];                                 /* the different tissues, in
+                                                                      rising order */
     int distinct_count;
-    size_t record_index[SC_CORNERS]; /* of records, in sc_prepared.records */
-    unsigned border; /* which faces of the volume pass through the middle of the cell, as bits: bit
-                        i where axis i begins, bit 3 + i where it ends; beyond them is background */
-    uint8_t ends[SC_CORNERS]; /* only if there is a border: sc_end_at_vertex of the corners outside
-                                 of the volume, 0 of all others */
 } sc_cell;
 
 /* A point where the owner changes from one label (dense id) to another. */
@@ -41,101 +42,41 @@ typedef struct sc_crossing {
     int face; /* 0, or 1 + axis: this is a face of the volume, across that axis */
 } sc_crossing;
 enum {
-    SC_CROSSINGS_WITHIN = 24, /* between labels of the volume */
-    SC_CROSSINGS_MAX = SC_CROSSINGS_WITHIN + 2
+    SC_OUTER_CROSSINGS = 3,  /* of the outer field: a cubic has no more roots */
+    SC_INNER_CROSSINGS = 16, /* from one tissue to another */
+    SC_CROSSINGS_WITHIN = SC_OUTER_CROSSINGS + SC_INNER_CROSSINGS,
+    SC_CROSSINGS_MAX = SC_CROSSINGS_WITHIN + 2 /* and two faces of the volume */
 };
 
-/* The search for a root ends after so many steps, or where the difference of the votes (of weights
- * up to SC_WEIGHT_MAX) is as small as this. Guesses stay this share of the interval away from its
- * ends. */
+/* The search for a root ends after so many steps, or where the value (which is up to SC_VALUE_MAX,
+ * and changes by SC_BORDER_STEPS over a voxel) is as small as this. Guesses stay this share of the
+ * interval away from its ends. */
 #define SC_ROOT_STEPS_MAX 16
-#define SC_ROOT_TOLERANCE 0.002f
+#define SC_ROOT_TOLERANCE 0.005f
 #define SC_ROOT_MARGIN 0.02f
 /* The cells whose corners lie outside of the volume along some axis, but not all of them, are cut
- * in two by a face of the volume. The corners outside of it count as copies of those opposite,
- * which are voxels, so that tissue goes straight on to the face; beyond the face all is background.
- * But where tissue ends before the face (sc_end_at_vertex), the corner is background, of a weight
- * that puts the border between it and the voxel opposite where the tissue ends. */
+ * in two by a face of the volume, beyond which all is background. */
 
-/* The bits of sc_cell.border for the cell @p q. */
-static inline unsigned sc_cell_border(const sc_prepared *v, const int q[3])
+/* Read the records of the corners 2 i and 2 i + 1 of a cell in one field, the vertices @p bits of
+ * the bricks @p bricks, to @p out; 0: there is none. */
+static inline void sc_cell_record_pair(const sc_border *b, const size_t bricks[2],
+                                       const int bits[2], uint32_t out[2])
 {
-    unsigned border = 0;
+    const uint64_t mask = b->masks[bricks[0]], two = mask >> bits[0];
+    const uint32_t *at;
 
-    for (int i = 0; i < 3; i++)
-        border |= (q[i] == 0 ? 1u : 0) << i | (q[i] == v->size[i] ? 8u : 0) << i;
-    return border;
-}
-
-/* The vertex nearest to corner number @p corner of the cell @p q that is a voxel, to @p out. */
-static inline void sc_cell_vertex(const sc_prepared *v, const int q[3], int corner, int out[3])
-{
-    for (int i = 0; i < 3; i++) {
-        const int at = q[i] + (corner >> i & 1);
-
-        out[i] = at < 1 ? 1 : at > v->size[i] ? v->size[i] : at;
+    out[0] = out[1] = 0;
+    if (bricks[0] != bricks[1]) {
+        out[0] = sc_border_record(b, bricks[0], bits[0]);
+        out[1] = sc_border_record(b, bricks[1], bits[1]);
+    } else if (two & 3) {
+        at = b->records + b->start[bricks[0]] + sc_brick_rank(mask, bits[0]);
+        out[0] = two & 1 ? at[0] : 0;
+        out[1] = two & 2 ? at[two & 1] : 0;
     }
 }
 
-/* The height at which tissue ends at corner number @p corner of the cell @p q, in which there is a
- * voxel; 0 if the corner is not outside of the volume, or tissue goes on there.
- * @param voxel [3] the vertex of the voxel nearest to the corner: see sc_cell_vertex. */
-static inline int sc_cell_end(const sc_prepared *v, const int q[3], int corner, const int voxel[3])
-{
-    const int x = q[0] + (corner & 1), y = q[1] + (corner >> 1 & 1), z = q[2] + (corner >> 2);
-
-    return x == voxel[0] && y == voxel[1] && z == voxel[2] ? 0 : sc_end_at_vertex(v, x, y, z);
-}
-
-/* Read the labels at the corners of a cell at the border of the volume, and c->ends; the rest is as
- * in sc_cell_labels. A cell without a voxel is background. */
-static inline bool sc_cell_border_labels(const sc_prepared *v, sc_cell *c)
-{
-    uint32_t any = 0;
-    bool outside = false;
-
-    for (int i = 0; i < 3; i++)
-        outside = outside || c->q[i] < 0 || c->q[i] > v->size[i];
-    c->border = outside ? 0 : sc_cell_border(v, c->q);
-    for (int i = 0; i < SC_CORNERS; i++) {
-        int at[3];
-
-        sc_cell_vertex(v, c->q, i, at);
-        c->labels[i] = outside ? 0 : sc_id_at_vertex(v, at[0], at[1], at[2]);
-        c->ends[i] = c->labels[i] ? (uint8_t)sc_cell_end(v, c->q, i, at) : 0;
-        any |= c->labels[i];
-    }
-    for (int i = 0; i < SC_CORNERS; i++)
-        c->labels[i] = c->ends[i] ? 0 : c->labels[i];
-    return any != 0;
-}
-
-/* Read the labels at the corners of the cell c->q into c->labels, and set c->border; nothing else
- * of the cell is changed. @p label_bytes: that of the volume, as a constant of the caller. @return
- * whether there is more than one label in the cell. */
-static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell *c)
-{
-    const int x = c->q[0], y = c->q[1], z = c->q[2];
-    const size_t row = (size_t)v->size[0], layer = row * (size_t)v->size[1];
-    const size_t base = (size_t)(z - 1) * layer + (size_t)(y - 1) * row + (size_t)(x - 1);
-    uint32_t differ = 0;
-
-    if (x < 1 || y < 1 || z < 1 || x >= v->size[0] || y >= v->size[1] || z >= v->size[2])
-        return sc_cell_border_labels(v, c);
-    c->border = 0;
-    for (int i = 0; i < SC_CORNERS; i++) {
-        const size_t at = base + (size_t)(i & 1) + (i & 2 ? row : 0) + (i & 4 ? layer : 0);
-
-        c->labels[i] =
-            label_bytes == 1 ? ((const uint8_t *)v->ids)[at] : ((const uint16_t *)v->ids)[at];
-    }
-    for (int i = 1; i < SC_CORNERS; i++)
-        differ |= c->labels[i] ^ c->labels[0];
-    return differ != 0;
-}
-
-/* Set c->weights, c->distinct and c->distinct_count from c->labels, c->records, c->border and
- * c->ends. */
+/* Set c->distinct and c->distinct_count from c->labels. */
 static inline void sc_cell_sort(sc_cell *c)
 {
     c->distinct_count = 0;
@@ -143,9 +84,6 @@ static inline void sc_cell_sort(sc_cell *c)
         const uint32_t label = c->labels[i];
         int at = 0;
 
-        c->weights[i] = (float)sc_record_weight(c->records[i]);
-        if (c->border && c->ends[i]) /* its record is a copy of that of the voxel inside */
-            c->weights[i] *= (float)(SC_RECORD_END_STEPS - c->ends[i]) / (float)c->ends[i];
         while (at < c->distinct_count && c->distinct[at] < label)
             at++;
         if (at < c->distinct_count && c->distinct[at] == label)
@@ -156,39 +94,115 @@ static inline void sc_cell_sort(sc_cell *c)
     }
 }
 
-/* Set c->records, c->record_index, c->weights, c->distinct and c->distinct_count. Only for a cell
- * for which sc_cell_labels has returned true: the corners of others may have no vertex records. */
-static inline void sc_cell_fill(const sc_prepared *v, sc_cell *c)
+/* Read what the fields say of the corners of the cell c->q, which must lie in the label grid; all
+ * but c->border. */
+static inline void sc_cell_read_corners(const sc_prepared *v, sc_cell *c)
 {
+    c->background = 0;
     for (int i = 0; i < SC_CORNERS; i += 2) {
-        int low[3], high[3];
+        const int x = c->q[0], y = c->q[1] + (i >> 1 & 1), z = c->q[2] + (i >> 2);
+        const int by = sc_brick_of(y), bz = sc_brick_of(z);
+        const size_t bricks[2] = {sc_brick_index(v->bricks, sc_brick_of(x), by, bz),
+                                  sc_brick_index(v->bricks, sc_brick_of(x + 1), by, bz)};
+        const int bits[2] = {sc_brick_bit(x, y, z), sc_brick_bit(x + 1, y, z)};
 
-        sc_cell_vertex(v, c->q, i, low);
-        sc_cell_vertex(v, c->q, i + 1, high);
-        c->record_index[i] = sc_record_index(v, low[0], low[1], low[2]);
-        /* All corners of such a cell have records, so that those of neighbours along x in the same
-         * brick stand side by side. */
-        c->record_index[i + 1] = (low[0] & SC_BRICK_MASK) < SC_BRICK_MASK || high[0] == low[0]
-                                     ? c->record_index[i] + (size_t)(high[0] - low[0])
-                                     : sc_record_index(v, high[0], high[1], high[2]);
-    }
-    for (int i = 0; i < SC_CORNERS; i++) {
-        c->records[i] = sc_record_read(v->records, c->record_index[i]);
-        if (c->border && c->ends[i])
-            c->records[i] = sc_record_shortest(c->records[i]);
+        sc_cell_record_pair(&v->outer, bricks, bits, c->outer_records + i);
+        sc_cell_record_pair(&v->inner, bricks, bits, c->inner_records + i);
+        for (int k = i; k < i + 2; k++) {
+            sc_vertex vertex = {.outer = c->outer_records[k], .inner = c->inner_records[k]};
+
+            sc_vertex_complete(v, x + k - i, y, z, &vertex);
+            c->labels[k] = vertex.tissue;
+            c->outer[k] = -(float)vertex.outer_value;
+            c->inner[k] = (float)vertex.inner_value;
+            c->background |= (vertex.outer_value < 0 ? 1u : 0) << k;
+        }
     }
     sc_cell_sort(c);
 }
 
-/* At each corner: the vote of label @p first minus that of label @p second, that is, the weight,
- * the negated weight, or 0 where a third label stands. */
+/* Make the cell one that belongs to a single label, which sc_cell_owner finds. @return false. */
+static inline bool sc_cell_is_plain(sc_cell *c, uint32_t label)
+{
+    c->background = label ? 0 : SC_ALL_CORNERS;
+    c->distinct[0] = label;
+    c->distinct_count = 1;
+    return false;
+}
+
+/* The corners of the cell c->q that are voxels of the volume, as bits. */
+static inline unsigned sc_cell_voxels(const sc_prepared *v, const sc_cell *c)
+{
+    unsigned bits = 0;
+
+    for (int i = 0; i < SC_CORNERS; i++)
+        bits |=
+            (sc_is_voxel(v, c->q[0] + (i & 1), c->q[1] + (i >> 1 & 1), c->q[2] + (i >> 2)) ? 1u : 0)
+            << i;
+    return bits;
+}
+
+/* Read the cell c->q, which may be any. @return whether it is one of those that sc_visible_cells
+ * marks if all labels are shown. If not, it belongs to a single label, and only what sc_cell_owner
+ * needs is set. */
+static inline bool sc_cell_read(const sc_prepared *v, sc_cell *c)
+{
+    const int *q = c->q;
+    const size_t brick =
+        sc_brick_index(v->bricks, sc_brick_of(q[0]), sc_brick_of(q[1]), sc_brick_of(q[2]));
+
+    c->border = 0;
+    for (int i = 0; i < 3; i++) {
+        if (q[i] < 0 || q[i] > v->size[i])
+            return sc_cell_is_plain(c, 0);
+        c->border |= (q[i] == 0 ? 1u : 0) << i | (q[i] == v->size[i] ? 8u : 0) << i;
+    }
+    /* All corners of a cell that holds a border have records. */
+    if (!c->border &&
+        !((v->outer.masks[brick] | v->inner.masks[brick]) >> sc_brick_bit(q[0], q[1], q[2]) & 1))
+        return sc_cell_is_plain(c, sc_id_at_vertex(v, q[0], q[1], q[2]));
+    sc_cell_read_corners(v, c);
+    if (c->background == SC_ALL_CORNERS)
+        return false;
+    return c->background || c->distinct_count > 1 ||
+           (c->border && sc_cell_voxels(v, c) & ~c->background);
+}
+
+/* At each corner: the vote of tissue @p first minus that of tissue @p second, that is, the weight,
+ * the negated weight, or 0 where a third one stands. */
 static inline void sc_cell_difference(const sc_cell *c, uint32_t first, uint32_t second,
                                       float out[SC_CORNERS])
 {
     for (int n = 0; n < SC_CORNERS; n++)
-        out[n] = c->labels[n] == first    ? c->weights[n]
-                 : c->labels[n] == second ? -c->weights[n]
-                                          : 0;
+        out[n] = c->labels[n] == first ? c->inner[n] : c->labels[n] == second ? -c->inner[n] : 0;
+}
+
+/* A function, given at the corners, that is positive where @p owner, a tissue, has the better of @p
+ * other, and whose slope tells how far it is to where that ends: to @p out. @param other may be the
+ * background. */
+static inline void sc_cell_lead(const sc_cell *c, uint32_t owner, uint32_t other,
+                                float out[SC_CORNERS])
+{
+    if (other) {
+        sc_cell_difference(c, owner, other, out);
+        return;
+    }
+    for (int n = 0; n < SC_CORNERS; n++)
+        out[n] = -c->outer[n];
+}
+
+/* The labels beside @p owner in the cell, to @p out. @return how many. */
+static inline int sc_cell_others(const sc_cell *c, uint32_t owner, uint32_t out[SC_CORNERS + 1])
+{
+    int count = 0;
+
+    if (c->background)
+        out[count++] = 0;
+    for (int k = 0; k < c->distinct_count; k++) {
+        if (c->distinct[k] != owner && c->distinct[k])
+            out[count++] = c->distinct[k];
+    }
+    return count;
 }
 
 /* Linear interpolation: exactly @p low for @p at 0 and exactly @p high for 1. */
@@ -333,9 +347,9 @@ static inline int sc_sign_changes(const float b[4], float out[3])
     return count;
 }
 
-/* The dense id of the label that owns the point @p a of the cell, each coordinate in [0, 1]. The
- * cell must have been filled by sc_cell_fill or sc_cell_sort. */
-static inline uint32_t sc_cell_owner(const sc_cell *c, const float a[3])
+/* The dense id of the tissue with the largest vote at the point @p a of the cell, each coordinate
+ * in [0, 1]. */
+static inline uint32_t sc_cell_tissue(const sc_cell *c, const float a[3])
 {
     uint32_t best = c->distinct[0];
 
@@ -349,6 +363,15 @@ static inline uint32_t sc_cell_owner(const sc_cell *c, const float a[3])
     return best;
 }
 
+/* The dense id of the label that owns the point @p a of the cell, but for the border of the
+ * volume. */
+static inline uint32_t sc_cell_owner(const sc_cell *c, const float a[3])
+{
+    if (c->background == SC_ALL_CORNERS || (c->background && !(sc_trilinear(c->outer, a) < 0)))
+        return 0;
+    return sc_cell_tissue(c, a);
+}
+
 /* How far the point @p a of the cell lies inside of the volume, along axis @p i, in voxels;
  * negative outside. c->border must have a bit of that axis. */
 static inline float sc_cell_inside(const sc_cell *c, int i, const float a[3])
@@ -356,8 +379,7 @@ static inline float sc_cell_inside(const sc_cell *c, int i, const float a[3])
     return c->border >> i & 1 ? a[i] - 0.5f : 0.5f - a[i];
 }
 
-/* The dense id of the label that owns the point @p a of the cell, by sc_cell_owner and the border
- * of the volume. */
+/* The dense id of the label that owns the point @p a of the cell, which has been read. */
 static inline uint32_t sc_cell_owner_at(const sc_cell *c, const float a[3])
 {
     for (int i = 0; i < 3; i++) {
@@ -367,11 +389,11 @@ static inline uint32_t sc_cell_owner_at(const sc_cell *c, const float a[3])
     return sc_cell_owner(c, a);
 }
 
-/* Find the first point after *@p u, on the way from @p a (0) to @p b (1), where another label
- * takes over from @p owner, and set *@p u to it. @return that label, or @p owner if there is
+/* Find the first point after *@p u, on the way from @p a (0) to @p b (1), where another tissue
+ * takes over from @p owner, and set *@p u to it. @return that tissue, or @p owner if there is
  * none, with *@p u unchanged. */
-static inline uint32_t sc_next_owner(const sc_cell *c, const float a[3], const float b[3],
-                                     uint32_t owner, float *u)
+static inline uint32_t sc_next_tissue(const sc_cell *c, const float a[3], const float b[3],
+                                      uint32_t owner, float *u)
 {
     uint32_t next = owner;
     float first = 2;
@@ -379,7 +401,7 @@ static inline uint32_t sc_next_owner(const sc_cell *c, const float a[3], const f
     for (int k = 0; k < c->distinct_count; k++) {
         float difference[SC_CORNERS], coefficients[4], changes[3];
         const uint32_t other = c->distinct[k];
-        /* Always the lower label minus the higher, so that rays in both directions find the same
+        /* Always the lower id minus the higher, so that rays in both directions find the same
          * point. */
         const uint32_t low = owner < other ? owner : other, high = owner < other ? other : owner;
         bool low_owns;
@@ -404,15 +426,20 @@ static inline uint32_t sc_next_owner(const sc_cell *c, const float a[3], const f
     return next;
 }
 
-/* List the crossings between labels of the volume on the way from the point @p a of the cell to its
- * point @p b; the rest is as in sc_cell_crossings. */
-static inline int sc_crossings_within(const sc_cell *c, const float a[3], const float b[3],
-                                      sc_crossing out[SC_CROSSINGS_WITHIN])
+/* List the changes from one tissue to another on the way from the point @p a of the cell to its
+ * point
+ * @p b, whichever side of the outer field they are on. @param first set to the tissue at @p a.
+ * @return how many. */
+static inline int sc_tissue_crossings(const sc_cell *c, const float a[3], const float b[3],
+                                      uint32_t *first, sc_crossing out[SC_INNER_CROSSINGS])
 {
     uint32_t owner, last;
     float u = -1;
     int count = 0;
 
+    *first = c->distinct[0];
+    if (c->distinct_count == 1)
+        return 0;
     if (c->distinct_count == 2) {
         float difference[SC_CORNERS], coefficients[4], changes[3];
         int side;
@@ -421,14 +448,15 @@ static inline int sc_crossings_within(const sc_cell *c, const float a[3], const 
         sc_bernstein(difference, a, b, coefficients);
         count = sc_sign_changes(coefficients, changes);
         side = coefficients[0] < 0;
+        *first = c->distinct[side];
         for (int i = 0; i < count; i++, side ^= 1)
             out[i] = (sc_crossing){c->distinct[side], c->distinct[side ^ 1], changes[i], 0};
         return count;
     }
-    owner = sc_cell_owner(c, a);
-    last = sc_cell_owner(c, b);
-    while (count < SC_CROSSINGS_WITHIN - 1) {
-        const uint32_t next = sc_next_owner(c, a, b, owner, &u);
+    *first = owner = sc_cell_tissue(c, a);
+    last = sc_cell_tissue(c, b);
+    while (count < SC_INNER_CROSSINGS - 1) {
+        const uint32_t next = sc_next_tissue(c, a, b, owner, &u);
 
         if (next == owner)
             break;
@@ -437,6 +465,44 @@ static inline int sc_crossings_within(const sc_cell *c, const float a[3], const 
     }
     if (owner != last) /* rounding hid the last change; the next cell will start from this owner */
         out[count++] = (sc_crossing){owner, last, 1, 0};
+    return count;
+}
+
+/* List the crossings on the way from the point @p a of the cell to its point @p b, but for the
+ * border of the volume; the rest is as in sc_cell_crossings. */
+static inline int sc_crossings_within(const sc_cell *c, const float a[3], const float b[3],
+                                      sc_crossing out[SC_CROSSINGS_WITHIN])
+{
+    sc_crossing inner[SC_INNER_CROSSINGS];
+    float outer[SC_OUTER_CROSSINGS], coefficients[4];
+    int outer_count = 0, inner_count, count = 0, i = 0, k = 0;
+    bool in_tissue = !c->background;
+    uint32_t tissue;
+
+    if (c->background && c->background != SC_ALL_CORNERS) {
+        sc_bernstein(c->outer, a, b, coefficients);
+        outer_count = sc_sign_changes(coefficients, outer);
+        in_tissue = coefficients[0] < 0;
+    }
+    if (!outer_count && !in_tissue)
+        return 0;
+    inner_count = sc_tissue_crossings(c, a, b, &tissue, inner);
+    while (i < outer_count || k < inner_count) {
+        /* Where both change at the same point, tissues do so within the background. */
+        const bool outer_first =
+            k == inner_count ||
+            (i < outer_count && (outer[i] < inner[k].u || (in_tissue && outer[i] == inner[k].u)));
+
+        if (outer_first) {
+            out[count++] =
+                (sc_crossing){in_tissue ? tissue : 0, in_tissue ? 0 : tissue, outer[i++], 0};
+            in_tissue = !in_tissue;
+        } else {
+            if (in_tissue)
+                out[count++] = inner[k];
+            tissue = inner[k++].entered;
+        }
+    }
     return count;
 }
 
@@ -472,7 +538,7 @@ static inline bool sc_part_inside(const sc_cell *c, const float a[3], const floa
 }
 
 /* List all crossings on the way from the point @p a of the cell to its point @p b, in their
- * order, in @p out. The cell must have been filled by sc_cell_fill or sc_cell_sort. @return how
+ * order, in @p out. sc_cell_read must have returned true for the cell. @return how
  * many; 0 if the owner does not change. Should there be more than fit, the last one listed leads
  * to the owner of @p b. */
 static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const float b[3],

@@ -10,127 +10,33 @@
 #include "cell.h"
 #include "lanes_brick.h"
 
-/* One cell per lane: see sc_cell, and the indices of the vertex records in sc_prepared.records.
- * v_cell_labels and v_cell_fill fill in the rest from q. */
-typedef struct v_cell {
-    vi q[3];
-    vi labels[SC_CORNERS], records[SC_CORNERS], record_index[SC_CORNERS];
-} v_cell;
-
-/* @p x limited to [1, @p last]: the nearest vertex that is a voxel. */
-static inline vi v_nearest(vi x, int last)
-{
-    x = i_pick(i_below(x, i_set(1)), i_set(1), x);
-    return i_pick(i_below(i_set(last), x), i_set(last), x);
-}
-
-/* Read the labels of the two corners of a cell at x and x + 1 in row (y, z) at once, to @p
- * out[0] and @p out[1]; outside of the volume, those of the nearest voxels; 0 in lanes outside of
- * @p on. */
-static inline void v_row_labels(const sc_prepared *v, int label_bytes, vi x, vi y, vi z, vm on,
-                                vi out[2])
-{
-    const int row = v->size[0], layer = row * v->size[1];
-    const vi first = v_nearest(x, row);
-    const vi at = (v_nearest(z, v->size[2]) - 1) * layer + (v_nearest(y, v->size[1]) - 1) * row;
-    const vi two = i_gather(v->ids, (at + first - 1) * label_bytes, on);
-    const int bits = 8 * label_bytes;
-    const vi low = two & ((1 << bits) - 1), next = two >> bits & ((1 << bits) - 1);
-
-    out[0] = low;
-    out[1] = i_pick(i_equal(v_nearest(x + 1, row), first), low, next);
-}
-
-/* Read the labels at the corners of the cells c->q, which hold a voxel each, into c->labels; 0 in
- * lanes outside of @p on. */
-static inline void v_cell_labels(const sc_prepared *v, int label_bytes, v_cell *c, vm on)
-{
-    for (int i = 0; i < SC_CORNERS; i += 2)
-        v_row_labels(v, label_bytes, c->q[0], c->q[1] + (i >> 1 & 1), c->q[2] + (i >> 2), on,
-                     &c->labels[i]);
-}
-
-/* Indices of the vertex records of grid vertices, which must be near an interface in the lanes
- * of @p on. */
-static inline vi v_record_index(const sc_prepared *v, vi x, vi y, vi z, vm on)
+/* Indices of the records of grid vertices in one field, which must have such in the lanes of @p
+ * on. */
+static inline vi v_record_index(const sc_prepared *v, const sc_border *b, vi x, vi y, vi z, vm on)
 {
     const vi brick = v_brick_index(v->bricks, x, y, z);
     vi half;
 
-    return v_packed_index(v->near, v->near_start, brick, v_half_bit(x, y, z), z, on, &half);
+    return v_packed_index(b->masks, b->start, brick, v_half_bit(x, y, z), z, on, &half);
 }
 
-/* Set c->record_index and c->records of the cells c->q, which must hold more than one label in
- * the lanes of @p on; in other lanes both are meaningless. */
-static inline void v_cell_fill(const sc_prepared *v, v_cell *c, vm on)
+/* Read the records of one field at the corners of the cells @p q, which must all have one in the
+ * lanes of @p on; other lanes of @p out stay as they are. */
+static inline void v_cell_records(const sc_prepared *v, const sc_border *b, const vi q[3], vm on,
+                                  vi out[SC_CORNERS])
 {
-    const vi low = v_nearest(c->q[0], v->size[0]), high = v_nearest(c->q[0] + 1, v->size[0]);
-    const vm last = m_and(on, i_equal(low & SC_BRICK_MASK, i_set(SC_BRICK_MASK)));
-    const vm across = m_without(last, i_equal(low, high));
+    const vm across = m_and(on, i_equal(q[0] & SC_BRICK_MASK, i_set(SC_BRICK_MASK)));
 
     for (int i = 0; i < SC_CORNERS; i += 2) {
-        const vi y = v_nearest(c->q[1] + (i >> 1 & 1), v->size[1]);
-        const vi z = v_nearest(c->q[2] + (i >> 2), v->size[2]);
+        const vi y = q[1] + (i >> 1 & 1), z = q[2] + (i >> 2);
+        /* Those of neighbours along x in the same brick stand side by side. */
+        const vi low = v_record_index(v, b, q[0], y, z, on);
+        vi high = low + 1;
 
-        c->record_index[i] = v_record_index(v, low, y, z, on);
-        c->record_index[i + 1] = c->record_index[i] + (high - low);
         if (m_any(across))
-            c->record_index[i + 1] =
-                i_pick(across, v_record_index(v, high, y, z, across), c->record_index[i + 1]);
-    }
-    for (int i = 0; i < SC_CORNERS; i++)
-        c->records[i] = i_gather(v->records, c->record_index[i] * SC_RECORD_BYTES, on);
-}
-
-/* Set labels and records of the cells of the lanes of @p on, which have been filled and in which
- * tissue ends (SC_CELL_ENDS), as sc_cell_fill does. */
-static inline void v_cell_set_ends(const sc_prepared *v, v_cell *c, vm on)
-{
-    for (uint32_t left = m_bits(on); left; left &= left - 1) {
-        const int lane = __builtin_ctz(left);
-        sc_cell one;
-
-        for (int i = 0; i < 3; i++)
-            one.q[i] = c->q[i][lane];
-        (void)sc_cell_border_labels(v, &one);
-        for (int i = 0; i < SC_CORNERS; i++) {
-            if (!one.ends[i])
-                continue;
-            c->labels[i][lane] = 0;
-            c->records[i][lane] = (int32_t)sc_record_shortest((uint32_t)c->records[i][lane]);
-        }
-    }
-}
-
-/* Copy the cell of one lane to @p out, with its weights, distinct labels and border, for the
- * functions of cell.h. @param ends whether tissue ends in it. */
-static inline void v_cell_get_lane(const sc_prepared *v, const v_cell *c, int lane, bool ends,
-                                   sc_cell *out)
-{
-    for (int i = 0; i < 3; i++)
-        out->q[i] = c->q[i][lane];
-    if (ends) {
-        (void)sc_cell_border_labels(v, out);
-        sc_cell_fill(v, out);
-        return;
-    }
-    for (int i = 0; i < SC_CORNERS; i++) {
-        out->labels[i] = (uint32_t)c->labels[i][lane];
-        out->records[i] = (uint32_t)c->records[i][lane];
-        out->record_index[i] = (size_t)c->record_index[i][lane];
-        out->ends[i] = 0;
-    }
-    out->border = sc_cell_border(v, out->q);
-    sc_cell_sort(out);
-}
-
-/* The lowest and the highest label of each cell, from c->labels. */
-static inline void v_label_range(const v_cell *c, vi *low, vi *high)
-{
-    *low = *high = c->labels[0];
-    for (int i = 1; i < SC_CORNERS; i++) {
-        *low = i_pick(i_below(c->labels[i], *low), c->labels[i], *low);
-        *high = i_pick(i_below(*high, c->labels[i]), c->labels[i], *high);
+            high = i_pick(across, v_record_index(v, b, q[0] + 1, y, z, across), high);
+        out[i] = i_pick(on, i_gather(b->records, low * SC_RECORD_BYTES, on), out[i]);
+        out[i + 1] = i_pick(on, i_gather(b->records, high * SC_RECORD_BYTES, on), out[i + 1]);
     }
 }
 
@@ -237,21 +143,22 @@ static inline void v_record_octant(vi record, vf out[3])
     out[2] = z;
 }
 
+/* The length of the gradient of a vertex record; see sc_record_eighths of brick.h. */
+static inline vf v_record_eighths(vi record)
+{
+    return f_of((vi)((vu)record >> SC_RECORD_LENGTH_SHIFT) + 1);
+}
+
 /* The gradient of a vertex record: its direction times its length; see sc_record_normal of
  * brick.h. */
 static inline void v_record_normal(vi record, vf out[3])
 {
-    vf inverse;
-    vi code;
+    vf share;
 
     v_record_octant(record, out);
-    code = record >> SC_RECORD_LENGTH_SHIFT & SC_RECORD_LENGTH_MASK;
-    code = i_pick(i_below(code, i_set(SC_RECORD_SHORTEST)), code,
-                  2 * (SC_RECORD_LENGTH_MASK + 2 - code));
-    inverse =
-        1 / (f_of(i_set(1) << code) * f_sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]));
+    share = v_record_eighths(record) / f_sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]);
     for (int i = 0; i < 3; i++)
-        out[i] *= inverse;
+        out[i] *= share;
 }
 
 /* The trilinear weight, 0 to 1, of corner number @p corner at the point @p a of the cell. */

@@ -167,16 +167,6 @@ static inline vf v_begin_ways(sc_way *ways, int count, vm on)
     return (vf)v_way_word(ways, offsetof(sc_way, before_mm), on);
 }
 
-/* See sc_sides_left: how much of the labels on both sides of a crossing is left, to @p out. */
-static inline void v_sides_left(const sc_march *m, vi first, vi second, vm on, vf out[2])
-{
-    const vm plain = m_or(i_equal(first, i_set(0)), i_equal(second, i_set(0)));
-    const size_t at = offsetof(sc_march_tissue, cap_alpha);
-
-    out[0] = f_pick(plain, f_set(1), v_tissue_floats(m, first, at, on));
-    out[1] = f_pick(plain, f_set(1), v_tissue_floats(m, second, at, on));
-}
-
 /* See sc_clip_to_box: the distances in mm at which the rays enter and leave the box of the
  * march, to @p near and @p far. */
 static inline void v_clip_to_box(const sc_march *m, const vf origin[3], const vf inverse[3],
@@ -279,31 +269,6 @@ static inline void v_move(const sc_march *m, const vf point[3], const vf directi
         out[i] =
             point[i] + mm * (row[0] * direction[0] + row[1] * direction[1] + row[2] * direction[2]);
     }
-}
-
-/* See sc_turn_to_open: turn the normals @p n of the lanes of @p on. */
-static inline void v_turn_to_open(const sc_march *m, const vf point[3], const vf left[2], vm on,
-                                  vf n[3])
-{
-    const float half_mm = 0.5f * (float)m->occlusion->narrow_mm;
-    const vf missing = left[0] - left[1];
-    vf open[3], length;
-
-    on = m_without(on, f_equal(missing, f_set(0)));
-    if (!m_any(on))
-        return;
-    for (int i = 0; i < 3; i++) {
-        const vf axis[3] = {f_set(i == 0), f_set(i == 1), f_set(i == 2)};
-        vf ends[2][3];
-
-        v_move(m, point, axis, f_set(half_mm), ends[0]);
-        v_move(m, point, axis, f_set(-half_mm), ends[1]);
-        open[i] = v_filled(m, ends[1], 0, on) - v_filled(m, ends[0], 0, on);
-    }
-    length = f_length(open);
-    length = f_pick(f_below(f_set(SC_OPEN_LEAST), length), length, f_set(SC_OPEN_LEAST));
-    for (int i = 0; i < 3; i++)
-        n[i] = f_pick(on, n[i] + missing * open[i] / length, n[i]);
 }
 
 /* See sc_openness: how much of the light from all around reaches a spot; 1 in lanes outside of

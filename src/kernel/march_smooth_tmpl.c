@@ -10,61 +10,13 @@
 #include "smooth_ray.h"
 #include "variants.h"
 
-/* Opacity of a surface of @p label at the point @p at of the present cell, before sc_edge_alpha:
- * where it follows the thickness, interpolated between the corners that carry the label; else,
- * and where no corner has a weight, the tissue's boundary_alpha. */
-static float alpha_by_thickness(const cursor *c, uint32_t label, const float at[3])
-{
-    const sc_march *m = c->m;
-    float sum = 0, weights = 0;
-
-    if (!m->tissues[label].by_thickness || !m->volume->thickness)
-        return m->tissues[label].boundary_alpha;
-    for (int i = 0; i < SC_CORNERS; i++) {
-        const float weight =
-            (i & 1 ? at[0] : 1 - at[0]) * (i & 2 ? at[1] : 1 - at[1]) * (i & 4 ? at[2] : 1 - at[2]);
-
-        if (c->cell.labels[i] != label)
-            continue;
-        weights += weight;
-        sum += weight * m->thickness_alpha[m->volume->thickness[c->cell.record_index[i]]];
-    }
-    return weights > 0 ? sum / weights * m->tissues[label].thickness_factor
-                       : m->tissues[label].boundary_alpha;
-}
-
-/* The share, 0 to 1, of the surface of @p label that is left at the point @p at of the present
- * cell: less than 1 where its layer tapers below a voxel. Interpolated between the corners that
- * carry the label. */
-static float share_left(const cursor *c, uint32_t label, const float at[3])
-{
-    float missing = 0, weights = 0;
-    int any = 0;
-
-    for (int i = 0; i < SC_CORNERS; i++)
-        any |= c->cell.labels[i] == label ? sc_record_missing(c->cell.records[i]) : 0;
-    if (!any)
-        return 1;
-    for (int i = 0; i < SC_CORNERS; i++) {
-        const float weight =
-            (i & 1 ? at[0] : 1 - at[0]) * (i & 2 ? at[1] : 1 - at[1]) * (i & 4 ? at[2] : 1 - at[2]);
-
-        if (c->cell.labels[i] != label)
-            continue;
-        weights += weight;
-        missing += weight * (float)sc_record_missing(c->cell.records[i]);
-    }
-    return weights > 0 ? 1 - missing / (weights * SC_RECORD_FADES) : 1;
-}
-
 /* Add one side of a crossing to c->light: the surface of @p label, which is the label left or
  * the label entered, at the point @p at of the present cell. */
 static void add_surface(cursor *c, uint32_t label, const float at[3], const sc_spot *spot)
 {
     const sc_march_tissue *tissue = &c->m->tissues[label];
-    const float alpha =
-        share_left(c, label, at) * sc_edge_alpha(&c->m->light, alpha_by_thickness(c, label, at),
-                                                 sc_dot3(spot->normal, spot->eye));
+    const float alpha = sc_edge_alpha(&c->m->light, sc_surface_alpha(c->m, c->cell.q, label, at),
+                                      sc_dot3(spot->normal, spot->eye));
     float rgb[3];
 
     sc_light(c->m, tissue, spot, rgb);
@@ -82,29 +34,25 @@ static bool contributes(const cursor *c, uint32_t label, uint32_t active)
 }
 
 /* Add both sides of a crossing to c->light, as far as they contribute and the ray is not opaque.
- * The ray passes the cell, which has been filled, from the point @p a to @p b, and the crossing
+ * The ray passes the cell, which has been read, from the point @p a to @p b, and the crossing
  * lies @p t mm from its origin. @p active: the clip sets kept, as bits. */
 static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], const float b[3],
                          float t, uint32_t active)
 {
     const bool left = contributes(c, x->left, active), entered = contributes(c, x->entered, active);
     sc_spot spot = {.eye = c->ray->toward_eye, .depth_mm = c->ray->base_mm + t};
-    float at[3], sides[2], length;
+    float at[3], length;
 
     if (!left && !entered)
         return;
     for (int i = 0; i < 3; i++)
         at[i] = sc_lerp(a[i], b[i], x->u);
     point_at(c, t, spot.point);
-    if (c->m->fading)
-        sc_sides_left(c->m, x->entered, x->left, sides);
-    sc_cell_normal(&c->cell, x->entered, x->left, at, c->ray->toward_eye,
-                   c->m->fading ? sides : NULL, spot.normal);
-    if (c->m->fading && c->m->occlusion)
-        sc_turn_to_open(c->m, spot.point, sides, spot.normal);
+    sc_cell_normal(&c->cell, x->entered, x->left, at, spot.normal);
     length = sqrtf(sc_dot3(spot.normal, spot.normal));
     for (int i = 0; i < 3; i++)
-        spot.normal[i] = length > 1e-3f ? spot.normal[i] / length : c->ray->toward_eye[i];
+        spot.normal[i] =
+            length > SC_GRADIENT_LEAST ? spot.normal[i] / length : c->ray->toward_eye[i];
     sc_face_eye(c->ray->toward_eye, spot.normal);
     if (x->face) {
         sc_face_normal(c->m, x->face - 1, c->ray->toward_eye, spot.normal);
@@ -118,7 +66,7 @@ static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], cons
         add_surface(c, x->entered, at, &spot);
 }
 
-/* Add the crossings in the present cell, whose labels have been read and differ, up to distance
+/* Add the crossings in the present cell, for which sc_cell_read has returned true, up to distance
  * @p t1, at which the ray leaves it through @p axis, or ends within it (@p axis -1). @return false
  * if the ray has stopped before the first that contributes. */
 static bool add_cell_crossings(cursor *c, float t1, int axis, uint32_t active)
@@ -128,11 +76,9 @@ static bool add_cell_crossings(cursor *c, float t1, int axis, uint32_t active)
     float a[3], b[3];
     int count;
 
-    sc_cell_fill(c->m->volume, &c->cell);
     local_at(c, c->t, c->axis, false, a);
     local_at(c, t1, axis, true, b);
     count = sc_cell_crossings(&c->cell, a, b, crossings);
-    count = sc_seam_coats(c->m, &c->cell, a, b, crossings, count);
     for (int i = 0; i < count && c->light.transmittance >= c->m->opaque_below; i++) {
         const sc_crossing *x = &crossings[i];
         const float t = c->t + (t1 - c->t) * x->u;
@@ -180,24 +126,16 @@ static inline void leave_brick(cursor *c)
 }
 #endif
 
-/* Can the present cell contribute? Then its labels differ and have been read into
- * c->cell.labels; the rest of the cell is not filled. */
-static inline bool is_marked(cursor *c)
+/* Read the present cell. @return whether it can contribute; if not, it may not have been read. */
+static inline bool read_marked(cursor *c)
 {
-    const int *q = c->cell.q;
 #if MARCH_SKIPS
-    if (!(brick_mask(c) >> sc_brick_bit(q[0], q[1], q[2]) & 1))
-        return false;
-    return sc_cell_labels(c->m->volume, LABEL_BYTES, &c->cell);
+    const int *q = c->cell.q;
+
+    return brick_mask(c) >> sc_brick_bit(q[0], q[1], q[2]) & 1 &&
+           sc_cell_read(c->m->volume, &c->cell);
 #else
-    (void)q;
-    if (!sc_cell_labels(c->m->volume, LABEL_BYTES, &c->cell))
-        return false;
-    for (int i = 0; i < SC_CORNERS; i++) {
-        if (c->m->tissues[c->cell.labels[i]].show & SC_SHOW_BOUNDARY)
-            return true;
-    }
-    return false;
+    return sc_cell_read(c->m->volume, &c->cell);
 #endif
 }
 
@@ -247,7 +185,7 @@ static bool walk(cursor *c, float begin, float end, uint32_t active)
         for (int i = 0; i < 3; i++)
             t[i] = exit_mm(c, i);
         axis = t[0] <= t[1] ? (t[0] <= t[2] ? 0 : 2) : (t[1] <= t[2] ? 1 : 2);
-        if (is_marked(c)) {
+        if (read_marked(c)) {
             const bool within = t[axis] < end;
 
             if (!add_cell_crossings(c, within ? t[axis] : end, within ? axis : -1, active)) {

@@ -84,23 +84,25 @@ static inline int find_sample(cursor *c, int k, int last)
 }
 
 /* Add sample @p k, of a boundary voxel of @p tissue, to c->light, with the voxel's own normal,
- * which preprocessing has found (paper, section 2.3), and its own opacity. @p record: index of
- * its vertex record; @p p: position of the sample in grid coordinates plus 1/2. */
-static void add_boundary(cursor *c, int k, const sc_march_tissue *tissue, size_t record,
-                         const float p[3])
+ * which preprocessing has found (paper, section 2.3), and its own opacity. @p p: position of the
+ * sample in grid coordinates plus 1/2. */
+static void add_boundary(cursor *c, int k, const sc_march_tissue *tissue, const float p[3])
 {
     const sc_march *m = c->m;
     const uint32_t label = (uint32_t)(tissue - m->tissues);
     const bool measured = tissue->by_thickness && m->volume->thickness;
-    const float alpha =
-        measured ? m->thickness_alpha[m->volume->thickness[record]] * tissue->thickness_factor
-                 : tissue->boundary_alpha;
+    const int vertex[3] = {(int)p[0], (int)p[1], (int)p[2]};
+    const int voxel[3] = {vertex[0] - 1, vertex[1] - 1, vertex[2] - 1};
     sc_spot spot = {.eye = c->ray->toward_eye,
                     .depth_mm = c->ray->base_mm + ((float)k + 0.5f) * m->step_mm};
-    const int voxel[3] = {(int)p[0] - 1, (int)p[1] - 1, (int)p[2] - 1};
-    float rgb[3];
+    float rgb[3], alpha = tissue->boundary_alpha;
 
-    sc_voxel_normal(m, sc_record_read(m->volume->records, record), voxel, spot.normal);
+    if (measured)
+        alpha = m->thickness_alpha[m->volume->thickness[sc_near_index(m->volume, vertex[0],
+                                                                      vertex[1], vertex[2])]] *
+                tissue->thickness_factor;
+    sc_voxel_normal(m, sc_voxel_record(m->volume, vertex[0], vertex[1], vertex[2]), voxel,
+                    c->ray->toward_eye, spot.normal);
     for (int i = 0; i < 3; i++)
         spot.point[i] = p[i] - 0.5f;
     sc_face_eye(c->ray->toward_eye, spot.normal);
@@ -138,7 +140,7 @@ static bool add_sample(cursor *c, int k)
     if (kind == SC_SHOW_INTERIOR)
         sc_blend(&c->light, tissue->rgb, tissue->interior_alpha);
     else
-        add_boundary(c, k, tissue, sc_record_index(m->volume, x + 1, y + 1, z + 1), p);
+        add_boundary(c, k, tissue, p);
     return true;
 }
 

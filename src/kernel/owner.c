@@ -13,8 +13,6 @@ uint32_t sc_kernel_owner(const sc_prepared *volume, const float point[3])
         cell.q[i] = (int)point[i];
         a[i] = point[i] - (float)cell.q[i];
     }
-    if (!sc_cell_labels(volume, volume->label_bytes, &cell))
-        return cell.labels[0];
-    sc_cell_fill(volume, &cell);
+    (void)sc_cell_read(volume, &cell);
     return sc_cell_owner_at(&cell, a);
 }

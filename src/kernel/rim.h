@@ -27,22 +27,23 @@ static inline float sc_fine_rim_share(const sc_march *m, float depth_mm, float *
     return asked_mm > 0 ? sc_clamp01(2 - asked_mm / (SC_FINE_RIM_ALL * m->voxel_mm)) : 0;
 }
 
-/* How dark, 0 to 1, a fine rim of a width is at the point @p a of the cell, which has been filled,
- * on a cut face with unit normal @p n (RAS): by the distance along the face to where @p owner ends
- * and nothing visible begins. That is the difference of the two votes, divided by its slope within
- * the face. */
+/* How dark, 0 to 1, a fine rim of a width is at the point @p a of the cell, which has been read, on
+ * a cut face with unit normal @p n (RAS): by the distance along the face to where @p owner ends and
+ * nothing visible begins. */
 static inline float sc_fine_rim(const sc_march *m, const sc_cell *cell, uint32_t owner,
                                 const float a[3], const float n[3], float width_mm)
 {
+    uint32_t others[SC_CORNERS + 1];
+    const int count = sc_cell_others(cell, owner, others);
     float nearest_mm = width_mm;
 
-    for (int k = 0; k < cell->distinct_count; k++) {
-        float votes[SC_CORNERS], slope[3], per_mm[3] = {0, 0, 0}, across, distance_mm;
+    for (int k = 0; k < count; k++) {
+        float lead[SC_CORNERS], slope[3], per_mm[3] = {0, 0, 0}, across, distance_mm;
 
-        if (cell->distinct[k] == owner || m->tissues[cell->distinct[k]].show & SC_SHOW_BOUNDARY)
+        if (m->tissues[others[k]].show & SC_SHOW_BOUNDARY)
             continue;
-        sc_cell_difference(cell, owner, cell->distinct[k], votes);
-        sc_cell_slope(votes, a, slope);
+        sc_cell_lead(cell, owner, others[k], lead);
+        sc_cell_slope(lead, a, slope);
         for (int i = 0; i < 3; i++) {
             for (int j = 0; j < 3; j++)
                 per_mm[j] += slope[i] * m->grid_per_mm[i][j];
@@ -50,7 +51,7 @@ static inline float sc_fine_rim(const sc_march *m, const sc_cell *cell, uint32_t
         across = sc_dot3(per_mm, n);
         for (int j = 0; j < 3; j++)
             per_mm[j] -= across * n[j];
-        distance_mm = sc_trilinear(votes, a) / (sqrtf(sc_dot3(per_mm, per_mm)) + 1e-6f);
+        distance_mm = sc_trilinear(lead, a) / (sqrtf(sc_dot3(per_mm, per_mm)) + 1e-6f);
         nearest_mm = distance_mm < nearest_mm ? distance_mm : nearest_mm;
     }
     return sc_clamp01(1.5f - 1.5f * nearest_mm / width_mm);
@@ -70,7 +71,7 @@ static inline void sc_set_cut_rim(const sc_march *m, const sc_cell *cell, bool m
                      sc_fine_rim(m, cell, owner, a, spot->normal, width_mm);
 }
 
-/* @return the rim of a spot at the point @p a of a cell, which has been filled, on a face of the
+/* @return the rim of a spot at the point @p a of a cell, which has been read, on a face of the
  * volume across axis @p axis that cuts @p owner. */
 static inline float sc_volume_face_rim(const sc_march *m, const sc_cell *cell, uint32_t owner,
                                        const float a[3], const sc_spot *spot, int axis)

@@ -52,10 +52,6 @@
 #define SC_FACE_RIM_RANGE 0.6f
 enum { SC_FACE_RIM_VOXELS = 3, SC_FACE_RIM_TAPS = 2 * SC_FACE_RIM_VOXELS };
 
-/* Where the share that is filled changes by less than this over the width of the narrow blur, it
- * does not tell where a surface faces, or the less, the less it changes. */
-#define SC_OPEN_LEAST 0.05f
-
 /* A point on a surface that is to be lit. */
 typedef struct sc_spot {
     float point[3];   /* in grid coordinates, without the 1/2 of the voxel surface */
@@ -117,16 +113,6 @@ static inline void sc_face_eye(const float eye[3], float n[3])
         n[i] /= length;
 }
 
-/* How much of the labels on both sides of a crossing is left, 0 to 1, to @p out: 1 unless one of
- * them fades beside another tissue. The gradients of a layer about a voxel thin do not show where
- * its neighbours end; once the layer has gone, only those of the neighbours may bend the light. The
- * background is not a tissue that stays: beside it the surface remains that of both. */
-static inline void sc_sides_left(const sc_march *m, uint32_t first, uint32_t second, float out[2])
-{
-    out[0] = first && second ? m->tissues[first].cap_alpha : 1;
-    out[1] = first && second ? m->tissues[second].cap_alpha : 1;
-}
-
 /* The normal of a face of the volume across axis @p axis, unit, RAS, towards the eye, to @p n. */
 static inline void sc_face_normal(const sc_march *m, int axis, const float eye[3], float n[3])
 {
@@ -138,26 +124,65 @@ static inline void sc_face_normal(const sc_march *m, int axis, const float eye[3
         n[i] = row[i] / side;
 }
 
+/* The record whose gradient is the normal of the boundary voxel at vertex (x, y, z): that of the
+ * outer field, else that of the inner one; 0 if it has neither. */
+static inline uint32_t sc_voxel_record(const sc_prepared *v, int x, int y, int z)
+{
+    const size_t brick = sc_brick_index(v->bricks, sc_brick_of(x), sc_brick_of(y), sc_brick_of(z));
+    const int bit = sc_brick_bit(x, y, z);
+    const uint32_t outer = sc_border_record(&v->outer, brick, bit);
+
+    return outer ? outer : sc_border_record(&v->inner, brick, bit);
+}
+
 /* The normal of a boundary voxel of the voxel surface, unit, RAS, to @p n: the direction of its
- * vertex record, turned outward where the voxel (x, y, z) lies at the border of the volume. */
+ * vertex record @p record (0: there is none), turned outward where the voxel (x, y, z) lies at the
+ * border of the volume; that of the eye if there is neither. */
 static inline void sc_voxel_normal(const sc_march *m, uint32_t record, const int voxel[3],
-                                   float n[3])
+                                   const float eye[3], float n[3])
 {
     float length;
 
-    sc_record_normal(record, n);
+    n[0] = n[1] = n[2] = 0;
+    if (record)
+        sc_record_normal(record, n);
     for (int i = 0; i < 3; i++) {
         const float *row = m->grid_per_mm[i];
-        const float across = sqrtf(sc_dot3(row, row));
+        const float across = SC_RECORD_LENGTH_STEPS / sqrtf(sc_dot3(row, row));
 
         for (int k = 0; k < 3 && voxel[i] == 0; k++)
-            n[k] -= row[k] / across;
+            n[k] -= row[k] * across;
         for (int k = 0; k < 3 && voxel[i] == m->volume->size[i] - 1; k++)
-            n[k] += row[k] / across;
+            n[k] += row[k] * across;
     }
     length = sqrtf(sc_dot3(n, n));
     for (int i = 0; i < 3; i++)
-        n[i] /= length;
+        n[i] = length > 0 ? n[i] / length : eye[i];
+}
+
+/* Opacity of a surface of @p label at the point @p at of the cell @p q, before sc_edge_alpha: where
+ * it follows the thickness, interpolated between the corners that carry the label; else, and where
+ * no corner has a weight, the tissue's boundary_alpha. */
+static inline float sc_surface_alpha(const sc_march *m, const int q[3], uint32_t label,
+                                     const float at[3])
+{
+    const sc_prepared *v = m->volume;
+    float sum = 0, weights = 0;
+
+    if (!m->tissues[label].by_thickness || !v->thickness)
+        return m->tissues[label].boundary_alpha;
+    for (int i = 0; i < 8; i++) {
+        const int x = q[0] + (i & 1), y = q[1] + (i >> 1 & 1), z = q[2] + (i >> 2);
+        const float weight =
+            (i & 1 ? at[0] : 1 - at[0]) * (i & 2 ? at[1] : 1 - at[1]) * (i & 4 ? at[2] : 1 - at[2]);
+
+        if (sc_id_at_vertex(v, x, y, z) != label || !sc_is_near(v, x, y, z))
+            continue;
+        weights += weight;
+        sum += weight * m->thickness_alpha[v->thickness[sc_near_index(v, x, y, z)]];
+    }
+    return weights > 0 ? sum / weights * m->tissues[label].thickness_factor
+                       : m->tissues[label].boundary_alpha;
 }
 
 /* @p x to the power @p n, by squaring; 1 for n = 0. n must not be negative. */
@@ -229,32 +254,6 @@ static inline void sc_move(const sc_march *m, const float point[3], const float 
 {
     for (int i = 0; i < 3; i++)
         out[i] = point[i] + mm * sc_dot3(m->grid_per_mm[i], direction);
-}
-
-/* Where a tissue on one side of a crossing has gone, all or in part, turn the normal @p n, which
- * points from the first side to the second and is not of unit length, towards where less around the
- * point is filled, as the gradients of what stands there now would. m->occlusion must not be NULL.
- * @param left of sc_sides_left. */
-static inline void sc_turn_to_open(const sc_march *m, const float point[3], const float left[2],
-                                   float n[3])
-{
-    const float half_mm = 0.5f * (float)m->occlusion->narrow_mm, missing = left[0] - left[1];
-    float open[3], length;
-
-    if (missing == 0)
-        return;
-    for (int i = 0; i < 3; i++) {
-        const float axis[3] = {i == 0 ? 1 : 0, i == 1 ? 1 : 0, i == 2 ? 1 : 0};
-        float ends[2][3];
-
-        sc_move(m, point, axis, half_mm, ends[0]);
-        sc_move(m, point, axis, -half_mm, ends[1]);
-        open[i] = sc_filled(m, ends[1], 0) - sc_filled(m, ends[0], 0);
-    }
-    length = sqrtf(sc_dot3(open, open));
-    length = length > SC_OPEN_LEAST ? length : SC_OPEN_LEAST;
-    for (int i = 0; i < 3; i++)
-        n[i] += missing * open[i] / length;
 }
 
 /* How much of the light from all around reaches a spot, 0 to 1: what is filled just above it by

@@ -1,15 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Private to kernel: one ray through the smooth surface model: its walk from cell to cell, the
  * stretches of it that the clip planes leave, and the cut faces at which these begin. Used by the
- * template that marches one ray at a time and, for cut faces, by the one that marches many.
- * MARCH_LABEL is the type of the labels. */
+ * template that marches one ray at a time and, for cut faces, by the one that marches many. */
 #ifndef SC_KERNEL_SMOOTH_RAY_H
 #define SC_KERNEL_SMOOTH_RAY_H
 
 #include "rim.h"
-#include "seam.h"
 
-enum { LABEL_BYTES = sizeof(MARCH_LABEL) };
+#include <string.h>
+
 /* How much of the light an outline on a cut face takes. */
 #define OUTLINE_DARK 0.75f
 
@@ -103,28 +102,26 @@ static inline void point_at(const cursor *c, float t, float out[3])
         out[i] = c->ray->origin[i] + c->direction[i] * t;
 }
 
-/* How dark the outline between two tissues is at the point @p a of a cut face in the present
- * cell, which has been filled: 1 up to half of cap_outline from the border with the owner,
- * falling to 0 at 1.5 times cap_outline. That distance is the difference of the two votes
- * divided by the slope of that difference within the plane with unit normal @p n (in grid
- * coordinates). */
+/* How dark the outline of tissues is at the point @p a of a cut face in the present cell, for which
+ * sc_cell_read has returned true: 1 up to half of cap_outline from where the owner ends, falling to
+ * 0 at 1.5 times cap_outline. That distance is what the owner leads by divided by the slope of that
+ * within the plane with unit normal @p n (in grid coordinates). */
 static inline float outline_at(const cursor *c, uint32_t owner, const float a[3], const float n[3])
 {
-    const sc_cell *cell = &c->cell;
+    uint32_t others[SC_CORNERS + 1];
+    const int count = sc_cell_others(&c->cell, owner, others);
     float nearest = 1e9f;
 
-    for (int k = 0; k < cell->distinct_count; k++) {
-        float s[SC_CORNERS], slope[3], across = 0, square = 0, distance;
+    for (int k = 0; k < count; k++) {
+        float lead[SC_CORNERS], slope[3], across = 0, square = 0, distance;
 
-        if (cell->distinct[k] == owner)
-            continue;
-        sc_cell_difference(cell, owner, cell->distinct[k], s);
-        sc_cell_slope(s, a, slope);
+        sc_cell_lead(&c->cell, owner, others[k], lead);
+        sc_cell_slope(lead, a, slope);
         for (int i = 0; i < 3; i++)
             across += slope[i] * n[i];
         for (int i = 0; i < 3; i++)
             square += (slope[i] - across * n[i]) * (slope[i] - across * n[i]);
-        distance = sc_trilinear(s, a) / (sqrtf(square) + 1e-6f);
+        distance = sc_trilinear(lead, a) / (sqrtf(square) + 1e-6f);
         nearest = distance < nearest ? distance : nearest;
     }
     return sc_clamp01(1.5f - nearest / c->m->cap_outline);
@@ -168,19 +165,14 @@ static inline void add_cap(cursor *c, int clip_set, int plane, float t)
 
     locate_cell(c, t, -1);
     local_at(c, t, -1, false, a);
-    mixed = sc_cell_labels(m->volume, LABEL_BYTES, &c->cell);
-    if (mixed) {
-        sc_cell_fill(m->volume, &c->cell);
-        owner = sc_cell_owner_at(&c->cell, a);
-        if (m->cap_outline > 0) {
-            plane_in_grid(m, plane, in_grid);
-            line = outline_at(c, owner, a, in_grid);
-        }
-    } else {
-        owner = c->cell.labels[0];
-    }
+    mixed = sc_cell_read(m->volume, &c->cell);
+    owner = sc_cell_owner_at(&c->cell, a);
     if (!m->tissues[owner].show || m->tissues[owner].clip_set != clip_set)
         return;
+    if (mixed && m->cap_outline > 0) {
+        plane_in_grid(m, plane, in_grid);
+        line = outline_at(c, owner, a, in_grid);
+    }
     for (int i = 0; i < 3; i++)
         spot.normal[i] = -m->plane_normals[plane][i];
     point_at(c, t, spot.point);

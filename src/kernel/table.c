@@ -71,8 +71,19 @@ const sc_kernel *sc_kernel_all(size_t *count)
     return kernels;
 }
 
-/* Can offsets of 31 bits, which the wide kernels use, reach all labels and all vertex records of
- * the volume, and all distances of cells if the skip method has these? */
+/* @return a number of cells as large at least as that of all that can be visible: those with a
+ * border, whose lowest vertices have records, and those that reach across the border of the volume.
+ * It is no smaller than the number of records of each field. */
+static uint64_t most_cells(const sc_prepared *v)
+{
+    const uint64_t x = (uint64_t)v->size[0] + 1, y = (uint64_t)v->size[1] + 1,
+                   z = (uint64_t)v->size[2] + 1;
+
+    return v->outer.count + v->inner.count + 2 * (x * y + y * z + z * x);
+}
+
+/* Can offsets of 31 bits, which the wide kernels use, reach all labels, all vertex records and all
+ * cells with a border in the volume, and all distances of cells if the skip method has these? */
 static bool within_reach(const sc_prepared *v, sc_skip skip)
 {
     const uint64_t voxels = (uint64_t)v->size[0] * (uint64_t)v->size[1] * (uint64_t)v->size[2];
@@ -80,7 +91,7 @@ static bool within_reach(const sc_prepared *v, sc_skip skip)
 
     sc_framed_size(v->bricks, framed);
     return voxels * (uint64_t)v->label_bytes < INT32_MAX - 8 &&
-           v->near_count * SC_RECORD_BYTES < INT32_MAX - 8 &&
+           most_cells(v) * sizeof(sc_packed_cell) < INT32_MAX - 8 &&
            (!sc_skip_has_cell_distances(skip) ||
             sc_brick_count(framed) * SC_BRICK_VERTICES < INT32_MAX - 8);
 }

@@ -21,74 +21,52 @@ static inline void v_local_at(const packet *p, vf t, vi axis, bool leaving, vf o
     }
 }
 
-/* List all crossings of one lane's cell, which v_cell_read has read, in x->list, by cell.h and
- * seam.h.
- * @return whether there are any. */
+/* Read the cell of one lane to @p out. @return as sc_cell_read. */
+static bool read_lane(const packet *p, int lane, sc_cell *out)
+{
+    for (int i = 0; i < 3; i++)
+        out->q[i] = p->q[i][lane];
+    return sc_cell_read(p->m->volume, out);
+}
+
+/* List all crossings of one lane's cell in x->list and their normals in x->normals, by cell.h and
+ * normal.h. @return whether there are any. */
 static bool list_crossings(const packet *p, crossings *x, int lane)
 {
     float a[3], b[3];
     sc_cell cell;
 
+    x->next[lane] = x->count[lane] = 0;
+    if (!read_lane(p, lane, &cell))
+        return false;
     for (int i = 0; i < 3; i++) {
         a[i] = p->a[i][lane];
         b[i] = p->b[i][lane];
     }
-    v_cell_get_lane(p->m->volume, &p->cell, lane, p->ends >> lane & 1, &cell);
     x->count[lane] = sc_cell_crossings(&cell, a, b, x->list[lane]);
-    x->count[lane] = sc_seam_coats(p->m, &cell, a, b, x->list[lane], x->count[lane]);
-    x->next[lane] = 0;
+    for (int n = 0; n < x->count[lane]; n++) {
+        const sc_crossing *each = &x->list[lane][n];
+        float at[3];
+
+        for (int i = 0; i < 3; i++)
+            at[i] = sc_lerp(a[i], b[i], each->u);
+        sc_cell_normal(&cell, each->entered, each->left, at, x->normals[lane][n]);
+    }
     return x->count[lane] > 0;
 }
 
-/* Unpack what sc_cells holds of the present cells, which must be marked, to @p out: at each
- * corner the vote of the lowest label minus that of the other one. @return the lanes of @p on
- * whose cells hold more than two labels, for which @p out is meaningless. @param ends set to those
- * of them in which tissue ends. */
-static inline vm v_cell_differences(const packet *p, vm on, vf out[SC_CORNERS], vm *ends)
+/* Read what sc_cells holds of the present cells, which must be marked in the lanes of @p on, to
+ * @p values and @p labels; see sc_packed_cell. */
+static inline void read_packed(const packet *p, vm on, vi values[2], vi *labels)
 {
-    enum { CELL_BYTES = sizeof *p->m->cells, WORD_BYTES = CELL_BYTES / 2 };
-    vi half, words[2];
-    vm many;
+    enum { CELL_BYTES = sizeof *p->m->cells };
+    vi half;
     const vi index = v_packed_index(p->m->visible, p->m->cell_start, v_brick(p),
                                     v_half_bit(p->q[0], p->q[1], p->q[2]), p->q[2], on, &half);
 
-    words[0] = i_gather(p->m->cells, index * CELL_BYTES, on);
-    words[1] = i_gather(p->m->cells, index * CELL_BYTES + WORD_BYTES, on);
-    for (int i = 0; i < SC_CORNERS; i++)
-        out[i] = f_of(v_signed_field(words[sc_cell_field_word(i)], sc_cell_field_shift(i),
-                                     SC_CELL_FIELD_BITS));
-    many = m_and(on, i_below(words[1], i_set(0))); /* SC_CELL_MANY is the sign of the upper word */
-    *ends = m_and(many, i_below(words[1] << 1, i_set(0))); /* SC_CELL_ENDS, the bit below */
-    return many;
-}
-
-/* Read the labels and vertex records of the present cells into p->cell, which the lanes share:
- * lanes outside of @p on lose theirs. */
-static inline void v_cell_read(packet *p, vm on)
-{
-    for (int i = 0; i < 3; i++)
-        p->cell.q[i] = p->q[i];
-    v_cell_labels(p->m->volume, sizeof(MARCH_LABEL), &p->cell, on);
-    v_cell_fill(p->m->volume, &p->cell, on);
-    if (p->ends & m_bits(on))
-        v_cell_set_ends(p->m->volume, &p->cell, m_of_bits(p->ends & m_bits(on)));
-}
-
-/* Read the cells of the lanes @p on into p->cell, which other lanes lose, and set list, count and
- * next of p->x to their crossings; p->x.listed is left to the caller. @return the lanes that have
- * any, as bits. */
-static uint32_t list_cells(packet *p, vm on)
-{
-    uint32_t found = 0;
-
-    v_cell_read(p, on);
-    for (uint32_t left = m_bits(on); left; left &= left - 1) {
-        const int lane = __builtin_ctz(left);
-
-        if (list_crossings(p, &p->x, lane))
-            found |= 1u << lane;
-    }
-    return found;
+    for (int i = 0; i < 2; i++)
+        values[i] = i_gather(p->m->cells, index * CELL_BYTES + 4 * i, on);
+    *labels = i_gather(p->m->cells, index * CELL_BYTES + (int)offsetof(sc_packed_cell, labels), on);
 }
 
 /* Search the marked cells reached for crossings: sets a, b, t1 and axis1 (those of all lanes),
@@ -99,8 +77,8 @@ static vm find_crossings(packet *p)
     crossings *x = &p->x;
     const vm on = p->at_marked;
     vf mm[3], difference[SC_CORNERS], coefficients[4];
-    vi variations;
-    vm once, listed, ends;
+    vi variations, values[2], labels;
+    vm once, listed;
     uint32_t found;
 
     for (int i = 0; i < 3; i++)
@@ -110,29 +88,37 @@ static vm find_crossings(packet *p)
     p->t1 = f_pick(f_below(p->t1, p->end), p->t1, p->end);
     v_local_at(p, p->t, p->axis, false, p->a);
     v_local_at(p, p->t1, p->axis1, true, p->b);
-    listed = v_cell_differences(p, on, difference, &ends);
-    p->ends = (p->ends & ~m_bits(on)) | m_bits(ends);
+    read_packed(p, on, values, &labels);
+    for (int i = 0; i < SC_CORNERS; i++)
+        difference[i] = f_of(v_signed_field(values[i / SC_CELL_WORD_CORNERS],
+                                            SC_CELL_VALUE_BITS * (i % SC_CELL_WORD_CORNERS),
+                                            SC_CELL_VALUE_BITS));
     v_bernstein(difference, p->a, p->b, coefficients);
     variations = v_variations(coefficients);
-    /* If the signs of two labels' coefficients change once, there is exactly one crossing, which
-     * v_root will find. Cells with more changes, or more labels, need a list. */
-    listed = m_or(listed, m_and(on, i_below(i_set(1), variations)));
+    /* If the signs of the coefficients change once, there is exactly one crossing, which v_root
+     * will find. Cells with more changes, and general ones, need a list. */
+    listed = m_and(on, m_or(i_below(i_set(1), variations), i_equal(labels, i_set(0))));
     once = m_without(m_and(on, i_equal(variations, i_set(1))), listed);
     for (int i = 0; i < 4; i++)
         x->coefficients[i] = f_pick(once, coefficients[i], x->coefficients[i]);
+    for (int i = 0; i < 2; i++)
+        x->values[i] = i_pick(once, values[i], x->values[i]);
+    x->labels = i_pick(once, labels, x->labels);
     found = m_bits(once);
     x->listed &= ~m_bits(on);
-    if (m_any(listed)) {
-        const uint32_t nonempty = list_cells(p, listed);
+    for (uint32_t left = m_bits(listed); left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
 
-        x->listed |= nonempty;
-        found |= nonempty;
+        if (list_crossings(p, x, lane)) {
+            x->listed |= 1u << lane;
+            found |= 1u << lane;
+        }
     }
     return m_of_bits(found);
 }
 
-/* Fetch the next crossing of the lanes of @p on that have a list, to x->left, x->entered and
- * x->u. @return those that had one left; others keep the last. */
+/* Fetch the next crossing of the lanes of @p on that have a list, to x->left, entered, u, face and
+ * normal. @return those that had one left; others keep the last. */
 static vm next_crossings(crossings *x, vm on)
 {
     uint32_t have = 0;
@@ -147,68 +133,31 @@ static vm next_crossings(crossings *x, vm on)
         x->entered[lane] = (int32_t)x->list[lane][n].entered;
         x->u[lane] = x->list[lane][n].u;
         x->face[lane] = x->list[lane][n].face;
+        for (int k = 0; k < 3; k++)
+            x->normal[k][lane] = x->normals[lane][n][k];
         have |= 1u << lane;
     }
     return m_of_bits(have);
 }
 
-/* Opacity of the surfaces of @p label at the points @p at of their cells; see
- * alpha_by_thickness() of march_smooth_tmpl.c. */
-static vf v_alpha_by_thickness(const packet *p, vi label, const vf at[3], vm on)
+/* See sc_surface_alpha: opacity of the surfaces of @p label at the points @p at of their cells. */
+static vf v_surface_alpha(const packet *p, vi label, const vf at[3], vm on)
 {
     const sc_march *m = p->m;
-    const vf plain = v_tissue_floats(m, label, offsetof(sc_march_tissue, boundary_alpha), on);
-    vf sum = {0}, weights = {0};
+    vf alpha = v_tissue_floats(m, label, offsetof(sc_march_tissue, boundary_alpha), on);
     vm measured;
 
     if (!m->volume->thickness)
-        return plain;
+        return alpha;
     measured = v_by_thickness(v_tissue_bytes(m, label, on), on);
-    if (!m_any(measured))
-        return plain;
-    for (int i = 0; i < SC_CORNERS; i++) {
-        const vf weight = v_corner_share(i, at);
-        const vm own = m_and(measured, i_equal(p->cell.labels[i], label));
-        const vi code = i_gather(m->volume->thickness, p->cell.record_index[i], own) & 255;
-        const vf alpha = f_gather(m->thickness_alpha, code * 4, own);
+    for (uint32_t left = m_bits(measured); left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        const int q[3] = {p->q[0][lane], p->q[1][lane], p->q[2][lane]};
+        const float a[3] = {at[0][lane], at[1][lane], at[2][lane]};
 
-        weights = f_pick(own, weights + weight, weights);
-        sum = f_pick(own, sum + weight * alpha, sum);
+        alpha[lane] = sc_surface_alpha(m, q, (uint32_t)label[lane], a);
     }
-    return f_pick(m_and(measured, f_below(f_set(0), weights)),
-                  sum / weights *
-                      v_tissue_floats(m, label, offsetof(sc_march_tissue, thickness_factor), on),
-                  plain);
-}
-
-/* The share of the surfaces of @p label that is left at the points @p at of their cells; see
- * share_left() of march_smooth_tmpl.c. */
-static vf v_share_left(const packet *p, vi label, const vf at[3], vm on)
-{
-    vi missing[SC_CORNERS];
-    vf sum = {0}, weights = {0};
-    vm any = m_none();
-
-    for (int i = 0; i < SC_CORNERS; i++) {
-        const vi code = p->cell.records[i] >> SC_RECORD_LENGTH_SHIFT & SC_RECORD_LENGTH_MASK;
-
-        missing[i] = i_pick(i_below(i_set(SC_RECORD_SHORTEST), code),
-                            SC_RECORD_LENGTH_MASK + 1 - code, i_set(0));
-        any = m_or(any, m_and(i_equal(p->cell.labels[i], label),
-                              i_below(i_set(SC_RECORD_SHORTEST), code)));
-    }
-    any = m_and(any, on);
-    if (!m_any(any))
-        return f_set(1);
-    for (int i = 0; i < SC_CORNERS; i++) {
-        const vm own = i_equal(p->cell.labels[i], label);
-        const vf weight = v_corner_share(i, at);
-
-        weights = f_pick(own, weights + weight, weights);
-        sum = f_pick(own, sum + weight * f_of(missing[i]), sum);
-    }
-    return f_pick(m_and(any, f_below(f_set(0), weights)), 1 - sum / (weights * SC_RECORD_FADES),
-                  f_set(1));
+    return alpha;
 }
 
 /* Add one side of a crossing, the surface of @p label, to the light of the lanes of @p on. The
@@ -219,9 +168,8 @@ static void v_add_surface(packet *p, vi label, const vf at[3], const v_spot *spo
 
     if (!m_any(on))
         return;
-    alpha = v_share_left(p, label, at, on) * v_edge_alpha(&p->m->light,
-                                                          v_alpha_by_thickness(p, label, at, on),
-                                                          f_dot(spot->normal, spot->eye));
+    alpha = v_edge_alpha(&p->m->light, v_surface_alpha(p, label, at, on),
+                         f_dot(spot->normal, spot->eye));
     v_light(p->m, label, spot, on, rgb);
     v_remember_surface(&p->light, label, alpha, spot, on);
     v_blend(&p->light, rgb, alpha, on);
@@ -262,21 +210,21 @@ static void set_faces(const packet *p, const crossings *x, const vf at[3], vm on
         }
         if (!sc_has_rims(p->m))
             continue;
-        v_cell_get_lane(p->m->volume, &p->cell, lane, p->ends >> lane & 1, &cell);
+        (void)read_lane(p, lane, &cell);
         spot->rim[lane] = sc_volume_face_rim(p->m, &cell, left_id ? left_id : entered, a, &one,
                                              x->face[lane] - 1);
     }
 }
 
-/* Add the present crossing of x (left, entered, u) to the light of each lane of @p on, as far as
- * its labels contribute. p->cell must have been read. */
+/* Add the present crossing of x to the light of each lane of @p on, as far as its labels
+ * contribute. */
 static void add_crossings(packet *p, const crossings *x, vm on)
 {
     const vm left = v_contributes(p, x->left, on), entered = v_contributes(p, x->entered, on);
     const vf t = p->t + (p->t1 - p->t) * x->u;
     const vm either = m_or(left, entered);
     v_spot spot;
-    vf at[3], sides[2], length;
+    vf at[3], length;
 
     if (!m_any(either))
         return;
@@ -286,15 +234,10 @@ static void add_crossings(packet *p, const crossings *x, vm on)
         at[i] = f_lerp(p->a[i], p->b[i], x->u);
         spot.point[i] = p->origin[i] + p->direction[i] * t;
     }
-    if (p->m->fading)
-        v_sides_left(p->m, x->entered, x->left, either, sides);
-    v_cell_normal(&p->cell, x->entered, x->left, at, p->eye, p->m->fading ? sides : NULL,
-                  spot.normal);
-    if (p->m->fading && p->m->occlusion)
-        v_turn_to_open(p->m, spot.point, sides, either, spot.normal);
-    length = f_length(spot.normal);
+    length = f_length(x->normal);
     for (int i = 0; i < 3; i++)
-        spot.normal[i] = f_pick(f_below(f_set(1e-3f), length), spot.normal[i] / length, p->eye[i]);
+        spot.normal[i] =
+            f_pick(f_below(f_set(SC_GRADIENT_LEAST), length), x->normal[i] / length, p->eye[i]);
     v_face_eye(p->eye, spot.normal);
     spot.rim = f_set(0);
     set_faces(p, x, at, either, &spot);
@@ -393,11 +336,13 @@ static void init_packet(packet *p, const sc_march *march)
     p->limit_mm = f_set(0);
     p->counters = (sc_march_counters){0};
     p->x.listed = 0;
-    p->ends = 0;
     for (int i = 0; i < 4; i++)
         p->x.coefficients[i] = f_set(0);
     p->x.u = f_set(0);
-    p->x.left = p->x.entered = p->x.face = i_set(0);
+    p->x.left = p->x.entered = p->x.face = p->x.labels = i_set(0);
+    p->x.values[0] = p->x.values[1] = i_set(0);
+    for (int i = 0; i < 3; i++)
+        p->x.normal[i] = f_set(0);
 }
 
 /* Begin all rays at once if each has a single stretch, which is nearly always so without clip
@@ -459,7 +404,7 @@ static void start_packet(packet *p, const sc_ray *rays, sc_way *ways, const sc_r
         p->direction[i] = f_pick(p->parallel[i], f_set(0), d);
         p->inverse[i] = f_pick(p->parallel[i], f_set(SC_NEVER_MM), 1 / d);
         p->forward[i] = m_without(f_equal(d, d), m_without(back, p->parallel[i]));
-        p->q[i] = p->cell.q[i] = i_set(0);
+        p->q[i] = i_set(0);
     }
     p->mm_per_city_block =
         1 / (f_abs(p->direction[0]) + f_abs(p->direction[1]) + f_abs(p->direction[2]));
@@ -539,22 +484,36 @@ static vm pass_crossings(packet *p, vm on, vm *asks)
     return m_without(on, stopped);
 }
 
+/* Find the only crossing in the cells of the lanes @p on: left, entered, u, face and normal of
+ * p->x. Other lanes lose theirs. */
+static void find_single(packet *p, vm on)
+{
+    crossings *x = &p->x;
+    const vm downward = f_below(x->coefficients[0], f_set(0));
+    const vi low = x->labels & ((1 << SC_CELL_LABEL_BITS) - 1);
+    const vi high = (vi)((vu)x->labels >> SC_CELL_LABEL_BITS);
+    vf at[3];
+
+    x->left = i_pick(downward, high, low);
+    x->entered = i_pick(downward, low, high);
+    x->face = i_set(0);
+    x->u = v_root(x->coefficients, on);
+    for (int i = 0; i < 3; i++)
+        at[i] = f_lerp(p->a[i], p->b[i], x->u);
+    v_cell_normal(p->m->volume, p->q, x->values, i_equal(low, i_set(0)), m_without(on, downward),
+                  at, on, x->normal);
+}
+
 /* Add all crossings in the cells of p->found, which find_crossings has searched, unless rays stop
  * before them, and step out of these cells. */
 static void add_cell_crossings(packet *p)
 {
     crossings *x = &p->x;
-    vm asks = p->ways ? p->found : m_none(), on;
     const vm single = m_without(p->found, m_of_bits(x->listed));
-    const vm downward = f_below(x->coefficients[0], f_set(0));
-    vi low, high;
+    vm asks = p->ways ? p->found : m_none(), on;
 
-    v_cell_read(p, p->found);
-    v_label_range(&p->cell, &low, &high);
-    x->left = i_pick(downward, high, low);
-    x->entered = i_pick(downward, low, high);
-    x->u = v_root(x->coefficients, single);
-    x->face = i_set(0);
+    if (m_any(single))
+        find_single(p, single);
     for (on = m_or(single, next_crossings(x, p->found)); m_any(on);
          on = m_and(next_crossings(x, m_and(p->found, p->alive)), v_sees_on(p))) {
         if (m_any(asks))

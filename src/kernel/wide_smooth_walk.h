@@ -18,11 +18,14 @@ typedef struct crossings {
     vi left, entered; /* the two labels */
     vi face;          /* see sc_crossing */
     vf u;             /* how far along the way through the cell: 0 to 1 */
-    /* lanes with a single crossing: the difference of the two votes along the way, see sc_bernstein
-     */
+    vf normal[3];     /* as of sc_cell_normal */
+    /* lanes with a single crossing: the packed cell, and the difference of the two votes along the
+     * way, see sc_bernstein */
+    vi values[2], labels;
     vf coefficients[4];
     /* lanes whose cell may have several crossings: all of them */
     sc_crossing list[LANES][SC_CROSSINGS_MAX];
+    float normals[LANES][SC_CROSSINGS_MAX][3];
     int count[LANES], next[LANES]; /* of the list: how long it is, and which comes next */
     uint32_t listed;               /* those lanes, as bits */
 } crossings;
@@ -53,9 +56,6 @@ typedef struct packet {
     v_place place; /* what the skip method remembers of it */
     /* the way through the present cell: from position a to b, leaving at distance t1 through axis1
      */
-    v_cell cell;
-    uint32_t ends; /* the lanes in whose cell tissue ends (SC_CELL_ENDS), as bits; of those searched
-                      for crossings */
     vf a[3], b[3], t1;
     vi axis1;
     vm alive;     /* rays that are not finished */

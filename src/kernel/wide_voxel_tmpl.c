@@ -191,22 +191,36 @@ static inline vi v_label_at(const sc_prepared *v, const vi at[3], vm on)
            ((1 << (8 * sizeof(MARCH_LABEL))) - 1);
 }
 
-/* Lanes of @p on whose voxels @p at are boundary voxels. @param record is set to the indices of
- * their vertex records; meaningless in other lanes. */
-static inline vm v_find_records(const sc_prepared *v, const vi at[3], vm on, vi *record)
+/* Lanes of @p on whose voxels @p at are marked in @p masks. @param index is set to where what is
+ * kept of them stands, see v_packed_index; meaningless in other lanes. */
+static inline vm v_find_marked(const sc_prepared *v, const uint64_t *masks, const uint32_t *start,
+                               const vi at[3], vm on, vi *index)
 {
     const vi x = at[0] + 1, y = at[1] + 1, z = at[2] + 1;
     const vi bit = v_half_bit(x, y, z);
     vi half;
 
-    *record = v_packed_index(v->near, v->near_start, v_brick_index(v->bricks, x, y, z), bit, z, on,
-                             &half);
+    *index = v_packed_index(masks, start, v_brick_index(v->bricks, x, y, z), bit, z, on, &half);
     return v_bit_set(half, bit, on);
 }
 
-/* Opacity of boundary voxels of @p label with vertex records @p record; see add_boundary() of
- * march_voxel_tmpl.c. */
-static inline vf v_boundary_alpha(const sc_march *m, vi label, vi record, vm on)
+/* See sc_voxel_record: the records of the voxels @p at, 0 where there are none. */
+static vi v_voxel_record(const sc_prepared *v, const vi at[3], vm on)
+{
+    vi index, record;
+    const vm outer = v_find_marked(v, v->outer.masks, v->outer.start, at, on, &index);
+    vm inner = m_without(on, outer);
+
+    record = i_gather(v->outer.records, index * SC_RECORD_BYTES, outer);
+    if (!m_any(inner))
+        return record;
+    inner = v_find_marked(v, v->inner.masks, v->inner.start, at, inner, &index);
+    return record | i_gather(v->inner.records, index * SC_RECORD_BYTES, inner);
+}
+
+/* Opacity of boundary voxels of @p label; see add_boundary() of march_voxel_tmpl.c. @param near
+ * their indices in the thickness. */
+static inline vf v_boundary_alpha(const sc_march *m, vi label, vi near, vm on)
 {
     const vf plain = v_tissue_floats(m, label, offsetof(sc_march_tissue, boundary_alpha), on);
     vf factor;
@@ -219,7 +233,7 @@ static inline vf v_boundary_alpha(const sc_march *m, vi label, vi record, vm on)
     if (!m_any(measured))
         return plain;
     factor = v_tissue_floats(m, label, offsetof(sc_march_tissue, thickness_factor), measured);
-    code = i_gather(m->volume->thickness, record, measured) & 255;
+    code = i_gather(m->volume->thickness, near, measured) & 255;
     return f_pick(measured, f_gather(m->thickness_alpha, code * 4, measured) * factor, plain);
 }
 
@@ -237,30 +251,35 @@ static void add_interior(packet *p, vi label, vm on)
 }
 
 /* See sc_voxel_normal: the normals of boundary voxels, to @p n. */
-static void v_voxel_normal(const sc_march *m, vi record, const vi voxel[3], vf n[3])
+static void v_voxel_normal(const sc_march *m, vi record, const vi voxel[3], const vf eye[3],
+                           vf n[3])
 {
+    const vm none = i_equal(record, i_set(0));
     vf length;
 
     v_record_normal(record, n);
+    for (int k = 0; k < 3; k++)
+        n[k] = f_pick(none, f_set(0), n[k]);
     for (int i = 0; i < 3; i++) {
         const float *row = m->grid_per_mm[i];
-        const float across = sqrtf(sc_dot3(row, row));
+        const float across = SC_RECORD_LENGTH_STEPS / sqrtf(sc_dot3(row, row));
         const vm first = i_equal(voxel[i], i_set(0));
         const vm last = i_equal(voxel[i], i_set(m->volume->size[i] - 1));
 
         for (int k = 0; k < 3; k++)
-            n[k] = f_pick(first, n[k] - row[k] / across, n[k]);
+            n[k] = f_pick(first, n[k] - row[k] * across, n[k]);
         for (int k = 0; k < 3; k++)
-            n[k] = f_pick(last, n[k] + row[k] / across, n[k]);
+            n[k] = f_pick(last, n[k] + row[k] * across, n[k]);
     }
     length = f_length(n);
     for (int i = 0; i < 3; i++)
-        n[i] /= length;
+        n[i] = f_pick(f_below(f_set(0), length), n[i] / length, eye[i]);
 }
 
 /* Add the present samples of the lanes of @p on, which are of boundary voxels, to the light; see
- * add_boundary() of march_voxel_tmpl.c. @p at: their positions in grid coordinates plus 1/2. */
-static void v_add_boundary(packet *p, vi label, const vf at[3], vi record, vm on)
+ * add_boundary() of march_voxel_tmpl.c. @p at: their positions in grid coordinates plus 1/2.
+ * @p near: indices in the thickness. */
+static void v_add_boundary(packet *p, vi label, const vf at[3], vi near, vm on)
 {
     v_spot spot;
     vf rgb[3], alpha;
@@ -271,12 +290,11 @@ static void v_add_boundary(packet *p, vi label, const vf at[3], vi record, vm on
         spot.point[i] = at[i] - 0.5f;
         voxel[i] = i_of(at[i]) - 1;
     }
-    v_voxel_normal(p->m, i_gather(p->m->volume->records, record * SC_RECORD_BYTES, on), voxel,
-                   spot.normal);
+    v_voxel_normal(p->m, v_voxel_record(p->m->volume, voxel, on), voxel, p->eye, spot.normal);
     v_face_eye(p->eye, spot.normal);
     spot.depth_mm = p->base_mm + v_distance(p, p->k);
     spot.rim = f_set(0);
-    alpha = v_boundary_alpha(p->m, label, record, on);
+    alpha = v_boundary_alpha(p->m, label, near, on);
     v_light_spot(p->m, &spot, on);
     v_light(p->m, label, &spot, on, rgb);
     v_remember_surface(&p->light, label, alpha, &spot, on);
@@ -301,7 +319,7 @@ static void add_samples(packet *p, vm on)
 {
     const vf t = v_distance(p, p->k);
     vf at[3];
-    vi voxel[3], label, bytes, record;
+    vi voxel[3], label, bytes, near;
     vm boundary;
 
     for (int i = 0; i < 3; i++) {
@@ -318,11 +336,12 @@ static void add_samples(packet *p, vm on)
         on = passed;
     }
     p->counters.contributions += m_count(on);
-    boundary = v_find_records(p->m->volume, voxel, on, &record);
+    boundary =
+        v_find_marked(p->m->volume, p->m->volume->near, p->m->volume->near_start, voxel, on, &near);
     if (m_any(m_without(on, boundary)))
         add_interior(p, label, m_without(on, boundary));
     if (m_any(boundary))
-        v_add_boundary(p, label, at, record, boundary);
+        v_add_boundary(p, label, at, near, boundary);
 }
 
 /* The clip sets that are kept from sample @p k on to the next event: bit i for clip set i. */

@@ -149,14 +149,6 @@ static void set_tissue(sc_renderer *r, int id, float factor, float measured_max)
     to->show = factor > 0 ? look->show : 0;
 }
 
-void sc_find_fading(sc_renderer *r)
-{
-    r->march.fading = false;
-    for (int id = 1; id < r->volume->label_count; id++)
-        r->march.fading =
-            r->march.fading || (r->tissues[id].cap_alpha < 1 && r->volume->stats[id].voxels);
-}
-
 void sc_set_fades(sc_renderer *r, const float *factors)
 {
     sc_fades *fades = &r->fades;
@@ -172,7 +164,6 @@ void sc_set_fades(sc_renderer *r, const float *factors)
     }
     set_occlusion(r, factors);
     fades->are_set = factors != NULL;
-    sc_find_fading(r);
 }
 
 void sc_set_colors(sc_renderer *r, const float (*colors)[3])

@@ -82,7 +82,7 @@ struct sc_renderer {
     sc_pyramid pyramid;       /* SC_SKIP_OCTREE only, else empty; its masks are those of visible */
     uint8_t *cell_distances;  /* SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD only, else NULL */
     const uint32_t *cell_start; /* as of sc_cells: smooth and wide kernels only, else NULL */
-    const uint64_t *cells;      /* the same */
+    const sc_packed_cell *cells;      /* the same */
     sc_occlusion occlusion;     /* empty if the light does without; see also fades */
     sc_block *blocks;           /* [block_count] */
     size_t block_count;
@@ -291,8 +291,6 @@ static inline float sc_alpha_of(const sc_render_settings *s, double opacity)
 /* Find what each group of tissues that fade alike adds to the occlusion: sets r->fades, from
  * r->looks and r->occlusion. Collective in r->team. @return SC_ERR_MEMORY. */
 sc_status sc_find_fades(const sc_ctx *ctx, sc_renderer *r);
-/* Set r->march.fading from r->tissues. */
-void sc_find_fading(sc_renderer *r);
 /* Set light, background, clip planes and the width of rims in r->march, for a picture of @p
  * height_px that shows
  * @p scene. */

@@ -320,17 +320,6 @@ static void set_march(const sc_renderer *r, sc_renderer *own)
     }
 }
 
-/* Set how much the tissues of other parts still count for the normals of a part: just as much of
- * them is left in its occlusion, from which normals follow, too, where a neighbour has gone. @param
- * share of apartness(). */
-static void set_neighbours(const sc_renderer *r, double share, sc_renderer *own)
-{
-    for (int id = 1; id < r->volume->label_count; id++) {
-        if (!own->looks[id].show)
-            own->tissues[id].cap_alpha = r->tissues[id].cap_alpha * (float)(1 - share);
-    }
-}
-
 /* Set part @p p up for a view. */
 static void begin_view(sc_renderer *r, int p, const sc_scene *scene, const sc_viewport *viewport)
 {
@@ -342,8 +331,6 @@ static void begin_view(sc_renderer *r, int p, const sc_scene *scene, const sc_vi
     sc_set_fades(own, scene->fades);
     sc_set_colors(own, scene->colors);
     sc_set_clip_sets(own, scene);
-    set_neighbours(r, share, own);
-    sc_find_fading(own);
     set_occlusion(r, p, share, scene);
     own->on_white = own->march;
     for (int i = 0; i < 3; i++)

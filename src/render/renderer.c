@@ -239,7 +239,6 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     SC_TRY(derive(ctx, r, show, opacity));
     fill_march(r);
     fill_thickness(r, tissues);
-    sc_find_fading(r);
     SC_TRY(sc_parts_make(ctx, r, tissues));
     *out = r;
     r = NULL;
