@@ -133,33 +133,6 @@ static uint64_t draw(const sc_prepared *v, const sc_render_settings *settings,
     return hash;
 }
 
-/* Make a file of the version before this one from one of this version: without what is stored. */
-static forged old_file(const forged *from)
-{
-    const void *sections[SECTIONS];
-    uint64_t bytes[SECTIONS];
-    block_header now, old;
-    forged out;
-    void *block;
-
-    memcpy(&now, from->block, sizeof now);
-    old = now;
-    old.version = OLD_VERSION;
-    old.header_bytes = OLD_HEADER_BYTES;
-    old.stored = old.cell_count = old.hull_count = old.checksum = 0;
-    lay_out(&old, bytes);
-    assert_ok(sc_zalloc(&quiet, old.total_bytes, 1, &block));
-    out = (forged){block, old.total_bytes};
-    for (int i = 0; i < SECTIONS; i++)
-        sections[i] = from->block + now.offset[i];
-    for (int i = 0; i < OLD_SECTIONS; i++)
-        memcpy(out.block + old.offset[i], sections[i], bytes[i]);
-    old.checksum = checksum_of(&old, sections, bytes);
-    memcpy(out.block, &old, OLD_COMMON_BYTES);
-    memcpy(out.block + OLD_COMMON_BYTES, &old.checksum, SUM_BYTES);
-    return out;
-}
-
 /* Read a file, and draw it if it is accepted. @return whether it was. */
 static bool use(const forged *file, bool every_way)
 {
@@ -227,8 +200,7 @@ static void a_file_with_a_repaired_checksum_is_accepted(void **state)
     }
 }
 
-/* What is stored is used where it fits, and neither that nor the version of the file changes a
- * picture. */
+/* What is stored is used where it fits, and that does not change a picture. */
 static void stored_and_derived_pictures_are_the_same(void **state)
 {
     (void)state;
@@ -243,18 +215,15 @@ static void stored_and_derived_pictures_are_the_same(void **state)
             .light = {.ambient = 0.3, .key = 0.6, .occlusion = 0.8},
             .tile_px = 8,
             .threads = 1};
-        forged file = prepared_file(wide), old = old_file(&file);
-        uint64_t derived_bytes[3], hashes[4];
+        forged file = prepared_file(wide);
+        uint64_t derived_bytes[3], hashes[3];
         float *opacity;
         void *block;
-        sc_prepared v, before;
+        sc_prepared v;
 
         assert_ok(sc_prepared_file_view(&quiet, "now.segc", file.block, file.bytes, &v));
-        assert_ok(sc_prepared_file_view(&quiet, "old.segc", old.block, old.bytes, &before));
-        assert_null(before.stored.masks);
         assert_non_null(v.stored.masks);
         assert_true(v.stored.cell_count > 100 && v.stored.hull_count > 100);
-        hashes[0] = draw(&before, &settings, &derived_bytes[0]);
         hashes[1] = draw(&v, &settings, &derived_bytes[1]);
         assert_ok(sc_alloc(&quiet, (size_t)v.label_count, sizeof *opacity, &block));
         opacity = block;
@@ -263,29 +232,38 @@ static void stored_and_derived_pictures_are_the_same(void **state)
         v.stored.opacity = opacity;
         hashes[2] = draw(&v, &settings, &derived_bytes[2]);
         v.stored = (sc_stored){0};
-        hashes[3] = draw(&v, &settings, NULL);
-        for (int i = 1; i < 4; i++)
+        hashes[0] = draw(&v, &settings, &derived_bytes[0]);
+        for (int i = 1; i < 3; i++)
             assert_true(hashes[i] == hashes[0]);
         assert_true(derived_bytes[1] < derived_bytes[2] && derived_bytes[2] < derived_bytes[0]);
         sc_free(block);
         sc_free(file.block);
-        sc_free(old.block);
     }
 }
 
-static void files_of_the_version_before_can_be_forged(void **state)
+/* Files of other versions are refused, however short they are, and say what to do. */
+static void files_of_other_versions_are_refused(void **state)
 {
-    forged file = prepared_file(false), old = old_file(&file);
-    static const uint32_t versions[] = {OLD_VERSION - 1, VERSION, VERSION + 1, UINT32_MAX};
+    forged file = prepared_file(false);
+    static const uint32_t versions[] = {0, VERSION - 1, VERSION + 1, UINT32_MAX};
 
     (void)state;
-    assert_true(use(&old, true));
     for (size_t i = 0; i < SC_COUNT_OF(versions); i++) {
-        memcpy(old.block + offsetof(block_header, version), &versions[i], 4);
-        assert_false(use(&old, false));
+        char text[64];
+        heard h;
+        sc_ctx ctx = listening(&h);
+        sc_prepared v;
+
+        memcpy(file.block + offsetof(block_header, version), &versions[i], 4);
+        assert_int_equal(
+            sc_prepared_file_view(&ctx, "a.segc", file.block, i % 2 ? 64 : file.bytes, &v),
+            SC_ERR_DATA);
+        snprintf(text, sizeof text, "version %u, this segcast reads version %d; prepare it again",
+                 (unsigned)versions[i], (int)VERSION);
+        assert_non_null(strstr(h.text, text));
     }
     for (size_t bytes = 0; bytes <= sizeof(block_header); bytes += 8) {
-        const uint32_t version = bytes & 8 ? OLD_VERSION : VERSION;
+        const uint32_t version = bytes & 8 ? VERSION - 1 : VERSION;
         forged cut = {NULL, bytes};
         void *block;
 
@@ -297,7 +275,6 @@ static void files_of_the_version_before_can_be_forged(void **state)
         assert_false(use(&cut, false));
         sc_free(block);
     }
-    sc_free(old.block);
     sc_free(file.block);
 }
 
@@ -306,7 +283,7 @@ static void stored_contents_out_of_range_are_refused(void **state)
 {
     static const double far_points[] = {NAN, INFINITY, -1e300, 1e9};
     const uint64_t ones = ~0ull, none = 0;
-    const uint32_t wrong = 12345678;
+    const uint32_t wrong = 12345678, beyond[2] = {200, 200u << SC_CELL_LABEL_BITS};
     forged file = prepared_file(false);
     block_header h;
     uint64_t bytes[SECTIONS];
@@ -325,6 +302,9 @@ static void stored_contents_out_of_range_are_refused(void **state)
         assert_false(accepts(&file, h.offset[CELL_MASKS] + at, before ? &none : &ones, 8));
         assert_false(accepts(&file, h.offset[CELL_START] + at / 2, &wrong, 4));
     }
+    for (int i = 0; i < 2; i++) /* labels of a packed cell */
+        assert_false(
+            accepts(&file, h.offset[CELLS] + offsetof(sc_packed_cell, labels), &beyond[i], 4));
     for (size_t i = 0; i < SC_COUNT_OF(far_points); i++)
         assert_false(accepts(&file, h.offset[HULL] + bytes[HULL] / 16 * 8, &far_points[i], 8));
     sc_free(file.block);
@@ -377,13 +357,18 @@ static void contents_out_of_range_are_refused(void **state)
     assert_false(accepts(&file, h.offset[NEAR] + bytes[NEAR] - 8, &ones, 8));
     assert_false(accepts(&file, h.offset[NEAR_START] + bytes[NEAR_START] / 8 * 4, &ones, 4));
     assert_false(accepts(&file, h.offset[HIDDEN], &two, 1));
-    for (size_t i = 0; i < 3; i++) { /* the first record without a weight, one within, the last */
-        const size_t last = bytes[RECORDS] / SC_RECORD_BYTES - 1;
-        const size_t at = h.offset[RECORDS] + last * i / 2 * SC_RECORD_BYTES;
-        const unsigned char weightless = (unsigned char)(file.block[at] & ~SC_RECORD_WEIGHT_MASK);
+    for (size_t i = 0; i < 6; i++) { /* the first record, one within, the last of either field */
+        const int section = i < 3 ? OUTER_RECORDS : INNER_RECORDS;
+        const size_t last = bytes[section] / SC_RECORD_BYTES - 1;
+        const size_t at = h.offset[section] + last * (i % 3) / 2 * SC_RECORD_BYTES;
+        const uint32_t wrong[3] = {13u << SC_RECORD_TISSUE_SHIFT, 27u << SC_RECORD_TISSUE_SHIFT | 1,
+                                   13u << SC_RECORD_TISSUE_SHIFT | 0x80};
 
-        assert_false(accepts(&file, at, &weightless, 1));
+        for (int k = 0; k < 3; k++)
+            assert_false(accepts(&file, at, &wrong[k], sizeof wrong[k]));
     }
+    assert_false(accepts(&file, h.offset[OUTER_MASKS] + bytes[OUTER_MASKS] - 8, &ones, 8));
+    assert_false(accepts(&file, h.offset[INNER_START] + bytes[INNER_START] / 8 * 4, &ones, 4));
     for (size_t i = 0; i < 3; i++) {
         const size_t label = h.offset[LABELS] + i * sizeof(sc_label);
         const size_t stats = h.offset[STATS] + i * sizeof(sc_label_stats);
@@ -461,7 +446,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_file_with_a_repaired_checksum_is_accepted),
         cmocka_unit_test(stored_and_derived_pictures_are_the_same),
-        cmocka_unit_test(files_of_the_version_before_can_be_forged),
+        cmocka_unit_test(files_of_other_versions_are_refused),
         cmocka_unit_test(stored_contents_out_of_range_are_refused),
         cmocka_unit_test(contents_out_of_range_are_refused),
         cmocka_unit_test(every_word_of_the_header_can_be_forged),

@@ -420,8 +420,7 @@ static void cut_faces_are_solid(void **state)
     free_scene(&s);
 }
 
-/* March one ray through a small scene whose tissues all have the opacity @p alpha. As they count as
- * faded away (cap_alpha), none is a coat on another, which would add contributions. */
+/* March one ray through a small scene whose tissues all have the opacity @p alpha. */
 static sc_radiance trace(const small_scene *s, const uint64_t *cells, float alpha, sc_vec3 from,
                          sc_vec3 direction, float length, uint64_t *contributions)
 {
@@ -450,7 +449,6 @@ static sc_radiance trace(const small_scene *s, const uint64_t *cells, float alph
 
     for (int id = 0; id < 8; id++)
         tissues[id] = (sc_march_tissue){.boundary_alpha = alpha,
-                                        .cap_alpha = 0,
                                         .thickness_factor = 1,
                                         .show = id ? SC_SHOW_BOUNDARY : 0,
                                         .shininess = 1};
@@ -558,108 +556,6 @@ static void every_voxel_keeps_its_label_at_any_strength_of_smoothing(void **stat
     }
 }
 
-/* On an opaque ball lit from the viewer's upper left no voxels are visible: neighbouring pixels
- * differ little. */
-static void shading_is_smooth(void **state)
-{
-    const int size[3] = {41, 41, 41};
-    const double spacing[3] = {1, 1, 1};
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 1);
-    sc_scene scene = {.clip_set_count = 1};
-    sc_image image;
-
-    (void)state;
-    s.settings.width_px = s.settings.height_px = 201;
-    scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
-                                  SC_ORTHOGRAPHIC, 20);
-    image = draw_view(&s, &scene, NULL);
-    assert_true(pixel(&image, 70, 70)[0] > pixel(&image, 130, 130)[0] + 20);
-    for (int y = 60; y < 140; y++) {
-        for (int x = 60; x < 140; x++)
-            assert_true(abs(pixel(&image, x, y)[0] - pixel(&image, x + 1, y)[0]) < 14);
-    }
-    sc_image_clear(&image);
-    free_scene(&s);
-}
-
-/* The axes of bent_seam, oblique to the grid: along its seam, across it, and towards the viewer. */
-static void seam_axes(sc_vec3 axes[3])
-{
-    axes[0] = sc_vec3_unit((sc_vec3){0.91, 0.36, 0.21});
-    axes[2] = sc_vec3_unit(sc_vec3_cross((sc_vec3){-0.22, 0, 0.98}, axes[0]));
-    axes[1] = sc_vec3_cross(axes[0], axes[2]);
-}
-
-/* Two tissues side by side that meet in a valley: parts of two cylinders along the seam. */
-static int bent_seam(double x, double y, double z)
-{
-    const sc_vec3 from = {x - 24, y - 24, z - 24};
-    sc_vec3 axes[3];
-    double across, out;
-
-    seam_axes(axes);
-    across = sc_vec3_dot(from, axes[1]);
-    out = sc_vec3_dot(from, axes[2]);
-    if (hypot(across + 14, out + 40) < 44)
-        return 1;
-    return hypot(across - 14, out + 40) < 44 ? 2 : 0;
-}
-
-/* How much the light of row @p y of a picture varies from column @p begin to @p end: its standard
- * deviation, in levels of sRGB. */
-static double variation_of_row(const sc_image *image, int y, int begin, int end)
-{
-    double mean = 0, squares = 0;
-
-    for (int x = begin; x < end; x++) {
-        const double level = pixel(image, x, y)[0];
-
-        mean += level / (end - begin);
-        squares += level * level / (end - begin);
-    }
-    return sqrt(fmax(squares - mean * mean, 0));
-}
-
-/* Two tissues of one colour lie side by side. Their light may change across the seam, but not along
- * it, where nothing changes but how the surface lies in the grid. Nearer to the seam than two
- * voxels it is a little less even. */
-static void check_shading_along_a_seam(double strength)
-{
-    const int size[3] = {49, 49, 49};
-    const double spacing[3] = {1, 1, 1};
-    const sc_vec3 middle = {24, 24, 24};
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 3, bent_seam), 1);
-    sc_scene scene = {.clip_set_count = 1};
-    sc_vec3 axes[3];
-    sc_image image;
-
-    sc_free(s.prepared.block);
-    s.prepared = prepare_copy_smooth(&s.volume, 2, strength);
-    seam_axes(axes);
-    for (int id = 1; id < 3; id++) {
-        for (int c = 0; c < 3; c++)
-            s.tissues[id].rgb_linear[c] = 0.4f;
-    }
-    s.settings.width_px = s.settings.height_px = 201;
-    scene.camera =
-        sc_camera_look(sc_vec3_along(middle, 80, axes[2]), middle, axes[1], SC_ORTHOGRAPHIC, 20);
-    image = draw_view(&s, &scene, NULL);
-    for (int y = 50; y < 150; y++) {
-        const bool near = y >= 77 && y < 98;
-
-        assert_true(variation_of_row(&image, y, 60, 140) < (near ? 3 : 1.8));
-    }
-    sc_image_clear(&image);
-    free_scene(&s);
-}
-
-static void shading_is_even_along_a_seam(void **state)
-{
-    (void)state;
-    check_shading_along_a_seam(1);
-    check_shading_along_a_seam(2); /* gradients are found by wide_fields.c */
-}
-
 static void every_listed_kernel_is_found(void **state)
 {
     size_t count;
@@ -684,7 +580,7 @@ static void a_volume_too_large_for_the_wide_kernels_is_marched_by_the_others(voi
     /* The labels are within reach, but not the distances of the cells in the frame as well. */
     const sc_prepared framed = {
         .size = {1289, 1289, 1289}, .bricks = {323, 323, 323}, .label_bytes = 1};
-    const sc_prepared records = {.size = {9, 9, 9}, .label_bytes = 1, .near_count = 1u << 30};
+    const sc_prepared records = {.size = {9, 9, 9}, .label_bytes = 1, .outer = {.count = 1u << 30}};
 
     (void)state;
     assert_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, &large, NULL));
@@ -708,8 +604,6 @@ int main(void)
         cmocka_unit_test(no_crossing_is_missed),
         cmocka_unit_test(every_voxel_keeps_its_label_at_any_strength_of_smoothing),
         cmocka_unit_test(cut_faces_are_solid),
-        cmocka_unit_test(shading_is_smooth),
-        cmocka_unit_test(shading_is_even_along_a_seam),
         cmocka_unit_test(every_listed_kernel_is_found),
         cmocka_unit_test(a_volume_too_large_for_the_wide_kernels_is_marched_by_the_others),
     };

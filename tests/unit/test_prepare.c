@@ -39,7 +39,6 @@ static bool bit_at(const sc_prepared *v, int x, int y, int z)
 static void the_layout_of_bricks_and_records_can_be_inverted(void **state)
 {
     const int bricks[3] = {5, 3, 4};
-    uint8_t records[3 * SC_RECORD_BYTES] = {0};
 
     (void)state;
     for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
@@ -65,9 +64,11 @@ static void the_layout_of_bricks_and_records_can_be_inverted(void **state)
             sc_framed_index(sc_framed_row(bricks), sc_framed_layer(bricks), at[0], at[1], at[2]),
             sc_brick_index(framed, at[0] + 1, at[1] + 1, at[2] + 1));
     }
-    sc_record_write(records, 1, 0xabcdef);
-    assert_int_equal(sc_record_read(records, 1), 0xabcdef);
-    assert_int_equal(sc_record_read(records, 0) | sc_record_read(records, 2), 0);
+    for (int code = 0; code < SC_TISSUE_CODES; code++)
+        assert_int_equal(sc_tissue_code(sc_tissue_step(code, 0), sc_tissue_step(code, 1),
+                                        sc_tissue_step(code, 2)),
+                         code);
+    assert_int_equal(sc_tissue_code(0, 0, 0), SC_TISSUE_OWN);
 }
 
 /* The boundary voxels are those of the paper's rule, applied voxel by voxel; for both label widths,
@@ -115,51 +116,9 @@ static int ellipsoid(double x, double y, double z)
     return x * x + y * y + z * z < 1;
 }
 
-static void normals_of_an_ellipsoid_are_right_to_about_a_degree(void **state)
-{
-    const int size[3] = {81, 73, 77};
-
-    (void)state;
-    for (int bytes = 1; bytes <= 2; bytes++) {
-        sc_volume volume = shape_volume(size, cube, bytes, 2, ellipsoid);
-        prepared_copy p = prepare_copy(&volume, 2);
-        const sc_prepared *v = &p.view;
-        double squares = 0;
-        size_t count = 0;
-
-        for (size_t brick = 0, n = 0; n < v->near_count; brick++) {
-            int low[3];
-
-            sc_brick_low(v->bricks, brick, low);
-            assert_int_equal(v->near_start[brick], n);
-            for (uint64_t mask = v->near[brick]; mask; mask &= mask - 1, n++) {
-                const int bit = __builtin_ctzll(mask);
-                const int x = low[0] + sc_bit_x(bit) - 1, y = low[1] + sc_bit_y(bit) - 1,
-                          z = low[2] + sc_bit_z(bit) - 1;
-                const sc_vec3 truth =
-                    sc_vec3_unit((sc_vec3){(x - 40) / 900., (y - 36.3) / 676, (z - 38) / 1089.});
-                const double sign =
-                    id_at(v, x, y, z) ? 1
-                                      : -1; /* the gradient points out of the vertex's own label */
-                float got[3];
-                double angle;
-
-                sc_record_normal(sc_record_read(v->records, n), got);
-                angle = acos(fmin(
-                    1, sign * sc_vec3_dot(truth, sc_vec3_unit((sc_vec3){got[0], got[1], got[2]}))));
-                squares += angle * angle;
-                count++;
-            }
-        }
-        assert_near(sqrt(squares / (double)count) * 180 / M_PI, 0, 1.2);
-        sc_free(p.block);
-        sc_volume_clear(&volume);
-    }
-}
-
-/* A vertex record keeps the direction within one degree, the weight exactly, and the length within
- * a factor of the square root of 2. */
-static void records_keep_weight_direction_and_length(void **state)
+/* A vertex record keeps the direction within one degree, value and tissue exactly, and the length
+ * to an eighth. */
+static void records_keep_value_direction_tissue_and_length(void **state)
 {
     uint64_t seed = 3;
 
@@ -167,19 +126,196 @@ static void records_keep_weight_direction_and_length(void **state)
     for (int i = 0; i < 5000; i++) {
         const sc_vec3 n = sc_vec3_unit((sc_vec3){
             random_real(&seed, -1, 1), random_real(&seed, -1, 1), random_real(&seed, -1, 1)});
-        const int weight = 1 + i % SC_WEIGHT_MAX;
-        const double strength = random_real(&seed, 0.09, 1.4);
-        const uint32_t record = sc_record_pack(weight, n, strength);
+        const int value = i % 2 ? 1 + i / 2 % SC_VALUE_MAX : -1 - i / 2 % SC_VALUE_MAX;
+        const int code = i % SC_TISSUE_CODES;
+        const double length = random_real(&seed, 0.07, 1.4);
+        const uint32_t record = sc_record_pack(value, sc_vec3_scale(n, 3), length) |
+                                (uint32_t)code << SC_RECORD_TISSUE_SHIFT;
         float back[3];
         sc_vec3 b;
 
-        assert_true(record < 1u << 24);
         sc_record_normal(record, back);
         b = (sc_vec3){back[0], back[1], back[2]};
         assert_true(sc_vec3_dot(sc_vec3_unit(b), n) > cos(1.0 * M_PI / 180));
-        assert_int_equal(sc_record_weight(record), weight);
-        assert_in_range(1000 * sc_vec3_length(b) / strength, 706, 1416);
+        assert_int_equal(sc_record_value(record), value);
+        assert_int_equal(sc_record_tissue(record), code);
+        assert_near(sc_record_eighths(record), 8 * fmin(length, 1), 0.501);
+        assert_near(sc_vec3_length(b), sc_record_eighths(record), 1e-5);
     }
+    assert_int_equal(sc_record_eighths(sc_record_pack(9, (sc_vec3){0, 0, 0}, 0)), 1);
+}
+
+/* What the labels alone say of a vertex: see crisp.c. */
+typedef struct crisp_vertex {
+    bool side;
+    uint32_t tissue;
+} crisp_vertex;
+
+static crisp_vertex crisp_at(const sc_prepared *v, int x, int y, int z)
+{
+    crisp_vertex out = {.tissue = sc_id_near_vertex(v, x, y, z)};
+    int nearest = 4;
+
+    out.side = out.tissue != 0;
+    for (int n = 0; n < 27 && !out.side; n++) {
+        const int d[3] = {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
+        const int far = abs(d[0]) + abs(d[1]) + abs(d[2]);
+        const uint32_t id = sc_id_near_vertex(v, x + d[0], y + d[1], z + d[2]);
+
+        if (id && (far < nearest || (far == nearest && id < out.tissue))) {
+            out.tissue = id;
+            nearest = far;
+        }
+    }
+    return out;
+}
+
+/* Is vertex (x, y, z) a corner of a cell that needs records of the outer field, or (@p inner) of
+ * the inner one, by the rule of sc_prepared? */
+static bool needs_record(const sc_prepared *v, int x, int y, int z, bool inner)
+{
+    for (int cell = 0; cell < 8; cell++) {
+        const int q[3] = {x - (cell & 1), y - (cell >> 1 & 1), z - (cell >> 2)};
+        const crisp_vertex first = crisp_at(v, q[0], q[1], q[2]);
+        bool sides = false, tissues = false, any = false;
+
+        if (q[0] < 0 || q[1] < 0 || q[2] < 0 || q[0] > v->size[0] || q[1] > v->size[1] ||
+            q[2] > v->size[2])
+            continue;
+        for (int i = 0; i < 8; i++) {
+            const crisp_vertex c =
+                crisp_at(v, q[0] + (i & 1), q[1] + (i >> 1 & 1), q[2] + (i >> 2));
+
+            sides = sides || c.side != first.side;
+            tissues = tissues || c.tissue != first.tissue;
+            any = any || c.side;
+        }
+        if (inner ? tissues && any : sides)
+            return true;
+    }
+    return false;
+}
+
+/* The records are those of the rule, applied vertex by vertex, and say what the labels do. */
+static void the_records_follow_the_rule(void **state)
+{
+    const int size[3] = {23, 9, 11};
+
+    (void)state;
+    for (int bytes = 1; bytes <= 2; bytes++) {
+        sc_volume volume = shape_volume(size, cube, bytes, 4, random_id);
+        prepared_copy p = prepare_copy_smooth(&volume, 2, 0);
+        const sc_prepared *v = &p.view;
+        uint64_t counts[2] = {0, 0};
+
+        for (int i = 0; i < (size[0] + 2) * (size[1] + 2) * (size[2] + 2); i++) {
+            const int x = i % (size[0] + 2), y = i / (size[0] + 2) % (size[1] + 2);
+            const int z = i / (size[0] + 2) / (size[1] + 2);
+            const crisp_vertex expected = crisp_at(v, x, y, z);
+            const sc_vertex found = sc_vertex_at(v, x, y, z);
+
+            assert_int_equal(found.outer != 0, needs_record(v, x, y, z, false));
+            assert_int_equal(found.inner != 0, needs_record(v, x, y, z, true));
+            assert_int_equal(found.outer_value > 0, expected.side);
+            if (found.outer || found.inner)
+                assert_int_equal(found.tissue, expected.tissue);
+            if (found.outer)
+                assert_int_equal(abs(found.outer_value), SC_BORDER_STEPS / 2);
+            assert_int_equal(found.inner_value, found.inner ? SC_BORDER_STEPS / 2 : SC_VALUE_MAX);
+            counts[0] += found.outer != 0;
+            counts[1] += found.inner != 0;
+        }
+        assert_int_equal(v->outer.count, counts[0]);
+        assert_int_equal(v->inner.count, counts[1]);
+        sc_free(p.block);
+        sc_volume_clear(&volume);
+    }
+}
+
+/* What sc_visible_cells and sc_cells_build should make of a cell. @param out set to the packed
+ * cell.
+ * @return whether it is visible. */
+static bool expected_cell(const sc_prepared *v, const uint8_t *show, const int q[3],
+                          sc_packed_cell *out)
+{
+    sc_vertex c[8];
+    int sides = 0, inside = 0;
+    uint32_t low = UINT32_MAX, high = 0;
+    bool border = false, others = false, shown = false;
+
+    *out = (sc_packed_cell){{0, 0}, 0};
+    for (int i = 0; i < 3; i++)
+        border = border || q[i] == 0 || q[i] == v->size[i];
+    for (int i = 0; i < 8; i++) {
+        const int at[3] = {q[0] + (i & 1), q[1] + (i >> 1 & 1), q[2] + (i >> 2)};
+
+        c[i] = sc_vertex_at(v, at[0], at[1], at[2]);
+        sides += c[i].outer_value > 0;
+        inside += c[i].outer_value > 0 && sc_is_voxel(v, at[0], at[1], at[2]);
+        low = c[i].tissue < low ? c[i].tissue : low;
+        high = c[i].tissue > high ? c[i].tissue : high;
+        shown = shown || show[c[i].tissue] & SC_SHOW_BOUNDARY;
+    }
+    for (int i = 0; i < 8; i++)
+        others = others || (c[i].tissue != low && c[i].tissue != high);
+    if (!border && (sides == 8 ? low < high && !others : low == high)) {
+        out->labels = high << SC_CELL_LABEL_BITS | (sides == 8 ? low : 0);
+        for (int i = 0; i < 8; i++) {
+            const int vote = c[i].tissue == low ? c[i].inner_value : -c[i].inner_value;
+
+            out->values[i / 4] |= (uint32_t)(uint8_t)(sides == 8 ? vote : -c[i].outer_value)
+                                  << (8 * (i % 4));
+        }
+    }
+    return shown && ((sides && sides < 8) || (sides && low < high) || (border && inside));
+}
+
+static void cells_are_marked_and_packed_by_the_rule(void **state)
+{
+    const int size[3] = {23, 9, 11};
+    const uint8_t show[2][4] = {{0, 1, 1, 1}, {0, 0, 1, 0}};
+    sc_volume volume = shape_volume(size, cube, 1, 4, random_id);
+    prepared_copy p = prepare_copy(&volume, 2);
+    const sc_prepared *v = &p.view;
+    sc_team *team;
+
+    (void)state;
+    assert_ok(sc_team_open(&quiet, NULL, 2, NULL, &team));
+    for (int way = 0; way < 2; way++) {
+        sc_cells cells;
+        uint64_t *masks;
+        size_t count = 0;
+        int framed[3];
+
+        assert_ok(sc_visible_cells(&quiet, team, v, show[way], &masks));
+        assert_ok(sc_cells_build(&quiet, team, v, masks, &cells));
+        sc_framed_size(v->bricks, framed);
+        for (size_t brick = 0; brick < sc_brick_count(framed); brick++) {
+            int low[3];
+
+            sc_brick_low(framed, brick, low);
+            assert_int_equal(cells.start[brick], count);
+            for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
+                const int q[3] = {low[0] + sc_bit_x(bit) - SC_BRICK,
+                                  low[1] + sc_bit_y(bit) - SC_BRICK,
+                                  low[2] + sc_bit_z(bit) - SC_BRICK};
+                sc_packed_cell expected;
+                bool visible = true;
+
+                for (int i = 0; i < 3; i++)
+                    visible = visible && q[i] >= 0 && q[i] <= size[i];
+                visible = visible && expected_cell(v, show[way], q, &expected);
+                assert_int_equal(masks[brick] >> bit & 1, visible);
+                if (visible)
+                    assert_memory_equal(&cells.cells[count++], &expected, sizeof expected);
+            }
+        }
+        assert_int_equal(cells.count, count);
+        assert_true(count > 500);
+    }
+    sc_team_close(team);
+    sc_free(p.block);
+    sc_volume_clear(&volume);
 }
 
 static int slab_and_rod(double x, double y, double z)
@@ -492,89 +628,11 @@ static void the_local_thickness_of_a_slab_is_that_of_the_slab(void **state)
         const int q[3] = {31, 11, side ? 29 : 21};
 
         assert_true(sc_is_near(&v, q[0], q[1], q[2]));
-        assert_near(sc_thickness_mm(v.thickness[sc_record_index(&v, q[0], q[1], q[2])]), 4.5, 0.6);
+        assert_near(sc_thickness_mm(v.thickness[sc_near_index(&v, q[0], q[1], q[2])]), 4.5, 0.6);
     }
     sc_preparation_free(p);
     sc_free(block);
     sc_volume_clear(&volume);
-}
-
-/* A plane with steps, as in a segmentation that was drawn on coarser voxels. */
-static int rippled(double x, double y, double z)
-{
-    (void)y;
-    return z < 20 + 0.8 * sin(x * 0.55);
-}
-
-/* A sheet of three voxels with steps on both sides, whose normals are opposite. */
-static int rippled_sheet(double x, double y, double z)
-{
-    return rippled(x, y, z) && !rippled(x, y, z + 3);
-}
-
-/* @return the RMS of the x components of the normals on a rippled plane or sheet. @param count the
- * number of normals. */
-static double lean_of_normals(const sc_prepared *v, size_t *count)
-{
-    double squares = 0;
-
-    *count = 0;
-    for (size_t brick = 0, n = 0; n < v->near_count; brick++) {
-        int at[3];
-
-        sc_brick_at(v->bricks, brick, at);
-        for (uint64_t mask = v->near[brick]; mask; mask &= mask - 1, n++) {
-            float normal[3];
-
-            if (at[0] < 4 || at[0] > 11 || at[1] < 4 || at[1] > 7 || at[2] < 4 || at[2] > 6)
-                continue;
-            sc_record_normal(sc_record_read(v->records, n), normal);
-            squares +=
-                (double)(normal[0] * normal[0] / (normal[0] * normal[0] + normal[2] * normal[2]));
-            ++*count;
-        }
-    }
-    return sqrt(squares / (double)*count);
-}
-
-/* Smoothing flattens the normals of a rippled shape: without it they lean by more than @p least
- * (RMS of their x components), and with it by less than that divided by @p times. */
-static void smoothing_flattens(int (*inside)(double, double, double), double least, double times)
-{
-    const int size[3] = {64, 48, 40};
-    sc_volume volume = shape_volume(size, cube, 1, 2, inside);
-    double lean[2];
-    size_t count = 0;
-
-    for (int smooth = 0; smooth < 2; smooth++) {
-        const sc_prepare_settings settings = {.smooth = {smooth, smooth, smooth}, .threads = 1};
-        sc_preparation *p;
-        sc_prepared v;
-        void *block;
-
-        assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
-        assert_ok(sc_alloc(&quiet, sc_preparation_bytes(p), 1, &block));
-        sc_preparation_pack(p, block);
-        assert_ok(sc_prepared_view(&quiet, block, sc_preparation_bytes(p), &v));
-        lean[smooth] = lean_of_normals(&v, &count);
-        sc_preparation_free(p);
-        sc_free(block);
-    }
-    assert_true(count > 500);
-    assert_true(lean[0] > least && lean[1] < lean[0] / times);
-    sc_volume_clear(&volume);
-}
-
-static void ripples_of_a_flat_surface_leave_its_normals(void **state)
-{
-    (void)state;
-    smoothing_flattens(rippled, 0.1, 2.5);
-}
-
-static void ripples_of_both_sides_of_a_sheet_leave_its_normals(void **state)
-{
-    (void)state;
-    smoothing_flattens(rippled_sheet, 0.1, 2.5);
 }
 
 static void volumes_of_one_voxel_and_of_one_slice_are_prepared(void **state)
@@ -597,8 +655,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_layout_of_bricks_and_records_can_be_inverted),
         cmocka_unit_test(the_boundary_follows_the_rule_of_the_paper),
-        cmocka_unit_test(normals_of_an_ellipsoid_are_right_to_about_a_degree),
-        cmocka_unit_test(records_keep_weight_direction_and_length),
+        cmocka_unit_test(records_keep_value_direction_tissue_and_length),
+        cmocka_unit_test(the_records_follow_the_rule),
+        cmocka_unit_test(cells_are_marked_and_packed_by_the_rule),
         cmocka_unit_test(a_slab_and_a_rod_have_their_thickness_and_surface),
         cmocka_unit_test(a_very_thick_solid_has_its_thickness),
         cmocka_unit_test(the_surface_of_an_ellipsoid_is_right),
@@ -607,8 +666,6 @@ int main(void)
         cmocka_unit_test(what_is_known_of_the_grid_is_kept),
         cmocka_unit_test(distances_and_the_pyramid_say_what_is_empty),
         cmocka_unit_test(the_local_thickness_of_a_slab_is_that_of_the_slab),
-        cmocka_unit_test(ripples_of_a_flat_surface_leave_its_normals),
-        cmocka_unit_test(ripples_of_both_sides_of_a_sheet_leave_its_normals),
         cmocka_unit_test(volumes_of_one_voxel_and_of_one_slice_are_prepared),
     };
 
