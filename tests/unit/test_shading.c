@@ -118,11 +118,54 @@ static void shading_is_even_along_a_seam(void **state)
     check_shading_along_a_seam(2);
 }
 
+/* A plate two and a half voxels thick before a block, aslant to the grid, and between the two a gap
+ * of about a voxel, which the voxels close here and there. */
+static int plate_before_block(double x, double y, double z)
+{
+    const double depth = y - 20 + 0.21 * (x - 20) + 0.34 * (z - 20);
+
+    return depth > 1.1 && depth < 3.6 ? 1 : depth < 0 ? 2 : 0;
+}
+
+/* The back of a translucent tissue is lit evenly where a gap about a voxel wide parts it from what
+ * is behind: the voxels of the gap tell the direction of one of its sides alone. */
+static void the_back_of_a_tissue_is_lit_evenly_beside_a_narrow_gap(void **state)
+{
+    const int size[3] = {41, 41, 41};
+    const double spacing[3] = {1, 1, 1};
+    sc_volume volume = shape_volume(size, spacing, 1, 3, plate_before_block);
+    small_scene s;
+    sc_scene scene = {.clip_set_count = 1};
+    double sum = 0, squares = 0, variance;
+    sc_image image;
+
+    (void)state;
+    for (int id = 1; id < 3; id++) {
+        for (int i = 0; i < 3; i++)
+            volume.labels[id].rgb[i] = 120;
+    }
+    s = make_scene(volume, 0.5);
+    s.settings.width_px = s.settings.height_px = 100;
+    s.settings.light.occlusion = 0;
+    scene.camera = sc_camera_look((sc_vec3){20, 300, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
+                                  SC_ORTHOGRAPHIC, 10);
+    image = draw_view(&s, &scene, NULL);
+    for (int i = 0; i < 100 * 100; i++) {
+        sum += image.rgb[3 * i];
+        squares += image.rgb[3 * i] * image.rgb[3 * i];
+    }
+    variance = squares / 1e4 - sum * sum / 1e8;
+    assert_true(variance < 4);
+    sc_image_clear(&image);
+    free_scene(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shading_is_smooth),
         cmocka_unit_test(shading_is_even_along_a_seam),
+        cmocka_unit_test(the_back_of_a_tissue_is_lit_evenly_beside_a_narrow_gap),
     };
 
     return RUN(tests);
