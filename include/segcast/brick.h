@@ -279,15 +279,19 @@ static inline void sc_record_normal(uint32_t record, float out[3])
 }
 
 /** A packed cell: what the fields say at its corners x + 2 y + 4 z, so that kernels need nothing
- * else to find where a ray crosses the border in it. There are two kinds: in one the corners lie on
- * both sides of the outer field and have the same tissue, in the other all lie on the side of
- * tissue and have one of two tissues. All other cells are general, and nothing of them is packed.
+ *  else to find where a ray crosses the border in it. There are two kinds: in one the corners lie
+ * on both sides of the outer field and have the same tissue, in the other all lie on the side of
+ * tissue and have one of two tissues. All other cells, and those that reach across the border of
+ * the volume, are general: what is packed of them tells only where there is nothing but background.
  */
 typedef struct sc_packed_cell {
     uint32_t values[2]; /**< a signed byte for each corner, from the lowest up; corners 0 to 3 in
-                           the first: the vote of the lower label minus that of the higher one */
-    uint32_t labels;    /**< dense ids of the two labels that the cell separates, the lower one in
-                             the lower half: 0, the background, in the first kind. 0: a general cell */
+                           the first: the vote of the lower label minus that of the higher one. In a
+                             general cell that of the background minus that of tissue; -SC_VALUE_MAX
+                             at all corners if these do not lie on both sides, or reach across the
+                             border */
+    uint32_t labels; /**< dense ids of the two labels that the cell separates, the lower one in the
+                          lower half: 0, the background, in the first kind. 0: a general cell */
 } sc_packed_cell;
 enum { SC_CELL_VALUE_BITS = 8, SC_CELL_WORD_CORNERS = 4, SC_CELL_LABEL_BITS = 16 };
 

@@ -57,33 +57,42 @@ enum {
 /* The cells whose corners lie outside of the volume along some axis, but not all of them, are cut
  * in two by a face of the volume, beyond which all is background. */
 
-/* Read the records of the corners 2 i and 2 i + 1 of a cell in one field, the vertices @p bits of
- * the bricks @p bricks, to @p out; 0: there is none. */
-static inline void sc_cell_record_pair(const sc_border *b, const size_t bricks[2],
-                                       const int bits[2], uint32_t out[2])
+/* Read the records of one field at the corners of the cell @p q, which must lie in the label grid,
+ * to
+ * @p out; 0: there is none. */
+static inline void sc_cell_records(const sc_prepared *v, const sc_border *b, const int q[3],
+                                   uint32_t out[SC_CORNERS])
 {
-    const uint64_t mask = b->masks[bricks[0]], two = mask >> bits[0];
-    const uint32_t *at;
+    const bool across = sc_brick_of(q[0] + 1) != sc_brick_of(q[0]);
 
-    out[0] = out[1] = 0;
-    if (bricks[0] != bricks[1]) {
-        out[0] = sc_border_record(b, bricks[0], bits[0]);
-        out[1] = sc_border_record(b, bricks[1], bits[1]);
-    } else if (two & 3) {
-        at = b->records + b->start[bricks[0]] + sc_brick_rank(mask, bits[0]);
-        out[0] = two & 1 ? at[0] : 0;
-        out[1] = two & 2 ? at[two & 1] : 0;
+    for (int i = 0; i < SC_CORNERS; i += 2) {
+        const int y = q[1] + (i >> 1 & 1), z = q[2] + (i >> 2), bit = sc_brick_bit(q[0], y, z);
+        const size_t brick =
+            sc_brick_index(v->bricks, sc_brick_of(q[0]), sc_brick_of(y), sc_brick_of(z));
+        const uint64_t mask = b->masks[brick];
+        const uint32_t *at = b->records + b->start[brick] + sc_brick_rank(mask, bit);
+        const bool low = mask >> bit & 1;
+
+        /* What stands behind the records may be read: SC_GATHER_BYTES. */
+        out[i] = low ? at[0] : 0;
+        if (across)
+            out[i + 1] = sc_border_record(b, brick + 1, sc_brick_bit(q[0] + 1, y, z));
+        else
+            out[i + 1] = mask >> bit & 2 ? at[low] : 0;
     }
 }
 
 /* Set c->distinct and c->distinct_count from c->labels. */
 static inline void sc_cell_sort(sc_cell *c)
 {
-    c->distinct_count = 0;
-    for (int i = 0; i < SC_CORNERS; i++) {
+    c->distinct[0] = c->labels[0];
+    c->distinct_count = 1;
+    for (int i = 1; i < SC_CORNERS; i++) {
         const uint32_t label = c->labels[i];
         int at = 0;
 
+        if (label == c->labels[i - 1])
+            continue;
         while (at < c->distinct_count && c->distinct[at] < label)
             at++;
         if (at < c->distinct_count && c->distinct[at] == label)
@@ -94,29 +103,35 @@ static inline void sc_cell_sort(sc_cell *c)
     }
 }
 
-/* Read what the fields say of the corners of the cell c->q, which must lie in the label grid; all
- * but c->border. */
+/* The dense id of the voxel nearest to the place of a tissue's code, seen from corner @p corner of
+ * the cell @p q. */
+static inline uint32_t sc_cell_label(const sc_prepared *v, const int q[3], int corner, int code)
+{
+    return sc_id_near_vertex(v, q[0] + (corner & 1) + sc_tissue_step(code, 0),
+                             q[1] + (corner >> 1 & 1) + sc_tissue_step(code, 1),
+                             q[2] + (corner >> 2) + sc_tissue_step(code, 2));
+}
+
+/* Read what the fields say of the corners of the cell c->q, which must lie in the label grid, as
+ * sc_vertex_at does of one; all but c->border. */
 static inline void sc_cell_read_corners(const sc_prepared *v, sc_cell *c)
 {
+    sc_cell_records(v, &v->outer, c->q, c->outer_records);
+    sc_cell_records(v, &v->inner, c->q, c->inner_records);
     c->background = 0;
-    for (int i = 0; i < SC_CORNERS; i += 2) {
-        const int x = c->q[0], y = c->q[1] + (i >> 1 & 1), z = c->q[2] + (i >> 2);
-        const int by = sc_brick_of(y), bz = sc_brick_of(z);
-        const size_t bricks[2] = {sc_brick_index(v->bricks, sc_brick_of(x), by, bz),
-                                  sc_brick_index(v->bricks, sc_brick_of(x + 1), by, bz)};
-        const int bits[2] = {sc_brick_bit(x, y, z), sc_brick_bit(x + 1, y, z)};
+    for (int i = 0; i < SC_CORNERS; i++) {
+        const uint32_t outer = c->outer_records[i], inner = c->inner_records[i];
+        const uint32_t record = outer ? outer : inner;
+        int side;
 
-        sc_cell_record_pair(&v->outer, bricks, bits, c->outer_records + i);
-        sc_cell_record_pair(&v->inner, bricks, bits, c->inner_records + i);
-        for (int k = i; k < i + 2; k++) {
-            sc_vertex vertex = {.outer = c->outer_records[k], .inner = c->inner_records[k]};
-
-            sc_vertex_complete(v, x + k - i, y, z, &vertex);
-            c->labels[k] = vertex.tissue;
-            c->outer[k] = -(float)vertex.outer_value;
-            c->inner[k] = (float)vertex.inner_value;
-            c->background |= (vertex.outer_value < 0 ? 1u : 0) << k;
-        }
+        c->labels[i] = sc_cell_label(v, c->q, i, record ? sc_record_tissue(record) : SC_TISSUE_OWN);
+        if (outer)
+            side = sc_record_value(outer);
+        else
+            side = sc_cell_label(v, c->q, i, SC_TISSUE_OWN) ? SC_VALUE_MAX : -SC_VALUE_MAX;
+        c->outer[i] = -(float)side;
+        c->inner[i] = (float)(inner ? sc_record_value(inner) : SC_VALUE_MAX);
+        c->background |= (side < 0 ? 1u : 0) << i;
     }
     sc_cell_sort(c);
 }

@@ -19,12 +19,7 @@ static inline void v_cell_normal(const sc_prepared *v, const vi q[3], const vi v
     const vi own = i_pick(inner, i_set(INT32_MIN), i_set(0));
     vi records[SC_CORNERS];
 
-    for (int i = 0; i < SC_CORNERS; i++)
-        records[i] = i_set(0);
-    if (m_any(outer))
-        v_cell_records(v, &v->outer, q, outer, records);
-    if (m_any(inner))
-        v_cell_records(v, &v->inner, q, inner, records);
+    v_cell_records(v, q, outer, on, records);
     for (int k = 0; k < 3; k++)
         n[k] = f_set(0);
     for (int i = 0; i < SC_CORNERS; i++) {

@@ -21,37 +21,21 @@ static inline void v_local_at(const packet *p, vf t, vi axis, bool leaving, vf o
     }
 }
 
-/* Read the cell of one lane to @p out. @return as sc_cell_read. */
-static bool read_lane(const packet *p, int lane, sc_cell *out)
-{
-    for (int i = 0; i < 3; i++)
-        out->q[i] = p->q[i][lane];
-    return sc_cell_read(p->m->volume, out);
-}
-
-/* List all crossings of one lane's cell in x->list and their normals in x->normals, by cell.h and
- * normal.h. @return whether there are any. */
+/* Read one lane's cell and list all its crossings, by cell.h: x->cells and x->list. @return whether
+ * there are any. */
 static bool list_crossings(const packet *p, crossings *x, int lane)
 {
+    sc_cell *cell = &x->cells[lane];
     float a[3], b[3];
-    sc_cell cell;
 
-    x->next[lane] = x->count[lane] = 0;
-    if (!read_lane(p, lane, &cell))
-        return false;
     for (int i = 0; i < 3; i++) {
+        cell->q[i] = p->q[i][lane];
         a[i] = p->a[i][lane];
         b[i] = p->b[i][lane];
     }
-    x->count[lane] = sc_cell_crossings(&cell, a, b, x->list[lane]);
-    for (int n = 0; n < x->count[lane]; n++) {
-        const sc_crossing *each = &x->list[lane][n];
-        float at[3];
-
-        for (int i = 0; i < 3; i++)
-            at[i] = sc_lerp(a[i], b[i], each->u);
-        sc_cell_normal(&cell, each->entered, each->left, at, x->normals[lane][n]);
-    }
+    x->next[lane] = 0;
+    x->count[lane] =
+        sc_cell_read(p->m->volume, cell) ? sc_cell_crossings(cell, a, b, x->list[lane]) : 0;
     return x->count[lane] > 0;
 }
 
@@ -59,14 +43,20 @@ static bool list_crossings(const packet *p, crossings *x, int lane)
  * @p values and @p labels; see sc_packed_cell. */
 static inline void read_packed(const packet *p, vm on, vi values[2], vi *labels)
 {
-    enum { CELL_BYTES = sizeof *p->m->cells };
-    vi half;
-    const vi index = v_packed_index(p->m->visible, p->m->cell_start, v_brick(p),
-                                    v_half_bit(p->q[0], p->q[1], p->q[2]), p->q[2], on, &half);
+    const vi brick = v_brick(p);
 
-    for (int i = 0; i < 2; i++)
-        values[i] = i_gather(p->m->cells, index * CELL_BYTES + 4 * i, on);
-    *labels = i_gather(p->m->cells, index * CELL_BYTES + (int)offsetof(sc_packed_cell, labels), on);
+    values[0] = values[1] = *labels = i_set(0);
+    for (uint32_t left = m_bits(on); left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        const uint64_t mask = p->m->visible[brick[lane]];
+        const int bit = sc_brick_bit(p->q[0][lane], p->q[1][lane], p->q[2][lane]);
+        const sc_packed_cell *cell =
+            &p->m->cells[p->m->cell_start[brick[lane]] + sc_brick_rank(mask, bit)];
+
+        values[0][lane] = (int32_t)cell->values[0];
+        values[1][lane] = (int32_t)cell->values[1];
+        (*labels)[lane] = (int32_t)cell->labels;
+    }
 }
 
 /* Search the marked cells reached for crossings: sets a, b, t1 and axis1 (those of all lanes),
@@ -78,7 +68,7 @@ static vm find_crossings(packet *p)
     const vm on = p->at_marked;
     vf mm[3], difference[SC_CORNERS], coefficients[4];
     vi variations, values[2], labels;
-    vm once, listed;
+    vm general, once, listed;
     uint32_t found;
 
     for (int i = 0; i < 3; i++)
@@ -96,9 +86,13 @@ static vm find_crossings(packet *p)
     v_bernstein(difference, p->a, p->b, coefficients);
     variations = v_variations(coefficients);
     /* If the signs of the coefficients change once, there is exactly one crossing, which v_root
-     * will find. Cells with more changes, and general ones, need a list. */
-    listed = m_and(on, m_or(i_below(i_set(1), variations), i_equal(labels, i_set(0))));
-    once = m_without(m_and(on, i_equal(variations, i_set(1))), listed);
+     * will find. Cells with more changes, and general ones, need a list, unless all is background.
+     */
+    general = m_and(on, i_equal(labels, i_set(0)));
+    once = m_without(m_and(on, i_equal(variations, i_set(1))), general);
+    listed = m_or(
+        m_and(on, i_below(i_set(1), variations)),
+        m_and(general, m_or(i_below(i_set(0), variations), f_below(coefficients[0], f_set(0)))));
     for (int i = 0; i < 4; i++)
         x->coefficients[i] = f_pick(once, coefficients[i], x->coefficients[i]);
     for (int i = 0; i < 2; i++)
@@ -117,10 +111,23 @@ static vm find_crossings(packet *p)
     return m_of_bits(found);
 }
 
+/* Set the normal of a crossing of one lane's list, in p->x.normal. */
+static void find_listed_normal(packet *p, int lane, const sc_crossing *crossing)
+{
+    float at[3], normal[3];
+
+    for (int i = 0; i < 3; i++)
+        at[i] = sc_lerp(p->a[i][lane], p->b[i][lane], crossing->u);
+    sc_cell_normal(&p->x.cells[lane], crossing->entered, crossing->left, at, normal);
+    for (int i = 0; i < 3; i++)
+        p->x.normal[i][lane] = normal[i];
+}
+
 /* Fetch the next crossing of the lanes of @p on that have a list, to x->left, entered, u, face and
  * normal. @return those that had one left; others keep the last. */
-static vm next_crossings(crossings *x, vm on)
+static vm next_crossings(packet *p, vm on)
 {
+    crossings *x = &p->x;
     uint32_t have = 0;
 
     for (uint32_t left = m_bits(on) & x->listed; left; left &= left - 1) {
@@ -133,8 +140,7 @@ static vm next_crossings(crossings *x, vm on)
         x->entered[lane] = (int32_t)x->list[lane][n].entered;
         x->u[lane] = x->list[lane][n].u;
         x->face[lane] = x->list[lane][n].face;
-        for (int k = 0; k < 3; k++)
-            x->normal[k][lane] = x->normals[lane][n][k];
+        find_listed_normal(p, lane, &x->list[lane][n]);
         have |= 1u << lane;
     }
     return m_of_bits(have);
@@ -200,7 +206,6 @@ static void set_faces(const packet *p, const crossings *x, const vf at[3], vm on
         const uint32_t left_id = (uint32_t)x->left[lane], entered = (uint32_t)x->entered[lane];
         sc_spot one = {.depth_mm = spot->depth_mm[lane]};
         float a[3];
-        sc_cell cell;
 
         sc_face_normal(p->m, x->face[lane] - 1, p->rays[lane].toward_eye, one.normal);
         for (int i = 0; i < 3; i++) {
@@ -210,9 +215,8 @@ static void set_faces(const packet *p, const crossings *x, const vf at[3], vm on
         }
         if (!sc_has_rims(p->m))
             continue;
-        (void)read_lane(p, lane, &cell);
-        spot->rim[lane] = sc_volume_face_rim(p->m, &cell, left_id ? left_id : entered, a, &one,
-                                             x->face[lane] - 1);
+        spot->rim[lane] = sc_volume_face_rim(p->m, &x->cells[lane], left_id ? left_id : entered, a,
+                                             &one, x->face[lane] - 1);
     }
 }
 
@@ -514,8 +518,8 @@ static void add_cell_crossings(packet *p)
 
     if (m_any(single))
         find_single(p, single);
-    for (on = m_or(single, next_crossings(x, p->found)); m_any(on);
-         on = m_and(next_crossings(x, m_and(p->found, p->alive)), v_sees_on(p))) {
+    for (on = m_or(single, next_crossings(p, p->found)); m_any(on);
+         on = m_and(next_crossings(p, m_and(p->found, p->alive)), v_sees_on(p))) {
         if (m_any(asks))
             on = pass_crossings(p, on, &asks);
         add_crossings(p, x, on);

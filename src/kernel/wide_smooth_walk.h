@@ -24,8 +24,8 @@ typedef struct crossings {
     vi values[2], labels;
     vf coefficients[4];
     /* lanes whose cell may have several crossings: all of them */
+    sc_cell cells[LANES];
     sc_crossing list[LANES][SC_CROSSINGS_MAX];
-    float normals[LANES][SC_CROSSINGS_MAX][3];
     int count[LANES], next[LANES]; /* of the list: how long it is, and which comes next */
     uint32_t listed;               /* those lanes, as bits */
 } crossings;

@@ -60,6 +60,10 @@ static void find_labels(const int32_t *const tissue[4], const int32_t *const out
     }
 }
 
+/* A general cell of which nothing can be told. */
+static const sc_packed_cell all_tissue = {{0x81818181u, 0x81818181u}, 0};
+_Static_assert((int8_t)0x81 == -SC_VALUE_MAX, "all corners lie on the side of tissue");
+
 /* Write the packed cells (brick.h) of row (y, z) of a brick to @p out. Those on one side are taken
  * for cells between tissues, all others for such at the background. */
 static void pack_row(const sc_corner_fields *f, int y, int z, sc_packed_cell out[SC_BRICK])
@@ -89,12 +93,14 @@ static void pack_row(const sc_corner_fields *f, int y, int z, sc_packed_cell out
     }
     for (int x = 0; x < SC_BRICK; x++) {
         const uint32_t low = (uint32_t)labels.low[x], high = (uint32_t)labels.high[x];
-        const bool general = labels.background[x] ? low != high : labels.other[x] || low == high;
 
-        out[x] = (sc_packed_cell){{words[0][x], words[1][x]},
-                                  (labels.background[x] ? 0 : low) | high << SC_CELL_LABEL_BITS};
-        if (general)
-            out[x] = (sc_packed_cell){{0, 0}, 0};
+        if (labels.background[x])
+            out[x] = (sc_packed_cell){{words[0][x], words[1][x]},
+                                      low == high ? high << SC_CELL_LABEL_BITS : 0};
+        else if (low < high && !labels.other[x])
+            out[x] = (sc_packed_cell){{words[0][x], words[1][x]}, low | high << SC_CELL_LABEL_BITS};
+        else
+            out[x] = all_tissue;
     }
 }
 
@@ -115,7 +121,7 @@ static void pack_brick(const sc_prepared *v, const int brick[3], uint64_t mask, 
         for (; left; left &= left - 1) {
             const int x = __builtin_ctz(left);
 
-            *out++ = border >> (row * SC_BRICK + x) & 1 ? (sc_packed_cell){{0, 0}, 0} : cells[x];
+            *out++ = border >> (row * SC_BRICK + x) & 1 ? all_tissue : cells[x];
         }
     }
 }

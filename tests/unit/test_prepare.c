@@ -243,7 +243,7 @@ static bool expected_cell(const sc_prepared *v, const uint8_t *show, const int q
     uint32_t low = UINT32_MAX, high = 0;
     bool border = false, others = false, shown = false;
 
-    *out = (sc_packed_cell){{0, 0}, 0};
+    *out = (sc_packed_cell){{0x81818181u, 0x81818181u}, 0};
     for (int i = 0; i < 3; i++)
         border = border || q[i] == 0 || q[i] == v->size[i];
     for (int i = 0; i < 8; i++) {
@@ -258,8 +258,12 @@ static bool expected_cell(const sc_prepared *v, const uint8_t *show, const int q
     }
     for (int i = 0; i < 8; i++)
         others = others || (c[i].tissue != low && c[i].tissue != high);
-    if (!border && (sides == 8 ? low < high && !others : low == high)) {
-        out->labels = high << SC_CELL_LABEL_BITS | (sides == 8 ? low : 0);
+    if (!border && sides == 8 && low < high && !others)
+        out->labels = high << SC_CELL_LABEL_BITS | low;
+    else if (!border && sides < 8 && low == high)
+        out->labels = high << SC_CELL_LABEL_BITS;
+    if (out->labels || (!border && sides < 8)) {
+        out->values[0] = out->values[1] = 0;
         for (int i = 0; i < 8; i++) {
             const int vote = c[i].tissue == low ? c[i].inner_value : -c[i].inner_value;
 
