@@ -21,18 +21,18 @@ enum { SC_CORNERS = 8, SC_ALL_CORNERS = 0xff }; /* corner x + 2 y + 4 z, and bit
 
 /* One cell. The caller sets q, and sc_cell_read the rest. */
 typedef struct sc_cell {
-    int q[3];            /* the lowest grid vertex, which names the cell */
-    unsigned border;     /* which faces of the volume pass through the middle of the cell, as
-                            bits: bit i where axis i begins, bit 3 + i where it ends; beyond them
-                            is background */
-    unsigned background; /* the corners on the side of the background, as bits */
-    uint32_t labels[SC_CORNERS]; /* dense ids of the tissues of the corners */
-    float outer[SC_CORNERS];     /* of the outer field, but negative on the side of tissue */
-    float inner[SC_CORNERS];     /* weights of the votes of the tissues */
-    uint32_t outer_records[SC_CORNERS], inner_records[SC_CORNERS]; /* 0: there is none */
-    uint32_t distinct[SC_CORNERS];                                 /* the different tissues, in
-                                                                      rising order */
+    int q[3];        /* the lowest grid vertex, which names the cell */
+    unsigned border; /* which faces of the volume pass through the middle of the cell, as bits: bit
+                        i where axis i begins, bit 3 + i where it ends; beyond them is background */
+    unsigned background;           /* the corners on the side of the background, as bits */
+    uint32_t distinct[SC_CORNERS]; /* dense ids of the different tissues, in rising order */
     int distinct_count;
+    /* only if there are corners on both sides */
+    uint32_t outer_records[SC_CORNERS];
+    float outer[SC_CORNERS]; /* of the outer field, but negative on the side of tissue */
+    /* only if there are several tissues */
+    uint32_t inner_records[SC_CORNERS], labels[SC_CORNERS]; /* labels: the tissues of the corners */
+    float inner[SC_CORNERS];                                /* weights of the votes of these */
 } sc_cell;
 
 /* A point where the owner changes from one label (dense id) to another. */
@@ -59,11 +59,12 @@ enum {
 
 /* Read the records of one field at the corners of the cell @p q, which must lie in the label grid,
  * to
- * @p out; 0: there is none. */
-static inline void sc_cell_records(const sc_prepared *v, const sc_border *b, const int q[3],
+ * @p out; 0: there is none. @return whether all have one. */
+static inline bool sc_cell_records(const sc_prepared *v, const sc_border *b, const int q[3],
                                    uint32_t out[SC_CORNERS])
 {
     const bool across = sc_brick_of(q[0] + 1) != sc_brick_of(q[0]);
+    bool all = true;
 
     for (int i = 0; i < SC_CORNERS; i += 2) {
         const int y = q[1] + (i >> 1 & 1), z = q[2] + (i >> 2), bit = sc_brick_bit(q[0], y, z);
@@ -79,7 +80,9 @@ static inline void sc_cell_records(const sc_prepared *v, const sc_border *b, con
             out[i + 1] = sc_border_record(b, brick + 1, sc_brick_bit(q[0] + 1, y, z));
         else
             out[i + 1] = mask >> bit & 2 ? at[low] : 0;
+        all = all && out[i] && out[i + 1];
     }
+    return all;
 }
 
 /* Set c->distinct and c->distinct_count from c->labels. */
@@ -103,46 +106,34 @@ static inline void sc_cell_sort(sc_cell *c)
     }
 }
 
-/* The dense id of the voxel nearest to the place of a tissue's code, seen from corner @p corner of
- * the cell @p q. */
-static inline uint32_t sc_cell_label(const sc_prepared *v, const int q[3], int corner, int code)
+/* Read what the outer field says of the cell, if its corners lie on both sides: then all have
+ * records. */
+static inline void sc_cell_read_outer(const sc_prepared *v, sc_cell *c)
 {
-    return sc_id_near_vertex(v, q[0] + (corner & 1) + sc_tissue_step(code, 0),
-                             q[1] + (corner >> 1 & 1) + sc_tissue_step(code, 1),
-                             q[2] + (corner >> 2) + sc_tissue_step(code, 2));
-}
-
-/* Read what the fields say of the corners of the cell c->q, which must lie in the label grid, as
- * sc_vertex_at does of one; all but c->border. */
-static inline void sc_cell_read_corners(const sc_prepared *v, sc_cell *c)
-{
-    sc_cell_records(v, &v->outer, c->q, c->outer_records);
-    sc_cell_records(v, &v->inner, c->q, c->inner_records);
+    if (!sc_cell_records(v, &v->outer, c->q, c->outer_records))
+        return;
     c->background = 0;
     for (int i = 0; i < SC_CORNERS; i++) {
-        const uint32_t outer = c->outer_records[i], inner = c->inner_records[i];
-        const uint32_t record = outer ? outer : inner;
-        int side;
-
-        c->labels[i] = sc_cell_label(v, c->q, i, record ? sc_record_tissue(record) : SC_TISSUE_OWN);
-        if (outer)
-            side = sc_record_value(outer);
-        else
-            side = sc_cell_label(v, c->q, i, SC_TISSUE_OWN) ? SC_VALUE_MAX : -SC_VALUE_MAX;
-        c->outer[i] = -(float)side;
-        c->inner[i] = (float)(inner ? sc_record_value(inner) : SC_VALUE_MAX);
-        c->background |= (side < 0 ? 1u : 0) << i;
+        c->outer[i] = -(float)sc_record_value(c->outer_records[i]);
+        c->background |= (c->outer[i] > 0 ? 1u : 0) << i;
     }
-    sc_cell_sort(c);
 }
 
-/* Make the cell one that belongs to a single label, which sc_cell_owner finds. @return false. */
-static inline bool sc_cell_is_plain(sc_cell *c, uint32_t label)
+/* Read what the inner field says of the cell, if its corners do not all have the same tissue: then
+ * all have records, unless all lie on the side of the background. */
+static inline void sc_cell_read_inner(const sc_prepared *v, sc_cell *c)
 {
-    c->background = label ? 0 : SC_ALL_CORNERS;
-    c->distinct[0] = label;
-    c->distinct_count = 1;
-    return false;
+    if (!sc_cell_records(v, &v->inner, c->q, c->inner_records))
+        return;
+    for (int i = 0; i < SC_CORNERS; i++) {
+        const int code = sc_record_tissue(c->inner_records[i]);
+
+        c->inner[i] = (float)sc_record_value(c->inner_records[i]);
+        c->labels[i] = sc_id_near_vertex(v, c->q[0] + (i & 1) + sc_tissue_step(code, 0),
+                                         c->q[1] + (i >> 1 & 1) + sc_tissue_step(code, 1),
+                                         c->q[2] + (i >> 2) + sc_tissue_step(code, 2));
+    }
+    sc_cell_sort(c);
 }
 
 /* The corners of the cell c->q that are voxels of the volume, as bits. */
@@ -158,27 +149,29 @@ static inline unsigned sc_cell_voxels(const sc_prepared *v, const sc_cell *c)
 }
 
 /* Read the cell c->q, which may be any. @return whether it is one of those that sc_visible_cells
- * marks if all labels are shown. If not, it belongs to a single label, and only what sc_cell_owner
- * needs is set. */
+ * marks if all labels are shown. If not, it belongs to a single label. */
 static inline bool sc_cell_read(const sc_prepared *v, sc_cell *c)
 {
     const int *q = c->q;
-    const size_t brick =
-        sc_brick_index(v->bricks, sc_brick_of(q[0]), sc_brick_of(q[1]), sc_brick_of(q[2]));
+    sc_vertex lowest;
 
     c->border = 0;
+    c->background = SC_ALL_CORNERS;
     for (int i = 0; i < 3; i++) {
         if (q[i] < 0 || q[i] > v->size[i])
-            return sc_cell_is_plain(c, 0);
+            return false;
         c->border |= (q[i] == 0 ? 1u : 0) << i | (q[i] == v->size[i] ? 8u : 0) << i;
     }
-    /* All corners of a cell that holds a border have records. */
-    if (!c->border &&
-        !((v->outer.masks[brick] | v->inner.masks[brick]) >> sc_brick_bit(q[0], q[1], q[2]) & 1))
-        return sc_cell_is_plain(c, sc_id_at_vertex(v, q[0], q[1], q[2]));
-    sc_cell_read_corners(v, c);
+    lowest = sc_vertex_at(v, q[0], q[1], q[2]);
+    c->background = lowest.outer_value < 0 ? SC_ALL_CORNERS : 0;
+    c->distinct[0] = lowest.tissue;
+    c->distinct_count = 1;
+    if (lowest.outer)
+        sc_cell_read_outer(v, c);
     if (c->background == SC_ALL_CORNERS)
         return false;
+    if (lowest.inner)
+        sc_cell_read_inner(v, c);
     return c->background || c->distinct_count > 1 ||
            (c->border && sc_cell_voxels(v, c) & ~c->background);
 }

@@ -24,7 +24,7 @@ static inline void v_cell_records(const sc_prepared *v, const vi q[3], vm outer,
         const int at[3] = {q[0][lane], q[1][lane], q[2][lane]};
         uint32_t records[SC_CORNERS];
 
-        sc_cell_records(v, is_outer >> lane & 1 ? &v->outer : &v->inner, at, records);
+        (void)sc_cell_records(v, is_outer >> lane & 1 ? &v->outer : &v->inner, at, records);
         for (int i = 0; i < SC_CORNERS; i++)
             out[i][lane] = (int32_t)records[i];
     }

@@ -48,17 +48,18 @@ static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], cons
     for (int i = 0; i < 3; i++)
         at[i] = sc_lerp(a[i], b[i], x->u);
     point_at(c, t, spot.point);
-    sc_cell_normal(&c->cell, x->entered, x->left, at, spot.normal);
-    length = sqrtf(sc_dot3(spot.normal, spot.normal));
-    for (int i = 0; i < 3; i++)
-        spot.normal[i] =
-            length > SC_GRADIENT_LEAST ? spot.normal[i] / length : c->ray->toward_eye[i];
-    sc_face_eye(c->ray->toward_eye, spot.normal);
     if (x->face) {
         sc_face_normal(c->m, x->face - 1, c->ray->toward_eye, spot.normal);
         if (sc_has_rims(c->m))
             spot.rim = sc_volume_face_rim(c->m, &c->cell, x->left ? x->left : x->entered, at, &spot,
                                           x->face - 1);
+    } else {
+        sc_cell_normal(&c->cell, x->entered, x->left, at, spot.normal);
+        length = sqrtf(sc_dot3(spot.normal, spot.normal));
+        for (int i = 0; i < 3; i++)
+            spot.normal[i] =
+                length > SC_GRADIENT_LEAST ? spot.normal[i] / length : c->ray->toward_eye[i];
+        sc_face_eye(c->ray->toward_eye, spot.normal);
     }
     if (left)
         add_surface(c, x->left, at, &spot);

@@ -111,11 +111,14 @@ static vm find_crossings(packet *p)
     return m_of_bits(found);
 }
 
-/* Set the normal of a crossing of one lane's list, in p->x.normal. */
+/* Set the normal of a crossing of one lane's list, in p->x.normal; at faces of the volume nothing
+ * is set. */
 static void find_listed_normal(packet *p, int lane, const sc_crossing *crossing)
 {
     float at[3], normal[3];
 
+    if (crossing->face)
+        return;
     for (int i = 0; i < 3; i++)
         at[i] = sc_lerp(p->a[i][lane], p->b[i][lane], crossing->u);
     sc_cell_normal(&p->x.cells[lane], crossing->entered, crossing->left, at, normal);
