@@ -288,8 +288,9 @@ sc_status sc_cpu_check(const sc_ctx *ctx, const char *name);
  *  for SC_SKIP_OCTREE, SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD in a build whose SC_RIVALS is "c";
  *  if that is "none", there are none for these. @param cpu one of sc_cpu_names; NULL is "auto".
  * @return an entry of a constant table, or NULL if this build has no such variant, this processor
- * cannot run it, or the volume is too large for it: wide kernels address labels, vertex records and
- * distances by offsets of 31 bits. No message is written. */
+ * cannot run it, or the volume is too large for it: wide kernels address masks and distances by
+ * offsets of 31 bits, and those of the voxel surface labels and vertex records, too. No message is
+ * written. */
 const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepared *volume,
                                 const char *cpu);
 /** The label that owns a point by the rule of the smooth surface: the one with the largest vote;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Template: the smooth surface model, one ray at a time, in plain C: the specification. Compiled
- * once per skip method (MARCH_SKIPS: 0 for SC_SKIP_NONE, 1 for SC_SKIP_INTERIOR) and label width
- * (MARCH_LABEL) under the name MARCH_NAME.
+ * once per skip method (MARCH_SKIPS: 0 for SC_SKIP_NONE, 1 for SC_SKIP_INTERIOR) under the name
+ * MARCH_NAME.
  *
  * A ray steps from cell to cell by whole numbers; the distances at which it crosses the planes
  * between them are computed from those numbers, never summed up, so that a step across an empty

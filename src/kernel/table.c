@@ -4,14 +4,16 @@
 
 #include <string.h>
 
-#define KERNEL(surface_name, SURFACE, skip_name, SKIP, bits, cpu_name)                             \
+#define KERNEL(surface_name, SURFACE, skip_name, SKIP, bits, cpu_name, function)                   \
     {                                                                                              \
 #surface_name "/" #skip_name "/u" #bits, SC_SURFACE_##SURFACE, SC_SKIP_##SKIP, (bits) / 8, \
-            #cpu_name, sc_march_##surface_name##_##skip_name##_u##bits##_##cpu_name                \
+            #cpu_name, function                                                                    \
     }
 #define KERNELS(skip, SKIP, cpu)                                                                   \
-    KERNEL(voxel, VOXEL, skip, SKIP, 8, cpu), KERNEL(voxel, VOXEL, skip, SKIP, 16, cpu),           \
-        KERNEL(smooth, SMOOTH, skip, SKIP, 8, cpu), KERNEL(smooth, SMOOTH, skip, SKIP, 16, cpu),
+    KERNEL(voxel, VOXEL, skip, SKIP, 8, cpu, sc_march_voxel_u8_##skip##_##cpu),                    \
+        KERNEL(voxel, VOXEL, skip, SKIP, 16, cpu, sc_march_voxel_u16_##skip##_##cpu),              \
+        KERNEL(smooth, SMOOTH, skip, SKIP, 8, cpu, sc_march_smooth_##skip##_##cpu),                \
+        KERNEL(smooth, SMOOTH, skip, SKIP, 16, cpu, sc_march_smooth_##skip##_##cpu),
 #define LEAP_KERNELS(cpu, supported) KERNELS(leap, LEAP, cpu)
 #define RIVAL_KERNELS(cpu)                                                                         \
     KERNELS(octree, OCTREE, cpu)                                                                   \
@@ -71,29 +73,25 @@ const sc_kernel *sc_kernel_all(size_t *count)
     return kernels;
 }
 
-/* @return a number of cells as large at least as that of all that can be visible: those with a
- * border, whose lowest vertices have records, and those that reach across the border of the volume.
- * It is no smaller than the number of records of each field. */
-static uint64_t most_cells(const sc_prepared *v)
-{
-    const uint64_t x = (uint64_t)v->size[0] + 1, y = (uint64_t)v->size[1] + 1,
-                   z = (uint64_t)v->size[2] + 1;
-
-    return v->outer.count + v->inner.count + 2 * (x * y + y * z + z * x);
-}
-
-/* Can offsets of 31 bits, which the wide kernels use, reach all labels, all vertex records and all
- * cells with a border in the volume, and all distances of cells if the skip method has these? */
-static bool within_reach(const sc_prepared *v, sc_skip skip)
+/* Can offsets of 31 bits, which the wide kernels use, reach all masks of the volume, all distances
+ * of cells if the skip method has these, and all labels and vertex records if the surface needs
+ * them? */
+static bool within_reach(sc_surface surface, const sc_prepared *v, sc_skip skip)
 {
     const uint64_t voxels = (uint64_t)v->size[0] * (uint64_t)v->size[1] * (uint64_t)v->size[2];
+    const uint64_t limit = INT32_MAX - 8;
     int framed[3];
+    uint64_t bricks;
 
     sc_framed_size(v->bricks, framed);
-    return voxels * (uint64_t)v->label_bytes < INT32_MAX - 8 &&
-           most_cells(v) * sizeof(sc_packed_cell) < INT32_MAX - 8 &&
-           (!sc_skip_has_cell_distances(skip) ||
-            sc_brick_count(framed) * SC_BRICK_VERTICES < INT32_MAX - 8);
+    bricks = sc_brick_count(framed);
+    /* With the upper levels of the pyramid there are less than 1 / 32 more. */
+    if ((bricks + bricks / 32) * SC_BRICK_MASK_BYTES >= limit ||
+        (sc_skip_has_cell_distances(skip) && bricks * SC_BRICK_VERTICES >= limit))
+        return false;
+    return surface == SC_SURFACE_SMOOTH ||
+           (voxels * (uint64_t)v->label_bytes < limit && v->near_count < limit &&
+            v->outer.count * SC_RECORD_BYTES < limit && v->inner.count * SC_RECORD_BYTES < limit);
 }
 
 /* @return the first kernel for these that this processor can run, of the variant @p cpu if it is
@@ -118,7 +116,7 @@ const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepa
     const bool any = !wide || !cpu || strcmp(cpu, "auto") == 0;
     const sc_kernel *found;
 
-    if (wide && !within_reach(volume, skip))
+    if (wide && !within_reach(surface, volume, skip))
         return NULL;
     found = first_kernel(surface, skip, volume->label_bytes, any ? NULL : cpu);
     if (!found && !any && sc_cpu_has(cpu)) /* a build in which this method is in plain C only */

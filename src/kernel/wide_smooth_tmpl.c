@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Template: the smooth surface model, one ray per SIMD lane, with steps across empty space.
- * Compiled once per skip method (MARCH_EMPTY, its file), variant and label width (MARCH_LABEL)
- * under the name MARCH_NAME.
+ * Compiled once per skip method (MARCH_EMPTY, its file) and variant under the name MARCH_NAME.
  *
  * Every lane does to its ray what march_smooth_tmpl.c does, with the same operations. Lanes wait
  * for each other before the costly steps, so that these are done for as many of them as possible.

@@ -576,20 +576,25 @@ static void every_listed_kernel_is_found(void **state)
 
 static void a_volume_too_large_for_the_wide_kernels_is_marched_by_the_others(void **state)
 {
-    const sc_prepared large = {.size = {2000, 2000, 2000}, .label_bytes = 1};
-    /* The labels are within reach, but not the distances of the cells in the frame as well. */
-    const sc_prepared framed = {
-        .size = {1289, 1289, 1289}, .bricks = {323, 323, 323}, .label_bytes = 1};
+    const sc_prepared voxels = {
+        .size = {2000, 2000, 2000}, .bricks = {501, 501, 501}, .label_bytes = 1};
     const sc_prepared records = {.size = {9, 9, 9}, .label_bytes = 1, .outer = {.count = 1u << 30}};
+    /* The masks are within reach, but not the distances of the cells as well. */
+    const sc_prepared cells = {
+        .size = {1289, 1289, 1289}, .bricks = {323, 323, 323}, .label_bytes = 1};
+    const sc_prepared masks = {
+        .size = {2600, 2600, 2600}, .bricks = {651, 651, 651}, .label_bytes = 1};
 
     (void)state;
-    assert_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, &large, NULL));
-    assert_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, &records, "c"));
-    assert_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_OCTREE, &records, "c"));
-    assert_non_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_OCTREE, &framed, "c"));
-    assert_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_PROXIMITY, &framed, "c"));
-    assert_null(sc_kernel_find(SC_SURFACE_VOXEL, SC_SKIP_CHESSBOARD, &framed, "c"));
-    assert_non_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_INTERIOR, &large, NULL));
+    assert_null(sc_kernel_find(SC_SURFACE_VOXEL, SC_SKIP_LEAP, &voxels, NULL));
+    assert_non_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, &voxels, NULL));
+    assert_null(sc_kernel_find(SC_SURFACE_VOXEL, SC_SKIP_LEAP, &records, "c"));
+    assert_null(sc_kernel_find(SC_SURFACE_VOXEL, SC_SKIP_OCTREE, &records, "c"));
+    assert_non_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_OCTREE, &cells, "c"));
+    assert_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_PROXIMITY, &cells, "c"));
+    assert_null(sc_kernel_find(SC_SURFACE_VOXEL, SC_SKIP_CHESSBOARD, &cells, "c"));
+    assert_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, &masks, NULL));
+    assert_non_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_INTERIOR, &masks, NULL));
 }
 
 int main(void)
