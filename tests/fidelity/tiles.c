@@ -104,9 +104,12 @@ bool is_uniform(const stage *st, sc_vec3 p)
 {
     const int x = (int)floor(p.x) + 1, y = (int)floor(p.y) + 1, z = (int)floor(p.z) + 1;
     const int *size = st->volume.size;
+    sc_vertex lowest;
 
-    return x < 0 || y < 0 || z < 0 || x > size[0] || y > size[1] || z > size[2] ||
-           !sc_is_near(&st->volume, x, y, z);
+    if (x < 0 || y < 0 || z < 0 || x > size[0] || y > size[1] || z > size[2])
+        return true;
+    lowest = sc_vertex_at(&st->volume, x, y, z);
+    return !lowest.outer && !lowest.inner && !sc_is_near(&st->volume, x, y, z);
 }
 
 /* Add all changes of owner along a line to @p f. */
