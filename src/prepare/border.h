@@ -1,0 +1,368 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to prepare: the fields from which borders are drawn, while they are being computed.
+ *
+ * Of all surfaces that could have been drawn as the voxels of a volume, the smoothest that has
+ * their volume is looked for. There is a field for background against all tissue (label 0,
+ * positive on the side of tissue), and one for each tissue against the other tissues, in which
+ * the background has no say (positive in the tissue). All lengths are counted in voxels: a field
+ * is about the distance to the border, with 1 for the length of a voxel along the normal.
+ *
+ * Fields are kept in tiles, one for each pair of a field and a block of SC_CUBE voxels along each
+ * axis in whose reach a border of the field lies. What holds beyond is a constant: sc_far_value.
+ * A tile has cells of two voxels along each axis, and quarters of four. Every number in a tile is a
+ * function of the labels within a bounded distance and of nothing else, whatever the order in which
+ * tiles are done. */
+#ifndef SC_PREPARE_BORDER_H
+#define SC_PREPARE_BORDER_H
+
+#include "internal.h"
+
+#define SC_ALWAYS_INLINE static inline __attribute__((always_inline))
+/* A function that is compiled twice: for any processor, and for those with wider vectors, which
+ * take it when the program starts. Both give the same bits. Sanitizers run before that could be
+ * chosen. */
+#if defined __x86_64__ && defined __ELF__ && defined __GNUC__ && !defined __clang__ &&             \
+    !defined __AVX2__ && !defined __SANITIZE_ADDRESS__ && !defined __SANITIZE_THREAD__
+#define SC_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
+#else
+#define SC_WIDE_VECTORS
+#endif
+
+enum {
+    SC_CUBE = 16,         /* voxels along an edge of a block */
+    SC_CUBE_CELLS = 8,    /* cells along it */
+    SC_CUBE_QUARTERS = 4, /* quarters */
+    SC_TILE_VOXELS = SC_CUBE * SC_CUBE * SC_CUBE,
+    SC_TILE_CELLS = SC_CUBE_CELLS * SC_CUBE_CELLS * SC_CUBE_CELLS,
+    SC_TILE_QUARTERS = SC_CUBE_QUARTERS * SC_CUBE_QUARTERS * SC_CUBE_QUARTERS,
+    SC_REACH = 5, /* distances count up to so many voxels */
+    SC_REACH_SQUARED = SC_REACH * SC_REACH,
+    SC_NO_LABEL = 0xffff,    /* of voxels beyond the volume */
+    SC_TWO_TISSUES = 0xfffe, /* of sc_cube.tissue */
+    SC_MANY_TISSUES = 0xffff
+};
+/* The value of a field where its border is out of reach. */
+#define SC_FAR (SC_REACH - 0.5f)
+
+/* What is known of the voxels within SC_REACH of a block. */
+typedef struct sc_cube {
+    uint16_t tissue; /* the only tissue; 0 for none, SC_TWO_TISSUES or SC_MANY_TISSUES */
+    uint16_t second; /* of two tissues the one with the larger label */
+} sc_cube;
+
+/* What lies beside a tile instead of another one, in sc_borders.beside. */
+enum {
+    SC_BESIDE_CONSTANTS = 4, /* so many of the largest numbers */
+    SC_BESIDE_FREE = 0,      /* counted from there: a field that is 0, */
+    SC_BESIDE_HIGH = 1,      /* SC_FAR, */
+    SC_BESIDE_LOW = 2,       /* -SC_FAR, */
+    SC_BESIDE_VOLUME = 3     /* or nothing, beyond the volume */
+};
+/* Of a tile in sc_borders.beside: it is that of the opposite field. In a block with two tissues
+ * only the field of the one with the smaller label has a tile: that of the other is the same,
+ * negated, to the last bit. */
+#define SC_MIRRORED 0x80000000u
+#define SC_BESIDE(what) (UINT32_MAX - SC_BESIDE_CONSTANTS + 1 + (uint32_t)(what))
+
+/* The tiles of a volume and their arrays, of the team, all by number of the tile. */
+typedef struct sc_borders {
+    sc_preparation *p; /* borrowed */
+    int cubes[3];
+    int phase[3]; /* voxels of the first cube along each axis that lie before the volume: cubes
+                     begin where the patient's right, posterior and inferior ends are, whichever way
+                     the axes of the volume lead */
+    size_t cube_count, tile_count;
+    sc_cube *around;        /* [cube_count] */
+    uint32_t *start;        /* [cube_count + 1]: number of the block's first tile */
+    uint16_t *labels;       /* [tile_count]: whose field it is; rising within a block */
+    uint32_t *cube_of;      /* [tile_count] */
+    uint32_t (*beside)[27]; /* tiles of the same field around a tile, itself in the middle, in the
+                               order of x, y, z; or SC_BESIDE */
+    int8_t (*squares)[SC_TILE_VOXELS]; /* squared distance to the other side, with the sign of the
+                                          field; 0 where the field is free */
+    float (*data)[SC_TILE_CELLS];      /* the distance to the border */
+    float (*value)[SC_TILE_CELLS];     /* the field */
+    float (*box)[SC_TILE_CELLS];       /* how far it may be from the data */
+    uint8_t *dead;  /* 0; or 1 + the constant, of SC_BESIDE_*, that the field is in the tile after
+                       all, whose other numbers are then not used */
+    uint8_t *still; /* 1 if no cell of the tile moves */
+    float strength; /* of the smoothing of all tissues, */
+    float (*strengths)[SC_TILE_CELLS];  /* or at each cell; NULL if all are the same */
+    float (*coarse)[SC_TILE_CELLS];     /* share, 0 to 1, in which cells alone make the field */
+    float (*missing)[SC_TILE_QUARTERS]; /* volume that is missing of a quarter, */
+    float (*area)[SC_TILE_QUARTERS]; /* and the area over which that is to be spread, in voxels */
+    int16_t (*fine)[SC_TILE_VOXELS]; /* the field at voxels, in units of 1 / SC_FINE_STEPS */
+} sc_borders;
+#define SC_FINE_STEPS 1024.0f
+
+/* @return the constant, of SC_BESIDE_*, that the field of @p label is in a block without a tile of
+ * it. */
+static inline int sc_far_kind(const sc_borders *b, size_t block, uint32_t label)
+{
+    const uint32_t tissue = b->around[block].tissue;
+
+    if (!label)
+        return tissue ? SC_BESIDE_HIGH : SC_BESIDE_LOW;
+    return tissue == label ? SC_BESIDE_HIGH : tissue ? SC_BESIDE_LOW : SC_BESIDE_FREE;
+}
+
+/* @return what sc_borders.beside says of the field opposite to that of a tile. */
+static inline uint32_t sc_mirrored(const sc_borders *b, uint32_t tile)
+{
+    const int constant = b->dead[tile] - 1;
+
+    if (constant < 0)
+        return tile | SC_MIRRORED;
+    return SC_BESIDE(constant == SC_BESIDE_HIGH  ? SC_BESIDE_LOW
+                     : constant == SC_BESIDE_LOW ? SC_BESIDE_HIGH
+                                                 : constant);
+}
+
+/* @return what sc_borders.beside says of the field of @p label in a block: the number of its tile,
+ * that of the opposite field with SC_MIRRORED, or a constant. */
+static inline uint32_t sc_tile_of(const sc_borders *b, size_t block, uint32_t label)
+{
+    for (uint32_t tile = b->start[block]; tile < b->start[block + 1]; tile++) {
+        if (b->labels[tile] == label)
+            return b->dead[tile] ? SC_BESIDE(b->dead[tile] - 1) : tile;
+    }
+    if (label && b->around[block].tissue == SC_TWO_TISSUES && b->around[block].second == label)
+        return sc_mirrored(b, b->start[block + 1] - 1);
+    return SC_BESIDE(sc_far_kind(b, block, label));
+}
+
+/* Write the lowest voxel of a block to @p low. */
+static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
+{
+    sc_brick_at(b->cubes, block, low);
+    for (int i = 0; i < 3; i++)
+        low[i] = low[i] * SC_CUBE - b->phase[i];
+}
+
+/* Define a function that reads the numbers of a tile with @p each elements along each axis, and
+ * @p halo more on every side, to @p out, [each + 2 halo] along each axis. @p array is by number of
+ * the tile. @p constants [SC_BESIDE_CONSTANTS] stand for tiles that there are not. @p mirror is
+ * what numbers of the opposite field are multiplied by. */
+/* NOLINTBEGIN(bugprone-macro-parentheses): arguments are types and names */
+#define SC_DEFINE_READ_TILE(name, type, each, result, mirror)                                      \
+    SC_ALWAYS_INLINE void name(const sc_borders *b, const type *array, size_t tile, int halo,      \
+                               const result constants[SC_BESIDE_CONSTANTS], result *out)           \
+    {                                                                                              \
+        const int edge = (each) + 2 * halo;                                                        \
+                                                                                                   \
+        for (int n = 0; n < 27; n++) {                                                             \
+            const int dx = n % 3 - 1, dy = n / 3 % 3 - 1, dz = n / 9 - 1;                          \
+            const uint32_t other = b->beside[tile][n];                                             \
+            const bool constant = other >= SC_BESIDE(0);                                           \
+            const result sign = other & SC_MIRRORED ? (mirror) : 1;                                \
+            const type *from =                                                                     \
+                array + (size_t)(constant ? 0 : other & ~SC_MIRRORED) * (each) * (each) * (each);  \
+            result *to = out +                                                                     \
+                         (dz < 0 ? 0                                                               \
+                          : dz   ? halo + (each)                                                   \
+                                 : halo) *                                                           \
+                             edge * edge +                                                         \
+                         (dy < 0 ? 0                                                               \
+                          : dy   ? halo + (each)                                                   \
+                                 : halo) *                                                           \
+                             edge +                                                                \
+                         (dx < 0 ? 0                                                               \
+                          : dx   ? halo + (each)                                                   \
+                                 : halo);                                                            \
+            const int rows = dy ? halo : (each), layers = dz ? halo : (each);                      \
+                                                                                                   \
+            from += ((dz < 0 ? (each)-halo : 0) * (each) + (dy < 0 ? (each)-halo : 0)) * (each) +  \
+                    (dx < 0 ? (each)-halo : 0);                                                    \
+            for (int k = 0; k < layers * rows; k++) {                                              \
+                result *at = to + (k / rows * edge + k % rows) * edge;                             \
+                const type *row = from + (k / rows * (each) + k % rows) * (each);                  \
+                                                                                                   \
+                if (constant) {                                                                    \
+                    for (int x = 0; x < (dx ? halo : (each)); x++)                                 \
+                        at[x] = constants[other - SC_BESIDE(0)];                                   \
+                } else if (dx) {                                                                   \
+                    for (int x = 0; x < halo; x++)                                                 \
+                        at[x] = (result)(sign * row[x]);                                           \
+                } else {                                                                           \
+                    for (int x = 0; x < (each); x++)                                               \
+                        at[x] = (result)(sign * row[x]);                                           \
+                }                                                                                  \
+            }                                                                                      \
+        }                                                                                          \
+    }
+/* NOLINTEND(bugprone-macro-parentheses) */
+SC_DEFINE_READ_TILE(sc_read_tile_cells, float, SC_CUBE_CELLS, float, -1)
+SC_DEFINE_READ_TILE(sc_read_tile_shares, float, SC_CUBE_CELLS, float, 1)
+SC_DEFINE_READ_TILE(sc_read_tile_volumes, float, SC_CUBE_QUARTERS, float, -1)
+SC_DEFINE_READ_TILE(sc_read_tile_areas, float, SC_CUBE_QUARTERS, float, 1)
+SC_DEFINE_READ_TILE(sc_read_tile_fine, int16_t, SC_CUBE, float, -1)
+SC_DEFINE_READ_TILE(sc_read_tile_squares, int8_t, SC_CUBE, int8_t, -1)
+
+/* Let the numbers of a region go on linearly beyond [begin, end) along an axis. */
+void sc_extrapolate_along(float *region, int edge, int axis, int begin, int end);
+/* Where the region around a tile reaches beyond the volume, let its numbers go on linearly.
+ * @param each elements along an edge of a block. */
+void sc_extrapolate(const sc_borders *b, size_t tile, int each, int halo, float *region);
+
+/* Read the field at cells around a tile. @param array of cells. */
+SC_ALWAYS_INLINE void sc_read_cells(const sc_borders *b, const float (*array)[SC_TILE_CELLS],
+                                    size_t tile, int halo, float *out)
+{
+    static const float constants[SC_BESIDE_CONSTANTS] = {0, SC_FAR, -SC_FAR, 0};
+
+    sc_read_tile_cells(b, array[0], tile, halo, constants, out);
+    sc_extrapolate(b, tile, SC_CUBE_CELLS, halo, out);
+}
+
+/* @return a number of the array fine, to the nearest step. */
+static inline int16_t sc_to_fine(float value)
+{
+    const float steps = value * SC_FINE_STEPS;
+
+    return (int16_t)(steps < 0 ? steps - 0.5f : steps + 0.5f);
+}
+
+/* The inverse of sc_to_fine. */
+static inline float sc_of_fine(int16_t fine)
+{
+    return (float)fine * (1 / SC_FINE_STEPS);
+}
+
+/* Read the field at voxels around a tile. */
+SC_ALWAYS_INLINE void sc_read_voxels(const sc_borders *b, size_t tile, int halo, float *out)
+{
+    static const float constants[SC_BESIDE_CONSTANTS] = {0, SC_FAR * SC_FINE_STEPS,
+                                                         -SC_FAR * SC_FINE_STEPS, 0};
+    const int edge = SC_CUBE + 2 * halo;
+
+    sc_read_tile_fine(b, b->fine[0], tile, halo, constants, out);
+    for (int i = 0; i < edge * edge * edge; i++)
+        out[i] *= 1 / SC_FINE_STEPS;
+    sc_extrapolate(b, tile, SC_CUBE, halo, out);
+}
+
+/* @return the strength of the smoothing at a cell of a tile: 1 for a drawn step of two voxels. */
+static inline float sc_strength_at(const sc_borders *b, size_t tile, int cell)
+{
+    return b->strengths ? b->strengths[tile][cell] : b->strength;
+}
+
+/* @return the share, 0 to 1, of the box of voxels that a strength leaves. */
+static inline float sc_voxel_share(float strength)
+{
+    return strength < 0.5f ? 2 * strength : 1;
+}
+
+/* @return the share, 0 to 1, in which cells may make the field at a strength. */
+static inline float sc_cell_share(float strength)
+{
+    const float share = 2 * strength - 1;
+
+    return share < 0 ? 0 : share > 1 ? 1 : share;
+}
+
+/* @return the distance of a voxel to the border of a field, by its number in sc_borders.squares. */
+static inline float sc_distance_of(int8_t square)
+{
+    const float root = sqrtf((float)(square < 0 ? -square : square)) - 0.5f;
+
+    return square < 0 ? -root : root;
+}
+
+/* Do cells alone make the field of all of a tile? */
+static inline bool sc_is_coarse(const sc_borders *b, size_t tile)
+{
+    float least = 1;
+
+    for (int i = 0; i < SC_TILE_CELLS; i++)
+        least = b->coarse[tile][i] < least ? b->coarse[tile][i] : least;
+    return least >= 1;
+}
+
+/* Half the box of a field, where cells and where voxels make it, in voxels, at strength 1. The
+ * latter leaves voxels a little on their side. */
+#define SC_CELL_BOX 1.0f
+#define SC_VOXEL_BOX 0.45f
+/* Fields are smoothed within so many voxels of the border; */
+#define SC_BAND 4.0f
+/* and voxels make them within so many. */
+#define SC_FINE_BAND 3.0f
+/* @return half the box of cells at a strength. */
+static inline float sc_wide_box(float strength)
+{
+    return SC_CELL_BOX * (strength > 1 ? strength : 1);
+}
+/* Where the field may be anywhere, since it is free; and where it does not move, since its border
+ * is out of reach. */
+#define SC_BOX_FREE 1e6f
+#define SC_BOX_FROZEN 0.0f
+
+/* Filter a region of @p edge elements along each axis by the binomial 1-2-1, to @p out, with two
+ * elements less along each axis; it may be @p in. Loops have constant lengths once it is inlined.
+ */
+SC_ALWAYS_INLINE void sc_binomial(const float *in, int edge, float *out)
+{
+    enum { MOST = 24 };
+    const int layer = edge * edge, less = edge - 2;
+    float plane[MOST * MOST], row[MOST] = {0};
+
+    for (int z = 0; z < less; z++) {
+        const float *low = in + (size_t)(z * layer), *middle = low + layer, *high = middle + layer;
+
+        for (int i = 0; i < layer; i++)
+            plane[i] = 0.25f * (low[i] + high[i]) + 0.5f * middle[i];
+        for (int y = 0; y < less; y++) {
+            const float *a = plane + y * edge, *c = a + edge, *e = c + edge;
+            float *to = out + (z * less + y) * less;
+
+            for (int x = 0; x < edge; x++)
+                row[x] = 0.25f * (a[x] + e[x]) + 0.5f * c[x];
+            for (int x = 0; x < less; x++)
+                to[x] = 0.25f * (row[x] + row[x + 2]) + 0.5f * row[x + 1];
+        }
+    }
+}
+
+/* Interpolate a region of @p edge cells to twice as many voxels, less two: number i of the result
+ * lies between cells i / 2 and i / 2 + 1. */
+SC_ALWAYS_INLINE void sc_upsample(const float *in, int edge, float *out)
+{
+    enum { MOST = 16 };
+    const int twice = 2 * edge - 2, layer = edge * edge;
+    float plane[MOST * MOST], row[MOST] = {0};
+
+    for (int z = 0; z < twice; z++) {
+        const float share = z & 1 ? 0.75f : 0.25f; /* of the next cell */
+        const float *low = in + (size_t)(z / 2 * layer), *high = low + layer;
+
+        for (int i = 0; i < layer; i++)
+            plane[i] = (1 - share) * low[i] + share * high[i];
+        for (int y = 0; y < twice; y++) {
+            const float next = y & 1 ? 0.75f : 0.25f;
+            const float *a = plane + y / 2 * edge, *c = a + edge;
+            float *to = out + (z * twice + y) * twice;
+
+            for (int x = 0; x < edge; x++)
+                row[x] = (1 - next) * a[x] + next * c[x];
+            for (int x = 0; x + 1 < edge; x++) {
+                to[2 * x] = 0.75f * row[x] + 0.25f * row[x + 1];
+                to[2 * x + 1] = 0.25f * row[x] + 0.75f * row[x + 1];
+            }
+        }
+    }
+}
+
+/* The stages, in their order; collective in the team. Return SC_ERR_MEMORY. */
+sc_status sc_find_tiles(const sc_ctx *ctx, sc_borders *b);
+/* Tiles in whose reach there is no border after all are dropped here. */
+sc_status sc_measure_distances(const sc_ctx *ctx, sc_borders *b);
+/* Find what lies beside each tile: beside. */
+sc_status sc_find_beside(const sc_ctx *ctx, sc_borders *b);
+sc_status sc_smooth_cells(const sc_ctx *ctx, sc_borders *b);
+sc_status sc_keep_volume_of_cells(const sc_ctx *ctx, sc_borders *b);
+sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b);
+void sc_keep_volume_of_voxels(sc_borders *b);
+/* Keep tissue one voxel thick together (border_links.c): fine. */
+void sc_keep_links(sc_borders *b);
+
+#endif
