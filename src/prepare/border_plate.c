@@ -1,0 +1,439 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The smoothest field: the energy of a thin plate, |(I - B) field|^2 with the binomial filter B, is
+ * lowered by projected gradient steps, field <- clip(2 B field - B^2 field). The box to which it is
+ * clipped is half a drawn step to both sides of the data, a drawn step being two voxels. Steps have
+ * momentum (Nesterov 1983, Beck and Teboulle 2009), which makes eight of them worth three times as
+ * many. First all fields are made so at cells of two voxels. That is the answer where both sides of
+ * the border are thick. Where one is thinner, voxels decide, from that answer on, in a box of half
+ * a voxel, so that each keeps its side; between the two the fields are blended. */
+#include "border.h"
+
+enum {
+    STEPS = 8,      /* of cells */
+    FINE_STEPS = 2, /* of voxels */
+    HALO = 2,       /* elements that one step reads beyond those that it writes */
+    EDGE = SC_CUBE_CELLS + 2 * HALO,
+    ONCE = EDGE - 2,
+    DEEP_REACH = 3, /* cells within which a side has to be thick */
+    DEEP_ROWS = 2 * DEEP_REACH + 1,
+    DEEP_LEVELS = 3,  /* sizes of balls */
+    BORDER_BLURS = 2, /* passes of the binomial that make a mean over the border */
+    BORDER_EDGE = SC_CUBE_CELLS + 2 * BORDER_BLURS,
+    BORDER_CELLS = BORDER_EDGE * BORDER_EDGE * BORDER_EDGE,
+    DEEP_EDGE = BORDER_EDGE + 2 * DEEP_REACH,
+    FINE_HALO = HALO * FINE_STEPS,
+    FINE_EDGE = SC_CUBE + 2 * FINE_HALO
+};
+/* A side of the border is thick at a cell if that lies in a ball that fits into the side. So deep,
+ * in voxels, has the middle of the largest one to be on both sides that cells count, and that they
+ * decide alone. A gap is thin up to its mouth, however open it is beyond. */
+#define DEEP_FROM 2.6f
+#define DEEP_ALL 3.8f
+/* Balls reach so much farther, since the border is not known better. */
+#define ROUNDING 1.7f
+/* Cells with data below this, in voxels, lie at the border. */
+#define AT_BORDER 1.0f
+
+typedef const float cell_array[SC_TILE_CELLS];
+
+/* What the threads share in one step. */
+typedef struct stepper {
+    sc_borders *b;
+    cell_array *from;
+    float (*to)[SC_TILE_CELLS], (*other)[SC_TILE_CELLS];
+    float momentum;
+} stepper;
+
+static inline float clip(float value, float low, float high)
+{
+    const float above = value < low ? low : value;
+
+    return above > high ? high : above;
+}
+
+/* Take a step with row (y, z) of a tile. @param once, twice the filtered rows. */
+static inline void step_row(const stepper *s, size_t tile, int row, const float *once,
+                            const float *twice)
+{
+    const float *data = s->b->data[tile] + row, *box = s->b->box[tile] + row;
+    float *value = s->b->value[tile] + row, *to = s->to[tile] + row;
+
+    for (int x = 0; x < SC_CUBE_CELLS; x++) {
+        const float now = clip(2 * once[x] - twice[x], data[x] - box[x], data[x] + box[x]);
+
+        to[x] = now + s->momentum * (now - value[x]);
+        value[x] = now;
+    }
+}
+
+/* Take a step with the cells of tiles [begin, end); an sc_range_fn on a stepper. */
+SC_WIDE_VECTORS static void step_tiles(void *user, size_t begin, size_t end, int thread)
+{
+    const stepper *s = user;
+
+    (void)thread;
+    for (size_t tile = begin; tile < end; tile++) {
+        float region[EDGE * EDGE * EDGE], once[ONCE * ONCE * ONCE], twice[SC_TILE_CELLS];
+
+        if (s->b->still[tile])
+            continue;
+        sc_read_cells(s->b, s->from, tile, HALO, region);
+        sc_binomial(region, EDGE, once);
+        sc_binomial(once, ONCE, twice);
+        for (int k = 0; k < SC_CUBE_CELLS * SC_CUBE_CELLS; k++) {
+            const int y = k % SC_CUBE_CELLS, z = k / SC_CUBE_CELLS;
+
+            step_row(s, tile, k * SC_CUBE_CELLS, once + ((z + 1) * ONCE + y + 1) * ONCE + 1,
+                     twice + k * SC_CUBE_CELLS);
+        }
+    }
+}
+
+/* Begin with the data of tiles [begin, end); an sc_range_fn on a stepper. */
+static void begin_tiles(void *user, size_t begin, size_t end, int thread)
+{
+    const stepper *s = user;
+
+    (void)thread;
+    for (size_t tile = begin; tile < end; tile++) {
+        float most = SC_BOX_FROZEN;
+
+        s->b->still[tile] = 1;
+        if (s->b->dead[tile])
+            continue;
+        memcpy(s->b->value[tile], s->b->data[tile], sizeof *s->to);
+        memcpy(s->to[tile], s->b->data[tile], sizeof *s->to);
+        for (int i = 0; i < SC_TILE_CELLS; i++) /* for weigh_tiles alone */
+            s->other[tile][i] = s->b->box[tile][i] >= SC_BOX_FREE ? 0 : s->b->data[tile][i];
+
+        for (int i = 0; i < SC_TILE_CELLS; i++)
+            most = s->b->box[tile][i] > most ? s->b->box[tile][i] : most;
+        s->b->still[tile] = !(most > SC_BOX_FROZEN);
+    }
+}
+
+/* Set what weigh_tiles has read back to data in tiles [begin, end); an sc_range_fn on a stepper. */
+static void reset_tiles(void *user, size_t begin, size_t end, int thread)
+{
+    const stepper *s = user;
+
+    (void)thread;
+    for (size_t tile = begin; tile < end; tile++) {
+        if (!s->b->dead[tile])
+            memcpy(s->other[tile], s->b->data[tile], sizeof *s->to);
+    }
+}
+
+/* Rows of a region, whose cells are bits. */
+typedef uint32_t cell_rows[DEEP_EDGE][DEEP_EDGE];
+
+/* Find the cells of a region whose data, times @p sign, are @p least or more. */
+static void find_cells(const float *data, float sign, float least, cell_rows out)
+{
+    for (int k = 0; k < DEEP_EDGE * DEEP_EDGE; k++) {
+        uint32_t bits = 0;
+
+        for (int x = 0; x < DEEP_EDGE; x++)
+            bits |= (uint32_t)(sign * data[k * DEEP_EDGE + x] >= least) << x;
+        out[k / DEEP_EDGE][k % DEEP_EDGE] = bits;
+    }
+}
+
+/* Find the cells at most @p radius cells away from one of @p in; those along the edge of the region
+ * are not found. */
+static void spread(const cell_rows in, float radius, cell_rows out)
+{
+    memset(out, 0, sizeof(cell_rows));
+    for (int n = 0; n < DEEP_ROWS * DEEP_ROWS; n++) {
+        const int dy = n % DEEP_ROWS - DEEP_REACH, dz = n / DEEP_ROWS - DEEP_REACH;
+        const float left = radius * radius - (float)(dy * dy + dz * dz);
+        const int along = left < 0 ? -1 : (int)sqrtf(left);
+
+        for (int z = DEEP_REACH; z < DEEP_EDGE - DEEP_REACH && along >= 0; z++) {
+            for (int y = DEEP_REACH; y < DEEP_EDGE - DEEP_REACH; y++) {
+                const uint32_t row = in[z + dz][y + dy];
+                uint32_t bits = row;
+
+                for (int d = 1; d <= along; d++)
+                    bits |= row << d | row >> d;
+                out[z][y] |= bits;
+            }
+        }
+    }
+}
+
+/* Write to @p share, for the cells of the region [BORDER_EDGE] that lie at the border, in which
+ * part of DEEP_LEVELS balls fit into both sides there, and to @p at_border 1; for others 0 to both.
+ */
+static void find_thick(const float *data, float *share, float *at_border)
+{
+    cell_rows sides[2], reached[2];
+
+    for (int i = 0; i < BORDER_CELLS; i++)
+        share[i] = at_border[i] = 0;
+    for (int level = 0; level < DEEP_LEVELS; level++) {
+        const float deep = DEEP_FROM + (DEEP_ALL - DEEP_FROM) * (float)level / (DEEP_LEVELS - 1);
+
+        for (int side = 0; side < 2; side++) {
+            find_cells(data, side ? -1 : 1, deep, sides[side]);
+            spread((const uint32_t(*)[DEEP_EDGE])sides[side], 0.5f * (deep + ROUNDING),
+                   reached[side]);
+        }
+        for (int k = 0; k < BORDER_EDGE * BORDER_EDGE; k++) {
+            const int y = k % BORDER_EDGE + DEEP_REACH, z = k / BORDER_EDGE + DEEP_REACH;
+            const uint32_t both = reached[0][z][y] & reached[1][z][y];
+            const float *from = data + (z * DEEP_EDGE + y) * DEEP_EDGE + DEEP_REACH;
+
+            for (int x = 0; x < BORDER_EDGE; x++) {
+                const float border = fabsf(from[x]) < AT_BORDER ? 1 : 0;
+
+                at_border[k * BORDER_EDGE + x] = border;
+                share[k * BORDER_EDGE + x] +=
+                    border * (float)(both >> (x + DEEP_REACH) & 1) * (1.0f / DEEP_LEVELS);
+            }
+        }
+    }
+}
+
+/* Find in which share cells alone decide in tiles [begin, end), by s->from, which are data without
+ * those of free cells: the mean over the border around; an sc_range_fn on a stepper. */
+SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, int thread)
+{
+    const stepper *s = user;
+    const sc_borders *b = s->b;
+
+    (void)thread;
+    for (size_t tile = begin; tile < end; tile++) {
+        float data[DEEP_EDGE * DEEP_EDGE * DEEP_EDGE], share[BORDER_CELLS], weight[BORDER_CELLS];
+
+        for (int i = 0; i < SC_TILE_CELLS; i++)
+            b->coarse[tile][i] = 1;
+        if (b->still[tile])
+            continue;
+        sc_read_cells(b, s->from, tile, DEEP_REACH + BORDER_BLURS, data);
+        find_thick(data, share, weight);
+        for (int i = 0; i < BORDER_BLURS; i++) {
+            sc_binomial(share, BORDER_EDGE - 2 * i, share);
+            sc_binomial(weight, BORDER_EDGE - 2 * i, weight);
+        }
+        for (int i = 0; i < SC_TILE_CELLS; i++) {
+            const float cells = sc_cell_share(sc_strength_at(b, tile, i));
+
+            if (fabsf(b->data[tile][i]) < SC_FINE_BAND && weight[i] > 0)
+                b->coarse[tile][i] = cells * (share[i] < weight[i] ? share[i] / weight[i] : 1);
+        }
+    }
+}
+
+/* Undo along all axes what averaging to cells and interpolating between them take: by 1 - 1/8 of
+ * the second difference. @param edge of @p in; of @p out two less. */
+SC_ALWAYS_INLINE void sharpen(const float *in, int edge, float *out)
+{
+    const int less = edge - 2, layer = edge * edge;
+    float plane[16 * 16], row[16] = {0};
+
+    for (int z = 0; z < less; z++) {
+        const float *low = in + z * layer, *middle = low + layer, *high = middle + layer;
+
+        for (int i = 0; i < layer; i++)
+            plane[i] = 1.25f * middle[i] - 0.125f * (low[i] + high[i]);
+        for (int y = 0; y < less; y++) {
+            const float *a = plane + y * edge, *c = a + edge, *e = c + edge;
+            float *to = out + (z * less + y) * less;
+
+            for (int x = 0; x < edge; x++)
+                row[x] = 1.25f * c[x] - 0.125f * (a[x] + e[x]);
+            for (int x = 0; x < less; x++)
+                to[x] = 1.25f * row[x + 1] - 0.125f * (row[x] + row[x + 2]);
+        }
+    }
+}
+
+/* Take one step with the voxels of a region, in place; it loses HALO elements on every side.
+ * @param data, box [FINE_EDGE] along each axis. */
+SC_ALWAYS_INLINE void step_voxels(float *region, int edge, const float *low, const float *high)
+{
+    float once[(FINE_EDGE - 2) * (FINE_EDGE - 2) * (FINE_EDGE - 2)];
+    const int less = edge - 2 * HALO, off = (FINE_EDGE - less) / 2;
+
+    sc_binomial(region, edge, once);
+    sc_binomial(once, edge - 2, region);
+    for (int z = 0; z < less; z++) {
+        for (int y = 0; y < less; y++) {
+            const int at = ((z + off) * FINE_EDGE + y + off) * FINE_EDGE + off;
+            const float *one = once + ((z + 1) * (edge - 2) + y + 1) * (edge - 2) + 1;
+            float *to = region + (z * less + y) * less;
+
+            for (int x = 0; x < less; x++)
+                to[x] = clip(2 * one[x] - to[x], low[at + x], high[at + x]);
+        }
+    }
+}
+
+/* What refine_tiles works with. */
+typedef struct refining {
+    float cells[16 * 16 * 16], sharp[14 * 14 * 14], wide[26 * 26 * 26];
+    int8_t squares[FINE_EDGE * FINE_EDGE * FINE_EDGE];
+    float low[FINE_EDGE * FINE_EDGE * FINE_EDGE], high[FINE_EDGE * FINE_EDGE * FINE_EDGE];
+    float region[FINE_EDGE * FINE_EDGE * FINE_EDGE];
+} refining;
+
+/* Fill the boxes of voxels around a tile: r->low and r->high. */
+static void find_boxes(const sc_borders *b, size_t tile, refining *r)
+{
+    enum { CELLS = FINE_EDGE / 2 };
+    static const float none[SC_BESIDE_CONSTANTS] = {1, 1, 1, 1};
+    float strengths[CELLS * CELLS * CELLS];
+
+    if (b->strengths)
+        sc_read_tile_shares(b, b->strengths[0], tile, FINE_HALO / 2, none, strengths);
+    for (int k = 0; k < FINE_EDGE * FINE_EDGE; k++) {
+        const float *row = strengths + (k / FINE_EDGE / 2 * CELLS + k % FINE_EDGE / 2) * CELLS;
+
+        for (int x = 0; x < FINE_EDGE; x++) {
+            const int at = k * FINE_EDGE + x;
+            const float middle = sc_distance_of(r->squares[at]);
+            const float half =
+                SC_VOXEL_BOX * sc_voxel_share(b->strengths ? row[x / 2] : b->strength);
+            const float width = r->squares[at] ? half : SC_BOX_FREE;
+
+            r->low[at] = middle - width;
+            r->high[at] = middle + width;
+        }
+    }
+}
+
+/* Store the field at voxels of a tile that cells alone make. */
+static void store_coarse(const sc_borders *b, size_t tile, refining *r)
+{
+    enum { CELLS = SC_CUBE_CELLS + 2, VOXELS = 2 * CELLS - 2 };
+    const int8_t *squares = b->squares[tile];
+    int16_t *to = b->fine[tile];
+
+    sc_read_cells(b, (cell_array *)b->value, tile, 2, r->cells);
+    sharpen(r->cells, CELLS + 2, r->sharp);
+    sc_upsample(r->sharp, CELLS, r->wide);
+    for (int k = 0; k < SC_CUBE * SC_CUBE; k++) {
+        const int row = (k / SC_CUBE / 2 * SC_CUBE_CELLS + k % SC_CUBE / 2) * SC_CUBE_CELLS;
+        const float *from = r->wide + ((k / SC_CUBE + 1) * VOXELS + k % SC_CUBE + 1) * VOXELS + 1;
+        float boxes[SC_CUBE_CELLS];
+
+        for (int x = 0; x < SC_CUBE_CELLS; x++)
+            boxes[x] = sc_wide_box(sc_strength_at(b, tile, row + x));
+
+        for (int x = 0; x < SC_CUBE; x++) {
+            const int8_t square = squares[k * SC_CUBE + x];
+            const float width = square ? boxes[x / 2] : SC_BOX_FREE;
+            const float middle = sc_distance_of(square);
+
+            to[k * SC_CUBE + x] = sc_to_fine(clip(from[x], middle - width, middle + width));
+        }
+    }
+}
+
+/* Store the field at voxels of a tile, a blend of what cells and voxels make. */
+static void store_blend(const sc_borders *b, size_t tile, refining *r)
+{
+    enum { WIDE = 26, SHARES = SC_CUBE_CELLS + 2 };
+    static const int8_t constants[SC_BESIDE_CONSTANTS] = {0, SC_REACH_SQUARED, -SC_REACH_SQUARED,
+                                                          0};
+    static const float ones[SC_BESIDE_CONSTANTS] = {1, 1, 1, 1};
+    float shares[SHARES * SHARES * SHARES], share[18 * 18 * 18];
+
+    sc_read_cells(b, (cell_array *)b->value, tile, 4, r->cells);
+    sharpen(r->cells, 16, r->sharp);
+    sc_upsample(r->sharp, 14, r->wide); /* voxels -5 to 20 */
+    sc_read_tile_squares(b, b->squares[0], tile, FINE_HALO, constants, r->squares);
+    find_boxes(b, tile, r);
+    for (int k = 0; k < FINE_EDGE * FINE_EDGE; k++) {
+        const int at = k * FINE_EDGE;
+        float *from = r->wide + ((k / FINE_EDGE + 1) * WIDE + k % FINE_EDGE + 1) * WIDE + 1;
+
+        for (int x = 0; x < FINE_EDGE; x++) {
+            const float more = SC_CELL_BOX - SC_VOXEL_BOX;
+
+            from[x] = clip(from[x], r->low[at + x] - more, r->high[at + x] + more);
+            r->region[at + x] = clip(from[x], r->low[at + x], r->high[at + x]);
+        }
+    }
+    for (int i = 0; i < FINE_STEPS; i++)
+        step_voxels(r->region, FINE_EDGE - 2 * HALO * i, r->low, r->high);
+    sc_read_tile_shares(b, b->coarse[0], tile, 1, ones, shares);
+    sc_upsample(shares, SHARES, share);
+    for (int k = 0; k < SC_CUBE * SC_CUBE; k++) {
+        const int y = k % SC_CUBE, z = k / SC_CUBE;
+        const float *part = share + ((z + 1) * 18 + y + 1) * 18 + 1;
+        const float *from = r->wide + ((z + 5) * WIDE + y + 5) * WIDE + 5;
+        const float *own = r->region + k * SC_CUBE;
+        int16_t *to = b->fine[tile] + k * SC_CUBE;
+
+        for (int x = 0; x < SC_CUBE; x++)
+            to[x] = sc_to_fine(own[x] + part[x] * (from[x] - own[x]));
+    }
+}
+
+/* Make the field at the voxels of tiles [begin, end); an sc_range_fn on sc_borders. */
+SC_WIDE_VECTORS static void refine_tiles(void *user, size_t begin, size_t end, int thread)
+{
+    const sc_borders *b = user;
+    refining r;
+
+    (void)thread;
+    for (size_t tile = begin; tile < end; tile++) {
+        if (b->dead[tile])
+            continue;
+        if (sc_is_coarse(b, tile))
+            store_coarse(b, tile, &r);
+        else
+            store_blend(b, tile, &r);
+    }
+}
+
+sc_status sc_smooth_cells(const sc_ctx *ctx, sc_borders *b)
+{
+    stepper s = {.b = b};
+    sc_team *team = b->p->team;
+    void *arrays[2] = {NULL, NULL}, *block;
+    float pace = 1;
+    sc_status status;
+
+    for (int i = 0; i < 2; i++)
+        SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->value, &arrays[i]));
+    SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->value, &block));
+    b->value = block;
+    SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->coarse, &block));
+    b->coarse = block;
+    SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, 1, &block));
+    b->still = block;
+    s.to = arrays[0];
+    s.other = arrays[1];
+    sc_team_for(team, b->tile_count, 64, begin_tiles, &s);
+    s.from = (cell_array *)s.other;
+    sc_team_for(team, b->tile_count, 64, weigh_tiles, &s);
+    sc_team_for(team, b->tile_count, 64, reset_tiles, &s);
+    for (int i = 0; i < STEPS; i++) {
+        const float next = 0.5f * (1 + sqrtf(1 + 4 * pace * pace));
+
+        s.from = arrays[i % 2];
+        s.to = arrays[(i + 1) % 2];
+        s.momentum = (pace - 1) / next;
+        pace = next;
+        sc_team_for(team, b->tile_count, 64, step_tiles, &s);
+    }
+out:
+    for (int i = 0; i < 2; i++)
+        sc_team_free(team, arrays[i]);
+    return status;
+}
+
+sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b)
+{
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->fine, &block));
+    b->fine = block;
+    sc_team_for(b->p->team, b->tile_count, 16, refine_tiles, b);
+out:
+    return status;
+}
