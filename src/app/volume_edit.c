@@ -318,7 +318,10 @@ out:
 /* Beyond the border of a volume a tissue goes on, for the filters of its surface: one that only
  * touches the border of the part has a flat face there with sharp edges. So many voxels around it
  * stay, whatever the margin, that the filters reach no further. */
-enum { SURROUND_VOXELS = 6 };
+enum {
+    SURROUND_VOXELS = 6,
+    STEP_VOXELS = 2 /* boxes leave out multiples of it: borders are computed in cells of so many */
+};
 
 /* Find the box of the tissues that the job shows, with its margin, within the volume; *empty is set
  * if there are none. */
@@ -353,6 +356,10 @@ static sc_status box_of_visible(const subject *s, sc_voxel_box *out, bool *empty
 
         box.low[axis] = (int)fmax(0, box.low[axis] - margin);
         box.high[axis] = (int)fmin(v->size[axis] - 1, box.high[axis] + margin);
+        if (!*empty) {
+            box.low[axis] -= box.low[axis] % STEP_VOXELS;
+            box.high[axis] += (v->size[axis] - 1 - box.high[axis]) % STEP_VOXELS;
+        }
     }
     *out = box;
 out:

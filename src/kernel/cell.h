@@ -17,6 +17,8 @@
 
 #include "segcast/kernel.h"
 
+#include <string.h>
+
 enum { SC_CORNERS = 8, SC_ALL_CORNERS = 0xff }; /* corner x + 2 y + 4 z, and bits for all of them */
 
 /* One cell. The caller sets q, and sc_cell_read the rest. */
@@ -104,6 +106,19 @@ static inline void sc_cell_sort(sc_cell *c)
             c->distinct[k] = c->distinct[k - 1];
         c->distinct[at] = label;
     }
+    if (c->distinct_count > 1 && !c->distinct[0]) { /* a corner without a tissue, and a vote */
+        c->distinct_count--;
+        memmove(c->distinct, c->distinct + 1, (size_t)c->distinct_count * sizeof c->distinct[0]);
+    }
+}
+
+/* The dense id of the voxel nearest to the place of a tissue's code, seen from corner @p corner of
+ * the cell @p q. */
+static inline uint32_t sc_cell_tissue_at(const sc_prepared *v, const int q[3], int corner, int code)
+{
+    return sc_id_near_vertex(v, q[0] + (corner & 1) + sc_tissue_step(code, 0),
+                             q[1] + (corner >> 1 & 1) + sc_tissue_step(code, 1),
+                             q[2] + (corner >> 2) + sc_tissue_step(code, 2));
 }
 
 /* Read what the outer field says of the cell, if its corners lie on both sides: then all have
@@ -128,10 +143,8 @@ static inline void sc_cell_read_inner(const sc_prepared *v, sc_cell *c)
     for (int i = 0; i < SC_CORNERS; i++) {
         const int code = sc_record_tissue(c->inner_records[i]);
 
-        c->inner[i] = (float)sc_record_value(c->inner_records[i]);
-        c->labels[i] = sc_id_near_vertex(v, c->q[0] + (i & 1) + sc_tissue_step(code, 0),
-                                         c->q[1] + (i >> 1 & 1) + sc_tissue_step(code, 1),
-                                         c->q[2] + (i >> 2) + sc_tissue_step(code, 2));
+        c->labels[i] = sc_cell_tissue_at(v, c->q, i, code);
+        c->inner[i] = c->labels[i] ? (float)sc_record_value(c->inner_records[i]) : 0;
     }
     sc_cell_sort(c);
 }
@@ -172,6 +185,9 @@ static inline bool sc_cell_read(const sc_prepared *v, sc_cell *c)
         return false;
     if (lowest.inner)
         sc_cell_read_inner(v, c);
+    /* The only tissue of a cell may be that of another corner. */
+    for (int i = 1; i < SC_CORNERS && c->background && !c->distinct[0]; i++)
+        c->distinct[0] = sc_cell_tissue_at(v, q, i, sc_record_tissue(c->outer_records[i]));
     return c->background || c->distinct_count > 1 ||
            (c->border && sc_cell_voxels(v, c) & ~c->background);
 }

@@ -119,45 +119,34 @@ static void find_outer_cells(const sc_block *b, uint64_t outer[CELLS], uint64_t 
     }
 }
 
-/* @return in which x, as bits, two rows of tissues differ. */
-static uint32_t differing(const uint16_t a[SC_BLOCK_ROOM], const uint16_t b[SC_BLOCK_ROOM])
-{
-#ifdef __SSE2__
-    const __m128i same = _mm_cmpeq_epi16(_mm_loadu_si128((const __m128i *)(const void *)a),
-                                         _mm_loadu_si128((const __m128i *)(const void *)b));
-
-    return ~(uint32_t)_mm_movemask_epi8(_mm_packs_epi16(same, _mm_setzero_si128())) & 0xff;
-#else
-    uint32_t bits = 0;
-
-    for (int x = 0; x < SC_BLOCK_ROOM; x++)
-        bits |= (uint32_t)(a[x] != b[x]) << x;
-    return bits;
-#endif
-}
-
-/* Find the cells whose corners do not all have the same tissue. */
+/* Find the cells whose corners that have a tissue do not all have the same. */
 static void find_inner_cells(const sc_block *b, uint64_t inner[CELLS])
 {
-    uint32_t along[SC_BLOCK_ROWS]; /* x: the tissues of x and x + 1 differ */
+    uint16_t least[SC_BLOCK_ROWS][SC_BLOCK_ROOM], most[SC_BLOCK_ROWS][SC_BLOCK_ROOM];
 
-    for (int row = 0; row < SC_BLOCK_ROWS; row++) {
-        uint16_t next[SC_BLOCK_ROOM] = {0};
+    for (int row = 0; row < SC_BLOCK_ROWS; row++) { /* of x and x + 1 */
+        const uint16_t *at = b->tissue[row];
 
-        memcpy(next, b->tissue[row] + 1, (SC_BLOCK_ROOM - 1) * sizeof next[0]);
-        along[row] = differing(b->tissue[row], next);
+        for (int x = 0; x < CELLS; x++) {
+            const uint16_t a = at[x] ? at[x] : UINT16_MAX, c = at[x + 1] ? at[x + 1] : UINT16_MAX;
+
+            least[row][x] = a < c ? a : c;
+            most[row][x] = at[x] > at[x + 1] ? at[x] : at[x + 1];
+        }
     }
     for (int z = 0; z < CELLS; z++) {
         inner[z] = 0;
-        for (int y = 0; y < CELLS; y++) {
-            const int row = z * SC_BLOCK + y;
-            const uint16_t(*at)[SC_BLOCK_ROOM] = b->tissue + row;
-            const uint32_t cells = along[row] | along[row + 1] | along[row + SC_BLOCK] |
-                                   along[row + SC_BLOCK + 1] | differing(at[0], at[1]) |
-                                   differing(at[0], at[SC_BLOCK]) |
-                                   differing(at[1], at[SC_BLOCK + 1]);
+        for (int k = 0; k < CELLS * CELLS; k++) {
+            const int x = k % CELLS, y = k / CELLS, row = z * SC_BLOCK + y;
+            uint16_t low = UINT16_MAX, high = 0;
 
-            inner[z] |= (uint64_t)(cells & 0xff) << (LAYER_ROW * y);
+            for (int n = 0; n < 4; n++) {
+                const int at = row + n / 2 * SC_BLOCK + n % 2;
+
+                low = least[at][x] < low ? least[at][x] : low;
+                high = most[at][x] > high ? most[at][x] : high;
+            }
+            inner[z] |= (uint64_t)(low < high) << (LAYER_ROW * y + x);
         }
     }
 }
@@ -274,29 +263,46 @@ static void fill_records(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-sc_status sc_store_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields *fields)
+/* As sc_mark_borders, and set masks, start and records of @p s, of which p and fields are set. */
+static sc_status mark(const sc_ctx *ctx, sc_preparation *p, storing *s)
 {
     sc_border *const borders[2] = {&p->outer, &p->inner};
-    storing s = {.p = p, .fields = fields};
     sc_status status;
 
     for (int i = 0; i < 2; i++) {
         void *block;
 
         SC_TRY(sc_team_alloc(ctx, p->team, p->brick_count, sizeof(uint64_t), &block));
-        borders[i]->masks = s.masks[i] = block;
+        borders[i]->masks = s->masks[i] = block;
     }
-    sc_team_stage_for(ctx, SC_WORTH_BORDERS / 2, p->team, p->brick_count, 1024, find_records, &s);
+    sc_team_stage_for(ctx, SC_WORTH_BORDERS / 2, p->team, p->brick_count, 1024, find_records, s);
     for (int i = 0; i < 2; i++) {
         void *block;
 
-        SC_TRY(sc_number_vertices(ctx, p, s.masks[i], &s.start[i], &borders[i]->count));
-        borders[i]->start = s.start[i];
+        SC_TRY(sc_number_vertices(ctx, p, s->masks[i], &s->start[i], &borders[i]->count));
+        borders[i]->start = s->start[i];
         SC_TRY(sc_team_alloc(ctx, p->team, borders[i]->count + SC_GATHER_BYTES / SC_RECORD_BYTES,
                              SC_RECORD_BYTES, &block));
-        borders[i]->records = s.records[i] = block;
+        borders[i]->records = s->records[i] = block;
     }
-    sc_team_stage_for(ctx, SC_WORTH_BORDERS / 2, p->team, p->brick_count, 1024, fill_records, &s);
 out:
+    return status;
+}
+
+sc_status sc_mark_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields *fields)
+{
+    storing s = {.p = p, .fields = fields};
+
+    return mark(ctx, p, &s);
+}
+
+sc_status sc_store_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields *fields)
+{
+    storing s = {.p = p, .fields = fields};
+    const sc_status status = mark(ctx, p, &s);
+
+    if (status == SC_OK)
+        sc_team_stage_for(ctx, SC_WORTH_BORDERS / 2, p->team, p->brick_count, 1024, fill_records,
+                          &s);
     return status;
 }

@@ -370,10 +370,10 @@ out:
     return status;
 }
 
-sc_status sc_number_bricks(const sc_ctx *ctx, const sc_preparation *p, uint32_t **out,
-                           uint64_t *count)
+sc_status sc_number_bricks(const sc_ctx *ctx, const sc_preparation *p, const uint64_t *masks,
+                           uint32_t **out, uint64_t *count)
 {
-    return number(ctx, p, p->near, false, out, count);
+    return number(ctx, p, masks, false, out, count);
 }
 
 sc_status sc_number_vertices(const sc_ctx *ctx, const sc_preparation *p, const uint64_t *masks,

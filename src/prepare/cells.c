@@ -35,6 +35,12 @@ typedef struct row_labels {
     int32_t background[SC_BRICK];          /* not 0: a corner is on the side of the background */
 } row_labels;
 
+/* @return a tissue; larger than all if there is none: then the corner has no vote. */
+static inline int32_t some_tissue(int32_t tissue)
+{
+    return tissue ? tissue : INT32_MAX;
+}
+
 /* Find @p out of the cells whose corners stand in the rows @p tissue and @p outer. */
 static void find_labels(const int32_t *const tissue[4], const int32_t *const outer[4],
                         row_labels *out)
@@ -42,7 +48,8 @@ static void find_labels(const int32_t *const tissue[4], const int32_t *const out
     int32_t least[SC_CORNER_ROW], most[SC_CORNER_ROW], sign[SC_CORNER_ROW];
 
     for (int x = 0; x < SC_CORNER_ROW; x++) {
-        least[x] = lesser(lesser(tissue[0][x], tissue[1][x]), lesser(tissue[2][x], tissue[3][x]));
+        least[x] = lesser(lesser(some_tissue(tissue[0][x]), some_tissue(tissue[1][x])),
+                          lesser(some_tissue(tissue[2][x]), some_tissue(tissue[3][x])));
         most[x] = greater(greater(tissue[0][x], tissue[1][x]), greater(tissue[2][x], tissue[3][x]));
         sign[x] = outer[0][x] | outer[1][x] | outer[2][x] | outer[3][x];
     }
@@ -56,7 +63,8 @@ static void find_labels(const int32_t *const tissue[4], const int32_t *const out
         const int32_t *label = tissue[i >> 1] + (i & 1);
 
         for (int x = 0; x < SC_BRICK; x++)
-            out->other[x] |= (label[x] != out->low[x]) & (label[x] != out->high[x]);
+            out->other[x] |=
+                (label[x] != 0) & (label[x] != out->low[x]) & (label[x] != out->high[x]);
     }
 }
 

@@ -138,7 +138,7 @@ sc_status sc_crisp_borders(const sc_ctx *ctx, sc_preparation *p)
     sc_status status;
 
     (void)sc_affine_invert(&p->volume->to_ras_mm, &c.to_voxel); /* geometry has been checked */
-    SC_TRY(sc_number_bricks(ctx, p, &number, &count));
+    SC_TRY(sc_number_bricks(ctx, p, p->near, &number, &count));
     SC_TRY(sc_team_alloc(ctx, p->team, count, sizeof *c.sides, &sides));
     SC_TRY(sc_team_alloc(ctx, p->team, count, sizeof *c.codes, &codes));
     c.sides = sides;

@@ -103,6 +103,12 @@ static inline double sc_most_strength(sc_vec3 strength)
     return fmax(fmax(strength.x, strength.y), strength.z);
 }
 
+/* How strongly surfaces are smoothed, as the mean over the axes. */
+static inline float sc_mean_strength(sc_vec3 strength)
+{
+    return (float)((strength.x + strength.y + strength.z) / 3);
+}
+
 /* Is any surface smoothed at all, and not crisp? */
 static inline bool sc_is_smoothed(const sc_preparation *p)
 {
@@ -189,11 +195,11 @@ void sc_fetch_block(const sc_preparation *p, const sc_fields *fields, size_t bri
 /* Find the vertices near an interface: near; and in stats all but thickness and surface, which are
  * set to 0. */
 sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p);
-/* Number the bricks with a vertex near an interface, in their order from 1 on: allocate *out
- * [brick_count], of the team, with 0 for all others, and set *count to how many there are.
- * Collective in the team. Returns SC_ERR_MEMORY. */
-sc_status sc_number_bricks(const sc_ctx *ctx, const sc_preparation *p, uint32_t **out,
-                           uint64_t *count);
+/* Number the bricks whose mask of @p masks [brick_count] is not 0, in their order from 1 on:
+ * allocate *out [brick_count], of the team, with 0 for all others, and set *count to how many there
+ * are. Collective in the team. Returns SC_ERR_MEMORY. */
+sc_status sc_number_bricks(const sc_ctx *ctx, const sc_preparation *p, const uint64_t *masks,
+                           uint32_t **out, uint64_t *count);
 /* Number the marked vertices of @p masks [brick_count] in the order of bricks and bits: allocate
  * *start [brick_count], of the team, with how many come before those of a brick, and set *count to
  * how many there are. Collective in the team. Returns SC_ERR_MEMORY, also for more than 32 bits can
@@ -209,7 +215,16 @@ sc_status sc_find_strengths(const sc_ctx *ctx, sc_preparation *p);
 /* Make the records of both fields from the labels alone: outer and inner. Borders lie halfway
  * between voxels. Needs near. */
 sc_status sc_crisp_borders(const sc_ctx *ctx, sc_preparation *p);
-/* Find which vertices have records, number them and write them: outer and inner. */
+/* The most labels that sc_smooth_borders can tell apart: two ids of 16 bits have a meaning of their
+ * own there. */
+enum { SC_SMOOTH_LABELS_MAX = 65534 };
+/* Make the records of both fields from the smoothest surfaces that could have been drawn as these
+ * voxels (border.h): outer and inner. Needs near. */
+sc_status sc_smooth_borders(const sc_ctx *ctx, sc_preparation *p);
+/* Find which vertices have records and number them: outer and inner, whose records are allocated.
+ * fill of the fields is not used. */
+sc_status sc_mark_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields *fields);
+/* As sc_mark_borders, and write the records by fill of the fields. */
 sc_status sc_store_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields *fields);
 /* Find the covers, and what is seen from outside: cover_layer and shown of stats. */
 sc_status sc_measure_covers(const sc_ctx *ctx, sc_preparation *p);

@@ -81,20 +81,20 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
 typedef struct cell_kinds {
     uint64_t outer;  /* corners on both sides */
     uint64_t tissue; /* a corner on the side of tissue */
-    uint64_t inner;  /* the corners do not all have the same tissue */
+    uint64_t inner;  /* the corners that have a tissue do not all have the same */
 } cell_kinds;
 
 /* Find the kinds of the cells of row (y, z) of a brick, to the four lowest bits. */
 static cell_kinds kinds_of_row(const sc_corner_fields *f, int y, int z)
 {
-    int32_t any[SC_CORNER_ROW], all[SC_CORNER_ROW], other[SC_CORNER_ROW];
-    const int32_t *first = f->tissue[z][y];
+    int32_t any[SC_CORNER_ROW], all[SC_CORNER_ROW], least[SC_CORNER_ROW], most[SC_CORNER_ROW];
     cell_kinds out = {0};
 
     for (int x = 0; x < SC_CORNER_ROW; x++) {
         any[x] = 0;
         all[x] = -1;
-        other[x] = 0;
+        least[x] = INT32_MAX;
+        most[x] = 0;
     }
     for (int i = 0; i < 4; i++) {
         const int32_t *outer = f->outer[z + (i >> 1)][y + (i & 1)];
@@ -103,15 +103,18 @@ static cell_kinds kinds_of_row(const sc_corner_fields *f, int y, int z)
         for (int x = 0; x < SC_CORNER_ROW; x++) {
             any[x] |= ~outer[x]; /* the sign is that of the side, and values are not 0 */
             all[x] &= ~outer[x];
-            other[x] |= tissue[x] ^ first[x];
+            least[x] = tissue[x] && tissue[x] < least[x] ? tissue[x] : least[x];
+            most[x] = tissue[x] > most[x] ? tissue[x] : most[x];
         }
     }
     for (int x = 0; x < SC_BRICK; x++) {
         const bool some = (any[x] | any[x + 1]) < 0, full = (all[x] & all[x + 1]) < 0;
+        const int32_t low = least[x] < least[x + 1] ? least[x] : least[x + 1];
+        const int32_t high = most[x] > most[x + 1] ? most[x] : most[x + 1];
 
         out.tissue |= (uint64_t)some << x;
         out.outer |= (uint64_t)(some && !full) << x;
-        out.inner |= (uint64_t)((other[x] | other[x + 1] | (first[x] ^ first[x + 1])) != 0) << x;
+        out.inner |= (uint64_t)(low < high) << x;
     }
     return out;
 }
