@@ -8,11 +8,11 @@ bound() { # bound SHAPE POSITION_VOXELS NORMAL_DEG LEAST_VOLUME MOST_VOLUME
         and .volume_kept <= $high and .owner_errors_per_million < 100 and (.gaps // 0) == 0
         and .hits > 1000' "$1.json" >/dev/null || fail "$1: beyond the bounds: $(cat "$1.json")"
 }
-bound ellipsoid 0.075 0.8 0.98 1.02
-bound torus-6 0.08 1.0 0.98 1.02
-bound torus-3 0.10 1.7 0.98 1.02
-bound torus-1.5 0.12 5 0.95 1.05
-bound torus-1 0.20 9 0.85 1.15
+bound ellipsoid 0.04 0.7 0.99 1.01
+bound torus-6 0.06 0.8 0.98 1.02
+bound torus-3 0.07 1.7 0.98 1.02
+bound torus-1.5 0.13 4.2 0.95 1.05
+bound torus-1 0.18 7.5 0.92 1.08
 
 # Meshes are measured in the same way: an octahedron is far from an ellipsoid.
 cat >octahedron.ply <<'E'

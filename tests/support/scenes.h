@@ -16,9 +16,8 @@ typedef struct small_scene {
     sc_render_settings settings;
 } small_scene;
 
-static inline sc_volume small_phantom(void)
+static inline sc_volume phantom_of(const int size[3])
 {
-    const int size[3] = {59, 41, 61};
     sc_phantom *phantom;
     sc_volume volume;
 
@@ -26,6 +25,11 @@ static inline sc_volume small_phantom(void)
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, &volume));
     sc_phantom_free(phantom);
     return volume;
+}
+
+static inline sc_volume small_phantom(void)
+{
+    return phantom_of((const int[3]){59, 41, 61});
 }
 
 /* The surface model that make_scene sets. Tests that run for both models change it. */

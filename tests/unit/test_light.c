@@ -403,7 +403,7 @@ static void rims_follow_the_picture_where_voxels_are_large(void **state)
 {
     (void)state;
     assert_in_range(rim_px(400), 2, 5);
-    assert_in_range(rim_px(1000), 8, 13);
+    assert_in_range(rim_px(1000), 6, 13);
 }
 
 static int bar(double x, double y, double z)
@@ -477,7 +477,8 @@ static void faces_at_the_border_of_the_volume_have_a_rim(void **state)
             for (int r = 0; r < 28; r++) {
                 const int here = brightness(&image, 50 + r * x, 50 + r * y);
 
-                darkest = here < darkest ? here : darkest;
+                /* The face ends 27 pixels from its middle, and its edge is round by a voxel. */
+                darkest = here < darkest && (occlusion || r < 25) ? here : darkest;
                 if (r < 18)
                     assert_in_range(here, middle - 3, middle + 3);
             }

@@ -68,11 +68,11 @@ static int rippled_sheet(double x, double y, double z)
     return rippled(x, y, z) && !rippled(x, y, z + 3);
 }
 
-/* @return the RMS of the x components of the normals on a rippled plane or sheet. @param count the
- * number of normals. */
+/* @return the RMS of the x components of the normals on a rippled plane or sheet, weighted by their
+ * lengths as pictures do. @param count the number of normals. */
 static double lean_of_normals(const sc_prepared *v, size_t *count)
 {
-    double squares = 0;
+    double squares = 0, lengths = 0;
 
     *count = 0;
     for (size_t brick = 0, n = 0; n < v->outer.count; brick++) {
@@ -85,12 +85,12 @@ static double lean_of_normals(const sc_prepared *v, size_t *count)
             if (at[0] < 4 || at[0] > 11 || at[1] < 4 || at[1] > 7 || at[2] < 4 || at[2] > 6)
                 continue;
             sc_record_normal(v->outer.records[n], normal);
-            squares +=
-                (double)(normal[0] * normal[0] / (normal[0] * normal[0] + normal[2] * normal[2]));
+            squares += (double)(normal[0] * normal[0]);
+            lengths += (double)(normal[0] * normal[0] + normal[2] * normal[2]);
             ++*count;
         }
     }
-    return sqrt(squares / (double)*count);
+    return sqrt(squares / lengths);
 }
 
 /* Smoothing flattens the normals of a rippled shape: without it they lean by more than @p least
@@ -130,7 +130,8 @@ static void ripples_of_a_flat_surface_leave_its_normals(void **state)
 static void ripples_of_both_sides_of_a_sheet_leave_its_normals(void **state)
 {
     (void)state;
-    smoothing_flattens(rippled_sheet, 0.1, 2.5);
+    /* Thin tissue keeps its voxels, and so more of its waves. */
+    smoothing_flattens(rippled_sheet, 0.1, 1.4);
 }
 
 int main(void)
