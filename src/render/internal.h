@@ -81,10 +81,10 @@ struct sc_renderer {
     const uint8_t *distances; /* SC_SKIP_LEAP only, else NULL */
     sc_pyramid pyramid;       /* SC_SKIP_OCTREE only, else empty; its masks are those of visible */
     uint8_t *cell_distances;  /* SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD only, else NULL */
-    const uint32_t *cell_start; /* as of sc_cells: smooth and wide kernels only, else NULL */
-    const sc_packed_cell *cells;      /* the same */
-    sc_occlusion occlusion;     /* empty if the light does without; see also fades */
-    sc_block *blocks;           /* [block_count] */
+    const uint32_t *cell_start;  /* as of sc_cells: smooth and wide kernels only, else NULL */
+    const sc_packed_cell *cells; /* the same */
+    sc_occlusion occlusion;      /* empty if the light does without; see also fades */
+    sc_block *blocks;            /* [block_count] */
     size_t block_count;
     const sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */
     size_t hull_count;
