@@ -31,7 +31,7 @@ static inline int32_t greater(int32_t a, int32_t b)
  * time. */
 typedef struct row_labels {
     int32_t low[SC_BRICK], high[SC_BRICK]; /* the least and the largest tissue */
-    int32_t other[SC_BRICK];               /* not 0: there are more than these two */
+    int32_t other[SC_BRICK];               /* not 0: a corner has another one, or none */
     int32_t background[SC_BRICK];          /* not 0: a corner is on the side of the background */
 } row_labels;
 
@@ -63,8 +63,7 @@ static void find_labels(const int32_t *const tissue[4], const int32_t *const out
         const int32_t *label = tissue[i >> 1] + (i & 1);
 
         for (int x = 0; x < SC_BRICK; x++)
-            out->other[x] |=
-                (label[x] != 0) & (label[x] != out->low[x]) & (label[x] != out->high[x]);
+            out->other[x] |= (label[x] != out->low[x]) & (label[x] != out->high[x]);
     }
 }
 
