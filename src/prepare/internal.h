@@ -24,8 +24,6 @@ struct sc_preparation {
     sc_vec3 kinds[SC_SMOOTH_KINDS_MAX]; /* [kind_count], 1 at least: the different strengths, the
                                            weakest first */
     int kind_count;
-    uint8_t *kind_of; /* [label_count] index into kinds; the background and hidden labels have the
-                         last one */
     int bricks[3];
     size_t brick_count; /* product of bricks */
     uint64_t *near;
@@ -89,12 +87,6 @@ static inline uint32_t sc_id_or_nearest(const sc_volume *v, int x, int y, int z)
 {
     return sc_id_or_background(v, sc_nearest_voxel(x, v->size[0]), sc_nearest_voxel(y, v->size[1]),
                                sc_nearest_voxel(z, v->size[2]));
-}
-
-/* How strongly surfaces are smoothed along the axis of the least strength. */
-static inline double sc_least_strength(sc_vec3 strength)
-{
-    return fmin(fmin(strength.x, strength.y), strength.z);
 }
 
 /* How strongly surfaces are smoothed along the axis of the largest strength. */
@@ -209,7 +201,7 @@ sc_status sc_number_vertices(const sc_ctx *ctx, const sc_preparation *p, const u
 /* Number the boundary vertices: near_start, near_count and boundary_count. SC_ERR_MEMORY also if
  * there are more than 32 bits can count. */
 sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p);
-/* Find the strengths of smoothing: smooth, kinds, kind_count and kind_of. SC_ERR_DATA, logged, for
+/* Find the strengths of smoothing: smooth, kinds and kind_count. SC_ERR_DATA, logged, for
  * more than SC_SMOOTH_KINDS_MAX different ones. */
 sc_status sc_find_strengths(const sc_ctx *ctx, sc_preparation *p);
 /* Make the records of both fields from the labels alone: outer and inner. Borders lie halfway

@@ -97,6 +97,5 @@ void sc_preparation_free(sc_preparation *p)
     sc_free(p->stats);
     sc_free(p->hidden);
     sc_free(p->smooth);
-    sc_free(p->kind_of);
     sc_free(p);
 }

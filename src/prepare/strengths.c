@@ -2,9 +2,6 @@
 /* How strongly the surfaces of each label are smoothed. */
 #include "internal.h"
 
-/* The largest strength for which the window of fields.c is large enough. */
-#define PLAIN_MAX 1.25
-
 /* @return below 0 if @p a is weaker than @p b, above 0 if it is stronger, 0 if they are the same.
  * That with the smaller sum is the weaker one; of equal sums, that which is smaller along the first
  * axis in which they differ. */
@@ -48,8 +45,6 @@ sc_status sc_find_strengths(const sc_ctx *ctx, sc_preparation *p)
 
     SC_TRY(sc_zalloc(ctx, labels, sizeof *p->smooth, &block));
     p->smooth = block;
-    SC_TRY(sc_zalloc(ctx, labels, sizeof *p->kind_of, &block));
-    p->kind_of = block;
     for (size_t id = 1; id < labels; id++) {
         p->smooth[id] = s->tissue_smooth ? s->tissue_smooth[id] : s->smooth;
         all_fit = all_fit && (p->hidden[id] || add_kind(p, p->smooth[id]));
@@ -61,13 +56,6 @@ sc_status sc_find_strengths(const sc_ctx *ctx, sc_preparation *p)
                        SC_SMOOTH_KINDS_MAX);
     if (p->kind_count == 0) /* nothing but background and hidden labels */
         p->kinds[p->kind_count++] = s->smooth;
-    for (size_t id = 0; id < labels; id++) {
-        p->kind_of[id] = (uint8_t)(p->kind_count - 1);
-        for (int k = 0; k < p->kind_count && id > 0 && !p->hidden[id]; k++) {
-            if (compare(p->kinds[k], p->smooth[id]) == 0)
-                p->kind_of[id] = (uint8_t)k;
-        }
-    }
 out:
     return status;
 }
