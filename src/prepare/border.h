@@ -8,7 +8,7 @@
  * is about the distance to the border, with 1 for the length of a voxel along the normal.
  *
  * Fields are kept in tiles, one for each pair of a field and a block of SC_CUBE voxels along each
- * axis in whose reach a border of the field lies. What holds beyond is a constant: sc_far_value.
+ * axis in whose reach a border of the field lies. What holds beyond is a constant: sc_far_kind.
  * A tile has cells of two voxels along each axis, and quarters of four. Every number in a tile is a
  * function of the labels within a bounded distance and of nothing else, whatever the order in which
  * tiles are done. */
@@ -69,7 +69,7 @@ typedef struct sc_borders {
     sc_preparation *p; /* borrowed */
     int cubes[3];
     int phase[3]; /* voxels of the first cube along each axis that lie before the volume: cubes
-                     begin where the patient's right, posterior and inferior ends are, whichever way
+                     begin where the patient's left, posterior and inferior ends are, whichever way
                      the axes of the volume lead */
     size_t cube_count, tile_count;
     sc_cube *around;        /* [cube_count] */
@@ -352,6 +352,22 @@ SC_ALWAYS_INLINE void sc_upsample(const float *in, int edge, float *out)
     }
 }
 
+/* How long the loops over tiles take that take long, as parts of SC_WORTH_FIELDS. */
+enum {
+    SC_WORTH_TILES = 1000,
+    SC_WORTH_DISTANCES = 6000,
+    SC_WORTH_WEIGHING = 3000,
+    SC_WORTH_STEPS = 4800,
+    SC_WORTH_VOLUME = 5600,
+    SC_WORTH_REFINING = 5000,
+    SC_WORTH_LINKS = 800,
+    SC_WORTH_SIDES = 3800
+};
+_Static_assert(SC_WORTH_TILES + SC_WORTH_DISTANCES + SC_WORTH_WEIGHING + SC_WORTH_STEPS +
+                       SC_WORTH_VOLUME + SC_WORTH_REFINING + SC_WORTH_LINKS + SC_WORTH_SIDES ==
+                   SC_WORTH_FIELDS,
+               "progress ends at 100 %");
+
 /* The stages, in their order; collective in the team. Return SC_ERR_MEMORY. */
 sc_status sc_find_tiles(const sc_ctx *ctx, sc_borders *b);
 /* Tiles in whose reach there is no border after all are dropped here. */
@@ -361,8 +377,8 @@ sc_status sc_find_beside(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_smooth_cells(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_keep_volume_of_cells(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b);
-void sc_keep_volume_of_voxels(sc_borders *b);
+void sc_keep_volume_of_voxels(const sc_ctx *ctx, sc_borders *b);
 /* Keep tissue one voxel thick together (border_links.c): fine. */
-void sc_keep_links(sc_borders *b);
+void sc_keep_links(const sc_ctx *ctx, sc_borders *b);
 
 #endif

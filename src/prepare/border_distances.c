@@ -547,7 +547,7 @@ sc_status sc_measure_distances(const sc_ctx *ctx, sc_borders *b)
     b->dead = block;
     SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->box, &block));
     b->box = block;
-    sc_team_for(b->p->team, b->cube_count, 16, measure_cubes, &m);
+    sc_team_stage_for(ctx, SC_WORTH_DISTANCES, b->p->team, b->cube_count, 16, measure_cubes, &m);
     SC_TRY(sc_find_beside(ctx, b));
 out:
     sc_free(low);

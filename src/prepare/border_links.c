@@ -160,10 +160,10 @@ static void link_tiles(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-void sc_keep_links(sc_borders *b)
+void sc_keep_links(const sc_ctx *ctx, sc_borders *b)
 {
     linker l = {.b = b};
 
     find_patterns(&l);
-    sc_team_for(b->p->team, b->tile_count, 64, link_tiles, &l);
+    sc_team_stage_for(ctx, SC_WORTH_LINKS, b->p->team, b->tile_count, 64, link_tiles, &l);
 }

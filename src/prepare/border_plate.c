@@ -409,7 +409,7 @@ sc_status sc_smooth_cells(const sc_ctx *ctx, sc_borders *b)
     s.other = arrays[1];
     sc_team_for(team, b->tile_count, 64, begin_tiles, &s);
     s.from = (cell_array *)s.other;
-    sc_team_for(team, b->tile_count, 64, weigh_tiles, &s);
+    sc_team_stage_for(ctx, SC_WORTH_WEIGHING, team, b->tile_count, 64, weigh_tiles, &s);
     sc_team_for(team, b->tile_count, 64, reset_tiles, &s);
     for (int i = 0; i < STEPS; i++) {
         const float next = 0.5f * (1 + sqrtf(1 + 4 * pace * pace));
@@ -418,7 +418,7 @@ sc_status sc_smooth_cells(const sc_ctx *ctx, sc_borders *b)
         s.to = arrays[(i + 1) % 2];
         s.momentum = (pace - 1) / next;
         pace = next;
-        sc_team_for(team, b->tile_count, 64, step_tiles, &s);
+        sc_team_stage_for(ctx, SC_WORTH_STEPS / STEPS, team, b->tile_count, 64, step_tiles, &s);
     }
 out:
     for (int i = 0; i < 2; i++)
@@ -433,7 +433,7 @@ sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b)
 
     SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->fine, &block));
     b->fine = block;
-    sc_team_for(b->p->team, b->tile_count, 16, refine_tiles, b);
+    sc_team_stage_for(ctx, SC_WORTH_REFINING, b->p->team, b->tile_count, 16, refine_tiles, b);
 out:
     return status;
 }

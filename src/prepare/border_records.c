@@ -570,11 +570,12 @@ static sc_status write_records(const sc_ctx *ctx, sc_preparation *p, const sc_bo
     w.sides = sides;
     SC_TRY(sc_team_alloc(ctx, p->team, count + 1, sizeof *w.codes, &codes));
     w.codes = codes;
-    sc_team_for(p->team, sc_brick_count(w.groups), 4, find_groups, &w);
+    sc_team_stage_for(ctx, SC_WORTH_SIDES, p->team, sc_brick_count(w.groups), 4, find_groups, &w);
     fields = (sc_fields){
         .number = number, .sides = w.sides, .codes = (const uint8_t(*)[SC_BRICK_VERTICES])codes};
     SC_TRY(sc_mark_borders(ctx, p, &fields));
-    sc_team_for(p->team, sc_brick_count(w.groups), 4, write_groups, &w);
+    sc_team_stage_for(ctx, SC_WORTH_BORDERS / 2, p->team, sc_brick_count(w.groups), 4, write_groups,
+                      &w);
 out:
     sc_team_free(p->team, number);
     sc_team_free(p->team, wanted);
@@ -614,8 +615,8 @@ sc_status sc_smooth_borders(const sc_ctx *ctx, sc_preparation *p)
     drop((void **)&b.box, p);
     SC_TRY(sc_smooth_voxels(ctx, &b));
     drop((void **)&b.value, p);
-    sc_keep_volume_of_voxels(&b);
-    sc_keep_links(&b);
+    sc_keep_volume_of_voxels(ctx, &b);
+    sc_keep_links(ctx, &b);
     drop((void **)&b.squares, p);
     SC_TRY(write_records(ctx, p, &b));
 out:

@@ -234,7 +234,7 @@ static void find_beside(void *user, size_t begin, size_t end, int thread)
     sc_team_alloc(ctx, (b)->p->team, (count) ? (count) : 1, sizeof *(b)->member,                   \
                   (void **)&(b)->member)
 
-/* Does an axis of a volume lead to the right, back or down, most of all? */
+/* Does an axis of a volume lead to the left, back or down, most of all? */
 static bool leads_back(const sc_affine *to_ras_mm, int axis)
 {
     const sc_vec3 column = sc_affine_column(to_ras_mm, axis);
@@ -269,7 +269,7 @@ sc_status sc_find_tiles(const sc_ctx *ctx, sc_borders *b)
     f.counts = counts;
     SC_TRY(ALLOCATE(ctx, b, around, b->cube_count));
     SC_TRY(ALLOCATE(ctx, b, start, b->cube_count + 1));
-    sc_team_for(b->p->team, cubes, 256, list_cubes, &f);
+    sc_team_stage_for(ctx, SC_WORTH_TILES, b->p->team, cubes, 256, list_cubes, &f);
     sc_team_for(b->p->team, b->cube_count, 64, count_tiles, &f);
     for (size_t i = 0; i < b->cube_count; i++)
         b->tile_count += f.counts[i];

@@ -240,15 +240,15 @@ sc_status sc_keep_volume_of_cells(const sc_ctx *ctx, sc_borders *b)
     SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->area, &block));
     b->area = block;
     for (int i = 0; i < COARSE_TIMES; i++) {
-        sc_team_for(b->p->team, b->tile_count, 64, count_cells, b);
-        sc_team_for(b->p->team, b->tile_count, 64, move_cells, b);
+        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, count_cells, b);
+        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, move_cells, b);
     }
 out:
     return status;
 }
 
-void sc_keep_volume_of_voxels(sc_borders *b)
+void sc_keep_volume_of_voxels(const sc_ctx *ctx, sc_borders *b)
 {
-    sc_team_for(b->p->team, b->tile_count, 64, count_voxels, b);
-    sc_team_for(b->p->team, b->tile_count, 64, move_voxels, b);
+    sc_team_stage_for(ctx, SC_WORTH_VOLUME / 4, b->p->team, b->tile_count, 64, count_voxels, b);
+    sc_team_stage_for(ctx, SC_WORTH_VOLUME / 4, b->p->team, b->tile_count, 64, move_voxels, b);
 }
