@@ -16,6 +16,8 @@ enum {
     HALO = 3,          /* voxels around a group that gradients come from */
     WIDE = SC_CUBE + 2 * HALO,
     FLAT = WIDE - 4, /* edge of what has been blurred twice */
+    BEFORE = 2,      /* voxels before a group from which its field goes on beyond the volume */
+    SIDED = SC_CUBE + BEFORE,
     AROUND = SC_TISSUE_CODES
 };
 
@@ -306,8 +308,14 @@ static inline int outer_value(float field)
                                    : 1;
 }
 
-/* Find sides and codes of one brick of a group. @param field [SC_CUBE] along each axis, of the
- * outer field; NULL: sides are those of the labels. */
+/* @return the place of vertex @p at of a group in the field that find_brick reads. */
+static inline int sided(const int at[3])
+{
+    return ((at[2] + BEFORE) * SIDED + at[1] + BEFORE) * SIDED + at[0] + BEFORE;
+}
+
+/* Find sides and codes of one brick of a group. @param field [SIDED] along each axis, of the outer
+ * field from BEFORE voxels before the group on; NULL: sides are those of the labels. */
 static void find_brick(const writer *w, const group_ids *ids, const int low[3], int n,
                        const float *field, uint64_t any, uint64_t several)
 {
@@ -327,10 +335,7 @@ static void find_brick(const writer *w, const group_ids *ids, const int low[3], 
         const uint16_t own = ids->at[at[2] + 1][at[1] + 1][at[0] + 1];
         float values[2];
 
-        sides |=
-            (uint64_t)(field ? outer_value(field[(at[2] * SC_CUBE + at[1]) * SC_CUBE + at[0]]) > 0
-                             : own != 0)
-            << bit;
+        sides |= (uint64_t)(field ? outer_value(field[sided(at)]) > 0 : own != 0) << bit;
         codes[bit] = SC_TISSUE_OWN;
         if (several >> bit & 1) {
             codes[bit] = (uint8_t)largest_tissue(w->b, ids, at, voxel, values);
@@ -353,18 +358,20 @@ SC_WIDE_VECTORS static void find_groups(void *user, size_t begin, size_t end, in
     (void)thread;
     for (size_t group = begin; group < end; group++) {
         uint64_t any[GROUP_BRICKS], several[GROUP_BRICKS];
-        float field[SC_TILE_VOXELS];
+        float field[SIDED * SIDED * SIDED];
         group_ids ids;
-        int low[3], voxel[3];
+        int low[3], voxel[3], before[3];
         bool is;
 
         if (!begin_group(w, masks, group, low))
             continue;
-        for (int i = 0; i < 3; i++)
+        for (int i = 0; i < 3; i++) {
             voxel[i] = low[i] - 1;
+            before[i] = voxel[i] - BEFORE;
+        }
         read_ids(w->p->volume, voxel, &ids);
         find_tissues(&ids, any, several);
-        is = read_field(w->b, 0, voxel, SC_CUBE, field);
+        is = read_field(w->b, 0, before, SIDED, field);
         for (int n = 0; n < GROUP_BRICKS; n++)
             find_brick(w, &ids, low, n, is ? field : NULL, any[n], several[n]);
     }
