@@ -352,6 +352,53 @@ SC_ALWAYS_INLINE void sc_upsample(const float *in, int edge, float *out)
     }
 }
 
+/* Undo along all axes what averaging to cells and interpolating between them take: by 1 - 1/8 of
+ * the second difference. @param edge of @p in; of @p out two less. */
+SC_ALWAYS_INLINE void sc_sharpen(const float *in, int edge, float *out)
+{
+    const int less = edge - 2, layer = edge * edge;
+    float plane[16 * 16], row[16] = {0};
+
+    for (int z = 0; z < less; z++) {
+        const float *low = in + z * layer, *middle = low + layer, *high = middle + layer;
+
+        for (int i = 0; i < layer; i++)
+            plane[i] = 1.25f * middle[i] - 0.125f * (low[i] + high[i]);
+        for (int y = 0; y < less; y++) {
+            const float *a = plane + y * edge, *c = a + edge, *e = c + edge;
+            float *to = out + (z * less + y) * less;
+
+            for (int x = 0; x < edge; x++)
+                row[x] = 1.25f * c[x] - 0.125f * (a[x] + e[x]);
+            for (int x = 0; x < less; x++)
+                to[x] = 1.25f * row[x + 1] - 0.125f * (row[x] + row[x + 2]);
+        }
+    }
+}
+
+/* Least area of the border in a quarter, in voxels, on which anything is spread. */
+#define SC_LEAST_AREA 1.28f
+
+/* Write how far the border is to be moved at the cells of a tile and one more on every side, by
+ * what is missing around, b->missing and area. @param blurs passes of the binomial over quarters, 3
+ * at most. */
+SC_ALWAYS_INLINE void sc_find_moves(const sc_borders *b, size_t tile, int blurs, float *out)
+{
+    enum { MOST = 3 * SC_CUBE_QUARTERS, LEFT = SC_CUBE_QUARTERS + 2 };
+    static const float none[SC_BESIDE_CONSTANTS] = {0, 0, 0, 0};
+    float volume[MOST * MOST * MOST], area[MOST * MOST * MOST];
+
+    sc_read_tile_volumes(b, b->missing[0], tile, blurs + 1, none, volume);
+    sc_read_tile_areas(b, b->area[0], tile, blurs + 1, none, area);
+    for (int i = 0; i < blurs; i++) {
+        sc_binomial(volume, SC_CUBE_QUARTERS + 2 * (blurs + 1 - i), volume);
+        sc_binomial(area, SC_CUBE_QUARTERS + 2 * (blurs + 1 - i), area);
+    }
+    for (int i = 0; i < LEFT * LEFT * LEFT; i++)
+        volume[i] /= area[i] > SC_LEAST_AREA ? area[i] : SC_LEAST_AREA;
+    sc_upsample(volume, LEFT, out);
+}
+
 /* How long the loops over tiles take that take long, as parts of SC_WORTH_FIELDS. */
 enum {
     SC_WORTH_TILES = 1000,
@@ -376,6 +423,8 @@ sc_status sc_measure_distances(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_find_beside(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_smooth_cells(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_keep_volume_of_cells(const sc_ctx *ctx, sc_borders *b);
+sc_status sc_smooth_quarters(const sc_ctx *ctx, sc_borders *b);
+sc_status sc_weigh_cells(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b);
 void sc_keep_volume_of_voxels(const sc_ctx *ctx, sc_borders *b);
 /* Keep tissue one voxel thick together (border_links.c): fine. */

@@ -10,7 +10,8 @@
  * the positive side that they are joined: by 1.3 times along edges, which also makes the two sides
  * of a closed sheet own regions that do not touch, and by 3 times through a corner. Both follow
  * from trilinear interpolation: at the middle of a face two corners have to outweigh two, and at
- * the middle of a cell two have to outweigh six. */
+ * the middle of a cell two have to outweigh six. Where cells alone make the field nothing is
+ * linked: voxels that stick out there are noise. */
 #include "border.h"
 
 enum {
@@ -105,6 +106,14 @@ static unsigned corners_of(const uint32_t rows[EDGE][EDGE], int x, int y, int z)
            (rows[z + 1][y + 1] >> x & 3) << 6;
 }
 
+/* @return @p fine raised to @p least where it is less, in the share @p share. */
+static int16_t raised(int16_t fine, float least, float share)
+{
+    const float value = sc_of_fine(fine);
+
+    return value < least ? sc_to_fine(value + share * (least - value)) : fine;
+}
+
 /* Raise or lower the corners, as far as they lie in the tile, of the link whose lowest corner is
  * (x, y, z) in the region. */
 static void set_link(const sc_borders *b, size_t tile, unsigned corners, float least,
@@ -114,14 +123,16 @@ static void set_link(const sc_borders *b, size_t tile, unsigned corners, float l
         const int x = at[0] + (i & 1) - HALO, y = at[1] + (i >> 1 & 1) - HALO,
                   z = at[2] + (i >> 2) - HALO;
         int16_t *fine;
+        float share;
 
         if (x < 0 || y < 0 || z < 0 || x >= SC_CUBE || y >= SC_CUBE || z >= SC_CUBE)
             continue;
         fine = &b->fine[tile][(z * SC_CUBE + y) * SC_CUBE + x];
+        share = 1 - b->coarse[tile][(z / 2 * SC_CUBE_CELLS + y / 2) * SC_CUBE_CELLS + x / 2];
         if (corners >> i & 1)
-            *fine = *fine < sc_to_fine(least) ? sc_to_fine(least) : *fine;
+            *fine = raised(*fine, least, share);
         else if (b->squares[tile][(z * SC_CUBE + y) * SC_CUBE + x] < 0)
-            *fine = *fine < sc_to_fine(-SIDE) ? sc_to_fine(-SIDE) : *fine;
+            *fine = raised(*fine, -SIDE, share);
     }
 }
 

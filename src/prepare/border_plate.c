@@ -9,31 +9,14 @@
 #include "border.h"
 
 enum {
-    STEPS = 8,      /* of cells */
+    STEPS = 6,      /* of cells */
     FINE_STEPS = 2, /* of voxels */
     HALO = 2,       /* elements that one step reads beyond those that it writes */
     EDGE = SC_CUBE_CELLS + 2 * HALO,
     ONCE = EDGE - 2,
-    DEEP_REACH = 3, /* cells within which a side has to be thick */
-    DEEP_ROWS = 2 * DEEP_REACH + 1,
-    DEEP_LEVELS = 3,  /* sizes of balls */
-    BORDER_BLURS = 2, /* passes of the binomial that make a mean over the border */
-    BORDER_EDGE = SC_CUBE_CELLS + 2 * BORDER_BLURS,
-    BORDER_CELLS = BORDER_EDGE * BORDER_EDGE * BORDER_EDGE,
-    DEEP_EDGE = BORDER_EDGE + 2 * DEEP_REACH,
     FINE_HALO = HALO * FINE_STEPS,
     FINE_EDGE = SC_CUBE + 2 * FINE_HALO
 };
-/* A side of the border is thick at a cell if that lies in a ball that fits into the side. So deep,
- * in voxels, has the middle of the largest one to be on both sides that cells count, and that they
- * decide alone. A gap is thin up to its mouth, however open it is beyond. */
-#define DEEP_FROM 2.6f
-#define DEEP_ALL 3.8f
-/* Balls reach so much farther, since the border is not known better. */
-#define ROUNDING 1.7f
-/* Cells with data below this, in voxels, lie at the border. */
-#define AT_BORDER 1.0f
-
 typedef const float cell_array[SC_TILE_CELLS];
 
 /* What the threads share in one step. */
@@ -103,149 +86,10 @@ static void begin_tiles(void *user, size_t begin, size_t end, int thread)
             continue;
         memcpy(s->b->value[tile], s->b->data[tile], sizeof *s->to);
         memcpy(s->to[tile], s->b->data[tile], sizeof *s->to);
-        for (int i = 0; i < SC_TILE_CELLS; i++) /* for weigh_tiles alone */
-            s->other[tile][i] = s->b->box[tile][i] >= SC_BOX_FREE ? 0 : s->b->data[tile][i];
-
+        memcpy(s->other[tile], s->b->data[tile], sizeof *s->to);
         for (int i = 0; i < SC_TILE_CELLS; i++)
             most = s->b->box[tile][i] > most ? s->b->box[tile][i] : most;
         s->b->still[tile] = !(most > SC_BOX_FROZEN);
-    }
-}
-
-/* Set what weigh_tiles has read back to data in tiles [begin, end); an sc_range_fn on a stepper. */
-static void reset_tiles(void *user, size_t begin, size_t end, int thread)
-{
-    const stepper *s = user;
-
-    (void)thread;
-    for (size_t tile = begin; tile < end; tile++) {
-        if (!s->b->dead[tile])
-            memcpy(s->other[tile], s->b->data[tile], sizeof *s->to);
-    }
-}
-
-/* Rows of a region, whose cells are bits. */
-typedef uint32_t cell_rows[DEEP_EDGE][DEEP_EDGE];
-
-/* Find the cells of a region whose data, times @p sign, are @p least or more. */
-static void find_cells(const float *data, float sign, float least, cell_rows out)
-{
-    for (int k = 0; k < DEEP_EDGE * DEEP_EDGE; k++) {
-        uint32_t bits = 0;
-
-        for (int x = 0; x < DEEP_EDGE; x++)
-            bits |= (uint32_t)(sign * data[k * DEEP_EDGE + x] >= least) << x;
-        out[k / DEEP_EDGE][k % DEEP_EDGE] = bits;
-    }
-}
-
-/* Find the cells at most @p radius cells away from one of @p in; those along the edge of the region
- * are not found. */
-static void spread(const cell_rows in, float radius, cell_rows out)
-{
-    memset(out, 0, sizeof(cell_rows));
-    for (int n = 0; n < DEEP_ROWS * DEEP_ROWS; n++) {
-        const int dy = n % DEEP_ROWS - DEEP_REACH, dz = n / DEEP_ROWS - DEEP_REACH;
-        const float left = radius * radius - (float)(dy * dy + dz * dz);
-        const int along = left < 0 ? -1 : (int)sqrtf(left);
-
-        for (int z = DEEP_REACH; z < DEEP_EDGE - DEEP_REACH && along >= 0; z++) {
-            for (int y = DEEP_REACH; y < DEEP_EDGE - DEEP_REACH; y++) {
-                const uint32_t row = in[z + dz][y + dy];
-                uint32_t bits = row;
-
-                for (int d = 1; d <= along; d++)
-                    bits |= row << d | row >> d;
-                out[z][y] |= bits;
-            }
-        }
-    }
-}
-
-/* Write to @p share, for the cells of the region [BORDER_EDGE] that lie at the border, in which
- * part of DEEP_LEVELS balls fit into both sides there, and to @p at_border 1; for others 0 to both.
- */
-static void find_thick(const float *data, float *share, float *at_border)
-{
-    cell_rows sides[2], reached[2];
-
-    for (int i = 0; i < BORDER_CELLS; i++)
-        share[i] = at_border[i] = 0;
-    for (int level = 0; level < DEEP_LEVELS; level++) {
-        const float deep = DEEP_FROM + (DEEP_ALL - DEEP_FROM) * (float)level / (DEEP_LEVELS - 1);
-
-        for (int side = 0; side < 2; side++) {
-            find_cells(data, side ? -1 : 1, deep, sides[side]);
-            spread((const uint32_t(*)[DEEP_EDGE])sides[side], 0.5f * (deep + ROUNDING),
-                   reached[side]);
-        }
-        for (int k = 0; k < BORDER_EDGE * BORDER_EDGE; k++) {
-            const int y = k % BORDER_EDGE + DEEP_REACH, z = k / BORDER_EDGE + DEEP_REACH;
-            const uint32_t both = reached[0][z][y] & reached[1][z][y];
-            const float *from = data + (z * DEEP_EDGE + y) * DEEP_EDGE + DEEP_REACH;
-
-            for (int x = 0; x < BORDER_EDGE; x++) {
-                const float border = fabsf(from[x]) < AT_BORDER ? 1 : 0;
-
-                at_border[k * BORDER_EDGE + x] = border;
-                share[k * BORDER_EDGE + x] +=
-                    border * (float)(both >> (x + DEEP_REACH) & 1) * (1.0f / DEEP_LEVELS);
-            }
-        }
-    }
-}
-
-/* Find in which share cells alone decide in tiles [begin, end), by s->from, which are data without
- * those of free cells: the mean over the border around; an sc_range_fn on a stepper. */
-SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, int thread)
-{
-    const stepper *s = user;
-    const sc_borders *b = s->b;
-
-    (void)thread;
-    for (size_t tile = begin; tile < end; tile++) {
-        float data[DEEP_EDGE * DEEP_EDGE * DEEP_EDGE], share[BORDER_CELLS], weight[BORDER_CELLS];
-
-        for (int i = 0; i < SC_TILE_CELLS; i++)
-            b->coarse[tile][i] = 1;
-        if (b->still[tile])
-            continue;
-        sc_read_cells(b, s->from, tile, DEEP_REACH + BORDER_BLURS, data);
-        find_thick(data, share, weight);
-        for (int i = 0; i < BORDER_BLURS; i++) {
-            sc_binomial(share, BORDER_EDGE - 2 * i, share);
-            sc_binomial(weight, BORDER_EDGE - 2 * i, weight);
-        }
-        for (int i = 0; i < SC_TILE_CELLS; i++) {
-            const float cells = sc_cell_share(sc_strength_at(b, tile, i));
-
-            if (fabsf(b->data[tile][i]) < SC_FINE_BAND && weight[i] > 0)
-                b->coarse[tile][i] = cells * (share[i] < weight[i] ? share[i] / weight[i] : 1);
-        }
-    }
-}
-
-/* Undo along all axes what averaging to cells and interpolating between them take: by 1 - 1/8 of
- * the second difference. @param edge of @p in; of @p out two less. */
-SC_ALWAYS_INLINE void sharpen(const float *in, int edge, float *out)
-{
-    const int less = edge - 2, layer = edge * edge;
-    float plane[16 * 16], row[16] = {0};
-
-    for (int z = 0; z < less; z++) {
-        const float *low = in + z * layer, *middle = low + layer, *high = middle + layer;
-
-        for (int i = 0; i < layer; i++)
-            plane[i] = 1.25f * middle[i] - 0.125f * (low[i] + high[i]);
-        for (int y = 0; y < less; y++) {
-            const float *a = plane + y * edge, *c = a + edge, *e = c + edge;
-            float *to = out + (z * less + y) * less;
-
-            for (int x = 0; x < edge; x++)
-                row[x] = 1.25f * c[x] - 0.125f * (a[x] + e[x]);
-            for (int x = 0; x < less; x++)
-                to[x] = 1.25f * row[x + 1] - 0.125f * (row[x] + row[x + 2]);
-        }
     }
 }
 
@@ -311,7 +155,7 @@ static void store_coarse(const sc_borders *b, size_t tile, refining *r)
     int16_t *to = b->fine[tile];
 
     sc_read_cells(b, (cell_array *)b->value, tile, 2, r->cells);
-    sharpen(r->cells, CELLS + 2, r->sharp);
+    sc_sharpen(r->cells, CELLS + 2, r->sharp);
     sc_upsample(r->sharp, CELLS, r->wide);
     for (int k = 0; k < SC_CUBE * SC_CUBE; k++) {
         const int row = (k / SC_CUBE / 2 * SC_CUBE_CELLS + k % SC_CUBE / 2) * SC_CUBE_CELLS;
@@ -341,7 +185,7 @@ static void store_blend(const sc_borders *b, size_t tile, refining *r)
     float shares[SHARES * SHARES * SHARES], share[18 * 18 * 18];
 
     sc_read_cells(b, (cell_array *)b->value, tile, 4, r->cells);
-    sharpen(r->cells, 16, r->sharp);
+    sc_sharpen(r->cells, 16, r->sharp);
     sc_upsample(r->sharp, 14, r->wide); /* voxels -5 to 20 */
     sc_read_tile_squares(b, b->squares[0], tile, FINE_HALO, constants, r->squares);
     find_boxes(b, tile, r);
@@ -401,16 +245,11 @@ sc_status sc_smooth_cells(const sc_ctx *ctx, sc_borders *b)
         SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->value, &arrays[i]));
     SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->value, &block));
     b->value = block;
-    SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->coarse, &block));
-    b->coarse = block;
     SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, 1, &block));
     b->still = block;
     s.to = arrays[0];
     s.other = arrays[1];
     sc_team_for(team, b->tile_count, 64, begin_tiles, &s);
-    s.from = (cell_array *)s.other;
-    sc_team_stage_for(ctx, SC_WORTH_WEIGHING, team, b->tile_count, 64, weigh_tiles, &s);
-    sc_team_for(team, b->tile_count, 64, reset_tiles, &s);
     for (int i = 0; i < STEPS; i++) {
         const float next = 0.5f * (1 + sqrtf(1 + 4 * pace * pace));
 

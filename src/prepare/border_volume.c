@@ -9,31 +9,11 @@ enum {
     COARSE_BLURS = 2, /* passes of the binomial over quarters, for the fields of cells */
     FINE_BLURS = 1,   /* for those of voxels, whose box is half as wide */
     COARSE_TIMES = 2,
+    FINE_TIMES = 2,
     CELLS = SC_CUBE_CELLS + 2,
+    AROUND = SC_CUBE_CELLS + 4,
     VOXELS = SC_CUBE + 2
 };
-/* Least area of the border in a quarter, in voxels, on which anything is spread. */
-#define LEAST_AREA 1.28f
-
-/* Write how far the border is to be moved at the cells of a tile and one more on every side, by
- * what is missing around, b->missing and area. @param blurs passes of the binomial over quarters, 3
- * at most. */
-SC_ALWAYS_INLINE void find_moves(const sc_borders *b, size_t tile, int blurs, float *out)
-{
-    enum { MOST = 3 * SC_CUBE_QUARTERS, LEFT = SC_CUBE_QUARTERS + 2 };
-    static const float none[SC_BESIDE_CONSTANTS] = {0, 0, 0, 0};
-    float volume[MOST * MOST * MOST], area[MOST * MOST * MOST];
-
-    sc_read_tile_volumes(b, b->missing[0], tile, blurs + 1, none, volume);
-    sc_read_tile_areas(b, b->area[0], tile, blurs + 1, none, area);
-    for (int i = 0; i < blurs; i++) {
-        sc_binomial(volume, SC_CUBE_QUARTERS + 2 * (blurs + 1 - i), volume);
-        sc_binomial(area, SC_CUBE_QUARTERS + 2 * (blurs + 1 - i), area);
-    }
-    for (int i = 0; i < LEFT * LEFT * LEFT; i++)
-        volume[i] /= area[i] > LEAST_AREA ? area[i] : LEAST_AREA;
-    sc_upsample(volume, LEFT, out);
-}
 
 /* Add what is missing in a row of voxels, and the area, to the quarters of the row. Written so that
  * the opposite field gets the opposite numbers.
@@ -80,7 +60,8 @@ SC_WIDE_VECTORS static void count_cells(void *user, size_t begin, size_t end, in
 
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
-        float cells[CELLS * CELLS * CELLS], voxels[VOXELS * VOXELS * VOXELS];
+        float cells[AROUND * AROUND * AROUND], sharp[CELLS * CELLS * CELLS];
+        float voxels[VOXELS * VOXELS * VOXELS];
 
         if (b->dead[tile])
             continue;
@@ -88,8 +69,9 @@ SC_WIDE_VECTORS static void count_cells(void *user, size_t begin, size_t end, in
         memset(b->area[tile], 0, sizeof *b->area);
         if (!is_near(b->squares[tile], SC_TILE_VOXELS))
             continue;
-        sc_read_cells(b, (const float(*)[SC_TILE_CELLS])b->value, tile, 1, cells);
-        sc_upsample(cells, CELLS, voxels);
+        sc_read_cells(b, (const float(*)[SC_TILE_CELLS])b->value, tile, 2, cells);
+        sc_sharpen(cells, AROUND, sharp);
+        sc_upsample(sharp, CELLS, voxels);
         for (int row = 0; row < SC_CUBE * SC_CUBE; row++) {
             const float *from =
                 voxels + ((row / SC_CUBE + 1) * VOXELS + row % SC_CUBE + 1) * VOXELS + 1;
@@ -112,7 +94,7 @@ SC_WIDE_VECTORS static void move_cells(void *user, size_t begin, size_t end, int
 
         if (b->still[tile])
             continue;
-        find_moves(b, tile, COARSE_BLURS, moves);
+        sc_find_moves(b, tile, COARSE_BLURS, moves);
         for (int k = 0; k < SC_CUBE_CELLS * SC_CUBE_CELLS; k++) {
             const float *by =
                 moves + ((k / SC_CUBE_CELLS + 1) * CELLS + k % SC_CUBE_CELLS + 1) * CELLS + 1;
@@ -200,7 +182,7 @@ SC_WIDE_VECTORS static void move_voxels(void *user, size_t begin, size_t end, in
 
         if (b->dead[tile] || sc_is_coarse(b, tile))
             continue;
-        find_moves(b, tile, FINE_BLURS, moves);
+        sc_find_moves(b, tile, FINE_BLURS, moves);
         sc_upsample(moves, CELLS, voxels);
         for (int row = 0; row < SC_CUBE * SC_CUBE; row++) {
             const int y = row % SC_CUBE, z = row / SC_CUBE;
@@ -249,6 +231,8 @@ out:
 
 void sc_keep_volume_of_voxels(const sc_ctx *ctx, sc_borders *b)
 {
-    sc_team_stage_for(ctx, SC_WORTH_VOLUME / 4, b->p->team, b->tile_count, 64, count_voxels, b);
-    sc_team_stage_for(ctx, SC_WORTH_VOLUME / 4, b->p->team, b->tile_count, 64, move_voxels, b);
+    for (int i = 0; i < FINE_TIMES; i++) {
+        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, count_voxels, b);
+        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, move_voxels, b);
+    }
 }

@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* In which share the fields of cells are taken, where voxels could make them, too: all of it where
+ * both sides of the border are thick. That is asked of the smoothed field, in which noise no longer
+ * looks like thin tissue, and tissue too thin for cells is thin or gone. */
+#include "border.h"
+
+enum {
+    DEEP_REACH = 3, /* cells within which a side has to be thick */
+    DEEP_ROWS = 2 * DEEP_REACH + 1,
+    DEEP_LEVELS = 3,  /* sizes of balls */
+    BORDER_BLURS = 2, /* passes of the binomial that make a mean over the border */
+    BORDER_EDGE = SC_CUBE_CELLS + 2 * BORDER_BLURS,
+    BORDER_CELLS = BORDER_EDGE * BORDER_EDGE * BORDER_EDGE,
+    DEEP_EDGE = BORDER_EDGE + 2 * DEEP_REACH,
+};
+/* A side of the border is thick at a cell if that lies in a ball that fits into the side. So deep,
+ * in voxels, has the middle of the largest one to be on both sides that cells count, and that they
+ * decide alone. A gap is thin up to its mouth, however open it is beyond. */
+#define DEEP_FROM 2.6f
+#define DEEP_ALL 3.2f
+/* Balls reach so much farther, since the border is not known better. */
+#define ROUNDING 1.7f
+/* Cells with data below this, in voxels, lie at the border. */
+#define AT_BORDER 1.0f
+
+typedef const float cell_array[SC_TILE_CELLS];
+
+/* What the threads share. */
+typedef struct weigher {
+    const sc_borders *b;
+    float (*field)[SC_TILE_CELLS]; /* 0 where it is free */
+} weigher;
+
+/* Copy the fields of tiles [begin, end) but for free cells; an sc_range_fn on a weigher. */
+static void copy_tiles(void *user, size_t begin, size_t end, int thread)
+{
+    const weigher *w = user;
+
+    (void)thread;
+    for (size_t tile = begin; tile < end; tile++) {
+        for (int i = 0; i < SC_TILE_CELLS && !w->b->dead[tile]; i++)
+            w->field[tile][i] = w->b->box[tile][i] >= SC_BOX_FREE ? 0 : w->b->value[tile][i];
+    }
+}
+
+/* Rows of a region, whose cells are bits. */
+typedef uint32_t cell_rows[DEEP_EDGE][DEEP_EDGE];
+
+/* Find the cells of a region whose data, times @p sign, are @p least or more. */
+static void find_cells(const float *data, float sign, float least, cell_rows out)
+{
+    for (int k = 0; k < DEEP_EDGE * DEEP_EDGE; k++) {
+        uint32_t bits = 0;
+
+        for (int x = 0; x < DEEP_EDGE; x++)
+            bits |= (uint32_t)(sign * data[k * DEEP_EDGE + x] >= least) << x;
+        out[k / DEEP_EDGE][k % DEEP_EDGE] = bits;
+    }
+}
+
+/* Find the cells at most @p radius cells away from one of @p in; those along the edge of the region
+ * are not found. */
+static void spread(const cell_rows in, float radius, cell_rows out)
+{
+    memset(out, 0, sizeof(cell_rows));
+    for (int n = 0; n < DEEP_ROWS * DEEP_ROWS; n++) {
+        const int dy = n % DEEP_ROWS - DEEP_REACH, dz = n / DEEP_ROWS - DEEP_REACH;
+        const float left = radius * radius - (float)(dy * dy + dz * dz);
+        const int along = left < 0 ? -1 : (int)sqrtf(left);
+
+        for (int z = DEEP_REACH; z < DEEP_EDGE - DEEP_REACH && along >= 0; z++) {
+            for (int y = DEEP_REACH; y < DEEP_EDGE - DEEP_REACH; y++) {
+                const uint32_t row = in[z + dz][y + dy];
+                uint32_t bits = row;
+
+                for (int d = 1; d <= along; d++)
+                    bits |= row << d | row >> d;
+                out[z][y] |= bits;
+            }
+        }
+    }
+}
+
+/* Write to @p share, for the cells of the region [BORDER_EDGE] that lie at the border, in which
+ * part of DEEP_LEVELS balls fit into both sides there, and to @p at_border 1; for others 0 to both.
+ */
+static void find_thick(const float *data, float *share, float *at_border)
+{
+    cell_rows sides[2], reached[2];
+
+    for (int i = 0; i < BORDER_CELLS; i++)
+        share[i] = at_border[i] = 0;
+    for (int level = 0; level < DEEP_LEVELS; level++) {
+        const float deep = DEEP_FROM + (DEEP_ALL - DEEP_FROM) * (float)level / (DEEP_LEVELS - 1);
+
+        for (int side = 0; side < 2; side++) {
+            find_cells(data, side ? -1 : 1, deep, sides[side]);
+            spread((const uint32_t(*)[DEEP_EDGE])sides[side], 0.5f * (deep + ROUNDING),
+                   reached[side]);
+        }
+        for (int k = 0; k < BORDER_EDGE * BORDER_EDGE; k++) {
+            const int y = k % BORDER_EDGE + DEEP_REACH, z = k / BORDER_EDGE + DEEP_REACH;
+            const uint32_t both = reached[0][z][y] & reached[1][z][y];
+            const float *from = data + (z * DEEP_EDGE + y) * DEEP_EDGE + DEEP_REACH;
+
+            for (int x = 0; x < BORDER_EDGE; x++) {
+                const float border = fabsf(from[x]) < AT_BORDER ? 1 : 0;
+
+                at_border[k * BORDER_EDGE + x] = border;
+                share[k * BORDER_EDGE + x] +=
+                    border * (float)(both >> (x + DEEP_REACH) & 1) * (1.0f / DEEP_LEVELS);
+            }
+        }
+    }
+}
+
+/* Find in which share cells alone decide in tiles [begin, end), by w->field: the mean over the
+ * border around; an sc_range_fn on a weigher. */
+SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, int thread)
+{
+    const weigher *w = user;
+    const sc_borders *b = w->b;
+
+    (void)thread;
+    for (size_t tile = begin; tile < end; tile++) {
+        float data[DEEP_EDGE * DEEP_EDGE * DEEP_EDGE], share[BORDER_CELLS], weight[BORDER_CELLS];
+
+        for (int i = 0; i < SC_TILE_CELLS; i++)
+            b->coarse[tile][i] = 1;
+        if (b->still[tile])
+            continue;
+        sc_read_cells(b, (cell_array *)w->field, tile, DEEP_REACH + BORDER_BLURS, data);
+        find_thick(data, share, weight);
+        for (int i = 0; i < BORDER_BLURS; i++) {
+            sc_binomial(share, BORDER_EDGE - 2 * i, share);
+            sc_binomial(weight, BORDER_EDGE - 2 * i, weight);
+        }
+        for (int i = 0; i < SC_TILE_CELLS; i++) {
+            const float cells = sc_cell_share(sc_strength_at(b, tile, i));
+
+            if (fabsf(b->data[tile][i]) < SC_FINE_BAND && weight[i] > 0)
+                b->coarse[tile][i] = cells * (share[i] < weight[i] ? share[i] / weight[i] : 1);
+        }
+    }
+}
+
+sc_status sc_weigh_cells(const sc_ctx *ctx, sc_borders *b)
+{
+    weigher w = {.b = b};
+    sc_team *team = b->p->team;
+    void *field = NULL, *block;
+    sc_status status;
+
+    SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *w.field, &field));
+    w.field = field;
+    SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->coarse, &block));
+    b->coarse = block;
+    sc_team_for(team, b->tile_count, 64, copy_tiles, &w);
+    sc_team_stage_for(ctx, SC_WORTH_WEIGHING, team, b->tile_count, 64, weigh_tiles, &w);
+out:
+    sc_team_free(team, field);
+    return status;
+}
