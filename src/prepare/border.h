@@ -285,8 +285,6 @@ static inline bool sc_is_coarse(const sc_borders *b, size_t tile)
 #define SC_VOXEL_BOX 0.45f
 /* Fields are smoothed within so many voxels of the border; */
 #define SC_BAND 4.0f
-/* and voxels make them within so many. */
-#define SC_FINE_BAND 3.0f
 /* @return half the box of cells at a strength. */
 static inline float sc_wide_box(float strength)
 {

@@ -31,15 +31,32 @@ typedef struct weigher {
     float (*field)[SC_TILE_CELLS]; /* 0 where it is free */
 } weigher;
 
-/* Copy the fields of tiles [begin, end) but for free cells; an sc_range_fn on a weigher. */
+/* @return whether all voxels of a cell are free. */
+static bool is_empty(const sc_borders *b, size_t tile, int cell)
+{
+    const int8_t *low =
+        b->squares[tile] + (cell / 64 * SC_CUBE + cell / 8 % 8) * 2 * SC_CUBE + 2 * (cell % 8);
+    int any = 0;
+
+    for (int n = 0; n < 8; n++)
+        any |= low[((n >> 2) * SC_CUBE + (n >> 1 & 1)) * SC_CUBE + (n & 1)];
+    return !any;
+}
+
+/* Copy the fields of tiles [begin, end) but for free cells, and set the data of these to SC_FAR: no
+ * border is asked for there, and no side is thick; an sc_range_fn on a weigher. */
 static void copy_tiles(void *user, size_t begin, size_t end, int thread)
 {
     const weigher *w = user;
 
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
-        for (int i = 0; i < SC_TILE_CELLS && !w->b->dead[tile]; i++)
-            w->field[tile][i] = w->b->box[tile][i] >= SC_BOX_FREE ? 0 : w->b->value[tile][i];
+        for (int i = 0; i < SC_TILE_CELLS && !w->b->dead[tile]; i++) {
+            const bool free = w->b->box[tile][i] >= SC_BOX_FREE && is_empty(w->b, tile, i);
+
+            w->field[tile][i] = free ? 0 : w->b->value[tile][i];
+            w->b->data[tile][i] = free ? SC_FAR : w->b->data[tile][i];
+        }
     }
 }
 
@@ -81,35 +98,31 @@ static void spread(const cell_rows in, float radius, cell_rows out)
     }
 }
 
-/* Write to @p share, for the cells of the region [BORDER_EDGE] that lie at the border, in which
- * part of DEEP_LEVELS balls fit into both sides there, and to @p at_border 1; for others 0 to both.
- */
-static void find_thick(const float *data, float *share, float *at_border)
+/* Write to @p share, for the cells of a region [BORDER_EDGE] that lie at the border, in which part
+ * of DEEP_LEVELS balls fit into both sides there, and 0 for others. @param at_border 1 and 0 for
+ * them. @param field [DEEP_EDGE]. */
+static void find_thick(const float *field, const float *at_border, float *share)
 {
     cell_rows sides[2], reached[2];
 
     for (int i = 0; i < BORDER_CELLS; i++)
-        share[i] = at_border[i] = 0;
+        share[i] = 0;
     for (int level = 0; level < DEEP_LEVELS; level++) {
         const float deep = DEEP_FROM + (DEEP_ALL - DEEP_FROM) * (float)level / (DEEP_LEVELS - 1);
 
         for (int side = 0; side < 2; side++) {
-            find_cells(data, side ? -1 : 1, deep, sides[side]);
+            find_cells(field, side ? -1 : 1, deep, sides[side]);
             spread((const uint32_t(*)[DEEP_EDGE])sides[side], 0.5f * (deep + ROUNDING),
                    reached[side]);
         }
         for (int k = 0; k < BORDER_EDGE * BORDER_EDGE; k++) {
             const int y = k % BORDER_EDGE + DEEP_REACH, z = k / BORDER_EDGE + DEEP_REACH;
             const uint32_t both = reached[0][z][y] & reached[1][z][y];
-            const float *from = data + (z * DEEP_EDGE + y) * DEEP_EDGE + DEEP_REACH;
 
-            for (int x = 0; x < BORDER_EDGE; x++) {
-                const float border = fabsf(from[x]) < AT_BORDER ? 1 : 0;
-
-                at_border[k * BORDER_EDGE + x] = border;
-                share[k * BORDER_EDGE + x] +=
-                    border * (float)(both >> (x + DEEP_REACH) & 1) * (1.0f / DEEP_LEVELS);
-            }
+            for (int x = 0; x < BORDER_EDGE; x++)
+                share[k * BORDER_EDGE + x] += at_border[k * BORDER_EDGE + x] *
+                                              (float)(both >> (x + DEEP_REACH) & 1) *
+                                              (1.0f / DEEP_LEVELS);
         }
     }
 }
@@ -118,19 +131,24 @@ static void find_thick(const float *data, float *share, float *at_border)
  * border around; an sc_range_fn on a weigher. */
 SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, int thread)
 {
+    static const float far[SC_BESIDE_CONSTANTS] = {SC_FAR, SC_FAR, -SC_FAR, SC_FAR};
     const weigher *w = user;
     const sc_borders *b = w->b;
 
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
-        float data[DEEP_EDGE * DEEP_EDGE * DEEP_EDGE], share[BORDER_CELLS], weight[BORDER_CELLS];
+        float field[DEEP_EDGE * DEEP_EDGE * DEEP_EDGE], share[BORDER_CELLS], weight[BORDER_CELLS];
 
         for (int i = 0; i < SC_TILE_CELLS; i++)
             b->coarse[tile][i] = 1;
         if (b->still[tile])
             continue;
-        sc_read_cells(b, (cell_array *)w->field, tile, DEEP_REACH + BORDER_BLURS, data);
-        find_thick(data, share, weight);
+        sc_read_cells(b, (cell_array *)w->field, tile, DEEP_REACH + BORDER_BLURS, field);
+        sc_read_tile_cells(b, b->data[0], tile, BORDER_BLURS, far, weight);
+        sc_extrapolate(b, tile, SC_CUBE_CELLS, BORDER_BLURS, weight);
+        for (int i = 0; i < BORDER_CELLS; i++)
+            weight[i] = fabsf(weight[i]) < AT_BORDER ? 1 : 0;
+        find_thick(field, weight, share);
         for (int i = 0; i < BORDER_BLURS; i++) {
             sc_binomial(share, BORDER_EDGE - 2 * i, share);
             sc_binomial(weight, BORDER_EDGE - 2 * i, weight);
@@ -138,7 +156,7 @@ SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, in
         for (int i = 0; i < SC_TILE_CELLS; i++) {
             const float cells = sc_cell_share(sc_strength_at(b, tile, i));
 
-            if (fabsf(b->data[tile][i]) < SC_FINE_BAND && weight[i] > 0)
+            if (weight[i] > 0)
                 b->coarse[tile][i] = cells * (share[i] < weight[i] ? share[i] / weight[i] : 1);
         }
     }
