@@ -219,7 +219,7 @@ static inline int16_t sc_to_fine(float value)
 {
     const float steps = value * SC_FINE_STEPS;
 
-    return (int16_t)(steps < 0 ? steps - 0.5f : steps + 0.5f);
+    return (int16_t)(steps + copysignf(0.5f, steps));
 }
 
 /* The inverse of sc_to_fine. */
@@ -264,9 +264,9 @@ static inline float sc_cell_share(float strength)
 /* @return the distance of a voxel to the border of a field, by its number in sc_borders.squares. */
 static inline float sc_distance_of(int8_t square)
 {
-    const float root = sqrtf((float)(square < 0 ? -square : square)) - 0.5f;
+    const float length = sqrtf((float)(square < 0 ? -square : square)) - 0.5f;
 
-    return square < 0 ? -root : root;
+    return (float)(square < 0 ? -1 : 1) * length; /* without a branch, so that vectors do it */
 }
 
 /* Do cells alone make the field of all of a tile? */

@@ -66,7 +66,7 @@ static void find_patterns(linker *l)
 /* Find which voxels of the rows of a region are on the positive (@p sign 1) or negative side (-1),
  * to
  * @p sides, and which of them are thin, to @p thin, as bits. @return whether any is thin. */
-static bool find_thin(const int8_t *squares, int sign, uint32_t sides[EDGE][EDGE],
+SC_ALWAYS_INLINE bool find_thin(const int8_t *squares, int sign, uint32_t sides[EDGE][EDGE],
                       uint32_t thin[EDGE][EDGE])
 {
     uint32_t full[EDGE][EDGE], any = 0;
@@ -137,7 +137,7 @@ static void set_link(const sc_borders *b, size_t tile, unsigned corners, float l
 }
 
 /* Keep the links of tiles [begin, end); an sc_range_fn on a linker. */
-static void link_tiles(void *user, size_t begin, size_t end, int thread)
+SC_WIDE_VECTORS static void link_tiles(void *user, size_t begin, size_t end, int thread)
 {
     static const int8_t none[SC_BESIDE_CONSTANTS] = {0, SC_REACH_SQUARED, -SC_REACH_SQUARED, 0};
     const linker *l = user;

@@ -123,7 +123,7 @@ typedef struct refining {
 } refining;
 
 /* Fill the boxes of voxels around a tile: r->low and r->high. */
-static void find_boxes(const sc_borders *b, size_t tile, refining *r)
+SC_ALWAYS_INLINE void find_boxes(const sc_borders *b, size_t tile, refining *r)
 {
     enum { CELLS = FINE_EDGE / 2 };
     static const float none[SC_BESIDE_CONSTANTS] = {1, 1, 1, 1};
@@ -133,22 +133,23 @@ static void find_boxes(const sc_borders *b, size_t tile, refining *r)
         sc_read_tile_shares(b, b->strengths[0], tile, FINE_HALO / 2, none, strengths);
     for (int k = 0; k < FINE_EDGE * FINE_EDGE; k++) {
         const float *row = strengths + (k / FINE_EDGE / 2 * CELLS + k % FINE_EDGE / 2) * CELLS;
+        const int8_t *squares = r->squares + (size_t)(k * FINE_EDGE);
+        float half[FINE_EDGE];
 
+        for (int x = 0; x < FINE_EDGE; x++)
+            half[x] = SC_VOXEL_BOX * sc_voxel_share(b->strengths ? row[x / 2] : b->strength);
         for (int x = 0; x < FINE_EDGE; x++) {
-            const int at = k * FINE_EDGE + x;
-            const float middle = sc_distance_of(r->squares[at]);
-            const float half =
-                SC_VOXEL_BOX * sc_voxel_share(b->strengths ? row[x / 2] : b->strength);
-            const float width = r->squares[at] ? half : SC_BOX_FREE;
+            const float middle = sc_distance_of(squares[x]);
+            const float width = squares[x] ? half[x] : SC_BOX_FREE;
 
-            r->low[at] = middle - width;
-            r->high[at] = middle + width;
+            r->low[k * FINE_EDGE + x] = middle - width;
+            r->high[k * FINE_EDGE + x] = middle + width;
         }
     }
 }
 
 /* Store the field at voxels of a tile that cells alone make. */
-static void store_coarse(const sc_borders *b, size_t tile, refining *r)
+SC_ALWAYS_INLINE void store_coarse(const sc_borders *b, size_t tile, refining *r)
 {
     enum { CELLS = SC_CUBE_CELLS + 2, VOXELS = 2 * CELLS - 2 };
     const int8_t *squares = b->squares[tile];
@@ -176,7 +177,7 @@ static void store_coarse(const sc_borders *b, size_t tile, refining *r)
 }
 
 /* Store the field at voxels of a tile, a blend of what cells and voxels make. */
-static void store_blend(const sc_borders *b, size_t tile, refining *r)
+SC_ALWAYS_INLINE void store_blend(const sc_borders *b, size_t tile, refining *r)
 {
     enum { WIDE = 26, SHARES = SC_CUBE_CELLS + 2 };
     static const int8_t constants[SC_BESIDE_CONSTANTS] = {0, SC_REACH_SQUARED, -SC_REACH_SQUARED,

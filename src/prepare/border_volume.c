@@ -116,7 +116,7 @@ SC_WIDE_VECTORS static void move_cells(void *user, size_t begin, size_t end, int
 /* Write to @p out the share, less one half, of each voxel of a row that is on the positive side, by
  * the field at eight points in it.
  * @p at the row in a region of @p VOXELS voxels along each axis. */
-static void shares_of_row(const float *at, float out[SC_CUBE])
+SC_ALWAYS_INLINE void shares_of_row(const float *at, float out[SC_CUBE])
 {
     enum { ROW = VOXELS, LAYER = VOXELS * VOXELS };
     float sums[SC_CUBE] = {0};

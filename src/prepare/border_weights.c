@@ -64,7 +64,7 @@ static void copy_tiles(void *user, size_t begin, size_t end, int thread)
 typedef uint32_t cell_rows[DEEP_EDGE][DEEP_EDGE];
 
 /* Find the cells of a region whose data, times @p sign, are @p least or more. */
-static void find_cells(const float *data, float sign, float least, cell_rows out)
+SC_ALWAYS_INLINE void find_cells(const float *data, float sign, float least, cell_rows out)
 {
     for (int k = 0; k < DEEP_EDGE * DEEP_EDGE; k++) {
         uint32_t bits = 0;
@@ -77,7 +77,7 @@ static void find_cells(const float *data, float sign, float least, cell_rows out
 
 /* Find the cells at most @p radius cells away from one of @p in; those along the edge of the region
  * are not found. */
-static void spread(const cell_rows in, float radius, cell_rows out)
+SC_ALWAYS_INLINE void spread(const cell_rows in, float radius, cell_rows out)
 {
     memset(out, 0, sizeof(cell_rows));
     for (int n = 0; n < DEEP_ROWS * DEEP_ROWS; n++) {
@@ -101,7 +101,7 @@ static void spread(const cell_rows in, float radius, cell_rows out)
 /* Write to @p share, for the cells of a region [BORDER_EDGE] that lie at the border, in which part
  * of DEEP_LEVELS balls fit into both sides there, and 0 for others. @param at_border 1 and 0 for
  * them. @param field [DEEP_EDGE]. */
-static void find_thick(const float *field, const float *at_border, float *share)
+SC_ALWAYS_INLINE void find_thick(const float *field, const float *at_border, float *share)
 {
     cell_rows sides[2], reached[2];
 
