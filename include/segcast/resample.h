@@ -25,12 +25,6 @@ typedef struct sc_drawn_grid {
                    */
     int moved[3]; /**< how many slices across each axis were moved against those around them, as
                      found before anything is changed */
-    double noise; /**< share of the voxels at borders that another label would have if borders were
-                     smooth, from a sample; 0 where slices were moved, which makes borders rough */
-    double waves; /**< share of the voxels at flat borders that lie half a voxel or more beyond the
-                     border without waves longer than voxels, from a sample. Such waves has
-                     a segmentation that was brought to finer voxels smoothly, without copies. 0
-                     where few borders are flat, and where sc_resample has something else to do */
 } sc_drawn_grid;
 
 /** Measure how a volume was drawn. Slices count as moved if they jump to and fro, all borders in
@@ -48,10 +42,6 @@ SC_MUST_USE sc_status sc_find_drawn_grid_together(const sc_ctx *ctx, sc_team *te
 /** Slices are thick if they are more than this many times as far apart as their pixels are wide. */
 #define SC_THICK_RATIO 1.7
 
-/** @return whether borders are so noisy that sc_resample smooths them. */
-bool sc_is_noisy(const sc_drawn_grid *grid);
-/** @return whether borders are so wavy that sc_resample smooths them. */
-bool sc_is_wavy(const sc_drawn_grid *grid);
 /** @return whether sc_resample has anything to do. */
 bool sc_is_resampled(const sc_drawn_grid *grid);
 
@@ -68,9 +58,9 @@ SC_MUST_USE sc_status sc_resample_bytes(const sc_ctx *ctx, const sc_volume *volu
 
 /** Bring a volume to the grid that sc_find_drawn_grid has found, in place: copied voxels are
  * replaced by one each, slices that were moved against each other are moved back (align.c tells
- * how), borders that are noisy (noise.c) or wavy (waves.c) are smoothed, and layers are put between
- * thick slices (thick.c). Ids and labels keep their meaning, the geometry its place. @return
- * SC_ERR_MEMORY; the volume may then be resampled in part, and is to be cleared. */
+ * how), and layers are put between thick slices (thick.c). Ids and labels keep their meaning, the
+ * geometry its place. @return SC_ERR_MEMORY; the volume may then be resampled in part, and is to be
+ * cleared. */
 SC_MUST_USE sc_status sc_resample(const sc_ctx *ctx, sc_volume *volume, const sc_drawn_grid *grid,
                                   int threads);
 

@@ -102,17 +102,16 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
     for (int id = 0; id < v->label_count; id++)
         failed |= json_array_append_new(labels, label_json(in, id)) != 0;
     json = json_pack(
-        "{s:s, s:i, s:i, s:f, s:[i,i,i], s:[f,f,f], s:[f,f,f], s:[i,i,i], s:f, s:f, s:s, s:b, s:o, "
+        "{s:s, s:i, s:i, s:f, s:[i,i,i], s:[f,f,f], s:[f,f,f], s:[i,i,i], s:s, s:b, s:o, "
         "s:I, "
         "s:o, s:o, s:o}",
         "schema", "segcast-info-1", "phases", in->phases, "phase", in->phase, "phase_step_s",
         in->step_s, "size", v->size[0], v->size[1], v->size[2], "spacing_mm", in->spacing_mm[0],
         in->spacing_mm[1], in->spacing_mm[2], "drawn_mm", in->drawn.drawn_mm[0],
         in->drawn.drawn_mm[1], in->drawn.drawn_mm[2], "moved_slices", in->drawn.moved[0],
-        in->drawn.moved[1], in->drawn.moved[2], "border_noise", in->drawn.noise, "border_waves",
-        in->drawn.waves, "axes", in->axes, "oriented", v->oriented, "to_ras_mm", matrix,
-        "boundary_voxels", (json_int_t)v->boundary_count, "labels", labels, "label_table",
-        sc_label_report_json(in->report), "overlaps", overlaps_json(in->overlaps));
+        in->drawn.moved[1], in->drawn.moved[2], "axes", in->axes, "oriented", v->oriented,
+        "to_ras_mm", matrix, "boundary_voxels", (json_int_t)v->boundary_count, "labels", labels,
+        "label_table", sc_label_report_json(in->report), "overlaps", overlaps_json(in->overlaps));
     text = json && !failed ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(json);
     if (!text)

@@ -223,14 +223,13 @@ sc_status sc_session_resample(const sc_app *app, const sc_session *session,
     input->settings.as_drawn = !sc_is_resampled(&grid);
     if (sc_volume_memory_check(&silent, path, size, bytes) != SC_OK) {
         sc_warn(app->ctx,
-                "%s: --max-memory leaves no room for layers between its slices, nor to smooth its "
-                "borders, so slices and noise will show as steps",
+                "%s: --max-memory leaves no room for layers between its slices, nor to move "
+                "those back that jump, so slices will show as steps",
                 path);
         for (int i = 0; i < 3; i++) { /* copied voxels alone are removed */
             grid.split[i] = 1;
             grid.moved[i] = 0;
         }
-        grid.noise = grid.waves = 0;
     }
     input->settings.resampled = sc_is_resampled(&grid);
     if (!input->settings.resampled)

@@ -106,11 +106,10 @@ static const sc_key render_keys[] = {
              "with the corners of voxels",
      .choices = surfaces, .of_film = true},
     {"smooth", &sc_type_smooth, RENDER(smooth), "auto",
-     .help =
-         "strength of the smoothing of surfaces, from 0 (crisp), by which the lengths of its "
-         "filter are multiplied; one for all, or three along the axes of the volume; auto: 1, "
-         "on the grid on which the volume was drawn: without copied voxels, with layers "
-         "between thick slices, slices that jump moved back, and noisy or wavy borders smoothed",
+     .help = "strength of the smoothing of surfaces, from 0 (crisp), by which the lengths of its "
+             "filter are multiplied; one for all, or three along the axes of the volume; auto: 1, "
+             "on the grid on which the volume was drawn: without copied voxels, with layers "
+             "between thick slices, and slices that jump moved back",
      .low = 0, .high = SC_SMOOTH_MAX,
      .option = &(const sc_key_option){"smooth", "S", PICTURE_COMMANDS}, .of_film = true},
     {"skip", &sc_type_choice, RENDER(skip), "leap",

@@ -87,31 +87,6 @@ SC_MUST_USE sc_status sc_resample_find_moved(const sc_ctx *ctx, sc_team *team,
 SC_MUST_USE sc_status sc_resample_move_slices(const sc_ctx *ctx, sc_volume *v, int axis,
                                               int threads);
 
-/* Measure the noise of the borders of labels: what share of the voxels at borders
- * sc_resample_remove_noise would give another label. Looks at a sample. @return SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_resample_measure_noise(const sc_ctx *ctx, sc_team *team,
-                                                const drawn_view *view, const double drawn_mm[3],
-                                                double *share);
-/* Smooth the noise of the borders of labels, in place: noise.c tells how. @return SC_ERR_MEMORY,
- * the volume unchanged. */
-SC_MUST_USE sc_status sc_resample_remove_noise(const sc_ctx *ctx, sc_volume *v,
-                                               const double drawn_mm[3], int threads);
-
-/* Measure the waves of the borders of labels: what share of the voxels at borders lies in flat
- * ones, and what share of all lies in flat ones and beyond the border without waves. Looks at a
- * sample.
- * @param drawn_mm lengths of voxels, none over SC_THICK_RATIO times the shortest. @return
- * SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_resample_measure_waves(const sc_ctx *ctx, sc_team *team,
-                                                const drawn_view *view, const double drawn_mm[3],
-                                                double *share, double *flat);
-/* Smooth the waves of the borders of labels, in place: waves.c tells how. @return SC_ERR_MEMORY,
- * the volume unchanged. */
-SC_MUST_USE sc_status sc_resample_remove_waves(const sc_ctx *ctx, sc_volume *v,
-                                               const double drawn_mm[3], int threads);
-/* @return about how many bytes sc_resample_remove_waves takes beside a copy of the voxels. */
-double sc_resample_waves_bytes(const sc_volume *v, int threads);
-
 /* Set size and geometry of a volume along @p axis: @p count planes, the middle of the first of
  * which lies @p first old planes behind that of the first old one, and @p step old planes apart. */
 void sc_resample_set_axis(sc_volume *v, int axis, int count, double first, double step);

@@ -5,19 +5,11 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-enum {
-    MOST_LAYERS = 15, /* into which a drawn voxel is split */
-    LEAST_VOXELS = 64 /* along each axis of a volume in which waves are looked for */
-};
+enum { MOST_LAYERS = 15 }; /* into which a drawn voxel is split */
 /* Drawn voxels are split until they are at most so many times as long as the shortest. */
 #define LONGEST_LAYER 1.5
 /* Beyond this ratio of lengths a spacing is in a wrong unit, and layers would tell nothing. */
 #define MOST_RATIO 100.0
-/* Borders are noisy from this share of sc_drawn_grid.noise on. */
-#define LEAST_NOISE 0.008
-/* Borders are wavy from this share of sc_drawn_grid.waves on, if this share of all is flat. */
-#define LEAST_WAVES 0.01
-#define LEAST_FLAT 0.06
 
 /* Write how many slices across each axis of a view jump to @p moved. @return SC_ERR_MEMORY. */
 static sc_status count_moved(const sc_ctx *ctx, sc_team *team, const drawn_view *view, int moved[3])
@@ -34,18 +26,6 @@ static sc_status count_moved(const sc_ctx *ctx, sc_team *team, const drawn_view 
         sc_free(places);
     }
     return status;
-}
-
-/* Is a volume large enough along all axes, and are its voxels about as long as wide, so that waves
- * can be told from shapes? */
-static bool may_have_waves(const drawn_view *view, const double drawn_mm[3])
-{
-    const double shortest = fmin(drawn_mm[0], fmin(drawn_mm[1], drawn_mm[2]));
-    bool may = true;
-
-    for (int i = 0; i < 3; i++)
-        may = may && view->size[i] >= LEAST_VOXELS && drawn_mm[i] <= SC_THICK_RATIO * shortest;
-    return may;
 }
 
 sc_status sc_find_drawn_grid(const sc_ctx *ctx, const sc_volume *volume, int threads,
@@ -65,7 +45,7 @@ sc_status sc_find_drawn_grid_together(const sc_ctx *ctx, sc_team *team, const sc
 {
     sc_drawn_grid grid = {.copies = {1, 1, 1}, .split = {1, 1, 1}};
     drawn_view view = {0};
-    double shortest = HUGE_VAL, flat;
+    double shortest = HUGE_VAL;
     sc_status status;
 
     SC_TRY(sc_resample_find_copies(ctx, team, volume, &grid));
@@ -83,26 +63,10 @@ sc_status sc_find_drawn_grid_together(const sc_ctx *ctx, sc_team *team, const sc
     }
     SC_TRY(sc_team_agree(team, sc_drawn_view_make(ctx, volume, &grid, &view)));
     SC_TRY(count_moved(ctx, team, &view, grid.moved));
-    if (!grid.moved[0] && !grid.moved[1] && !grid.moved[2])
-        SC_TRY(sc_resample_measure_noise(ctx, team, &view, grid.drawn_mm, &grid.noise));
-    if (!sc_is_resampled(&grid) && may_have_waves(&view, grid.drawn_mm)) {
-        SC_TRY(sc_resample_measure_waves(ctx, team, &view, grid.drawn_mm, &grid.waves, &flat));
-        grid.waves = flat >= LEAST_FLAT ? grid.waves / flat : 0;
-    }
     *out = grid;
 out:
     sc_drawn_view_clear(&view);
     return status;
-}
-
-bool sc_is_noisy(const sc_drawn_grid *grid)
-{
-    return grid->noise >= LEAST_NOISE;
-}
-
-bool sc_is_wavy(const sc_drawn_grid *grid)
-{
-    return grid->waves >= LEAST_WAVES;
 }
 
 /* Does sc_resample change the grid itself, not only labels on it? */
@@ -117,8 +81,7 @@ static bool is_other_grid(const sc_drawn_grid *grid)
 
 bool sc_is_resampled(const sc_drawn_grid *grid)
 {
-    return is_other_grid(grid) || grid->moved[0] || grid->moved[1] || grid->moved[2] ||
-           sc_is_noisy(grid) || sc_is_wavy(grid);
+    return is_other_grid(grid) || grid->moved[0] || grid->moved[1] || grid->moved[2];
 }
 
 /* Append words to @p text, which holds @p length bytes, behind a comma if there is anything. */
@@ -150,13 +113,6 @@ void sc_drawn_grid_text(const sc_drawn_grid *grid, char *text, size_t bytes)
             append(text, bytes, &length, "%d slices along %c jump and are moved back",
                    grid->moved[i], "xyz"[i]);
     }
-    if (sc_is_noisy(grid))
-        append(text, bytes, &length, "borders are noisy (%.2g %% of their voxels) and are smoothed",
-               100 * grid->noise);
-    if (sc_is_wavy(grid))
-        append(text, bytes, &length,
-               "borders have waves longer than voxels (%.2g %% of what is flat) and are smoothed",
-               100 * grid->waves);
 }
 
 void sc_resampled_size(const sc_volume *volume, const sc_drawn_grid *grid, int size[3])
@@ -191,11 +147,8 @@ sc_status sc_resample_bytes(const sc_ctx *ctx, const sc_volume *volume, const sc
     sc_status status = SC_OK;
 
     sc_resampled_size(volume, &whole, size);
-    if (sc_is_noisy(grid) || grid->moved[0] || grid->moved[1] || grid->moved[2])
+    if (grid->moved[0] || grid->moved[1] || grid->moved[2])
         most = (double)size[0] * size[1] * size[2] * volume->label_bytes;
-    if (sc_is_wavy(grid))
-        most = (double)size[0] * size[1] * size[2] * volume->label_bytes +
-               sc_resample_waves_bytes(volume, threads);
     if (grid->split[0] > 1 || grid->split[1] > 1 || grid->split[2] > 1) {
         SC_TRY(sc_resample_find_boxes(ctx, volume, threads, &boxes));
         for (int i = 0; i < 3; i++)
@@ -226,10 +179,6 @@ sc_status sc_resample(const sc_ctx *ctx, sc_volume *volume, const sc_drawn_grid 
         if (grid->moved[axis])
             SC_TRY(sc_resample_move_slices(ctx, volume, axis, threads));
     }
-    if (sc_is_noisy(grid))
-        SC_TRY(sc_resample_remove_noise(ctx, volume, grid->drawn_mm, threads));
-    if (sc_is_wavy(grid))
-        SC_TRY(sc_resample_remove_waves(ctx, volume, grid->drawn_mm, threads));
     for (int axis = 0; axis < 3; axis++) {
         if (grid->split[axis] > 1)
             SC_TRY(sc_resample_split_slices(ctx, volume, axis, grid->split[axis], threads));

@@ -108,8 +108,8 @@ typedef struct locality {
  * voxel at a border: a cube of 64 voxels and @p halo more on all sides, as far as the volume
  * reaches; its corner has even coordinates. Only the cube is looked at. Both are drawn as the
  * smooth surface with the strength of @p how, on their own voxels: what is found out about a volume
- * as a whole (copies, noise and others) is left out. Points and rays are such that their
- * coordinates are the same numbers in both. @return errors of preparing. */
+ * as a whole (copies, slices that jump, thick slices) is left out. Points and rays are such that
+ * their coordinates are the same numbers in both. @return errors of preparing. */
 sc_status measure_locality(const sc_ctx *ctx, const sc_volume *volume, const drawing *how, int halo,
                            locality *out);
 
