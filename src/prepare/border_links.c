@@ -67,7 +67,7 @@ static void find_patterns(linker *l)
  * to
  * @p sides, and which of them are thin, to @p thin, as bits. @return whether any is thin. */
 SC_ALWAYS_INLINE bool find_thin(const int8_t *squares, int sign, uint32_t sides[EDGE][EDGE],
-                      uint32_t thin[EDGE][EDGE])
+                                uint32_t thin[EDGE][EDGE])
 {
     uint32_t full[EDGE][EDGE], any = 0;
 

@@ -17,7 +17,10 @@ enum {
  * in voxels, has the middle of the largest one to be on both sides that cells count, and that they
  * decide alone. A gap is thin up to its mouth, however open it is beyond. */
 #define DEEP_FROM 2.6f
-#define DEEP_ALL 3.2f
+#define DEEP_ALL 3.8f
+/* So far from the border, in voxels, the field tells the distance; deeper inside it is less where
+ * voxels on the way are noise. */
+#define KNOWN 1.2f
 /* Balls reach so much farther, since the border is not known better. */
 #define ROUNDING 1.7f
 /* Cells with data below this, in voxels, lie at the border. */
@@ -75,6 +78,32 @@ SC_ALWAYS_INLINE void find_cells(const float *data, float sign, float least, cel
     }
 }
 
+/* Find the cells of a region in which the middle of a ball of @p radius voxels may lie that fits
+ * into the side of @p sign: all cells around are as far from the border as they have to be. Those
+ * along the edge of the region are not found. */
+SC_ALWAYS_INLINE void find_deep(const float *field, float sign, float radius, cell_rows out)
+{
+    static const float lengths[4] = {0, 2, 2.828427f, 3.464102f}; /* to the cells around */
+    cell_rows far[4];
+
+    for (int i = 0; i < 4; i++)
+        find_cells(field, sign, radius - lengths[i] < KNOWN ? radius - lengths[i] : KNOWN, far[i]);
+    memset(out, 0, sizeof(cell_rows));
+    for (int z = 1; z + 1 < DEEP_EDGE; z++) {
+        for (int y = 1; y + 1 < DEEP_EDGE; y++) {
+            const uint32_t *face = far[1][z] + y, *edge = far[2][z] + y, *low = far[2][z - 1] + y,
+                           *high = far[2][z + 1] + y;
+            const uint32_t corners = far[3][z - 1][y - 1] & far[3][z - 1][y + 1] &
+                                     far[3][z + 1][y - 1] & far[3][z + 1][y + 1];
+            const uint32_t edges = edge[-1] & edge[1] & low[0] & high[0] & corners;
+
+            out[z][y] = far[0][z][y] & face[-1] & face[1] & far[1][z - 1][y] & far[1][z + 1][y] &
+                        face[0] << 1 & face[0] >> 1 & low[-1] & low[1] & high[-1] & high[1] &
+                        edges << 1 & edges >> 1;
+        }
+    }
+}
+
 /* Find the cells at most @p radius cells away from one of @p in; those along the edge of the region
  * are not found. */
 SC_ALWAYS_INLINE void spread(const cell_rows in, float radius, cell_rows out)
@@ -111,7 +140,7 @@ SC_ALWAYS_INLINE void find_thick(const float *field, const float *at_border, flo
         const float deep = DEEP_FROM + (DEEP_ALL - DEEP_FROM) * (float)level / (DEEP_LEVELS - 1);
 
         for (int side = 0; side < 2; side++) {
-            find_cells(field, side ? -1 : 1, deep, sides[side]);
+            find_deep(field, side ? -1 : 1, deep, sides[side]);
             spread((const uint32_t(*)[DEEP_EDGE])sides[side], 0.5f * (deep + ROUNDING),
                    reached[side]);
         }
