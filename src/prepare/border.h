@@ -69,8 +69,7 @@ typedef struct sc_borders {
     sc_preparation *p; /* borrowed */
     int cubes[3];
     int phase[3]; /* voxels of the first cube along each axis that lie before the volume: cubes
-                     begin where the patient's left, posterior and inferior ends are, whichever way
-                     the axes of the volume lead */
+                     lie at fixed places of the patient */
     size_t cube_count, tile_count;
     sc_cube *around;        /* [cube_count] */
     uint32_t *start;        /* [cube_count + 1]: number of the block's first tile */

@@ -234,16 +234,27 @@ static void find_beside(void *user, size_t begin, size_t end, int thread)
     sc_team_alloc(ctx, (b)->p->team, (count) ? (count) : 1, sizeof *(b)->member,                   \
                   (void **)&(b)->member)
 
-/* Does an axis of a volume lead to the left, back or down, most of all? */
-static bool leads_back(const sc_affine *to_ras_mm, int axis)
+/* @return how many voxels of the first cube along an axis lie before the volume. Cubes begin at
+ * every SC_CUBE-th voxel from the origin of the patient on, counted to the right, to the front and
+ * up, so that they lie at the same places whichever way the axes of a volume lead, and in whatever
+ * part of it was cut out. The nearest voxel is the one up to three quarters below, as origins lie
+ * in the middle of a voxel or between two. */
+static int phase_of(const sc_affine *to_ras_mm, int axis)
 {
     const sc_vec3 column = sc_affine_column(to_ras_mm, axis);
     const double along[3] = {column.x, column.y, column.z};
-    int most = 0;
+    const double length = sc_vec3_length(column);
+    double at = 0;
+    int most = 0, voxel;
 
-    for (int i = 1; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         most = fabs(along[i]) > fabs(along[most]) ? i : most;
-    return along[most] < 0;
+        at += to_ras_mm->m[i][3] * along[i] / (length * length);
+    }
+    at = floor((along[most] < 0 ? -at : at) + 0.25);
+    voxel = (int)fmod(at, SC_CUBE); /* exact, however far away the origin is */
+    voxel = voxel < 0 ? voxel + SC_CUBE : voxel;
+    return along[most] < 0 ? SC_CUBE - 1 - voxel : voxel;
 }
 
 sc_status sc_find_tiles(const sc_ctx *ctx, sc_borders *b)
@@ -256,8 +267,7 @@ sc_status sc_find_tiles(const sc_ctx *ctx, sc_borders *b)
     for (int i = 0; i < 3; i++) {
         const int size = b->p->volume->size[i];
 
-        b->phase[i] =
-            leads_back(&b->p->volume->to_ras_mm, i) ? (SC_CUBE - size % SC_CUBE) % SC_CUBE : 0;
+        b->phase[i] = phase_of(&b->p->volume->to_ras_mm, i);
         b->cubes[i] = (size + b->phase[i] + SC_CUBE - 1) / SC_CUBE;
         f.subs[i] = (size + b->phase[i] + SUB - 1) / SUB;
         cubes *= (size_t)f.subs[i];

@@ -41,16 +41,16 @@ static bool find_border(const sc_volume *v, uint64_t *seed, int at[3])
 }
 
 /* The part of the volume about @p middle that is compared, to @p inner, and with @p halo voxels
- * around it, as far as the volume reaches, to @p outer. Both begin at even voxels. */
+ * around it, as far as the volume reaches, to @p outer. */
 static void choose_parts(const sc_volume *v, const int middle[3], int halo, part *inner,
                          part *outer)
 {
     for (int i = 0; i < 3; i++) {
-        const int low = (middle[i] - EDGE / 2) & ~1;
+        const int low = middle[i] - EDGE / 2;
 
         inner->low[i] = low > 0 ? low : 0;
         inner->high[i] = low + EDGE < v->size[i] ? low + EDGE : v->size[i];
-        outer->low[i] = low - halo > 0 ? (low - halo) & ~1 : 0;
+        outer->low[i] = low - halo > 0 ? low - halo : 0;
         outer->high[i] = low + EDGE + halo < v->size[i] ? low + EDGE + halo : v->size[i];
     }
 }

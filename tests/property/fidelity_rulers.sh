@@ -35,6 +35,10 @@ done
 check halo-24.json '.crops == 12 and .points > 1000 and .rays > 10000 and .points_differing == 0
     and .rays_differing == 0' 'crops with a wide halo'
 check halo-1.json '.rays_differing > 0' 'crops with a halo of one voxel'
+# Smooth surfaces depend on the voxels up to 56 away, wherever a crop begins.
+"$FIDELITY" --json --smooth 1 --locality 56 heart.nrrd >halo-56.json || fail 'the locality of smooth borders was not measured'
+check halo-56.json '.points > 1000 and .rays > 10000 and .points_differing == 0 and .rays_differing == 0' \
+    'smooth crops with a wide halo'
 
 # What is drawn of voxels as cubes changes evenly with their noise, and not at all with the strength.
 "$FIDELITY" --json --surface voxel --cliffs >cliffs.json || fail 'cliffs were not measured'
