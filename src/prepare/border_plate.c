@@ -217,6 +217,18 @@ SC_ALWAYS_INLINE void store_blend(const sc_borders *b, size_t tile, refining *r)
     }
 }
 
+/* Lie any voxels of a tile so near the border that it is drawn from them, which gradients at it
+ * are, too? */
+static bool is_at_border(const int8_t *squares)
+{
+    enum { NEAR = 4 * 4 };
+    int8_t any = 0;
+
+    for (int i = 0; i < SC_TILE_VOXELS; i++)
+        any |= (int8_t)(squares[i] >= -NEAR && squares[i] <= NEAR);
+    return any;
+}
+
 /* Make the field at the voxels of tiles [begin, end); an sc_range_fn on sc_borders. */
 SC_WIDE_VECTORS static void refine_tiles(void *user, size_t begin, size_t end, int thread)
 {
@@ -227,7 +239,7 @@ SC_WIDE_VECTORS static void refine_tiles(void *user, size_t begin, size_t end, i
     for (size_t tile = begin; tile < end; tile++) {
         if (b->dead[tile])
             continue;
-        if (sc_is_coarse(b, tile))
+        if (sc_is_coarse(b, tile) || !is_at_border(b->squares[tile]))
             store_coarse(b, tile, &r);
         else
             store_blend(b, tile, &r);

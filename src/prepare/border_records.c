@@ -35,6 +35,7 @@ typedef struct writer {
     const uint32_t *number;
     uint64_t *sides;
     uint8_t (*codes)[SC_BRICK_VERTICES];
+    int8_t (*inner)[SC_BRICK_VERTICES]; /* value of the record; 0 if it has not been found */
 } writer;
 
 /* Labels of a group and around it; beyond the volume those of the nearest voxels. */
@@ -308,6 +309,14 @@ static inline int outer_value(float field)
                                    : 1;
 }
 
+/* @return the value of a record of the inner field. @param values of largest_tissue. */
+static inline int8_t inner_value(const float values[2])
+{
+    const int value = outer_value(0.5f * (values[0] - values[1]));
+
+    return (int8_t)(value < 1 ? 1 : value);
+}
+
 /* @return the place of vertex @p at of a group in the field that find_brick reads. */
 static inline int sided(const int at[3])
 {
@@ -323,11 +332,13 @@ static void find_brick(const writer *w, const group_ids *ids, const int low[3], 
     const int corner[3] = {n % BRICKS * SC_BRICK, n / BRICKS % BRICKS * SC_BRICK,
                            n / (BRICKS * BRICKS) * SC_BRICK};
     uint8_t *codes;
+    int8_t *inner;
     uint64_t sides = 0;
 
     if (brick == SIZE_MAX || !w->number[brick])
         return;
     codes = w->codes[w->number[brick] - 1];
+    inner = w->inner[w->number[brick] - 1];
     for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
         const int at[3] = {corner[0] + sc_bit_x(bit), corner[1] + sc_bit_y(bit),
                            corner[2] + sc_bit_z(bit)};
@@ -339,6 +350,7 @@ static void find_brick(const writer *w, const group_ids *ids, const int low[3], 
         codes[bit] = SC_TISSUE_OWN;
         if (several >> bit & 1) {
             codes[bit] = (uint8_t)largest_tissue(w->b, ids, at, voxel, values);
+            inner[bit] = inner_value(values);
         } else if (!own && any >> bit & 1) {
             for (int k = 1; codes[bit] == SC_TISSUE_OWN; k++)
                 codes[bit] = id_around(ids, at[0], at[1], at[2], nearest_first[k])
@@ -459,14 +471,16 @@ static void write_inner(const writer *w, uint32_t label, const int low[3], const
                                n / (BRICKS * BRICKS) * SC_BRICK + sc_bit_z(bit)};
             const int voxel[3] = {low[0] + at[0] - 1, low[1] + at[1] - 1, low[2] + at[2] - 1};
             const int code = w->codes[w->number[brick] - 1][bit];
+            int value = w->inner[w->number[brick] - 1][bit];
             float values[2];
-            int value;
 
             if (id_around(ids, at[0], at[1], at[2], code) != label)
                 continue;
-            (void)largest_tissue(w->b, ids, at, voxel, values);
-            value = outer_value(0.5f * (values[0] - values[1]));
-            *record = pack(w, f, at, code, value < 1 ? 1 : value);
+            if (!value) {
+                (void)largest_tissue(w->b, ids, at, voxel, values);
+                value = inner_value(values);
+            }
+            *record = pack(w, f, at, code, value);
         }
     }
 }
@@ -559,7 +573,7 @@ static void want_bricks(void *user, size_t begin, size_t end, int thread)
 static sc_status write_records(const sc_ctx *ctx, sc_preparation *p, const sc_borders *b)
 {
     writer w = {.b = b, .p = p};
-    void *wanted = NULL, *sides = NULL, *codes = NULL;
+    void *wanted = NULL, *sides = NULL, *codes = NULL, *inner = NULL;
     uint32_t *number = NULL;
     uint64_t count;
     sc_fields fields;
@@ -577,6 +591,8 @@ static sc_status write_records(const sc_ctx *ctx, sc_preparation *p, const sc_bo
     w.sides = sides;
     SC_TRY(sc_team_alloc(ctx, p->team, count + 1, sizeof *w.codes, &codes));
     w.codes = codes;
+    SC_TRY(sc_team_alloc(ctx, p->team, count + 1, sizeof *w.inner, &inner));
+    w.inner = inner;
     sc_team_stage_for(ctx, SC_WORTH_SIDES, p->team, sc_brick_count(w.groups), 4, find_groups, &w);
     fields = (sc_fields){
         .number = number, .sides = w.sides, .codes = (const uint8_t(*)[SC_BRICK_VERTICES])codes};
@@ -588,6 +604,7 @@ out:
     sc_team_free(p->team, wanted);
     sc_team_free(p->team, sides);
     sc_team_free(p->team, codes);
+    sc_team_free(p->team, inner);
     return status;
 }
 

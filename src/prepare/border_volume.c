@@ -123,18 +123,21 @@ SC_ALWAYS_INLINE void shares_of_row(const float *at, float out[SC_CUBE])
 
     for (int corner = 0; corner < 4; corner++) {
         const int dy = corner & 1 ? ROW : -ROW, dz = corner & 2 ? LAYER : -LAYER;
-        float line[VOXELS];
+        float line[VOXELS], pairs[2 * SC_CUBE];
 
         for (int x = 0; x < VOXELS; x++)
             line[x] = 0.75f * (0.75f * at[x - 1] + 0.25f * at[x - 1 + dy]) +
                       0.25f * (0.75f * at[x - 1 + dz] + 0.25f * at[x - 1 + dz + dy]);
-        for (int x = 0; x < SC_CUBE; x++) {
-            const float low = 1.5f * line[x + 1] + 0.5f * line[x];
-            const float high = 1.5f * line[x + 1] + 0.5f * line[x + 2];
-            const float a = low < -0.5f ? -0.5f : low, c = high < -0.5f ? -0.5f : high;
-
-            sums[x] += (a > 0.5f ? 0.5f : a) + (c > 0.5f ? 0.5f : c);
+        for (int x = 0; x < SC_CUBE; x++) { /* of two points of a voxel */
+            pairs[x] = 1.5f * line[x + 1] + 0.5f * line[x];
+            pairs[SC_CUBE + x] = 1.5f * line[x + 1] + 0.5f * line[x + 2];
         }
+        for (int i = 0; i < 2 * SC_CUBE; i++)
+            pairs[i] = pairs[i] < -0.5f ? -0.5f : pairs[i];
+        for (int i = 0; i < 2 * SC_CUBE; i++)
+            pairs[i] = pairs[i] > 0.5f ? 0.5f : pairs[i];
+        for (int x = 0; x < SC_CUBE; x++)
+            sums[x] += pairs[x] + pairs[SC_CUBE + x];
     }
     for (int x = 0; x < SC_CUBE; x++)
         out[x] = 0.125f * sums[x];

@@ -4,6 +4,10 @@
  * looks like thin tissue, and tissue too thin for cells is thin or gone. */
 #include "border.h"
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 enum {
     DEEP_REACH = 3, /* cells within which a side has to be thick */
     DEEP_ROWS = 2 * DEEP_REACH + 1,
@@ -66,14 +70,25 @@ static void copy_tiles(void *user, size_t begin, size_t end, int thread)
 /* Rows of a region, whose cells are bits. */
 typedef uint32_t cell_rows[DEEP_EDGE][DEEP_EDGE];
 
-/* Find the cells of a region whose data, times @p sign, are @p least or more. */
-SC_ALWAYS_INLINE void find_cells(const float *data, float sign, float least, cell_rows out)
+/* Find the cells of a region whose field, times @p sign, is @p least or more. */
+SC_ALWAYS_INLINE void find_cells(const float *field, float sign, float least, cell_rows out)
 {
     for (int k = 0; k < DEEP_EDGE * DEEP_EDGE; k++) {
+        const float *row = field + k * DEEP_EDGE;
         uint32_t bits = 0;
+#ifdef __SSE2__
+        const __m128 signs = _mm_set1_ps(sign), leasts = _mm_set1_ps(least);
 
+        for (int n = 0; n < (DEEP_EDGE + 3) / 4; n++) { /* the last four overlap those before */
+            const int x = 4 * n + 4 <= DEEP_EDGE ? 4 * n : DEEP_EDGE - 4;
+            const __m128 values = _mm_mul_ps(signs, _mm_loadu_ps(row + x));
+
+            bits |= (uint32_t)_mm_movemask_ps(_mm_cmpge_ps(values, leasts)) << x;
+        }
+#else
         for (int x = 0; x < DEEP_EDGE; x++)
-            bits |= (uint32_t)(sign * data[k * DEEP_EDGE + x] >= least) << x;
+            bits |= (uint32_t)(sign * row[x] >= least) << x;
+#endif
         out[k / DEEP_EDGE][k % DEEP_EDGE] = bits;
     }
 }
@@ -108,21 +123,26 @@ SC_ALWAYS_INLINE void find_deep(const float *field, float sign, float radius, ce
  * are not found. */
 SC_ALWAYS_INLINE void spread(const cell_rows in, float radius, cell_rows out)
 {
+    cell_rows rows[DEEP_REACH + 1]; /* in, spread so far along x */
+
+    memcpy(rows[0], in, sizeof rows[0]);
+    for (int d = 1; d <= DEEP_REACH; d++) {
+        const uint32_t *before = &rows[d - 1][0][0], *from = &in[0][0];
+        uint32_t *to = &rows[d][0][0];
+
+        for (int k = 0; k < DEEP_EDGE * DEEP_EDGE; k++)
+            to[k] = before[k] | from[k] << d | from[k] >> d;
+    }
     memset(out, 0, sizeof(cell_rows));
     for (int n = 0; n < DEEP_ROWS * DEEP_ROWS; n++) {
         const int dy = n % DEEP_ROWS - DEEP_REACH, dz = n / DEEP_ROWS - DEEP_REACH;
         const float left = radius * radius - (float)(dy * dy + dz * dz);
-        const int along = left < 0 ? -1 : (int)sqrtf(left);
 
-        for (int z = DEEP_REACH; z < DEEP_EDGE - DEEP_REACH && along >= 0; z++) {
-            for (int y = DEEP_REACH; y < DEEP_EDGE - DEEP_REACH; y++) {
-                const uint32_t row = in[z + dz][y + dy];
-                uint32_t bits = row;
+        for (int z = DEEP_REACH; z < DEEP_EDGE - DEEP_REACH && left >= 0; z++) {
+            const uint32_t *from = rows[(int)sqrtf(left)][z + dz] + dy;
 
-                for (int d = 1; d <= along; d++)
-                    bits |= row << d | row >> d;
-                out[z][y] |= bits;
-            }
+            for (int y = DEEP_REACH; y < DEEP_EDGE - DEEP_REACH; y++)
+                out[z][y] |= from[y];
         }
     }
 }
@@ -167,16 +187,21 @@ SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, in
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         float field[DEEP_EDGE * DEEP_EDGE * DEEP_EDGE], share[BORDER_CELLS], weight[BORDER_CELLS];
+        bool any = false;
 
         for (int i = 0; i < SC_TILE_CELLS; i++)
             b->coarse[tile][i] = 1;
         if (b->still[tile])
             continue;
-        sc_read_cells(b, (cell_array *)w->field, tile, DEEP_REACH + BORDER_BLURS, field);
         sc_read_tile_cells(b, b->data[0], tile, BORDER_BLURS, far, weight);
         sc_extrapolate(b, tile, SC_CUBE_CELLS, BORDER_BLURS, weight);
-        for (int i = 0; i < BORDER_CELLS; i++)
+        for (int i = 0; i < BORDER_CELLS; i++) {
             weight[i] = fabsf(weight[i]) < AT_BORDER ? 1 : 0;
+            any = any || weight[i] > 0;
+        }
+        if (!any)
+            continue;
+        sc_read_cells(b, (cell_array *)w->field, tile, DEEP_REACH + BORDER_BLURS, field);
         find_thick(field, weight, share);
         for (int i = 0; i < BORDER_BLURS; i++) {
             sc_binomial(share, BORDER_EDGE - 2 * i, share);

@@ -47,18 +47,18 @@ static uint32_t number_of(const sc_preparation *p, const sc_fields *f, int x, in
 static void fetch_part(const sc_preparation *p, const sc_fields *f, uint32_t number, int row,
                        int from, int to, const int vertex[3], sc_block *out)
 {
-    for (int x = from; x < to; x++) {
-        const int at = vertex[0] + x - from;
-        const int bit = sc_brick_bit(at, vertex[1], vertex[2]);
-        const int code = f->codes[number - 1][bit];
-        const unsigned side = f->sides[number - 1] >> bit & 1;
+    const int first = sc_brick_bit(vertex[0], vertex[1], vertex[2]);
+    const unsigned some = (1u << (to - from)) - 1;
+    const uint8_t *codes = f->codes[number - 1] + first;
+    const unsigned sides = (unsigned)(f->sides[number - 1] >> first) & some;
 
-        out->sides[row] = (uint8_t)((out->sides[row] & ~(1u << x)) | side << x);
-        if (code == SC_TISSUE_OWN)
-            continue;
-        out->tissue[row][x] = (uint16_t)sc_id_or_nearest(
-            p->volume, at - 1 + sc_tissue_step(code, 0), vertex[1] - 1 + sc_tissue_step(code, 1),
-            vertex[2] - 1 + sc_tissue_step(code, 2));
+    out->sides[row] = (uint8_t)((out->sides[row] & ~(some << from)) | sides << from);
+    for (int x = 0; x < to - from; x++) {
+        if (codes[x] != SC_TISSUE_OWN)
+            out->tissue[row][from + x] = (uint16_t)sc_id_or_nearest(
+                p->volume, vertex[0] + x - 1 + sc_tissue_step(codes[x], 0),
+                vertex[1] - 1 + sc_tissue_step(codes[x], 1),
+                vertex[2] - 1 + sc_tissue_step(codes[x], 2));
     }
 }
 
