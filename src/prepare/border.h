@@ -182,6 +182,9 @@ static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
                 } else if (dx) {                                                                   \
                     for (int x = 0; x < halo; x++)                                                 \
                         at[x] = (result)(sign * row[x]);                                           \
+                } else if (sign == 1) {                                                            \
+                    for (int x = 0; x < (each); x++)                                               \
+                        at[x] = (result)row[x];                                                    \
                 } else {                                                                           \
                     for (int x = 0; x < (each); x++)                                               \
                         at[x] = (result)(sign * row[x]);                                           \

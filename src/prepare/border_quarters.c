@@ -214,21 +214,30 @@ SC_ALWAYS_INLINE bool find_shares(const smoother *s, size_t tile, const float *w
     static const float none[SC_BESIDE_CONSTANTS] = {0, 0, 0, 0};
     float differences[WIDE * WIDE * WIDE], most = 0;
 
-    sc_read_tile_areas(s->b, s->difference[0], tile, 2, none, differences);
     for (int i = 0; i < INNER * INNER * INNER; i++) {
         const int x = i % INNER, y = i / INNER % INNER, z = i / (INNER * INNER);
-        float largest = 0;
 
-        for (int n = 0; n < 27; n++) {
-            const float near = differences[((z + n / 9) * WIDE + y + n / 3 % 3) * WIDE + x + n % 3];
-
-            largest = near > largest ? near : largest;
-        }
-        out[i] = clip((NEAR_FROM - largest) * (1 / (NEAR_FROM - NEAR_ALL)), 0, 1);
-        out[i] *= flat_share(wide + ((z + 1) * WIDE + y + 1) * WIDE + x + 1);
+        out[i] = flat_share(wide + ((z + 1) * WIDE + y + 1) * WIDE + x + 1);
         most = out[i] > most ? out[i] : most;
     }
-    return most > 0;
+    if (!(most > 0))
+        return false;
+    sc_read_tile_areas(s->b, s->difference[0], tile, 2, none, differences);
+    for (int axis = 0, step = 1; axis < 3; axis++, step *= WIDE) { /* the largest of each three */
+        for (int i = 0; i < WIDE * WIDE * WIDE - 2 * step; i++) {
+            const float next = differences[i + step], last = differences[i + 2 * step];
+            const float later = next > last ? next : last;
+
+            differences[i] = differences[i] > later ? differences[i] : later;
+        }
+    }
+    for (int i = 0; i < INNER * INNER * INNER; i++) {
+        const int x = i % INNER, y = i / INNER % INNER, z = i / (INNER * INNER);
+        const float largest = differences[(z * WIDE + y) * WIDE + x];
+
+        out[i] *= clip((NEAR_FROM - largest) * (1 / (NEAR_FROM - NEAR_ALL)), 0, 1);
+    }
+    return true;
 }
 
 /* Blend quarters and cells in tiles [begin, end); an sc_range_fn on a smoother. */

@@ -173,6 +173,32 @@ SC_WIDE_VECTORS static void count_voxels(void *user, size_t begin, size_t end, i
     }
 }
 
+/* Move the field of a row of voxels, in the cells from @p cell on, by @p by, within the box. */
+SC_ALWAYS_INLINE void move_row(const sc_borders *b, size_t tile, int cell, const int8_t *squares,
+                               const float *by, int16_t *fine)
+{
+    float share[SC_CUBE], half[SC_CUBE], moved[SC_CUBE];
+
+    for (int x = 0; x < SC_CUBE; x++) {
+        const float strength = sc_strength_at(b, tile, cell + x / 2);
+        const float narrow = SC_VOXEL_BOX * sc_voxel_share(strength);
+
+        share[x] = b->coarse[tile][cell + x / 2];
+        half[x] = narrow + share[x] * (sc_wide_box(strength) - narrow);
+    }
+    for (int x = 0; x < SC_CUBE; x++) {
+        const float width = squares[x] ? half[x] : SC_BOX_FREE;
+        const float low = sc_distance_of(squares[x]) - width;
+        const float high = sc_distance_of(squares[x]) + width;
+        const float to = sc_of_fine(fine[x]) + (1 - share[x]) * by[x];
+        const float above = to < low ? low : to;
+
+        moved[x] = above > high ? high : above;
+    }
+    for (int x = 0; x < SC_CUBE; x++)
+        fine[x] = sc_to_fine(moved[x]);
+}
+
 /* Move the borders of the fields of voxels of tiles [begin, end) where cells alone do not make
  * them; an sc_range_fn on sc_borders. */
 SC_WIDE_VECTORS static void move_voxels(void *user, size_t begin, size_t end, int thread)
@@ -190,27 +216,12 @@ SC_WIDE_VECTORS static void move_voxels(void *user, size_t begin, size_t end, in
         for (int row = 0; row < SC_CUBE * SC_CUBE; row++) {
             const int y = row % SC_CUBE, z = row / SC_CUBE;
             const float *by = voxels + ((z + 1) * VOXELS + y + 1) * VOXELS + 1;
-            const float *coarse = b->coarse[tile] + (z / 2 * SC_CUBE_CELLS + y / 2) * SC_CUBE_CELLS;
             const int8_t *squares = b->squares[tile] + row * SC_CUBE;
             int16_t *fine = b->fine[tile] + row * SC_CUBE;
 
-            float strengths[SC_CUBE_CELLS];
-
-            if (!is_near(squares, SC_CUBE))
-                continue;
-            for (int x = 0; x < SC_CUBE_CELLS; x++)
-                strengths[x] =
-                    sc_strength_at(b, tile, (z / 2 * SC_CUBE_CELLS + y / 2) * SC_CUBE_CELLS + x);
-            for (int x = 0; x < SC_CUBE; x++) {
-                const float share = coarse[x / 2], middle = sc_distance_of(squares[x]);
-                const float narrow = SC_VOXEL_BOX * sc_voxel_share(strengths[x / 2]);
-                const float wide = sc_wide_box(strengths[x / 2]);
-                const float half = squares[x] ? narrow + share * (wide - narrow) : SC_BOX_FREE;
-                const float moved = sc_of_fine(fine[x]) + (1 - share) * by[x];
-                const float above = moved < middle - half ? middle - half : moved;
-
-                fine[x] = sc_to_fine(above > middle + half ? middle + half : above);
-            }
+            if (is_near(squares, SC_CUBE))
+                move_row(b, tile, (z / 2 * SC_CUBE_CELLS + y / 2) * SC_CUBE_CELLS, squares, by,
+                         fine);
         }
     }
 }
