@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Surface area per label. The area is the sum over the faces between its voxels
+/* Surface area and mean thickness per label. The area is the sum over the faces between its voxels
  * and those of other labels, each face counting as its projection onto the smoothed surface,
  * |normal . area vector|. The steps of a staircase therefore do not add to the area, and for a
  * plane of any direction the sum is exact. Faces at the border of the volume are flat and count in
@@ -110,6 +110,7 @@ sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p)
 {
     const sc_affine *to_mm = &p->volume->to_ras_mm;
     const size_t labels = (size_t)p->volume->label_count;
+    const double voxel_mm3 = fabs(sc_affine_determinant(to_mm));
     surface_sum s = {.p = p};
     void *block = NULL, *all = NULL;
     double largest_mm2 = 0;
@@ -128,11 +129,14 @@ sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p)
         s.sums[i % labels] += s.sums[i];
     SC_TRY(sc_team_collect(ctx, p->team, s.sums, labels * sizeof *s.sums, &all));
     for (size_t id = 1; id < labels; id++) {
+        sc_label_stats *stats = &p->stats[id];
         uint64_t units = 0; /* whole numbers first: their sum does not depend on who has added */
 
         for (size_t rank = 0; rank < (size_t)sc_team_ranks(p->team); rank++)
             units += ((const uint64_t *)all)[rank * labels + id];
-        p->stats[id].surface_mm2 = (double)units / s.units_per_mm2;
+        stats->surface_mm2 = (double)units / s.units_per_mm2;
+        if (units)
+            stats->thickness_mm = 2 * voxel_mm3 * (double)stats->voxels / stats->surface_mm2;
     }
 out:
     sc_team_free(p->team, all);
