@@ -25,11 +25,11 @@ enum { SC_GATHER_BYTES = 2 * SC_RECORD_BYTES };
 /** Measurements of one label. */
 typedef struct sc_label_stats {
     uint64_t voxels, boundary_voxels;
-    double thickness_mm; /**< mean local thickness: twice the mean distance from the medial voxels
-                              to the tissue's surface, each weighted by its square; 0 if not
-                              measured */
+    double thickness_mm; /**< mean thickness, 2 V / S: twice the volume of its voxels divided by
+                              surface_mm2. Of a sheet its thickness, of a rod its radius, of a ball
+                              2/3 of its radius; 0 without voxels */
     double surface_mm2;  /**< area of the faces to other labels, each projected onto the smoothed
-                              surface; 0 if not measured */
+                              surface; 0 of the background */
     int low[3], high[3]; /**< bounding box in voxels, inclusive; low > high if there are none */
     double shown;        /**< share of what is seen from outside, 0 to 1: sc_find_covers */
     int64_t cover_layer; /**< 1 for the outermost cover, 2 for the next; 0: none */
@@ -105,9 +105,8 @@ typedef struct sc_prepared {
     bool resampled;        /**< the grid is not that of the volume file: sc_resample */
     bool as_drawn;         /**< the grid is that on which the volume was drawn, as was measured
                                 (sc_find_drawn_grid): there is nothing to resample */
-    bool has_thickness, has_surface; /**< thickness_mm and surface_mm2 of stats were measured */
-    const uint8_t *hidden;           /**< [label_count]: 1 for labels turned into background */
-    sc_stored stored;                /**< of a prepared file; else all NULL and 0 */
+    const uint8_t *hidden; /**< [label_count]: 1 for labels turned into background */
+    sc_stored stored;      /**< of a prepared file; else all NULL and 0 */
 } sc_prepared;
 
 /** What to prepare, and how. */
@@ -120,9 +119,7 @@ typedef struct sc_prepare_settings {
                                during the call. At most SC_SMOOTH_KINDS_MAX different ones */
     bool resampled;       /**< only noted in the result: the volume was brought to another grid */
     bool as_drawn;        /**< only noted in the result: see sc_prepared */
-    bool thickness;       /**< measure the mean thickness of every label: sc_label_stats */
     bool local_thickness; /**< store the local thickness at every boundary voxel */
-    bool surface;         /**< measure the surface of every label */
     const bool *hidden;   /**< [label_count]: the hidden labels, which the caller has turned into
                                background; only noted in the result. NULL: none. Borrowed during
                                the call. */

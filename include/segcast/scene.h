@@ -80,9 +80,9 @@ SC_MUST_USE sc_status sc_pattern_check(const sc_ctx *ctx, const sc_prepared *vol
                                        const char *pattern, const char *where);
 /** How automatic opacities follow from what was measured. */
 typedef enum sc_opacity_rule {
-    SC_OPACITY_MEASURED, /**< by thickness in mm, from 0.5 at 1 mm to 0.95 at 30 mm; covers step
-                              back. In volumes of less than 100 mm both lengths are shorter, in
-                              proportion */
+    SC_OPACITY_MEASURED, /**< by mean thickness (sc_label_stats), from 0.5 at 1 mm to 0.95 at
+                              15 mm; covers step back. In volumes of less than 100 mm both lengths
+                            are shorter, in proportion */
     SC_OPACITY_PAPER     /**< from 0.3 for the thinnest visible tissue to 0.9 for the thickest
                               (paper, section 2.1) */
 } sc_opacity_rule;
@@ -97,6 +97,10 @@ sc_opacity_scale sc_opacity_scale_of(const sc_prepared *volume, const sc_tissue 
 /** @return the opacity of a thickness, which is clamped to the scale; the most if the thickness is
  *  not known (0) or the scale has no length. */
 double sc_auto_opacity(const sc_opacity_scale *scale, double thickness_mm);
+/** @return the scale of tissues for local thicknesses: the thick end, which are tubes and chambers,
+ *  lies at twice the thickness there, because that of a tube is its diameter, while the mean
+ *  thickness of a label is the radius. A scale without a length stays. */
+sc_opacity_scale sc_local_opacity_scale(sc_opacity_scale scale);
 /** Log all rules that match no label, or not clearly one (sc_pattern_check).
  *  @return SC_ERR_DATA if there are any, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_tissue_rules_check(const sc_ctx *ctx, const sc_prepared *volume,
@@ -115,12 +119,11 @@ SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *
  *  treated as background, because otherwise surfaces would be drawn between a visible tissue and
  *  each of the tissues around it that nobody sees. A rule that matches no label is no error here.
  *  @param labels [label_count] by dense id.
- *  @param hidden [label_count] by dense id; false for the background. @param needs_thickness set to
- *  whether the opacity of a label that is not hidden follows its thickness. @return SC_ERR_MEMORY,
- *  with nothing written. */
+ *  @param hidden [label_count] by dense id; false for the background. @return SC_ERR_MEMORY, with
+ *  nothing written. */
 SC_MUST_USE sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels, int label_count,
-                                       const sc_tissue_rule *rules, size_t rule_count, bool *hidden,
-                                       bool *needs_thickness);
+                                       const sc_tissue_rule *rules, size_t rule_count,
+                                       bool *hidden);
 /** Find how strongly the surface of each label is smoothed (sc_prepare_settings.tissue_smooth). A
  *  rule that matches no label is no error here. @param labels [label_count] by dense id.
  *  @param smooth the strength of tissues for which no rule says otherwise. @param out

@@ -473,11 +473,10 @@ typedef struct sc_volume_input {
     bool drawn_known;
 } sc_volume_input;
 /* On this rank alone: read the volume of session->job, and hide what the job does not show of it,
- * none if session->measure. @param measure_all have also measured what this job does not need.
- * @param times the durations are added to it, unless NULL. @param out caller owns, also after an
- * error: sc_volume_input_clear. Not collective. */
-sc_status sc_session_read(const sc_app *app, const sc_session *session, bool measure_all,
-                          sc_volume_input *out, sc_rank_record *times);
+ * none if session->measure. @param times the durations are added to it, unless NULL. @param out
+ * caller owns, also after an error: sc_volume_input_clear. Not collective. */
+sc_status sc_session_read(const sc_app *app, const sc_session *session, sc_volume_input *out,
+                          sc_rank_record *times);
 /* On this rank alone: read the voxels of the volume of session->job as they stand in its file, or
  * in the prepared file that is mapped, with the names of its label table. Nothing is hidden,
  * resampled or coloured. @param out caller owns, also after an error: sc_volume_clear. Not
@@ -514,12 +513,10 @@ sc_status sc_session_resample(const sc_app *app, const sc_session *session,
 /* Free what @p input owns. */
 void sc_volume_input_clear(sc_volume_input *input);
 /* On this rank alone: read the volume of session->job into @p input and prepare what the job shows
- * of it; all of it if session->measure. @param measure_all measure also what this job does not
- * need.
- * @param preparation borrows @p input. Caller owns both outputs, also after an error:
- * sc_preparation_free, then sc_volume_input_clear. Not collective. */
-sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool measure_all,
-                             sc_volume_input *input, sc_preparation **preparation);
+ * of it; all of it if session->measure. @param preparation borrows @p input. Caller owns both
+ * outputs, also after an error: sc_preparation_free, then sc_volume_input_clear. Not collective. */
+sc_status sc_session_prepare(const sc_app *app, const sc_session *session, sc_volume_input *input,
+                             sc_preparation **preparation);
 /* Add to @p times, unless it is NULL, what @p phase took since the given times of sc_wall_s and
  * sc_cpu_s; and to the trace, for a phase before the drawing. Not collective. */
 void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, double wall_s,

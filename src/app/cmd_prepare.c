@@ -54,7 +54,7 @@ static sc_status prepare_file(sc_app *app, sc_session *session, const char *path
     sc_preparation *preparation = NULL;
     sc_status status;
 
-    SC_TRY(sc_session_prepare(app, session, true, &input, &preparation));
+    SC_TRY(sc_session_prepare(app, session, &input, &preparation));
     session->drawn = input.drawn;
     session->drawn_known = input.drawn_known;
     session->volume = sc_preparation_view(preparation);

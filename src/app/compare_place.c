@@ -33,13 +33,12 @@ static sc_status find_middle(const sc_ctx *ctx, const sc_session *subject, sc_ve
     const sc_prepared *v = &subject->volume;
     const int first[3] = {0, 0, 0}, last[3] = {v->size[0] - 1, v->size[1] - 1, v->size[2] - 1};
     sc_box3 box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
-    bool unused;
     void *hidden = NULL;
     sc_status status;
 
     SC_TRY(sc_zalloc(ctx, (size_t)v->label_count, sizeof(bool), &hidden));
     SC_TRY(sc_hidden_labels(ctx, v->labels, v->label_count, subject->job.rules,
-                            subject->job.rule_count, hidden, &unused));
+                            subject->job.rule_count, hidden));
     for (int id = 1; id < v->label_count; id++) {
         if (!((const bool *)hidden)[id] && v->stats[id].voxels)
             hold(v, v->stats[id].low, v->stats[id].high, &box);

@@ -241,8 +241,8 @@ out:
     return status;
 }
 
-sc_status sc_session_read(const sc_app *app, const sc_session *session, bool measure_all,
-                          sc_volume_input *out, sc_rank_record *times)
+sc_status sc_session_read(const sc_app *app, const sc_session *session, sc_volume_input *out,
+                          sc_rank_record *times)
 {
     const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
     const bool resampled = (session->mapped || session->as_given) && session->volume.resampled;
@@ -260,9 +260,7 @@ sc_status sc_session_read(const sc_app *app, const sc_session *session, bool mea
                                           .tissue_smooth = n.tissue_smooth,
                                           .resampled = resampled,
                                           .as_drawn = session->as_given && session->volume.as_drawn,
-                                          .thickness = n.thickness || measure_all,
                                           .local_thickness = n.local_thickness,
-                                          .surface = n.surface || measure_all,
                                           .hidden = n.hidden,
                                           .threads = app->threads};
     sc_add_time(app, times, SC_PHASE_READ, wall_s, cpu_s);
@@ -283,12 +281,12 @@ void sc_volume_input_clear(sc_volume_input *input)
     *input = (sc_volume_input){0};
 }
 
-sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool measure_all,
-                             sc_volume_input *input, sc_preparation **preparation)
+sc_status sc_session_prepare(const sc_app *app, const sc_session *session, sc_volume_input *input,
+                             sc_preparation **preparation)
 {
     sc_status status;
 
-    SC_TRY(sc_session_read(app, session, measure_all, input, NULL));
+    SC_TRY(sc_session_read(app, session, input, NULL));
     if (input->resample)
         SC_TRY(sc_session_resample(app, session, NULL, input));
     status = sc_prepare(app->ctx, &input->volume, &input->settings, preparation);

@@ -196,8 +196,6 @@ static bool fits(const sc_app *app, const sc_prepared *v, const sc_needs *n, con
         *why = "another grid of voxels";
     else if (!has_strengths(v, n))
         *why = "another strength of smoothing";
-    else if ((n->thickness && !v->has_thickness) || (n->surface && !v->has_surface))
-        *why = "less measured";
     else if (n->local_thickness && !v->thickness)
         *why = "no local thickness";
     for (int id = 1; id < v->label_count && !*why; id++) {

@@ -15,20 +15,14 @@ void sc_needs_clear(sc_needs *needs)
 static sc_status add_needs(const sc_app *app, const sc_job *job, const sc_label *labels,
                            int label_count, bool is_first, sc_needs *n)
 {
-    const sc_color_by *by = &job->color_by;
-    bool thickness = false;
     void *block = NULL;
     sc_status status;
 
     SC_TRY(sc_zalloc(app->ctx, (size_t)label_count, sizeof(bool), &block));
-    SC_TRY(sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count, block,
-                            &thickness));
+    SC_TRY(sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count, block));
     for (int id = 0; id < label_count; id++)
         n->hidden[id] = (is_first || n->hidden[id]) && ((bool *)block)[id];
     n->local_thickness = n->local_thickness || job->render.thickness != 0;
-    n->thickness =
-        n->thickness || thickness || (by->has_measure && by->measure == SC_MEASURE_THICKNESS);
-    n->surface = n->surface || (by->has_measure && by->measure == SC_MEASURE_SURFACE);
 out:
     sc_free(block);
     return status;
@@ -44,9 +38,7 @@ sc_status sc_needs_find(const sc_app *app, const sc_session *session, const sc_l
                   .as_prepared = session->measure,
                   .resample = is_auto && job->render.surface == SC_SURFACE_SMOOTH &&
                               !session->measure && !job->has_volume_size,
-                  .resize = job->has_volume_size,
-                  .thickness = session->measure,
-                  .surface = session->measure};
+                  .resize = job->has_volume_size};
     bool is_first = true;
     void *block;
     sc_status status;

@@ -13,7 +13,7 @@ typedef struct sc_needs {
     bool resample;    /* to the grid on which the volume was drawn */
     bool resize;      /* to volume_size, before anything else */
     int size[3];      /* that many voxels */
-    bool thickness, local_thickness, surface;
+    bool local_thickness;
     bool *hidden; /* [label_count], owned: labels that become background */
 } sc_needs;
 

@@ -145,8 +145,8 @@ out:
 
 /* Have all ranks of this node, which is rank 0's, prepare the volume that rank 0 has read, if the
  * memory that they share has room for it. What they share then, beside the prepared volume itself,
- * are its voxels once more, the vertex records and the distances for the thickness. @param input
- * on rank 0: its voxels are freed as soon as the team has them. @param wrong as of
+ * are its voxels once more, the vertex records and the distances for the local thickness. @param
+ * input on rank 0: its voxels are freed as soon as the team has them. @param wrong as of
  * resample_together. Collective on the node. @return the same on all its ranks: SC_ERR_MEMORY,
  * SC_ERR_DATA. */
 static sc_status prepare_together(const sc_app *app, const sc_ctx *ctx, const sc_session *session,
@@ -246,7 +246,7 @@ static sc_status share_volume(sc_app *app, sc_session *session)
     sc_status status = SC_OK;
 
     if (first)
-        status = sc_session_read(app, session, false, &input, &session->times);
+        status = sc_session_read(app, session, &input, &session->times);
     SC_TRY(sc_comm_agree(app->comm, status));
     if (!first)
         sc_add_time(app, &session->times, SC_PHASE_IDLE, wall_s, cpu_s);

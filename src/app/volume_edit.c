@@ -298,7 +298,6 @@ static sc_status find_shown(const subject *s, bool *shown)
     const sc_volume *v = volume_of(s);
     const sc_job *job = s->job;
     void *hidden = NULL;
-    bool unused;
     sc_status status;
 
     SC_TRY(sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof(bool), &hidden));
@@ -306,7 +305,7 @@ static sc_status find_shown(const subject *s, bool *shown)
         const sc_job *one = job->shot_count ? &job->shots[i].job : job;
 
         SC_TRY(sc_hidden_labels(s->app->ctx, v->labels, v->label_count, one->rules, one->rule_count,
-                                hidden, &unused));
+                                hidden));
         for (int id = 1; id < v->label_count; id++)
             shown[id] = shown[id] || !((const bool *)hidden)[id];
     }

@@ -399,29 +399,3 @@ sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p)
         p->boundary_count += p->stats[id].boundary_voxels;
     return SC_OK;
 }
-
-void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boundary_fn *visit,
-                      void *user)
-{
-    const sc_volume *volume = p->volume;
-
-    for (size_t brick = begin; brick < end; brick++) {
-        uint64_t mask = p->near[brick];
-        sc_boundary_voxel voxel = {.brick = brick, .index = p->near_start[brick]};
-        int low[3];
-
-        sc_brick_low(p->bricks, brick, low);
-        for (; mask; mask &= mask - 1, voxel.index++) {
-            const int bit = __builtin_ctzll(mask);
-
-            voxel.bit = bit;
-            voxel.x = low[0] + sc_bit_x(bit) - 1;
-            voxel.y = low[1] + sc_bit_y(bit) - 1;
-            voxel.z = low[2] + sc_bit_z(bit) - 1;
-            voxel.id = sc_id_or_background(volume, voxel.x, voxel.y, voxel.z);
-            if (!voxel.id)
-                continue; /* background, which counts above */
-            visit(user, &voxel);
-        }
-    }
-}

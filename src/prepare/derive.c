@@ -27,8 +27,6 @@ sc_prepared sc_preparation_view(const sc_preparation *p)
                         .smooth = p->smooth,
                         .resampled = p->settings.resampled,
                         .as_drawn = p->settings.as_drawn,
-                        .has_thickness = p->settings.thickness,
-                        .has_surface = p->settings.surface,
                         .hidden = p->hidden,
                         .stored = p->stored};
 

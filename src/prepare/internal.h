@@ -111,21 +111,6 @@ static inline bool sc_is_smoothed(const sc_preparation *p)
     return false;
 }
 
-/* A boundary voxel that is not background, as sc_each_boundary passes it on. */
-typedef struct sc_boundary_voxel {
-    int x, y, z;  /* voxel, not grid vertex */
-    size_t brick; /* that holds its vertex, */
-    int bit;      /* and which of it that is */
-    size_t index; /* in thickness */
-    uint32_t id;
-} sc_boundary_voxel;
-/* Called with the @p user of sc_each_boundary; @p voxel is valid during the call. */
-typedef void sc_boundary_fn(void *user, const sc_boundary_voxel *voxel);
-/* Call @p visit for each boundary voxel of bricks [begin, end) that is not background, in their
- * order, by the calling thread. Needs near and near_start. */
-void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boundary_fn *visit,
-                      void *user);
-
 /* Check everything in a view of a prepared file that is used as an index or computed with: after
  * that the file can be drawn without a crash, whoever has written it. Its sizes and sections have
  * been checked before. @param path for messages. Reads all voxels. @return SC_ERR_DATA. */
@@ -145,7 +130,7 @@ enum {
     SC_WORTH_BOUNDARY = 30000,
     SC_WORTH_FIELDS = 30000,
     SC_WORTH_BORDERS = 10000,
-    SC_WORTH_SURFACE = 10000,
+    SC_WORTH_SURFACE = 1000,
     SC_WORTH_THICKNESS = 30000
 };
 /* The two fields, from which sc_store_borders makes the records. The arrays are borrowed. */
@@ -220,10 +205,10 @@ sc_status sc_mark_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields 
 sc_status sc_store_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields *fields);
 /* Find the covers, and what is seen from outside: cover_layer and shown of stats. */
 sc_status sc_measure_covers(const sc_ctx *ctx, sc_preparation *p);
-/* Measure the surface of each label: surface_mm2 of stats. */
+/* Measure the surface and the mean thickness of each label: surface_mm2 and thickness_mm of stats.
+ * Needs near and the records. */
 sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p);
-/* Measure the thickness of each label, thickness_mm of stats, and if settings.local_thickness is
- * set that at each boundary voxel, thickness. */
+/* Measure the local thickness at each boundary voxel: thickness. */
 sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p);
 
 #endif

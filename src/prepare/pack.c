@@ -60,8 +60,7 @@ typedef struct block_header {
     char magic[8];
     uint32_t version, byte_order, header_bytes;
     int32_t size[3], bricks[3];
-    int32_t label_bytes, label_count, oriented, local_thickness, has_thickness, has_surface,
-        resampled, as_drawn, numbered;
+    int32_t label_bytes, label_count, oriented, local_thickness, resampled, as_drawn, numbered;
     sc_affine to_ras_mm;
     uint64_t volume_hash, boundary_count, near_count, outer_count, inner_count, total_bytes;
     uint64_t offset[SECTIONS]; /* by section, from the begin of the block */
@@ -144,8 +143,6 @@ static block_header header_of(const sc_preparation *p, bool file, uint64_t bytes
     h.label_count = v->label_count;
     h.oriented = v->oriented;
     h.local_thickness = p->thickness != NULL;
-    h.has_thickness = p->settings.thickness;
-    h.has_surface = p->settings.surface;
     h.resampled = p->settings.resampled;
     h.as_drawn = p->settings.as_drawn;
     h.numbered = v->numbered;
@@ -396,9 +393,7 @@ static bool is_sound(const block_header *h)
     /* Four points at most for either end of a row of voxels. */
     if (h->hull_count > 8 * (uint64_t)h->size[1] * (uint64_t)h->size[2])
         return false;
-    if ((h->oriented | h->local_thickness | h->has_thickness | h->has_surface | h->resampled |
-         h->as_drawn | h->numbered) &
-        ~1)
+    if ((h->oriented | h->local_thickness | h->resampled | h->as_drawn | h->numbered) & ~1)
         return false;
     lay_out(&again, bytes);
     return again.total_bytes == h->total_bytes &&
@@ -517,8 +512,6 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
         .inner = {(const uint64_t *)(base + h.offset[INNER_MASKS]),
                   (const uint32_t *)(base + h.offset[INNER_START]),
                   (const uint32_t *)(base + h.offset[INNER_RECORDS]), h.inner_count},
-        .has_thickness = h.has_thickness != 0,
-        .has_surface = h.has_surface != 0,
         .resampled = h.resampled != 0,
         .as_drawn = h.as_drawn != 0,
         .hidden = (const uint8_t *)(base + h.offset[HIDDEN]),

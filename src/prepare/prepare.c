@@ -7,9 +7,8 @@ static uint64_t worth_of(const sc_preparation *p)
 {
     const sc_prepare_settings *s = &p->settings;
 
-    return SC_WORTH_BOUNDARY + SC_WORTH_FIELDS + SC_WORTH_BORDERS +
-           (s->surface ? SC_WORTH_SURFACE : 0) +
-           (s->thickness || s->local_thickness ? SC_WORTH_THICKNESS : 0);
+    return SC_WORTH_BOUNDARY + SC_WORTH_FIELDS + SC_WORTH_BORDERS + SC_WORTH_SURFACE +
+           (s->local_thickness ? SC_WORTH_THICKNESS : 0);
 }
 
 /* Make what a rank has for itself before the stages: all but the arrays that they fill. @param out
@@ -62,9 +61,8 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
                ? sc_smooth_borders(ctx, p)
                : sc_crisp_borders(ctx, p));
     SC_TRY(sc_measure_covers(ctx, p));
-    if (settings->surface)
-        SC_TRY(sc_measure_surface(ctx, p));
-    if (settings->thickness || settings->local_thickness)
+    SC_TRY(sc_measure_surface(ctx, p));
+    if (settings->local_thickness)
         SC_TRY(sc_measure_thickness(ctx, p));
     *out = p;
     return SC_OK;

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Mean local thickness per label, from a Euclidean distance transform of all labels at once: along
- * rows first, then by lower envelopes of parabolas along y and z (Felzenszwalb and Huttenlocher
- * 2012, "Distance transforms of sampled functions"). Lines are cut wherever the label changes, so
- * that every voxel gets the distance to the nearest voxel of another label.
+/* Local thickness at boundary voxels, from a Euclidean distance transform of all labels at once:
+ * along rows first, then by lower envelopes of parabolas along y and z (Felzenszwalb and
+ * Huttenlocher 2012, "Distance transforms of sampled functions"). Lines are cut wherever the label
+ * changes, so that every voxel gets the distance to the nearest voxel of another label.
  *
- * Distances are kept in 16 bits, in units of 1/128 of the smallest spacing. Rounding them to 1/256
- * voxel does not matter in a mean, and depths of up to 512 voxels fit. */
+ * Distances are kept in 16 bits, in units of 1/128 of the smallest spacing. That
+ * is finer than the codes of thicknesses, and depths of up to 512 voxels fit. */
 #include "internal.h"
 
 enum {
@@ -15,24 +15,17 @@ enum {
     TOGETHER = 8  /* voxels of lines that are copied together */
 };
 
-/* Wide enough for the cubed depths, below 2^48, of any number of voxels. Standard C has no such
- * type; GCC and Clang have it on all processors of 64 bits. */
-__extension__ typedef unsigned __int128 wide;
-
 /* The transform that is being computed; its threads share it. The arrays belong to
  * sc_measure_thickness. */
 typedef struct transform {
-    const sc_preparation *p; /* borrowed; thickness and stats are filled */
+    const sc_preparation *p; /* borrowed; thickness is filled */
     uint16_t *distance;      /* [size z][y][x], of the team, in units; 0 in the background */
     double step_units[3];    /* length of one voxel along each axis */
-    ptrdiff_t steps[27];     /* from a voxel to its neighbours, see is_medial */
-    float flank_units[27];   /* rise to a neighbour that makes a voxel lie on a flank: is_medial */
     int axis;                /* axis of the present pass: 1 or 2 */
     float *half_inverse;     /* [longest axis + 2]: 1 / (2 i) */
     char *scratch;           /* [threads][scratch_bytes] */
     size_t scratch_bytes;    /* of one workspace */
     double smallest_mm;      /* the smallest spacing */
-    wide *sums;              /* [threads][label_count][2]: of distance squared and cubed */
 } transform;
 
 double sc_thickness_mm(int code)
@@ -270,70 +263,6 @@ static void lines_pass(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* A voxel lies on the flank of its tissue if the depth rises towards some neighbour by more than
- * this share of the distance to it. All other voxels are medial: there the depth hardly rises any
- * more. */
-#define FLANK_SLOPE 0.4
-
-/* The 26 neighbours in the order in which they are tried. Those across faces come first, because
- * they decide for most voxels. */
-static const uint8_t neighbours[26] = {4,  10, 12, 14, 16, 22, 1, 3, 5, 7,  9,  11, 15,
-                                       17, 19, 21, 23, 25, 0,  2, 6, 8, 18, 20, 24, 26};
-
-/* @return whether a neighbour, the voxel at @p other of the volume, makes the one at @p index lie
- * on a flank. @param n the neighbour's number, as in flank_units. */
-static inline bool rises(const transform *t, size_t index, size_t other, int n)
-{
-    return t->distance[other] > (float)t->distance[index] + t->flank_units[n] &&
-           sc_id_at(t->p->volume, other) == sc_id_at(t->p->volume, index);
-}
-
-/* Is the voxel (x, y, z), at @p index of the volume, medial? Only neighbours of the same label
- * count. */
-static bool is_medial(const transform *t, int x, int y, int z, size_t index)
-{
-    const sc_volume *v = t->p->volume;
-    const bool inside =
-        x > 0 && y > 0 && z > 0 && x + 1 < v->size[0] && y + 1 < v->size[1] && z + 1 < v->size[2];
-
-    for (int which = 0; which < 26; which++) {
-        const int n = neighbours[which];
-
-        if (!inside) {
-            const int i = x + n % 3 - 1, j = y + n / 3 % 3 - 1, k = z + n / 9 - 1;
-
-            if (i < 0 || j < 0 || k < 0 || i >= v->size[0] || j >= v->size[1] || k >= v->size[2])
-                continue;
-        }
-        if (rises(t, index, (size_t)((ptrdiff_t)index + t->steps[n]), n))
-            return false;
-    }
-    return true;
-}
-
-/* Add the squared and the cubed depths, in units, of the medial voxels of rows [begin, end) to the
- * thread's sums by label; an sc_range_fn on a transform. */
-static void sum_medial(void *user, size_t begin, size_t end, int thread)
-{
-    const transform *t = user;
-    const sc_volume *v = t->p->volume;
-    wide *sums = t->sums + (size_t)thread * (size_t)v->label_count * 2;
-
-    for (size_t row = begin; row < end; row++) {
-        const int y = (int)(row % (size_t)v->size[1]), z = (int)(row / (size_t)v->size[1]);
-
-        for (int x = 0; x < v->size[0]; x++) {
-            const size_t index = row * (size_t)v->size[0] + (size_t)x;
-            const uint64_t depth = t->distance[index];
-
-            if (depth && is_medial(t, x, y, z, index)) {
-                sums[2 * sc_id_at(v, index)] += depth * depth;
-                sums[2 * sc_id_at(v, index) + 1] += depth * depth * depth;
-            }
-        }
-    }
-}
-
 /* Move @p at, a voxel x, y, z, to its deepest neighbour of the same label. @return false, with @p
  * at unchanged, if none is deeper than the voxel. */
 static bool climb(const transform *t, int at[3])
@@ -373,23 +302,19 @@ static uint8_t thickness_code(double mm)
     return code < 0 ? 0 : code > 255 ? 255 : (uint8_t)code;
 }
 
-/* Store the code of the local thickness at a boundary voxel in thickness, at the index of its
- * record; an sc_boundary_fn on a transform. It is twice the depth at which the steepest ascent
- * ends, less half a voxel on either side, because depth is measured to the centre of the next
- * tissue's voxel. */
-static void store_local(void *user, const sc_boundary_voxel *voxel)
+/* @return the code of the local thickness at voxel @p at, which is not background and is moved to
+ * where the steepest ascent ends: twice the depth there, less half a voxel on either side, because
+ * depth is measured to the centre of the next tissue's voxel. */
+static uint8_t local_code(const transform *t, int at[3])
 {
-    const transform *t = user;
     const sc_volume *v = t->p->volume;
-    int at[3] = {voxel->x, voxel->y, voxel->z};
     size_t index;
 
     while (climb(t, at)) {
     }
     index =
         ((size_t)at[2] * (size_t)v->size[1] + (size_t)at[1]) * (size_t)v->size[0] + (size_t)at[0];
-    t->p->thickness[voxel->index] =
-        thickness_code(t->smallest_mm * (2.0 * t->distance[index] / UNITS_PER_VOXEL - 1));
+    return thickness_code(t->smallest_mm * (2.0 * t->distance[index] / UNITS_PER_VOXEL - 1));
 }
 
 /* Store the local thickness at the boundary voxels of bricks [begin, end); an sc_range_fn on a
@@ -397,70 +322,47 @@ static void store_local(void *user, const sc_boundary_voxel *voxel)
 static void local_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const transform *t = user;
+    const sc_preparation *p = t->p;
 
     (void)thread;
-    sc_each_boundary(t->p, begin, end, store_local, user);
+    for (size_t brick = begin; brick < end; brick++) {
+        uint8_t *thickness = p->thickness + p->near_start[brick];
+        int low[3];
+
+        sc_brick_low(p->bricks, brick, low);
+        for (uint64_t left = p->near[brick]; left; left &= left - 1, thickness++) {
+            const int bit = __builtin_ctzll(left);
+            int at[3] = {low[0] + sc_bit_x(bit) - 1, low[1] + sc_bit_y(bit) - 1,
+                         low[2] + sc_bit_z(bit) - 1};
+
+            if (sc_id_or_background(p->volume, at[0], at[1], at[2]))
+                *thickness = local_code(t, at);
+        }
+    }
 }
 
-/* Fill t->distance, then t->sums and, if it is asked for, the local thickness. All other members
- * must be set, and the sums zero. */
+/* Fill t->distance, then the local thickness. All other members must be set. */
 static void run_passes(const sc_ctx *ctx, transform *t)
 {
     const sc_volume *v = t->p->volume;
     const size_t rows = (size_t)v->size[1] * (size_t)v->size[2];
     const size_t blocks = ((size_t)v->size[0] + COLUMNS - 1) / COLUMNS;
     sc_team *team = t->p->team;
-    const uint64_t each = SC_WORTH_THICKNESS / 5; /* there are so many loops */
+    const uint64_t each = SC_WORTH_THICKNESS / 4; /* there are so many loops */
 
     sc_team_stage_for(ctx, each, team, rows, 64, rows_pass, t);
     t->axis = 1;
     sc_team_stage_for(ctx, each, team, blocks * (size_t)v->size[2], 8, lines_pass, t);
     t->axis = 2;
     sc_team_stage_for(ctx, each, team, blocks * (size_t)v->size[1], 8, lines_pass, t);
-    sc_team_stage_for(ctx, each, team, rows, 64, sum_medial, t);
-    if (t->p->thickness)
-        sc_team_stage_for(ctx, each, team, t->p->brick_count, 1024, local_bricks, t);
-}
-
-/* Store the thickness of each label in thickness_mm of its stats; a label without medial voxels,
- * and the background, keep 0. It is twice the mean depth of the medial voxels, each weighted by the
- * square of its depth. In a tube that square is proportional to the tissue around the medial voxel,
- * and the small depths that rough surfaces cause hardly count. Depth is measured to the centre of
- * the next tissue's voxel, which is half a voxel beyond the surface. Returns SC_ERR_MEMORY. */
-static sc_status store_thickness(const sc_ctx *ctx, const transform *t)
-{
-    const int labels = t->p->volume->label_count, ranks = sc_team_ranks(t->p->team);
-    const wide *all;
-    void *block;
-    sc_status status;
-
-    for (int i = 2 * labels; i < 2 * labels * t->p->settings.threads; i++)
-        t->sums[i % (2 * labels)] += t->sums[i];
-    status =
-        sc_team_collect(ctx, t->p->team, t->sums, 2 * (size_t)labels * sizeof *t->sums, &block);
-    if (status != SC_OK)
-        return status;
-    all = block;
-    for (int id = 1; id < labels; id++) {
-        wide squared = 0, cubed = 0; /* whole: their sums do not depend on who has added */
-
-        for (int rank = 0; rank < ranks; rank++) {
-            squared += all[2 * (rank * labels + id)];
-            cubed += all[2 * (rank * labels + id) + 1];
-        }
-        if (squared > 0)
-            t->p->stats[id].thickness_mm =
-                t->smallest_mm * (2 * (double)cubed / (double)squared / UNITS_PER_VOXEL - 1);
-    }
-    sc_team_free(t->p->team, block);
-    return SC_OK;
+    sc_team_stage_for(ctx, each, team, t->p->brick_count, 1024, local_bricks, t);
 }
 
 sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
 {
     const sc_volume *v = p->volume;
     transform t = {.p = p};
-    void *distance = NULL, *scratch = NULL, *inverse = NULL, *sums = NULL;
+    void *distance = NULL, *scratch = NULL, *inverse = NULL, *block;
     double spacing_mm[3];
     int longest = 0;
     sc_status status;
@@ -472,20 +374,9 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
     }
     for (int i = 0; i < 3; i++)
         t.step_units[i] = UNITS_PER_VOXEL * spacing_mm[i] / t.smallest_mm;
-    for (int n = 0; n < 27; n++) {
-        const int x = n % 3 - 1, y = n / 3 % 3 - 1, z = n / 9 - 1;
-        const sc_vec3 step = {x * t.step_units[0], y * t.step_units[1], z * t.step_units[2]};
-
-        t.steps[n] = ((ptrdiff_t)z * p->volume->size[1] + y) * (ptrdiff_t)p->volume->size[0] + x;
-        t.flank_units[n] = (float)(FLANK_SLOPE * sc_vec3_length(step));
-    }
     t.scratch_bytes = (workspace_bytes(longest) + 63) / 64 * 64;
-    if (p->settings.local_thickness) {
-        void *block;
-
-        SC_TRY(sc_team_alloc(ctx, p->team, p->near_count, 1, &block));
-        p->thickness = block;
-    }
+    SC_TRY(sc_team_alloc(ctx, p->team, p->near_count, 1, &block));
+    p->thickness = block;
     if (!p->boundary_count) { /* background alone, of which a small file can promise a lot */
         sc_stage_add(ctx, SC_WORTH_THICKNESS);
         return SC_OK;
@@ -493,9 +384,6 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
     status = sc_alloc(ctx, t.scratch_bytes * (size_t)p->settings.threads, 1, &scratch);
     if (status == SC_OK)
         status = sc_alloc(ctx, (size_t)longest + 2, sizeof(float), &inverse);
-    if (status == SC_OK)
-        status = sc_zalloc(ctx, (size_t)v->label_count * (size_t)p->settings.threads,
-                           2 * sizeof(wide), &sums);
     SC_TRY(sc_team_agree(p->team, status));
     SC_TRY(sc_team_alloc(ctx, p->team, sc_volume_voxels(v), sizeof(uint16_t), &distance));
     t.distance = distance;
@@ -503,13 +391,10 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
     t.half_inverse = inverse;
     for (int i = 0; i < longest + 2; i++)
         t.half_inverse[i] = i ? 0.5f / (float)i : 0;
-    t.sums = sums;
     run_passes(ctx, &t);
-    status = store_thickness(ctx, &t);
 out:
     sc_team_free(p->team, distance);
     sc_free(scratch);
     sc_free(inverse);
-    sc_free(sums);
     return status;
 }

@@ -14,12 +14,12 @@ static double voxel_length_mm(const sc_prepared *volume)
     return least;
 }
 
-/* Set r->march.thickness_alpha, by automatic opacity on the scale of the tissues; to be called
- * after fill_march, which clears it. */
+/* Set r->march.thickness_alpha, by automatic opacity; to be called after fill_march, which
+ * clears it. */
 static void fill_thickness(sc_renderer *r, const sc_tissue *tissues)
 {
     const sc_opacity_scale scale =
-        sc_opacity_scale_of(r->volume, tissues, r->settings.opacity_rule);
+        sc_local_opacity_scale(sc_opacity_scale_of(r->volume, tissues, r->settings.opacity_rule));
 
     for (int code = 0; code < 256; code++)
         r->march.thickness_alpha[code] =

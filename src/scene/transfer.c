@@ -6,10 +6,11 @@
 #include <limits.h>
 #include <string.h>
 
-/* The ends of the scale in bodies of 100 mm and more: at these thicknesses, in mm, and opacities.
- */
+/* The ends of the scale in bodies of 100 mm and more: at these thicknesses, in mm, and opacities. A
+ * skin of 1 mm, or a tube of 2 mm, is thin; a tube of 30 mm, as wide as the largest vessels, is as
+ * thick as tissues get to be told apart. */
 #define THIN_MM 1.0
-#define THICK_MM 30.0
+#define THICK_MM 15.0
 #define LEAST 0.5
 #define MOST 0.95
 #define HUMAN_MM 100.0
@@ -26,6 +27,13 @@ double sc_auto_opacity(const sc_opacity_scale *scale, double thickness_mm)
         return scale->most;
     share = log(thickness_mm / scale->thin_mm) / range;
     return scale->least + (scale->most - scale->least) * fmin(fmax(share, 0), 1);
+}
+
+sc_opacity_scale sc_local_opacity_scale(sc_opacity_scale scale)
+{
+    if (scale.thick_mm > scale.thin_mm)
+        scale.thick_mm *= 2;
+    return scale;
 }
 
 /* Convert a colour from sRGB levels to linear light, 0 to 1. */
@@ -138,8 +146,7 @@ void sc_tissue_strengths(const sc_label *labels, int label_count, const sc_tissu
 }
 
 sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels, int label_count,
-                           const sc_tissue_rule *rules, size_t rule_count, bool *hidden,
-                           bool *needs_thickness)
+                           const sc_tissue_rule *rules, size_t rule_count, bool *hidden)
 {
     sc_tissue *looks;
     void *block;
@@ -149,14 +156,12 @@ sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels, int label_
         return status;
     looks = block;
     find_looks(labels, label_count, rules, rule_count, looks);
-    *needs_thickness = false;
     hidden[0] = false;
     for (int id = 1; id < label_count; id++) {
         const sc_tissue *t = &looks[id];
 
         hidden[id] =
             !t->visible || (!t->opacity_auto && !(t->opacity > 0) && !(t->interior_opacity > 0));
-        *needs_thickness = *needs_thickness || (!hidden[id] && t->opacity_auto);
     }
     sc_free(block);
     return SC_OK;

@@ -262,7 +262,7 @@ out:
 
 /* ---- measures ---- */
 
-/* @return the value of a measure for a label; NAN if it was not measured. */
+/* @return the value of a measure for a label; NAN if it has no voxels. */
 static double measured(const sc_prepared *volume, sc_measure measure, int id)
 {
     const sc_label_stats *stats = &volume->stats[id];
@@ -274,9 +274,9 @@ static double measured(const sc_prepared *volume, sc_measure measure, int id)
     case SC_MEASURE_VOLUME:
         return (double)stats->voxels * voxel_ml;
     case SC_MEASURE_THICKNESS:
-        return volume->has_thickness && stats->thickness_mm > 0 ? stats->thickness_mm : NAN;
+        return stats->thickness_mm;
     case SC_MEASURE_SURFACE:
-        return volume->has_surface ? stats->surface_mm2 / 100 : NAN;
+        return stats->surface_mm2 / 100;
     }
     return NAN;
 }

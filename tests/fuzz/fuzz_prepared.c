@@ -21,11 +21,8 @@ static size_t file_bytes[2];
  * with ids of two bytes. */
 static void make_file(int wide, const char *path)
 {
-    const sc_prepare_settings settings = {.smooth = {1, 1, 1},
-                                          .thickness = true,
-                                          .local_thickness = true,
-                                          .surface = true,
-                                          .threads = 1};
+    const sc_prepare_settings settings = {
+        .smooth = {1, 1, 1}, .local_thickness = true, .threads = 1};
     const int size[3] = {wide ? 11 : 15, 13, 12};
     float opacity[256] = {0}; /* as draw() gives it to all tissues, for one half of the inputs */
     sc_preparation *preparation;

@@ -10,8 +10,7 @@
 static sc_status prepare(const sc_ctx *ctx, sc_comm *comm)
 {
     const int size[3] = {97, 90, 101};
-    sc_prepare_settings settings = {
-        .smooth = {1, 1, 1}, .thickness = true, .local_thickness = true, .surface = true};
+    sc_prepare_settings settings = {.smooth = {1, 1, 1}, .local_thickness = true};
     sc_phantom *phantom = NULL;
     sc_volume volume = {0};
     sc_preparation *p = NULL;

@@ -121,8 +121,8 @@ static void set_tissues(prepared_set *p, bool peers, bool voxel)
         p->tissues[id] = peers_tissue((uint32_t)p->view.labels[id].value, p->opaque, voxel);
 }
 
-/* Read and prepare a volume as a job would, to @p out: hidden tissues are background, and
- * thickness is measured only where opacity follows it. Ends the program on failure. The caller
+/* Read and prepare a volume as a job would, to @p out: hidden tissues are background.
+ * Ends the program on failure. The caller
  * frees out->block. */
 static void prepare(const char *path, bool peers, bool opaque, prepared_set *out)
 {
@@ -138,7 +138,6 @@ static void prepare(const char *path, bool peers, bool opaque, prepared_set *out
     for (int id = 1; peers && opaque && id < volume.label_count; id++)
         hidden[id] = volume.labels[id].value == FAT;
     sc_volume_hide(&volume, hidden, settings.threads);
-    settings.thickness = !peers && !opaque;
     must(sc_prepare(&ctx, &volume, &settings, &preparation));
     bytes = sc_preparation_bytes(preparation);
     must(sc_alloc(&ctx, bytes, 1, &out->block));

@@ -53,11 +53,8 @@ typedef struct prepared_copy {
 static inline prepared_copy prepare_copy_smooth(const sc_volume *volume, int threads,
                                                 double strength)
 {
-    const sc_prepare_settings settings = {.smooth = {strength, strength, strength},
-                                          .thickness = true,
-                                          .local_thickness = true,
-                                          .surface = true,
-                                          .threads = threads};
+    const sc_prepare_settings settings = {
+        .smooth = {strength, strength, strength}, .local_thickness = true, .threads = threads};
     sc_preparation *p;
     prepared_copy out;
     size_t bytes;

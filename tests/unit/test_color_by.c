@@ -91,10 +91,10 @@ static void measures_have_units(void **state)
     assert_int_equal(sc_color_values(&ctx, &by, &volume, v, title), SC_OK);
     assert_true(v[1] == 5 && v[4] == 10 && isnan(v[5]) && isnan(v[0]));
     assert_string_equal(title, "Volume (ml)");
-    by.measure = SC_MEASURE_THICKNESS; /* which was not measured */
+    by.measure = SC_MEASURE_THICKNESS;
+    stats[1].thickness_mm = 4;
     assert_int_equal(sc_color_values(&ctx, &by, &volume, v, title), SC_OK);
-    assert_true(isnan(v[1]));
-    volume.has_surface = true;
+    assert_true(v[1] == 4 && isnan(v[5]));
     by.measure = SC_MEASURE_SURFACE;
     stats[1].surface_mm2 = 250;
     assert_int_equal(sc_color_values(&ctx, &by, &volume, v, title), SC_OK);

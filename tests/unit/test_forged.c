@@ -47,11 +47,8 @@ static void derive(sc_preparation *preparation)
 static forged prepared_file(bool wide)
 {
     const int size[3] = {wide ? 11 : 23, 17, 19};
-    const sc_prepare_settings settings = {.smooth = {1, 1, 1},
-                                          .thickness = true,
-                                          .local_thickness = true,
-                                          .surface = true,
-                                          .threads = 1};
+    const sc_prepare_settings settings = {
+        .smooth = {1, 1, 1}, .local_thickness = true, .threads = 1};
     sc_phantom *phantom;
     sc_volume volume;
     sc_preparation *preparation;

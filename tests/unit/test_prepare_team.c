@@ -90,8 +90,7 @@ static void compare(const sc_volume *volume, sc_prepare_settings settings)
 static void any_ranks_prepare_the_same_bytes(void **state)
 {
     static const sc_vec3 strengths[4] = {{0}, {1, 1, 1}, {2, 2, 2}, {0.5, 0.5, 0.5}};
-    const sc_prepare_settings all = {
-        .smooth = {1, 1, 1}, .thickness = true, .local_thickness = true, .surface = true};
+    const sc_prepare_settings all = {.smooth = {1, 1, 1}, .local_thickness = true};
     sc_prepare_settings wide = all;
 
     (void)state;
@@ -109,8 +108,7 @@ static void a_rank_without_memory_ends_all(void **state)
 {
     const int small[3] = {9, 8, 10};
     sc_volume volume = shape_volume(small, spacing_mm, 1, 4, random_id);
-    const sc_prepare_settings all = {
-        .smooth = {1, 1, 1}, .thickness = true, .local_thickness = true, .surface = true};
+    const sc_prepare_settings all = {.smooth = {1, 1, 1}, .local_thickness = true};
     sc_status outcome = SC_ERR_MEMORY;
     long budget = 0;
 

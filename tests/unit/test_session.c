@@ -142,7 +142,7 @@ static void map_file(sc_comm *comm, void *user)
 static void prepare_file(const char *path, int side)
 {
     const int size[3] = {side, side, side};
-    const sc_prepare_settings settings = {.smooth = {1, 1, 1}, .thickness = true, .threads = 1};
+    const sc_prepare_settings settings = {.smooth = {1, 1, 1}, .threads = 1};
     sc_phantom *phantom;
     sc_volume volume;
     sc_preparation *preparation;
