@@ -377,7 +377,7 @@ SC_ALWAYS_INLINE void sc_sharpen(const float *in, int edge, float *out)
 }
 
 /* Least area of the border in a quarter, in voxels, on which anything is spread. */
-#define SC_LEAST_AREA 1.28f
+#define SC_LEAST_AREA 0.32f
 
 /* Write how far the border is to be moved at the cells of a tile and one more on every side, by
  * what is missing around, b->missing and area. @param blurs passes of the binomial over quarters, 3

@@ -25,7 +25,8 @@ _Static_assert((int)BLURS <= (int)SC_CUBE_QUARTERS, "a tile is filtered from tho
  * and that they decide. */
 #define FLAT_FROM 0.7f
 #define FLAT_ALL 0.9f
-/* How near, in voxels, quarters have to stay to decide, and from where on they do not count. */
+/* How near, in half drawn steps, quarters have to stay to decide, and from where on they do not
+ * count. */
 #define NEAR_ALL 0.6f
 #define NEAR_FROM 1.1f
 /* Cells within so many voxels of the border are compared; and moved. */
@@ -39,7 +40,7 @@ typedef struct smoother {
     const sc_borders *b;
     quarters *mean;       /* of the field at cells */
     quarters *wide;       /* that filtered; about the distance near the border */
-    quarters *difference; /* the largest one to cells, in each quarter */
+    quarters *difference; /* the largest one to cells, in half drawn steps, in each quarter */
 } smoother;
 
 static inline float clip(float value, float low, float high)
@@ -187,7 +188,8 @@ SC_WIDE_VECTORS static void compare_tiles(void *user, size_t begin, size_t end, 
         smooth_cells(s, tile, wide, smooth);
         for (int i = 0; i < SC_TILE_CELLS; i++) {
             float *most = &s->difference[tile][quarter_of(i)];
-            const float difference = fabsf(s->b->value[tile][i] - smooth[i]);
+            const float difference = fabsf(s->b->value[tile][i] - smooth[i]) /
+                                     sc_wide_box(sc_strength_at(s->b, tile, i));
 
             if (is_compared(s->b, tile, i) && difference > *most)
                 *most = difference;
