@@ -9,8 +9,11 @@
 #endif
 
 enum {
-    DEEP_REACH = 3, /* cells within which a side has to be thick */
-    DEEP_ROWS = 2 * DEEP_REACH + 1,
+    BALL_REACH =
+        2, /* cells that a ball reaches from its middle, that is (DEEP_ALL + ROUNDING) / 2 */
+    BALL_ROWS = 2 * BALL_REACH + 1,
+    FIT_REACH = 2, /* cells around its middle that tell whether it fits */
+    DEEP_REACH = BALL_REACH + FIT_REACH,
     DEEP_LEVELS = 3,  /* sizes of balls */
     BORDER_BLURS = 2, /* passes of the binomial that make a mean over the border */
     BORDER_EDGE = SC_CUBE_CELLS + 2 * BORDER_BLURS,
@@ -24,18 +27,16 @@ enum {
 #define DEEP_ALL 3.8f
 /* So far from the border, in voxels, the field tells the distance; deeper inside it is less where
  * voxels on the way are noise. */
-#define KNOWN 1.2f
+#define KNOWN 1.8f
 /* Balls reach so much farther, since the border is not known better. */
 #define ROUNDING 1.7f
 /* Cells with data below this, in voxels, lie at the border. */
 #define AT_BORDER 1.0f
 
-typedef const float cell_array[SC_TILE_CELLS];
-
 /* What the threads share. */
 typedef struct weigher {
     const sc_borders *b;
-    float (*field)[SC_TILE_CELLS]; /* 0 where it is free */
+    float (*field)[SC_TILE_CELLS]; /* not a number where it is free */
 } weigher;
 
 /* @return whether all voxels of a cell are free. */
@@ -51,7 +52,7 @@ static bool is_empty(const sc_borders *b, size_t tile, int cell)
 }
 
 /* Copy the fields of tiles [begin, end) but for free cells, and set the data of these to SC_FAR: no
- * border is asked for there, and no side is thick; an sc_range_fn on a weigher. */
+ * border is asked for there; an sc_range_fn on a weigher. */
 static void copy_tiles(void *user, size_t begin, size_t end, int thread)
 {
     const weigher *w = user;
@@ -61,7 +62,7 @@ static void copy_tiles(void *user, size_t begin, size_t end, int thread)
         for (int i = 0; i < SC_TILE_CELLS && !w->b->dead[tile]; i++) {
             const bool free = w->b->box[tile][i] >= SC_BOX_FREE && is_empty(w->b, tile, i);
 
-            w->field[tile][i] = free ? 0 : w->b->value[tile][i];
+            w->field[tile][i] = free ? NAN : w->b->value[tile][i];
             w->b->data[tile][i] = free ? SC_FAR : w->b->data[tile][i];
         }
     }
@@ -70,7 +71,7 @@ static void copy_tiles(void *user, size_t begin, size_t end, int thread)
 /* Rows of a region, whose cells are bits. */
 typedef uint32_t cell_rows[DEEP_EDGE][DEEP_EDGE];
 
-/* Find the cells of a region whose field, times @p sign, is @p least or more. */
+/* Find the cells of a region whose field, times @p sign, is @p least or more, or is not known. */
 SC_ALWAYS_INLINE void find_cells(const float *field, float sign, float least, cell_rows out)
 {
     for (int k = 0; k < DEEP_EDGE * DEEP_EDGE; k++) {
@@ -83,38 +84,41 @@ SC_ALWAYS_INLINE void find_cells(const float *field, float sign, float least, ce
             const int x = 4 * n + 4 <= DEEP_EDGE ? 4 * n : DEEP_EDGE - 4;
             const __m128 values = _mm_mul_ps(signs, _mm_loadu_ps(row + x));
 
-            bits |= (uint32_t)_mm_movemask_ps(_mm_cmpge_ps(values, leasts)) << x;
+            bits |= (uint32_t)_mm_movemask_ps(_mm_cmpnlt_ps(values, leasts)) << x;
         }
 #else
         for (int x = 0; x < DEEP_EDGE; x++)
-            bits |= (uint32_t)(sign * row[x] >= least) << x;
+            bits |= (uint32_t) !(sign * row[x] < least) << x;
 #endif
         out[k / DEEP_EDGE][k % DEEP_EDGE] = bits;
     }
 }
 
 /* Find the cells of a region in which the middle of a ball of @p radius voxels may lie that fits
- * into the side of @p sign: all cells around are as far from the border as they have to be. Those
- * along the edge of the region are not found. */
+ * into the side of @p sign: all cells around are as far from the border as they have to be, as far
+ * as that is known. Those along the edge of the region are not found. */
 SC_ALWAYS_INLINE void find_deep(const float *field, float sign, float radius, cell_rows out)
 {
-    static const float lengths[4] = {0, 2, 2.828427f, 3.464102f}; /* to the cells around */
-    cell_rows far[4];
+    /* to the cells that share a face, an edge or a corner, and to the next ones along the axes */
+    static const float lengths[5] = {0, 2, 2.828427f, 3.464102f, 4};
+    cell_rows far[5];
 
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < 5; i++)
         find_cells(field, sign, radius - lengths[i] < KNOWN ? radius - lengths[i] : KNOWN, far[i]);
     memset(out, 0, sizeof(cell_rows));
-    for (int z = 1; z + 1 < DEEP_EDGE; z++) {
-        for (int y = 1; y + 1 < DEEP_EDGE; y++) {
+    for (int z = FIT_REACH; z < DEEP_EDGE - FIT_REACH; z++) {
+        for (int y = FIT_REACH; y < DEEP_EDGE - FIT_REACH; y++) {
             const uint32_t *face = far[1][z] + y, *edge = far[2][z] + y, *low = far[2][z - 1] + y,
-                           *high = far[2][z + 1] + y;
+                           *high = far[2][z + 1] + y, *next = far[4][z] + y;
+            const uint32_t faces = face[-1] & face[1] & far[1][z - 1][y] & far[1][z + 1][y];
+            const uint32_t nexts = next[-2] & next[2] & far[4][z - 2][y] & far[4][z + 2][y];
             const uint32_t corners = far[3][z - 1][y - 1] & far[3][z - 1][y + 1] &
                                      far[3][z + 1][y - 1] & far[3][z + 1][y + 1];
             const uint32_t edges = edge[-1] & edge[1] & low[0] & high[0] & corners;
 
-            out[z][y] = far[0][z][y] & face[-1] & face[1] & far[1][z - 1][y] & far[1][z + 1][y] &
-                        face[0] << 1 & face[0] >> 1 & low[-1] & low[1] & high[-1] & high[1] &
-                        edges << 1 & edges >> 1;
+            out[z][y] = far[0][z][y] & faces & nexts & low[-1] & low[1] & high[-1] & high[1] &
+                        (face[0] & edges) << 1 & (face[0] & edges) >> 1 & next[0] << 2 &
+                        next[0] >> 2;
         }
     }
 }
@@ -123,10 +127,10 @@ SC_ALWAYS_INLINE void find_deep(const float *field, float sign, float radius, ce
  * are not found. */
 SC_ALWAYS_INLINE void spread(const cell_rows in, float radius, cell_rows out)
 {
-    cell_rows rows[DEEP_REACH + 1]; /* in, spread so far along x */
+    cell_rows rows[BALL_REACH + 1]; /* in, spread so far along x */
 
     memcpy(rows[0], in, sizeof rows[0]);
-    for (int d = 1; d <= DEEP_REACH; d++) {
+    for (int d = 1; d <= BALL_REACH; d++) {
         const uint32_t *before = &rows[d - 1][0][0], *from = &in[0][0];
         uint32_t *to = &rows[d][0][0];
 
@@ -134,8 +138,8 @@ SC_ALWAYS_INLINE void spread(const cell_rows in, float radius, cell_rows out)
             to[k] = before[k] | from[k] << d | from[k] >> d;
     }
     memset(out, 0, sizeof(cell_rows));
-    for (int n = 0; n < DEEP_ROWS * DEEP_ROWS; n++) {
-        const int dy = n % DEEP_ROWS - DEEP_REACH, dz = n / DEEP_ROWS - DEEP_REACH;
+    for (int n = 0; n < BALL_ROWS * BALL_ROWS; n++) {
+        const int dy = n % BALL_ROWS - BALL_REACH, dz = n / BALL_ROWS - BALL_REACH;
         const float left = radius * radius - (float)(dy * dy + dz * dz);
 
         for (int z = DEEP_REACH; z < DEEP_EDGE - DEEP_REACH && left >= 0; z++) {
@@ -181,6 +185,7 @@ SC_ALWAYS_INLINE void find_thick(const float *field, const float *at_border, flo
 SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, int thread)
 {
     static const float far[SC_BESIDE_CONSTANTS] = {SC_FAR, SC_FAR, -SC_FAR, SC_FAR};
+    static const float unknown[SC_BESIDE_CONSTANTS] = {NAN, SC_FAR, -SC_FAR, 0};
     const weigher *w = user;
     const sc_borders *b = w->b;
 
@@ -201,7 +206,8 @@ SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, in
         }
         if (!any)
             continue;
-        sc_read_cells(b, (cell_array *)w->field, tile, DEEP_REACH + BORDER_BLURS, field);
+        sc_read_tile_cells(b, w->field[0], tile, DEEP_REACH + BORDER_BLURS, unknown, field);
+        sc_extrapolate(b, tile, SC_CUBE_CELLS, DEEP_REACH + BORDER_BLURS, field);
         find_thick(field, weight, share);
         for (int i = 0; i < BORDER_BLURS; i++) {
             sc_binomial(share, BORDER_EDGE - 2 * i, share);
