@@ -282,12 +282,10 @@ static void average(const sc_borders *b, size_t tile, float (*voxels)[SC_CUBE][S
             any[x] = moving[at] | moving[up] | moving[in] | moving[in + SC_CUBE];
         }
         for (int x = 0; x < SC_CUBE; x += 2) {
-            const float strength = sc_strength_at(b, tile, k * SC_CUBE_CELLS + x / 2);
-
             *data++ = 0.125f * (pair[x] + pair[x + 1]);
             *box++ = !(any[x] | any[x + 1]) || fabsf(data[-1]) >= SC_BAND ? SC_BOX_FROZEN
                      : free[x] + free[x + 1] > 4 && b->labels[tile]       ? SC_BOX_FREE
-                                                                          : sc_wide_box(strength);
+                                                                          : SC_CELL_BOX;
         }
     }
 }

@@ -262,8 +262,10 @@ SC_WIDE_VECTORS static void blend_tiles(void *user, size_t begin, size_t end, in
         sc_upsample(shares, INNER, share);
         for (int i = 0; i < SC_TILE_CELLS; i++) {
             const int at = ((i / 64 + 1) * CELLS + i / 8 % 8 + 1) * CELLS + i % 8 + 1;
-            const float data = b->data[tile][i], box = b->box[tile][i];
-            const float old = b->value[tile][i];
+            const float data = b->data[tile][i], old = b->value[tile][i];
+            const float box = b->box[tile][i] == SC_CELL_BOX
+                                  ? sc_wide_box(sc_strength_at(b, tile, i))
+                                  : b->box[tile][i];
 
             if (fabsf(data) < MOVED)
                 b->value[tile][i] =

@@ -35,7 +35,7 @@ typedef struct writer {
     const uint32_t *number;
     uint64_t *sides;
     uint8_t (*codes)[SC_BRICK_VERTICES];
-    int8_t (*inner)[SC_BRICK_VERTICES]; /* value of the record; 0 if it has not been found */
+    uint8_t (*inner)[SC_BRICK_VERTICES]; /* value of the record; 0 if it has not been found */
 } writer;
 
 /* Labels of a group and around it; beyond the volume those of the nearest voxels. */
@@ -310,11 +310,11 @@ static inline int outer_value(float field)
 }
 
 /* @return the value of a record of the inner field. @param values of largest_tissue. */
-static inline int8_t inner_value(const float values[2])
+static inline uint8_t inner_value(const float values[2])
 {
     const int value = outer_value(0.5f * (values[0] - values[1]));
 
-    return (int8_t)(value < 1 ? 1 : value);
+    return (uint8_t)(value < 1 ? 1 : value);
 }
 
 /* @return the place of vertex @p at of a group in the field that find_brick reads. */
@@ -332,7 +332,7 @@ static void find_brick(const writer *w, const group_ids *ids, const int low[3], 
     const int corner[3] = {n % BRICKS * SC_BRICK, n / BRICKS % BRICKS * SC_BRICK,
                            n / (BRICKS * BRICKS) * SC_BRICK};
     uint8_t *codes;
-    int8_t *inner;
+    uint8_t *inner;
     uint64_t sides = 0;
 
     if (brick == SIZE_MAX || !w->number[brick])

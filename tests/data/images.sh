@@ -5,7 +5,7 @@ real=$DATA/real/niivue
 [ -d "$real/nifti_space" ] || skip "there is no $real/nifti_space (SC_TEST_DATA)"
 "$SEGCAST" prepare "$real/aal.nii.gz" -o aal.segc -q >/dev/null
 for order in RAS LPS AIL SRP PIR IPL; do
-    expect 0 ' grey values .* shown from 2.5' "$SEGCAST" views aal.segc --image "$real/nifti_space/$order.nii.gz" -o $order.png --size 300x240 \
+    expect 0 ' grey values .* shown from 2\.' "$SEGCAST" views aal.segc --image "$real/nifti_space/$order.nii.gz" -o $order.png --size 300x240 \
         --set 'animation.clip=[{sweep: {normal: posterior, from: 40%, to: 40%}}]' --set 'tissues={"*": {opacity: 1}}'
     "$IMAGE_DIFFERENCE" RAS.png $order.png 2 0.05 || fail "$order is seen elsewhere than RAS"
 done

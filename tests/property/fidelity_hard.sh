@@ -22,9 +22,11 @@ better ellipsoid-slices 0.23 1.8 0.99
 better torus-18-slices 0.24 2.4 0.99
 better torus-12-slices 0.28 3.3 0.99
 better torus-6-slices 0.40 5.0 0.96
-better ellipsoid-copied 0.105 1.2 0.99
-better torus-12-copied 0.105 4.5 0.98
-better ellipsoid-noisy 0.13 1.5 0.99
+better ellipsoid-copied 0.06 1.2 0.99
+better torus-12-copied 0.08 2.8 0.98
+# The normals of noise were within 1.5 degrees while noise was measured for a whole file, and labels changed; the
+# border model does without that, and takes off less of it.
+better ellipsoid-noisy 0.1 2 0.99
 better torus-18-noisy 0.135 3.4 0.98
 
 # Normals are those of the body where voxels are higher than wide (6.3 degrees if gradients per reference voxel were
@@ -56,7 +58,7 @@ for skin in skin-ellipsoid skin-balls skin-planes skin-rough; do
     for strength in ${FIDELITY_STRENGTHS:-$strengths}; do
         for name in "$skin" "$skin-slices"; do
             measure --smooth $strength --rays 20000 "$name"
-            check '.leaks_per_million < 700 and .not_skin_share < 0.0007 and .rays_through > 3000
+            check '.leaks_per_million < 500 and .not_skin_share < 0.0007 and .rays_through > 3000
                 and .rays_through > 0.8 * .hits and .rays_through <= .hits' "$name at smooth $strength"
         done
     done
