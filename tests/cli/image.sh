@@ -108,8 +108,13 @@ one_error
 # Beside a second volume: without an image of its own it shows that of the job, with one its own, in the window of the
 # first, and moved with its volume. At 0 % of the width the divider leaves the picture to the second one.
 "$SEGCAST" phantom --size 50x36x52 -o there.nrrd -q >/dev/null
+# By multiples of 16 voxels, as the cells of borders lie at fixed places.
+shift_mm=$(grep -a '^space directions' there.nrrd |
+    awk -F '[ (),]+' '{ printf "%.17g %.17g %.17g", 160 * $3, -16 * $7, 32 * $11 }')
 for file in there ct; do
-    sed 's/^space origin: .*/space origin: (500,-40,12)/' $file.nrrd >moved-$file.nrrd
+    origin=$(grep -a '^space origin' $file.nrrd |
+        awk -F '[ (),]+' -v by="$shift_mm" '{ split(by, mm, " "); printf "%.17g,%.17g,%.17g", $3 + mm[1], $4 + mm[2], $5 + mm[3] }')
+    sed "s/^space origin: .*/space origin: ($origin)/" $file.nrrd >moved-$file.nrrd
     cmp -s $file.nrrd moved-$file.nrrd && fail "the geometry of $file.nrrd was not changed"
 done
 second() { # second FILE.png SUBJECT [OPTION]...: the second volume of a comparison, with frame 6 of the job
