@@ -2,7 +2,7 @@
 /* The smoothest field: the energy of a thin plate, |(I - B) field|^2 with the binomial filter B, is
  * lowered by projected gradient steps, field <- clip(2 B field - B^2 field). The box to which it is
  * clipped is half a drawn step to both sides of the data, a drawn step being two voxels. Steps have
- * momentum (Nesterov 1983, Beck and Teboulle 2009), which makes eight of them worth three times as
+ * momentum (Nesterov 1983, Beck and Teboulle 2009), which makes six of them worth twice as
  * many. First all fields are made so at cells of two voxels. That is the answer where both sides of
  * the border are thick. Where one is thinner, voxels decide, from that answer on, in a box of half
  * a voxel, so that each keeps its side; between the two the fields are blended. */

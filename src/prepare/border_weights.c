@@ -9,8 +9,7 @@
 #endif
 
 enum {
-    BALL_REACH =
-        2, /* cells that a ball reaches from its middle, that is (DEEP_ALL + ROUNDING) / 2 */
+    BALL_REACH = 2, /* cells that a ball reaches from its middle: (DEEP_ALL + ROUNDING) / 2 */
     BALL_ROWS = 2 * BALL_REACH + 1,
     FIT_REACH = 2, /* cells around its middle that tell whether it fits */
     DEEP_REACH = BALL_REACH + FIT_REACH,
