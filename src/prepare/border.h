@@ -268,7 +268,7 @@ static inline float sc_distance_of(int8_t square)
 {
     const float length = sqrtf((float)(square < 0 ? -square : square)) - 0.5f;
 
-    return (float)(square < 0 ? -1 : 1) * length; /* without a branch, so that vectors do it */
+    return (float)(square < 0 ? -1 : 1) * length; /* no branch: it is vectorized */
 }
 
 /* Do cells alone make the field of all of a tile? */

@@ -242,7 +242,8 @@ SC_ALWAYS_INLINE bool find_shares(const smoother *s, size_t tile, const float *w
     return true;
 }
 
-/* Blend quarters and cells in tiles [begin, end); an sc_range_fn on a smoother. */
+/* Replace the field at cells of tiles [begin, end) by the filtered one, in the shares of
+ * find_shares; an sc_range_fn on a smoother. */
 SC_WIDE_VECTORS static void blend_tiles(void *user, size_t begin, size_t end, int thread)
 {
     const smoother *s = user;

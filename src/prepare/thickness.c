@@ -348,7 +348,7 @@ static void run_passes(const sc_ctx *ctx, transform *t)
     const size_t rows = (size_t)v->size[1] * (size_t)v->size[2];
     const size_t blocks = ((size_t)v->size[0] + COLUMNS - 1) / COLUMNS;
     sc_team *team = t->p->team;
-    const uint64_t each = SC_WORTH_THICKNESS / 4; /* there are so many loops */
+    const uint64_t each = SC_WORTH_THICKNESS / 4; /* four loops report progress */
 
     sc_team_stage_for(ctx, each, team, rows, 64, rows_pass, t);
     t->axis = 1;
