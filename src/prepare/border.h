@@ -50,6 +50,12 @@ typedef struct sc_cube {
     uint16_t second; /* of two tissues the one with the larger label */
 } sc_cube;
 
+/* The gradient of the filtered field of a quarter (border_normals.c), in voxels. */
+typedef struct sc_wide_slope {
+    float slope[3];
+    float share; /* in which it is the one for normals, 0 to 1 */
+} sc_wide_slope;
+
 /* What lies beside a tile instead of another one, in sc_borders.beside. */
 enum {
     SC_BESIDE_CONSTANTS = 4, /* so many of the largest numbers */
@@ -90,6 +96,7 @@ typedef struct sc_borders {
     float (*coarse)[SC_TILE_CELLS];     /* share, 0 to 1, in which cells alone make the field */
     float (*missing)[SC_TILE_QUARTERS]; /* volume that is missing of a quarter, */
     float (*area)[SC_TILE_QUARTERS]; /* and the area over which that is to be spread, in voxels */
+    sc_wide_slope (*wide)[SC_TILE_QUARTERS];
     int16_t (*fine)[SC_TILE_VOXELS]; /* the field at voxels, in units of 1 / SC_FINE_STEPS */
 } sc_borders;
 #define SC_FINE_STEPS 1024.0f
@@ -287,11 +294,6 @@ static inline bool sc_is_coarse(const sc_borders *b, size_t tile)
 #define SC_VOXEL_BOX 0.45f
 /* Fields are smoothed within so many voxels of the border; */
 #define SC_BAND 4.0f
-/* @return half the box of cells at a strength. */
-static inline float sc_wide_box(float strength)
-{
-    return SC_CELL_BOX * (strength > 1 ? strength : 1);
-}
 /* Where the field may be anywhere, since it is free; and where it does not move, since its border
  * is out of reach. */
 #define SC_BOX_FREE 1e6f
@@ -423,7 +425,9 @@ sc_status sc_measure_distances(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_find_beside(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_smooth_cells(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_keep_volume_of_cells(const sc_ctx *ctx, sc_borders *b);
-sc_status sc_smooth_quarters(const sc_ctx *ctx, sc_borders *b);
+/* Find the gradients from which the normals of nearly flat borders come: wide. Writes over missing
+ * and area. */
+sc_status sc_find_wide_slopes(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_weigh_cells(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b);
 void sc_keep_volume_of_voxels(const sc_ctx *ctx, sc_borders *b);

@@ -159,16 +159,11 @@ SC_ALWAYS_INLINE void store_coarse(const sc_borders *b, size_t tile, refining *r
     sc_sharpen(r->cells, CELLS + 2, r->sharp);
     sc_upsample(r->sharp, CELLS, r->wide);
     for (int k = 0; k < SC_CUBE * SC_CUBE; k++) {
-        const int row = (k / SC_CUBE / 2 * SC_CUBE_CELLS + k % SC_CUBE / 2) * SC_CUBE_CELLS;
         const float *from = r->wide + ((k / SC_CUBE + 1) * VOXELS + k % SC_CUBE + 1) * VOXELS + 1;
-        float boxes[SC_CUBE_CELLS];
-
-        for (int x = 0; x < SC_CUBE_CELLS; x++)
-            boxes[x] = sc_wide_box(sc_strength_at(b, tile, row + x));
 
         for (int x = 0; x < SC_CUBE; x++) {
             const int8_t square = squares[k * SC_CUBE + x];
-            const float width = square ? boxes[x / 2] : SC_BOX_FREE;
+            const float width = square ? SC_CELL_BOX : SC_BOX_FREE;
             const float middle = sc_distance_of(square);
 
             to[k * SC_CUBE + x] = sc_to_fine(clip(from[x], middle - width, middle + width));

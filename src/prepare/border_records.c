@@ -18,6 +18,7 @@ enum {
     FLAT = WIDE - 4, /* edge of what has been blurred twice */
     BEFORE = 2,      /* voxels before a group from which its field goes on beyond the volume */
     SIDED = SC_CUBE + BEFORE,
+    QUARTERS = SC_CUBE_QUARTERS + 2, /* edge of the quarters that a group lies between */
     AROUND = SC_TISSUE_CODES
 };
 
@@ -393,7 +394,58 @@ SC_WIDE_VECTORS static void find_groups(void *user, size_t begin, size_t end, in
 typedef struct group_field {
     float at[WIDE * WIDE * WIDE], once[(WIDE - 2) * (WIDE - 2) * (WIDE - 2)],
         flat[FLAT * FLAT * FLAT];
+    sc_wide_slope wide[QUARTERS * QUARTERS * QUARTERS];
 } group_field;
+
+/* Where a vertex lies between quarters. */
+typedef struct quarter_place {
+    int low[3];     /* the lower quarter */
+    float share[3]; /* of the next one */
+} quarter_place;
+
+/* @return where voxel @p voxel lies between the quarters of the cubes. */
+static inline quarter_place place_of(const sc_borders *b, const int voxel[3])
+{
+    quarter_place out;
+
+    for (int i = 0; i < 3; i++) {
+        const int eighths = 2 * (voxel[i] + b->phase[i]) + 5; /* of a quarter, from one before */
+
+        out.low[i] = eighths / 8 - 1;
+        out.share[i] = (float)(eighths % 8) * (1.0f / 8);
+    }
+    return out;
+}
+
+/* Read the gradients of the filtered field of @p label at the quarters between which a group lies,
+ * whose lowest voxel is @p voxel; beyond the volume those of the nearest ones. */
+static void read_wide_slopes(const sc_borders *b, uint32_t label, const int voxel[3],
+                             sc_wide_slope *out)
+{
+    const quarter_place first = place_of(b, voxel);
+
+    for (int n = 0; n < QUARTERS * QUARTERS * QUARTERS; n++) {
+        const int place[3] = {n % QUARTERS, n / QUARTERS % QUARTERS, n / (QUARTERS * QUARTERS)};
+        int at[3], cube[3];
+        uint32_t tile;
+
+        for (int i = 0; i < 3; i++) {
+            const int quarters = (b->p->volume->size[i] + b->phase[i] + 3) / 4;
+
+            at[i] = sc_nearest_voxel(first.low[i] + place[i], quarters);
+            cube[i] = at[i] / SC_CUBE_QUARTERS;
+            at[i] %= SC_CUBE_QUARTERS;
+        }
+        tile = sc_tile_of(b, sc_brick_index(b->cubes, cube[0], cube[1], cube[2]), label);
+        out[n] = (sc_wide_slope){.share = 0};
+        if (tile >= SC_BESIDE(0))
+            continue;
+        out[n] = b->wide[tile & ~SC_MIRRORED]
+                        [(at[2] * SC_CUBE_QUARTERS + at[1]) * SC_CUBE_QUARTERS + at[0]];
+        for (int i = 0; i < 3 && tile & SC_MIRRORED; i++)
+            out[n].slope[i] = -out[n].slope[i];
+    }
+}
 
 /* Read the field of @p label around a group. @return false if its border is out of reach. */
 static bool read_group(const writer *w, uint32_t label, const int low[3], group_field *out)
@@ -404,16 +456,49 @@ static bool read_group(const writer *w, uint32_t label, const int low[3], group_
         return false;
     sc_binomial(out->at, WIDE, out->once);
     sc_binomial(out->once, WIDE - 2, out->flat);
+    read_wide_slopes(w->b, label, (const int[3]){low[0] - 1, low[1] - 1, low[2] - 1}, out->wide);
     return true;
 }
 
-/* @return a record of the field at vertex @p at of a group. @param value of the record. */
-static uint32_t pack(const writer *w, const group_field *f, const int at[3], int code, int value)
+/* Blend the gradient at a vertex of a group with that of the filtered field, in the share in which
+ * that is the one for normals. @param low, voxel the lowest voxel of the group, and that of the
+ * vertex. */
+static inline void blend_wide(const writer *w, const group_field *f, const int low[3],
+                              const int voxel[3], float slope[3])
+{
+    const quarter_place first = place_of(w->b, low), place = place_of(w->b, voxel);
+    sc_wide_slope wide = {.share = 0};
+
+    for (int n = 0; n < 8; n++) {
+        const int corner[3] = {n & 1, n >> 1 & 1, n >> 2};
+        float weight = 1;
+        int at = 0;
+
+        for (int i = 2; i >= 0; i--) {
+            at = at * QUARTERS + place.low[i] - first.low[i] + corner[i];
+            weight *= corner[i] ? place.share[i] : 1 - place.share[i];
+        }
+        for (int i = 0; i < 3; i++)
+            wide.slope[i] += weight * f->wide[at].slope[i];
+        wide.share += weight * f->wide[at].share;
+    }
+    for (int i = 0; i < 3; i++)
+        slope[i] += wide.share * (wide.slope[i] - slope[i]);
+}
+
+/* @return a record of the field at vertex @p at of a group whose lowest vertex is @p low.
+ * @param value of the record. */
+static uint32_t pack(const writer *w, const group_field *f, const int low[3], const int at[3],
+                     int code, int value)
 {
     const float *flat = f->flat + ((at[2] + 1) * FLAT + at[1] + 1) * FLAT + at[0] + 1;
-    const float slope[3] = {0.5f * (flat[1] - flat[-1]), 0.5f * (flat[FLAT] - flat[-FLAT]),
-                            0.5f * (flat[FLAT * FLAT] - flat[-FLAT * FLAT])};
+    const int lowest[3] = {low[0] - 1, low[1] - 1, low[2] - 1};
+    const int voxel[3] = {lowest[0] + at[0], lowest[1] + at[1], lowest[2] + at[2]};
+    float slope[3] = {0.5f * (flat[1] - flat[-1]), 0.5f * (flat[FLAT] - flat[-FLAT]),
+                      0.5f * (flat[FLAT * FLAT] - flat[-FLAT * FLAT])};
     sc_vec3 outward = {0, 0, 0};
+
+    blend_wide(w, f, lowest, voxel, slope);
 
     for (int i = 0; i < 3; i++) {
         const double *row = w->to_voxel.m[i];
@@ -444,7 +529,8 @@ static void write_outer(const writer *w, const int low[3], group_field *f)
                                n / (BRICKS * BRICKS) * SC_BRICK + sc_bit_z(bit)};
             const float value = f->at[((at[2] + HALO) * WIDE + at[1] + HALO) * WIDE + at[0] + HALO];
 
-            *record++ = pack(w, f, at, w->codes[w->number[brick] - 1][bit], outer_value(value));
+            *record++ =
+                pack(w, f, low, at, w->codes[w->number[brick] - 1][bit], outer_value(value));
         }
     }
 }
@@ -455,8 +541,10 @@ static void write_inner(const writer *w, uint32_t label, const int low[3], const
 {
     const bool is = read_group(w, label, low, f);
 
-    if (!is)
+    if (!is) {
         memset(f->flat, 0, sizeof f->flat);
+        memset(f->wide, 0, sizeof f->wide);
+    }
     for (int n = 0; n < GROUP_BRICKS; n++) {
         const size_t brick = brick_of_group(w, low, n);
         uint32_t *record;
@@ -480,7 +568,7 @@ static void write_inner(const writer *w, uint32_t label, const int low[3], const
                 (void)largest_tissue(w->b, ids, at, voxel, values);
                 value = inner_value(values);
             }
-            *record = pack(w, f, at, code, value);
+            *record = pack(w, f, low, at, code, value);
         }
     }
 }
@@ -613,7 +701,7 @@ static void clear_borders(sc_borders *b)
 {
     void *const arrays[] = {b->around,    b->start,   b->labels, b->cube_of, b->beside, b->squares,
                             b->data,      b->value,   b->box,    b->dead,    b->still,  b->coarse,
-                            b->strengths, b->missing, b->area,   b->fine};
+                            b->strengths, b->missing, b->area,   b->fine,    b->wide};
 
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++)
         sc_team_free(b->p->team, arrays[i]);
@@ -635,7 +723,7 @@ sc_status sc_smooth_borders(const sc_ctx *ctx, sc_preparation *p)
     SC_TRY(sc_measure_distances(ctx, &b));
     SC_TRY(sc_smooth_cells(ctx, &b));
     SC_TRY(sc_keep_volume_of_cells(ctx, &b));
-    SC_TRY(sc_smooth_quarters(ctx, &b));
+    SC_TRY(sc_find_wide_slopes(ctx, &b));
     SC_TRY(sc_weigh_cells(ctx, &b));
     drop((void **)&b.data, p);
     drop((void **)&b.box, p);

@@ -184,7 +184,7 @@ SC_ALWAYS_INLINE void move_row(const sc_borders *b, size_t tile, int cell, const
         const float narrow = SC_VOXEL_BOX * sc_voxel_share(strength);
 
         share[x] = b->coarse[tile][cell + x / 2];
-        half[x] = narrow + share[x] * (sc_wide_box(strength) - narrow);
+        half[x] = narrow + share[x] * (SC_CELL_BOX - narrow);
     }
     for (int x = 0; x < SC_CUBE; x++) {
         const float width = squares[x] ? half[x] : SC_BOX_FREE;

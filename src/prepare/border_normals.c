@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Waves longer than voxels, as a segmentation has that was drawn on coarser voxels and brought to
- * finer ones, pass the box of cells and stay, since steps on cells do not reach that far. So the
- * fields are averaged over quarters of four voxels by a wide binomial, which takes such waves off.
- * It also moves what is curved: the mean difference over the border around is given back. This is
- * the answer where the border is nearly flat over the width of the filter, and as far as it stays
- * near the one of cells everywhere around: then both can have been drawn as these voxels. Where it
- * leaves that one there is detail, and cells decide; between the two the fields are blended.
- * Nothing is decided for a whole volume. */
+/* The light of what is nearly flat. A segmentation that was drawn on coarser voxels and brought to
+ * finer ones has waves longer than voxels. They pass the box of cells, and are so low that they are
+ * seen in the light alone, as rings and stripes. So there is a second gradient for normals: that of
+ * the field averaged over quarters of four voxels and filtered by a wide binomial. The surface
+ * stays where it is. The filter also moves what is curved; the mean difference over the border
+ * around is taken off before the two are compared. Where they are less than about a voxel apart and
+ * the border hardly bends over the width of the filter, both can have been drawn as these voxels,
+ * and the smoother one gives the normal. Elsewhere there is detail, and the field itself gives it;
+ * between the two they are blended. Nothing is decided for a whole volume. */
 #include "border.h"
 
 enum {
@@ -14,33 +15,34 @@ enum {
     MEAN_BLURS = 3, /* of those over which the mean difference is taken */
     CELLS = SC_CUBE_CELLS + 2,
     INNER = SC_CUBE_QUARTERS + 2,
-    WIDE = SC_CUBE_QUARTERS + 4,
+    HALO = 2, /* quarters that a gradient reads */
+    WIDE = SC_CUBE_QUARTERS + 2 * HALO,
     BLURRED = SC_CUBE_QUARTERS + 2 * BLURS
 };
 _Static_assert((int)BLURS <= (int)SC_CUBE_QUARTERS, "a tile is filtered from those beside it");
 /* What the filter makes of a plane's slope, since distances end at SC_FAR: the mean over all
- * directions, which differ by less than a hundredth. */
-#define PLANE_SLOPE 0.551f
-/* From this slope on, as a share of that of a plane, a border is flat enough that quarters count,
- * and that they decide. */
-#define FLAT_FROM 0.7f
-#define FLAT_ALL 0.9f
-/* How near, in half drawn steps, quarters have to stay to decide, and from where on they do not
- * count. */
-#define NEAR_ALL 0.6f
-#define NEAR_FROM 1.1f
-/* Cells within so many voxels of the border are compared; and moved. */
+ * directions, which differ by at most a hundredth. */
+#define PLANE_SLOPE 0.556f
+/* How much a filtered field may differ, over the reach of distances, from that of a plane, as a
+ * share of it, for its gradient alone to count, and from where on it does not count: a ball differs
+ * so much that has a radius of 15 voxels, and of 12. */
+#define BENT_ALL 0.65f
+#define BENT_FROM 0.85f
+/* How near, in half drawn steps, the filtered border has to stay to the drawn one everywhere around
+ * to be the same without waves, and from where on it lacks detail. */
+#define NEAR_ALL 0.8f
+#define NEAR_FROM 1.3f
+/* Cells within so many voxels of the border are compared. */
 #define COMPARED 2.0f
-#define MOVED 3.0f
 
 typedef float quarters[SC_TILE_QUARTERS];
 
 /* What the threads share: arrays by number of the tile. */
 typedef struct smoother {
-    const sc_borders *b;
+    sc_borders *b;
     quarters *mean;       /* of the field at cells */
     quarters *wide;       /* that filtered; about the distance near the border */
-    quarters *difference; /* the largest one to cells, in half drawn steps, in each quarter */
+    quarters *difference; /* the largest one to cells in each quarter, in half drawn steps */
 } smoother;
 
 static inline float clip(float value, float low, float high)
@@ -50,17 +52,16 @@ static inline float clip(float value, float low, float high)
     return above > high ? high : above;
 }
 
-/* Take means of the cells of tiles [begin, end); an sc_range_fn on a smoother. */
+/* Take means of the cells of tiles [begin, end), to s->mean; an sc_range_fn on a smoother. */
 static void average_tiles(void *user, size_t begin, size_t end, int thread)
 {
     const smoother *s = user;
+    const sc_borders *b = s->b;
 
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
-        const float *value = s->b->value[tile];
-
-        for (int i = 0; i < SC_TILE_QUARTERS && !s->b->dead[tile]; i++) {
-            const float *low = value +
+        for (int i = 0; i < SC_TILE_QUARTERS && !b->dead[tile]; i++) {
+            const float *low = b->value[tile] +
                                (2 * (i / 16) * SC_CUBE_CELLS + 2 * (i / 4 % 4)) * SC_CUBE_CELLS +
                                2 * (i % 4);
             float sum = 0;
@@ -74,20 +75,21 @@ static void average_tiles(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Filter the means of tiles [begin, end); an sc_range_fn on a smoother. */
+/* Filter the means of tiles [begin, end), to s->wide; an sc_range_fn on a smoother. */
 SC_WIDE_VECTORS static void filter_tiles(void *user, size_t begin, size_t end, int thread)
 {
     static const float constants[SC_BESIDE_CONSTANTS] = {0, SC_FAR, -SC_FAR, 0};
     const smoother *s = user;
+    const sc_borders *b = s->b;
 
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         float region[BLURRED * BLURRED * BLURRED];
 
-        if (s->b->dead[tile])
+        if (b->dead[tile])
             continue;
-        sc_read_tile_volumes(s->b, s->mean[0], tile, BLURS, constants, region);
-        sc_extrapolate(s->b, tile, SC_CUBE_QUARTERS, BLURS, region);
+        sc_read_tile_volumes(b, s->mean[0], tile, BLURS, constants, region);
+        sc_extrapolate(b, tile, SC_CUBE_QUARTERS, BLURS, region);
         for (int i = 0; i < BLURRED * BLURRED * BLURRED; i++)
             region[i] = clip(region[i], -SC_FAR, SC_FAR);
         for (int i = 0; i < BLURS; i++)
@@ -188,8 +190,7 @@ SC_WIDE_VECTORS static void compare_tiles(void *user, size_t begin, size_t end, 
         smooth_cells(s, tile, wide, smooth);
         for (int i = 0; i < SC_TILE_CELLS; i++) {
             float *most = &s->difference[tile][quarter_of(i)];
-            const float difference = fabsf(s->b->value[tile][i] - smooth[i]) /
-                                     sc_wide_box(sc_strength_at(s->b, tile, i));
+            const float difference = fabsf(s->b->value[tile][i] - smooth[i]) * (1 / SC_CELL_BOX);
 
             if (is_compared(s->b, tile, i) && difference > *most)
                 *most = difference;
@@ -197,95 +198,111 @@ SC_WIDE_VECTORS static void compare_tiles(void *user, size_t begin, size_t end, 
     }
 }
 
-/* @return in which share quarters decide by how flat the border is at element @p at of the region
- * of a filtered field. */
-static inline float flat_share(const float *at)
+/* @return the length of the second derivatives, in 1 / voxel, at element @p at of a region. */
+static inline float bending(const float *at)
 {
-    const float slopes[3] = {at[1] - at[-1], at[WIDE] - at[-WIDE],
-                             at[WIDE * WIDE] - at[-WIDE * WIDE]};
-    const float slope =
-        sqrtf(slopes[0] * slopes[0] + slopes[1] * slopes[1] + slopes[2] * slopes[2]) * (1.0f / 8);
+    static const int steps[3] = {1, WIDE, WIDE * WIDE};
+    float sum = 0;
 
-    return clip((slope - FLAT_FROM) * (1 / (FLAT_ALL - FLAT_FROM)), 0, 1);
-}
+    for (int i = 0; i < 3; i++) {
+        const int step = steps[i];
+        const float along = (at[step] - 2 * at[0] + at[-step]) * (1.0f / 16);
 
-/* Write the shares in which quarters decide, at a tile's quarters and one more on every side.
- * @return whether any is not 0. */
-SC_ALWAYS_INLINE bool find_shares(const smoother *s, size_t tile, const float *wide, float *out)
-{
-    static const float none[SC_BESIDE_CONSTANTS] = {0, 0, 0, 0};
-    float differences[WIDE * WIDE * WIDE], most = 0;
+        sum += along * along;
+        for (int k = 0; k < i; k++) {
+            const float across = (at[step + steps[k]] - at[step - steps[k]] -
+                                  (at[steps[k] - step] - at[-step - steps[k]])) *
+                                 (1.0f / 64);
 
-    for (int i = 0; i < INNER * INNER * INNER; i++) {
-        const int x = i % INNER, y = i / INNER % INNER, z = i / (INNER * INNER);
-
-        out[i] = flat_share(wide + ((z + 1) * WIDE + y + 1) * WIDE + x + 1);
-        most = out[i] > most ? out[i] : most;
-    }
-    if (!(most > 0))
-        return false;
-    sc_read_tile_areas(s->b, s->difference[0], tile, 2, none, differences);
-    for (int axis = 0, step = 1; axis < 3; axis++, step *= WIDE) { /* the largest of each three */
-        for (int i = 0; i < WIDE * WIDE * WIDE - 2 * step; i++) {
-            const float next = differences[i + step], last = differences[i + 2 * step];
-            const float later = next > last ? next : last;
-
-            differences[i] = differences[i] > later ? differences[i] : later;
+            sum += 2 * across * across;
         }
     }
-    for (int i = 0; i < INNER * INNER * INNER; i++) {
-        const int x = i % INNER, y = i / INNER % INNER, z = i / (INNER * INNER);
-        const float largest = differences[(z * WIDE + y) * WIDE + x];
-
-        out[i] *= clip((NEAR_FROM - largest) * (1 / (NEAR_FROM - NEAR_ALL)), 0, 1);
-    }
-    return true;
+    return sqrtf(sum);
 }
 
-/* Replace the field at cells of tiles [begin, end) by the filtered one, in the shares of
- * find_shares; an sc_range_fn on a smoother. */
-SC_WIDE_VECTORS static void blend_tiles(void *user, size_t begin, size_t end, int thread)
+/* Write the gradient at element @p at of a region of a filtered field to @p out, and to @p bent how
+ * much the field differs there from that of a plane, as a share of it. Differences are of the
+ * fourth order: those of the second are too small where the border is steep along an axis, which
+ * turns normals by up to two degrees. */
+SC_ALWAYS_INLINE void slope_at(const float *at, float out[3], float *bent)
+{
+    static const int steps[3] = {1, WIDE, WIDE * WIDE};
+    float slope = 0;
+
+    for (int i = 0; i < 3; i++) {
+        const int step = steps[i];
+
+        out[i] = (8 * (at[step] - at[-step]) - (at[2 * step] - at[-2 * step])) * (1.0f / 48);
+        slope += out[i] * out[i];
+    }
+    slope = sqrtf(slope);
+    *bent = slope > 0 ? fabsf(1 - slope) + SC_REACH * bending(at) / slope : BENT_FROM;
+}
+
+/* Write the largest difference in the quarters of a tile and those around each. */
+SC_ALWAYS_INLINE void largest_around(const smoother *s, size_t tile, float out[SC_TILE_QUARTERS])
+{
+    static const float none[SC_BESIDE_CONSTANTS] = {0, 0, 0, 0};
+    float region[INNER * INNER * INNER];
+
+    sc_read_tile_areas(s->b, s->difference[0], tile, 1, none, region);
+    for (int axis = 0, step = 1; axis < 3; axis++, step *= INNER) { /* the largest of each three */
+        for (int i = 0; i < INNER * INNER * INNER - 2 * step; i++) {
+            const float next = region[i + step], last = region[i + 2 * step];
+            const float later = next > last ? next : last;
+
+            region[i] = region[i] > later ? region[i] : later;
+        }
+    }
+    for (int i = 0; i < SC_TILE_QUARTERS; i++)
+        out[i] = region[(i / 16 * INNER + i / 4 % 4) * INNER + i % 4];
+}
+
+/* Find the gradients of the filtered field at quarters of tiles [begin, end); an sc_range_fn on a
+ * smoother. */
+SC_WIDE_VECTORS static void find_slopes(void *user, size_t begin, size_t end, int thread)
 {
     const smoother *s = user;
     const sc_borders *b = s->b;
 
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
-        float wide[WIDE * WIDE * WIDE], smooth[SC_TILE_CELLS];
-        float shares[INNER * INNER * INNER], share[CELLS * CELLS * CELLS];
+        float wide[WIDE * WIDE * WIDE], differences[SC_TILE_QUARTERS];
 
-        if (b->dead[tile] || b->still[tile])
+        if (b->dead[tile])
             continue;
         read_wide(s, tile, wide);
-        if (!find_shares(s, tile, wide, shares))
-            continue;
-        smooth_cells(s, tile, wide, smooth);
-        sc_upsample(shares, INNER, share);
-        for (int i = 0; i < SC_TILE_CELLS; i++) {
-            const int at = ((i / 64 + 1) * CELLS + i / 8 % 8 + 1) * CELLS + i % 8 + 1;
-            const float data = b->data[tile][i], old = b->value[tile][i];
-            const float box = b->box[tile][i] == SC_CELL_BOX
-                                  ? sc_wide_box(sc_strength_at(b, tile, i))
-                                  : b->box[tile][i];
+        largest_around(s, tile, differences);
+        for (int i = 0; i < SC_TILE_QUARTERS; i++) {
+            const int x = i % 4, y = i / 4 % 4, z = i / 16;
+            const int at = ((z + HALO) * WIDE + y + HALO) * WIDE + x + HALO;
+            const float strength =
+                sc_strength_at(b, tile, (2 * z * SC_CUBE_CELLS + 2 * y) * SC_CUBE_CELLS + 2 * x);
+            const float more = strength > 1 ? strength : 1;
+            sc_wide_slope *out = &b->wide[tile][i];
+            float bent;
 
-            if (fabsf(data) < MOVED)
-                b->value[tile][i] =
-                    clip(old + share[at] * (smooth[i] - old), data - box, data + box);
+            slope_at(wide + at, out->slope, &bent);
+            out->share =
+                sc_cell_share(strength) *
+                clip((BENT_FROM - bent / more) * (1 / (BENT_FROM - BENT_ALL)), 0, 1) *
+                clip((NEAR_FROM - differences[i] / more) * (1 / (NEAR_FROM - NEAR_ALL)), 0, 1);
         }
     }
 }
 
-sc_status sc_smooth_quarters(const sc_ctx *ctx, sc_borders *b)
+sc_status sc_find_wide_slopes(const sc_ctx *ctx, sc_borders *b)
 {
     smoother s = {.b = b};
     quarters **const arrays[] = {&s.mean, &s.wide, &s.difference};
     static sc_range_fn *const loops[] = {average_tiles, filter_tiles, sum_tiles, compare_tiles,
-                                         blend_tiles};
-    sc_status status = SC_OK;
+                                         find_slopes};
+    void *block;
+    sc_status status;
 
+    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->wide, &block));
+    b->wide = block;
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) {
-        void *block;
-
         SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof **arrays[i], &block));
         *arrays[i] = block;
     }
