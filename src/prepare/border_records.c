@@ -185,33 +185,54 @@ static inline uint16_t id_around(const group_ids *ids, int x, int y, int z, int 
                   [x + 1 + sc_tissue_step(code, 0)];
 }
 
-/* @return the code of the tissue that has the largest number at vertex (x, y, z) of a group, of
- * those around it; of equal ones the nearest. @param voxel of the vertex. @param own its label.
- * @param values [2] set to the largest number and the next one; -SC_FAR if there is none. */
+/* @return the places, as bits by their codes, from which a step along an axis, away from the
+ * vertex, leads to that of @p code; unless it is a corner, its own, too. */
+static inline uint32_t places_before(int code)
+{
+    return 1u << (code - sc_tissue_step(code, 0)) | 1u << (code - 3 * sc_tissue_step(code, 1)) |
+           1u << (code - 9 * sc_tissue_step(code, 2));
+}
+
+/* @return the code of the tissue that has the largest number at vertex @p at of a group, of those
+ * around it; of equal ones the nearest. A vertex in the background takes only tissues that steps
+ * through background lead to: numbers there go on freely from the tissue, and what lies beneath a
+ * skin one voxel thick would show through it. @param voxel of the vertex.
+ * @param values [2] set to the two largest numbers of all tissues around; -2 SC_FAR if there is
+ * none. */
 static int largest_tissue(const sc_borders *b, const group_ids *ids, const int at[3],
                           const int voxel[3], float values[2])
 {
+    const uint16_t own = id_around(ids, at[0], at[1], at[2], SC_TISSUE_OWN);
+    uint32_t open = own ? UINT32_MAX : 1u << SC_TISSUE_OWN; /* places from which steps go on */
     uint16_t seen[AROUND];
+    float numbers[AROUND], most = -2 * SC_FAR;
     int count = 0, best = SC_TISSUE_OWN;
 
-    values[0] = values[1] = -2 * SC_FAR;
+    values[0] = values[1] = most;
     for (int k = 0; k < AROUND; k++) {
-        const uint16_t id = id_around(ids, at[0], at[1], at[2], nearest_first[k]);
-        bool new = id != 0;
-        float value;
+        const int code = nearest_first[k];
+        const uint16_t id = id_around(ids, at[0], at[1], at[2], code);
+        const bool reached = open & places_before(code);
+        int i = 0;
 
-        for (int i = 0; i < count && new; i++)
-            new = seen[i] != id;
-        if (!new)
+        if (!id) {
+            open |= (uint32_t)reached << code;
             continue;
-        seen[count++] = id;
-        value = value_at(b, id, voxel);
-        if (value > values[0]) {
-            values[1] = values[0];
-            values[0] = value;
-            best = nearest_first[k];
-        } else if (value > values[1]) {
-            values[1] = value;
+        }
+        while (i < count && seen[i] != id)
+            i++;
+        if (i == count) {
+            const float value = value_at(b, id, voxel),
+                        less = value < values[0] ? value : values[0];
+
+            seen[count] = id;
+            numbers[count++] = value;
+            values[0] = value > values[0] ? value : values[0];
+            values[1] = less > values[1] ? less : values[1];
+        }
+        if (reached && numbers[i] > most) {
+            most = numbers[i];
+            best = code;
         }
     }
     return best;
