@@ -145,67 +145,87 @@ static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
         low[i] = low[i] * SC_CUBE - b->phase[i];
 }
 
-/* Define a function that reads the numbers of a tile with @p each elements along each axis, and
- * @p halo more on every side, to @p out, [each + 2 halo] along each axis. @p array is by number of
- * the tile. @p constants [SC_BESIDE_CONSTANTS] stand for tiles that there are not. @p mirror is
- * what numbers of the opposite field are multiplied by. */
+/* What numbers are multiplied by that are read from a tile: floats, and by 0 or -1 for 1 or -1,
+ * whole numbers. */
+#define SC_TIMES(value, by) ((value) * (by))
+#define SC_SIGNED(value, by) (((value) ^ (by)) - (by))
+
+/* Define a function that reads the numbers of a tile with @p each elements along each axis, a power
+ * of two, and @p halo more on every side, 8 at most, to @p out, [each + 2 halo] along each axis. @p
+ * array is by number of the tile, and has one more. @p constants [SC_BESIDE_CONSTANTS] stand for
+ * tiles that there are not. Numbers are converted to @p wide first, as processors do. @p plain and
+ * @p mirror are what @p times takes for numbers of the field and of the opposite one. More than the
+ * halo is copied at a time, as many as processors do at once; what follows in the row, or in the
+ * next one, is written later. */
 /* NOLINTBEGIN(bugprone-macro-parentheses): arguments are types and names */
-#define SC_DEFINE_READ_TILE(name, type, each, result, mirror)                                      \
-    SC_ALWAYS_INLINE void name(const sc_borders *b, const type *array, size_t tile, int halo,      \
-                               const result constants[SC_BESIDE_CONSTANTS], result *out)           \
-    {                                                                                              \
-        const int edge = (each) + 2 * halo;                                                        \
+#define SC_DEFINE_READ_TILE(name, type, each, wide, result, times, plain, mirror)                  \
+    typedef type name##_from __attribute__((vector_size(4 * sizeof(type))));                       \
+    typedef wide name##_wide __attribute__((vector_size(4 * sizeof(wide))));                       \
+    typedef result name##_to __attribute__((vector_size(4 * sizeof(result))));                     \
                                                                                                    \
+    SC_ALWAYS_INLINE void name##_part(const type *from, result by, int count, result *out)         \
+    {                                                                                              \
+        for (int x = 0; x < count; x += 4) {                                                       \
+            name##_from four;                                                                      \
+            name##_to product;                                                                     \
+                                                                                                   \
+            memcpy(&four, from + x, sizeof four);                                                  \
+            product = times(                                                                       \
+                __builtin_convertvector(__builtin_convertvector(four, name##_wide), name##_to),    \
+                by);                                                                               \
+            memcpy(out + x, &product, (count - x < 4 ? count - x : 4) * sizeof *out);              \
+        }                                                                                          \
+    }                                                                                              \
+                                                                                                   \
+    SC_ALWAYS_INLINE void name(const sc_borders *b, const type *array, size_t tile, int halo,      \
+                               const type constants[SC_BESIDE_CONSTANTS], result *out)             \
+    {                                                                                              \
+        const int edge = (each) + 2 * halo, part = halo > 4 ? 8 : 4;                               \
+        type rows[SC_BESIDE_CONSTANTS][(each) + 8];                                                \
+        const type *from[27];                                                                      \
+        result by[27];                                                                             \
+        int step[27];                                                                              \
+                                                                                                   \
+        for (int i = 0; i < SC_BESIDE_CONSTANTS * ((each) + 8); i++)                               \
+            rows[i / ((each) + 8)][i % ((each) + 8)] = constants[i / ((each) + 8)];                \
         for (int n = 0; n < 27; n++) {                                                             \
-            const int dx = n % 3 - 1, dy = n / 3 % 3 - 1, dz = n / 9 - 1;                          \
             const uint32_t other = b->beside[tile][n];                                             \
             const bool constant = other >= SC_BESIDE(0);                                           \
-            const result sign = other & SC_MIRRORED ? (mirror) : 1;                                \
-            const type *from =                                                                     \
-                array + (size_t)(constant ? 0 : other & ~SC_MIRRORED) * (each) * (each) * (each);  \
-            result *to = out +                                                                     \
-                         (dz < 0 ? 0                                                               \
-                          : dz   ? halo + (each)                                                   \
-                                 : halo) *                                                           \
-                             edge * edge +                                                         \
-                         (dy < 0 ? 0                                                               \
-                          : dy   ? halo + (each)                                                   \
-                                 : halo) *                                                           \
-                             edge +                                                                \
-                         (dx < 0 ? 0                                                               \
-                          : dx   ? halo + (each)                                                   \
-                                 : halo);                                                            \
-            const int rows = dy ? halo : (each), layers = dz ? halo : (each);                      \
                                                                                                    \
-            from += ((dz < 0 ? (each)-halo : 0) * (each) + (dy < 0 ? (each)-halo : 0)) * (each) +  \
-                    (dx < 0 ? (each)-halo : 0);                                                    \
-            for (int k = 0; k < layers * rows; k++) {                                              \
-                result *at = to + (k / rows * edge + k % rows) * edge;                             \
-                const type *row = from + (k / rows * (each) + k % rows) * (each);                  \
+            from[n] = constant                                                                     \
+                          ? rows[other - SC_BESIDE(0)]                                             \
+                          : array + (size_t)(other & ~SC_MIRRORED) * (each) * (each) * (each);     \
+            by[n] = !constant && other & SC_MIRRORED ? (mirror) : (plain);                         \
+            step[n] = constant ? 0 : (each);                                                       \
+        }                                                                                          \
+        for (int k = 0; k < edge * edge; k++, out += edge) {                                       \
+            const int y = k % edge - halo, z = k / edge - halo;                                    \
+            const int n = ((z < 0        ? 0                                                       \
+                            : z < (each) ? 3                                                       \
+                                         : 6) +                                                    \
+                           (y < 0        ? 0                                                       \
+                            : y < (each) ? 1                                                       \
+                                         : 2)) *                                                   \
+                          3;                                                                       \
+            const int row = (z & ((each)-1)) * (each) + (y & ((each)-1));                          \
+            const type *high = from[n + 2] + row * step[n + 2];                                    \
                                                                                                    \
-                if (constant) {                                                                    \
-                    for (int x = 0; x < (dx ? halo : (each)); x++)                                 \
-                        at[x] = constants[other - SC_BESIDE(0)];                                   \
-                } else if (dx) {                                                                   \
-                    for (int x = 0; x < halo; x++)                                                 \
-                        at[x] = (result)(sign * row[x]);                                           \
-                } else if (sign == 1) {                                                            \
-                    for (int x = 0; x < (each); x++)                                               \
-                        at[x] = (result)row[x];                                                    \
-                } else {                                                                           \
-                    for (int x = 0; x < (each); x++)                                               \
-                        at[x] = (result)(sign * row[x]);                                           \
-                }                                                                                  \
-            }                                                                                      \
+            name##_part(from[n] + row * step[n] + (each)-halo, by[n], part, out);                  \
+            name##_part(from[n + 1] + row * step[n + 1], by[n + 1], each, out + halo);             \
+            if (k + 1 < edge * edge)                                                               \
+                name##_part(high, by[n + 2], part, out + halo + (each));                           \
+            else                                                                                   \
+                name##_part(high, by[n + 2], halo, out + halo + (each));                           \
         }                                                                                          \
     }
 /* NOLINTEND(bugprone-macro-parentheses) */
-SC_DEFINE_READ_TILE(sc_read_tile_cells, float, SC_CUBE_CELLS, float, -1)
-SC_DEFINE_READ_TILE(sc_read_tile_shares, float, SC_CUBE_CELLS, float, 1)
-SC_DEFINE_READ_TILE(sc_read_tile_volumes, float, SC_CUBE_QUARTERS, float, -1)
-SC_DEFINE_READ_TILE(sc_read_tile_areas, float, SC_CUBE_QUARTERS, float, 1)
-SC_DEFINE_READ_TILE(sc_read_tile_fine, int16_t, SC_CUBE, float, -1)
-SC_DEFINE_READ_TILE(sc_read_tile_squares, int8_t, SC_CUBE, int8_t, -1)
+SC_DEFINE_READ_TILE(sc_read_tile_cells, float, SC_CUBE_CELLS, float, float, SC_TIMES, 1, -1)
+SC_DEFINE_READ_TILE(sc_read_tile_shares, float, SC_CUBE_CELLS, float, float, SC_TIMES, 1, 1)
+SC_DEFINE_READ_TILE(sc_read_tile_volumes, float, SC_CUBE_QUARTERS, float, float, SC_TIMES, 1, -1)
+SC_DEFINE_READ_TILE(sc_read_tile_areas, float, SC_CUBE_QUARTERS, float, float, SC_TIMES, 1, 1)
+SC_DEFINE_READ_TILE(sc_read_tile_fine, int16_t, SC_CUBE, int32_t, float, SC_TIMES,
+                    1 / SC_FINE_STEPS, -1 / SC_FINE_STEPS)
+SC_DEFINE_READ_TILE(sc_read_tile_squares, int8_t, SC_CUBE, int8_t, int8_t, SC_SIGNED, 0, -1)
 
 /* Let the numbers of a region go on linearly beyond [begin, end) along an axis. */
 void sc_extrapolate_along(float *region, int edge, int axis, int begin, int end);
@@ -240,13 +260,10 @@ static inline float sc_of_fine(int16_t fine)
 /* Read the field at voxels around a tile. */
 SC_ALWAYS_INLINE void sc_read_voxels(const sc_borders *b, size_t tile, int halo, float *out)
 {
-    static const float constants[SC_BESIDE_CONSTANTS] = {0, SC_FAR * SC_FINE_STEPS,
-                                                         -SC_FAR * SC_FINE_STEPS, 0};
-    const int edge = SC_CUBE + 2 * halo;
+    static const int16_t constants[SC_BESIDE_CONSTANTS] = {0, (int16_t)(SC_FAR * SC_FINE_STEPS),
+                                                           -(int16_t)(SC_FAR * SC_FINE_STEPS), 0};
 
     sc_read_tile_fine(b, b->fine[0], tile, halo, constants, out);
-    for (int i = 0; i < edge * edge * edge; i++)
-        out[i] *= 1 / SC_FINE_STEPS;
     sc_extrapolate(b, tile, SC_CUBE, halo, out);
 }
 
@@ -281,11 +298,11 @@ static inline float sc_distance_of(int8_t square)
 /* Do cells alone make the field of all of a tile? */
 static inline bool sc_is_coarse(const sc_borders *b, size_t tile)
 {
-    float least = 1;
+    int32_t fine = 0;
 
     for (int i = 0; i < SC_TILE_CELLS; i++)
-        least = b->coarse[tile][i] < least ? b->coarse[tile][i] : least;
-    return least >= 1;
+        fine |= b->coarse[tile][i] < 1;
+    return !fine;
 }
 
 /* Half the box of a field, where cells and where voxels make it, in voxels, at strength 1. The
@@ -306,19 +323,19 @@ SC_ALWAYS_INLINE void sc_binomial(const float *in, int edge, float *out)
 {
     enum { MOST = 24 };
     const int layer = edge * edge, less = edge - 2;
-    float plane[MOST * MOST], row[MOST] = {0};
+    float plane[MOST * MOST], rows[MOST * MOST];
 
     for (int z = 0; z < less; z++) {
         const float *low = in + (size_t)(z * layer), *middle = low + layer, *high = middle + layer;
 
         for (int i = 0; i < layer; i++)
             plane[i] = 0.25f * (low[i] + high[i]) + 0.5f * middle[i];
+        for (int i = 0; i < less * edge; i++)
+            rows[i] = 0.25f * (plane[i] + plane[i + 2 * edge]) + 0.5f * plane[i + edge];
         for (int y = 0; y < less; y++) {
-            const float *a = plane + y * edge, *c = a + edge, *e = c + edge;
+            const float *row = rows + y * edge;
             float *to = out + (z * less + y) * less;
 
-            for (int x = 0; x < edge; x++)
-                row[x] = 0.25f * (a[x] + e[x]) + 0.5f * c[x];
             for (int x = 0; x < less; x++)
                 to[x] = 0.25f * (row[x] + row[x + 2]) + 0.5f * row[x + 1];
         }
@@ -331,7 +348,7 @@ SC_ALWAYS_INLINE void sc_upsample(const float *in, int edge, float *out)
 {
     enum { MOST = 16 };
     const int twice = 2 * edge - 2, layer = edge * edge;
-    float plane[MOST * MOST], row[MOST] = {0};
+    float plane[MOST * MOST], rows[2][MOST * MOST];
 
     for (int z = 0; z < twice; z++) {
         const float share = z & 1 ? 0.75f : 0.25f; /* of the next cell */
@@ -339,13 +356,14 @@ SC_ALWAYS_INLINE void sc_upsample(const float *in, int edge, float *out)
 
         for (int i = 0; i < layer; i++)
             plane[i] = (1 - share) * low[i] + share * high[i];
+        for (int i = 0; i < layer - edge; i++) {
+            rows[0][i] = 0.75f * plane[i] + 0.25f * plane[i + edge];
+            rows[1][i] = 0.25f * plane[i] + 0.75f * plane[i + edge];
+        }
         for (int y = 0; y < twice; y++) {
-            const float next = y & 1 ? 0.75f : 0.25f;
-            const float *a = plane + y / 2 * edge, *c = a + edge;
+            const float *row = rows[y & 1] + y / 2 * edge;
             float *to = out + (z * twice + y) * twice;
 
-            for (int x = 0; x < edge; x++)
-                row[x] = (1 - next) * a[x] + next * c[x];
             for (int x = 0; x + 1 < edge; x++) {
                 to[2 * x] = 0.75f * row[x] + 0.25f * row[x + 1];
                 to[2 * x + 1] = 0.25f * row[x] + 0.75f * row[x + 1];
@@ -359,19 +377,19 @@ SC_ALWAYS_INLINE void sc_upsample(const float *in, int edge, float *out)
 SC_ALWAYS_INLINE void sc_sharpen(const float *in, int edge, float *out)
 {
     const int less = edge - 2, layer = edge * edge;
-    float plane[16 * 16], row[16] = {0};
+    float plane[16 * 16], rows[16 * 16];
 
     for (int z = 0; z < less; z++) {
         const float *low = in + z * layer, *middle = low + layer, *high = middle + layer;
 
         for (int i = 0; i < layer; i++)
             plane[i] = 1.25f * middle[i] - 0.125f * (low[i] + high[i]);
+        for (int i = 0; i < less * edge; i++)
+            rows[i] = 1.25f * plane[i + edge] - 0.125f * (plane[i] + plane[i + 2 * edge]);
         for (int y = 0; y < less; y++) {
-            const float *a = plane + y * edge, *c = a + edge, *e = c + edge;
+            const float *row = rows + y * edge;
             float *to = out + (z * less + y) * less;
 
-            for (int x = 0; x < edge; x++)
-                row[x] = 1.25f * c[x] - 0.125f * (a[x] + e[x]);
             for (int x = 0; x < less; x++)
                 to[x] = 1.25f * row[x + 1] - 0.125f * (row[x] + row[x + 2]);
         }
@@ -428,6 +446,7 @@ sc_status sc_keep_volume_of_cells(const sc_ctx *ctx, sc_borders *b);
 /* Find the gradients from which the normals of nearly flat borders come: wide. Writes over missing
  * and area. */
 sc_status sc_find_wide_slopes(const sc_ctx *ctx, sc_borders *b);
+/* box is of no use afterwards. */
 sc_status sc_weigh_cells(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b);
 void sc_keep_volume_of_voxels(const sc_ctx *ctx, sc_borders *b);

@@ -10,10 +10,6 @@
  * block, from the labels within SC_REACH of it. */
 #include "border.h"
 
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
-
 enum {
     MARGIN = SC_REACH - 1, /* the farthest voxels that count */
     EDGE = SC_CUBE + 2 * MARGIN,
@@ -124,19 +120,9 @@ static void read_labels(const sc_volume *v, const int low[3], workspace *w)
 static uint32_t equal_bits(const uint16_t *ids, uint32_t label)
 {
     uint32_t bits = 0;
-#ifdef __SSE2__
-    const __m128i same = _mm_set1_epi16((int16_t)label);
 
-    for (int x = 0; x < ROW; x += 16) {
-        const __m128i low = _mm_cmpeq_epi16(_mm_loadu_si128((const void *)(ids + x)), same);
-        const __m128i high = _mm_cmpeq_epi16(_mm_loadu_si128((const void *)(ids + x + 8)), same);
-
-        bits |= (uint32_t)_mm_movemask_epi8(_mm_packs_epi16(low, high)) << x;
-    }
-#else
-    for (int x = 0; x < ROW; x++)
-        bits |= (uint32_t)(ids[x] == label) << x;
-#endif
+    for (int x = 0; x < ROW; x += 8)
+        bits |= sc_equal_bits(ids + x, label) << x;
     return bits & ((1u << EDGE) - 1);
 }
 

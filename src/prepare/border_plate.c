@@ -38,8 +38,8 @@ static inline float clip(float value, float low, float high)
 static inline void step_row(const stepper *s, size_t tile, int row, const float *once,
                             const float *twice)
 {
-    const float *data = s->b->data[tile] + row, *box = s->b->box[tile] + row;
-    float *value = s->b->value[tile] + row, *to = s->to[tile] + row;
+    const float *restrict data = s->b->data[tile] + row, *restrict box = s->b->box[tile] + row;
+    float *restrict value = s->b->value[tile] + row, *restrict to = s->to[tile] + row;
 
     for (int x = 0; x < SC_CUBE_CELLS; x++) {
         const float now = clip(2 * once[x] - twice[x], data[x] - box[x], data[x] + box[x]);

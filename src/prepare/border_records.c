@@ -34,7 +34,7 @@ typedef struct writer {
     int groups[3];
     uint64_t *wanted; /* [brick_count]: not 0 for bricks that hold, or touch, a vertex near one */
     const uint32_t *number;
-    uint64_t *sides;
+    sc_brick_sides *sides;
     uint8_t (*codes)[SC_BRICK_VERTICES];
     uint8_t (*inner)[SC_BRICK_VERTICES]; /* value of the record; 0 if it has not been found */
 } writer;
@@ -140,23 +140,15 @@ static bool read_field(const sc_borders *b, uint32_t label, const int low[3], in
     return any;
 }
 
-/* @return the number of the field of @p label at a voxel; beyond the volume at the nearest one. */
-static float value_at(const sc_borders *b, uint32_t label, const int voxel[3])
+/* @return the number of the field of @p label at voxel @p place of a block. */
+static float value_at(const sc_borders *b, size_t block, int place, uint32_t label)
 {
-    int at[3], cube[3];
-    uint32_t tile;
-    int16_t fine;
+    const uint32_t tile = sc_tile_of(b, block, label);
 
-    for (int i = 0; i < 3; i++) {
-        at[i] = sc_nearest_voxel(voxel[i], b->p->volume->size[i]) + b->phase[i];
-        cube[i] = at[i] / SC_CUBE;
-        at[i] %= SC_CUBE;
-    }
-    tile = sc_tile_of(b, sc_brick_index(b->cubes, cube[0], cube[1], cube[2]), label);
     if (tile >= SC_BESIDE(0))
         return constant_of(tile);
-    fine = b->fine[tile & ~SC_MIRRORED][(at[2] * SC_CUBE + at[1]) * SC_CUBE + at[0]];
-    return tile & SC_MIRRORED ? -sc_of_fine(fine) : sc_of_fine(fine);
+    return tile & SC_MIRRORED ? -sc_of_fine(b->fine[tile & ~SC_MIRRORED][place])
+                              : sc_of_fine(b->fine[tile][place]);
 }
 
 /* Read the labels of a group whose lowest voxel is @p low, and of those around. */
@@ -178,11 +170,18 @@ static void read_ids(const sc_volume *v, const int low[3], group_ids *out)
     }
 }
 
+/* Where the places of codes stand in the labels of a group, from the lowest around a vertex on. */
+#define PLACE(code) (((code) / 9 * IDS + (code) / 3 % 3) * ID_ROW + (code) % 3)
+static const int places[AROUND] = {PLACE(0),  PLACE(1),  PLACE(2),  PLACE(3),  PLACE(4),  PLACE(5),
+                                   PLACE(6),  PLACE(7),  PLACE(8),  PLACE(9),  PLACE(10), PLACE(11),
+                                   PLACE(12), PLACE(13), PLACE(14), PLACE(15), PLACE(16), PLACE(17),
+                                   PLACE(18), PLACE(19), PLACE(20), PLACE(21), PLACE(22), PLACE(23),
+                                   PLACE(24), PLACE(25), PLACE(26)};
+
 /* @return the label at the place of @p code from vertex (x, y, z) of a group. */
 static inline uint16_t id_around(const group_ids *ids, int x, int y, int z, int code)
 {
-    return ids->at[z + 1 + sc_tissue_step(code, 2)][y + 1 + sc_tissue_step(code, 1)]
-                  [x + 1 + sc_tissue_step(code, 0)];
+    return (&ids->at[0][0][0])[(z * IDS + y) * ID_ROW + x + places[code]];
 }
 
 /* @return the places, as bits by their codes, from which a step along an axis, away from the
@@ -206,8 +205,16 @@ static int largest_tissue(const sc_borders *b, const group_ids *ids, const int a
     uint32_t open = own ? UINT32_MAX : 1u << SC_TISSUE_OWN; /* places from which steps go on */
     uint16_t seen[AROUND];
     float numbers[AROUND], most = -2 * SC_FAR;
-    int count = 0, best = SC_TISSUE_OWN;
+    int count = 0, best = SC_TISSUE_OWN, within[3], cube[3], place;
+    size_t block;
 
+    for (int i = 0; i < 3; i++) { /* beyond the volume the nearest voxel */
+        within[i] = sc_nearest_voxel(voxel[i], b->p->volume->size[i]) + b->phase[i];
+        cube[i] = within[i] / SC_CUBE;
+        within[i] %= SC_CUBE;
+    }
+    block = sc_brick_index(b->cubes, cube[0], cube[1], cube[2]);
+    place = (within[2] * SC_CUBE + within[1]) * SC_CUBE + within[0];
     values[0] = values[1] = most;
     for (int k = 0; k < AROUND; k++) {
         const int code = nearest_first[k];
@@ -222,8 +229,8 @@ static int largest_tissue(const sc_borders *b, const group_ids *ids, const int a
         while (i < count && seen[i] != id)
             i++;
         if (i == count) {
-            const float value = value_at(b, id, voxel),
-                        less = value < values[0] ? value : values[0];
+            const float value = value_at(b, block, place, id);
+            const float less = value < values[0] ? value : values[0];
 
             seen[count] = id;
             numbers[count++] = value;
@@ -238,51 +245,59 @@ static int largest_tissue(const sc_borders *b, const group_ids *ids, const int a
     return best;
 }
 
+/* Eight ids, side by side. */
+typedef uint16_t eight_ids __attribute__((vector_size(8 * sizeof(uint16_t))));
+
+static inline eight_ids lesser(eight_ids a, eight_ids c)
+{
+    const eight_ids is = (eight_ids)(a < c);
+
+    return (a & is) | (c & ~is);
+}
+
+static inline eight_ids larger(eight_ids a, eight_ids c)
+{
+    return ~lesser(~a, ~c);
+}
+
 /* Write, for the bricks of a group, masks of the vertices around which there is tissue, and of
  * those around which there are different ones. */
 static void find_tissues(const group_ids *ids, uint64_t any[GROUP_BRICKS],
                          uint64_t several[GROUP_BRICKS])
 {
-    static uint16_t const none = UINT16_MAX;
-    uint16_t least[IDS][IDS][ID_ROW], most[IDS][IDS][ID_ROW];
+    enum { EIGHT = 8, PER_EIGHT = EIGHT / SC_BRICK };
+    eight_ids least[SC_CUBE / EIGHT][IDS][IDS]; /* less 1, so that none is larger than all */
+    eight_ids most[SC_CUBE / EIGHT][IDS][IDS];
 
-    for (int k = 0; k < IDS * IDS; k++) {
-        const uint16_t *row = ids->at[k / IDS][k % IDS];
-        uint16_t *low = least[k / IDS][k % IDS], *high = most[k / IDS][k % IDS];
-        uint16_t lows[ID_ROW];
+    for (int k = 0; k < SC_CUBE / EIGHT * IDS * IDS; k++) {
+        const int y = k % IDS, z = k / IDS % IDS, part = k / (IDS * IDS);
+        eight_ids row[3];
 
-        for (int x = 0; x < ID_ROW; x++)
-            lows[x] = row[x] ? row[x] : none;
-        for (int x = 0; x < SC_CUBE; x++) {
-            const uint16_t a = lows[x] < lows[x + 1] ? lows[x] : lows[x + 1];
-            const uint16_t c = row[x] > row[x + 1] ? row[x] : row[x + 1];
-
-            low[x] = a < lows[x + 2] ? a : lows[x + 2];
-            high[x] = c > row[x + 2] ? c : row[x + 2];
-        }
+        for (int x = 0; x < 3; x++)
+            memcpy(&row[x], ids->at[z][y] + EIGHT * part + x, sizeof row[x]);
+        least[part][z][y] = lesser(lesser(row[0] - 1, row[1] - 1), row[2] - 1);
+        most[part][z][y] = larger(larger(row[0], row[1]), row[2]);
     }
     memset(any, 0, GROUP_BRICKS * sizeof *any);
     memset(several, 0, GROUP_BRICKS * sizeof *several);
-    for (int k = 0; k < SC_CUBE * SC_CUBE; k++) {
-        const int y = k % SC_CUBE, z = k / SC_CUBE;
-        uint16_t low[SC_CUBE], high[SC_CUBE];
+    for (int k = 0; k < SC_CUBE / EIGHT * SC_CUBE * SC_CUBE; k++) {
+        const int y = k % SC_CUBE, z = k / SC_CUBE % SC_CUBE, part = k / (SC_CUBE * SC_CUBE);
+        const int brick = (z / SC_BRICK * BRICKS + y / SC_BRICK) * BRICKS + PER_EIGHT * part;
+        eight_ids low = (eight_ids){0} - 1, high = {0};
+        uint32_t none, same;
 
-        memset(low, 0xff, sizeof low);
-        memset(high, 0, sizeof high);
         for (int n = 0; n < 9; n++) {
-            const uint16_t *a = least[z + n / 3][y + n % 3], *c = most[z + n / 3][y + n % 3];
-
-            for (int x = 0; x < SC_CUBE; x++) {
-                low[x] = a[x] < low[x] ? a[x] : low[x];
-                high[x] = c[x] > high[x] ? c[x] : high[x];
-            }
+            low = lesser(low, least[part][z + n / 3][y + n % 3]);
+            high = larger(high, most[part][z + n / 3][y + n % 3]);
         }
-        for (int x = 0; x < SC_CUBE; x++) {
-            const int brick = (z / SC_BRICK * BRICKS + y / SC_BRICK) * BRICKS + x / SC_BRICK;
-            const int bit = sc_brick_bit(x, y, z);
+        low = (low + 1) ^ high;
+        none = sc_equal_bits((const uint16_t *)&high, 0);
+        same = sc_equal_bits((const uint16_t *)&low, 0);
+        for (int i = 0; i < PER_EIGHT; i++) {
+            const int bit = sc_brick_bit(0, y, z), first = i * SC_BRICK;
 
-            any[brick] |= (uint64_t)(high[x] != 0) << bit;
-            several[brick] |= (uint64_t)(high[x] != 0 && low[x] != high[x]) << bit;
+            any[brick + i] |= (uint64_t)(~none >> first & SC_BRICK_ROW_BITS) << bit;
+            several[brick + i] |= (uint64_t)(~same >> first & SC_BRICK_ROW_BITS) << bit;
         }
     }
 }
@@ -331,6 +346,12 @@ static inline int outer_value(float field)
                                    : 1;
 }
 
+/* @return whether outer_value is positive. */
+static inline bool is_tissue(float field)
+{
+    return field * SC_BORDER_STEPS - 0.5f > -1;
+}
+
 /* @return the value of a record of the inner field. @param values of largest_tissue. */
 static inline uint8_t inner_value(const float values[2])
 {
@@ -355,30 +376,38 @@ static void find_brick(const writer *w, const group_ids *ids, const int low[3], 
                            n / (BRICKS * BRICKS) * SC_BRICK};
     uint8_t *codes;
     uint8_t *inner;
-    uint64_t sides = 0;
+    sc_brick_sides sides = {0, 0};
 
     if (brick == SIZE_MAX || !w->number[brick])
         return;
     codes = w->codes[w->number[brick] - 1];
     inner = w->inner[w->number[brick] - 1];
-    for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
+    for (int row = 0; row < SC_BRICK_LAYER; row++) {
+        const int at[3] = {corner[0], corner[1] + row % SC_BRICK, corner[2] + row / SC_BRICK};
+        const uint16_t *own = ids->at[at[2] + 1][at[1] + 1] + at[0] + 1;
+
+        for (int x = 0; x < SC_BRICK; x++)
+            sides.tissue |= (uint64_t)(field ? is_tissue(field[sided(at) + x]) : own[x] != 0)
+                            << (row * SC_BRICK + x);
+    }
+    memset(codes, SC_TISSUE_OWN, SC_BRICK_VERTICES);
+    for (uint64_t left = any; left; left &= left - 1) {
+        const int bit = __builtin_ctzll(left);
         const int at[3] = {corner[0] + sc_bit_x(bit), corner[1] + sc_bit_y(bit),
                            corner[2] + sc_bit_z(bit)};
         const int voxel[3] = {low[0] + at[0] - 1, low[1] + at[1] - 1, low[2] + at[2] - 1};
-        const uint16_t own = ids->at[at[2] + 1][at[1] + 1][at[0] + 1];
         float values[2];
 
-        sides |= (uint64_t)(field ? outer_value(field[sided(at)]) > 0 : own != 0) << bit;
-        codes[bit] = SC_TISSUE_OWN;
         if (several >> bit & 1) {
             codes[bit] = (uint8_t)largest_tissue(w->b, ids, at, voxel, values);
             inner[bit] = inner_value(values);
-        } else if (!own && any >> bit & 1) {
+        } else if (!ids->at[at[2] + 1][at[1] + 1][at[0] + 1]) {
             for (int k = 1; codes[bit] == SC_TISSUE_OWN; k++)
                 codes[bit] = id_around(ids, at[0], at[1], at[2], nearest_first[k])
                                  ? nearest_first[k]
                                  : SC_TISSUE_OWN;
         }
+        sides.moved |= (uint64_t)(codes[bit] != SC_TISSUE_OWN) << bit;
     }
     w->sides[w->number[brick] - 1] = sides;
 }
@@ -655,26 +684,31 @@ SC_WIDE_VECTORS static void write_groups(void *user, size_t begin, size_t end, i
     }
 }
 
-/* Find the bricks that hold or touch a vertex near a border; an sc_range_fn on a writer. */
+/* Find the bricks that hold or touch a vertex near a border, of the rows [begin, end) of bricks; an
+ * sc_range_fn on a writer. */
 static void want_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const writer *w = user;
-    const sc_preparation *p = w->p;
+    const int *bricks = w->p->bricks;
 
     (void)thread;
-    for (size_t brick = begin; brick < end; brick++) {
-        uint64_t any = p->near[brick];
-        int at[3];
+    for (size_t row = begin; row < end; row++) {
+        uint64_t *wanted = w->wanted + row * (size_t)bricks[0], before = 0;
 
-        sc_brick_at(p->bricks, brick, at);
-        for (int n = 0; n < AROUND && !any; n++) {
-            const int x = at[0] + n % 3 - 1, y = at[1] + n / 3 % 3 - 1, z = at[2] + n / 9 - 1;
+        for (int n = 0; n < 9; n++) {
+            const int y = (int)row % bricks[1] + n % 3 - 1, z = (int)row / bricks[1] + n / 3 - 1;
 
-            if (x >= 0 && y >= 0 && z >= 0 && x < p->bricks[0] && y < p->bricks[1] &&
-                z < p->bricks[2])
-                any = p->near[sc_brick_index(p->bricks, x, y, z)];
+            if (y < 0 || z < 0 || y >= bricks[1] || z >= bricks[2])
+                continue;
+            for (int x = 0; x < bricks[0]; x++)
+                wanted[x] |= w->p->near[sc_brick_index(bricks, x, y, z)];
         }
-        w->wanted[brick] = any;
+        for (int x = 0; x < bricks[0]; x++) {
+            const uint64_t here = wanted[x];
+
+            wanted[x] |= before | (x + 1 < bricks[0] ? wanted[x + 1] : 0);
+            before = here;
+        }
     }
 }
 
@@ -693,7 +727,7 @@ static sc_status write_records(const sc_ctx *ctx, sc_preparation *p, const sc_bo
         w.groups[i] = (p->bricks[i] + BRICKS - 1) / BRICKS;
     SC_TRY(sc_team_alloc(ctx, p->team, p->brick_count, sizeof *w.wanted, &wanted));
     w.wanted = wanted;
-    sc_team_for(p->team, p->brick_count, 1024, want_bricks, &w);
+    sc_team_for(p->team, (size_t)p->bricks[1] * (size_t)p->bricks[2], 16, want_bricks, &w);
     SC_TRY(sc_number_bricks(ctx, p, w.wanted, &number, &count));
     w.number = number;
     SC_TRY(sc_team_alloc(ctx, p->team, count + 1, sizeof *w.sides, &sides));

@@ -12,8 +12,17 @@ enum {
     FINE_TIMES = 2,
     CELLS = SC_CUBE_CELLS + 2,
     AROUND = SC_CUBE_CELLS + 4,
-    VOXELS = SC_CUBE + 2
+    VOXELS = SC_CUBE + 2,
+    ROWS = SC_CUBE * VOXELS /* numbers of a layer of rows with one more at either end */
 };
+
+/* @return a share, less one half, that is limited to what a voxel holds. */
+static inline float limited(float share)
+{
+    const float above = share < -0.5f ? -0.5f : share;
+
+    return above > 0.5f ? 0.5f : above;
+}
 
 /* Add what is missing in a row of voxels, and the area, to the quarters of the row. Written so that
  * the opposite field gets the opposite numbers.
@@ -23,8 +32,7 @@ static inline void add_row(const int8_t *squares, const float *share, float *mis
     float less[SC_CUBE], part[SC_CUBE];
 
     for (int x = 0; x < SC_CUBE; x++) {
-        const float above = share[x] < -0.5f ? -0.5f : share[x];
-        const float all = above > 0.5f ? 0.5f : above;
+        const float all = limited(share[x]);
 
         less[x] = squares[x] > 0 ? 0.5f - all : squares[x] < 0 ? -0.5f - all : 0;
         part[x] = squares[x] != 0 && share[x] > -0.5f && share[x] < 0.5f ? 1 : 0;
@@ -113,34 +121,29 @@ SC_WIDE_VECTORS static void move_cells(void *user, size_t begin, size_t end, int
     }
 }
 
-/* Write to @p out the share, less one half, of each voxel of a row that is on the positive side, by
- * the field at eight points in it.
- * @p at the row in a region of @p VOXELS voxels along each axis. */
-SC_ALWAYS_INLINE void shares_of_row(const float *at, float out[SC_CUBE])
+/* Write to @p out the share, less one half, of each voxel of a layer that is on the positive side,
+ * by the field at eight points in it. Rows follow each other, two numbers longer than the tile's,
+ * which are of no use, so that all are found side by side.
+ * @param at the voxel before the first one in a region of @p VOXELS voxels along each axis. */
+SC_ALWAYS_INLINE void find_shares(const float *at, float out[ROWS])
 {
-    enum { ROW = VOXELS, LAYER = VOXELS * VOXELS };
-    float sums[SC_CUBE] = {0};
+    enum { LAYER = VOXELS * VOXELS };
 
+    for (int i = 0; i < ROWS; i++)
+        out[i] = 0;
     for (int corner = 0; corner < 4; corner++) {
-        const int dy = corner & 1 ? ROW : -ROW, dz = corner & 2 ? LAYER : -LAYER;
-        float line[VOXELS], pairs[2 * SC_CUBE];
+        const int dy = corner & 1 ? VOXELS : -VOXELS, dz = corner & 2 ? LAYER : -LAYER;
+        float line[ROWS];
 
-        for (int x = 0; x < VOXELS; x++)
-            line[x] = 0.75f * (0.75f * at[x - 1] + 0.25f * at[x - 1 + dy]) +
-                      0.25f * (0.75f * at[x - 1 + dz] + 0.25f * at[x - 1 + dz + dy]);
-        for (int x = 0; x < SC_CUBE; x++) { /* of two points of a voxel */
-            pairs[x] = 1.5f * line[x + 1] + 0.5f * line[x];
-            pairs[SC_CUBE + x] = 1.5f * line[x + 1] + 0.5f * line[x + 2];
-        }
-        for (int i = 0; i < 2 * SC_CUBE; i++)
-            pairs[i] = pairs[i] < -0.5f ? -0.5f : pairs[i];
-        for (int i = 0; i < 2 * SC_CUBE; i++)
-            pairs[i] = pairs[i] > 0.5f ? 0.5f : pairs[i];
-        for (int x = 0; x < SC_CUBE; x++)
-            sums[x] += pairs[x] + pairs[SC_CUBE + x];
+        for (int i = 0; i < ROWS; i++)
+            line[i] = 0.75f * (0.75f * at[i] + 0.25f * at[i + dy]) +
+                      0.25f * (0.75f * at[i + dz] + 0.25f * at[i + dz + dy]);
+        for (int i = 0; i < ROWS - 2; i++) /* of two points of a voxel */
+            out[i] += limited(1.5f * line[i + 1] + 0.5f * line[i]) +
+                      limited(1.5f * line[i + 1] + 0.5f * line[i + 2]);
     }
-    for (int x = 0; x < SC_CUBE; x++)
-        out[x] = 0.125f * sums[x];
+    for (int i = 0; i < ROWS; i++)
+        out[i] *= 0.125f;
 }
 
 /* Count what is missing in the fields of voxels of tiles [begin, end); an sc_range_fn on
@@ -151,24 +154,24 @@ SC_WIDE_VECTORS static void count_voxels(void *user, size_t begin, size_t end, i
 
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
-        float region[VOXELS * VOXELS * VOXELS];
+        const int8_t *squares = b->squares[tile];
+        float region[VOXELS * VOXELS * VOXELS], shares[ROWS];
 
         if (b->dead[tile])
             continue;
         memset(b->missing[tile], 0, sizeof *b->missing);
         memset(b->area[tile], 0, sizeof *b->area);
-        if (sc_is_coarse(b, tile))
+        if (sc_is_coarse(b, tile) || !is_near(squares, SC_TILE_VOXELS))
             continue;
         sc_read_voxels(b, tile, 1, region);
         for (int row = 0; row < SC_CUBE * SC_CUBE; row++) {
-            float share[SC_CUBE];
+            const int y = row % SC_CUBE, z = row / SC_CUBE;
 
-            if (!is_near(b->squares[tile] + row * SC_CUBE, SC_CUBE))
-                continue;
-            shares_of_row(region + ((row / SC_CUBE + 1) * VOXELS + row % SC_CUBE + 1) * VOXELS + 1,
-                          share);
-            add_row(b->squares[tile] + row * SC_CUBE, share, b->missing[tile] + quarters_of(row),
-                    b->area[tile] + quarters_of(row));
+            if (y == 0 && is_near(squares + row * SC_CUBE, SC_CUBE * SC_CUBE))
+                find_shares(region + ((z + 1) * VOXELS + 1) * VOXELS, shares);
+            if (is_near(squares + row * SC_CUBE, SC_CUBE))
+                add_row(squares + row * SC_CUBE, shares + y * VOXELS,
+                        b->missing[tile] + quarters_of(row), b->area[tile] + quarters_of(row));
         }
     }
 }

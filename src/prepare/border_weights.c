@@ -18,7 +18,9 @@ enum {
     BORDER_EDGE = SC_CUBE_CELLS + 2 * BORDER_BLURS,
     BORDER_CELLS = BORDER_EDGE * BORDER_EDGE * BORDER_EDGE,
     DEEP_EDGE = BORDER_EDGE + 2 * DEEP_REACH,
+    LENGTHS = 5 /* of the ways from the middle of a ball to the cells that tell whether it fits */
 };
+_Static_assert(DEEP_EDGE == 20, "find_cells takes five times four cells of a row");
 /* A side of the border is thick at a cell if that lies in a ball that fits into the side. So deep,
  * in voxels, has the middle of the largest one to be on both sides that cells count, and that they
  * decide alone. A gap is thin up to its mouth, however open it is beyond. */
@@ -35,7 +37,7 @@ enum {
 /* What the threads share. */
 typedef struct weigher {
     const sc_borders *b;
-    float (*field)[SC_TILE_CELLS]; /* not a number where it is free */
+    float (*field)[SC_TILE_CELLS]; /* not a number where it is free; takes the place of b->box */
 } weigher;
 
 /* @return whether all voxels of a cell are free. */
@@ -70,26 +72,38 @@ static void copy_tiles(void *user, size_t begin, size_t end, int thread)
 /* Rows of a region, whose cells are bits. */
 typedef uint32_t cell_rows[DEEP_EDGE][DEEP_EDGE];
 
-/* Find the cells of a region whose field, times @p sign, is @p least or more, or is not known. */
-SC_ALWAYS_INLINE void find_cells(const float *field, float sign, float least, cell_rows out)
+/* Find the cells of a region whose field, times @p sign, is as many numbers or more, or is not
+ * known, to one of @p out each. */
+SC_ALWAYS_INLINE void find_cells(const float *field, float sign, const float least[LENGTHS],
+                                 cell_rows out[LENGTHS])
 {
     for (int k = 0; k < DEEP_EDGE * DEEP_EDGE; k++) {
         const float *row = field + k * DEEP_EDGE;
-        uint32_t bits = 0;
 #ifdef __SSE2__
-        const __m128 signs = _mm_set1_ps(sign), leasts = _mm_set1_ps(least);
+        enum { FOURS = DEEP_EDGE / 4 };
+        __m128 values[FOURS];
 
-        for (int n = 0; n < (DEEP_EDGE + 3) / 4; n++) { /* the last four overlap those before */
-            const int x = 4 * n + 4 <= DEEP_EDGE ? 4 * n : DEEP_EDGE - 4;
-            const __m128 values = _mm_mul_ps(signs, _mm_loadu_ps(row + x));
+        for (int n = 0; n < FOURS; n++)
+            values[n] = _mm_mul_ps(_mm_set1_ps(sign), _mm_loadu_ps(row + 4 * n));
+        for (int i = 0; i < LENGTHS; i++) {
+            __m128i is[FOURS];
 
-            bits |= (uint32_t)_mm_movemask_ps(_mm_cmpnlt_ps(values, leasts)) << x;
+            for (int n = 0; n < FOURS; n++)
+                is[n] = _mm_castps_si128(_mm_cmpnlt_ps(values[n], _mm_set1_ps(least[i])));
+            is[0] = _mm_packs_epi16(_mm_packs_epi32(is[0], is[1]), _mm_packs_epi32(is[2], is[3]));
+            out[i][k / DEEP_EDGE][k % DEEP_EDGE] =
+                (uint32_t)_mm_movemask_epi8(is[0]) |
+                (uint32_t)_mm_movemask_ps(_mm_castsi128_ps(is[4])) << 16;
         }
 #else
-        for (int x = 0; x < DEEP_EDGE; x++)
-            bits |= (uint32_t) !(sign * row[x] < least) << x;
+        for (int i = 0; i < LENGTHS; i++) {
+            uint32_t bits = 0;
+
+            for (int x = 0; x < DEEP_EDGE; x++)
+                bits |= (uint32_t) !(sign * row[x] < least[i]) << x;
+            out[i][k / DEEP_EDGE][k % DEEP_EDGE] = bits;
+        }
 #endif
-        out[k / DEEP_EDGE][k % DEEP_EDGE] = bits;
     }
 }
 
@@ -99,11 +113,13 @@ SC_ALWAYS_INLINE void find_cells(const float *field, float sign, float least, ce
 SC_ALWAYS_INLINE void find_deep(const float *field, float sign, float radius, cell_rows out)
 {
     /* to the cells that share a face, an edge or a corner, and to the next ones along the axes */
-    static const float lengths[5] = {0, 2, 2.828427f, 3.464102f, 4};
-    cell_rows far[5];
+    static const float lengths[LENGTHS] = {0, 2, 2.828427f, 3.464102f, 4};
+    float least[LENGTHS];
+    cell_rows far[LENGTHS];
 
-    for (int i = 0; i < 5; i++)
-        find_cells(field, sign, radius - lengths[i] < KNOWN ? radius - lengths[i] : KNOWN, far[i]);
+    for (int i = 0; i < LENGTHS; i++)
+        least[i] = radius - lengths[i] < KNOWN ? radius - lengths[i] : KNOWN;
+    find_cells(field, sign, least, far);
     memset(out, 0, sizeof(cell_rows));
     for (int z = FIT_REACH; z < DEEP_EDGE - FIT_REACH; z++) {
         for (int y = FIT_REACH; y < DEEP_EDGE - FIT_REACH; y++) {
@@ -193,7 +209,7 @@ SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, in
         float field[DEEP_EDGE * DEEP_EDGE * DEEP_EDGE], share[BORDER_CELLS], weight[BORDER_CELLS];
         bool any = false;
 
-        for (int i = 0; i < SC_TILE_CELLS; i++)
+        for (int i = 0; i < SC_TILE_CELLS && !b->dead[tile]; i++)
             b->coarse[tile][i] = 1;
         if (b->still[tile])
             continue;
@@ -223,18 +239,15 @@ SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, in
 
 sc_status sc_weigh_cells(const sc_ctx *ctx, sc_borders *b)
 {
-    weigher w = {.b = b};
+    weigher w = {.b = b, .field = b->box};
     sc_team *team = b->p->team;
-    void *field = NULL, *block;
+    void *block;
     sc_status status;
 
-    SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *w.field, &field));
-    w.field = field;
     SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->coarse, &block));
     b->coarse = block;
     sc_team_for(team, b->tile_count, 64, copy_tiles, &w);
     sc_team_stage_for(ctx, SC_WORTH_WEIGHING, team, b->tile_count, 64, weigh_tiles, &w);
 out:
-    sc_team_free(team, field);
     return status;
 }

@@ -33,6 +33,12 @@ void sc_fetch_ids(const sc_preparation *p, size_t brick, uint16_t ids[SC_BLOCK_R
     }
 }
 
+/* @return the row of a block in which row @p row of its brick lies. */
+static int row_of_block(int row)
+{
+    return (row / SC_BRICK + 1) * SC_BLOCK + row % SC_BRICK + 1;
+}
+
 /* @return the number of the brick at (x, y, z) in the arrays of the fields; 0: none, or there is no
  * such brick. */
 static uint32_t number_of(const sc_preparation *p, const sc_fields *f, int x, int y, int z)
@@ -42,54 +48,76 @@ static uint32_t number_of(const sc_preparation *p, const sc_fields *f, int x, in
     return f->number[sc_brick_index(p->bricks, x, y, z)];
 }
 
-/* Take what the fields say of vertices [@p from, @p to) of row @p row of a block from the brick of
- * number @p number: their sides and tissues. @param vertex the first of these. */
-static void fetch_part(const sc_preparation *p, const sc_fields *f, uint32_t number, int row,
-                       int from, int to, const int vertex[3], sc_block *out)
+/* @return the bits of vertices of a row of a block: of the last one of the brick before, of those
+ * of a brick and of the first one of the next. @param first the bit of the first in a brick. */
+static inline unsigned bits_of_row(const uint64_t bricks[3], int first)
 {
-    const int first = sc_brick_bit(vertex[0], vertex[1], vertex[2]);
-    const unsigned some = (1u << (to - from)) - 1;
-    const uint8_t *codes = f->codes[number - 1] + first;
-    const unsigned sides = (unsigned)(f->sides[number - 1] >> first) & some;
+    return (unsigned)(bricks[0] >> (first + SC_BRICK - 1) & 1) |
+           (unsigned)(bricks[1] >> first & SC_BRICK_ROW_BITS) << 1 |
+           (unsigned)(bricks[2] >> first & 1) << (SC_BRICK + 1);
+}
 
-    out->sides[row] = (uint8_t)((out->sides[row] & ~(some << from)) | sides << from);
-    for (int x = 0; x < to - from; x++) {
-        if (codes[x] != SC_TISSUE_OWN)
-            out->tissue[row][from + x] = (uint16_t)sc_id_or_nearest(
-                p->volume, vertex[0] + x - 1 + sc_tissue_step(codes[x], 0),
-                vertex[1] - 1 + sc_tissue_step(codes[x], 1),
-                vertex[2] - 1 + sc_tissue_step(codes[x], 2));
+/* Take what the fields say of the vertices of rows [begin, end) along y and z of a block: their
+ * sides and tissues. @param number of the three bricks that hold them. @param low the lowest vertex
+ * of the block. */
+static void fetch_rows(const sc_preparation *p, const sc_fields *f, const uint32_t number[3],
+                       const int begin[2], const int end[2], const int low[3], sc_block *out)
+{
+    uint64_t known[3], tissue[3], moved[3];
+    unsigned is;
+
+    for (int i = 0; i < 3; i++) {
+        const sc_brick_sides *sides = number[i] ? &f->sides[number[i] - 1] : NULL;
+
+        known[i] = sides ? ~0ull : 0;
+        tissue[i] = sides ? sides->tissue : 0;
+        moved[i] = sides ? sides->moved : 0;
+    }
+    is = bits_of_row(known, 0);
+    for (int k = begin[1]; k < end[1] && is; k++) {
+        for (int j = begin[0]; j < end[0]; j++) {
+            const int row = k * SC_BLOCK + j, y = low[1] + j, z = low[2] + k;
+            const int first = sc_brick_bit(0, y, z);
+
+            out->sides[row] = (uint8_t)((out->sides[row] & ~is) | bits_of_row(tissue, first));
+            for (unsigned left = bits_of_row(moved, first); left; left &= left - 1) {
+                const int x = __builtin_ctz(left), part = x > 0 ? x > SC_BRICK ? 2 : 1 : 0;
+                const int code = f->codes[number[part] - 1][first + ((x - 1) & SC_BRICK_MASK)];
+
+                out->tissue[row][x] = (uint16_t)sc_id_or_nearest(
+                    p->volume, low[0] + x - 1 + sc_tissue_step(code, 0),
+                    y - 1 + sc_tissue_step(code, 1), z - 1 + sc_tissue_step(code, 2));
+            }
+        }
     }
 }
 
 void sc_fetch_block(const sc_preparation *p, const sc_fields *f, size_t brick, sc_block *out)
 {
-    int low[3];
+    static const int begin[4] = {0, 1, 1 + SC_BRICK,
+                                 SC_BLOCK}; /* of the brick before, of it, ... */
+    int at[3], low[3];
 
-    sc_brick_low(p->bricks, brick, low);
+    sc_brick_at(p->bricks, brick, at);
+    for (int i = 0; i < 3; i++)
+        low[i] = at[i] * SC_BRICK - 1;
     sc_fetch_ids(p, brick, out->tissue);
-    out->labelled = out->moved = 0;
-    for (int row = 0; row < SC_BLOCK_ROWS; row++) {
-        const int y = low[1] - 1 + row % SC_BLOCK, z = low[2] - 1 + row / SC_BLOCK;
-        const int bx = sc_brick_of(low[0]), by = sc_brick_of(y), bz = sc_brick_of(z);
+    for (int row = 0; row < SC_BLOCK_ROWS; row++)
+        out->sides[row] = (uint8_t)(~sc_equal_bits(out->tissue[row], 0) & ((1u << SC_BLOCK) - 1));
+    out->labelled = 0;
+    for (int row = 0; row < SC_BRICK_LAYER; row++)
+        out->labelled |= (uint64_t)(out->sides[row_of_block(row)] >> 1 & SC_BRICK_ROW_BITS)
+                         << (row * SC_BRICK);
+    for (int n = 0; n < 9; n++) {
+        const int y = n % 3, z = n / 3;
+        uint32_t number[3];
 
-        out->sides[row] = 0;
-        for (int x = 0; x < SC_BLOCK; x++)
-            out->sides[row] |= (uint8_t)((out->tissue[row][x] != 0) << x);
-        if (by * SC_BRICK == low[1] && bz * SC_BRICK == low[2])
-            out->labelled |= (uint64_t)(out->sides[row] >> 1 & SC_BRICK_ROW_BITS)
-                             << sc_brick_bit(0, y, z);
-        for (int part = 0; part < 3; part++) {
-            static const int begin[4] = {0, 1, 1 + SC_BRICK, SC_BLOCK};
-            const uint32_t number = number_of(p, f, bx + part - 1, by, bz);
-            const int first[3] = {low[0] - 1 + begin[part], y, z};
-
-            if (number)
-                fetch_part(p, f, number, row, begin[part], begin[part + 1], first, out);
-        }
+        for (int x = 0; x < 3; x++)
+            number[x] = number_of(p, f, at[0] + x - 1, at[1] + y - 1, at[2] + z - 1);
+        fetch_rows(p, f, number, (const int[2]){begin[y], begin[z]},
+                   (const int[2]){begin[y + 1], begin[z + 1]}, low, out);
     }
-    for (int bit = 0; f->number[brick] && bit < SC_BRICK_VERTICES; bit++)
-        out->moved |= (uint64_t)(f->codes[f->number[brick] - 1][bit] != SC_TISSUE_OWN) << bit;
+    out->moved = f->number[brick] ? f->sides[f->number[brick] - 1].moved : 0;
 }
 
 /* Which cells of a block hold a border, a layer after the other. */
@@ -119,35 +147,39 @@ static void find_outer_cells(const sc_block *b, uint64_t outer[CELLS], uint64_t 
     }
 }
 
-/* Find the cells whose corners that have a tissue do not all have the same. */
+/* Find the cells whose corners that have a tissue do not all have the same. Rows follow each other,
+ * so that all cells are compared side by side; what lies beyond a row or a layer is of no use. */
 static void find_inner_cells(const sc_block *b, uint64_t inner[CELLS])
 {
-    uint16_t least[SC_BLOCK_ROWS][SC_BLOCK_ROOM], most[SC_BLOCK_ROWS][SC_BLOCK_ROOM];
+    enum { LAYER = SC_BLOCK * SC_BLOCK_ROOM, ALL = SC_BLOCK * LAYER };
+    const uint16_t *at = b->tissue[0];
+    uint16_t least[ALL], most[ALL], any = 0; /* least: less 1, so that none is larger than all */
+    uint8_t differ[CELLS * LAYER];
 
-    for (int row = 0; row < SC_BLOCK_ROWS; row++) { /* of x and x + 1 */
-        const uint16_t *at = b->tissue[row];
+    for (int i = 0; i < ALL - 1; i++) { /* of x and x + 1, */
+        const uint16_t a = (uint16_t)(at[i] - 1), c = (uint16_t)(at[i + 1] - 1);
 
-        for (int x = 0; x < CELLS; x++) {
-            const uint16_t a = at[x] ? at[x] : UINT16_MAX, c = at[x + 1] ? at[x + 1] : UINT16_MAX;
-
-            least[row][x] = a < c ? a : c;
-            most[row][x] = at[x] > at[x + 1] ? at[x] : at[x + 1];
-        }
+        least[i] = a < c ? a : c;
+        most[i] = at[i] > at[i + 1] ? at[i] : at[i + 1];
     }
-    for (int z = 0; z < CELLS; z++) {
-        inner[z] = 0;
-        for (int k = 0; k < CELLS * CELLS; k++) {
-            const int x = k % CELLS, y = k / CELLS, row = z * SC_BLOCK + y;
-            uint16_t low = UINT16_MAX, high = 0;
+    for (int i = 0; i < ALL - SC_BLOCK_ROOM - 1; i++) { /* and of y and y + 1 */
+        const uint16_t a = least[i + SC_BLOCK_ROOM], c = most[i + SC_BLOCK_ROOM];
 
-            for (int n = 0; n < 4; n++) {
-                const int at = row + n / 2 * SC_BLOCK + n % 2;
+        least[i] = least[i] < a ? least[i] : a;
+        most[i] = most[i] > c ? most[i] : c;
+    }
+    for (int i = 0; i < CELLS * LAYER - SC_BLOCK_ROOM - 1; i++) {
+        const uint16_t a = least[i + LAYER], c = most[i + LAYER];
+        const uint16_t low = (uint16_t)((least[i] < a ? least[i] : a) + 1);
 
-                low = least[at][x] < low ? least[at][x] : low;
-                high = most[at][x] > high ? most[at][x] : high;
-            }
-            inner[z] |= (uint64_t)(low < high) << (LAYER_ROW * y + x);
-        }
+        differ[i] = low < (most[i] > c ? most[i] : c);
+        any |= differ[i];
+    }
+    memset(inner, 0, CELLS * sizeof *inner);
+    for (int k = 0; k < CELLS * CELLS * CELLS && any; k++) {
+        const int x = k % CELLS, y = k / CELLS % CELLS, z = k / (CELLS * CELLS);
+
+        inner[z] |= (uint64_t)differ[z * LAYER + y * SC_BLOCK_ROOM + x] << (LAYER_ROW * y + x);
     }
 }
 
@@ -187,17 +219,21 @@ static void find_masks(const sc_preparation *p, const sc_fields *f, size_t brick
     const int *size = p->volume->size;
     uint64_t outer[CELLS], inner[CELLS], tissue[CELLS], grid = 0, layer = 0, sides = 0;
     sc_block block;
+    uint64_t cells[3], vertices[3]; /* along each axis, that lie in the grid */
     int low[3];
 
     sc_brick_low(p->bricks, brick, low);
     sc_fetch_block(p, f, brick, &block);
     find_outer_cells(&block, outer, tissue);
     find_inner_cells(&block, inner);
+    for (int i = 0; i < 3; i++) {
+        cells[i] = places_within(low[i] - 1, CELLS, size[i]);
+        vertices[i] = places_within(low[i], SC_BRICK, size[i] + 1);
+    }
     for (int y = 0; y < CELLS; y++)
-        layer |= (places_within(low[1] - 1, CELLS, size[1]) >> y & 1) *
-                 (places_within(low[0] - 1, CELLS, size[0]) << (LAYER_ROW * y));
+        layer |= (cells[1] >> y & 1) * (cells[0] << (LAYER_ROW * y));
     for (int z = 0; z < CELLS; z++) {
-        const uint64_t within = places_within(low[2] - 1, CELLS, size[2]) >> z & 1 ? layer : 0;
+        const uint64_t within = cells[2] >> z & 1 ? layer : 0;
 
         outer[z] &= within;
         inner[z] &= within & tissue[z];
@@ -205,9 +241,8 @@ static void find_masks(const sc_preparation *p, const sc_fields *f, size_t brick
     for (int row = 0; row < SC_BRICK_LAYER; row++) {
         const int y = row % SC_BRICK, z = row / SC_BRICK, at = row * SC_BRICK;
 
-        if (low[1] + y <= size[1] + 1 && low[2] + z <= size[2] + 1)
-            grid |= places_within(low[0], SC_BRICK, size[0] + 1) << at;
-        sides |= (uint64_t)(block.sides[(z + 1) * SC_BLOCK + y + 1] >> 1 & SC_BRICK_ROW_BITS) << at;
+        grid |= (vertices[1] >> y & vertices[2] >> z & 1) * (vertices[0] << at);
+        sides |= (uint64_t)(block.sides[row_of_block(row)] >> 1 & SC_BRICK_ROW_BITS) << at;
     }
     masks[0] = corners_of(outer) | ((sides ^ block.labelled) & grid);
     masks[1] = corners_of(inner) | (block.moved & block.labelled & grid);

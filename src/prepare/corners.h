@@ -73,13 +73,15 @@ static inline void sc_corner_records_fetch(const sc_prepared *v, const sc_border
 {
     const size_t index = sc_brick_index(v->bricks, brick[0], brick[1], brick[2]);
     const uint64_t mask = b->masks[index];
-    uint64_t left = mask & (at[0] ? SC_BRICK_LOW_X : ~0ull) & (at[1] ? SC_BRICK_LOW_Y : ~0ull) &
-                    (at[2] ? SC_BRICK_LOW_Z : ~0ull);
+    const uint64_t wanted = mask & (at[0] ? SC_BRICK_LOW_X : ~0ull) &
+                            (at[1] ? SC_BRICK_LOW_Y : ~0ull) & (at[2] ? SC_BRICK_LOW_Z : ~0ull);
+    uint32_t next = b->start[index]; /* of the records, if all are wanted */
 
-    for (; left; left &= left - 1) {
+    for (uint64_t left = wanted; left; left &= left - 1) {
         const int bit = __builtin_ctzll(left);
         const int x = sc_bit_x(bit), y = sc_bit_y(bit), z = sc_bit_z(bit);
-        const uint32_t record = b->records[b->start[index] + sc_brick_rank(mask, bit)];
+        const uint32_t record =
+            b->records[wanted == mask ? next++ : b->start[index] + sc_brick_rank(mask, bit)];
         const int code = sc_record_tissue(record);
 
         values[at[2] + z][at[1] + y][at[0] + x] = sc_record_value(record);

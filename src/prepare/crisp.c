@@ -15,7 +15,7 @@ typedef struct crisp {
     const sc_preparation *p;
     sc_affine to_voxel; /* RAS mm -> voxel index */
     sc_fields fields;
-    uint64_t *sides;
+    sc_brick_sides *sides;
     uint8_t (*codes)[SC_BRICK_VERTICES];
 } crisp;
 
@@ -71,9 +71,11 @@ static void find_sides(void *user, size_t begin, size_t end, int thread)
         for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
             int x, row = row_at(bit, SC_TISSUE_OWN, &x);
 
-            c->sides[number - 1] |= (uint64_t)(ids[row][x] != 0) << bit;
-            c->codes[number - 1][bit] =
-                (uint8_t)(ids[row][x] ? SC_TISSUE_OWN : nearest_tissue(ids, bit));
+            const int code = ids[row][x] ? SC_TISSUE_OWN : nearest_tissue(ids, bit);
+
+            c->sides[number - 1].tissue |= (uint64_t)(ids[row][x] != 0) << bit;
+            c->sides[number - 1].moved |= (uint64_t)(code != SC_TISSUE_OWN) << bit;
+            c->codes[number - 1][bit] = (uint8_t)code;
         }
     }
 }

@@ -66,6 +66,22 @@ static inline void sc_copy_ids(const sc_volume *v, size_t index, int count, uint
 #endif
 }
 
+/* @return which of eight ids are @p id, as bits. */
+static inline uint32_t sc_equal_bits(const uint16_t ids[8], uint32_t id)
+{
+    uint32_t bits = 0;
+#ifdef __SSE2__
+    const __m128i same = _mm_cmpeq_epi16(_mm_loadu_si128((const __m128i *)(const void *)ids),
+                                         _mm_set1_epi16((int16_t)id));
+
+    bits = (uint32_t)_mm_movemask_epi8(_mm_packs_epi16(same, _mm_setzero_si128()));
+#else
+    for (int x = 0; x < 8; x++)
+        bits |= (uint32_t)(ids[x] == id) << x;
+#endif
+    return bits;
+}
+
 /* The dense id of a voxel; background outside of the volume. */
 static inline uint32_t sc_id_or_background(const sc_volume *v, int x, int y, int z)
 {
@@ -133,12 +149,18 @@ enum {
     SC_WORTH_SURFACE = 1000,
     SC_WORTH_THICKNESS = 30000
 };
+/* What the fields say of the vertices of a brick, as bits. */
+typedef struct sc_brick_sides {
+    uint64_t tissue; /* those on the side of tissue */
+    uint64_t moved; /* those whose tissue is that of another place: its code is not SC_TISSUE_OWN */
+} sc_brick_sides;
+
 /* The two fields, from which sc_store_borders makes the records. The arrays are borrowed. */
 typedef struct sc_fields {
     const uint32_t *number; /* [brick_count]: which of the others a brick has, from 1 on; 0: all its
                                vertices, and those around it, have the same label, side by it, and
                                tissue */
-    const uint64_t *sides;  /* by number - 1: the vertices on the side of tissue */
+    const sc_brick_sides *sides;               /* by number - 1 */
     const uint8_t (*codes)[SC_BRICK_VERTICES]; /* by number - 1 and bit: the tissue of a vertex, see
                                                   sc_tissue_code */
     /* Write the records of the vertices @p masks of brick @p brick, of the outer and of the inner
