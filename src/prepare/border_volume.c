@@ -212,7 +212,7 @@ SC_WIDE_VECTORS static void move_voxels(void *user, size_t begin, size_t end, in
     for (size_t tile = begin; tile < end; tile++) {
         float moves[CELLS * CELLS * CELLS], voxels[VOXELS * VOXELS * VOXELS];
 
-        if (b->dead[tile] || sc_is_coarse(b, tile))
+        if (b->dead[tile] || sc_is_coarse(b, tile) || !is_near(b->squares[tile], SC_TILE_VOXELS))
             continue;
         sc_find_moves(b, tile, FINE_BLURS, moves);
         sc_upsample(moves, CELLS, voxels);

@@ -28,7 +28,7 @@ void sc_fetch_ids(const sc_preparation *p, size_t brick, uint16_t ids[SC_BLOCK_R
                         ids[row]);
             continue;
         }
-        for (int x = 0; x < SC_BLOCK; x++)
+        for (int x = 0; x < SC_BLOCK_ROOM; x++)
             ids[row][x] = (uint16_t)sc_id_or_nearest(v, low[0] + x, y, z);
     }
 }

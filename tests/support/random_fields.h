@@ -61,7 +61,7 @@ static inline void fill_random(void *user, size_t brick, const uint64_t masks[2]
             const int bit = __builtin_ctzll(left);
             uint64_t bits = bits_of_vertex(r->seed + 1 + (uint64_t)i, brick, bit);
             const int value = 1 + (int)(bits % SC_VALUE_MAX);
-            const bool side = r->fields.sides[r->fields.number[brick] - 1] >> bit & 1;
+            const bool side = r->fields.sides[r->fields.number[brick] - 1].tissue >> bit & 1;
             const sc_vec3 direction = {random_real(&bits, -1, 1), random_real(&bits, -1, 1),
                                        random_real(&bits, -1, 1)};
 
@@ -83,7 +83,7 @@ static inline prepared_copy prepare_random_fields(const sc_volume *volume, uint6
 
     assert_ok(sc_prepare(&quiet, volume, &settings, &p));
     assert_ok(sc_alloc(&quiet, p->brick_count, sizeof(uint32_t), &number));
-    assert_ok(sc_zalloc(&quiet, p->brick_count, sizeof(uint64_t), &sides));
+    assert_ok(sc_zalloc(&quiet, p->brick_count, sizeof(sc_brick_sides), &sides));
     assert_ok(sc_alloc(&quiet, p->brick_count, SC_BRICK_VERTICES, &codes));
     for (size_t brick = 0; brick < p->brick_count; brick++) {
         int low[3];
@@ -98,7 +98,9 @@ static inline prepared_copy prepare_random_fields(const sc_volume *volume, uint6
             bool side = sc_id_or_nearest(volume, x, y, z) != 0;
 
             side ^= bits % 16 == 0 && may_change(volume, x, y, z);
-            ((uint64_t *)sides)[brick] |= (uint64_t)side << bit;
+            ((sc_brick_sides *)sides)[brick].tissue |= (uint64_t)side << bit;
+            ((sc_brick_sides *)sides)[brick].moved |= (uint64_t)(code >= 0 && code != SC_TISSUE_OWN)
+                                                      << bit;
             ((uint8_t *)codes)[brick * SC_BRICK_VERTICES + (size_t)bit] =
                 (uint8_t)(code < 0 ? SC_TISSUE_OWN : code);
         }
