@@ -181,6 +181,7 @@ static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
                                const type constants[SC_BESIDE_CONSTANTS], result *out)             \
     {                                                                                              \
         const int edge = (each) + 2 * halo, part = halo > 4 ? 8 : 4;                               \
+        const result factors[2] = {(plain), (mirror)};                                             \
         type rows[SC_BESIDE_CONSTANTS][(each) + 8];                                                \
         const type *from[27];                                                                      \
         result by[27];                                                                             \
@@ -195,7 +196,7 @@ static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
             from[n] = constant                                                                     \
                           ? rows[other - SC_BESIDE(0)]                                             \
                           : array + (size_t)(other & ~SC_MIRRORED) * (each) * (each) * (each);     \
-            by[n] = !constant && other & SC_MIRRORED ? (mirror) : (plain);                         \
+            by[n] = factors[!constant && other & SC_MIRRORED];                                     \
             step[n] = constant ? 0 : (each);                                                       \
         }                                                                                          \
         for (int k = 0; k < edge * edge; k++, out += edge) {                                       \
