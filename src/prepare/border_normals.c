@@ -285,7 +285,7 @@ SC_WIDE_VECTORS static void find_slopes(void *user, size_t begin, size_t end, in
             slope_at(wide + at, out->slope, &bent);
             out->share =
                 sc_cell_share(strength) *
-                clip((BENT_FROM - bent / more) * (1 / (BENT_FROM - BENT_ALL)), 0, 1) *
+                clip((BENT_FROM - bent) * (1 / (BENT_FROM - BENT_ALL)), 0, 1) *
                 clip((NEAR_FROM - differences[i] / more) * (1 / (NEAR_FROM - NEAR_ALL)), 0, 1);
         }
     }
