@@ -50,7 +50,7 @@ typedef struct sc_cube {
     uint16_t second; /* of two tissues the one with the larger label */
 } sc_cube;
 
-/* The gradient of the filtered field of a quarter (border_normals.c), in voxels. */
+/* The gradient of the filtered field of a quarter (border_quarters.c), in voxels. */
 typedef struct sc_wide_slope {
     float slope[3];
     float share; /* in which it is the one for normals, 0 to 1 */
@@ -444,9 +444,8 @@ sc_status sc_measure_distances(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_find_beside(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_smooth_cells(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_keep_volume_of_cells(const sc_ctx *ctx, sc_borders *b);
-/* Find the gradients from which the normals of nearly flat borders come: wide. Writes over missing
- * and area. */
-sc_status sc_find_wide_slopes(const sc_ctx *ctx, sc_borders *b);
+/* Find wide, too. Writes over missing and area. */
+sc_status sc_smooth_quarters(const sc_ctx *ctx, sc_borders *b);
 /* box is of no use afterwards. */
 sc_status sc_weigh_cells(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b);

@@ -778,7 +778,7 @@ sc_status sc_smooth_borders(const sc_ctx *ctx, sc_preparation *p)
     SC_TRY(sc_measure_distances(ctx, &b));
     SC_TRY(sc_smooth_cells(ctx, &b));
     SC_TRY(sc_keep_volume_of_cells(ctx, &b));
-    SC_TRY(sc_find_wide_slopes(ctx, &b));
+    SC_TRY(sc_smooth_quarters(ctx, &b));
     SC_TRY(sc_weigh_cells(ctx, &b));
     drop((void **)&b.data, p);
     drop((void **)&b.box, p);

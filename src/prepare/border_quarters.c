@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The light of what is nearly flat. A segmentation that was drawn on coarser voxels and brought to
- * finer ones has waves longer than voxels. They pass the box of cells, and are so low that they are
- * seen in the light alone, as rings and stripes. So there is a second gradient for normals: that of
- * the field averaged over quarters of four voxels and filtered by a wide binomial. The surface
- * stays where it is. The filter also moves what is curved; the mean difference over the border
- * around is taken off before the two are compared. Where they are less than about a voxel apart and
- * the border hardly bends over the width of the filter, both can have been drawn as these voxels,
- * and the smoother one gives the normal. Elsewhere there is detail, and the field itself gives it;
- * between the two they are blended. Nothing is decided for a whole volume. */
+/* Waves longer than voxels, as a segmentation has that was drawn on coarser voxels and brought to
+ * finer ones, pass the box of cells and stay, since steps on cells do not reach that far. So the
+ * fields are averaged over quarters of four voxels and filtered by a wide binomial, which takes
+ * such waves off. It also moves what is curved: the mean difference over the border around is given
+ * back. This is the answer where the border hardly bends over the width of the filter, and as far
+ * as it stays near the one of cells everywhere around: then both can have been drawn as these
+ * voxels. Elsewhere there is detail, and cells decide; between the two the fields are blended. In
+ * the same shares normals come from the gradient of the filtered field: what is left of waves,
+ * since the box binds or shares change, is seen in the light as rings and stripes before it is seen
+ * anywhere else. Nothing is decided for a whole volume. */
 #include "border.h"
 
 enum {
@@ -24,23 +25,24 @@ _Static_assert((int)BLURS <= (int)SC_CUBE_QUARTERS, "a tile is filtered from tho
  * directions, which differ by at most a hundredth. */
 #define PLANE_SLOPE 0.556f
 /* How much a filtered field may differ, over the reach of distances, from that of a plane, as a
- * share of it, for its gradient alone to count, and from where on it does not count: a ball differs
+ * share of it, for it alone to decide, and from where on it does not count: a ball differs
  * so much that has a radius of 15 voxels, and of 12. */
 #define BENT_ALL 0.65f
 #define BENT_FROM 0.85f
-/* How near, in half drawn steps, the filtered border has to stay to the drawn one everywhere around
+/* How near, in half drawn steps, the filtered border has to stay to that of cells everywhere around
  * to be the same without waves, and from where on it lacks detail. */
-#define NEAR_ALL 0.8f
-#define NEAR_FROM 1.3f
-/* Cells within so many voxels of the border are compared. */
+#define NEAR_ALL 0.6f
+#define NEAR_FROM 1.1f
+/* Cells within so many voxels of the border are compared; and moved. */
 #define COMPARED 2.0f
+#define MOVED 3.0f
 
 typedef float quarters[SC_TILE_QUARTERS];
 
 /* What the threads share: arrays by number of the tile. */
 typedef struct smoother {
     sc_borders *b;
-    quarters *mean;       /* of the field at cells */
+    quarters *mean;       /* of the field at cells; then the share of the filtered one */
     quarters *wide;       /* that filtered; about the distance near the border */
     quarters *difference; /* the largest one to cells in each quarter, in half drawn steps */
 } smoother;
@@ -287,16 +289,51 @@ SC_WIDE_VECTORS static void find_slopes(void *user, size_t begin, size_t end, in
                 sc_cell_share(strength) *
                 clip((BENT_FROM - bent) * (1 / (BENT_FROM - BENT_ALL)), 0, 1) *
                 clip((NEAR_FROM - differences[i] / more) * (1 / (NEAR_FROM - NEAR_ALL)), 0, 1);
+            s->mean[tile][i] = out->share;
         }
     }
 }
 
-sc_status sc_find_wide_slopes(const sc_ctx *ctx, sc_borders *b)
+/* Move the field at cells of tiles [begin, end) to the filtered one, in the shares of its
+ * gradients; an sc_range_fn on a smoother. */
+SC_WIDE_VECTORS static void blend_tiles(void *user, size_t begin, size_t end, int thread)
+{
+    static const float none[SC_BESIDE_CONSTANTS] = {0, 0, 0, 0};
+    const smoother *s = user;
+    const sc_borders *b = s->b;
+
+    (void)thread;
+    for (size_t tile = begin; tile < end; tile++) {
+        float wide[WIDE * WIDE * WIDE], smooth[SC_TILE_CELLS], most = 0;
+        float shares[INNER * INNER * INNER], share[CELLS * CELLS * CELLS];
+
+        if (b->dead[tile] || b->still[tile])
+            continue;
+        sc_read_tile_areas(b, s->mean[0], tile, 1, none, shares);
+        for (int i = 0; i < INNER * INNER * INNER; i++)
+            most = shares[i] > most ? shares[i] : most;
+        if (!(most > 0))
+            continue;
+        read_wide(s, tile, wide);
+        smooth_cells(s, tile, wide, smooth);
+        sc_upsample(shares, INNER, share);
+        for (int i = 0; i < SC_TILE_CELLS; i++) {
+            const int at = ((i / 64 + 1) * CELLS + i / 8 % 8 + 1) * CELLS + i % 8 + 1;
+            const float data = b->data[tile][i], old = b->value[tile][i], box = b->box[tile][i];
+
+            if (fabsf(data) < MOVED)
+                b->value[tile][i] =
+                    clip(old + share[at] * (smooth[i] - old), data - box, data + box);
+        }
+    }
+}
+
+sc_status sc_smooth_quarters(const sc_ctx *ctx, sc_borders *b)
 {
     smoother s = {.b = b};
     quarters **const arrays[] = {&s.mean, &s.wide, &s.difference};
-    static sc_range_fn *const loops[] = {average_tiles, filter_tiles, sum_tiles, compare_tiles,
-                                         find_slopes};
+    static sc_range_fn *const loops[] = {average_tiles, filter_tiles, sum_tiles,
+                                         compare_tiles, find_slopes,  blend_tiles};
     void *block;
     sc_status status;
 
