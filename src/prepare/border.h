@@ -96,7 +96,7 @@ typedef struct sc_borders {
     float (*coarse)[SC_TILE_CELLS];     /* share, 0 to 1, in which cells alone make the field */
     float (*missing)[SC_TILE_QUARTERS]; /* volume that is missing of a quarter, */
     float (*area)[SC_TILE_QUARTERS]; /* and the area over which that is to be spread, in voxels */
-    sc_wide_slope (*wide)[SC_TILE_QUARTERS];
+    sc_wide_slope (*wide)[SC_TILE_QUARTERS]; /* gradients of the filtered field */
     int16_t (*fine)[SC_TILE_VOXELS]; /* the field at voxels, in units of 1 / SC_FINE_STEPS */
 } sc_borders;
 #define SC_FINE_STEPS 1024.0f
@@ -152,11 +152,12 @@ static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
 
 /* Define a function that reads the numbers of a tile with @p each elements along each axis, a power
  * of two, and @p halo more on every side, 8 at most, to @p out, [each + 2 halo] along each axis. @p
- * array is by number of the tile, and has one more. @p constants [SC_BESIDE_CONSTANTS] stand for
- * tiles that there are not. Numbers are converted to @p wide first, as processors do. @p plain and
- * @p mirror are what @p times takes for numbers of the field and of the opposite one. More than the
- * halo is copied at a time, as many as processors do at once; what follows in the row, or in the
- * next one, is written later. */
+ * array is by number of the tile, and has room for one tile more, as reads go beyond the last one.
+ * @p constants [SC_BESIDE_CONSTANTS] stand for tiles that there are not. Numbers are converted to
+ * @p wide first, for which processors have an instruction. @p plain and @p mirror are the factors
+ * that
+ * @p times gets for numbers of the field and of the opposite one. Four numbers are copied at once,
+ * which may be more than the halo: those too many are overwritten by what is copied next. */
 /* NOLINTBEGIN(bugprone-macro-parentheses): arguments are types and names */
 #define SC_DEFINE_READ_TILE(name, type, each, wide, result, times, plain, mirror)                  \
     typedef type name##_from __attribute__((vector_size(4 * sizeof(type))));                       \

@@ -248,7 +248,8 @@ SC_ALWAYS_INLINE void largest_around(const smoother *s, size_t tile, float out[S
     float region[INNER * INNER * INNER];
 
     sc_read_tile_areas(s->b, s->difference[0], tile, 1, none, region);
-    for (int axis = 0, step = 1; axis < 3; axis++, step *= INNER) { /* the largest of each three */
+    /* axis by axis the largest of three neighbours */
+    for (int axis = 0, step = 1; axis < 3; axis++, step *= INNER) {
         for (int i = 0; i < INNER * INNER * INNER - 2 * step; i++) {
             const float next = region[i + step], last = region[i + 2 * step];
             const float later = next > last ? next : last;

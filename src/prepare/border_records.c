@@ -140,7 +140,8 @@ static bool read_field(const sc_borders *b, uint32_t label, const int low[3], in
     return any;
 }
 
-/* @return the number of the field of @p label at voxel @p place of a block. */
+/* @return the value of the field of @p label at a voxel. @param place its index within the block.
+ */
 static float value_at(const sc_borders *b, size_t block, int place, uint32_t label)
 {
     const uint32_t tile = sc_tile_of(b, block, label);
@@ -202,7 +203,7 @@ static int largest_tissue(const sc_borders *b, const group_ids *ids, const int a
                           const int voxel[3], float values[2])
 {
     const uint16_t own = id_around(ids, at[0], at[1], at[2], SC_TISSUE_OWN);
-    uint32_t open = own ? UINT32_MAX : 1u << SC_TISSUE_OWN; /* places from which steps go on */
+    uint32_t open = own ? UINT32_MAX : 1u << SC_TISSUE_OWN; /* places that have been reached */
     uint16_t seen[AROUND];
     float numbers[AROUND], most = -2 * SC_FAR;
     int count = 0, best = SC_TISSUE_OWN, within[3], cube[3], place;

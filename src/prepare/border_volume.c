@@ -16,7 +16,7 @@ enum {
     ROWS = SC_CUBE * VOXELS /* numbers of a layer of rows with one more at either end */
 };
 
-/* @return a share, less one half, that is limited to what a voxel holds. */
+/* @return @p share limited to -1/2 and 1/2: a voxel is at least empty and at most full. */
 static inline float limited(float share)
 {
     const float above = share < -0.5f ? -0.5f : share;
@@ -138,7 +138,7 @@ SC_ALWAYS_INLINE void find_shares(const float *at, float out[ROWS])
         for (int i = 0; i < ROWS; i++)
             line[i] = 0.75f * (0.75f * at[i] + 0.25f * at[i + dy]) +
                       0.25f * (0.75f * at[i + dz] + 0.25f * at[i + dz + dy]);
-        for (int i = 0; i < ROWS - 2; i++) /* of two points of a voxel */
+        for (int i = 0; i < ROWS - 2; i++) /* the two points along x */
             out[i] += limited(1.5f * line[i + 1] + 0.5f * line[i]) +
                       limited(1.5f * line[i + 1] + 0.5f * line[i + 2]);
     }

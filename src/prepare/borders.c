@@ -153,7 +153,8 @@ static void find_inner_cells(const sc_block *b, uint64_t inner[CELLS])
 {
     enum { LAYER = SC_BLOCK * SC_BLOCK_ROOM, ALL = SC_BLOCK * LAYER };
     const uint16_t *at = b->tissue[0];
-    uint16_t least[ALL], most[ALL], any = 0; /* least: less 1, so that none is larger than all */
+    /* least is kept less 1, by which background, 0, becomes the largest number */
+    uint16_t least[ALL], most[ALL], any = 0;
     uint8_t differ[CELLS * LAYER];
 
     for (int i = 0; i < ALL - 1; i++) { /* of x and x + 1, */

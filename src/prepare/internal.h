@@ -66,7 +66,7 @@ static inline void sc_copy_ids(const sc_volume *v, size_t index, int count, uint
 #endif
 }
 
-/* @return which of eight ids are @p id, as bits. */
+/* @return bits that tell which of eight labels are @p id, the first in the lowest bit. */
 static inline uint32_t sc_equal_bits(const uint16_t ids[8], uint32_t id)
 {
     uint32_t bits = 0;
