@@ -453,5 +453,7 @@ sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b);
 void sc_keep_volume_of_voxels(const sc_ctx *ctx, sc_borders *b);
 /* Keep tissue one voxel thick together (border_links.c): fine. */
 void sc_keep_links(const sc_ctx *ctx, sc_borders *b);
+/* Make the records of a preparation from its fields. */
+sc_status sc_write_records(const sc_ctx *ctx, sc_preparation *p, const sc_borders *b);
 
 #endif
