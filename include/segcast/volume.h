@@ -18,7 +18,8 @@
 #include "segcast/geom.h"
 
 enum {
-    SC_LABELS_MAX = 65536, /**< distinct labels, background included */
+    SC_LABELS_MAX = 65534, /**< distinct labels, background included: two ids of 16 bits have a
+                                meaning of their own where surfaces are found (prepare) */
     SC_NAME_BYTES = 256    /**< longest name of a label, terminator included: a term of SNOMED CT,
                                 which has at most 255 bytes, fits */
 };

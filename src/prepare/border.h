@@ -28,6 +28,7 @@
 #define SC_WIDE_VECTORS
 #endif
 
+_Static_assert(SC_LABELS_MAX <= 0xfffe, "SC_TWO_TISSUES and SC_NO_LABEL are no ids");
 enum {
     SC_CUBE = 16,         /* voxels along an edge of a block */
     SC_CUBE_CELLS = 8,    /* cells along it */
@@ -450,6 +451,9 @@ sc_status sc_smooth_quarters(const sc_ctx *ctx, sc_borders *b);
 /* box is of no use afterwards. */
 sc_status sc_weigh_cells(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b);
+/* Instead of the stages before, where nothing is smoothed: let data be the field of cells, which
+ * decide nowhere. */
+sc_status sc_take_data(const sc_ctx *ctx, sc_borders *b);
 void sc_keep_volume_of_voxels(const sc_ctx *ctx, sc_borders *b);
 /* Keep tissue one voxel thick together (border_links.c): fine. */
 void sc_keep_links(const sc_ctx *ctx, sc_borders *b);

@@ -27,15 +27,20 @@ sc_status sc_smooth_borders(const sc_ctx *ctx, sc_preparation *p)
 
     SC_TRY(sc_find_tiles(ctx, &b));
     SC_TRY(sc_measure_distances(ctx, &b));
-    SC_TRY(sc_smooth_cells(ctx, &b));
-    SC_TRY(sc_keep_volume_of_cells(ctx, &b));
-    SC_TRY(sc_smooth_quarters(ctx, &b));
-    SC_TRY(sc_weigh_cells(ctx, &b));
+    if (sc_is_smoothed(p)) {
+        SC_TRY(sc_smooth_cells(ctx, &b));
+        SC_TRY(sc_keep_volume_of_cells(ctx, &b));
+        SC_TRY(sc_smooth_quarters(ctx, &b));
+        SC_TRY(sc_weigh_cells(ctx, &b));
+    } else {
+        SC_TRY(sc_take_data(ctx, &b));
+    }
     drop((void **)&b.data, p);
     drop((void **)&b.box, p);
     SC_TRY(sc_smooth_voxels(ctx, &b));
     drop((void **)&b.value, p);
-    sc_keep_volume_of_voxels(ctx, &b);
+    if (sc_is_smoothed(p))
+        sc_keep_volume_of_voxels(ctx, &b);
     sc_keep_links(ctx, &b);
     drop((void **)&b.squares, p);
     SC_TRY(sc_write_records(ctx, p, &b));

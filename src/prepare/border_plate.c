@@ -177,7 +177,8 @@ SC_ALWAYS_INLINE void store_blend(const sc_borders *b, size_t tile, refining *r)
     enum { WIDE = 26, SHARES = SC_CUBE_CELLS + 2 };
     static const int8_t constants[SC_BESIDE_CONSTANTS] = {0, SC_REACH_SQUARED, -SC_REACH_SQUARED,
                                                           0};
-    static const float ones[SC_BESIDE_CONSTANTS] = {1, 1, 1, 1};
+    const float cells = sc_cell_share(b->strength);
+    const float beside[SC_BESIDE_CONSTANTS] = {cells, cells, cells, cells};
     float shares[SHARES * SHARES * SHARES], share[18 * 18 * 18];
 
     sc_read_cells(b, (cell_array *)b->value, tile, 4, r->cells);
@@ -198,7 +199,7 @@ SC_ALWAYS_INLINE void store_blend(const sc_borders *b, size_t tile, refining *r)
     }
     for (int i = 0; i < FINE_STEPS; i++)
         step_voxels(r->region, FINE_EDGE - 2 * HALO * i, r->low, r->high);
-    sc_read_tile_shares(b, b->coarse[0], tile, 1, ones, shares);
+    sc_read_tile_shares(b, b->coarse[0], tile, 1, beside, shares);
     sc_upsample(shares, SHARES, share);
     for (int k = 0; k < SC_CUBE * SC_CUBE; k++) {
         const int y = k % SC_CUBE, z = k / SC_CUBE;
@@ -281,6 +282,20 @@ sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b)
     SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->fine, &block));
     b->fine = block;
     sc_team_stage_for(ctx, SC_WORTH_REFINING, b->p->team, b->tile_count, 16, refine_tiles, b);
+out:
+    return status;
+}
+
+sc_status sc_take_data(const sc_ctx *ctx, sc_borders *b)
+{
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->coarse, &block));
+    b->coarse = block; /* all 0 */
+    b->value = b->data;
+    b->data = NULL;
+    sc_stage_add(ctx, SC_WORTH_STEPS + SC_WORTH_VOLUME + SC_WORTH_WEIGHING);
 out:
     return status;
 }

@@ -57,7 +57,7 @@ static void read_wide_slopes(const sc_borders *b, uint32_t label, const int voxe
         }
         tile = sc_tile_of(b, sc_brick_index(b->cubes, cube[0], cube[1], cube[2]), label);
         out[n] = (sc_wide_slope){.share = 0};
-        if (tile >= SC_BESIDE(0))
+        if (!b->wide || tile >= SC_BESIDE(0))
             continue;
         out[n] = b->wide[tile & ~SC_MIRRORED]
                         [(at[2] * SC_CUBE_QUARTERS + at[1]) * SC_CUBE_QUARTERS + at[0]];

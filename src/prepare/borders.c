@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The records of the two fields: which vertices have one, by the rule of sc_prepared, and their
- * numbering. What stands in them is the business of who has found the fields. */
+/* Which vertices have a record of the two fields, by the rule of sc_prepared, and their numbering.
+ */
 #include "internal.h"
 
 /* A layer of the vertices around a brick, or of the cells between them, as bits: x + 8 y. */
@@ -249,96 +249,53 @@ static void find_masks(const sc_preparation *p, const sc_fields *f, size_t brick
     masks[1] = corners_of(inner) | (block.moved & block.labelled & grid);
 }
 
-/* What the threads share that make the records. */
-typedef struct storing {
+/* What the threads share. */
+typedef struct marking {
     const sc_preparation *p;
     const sc_fields *fields;
     uint64_t *masks[2];
-    uint32_t *start[2], *records[2];
-} storing;
+} marking;
 
-/* Find the masks of bricks [begin, end); an sc_range_fn on a storing. */
+/* Find the masks of bricks [begin, end); an sc_range_fn on a marking. */
 static void find_records(void *user, size_t begin, size_t end, int thread)
 {
-    const storing *s = user;
+    const marking *m = user;
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
         uint64_t masks[2];
 
-        if (!s->fields->number[brick])
+        if (!m->fields->number[brick])
             continue;
-        find_masks(s->p, s->fields, brick, masks);
+        find_masks(m->p, m->fields, brick, masks);
         for (int i = 0; i < 2; i++)
-            s->masks[i][brick] = masks[i];
+            m->masks[i][brick] = masks[i];
     }
 }
 
-/* Write the records of bricks [begin, end); an sc_range_fn on a storing. */
-static void fill_records(void *user, size_t begin, size_t end, int thread)
-{
-    const storing *s = user;
-
-    (void)thread;
-    for (size_t brick = begin; brick < end; brick++) {
-        const uint64_t masks[2] = {s->masks[0][brick], s->masks[1][brick]};
-        uint32_t *const out[2] = {s->records[0] + s->start[0][brick],
-                                  s->records[1] + s->start[1][brick]};
-
-        if (!(masks[0] | masks[1]))
-            continue;
-        s->fields->fill(s->fields->user, brick, masks, out);
-        for (int i = 0; i < 2; i++) {
-            uint32_t *record = out[i];
-
-            for (uint64_t left = masks[i]; left; left &= left - 1, record++)
-                *record |=
-                    (uint32_t)s->fields->codes[s->fields->number[brick] - 1][__builtin_ctzll(left)]
-                    << SC_RECORD_TISSUE_SHIFT;
-        }
-    }
-}
-
-/* As sc_mark_borders, and set masks, start and records of @p s, of which p and fields are set. */
-static sc_status mark(const sc_ctx *ctx, sc_preparation *p, storing *s)
+sc_status sc_mark_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields *fields)
 {
     sc_border *const borders[2] = {&p->outer, &p->inner};
+    marking m = {.p = p, .fields = fields};
     sc_status status;
 
     for (int i = 0; i < 2; i++) {
         void *block;
 
         SC_TRY(sc_team_alloc(ctx, p->team, p->brick_count, sizeof(uint64_t), &block));
-        borders[i]->masks = s->masks[i] = block;
+        borders[i]->masks = m.masks[i] = block;
     }
-    sc_team_stage_for(ctx, SC_WORTH_BORDERS / 2, p->team, p->brick_count, 1024, find_records, s);
+    sc_team_stage_for(ctx, SC_WORTH_BORDERS / 2, p->team, p->brick_count, 1024, find_records, &m);
     for (int i = 0; i < 2; i++) {
+        uint32_t *start = NULL;
         void *block;
 
-        SC_TRY(sc_number_vertices(ctx, p, s->masks[i], &s->start[i], &borders[i]->count));
-        borders[i]->start = s->start[i];
+        SC_TRY(sc_number_vertices(ctx, p, m.masks[i], &start, &borders[i]->count));
+        borders[i]->start = start;
         SC_TRY(sc_team_alloc(ctx, p->team, borders[i]->count + SC_GATHER_BYTES / SC_RECORD_BYTES,
                              SC_RECORD_BYTES, &block));
-        borders[i]->records = s->records[i] = block;
+        borders[i]->records = block;
     }
 out:
-    return status;
-}
-
-sc_status sc_mark_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields *fields)
-{
-    storing s = {.p = p, .fields = fields};
-
-    return mark(ctx, p, &s);
-}
-
-sc_status sc_store_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields *fields)
-{
-    storing s = {.p = p, .fields = fields};
-    const sc_status status = mark(ctx, p, &s);
-
-    if (status == SC_OK)
-        sc_team_stage_for(ctx, SC_WORTH_BORDERS / 2, p->team, p->brick_count, 1024, fill_records,
-                          &s);
     return status;
 }

@@ -155,7 +155,8 @@ typedef struct sc_brick_sides {
     uint64_t moved; /* those whose tissue is that of another place: its code is not SC_TISSUE_OWN */
 } sc_brick_sides;
 
-/* The two fields, from which sc_store_borders makes the records. The arrays are borrowed. */
+/* The two fields, by which sc_mark_borders finds the vertices with records. The arrays are
+ * borrowed. */
 typedef struct sc_fields {
     const uint32_t *number; /* [brick_count]: which of the others a brick has, from 1 on; 0: all its
                                vertices, and those around it, have the same label, side by it, and
@@ -163,11 +164,6 @@ typedef struct sc_fields {
     const sc_brick_sides *sides;               /* by number - 1 */
     const uint8_t (*codes)[SC_BRICK_VERTICES]; /* by number - 1 and bit: the tissue of a vertex, see
                                                   sc_tissue_code */
-    /* Write the records of the vertices @p masks of brick @p brick, of the outer and of the inner
-     * field, in the order of bits, to @p out; sc_store_borders adds the tissues. Called by any
-     * thread. */
-    void (*fill)(void *user, size_t brick, const uint64_t masks[2], uint32_t *const out[2]);
-    void *user; /* of fill */
 } sc_fields;
 
 /* What the fields say around a brick: of its vertices and of those around it, [z and y][x]. */
@@ -183,7 +179,7 @@ typedef struct sc_block {
  * volume those of the nearest voxels. Any thread. */
 void sc_fetch_ids(const sc_preparation *p, size_t brick,
                   uint16_t ids[SC_BLOCK_ROWS][SC_BLOCK_ROOM]);
-/* Fill @p out for brick @p brick. fill of the fields is not used. Any thread. */
+/* Fill @p out for brick @p brick. Any thread. */
 void sc_fetch_block(const sc_preparation *p, const sc_fields *fields, size_t brick, sc_block *out);
 
 /* The stages, in their order. Each allocates and fills what it names, in the preparation, and may
@@ -211,20 +207,12 @@ sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p);
 /* Find the strengths of smoothing: smooth, kinds and kind_count. SC_ERR_DATA, logged, for
  * more than SC_SMOOTH_KINDS_MAX different ones. */
 sc_status sc_find_strengths(const sc_ctx *ctx, sc_preparation *p);
-/* Make the records of both fields from the labels alone: outer and inner. Borders lie halfway
- * between voxels. Needs near. */
-sc_status sc_crisp_borders(const sc_ctx *ctx, sc_preparation *p);
-/* The most labels that sc_smooth_borders can tell apart: two ids of 16 bits have a meaning of their
- * own there. */
-enum { SC_SMOOTH_LABELS_MAX = 65534 };
 /* Make the records of both fields from the smoothest surfaces that could have been drawn as these
  * voxels (border.h): outer and inner. Needs near. */
 sc_status sc_smooth_borders(const sc_ctx *ctx, sc_preparation *p);
 /* Find which vertices have records and number them: outer and inner, whose records are allocated.
- * fill of the fields is not used. */
+ */
 sc_status sc_mark_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields *fields);
-/* As sc_mark_borders, and write the records by fill of the fields. */
-sc_status sc_store_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields *fields);
 /* Find the covers, and what is seen from outside: cover_layer and shown of stats. */
 sc_status sc_measure_covers(const sc_ctx *ctx, sc_preparation *p);
 /* Measure the surface and the mean thickness of each label: surface_mm2 and thickness_mm of stats.

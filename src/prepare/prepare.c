@@ -57,9 +57,7 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
     sc_stage_begin(ctx, "preparing", 0, worth_of(p));
     SC_TRY(sc_find_boundary(ctx, p));
     SC_TRY(sc_index_boundary(ctx, p));
-    SC_TRY(sc_is_smoothed(p) && volume->label_count <= SC_SMOOTH_LABELS_MAX
-               ? sc_smooth_borders(ctx, p)
-               : sc_crisp_borders(ctx, p));
+    SC_TRY(sc_smooth_borders(ctx, p));
     SC_TRY(sc_measure_covers(ctx, p));
     SC_TRY(sc_measure_surface(ctx, p));
     if (settings->local_thickness)

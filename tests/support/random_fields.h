@@ -48,25 +48,26 @@ static inline bool may_change(const sc_volume *v, int x, int y, int z)
     return true;
 }
 
-/* See sc_fields. */
-static inline void fill_random(void *user, size_t brick, const uint64_t masks[2],
-                               uint32_t *const out[2])
+/* Write random records to the vertices of a brick that have one. */
+static inline void fill_brick(const random_fields *r, size_t brick)
 {
-    const random_fields *r = user;
+    const sc_border *const borders[2] = {&r->p->outer, &r->p->inner};
+    const uint32_t number = r->fields.number[brick] - 1;
 
     for (int i = 0; i < 2; i++) {
-        uint32_t *record = out[i];
+        uint32_t *record = (uint32_t *)(uintptr_t)borders[i]->records + borders[i]->start[brick];
 
-        for (uint64_t left = masks[i]; left; left &= left - 1) {
+        for (uint64_t left = borders[i]->masks[brick]; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
             uint64_t bits = bits_of_vertex(r->seed + 1 + (uint64_t)i, brick, bit);
             const int value = 1 + (int)(bits % SC_VALUE_MAX);
-            const bool side = r->fields.sides[r->fields.number[brick] - 1].tissue >> bit & 1;
+            const bool side = r->fields.sides[number].tissue >> bit & 1;
             const sc_vec3 direction = {random_real(&bits, -1, 1), random_real(&bits, -1, 1),
                                        random_real(&bits, -1, 1)};
 
             *record++ =
-                sc_record_pack(i || side ? value : -value, direction, random_real(&bits, 0, 1));
+                sc_record_pack(i || side ? value : -value, direction, random_real(&bits, 0, 1)) |
+                (uint32_t)r->fields.codes[number][bit] << SC_RECORD_TISSUE_SHIFT;
         }
     }
 }
@@ -106,12 +107,11 @@ static inline prepared_copy prepare_random_fields(const sc_volume *volume, uint6
         }
     }
     r.p = p;
-    r.fields = (sc_fields){.number = number,
-                           .sides = sides,
-                           .codes = (const uint8_t(*)[SC_BRICK_VERTICES])codes,
-                           .fill = fill_random,
-                           .user = &r};
-    assert_ok(sc_store_borders(&quiet, p, &r.fields));
+    r.fields = (sc_fields){
+        .number = number, .sides = sides, .codes = (const uint8_t(*)[SC_BRICK_VERTICES])codes};
+    assert_ok(sc_mark_borders(&quiet, p, &r.fields));
+    for (size_t brick = 0; brick < p->brick_count; brick++)
+        fill_brick(&r, brick);
     bytes = sc_preparation_bytes(p);
     assert_ok(sc_zalloc(&quiet, bytes, 1, &out.block));
     sc_preparation_pack(p, out.block);
