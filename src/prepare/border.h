@@ -48,7 +48,8 @@ enum {
 /* What is known of the voxels within SC_REACH of a block. */
 typedef struct sc_cube {
     uint16_t tissue; /* the only tissue; 0 for none, SC_TWO_TISSUES or SC_MANY_TISSUES */
-    uint16_t second; /* of two tissues the one with the larger label */
+    uint16_t second; /* of two tissues the one with the larger label; of many SC_NO_LABEL where
+                        there are too many for fields */
 } sc_cube;
 
 /* The gradient of the filtered field of a quarter (border_quarters.c), in voxels. */
@@ -84,15 +85,13 @@ typedef struct sc_borders {
     uint32_t *cube_of;      /* [tile_count] */
     uint32_t (*beside)[27]; /* tiles of the same field around a tile, itself in the middle, in the
                                order of x, y, z; or SC_BESIDE */
-    int8_t (*squares)[SC_TILE_VOXELS]; /* squared distance to the other side, with the sign of the
-                                          field; 0 where the field is free */
-    float (*data)[SC_TILE_CELLS];      /* the distance to the border */
-    float (*value)[SC_TILE_CELLS];     /* the field */
-    float (*box)[SC_TILE_CELLS];       /* how far it may be from the data */
-    uint8_t *dead;  /* 0; or 1 + the constant, of SC_BESIDE_*, that the field is in the tile after
-                       all, whose other numbers are then not used */
-    uint8_t *still; /* 1 if no cell of the tile moves */
-    float strength; /* of the smoothing of all tissues, */
+    int8_t (*squares)[SC_TILE_VOXELS];  /* squared distance to the other side, with the sign of the
+                                           field; 0 where the field is free */
+    float (*data)[SC_TILE_CELLS];       /* the distance to the border */
+    float (*value)[SC_TILE_CELLS];      /* the field */
+    float (*box)[SC_TILE_CELLS];        /* how far it may be from the data */
+    uint8_t *still;                     /* 1 if no cell of the tile moves */
+    float strength;                     /* of the smoothing of all tissues, */
     float (*strengths)[SC_TILE_CELLS];  /* or at each cell; NULL if all are the same */
     float (*coarse)[SC_TILE_CELLS];     /* share, 0 to 1, in which cells alone make the field */
     float (*missing)[SC_TILE_QUARTERS]; /* volume that is missing of a quarter, */
@@ -110,19 +109,9 @@ static inline int sc_far_kind(const sc_borders *b, size_t block, uint32_t label)
 
     if (!label)
         return tissue ? SC_BESIDE_HIGH : SC_BESIDE_LOW;
+    if (tissue == SC_MANY_TISSUES && b->around[block].second == SC_NO_LABEL)
+        return SC_BESIDE_FREE;
     return tissue == label ? SC_BESIDE_HIGH : tissue ? SC_BESIDE_LOW : SC_BESIDE_FREE;
-}
-
-/* @return what sc_borders.beside says of the field opposite to that of a tile. */
-static inline uint32_t sc_mirrored(const sc_borders *b, uint32_t tile)
-{
-    const int constant = b->dead[tile] - 1;
-
-    if (constant < 0)
-        return tile | SC_MIRRORED;
-    return SC_BESIDE(constant == SC_BESIDE_HIGH  ? SC_BESIDE_LOW
-                     : constant == SC_BESIDE_LOW ? SC_BESIDE_HIGH
-                                                 : constant);
 }
 
 /* @return what sc_borders.beside says of the field of @p label in a block: the number of its tile,
@@ -131,10 +120,10 @@ static inline uint32_t sc_tile_of(const sc_borders *b, size_t block, uint32_t la
 {
     for (uint32_t tile = b->start[block]; tile < b->start[block + 1]; tile++) {
         if (b->labels[tile] == label)
-            return b->dead[tile] ? SC_BESIDE(b->dead[tile] - 1) : tile;
+            return tile;
     }
     if (label && b->around[block].tissue == SC_TWO_TISSUES && b->around[block].second == label)
-        return sc_mirrored(b, b->start[block + 1] - 1);
+        return (b->start[block + 1] - 1) | SC_MIRRORED;
     return SC_BESIDE(sc_far_kind(b, block, label));
 }
 
@@ -440,7 +429,6 @@ _Static_assert(SC_WORTH_TILES + SC_WORTH_DISTANCES + SC_WORTH_WEIGHING + SC_WORT
 
 /* The stages, in their order; collective in the team. Return SC_ERR_MEMORY. */
 sc_status sc_find_tiles(const sc_ctx *ctx, sc_borders *b);
-/* Tiles in whose reach there is no border after all are dropped here. */
 sc_status sc_measure_distances(const sc_ctx *ctx, sc_borders *b);
 /* Find what lies beside each tile: beside. */
 sc_status sc_find_beside(const sc_ctx *ctx, sc_borders *b);

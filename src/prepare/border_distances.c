@@ -51,8 +51,7 @@ typedef struct workspace {
     uint16_t own_ids[SC_TILE_VOXELS]; /* labels of the block */
     int8_t is[SC_TILE_VOXELS];
     bool ranked;                             /* nearest, nearest_id and second are known */
-    bool at_end;                             /* the block reaches beyond the volume, */
-    bool near_end;                           /* or lies within reach of where it ends */
+    bool at_end;                             /* the block reaches beyond the volume */
     float voxels[SC_CUBE][SC_CUBE][SC_CUBE]; /* distances of one field */
     uint8_t moving[SC_TILE_VOXELS];          /* 0 where the border of the field is out of reach */
 } workspace;
@@ -109,9 +108,7 @@ static void read_labels(const sc_volume *v, const int low[3], workspace *w)
         memcpy(w->own_ids + k * SC_CUBE,
                w->ids[k / SC_CUBE + MARGIN][k % SC_CUBE + MARGIN] + MARGIN,
                SC_CUBE * sizeof *w->own_ids);
-    w->at_end = w->near_end = false;
-    for (int i = 0; i < 3; i++)
-        w->near_end = w->near_end || low[i] < SC_REACH || low[i] + SC_CUBE > v->size[i] - SC_REACH;
+    w->at_end = false;
     for (int i = 0; i < 3; i++)
         w->at_end = w->at_end || low[i] < 0 || low[i] + SC_CUBE > v->size[i];
 }
@@ -376,28 +373,6 @@ static void set_inner(const measurer *m, size_t tile, int number, workspace *w)
     average(m->b, tile, w->voxels, w->moving);
 }
 
-/* @return whether a border of the field of @p label, 0 for background against all tissue, is within
- * reach of a block: 0 if so, else 1 + the constant, of SC_BESIDE_*, that the field is. */
-static uint8_t constant_of(const workspace *w, uint32_t label)
-{
-    uint32_t here = 0, there = 0;
-
-    for (int k = 0; k < EDGE * EDGE; k++) {
-        const uint16_t *ids = w->ids[k / EDGE][k % EDGE];
-        const uint32_t tissue = bits_of_row(ids, SC_MANY_TISSUES);
-        const uint32_t same = label ? equal_bits(ids, label) : tissue;
-
-        here |= same;
-        there |= label ? tissue & ~same : equal_bits(ids, 0);
-    }
-    if (!label && here && w->near_end) /* of the volume */
-        there = 1;
-    return here && there ? 0
-           : here        ? 1 + SC_BESIDE_HIGH
-           : there       ? 1 + SC_BESIDE_LOW
-                         : 1 + SC_BESIDE_FREE;
-}
-
 /* Take a tissue, whose squared distances are @p own, into account in w->nearest, nearest_id and
  * second. */
 static void rank_tissue(workspace *w, uint16_t label, const uint8_t *restrict own)
@@ -494,9 +469,6 @@ SC_WIDE_VECTORS static void measure_cubes(void *user, size_t begin, size_t end, 
         for (size_t tile = first; tile < last; tile++) {
             const int this = b->labels[tile] ? number++ : 0;
 
-            b->dead[tile] = constant_of(&w, b->labels[tile]);
-            if (b->dead[tile])
-                continue;
             if (b->strengths)
                 set_strengths(b, tile, &w);
             if (b->labels[tile])
@@ -527,8 +499,6 @@ sc_status sc_measure_distances(const sc_ctx *ctx, sc_borders *b)
     }
     SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->data, &block));
     b->data = block;
-    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, 1, &block));
-    b->dead = block;
     SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->box, &block));
     b->box = block;
     sc_team_stage_for(ctx, SC_WORTH_DISTANCES, b->p->team, b->cube_count, 16, measure_cubes, &m);

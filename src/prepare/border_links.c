@@ -149,7 +149,7 @@ SC_WIDE_VECTORS static void link_tiles(void *user, size_t begin, size_t end, int
         uint32_t sides[EDGE][EDGE], thin[EDGE][EDGE];
         uint32_t others[EDGE][EDGE], thin_others[EDGE][EDGE];
 
-        if (b->dead[tile] || sc_is_coarse(b, tile))
+        if (sc_is_coarse(b, tile))
             continue;
         sc_read_tile_squares(b, b->squares[0], tile, HALO, none, squares);
         if (!find_thin(squares, 1, sides, thin))

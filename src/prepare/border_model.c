@@ -5,9 +5,9 @@
 /* Free the arrays of the fields. */
 static void clear_borders(sc_borders *b)
 {
-    void *const arrays[] = {b->around,    b->start,   b->labels, b->cube_of, b->beside, b->squares,
-                            b->data,      b->value,   b->box,    b->dead,    b->still,  b->coarse,
-                            b->strengths, b->missing, b->area,   b->fine,    b->wide};
+    void *const arrays[] = {b->around,  b->start, b->labels, b->cube_of, b->beside, b->squares,
+                            b->data,    b->value, b->box,    b->still,   b->coarse, b->strengths,
+                            b->missing, b->area,  b->fine,   b->wide};
 
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++)
         sc_team_free(b->p->team, arrays[i]);

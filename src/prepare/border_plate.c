@@ -81,9 +81,6 @@ static void begin_tiles(void *user, size_t begin, size_t end, int thread)
     for (size_t tile = begin; tile < end; tile++) {
         float most = SC_BOX_FROZEN;
 
-        s->b->still[tile] = 1;
-        if (s->b->dead[tile])
-            continue;
         memcpy(s->b->value[tile], s->b->data[tile], sizeof *s->to);
         memcpy(s->to[tile], s->b->data[tile], sizeof *s->to);
         memcpy(s->other[tile], s->b->data[tile], sizeof *s->to);
@@ -233,8 +230,6 @@ SC_WIDE_VECTORS static void refine_tiles(void *user, size_t begin, size_t end, i
 
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
-        if (b->dead[tile])
-            continue;
         if (sc_is_coarse(b, tile) || !is_at_border(b->squares[tile]))
             store_coarse(b, tile, &r);
         else

@@ -62,7 +62,7 @@ static void average_tiles(void *user, size_t begin, size_t end, int thread)
 
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
-        for (int i = 0; i < SC_TILE_QUARTERS && !b->dead[tile]; i++) {
+        for (int i = 0; i < SC_TILE_QUARTERS; i++) {
             const float *low = b->value[tile] +
                                (2 * (i / 16) * SC_CUBE_CELLS + 2 * (i / 4 % 4)) * SC_CUBE_CELLS +
                                2 * (i % 4);
@@ -88,8 +88,6 @@ SC_WIDE_VECTORS static void filter_tiles(void *user, size_t begin, size_t end, i
     for (size_t tile = begin; tile < end; tile++) {
         float region[BLURRED * BLURRED * BLURRED];
 
-        if (b->dead[tile])
-            continue;
         sc_read_tile_volumes(b, s->mean[0], tile, BLURS, constants, region);
         sc_extrapolate(b, tile, SC_CUBE_QUARTERS, BLURS, region);
         for (int i = 0; i < BLURRED * BLURRED * BLURRED; i++)
@@ -147,8 +145,6 @@ SC_WIDE_VECTORS static void sum_tiles(void *user, size_t begin, size_t end, int 
     for (size_t tile = begin; tile < end; tile++) {
         float wide[WIDE * WIDE * WIDE], cells[SC_TILE_CELLS];
 
-        if (b->dead[tile])
-            continue;
         memset(b->missing[tile], 0, sizeof *b->missing);
         memset(b->area[tile], 0, sizeof *b->area);
         if (b->still[tile])
@@ -186,7 +182,7 @@ SC_WIDE_VECTORS static void compare_tiles(void *user, size_t begin, size_t end, 
         float wide[WIDE * WIDE * WIDE], smooth[SC_TILE_CELLS];
 
         memset(s->difference[tile], 0, sizeof *s->difference);
-        if (s->b->dead[tile] || s->b->still[tile])
+        if (s->b->still[tile])
             continue;
         read_wide(s, tile, wide);
         smooth_cells(s, tile, wide, smooth);
@@ -272,8 +268,6 @@ SC_WIDE_VECTORS static void find_slopes(void *user, size_t begin, size_t end, in
     for (size_t tile = begin; tile < end; tile++) {
         float wide[WIDE * WIDE * WIDE], differences[SC_TILE_QUARTERS];
 
-        if (b->dead[tile])
-            continue;
         read_wide(s, tile, wide);
         largest_around(s, tile, differences);
         for (int i = 0; i < SC_TILE_QUARTERS; i++) {
@@ -308,7 +302,7 @@ SC_WIDE_VECTORS static void blend_tiles(void *user, size_t begin, size_t end, in
         float wide[WIDE * WIDE * WIDE], smooth[SC_TILE_CELLS], most = 0;
         float shares[INNER * INNER * INNER], share[CELLS * CELLS * CELLS];
 
-        if (b->dead[tile] || b->still[tile])
+        if (b->still[tile])
             continue;
         sc_read_tile_areas(b, s->mean[0], tile, 1, none, shares);
         for (int i = 0; i < INNER * INNER * INNER; i++)

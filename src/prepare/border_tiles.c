@@ -3,10 +3,11 @@
 #include "border.h"
 
 enum {
-    SUB = 8,         /* voxels along an edge of the cubes whose labels are listed */
-    SUB_LABELS = 7,  /* that a list has room for */
-    MOST_LABELS = 64 /* where there are so many around a block, its tissues have no fields, and are
-                        drawn as their voxels are: memory stays bounded */
+    SUB = SC_REACH - 1, /* voxels along an edge of the cubes whose labels are listed */
+    SUB_PER_CUBE = SC_CUBE / SUB,
+    SUB_LABELS = 3,   /* that a list has room for */
+    MOST_LABELS = 256 /* where there are more around a block, its tissues have no fields, and are
+                         drawn as their voxels are: memory stays bounded */
 };
 
 /* The labels of a cube of SUB voxels. */
@@ -23,9 +24,10 @@ typedef struct finder {
     uint32_t *counts;  /* [cube_count], of the team: tiles of each block */
 } finder;
 
-/* Different labels in rising order. Of more than MOST_LABELS some are left out. */
+/* Different labels in rising order; of more than MOST_LABELS the least ones. */
 typedef struct label_set {
     int count;
+    bool crowded; /* some were left out */
     uint16_t ids[MOST_LABELS];
 } label_set;
 
@@ -34,12 +36,16 @@ static void add_label(label_set *set, uint16_t id)
 {
     int at = set->count;
 
-    if (at == MOST_LABELS)
-        return;
     while (at > 0 && set->ids[at - 1] > id)
         at--;
     if (at > 0 && set->ids[at - 1] == id)
         return;
+    if (set->count == MOST_LABELS) {
+        set->crowded = true;
+        if (at == MOST_LABELS)
+            return;
+        set->count--;
+    }
     memmove(set->ids + at + 1, set->ids + at, (size_t)(set->count - at) * sizeof *set->ids);
     set->ids[at] = id;
     set->count++;
@@ -76,15 +82,16 @@ static bool is_uniform(const sc_volume *v, const int low[3])
     const size_t row = (size_t)v->size[0], layer = row * (size_t)v->size[1];
     const uint8_t *ids =
         (const uint8_t *)v->ids + (size_t)low[2] * layer + (size_t)low[1] * row + (size_t)low[0];
-    const uint64_t same = ids[0] * 0x0101010101010101u;
-    uint64_t differ = 0;
+    const uint32_t same = ids[0] * 0x01010101u;
+    uint32_t differ = 0;
 
     for (size_t i = 0; i < SUB * SUB; i++) {
-        uint64_t word;
+        uint32_t word;
 
         memcpy(&word, ids + i / SUB * layer + i % SUB * row, sizeof word);
         differ |= word ^ same;
     }
+    _Static_assert(sizeof same == SUB, "a word is a row of a cube");
     return !differ;
 }
 
@@ -121,20 +128,22 @@ static void list_cubes(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Collect the labels within SUB voxels of a block. */
+/* Collect the labels within SUB voxels of a block, the farthest that a distance tells of. */
 static void labels_around(const finder *f, size_t block, label_set *set)
 {
     int at[3], low[3], high[3];
 
     set->count = 0;
+    set->crowded = false;
     sc_brick_at(f->b->cubes, block, at);
     for (int i = 0; i < 3; i++) { /* beyond the volume all is background */
         const int first = at[i] * SC_CUBE - f->b->phase[i];
 
         if (first < SC_REACH || first + SC_CUBE + SC_REACH > f->b->p->volume->size[i])
             add_label(set, 0);
-        low[i] = 2 * at[i] > 0 ? 2 * at[i] - 1 : 0;
-        high[i] = 2 * at[i] + 3 < f->subs[i] ? 2 * at[i] + 3 : f->subs[i];
+        low[i] = at[i] > 0 ? SUB_PER_CUBE * at[i] - 1 : 0;
+        high[i] = SUB_PER_CUBE * (at[i] + 1) + 1;
+        high[i] = high[i] < f->subs[i] ? high[i] : f->subs[i];
     }
     for (int z = low[2]; z < high[2]; z++) {
         for (int y = low[1]; y < high[1]; y++) {
@@ -158,10 +167,9 @@ static uint32_t count_of(const label_set *set)
 {
     const bool background = set->count > 0 && set->ids[0] == 0;
     const int tissues = set->count - background;
+    const uint32_t inner = set->crowded || tissues < 2 ? 0 : tissues == 2 ? 1 : (uint32_t)tissues;
 
-    return (background && tissues > 0 ? 1u : 0u) + (tissues == 2  ? 1u
-                                                    : tissues > 2 ? (uint32_t)tissues
-                                                                  : 0u);
+    return (background && tissues > 0 ? 1u : 0u) + inner;
 }
 
 /* Count the tiles of cubes [begin, end), and fill around; an sc_range_fn on a finder. */
@@ -177,7 +185,7 @@ static void count_tiles(void *user, size_t begin, size_t end, int thread)
 
         labels_around(f, block, &set);
         tissues = set.count - (set.count > 0 && set.ids[0] == 0);
-        around->second = tissues ? set.ids[set.count - 1] : 0;
+        around->second = set.crowded ? SC_NO_LABEL : tissues ? set.ids[set.count - 1] : 0;
         around->tissue = tissues > 2    ? SC_MANY_TISSUES
                          : tissues == 2 ? SC_TWO_TISSUES
                                         : around->second;

@@ -71,8 +71,6 @@ SC_WIDE_VECTORS static void count_cells(void *user, size_t begin, size_t end, in
         float cells[AROUND * AROUND * AROUND], sharp[CELLS * CELLS * CELLS];
         float voxels[VOXELS * VOXELS * VOXELS];
 
-        if (b->dead[tile])
-            continue;
         memset(b->missing[tile], 0, sizeof *b->missing);
         memset(b->area[tile], 0, sizeof *b->area);
         if (!is_near(b->squares[tile], SC_TILE_VOXELS))
@@ -157,8 +155,6 @@ SC_WIDE_VECTORS static void count_voxels(void *user, size_t begin, size_t end, i
         const int8_t *squares = b->squares[tile];
         float region[VOXELS * VOXELS * VOXELS], shares[ROWS];
 
-        if (b->dead[tile])
-            continue;
         memset(b->missing[tile], 0, sizeof *b->missing);
         memset(b->area[tile], 0, sizeof *b->area);
         if (sc_is_coarse(b, tile) || !is_near(squares, SC_TILE_VOXELS))
@@ -212,7 +208,7 @@ SC_WIDE_VECTORS static void move_voxels(void *user, size_t begin, size_t end, in
     for (size_t tile = begin; tile < end; tile++) {
         float moves[CELLS * CELLS * CELLS], voxels[VOXELS * VOXELS * VOXELS];
 
-        if (b->dead[tile] || sc_is_coarse(b, tile) || !is_near(b->squares[tile], SC_TILE_VOXELS))
+        if (sc_is_coarse(b, tile) || !is_near(b->squares[tile], SC_TILE_VOXELS))
             continue;
         sc_find_moves(b, tile, FINE_BLURS, moves);
         sc_upsample(moves, CELLS, voxels);

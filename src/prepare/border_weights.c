@@ -60,7 +60,7 @@ static void copy_tiles(void *user, size_t begin, size_t end, int thread)
 
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
-        for (int i = 0; i < SC_TILE_CELLS && !w->b->dead[tile]; i++) {
+        for (int i = 0; i < SC_TILE_CELLS; i++) {
             const bool free = w->b->box[tile][i] >= SC_BOX_FREE && is_empty(w->b, tile, i);
 
             w->field[tile][i] = free ? NAN : w->b->value[tile][i];
@@ -209,7 +209,7 @@ SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, in
         float field[DEEP_EDGE * DEEP_EDGE * DEEP_EDGE], share[BORDER_CELLS], weight[BORDER_CELLS];
         bool any = false;
 
-        for (int i = 0; i < SC_TILE_CELLS && !b->dead[tile]; i++)
+        for (int i = 0; i < SC_TILE_CELLS; i++)
             b->coarse[tile][i] = 1;
         if (b->still[tile])
             continue;

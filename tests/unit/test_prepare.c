@@ -696,6 +696,52 @@ static void volumes_of_one_voxel_and_of_one_slice_are_prepared(void **state)
     }
 }
 
+enum { MOSAIC = 48 }; /* voxels along an edge of a volume of small cubes, each another tissue */
+
+static int id_of_cube(double x, double y, double z, int edge)
+{
+    const int along = MOSAIC / edge;
+
+    return 1 + ((int)z / edge * along + (int)y / edge) * along + (int)x / edge;
+}
+
+static int cubes_of_four(double x, double y, double z)
+{
+    return id_of_cube(x, y, z, 4);
+}
+
+static int cubes_of_two(double x, double y, double z)
+{
+    return id_of_cube(x, y, z, 2);
+}
+
+/* 216 tissues lie around a block of 16 voxels, where each is smoothed, or 1728, where they are
+ * drawn as their voxels are. */
+static void many_tissues_around_a_block_all_keep_their_places(void **state)
+{
+    static const int size[3] = {MOSAIC, MOSAIC, MOSAIC};
+
+    (void)state;
+    for (int edge = 2; edge <= 4; edge += 2) {
+        const int along = MOSAIC / edge;
+        sc_volume volume = shape_volume(size, cube, 2, 1 + along * along * along,
+                                        edge == 2 ? cubes_of_two : cubes_of_four);
+        prepared_copy p = prepare_copy(&volume, 2);
+
+        for (int i = 0; i < MOSAIC * MOSAIC * MOSAIC; i++) {
+            const int x = i % MOSAIC, y = i / MOSAIC % MOSAIC, z = i / (MOSAIC * MOSAIC);
+            const bool within = edge == 2 || ((x % 4 == 1 || x % 4 == 2) &&
+                                              (y % 4 == 1 || y % 4 == 2) && z % 4 == 1);
+
+            if (within)
+                assert_int_equal(sc_vertex_at(&p.view, x + 1, y + 1, z + 1).tissue,
+                                 id_of_cube(x, y, z, edge));
+        }
+        sc_free(p.block);
+        sc_volume_clear(&volume);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -713,6 +759,7 @@ int main(void)
         cmocka_unit_test(distances_and_the_pyramid_say_what_is_empty),
         cmocka_unit_test(the_local_thickness_of_a_slab_is_that_of_the_slab),
         cmocka_unit_test(volumes_of_one_voxel_and_of_one_slice_are_prepared),
+        cmocka_unit_test(many_tissues_around_a_block_all_keep_their_places),
     };
 
     return RUN(tests);
