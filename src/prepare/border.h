@@ -52,6 +52,13 @@ typedef struct sc_cube {
                         there are too many for fields */
 } sc_cube;
 
+/* The labels of a cube of SC_SUB voxels along each axis. */
+enum { SC_SUB = SC_REACH - 1, SC_SUB_LABELS = 3 };
+typedef struct sc_sub_labels {
+    uint16_t count; /* SC_SUB_LABELS + 1: there are more than fit */
+    uint16_t ids[SC_SUB_LABELS];
+} sc_sub_labels;
+
 /* The gradient of the filtered field of a quarter (border_quarters.c), in voxels. */
 typedef struct sc_wide_slope {
     float slope[3];
@@ -80,6 +87,10 @@ typedef struct sc_borders {
                      lie at fixed places of the patient */
     size_t cube_count, tile_count;
     sc_cube *around;        /* [cube_count] */
+    int subs[3];            /* cubes of SC_SUB voxels */
+    sc_sub_labels *lists;   /* [subs z][y][x] */
+    uint16_t (*blocks)[2];  /* [subs z][y][x]: the tissues of which a block of three voxels along
+                               each  axis has its middle there, 0 for none; SC_NO_LABEL: any */
     uint32_t *start;        /* [cube_count + 1]: number of the block's first tile */
     uint16_t *labels;       /* [tile_count]: whose field it is; rising within a block */
     uint32_t *cube_of;      /* [tile_count] */
@@ -426,6 +437,17 @@ _Static_assert(SC_WORTH_TILES + SC_WORTH_DISTANCES + SC_WORTH_WEIGHING + SC_WORT
                        SC_WORTH_VOLUME + SC_WORTH_REFINING + SC_WORTH_LINKS + SC_WORTH_SIDES ==
                    SC_WORTH_FIELDS,
                "progress ends at 100 %");
+
+/* Cells of a block and so many more on every side. */
+enum {
+    SC_SLENDER_HALO = 2,
+    SC_SLENDER_EDGE = SC_CUBE_CELLS + 2 * SC_SLENDER_HALO,
+    SC_SLENDER_CELLS = SC_SLENDER_EDGE * SC_SLENDER_EDGE * SC_SLENDER_EDGE
+};
+/* Find blocks; then the cells in or beside which there is slender tissue, where different tissues
+ * meet around a block: 1 in @p out. */
+sc_status sc_find_blocks_of_three(const sc_ctx *ctx, sc_borders *b);
+void sc_find_slender(const sc_borders *b, size_t block, uint8_t out[SC_SLENDER_CELLS]);
 
 /* The stages, in their order; collective in the team. Return SC_ERR_MEMORY. */
 sc_status sc_find_tiles(const sc_ctx *ctx, sc_borders *b);

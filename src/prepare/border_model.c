@@ -5,9 +5,9 @@
 /* Free the arrays of the fields. */
 static void clear_borders(sc_borders *b)
 {
-    void *const arrays[] = {b->around,  b->start, b->labels, b->cube_of, b->beside, b->squares,
-                            b->data,    b->value, b->box,    b->still,   b->coarse, b->strengths,
-                            b->missing, b->area,  b->fine,   b->wide};
+    void *const arrays[] = {b->around, b->lists,     b->blocks,  b->start, b->labels, b->cube_of,
+                            b->beside, b->squares,   b->data,    b->value, b->box,    b->still,
+                            b->coarse, b->strengths, b->missing, b->area,  b->fine,   b->wide};
 
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++)
         sc_team_free(b->p->team, arrays[i]);
@@ -37,6 +37,8 @@ sc_status sc_smooth_borders(const sc_ctx *ctx, sc_preparation *p)
     }
     drop((void **)&b.data, p);
     drop((void **)&b.box, p);
+    drop((void **)&b.lists, p);
+    drop((void **)&b.blocks, p);
     SC_TRY(sc_smooth_voxels(ctx, &b));
     drop((void **)&b.value, p);
     if (sc_is_smoothed(p))

@@ -3,25 +3,17 @@
 #include "border.h"
 
 enum {
-    SUB = SC_REACH - 1, /* voxels along an edge of the cubes whose labels are listed */
+    SUB = SC_SUB,
     SUB_PER_CUBE = SC_CUBE / SUB,
-    SUB_LABELS = 3,   /* that a list has room for */
+    SUB_LABELS = SC_SUB_LABELS,
     MOST_LABELS = 256 /* where there are more around a block, its tissues have no fields, and are
                          drawn as their voxels are: memory stays bounded */
 };
 
-/* The labels of a cube of SUB voxels. */
-typedef struct sub_labels {
-    uint16_t count; /* SUB_LABELS + 1: there are more than fit */
-    uint16_t ids[SUB_LABELS];
-} sub_labels;
-
 /* What the threads share that look for tiles. */
 typedef struct finder {
     sc_borders *b;
-    int subs[3];
-    sub_labels *lists; /* [subs z][y][x], of the team */
-    uint32_t *counts;  /* [cube_count], of the team: tiles of each block */
+    uint32_t *counts; /* [cube_count], of the team: tiles of each block */
 } finder;
 
 /* Different labels in rising order; of more than MOST_LABELS the least ones. */
@@ -103,12 +95,12 @@ static void list_cubes(void *user, size_t begin, size_t end, int thread)
 
     (void)thread;
     for (size_t i = begin; i < end; i++) {
-        sub_labels *list = &f->lists[i];
+        sc_sub_labels *list = &f->b->lists[i];
         label_set set = {.count = 0};
         bool inside = v->label_bytes == 1;
         int low[3];
 
-        sc_brick_at(f->subs, i, low);
+        sc_brick_at(f->b->subs, i, low);
         for (int k = 0; k < 3; k++) {
             low[k] = low[k] * SUB - f->b->phase[k];
             inside = inside && low[k] >= 0 && low[k] + SUB <= v->size[k];
@@ -143,12 +135,12 @@ static void labels_around(const finder *f, size_t block, label_set *set)
             add_label(set, 0);
         low[i] = at[i] > 0 ? SUB_PER_CUBE * at[i] - 1 : 0;
         high[i] = SUB_PER_CUBE * (at[i] + 1) + 1;
-        high[i] = high[i] < f->subs[i] ? high[i] : f->subs[i];
+        high[i] = high[i] < f->b->subs[i] ? high[i] : f->b->subs[i];
     }
     for (int z = low[2]; z < high[2]; z++) {
         for (int y = low[1]; y < high[1]; y++) {
             for (int x = low[0]; x < high[0]; x++) {
-                const sub_labels *list = &f->lists[sc_brick_index(f->subs, x, y, z)];
+                const sc_sub_labels *list = &f->b->lists[sc_brick_index(f->b->subs, x, y, z)];
 
                 if (list->count > SUB_LABELS)
                     add_cube(f->b->p->volume,
@@ -277,12 +269,12 @@ sc_status sc_find_tiles(const sc_ctx *ctx, sc_borders *b)
 
         b->phase[i] = phase_of(&b->p->volume->to_ras_mm, i);
         b->cubes[i] = (size + b->phase[i] + SC_CUBE - 1) / SC_CUBE;
-        f.subs[i] = (size + b->phase[i] + SUB - 1) / SUB;
-        cubes *= (size_t)f.subs[i];
+        b->subs[i] = (size + b->phase[i] + SUB - 1) / SUB;
+        cubes *= (size_t)b->subs[i];
     }
     b->cube_count = sc_brick_count(b->cubes);
-    SC_TRY(sc_team_alloc(ctx, b->p->team, cubes, sizeof *f.lists, &lists));
-    f.lists = lists;
+    SC_TRY(sc_team_alloc(ctx, b->p->team, cubes, sizeof *b->lists, &lists));
+    b->lists = lists;
     SC_TRY(sc_team_alloc(ctx, b->p->team, b->cube_count, sizeof *f.counts, &counts));
     f.counts = counts;
     SC_TRY(ALLOCATE(ctx, b, around, b->cube_count));
@@ -300,7 +292,6 @@ sc_status sc_find_tiles(const sc_ctx *ctx, sc_borders *b)
     SC_TRY(ALLOCATE(ctx, b, cube_of, b->tile_count));
     sc_team_for(b->p->team, b->cube_count, 64, name_tiles, &f);
 out:
-    sc_team_free(b->p->team, lists);
     sc_team_free(b->p->team, counts);
     return status;
 }

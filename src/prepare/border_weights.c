@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* In which share the fields of cells are taken, where voxels could make them, too: all of it where
  * both sides of the border are thick. That is asked of the smoothed field, in which noise no longer
- * looks like thin tissue, and tissue too thin for cells is thin or gone. */
+ * looks like thin tissue, and tissue too thin for cells is thin or gone. Slender tissue upon other
+ * tissue counts as thin, too (border_slender.c). */
 #include "border.h"
 
 #ifdef __SSE2__
@@ -20,6 +21,7 @@ enum {
     DEEP_EDGE = BORDER_EDGE + 2 * DEEP_REACH,
     LENGTHS = 5 /* of the ways from the middle of a ball to the cells that tell whether it fits */
 };
+_Static_assert((int)BORDER_CELLS == (int)SC_SLENDER_CELLS, "slender tissue is told of all of them");
 _Static_assert(DEEP_EDGE == 20, "find_cells takes five times four cells of a row");
 /* A side of the border is thick at a cell if that lies in a ball that fits into the side. So deep,
  * in voxels, has the middle of the largest one to be on both sides that cells count, and that they
@@ -203,6 +205,8 @@ SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, in
     static const float unknown[SC_BESIDE_CONSTANTS] = {NAN, SC_FAR, -SC_FAR, 0};
     const weigher *w = user;
     const sc_borders *b = w->b;
+    uint8_t slender[SC_SLENDER_CELLS];
+    uint32_t block = UINT32_MAX; /* of slender */
 
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
@@ -224,6 +228,11 @@ SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, in
         sc_read_tile_cells(b, w->field[0], tile, DEEP_REACH + BORDER_BLURS, unknown, field);
         sc_extrapolate(b, tile, SC_CUBE_CELLS, DEEP_REACH + BORDER_BLURS, field);
         find_thick(field, weight, share);
+        if (b->cube_of[tile] != block)
+            sc_find_slender(b, b->cube_of[tile], slender);
+        block = b->cube_of[tile];
+        for (int i = 0; i < BORDER_CELLS; i++)
+            share[i] = slender[i] ? 0 : share[i];
         for (int i = 0; i < BORDER_BLURS; i++) {
             sc_binomial(share, BORDER_EDGE - 2 * i, share);
             sc_binomial(weight, BORDER_EDGE - 2 * i, weight);
@@ -246,6 +255,7 @@ sc_status sc_weigh_cells(const sc_ctx *ctx, sc_borders *b)
 
     SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->coarse, &block));
     b->coarse = block;
+    SC_TRY(sc_find_blocks_of_three(ctx, b));
     sc_team_for(team, b->tile_count, 64, copy_tiles, &w);
     sc_team_stage_for(ctx, SC_WORTH_WEIGHING, team, b->tile_count, 64, weigh_tiles, &w);
 out:

@@ -742,6 +742,56 @@ static void many_tissues_around_a_block_all_keep_their_places(void **state)
     }
 }
 
+/* A thick body, and upon it a line of another tissue, two voxels high and one wide, that slants. */
+static int line_upon_body(double x, double y, double z)
+{
+    const int along = (int)(y + z / 3);
+
+    return z < 24 ? 1 : z < 26 && (int)x == 8 + along / 3 ? 2 : 0;
+}
+
+static void a_line_upon_a_thick_tissue_is_not_smoothed_away(void **state)
+{
+    static const int size[3] = {48, 48, 48};
+    sc_volume volume = shape_volume(size, cube, 1, 3, line_upon_body);
+    prepared_copy p = prepare_copy(&volume, 2);
+
+    (void)state;
+    for (int i = 0; i < 48 * 48 * 2; i++) {
+        const int x = i % 48, y = i / 48 % 48, z = 24 + i / (48 * 48);
+
+        if (line_upon_body(x, y, z) == 2) {
+            const sc_vertex v = sc_vertex_at(&p.view, x + 1, y + 1, z + 1);
+
+            assert_true(v.outer_value > 0);
+            assert_int_equal(v.tissue, 2);
+        }
+    }
+    sc_free(p.block);
+    sc_volume_clear(&volume);
+}
+
+/* A rod of two by two voxels along a thick body of another tissue, with a gap of one voxel between
+ * them. */
+static int rod_before_body(double x, double y, double z)
+{
+    (void)y;
+    return z < 24 ? 1 : z >= 25 && z < 27 && x >= 20 && x < 22 ? 2 : 0;
+}
+
+static void a_rod_is_not_pushed_off_by_the_body_behind_a_gap(void **state)
+{
+    static const int size[3] = {48, 48, 48};
+    sc_volume volume = shape_volume(size, cube, 1, 3, rod_before_body);
+    prepared_copy p = prepare_copy(&volume, 2);
+    const sc_vertex top = sc_vertex_at(&p.view, 21, 24, 27);
+
+    (void)state;
+    assert_true(top.outer_value > SC_BORDER_STEPS / 10);
+    sc_free(p.block);
+    sc_volume_clear(&volume);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -760,6 +810,8 @@ int main(void)
         cmocka_unit_test(the_local_thickness_of_a_slab_is_that_of_the_slab),
         cmocka_unit_test(volumes_of_one_voxel_and_of_one_slice_are_prepared),
         cmocka_unit_test(many_tissues_around_a_block_all_keep_their_places),
+        cmocka_unit_test(a_line_upon_a_thick_tissue_is_not_smoothed_away),
+        cmocka_unit_test(a_rod_is_not_pushed_off_by_the_body_behind_a_gap),
     };
 
     return RUN(tests);
