@@ -265,10 +265,9 @@ typedef void sc_march_fn(const sc_march *march, const sc_ray *rays, sc_way *ways
 
 /** One kernel of the table. */
 typedef struct sc_kernel {
-    const char *name; /**< surface/skip/label width, e.g. "smooth/leap/u8" */
+    const char *name; /**< surface/skip, e.g. "smooth/leap" */
     sc_surface surface;
     sc_skip skip;
-    int label_bytes; /**< of the volumes it can march: 1 or 2 */
     const char *cpu; /**< instruction set: one of sc_cpu_names */
     sc_march_fn *march;
 } sc_kernel;
@@ -283,14 +282,14 @@ bool sc_cpu_has(const char *name);
 /** @return SC_OK if sc_cpu_has() the variant @p name, which must not be NULL; else SC_ERR_USAGE,
  * with a message that tells whether the build or the processor lacks it. */
 sc_status sc_cpu_check(const sc_ctx *ctx, const char *name);
-/** Find the kernel for a surface, a skip method and the label width of @p volume. For
- *  SC_SKIP_NONE and SC_SKIP_INTERIOR there is only plain C, and @p cpu is ignored; the same holds
- *  for SC_SKIP_OCTREE, SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD in a build whose SC_RIVALS is "c";
- *  if that is "none", there are none for these. @param cpu one of sc_cpu_names; NULL is "auto".
- * @return an entry of a constant table, or NULL if this build has no such variant, this processor
- * cannot run it, or the volume is too large for it: wide kernels address masks and distances by
- * offsets of 31 bits, and those of the voxel surface labels and vertex records, too. No message is
- * written. */
+/** Find the kernel for a surface and a skip method: of the variant @p cpu, or, for a method that
+ *  has none of it in this build, of the next one in sc_cpu_names that it has. There is only plain C
+ *  of SC_SKIP_NONE and SC_SKIP_INTERIOR, for which @p cpu is ignored; AVX2 and plain C of
+ *  SC_SKIP_OCTREE, SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD, and nothing if SC_RIVALS is off.
+ *  @param volume NULL: any that is not too large. @param cpu one of sc_cpu_names; NULL is "auto".
+ * @return an entry of a constant table, or NULL if there is none, this processor cannot run @p cpu,
+ * or the volume is too large for it: wide kernels address masks and distances by offsets of 31
+ * bits, and those of the voxel surface labels and vertex records, too. No message is written. */
 const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepared *volume,
                                 const char *cpu);
 /** The label that owns a point by the rule of the smooth surface: the one with the largest vote;

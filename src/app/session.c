@@ -373,6 +373,21 @@ static sc_status make_together(const sc_app *app, const sc_session *session, int
     return sc_comm_agree(app->comm, status);
 }
 
+/* Tell on rank 0 if another kernel draws than the job asks for. */
+static void tell_kernel(const sc_app *app, const sc_session *session)
+{
+    const sc_render_options *o = &session->job.render;
+    const sc_kernel *kernel = sc_renderer_kernel(session->renderer);
+    const bool other_cpu = o->cpu && strcmp(kernel->cpu, sc_cpu_names[o->cpu]) != 0;
+
+    if (sc_comm_rank(app->comm) == 0 &&
+        (kernel->skip != (sc_skip)o->skip || (sc_skip_is_wide(kernel->skip) && other_cpu)))
+        sc_info(app->ctx,
+                "kernel %s, %s: this segcast has none for render.skip and render.cpu as given, or "
+                "the volume is too large for it; the pictures are the same",
+                kernel->name, kernel->cpu);
+}
+
 sc_status sc_shot_renderer(const sc_app *app, sc_session *session)
 {
     const int phases = sc_session_phase_count(session);
@@ -398,6 +413,7 @@ sc_status sc_shot_renderer(const sc_app *app, sc_session *session)
         bytes += sc_renderer_derived_bytes(sc_session_phase_renderer(session, i));
     if (sc_comm_size(app->comm) > 1)
         tell_alone(app, bytes, alone);
+    tell_kernel(app, session);
 out:
     return status;
 }

@@ -12,7 +12,8 @@
 typedef struct sc_cell_info {
     int32_t ranks, threads, placement; /* placement: an sc_comm_choice */
     int32_t frames;                    /* how many are measured */
-    uint8_t runs_here;                 /* this allocation and processor can run it */
+    uint8_t runs_here;                 /* this allocation, build and processor can run it */
+    uint8_t any_cpu;                   /* there are variants of its kernel, and it names none */
     uint64_t volume_key; /* cells with the same one draw the same prepared volume, prepared alike */
     uint64_t picture;    /* of cells with the same one all pixels have to be the same */
 } sc_cell_info;
@@ -45,7 +46,9 @@ typedef struct sc_study_state {
     sc_study study;
     char *work; /* the directory of the jobs that are measured as a whole */
     sc_design design;
-    uint8_t *told; /* [cell_count]: its warnings were shown */
+    const char *cpu; /* the best variant that the skip methods of all cells with any_cpu have, which
+                        these are measured with; NULL: the best that this processor can run */
+    uint8_t *told;   /* [cell_count]: its warnings were shown */
 } sc_study_state;
 
 /* ---- study_cells.c: the list of cells ---- */

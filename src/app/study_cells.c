@@ -29,10 +29,10 @@ sc_status sc_study_cell_options(const sc_study_state *state, int cell, sc_option
     sc_status status;
 
     SC_TRY(sc_study_cell(state->app->ctx, &state->study, cell, &settings));
-    if (settings.count + given->setting_count > SC_SETTINGS_MAX) {
+    if (settings.count + given->setting_count >= SC_SETTINGS_MAX) {
         status =
             sc_fail(state->app->ctx, SC_ERR_USAGE, "a cell has %zu settings, expected at most %d",
-                    settings.count + given->setting_count, SC_SETTINGS_MAX);
+                    settings.count + given->setting_count, SC_SETTINGS_MAX - 1);
         goto out;
     }
     options->setting_count = 0;
@@ -40,6 +40,9 @@ sc_status sc_study_cell_options(const sc_study_state *state, int cell, sc_option
         options->settings[options->setting_count++] = settings.items[i];
     for (size_t i = 0; i < given->setting_count; i++)
         options->settings[options->setting_count++] = given->settings[i];
+    if (state->cpu && state->cells[cell].any_cpu)
+        options->settings[options->setting_count++] =
+            (sc_setting){.origin = "render.cpu", .path = "render.cpu", .value = state->cpu};
 out:
     sc_free(settings.items);
     return status;
@@ -206,8 +209,26 @@ static sc_status check_tissues(const sc_study_state *state, int cell, const sc_j
     return status;
 }
 
-/* Fill in what is known of a cell, and add it to the hash of the study. */
-static sc_status fill_cell(sc_study_state *state, int cell, uint64_t *hash)
+/* Can this build and processor draw as @p job says, by the variant that it names? @param cpu the
+ * best variant that the cells before have that name none: made one that this cell has, too. */
+static void look_for_kernel(const sc_job *job, sc_cell_info *info, const char **cpu)
+{
+    const char *name = sc_cpu_names[job->render.cpu];
+    const bool wide = sc_skip_is_wide((sc_skip)job->render.skip);
+    const sc_kernel *kernel;
+
+    info->any_cpu = wide && job->render.cpu == 0;
+    kernel = sc_kernel_find((sc_surface)job->render.surface, (sc_skip)job->render.skip, NULL,
+                            info->any_cpu ? *cpu : name);
+    info->runs_here =
+        kernel && sc_cpu_has(name) && (!wide || info->any_cpu || strcmp(kernel->cpu, name) == 0);
+    if (info->any_cpu && kernel)
+        *cpu = kernel->cpu;
+}
+
+/* Fill in what is known of a cell, and add it to the hash of the study. @param cpu see
+ * look_for_kernel. */
+static sc_status fill_cell(sc_study_state *state, int cell, uint64_t *hash, const char **cpu)
 {
     const sc_app *app = state->app;
     sc_cell_info *info = &state->cells[cell];
@@ -227,9 +248,9 @@ static sc_status fill_cell(sc_study_state *state, int cell, uint64_t *hash)
     *hash = sc_hash_bytes(&info->picture, sizeof info->picture, *hash);
     *hash = sc_hash_bytes(&settings.ranks, sizeof settings.ranks, *hash);
     *hash = sc_hash_bytes(&settings.threads, sizeof settings.threads, *hash);
-    info->runs_here = info->ranks <= sc_comm_size(app->comm) &&
-                      (!settings.threads || info->threads <= sc_usable_cores()) &&
-                      sc_cpu_has(sc_cpu_names[job.render.cpu]);
+    look_for_kernel(&job, info, cpu);
+    info->runs_here = info->runs_here && info->ranks <= sc_comm_size(app->comm) &&
+                      (!settings.threads || info->threads <= sc_usable_cores());
     status = mistakes;
 out:
     sc_free(settings.items);
@@ -248,7 +269,7 @@ void sc_study_why_not(const sc_study_state *state, int cell, char *text, size_t 
         snprintf(text, size, "needs %d threads a rank, and a rank may use %d cores here",
                  info->threads, sc_usable_cores());
     else
-        snprintf(text, size, "this processor cannot run its kernels");
+        snprintf(text, size, "this build has no such kernel, or this processor cannot run it");
 }
 
 /* Name the axes and values of the study in state->design. */
@@ -284,6 +305,8 @@ out:
 static sc_status fill_cells(sc_study_state *state)
 {
     const sc_ctx *ctx = state->app->ctx;
+    const char *best = sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, NULL, NULL)->cpu,
+               *cpu = best;
     uint64_t hash = (uint64_t)state->study.measure;
     void *block;
     sc_status status, mistakes = SC_OK;
@@ -295,11 +318,18 @@ static sc_status fill_cells(sc_study_state *state)
     SC_TRY(sc_zalloc(ctx, (size_t)state->cell_count, 1, &block));
     state->told = block;
     for (int i = 0; i < state->cell_count; i++) {
-        if (!sc_goes_on(&mistakes, fill_cell(state, i, &hash)))
+        if (!sc_goes_on(&mistakes, fill_cell(state, i, &hash, &cpu)))
             break;
     }
     status = mistakes;
     state->design.hash = hash;
+    if (strcmp(cpu, best) == 0)
+        goto out;
+    state->cpu = cpu;
+    sc_info(ctx,
+            "all cells are drawn by kernels for %s, the best that each of their skip methods has; "
+            "render.cpu names others",
+            cpu);
 out:
     return status;
 }

@@ -95,19 +95,10 @@ static sc_status resume(sc_study_records *r, const char *path, uint64_t *whole_b
     return status;
 }
 
-/* @return the variant of kernels that `render.cpu: auto` stands for. */
-static const char *best_kernel(void)
-{
-    const char *const *name = sc_cpu_names + 1; /* the first one is auto itself */
-
-    while (name[1] && !sc_cpu_has(*name))
-        name++;
-    return *name;
-}
-
 /* Describe this run for the file of measurements. */
-static sc_study_run describe_run(const sc_app *app)
+static sc_study_run describe_run(const sc_study_state *state)
 {
+    const sc_app *app = state->app;
     const time_t now = time(NULL);
     sc_study_run run = {.ranks = sc_comm_size(app->comm),
                         .nodes = sc_comm_node_count(app->comm),
@@ -125,7 +116,9 @@ static sc_study_run describe_run(const sc_app *app)
     sc_comm_library(run.mpi, sizeof run.mpi);
     snprintf(run.version, sizeof run.version, "%s", sc_version());
     snprintf(run.commit, sizeof run.commit, "%s", sc_commit());
-    snprintf(run.kernel, sizeof run.kernel, "%s", best_kernel());
+    snprintf(run.kernel, sizeof run.kernel, "%s",
+             state->cpu ? state->cpu
+                        : sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, NULL, NULL)->cpu);
     snprintf(run.batch_job, sizeof run.batch_job, "%s", batch_job ? batch_job : "");
     if (sc_roof_measure(&silent, run.cores, &run.roof) != SC_OK)
         run.roof = (sc_roof){0}; /* no memory for it: the study does without */
@@ -148,7 +141,7 @@ sc_status sc_study_open(sc_study_records *r)
 {
     const sc_app *app = r->state->app;
     const sc_options *o = &app->options;
-    const sc_study_run run = describe_run(app);
+    const sc_study_run run = describe_run(r->state);
     uint64_t whole_bytes = 0;
     bool has_study = false;
     char *path = NULL;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Template: the voxel surface model, one ray at a time, in plain C: the specification. Compiled
- * once per skip method (MARCH_SKIPS: 0 for SC_SKIP_NONE, 1 for SC_SKIP_INTERIOR) and label width
- * (MARCH_LABEL) under the name MARCH_NAME.
+ * once per skip method (MARCH_SKIPS: 0 for SC_SKIP_NONE, 1 for SC_SKIP_INTERIOR) under the name
+ * MARCH_NAME.
  *
  * Without skipping, a sample is classified from the labels around it, and nothing that
  * preprocessing has found is used; with skipping, one bit of the visible masks decides. Both must
@@ -11,14 +11,15 @@
 
 #if !MARCH_SKIPS
 /* The paper's rule (section 2.3): does the 3x3x3 neighbourhood of the voxel hold a label other
- * than @p label, its own, or reach out of the volume? */
-static bool is_boundary(const sc_prepared *v, int x, int y, int z, MARCH_LABEL label)
+ * than @p label, its own, or reach out of the volume? @param bytes v->label_bytes: a constant where
+ * this is inlined, so that the width is not asked for 27 times. */
+static inline bool is_boundary(const sc_prepared *v, int bytes, int x, int y, int z, uint32_t label)
 {
     for (int dz = -1; dz <= 1; dz++) {
         for (int dy = -1; dy <= 1; dy++) {
             for (int dx = -1; dx <= 1; dx++) {
                 if (!in_volume(v, x + dx, y + dy, z + dz) ||
-                    label_at(v, x + dx, y + dy, z + dz) != label)
+                    label_at(v, bytes, x + dx, y + dy, z + dz) != label)
                     return true;
             }
         }
@@ -29,23 +30,24 @@ static bool is_boundary(const sc_prepared *v, int x, int y, int z, MARCH_LABEL l
 
 /* @return what the voxel contributes: SC_SHOW_BOUNDARY, SC_SHOW_INTERIOR or 0 (nothing, or
  * outside of the volume). @param label is set to its label, unless 0 is returned. */
-static inline int classify(const sc_march *m, int x, int y, int z, MARCH_LABEL *label)
+static inline int classify(const sc_march *m, int x, int y, int z, uint32_t *label)
 {
     const sc_prepared *v = m->volume;
 #if MARCH_SKIPS
     /* is_marked() has found that the voxel is visible. */
-    *label = label_at(v, x, y, z);
+    *label = label_at(v, v->label_bytes, x, y, z);
     return sc_is_near(v, x + 1, y + 1, z + 1) ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR;
 #else
-    int kind;
+    bool boundary;
 
     if (!in_volume(v, x, y, z))
         return 0;
-    *label = label_at(v, x, y, z);
+    *label = label_at(v, v->label_bytes, x, y, z);
     if (!m->tissues[*label].show)
         return 0;
-    kind = is_boundary(v, x, y, z, *label) ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR;
-    return m->tissues[*label].show & kind;
+    boundary = v->label_bytes == 1 ? is_boundary(v, 1, x, y, z, *label)
+                                   : is_boundary(v, 2, x, y, z, *label);
+    return m->tissues[*label].show & (boundary ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR);
 #endif
 }
 
@@ -120,7 +122,7 @@ static bool add_sample(cursor *c, int k)
     const sc_march_tissue *tissue;
     float p[3];
     int x, y, z, kind;
-    MARCH_LABEL label;
+    uint32_t label;
 
     position(c->ray, t, p);
     x = (int)p[0] - 1;

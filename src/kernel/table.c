@@ -4,16 +4,13 @@
 
 #include <string.h>
 
-#define KERNEL(surface_name, SURFACE, skip_name, SKIP, bits, cpu_name, function)                   \
+#define KERNEL(surface_name, SURFACE, skip_name, SKIP, cpu_name)                                   \
     {                                                                                              \
-#surface_name "/" #skip_name "/u" #bits, SC_SURFACE_##SURFACE, SC_SKIP_##SKIP, (bits) / 8, \
-            #cpu_name, function                                                                    \
+#surface_name "/" #skip_name, SC_SURFACE_##SURFACE, SC_SKIP_##SKIP, #cpu_name,             \
+            sc_march_##surface_name##_##skip_name##_##cpu_name                                     \
     }
 #define KERNELS(skip, SKIP, cpu)                                                                   \
-    KERNEL(voxel, VOXEL, skip, SKIP, 8, cpu, sc_march_voxel_u8_##skip##_##cpu),                    \
-        KERNEL(voxel, VOXEL, skip, SKIP, 16, cpu, sc_march_voxel_u16_##skip##_##cpu),              \
-        KERNEL(smooth, SMOOTH, skip, SKIP, 8, cpu, sc_march_smooth_##skip##_##cpu),                \
-        KERNEL(smooth, SMOOTH, skip, SKIP, 16, cpu, sc_march_smooth_##skip##_##cpu),
+    KERNEL(voxel, VOXEL, skip, SKIP, cpu), KERNEL(smooth, SMOOTH, skip, SKIP, cpu),
 #define LEAP_KERNELS(cpu, supported) KERNELS(leap, LEAP, cpu)
 #define RIVAL_KERNELS(cpu)                                                                         \
     KERNELS(octree, OCTREE, cpu)                                                                   \
@@ -94,32 +91,31 @@ static bool within_reach(sc_surface surface, const sc_prepared *v, sc_skip skip)
             v->outer.count * SC_RECORD_BYTES < limit && v->inner.count * SC_RECORD_BYTES < limit);
 }
 
-/* @return the first kernel for these that this processor can run, of the variant @p cpu if it is
- * not NULL; or NULL. */
-static const sc_kernel *first_kernel(sc_surface surface, sc_skip skip, int label_bytes,
-                                     const char *cpu)
+/* @return where a name stands in sc_cpu_names. */
+static int cpu_rank(const char *name)
 {
-    for (size_t i = 0; i < SC_COUNT_OF(kernels); i++) {
-        const sc_kernel *k = &kernels[i];
+    int rank = 0;
 
-        if (k->surface == surface && k->skip == skip && k->label_bytes == label_bytes &&
-            (!cpu || strcmp(k->cpu, cpu) == 0) && sc_cpu_has(k->cpu))
-            return k;
-    }
-    return NULL;
+    while (strcmp(sc_cpu_names[rank], name) != 0)
+        rank++;
+    return rank;
 }
 
 const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepared *volume,
                                 const char *cpu)
 {
     const bool wide = sc_skip_is_wide(skip);
-    const bool any = !wide || !cpu || strcmp(cpu, "auto") == 0;
-    const sc_kernel *found;
 
-    if (wide && !within_reach(surface, volume, skip))
+    if (!wide || !cpu)
+        cpu = "auto";
+    if (!sc_cpu_has(cpu) || (wide && volume && !within_reach(surface, volume, skip)))
         return NULL;
-    found = first_kernel(surface, skip, volume->label_bytes, any ? NULL : cpu);
-    if (!found && !any && sc_cpu_has(cpu)) /* a build in which this method is in plain C only */
-        found = first_kernel(surface, skip, volume->label_bytes, "c");
-    return found;
+    for (size_t i = 0; i < SC_COUNT_OF(kernels); i++) {
+        const sc_kernel *k = &kernels[i];
+
+        if (k->surface == surface && k->skip == skip && sc_cpu_has(k->cpu) &&
+            cpu_rank(k->cpu) >= cpu_rank(cpu))
+            return k;
+    }
+    return NULL;
 }

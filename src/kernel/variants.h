@@ -8,8 +8,7 @@
 #include "cpus.h"
 
 #define SC_DECLARE_KERNELS(skip, cpu)                                                              \
-    sc_march_fn sc_march_voxel_u8_##skip##_##cpu, sc_march_voxel_u16_##skip##_##cpu,               \
-        sc_march_smooth_##skip##_##cpu;
+    sc_march_fn sc_march_voxel_##skip##_##cpu, sc_march_smooth_##skip##_##cpu;
 #define SC_DECLARE_LEAP_KERNELS(cpu, supported) SC_DECLARE_KERNELS(leap, cpu)
 #define SC_DECLARE_RIVAL_KERNELS(cpu)                                                              \
     SC_DECLARE_KERNELS(octree, cpu)                                                                \

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Private to kernel: one ray through the voxel surface model: where its samples lie, the parts of
  * it that the clip planes leave, and the cut faces at which these begin. Used by the template that
- * marches one ray at a time and, for cut faces, by the one that marches many. MARCH_LABEL is the
- * type of the labels. */
+ * marches one ray at a time and, for cut faces, by the one that marches many. */
 #ifndef SC_KERNEL_VOXEL_RAY_H
 #define SC_KERNEL_VOXEL_RAY_H
 
@@ -32,10 +31,12 @@ static inline bool in_volume(const sc_prepared *v, int x, int y, int z)
            (unsigned)z < (unsigned)v->size[2];
 }
 
-/* The label (dense id) of a voxel of the volume. */
-static inline MARCH_LABEL label_at(const sc_prepared *v, int x, int y, int z)
+/* The label (dense id) of a voxel of the volume. @param bytes v->label_bytes. */
+static inline uint32_t label_at(const sc_prepared *v, int bytes, int x, int y, int z)
 {
-    return ((const MARCH_LABEL *)v->ids)[voxel_index(v, x, y, z)];
+    const size_t index = voxel_index(v, x, y, z);
+
+    return bytes == 1 ? ((const uint8_t *)v->ids)[index] : ((const uint16_t *)v->ids)[index];
 }
 
 /* Position at the distance @p t in mm along the ray, in grid coordinates plus 1/2, to @p p. */
@@ -80,7 +81,7 @@ static inline void add_cap(cursor *c, int clip_set, int part)
     z = (int)p[2] - 1;
     if (!in_volume(m->volume, x, y, z))
         return;
-    label = label_at(m->volume, x, y, z);
+    label = label_at(m->volume, m->volume->label_bytes, x, y, z);
     if (!m->tissues[label].show || m->tissues[label].clip_set != clip_set)
         return;
     for (int i = 0; i < 3; i++) {

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Template: the voxel surface model, one ray per SIMD lane, with steps across empty space.
- * Compiled once per skip method (MARCH_EMPTY, its file), variant and label width (MARCH_LABEL)
- * under the name MARCH_NAME.
+ * Compiled once per skip method (MARCH_EMPTY, its file) and variant under the name MARCH_NAME.
  *
  * Every lane takes the samples that march_voxel_tmpl.c takes, with the same operations. A step
  * across empty space goes to a sample whose predecessor still lies in it: coordinates along a ray
@@ -187,8 +186,7 @@ static inline vi v_label_at(const sc_prepared *v, const vi at[3], vm on)
 {
     const vi index = (at[2] * v->size[1] + at[1]) * v->size[0] + at[0];
 
-    return i_gather(v->ids, index * (int)sizeof(MARCH_LABEL), on) &
-           ((1 << (8 * sizeof(MARCH_LABEL))) - 1);
+    return i_gather(v->ids, index << (v->label_bytes - 1), on) & ((1 << 8 * v->label_bytes) - 1);
 }
 
 /* Lanes of @p on whose voxels @p at are marked in @p masks. @param index is set to where what is

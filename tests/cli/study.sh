@@ -144,6 +144,25 @@ expect 65 'measurements.jsonl:[0-9]*: this is no line' "$SEGCAST" study one.yaml
 sed '0,/"pixels_hash":"[0-9a-f]*"/s//"pixels_hash":"0123456789abcdef"/' stopped/measurements.jsonl >wrong/measurements.jsonl
 expect 70 'show the same picture, but their pixels differ' "$SEGCAST" study one.yaml -o wrong --resume -q; one_error
 
+# Skip methods are compared within one instruction set, also where leap has kernels for a better one than the others.
+cat >rivals.yaml <<EOF
+set: {volume: "phantom:32x24x32", output: {size: 64x64}, animation: {frames: 8}}
+sweep: {render.skip: [octree, leap], render.cpu: [auto, sse4]}
+least: 1
+most: 1
+EOF
+expect 0 '' "$SEGCAST" study rivals.yaml -o rivals
+mv stderr.txt rivals.txt
+grep -qE '^octree +sse4 +this build has no such kernel' stdout.txt || fail "a kernel that is not built: $(cat stdout.txt)"
+kernel=$(jq -r 'select(.run).run.kernel' rivals/measurements.jsonl)
+small_job rival.yaml
+expect 0 '' "$SEGCAST" render rival.yaml -o rival -q --set render.skip=octree
+[ "$(jq -r .kernel rival/stats.json)" = "$kernel" ] || fail "the kernel of octree is $(jq .kernel rival/stats.json), that of the study $kernel"
+if "$SEGCAST" check rival.yaml --cpu avx512 >/dev/null 2>&1; then
+    grep -q "drawn by kernels for $kernel," rivals.txt || fail "the study does not say which kernels draw"
+    expect 0 "kernel voxel/octree, $kernel|kernel smooth/octree, $kernel" "$SEGCAST" render rival.yaml -o rival --overwrite --set render.skip=octree --cpu avx512
+fi
+
 # Files of others stay.
 mkdir foreign
 echo mine >foreign/cells.csv

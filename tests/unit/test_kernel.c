@@ -571,10 +571,9 @@ static void every_listed_kernel_is_found(void **state)
     const sc_kernel *all = sc_kernel_all(&count);
 
     (void)state;
-    assert_true(count >= 12);
+    assert_true(count >= 6); /* none, interior and leap in plain C, of both surfaces */
     for (size_t i = 0; i < count; i++) {
-        const sc_prepared volume = {.label_bytes = all[i].label_bytes};
-        const sc_kernel *found = sc_kernel_find(all[i].surface, all[i].skip, &volume, all[i].cpu);
+        const sc_kernel *found = sc_kernel_find(all[i].surface, all[i].skip, NULL, all[i].cpu);
 
         if (sc_cpu_has(all[i].cpu))
             assert_ptr_equal(found, &all[i]);
