@@ -26,6 +26,7 @@ sc_status sc_smooth_borders(const sc_ctx *ctx, sc_preparation *p)
     sc_status status;
 
     SC_TRY(sc_find_tiles(ctx, &b));
+    SC_TRY(sc_find_blocks_of_three(ctx, &b));
     SC_TRY(sc_measure_distances(ctx, &b));
     if (sc_is_smoothed(p)) {
         SC_TRY(sc_smooth_cells(ctx, &b));
@@ -37,10 +38,10 @@ sc_status sc_smooth_borders(const sc_ctx *ctx, sc_preparation *p)
     }
     drop((void **)&b.data, p);
     drop((void **)&b.box, p);
-    drop((void **)&b.lists, p);
-    drop((void **)&b.blocks, p);
     SC_TRY(sc_smooth_voxels(ctx, &b));
     drop((void **)&b.value, p);
+    drop((void **)&b.lists, p);
+    drop((void **)&b.blocks, p);
     if (sc_is_smoothed(p))
         sc_keep_volume_of_voxels(ctx, &b);
     sc_keep_links(ctx, &b);

@@ -17,9 +17,10 @@ enum {
     FINE_HALO = HALO * FINE_STEPS,
     FINE_EDGE = SC_CUBE + 2 * FINE_HALO
 };
-/* An answer of cells beyond the box of a voxel is that of something too thin for them, as of a rib
- * with a narrow gap behind it, which they have filled: the farther beyond, the less voxels begin
- * with it. So many times as fast as it leaves the box it is given up. */
+/* Where tissue is slender, an answer of cells beyond the box of a voxel is that of something too
+ * thin for them, as of a rib with a narrow gap behind it, which they have filled: the farther
+ * beyond, the less voxels begin with it. So many times as fast as it leaves the box it is given up.
+ */
 #define GIVING_UP 3.0f
 typedef const float cell_array[SC_TILE_CELLS];
 
@@ -121,7 +122,10 @@ typedef struct refining {
     int8_t squares[FINE_EDGE * FINE_EDGE * FINE_EDGE];
     float low[FINE_EDGE * FINE_EDGE * FINE_EDGE], high[FINE_EDGE * FINE_EDGE * FINE_EDGE];
     float region[FINE_EDGE * FINE_EDGE * FINE_EDGE];
+    uint8_t slender[SC_SLENDER_CELLS]; /* around block */
+    uint32_t block;
 } refining;
+_Static_assert(2 * (int)SC_SLENDER_EDGE == (int)FINE_EDGE, "cells of all voxels");
 
 /* Fill the boxes of voxels around a tile: r->low and r->high. */
 SC_ALWAYS_INLINE void find_boxes(const sc_borders *b, size_t tile, refining *r)
@@ -187,16 +191,22 @@ SC_ALWAYS_INLINE void store_blend(const sc_borders *b, size_t tile, refining *r)
     sc_upsample(r->sharp, 14, r->wide); /* voxels -5 to 20 */
     sc_read_tile_squares(b, b->squares[0], tile, FINE_HALO, constants, r->squares);
     find_boxes(b, tile, r);
+    if (r->block != b->cube_of[tile])
+        sc_find_slender(b, b->cube_of[tile], r->slender);
+    r->block = b->cube_of[tile];
     for (int k = 0; k < FINE_EDGE * FINE_EDGE; k++) {
         const int at = k * FINE_EDGE;
         float *from = r->wide + ((k / FINE_EDGE + 1) * WIDE + k % FINE_EDGE + 1) * WIDE + 1;
+        const uint8_t *slender =
+            r->slender +
+            (k / FINE_EDGE / 2 * SC_SLENDER_EDGE + k % FINE_EDGE / 2) * SC_SLENDER_EDGE;
 
         for (int x = 0; x < FINE_EDGE; x++) {
             const float more = SC_CELL_BOX - SC_VOXEL_BOX;
-
             const float half = 0.5f * (r->high[at + x] - r->low[at + x]);
             const float middle = r->low[at + x] + half, off = from[x] - middle;
-            const float back = clip(half + GIVING_UP * (half - fabsf(off)), 0, half);
+            const float back =
+                slender[x / 2] ? clip(half + GIVING_UP * (half - fabsf(off)), 0, half) : half;
 
             from[x] = clip(from[x], r->low[at + x] - more, r->high[at + x] + more);
             r->region[at + x] = middle + clip(off, -back, back);
@@ -236,6 +246,7 @@ SC_WIDE_VECTORS static void refine_tiles(void *user, size_t begin, size_t end, i
     const sc_borders *b = user;
     refining r;
 
+    r.block = UINT32_MAX;
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         if (sc_is_coarse(b, tile) || !is_at_border(b->squares[tile]))

@@ -255,7 +255,6 @@ sc_status sc_weigh_cells(const sc_ctx *ctx, sc_borders *b)
 
     SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->coarse, &block));
     b->coarse = block;
-    SC_TRY(sc_find_blocks_of_three(ctx, b));
     sc_team_for(team, b->tile_count, 64, copy_tiles, &w);
     sc_team_stage_for(ctx, SC_WORTH_WEIGHING, team, b->tile_count, 64, weigh_tiles, &w);
 out:
