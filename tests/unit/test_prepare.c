@@ -36,11 +36,10 @@ static bool bit_at(const sc_prepared *v, int x, int y, int z)
 
 /* brick.h: packing and unpacking are inverse to each other, and the masks of faces have the right
  * bits. */
-static void the_layout_of_bricks_and_records_can_be_inverted(void **state)
+TEST(the_layout_of_bricks_and_records_can_be_inverted)
 {
     const int bricks[3] = {5, 3, 4};
 
-    (void)state;
     for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
         const int x = sc_bit_x(bit), y = sc_bit_y(bit), z = sc_bit_z(bit);
 
@@ -73,11 +72,10 @@ static void the_layout_of_bricks_and_records_can_be_inverted(void **state)
 
 /* The boundary voxels are those of the paper's rule, applied voxel by voxel; for both label widths,
  * and with sizes that are no multiples of a brick. */
-static void the_boundary_follows_the_rule_of_the_paper(void **state)
+TEST(the_boundary_follows_the_rule_of_the_paper)
 {
     const int size[3] = {23, 9, 11};
 
-    (void)state;
     for (int bytes = 1; bytes <= 2; bytes++) {
         sc_volume volume = shape_volume(size, cube, bytes, 4, random_id);
         prepared_copy p = prepare_copy(&volume, 2);
@@ -118,11 +116,10 @@ static int ellipsoid(double x, double y, double z)
 
 /* A vertex record keeps the direction within one degree, value and tissue exactly, and the length
  * to an eighth. */
-static void records_keep_value_direction_tissue_and_length(void **state)
+TEST(records_keep_value_direction_tissue_and_length)
 {
     uint64_t seed = 3;
 
-    (void)state;
     for (int i = 0; i < 5000; i++) {
         const sc_vec3 n = sc_vec3_unit((sc_vec3){
             random_real(&seed, -1, 1), random_real(&seed, -1, 1), random_real(&seed, -1, 1)});
@@ -197,11 +194,10 @@ static bool needs_record(const sc_prepared *v, int x, int y, int z, bool inner)
 }
 
 /* The records are those of the rule, applied vertex by vertex, and say what the labels do. */
-static void the_records_follow_the_rule(void **state)
+TEST(the_records_follow_the_rule)
 {
     const int size[3] = {23, 9, 11};
 
-    (void)state;
     for (int bytes = 1; bytes <= 2; bytes++) {
         sc_volume volume = shape_volume(size, cube, bytes, 4, random_id);
         prepared_copy p = prepare_copy_smooth(&volume, 2, 0);
@@ -274,7 +270,7 @@ static bool expected_cell(const sc_prepared *v, const uint8_t *show, const int q
     return shown && ((sides && sides < 8) || (sides && low < high) || (border && inside));
 }
 
-static void cells_are_marked_and_packed_by_the_rule(void **state)
+TEST(cells_are_marked_and_packed_by_the_rule)
 {
     const int size[3] = {23, 9, 11};
     const uint8_t show[2][4] = {{0, 1, 1, 1}, {0, 0, 1, 0}};
@@ -283,7 +279,6 @@ static void cells_are_marked_and_packed_by_the_rule(void **state)
     const sc_prepared *v = &p.view;
     sc_team *team;
 
-    (void)state;
     assert_ok(sc_team_open(&quiet, NULL, 2, NULL, &team));
     for (int way = 0; way < 2; way++) {
         sc_cells cells;
@@ -333,7 +328,7 @@ static int slab_and_rod(double x, double y, double z)
 
 /* A slab 9 voxels thick, which ends in flat faces at the border of the volume, and a rod of radius
  * 11, in voxels of 1 x 1 x 0.5 mm. */
-static void a_slab_and_a_rod_have_their_thickness_and_surface(void **state)
+TEST(a_slab_and_a_rod_have_their_thickness_and_surface)
 {
     const int size[3] = {60, 60, 200};
     const double spacing[3] = {1, 1, 0.5};
@@ -342,7 +337,6 @@ static void a_slab_and_a_rod_have_their_thickness_and_surface(void **state)
     const sc_label_stats *stats = p.view.stats;
     const double slab = 2 * 3600 + 4 * 60 * 4.5, rod = 2 * M_PI * 11 * 83 + 2 * M_PI * 121;
 
-    (void)state;
     assert_near(stats[1].surface_mm2, slab, 0.01 * slab);
     assert_near(stats[2].surface_mm2, rod, 0.02 * rod);
     assert_near(stats[1].thickness_mm, 2 * 3600 * 4.5 / slab, 0.04);
@@ -400,7 +394,7 @@ static int flat_sheet(double x, double y, double z)
 
 /* Of balls, of a box in no direction of the volume, whose edges are drawn round, and of sheets one
  * voxel thick, whose rims are. */
-static void areas_are_those_of_the_shapes(void **state)
+TEST(areas_are_those_of_the_shapes)
 {
     static const struct {
         int (*id_of)(double x, double y, double z);
@@ -414,7 +408,6 @@ static void areas_are_those_of_the_shapes(void **state)
                   {flat_sheet, 1, 1, 2 * 2809 + 4 * 53, 0.05, 0.02},
                   {flat_sheet, 1, 0, 2 * 2809 + 4 * 53, 0.05, 0.02}};
 
-    (void)state;
     for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++) {
         sc_volume volume = shape_volume((const int[3]){61, 61, 61}, cube, 1, 3, shapes[i].id_of);
         prepared_copy p = prepare_copy_smooth(&volume, 2, shapes[i].smooth);
@@ -426,14 +419,14 @@ static void areas_are_those_of_the_shapes(void **state)
     }
 }
 
-static void the_surface_of_an_ellipsoid_is_right(void **state)
+TEST(the_surface_of_an_ellipsoid_is_right)
 {
     const int size[3] = {81, 73, 77};
     sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
     prepared_copy p = prepare_copy(&volume, 1);
     const double a = pow(30 * 26, 1.6), b = pow(30 * 33, 1.6), c = pow(26 * 33, 1.6);
 
-    (void)state; /* Thomsen's formula, good to 1 % */
+    /* Thomsen's formula, good to 1 % */
     assert_near(p.view.stats[1].surface_mm2 / (4 * M_PI * pow((a + b + c) / 3, 1 / 1.6)), 1, 0.02);
     sc_free(p.block);
     sc_volume_clear(&volume);
@@ -445,7 +438,7 @@ static int random_bands(double x, double y, double z)
     return fmod(z, 40) < 8 ? random_id(x, y, z) : 0;
 }
 
-static void the_result_does_not_depend_on_threads(void **state)
+TEST(the_result_does_not_depend_on_threads)
 {
     const int size[3] = {96, 90, 100};            /* more bricks than the threads take at a time */
     const double spacing_mm[3] = {0.7, 1.1, 1.3}; /* areas that binary fractions do not hold */
@@ -454,7 +447,6 @@ static void the_result_does_not_depend_on_threads(void **state)
     void *blocks[2];
     size_t bytes = 0;
 
-    (void)state;
     for (int i = 0; i < 2; i++) {
         const sc_prepare_settings settings = {.smooth = {1, 1, 1}, .threads = 1 + 2 * i};
 
@@ -470,7 +462,7 @@ static void the_result_does_not_depend_on_threads(void **state)
     sc_volume_clear(&volume);
 }
 
-static void masks_hold_the_visible_voxels_and_hull_points_their_corners(void **state)
+TEST(masks_hold_the_visible_voxels_and_hull_points_their_corners)
 {
     const int size[3] = {81, 73, 77};
     const uint8_t nothing[2] = {0, 0}, shell[2] = {0, SC_SHOW_BOUNDARY};
@@ -482,7 +474,6 @@ static void masks_hold_the_visible_voxels_and_hull_points_their_corners(void **s
     const size_t masks =
         (size_t)sc_framed_layer(v->bricks) * (size_t)(v->bricks[2] + 2 * SC_BRICK_FRAME);
 
-    (void)state;
     for (int i = 0; i < 3; i++) {
         const uint64_t wanted[] = {0, v->stats[1].boundary_voxels, v->stats[1].voxels};
         uint64_t *visible, count = 0;
@@ -538,7 +529,7 @@ static int slab_on_block(double x, double y, double z)
 
 /* Distances of bricks and cells against a search by brute force, and the pyramid level by level,
  * all with formulas of their own. Few cells are set, in two corners, so that distances are long. */
-static void distances_and_the_pyramid_say_what_is_empty(void **state)
+TEST(distances_and_the_pyramid_say_what_is_empty)
 {
     static const uint8_t show[4] = {0, SC_SHOW_BOUNDARY, 0, 0};
     const int size[3] = {75, 21, 18};
@@ -552,7 +543,6 @@ static void distances_and_the_pyramid_say_what_is_empty(void **state)
     sc_team *team;
     sc_pyramid y;
 
-    (void)state;
     sc_framed_size(v->bricks, framed);
     assert_ok(sc_team_open(&quiet, NULL, 2, NULL, &team));
     assert_ok(sc_visible_cells(&quiet, team, v, show, &masks));
@@ -636,11 +626,10 @@ static void distances_and_the_pyramid_say_what_is_empty(void **state)
 
 /* Whether a volume was resampled, or has the grid on which it was drawn, is read back as it was
  * written. */
-static void what_is_known_of_the_grid_is_kept(void **state)
+TEST(what_is_known_of_the_grid_is_kept)
 {
     const int size[3] = {9, 8, 7};
 
-    (void)state;
     for (int i = 0; i < 3; i++) {
         sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
         const sc_prepare_settings settings = {
@@ -663,7 +652,7 @@ static void what_is_known_of_the_grid_is_kept(void **state)
 
 /* The local thickness at a vertex is that of its own tissue, not of the next one: a slab of 9
  * voxels of half a millimetre on a thick block. */
-static void the_local_thickness_of_a_slab_is_that_of_the_slab(void **state)
+TEST(the_local_thickness_of_a_slab_is_that_of_the_slab)
 {
     const int size[3] = {60, 60, 200};
     const double spacing[3] = {1, 1, 0.5};
@@ -673,7 +662,6 @@ static void the_local_thickness_of_a_slab_is_that_of_the_slab(void **state)
     sc_prepared v;
     void *block;
 
-    (void)state;
     assert_near(sc_thickness_mm(SC_THICKNESS_STEPS), 2 * SC_THICKNESS_LEAST_MM, 1e-12);
     assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
     assert_ok(sc_alloc(&quiet, sc_preparation_bytes(p), 1, &block));
@@ -691,11 +679,10 @@ static void the_local_thickness_of_a_slab_is_that_of_the_slab(void **state)
     sc_volume_clear(&volume);
 }
 
-static void volumes_of_one_voxel_and_of_one_slice_are_prepared(void **state)
+TEST(volumes_of_one_voxel_and_of_one_slice_are_prepared)
 {
     static const int sizes[][3] = {{1, 1, 1}, {9, 7, 1}, {1, 300, 2}};
 
-    (void)state;
     for (int i = 0; i < 3; i++) {
         sc_volume volume = shape_volume(sizes[i], cube, 1, 2, everything);
         prepared_copy p = prepare_copy(&volume, 2);
@@ -706,24 +693,4 @@ static void volumes_of_one_voxel_and_of_one_slice_are_prepared(void **state)
     }
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_layout_of_bricks_and_records_can_be_inverted),
-        cmocka_unit_test(the_boundary_follows_the_rule_of_the_paper),
-        cmocka_unit_test(records_keep_value_direction_tissue_and_length),
-        cmocka_unit_test(the_records_follow_the_rule),
-        cmocka_unit_test(cells_are_marked_and_packed_by_the_rule),
-        cmocka_unit_test(a_slab_and_a_rod_have_their_thickness_and_surface),
-        cmocka_unit_test(areas_are_those_of_the_shapes),
-        cmocka_unit_test(the_surface_of_an_ellipsoid_is_right),
-        cmocka_unit_test(the_result_does_not_depend_on_threads),
-        cmocka_unit_test(masks_hold_the_visible_voxels_and_hull_points_their_corners),
-        cmocka_unit_test(what_is_known_of_the_grid_is_kept),
-        cmocka_unit_test(distances_and_the_pyramid_say_what_is_empty),
-        cmocka_unit_test(the_local_thickness_of_a_slab_is_that_of_the_slab),
-        cmocka_unit_test(volumes_of_one_voxel_and_of_one_slice_are_prepared),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)
