@@ -83,7 +83,8 @@ open("nested.nrrd", "wb").write(
     ("NRRD0004\ntype: uint8\ndimension: 3\nsizes: %d %d %d\nspacings: 1 1 1\nencoding: raw\n\n" % (n, n, n)).encode()
     + bytes(label(x, y, z) for z in range(n) for y in range(n) for x in range(n)))
 PY
-python3 nested.py || skip "no Python to make a nested volume with"
+command -v python3 >/dev/null || skip "no Python to make a nested volume with"
+python3 nested.py
 "$SEGCAST" init nested.nrrd -q >/dev/null 2>&1
 sed -n '/^tissues/,/^$/p' nested.yaml | cut -d, -f1 | tr -d '{' >looks.txt
 diff - looks.txt >&2 <<'LOOKS' || fail "covers are not found"

@@ -135,14 +135,17 @@ damage() { # damage HOW FILE...
 }
 all_damage=(cut change empty gone another)
 case $BUILD in */asan) all_damage=(cut) ;; esac # every run takes ten times as long there
+for _ in $(seq 20); do # until a run stops within a GOP, so that there is a partial one
+    stop_in_the_middle out TERM
+    [ -e out/segments/000000.seg ] && ls out/segments/*.part >/dev/null 2>&1 && break
+done
+mv out stopped
 for how in "${all_damage[@]}"; do
     for what in 'segments/000000.seg' 'segments/*.part' 'frames/000002.png' manifest.jsonl; do
-        stop_in_the_middle out TERM
+        rm -rf out
+        cp -r stopped out
         # shellcheck disable=SC2086
-        for _ in $(seq 20); do # again, if the run stopped at the end of a GOP, so that there is no partial GOP
-            [ -n "$(ls out/$what 2>/dev/null)" ] && break
-            stop_in_the_middle out TERM
-        done
+        [ -n "$(ls out/$what 2>/dev/null)" ] || fail "no run stopped with $what"
         # shellcheck disable=SC2086
         damage $how out/$what
         case $how-$what in empty-manifest.jsonl | gone-manifest.jsonl)

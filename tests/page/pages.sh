@@ -71,6 +71,8 @@ open_page() { # open_page FILE OPTION...: run the browser on a file, with what i
         --no-first-run --disable-background-networking --disable-component-update --disable-extensions \
         --host-resolver-rules='MAP * ~NOTFOUND' --enable-logging=stderr --hide-scrollbars "$@" "file://$file" 2>browser.txt
 }
+echo '<!DOCTYPE html><p>here</p>' >empty.html
+open_page "$PWD/empty.html" --dump-dom | grep -q here || skip "the browser does not run here: $(tail -n 1 browser.txt)"
 for page in methods/report.html scaling/report.html studies.html out/report.html compared.html; do
     folder=$PWD/$(dirname "$page")
     { sed 's|</body>.*||' "$page" | sed '/<\/html>/d'; echo "<script>$(cat measure.js)</script></body></html>"; } |
@@ -80,7 +82,7 @@ for page in methods/report.html scaling/report.html studies.html out/report.html
         for scheme in 0 1; do # dark, light
             what="$page at $width pixels, $([ $scheme = 0 ] && echo dark || echo light)"
             open_page "$folder/frame.html" --blink-settings=preferredColorScheme=$scheme --window-size=1440,900 --dump-dom >dom.html ||
-                skip "the browser does not run here: $(tail -n 1 browser.txt)"
+                { cat browser.txt >&2; fail "$what: the browser fails"; }
             sed -n 's/.*data-found="\([^"]*\)".*/\1/p' dom.html | sed 's/&quot;/"/g; s/&lt;/</g; s/&gt;/>/g; s/&amp;/\&/g' >found.json
             [ -s found.json ] || fail "$what: could not be measured"
             jq -e --argjson width $width --argjson dark "$([ $scheme = 0 ] && echo true || echo false)" '

@@ -64,4 +64,30 @@ static inline sc_ctx listening(heard *h)
 
 #define RUN(tests) cmocka_run_group_tests(tests, NULL, NULL)
 
+/* TEST(name) { ... } defines a test, and RUN_TESTS(setup, teardown), at the end of the file, a main
+ * that runs all of them in their order; setup and teardown, of all together, may be NULL. */
+static struct CMUnitTest tests_here[64];
+static size_t tests_here_count;
+
+static inline void keep_test(const char *name, CMUnitTestFunction function)
+{
+    if (tests_here_count == sizeof tests_here / sizeof tests_here[0])
+        abort(); /* none is left out */
+    tests_here[tests_here_count++] = (struct CMUnitTest){.name = name, .test_func = function};
+}
+
+#define TEST(name)                                                                                 \
+    static void name(void **);                                                                     \
+    __attribute__((constructor)) static void keep_##name(void)                                     \
+    {                                                                                              \
+        keep_test(#name, name);                                                                    \
+    }                                                                                              \
+    static void name(__attribute__((unused)) void **state)
+
+#define RUN_TESTS(setup, teardown)                                                                 \
+    int main(void)                                                                                 \
+    {                                                                                              \
+        return _cmocka_run_group_tests("tests", tests_here, tests_here_count, setup, teardown);    \
+    }
+
 #endif

@@ -138,11 +138,10 @@ static void begin_full_film(film *f)
     letter_film(f);
 }
 
-static void rows_can_be_drawn_by_themselves(void **state)
+TEST(rows_can_be_drawn_by_themselves)
 {
     film f;
 
-    (void)state;
     begin_full_film(&f);
     for (int alpha = 0; alpha < 2; alpha++) {
         sc_image whole = draw(&f, 3, alpha, 200), parts = blank(alpha, 200);
@@ -159,12 +158,11 @@ static void rows_can_be_drawn_by_themselves(void **state)
     end_film(&f);
 }
 
-static void without_overlays_a_picture_stays_as_it_is(void **state)
+TEST(without_overlays_a_picture_stays_as_it_is)
 {
     sc_image untouched = blank(false, 90), image;
     film f;
 
-    (void)state;
     begin_film(&f, 0);
     assert_false(sc_annotations_any(&f.annotations));
     image = draw(&f, 0, false, 90);
@@ -174,11 +172,10 @@ static void without_overlays_a_picture_stays_as_it_is(void **state)
 }
 
 /* Text holds both dark and light pixels, whatever lies behind it, and so does a scale bar. */
-static void text_can_be_read_on_any_background(void **state)
+TEST(text_can_be_read_on_any_background)
 {
     film f;
 
-    (void)state;
     for (int kind = 0; kind < 4; kind++) {
         const bool dark = kind & 1, is_bar = kind & 2;
 
@@ -203,13 +200,12 @@ static void text_can_be_read_on_any_background(void **state)
     }
 }
 
-static void over_transparency_text_is_opaque(void **state)
+TEST(over_transparency_text_is_opaque)
 {
     sc_image image;
     film f;
     int opaque = 0, clear = 0;
 
-    (void)state;
     begin_full_film(&f);
     image = draw(&f, 3, true, 0);
     for (int y = 0; y < HEIGHT; y++) {
@@ -239,12 +235,11 @@ static int longest_row(const sc_image *image)
     return longest;
 }
 
-static void a_scale_bar_is_as_long_as_it_says(void **state)
+TEST(a_scale_bar_is_as_long_as_it_says)
 {
     sc_image image;
     film f;
 
-    (void)state;
     begin_film(&f, 0);
     f.overlays.scale_bar = SC_PLACE_BOTTOM_LEFT;
     letter_film(&f);
@@ -266,12 +261,11 @@ static void a_scale_bar_is_as_long_as_it_says(void **state)
     end_film(&f);
 }
 
-static void captions_are_shown_in_their_time(void **state)
+TEST(captions_are_shown_in_their_time)
 {
     static const char seen[FRAMES + 1] = "00011100001"; /* frames 3 to 5; the last one */
     film f;
 
-    (void)state;
     begin_film(&f, 2);
     strcpy(f.captions[0].text, "first");
     strcpy(f.captions[1].text, "second");
@@ -290,11 +284,10 @@ static void captions_are_shown_in_their_time(void **state)
 }
 
 /* A long text is broken, also where it has no blanks, and stays within the picture. */
-static void long_captions_fit(void **state)
+TEST(long_captions_fit)
 {
     film f;
 
-    (void)state;
     for (int kind = 0; kind < 3; kind++) {
         sc_image image;
         int box[4];
@@ -335,13 +328,12 @@ static int square(const sc_image *image, const film *f, int row, int *green)
     return count;
 }
 
-static void a_legend_shows_what_is_seen_now(void **state)
+TEST(a_legend_shows_what_is_seen_now)
 {
     sc_image image;
     film f;
     int green;
 
-    (void)state;
     begin_film(&f, 0);
     add_tissues(&f, 5);
     f.overlays.legend = SC_PLACE_TOP_LEFT;
@@ -371,7 +363,7 @@ static void a_legend_shows_what_is_seen_now(void **state)
 
 /* A legend of chosen tissues has rows for these alone; names that are chosen for the pictures do
  * not matter. */
-static void a_legend_shows_chosen_tissues(void **state)
+TEST(a_legend_shows_chosen_tissues)
 {
     const sc_overlay_tissue chosen[] = {{.use = SC_USE_LEGEND, .pattern = "tissue_4"},
                                         {.use = SC_USE_NAMES, .pattern = "tissue_1"},
@@ -381,7 +373,6 @@ static void a_legend_shows_chosen_tissues(void **state)
     const sc_ctx ctx = listening(&h);
     film f;
 
-    (void)state;
     begin_film(&f, 0);
     add_tissues(&f, 5);
     f.overlays.legend = SC_PLACE_TOP_LEFT;
@@ -419,13 +410,12 @@ static int red_rows(film *f)
 
 /* A legend for which there is no room shows the largest tissues that are seen now, and how many
  * there are beside. */
-static void a_long_legend_names_the_largest(void **state)
+TEST(a_long_legend_names_the_largest)
 {
     sc_image image;
     film f;
     int box[4], lower[4], rows;
 
-    (void)state;
     begin_film(&f, 0);
     add_tissues(&f, LABELS - 1); /* voxels rise with the id */
     f.overlays.legend = SC_PLACE_TOP_LEFT;
@@ -471,13 +461,12 @@ static void a_long_legend_names_the_largest(void **state)
     end_film(&f);
 }
 
-static void names_that_cannot_be_written_are_refused(void **state)
+TEST(names_that_cannot_be_written_are_refused)
 {
     heard h;
     const sc_ctx ctx = listening(&h);
     film f;
 
-    (void)state;
     begin_film(&f, 0);
     add_tissues(&f, 2);
     f.overlays.legend = SC_PLACE_TOP;
@@ -522,13 +511,12 @@ static bool shows_letter(char letter, sc_vec3 from, sc_vec3 up)
 }
 
 /* Seen from a side of the patient, the cube shows the letter of this side and no other. */
-static void the_cube_shows_the_side_that_is_seen(void **state)
+TEST(the_cube_shows_the_side_that_is_seen)
 {
     static const char letters[] = "RLAPSI";
     static const sc_vec3 sides[] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
                                     {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
 
-    (void)state;
     for (int side = 0; side < 6; side++) {
         const sc_vec3 up = side < 4 ? (sc_vec3){0, 0, 1} : (sc_vec3){0, 1, 0};
 
@@ -541,7 +529,7 @@ static void the_cube_shows_the_side_that_is_seen(void **state)
     assert_false(shows_letter('L', sc_vec3_unit((sc_vec3){1, 1, 1}), (sc_vec3){0, 0, 1}));
 }
 
-static void without_orientation_there_is_no_cube(void **state)
+TEST(without_orientation_there_is_no_cube)
 {
     heard h;
     const sc_ctx ctx = listening(&h);
@@ -549,7 +537,6 @@ static void without_orientation_there_is_no_cube(void **state)
     film f;
     int box[4];
 
-    (void)state;
     begin_film(&f, 0);
     add_tissues(&f, 1);
     f.volume.oriented = false;
@@ -564,13 +551,12 @@ static void without_orientation_there_is_no_cube(void **state)
 }
 
 /* A logo is scaled to its size with its transparency, and no further than its own pixels. */
-static void a_logo_is_scaled_to_its_size(void **state)
+TEST(a_logo_is_scaled_to_its_size)
 {
     sc_image logo, image;
     film f;
     int red = 0, mixed = 0;
 
-    (void)state;
     begin_film(&f, 0);
     f.overlays.logo_place = SC_PLACE_BOTTOM_RIGHT;
     f.overlays.logo_percent = 10;
@@ -608,9 +594,8 @@ static void a_logo_is_scaled_to_its_size(void **state)
 }
 
 /* The text of a title card stands in the middle of the picture, and shrinks or is broken to fit. */
-static void a_title_card_stands_in_the_middle(void **state)
+TEST(a_title_card_stands_in_the_middle)
 {
-    (void)state;
     for (int kind = 0; kind < 3; kind++) {
         sc_card card = {.has_subtitle = kind > 0};
         sc_image image;
@@ -635,14 +620,13 @@ static void a_title_card_stands_in_the_middle(void **state)
     }
 }
 
-static void a_title_card_that_cannot_fit_is_refused(void **state)
+TEST(a_title_card_that_cannot_fit_is_refused)
 {
     sc_card card = {.where = "job.yaml:5"};
     heard h;
     const sc_ctx ctx = listening(&h);
     film f;
 
-    (void)state;
     begin_film(&f, 0);
     memset(card.title, 'W', SC_CAPTION_BYTES - 1);
     f.annotations.card = &card;
@@ -651,13 +635,12 @@ static void a_title_card_that_cannot_fit_is_refused(void **state)
     assert_non_null(strstr(h.text, "job.yaml:5: the text of the title card does not fit"));
 }
 
-static void captions_that_cannot_fit_are_refused(void **state)
+TEST(captions_that_cannot_fit_are_refused)
 {
     heard h;
     const sc_ctx ctx = listening(&h);
     film f;
 
-    (void)state;
     begin_film(&f, 2);
     memset(f.captions[0].text, 'W', SC_CAPTION_BYTES - 1);
     memset(f.captions[1].text, 'W', SC_CAPTION_BYTES - 1);
@@ -671,14 +654,13 @@ static void captions_that_cannot_fit_are_refused(void **state)
         h.text, "job.yaml:3: there is no font \"DejaVu Snas\" here; did you mean \"DejaVu S"));
 }
 
-static void a_missing_character_is_named_once(void **state)
+TEST(a_missing_character_is_named_once)
 {
     heard h;
     const sc_ctx ctx = listening(&h);
     sc_font_told told = {0};
     film f;
 
-    (void)state;
     begin_film(&f, 2); /* U+F0000 is for private use */
     strcpy(f.captions[0].text, "a \363\260\200\200 b \363\260\200\200");
     strcpy(f.captions[1].text, "\363\260\200\200");
@@ -704,9 +686,8 @@ static void a_missing_character_is_named_once(void **state)
     }
 }
 
-static void characters_that_cannot_be_set_are_known(void **state)
+TEST(characters_that_cannot_be_set_are_known)
 {
-    (void)state;
     assert_null(sc_font_refuses('a'));
     assert_null(sc_font_refuses(0xe9));
     assert_null(sc_font_refuses(0x301)); /* a combining mark */
@@ -718,11 +699,10 @@ static void characters_that_cannot_be_set_are_known(void **state)
     assert_non_null(strstr(sc_font_refuses(0x915), "letters join"));
 }
 
-static void time_codes_tell_frames_apart(void **state)
+TEST(time_codes_tell_frames_apart)
 {
     char text[SC_TIME_CODE_BYTES];
 
-    (void)state;
     sc_time_code(0, 25, text);
     assert_string_equal(text, "0:00.00");
     sc_time_code(25 * 62 + 10, 25, text);
@@ -735,30 +715,4 @@ static void time_codes_tell_frames_apart(void **state)
     assert_string_equal(text, "16666:39.00");
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rows_can_be_drawn_by_themselves),
-        cmocka_unit_test(without_overlays_a_picture_stays_as_it_is),
-        cmocka_unit_test(text_can_be_read_on_any_background),
-        cmocka_unit_test(over_transparency_text_is_opaque),
-        cmocka_unit_test(a_scale_bar_is_as_long_as_it_says),
-        cmocka_unit_test(captions_are_shown_in_their_time),
-        cmocka_unit_test(long_captions_fit),
-        cmocka_unit_test(a_legend_shows_what_is_seen_now),
-        cmocka_unit_test(a_legend_shows_chosen_tissues),
-        cmocka_unit_test(a_long_legend_names_the_largest),
-        cmocka_unit_test(names_that_cannot_be_written_are_refused),
-        cmocka_unit_test(the_cube_shows_the_side_that_is_seen),
-        cmocka_unit_test(without_orientation_there_is_no_cube),
-        cmocka_unit_test(a_logo_is_scaled_to_its_size),
-        cmocka_unit_test(a_title_card_stands_in_the_middle),
-        cmocka_unit_test(a_title_card_that_cannot_fit_is_refused),
-        cmocka_unit_test(captions_that_cannot_fit_are_refused),
-        cmocka_unit_test(a_missing_character_is_named_once),
-        cmocka_unit_test(characters_that_cannot_be_set_are_known),
-        cmocka_unit_test(time_codes_tell_frames_apart),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -97,23 +97,21 @@ static void expect_opacity(double spacing_mm, double place, double opacity)
     free_scene(&s);
 }
 
-static void the_opacity_is_that_of_ten_millimetres_whatever_the_voxels(void **state)
+TEST(the_opacity_is_that_of_ten_millimetres_whatever_the_voxels)
 {
     static const double spacings[] = {1, 2.5, 0.9375};
 
-    (void)state;
     for (size_t n = 0; n < SC_COUNT_OF(spacings); n++) {
         for (int i = 1; i <= 4; i++)
             expect_opacity(spacings[n], i / 4.0, 0.15 * (double)(n + 1));
     }
 }
 
-static void planes_cut_the_backdrop(void **state)
+TEST(planes_cut_the_backdrop)
 {
     static uint16_t codes[VOXELS];
     const sc_grey grey = even_grey(1, 4000, codes);
 
-    (void)state;
     for (int n = 0; n < 3; n++) {
         small_scene s = ball_scene(1);
         sc_scene scene = from_front();
@@ -140,12 +138,11 @@ static void planes_cut_the_backdrop(void **state)
 
 /* An opaque tissue hides all of the backdrop, also what is before it; behind a translucent one it
  * shows by what that lets through. Slices do not show it, and 0 is the same as none. */
-static void tissues_stand_before_the_backdrop(void **state)
+TEST(tissues_stand_before_the_backdrop)
 {
     static uint16_t codes[VOXELS];
     const sc_grey grey = even_grey(1, 4000, codes);
 
-    (void)state;
     for (int n = 0; n < 2; n++) {
         small_scene s = ball_scene(n ? 0.3 : 1);
         sc_scene scene = from_front();
@@ -174,13 +171,12 @@ static void tissues_stand_before_the_backdrop(void **state)
 }
 
 /* What the backdrop covers of a picture without a background, and that depth cueing thins it. */
-static void a_transparent_picture_is_covered_by_the_backdrop(void **state)
+TEST(a_transparent_picture_is_covered_by_the_backdrop)
 {
     static uint16_t codes[VOXELS];
     const sc_grey grey = even_grey(1, 4000, codes);
     int covers[2];
 
-    (void)state;
     for (int cue = 0; cue < 2; cue++) {
         small_scene s = ball_scene(1);
         const sc_scene scene = from_front();
@@ -217,13 +213,12 @@ static void sparse_codes(uint64_t *seed, uint16_t *codes, const int size[3])
 
 /* Cut faces, wedges, perspective and depth cue; a grid that is turned, thin ones, and values that
  * fall as codes rise; a narrow window, at whose ends sums are rounded. */
-static void all_ways_to_draw_give_the_same_bits(void **state)
+TEST(all_ways_to_draw_give_the_same_bits)
 {
     static const int sizes[4][3] = {{33, 40, 29}, {2, 40, 33}, {31, 1, 1}, {1, 30, 30}};
     static uint16_t codes[VOXELS];
     uint64_t seed = 7;
 
-    (void)state;
     for (int n = 0; n < 16; n++) {
         small_scene s = ball_scene(n & 1 ? 0.3 : 1);
         sc_scene scene = from_front();
@@ -325,7 +320,7 @@ static void set_distances(sc_march_backdrop *b, sc_team *team, uint16_t limit)
     sc_free(masks);
 }
 
-static void wide_kernels_do_as_the_plain_one(void **state)
+TEST(wide_kernels_do_as_the_plain_one)
 {
     enum { RAYS = 50021, BATCH = 243 };
     static const int size[3] = {37, 30, 33};
@@ -337,7 +332,6 @@ static void wide_kernels_do_as_the_plain_one(void **state)
     uint64_t seed = 11, lit = 0;
     sc_team *team;
 
-    (void)state;
     assert_ok(sc_team_open(&quiet, NULL, 2, NULL, &team));
     sparse_codes(&seed, codes, size);
     b = (sc_march_backdrop){
@@ -368,16 +362,4 @@ static void wide_kernels_do_as_the_plain_one(void **state)
     sc_team_close(team);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_opacity_is_that_of_ten_millimetres_whatever_the_voxels),
-        cmocka_unit_test(planes_cut_the_backdrop),
-        cmocka_unit_test(tissues_stand_before_the_backdrop),
-        cmocka_unit_test(a_transparent_picture_is_covered_by_the_backdrop),
-        cmocka_unit_test(wide_kernels_do_as_the_plain_one),
-        cmocka_unit_test(all_ways_to_draw_give_the_same_bits),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

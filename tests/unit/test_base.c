@@ -9,12 +9,11 @@
 #include <time.h>
 #include <unistd.h>
 
-static void sizes_that_overflow_are_refused(void **state)
+TEST(sizes_that_overflow_are_refused)
 {
     size_t out = 7;
     void *ptr = NULL;
 
-    (void)state;
     assert_true(sc_mul_size(1u << 20, 1u << 20, &out));
     assert_int_equal(out, 1ull << 40);
     assert_false(sc_mul_size(SIZE_MAX / 2, 3, &out));
@@ -23,14 +22,13 @@ static void sizes_that_overflow_are_refused(void **state)
     assert_null(ptr);
 }
 
-static void the_nth_allocation_fails_on_purpose(void **state)
+TEST(the_nth_allocation_fails_on_purpose)
 {
     long budget = 1;
     heard h;
     sc_ctx ctx = listening(&h);
     void *first = NULL, *second = NULL;
 
-    (void)state;
     ctx.alloc_budget = &budget;
     assert_ok(sc_zalloc(&ctx, 3, 8, &first));
     assert_int_equal(((char *)first)[23], 0);
@@ -40,11 +38,10 @@ static void the_nth_allocation_fails_on_purpose(void **state)
     sc_free(first);
 }
 
-static void text_grows(void **state)
+TEST(text_grows)
 {
     sc_text text = {0};
 
-    (void)state;
     for (int i = 0; i < 1000; i++)
         assert_ok(sc_text_add(&quiet, &text, "%d,", i));
     assert_int_equal(text.length_bytes, strlen(text.data));
@@ -53,23 +50,21 @@ static void text_grows(void **state)
     assert_null(text.data);
 }
 
-static void the_nearest_word_is_found(void **state)
+TEST(the_nearest_word_is_found)
 {
     static const char *const words[] = {"opacity", NULL, "visible", "color"};
 
-    (void)state;
     assert_string_equal(sc_nearest_word("opactiy", words, 4), "opacity");
     assert_string_equal(sc_nearest_word("Colour", words, 4), "color");
     assert_null(sc_nearest_word("background", words, 4));
 }
 
 /* Several words that may be meant: the nearest, those nearly as near, else those that hold it. */
-static void the_nearest_words_are_found(void **state)
+TEST(the_nearest_words_are_found)
 {
     static const char *const words[] = {"rib 1", NULL, "rib 2", "rib 2", "left rib 10", "aorta"};
     const char *out[3];
 
-    (void)state;
     assert_int_equal(sc_nearest_words("rib 3", words, 6, 3, out), 2);
     assert_string_equal(out[0], "rib 1");
     assert_string_equal(out[1], "rib 2");
@@ -81,11 +76,10 @@ static void the_nearest_words_are_found(void **state)
 }
 
 /* The first value is that of the reference implementation of XXH3. */
-static void hashes_are_the_same_everywhere_and_can_be_chained(void **state)
+TEST(hashes_are_the_same_everywhere_and_can_be_chained)
 {
     const uint64_t first = sc_hash_bytes("abc", 3, 0);
 
-    (void)state;
     assert_int_equal(sc_hash_bytes("", 0, 0), 0x2d06800538d394c2);
     assert_int_equal(sc_hash_bytes("abc", 3, 0), first);
     assert_int_not_equal(sc_hash_bytes("abd", 3, 0), first);
@@ -99,13 +93,12 @@ static bool exists(const char *path)
     return !stat(path, &info);
 }
 
-static void a_file_appears_only_when_complete(void **state)
+TEST(a_file_appears_only_when_complete)
 {
     sc_outfile file = {0};
     char *text = NULL;
     size_t bytes;
 
-    (void)state;
     unlink("whole.txt");
     assert_ok(sc_outfile_open(&quiet, "whole.txt", true, &file));
     fputs("contents", file.stream);
@@ -125,7 +118,7 @@ static void a_file_appears_only_when_complete(void **state)
 }
 
 /* The temporary file is one that nobody can have prepared, and the only one that is removed. */
-static void a_temporary_file_is_new_and_removed(void **state)
+TEST(a_temporary_file_is_new_and_removed)
 {
     static const char *const kept[] = {".a.tmp",
                                        ".a.tmp.host.12",
@@ -140,7 +133,6 @@ static void a_temporary_file_is_new_and_removed(void **state)
     sc_outfile first = {0}, second = {0};
     struct stat info;
 
-    (void)state;
     mkdir("temporaries", 0777);
     assert_ok(sc_outfile_open(&quiet, "temporaries/a.txt", true, &first));
     assert_ok(sc_outfile_open(&quiet, "temporaries/a.txt", true, &second));
@@ -183,7 +175,7 @@ static void a_temporary_file_is_new_and_removed(void **state)
 
 /* A process that was killed stays in the list of processes until its parent has asked for its exit
  * code: where nobody does, as long as the machine runs. */
-static void a_temporary_file_of_a_process_that_ended_is_removed(void **state)
+TEST(a_temporary_file_of_a_process_that_ended_is_removed)
 {
     sc_outfile file = {0};
     char host[SC_HOST_BYTES], name[300];
@@ -192,7 +184,6 @@ static void a_temporary_file_of_a_process_that_ended_is_removed(void **state)
     pid_t child;
     char byte;
 
-    (void)state;
     mkdir("temporaries", 0777);
     assert_int_equal(pipe(ready), 0);
     child = fork();
@@ -230,7 +221,7 @@ static void a_temporary_file_of_a_process_that_ended_is_removed(void **state)
 /* A name that is taken stays as it is, unless it may be replaced; so do links and what they lead
  * to.
  */
-static void a_name_that_is_taken_is_refused(void **state)
+TEST(a_name_that_is_taken_is_refused)
 {
     sc_outfile file = {0};
     heard h;
@@ -238,7 +229,6 @@ static void a_name_that_is_taken_is_refused(void **state)
     char *text;
     size_t bytes;
 
-    (void)state;
     unlink("taken.txt");
     unlink("link.txt");
     assert_ok(sc_outfile_check(&ctx, "taken.txt", false, ""));
@@ -265,13 +255,12 @@ static void a_name_that_is_taken_is_refused(void **state)
     unlink("link.txt");
 }
 
-static void a_full_disk_is_noticed(void **state)
+TEST(a_full_disk_is_noticed)
 {
     sc_outfile file = {0};
     heard h;
     sc_ctx ctx = listening(&h);
 
-    (void)state;
     assert_ok(sc_outfile_open(&ctx, "full.bin", true, &file));
     fclose(file.stream);
     file.stream = fopen("/dev/full", "wb");
@@ -292,11 +281,10 @@ static void add_range(void *user, size_t begin, size_t end, int thread)
         ((int *)user)[i]++;
 }
 
-static void a_parallel_loop_does_every_item_once(void **state)
+TEST(a_parallel_loop_does_every_item_once)
 {
     int counts[1000] = {0};
 
-    (void)state;
     for (int threads = 1; threads <= 3; threads++)
         sc_parallel_for(threads, 1000, 7, add_range, counts);
     for (int i = 0; i < 1000; i++)
@@ -304,9 +292,8 @@ static void a_parallel_loop_does_every_item_once(void **state)
     sc_parallel_for(2, 0, 7, add_range, counts);
 }
 
-static void lengths_get_a_unit_that_fits(void **state)
+TEST(lengths_get_a_unit_that_fits)
 {
-    (void)state;
     assert_string_equal(sc_length_unit_for(0).name, "mm");
     assert_string_equal(sc_length_unit_for(0.33).name, "mm");
     assert_string_equal(sc_length_unit_for(0.1).name, "mm");
@@ -316,11 +303,10 @@ static void lengths_get_a_unit_that_fits(void **state)
     assert_string_equal(sc_length_unit_for(1e-12).name, "nm");
 }
 
-static void zero_is_never_negative(void **state)
+TEST(zero_is_never_negative)
 {
     char text[32];
 
-    (void)state;
     snprintf(text, sizeof text, "%.1f", sc_no_negative_zero(-0.04, 1));
     assert_string_equal(text, "0.0");
     snprintf(text, sizeof text, "%.4f", sc_no_negative_zero(-0.0, 4));
@@ -337,7 +323,7 @@ static void keep_all(void *user, sc_log_level level, const char *text)
 }
 
 /* What a terminal would obey is shown as text; everything else stays as it is. */
-static void text_from_files_is_shown_and_not_obeyed(void **state)
+TEST(text_from_files_is_shown_and_not_obeyed)
 {
     static const struct {
         const char *from, *shown;
@@ -355,7 +341,6 @@ static void text_from_files_is_shown_and_not_obeyed(void **state)
                  {"%n%s", "%n%s"}};
     char out[256], small[8];
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         assert_int_equal(sc_printable(cases[i].from, out, sizeof out), strlen(cases[i].shown));
         assert_string_equal(out, cases[i].shown);
@@ -369,11 +354,10 @@ static void text_from_files_is_shown_and_not_obeyed(void **state)
     assert_string_equal(small, ""); /* not even the first character has room */
 }
 
-static void names_become_valid_utf8_and_end_at_a_whole_character(void **state)
+TEST(names_become_valid_utf8_and_end_at_a_whole_character)
 {
     char out[8];
 
-    (void)state;
     assert_true(sc_copy_name("a\xc3\xa9z", out, sizeof out));
     assert_string_equal(out, "a\xc3\xa9z");
     assert_true(sc_copy_name("a\tb\x1b", out, sizeof out));
@@ -385,13 +369,12 @@ static void names_become_valid_utf8_and_end_at_a_whole_character(void **state)
 }
 
 /* Messages of any length arrive whole, and what a terminal would obey is shown. */
-static void messages_are_never_cut_and_never_obeyed(void **state)
+TEST(messages_are_never_cut_and_never_obeyed)
 {
     enum { LONG = 30000 };
     static char path[LONG + 1], text[LONG + 64];
     const sc_ctx ctx = {.level = SC_LOG_INFO, .write = keep_all, .user = text, .rank = 3};
 
-    (void)state;
     memset(path, 'p', LONG);
     (void)sc_fail(&ctx, SC_ERR_DATA, "%s: %s", path, "wrong");
     assert_int_equal(strlen(text), strlen("rank 3: ") + LONG + strlen(": wrong"));
@@ -403,14 +386,13 @@ static void messages_are_never_cut_and_never_obeyed(void **state)
 }
 
 /* A script gets a path as it is; a terminal, what it can show of it. */
-static void a_terminal_shows_a_path_and_does_not_obey_it(void **state)
+TEST(a_terminal_shows_a_path_and_does_not_obey_it)
 {
     static const char path[] = "\x1b[31mout.mp4";
     const int master = posix_openpt(O_RDWR | O_NOCTTY);
     char text[64] = "";
     FILE *stream = fopen("b.txt", "w+");
 
-    (void)state;
     assert_non_null(stream);
     sc_print_path(stream, path);
     rewind(stream);
@@ -432,13 +414,12 @@ static void a_terminal_shows_a_path_and_does_not_obey_it(void **state)
 }
 
 /* Whoever may make files in a folder but not list it gets them all the same. */
-static void a_folder_that_cannot_be_read_takes_files(void **state)
+TEST(a_folder_that_cannot_be_read_takes_files)
 {
     enum { NOBODY = 65534 };
     const bool is_root = geteuid() == 0; /* may read everything */
     sc_status status;
 
-    (void)state;
     assert_int_equal(mkdir("write-only", 0700), 0);
     assert_int_equal(chmod("write-only", 0333), 0);
     if (is_root)
@@ -453,23 +434,21 @@ static void a_folder_that_cannot_be_read_takes_files(void **state)
 }
 
 /* How fast a machine is, is not tested; but any core does more than a million of each a second. */
-static void the_roof_of_a_machine_is_measured(void **state)
+TEST(the_roof_of_a_machine_is_measured)
 {
     sc_roof roof = {0, 0};
 
-    (void)state;
     assert_ok(sc_roof_measure(&quiet, 2, &roof));
     assert_true(roof.read_bytes_per_s > 1e6 && roof.read_bytes_per_s < 1e15);
     assert_true(roof.instructions_per_s > 1e6 && roof.instructions_per_s < 1e15);
 }
 
-static void counters_grow_or_are_not_there(void **state)
+TEST(counters_grow_or_are_not_there)
 {
     sc_counters counters = sc_counters_open();
     const double before = sc_counters_instructions(&counters);
     sc_roof roof;
 
-    (void)state;
     assert_true((counters.instructions < 0) == (before < 0));
     assert_ok(sc_roof_measure(&quiet, 1, &roof));
     if (before >= 0) /* else this system does not count */
@@ -481,43 +460,14 @@ static void counters_grow_or_are_not_there(void **state)
     assert_true(sc_counters_memory_bytes(&counters) < 0);
 }
 
-static void sizes_have_three_digits_and_a_unit(void **state)
+TEST(sizes_have_three_digits_and_a_unit)
 {
     char text[24];
 
-    (void)state;
     assert_string_equal(sc_size_text(512, text), "0.50 KiB");
     assert_string_equal(sc_size_text(1.73e6, text), "1.65 MiB");
     assert_string_equal(sc_size_text(64.0 * 1024 * 1024, text), "64.0 MiB");
     assert_string_equal(sc_size_text(3e12, text), "2794 GiB");
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sizes_have_three_digits_and_a_unit),
-        cmocka_unit_test(the_roof_of_a_machine_is_measured),
-        cmocka_unit_test(counters_grow_or_are_not_there),
-        cmocka_unit_test(sizes_that_overflow_are_refused),
-        cmocka_unit_test(the_nth_allocation_fails_on_purpose),
-        cmocka_unit_test(text_grows),
-        cmocka_unit_test(the_nearest_word_is_found),
-        cmocka_unit_test(the_nearest_words_are_found),
-        cmocka_unit_test(hashes_are_the_same_everywhere_and_can_be_chained),
-        cmocka_unit_test(a_file_appears_only_when_complete),
-        cmocka_unit_test(a_temporary_file_is_new_and_removed),
-        cmocka_unit_test(a_temporary_file_of_a_process_that_ended_is_removed),
-        cmocka_unit_test(a_name_that_is_taken_is_refused),
-        cmocka_unit_test(a_full_disk_is_noticed),
-        cmocka_unit_test(a_folder_that_cannot_be_read_takes_files),
-        cmocka_unit_test(a_parallel_loop_does_every_item_once),
-        cmocka_unit_test(lengths_get_a_unit_that_fits),
-        cmocka_unit_test(zero_is_never_negative),
-        cmocka_unit_test(text_from_files_is_shown_and_not_obeyed),
-        cmocka_unit_test(names_become_valid_utf8_and_end_at_a_whole_character),
-        cmocka_unit_test(messages_are_never_cut_and_never_obeyed),
-        cmocka_unit_test(a_terminal_shows_a_path_and_does_not_obey_it),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -67,13 +67,12 @@ static double volume_error(const sc_volume *a, const sc_volume *b)
 /* Halfway between two phases of the phantom, while it moves evenly, and from the last phase to the
  * first of the next beat, the labels are nearer to the truth than those of the phase that would be
  * held. */
-static void a_beat_is_met_better_than_by_holding(void **state)
+TEST(a_beat_is_met_better_than_by_holding)
 {
     static const double phases[] = {0.15, 0.2, 0.25, 0.5, 0.55, 0.85, 0.95};
     size_t held = 0, moved = 0;
     double held_volume = 0, moved_volume = 0;
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(phases); i++) {
         sc_volume a = phantom_at(phases[i]), b = phantom_at(phases[i] + 0.05);
         sc_volume truth = phantom_at(phases[i] + 0.025), middle = copy_of(&a);
@@ -119,14 +118,13 @@ static sc_volume wall_at(int first, int thick, uint8_t ids[VOXELS], sc_label lab
 }
 
 /* A wall that moves by more than its thickness is whole at all moments, and moves evenly. */
-static void a_thin_wall_moves_whole(void **state)
+TEST(a_thin_wall_moves_whole)
 {
     static uint8_t ids[4][VOXELS];
     sc_label labels[4] = {{.value = 0}, {.value = 1}, {.value = 2}, {.value = 3}};
     const sc_volume a = wall_at(10, 2, ids[0], labels), b = wall_at(20, 2, ids[1], labels);
     sc_between *between = NULL;
 
-    (void)state;
     assert_ok(sc_between_find(&quiet, &a, &b, 1, &between));
     for (int step = 0; step <= 10; step++) {
         const sc_volume truth = wall_at(10 + step, 2, ids[2], labels);
@@ -156,7 +154,7 @@ static sc_volume shell_at(double radius, uint8_t ids[VOXELS], sc_label labels[4]
 }
 
 /* A thin shell that grows by more than its thickness keeps its inside and its outside apart. */
-static void a_thin_shell_grows_whole(void **state)
+TEST(a_thin_shell_grows_whole)
 {
     static const int steps[3] = {1, SIDE, SIDE * SIDE};
     static uint8_t ids[3][VOXELS];
@@ -164,7 +162,6 @@ static void a_thin_shell_grows_whole(void **state)
     const sc_volume a = shell_at(8, ids[0], labels), b = shell_at(14, ids[1], labels);
     sc_between *between = NULL;
 
-    (void)state;
     assert_ok(sc_between_find(&quiet, &a, &b, 1, &between));
     for (int step = 1; step < 10; step++) {
         sc_volume v = shell_at(8, ids[2], labels);
@@ -184,13 +181,12 @@ static void a_thin_shell_grows_whole(void **state)
 
 /* At the ends are the two phases, little else than what changes is touched, and nothing depends on
  * threads. */
-static void ends_are_the_phases(void **state)
+TEST(ends_are_the_phases)
 {
     sc_volume a = phantom_at(0), b = phantom_at(0.2), first = copy_of(&a), other = copy_of(&a);
     sc_between *between = NULL, *again = NULL;
     size_t carried;
 
-    (void)state;
     assert_ok(sc_between_find(&quiet, &a, &b, 1, &between));
     assert_ok(sc_between_find(&quiet, &a, &b, 3, &again));
     sc_between_at(between, 0, &first);
@@ -220,7 +216,7 @@ static void ends_are_the_phases(void **state)
 }
 
 /* What the search takes is refused if it may not be used, before it is allocated. */
-static void the_limit_of_memory_holds(void **state)
+TEST(the_limit_of_memory_holds)
 {
     const sc_volume a = phantom_at(0), b = phantom_at(0.2);
     const size_t voxels = sc_volume_voxels(&a);
@@ -230,7 +226,6 @@ static void the_limit_of_memory_holds(void **state)
     sc_between *between = NULL;
     sc_volume mine[2] = {a, b};
 
-    (void)state;
     assert_int_equal(sc_between_find(&low, &a, &b, 1, &between), SC_ERR_SYSTEM); /* the changes */
     assert_int_equal(sc_between_find(&middle, &a, &b, 1, &between), SC_ERR_SYSTEM); /* the box */
     assert_null(between);
@@ -240,15 +235,4 @@ static void the_limit_of_memory_holds(void **state)
     sc_volume_clear(&mine[1]);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_beat_is_met_better_than_by_holding),
-        cmocka_unit_test(a_thin_wall_moves_whole),
-        cmocka_unit_test(a_thin_shell_grows_whole),
-        cmocka_unit_test(ends_are_the_phases),
-        cmocka_unit_test(the_limit_of_memory_holds),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

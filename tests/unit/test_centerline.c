@@ -48,7 +48,7 @@ static sc_status find(const sc_ctx *ctx, const sc_volume *v, int label, const sc
 
 enum { AORTA = 6, CORONARIES = 5, SVC = 13, IVC = 14 };
 
-static void lines_keep_within_a_voxel_of_the_axes_of_vessels(void **state)
+TEST(lines_keep_within_a_voxel_of_the_axes_of_vessels)
 {
     /* The parts of tubes that no other shape reaches, and where the course has no kink, which a
      * smooth line cuts off: there lines of the coronary arteries are up to 1.5 voxels away. */
@@ -63,7 +63,6 @@ static void lines_keep_within_a_voxel_of_the_axes_of_vessels(void **state)
     sc_phantom *phantom;
     sc_volume v;
 
-    (void)state;
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, &v));
     for (size_t n = 0; n < SC_COUNT_OF(vessels); n++) {
@@ -128,12 +127,11 @@ static sc_volume small_volume(void)
     return v;
 }
 
-static void lines_without_points_run_from_end_to_end(void **state)
+TEST(lines_without_points_run_from_end_to_end)
 {
     const sc_volume v = small_volume();
     sc_centerline line = {0}, again = {0};
 
-    (void)state;
     assert_ok(find(&quiet, &v, 1, NULL, 0, &line));
     assert_int_equal(line.parts, 1);
     assert_true(line.length_mm > 30 && line.length_mm < 50); /* of a half circle of 44 mm */
@@ -153,7 +151,7 @@ static void lines_without_points_run_from_end_to_end(void **state)
     sc_centerline_clear(&again);
 }
 
-static void what_has_no_way_is_refused_with_where_it_ends(void **state)
+TEST(what_has_no_way_is_refused_with_where_it_ends)
 {
     const sc_volume v = small_volume();
     const sc_vec3 outside[] = {{6, 2, 16}, {20, 2, 16}}, apart[] = {{6, 2, 16}, {20, 20, 40}};
@@ -171,7 +169,6 @@ static void what_has_no_way_is_refused_with_where_it_ends(void **state)
                                      .where = "job.yaml:7"};
     sc_centerline line = {0};
 
-    (void)state;
     assert_int_equal(find(&ctx, &v, 1, outside, 2, &line), SC_ERR_DATA);
     assert_non_null(strstr(h.text, "job.yaml:7: point 2 (20.0, 2.0, 16.0) lies outside of it; the "
                                    "nearest place in it is (19.0, 10.0, 16.0), 8.1 mm away"));
@@ -191,7 +188,7 @@ static void what_has_no_way_is_refused_with_where_it_ends(void **state)
     assert_null(line.points);
 }
 
-static void the_middle_is_where_tissues_are_thickest(void **state)
+TEST(the_middle_is_where_tissues_are_thickest)
 {
     const sc_volume v = small_volume();
     const int slab[] = {0, 0, 1}, tube[] = {0, 1, 0}, none[] = {0, 0, 0};
@@ -201,7 +198,6 @@ static void the_middle_is_where_tissues_are_thickest(void **state)
         .volume = &v, .order = slab, .what = "slab", .where = "job.yaml:7"};
     sc_vec3 at = {0, 0, 0};
 
-    (void)state;
     /* The slab has its greatest depth nearly everywhere: its middle is that of its slices. */
     assert_ok(sc_centerline_middle(&quiet, &request, &at));
     assert_near(at.x, 19.5, 0.51);
@@ -219,13 +215,12 @@ static void the_middle_is_where_tissues_are_thickest(void **state)
     assert_non_null(strstr(h.text, "job.yaml:7: the volume has no voxel of nothing"));
 }
 
-static void lines_take_no_more_memory_than_allowed(void **state)
+TEST(lines_take_no_more_memory_than_allowed)
 {
     const sc_volume v = small_volume();
     sc_ctx ctx = quiet;
     sc_centerline line = {0};
 
-    (void)state;
     ctx.memory_max_bytes = 1000;
     assert_int_equal(find(&ctx, &v, 1, NULL, 0, &line), SC_ERR_SYSTEM);
     for (long budget = 0;; budget++) { /* and one call after the other that gets none */
@@ -243,15 +238,4 @@ static void lines_take_no_more_memory_than_allowed(void **state)
     sc_centerline_clear(&line);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lines_keep_within_a_voxel_of_the_axes_of_vessels),
-        cmocka_unit_test(lines_without_points_run_from_end_to_end),
-        cmocka_unit_test(what_has_no_way_is_refused_with_where_it_ends),
-        cmocka_unit_test(the_middle_is_where_tissues_are_thickest),
-        cmocka_unit_test(lines_take_no_more_memory_than_allowed),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -12,11 +12,10 @@
 #include <unistd.h>
 
 /* Frames show the phases in their order, each from its share of the beat on. */
-static void phases_follow_each_other(void **state)
+TEST(phases_follow_each_other)
 {
     const sc_cine cine = {.bpm = 60};
 
-    (void)state;
     for (int k = 0; k < 90; k++) /* 30 frames for a beat of 10 phases: 3 for each */
         assert_int_equal(sc_cine_phase(&cine, 10, 30, k), k / 3 % 10);
     for (int k = 0; k < 50; k++) /* more phases than frames: some are left out */
@@ -25,9 +24,8 @@ static void phases_follow_each_other(void **state)
 }
 
 /* Rates that are no binary fractions: a frame on the beginning of a phase shows it. */
-static void rates_are_exact(void **state)
+TEST(rates_are_exact)
 {
-    (void)state;
     for (int bpm10 = 1; bpm10 < 2000; bpm10 += 7) {
         const sc_cine cine = {.bpm = bpm10 / 10.0};
 
@@ -40,11 +38,10 @@ static void rates_are_exact(void **state)
 }
 
 /* After the last beat the last phase stays. */
-static void beats_end(void **state)
+TEST(beats_end)
 {
     const sc_cine cine = {.bpm = 120, .beats = 2};
 
-    (void)state;
     assert_int_equal(sc_cine_phase(&cine, 5, 20, 9), 4);
     assert_int_equal(sc_cine_phase(&cine, 5, 20, 10), 0);
     assert_int_equal(sc_cine_phase(&cine, 5, 20, 19), 4);
@@ -53,11 +50,10 @@ static void beats_end(void **state)
 }
 
 /* Phases that lie behind the last, towards the next beat, are not what stays. */
-static void beats_end_with_a_phase_of_a_file(void **state)
+TEST(beats_end_with_a_phase_of_a_file)
 {
     const sc_cine cine = {.bpm = 60, .beats = 2, .between = 2}, on = {.bpm = 60, .between = 2};
 
-    (void)state;
     for (int k = 0; k < 24; k++) { /* 4 phases, with 8 between: 12 frames for a beat */
         assert_int_equal(sc_cine_phase(&on, 12, 12, k), k % 12);
         assert_int_equal(sc_cine_phase(&cine, 12, 12, k), k < 21 ? k % 12 : 9);
@@ -65,14 +61,13 @@ static void beats_end_with_a_phase_of_a_file(void **state)
     assert_int_equal(sc_cine_phase(&cine, 12, 12, 100), 9);
 }
 
-static void names_sort_by_numbers(void **state)
+TEST(names_sort_by_numbers)
 {
     static const char *const names[] = {"heart-2.nrrd",   "heart-9.nrrd",  "heart-10.nrrd",
                                         "heart-010.nrrd", "heart-11.nrrd", "heart-100.nrrd",
                                         "heart-a.nrrd",   "heart-a1",      "heart-a1b"};
     static const size_t count = SC_COUNT_OF(names);
 
-    (void)state;
     for (size_t i = 0; i < count; i++) {
         for (size_t j = 0; j < count; j++) {
             const int order = sc_natural_order(names[i], names[j]);
@@ -135,12 +130,11 @@ static void expect_refused(const char *names, const char *text, const char *mess
 }
 
 /* A pattern finds the files in the order of their numbers, and a list keeps its own. */
-static void series_are_found(void **state)
+TEST(series_are_found)
 {
     heard h = {0};
     sc_job job;
 
-    (void)state;
     assert_int_equal(load("p10 p0 p5 p15", "volume: p*\ncine: {bpm: 72.5, loop: 3}\n", &h, &job),
                      SC_OK);
     assert_int_equal(job.phase_count, 4);
@@ -162,14 +156,13 @@ static void series_are_found(void **state)
 }
 
 /* Chosen phases stay, and the job as resolved is the same. */
-static void phases_are_chosen(void **state)
+TEST(phases_are_chosen)
 {
     heard h = {0};
     sc_ctx ctx = listening(&h);
     sc_job job, again;
     sc_text text = {0};
 
-    (void)state;
     assert_int_equal(
         load("p1 p2 p3 p4 p5 p6",
              "volume: p*\ncine: {phases: \"0-4:2,5\"}\nshots: [{name: a}, {name: b}]\n", &h, &job),
@@ -188,13 +181,12 @@ static void phases_are_chosen(void **state)
 }
 
 /* Phases are shown in the order in which they are chosen; the first of them is the volume. */
-static void chosen_phases_keep_their_order(void **state)
+TEST(chosen_phases_keep_their_order)
 {
     static const char order[] = "4612";
     heard h = {0};
     sc_job job;
 
-    (void)state;
     assert_int_equal(
         load("p1 p2 p3 p4 p5 p6", "volume: p*\ncine: {phases: \"3-5:2,0,1\"}\n", &h, &job), SC_OK);
     assert_int_equal(job.phase_count, 4);
@@ -204,9 +196,8 @@ static void chosen_phases_keep_their_order(void **state)
     sc_job_clear(&job);
 }
 
-static void mistakes_are_told(void **state)
+TEST(mistakes_are_told)
 {
-    (void)state;
     expect_refused("p1 p2", "volume: p*\n",
                    "job.yaml:1: volume is a series of 2 files; expected cine");
     expect_refused(
@@ -240,19 +231,4 @@ static void mistakes_are_told(void **state)
                    "cine holds for the whole film");
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(phases_follow_each_other),
-        cmocka_unit_test(rates_are_exact),
-        cmocka_unit_test(beats_end),
-        cmocka_unit_test(beats_end_with_a_phase_of_a_file),
-        cmocka_unit_test(names_sort_by_numbers),
-        cmocka_unit_test(series_are_found),
-        cmocka_unit_test(phases_are_chosen),
-        cmocka_unit_test(chosen_phases_keep_their_order),
-        cmocka_unit_test(mistakes_are_told),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -46,12 +46,11 @@ static sc_status values_of(const char *text, heard *said, double values[LABELS])
     return status;
 }
 
-static void rows_find_their_labels(void **state)
+TEST(rows_find_their_labels)
 {
     double v[LABELS];
     heard said;
 
-    (void)state;
     assert_int_equal(values_of("id,x\n21,5\n3,1\n0,9\n20,n/a\n", &said, v), SC_OK);
     assert_true(v[1] == 1 && isnan(v[2]) && isnan(v[3]) && isnan(v[4]) && v[5] == 5);
     assert_int_equal(said.warnings, 0);
@@ -65,12 +64,11 @@ static void rows_find_their_labels(void **state)
     assert_non_null(strstr(said.text, "c.csv:3: \"liver\" is no label of the volume; 2 such rows"));
 }
 
-static void mistakes_in_rows_are_told(void **state)
+TEST(mistakes_in_rows_are_told)
 {
     double v[LABELS];
     heard said;
 
-    (void)state;
     assert_int_equal(values_of("id,x\n3,1\n7,1\n3,2\n", &said, v), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "c.csv:4: is a second row of \"Left_Atrium\" (label 3), "
                                       "which line 2 has already"));
@@ -79,7 +77,7 @@ static void mistakes_in_rows_are_told(void **state)
     assert_non_null(strstr(said.text, "nor is any other row"));
 }
 
-static void measures_have_units(void **state)
+TEST(measures_have_units)
 {
     const sc_ctx ctx = {0};
     sc_color_by by = {.has_measure = true, .measure = SC_MEASURE_VOLUME};
@@ -87,7 +85,6 @@ static void measures_have_units(void **state)
     double v[LABELS];
     char title[SC_NAME_BYTES];
 
-    (void)state;
     assert_int_equal(sc_color_values(&ctx, &by, &volume, v, title), SC_OK);
     assert_true(v[1] == 5 && v[4] == 10 && isnan(v[5]) && isnan(v[0]));
     assert_string_equal(title, "Volume (ml)");
@@ -101,11 +98,10 @@ static void measures_have_units(void **state)
     assert_true(v[1] == 2.5);
 }
 
-static void maps_end_where_they_should(void **state)
+TEST(maps_end_where_they_should)
 {
     uint8_t rgb[3];
 
-    (void)state;
     sc_color_map_at(SC_MAP_VIRIDIS, -1, rgb);
     assert_true(rgb[0] == 0x44 && rgb[1] == 0x01 && rgb[2] == 0x54);
     sc_color_map_at(SC_MAP_CIVIDIS, 2, rgb);
@@ -123,9 +119,8 @@ static double luminance(const uint8_t rgb[3])
            0.0722 * pow(rgb[2] / 255.0, 2.2);
 }
 
-static void sequential_maps_grow_brighter(void **state)
+TEST(sequential_maps_grow_brighter)
 {
-    (void)state;
     for (sc_color_map map = SC_MAP_VIRIDIS; map <= SC_MAP_PLASMA; map++) {
         double before = -1;
 
@@ -139,7 +134,7 @@ static void sequential_maps_grow_brighter(void **state)
     }
 }
 
-static void scales_follow_the_values_shown(void **state)
+TEST(scales_follow_the_values_shown)
 {
     sc_color_by by = {.range_auto = true, .map = SC_MAP_COOLWARM, .missing = {1, 2, 3}};
     double v[LABELS] = {NAN, -1, 3, 2, NAN, 50}; /* the last has no voxels */
@@ -148,7 +143,6 @@ static void scales_follow_the_values_shown(void **state)
     sc_color_scale scale;
     uint8_t rgb[3];
 
-    (void)state;
     sc_color_scale_find(&by, &volume, v, 1, "title", &scale);
     assert_true(scale.low == -3 && scale.high == 3 && scale.lacks_some && scale.is_used);
     assert_string_equal(scale.title, "title");
@@ -182,7 +176,7 @@ static void scales_follow_the_values_shown(void **state)
     assert_true(scale.low == 4 && scale.high == 4 && !scale.lacks_some && rgb[0] == 0x21);
 }
 
-static void values_change_along_the_map(void **state)
+TEST(values_change_along_the_map)
 {
     sc_color_by by = {.range_auto = true, .missing = {0, 0, 100}};
     double v[2 * LABELS] = {NAN, 0, 1, 1, 1, 1, /* the second column: */ NAN, 1, 1, 10, NAN, 1};
@@ -190,7 +184,6 @@ static void values_change_along_the_map(void **state)
     sc_color_scale scale;
     uint8_t rgb[3], other[3];
 
-    (void)state;
     sc_color_scale_find(&by, &volume, v, 2, "", &scale);
     assert_true(scale.low == 0 && scale.high == 10 && scale.lacks_some);
     for (int i = 0; i <= 20; i++) { /* never a mixture of the colours of both ends */
@@ -207,15 +200,4 @@ static void values_change_along_the_map(void **state)
     assert_memory_equal(rgb, by.missing, 3);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(rows_find_their_labels),
-                                       cmocka_unit_test(mistakes_in_rows_are_told),
-                                       cmocka_unit_test(measures_have_units),
-                                       cmocka_unit_test(maps_end_where_they_should),
-                                       cmocka_unit_test(sequential_maps_grow_brighter),
-                                       cmocka_unit_test(scales_follow_the_values_shown),
-                                       cmocka_unit_test(values_change_along_the_map)};
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -16,7 +16,7 @@ static double least_distance(const sc_seen_color *a, const sc_seen_color *b)
     return least;
 }
 
-static void oklab_is_that_of_its_author(void **state)
+TEST(oklab_is_that_of_its_author)
 {
     static const struct {
         uint8_t rgb[3];
@@ -27,7 +27,6 @@ static void oklab_is_that_of_its_author(void **state)
                  {{0, 255, 0}, {0.86644, -0.23389, 0.17950}},
                  {{0, 0, 255}, {0.45201, -0.03246, -0.31153}}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(known); i++) {
         double lab[3];
 
@@ -39,13 +38,12 @@ static void oklab_is_that_of_its_author(void **state)
 
 /* Greys look the same to everybody; red and green of the same lightness alike to those without the
  * cones for them. */
-static void colour_blindness_keeps_greys_and_merges_red_and_green(void **state)
+TEST(colour_blindness_keeps_greys_and_merges_red_and_green)
 {
     const sc_seen_color red = sc_see_color((const uint8_t[3]){190, 100, 60}),
                         green = sc_see_color((const uint8_t[3]){120, 130, 50}),
                         grey = sc_see_color((const uint8_t[3]){128, 128, 128});
 
-    (void)state;
     for (int vision = 0; vision < SC_VISION_COUNT; vision++) {
         assert_near(grey.lab[vision][1], 0, 1e-3);
         assert_near(grey.lab[vision][2], 0, 1e-3);
@@ -54,13 +52,12 @@ static void colour_blindness_keeps_greys_and_merges_red_and_green(void **state)
     assert_true(sc_color_distance(&red, &green, SC_VISION_DEUTERANOPIA) < 0.06);
 }
 
-static void the_first_colours_are_even_and_far_apart(void **state)
+TEST(the_first_colours_are_even_and_far_apart)
 {
     const sc_seen_color white = sc_see_color((const uint8_t[3]){255, 255, 255}),
                         black = sc_see_color((const uint8_t[3]){0, 0, 0});
     sc_seen_color seen[FIRST];
 
-    (void)state;
     for (int i = 0; i < FIRST; i++) {
         uint8_t rgb[3];
         double chroma;
@@ -81,14 +78,13 @@ static void the_first_colours_are_even_and_far_apart(void **state)
 
 /* All of the palette differ, and can be told from white and black; values next to each other, which
  * often touch, differ clearly. */
-static void the_whole_palette_differs(void **state)
+TEST(the_whole_palette_differs)
 {
     const sc_seen_color white = sc_see_color((const uint8_t[3]){255, 255, 255}),
                         black = sc_see_color((const uint8_t[3]){0, 0, 0});
     sc_seen_color seen[PALETTE];
     uint8_t rgb[3], first[3];
 
-    (void)state;
     for (int i = 0; i < PALETTE; i++) {
         double chroma;
 
@@ -163,13 +159,12 @@ static int faces_between(const sc_volume *v, int a, int b)
 
 /* Of 40 cells that touch about five others each, those that share more than 30 faces differ clearly
  * for everybody, whatever the number of threads. */
-static void labels_that_touch_differ(void **state)
+TEST(labels_that_touch_differ)
 {
     sc_volume v = voronoi(), again = voronoi();
     double least = 1, least_full = 1;
     int touching = 0;
 
-    (void)state;
     assert_ok(sc_volume_color(&quiet, &v, 0, SC_APPEARANCE_TABLE, 1));
     assert_ok(sc_volume_color(&quiet, &again, 0, SC_APPEARANCE_TABLE, 3));
     for (int a = 1; a <= SEEDS; a++) {
@@ -196,13 +191,12 @@ static void labels_that_touch_differ(void **state)
 
 /* A colour depends on the labels with smaller values alone; one that a table gives stays, and
  * labels that touch it keep away from it. */
-static void colours_are_stable_and_heed_given_ones(void **state)
+TEST(colours_are_stable_and_heed_given_ones)
 {
     sc_volume v = voronoi(), less = voronoi(), given = voronoi();
     uint8_t *ids = less.ids;
     sc_seen_color fixed;
 
-    (void)state;
     for (int i = 0; i < SIDE * SIDE * SIDE; i++)
         ids[i] = ids[i] > SEEDS / 2 ? 0 : ids[i];
     for (int id = SEEDS / 2 + 1; id <= SEEDS; id++)
@@ -264,13 +258,12 @@ static bool is_low(const int at[3], int id)
 }
 
 /* Half of a volume has the colours of the whole, but for a few along the cut. */
-static void halves_keep_their_colours(void **state)
+TEST(halves_keep_their_colours)
 {
     bool (*const halves[])(const int[3], int) = {is_left, is_behind, is_low};
     sc_volume v = voronoi();
     int labels = 0, kept = 0;
 
-    (void)state;
     assert_ok(sc_volume_color(&quiet, &v, 0, SC_APPEARANCE_TABLE, 2));
     for (size_t i = 0; i < SC_COUNT_OF(halves); i++) {
         sc_volume half = part_of_voronoi(halves[i]);
@@ -306,14 +299,13 @@ static bool is_right_of_the_gap(const int at[3], int id)
 }
 
 /* What tissues on one side of a gap look like does not depend on what is on the other. */
-static void colours_do_not_depend_on_what_is_far_away(void **state)
+TEST(colours_do_not_depend_on_what_is_far_away)
 {
     sc_volume both = part_of_voronoi(is_beside_the_gap),
               right = part_of_voronoi(is_right_of_the_gap);
     bool there[SEEDS + 1] = {false};
     int moved = 0;
 
-    (void)state;
     for (int i = 0; i < SIDE * SIDE * SIDE; i++)
         there[((const uint8_t *)right.ids)[i]] = true;
     assert_ok(sc_volume_color(&quiet, &both, 0, SC_APPEARANCE_TABLE, 2));
@@ -334,12 +326,11 @@ static void colours_do_not_depend_on_what_is_far_away(void **state)
 
 /* The labels of most segmentations, some twenty in a row that do not touch, and many more all
  * differ. */
-static void few_labels_have_the_colours_of_their_values(void **state)
+TEST(few_labels_have_the_colours_of_their_values)
 {
     sc_volume v =
         shape_volume((const int[3]){4, 4, 4}, (const double[3]){1, 1, 1}, 2, PALETTE + 1, cell_of);
 
-    (void)state;
     memset(v.ids, 0, 2 * sc_volume_voxels(&v));
     for (int id = 1; id <= PALETTE; id++)
         v.labels[id].value = id + 2;
@@ -374,7 +365,7 @@ static int above_the_twelfth(double x, double y, double z)
 
 /* Labels that are near each other do not get the same colour, though they do not touch; labels far
  * from each other may. */
-static void labels_that_are_near_differ(void **state)
+TEST(labels_that_are_near_differ)
 {
     const int size[3] = {FIRST * PITCH, 12, 4};
     const double spacing_mm[3] = {1, 1, 1};
@@ -382,7 +373,6 @@ static void labels_that_are_near_differ(void **state)
               far = shape_volume(size, spacing_mm, 1, BLOCKS + 1, above_the_twelfth);
     sc_seen_color one, other;
 
-    (void)state;
     for (int id = 1; id < BLOCKS; id++)
         near.labels[id].value = far.labels[id].value = id;
     near.labels[BLOCKS].value = far.labels[BLOCKS].value = PALETTE + 1;
@@ -398,13 +388,12 @@ static void labels_that_are_near_differ(void **state)
 
 /* A tissue that encloses the others is pale, and none of the palette is near its colour. A colour
  * from a table stays. */
-static void what_encloses_all_is_pale(void **state)
+TEST(what_encloses_all_is_pale)
 {
     const uint8_t given[3] = {10, 20, 30};
     sc_volume v = voronoi();
     sc_seen_color pale;
 
-    (void)state;
     assert_ok(sc_volume_color(&quiet, &v, 7, SC_APPEARANCE_TABLE, 2));
     pale = sc_see_color(v.labels[7].rgb);
     assert_true(hypot(pale.lab[0][1], pale.lab[0][2]) < 0.06);
@@ -426,7 +415,7 @@ static void what_encloses_all_is_pale(void **state)
 }
 
 /* Names as programs write them; the colours are looked at by hue, so that they may be tuned. */
-static void names_have_the_colours_of_anatomy(void **state)
+TEST(names_have_the_colours_of_anatomy)
 {
     static const char *const same[][2] = {
         {"heart_ventricle_left", "Left ventricle"},
@@ -493,7 +482,6 @@ static void names_have_the_colours_of_anatomy(void **state)
                                           "心臓"};
     uint8_t one[3], other[3];
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(same); i++) {
         if (!sc_anatomy_color(same[i][0], false, one) ||
             !sc_anatomy_color(same[i][1], false, other) || memcmp(one, other, 3) != 0)
@@ -513,7 +501,7 @@ static void names_have_the_colours_of_anatomy(void **state)
 }
 
 /* LA is the left atrium where there are LV and RV, and a nucleus of the amygdala elsewhere. */
-static void abbreviations_are_of_the_heart_among_its_chambers(void **state)
+TEST(abbreviations_are_of_the_heart_among_its_chambers)
 {
     static const char *const same[][2] = {{"LA", "Left atrium"},    {"RA", "right_atrium"},
                                           {"Ao", "aorta"},          {"PA", "pulmonary artery"},
@@ -522,7 +510,6 @@ static void abbreviations_are_of_the_heart_among_its_chambers(void **state)
     sc_label labels[3] = {sc_label_new(0), sc_label_new(1), sc_label_new(2)};
     uint8_t one[3], other[3];
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(same); i++) {
         assert_true(sc_anatomy_color(same[i][0], true, one));
         assert_true(sc_anatomy_color(same[i][1], true, other));
@@ -537,12 +524,11 @@ static void abbreviations_are_of_the_heart_among_its_chambers(void **state)
 }
 
 /* A name of the greatest length, each second letter large, is read within its room. */
-static void a_long_name_is_read_within_its_room(void **state)
+TEST(a_long_name_is_read_within_its_room)
 {
     char name[SC_NAME_BYTES];
     uint8_t rgb[3];
 
-    (void)state;
     for (int i = 0; i < SC_NAME_BYTES - 1; i++)
         name[i] = i % 2 ? 'B' : 'a';
     name[SC_NAME_BYTES - 1] = '\0';
@@ -559,7 +545,7 @@ static int layer_of(double x, double y, double z)
 
 /* Eight vertebrae in a row are of one hue, and each can be told from the next; two of them that do
  * not touch may be the same. */
-static void neighbours_of_one_kind_have_shades(void **state)
+TEST(neighbours_of_one_kind_have_shades)
 {
     enum { COUNT = 8 };
     sc_volume v = shape_volume((const int[3]){8, 8, 2 * COUNT}, (const double[3]){1, 1, 1}, 1,
@@ -567,7 +553,6 @@ static void neighbours_of_one_kind_have_shades(void **state)
     uint8_t base[3];
     int as_base = 0;
 
-    (void)state;
     for (int id = 1; id <= COUNT; id++)
         snprintf(v.labels[id].name, SC_NAME_BYTES, "vertebrae_L%d", id);
     assert_true(sc_anatomy_color("vertebrae_L1", false, base));
@@ -585,13 +570,12 @@ static void neighbours_of_one_kind_have_shades(void **state)
 }
 
 /* What a job wants: the table's colours, those of anatomy instead, or distinct ones. */
-static void appearance_decides_between_table_and_anatomy(void **state)
+TEST(appearance_decides_between_table_and_anatomy)
 {
     static const uint8_t given[3] = {10, 200, 30};
     sc_volume v = voronoi();
     uint8_t liver[3], distinct[3];
 
-    (void)state;
     assert_true(sc_anatomy_color("liver", false, liver));
     snprintf(v.labels[1].name, SC_NAME_BYTES, "liver");
     snprintf(v.labels[2].name, SC_NAME_BYTES, "something");
@@ -612,12 +596,11 @@ static void appearance_decides_between_table_and_anatomy(void **state)
     sc_volume_clear(&v);
 }
 
-static void an_allocation_that_fails_is_reported(void **state)
+TEST(an_allocation_that_fails_is_reported)
 {
     sc_volume v = voronoi();
     sc_status status = SC_ERR_MEMORY;
 
-    (void)state;
     for (long n = 0; status != SC_OK; n++) {
         long budget = n;
         sc_ctx ctx = {.alloc_budget = &budget};
@@ -628,27 +611,4 @@ static void an_allocation_that_fails_is_reported(void **state)
     sc_volume_clear(&v);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(oklab_is_that_of_its_author),
-        cmocka_unit_test(colour_blindness_keeps_greys_and_merges_red_and_green),
-        cmocka_unit_test(the_first_colours_are_even_and_far_apart),
-        cmocka_unit_test(the_whole_palette_differs),
-        cmocka_unit_test(labels_that_touch_differ),
-        cmocka_unit_test(colours_are_stable_and_heed_given_ones),
-        cmocka_unit_test(halves_keep_their_colours),
-        cmocka_unit_test(colours_do_not_depend_on_what_is_far_away),
-        cmocka_unit_test(few_labels_have_the_colours_of_their_values),
-        cmocka_unit_test(labels_that_are_near_differ),
-        cmocka_unit_test(what_encloses_all_is_pale),
-        cmocka_unit_test(names_have_the_colours_of_anatomy),
-        cmocka_unit_test(abbreviations_are_of_the_heart_among_its_chambers),
-        cmocka_unit_test(a_long_name_is_read_within_its_room),
-        cmocka_unit_test(neighbours_of_one_kind_have_shades),
-        cmocka_unit_test(appearance_decides_between_table_and_anatomy),
-        cmocka_unit_test(an_allocation_that_fails_is_reported),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -25,7 +25,7 @@ static sc_status load(const char *text, heard *h, sc_job *job)
     return status;
 }
 
-static void a_comparison_is_read_and_written(void **state)
+TEST(a_comparison_is_read_and_written)
 {
     static const char text[] =
         "volume: phantom\n"
@@ -39,7 +39,6 @@ static void a_comparison_is_read_and_written(void **state)
     sc_job job, again;
     heard h;
 
-    (void)state;
     if (load(text, &h, &job) != SC_OK)
         fail_msg("%s", h.text);
     assert_int_equal(job.output.layout, SC_LAYOUT_COMPARE); /* which need not be said */
@@ -61,7 +60,7 @@ static void a_comparison_is_read_and_written(void **state)
     sc_job_clear(&again);
 }
 
-static void wrong_comparisons_are_refused(void **state)
+TEST(wrong_comparisons_are_refused)
 {
     static const struct {
         const char *text, *message;
@@ -84,7 +83,6 @@ static void wrong_comparisons_are_refused(void **state)
         {"shots: [{compare: {with: phantom}}]", "compare holds for the whole film"},
     };
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         char text[512];
         sc_job job;
@@ -98,7 +96,7 @@ static void wrong_comparisons_are_refused(void **state)
     }
 }
 
-static void the_divider_moves_as_the_job_says(void **state)
+TEST(the_divider_moves_as_the_job_says)
 {
     static const struct {
         const char *divider;
@@ -108,7 +106,6 @@ static void the_divider_moves_as_the_job_says(void **state)
                  {"{from: 25%, to: 75%, during: [0%, 50%]}", 160, 480, 480},
                  {"[{at: 0%, value: 0%}, {at: 100%, value: 50%}]", 0, 160, 320}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         char text[256];
         sc_job job;
@@ -128,7 +125,7 @@ static void the_divider_moves_as_the_job_says(void **state)
 }
 
 /* Rows and columns, for pictures of several shapes. */
-static void panels_are_as_large_as_can_be(void **state)
+TEST(panels_are_as_large_as_can_be)
 {
     static const struct {
         int size_px[2], count, columns, rows;
@@ -138,7 +135,6 @@ static void panels_are_as_large_as_can_be(void **state)
                  {{1080, 1080}, 3, 2, 2}, {{3000, 500}, 4, 4, 1},  {{101, 57}, 4, 4, 1},
                  {{16, 16}, 4, 4, 1}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         const int width = cases[i].size_px[0], height = cases[i].size_px[1];
         const int count = cases[i].count;
@@ -167,7 +163,7 @@ static void panels_are_as_large_as_can_be(void **state)
 }
 
 /* Names of any length have room below the pictures, in letters that can be read. */
-static void names_have_room_below_the_pictures(void **state)
+TEST(names_have_room_below_the_pictures)
 {
     static const char *const names[] = {"before", "A name of twenty-five letters", "Two\nlines",
                                         "averyverylongwordthatdoesnotendsoonatall"};
@@ -176,7 +172,6 @@ static void names_have_room_below_the_pictures(void **state)
     sc_caption captions[2] = {{.text = "a"}};
     sc_job job = {.has_compare = true, .compare = {.count = 1}};
 
-    (void)state;
     job.overlays.text_percent = 2.8;
     for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
         snprintf(captions[1].text, sizeof captions[1].text, "%s", names[i]);
@@ -195,7 +190,7 @@ static void names_have_room_below_the_pictures(void **state)
     assert_true(places.text_px < 0.028 * 720);
 }
 
-static void files_have_short_names(void **state)
+TEST(files_have_short_names)
 {
     static const char *const cases[][2] = {{"/data/a/heart.nii.gz", "heart"},
                                            {"Heart_2.seg.nrrd", "Heart 2"},
@@ -207,7 +202,6 @@ static void files_have_short_names(void **state)
                                            {"a\tb\xff.nrrd", "a?b?"}};
     char name[SC_CAPTION_BYTES], path[SC_PATH_BYTES];
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         sc_name_of_file(cases[i][0], name);
         assert_string_equal(name, cases[i][1]);
@@ -231,7 +225,7 @@ static sc_session subject_of(sc_label *labels, sc_label_stats *stats, int count)
                                    .hidden = hidden}};
 }
 
-static void tissues_are_the_same_by_name_or_by_number(void **state)
+TEST(tissues_are_the_same_by_name_or_by_number)
 {
     sc_label a[] = {{0}, {.value = 1, .name = "aorta"}, {.value = 2, .name = "fat"}, {.value = 7}};
     sc_label b[] = {{0}, {.value = 1, .name = "fat"}, {.value = 3, .name = "lung"}};
@@ -241,7 +235,6 @@ static void tissues_are_the_same_by_name_or_by_number(void **state)
     sc_joined joined[3] = {{{0}, 0}};
     sc_status status = SC_ERR_MEMORY;
 
-    (void)state;
     for (int i = 0; i < 8; i++)
         full[i] = (sc_label_stats){.voxels = 5};
     for (long n = 0; status == SC_ERR_MEMORY; n++) { /* no allocation that fails is lost */
@@ -281,17 +274,4 @@ static void tissues_are_the_same_by_name_or_by_number(void **state)
         sc_joined_clear(&joined[s]);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_comparison_is_read_and_written),
-        cmocka_unit_test(wrong_comparisons_are_refused),
-        cmocka_unit_test(the_divider_moves_as_the_job_says),
-        cmocka_unit_test(panels_are_as_large_as_can_be),
-        cmocka_unit_test(names_have_room_below_the_pictures),
-        cmocka_unit_test(files_have_short_names),
-        cmocka_unit_test(tissues_are_the_same_by_name_or_by_number),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -1045,11 +1045,10 @@ static const parser parsers[] = {
     {"options of one kind", parse_options, "", "--quiet", "", 0, SC_OK, 4000},
 };
 
-static void twice_the_input_costs_twice_the_operations(void **state)
+TEST(twice_the_input_costs_twice_the_operations)
 {
     int failed = 0;
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(parsers); i++) {
         const parser *p = &parsers[i];
         uint64_t once, twice;
@@ -1068,11 +1067,4 @@ static void twice_the_input_costs_twice_the_operations(void **state)
     assert_int_equal(failed, 0);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(twice_the_input_costs_twice_the_operations),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -30,21 +30,19 @@ static void check_bar(int columns, double share)
     free(memory);
 }
 
-static void bar_fits_and_shows_the_share(void **state)
+TEST(bar_fits_and_shows_the_share)
 {
     static const double shares[] = {-1, 0, 0.01, 0.3, 0.999, 1, 1.5};
 
-    (void)state;
     for (int columns = -20; columns <= 200; columns++)
         for (size_t i = 0; i < SC_COUNT_OF(shares); i++)
             check_bar(columns, shares[i]);
 }
 
-static void bar_looks_as_expected(void **state)
+TEST(bar_looks_as_expected)
 {
     char bar[SC_BAR_BYTES];
 
-    (void)state;
     sc_progress_bar(10, 0.35, bar);
     assert_string_equal(bar, "[###.......]  ");
     sc_progress_bar(80, 1, bar);
@@ -52,12 +50,11 @@ static void bar_looks_as_expected(void **state)
 }
 
 /* A stage that is done for one of several phases says for which. */
-static void stages_say_for_which_phase_they_are(void **state)
+TEST(stages_say_for_which_phase_they_are)
 {
     sc_stage stage = {.name = NULL};
     const sc_ctx ctx = {.stage = &stage};
 
-    (void)state;
     assert_null(sc_stage_look(&ctx).name);
     sc_stage_begin(&ctx, "preparing", 0, 0);
     assert_string_equal(sc_stage_look(&ctx).text, "preparing");
@@ -71,13 +68,4 @@ static void stages_say_for_which_phase_they_are(void **state)
     assert_string_equal(sc_stage_look(&ctx).text, "sharing");
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bar_fits_and_shows_the_share),
-        cmocka_unit_test(bar_looks_as_expected),
-        cmocka_unit_test(stages_say_for_which_phase_they_are),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -91,14 +91,13 @@ static void assert_same_scan(const sc_label_scan *a, const sc_label_scan *b)
 
 /* 1 and 4 and the empty 5 become a part of 2, which gets a name and the colour of 4; 3 is left out.
  */
-static void labels_are_merged_and_left_out(void **state)
+TEST(labels_are_merged_and_left_out)
 {
     static const int into[LABELS] = {0, 2, 2, 0, 2, 2, 6};
     static const int64_t values[] = {0, 20, 60};
     static const int to[LABELS] = {0, 1, 1, 0, 1, 1, 2};
     const char *names[LABELS] = {[2] = "all"};
 
-    (void)state;
     for (int bytes = 1; bytes <= 2; bytes++) {
         sc_relabel relabel = {0}, again = {0};
         sc_label_scan scan, expected;
@@ -133,13 +132,12 @@ static void labels_are_merged_and_left_out(void **state)
     }
 }
 
-static void a_box_holds_all_voxels_and_no_more(void **state)
+TEST(a_box_holds_all_voxels_and_no_more)
 {
     const bool which[LABELS] = {[0] = true, [1] = true, [6] = true}, none[LABELS] = {[5] = true};
     sc_voxel_box box;
     sc_volume v;
 
-    (void)state;
     make_volume(1, &v);
     memset(v.ids, 0, VOXELS);
     box = sc_volume_box(&v, which);
@@ -160,14 +158,13 @@ static void a_box_holds_all_voxels_and_no_more(void **state)
 }
 
 /* Each voxel that stays has its label, at its place in patient space. */
-static void what_is_cropped_stays_where_it_was(void **state)
+TEST(what_is_cropped_stays_where_it_was)
 {
     static const sc_voxel_box boxes[] = {{{0, 0, 0}, {WIDTH - 1, DEPTH - 1, HEIGHT - 1}},
                                          {{3, 1, 2}, {8, 5, 7}},
                                          {{10, 6, 8}, {10, 6, 8}},
                                          {{0, 3, 0}, {WIDTH - 1, 3, HEIGHT - 1}}};
 
-    (void)state;
     for (size_t b = 0; b < SC_COUNT_OF(boxes) * 2; b++) {
         const sc_voxel_box *box = &boxes[b / 2];
         sc_label_scan scan;
@@ -207,12 +204,11 @@ static void what_is_cropped_stays_where_it_was(void **state)
 }
 
 /* Too little memory changes nothing. */
-static void out_of_memory_is_told(void **state)
+TEST(out_of_memory_is_told)
 {
     static const int into[LABELS] = {0, 1, 2, 3, 4, 5, 6};
     sc_volume v;
 
-    (void)state;
     make_volume(1, &v);
     for (long budget = 0; budget < 2; budget++) {
         long left = budget;
@@ -226,12 +222,4 @@ static void out_of_memory_is_told(void **state)
     sc_volume_clear(&v);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(labels_are_merged_and_left_out),
-                                       cmocka_unit_test(a_box_holds_all_voxels_and_no_more),
-                                       cmocka_unit_test(what_is_cropped_stays_where_it_was),
-                                       cmocka_unit_test(out_of_memory_is_told)};
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

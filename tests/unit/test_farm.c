@@ -182,11 +182,10 @@ static void check_balance(int ranks, int frames, double (*cost_s)(int), double (
     clear_simulation(&s);
 }
 
-static void all_ranks_end_within_the_time_of_a_band(void **state)
+TEST(all_ranks_end_within_the_time_of_a_band)
 {
     static const int ranks[] = {2, 3, 7, 16, 64, 250};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(ranks); i++) {
         check_balance(ranks[i], 12 * ranks[i], same_cost, same_speed, 0);
         check_balance(ranks[i], 12 * ranks[i], same_cost, mixed_speed, 0);
@@ -200,9 +199,8 @@ static void all_ranks_end_within_the_time_of_a_band(void **state)
     }
 }
 
-static void the_hand_out_keeps_65536_ranks_busy(void **state)
+TEST(the_hand_out_keeps_65536_ranks_busy)
 {
-    (void)state;
     for (int ranks = 1024; ranks <= 65536; ranks *= 8) {
         simulation s = {.work = {.ranks = ranks,
                                  .frames = 4 * ranks,
@@ -220,7 +218,7 @@ static void the_hand_out_keeps_65536_ranks_busy(void **state)
 }
 
 /* When rank 0 can hold only a few frames, several ranks draw each of them. */
-static void large_frames_keep_many_ranks_busy(void **state)
+TEST(large_frames_keep_many_ranks_busy)
 {
     simulation s = {.work = {.ranks = 300,
                              .frames = 120,
@@ -231,14 +229,13 @@ static void large_frames_keep_many_ranks_busy(void **state)
                     .speed = same_speed,
                     .latency_s = 1e-5};
 
-    (void)state;
     simulate(&s);
     assert_true((size_t)s.handout.window * 7680 * 4320 * 3 <= (size_t)(256 + 4 * 300) << 20);
     assert_true(s.end_s < 1.25 * total_cost_s(&s) / total_speed(&s));
     clear_simulation(&s);
 }
 
-static void a_single_frame_is_split_over_all_ranks(void **state)
+TEST(a_single_frame_is_split_over_all_ranks)
 {
     const sc_work work = {.ranks = 2,
                           .frames = 1,
@@ -249,7 +246,6 @@ static void a_single_frame_is_split_over_all_ranks(void **state)
     sc_work_unit unit;
     int units = 0, next_row = 0;
 
-    (void)state;
     while (sc_handout_next(&h, &unit) == SC_HANDOUT_UNIT) {
         assert_int_equal(unit.kind, SC_UNIT_BAND);
         assert_int_equal(unit.row, next_row);
@@ -260,12 +256,11 @@ static void a_single_frame_is_split_over_all_ranks(void **state)
     assert_in_range(units, 12, 40);
 }
 
-static void partitions_split_the_frames_that_they_promise(void **state)
+TEST(partitions_split_the_frames_that_they_promise)
 {
     sc_work work = {.ranks = 4, .frames = 100, .width_px = 640, .height_px = 480};
     sc_handout h;
 
-    (void)state;
     work.partition = SC_PARTITION_FRAMES;
     assert_int_equal(sc_handout_begin(&work).split_from, 100);
     work.partition = SC_PARTITION_TILES;
@@ -280,13 +275,12 @@ static void partitions_split_the_frames_that_they_promise(void **state)
     assert_true(h.band_rows > 0);
 }
 
-static void gops_go_out_first_and_leave_frames_for_the_end(void **state)
+TEST(gops_go_out_first_and_leave_frames_for_the_end)
 {
     const sc_work work = {.ranks = 4, .gops = 3, .frames = 2, .width_px = 64, .height_px = 64};
     sc_handout h = sc_handout_begin(&work);
     sc_work_unit unit;
 
-    (void)state;
     for (int g = 0; g < 3; g++) {
         assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_UNIT);
         assert_int_equal(unit.kind, SC_UNIT_GOP);
@@ -343,9 +337,8 @@ static void check_gathered(const sc_work *work, int encoders, int delay)
     }
 }
 
-static void every_gathered_frame_goes_to_the_encoder_of_its_gop_in_order(void **state)
+TEST(every_gathered_frame_goes_to_the_encoder_of_its_gop_in_order)
 {
-    (void)state;
     for (int partition = SC_PARTITION_AUTO; partition <= SC_PARTITION_TILES; partition++) {
         for (int ranks = 2; ranks < 64; ranks += 1 + ranks / 2) {
             for (int encoders = 1; encoders < 64; encoders += encoders) {
@@ -366,7 +359,7 @@ static void every_gathered_frame_goes_to_the_encoder_of_its_gop_in_order(void **
 
 /* A rank that gets GOPs of two groups must not get the later one first, so that a group waits until
  * all encoders of the one before it have begun. */
-static void a_group_waits_until_the_one_before_it_has_begun(void **state)
+TEST(a_group_waits_until_the_one_before_it_has_begun)
 {
     const sc_work work = {.ranks = 5,
                           .gathered = 8,
@@ -377,7 +370,6 @@ static void a_group_waits_until_the_one_before_it_has_begun(void **state)
     sc_handout h = sc_handout_begin(&work);
     sc_work_unit unit;
 
-    (void)state;
     h.encoders = 4;
     for (int i = 0; i < 12; i++) {
         assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_UNIT);
@@ -397,7 +389,7 @@ static void a_group_waits_until_the_one_before_it_has_begun(void **state)
 
 /* However many encoders are wanted, no more GOPs are gathered at a time than there is memory for.
  */
-static void groups_are_no_larger_than_allowed(void **state)
+TEST(groups_are_no_larger_than_allowed)
 {
     const sc_work work = {.ranks = 9,
                           .gathered = 8,
@@ -410,7 +402,6 @@ static void groups_are_no_larger_than_allowed(void **state)
     sc_work_unit unit;
     int most = 0;
 
-    (void)state;
     while (sc_handout_next(&h, &unit) == SC_HANDOUT_UNIT) {
         h.encoders = 8;
         most = h.group_gops > most ? h.group_gops : most;
@@ -432,7 +423,7 @@ static int next_band(sc_handout *h)
     return unit.rows;
 }
 
-static void bands_of_gathered_gops_get_thinner_towards_the_end(void **state)
+TEST(bands_of_gathered_gops_get_thinner_towards_the_end)
 {
     const sc_work work = {.ranks = 1000,
                           .gathered = 60,
@@ -443,7 +434,6 @@ static void bands_of_gathered_gops_get_thinner_towards_the_end(void **state)
     sc_handout h = sc_handout_begin(&work);
     int first = next_band(&h), rows = first, before;
 
-    (void)state;
     assert_true(first > 32 && first % 16 == 0);
     while (h.next_gathered < 60 * 30 - 1) {
         const bool begins = h.next_gathered_row == 0;
@@ -457,9 +447,8 @@ static void bands_of_gathered_gops_get_thinner_towards_the_end(void **state)
     assert_true((long)first * work.ranks * 4 < (long)h.gather_window * work.height_px);
 }
 
-static void there_are_as_many_encoders_as_costs_ask_for(void **state)
+TEST(there_are_as_many_encoders_as_costs_ask_for)
 {
-    (void)state;
     assert_int_equal(sc_handout_encoders(64, 0, 0), 1);
     assert_int_equal(sc_handout_encoders(4096, 200, 0), 17);
     assert_int_equal(sc_handout_encoders(4096, 200, 0.3), 19);
@@ -473,16 +462,15 @@ static void there_are_as_many_encoders_as_costs_ask_for(void **state)
     assert_int_equal(sc_handout_gathered(12288, 4096, false), 0); /* GOPs are drawn whole */
 }
 
-static void a_rank_asks_ahead_only_if_it_knows_what_a_unit_costs(void **state)
+TEST(a_rank_asks_ahead_only_if_it_knows_what_a_unit_costs)
 {
-    (void)state;
     assert_true(sc_handout_ask_age_s(100, 0) > 1e300);
     assert_near(sc_handout_ask_age_s(100, 0.02), 2 - 0.01, 1e-12);
     assert_true(sc_handout_ask_age_s(100, 5e-5) <= 0 && sc_handout_ask_age_s(100, 5e-5) >= 0);
 }
 
 /* After a stop a frame of which some bands are out is completed, and no other is begun. */
-static void a_stop_ends_the_hand_out_at_a_frame(void **state)
+TEST(a_stop_ends_the_hand_out_at_a_frame)
 {
     const sc_work work = {.ranks = 2,
                           .frames = 50,
@@ -493,7 +481,6 @@ static void a_stop_ends_the_hand_out_at_a_frame(void **state)
     sc_work_unit unit;
     int rows = 0;
 
-    (void)state;
     assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_UNIT);
     rows = unit.rows;
     h.stopped = true;
@@ -617,24 +604,22 @@ static sc_status run(probe *p, const int *frames, int count)
     return status;
 }
 
-static void one_rank_accepts_all_frames_in_order(void **state)
+TEST(one_rank_accepts_all_frames_in_order)
 {
     const int frames[] = {3, 4, 7, 9, 30, 31, 32, 33, 90};
     probe p = {.stop_after = -1, .fail_after = -1};
 
-    (void)state;
     assert_ok(run(&p, frames, 9));
     assert_int_equal(p.count, 9);
     assert_memory_equal(p.accepted, frames, sizeof frames);
 }
 
-static void bands_and_gops_are_all_accepted(void **state)
+TEST(bands_and_gops_are_all_accepted)
 {
     const int frames[] = {3, 4, 7, 9, 30, 31};
     probe p = {.stop_after = -1, .fail_after = -1, .partition = SC_PARTITION_TILES, .gops = 2};
     int sum = 0;
 
-    (void)state;
     assert_ok(run(&p, frames, 6));
     assert_int_equal(p.count, 6 + 4 + 2); /* the last GOP is shorter */
     for (int i = 0; i < p.count; i++)
@@ -642,12 +627,11 @@ static void bands_and_gops_are_all_accepted(void **state)
     assert_int_equal(sum, 3 + 4 + 7 + 9 + 30 + 31 + 100 + 101 + 102 + 103 + 104 + 105);
 }
 
-static void a_deadline_that_has_passed_stops_the_farm(void **state)
+TEST(a_deadline_that_has_passed_stops_the_farm)
 {
     int frames[100];
     probe p = {.stop_after = -1, .fail_after = -1, .deadline_s = sc_wall_s() - 1};
 
-    (void)state;
     for (int i = 0; i < 100; i++)
         frames[i] = i;
     assert_int_equal(run(&p, frames, 100), SC_ERR_INCOMPLETE);
@@ -656,12 +640,11 @@ static void a_deadline_that_has_passed_stops_the_farm(void **state)
     assert_ok(run(&p, frames, 100));
 }
 
-static void the_farm_returns_incomplete_after_a_stop_and_the_error_of_a_callback(void **state)
+TEST(the_farm_returns_incomplete_after_a_stop_and_the_error_of_a_callback)
 {
     int frames[UNITS];
     probe p = {.stop_after = 4, .fail_after = -1}, q = {.stop_after = -1, .fail_after = 4};
 
-    (void)state;
     for (int i = 0; i < UNITS; i++)
         frames[i] = i;
     assert_int_equal(run(&p, frames, UNITS), SC_ERR_INCOMPLETE);
@@ -672,39 +655,14 @@ static void the_farm_returns_incomplete_after_a_stop_and_the_error_of_a_callback
 
 /* The frame that cannot be accepted fails while the next one is still being drawn, so that progress
  * is told afterwards. */
-static void a_frame_that_cannot_be_accepted_does_not_count_as_done(void **state)
+TEST(a_frame_that_cannot_be_accepted_does_not_count_as_done)
 {
     const int frames[] = {0, 1, 2, 3, 4};
     probe p = {.stop_after = -1, .fail_after = 1, .slow_frame = 1, .accept_s = SLOW_S / 5};
 
-    (void)state;
     assert_int_equal(run(&p, frames, 5), SC_ERR_WRITE);
     assert_int_equal(p.count, 1);
     assert_int_equal(p.most_done, 0);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(all_ranks_end_within_the_time_of_a_band),
-        cmocka_unit_test(the_hand_out_keeps_65536_ranks_busy),
-        cmocka_unit_test(large_frames_keep_many_ranks_busy),
-        cmocka_unit_test(a_single_frame_is_split_over_all_ranks),
-        cmocka_unit_test(partitions_split_the_frames_that_they_promise),
-        cmocka_unit_test(gops_go_out_first_and_leave_frames_for_the_end),
-        cmocka_unit_test(every_gathered_frame_goes_to_the_encoder_of_its_gop_in_order),
-        cmocka_unit_test(a_group_waits_until_the_one_before_it_has_begun),
-        cmocka_unit_test(groups_are_no_larger_than_allowed),
-        cmocka_unit_test(bands_of_gathered_gops_get_thinner_towards_the_end),
-        cmocka_unit_test(there_are_as_many_encoders_as_costs_ask_for),
-        cmocka_unit_test(a_rank_asks_ahead_only_if_it_knows_what_a_unit_costs),
-        cmocka_unit_test(a_stop_ends_the_hand_out_at_a_frame),
-        cmocka_unit_test(one_rank_accepts_all_frames_in_order),
-        cmocka_unit_test(bands_and_gops_are_all_accepted),
-        cmocka_unit_test(a_deadline_that_has_passed_stops_the_farm),
-        cmocka_unit_test(the_farm_returns_incomplete_after_a_stop_and_the_error_of_a_callback),
-        cmocka_unit_test(a_frame_that_cannot_be_accepted_does_not_count_as_done),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

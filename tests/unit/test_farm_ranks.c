@@ -216,19 +216,17 @@ static void check_all_accepted(const scenario *way)
     assert_int_equal(s.accepted_count, s.gops ? TOTAL : FRAMES);
 }
 
-static void every_frame_is_accepted_once_in_every_way(void **state)
+TEST(every_frame_is_accepted_once_in_every_way)
 {
-    (void)state;
     for_all_ways(check_all_accepted);
 }
 
 /* A rank that does not know yet how long a unit takes must not keep a second one, which another
  * rank could begin at once. */
-static void no_rank_holds_a_second_gop_while_others_have_none(void **state)
+TEST(no_rank_holds_a_second_gop_while_others_have_none)
 {
     scenario s = {.ranks = GOPS, .gops = true, .meet = true, .fails_at = NEVER, .poor_rank = NEVER};
 
-    (void)state;
     assert_ok(run(&s));
     assert_int_equal(s.met, GOPS);
 }
@@ -243,9 +241,8 @@ static void check_failed_frame(const scenario *way)
         assert_true(k < s.fails_at || !s.accepted[k]);
 }
 
-static void a_frame_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks(void **state)
+TEST(a_frame_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks)
 {
-    (void)state;
     for_all_ways(check_failed_frame);
 }
 
@@ -264,9 +261,8 @@ static void check_failed_gop(const scenario *way)
         assert_false(s.accepted[FRAMES + GOP_FRAMES + i]);
 }
 
-static void a_gop_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks(void **state)
+TEST(a_gop_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks)
 {
-    (void)state;
     for_all_ways(check_failed_gop);
 }
 
@@ -284,15 +280,13 @@ static void check_stop(const scenario *way)
     assert_true(s.accepted_count >= FRAMES + s.encoded);
 }
 
-static void after_a_stop_no_frame_of_a_gathered_gop_is_lost(void **state)
+TEST(after_a_stop_no_frame_of_a_gathered_gop_is_lost)
 {
-    (void)state;
     for_all_ways(check_stop);
 }
 
-static void a_gathered_frame_that_cannot_be_encoded_ends_all_ranks(void **state)
+TEST(a_gathered_frame_that_cannot_be_encoded_ends_all_ranks)
 {
-    (void)state;
     for (int place = 0; place < GOP_FRAMES; place++) {
         scenario s = {.ranks = 3,
                       .gops = true,
@@ -369,18 +363,16 @@ static void gather_without_end(sc_comm *comm, void *user)
     sc_gather_close(g);
 }
 
-static void an_encoder_does_not_wait_for_frames_that_are_never_encoded(void **state)
+TEST(an_encoder_does_not_wait_for_frames_that_are_never_encoded)
 {
-    (void)state;
     alarm(120);
     for (int from = 0; from < 2; from++)
         run_ranks(2, false, gather_without_end, &from);
     alarm(0);
 }
 
-static void an_allocation_that_fails_on_any_rank_ends_all_ranks(void **state)
+TEST(an_allocation_that_fails_on_any_rank_ends_all_ranks)
 {
-    (void)state;
     for (int way = 0; way < 6; way++) {
         const int rank = way % 3;
         sc_status outcome = SC_ERR_MEMORY;
@@ -401,18 +393,4 @@ static void an_allocation_that_fails_on_any_rank_ends_all_ranks(void **state)
     }
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_frame_is_accepted_once_in_every_way),
-        cmocka_unit_test(no_rank_holds_a_second_gop_while_others_have_none),
-        cmocka_unit_test(a_frame_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks),
-        cmocka_unit_test(a_gop_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks),
-        cmocka_unit_test(after_a_stop_no_frame_of_a_gathered_gop_is_lost),
-        cmocka_unit_test(a_gathered_frame_that_cannot_be_encoded_ends_all_ranks),
-        cmocka_unit_test(an_encoder_does_not_wait_for_frames_that_are_never_encoded),
-        cmocka_unit_test(an_allocation_that_fails_on_any_rank_ends_all_ranks),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

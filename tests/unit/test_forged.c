@@ -185,9 +185,8 @@ static bool accepts(const forged *from, size_t at, const void *with, size_t byte
     return accepted;
 }
 
-static void a_file_with_a_repaired_checksum_is_accepted(void **state)
+TEST(a_file_with_a_repaired_checksum_is_accepted)
 {
-    (void)state;
     for (int wide = 0; wide < 2; wide++) {
         forged file = prepared_file(wide);
 
@@ -198,9 +197,8 @@ static void a_file_with_a_repaired_checksum_is_accepted(void **state)
 }
 
 /* What is stored is used where it fits, and that does not change a picture. */
-static void stored_and_derived_pictures_are_the_same(void **state)
+TEST(stored_and_derived_pictures_are_the_same)
 {
-    (void)state;
     for (int wide = 0; wide < 2; wide++) {
         const sc_render_settings settings = {
             .surface = SC_SURFACE_SMOOTH,
@@ -239,12 +237,11 @@ static void stored_and_derived_pictures_are_the_same(void **state)
 }
 
 /* Files of other versions are refused, however short they are, and say what to do. */
-static void files_of_other_versions_are_refused(void **state)
+TEST(files_of_other_versions_are_refused)
 {
     forged file = prepared_file(false);
     static const uint32_t versions[] = {0, VERSION - 1, VERSION + 1, UINT32_MAX};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(versions); i++) {
         char text[64];
         heard h;
@@ -276,7 +273,7 @@ static void files_of_other_versions_are_refused(void **state)
 }
 
 /* What is stored for drawing can lead to no other memory than that of the volume. */
-static void stored_contents_out_of_range_are_refused(void **state)
+TEST(stored_contents_out_of_range_are_refused)
 {
     static const double far_points[] = {NAN, INFINITY, -1e300, 1e9};
     const uint64_t ones = ~0ull, none = 0;
@@ -285,7 +282,6 @@ static void stored_contents_out_of_range_are_refused(void **state)
     block_header h;
     uint64_t bytes[SECTIONS];
 
-    (void)state;
     memcpy(&h, file.block, sizeof h);
     lay_out(&h, bytes);
     assert_int_equal(h.stored, STORED_CELLS | STORED_OCCLUSION);
@@ -312,11 +308,10 @@ static const int64_t numbers[] = {0,         1,          -1,        2,         3
                                   255,       256,        65535,     65536,     INT32_MAX,
                                   INT32_MIN, UINT32_MAX, INT64_MAX, INT64_MIN, INT32_MAX - 4};
 
-static void every_word_of_the_header_can_be_forged(void **state)
+TEST(every_word_of_the_header_can_be_forged)
 {
     int accepted = 0, tried = 0;
 
-    (void)state;
     for (int wide = 0; wide < 2; wide++) {
         forged file = prepared_file(wide);
 
@@ -335,7 +330,7 @@ static void every_word_of_the_header_can_be_forged(void **state)
 }
 
 /* Damage that the kernels would follow out of their arrays, or compute with for ever. */
-static void contents_out_of_range_are_refused(void **state)
+TEST(contents_out_of_range_are_refused)
 {
     static const float bad_floats[] = {NAN, INFINITY, -INFINITY, 2};
     static const double bad_numbers[] = {NAN, INFINITY, -1, 1e300};
@@ -346,7 +341,6 @@ static void contents_out_of_range_are_refused(void **state)
     block_header h;
     uint64_t bytes[SECTIONS];
 
-    (void)state;
     memcpy(&h, file.block, sizeof h);
     lay_out(&h, bytes);
     assert_false(accepts(&file, h.offset[IDS] + bytes[IDS] / 2, &all, 1));
@@ -403,12 +397,11 @@ static void contents_out_of_range_are_refused(void **state)
     sc_free(file.block);
 }
 
-static void files_forged_at_random_do_not_crash(void **state)
+TEST(files_forged_at_random_do_not_crash)
 {
     uint64_t random = 11;
     int accepted = 0;
 
-    (void)state;
     for (int i = 0; i < RANDOM_FORGERIES; i++) {
         static forged file;
         const bool anew = i % (RANDOM_FORGERIES / 2) == 0;
@@ -438,17 +431,4 @@ static void files_forged_at_random_do_not_crash(void **state)
     assert_true(accepted > RANDOM_FORGERIES / 20); /* else nothing was drawn */
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_file_with_a_repaired_checksum_is_accepted),
-        cmocka_unit_test(stored_and_derived_pictures_are_the_same),
-        cmocka_unit_test(files_of_other_versions_are_refused),
-        cmocka_unit_test(stored_contents_out_of_range_are_refused),
-        cmocka_unit_test(contents_out_of_range_are_refused),
-        cmocka_unit_test(every_word_of_the_header_can_be_forged),
-        cmocka_unit_test(files_forged_at_random_do_not_crash),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -55,7 +55,7 @@ static bool expect_labels(sc_status status, const sc_label_table *table, const h
     return true;
 }
 
-static void tables_in_xml_are_known_by_their_first_character(void **state)
+TEST(tables_in_xml_are_known_by_their_first_character)
 {
     static const char *const documents[] = {
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
@@ -64,7 +64,6 @@ static void tables_in_xml_are_known_by_their_first_character(void **state)
         "<LabelTable><Label Key=\"2\">second</Label></LabelTable></GIFTI>\n",
         "\xef\xbb\xbf\r\n " LABELS};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(documents); i++) {
         heard said;
         sc_ctx ctx = listening(&said);
@@ -81,7 +80,7 @@ static void tables_in_xml_are_known_by_their_first_character(void **state)
 }
 
 /* Nothing that an XML document says is believed, and entities are not expanded. */
-static void bad_xml_is_refused_with_its_line(void **state)
+TEST(bad_xml_is_refused_with_its_line)
 {
     static const struct {
         const char *document, *message;
@@ -98,7 +97,6 @@ static void bad_xml_is_refused_with_its_line(void **state)
     sc_ctx ctx = listening(&said);
     sc_label_table table = {0};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         write_text("f.xml", cases[i].document);
         assert_int_equal(sc_label_table_read(&ctx, "f.xml", SC_TABLE_XML, &table), SC_ERR_DATA);
@@ -108,14 +106,13 @@ static void bad_xml_is_refused_with_its_line(void **state)
     unlink("f.xml");
 }
 
-static void labels_that_cannot_be_read_are_left_out_with_one_warning(void **state)
+TEST(labels_that_cannot_be_read_are_left_out_with_one_warning)
 {
     heard said;
     sc_ctx ctx = listening(&said);
     sc_label_table table = {0};
     sc_status status;
 
-    (void)state;
     write_text("f.xml", "<LabelTable>\n<Label Key=\"one\">a</Label>\n"
                         "<Label Key=\"2\" Red=\"255\" Green=\"0\" Blue=\"0\">b</Label>\n"
                         "<Label Key=\"99999999999999999999\">c</Label>\n"
@@ -195,13 +192,12 @@ static void write_nifti(const char *path, const extension *extensions, size_t co
 }
 
 /* Whatever the code of the extension is, as TotalSegmentator and Workbench differ in it. */
-static void names_come_from_an_extension_of_the_header(void **state)
+TEST(names_come_from_an_extension_of_the_header)
 {
     static const extension caret = {
         0, 0, "<?xml version=\"1.0\"?> <CaretExtension>" LABELS "</CaretExtension>"};
     const extension two[] = {{6, 0, "a comment"}, caret};
 
-    (void)state;
     for (size_t skip = 0; skip < 2; skip++) {
         heard said;
         sc_ctx ctx = listening(&said);
@@ -221,7 +217,7 @@ static void names_come_from_an_extension_of_the_header(void **state)
 }
 
 /* The voxels are read in any case. */
-static void damaged_extensions_give_a_warning(void **state)
+TEST(damaged_extensions_give_a_warning)
 {
     static const struct {
         extension extension;
@@ -232,7 +228,6 @@ static void damaged_extensions_give_a_warning(void **state)
                  {{0, -16, "<LabelTable/>"}, "has -16 bytes"},
                  {{0, 1 << 30, "<LabelTable/>"}, "has 1073741824 bytes"}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         heard said;
         sc_ctx ctx = listening(&said);
@@ -309,7 +304,7 @@ static void write_mgh(const char *path, const unsigned char h[MGH_HEAD], size_t 
     assert_int_equal(gzclose(file), Z_OK);
 }
 
-static void mgh_of_every_type_is_read(void **state)
+TEST(mgh_of_every_type_is_read)
 {
     static const struct {
         uint32_t type;
@@ -317,7 +312,6 @@ static void mgh_of_every_type_is_read(void **state)
     } types[] = {{0, 1}, {4, 2}, {10, 2}, {1, 4}};
     static const double to_ras[12] = {-2, 0, 0, 13, 0, 0, 4, 18, 0, -3, 0, 33};
 
-    (void)state;
     for (size_t i = 0; i < 2 * SC_COUNT_OF(types); i++) {
         const char *path = i % 2 ? "f.mgz" : "f.mgh";
         unsigned char h[MGH_HEAD];
@@ -412,13 +406,12 @@ static void read_tags(const unsigned char *tags, size_t count, heard *said, sc_v
     assert_ok(sc_volume_read(&ctx, "f.mgz", v));
 }
 
-static void the_colour_table_of_mgh_is_used(void **state)
+TEST(the_colour_table_of_mgh_is_used)
 {
     unsigned char tags[4096] = {0};
     heard said;
     sc_volume v;
 
-    (void)state;
     for (int version = 1; version <= 2; version++) {
         const size_t bytes = mgh_tags(tags, version);
 
@@ -443,14 +436,13 @@ static void the_colour_table_of_mgh_is_used(void **state)
     unlink("f.mgz");
 }
 
-static void mgh_without_geometry_is_coronal(void **state)
+TEST(mgh_without_geometry_is_coronal)
 {
     unsigned char h[MGH_HEAD];
     heard said;
     sc_ctx ctx = listening(&said);
     sc_volume v = {0};
 
-    (void)state;
     mgh_header(h, 0);
     h[29] = 0;
     write_mgh("f.mgh", h, 1, 0);
@@ -465,7 +457,7 @@ static void mgh_without_geometry_is_coronal(void **state)
     unlink("f.mgh");
 }
 
-static void bad_mgh_is_refused(void **state)
+TEST(bad_mgh_is_refused)
 {
     static const struct {
         size_t at;
@@ -484,7 +476,6 @@ static void bad_mgh_is_refused(void **state)
     sc_ctx ctx = listening(&said);
     sc_volume v = {0};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         mgh_header(h, 0);
         put_big(h + cases[i].at, cases[i].value);
@@ -502,7 +493,7 @@ static void bad_mgh_is_refused(void **state)
 }
 
 /* The check sum of a gzip file is verified although tags follow the voxels. */
-static void damage_behind_the_voxels_of_mgz_is_noticed(void **state)
+TEST(damage_behind_the_voxels_of_mgz_is_noticed)
 {
     unsigned char h[MGH_HEAD];
     heard said;
@@ -510,7 +501,6 @@ static void damage_behind_the_voxels_of_mgz_is_noticed(void **state)
     sc_volume v = {0};
     FILE *file;
 
-    (void)state;
     mgh_header(h, 0);
     write_mgh("f.mgz", h, 1, 3000000);
     file = fopen("f.mgz", "rb+");
@@ -550,7 +540,7 @@ static void expect_voxels(const sc_volume *v, const char *values)
         assert_int_equal(v->labels[((const uint8_t *)v->ids)[i]].value, values[i] - '0');
 }
 
-static void masks_of_a_directory_become_labels_by_their_names(void **state)
+TEST(masks_of_a_directory_become_labels_by_their_names)
 {
     heard said;
     sc_ctx ctx = listening(&said);
@@ -558,7 +548,6 @@ static void masks_of_a_directory_become_labels_by_their_names(void **state)
     sc_volume v = {0};
     bool reads = false;
 
-    (void)state;
     assert_int_equal(mkdir("m.dir", 0777), 0);
     write_mask("m.dir/liver.nrrd", "011100", 3);
     write_mask("m.dir/aorta.seg.nrrd", "000001", 3.0000001);
@@ -593,7 +582,7 @@ static void masks_of_a_directory_become_labels_by_their_names(void **state)
 
 /* A tumour within a liver is seen, whatever their names; and each rule says how many voxels it
  * decides. */
-static void overlaps_are_resolved_by_a_rule_and_told(void **state)
+TEST(overlaps_are_resolved_by_a_rule_and_told)
 {
     static const struct {
         sc_overlap overlap;
@@ -616,7 +605,6 @@ static void overlaps_are_resolved_by_a_rule_and_told(void **state)
          "else the smallest (overlap: names), most often as \"tumour\" and not \"liver\" (3)",
          "tum*\nli?er\n"}};
 
-    (void)state;
     assert_int_equal(mkdir("m.dir", 0777), 0);
     write_mask("m.dir/duct.nrrd", "101000", 0);
     write_mask("m.dir/liver.nrrd", "011111", 0);
@@ -653,11 +641,10 @@ static void overlaps_are_resolved_by_a_rule_and_told(void **state)
 
 /* Only the box is kept, and what overlaps outside of it is not told; which tissue is the smaller
  * one follows from whole masks. */
-static void a_box_of_masks_is_as_if_cut_off(void **state)
+TEST(a_box_of_masks_is_as_if_cut_off)
 {
     const sc_read_choice box = {.box = SC_READ_VOXELS, .voxels = {{2, 5}, {0, 1}, {0, 1}}};
 
-    (void)state;
     assert_int_equal(mkdir("m.dir", 0777), 0);
     write_mask("m.dir/duct.nrrd", "101000", 7);
     write_mask("m.dir/liver.nrrd", "011011", 7);
@@ -685,7 +672,7 @@ static void a_box_of_masks_is_as_if_cut_off(void **state)
     (void)!system("rm -r m.dir");
 }
 
-static void masks_that_do_not_fit_together_are_refused(void **state)
+TEST(masks_that_do_not_fit_together_are_refused)
 {
     static const struct {
         const char *name, *voxels, *message;
@@ -702,7 +689,6 @@ static void masks_that_do_not_fit_together_are_refused(void **state)
     sc_ctx ctx = listening(&said);
     sc_volume v = {0};
 
-    (void)state;
     assert_int_equal(mkdir("m.dir", 0777), 0);
     write_mask("m.dir/a.nrrd", "100000", 0);
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
@@ -744,7 +730,7 @@ static void write_layers(const char *path, const char *segments, const char *a, 
     assert_int_equal(fclose(file), 0);
 }
 
-static void segments_in_layers_become_labels(void **state)
+TEST(segments_in_layers_become_labels)
 {
     static const struct {
         const char *segments;
@@ -786,7 +772,6 @@ static void segments_in_layers_become_labels(void **state)
          {"liver", "aorta", NULL},
          "f.seg.nrrd: 2 voxels of its layers hold a value that no segment has; they are left out"}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         heard said;
         sc_ctx ctx = listening(&said);
@@ -810,14 +795,13 @@ static void segments_in_layers_become_labels(void **state)
     unlink("f.seg.nrrd");
 }
 
-static void a_box_of_layers_is_as_if_cut_off(void **state)
+TEST(a_box_of_layers_is_as_if_cut_off)
 {
     const sc_read_choice box = {.box = SC_READ_VOXELS, .voxels = {{1, 4}, {0, 1}, {0, 1}}};
     heard said;
     sc_ctx ctx = listening(&said);
     sc_volume v = {0};
 
-    (void)state;
     write_layers("f.seg.nrrd",
                  SEGMENT("0", "1", "0", "liver") SEGMENT("1", "2", "0", "aorta")
                      SEGMENT("2", "3", "1", "tumour"),
@@ -832,14 +816,13 @@ static void a_box_of_layers_is_as_if_cut_off(void **state)
 }
 
 /* As 3D Slicer writes them: it begins with 1 in each layer. */
-static void numbers_that_layers_share_are_given_anew(void **state)
+TEST(numbers_that_layers_share_are_given_anew)
 {
     heard said;
     sc_ctx ctx = listening(&said);
     sc_label_scan scan = {0};
     sc_volume v = {0};
 
-    (void)state;
     write_layers("f.seg.nrrd",
                  SEGMENT("0", "1", "0", "liver") SEGMENT("1", "2", "0", "aorta")
                      SEGMENT("2", "1", "1", "spleen"),
@@ -860,13 +843,12 @@ static void numbers_that_layers_share_are_given_anew(void **state)
     unlink("f.seg.nrrd");
 }
 
-static void layers_that_cannot_be_read_are_refused(void **state)
+TEST(layers_that_cannot_be_read_are_refused)
 {
     heard said;
     sc_ctx ctx = listening(&said);
     sc_volume v = {0};
 
-    (void)state;
     write_layers("f.seg.nrrd", "", "111102", "003300");
     assert_int_equal(sc_volume_read(&ctx, "f.seg.nrrd", &v), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "holds 2 volumes, one for each time (4-D)"));
@@ -885,28 +867,4 @@ static void layers_that_cannot_be_read_are_refused(void **state)
     unlink("f.seg.nrrd");
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(tables_in_xml_are_known_by_their_first_character),
-        cmocka_unit_test(bad_xml_is_refused_with_its_line),
-        cmocka_unit_test(labels_that_cannot_be_read_are_left_out_with_one_warning),
-        cmocka_unit_test(names_come_from_an_extension_of_the_header),
-        cmocka_unit_test(damaged_extensions_give_a_warning),
-        cmocka_unit_test(mgh_of_every_type_is_read),
-        cmocka_unit_test(the_colour_table_of_mgh_is_used),
-        cmocka_unit_test(mgh_without_geometry_is_coronal),
-        cmocka_unit_test(bad_mgh_is_refused),
-        cmocka_unit_test(masks_of_a_directory_become_labels_by_their_names),
-        cmocka_unit_test(overlaps_are_resolved_by_a_rule_and_told),
-        cmocka_unit_test(a_box_of_masks_is_as_if_cut_off),
-        cmocka_unit_test(a_box_of_layers_is_as_if_cut_off),
-        cmocka_unit_test(masks_that_do_not_fit_together_are_refused),
-        cmocka_unit_test(segments_in_layers_become_labels),
-        cmocka_unit_test(numbers_that_layers_share_are_given_anew),
-        cmocka_unit_test(layers_that_cannot_be_read_are_refused),
-        cmocka_unit_test(damage_behind_the_voxels_of_mgz_is_noticed),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

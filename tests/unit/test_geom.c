@@ -4,14 +4,13 @@
 
 #include "segcast/geom.h"
 
-static void the_inverse_of_an_oblique_map_undoes_it(void **state)
+TEST(the_inverse_of_an_oblique_map_undoes_it)
 {
     const sc_affine a = {{{1.5, 0.2, 0, 10}, {-0.1, 0.9, 0.3, -20}, {0, 0.4, -2, 5}}};
     sc_affine inverse;
     const sc_vec3 p = {3, -4, 5};
     sc_vec3 q;
 
-    (void)state;
     assert_true(sc_affine_invert(&a, &inverse));
     q = sc_affine_point(&inverse, sc_affine_point(&a, p));
     assert_near(q.x, p.x, 1e-12);
@@ -20,7 +19,7 @@ static void the_inverse_of_an_oblique_map_undoes_it(void **state)
     assert_near(sc_affine_determinant(&a) * sc_affine_determinant(&inverse), 1, 1e-12);
 }
 
-static void composed_maps_are_applied_one_after_the_other(void **state)
+TEST(composed_maps_are_applied_one_after_the_other)
 {
     const sc_affine a = {{{1.5, 0.2, 0, 10}, {-0.1, 0.9, 0.3, -20}, {0, 0.4, -2, 5}}};
     const sc_affine b = {{{0, 2, 0, 1}, {-1, 0, 0.5, 2}, {0.25, 0, 3, -7}}};
@@ -29,41 +28,37 @@ static void composed_maps_are_applied_one_after_the_other(void **state)
     const sc_vec3 once = sc_affine_point(&both, p);
     const sc_vec3 twice = sc_affine_point(&b, sc_affine_point(&a, p));
 
-    (void)state;
     assert_near(once.x, twice.x, 1e-12);
     assert_near(once.y, twice.y, 1e-12);
     assert_near(once.z, twice.z, 1e-12);
 }
 
-static void singular_maps_are_refused_at_any_scale(void **state)
+TEST(singular_maps_are_refused_at_any_scale)
 {
     const sc_affine flat = {{{1, 0, 1, 0}, {0, 1, 0, 0}, {1, 0, 1, 0}}};
     const sc_affine tiny = {{{1e-6, 0, 0, 0}, {0, 1e-6, 0, 0}, {0, 0, 1e-6, 0}}};
     const sc_affine bad = {{{NAN, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
     sc_affine out;
 
-    (void)state;
     assert_false(sc_affine_invert(&flat, &out));
     assert_false(sc_affine_invert(&bad, &out));
     assert_true(sc_affine_invert(&tiny, &out));
 }
 
-static void rotations_are_right_handed(void **state)
+TEST(rotations_are_right_handed)
 {
     const sc_vec3 front = {0, 1, 0}, up = {0, 0, 1};
     const sc_vec3 turned = sc_vec3_rotate(front, up, M_PI / 2);
 
-    (void)state;
     assert_near(turned.x, -1, 1e-12); /* from the front to the patient's left */
     assert_near(turned.y, 0, 1e-12);
 }
 
-static void lines_are_clipped_to_boxes(void **state)
+TEST(lines_are_clipped_to_boxes)
 {
     const sc_box3 box = {{0, 0, 0}, {10, 10, 10}};
     double begin = 0, end = 100;
 
-    (void)state;
     assert_true(sc_box3_clip_line(&box, (sc_vec3){-5, 5, 5}, (sc_vec3){1, 0, 0}, &begin, &end));
     assert_near(begin, 5, 0);
     assert_near(end, 15, 0);
@@ -129,12 +124,11 @@ static double nearest_outside(int x, int y, int z, const double step[3])
     return least;
 }
 
-static void distances_are_those_that_trying_all_voxels_gives(void **state)
+TEST(distances_are_those_that_trying_all_voxels_gives)
 {
     static const double steps[][3] = {{1, 1, 1}, {0.7, 1.3, 3}, {2.5, 0.4, 1}};
     double square[NX * NY * NZ];
 
-    (void)state;
     for (size_t s = 0; s < sizeof steps / sizeof *steps; s++) {
         for (int n = 0; n < NX * NY * NZ; n++)
             square[n] = HUGE_VAL;
@@ -149,16 +143,4 @@ static void distances_are_those_that_trying_all_voxels_gives(void **state)
     }
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(distances_are_those_that_trying_all_voxels_gives),
-        cmocka_unit_test(the_inverse_of_an_oblique_map_undoes_it),
-        cmocka_unit_test(composed_maps_are_applied_one_after_the_other),
-        cmocka_unit_test(singular_maps_are_refused_at_any_scale),
-        cmocka_unit_test(rotations_are_right_handed),
-        cmocka_unit_test(lines_are_clipped_to_boxes),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -54,13 +54,12 @@ static double value_at(const sc_grey *grey, int i)
     return grey->low + grey->per_code * grey->codes[i];
 }
 
-static void short_values_are_exact_in_both_byte_orders(void **state)
+TEST(short_values_are_exact_in_both_byte_orders)
 {
     int16_t values[VOXELS], swapped[VOXELS];
     uint16_t codes[VOXELS];
     sc_grey grey;
 
-    (void)state;
     for (int i = 0; i < VOXELS; i++) {
         values[i] = (int16_t)(i * 1100 - 32768);
         swapped[i] = (int16_t)((uint16_t)values[i] >> 8 | (uint16_t)((uint16_t)values[i] << 8));
@@ -80,7 +79,7 @@ static void short_values_are_exact_in_both_byte_orders(void **state)
     unlink("grey.nrrd");
 }
 
-static void a_scaled_nifti_holds_scaled_values(void **state)
+TEST(a_scaled_nifti_holds_scaled_values)
 {
     unsigned char h[352 + VOXELS] = {0};
     const int32_t size = 348;
@@ -89,7 +88,6 @@ static void a_scaled_nifti_holds_scaled_values(void **state)
     uint16_t codes[VOXELS];
     sc_grey grey;
 
-    (void)state;
     memcpy(h, &size, 4);
     memcpy(h + 40, dim, sizeof dim);
     memcpy(h + 70, &type, 2);
@@ -110,13 +108,12 @@ static void a_scaled_nifti_holds_scaled_values(void **state)
     unlink("grey.nii");
 }
 
-static void fractions_are_held_to_a_65535th_of_their_range(void **state)
+TEST(fractions_are_held_to_a_65535th_of_their_range)
 {
     float values[VOXELS];
     uint16_t codes[VOXELS];
     sc_grey grey;
 
-    (void)state;
     for (int i = 0; i < VOXELS; i++)
         values[i] = sinf((float)i) * 300;
     write_nrrd("float", "little", values, sizeof values);
@@ -126,7 +123,7 @@ static void fractions_are_held_to_a_65535th_of_their_range(void **state)
     unlink("grey.nrrd");
 }
 
-static void what_is_no_number_is_the_lowest_and_told(void **state)
+TEST(what_is_no_number_is_the_lowest_and_told)
 {
     double values[VOXELS];
     uint16_t codes[VOXELS];
@@ -134,7 +131,6 @@ static void what_is_no_number_is_the_lowest_and_told(void **state)
     sc_ctx ctx = listening(&said);
     sc_grey grey;
 
-    (void)state;
     for (int i = 0; i < VOXELS; i++)
         values[i] = i + 0.5;
     values[7] = NAN;
@@ -162,7 +158,7 @@ static void what_is_no_number_is_the_lowest_and_told(void **state)
 }
 
 /* A single voxel of 1e30 must not take the precision of all others. */
-static void extreme_values_cost_no_precision(void **state)
+TEST(extreme_values_cost_no_precision)
 {
     enum { SIDE = 40, MANY = SIDE * SIDE * SIDE };
     static float values[MANY];
@@ -171,7 +167,6 @@ static void extreme_values_cost_no_precision(void **state)
     char head[200];
     sc_grey grey;
 
-    (void)state;
     snprintf(head, sizeof head,
              "NRRD0004\ntype: float\ndimension: 3\nsizes: %d %d %d\nencoding: raw\n"
              "endian: little\n\n",
@@ -191,14 +186,13 @@ static void extreme_values_cost_no_precision(void **state)
     unlink("grey.nrrd");
 }
 
-static void colours_and_series_and_too_much_memory_are_refused(void **state)
+TEST(colours_and_series_and_too_much_memory_are_refused)
 {
     const uint8_t data[3 * VOXELS] = {0};
     heard said;
     sc_ctx ctx = listening(&said);
     sc_grey grey;
 
-    (void)state;
     write_file(
         "grey.nrrd",
         "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 5 4 3\nkinds: RGB-color domain domain "
@@ -221,13 +215,12 @@ static void colours_and_series_and_too_much_memory_are_refused(void **state)
     unlink("grey.nrrd");
 }
 
-static void a_file_that_changes_its_size_meanwhile_is_refused(void **state)
+TEST(a_file_that_changes_its_size_meanwhile_is_refused)
 {
     const uint8_t data[VOXELS] = {0};
     uint16_t codes[VOXELS];
     sc_grey grey;
 
-    (void)state;
     write_nrrd("uint8", "little", data, sizeof data);
     assert_ok(sc_grey_read_header(&quiet, "grey.nrrd", &grey));
     write_file("grey.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 60 1 1\nencoding: raw\n\n",
@@ -237,12 +230,11 @@ static void a_file_that_changes_its_size_meanwhile_is_refused(void **state)
     unlink("grey.nrrd");
 }
 
-static void an_allocation_that_fails_is_reported_and_frees_all(void **state)
+TEST(an_allocation_that_fails_is_reported_and_frees_all)
 {
     const uint8_t data[VOXELS] = {0};
     uint16_t codes[VOXELS];
 
-    (void)state;
     write_nrrd("uint8", "little", data, sizeof data);
     for (long n = 0;; n++) {
         long budget = n;
@@ -263,13 +255,12 @@ static void an_allocation_that_fails_is_reported_and_frees_all(void **state)
     unlink("grey.nrrd");
 }
 
-static void what_is_written_is_read_again(void **state)
+TEST(what_is_written_is_read_again)
 {
     uint16_t codes[VOXELS], again[VOXELS];
     sc_grey grey = {.size = {NX, NY, NZ}, .to_ras_mm = identity, .low = -1024, .per_code = 1};
     sc_grey other;
 
-    (void)state;
     grey.to_ras_mm.m[0][1] = 0.25;
     grey.codes = codes;
     for (int i = 0; i < VOXELS; i++)
@@ -283,7 +274,7 @@ static void what_is_written_is_read_again(void **state)
 }
 
 /* Labels on a part of the image: the values elsewhere do not matter. */
-static void the_window_follows_the_values_of_tissues(void **state)
+TEST(the_window_follows_the_values_of_tissues)
 {
     enum { SIDE = 32, MANY = SIDE * SIDE * SIDE };
     static uint16_t codes[MANY];
@@ -299,7 +290,6 @@ static void the_window_follows_the_values_of_tissues(void **state)
     sc_box3 box;
     bool found;
 
-    (void)state;
     grey.low = -1000;
     for (int i = 0; i < MANY; i++) {
         codes[i] = (uint16_t)(i % SIDE < 16 ? 0 : 1000 + i % 101); /* air; tissue of 0 to 100 */
@@ -318,20 +308,4 @@ static void the_window_follows_the_values_of_tissues(void **state)
     assert_near(box.high.x, 3 * SIDE - 0.5, 1e-12);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(short_values_are_exact_in_both_byte_orders),
-        cmocka_unit_test(a_scaled_nifti_holds_scaled_values),
-        cmocka_unit_test(fractions_are_held_to_a_65535th_of_their_range),
-        cmocka_unit_test(what_is_no_number_is_the_lowest_and_told),
-        cmocka_unit_test(extreme_values_cost_no_precision),
-        cmocka_unit_test(colours_and_series_and_too_much_memory_are_refused),
-        cmocka_unit_test(a_file_that_changes_its_size_meanwhile_is_refused),
-        cmocka_unit_test(an_allocation_that_fails_is_reported_and_frees_all),
-        cmocka_unit_test(what_is_written_is_read_again),
-        cmocka_unit_test(the_window_follows_the_values_of_tissues),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

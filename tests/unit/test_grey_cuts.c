@@ -60,7 +60,7 @@ static sc_march march_of(const sc_grey *grey, const sc_affine *from_grid, double
     return march;
 }
 
-static void a_ramp_is_found_at_its_place_in_an_oblique_grid(void **state)
+TEST(a_ramp_is_found_at_its_place_in_an_oblique_grid)
 {
     static uint16_t codes[VOXELS];
     const sc_affine from_grid = {{{0, 0.7, 0, -4}, {-0.8, 0, 0, 30}, {0, 0, 1.1, 2}}};
@@ -71,7 +71,6 @@ static void a_ramp_is_found_at_its_place_in_an_oblique_grid(void **state)
     uint64_t seed = 5;
     int inside = 0;
 
-    (void)state;
     assert_true(sc_affine_invert(&oblique, &to_voxel));
     for (int n = 0; n < 20000; n++) {
         const float point[3] = {(float)random_real(&seed, -10, 60),
@@ -97,7 +96,7 @@ static void a_ramp_is_found_at_its_place_in_an_oblique_grid(void **state)
     assert_true(inside > 1000);
 }
 
-static void a_grey_volume_may_be_one_voxel_thick(void **state)
+TEST(a_grey_volume_may_be_one_voxel_thick)
 {
     const sc_affine from_grid = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
     uint16_t codes[3] = {0, 100, 200};
@@ -106,7 +105,6 @@ static void a_grey_volume_may_be_one_voxel_thick(void **state)
     const sc_march march = {.grey = &g};
     float tone[3];
 
-    (void)state;
     for (int i = 0; i <= SC_GREY_STEPS; i++)
         g.tones[i] = (float)i / SC_GREY_STEPS;
     for (int i = 0; i < 3; i++) {
@@ -126,7 +124,7 @@ static int ball(double x, double y, double z)
 }
 
 /* A slice, on and beside the tissue, and a cut face without shading show each value where it is. */
-static void pictures_show_values_at_their_places(void **state)
+TEST(pictures_show_values_at_their_places)
 {
     static uint16_t codes[VOXELS];
     const int size[3] = {41, 41, 41};
@@ -136,7 +134,6 @@ static void pictures_show_values_at_their_places(void **state)
     small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 1);
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
 
-    (void)state;
     s.settings.width_px = s.settings.height_px = 100;
     s.settings.light = (sc_lighting){.flat = true};
     s.settings.grey = &grey;
@@ -178,7 +175,7 @@ static void expect_same(sc_image *a, sc_image *b)
     assert_memory_equal(a->rgb, b->rgb, sc_image_bytes(a));
 }
 
-static void the_share_mixes_colours_and_ends_at_the_image(void **state)
+TEST(the_share_mixes_colours_and_ends_at_the_image)
 {
     static uint16_t codes[VOXELS];
     const int size[3] = {41, 41, 41};
@@ -189,7 +186,6 @@ static void the_share_mixes_colours_and_ends_at_the_image(void **state)
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     sc_image without, none, mixed;
 
-    (void)state;
     scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
                                   SC_ORTHOGRAPHIC, 20);
     scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
@@ -224,7 +220,7 @@ static int halves(double x, double y, double z)
 }
 
 /* A line between tissues is dark on their colours, and has these on the image. */
-static void lines_on_the_image_have_the_colours_of_tissues(void **state)
+TEST(lines_on_the_image_have_the_colours_of_tissues)
 {
     static uint16_t codes[VOXELS];
     static const uint8_t colors[3][3] = {{0}, {200, 0, 0}, {0, 200, 0}};
@@ -236,7 +232,6 @@ static void lines_on_the_image_have_the_colours_of_tissues(void **state)
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}, .slice = true};
     small_scene s;
 
-    (void)state;
     for (int id = 1; id < 3; id++)
         memcpy(volume.labels[id].rgb, colors[id], 3);
     s = make_scene(volume, 1);
@@ -268,13 +263,12 @@ static void lines_on_the_image_have_the_colours_of_tissues(void **state)
 }
 
 /* Cut faces of translucent tissues in two clip sets, and slices; with a background and without. */
-static void all_ways_to_draw_give_the_same_bits(void **state)
+TEST(all_ways_to_draw_give_the_same_bits)
 {
     static uint16_t codes[48 * 33 * 50];
     sc_grey grey = {.size = {48, 33, 50}, .codes = codes};
     sc_phantom *phantom;
 
-    (void)state;
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_grey(&quiet, phantom, 2, &grey));
     sc_phantom_free(phantom);
@@ -324,16 +318,4 @@ static void all_ways_to_draw_give_the_same_bits(void **state)
     }
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_ramp_is_found_at_its_place_in_an_oblique_grid),
-        cmocka_unit_test(a_grey_volume_may_be_one_voxel_thick),
-        cmocka_unit_test(pictures_show_values_at_their_places),
-        cmocka_unit_test(the_share_mixes_colours_and_ends_at_the_image),
-        cmocka_unit_test(lines_on_the_image_have_the_colours_of_tissues),
-        cmocka_unit_test(all_ways_to_draw_give_the_same_bits),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -45,14 +45,13 @@ static sc_hdf5_answer volume(void)
     return answer;
 }
 
-static void silence_is_an_error(void **state)
+TEST(silence_is_an_error)
 {
     int writes;
     sc_hdf5_process process = begin(&writes);
     sc_hdf5_answer answer = volume();
     char text[SC_HDF5_TEXT_BYTES + 1];
 
-    (void)state;
     put(writes, &answer, sizeof answer - 1);
     assert_int_equal(sc_hdf5_read_answer(&ctx, &process, &answer, text), SC_ERR_DATA);
     assert_non_null(strstr(message, "a.h5: the HDF5 library was awaited for 0 s in vain"));
@@ -60,7 +59,7 @@ static void silence_is_an_error(void **state)
     close(writes);
 }
 
-static void voxels_come_in_blocks(void **state)
+TEST(voxels_come_in_blocks)
 {
     const uint64_t blocks[2] = {4, 2};
     const char why[] = "slices 0 to 1 cannot be read";
@@ -71,7 +70,6 @@ static void voxels_come_in_blocks(void **state)
                    last = {.kind = SC_HDF5_DAMAGED, .text_bytes = sizeof why - 1};
     char text[SC_HDF5_TEXT_BYTES + 1], voxels[8] = "";
 
-    (void)state;
     memcpy(last.magic, SC_HDF5_MAGIC, sizeof last.magic);
     put(writes, &answer, sizeof answer);
     put(writes, "/a", 2);
@@ -93,9 +91,8 @@ static void voxels_come_in_blocks(void **state)
 }
 
 /* Answers that are refused, by what is changed. */
-static void nonsense_is_refused(void **state)
+TEST(nonsense_is_refused)
 {
-    (void)state;
     for (int i = 0; i < 9; i++) {
         int writes;
         sc_hdf5_process process = begin(&writes);
@@ -140,11 +137,4 @@ static void nonsense_is_refused(void **state)
     }
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(silence_is_an_error),
-                                       cmocka_unit_test(voxels_come_in_blocks),
-                                       cmocka_unit_test(nonsense_is_refused)};
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

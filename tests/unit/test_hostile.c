@@ -95,11 +95,10 @@ static void expect(const char *name, sc_status wanted, const char *said_wanted)
         fail_msg("\"%s\", expected: %s", said.text, said_wanted);
 }
 
-static void voxels_come_from_the_folder_of_the_header_only(void **state)
+TEST(voxels_come_from_the_folder_of_the_header_only)
 {
     char folder[PATH_MAX], path[PATH_MAX + 32];
 
-    (void)state;
     remove_folder();
     make_folder();
     expect("in.raw", SC_OK, "");
@@ -139,11 +138,10 @@ static void voxels_come_from_the_folder_of_the_header_only(void **state)
 }
 
 /* The user may name a volume by a link: in a folder that is a link, and by a link to the header. */
-static void a_volume_may_be_named_by_a_link(void **state)
+TEST(a_volume_may_be_named_by_a_link)
 {
     char text[512];
 
-    (void)state;
     make_folder();
     snprintf(text, sizeof text, "%sdata file: in.raw\n", nrrd);
     write_file("t.d/h.nhdr", text, "", 0);
@@ -154,13 +152,12 @@ static void a_volume_may_be_named_by_a_link(void **state)
 }
 
 /* Opening a pipe would wait for its writer. */
-static void a_pipe_is_no_volume_and_no_table(void **state)
+TEST(a_pipe_is_no_volume_and_no_table)
 {
     heard said;
     const sc_ctx ctx = listening(&said);
     sc_label_table table = {0};
 
-    (void)state;
     assert_int_equal(mkfifo("h.pipe", 0666), 0);
     assert_int_equal(read_volume(&ctx, "h.pipe"), SC_ERR_MISSING);
     assert_non_null(strstr(said.text, "is a pipe"));
@@ -171,7 +168,7 @@ static void a_pipe_is_no_volume_and_no_table(void **state)
 
 /* Numbers of encoding ascii: one without end overflowed a buffer of Teem, and one that does not fit
  * the type became another label. */
-static void numbers_in_text_are_bounded(void **state)
+TEST(numbers_in_text_are_bounded)
 {
     enum { DIGITS = 200000 };
     static char text[DIGITS + 1024];
@@ -179,7 +176,6 @@ static void numbers_in_text_are_bounded(void **state)
     const sc_ctx ctx = listening(&said);
     size_t used;
 
-    (void)state;
     used = (size_t)snprintf(
         text, sizeof text,
         "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nencoding: ascii\n\n1 ");
@@ -201,13 +197,12 @@ static void numbers_in_text_are_bounded(void **state)
 }
 
 /* A comment of any length within the header, as some programs write them. */
-static void long_lines_of_metaimage_are_read(void **state)
+TEST(long_lines_of_metaimage_are_read)
 {
     static char text[100000];
     char data[VOXELS];
     size_t used = (size_t)snprintf(text, sizeof text, "%sComment = ", meta);
 
-    (void)state;
     for (int i = 0; i < VOXELS; i++)
         data[i] = (char)(i % 5);
     memset(text + used, 'c', 70000);
@@ -218,7 +213,7 @@ static void long_lines_of_metaimage_are_read(void **state)
 }
 
 /* A MetaImage whose zlib stream was damaged: its check sum is verified, as that of gzip is. */
-static void the_check_sum_of_zlib_is_verified(void **state)
+TEST(the_check_sum_of_zlib_is_verified)
 {
     unsigned char data[VOXELS], packed[256];
     uLongf bytes = sizeof packed;
@@ -226,7 +221,6 @@ static void the_check_sum_of_zlib_is_verified(void **state)
     heard said;
     const sc_ctx ctx = listening(&said);
 
-    (void)state;
     for (int i = 0; i < VOXELS; i++)
         data[i] = (unsigned char)(i % 5);
     assert_int_equal(compress(packed, &bytes, data, sizeof data), Z_OK);
@@ -244,7 +238,7 @@ static void the_check_sum_of_zlib_is_verified(void **state)
 }
 
 /* A name with what NRRD takes for an escape is the same after writing and reading. */
-static void names_survive_writing_and_reading(void **state)
+TEST(names_survive_writing_and_reading)
 {
     uint8_t ids[VOXELS] = {0};
     sc_label labels[2] = {{.value = 0}, {.value = 7, .name = "a\\nb\\\\c:=d # e: f"}};
@@ -256,7 +250,6 @@ static void names_survive_writing_and_reading(void **state)
                          .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
     sc_volume back;
 
-    (void)state;
     ids[5] = 1;
     assert_ok(sc_volume_save_nrrd(&quiet, &v, "h.nrrd", true));
     assert_ok(sc_volume_read(&quiet, "h.nrrd", &back));
@@ -268,7 +261,7 @@ static void names_survive_writing_and_reading(void **state)
 
 /* A volume that takes more memory than the limit is refused before any of it is allocated; a scan
  * keeps no voxels and needs none. */
-static void what_takes_more_memory_than_the_limit_is_refused(void **state)
+TEST(what_takes_more_memory_than_the_limit_is_refused)
 {
     static const char *const encodings[] = {"raw", "ascii"};
     char text[512], data[VOXELS];
@@ -276,7 +269,6 @@ static void what_takes_more_memory_than_the_limit_is_refused(void **state)
     sc_ctx ctx = listening(&said);
     sc_label_scan scan;
 
-    (void)state;
     for (int i = 0; i < VOXELS; i++)
         data[i] = (char)(i % 5);
     snprintf(text, sizeof text, "%s\n", nrrd);
@@ -303,18 +295,4 @@ static void what_takes_more_memory_than_the_limit_is_refused(void **state)
     unlink("h.nrrd");
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(voxels_come_from_the_folder_of_the_header_only),
-        cmocka_unit_test(a_volume_may_be_named_by_a_link),
-        cmocka_unit_test(a_pipe_is_no_volume_and_no_table),
-        cmocka_unit_test(numbers_in_text_are_bounded),
-        cmocka_unit_test(long_lines_of_metaimage_are_read),
-        cmocka_unit_test(the_check_sum_of_zlib_is_verified),
-        cmocka_unit_test(what_takes_more_memory_than_the_limit_is_refused),
-        cmocka_unit_test(names_survive_writing_and_reading),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -20,12 +20,11 @@ static sc_image noise(int width, int height, uint64_t seed)
     return image;
 }
 
-static void a_png_file_keeps_every_pixel(void **state)
+TEST(a_png_file_keeps_every_pixel)
 {
     sc_image image = noise(37, 23, 5), back;
     sc_image_difference d;
 
-    (void)state;
     assert_ok(sc_image_save_png(&quiet, &image, "noise.png", true));
     assert_ok(sc_image_load_png(&quiet, "noise.png", &back));
     assert_true(sc_image_compare(&image, &back, &d));
@@ -39,12 +38,11 @@ static void a_png_file_keeps_every_pixel(void **state)
     sc_image_clear(&back);
 }
 
-static void the_hash_depends_on_size_and_pixels(void **state)
+TEST(the_hash_depends_on_size_and_pixels)
 {
     sc_image wide = noise(8, 4, 9), tall = noise(4, 8, 9);
     uint64_t before = sc_image_hash(&wide);
 
-    (void)state;
     assert_memory_equal(wide.rgb, tall.rgb, 96);
     assert_int_not_equal(sc_image_hash(&wide), sc_image_hash(&tall));
     wide.rgb[95] ^= 1;
@@ -54,13 +52,12 @@ static void the_hash_depends_on_size_and_pixels(void **state)
 }
 
 /* A picture with alpha is another one than without, also where it is opaque. */
-static void a_png_file_keeps_alpha(void **state)
+TEST(a_png_file_keeps_alpha)
 {
     sc_image image, back, opaque;
     sc_image_difference d;
     uint64_t seed = 7, before;
 
-    (void)state;
     assert_ok(sc_image_init_alpha(&quiet, 37, 23, true, &image));
     assert_int_equal(sc_image_bytes(&image), 37 * 23 * 4);
     for (size_t i = 0; i < sc_image_bytes(&image); i++)
@@ -91,14 +88,13 @@ static void a_png_file_keeps_alpha(void **state)
     sc_image_clear(&opaque);
 }
 
-static void flattening_puts_a_colour_behind(void **state)
+TEST(flattening_puts_a_colour_behind)
 {
     static const uint8_t pixels[] = {10, 20, 30, 255, 200, 100, 0, 51, 0, 0, 0, 0};
     static const uint8_t behind[3] = {0, 200, 255};
     static const uint8_t expected[] = {10, 20, 30, 40, 180, 204, 0, 200, 255};
     sc_image image;
 
-    (void)state;
     assert_ok(sc_image_init_alpha(&quiet, 3, 1, true, &image));
     memcpy(image.rgb, pixels, sizeof pixels);
     sc_image_flatten(&image, behind);
@@ -109,11 +105,10 @@ static void flattening_puts_a_colour_behind(void **state)
     sc_image_clear(&image);
 }
 
-static void every_srgb_level_converts_to_linear_light_and_back(void **state)
+TEST(every_srgb_level_converts_to_linear_light_and_back)
 {
     sc_srgb_table table;
 
-    (void)state;
     sc_srgb_table_init(&table);
     for (int level = 0; level < 256; level++)
         assert_int_equal(sc_srgb_level(&table, (float)sc_srgb_to_linear(level / 255.0)), level);
@@ -136,7 +131,7 @@ static void fill_fresh_memory(int byte)
 }
 
 /* What is transparent lies on black, whatever the memory held before. */
-static void a_transparent_png_is_read_on_black(void **state)
+TEST(a_transparent_png_is_read_on_black)
 {
     static const unsigned char png[] = {
         0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44,
@@ -147,7 +142,6 @@ static void a_transparent_png_is_read_on_black(void **state)
     static const uint8_t expected[] = {0, 0, 0, 200, 100, 50};
     sc_image image = {0};
 
-    (void)state;
     assert_ok(sc_file_write(&quiet, "alpha.png", png, sizeof png));
     fill_fresh_memory(85);
     assert_ok(sc_image_load_png(&quiet, "alpha.png", &image));
@@ -159,7 +153,7 @@ static void a_transparent_png_is_read_on_black(void **state)
 }
 
 /* A header that says more than the file can hold is refused before the pixels are allocated. */
-static void a_png_too_short_for_its_size_is_refused(void **state)
+TEST(a_png_too_short_for_its_size_is_refused)
 {
     static const unsigned char png[] = {
         0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48,
@@ -171,7 +165,6 @@ static void a_png_too_short_for_its_size_is_refused(void **state)
     sc_ctx ctx = listening(&h);
     sc_image image = {0};
 
-    (void)state;
     ctx.alloc_budget = &allocations;
     assert_ok(sc_file_write(&quiet, "huge.png", png, sizeof png));
     assert_int_equal(sc_image_load_png(&ctx, "huge.png", &image), SC_ERR_DATA);
@@ -180,7 +173,7 @@ static void a_png_too_short_for_its_size_is_refused(void **state)
 }
 
 /* A chunk that says it is longer than the file (1.9 GB) is not allocated. */
-static void a_png_with_a_chunk_beyond_its_end_is_refused(void **state)
+TEST(a_png_with_a_chunk_beyond_its_end_is_refused)
 {
     static const unsigned char png[] = {
         0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44,
@@ -190,20 +183,18 @@ static void a_png_with_a_chunk_beyond_its_end_is_refused(void **state)
     sc_ctx ctx = listening(&h);
     sc_image image = {0};
 
-    (void)state;
     assert_ok(sc_file_write(&quiet, "chunk.png", png, sizeof png));
     assert_int_equal(sc_image_load_png(&ctx, "chunk.png", &image), SC_ERR_DATA);
     assert_non_null(strstr(h.text, "cut off"));
     unlink("chunk.png");
 }
 
-static void pictures_mix_in_linear_light(void **state)
+TEST(pictures_mix_in_linear_light)
 {
     sc_image a = noise(7, 5, 1), b = noise(7, 5, 2), mixed = noise(7, 5, 1);
     const uint8_t grey[3] = {100, 150, 200};
     sc_mixer mixer;
 
-    (void)state;
     sc_mixer_init(&mixer);
     sc_image_mix(&mixer, &b, 0.25F, 1, 4, &mixed);
     for (size_t i = 0; i < sc_image_bytes(&a); i++) {
@@ -229,7 +220,7 @@ static void pictures_mix_in_linear_light(void **state)
 }
 
 /* Of pixels with alpha, what covers more counts more, and what covers nothing has no colour. */
-static void clear_pictures_mix_by_what_they_cover(void **state)
+TEST(clear_pictures_mix_by_what_they_cover)
 {
     uint8_t mine[12] = {200, 10, 30, 255, 0, 0, 0, 0, 50, 60, 70, 128};
     uint8_t theirs[12] = {0, 0, 0, 0, 0, 0, 0, 0, 50, 60, 70, 128};
@@ -238,7 +229,6 @@ static void clear_pictures_mix_by_what_they_cover(void **state)
     sc_image image = {3, 1, mine, true};
     sc_mixer mixer;
 
-    (void)state;
     sc_mixer_init(&mixer);
     sc_image_mix(&mixer, &other, 0.5F, 0, 1, &image);
     assert_memory_equal(mine, expected, 12);
@@ -247,20 +237,4 @@ static void clear_pictures_mix_by_what_they_cover(void **state)
     assert_int_equal(mine[3], 64);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_png_too_short_for_its_size_is_refused),
-        cmocka_unit_test(a_png_with_a_chunk_beyond_its_end_is_refused),
-        cmocka_unit_test(a_transparent_png_is_read_on_black),
-        cmocka_unit_test(a_png_file_keeps_alpha),
-        cmocka_unit_test(flattening_puts_a_colour_behind),
-        cmocka_unit_test(a_png_file_keeps_every_pixel),
-        cmocka_unit_test(pictures_mix_in_linear_light),
-        cmocka_unit_test(clear_pictures_mix_by_what_they_cover),
-        cmocka_unit_test(the_hash_depends_on_size_and_pixels),
-        cmocka_unit_test(every_srgb_level_converts_to_linear_light_and_back),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

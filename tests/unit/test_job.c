@@ -53,11 +53,10 @@ static void refuses(const char *text, const char *message)
 
 /* What is no YAML is told by line and column, with what stands there and what to write instead, not
  * in the words of libyaml. */
-static void what_is_no_yaml_is_told_in_words_of_the_user(void **state)
+TEST(what_is_no_yaml_is_told_in_words_of_the_user)
 {
     static const char in_quotes[] = "put it in quotes", indented[] = "indented like those above";
 
-    (void)state;
     refuses(
         "volume: phantom\ntissues:\n  *atri*: {}\n",
         "job.yaml:3:3: not YAML: \"*atri*: {}\": a name or value that begins with * needs quotes");
@@ -90,9 +89,8 @@ static void what_is_no_yaml_is_told_in_words_of_the_user(void **state)
 }
 
 /* A NUL byte would end the text there, so that a value is silently another one. */
-static void a_nul_byte_is_refused_with_its_line(void **state)
+TEST(a_nul_byte_is_refused_with_its_line)
 {
-    (void)state;
     refuses("volume: phantom\nlabels: \"heart.ctbl\\0.txt\"\n",
             "job.yaml:2: \"heart.ctbl\\0...\" holds a NUL byte");
     refuses("volume: phantom\n\"labels\\0\": x\n", "job.yaml:2: \"labels\\0...\" holds a NUL byte");
@@ -121,7 +119,7 @@ static bool same_edits(const sc_job *a, const sc_job *b)
 }
 
 /* A volume may be a map; what it says comes back from the text that is written of it. */
-static void what_is_changed_of_a_volume_is_read_and_written(void **state)
+TEST(what_is_changed_of_a_volume_is_read_and_written)
 {
     static const char *const jobs[] = {
         "volume: {path: phantom}\n",
@@ -134,7 +132,6 @@ static void what_is_changed_of_a_volume_is_read_and_written(void **state)
         "volume: {path: phantom, resample: [0.5, 1, 2 mm]}\n",
         "volume: {path: phantom, box_mm: [[-1, 2.25, 3], [10, -20, 30]]}\n"};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(jobs); i++) {
         sc_text written = {0};
         sc_job job, again;
@@ -171,7 +168,7 @@ static void what_is_changed_of_a_volume_is_read_and_written(void **state)
 }
 
 /* A map finds its members by a hash table: all of them, and one that is given twice. */
-static void a_long_map_finds_all_its_members(void **state)
+TEST(a_long_map_finds_all_its_members)
 {
     enum { MEMBERS = 5000 };
     static char text[MEMBERS * 24 + 64];
@@ -179,7 +176,6 @@ static void a_long_map_finds_all_its_members(void **state)
     heard h;
     sc_job job;
 
-    (void)state;
     for (int i = 0; i < MEMBERS; i++)
         used += (size_t)snprintf(text + used, sizeof text - used, "  t%d: {opacity: 0.5}\n", i);
     assert_ok(load(text, &h, NULL, NULL, &job));
@@ -191,9 +187,8 @@ static void a_long_map_finds_all_its_members(void **state)
     refuses(text, "job.yaml:5003: key \"t77\" is given twice (first in line 80)");
 }
 
-static void mistakes_are_named_with_line_and_nearest_name(void **state)
+TEST(mistakes_are_named_with_line_and_nearest_name)
 {
-    (void)state;
     refuses("volume: phantom\noutptu: {}\n", "job.yaml:2: unknown key \"outptu\"; did you mean "
                                              "\"output\"?");
     refuses("volume: phantom\nrender:\n  samples: 9\n", "job.yaml:3: samples is \"9\", expected a "
@@ -254,11 +249,10 @@ static int count_mistakes(const char *text, const char *setting, sc_status expec
 }
 
 /* All mistakes of a job are told in one go: reading goes on after each of them. */
-static void all_mistakes_are_told(void **state)
+TEST(all_mistakes_are_told)
 {
     heard h;
 
-    (void)state;
     assert_int_equal(count_mistakes("volum: phantom\noutput: {fps: fast, size: [640], x: 1}\n"
                                     "tissues: {a: {color: rde, opactiy: 1}, b: 3}\n",
                                     NULL, SC_ERR_DATA, &h),
@@ -281,12 +275,11 @@ static void all_mistakes_are_told(void **state)
 }
 
 /* Of very many mistakes only the first are shown, and their number is told. */
-static void the_number_of_messages_is_bounded(void **state)
+TEST(the_number_of_messages_is_bounded)
 {
     sc_text text = {0};
     heard h;
 
-    (void)state;
     assert_ok(sc_text_add(&quiet, &text, "volume: phantom\n"));
     for (int i = 0; i < 500; i++)
         assert_ok(sc_text_add(&quiet, &text, "key%d: 1\n", i));
@@ -296,7 +289,7 @@ static void the_number_of_messages_is_bounded(void **state)
 }
 
 /* Ways to write the same color, size or length give the same job, and so the same identity. */
-static void values_are_written_in_many_ways(void **state)
+TEST(values_are_written_in_many_ways)
 {
     static const char *const same[][2] = {
         {"render: {background: [255, 51, 51]}", "render: {background: [1.0, .2, .2]}"},
@@ -322,7 +315,6 @@ static void values_are_written_in_many_ways(void **state)
     heard h;
     sc_job job;
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(same); i++) {
         char text[2][256];
         sc_text written[2] = {{0}, {0}};
@@ -341,12 +333,11 @@ static void values_are_written_in_many_ways(void **state)
 }
 
 /* What was silently taken for something else is refused, with what was meant. */
-static void what_is_meant_otherwise_is_told(void **state)
+TEST(what_is_meant_otherwise_is_told)
 {
     heard h;
     sc_job job;
 
-    (void)state;
     refuses("volume: phantom\nanimation: {camera: {orbit: {turns: 360}}}\n",
             "360 degrees are turns: 1");
     refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: left, to: 60}}]}\n",
@@ -377,13 +368,12 @@ static void what_is_meant_otherwise_is_told(void **state)
     sc_job_clear(&job);
 }
 
-static void nesting_is_bounded(void **state)
+TEST(nesting_is_bounded)
 {
     char text[400] = "volume: ";
     heard h;
     sc_job job;
 
-    (void)state;
     for (int i = 0; i < 100; i++)
         strcat(text, "[");
     assert_int_equal(load(text, &h, NULL, NULL, &job), SC_ERR_DATA);
@@ -483,7 +473,7 @@ static void expect_full(const sc_job *job)
     expect_overlays(job);
 }
 
-static void wrong_captions_are_refused(void **state)
+TEST(wrong_captions_are_refused)
 {
     static const struct {
         const char *captions, *message;
@@ -504,7 +494,6 @@ static void wrong_captions_are_refused(void **state)
     };
     char text[256];
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         snprintf(text, sizeof text, "volume: phantom\noverlays: {caption: %s}\n",
                  cases[i].captions);
@@ -515,18 +504,17 @@ static void wrong_captions_are_refused(void **state)
 }
 
 /* A text that is too long is told by its length, and not shown. */
-static void long_captions_are_refused(void **state)
+TEST(long_captions_are_refused)
 {
     char text[10100] = "volume: phantom\noverlays: {caption: ";
     const size_t begin = strlen(text);
 
-    (void)state;
     memset(text + begin, 'a', 10000);
     strcpy(text + begin + 10000, "}\n");
     refuses(text, "the text of a caption has 10000 bytes, expected at most 511");
 }
 
-static void wrong_verbs_are_refused(void **state)
+TEST(wrong_verbs_are_refused)
 {
     static const struct {
         const char *verb, *message;
@@ -559,7 +547,6 @@ static void wrong_verbs_are_refused(void **state)
     };
     char text[256];
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         snprintf(text, sizeof text, "volume: phantom\nanimation:\n  verbs:\n  - {%s}\n",
                  cases[i].verb);
@@ -583,7 +570,7 @@ static void wrong_verbs_are_refused(void **state)
 }
 
 /* Times are shares of the way from the first frame to the last: frame k of N is at k / (N - 1). */
-static void parts_of_the_animation_may_be_times(void **state)
+TEST(parts_of_the_animation_may_be_times)
 {
     static const struct {
         const char *part;
@@ -593,7 +580,6 @@ static void parts_of_the_animation_may_be_times(void **state)
         {"[1s, 2.5 s]", 10, 25},   {"[500ms, 0:10]", 5, 100},    {"[0:01.5, 0.15 min]", 15, 90},
         {"[10%, 10.1s]", 10, 100}, {"[100f, 101f]", 100, 100},   {"[0:00, 0:05]", 0, 50}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         char text[256];
         heard h;
@@ -619,14 +605,13 @@ static void parts_of_the_animation_may_be_times(void **state)
     }
 }
 
-static void wrong_times_are_refused(void **state)
+TEST(wrong_times_are_refused)
 {
     static const char *const wrong[] = {
         "[1, 2]",       "[3s, 1s]",    "[1:5, 0:09]", "[0:60, 0:09]",       "[-1s, 2s]",
         "[1.2.3s, 4s]", "[1e1f, 12f]", "[1 h, 2 h]",  "[1:00:00, 1:00:01]", "[50%, 1s]"};
     char text[256];
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(wrong); i++) {
         snprintf(text, sizeof text,
                  "volume: phantom\nanimation: {frames: 900, camera: {zoom: {during: %s}}}\n",
@@ -652,7 +637,7 @@ static void load_camera(const char *camera, sc_text *written, sc_job *job)
     assert_ok(sc_job_write(&quiet, job, false, written));
 }
 
-static void values_of_the_camera_may_have_key_frames(void **state)
+TEST(values_of_the_camera_may_have_key_frames)
 {
     static const char camera[] =
         "orbit: {angle: [{at: 10f, value: 5}, {at: 0:02, value: -7.5, ease: smooth}, {at: 100%, "
@@ -663,7 +648,6 @@ static void values_of_the_camera_may_have_key_frames(void **state)
     sc_job job, again;
     heard h;
 
-    (void)state;
     load_camera(camera, &text, &job);
     if (load(text.data, &h, NULL, NULL, &again) != SC_OK)
         fail_msg("%s", h.text);
@@ -774,12 +758,11 @@ static const struct {
      "ease: smooth}, {at: 99%, value: [255, 0, 0], ease: linear}]\n"},
 };
 
-static void values_of_the_scene_may_have_key_frames(void **state)
+TEST(values_of_the_scene_may_have_key_frames)
 {
     char text[2048];
     heard h;
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(scene_parts); i++) {
         sc_text first = {0}, twice = {0};
         sc_job job, again;
@@ -803,7 +786,7 @@ static void values_of_the_scene_may_have_key_frames(void **state)
 }
 
 /* Text changes by degrees where the background becomes dark, and at once where it jumps. */
-static void text_follows_the_background(void **state)
+TEST(text_follows_the_background)
 {
     enum { FRAMES = 101, FPS = 20, REACH = 5 };
     const sc_background slow = {
@@ -813,7 +796,6 @@ static void text_follows_the_background(void **state)
     const sc_background constant = {.rgb = {0, 0, 0}};
     int changes = 0;
 
-    (void)state;
     assert_near(sc_dark_text_at(&slow, 0, FRAMES, FPS), 1, 0);
     assert_near(sc_dark_text_at(&slow, FRAMES - 1, FRAMES, FPS), 0, 0);
     for (int k = 1; k < FRAMES; k++) {
@@ -828,7 +810,7 @@ static void text_follows_the_background(void **state)
     assert_near(sc_dark_text_at(&constant, 3, FRAMES, FPS), 0, 0);
 }
 
-static void wrong_key_frames_of_the_scene_are_refused(void **state)
+TEST(wrong_key_frames_of_the_scene_are_refused)
 {
     static const char *const cases[][2] = {
         {"light: {key: [{at: 1s, value: 1}, {at: 10f, value: 2}]}",
@@ -896,14 +878,13 @@ static void wrong_key_frames_of_the_scene_are_refused(void **state)
     };
     char text[512];
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         snprintf(text, sizeof text, "volume: phantom\n%s\n", cases[i][0]);
         refuses(text, cases[i][1]);
     }
 }
 
-static void wrong_key_frames_are_refused(void **state)
+TEST(wrong_key_frames_are_refused)
 {
     static const struct {
         const char *camera, *message;
@@ -934,7 +915,6 @@ static void wrong_key_frames_are_refused(void **state)
     };
     char text[512];
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         snprintf(text, sizeof text, "volume: phantom\nanimation:\n  camera:\n    orbit: {%s}\n",
                  cases[i].camera);
@@ -946,13 +926,12 @@ static void wrong_key_frames_are_refused(void **state)
 }
 
 /* A job that is written as resolved and read again is the same job. */
-static void a_resolved_job_reads_back_the_same(void **state)
+TEST(a_resolved_job_reads_back_the_same)
 {
     heard h;
     sc_job job, again;
     sc_text text = {0}, twice = {0};
 
-    (void)state;
     if (load(full, &h, NULL, NULL, &job) != SC_OK)
         fail_msg("%s", h.text);
     expect_full(&job);
@@ -968,13 +947,12 @@ static void a_resolved_job_reads_back_the_same(void **state)
     sc_job_clear(&again);
 }
 
-static void the_command_line_beats_the_environment_beats_the_file(void **state)
+TEST(the_command_line_beats_the_environment_beats_the_file)
 {
     static const char text[] = "volume: phantom\nrender: {samples: 2}\n";
     heard h;
     sc_job job;
 
-    (void)state;
     assert_ok(load(text, &h, NULL, NULL, &job));
     assert_int_equal(job.render.samples, 2);
     sc_job_clear(&job);
@@ -1029,11 +1007,10 @@ static sc_status check_row(const sc_ctx *ctx, void *user, const sc_key_visit *vi
 }
 
 /* Each row of the table has a help text and an environment variable, which names this row again. */
-static void every_row_is_complete(void **state)
+TEST(every_row_is_complete)
 {
     int rows = 0;
 
-    (void)state;
     assert_ok(sc_keys_walk(&quiet, check_row, &rows));
     assert_true(rows > 80);
 }
@@ -1070,9 +1047,8 @@ static void expect_same_job(const char *setting, const char *variable, const cha
     sc_text_clear(&b);
 }
 
-static void nested_keys_are_set_in_every_way(void **state)
+TEST(nested_keys_are_set_in_every_way)
 {
-    (void)state;
     expect_same_job("animation.camera.orbit.axis=left", "SEGCAST_ANIMATION_CAMERA_ORBIT_AXIS=left",
                     "volume: phantom\nanimation: {camera: {orbit: {axis: left}}}\n");
     expect_same_job("animation.camera.zoom.to=3", "SEGCAST_ANIMATION_CAMERA_ZOOM_TO=3",
@@ -1108,9 +1084,8 @@ static void expect_change(const char *before, const char *setting, const char *a
     sc_text_clear(&b);
 }
 
-static void settings_merge_maps_and_replace_alternatives(void **state)
+TEST(settings_merge_maps_and_replace_alternatives)
 {
-    (void)state;
     expect_change("volume: phantom\noutput: {fps: 25, crf: 20}\n", "output={crf: 30}",
                   "volume: phantom\noutput: {fps: 25, crf: 30}\n");
     expect_change("volume: {path: phantom, keep: [a], crop: visible}\n", "volume=phantom:20x20x20",
@@ -1140,9 +1115,8 @@ static void settings_merge_maps_and_replace_alternatives(void **state)
 }
 
 /* A point of a plane in patient coordinates, instead of a position along its normal. */
-static void a_plane_may_be_given_by_a_point(void **state)
+TEST(a_plane_may_be_given_by_a_point)
 {
-    (void)state;
     expect_change(
         "volume: phantom\nanimation: {clip: [{plane: {normal: [0, 3, 4], at_point: [9, 10, "
         "20]}}]}\n",
@@ -1153,7 +1127,7 @@ static void a_plane_may_be_given_by_a_point(void **state)
 }
 
 /* Names of tissues may hold characters that have a meaning in YAML. */
-static void every_text_is_written_so_that_it_can_be_read(void **state)
+TEST(every_text_is_written_so_that_it_can_be_read)
 {
     static const char text[] = "volume: phantom\ntissues: {'a \"b\" \\c: #': {opacity: 1}}\n"
                                "animation: {clip: [{plane: {normal: left}, except: ['\"\\', "
@@ -1162,7 +1136,6 @@ static void every_text_is_written_so_that_it_can_be_read(void **state)
     sc_job job, again;
     sc_text written = {0};
 
-    (void)state;
     if (load(text, &h, NULL, NULL, &job) != SC_OK)
         fail_msg("%s", h.text);
     assert_ok(sc_job_write(&quiet, &job, false, &written));
@@ -1178,7 +1151,7 @@ static void every_text_is_written_so_that_it_can_be_read(void **state)
 
 /* Only "phantom" and "phantom:WxDxH" stand for the phantom; the name of a file may begin in the
  * same way. */
-static void a_file_named_like_the_phantom_is_a_file(void **state)
+TEST(a_file_named_like_the_phantom_is_a_file)
 {
     const sc_job_sources sources = {.path = "jobs-below/job.yaml"};
     heard h;
@@ -1186,7 +1159,6 @@ static void a_file_named_like_the_phantom_is_a_file(void **state)
     FILE *file;
     sc_job job;
 
-    (void)state;
     mkdir("jobs-below", 0777);
     file = fopen("jobs-below/job.yaml", "w");
     fputs("volume: phantom.nrrd\n", file);
@@ -1200,7 +1172,7 @@ static void a_file_named_like_the_phantom_is_a_file(void **state)
     assert_false(sc_job_is_phantom("phantom.nrrd") || sc_job_is_phantom("phantoms/a.nrrd"));
 }
 
-static void no_allocation_that_fails_is_lost(void **state)
+TEST(no_allocation_that_fails_is_lost)
 {
     static const sc_setting settings[] = {
         {"a", "animation.clip.0.plane", "{normal: right, at: 10%}", false},
@@ -1215,7 +1187,6 @@ static void no_allocation_that_fails_is_lost(void **state)
                                     .environment = environment};
     FILE *file = fopen("job2.yaml", "w");
 
-    (void)state;
     fputs(full, file);
     fclose(file);
     for (long n = 0;; n++) {
@@ -1240,7 +1211,7 @@ static void no_allocation_that_fails_is_lost(void **state)
 }
 
 /* The same for a job with mistakes: they are told, or there is no memory. */
-static void no_allocation_that_fails_hides_a_mistake(void **state)
+TEST(no_allocation_that_fails_hides_a_mistake)
 {
     static const sc_setting settings[] = {{"a", "animation.clip.7.plane", "{normal: up}", false},
                                           {"b", "tissues.x.color", "#12", false}};
@@ -1253,7 +1224,6 @@ static void no_allocation_that_fails_hides_a_mistake(void **state)
     FILE *file = fopen("job3.yaml", "w");
     sc_status status = SC_ERR_MEMORY;
 
-    (void)state;
     fputs("volume: ~/none.nrrd\nlabels: none.ctbl\nligth: {}\noutput: {size: 9, directory: ~/o}\n"
           "tissues: {a: {color: rde}, b: 3}\nanimation:\n  duration: 1 ms\n"
           "  clip:\n    - {sweep: {from: 3}, except: [a, [b]]}\n    - {box: {from: [1]}}\n",
@@ -1286,12 +1256,11 @@ static void expect_frames(const char *text, int total, int count, int first, int
 }
 
 /* A mode sets other defaults, over which the keys of the file win. */
-static void modes_set_defaults(void **state)
+TEST(modes_set_defaults)
 {
     heard h;
     sc_job job;
 
-    (void)state;
     assert_ok(load("volume: phantom\n", &h, NULL, NULL, &job));
     assert_int_equal(job.render.surface, SC_SURFACE_SMOOTH);
     assert_false(job.light.flat);
@@ -1310,12 +1279,11 @@ static void modes_set_defaults(void **state)
 }
 
 /* A box becomes six planes whose normals point inwards. */
-static void a_box_is_six_planes(void **state)
+TEST(a_box_is_six_planes)
 {
     heard h;
     sc_job job;
 
-    (void)state;
     assert_ok(load("volume: phantom\nanimation: {clip: [{box: {from: [10%, 5 mm, 0%], to: [60%, 30 "
                    "mm, 100%]}, except: [a, b]}]}\n",
                    &h, NULL, NULL, &job));
@@ -1328,12 +1296,11 @@ static void a_box_is_six_planes(void **state)
     sc_job_clear(&job);
 }
 
-static void ranges_of_frames(void **state)
+TEST(ranges_of_frames)
 {
     static const char *const bad[] = {"", "a", "3-", "5-2", "0-10:0", "0-3,2", "10", "-1", "1,,2"};
     int *frames, found;
 
-    (void)state;
     expect_frames(NULL, 10, 10, 0, 9);
     expect_frames("0-9:3", 10, 4, 0, 9);
     expect_frames("7, 1 - 3", 10, 4, 1, 7);
@@ -1344,7 +1311,7 @@ static void ranges_of_frames(void **state)
 
 /* A setting that leads nowhere leaves nothing in the job that further mistakes are looked for in.
  */
-static void a_setting_within_a_single_value_is_refused(void **state)
+TEST(a_setting_within_a_single_value_is_refused)
 {
     static const char *const settings[] = {"volume.x=2", "output.video.a.b=2",
                                            "tissues.t.opacity.x=2",
@@ -1352,7 +1319,6 @@ static void a_setting_within_a_single_value_is_refused(void **state)
     heard h;
     sc_job job;
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(settings); i++) {
         const char *text = i ? "volume: phantom\n" : "output: {directory: a}\n";
 
@@ -1362,44 +1328,4 @@ static void a_setting_within_a_single_value_is_refused(void **state)
     }
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_setting_within_a_single_value_is_refused),
-        cmocka_unit_test(mistakes_are_named_with_line_and_nearest_name),
-        cmocka_unit_test(what_is_no_yaml_is_told_in_words_of_the_user),
-        cmocka_unit_test(a_nul_byte_is_refused_with_its_line),
-        cmocka_unit_test(what_is_changed_of_a_volume_is_read_and_written),
-        cmocka_unit_test(a_long_map_finds_all_its_members),
-        cmocka_unit_test(all_mistakes_are_told),
-        cmocka_unit_test(the_number_of_messages_is_bounded),
-        cmocka_unit_test(values_are_written_in_many_ways),
-        cmocka_unit_test(what_is_meant_otherwise_is_told),
-        cmocka_unit_test(nesting_is_bounded),
-        cmocka_unit_test(a_resolved_job_reads_back_the_same),
-        cmocka_unit_test(parts_of_the_animation_may_be_times),
-        cmocka_unit_test(wrong_times_are_refused),
-        cmocka_unit_test(wrong_verbs_are_refused),
-        cmocka_unit_test(wrong_captions_are_refused),
-        cmocka_unit_test(long_captions_are_refused),
-        cmocka_unit_test(values_of_the_camera_may_have_key_frames),
-        cmocka_unit_test(wrong_key_frames_are_refused),
-        cmocka_unit_test(values_of_the_scene_may_have_key_frames),
-        cmocka_unit_test(text_follows_the_background),
-        cmocka_unit_test(wrong_key_frames_of_the_scene_are_refused),
-        cmocka_unit_test(the_command_line_beats_the_environment_beats_the_file),
-        cmocka_unit_test(every_row_is_complete),
-        cmocka_unit_test(nested_keys_are_set_in_every_way),
-        cmocka_unit_test(settings_merge_maps_and_replace_alternatives),
-        cmocka_unit_test(a_plane_may_be_given_by_a_point),
-        cmocka_unit_test(every_text_is_written_so_that_it_can_be_read),
-        cmocka_unit_test(a_file_named_like_the_phantom_is_a_file),
-        cmocka_unit_test(no_allocation_that_fails_is_lost),
-        cmocka_unit_test(no_allocation_that_fails_hides_a_mistake),
-        cmocka_unit_test(modes_set_defaults),
-        cmocka_unit_test(a_box_is_six_planes),
-        cmocka_unit_test(ranges_of_frames),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -113,14 +113,13 @@ static bool meet_more_to_the_end(small_scene *s, const sc_scene *scene, sc_image
     return stats.counters.contributions > fast->contributions;
 }
 
-static void all_skip_methods_and_variants_give_the_same_bits(void **state)
+TEST(all_skip_methods_and_variants_give_the_same_bits)
 {
     const int size[3] = {37, 26, 31};
     const double spacing[3] = {1, 1.3, 0.8};
     uint64_t seed = 23;
     int blank = 0, more = 0;
 
-    (void)state;
     for (int n = 0; n < 120; n++) {
         small_scene s =
             make_scene(shape_volume(size, spacing, 1 + n / 2 % 2, 6, speckles), n % 4 ? 0.4 : 1);
@@ -172,9 +171,8 @@ static void all_skip_methods_and_variants_give_the_same_bits(void **state)
     assert_true(more > 10);
 }
 
-static void threads_and_tiles_do_not_change_the_picture(void **state)
+TEST(threads_and_tiles_do_not_change_the_picture)
 {
-    (void)state;
     for (int way = 0; way < 4; way++) {
         small_scene s = make_scene(small_phantom(), way < 2 ? 0.5 : 1);
         sc_scene scene = front_view(&s);
@@ -208,7 +206,7 @@ static const uint8_t *pixel(const sc_image *image, int x, int y)
 
 /* Columns of a picture that are drawn alone, in a part of an image, are those of the whole, and
  * nothing else is written. */
-static void columns_alone_are_those_of_the_whole(void **state)
+TEST(columns_alone_are_those_of_the_whole)
 {
     small_scene s = make_scene(small_phantom(), 0.5);
     const sc_scene scene = front_view(&s);
@@ -221,7 +219,6 @@ static void columns_alone_are_those_of_the_whole(void **state)
     sc_renderer *r;
     sc_image image;
 
-    (void)state;
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
     assert_ok(sc_image_init(&quiet, width + 2 * border, height + 2 * border, &image));
     sc_render_view(r, &scene, &view, NULL, &image, &stats);
@@ -251,7 +248,7 @@ static void columns_alone_are_those_of_the_whole(void **state)
 }
 
 /* The counters depend on the scene alone: if they change, the method has changed. */
-static void the_counted_work_of_known_frames_does_not_change(void **state)
+TEST(the_counted_work_of_known_frames_does_not_change)
 {
     /* rays, cell visits, brick steps, contributions; the last bit of a cosine may change them a
      * little */
@@ -279,7 +276,6 @@ static void the_counted_work_of_known_frames_does_not_change(void **state)
     static const sc_skip skips[] = {SC_SKIP_LEAP, SC_SKIP_INTERIOR, SC_SKIP_OCTREE,
                                     SC_SKIP_PROXIMITY, SC_SKIP_CHESSBOARD};
 
-    (void)state;
     for (int way = 0; way < (int)SC_COUNT_OF(known); way++) {
         small_scene s = make_scene(small_phantom(), way % 4 < 3 ? 1 : 0.3);
         const sc_scene scene = front_view(&s);
@@ -315,14 +311,13 @@ static void the_counted_work_of_known_frames_does_not_change(void **state)
 
 /* The same where tissues have moved apart: how many rays go through the parts, and how many cells
  * they visit there. If there are more, maps of parts have become wider, or hide less. */
-static void the_counted_work_of_moved_tissues_does_not_change(void **state)
+TEST(the_counted_work_of_moved_tissues_does_not_change)
 {
     static const uint64_t known[2][2] = {{7850, 80518},
                                          {16069, 201240}}; /* opaque, translucent: rays, visits */
     static const sc_vec3 ways[4] = {{0, 0, 0}, {9, 2, 0}, {-5, 9, 3}, {0, 5, 9}};
     sc_vec3 offsets_mm[64];
 
-    (void)state;
     for (int way = 0; way < 2; way++) {
         small_scene s = make_scene(small_phantom(), way ? 0.3 : 1);
         sc_scene scene = front_view(&s);
@@ -360,14 +355,13 @@ static int wall_and_box(double x, double y, double z)
 
 /* Of a tissue so faint that it is no surface of its own, a wall that stands before it hides all,
  * also where the tissue has moved. */
-static void faint_tissues_stay_behind_what_hides_them(void **state)
+TEST(faint_tissues_stay_behind_what_hides_them)
 {
     static const int size[3] = {40, 40, 40};
     static const double spacing[3] = {1, 1, 1};
     static const sc_vec3 offsets_mm[3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 2}};
     sc_image images[2];
 
-    (void)state;
     for (int faint = 0; faint < 2; faint++) {
         small_scene s = make_scene(shape_volume(size, spacing, 1, 3, wall_and_box), 1);
         const sc_affine *to_mm = &s.prepared.view.to_ras_mm;
@@ -399,7 +393,7 @@ static int ball(double x, double y, double z)
 
 /* A ball that is cut in half shows a flat disc of one colour, but for its rim, with caps, and the
  * inside of its far wall without. */
-static void cut_faces_are_solid(void **state)
+TEST(cut_faces_are_solid)
 {
     const int size[3] = {41, 41, 41};
     const double spacing[3] = {1, 1, 1};
@@ -407,7 +401,6 @@ static void cut_faces_are_solid(void **state)
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     sc_image image;
 
-    (void)state;
     s.settings.width_px = s.settings.height_px = 81;
     scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
                                   SC_ORTHOGRAPHIC, 20);
@@ -471,7 +464,7 @@ static int wall(double x, double y, double z)
 /* Every crossing along a ray is found, also where a sheet one voxel thick is entered and left
  * within one cell. Expected are the changes between the owners of points close together on the ray.
  */
-static void no_crossing_is_missed(void **state)
+TEST(no_crossing_is_missed)
 {
     const int size[3] = {31, 27, 29};
     const double spacing[3] = {1, 1, 1};
@@ -479,7 +472,6 @@ static void no_crossing_is_missed(void **state)
     const uint8_t show[8] = {0, 1, 1, 1, 1, 1, 1, 1};
     uint64_t seed = 77, found = 0, expected = 0, within_a_cell = 0;
 
-    (void)state;
     for (int which = 0; which < 3; which++) {
         small_scene s = make_scene(shape_volume(size, spacing, 1, which ? 6 : 2, shapes[which]), 1);
         sc_team *team;
@@ -533,13 +525,12 @@ static int thread_of_voxels(double x, double y, double z)
     return x == floor(13 + 6 * sin(z / 5)) && y == floor(12 + 5 * cos(z / 4));
 }
 
-static void every_voxel_keeps_its_label_where_borders_are_crisp_or_tissue_thin(void **state)
+TEST(every_voxel_keeps_its_label_where_borders_are_crisp_or_tissue_thin)
 {
     const int size[3] = {31, 27, 29};
     const double spacing[3] = {1, 1, 2.5};
     static const double strengths[] = {0, 0.3, 1, SC_SMOOTH_MAX};
 
-    (void)state;
     for (int n = 0; n < 8; n += n == 0 ? 1 : n == 1 ? 1 : 2) { /* speckles at strength 0 alone */
         sc_volume volume =
             shape_volume(size, spacing, 1, n & 1 ? 6 : 2, n & 1 ? speckles : thread_of_voxels);
@@ -565,12 +556,11 @@ static void every_voxel_keeps_its_label_where_borders_are_crisp_or_tissue_thin(v
     }
 }
 
-static void every_listed_kernel_is_found(void **state)
+TEST(every_listed_kernel_is_found)
 {
     size_t count;
     const sc_kernel *all = sc_kernel_all(&count);
 
-    (void)state;
     assert_true(count >= 6); /* none, interior and leap in plain C, of both surfaces */
     for (size_t i = 0; i < count; i++) {
         const sc_kernel *found = sc_kernel_find(all[i].surface, all[i].skip, NULL, all[i].cpu);
@@ -582,7 +572,7 @@ static void every_listed_kernel_is_found(void **state)
     }
 }
 
-static void a_volume_too_large_for_the_wide_kernels_is_marched_by_the_others(void **state)
+TEST(a_volume_too_large_for_the_wide_kernels_is_marched_by_the_others)
 {
     const sc_prepared voxels = {
         .size = {2000, 2000, 2000}, .bricks = {501, 501, 501}, .label_bytes = 1};
@@ -593,7 +583,6 @@ static void a_volume_too_large_for_the_wide_kernels_is_marched_by_the_others(voi
     const sc_prepared masks = {
         .size = {2600, 2600, 2600}, .bricks = {651, 651, 651}, .label_bytes = 1};
 
-    (void)state;
     assert_null(sc_kernel_find(SC_SURFACE_VOXEL, SC_SKIP_LEAP, &voxels, NULL));
     assert_non_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, &voxels, NULL));
     assert_null(sc_kernel_find(SC_SURFACE_VOXEL, SC_SKIP_LEAP, &records, "c"));
@@ -605,21 +594,4 @@ static void a_volume_too_large_for_the_wide_kernels_is_marched_by_the_others(voi
     assert_non_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_INTERIOR, &masks, NULL));
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(all_skip_methods_and_variants_give_the_same_bits),
-        cmocka_unit_test(threads_and_tiles_do_not_change_the_picture),
-        cmocka_unit_test(columns_alone_are_those_of_the_whole),
-        cmocka_unit_test(the_counted_work_of_known_frames_does_not_change),
-        cmocka_unit_test(the_counted_work_of_moved_tissues_does_not_change),
-        cmocka_unit_test(faint_tissues_stay_behind_what_hides_them),
-        cmocka_unit_test(no_crossing_is_missed),
-        cmocka_unit_test(every_voxel_keeps_its_label_where_borders_are_crisp_or_tissue_thin),
-        cmocka_unit_test(cut_faces_are_solid),
-        cmocka_unit_test(every_listed_kernel_is_found),
-        cmocka_unit_test(a_volume_too_large_for_the_wide_kernels_is_marched_by_the_others),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

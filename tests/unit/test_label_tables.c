@@ -50,9 +50,8 @@ static void expect_two(const char *text, bool has_color, float opacity)
     sc_label_table_clear(&table);
 }
 
-static void columns_are_known_by_their_headings(void **state)
+TEST(columns_are_known_by_their_headings)
 {
-    (void)state;
     expect_two("value|name|r|g|b\n4|left atrium|255|128|0\n5|b|1|2|3\n", true, -1);
     /* BIDS; spreadsheets in three ways; 3D Slicer; FastSurfer, whose A is transparency */
     expect_two("index\tname\tabbreviation\tcolor\n4\tleft atrium\tLA\t#ff8000\n5\tb\tB\tn/a\n",
@@ -75,7 +74,7 @@ static void columns_are_known_by_their_headings(void **state)
 }
 
 /* Headings of two words, of the number, the name and the colour, with units behind them. */
-static void headings_of_two_words_are_known(void **state)
+TEST(headings_of_two_words_are_known)
 {
     static const char *const numbers[] = {"ROI",          "roi_id",      "Class ID",
                                           "label_idx",    "Segment",     "SegmentNumber",
@@ -86,7 +85,6 @@ static void headings_of_two_words_are_known(void **state)
                                          "hex code",    "HTML",          "color value"};
     char text[256];
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(numbers); i++) {
         snprintf(text, sizeof text, "%s,name,color,opacity\n4,left atrium,#ff8000,1\n5,b,,0.5\n",
                  numbers[i]);
@@ -114,9 +112,8 @@ static void headings_of_two_words_are_known(void **state)
 
 /* Lists of classes, which have no colours: of TotalSegmentator, whose file in Python has several,
  * the first; its lists in JSON, "total"; and what people write. */
-static void lists_of_classes_are_read(void **state)
+TEST(lists_of_classes_are_read)
 {
-    (void)state;
     expect_two("4 left atrium\n5 b\n", false, -1);
     expect_two("0\tbackground\n4\tleft atrium\n5\tb\n", false, -1);
     expect_two("4,left atrium,\r\n5,b,\r\n", false, -1);
@@ -133,7 +130,7 @@ static void lists_of_classes_are_read(void **state)
 
 /* Tables of 3D Slicer and FreeSurfer are told by the comments with which they begin, whatever the
  * opacities are, unless all labels would be invisible. */
-static void slicer_and_freesurfer_are_told_by_their_comments(void **state)
+TEST(slicer_and_freesurfer_are_told_by_their_comments)
 {
     static const struct {
         const char *text;
@@ -149,7 +146,6 @@ static void slicer_and_freesurfer_are_told_by_their_comments(void **state)
          {0, 0},
          {true, true}}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         sc_label_table table = {0};
         heard said;
@@ -165,9 +161,8 @@ static void slicer_and_freesurfer_are_told_by_their_comments(void **state)
 
 /* A colour may stand at the end of a row: hexadecimal, or as three or four numbers, as in the
  * tables of MRtrix, where the last of two names counts. */
-static void colors_behind_names_are_read(void **state)
+TEST(colors_behind_names_are_read)
 {
-    (void)state;
     expect_two("4 left atrium #ff8000\n5 b #00ff0080\n", true, 128 / 255.0F);
     expect_two("4 LA\tleft atrium\t255 128 0 255\n5 B\tb\t0 0 0 128\n", true, 128 / 255.0F);
     expect_two("# MRtrix\n0  ??  Unknown  0 0 0 0\n4  LA  left atrium  255 128   0 255\n"
@@ -179,7 +174,7 @@ static void colors_behind_names_are_read(void **state)
 }
 
 /* Of several lists in Python only the first is read. */
-static void further_lists_of_classes_are_left_out(void **state)
+TEST(further_lists_of_classes_are_left_out)
 {
     static const char text[] =
         "class_map = {\n \"total\": {\n  1: \"spleen\",\n  2: \"liver\"\n },\n"
@@ -187,14 +182,13 @@ static void further_lists_of_classes_are_left_out(void **state)
     sc_label_table table = {0};
     heard said;
 
-    (void)state;
     assert_ok(read_table(text, sizeof text - 1, &said, &table));
     assert_int_equal(table.count, 2);
     sc_label_table_clear(&table);
 }
 
 /* A row of 3D Slicer without a name of its own has that of its terminology. */
-static void terminologies_name_rows(void **state)
+TEST(terminologies_name_rows)
 {
     static const char text[] =
         "LabelValue,Name,Color_R,Color_G,Color_B,Type_CodeMeaning,TypeModifier_CodeMeaning\n"
@@ -203,7 +197,6 @@ static void terminologies_name_rows(void **state)
     sc_label_table table = {0};
     heard said;
 
-    (void)state;
     assert_ok(read_table(text, sizeof text - 1, &said, &table));
     assert_int_equal(table.count, 3);
     for (size_t i = 0; i < table.count; i++)
@@ -211,9 +204,8 @@ static void terminologies_name_rows(void **state)
     sc_label_table_clear(&table);
 }
 
-static void json_is_known_by_its_bracket(void **state)
+TEST(json_is_known_by_its_bracket)
 {
-    (void)state;
     /* lists and maps of objects; nnU-Net in two ways; names in the order of their numbers */
     expect_two("[{\"value\": 4, \"name\": \"left atrium\", \"color\": [255, 128, 0]},"
                " {\"value\": 5, \"name\": \"b\", \"opacity\": 0.5}]",
@@ -231,7 +223,7 @@ static void json_is_known_by_its_bracket(void **state)
 }
 
 /* Colours of segments of Neuroglancer have no names. */
-static void colors_of_neuroglancer_are_read(void **state)
+TEST(colors_of_neuroglancer_are_read)
 {
     static const char text[] =
         "{\"layers\": [{\"type\": \"image\"}, {\"type\": \"segmentation\", \"segmentColors\": "
@@ -239,7 +231,6 @@ static void colors_of_neuroglancer_are_read(void **state)
     sc_label_table table = {0};
     heard said;
 
-    (void)state;
     assert_ok(read_table(text, sizeof text - 1, &said, &table));
     assert_int_equal(table.count, 1);
     assert_int_equal(table.rows[0].value, 4);
@@ -248,11 +239,10 @@ static void colors_of_neuroglancer_are_read(void **state)
 }
 
 /* Atlases of FSL: the numbers of labels, or of images of probabilities, which begin with 0. */
-static void atlases_of_fsl_are_read(void **state)
+TEST(atlases_of_fsl_are_read)
 {
     static const char *const types[2] = {"Label", "Probabilistic"};
 
-    (void)state;
     for (int i = 0; i < 2; i++) {
         char text[512];
 
@@ -267,9 +257,8 @@ static void atlases_of_fsl_are_read(void **state)
 }
 
 /* Documents of Neuroglancer, OME-Zarr (0.4 and in Zarr 3), NiiVue, and dcmqi. */
-static void json_of_viewers_is_read(void **state)
+TEST(json_of_viewers_is_read)
 {
-    (void)state;
     expect_two("{\"@type\": \"neuroglancer_segment_properties\", \"inline\": {\"ids\": "
                "[\"4\", \"5\"], \"properties\": [{\"id\": \"d\", \"type\": \"description\", "
                "\"values\": [\"x\", \"y\"]}, {\"id\": \"n\", \"type\": \"label\", \"values\": "
@@ -285,7 +274,7 @@ static void json_of_viewers_is_read(void **state)
         true, -1);
 }
 
-static void ome_metadata_is_applied_to_a_volume(void **state)
+TEST(ome_metadata_is_applied_to_a_volume)
 {
     static const char *const documents[] = {
         "{\"image-label\": {\"version\": \"0.4\", \"colors\": [{\"label-value\": 4, \"rgba\": "
@@ -294,7 +283,6 @@ static void ome_metadata_is_applied_to_a_volume(void **state)
         "[{\"label-value\": 4, \"rgba\": [255, 128, 0, 0]}, {\"label-value\": 9, \"rgba\": "
         "[1, 1, 1, 255]}], \"properties\": [{\"label-value\": 4, \"name\": \"atrium\"}]}}}}"};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(documents); i++) {
         sc_volume v = {.label_count = 1};
         sc_label_table table = {0};
@@ -315,7 +303,7 @@ static void ome_metadata_is_applied_to_a_volume(void **state)
 }
 
 /* The same table as UTF-16 of both byte orders, and in Latin-1, which is said. */
-static void other_encodings_become_utf8(void **state)
+TEST(other_encodings_become_utf8)
 {
     static const char utf16[] = "\xff\xfe"
                                 "4\0 \0\xe9\0=\xd8\x00\xde \0001\0 \0002\0 \0003\0\n\0";
@@ -324,7 +312,6 @@ static void other_encodings_become_utf8(void **state)
     char swapped[sizeof utf16];
     static const char *const latin1[] = {"value,name\n4,caf\xe9\n", "4 caf\xe9 1 2 3\n"};
 
-    (void)state;
     assert_ok(read_table(utf16, sizeof utf16 - 1, &said, &table));
     assert_string_equal(table.rows[0].name, "\xc3\xa9\xf0\x9f\x98\x80");
     assert_int_equal(table.rows[0].rgb[2], 3);
@@ -348,13 +335,12 @@ static void other_encodings_become_utf8(void **state)
 
 /* The same as UTF-32 of both byte orders; numbers beyond Unicode and halves of characters are
  * replaced. */
-static void utf32_becomes_utf8(void **state)
+TEST(utf32_becomes_utf8)
 {
     static const uint32_t text[] = {0xfeff, '4', ' ', 0xe9, 0x1f600, 0xd800, 0x110000,
                                     ' ',    '1', ' ', '2',  ' ',     '3',    '\n'};
     char bytes[sizeof text];
 
-    (void)state;
     for (int big = 0; big < 2; big++) {
         sc_label_table table = {0};
         heard said;
@@ -394,30 +380,28 @@ static void read_wide_xml(const char *xml, size_t unit)
 }
 
 /* XML in UTF-16 and UTF-32, whose declaration still says so when it has been decoded. */
-static void wide_xml_is_read(void **state)
+TEST(wide_xml_is_read)
 {
 #define BODY                                                                                       \
     "<LabelTable><Label Key=\"4\" Red=\"1\" Green=\"0\" Blue=\"0\" "                               \
     "Alpha=\"1\">aorta</Label></LabelTable>"
-    (void)state;
     read_wide_xml("<?xml version=\"1.0\" encoding=\"utf-16\"?>" BODY, 2);
     read_wide_xml("<?xml version=\"1.0\" encoding=\"UTF-32\"?>" BODY, 4);
 }
 
 /* 3D Slicer drops the quotation marks around a name. */
-static void names_of_slicer_have_no_quotes(void **state)
+TEST(names_of_slicer_have_no_quotes)
 {
     static const char text[] = "1 'Left_Atrium' 225 95 120 255\n2 b 1 2 3 255\n";
     sc_label_table table = {0};
     heard said;
 
-    (void)state;
     assert_ok(read_table(text, sizeof text - 1, &said, &table));
     assert_string_equal(table.rows[0].name, "Left Atrium");
     sc_label_table_clear(&table);
 }
 
-static void what_cannot_be_read_is_told_with_its_place(void **state)
+TEST(what_cannot_be_read_is_told_with_its_place)
 {
     static const struct {
         const char *text, *message;
@@ -436,7 +420,6 @@ static void what_cannot_be_read_is_told_with_its_place(void **state)
         {"[{\"value\": 1, \"name\": \"a\"}, {\"value\": \"x\", \"name\": \"b\"}, 3]",
          "2 entries have no number", SC_OK}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         sc_label_table table = {0};
         heard said;
@@ -450,12 +433,11 @@ static void what_cannot_be_read_is_told_with_its_place(void **state)
 }
 
 /* A label list of Connectome Workbench has two lines for a label. */
-static void two_lines_for_a_label_are_read(void **state)
+TEST(two_lines_for_a_label_are_read)
 {
     sc_label_table table = {0};
     heard said;
 
-    (void)state;
     expect_two("left atrium\n4 255 128 0 255\nb\n5 1 2 3 128\n", true, 0.5F);
     expect_two("  left atrium \r\n4 255 128 0 255\r\n\r\nb\r\n5 1 2 3 128", true, 0.5F);
     assert_int_equal(read_table("a\n1 2 3 4 255\nb\n2 2 3\n", 22, &said, &table), SC_ERR_DATA);
@@ -467,13 +449,12 @@ static void two_lines_for_a_label_are_read(void **state)
 
 /* Levels that a format cannot have are told: they would make labels invisible, or look like others.
  */
-static void colors_are_known_by_their_names(void **state)
+TEST(colors_are_known_by_their_names)
 {
     static const char *const texts[] = {
         "value,name,color\n1,a,Dark Orange\n2,b,#0000ff80\n",
         "{\"1\": {\"name\": \"a\", \"color\": \"darkorange\"}, \"2\": {\"color\": \"#0000ff80\"}}"};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(texts); i++) {
         sc_label_table table = {0};
         heard said;
@@ -488,7 +469,7 @@ static void colors_are_known_by_their_names(void **state)
     }
 }
 
-static void levels_that_are_changed_are_told(void **state)
+TEST(levels_that_are_changed_are_told)
 {
     static const struct {
         const char *text, *such;
@@ -502,7 +483,6 @@ static void levels_that_are_changed_are_told(void **state)
                  {"x\n4 1 2 3 256\n", "such as 256;", -1},
                  {"value,name,r,g,b,opacity\n4,x,255,0,0,-1\n5,y,255,0,0,0.5\n", "such as -1;", 0}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         sc_label_table table = {0};
         heard said;
@@ -518,7 +498,7 @@ static void levels_that_are_changed_are_told(void **state)
 /* ---- writing ---- */
 
 /* What is written in each format is read again as it was, but for what the format cannot hold. */
-static void tables_are_written_as_they_are_read(void **state)
+TEST(tables_are_written_as_they_are_read)
 {
     sc_label rows[] = {
         {.value = 7, .name = "a, \"b\" & <c>", .rgb = {1, 2, 3}, .has_color = true, .opacity = -1},
@@ -536,7 +516,6 @@ static void tables_are_written_as_they_are_read(void **state)
         SC_TABLE_DELIMITED, SC_TABLE_JSON,       SC_TABLE_JSON,    SC_TABLE_XML, SC_TABLE_WORKBENCH,
         SC_TABLE_NAMES,     SC_TABLE_JSON,       SC_TABLE_JSON};
 
-    (void)state;
     for (size_t i = 0; sc_table_writer_name(i); i++) {
         const char *name = sc_table_writer_name(i);
         const bool has_color =
@@ -577,7 +556,7 @@ static void tables_are_written_as_they_are_read(void **state)
     }
 }
 
-static void what_a_format_cannot_hold_is_told(void **state)
+TEST(what_a_format_cannot_hold_is_told)
 {
     sc_label rows[] = {{.value = -4, .name = "a", .opacity = -1},
                        {.value = 70000, .name = "b", .opacity = -1},
@@ -589,7 +568,6 @@ static void what_a_format_cannot_hold_is_told(void **state)
     heard said;
     const sc_ctx ctx = listening(&said);
 
-    (void)state;
     assert_ok(sc_label_table_print(&ctx, "out", &table, writer, &text));
     assert_int_equal(said.warnings, 3);
     assert_non_null(strstr(said.text, "1 label has no colour"));
@@ -610,32 +588,4 @@ static void what_a_format_cannot_hold_is_told(void **state)
     assert_null(sc_table_writer_for(".csv"));
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(columns_are_known_by_their_headings),
-        cmocka_unit_test(headings_of_two_words_are_known),
-        cmocka_unit_test(lists_of_classes_are_read),
-        cmocka_unit_test(slicer_and_freesurfer_are_told_by_their_comments),
-        cmocka_unit_test(colors_behind_names_are_read),
-        cmocka_unit_test(further_lists_of_classes_are_left_out),
-        cmocka_unit_test(terminologies_name_rows),
-        cmocka_unit_test(json_is_known_by_its_bracket),
-        cmocka_unit_test(json_of_viewers_is_read),
-        cmocka_unit_test(colors_of_neuroglancer_are_read),
-        cmocka_unit_test(atlases_of_fsl_are_read),
-        cmocka_unit_test(ome_metadata_is_applied_to_a_volume),
-        cmocka_unit_test(other_encodings_become_utf8),
-        cmocka_unit_test(utf32_becomes_utf8),
-        cmocka_unit_test(wide_xml_is_read),
-        cmocka_unit_test(names_of_slicer_have_no_quotes),
-        cmocka_unit_test(what_cannot_be_read_is_told_with_its_place),
-        cmocka_unit_test(two_lines_for_a_label_are_read),
-        cmocka_unit_test(colors_are_known_by_their_names),
-        cmocka_unit_test(levels_that_are_changed_are_told),
-        cmocka_unit_test(tables_are_written_as_they_are_read),
-        cmocka_unit_test(what_a_format_cannot_hold_is_told),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -48,7 +48,7 @@ static void set_environment(const char *text)
     }
 }
 
-static void launchers_are_recognized(void **state)
+TEST(launchers_are_recognized)
 {
     static const launch launches[] = {
         {"", false, SC_OK},
@@ -72,7 +72,6 @@ static void launchers_are_recognized(void **state)
     };
     sc_comm *one;
 
-    (void)state;
     assert_ok(sc_comm_open(&quiet, false, &one));
     for (size_t i = 0; i < SC_COUNT_OF(launches); i++) {
         bool use_mpi = !launches[i].use_mpi;
@@ -89,21 +88,12 @@ static void launchers_are_recognized(void **state)
     sc_comm_close(one);
 }
 
-static void another_mode_is_refused(void **state)
+TEST(another_mode_is_refused)
 {
     bool use_mpi;
 
-    (void)state;
     set_environment("SEGCAST_MPI=maybe");
     assert_int_equal(sc_launch_mode(&quiet, &use_mpi), SC_ERR_USAGE);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(launchers_are_recognized),
-        cmocka_unit_test(another_mode_is_refused),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -47,13 +47,12 @@ static small_scene plate_scene(double opacity, sc_scene *scene)
     return s;
 }
 
-static void holes_are_darker_than_open_surfaces(void **state)
+TEST(holes_are_darker_than_open_surfaces)
 {
     sc_scene scene;
     small_scene s = plate_scene(1, &scene);
     sc_image with, without;
 
-    (void)state;
     with = draw_view(&s, &scene, NULL);
     s.settings.light.occlusion = 0;
     without = draw_view(&s, &scene, NULL);
@@ -65,14 +64,13 @@ static void holes_are_darker_than_open_surfaces(void **state)
     free_scene(&s);
 }
 
-static void the_pillar_casts_a_shadow_away_from_the_key_light(void **state)
+TEST(the_pillar_casts_a_shadow_away_from_the_key_light)
 {
     sc_scene scene;
     small_scene s = plate_scene(1, &scene);
     sc_image with, without;
     int darker_right = 0, darker_left = 0;
 
-    (void)state;
     s.settings.light.occlusion = 0;
     without = draw_view(&s, &scene, NULL);
     s.settings.light.shadows = true;
@@ -94,14 +92,13 @@ static void the_pillar_casts_a_shadow_away_from_the_key_light(void **state)
 }
 
 /* The shadow begins at the foot of the pillar, not some way from it. */
-static void the_shadow_of_the_pillar_begins_at_its_foot(void **state)
+TEST(the_shadow_of_the_pillar_begins_at_its_foot)
 {
     sc_scene scene;
     small_scene s = plate_scene(1, &scene);
     sc_image with, without;
     int darker = 0;
 
-    (void)state;
     s.settings.light.occlusion = 0;
     without = draw_view(&s, &scene, NULL);
     s.settings.light.shadows = true;
@@ -116,13 +113,12 @@ static void the_shadow_of_the_pillar_begins_at_its_foot(void **state)
     free_scene(&s);
 }
 
-static void distance_fades_into_the_background(void **state)
+TEST(distance_fades_into_the_background)
 {
     sc_scene scene;
     small_scene s = plate_scene(1, &scene);
     sc_image with, without;
 
-    (void)state;
     s.settings.background[0] = s.settings.background[1] = s.settings.background[2] = 255;
     without = draw_view(&s, &scene, NULL);
     s.settings.light.depth_cue = 0.8;
@@ -155,13 +151,12 @@ static small_scene ball_scene(double opacity, sc_scene *scene)
 }
 
 /* A translucent ball is most opaque at its rim, and more so with a larger sc_lighting.edges. */
-static void translucent_edges_stand_out(void **state)
+TEST(translucent_edges_stand_out)
 {
     sc_scene scene;
     small_scene s = ball_scene(0.2, &scene);
     sc_image with, without;
 
-    (void)state;
     s.settings.light.flat = true;
     s.settings.light.edges = 0;
     without = draw_view(&s, &scene, NULL);
@@ -174,13 +169,12 @@ static void translucent_edges_stand_out(void **state)
     free_scene(&s);
 }
 
-static void flat_light_shows_plain_colours(void **state)
+TEST(flat_light_shows_plain_colours)
 {
     sc_scene scene;
     small_scene s = ball_scene(1, &scene);
     sc_image image;
 
-    (void)state;
     s.settings.light.flat = true;
     image = draw_view(&s, &scene, NULL);
     for (int x = 18; x < 84; x++)
@@ -191,7 +185,7 @@ static void flat_light_shows_plain_colours(void **state)
 
 /* More rays at edges alone give nearly the same picture as more rays everywhere, with a third of
  * the rays. */
-static void more_rays_on_edges_alone_are_nearly_as_good_as_everywhere(void **state)
+TEST(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere)
 {
     small_scene s = make_scene(small_phantom(), 1);
     const sc_scene scene = front_view(&s);
@@ -199,7 +193,6 @@ static void more_rays_on_edges_alone_are_nearly_as_good_as_everywhere(void **sta
     sc_image a, b, c;
     sc_image_difference close, far;
 
-    (void)state;
     s.settings.width_px = 360;
     s.settings.height_px = 280;
     s.settings.samples = 8;
@@ -229,7 +222,7 @@ static int solid(double x, double y, double z)
 /* The shades along an edge of black on white are evenly spaced, as the eye sees them, and more rays
  * on edges alone give the same pixels as more rays everywhere, although the ray through the middle
  * is marched only once. */
-static void edges_have_even_shades_from_rays_that_are_marched_once(void **state)
+TEST(edges_have_even_shades_from_rays_that_are_marched_once)
 {
     const int size[3] = {41, 41, 41};
     const double spacing[3] = {1, 1, 1};
@@ -240,7 +233,6 @@ static void edges_have_even_shades_from_rays_that_are_marched_once(void **state)
     sc_image a, b;
     int seen[6] = {0};
 
-    (void)state;
     for (int i = 0; i < 3; i++)
         volume.labels[1].rgb[i] = 0;
     s = make_scene(volume, 1);
@@ -279,7 +271,7 @@ static int halves(double x, double y, double z)
 }
 
 /* On a cut face there is a line between two tissues, as wide as set, and no other line. */
-static void cut_faces_have_outlines_where_tissues_meet(void **state)
+TEST(cut_faces_have_outlines_where_tissues_meet)
 {
     const int size[3] = {41, 41, 41};
     const double spacing[3] = {1, 1, 1};
@@ -289,7 +281,6 @@ static void cut_faces_have_outlines_where_tissues_meet(void **state)
     sc_image image;
     int dark = 0;
 
-    (void)state;
     for (int id = 1; id < 3; id++) {
         for (int i = 0; i < 3; i++)
             volume.labels[id].rgb[i] = 200;
@@ -310,13 +301,12 @@ static void cut_faces_have_outlines_where_tissues_meet(void **state)
 }
 
 /* A cut face is lit by the lamps, and is darker along its rim, unless the frame is unlit. */
-static void cut_faces_are_lit_and_have_a_rim(void **state)
+TEST(cut_faces_are_lit_and_have_a_rim)
 {
     sc_scene scene;
     small_scene s = ball_scene(1, &scene);
     sc_image lit, dim, flat;
 
-    (void)state;
     scene.plane_count = 1;
     scene.clip_sets[0] = 1;
     scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
@@ -342,7 +332,7 @@ static int block_and_wall(double x, double y, double z)
 
 /* On a cut face a thin wall keeps its colour: it is as bright in its middle as thick tissue is far
  * from its border, while that has a rim. */
-static void thin_walls_keep_their_colour_on_cut_faces(void **state)
+TEST(thin_walls_keep_their_colour_on_cut_faces)
 {
     const int size[3] = {61, 61, 61};
     const double spacing[3] = {1, 1, 1};
@@ -350,7 +340,6 @@ static void thin_walls_keep_their_colour_on_cut_faces(void **state)
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     sc_image image;
 
-    (void)state;
     s.settings.width_px = s.settings.height_px = 122; /* two pixels a voxel */
     scene.camera = sc_camera_look((sc_vec3){30, 30, 200}, (sc_vec3){30, 30, 30}, (sc_vec3){0, 1, 0},
                                   SC_ORTHOGRAPHIC, 30.5);
@@ -399,9 +388,8 @@ static int rim_px(int picture_px)
 
 /* Where voxels are large in the picture, the rim of a cut is as wide as the picture asks, and not
  * as voxels are: the same share of a small picture and of a large one. */
-static void rims_follow_the_picture_where_voxels_are_large(void **state)
+TEST(rims_follow_the_picture_where_voxels_are_large)
 {
-    (void)state;
     assert_in_range(rim_px(400), 2, 5);
     assert_in_range(rim_px(1000), 6, 13);
 }
@@ -414,14 +402,13 @@ static int bar(double x, double y, double z)
 
 /* Where tissue is cut off by the border of the volume there is a flat face with a sharp rim, for
  * both surfaces. */
-static void tissue_at_the_border_of_the_volume_ends_in_a_flat_face(void **state)
+TEST(tissue_at_the_border_of_the_volume_ends_in_a_flat_face)
 {
     const int size[3] = {41, 41, 41};
     const double spacing[3] = {1, 1, 1};
     const float inside[3] = {21, 41.45f, 32.3f}, outside[3] = {21, 41.55f, 21};
     const sc_surface surfaces[2] = {SC_SURFACE_SMOOTH, SC_SURFACE_VOXEL};
 
-    (void)state;
     for (int i = 0; i < 2; i++) {
         small_scene s = make_scene(shape_volume(size, spacing, 1, 2, bar), 1);
         sc_scene scene = {.clip_set_count = 1};
@@ -451,12 +438,11 @@ static int dome(double x, double y, double z)
 
 /* A face at the border of the volume is darker along its rim, at which a flat surface begins, and
  * nowhere else, as far as there is occlusion. */
-static void faces_at_the_border_of_the_volume_have_a_rim(void **state)
+TEST(faces_at_the_border_of_the_volume_have_a_rim)
 {
     const int size[3] = {41, 41, 41};
     const double spacing[3] = {1, 1, 1};
 
-    (void)state;
     for (int occlusion = 0; occlusion < 2; occlusion++) {
         small_scene s = make_scene(shape_volume(size, spacing, 1, 2, dome), 1);
         sc_scene scene = {.clip_set_count = 1};
@@ -494,13 +480,12 @@ static void faces_at_the_border_of_the_volume_have_a_rim(void **state)
 
 /* A camera inside an opaque tissue sees its walls from within: without a clip plane there is no cut
  * face. */
-static void a_camera_inside_a_tissue_sees_its_walls(void **state)
+TEST(a_camera_inside_a_tissue_sees_its_walls)
 {
     sc_scene scene;
     small_scene s = ball_scene(1, &scene);
     sc_image image;
 
-    (void)state;
     scene.camera = sc_camera_look((sc_vec3){20, 20, 20}, (sc_vec3){20, 0, 20}, (sc_vec3){0, 0, 1},
                                   SC_PERSPECTIVE, 0.5);
     image = draw_view(&s, &scene, NULL);
@@ -514,12 +499,11 @@ static void a_camera_inside_a_tissue_sees_its_walls(void **state)
 
 /* Two half-opaque black surfaces on white are about as dark as where levels of pixels are blended,
  * 64, and not the 137 of linear light; with one kernel as with another, and with more rays. */
-static void half_opaque_tissues_are_not_washed_out(void **state)
+TEST(half_opaque_tissues_are_not_washed_out)
 {
     sc_scene scene;
     small_scene s = plate_scene(0.5, &scene);
 
-    (void)state;
     s.settings.light = (sc_lighting){.flat = true};
     memset(s.tissues[1].rgb_linear, 0, sizeof s.tissues[1].rgb_linear);
     for (int n = 0; n < 4; n++) {
@@ -534,26 +518,4 @@ static void half_opaque_tissues_are_not_washed_out(void **state)
     free_scene(&s);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(holes_are_darker_than_open_surfaces),
-        cmocka_unit_test(the_pillar_casts_a_shadow_away_from_the_key_light),
-        cmocka_unit_test(the_shadow_of_the_pillar_begins_at_its_foot),
-        cmocka_unit_test(distance_fades_into_the_background),
-        cmocka_unit_test(translucent_edges_stand_out),
-        cmocka_unit_test(flat_light_shows_plain_colours),
-        cmocka_unit_test(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere),
-        cmocka_unit_test(edges_have_even_shades_from_rays_that_are_marched_once),
-        cmocka_unit_test(cut_faces_have_outlines_where_tissues_meet),
-        cmocka_unit_test(cut_faces_are_lit_and_have_a_rim),
-        cmocka_unit_test(thin_walls_keep_their_colour_on_cut_faces),
-        cmocka_unit_test(tissue_at_the_border_of_the_volume_ends_in_a_flat_face),
-        cmocka_unit_test(faces_at_the_border_of_the_volume_have_a_rim),
-        cmocka_unit_test(rims_follow_the_picture_where_voxels_are_large),
-        cmocka_unit_test(a_camera_inside_a_tissue_sees_its_walls),
-        cmocka_unit_test(half_opaque_tissues_are_not_washed_out),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -56,13 +56,12 @@ static void write_file(const char *path)
     sc_measurement_file_close(file);
 }
 
-static void what_is_written_is_read(void **state)
+TEST(what_is_written_is_read)
 {
     const sc_measurement m = measured(1, 2.5, 5);
     sc_measurements all;
     uint64_t whole;
 
-    (void)state;
     write_file("m.jsonl");
     assert_ok(sc_measurements_read(&quiet, "m.jsonl", &all, &whole));
     assert_int_equal(all.count, 1);
@@ -106,14 +105,13 @@ static void remove_member(const char *path, const char *key)
 }
 
 /* Studies that were begun before roofs were measured and instructions counted are read. */
-static void what_was_not_counted_once_is_unknown(void **state)
+TEST(what_was_not_counted_once_is_unknown)
 {
     static const char *const keys[] = {"\"read_bytes_per_s\"", "\"instructions\"",
                                        "\"memory_bytes\""};
     sc_measurements all;
     uint64_t whole;
 
-    (void)state;
     write_file("m.jsonl");
     for (size_t i = 0; i < SC_COUNT_OF(keys); i++)
         remove_member("m.jsonl", keys[i]);
@@ -127,7 +125,7 @@ static void what_was_not_counted_once_is_unknown(void **state)
 
 /* A line that was not finished is left out, and overwritten when the study goes on; two processes
  * cannot write to one file. */
-static void a_killed_study_goes_on(void **state)
+TEST(a_killed_study_goes_on)
 {
     const sc_measurement m = measured(5, 1, 4);
     sc_measurement_file *file, *second = NULL;
@@ -137,7 +135,6 @@ static void a_killed_study_goes_on(void **state)
     uint64_t whole, grown;
     FILE *stream;
 
-    (void)state;
     write_file("m.jsonl");
     assert_ok(sc_measurements_read(&quiet, "m.jsonl", &all, &whole));
     sc_measurements_clear(&all);
@@ -181,9 +178,8 @@ static void refuses(const char *text, const char *message)
 
 #define HEAD                                                                                       \
     "{\"schema\":\"segcast-study-1\",\"study\":\"0000000000000001\",\"title\":\"\",\"axes\":"
-static void damage_is_told(void **state)
+TEST(damage_is_told)
 {
-    (void)state;
     refuses("", "holds no line");
     refuses("{}\n", "bad.jsonl:1: this is not the first line");
     refuses("nonsense\n", "bad.jsonl:1");
@@ -195,13 +191,12 @@ static void damage_is_told(void **state)
 }
 
 /* Weak scaling: four ranks draw four times as many rays in the time of one. */
-static void more_work_for_more_ranks(void **state)
+TEST(more_work_for_more_ranks)
 {
     sc_measurements all = {.design = design};
     sc_measurement one = measured(0, 8, 8), four = measured(2, 10, 40);
     sc_cell_result *results;
 
-    (void)state;
     four.rays = 4 * one.rays;
     assert_ok(sc_measurements_append(&quiet, &all, &one));
     assert_ok(sc_measurements_append(&quiet, &all, &four));
@@ -214,13 +209,12 @@ static void more_work_for_more_ranks(void **state)
     sc_measurements_clear(&all);
 }
 
-static void results_of_known_times(void **state)
+TEST(results_of_known_times)
 {
     sc_measurements all = {.design = design};
     sc_cell_result *results;
     const double wall_s[2][3] = {{8, 4, 0}, {4, 3, 2}}; /* cell 2 has none */
 
-    (void)state;
     for (int method = 0; method < 2; method++) {
         for (int r = 0; r < 3; r++) {
             for (int i = -3; i <= 3 && wall_s[method][r] > 0; i++) {
@@ -264,14 +258,13 @@ static void read_all(const char *path, char *text, size_t size)
     fclose(stream);
 }
 
-static void tables_can_be_read_elsewhere(void **state)
+TEST(tables_can_be_read_elsewhere)
 {
     sc_measurements all = {.design = design};
     const sc_measurement m = measured(4, 2, 3);
     sc_cell_result *results;
     char text[8192];
 
-    (void)state;
     assert_ok(sc_measurements_append(&quiet, &all, &m));
     assert_ok(sc_cell_results(&quiet, &all, &results));
     assert_ok(sc_cells_write_csv(&quiet, &all, results, "cells.csv"));
@@ -292,14 +285,13 @@ static void tables_can_be_read_elsewhere(void **state)
     unlink("extrap.jsonl");
 }
 
-static void other_pixels_are_found(void **state)
+TEST(other_pixels_are_found)
 {
     const uint64_t pictures[] = {1, 1, 2, 1, 2, 2};
     sc_measurements all = {.design = design};
     sc_measurement a = measured(0, 1, 1), b = measured(2, 1, 1), c = measured(3, 1, 1);
     int other = -1;
 
-    (void)state;
     b.pixels_hash++; /* of another picture */
     assert_ok(sc_measurements_append(&quiet, &all, &a));
     assert_ok(sc_measurements_append(&quiet, &all, &b));
@@ -314,7 +306,7 @@ static void other_pixels_are_found(void **state)
 }
 
 /* The time of cores is split without a rest: drawing, waiting for work, and threads that waited. */
-static void core_time_adds_up(void **state)
+TEST(core_time_adds_up)
 {
     const sc_measurement m = {.ranks = 2,
                               .threads = 4,
@@ -333,7 +325,6 @@ static void core_time_adds_up(void **state)
     sc_core_time c;
     double sum = 0;
 
-    (void)state;
     assert_near(frames.core_s, 80, 1e-12);
     assert_near(frames.causes_s[SC_CAUSE_DRAW], 40, 1e-12);
     assert_near(frames.causes_s[SC_CAUSE_IDLE], 8, 1e-12);
@@ -362,19 +353,4 @@ static void core_time_adds_up(void **state)
     assert_near(c.causes_s[SC_CAUSE_THREADS], 1, 1e-12); /* 12 - 10 - 1 */
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_written_is_read),
-        cmocka_unit_test(what_was_not_counted_once_is_unknown),
-        cmocka_unit_test(a_killed_study_goes_on),
-        cmocka_unit_test(damage_is_told),
-        cmocka_unit_test(results_of_known_times),
-        cmocka_unit_test(more_work_for_more_ranks),
-        cmocka_unit_test(tables_can_be_read_elsewhere),
-        cmocka_unit_test(other_pixels_are_found),
-        cmocka_unit_test(core_time_adds_up),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

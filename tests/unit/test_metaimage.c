@@ -106,11 +106,10 @@ static void remove_files(void)
     unlink("s12.raw");
 }
 
-static void each_slice_may_have_its_file(void **state)
+TEST(each_slice_may_have_its_file)
 {
     static const char list[] = "ElementDataFile = LIST\ns08.raw\r\n  s10.raw \n\ns12.raw";
 
-    (void)state;
     write_slices(0, false);
     write_header("ElementDataFile = s%02d.raw 8 12 2\n");
     expect_values();
@@ -143,9 +142,8 @@ static void numbered(int first, bool writes)
     }
 }
 
-static void numbers_of_a_pattern_have_defaults(void **state)
+TEST(numbers_of_a_pattern_have_defaults)
 {
-    (void)state;
     numbered(1, true);
     write_header("ElementDataFile = s%d.raw\n"); /* from 1 on */
     expect_values();
@@ -157,9 +155,8 @@ static void numbers_of_a_pattern_have_defaults(void **state)
     remove_files();
 }
 
-static void wrong_series_are_refused(void **state)
+TEST(wrong_series_are_refused)
 {
-    (void)state;
     write_slices(0, false);
     expect_refused("ElementDataFile = s%02d.raw 8 11 2\n", "names 2 files; expected one for each");
     expect_refused("ElementDataFile = s%02d.raw 8 12 1\n", "names 5 files; expected one for each");
@@ -185,12 +182,11 @@ static void wrong_series_are_refused(void **state)
     remove_files();
 }
 
-static void digits_are_read(void **state)
+TEST(digits_are_read)
 {
     char text[512 + VOXELS * 8] = "ElementDataFile = LOCAL\n";
     char *numbers = text + strlen(text);
 
-    (void)state;
     for (int i = 0; i < VOXELS; i++)
         snprintf(text + strlen(text), 8, i % NX ? "%d " : "%d\n", value_of(i));
     memmove(text + 20, text, strlen(text) + 1);
@@ -204,11 +200,10 @@ static void digits_are_read(void **state)
     remove_files();
 }
 
-static void bytes_before_the_voxels_are_skipped(void **state)
+TEST(bytes_before_the_voxels_are_skipped)
 {
     unsigned char data[3 + 2 * VOXELS] = "abc";
 
-    (void)state;
     for (int i = 0; i < VOXELS; i++) {
         data[3 + 2 * i] = (unsigned char)(value_of(i) >> 8);
         data[3 + 2 * i + 1] = (unsigned char)value_of(i);
@@ -223,11 +218,10 @@ static void bytes_before_the_voxels_are_skipped(void **state)
 }
 
 /* MET_LONG has four bytes in MetaIO, whatever the machine's long has. */
-static void long_numbers_have_four_bytes(void **state)
+TEST(long_numbers_have_four_bytes)
 {
     unsigned char data[4 * VOXELS] = {0};
 
-    (void)state;
     for (int i = 0; i < VOXELS; i++) {
         data[4 * i + 2] = (unsigned char)(value_of(i) >> 8);
         data[4 * i + 3] = (unsigned char)value_of(i);
@@ -252,13 +246,12 @@ static void expect_length(double mm)
 }
 
 /* Keys in other capitals, other units, and axes of one voxel behind the third are read. */
-static void other_spellings_are_read(void **state)
+TEST(other_spellings_are_read)
 {
     const sc_ctx told = {.level = SC_LOG_WARN, .write = keep};
     unsigned char data[2 * VOXELS] = {0};
     sc_volume v = {0};
 
-    (void)state;
     for (int i = 0; i < VOXELS; i++) {
         data[2 * i] = (unsigned char)(value_of(i) >> 8);
         data[2 * i + 1] = (unsigned char)value_of(i);
@@ -285,17 +278,4 @@ static void other_spellings_are_read(void **state)
     remove_files();
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(each_slice_may_have_its_file),
-        cmocka_unit_test(numbers_of_a_pattern_have_defaults),
-        cmocka_unit_test(wrong_series_are_refused),
-        cmocka_unit_test(digits_are_read),
-        cmocka_unit_test(bytes_before_the_voxels_are_skipped),
-        cmocka_unit_test(long_numbers_have_four_bytes),
-        cmocka_unit_test(other_spellings_are_read),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -190,12 +190,11 @@ static int check_frame(const film *f, int k, double row_px)
 }
 
 /* In films of random tissues no name covers another or leaves the picture, and no lines cross. */
-static void names_stand_apart_and_lines_do_not_cross(void **state)
+TEST(names_stand_apart_and_lines_do_not_cross)
 {
     static film f;
     int named = 0;
 
-    (void)state;
     for (uint64_t seed = 1; seed <= 6; seed++) {
         begin_film(&f, seed);
         plan_film(&f, 2);
@@ -222,11 +221,10 @@ static void check_step(const sc_name_place *before, const sc_name_place *now, do
 
 /* From frame to frame a name that is seen moves by few pixels and stays on its side, and it appears
  * and disappears by degrees. */
-static void names_do_not_jump(void **state)
+TEST(names_do_not_jump)
 {
     static film f;
 
-    (void)state;
     for (uint64_t seed = 1; seed <= 6; seed++) {
         begin_film(&f, seed);
         plan_film(&f, 2);
@@ -261,13 +259,12 @@ static int count_covering(const film *f, const sc_viewport *rectangle)
 
 /* Names of a part of a picture do not stand where something is written over the whole: a legend in
  * a corner, of which only the part beside it knows. */
-static void names_leave_room_for_what_is_written_over_all(void **state)
+TEST(names_leave_room_for_what_is_written_over_all)
 {
     static const int corners[] = {SC_PLACE_TOP_LEFT, SC_PLACE_TOP_RIGHT, SC_PLACE_BOTTOM_LEFT,
                                   SC_PLACE_BOTTOM_RIGHT};
     static film f;
 
-    (void)state;
     for (int corner = 0; corner < 4; corner++) {
         for (int part = 0; part < 2; part++) {
             const bool is_beside = corner % 2 == part;
@@ -332,13 +329,12 @@ static int check_beside(const film *f, int k)
 
 /* Beside a divider, which stands or moves over the picture, a name is seen only where its dot, its
  * line and its words are all shown: on both sides of it, from frame to frame without a jump. */
-static void names_stand_beside_a_divider(void **state)
+TEST(names_stand_beside_a_divider)
 {
     enum { STANDING = 4 };
     static film f;
     static int divider_px[FRAMES];
 
-    (void)state;
     for (int test = 0; test < 2 * (1 + STANDING); test++) {
         int named = 0;
 
@@ -358,12 +354,11 @@ static void names_stand_beside_a_divider(void **state)
     }
 }
 
-static void the_plan_does_not_depend_on_threads(void **state)
+TEST(the_plan_does_not_depend_on_threads)
 {
     static film f;
     sc_name_plan *one;
 
-    (void)state;
     begin_film(&f, 3);
     plan_film(&f, 1);
     one = f.plan;
@@ -375,14 +370,13 @@ static void the_plan_does_not_depend_on_threads(void **state)
 }
 
 /* The deepest point of a box is its middle; all points of a ring lie in it, and apart. */
-static void anchors_lie_deep_in_their_tissue(void **state)
+TEST(anchors_lie_deep_in_their_tissue)
 {
     static film f;
     sc_anchors anchors;
     const int middle[3] = {30, 25, 35}, box[3] = {12, 8, 10}, ring[3] = {24, 24, 6},
               hole[3] = {16, 16, 8};
 
-    (void)state;
     begin_volume(&f, 3);
     fill(&f, 1, middle, ring, false);
     fill(&f, 0, middle, hole, false);
@@ -408,7 +402,7 @@ static void anchors_lie_deep_in_their_tissue(void **state)
 
 /* What hides a point: both sides of another tissue, and a cut face, but not its own tissue, and
  * nothing that a clip plane has taken away. */
-static void light_passes_what_does_not_hide(void **state)
+TEST(light_passes_what_does_not_hide)
 {
     static film f;
     const sc_annotations a = {.volume = &f.volume, .tissues = f.tissues};
@@ -417,7 +411,6 @@ static void light_passes_what_does_not_hide(void **state)
     const sc_vec3 point_mm = {30, 10, 30};
     sc_scene scene = {.clip_set_count = 1};
 
-    (void)state;
     begin_volume(&f, 3);
     fill(&f, 1, middle, radius, true);
     fill(&f, 1, own, thin, true);
@@ -444,12 +437,11 @@ static void light_passes_what_does_not_hide(void **state)
 
 /* Names in a column stand in order, apart and within it; they move by no more than what moves
  * them. */
-static void a_column_spreads_names(void **state)
+TEST(a_column_spreads_names)
 {
     uint64_t seed = 5;
     double at[SC_NAMES_MAX];
 
-    (void)state;
     for (int n = 0; n < 2000; n++) {
         const int count = 1 + (int)(random_bits(&seed) % 12);
         double want[SC_NAMES_MAX], room[SC_NAMES_MAX], moved[SC_NAMES_MAX];
@@ -475,12 +467,11 @@ static void a_column_spreads_names(void **state)
 }
 
 /* The most important names get the rows, and a name is seen only once it has nearly all of one. */
-static void rows_go_to_the_most_important(void **state)
+TEST(rows_go_to_the_most_important)
 {
     const double shown[] = {1, 0.3, 1, 1};
     double room[4], alpha[4];
 
-    (void)state;
     sc_share_rows(shown, 4, 2.3, room, alpha);
     assert_near(room[0], 1, 1e-9);
     assert_near(room[1], 0.5, 1e-9);
@@ -493,13 +484,12 @@ static void rows_go_to_the_most_important(void **state)
 }
 
 /* With more names than rows, some are left out, and that is told once. */
-static void names_without_room_are_told(void **state)
+TEST(names_without_room_are_told)
 {
     static film f;
     heard h;
     const sc_ctx ctx = listening(&h);
 
-    (void)state;
     begin_film(&f, 2);
     sc_free(f.lettering);
     f.overlays.names_percent = 20;
@@ -513,14 +503,13 @@ static void names_without_room_are_told(void **state)
 }
 
 /* Tissues that no frame names are told, by their numbers if they have no names. */
-static void hidden_tissues_are_told(void **state)
+TEST(hidden_tissues_are_told)
 {
     static film f;
     const int middle[3] = {30, 30, 30}, large[3] = {20, 20, 20}, small[3] = {5, 5, 5};
     heard h;
     const sc_ctx ctx = listening(&h);
 
-    (void)state;
     begin_film(&f, 5);
     sc_free(f.lettering);
     memset(f.ids, 0, sizeof f.ids);
@@ -539,14 +528,13 @@ static void hidden_tissues_are_told(void **state)
 }
 
 /* Names stand below what another overlay has written into the corner above them. */
-static void names_keep_clear_of_other_overlays(void **state)
+TEST(names_keep_clear_of_other_overlays)
 {
     static film f;
     const sc_scene scene = {0};
     sc_image image;
     int bottom_px = 0, named = 0;
 
-    (void)state;
     begin_film(&f, 4);
     sc_free(f.lettering);
     f.overlays.legend = SC_PLACE_TOP_RIGHT;
@@ -592,12 +580,11 @@ static bool leads_through(const sc_name_place *p, const sc_viewport *taken)
 }
 
 /* Leader lines lead around a legend that is wider than the column of names above or below it. */
-static void lines_keep_clear_of_a_wide_legend(void **state)
+TEST(lines_keep_clear_of_a_wide_legend)
 {
     static const int corners[] = {SC_PLACE_TOP_LEFT, SC_PLACE_TOP_RIGHT, SC_PLACE_BOTTOM_LEFT,
                                   SC_PLACE_BOTTOM_RIGHT};
 
-    (void)state;
     for (int corner = 0; corner < 4; corner++) {
         static const sc_overlay_tissue chosen[] = {{.use = SC_USE_NAMES, .pattern = "?"},
                                                    {.use = SC_USE_NAMES, .pattern = "??"},
@@ -637,13 +624,12 @@ static void lines_keep_clear_of_a_wide_legend(void **state)
 }
 
 /* A frame is drawn the same in parts, and names are in it. */
-static void names_are_drawn_by_rows(void **state)
+TEST(names_are_drawn_by_rows)
 {
     static film f;
     sc_image whole, parts, bare;
     const sc_scene scene = {0};
 
-    (void)state;
     begin_film(&f, 4);
     plan_film(&f, 2);
     for (int alpha = 0; alpha < 2; alpha++) {
@@ -667,24 +653,4 @@ static void names_are_drawn_by_rows(void **state)
     end_film(&f);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(names_stand_apart_and_lines_do_not_cross),
-        cmocka_unit_test(names_do_not_jump),
-        cmocka_unit_test(names_leave_room_for_what_is_written_over_all),
-        cmocka_unit_test(names_stand_beside_a_divider),
-        cmocka_unit_test(the_plan_does_not_depend_on_threads),
-        cmocka_unit_test(anchors_lie_deep_in_their_tissue),
-        cmocka_unit_test(light_passes_what_does_not_hide),
-        cmocka_unit_test(a_column_spreads_names),
-        cmocka_unit_test(rows_go_to_the_most_important),
-        cmocka_unit_test(names_without_room_are_told),
-        cmocka_unit_test(hidden_tissues_are_told),
-        cmocka_unit_test(names_keep_clear_of_other_overlays),
-        cmocka_unit_test(lines_keep_clear_of_a_wide_legend),
-        cmocka_unit_test(names_are_drawn_by_rows),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -76,9 +76,8 @@ static void check_normals(const ellipsoid *e, int (*inside)(double, double, doub
     sc_volume_clear(&volume);
 }
 
-static void normals_of_ellipsoids_are_right_to_a_degree_or_two(void **state)
+TEST(normals_of_ellipsoids_are_right_to_a_degree_or_two)
 {
-    (void)state;
     for (int bytes = 1; bytes <= 2; bytes++) {
         check_normals(&large, is_within_large, bytes);
         check_normals(&small, is_within_small, bytes);
@@ -166,37 +165,24 @@ static void smoothing_flattens(int (*inside)(double, double, double), double lea
     assert_true(lean[0] > least && lean[1] < lean[0] / times);
 }
 
-static void ripples_of_a_flat_surface_leave_its_normals(void **state)
+TEST(ripples_of_a_flat_surface_leave_its_normals)
 {
-    (void)state;
     /* 39 times; 3 times without the gradients of the wide field */
     smoothing_flattens(rippled, 0.1, 20);
 }
 
-static void folds_keep_their_normals(void **state)
+TEST(folds_keep_their_normals)
 {
     double lean[2];
 
-    (void)state;
     find_leans(folded, lean);
     assert_near(lean[1] / lean[0], 1, 0.1);
 }
 
-static void ripples_of_both_sides_of_a_sheet_leave_its_normals(void **state)
+TEST(ripples_of_both_sides_of_a_sheet_leave_its_normals)
 {
-    (void)state;
     /* Thin tissue keeps its voxels, and so more of its waves. */
     smoothing_flattens(rippled_sheet, 0.1, 1.4);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(normals_of_ellipsoids_are_right_to_a_degree_or_two),
-        cmocka_unit_test(ripples_of_a_flat_surface_leave_its_normals),
-        cmocka_unit_test(folds_keep_their_normals),
-        cmocka_unit_test(ripples_of_both_sides_of_a_sheet_leave_its_normals),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -12,12 +12,11 @@ static sc_vec3 random_point(uint64_t *seed)
                      random_real(seed, -81, 81)};
 }
 
-static void every_voxel_belongs_to_the_owner_of_its_centre(void **state)
+TEST(every_voxel_belongs_to_the_owner_of_its_centre)
 {
     static const int sizes[][3] = {{59, 41, 61}, {33, 64, 2}};
     sc_phantom *phantom;
 
-    (void)state;
     assert_ok(sc_phantom_new(&quiet, &phantom));
     for (size_t s = 0; s < SC_COUNT_OF(sizes); s++) {
         const int *size = sizes[s];
@@ -38,14 +37,13 @@ static void every_voxel_belongs_to_the_owner_of_its_centre(void **state)
     sc_phantom_free(phantom);
 }
 
-static void all_tissues_are_there_with_names_and_colours(void **state)
+TEST(all_tissues_are_there_with_names_and_colours)
 {
     const int size[3] = {156, 108, 162};
     uint64_t voxels[256] = {0};
     sc_phantom *phantom;
     sc_volume v;
 
-    (void)state;
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, &v));
     assert_true(v.label_count - 1 >= 14);
@@ -76,14 +74,13 @@ static int owned_around(const sc_phantom *phantom, int label, sc_vec3 centre, do
 }
 
 /* A ball of the distance's radius holds no surface, and the foot point lies on one. */
-static void distance_is_that_of_the_nearest_surface(void **state)
+TEST(distance_is_that_of_the_nearest_surface)
 {
     enum { AROUND = 30 };
     sc_phantom *phantom;
     uint64_t seed = 11;
     int checked = 0, empty = 0, on_surface = 0;
 
-    (void)state;
     assert_ok(sc_phantom_new(&quiet, &phantom));
     while (checked < 150) {
         const sc_vec3 p = random_point(&seed);
@@ -111,7 +108,7 @@ static void distance_is_that_of_the_nearest_surface(void **state)
 }
 
 /* The apex lies to the left, in front of and below the base; right chambers lie to the right. */
-static void the_heart_lies_as_in_a_chest(void **state)
+TEST(the_heart_lies_as_in_a_chest)
 {
     static const struct {
         const char *name;
@@ -121,7 +118,6 @@ static void the_heart_lies_as_in_a_chest(void **state)
                   {"aorta", {-23, -43, -30}},        {"superior vena cava", {34, -1, 60}}};
     sc_phantom *phantom;
 
-    (void)state;
     assert_ok(sc_phantom_new(&quiet, &phantom));
     for (size_t i = 0; i < SC_COUNT_OF(places); i++) {
         const int label = sc_phantom_owner(phantom, places[i].inside);
@@ -132,13 +128,12 @@ static void the_heart_lies_as_in_a_chest(void **state)
     sc_phantom_free(phantom);
 }
 
-static void saving_and_reading_gives_the_same_volume(void **state)
+TEST(saving_and_reading_gives_the_same_volume)
 {
     const int size[3] = {30, 20, 31};
     sc_phantom *phantom;
     sc_volume v, back;
 
-    (void)state;
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 1, &v));
     assert_ok(sc_volume_save_nrrd(&quiet, &v, "p.nrrd", true));
@@ -162,14 +157,13 @@ static void saving_and_reading_gives_the_same_volume(void **state)
 
 /* A scan finds the bounding boxes of the labels without voxelising, exact to a voxel of its coarse
  * grid. */
-static void a_scan_finds_the_boxes_of_the_tissues(void **state)
+TEST(a_scan_finds_the_boxes_of_the_tissues)
 {
     const int size[3] = {156, 108, 162};
     sc_phantom *phantom;
     sc_label_scan scan;
     sc_volume v;
 
-    (void)state;
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, &v));
     assert_ok(sc_phantom_scan_labels(&quiet, phantom, size, 2, &scan));
@@ -239,13 +233,12 @@ static int named(const sc_volume *v, const char *name)
 /* The measures of a healthy heart: the left ventricle ejects 55 to 65 % of its blood (Lang et al.
  * 2015, J Am Soc Echocardiogr 28:1), the right one 45 to 65 %; muscle keeps its volume; the atria
  * fill meanwhile, and empty themselves before the next beat. */
-static void chambers_eject_and_walls_keep_their_volume(void **state)
+TEST(chambers_eject_and_walls_keep_their_volume)
 {
     double full[32], empty[32], late[32];
     sc_volume v, w, x;
     int left, right, wall, septum, atrium;
 
-    (void)state;
     count_at(0, full, &v);
     count_at(0.42, empty, &w);
     count_at(0.91, late, &x);
@@ -276,13 +269,12 @@ static size_t differing_voxels(const sc_volume *a, const sc_volume *b)
 }
 
 /* A beat begins with the heart that does not move, ends where it began, and never jumps. */
-static void a_beat_is_smooth_and_periodic(void **state)
+TEST(a_beat_is_smooth_and_periodic)
 {
     double counts[32];
     sc_volume still, v, before;
     size_t moved_most = 0, whole = 0;
 
-    (void)state;
     count_at(0, counts, &still);
     count_at(7, counts, &v);
     assert_memory_equal(v.ids, still.ids, sc_volume_voxels(&v));
@@ -349,12 +341,11 @@ static double field_of_cones(const sc_part *tube, sc_vec3 p)
     return sc_shape_field(&cones, p, HUGE_VAL);
 }
 
-static void fields_are_exact_below_their_limit(void **state)
+TEST(fields_are_exact_below_their_limit)
 {
     uint64_t seed = 77;
     int below = 0;
 
-    (void)state;
     for (int n = 0; n < 200; n++) {
         sc_vec3 points[2][COURSE_POINTS];
         const sc_shape shape = two_tubes(&seed, points);
@@ -377,19 +368,4 @@ static void fields_are_exact_below_their_limit(void **state)
     assert_in_range(below, 10000, 30000);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_voxel_belongs_to_the_owner_of_its_centre),
-        cmocka_unit_test(all_tissues_are_there_with_names_and_colours),
-        cmocka_unit_test(distance_is_that_of_the_nearest_surface),
-        cmocka_unit_test(the_heart_lies_as_in_a_chest),
-        cmocka_unit_test(saving_and_reading_gives_the_same_volume),
-        cmocka_unit_test(chambers_eject_and_walls_keep_their_volume),
-        cmocka_unit_test(a_beat_is_smooth_and_periodic),
-        cmocka_unit_test(a_scan_finds_the_boxes_of_the_tissues),
-        cmocka_unit_test(fields_are_exact_below_their_limit),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

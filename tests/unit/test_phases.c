@@ -149,11 +149,10 @@ static void expect_phases(const char *path, const char *folder)
     assert_int_equal(said.errors, 0);
 }
 
-static void phases_of_nrrd_are_read(void **state)
+TEST(phases_of_nrrd_are_read)
 {
     static const char *const encodings[] = {"raw", "gzip", "ascii"};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(encodings); i++) {
         write_nrrd("phases.nrrd", false, encodings[i]);
         expect_phases("phases.nrrd", ".");
@@ -165,7 +164,7 @@ static void phases_of_nrrd_are_read(void **state)
 
 /* More voxels than are read at a time, which are no whole number of voxels with all their phases.
  */
-static void phases_of_a_large_file_are_sorted(void **state)
+TEST(phases_of_a_large_file_are_sorted)
 {
     enum { SIDE = 115, LARGE = SIDE * SIDE * SIDE };
     static const char head[] = "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 6 115 115 115\n"
@@ -173,7 +172,6 @@ static void phases_of_a_large_file_are_sorted(void **state)
     FILE *file = fopen("large.nrrd", "wb");
     sc_phase_store *store = NULL;
 
-    (void)state;
     fputs(head, file);
     for (int i = 0; i < PHASES * LARGE; i++)
         putc(value_of(i % PHASES, i / PHASES), file);
@@ -194,12 +192,11 @@ static void phases_of_a_large_file_are_sorted(void **state)
     unlink("large.nrrd");
 }
 
-static void phases_of_nifti_are_read(void **state)
+TEST(phases_of_nifti_are_read)
 {
     double step_s = 0;
     int count = 0;
 
-    (void)state;
     write_nifti("phases.nii.gz");
     expect_phases("phases.nii.gz", ".");
     assert_ok(sc_volume_phases(&quiet, "phases.nii.gz", &count, &step_s));
@@ -210,13 +207,12 @@ static void phases_of_nifti_are_read(void **state)
 }
 
 /* Without room for a store the phases are the same, and one warning tells of it. */
-static void a_store_without_room_is_told(void **state)
+TEST(a_store_without_room_is_told)
 {
     heard said;
     sc_ctx ctx = listening(&said);
     sc_phase_store *store = NULL;
 
-    (void)state;
     write_nrrd("phases.nrrd", true, "gzip");
     assert_ok(sc_phase_store_new(&ctx, "no-such-folder", &store));
     said.warnings = 0;
@@ -254,11 +250,10 @@ static void cut_off(const char *path, long bytes)
     fclose(file);
 }
 
-static void mistakes_are_told(void **state)
+TEST(mistakes_are_told)
 {
     sc_phase_store *store = NULL;
 
-    (void)state;
     write_nrrd("phases.nrrd", false, "gzip");
     expect_refused("phases.nrrd", 0, NULL, "phases.nrrd: holds 6 volumes, one for each time (4-D)");
     expect_refused("phases.nrrd", PHASES + 1, NULL, "holds 6, expected 0 to 5");
@@ -275,15 +270,4 @@ static void mistakes_are_told(void **state)
     unlink("phases.nrrd");
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(phases_of_nrrd_are_read),
-        cmocka_unit_test(phases_of_a_large_file_are_sorted),
-        cmocka_unit_test(phases_of_nifti_are_read),
-        cmocka_unit_test(a_store_without_room_is_told),
-        cmocka_unit_test(mistakes_are_told),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

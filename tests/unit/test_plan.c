@@ -35,12 +35,11 @@ static const sc_plan_probe probe = {
     .renderer_bytes = 10 << 20,
     .job_bytes = 1000};
 
-static void a_node_draws_and_encodes_with_all_cores(void **state)
+TEST(a_node_draws_and_encodes_with_all_cores)
 {
     const sc_job job = long_job();
     const sc_plan_run run = sc_plan_run_on(&job, &probe, 1, 1, 8, 0);
 
-    (void)state;
     assert_int_equal(run.threads, 8);
     assert_int_equal(run.gops, 0);
     assert_near(sc_plan_encode_cpu_s(&job, &probe), 20 * 0.2 + 580 * 0.1, 1e-9);
@@ -51,12 +50,11 @@ static void a_node_draws_and_encodes_with_all_cores(void **state)
     assert_string_equal(run.limit, "drawing");
 }
 
-static void what_limits_depends_on_the_nodes_and_on_who_encodes(void **state)
+TEST(what_limits_depends_on_the_nodes_and_on_who_encodes)
 {
     sc_job job = long_job();
     sc_plan_run run;
 
-    (void)state;
     job.farm.encode = SC_ENCODE_ROOT;
     run = sc_plan_run_on(&job, &probe, 8, 1, 8, 0);
     assert_int_equal(run.gops, 0);
@@ -83,11 +81,10 @@ static void what_limits_depends_on_the_nodes_and_on_who_encodes(void **state)
     assert_int_equal(sc_plan_run_on(&job, &probe, 6, 1, 8, 0).gops, 0);
 }
 
-static void threads_of_a_rank_are_its_share_of_the_cores(void **state)
+TEST(threads_of_a_rank_are_its_share_of_the_cores)
 {
     const sc_job job = long_job();
 
-    (void)state;
     assert_int_equal(sc_plan_run_on(&job, &probe, 2, 3, 8, 0).threads, 2);
     assert_int_equal(sc_plan_run_on(&job, &probe, 2, 16, 8, 0).threads, 1);
     assert_int_equal(sc_plan_run_on(&job, &probe, 2, 1, 8, 3).threads, 3);
@@ -97,12 +94,11 @@ static void threads_of_a_rank_are_its_share_of_the_cores(void **state)
                 sc_plan_run_on(&job, &probe, 1, 8, 8, 0).draw_s, 1e-9);
 }
 
-static void more_nodes_are_never_slower_where_ranks_encode(void **state)
+TEST(more_nodes_are_never_slower_where_ranks_encode)
 {
     sc_job job = long_job();
     double before_s = 1e9;
 
-    (void)state;
     job.farm.encode = SC_ENCODE_SEGMENTS;
     for (int nodes = 1; nodes <= 16; nodes++) {
         const sc_plan_run run = sc_plan_run_on(&job, &probe, nodes, 2, 8, 0);
@@ -112,7 +108,7 @@ static void more_nodes_are_never_slower_where_ranks_encode(void **state)
     }
 }
 
-static void memory_is_that_of_the_farm_and_of_the_encoders(void **state)
+TEST(memory_is_that_of_the_farm_and_of_the_encoders)
 {
     sc_job job = long_job();
     const size_t frame = (size_t)1920 * 1080 * 3;
@@ -126,7 +122,6 @@ static void memory_is_that_of_the_farm_and_of_the_encoders(void **state)
     sc_farm_memory memory = sc_farm_memory_of(&farm, 4);
     sc_plan_run run;
 
-    (void)state;
     job.farm.encode = SC_ENCODE_ROOT;
     run = sc_plan_run_on(&job, &probe, 2, 2, 8, 0);
     assert_int_equal(run.first_node_bytes, node + 2 * rank + memory.window + memory.root +
@@ -144,14 +139,13 @@ static void memory_is_that_of_the_farm_and_of_the_encoders(void **state)
                 node + 2 * (rank + memory.worker) + 3 * (40 * frame + probe.encoder_bytes));
 }
 
-static void segments_and_partial_gops_need_room_beside_the_video(void **state)
+TEST(segments_and_partial_gops_need_room_beside_the_video)
 {
     sc_job job = long_job();
     const sc_plan_disk disk = sc_plan_disk_of(&job, &probe, 8);
     sc_plan_disk png, small;
     sc_plan_probe with_png = probe;
 
-    (void)state;
     assert_int_equal(disk.video, 20 * 100000 + 580 * 10000);
     assert_int_equal(disk.frames, 0);
     assert_int_equal(disk.end, disk.video + disk.records);
@@ -171,12 +165,11 @@ static void segments_and_partial_gops_need_room_beside_the_video(void **state)
     assert_true(small.records < disk.records); /* so are the pictures of the report */
 }
 
-static void a_simulated_run_agrees_with_the_sum_where_nothing_waits(void **state)
+TEST(a_simulated_run_agrees_with_the_sum_where_nothing_waits)
 {
     const sc_job job = long_job();
     const sc_unit_costs costs = sc_unit_costs_assumed();
 
-    (void)state;
     for (int nodes = 1; nodes <= 4; nodes *= 2) {
         const sc_plan_run sum = sc_plan_run_on(&job, &probe, nodes, 1, 8, 0);
         sc_plan_run run = sum;
@@ -189,14 +182,13 @@ static void a_simulated_run_agrees_with_the_sum_where_nothing_waits(void **state
     }
 }
 
-static void costs_follow_the_places_that_were_measured(void **state)
+TEST(costs_follow_the_places_that_were_measured)
 {
     const sc_unit_costs costs = sc_unit_costs_assumed();
     sc_plan_probe equal = probe, varied;
     sc_job job = long_job();
     sc_plan_run even, uneven;
 
-    (void)state;
     strcpy(job.output.video, "none");
     job.farm.partition = SC_PARTITION_FRAMES;
     job.animation.frames = 48;
@@ -210,14 +202,13 @@ static void costs_follow_the_places_that_were_measured(void **state)
     assert_true(uneven.wall_s > even.wall_s + 4); /* a frame of 12 s comes last */
 }
 
-static void the_table_of_nodes_has_the_best_ways_and_says_where_they_stop_to_pay(void **state)
+TEST(the_table_of_nodes_has_the_best_ways_and_says_where_they_stop_to_pay)
 {
     const sc_unit_costs costs = sc_unit_costs_assumed();
     sc_plan_nodes nodes = {.most = 64, .cores = 8, .memory_bytes = (uint64_t)64 << 30};
     sc_job job = long_job();
     sc_plan_scale scale, poor;
 
-    (void)state;
     assert_ok(sc_plan_scale_to(&quiet, &job, &probe, &costs, &nodes, &scale));
     assert_int_equal(scale.count, 7);
     for (int i = 0; i < scale.count; i++) {
@@ -247,7 +238,7 @@ static void the_table_of_nodes_has_the_best_ways_and_says_where_they_stop_to_pay
 
 /* With auto, GOPs are not gathered where their encoders have too little memory; and never more at a
  * time than the nodes have memory for. */
-static void gathering_needs_memory(void **state)
+TEST(gathering_needs_memory)
 {
     sc_job job = {.output = {.size_px = {3840, 2160}, .fps = 30, .crf = 18},
                   .animation.frames = 1800,
@@ -259,7 +250,6 @@ static void gathering_needs_memory(void **state)
     const sc_run_ranks nodes = {.ranks = 1000, .nodes = 2, .memory_max_bytes = 2 * each - 2};
     const sc_run_ranks many = {.ranks = 1000, .nodes = 3, .memory_max_bytes = 7 * each};
 
-    (void)state;
     assert_true(each > 60ull * 3840 * 2160 * 3); /* the frames of two GOPs, and an encoder */
     assert_true(sc_run_gathering_bytes(&job, 0, 1000) == 0);
     assert_true(sc_run_encoding_of(&job, 60, 60, &any).gather);
@@ -274,20 +264,4 @@ static void gathering_needs_memory(void **state)
     assert_true(sc_run_encoding_of(&job, 60, 60, &few).gather);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gathering_needs_memory),
-        cmocka_unit_test(a_node_draws_and_encodes_with_all_cores),
-        cmocka_unit_test(what_limits_depends_on_the_nodes_and_on_who_encodes),
-        cmocka_unit_test(threads_of_a_rank_are_its_share_of_the_cores),
-        cmocka_unit_test(more_nodes_are_never_slower_where_ranks_encode),
-        cmocka_unit_test(memory_is_that_of_the_farm_and_of_the_encoders),
-        cmocka_unit_test(segments_and_partial_gops_need_room_beside_the_video),
-        cmocka_unit_test(a_simulated_run_agrees_with_the_sum_where_nothing_waits),
-        cmocka_unit_test(costs_follow_the_places_that_were_measured),
-        cmocka_unit_test(the_table_of_nodes_has_the_best_ways_and_says_where_they_stop_to_pay),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -36,11 +36,10 @@ static bool bit_at(const sc_prepared *v, int x, int y, int z)
 
 /* brick.h: packing and unpacking are inverse to each other, and the masks of faces have the right
  * bits. */
-static void the_layout_of_bricks_and_records_can_be_inverted(void **state)
+TEST(the_layout_of_bricks_and_records_can_be_inverted)
 {
     const int bricks[3] = {5, 3, 4};
 
-    (void)state;
     for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
         const int x = sc_bit_x(bit), y = sc_bit_y(bit), z = sc_bit_z(bit);
 
@@ -73,11 +72,10 @@ static void the_layout_of_bricks_and_records_can_be_inverted(void **state)
 
 /* The boundary voxels are those of the paper's rule, applied voxel by voxel; for both label widths,
  * and with sizes that are no multiples of a brick. */
-static void the_boundary_follows_the_rule_of_the_paper(void **state)
+TEST(the_boundary_follows_the_rule_of_the_paper)
 {
     const int size[3] = {23, 9, 11};
 
-    (void)state;
     for (int bytes = 1; bytes <= 2; bytes++) {
         sc_volume volume = shape_volume(size, cube, bytes, 4, random_id);
         prepared_copy p = prepare_copy(&volume, 2);
@@ -118,11 +116,10 @@ static int ellipsoid(double x, double y, double z)
 
 /* A vertex record keeps the direction within one degree, value and tissue exactly, and the length
  * to an eighth. */
-static void records_keep_value_direction_tissue_and_length(void **state)
+TEST(records_keep_value_direction_tissue_and_length)
 {
     uint64_t seed = 3;
 
-    (void)state;
     for (int i = 0; i < 5000; i++) {
         const sc_vec3 n = sc_vec3_unit((sc_vec3){
             random_real(&seed, -1, 1), random_real(&seed, -1, 1), random_real(&seed, -1, 1)});
@@ -184,11 +181,10 @@ static bool is_around(const sc_prepared *v, int x, int y, int z, uint32_t id)
 
 /* The records are those of the rule, applied vertex by vertex, and, where nothing is smoothed, say
  * what the labels do: borders are then about half a voxel from voxels on either side. */
-static void the_records_follow_the_rule(void **state)
+TEST(the_records_follow_the_rule)
 {
     const int size[3] = {23, 9, 11};
 
-    (void)state;
     for (int bytes = 1; bytes <= 2; bytes++) {
         sc_volume volume = shape_volume(size, cube, bytes, 4, random_id);
         prepared_copy p = prepare_copy_smooth(&volume, 2, 0);
@@ -264,7 +260,7 @@ static bool expected_cell(const sc_prepared *v, const uint8_t *show, const int q
     return shown && ((sides && sides < 8) || (sides && low < high) || (border && inside));
 }
 
-static void cells_are_marked_and_packed_by_the_rule(void **state)
+TEST(cells_are_marked_and_packed_by_the_rule)
 {
     const int size[3] = {23, 9, 11};
     const uint8_t show[2][4] = {{0, 1, 1, 1}, {0, 0, 1, 0}};
@@ -273,7 +269,6 @@ static void cells_are_marked_and_packed_by_the_rule(void **state)
     const sc_prepared *v = &p.view;
     sc_team *team;
 
-    (void)state;
     assert_ok(sc_team_open(&quiet, NULL, 2, NULL, &team));
     for (int way = 0; way < 2; way++) {
         sc_cells cells;
@@ -323,7 +318,7 @@ static int slab_and_rod(double x, double y, double z)
 
 /* A slab 9 voxels thick, which ends in flat faces at the border of the volume, and a rod of radius
  * 11, in voxels of 1 x 1 x 0.5 mm. */
-static void a_slab_and_a_rod_have_their_thickness_and_surface(void **state)
+TEST(a_slab_and_a_rod_have_their_thickness_and_surface)
 {
     const int size[3] = {60, 60, 200};
     const double spacing[3] = {1, 1, 0.5};
@@ -332,7 +327,6 @@ static void a_slab_and_a_rod_have_their_thickness_and_surface(void **state)
     const sc_label_stats *stats = p.view.stats;
     const double slab = 2 * 3600 + 4 * 60 * 4.5, rod = 2 * M_PI * 11 * 83 + 2 * M_PI * 121;
 
-    (void)state;
     assert_near(stats[1].surface_mm2, slab, 0.01 * slab);
     assert_near(stats[2].surface_mm2, rod, 0.02 * rod);
     assert_near(stats[1].thickness_mm, 2 * 3600 * 4.5 / slab, 0.04);
@@ -390,7 +384,7 @@ static int flat_sheet(double x, double y, double z)
 
 /* Of balls, of a box in no direction of the volume, whose edges are drawn round, and of sheets one
  * voxel thick, whose rims are. */
-static void areas_are_those_of_the_shapes(void **state)
+TEST(areas_are_those_of_the_shapes)
 {
     static const struct {
         int (*id_of)(double x, double y, double z);
@@ -404,7 +398,6 @@ static void areas_are_those_of_the_shapes(void **state)
                   {flat_sheet, 1, 1, 2 * 2809 + 4 * 53, 0.05, 0.02},
                   {flat_sheet, 1, 0, 2 * 2809 + 4 * 53, 0.05, 0.02}};
 
-    (void)state;
     for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++) {
         sc_volume volume = shape_volume((const int[3]){61, 61, 61}, cube, 1, 3, shapes[i].id_of);
         prepared_copy p = prepare_copy_smooth(&volume, 2, shapes[i].smooth);
@@ -416,7 +409,7 @@ static void areas_are_those_of_the_shapes(void **state)
     }
 }
 
-static void the_surface_of_an_ellipsoid_is_right(void **state)
+TEST(the_surface_of_an_ellipsoid_is_right)
 {
     const int size[3] = {81, 73, 77};
     sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
@@ -435,7 +428,7 @@ static int random_bands(double x, double y, double z)
     return fmod(z, 40) < 8 ? random_id(x, y, z) : 0;
 }
 
-static void the_result_does_not_depend_on_threads(void **state)
+TEST(the_result_does_not_depend_on_threads)
 {
     const int size[3] = {96, 90, 100};            /* more bricks than the threads take at a time */
     const double spacing_mm[3] = {0.7, 1.1, 1.3}; /* areas that binary fractions do not hold */
@@ -444,7 +437,6 @@ static void the_result_does_not_depend_on_threads(void **state)
     void *blocks[2];
     size_t bytes = 0;
 
-    (void)state;
     for (int i = 0; i < 2; i++) {
         const sc_prepare_settings settings = {.smooth = {1, 1, 1}, .threads = 1 + 2 * i};
 
@@ -460,7 +452,7 @@ static void the_result_does_not_depend_on_threads(void **state)
     sc_volume_clear(&volume);
 }
 
-static void masks_hold_the_visible_voxels_and_hull_points_their_corners(void **state)
+TEST(masks_hold_the_visible_voxels_and_hull_points_their_corners)
 {
     const int size[3] = {81, 73, 77};
     const uint8_t nothing[2] = {0, 0}, shell[2] = {0, SC_SHOW_BOUNDARY};
@@ -472,7 +464,6 @@ static void masks_hold_the_visible_voxels_and_hull_points_their_corners(void **s
     const size_t masks =
         (size_t)sc_framed_layer(v->bricks) * (size_t)(v->bricks[2] + 2 * SC_BRICK_FRAME);
 
-    (void)state;
     for (int i = 0; i < 3; i++) {
         const uint64_t wanted[] = {0, v->stats[1].boundary_voxels, v->stats[1].voxels};
         uint64_t *visible, count = 0;
@@ -528,7 +519,7 @@ static int slab_on_block(double x, double y, double z)
 
 /* Distances of bricks and cells against a search by brute force, and the pyramid level by level,
  * all with formulas of their own. Few cells are set, in two corners, so that distances are long. */
-static void distances_and_the_pyramid_say_what_is_empty(void **state)
+TEST(distances_and_the_pyramid_say_what_is_empty)
 {
     static const uint8_t show[4] = {0, SC_SHOW_BOUNDARY, 0, 0};
     const int size[3] = {75, 21, 18};
@@ -542,7 +533,6 @@ static void distances_and_the_pyramid_say_what_is_empty(void **state)
     sc_team *team;
     sc_pyramid y;
 
-    (void)state;
     sc_framed_size(v->bricks, framed);
     assert_ok(sc_team_open(&quiet, NULL, 2, NULL, &team));
     assert_ok(sc_visible_cells(&quiet, team, v, show, &masks));
@@ -626,11 +616,10 @@ static void distances_and_the_pyramid_say_what_is_empty(void **state)
 
 /* Whether a volume was resampled, or has the grid on which it was drawn, is read back as it was
  * written. */
-static void what_is_known_of_the_grid_is_kept(void **state)
+TEST(what_is_known_of_the_grid_is_kept)
 {
     const int size[3] = {9, 8, 7};
 
-    (void)state;
     for (int i = 0; i < 3; i++) {
         sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
         const sc_prepare_settings settings = {
@@ -653,7 +642,7 @@ static void what_is_known_of_the_grid_is_kept(void **state)
 
 /* The local thickness at a vertex is that of its own tissue, not of the next one: a slab of 9
  * voxels of half a millimetre on a thick block. */
-static void the_local_thickness_of_a_slab_is_that_of_the_slab(void **state)
+TEST(the_local_thickness_of_a_slab_is_that_of_the_slab)
 {
     const int size[3] = {60, 60, 200};
     const double spacing[3] = {1, 1, 0.5};
@@ -663,7 +652,6 @@ static void the_local_thickness_of_a_slab_is_that_of_the_slab(void **state)
     sc_prepared v;
     void *block;
 
-    (void)state;
     assert_near(sc_thickness_mm(SC_THICKNESS_STEPS), 2 * SC_THICKNESS_LEAST_MM, 1e-12);
     assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
     assert_ok(sc_alloc(&quiet, sc_preparation_bytes(p), 1, &block));
@@ -681,11 +669,10 @@ static void the_local_thickness_of_a_slab_is_that_of_the_slab(void **state)
     sc_volume_clear(&volume);
 }
 
-static void volumes_of_one_voxel_and_of_one_slice_are_prepared(void **state)
+TEST(volumes_of_one_voxel_and_of_one_slice_are_prepared)
 {
     static const int sizes[][3] = {{1, 1, 1}, {9, 7, 1}, {1, 300, 2}};
 
-    (void)state;
     for (int i = 0; i < 3; i++) {
         sc_volume volume = shape_volume(sizes[i], cube, 1, 2, everything);
         prepared_copy p = prepare_copy(&volume, 2);
@@ -717,11 +704,10 @@ static int cubes_of_two(double x, double y, double z)
 
 /* 216 tissues lie around a block of 16 voxels, where each is smoothed, or 1728, where they are
  * drawn as their voxels are. */
-static void many_tissues_around_a_block_all_keep_their_places(void **state)
+TEST(many_tissues_around_a_block_all_keep_their_places)
 {
     static const int size[3] = {MOSAIC, MOSAIC, MOSAIC};
 
-    (void)state;
     for (int edge = 2; edge <= 4; edge += 2) {
         const int along = MOSAIC / edge;
         sc_volume volume = shape_volume(size, cube, 2, 1 + along * along * along,
@@ -750,13 +736,12 @@ static int line_upon_body(double x, double y, double z)
     return z < 24 ? 1 : z < 26 && (int)x == 8 + along / 3 ? 2 : 0;
 }
 
-static void a_line_upon_a_thick_tissue_is_not_smoothed_away(void **state)
+TEST(a_line_upon_a_thick_tissue_is_not_smoothed_away)
 {
     static const int size[3] = {48, 48, 48};
     sc_volume volume = shape_volume(size, cube, 1, 3, line_upon_body);
     prepared_copy p = prepare_copy(&volume, 2);
 
-    (void)state;
     for (int i = 0; i < 48 * 48 * 2; i++) {
         const int x = i % 48, y = i / 48 % 48, z = 24 + i / (48 * 48);
 
@@ -779,40 +764,16 @@ static int rod_before_body(double x, double y, double z)
     return z < 24 ? 1 : z >= 25 && z < 27 && x >= 20 && x < 22 ? 2 : 0;
 }
 
-static void a_rod_is_not_pushed_off_by_the_body_behind_a_gap(void **state)
+TEST(a_rod_is_not_pushed_off_by_the_body_behind_a_gap)
 {
     static const int size[3] = {48, 48, 48};
     sc_volume volume = shape_volume(size, cube, 1, 3, rod_before_body);
     prepared_copy p = prepare_copy(&volume, 2);
     const sc_vertex top = sc_vertex_at(&p.view, 21, 24, 27);
 
-    (void)state;
     assert_true(top.outer_value > SC_BORDER_STEPS / 10);
     sc_free(p.block);
     sc_volume_clear(&volume);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_layout_of_bricks_and_records_can_be_inverted),
-        cmocka_unit_test(the_boundary_follows_the_rule_of_the_paper),
-        cmocka_unit_test(records_keep_value_direction_tissue_and_length),
-        cmocka_unit_test(the_records_follow_the_rule),
-        cmocka_unit_test(cells_are_marked_and_packed_by_the_rule),
-        cmocka_unit_test(a_slab_and_a_rod_have_their_thickness_and_surface),
-        cmocka_unit_test(areas_are_those_of_the_shapes),
-        cmocka_unit_test(the_surface_of_an_ellipsoid_is_right),
-        cmocka_unit_test(the_result_does_not_depend_on_threads),
-        cmocka_unit_test(masks_hold_the_visible_voxels_and_hull_points_their_corners),
-        cmocka_unit_test(what_is_known_of_the_grid_is_kept),
-        cmocka_unit_test(distances_and_the_pyramid_say_what_is_empty),
-        cmocka_unit_test(the_local_thickness_of_a_slab_is_that_of_the_slab),
-        cmocka_unit_test(volumes_of_one_voxel_and_of_one_slice_are_prepared),
-        cmocka_unit_test(many_tissues_around_a_block_all_keep_their_places),
-        cmocka_unit_test(a_line_upon_a_thick_tissue_is_not_smoothed_away),
-        cmocka_unit_test(a_rod_is_not_pushed_off_by_the_body_behind_a_gap),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

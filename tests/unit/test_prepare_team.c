@@ -87,13 +87,12 @@ static void compare(const sc_volume *volume, sc_prepare_settings settings)
     sc_free(alone);
 }
 
-static void any_ranks_prepare_the_same_bytes(void **state)
+TEST(any_ranks_prepare_the_same_bytes)
 {
     static const sc_vec3 strengths[4] = {{0}, {1, 1, 1}, {2, 2, 2}, {0.5, 0.5, 0.5}};
     const sc_prepare_settings all = {.smooth = {1, 1, 1}, .local_thickness = true};
     sc_prepare_settings wide = all;
 
-    (void)state;
     wide.tissue_smooth = strengths;
     for (int label_bytes = 1; label_bytes <= 2; label_bytes++) {
         sc_volume volume = shape_volume(size, spacing_mm, label_bytes, 4, random_bands);
@@ -104,7 +103,7 @@ static void any_ranks_prepare_the_same_bytes(void **state)
     }
 }
 
-static void a_rank_without_memory_ends_all(void **state)
+TEST(a_rank_without_memory_ends_all)
 {
     const int small[3] = {9, 8, 10};
     sc_volume volume = shape_volume(small, spacing_mm, 1, 4, random_id);
@@ -112,7 +111,6 @@ static void a_rank_without_memory_ends_all(void **state)
     sc_status outcome = SC_ERR_MEMORY;
     long budget = 0;
 
-    (void)state;
     for (; outcome != SC_OK; budget++) {
         scenario s = {.volume = &volume, .settings = all};
         thread_team team = {.work = prepare,
@@ -130,12 +128,4 @@ static void a_rank_without_memory_ends_all(void **state)
     sc_volume_clear(&volume);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_ranks_prepare_the_same_bytes),
-        cmocka_unit_test(a_rank_without_memory_ends_all),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -17,9 +17,8 @@
         sc_page_clear(&page);                                                                      \
     } while (0)
 
-static void texts_are_shown_as_they_are(void **state)
+TEST(texts_are_shown_as_they_are)
 {
-    (void)state;
     assert_adds(sc_page_text(&page, "a<b & \"c\" 'd' > e"),
                 "a&lt;b &amp; &quot;c&quot; &#39;d&#39; &gt; e");
     assert_adds(sc_page_text(&page, "</script><script>alert(1)</script>"),
@@ -37,12 +36,11 @@ static void texts_are_shown_as_they_are(void **state)
     assert_adds(sc_page_prose(&page, "an `open end"), "an <code>open end</code>");
 }
 
-static void long_texts_are_whole(void **state)
+TEST(long_texts_are_whole)
 {
     char text[3000];
     sc_page page = {.ctx = &quiet};
 
-    (void)state;
     memset(text, 'x', sizeof text);
     text[1000] = '<';
     text[sizeof text - 1] = '\0';
@@ -53,19 +51,17 @@ static void long_texts_are_whole(void **state)
     sc_page_clear(&page);
 }
 
-static void addresses_lead_to_files_only(void **state)
+TEST(addresses_lead_to_files_only)
 {
-    (void)state;
     assert_adds(sc_page_address(&page, "javascript:alert(1).mp4"), "javascript%3Aalert%281%29.mp4");
     assert_adds(sc_page_address(&page, "a b\"<\xc3\xa4#?.mp4"), "a%20b%22%3C%C3%A4%23%3F.mp4");
     assert_adds(sc_page_address(&page, "stats.0of2.json"), "stats.0of2.json");
 }
 
-static void base_64(void **state)
+TEST(base_64)
 {
     uint8_t bytes[100];
 
-    (void)state;
     assert_adds(sc_page_base64(&page, "M", 1), "TQ==");
     assert_adds(sc_page_base64(&page, "Ma", 2), "TWE=");
     assert_adds(sc_page_base64(&page, "Man", 3), "TWFu");
@@ -82,13 +78,12 @@ static void base_64(void **state)
 }
 
 /* The first error stays, and nothing is added after it. */
-static void the_first_error_stays(void **state)
+TEST(the_first_error_stays)
 {
     long budget = 3;
     const sc_ctx failing = {.alloc_budget = &budget};
     sc_page page = sc_page_begin(&failing, "title");
 
-    (void)state;
     for (int i = 0; i < 100000 && page.status == SC_OK; i++)
         sc_page_textf(&page, "%d", i);
     assert_int_equal(page.status, SC_ERR_MEMORY);
@@ -100,11 +95,10 @@ static void the_first_error_stays(void **state)
 
 /* Steps are 1, 2 or 5 times a power of ten, about as many as were asked for, and hold all values.
  */
-static void axes_have_nice_ticks(void **state)
+TEST(axes_have_nice_ticks)
 {
     uint64_t random = 5;
 
-    (void)state;
     for (int i = 0; i < 20000; i++) {
         const double size = pow(10, random_real(&random, -9, 12));
         const double low = random_real(&random, -1, 1) * size;
@@ -124,11 +118,10 @@ static void axes_have_nice_ticks(void **state)
     assert_int_equal(sc_axis_make(0, 8000, 4).decimals, 0);
 }
 
-static void axes_of_nothing(void **state)
+TEST(axes_of_nothing)
 {
     static const double odd[][2] = {{0, 0}, {3, 3}, {NAN, 1}, {0, INFINITY}, {2, 1}, {-4, -4}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(odd); i++) {
         const sc_axis axis = sc_axis_make(odd[i][0], odd[i][1], 5);
 
@@ -141,12 +134,11 @@ static void axes_of_nothing(void **state)
 }
 
 /* A logarithmic axis has its ticks at powers of two, at even distances, and not too many. */
-static void axes_double(void **state)
+TEST(axes_double)
 {
     const sc_axis axis = sc_axis_doubling(1, 64), wide = sc_axis_doubling(0.3, 1e6);
     const sc_axis one = sc_axis_doubling(8, 8), none = sc_axis_doubling(0, NAN);
 
-    (void)state;
     assert_int_equal(sc_axis_ticks(&axis), 7);
     for (int i = 0; i < 7; i++) {
         assert_near(sc_axis_tick(&axis, i), 1 << i, 0);
@@ -159,7 +151,7 @@ static void axes_double(void **state)
     assert_near(sc_axis_tick(&none, 1), 2, 0);
 }
 
-static void dots_and_intervals_lie_on_the_axis(void **state)
+TEST(dots_and_intervals_lie_on_the_axis)
 {
     const double x[] = {1, 4}, y[] = {0.5, 1}, times[] = {1, 3};
     sc_page page = {.ctx = &quiet};
@@ -168,7 +160,6 @@ static void dots_and_intervals_lie_on_the_axis(void **state)
         sc_plot_begin(&page, &words, sc_axis_doubling(1, 16), (sc_axis){.high = 1, .step = 1});
     sc_row_chart rows;
 
-    (void)state;
     sc_plot_points(&plot, x, y, 2, 3);
     sc_plot_end(&plot);
     rows = sc_rows_begin(&page, "c", sc_axis_to(4, 4, true), false);
@@ -186,13 +177,12 @@ static void dots_and_intervals_lie_on_the_axis(void **state)
     sc_page_clear(&page);
 }
 
-static void tables_name_their_cells(void **state)
+TEST(tables_name_their_cells)
 {
     static const char *const heads[] = {"name", "a < b"};
     sc_page page = {.ctx = &quiet};
     sc_table table = sc_table_begin(&page, "rows", heads, 2);
 
-    (void)state;
     sc_table_cell(&table, "%s", "<x>");
     sc_table_cell(&table, "%d", 3);
     sc_table_end(&table);
@@ -203,7 +193,7 @@ static void tables_name_their_cells(void **state)
 }
 
 /* A line has a gap where a value is missing, and a point by itself is drawn. */
-static void lines_have_gaps(void **state)
+TEST(lines_have_gaps)
 {
     const double x[] = {0, 1, 2, 3, 4}, y[] = {0, 1, NAN, 1, NAN};
     sc_page page = {.ctx = &quiet};
@@ -211,7 +201,6 @@ static void lines_have_gaps(void **state)
     sc_plot plot =
         sc_plot_begin(&page, &words, sc_axis_to(4, 4, true), (sc_axis){.high = 1, .step = 1});
 
-    (void)state;
     sc_plot_line(&plot, x, y, 5, 2, false);
     sc_plot_end(&plot);
     assert_ok(page.status);
@@ -221,14 +210,13 @@ static void lines_have_gaps(void **state)
 }
 
 /* A strip has one piece for each thing that was done, with a gap before those that are long. */
-static void strips_show_what_begins(void **state)
+TEST(strips_show_what_begins)
 {
     static const int8_t kinds[12] = {-1, 3, 3, 3, 3, 3, 3, 3, 3, 3, -1, 0};
     static const bool begins[12] = {[5] = true};
     sc_page page = {.ctx = &quiet};
     sc_row_chart rows = sc_rows_begin(&page, "c", sc_axis_to(12, 3, true), true);
 
-    (void)state;
     sc_row_begin(&rows, "r", "d");
     sc_row_strip(&rows, kinds, begins, 12);
     sc_row_end(&rows, "");
@@ -240,9 +228,8 @@ static void strips_show_what_begins(void **state)
 }
 
 /* Colours of series can be told apart by everybody, those of neighbouring phases best. */
-static void colors_differ(void **state)
+TEST(colors_differ)
 {
-    (void)state;
     for (int i = 0; i < SC_SERIES_COLORS; i++) {
         for (int j = 0; j < i; j++) {
             const sc_seen_color a = sc_see_color(sc_series_colors[i]);
@@ -255,23 +242,4 @@ static void colors_differ(void **state)
     }
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(texts_are_shown_as_they_are),
-        cmocka_unit_test(long_texts_are_whole),
-        cmocka_unit_test(addresses_lead_to_files_only),
-        cmocka_unit_test(base_64),
-        cmocka_unit_test(the_first_error_stays),
-        cmocka_unit_test(axes_have_nice_ticks),
-        cmocka_unit_test(axes_of_nothing),
-        cmocka_unit_test(axes_double),
-        cmocka_unit_test(dots_and_intervals_lie_on_the_axis),
-        cmocka_unit_test(tables_name_their_cells),
-        cmocka_unit_test(lines_have_gaps),
-        cmocka_unit_test(strips_show_what_begins),
-        cmocka_unit_test(colors_differ),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -71,13 +71,12 @@ static void check_drawn(const sc_volume *v, const double spacing[3])
     } while (next_voxel(v, at));
 }
 
-static void copied_voxels_are_found_and_removed(void **state)
+TEST(copied_voxels_are_found_and_removed)
 {
     static const double tries[][3] = {{4, 4, 4}, {2, 3, 1}, {2.5, 1.75, 3.2}, {1, 1, 4.11}};
     static const double begins[][3] = {{0, 0, 0}, {-1, -2, 0}, {-0.3, -1.1, -2}, {0, 0, -0.7}};
     const double spacing[3] = {0.4, 0.5, 0.6};
 
-    (void)state;
     for (size_t t = 0; t < SC_COUNT_OF(tries); t++) {
         sc_drawn_grid grid;
         sc_volume v;
@@ -112,20 +111,19 @@ static int random_id(double x, double y, double z)
     return n * 0x9e3779b97f4a7c15u >> 63;
 }
 
-static void copies_are_found_among_many_planes(void **state)
+TEST(copies_are_found_among_many_planes)
 {
     const int size[3] = {480, 9, 9};
     sc_volume v = shape_volume(size, (double[3]){1, 1, 1}, 1, 2, random_id);
     sc_drawn_grid grid;
 
-    (void)state;
     assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
     assert_true(fabs(grid.copies[0] - 3.0781) < 0.001);
     assert_true(grid.copies[1] == 1 && grid.copies[2] == 1);
     sc_volume_clear(&v);
 }
 
-static void volumes_that_were_not_copied_stay_as_they_are(void **state)
+TEST(volumes_that_were_not_copied_stay_as_they_are)
 {
     const double spacing[3] = {1, 1.2, 1.6};
     const int size[3] = {SIDE, SIDE, SIDE};
@@ -133,7 +131,6 @@ static void volumes_that_were_not_copied_stay_as_they_are(void **state)
     const uint64_t hash = sc_volume_hash(&v);
     sc_drawn_grid grid;
 
-    (void)state;
     assert_ok(sc_find_drawn_grid(&quiet, &v, 1, &grid));
     assert_false(sc_is_resampled(&grid));
     assert_ok(sc_resample(&quiet, &v, &grid, 1));
@@ -208,9 +205,8 @@ static double check_layers(const sc_volume *v, int axis, int split)
     return wrong / count;
 }
 
-static void layers_between_slices_keep_the_slices(void **state)
+TEST(layers_between_slices_keep_the_slices)
 {
-    (void)state;
     for (int axis = 0; axis < 3; axis++) {
         sc_volume one = thick_volume(axis), three = thick_volume(axis);
         sc_drawn_grid grid;
@@ -279,9 +275,8 @@ static void check_skin(void)
     sc_volume_clear(&v);
 }
 
-static void closed_skins_stay_closed(void **state)
+TEST(closed_skins_stay_closed)
 {
-    (void)state;
     for (lump = 0; lump < 20; lump++)
         check_skin();
 }
@@ -295,7 +290,7 @@ static int steep_id(double x, double y, double z)
 
 /* Beyond the first and the last slice tissue goes on as between the slices, and not straight. Every
  * layer is right up to a pixel. */
-static void tissue_goes_on_beyond_the_last_slice(void **state)
+TEST(tissue_goes_on_beyond_the_last_slice)
 {
     enum { NX = 40, NY = 12, SLICES = 8, SPLIT = 5, LAYERS = SLICES * SPLIT };
     const sc_drawn_grid grid = {
@@ -303,7 +298,6 @@ static void tissue_goes_on_beyond_the_last_slice(void **state)
     sc_volume v = shape_volume((const int[3]){NX, NY, SLICES}, grid.drawn_mm, 1, 2, steep_id);
     const uint8_t *ids;
 
-    (void)state;
     assert_ok(sc_resample(&quiet, &v, &grid, 2));
     ids = v.ids;
     for (int i = 0; i < NX * NY * LAYERS; i++) {
@@ -324,14 +318,13 @@ static int patch_id(double x, double y, double z)
     return x < 26 && (z < 4 || x < 16);
 }
 
-static void sheets_end_between_slices(void **state)
+TEST(sheets_end_between_slices)
 {
     const int size[3] = {30, 30, 9};
     sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 3, patch_id);
     sc_drawn_grid grid;
     int at[3] = {0, 0, 0}, patch = 0;
 
-    (void)state;
     assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
     assert_ok(sc_resample(&quiet, &v, &grid, 2));
     do {
@@ -353,13 +346,12 @@ static int wall_id(double x, double y, double z)
     return from_wall < 0 ? 1 : from_wall < 3 ? 3 : y < 10 ? 2 : 0;
 }
 
-static void walls_that_move_sideways_stay_whole(void **state)
+TEST(walls_that_move_sideways_stay_whole)
 {
     const int size[3] = {80, 20, 9};
     sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 4, wall_id);
     sc_drawn_grid grid;
 
-    (void)state;
     assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
     assert_int_equal(grid.split[2], 5);
     assert_ok(sc_resample(&quiet, &v, &grid, 2));
@@ -382,14 +374,13 @@ static int junction_id(double x, double y, double z)
     return hypot(x - 15.2, y - 14.7) < 4.3 ? 1 + (z > 4) : 3;
 }
 
-static void walls_beside_two_tissues_do_not_part_them(void **state)
+TEST(walls_beside_two_tissues_do_not_part_them)
 {
     const int size[3] = {30, 30, 9};
     sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 4, junction_id);
     sc_drawn_grid grid;
     int at[3] = {0, 0, 0};
 
-    (void)state;
     assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
     assert_ok(sc_resample(&quiet, &v, &grid, 2));
     do {
@@ -414,7 +405,7 @@ static int oblique_id(double x, double y, double z)
     return hypot(x - 60, y - 63) < 1.2 ? 3 : 0;
 }
 
-static void oblique_and_round_tissue_keeps_its_volume(void **state)
+TEST(oblique_and_round_tissue_keeps_its_volume)
 {
     const int size[3] = {70, 70, 13};
     sc_volume v = shape_volume(size, (double[3]){1, 1, 6}, 1, 4, oblique_id);
@@ -422,7 +413,6 @@ static void oblique_and_round_tissue_keeps_its_volume(void **state)
     sc_drawn_grid grid;
     int at[3] = {0, 0, 0};
 
-    (void)state;
     assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
     assert_int_equal(grid.split[2], 5);
     assert_ok(sc_resample(&quiet, &v, &grid, 2));
@@ -465,11 +455,10 @@ static double bytes_of(int slices, double slice_mm, int threads, int (*id)(doubl
     return bytes;
 }
 
-static void bytes_grow_with_boxes_slices_and_threads(void **state)
+TEST(bytes_grow_with_boxes_slices_and_threads)
 {
     const double least = bytes_of(12, 5, 1, small_id), box = 60 * 60 * sizeof(float);
 
-    (void)state;
     assert_true(bytes_of(12, 1, 1, small_id) == 0);
     assert_true(least > 20 * box && least < 27 * box); /* eleven of them of background alone */
     assert_true(bytes_of(12, 5, 1, wide_id) - least > 8 * box);
@@ -477,13 +466,12 @@ static void bytes_grow_with_boxes_slices_and_threads(void **state)
     assert_true(bytes_of(40, 5, 1, small_id) - least == 28 * 60 * 60 * 3);
 }
 
-static void boxes_of_labels_without_voxels_are_empty(void **state)
+TEST(boxes_of_labels_without_voxels_are_empty)
 {
     const int size[3] = {60, 60, 9};
     sc_volume v = shape_volume(size, (double[3]){1, 1, 1}, 1, 3, small_id);
     sc_label_tally *boxes = NULL;
 
-    (void)state;
     assert_ok(sc_resample_find_boxes(&quiet, &v, 2, &boxes));
     assert_int_equal(boxes[0].voxels, 60 * 60 * 9 - 1);
     assert_int_equal(boxes[1].voxels, 1);
@@ -579,20 +567,19 @@ static int body_id(double x, double y, double z)
 }
 
 /* Contours that grow or shrink are no slices that jump. */
-static void growing_contours_are_not_moved(void **state)
+TEST(growing_contours_are_not_moved)
 {
     static const double spacing[3] = {1, 1.25, 1.5};
     sc_volume v = shape_volume((const int[3]){40, 34, 28}, spacing, 1, 4, body_id);
     sc_drawn_grid grid;
 
-    (void)state;
     assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
     for (int axis = 0; axis < 3; axis++)
         assert_int_equal(grid.moved[axis], 0);
     sc_volume_clear(&v);
 }
 
-static void slices_that_jump_are_moved_back(void **state)
+TEST(slices_that_jump_are_moved_back)
 {
     const int size[3] = {JUMPING, JUMPING, JUMPING};
     const double spacing[3] = {1, 1, 1};
@@ -601,7 +588,6 @@ static void slices_that_jump_are_moved_back(void **state)
     char text[320];
     int wrong;
 
-    (void)state;
     set_jumps();
     one = shape_volume(size, spacing, 2, 4, jumping_id);
     three = shape_volume(size, spacing, 2, 4, jumping_id);
@@ -623,12 +609,11 @@ static void slices_that_jump_are_moved_back(void **state)
     sc_volume_clear(&three);
 }
 
-static void a_spacing_in_a_wrong_unit_gets_no_layers(void **state)
+TEST(a_spacing_in_a_wrong_unit_gets_no_layers)
 {
     const int size[3] = {SIDE, SIDE, SIDE};
     const double spacings[][3] = {{1, 1, 1000}, {1, 1, 0.001}, {1000, 1, 1}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(spacings); i++) {
         sc_volume v = shape_volume(size, spacings[i], 1, 4, drawn_id);
         sc_drawn_grid grid;
@@ -665,12 +650,11 @@ static void check_lack_of_memory(const int size[3], double slice_mm,
     assert_true(n > least && n < 200);
 }
 
-static void lack_of_memory_is_told(void **state)
+TEST(lack_of_memory_is_told)
 {
     const int thick[3] = {20, 20, 8}, cube[3] = {JUMPING, JUMPING, JUMPING};
     const int copied[3] = {SIDE * 2, SIDE * 3, SIDE * 4};
 
-    (void)state;
     check_lack_of_memory(thick, 5, thick_id, 8);
     set_jumps();
     check_lack_of_memory(cube, 1, jumping_id, 24);
@@ -701,12 +685,11 @@ static sc_volume scattered_volume(int label_count)
 }
 
 /* The work for scattered labels is limited, by copying those that are scattered the most. */
-static void scattered_labels_are_copied(void **state)
+TEST(scattered_labels_are_copied)
 {
     static const int label_counts[] = {40, 400};
     const sc_drawn_grid grid = {.copies = {1, 1, 1}, .drawn_mm = {0.2, 0.2, 1}, .split = {1, 1, 5}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(label_counts); i++) {
         sc_volume drawn = scattered_volume(label_counts[i]);
         sc_volume one = scattered_volume(label_counts[i]);
@@ -743,13 +726,12 @@ static int nearest_id(const sc_volume *old, sc_vec3 p_mm)
     return id_at(old, (int[3]){(int)lround(p.x), (int)lround(p.y), (int)lround(p.z)});
 }
 
-static void resizing_keeps_the_nearest_label_and_the_place(void **state)
+TEST(resizing_keeps_the_nearest_label_and_the_place)
 {
     static const int sizes[][3] = {{SIDE, SIDE, SIDE}, {7, 11, 100}, {1, 2, 1}, {50, 17, 24}};
     const double spacing[3] = {0.7, 1.1, 1.3};
     const int side[3] = {SIDE, SIDE, SIDE};
 
-    (void)state;
     for (int t = 0; t < (int)SC_COUNT_OF(sizes) * 2; t++) {
         const int *size = sizes[t / 2], bytes = 1 + t % 2;
         sc_volume old = shape_volume(side, spacing, bytes, 4, drawn_id);
@@ -814,12 +796,11 @@ static void measure_halves(const sc_volume *v, double *volume, double *off_voxel
     *off_voxels = wrong * each / area / fmax(1, step);
 }
 
-static void votes_keep_volumes_and_surfaces(void **state)
+TEST(votes_keep_volumes_and_surfaces)
 {
     static const double steps[] = {0.5, 2, 0.7, 1.6, 1};
     const double whole = 4.0 / 3 * M_PI * 33 * 27 * 38;
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(steps); i++) {
         const double mm[3] = {steps[i], steps[i], steps[i]};
         sc_volume one =
@@ -859,12 +840,11 @@ static int thin_id(double x, double y, double z)
     return x == 20 && y == 8 && z == 20 ? 4 : 0;
 }
 
-static void what_is_thin_is_not_torn_when_voxels_become_finer(void **state)
+TEST(what_is_thin_is_not_torn_when_voxels_become_finer)
 {
     sc_volume v = shape_volume((int[]){24, 24, 32}, (double[]){1, 1, 1}, 1, 5, thin_id);
     int at[3] = {0, 0, 0};
 
-    (void)state;
     assert_ok(sc_resample_votes(&quiet, &v, (double[]){0.5, 0.5, 0.5}, 2));
     do {
         assert_int_equal(id_at(&v, at), thin_id(at[0] / 2, at[1] / 2, at[2] / 2));
@@ -872,14 +852,13 @@ static void what_is_thin_is_not_torn_when_voxels_become_finer(void **state)
     sc_volume_clear(&v);
 }
 
-static void a_vote_without_memory_changes_nothing(void **state)
+TEST(a_vote_without_memory_changes_nothing)
 {
     sc_volume v = shape_volume((int[]){24, 24, 32}, (double[]){1, 1, 1}, 1, 5, thin_id);
     const uint64_t before = sc_volume_hash(&v);
     sc_status status = SC_ERR_MEMORY;
     long failed = 0;
 
-    (void)state;
     for (; status != SC_OK && failed < 64; failed++) {
         long budget = failed;
         const sc_ctx ctx = {.level = SC_LOG_ERROR, .alloc_budget = &budget};
@@ -894,13 +873,12 @@ static void a_vote_without_memory_changes_nothing(void **state)
 }
 
 /* Thick slices become thinner, and pixels coarser, at once. */
-static void votes_have_a_spacing_for_each_axis(void **state)
+TEST(votes_have_a_spacing_for_each_axis)
 {
     sc_volume v = shape_volume((int[]){90, 91, 92}, (double[]){1, 2, 3}, 1, 3, halves_id);
     int size[3];
     sc_affine to_ras_mm;
 
-    (void)state;
     sc_resample_votes_grid(&v, (double[]){2, 2, 1}, size, &to_ras_mm);
     assert_ok(sc_resample_votes(&quiet, &v, (double[]){2, 2, 1}, 2));
     assert_memory_equal(size, v.size, sizeof size);
@@ -911,32 +889,4 @@ static void votes_have_a_spacing_for_each_axis(void **state)
     sc_volume_clear(&v);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(tissue_goes_on_beyond_the_last_slice),
-        cmocka_unit_test(walls_that_move_sideways_stay_whole),
-        cmocka_unit_test(walls_beside_two_tissues_do_not_part_them),
-        cmocka_unit_test(votes_keep_volumes_and_surfaces),
-        cmocka_unit_test(what_is_thin_is_not_torn_when_voxels_become_finer),
-        cmocka_unit_test(a_vote_without_memory_changes_nothing),
-        cmocka_unit_test(votes_have_a_spacing_for_each_axis),
-        cmocka_unit_test(copied_voxels_are_found_and_removed),
-        cmocka_unit_test(copies_are_found_among_many_planes),
-        cmocka_unit_test(volumes_that_were_not_copied_stay_as_they_are),
-        cmocka_unit_test(scattered_labels_are_copied),
-        cmocka_unit_test(layers_between_slices_keep_the_slices),
-        cmocka_unit_test(closed_skins_stay_closed),
-        cmocka_unit_test(sheets_end_between_slices),
-        cmocka_unit_test(oblique_and_round_tissue_keeps_its_volume),
-        cmocka_unit_test(boxes_of_labels_without_voxels_are_empty),
-        cmocka_unit_test(bytes_grow_with_boxes_slices_and_threads),
-        cmocka_unit_test(a_spacing_in_a_wrong_unit_gets_no_layers),
-        cmocka_unit_test(growing_contours_are_not_moved),
-        cmocka_unit_test(slices_that_jump_are_moved_back),
-        cmocka_unit_test(resizing_keeps_the_nearest_label_and_the_place),
-        cmocka_unit_test(lack_of_memory_is_told),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -44,13 +44,12 @@ static int copied_id(double x, double y, double z)
     return ball_id(floor(x / 2) * 2, floor(y / 3) * 3, z);
 }
 
-static void any_ranks_measure_the_same_grid(void **state)
+TEST(any_ranks_measure_the_same_grid)
 {
     static int (*const ids[3])(double, double, double) = {ball_id, jumping_id, copied_id};
     const double spacing_mm[3] = {1, 1, 1};
     int moved = 0, copied = 0;
 
-    (void)state;
     for (int i = 0; i < 3; i++) {
         const int size[3] = {65, 64, ids[i] == jumping_id ? 240 : 66};
         sc_volume volume = shape_volume(size, spacing_mm, 1 + i % 2, 4, ids[i]);
@@ -73,12 +72,11 @@ static void any_ranks_measure_the_same_grid(void **state)
     assert_true(moved && copied);
 }
 
-static void a_rank_without_memory_ends_all(void **state)
+TEST(a_rank_without_memory_ends_all)
 {
     static int (*const ids[2])(double, double, double) = {jumping_id, copied_id};
     const double spacing_mm[3] = {1, 1, 1};
 
-    (void)state;
     for (int i = 0; i < 2; i++) {
         const int size[3] = {65, 64, ids[i] == jumping_id ? 240 : 66};
         sc_volume volume = shape_volume(size, spacing_mm, 1, 4, ids[i]);
@@ -102,12 +100,4 @@ static void a_rank_without_memory_ends_all(void **state)
     }
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_ranks_measure_the_same_grid),
-        cmocka_unit_test(a_rank_without_memory_ends_all),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

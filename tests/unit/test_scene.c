@@ -27,11 +27,10 @@ static bool interval_holds(const sc_interval *kept, int count, double t)
 
 /* Random rays, some of them parallel to the planes, are clipped and compared with the half-spaces
  * at points along them. */
-static void clipped_rays_agree_with_the_half_spaces(void **state)
+TEST(clipped_rays_agree_with_the_half_spaces)
 {
     uint64_t seed = 17;
 
-    (void)state;
     for (int n = 0; n < 4000; n++) {
         sc_plane planes[3];
         const int count = 1 + n % 3;
@@ -73,12 +72,11 @@ static void clipped_rays_agree_with_the_half_spaces(void **state)
     }
 }
 
-static void one_plane_cuts_the_same_in_both_modes(void **state)
+TEST(one_plane_cuts_the_same_in_both_modes)
 {
     const sc_plane plane = {{0, 0, 1}, -2};
     sc_interval a[2], b[2];
 
-    (void)state;
     assert_int_equal(
         sc_clip_ray(&plane, 1, SC_CLIP_KEEP, (sc_vec3){0, 0, 0}, (sc_vec3){0, 0, 1}, 0, 9, a), 1);
     assert_int_equal(
@@ -109,7 +107,7 @@ static prepared_copy striped(sc_volume *volume)
     return prepare_copy(volume, 1);
 }
 
-static void rules_match_by_name_glob_and_number_and_the_last_one_wins(void **state)
+TEST(rules_match_by_name_glob_and_number_and_the_last_one_wins)
 {
     sc_volume volume;
     prepared_copy p = striped(&volume);
@@ -122,7 +120,6 @@ static void rules_match_by_name_glob_and_number_and_the_last_one_wins(void **sta
         {.pattern = "12", .has_visible = true, .visible = true},
     };
 
-    (void)state;
     assert_ok(sc_transfer_resolve(&quiet, &p.view, rules, 4, SC_OPACITY_MEASURED, tissues));
     assert_false(tissues[0].visible);
     assert_true(tissues[1].visible);
@@ -136,7 +133,7 @@ static void rules_match_by_name_glob_and_number_and_the_last_one_wins(void **sta
     sc_volume_clear(&volume);
 }
 
-static void a_rule_that_matches_nothing_is_refused_with_the_nearest_name(void **state)
+TEST(a_rule_that_matches_nothing_is_refused_with_the_nearest_name)
 {
     sc_volume volume;
     prepared_copy p = striped(&volume);
@@ -145,7 +142,6 @@ static void a_rule_that_matches_nothing_is_refused_with_the_nearest_name(void **
     sc_ctx ctx = listening(&h);
     const sc_tissue_rule rule = {.pattern = "left ventrical", .where = "job.yaml:7"};
 
-    (void)state;
     assert_int_equal(sc_transfer_resolve(&ctx, &p.view, &rule, 1, SC_OPACITY_MEASURED, tissues),
                      SC_ERR_DATA);
     assert_string_equal(h.text, "job.yaml:7: tissue \"left ventrical\" matches no label of the "
@@ -168,7 +164,7 @@ static int meant(const char *pattern, const sc_label *labels, int count)
 
 /* Names are found however words are separated and whatever their case, but a name that fits exactly
  * wins. */
-static void names_match_however_they_are_written(void **state)
+TEST(names_match_however_they_are_written)
 {
     const sc_label labels[8] = {
         {.value = 0},
@@ -206,7 +202,6 @@ static void names_match_however_they_are_written(void **state)
                  {"_", 0},
                  {"", 0}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         if (meant(cases[i].pattern, labels, 8) != cases[i].values)
             fail_msg("\"%s\" means %d, expected %d", cases[i].pattern,
@@ -227,7 +222,7 @@ static void expect_message(const sc_label *labels, int count, const char *patter
     assert_string_equal(h.text, message ? message : "");
 }
 
-static void a_tissue_that_is_not_clear_is_told(void **state)
+TEST(a_tissue_that_is_not_clear_is_told)
 {
     const sc_label named[5] = {{.value = 0},
                                {.value = 1, .name = "left-atrium"},
@@ -236,7 +231,6 @@ static void a_tissue_that_is_not_clear_is_told(void **state)
                                {.value = 4, .name = "vein"}};
     const sc_label nameless[3] = {{.value = 0}, {.value = 4}, {.value = 17}};
 
-    (void)state;
     expect_message(
         named, 5, "left atrium",
         "job.yaml:7: tissue \"left atrium\" could be \"left-atrium\" (label 1) or "
@@ -257,7 +251,7 @@ static void a_tissue_that_is_not_clear_is_told(void **state)
 }
 
 /* Every rule that matches nothing is told, and then every exception of a clip plane, once. */
-static void all_unknown_tissues_are_told(void **state)
+TEST(all_unknown_tissues_are_told)
 {
     const sc_label labels[2] = {{.value = 0}, {.value = 1, .name = "aorta"}};
     const sc_prepared volume = {.label_count = 2, .labels = labels};
@@ -268,7 +262,6 @@ static void all_unknown_tissues_are_told(void **state)
     heard h;
     sc_ctx ctx = listening(&h);
 
-    (void)state;
     assert_int_equal(sc_transfer_resolve(&ctx, &volume, rules, 3, SC_OPACITY_MEASURED, tissues),
                      SC_ERR_DATA);
     assert_int_equal(h.errors, 2);
@@ -276,12 +269,11 @@ static void all_unknown_tissues_are_told(void **state)
     assert_int_equal(h.errors, 4);
 }
 
-static void thicker_tissues_are_more_opaque(void **state)
+TEST(thicker_tissues_are_more_opaque)
 {
     const sc_opacity_scale scale = {0.3, 0.9, 1, 30}, point = {0.3, 0.9, 5, 5},
                            none = {0.3, 0.9, 0, 0};
 
-    (void)state;
     assert_near(sc_auto_opacity(&scale, 1), 0.3, 1e-12);
     assert_near(sc_auto_opacity(&scale, 30), 0.9, 1e-12);
     assert_near(sc_auto_opacity(&scale, 0.1), 0.3, 0);
@@ -294,12 +286,11 @@ static void thicker_tissues_are_more_opaque(void **state)
 
 /* A tube whose radius, its mean thickness, is 15 mm is 30 mm thick everywhere; a skin of 1 mm is as
  * thin everywhere as on the whole. One tissue alone stays as opaque as it can be. */
-static void local_opacities_are_those_of_diameters(void **state)
+TEST(local_opacities_are_those_of_diameters)
 {
     const sc_opacity_scale local = sc_local_opacity_scale((sc_opacity_scale){0.5, 0.95, 1, 15});
     const sc_opacity_scale point = sc_local_opacity_scale((sc_opacity_scale){0.3, 0.9, 5, 5});
 
-    (void)state;
     assert_near(sc_auto_opacity(&local, 30), 0.95, 1e-12);
     assert_true(sc_auto_opacity(&local, 25) < 0.95);
     assert_near(sc_auto_opacity(&local, 1), 0.5, 1e-12);
@@ -308,7 +299,7 @@ static void local_opacities_are_those_of_diameters(void **state)
 
 /* Eight vertebrae of 6.5 to 7.6 mm look alike, and a model of them in a tenth of the size looks
  * as they do; the paper's rule makes one of them a ghost. */
-static void automatic_opacity_is_absolute(void **state)
+TEST(automatic_opacity_is_absolute)
 {
     enum { COUNT = 9 };
     sc_label_stats stats[COUNT] = {{0}}, small[COUNT];
@@ -316,7 +307,6 @@ static void automatic_opacity_is_absolute(void **state)
     sc_tissue tissues[COUNT], paper[COUNT], model[COUNT];
     sc_prepared volume = {.label_count = COUNT, .labels = labels, .stats = stats};
 
-    (void)state;
     for (int i = 0; i < 3; i++)
         volume.to_ras_mm.m[i][i] = 1.5;
     for (int id = 1; id < COUNT; id++) {
@@ -352,14 +342,13 @@ static int onion(double x, double y, double z)
     return r > 19 ? 0 : r > 15 ? 1 : r > 11 ? 2 : x < 20 ? 3 : 4;
 }
 
-static void covers_step_back(void **state)
+TEST(covers_step_back)
 {
     const sc_tissue_rule solid = {.pattern = "tissue 1", .has_opacity = true, .opacity = 1};
     sc_volume v = shape_volume((const int[3]){40, 40, 40}, (const double[3]){3, 3, 3}, 1, 5, onion);
     prepared_copy p = prepare_copy(&v, 2);
     sc_tissue tissues[5];
 
-    (void)state;
     assert_int_equal(p.view.stats[1].cover_layer, 1);
     assert_int_equal(p.view.stats[2].cover_layer, 2);
     assert_int_equal(p.view.stats[3].cover_layer, 0);
@@ -395,14 +384,13 @@ static int chest(double x, double y, double z)
     return r > 19 ? 0 : r > 17 ? 1 : r > 14 && (int)(z / 4) % 2 ? 2 : r > 14 ? 0 : x < 20 ? 4 : 5;
 }
 
-static void a_skull_in_parts_steps_back_and_ribs_do_not(void **state)
+TEST(a_skull_in_parts_steps_back_and_ribs_do_not)
 {
     const int size[3] = {40, 40, 40};
     sc_volume v = shape_volume(size, (const double[3]){3, 3, 3}, 1, 6, head);
     sc_volume w = shape_volume(size, (const double[3]){3, 3, 3}, 1, 6, chest);
     int layers[6], cover;
 
-    (void)state;
     assert_ok(sc_find_covers(&quiet, &v, NULL, layers, NULL));
     assert_int_equal(layers[1], 1);
     assert_ok(sc_find_outer_cover(&quiet, &v, &cover));
@@ -418,7 +406,7 @@ static void a_skull_in_parts_steps_back_and_ribs_do_not(void **state)
 
 /* Only where tissues as light as white are much of what is seen, white gives way to slate, from
  * which all colours of the palette keep away. */
-static void white_tissues_get_a_dark_background(void **state)
+TEST(white_tissues_get_a_dark_background)
 {
     sc_label_stats stats[3] = {
         {.shown = 0}, {.voxels = 9, .shown = 0.95}, {.voxels = 9, .shown = 0.05}};
@@ -429,7 +417,6 @@ static void white_tissues_get_a_dark_background(void **state)
     sc_seen_color slate;
     uint8_t rgb[3];
 
-    (void)state;
     sc_choose_background(&volume, tissues, rgb);
     assert_int_equal(rgb[0], 255);
     stats[2].shown = 0.4;
@@ -451,14 +438,13 @@ static void white_tissues_get_a_dark_background(void **state)
 }
 
 /* Colours that nobody has given keep away from any background; those that were given stay. */
-static void automatic_colours_can_be_told_from_any_background(void **state)
+TEST(automatic_colours_can_be_told_from_any_background)
 {
     enum { COLORS = 24 };
     sc_tissue own[COLORS + 1] = {{0}}, tissues[COLORS + 1];
     sc_srgb_table table;
     int changed = 0;
 
-    (void)state;
     sc_srgb_table_init(&table);
     for (int i = 1; i <= COLORS; i++) {
         uint8_t rgb[3];
@@ -492,7 +478,7 @@ static void automatic_colours_can_be_told_from_any_background(void **state)
     assert_true(changed > 216 && changed < 216 * COLORS / 3); /* and only where it is needed */
 }
 
-static void tissues_with_the_same_exceptions_share_a_clip_set(void **state)
+TEST(tissues_with_the_same_exceptions_share_a_clip_set)
 {
     sc_volume volume;
     prepared_copy p = striped(&volume);
@@ -503,7 +489,6 @@ static void tissues_with_the_same_exceptions_share_a_clip_set(void **state)
     sc_clip_set clip_sets[SC_CLIP_SETS_MAX];
     int count;
 
-    (void)state;
     assert_ok(sc_clip_sets_find(&quiet, &p.view, exceptions, 3, tissues, clip_sets, &count));
     assert_int_equal(count, 3);
     assert_int_equal(clip_sets[tissues[1].clip_set].spares[0], 1);
@@ -517,7 +502,7 @@ static void tissues_with_the_same_exceptions_share_a_clip_set(void **state)
 }
 
 /* Labels that are invisible or have no opacity are hidden. */
-static void hidden_labels_are_found(void **state)
+TEST(hidden_labels_are_found)
 {
     const sc_label labels[6] = {{.value = 0, .opacity = -1},
                                 {.value = 1, .name = "auto", .opacity = -1},
@@ -532,32 +517,9 @@ static void hidden_labels_are_found(void **state)
     const bool expected[6] = {false, false, true, true, true, false};
     bool hidden[6];
 
-    (void)state;
     assert_ok(sc_hidden_labels(&quiet, labels, 6, rules, 3, hidden));
     for (int id = 0; id < 6; id++)
         assert_int_equal(hidden[id], expected[id]);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(hidden_labels_are_found),
-        cmocka_unit_test(clipped_rays_agree_with_the_half_spaces),
-        cmocka_unit_test(one_plane_cuts_the_same_in_both_modes),
-        cmocka_unit_test(rules_match_by_name_glob_and_number_and_the_last_one_wins),
-        cmocka_unit_test(a_rule_that_matches_nothing_is_refused_with_the_nearest_name),
-        cmocka_unit_test(names_match_however_they_are_written),
-        cmocka_unit_test(a_tissue_that_is_not_clear_is_told),
-        cmocka_unit_test(all_unknown_tissues_are_told),
-        cmocka_unit_test(thicker_tissues_are_more_opaque),
-        cmocka_unit_test(local_opacities_are_those_of_diameters),
-        cmocka_unit_test(automatic_opacity_is_absolute),
-        cmocka_unit_test(covers_step_back),
-        cmocka_unit_test(automatic_colours_can_be_told_from_any_background),
-        cmocka_unit_test(a_skull_in_parts_steps_back_and_ribs_do_not),
-        cmocka_unit_test(white_tissues_get_a_dark_background),
-        cmocka_unit_test(tissues_with_the_same_exceptions_share_a_clip_set),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -37,11 +37,10 @@ static void send_array(sc_comm *comm, void *user)
     s->received[rank] = array;
 }
 
-static void an_array_reaches_all_ranks(void **state)
+TEST(an_array_reaches_all_ranks)
 {
     scenario s = {.poor_rank = -1};
 
-    (void)state;
     run_ranks(RANKS, false, send_array, &s);
     for (int rank = 0; rank < RANKS; rank++) {
         assert_ok(s.outcomes[rank]);
@@ -51,11 +50,10 @@ static void an_array_reaches_all_ranks(void **state)
 }
 
 /* No other rank may keep rank 0's address, because it would free it. */
-static void an_array_that_one_rank_has_no_memory_for_is_on_rank_0_alone(void **state)
+TEST(an_array_that_one_rank_has_no_memory_for_is_on_rank_0_alone)
 {
     scenario s = {.poor_rank = 1};
 
-    (void)state;
     run_ranks(RANKS, false, send_array, &s);
     for (int rank = 0; rank < RANKS; rank++)
         assert_int_equal(s.outcomes[rank], SC_ERR_MEMORY);
@@ -78,11 +76,10 @@ static void load_job(sc_comm *comm, void *user)
     sc_session_clear(&session); /* must free only what belongs to this rank */
 }
 
-static void a_job_that_one_rank_has_no_memory_for_is_cleared_on_all(void **state)
+TEST(a_job_that_one_rank_has_no_memory_for_is_cleared_on_all)
 {
     FILE *file = fopen("session.yaml", "w");
 
-    (void)state;
     fputs("volume: {path: phantom, keep: '*'}\ntissues:\n  \"*\": {opacity: 0.6, color: [{at: 0%, "
           "value: red}]}\nanimation:\n  "
           "frames: 7\n  clip:\n"
@@ -156,7 +153,7 @@ static void prepare_file(const char *path, int side)
     sc_phantom_free(phantom);
 }
 
-static void ranks_refuse_prepared_files_that_differ(void **state)
+TEST(ranks_refuse_prepared_files_that_differ)
 {
     static const struct {
         const char *files[RANKS];
@@ -180,7 +177,6 @@ static void ranks_refuse_prepared_files_that_differ(void **state)
     char *text;
     size_t bytes;
 
-    (void)state;
     prepare_file("a.segc", 12);
     prepare_file("b.segc", 13);
     assert_ok(sc_file_read(&quiet, "a.segc", 1 << 30, &text, &bytes));
@@ -252,12 +248,11 @@ static void decide_looks(sc_comm *comm, void *user)
     sc_session_clear(&session);
 }
 
-static void rank_0_decides_looks_and_framing(void **state)
+TEST(rank_0_decides_looks_and_framing)
 {
     FILE *file = fopen("session.yaml", "w");
     looks l = {.backgrounds = {{0}}};
 
-    (void)state;
     fputs("volume: phantom\n", file);
     fclose(file);
     run_ranks(RANKS, false, decide_looks, &l);
@@ -271,15 +266,4 @@ static void rank_0_decides_looks_and_framing(void **state)
     unlink("session.yaml");
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rank_0_decides_looks_and_framing),
-        cmocka_unit_test(an_array_reaches_all_ranks),
-        cmocka_unit_test(an_array_that_one_rank_has_no_memory_for_is_on_rank_0_alone),
-        cmocka_unit_test(a_job_that_one_rank_has_no_memory_for_is_cleared_on_all),
-        cmocka_unit_test(ranks_refuse_prepared_files_that_differ),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -18,7 +18,7 @@ static int ball(double x, double y, double z)
 
 /* On an opaque ball lit from the viewer's upper left no voxels are visible: neighbouring pixels
  * differ little. */
-static void shading_is_smooth(void **state)
+TEST(shading_is_smooth)
 {
     const int size[3] = {41, 41, 41};
     const double spacing[3] = {1, 1, 1};
@@ -26,7 +26,6 @@ static void shading_is_smooth(void **state)
     sc_scene scene = {.clip_set_count = 1};
     sc_image image;
 
-    (void)state;
     s.settings.width_px = s.settings.height_px = 201;
     scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
                                   SC_ORTHOGRAPHIC, 20);
@@ -111,9 +110,8 @@ static void check_shading_along_a_seam(double strength)
     free_scene(&s);
 }
 
-static void shading_is_even_along_a_seam(void **state)
+TEST(shading_is_even_along_a_seam)
 {
-    (void)state;
     check_shading_along_a_seam(1);
     check_shading_along_a_seam(2);
 }
@@ -129,7 +127,7 @@ static int plate_before_block(double x, double y, double z)
 
 /* The back of a translucent tissue is lit evenly where a gap about a voxel wide parts it from what
  * is behind: the voxels of the gap tell the direction of one of its sides alone. */
-static void the_back_of_a_tissue_is_lit_evenly_beside_a_narrow_gap(void **state)
+TEST(the_back_of_a_tissue_is_lit_evenly_beside_a_narrow_gap)
 {
     const int size[3] = {41, 41, 41};
     const double spacing[3] = {1, 1, 1};
@@ -139,7 +137,6 @@ static void the_back_of_a_tissue_is_lit_evenly_beside_a_narrow_gap(void **state)
     double sum = 0, squares = 0, variance;
     sc_image image;
 
-    (void)state;
     for (int id = 1; id < 3; id++) {
         for (int i = 0; i < 3; i++)
             volume.labels[id].rgb[i] = 120;
@@ -160,13 +157,4 @@ static void the_back_of_a_tissue_is_lit_evenly_beside_a_narrow_gap(void **state)
     free_scene(&s);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(shading_is_smooth),
-        cmocka_unit_test(shading_is_even_along_a_seam),
-        cmocka_unit_test(the_back_of_a_tissue_is_lit_evenly_beside_a_narrow_gap),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

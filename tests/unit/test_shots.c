@@ -95,13 +95,12 @@ static void expect_film(const sc_job *job)
     assert_near(job->shots[3].job.captions[0].end, 20.0 / 99, 1e-9);
 }
 
-static void a_shot_has_the_keys_of_its_film(void **state)
+TEST(a_shot_has_the_keys_of_its_film)
 {
     heard h;
     sc_job job, again;
     sc_text written = {0}, twice = {0};
 
-    (void)state;
     /* The film's keys have times behind the end of the first shot, which need other ones there. */
     assert_int_equal(load(film, &h, NULL, &job), SC_ERR_DATA);
     assert_non_null(strstr(h.text, "shots.yaml:5: during: 2s is behind the end of the animation"));
@@ -136,7 +135,7 @@ static void a_shot_has_the_keys_of_its_film(void **state)
 }
 
 /* One message each, with its line; the job begins with two lines. */
-static void wrong_shots_are_refused(void **state)
+TEST(wrong_shots_are_refused)
 {
     static const struct {
         const char *shots, *message;
@@ -182,7 +181,6 @@ static void wrong_shots_are_refused(void **state)
          "yaml:4: the shots have 2000000 frames, expected at most 1000000"},
     };
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         char text[512];
         heard h;
@@ -199,12 +197,11 @@ static void wrong_shots_are_refused(void **state)
 }
 
 /* A mistake of the film is found again in each of its shots, but told once. */
-static void a_mistake_of_the_film_is_told_once(void **state)
+TEST(a_mistake_of_the_film_is_told_once)
 {
     heard h;
     sc_job job;
 
-    (void)state;
     assert_int_equal(load("volume: phantom\nrender: {samples: 99}\nanimation: {clip: 3}\n"
                           "shots: [{name: a}, {name: b}, {card: {title: c}}]\n",
                           &h, NULL, &job),
@@ -214,11 +211,10 @@ static void a_mistake_of_the_film_is_told_once(void **state)
     sc_job_clear(&job);
 }
 
-static void no_allocation_that_fails_is_lost(void **state)
+TEST(no_allocation_that_fails_is_lost)
 {
     sc_status status = SC_ERR_MEMORY;
 
-    (void)state;
     for (long n = 0; status != SC_ERR_DATA; n += 3) {
         long budget = n;
         heard h;
@@ -232,9 +228,8 @@ static void no_allocation_that_fails_is_lost(void **state)
 
 /* Each key of the file can be given to a shot, or is marked as one of the whole film; of those of
  * output, shots have the layout alone. */
-static void every_key_is_of_the_film_or_of_shots(void **state)
+TEST(every_key_is_of_the_film_or_of_shots)
 {
-    (void)state;
     for (const sc_key *key = sc_job_keys; key->name; key++) {
         const sc_key *mine = sc_key_find(sc_shot_keys, key->name);
 
@@ -247,15 +242,4 @@ static void every_key_is_of_the_film_or_of_shots(void **state)
     }
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_shot_has_the_keys_of_its_film),
-        cmocka_unit_test(wrong_shots_are_refused),
-        cmocka_unit_test(a_mistake_of_the_film_is_told_once),
-        cmocka_unit_test(no_allocation_that_fails_is_lost),
-        cmocka_unit_test(every_key_is_of_the_film_or_of_shots),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -33,14 +33,13 @@ static sc_sim_result simulate(const sc_sim_film *film, const sc_sim_machine *mac
     return result;
 }
 
-static void equal_frames_take_their_share(void **state)
+TEST(equal_frames_take_their_share)
 {
     double costs[FRAMES_MAX];
     const sc_sim_film film = film_of(8, 1, costs);
     sc_sim_machine machine = machine_of(4);
     sc_sim_result r = simulate(&film, &machine);
 
-    (void)state;
     assert_near(r.farm_s, 2, 1e-9);
     assert_near(r.wall_s, 2, 1e-9);
     assert_near(r.frames_per_s, 4, 1e-9);
@@ -56,13 +55,12 @@ static void equal_frames_take_their_share(void **state)
     assert_near(r.end_wait_s, 1, 1e-9);
 }
 
-static void a_slow_rank_gets_fewer_frames(void **state)
+TEST(a_slow_rank_gets_fewer_frames)
 {
     double costs[FRAMES_MAX];
     const sc_sim_film film = film_of(6, 1, costs);
     sc_sim_machine machine = machine_of(2);
 
-    (void)state;
     machine.slow_node = 1;
     machine.slow_speed = 0.5;
     assert_near(simulate(&film, &machine).farm_s, 4, 1e-9); /* four frames of 1 s, two of 2 s */
@@ -70,14 +68,13 @@ static void a_slow_rank_gets_fewer_frames(void **state)
     assert_near(simulate(&film, &machine).farm_s, 3, 1e-9);
 }
 
-static void a_costly_last_frame_is_waited_for_or_split(void **state)
+TEST(a_costly_last_frame_is_waited_for_or_split)
 {
     double costs[FRAMES_MAX];
     sc_sim_film film = film_of(4, 1, costs);
     const sc_sim_machine machine = machine_of(2);
     sc_sim_result r;
 
-    (void)state;
     costs[3] = 12;
     r = simulate(&film, &machine);
     assert_near(r.farm_s, 13, 1e-9); /* behind frame 2 on rank 1 */
@@ -89,14 +86,13 @@ static void a_costly_last_frame_is_waited_for_or_split(void **state)
     assert_near(simulate(&film, &machine).draw_busy_s, 15 * (120 + 8 * 4) / 120.0, 1e-9);
 }
 
-static void rank_0_encodes_one_frame_after_the_other(void **state)
+TEST(rank_0_encodes_one_frame_after_the_other)
 {
     double costs[FRAMES_MAX];
     sc_sim_film film = film_of(40, 1, costs);
     sc_sim_machine machine = machine_of(8);
     sc_sim_result r;
 
-    (void)state;
     film.encode_wall_s = 0.5; /* by some other device: it needs no core */
     r = simulate(&film, &machine);
     assert_near(r.farm_s, 1 + 40 * 0.5, 1e-9);
@@ -116,14 +112,13 @@ static void rank_0_encodes_one_frame_after_the_other(void **state)
     assert_near(r.work_cpu_s, 60, 1e-9);
 }
 
-static void gathered_gops_are_encoded_side_by_side(void **state)
+TEST(gathered_gops_are_encoded_side_by_side)
 {
     double costs[FRAMES_MAX];
     sc_sim_film film = film_of(40, 1, costs);
     sc_sim_machine machine = machine_of(9);
     sc_sim_result r;
 
-    (void)state;
     film.encode_wall_s = 0.5; /* by some other device: it needs no core */
     film.gathered = 4;
     r = simulate(&film, &machine); /* 8 ranks draw, and the last of 40 frames is encoded */
@@ -144,7 +139,7 @@ static void gathered_gops_are_encoded_side_by_side(void **state)
 }
 
 /* A film of one minute in 4K, as in docs/studies.md: what rank 0 alone could not encode. */
-static void gathering_lets_a_film_scale_to_thousands_of_ranks(void **state)
+TEST(gathering_lets_a_film_scale_to_thousands_of_ranks)
 {
     static const struct {
         int ranks;
@@ -153,7 +148,6 @@ static void gathering_lets_a_film_scale_to_thousands_of_ranks(void **state)
     double costs[FRAMES_MAX];
     sc_sim_film film = film_of(1800, 0, costs);
 
-    (void)state;
     for (int k = 0; k < film.frames; k++)
         costs[k] = 200 * (0.1 + 1.8 * (double)(k * 7919L % 1000) / 1000);
     film.gop_frames = 30;
@@ -181,7 +175,7 @@ static void gathering_lets_a_film_scale_to_thousands_of_ranks(void **state)
     }
 }
 
-static void messages_and_pixels_take_their_time(void **state)
+TEST(messages_and_pixels_take_their_time)
 {
     double costs[FRAMES_MAX];
     const double frame_bytes = 3.0 * 160 * 120;
@@ -189,7 +183,6 @@ static void messages_and_pixels_take_their_time(void **state)
     sc_sim_machine machine = machine_of(1000);
     sc_sim_result r;
 
-    (void)state;
     /* A frame is asked for, handed out, drawn and sent; rank 0 has drawn 5 and begun 2 before. */
     machine.latency_s = 0.45;
     assert_near(simulate(&film, &machine).farm_s, 0.45 + 0.45 + 0.1 + 0.45, 1e-9);
@@ -213,14 +206,13 @@ static void messages_and_pixels_take_their_time(void **state)
     assert_int_equal(r.limit, SC_SIM_MESSAGES);
 }
 
-static void what_comes_before_and_after_the_farm_is_added(void **state)
+TEST(what_comes_before_and_after_the_farm_is_added)
 {
     double costs[FRAMES_MAX];
     sc_sim_film film = film_of(8, 1, costs);
     sc_sim_machine machine = machine_of(4);
     sc_sim_result r;
 
-    (void)state;
     film.read_bytes = 300;
     film.prepare_s = 7;
     film.shared_bytes = 40;
@@ -250,12 +242,11 @@ static void what_comes_before_and_after_the_farm_is_added(void **state)
 }
 
 /* Every frame is drawn once, whatever the machine, and the same run is the same to the last bit. */
-static void any_machine_draws_all_frames(void **state)
+TEST(any_machine_draws_all_frames)
 {
     double costs[FRAMES_MAX];
     uint64_t seed = 5;
 
-    (void)state;
     for (int i = 0; i < 300; i++) {
         const int frames = 1 + (int)(random_bits(&seed) % 90);
         sc_sim_film film = film_of(frames, 1, costs);
@@ -285,12 +276,11 @@ static void any_machine_draws_all_frames(void **state)
     }
 }
 
-static void the_largest_machines_are_simulated_event_by_event(void **state)
+TEST(the_largest_machines_are_simulated_event_by_event)
 {
     double costs[FRAMES_MAX];
     sc_sim_film film = film_of(1800, 30, costs);
 
-    (void)state;
     film.width_px = 3840;
     film.height_px = 2160;
     film.partition = SC_PARTITION_AUTO;
@@ -303,7 +293,7 @@ static void the_largest_machines_are_simulated_event_by_event(void **state)
     }
 }
 
-static void what_is_impossible_or_without_memory_is_an_error(void **state)
+TEST(what_is_impossible_or_without_memory_is_an_error)
 {
     double costs[FRAMES_MAX];
     sc_sim_film film = film_of(8, 1, costs);
@@ -312,7 +302,6 @@ static void what_is_impossible_or_without_memory_is_an_error(void **state)
     long budget = 0;
     sc_ctx poor = {.alloc_budget = &budget};
 
-    (void)state;
     for (long allowed = 0;; allowed++) {
         sc_status status;
 
@@ -330,21 +319,4 @@ static void what_is_impossible_or_without_memory_is_an_error(void **state)
     assert_int_equal(sc_simulate(&quiet, &film, &machine, &r), SC_ERR_INTERNAL);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(equal_frames_take_their_share),
-        cmocka_unit_test(a_slow_rank_gets_fewer_frames),
-        cmocka_unit_test(a_costly_last_frame_is_waited_for_or_split),
-        cmocka_unit_test(rank_0_encodes_one_frame_after_the_other),
-        cmocka_unit_test(gathered_gops_are_encoded_side_by_side),
-        cmocka_unit_test(gathering_lets_a_film_scale_to_thousands_of_ranks),
-        cmocka_unit_test(messages_and_pixels_take_their_time),
-        cmocka_unit_test(what_comes_before_and_after_the_farm_is_added),
-        cmocka_unit_test(any_machine_draws_all_frames),
-        cmocka_unit_test(the_largest_machines_are_simulated_event_by_event),
-        cmocka_unit_test(what_is_impossible_or_without_memory_is_an_error),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

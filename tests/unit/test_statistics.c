@@ -6,12 +6,11 @@
 
 #include <math.h>
 
-static void known_values(void **state)
+TEST(known_values)
 {
     const double values[] = {7, 1, 3, 5, 9, 11, 2};
     sc_statistics s;
 
-    (void)state;
     assert_ok(sc_statistics_of(&quiet, values, 7, &s));
     assert_near(s.median, 5, 0);
     assert_near(s.quartile_1, 2.5, 0);
@@ -25,12 +24,11 @@ static void known_values(void **state)
     assert_near(sc_statistics_precision(&s), 1, 1e-12);
 }
 
-static void few_values_have_no_interval(void **state)
+TEST(few_values_have_no_interval)
 {
     const double values[] = {2, 1, 3, 4, 5};
     sc_statistics s;
 
-    (void)state;
     for (size_t count = 1; count <= 5; count++) {
         assert_ok(sc_statistics_of(&quiet, values, count, &s));
         assert_false(s.has_interval);
@@ -41,13 +39,12 @@ static void few_values_have_no_interval(void **state)
 }
 
 /* The ranks of the interval for 6 to 20 values, from the table of the binomial distribution. */
-static void ranks_are_those_of_the_table(void **state)
+TEST(ranks_are_those_of_the_table)
 {
     static const int ranks[] = {1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 5, 5, 5, 6};
     double values[20];
     sc_statistics s;
 
-    (void)state;
     for (int i = 0; i < 20; i++)
         values[i] = i + 1;
     for (int count = 6; count <= 20; count++) {
@@ -59,13 +56,12 @@ static void ranks_are_those_of_the_table(void **state)
 
 /* Of many samples of a skewed distribution at least 95 % enclose its median, with few values, with
  * many, and with so many that the approximation is used. */
-static void the_interval_holds_the_median(void **state)
+TEST(the_interval_holds_the_median)
 {
     static const size_t counts[] = {6, 15, 40, 1200};
     uint64_t seed = 7;
     static double values[1200];
 
-    (void)state;
     for (size_t c = 0; c < SC_COUNT_OF(counts); c++) {
         const int samples = 2000;
         int inside = 0;
@@ -84,20 +80,18 @@ static void the_interval_holds_the_median(void **state)
     }
 }
 
-static void serial_share(void **state)
+TEST(serial_share)
 {
-    (void)state;
     assert_near(sc_karp_flatt(1, 1), 0, 0);
     assert_near(sc_karp_flatt(4, 4), 0, 1e-12);
     /* Amdahl's law with a serial share of 0.1 on 8 workers. */
     assert_near(sc_karp_flatt(1 / (0.1 + 0.9 / 8), 8), 0.1, 1e-12);
 }
 
-static void orders_are_random_and_the_same(void **state)
+TEST(orders_are_random_and_the_same)
 {
     int a[50], b[50], seen[50] = {0}, fixed = 0;
 
-    (void)state;
     sc_random_order(3, 50, a);
     sc_random_order(3, 50, b);
     assert_memory_equal(a, b, sizeof a);
@@ -112,16 +106,4 @@ static void orders_are_random_and_the_same(void **state)
     assert_true(fixed < 8);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(known_values),
-        cmocka_unit_test(few_values_have_no_interval),
-        cmocka_unit_test(ranks_are_those_of_the_table),
-        cmocka_unit_test(the_interval_holds_the_median),
-        cmocka_unit_test(serial_share),
-        cmocka_unit_test(orders_are_random_and_the_same),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -149,13 +149,12 @@ static void repair(sc_segment *segment)
 /* Where the numbers of the head lie in a segment: those of 32 bits from codec_id on. */
 enum { AT_BYTES = 16, AT_CODEC = 36, AT_EXTRADATA = 68, HEAD_BYTES = 72 };
 
-static void forged_segments(void **state)
+TEST(forged_segments)
 {
     static const int32_t values[] = {INT32_MIN, -1, 0, 1, 3, 5, 17, 255, 1 << 16, INT32_MAX};
     sc_segment good = make_segment(0), forged;
     sc_segment_info info;
 
-    (void)state;
     assert_true(sc_segment_inspect(&good, &info));
     assert_int_equal(info.fps, FPS);
     assert_int_equal(info.width_px, WIDTH);
@@ -294,7 +293,7 @@ static sc_segment with_extradata(const sc_segment *good, const void *extradata, 
 
 /* Parameter sets that x264 does not write are refused: libavformat would read as many numbers as
  * they promise, for hours. */
-static void forged_parameters(void **state)
+TEST(forged_parameters)
 {
     static const struct {
         parameters parameters;
@@ -311,7 +310,6 @@ static void forged_parameters(void **state)
     sc_segment good = make_segment(0);
     sc_segment_info info;
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         uint8_t extradata[128];
         const size_t bytes = make_extradata(&cases[i].parameters, extradata);
@@ -332,7 +330,7 @@ static void forged_parameters(void **state)
 }
 
 /* Segments with random changes and the right hash are refused, or joined, but never crash. */
-static void random_segments(void **state)
+TEST(random_segments)
 {
     const char *rounds = getenv("SEGCAST_TEST_ROUNDS");
     const int count = rounds ? atoi(rounds) : 400;
@@ -340,7 +338,6 @@ static void random_segments(void **state)
     uint64_t seed = 4711;
     int accepted = 0;
 
-    (void)state;
     empty_folder();
     for (int i = 0; i < count; i++) {
         const int changes = 1 + (int)(random_bits(&seed) % 3);
@@ -406,7 +403,7 @@ static void resume_to(const char *video, size_t bytes)
 
 /* Pictures with the right hash that are of no frame, or of another size, are not used; the result
  * has the same bytes. */
-static void forged_pictures(void **state)
+TEST(forged_pictures)
 {
     static const int64_t values[] = {INT64_MIN, -1, 0, 1, 5, 6, 1 << 30, INT64_MAX};
     const size_t head_bytes = 48, picture = sc_picture_bytes("v.mp4", &settings);
@@ -414,7 +411,6 @@ static void forged_pictures(void **state)
     char path[512], *part, *video;
     sc_store *whole;
 
-    (void)state;
     empty_folder();
     whole = open_store(SC_STORE_NEW);
     add_frames(whole, 0, FRAMES);
@@ -446,7 +442,7 @@ static void forged_pictures(void **state)
 
 /* A picture in which a byte has changed is not used, wherever that byte is; the result has the same
  * bytes. */
-static void damaged_pictures(void **state)
+TEST(damaged_pictures)
 {
     const size_t head_bytes = 48, picture = sc_picture_bytes("v.mp4", &settings);
     const size_t places[] = {8,
@@ -460,7 +456,6 @@ static void damaged_pictures(void **state)
     char path[512], *part, *video;
     sc_store *store;
 
-    (void)state;
     empty_folder();
     store = open_store(SC_STORE_NEW);
     add_frames(store, 0, FRAMES);
@@ -484,13 +479,12 @@ static void damaged_pictures(void **state)
 
 /* A process that has the number of one that was killed while it wrote does not append behind what
  * that one has left. */
-static void torn_tail(void **state)
+TEST(torn_tail)
 {
     sc_store *store;
     char path[512];
     struct stat info;
 
-    (void)state;
     empty_folder();
     store = open_store(SC_STORE_NEW);
     add_frames(store, 0, 2);
@@ -534,7 +528,7 @@ static void write_manifest(const char *const *lines, size_t count)
 #define SIZES "\"frames\":6,\"size\":[32,24]"
 
 /* First lines that prove themselves and say what cannot be. */
-static void forged_heads(void **state)
+TEST(forged_heads)
 {
     static const char *const heads[] = {
         HEAD("\"../v.mp4\"", SIZES),
@@ -558,7 +552,6 @@ static void forged_heads(void **state)
     };
     sc_store_report report;
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(heads); i++) {
         sc_store_job job = make_job();
         sc_store *store;
@@ -583,7 +576,7 @@ static void forged_heads(void **state)
 
 /* Further lines that prove themselves and say what cannot be: reading ends there, as with damage.
  */
-static void forged_lines(void **state)
+TEST(forged_lines)
 {
     static const char *const forged[] = {
         "{\"frame\":6,\"hash\":\"0000000000000001\",\"rank\":0,\"render_cpu_s\":0}",
@@ -608,7 +601,6 @@ static void forged_lines(void **state)
         "{\"something\":1}",
     };
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(forged); i++) {
         const char *const lines[] = {HEAD("\"v.mp4\"", SIZES), forged[i]};
         sc_frame_line frames[FRAMES] = {{.known = false}};
@@ -626,7 +618,7 @@ static void forged_lines(void **state)
 }
 
 /* The names that a manifest may give to segcast's files. */
-static void own_names(void **state)
+TEST(own_names)
 {
     static const char *const right[] = {
         "v.mp4",          "v.MKV",       "a b.webm",        "frames/",         "frames/*.png",
@@ -651,7 +643,6 @@ static void own_names(void **state)
                                         "stats.\x1b[31m.json",
                                         "a\nb.mp4"};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(right); i++)
         assert_true(sc_own_name(right[i]));
     for (size_t i = 0; i < SC_COUNT_OF(wrong); i++)
@@ -666,14 +657,13 @@ static void own_names(void **state)
 
 /* Every byte of a manifest is proven: another one there is damage, and a shorter file is unfinished
  * or damaged. */
-static void manifest_bytes(void **state)
+TEST(manifest_bytes)
 {
     sc_store *store;
     sc_store_report report;
     size_t bytes;
     char *text;
 
-    (void)state;
     empty_folder();
     store = open_store(SC_STORE_NEW);
     add_frames(store, 0, FRAMES);
@@ -698,11 +688,10 @@ static void manifest_bytes(void **state)
 }
 
 /* A directory of another job, version, size or volume is refused to a run that would go on. */
-static void other_jobs(void **state)
+TEST(other_jobs)
 {
     const int wanted = 0;
 
-    (void)state;
     empty_folder();
     sc_store_close(open_store(SC_STORE_NEW));
     for (int i = 0; i < 5; i++) {
@@ -722,14 +711,13 @@ static void other_jobs(void **state)
 
 /* The slices of a job add their records to what the manifests name: the first line of a thousandth
  * one is long, and still read. */
-static void long_heads(void **state)
+TEST(long_heads)
 {
     enum { NAMES = 5000 };
     const sc_store_job job = make_job();
     sc_manifest_data data = {.frames = 0}, again = {.frames = 0};
     const char *path = in_folder("manifest.jsonl");
 
-    (void)state;
     empty_folder();
     for (int i = 0; i < NAMES; i++) {
         char name[64];
@@ -766,14 +754,13 @@ static bool has_exactly(const sc_names *names, const bool *wanted, int count)
 
 /* Names are added, found and removed in any order, with few and with many in the list; sorting
  * changes nothing but the order. */
-static void lists_of_names(void **state)
+TEST(lists_of_names)
 {
     enum { NAMES = 100, STEPS = 3000 };
     sc_names names = {0};
     bool wanted[NAMES] = {false};
     uint32_t random = 1;
 
-    (void)state;
     assert_false(sc_names_has(&names, "0"));
     sc_names_remove(&names, "0");
     sc_names_sort(&names);
@@ -829,14 +816,13 @@ static sc_status verify_outputs(const sc_ctx *ctx, const sc_store_job *job)
 
 /* Without memory nobody can say that a file is not what the manifest names: whichever allocation
  * fails, that is what is told, once, and no warning of a file. */
-static void want_of_memory(void **state)
+TEST(want_of_memory)
 {
     sc_status (*const calls[])(const sc_ctx *, const sc_store_job *) = {open_again, verify_records,
                                                                         verify_outputs};
     const sc_store_job job = make_job();
     sc_store *store;
 
-    (void)state;
     empty_folder();
     store = open_store(SC_STORE_NEW);
     add_frames(store, 0, FRAMES);
@@ -861,12 +847,11 @@ static void want_of_memory(void **state)
 }
 
 /* A pipe that has the name of a manifest keeps nobody waiting. */
-static void pipes(void **state)
+TEST(pipes)
 {
     sc_store_job job = make_job();
     char version[64];
 
-    (void)state;
     empty_folder();
     assert_int_equal(mkfifo(in_folder("manifest.jsonl"), 0600), 0);
     assert_int_equal(mkfifo(in_folder("manifest.x.jsonl"), 0600), 0);
@@ -881,11 +866,10 @@ static void pipes(void **state)
 
 /* A directory that cannot be listed is an output that cannot be made, not an input that is missing.
  */
-static void unlistable(void **state)
+TEST(unlistable)
 {
     const sc_store_job job = make_job();
 
-    (void)state;
     empty_folder();
     assert_int_equal(symlink("loop", in_folder("loop")), 0);
     assert_int_equal(sc_store_check(&quiet, in_folder("loop"), &job, NULL, SC_STORE_NEW),
@@ -893,13 +877,12 @@ static void unlistable(void **state)
 }
 
 /* A run that cannot begin, because a file has appeared after sc_store_check, leaves that file. */
-static void refused_begin(void **state)
+TEST(refused_begin)
 {
     static const char *const names[] = {"status.json", "job.yaml"};
     const sc_store_job job = make_job();
     sc_store_begun begun;
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
         empty_folder();
         write_quickly(in_folder(names[i]), "mine", 4);
@@ -943,13 +926,12 @@ static bool holds(const char *name, const char *text)
 /* Slices that begin at the same moment write job.yaml in turn, also if each writes another text,
  * and has read the manifests before the other noted its own; what somebody else has put there is
  * kept, once. */
-static void job_of_slices(void **state)
+TEST(job_of_slices)
 {
     heard said;
     sc_ctx ctx = listening(&said);
     sc_store *a, *b;
 
-    (void)state;
     empty_folder();
     a = open_slice(&ctx, 0);
     b = open_slice(&ctx, 1);
@@ -976,14 +958,13 @@ static void job_of_slices(void **state)
 }
 
 /* Every text of job.yaml is in the manifest and on disk before the file holds it. */
-static void job_is_noted_first(void **state)
+TEST(job_is_noted_first)
 {
     sc_manifest_data data = {.frames = FRAMES};
     sc_store *store;
     heard said;
     sc_ctx ctx = listening(&said);
 
-    (void)state;
     empty_folder();
     store = open_slice(&ctx, 0);
     assert_int_equal(mkdir(in_folder("job.yaml"), 0777), 0); /* so that it cannot be written */
@@ -1003,7 +984,7 @@ static void job_is_noted_first(void **state)
 
 /* What is not segcast's at the end of a job is left out of what the manifest proves, and stays:
  * that which was given as the job, whoever wrote it, and what its user has changed meanwhile. */
-static void job_of_others_is_not_proven(void **state)
+TEST(job_of_others_is_not_proven)
 {
     for (int given = 0; given < 2; given++) {
         static const int wanted[FRAMES] = {0, 1, 2, 3, 4, 5};
@@ -1014,7 +995,6 @@ static void job_of_others_is_not_proven(void **state)
         sc_ctx ctx = listening(&said);
         int missing;
 
-        (void)state;
         empty_folder();
         store = open_store(SC_STORE_NEW);
         assert_ok(sc_store_write_job(&ctx, store, "one", 3));
@@ -1052,30 +1032,4 @@ static int remove_folder(void **state)
     return system(command);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(forged_segments),
-        cmocka_unit_test(random_segments),
-        cmocka_unit_test(forged_parameters),
-        cmocka_unit_test(forged_pictures),
-        cmocka_unit_test(damaged_pictures),
-        cmocka_unit_test(torn_tail),
-        cmocka_unit_test(forged_heads),
-        cmocka_unit_test(forged_lines),
-        cmocka_unit_test(own_names),
-        cmocka_unit_test(manifest_bytes),
-        cmocka_unit_test(other_jobs),
-        cmocka_unit_test(long_heads),
-        cmocka_unit_test(lists_of_names),
-        cmocka_unit_test(refused_begin),
-        cmocka_unit_test(pipes),
-        cmocka_unit_test(unlistable),
-        cmocka_unit_test(want_of_memory),
-        cmocka_unit_test(job_of_slices),
-        cmocka_unit_test(job_is_noted_first),
-        cmocka_unit_test(job_of_others_is_not_proven),
-    };
-
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
-}
+RUN_TESTS(make_folder, remove_folder)

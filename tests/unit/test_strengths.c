@@ -22,7 +22,7 @@ static int nine_slabs(double x, double y, double z)
     return 1 + (int)x / 4;
 }
 
-static void more_strengths_than_tables_are_refused(void **state)
+TEST(more_strengths_than_tables_are_refused)
 {
     const int size[3] = {36, 6, 6};
     sc_volume volume = shape_volume(size, cube, 1, 10, nine_slabs);
@@ -31,7 +31,6 @@ static void more_strengths_than_tables_are_refused(void **state)
     sc_prepare_settings settings = {.tissue_smooth = each, .hidden = hidden, .threads = 1};
     sc_preparation *p;
 
-    (void)state;
     for (int id = 1; id < 10; id++)
         each[id] = same(0.2 * id);
     assert_int_equal(sc_prepare(&quiet, &volume, &settings, &p), SC_ERR_DATA);
@@ -41,11 +40,4 @@ static void more_strengths_than_tables_are_refused(void **state)
     sc_volume_clear(&volume);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(more_strengths_than_tables_are_refused),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -21,12 +21,11 @@ static void balanced(sc_rank_record *ranks, sc_run_record *run)
     }
 }
 
-static void the_bottleneck_is_where_the_time_went(void **state)
+TEST(the_bottleneck_is_where_the_time_went)
 {
     sc_rank_record ranks[RANKS];
     sc_run_record run;
 
-    (void)state;
     balanced(ranks, &run);
     assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_DRAW);
     ranks[0].phases[SC_PHASE_PREPARE].wall_s = 120;
@@ -62,11 +61,10 @@ static void the_bottleneck_is_where_the_time_went(void **state)
 }
 
 /* Events for which there is no room are only counted. */
-static void a_trace_keeps_what_it_has_room_for(void **state)
+TEST(a_trace_keeps_what_it_has_room_for)
 {
     sc_trace *trace;
 
-    (void)state;
     assert_ok(sc_trace_new(&quiet, 3, &trace));
     for (int k = 0; k < 5; k++)
         sc_trace_add(trace, SC_TRACE_DRAW, k, 10 + k, sc_wall_s(), sc_wall_s());
@@ -122,13 +120,12 @@ static int count_lines(const char *path)
     return lines;
 }
 
-static void earlier_runs_keep_what_they_measured(void **state)
+TEST(earlier_runs_keep_what_they_measured)
 {
     sc_history first = {0}, both = {0};
     sc_ctx ctx;
     heard h;
 
-    (void)state;
     ctx = listening(&h);
     unlink("stats.json");
     assert_ok(sc_history_read(&ctx, "stats.json", &job, &first));
@@ -188,14 +185,13 @@ static bool has_line(const char *path, const char *ending)
 
 /* A run that was killed stands in the list, because it wrote the file before it drew; its frames
  * are those of which nothing was measured. */
-static void a_killed_run_is_listed_with_its_frames(void **state)
+TEST(a_killed_run_is_listed_with_its_frames)
 {
     const sc_frame_result drawn[] = {{.frame = 1, .rank = 1, .hash = 7},
                                      {.frame = 6, .rank = 1, .render_cpu_s = 0.5, .hash = 8},
                                      {.frame = 7, .rank = 3, .hash = 9}}; /* there are 3 ranks */
     sc_history history = {0}, read = {0};
 
-    (void)state;
     write_run(10, 0, 5, NULL);
     assert_ok(sc_history_read(&quiet, "stats.json", &job, &history));
     write_run(20, 5, 0, &history); /* it is about to draw */
@@ -230,7 +226,7 @@ static void a_killed_run_is_listed_with_its_frames(void **state)
 
 /* What segcast would not have written is refused as a whole: numbers out of range, texts that are
  * too long, ranks and hosts that do not exist. */
-static void forged_statistics_are_left_out(void **state)
+TEST(forged_statistics_are_left_out)
 {
     static const char *const forged[][2] = {
         {"\"ranks\": 3,\n   \"threads\"", "\"ranks\": 4294967299, \"threads\""},
@@ -248,7 +244,6 @@ static void forged_statistics_are_left_out(void **state)
     char *text;
     size_t bytes;
 
-    (void)state;
     write_run(10, 0, 5, NULL);
     assert_ok(sc_file_read(&quiet, "stats.json", 100000, &text, &bytes));
     for (size_t i = 0; i < SC_COUNT_OF(forged); i++) {
@@ -272,13 +267,12 @@ static void forged_statistics_are_left_out(void **state)
 }
 
 /* Each damaged file gives a warning and adds nothing. */
-static void damaged_statistics_are_left_out(void **state)
+TEST(damaged_statistics_are_left_out)
 {
     const sc_job_hashes other = {0x1235, 0xfedcba9876543210};
     char *text;
     size_t bytes;
 
-    (void)state;
     write_run(10, 0, 5, NULL);
     assert_ok(sc_file_read(&quiet, "stats.json", 100000, &text, &bytes));
     for (int way = 0; way < 5; way++) {
@@ -309,7 +303,7 @@ static void damaged_statistics_are_left_out(void **state)
 
 /* ---- reading back ---- */
 
-static void statistics_are_read_back(void **state)
+TEST(statistics_are_read_back)
 {
     sc_rank_record ranks[2] = {
         {.threads = 3, .cpu_s = 5, .farm_idle_s = 1.5, .accept_wall_s = 2, .peak_rss_bytes = 7000},
@@ -331,7 +325,6 @@ static void statistics_are_read_back(void **state)
                                .wrote_png = true};
     sc_run_stats stats;
 
-    (void)state;
     strcpy(ranks[0].host, "n1");
     for (int p = 0; p < SC_PHASE_COUNT; p++)
         ranks[1].phases[p] = (sc_phase_time){p + 1, 10 * p};
@@ -351,11 +344,10 @@ static void statistics_are_read_back(void **state)
 }
 
 /* Counts keep their size within 3 percent, and 0 and the largest are told apart from all others. */
-static void heat_codes_keep_counts(void **state)
+TEST(heat_codes_keep_counts)
 {
     uint8_t last = 0;
 
-    (void)state;
     assert_int_equal(sc_heat_code(0), 0);
     assert_int_equal(sc_heat_code(1), 1);
     assert_int_equal(sc_heat_code(UINT64_MAX), 255);
@@ -370,7 +362,7 @@ static void heat_codes_keep_counts(void **state)
 }
 
 /* A heat picture is read back, and a damaged one is refused; statistics without one are whole. */
-static void heat_is_read_back(void **state)
+TEST(heat_is_read_back)
 {
     const char *const edits[] = {"\"width\": 3",  "\"width\": 4", "\"01ff80\"", "\"01ff8\"",
                                  "\"01ff80\"",    "\"01fg80\"",   "\"01ff80\"", "\"01ff8000\"",
@@ -388,7 +380,6 @@ static void heat_is_read_back(void **state)
     char *text;
     size_t bytes;
 
-    (void)state;
     assert_ok(sc_heat_new(&quiet, 3, 2, &heat));
     heat.frame = 7;
     heat.cpu_s = 0.5;
@@ -418,13 +409,12 @@ static void heat_is_read_back(void **state)
 }
 
 /* Whatever byte of the file is another one, or where it ends: it is read or refused. */
-static void damaged_statistics_are_refused(void **state)
+TEST(damaged_statistics_are_refused)
 {
     char *text;
     size_t bytes;
     int refused = 0;
 
-    (void)state;
     write_run(10, 0, 2, NULL);
     assert_ok(sc_file_read(&quiet, "stats.json", 1 << 20, &text, &bytes));
     for (size_t at = 0; at < bytes; at += 3) {
@@ -464,7 +454,7 @@ static void read_event(void *user, int rank, const sc_trace_event *event)
     r->events[r->count++] = *event;
 }
 
-static void a_trace_is_read_back(void **state)
+TEST(a_trace_is_read_back)
 {
     const sc_rank_record ranks[2] = {{.threads = 2, .host = "a \"b\" <c>"}, {.threads = 1}};
     const sc_trace_event events[4] = {
@@ -481,7 +471,6 @@ static void a_trace_is_read_back(void **state)
         "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n", ""};
     read_events found = {.count = 0};
 
-    (void)state;
     assert_ok(sc_trace_write(&quiet, "trace.json", 2, ranks, events, counts, 2));
     assert_ok(sc_trace_read(&quiet, "trace.json", read_event, &found));
     assert_int_equal(found.count, 3);
@@ -503,21 +492,4 @@ static void a_trace_is_read_back(void **state)
     assert_int_equal(sc_trace_read(&quiet, "trace.json", read_event, &found), SC_ERR_MISSING);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_bottleneck_is_where_the_time_went),
-        cmocka_unit_test(a_trace_keeps_what_it_has_room_for),
-        cmocka_unit_test(earlier_runs_keep_what_they_measured),
-        cmocka_unit_test(a_killed_run_is_listed_with_its_frames),
-        cmocka_unit_test(forged_statistics_are_left_out),
-        cmocka_unit_test(damaged_statistics_are_left_out),
-        cmocka_unit_test(heat_codes_keep_counts),
-        cmocka_unit_test(heat_is_read_back),
-        cmocka_unit_test(statistics_are_read_back),
-        cmocka_unit_test(damaged_statistics_are_refused),
-        cmocka_unit_test(a_trace_is_read_back),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -45,14 +45,13 @@ static const char two_axes[] =
     "precision: 5%\n"
     "budget: 2 min\n";
 
-static void cells_are_all_combinations(void **state)
+TEST(cells_are_all_combinations)
 {
     heard h;
     const sc_ctx ctx = listening(&h);
     sc_study study;
     sc_study_settings cell;
 
-    (void)state;
     assert_int_equal(load(two_axes, &h, &study), SC_OK);
     assert_int_equal(sc_study_cells(&study), 6);
     assert_string_equal(sc_study_value_of(&study, 4, 0)->name, "leap");
@@ -78,7 +77,7 @@ static void cells_are_all_combinations(void **state)
     sc_study_clear(&study);
 }
 
-static void paths_are_relative_to_the_file(void **state)
+TEST(paths_are_relative_to_the_file)
 {
     heard h;
     const sc_ctx ctx = listening(&h);
@@ -86,7 +85,6 @@ static void paths_are_relative_to_the_file(void **state)
     sc_study_settings cell;
     FILE *file;
 
-    (void)state;
     (void)!system("mkdir -p sub");
     file = fopen("sub/study.yaml", "w");
     fputs("job: a.yaml\nsweep: {volume: [phantom:16x16x16, b.nrrd]}\n", file);
@@ -103,14 +101,13 @@ static void paths_are_relative_to_the_file(void **state)
     (void)!system("rm -r sub");
 }
 
-static void what_is_written_is_read_as_the_same(void **state)
+TEST(what_is_written_is_read_as_the_same)
 {
     heard h;
     const sc_ctx ctx = listening(&h);
     sc_study study;
     sc_text first = {0}, second = {0};
 
-    (void)state;
     assert_int_equal(load(two_axes, &h, &study), SC_OK);
     assert_int_equal(sc_study_write(&ctx, &study, &first), SC_OK);
     sc_study_clear(&study);
@@ -123,9 +120,8 @@ static void what_is_written_is_read_as_the_same(void **state)
     sc_text_clear(&second);
 }
 
-static void mistakes_are_told(void **state)
+TEST(mistakes_are_told)
 {
-    (void)state;
     refuses("sweep: {render.skip: []}\n", "study.yaml:1: render.skip has no values");
     refuses("sweep: {rank: [1, 2]}\n", "unknown key \"rank\"; did you mean \"ranks\"?");
     refuses("sweep: {ranks: [0]}\n", "expected a number from 1");
@@ -142,12 +138,11 @@ static void mistakes_are_told(void **state)
     refuses("[1, 2]\n", "expected a map of keys");
 }
 
-static void too_many_cells_are_refused(void **state)
+TEST(too_many_cells_are_refused)
 {
     sc_text text = {0};
     const sc_ctx ctx = quiet;
 
-    (void)state;
     assert_int_equal(sc_text_add(&ctx, &text, "sweep:\n"), SC_OK);
     for (int axis = 0; axis < 2; axis++) {
         assert_int_equal(sc_text_add(&ctx, &text, "  axis%d:\n", axis), SC_OK);
@@ -158,15 +153,4 @@ static void too_many_cells_are_refused(void **state)
     sc_text_clear(&text);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cells_are_all_combinations),
-        cmocka_unit_test(paths_are_relative_to_the_file),
-        cmocka_unit_test(what_is_written_is_read_as_the_same),
-        cmocka_unit_test(mistakes_are_told),
-        cmocka_unit_test(too_many_cells_are_refused),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -63,9 +63,8 @@ out:
     return status;
 }
 
-static void every_item_is_done_once_by_any_ranks_and_threads(void **state)
+TEST(every_item_is_done_once_by_any_ranks_and_threads)
 {
-    (void)state;
     for (int ranks = 1; ranks <= 4; ranks++) {
         for (int threads = 1; threads <= 3; threads++) {
             _Atomic int calls[THREAD_RANKS_MAX] = {0};
@@ -78,9 +77,8 @@ static void every_item_is_done_once_by_any_ranks_and_threads(void **state)
     }
 }
 
-static void a_rank_without_memory_ends_all(void **state)
+TEST(a_rank_without_memory_ends_all)
 {
-    (void)state;
     for (long budget = 0; budget < 5; budget++) {
         _Atomic int calls[THREAD_RANKS_MAX] = {0};
         thread_team team = {.work = count,
@@ -94,22 +92,20 @@ static void a_rank_without_memory_ends_all(void **state)
     }
 }
 
-static void a_team_needs_room_that_ranks_share(void **state)
+TEST(a_team_needs_room_that_ranks_share)
 {
     _Atomic int calls[THREAD_RANKS_MAX] = {0};
     thread_team team = {.work = count, .user = calls, .threads = 1, .separate = true};
 
-    (void)state;
     assert_int_equal(run_team(&team, 2), SC_ERR_MEMORY);
     assert_ok(run_team(&team, 1)); /* a rank alone needs none */
 }
 
-static void a_rank_without_a_communicator_is_a_team(void **state)
+TEST(a_rank_without_a_communicator_is_a_team)
 {
     _Atomic int calls = 0;
     sc_team *team;
 
-    (void)state;
     assert_ok(sc_team_open(&quiet, NULL, 2, NULL, &team));
     assert_int_equal(sc_team_ranks(team), 1);
     assert_ok(count_in_loops(&quiet, team, &calls));
@@ -118,14 +114,4 @@ static void a_rank_without_a_communicator_is_a_team(void **state)
     sc_team_close(NULL);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_item_is_done_once_by_any_ranks_and_threads),
-        cmocka_unit_test(a_rank_without_memory_ends_all),
-        cmocka_unit_test(a_team_needs_room_that_ranks_share),
-        cmocka_unit_test(a_rank_without_a_communicator_is_a_team),
-    };
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

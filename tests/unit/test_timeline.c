@@ -25,14 +25,13 @@ static sc_animation animation(int frames)
                                      .zoom = {.from = 1, .to = 1, .end = 1}}};
 }
 
-static void an_orbit_begins_in_front_and_closes_without_repeating_a_frame(void **state)
+TEST(an_orbit_begins_in_front_and_closes_without_repeating_a_frame)
 {
     enum { FRAMES = 12 };
     const sc_animation a = animation(FRAMES);
     sc_vec3 corners[CORNERS], away;
     sc_timeline t;
 
-    (void)state;
     box_corners(corners);
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
     for (int k = 0; k < FRAMES; k++) {
@@ -69,11 +68,10 @@ static void expect_in_view(const sc_camera *c, double aspect, const sc_vec3 *poi
 }
 
 /* No corner leaves the picture in any frame, and some come near its edge. */
-static void framing_keeps_all_corners_in_the_picture(void **state)
+TEST(framing_keeps_all_corners_in_the_picture)
 {
     sc_vec3 corners[CORNERS];
 
-    (void)state;
     box_corners(corners);
     for (int n = 0; n < 24; n++) {
         const double aspect = n % 3 == 0 ? 0.5 : n % 3 == 1 ? 1 : 2.4;
@@ -128,12 +126,11 @@ static void ellipsoid_points(double rx, double ry, double rz, bool lump, sc_vec3
 
 /* Over a whole turn, a body fills the height of the picture, or its width, from edge to edge, less
  * the margin, in the middle of it; also one that is not round, with a lump on one side. */
-static void framing_is_tight_and_centred(void **state)
+TEST(framing_is_tight_and_centred)
 {
     static const double radii[][3] = {{50, 50, 50}, {20, 12, 90}, {60, 45, 70}, {90, 70, 10}};
     static sc_vec3 points[BALL];
 
-    (void)state;
     for (size_t n = 0; n < 4 * SC_COUNT_OF(radii); n++) {
         const double *r = radii[n / 4], aspect = 16.0 / 9;
         sc_animation a = animation(90);
@@ -157,13 +154,12 @@ static void framing_is_tight_and_centred(void **state)
 }
 
 /* What is never turned is framed as it stands; a given target stays. */
-static void framing_heeds_what_the_job_says(void **state)
+TEST(framing_heeds_what_the_job_says)
 {
     static sc_vec3 points[BALL];
     sc_animation a = animation(20);
     sc_timeline whole, still, given;
 
-    (void)state;
     ellipsoid_points(20, 90, 30, false, points);
     sc_timeline_resolve(&a, points, BALL, 1, &whole);
     a.camera.turns = 0;
@@ -177,13 +173,12 @@ static void framing_heeds_what_the_job_says(void **state)
     assert_true(given.animation.camera.distance_mm > whole.animation.camera.distance_mm + 5);
 }
 
-static void a_sweep_is_monotone_and_reaches_both_ends(void **state)
+TEST(a_sweep_is_monotone_and_reaches_both_ends)
 {
     sc_animation a = animation(50);
     sc_vec3 corners[CORNERS];
     sc_timeline t;
 
-    (void)state;
     box_corners(corners);
     a.sweep_count = 2;
     a.sweeps[0] =
@@ -203,13 +198,12 @@ static void a_sweep_is_monotone_and_reaches_both_ends(void **state)
 }
 
 /* A plane cuts in the frames of its part, the first and the last of them included. */
-static void a_plane_cuts_while_it_is_active(void **state)
+TEST(a_plane_cuts_while_it_is_active)
 {
     sc_animation a = animation(11);
     sc_vec3 corners[CORNERS];
     sc_timeline t;
 
-    (void)state;
     box_corners(corners);
     a.sweep_count = 2;
     a.sweeps[1] = (sc_sweep){.normal = {0, 0, 1}, .end = 1};
@@ -236,13 +230,12 @@ static void a_plane_cuts_while_it_is_active(void **state)
 }
 
 /* Tissues are excepted from a plane from one key frame of its exceptions to the next. */
-static void exceptions_of_a_plane_change_at_their_key_frames(void **state)
+TEST(exceptions_of_a_plane_change_at_their_key_frames)
 {
     sc_animation a = animation(11);
     sc_vec3 corners[CORNERS];
     sc_timeline t;
 
-    (void)state;
     box_corners(corners);
     a.sweep_count = 2;
     a.sweeps[0] = (sc_sweep){.normal = {0, 0, 1}, .end = 1};
@@ -258,7 +251,7 @@ static void exceptions_of_a_plane_change_at_their_key_frames(void **state)
 }
 
 /* A plane goes to a place, stays there, and comes back; a turn that follows takes that along. */
-static void a_plane_sweeps_from_where_it_stands(void **state)
+TEST(a_plane_sweeps_from_where_it_stands)
 {
     enum { FRAMES = 11 };
     static const double expected_percent[FRAMES] = {0, 10, 20, 35, 50, 50, 50, 45, 40, 40, 40};
@@ -279,7 +272,6 @@ static void a_plane_sweeps_from_where_it_stands(void **state)
     double low, high;
     sc_timeline t;
 
-    (void)state;
     box_corners(corners);
     low = high = corners[0].z;
     for (int i = 1; i < CORNERS; i++) {
@@ -305,7 +297,7 @@ static void a_plane_sweeps_from_where_it_stands(void **state)
     }
 }
 
-static void a_plane_turns_about_its_line(void **state)
+TEST(a_plane_turns_about_its_line)
 {
     enum { FRAMES = 11 };
     const sc_vec3 line_mm = {10, -5, 50}; /* the middle of the box: no point is given */
@@ -330,7 +322,6 @@ static void a_plane_turns_about_its_line(void **state)
     sc_timeline t;
     sc_plane plane;
 
-    (void)state;
     box_corners(corners);
     a.sweep_count = 2;
     for (int i = 0; i < 2; i++)
@@ -359,9 +350,8 @@ static void a_plane_turns_about_its_line(void **state)
     assert_near(sc_timeline_plane(&t, 1, 5).normal.x, 1, 1e-12);
 }
 
-static void easing_begins_at_0_and_ends_at_1(void **state)
+TEST(easing_begins_at_0_and_ends_at_1)
 {
-    (void)state;
     for (int e = SC_EASE_LINEAR; e <= SC_EASE_BEZIER; e++) {
         const sc_ease ease = {.kind = (sc_ease_kind)e, .bezier = {0.42, 0, 0.58, 1}};
 
@@ -372,13 +362,12 @@ static void easing_begins_at_0_and_ends_at_1(void **state)
     }
 }
 
-static void a_bezier_curve_is_solved_for_the_time(void **state)
+TEST(a_bezier_curve_is_solved_for_the_time)
 {
     /* x, y of the curve at s = 1/2 follow from its points without solving anything. */
     static const double curves[][4] = {
         {0.25, 0.1, 0.25, 1}, {0.42, 0, 0.58, 1}, {1, 0, 0, 1}, {0, 1, 0, 1}, {1, 0, 1, 0}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(curves); i++) {
         const double *b = curves[i];
         const sc_ease ease = {SC_EASE_BEZIER, {b[0], b[1], b[2], b[3]}};
@@ -400,14 +389,13 @@ static void a_bezier_curve_is_solved_for_the_time(void **state)
                     k / 10.0, 1e-12);
 }
 
-static void a_track_meets_its_key_frames_and_is_constant_outside(void **state)
+TEST(a_track_meets_its_key_frames_and_is_constant_outside)
 {
     const sc_track track = {3,
                             {{0.25, {.kind = SC_EASE_OUT}, {4, 0, 0}},
                              {0.5, {.kind = SC_EASE_SMOOTH}, {8, -2, 0}},
                              {0.75, {.kind = SC_EASE_LINEAR}, {0, 0, 6}}}};
 
-    (void)state;
     assert_near(sc_track_value(&track, 0).x, 4, 0);
     assert_near(sc_track_value(&track, 0.25).x, 4, 0);
     assert_near(sc_track_value(&track, 0.3125).x, 4 + 4 * 0.15625, 1e-12); /* smooth at a quarter */
@@ -420,11 +408,10 @@ static void a_track_meets_its_key_frames_and_is_constant_outside(void **state)
 
 /* The camera rises from the front over the head and comes down at the back: it never turns faster
  * than it rises, and everything stays in the picture, which is tight. */
-static void a_camera_goes_over_the_pole_without_a_flip(void **state)
+TEST(a_camera_goes_over_the_pole_without_a_flip)
 {
     enum { FRAMES = 181 };
 
-    (void)state;
     for (int n = 0; n < 4; n++) {
         sc_animation a = animation(FRAMES);
         sc_vec3 corners[CORNERS];
@@ -453,7 +440,7 @@ static void a_camera_goes_over_the_pole_without_a_flip(void **state)
     }
 }
 
-static void light_follows_its_key_frames(void **state)
+TEST(light_follows_its_key_frames)
 {
     const sc_lighting light = {.key = 0.5, .fill = 0.1, .occlusion = 1};
     const sc_light_tracks tracks = {
@@ -462,7 +449,6 @@ static void light_follows_its_key_frames(void **state)
         .shadows = {2, {{0, {0}, {1, 0, 0}}, {1, {0}, {0.5, 0, 0}}}}};
     const sc_light_tracks none = {0};
 
-    (void)state;
     assert_near(sc_light_at(&light, &tracks, 0, 101).key, 1, 0);
     assert_near(sc_light_at(&light, &tracks, 50, 101).key, 0.5, 1e-12);
     assert_near(sc_light_at(&light, &tracks, 100, 101).key, 0, 0);
@@ -476,7 +462,7 @@ static void light_follows_its_key_frames(void **state)
     assert_near(sc_light_of_all(&light, &none).occlusion, 1, 0);
 }
 
-static void colours_are_mixed_by_their_tones(void **state)
+TEST(colours_are_mixed_by_their_tones)
 {
     const sc_track levels = {
         3, {{0, {0}, {0, 255, 10}}, {0.5, {0}, {255, 255, 10}}, {1, {0}, {255, 0, 20}}}};
@@ -484,7 +470,6 @@ static void colours_are_mixed_by_their_tones(void **state)
     sc_track tones;
     float at[3];
 
-    (void)state;
     sc_srgb_table_init(&table);
     sc_track_tones(&levels, &tones);
     for (int k = 0; k < 3; k++) { /* key frames are met to the level */
@@ -502,14 +487,13 @@ static void colours_are_mixed_by_their_tones(void **state)
 
 /* A plane meets its key frames, and goes steadily between them, also where its normal turns far
  * from the origin. */
-static void planes_follow_their_key_frames(void **state)
+TEST(planes_follow_their_key_frames)
 {
     enum { FRAMES = 101 };
     const sc_vec3 corners[] = {{100, 200, -300}, {140, 260, -280}}; /* middle: 120, 230, -290 */
     sc_animation a = {.frames = FRAMES, .sweep_count = 3, .camera = {.axis = {0, 0, 1}}};
     sc_timeline t;
 
-    (void)state;
     a.camera.fov_deg = 30;
     a.sweeps[0] = (sc_sweep){.normal = {1, 0, 0}};
     a.sweeps[0].at_track =
@@ -537,12 +521,11 @@ static void planes_follow_their_key_frames(void **state)
     }
 }
 
-static void a_camera_without_an_orbit_goes_by_key_frames(void **state)
+TEST(a_camera_without_an_orbit_goes_by_key_frames)
 {
     sc_animation a = {.frames = 11, .camera = {.fixed = true, .up = {0, 0, 1}, .fov_deg = 30}};
     sc_timeline t;
 
-    (void)state;
     a.camera.position_track = (sc_track){2, {{0, {0}, {0, 100, 0}}, {1, {0}, {100, 100, 0}}}};
     a.camera.target_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {0.5, {0}, {50, 0, 0}}}};
     a.camera.up_track = (sc_track){2, {{0.5, {0}, {0, 0, 1}}, {1, {0}, {1, 0, 0}}}};
@@ -569,7 +552,7 @@ static void a_camera_without_an_orbit_goes_by_key_frames(void **state)
 
 /* Over the head of a body, and under its feet, a camera turns little from frame to frame, stands
  * upright at the key frames that are not there, and gives other ways the picture that they had. */
-static void a_camera_passes_the_pole_without_a_flip(void **state)
+TEST(a_camera_passes_the_pole_without_a_flip)
 {
     enum { FRAMES = 401, WAYS = 7 };
     static const struct {
@@ -592,7 +575,6 @@ static void a_camera_passes_the_pole_without_a_flip(void **state)
          true},
         {{3, {{0, {0}, {0, 0, 100}}, {0.5, {0}, {2, 3, 100}}, {1, {0}, {0, 0, 100}}}}, true, true}};
 
-    (void)state;
     for (int way = 0; way < WAYS; way++) {
         sc_animation a = {.frames = FRAMES,
                           .camera = {.fixed = true, .up = {0, 0, 1}, .fov_deg = 30}};
@@ -622,12 +604,11 @@ static void a_camera_passes_the_pole_without_a_flip(void **state)
     }
 }
 
-static void slices_follow_their_key_frames(void **state)
+TEST(slices_follow_their_key_frames)
 {
     sc_animation a = {.frames = 11, .camera = {.axis = {0, 0, 1}, .fov_deg = 30}};
     sc_timeline t;
 
-    (void)state;
     a.slices.has_point = true;
     a.slices.point_track = (sc_track){2, {{0, {0}, {1, 2, 3}}, {1, {0}, {11, 2, -7}}}};
     sc_timeline_resolve(&a, NULL, 0, 1, &t);
@@ -637,14 +618,13 @@ static void slices_follow_their_key_frames(void **state)
 }
 
 /* What moves by key frames is framed in all frames, and shows what the key frames say. */
-static void key_frames_move_the_camera(void **state)
+TEST(key_frames_move_the_camera)
 {
     sc_animation a = animation(11);
     sc_vec3 corners[CORNERS];
     sc_timeline t;
     double fill = 0;
 
-    (void)state;
     box_corners(corners);
     a.camera.has_angle = a.camera.has_target = true;
     a.camera.angle_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {90, 0, 0}}}};
@@ -692,11 +672,10 @@ static double turned_deg(const sc_camera *a, const sc_camera *b)
     return 2 * asin(0.5 * fmax(up, ahead)) * 180 / M_PI;
 }
 
-static void a_camera_rocks_and_comes_back(void **state)
+TEST(a_camera_rocks_and_comes_back)
 {
     enum { FRAMES = 101 };
 
-    (void)state;
     for (int fixed = 0; fixed < 2; fixed++) {
         sc_animation a = animation(FRAMES);
         sc_move rock = move_of(SC_VERB_ROCK, 0.2, 0.6);
@@ -739,7 +718,7 @@ static void a_camera_rocks_and_comes_back(void **state)
 }
 
 /* A way that rises upright and turns over: evenly spaced, and what is up never jumps. */
-static void a_camera_flies_evenly_and_without_flips(void **state)
+TEST(a_camera_flies_evenly_and_without_flips)
 {
     enum { POINTS = 5, FRAMES = 301 };
     static const sc_vec3 through[POINTS] = {
@@ -753,7 +732,6 @@ static void a_camera_flies_evenly_and_without_flips(void **state)
     double least = HUGE_VAL, most = 0;
     sc_timeline t;
 
-    (void)state;
     assert_int_equal(count, (POINTS - 1) * SC_WAY_STEPS + 1);
     for (int i = 0; i < POINTS; i++)
         assert_near(sc_vec3_length(sc_vec3_sub(curve[i * SC_WAY_STEPS], through[i])), 0, 1e-9);
@@ -786,7 +764,7 @@ static void a_camera_flies_evenly_and_without_flips(void **state)
 }
 
 /* A hold brings the camera to rest without a jolt; the orbit gets as far as without. */
-static void an_orbit_pauses_and_turns_as_far(void **state)
+TEST(an_orbit_pauses_and_turns_as_far)
 {
     enum { FRAMES = 201 };
     sc_animation a = animation(FRAMES);
@@ -795,7 +773,6 @@ static void an_orbit_pauses_and_turns_as_far(void **state)
     sc_timeline t, plain;
     double step_before = -1;
 
-    (void)state;
     box_corners(corners);
     sc_timeline_resolve(&a, corners, CORNERS, 1, &plain);
     holds[1].verb.soft = 0.25;
@@ -829,7 +806,7 @@ static void an_orbit_pauses_and_turns_as_far(void **state)
 }
 
 /* A zoom scales the picture; a dolly moves the camera; both go on from where they find it. */
-static void zooms_and_dollies_follow_one_another(void **state)
+TEST(zooms_and_dollies_follow_one_another)
 {
     sc_animation a = animation(101);
     sc_move moves[] = {move_of(SC_VERB_ZOOM, 0.5, 0.7), move_of(SC_VERB_DOLLY, 0.1, 0.3),
@@ -839,7 +816,6 @@ static void zooms_and_dollies_follow_one_another(void **state)
     sc_vec3 corners[CORNERS];
     sc_timeline t;
 
-    (void)state;
     box_corners(corners);
     moves[0].verb.to = 1;
     moves[1].verb.to = 0.5;
@@ -878,11 +854,10 @@ static double most_jump(const sc_timeline *t, sc_vec3 target)
 
 /* After a frame its tissues fill the picture from all directions, also if there was a zoom before
  * and the camera turns, and the way there is smooth. */
-static void tissues_come_to_fill_the_picture(void **state)
+TEST(tissues_come_to_fill_the_picture)
 {
     enum { FRAMES = 121 };
 
-    (void)state;
     for (int n = 0; n < 8; n++) {
         sc_animation a = animation(FRAMES);
         sc_vec3 corners[CORNERS], small[CORNERS];
@@ -919,14 +894,13 @@ static void tissues_come_to_fill_the_picture(void **state)
     }
 }
 
-static void zoom_scales_the_picture(void **state)
+TEST(zoom_scales_the_picture)
 {
     sc_animation a = animation(11);
     sc_vec3 corners[CORNERS];
     sc_timeline t;
     double first;
 
-    (void)state;
     box_corners(corners);
     a.camera.zoom = (sc_ramp){1, 2, 0, 1, {.kind = SC_EASE_LINEAR}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
@@ -935,12 +909,11 @@ static void zoom_scales_the_picture(void **state)
     assert_near(sc_timeline_scene(&t, 5).camera.half_height, first / 1.5, 1e-12);
 }
 
-static void without_visible_points_there_is_still_a_camera(void **state)
+TEST(without_visible_points_there_is_still_a_camera)
 {
     const sc_animation a = animation(3);
     sc_timeline t;
 
-    (void)state;
     sc_timeline_resolve(&a, NULL, 0, 1, &t);
     assert_true(isfinite(sc_timeline_scene(&t, 1).camera.position_mm.x));
     assert_true(t.animation.camera.distance_mm > 0);
@@ -962,7 +935,7 @@ static void expect_factor(const sc_timeline *t, int k, int id, double factor)
 }
 
 /* Fades follow one another, pulses multiply, and a tissue is not seen before it appears. */
-static void verbs_of_one_tissue_combine(void **state)
+TEST(verbs_of_one_tissue_combine)
 {
     static const sc_fade fades[] = {
         {1, SC_VERB_FADE, 0.1, 0.2, {.kind = SC_EASE_LINEAR}, 0.5, 0, false},
@@ -974,7 +947,6 @@ static void verbs_of_one_tissue_combine(void **state)
         {3, SC_VERB_APPEAR, 0.4, 0.6, {.kind = SC_EASE_LINEAR}, 1, 0, false}};
     const sc_timeline t = fading(fades, SC_COUNT_OF(fades), 101);
 
-    (void)state;
     expect_factor(&t, 0, 1, 1);
     expect_factor(&t, 20, 1, 0.5 * 0.2); /* the turning point of the first beat */
     expect_factor(&t, 30, 1, 0.5);
@@ -994,7 +966,7 @@ static void verbs_of_one_tissue_combine(void **state)
 
 /* Key frames give the opacity, on which verbs work: as with a constant of the same value, so that a
  * fade to an opacity leads there, and one to a share to this share of the key frames. */
-static void verbs_change_what_key_frames_of_an_opacity_give(void **state)
+TEST(verbs_change_what_key_frames_of_an_opacity_give)
 {
     static const sc_fade fades[] = {
         {2, SC_VERB_FADE, 0.2, 0.4, {.kind = SC_EASE_LINEAR}, 0.5, 0, false},
@@ -1008,7 +980,6 @@ static void verbs_change_what_key_frames_of_an_opacity_give(void **state)
                                          {.visible = true, .opacity = 0.8, .opacity_track = 1}};
     sc_timeline t = fading(fades, SC_COUNT_OF(fades), 101);
 
-    (void)state;
     t.tissues = tissues;
     t.tissue_tracks = tracks;
     expect_factor(&t, 0, 1, 1);
@@ -1026,7 +997,7 @@ static void verbs_change_what_key_frames_of_an_opacity_give(void **state)
 }
 
 /* A tissue is there from a key frame that says so to one that says otherwise, whatever verbs do. */
-static void tissues_come_and_go_at_their_key_frames(void **state)
+TEST(tissues_come_and_go_at_their_key_frames)
 {
     static const sc_fade fades[] = {
         {2, SC_VERB_FADE, 0.5, 0.5, {.kind = SC_EASE_LINEAR}, 0.5, 0, false}};
@@ -1037,7 +1008,6 @@ static void tissues_come_and_go_at_their_key_frames(void **state)
                                          {.visible = true, .opacity = 1, .visible_track = 1}};
     sc_timeline t = fading(fades, SC_COUNT_OF(fades), 101);
 
-    (void)state;
     t.tissues = tissues;
     t.tissue_tracks = tracks;
     expect_factor(&t, 0, 1, 1);
@@ -1068,7 +1038,7 @@ static sc_prepared three_tissues(sc_label labels[4], sc_label_stats stats[4])
 }
 
 /* Tissues appear in the order that is asked for, and as much one after the other. */
-static void tissues_appear_in_their_order(void **state)
+TEST(tissues_appear_in_their_order)
 {
     static const struct {
         sc_verb_order order;
@@ -1083,7 +1053,6 @@ static void tissues_appear_in_their_order(void **state)
     sc_label_stats stats[4];
     const sc_prepared volume = three_tissues(labels, stats);
 
-    (void)state;
     for (size_t c = 0; c < SC_COUNT_OF(cases); c++) {
         const sc_verb verb = {
             .kind = SC_VERB_APPEAR, .end = 1, .order = cases[c].order, .stagger = cases[c].stagger};
@@ -1110,7 +1079,7 @@ static void tissues_appear_in_their_order(void **state)
 
 /* Tissues move from the middle, from a point, or along a direction, each by itself or as one; what
  * several verbs do adds up, and the opposite brings them back exactly. */
-static void tissues_move_apart_and_come_together(void **state)
+TEST(tissues_move_apart_and_come_together)
 {
     enum { FRAMES = 101 };
     const sc_verb_tissue list[] = {
@@ -1142,7 +1111,6 @@ static void tissues_move_apart_and_come_together(void **state)
     sc_vec3 offsets[4], reach[8 * 9];
     sc_shift *shifts;
 
-    (void)state;
     assert_ok(sc_explodes_resolve(&quiet, &volume, tissues, &all, &shifts, &t.shift_count));
     t.shifts = shifts;
     assert_int_equal(t.shift_count, 9);
@@ -1177,7 +1145,7 @@ static void tissues_move_apart_and_come_together(void **state)
 }
 
 /* Offsets, constant or by key frames, add to what explodes do. */
-static void tissues_have_offsets(void **state)
+TEST(tissues_have_offsets)
 {
     static const sc_verb verb = {.kind = SC_VERB_EXPLODE,
                                  .begin = 0.5,
@@ -1200,7 +1168,6 @@ static void tissues_have_offsets(void **state)
     sc_vec3 offsets[4];
     sc_shift *shifts;
 
-    (void)state;
     assert_ok(sc_explodes_resolve(&quiet, &volume, tissues, &all, &shifts, &t.shift_count));
     t.shifts = shifts;
     assert_true(tissues[1].part && tissues[3].part && tissues[1].part != tissues[3].part);
@@ -1220,7 +1187,7 @@ static void tissues_have_offsets(void **state)
 }
 
 /* A verb on what nobody sees is a mistake; a fade to an opacity depends on the tissue's own. */
-static void verbs_need_tissues_that_are_shown(void **state)
+TEST(verbs_need_tissues_that_are_shown)
 {
     const sc_verb_tissue list[] = {{0, "left", "job:1"}, {1, "mid*", "job:2"}};
     const sc_verb verbs[] = {{.kind = SC_VERB_FADE, .end = 1, .to = 0.2, .where = "job:1"},
@@ -1236,7 +1203,6 @@ static void verbs_need_tissues_that_are_shown(void **state)
     sc_fade *fades = NULL;
     size_t count;
 
-    (void)state;
     assert_int_equal(sc_verbs_resolve(&ctx, &volume, tissues, &all, &fades, &count), SC_ERR_DATA);
     assert_null(fades);
     assert_non_null(strstr(h.text, "job:1: no tissue of this verb is shown"));
@@ -1250,7 +1216,7 @@ static void verbs_need_tissues_that_are_shown(void **state)
 }
 
 /* What frame k of a film shows, found in another way: each shot lists its own frames. */
-static void every_frame_of_a_film_shows_its_shot(void **state)
+TEST(every_frame_of_a_film_shows_its_shot)
 {
     enum { SHOTS = 5, FRAMES_MAX = 100 };
     sc_shot_span shots[SHOTS] = {{.frames = 10, SC_TRANSITION_FADE, 3},
@@ -1261,7 +1227,6 @@ static void every_frame_of_a_film_shows_its_shot(void **state)
     static const int firsts[SHOTS] = {0, 6, 13, 18, 19}, used[SHOTS] = {6, 4, 2, 1, 1};
     int seen[FRAMES_MAX] = {0};
 
-    (void)state;
     assert_int_equal(sc_shots_place(shots, SHOTS), 28);
     for (int i = 0; i < SHOTS; i++) {
         assert_int_equal(shots[i].first, firsts[i]);
@@ -1281,13 +1246,12 @@ static void every_frame_of_a_film_shows_its_shot(void **state)
 }
 
 /* Transitions begin and end evenly: their shares run through the middles of equal parts. */
-static void transitions_are_even(void **state)
+TEST(transitions_are_even)
 {
     sc_shot_span shots[3] = {{.frames = 10, SC_TRANSITION_CUT},
                              {.frames = 10, SC_TRANSITION_CROSS_FADE, 4},
                              {.frames = 10, SC_TRANSITION_FADE, 4, .fade_out_frames = 4}};
 
-    (void)state;
     assert_int_equal(sc_shots_place(shots, 3), 26);
     for (int k = 0; k < 26; k++) {
         const sc_film_frame at = sc_film_frame_at(shots, 3, k);
@@ -1302,46 +1266,4 @@ static void transitions_are_even(void **state)
     }
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(verbs_of_one_tissue_combine),
-        cmocka_unit_test(verbs_change_what_key_frames_of_an_opacity_give),
-        cmocka_unit_test(tissues_come_and_go_at_their_key_frames),
-        cmocka_unit_test(tissues_appear_in_their_order),
-        cmocka_unit_test(tissues_move_apart_and_come_together),
-        cmocka_unit_test(tissues_have_offsets),
-        cmocka_unit_test(verbs_need_tissues_that_are_shown),
-        cmocka_unit_test(an_orbit_begins_in_front_and_closes_without_repeating_a_frame),
-        cmocka_unit_test(framing_keeps_all_corners_in_the_picture),
-        cmocka_unit_test(framing_is_tight_and_centred),
-        cmocka_unit_test(framing_heeds_what_the_job_says),
-        cmocka_unit_test(a_sweep_is_monotone_and_reaches_both_ends),
-        cmocka_unit_test(a_plane_cuts_while_it_is_active),
-        cmocka_unit_test(exceptions_of_a_plane_change_at_their_key_frames),
-        cmocka_unit_test(a_plane_sweeps_from_where_it_stands),
-        cmocka_unit_test(a_plane_turns_about_its_line),
-        cmocka_unit_test(easing_begins_at_0_and_ends_at_1),
-        cmocka_unit_test(a_bezier_curve_is_solved_for_the_time),
-        cmocka_unit_test(a_track_meets_its_key_frames_and_is_constant_outside),
-        cmocka_unit_test(a_camera_goes_over_the_pole_without_a_flip),
-        cmocka_unit_test(light_follows_its_key_frames),
-        cmocka_unit_test(colours_are_mixed_by_their_tones),
-        cmocka_unit_test(planes_follow_their_key_frames),
-        cmocka_unit_test(a_camera_passes_the_pole_without_a_flip),
-        cmocka_unit_test(slices_follow_their_key_frames),
-        cmocka_unit_test(a_camera_without_an_orbit_goes_by_key_frames),
-        cmocka_unit_test(key_frames_move_the_camera),
-        cmocka_unit_test(a_camera_rocks_and_comes_back),
-        cmocka_unit_test(a_camera_flies_evenly_and_without_flips),
-        cmocka_unit_test(an_orbit_pauses_and_turns_as_far),
-        cmocka_unit_test(zooms_and_dollies_follow_one_another),
-        cmocka_unit_test(tissues_come_to_fill_the_picture),
-        cmocka_unit_test(every_frame_of_a_film_shows_its_shot),
-        cmocka_unit_test(transitions_are_even),
-        cmocka_unit_test(zoom_scales_the_picture),
-        cmocka_unit_test(without_visible_points_there_is_still_a_camera),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

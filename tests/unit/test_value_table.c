@@ -46,9 +46,8 @@ static void expect_two(const char *text, const char *column, bool has_number)
     sc_value_table_clear(&table);
 }
 
-static void the_tissue_is_told_by_number_or_name(void **state)
+TEST(the_tissue_is_told_by_number_or_name)
 {
-    (void)state;
     expect_two("index,thickness\n4,2.5\n5,n/a\n", "thickness", true);
     expect_two("# by hand\n\nname;Thickness;other\n\"left atrium\";2.5;7\nb;;8\n", "thickness",
                false);
@@ -63,7 +62,7 @@ static void the_tissue_is_told_by_number_or_name(void **state)
     expect_two("region,r,g,b,mean\nleft atrium,2.5,2,3,9\nb,,2,3,\n", "R", false);
 }
 
-static void other_encodings_are_read(void **state)
+TEST(other_encodings_are_read)
 {
     static const char utf16[] = "\xff\xfei\0d\0,\0x\0\n\0"
                                 "4\0,\0"
@@ -71,7 +70,6 @@ static void other_encodings_are_read(void **state)
     sc_value_table table = {0};
     heard said;
 
-    (void)state;
     assert_int_equal(read_bytes(utf16, sizeof utf16 - 1, "", &said, &table), SC_OK);
     assert_true(table.count == 1 && table.rows[0].number == 4 && table.rows[0].value == 1);
     sc_value_table_clear(&table);
@@ -93,12 +91,11 @@ static void expect_refused(const char *text, const char *column, const char *wor
     assert_true(!table.rows && !table.text);
 }
 
-static void mistakes_are_told_with_their_line(void **state)
+TEST(mistakes_are_told_with_their_line)
 {
     sc_value_table table = {0};
     heard said;
 
-    (void)state;
     expect_refused("", "", "v.csv:1: is no line of headings");
     expect_refused("1,2,3\n4,5,6\n", "", "v.csv:1: is no line of headings");
     expect_refused("# a\nid,x,y\n4,1,2\n", "z",
@@ -116,11 +113,4 @@ static void mistakes_are_told_with_their_line(void **state)
     sc_value_table_clear(&table);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(the_tissue_is_told_by_number_or_name),
-                                       cmocka_unit_test(other_encodings_are_read),
-                                       cmocka_unit_test(mistakes_are_told_with_their_line)};
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

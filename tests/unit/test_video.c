@@ -116,9 +116,8 @@ static void write_video(const char *path, int width, int height, int frames, boo
 
 static const sc_video_settings untitled = {.title = NULL};
 
-static void every_container_decodes_to_what_was_pushed(void **state)
+TEST(every_container_decodes_to_what_was_pushed)
 {
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(kinds); i++) {
         const char *name = kinds[i].name;
         decoded d = {0};
@@ -214,7 +213,7 @@ static void frames_replace_each_other(const char *path)
 }
 
 /* What is transparent is black in the frames. */
-static void a_transparent_film_keeps_its_alpha(void **state)
+TEST(a_transparent_film_keeps_its_alpha)
 {
     static const struct {
         kind kind;
@@ -226,7 +225,6 @@ static void a_transparent_film_keeps_its_alpha(void **state)
         .width_px = 64, .height_px = 48, .fps = 4, .crf = 18, .preset = "fast", .alpha = true};
     sc_encoder *encoder;
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         alpha_check check = {cases[i].alpha, cases[i].color, 0};
 
@@ -244,7 +242,7 @@ static void a_transparent_film_keeps_its_alpha(void **state)
 
 /* The encoder gets no black where nothing is seen: rows have one lightness, and so have rows
  * without tissue above and below. Planes are of 16 bits, that of the lightness first. */
-static void what_is_transparent_has_the_colour_beside_it(void **state)
+TEST(what_is_transparent_has_the_colour_beside_it)
 {
     const sc_video_settings settings = {
         .width_px = 64, .height_px = 48, .fps = 4, .crf = 18, .preset = "fast", .alpha = true};
@@ -253,7 +251,6 @@ static void what_is_transparent_has_the_colour_beside_it(void **state)
     const char *picture;
     uint16_t first, other;
 
-    (void)state;
     assert_ok(sc_image_init_alpha(&quiet, 64, 48, true, &image));
     memset(image.rgb, 0, sc_image_bytes(&image));
     for (int i = 64 * 10; i < 64 * 30; i++) {
@@ -293,11 +290,10 @@ static sc_status pick_frame(void *user, int k, double time_s, const sc_image *im
 
 /* Frames that begin a GOP and others, near and far, the first and the last; those beyond are left
  * out. */
-static void single_frames_are_found(void **state)
+TEST(single_frames_are_found)
 {
     static const int wanted[] = {0, 5, 24, 71, 99, 100, 150};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(kinds); i++) {
         picked p = {.count = 0};
 
@@ -317,11 +313,10 @@ static void single_frames_are_found(void **state)
     }
 }
 
-static void odd_sizes_are_padded_not_scaled(void **state)
+TEST(odd_sizes_are_padded_not_scaled)
 {
     decoded d = {0};
 
-    (void)state;
     write_video("v.mp4", 191, 119, 3, true);
     assert_ok(sc_video_decode(&quiet, "v.mp4", compare_frame, &d));
     assert_int_equal(d.width, 192);
@@ -362,9 +357,8 @@ static char *equal_bytes(const kind *of, size_t *bytes)
     return a;
 }
 
-static void equal_frames_give_equal_bytes_and_the_index_comes_first(void **state)
+TEST(equal_frames_give_equal_bytes_and_the_index_comes_first)
 {
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(kinds); i++) {
         size_t bytes, moov = 0, mdat = 0;
         char *video;
@@ -389,7 +383,7 @@ static bool exists(const char *path)
     return !stat(path, &info);
 }
 
-static void an_unfinished_video_never_bears_the_final_name(void **state)
+TEST(an_unfinished_video_never_bears_the_final_name)
 {
     const sc_video_settings settings = {
         .width_px = 64, .height_px = 64, .fps = 24, .crf = 16, .preset = "fast"};
@@ -397,7 +391,6 @@ static void an_unfinished_video_never_bears_the_final_name(void **state)
     sc_video_writer *writer;
     sc_image image = test_picture(64, 64, 0);
 
-    (void)state;
     assert_ok(sc_video_writer_open(&quiet, "w.mp4", &settings, &writer));
     assert_ok(sc_video_writer_push(&quiet, writer, &image));
     assert_false(exists("w.mp4"));
@@ -473,16 +466,15 @@ static void join_gops(const kind *of)
         sc_segment_free(&segments[g]);
 }
 
-static void separately_encoded_gops_join_to_the_same_bytes(void **state)
+TEST(separately_encoded_gops_join_to_the_same_bytes)
 {
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(kinds); i++) {
         if (can_encode(&kinds[i]))
             join_gops(&kinds[i]);
     }
 }
 
-static void a_damaged_segment_is_refused(void **state)
+TEST(a_damaged_segment_is_refused)
 {
     const sc_video_settings settings = {
         .width_px = 64, .height_px = 64, .fps = 24, .crf = 16, .preset = "fast"};
@@ -492,7 +484,6 @@ static void a_damaged_segment_is_refused(void **state)
     sc_encoder *encoder;
     sc_muxer *muxer;
 
-    (void)state;
     assert_ok(sc_encoder_open(&quiet, "t.webm", &settings, &encoder));
     assert_ok(sc_encoder_push(&quiet, encoder, sc_encoder_convert(encoder, &image), 1));
     assert_ok(sc_encoder_finish(&quiet, encoder, 0, 0, &segment));
@@ -535,32 +526,15 @@ static void *write_large(void *user)
     return NULL;
 }
 
-static void large_frames_are_encoded_on_any_thread(void **state)
+TEST(large_frames_are_encoded_on_any_thread)
 {
     pthread_t thread;
     sc_status written = SC_ERR_INTERNAL;
 
-    (void)state;
     assert_int_equal(pthread_create(&thread, NULL, write_large, &written), 0);
     assert_int_equal(pthread_join(thread, NULL), 0);
     assert_ok(written);
     unlink("large.mp4");
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_container_decodes_to_what_was_pushed),
-        cmocka_unit_test(a_transparent_film_keeps_its_alpha),
-        cmocka_unit_test(what_is_transparent_has_the_colour_beside_it),
-        cmocka_unit_test(single_frames_are_found),
-        cmocka_unit_test(odd_sizes_are_padded_not_scaled),
-        cmocka_unit_test(equal_frames_give_equal_bytes_and_the_index_comes_first),
-        cmocka_unit_test(an_unfinished_video_never_bears_the_final_name),
-        cmocka_unit_test(separately_encoded_gops_join_to_the_same_bytes),
-        cmocka_unit_test(a_damaged_segment_is_refused),
-        cmocka_unit_test(large_frames_are_encoded_on_any_thread),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

@@ -24,12 +24,11 @@ static const uint8_t *pixel(const sc_image *image, int x, int y)
     return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
 }
 
-static void lines_and_frames_are_drawn_at_their_coordinates(void **state)
+TEST(lines_and_frames_are_drawn_at_their_coordinates)
 {
     sc_image image = blank_image(60, 40);
     sc_overlay *overlay;
 
-    (void)state;
     assert_ok(sc_overlay_begin(&quiet, &image, &overlay));
     sc_overlay_line(overlay, 10, 20.5, 50, 20.5, 1, black, 1);
     sc_overlay_frame(overlay, 2.5, 2.5, 54, 34, 1, black);
@@ -62,11 +61,10 @@ static void ink_box(const sc_image *image, int box[4])
     }
 }
 
-static void text_is_anchored_and_sized_as_asked_for(void **state)
+TEST(text_is_anchored_and_sized_as_asked_for)
 {
     const sc_letters letters = {.size_px = 30, .halo = {255, 255, 255}};
 
-    (void)state;
     for (int anchor = -1; anchor <= 1; anchor++) {
         sc_image image = blank_image(200, 100);
         sc_overlay *overlay;
@@ -91,7 +89,7 @@ static int rods(double x, double y, double z)
     return x > 20 && my && mz ? 1 : y > 20 && mx && mz ? 2 : z > 20 && mx && my ? 3 : 0;
 }
 
-static void slices_are_in_radiological_convention(void **state)
+TEST(slices_are_in_radiological_convention)
 {
     static const uint8_t colors[4][3] = {{0}, {255, 0, 0}, {0, 255, 0}, {0, 0, 255}};
     const int size[3] = {41, 41, 41};
@@ -110,7 +108,6 @@ static void slices_are_in_radiological_convention(void **state)
     sc_render_stats stats, alone;
     sc_scene scene;
 
-    (void)state;
     for (int id = 1; id < 4; id++)
         memcpy(volume.labels[id].rgb, colors[id], 3);
     s = make_scene(volume, 1);
@@ -136,14 +133,13 @@ static void slices_are_in_radiological_convention(void **state)
 }
 
 /* What a film, a comparison or several views take is the sum of their pictures. */
-static void work_and_times_are_added_up(void **state)
+TEST(work_and_times_are_added_up)
 {
     sc_render_stats sum = {
         {.rays = 1, .cell_visits = 2, .brick_steps = 3, .contributions = 4}, 5, 6};
     const sc_render_stats more = {
         {.rays = 10, .cell_visits = 20, .brick_steps = 30, .contributions = 40}, 50, 60};
 
-    (void)state;
     sc_render_stats_add(&sum, &more);
     assert_int_equal(sum.counters.rays, 11);
     assert_int_equal(sum.counters.cell_visits, 22);
@@ -152,14 +148,13 @@ static void work_and_times_are_added_up(void **state)
     assert_true(sum.wall_s == 55 && sum.cpu_s == 66);
 }
 
-static void a_failed_allocation_is_reported(void **state)
+TEST(a_failed_allocation_is_reported)
 {
     sc_image image = blank_image(32, 32);
     long budget = 0;
     const sc_ctx poor = {.alloc_budget = &budget};
     sc_overlay *overlay = NULL;
 
-    (void)state;
     assert_int_equal(sc_overlay_begin(&poor, &image, &overlay), SC_ERR_MEMORY);
     assert_null(overlay);
     sc_image_clear(&image);
@@ -172,7 +167,7 @@ static int solid(double x, double y, double z)
 
 /* The tiles of a frame that is given up are passed over without asking the clock for each: a frame
  * of 16K pixels has 130,000 of them. */
-static void a_frame_that_is_given_up_is_not_measured(void **state)
+TEST(a_frame_that_is_given_up_is_not_measured)
 {
     const int size[3] = {9, 9, 9};
     const double spacing[3] = {1, 1, 1};
@@ -184,7 +179,6 @@ static void a_frame_that_is_given_up_is_not_measured(void **state)
     sc_renderer *r;
     sc_image image = blank_image(s.settings.width_px, s.settings.height_px);
 
-    (void)state;
     s.settings.threads = 1;
     s.settings.give_up = &give_up;
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
@@ -203,7 +197,7 @@ static void a_frame_that_is_given_up_is_not_measured(void **state)
 
 /* What is drawn over a transparent picture looks, over any colour, as if it had been drawn on it.
  */
-static void drawing_over_a_transparent_picture_keeps_it_transparent(void **state)
+TEST(drawing_over_a_transparent_picture_keeps_it_transparent)
 {
     static const uint8_t dark[3] = {20, 30, 40}, behind[3] = {250, 120, 0};
     const sc_letters letters = {20, {20, 20, 20}, {255, 255, 255}};
@@ -211,7 +205,6 @@ static void drawing_over_a_transparent_picture_keeps_it_transparent(void **state
     sc_overlay *overlay;
     sc_image_difference d;
 
-    (void)state;
     assert_ok(sc_image_init_alpha(&quiet, 60, 40, true, &clear));
     for (size_t i = 0; i < 60 * 40; i++) {
         const uint8_t half[4] = {10, 200, 100, 128}, nothing[4] = {0, 0, 0, 0};
@@ -236,17 +229,4 @@ static void drawing_over_a_transparent_picture_keeps_it_transparent(void **state
     sc_image_clear(&opaque);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lines_and_frames_are_drawn_at_their_coordinates),
-        cmocka_unit_test(text_is_anchored_and_sized_as_asked_for),
-        cmocka_unit_test(slices_are_in_radiological_convention),
-        cmocka_unit_test(work_and_times_are_added_up),
-        cmocka_unit_test(a_failed_allocation_is_reported),
-        cmocka_unit_test(a_frame_that_is_given_up_is_not_measured),
-        cmocka_unit_test(drawing_over_a_transparent_picture_keeps_it_transparent),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)

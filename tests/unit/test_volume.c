@@ -82,13 +82,12 @@ static size_t store(char *out, const char *type, bool swapped)
     return each * VOXELS;
 }
 
-static void nrrd_of_every_type_encoding_and_byte_order_is_read(void **state)
+TEST(nrrd_of_every_type_encoding_and_byte_order_is_read)
 {
     static const char *const types[] = {"int8",   "uint8", "int16",  "uint16", "int32",
                                         "uint32", "int64", "uint64", "float",  "double"};
     char data[VOXELS * 8], head[512];
 
-    (void)state;
     for (size_t t = 0; t < SC_COUNT_OF(types); t++) {
         for (int variant = 0; variant < 4; variant++) {
             const bool swapped = variant & 1, packed = variant & 2;
@@ -115,13 +114,12 @@ static void nrrd_of_every_type_encoding_and_byte_order_is_read(void **state)
 }
 
 /* A header that names a file of voxels may end with an empty line, as pynrrd writes it. */
-static void an_nrrd_with_a_file_of_its_own_is_read(void **state)
+TEST(an_nrrd_with_a_file_of_its_own_is_read)
 {
     static char data[4 * VOXELS];
     const size_t bytes = store(data, "int16", false);
     FILE *file = fopen("t.txt", "w");
 
-    (void)state;
     for (int i = 0; i < VOXELS; i++)
         fprintf(file, "%d ", (int)value_of(i));
     fclose(file);
@@ -202,7 +200,7 @@ static void write_nifti(const char *path, const unsigned char h[352], const void
     write_file(path, "", whole, 352 + bytes, packed);
 }
 
-static void nifti_geometry_comes_from_sform_then_qform_then_pixdim(void **state)
+TEST(nifti_geometry_comes_from_sform_then_qform_then_pixdim)
 {
     static const float m[12] = {-2, 0, 0, 10, 0, 0, 3, 20, 0, -1, 0, 30};
     unsigned char h[352];
@@ -210,7 +208,6 @@ static void nifti_geometry_comes_from_sform_then_qform_then_pixdim(void **state)
     const size_t bytes = store(data, "int16", false);
     sc_volume v;
 
-    (void)state;
     nifti_header(h, 4, 16);
     write_nifti("t.nii", h, data, bytes, false);
     assert_ok(sc_volume_read(&quiet, "t.nii", &v));
@@ -249,7 +246,7 @@ static void swap_bytes(unsigned char *at, size_t each, size_t count)
     }
 }
 
-static void nifti_of_the_other_byte_order_is_read(void **state)
+TEST(nifti_of_the_other_byte_order_is_read)
 {
     static const float m[12] = {-2, 0, 0, 10, 0, 0, 3, 20, 0, -1, 0, 30};
     unsigned char h[352];
@@ -257,7 +254,6 @@ static void nifti_of_the_other_byte_order_is_read(void **state)
     const size_t bytes = store(data, "int16", true);
     sc_volume v;
 
-    (void)state;
     nifti_header(h, 4, 16);
     set_sform(h, m);
     swap_bytes(h, 4, 1);        /* sizeof_hdr */
@@ -274,7 +270,7 @@ static void nifti_of_the_other_byte_order_is_read(void **state)
     unlink("t.nii");
 }
 
-static void fractions_and_infinities_are_refused_with_their_voxel(void **state)
+TEST(fractions_and_infinities_are_refused_with_their_voxel)
 {
     unsigned char h[352];
     float data[VOXELS] = {0};
@@ -282,7 +278,6 @@ static void fractions_and_infinities_are_refused_with_their_voxel(void **state)
     sc_ctx ctx = listening(&said);
     sc_volume v = {0};
 
-    (void)state;
     nifti_header(h, 16, 32);
     data[NX * NY + 2] = 1.5f;
     write_nifti("t.nii", h, data, sizeof data, false);
@@ -344,9 +339,8 @@ static void write_many(const char *encoding, size_t bad)
     free(data);
 }
 
-static void threads_do_not_change_what_is_read(void **state)
+TEST(threads_do_not_change_what_is_read)
 {
-    (void)state;
     for (int packed = 0; packed < 2; packed++) {
         sc_volume first = {0};
         sc_label_scan tallies = {0};
@@ -396,7 +390,7 @@ static void threads_do_not_change_what_is_read(void **state)
 
 /* The same labels, in runs that begin and end anywhere in blocks and rows, as each type of voxel
  * that is looked at as it is stored, and as one that is not. */
-static void runs_of_every_type_are_found(void **state)
+TEST(runs_of_every_type_are_found)
 {
     enum { X = 131, Y = 67, Z = 70, COUNT = X * Y * Z };
     static const struct {
@@ -412,7 +406,6 @@ static void runs_of_every_type_are_found(void **state)
     unsigned char *labels = malloc(COUNT), *stored = malloc((size_t)COUNT * 8);
     uint64_t random = 3;
 
-    (void)state;
     assert_non_null(labels);
     assert_non_null(stored);
     for (size_t i = 0, end; i < COUNT; i = end) {
@@ -459,11 +452,10 @@ static void runs_of_every_type_are_found(void **state)
 }
 
 /* What is damaged behind the first batch is told by its own message, whichever thread reads it. */
-static void damage_that_is_read_ahead_is_told(void **state)
+TEST(damage_that_is_read_ahead_is_told)
 {
     FILE *file;
 
-    (void)state;
     write_many("gzip", MANY);
     file = fopen("t.nrrd", "rb+");
     assert_non_null(file);
@@ -485,11 +477,10 @@ static void damage_that_is_read_ahead_is_told(void **state)
     unlink("t.nrrd");
 }
 
-static void there_may_be_65533_labels_of_any_value(void **state)
+TEST(there_may_be_65533_labels_of_any_value)
 {
     sc_volume v = {0};
 
-    (void)state;
     assert_ok(read_labels(255, &v));
     assert_int_equal(v.label_bytes, 1);
     assert_int_equal(v.label_count, 256);
@@ -508,12 +499,11 @@ static void there_may_be_65533_labels_of_any_value(void **state)
     unlink("t.nrrd");
 }
 
-static void slicer_keys_name_and_colour_labels(void **state)
+TEST(slicer_keys_name_and_colour_labels)
 {
     char data[VOXELS];
     sc_volume v;
 
-    (void)state;
     memset(data, 3, sizeof data);
     data[0] = 9;
     write_file("t.seg.nrrd",
@@ -549,13 +539,12 @@ static void expect_table(sc_table_format format, const char *text, float opacity
 
 /* The sixth number of a row is opacity in tables of Slicer, but transparency in those of
  * FreeSurfer. */
-static void tables_of_three_programs_are_read(void **state)
+TEST(tables_of_three_programs_are_read)
 {
     heard said;
     sc_ctx ctx = listening(&said);
     sc_label_table table = {0};
 
-    (void)state;
     expect_table(SC_TABLE_AUTO, "# x\n4 left_atrium 10 20 30 255\n", -1, false);
     expect_table(SC_TABLE_SLICER, "4 left_atrium 10 20 30 51\n", 0.2f, false);
     expect_table(SC_TABLE_SLICER, "4 left_atrium 10 20 30 0\n", 0, true);
@@ -587,7 +576,7 @@ static void tables_of_three_programs_are_read(void **state)
 }
 
 /* Names that are no UTF-8 or too long are mended where they are read, told by one warning. */
-static void names_are_valid_utf8_whatever_the_file_holds(void **state)
+TEST(names_are_valid_utf8_whatever_the_file_holds)
 {
     enum { NAME = SC_NAME_BYTES - 2 }; /* a character of two bytes behind so many has no room */
     char text[1024], letters[NAME + 1], data[VOXELS] = {0};
@@ -596,7 +585,6 @@ static void names_are_valid_utf8_whatever_the_file_holds(void **state)
     sc_label_table table = {0};
     sc_volume v;
 
-    (void)state;
     memset(letters, 'x', NAME);
     letters[NAME] = '\0';
     snprintf(text, sizeof text,
@@ -629,12 +617,11 @@ static void names_are_valid_utf8_whatever_the_file_holds(void **state)
     unlink("t.seg.nrrd");
 }
 
-static void an_allocation_that_fails_is_reported_and_frees_all(void **state)
+TEST(an_allocation_that_fails_is_reported_and_frees_all)
 {
     char data[VOXELS * 8];
     const size_t bytes = store(data, "int16", false);
 
-    (void)state;
     write_file("t.nrrd",
                "NRRD0004\ntype: short\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
                "endian: little\nSegment0_ID:=a\nSegment0_LabelValue:=9\n\n",
@@ -662,11 +649,10 @@ static void an_allocation_that_fails_is_reported_and_frees_all(void **state)
 
 /* A volume whose header could not be read for want of memory may still be the one that reads a
  * file: that is told, never "no". */
-static void whether_a_volume_reads_a_file_is_never_guessed(void **state)
+TEST(whether_a_volume_reads_a_file_is_never_guessed)
 {
     bool reads = false;
 
-    (void)state;
     write_file("t.raw", "x", "", 0, false);
     write_file("t.nhdr",
                "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 1 1 1\nencoding: raw\n"
@@ -734,13 +720,12 @@ static void expect_same_scan(const char *path)
     sc_label_scan_clear(&header);
 }
 
-static void a_scan_finds_the_labels_of_every_encoding(void **state)
+TEST(a_scan_finds_the_labels_of_every_encoding)
 {
     static const char *const encodings[] = {"raw", "gzip", "ascii"};
     char data[VOXELS * 8], text[VOXELS * 8] = "", head[512];
     unsigned char h[352];
 
-    (void)state;
     for (int i = 0; i < VOXELS; i++)
         snprintf(text + strlen(text), sizeof text - strlen(text), "%d ", (int)value_of(i));
     for (size_t e = 0; e < SC_COUNT_OF(encodings); e++) {
@@ -765,14 +750,13 @@ static void a_scan_finds_the_labels_of_every_encoding(void **state)
     unlink("t.mha");
 }
 
-static void nrrd_lines_and_bytes_before_the_voxels_are_skipped(void **state)
+TEST(nrrd_lines_and_bytes_before_the_voxels_are_skipped)
 {
     char data[64 + VOXELS * 8] = "one line\n12345";
     const size_t before = strlen(data);
     const size_t bytes = store(data + before, "int16", false);
     sc_volume v;
 
-    (void)state;
     write_file("t.raw", "", data, before + bytes, false);
     write_file("t.nhdr",
                "NRRD0004\ntype: short\ndimension: 3\nsizes: 7 5 4\nencoding: raw\nendian: little\n"
@@ -800,7 +784,7 @@ static void nrrd_lines_and_bytes_before_the_voxels_are_skipped(void **state)
     unlink("t.nhdr");
 }
 
-static void a_header_and_a_table_name_labels_together(void **state)
+TEST(a_header_and_a_table_name_labels_together)
 {
     sc_label rows[] = {{.value = 12, .name = "twelve", .opacity = -1},
                        {.value = 3, .name = "three", .opacity = -1},
@@ -809,7 +793,6 @@ static void a_header_and_a_table_name_labels_together(void **state)
     sc_label_scan scan;
     char data[VOXELS] = {0};
 
-    (void)state;
     write_file("t.nrrd",
                "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
                "Segment0_ID:=a\nSegment0_Name:=seven\nSegment0_LabelValue:=7\n\n",
@@ -826,14 +809,13 @@ static void a_header_and_a_table_name_labels_together(void **state)
 }
 
 /* A scan holds only a block of voxels in memory, not the volume. */
-static void a_scan_needs_little_memory(void **state)
+TEST(a_scan_needs_little_memory)
 {
     enum { SIDE = 512, MOST_BYTES = 16 << 20 };
     uint64_t before;
     sc_label_scan scan;
     FILE *file = fopen("t.nrrd", "wb");
 
-    (void)state;
     assert_non_null(file);
     fprintf(file, "NRRD0004\ntype: uint8\ndimension: 3\nsizes: %d %d %d\nencoding: raw\n\n", SIDE,
             SIDE, SIDE / 2);
@@ -866,11 +848,10 @@ static bool counts_memory(void)
 
 /* Where a volume holds background alone, its ids take no memory (on Linux). Labels in falling order
  * are numbered anew, and more than 256 take wider ids, which must not touch it either. */
-static void background_takes_little_memory(void **state)
+TEST(background_takes_little_memory)
 {
     enum { SIDE = 512, MOST_BYTES = 24 << 20, LABELS = 300 };
 
-    (void)state;
     for (int labels = 1; labels <= LABELS; labels += LABELS - 1) {
         const size_t voxels = (size_t)SIDE * SIDE * SIDE / 4;
         uint64_t before;
@@ -930,14 +911,13 @@ static const char *warning_of(const int16_t *data, int nx, int ny, int nz, const
     return text;
 }
 
-static void what_is_hardly_a_label_volume_gets_a_warning(void **state)
+TEST(what_is_hardly_a_label_volume_gets_a_warning)
 {
     enum { SIDE = 20 };
     static const char mm[] = "(1,0,0) (0,1,0) (0,0,1)";
     static int16_t data[SIDE * SIDE * SIDE];
     uint64_t seed = 1;
 
-    (void)state;
     for (int i = 0; i < SIDE * SIDE * SIDE;
          i++) /* noise added to a ramp, with padding of one value */
         data[i] = (int16_t)(i % SIDE < 8 ? 1000 : i / 100 + (int)(random_bits(&seed) % 16));
@@ -959,7 +939,7 @@ static void what_is_hardly_a_label_volume_gets_a_warning(void **state)
 }
 
 /* Files that are no label volumes are refused with a message that says what to do instead. */
-static void what_is_refused_is_told_what_to_do(void **state)
+TEST(what_is_refused_is_told_what_to_do)
 {
     static const int16_t two[2 * VOXELS]; /* volumes */
     static const struct {
@@ -992,7 +972,6 @@ static void what_is_refused_is_told_what_to_do(void **state)
     sc_ctx ctx = listening(&said);
     sc_volume v;
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(files); i++) {
         write_file("t.bin", "", files[i].bytes, files[i].count, false);
         assert_int_equal(sc_volume_read(&ctx, "t.bin", &v), SC_ERR_DATA);
@@ -1015,7 +994,7 @@ static void what_is_refused_is_told_what_to_do(void **state)
     unlink("t.nii");
 }
 
-static void directories_are_told_what_to_do(void **state)
+TEST(directories_are_told_what_to_do)
 {
     static const struct {
         const char *file, *advice;
@@ -1024,7 +1003,6 @@ static void directories_are_told_what_to_do(void **state)
     sc_ctx ctx = listening(&said);
     sc_volume v;
 
-    (void)state;
     assert_int_equal(mkdir("t.dir", 0777), 0);
     for (size_t i = 0; i < SC_COUNT_OF(kinds); i++) {
         write_file(kinds[i].file, "x", "", 0, false);
@@ -1037,11 +1015,10 @@ static void directories_are_told_what_to_do(void **state)
 }
 
 /* The values in the file are label values, for any width of the ids. */
-static void a_written_nrrd_holds_the_label_values(void **state)
+TEST(a_written_nrrd_holds_the_label_values)
 {
     static const int64_t most[] = {200, 60000, 100000, 5000000000, -70000};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(most); i++) {
         uint8_t ids[VOXELS];
         sc_label labels[3] = {{.value = 0}, {.value = 7}, {.value = most[i]}};
@@ -1066,7 +1043,7 @@ static void a_written_nrrd_holds_the_label_values(void **state)
 
 /* The bounds of what can be drawn: a spacing, the ratio of two, the distance of the origin, and
  * axes that hardly differ. Beyond them rays would end nowhere, or outside of the volume. */
-static void geometries_that_cannot_be_drawn_are_refused(void **state)
+TEST(geometries_that_cannot_be_drawn_are_refused)
 {
     static const struct {
         double mm[3], origin_mm, shear;
@@ -1090,7 +1067,6 @@ static void geometries_that_cannot_be_drawn_are_refused(void **state)
     static const int size[3] = {20, 20, 20};
     int wrong = 0;
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         const double *mm = cases[i].mm;
         const sc_affine to_mm = {{{mm[0], mm[1] * cases[i].shear, 0, cases[i].origin_mm},
@@ -1105,34 +1081,4 @@ static void geometries_that_cannot_be_drawn_are_refused(void **state)
     assert_int_equal(wrong, 0);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nrrd_of_every_type_encoding_and_byte_order_is_read),
-        cmocka_unit_test(an_nrrd_with_a_file_of_its_own_is_read),
-        cmocka_unit_test(nifti_geometry_comes_from_sform_then_qform_then_pixdim),
-        cmocka_unit_test(nifti_of_the_other_byte_order_is_read),
-        cmocka_unit_test(fractions_and_infinities_are_refused_with_their_voxel),
-        cmocka_unit_test(threads_do_not_change_what_is_read),
-        cmocka_unit_test(runs_of_every_type_are_found),
-        cmocka_unit_test(damage_that_is_read_ahead_is_told),
-        cmocka_unit_test(there_may_be_65533_labels_of_any_value),
-        cmocka_unit_test(slicer_keys_name_and_colour_labels),
-        cmocka_unit_test(tables_of_three_programs_are_read),
-        cmocka_unit_test(names_are_valid_utf8_whatever_the_file_holds),
-        cmocka_unit_test(an_allocation_that_fails_is_reported_and_frees_all),
-        cmocka_unit_test(whether_a_volume_reads_a_file_is_never_guessed),
-        cmocka_unit_test(a_scan_finds_the_labels_of_every_encoding),
-        cmocka_unit_test(a_scan_needs_little_memory),
-        cmocka_unit_test(background_takes_little_memory),
-        cmocka_unit_test(nrrd_lines_and_bytes_before_the_voxels_are_skipped),
-        cmocka_unit_test(a_header_and_a_table_name_labels_together),
-        cmocka_unit_test(what_is_hardly_a_label_volume_gets_a_warning),
-        cmocka_unit_test(geometries_that_cannot_be_drawn_are_refused),
-        cmocka_unit_test(what_is_refused_is_told_what_to_do),
-        cmocka_unit_test(directories_are_told_what_to_do),
-        cmocka_unit_test(a_written_nrrd_holds_the_label_values),
-    };
-
-    return RUN(tests);
-}
+RUN_TESTS(NULL, NULL)
