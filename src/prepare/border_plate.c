@@ -17,11 +17,6 @@ enum {
     FINE_HALO = HALO * FINE_STEPS,
     FINE_EDGE = SC_CUBE + 2 * FINE_HALO
 };
-/* Where tissue is slender, an answer of cells beyond the box of a voxel is that of something too
- * thin for them, as of a rib with a narrow gap behind it, which they have filled: the farther
- * beyond, the less voxels begin with it. So many times as fast as it leaves the box it is given up.
- */
-#define GIVING_UP 3.0f
 typedef const float cell_array[SC_TILE_CELLS];
 
 /* What the threads share in one step. */
@@ -176,7 +171,10 @@ SC_ALWAYS_INLINE void store_coarse(const sc_borders *b, size_t tile, refining *r
     }
 }
 
-/* Store the field at voxels of a tile, a blend of what cells and voxels make. */
+/* Store the field at voxels of a tile, a blend of what cells and voxels make. Voxels begin with the
+ * answer of cells within their box. Where tissue is slender, an answer beyond it is that of
+ * something too thin for cells, as of a rib with a narrow gap behind it, which they have filled: as
+ * far as it lies beyond, they begin nearer to their data. */
 SC_ALWAYS_INLINE void store_blend(const sc_borders *b, size_t tile, refining *r)
 {
     enum { WIDE = 26, SHARES = SC_CUBE_CELLS + 2 };
@@ -203,13 +201,13 @@ SC_ALWAYS_INLINE void store_blend(const sc_borders *b, size_t tile, refining *r)
 
         for (int x = 0; x < FINE_EDGE; x++) {
             const float more = SC_CELL_BOX - SC_VOXEL_BOX;
-            const float half = 0.5f * (r->high[at + x] - r->low[at + x]);
-            const float middle = r->low[at + x] + half, off = from[x] - middle;
-            const float back =
-                slender[x / 2] ? clip(half + GIVING_UP * (half - fabsf(off)), 0, half) : half;
+            const float low = r->low[at + x], high = r->high[at + x];
+            const float half = 0.5f * (high - low), middle = 0.5f * (low + high);
+            const float off = from[x] - middle;
+            const float back = slender[x / 2] ? clip(2 * half - fabsf(off), 0, half) : half;
 
-            from[x] = clip(from[x], r->low[at + x] - more, r->high[at + x] + more);
-            r->region[at + x] = middle + clip(off, -back, back);
+            from[x] = clip(from[x], low - more, high + more);
+            r->region[at + x] = clip(middle + clip(off, -back, back), low, high);
         }
     }
     for (int i = 0; i < FINE_STEPS; i++)

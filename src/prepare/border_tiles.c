@@ -120,8 +120,9 @@ static void list_cubes(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Collect the labels within SUB voxels of a block, the farthest that a distance tells of. */
-static void labels_around(const finder *f, size_t block, label_set *set)
+/* Collect the labels within @p reach times SUB voxels of a block. SUB is the farthest that a
+ * distance tells of. */
+static void labels_around(const finder *f, size_t block, int reach, label_set *set)
 {
     int at[3], low[3], high[3];
 
@@ -133,8 +134,8 @@ static void labels_around(const finder *f, size_t block, label_set *set)
 
         if (first < SC_REACH || first + SC_CUBE + SC_REACH > f->b->p->volume->size[i])
             add_label(set, 0);
-        low[i] = at[i] > 0 ? SUB_PER_CUBE * at[i] - 1 : 0;
-        high[i] = SUB_PER_CUBE * (at[i] + 1) + 1;
+        low[i] = at[i] > 0 ? SUB_PER_CUBE * at[i] - reach : 0;
+        high[i] = SUB_PER_CUBE * (at[i] + 1) + reach;
         high[i] = high[i] < f->b->subs[i] ? high[i] : f->b->subs[i];
     }
     for (int z = low[2]; z < high[2]; z++) {
@@ -154,14 +155,36 @@ static void labels_around(const finder *f, size_t block, label_set *set)
     }
 }
 
-/* @return how many tiles a block with these labels around has. */
-static uint32_t count_of(const label_set *set)
+/* @return how many tissues are in a set. */
+static int tissues_of(const label_set *set)
 {
-    const bool background = set->count > 0 && set->ids[0] == 0;
-    const int tissues = set->count - background;
-    const uint32_t inner = set->crowded || tissues < 2 ? 0 : tissues == 2 ? 1 : (uint32_t)tissues;
+    return set->count - (set->count > 0 && set->ids[0] == 0);
+}
 
-    return (background && tissues > 0 ? 1u : 0u) + inner;
+/* @return the tissue around a block, for sc_cube. The fields of two tissues are the opposite of
+ * each other only if there is no third one farther away, either, which one of them may meet. */
+static uint16_t tissue_around(const finder *f, size_t block, const label_set *set)
+{
+    const int tissues = tissues_of(set);
+    label_set wide;
+
+    if (tissues < 2)
+        return tissues ? set->ids[set->count - 1] : 0;
+    if (tissues > 2)
+        return SC_MANY_TISSUES;
+    labels_around(f, block, 2, &wide);
+    return tissues_of(&wide) == 2 ? SC_TWO_TISSUES : SC_MANY_TISSUES;
+}
+
+/* @return how many tiles a block with these labels around has. */
+static uint32_t count_of(const label_set *set, uint16_t tissue)
+{
+    const int tissues = tissues_of(set);
+    const uint32_t outer = tissues > 0 && tissues < set->count;
+
+    return outer + (set->crowded || tissue < SC_TWO_TISSUES ? 0
+                    : tissue == SC_TWO_TISSUES              ? 1
+                                                            : (uint32_t)tissues);
 }
 
 /* Count the tiles of cubes [begin, end), and fill around; an sc_range_fn on a finder. */
@@ -173,15 +196,11 @@ static void count_tiles(void *user, size_t begin, size_t end, int thread)
     for (size_t block = begin; block < end; block++) {
         sc_cube *around = &f->b->around[block];
         label_set set;
-        int tissues;
 
-        labels_around(f, block, &set);
-        tissues = set.count - (set.count > 0 && set.ids[0] == 0);
-        around->second = set.crowded ? SC_NO_LABEL : tissues ? set.ids[set.count - 1] : 0;
-        around->tissue = tissues > 2    ? SC_MANY_TISSUES
-                         : tissues == 2 ? SC_TWO_TISSUES
-                                        : around->second;
-        f->counts[block] = count_of(&set);
+        labels_around(f, block, 1, &set);
+        around->tissue = tissue_around(f, block, &set);
+        around->second = set.crowded ? SC_NO_LABEL : set.count ? set.ids[set.count - 1] : 0;
+        f->counts[block] = count_of(&set, around->tissue);
     }
 }
 
@@ -197,7 +216,7 @@ static void name_tiles(void *user, size_t begin, size_t end, int thread)
 
         if (!f->counts[block])
             continue;
-        labels_around(f, block, &set);
+        labels_around(f, block, 1, &set);
         for (int k = 0; tile < f->b->start[block + 1]; k++) {
             if (!set.ids[k] ? set.count == 1 : f->b->around[block].tissue < SC_TWO_TISSUES)
                 continue;
