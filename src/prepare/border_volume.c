@@ -160,14 +160,19 @@ SC_WIDE_VECTORS static void count_voxels(void *user, size_t begin, size_t end, i
         if (sc_is_coarse(b, tile) || !is_near(squares, SC_TILE_VOXELS))
             continue;
         sc_read_voxels(b, tile, 1, region);
-        for (int row = 0; row < SC_CUBE * SC_CUBE; row++) {
-            const int y = row % SC_CUBE, z = row / SC_CUBE;
+        for (int z = 0; z < SC_CUBE; z++) {
+            const int8_t *layer = squares + z * SC_CUBE * SC_CUBE;
 
-            if (y == 0 && is_near(squares + row * SC_CUBE, SC_CUBE * SC_CUBE))
-                find_shares(region + ((z + 1) * VOXELS + 1) * VOXELS, shares);
-            if (is_near(squares + row * SC_CUBE, SC_CUBE))
-                add_row(squares + row * SC_CUBE, shares + y * VOXELS,
-                        b->missing[tile] + quarters_of(row), b->area[tile] + quarters_of(row));
+            if (!is_near(layer, SC_CUBE * SC_CUBE))
+                continue;
+            find_shares(region + ((z + 1) * VOXELS + 1) * VOXELS, shares);
+            for (int y = 0; y < SC_CUBE; y++) {
+                const int at = quarters_of(z * SC_CUBE + y);
+
+                if (is_near(layer + y * SC_CUBE, SC_CUBE))
+                    add_row(layer + y * SC_CUBE, shares + y * VOXELS, b->missing[tile] + at,
+                            b->area[tile] + at);
+            }
         }
     }
 }
