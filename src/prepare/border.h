@@ -90,7 +90,7 @@ typedef struct sc_borders {
     int subs[3];            /* cubes of SC_SUB voxels */
     sc_sub_labels *lists;   /* [subs z][y][x] */
     uint16_t (*blocks)[2];  /* [subs z][y][x]: the tissues of which a block of three voxels along
-                               each  axis has its middle there, 0 for none; SC_NO_LABEL: any */
+                               each axis has its middle there, 0 for none; SC_NO_LABEL: any */
     uint32_t *start;        /* [cube_count + 1]: number of the block's first tile */
     uint16_t *labels;       /* [tile_count]: whose field it is; rising within a block */
     uint32_t *cube_of;      /* [tile_count] */
@@ -154,7 +154,7 @@ static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
 /* Define a function that reads the numbers of a tile with @p each elements along each axis, a power
  * of two, and @p halo more on every side, 8 at most, to @p out, [each + 2 halo] along each axis. @p
  * array is by number of the tile, and has room for one tile more, as reads go beyond the last one.
- * @p constants [SC_BESIDE_CONSTANTS] stand for tiles that there are not. Numbers are converted to
+ * @p constants [SC_BESIDE_CONSTANTS] stand for tiles that do not exist. Numbers are converted to
  * @p wide first, for which processors have an instruction. @p plain and @p mirror are the factors
  * that
  * @p times gets for numbers of the field and of the opposite one. Four numbers are copied at once,
@@ -444,9 +444,10 @@ enum {
     SC_SLENDER_EDGE = SC_CUBE_CELLS + 2 * SC_SLENDER_HALO,
     SC_SLENDER_CELLS = SC_SLENDER_EDGE * SC_SLENDER_EDGE * SC_SLENDER_EDGE
 };
-/* Find blocks; then the cells in or beside which there is slender tissue, where different tissues
- * meet around a block: 1 in @p out. */
+/* Find the tissues that fill three voxels along each axis anywhere: blocks. */
 sc_status sc_find_blocks_of_three(const sc_ctx *ctx, sc_borders *b);
+/* Write 1 to @p out for cells in or beside which there is slender tissue (border_slender.c), 0 for
+ * others; all 0 around a block of voxels where only one tissue is. Needs lists and blocks. */
 void sc_find_slender(const sc_borders *b, size_t block, uint8_t out[SC_SLENDER_CELLS]);
 
 /* The stages, in their order; collective in the team. Return SC_ERR_MEMORY. */

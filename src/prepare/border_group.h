@@ -11,7 +11,7 @@ enum {
     SC_GROUP_EDGE = SC_CUBE / SC_BRICK, /* bricks along an edge of a group */
     SC_GROUP_BRICKS = SC_GROUP_EDGE * SC_GROUP_EDGE * SC_GROUP_EDGE,
     SC_IDS_EDGE = SC_CUBE + 2, /* edge of the labels of a group and those around */
-    SC_IDS_ROW = 24            /* room for a row of them */
+    SC_IDS_ROW = 24            /* numbers for which a row of ids has room */
 };
 
 /* What the threads share: the fields, and the numbers of wanted bricks, by which the arrays below

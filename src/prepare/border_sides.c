@@ -136,7 +136,7 @@ static inline bool is_tissue(float field)
     return field * SC_BORDER_STEPS - 0.5f > -1;
 }
 
-/* @return the place of vertex @p at of a group in the field that find_brick reads. */
+/* @return the index of vertex @p at of a group in the region of the field that find_brick reads. */
 static inline int sided(const int at[3])
 {
     return ((at[2] + BEFORE) * SIDED + at[1] + BEFORE) * SIDED + at[0] + BEFORE;

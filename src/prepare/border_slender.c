@@ -13,7 +13,7 @@ enum {
     PER_CUBE = SC_CUBE / SUB,
     BEFORE = 2,                   /* cubes before a block that cells are looked at in */
     SPAN = PER_CUBE + 2 * BEFORE, /* cubes along an edge */
-    CELLS = SPAN * SUB / 2,       /* cells along it: one more than are wanted, and more */
+    CELLS = SPAN * SUB / 2,       /* cells along it */
     SPARE = BEFORE * SUB / 2 - SC_SLENDER_HALO
 };
 _Static_assert(SPARE >= 1, "cells beside the outermost ones are known");

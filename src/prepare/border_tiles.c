@@ -16,10 +16,10 @@ typedef struct finder {
     uint32_t *counts; /* [cube_count], of the team: tiles of each block */
 } finder;
 
-/* Different labels in rising order; of more than MOST_LABELS the least ones. */
+/* A set of labels, in rising order. Of more than MOST_LABELS it holds the smallest. */
 typedef struct label_set {
     int count;
-    bool crowded; /* some were left out */
+    bool crowded; /* there were more than MOST_LABELS */
     uint16_t ids[MOST_LABELS];
 } label_set;
 

@@ -728,7 +728,7 @@ TEST(many_tissues_around_a_block_all_keep_their_places)
     }
 }
 
-/* A thick body, and upon it a line of another tissue, two voxels high and one wide, that slants. */
+/* A thick body with a slanting line of another tissue upon it, two voxels high and one wide. */
 static int line_upon_body(double x, double y, double z)
 {
     const int along = (int)(y + z / 3);
