@@ -7,7 +7,7 @@ sed -i 's/phantom:59x41x61/phantom:200x160x200/; s/frames: 7/frames: 4000/' job.
 name=sc_memory_$$ # to find the ranks by, under any launcher
 ln -s "$SEGCAST" "$name"
 
-# mapped: print, for each rank, the bytes of the files of segcast that it maps. A process that maps nothing at all is
+# mapped: print, for each rank, its PID and the bytes of the files of segcast that it maps. A process that maps nothing at all is
 # a rank of an earlier run that has ended, but of which nobody has taken notice yet.
 mapped() {
     local pid maps low high
@@ -16,7 +16,7 @@ mapped() {
         [ -n "$maps" ] || continue
         while IFS=' -' read -r low high _; do
             echo $((0x$high - 0x$low))
-        done < <(grep -F .segcast.tmp. <<<"$maps" || true) | awk '{sum += $1} END {print sum + 0}'
+        done < <(grep -F .segcast.tmp. <<<"$maps" || true) | awk -v pid="$pid" '{sum += $1} END {print pid, sum + 0}'
     done
 }
 for ranks in 2 3; do
@@ -28,7 +28,7 @@ for ranks in 2 3; do
         sleep 0.1
     done
     mapped >mapped.txt
-    kill -USR1 "$(pgrep -x "$name" | tail -1)"
+    kill -USR1 "$(awk 'END {print $1}' mapped.txt)" # not the last of pgrep, which may have ended already
     code=0
     wait $launcher || code=$?
     [ $code = 75 ] || { cat stderr.txt >&2; fail "exit $code, expected 75"; }
@@ -36,7 +36,7 @@ for ranks in 2 3; do
     shared=$(jq '.memory.prepared_bytes + .memory.derived_bytes' out$ranks/stats.json)
     jq -e '.memory.derived_bytes > 10 * .memory.renderer_bytes' out$ranks/stats.json >/dev/null ||
         fail "stats.json: $(jq -c .memory out$ranks/stats.json)"
-    while read -r bytes; do
+    while read -r _ bytes; do
         [ "$bytes" -ge "$shared" ] || fail "a rank maps $bytes bytes that it shares, expected at least $shared"
     done <mapped.txt
 done
