@@ -42,7 +42,7 @@ interrupt() {
         kill -0 $launcher 2>/dev/null || break
         sleep 0.05
     done
-    pid=$(pgrep -x "$name" | tail -1) || fail "the run ended before it was interrupted"
+    pid=$(pgrep -r R,S,D -x "$name" | tail -1) || fail "the run ended before it was interrupted"
     kill "-$2" "$pid"
     wait $launcher 2>/dev/null || code=$?
     echo $code
