@@ -14,6 +14,13 @@ target_compile_options(segcast_options INTERFACE
   $<$<BOOL:${SC_WERROR}>:-Werror>)
 target_compile_definitions(segcast_options INTERFACE _XOPEN_SOURCE=700)
 target_include_directories(segcast_options INTERFACE ${PROJECT_SOURCE_DIR}/include)
+# What reads files of others ends at the first write beyond an array, and what the loader has filled in stays read-only.
+target_compile_options(segcast_options INTERFACE -fstack-protector-strong)
+target_link_options(segcast_options INTERFACE LINKER:-z,relro,-z,now)
+if(NOT SC_SANITIZE) # sanitizers check more
+  target_compile_options(segcast_options INTERFACE
+    $<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE> $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=2>)
+endif()
 if(SC_SANITIZE)
   target_compile_options(segcast_options INTERFACE
     -fsanitize=${SC_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)

@@ -79,3 +79,13 @@ grep -q 'SC_COMMIT "unknown"' foreign/build/src/app/version.h ||
 if [ -e "$SOURCE/.git" ]; then
     to/bin/segcast --version | grep -qE '^commit +[0-9a-f]{12}$' || fail "no commit: $(to/bin/segcast --version)"
 fi
+
+# No program, built or installed, has the loader look for libraries in the current folder, as an empty or a relative
+# element of a search path would: there may lie a libexpat.so.1 among downloaded data. What is read-only stays so.
+for program in "$SEGCAST" "$BUILD"/segcast-* to/bin/segcast to/libexec/segcast/*; do
+    [ -f "$program" ] || continue
+    readelf -d "$program" >dynamic.txt || fail "$program is no program"
+    paths=$(sed -nE 's/.*\((RPATH|RUNPATH)\).*\[(.*)\]$/\2/p' dynamic.txt)
+    [ -z "$paths" ] || [[ ":$paths:" =~ ^(:(/|\$ORIGIN)[^:]*)+:$ ]] || fail "$program: libraries are looked for in \"$paths\""
+    grep -q BIND_NOW dynamic.txt || grep -q 'FLAGS_1.* NOW' dynamic.txt || fail "$program is not linked with -z now"
+done
