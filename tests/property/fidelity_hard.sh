@@ -15,24 +15,6 @@ torus-6-slices 0.87 21.4
 torus-12-noisy 0.36 26.6
 TXT
 
-# By default surfaces are found on the grid of the drawing: terraces and steps are gone.
-better() { # better SHAPE POSITION NORMAL_DEG LEAST_VOLUME: bounds for --smooth auto
-    measure --smooth auto --rays 100000 "$1"
-    check ".position_rms_voxels < $2 and .normal_rms_deg < $3 and .volume_kept > $4 and .volume_kept < 1.06
-        and (.gaps == 0 or .gaps == null)" "$1 at smooth auto"
-}
-better ellipsoid-slices 0.23 1.8 0.99
-better torus-18-slices 0.24 2.4 0.99
-better torus-12-slices 0.28 3.3 0.99
-better torus-6-slices 0.40 5.0 0.96
-better ellipsoid-copied 0.06 1.2 0.99
-better torus-12-copied 0.08 2.8 0.98
-# The normals of noise were within 1.5 degrees while noise was measured for a whole file, and labels changed; the
-# border model does without that, and takes off less of it.
-better ellipsoid-noisy 0.1 2 0.99
-better torus-18-noisy 0.135 3.4 0.98
-better torus-12-noisy 0.2 5.5 0.99
-
 # Normals are those of the body where voxels are higher than wide (6.3 degrees if gradients per reference voxel were
 # taken for gradients per voxel).
 measure --smooth 1 --rays 100000 ellipsoid-tall
