@@ -4,7 +4,7 @@
 command -v shellcheck >/dev/null || skip "shellcheck is not installed"
 cd "$SOURCE"
 shellcheck jobs/slurm/*.sbatch jobs/studies/*.sbatch jobs/pbs/*.pbs || fail "shellcheck found the problems above"
-shellcheck -e SC1091,SC2154 tools/test tools/demo tools/soak tools/faults tools/fuzz tools/common || fail "shellcheck found the problems above"
+shellcheck -e SC1091,SC2154 tools/test tools/count tools/demo tools/soak tools/faults tools/fuzz tools/common || fail "shellcheck found the problems above"
 while IFS= read -r script; do
     sed -n 1,2p "$script" | grep -qx '# SPDX-License-Identifier: BSD-3-Clause' ||
         fail "$script: neither line 1 nor line 2 is the licence: # SPDX-License-Identifier: BSD-3-Clause"
