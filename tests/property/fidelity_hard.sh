@@ -38,17 +38,20 @@ check '.position_rms_voxels > 0.25 and .position_rms_voxels < 0.31' 'copied up: 
 
 # Whatever the strength of the smoothing, no ray gets through a skin one voxel thick, and nearly all that meet the
 # body have to pass it. FIDELITY_STRENGTHS="0 0.5 1 1.25 2.5 auto" tries more of them on every skin.
-for skin in skin-ellipsoid skin-balls skin-planes skin-rough; do
-    strengths="0.5 1.25 auto"
-    [ $skin != skin-rough ] || strengths="0 0.5 1 1.25 2.5 auto"
-    for strength in ${FIDELITY_STRENGTHS:-$strengths}; do
-        for name in "$skin" "$skin-slices"; do
-            measure --smooth $strength --rays 20000 "$name"
-            check '.leaks_per_million == 0 and .rays_through > 3000 and .rays_through > 0.8 * .hits
-                and .rays_through <= .hits' "$name at smooth $strength"
-        done
+skin() { # skin NAME STRENGTH...
+    local name=$1 strength
+    shift
+    for strength in ${FIDELITY_STRENGTHS:-$@}; do
+        measure --smooth "$strength" --rays 20000 "$name"
+        check '.leaks_per_million == 0 and .rays_through > 3000 and .rays_through > 0.8 * .hits
+            and .rays_through <= .hits' "$name at smooth $strength"
     done
+}
+for name in skin-ellipsoid skin-balls skin-planes; do
+    skin $name 1.25 auto
+    skin $name-slices auto
 done
+for name in skin-rough skin-rough-slices; do skin $name 0 0.5 1 1.25 2.5 auto; done
 # The skin of a file, and a tissue named as the skin: rays that meet voxels of something else before are left out.
 "$FIDELITY" --write skin.nrrd skin-ellipsoid || fail 'the voxels of a skin were not written'
 measure --smooth 0 --rays 20000 --skin 3 skin.nrrd

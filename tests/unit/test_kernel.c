@@ -120,7 +120,7 @@ TEST(all_skip_methods_and_variants_give_the_same_bits)
     uint64_t seed = 23;
     int blank = 0, more = 0;
 
-    for (int n = 0; n < 120; n++) {
+    for (int n = 0; n < 11 * 40; n += 11) { /* all remainders of what n is divided by below */
         small_scene s =
             make_scene(shape_volume(size, spacing, 1 + n / 2 % 2, 6, speckles), n % 4 ? 0.4 : 1);
         const sc_scene scene = random_scene(&seed, n, (sc_vec3){18, 17, 12.4});
@@ -167,8 +167,8 @@ TEST(all_skip_methods_and_variants_give_the_same_bits)
         sc_image_clear(&b);
         free_scene(&s);
     }
-    assert_true(blank < 40);
-    assert_true(more > 10);
+    assert_true(blank < 14);
+    assert_true(more > 3);
 }
 
 TEST(threads_and_tiles_do_not_change_the_picture)
