@@ -3,7 +3,7 @@
 # continue on the same one, where PMIx fails because of a socket that the killed step has left.)
 HOSTS=3
 . "$SOURCE/tests/support/cluster.sh"
-make_job 12
+make_job 8
 submit "${SMALL[@]}" -o job.log "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out
 wait_for 240 "12 frames" has_frames 12
 "$SLURM_CLUSTER" kill-node n2

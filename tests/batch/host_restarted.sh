@@ -4,7 +4,7 @@
 kills=${SC_HOST_KILLS:-2}
 RANDOM=${SOAK_SEED:-1}
 . "$SOURCE/tests/support/cluster.sh"
-make_job 12
+make_job 8
 killed=0
 jobs=0
 completed=0

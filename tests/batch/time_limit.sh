@@ -5,15 +5,15 @@
 cat >late.sbatch <<S
 #!/bin/bash
 trap : USR1   # Slurm may send it up to a minute early
-[ -n "\${SLURM_RESTART_COUNT:-}" ] || sleep 42 & wait; wait   # so that little of the first minute is left for segcast
+[ -n "\${SLURM_RESTART_COUNT:-}" ] || sleep 48 & wait; wait   # so that little of the first minute is left for segcast
 export PATH=$PATH
 exec bash $SOURCE/jobs/slurm/requeue.sbatch job.yaml -o out
 S
-# The job has to be longer than the first run, which has 17 seconds. How long a job takes cannot be told
+# The job has to be longer than the first run, which has ten seconds. How long a job takes cannot be told
 # well on a machine that others use, too: where the first run completed the job, a longer one is tried.
 # Slurm may send USR1 up to a minute early: then the run stops on request, before its time is nearly up.
 stopped='stopped (because the time is nearly up|on request) after [1-9]'
-for seconds in 45 90 180; do
+for seconds in 25 60 150; do
     rm -rf trial ref out requeue.log
     make_job $seconds
     submit "${SMALL[@]}" --requeue --open-mode=append --time=1 --signal=B:USR1@5 -o requeue.log late.sbatch
