@@ -7,6 +7,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -60,6 +61,22 @@ static inline sc_ctx listening(heard *h)
 {
     *h = (heard){0};
     return (sc_ctx){.level = SC_LOG_INFO, .write = hear, .user = h};
+}
+
+/* Write a file that holds @p text, and behind it @p bytes bytes of @p data. */
+static inline void write_bytes(const char *path, const char *text, const void *data, size_t bytes)
+{
+    FILE *file = fopen(path, "wb");
+
+    assert_non_null(file);
+    assert_true(fputs(text, file) >= 0);
+    assert_int_equal(fwrite(data, 1, bytes, file), bytes);
+    assert_int_equal(fclose(file), 0);
+}
+
+static inline void write_text(const char *path, const char *text)
+{
+    write_bytes(path, text, "", 0);
 }
 
 #define RUN(tests) cmocka_run_group_tests(tests, NULL, NULL)

@@ -90,7 +90,6 @@ static sc_status load(const char *names, const char *text, heard *h, sc_job *job
     const sc_job_sources sources = {.path = "cine-files/job.yaml", .check_inputs = true};
     sc_ctx ctx = listening(h);
     char copy[512], path[600];
-    FILE *file;
     sc_status status;
 
     assert_int_equal(system("rm -rf cine-files"), 0);
@@ -102,13 +101,9 @@ static sc_status load(const char *names, const char *text, heard *h, sc_job *job
             assert_int_equal(symlink("nowhere", path), 0);
             continue;
         }
-        file = fopen(path, "w");
-        assert_non_null(file);
-        fclose(file);
+        write_text(path, "");
     }
-    file = fopen("cine-files/job.yaml", "w");
-    fputs(text, file);
-    fclose(file);
+    write_text("cine-files/job.yaml", text);
     *job = (sc_job){0};
     status = sc_job_load(&ctx, &sources, job);
     assert_int_equal(system("rm -rf cine-files"), 0);

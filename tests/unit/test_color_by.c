@@ -33,12 +33,9 @@ static sc_status values_of(const char *text, heard *said, double values[LABELS])
     const sc_color_by by = {.table = "c.csv"};
     const sc_prepared volume = make_volume();
     char title[SC_NAME_BYTES];
-    FILE *file = fopen("c.csv", "wb");
     sc_status status;
 
-    assert_non_null(file);
-    assert_true(fputs(text, file) >= 0);
-    assert_int_equal(fclose(file), 0);
+    write_text("c.csv", text);
     status = sc_color_values(&ctx, &by, &volume, values, title);
     unlink("c.csv");
     if (status == SC_OK)

@@ -14,11 +14,9 @@ static sc_status load(const char *text, heard *h, sc_job *job)
 {
     const sc_job_sources sources = {.path = "compare.yaml"};
     sc_ctx ctx = listening(h);
-    FILE *file = fopen("compare.yaml", "w");
     sc_status status;
 
-    fputs(text, file);
-    fclose(file);
+    write_text("compare.yaml", text);
     *job = (sc_job){0};
     status = sc_job_load(&ctx, &sources, job);
     unlink("compare.yaml");

@@ -12,20 +12,6 @@
 #include <unistd.h>
 #include <zlib.h>
 
-static void write_file(const char *path, const void *data, size_t bytes)
-{
-    FILE *file = fopen(path, "wb");
-
-    assert_non_null(file);
-    assert_int_equal(fwrite(data, 1, bytes, file), bytes);
-    assert_int_equal(fclose(file), 0);
-}
-
-static void write_text(const char *path, const char *text)
-{
-    write_file(path, text, strlen(text));
-}
-
 /* ---- label tables in XML ---- */
 
 #define LABELS                                                                                     \
@@ -188,7 +174,7 @@ static void write_nifti(const char *path, const extension *extensions, size_t co
     put_real(bytes + 108, (float)end);
     bytes[end + 1] = 2;
     bytes[end + 2] = 9;
-    write_file(path, bytes, end + 3);
+    write_bytes(path, "", bytes, end + 3);
 }
 
 /* Whatever the code of the extension is, as TotalSegmentator and Workbench differ in it. */

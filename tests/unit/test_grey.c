@@ -13,16 +13,6 @@ enum { NX = 5, NY = 4, NZ = 3, VOXELS = NX * NY * NZ };
 
 static const sc_affine identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 
-static void write_file(const char *path, const char *head, const void *data, size_t bytes)
-{
-    FILE *file = fopen(path, "wb");
-
-    assert_non_null(file);
-    fputs(head, file);
-    assert_int_equal(fwrite(data, 1, bytes, file), bytes);
-    fclose(file);
-}
-
 /* Write grey.nrrd with VOXELS values of the type, in the given byte order. */
 static void write_nrrd(const char *type, const char *endian, const void *data, size_t bytes)
 {
@@ -33,7 +23,7 @@ static void write_nrrd(const char *type, const char *endian, const void *data, s
              "space directions: (2,0,0) (0,3,0) (0,0,4)\nspace origin: (-1,5,7)\n"
              "encoding: raw\nendian: %s\n\n",
              type, NX, NY, NZ, endian);
-    write_file("grey.nrrd", head, data, bytes);
+    write_bytes("grey.nrrd", head, data, bytes);
 }
 
 /* Read grey.nrrd into codes[VOXELS]. */
@@ -99,7 +89,7 @@ TEST(a_scaled_nifti_holds_scaled_values)
     memcpy(h + 344, "n+1", 4);
     for (int i = 0; i < VOXELS; i++)
         h[352 + i] = (unsigned char)(4 * i);
-    write_file("grey.nii", "", h, sizeof h);
+    write_bytes("grey.nii", "", h, sizeof h);
     assert_ok(sc_grey_read_header(&quiet, "grey.nii", &grey));
     grey.codes = codes;
     assert_ok(sc_grey_read(&quiet, "grey.nii", NULL, &grey));
@@ -174,7 +164,7 @@ TEST(extreme_values_cost_no_precision)
     for (int i = 0; i < MANY; i++)
         values[i] = (float)(i % 1000) * 0.1f;
     values[11] = 1e30f;
-    write_file("grey.nrrd", head, values, sizeof values);
+    write_bytes("grey.nrrd", head, values, sizeof values);
     for (int known = 0; known < 2; known++) {
         assert_ok(sc_grey_read_header(&quiet, "grey.nrrd", &grey));
         grey.codes = codes;
@@ -193,7 +183,7 @@ TEST(colours_and_series_and_too_much_memory_are_refused)
     sc_ctx ctx = listening(&said);
     sc_grey grey;
 
-    write_file(
+    write_bytes(
         "grey.nrrd",
         "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 5 4 3\nkinds: RGB-color domain domain "
         "domain\nencoding: raw\n\n",
@@ -223,8 +213,9 @@ TEST(a_file_that_changes_its_size_meanwhile_is_refused)
 
     write_nrrd("uint8", "little", data, sizeof data);
     assert_ok(sc_grey_read_header(&quiet, "grey.nrrd", &grey));
-    write_file("grey.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 60 1 1\nencoding: raw\n\n",
-               data, sizeof data);
+    write_bytes("grey.nrrd",
+                "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 60 1 1\nencoding: raw\n\n", data,
+                sizeof data);
     grey.codes = codes;
     assert_int_equal(sc_grey_read(&quiet, "grey.nrrd", NULL, &grey), SC_ERR_DATA);
     unlink("grey.nrrd");

@@ -19,16 +19,6 @@ static const char nrrd[] = "NRRD0005\ntype: uint8\ndimension: 3\nspace: RAS\nsiz
 static const char meta[] = "NDims = 3\nDimSize = 4 4 4\nElementType = MET_UCHAR\n"
                            "TransformMatrix = 1 0 0 0 1 0 0 0 1\n";
 
-static void write_file(const char *path, const char *text, const void *data, size_t bytes)
-{
-    FILE *file = fopen(path, "wb");
-
-    assert_non_null(file);
-    fputs(text, file);
-    fwrite(data, 1, bytes, file);
-    fclose(file);
-}
-
 /* Make the folder t.d with the voxels in t.d/in.raw, t.d/sub/in.raw and one file for each of two
  * slices, and what lies outside of it. */
 static void make_folder(void)
@@ -39,11 +29,11 @@ static void make_folder(void)
         data[i] = (char)(i % 5);
     mkdir("t.d", 0777);
     mkdir("t.d/sub", 0777);
-    write_file("t.d/in.raw", "", data, sizeof data);
-    write_file("t.d/sub/in.raw", "", data, sizeof data);
-    write_file("t.d/s01.raw", "", data, sizeof data / 2);
-    write_file("t.d/s02.raw", "", data, sizeof data / 2);
-    write_file("t.out.raw", "", data, sizeof data);
+    write_bytes("t.d/in.raw", "", data, sizeof data);
+    write_bytes("t.d/sub/in.raw", "", data, sizeof data);
+    write_bytes("t.d/s01.raw", "", data, sizeof data / 2);
+    write_bytes("t.d/s02.raw", "", data, sizeof data / 2);
+    write_bytes("t.out.raw", "", data, sizeof data);
     assert_int_equal(symlink("../t.out.raw", "t.d/link.raw"), 0);
     assert_int_equal(symlink("in.raw", "t.d/inside.raw"), 0);
     assert_int_equal(symlink("t.d", "t.linked"), 0);
@@ -82,14 +72,14 @@ static void expect(const char *name, sc_status wanted, const char *said_wanted)
     const sc_ctx ctx = listening(&said);
 
     snprintf(text, sizeof text, "%sdata file: %s\n", nrrd, name);
-    write_file("t.d/h.nhdr", text, "", 0);
+    write_bytes("t.d/h.nhdr", text, "", 0);
     assert_int_equal(read_volume(&ctx, "t.d/h.nhdr"), wanted);
     if (wanted != SC_OK && !strstr(said.text, said_wanted))
         fail_msg("\"%s\", expected: %s", said.text, said_wanted);
     if (strchr(name, '\n') || strchr(name, '%'))
         return; /* lists and patterns are of NRRD only */
     snprintf(text, sizeof text, "%sElementDataFile = %s\n", meta, name);
-    write_file("t.d/h.mhd", text, "", 0);
+    write_bytes("t.d/h.mhd", text, "", 0);
     assert_int_equal(read_volume(&ctx, "t.d/h.mhd"), wanted);
     if (wanted != SC_OK && !strstr(said.text, said_wanted))
         fail_msg("\"%s\", expected: %s", said.text, said_wanted);
@@ -144,7 +134,7 @@ TEST(a_volume_may_be_named_by_a_link)
 
     make_folder();
     snprintf(text, sizeof text, "%sdata file: in.raw\n", nrrd);
-    write_file("t.d/h.nhdr", text, "", 0);
+    write_bytes("t.d/h.nhdr", text, "", 0);
     assert_ok(read_volume(&quiet, "t.linked/h.nhdr"));
     assert_int_equal(symlink("t.d/h.nhdr", "t.link.nhdr"), 0);
     assert_ok(read_volume(&quiet, "t.link.nhdr"));
@@ -181,17 +171,17 @@ TEST(numbers_in_text_are_bounded)
         "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nencoding: ascii\n\n1 ");
     memset(text + used, '1', DIGITS);
     strcpy(text + used + DIGITS, " 2 3");
-    write_file("h.nrrd", text, "", 0);
+    write_bytes("h.nrrd", text, "", 0);
     assert_int_equal(read_volume(&ctx, "h.nrrd"), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "expected a whole number that fits"));
     strcpy(text + used, "256");
     for (int i = 2; i < VOXELS; i++)
         strcat(text, ",\t0");
-    write_file("h.nrrd", text, "", 0);
+    write_bytes("h.nrrd", text, "", 0);
     assert_int_equal(read_volume(&ctx, "h.nrrd"), SC_ERR_DATA);
     memcpy(text + used, "  4", 3);
     memcpy(strrchr(text, '\t') - 7, ", 2, 3", 6);
-    write_file("h.nrrd", text, "", 0);
+    write_bytes("h.nrrd", text, "", 0);
     assert_ok(read_volume(&ctx, "h.nrrd"));
     unlink("h.nrrd");
 }
@@ -207,7 +197,7 @@ TEST(long_lines_of_metaimage_are_read)
         data[i] = (char)(i % 5);
     memset(text + used, 'c', 70000);
     strcpy(text + used + 70000, "\nElementDataFile = LOCAL\n");
-    write_file("h.mha", text, data, sizeof data);
+    write_bytes("h.mha", text, data, sizeof data);
     assert_ok(read_volume(&quiet, "h.mha"));
     unlink("h.mha");
 }
@@ -225,13 +215,13 @@ TEST(the_check_sum_of_zlib_is_verified)
         data[i] = (unsigned char)(i % 5);
     assert_int_equal(compress(packed, &bytes, data, sizeof data), Z_OK);
     snprintf(text, sizeof text, "%sCompressedData = True\nElementDataFile = LOCAL\n", meta);
-    write_file("h.mha", text, packed, bytes);
+    write_bytes("h.mha", text, packed, bytes);
     assert_ok(read_volume(&ctx, "h.mha"));
-    write_file("h.mha", text, packed, bytes - 4);
+    write_bytes("h.mha", text, packed, bytes - 4);
     assert_int_equal(read_volume(&ctx, "h.mha"), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "without check sum"));
     packed[bytes - 1] ^= 1;
-    write_file("h.mha", text, packed, bytes);
+    write_bytes("h.mha", text, packed, bytes);
     assert_int_equal(read_volume(&ctx, "h.mha"), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "incorrect data check"));
     unlink("h.mha");
@@ -272,7 +262,7 @@ TEST(what_takes_more_memory_than_the_limit_is_refused)
     for (int i = 0; i < VOXELS; i++)
         data[i] = (char)(i % 5);
     snprintf(text, sizeof text, "%s\n", nrrd);
-    write_file("h.nrrd", text, data, sizeof data);
+    write_bytes("h.nrrd", text, data, sizeof data);
     ctx.memory_max_bytes = 4 * VOXELS;
     assert_ok(read_volume(&ctx, "h.nrrd"));
     ctx.memory_max_bytes--;

@@ -22,7 +22,6 @@ static sc_status load(const char *text, heard *h, const char *setting, const cha
                                     .setting_count = setting != NULL,
                                     .environment = variable ? environment : NULL};
     const sc_ctx ctx = listening(h);
-    FILE *file = fopen("job.yaml", "w");
     sc_status status;
 
     if (setting) {
@@ -31,8 +30,7 @@ static sc_status load(const char *text, heard *h, const char *setting, const cha
         snprintf(path, sizeof path, "%.*s", (int)(equals - setting), setting);
         settings[0].value = equals + 1;
     }
-    fputs(text, file);
-    fclose(file);
+    write_text("job.yaml", text);
     *job = (sc_job){0};
     status = sc_job_load(&ctx, &sources, job);
     unlink("job.yaml");
@@ -1156,13 +1154,10 @@ TEST(a_file_named_like_the_phantom_is_a_file)
     const sc_job_sources sources = {.path = "jobs-below/job.yaml"};
     heard h;
     const sc_ctx ctx = listening(&h);
-    FILE *file;
     sc_job job;
 
     mkdir("jobs-below", 0777);
-    file = fopen("jobs-below/job.yaml", "w");
-    fputs("volume: phantom.nrrd\n", file);
-    fclose(file);
+    write_text("jobs-below/job.yaml", "volume: phantom.nrrd\n");
     assert_ok(sc_job_load(&ctx, &sources, &job));
     assert_string_equal(job.volume, "jobs-below/phantom.nrrd");
     sc_job_clear(&job);
@@ -1185,10 +1180,8 @@ TEST(no_allocation_that_fails_is_lost)
                                     .settings = settings,
                                     .setting_count = SC_COUNT_OF(settings),
                                     .environment = environment};
-    FILE *file = fopen("job2.yaml", "w");
 
-    fputs(full, file);
-    fclose(file);
+    write_text("job2.yaml", full);
     for (long n = 0;; n++) {
         long budget = n;
         heard h;
@@ -1221,14 +1214,13 @@ TEST(no_allocation_that_fails_hides_a_mistake)
                                     .setting_count = SC_COUNT_OF(settings),
                                     .environment = environment,
                                     .check_inputs = true};
-    FILE *file = fopen("job3.yaml", "w");
     sc_status status = SC_ERR_MEMORY;
 
-    fputs("volume: ~/none.nrrd\nlabels: none.ctbl\nligth: {}\noutput: {size: 9, directory: ~/o}\n"
-          "tissues: {a: {color: rde}, b: 3}\nanimation:\n  duration: 1 ms\n"
-          "  clip:\n    - {sweep: {from: 3}, except: [a, [b]]}\n    - {box: {from: [1]}}\n",
-          file);
-    fclose(file);
+    write_text(
+        "job3.yaml",
+        "volume: ~/none.nrrd\nlabels: none.ctbl\nligth: {}\noutput: {size: 9, directory: ~/o}\n"
+        "tissues: {a: {color: rde}, b: 3}\nanimation:\n  duration: 1 ms\n"
+        "  clip:\n    - {sweep: {from: 3}, except: [a, [b]]}\n    - {box: {from: [1]}}\n");
     for (long n = 0; status == SC_ERR_MEMORY; n++) {
         long budget = n;
         heard h;

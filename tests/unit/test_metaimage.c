@@ -27,15 +27,6 @@ static int value_of(int i)
     return (i * 5) % 7 + 300 * (i % 2);
 }
 
-static void write_file(const char *path, const void *data, size_t bytes)
-{
-    FILE *file = fopen(path, "wb");
-
-    assert_non_null(file);
-    assert_int_equal(fwrite(data, 1, bytes, file), bytes);
-    fclose(file);
-}
-
 /* Write m.mhd, whose last lines are @p lines. */
 static void write_header(const char *lines)
 {
@@ -61,9 +52,9 @@ static void write_slice(const char *path, int z, size_t before, bool packed)
     }
     if (packed) {
         assert_int_equal(compress(out, &bytes, data, 2 * SLICE), Z_OK);
-        write_file(path, out, bytes);
+        write_bytes(path, "", out, bytes);
     } else {
-        write_file(path, data, before + 2 * SLICE);
+        write_bytes(path, "", data, before + 2 * SLICE);
     }
 }
 
@@ -208,7 +199,7 @@ TEST(bytes_before_the_voxels_are_skipped)
         data[3 + 2 * i] = (unsigned char)(value_of(i) >> 8);
         data[3 + 2 * i + 1] = (unsigned char)value_of(i);
     }
-    write_file("s08.raw", data, sizeof data);
+    write_bytes("s08.raw", "", data, sizeof data);
     write_header("HeaderSize = 3\nElementDataFile = s08.raw\n");
     expect_values();
     write_header("HeaderSize = -1\nElementDataFile = s08.raw\n");
@@ -226,7 +217,7 @@ TEST(long_numbers_have_four_bytes)
         data[4 * i + 2] = (unsigned char)(value_of(i) >> 8);
         data[4 * i + 3] = (unsigned char)value_of(i);
     }
-    write_file("s08.raw", data, sizeof data);
+    write_bytes("s08.raw", "", data, sizeof data);
     write_header("ElementType = MET_ULONG\nElementDataFile = s08.raw\n");
     expect_values();
     write_header("ElementType = MET_LONG\nElementDataFile = s08.raw\n");
@@ -256,7 +247,7 @@ TEST(other_spellings_are_read)
         data[2 * i] = (unsigned char)(value_of(i) >> 8);
         data[2 * i + 1] = (unsigned char)value_of(i);
     }
-    write_file("s08.raw", data, sizeof data);
+    write_bytes("s08.raw", "", data, sizeof data);
     write_header("elementspacing = 1 2 3\nELEMENTDATAFILE = s08.raw\n");
     expect_length(3);
     write_header("ElementSpacing = 1 2 3\nDistanceUnits = um\nElementDataFile = s08.raw\n");

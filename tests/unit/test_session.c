@@ -78,16 +78,14 @@ static void load_job(sc_comm *comm, void *user)
 
 TEST(a_job_that_one_rank_has_no_memory_for_is_cleared_on_all)
 {
-    FILE *file = fopen("session.yaml", "w");
-
-    fputs("volume: {path: phantom, keep: '*'}\ntissues:\n  \"*\": {opacity: 0.6, color: [{at: 0%, "
-          "value: red}]}\nanimation:\n  "
-          "frames: 7\n  clip:\n"
-          "    - sweep: {normal: posterior, from: 0%, to: 60%}\n"
-          "      except: [coronary arteries]\n  verbs: [fade: {tissues: myocardium, to: 0}]\n"
-          "overlays: {caption: The heart, names: aorta}\nshots: [{name: One}, {name: Two}]\n",
-          file);
-    fclose(file);
+    write_text(
+        "session.yaml",
+        "volume: {path: phantom, keep: '*'}\ntissues:\n  \"*\": {opacity: 0.6, color: [{at: 0%, "
+        "value: red}]}\nanimation:\n  "
+        "frames: 7\n  clip:\n"
+        "    - sweep: {normal: posterior, from: 0%, to: 60%}\n"
+        "      except: [coronary arteries]\n  verbs: [fade: {tissues: myocardium, to: 0}]\n"
+        "overlays: {caption: The heart, names: aorta}\nshots: [{name: One}, {name: Two}]\n");
     for (long budget = 0; budget < 32; budget++) { /* ten arrays of the film and of each shot */
         scenario s = {.poor_rank = 2, .budget = budget};
 
@@ -250,11 +248,9 @@ static void decide_looks(sc_comm *comm, void *user)
 
 TEST(rank_0_decides_looks_and_framing)
 {
-    FILE *file = fopen("session.yaml", "w");
     looks l = {.backgrounds = {{0}}};
 
-    fputs("volume: phantom\n", file);
-    fclose(file);
+    write_text("session.yaml", "volume: phantom\n");
     run_ranks(RANKS, false, decide_looks, &l);
     assert_true(l.backgrounds[0][0] < 128); /* slate */
     for (int rank = 0; rank < RANKS; rank++) {

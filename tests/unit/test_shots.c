@@ -14,11 +14,9 @@ static sc_status load(const char *text, heard *h, long *budget, sc_job *job)
 {
     const sc_job_sources sources = {.path = "shots.yaml"};
     sc_ctx ctx = listening(h);
-    FILE *file = fopen("shots.yaml", "w");
     sc_status status;
 
-    fputs(text, file);
-    fclose(file);
+    write_text("shots.yaml", text);
     *job = (sc_job){0};
     ctx.alloc_budget = budget;
     status = sc_job_load(&ctx, &sources, job);

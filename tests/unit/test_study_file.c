@@ -11,11 +11,9 @@
 static sc_status load(const char *text, heard *h, sc_study *study)
 {
     const sc_ctx ctx = listening(h);
-    FILE *file = fopen("study.yaml", "w");
     sc_status status;
 
-    fputs(text, file);
-    fclose(file);
+    write_text("study.yaml", text);
     *study = (sc_study){0};
     status = sc_study_load(&ctx, "study.yaml", study);
     unlink("study.yaml");
@@ -83,12 +81,9 @@ TEST(paths_are_relative_to_the_file)
     const sc_ctx ctx = listening(&h);
     sc_study study;
     sc_study_settings cell;
-    FILE *file;
 
     (void)!system("mkdir -p sub");
-    file = fopen("sub/study.yaml", "w");
-    fputs("job: a.yaml\nsweep: {volume: [phantom:16x16x16, b.nrrd]}\n", file);
-    fclose(file);
+    write_text("sub/study.yaml", "job: a.yaml\nsweep: {volume: [phantom:16x16x16, b.nrrd]}\n");
     assert_int_equal(sc_study_load(&ctx, "sub/study.yaml", &study), SC_OK);
     assert_string_equal(study.job, "sub/a.yaml");
     assert_int_equal(sc_study_cell(&ctx, &study, 0, &cell), SC_OK);
