@@ -78,9 +78,7 @@ static inline prepared_copy prepare_random_fields(const sc_volume *volume, uint6
     const sc_prepare_settings settings = {.local_thickness = true, .threads = 2};
     random_fields r = {.seed = seed};
     void *number, *sides, *codes;
-    prepared_copy out;
     sc_preparation *p;
-    size_t bytes;
 
     assert_ok(sc_prepare(&quiet, volume, &settings, &p));
     assert_ok(sc_alloc(&quiet, p->brick_count, sizeof(uint32_t), &number));
@@ -112,15 +110,10 @@ static inline prepared_copy prepare_random_fields(const sc_volume *volume, uint6
     assert_ok(sc_mark_borders(&quiet, p, &r.fields));
     for (size_t brick = 0; brick < p->brick_count; brick++)
         fill_brick(&r, brick);
-    bytes = sc_preparation_bytes(p);
-    assert_ok(sc_zalloc(&quiet, bytes, 1, &out.block));
-    sc_preparation_pack(p, out.block);
-    sc_preparation_free(p);
-    assert_ok(sc_prepared_view(&quiet, out.block, bytes, &out.view));
     sc_free(number);
     sc_free(sides);
     sc_free(codes);
-    return out;
+    return pack_copy(p);
 }
 
 #endif

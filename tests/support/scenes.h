@@ -104,25 +104,26 @@ static inline sc_image draw_view(const small_scene *s, const sc_scene *scene,
     return image;
 }
 
-/* Draw one frame by every skip method and variant that this processor can run; all must draw the
- * same. The caller frees the picture. */
-static inline sc_image draw_by_all_kernels(small_scene *s, const sc_scene *scene)
+/* Draw one frame by every skip method and variant that this processor can run, with several threads
+ * and sizes of tiles; all must draw the same. The caller frees the picture. */
+static inline sc_image draw_by_all_kernels(const small_scene *scene_of, const sc_scene *scene)
 {
-    sc_image first = {0};
+    small_scene s = *scene_of;
+    sc_image first;
 
-    for (sc_skip skip = SC_SKIP_NONE; skip <= SC_SKIP_LEAP; skip++) {
-        for (int i = 0; sc_cpu_names[i]; i++) {
+    s.settings.skip = SC_SKIP_NONE;
+    first = draw_view(&s, scene, NULL);
+    for (sc_skip skip = SC_SKIP_INTERIOR; skip <= SC_SKIP_LEAP; skip++) {
+        for (int i = 1; sc_cpu_names[i]; i++) {
             sc_image image;
 
             if (!sc_cpu_has(sc_cpu_names[i]))
                 continue;
-            s->settings.skip = skip;
-            s->settings.cpu = sc_cpu_names[i];
-            image = draw_view(s, scene, NULL);
-            if (!first.rgb) {
-                first = image;
-                continue;
-            }
+            s.settings.skip = skip;
+            s.settings.cpu = sc_cpu_names[i];
+            s.settings.threads = 1 + (int)skip % 3;
+            s.settings.tile_px = 8 + 13 * i;
+            image = draw_view(&s, scene, NULL);
             assert_memory_equal(image.rgb, first.rgb, sc_image_bytes(&image));
             sc_image_clear(&image);
         }

@@ -46,8 +46,29 @@ static inline sc_volume shape_volume(const int size[3], const double spacing_mm[
 /* A prepared volume: a block, which the test frees with sc_free, and the view of it. */
 typedef struct prepared_copy {
     void *block;
+    size_t bytes;
     sc_prepared view;
 } prepared_copy;
+
+/* @return a copy of @p p, which is freed. */
+static inline prepared_copy pack_copy(sc_preparation *p)
+{
+    prepared_copy out = {.bytes = sc_preparation_bytes(p)};
+
+    assert_ok(sc_zalloc(&quiet, out.bytes, 1, &out.block));
+    sc_preparation_pack(p, out.block);
+    sc_preparation_free(p);
+    assert_ok(sc_prepared_view(&quiet, out.block, out.bytes, &out.view));
+    return out;
+}
+
+static inline prepared_copy prepare_as(const sc_volume *volume, const sc_prepare_settings *settings)
+{
+    sc_preparation *p;
+
+    assert_ok(sc_prepare(&quiet, volume, settings, &p));
+    return pack_copy(p);
+}
 
 /* prepare_copy, smoothed by @p strength. */
 static inline prepared_copy prepare_copy_smooth(const sc_volume *volume, int threads,
@@ -55,17 +76,8 @@ static inline prepared_copy prepare_copy_smooth(const sc_volume *volume, int thr
 {
     const sc_prepare_settings settings = {
         .smooth = {strength, strength, strength}, .local_thickness = true, .threads = threads};
-    sc_preparation *p;
-    prepared_copy out;
-    size_t bytes;
 
-    assert_ok(sc_prepare(&quiet, volume, &settings, &p));
-    bytes = sc_preparation_bytes(p);
-    assert_ok(sc_zalloc(&quiet, bytes, 1, &out.block));
-    sc_preparation_pack(p, out.block);
-    sc_preparation_free(p);
-    assert_ok(sc_prepared_view(&quiet, out.block, bytes, &out.view));
-    return out;
+    return prepare_as(volume, &settings);
 }
 
 static inline prepared_copy prepare_copy(const sc_volume *volume, int threads)

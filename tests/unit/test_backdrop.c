@@ -244,23 +244,7 @@ TEST(all_ways_to_draw_give_the_same_bits)
         scene.planes[1] = (sc_plane){sc_vec3_unit((sc_vec3){1, 1, 0.2}), -25};
         scene.clip_mode = n & 1 ? SC_CLIP_CUT : SC_CLIP_KEEP;
         scene.clip_sets[0] = n & 2 ? 3 : 0;
-        s.settings.skip = SC_SKIP_NONE;
-        plain = draw_view(&s, &scene, NULL);
-        for (int skip = SC_SKIP_INTERIOR; skip <= SC_SKIP_LEAP; skip++) {
-            for (int i = 1; sc_cpu_names[i]; i++) {
-                sc_image other;
-
-                if (!sc_cpu_has(sc_cpu_names[i]))
-                    continue;
-                s.settings.cpu = sc_cpu_names[i];
-                s.settings.skip = (sc_skip)skip;
-                s.settings.threads = 1 + skip % 3;
-                s.settings.tile_px = 8 + 13 * i;
-                other = draw_view(&s, &scene, NULL);
-                assert_memory_equal(plain.rgb, other.rgb, sc_image_bytes(&plain));
-                sc_image_clear(&other);
-            }
-        }
+        plain = draw_by_all_kernels(&s, &scene);
         sc_image_clear(&plain);
         free_scene(&s);
     }

@@ -296,23 +296,7 @@ TEST(all_ways_to_draw_give_the_same_bits)
             scene.planes[0] = (sc_plane){{0, -1, 0}, 0};
             scene.slice = true;
         }
-        s.settings.skip = SC_SKIP_NONE;
-        plain = draw_view(&s, &scene, NULL);
-        for (int skip = SC_SKIP_INTERIOR; skip <= SC_SKIP_LEAP; skip++) {
-            for (int i = 1; sc_cpu_names[i]; i++) {
-                sc_image other;
-
-                if (!sc_cpu_has(sc_cpu_names[i]))
-                    continue;
-                s.settings.cpu = sc_cpu_names[i];
-                s.settings.skip = (sc_skip)skip;
-                s.settings.threads = 1 + skip % 3;
-                s.settings.tile_px = 8 + 13 * i;
-                other = draw_view(&s, &scene, NULL);
-                expect_same(&plain, &other);
-                sc_image_clear(&other);
-            }
-        }
+        plain = draw_by_all_kernels(&s, &scene);
         sc_image_clear(&plain);
         free_scene(&s);
     }

@@ -536,22 +536,15 @@ TEST(every_voxel_keeps_its_label_where_borders_are_crisp_or_tissue_thin)
             shape_volume(size, spacing, 1, n & 1 ? 6 : 2, n & 1 ? speckles : thread_of_voxels);
         const sc_prepare_settings settings = {
             .smooth = {strengths[n / 2], strengths[n / 2], strengths[n / 2]}, .threads = 2};
-        sc_preparation *p;
-        sc_prepared view;
-        void *block;
+        const prepared_copy p = prepare_as(&volume, &settings);
 
-        assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
-        assert_ok(sc_alloc(&quiet, sc_preparation_bytes(p), 1, &block));
-        sc_preparation_pack(p, block);
-        assert_ok(sc_prepared_view(&quiet, block, sc_preparation_bytes(p), &view));
         for (int i = 0; i < size[0] * size[1] * size[2]; i++) {
             const float point[3] = {(float)(i % size[0] + 1), (float)(i / size[0] % size[1] + 1),
                                     (float)(i / size[0] / size[1] + 1)};
 
-            assert_int_equal(sc_kernel_owner(&view, point), ((uint8_t *)volume.ids)[i]);
+            assert_int_equal(sc_kernel_owner(&p.view, point), ((uint8_t *)volume.ids)[i]);
         }
-        sc_preparation_free(p);
-        sc_free(block);
+        sc_free(p.block);
         sc_volume_clear(&volume);
     }
 }

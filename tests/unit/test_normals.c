@@ -139,17 +139,10 @@ static void find_leans(int (*inside)(double, double, double), double lean[2])
 
     for (int smooth = 0; smooth < 2; smooth++) {
         const sc_prepare_settings settings = {.smooth = {smooth, smooth, smooth}, .threads = 1};
-        sc_preparation *p;
-        sc_prepared v;
-        void *block;
+        const prepared_copy p = prepare_as(&volume, &settings);
 
-        assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
-        assert_ok(sc_alloc(&quiet, sc_preparation_bytes(p), 1, &block));
-        sc_preparation_pack(p, block);
-        assert_ok(sc_prepared_view(&quiet, block, sc_preparation_bytes(p), &v));
-        lean[smooth] = lean_of_normals(&v, &count);
-        sc_preparation_free(p);
-        sc_free(block);
+        lean[smooth] = lean_of_normals(&p.view, &count);
+        sc_free(p.block);
     }
     assert_true(count > 500);
     sc_volume_clear(&volume);

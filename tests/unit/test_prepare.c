@@ -433,22 +433,15 @@ TEST(the_result_does_not_depend_on_threads)
     const int size[3] = {96, 90, 100};            /* more bricks than the threads take at a time */
     const double spacing_mm[3] = {0.7, 1.1, 1.3}; /* areas that binary fractions do not hold */
     sc_volume volume = shape_volume(size, spacing_mm, 1, 4, random_bands);
-    sc_preparation *p;
-    void *blocks[2];
-    size_t bytes = 0;
+    prepared_copy copies[2];
 
-    for (int i = 0; i < 2; i++) {
-        const sc_prepare_settings settings = {.smooth = {1, 1, 1}, .threads = 1 + 2 * i};
-
-        assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
-        bytes = sc_preparation_bytes(p);
-        assert_ok(sc_zalloc(&quiet, bytes, 1, &blocks[i]));
-        sc_preparation_pack(p, blocks[i]);
-        sc_preparation_free(p);
-    }
-    assert_memory_equal(blocks[0], blocks[1], bytes);
-    sc_free(blocks[0]);
-    sc_free(blocks[1]);
+    for (int i = 0; i < 2; i++)
+        copies[i] =
+            prepare_as(&volume, &(sc_prepare_settings){.smooth = {1, 1, 1}, .threads = 1 + 2 * i});
+    assert_int_equal(copies[0].bytes, copies[1].bytes);
+    assert_memory_equal(copies[0].block, copies[1].block, copies[0].bytes);
+    sc_free(copies[0].block);
+    sc_free(copies[1].block);
     sc_volume_clear(&volume);
 }
 
@@ -624,18 +617,11 @@ TEST(what_is_known_of_the_grid_is_kept)
         sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
         const sc_prepare_settings settings = {
             .resampled = i == 1, .as_drawn = i == 2, .threads = 1};
-        sc_preparation *p;
-        sc_prepared view;
-        void *block;
+        const prepared_copy p = prepare_as(&volume, &settings);
 
-        assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
-        assert_ok(sc_alloc(&quiet, sc_preparation_bytes(p), 1, &block));
-        sc_preparation_pack(p, block);
-        assert_ok(sc_prepared_view(&quiet, block, sc_preparation_bytes(p), &view));
-        assert_int_equal(view.resampled, i == 1);
-        assert_int_equal(view.as_drawn, i == 2);
-        sc_free(block);
-        sc_preparation_free(p);
+        assert_int_equal(p.view.resampled, i == 1);
+        assert_int_equal(p.view.as_drawn, i == 2);
+        sc_free(p.block);
         sc_volume_clear(&volume);
     }
 }
@@ -648,24 +634,18 @@ TEST(the_local_thickness_of_a_slab_is_that_of_the_slab)
     const double spacing[3] = {1, 1, 0.5};
     const sc_prepare_settings settings = {.local_thickness = true, .threads = 2};
     sc_volume volume = shape_volume(size, spacing, 1, 3, slab_on_block);
-    sc_preparation *p;
-    sc_prepared v;
-    void *block;
+    const prepared_copy p = prepare_as(&volume, &settings);
+    const sc_prepared *v = &p.view;
 
     assert_near(sc_thickness_mm(SC_THICKNESS_STEPS), 2 * SC_THICKNESS_LEAST_MM, 1e-12);
-    assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
-    assert_ok(sc_alloc(&quiet, sc_preparation_bytes(p), 1, &block));
-    sc_preparation_pack(p, block);
-    assert_ok(sc_prepared_view(&quiet, block, sc_preparation_bytes(p), &v));
-    assert_non_null(v.thickness);
+    assert_non_null(v->thickness);
     for (int side = 0; side < 2; side++) { /* the slab's faces, in the middle of the volume */
         const int q[3] = {31, 11, side ? 29 : 21};
 
-        assert_true(sc_is_near(&v, q[0], q[1], q[2]));
-        assert_near(sc_thickness_mm(v.thickness[sc_near_index(&v, q[0], q[1], q[2])]), 4.5, 0.6);
+        assert_true(sc_is_near(v, q[0], q[1], q[2]));
+        assert_near(sc_thickness_mm(v->thickness[sc_near_index(v, q[0], q[1], q[2])]), 4.5, 0.6);
     }
-    sc_preparation_free(p);
-    sc_free(block);
+    sc_free(p.block);
     sc_volume_clear(&volume);
 }
 

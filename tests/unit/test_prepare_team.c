@@ -65,26 +65,20 @@ out:
 /* Compare what 1, 2 and 3 ranks prepare with what one prepares without a team. */
 static void compare(const sc_volume *volume, sc_prepare_settings settings)
 {
-    sc_preparation *p;
-    size_t bytes;
-    void *alone;
+    prepared_copy alone;
 
     settings.threads = 1;
-    assert_ok(sc_prepare(&quiet, volume, &settings, &p));
-    bytes = sc_preparation_bytes(p);
-    assert_ok(sc_zalloc(&quiet, bytes, 1, &alone));
-    sc_preparation_pack(p, alone);
-    sc_preparation_free(p);
+    alone = prepare_as(volume, &settings);
     for (int ranks = 1; ranks <= 3; ranks++) {
         scenario s = {.volume = volume, .settings = settings};
         thread_team team = {.work = prepare, .user = &s, .threads = 1 + ranks % 2};
 
         assert_ok(run_team(&team, ranks));
-        assert_int_equal(s.bytes, bytes);
-        assert_memory_equal(s.block, alone, bytes);
+        assert_int_equal(s.bytes, alone.bytes);
+        assert_memory_equal(s.block, alone.block, alone.bytes);
         sc_free(s.block);
     }
-    sc_free(alone);
+    sc_free(alone.block);
 }
 
 TEST(any_ranks_prepare_the_same_bytes)
