@@ -16,7 +16,7 @@ YAML
 [ "$(hashes one | cut -d' ' -f2 | sort -u | wc -l)" = 12 ] || fail "frames repeat"
 
 # Each frame is that of its phase: the picture that the file of the phase gives by itself
-for k in 0 1 2 4 7 10 11; do
+for k in 1 4 10; do
     grep -v '^cine' job.yaml | sed "s/beat-\*/beat-0$((k % 5))/" >single.yaml
     "$SEGCAST" still single.yaml --frame $k -o still.png --overwrite -q >/dev/null
     "$IMAGE_DIFFERENCE" still.png "one/frames/$(printf %06d $k).png" || fail "frame $k does not show phase $((k % 5))"
@@ -25,24 +25,21 @@ for k in 0 1 2 4 7 10 11; do
 done
 
 # Any number of ranks and threads, in tiles, with other kernels
-for ranks in 1 2 3; do
-    for partition in frames tiles; do
-        OMP_NUM_THREADS=$((3 - ranks / 2)) mpi $ranks "$SEGCAST" render job.yaml -o "r$ranks$partition" -q --set farm.partition=$partition \
-            --set farm.tile=$((16 * ranks)) --set render.skip=octree --cpu c >/dev/null
-        [ "$(hashes one)" = "$(hashes "r$ranks$partition")" ] || fail "the pictures differ with $ranks ranks, $partition"
-        cmp one/film.mp4 "r$ranks$partition/film.mp4" || fail "the video depends on ranks"
-    done
+for way in 1tiles 2frames 3tiles; do
+    ranks=${way:0:1}
+    OMP_NUM_THREADS=$((3 - ranks / 2)) mpi $ranks "$SEGCAST" render job.yaml -o r$way -q --set farm.partition=${way:1} \
+        --set farm.tile=$((16 * ranks)) --set render.skip=octree --cpu c >/dev/null
+    [ "$(hashes one)" = "$(hashes r$way)" ] || fail "the pictures differ with $way"
+    cmp one/film.mp4 r$way/film.mp4 || fail "the video depends on ranks"
 done
 
 # Phases are files in the temporary directory, of which nothing is left; or where there can be none, in shared memory
 mkdir temporary
-for ranks in 1 3; do
-    TMPDIR=$PWD/temporary mpi $ranks "$SEGCAST" render job.yaml -o "files$ranks" 2>stderr.txt >/dev/null
-    grep -q "the 5 phases take .*, in files without names in $PWD/temporary" stderr.txt || { cat stderr.txt; fail "phases are held in memory"; }
-    [ "$(hashes one)" = "$(hashes "files$ranks")" ] || fail "the pictures differ where phases are files, with $ranks ranks"
-    TMPDIR=$PWD/nowhere mpi $ranks "$SEGCAST" render job.yaml -o "memory$ranks" 2>stderr.txt >/dev/null
-    [ "$(hashes one)" = "$(hashes "memory$ranks")" ] || fail "the pictures differ where phases are in memory, with $ranks ranks"
-done
+TMPDIR=$PWD/temporary mpi 3 "$SEGCAST" render job.yaml -o files 2>stderr.txt >/dev/null
+grep -q "the 5 phases take .*, in files without names in $PWD/temporary" stderr.txt || { cat stderr.txt; fail "phases are held in memory"; }
+[ "$(hashes one)" = "$(hashes files)" ] || fail "the pictures differ where phases are files"
+TMPDIR=$PWD/nowhere mpi 3 "$SEGCAST" render job.yaml -o memory 2>stderr.txt >/dev/null
+[ "$(hashes one)" = "$(hashes memory)" ] || fail "the pictures differ where phases are in memory"
 [ -z "$(ls -A temporary)" ] || fail "files are left behind: $(ls -A temporary)"
 
 # Prepared files of all phases, and the resolved job, are the same film
@@ -77,7 +74,7 @@ shots:
 YAML
 "$SEGCAST" render job.yaml -o shots -q --set output.frames=png >/dev/null
 [ "$(hashes shots | wc -l)" = 23 ] || fail "the film of shots has not 3 + 12 + 12 - 4 frames"
-for k in 3 7 12 13 22; do
+for k in 7 12 22; do
     "$SEGCAST" still job.yaml --frame $k -o still.png --overwrite -q >/dev/null
     "$IMAGE_DIFFERENCE" still.png "shots/frames/$(printf %06d $k).png" || fail "frame $k alone differs from the film's"
 done

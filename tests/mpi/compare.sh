@@ -39,20 +39,19 @@ for name in side divider; do
     frames=$(hashes $name | wc -l)
     [ "$(hashes $name | cut -d' ' -f2 | sort -u | wc -l)" = "$frames" ] || fail "$name: frames repeat"
     # Frames alone, in any order, and stills
-    for k in 7 0 4; do
+    for k in 7 4; do
         "$SEGCAST" still $name.yaml --frame $k -o still.png --overwrite -q >/dev/null
         "$IMAGE_DIFFERENCE" still.png "$name/frames/$(printf %06d "$k").png" || fail "$name: frame $k alone differs from the film's"
     done
     "$SEGCAST" render $name.yaml -o $name.some --frames 5-6,2 -q --set output.video=none --set output.frames=png >/dev/null
     [ "$(hashes $name.some)" = "$(hashes $name | sed -n '3p;6,7p')" ] || fail "$name: some frames alone differ from the film's"
     # Any number of ranks and threads, in tiles, with other kernels
-    for ranks in 1 2 3; do
-        for partition in frames tiles; do
-            OMP_NUM_THREADS=$((3 - ranks / 2)) mpi $ranks "$SEGCAST" render $name.yaml -o "$name.$ranks$partition" -q \
-                --set farm.partition=$partition --set farm.tile=$((16 * ranks)) --set render.skip=octree --cpu c >/dev/null
-            [ "$(hashes $name)" = "$(hashes "$name.$ranks$partition")" ] || fail "$name: the pictures differ with $ranks ranks, $partition"
-            cmp $name/film.* "$name.$ranks$partition"/film.* || fail "$name: the video depends on ranks"
-        done
+    for way in 1tiles 2frames 3tiles; do
+        ranks=${way:0:1}
+        OMP_NUM_THREADS=$((3 - ranks / 2)) mpi $ranks "$SEGCAST" render $name.yaml -o $name.$way -q \
+            --set farm.partition=${way:1} --set farm.tile=$((16 * ranks)) --set render.skip=octree --cpu c >/dev/null
+        [ "$(hashes $name)" = "$(hashes $name.$way)" ] || fail "$name: the pictures differ with $way"
+        cmp $name/film.* $name.$way/film.* || fail "$name: the video depends on ranks"
     done
     # The resolved job is the same film, and a run that was interrupted goes on as one
     cp $name/job.yaml resolved.yaml

@@ -11,19 +11,15 @@ for setting in output.layout=picture output.layout=views render.background=none;
     "$SEGCAST" render job.yaml -o "bare-$setting" -q --set output.size=[200,160] --set $setting >/dev/null
     [ -z "$(comm -12 <(hashes "one-$setting" | sort) <(hashes "bare-$setting" | sort))" ] ||
         fail "$setting: pictures with overlays are as those without"
-    n=0
-    for ranks in 1 2 3; do
-        for partition in frames tiles; do
-            n=$((n + 1))
-            [ "$ranks-$partition" != 1-tiles ] && [ "$ranks-$partition" != 3-frames ] || continue
-            OMP_NUM_THREADS=$((n % 2 + 1)) mpi $ranks "$SEGCAST" render job.yaml -o "run$n-$setting" -q "${overlays[@]}" \
-                --set $setting --set farm.partition=$partition --set farm.tile=$((8 + 17 * n)) \
-                --set render.skip="$([ $((n % 2)) = 0 ] && echo leap || echo none)" \
-                --cpu "$([ $((n % 2)) = 0 ] && echo c || echo auto)" --set farm.share="$([ $((n % 3)) = 0 ] && echo true || echo false)" >/dev/null
-            [ "$(hashes "one-$setting")" = "$(hashes "run$n-$setting")" ] ||
-                fail "the pictures differ with $ranks ranks, $partition, $setting"
-        done
-    done
+    while read -r ranks partition threads tile skip cpu share; do
+        OMP_NUM_THREADS=$threads mpi $ranks "$SEGCAST" render job.yaml -o "run$ranks-$setting" -q "${overlays[@]}" \
+            --set $setting --set farm.partition=$partition --set farm.tile=$tile --set render.skip=$skip --cpu $cpu \
+            --set farm.share=$share </dev/null >/dev/null
+        [ "$(hashes "one-$setting")" = "$(hashes "run$ranks-$setting")" ] || fail "the pictures differ with $ranks ranks, $partition, $setting"
+    done <<'TABLE'
+2 frames 2 59 none auto true
+3 tiles 1 110 leap c false
+TABLE
 done
 "$SEGCAST" render job.yaml -o alone -q "${overlays[@]}" --frames 3 >/dev/null
 [ "$(hashes alone)" = "$(hashes one-output.layout=picture | sed -n 4p)" ] || fail "a frame alone is not that of the film"
