@@ -80,6 +80,7 @@ static double ellipsoid(sc_vec3 p, sc_vec3 *normal)
     double t = 0, foot[3];
 
     for (int i = 0; i < 30; i++) {
+        const double before = t;
         double value = -1, slope = 0;
 
         for (int k = 0; k < 3; k++) {
@@ -90,6 +91,8 @@ static double ellipsoid(sc_vec3 p, sc_vec3 *normal)
         }
         t -= value / (slope < 0 ? slope : -1e-12);
         t = fmax(t, -0.9 * radii[1] * radii[1]);
+        if (fabs(t - before) < 1e-9) /* mm^2: of a distance, less than 1e-11 mm */
+            break;
     }
     for (int k = 0; k < 3; k++)
         foot[k] = q[k] * a[k] / (a[k] + t);

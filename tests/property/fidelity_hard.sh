@@ -51,7 +51,8 @@ for name in skin-ellipsoid skin-balls skin-planes; do
     skin $name 1.25 auto
     skin $name-slices auto
 done
-for name in skin-rough skin-rough-slices; do skin $name 0 0.5 1 1.25 2.5 auto; done
+skin skin-rough 0 0.5 1 1.25 2.5 auto
+skin skin-rough-slices 0 1.25 auto
 # The skin of a file, and a tissue named as the skin: rays that meet voxels of something else before are left out.
 "$FIDELITY" --write skin.nrrd skin-ellipsoid || fail 'the voxels of a skin were not written'
 measure --smooth 0 --rays 20000 --skin 3 skin.nrrd
