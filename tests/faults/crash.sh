@@ -2,7 +2,7 @@
 # Crash consistency: segcast is killed at each of its changes to the output directory (creating, writing,
 # flushing, renaming, removing), or in the middle of a write; whatever the prefix of changes that is left,
 # --resume ends with the bytes of an undisturbed run, and nothing else is left in the directory.
-# SC_TEST_ALL=1 tries all changes (half an hour), otherwise every twentieth or so.
+# SC_TEST_ALL=1 tries all changes (half an hour), otherwise every thirtieth or so.
 cat >job.yaml <<'YAML'
 volume: phantom:40x32x40
 output: {directory: out, size: [32, 32], fps: 2, frames: png, video: v.mp4}
@@ -46,7 +46,7 @@ crash() {
             }
             same_as_ref "$name $how $n" "${expected:-ref}"
             tried=$((tried + 1))
-            [ -n "${SC_TEST_ALL:-}" ] && n=$((n + 1)) || n=$((n + 11 + RANDOM % 20))
+            [ -n "${SC_TEST_ALL:-}" ] && n=$((n + 1)) || n=$((n + 16 + RANDOM % 30))
         done
     done
     echo "$name: $tried crashes; $(cat said.txt)"
@@ -73,6 +73,6 @@ for how in before torn; do
         "$SEGCAST" render job.yaml -o out --slice 1/2 --resume -q >/dev/null 2>stderr.txt || fail "a slice, $how $n: $(cat stderr.txt)"
         same_slices || fail "a slice, $how $n: other bytes"
         diff <(files out) <(files both) || fail "a slice, $how $n: other files are left"
-        [ -n "${SC_TEST_ALL:-}" ] && n=$((n + 1)) || n=$((n + 11 + RANDOM % 20))
+        [ -n "${SC_TEST_ALL:-}" ] && n=$((n + 1)) || n=$((n + 16 + RANDOM % 30))
     done
 done

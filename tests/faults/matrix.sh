@@ -6,7 +6,7 @@
 # FAULT_DISTINCT  N: of calls that come the same way, judged by the return addresses out to the N-th in the program,
 #                 only the first (default: 1, once for each place in the program; 99: the whole stack); 0: every call
 # FAULT_STEP      only every so manyeth of these of a kind; two numbers: with one rank, with several (default: chosen
-#                 so that it lasts about a minute)
+#                 so that it lasts less than a minute)
 # FAULT_OFFSET    the first of them (default: 0)
 # FAULT_RANKS     "1", "2" or "1 2" (default)
 # FAULT_KINDS     for example "write sync" (default: all)
@@ -23,7 +23,7 @@
 command -v jq >/dev/null || skip "jq is not installed"
 
 distinct=${FAULT_DISTINCT:-1}
-read -ra steps <<<"${FAULT_STEP:-13 151}"
+read -ra steps <<<"${FAULT_STEP:-20 227}"
 offset=${FAULT_OFFSET:-0}
 read -ra all_ranks <<<"${FAULT_RANKS:-1 2}"
 read -ra all_kinds <<<"${FAULT_KINDS:-alloc write sync rename open map thread}"
