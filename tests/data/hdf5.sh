@@ -2,10 +2,7 @@
 # Volumes in HDF5, written by h5py: datasets of all types of integers and storage are read with the labels and geometry
 # that were put there; what is damaged, or crashes the library, is refused with one message.
 "$SEGCAST" --version | grep -q '^volumes .*HDF5' || skip "segcast was built without libhdf5"
-for python in /usr/bin/python3 python3 none; do
-    "$python" -c 'import h5py, numpy' 2>/dev/null && break
-done
-[ "$python" != none ] || skip "h5py is not installed for Python (Debian: python3-h5py)"
+find_python 'h5py, numpy' python3-h5py
 cat >make.py <<'PYTHON'
 import h5py, numpy
 shape = 7, 50, 60 # z, y, x

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Files that nibabel writes here are read with the geometry, labels, names and colours that it has put there.
-for python in /usr/bin/python3 python3 none; do
-    "$python" -c 'import nibabel' 2>/dev/null && break
-done
-[ "$python" != none ] || skip "nibabel is not installed for Python (Debian: python3-nibabel)"
+find_python 'nibabel' python3-nibabel
 cat >make.py <<'PYTHON'
 import os, nibabel, numpy
 from nibabel import gifti

@@ -2,10 +2,7 @@
 # The same object, written by each program that is here in each format and in several orders and directions of its axes,
 # gives one picture, but for pixels at edges: that of a NRRD file in RAS. Formats that do not say where left is have their
 # axes as right, front, head.
-for python in /usr/bin/python3 python3 none; do
-    "$python" -c 'import numpy, nibabel' 2>/dev/null && break
-done
-[ "$python" != none ] || skip "nibabel is not installed for Python (Debian: python3-nibabel)"
+find_python 'numpy, nibabel' python3-nibabel
 cat >make.py <<'PYTHON'
 import itertools, os, numpy, nibabel
 x, y, z = numpy.mgrid[:40, :34, :28].astype(float)

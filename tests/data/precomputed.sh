@@ -2,10 +2,7 @@
 # Volumes of Neuroglancer's precomputed format, written here by its specification: raw and compressed_segmentation,
 # packed by gzip or not, with and without shards, are read with the labels, geometry and names that were put there,
 # and what is damaged is refused.
-for python in /usr/bin/python3 python3 none; do
-    "$python" -c 'import numpy' 2>/dev/null && break
-done
-[ "$python" != none ] || skip "numpy is not installed for Python (Debian: python3-numpy)"
+find_python 'numpy' python3-numpy
 cat >make.py <<'PYTHON'
 import gzip, itertools, json, os, struct, numpy
 shape = 60, 50, 7

@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # DICOM segmentations that pydicom writes here are read with the labels, geometry, names and colours that it has put
 # there, in all transfer syntaxes; what cannot be shown is refused with one message.
-for python in /usr/bin/python3 python3 none; do
-    "$python" -c 'import pydicom, numpy' 2>/dev/null && break
-done
-[ "$python" != none ] || skip "pydicom is not installed for Python (Debian: python3-pydicom)"
+find_python 'pydicom, numpy' python3-pydicom
 cp "$SOURCE/tests/support/dicom_files.py" .
 cat >make.py <<'PYTHON'
 from dicom_files import *

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Stacks that tifffile writes here are read with the labels, geometry and colours that it has put there.
-for python in /usr/bin/python3 python3 none; do
-    "$python" -c 'import tifffile' 2>/dev/null && break
-done
-[ "$python" != none ] || skip "tifffile is not installed for Python (Debian: python3-tifffile)"
+find_python 'tifffile' python3-tifffile
 cat >make.py <<'PYTHON'
 import numpy, tifffile
 labels = numpy.zeros((4, 50, 60), numpy.uint16) # z, y, x

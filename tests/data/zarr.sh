@@ -2,10 +2,7 @@
 # Stores that zarr-python writes here (Zarr 2), and stores of Zarr 3 whose chunks numcodecs packs, are read with
 # the labels, geometry, names and colours that were put there. Debian's zarr-python does not know the final
 # Zarr 3, so that its metadata and shards are written here by its specification.
-for python in /usr/bin/python3 python3 none; do
-    "$python" -c 'import zarr, numcodecs' 2>/dev/null && break
-done
-[ "$python" != none ] || skip "zarr is not installed for Python (Debian: python3-zarr)"
+find_python 'zarr, numcodecs' python3-zarr
 cat >make.py <<'PYTHON'
 import itertools, json, os, struct, numpy, zarr, numcodecs
 labels = numpy.zeros((7, 50, 60), numpy.uint16) # z, y, x

@@ -12,6 +12,14 @@ export HWLOC_COMPONENTS=-gl # mpirun would look for displays, which takes second
 fail() { printf 'FAILED: %s\n' "$*" >&2; exit 1; }
 skip() { printf 'skipped: %s\n' "$*"; exit 77; }
 
+# find_python MODULES PACKAGE: set $python to an interpreter that has the modules; else skip, and name Debian's package.
+find_python() {
+    for python in /usr/bin/python3 python3; do
+        "$python" -c "import $1" 2>/dev/null && return
+    done
+    skip "Python cannot import $1 (Debian: $2)"
+}
+
 # sampled: is this case one to try? All are; but where AddressSanitizer watches, which makes each command take several
 # times as long, every third from a random one on, unless SC_TEST_ALL is set.
 sample=$((RANDOM % 3))
