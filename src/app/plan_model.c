@@ -10,12 +10,12 @@ enum {
     STATS_FRAME = 235,   /* a frame in stats.json */
     CSV_LINE = 80,       /* a frame in frames.csv */
     TRACE_EVENT = 100,   /* an event in trace.json */
-    REPORT = 25000,      /* report.html without its pictures */
+    REPORT = 65000,      /* report.html without its pictures */
     RECORDS = 6700,      /* everything that does not grow with the frames */
     PICTURE_HEAD = 48    /* before each picture of a partial GOP */
 };
 /* A pixel of the pictures in report.html. */
-#define REPORT_PIXEL 0.7
+#define REPORT_PIXEL 0.9
 /* All ranks together keep no more events than this for the trace. */
 #define EVENTS_MAX (1 << 20)
 

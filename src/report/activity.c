@@ -3,11 +3,9 @@
  * picture has at most ROWS threads and PARTS parts of time. */
 #include "internal.h"
 
-#include <string.h>
-
 enum {
     ROWS = 32,
-    PARTS = 1000,
+    PARTS = 600,
     LONG_EVENT = 4 /* parts: where a longer one begins is shown */
 };
 
@@ -69,26 +67,12 @@ static void add_event(void *user, int rank, const sc_trace_event *event)
     }
 }
 
-/* @return the phase as which a kind of event is shown. */
-static sc_phase phase_of(int kind)
+/* @return what was done most of the time in each part, as text: the first letter of its kind, a
+ * capital where something long begins, and a dot where hardly anything was done. */
+static json_t *strip_json(const thread_row *row, double part_s)
 {
-    static const sc_phase phases[SC_TRACE_KIND_COUNT] = {
-        [SC_TRACE_READ] = SC_PHASE_READ,     [SC_TRACE_PREPARE] = SC_PHASE_PREPARE,
-        [SC_TRACE_SHARE] = SC_PHASE_SHARE,   [SC_TRACE_DRAW] = SC_PHASE_RENDER,
-        [SC_TRACE_ENCODE] = SC_PHASE_ENCODE, [SC_TRACE_FINISH] = SC_PHASE_WRITE};
+    char text[PARTS];
 
-    return phases[kind];
-}
-
-/* @return what a kind of event is called. */
-static const char *word_of(int kind)
-{
-    return kind == SC_TRACE_FINISH ? "completing" : sc_phase_word(phase_of(kind));
-}
-
-/* Choose for each part what was done most of the time, or -1 if hardly anything was. */
-static void choose_kinds(const thread_row *row, double part_s, int8_t kinds[PARTS])
-{
     for (int i = 0; i < PARTS; i++) {
         double sum = 0;
         int most = 0;
@@ -97,79 +81,47 @@ static void choose_kinds(const thread_row *row, double part_s, int8_t kinds[PART
             sum += row->part_s[i][kind];
             most = row->part_s[i][kind] > row->part_s[i][most] ? kind : most;
         }
-        kinds[i] = (int8_t)(sum > 0.1 * part_s ? sc_phase_color(phase_of(most)) : -1);
+        text[i] = sum > 0.1 * part_s ? sc_trace_kind_name(most)[0] : '.';
+        if (row->begins[i] && text[i] != '.')
+            text[i] = (char)(text[i] - 'a' + 'A');
     }
+    return json_stringn(text, PARTS);
 }
 
-/* Write what a thread did into @p text: "drawing 3.21 s, encoding 0.10 s". */
-static void describe(const thread_row *row, char *text, size_t size)
+/* @return the seconds that a thread spent on each kind of event. */
+static json_t *seconds_json(const thread_row *row)
 {
-    size_t used = 0;
+    json_t *json = json_object();
 
-    snprintf(text, size, "nothing");
-    for (int kind = 0; kind < SC_TRACE_KIND_COUNT; kind++) {
-        if (row->kind_s[kind] > 0 && used < size)
-            used += (size_t)snprintf(text + used, size - used, "%s%s %.2f s", used ? ", " : "",
-                                     word_of(kind), row->kind_s[kind]);
-    }
+    for (int kind = 0; kind < SC_TRACE_KIND_COUNT; kind++)
+        (void)json_object_set_new(json, sc_trace_kind_name(kind), json_real(row->kind_s[kind]));
+    return json;
 }
 
-/* Add the rows to the page. */
-static void add_rows(sc_page *page, const activity *a)
+/* @return the rows of all threads that are shown, but for those that encode on a rank other than 0,
+ * if they have nothing to do: rank 0 encodes alone. */
+static json_t *rows_json(const activity *a)
 {
-    const sc_run_stats *stats = a->stats;
-    sc_row_chart rows = sc_rows_begin(page, "What each thread did when",
-                                      sc_axis_to(PARTS * a->part_s, 6, false), true);
+    json_t *rows = json_array();
     int rank = 0;
 
     for (size_t i = 0; i < a->shown; i++) {
         const size_t thread = thread_of_row(a, i);
-        int8_t kinds[PARTS];
-        char label[SC_HOST_BYTES + 64], what[300];
-        bool encodes;
+        int number, encodes;
 
         while (thread >= a->first[rank + 1])
             rank++;
-        snprintf(label, sizeof label, "rank %d%s%s", rank, stats->run.nodes > 1 ? " on " : "",
-                 stats->run.nodes > 1 ? stats->ranks[rank].host : "");
-        encodes = (int)(thread - a->first[rank]) == stats->ranks[rank].threads;
-        if (encodes)
-            snprintf(label + strlen(label), sizeof label - strlen(label), ", encoding");
-        else
-            snprintf(label + strlen(label), sizeof label - strlen(label), ", thread %d",
-                     (int)(thread - a->first[rank]));
-        describe(&a->rows[i], what, sizeof what);
-        if (encodes && rank > 0 && !strcmp(what, "nothing"))
-            continue; /* rank 0 encodes alone */
-        choose_kinds(&a->rows[i], a->part_s, kinds);
-        sc_row_begin(&rows, label, what);
-        sc_row_strip(&rows, kinds, a->rows[i].begins, PARTS);
-        sc_row_end(&rows, "");
+        number = (int)(thread - a->first[rank]);
+        encodes = number == a->stats->ranks[rank].threads;
+        if (encodes && rank > 0 && !(a->rows[i].kind_s[SC_TRACE_ENCODE] > 0))
+            continue;
+        rows = sc_json_append(rows, json_pack("{s:i, s:o, s:o, s:o, s:o}", "rank", rank, "host",
+                                              sc_json_text(a->stats->ranks[rank].host), "thread",
+                                              encodes ? json_null() : json_integer(number),
+                                              "seconds", seconds_json(&a->rows[i]), "strip",
+                                              strip_json(&a->rows[i], a->part_s)));
     }
-    sc_rows_end(&rows, "seconds since the run began");
-}
-
-/* Add rows, legend and notes. */
-static void add_chart(sc_page *page, const activity *a)
-{
-    const char *names[SC_TRACE_KIND_COUNT];
-    int colors[SC_TRACE_KIND_COUNT];
-
-    for (int kind = 0; kind < SC_TRACE_KIND_COUNT; kind++) {
-        names[kind] = word_of(kind);
-        colors[kind] = sc_phase_color(phase_of(kind));
-    }
-    sc_legend(page, names, colors, SC_TRACE_KIND_COUNT);
-    add_rows(page, a);
-    if (a->shown < a->threads)
-        sc_page_add(page,
-                    "<p class=\"note\">%zu of %zu threads are shown, at even distances.</p>\n",
-                    a->shown, a->threads);
-    sc_page_add(page,
-                "<p class=\"note\">Of what is shorter than a thousandth of the time, the most "
-                "frequent is shown. trace.json holds all %ld events; ui.perfetto.dev and "
-                "chrome://tracing show it.</p>\n",
-                a->events);
+    return rows;
 }
 
 /* Number the threads, and allocate the rows. */
@@ -192,30 +144,31 @@ out:
     return status;
 }
 
-void sc_report_activity(sc_page *page, const char *path, const sc_run_stats *stats)
+sc_status sc_report_activity(const sc_ctx *ctx, const char *path, const sc_run_stats *stats,
+                             json_t *data)
 {
-    const sc_ctx looking = sc_quiet(page->ctx);
+    const sc_ctx looking = sc_quiet(ctx);
     activity a = {.stats = stats, .part_s = stats->run.wall_s / PARTS};
-    sc_status status = page->status;
+    const char *why = "The run has not ended, so there is no trace of it.";
+    json_t *json;
+    sc_status status = SC_OK;
 
-    sc_page_section(page, "Ranks and time");
-    if (!stats->run.ended || stats->run.wall_s <= 0) {
-        sc_page_add(page, "<p>The run has not ended, so there is no trace of it.</p>\n");
-        goto out;
-    }
-    if (status == SC_OK)
-        status = allocate(page->ctx, &a);
-    if (status == SC_OK)
+    if (stats->run.ended && stats->run.wall_s > 0) {
+        SC_TRY(allocate(ctx, &a));
         status = sc_trace_read(&looking, path, add_event, &a);
-    if (status == SC_OK)
-        add_chart(page, &a);
-    else if (sc_is_of_input(status))
-        sc_page_add(page, "<p>The trace is %s.</p>\n",
-                    status == SC_ERR_MISSING ? "missing" : "damaged");
-    else
-        page->status = status;
+        why = status == SC_OK            ? NULL
+              : status == SC_ERR_MISSING ? "The trace is missing."
+                                         : "The trace is damaged.";
+        if (status != SC_OK && !sc_is_of_input(status))
+            goto out;
+    }
+    json =
+        why ? json_string(why)
+            : json_pack("{s:o, s:I, s:I, s:I}", "rows", rows_json(&a), "shown", (json_int_t)a.shown,
+                        "threads", (json_int_t)a.threads, "events", (json_int_t)a.events);
+    status = sc_json_set(ctx, data, "activity", json);
 out:
     sc_free(a.first);
     sc_free(a.rows);
-    sc_page_section_end(page);
+    return status;
 }

@@ -1,31 +1,21 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The cost of the frames along the film, with some of them below the curve. */
 #include "internal.h"
-
 #include "segcast/video.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 enum {
-    POINTS = 600, /* most points of the curve */
-    PATH_BYTES = 4096
+    POINTS = 600,  /* most points of the curve */
+    DOTS = 300,    /* most frames in the plot of cost against contributions */
+    SLOWEST = 3,   /* frames that are named */
+    MANY_GOPS = 24 /* a film of more GOPs shows frames that begin one: they can be decoded
+                      alone, and are near enough to the places at which they stand */
 };
 
-/* A film of more GOPs than this shows frames that begin one: they can be decoded alone, and are
- * near enough to the places at which they stand. */
-enum { MANY_GOPS = 24 };
-
-/* ---- the curve ---- */
-
-/* The points of the curve; those of a part of the film without any frame are NaN. */
-typedef struct curve {
-    double x[POINTS], mean[POINTS], low[POINTS], high[POINTS];
-    int count;
-    int frames_each; /* frames of the film that a point stands for */
-} curve;
+/* ---- cost ---- */
 
 /* @return whether the cost of a frame is known: a frame that an accident has left has none. */
 static bool is_known(const sc_past_frame *past)
@@ -33,144 +23,131 @@ static bool is_known(const sc_past_frame *past)
     return past->result.render_cpu_s > 0;
 }
 
-/* Fill the curve. */
-static void fill_curve(const sc_history *history, int frames, curve *c)
+/* Set the mean, the lowest and the highest cost of each part of the film: NaN where none is known.
+ */
+static sc_status set_curve(const sc_ctx *ctx, const sc_history *history, int frames, json_t *cost)
 {
+    const int each = (frames + POINTS - 1) / POINTS, count = (frames + each - 1) / each;
+    static const char *const keys[] = {"mean", "low", "high"};
+    enum { CURVES = SC_COUNT_OF(keys) };
+    json_t *curves[CURVES] = {json_array(), json_array(), json_array()};
     int at = 0;
+    sc_status status;
 
-    c->frames_each = (frames + POINTS - 1) / POINTS;
-    c->count = (frames + c->frames_each - 1) / c->frames_each;
-    for (int i = 0; i < c->count; i++) {
-        const int end = (i + 1) * c->frames_each;
+    for (int i = 0; i < count; i++) {
+        double sum = 0, low = INFINITY, high = -INFINITY;
         int found = 0;
 
-        c->x[i] = i * c->frames_each + 0.5 * (c->frames_each - 1);
-        c->mean[i] = c->low[i] = c->high[i] = NAN;
-        for (; at < history->frame_count && history->frames[at].result.frame < end; at++) {
-            const double cost = history->frames[at].result.render_cpu_s;
+        for (; at < history->frame_count && history->frames[at].result.frame < (i + 1) * each;
+             at++) {
+            const double cpu_s = history->frames[at].result.render_cpu_s;
 
             if (!is_known(&history->frames[at]))
                 continue;
-            c->low[i] = found && c->low[i] < cost ? c->low[i] : cost;
-            c->high[i] = found && c->high[i] > cost ? c->high[i] : cost;
-            c->mean[i] = found ? c->mean[i] + (cost - c->mean[i]) / (found + 1) : cost;
+            low = fmin(low, cpu_s);
+            high = fmax(high, cpu_s);
+            sum += cpu_s;
             found++;
         }
+        curves[0] = sc_json_append(curves[0], sc_json_number(sum / found));
+        curves[1] = sc_json_append(curves[1], sc_json_number(low));
+        curves[2] = sc_json_append(curves[2], sc_json_number(high));
     }
+    status = sc_json_set(ctx, cost, "each", json_integer(each));
+    for (int i = 0; i < CURVES; i++) {
+        const sc_status one = sc_json_set(ctx, cost, keys[i], curves[i]);
+
+        status = status == SC_OK ? one : status;
+    }
+    return status;
 }
 
-/* Fill bands between the lowest and the highest cost, without those parts of which none is known.
- */
-static void draw_bands(sc_plot *plot, const curve *c)
+/* @return a frame with its cost. */
+static json_t *frame_json(const sc_past_frame *past)
 {
-    for (int i = 0, end; i < c->count; i = end) {
-        end = i + 1;
-        if (!isfinite(c->mean[i]))
-            continue;
-        while (end < c->count && isfinite(c->mean[end]))
-            end++;
-        sc_plot_band(plot, &c->x[i], &c->low[i], &c->high[i], end - i,
-                     sc_phase_color(SC_PHASE_RENDER));
-    }
+    return json_pack("[i, f]", past->result.frame, past->result.render_cpu_s);
 }
 
-/* Describe the costs in words. @return the highest one, 0 if none is known. */
-static double describe(const sc_history *history, char *text, size_t size)
+/* Set `cost`, unless no frame was measured. */
+static sc_status add_cost(const sc_ctx *ctx, const sc_history *history, int frames, json_t *data)
 {
-    const sc_past_frame *least = NULL, *most = NULL;
+    const sc_past_frame *slowest[SLOWEST + 1] = {0}, *least = NULL;
+    json_t *json = json_object(), *names = json_array();
     double sum = 0;
     int known = 0;
+    sc_status status = SC_OK;
 
     for (int i = 0; i < history->frame_count; i++) {
         const sc_past_frame *past = &history->frames[i];
+        int at = known < SLOWEST ? known : SLOWEST;
 
         if (!is_known(past))
             continue;
+        for (; at > 0 && slowest[at - 1]->result.render_cpu_s < past->result.render_cpu_s; at--)
+            slowest[at] = slowest[at - 1];
+        slowest[at] = past;
         least = least && least->result.render_cpu_s <= past->result.render_cpu_s ? least : past;
-        most = most && most->result.render_cpu_s >= past->result.render_cpu_s ? most : past;
         sum += past->result.render_cpu_s;
         known++;
     }
-    text[0] = '\0';
-    if (known)
-        snprintf(text, size, "Least %.3f s (frame %d), most %.3f s (frame %d), mean %.3f s.",
-                 least->result.render_cpu_s, least->result.frame, most->result.render_cpu_s,
-                 most->result.frame, sum / known);
-    return most ? most->result.render_cpu_s : 0;
+    if (known == 0)
+        goto out;
+    for (int i = 0; i < known && i < SLOWEST; i++)
+        names = sc_json_append(names, frame_json(slowest[i]));
+    SC_TRY(set_curve(ctx, history, frames, json));
+    SC_TRY(sc_json_set(ctx, json, "slowest", names ? json_incref(names) : NULL));
+    SC_TRY(sc_json_set(ctx, json, "least", frame_json(least)));
+    SC_TRY(sc_json_set(ctx, json, "mean_s", json_real(sum / known)));
+    status = sc_json_set(ctx, data, "cost", json);
+    json = NULL;
+out:
+    json_decref(json);
+    json_decref(names);
+    return status;
 }
 
-/* Draw the curve, with marks at the @p marks [count]. */
-static void draw_curve(sc_page *page, const sc_run_stats *stats, int frames, const double *marks,
-                       int count, curve *c)
+/* Set `dots`: what each frame that was measured cost, of many every so many, against how many
+ * boundary voxels its rays met, in millions. */
+static sc_status add_dots(const sc_ctx *ctx, const sc_history *history, json_t *data)
 {
-    char words[160];
-    const double most = describe(&stats->history, words, sizeof words);
-    const sc_plot_words plot_words = {"CPU seconds of drawing each frame", words, "frame"};
-    sc_plot plot;
-
-    if (most <= 0) {
-        sc_page_add(page, "<p>No run has measured a frame.</p>\n");
-        return;
-    }
-    fill_curve(&stats->history, frames, c);
-    plot = sc_plot_begin(page, &plot_words, sc_axis_to(frames, 6, true), sc_axis_make(0, most, 4));
-    if (c->frames_each > 1)
-        draw_bands(&plot, c);
-    sc_plot_marks(&plot, marks, count);
-    sc_plot_line(&plot, c->x, c->mean, c->count, sc_phase_color(SC_PHASE_RENDER), false);
-    sc_plot_end(&plot);
-}
-
-/* ---- cost against what was met ---- */
-
-/* Add the plot of what each frame cost against how many boundary voxels its rays met: one dot for
- * each frame that was measured, of many every so many. */
-static void draw_dots(sc_page *page, const sc_history *history)
-{
-    const int every = (history->frame_count + POINTS - 1) / POINTS;
-    double x[POINTS], y[POINTS], most[2] = {0, 0}, sums[2] = {0, 0}, squares[3] = {0, 0, 0};
-    sc_plot_words words = {"CPU seconds of drawing each frame against the boundary voxels that its "
-                           "rays met (contributions)",
-                           "", "contributions, in millions"};
-    char text[160];
-    sc_plot plot;
+    const int every = (history->frame_count + DOTS - 1) / DOTS;
+    double sums[2] = {0, 0}, squares[3] = {0, 0, 0};
+    json_t *points = json_array();
     int count = 0;
+    sc_status status = SC_OK;
 
-    for (int i = 0; i < history->frame_count && count < POINTS; i += every) {
+    for (int i = 0; i < history->frame_count; i += every) {
         const sc_past_frame *past = &history->frames[i];
+        const double x = (double)past->result.contributions / 1e6, y = past->result.render_cpu_s;
 
         if (!past->measured || !is_known(past))
             continue;
-        x[count] = (double)past->result.contributions / 1e6;
-        y[count] = past->result.render_cpu_s;
-        most[0] = fmax(most[0], x[count]);
-        most[1] = fmax(most[1], y[count]);
-        sums[0] += x[count];
-        sums[1] += y[count];
-        squares[0] += x[count] * x[count];
-        squares[1] += y[count] * y[count];
-        squares[2] += x[count] * y[count];
+        points = sc_json_append(points, json_pack("[f, f]", x, y));
+        sums[0] += x;
+        sums[1] += y;
+        squares[0] += x * x;
+        squares[1] += y * y;
+        squares[2] += x * y;
         count++;
     }
-    if (count < 2)
-        return;
-    for (int i = 0; i < 2; i++)
+    for (int i = 0; i < 2 && count; i++)
         squares[i] -= sums[i] * sums[i] / count;
-    squares[2] -= sums[0] * sums[1] / count;
-    snprintf(text, sizeof text, "%d frames; the coefficient of correlation is %.2f.", count,
-             squares[0] > 0 && squares[1] > 0 ? squares[2] / sqrt(squares[0] * squares[1]) : 0);
-    words.description = text;
-    plot = sc_plot_begin(page, &words, sc_axis_make(0, most[0], 6), sc_axis_make(0, most[1], 4));
-    sc_plot_points(&plot, x, y, count, sc_phase_color(SC_PHASE_RENDER));
-    sc_plot_end(&plot);
-    sc_page_add(page, "<p class=\"note\">%s</p>\n", text);
+    squares[2] -= count ? sums[0] * sums[1] / count : 0;
+    if (count > 1)
+        status = sc_json_set(ctx, data, "dots",
+                             json_pack("{s:O, s:f}", "points", points, "correlation",
+                                       squares[0] > 0 && squares[1] > 0
+                                           ? squares[2] / sqrt(squares[0] * squares[1])
+                                           : 0.0));
+    json_decref(points);
+    return status;
 }
 
 /* ---- the pictures ---- */
 
 /* Frames that are shown, in rising order. */
 typedef struct gallery {
-    sc_page *page;
+    const sc_ctx *ctx;
     sc_status status;               /* of what was done with a picture */
     int wanted[SC_REPORT_PICTURES]; /* numbers, the first `count` */
     int count;
@@ -235,7 +212,7 @@ static sc_status keep_frame(void *user, int k, double time_s, const sc_image *im
     (void)time_s;
     if (g->found == SC_REPORT_PICTURES)
         return SC_OK;
-    g->status = shrink(g->page->ctx, image, &g->images[g->found]);
+    g->status = shrink(g->ctx, image, &g->images[g->found]);
     if (g->status == SC_OK)
         g->shown[g->found++] = k;
     return g->status;
@@ -244,7 +221,7 @@ static sc_status keep_frame(void *user, int k, double time_s, const sc_image *im
 /* Read the frames from the video @p path. */
 static void read_video(gallery *g, const char *path, int fps)
 {
-    const sc_ctx looking = sc_quiet(g->page->ctx);
+    const sc_ctx looking = sc_quiet(g->ctx);
     const sc_status status = sc_video_pick(&looking, path, fps, g->wanted, g->count, keep_frame, g);
 
     if (status != SC_OK && !sc_is_of_input(status))
@@ -254,10 +231,10 @@ static void read_video(gallery *g, const char *path, int fps)
 /* Read those of the frames that are there as PNG files. */
 static void read_png_files(gallery *g, const char *directory)
 {
-    const sc_ctx looking = sc_quiet(g->page->ctx);
+    const sc_ctx looking = sc_quiet(g->ctx);
 
     for (int i = 0; i < g->count && g->status == SC_OK; i++) {
-        char path[PATH_BYTES];
+        char path[SC_REPORT_PATH_BYTES];
         sc_image image = {0};
         sc_status status;
 
@@ -274,7 +251,7 @@ static void read_png_files(gallery *g, const char *directory)
 /* Find the pictures: in the video, in what there is of it, or in PNG files. */
 static void read_pictures(const sc_report_run *run, gallery *g)
 {
-    char path[PATH_BYTES];
+    char path[SC_REPORT_PATH_BYTES];
     sc_text partial = {0};
     const bool has_video = strcmp(run->video, "none") != 0;
 
@@ -282,7 +259,7 @@ static void read_pictures(const sc_report_run *run, gallery *g)
     if (has_video && access(path, R_OK) == 0)
         read_video(g, path, run->fps);
     if (has_video && g->found == 0 && g->status == SC_OK && !run->slice) {
-        g->status = sc_video_partial_name(g->page->ctx, path, &partial);
+        g->status = sc_video_partial_name(g->ctx, path, &partial);
         if (g->status == SC_OK && access(partial.data, R_OK) == 0)
             read_video(g, partial.data, run->fps);
         sc_text_clear(&partial);
@@ -291,57 +268,28 @@ static void read_pictures(const sc_report_run *run, gallery *g)
         read_png_files(g, run->directory);
 }
 
-/* Add a picture to the page. */
-static void add_picture(gallery *g, int i)
+sc_status sc_report_frames(const sc_ctx *ctx, const sc_report_run *run, const sc_run_stats *stats,
+                           json_t *data)
 {
-    sc_page *page = g->page;
-    const sc_image *image = &g->images[i];
-    char *data = NULL;
-    size_t bytes = 0;
+    gallery g = {.ctx = ctx};
+    json_t *pictures = json_array(), *png = NULL;
+    sc_status status;
 
-    g->status = sc_image_compress_png(page->ctx, image, "a small picture", &data, &bytes);
-    if (g->status != SC_OK)
-        return;
-    sc_page_add(page,
-                "<figure><img alt=\"frame %d\" width=\"%d\" height=\"%d\" "
-                "src=\"data:image/png;base64,",
-                g->shown[i], image->width_px, image->height_px);
-    sc_page_base64(page, data, bytes);
-    sc_page_add(page, "\"/><figcaption>%d</figcaption></figure>\n", g->shown[i]);
-    free(data);
-}
-
-void sc_report_frames(sc_page *page, const sc_report_run *run, const sc_run_stats *stats)
-{
-    gallery g = {.page = page, .status = page->status};
-    double marks[SC_REPORT_PICTURES];
-    void *block = NULL;
-
-    sc_page_section(page, "Cost along the film");
-    if (g.status == SC_OK)
-        g.status = sc_alloc(page->ctx, 1, sizeof(curve), &block);
-    if (g.status != SC_OK)
-        goto out;
+    SC_TRY(add_cost(ctx, &stats->history, run->frames, data));
+    SC_TRY(add_dots(ctx, &stats->history, data));
     choose_frames(run, &g);
     read_pictures(run, &g);
-    for (int i = 0; i < g.found; i++)
-        marks[i] = g.shown[i];
-    draw_curve(page, stats, run->frames, marks, g.found, block);
-    if (g.found)
-        sc_page_add(page,
-                    "<div class=\"film\" style=\"grid-template-columns: repeat(%d, minmax(0, "
-                    "1fr))\">\n",
-                    g.found);
-    for (int i = 0; i < g.found && g.status == SC_OK; i++)
-        add_picture(&g, i);
-    if (g.found)
-        sc_page_add(page, "</div>\n");
-    draw_dots(page, &stats->history);
+    SC_TRY(g.status);
+    for (int i = 0; i < g.found; i++) {
+        SC_TRY(sc_json_png(ctx, &g.images[i], &png));
+        pictures = sc_json_append(pictures, json_pack("{s:i, s:i, s:i, s:o}", "frame", g.shown[i],
+                                                      "width", g.images[i].width_px, "height",
+                                                      g.images[i].height_px, "png", png));
+    }
+    status = sc_json_set(ctx, data, "pictures", pictures ? json_incref(pictures) : NULL);
 out:
-    if (page->status == SC_OK)
-        page->status = g.status;
+    json_decref(pictures);
     for (int i = 0; i < g.found; i++)
         sc_image_clear(&g.images[i]);
-    sc_free(block);
-    sc_page_section_end(page);
+    return status;
 }

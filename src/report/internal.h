@@ -1,57 +1,50 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to report. Files call only functions of files that are named further down here:
- * compare_page.c, run_page.c, study_compare.c, study_markdown.c, study_page.c, study_words.c,
- * study_plots.c, study_view.c, activity.c, frames.c, heat.c, parts.c, rows.c, svg.c, html.c,
- * style.c. */
+/* Private to report. Files call only functions of files that are named further down here: run.c,
+ * study_compare.c, study.c, study_markdown.c, study_view.c (study_view.h), activity.c, frames.c,
+ * heat.c, json.c. Functions that return JSON return a new reference, NULL
+ * without memory, which json_pack and sc_json_set pass on. */
 #ifndef SC_REPORT_INTERNAL_H
 #define SC_REPORT_INTERNAL_H
 
 #include "segcast/core_time.h"
 #include "segcast/report.h"
 
-/* ---- activity.c: what each thread did when ---- */
-
-/* Add the section with the activity of the threads to @p page, from the trace of a run, whose ranks
- * are in @p stats; or why there is none. @param path that of trace.json. */
-void sc_report_activity(sc_page *page, const char *path, const sc_run_stats *stats);
-
-/* ---- frames.c: the cost of the frames along the film, with some of them ---- */
-
-/* Add the section with the cost along the film to @p page. */
-void sc_report_frames(sc_page *page, const sc_report_run *run, const sc_run_stats *stats);
-
-/* ---- heat.c: the work of each pixel ---- */
-
-/* Add the section with the heat pictures of a run to @p page, if there are any. */
-void sc_report_heat(sc_page *page, const sc_run_stats *stats);
-
-/* ---- parts.c: parts that several pages have ---- */
+#include <jansson.h>
 
 enum { SC_REPORT_PATH_BYTES = 4096 };
-/* Write a size as people read it, "12.3 MB", into @p text. @return it. */
-const char *sc_report_size(uint64_t bytes, char text[32]);
-/* Add an item of a list with a link to a file of the directory, if the file is there. @param what
- * it holds, as HTML. */
-void sc_report_link(sc_page *page, const char *directory, const char *name, const char *what);
-/* Add the text of a file of the directory, which is shown when @p summary is chosen. @param name
- * and @param summary as HTML. */
-void sc_report_file(sc_page *page, const char *directory, const char *name, const char *summary);
 
-/* @return what a cause of overhead is called; static. */
-const char *sc_report_cause(sc_cause cause);
-/* Begin rows of bars, each of which splits 100 % of the time of cores by cause, with a legend; add
- * such a row, with the share of drawing at its end. The caller ends the rows. */
-sc_row_chart sc_report_core_begin(sc_page *page);
-void sc_report_core_row(sc_row_chart *rows, const char *label, const sc_core_time *time);
+/* ---- activity.c, frames.c, heat.c: what the page of a run has of them ---- */
 
-/* ---- style.c ---- */
+/* Set `activity` to what each thread did when, from the trace under @p path, or to why there is
+ * none. */
+sc_status sc_report_activity(const sc_ctx *ctx, const char *path, const sc_run_stats *stats,
+                             json_t *data);
+/* Set `cost`, `dots` and `pictures`: what the frames cost along the film, and some of them. */
+sc_status sc_report_frames(const sc_ctx *ctx, const sc_report_run *run, const sc_run_stats *stats,
+                           json_t *data);
+/* Set `heat` to the work of each pixel of a frame, if it is known. */
+sc_status sc_report_heat(const sc_ctx *ctx, const sc_heat *heat, json_t *data);
 
-/* The style of all pages, without the colours of series. */
-extern const char sc_page_style[];
+/* ---- json.c ---- */
 
-/* @return what a phase is called in a report, such as "drawing"; static. */
-const char *sc_phase_word(sc_phase phase);
-/* @return the index of the colour of a phase. */
-int sc_phase_color(sc_phase phase);
+/* @return a text as sc_printable shows it. */
+json_t *sc_json_text(const char *text);
+/* @return a number, or null if it is not finite. */
+json_t *sc_json_number(double value);
+/* Append to an array; both are the function's. @return the array. */
+json_t *sc_json_append(json_t *array, json_t *item);
+/* Set a member of @p data; @p value is the function's. @return SC_ERR_MEMORY also if one of them is
+ * NULL. */
+sc_status sc_json_set(const sc_ctx *ctx, json_t *data, const char *key, json_t *value);
+/* @return the seconds of each cause, and of all cores. */
+json_t *sc_json_core_time(const sc_core_time *time);
+/* Make a PNG file of a picture, in base 64. Caller owns *out. */
+sc_status sc_json_png(const sc_ctx *ctx, const sc_image *image, json_t **out);
+/* Set `settings` to the text of the file @p settings in the directory, and `files` to those of
+ * @p names [count] that are there. */
+sc_status sc_json_sources(const sc_ctx *ctx, const char *directory, const char *settings,
+                          const char *const *names, size_t count, json_t *data);
+/* Make the page that draws @p data. */
+sc_status sc_json_page(const sc_ctx *ctx, const json_t *data, sc_text *out);
 
 #endif

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { CELLS_SHOWN = 150, CHARTS = 24, STUDIES_IN_TABLE = SC_TABLE_COLUMNS_MAX - 2 };
+enum { CELLS_SHOWN = 150 };
 
 /* The studies that are compared. */
 typedef struct studies {
@@ -85,156 +85,42 @@ static beside compare(const studies *s, int study)
     return b;
 }
 
-/* Say how each study does beside the first one. */
-static void add_words(sc_page *page, const studies *s)
+/* @return a study. */
+static json_t *study_json(const studies *s, int study)
 {
-    for (int i = 1; i < s->count; i++) {
-        const beside b = compare(s, i);
+    const sc_measurements *m = s->views[study].m;
+    const beside b = compare(s, study);
 
-        sc_page_add(page, i == 1 ? "<p class=\"lead\">" : "<p>");
-        if (b.common == 0) {
-            sc_page_textf(page, "%s and %s have no measured cell of the same name.", s->names[0],
-                          s->names[i]);
-        } else {
-            sc_page_textf(page,
-                          "%s takes %.3f times the time of %s, in the geometric mean over %d cells "
-                          "of the same name; farthest apart are cells with %.3f times. ",
-                          s->names[i], exp(b.log_sum / b.common), s->names[0], b.common,
-                          b.farthest);
-            sc_page_add(page, "The confidence intervals of %d of them do not overlap. ", b.apart);
-            if (b.other_pixels)
-                sc_page_add(page, "%d of them have other pixels.", b.other_pixels);
-            else
-                sc_page_add(page, "All of them have the same pixels.");
-        }
-        sc_page_add(page, "</p>\n");
-    }
+    return json_pack("{s:o, s:o, s:o, s:I, s:b, s:{s:i, s:i, s:i, s:o, s:o}}", "name",
+                     sc_json_text(s->names[study]), "title", sc_json_text(m->design.title), "run",
+                     m->run_count ? sc_study_run_json(&m->runs[m->run_count - 1]) : json_null(),
+                     "count", (json_int_t)m->count, "complete", m->complete, "beside", "common",
+                     b.common, "apart", b.apart, "other_pixels", b.other_pixels, "mean",
+                     sc_json_number(exp(b.log_sum / b.common)), "farthest",
+                     sc_json_number(b.farthest));
 }
 
-/* Add a chart with a bar for each study. */
-static void add_chart(sc_page *page, const studies *s, int cell)
+/* @return a cell of the first study with the time of a frame in each study, null where it was not
+ * measured. */
+static json_t *cell_json(const studies *s, int cell)
 {
-    char name[SC_CELL_NAME_BYTES], caption[SC_CELL_NAME_BYTES + 80];
-    double most = 0;
-    sc_row_chart rows;
+    char name[SC_CELL_NAME_BYTES];
+    json_t *times = json_array();
 
-    for (int i = 0; i < s->count; i++) {
-        const int same = find_same(s, i, cell);
-
-        if (same >= 0)
-            most = fmax(most, time_s(s, i, same));
-    }
     sc_study_name(&s->views[0], cell, -1, "the only cell", name);
-    snprintf(caption, sizeof caption, "%s: %s; less is better", name, sc_study_unit(&s->views[0]));
-    rows = sc_rows_begin(page, caption, sc_axis_to(most, 6, false), false);
     for (int i = 0; i < s->count; i++) {
         const int same = find_same(s, i, cell);
-        char value[32] = "not measured";
 
-        if (same >= 0)
-            snprintf(value, sizeof value, "%.4g", time_s(s, i, same));
-        sc_row_begin(&rows, s->names[i], value);
-        sc_row_bar(&rows, 0, same >= 0 ? time_s(s, i, same) : 0, 3);
-        sc_row_end(&rows, same >= 0 ? value : "-");
+        times = sc_json_append(times, same < 0 ? json_null() : json_real(time_s(s, i, same)));
     }
-    sc_rows_end(&rows, sc_study_unit(&s->views[0]));
-}
-
-/* Add a row for each cell of the first study: the time of each study, and the ratio of the last to
- * the first. */
-static void add_table(sc_page *page, const studies *s)
-{
-    const int shown = s->count < STUDIES_IN_TABLE ? s->count : STUDIES_IN_TABLE;
-    const char *heads[SC_TABLE_COLUMNS_MAX] = {"Cell"};
-    int rows = 0;
-    sc_table table;
-
-    for (int i = 0; i < shown; i++)
-        heads[1 + i] = s->names[i];
-    heads[1 + shown] = "Last over first";
-    table = sc_table_begin(page, sc_study_unit(&s->views[0]), heads, shown + 2);
-    for (int cell = 0; cell < s->views[0].count; cell++) {
-        char name[SC_CELL_NAME_BYTES];
-        double first = 0, last = 0;
-
-        if (!sc_study_has(&s->views[0], cell) || rows++ >= CELLS_SHOWN)
-            continue;
-        sc_study_name(&s->views[0], cell, -1, "the only cell", name);
-        sc_table_cell(&table, "%s", name);
-        for (int i = 0; i < shown; i++) {
-            const int same = find_same(s, i, cell);
-
-            last = same >= 0 ? time_s(s, i, same) : 0;
-            first = i == 0 ? last : first;
-            sc_table_cell(&table, same >= 0 ? "%.4g" : "-", last);
-        }
-        sc_table_cell(&table, first > 0 && last > 0 ? "%.3f" : "-", last / first);
-    }
-    sc_table_end(&table);
-    if (rows > CELLS_SHOWN)
-        sc_page_add(page, "<p class=\"note\">The first %d of %d cells are shown.</p>\n",
-                    CELLS_SHOWN, rows);
-}
-
-/* Add charts and the table of the cells of the first study. */
-static void add_cells(sc_page *page, const studies *s)
-{
-    int charts = 0;
-
-    if (s->views[0].measured == 0)
-        return;
-    sc_page_section(page, "Time of a frame");
-    for (int i = 0; i < s->views[0].count && charts < CHARTS; i++) {
-        if (!sc_study_has(&s->views[0], i))
-            continue;
-        add_chart(page, s, i);
-        charts++;
-    }
-    if (charts < s->views[0].measured)
-        sc_page_add(page, "<p class=\"note\">The first %d of %d cells are shown.</p>\n", charts,
-                    s->views[0].measured);
-    sc_page_section_end(page);
-    sc_page_section(page, "All cells");
-    add_table(page, s);
-    sc_page_section_end(page);
-}
-
-/* Add where each study was measured: its last run. */
-static void add_machines(sc_page *page, const studies *s)
-{
-    static const char *const heads[] = {
-        "Directory",       "Title",  "Begin",   "Host",         "Processor", "Ranks",
-        "Cores of rank 0", "Kernel", "Version", "Measurements", "State"};
-    sc_table table;
-
-    sc_page_section(page, "Where they were measured");
-    table = sc_table_begin(page, "The last run of each study", heads, SC_COUNT_OF(heads));
-    for (int i = 0; i < s->count; i++) {
-        const sc_measurements *m = s->views[i].m;
-        const sc_study_run none = {.host = "-"};
-        const sc_study_run *run = m->run_count ? &m->runs[m->run_count - 1] : &none;
-
-        sc_table_cell(&table, "%s", s->names[i]);
-        sc_table_cell(&table, "%s", m->design.title);
-        sc_table_cell(&table, "%s", run->begin);
-        sc_table_cell(&table, "%s", run->host);
-        sc_table_cell(&table, "%s", run->processor);
-        sc_table_cell(&table, "%d", run->ranks);
-        sc_table_cell(&table, "%d", run->cores);
-        sc_table_cell(&table, "%s", run->kernel[0] ? run->kernel : "-");
-        sc_table_cell(&table, "%s, commit %s", run->version, run->commit);
-        sc_table_cell(&table, "%zu", m->count);
-        sc_table_cell(&table, "%s", m->complete ? "complete" : "incomplete");
-    }
-    sc_table_end(&table);
-    sc_page_section_end(page);
+    return json_pack("{s:o, s:o}", "name", sc_json_text(name), "times", times);
 }
 
 sc_status sc_report_compare_studies(const sc_ctx *ctx, const char *const *directories,
                                     const sc_measurements *measurements, int count, sc_text *out)
 {
     studies s = {.names = directories};
-    sc_page page = {.ctx = ctx};
+    json_t *data = NULL, *list = json_array(), *cells = json_array();
     void *block;
     sc_status status;
 
@@ -242,15 +128,20 @@ sc_status sc_report_compare_studies(const sc_ctx *ctx, const char *const *direct
     s.views = block;
     for (; s.count < count; s.count++)
         SC_TRY(sc_study_view_open(ctx, &measurements[s.count], &s.views[s.count]));
-    page = sc_page_begin(ctx, "Comparison of studies");
-    add_words(&page, &s);
-    add_cells(&page, &s);
-    add_machines(&page, &s);
-    SC_TRY(sc_page_end(&page));
-    *out = page.text;
-    page.text = (sc_text){0};
+    for (int i = 0; i < count; i++)
+        list = sc_json_append(list, study_json(&s, i));
+    for (int i = 0; i < s.views[0].count && json_array_size(cells) < CELLS_SHOWN; i++) {
+        if (sc_study_has(&s.views[0], i))
+            cells = sc_json_append(cells, cell_json(&s, i));
+    }
+    data = json_pack("{s:s, s:s, s:s, s:i, s:O, s:O}", "kind", "studies", "title",
+                     "Comparison of studies", "unit", sc_study_unit(&s.views[0]), "cell_count",
+                     s.views[0].measured, "studies", list, "cells", cells);
+    status = sc_json_page(ctx, data, out);
 out:
-    sc_page_clear(&page);
+    json_decref(data);
+    json_decref(list);
+    json_decref(cells);
     for (int i = 0; i < s.count; i++)
         sc_study_view_clear(&s.views[i]);
     sc_free(s.views);

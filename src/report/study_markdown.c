@@ -6,10 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Times of the paper for its heart of 469 x 325 x 487 voxels (table 1), in seconds. */
-#define PAPER_PLAIN_S 3.3
-#define PAPER_ACCELERATED_S 2.1
-
 /* Text that is being written; the first error ends it. */
 typedef struct writer {
     const sc_ctx *ctx;
@@ -62,21 +58,18 @@ static void add_head(writer *w, const sc_study_view *view, const char *first)
 /* Add the row of the paper, if the study compares its two methods. */
 static void add_paper(writer *w, const sc_study_view *view)
 {
-    const sc_design_axis *axis = view->series < 0 ? NULL : &view->m->design.axes[view->series];
-    bool has_plain = false, has_accelerated = false;
+    const sc_design_axis *axis;
 
-    for (int c = 0; axis && !strcmp(axis->name, "render.skip") && c < axis->value_count; c++) {
-        has_plain = has_plain || !strcmp(axis->values[c], "none");
-        has_accelerated = has_accelerated || !strcmp(axis->values[c], "interior");
-    }
-    if (!has_plain || !has_accelerated)
+    if (!sc_study_has_paper(view))
         return;
+    axis = &view->m->design.axes[view->series];
     ADD(w, "| the paper, its heart and computer |");
     for (int c = 0; c < axis->value_count; c++) {
         if (!strcmp(axis->values[c], "none"))
-            ADD(w, " %.1f |", PAPER_PLAIN_S);
+            ADD(w, " %.1f |", SC_PAPER_PLAIN_S);
         else if (!strcmp(axis->values[c], "interior"))
-            ADD(w, " %.1f (%.2f) |", PAPER_ACCELERATED_S, PAPER_PLAIN_S / PAPER_ACCELERATED_S);
+            ADD(w, " %.1f (%.2f) |", SC_PAPER_ACCELERATED_S,
+                SC_PAPER_PLAIN_S / SC_PAPER_ACCELERATED_S);
         else
             ADD(w, " |");
     }

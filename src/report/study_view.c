@@ -101,7 +101,9 @@ static bool is_number(const char *text)
     return end != text && !*end;
 }
 
-void sc_study_value(const sc_study_view *view, int cell, int axis, char *text, size_t size)
+/* Write the value of an axis that a cell has, with the name of the axis if the value is a number.
+ */
+static void write_value(const sc_study_view *view, int cell, int axis, char *text, size_t size)
 {
     const sc_design *design = &view->m->design;
     const char *value = design->axes[axis].values[sc_design_index(design, cell, axis)];
@@ -124,7 +126,19 @@ void sc_study_name(const sc_study_view *view, int cell, int without, const char 
             continue;
         if (used)
             used += (size_t)snprintf(text + used, SC_CELL_NAME_BYTES - used, ", ");
-        sc_study_value(view, cell, i, text + used, SC_CELL_NAME_BYTES - used);
+        write_value(view, cell, i, text + used, SC_CELL_NAME_BYTES - used);
         used += strlen(text + used);
     }
+}
+
+bool sc_study_has_paper(const sc_study_view *view)
+{
+    const sc_design_axis *axis = view->series < 0 ? NULL : &view->m->design.axes[view->series];
+    bool has_plain = false, has_accelerated = false;
+
+    for (int i = 0; axis && !strcmp(axis->name, "render.skip") && i < axis->value_count; i++) {
+        has_plain = has_plain || !strcmp(axis->values[i], "none");
+        has_accelerated = has_accelerated || !strcmp(axis->values[i], "interior");
+    }
+    return has_plain && has_accelerated;
 }

@@ -37,23 +37,21 @@ double sc_study_frame_s(const sc_study_view *view, int cell);
 /* @return what that time is, such as "CPU seconds a frame"; static. */
 const char *sc_study_unit(const sc_study_view *view);
 
-/* Write the value of an axis that a cell has, with the name of the axis if the value is a number.
- */
-void sc_study_value(const sc_study_view *view, int cell, int axis, char *text, size_t size);
-/* Write what tells a cell from others: its values of all axes with several values. @param without
- * an axis that is left out; -1: none. Without any such axis: @p alone. */
+/* Write what tells a cell from others: its values of all axes with several values, with the name of
+ * the axis before a number. @param without an axis that is left out; -1: none. Without any such
+ * axis: @p alone. */
 void sc_study_name(const sc_study_view *view, int cell, int without, const char *alone,
                    char text[SC_CELL_NAME_BYTES]);
 
-/* ---- study_words.c ---- */
+/* Times of the paper for its heart of 469 x 325 x 487 voxels (table 1), in seconds. */
+#define SC_PAPER_PLAIN_S 3.3
+#define SC_PAPER_ACCELERATED_S 2.1
+/* @return whether the study compares the two methods of the paper. */
+bool sc_study_has_paper(const sc_study_view *view);
 
-/* Add what the study says in words. */
-void sc_report_study_words(sc_page *page, const sc_study_view *view);
+/* ---- study.c ---- */
 
-/* ---- study_plots.c ---- */
-
-/* Add speed-up and efficiency of a study over ranks or threads, or bars for each value of the
- * series. */
-void sc_report_study_plots(sc_page *page, const sc_study_view *view);
+/* @return where and with what measurements were made. */
+json_t *sc_study_run_json(const sc_study_run *run);
 
 #endif

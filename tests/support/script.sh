@@ -76,3 +76,13 @@ animation:
 ${2:-}
 YAML
 }
+
+# page_data PAGE: print the data of a page, which names no address of the network and is smaller than 300 KB.
+page_data() {
+    [ "$(stat -c %s "$1")" -lt 300000 ] || fail "$1 has $(stat -c %s "$1") bytes"
+    ! sed 's|http://www.w3.org/2000/svg||' "$1" | grep -oE '.{20}https?:.{20}' || fail "$1 names an address (above)"
+    [ "$(grep -c '<script' "$1")" = 2 ] || fail "$1 has other scripts than its own"
+    sed -n 's|^<script type="application/json" id="data">\(.*\)</script>$|\1|p' "$1"
+}
+# page_has PAGE CONDITION [VALUE]: the condition, in the language of jq, holds for the data of a page; $value in it is VALUE.
+page_has() { page_data "$1" | jq -e --arg value "${3:-}" "$2" >/dev/null || fail "$1: $2 does not hold"; }

@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# cmake -DPARTS="page.html;style.css;dom.js;..." -DOUTPUT=page_html.c -P embed.cmake: puts the style and the modules,
+# without what they import and export, into the HTML, and that into a C array.
+set(scripts "")
+foreach(part IN LISTS PARTS)
+  file(READ ${part} text)
+  if(part MATCHES "html$")
+    set(page "${text}")
+  elseif(part MATCHES "css$")
+    string(REPLACE "@STYLE@" "${text}" page "${page}")
+  else()
+    string(REGEX REPLACE "\nimport [^\n]*" "" text "${text}")
+    string(REGEX REPLACE "\nexport " "\n" text "${text}")
+    string(APPEND scripts "${text}")
+  endif()
+endforeach()
+string(REPLACE "@SCRIPTS@" "${scripts}" page "${page}")
+file(WRITE ${OUTPUT}.html "${page}")
+file(READ ${OUTPUT}.html bytes HEX)
+string(REGEX REPLACE "(..)" "0x\\1," bytes "${bytes}")
+file(WRITE ${OUTPUT} "/* Made by embed.cmake. */\n#include \"segcast/page.h\"\n\nconst char sc_page_html[] = {\n${bytes}0};\n")
