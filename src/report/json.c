@@ -11,7 +11,7 @@
 
 enum {
     FILE_BYTES_MAX = 1 << 20, /* the largest file of settings, and how much of it is shown */
-    FILE_BYTES_SHOWN = 1 << 15,
+    FILE_BYTES_SHOWN = 1 << 14,
     DIGITS = 6 /* of numbers: more than anything measured has */
 };
 

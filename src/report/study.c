@@ -6,9 +6,9 @@
 #include <string.h>
 
 enum {
-    CELLS_SHOWN = 200,
+    CELLS_SHOWN = 150,
     RUNS_SHOWN = 50,
-    TIMES_SHOWN = 8000 /* most single measurements, of all cells together */
+    TIMES_SHOWN = 4000 /* most single measurements, of all cells together */
 };
 
 /* ---- cells ---- */
