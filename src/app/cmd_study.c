@@ -49,10 +49,9 @@ static double remaining_s(const director *d)
     const sc_study *study = &d->state->study;
     const double now_s = sc_wall_s();
     const double budget_s = study->budget_s - (now_s - d->begin_s);
-    const double needed_s = sc_schedule_estimate_s(&d->schedule, study->least);
-    double left_s = sc_schedule_estimate_s(&d->schedule, study->most);
+    const double left_s =
+        fmin(sc_schedule_estimate_s(&d->schedule, study->most), fmax(0, budget_s));
 
-    left_s = fmin(left_s, fmax(needed_s, budget_s));
     return d->deadline_s > 0 ? fmin(left_s, fmax(0, d->deadline_s - now_s)) : left_s;
 }
 
@@ -162,43 +161,68 @@ static sc_status check_pixels(const director *d, size_t from)
                    other, cell, d->records.directory);
 }
 
-/* Refuse a study that the budget cannot hold, as soon as that is known; when all cells have been
- * looked at, tell what it will take. */
-static sc_status check_budget(director *d)
+/* @return a cell that has not been looked at, or -1. */
+static int next_to_pilot(const director *d)
 {
-    const sc_study *study = &d->state->study;
-    const sc_ctx *ctx = d->state->app->ctx;
-    int to_pilot = 0;
-    const double used_s = sc_wall_s() - d->begin_s;
-    const double left_s = sc_schedule_estimate_s(&d->schedule, study->least);
-    char needed[32], budget[32];
-
-    for (int i = 0; i < d->schedule.cell_count; i++)
-        to_pilot += d->schedule.cells[i].runs_here && d->schedule.costs[i].measure_s == 0;
-    format_time(used_s + left_s, needed, sizeof needed);
-    format_time(study->budget_s, budget, sizeof budget);
-    if (used_s + left_s > study->budget_s)
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "%s: measuring %d of %d cells %d times each takes %s%s, and the budget is "
-                       "%s; raise budget, or lower least, the frames or the number of values",
-                       d->state->app->options.input, d->piloted, d->schedule.cell_count,
-                       study->least, to_pilot ? "more than " : "about ", needed, budget);
-    if (to_pilot == 0)
-        sc_info(ctx, "%d cells, each measured %d times or more: at least %s of the budget of %s",
-                d->piloted, study->least, needed, budget);
-    return SC_OK;
+    for (int i = 0; i < d->schedule.cell_count; i++) {
+        if (d->schedule.cells[i].runs_here && d->schedule.costs[i].measure_s == 0 &&
+            !d->schedule.done[i])
+            return i;
+    }
+    return -1;
 }
 
-/* @return whether every cell that runs here has been measured as often as the study asks. */
-static bool has_least(const director *d)
+/* All cells have been looked at: tell how often the budget lets each be measured. */
+static void tell_plan(const director *d)
 {
+    const sc_study *study = &d->state->study;
+    const double left_s = study->budget_s - (sc_wall_s() - d->begin_s);
+    int times = study->least;
+    char budget[32];
+
+    format_time(study->budget_s, budget, sizeof budget);
+    while (times > 0 && sc_schedule_estimate_s(&d->schedule, times) > left_s)
+        times--;
+    if (times == 0)
+        sc_warn(d->state->app->ctx,
+                "the budget of %s does not last for one measurement of each of %d cells", budget,
+                d->piloted);
+    else if (times < study->least)
+        sc_warn(d->state->app->ctx,
+                "the budget of %s lets each of %d cells be measured about %d time%s, and not %d; "
+                "raise budget for narrower intervals",
+                budget, d->piloted, times, times == 1 ? "" : "s", study->least);
+    else
+        sc_info(d->state->app->ctx, "%d cells, each measured %d times or more within %s",
+                d->piloted, study->least, budget);
+}
+
+/* The budget is used up. @return the outcome: the study is complete if every cell that runs here
+ * was measured; SC_ERR_USAGE if none was. */
+static sc_status end_of_budget(const director *d)
+{
+    const sc_ctx *ctx = d->state->app->ctx;
     const sc_schedule *s = &d->schedule;
+    int cells = 0, without = 0, few = 0;
+    char budget[32];
 
     for (int i = 0; i < s->cell_count; i++) {
-        if (s->cells[i].runs_here && !s->done[i] && s->counts[i] < d->state->study.least)
-            return false;
+        cells += s->cells[i].runs_here;
+        without += s->cells[i].runs_here && s->counts[i] == 0;
+        few += s->cells[i].runs_here && s->counts[i] < d->state->study.least;
     }
-    return true;
+    format_time(d->state->study.budget_s, budget, sizeof budget);
+    if (d->records.results.count == 0)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "%s: the budget is %s, and looking at %d of %d cells took longer; raise "
+                       "budget, or lower the frames or the number of values",
+                       d->state->app->options.input, budget, d->piloted, cells);
+    if (few)
+        sc_warn(ctx,
+                "the budget of %s is used up: %d of %d cells were measured fewer than %d times, "
+                "and %d of them not at all",
+                budget, few, cells, d->state->study.least, without);
+    return without ? SC_ERR_INCOMPLETE : SC_OK;
 }
 
 /* Choose what all ranks do next; the outcome is set when nothing is left. On rank 0. */
@@ -206,7 +230,7 @@ static step choose(director *d)
 {
     const step end = {.cell = -1};
     const double now_s = sc_wall_s();
-    const bool is_late = now_s - d->begin_s > d->state->study.budget_s;
+    const int pilot = next_to_pilot(d);
     int cell;
 
     d->outcome = SC_OK;
@@ -214,13 +238,12 @@ static step choose(director *d)
         d->outcome = SC_ERR_INCOMPLETE;
         return end;
     }
-    for (int i = 0; i < d->schedule.cell_count; i++) {
-        if (d->schedule.cells[i].runs_here && d->schedule.costs[i].measure_s == 0 &&
-            !d->schedule.done[i])
-            return (step){.cell = i, .way = {.pilot = true}};
-    }
-    if (is_late && has_least(d))
+    if (now_s - d->begin_s > d->state->study.budget_s) {
+        d->outcome = end_of_budget(d);
         return end;
+    }
+    if (pilot >= 0)
+        return (step){.cell = pilot, .way = {.pilot = true}};
     cell = sc_schedule_next(&d->schedule);
     return (step){.cell = cell, .way = {.round = d->schedule.round}};
 }
@@ -233,7 +256,8 @@ static sc_status keep(director *d, const step *what, const sc_measurement *m)
 
     if (what->way.pilot) {
         note_cost(d, m);
-        SC_TRY(check_budget(d));
+        if (next_to_pilot(d) < 0)
+            tell_plan(d);
         if (!d->state->whole_jobs)
             return SC_OK;
     }
@@ -366,6 +390,7 @@ static sc_status begin(director *d)
     for (size_t i = 0; i < all->count; i++)
         SC_TRY(note(d, &all->items[i]));
     done = progress_of(d, &total);
+    d->begin_s = sc_wall_s();
     sc_stage_begin(app->ctx, "measuring", (uint64_t)done, (uint64_t)total);
     tell_state(d, "running");
 out:

@@ -173,9 +173,19 @@ expect 73 'others/work: is in the way' "$SEGCAST" study one.yaml -o others -q; o
 ln -s nowhere links/cells.csv
 expect 73 'links/cells.csv: is in the way' "$SEGCAST" study one.yaml -o links -q; one_error
 mkdir empty
-sed 's/budget:.*/budget: 1s/; s/64x64/640x640/' one.yaml >long.yaml
+sed 's/budget:.*/budget: 1s/; s/64x64/4k/' one.yaml >long.yaml
 expect 64 'the budget is 1 s' "$SEGCAST" study long.yaml -o empty -q; one_error
 [ -d empty ] && [ -z "$(ls -A empty)" ] || fail "a study that was refused changed a directory of the user"
+
+# A budget that cannot hold what is asked for: what it allows is measured.
+sed 's/least: 1/least: 1000/; s/most: 1/most: 1000/; s/budget:.*/budget: 8s/' one.yaml >short.yaml
+expect 0 'the budget of 8 s is used up: 4 of 4 cells were measured fewer than 1000 times, and 0 of them not at all' "$SEGCAST" study short.yaml -o short -q
+grep -q 'the budget of 8 s lets each of 4 cells be measured about [0-9]* times\?, and not 1000' stderr.txt || fail "no plan: $(cat stderr.txt)"
+page_has short/report.html '.complete and .measured == 4'
+sed -i '/"measurement":{"cell":[13],/d; /"complete"/d' short/measurements.jsonl
+sed -i 's/budget: 8s/budget: 1ms/' short.yaml
+expect 75 'and 2 of them not at all' "$SEGCAST" study short.yaml -o short --resume -q
+page_has short/report.html '.complete == false and .measured == 2 and .missing == 2'
 
 # Mistakes of the study, of the jobs of its cells, and a budget that cannot hold it.
 refuse() { # CODE MESSAGE SED_COMMAND...
@@ -189,7 +199,7 @@ refuse 65 'bad.yaml:4: unknown key "rende"; did you mean "render"' 's/render.ski
 refuse 64 'bad.yaml:4: render.skp: .*did you mean "skip"' 's/render.skip:/render.skp:/'
 refuse 64 'bad.yaml:4: render.skip: unknown skip "lep"; did you mean "leap"' 's/leap/lep/'
 refuse 65 'bad.yaml:4: render.skip has no values' 's/\[none, leap\]/[]/'; one_error
-refuse 64 'the budget is 1 s; raise budget' 's/budget:.*/budget: 1s/; s/64x64/640x640/'; one_error
+refuse 64 'the budget is 1 s, and looking at [0-9] of 4 cells took longer' 's/budget:.*/budget: 1s/; s/64x64/4k/'; one_error
 refuse 66 'nowhere.yaml: No such file' '1s/^/job: nowhere.yaml\n/'; one_error
 expect 66 'absent.yaml' "$SEGCAST" study absent.yaml -q; one_error
 
