@@ -259,10 +259,13 @@ typedef struct sc_scene {
     bool has_look; /**< look is that of this frame; false: it is that of the renderer's settings */
     sc_look look;
     sc_plane planes[SC_PLANES_MAX]; /**< [plane_count] of them */
+    uint32_t
+        cuts; /**< which planes of the film they are, in their order: bit i is that of plane i */
     int plane_count;
     sc_clip_mode clip_mode;
     uint32_t clip_sets[SC_CLIP_SETS_MAX]; /**< [clip_set_count]: the planes of each, as bits */
     int clip_set_count;
+    sc_vec3 point_mm;   /**< in which the slices of the three regular views meet, RAS */
     bool inside;        /**< the camera is within a vessel or chamber: all lamps are at the eye, and
                              nothing shades */
     bool slice;         /**< draw nothing but the cut faces: a slice through the volume */

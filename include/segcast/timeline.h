@@ -345,11 +345,11 @@ SC_MUST_USE sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *
 /** Find the corners of the boxes around tissues where each shift has brought them when it ends.
  *  @param shifts [count] of sc_explodes_resolve. @param out room for 8 @p count points, RAS mm. */
 void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t count, sc_vec3 *out);
-/** Find the corners of the boxes around those tissues that are away from their places in frame @p k
- *  in [0, frames), where they are then. @param shifts, out as of sc_shifts_reach.
+/** Find the corners of the boxes around those tissues that are away from their places at a time, 0
+ *  to 1, where they are then. @param shifts, out as of sc_shifts_reach.
  *  @return the number of points: 8 for each of these tissues. */
-size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, size_t count, int k,
-                          int frames, sc_vec3 *out);
+size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, size_t count,
+                          double time, sc_vec3 *out);
 /** Fill @p out [label_count] with how far each tissue is from its place in frame @p k in [0,
  *  frames): see sc_scene.offsets_mm. What several shifts do to a tissue adds up. @return whether
  * any is moved. */
@@ -384,28 +384,22 @@ void sc_timeline_fades(const sc_timeline *timeline, int k, float *out, int label
  */
 void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, size_t point_count,
                          double aspect, sc_timeline *out);
-/** @return plane @p plane of the animation in frame @p k in [0, frames), as its sweep and the verbs
- * turn place it. */
-sc_plane sc_timeline_plane(const sc_timeline *timeline, int plane, int k);
-/** @return the planes that cut in frame @p k in [0, frames): bit i for that of sweep i. */
-uint32_t sc_timeline_planes(const sc_timeline *timeline, int k);
-/** @return the scene of frame @p k in [0, frames); its slice is false. It holds the planes of
- * sc_timeline_planes alone, in their order. An orbit of one turn in N
+/** @return the scene of frame @p k in [0, frames); its slice is false. It holds the planes that
+ * cut then alone, in their order. An orbit of one turn in N
  * frames stands at 360 k / N degrees, so that no direction comes twice when the video loops. Ramps
  * reach their end in the last frame. */
 sc_scene sc_timeline_scene(const sc_timeline *timeline, int k);
 
-/** @return the point in which the slices of frame @p k in [0, frames) meet, RAS mm. */
-sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k);
-
 /** @return the share of its way, 0 to 1, that what happens in the part [begin, end] of an animation
- * (see sc_ramp) has covered in frame @p k of @p frames. */
-double sc_progress(double begin, double end, sc_ease ease, double k, int frames);
+ * (see sc_ramp) has covered at a time, 0 to 1. */
+double sc_progress(double begin, double end, sc_ease ease, double at);
 /** @return how much of the way is done, 0 to 1. @param u how much of the time has passed, 0 to 1;
  * not clamped. */
 double sc_ease_value(sc_ease ease, double u);
-/** @return the value, in frame @p k of @p frames, of a track, or without key frames of a ramp. */
-double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, int k, int frames);
+/** @return the value of a track at a time, 0 to 1; without key frames, of a ramp. */
+double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, double at);
+/** @return the number that a track gives at a time, 0 to 1; without key frames @p constant. */
+double sc_number_at(const sc_track *track, double constant, double at);
 /** @return the value of the last key frame that is not behind a time, or of the first: of values
  * that jump, such as true and false. @param at the time, 0 to 1. */
 sc_vec3 sc_track_step(const sc_track *track, double at);
@@ -424,9 +418,9 @@ void sc_track_color(const sc_track *tones, double at, float linear[3]);
  * @param position_mm, target_mm, up the results, as the members of sc_orbit with these names. */
 void sc_fixed_camera_at(const sc_orbit *camera, double at, sc_vec3 *position_mm, sc_vec3 *target_mm,
                         sc_vec3 *up);
-/** @return the light of frame @p k of @p frames. @param light what holds where there are no key
+/** @return the light at a time, 0 to 1. @param light what holds where there are no key
  * frames. */
-sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks, int k, int frames);
+sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks, double at);
 /** @return the light by which a renderer of all frames is made: @p light with the strongest
  * occlusion and the darkest shadows of any of them. */
 sc_lighting sc_light_of_all(const sc_lighting *light, const sc_light_tracks *tracks);

@@ -50,25 +50,19 @@ static bool fades(const sc_session *session)
     return false;
 }
 
-/* @return a share in frame @p k. @param constant it, where the track has no key frames. */
-static double share_at(const sc_track *track, double constant, const sc_job *job, int k)
-{
-    return track->count ? sc_track_value(track, sc_frame_time(k, job->animation.frames)).x
-                        : constant;
-}
-
 sc_scene sc_shot_scene(const sc_session *session, int k)
 {
     sc_scene scene = sc_timeline_scene(&session->timeline, k);
     const sc_job *job = &session->job;
+    const double at = sc_frame_time(k, job->animation.frames);
 
     scene.has_look = true;
-    scene.look.light = sc_light_at(&job->light, &job->light_tracks, k, job->animation.frames);
+    scene.look.light = sc_light_at(&job->light, &job->light_tracks, at);
     sc_background_at(&job->render.background, k, job->animation.frames, scene.look.background);
-    scene.look.grey_caps = share_at(&job->image.caps_track, job->image.caps, job, k);
-    scene.look.grey_slices = share_at(&job->image.slices_track, job->image.slices, job, k);
+    scene.look.grey_caps = sc_number_at(&job->image.caps_track, job->image.caps, at);
+    scene.look.grey_slices = sc_number_at(&job->image.slices_track, job->image.slices, at);
     scene.look.grey_window = sc_window_at(session, k);
-    scene.look.grey_backdrop = share_at(&job->image.backdrop_track, job->image.backdrop, job, k);
+    scene.look.grey_backdrop = sc_number_at(&job->image.backdrop_track, job->image.backdrop, at);
     if (session->frame_colors) {
         find_colors(session, k);
         scene.colors = (const float(*)[3])session->frame_colors;
@@ -108,7 +102,7 @@ sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_r
     const sc_annotations annotations = sc_session_annotations_at(session, k);
     const sc_scene scene = sc_shot_scene(session, k);
     sc_renderer *renderer = sc_session_begin_frame(session, k);
-    sc_views views = {.point_mm = sc_timeline_point(timeline, k),
+    sc_views views = {.point_mm = scene.point_mm,
                       .low_mm = timeline->low_mm,
                       .high_mm = timeline->high_mm,
                       .oriented = session->volume.oriented,

@@ -175,16 +175,8 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
     *out = t;
 }
 
-double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, int k, int frames)
-{
-    if (track->count)
-        return sc_track_value(track, sc_frame_time(k, frames)).x;
-    return ramp->from +
-           (ramp->to - ramp->from) * sc_progress(ramp->begin, ramp->end, ramp->ease, k, frames);
-}
-
-/* @return half the height of the picture (see sc_camera) at frame @p k, before the zoom. @param
- * sight of that frame. */
+/* @return half the height of the picture (see sc_camera) of a frame, before the zoom. @param sight
+ * of that frame. */
 static double half_height_at(const sc_timeline *t, const sc_sight *sight)
 {
     const sc_orbit *orbit = &t->animation.camera;
@@ -223,12 +215,11 @@ static void go_to_frame(const sc_timeline *t, const sc_move *move, double share,
 }
 
 /* Change a view by the verbs zoom, dolly and frame, each from where those before have left it. */
-static void apply_moves(const sc_timeline *t, int k, view *v)
+static void apply_moves(const sc_timeline *t, double at, view *v)
 {
     for (int i = 0; i < t->animation.move_count; i++) {
         const sc_verb *verb = &t->moves[i].verb;
-        const double share =
-            sc_progress(verb->begin, verb->end, verb->ease, k, t->animation.frames);
+        const double share = sc_progress(verb->begin, verb->end, verb->ease, at);
 
         if (share <= 0)
             continue;
@@ -245,22 +236,22 @@ static void apply_moves(const sc_timeline *t, int k, view *v)
 static sc_camera camera_at(const sc_timeline *t, int k, bool *inside)
 {
     const sc_orbit *orbit = &t->animation.camera;
+    const double at = sc_frame_time(k, t->animation.frames);
     view v = {.sight = sc_sight_at(t, k),
-              .zoom = sc_ramp_value(&orbit->zoom, &orbit->zoom_track, k, t->animation.frames)};
+              .zoom = sc_ramp_value(&orbit->zoom, &orbit->zoom_track, at)};
     sc_vec3 base_mm, position_mm, target_mm, up;
     double half_height;
     sc_camera camera;
 
     v.half_height = half_height_at(t, &v.sight);
     base_mm = v.sight.target_mm;
-    apply_moves(t, k, &v);
+    apply_moves(t, at, &v);
     half_height = v.half_height / v.zoom;
-    *inside = sc_fly_camera(t, k, v.zoom, &camera);
+    *inside = sc_fly_camera(t, at, v.zoom, &camera);
     if (*inside)
         return camera;
     if (orbit->fixed && !t->animation.move_count) {
-        sc_fixed_camera_at(orbit, sc_frame_time(k, t->animation.frames), &position_mm, &target_mm,
-                           &up);
+        sc_fixed_camera_at(orbit, at, &position_mm, &target_mm, &up);
         return sc_camera_look(position_mm, target_mm, up, orbit->projection, half_height);
     }
     if (orbit->projection == SC_ORTHOGRAPHIC && !orbit->fixed) /* rays begin outside of all */
@@ -271,19 +262,17 @@ static sc_camera camera_at(const sc_timeline *t, int k, bool *inside)
                           half_height);
 }
 
-sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k)
+/* @return the point in which the slices meet at a time. */
+static sc_vec3 point_at(const sc_timeline *t, double at)
 {
-    const sc_slices *slices = &timeline->animation.slices;
-    const sc_ramp *ramp = &slices->share;
-    const double share =
-        ramp->from + (ramp->to - ramp->from) * sc_progress(ramp->begin, ramp->end, ramp->ease, k,
-                                                           timeline->animation.frames);
+    static const sc_track none = {0};
+    const sc_slices *slices = &t->animation.slices;
 
-    if (slices->has_point && slices->point_track.count)
-        return sc_track_value(&slices->point_track, sc_frame_time(k, timeline->animation.frames));
     if (slices->has_point)
-        return slices->point_mm;
-    return sc_vec3_along(timeline->low_mm, share, sc_vec3_sub(timeline->high_mm, timeline->low_mm));
+        return slices->point_track.count ? sc_track_value(&slices->point_track, at)
+                                         : slices->point_mm;
+    return sc_vec3_along(t->low_mm, sc_ramp_value(&slices->share, &none, at),
+                         sc_vec3_sub(t->high_mm, t->low_mm));
 }
 
 /* @return whether a plane cuts at a time, 0 to 1. */
@@ -294,18 +283,6 @@ static bool is_active(const sc_sweep *sweep, double at)
     if (sweep->active_track.count)
         return sc_track_step(&sweep->active_track, at).x > 0;
     return at >= sweep->active_begin && at <= sweep->active_end;
-}
-
-uint32_t sc_timeline_planes(const sc_timeline *timeline, int k)
-{
-    const sc_animation *a = &timeline->animation;
-    const double at = sc_frame_time(k, a->frames);
-    uint32_t active = 0;
-
-    for (int i = 0; i < a->sweep_count; i++) {
-        active |= is_active(&a->sweeps[i], at) ? 1u << i : 0;
-    }
-    return active;
 }
 
 /* @return the span of the exceptions of a plane in which a time lies: before the first key frame
@@ -319,24 +296,34 @@ static int span_of(const sc_sweep *sweep, double at)
     return span;
 }
 
+/* Fill in the planes that cut at a time, and which tissues each of them cuts. */
+static void set_planes(const sc_timeline *t, double at, sc_scene *scene)
+{
+    const sc_animation *a = &t->animation;
+
+    scene->clip_mode = a->clip_mode;
+    scene->clip_set_count = t->clip_set_count;
+    for (int i = 0; i < a->sweep_count; i++) {
+        const int span = span_of(&a->sweeps[i], at);
+
+        if (!is_active(&a->sweeps[i], at))
+            continue;
+        for (int g = 0; g < t->clip_set_count; g++) {
+            const bool spares = t->clip_sets[g].spares[i] >> span & 1u;
+
+            scene->clip_sets[g] |= (spares ? 0u : 1u) << scene->plane_count;
+        }
+        scene->cuts |= 1u << i;
+        scene->planes[scene->plane_count++] = sc_plane_at(t, i, at);
+    }
+}
+
 sc_scene sc_timeline_scene(const sc_timeline *timeline, int k)
 {
-    const sc_animation *a = &timeline->animation;
-    const uint32_t active = sc_timeline_planes(timeline, k);
-    sc_scene scene = {.clip_mode = a->clip_mode, .clip_set_count = timeline->clip_set_count};
-    int span;
+    const double at = sc_frame_time(k, timeline->animation.frames);
+    sc_scene scene = {.point_mm = point_at(timeline, at)};
 
     scene.camera = camera_at(timeline, k, &scene.inside);
-    for (int i = 0; i < a->sweep_count; i++) {
-        if (!(active & 1u << i))
-            continue;
-        span = span_of(&a->sweeps[i], sc_frame_time(k, a->frames));
-        for (int g = 0; g < timeline->clip_set_count; g++) {
-            const bool spares = timeline->clip_sets[g].spares[i] >> span & 1u;
-
-            scene.clip_sets[g] |= (spares ? 0u : 1u) << scene.plane_count;
-        }
-        scene.planes[scene.plane_count++] = sc_timeline_plane(timeline, i, k);
-    }
+    set_planes(timeline, at, &scene);
     return scene;
 }

@@ -226,7 +226,7 @@ TEST(a_plane_cuts_while_it_is_active)
         3, {{.at = 0.2, .value = {1, 0, 0}}, {.at = 0.4}, {.at = 0.7, .value = {1, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     for (int k = 0; k <= 10; k++)
-        assert_int_equal(sc_timeline_planes(&t, k), k < 4 || k >= 7 ? 3 : 2);
+        assert_int_equal(sc_timeline_scene(&t, k).cuts, k < 4 || k >= 7 ? 3 : 2);
 }
 
 /* Tissues are excepted from a plane from one key frame of its exceptions to the next. */
@@ -344,10 +344,10 @@ TEST(a_plane_turns_about_its_line)
     }
     moves[0].verb.has_axis = moves[1].verb.has_axis = false; /* upwards, unless it is across */
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
-    assert_near(sc_timeline_plane(&t, 1, 5).normal.x, 1, 1e-12);
+    assert_near(sc_timeline_scene(&t, 5).planes[1].normal.x, 1, 1e-12);
     a.sweeps[1].normal = (sc_vec3){0, 0, 1};
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
-    assert_near(sc_timeline_plane(&t, 1, 5).normal.x, 1, 1e-12);
+    assert_near(sc_timeline_scene(&t, 5).planes[1].normal.x, 1, 1e-12);
 }
 
 TEST(easing_begins_at_0_and_ends_at_1)
@@ -449,15 +449,15 @@ TEST(light_follows_its_key_frames)
         .shadows = {2, {{0, {0}, {1, 0, 0}}, {1, {0}, {0.5, 0, 0}}}}};
     const sc_light_tracks none = {0};
 
-    assert_near(sc_light_at(&light, &tracks, 0, 101).key, 1, 0);
-    assert_near(sc_light_at(&light, &tracks, 50, 101).key, 0.5, 1e-12);
-    assert_near(sc_light_at(&light, &tracks, 100, 101).key, 0, 0);
-    assert_near(sc_light_at(&light, &tracks, 50, 101).occlusion, 0.5, 1e-12);
-    assert_near(sc_light_at(&light, &tracks, 50, 101).fill, 0.1, 0);
-    assert_near(sc_light_at(&light, &none, 50, 101).key, 0.5, 0);
+    assert_near(sc_light_at(&light, &tracks, 0).key, 1, 0);
+    assert_near(sc_light_at(&light, &tracks, 0.5).key, 0.5, 1e-12);
+    assert_near(sc_light_at(&light, &tracks, 1).key, 0, 0);
+    assert_near(sc_light_at(&light, &tracks, 0.5).occlusion, 0.5, 1e-12);
+    assert_near(sc_light_at(&light, &tracks, 0.5).fill, 0.1, 0);
+    assert_near(sc_light_at(&light, &none, 0.5).key, 0.5, 0);
     /* What is made once has to do for all frames. */
     assert_near(sc_light_of_all(&light, &tracks).occlusion, 0.75, 0);
-    assert_near(sc_light_at(&light, &tracks, 50, 101).shadows, 0.75, 1e-12);
+    assert_near(sc_light_at(&light, &tracks, 0.5).shadows, 0.75, 1e-12);
     assert_near(sc_light_of_all(&light, &tracks).shadows, 1, 0);
     assert_near(sc_light_of_all(&light, &none).occlusion, 1, 0);
 }
@@ -504,13 +504,14 @@ TEST(planes_follow_their_key_frames)
     a.sweeps[2].has_point = true;
     a.sweeps[2].point_mm = (sc_vec3){7, 8, 9};
     sc_timeline_resolve(&a, corners, SC_COUNT_OF(corners), 1, &t);
-    assert_near(sc_timeline_plane(&t, 0, 0).offset_mm, -110, 1e-9);
-    assert_near(sc_timeline_plane(&t, 0, 25).offset_mm, -120, 1e-9);
-    assert_near(sc_timeline_plane(&t, 0, 50).offset_mm, -130, 1e-9);
-    assert_near(sc_timeline_plane(&t, 0, 100).offset_mm, -140, 1e-9);
+    assert_near(sc_timeline_scene(&t, 0).planes[0].offset_mm, -110, 1e-9);
+    assert_near(sc_timeline_scene(&t, 25).planes[0].offset_mm, -120, 1e-9);
+    assert_near(sc_timeline_scene(&t, 50).planes[0].offset_mm, -130, 1e-9);
+    assert_near(sc_timeline_scene(&t, 100).planes[0].offset_mm, -140, 1e-9);
     for (int k = 0; k < FRAMES; k++) {
         const double turned = k < 25 ? 0 : k > 75 ? 1 : (k - 25) / 50.0;
-        const sc_plane plane = sc_timeline_plane(&t, 1, k), about = sc_timeline_plane(&t, 2, k);
+        const sc_plane plane = sc_timeline_scene(&t, k).planes[1],
+                       about = sc_timeline_scene(&t, k).planes[2];
 
         assert_near(plane.normal.x, cos(turned * M_PI / 2), 1e-12);
         assert_near(plane.normal.y, sin(turned * M_PI / 2), 1e-12);
@@ -612,9 +613,9 @@ TEST(slices_follow_their_key_frames)
     a.slices.has_point = true;
     a.slices.point_track = (sc_track){2, {{0, {0}, {1, 2, 3}}, {1, {0}, {11, 2, -7}}}};
     sc_timeline_resolve(&a, NULL, 0, 1, &t);
-    assert_near(sc_timeline_point(&t, 0).x, 1, 0);
-    assert_near(sc_timeline_point(&t, 5).x, 6, 1e-12);
-    assert_near(sc_timeline_point(&t, 10).z, -7, 0);
+    assert_near(sc_timeline_scene(&t, 0).point_mm.x, 1, 0);
+    assert_near(sc_timeline_scene(&t, 5).point_mm.x, 6, 1e-12);
+    assert_near(sc_timeline_scene(&t, 10).point_mm.z, -7, 0);
 }
 
 /* What moves by key frames is framed in all frames, and shows what the key frames say. */
