@@ -253,8 +253,12 @@ typedef struct sc_look {
     sc_grey_window grey_window; /**< in which it is shown; not read without one */
 } sc_look;
 
-/** Everything that changes from frame to frame. */
+/** Everything that changes from frame to frame: all that is drawn of a frame follows from its
+ * scene, and from what is the same in all frames. */
 typedef struct sc_scene {
+    int frame;   /**< its number, for the time code, and for names, which are placed for the whole
+                      film at once */
+    double time; /**< when it is shown: from 0, the first frame, to 1, the last */
     sc_camera camera;
     bool has_look; /**< look is that of this frame; false: it is that of the renderer's settings */
     sc_look look;
@@ -265,6 +269,9 @@ typedef struct sc_scene {
     sc_clip_mode clip_mode;
     uint32_t clip_sets[SC_CLIP_SETS_MAX]; /**< [clip_set_count]: the planes of each, as bits */
     int clip_set_count;
+    double dark_text;   /**< as of sc_text_colors, for what is written over the picture */
+    double divider;     /**< where the first of two subjects in one picture ends, as a share of its
+                             width: sc_divider_px */
     sc_vec3 point_mm;   /**< in which the slices of the three regular views meet, RAS */
     bool inside;        /**< the camera is within a vessel or chamber: all lamps are at the eye, and
                              nothing shades */
@@ -280,5 +287,11 @@ typedef struct sc_scene {
                              not. Clip planes move with the tissues that they cut. NULL: none is.
                              Borrowed. */
 } sc_scene;
+
+/** @return the column of a picture of @p width_px at which a divider stands. */
+static inline int sc_divider_px(double divider, int width_px)
+{
+    return (int)floor(fmin(fmax(divider, 0), 1) * width_px + 0.5);
+}
 
 #endif

@@ -49,6 +49,25 @@ typedef struct sc_light_tracks {
     sc_track ambient, key, fill, head, occlusion, shadows, edges, depth_cue;
 } sc_light_tracks;
 
+/** The colour behind the tissues. */
+typedef struct sc_background {
+    uint8_t rgb[3]; /**< sRGB; where is_auto is set, to be filled in by sc_choose_background */
+    bool is_auto;
+    bool is_none; /**< there is none: pictures have alpha; rgb is white then, for what is drawn over
+                       the picture */
+    sc_track track; /**< key frames, of levels of sRGB; if there are any, rgb is the first, and
+                         is_auto and is_none are false */
+} sc_background;
+
+/** How much is shown of a grey volume, and in which window. */
+typedef struct sc_grey_tracks {
+    sc_grey_window window;
+    sc_track window_track; /**< key frames of level (x) and width (y); if there are any, window is
+                                the first */
+    double caps, slices, backdrop;                     /**< as of sc_grey_look */
+    sc_track caps_track, slices_track, backdrop_track; /**< key frames, which replace them */
+} sc_grey_tracks;
+
 /** Where a clip plane lies along its normal. */
 typedef struct sc_plane_position {
     double value;
@@ -289,12 +308,25 @@ typedef struct sc_animation {
     size_t framed_count;
 } sc_animation;
 
+/** What the looks of a film follow from. Borrows all; where light is NULL, scenes have no look. */
+typedef struct sc_looks {
+    const sc_lighting *light;            /**< what holds where there are no key frames */
+    const sc_light_tracks *light_tracks; /**< those */
+    const sc_background *background;     /**< whose colour is chosen */
+    const sc_grey_tracks *grey;
+    sc_grey_window grey_window; /**< in which the grey volume is shown, without key frames */
+    int fps;
+    const sc_ramp *divider; /**< see sc_scene.divider; NULL: there is none */
+    const sc_track *divider_track;
+} sc_looks;
+
 /** An animation in which all that depends on the volume is filled in: the framing of the camera and
  *  the positions of the planes in mm. Owns no memory. */
 typedef struct sc_timeline {
     sc_animation animation; /**< its camera has a target and a distance now */
     double from_mm[SC_PLANES_MAX], to_mm[SC_PLANES_MAX]; /**< plane positions along the normals */
     double half_height;                                  /**< as of sc_camera, before the zoom */
+    sc_looks looks;                                      /**< set by the caller */
     sc_clip_set clip_sets[SC_CLIP_SETS_MAX];             /**< [clip_set_count] */
     int clip_set_count;
     sc_vec3 low_mm, high_mm;     /**< bounding box of the visible tissues, RAS */

@@ -425,8 +425,6 @@ sc_status sc_session_grey(sc_app *app, sc_session *session);
 sc_status sc_session_borrow_grey(sc_app *app, const sc_session *from, sc_session *session);
 /* @return the backdrop of all frames of a job, as of sc_grey_look. */
 double sc_backdrop_most(const sc_job *job);
-/* @return the window of the grey volume in frame @p k. */
-sc_grey_window sc_window_at(const sc_session *session, int k);
 /* Check the header of the grey volume of session->job, if it has one, and where it lies. Not
  * collective. @return as sc_session_grey. */
 sc_status sc_session_check_grey(const sc_app *app, const sc_session *session);
@@ -450,10 +448,13 @@ void sc_moves_clear(sc_moves *moves);
  * others get its result. @return as sc_find_moves. */
 sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points,
                               size_t count);
+/* Let session->timeline, which is resolved, know what else the frames of a session follow from: all
+ * but the ways on which its camera flies. Not collective. */
+void sc_session_looks(sc_session *session);
 /* @return all that the overlays of a session follow from; borrowed from it. Not collective. */
 sc_annotations sc_session_annotations(const sc_session *session);
-/* The same for frame @p k, by the background of which the colour of text is chosen. */
-sc_annotations sc_session_annotations_at(const sc_session *session, int k);
+/* The same for a frame, by the background of which the colour of text is chosen. */
+sc_annotations sc_session_annotations_at(const sc_session *session, const sc_scene *scene);
 /* Fill session->lettering, session->logo and, unless the voxels are not known, session->names, if
  * the job has overlays, after sc_session_timeline: rank 0 makes them, so that other ranks need no
  * fonts. If session->front is set, its lettering is made before. @return as sc_annotations_letter,
@@ -549,9 +550,8 @@ void sc_shot_clear(sc_session *session);
 /* @return the scene of frame @p k of a shot, with its fades and offsets, which stay those of the
  * session. Not collective. */
 sc_scene sc_shot_scene(const sc_session *session, int k);
-/* Fill @p rows of a picture, NULL: all, with the background of frame @p k of the job. Not
- * collective. */
-void sc_draw_background(const sc_job *job, int k, const sc_rows *rows, sc_image *image);
+/* Fill @p rows of a picture, NULL: all, with the background of a frame. Not collective. */
+void sc_draw_background(const sc_scene *scene, const sc_rows *rows, sc_image *image);
 
 /* ---- subjects.c: what the subjects of a comparison have in common ---- */
 

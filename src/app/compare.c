@@ -297,7 +297,7 @@ sc_status sc_compare_grey(sc_app *app, sc_session *session)
         /* What is found for the first one holds for all, so that the same value looks the same. */
         for (int other = 1; other < c->count; other++) {
             c->parts[other].job.image.window_auto = false;
-            c->parts[other].job.image.window = subject->grey_window;
+            c->parts[other].job.image.shown.window = subject->grey_window;
         }
     }
 out:
@@ -394,7 +394,8 @@ static sc_status place_divider(const sc_ctx *ctx, const sc_job *job, sc_compare 
         return status;
     c->divider_px = block;
     for (int k = 0; k < frames; k++)
-        c->divider_px[k] = sc_divider_px(job, k, job->output.size_px[0]);
+        c->divider_px[k] = sc_divider_px(sc_timeline_scene(&c->parts[0].timeline, k).divider,
+                                         job->output.size_px[0]);
     for (int s = 0; s < c->count; s++)
         c->parts[s].divider_px = c->divider_px;
     return SC_OK;
@@ -411,16 +412,8 @@ sc_status sc_compare_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
         sc_session *part = &c->parts[i];
 
         part->timeline = first->timeline;
-        if (i >= c->count)
-            continue;
-        memcpy(part->timeline.clip_sets, part->clip_sets, sizeof part->clip_sets);
-        part->timeline.clip_set_count = part->clip_set_count;
-        part->timeline.fades = part->fades;
-        part->timeline.fade_count = part->fade_count;
-        part->timeline.shifts = part->shifts;
-        part->timeline.shift_count = part->shift_count;
-        part->timeline.tissues = part->tissues;
-        part->timeline.tissue_tracks = part->job.tissue_tracks;
+        if (i < c->count)
+            sc_session_looks(part);
     }
     SC_TRY(sc_comm_agree(app->comm, fill_front(app->ctx, c)));
     if (session->job.compare.has_divider)

@@ -62,8 +62,6 @@ typedef struct sc_places {
  * what is written below them. Whatever fonts there are, the result is the same. */
 void sc_place_subjects(const sc_job *job, const sc_caption *names, const int size_px[2],
                        sc_places *out);
-/* @return the column of a picture of @p width_px at which the first subject ends in frame @p k. */
-int sc_divider_px(const sc_job *job, int k, int width_px);
 /* Find what is written below a subject of which the job gives no name: the name of its file,
  * without what tells its format. */
 void sc_name_of_file(const char *volume, char out[SC_CAPTION_BYTES]);

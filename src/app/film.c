@@ -229,8 +229,8 @@ static bool draws_alike(const sc_session *a, const sc_session *b)
            are_same_bytes(&a->job.render, &b->job.render, sizeof a->job.render) &&
            are_same_bytes(&a->job.light, &b->job.light, sizeof a->job.light) &&
            are_same_bytes(&a->job.light_tracks, &b->job.light_tracks, sizeof a->job.light_tracks) &&
-           are_same_bytes(&a->job.image.caps, &b->job.image.caps, sizeof(double)) &&
-           are_same_bytes(&a->job.image.slices, &b->job.image.slices, sizeof(double)) &&
+           are_same_bytes(&a->job.image.shown.caps, &b->job.image.shown.caps, sizeof(double)) &&
+           are_same_bytes(&a->job.image.shown.slices, &b->job.image.shown.slices, sizeof(double)) &&
            sc_backdrop_most(&a->job) == sc_backdrop_most(&b->job) &&
            are_same_bytes(a->tissues, b->tissues,
                           (size_t)a->volume.label_count * sizeof *a->tissues);
@@ -258,7 +258,8 @@ static sc_status find_renderer(sc_app *app, sc_film *film, int i)
 /* Make all that a title card needs to be drawn. */
 static sc_status make_card(sc_app *app, sc_session *shot)
 {
-    shot->timeline.animation = shot->job.animation;
+    sc_timeline_resolve(&shot->job.animation, NULL, 0, sc_session_aspect(shot), &shot->timeline);
+    sc_session_looks(shot);
     return sc_session_letter(app, shot);
 }
 
@@ -333,11 +334,11 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
 static sc_status draw_card(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                            sc_image *image, sc_render_stats *stats)
 {
-    const sc_annotations annotations = sc_session_annotations_at(session, k);
-    const sc_scene scene = {0};
+    const sc_scene scene = sc_shot_scene(session, k);
+    const sc_annotations annotations = sc_session_annotations_at(session, &scene);
 
     *stats = (sc_render_stats){0};
-    sc_draw_background(&session->job, k, rows, image);
+    sc_draw_background(&scene, rows, image);
     return sc_annotations_draw(app->ctx, &annotations, k, &scene, image, rows);
 }
 
@@ -368,11 +369,9 @@ out:
 /* Fade the picture of a shot to its background. */
 static void fade(const sc_film *film, const sc_film_frame *at, const sc_rows *part, sc_image *image)
 {
-    const sc_job *job = &film->shots[at->shot].job;
-    uint8_t rgb[3];
+    const sc_scene scene = sc_shot_scene(&film->shots[at->shot], at->frame);
 
-    sc_background_at(&job->render.background, at->frame, job->animation.frames, rgb);
-    sc_image_fade(&film->mixer, rgb, at->share, part->first, part->end, image);
+    sc_image_fade(&film->mixer, scene.look.background, at->share, part->first, part->end, image);
 }
 
 sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,

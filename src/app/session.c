@@ -306,7 +306,7 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .caps = job->render.caps != 0,
         .cap_outline = job->render.cap_outline,
         .grey = session->grey.codes ? &session->grey : NULL,
-        .grey_look = {session->grey_window, job->image.caps, job->image.slices,
+        .grey_look = {session->grey_window, job->image.shown.caps, job->image.shown.slices,
                       sc_backdrop_most(job)},
         .light = sc_light_of_all(&job->light, &job->light_tracks),
         .local_thickness = job->render.thickness != 0,
@@ -495,6 +495,29 @@ static void warn_of_nothing(const sc_app *app, const sc_session *session)
             *where ? ": " : "", session->shot ? " in this shot; its" : "; the");
 }
 
+void sc_session_looks(sc_session *session)
+{
+    const sc_job *job = &session->job;
+    sc_timeline *t = &session->timeline;
+
+    memcpy(t->clip_sets, session->clip_sets, sizeof session->clip_sets);
+    t->clip_set_count = session->clip_set_count;
+    t->fades = session->fades;
+    t->fade_count = session->fade_count;
+    t->shifts = session->shifts;
+    t->shift_count = session->shift_count;
+    t->tissues = session->tissues;
+    t->tissue_tracks = job->tissue_tracks;
+    t->looks = (sc_looks){.light = &job->light,
+                          .light_tracks = &job->light_tracks,
+                          .background = &job->render.background,
+                          .grey = &job->image.shown,
+                          .grey_window = session->grey_window,
+                          .fps = job->output.fps,
+                          .divider = &job->compare.divider,
+                          .divider_track = &job->compare.divider_track};
+}
+
 sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
@@ -515,14 +538,7 @@ sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
                             &session->timeline);
     /* Framing, too, is decided with floating point: see sc_session_tissues. */
     sc_comm_broadcast(app->comm, &session->timeline, sizeof session->timeline);
-    memcpy(session->timeline.clip_sets, session->clip_sets, sizeof session->clip_sets);
-    session->timeline.clip_set_count = session->clip_set_count;
-    session->timeline.fades = session->fades;
-    session->timeline.fade_count = session->fade_count;
-    session->timeline.shifts = session->shifts;
-    session->timeline.shift_count = session->shift_count;
-    session->timeline.tissues = session->tissues;
-    session->timeline.tissue_tracks = session->job.tissue_tracks;
+    sc_session_looks(session);
     SC_TRY(share_ways(app, session));
     if (count > 0 && first)
         sc_warn_of_planes(app, session);

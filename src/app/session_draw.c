@@ -43,7 +43,7 @@ static void find_colors(const sc_session *session, int k)
 /* @return whether the opacity of any tissue changes in the film. */
 static bool fades(const sc_session *session)
 {
-    for (int id = 1; id < session->volume.label_count; id++) {
+    for (int id = 1; session->tissues && id < session->volume.label_count; id++) {
         if (session->tissues[id].fade_group)
             return true;
     }
@@ -53,16 +53,7 @@ static bool fades(const sc_session *session)
 sc_scene sc_shot_scene(const sc_session *session, int k)
 {
     sc_scene scene = sc_timeline_scene(&session->timeline, k);
-    const sc_job *job = &session->job;
-    const double at = sc_frame_time(k, job->animation.frames);
 
-    scene.has_look = true;
-    scene.look.light = sc_light_at(&job->light, &job->light_tracks, at);
-    sc_background_at(&job->render.background, k, job->animation.frames, scene.look.background);
-    scene.look.grey_caps = sc_number_at(&job->image.caps_track, job->image.caps, at);
-    scene.look.grey_slices = sc_number_at(&job->image.slices_track, job->image.slices, at);
-    scene.look.grey_window = sc_window_at(session, k);
-    scene.look.grey_backdrop = sc_number_at(&job->image.backdrop_track, job->image.backdrop, at);
     if (session->frame_colors) {
         find_colors(session, k);
         scene.colors = (const float(*)[3])session->frame_colors;
@@ -78,20 +69,18 @@ sc_scene sc_shot_scene(const sc_session *session, int k)
     return scene;
 }
 
-void sc_draw_background(const sc_job *job, int k, const sc_rows *rows, sc_image *image)
+void sc_draw_background(const sc_scene *scene, const sc_rows *rows, sc_image *image)
 {
     const size_t bytes = sc_pixel_bytes(image->alpha);
     const int first = rows && rows->first > 0 ? rows->first : 0;
     const int end = rows && rows->end < image->height_px ? rows->end : image->height_px;
     uint8_t *to = image->rgb + (size_t)first * (size_t)image->width_px * bytes;
-    uint8_t rgb[3];
 
-    sc_background_at(&job->render.background, k, job->animation.frames, rgb);
     for (int i = 0; i < (end - first) * image->width_px; i++, to += bytes) {
         if (image->alpha)
             memset(to, 0, bytes);
         else
-            memcpy(to, rgb, bytes);
+            memcpy(to, scene->look.background, bytes);
     }
 }
 
@@ -99,14 +88,14 @@ sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_r
                        sc_image *image, sc_render_stats *stats)
 {
     const sc_timeline *timeline = &session->timeline;
-    const sc_annotations annotations = sc_session_annotations_at(session, k);
     const sc_scene scene = sc_shot_scene(session, k);
+    const sc_annotations annotations = sc_session_annotations_at(session, &scene);
     sc_renderer *renderer = sc_session_begin_frame(session, k);
     sc_views views = {.point_mm = scene.point_mm,
                       .low_mm = timeline->low_mm,
                       .high_mm = timeline->high_mm,
                       .oriented = session->volume.oriented,
-                      .dark_text = annotations.dark_text};
+                      .dark_text = scene.dark_text};
     sc_status status;
 
     if (session->job.output.layout == SC_LAYOUT_PICTURE)

@@ -40,13 +40,11 @@ sc_annotations sc_session_annotations(const sc_session *session)
     return out;
 }
 
-sc_annotations sc_session_annotations_at(const sc_session *session, int k)
+sc_annotations sc_session_annotations_at(const sc_session *session, const sc_scene *scene)
 {
-    const sc_job *job = &session->job;
     sc_annotations out = sc_session_annotations(session);
 
-    out.dark_text =
-        sc_dark_text_at(&job->render.background, k, job->animation.frames, job->output.fps);
+    out.dark_text = scene->dark_text;
     return out;
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to timeline: where a camera that turns stands, at any time of the animation. */
+/* Private to timeline: where a camera that turns stands, at any time of the animation; and what
+ * else a scene is made of. */
 #ifndef SC_TIMELINE_MOTION_H
 #define SC_TIMELINE_MOTION_H
 
@@ -35,5 +36,10 @@ int sc_sights_of(const sc_timeline *timeline, sc_sight out[SC_SIGHTS_MAX]);
 /* The same of the frames from @p first to @p last, which need not be whole. */
 int sc_sights_between(const sc_timeline *timeline, double first, double last,
                       sc_sight out[SC_SIGHTS_MAX]);
+/* Find the colour behind the tissues at a time. @param rgb sRGB. */
+void sc_find_background(const sc_background *background, double at, uint8_t rgb[3]);
+/* @return how dark text is in frame @p k (sc_scene.dark_text). Where the background becomes dark or
+ * light it changes within half a second; at once only if the background jumps. */
+double sc_find_dark_text(const sc_timeline *timeline, int k);
 
 #endif

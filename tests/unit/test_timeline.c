@@ -462,6 +462,48 @@ TEST(light_follows_its_key_frames)
     assert_near(sc_light_of_all(&light, &none).occlusion, 1, 0);
 }
 
+enum { TEXT_FRAMES = 101, TEXT_FPS = 20 };
+
+/* @return sc_scene.dark_text of a film of TEXT_FRAMES frames. */
+static double dark_text_at(const sc_background *background, int k)
+{
+    static const sc_lighting light;
+    static const sc_light_tracks light_tracks;
+    static const sc_grey_tracks grey;
+    const sc_timeline t = {.animation = {.frames = TEXT_FRAMES},
+                           .looks = {.light = &light,
+                                     .light_tracks = &light_tracks,
+                                     .background = background,
+                                     .grey = &grey,
+                                     .fps = TEXT_FPS}};
+
+    return sc_timeline_scene(&t, k).dark_text;
+}
+
+/* Text changes by degrees where the background becomes dark, and at once where it jumps. */
+TEST(text_follows_the_background)
+{
+    enum { REACH = TEXT_FPS / 4 };
+    const sc_background slow = {
+        .track = {2, {{0, {0}, {255, 255, 255}}, {1, {.kind = SC_EASE_LINEAR}, {0, 0, 0}}}}};
+    const sc_background jumps = {
+        .track = {2, {{0.495, {0}, {255, 255, 255}}, {0.5, {.kind = SC_EASE_LINEAR}, {0, 0, 0}}}}};
+    const sc_background constant = {.rgb = {0, 0, 0}};
+    int changes = 0;
+
+    assert_near(dark_text_at(&slow, 0), 1, 0);
+    assert_near(dark_text_at(&slow, TEXT_FRAMES - 1), 0, 0);
+    for (int k = 1; k < TEXT_FRAMES; k++) {
+        const double step = dark_text_at(&slow, k - 1) - dark_text_at(&slow, k);
+
+        assert_true(step == 0 || fabs(step - 1.0 / (2 * REACH + 1)) < 1e-12);
+        changes += step > 0;
+        assert_near(dark_text_at(&jumps, k), k < 50, 0);
+    }
+    assert_int_equal(changes, 2 * REACH + 1);
+    assert_near(dark_text_at(&constant, 3), 0, 0);
+}
+
 TEST(colours_are_mixed_by_their_tones)
 {
     const sc_track levels = {
