@@ -288,6 +288,17 @@ typedef struct sc_scene {
                              Borrowed. */
 } sc_scene;
 
+/** Room for what scenes say of tissues, which borrow it. */
+typedef struct sc_scene_room {
+    sc_vec3 *offsets_mm; /**< [label_count], as are the others: see sc_scene; owned */
+    float (*colors)[3], *fades;
+} sc_scene_room;
+/** Make room for the tissues of a volume. @return SC_ERR_MEMORY. Caller owns *out:
+ * sc_scene_room_clear. */
+SC_MUST_USE sc_status sc_scene_room_init(const sc_ctx *ctx, int label_count, sc_scene_room *out);
+/** Free the room; harmless on a zeroed struct. */
+void sc_scene_room_clear(sc_scene_room *room);
+
 /** @return the column of a picture of @p width_px at which a divider stands. */
 static inline int sc_divider_px(double divider, int width_px)
 {

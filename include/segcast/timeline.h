@@ -6,7 +6,7 @@
 #ifndef SEGCAST_TIMELINE_H
 #define SEGCAST_TIMELINE_H
 
-#include "segcast/scene.h"
+#include "segcast/color_by.h"
 
 /** The ways from one value to another: evenly, starting and ending slowly, starting slowly, ending
  * slowly, or along a curve. */
@@ -308,8 +308,24 @@ typedef struct sc_animation {
     size_t framed_count;
 } sc_animation;
 
-/** What the looks of a film follow from. Borrows all; where light is NULL, scenes have no look. */
+/** What the looks of a film, and of its tissues, follow from. Borrows all; where light is NULL,
+ * scenes have no look. */
 typedef struct sc_looks {
+    const sc_tissue *tissues; /**< [label_count] by dense id */
+    int label_count;
+    const sc_track *tissue_tracks; /**< those that tissues name by their numbers; NULL: none does */
+    const sc_track *color_tones;   /**< the tones of those that are of colours, at the same numbers;
+                                        NULL: none is */
+    const sc_fade *fades;          /**< [fade_count] of sc_verbs_resolve */
+    size_t fade_count;
+    const sc_shift *shifts; /**< [shift_count] of sc_explodes_resolve */
+    size_t shift_count;
+    const double
+        *column_values; /**< values that colours follow, [column_steps->count][label_count];
+                             NULL: they follow none, or the same in all frames */
+    const sc_track *column_steps; /**< which of these rows, from 0, and on the way to the next */
+    const sc_color_scale *scale;
+    const float *level_linear;           /**< [256]: levels of sRGB in linear light */
     const sc_lighting *light;            /**< what holds where there are no key frames */
     const sc_light_tracks *light_tracks; /**< those */
     const sc_background *background;     /**< whose colour is chosen */
@@ -332,16 +348,7 @@ typedef struct sc_timeline {
     sc_vec3 low_mm, high_mm;     /**< bounding box of the visible tissues, RAS */
     sc_move moves[SC_VERBS_MAX]; /**< [animation.move_count] of them, by the time at which they
                                       begin */
-    const sc_fade *fades; /**< [fade_count] of sc_verbs_resolve, borrowed; set by the caller */
-    size_t fade_count;
-    const sc_shift
-        *shifts; /**< [shift_count] of sc_explodes_resolve, borrowed; set by the caller */
-    size_t shift_count;
-    const sc_way_point *ways; /**< [SC_WAY_POINTS] for each fly, borrowed; set by the caller */
-    /** Tissues, by dense id, and the list of their key frames, borrowed; set by the caller. NULL:
-     * no tissue has key frames. */
-    const sc_tissue *tissues;
-    const sc_track *tissue_tracks;
+    const sc_way_point *ways;    /**< [SC_WAY_POINTS] for each fly, borrowed; set by the caller */
 } sc_timeline;
 
 /** Log all tissues of verbs that match no label, or not clearly one (sc_pattern_check).
@@ -382,11 +389,6 @@ void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t c
  *  @return the number of points: 8 for each of these tissues. */
 size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, size_t count,
                           double time, sc_vec3 *out);
-/** Fill @p out [label_count] with how far each tissue is from its place in frame @p k in [0,
- *  frames): see sc_scene.offsets_mm. What several shifts do to a tissue adds up. @return whether
- * any is moved. */
-bool sc_timeline_offsets(const sc_timeline *timeline, int k, sc_vec3 *out, int label_count);
-
 /** Find a smooth curve through points: a centripetal Catmull-Rom spline. @param through [count], at
  *  least 2, RAS mm, no two after each other the same. @param out room for
  *  (count - 1) SC_WAY_STEPS + 1 points. @return how many there are. */
@@ -397,14 +399,6 @@ size_t sc_way_curve(const sc_vec3 *through, int count, sc_vec3 *out);
  *  @param points [count] of the line, at least 1, RAS mm. @param ahead how far ahead it looks, as a
  *  share of the line, 0 to 1. @param out [SC_WAY_POINTS]. */
 void sc_way_make(const sc_vec3 *points, size_t count, double ahead, sc_way_point *out);
-
-/** Fill @p out [label_count] with what the opacity of each tissue is multiplied by in frame @p k in
- *  [0, frames): see sc_scene.fades. Verbs of one tissue follow one another by the time at which
- * they begin: a fade goes on from where those before it have left the opacity, and a tissue is not
- * seen before it appears, unless another verb has been at work before. Pulses multiply. Key frames
- * of the opacity come first: verbs change what they give in the frame, and a fade to an opacity,
- * and not to a share of it, replaces them. */
-void sc_timeline_fades(const sc_timeline *timeline, int k, float *out, int label_count);
 
 /** Write a copy of @p animation to @p out, with what it leaves open filled in from the extent of
  * the visible tissues, and with its moves, which it does not point to any more. One framing holds
@@ -419,8 +413,9 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
 /** @return the scene of frame @p k in [0, frames); its slice is false. It holds the planes that
  * cut then alone, in their order. An orbit of one turn in N
  * frames stands at 360 k / N degrees, so that no direction comes twice when the video loops. Ramps
- * reach their end in the last frame. */
-sc_scene sc_timeline_scene(const sc_timeline *timeline, int k);
+ * reach their end in the last frame. @param room as of the label count of sc_looks, for colours,
+ * opacities and places of tissues, which the scene borrows; NULL: it says nothing of these. */
+sc_scene sc_timeline_scene(const sc_timeline *timeline, int k, const sc_scene_room *room);
 
 /** @return the share of its way, 0 to 1, that what happens in the part [begin, end] of an animation
  * (see sc_ramp) has covered at a time, 0 to 1. */

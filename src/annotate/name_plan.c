@@ -135,7 +135,7 @@ static sc_status end_before_overlays(const sc_ctx *ctx, const sc_annotations *a,
     sc_image none = {.width_px = a->within.x_px + a->within.width_px,
                      .height_px = a->within.y_px + a->within.height_px};
     const sc_rows rows = {0, 0}; /* nothing is drawn: only the room that is taken matters */
-    const sc_scene scene = sc_timeline_scene(a->timeline, 0);
+    const sc_scene scene = sc_timeline_scene(a->timeline, 0, NULL);
     sc_drawing d = sc_drawing_begin(a, &none, &rows);
     sc_viewport taken[SC_PLACE_COUNT] = {{0, 0, 0, 0}};
     const sc_status status = sc_draw_fixed(ctx, &d, 0, &scene);

@@ -201,15 +201,11 @@ typedef struct sc_session {
                                       there are none; owned, unless borrows_renderer */
     sc_fade *fades;                /* [fade_count], what verbs do to tissues; owned */
     size_t fade_count;
-    float *frame_fades;       /* [label_count of the volume], of the frame being drawn; owned */
-    sc_track *color_tones;    /* [job.tissue_track_count], owned: the tones of those of
-                                      job.tissue_tracks that are of colours; NULL: none is */
-    float (*frame_colors)[3]; /* [label_count], as of sc_scene, of the frame being drawn; owned;
-                                 NULL: no colour changes */
-    sc_shift *shifts;         /* [shift_count], how verbs move tissues; owned */
+    sc_track *color_tones; /* [job.tissue_track_count], owned: the tones of those of
+                                   job.tissue_tracks that are of colours; NULL: none is */
+    sc_shift *shifts;      /* [shift_count], how verbs move tissues; owned */
     size_t shift_count;
-    sc_vec3
-        *frame_offsets_mm; /* [label_count], of the frame being drawn; owned; NULL: none moves */
+    sc_scene_room room;                      /* of the frame being drawn; owned */
     sc_clip_set clip_sets[SC_CLIP_SETS_MAX]; /* [clip_set_count] */
     int clip_set_count;
     sc_timeline timeline;
@@ -258,9 +254,6 @@ typedef struct sc_session {
 sc_status sc_color_labels(const sc_ctx *ctx, sc_session *session, sc_label **out);
 /* Send the values of key frames of columns, if there are any, to all ranks. Collective. */
 sc_status sc_share_column_values(sc_app *app, sc_session *session);
-/* With key frames of columns: write the colours of the tissues that have them by values into
- * session->frame_colors. @param at when, 0 to 1, as of sc_key_frame. */
-void sc_column_colors(const sc_session *session, double at);
 /* Send an array of rank 0, @p count elements of @p size bytes, to the other ranks: *array becomes a
  * copy there, which they own, or NULL after an error. On rank 0 it stays what it was. */
 sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size);

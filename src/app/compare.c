@@ -394,7 +394,7 @@ static sc_status place_divider(const sc_ctx *ctx, const sc_job *job, sc_compare 
         return status;
     c->divider_px = block;
     for (int k = 0; k < frames; k++)
-        c->divider_px[k] = sc_divider_px(sc_timeline_scene(&c->parts[0].timeline, k).divider,
+        c->divider_px[k] = sc_divider_px(sc_timeline_scene(&c->parts[0].timeline, k, NULL).divider,
                                          job->output.size_px[0]);
     for (int s = 0; s < c->count; s++)
         c->parts[s].divider_px = c->divider_px;

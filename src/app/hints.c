@@ -138,7 +138,7 @@ static void tell_zoom(const sc_app *app, const shown_points *shown, int k, doubl
     const char *colon = where[0] ? ": " : "";
     const int frame = k + (session->shot ? session->shot->span.first : 0);
     const double time_s = (double)frame / session->job.output.fps;
-    const double zoom = t->half_height / sc_timeline_scene(t, k).camera.half_height;
+    const double zoom = t->half_height / sc_timeline_scene(t, k, NULL).camera.half_height;
 
     if (verb && verb->kind == SC_VERB_DOLLY)
         sc_info(app->ctx,
@@ -186,7 +186,8 @@ sc_status sc_warn_of_zoom(const sc_app *app, const sc_session *session, double a
     take_zooms_out(plain);
     for (int i = 0; i < FRAMES && i < frames; i++) {
         const int k = frames <= FRAMES ? i : (int)((double)i * (frames - 1) / (FRAMES - 1));
-        const sc_scene scene = sc_timeline_scene(t, k), whole = sc_timeline_scene(plain, k);
+        const sc_scene scene = sc_timeline_scene(t, k, NULL),
+                       whole = sc_timeline_scene(plain, k, NULL);
         const double reach = reach_at(&shown, &scene, k);
 
         /* Without the zoom it would fit. */
@@ -235,7 +236,7 @@ static int find_effects(const sc_timeline *t, plane_effect *effects, int *first,
                     &effects[i].to_mm);
     }
     for (int k = 0; k < t->animation.frames && t->animation.sweep_count > 0; k++) {
-        const sc_scene scene = sc_timeline_scene(t, k);
+        const sc_scene scene = sc_timeline_scene(t, k, NULL);
         int remover = -1; /* the first plane that removes everything */
         int at = 0;       /* in the scene, which holds only planes that cut */
 

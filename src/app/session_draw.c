@@ -22,51 +22,9 @@ sc_status sc_session_image(const sc_app *app, const sc_session *session, sc_imag
                                job->render.background.is_none, out);
 }
 
-/* Fill session->frame_colors with the colours of frame @p k. */
-static void find_colors(const sc_session *session, int k)
-{
-    const double at = sc_frame_time(k, session->job.animation.frames);
-
-    for (int id = 0; id < session->volume.label_count; id++) {
-        const sc_tissue *tissue = &session->tissues[id];
-
-        if (tissue->color_track)
-            sc_track_color(&session->color_tones[tissue->color_track - 1], at,
-                           session->frame_colors[id]);
-        else
-            memcpy(session->frame_colors[id], tissue->rgb_linear, sizeof tissue->rgb_linear);
-    }
-    if (session->column_values)
-        sc_column_colors(session, at);
-}
-
-/* @return whether the opacity of any tissue changes in the film. */
-static bool fades(const sc_session *session)
-{
-    for (int id = 1; session->tissues && id < session->volume.label_count; id++) {
-        if (session->tissues[id].fade_group)
-            return true;
-    }
-    return false;
-}
-
 sc_scene sc_shot_scene(const sc_session *session, int k)
 {
-    sc_scene scene = sc_timeline_scene(&session->timeline, k);
-
-    if (session->frame_colors) {
-        find_colors(session, k);
-        scene.colors = (const float(*)[3])session->frame_colors;
-    }
-    if (fades(session)) {
-        sc_timeline_fades(&session->timeline, k, session->frame_fades, session->volume.label_count);
-        scene.fades = session->frame_fades;
-    }
-    if (session->shift_count &&
-        sc_timeline_offsets(&session->timeline, k, session->frame_offsets_mm,
-                            session->volume.label_count))
-        scene.offsets_mm = session->frame_offsets_mm;
-    return scene;
+    return sc_timeline_scene(&session->timeline, k, &session->room);
 }
 
 void sc_draw_background(const sc_scene *scene, const sc_rows *rows, sc_image *image)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* How far the verb explode, offsets and their key frames move each tissue, and which tissues move
  * together. */
-#include "segcast/timeline.h"
+#include "motion.h"
 
 #include <string.h>
 
@@ -336,17 +336,17 @@ size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, siz
     return found;
 }
 
-bool sc_timeline_offsets(const sc_timeline *timeline, int k, sc_vec3 *out, int label_count)
+bool sc_offsets_at(const sc_looks *looks, double time, sc_vec3 *out)
 {
     bool any = false;
     size_t n;
 
-    memset(out, 0, (size_t)label_count * sizeof *out);
-    for (size_t at = 0; at < timeline->shift_count; at += n) {
-        const sc_shift *shifts = &timeline->shifts[at];
+    memset(out, 0, (size_t)looks->label_count * sizeof *out);
+    for (size_t at = 0; at < looks->shift_count; at += n) {
+        const sc_shift *shifts = &looks->shifts[at];
 
-        n = count_of_first(shifts, timeline->shift_count - at);
-        out[shifts->id] = offset_at(shifts, n, sc_frame_time(k, timeline->animation.frames));
+        n = count_of_first(shifts, looks->shift_count - at);
+        out[shifts->id] = offset_at(shifts, n, time);
         any = any || sc_vec3_length(out[shifts->id]) > 0;
     }
     return any;

@@ -38,6 +38,16 @@ int sc_sights_between(const sc_timeline *timeline, double first, double last,
                       sc_sight out[SC_SIGHTS_MAX]);
 /* Find the colour behind the tissues at a time. @param rgb sRGB. */
 void sc_find_background(const sc_background *background, double at, uint8_t rgb[3]);
+/* Fill @p out, as of sc_scene.fades, with what the opacities of tissues are multiplied by at a
+ * time. Verbs of one tissue follow one another by the time at which they begin: a fade goes on from
+ * where those before it have left the opacity, and a tissue is not seen before it appears, unless
+ * another verb has been at work before. Pulses multiply. Key frames of the opacity come first:
+ * verbs change what they give then, and a fade to an opacity, and not to a share of it, replaces
+ * them. */
+void sc_fades_at(const sc_looks *looks, double at, float *out);
+/* Fill @p out, as of sc_scene.offsets_mm, with how far tissues are from their places at a time.
+ * What several shifts do to a tissue adds up. @return whether any is moved. */
+bool sc_offsets_at(const sc_looks *looks, double at, sc_vec3 *out);
 /* @return how dark text is in frame @p k (sc_scene.dark_text). Where the background becomes dark or
  * light it changes within half a second; at once only if the background jumps. */
 double sc_find_dark_text(const sc_timeline *timeline, int k);

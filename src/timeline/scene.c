@@ -2,6 +2,8 @@
 /* The scene of a frame: one walk over all that changes with time. */
 #include "motion.h"
 
+#include <string.h>
+
 /* @return half the height of the picture (see sc_camera) of a frame, before the zoom. @param sight
  * of that frame. */
 static double half_height_at(const sc_timeline *t, const sc_sight *sight)
@@ -166,7 +168,51 @@ static void set_look(const sc_timeline *t, double at, sc_scene *scene)
     }
 }
 
-sc_scene sc_timeline_scene(const sc_timeline *t, int k)
+/* Set the colours of the tissues whose values change with time. */
+static void set_column_colors(const sc_looks *l, double at, float (*out)[3])
+{
+    const int count = l->label_count;
+    const double where = sc_track_value(l->column_steps, at).x;
+    const int from = (int)where, to = from + 1 < l->column_steps->count ? from + 1 : from;
+    uint8_t rgb[3];
+
+    for (int id = 1; id < count; id++) {
+        if (l->tissues[id].color_by_rule)
+            continue;
+        sc_color_scale_between(l->scale, l->column_values[from * count + id],
+                               l->column_values[to * count + id], where - from, rgb);
+        for (int c = 0; c < 3; c++)
+            out[id][c] = l->level_linear[rgb[c]];
+    }
+}
+
+/* Fill in what changes of tissues. */
+static void set_tissues(const sc_looks *l, double at, const sc_scene_room *room, sc_scene *scene)
+{
+    bool fades = false;
+
+    if (l->color_tones || l->column_values)
+        scene->colors = (const float(*)[3])room->colors;
+    for (int id = 0; id < l->label_count; id++) {
+        const sc_tissue *tissue = &l->tissues[id];
+
+        fades = fades || tissue->fade_group;
+        if (tissue->color_track)
+            sc_track_color(&l->color_tones[tissue->color_track - 1], at, room->colors[id]);
+        else
+            memcpy(room->colors[id], tissue->rgb_linear, sizeof tissue->rgb_linear);
+    }
+    if (l->column_values)
+        set_column_colors(l, at, room->colors);
+    if (fades) {
+        sc_fades_at(l, at, room->fades);
+        scene->fades = room->fades;
+    }
+    if (l->shift_count && sc_offsets_at(l, at, room->offsets_mm))
+        scene->offsets_mm = room->offsets_mm;
+}
+
+sc_scene sc_timeline_scene(const sc_timeline *t, int k, const sc_scene_room *room)
 {
     const double at = sc_frame_time(k, t->animation.frames);
     sc_scene scene = {.frame = k, .time = at, .point_mm = point_at(t, at)};
@@ -177,6 +223,8 @@ sc_scene sc_timeline_scene(const sc_timeline *t, int k)
         set_look(t, at, &scene);
         scene.dark_text = sc_find_dark_text(t, k);
     }
+    if (room)
+        set_tissues(&t->looks, at, room, &scene);
     if (t->looks.divider)
         scene.divider = sc_ramp_value(t->looks.divider, t->looks.divider_track, at);
     return scene;

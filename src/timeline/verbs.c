@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Verbs and key frames: what they do to the opacity of each tissue, and how opaque that is in a
  * frame. */
-#include "segcast/timeline.h"
+#include "motion.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -463,12 +463,12 @@ static double opacity_at(double own, double greatest, const sc_fade *fades, size
 }
 
 /* @return what the opacity of a tissue is multiplied by. @param fades [count] all of it. */
-static double factor_of_tissue(const sc_timeline *t, int id, const sc_fade *fades, size_t count,
+static double factor_of_tissue(const sc_looks *looks, int id, const sc_fade *fades, size_t count,
                                double at)
 {
-    const sc_tissue *tissue = t->tissues ? &t->tissues[id] : NULL;
-    const sc_track *key = tissue ? track_of(t->tissue_tracks, tissue->opacity_track) : NULL;
-    const sc_track *visible = tissue ? track_of(t->tissue_tracks, tissue->visible_track) : NULL;
+    const sc_tissue *tissue = &looks->tissues[id];
+    const sc_track *key = track_of(looks->tissue_tracks, tissue->opacity_track);
+    const sc_track *visible = track_of(looks->tissue_tracks, tissue->visible_track);
     double factor;
 
     if (visible && !(sc_track_step(visible, at).x > 0))
@@ -480,18 +480,16 @@ static double factor_of_tissue(const sc_timeline *t, int id, const sc_fade *fade
     return factor < LEAST_FACTOR ? 0 : factor;
 }
 
-void sc_timeline_fades(const sc_timeline *timeline, int k, float *out, int label_count)
+void sc_fades_at(const sc_looks *looks, double time, float *out)
 {
-    const double time = sc_frame_time(k, timeline->animation.frames);
     size_t at = 0;
 
-    for (int id = 0; id < label_count; id++) {
+    for (int id = 0; id < looks->label_count; id++) {
         size_t count = 0;
 
-        while (at + count < timeline->fade_count && timeline->fades[at + count].id == id)
+        while (at + count < looks->fade_count && looks->fades[at + count].id == id)
             count++;
-        out[id] =
-            (float)factor_of_tissue(timeline, id, count ? timeline->fades + at : NULL, count, time);
+        out[id] = (float)factor_of_tissue(looks, id, count ? looks->fades + at : NULL, count, time);
         at += count;
     }
 }

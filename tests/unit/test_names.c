@@ -283,7 +283,7 @@ TEST(names_leave_room_for_what_is_written_over_all)
             over.chosen_count = 0;
             assert_ok(sc_annotations_letter(&quiet, &over, &legend));
             over.lettering = legend;
-            scene = sc_timeline_scene(&f.timeline, 0);
+            scene = sc_timeline_scene(&f.timeline, 0, NULL);
             d = sc_drawing_begin(&over, &(sc_image){.width_px = WIDTH, .height_px = HEIGHT},
                                  &(sc_rows){0, 0});
             assert_ok(sc_draw_fixed(&quiet, &d, 0, &scene));
@@ -607,7 +607,7 @@ TEST(lines_keep_clear_of_a_wide_legend)
         assert_ok(sc_annotations_letter(&quiet, &f.annotations, &f.lettering));
         f.annotations.lettering = f.lettering;
         plan_film(&f, 2);
-        scene = sc_timeline_scene(&f.timeline, 0);
+        scene = sc_timeline_scene(&f.timeline, 0, NULL);
         d = sc_drawing_begin(&f.annotations, &(sc_image){.width_px = WIDTH, .height_px = HEIGHT},
                              &(sc_rows){0, 0});
         assert_ok(sc_draw_fixed(&quiet, &d, 0, &scene));
