@@ -299,6 +299,20 @@ SC_MUST_USE sc_status sc_scene_room_init(const sc_ctx *ctx, int label_count, sc_
 /** Free the room; harmless on a zeroed struct. */
 void sc_scene_room_clear(sc_scene_room *room);
 
+/** What may differ between two scenes, as bits. */
+enum {
+    SC_CHANGED_CAMERA = 1,
+    SC_CHANGED_CUTS = 2, /**< clip planes, slices, the divider */
+    SC_CHANGED_LIGHT = 4,
+    SC_CHANGED_GREY = 8,    /**< how the grey volume is shown */
+    SC_CHANGED_COLORS = 16, /**< of tissues and of the background */
+    SC_CHANGED_OPACITIES = 32,
+    SC_CHANGED_PLACES = 64 /**< of tissues */
+};
+/** @return what differs between two scenes of a film, as bits; 0: their pictures are the same, but
+ *  for what is written over them. @param label_count of the volume. */
+unsigned sc_scene_changes(const sc_scene *a, const sc_scene *b, int label_count);
+
 /** @return the column of a picture of @p width_px at which a divider stands. */
 static inline int sc_divider_px(double divider, int width_px)
 {
