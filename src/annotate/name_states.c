@@ -67,7 +67,7 @@ static sc_columns columns_of(const sc_name_film *film, const sc_camera *camera)
     const sc_vec3 low = a->timeline->low_mm, high = a->timeline->high_mm;
     const double radius_mm = sc_vec3_length(sc_vec3_sub(high, low)) / 2;
     const double strip_px = STRIP * sc_names_px(a);
-    const double outer_px = sc_drawing_begin(a, NULL, NULL).margin_px + film->widest_px;
+    const double outer_px = sc_margin_px(a) + film->widest_px;
     const double right_px = within->x_px + within->width_px;
     const double most_px = MOST * within->width_px;
     double at[2] = {within->x_px + within->width_px / 2.0, 0};
@@ -83,17 +83,17 @@ static sc_columns columns_of(const sc_name_film *film, const sc_camera *camera)
     return out;
 }
 
-/* @return whether a point is shown on its side of the divider in frame @p k, with its dot. The line
- * and the name, which lead away from the divider, are then shown, too. */
-static bool is_beside_divider(const sc_name_film *film, int k, double x_px)
+/* @return whether a point is shown on its side of the divider, with its dot. The line and the name,
+ * which lead away from the divider, are then shown, too. */
+static bool is_beside_divider(const sc_name_film *film, const sc_scene *scene, double x_px)
 {
     const sc_annotations *a = film->a;
     const double margin_px = film->row_px / 2;
+    const int divider_px = sc_divider_px(scene->divider, a->divided_px);
 
-    if (!a->divider_px)
+    if (!a->divided_px)
         return true;
-    return a->is_behind_divider ? x_px > a->divider_px[k] + margin_px
-                                : x_px < a->divider_px[k] - margin_px;
+    return a->is_behind_divider ? x_px > divider_px + margin_px : x_px < divider_px - margin_px;
 }
 
 /* Does a rectangle that overlays take, with @p margin_px around it, reach into columns @p x0 to @p
@@ -126,15 +126,15 @@ static bool is_line_clear(const sc_name_film *film, int k, int side, const doubl
     return true;
 }
 
-/* @return whether the point @p at, in pixels, lies in the part of the picture of frame @p k that is
+/* @return whether the point @p at, in pixels, lies in the part of the picture of a frame that is
  * between the two columns of names. */
-static bool is_between(const sc_name_film *film, int k, const double at[2])
+static bool is_between(const sc_name_film *film, const sc_scene *scene, const double at[2])
 {
     const sc_viewport *within = &film->a->within;
-    const sc_columns *columns = &film->columns[k];
+    const sc_columns *columns = &film->columns[scene->frame];
     const double margin_px = film->row_px / 2;
 
-    if (!is_beside_divider(film, k, at[0]))
+    if (!is_beside_divider(film, scene, at[0]))
         return false;
     return at[0] > columns->elbow_px[0] && at[0] < columns->elbow_px[1] &&
            at[1] > within->y_px + margin_px && at[1] < within->y_px + within->height_px - margin_px;
@@ -163,10 +163,9 @@ static void prefer_clear(const bool is_clear[SC_ANCHORS_MAX], uint8_t lights[SC_
         lights[i] = is_clear[i] ? lights[i] : 0;
 }
 
-/* Find how much light of each anchor of name @p n reaches the camera in frame @p k, 0 where it lies
+/* Find how much light of each anchor of name @p n reaches the camera in a frame, 0 where it lies
  * outside of the picture, to @p lights [SC_ANCHORS_MAX], zeroed by the caller. */
-static void survey_name(const sc_name_film *film, int k, int n, const sc_scene *scene,
-                        uint8_t *lights)
+static void survey_name(const sc_name_film *film, int n, const sc_scene *scene, uint8_t *lights)
 {
     const sc_annotations *a = film->a;
     const int id = film->words[n]->number;
@@ -177,10 +176,12 @@ static void survey_name(const sc_name_film *film, int k, int n, const sc_scene *
         const sc_vec3 at_mm = sc_vec3_add(point_mm, moved_mm(scene, id));
         double dot_px[2] = {0, 0};
 
-        if (project(&a->within, &scene->camera, at_mm, dot_px) <= 0 || !is_between(film, k, dot_px))
+        if (project(&a->within, &scene->camera, at_mm, dot_px) <= 0 ||
+            !is_between(film, scene, dot_px))
             continue;
         lights[i] = (uint8_t)(255 * sc_light_of(a, &film->from_ras_mm, scene, id, point_mm) + 0.5);
-        is_clear[i] = is_line_clear(film, k, 0, dot_px, 0) || is_line_clear(film, k, 1, dot_px, 0);
+        is_clear[i] = is_line_clear(film, scene->frame, 0, dot_px, 0) ||
+                      is_line_clear(film, scene->frame, 1, dot_px, 0);
     }
     prefer_clear(is_clear, lights);
 }
@@ -202,7 +203,7 @@ static void survey_frames(void *user, size_t begin, size_t end, int thread)
 
             film->states[at].shown = (uint8_t)sc_shown_alpha(a, &scene, id);
             if (film->states[at].shown)
-                survey_name(film, (int)k, n, &scene, s->lights + at * SC_ANCHORS_MAX);
+                survey_name(film, n, &scene, s->lights + at * SC_ANCHORS_MAX);
         }
     }
 }
@@ -270,7 +271,7 @@ static void find_state(const sc_name_film *film, int k, int n, const sc_scene *s
     if (has_room[!out->right] && !can_stand(film, k, out->right, dot_px, last) &&
         can_stand(film, k, !out->right, dot_px, last))
         out->right = !out->right;
-    if (film->a->divider_px)
+    if (film->a->divided_px)
         out->right = film->a->is_behind_divider;
 }
 

@@ -242,9 +242,8 @@ typedef struct sc_session {
     /* Of the session of a subject: that which writes over the whole picture. Borrowed; else NULL.
      */
     const struct sc_session *front;
-    const int *divider_px; /* of the session of a subject beside a divider: [frames], as of
-                              sc_divider_px; borrowed; else NULL */
-    const sc_shot *shot;   /* of the session of a shot: borrowed from the film's job; else NULL */
+    bool is_divided;     /* it is that of a subject beside a divider */
+    const sc_shot *shot; /* of the session of a shot: borrowed from the film's job; else NULL */
 } sc_session;
 
 /* If the job colours tissues by values: make a copy of the labels of session->volume with these
@@ -446,8 +445,6 @@ sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
 void sc_session_looks(sc_session *session);
 /* @return all that the overlays of a session follow from; borrowed from it. Not collective. */
 sc_annotations sc_session_annotations(const sc_session *session);
-/* The same for a frame, by the background of which the colour of text is chosen. */
-sc_annotations sc_session_annotations_at(const sc_session *session, const sc_scene *scene);
 /* Fill session->lettering, session->logo and, unless the voxels are not known, session->names, if
  * the job has overlays, after sc_session_timeline: rank 0 makes them, so that other ranks need no
  * fonts. If session->front is set, its lettering is made before. @return as sc_annotations_letter,
@@ -532,17 +529,16 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
 sc_status sc_shot_renderer(const sc_app *app, sc_session *session);
 /* Fill what is left after sc_session_tissues and sc_shot_renderer: timeline and lettering. */
 sc_status sc_shot_timeline(sc_app *app, sc_session *session);
-/* As sc_session_draw, of a frame of the shot. */
-sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
-                       sc_image *image, sc_render_stats *stats);
-/* As sc_session_counts, of a frame of the shot. */
-void sc_shot_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
-                    sc_render_stats *stats);
+/* As sc_session_draw, of a scene of the shot. */
+sc_status sc_shot_draw(const sc_app *app, sc_session *session, const sc_scene *scene,
+                       const sc_rows *rows, sc_image *image, sc_render_stats *stats);
 /* Free what a shot has for itself: all but the volume and the job. On this rank alone. */
 void sc_shot_clear(sc_session *session);
-/* @return the scene of frame @p k of a shot, with its fades and offsets, which stay those of the
- * session. Not collective. */
-sc_scene sc_shot_scene(const sc_session *session, int k);
+/* @return the scene of frame @p k of a shot or a subject, in session->room. Not collective. */
+static inline sc_scene sc_session_scene_at(const sc_session *session, int k)
+{
+    return sc_timeline_scene(&session->timeline, k, &session->room);
+}
 /* Fill @p rows of a picture, NULL: all, with the background of a frame. Not collective. */
 void sc_draw_background(const sc_scene *scene, const sc_rows *rows, sc_image *image);
 

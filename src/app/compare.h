@@ -21,8 +21,7 @@ struct sc_compare {
     sc_caption captions[SC_SUBJECTS_MAX]; /* the names of the subjects */
     sc_overlay_tissue *tissues[2];        /* by sc_tissue_use: those of the job; owned */
     size_t tissue_counts[2];
-    int *divider_px; /* [frames], of a picture with a divider: where it stands; owned */
-    sc_image other;  /* the second subject, beside a divider; empty until it is needed */
+    sc_image other; /* the second subject, beside a divider; empty until it is needed */
 };
 
 /* @return the session that writes below the picture of subject @p i. */

@@ -11,15 +11,15 @@ static sc_status draw_subject(const sc_app *app, const sc_compare *c, int s, con
                               sc_render_stats *stats)
 {
     const sc_session *subject = &c->parts[s], *plate = sc_compare_plate(c, s);
-    const sc_annotations names = sc_session_annotations_at(subject, scene);
-    const sc_annotations name = sc_session_annotations_at(plate, scene);
+    const sc_annotations names = sc_session_annotations(subject);
+    const sc_annotations name = sc_session_annotations(plate);
     sc_render_stats more;
     sc_status status;
 
     sc_render_columns(subject->renderer, scene, &subject->panel, columns, rows, image, &more);
     sc_render_stats_add(stats, &more);
-    SC_TRY(sc_annotations_draw(app->ctx, &names, scene->frame, scene, image, rows));
-    status = sc_annotations_draw(app->ctx, &name, scene->frame, scene, image, rows);
+    SC_TRY(sc_annotations_draw(app->ctx, &names, scene, image, rows));
+    status = sc_annotations_draw(app->ctx, &name, scene, image, rows);
 out:
     return status;
 }
@@ -81,8 +81,8 @@ sc_status sc_compare_draw(const sc_app *app, sc_session *session, int k, const s
                           sc_image *image, sc_render_stats *stats)
 {
     sc_compare *c = session->compare;
+    const sc_annotations over = sc_session_annotations(sc_compare_front(c));
     sc_scene scenes[SC_SUBJECTS_MAX];
-    sc_annotations over;
     const int first = rows && rows->first > 0 ? rows->first : 0;
     const sc_rows part = {first,
                           rows && rows->end < image->height_px ? rows->end : image->height_px};
@@ -90,14 +90,13 @@ sc_status sc_compare_draw(const sc_app *app, sc_session *session, int k, const s
 
     *stats = (sc_render_stats){0};
     for (int s = 0; s < c->count; s++)
-        scenes[s] = sc_shot_scene(&c->parts[s], k);
-    over = sc_session_annotations_at(sc_compare_front(c), scenes);
+        scenes[s] = sc_session_scene_at(&c->parts[s], k);
     sc_draw_background(scenes, &part, image);
     if (session->job.compare.has_divider)
         SC_TRY(draw_divided(app, c, scenes, &part, image, stats));
     for (int s = 0; s < c->count && !session->job.compare.has_divider; s++)
         SC_TRY(draw_subject(app, c, s, &scenes[s], NULL, &part, image, stats));
-    status = sc_annotations_draw(app->ctx, &over, k, scenes, image, &part);
+    status = sc_annotations_draw(app->ctx, &over, scenes, image, &part);
 out:
     return status;
 }
@@ -138,7 +137,7 @@ void sc_compare_counts(sc_session *session, int k, const int size_px[2], sc_marc
         return; /* a picture of the work without any */
     for (int s = 0; s < session->compare->count; s++) {
         const bool divided = session->job.compare.has_divider;
-        const sc_scene scene = sc_shot_scene(&session->compare->parts[s], k);
+        const sc_scene scene = sc_session_scene_at(&session->compare->parts[s], k);
         const int x = sc_divider_px(scene.divider, size_px[0]);
         const sc_columns_px columns = {divided && s ? x : 0, divided && !s ? x : size_px[0]};
 

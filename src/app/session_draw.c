@@ -22,11 +22,6 @@ sc_status sc_session_image(const sc_app *app, const sc_session *session, sc_imag
                                job->render.background.is_none, out);
 }
 
-sc_scene sc_shot_scene(const sc_session *session, int k)
-{
-    return sc_timeline_scene(&session->timeline, k, &session->room);
-}
-
 void sc_draw_background(const sc_scene *scene, const sc_rows *rows, sc_image *image)
 {
     const size_t bytes = sc_pixel_bytes(image->alpha);
@@ -42,34 +37,22 @@ void sc_draw_background(const sc_scene *scene, const sc_rows *rows, sc_image *im
     }
 }
 
-sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
-                       sc_image *image, sc_render_stats *stats)
+sc_status sc_shot_draw(const sc_app *app, sc_session *session, const sc_scene *scene,
+                       const sc_rows *rows, sc_image *image, sc_render_stats *stats)
 {
     const sc_timeline *timeline = &session->timeline;
-    const sc_scene scene = sc_shot_scene(session, k);
-    const sc_annotations annotations = sc_session_annotations_at(session, &scene);
-    sc_renderer *renderer = sc_session_begin_frame(session, k);
-    sc_views views = {.point_mm = scene.point_mm,
-                      .low_mm = timeline->low_mm,
-                      .high_mm = timeline->high_mm,
-                      .oriented = session->volume.oriented,
-                      .dark_text = scene.dark_text};
+    const sc_annotations annotations = sc_session_annotations(session);
+    sc_renderer *renderer = sc_session_begin_frame(session, scene->frame);
+    const sc_views views = {.low_mm = timeline->low_mm,
+                            .high_mm = timeline->high_mm,
+                            .oriented = session->volume.oriented};
     sc_status status;
 
     if (session->job.output.layout == SC_LAYOUT_PICTURE)
-        sc_render_frame(renderer, &scene, rows, image, stats);
+        sc_render_frame(renderer, scene, rows, image, stats);
     else
-        SC_TRY(sc_views_draw(app->ctx, renderer, &views, &scene, rows, image, stats));
-    status = sc_annotations_draw(app->ctx, &annotations, k, &scene, image, rows);
+        SC_TRY(sc_views_draw(app->ctx, renderer, &views, scene, rows, image, stats));
+    status = sc_annotations_draw(app->ctx, &annotations, scene, image, rows);
 out:
     return status;
-}
-
-void sc_shot_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
-                    sc_render_stats *stats)
-{
-    const sc_scene scene = sc_shot_scene(session, k);
-
-    sc_render_counts(sc_session_begin_frame(session, k), &scene, size_px[0], size_px[1], out,
-                     stats);
 }
