@@ -427,6 +427,10 @@ double sc_ease_value(sc_ease ease, double u);
 double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, double at);
 /** @return the number that a track gives at a time, 0 to 1; without key frames @p constant. */
 double sc_number_at(const sc_track *track, double constant, double at);
+/** The same for all three numbers of a track. */
+sc_vec3 sc_value_at(const sc_track *track, sc_vec3 constant, double at);
+/** @return the greatest number, at least 0, of a track; without key frames @p constant. */
+double sc_track_most(const sc_track *track, double constant);
 /** @return the value of the last key frame that is not behind a time, or of the first: of values
  * that jump, such as true and false. @param at the time, 0 to 1. */
 sc_vec3 sc_track_step(const sc_track *track, double at);

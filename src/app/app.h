@@ -415,8 +415,6 @@ sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
 sc_status sc_session_grey(sc_app *app, sc_session *session);
 /* As sc_session_grey, for a subject whose grey volume is that of another one, which it borrows. */
 sc_status sc_session_borrow_grey(sc_app *app, const sc_session *from, sc_session *session);
-/* @return the backdrop of all frames of a job, as of sc_grey_look. */
-double sc_backdrop_most(const sc_job *job);
 /* Check the header of the grey volume of session->job, if it has one, and where it lies. Not
  * collective. @return as sc_session_grey. */
 sc_status sc_session_check_grey(const sc_app *app, const sc_session *session);

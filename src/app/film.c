@@ -225,13 +225,16 @@ static bool are_same_bytes(const void *a, const void *b, size_t bytes)
  * and draws the same. */
 static bool draws_alike(const sc_session *a, const sc_session *b)
 {
+    const sc_grey_tracks *grey = &a->job.image.shown, *other = &b->job.image.shown;
+
     return !a->shot->has_card &&
            are_same_bytes(&a->job.render, &b->job.render, sizeof a->job.render) &&
            are_same_bytes(&a->job.light, &b->job.light, sizeof a->job.light) &&
            are_same_bytes(&a->job.light_tracks, &b->job.light_tracks, sizeof a->job.light_tracks) &&
-           are_same_bytes(&a->job.image.shown.caps, &b->job.image.shown.caps, sizeof(double)) &&
-           are_same_bytes(&a->job.image.shown.slices, &b->job.image.shown.slices, sizeof(double)) &&
-           sc_backdrop_most(&a->job) == sc_backdrop_most(&b->job) &&
+           are_same_bytes(&grey->caps, &other->caps, sizeof grey->caps) &&
+           are_same_bytes(&grey->slices, &other->slices, sizeof grey->slices) &&
+           sc_track_most(&grey->backdrop_track, grey->backdrop) ==
+               sc_track_most(&other->backdrop_track, other->backdrop) &&
            are_same_bytes(a->tissues, b->tissues,
                           (size_t)a->volume.label_count * sizeof *a->tissues);
 }

@@ -172,15 +172,6 @@ out:
     return status;
 }
 
-double sc_backdrop_most(const sc_job *job)
-{
-    double most = job->image.shown.backdrop_track.count ? 0 : job->image.shown.backdrop;
-
-    for (int i = 0; i < job->image.shown.backdrop_track.count; i++)
-        most = fmax(most, job->image.shown.backdrop_track.keys[i].value.x);
-    return most;
-}
-
 sc_status sc_session_grey(sc_app *app, sc_session *session)
 {
     const bool first = sc_comm_rank(app->comm) == 0;

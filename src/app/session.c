@@ -281,7 +281,7 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .cap_outline = job->render.cap_outline,
         .grey = session->grey.codes ? &session->grey : NULL,
         .grey_look = {session->grey_window, job->image.shown.caps, job->image.shown.slices,
-                      sc_backdrop_most(job)},
+                      sc_track_most(&job->image.shown.backdrop_track, job->image.shown.backdrop)},
         .light = sc_light_of_all(&job->light, &job->light_tracks),
         .local_thickness = job->render.thickness != 0,
         .opacity_rule = (sc_opacity_rule)job->render.auto_opacity,

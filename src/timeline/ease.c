@@ -117,9 +117,23 @@ sc_vec3 sc_track_direction(const sc_track *track, double at)
                           share * atan2(sine, sc_vec3_dot(from, to)));
 }
 
+sc_vec3 sc_value_at(const sc_track *track, sc_vec3 constant, double at)
+{
+    return track->count ? sc_track_value(track, at) : constant;
+}
+
 double sc_number_at(const sc_track *track, double constant, double at)
 {
-    return track->count ? sc_track_value(track, at).x : constant;
+    return sc_value_at(track, (sc_vec3){constant, 0, 0}, at).x;
+}
+
+double sc_track_most(const sc_track *track, double constant)
+{
+    double most = track->count ? 0 : constant;
+
+    for (int i = 0; i < track->count; i++)
+        most = fmax(most, track->keys[i].value.x);
+    return most;
 }
 
 double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, double at)
@@ -148,10 +162,8 @@ sc_lighting sc_light_of_all(const sc_lighting *light, const sc_light_tracks *tra
 {
     sc_lighting out = *light;
 
-    for (int i = 0; i < tracks->occlusion.count; i++)
-        out.occlusion = fmax(i ? out.occlusion : 0, tracks->occlusion.keys[i].value.x);
-    for (int i = 0; i < tracks->shadows.count; i++)
-        out.shadows = fmax(i ? out.shadows : 0, tracks->shadows.keys[i].value.x);
+    out.occlusion = sc_track_most(&tracks->occlusion, light->occlusion);
+    out.shadows = sc_track_most(&tracks->shadows, light->shadows);
     return out;
 }
 

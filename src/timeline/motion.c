@@ -111,11 +111,10 @@ sc_sight sc_sight_at(const sc_timeline *t, double k)
 {
     const sc_orbit *orbit = &t->animation.camera;
     const double at = sc_frame_time(k, t->animation.frames);
-    sc_sight out = {
-        .target_mm =
-            orbit->target_track.count ? sc_track_value(&orbit->target_track, at) : orbit->target_mm,
-        .distance_mm = sc_number_at(&orbit->distance_track, orbit->distance_mm, at),
-        .tangent = tan(sc_number_at(&orbit->fov_track, orbit->fov_deg, at) * M_PI / 360)};
+    sc_sight out = {.target_mm = sc_value_at(&orbit->target_track, orbit->target_mm, at),
+                    .distance_mm = sc_number_at(&orbit->distance_track, orbit->distance_mm, at),
+                    .tangent =
+                        tan(sc_number_at(&orbit->fov_track, orbit->fov_deg, at) * M_PI / 360)};
     double turned = orbit->has_angle
                         ? sc_number_at(&orbit->angle_track, orbit->angle_deg, at)
                         : 360 * orbit->turns * without_holds(t, k) / t->animation.frames;

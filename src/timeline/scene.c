@@ -98,8 +98,7 @@ static sc_vec3 point_at(const sc_timeline *t, double at)
     const sc_slices *slices = &t->animation.slices;
 
     if (slices->has_point)
-        return slices->point_track.count ? sc_track_value(&slices->point_track, at)
-                                         : slices->point_mm;
+        return sc_value_at(&slices->point_track, slices->point_mm, at);
     return sc_vec3_along(t->low_mm, sc_ramp_value(&slices->share, &none, at),
                          sc_vec3_sub(t->high_mm, t->low_mm));
 }
@@ -153,7 +152,8 @@ static void set_look(const sc_timeline *t, double at, sc_scene *scene)
     const sc_looks *l = &t->looks;
     const sc_grey_tracks *grey = l->grey;
     sc_look *look = &scene->look;
-    sc_vec3 window;
+    const sc_vec3 window = sc_value_at(
+        &grey->window_track, (sc_vec3){l->grey_window.level, l->grey_window.width, 0}, at);
 
     scene->has_look = true;
     look->light = sc_light_at(l->light, l->light_tracks, at);
@@ -161,11 +161,7 @@ static void set_look(const sc_timeline *t, double at, sc_scene *scene)
     look->grey_caps = sc_number_at(&grey->caps_track, grey->caps, at);
     look->grey_slices = sc_number_at(&grey->slices_track, grey->slices, at);
     look->grey_backdrop = sc_number_at(&grey->backdrop_track, grey->backdrop, at);
-    look->grey_window = l->grey_window;
-    if (grey->window_track.count) {
-        window = sc_track_value(&grey->window_track, at);
-        look->grey_window = (sc_grey_window){window.x, window.y};
-    }
+    look->grey_window = (sc_grey_window){window.x, window.y};
 }
 
 /* Set the colours of the tissues whose values change with time. */

@@ -2,7 +2,6 @@
 /* An animation that is resolved: placed by the extent of the visible tissues. */
 #include "framing.h"
 
-#include <string.h>
 #include <strings.h>
 
 /* Anatomical words and, in the same order, the directions that they stand for, RAS. */
