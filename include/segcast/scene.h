@@ -256,15 +256,17 @@ typedef struct sc_look {
 /** Everything that changes from frame to frame: all that is drawn of a frame follows from its
  * scene, and from what is the same in all frames. */
 typedef struct sc_scene {
-    int frame;   /**< its number, for the time code, and for names, which are placed for the whole
-                      film at once */
-    double time; /**< when it is shown: from 0, the first frame, to 1, the last */
-    sc_camera camera;
+    double time;   /**< when it is shown: from 0, the first frame, to 1, the last */
+    int frame;     /**< its number, for the time code, and for names, which are placed for the whole
+                        film at once */
     bool has_look; /**< look is that of this frame; false: it is that of the renderer's settings */
+    bool inside;   /**< the camera is within a vessel or chamber: all lamps are at the eye, and
+                        nothing shades */
+    bool slice;    /**< draw nothing but the cut faces: a slice through the volume */
+    sc_camera camera;
     sc_look look;
     sc_plane planes[SC_PLANES_MAX]; /**< [plane_count] of them */
-    uint32_t
-        cuts; /**< which planes of the film they are, in their order: bit i is that of plane i */
+    uint32_t cuts;                  /**< which planes of the film they are: bit i for plane i */
     int plane_count;
     sc_clip_mode clip_mode;
     uint32_t clip_sets[SC_CLIP_SETS_MAX]; /**< [clip_set_count]: the planes of each, as bits */
@@ -273,9 +275,6 @@ typedef struct sc_scene {
     double divider;     /**< where the first of two subjects in one picture ends, as a share of its
                              width: sc_divider_px */
     sc_vec3 point_mm;   /**< in which the slices of the three regular views meet, RAS */
-    bool inside;        /**< the camera is within a vessel or chamber: all lamps are at the eye, and
-                             nothing shades */
-    bool slice;         /**< draw nothing but the cut faces: a slice through the volume */
     const float *fades; /**< [label_count] by dense id: what the opacity of each tissue is
                              multiplied by, at least 0; opacities above 1 become 1. Those of fade
                              group 0 are 1. NULL: all are 1. Borrowed. */

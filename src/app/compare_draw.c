@@ -82,7 +82,7 @@ sc_status sc_compare_draw(const sc_app *app, sc_session *session, int k, const s
 {
     sc_compare *c = session->compare;
     const sc_annotations over = sc_session_annotations(sc_compare_front(c));
-    sc_scene scenes[SC_SUBJECTS_MAX];
+    sc_scene scenes[SC_SUBJECTS_MAX] = {{0}};
     const int first = rows && rows->first > 0 ? rows->first : 0;
     const sc_rows part = {first,
                           rows && rows->end < image->height_px ? rows->end : image->height_px};

@@ -44,10 +44,10 @@ void sc_find_background(const sc_background *background, double at, uint8_t rgb[
  * another verb has been at work before. Pulses multiply. Key frames of the opacity come first:
  * verbs change what they give then, and a fade to an opacity, and not to a share of it, replaces
  * them. */
-void sc_fades_at(const sc_looks *looks, double at, float *out);
+void sc_fades_at(const sc_looks *looks, double time, float *out);
 /* Fill @p out, as of sc_scene.offsets_mm, with how far tissues are from their places at a time.
  * What several shifts do to a tissue adds up. @return whether any is moved. */
-bool sc_offsets_at(const sc_looks *looks, double at, sc_vec3 *out);
+bool sc_offsets_at(const sc_looks *looks, double time, sc_vec3 *out);
 /* @return how dark text is in frame @p k (sc_scene.dark_text). Where the background becomes dark or
  * light it changes within half a second; at once only if the background jumps. */
 double sc_find_dark_text(const sc_timeline *timeline, int k);
