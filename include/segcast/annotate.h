@@ -3,7 +3,7 @@
  *  What is written onto the pictures of a film, its overlays: captions, time code, scale bar,
  * legend, names beside the tissues. A process that has fonts turns all their text into pixels, once
  * for the film; what is then drawn onto a frame follows from these, from the job and from the
- * number of the frame. */
+ * scene of the frame. */
 #ifndef SEGCAST_ANNOTATE_H
 #define SEGCAST_ANNOTATE_H
 
@@ -36,8 +36,8 @@ typedef struct sc_caption {
     bool may_be_cut;             /**< where it has no room, its last lines are left out */
     char where[160];             /**< "file:line" for messages; may be empty */
 } sc_caption;
-/** @return whether the caption is shown in frame @p k of @p frames. */
-bool sc_caption_is_shown(const sc_caption *caption, int k, int frames);
+/** @return whether the caption is shown at a time, 0 to 1. */
+bool sc_caption_is_shown(const sc_caption *caption, double at);
 
 /** A title card: text in the middle of the picture, instead of tissues. */
 typedef struct sc_card {
@@ -116,7 +116,6 @@ typedef struct sc_annotations {
     int fps;
     int first_frame;     /**< frame of the film that is frame 0 here: by it times are counted */
     const sc_card *card; /**< NULL: it is no title card */
-    double dark_text;    /**< as of sc_text_colors */
     const sc_color_scale *scale;   /**< NULL: tissues are not coloured by values */
     sc_image logo;                 /**< from sc_annotations_logo, borrowed; empty: none is drawn */
     const sc_lettering *lettering; /**< from sc_annotations_letter; NULL: nothing is drawn */
@@ -124,10 +123,9 @@ typedef struct sc_annotations {
     const struct sc_annotations *over; /**< what is written over the whole picture of which this
                                             one is a part, with its lettering: the plan of names
                                             leaves room for it; NULL: nothing is */
-    const int *divider_px;  /**< [frames of the timeline] x of the picture at which in each frame
-                                 what is shown ends, or begins; NULL: all of it is shown. Names
-                                 then stand on the side away from it, and only beside points that
-                                 are shown */
+    int divided_px; /**< width of the picture in which what is shown ends, or begins, at a divider
+                         (sc_divider_px); 0: all of it is shown. Names then stand on the side away
+                         from it, and only beside points that are shown */
     bool is_behind_divider; /**< it is shown from the divider on, not up to it */
 } sc_annotations;
 
@@ -156,10 +154,10 @@ bool sc_annotations_names(const sc_annotations *annotations);
 SC_MUST_USE sc_status sc_annotations_plan_names(const sc_ctx *ctx,
                                                 const sc_annotations *annotations, int threads,
                                                 sc_name_plan **out);
-/** Draw the overlays of frame @p k over its picture. @param scene of that frame. @param rows as of
- *  sc_overlay_begin_within. Any thread. @return SC_ERR_MEMORY. */
+/** Draw the overlays of a frame over its picture. @param rows as of sc_overlay_begin_within. Any
+ * thread. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_annotations_draw(const sc_ctx *ctx, const sc_annotations *annotations,
-                                          int k, const sc_scene *scene, sc_image *image,
+                                          const sc_scene *scene, sc_image *image,
                                           const sc_rows *rows);
 
 /** Room for a time code. */

@@ -57,15 +57,6 @@ typedef enum sc_thickness_use { SC_THICKNESS_TISSUE, SC_THICKNESS_LOCAL } sc_thi
 /** How faces cut by clip planes are drawn. */
 typedef enum sc_caps { SC_CAPS_NONE, SC_CAPS_SOLID } sc_caps;
 
-/** The colour behind the tissues. */
-typedef struct sc_background {
-    uint8_t rgb[3]; /**< sRGB; where is_auto is set, to be filled in by sc_choose_background */
-    bool is_auto;
-    bool is_none; /**< there is none: pictures have alpha; rgb is white then, for what is drawn over
-                       the picture */
-    sc_track track; /**< key frames, of levels of sRGB; if there are any, rgb is the first, and
-                         is_auto and is_none are false */
-} sc_background;
 /** How pictures are drawn; see sc_render_settings. */
 typedef struct sc_render_options {
     int mode;               /**< sc_mode: sets other defaults for the rest */
@@ -171,12 +162,8 @@ typedef struct sc_cine_options {
 /** The grey volume of a job. */
 typedef struct sc_grey_options {
     char path[SC_PATH_BYTES];
-    bool window_auto;
-    sc_grey_window window; /**< unless window_auto */
-    sc_track window_track; /**< key frames of level (x) and width (y); if there are any, window is
-                                the first */
-    double caps, slices, backdrop;                     /**< as of sc_grey_look */
-    sc_track caps_track, slices_track, backdrop_track; /**< key frames, which replace them */
+    bool window_auto; /**< shown.window is to be found in the image */
+    sc_grey_tracks shown;
 } sc_grey_options;
 
 /** A job. Plain data but for its arrays, so that it can be sent to other ranks. */
@@ -380,11 +367,6 @@ bool sc_job_has_views(const sc_job *job);
 /** Append @p value to @p text as a value or key of YAML: in double quotes, with all escapes that
  *  YAML needs. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text);
-/** Find the colour behind the tissues in frame @p k of @p frames. @param rgb sRGB. */
-void sc_background_at(const sc_background *background, int k, int frames, uint8_t rgb[3]);
-/** @return how dark text is in frame @p k of @p frames (sc_text_colors). Where the background
- * becomes dark or light it changes within half a second; at once only if the background jumps. */
-double sc_dark_text_at(const sc_background *background, int k, int frames, int fps);
 /** @return the name of the encoder preset, for example "medium". */
 const char *sc_job_preset(const sc_job *job);
 /** @return whether sc_job.volume names the built-in phantom, and not a file. */

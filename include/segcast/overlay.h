@@ -49,8 +49,6 @@ void sc_overlay_leader(sc_overlay *overlay, const double (*points)[2], int count
  *  (x, y), opaque. The line lies on the edge: half of @p width_px outside. */
 void sc_overlay_frame(sc_overlay *overlay, double x, double y, double width, double height,
                       double width_px, const uint8_t rgb[3]);
-/** @return whether a background is so light that text on it should be dark. */
-bool sc_is_light(const uint8_t rgb[3]);
 /** Choose the colours of text. @param dark 1: dark, with a light halo, for a light background; 0:
  * the reverse; between: it is changing from one to the other. */
 void sc_text_colors(double dark, uint8_t rgb[3], uint8_t halo[3]);

@@ -253,19 +253,28 @@ typedef struct sc_look {
     sc_grey_window grey_window; /**< in which it is shown; not read without one */
 } sc_look;
 
-/** Everything that changes from frame to frame. */
+/** Everything that changes from frame to frame: all that is drawn of a frame follows from its
+ * scene, and from what is the same in all frames. */
 typedef struct sc_scene {
-    sc_camera camera;
+    double time;   /**< when it is shown: from 0, the first frame, to 1, the last */
+    int frame;     /**< its number, for the time code, and for names, which are placed for the whole
+                        film at once */
     bool has_look; /**< look is that of this frame; false: it is that of the renderer's settings */
+    bool inside;   /**< the camera is within a vessel or chamber: all lamps are at the eye, and
+                        nothing shades */
+    bool slice;    /**< draw nothing but the cut faces: a slice through the volume */
+    sc_camera camera;
     sc_look look;
     sc_plane planes[SC_PLANES_MAX]; /**< [plane_count] of them */
+    uint32_t cuts;                  /**< which planes of the film they are: bit i for plane i */
     int plane_count;
     sc_clip_mode clip_mode;
     uint32_t clip_sets[SC_CLIP_SETS_MAX]; /**< [clip_set_count]: the planes of each, as bits */
     int clip_set_count;
-    bool inside;        /**< the camera is within a vessel or chamber: all lamps are at the eye, and
-                             nothing shades */
-    bool slice;         /**< draw nothing but the cut faces: a slice through the volume */
+    double dark_text;   /**< as of sc_text_colors, for what is written over the picture */
+    double divider;     /**< where the first of two subjects in one picture ends, as a share of its
+                             width: sc_divider_px */
+    sc_vec3 point_mm;   /**< in which the slices of the three regular views meet, RAS */
     const float *fades; /**< [label_count] by dense id: what the opacity of each tissue is
                              multiplied by, at least 0; opacities above 1 become 1. Those of fade
                              group 0 are 1. NULL: all are 1. Borrowed. */
@@ -277,5 +286,36 @@ typedef struct sc_scene {
                              not. Clip planes move with the tissues that they cut. NULL: none is.
                              Borrowed. */
 } sc_scene;
+
+/** Room for what scenes say of tissues, which borrow it. */
+typedef struct sc_scene_room {
+    sc_vec3 *offsets_mm; /**< [label_count], as are the others: see sc_scene; owned */
+    float (*colors)[3], *fades;
+} sc_scene_room;
+/** Make room for the tissues of a volume. @return SC_ERR_MEMORY. Caller owns *out:
+ * sc_scene_room_clear. */
+SC_MUST_USE sc_status sc_scene_room_init(const sc_ctx *ctx, int label_count, sc_scene_room *out);
+/** Free the room; harmless on a zeroed struct. */
+void sc_scene_room_clear(sc_scene_room *room);
+
+/** What may differ between two scenes, as bits. */
+enum {
+    SC_CHANGED_CAMERA = 1,
+    SC_CHANGED_CUTS = 2, /**< clip planes, slices, the divider */
+    SC_CHANGED_LIGHT = 4,
+    SC_CHANGED_GREY = 8,    /**< how the grey volume is shown */
+    SC_CHANGED_COLORS = 16, /**< of tissues and of the background */
+    SC_CHANGED_OPACITIES = 32,
+    SC_CHANGED_PLACES = 64 /**< of tissues */
+};
+/** @return what differs between two scenes of a film, as bits; 0: their pictures are the same, but
+ *  for what is written over them. @param label_count of the volume. */
+unsigned sc_scene_changes(const sc_scene *a, const sc_scene *b, int label_count);
+
+/** @return the column of a picture of @p width_px at which a divider stands. */
+static inline int sc_divider_px(double divider, int width_px)
+{
+    return (int)floor(fmin(fmax(divider, 0), 1) * width_px + 0.5);
+}
 
 #endif

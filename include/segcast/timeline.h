@@ -6,7 +6,7 @@
 #ifndef SEGCAST_TIMELINE_H
 #define SEGCAST_TIMELINE_H
 
-#include "segcast/scene.h"
+#include "segcast/color_by.h"
 
 /** The ways from one value to another: evenly, starting and ending slowly, starting slowly, ending
  * slowly, or along a curve. */
@@ -48,6 +48,25 @@ typedef struct sc_track {
 typedef struct sc_light_tracks {
     sc_track ambient, key, fill, head, occlusion, shadows, edges, depth_cue;
 } sc_light_tracks;
+
+/** The colour behind the tissues. */
+typedef struct sc_background {
+    uint8_t rgb[3]; /**< sRGB; where is_auto is set, to be filled in by sc_choose_background */
+    bool is_auto;
+    bool is_none; /**< there is none: pictures have alpha; rgb is white then, for what is drawn over
+                       the picture */
+    sc_track track; /**< key frames, of levels of sRGB; if there are any, rgb is the first, and
+                         is_auto and is_none are false */
+} sc_background;
+
+/** How much is shown of a grey volume, and in which window. */
+typedef struct sc_grey_tracks {
+    sc_grey_window window;
+    sc_track window_track; /**< key frames of level (x) and width (y); if there are any, window is
+                                the first */
+    double caps, slices, backdrop;                     /**< as of sc_grey_look */
+    sc_track caps_track, slices_track, backdrop_track; /**< key frames, which replace them */
+} sc_grey_tracks;
 
 /** Where a clip plane lies along its normal. */
 typedef struct sc_plane_position {
@@ -289,27 +308,47 @@ typedef struct sc_animation {
     size_t framed_count;
 } sc_animation;
 
+/** What the looks of a film, and of its tissues, follow from. Borrows all; where light is NULL,
+ * scenes have no look. */
+typedef struct sc_looks {
+    const sc_tissue *tissues; /**< [label_count] by dense id */
+    int label_count;
+    const sc_track *tissue_tracks; /**< those that tissues name by their numbers; NULL: none does */
+    const sc_track *color_tones;   /**< the tones of those that are of colours, at the same numbers;
+                                        NULL: none is */
+    const sc_fade *fades;          /**< [fade_count] of sc_verbs_resolve */
+    size_t fade_count;
+    const sc_shift *shifts; /**< [shift_count] of sc_explodes_resolve */
+    size_t shift_count;
+    const double
+        *column_values; /**< values that colours follow, [column_steps->count][label_count];
+                             NULL: they follow none, or the same in all frames */
+    const sc_track *column_steps; /**< which of these rows, from 0, and on the way to the next */
+    const sc_color_scale *scale;
+    const float *level_linear;           /**< [256]: levels of sRGB in linear light */
+    const sc_lighting *light;            /**< what holds where there are no key frames */
+    const sc_light_tracks *light_tracks; /**< those */
+    const sc_background *background;     /**< whose colour is chosen */
+    const sc_grey_tracks *grey;
+    sc_grey_window grey_window; /**< in which the grey volume is shown, without key frames */
+    int fps;
+    const sc_ramp *divider; /**< see sc_scene.divider; NULL: there is none */
+    const sc_track *divider_track;
+} sc_looks;
+
 /** An animation in which all that depends on the volume is filled in: the framing of the camera and
  *  the positions of the planes in mm. Owns no memory. */
 typedef struct sc_timeline {
     sc_animation animation; /**< its camera has a target and a distance now */
     double from_mm[SC_PLANES_MAX], to_mm[SC_PLANES_MAX]; /**< plane positions along the normals */
     double half_height;                                  /**< as of sc_camera, before the zoom */
+    sc_looks looks;                                      /**< set by the caller */
     sc_clip_set clip_sets[SC_CLIP_SETS_MAX];             /**< [clip_set_count] */
     int clip_set_count;
     sc_vec3 low_mm, high_mm;     /**< bounding box of the visible tissues, RAS */
     sc_move moves[SC_VERBS_MAX]; /**< [animation.move_count] of them, by the time at which they
                                       begin */
-    const sc_fade *fades; /**< [fade_count] of sc_verbs_resolve, borrowed; set by the caller */
-    size_t fade_count;
-    const sc_shift
-        *shifts; /**< [shift_count] of sc_explodes_resolve, borrowed; set by the caller */
-    size_t shift_count;
-    const sc_way_point *ways; /**< [SC_WAY_POINTS] for each fly, borrowed; set by the caller */
-    /** Tissues, by dense id, and the list of their key frames, borrowed; set by the caller. NULL:
-     * no tissue has key frames. */
-    const sc_tissue *tissues;
-    const sc_track *tissue_tracks;
+    const sc_way_point *ways;    /**< [SC_WAY_POINTS] for each fly, borrowed; set by the caller */
 } sc_timeline;
 
 /** Log all tissues of verbs that match no label, or not clearly one (sc_pattern_check).
@@ -345,16 +384,11 @@ SC_MUST_USE sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *
 /** Find the corners of the boxes around tissues where each shift has brought them when it ends.
  *  @param shifts [count] of sc_explodes_resolve. @param out room for 8 @p count points, RAS mm. */
 void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t count, sc_vec3 *out);
-/** Find the corners of the boxes around those tissues that are away from their places in frame @p k
- *  in [0, frames), where they are then. @param shifts, out as of sc_shifts_reach.
+/** Find the corners of the boxes around those tissues that are away from their places at a time, 0
+ *  to 1, where they are then. @param shifts, out as of sc_shifts_reach.
  *  @return the number of points: 8 for each of these tissues. */
-size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, size_t count, int k,
-                          int frames, sc_vec3 *out);
-/** Fill @p out [label_count] with how far each tissue is from its place in frame @p k in [0,
- *  frames): see sc_scene.offsets_mm. What several shifts do to a tissue adds up. @return whether
- * any is moved. */
-bool sc_timeline_offsets(const sc_timeline *timeline, int k, sc_vec3 *out, int label_count);
-
+size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, size_t count,
+                          double time, sc_vec3 *out);
 /** Find a smooth curve through points: a centripetal Catmull-Rom spline. @param through [count], at
  *  least 2, RAS mm, no two after each other the same. @param out room for
  *  (count - 1) SC_WAY_STEPS + 1 points. @return how many there are. */
@@ -366,14 +400,6 @@ size_t sc_way_curve(const sc_vec3 *through, int count, sc_vec3 *out);
  *  share of the line, 0 to 1. @param out [SC_WAY_POINTS]. */
 void sc_way_make(const sc_vec3 *points, size_t count, double ahead, sc_way_point *out);
 
-/** Fill @p out [label_count] with what the opacity of each tissue is multiplied by in frame @p k in
- *  [0, frames): see sc_scene.fades. Verbs of one tissue follow one another by the time at which
- * they begin: a fade goes on from where those before it have left the opacity, and a tissue is not
- * seen before it appears, unless another verb has been at work before. Pulses multiply. Key frames
- * of the opacity come first: verbs change what they give in the frame, and a fade to an opacity,
- * and not to a share of it, replaces them. */
-void sc_timeline_fades(const sc_timeline *timeline, int k, float *out, int label_count);
-
 /** Write a copy of @p animation to @p out, with what it leaves open filled in from the extent of
  * the visible tissues, and with its moves, which it does not point to any more. One framing holds
  * for the whole orbit, and for the tissues as they are without clip planes, so that the scale of
@@ -384,28 +410,27 @@ void sc_timeline_fades(const sc_timeline *timeline, int k, float *out, int label
  */
 void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, size_t point_count,
                          double aspect, sc_timeline *out);
-/** @return plane @p plane of the animation in frame @p k in [0, frames), as its sweep and the verbs
- * turn place it. */
-sc_plane sc_timeline_plane(const sc_timeline *timeline, int plane, int k);
-/** @return the planes that cut in frame @p k in [0, frames): bit i for that of sweep i. */
-uint32_t sc_timeline_planes(const sc_timeline *timeline, int k);
-/** @return the scene of frame @p k in [0, frames); its slice is false. It holds the planes of
- * sc_timeline_planes alone, in their order. An orbit of one turn in N
+/** @return the scene of frame @p k in [0, frames); its slice is false. It holds the planes that
+ * cut then alone, in their order. An orbit of one turn in N
  * frames stands at 360 k / N degrees, so that no direction comes twice when the video loops. Ramps
- * reach their end in the last frame. */
-sc_scene sc_timeline_scene(const sc_timeline *timeline, int k);
-
-/** @return the point in which the slices of frame @p k in [0, frames) meet, RAS mm. */
-sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k);
+ * reach their end in the last frame. @param room as of the label count of sc_looks, for colours,
+ * opacities and places of tissues, which the scene borrows; NULL: it says nothing of these. */
+sc_scene sc_timeline_scene(const sc_timeline *timeline, int k, const sc_scene_room *room);
 
 /** @return the share of its way, 0 to 1, that what happens in the part [begin, end] of an animation
- * (see sc_ramp) has covered in frame @p k of @p frames. */
-double sc_progress(double begin, double end, sc_ease ease, double k, int frames);
+ * (see sc_ramp) has covered at a time, 0 to 1. */
+double sc_progress(double begin, double end, sc_ease ease, double at);
 /** @return how much of the way is done, 0 to 1. @param u how much of the time has passed, 0 to 1;
  * not clamped. */
 double sc_ease_value(sc_ease ease, double u);
-/** @return the value, in frame @p k of @p frames, of a track, or without key frames of a ramp. */
-double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, int k, int frames);
+/** @return the value of a track at a time, 0 to 1; without key frames, of a ramp. */
+double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, double at);
+/** @return the number that a track gives at a time, 0 to 1; without key frames @p constant. */
+double sc_number_at(const sc_track *track, double constant, double at);
+/** The same for all three numbers of a track. */
+sc_vec3 sc_value_at(const sc_track *track, sc_vec3 constant, double at);
+/** @return the greatest number, at least 0, of a track; without key frames @p constant. */
+double sc_track_most(const sc_track *track, double constant);
 /** @return the value of the last key frame that is not behind a time, or of the first: of values
  * that jump, such as true and false. @param at the time, 0 to 1. */
 sc_vec3 sc_track_step(const sc_track *track, double at);
@@ -424,9 +449,9 @@ void sc_track_color(const sc_track *tones, double at, float linear[3]);
  * @param position_mm, target_mm, up the results, as the members of sc_orbit with these names. */
 void sc_fixed_camera_at(const sc_orbit *camera, double at, sc_vec3 *position_mm, sc_vec3 *target_mm,
                         sc_vec3 *up);
-/** @return the light of frame @p k of @p frames. @param light what holds where there are no key
+/** @return the light at a time, 0 to 1. @param light what holds where there are no key
  * frames. */
-sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks, int k, int frames);
+sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks, double at);
 /** @return the light by which a renderer of all frames is made: @p light with the strongest
  * occlusion and the darkest shadows of any of them. */
 sc_lighting sc_light_of_all(const sc_lighting *light, const sc_light_tracks *tracks);

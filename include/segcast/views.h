@@ -11,10 +11,8 @@
 
 /** What the slices show. Positions are patient coordinates (RAS) in millimetres. */
 typedef struct sc_views {
-    sc_vec3 point_mm;        /**< the point that all three slices go through */
     sc_vec3 low_mm, high_mm; /**< the box that fits into every slice */
-    bool oriented;    /**< false: it is unknown which side is left, so no letters are drawn */
-    double dark_text; /**< as of sc_text_colors, for text and lines */
+    bool oriented; /**< false: it is unknown which side is left, so no letters are drawn */
 } sc_views;
 
 /** @return where the panel of the picture in space lies, in a picture of the given size. */
@@ -23,11 +21,10 @@ sc_viewport sc_views_space(int width_px, int height_px);
  * the given size. */
 double sc_views_aspect(int width_px, int height_px);
 /** Draw all four panels into @p image, slices with lines and text over them. @param scene of the
- *  picture in space, for a picture of sc_views_aspect. @param rows the rows of @p image that are
- *  needed, or NULL for all; other rows are unspecified. @param stats receives the sum over the
- *  panels; untouched after an error.
- *  Threads: one call at a time per renderer. @return SC_ERR_MEMORY; @p image is unspecified
- *  then. */
+ *  picture in space, for a picture of sc_views_aspect; all three slices go through its point.
+ * @param rows the rows of @p image that are needed, or NULL for all; other rows are unspecified.
+ * @param stats receives the sum over the panels; untouched after an error. Threads: one call at a
+ * time per renderer. @return SC_ERR_MEMORY; @p image is unspecified then. */
 SC_MUST_USE sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views *views,
                                     const sc_scene *scene, const sc_rows *rows, sc_image *image,
                                     sc_render_stats *stats);

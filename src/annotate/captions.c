@@ -12,10 +12,8 @@
 #define BESIDE_WIDTH 0.55 /* ... in the middle between what stands in the corners */
 #define HEIGHT 0.4        /* of the picture: the most that a caption takes */
 
-bool sc_caption_is_shown(const sc_caption *caption, int k, int frames)
+bool sc_caption_is_shown(const sc_caption *caption, double at)
 {
-    const double at = frames > 1 ? (double)k / (frames - 1) : 0;
-
     return at >= caption->begin && (at < caption->end || caption->end >= 1);
 }
 
@@ -185,10 +183,10 @@ static void draw_caption(sc_drawing *d, int index)
                           255, d->image, d->rows);
 }
 
-void sc_draw_captions(sc_drawing *d, int k)
+void sc_draw_captions(sc_drawing *d, double at)
 {
     for (size_t i = 0; i < d->a->caption_count; i++) {
-        if (sc_caption_is_shown(&d->a->captions[i], k, d->a->timeline->animation.frames))
+        if (sc_caption_is_shown(&d->a->captions[i], at))
             draw_caption(d, (int)i);
     }
 }

@@ -40,7 +40,10 @@ typedef struct sc_drawing {
 /* @return the font size of all but captions. */
 double sc_text_px(const sc_annotations *a);
 /* @return the drawing over @p image, with nothing placed yet. */
-sc_drawing sc_drawing_begin(const sc_annotations *a, sc_image *image, const sc_rows *rows);
+sc_drawing sc_drawing_begin(const sc_annotations *a, const sc_scene *scene, sc_image *image,
+                            const sc_rows *rows);
+/* @return how far overlays stand from the edges of the picture, and from each other. */
+int sc_margin_px(const sc_annotations *a);
 /* Take room at a place, behind what stands there already. @return the rectangle, of that size. */
 sc_viewport sc_take_room(sc_drawing *d, int place, int width_px, int height_px);
 /* Let a rectangle, of width 0 if it is none yet, hold another one. */
@@ -112,8 +115,8 @@ sc_status sc_add_names(const sc_ctx *ctx, const sc_annotations *a, sc_font *font
                        sc_line_list *list);
 /* @return the font size of names. */
 double sc_names_px(const sc_annotations *a);
-/* Draw the names of frame @p k, if there are any. @return SC_ERR_MEMORY. */
-sc_status sc_draw_names(const sc_ctx *ctx, sc_drawing *d, int k);
+/* Draw the names of a frame, if there are any. @return SC_ERR_MEMORY. */
+sc_status sc_draw_names(const sc_ctx *ctx, sc_drawing *d, const sc_scene *scene);
 /* Append the letters of the orientation cube; a volume without orientation gets a warning. */
 sc_status sc_add_orientation(const sc_ctx *ctx, const sc_annotations *a, sc_line_list *list);
 /* Draw the orientation cube of a frame, if there is one. @return SC_ERR_MEMORY. */
@@ -121,7 +124,7 @@ sc_status sc_draw_orientation(const sc_ctx *ctx, sc_drawing *d, const sc_scene *
 /* Draw the logo, if there is one. */
 void sc_draw_logo(sc_drawing *d);
 /* Draw what has the same size in all frames: all but names and captions. @return SC_ERR_MEMORY. */
-sc_status sc_draw_fixed(const sc_ctx *ctx, sc_drawing *d, int k, const sc_scene *scene);
+sc_status sc_draw_fixed(const sc_ctx *ctx, sc_drawing *d, const sc_scene *scene);
 /* Break a text into lines that are no wider than @p width pixels, where they can be. @return how
  * many there are; of more than @p room only the first are written to @p out: their text, bytes and
  * size_px. */
@@ -132,8 +135,8 @@ sc_status sc_add_card(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,
                       sc_line_list *list);
 /* Draw the title card, if it is one. */
 void sc_draw_card(sc_drawing *d);
-/* Draw the captions of frame @p k. */
-void sc_draw_captions(sc_drawing *d, int k);
+/* Draw the captions that are shown at a time. */
+void sc_draw_captions(sc_drawing *d, double at);
 
 /* ---- anchors.c ---- */
 

@@ -12,12 +12,17 @@ double sc_text_px(const sc_annotations *a)
     return fmax(TEXT_LEAST_PX, a->overlays->text_percent / 100 * a->within.height_px);
 }
 
-sc_drawing sc_drawing_begin(const sc_annotations *a, sc_image *image, const sc_rows *rows)
+int sc_margin_px(const sc_annotations *a)
 {
-    sc_drawing d = {
-        .a = a, .image = image, .rows = rows, .margin_px = (int)(0.8 * sc_text_px(a) + 0.5)};
+    return (int)(0.8 * sc_text_px(a) + 0.5);
+}
 
-    sc_text_colors(a->dark_text, d.letters.rgb, d.letters.halo);
+sc_drawing sc_drawing_begin(const sc_annotations *a, const sc_scene *scene, sc_image *image,
+                            const sc_rows *rows)
+{
+    sc_drawing d = {.a = a, .image = image, .rows = rows, .margin_px = sc_margin_px(a)};
+
+    sc_text_colors(scene->dark_text, d.letters.rgb, d.letters.halo);
     return d;
 }
 

@@ -135,10 +135,10 @@ static sc_status end_before_overlays(const sc_ctx *ctx, const sc_annotations *a,
     sc_image none = {.width_px = a->within.x_px + a->within.width_px,
                      .height_px = a->within.y_px + a->within.height_px};
     const sc_rows rows = {0, 0}; /* nothing is drawn: only the room that is taken matters */
-    const sc_scene scene = sc_timeline_scene(a->timeline, 0);
-    sc_drawing d = sc_drawing_begin(a, &none, &rows);
+    const sc_scene scene = sc_timeline_scene(a->timeline, 0, NULL);
+    sc_drawing d = sc_drawing_begin(a, &scene, &none, &rows);
     sc_viewport taken[SC_PLACE_COUNT] = {{0, 0, 0, 0}};
-    const sc_status status = sc_draw_fixed(ctx, &d, 0, &scene);
+    const sc_status status = sc_draw_fixed(ctx, &d, &scene);
 
     for (int place = SC_PLACE_TOP_LEFT; place < SC_PLACE_COUNT; place++) {
         if (d.taken[place].width_px)
@@ -147,7 +147,7 @@ static sc_status end_before_overlays(const sc_ctx *ctx, const sc_annotations *a,
     for (int k = 0; k < film->frames; k++) {
         sc_drawing with = d;
 
-        sc_draw_captions(&with, k);
+        sc_draw_captions(&with, sc_frame_time(k, film->frames));
         for (int place = SC_PLACE_TOP_LEFT; place < SC_PLACE_COUNT; place++)
             sc_hold(&taken[place], &with.taken[place]);
     }
@@ -163,7 +163,7 @@ static sc_status end_before_overlays(const sc_ctx *ctx, const sc_annotations *a,
 static sc_status find_heights(const sc_ctx *ctx, sc_name_film *film)
 {
     const sc_annotations *a = film->a;
-    const int margin_px = sc_drawing_begin(a, NULL, NULL).margin_px;
+    const int margin_px = sc_margin_px(a);
     sc_status status;
 
     for (int side = 0; side < 2; side++) {
@@ -227,7 +227,7 @@ static sc_status tell_left_out(const sc_ctx *ctx, const sc_name_film *film,
                 crowded, film->count);
     if (hidden)
         sc_info(ctx, "names that no frame shows, because their tissues are hidden%s: %s",
-                film->a->divider_px ? " or behind the divider" : "", text.data);
+                film->a->divided_px ? " or behind the divider" : "", text.data);
 out:
     sc_text_clear(&text);
     return status;

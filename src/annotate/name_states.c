@@ -22,9 +22,8 @@
 /* What the threads fill. */
 typedef struct survey {
     const sc_name_film *film;
-    float *fades;      /* [threads][label_count] */
-    sc_vec3 *moved_mm; /* [threads][label_count] */
-    uint8_t *lights;   /* [frames][count][SC_ANCHORS_MAX] */
+    sc_scene_room *rooms; /* [threads] */
+    uint8_t *lights;      /* [frames][count][SC_ANCHORS_MAX] */
 } survey;
 
 /* @return where an anchor lies, in mm. */
@@ -33,6 +32,12 @@ static sc_vec3 anchor_mm(const sc_name_film *film, int name, int anchor)
     const int *voxel = film->anchors[name].voxel[anchor];
 
     return sc_affine_point(&film->a->volume->to_ras_mm, (sc_vec3){voxel[0], voxel[1], voxel[2]});
+}
+
+/* @return how far a tissue is moved. */
+static sc_vec3 moved_mm(const sc_scene *scene, int id)
+{
+    return scene->offsets_mm ? scene->offsets_mm[id] : (sc_vec3){0, 0, 0};
 }
 
 /* Find where a point lies in the picture. @return pixels for a mm at its depth; 0 if it does not
@@ -62,7 +67,7 @@ static sc_columns columns_of(const sc_name_film *film, const sc_camera *camera)
     const sc_vec3 low = a->timeline->low_mm, high = a->timeline->high_mm;
     const double radius_mm = sc_vec3_length(sc_vec3_sub(high, low)) / 2;
     const double strip_px = STRIP * sc_names_px(a);
-    const double outer_px = sc_drawing_begin(a, NULL, NULL).margin_px + film->widest_px;
+    const double outer_px = sc_margin_px(a) + film->widest_px;
     const double right_px = within->x_px + within->width_px;
     const double most_px = MOST * within->width_px;
     double at[2] = {within->x_px + within->width_px / 2.0, 0};
@@ -78,17 +83,17 @@ static sc_columns columns_of(const sc_name_film *film, const sc_camera *camera)
     return out;
 }
 
-/* @return whether a point is shown on its side of the divider in frame @p k, with its dot. The line
- * and the name, which lead away from the divider, are then shown, too. */
-static bool is_beside_divider(const sc_name_film *film, int k, double x_px)
+/* @return whether a point is shown on its side of the divider, with its dot. The line and the name,
+ * which lead away from the divider, are then shown, too. */
+static bool is_beside_divider(const sc_name_film *film, const sc_scene *scene, double x_px)
 {
     const sc_annotations *a = film->a;
     const double margin_px = film->row_px / 2;
+    const int divider_px = sc_divider_px(scene->divider, a->divided_px);
 
-    if (!a->divider_px)
+    if (!a->divided_px)
         return true;
-    return a->is_behind_divider ? x_px > a->divider_px[k] + margin_px
-                                : x_px < a->divider_px[k] - margin_px;
+    return a->is_behind_divider ? x_px > divider_px + margin_px : x_px < divider_px - margin_px;
 }
 
 /* Does a rectangle that overlays take, with @p margin_px around it, reach into columns @p x0 to @p
@@ -121,15 +126,15 @@ static bool is_line_clear(const sc_name_film *film, int k, int side, const doubl
     return true;
 }
 
-/* @return whether the point @p at, in pixels, lies in the part of the picture of frame @p k that is
+/* @return whether the point @p at, in pixels, lies in the part of the picture of a frame that is
  * between the two columns of names. */
-static bool is_between(const sc_name_film *film, int k, const double at[2])
+static bool is_between(const sc_name_film *film, const sc_scene *scene, const double at[2])
 {
     const sc_viewport *within = &film->a->within;
-    const sc_columns *columns = &film->columns[k];
+    const sc_columns *columns = &film->columns[scene->frame];
     const double margin_px = film->row_px / 2;
 
-    if (!is_beside_divider(film, k, at[0]))
+    if (!is_beside_divider(film, scene, at[0]))
         return false;
     return at[0] > columns->elbow_px[0] && at[0] < columns->elbow_px[1] &&
            at[1] > within->y_px + margin_px && at[1] < within->y_px + within->height_px - margin_px;
@@ -158,11 +163,9 @@ static void prefer_clear(const bool is_clear[SC_ANCHORS_MAX], uint8_t lights[SC_
         lights[i] = is_clear[i] ? lights[i] : 0;
 }
 
-/* Find how much light of each anchor of name @p n reaches the camera in frame @p k, 0 where it lies
- * outside of the picture, to @p lights [SC_ANCHORS_MAX], zeroed by the caller. @param moved_mm how
- * far its tissue is moved. */
-static void survey_name(const sc_name_film *film, int k, int n, const sc_scene *scene,
-                        sc_vec3 moved_mm, uint8_t *lights)
+/* Find how much light of each anchor of name @p n reaches the camera in a frame, 0 where it lies
+ * outside of the picture, to @p lights [SC_ANCHORS_MAX], zeroed by the caller. */
+static void survey_name(const sc_name_film *film, int n, const sc_scene *scene, uint8_t *lights)
 {
     const sc_annotations *a = film->a;
     const int id = film->words[n]->number;
@@ -170,13 +173,15 @@ static void survey_name(const sc_name_film *film, int k, int n, const sc_scene *
 
     for (int i = 0; i < film->anchors[n].count; i++) {
         const sc_vec3 point_mm = anchor_mm(film, n, i);
+        const sc_vec3 at_mm = sc_vec3_add(point_mm, moved_mm(scene, id));
         double dot_px[2] = {0, 0};
 
-        if (project(&a->within, &scene->camera, sc_vec3_add(point_mm, moved_mm), dot_px) <= 0 ||
-            !is_between(film, k, dot_px))
+        if (project(&a->within, &scene->camera, at_mm, dot_px) <= 0 ||
+            !is_between(film, scene, dot_px))
             continue;
         lights[i] = (uint8_t)(255 * sc_light_of(a, &film->from_ras_mm, scene, id, point_mm) + 0.5);
-        is_clear[i] = is_line_clear(film, k, 0, dot_px, 0) || is_line_clear(film, k, 1, dot_px, 0);
+        is_clear[i] = is_line_clear(film, scene->frame, 0, dot_px, 0) ||
+                      is_line_clear(film, scene->frame, 1, dot_px, 0);
     }
     prefer_clear(is_clear, lights);
 }
@@ -187,17 +192,10 @@ static void survey_frames(void *user, size_t begin, size_t end, int thread)
     const survey *s = user;
     const sc_name_film *film = s->film;
     const sc_annotations *a = film->a;
-    const int labels = a->volume->label_count;
-    float *fades = s->fades + (size_t)thread * (size_t)labels;
-    sc_vec3 *moved_mm = s->moved_mm + (size_t)thread * (size_t)labels;
 
     for (size_t k = begin; k < end; k++) {
-        sc_scene scene = sc_timeline_scene(a->timeline, (int)k);
+        const sc_scene scene = sc_timeline_scene(a->timeline, (int)k, &s->rooms[thread]);
 
-        sc_timeline_fades(a->timeline, (int)k, fades, labels);
-        scene.fades = fades;
-        if (sc_timeline_offsets(a->timeline, (int)k, moved_mm, labels))
-            scene.offsets_mm = moved_mm;
         film->columns[k] = columns_of(film, &scene.camera);
         for (int n = 0; n < film->count; n++) {
             const size_t at = k * (size_t)film->count + (size_t)n;
@@ -205,7 +203,7 @@ static void survey_frames(void *user, size_t begin, size_t end, int thread)
 
             film->states[at].shown = (uint8_t)sc_shown_alpha(a, &scene, id);
             if (film->states[at].shown)
-                survey_name(film, (int)k, n, &scene, moved_mm[id], s->lights + at * SC_ANCHORS_MAX);
+                survey_name(film, n, &scene, s->lights + at * SC_ANCHORS_MAX);
         }
     }
 }
@@ -247,23 +245,23 @@ static bool can_stand(const sc_name_film *film, int k, int side, const double at
     return is_line_clear(film, k, side, at, stays ? 0 : film->row_px / 2);
 }
 
-/* Find the state of a name in a frame. @param moved_mm how far its tissue is moved. @param last
- * that of the frame before; NULL: there is none. */
-static void find_state(const sc_name_film *film, int k, int n, const sc_camera *camera,
-                       sc_vec3 moved_mm, const uint8_t *lights, const sc_name_state *last,
-                       sc_name_state *out)
+/* Find the state of a name in a frame. @param last that of the frame before; NULL: there is none.
+ */
+static void find_state(const sc_name_film *film, int k, int n, const sc_scene *scene,
+                       const uint8_t *lights, const sc_name_state *last, sc_name_state *out)
 {
     const sc_columns *columns = &film->columns[k];
     const double stay_px = STAY * film->a->within.width_px;
     const bool has_room[2] = {film->high_px[0] - film->low_px[0] >= film->row_px,
                               film->high_px[1] - film->low_px[1] >= film->row_px};
     double dot_px[2], right_px;
+    sc_vec3 at_mm;
 
     out->anchor = (int8_t)choose_anchor(film, lights, k, last ? last->anchor : -1);
     if (out->anchor < 0)
         return;
-    (void)project(&film->a->within, camera, sc_vec3_add(anchor_mm(film, n, out->anchor), moved_mm),
-                  dot_px);
+    at_mm = sc_vec3_add(anchor_mm(film, n, out->anchor), moved_mm(scene, film->words[n]->number));
+    (void)project(&film->a->within, &scene->camera, at_mm, dot_px);
     out->dot_px[0] = (float)dot_px[0];
     out->dot_px[1] = (float)dot_px[1];
     right_px = dot_px[0] - columns->middle_px;
@@ -273,7 +271,7 @@ static void find_state(const sc_name_film *film, int k, int n, const sc_camera *
     if (has_room[!out->right] && !can_stand(film, k, out->right, dot_px, last) &&
         can_stand(film, k, !out->right, dot_px, last))
         out->right = !out->right;
-    if (film->a->divider_px)
+    if (film->a->divided_px)
         out->right = film->a->is_behind_divider;
 }
 
@@ -321,34 +319,32 @@ sc_status sc_find_name_states(const sc_ctx *ctx, int threads, sc_name_film *film
 {
     const size_t states = (size_t)film->frames * (size_t)film->count;
     survey s = {.film = film};
-    const int labels = film->a->volume->label_count;
-    void *fades = NULL, *lights = NULL, *moved = NULL;
+    void *rooms = NULL, *lights = NULL;
     sc_status status;
 
-    SC_TRY(sc_alloc(ctx, (size_t)threads * (size_t)labels, sizeof *s.fades, &fades));
-    SC_TRY(sc_alloc(ctx, (size_t)threads * (size_t)labels, sizeof *s.moved_mm, &moved));
-    s.moved_mm = moved;
+    SC_TRY(sc_zalloc(ctx, (size_t)threads, sizeof *s.rooms, &rooms));
+    s.rooms = rooms;
+    for (int i = 0; i < threads; i++)
+        SC_TRY(sc_scene_room_init(ctx, film->a->volume->label_count, &s.rooms[i]));
     SC_TRY(sc_zalloc(ctx, states, SC_ANCHORS_MAX, &lights));
-    s.fades = fades;
     s.lights = lights;
     sc_parallel_for(threads, (size_t)film->frames, 1, survey_frames, &s);
     for (int k = 0; k < film->frames; k++) {
-        const sc_camera camera = sc_timeline_scene(film->a->timeline, k).camera;
+        const sc_scene scene = sc_timeline_scene(film->a->timeline, k, s.rooms);
 
-        (void)sc_timeline_offsets(film->a->timeline, k, s.moved_mm, labels);
         for (int n = 0; n < film->count; n++) {
             sc_name_state *state = &film->states[k * film->count + n];
 
-            find_state(film, k, n, &camera, s.moved_mm[film->words[n]->number],
-                       s.lights + (size_t)n * SC_ANCHORS_MAX, k ? state - film->count : NULL,
-                       state);
+            find_state(film, k, n, &scene, s.lights + (size_t)n * SC_ANCHORS_MAX,
+                       k ? state - film->count : NULL, state);
         }
     }
     sc_parallel_for(threads, (size_t)film->frames, 16, find_changes, &s);
 out:
-    sc_free(fades);
+    for (int i = 0; rooms && i < threads; i++)
+        sc_scene_room_clear(&s.rooms[i]);
+    sc_free(rooms);
     sc_free(lights);
-    sc_free(moved);
     return status;
 }
 

@@ -118,10 +118,11 @@ static void draw_name(const sc_drawing *d, const sc_word *word, const sc_name_pl
                       place->alpha, d->image, d->rows);
 }
 
-sc_status sc_draw_names(const sc_ctx *ctx, sc_drawing *d, int k)
+sc_status sc_draw_names(const sc_ctx *ctx, sc_drawing *d, const sc_scene *scene)
 {
     const sc_lettering *lettering = d->a->lettering;
     const sc_name_plan *plan = d->a->names;
+    const int k = scene->frame;
     sc_status status = SC_OK;
 
     if (!plan || k >= plan->frames)

@@ -201,15 +201,11 @@ typedef struct sc_session {
                                       there are none; owned, unless borrows_renderer */
     sc_fade *fades;                /* [fade_count], what verbs do to tissues; owned */
     size_t fade_count;
-    float *frame_fades;       /* [label_count of the volume], of the frame being drawn; owned */
-    sc_track *color_tones;    /* [job.tissue_track_count], owned: the tones of those of
-                                      job.tissue_tracks that are of colours; NULL: none is */
-    float (*frame_colors)[3]; /* [label_count], as of sc_scene, of the frame being drawn; owned;
-                                 NULL: no colour changes */
-    sc_shift *shifts;         /* [shift_count], how verbs move tissues; owned */
+    sc_track *color_tones; /* [job.tissue_track_count], owned: the tones of those of
+                                   job.tissue_tracks that are of colours; NULL: none is */
+    sc_shift *shifts;      /* [shift_count], how verbs move tissues; owned */
     size_t shift_count;
-    sc_vec3
-        *frame_offsets_mm; /* [label_count], of the frame being drawn; owned; NULL: none moves */
+    sc_scene_room room;                      /* of the frame being drawn; owned */
     sc_clip_set clip_sets[SC_CLIP_SETS_MAX]; /* [clip_set_count] */
     int clip_set_count;
     sc_timeline timeline;
@@ -246,9 +242,8 @@ typedef struct sc_session {
     /* Of the session of a subject: that which writes over the whole picture. Borrowed; else NULL.
      */
     const struct sc_session *front;
-    const int *divider_px; /* of the session of a subject beside a divider: [frames], as of
-                              sc_divider_px; borrowed; else NULL */
-    const sc_shot *shot;   /* of the session of a shot: borrowed from the film's job; else NULL */
+    bool is_divided;     /* it is that of a subject beside a divider */
+    const sc_shot *shot; /* of the session of a shot: borrowed from the film's job; else NULL */
 } sc_session;
 
 /* If the job colours tissues by values: make a copy of the labels of session->volume with these
@@ -258,9 +253,6 @@ typedef struct sc_session {
 sc_status sc_color_labels(const sc_ctx *ctx, sc_session *session, sc_label **out);
 /* Send the values of key frames of columns, if there are any, to all ranks. Collective. */
 sc_status sc_share_column_values(sc_app *app, sc_session *session);
-/* With key frames of columns: write the colours of the tissues that have them by values into
- * session->frame_colors. @param at when, 0 to 1, as of sc_key_frame. */
-void sc_column_colors(const sc_session *session, double at);
 /* Send an array of rank 0, @p count elements of @p size bytes, to the other ranks: *array becomes a
  * copy there, which they own, or NULL after an error. On rank 0 it stays what it was. */
 sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size);
@@ -423,10 +415,6 @@ sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
 sc_status sc_session_grey(sc_app *app, sc_session *session);
 /* As sc_session_grey, for a subject whose grey volume is that of another one, which it borrows. */
 sc_status sc_session_borrow_grey(sc_app *app, const sc_session *from, sc_session *session);
-/* @return the backdrop of all frames of a job, as of sc_grey_look. */
-double sc_backdrop_most(const sc_job *job);
-/* @return the window of the grey volume in frame @p k. */
-sc_grey_window sc_window_at(const sc_session *session, int k);
 /* Check the header of the grey volume of session->job, if it has one, and where it lies. Not
  * collective. @return as sc_session_grey. */
 sc_status sc_session_check_grey(const sc_app *app, const sc_session *session);
@@ -450,10 +438,11 @@ void sc_moves_clear(sc_moves *moves);
  * others get its result. @return as sc_find_moves. */
 sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points,
                               size_t count);
+/* Let session->timeline, which is resolved, know what else the frames of a session follow from: all
+ * but the ways on which its camera flies. Not collective. */
+void sc_session_looks(sc_session *session);
 /* @return all that the overlays of a session follow from; borrowed from it. Not collective. */
 sc_annotations sc_session_annotations(const sc_session *session);
-/* The same for frame @p k, by the background of which the colour of text is chosen. */
-sc_annotations sc_session_annotations_at(const sc_session *session, int k);
 /* Fill session->lettering, session->logo and, unless the voxels are not known, session->names, if
  * the job has overlays, after sc_session_timeline: rank 0 makes them, so that other ranks need no
  * fonts. If session->front is set, its lettering is made before. @return as sc_annotations_letter,
@@ -538,20 +527,18 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
 sc_status sc_shot_renderer(const sc_app *app, sc_session *session);
 /* Fill what is left after sc_session_tissues and sc_shot_renderer: timeline and lettering. */
 sc_status sc_shot_timeline(sc_app *app, sc_session *session);
-/* As sc_session_draw, of a frame of the shot. */
-sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
-                       sc_image *image, sc_render_stats *stats);
-/* As sc_session_counts, of a frame of the shot. */
-void sc_shot_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
-                    sc_render_stats *stats);
+/* As sc_session_draw, of a scene of the shot. */
+sc_status sc_shot_draw(const sc_app *app, sc_session *session, const sc_scene *scene,
+                       const sc_rows *rows, sc_image *image, sc_render_stats *stats);
 /* Free what a shot has for itself: all but the volume and the job. On this rank alone. */
 void sc_shot_clear(sc_session *session);
-/* @return the scene of frame @p k of a shot, with its fades and offsets, which stay those of the
- * session. Not collective. */
-sc_scene sc_shot_scene(const sc_session *session, int k);
-/* Fill @p rows of a picture, NULL: all, with the background of frame @p k of the job. Not
- * collective. */
-void sc_draw_background(const sc_job *job, int k, const sc_rows *rows, sc_image *image);
+/* @return the scene of frame @p k of a shot or a subject, in session->room. Not collective. */
+static inline sc_scene sc_session_scene_at(const sc_session *session, int k)
+{
+    return sc_timeline_scene(&session->timeline, k, &session->room);
+}
+/* Fill @p rows of a picture, NULL: all, with the background of a frame. Not collective. */
+void sc_draw_background(const sc_scene *scene, const sc_rows *rows, sc_image *image);
 
 /* ---- subjects.c: what the subjects of a comparison have in common ---- */
 

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Colours of tissues by values: the labels of a session as they are drawn, and the colours of a
- * frame where values change with time. */
+/* Colours of tissues by values: the labels of a session as they are drawn. */
 #include "app.h"
 
 #include <math.h>
@@ -105,22 +104,4 @@ sc_status sc_share_column_values(sc_app *app, sc_session *session)
                                 sizeof *session->column_values);
     session->column_values = values;
     return status;
-}
-
-void sc_column_colors(const sc_session *session, double at)
-{
-    const sc_track *steps = &session->job.color_columns.steps;
-    const int count = session->volume.label_count;
-    const double where = sc_track_value(steps, at).x;
-    const int from = (int)where, to = from + 1 < steps->count ? from + 1 : from;
-    uint8_t rgb[3];
-
-    for (int id = 1; id < count; id++) {
-        if (session->tissues[id].color_by_rule)
-            continue;
-        sc_color_scale_between(&session->scale, session->column_values[from * count + id],
-                               session->column_values[to * count + id], where - from, rgb);
-        for (int c = 0; c < 3; c++)
-            session->frame_colors[id][c] = session->level_linear[rgb[c]];
-    }
 }

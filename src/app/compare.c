@@ -297,7 +297,7 @@ sc_status sc_compare_grey(sc_app *app, sc_session *session)
         /* What is found for the first one holds for all, so that the same value looks the same. */
         for (int other = 1; other < c->count; other++) {
             c->parts[other].job.image.window_auto = false;
-            c->parts[other].job.image.window = subject->grey_window;
+            c->parts[other].job.image.shown.window = subject->grey_window;
         }
     }
 out:
@@ -383,23 +383,6 @@ static sc_status fill_front(const sc_ctx *ctx, sc_compare *c)
     return SC_OK;
 }
 
-/* Note where the divider stands in each frame, for the names of the subjects. */
-static sc_status place_divider(const sc_ctx *ctx, const sc_job *job, sc_compare *c)
-{
-    const int frames = job->animation.frames;
-    void *block;
-    const sc_status status = sc_alloc(ctx, (size_t)frames, sizeof *c->divider_px, &block);
-
-    if (status != SC_OK)
-        return status;
-    c->divider_px = block;
-    for (int k = 0; k < frames; k++)
-        c->divider_px[k] = sc_divider_px(job, k, job->output.size_px[0]);
-    for (int s = 0; s < c->count; s++)
-        c->parts[s].divider_px = c->divider_px;
-    return SC_OK;
-}
-
 sc_status sc_compare_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count)
 {
     sc_compare *c = session->compare;
@@ -407,24 +390,16 @@ sc_status sc_compare_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
     sc_status status;
 
     SC_TRY(sc_session_timeline(app, first, points, count));
+    first->is_divided = session->job.compare.has_divider;
     for (int i = 1; i < part_count(c->count); i++) {
         sc_session *part = &c->parts[i];
 
         part->timeline = first->timeline;
-        if (i >= c->count)
-            continue;
-        memcpy(part->timeline.clip_sets, part->clip_sets, sizeof part->clip_sets);
-        part->timeline.clip_set_count = part->clip_set_count;
-        part->timeline.fades = part->fades;
-        part->timeline.fade_count = part->fade_count;
-        part->timeline.shifts = part->shifts;
-        part->timeline.shift_count = part->shift_count;
-        part->timeline.tissues = part->tissues;
-        part->timeline.tissue_tracks = part->job.tissue_tracks;
+        part->is_divided = i < c->count && session->job.compare.has_divider;
+        if (i < c->count)
+            sc_session_looks(part);
     }
     SC_TRY(sc_comm_agree(app->comm, fill_front(app->ctx, c)));
-    if (session->job.compare.has_divider)
-        SC_TRY(sc_comm_agree(app->comm, place_divider(app->ctx, &session->job, c)));
     /* First what is written over all: the names of the subjects leave room for it. */
     SC_TRY(sc_session_letter(app, sc_compare_front(c)));
     for (int i = 0; i < part_count(c->count) - 1; i++)
@@ -534,7 +509,6 @@ void sc_compare_free(sc_session *session)
         sc_free(c->tissues[use]);
     sc_free(c->parts);
     sc_free(c->stats);
-    sc_free(c->divider_px);
     sc_image_clear(&c->other);
     sc_free(c);
     session->compare = NULL;

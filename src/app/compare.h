@@ -21,8 +21,7 @@ struct sc_compare {
     sc_caption captions[SC_SUBJECTS_MAX]; /* the names of the subjects */
     sc_overlay_tissue *tissues[2];        /* by sc_tissue_use: those of the job; owned */
     size_t tissue_counts[2];
-    int *divider_px; /* [frames], of a picture with a divider: where it stands; owned */
-    sc_image other;  /* the second subject, beside a divider; empty until it is needed */
+    sc_image other; /* the second subject, beside a divider; empty until it is needed */
 };
 
 /* @return the session that writes below the picture of subject @p i. */
@@ -62,8 +61,6 @@ typedef struct sc_places {
  * what is written below them. Whatever fonts there are, the result is the same. */
 void sc_place_subjects(const sc_job *job, const sc_caption *names, const int size_px[2],
                        sc_places *out);
-/* @return the column of a picture of @p width_px at which the first subject ends in frame @p k. */
-int sc_divider_px(const sc_job *job, int k, int width_px);
 /* Find what is written below a subject of which the job gives no name: the name of its file,
  * without what tells its format. */
 void sc_name_of_file(const char *volume, char out[SC_CAPTION_BYTES]);

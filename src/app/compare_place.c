@@ -191,15 +191,6 @@ void sc_place_subjects(const sc_job *job, const sc_caption *names, const int siz
     }
 }
 
-int sc_divider_px(const sc_job *job, int k, int width_px)
-{
-    const sc_comparison *compare = &job->compare;
-    const double share =
-        sc_ramp_value(&compare->divider, &compare->divider_track, k, job->animation.frames);
-
-    return (int)floor(fmin(fmax(share, 0), 1) * width_px + 0.5);
-}
-
 /* ---- names ---- */
 
 void sc_name_of_file(const char *volume, char out[SC_CAPTION_BYTES])

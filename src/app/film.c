@@ -225,13 +225,16 @@ static bool are_same_bytes(const void *a, const void *b, size_t bytes)
  * and draws the same. */
 static bool draws_alike(const sc_session *a, const sc_session *b)
 {
+    const sc_grey_tracks *grey = &a->job.image.shown, *other = &b->job.image.shown;
+
     return !a->shot->has_card &&
            are_same_bytes(&a->job.render, &b->job.render, sizeof a->job.render) &&
            are_same_bytes(&a->job.light, &b->job.light, sizeof a->job.light) &&
            are_same_bytes(&a->job.light_tracks, &b->job.light_tracks, sizeof a->job.light_tracks) &&
-           are_same_bytes(&a->job.image.caps, &b->job.image.caps, sizeof(double)) &&
-           are_same_bytes(&a->job.image.slices, &b->job.image.slices, sizeof(double)) &&
-           sc_backdrop_most(&a->job) == sc_backdrop_most(&b->job) &&
+           are_same_bytes(&grey->caps, &other->caps, sizeof grey->caps) &&
+           are_same_bytes(&grey->slices, &other->slices, sizeof grey->slices) &&
+           sc_track_most(&grey->backdrop_track, grey->backdrop) ==
+               sc_track_most(&other->backdrop_track, other->backdrop) &&
            are_same_bytes(a->tissues, b->tissues,
                           (size_t)a->volume.label_count * sizeof *a->tissues);
 }
@@ -258,7 +261,8 @@ static sc_status find_renderer(sc_app *app, sc_film *film, int i)
 /* Make all that a title card needs to be drawn. */
 static sc_status make_card(sc_app *app, sc_session *shot)
 {
-    shot->timeline.animation = shot->job.animation;
+    sc_timeline_resolve(&shot->job.animation, NULL, 0, sc_session_aspect(shot), &shot->timeline);
+    sc_session_looks(shot);
     return sc_session_letter(app, shot);
 }
 
@@ -330,21 +334,21 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
 /* ---- drawing ---- */
 
 /* As sc_shot_draw, of a title card. */
-static sc_status draw_card(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
-                           sc_image *image, sc_render_stats *stats)
+static sc_status draw_card(const sc_app *app, sc_session *session, const sc_scene *scene,
+                           const sc_rows *rows, sc_image *image, sc_render_stats *stats)
 {
-    const sc_annotations annotations = sc_session_annotations_at(session, k);
-    const sc_scene scene = {0};
+    const sc_annotations annotations = sc_session_annotations(session);
 
     *stats = (sc_render_stats){0};
-    sc_draw_background(&session->job, k, rows, image);
-    return sc_annotations_draw(app->ctx, &annotations, k, &scene, image, rows);
+    sc_draw_background(scene, rows, image);
+    return sc_annotations_draw(app->ctx, &annotations, scene, image, rows);
 }
 
-static sc_status draw_shot(const sc_app *app, sc_session *shot, int k, const sc_rows *rows,
-                           sc_image *image, sc_render_stats *stats)
+static sc_status draw_shot(const sc_app *app, sc_session *shot, const sc_scene *scene,
+                           const sc_rows *rows, sc_image *image, sc_render_stats *stats)
 {
-    return (shot->shot->has_card ? draw_card : sc_shot_draw)(app, shot, k, rows, image, stats);
+    return (shot->shot && shot->shot->has_card ? draw_card : sc_shot_draw)(app, shot, scene, rows,
+                                                                           image, stats);
 }
 
 /* Draw the shot that goes, mix it into @p image, and add what that took to @p stats. */
@@ -352,27 +356,27 @@ static sc_status mix_before(const sc_app *app, sc_film *film, const sc_film_fram
                             const sc_rows *part, sc_image *image, sc_render_stats *stats)
 {
     sc_session *before = &film->shots[at->before];
+    const sc_scene scene = sc_session_scene_at(before, at->before_frame);
     sc_render_stats more;
     sc_status status = SC_OK;
 
     if (!film->other.rgb)
         SC_TRY(sc_image_init_alpha(app->ctx, image->width_px, image->height_px, image->alpha,
                                    &film->other));
-    SC_TRY(draw_shot(app, before, at->before_frame, part, &film->other, &more));
+    SC_TRY(draw_shot(app, before, &scene, part, &film->other, &more));
     sc_render_stats_add(stats, &more);
     sc_image_mix(&film->mixer, &film->other, at->share, part->first, part->end, image);
 out:
     return status;
 }
 
-/* Fade the picture of a shot to its background. */
-static void fade(const sc_film *film, const sc_film_frame *at, const sc_rows *part, sc_image *image)
+/* @return what frame @p k shows: as of sc_film_frame_at, also where there are no shots. */
+static sc_film_frame film_frame_at(const sc_session *session, int k)
 {
-    const sc_job *job = &film->shots[at->shot].job;
-    uint8_t rgb[3];
+    const sc_film *film = session->film;
 
-    sc_background_at(&job->render.background, at->frame, job->animation.frames, rgb);
-    sc_image_fade(&film->mixer, rgb, at->share, part->first, part->end, image);
+    return film ? sc_film_frame_at(film->spans, film->count, k)
+                : (sc_film_frame){.frame = k, .before = -1, .share = 1};
 }
 
 sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
@@ -382,21 +386,19 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
     const sc_rows part = {first,
                           rows && rows->end < image->height_px ? rows->end : image->height_px};
     sc_film *film = session->film;
-    sc_film_frame at;
-    sc_session *shot;
+    const sc_film_frame at = film_frame_at(session, k);
+    sc_session *shot = sc_film_shot(session, at.shot);
+    sc_scene scene;
     sc_status status;
 
     if (session->compare)
         return sc_compare_draw(app, session, k, rows, image, stats);
-    if (!film)
-        return sc_shot_draw(app, session, k, rows, image, stats);
-    at = sc_film_frame_at(film->spans, film->count, k);
-    shot = &film->shots[at.shot];
-    SC_TRY(draw_shot(app, shot, at.frame, rows, image, stats));
+    scene = sc_session_scene_at(shot, at.frame);
+    SC_TRY(draw_shot(app, shot, &scene, rows, image, stats));
     if (at.before >= 0)
         SC_TRY(mix_before(app, film, &at, &part, image, stats));
     else if (at.share < 1)
-        fade(film, &at, &part, image);
+        sc_image_fade(&film->mixer, scene.look.background, at.share, part.first, part.end, image);
 out:
     return status;
 }
@@ -420,17 +422,18 @@ sc_status sc_session_draw_frame(const sc_app *app, sc_session *session, int k, c
 void sc_session_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
                        sc_render_stats *stats)
 {
-    const sc_film *film = session->film;
-    const sc_film_frame at = film ? sc_film_frame_at(film->spans, film->count, k)
-                                  : (sc_film_frame){.frame = k, .before = -1};
+    const sc_film_frame at = film_frame_at(session, k);
     sc_session *shot = sc_film_shot(session, at.shot);
+    sc_scene scene;
 
     if (session->compare) {
         sc_compare_counts(session, k, size_px, out, stats);
         return;
     }
     if (shot->renderer) {
-        sc_shot_counts(shot, at.frame, size_px, out, stats);
+        scene = sc_session_scene_at(shot, at.frame);
+        sc_render_counts(sc_session_begin_frame(shot, at.frame), &scene, size_px[0], size_px[1],
+                         out, stats);
         return;
     }
     memset(out, 0, (size_t)size_px[0] * (size_t)size_px[1] * sizeof *out); /* a title card */

@@ -75,18 +75,18 @@ out:
  * value that any shows as black to the lightest one. @return as sc_grey_look.window. */
 static sc_grey_window windows_of(const sc_grey_options *image, sc_grey_window *all)
 {
-    const sc_grey_window *w = &image->window;
+    const sc_grey_window *w = &image->shown.window;
     double black = w->level - w->width / 2, white = w->level + w->width / 2, width = w->width;
 
-    for (int i = 0; i < image->window_track.count; i++) {
-        const sc_vec3 *key = &image->window_track.keys[i].value;
+    for (int i = 0; i < image->shown.window_track.count; i++) {
+        const sc_vec3 *key = &image->shown.window_track.keys[i].value;
 
         black = fmin(black, key->x - key->y / 2);
         white = fmax(white, key->x + key->y / 2);
         width = fmin(width, key->y);
     }
     *all = (sc_grey_window){black + (white - black) / 2, white - black};
-    return image->window_track.count ? (sc_grey_window){black + width / 2, width} : *w;
+    return image->shown.window_track.count ? (sc_grey_window){black + width / 2, width} : *w;
 }
 
 /* Read the voxels of the image, or make those of the phantom. */
@@ -170,26 +170,6 @@ static sc_status read_codes(const sc_app *app, sc_session *session)
             sc_size_text((double)sc_grey_bytes(grey), size), black, white);
 out:
     return status;
-}
-
-sc_grey_window sc_window_at(const sc_session *session, int k)
-{
-    const sc_job *job = &session->job;
-    sc_vec3 at;
-
-    if (!job->image.window_track.count)
-        return session->grey_window;
-    at = sc_track_value(&job->image.window_track, sc_frame_time(k, job->animation.frames));
-    return (sc_grey_window){at.x, at.y};
-}
-
-double sc_backdrop_most(const sc_job *job)
-{
-    double most = job->image.backdrop_track.count ? 0 : job->image.backdrop;
-
-    for (int i = 0; i < job->image.backdrop_track.count; i++)
-        most = fmax(most, job->image.backdrop_track.keys[i].value.x);
-    return most;
 }
 
 sc_status sc_session_grey(sc_app *app, sc_session *session)

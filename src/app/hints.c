@@ -54,14 +54,14 @@ typedef struct shown_points {
 /* @return how far everything reaches in frame @p k, as @p scene shows it: see reach_of. */
 static double reach_at(const shown_points *shown, const sc_scene *scene, int k)
 {
-    const int frames = shown->session->timeline.animation.frames;
+    const double at = sc_frame_time(k, shown->session->timeline.animation.frames);
     double most =
         reach_of(scene, shown->clips, shown->aspect, shown->points, shown->count, shown->step);
     const sc_session *one;
 
     for (int i = 0; shown->moved && (one = sc_framed_with(shown->session, i)) != NULL; i++) {
-        const size_t count = sc_shifts_reach_at(&one->volume, one->shifts, one->shift_count, k,
-                                                frames, shown->moved);
+        const size_t count =
+            sc_shifts_reach_at(&one->volume, one->shifts, one->shift_count, at, shown->moved);
 
         most = fmax(most, reach_of(scene, shown->clips, shown->aspect, shown->moved, count, 1));
     }
@@ -117,7 +117,8 @@ static const sc_verb *last_zoom(const sc_timeline *t, int k)
         const sc_verb *verb = &t->moves[i].verb;
 
         if ((verb->kind == SC_VERB_ZOOM || verb->kind == SC_VERB_DOLLY) &&
-            sc_progress(verb->begin, verb->end, verb->ease, k, t->animation.frames) > 0)
+            sc_progress(verb->begin, verb->end, verb->ease, sc_frame_time(k, t->animation.frames)) >
+                0)
             last = verb;
     }
     return last;
@@ -137,7 +138,7 @@ static void tell_zoom(const sc_app *app, const shown_points *shown, int k, doubl
     const char *colon = where[0] ? ": " : "";
     const int frame = k + (session->shot ? session->shot->span.first : 0);
     const double time_s = (double)frame / session->job.output.fps;
-    const double zoom = t->half_height / sc_timeline_scene(t, k).camera.half_height;
+    const double zoom = t->half_height / sc_timeline_scene(t, k, NULL).camera.half_height;
 
     if (verb && verb->kind == SC_VERB_DOLLY)
         sc_info(app->ctx,
@@ -185,7 +186,8 @@ sc_status sc_warn_of_zoom(const sc_app *app, const sc_session *session, double a
     take_zooms_out(plain);
     for (int i = 0; i < FRAMES && i < frames; i++) {
         const int k = frames <= FRAMES ? i : (int)((double)i * (frames - 1) / (FRAMES - 1));
-        const sc_scene scene = sc_timeline_scene(t, k), whole = sc_timeline_scene(plain, k);
+        const sc_scene scene = sc_timeline_scene(t, k, NULL),
+                       whole = sc_timeline_scene(plain, k, NULL);
         const double reach = reach_at(&shown, &scene, k);
 
         /* Without the zoom it would fit. */
@@ -234,13 +236,12 @@ static int find_effects(const sc_timeline *t, plane_effect *effects, int *first,
                     &effects[i].to_mm);
     }
     for (int k = 0; k < t->animation.frames && t->animation.sweep_count > 0; k++) {
-        const sc_scene scene = sc_timeline_scene(t, k);
-        const uint32_t planes = sc_timeline_planes(t, k);
+        const sc_scene scene = sc_timeline_scene(t, k, NULL);
         int remover = -1; /* the first plane that removes everything */
         int at = 0;       /* in the scene, which holds only planes that cut */
 
         for (int i = 0; i < t->animation.sweep_count; i++) {
-            const bool cuts = planes & 1u << i;
+            const bool cuts = scene.cuts & 1u << i;
             const sc_plane *plane = cuts ? &scene.planes[at++] : NULL;
             const double at_mm = plane ? -plane->offset_mm : -HUGE_VAL;
             double from_mm = 0, to_mm = 0;

@@ -180,23 +180,17 @@ out:
     return status;
 }
 
-/* Send how verbs move tissues to all ranks, and make room for the offsets of a frame, if any does.
- * Collective. */
+/* Send how verbs move tissues to all ranks. Collective. */
 static sc_status share_shifts(sc_app *app, sc_session *session)
 {
-    void *shifts = session->shifts, *offsets = NULL;
+    void *shifts = session->shifts;
     sc_status status;
 
     sc_comm_broadcast(app->comm, &session->shift_count, sizeof session->shift_count);
     if (!session->shift_count)
         return SC_OK;
-    SC_TRY(sc_broadcast_array(app, &shifts, session->shift_count, sizeof *session->shifts));
+    status = sc_broadcast_array(app, &shifts, session->shift_count, sizeof *session->shifts);
     session->shifts = shifts;
-    status = sc_zalloc(app->ctx, (size_t)session->volume.label_count,
-                       sizeof *session->frame_offsets_mm, &offsets);
-    session->frame_offsets_mm = status == SC_OK ? offsets : NULL;
-    status = sc_comm_agree(app->comm, status);
-out:
     return status;
 }
 
@@ -236,29 +230,10 @@ out:
     return status;
 }
 
-/* Send what the colours of frames follow from to all ranks, and make room for those of a frame, if
- * any colour changes. Collective. */
-static sc_status share_colors(sc_app *app, sc_session *session)
-{
-    void *colors = NULL;
-    sc_status status;
-
-    SC_TRY(share_tones(app, session));
-    SC_TRY(sc_share_column_values(app, session));
-    if (!session->color_tones && !session->column_values)
-        return SC_OK;
-    status = sc_zalloc(app->ctx, (size_t)session->volume.label_count, sizeof *session->frame_colors,
-                       &colors);
-    session->frame_colors = status == SC_OK ? colors : NULL;
-    status = sc_comm_agree(app->comm, status);
-out:
-    return status;
-}
-
 sc_status sc_session_tissues(sc_app *app, sc_session *session)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
-    void *tissues = NULL, *fades = NULL, *frame_fades = NULL;
+    void *tissues = NULL, *fades = NULL;
     sc_status status;
 
     /* Colours and opacities are decided with floating point, in which the libraries of two hosts
@@ -273,10 +248,9 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session)
     SC_TRY(sc_broadcast_array(app, &fades, session->fade_count, sizeof *session->fades));
     session->fades = fades;
     SC_TRY(share_shifts(app, session));
-    SC_TRY(share_colors(app, session));
-    status = sc_alloc(app->ctx, (size_t)session->volume.label_count, sizeof *session->frame_fades,
-                      &frame_fades);
-    session->frame_fades = status == SC_OK ? frame_fades : NULL;
+    SC_TRY(share_tones(app, session));
+    SC_TRY(sc_share_column_values(app, session));
+    status = sc_scene_room_init(app->ctx, session->volume.label_count, &session->room);
     SC_TRY(sc_comm_agree(app->comm, status));
     sc_comm_broadcast(app->comm, session->job.render.background.rgb,
                       sizeof session->job.render.background.rgb);
@@ -306,8 +280,8 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .caps = job->render.caps != 0,
         .cap_outline = job->render.cap_outline,
         .grey = session->grey.codes ? &session->grey : NULL,
-        .grey_look = {session->grey_window, job->image.caps, job->image.slices,
-                      sc_backdrop_most(job)},
+        .grey_look = {session->grey_window, job->image.shown.caps, job->image.shown.slices,
+                      sc_track_most(&job->image.shown.backdrop_track, job->image.shown.backdrop)},
         .light = sc_light_of_all(&job->light, &job->light_tracks),
         .local_thickness = job->render.thickness != 0,
         .opacity_rule = (sc_opacity_rule)job->render.auto_opacity,
@@ -495,6 +469,35 @@ static void warn_of_nothing(const sc_app *app, const sc_session *session)
             *where ? ": " : "", session->shot ? " in this shot; its" : "; the");
 }
 
+void sc_session_looks(sc_session *session)
+{
+    const sc_job *job = &session->job;
+    sc_timeline *t = &session->timeline;
+
+    memcpy(t->clip_sets, session->clip_sets, sizeof session->clip_sets);
+    t->clip_set_count = session->clip_set_count;
+    t->looks = (sc_looks){.tissues = session->tissues,
+                          .label_count = session->tissues ? session->volume.label_count : 0,
+                          .tissue_tracks = job->tissue_tracks,
+                          .color_tones = session->color_tones,
+                          .fades = session->fades,
+                          .fade_count = session->fade_count,
+                          .shifts = session->shifts,
+                          .shift_count = session->shift_count,
+                          .column_values = session->column_values,
+                          .column_steps = &job->color_columns.steps,
+                          .scale = &session->scale,
+                          .level_linear = session->level_linear,
+                          .light = &job->light,
+                          .light_tracks = &job->light_tracks,
+                          .background = &job->render.background,
+                          .grey = &job->image.shown,
+                          .grey_window = session->grey_window,
+                          .fps = job->output.fps,
+                          .divider = &job->compare.divider,
+                          .divider_track = &job->compare.divider_track};
+}
+
 sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
@@ -515,14 +518,7 @@ sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
                             &session->timeline);
     /* Framing, too, is decided with floating point: see sc_session_tissues. */
     sc_comm_broadcast(app->comm, &session->timeline, sizeof session->timeline);
-    memcpy(session->timeline.clip_sets, session->clip_sets, sizeof session->clip_sets);
-    session->timeline.clip_set_count = session->clip_set_count;
-    session->timeline.fades = session->fades;
-    session->timeline.fade_count = session->fade_count;
-    session->timeline.shifts = session->shifts;
-    session->timeline.shift_count = session->shift_count;
-    session->timeline.tissues = session->tissues;
-    session->timeline.tissue_tracks = session->job.tissue_tracks;
+    sc_session_looks(session);
     SC_TRY(share_ways(app, session));
     if (count > 0 && first)
         sc_warn_of_planes(app, session);
@@ -590,12 +586,10 @@ void sc_shot_clear(sc_session *session)
     session->phase_renderers = NULL;
     sc_free(session->tissues);
     sc_free(session->fades);
-    sc_free(session->frame_fades);
+    sc_scene_room_clear(&session->room);
     sc_free(session->color_tones);
     sc_free(session->column_values);
-    sc_free(session->frame_colors);
     sc_free(session->shifts);
-    sc_free(session->frame_offsets_mm);
     sc_free(session->ways);
     sc_free(session->lettering);
     sc_free(session->names);

@@ -22,113 +22,37 @@ sc_status sc_session_image(const sc_app *app, const sc_session *session, sc_imag
                                job->render.background.is_none, out);
 }
 
-/* Fill session->frame_colors with the colours of frame @p k. */
-static void find_colors(const sc_session *session, int k)
-{
-    const double at = sc_frame_time(k, session->job.animation.frames);
-
-    for (int id = 0; id < session->volume.label_count; id++) {
-        const sc_tissue *tissue = &session->tissues[id];
-
-        if (tissue->color_track)
-            sc_track_color(&session->color_tones[tissue->color_track - 1], at,
-                           session->frame_colors[id]);
-        else
-            memcpy(session->frame_colors[id], tissue->rgb_linear, sizeof tissue->rgb_linear);
-    }
-    if (session->column_values)
-        sc_column_colors(session, at);
-}
-
-/* @return whether the opacity of any tissue changes in the film. */
-static bool fades(const sc_session *session)
-{
-    for (int id = 1; id < session->volume.label_count; id++) {
-        if (session->tissues[id].fade_group)
-            return true;
-    }
-    return false;
-}
-
-/* @return a share in frame @p k. @param constant it, where the track has no key frames. */
-static double share_at(const sc_track *track, double constant, const sc_job *job, int k)
-{
-    return track->count ? sc_track_value(track, sc_frame_time(k, job->animation.frames)).x
-                        : constant;
-}
-
-sc_scene sc_shot_scene(const sc_session *session, int k)
-{
-    sc_scene scene = sc_timeline_scene(&session->timeline, k);
-    const sc_job *job = &session->job;
-
-    scene.has_look = true;
-    scene.look.light = sc_light_at(&job->light, &job->light_tracks, k, job->animation.frames);
-    sc_background_at(&job->render.background, k, job->animation.frames, scene.look.background);
-    scene.look.grey_caps = share_at(&job->image.caps_track, job->image.caps, job, k);
-    scene.look.grey_slices = share_at(&job->image.slices_track, job->image.slices, job, k);
-    scene.look.grey_window = sc_window_at(session, k);
-    scene.look.grey_backdrop = share_at(&job->image.backdrop_track, job->image.backdrop, job, k);
-    if (session->frame_colors) {
-        find_colors(session, k);
-        scene.colors = (const float(*)[3])session->frame_colors;
-    }
-    if (fades(session)) {
-        sc_timeline_fades(&session->timeline, k, session->frame_fades, session->volume.label_count);
-        scene.fades = session->frame_fades;
-    }
-    if (session->shift_count &&
-        sc_timeline_offsets(&session->timeline, k, session->frame_offsets_mm,
-                            session->volume.label_count))
-        scene.offsets_mm = session->frame_offsets_mm;
-    return scene;
-}
-
-void sc_draw_background(const sc_job *job, int k, const sc_rows *rows, sc_image *image)
+void sc_draw_background(const sc_scene *scene, const sc_rows *rows, sc_image *image)
 {
     const size_t bytes = sc_pixel_bytes(image->alpha);
     const int first = rows && rows->first > 0 ? rows->first : 0;
     const int end = rows && rows->end < image->height_px ? rows->end : image->height_px;
     uint8_t *to = image->rgb + (size_t)first * (size_t)image->width_px * bytes;
-    uint8_t rgb[3];
 
-    sc_background_at(&job->render.background, k, job->animation.frames, rgb);
     for (int i = 0; i < (end - first) * image->width_px; i++, to += bytes) {
         if (image->alpha)
             memset(to, 0, bytes);
         else
-            memcpy(to, rgb, bytes);
+            memcpy(to, scene->look.background, bytes);
     }
 }
 
-sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
-                       sc_image *image, sc_render_stats *stats)
+sc_status sc_shot_draw(const sc_app *app, sc_session *session, const sc_scene *scene,
+                       const sc_rows *rows, sc_image *image, sc_render_stats *stats)
 {
     const sc_timeline *timeline = &session->timeline;
-    const sc_annotations annotations = sc_session_annotations_at(session, k);
-    const sc_scene scene = sc_shot_scene(session, k);
-    sc_renderer *renderer = sc_session_begin_frame(session, k);
-    sc_views views = {.point_mm = sc_timeline_point(timeline, k),
-                      .low_mm = timeline->low_mm,
-                      .high_mm = timeline->high_mm,
-                      .oriented = session->volume.oriented,
-                      .dark_text = annotations.dark_text};
+    const sc_annotations annotations = sc_session_annotations(session);
+    sc_renderer *renderer = sc_session_begin_frame(session, scene->frame);
+    const sc_views views = {.low_mm = timeline->low_mm,
+                            .high_mm = timeline->high_mm,
+                            .oriented = session->volume.oriented};
     sc_status status;
 
     if (session->job.output.layout == SC_LAYOUT_PICTURE)
-        sc_render_frame(renderer, &scene, rows, image, stats);
+        sc_render_frame(renderer, scene, rows, image, stats);
     else
-        SC_TRY(sc_views_draw(app->ctx, renderer, &views, &scene, rows, image, stats));
-    status = sc_annotations_draw(app->ctx, &annotations, k, &scene, image, rows);
+        SC_TRY(sc_views_draw(app->ctx, renderer, &views, scene, rows, image, stats));
+    status = sc_annotations_draw(app->ctx, &annotations, scene, image, rows);
 out:
     return status;
-}
-
-void sc_shot_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
-                    sc_render_stats *stats)
-{
-    const sc_scene scene = sc_shot_scene(session, k);
-
-    sc_render_counts(sc_session_begin_frame(session, k), &scene, size_px[0], size_px[1], out,
-                     stats);
 }

@@ -28,7 +28,7 @@ sc_annotations sc_session_annotations(const sc_session *session)
                           .logo = session->logo,
                           .lettering = session->lettering,
                           .names = session->names,
-                          .divider_px = session->divider_px,
+                          .divided_px = session->is_divided ? size_px[0] : 0,
                           .is_behind_divider = session->subject > 0};
 
     if (job->output.layout == SC_LAYOUT_VIEWS)
@@ -37,16 +37,6 @@ sc_annotations sc_session_annotations(const sc_session *session)
         out.within = out.space = session->panel;
     if (session->within.width_px)
         out.within = session->within;
-    return out;
-}
-
-sc_annotations sc_session_annotations_at(const sc_session *session, int k)
-{
-    const sc_job *job = &session->job;
-    sc_annotations out = sc_session_annotations(session);
-
-    out.dark_text =
-        sc_dark_text_at(&job->render.background, k, job->animation.frames, job->output.fps);
     return out;
 }
 

@@ -2,7 +2,6 @@
 /* Colours of a job: by name, as hexadecimal digits, or as a list of three numbers. */
 #include "key.h"
 #include "segcast/job.h"
-#include "segcast/overlay.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -260,71 +259,3 @@ const sc_value_type sc_type_background = {
     .write = write_background,
     .schema = background_schema,
 };
-
-void sc_background_at(const sc_background *background, int k, int frames, uint8_t rgb[3])
-{
-    sc_srgb_table table;
-    sc_track tones;
-    float linear[3];
-
-    memcpy(rgb, background->rgb, sizeof background->rgb);
-    if (!background->track.count)
-        return;
-    sc_srgb_table_init(&table);
-    sc_track_tones(&background->track, &tones);
-    sc_track_color(&tones, sc_frame_time(k, frames), linear);
-    for (int i = 0; i < 3; i++)
-        rgb[i] = sc_srgb_level(&table, linear[i]);
-}
-
-/* @return whether a background jumps from one colour to another: too far for a film in which the
- * colour changes by degrees. */
-static bool jumps(const uint8_t a[3], const uint8_t b[3])
-{
-    enum { FAR = 48 };
-    bool far = false;
-
-    for (int i = 0; i < 3; i++)
-        far = far || abs(a[i] - b[i]) > FAR;
-    return far;
-}
-
-/* @return in how many of the @p reach frames before frame @p k, or behind it, the background is
- * light: where it jumps, or the film ends, it counts as if it stayed as it was. @param step -1
- * or 1. */
-static int count_light(const sc_background *background, int k, int frames, int step, int reach)
-{
-    uint8_t last[3], next[3];
-    bool ends = false;
-    int count = 0;
-
-    sc_background_at(background, k, frames, last);
-    for (int i = 1; i <= reach; i++) {
-        const int at = k + step * i;
-
-        ends = ends || at < 0 || at >= frames;
-        if (!ends) {
-            sc_background_at(background, at, frames, next);
-            ends = jumps(last, next);
-        }
-        if (!ends)
-            memcpy(last, next, sizeof last);
-        count += sc_is_light(last);
-    }
-    return count;
-}
-
-double sc_dark_text_at(const sc_background *background, int k, int frames, int fps)
-{
-    const int reach = fps > 4 ? fps / 4 : 1; /* frames before and behind this one */
-    uint8_t own[3];
-    int light;
-
-    sc_background_at(background, k, frames, own);
-    light = sc_is_light(own);
-    if (!background->track.count)
-        return light;
-    light += count_light(background, k, frames, -1, reach);
-    light += count_light(background, k, frames, 1, reach);
-    return (double)light / (2 * reach + 1);
-}

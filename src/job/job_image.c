@@ -59,12 +59,12 @@ static sc_status read_window(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     if (image->window_auto)
         return SC_OK;
     if (sc_is_track(node)) {
-        SC_TRY(sc_read_track(ctx, key, node, &image->window_track));
-        first = image->window_track.keys[0].value;
+        SC_TRY(sc_read_track(ctx, key, node, &image->shown.window_track));
+        first = image->shown.window_track.keys[0].value;
     } else {
         SC_TRY(read_pair(ctx, key, node, &first));
     }
-    image->window = (sc_grey_window){first.x, first.y};
+    image->shown.window = (sc_grey_window){first.x, first.y};
 out:
     return status;
 }
@@ -73,10 +73,10 @@ static sc_status write_window(const sc_ctx *ctx, const sc_key *key, const void *
                               sc_text *text)
 {
     const sc_grey_options *image = value;
-    const sc_vec3 pair = {image->window.level, image->window.width, 0};
+    const sc_vec3 pair = {image->shown.window.level, image->shown.window.width, 0};
 
-    if (image->window_track.count)
-        return sc_write_track(ctx, key, &image->window_track, text);
+    if (image->shown.window_track.count)
+        return sc_write_track(ctx, key, &image->shown.window_track, text);
     return image->window_auto ? sc_text_add(ctx, text, "auto")
                               : write_pair(ctx, key, &pair, indent, text);
 }
@@ -101,7 +101,8 @@ static const sc_value_type type_window = {
 #define IMAGE(member) offsetof(sc_grey_options, member)
 /* A share, which may have key frames. */
 #define SHARE(member)                                                                              \
-    &sc_type_tracked, IMAGE(member), .track = IMAGE(member##_track) - IMAGE(member)
+    &sc_type_tracked, IMAGE(shown.member),                                                         \
+        .track = IMAGE(shown.member##_track) - IMAGE(shown.member)
 
 const sc_key sc_image_keys[] = {
     {"path", &sc_type_text, IMAGE(path), NULL,

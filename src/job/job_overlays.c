@@ -317,7 +317,7 @@ static bool is_ever_shown(const sc_caption *caption, int frames)
 {
     const int k = (int)ceil(caption->begin * (frames - 1) - 1e-6);
 
-    return sc_caption_is_shown(caption, k < frames - 1 ? k : frames - 1, frames);
+    return sc_caption_is_shown(caption, sc_frame_time(k < frames - 1 ? k : frames - 1, frames));
 }
 
 sc_status sc_captions_check(const sc_ctx *ctx, const sc_job *job)

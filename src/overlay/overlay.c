@@ -122,11 +122,6 @@ void sc_overlay_text(sc_overlay *overlay, double x, double y, int anchor_x, int 
     cairo_fill(overlay->cairo);
 }
 
-bool sc_is_light(const uint8_t rgb[3])
-{
-    return 2 * rgb[0] + 5 * rgb[1] + rgb[2] > 8 * 110; /* luma of about 110 of 255 */
-}
-
 void sc_text_colors(double dark, uint8_t rgb[3], uint8_t halo[3])
 {
     memset(rgb, (int)(235 + dark * (24 - 235) + 0.5), 3);

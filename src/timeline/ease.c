@@ -53,9 +53,8 @@ double sc_frame_time(double k, int frames)
     return frames > 1 ? k / (frames - 1) : 0;
 }
 
-double sc_progress(double begin, double end, sc_ease ease, double k, int frames)
+double sc_progress(double begin, double end, sc_ease ease, double at)
 {
-    const double at = sc_frame_time(k, frames);
     const double u = end > begin ? (at - begin) / (end - begin) : at >= begin;
 
     return sc_ease_value(ease, u < 0 ? 0 : u > 1 ? 1 : u);
@@ -118,25 +117,44 @@ sc_vec3 sc_track_direction(const sc_track *track, double at)
                           share * atan2(sine, sc_vec3_dot(from, to)));
 }
 
-/* @return the value of a number in frame @p k of @p frames. @param constant it, where the track has
- * no key frames. */
-static double number_at(const sc_track *track, double constant, int k, int frames)
+sc_vec3 sc_value_at(const sc_track *track, sc_vec3 constant, double at)
 {
-    return track->count ? sc_track_value(track, sc_frame_time(k, frames)).x : constant;
+    return track->count ? sc_track_value(track, at) : constant;
 }
 
-sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks, int k, int frames)
+double sc_number_at(const sc_track *track, double constant, double at)
+{
+    return sc_value_at(track, (sc_vec3){constant, 0, 0}, at).x;
+}
+
+double sc_track_most(const sc_track *track, double constant)
+{
+    double most = track->count ? 0 : constant;
+
+    for (int i = 0; i < track->count; i++)
+        most = fmax(most, track->keys[i].value.x);
+    return most;
+}
+
+double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, double at)
+{
+    const double share = sc_progress(ramp->begin, ramp->end, ramp->ease, at);
+
+    return sc_number_at(track, ramp->from + (ramp->to - ramp->from) * share, at);
+}
+
+sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks, double at)
 {
     sc_lighting out = *light;
 
-    out.ambient = number_at(&tracks->ambient, light->ambient, k, frames);
-    out.key = number_at(&tracks->key, light->key, k, frames);
-    out.fill = number_at(&tracks->fill, light->fill, k, frames);
-    out.head = number_at(&tracks->head, light->head, k, frames);
-    out.occlusion = number_at(&tracks->occlusion, light->occlusion, k, frames);
-    out.shadows = number_at(&tracks->shadows, light->shadows, k, frames);
-    out.edges = number_at(&tracks->edges, light->edges, k, frames);
-    out.depth_cue = number_at(&tracks->depth_cue, light->depth_cue, k, frames);
+    out.ambient = sc_number_at(&tracks->ambient, light->ambient, at);
+    out.key = sc_number_at(&tracks->key, light->key, at);
+    out.fill = sc_number_at(&tracks->fill, light->fill, at);
+    out.head = sc_number_at(&tracks->head, light->head, at);
+    out.occlusion = sc_number_at(&tracks->occlusion, light->occlusion, at);
+    out.shadows = sc_number_at(&tracks->shadows, light->shadows, at);
+    out.edges = sc_number_at(&tracks->edges, light->edges, at);
+    out.depth_cue = sc_number_at(&tracks->depth_cue, light->depth_cue, at);
     return out;
 }
 
@@ -144,10 +162,8 @@ sc_lighting sc_light_of_all(const sc_lighting *light, const sc_light_tracks *tra
 {
     sc_lighting out = *light;
 
-    for (int i = 0; i < tracks->occlusion.count; i++)
-        out.occlusion = fmax(i ? out.occlusion : 0, tracks->occlusion.keys[i].value.x);
-    for (int i = 0; i < tracks->shadows.count; i++)
-        out.shadows = fmax(i ? out.shadows : 0, tracks->shadows.keys[i].value.x);
+    out.occlusion = sc_track_most(&tracks->occlusion, light->occlusion);
+    out.shadows = sc_track_most(&tracks->shadows, light->shadows);
     return out;
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* How far the verb explode, offsets and their key frames move each tissue, and which tissues move
  * together. */
-#include "segcast/timeline.h"
+#include "motion.h"
 
 #include <string.h>
 
@@ -283,15 +283,13 @@ out:
 
 /* ---- frames ---- */
 
-/* @return how far the shifts [count] of one tissue have moved it in frame @p k, which need not be
- * whole. */
-static sc_vec3 offset_at(const sc_shift *shifts, size_t count, double k, int frames)
+/* @return how far the shifts [count] of one tissue have moved it at a time. */
+static sc_vec3 offset_at(const sc_shift *shifts, size_t count, double at)
 {
     sc_vec3 out = {0, 0, 0};
 
     for (size_t i = 0; i < count; i++)
-        out = sc_vec3_along(out,
-                            sc_progress(shifts[i].begin, shifts[i].end, shifts[i].ease, k, frames),
+        out = sc_vec3_along(out, sc_progress(shifts[i].begin, shifts[i].end, shifts[i].ease, at),
                             shifts[i].by_mm);
     return out;
 }
@@ -315,16 +313,15 @@ void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t c
     for (size_t at = 0; at < count; at += n) {
         n = count_of_first(shifts + at, count - at);
         for (size_t i = 0; i < 8 * n; i++) {
-            /* of two frames the second is number 1: the time 1 */
-            const sc_vec3 offset = offset_at(shifts + at, n, shifts[at + i / 8].end, 2);
+            const sc_vec3 offset = offset_at(shifts + at, n, shifts[at + i / 8].end);
 
             *out++ = sc_vec3_add(corner_of(volume, shifts[at].id, i), offset);
         }
     }
 }
 
-size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, size_t count, int k,
-                          int frames, sc_vec3 *out)
+size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, size_t count,
+                          double time, sc_vec3 *out)
 {
     size_t n, found = 0;
 
@@ -332,24 +329,24 @@ size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, siz
         sc_vec3 offset;
 
         n = count_of_first(shifts + at, count - at);
-        offset = offset_at(shifts + at, n, k, frames);
+        offset = offset_at(shifts + at, n, time);
         for (size_t i = 0; i < 8 && sc_vec3_length(offset) > 0; i++)
             out[found++] = sc_vec3_add(corner_of(volume, shifts[at].id, i), offset);
     }
     return found;
 }
 
-bool sc_timeline_offsets(const sc_timeline *timeline, int k, sc_vec3 *out, int label_count)
+bool sc_offsets_at(const sc_looks *looks, double time, sc_vec3 *out)
 {
     bool any = false;
     size_t n;
 
-    memset(out, 0, (size_t)label_count * sizeof *out);
-    for (size_t at = 0; at < timeline->shift_count; at += n) {
-        const sc_shift *shifts = &timeline->shifts[at];
+    memset(out, 0, (size_t)looks->label_count * sizeof *out);
+    for (size_t at = 0; at < looks->shift_count; at += n) {
+        const sc_shift *shifts = &looks->shifts[at];
 
-        n = count_of_first(shifts, timeline->shift_count - at);
-        out[shifts->id] = offset_at(shifts, n, k, timeline->animation.frames);
+        n = count_of_first(shifts, looks->shift_count - at);
+        out[shifts->id] = offset_at(shifts, n, time);
         any = any || sc_vec3_length(out[shifts->id]) > 0;
     }
     return any;

@@ -18,10 +18,8 @@ enum {
 /* @return the direction of view at a time, unit; 0 if the camera stands where it looks. */
 static sc_vec3 direction_at(const sc_orbit *c, double at)
 {
-    const sc_vec3 position =
-        c->position_track.count ? sc_track_value(&c->position_track, at) : c->position_mm;
-    const sc_vec3 target =
-        c->target_track.count ? sc_track_value(&c->target_track, at) : c->target_mm;
+    const sc_vec3 position = sc_value_at(&c->position_track, c->position_mm, at);
+    const sc_vec3 target = sc_value_at(&c->target_track, c->target_mm, at);
     const sc_vec3 way = sc_vec3_sub(target, position);
 
     return sc_vec3_length(way) > 0 ? sc_vec3_unit(way) : way;
@@ -144,9 +142,8 @@ void sc_fixed_camera_at(const sc_orbit *camera, double at, sc_vec3 *position_mm,
 {
     const sc_orbit *c = camera;
 
-    *position_mm =
-        c->position_track.count ? sc_track_value(&c->position_track, at) : c->position_mm;
-    *target_mm = c->target_track.count ? sc_track_value(&c->target_track, at) : c->target_mm;
+    *position_mm = sc_value_at(&c->position_track, c->position_mm, at);
+    *target_mm = sc_value_at(&c->target_track, c->target_mm, at);
     if (c->up_track.count)
         *up = sc_track_direction(&c->up_track, at);
     else

@@ -104,12 +104,9 @@ void sc_way_make(const sc_vec3 *points, size_t count, double ahead, sc_way_point
     }
 }
 
-/* @return the move that the camera flies by in frame @p k: the last of them that has begun, or
- * NULL.
- */
-static const sc_move *flight_at(const sc_timeline *t, int k)
+/* @return the move that the camera flies by at a time: the last of them that has begun, or NULL. */
+static const sc_move *flight_at(const sc_timeline *t, double at)
 {
-    const double at = sc_frame_time(k, t->animation.frames);
     const sc_move *flight = NULL;
 
     for (int i = 0; i < t->animation.move_count; i++) {
@@ -121,18 +118,16 @@ static const sc_move *flight_at(const sc_timeline *t, int k)
     return flight;
 }
 
-bool sc_fly_camera(const sc_timeline *t, int k, double zoom, sc_camera *out)
+bool sc_fly_camera(const sc_timeline *t, double at, double zoom, sc_camera *out)
 {
-    const sc_move *flight = flight_at(t, k);
+    const sc_move *flight = flight_at(t, at);
     const sc_way_point *way, *from, *to;
-    double at;
     sc_vec3 place, forward, up;
 
     if (!flight || !t->ways)
         return false;
     way = &t->ways[(size_t)flight->way * SC_WAY_POINTS];
-    at = LAST * sc_progress(flight->verb.begin, flight->verb.end, flight->verb.ease, k,
-                            t->animation.frames);
+    at = LAST * sc_progress(flight->verb.begin, flight->verb.end, flight->verb.ease, at);
     from = &way[at < LAST ? (int)at : LAST - 1];
     to = from + 1;
     at -= (double)(from - way);

@@ -32,12 +32,6 @@ static void set_direction(const sc_orbit *orbit, double angle, double elevation_
         out->up = sc_vec3_along(sc_vec3_scale(orbit->axis, cos(elevation)), -sin(elevation), level);
 }
 
-/* @return the value of a number at a time. @param constant it, if the track has no key frames. */
-static double number_at(const sc_track *track, double constant, double at)
-{
-    return track->count ? sc_track_value(track, at).x : constant;
-}
-
 /* @return how much of the time of a hold the camera has stood still, as a share of that time: at @p
  * x of it, 0 to 1. While it comes to rest its speed falls as an ease of kind smooth rises. */
 static double rest_at(double x, double soft)
@@ -76,8 +70,8 @@ static double without_holds(const sc_timeline *t, double k)
     return rest > 0 ? (at - rested) / (1 - rest) * (frames - 1) : k;
 }
 
-/* Add to the angle and the elevation what verbs do to them in frame @p k. */
-static void add_swings(const sc_timeline *t, double k, double *angle_deg, double *elevation_deg)
+/* Add to the angle and the elevation what verbs do to them at a time. */
+static void add_swings(const sc_timeline *t, double at, double *angle_deg, double *elevation_deg)
 {
     for (int i = 0; i < t->animation.move_count; i++) {
         const sc_verb *verb = &t->moves[i].verb;
@@ -85,7 +79,7 @@ static void add_swings(const sc_timeline *t, double k, double *angle_deg, double
 
         if (verb->kind != SC_VERB_ORBIT && verb->kind != SC_VERB_ROCK)
             continue;
-        share = sc_progress(verb->begin, verb->end, verb->ease, k, t->animation.frames);
+        share = sc_progress(verb->begin, verb->end, verb->ease, at);
         if (verb->kind == SC_VERB_ROCK) /* at rest after the last swing, and not by rounding */
             share = share < 1 ? sin(2 * M_PI * verb->times * share) : 0;
         *angle_deg += share * verb->angle_deg;
@@ -94,18 +88,18 @@ static void add_swings(const sc_timeline *t, double k, double *angle_deg, double
 }
 
 /* Set distance, away and up of a camera that stands where the job says, but for what verbs do. */
-static void set_sight_of_fixed(const sc_timeline *t, double k, sc_sight *out)
+static void set_sight_of_fixed(const sc_timeline *t, double at, sc_sight *out)
 {
     const sc_orbit *c = &t->animation.camera;
     sc_vec3 position_mm, target_mm, up, axis;
     double angle_deg = 0, elevation_deg = 0;
     sc_camera camera;
 
-    sc_fixed_camera_at(c, sc_frame_time(k, t->animation.frames), &position_mm, &target_mm, &up);
+    sc_fixed_camera_at(c, at, &position_mm, &target_mm, &up);
     camera = sc_camera_look(position_mm, target_mm, up, c->projection, 1);
     axis = sc_vec3_unit(c->up_track.count ? up : c->up);
     out->distance_mm = sc_vec3_length(sc_vec3_sub(position_mm, target_mm));
-    add_swings(t, k, &angle_deg, &elevation_deg);
+    add_swings(t, at, &angle_deg, &elevation_deg);
     out->away = sc_vec3_rotate(sc_vec3_scale(camera.forward, -1), camera.right,
                                -elevation_deg * M_PI / 180);
     out->away = sc_vec3_rotate(out->away, axis, angle_deg * M_PI / 180);
@@ -117,21 +111,20 @@ sc_sight sc_sight_at(const sc_timeline *t, double k)
 {
     const sc_orbit *orbit = &t->animation.camera;
     const double at = sc_frame_time(k, t->animation.frames);
-    sc_sight out = {.target_mm = orbit->target_track.count
-                                     ? sc_track_value(&orbit->target_track, at)
-                                     : orbit->target_mm,
-                    .distance_mm = number_at(&orbit->distance_track, orbit->distance_mm, at),
-                    .tangent = tan(number_at(&orbit->fov_track, orbit->fov_deg, at) * M_PI / 360)};
+    sc_sight out = {.target_mm = sc_value_at(&orbit->target_track, orbit->target_mm, at),
+                    .distance_mm = sc_number_at(&orbit->distance_track, orbit->distance_mm, at),
+                    .tangent =
+                        tan(sc_number_at(&orbit->fov_track, orbit->fov_deg, at) * M_PI / 360)};
     double turned = orbit->has_angle
-                        ? number_at(&orbit->angle_track, orbit->angle_deg, at)
+                        ? sc_number_at(&orbit->angle_track, orbit->angle_deg, at)
                         : 360 * orbit->turns * without_holds(t, k) / t->animation.frames;
-    double elevation_deg = number_at(&orbit->elevation_track, orbit->elevation_deg, at);
+    double elevation_deg = sc_number_at(&orbit->elevation_track, orbit->elevation_deg, at);
 
     if (orbit->fixed) {
-        set_sight_of_fixed(t, k, &out);
+        set_sight_of_fixed(t, at, &out);
         return out;
     }
-    add_swings(t, k, &turned, &elevation_deg);
+    add_swings(t, at, &turned, &elevation_deg);
     set_direction(orbit, (orbit->start_deg + turned) * M_PI / 180, elevation_deg, &out);
     return out;
 }

@@ -17,10 +17,10 @@ static sc_vec3 default_axis(const sc_timeline *t, sc_vec3 normal)
     return sc_vec3_length(sc_vec3_cross(up, normal)) > PARALLEL ? up : sc_orbit_reference(up);
 }
 
-/* @return the plane, turned by a verb as far as it has come in frame @p k. */
-static sc_plane turn(const sc_timeline *t, const sc_verb *verb, int k, sc_plane plane)
+/* @return the plane, turned by a verb as far as it has come at a time. */
+static sc_plane turn(const sc_timeline *t, const sc_verb *verb, double at, sc_plane plane)
 {
-    const double share = sc_progress(verb->begin, verb->end, verb->ease, k, t->animation.frames);
+    const double share = sc_progress(verb->begin, verb->end, verb->ease, at);
     const int index = verb->plane - 1;
     /* The axis must not change on the way: it follows from the plane as the job gives it. */
     const sc_vec3 axis =
@@ -37,43 +37,39 @@ static sc_plane turn(const sc_timeline *t, const sc_verb *verb, int k, sc_plane 
     return plane;
 }
 
-/* @return where a plane lies along its normal in frame @p k, before it is turned, in mm: from the
+/* @return where a plane lies along its normal at a time, before it is turned, in mm: from the
  * origin or, where its normal has key frames, from its pivot. */
-static double swept_mm(const sc_timeline *t, int plane, int k)
+static double swept_mm(const sc_timeline *t, int plane, double at)
 {
-    const int frames = t->animation.frames;
     const sc_sweep *sweep = &t->animation.sweeps[plane];
-    double at_mm =
-        t->from_mm[plane] + sc_progress(sweep->begin, sweep->end, sweep->ease, k, frames) *
-                                (t->to_mm[plane] - t->from_mm[plane]);
+    const sc_ramp ramp = {t->from_mm[plane], t->to_mm[plane], sweep->begin, sweep->end,
+                          sweep->ease};
+    double at_mm = sc_ramp_value(&ramp, &sweep->at_track, at);
 
-    if (sweep->at_track.count)
-        at_mm = sc_track_value(&sweep->at_track, sc_frame_time(k, frames)).x;
     for (int i = 0; i < t->animation.move_count; i++) {
         const sc_verb *verb = &t->moves[i].verb;
 
         if (verb->kind == SC_VERB_SWEEP && verb->plane == plane + 1)
-            at_mm += sc_progress(verb->begin, verb->end, verb->ease, k, frames) *
+            at_mm += sc_progress(verb->begin, verb->end, verb->ease, at) *
                      (t->moves[i].plane_mm - at_mm);
     }
     return at_mm;
 }
 
-sc_plane sc_timeline_plane(const sc_timeline *t, int plane, int k)
+sc_plane sc_plane_at(const sc_timeline *t, int plane, double at)
 {
     const sc_sweep *sweep = &t->animation.sweeps[plane];
-    sc_plane out = {sweep->normal, -swept_mm(t, plane, k)};
+    sc_plane out = {sweep->normal, -swept_mm(t, plane, at)};
 
     if (sweep->normal_track.count) {
-        out.normal =
-            sc_track_direction(&sweep->normal_track, sc_frame_time(k, t->animation.frames));
+        out.normal = sc_track_direction(&sweep->normal_track, at);
         out.offset_mm -= sc_vec3_dot(out.normal, sweep->point_mm);
     }
     for (int i = 0; i < t->animation.move_count; i++) {
         const sc_verb *verb = &t->moves[i].verb;
 
         if (verb->kind == SC_VERB_TURN && verb->plane == plane + 1)
-            out = turn(t, verb, k, out);
+            out = turn(t, verb, at, out);
     }
     return out;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Verbs and key frames: what they do to the opacity of each tissue, and how opaque that is in a
  * frame. */
-#include "segcast/timeline.h"
+#include "motion.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -399,17 +399,17 @@ out:
 /* ---- frames ---- */
 
 /* @return how far a pulse has gone to its end and come back, 0 to 1. */
-static double pulse_at(const sc_fade *fade, int k, int frames)
+static double pulse_at(const sc_fade *fade, double at)
 {
-    const double beats = fade->times * sc_progress(fade->begin, fade->end,
-                                                   (sc_ease){.kind = SC_EASE_LINEAR}, k, frames);
+    const double beats =
+        fade->times * sc_progress(fade->begin, fade->end, (sc_ease){.kind = SC_EASE_LINEAR}, at);
     const double beat = beats - floor(beats);
 
     return sc_ease_value(fade->ease, beat < 0.5 ? 2 * beat : 2 - 2 * beat);
 }
 
 /* @return what the opacity of a tissue is multiplied by. @param fades [count] all of it. */
-static double factor_at(const sc_fade *fades, size_t count, int k, int frames)
+static double factor_at(const sc_fade *fades, size_t count, double at)
 {
     double factor = 1, pulses = 1;
     bool first = true;
@@ -418,24 +418,23 @@ static double factor_at(const sc_fade *fades, size_t count, int k, int frames)
         const sc_fade *f = &fades[i];
 
         if (f->kind == SC_VERB_PULSE) {
-            pulses *= 1 + (f->to - 1) * pulse_at(f, k, frames);
+            pulses *= 1 + (f->to - 1) * pulse_at(f, at);
             continue;
         }
         if (first && f->kind == SC_VERB_APPEAR)
             factor = 0;
         first = false;
-        factor += (f->to - factor) * sc_progress(f->begin, f->end, f->ease, k, frames);
+        factor += (f->to - factor) * sc_progress(f->begin, f->end, f->ease, at);
     }
     factor *= pulses;
     return factor < LEAST_FACTOR ? 0 : factor;
 }
 
-/* @return the opacity of a tissue with key frames, which give @p own in the frame. Fades leave a
+/* @return the opacity of a tissue with key frames, which give @p own at that time. Fades leave a
  * share of it, and put an opacity in the place of the rest. Pulses multiply both, and those to an
  * opacity reach that, as far as fades leave the tissue there. @param greatest of the key frames,
  * above 0. @param fades [count] all of the tissue. */
-static double opacity_at(double own, double greatest, const sc_fade *fades, size_t count, int k,
-                         int frames)
+static double opacity_at(double own, double greatest, const sc_fade *fades, size_t count, double at)
 {
     double share = 1, put = 0, beaten = 1, beats = 0;
     bool first = true;
@@ -447,7 +446,7 @@ static double opacity_at(double own, double greatest, const sc_fade *fades, size
         double done;
 
         if (f->kind == SC_VERB_PULSE) {
-            done = pulse_at(f, k, frames);
+            done = pulse_at(f, at);
             beats =
                 beats * (1 + (to_share - 1) * done) + to_put * done * (beaten + beats / greatest);
             beaten *= 1 + (to_share - 1) * done;
@@ -456,7 +455,7 @@ static double opacity_at(double own, double greatest, const sc_fade *fades, size
         if (first && f->kind == SC_VERB_APPEAR)
             share = 0;
         first = false;
-        done = sc_progress(f->begin, f->end, f->ease, k, frames);
+        done = sc_progress(f->begin, f->end, f->ease, at);
         share += (to_share - share) * done;
         put += (to_put - put) * done;
     }
@@ -464,36 +463,33 @@ static double opacity_at(double own, double greatest, const sc_fade *fades, size
 }
 
 /* @return what the opacity of a tissue is multiplied by. @param fades [count] all of it. */
-static double factor_of_tissue(const sc_timeline *t, int id, const sc_fade *fades, size_t count,
-                               int k)
+static double factor_of_tissue(const sc_looks *looks, int id, const sc_fade *fades, size_t count,
+                               double at)
 {
-    const sc_tissue *tissue = t->tissues ? &t->tissues[id] : NULL;
-    const sc_track *key = tissue ? track_of(t->tissue_tracks, tissue->opacity_track) : NULL;
-    const sc_track *visible = tissue ? track_of(t->tissue_tracks, tissue->visible_track) : NULL;
-    const int frames = t->animation.frames;
-    const double at = sc_frame_time(k, frames);
+    const sc_tissue *tissue = &looks->tissues[id];
+    const sc_track *key = track_of(looks->tissue_tracks, tissue->opacity_track);
+    const sc_track *visible = track_of(looks->tissue_tracks, tissue->visible_track);
     double factor;
 
     if (visible && !(sc_track_step(visible, at).x > 0))
         return 0;
     if (!key)
-        return count ? factor_at(fades, count, k, frames) : 1;
-    factor = opacity_at(sc_track_value(key, at).x, tissue->opacity, fades, count, k, frames) /
-             tissue->opacity;
+        return count ? factor_at(fades, count, at) : 1;
+    factor =
+        opacity_at(sc_track_value(key, at).x, tissue->opacity, fades, count, at) / tissue->opacity;
     return factor < LEAST_FACTOR ? 0 : factor;
 }
 
-void sc_timeline_fades(const sc_timeline *timeline, int k, float *out, int label_count)
+void sc_fades_at(const sc_looks *looks, double time, float *out)
 {
     size_t at = 0;
 
-    for (int id = 0; id < label_count; id++) {
+    for (int id = 0; id < looks->label_count; id++) {
         size_t count = 0;
 
-        while (at + count < timeline->fade_count && timeline->fades[at + count].id == id)
+        while (at + count < looks->fade_count && looks->fades[at + count].id == id)
             count++;
-        out[id] =
-            (float)factor_of_tissue(timeline, id, count ? timeline->fades + at : NULL, count, k);
+        out[id] = (float)factor_of_tissue(looks, id, count ? looks->fades + at : NULL, count, time);
         at += count;
     }
 }

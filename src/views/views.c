@@ -75,20 +75,26 @@ static sc_vec3 middle_of(const sc_views *v)
     return sc_vec3_scale(sc_vec3_add(v->low_mm, v->high_mm), 0.5);
 }
 
-/* The scene of a slice: one clip plane through the point, in each of @p clip_sets clip sets,
- * seen along its normal. @p half_height_mm: half of what the panel shows from top to bottom. */
+/* The scene of a slice of a scene: one clip plane through its point, seen along the normal.
+ * @p half_height_mm: half of what the panel shows from top to bottom. */
 static sc_scene slice_scene(const sc_views *v, const struct view *kind, double half_height_mm,
-                            int clip_sets)
+                            const sc_scene *of)
 {
     const sc_vec3 middle = middle_of(v);
     const double reach = sc_vec3_length(sc_vec3_sub(v->high_mm, v->low_mm)) +
-                         sc_vec3_length(sc_vec3_sub(v->point_mm, middle)) + 1;
+                         sc_vec3_length(sc_vec3_sub(of->point_mm, middle)) + 1;
     const sc_vec3 eye = sc_vec3_along(middle, -reach, kind->forward);
-    sc_scene scene = {.plane_count = 1, .clip_set_count = clip_sets, .slice = true};
+    sc_scene scene = {.plane_count = 1,
+                      .clip_set_count = of->clip_set_count,
+                      .slice = true,
+                      .fades = of->fades,
+                      .colors = of->colors,
+                      .has_look = of->has_look,
+                      .look = of->look};
 
     scene.camera = sc_camera_look(eye, middle, kind->up, SC_ORTHOGRAPHIC, half_height_mm);
-    scene.planes[0] = (sc_plane){kind->forward, -sc_vec3_dot(kind->forward, v->point_mm)};
-    for (int g = 0; g < clip_sets; g++)
+    scene.planes[0] = (sc_plane){kind->forward, -sc_vec3_dot(kind->forward, of->point_mm)};
+    for (int g = 0; g < of->clip_set_count; g++)
         scene.clip_sets[g] = 1;
     return scene;
 }
@@ -96,6 +102,7 @@ static sc_scene slice_scene(const sc_views *v, const struct view *kind, double h
 /* What all functions draw_* need. Each draws one thing over panel @p p, a part of the picture. */
 typedef struct drawing {
     const sc_views *v;
+    sc_vec3 point_mm; /* in which the slices meet */
     sc_overlay *overlay;
     double mm_per_px, text_px; /* scale of all slices; font size */
     uint8_t text_rgb[3], halo_rgb[3];
@@ -133,7 +140,7 @@ static void draw_letters(const drawing *d, const struct view *kind, sc_viewport 
 static void draw_lines(const drawing *d, int which, sc_viewport p)
 {
     const struct view *kind = &slice_views[which];
-    const sc_vec3 off = sc_vec3_sub(d->v->point_mm, middle_of(d->v));
+    const sc_vec3 off = sc_vec3_sub(d->point_mm, middle_of(d->v));
     const double x = p.x_px + p.width_px / 2.0 + sc_vec3_dot(off, kind->right) / d->mm_per_px;
     const double y = p.y_px + p.height_px / 2.0 - sc_vec3_dot(off, kind->up) / d->mm_per_px;
     const double line_px = fmax(1, d->text_px / 14);
@@ -184,7 +191,7 @@ static sc_length_unit coordinate_unit(const sc_views *v)
 static void draw_title(const drawing *d, int which, sc_viewport p)
 {
     static const char *const ends[SLICES][2] = {{"I", "S"}, {"P", "A"}, {"L", "R"}};
-    const sc_vec3 at = d->v->point_mm;
+    const sc_vec3 at = d->point_mm;
     const sc_letters letters = letters_of(d, 0.8, slice_views[which].rgb);
     const sc_length_unit unit = coordinate_unit(d->v);
     const double mm = which == TRANSVERSE ? at.z : which == CORONAL ? at.y : at.x;
@@ -219,23 +226,21 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
                         sc_render_stats *stats)
 {
     const int width_px = image->width_px, height_px = image->height_px;
-    drawing d = {.v = views, .mm_per_px = common_scale(views, width_px, height_px)};
+    drawing d = {.v = views,
+                 .point_mm = scene->point_mm,
+                 .mm_per_px = common_scale(views, width_px, height_px)};
     const sc_viewport space = panel(width_px, height_px, SPACE);
     sc_render_stats sum = {0}, each;
     sc_status status;
 
     d.text_px = fmax(9, height_px / 42.0);
-    sc_text_colors(views->dark_text, d.text_rgb, d.halo_rgb);
+    sc_text_colors(scene->dark_text, d.text_rgb, d.halo_rgb);
     sc_render_view(renderer, scene, &space, rows, image, &sum);
     for (int i = 0; i < SLICES; i++) {
         const sc_viewport p = panel(width_px, height_px, i);
-        sc_scene slice = slice_scene(views, &slice_views[i], d.mm_per_px * p.height_px / 2,
-                                     scene->clip_set_count);
+        const sc_scene slice =
+            slice_scene(views, &slice_views[i], d.mm_per_px * p.height_px / 2, scene);
 
-        slice.fades = scene->fades;
-        slice.colors = scene->colors;
-        slice.has_look = scene->has_look;
-        slice.look = scene->look;
         sc_render_view(renderer, &slice, &p, rows, image, &each);
         sc_render_stats_add(&sum, &each);
     }

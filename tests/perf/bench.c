@@ -163,7 +163,7 @@ static sc_camera peers_camera(int frame)
 /* Draw a frame of the turn into e->image, and add to e->counters. */
 static void draw(entry *e, int frame)
 {
-    sc_scene scene = sc_timeline_scene(&e->timeline, frame);
+    sc_scene scene = sc_timeline_scene(&e->timeline, frame, NULL);
     sc_render_stats stats;
 
     if (strcmp(e->value[SCENE], "peers") == 0)

@@ -188,7 +188,7 @@ static void every_accepted_geometry_is_drawn_alike_by_all_kernels(void **state)
             sc_scene scene;
 
             t = random_timeline(&seed, r);
-            scene = sc_timeline_scene(&t, random_below(&seed, 7));
+            scene = sc_timeline_scene(&t, random_below(&seed, 7), NULL);
             shown += expect_same_by_all_kernels(&s, &scene, n);
         }
         sc_renderer_free(r);

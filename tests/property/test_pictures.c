@@ -252,7 +252,7 @@ static void a_sweep_removes_more_with_every_frame(void **state)
     t = orbit_of(r, 9.0 / 7, 12, &a);
     sc_renderer_free(r);
     for (int k = 0; k < 12; k++) {
-        const sc_scene scene = sc_timeline_scene(&t, k);
+        const sc_scene scene = sc_timeline_scene(&t, k, NULL);
         sc_image image = draw_view(&s, &scene, NULL);
         const size_t now = covered(&image);
 
@@ -288,13 +288,13 @@ static void a_quarter_turn_equals_permuted_axes(void **state)
     assert_ok(sc_renderer_new(&quiet, &a.settings, &a.prepared.view, a.tissues, &r));
     t = orbit_of(r, 9.0 / 7, 8, &animation);
     sc_renderer_free(r);
-    scene = sc_timeline_scene(&t, 2);
+    scene = sc_timeline_scene(&t, 2, NULL);
     first = draw_view(&a, &scene, NULL);
     animation = (sc_animation){0};
     assert_ok(sc_renderer_new(&quiet, &b.settings, &b.prepared.view, b.tissues, &r));
     t = orbit_of(r, 9.0 / 7, 8, &animation);
     sc_renderer_free(r);
-    scene = sc_timeline_scene(&t, 0);
+    scene = sc_timeline_scene(&t, 0, NULL);
     second = draw_view(&b, &scene, NULL);
     expect_alike(&first, &second, 1);
     sc_image_clear(&first);

@@ -141,7 +141,7 @@ static inline sc_scene front_view(const small_scene *s)
     assert_ok(sc_renderer_new(&quiet, &s->settings, &s->prepared.view, s->tissues, &r));
     t = orbit_of(r, (double)s->settings.width_px / s->settings.height_px, 8, &a);
     sc_renderer_free(r);
-    return sc_timeline_scene(&t, 0);
+    return sc_timeline_scene(&t, 0, NULL);
 }
 
 #endif

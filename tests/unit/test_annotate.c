@@ -43,8 +43,8 @@ static void begin_film(film *f, size_t captions)
                                       .caption_count = captions,
                                       .timeline = &f->timeline,
                                       .within = {0, 0, WIDTH, HEIGHT},
-                                      .fps = 25,
-                                      .dark_text = 1};
+                                      .fps = 25};
+    f->scene.dark_text = 1;
 }
 
 /* Give a film @p count tissues, boxes of 10 mm that lie 20 mm from each other along y. */
@@ -90,8 +90,11 @@ static sc_image blank(bool alpha, int level)
 static sc_image draw(const film *f, int k, bool alpha, int level)
 {
     sc_image image = blank(alpha, level);
+    sc_scene scene = f->scene;
 
-    assert_ok(sc_annotations_draw(&quiet, &f->annotations, k, &f->scene, &image, NULL));
+    scene.frame = k;
+    scene.time = sc_frame_time(k, FRAMES);
+    assert_ok(sc_annotations_draw(&quiet, &f->annotations, &scene, &image, NULL));
     return image;
 }
 
@@ -143,13 +146,15 @@ TEST(rows_can_be_drawn_by_themselves)
     film f;
 
     begin_full_film(&f);
+    f.scene.frame = 3;
+    f.scene.time = sc_frame_time(3, FRAMES);
     for (int alpha = 0; alpha < 2; alpha++) {
         sc_image whole = draw(&f, 3, alpha, 200), parts = blank(alpha, 200);
 
         for (int row = 0; row < HEIGHT; row += 7) {
             const sc_rows rows = {row, row + 7 < HEIGHT ? row + 7 : HEIGHT};
 
-            assert_ok(sc_annotations_draw(&quiet, &f.annotations, 3, &f.scene, &parts, &rows));
+            assert_ok(sc_annotations_draw(&quiet, &f.annotations, &f.scene, &parts, &rows));
         }
         assert_int_equal(sc_image_hash(&whole), sc_image_hash(&parts));
         sc_image_clear(&whole);
@@ -183,7 +188,7 @@ TEST(text_can_be_read_on_any_background)
         strcpy(f.captions[0].text, "A caption");
         f.overlays.scale_bar = is_bar ? SC_PLACE_TOP_LEFT : SC_PLACE_NONE;
         f.annotations.caption_count = !is_bar;
-        f.annotations.dark_text = !dark;
+        f.scene.dark_text = !dark;
         letter_film(&f);
         for (int level = 0; level < 256; level += 51) {
             sc_image image = draw(&f, 3, false, level);

@@ -117,7 +117,7 @@ static uint64_t draw(const sc_prepared *v, const sc_render_settings *settings,
 
     if (sc_renderer_new(&quiet, settings, v, tissues, &renderer) == SC_OK) {
         timeline = orbit_of(renderer, (double)WIDTH / HEIGHT, 8, &a);
-        scene = sc_timeline_scene(&timeline, 1);
+        scene = sc_timeline_scene(&timeline, 1, NULL);
         assert_ok(sc_image_init(&quiet, WIDTH, HEIGHT, &image));
         sc_render_frame(renderer, &scene, NULL, &image, &stats);
         hash = sc_image_hash(&image);

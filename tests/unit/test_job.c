@@ -783,31 +783,6 @@ TEST(values_of_the_scene_may_have_key_frames)
     }
 }
 
-/* Text changes by degrees where the background becomes dark, and at once where it jumps. */
-TEST(text_follows_the_background)
-{
-    enum { FRAMES = 101, FPS = 20, REACH = 5 };
-    const sc_background slow = {
-        .track = {2, {{0, {0}, {255, 255, 255}}, {1, {.kind = SC_EASE_LINEAR}, {0, 0, 0}}}}};
-    const sc_background jumps = {
-        .track = {2, {{0.495, {0}, {255, 255, 255}}, {0.5, {.kind = SC_EASE_LINEAR}, {0, 0, 0}}}}};
-    const sc_background constant = {.rgb = {0, 0, 0}};
-    int changes = 0;
-
-    assert_near(sc_dark_text_at(&slow, 0, FRAMES, FPS), 1, 0);
-    assert_near(sc_dark_text_at(&slow, FRAMES - 1, FRAMES, FPS), 0, 0);
-    for (int k = 1; k < FRAMES; k++) {
-        const double step =
-            sc_dark_text_at(&slow, k - 1, FRAMES, FPS) - sc_dark_text_at(&slow, k, FRAMES, FPS);
-
-        assert_true(step == 0 || fabs(step - 1.0 / (2 * REACH + 1)) < 1e-12);
-        changes += step > 0;
-        assert_near(sc_dark_text_at(&jumps, k, FRAMES, FPS), k < 50, 0);
-    }
-    assert_int_equal(changes, 2 * REACH + 1);
-    assert_near(sc_dark_text_at(&constant, 3, FRAMES, FPS), 0, 0);
-}
-
 TEST(wrong_key_frames_of_the_scene_are_refused)
 {
     static const char *const cases[][2] = {

@@ -107,8 +107,7 @@ static void begin_film(film *f, uint64_t seed)
                                       .tissues = f->tissues,
                                       .timeline = &f->timeline,
                                       .within = {0, 0, WIDTH, HEIGHT},
-                                      .fps = 30,
-                                      .dark_text = 1};
+                                      .fps = 30};
     assert_ok(sc_annotations_letter(&quiet, &f->annotations, &f->lettering));
     f->annotations.lettering = f->lettering;
 }
@@ -283,10 +282,10 @@ TEST(names_leave_room_for_what_is_written_over_all)
             over.chosen_count = 0;
             assert_ok(sc_annotations_letter(&quiet, &over, &legend));
             over.lettering = legend;
-            scene = sc_timeline_scene(&f.timeline, 0);
-            d = sc_drawing_begin(&over, &(sc_image){.width_px = WIDTH, .height_px = HEIGHT},
+            scene = sc_timeline_scene(&f.timeline, 0, NULL);
+            d = sc_drawing_begin(&over, &scene, &(sc_image){.width_px = WIDTH, .height_px = HEIGHT},
                                  &(sc_rows){0, 0});
-            assert_ok(sc_draw_fixed(&quiet, &d, 0, &scene));
+            assert_ok(sc_draw_fixed(&quiet, &d, &scene));
             assert_true(taken->height_px > HEIGHT / 2 && taken->width_px < WIDTH / 2);
 
             f.annotations.within = (sc_viewport){part * WIDTH / 2, 0, WIDTH / 2, HEIGHT};
@@ -313,7 +312,9 @@ static int check_beside(const film *f, int k)
 
     for (int n = 0; n < f->plan->count; n++) {
         const sc_name_place *p = place_of(f, k, n);
-        const double distance_px = sign * ((double)p->dot_px[0] - a->divider_px[k]);
+        const double divider = sc_timeline_scene(&f->timeline, k, NULL).divider;
+        const double distance_px =
+            sign * ((double)p->dot_px[0] - sc_divider_px(divider, a->divided_px));
 
         if (k)
             check_step(place_of(f, k - 1, n), p, row_px);
@@ -333,18 +334,22 @@ TEST(names_stand_beside_a_divider)
 {
     enum { STANDING = 4 };
     static film f;
-    static int divider_px[FRAMES];
+    static const sc_track none;
 
     for (int test = 0; test < 2 * (1 + STANDING); test++) {
+        /* one that moves also stands at both ends, and between them has passed its column whole */
+        const double before = 0.499 / WIDTH;
+        const double share = (WIDTH / 2 - 50 + 25 * (test / 2)) / (double)WIDTH;
+        const sc_ramp divider = {.from = test > 1 ? share : -before,
+                                 .to = test > 1 ? share : 1 - before,
+                                 .begin = 20.0 / (FRAMES - 1),
+                                 .end = (FRAMES - 20.0) / (FRAMES - 1)};
         int named = 0;
 
-        for (int k = 0; k < FRAMES; k++) /* one that moves also stands at both ends */
-            divider_px[k] = test > 1          ? WIDTH / 2 - 50 + 25 * (test / 2)
-                            : k < 20          ? 0
-                            : k > FRAMES - 20 ? WIDTH
-                                              : (k - 20) * WIDTH / (FRAMES - 40);
         begin_film(&f, 4);
-        f.annotations.divider_px = divider_px;
+        f.timeline.looks.divider = &divider;
+        f.timeline.looks.divider_track = &none;
+        f.annotations.divided_px = WIDTH;
         f.annotations.is_behind_divider = test % 2;
         plan_film(&f, 2);
         for (int k = 0; k < FRAMES; k++)
@@ -531,7 +536,7 @@ TEST(hidden_tissues_are_told)
 TEST(names_keep_clear_of_other_overlays)
 {
     static film f;
-    const sc_scene scene = {0};
+    const sc_scene scene = {.dark_text = 1};
     sc_image image;
     int bottom_px = 0, named = 0;
 
@@ -542,7 +547,7 @@ TEST(names_keep_clear_of_other_overlays)
     f.annotations.lettering = f.lettering;
     assert_ok(sc_image_init(&quiet, WIDTH, HEIGHT, &image));
     memset(image.rgb, 255, sc_image_bytes(&image));
-    assert_ok(sc_annotations_draw(&quiet, &f.annotations, 0, &scene, &image, NULL));
+    assert_ok(sc_annotations_draw(&quiet, &f.annotations, &scene, &image, NULL));
     for (size_t i = 0; i < sc_image_bytes(&image); i++)
         bottom_px = image.rgb[i] < 128 ? (int)(i / 3 / WIDTH) : bottom_px;
     assert_true(bottom_px > HEIGHT / 2);
@@ -607,10 +612,10 @@ TEST(lines_keep_clear_of_a_wide_legend)
         assert_ok(sc_annotations_letter(&quiet, &f.annotations, &f.lettering));
         f.annotations.lettering = f.lettering;
         plan_film(&f, 2);
-        scene = sc_timeline_scene(&f.timeline, 0);
-        d = sc_drawing_begin(&f.annotations, &(sc_image){.width_px = WIDTH, .height_px = HEIGHT},
-                             &(sc_rows){0, 0});
-        assert_ok(sc_draw_fixed(&quiet, &d, 0, &scene));
+        scene = sc_timeline_scene(&f.timeline, 0, NULL);
+        d = sc_drawing_begin(&f.annotations, &scene,
+                             &(sc_image){.width_px = WIDTH, .height_px = HEIGHT}, &(sc_rows){0, 0});
+        assert_ok(sc_draw_fixed(&quiet, &d, &scene));
         taken = &d.taken[corners[corner]];
         for (int i = 0; i < FRAMES * f.plan->count; i++) {
             const sc_name_place *p = &f.plan->places[i];
@@ -628,7 +633,7 @@ TEST(names_are_drawn_by_rows)
 {
     static film f;
     sc_image whole, parts, bare;
-    const sc_scene scene = {0};
+    const sc_scene scene = {.frame = 7, .dark_text = 1};
 
     begin_film(&f, 4);
     plan_film(&f, 2);
@@ -639,11 +644,11 @@ TEST(names_are_drawn_by_rows)
             assert_ok(sc_image_init_alpha(&quiet, WIDTH, HEIGHT, alpha, images[i]));
             memset(images[i]->rgb, 200, sc_image_bytes(images[i]));
         }
-        assert_ok(sc_annotations_draw(&quiet, &f.annotations, 7, &scene, &whole, NULL));
+        assert_ok(sc_annotations_draw(&quiet, &f.annotations, &scene, &whole, NULL));
         for (int row = 0; row < HEIGHT; row += 9) {
             const sc_rows rows = {row, row + 9};
 
-            assert_ok(sc_annotations_draw(&quiet, &f.annotations, 7, &scene, &parts, &rows));
+            assert_ok(sc_annotations_draw(&quiet, &f.annotations, &scene, &parts, &rows));
         }
         assert_int_equal(sc_image_hash(&whole), sc_image_hash(&parts));
         assert_int_not_equal(sc_image_hash(&whole), sc_image_hash(&bare));

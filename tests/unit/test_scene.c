@@ -523,3 +523,37 @@ TEST(hidden_labels_are_found)
 }
 
 RUN_TESTS(NULL, NULL)
+
+/* Whatever a picture follows from is told by its name, and nothing else is. */
+TEST(what_differs_between_scenes_is_told)
+{
+    static const float half[] = {1, 0.5f}, one[] = {1, 1};
+    static const float red[][3] = {{0, 0, 0}, {1, 0, 0}};
+    static const sc_vec3 moved[] = {{0, 0, 0}, {0, 0, 1}};
+    const sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .fades = one};
+    sc_scene other = scene;
+
+#define EXPECT_CHANGE(what, bit)                                                                   \
+    do {                                                                                           \
+        other = scene;                                                                             \
+        what;                                                                                      \
+        assert_int_equal(sc_scene_changes(&scene, &other, 2), bit);                                \
+        assert_int_equal(sc_scene_changes(&other, &scene, 2), bit);                                \
+    } while (0)
+    EXPECT_CHANGE(other.frame = 7, 0); /* what is written over the picture */
+    EXPECT_CHANGE(other.camera.position_mm.x = 1, SC_CHANGED_CAMERA);
+    EXPECT_CHANGE(other.camera.half_height = 1, SC_CHANGED_CAMERA);
+    EXPECT_CHANGE(other.planes[0].offset_mm = 1, SC_CHANGED_CUTS);
+    EXPECT_CHANGE(other.planes[1].offset_mm = 1, 0); /* there is none */
+    EXPECT_CHANGE(other.clip_sets[0] = 1, SC_CHANGED_CUTS);
+    EXPECT_CHANGE(other.point_mm.z = 1, SC_CHANGED_CUTS);
+    EXPECT_CHANGE(other.look.light.ambient = 1, SC_CHANGED_LIGHT);
+    EXPECT_CHANGE(other.look.light.depth_cue = 1, SC_CHANGED_LIGHT);
+    EXPECT_CHANGE(other.look.grey_caps = 1, SC_CHANGED_GREY);
+    EXPECT_CHANGE(other.look.grey_window.width = 1, SC_CHANGED_GREY);
+    EXPECT_CHANGE(other.look.background[2] = 1, SC_CHANGED_COLORS);
+    EXPECT_CHANGE(other.colors = red, SC_CHANGED_COLORS);
+    EXPECT_CHANGE(other.fades = half, SC_CHANGED_OPACITIES);
+    EXPECT_CHANGE(other.offsets_mm = moved, SC_CHANGED_PLACES);
+#undef EXPECT_CHANGE
+}

@@ -35,8 +35,8 @@ TEST(an_orbit_begins_in_front_and_closes_without_repeating_a_frame)
     box_corners(corners);
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
     for (int k = 0; k < FRAMES; k++) {
-        const sc_camera c = sc_timeline_scene(&t, k).camera;
-        const sc_camera next = sc_timeline_scene(&t, (k + 1) % FRAMES).camera;
+        const sc_camera c = sc_timeline_scene(&t, k, NULL).camera;
+        const sc_camera next = sc_timeline_scene(&t, (k + 1) % FRAMES, NULL).camera;
 
         away = sc_vec3_sub(c.position_mm, t.animation.camera.target_mm);
         assert_near(sc_vec3_length(away), t.animation.camera.distance_mm, 1e-9);
@@ -45,12 +45,14 @@ TEST(an_orbit_begins_in_front_and_closes_without_repeating_a_frame)
                     1e-9);
         assert_near(sc_vec3_dot(c.right, c.up), 0, 1e-12);
     }
-    away = sc_vec3_sub(sc_timeline_scene(&t, 0).camera.position_mm, t.animation.camera.target_mm);
+    away = sc_vec3_sub(sc_timeline_scene(&t, 0, NULL).camera.position_mm,
+                       t.animation.camera.target_mm);
     assert_true(away.y > 0);
     assert_near(away.x, 0, 1e-9);
     /* seen from the front, the patient's left is on the right */
-    assert_near(sc_timeline_scene(&t, 0).camera.right.x, -1, 1e-9);
-    away = sc_vec3_sub(sc_timeline_scene(&t, 3).camera.position_mm, t.animation.camera.target_mm);
+    assert_near(sc_timeline_scene(&t, 0, NULL).camera.right.x, -1, 1e-9);
+    away = sc_vec3_sub(sc_timeline_scene(&t, 3, NULL).camera.position_mm,
+                       t.animation.camera.target_mm);
     assert_true(away.x < 0); /* after a quarter turn, seen from the left */
 }
 
@@ -85,7 +87,7 @@ TEST(framing_keeps_all_corners_in_the_picture)
             a.camera.axis = (sc_vec3){0, 1, 0};
         sc_timeline_resolve(&a, corners, CORNERS, aspect, &t);
         for (int k = 0; k < 36; k++) {
-            const sc_camera c = sc_timeline_scene(&t, k).camera;
+            const sc_camera c = sc_timeline_scene(&t, k, NULL).camera;
 
             expect_in_view(&c, aspect, corners, &fill);
         }
@@ -141,7 +143,7 @@ TEST(framing_is_tight_and_centred)
         ellipsoid_points(r[0], r[1], r[2], n & 2, points);
         sc_timeline_resolve(&a, points, BALL, aspect, &t);
         for (int k = 0; k < 90; k++) {
-            const sc_camera c = sc_timeline_scene(&t, k).camera;
+            const sc_camera c = sc_timeline_scene(&t, k, NULL).camera;
 
             see(&c, aspect, points, BALL, low, high);
         }
@@ -185,16 +187,16 @@ TEST(a_sweep_is_monotone_and_reaches_both_ends)
         (sc_sweep){{0, -1, 0}, {0, true}, {60, true}, 0.2, 0.8, .ease.kind = SC_EASE_SMOOTH};
     a.sweeps[1] = (sc_sweep){{1, 0, 0}, {-5, false}, {5, false}, 0, 1, .ease.kind = SC_EASE_LINEAR};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
-    assert_near(sc_timeline_scene(&t, 0).planes[0].offset_mm, 25,
+    assert_near(sc_timeline_scene(&t, 0, NULL).planes[0].offset_mm, 25,
                 1e-9); /* the anterior face of the box, y = 25 */
-    assert_near(sc_timeline_scene(&t, 49).planes[0].offset_mm, 25 - 36, 1e-9);
-    assert_near(sc_timeline_scene(&t, 0).planes[1].offset_mm, 5, 1e-9);
-    assert_near(sc_timeline_scene(&t, 49).planes[1].offset_mm, -5, 1e-9);
+    assert_near(sc_timeline_scene(&t, 49, NULL).planes[0].offset_mm, 25 - 36, 1e-9);
+    assert_near(sc_timeline_scene(&t, 0, NULL).planes[1].offset_mm, 5, 1e-9);
+    assert_near(sc_timeline_scene(&t, 49, NULL).planes[1].offset_mm, -5, 1e-9);
     for (int k = 1; k < 50; k++)
-        assert_true(sc_timeline_scene(&t, k).planes[0].offset_mm <=
-                    sc_timeline_scene(&t, k - 1).planes[0].offset_mm);
-    assert_near(sc_timeline_scene(&t, 9).planes[0].offset_mm, 25, 1e-9);
-    assert_near(sc_timeline_scene(&t, 40).planes[0].offset_mm, 25 - 36, 1e-9);
+        assert_true(sc_timeline_scene(&t, k, NULL).planes[0].offset_mm <=
+                    sc_timeline_scene(&t, k - 1, NULL).planes[0].offset_mm);
+    assert_near(sc_timeline_scene(&t, 9, NULL).planes[0].offset_mm, 25, 1e-9);
+    assert_near(sc_timeline_scene(&t, 40, NULL).planes[0].offset_mm, 25 - 36, 1e-9);
 }
 
 /* A plane cuts in the frames of its part, the first and the last of them included. */
@@ -213,7 +215,7 @@ TEST(a_plane_cuts_while_it_is_active)
     t.clip_sets[1].spares[1] = 1;
     t.clip_set_count = 2;
     for (int k = 0; k <= 10; k++) {
-        const sc_scene scene = sc_timeline_scene(&t, k);
+        const sc_scene scene = sc_timeline_scene(&t, k, NULL);
         const bool cuts = k >= 3 && k <= 6;
 
         assert_int_equal(scene.plane_count, cuts ? 2 : 1);
@@ -226,7 +228,7 @@ TEST(a_plane_cuts_while_it_is_active)
         3, {{.at = 0.2, .value = {1, 0, 0}}, {.at = 0.4}, {.at = 0.7, .value = {1, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     for (int k = 0; k <= 10; k++)
-        assert_int_equal(sc_timeline_planes(&t, k), k < 4 || k >= 7 ? 3 : 2);
+        assert_int_equal(sc_timeline_scene(&t, k, NULL).cuts, k < 4 || k >= 7 ? 3 : 2);
 }
 
 /* Tissues are excepted from a plane from one key frame of its exceptions to the next. */
@@ -245,8 +247,8 @@ TEST(exceptions_of_a_plane_change_at_their_key_frames)
     t.clip_sets[1].spares[1] = 1u << 0 | 1u << 2;
     t.clip_set_count = 2;
     for (int k = 0; k <= 10; k++) {
-        assert_int_equal(sc_timeline_scene(&t, k).clip_sets[0], 3);
-        assert_int_equal(sc_timeline_scene(&t, k).clip_sets[1], k >= 4 && k < 8 ? 3 : 1);
+        assert_int_equal(sc_timeline_scene(&t, k, NULL).clip_sets[0], 3);
+        assert_int_equal(sc_timeline_scene(&t, k, NULL).clip_sets[1], k >= 4 && k < 8 ? 3 : 1);
     }
 }
 
@@ -289,7 +291,7 @@ TEST(a_plane_sweeps_from_where_it_stands)
     a.move_count = 3;
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
     for (int k = 0; k < FRAMES; k++) {
-        const sc_scene scene = sc_timeline_scene(&t, k);
+        const sc_scene scene = sc_timeline_scene(&t, k, NULL);
 
         assert_near(-scene.planes[0].offset_mm, low + expected_percent[k] / 100 * (high - low),
                     1e-9);
@@ -335,19 +337,19 @@ TEST(a_plane_turns_about_its_line)
     for (int k = 0; k < FRAMES; k++) {
         const double turned = (k <= 5 ? k : 10 - k) * 18 * M_PI / 180;
 
-        plane = sc_timeline_scene(&t, k).planes[1];
+        plane = sc_timeline_scene(&t, k, NULL).planes[1];
         assert_near(plane.normal.x, sin(turned), 1e-12);
         assert_near(plane.normal.y, -cos(turned), 1e-12);
         /* the line stays where it is: 15 mm on the side that is removed */
         assert_near(sc_vec3_dot(plane.normal, line_mm) + plane.offset_mm, -15, 1e-12);
-        assert_near(sc_timeline_scene(&t, k).planes[0].normal.y, -1, 0); /* the other stays */
+        assert_near(sc_timeline_scene(&t, k, NULL).planes[0].normal.y, -1, 0); /* the other stays */
     }
     moves[0].verb.has_axis = moves[1].verb.has_axis = false; /* upwards, unless it is across */
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
-    assert_near(sc_timeline_plane(&t, 1, 5).normal.x, 1, 1e-12);
+    assert_near(sc_timeline_scene(&t, 5, NULL).planes[1].normal.x, 1, 1e-12);
     a.sweeps[1].normal = (sc_vec3){0, 0, 1};
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
-    assert_near(sc_timeline_plane(&t, 1, 5).normal.x, 1, 1e-12);
+    assert_near(sc_timeline_scene(&t, 5, NULL).planes[1].normal.x, 1, 1e-12);
 }
 
 TEST(easing_begins_at_0_and_ends_at_1)
@@ -425,17 +427,17 @@ TEST(a_camera_goes_over_the_pole_without_a_flip)
             (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {n & 2 ? -180 : 180, 0, 0}}}};
         sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
         for (int k = 0; k < FRAMES; k++) {
-            const sc_camera c = sc_timeline_scene(&t, k).camera;
+            const sc_camera c = sc_timeline_scene(&t, k, NULL).camera;
 
             expect_in_view(&c, 1.5, corners, &fill);
             assert_near(c.right.x, -1, 1e-9);
             if (k > 0) {
-                const sc_camera before = sc_timeline_scene(&t, k - 1).camera;
+                const sc_camera before = sc_timeline_scene(&t, k - 1, NULL).camera;
 
                 assert_near(acos(sc_vec3_dot(c.up, before.up)) * 180 / M_PI, 1, 1e-4);
             }
         }
-        assert_near(sc_timeline_scene(&t, FRAMES - 1).camera.up.z, -1, 1e-9);
+        assert_near(sc_timeline_scene(&t, FRAMES - 1, NULL).camera.up.z, -1, 1e-9);
         assert_true(fill > 0.945);
     }
 }
@@ -449,17 +451,59 @@ TEST(light_follows_its_key_frames)
         .shadows = {2, {{0, {0}, {1, 0, 0}}, {1, {0}, {0.5, 0, 0}}}}};
     const sc_light_tracks none = {0};
 
-    assert_near(sc_light_at(&light, &tracks, 0, 101).key, 1, 0);
-    assert_near(sc_light_at(&light, &tracks, 50, 101).key, 0.5, 1e-12);
-    assert_near(sc_light_at(&light, &tracks, 100, 101).key, 0, 0);
-    assert_near(sc_light_at(&light, &tracks, 50, 101).occlusion, 0.5, 1e-12);
-    assert_near(sc_light_at(&light, &tracks, 50, 101).fill, 0.1, 0);
-    assert_near(sc_light_at(&light, &none, 50, 101).key, 0.5, 0);
+    assert_near(sc_light_at(&light, &tracks, 0).key, 1, 0);
+    assert_near(sc_light_at(&light, &tracks, 0.5).key, 0.5, 1e-12);
+    assert_near(sc_light_at(&light, &tracks, 1).key, 0, 0);
+    assert_near(sc_light_at(&light, &tracks, 0.5).occlusion, 0.5, 1e-12);
+    assert_near(sc_light_at(&light, &tracks, 0.5).fill, 0.1, 0);
+    assert_near(sc_light_at(&light, &none, 0.5).key, 0.5, 0);
     /* What is made once has to do for all frames. */
     assert_near(sc_light_of_all(&light, &tracks).occlusion, 0.75, 0);
-    assert_near(sc_light_at(&light, &tracks, 50, 101).shadows, 0.75, 1e-12);
+    assert_near(sc_light_at(&light, &tracks, 0.5).shadows, 0.75, 1e-12);
     assert_near(sc_light_of_all(&light, &tracks).shadows, 1, 0);
     assert_near(sc_light_of_all(&light, &none).occlusion, 1, 0);
+}
+
+enum { TEXT_FRAMES = 101, TEXT_FPS = 20 };
+
+/* @return sc_scene.dark_text of a film of TEXT_FRAMES frames. */
+static double dark_text_at(const sc_background *background, int k)
+{
+    static const sc_lighting light;
+    static const sc_light_tracks light_tracks;
+    static const sc_grey_tracks grey;
+    const sc_timeline t = {.animation = {.frames = TEXT_FRAMES},
+                           .looks = {.light = &light,
+                                     .light_tracks = &light_tracks,
+                                     .background = background,
+                                     .grey = &grey,
+                                     .fps = TEXT_FPS}};
+
+    return sc_timeline_scene(&t, k, NULL).dark_text;
+}
+
+/* Text changes by degrees where the background becomes dark, and at once where it jumps. */
+TEST(text_follows_the_background)
+{
+    enum { REACH = TEXT_FPS / 4 };
+    const sc_background slow = {
+        .track = {2, {{0, {0}, {255, 255, 255}}, {1, {.kind = SC_EASE_LINEAR}, {0, 0, 0}}}}};
+    const sc_background jumps = {
+        .track = {2, {{0.495, {0}, {255, 255, 255}}, {0.5, {.kind = SC_EASE_LINEAR}, {0, 0, 0}}}}};
+    const sc_background constant = {.rgb = {0, 0, 0}};
+    int changes = 0;
+
+    assert_near(dark_text_at(&slow, 0), 1, 0);
+    assert_near(dark_text_at(&slow, TEXT_FRAMES - 1), 0, 0);
+    for (int k = 1; k < TEXT_FRAMES; k++) {
+        const double step = dark_text_at(&slow, k - 1) - dark_text_at(&slow, k);
+
+        assert_true(step == 0 || fabs(step - 1.0 / (2 * REACH + 1)) < 1e-12);
+        changes += step > 0;
+        assert_near(dark_text_at(&jumps, k), k < 50, 0);
+    }
+    assert_int_equal(changes, 2 * REACH + 1);
+    assert_near(dark_text_at(&constant, 3), 0, 0);
 }
 
 TEST(colours_are_mixed_by_their_tones)
@@ -504,13 +548,14 @@ TEST(planes_follow_their_key_frames)
     a.sweeps[2].has_point = true;
     a.sweeps[2].point_mm = (sc_vec3){7, 8, 9};
     sc_timeline_resolve(&a, corners, SC_COUNT_OF(corners), 1, &t);
-    assert_near(sc_timeline_plane(&t, 0, 0).offset_mm, -110, 1e-9);
-    assert_near(sc_timeline_plane(&t, 0, 25).offset_mm, -120, 1e-9);
-    assert_near(sc_timeline_plane(&t, 0, 50).offset_mm, -130, 1e-9);
-    assert_near(sc_timeline_plane(&t, 0, 100).offset_mm, -140, 1e-9);
+    assert_near(sc_timeline_scene(&t, 0, NULL).planes[0].offset_mm, -110, 1e-9);
+    assert_near(sc_timeline_scene(&t, 25, NULL).planes[0].offset_mm, -120, 1e-9);
+    assert_near(sc_timeline_scene(&t, 50, NULL).planes[0].offset_mm, -130, 1e-9);
+    assert_near(sc_timeline_scene(&t, 100, NULL).planes[0].offset_mm, -140, 1e-9);
     for (int k = 0; k < FRAMES; k++) {
         const double turned = k < 25 ? 0 : k > 75 ? 1 : (k - 25) / 50.0;
-        const sc_plane plane = sc_timeline_plane(&t, 1, k), about = sc_timeline_plane(&t, 2, k);
+        const sc_plane plane = sc_timeline_scene(&t, k, NULL).planes[1],
+                       about = sc_timeline_scene(&t, k, NULL).planes[2];
 
         assert_near(plane.normal.x, cos(turned * M_PI / 2), 1e-12);
         assert_near(plane.normal.y, sin(turned * M_PI / 2), 1e-12);
@@ -537,12 +582,12 @@ TEST(a_camera_without_an_orbit_goes_by_key_frames)
         a.moves = &zoom;
         a.move_count = moves;
         sc_timeline_resolve(&a, NULL, 0, 1, &t);
-        c = sc_timeline_scene(&t, 5).camera;
+        c = sc_timeline_scene(&t, 5, NULL).camera;
         assert_near(c.position_mm.x, 50, 1e-9);
         assert_near(c.position_mm.y, 100, 1e-9);
         assert_near(c.forward.y, -1, 1e-12);
         assert_near(c.up.z, 1, 1e-12);
-        c = sc_timeline_scene(&t, 10).camera;
+        c = sc_timeline_scene(&t, 10, NULL).camera;
         assert_near(c.position_mm.x, 100, 1e-9);
         assert_near(c.forward.x / c.forward.y, 0.5, 1e-9);
         assert_near(c.up.z, 0, 1e-9);
@@ -587,7 +632,7 @@ TEST(a_camera_passes_the_pole_without_a_flip)
         for (int k = 0; k < FRAMES; k++, before = c) {
             double along, turn_deg;
 
-            c = sc_timeline_scene(&t, k).camera;
+            c = sc_timeline_scene(&t, k, NULL).camera;
             if (k == 0 && !ways[way].starts_near)
                 assert_near(c.right.z, 0, 1e-12);
             if (k == 0)
@@ -612,9 +657,9 @@ TEST(slices_follow_their_key_frames)
     a.slices.has_point = true;
     a.slices.point_track = (sc_track){2, {{0, {0}, {1, 2, 3}}, {1, {0}, {11, 2, -7}}}};
     sc_timeline_resolve(&a, NULL, 0, 1, &t);
-    assert_near(sc_timeline_point(&t, 0).x, 1, 0);
-    assert_near(sc_timeline_point(&t, 5).x, 6, 1e-12);
-    assert_near(sc_timeline_point(&t, 10).z, -7, 0);
+    assert_near(sc_timeline_scene(&t, 0, NULL).point_mm.x, 1, 0);
+    assert_near(sc_timeline_scene(&t, 5, NULL).point_mm.x, 6, 1e-12);
+    assert_near(sc_timeline_scene(&t, 10, NULL).point_mm.z, -7, 0);
 }
 
 /* What moves by key frames is framed in all frames, and shows what the key frames say. */
@@ -632,7 +677,7 @@ TEST(key_frames_move_the_camera)
     a.camera.fov_track = (sc_track){2, {{0, {0}, {60, 0, 0}}, {0.5, {0}, {20, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
     for (int k = 0; k <= 10; k++) {
-        const sc_camera c = sc_timeline_scene(&t, k).camera;
+        const sc_camera c = sc_timeline_scene(&t, k, NULL).camera;
         const sc_vec3 target = {10 + 2.0 * k, -5 + 2.5 * k, 50 + 3.0 * k};
         const double fov_deg = k < 5 ? 60 - 8.0 * k : 20;
 
@@ -652,8 +697,8 @@ TEST(key_frames_move_the_camera)
         a.camera.projection = n ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
         sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
         /* An orthographic camera shows what the field of view holds at the target. */
-        assert_near(sc_timeline_scene(&t, 5).camera.half_height, tan(M_PI / 18) / 3 * (n ? 150 : 1),
-                    1e-9);
+        assert_near(sc_timeline_scene(&t, 5, NULL).camera.half_height,
+                    tan(M_PI / 18) / 3 * (n ? 150 : 1), 1e-9);
     }
 }
 
@@ -693,25 +738,25 @@ TEST(a_camera_rocks_and_comes_back)
         a.moves = &rock;
         a.move_count = 1;
         sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
-        first = sc_timeline_scene(&t, 0).camera;
-        quarter = sc_timeline_scene(&t, 30).camera;
-        last = sc_timeline_scene(&t, 100).camera;
+        first = sc_timeline_scene(&t, 0, NULL).camera;
+        quarter = sc_timeline_scene(&t, 30, NULL).camera;
+        last = sc_timeline_scene(&t, 100, NULL).camera;
         assert_near(turned_deg(&first, &last), 0, 1e-6);
         assert_near(turned_deg(&first, &quarter), 30, 1e-6);
         assert_true(quarter.position_mm.x < -10); /* as an orbit: first to the patient's left */
-        quarter = sc_timeline_scene(&t, 50).camera;
+        quarter = sc_timeline_scene(&t, 50, NULL).camera;
         assert_near(turned_deg(&first, &quarter), 30, 1e-6);
         assert_true(quarter.position_mm.x > 10);
         rock.verb.angle_deg = 0;
         rock.verb.elevation_deg = 120; /* over the pole, and under the other one */
         sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
         for (int k = 1; k < FRAMES; k++) {
-            const sc_camera before = sc_timeline_scene(&t, k - 1).camera;
-            const sc_camera now = sc_timeline_scene(&t, k).camera;
+            const sc_camera before = sc_timeline_scene(&t, k - 1, NULL).camera;
+            const sc_camera now = sc_timeline_scene(&t, k, NULL).camera;
 
             assert_true(turned_deg(&before, &now) <= 120 * 2 * M_PI / 40);
         }
-        quarter = sc_timeline_scene(&t, 30).camera;
+        quarter = sc_timeline_scene(&t, 30, NULL).camera;
         assert_near(quarter.forward.z, -sin(M_PI * 120 / 180), 1e-9); /* from above, behind */
         assert_true(quarter.forward.y > 0);
     }
@@ -752,10 +797,10 @@ TEST(a_camera_flies_evenly_and_without_flips)
     a.move_count = 1;
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     t.ways = way;
-    assert_false(sc_timeline_scene(&t, 59).inside);
-    assert_true(sc_timeline_scene(&t, 60).inside);
+    assert_false(sc_timeline_scene(&t, 59, NULL).inside);
+    assert_true(sc_timeline_scene(&t, 60, NULL).inside);
     for (int end = 0; end < 2; end++) {
-        const sc_camera c = sc_timeline_scene(&t, end ? FRAMES - 1 : 60).camera;
+        const sc_camera c = sc_timeline_scene(&t, end ? FRAMES - 1 : 60, NULL).camera;
 
         assert_near(sc_vec3_length(sc_vec3_sub(c.position_mm, through[end ? POINTS - 1 : 0])), 0,
                     1e-9);
@@ -782,8 +827,8 @@ TEST(an_orbit_pauses_and_turns_as_far)
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     assert_near(t.animation.camera.distance_mm, plain.animation.camera.distance_mm, 0);
     for (int k = 0; k < FRAMES - 1; k++) {
-        const sc_camera now = sc_timeline_scene(&t, k).camera;
-        const sc_camera next = sc_timeline_scene(&t, k + 1).camera;
+        const sc_camera now = sc_timeline_scene(&t, k, NULL).camera;
+        const sc_camera next = sc_timeline_scene(&t, k + 1, NULL).camera;
         const double step = sc_vec3_length(sc_vec3_sub(next.position_mm, now.position_mm)) /
                             plain.animation.camera.distance_mm;
 
@@ -798,8 +843,8 @@ TEST(an_orbit_pauses_and_turns_as_far)
         step_before = step;
     }
     for (int k = 0; k < FRAMES; k += FRAMES - 1) {
-        const sc_camera now = sc_timeline_scene(&t, k).camera;
-        const sc_camera without = sc_timeline_scene(&plain, k).camera;
+        const sc_camera now = sc_timeline_scene(&t, k, NULL).camera;
+        const sc_camera without = sc_timeline_scene(&plain, k, NULL).camera;
 
         assert_near(turned_deg(&now, &without), 0, 1e-6);
     }
@@ -825,7 +870,7 @@ TEST(zooms_and_dollies_follow_one_another)
     a.move_count = 4;
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     for (int i = 0; i <= 10; i++) {
-        const sc_camera c = sc_timeline_scene(&t, 10 * i).camera;
+        const sc_camera c = sc_timeline_scene(&t, 10 * i, NULL).camera;
 
         assert_near(t.half_height / c.half_height, zooms[i], 1e-9);
         assert_near(sc_vec3_length(sc_vec3_sub(c.position_mm, t.animation.camera.target_mm)),
@@ -839,7 +884,7 @@ static double most_jump(const sc_timeline *t, sc_vec3 target)
     double most = 0, before[2] = {0, 0};
 
     for (int k = 0; k < t->animation.frames; k++) {
-        const sc_camera c = sc_timeline_scene(t, k).camera;
+        const sc_camera c = sc_timeline_scene(t, k, NULL).camera;
         const sc_vec3 d = sc_vec3_sub(target, c.position_mm);
         const double depth = c.projection == SC_PERSPECTIVE ? sc_vec3_dot(d, c.forward) : 1;
         const double at[2] = {sc_vec3_dot(d, c.right) / (depth * c.half_height),
@@ -883,7 +928,7 @@ TEST(tissues_come_to_fill_the_picture)
         a.move_count = 2;
         sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
         for (int k = FRAMES / 2; k < FRAMES; k++) {
-            const sc_camera c = sc_timeline_scene(&t, k).camera;
+            const sc_camera c = sc_timeline_scene(&t, k, NULL).camera;
 
             expect_in_view(&c, 1.5, small, &fill);
         }
@@ -904,9 +949,9 @@ TEST(zoom_scales_the_picture)
     box_corners(corners);
     a.camera.zoom = (sc_ramp){1, 2, 0, 1, {.kind = SC_EASE_LINEAR}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
-    first = sc_timeline_scene(&t, 0).camera.half_height;
-    assert_near(sc_timeline_scene(&t, 10).camera.half_height, first / 2, 1e-12);
-    assert_near(sc_timeline_scene(&t, 5).camera.half_height, first / 1.5, 1e-12);
+    first = sc_timeline_scene(&t, 0, NULL).camera.half_height;
+    assert_near(sc_timeline_scene(&t, 10, NULL).camera.half_height, first / 2, 1e-12);
+    assert_near(sc_timeline_scene(&t, 5, NULL).camera.half_height, first / 1.5, 1e-12);
 }
 
 TEST(without_visible_points_there_is_still_a_camera)
@@ -915,23 +960,32 @@ TEST(without_visible_points_there_is_still_a_camera)
     sc_timeline t;
 
     sc_timeline_resolve(&a, NULL, 0, 1, &t);
-    assert_true(isfinite(sc_timeline_scene(&t, 1).camera.position_mm.x));
+    assert_true(isfinite(sc_timeline_scene(&t, 1, NULL).camera.position_mm.x));
     assert_true(t.animation.camera.distance_mm > 0);
 }
 
-/* A timeline in which verbs do the given things to tissues, and its frames. */
-static sc_timeline fading(const sc_fade *fades, size_t count, int frames)
+/* A timeline of 101 frames in which verbs do the given things to four tissues. */
+static sc_timeline fading(const sc_fade *fades, size_t count, const sc_tissue tissues[4],
+                          const sc_track *tracks)
 {
-    return (sc_timeline){.animation = {.frames = frames}, .fades = fades, .fade_count = count};
+    return (sc_timeline){.animation = {.frames = 101},
+                         .looks = {.tissues = tissues,
+                                   .label_count = 4,
+                                   .tissue_tracks = tracks,
+                                   .fades = fades,
+                                   .fade_count = count}};
 }
 
 static void expect_factor(const sc_timeline *t, int k, int id, double factor)
 {
-    float out[4];
+    sc_scene_room room;
+    sc_scene scene;
 
-    sc_timeline_fades(t, k, out, SC_COUNT_OF(out));
-    assert_near(out[0], 1, 0);
-    assert_near(out[id], factor, 1e-6);
+    assert_ok(sc_scene_room_init(&quiet, t->looks.label_count, &room));
+    scene = sc_timeline_scene(t, k, &room);
+    assert_near(scene.fades[0], 1, 0);
+    assert_near(scene.fades[id], factor, 1e-6);
+    sc_scene_room_clear(&room);
 }
 
 /* Fades follow one another, pulses multiply, and a tissue is not seen before it appears. */
@@ -945,7 +999,8 @@ TEST(verbs_of_one_tissue_combine)
         {2, SC_VERB_FADE, 0.6, 0.7, {.kind = SC_EASE_SMOOTH}, 0, 0, false},
         {3, SC_VERB_FADE, 0.1, 0.2, {.kind = SC_EASE_LINEAR}, 0, 0, false},
         {3, SC_VERB_APPEAR, 0.4, 0.6, {.kind = SC_EASE_LINEAR}, 1, 0, false}};
-    const sc_timeline t = fading(fades, SC_COUNT_OF(fades), 101);
+    static const sc_tissue tissues[4] = {{0}, {.fade_group = 1}, {.fade_group = 2}, {0}};
+    const sc_timeline t = fading(fades, SC_COUNT_OF(fades), tissues, NULL);
 
     expect_factor(&t, 0, 1, 1);
     expect_factor(&t, 20, 1, 0.5 * 0.2); /* the turning point of the first beat */
@@ -974,14 +1029,13 @@ TEST(verbs_change_what_key_frames_of_an_opacity_give)
         {3, SC_VERB_PULSE, 0.2, 0.4, {.kind = SC_EASE_LINEAR}, 0.5, 1, true}};
     static const sc_track tracks[] = {
         {3, {{0.2, {0}, {0.8, 0, 0}}, {0.4, {0}, {0.4, 0, 0}}, {0.8, {0}, {0, 0, 0}}}}};
-    static const sc_tissue tissues[4] = {{0},
-                                         {.visible = true, .opacity = 0.8, .opacity_track = 1},
-                                         {.visible = true, .opacity = 0.8, .opacity_track = 1},
-                                         {.visible = true, .opacity = 0.8, .opacity_track = 1}};
-    sc_timeline t = fading(fades, SC_COUNT_OF(fades), 101);
+    static const sc_tissue tissues[4] = {
+        {0},
+        {.visible = true, .opacity = 0.8, .opacity_track = 1, .fade_group = 1},
+        {.visible = true, .opacity = 0.8, .opacity_track = 1},
+        {.visible = true, .opacity = 0.8, .opacity_track = 1}};
+    const sc_timeline t = fading(fades, SC_COUNT_OF(fades), tissues, tracks);
 
-    t.tissues = tissues;
-    t.tissue_tracks = tracks;
     expect_factor(&t, 0, 1, 1);
     expect_factor(&t, 30, 1, 0.6 / 0.8);
     expect_factor(&t, 60, 1, 0.2 / 0.8);
@@ -1003,13 +1057,12 @@ TEST(tissues_come_and_go_at_their_key_frames)
         {2, SC_VERB_FADE, 0.5, 0.5, {.kind = SC_EASE_LINEAR}, 0.5, 0, false}};
     static const sc_track tracks[] = {
         {3, {{0.2, {0}, {1, 0, 0}}, {0.4, {0}, {0, 0, 0}}, {0.6, {0}, {1, 0, 0}}}}};
-    static const sc_tissue tissues[4] = {{0},
-                                         {.visible = true, .opacity = 1, .visible_track = 1},
-                                         {.visible = true, .opacity = 1, .visible_track = 1}};
-    sc_timeline t = fading(fades, SC_COUNT_OF(fades), 101);
+    static const sc_tissue tissues[4] = {
+        {0},
+        {.visible = true, .opacity = 1, .visible_track = 1, .fade_group = 1},
+        {.visible = true, .opacity = 1, .visible_track = 1}};
+    const sc_timeline t = fading(fades, SC_COUNT_OF(fades), tissues, tracks);
 
-    t.tissues = tissues;
-    t.tissue_tracks = tracks;
     expect_factor(&t, 0, 1, 1);
     expect_factor(&t, 39, 1, 1);
     expect_factor(&t, 40, 1, 0);
@@ -1107,41 +1160,49 @@ TEST(tissues_move_apart_and_come_together)
                             {.visible = true, .opacity = 1},
                             {.visible = true, .opacity = 1},
                             {.visible = true, .opacity = 1}};
-    sc_timeline t = {.animation = {.frames = FRAMES}};
-    sc_vec3 offsets[4], reach[8 * 9];
+    sc_timeline t = {.animation = {.frames = FRAMES}, .looks = {tissues, 4}};
+    sc_looks *looks = &t.looks;
+    sc_vec3 reach[8 * 9];
+    sc_scene_room room;
+    const sc_vec3 *offsets;
     sc_shift *shifts;
 
-    assert_ok(sc_explodes_resolve(&quiet, &volume, tissues, &all, &shifts, &t.shift_count));
-    t.shifts = shifts;
-    assert_int_equal(t.shift_count, 9);
+    assert_ok(sc_scene_room_init(&quiet, 4, &room));
+    assert_ok(sc_explodes_resolve(&quiet, &volume, tissues, &all, &shifts, &looks->shift_count));
+    looks->shifts = shifts;
+    assert_int_equal(looks->shift_count, 9);
     assert_true(tissues[1].part && tissues[2].part && tissues[3].part);
     assert_true(tissues[1].part != tissues[2].part && tissues[2].part != tissues[3].part);
-    assert_false(sc_timeline_offsets(&t, 0, offsets, 4));
-    assert_true(sc_timeline_offsets(&t, 30, offsets, 4));
+    assert_null(sc_timeline_scene(&t, 0, &room).offsets_mm);
+    offsets = sc_timeline_scene(&t, 30, &room).offsets_mm;
+    assert_non_null(offsets);
     assert_near(offsets[1].x, 0.5 * (14.5 - 18), 1e-12); /* 18 is the middle of all */
     assert_near(offsets[2].x, 0.5 * (1.5 - 18), 1e-12);
     assert_near(offsets[3].x, 0.5 * (33 - 18), 1e-12);
     assert_near(offsets[3].y, 0, 0);
-    assert_true(sc_timeline_offsets(&t, 50, offsets, 4));
+    offsets = sc_timeline_scene(&t, 50, &room).offsets_mm;
+    assert_non_null(offsets);
     assert_near(offsets[2].y, 3.5, 1e-12); /* the common middle lies at 18, 0, 0 */
     assert_near(offsets[3].y, 3.5, 1e-12);
     assert_near(offsets[1].y, 0, 0);
-    assert_true(sc_timeline_offsets(&t, 100, offsets, 4));
+    offsets = sc_timeline_scene(&t, 100, &room).offsets_mm;
+    assert_non_null(offsets);
     assert_near(offsets[1].x, 0, 0);
     assert_near(offsets[1].z, 3, 0);
     assert_near(offsets[2].x, 0, 0);
     assert_near(offsets[2].y, 7, 0);
-    sc_shifts_reach(&volume, shifts, t.shift_count, reach);
+    sc_shifts_reach(&volume, shifts, looks->shift_count, reach);
     assert_near(reach[0].x, 9.5 + 0.5 * (14.5 - 18), 1e-12); /* when the first explode ends */
     sc_free(shifts);
     /* Tissues that do the same move as one part. */
     assert_ok(sc_explodes_resolve(&quiet, &volume, tissues,
                                   &(sc_verbs){verbs + 1, 1, &(sc_verb_tissue){0, "*", ""}, 1, NULL},
-                                  &shifts, &t.shift_count));
-    assert_int_equal(t.shift_count, 3);
+                                  &shifts, &looks->shift_count));
+    assert_int_equal(looks->shift_count, 3);
     for (int id = 1; id < 4; id++)
         assert_int_equal(tissues[id].part, 1);
     sc_free(shifts);
+    sc_scene_room_clear(&room);
 }
 
 /* Offsets, constant or by key frames, add to what explodes do. */
@@ -1164,26 +1225,32 @@ TEST(tissues_have_offsets)
                             {.visible = true, .opacity = 1, .offset_mm = {0, 3, 4}},
                             {.visible = false, .opacity = 1, .offset_mm = {1, 0, 0}},
                             {.visible = true, .opacity = 1, .offset_track = 1}};
-    sc_timeline t = {.animation = {.frames = 101}};
-    sc_vec3 offsets[4];
+    sc_timeline t = {.animation = {.frames = 101}, .looks = {tissues, 4}};
+    sc_scene_room room;
+    const sc_vec3 *offsets;
     sc_shift *shifts;
 
-    assert_ok(sc_explodes_resolve(&quiet, &volume, tissues, &all, &shifts, &t.shift_count));
-    t.shifts = shifts;
+    assert_ok(sc_scene_room_init(&quiet, 4, &room));
+    assert_ok(sc_explodes_resolve(&quiet, &volume, tissues, &all, &shifts, &t.looks.shift_count));
+    t.looks.shifts = shifts;
     assert_true(tissues[1].part && tissues[3].part && tissues[1].part != tissues[3].part);
     assert_int_equal(tissues[2].part, 0);
-    assert_true(sc_timeline_offsets(&t, 0, offsets, 4));
+    offsets = sc_timeline_scene(&t, 0, &room).offsets_mm;
+    assert_non_null(offsets);
     assert_near(offsets[1].y, 3, 0);
     assert_near(offsets[1].z, 4, 0);
     assert_near(offsets[3].x, 2, 0);
     assert_near(offsets[3].y, 0, 0);
-    assert_true(sc_timeline_offsets(&t, 30, offsets, 4));
+    offsets = sc_timeline_scene(&t, 30, &room).offsets_mm;
+    assert_non_null(offsets);
     assert_near(offsets[3].y, 3, 1e-12);
-    assert_true(sc_timeline_offsets(&t, 75, offsets, 4));
+    offsets = sc_timeline_scene(&t, 75, &room).offsets_mm;
+    assert_non_null(offsets);
     assert_near(offsets[3].x, 2, 0);
     assert_near(offsets[3].y, 6, 1e-12);
     assert_near(offsets[3].z, 4, 1e-12);
     sc_free(shifts);
+    sc_scene_room_clear(&room);
 }
 
 /* A verb on what nobody sees is a mistake; a fade to an opacity depends on the tissue's own. */

@@ -100,8 +100,7 @@ TEST(slices_are_in_radiological_convention)
         {{-25, 0}, {0, -25}}, {{-25, 0}, {0, -25}}, {{-25, 0}, {0, -25}}};
     sc_volume volume = shape_volume(size, spacing, 1, 4, rods);
     small_scene s;
-    sc_views views = {
-        .point_mm = {20, 20, 20}, .high_mm = {40, 40, 40}, .oriented = true, .dark_text = 1};
+    const sc_views views = {.high_mm = {40, 40, 40}, .oriented = true};
     sc_image image = blank_image(400, 400);
     sc_renderer *r;
     const sc_viewport space = {200, 200, 200, 200};
@@ -112,6 +111,8 @@ TEST(slices_are_in_radiological_convention)
         memcpy(volume.labels[id].rgb, colors[id], 3);
     s = make_scene(volume, 1);
     scene = front_view(&s);
+    scene.point_mm = (sc_vec3){20, 20, 20};
+    scene.dark_text = 1;
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
     assert_ok(sc_views_draw(&quiet, r, &views, &scene, NULL, &image, &stats));
     for (int panel = 0; panel < 3; panel++) {
