@@ -726,19 +726,11 @@ sc_status sc_cmd_status(sc_app *app);
 sc_status sc_cmd_study(sc_app *app);
 sc_status sc_cmd_orbit(sc_app *app);
 sc_status sc_cmd_still(sc_app *app);
-sc_status sc_cmd_storyboard(sc_app *app);
-sc_status sc_cmd_views(sc_app *app);
 sc_status sc_cmd_check(sc_app *app);
 sc_status sc_cmd_plan(sc_app *app);
-sc_status sc_cmd_calibrate(sc_app *app);
 sc_status sc_cmd_info(sc_app *app);
 sc_status sc_cmd_init(sc_app *app);
-sc_status sc_cmd_tables(sc_app *app);
-sc_status sc_cmd_path(sc_app *app);
-sc_status sc_cmd_phantom(sc_app *app);
-sc_status sc_cmd_prepare(sc_app *app);
-sc_status sc_cmd_keys(sc_app *app);
+sc_status sc_cmd_convert(sc_app *app);
 sc_status sc_cmd_help(sc_app *app);
-sc_status sc_cmd_version(sc_app *app);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The file that keeps what segcast calibrate has measured. */
+/* The file that keeps what segcast plan --calibrate has measured. */
 #include "calibration.h"
 
 #include <errno.h>
@@ -131,8 +131,9 @@ static const char *look_at(const char *path, bool *missing)
     return info.st_uid == geteuid() ? NULL : "it belongs to another user";
 }
 
-/* @return why the file at @p path, which is there, is not one that segcast calibrate has written,
- * by whatever version and even if it is damaged by now: its schema stands at its begin; or NULL. */
+/* @return why the file at @p path, which is there, is not one that segcast plan --calibrate has
+ * written, by whatever version and even if it is damaged by now: its schema stands at its begin; or
+ * NULL. */
 static const char *look_for_mark(const char *path)
 {
     char head[MARK_BYTES + 1] = "";
@@ -181,10 +182,10 @@ sc_unit_costs sc_calibration_load(const sc_ctx *ctx)
         wrong = read_file(path, &costs);
     costs.measured = !missing && !foreign && !wrong;
     if (foreign)
-        sc_warn(ctx, "%s is not used: %s; move it away, and `segcast calibrate` measures", path,
-                foreign);
+        sc_warn(ctx, "%s is not used: %s; move it away, and `segcast plan --calibrate` measures",
+                path, foreign);
     else if (wrong)
-        sc_warn(ctx, "%s is not used: %s; `segcast calibrate` measures anew", path, wrong);
+        sc_warn(ctx, "%s is not used: %s; `segcast plan --calibrate` measures anew", path, wrong);
     sc_free(path);
     return costs.measured ? costs : assumed;
 }

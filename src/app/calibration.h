@@ -40,4 +40,10 @@ sc_status sc_calibration_check(const sc_ctx *ctx, const char *path);
  * the error of sc_calibration_check, SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 sc_status sc_calibration_save(const sc_ctx *ctx, const sc_unit_costs *costs, const char *path);
 
+/* ---- plan_calibrate.c ---- */
+
+/* segcast plan --calibrate: measure the costs, keep and print them. Collective; @return the status
+ * of the command, with everything logged. */
+sc_status sc_calibrate(sc_app *app);
+
 #endif

@@ -260,7 +260,7 @@ static sc_status add_comments(const sc_ctx *ctx, const char *path, sc_text *out)
                            "#   segcast still %s -o picture.png  draws its first frame\n"
                            "#   segcast render %s                makes the video\n",
                            name, name, name));
-    status = sc_text_add(ctx, out, "# All keys: `segcast keys`, or docs/job.md.\n\n");
+    status = sc_text_add(ctx, out, "# All keys: `segcast help keys`, or docs/job.md.\n\n");
 out:
     return status;
 }

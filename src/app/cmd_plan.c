@@ -197,8 +197,8 @@ static void print_scaling(const job_plan *plan)
     printf("                 adding nodes pays up to %d%s; messages, network and disk are %s\n",
            scale->pays_to,
            scale->pays_to == scale->rows[scale->count - 1].run.nodes ? " and may do so beyond" : "",
-           plan->costs.measured ? "as segcast calibrate has measured them"
-                                : "assumed (segcast calibrate measures them)");
+           plan->costs.measured ? "as segcast plan --calibrate has measured them"
+                                : "assumed (segcast plan --calibrate measures them)");
 }
 
 /* Print the plan for people. */
@@ -251,6 +251,8 @@ sc_status sc_cmd_plan(sc_app *app)
     job_plan plan = {.session = &session};
     sc_status status;
 
+    if (o->calibrate)
+        return sc_calibrate(app);
     if (ranks > SC_PLAN_RANKS_MOST)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "%ld ranks in all, expected at most %d; choose fewer by "

@@ -387,7 +387,7 @@ static void report_outcome(const sc_run *run, sc_status outcome)
     if (outcome == SC_ERR_INCOMPLETE && run->deadline_s > 0 && !*run->stop &&
         run->result_count == 0)
         sc_warn(ctx, "no frame could be finished in the time; running again with the same limit "
-                     "will not help: more time, or `segcast prepare`, will");
+                     "will not help: more time, or `segcast convert`, will");
     if (outcome == SC_ERR_INCOMPLETE)
         sc_warn(ctx, "stopped %s after %d of %d frames; run again%s for the rest", reason,
                 run->plan.kept + run->result_count, run->wanted_count,

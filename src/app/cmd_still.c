@@ -1,9 +1,21 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast still and segcast views: one picture, drawn by one process. */
-#include "app.h"
+/* segcast still: one picture, drawn by one process. */
+#include "still.h"
 
 #include <math.h>
 #include <string.h>
+
+/* Do the options ask for a sheet of several frames? */
+static bool draws_sheet(const sc_options *o)
+{
+    return o->pictures || o->frames;
+}
+
+/* Do they name one frame? */
+static bool is_of_moment(const sc_options *o)
+{
+    return o->frame >= 0 || o->moment != SC_MOMENT_NONE;
+}
 
 /* Refuse two options that exclude each other. */
 static sc_status check_use(const sc_app *app)
@@ -11,6 +23,15 @@ static sc_status check_use(const sc_app *app)
     if (app->options.frame >= 0 && app->options.moment != SC_MOMENT_NONE)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--frame and --time both say which frame to draw; give one of them");
+    if (draws_sheet(&app->options) && is_of_moment(&app->options))
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--%s is for one picture, and --%s for a sheet of several; give one of them",
+                       app->options.frame >= 0 ? "frame" : "time",
+                       app->options.frames ? "frames" : "sheet");
+    if (app->options.views && app->options.frames)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--sheet views is one picture, and --frames names several; give --sheet N "
+                       "or one --frame");
     return SC_OK;
 }
 
@@ -40,6 +61,19 @@ static sc_status find_frame(const sc_app *app, const sc_job *job, int *out)
     return SC_OK;
 }
 
+/* Refuse --point where no slices are drawn. */
+static sc_status check_point(const sc_app *app, const sc_job *job)
+{
+    const sc_options *o = &app->options;
+
+    for (size_t i = 0; i < o->setting_count && job->output.layout != SC_LAYOUT_VIEWS; i++) {
+        if (!strncmp(o->settings[i].origin, "--point ", 8))
+            return sc_fail(app->ctx, SC_ERR_USAGE,
+                           "--point is where the slices of --sheet views cross");
+    }
+    return SC_OK;
+}
+
 /* Draw the frame that was asked for of a job, write it to @p path as PNG and print the path. @param
  * job_path NULL: there is no job file, only settings. */
 static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
@@ -50,10 +84,8 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
     int frame = 0;
     sc_status status;
 
-    SC_TRY(sc_defer(app, sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG")));
-    SC_TRY(sc_defer(app, check_use(app)));
-    app->options.no_video = true;
     SC_TRY(sc_session_job(app, job_path, &session));
+    SC_TRY(check_point(app, &session.job));
     SC_TRY(sc_check_output(app, &session, path, true));
     SC_TRY(find_frame(app, &session.job, &frame));
     SC_TRY(sc_session_volume(app, &session));
@@ -77,12 +109,25 @@ out:
  * for itself, not for all that an orbit would show. */
 static sc_status set_defaults(sc_app *app)
 {
-    const bool of_turn = app->options.frame >= 0 || app->options.moment != SC_MOMENT_NONE;
+    const bool of_turn = is_of_moment(&app->options) || draws_sheet(&app->options);
     sc_status status;
 
     SC_TRY(sc_options_default(app->ctx, &app->options, "output.size", "[1440, 1080]"));
     if (!of_turn)
         SC_TRY(sc_options_default(app->ctx, &app->options, "animation.camera.orbit.turns", "0"));
+out:
+    return status;
+}
+
+/* Settings for the three slices beside the picture: through the middle, unless the user says
+ * otherwise. */
+static sc_status set_views(sc_app *app)
+{
+    sc_status status;
+
+    SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.layout", "views"));
+    SC_TRY(sc_options_default(app->ctx, &app->options, "animation.slices.from", "50%"));
+    SC_TRY(sc_options_default(app->ctx, &app->options, "animation.slices.to", "50%"));
 out:
     return status;
 }
@@ -99,21 +144,13 @@ sc_status sc_cmd_still(sc_app *app)
         SC_TRY(set_defaults(app));
         job = NULL;
     }
-    status = draw_still(app, job, path);
-out:
-    return status;
-}
-
-sc_status sc_cmd_views(sc_app *app)
-{
-    sc_status status;
-
-    SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
-    SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.layout", "views"));
-    SC_TRY(set_defaults(app));
-    SC_TRY(sc_options_default(app->ctx, &app->options, "animation.slices.from", "50%"));
-    SC_TRY(sc_options_default(app->ctx, &app->options, "animation.slices.to", "50%"));
-    status = draw_still(app, NULL, app->options.output ? app->options.output : "views.png");
+    SC_TRY(sc_defer(app, sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG")));
+    SC_TRY(sc_defer(app, check_use(app)));
+    if (app->options.views)
+        SC_TRY(set_views(app));
+    app->options.no_video = true;
+    status =
+        draws_sheet(&app->options) ? sc_draw_sheet(app, job, path) : draw_still(app, job, path);
 out:
     return status;
 }

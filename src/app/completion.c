@@ -46,10 +46,12 @@ static sc_status print_bash(const sc_ctx *ctx, const sc_command *commands, FILE 
           "previous=${COMP_WORDS[COMP_CWORD-1]}\n"
           "    local options=\n    COMPREPLY=()\n"
           "    if [ \"$COMP_CWORD\" = 1 ] || [ \"$previous\" = help ]; then\n"
-          "        COMPREPLY=($(compgen -W '",
+          "        local more='--help --version'\n"
+          "        [ \"$previous\" = help ] && more=keys\n"
+          "        COMPREPLY=($(compgen -W \"",
           stream);
     print_command_names(commands, stream);
-    fputs(" --help --version' -- \"$word\"))\n        return\n    fi\n"
+    fputs(" $more\" -- \"$word\"))\n        return\n    fi\n"
           "    case $previous in\n    --set)\n"
           "        compopt -o nospace 2>/dev/null\n"
           "        COMPREPLY=($(compgen -W \"$_segcast_keys\" -- \"$word\"))\n        return ;;\n  "
@@ -128,7 +130,7 @@ static sc_status print_zsh(const sc_ctx *ctx, const sc_command *commands, FILE *
                                                          : ": ");
         }
         fprintf(stream, " \\\n        '*:argument:%s' ;;\n",
-                strcmp(c->name, "help") ? "_files" : "compadd ${commands%%:*}");
+                strcmp(c->name, "help") ? "_files" : "compadd keys ${commands%%:*}");
     }
     fputs("    esac\n}\n_segcast \"$@\"\n", stream);
     return SC_OK;
@@ -171,7 +173,7 @@ static sc_status print_fish(const sc_ctx *ctx, const sc_command *commands, FILE 
     }
     fputs("complete -c segcast -n '__fish_seen_subcommand_from help' -f -a '", stream);
     print_command_names(commands, stream);
-    fputs("'\n", stream);
+    fputs(" keys'\n", stream);
     return SC_OK;
 }
 

@@ -10,7 +10,8 @@ void sc_print_help(const sc_command *commands, FILE *stream)
             "Usage: segcast COMMAND [ARGUMENT] [OPTION]...   alone, or under mpirun or srun\n\n"
             "Videos of segmented volumes, ray-cast on CPUs under MPI and OpenMP.\n\n");
     for (const sc_command *c = commands; c->name; c++)
-        fprintf(stream, "  segcast %-10s %-15s  %s\n", c->name, c->argument, c->help);
+        fprintf(stream, "%s%-8s %-7s %-23s  %s\n", c->group && c > commands ? "\n" : "",
+                c->group ? c->group : "", c->name, c->argument, c->help);
     fprintf(
         stream,
         "\n`segcast orbit VOLUME` makes a first video, `segcast init VOLUME` a job to begin with.\n"
@@ -65,12 +66,44 @@ sc_status sc_print_command_help(const sc_ctx *ctx, const sc_command *command, FI
     return SC_OK;
 }
 
+/* Print the keys of a job file, or those that begin with @p prefix. */
+static sc_status print_keys(const sc_ctx *ctx, const sc_options *o, const char *prefix)
+{
+    const sc_keys_format format = o->schema     ? SC_KEYS_SCHEMA
+                                  : o->study    ? SC_KEYS_STUDY
+                                  : o->markdown ? SC_KEYS_MARKDOWN
+                                  : o->man      ? SC_KEYS_MAN
+                                  : o->json     ? SC_KEYS_JSON
+                                                : SC_KEYS_TABLE;
+    sc_text text = {0};
+    sc_status status = sc_keys_describe(ctx, prefix, format, &text);
+
+    if (status == SC_OK)
+        fputs(text.data, stdout);
+    sc_text_clear(&text);
+    return status;
+}
+
 sc_status sc_cmd_help(sc_app *app)
 {
     const sc_options *o = &app->options;
+    const bool keys = o->input && !strcmp(o->input, "keys");
     const sc_command *command = o->input ? sc_command_find(app->commands, o->input) : NULL;
     const char *shell = o->bash ? "bash" : o->zsh ? "zsh" : o->fish ? "fish" : NULL;
 
+    if (keys)
+        return print_keys(app->ctx, o, o->input_count > 1 ? o->inputs[1] : NULL);
+    if (o->input_count > 1)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "unexpected argument \"%s\"; `segcast help help` explains the command",
+                       o->inputs[1]);
+    if (o->json || o->markdown || o->schema || o->study)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--%s is for the keys of a job file: segcast help keys",
+                       o->json       ? "json"
+                       : o->markdown ? "markdown"
+                       : o->schema   ? "schema"
+                                     : "study-schema");
     if (shell)
         return sc_print_completion(app->ctx, app->commands, shell, stdout);
     if (o->man)
@@ -81,31 +114,6 @@ sc_status sc_cmd_help(sc_app *app)
         return sc_print_command_help(app->ctx, command, stdout);
     sc_print_help(app->commands, stdout);
     return SC_OK;
-}
-
-sc_status sc_cmd_version(sc_app *app)
-{
-    (void)app;
-    sc_print_version(stdout);
-    return SC_OK;
-}
-
-sc_status sc_cmd_keys(sc_app *app)
-{
-    const sc_options *o = &app->options;
-    const sc_keys_format format = o->schema     ? SC_KEYS_SCHEMA
-                                  : o->study    ? SC_KEYS_STUDY
-                                  : o->markdown ? SC_KEYS_MARKDOWN
-                                  : o->man      ? SC_KEYS_MAN
-                                  : o->json     ? SC_KEYS_JSON
-                                                : SC_KEYS_TABLE;
-    sc_text text = {0};
-    sc_status status = sc_keys_describe(app->ctx, o->input, format, &text);
-
-    if (status == SC_OK)
-        fputs(text.data, stdout);
-    sc_text_clear(&text);
-    return status;
 }
 
 /* ---- segcast(1) ---- */

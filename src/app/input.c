@@ -112,7 +112,7 @@ sc_status sc_input_as_command(const sc_ctx *ctx, const char *name)
 static const char *job_command_for(const char *name)
 {
     static const char *const pairs[][2] = {
-        {"orbit", "render"}, {"views", "still"}, {"info", "check"}, {"init", "check"}};
+        {"orbit", "render"}, {"info", "check"}, {"init", "check"}};
 
     for (size_t i = 0; i < SC_COUNT_OF(pairs); i++) {
         if (!strcmp(name, pairs[i][0]))

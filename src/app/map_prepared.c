@@ -262,7 +262,8 @@ sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
             ctx, SC_ERR_DATA,
             "%s: is prepared, and level, box, merge, keep, crop and resample change a volume "
             "before that: "
-            "give them to `segcast prepare JOB.yaml`, or the volume that it was made from",
+            "give them to `segcast convert JOB.yaml -o FILE.segc`, or the volume that it was made "
+            "from",
             path);
     sc_stage_begin(ctx, "checking the prepared volume", 0, 0);
     status = sc_file_map_identified(ctx, path, &session->mapped, &session->mapped_bytes, &identity);
@@ -290,7 +291,7 @@ sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
     else if (first)
         sc_warn(app->ctx,
                 "%s: was prepared with %s; that is done anew, which takes seconds each time: "
-                "`segcast prepare` with the job instead of the volume makes a file that fits",
+                "`segcast convert` with the job instead of the volume makes a file that fits",
                 path, why);
 out:
     sc_needs_clear(&n);

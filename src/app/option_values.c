@@ -124,7 +124,7 @@ sc_status sc_store_set(const sc_ctx *ctx, sc_options *options, const sc_option *
     if (!*equals)
         return sc_fail(ctx, SC_ERR_USAGE,
                        "--%s is \"%s\", expected KEY.PATH=VALUE, for example "
-                       "render.samples=4; `segcast keys` lists all keys",
+                       "render.samples=4; `segcast help keys` lists all",
                        option->name, value);
     setting.value = equals + 1;
     status = copy(ctx, options, value, (size_t)(equals - value), &setting.path);
@@ -216,18 +216,22 @@ sc_status sc_store_frame(const sc_ctx *ctx, sc_options *options, const sc_option
     return read_number(ctx, "--frame", value, 0, 1000000, &options->frame);
 }
 
-sc_status sc_store_pictures(const sc_ctx *ctx, sc_options *options, const sc_option *option,
-                            const char *value)
+sc_status sc_store_sheet(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                         const char *value)
 {
-    long count = 0;
-    char name[32];
-    sc_status status;
+    char *end;
+    const long count = strtol(value, &end, 10);
 
-    snprintf(name, sizeof name, "--%s", option->name);
-    status = read_number(ctx, name, value, 1, SC_PICTURES_MAX, &count);
-    if (status == SC_OK)
-        options->pictures = (int)count;
-    return status;
+    if (!strcmp(value, "views")) {
+        options->views = true;
+        return SC_OK;
+    }
+    if (end == value || *end || count < 1 || count > SC_PICTURES_MAX)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--%s is \"%s\", expected a whole number from 1 to %d, or views",
+                       option->name, value, SC_PICTURES_MAX);
+    options->pictures = (int)count;
+    return SC_OK;
 }
 
 sc_status sc_store_text(const sc_ctx *ctx, sc_options *options, const sc_option *option,

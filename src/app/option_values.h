@@ -26,9 +26,9 @@ sc_status sc_store_max_memory(const sc_ctx *ctx, sc_options *options, const sc_o
 /* The number of a frame, from 0 on. */
 sc_status sc_store_frame(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                          const char *value);
-/* A number of pictures on a sheet. */
-sc_status sc_store_pictures(const sc_ctx *ctx, sc_options *options, const sc_option *option,
-                            const char *value);
+/* Of --sheet: a number of pictures, or views. */
+sc_status sc_store_sheet(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                         const char *value);
 /* The address of the value, which is part of argv, in the member at option->offset. */
 sc_status sc_store_text(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                         const char *value);

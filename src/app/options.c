@@ -146,11 +146,12 @@ static sc_status refuse(const sc_ctx *ctx, const sc_command *command, const sc_o
 static sc_status read_arguments(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
                                 sc_options *options)
 {
-    const size_t length = strlen(command->argument);
-    const bool several = length > 3 && !strcmp(command->argument + length - 3, "...");
+    const int most = strstr(command->argument, "...") ? argc
+                     : strchr(command->argument, ' ') ? 2
+                                                      : 1;
 
     for (int i = optind; i < argc; i++) {
-        if ((options->input && !several) || !command->argument[0])
+        if (options->input_count == most || options->calibrate)
             return sc_fail(ctx, SC_ERR_USAGE,
                            "unexpected argument \"%s\"; `segcast help %s` explains the command",
                            argv[i], command->name);
@@ -165,8 +166,8 @@ static sc_status read_arguments(const sc_ctx *ctx, const sc_command *command, in
         options->input_count++;
     }
     options->inputs = (const char *const *)(argv + optind);
-    if (command->argument[0] && command->argument[0] != '[' && !options->input && !options->help &&
-        !options->version)
+    if (command->argument[0] != '[' && !options->input && !options->help && !options->version &&
+        !options->calibrate)
         return sc_fail(ctx, SC_ERR_USAGE, "segcast %s needs %s; `segcast help %s` explains it",
                        command->name, command->argument, command->name);
     return SC_OK;

@@ -6,7 +6,7 @@
 #include "segcast/job.h"
 
 enum { SC_SETTINGS_MAX = 256, SC_OPTIONS_MAX = 64 };
-/* The most pictures on a sheet of segcast storyboard. */
+/* The most pictures on a sheet that segcast still draws. */
 enum { SC_PICTURES_MAX = 1000 };
 /* How a moment of the film is given: not at all, in seconds, or as a share of the film. */
 typedef enum sc_moment { SC_MOMENT_NONE, SC_MOMENT_SECONDS, SC_MOMENT_SHARE } sc_moment;
@@ -19,24 +19,25 @@ typedef struct sc_options {
     const char *output;        /* -o */
     const char *frames;        /* --frames */
     int slice, slices;         /* --slice I/N; slices 0: not given */
-    const char *to;            /* --to of segcast tables and path */
-    const char *from;          /* --from of segcast path */
-    const char *tissue;        /* --tissue of segcast path */
-    const char *size;          /* --size of the phantom, as given */
+    const char *to;            /* --to of segcast convert */
+    const char *begin, *end;   /* --begin and --end of a centre line */
+    const char *tissue;        /* --tissue of a centre line */
     bool ct;                   /* --ct of the phantom: its synthetic CT image */
     int beating;               /* --beating of the phantom: phases of its beat; 0: not given */
     long frame;                /* --frame; -1: not given */
     sc_moment moment;          /* --time */
     double moment_at;          /* and where it is: in seconds, or a share from 0 to 1 */
-    int pictures;              /* --count of segcast storyboard; 0: not given */
+    int pictures;              /* --sheet N of segcast still; 0: not given */
     int threads;               /* --threads or SEGCAST_THREADS; 0: not given */
     int nodes, ranks;          /* --nodes, --ranks of segcast plan; 0: not given */
     uint64_t max_memory_bytes; /* --max-memory or SEGCAST_MAX_MEMORY; 0: not given */
     bool json, quiet, resume, overwrite;
-    bool fast;     /* --fast of segcast check */
-    bool middles;  /* --middles of segcast path */
-    bool scan;     /* the command reads all voxels, and tells all mistakes against them */
-    bool no_video; /* the command makes no video, whatever the job says */
+    bool fast;      /* --fast of segcast check */
+    bool middles;   /* --middles of a centre line */
+    bool views;     /* --sheet views of segcast still */
+    bool calibrate; /* --calibrate of segcast plan */
+    bool scan;      /* the command reads all voxels, and tells all mistakes against them */
+    bool no_video;  /* the command makes no video, whatever the job says */
     bool help, version;
     bool markdown, schema, study, man, bash, zsh, fish;
     double time_limit_s; /* --time-limit; 0: none */
@@ -52,13 +53,14 @@ typedef struct sc_app sc_app;
 
 /* A row of the table of commands. */
 typedef struct sc_command {
+    const char *group; /* what a person wants who looks for it; NULL: as the row before */
     const char *name;
-    const char *argument; /* such as "JOB.yaml"; "[PREFIX]": may be left out; "DIR...": there may be
-                           * several; "": there is none */
+    const char *argument; /* such as "JOB.yaml"; "[COMMAND]": may be left out; "DIR...": there may
+                           * be several; "[A [B]]": up to two */
     const char *help;     /* one line */
     const char *details;  /* further sentences for its help and manual; or NULL */
     sc_status (*execute)(sc_app *app);
-    bool by_all; /* all ranks execute it together; false: rank 0 alone */
+    bool by_all; /* all ranks execute it together; false: rank 0 alone, but for plan --calibrate */
 } sc_command;
 extern const sc_command sc_commands[]; /* ended by a row without a name */
 

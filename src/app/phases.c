@@ -168,7 +168,7 @@ sc_status sc_check_phase(const sc_ctx *ctx, const sc_session *session, const sc_
     if (a->resampled != b->resampled)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s%sof %s and %s, one was prepared on another grid (render.smooth: auto); "
-                       "prepare all phases together: `segcast prepare` with the job",
+                       "prepare all phases together: `segcast convert` with the job",
                        where, colon, first, path);
     if (label)
         return sc_fail(ctx, SC_ERR_DATA,

@@ -27,13 +27,13 @@ static sc_status tell_place(const sc_app *app, const sc_session *session)
         sc_warn(app->ctx,
                 "/dev/shm has no room for the prepared volume (%.0f MB): %d of %zu ranks map a "
                 "file in %s instead; a larger /dev/shm (docker run --shm-size) or a volume from "
-                "`segcast prepare` needs none",
+                "`segcast convert` needs none",
                 mb, in_file, ranks, sc_temporary_folder());
     if (copied)
         sc_warn(app->ctx,
                 "neither /dev/shm nor %s has room for the prepared volume (%.0f MB): %d of %zu "
                 "ranks hold a copy each; a larger /dev/shm (docker run --shm-size) or a volume "
-                "from `segcast prepare` saves that memory",
+                "from `segcast convert` saves that memory",
                 sc_temporary_folder(), mb, copied, ranks);
 out:
     sc_free(all);

@@ -132,8 +132,9 @@ static sc_status list_keys(const sc_ctx *ctx, const char *prefix, sc_keys_format
     l.array = as_json ? json_array() : NULL;
     status = sc_keys_walk(ctx, as_json ? add_json_row : add_text_row, &l);
     if (status == SC_OK && l.count == 0)
-        status = sc_fail(ctx, SC_ERR_USAGE,
-                         "no key is \"%s\" or begins with it; `segcast keys` lists all", prefix);
+        status =
+            sc_fail(ctx, SC_ERR_USAGE,
+                    "no key is \"%s\" or begins with it; `segcast help keys` lists all", prefix);
     if (status == SC_OK && as_json)
         return print_json(ctx, l.array, out);
     json_decref(l.array);

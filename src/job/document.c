@@ -95,10 +95,10 @@ sc_status sc_keys_markdown(const sc_ctx *ctx, sc_text *out)
 {
     sc_status status;
 
-    SC_TRY(
-        sc_text_add(ctx, out,
-                    "<!-- Made by `segcast keys --markdown` from the table of keys; do not edit. "
-                    "-->\n# The job file\n"));
+    SC_TRY(sc_text_add(
+        ctx, out,
+        "<!-- Made by `segcast help keys --markdown` from the table of keys; do not edit. "
+        "-->\n# The job file\n"));
     for (size_t i = 0; i < SC_COUNT_OF(introduction); i++)
         SC_TRY(sc_text_add(ctx, out, "\n%s\n", introduction[i]));
     SC_TRY(sc_text_add(ctx, out, "\n## The file\n"));

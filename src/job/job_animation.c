@@ -131,7 +131,7 @@ const sc_key sc_slices_keys[] = {
      .track = offsetof(sc_slices, point_track) - offsetof(sc_slices, point_mm),
      .help = "where the three slices cross", .low = -1e6, .high = 1e6, .unit = "mm",
      .given = SC_GIVEN(sc_slices, has_point), .without = "the slices move, by from and to",
-     .option = &(const sc_key_option){"point", "R,A,S", "views"}},
+     .option = &(const sc_key_option){"point", "R,A,S", "still"}},
     {"from", &sc_type_share, offsetof(sc_slices, share.from), "0%",
      .help = "where the slices begin, as a share of the way through what is visible"},
     {"to", &sc_type_share, offsetof(sc_slices, share.to), "100%", .help = "where the slices end"},

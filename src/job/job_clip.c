@@ -164,7 +164,8 @@ static const sc_key plane_keys[] = {
              "normal",
      .alternative = "at or at_point"},
     {"at_point", &sc_type_point, PLANE(point_mm), NULL,
-     .help = "a point of the plane in patient coordinates, as segcast views prints them",
+     .help =
+         "a point of the plane in patient coordinates, as segcast still --sheet views prints them",
      .low = -1e6, .high = 1e6, .unit = "mm", .given = SC_GIVEN(plane_entry, has_point),
      .without = "at", .alternative = "at or at_point"},
     ACTIVE_ROW,

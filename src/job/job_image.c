@@ -109,7 +109,7 @@ const sc_key sc_image_keys[] = {
      .help = "a grey volume in a format of label volumes, placed by its own geometry; phantom: a "
              "synthetic CT image of the phantom; phantom:WxDxH: with so many voxels",
      .bytes = SC_PATH_BYTES, .required = true, .outside_identity = true, .of_film = true,
-     .without = "none", .option = &(const sc_key_option){"image", "FILE", "orbit views still"}},
+     .without = "none", .option = &(const sc_key_option){"image", "FILE", "orbit still"}},
     {"window", &type_window, 0, "auto",
      .help = "values from black to white, as viewers count them: the middle, and the difference of "
              "the ends; auto: from the 1st to the 99th percentile of what the tissues hold",

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#define PICTURE_COMMANDS "orbit views still"
+#define PICTURE_COMMANDS "orbit still"
 
 /* ---- output ---- */
 
@@ -122,8 +122,7 @@ static const sc_key render_keys[] = {
      .help = "instruction set of the program that draws: auto (the best that the processor has), "
              "avx512, avx2, sse4, or c for plain C; same pictures",
      .words = sc_cpu_names, .outside_identity = true,
-     .option =
-         &(const sc_key_option){"cpu", "NAME", "render check plan still storyboard orbit views"},
+     .option = &(const sc_key_option){"cpu", "NAME", "render check plan still orbit"},
      .of_film = true},
     {"early_termination", &sc_type_bool, RENDER(early_termination), "true",
      .help = "rays end behind what is opaque; false: they go on, to compare with; same pictures",
@@ -330,8 +329,7 @@ const sc_key sc_job_keys[] = {
      .help = "format of the label table: slicer, freesurfer, itksnap, xml, csv, json, workbench or "
              "names (a number and a name a line); auto: by its content",
      .choices = table_formats, .outside_identity = true,
-     .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS " tables"},
-     .of_film = true},
+     .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS}, .of_film = true},
     {"overlap", &sc_type_overlap, 0, "smaller",
      .help = "which tissue has a voxel that several masks of a directory, or segments of a "
              ".seg.nrrd or DICOM SEG, cover; smaller: the one with fewer voxels, order: the last "

@@ -3,7 +3,8 @@
  *
  * A table is an array of sc_key, ended by a row without a name; it describes one map of the file
  * and is read into one C struct. Reading, defaults, writing, settings of the command line and of
- * the environment, `segcast keys`, the JSON schema and the manual page all walk the same rows. */
+ * the environment, `segcast help keys`, the JSON schema and the manual page all walk the same rows.
+ */
 #ifndef SC_JOB_KEY_H
 #define SC_JOB_KEY_H
 
@@ -111,7 +112,7 @@ extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_spa
 extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_length;
 
 /* The commands with options about labels and how a volume is read. */
-#define LABEL_COMMANDS "orbit views still info init prepare"
+#define LABEL_COMMANDS "orbit still info init convert"
 
 /* The tables: sc_job_keys describes the whole file and is read into sc_job; the others describe
  * maps in it. */

@@ -9,7 +9,7 @@ const LIMITS = {
   draw: "drawing itself: more cores, fewer pixels or a faster `render.skip` make it faster",
   cores: "cores: threads that drew had a core only a part of the time, or waited for each other at the end of a frame; " +
     "give each thread a core of its own (fewer ranks or `--threads`, `mpirun --map-by slot:PE=THREADS`)",
-  start: "reading and preparing the volume: `segcast prepare` does it once for all runs, and longer films need it only once",
+  start: "reading and preparing the volume: `segcast convert` does it once for all runs, and longer films need it only once",
   encode: "encoding and writing on rank 0: `farm.encode: segments` lets all ranks encode",
   wait: "waiting: ranks had no work unit for more than 15 % of the time; more frames for each rank, or " +
     "`farm.partition: tiles`, help" };

@@ -82,7 +82,7 @@ const char *sc_bottleneck_advice(sc_bottleneck bottleneck)
     static const char *const texts[] = {
         [SC_BOTTLENECK_DRAW] = "drawing: more ranks or threads make it faster",
         [SC_BOTTLENECK_PREPARE] =
-            "reading and preparing the volume: `segcast prepare` does that once "
+            "reading and preparing the volume: `segcast convert` does that once "
             "for all jobs",
         [SC_BOTTLENECK_START] =
             "the start: checking the prepared file and making the renderer took longer than "

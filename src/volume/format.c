@@ -152,7 +152,7 @@ static const struct {
     {"# vtk DataFile", 14, 0,
      "is a legacy VTK file; open it in 3D Slicer or ParaView and save as .nrrd or .mha"},
     {"segc", 4, 0,
-     "is a file of `segcast prepare`, expected a volume of another program; give the volume of "
+     "is a prepared file of segcast, expected a volume of another program; give the volume of "
      "which it was made"},
     {"<MRML", 5, 0,
      "is a scene of 3D Slicer, which names files; give the segmentation among them, a .seg.nrrd"},

@@ -31,7 +31,7 @@ rm -rf out
 on_head salloc -Q "${SMALL[@]}" mpirun segcast render job.yaml -o out -q >/dev/null
 same_as_ref
 # The network between the hosts is measured, not assumed.
-on_head env XDG_CACHE_HOME="$PWD/cache" salloc -Q "${SMALL[@]}" mpirun segcast calibrate --json -q >costs.json
+on_head env XDG_CACHE_HOME="$PWD/cache" salloc -Q "${SMALL[@]}" mpirun segcast plan --calibrate --json -q >costs.json
 jq -e '.messages_measured and .network_measured and .latency_s > 0 and .link_bytes_per_s > 0' costs.json >/dev/null ||
     fail "the network is not measured: $(cat costs.json)"
 

@@ -42,7 +42,7 @@ expect 0 '' "$SEGCAST" still good.yaml --frame 6 --set animation.clip.0.sweep.to
 "$IMAGE_DIFFERENCE" w.png x.png || fail "clip planes that remove everything leave something visible"
 
 # check reads the voxels once and keeps none; --fast reads the header only, and says so.
-"$SEGCAST" phantom --size 59x41x61 -o whole.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:59x41x61 -o whole.nrrd -q >/dev/null
 head -c 3000 whole.nrrd >cut.nrrd
 for file in whole cut; do
     sed "s/^volume.*/volume: $file.nrrd/" good.yaml >$file.yaml

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# segcast calibrate keeps what it has measured in the user's cache directory, and what is damaged, foreign or of
+# segcast plan --calibrate keeps what it has measured in the user's cache directory, and what is damaged, foreign or of
 # another machine is told and not used.
 export XDG_CACHE_HOME=$PWD/cache
 unset HOME
-"$SEGCAST" calibrate -q >printed.txt
+"$SEGCAST" plan --calibrate -q >printed.txt
 file=$(tail -1 printed.txt)
-[[ $file = "$PWD"/cache/segcast/calibration-*.json ]] || fail "calibrate prints $(cat printed.txt)"
+[[ $file = "$PWD"/cache/segcast/calibration-*.json ]] || fail "plan --calibrate prints $(cat printed.txt)"
 [ "$(stat -c %a cache/segcast)" = 700 ] && [ "$(stat -c %a "$file")" = 600 ] || fail "others can read it: $(ls -la cache/segcast)"
 [ "$(ls -A cache/segcast | wc -l)" = 1 ] || fail "left behind: $(ls -la cache/segcast)"
 [ "$(grep -c '(assumed)$' printed.txt)" = 3 ] || fail "one rank has measured messages: $(cat printed.txt)"
-"$SEGCAST" calibrate -q --json >costs.json
+"$SEGCAST" plan --calibrate -q --json >costs.json
 jq -e '.schema == "segcast-calibration-1" and ([.copy_bytes_per_s, .file_bytes_per_s, .notice_s, .message_s, .latency_s,
     .link_bytes_per_s | . > 0] | all) and .messages_measured == false and .network_measured == false' costs.json >/dev/null ||
-    fail "calibrate --json: $(cat costs.json)"
+    fail "plan --calibrate --json: $(cat costs.json)"
 
 # segcast plan reads it.
 small_job job.yaml
@@ -23,7 +23,7 @@ jq -e '.scaling.costs_measured' plan.json >/dev/null && [ ! -s stderr.txt ] || f
 refused() { # refused REASON: so is the file
     expect 0 "warning: $file is not used: $1" "$SEGCAST" plan job.yaml -q --json
     jq -e '.scaling.costs_measured == false' stdout.txt >/dev/null || fail "$1: plan uses it"
-    expect 0 "warning: $file is not used: $1" "$SEGCAST" calibrate -q
+    expect 0 "warning: $file is not used: $1" "$SEGCAST" plan --calibrate -q
     expect 0 '' "$SEGCAST" plan job.yaml -q --json
     jq -e '.scaling.costs_measured' stdout.txt >/dev/null && [ ! -s stderr.txt ] || fail "$1: it was not measured anew: $(cat stderr.txt)"
 }
@@ -39,7 +39,7 @@ change '.network_measured = true' && refused 'its hash does not fit'
 foreign() { # foreign REASON: so is what is there
     expect 0 "warning: $file is not used: $1; move it away" "$SEGCAST" plan job.yaml -q --json
     jq -e '.scaling.costs_measured == false' stdout.txt >/dev/null || fail "$1: plan uses it"
-    expect 73 "$file: is in the way of what is measured, and not replaced: $1; move it away" "$SEGCAST" calibrate -q
+    expect 73 "$file: is in the way of what is measured, and not replaced: $1; move it away" "$SEGCAST" plan --calibrate -q
     one_error
 }
 mv "$file" elsewhere.json
@@ -58,20 +58,20 @@ foreign 'it is no regular file'
 rmdir "$file"
 
 # Where there is no place for it.
-expect 73 'neither XDG_CACHE_HOME nor HOME is an absolute path' env XDG_CACHE_HOME=relative "$SEGCAST" calibrate
+expect 73 'neither XDG_CACHE_HOME nor HOME is an absolute path' env XDG_CACHE_HOME=relative "$SEGCAST" plan --calibrate
 one_error
 echo >file
-expect 73 'file' env XDG_CACHE_HOME="$PWD/file" "$SEGCAST" calibrate
+expect 73 'file' env XDG_CACHE_HOME="$PWD/file" "$SEGCAST" plan --calibrate
 one_error
-expect 0 '' env XDG_CACHE_HOME=relative HOME="$PWD/home" "$SEGCAST" calibrate
+expect 0 '' env XDG_CACHE_HOME=relative HOME="$PWD/home" "$SEGCAST" plan --calibrate
 [ -n "$(ls home/.cache/segcast)" ] || fail "nothing is in the home directory"
 expect 0 '' env XDG_CACHE_HOME="$PWD/none" "$SEGCAST" plan job.yaml -q
 [ ! -e none ] || fail "segcast plan has written files"
 
 # With two ranks messages are measured, and stay so when one rank measures again.
-if mpi 2 "$SEGCAST" calibrate -q --json >two.json 2>stderr.txt; then
+if mpi 2 "$SEGCAST" plan --calibrate -q --json >two.json 2>stderr.txt; then
     if jq -e '.messages_measured' two.json >/dev/null; then
-        "$SEGCAST" calibrate -q --json >again.json
+        "$SEGCAST" plan --calibrate -q --json >again.json
         jq -e '.messages_measured and .message_s == $two[0].message_s' --slurpfile two two.json again.json >/dev/null ||
             fail "what two ranks had measured is lost: $(cat two.json again.json)"
     fi

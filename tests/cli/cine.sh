@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # A series of volumes as the phases of a beat: what is told of it, and what is refused.
-"$SEGCAST" phantom --size 40x30x42 --beating 4 -o beat.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:40x30x42 --beating 4 -o beat.nrrd -q >/dev/null
 cat >job.yaml <<'YAML'
 volume: beat-*.nrrd
 cine: {bpm: 90}
@@ -30,7 +30,7 @@ opaque=(--set 'tissues={"*": {visible: false}, left ventric*: {visible: true, op
 "$SEGCAST" plan job.yaml --json >plan.json || fail "plan"
 "$SEGCAST" plan job.yaml --json --set cine.phases=0-1 >part.json || fail "plan of two phases"
 jq -es '.[0].memory.prepared_bytes > 1.8 * .[1].memory.prepared_bytes' plan.json part.json >/dev/null || fail "plan counts one phase"
-"$SEGCAST" storyboard job.yaml -o sheet.png -q --count 4 >/dev/null || fail "storyboard"
+"$SEGCAST" still job.yaml -o sheet.png -q --sheet 4 >/dev/null || fail "a sheet"
 
 # Phases are held in files; where there can be none, in memory, which is told once, unless they are larger than that
 still=(still job.yaml --frame 4 --overwrite)
@@ -50,7 +50,7 @@ expect 71 'the 4 phases take about .*, more than the memory of [0-9]+ KiB' mpi 2
 
 # A rank with 12 phases needs about the memory of one with 3
 peak() { jq '.memory.peak_rss_bytes | max' "$1/stats.json"; }
-"$SEGCAST" phantom --size 160x112x166 --beating 12 -o many.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:160x112x166 --beating 12 -o many.nrrd -q >/dev/null
 sed 's/beat-/many-/' job.yaml >many.yaml
 "$SEGCAST" render many.yaml -o many -q --set output.fps=36 --set animation.frames=24 >/dev/null
 "$SEGCAST" render many.yaml -o few -q --set output.fps=36 --set animation.frames=24 --set cine.phases=0-11:4 >/dev/null
@@ -61,11 +61,11 @@ esac
 "$SEGCAST" plan many.yaml --json | jq -e '.memory | .loaded_bytes * 5 < .prepared_bytes + .derived_bytes' >/dev/null || fail "plan counts all phases"
 
 # Bad phases: one message, with file and line
-"$SEGCAST" phantom --size 40x30x44 -o other.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:40x30x44 -o other.nrrd -q >/dev/null
 sed 's/beat-\*.nrrd/[beat-00.nrrd, other.nrrd, beat-01.nrrd]/' job.yaml >size.yaml
 sed 's/beat-\*.nrrd/{path: [beat-00.nrrd, part.segc]}/' job.yaml >labels.yaml
 printf 'volume: {path: beat-01.nrrd, keep: [aorta, "*ventric*"]}\n' >part.yaml
-"$SEGCAST" prepare part.yaml -o part.segc -q >/dev/null
+"$SEGCAST" convert part.yaml -o part.segc -q >/dev/null
 head -c 4000 beat-02.nrrd >damaged.nrrd
 sed 's/beat-\*.nrrd/[beat-00.nrrd, damaged.nrrd]/' job.yaml >damaged.yaml
 for command in 'check' 'render -o bad' 'plan' 'still -o bad.png'; do
@@ -89,7 +89,7 @@ cp beat-03.nrrd kept.nrrd
 cp beat-03.nrrd beat-03.png
 expect 73 'is an input of this command' "$SEGCAST" still job.yaml -o beat-03.png --overwrite --set 'volume=[beat-00.nrrd, beat-03.png]'
 cp beat-01.nrrd taken-01.segc
-expect 73 'taken-01.segc' "$SEGCAST" prepare job.yaml -o taken.segc
+expect 73 'taken-01.segc' "$SEGCAST" convert job.yaml -o taken.segc
 [ ! -e taken-00.segc ] || fail "files were made beside one that is in the way"
 cmp beat-03.png kept.nrrd || fail "a phase was changed"
 # Without a job file, a pattern is a beat; a job to begin with has it; other commands for one volume say so
@@ -103,7 +103,7 @@ grep -qx 'volume: "beat-\*.nrrd"' beat.yaml && "$SEGCAST" check beat.yaml -q | g
 expect 64 'series of 4 files' "$SEGCAST" info 'beat-*.nrrd'
 
 # A file with all phases (4-D) is the same film as the series of files, and each of its phases the same picture
-"$SEGCAST" phantom --size 40x30x42 --beating 4 -o all.seq.nrrd -q | grep -qx all.seq.nrrd || fail "the name of the file of all phases"
+"$SEGCAST" convert phantom:40x30x42 --beating 4 -o all.seq.nrrd -q | grep -qx all.seq.nrrd || fail "the name of the file of all phases"
 sed 's/beat-\*.nrrd/all.seq.nrrd/; s/bpm: 90//' job.yaml >all.yaml
 "$SEGCAST" render job.yaml -o files --set cine.bpm=60 -q >/dev/null
 "$SEGCAST" render all.yaml -o one >/dev/null 2>said.txt
@@ -124,7 +124,7 @@ grep -v '^cine' job.yaml | sed 's/beat-\*.nrrd/{path: all.seq.nrrd, phase: 2}/' 
 "$IMAGE_DIFFERENCE" first.png second.png || fail "a phase of a file is another picture"
 "$SEGCAST" info all.seq.nrrd -q --set volume.phase=3 | grep -q '^phases    4, 0.25 s apart: 60 beats a minute; this is phase 3' || fail "info of a file of phases"
 "$SEGCAST" info all.seq.nrrd -q --json | jq -e '.phases == 4 and .phase == 0 and .phase_step_s == 0.25' >/dev/null || fail "info --json"
-"$SEGCAST" prepare all.seq.nrrd -o all.segc -q >said.txt
+"$SEGCAST" convert all.seq.nrrd -o all.segc -q >said.txt
 printf 'all-%02d.segc\n' {0..3} | diff - said.txt || fail "the prepared files of a file of phases"
 "$SEGCAST" orbit all.seq.nrrd -o turn4.mp4 -q --size 64x48 --frames 8 --fps 4 >/dev/null || fail "orbit of a file of phases"
 "$SEGCAST" init all.seq.nrrd -q -o all4.yaml >/dev/null && "$SEGCAST" check all4.yaml -q | grep -q 'phases: 4 volumes' || fail "init of a file of phases"
@@ -156,7 +156,7 @@ mpi 2 env TMPDIR="$PWD/away" "$SEGCAST" render moving/job.yaml -o moving2 -q --c
 [ "$(hashes moving)" = "$(hashes moving2)" ] || fail "phases between depend on ranks, or on where they are held"
 "$SEGCAST" render all.yaml -o moving3 -q --set output.fps=12 --set cine.between=2 --threads 1 >/dev/null
 [ "$(hashes moving)" = "$(hashes moving3)" ] || fail "phases between those of one file, or with one thread, are others"
-"$SEGCAST" prepare all.yaml -o kept.segc -q >/dev/null
+"$SEGCAST" convert all.yaml -o kept.segc -q >/dev/null
 sed 's/all.seq.nrrd/kept-*.segc/' all.yaml >kept.yaml
 "$SEGCAST" render kept.yaml -o moving4 -q --set output.fps=12 --set cine.between=2 --set cine.bpm=60 >/dev/null
 [ "$(hashes moving)" = "$(hashes moving4)" ] || fail "phases between prepared ones are others"
@@ -164,12 +164,12 @@ expect 71 'between: [0-9]+ voxels change .* takes about [0-9.]+ [KM]iB of memory
     "$SEGCAST" render moving/job.yaml -o none --max-memory 500K
 one_error
 # prepare writes those between, too, which are a series by themselves: the same film
-"$SEGCAST" prepare all.yaml -o each.segc -q --set cine.between=2 >said.txt
+"$SEGCAST" convert all.yaml -o each.segc -q --set cine.between=2 >said.txt
 printf 'each-%02d.segc\n' {0..11} | sort | diff - <(sort said.txt) || fail "the prepared files of phases between"
 sed 's/all.seq.nrrd/each-*.segc/' all.yaml >each.yaml
 "$SEGCAST" render each.yaml -o moving5 -q --set output.fps=12 --set cine.bpm=60 >/dev/null
 [ "$(hashes moving)" = "$(hashes moving5)" ] || fail "prepared phases between are others"
-expect 65 'size.yaml:1: .*other.nrrd has 40 x 30 x 44 voxels, but .*beat-00.nrrd, the first phase' "$SEGCAST" prepare size.yaml -o bad.segc --set cine.between=1
+expect 65 'size.yaml:1: .*other.nrrd has 40 x 30 x 44 voxels, but .*beat-00.nrrd, the first phase' "$SEGCAST" convert size.yaml -o bad.segc --set cine.between=1
 one_error
 "$SEGCAST" check job.yaml -q --set cine.between=2 | grep -q 'phases: 4 volumes of this size, and 2 between each two' || fail "check of phases between"
 expect 64 'cine: 4 phases, and 100 between each two|between' "$SEGCAST" check job.yaml --set cine.between=400

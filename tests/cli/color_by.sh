@@ -28,7 +28,7 @@ expect 0 '' "$SEGCAST" render job.yaml "${by[@]}" -q
 [ "$(hashes plain)" != "$(hashes out)" ] || fail "the values change nothing"
 mpi 2 "$SEGCAST" render job.yaml "${by[@]}" -o two -q >/dev/null 2>&1
 [ "$(hashes two)" = "$(hashes out)" ] || fail "the pictures of two ranks differ"
-expect 0 '' "$SEGCAST" prepare job.yaml -o heart.segc -q
+expect 0 '' "$SEGCAST" convert job.yaml -o heart.segc -q
 expect 0 '' "$SEGCAST" render job.yaml "${by[@]}" --set volume=heart.segc -o prepared -q
 [ "$(hashes prepared)" = "$(hashes out)" ] || fail "the pictures of a prepared file differ"
 expect 0 '' "$SEGCAST" render job.yaml "${by[@]}" --set 'tissues={"*": {opacity: 1, color: red}}' -o red -q

@@ -3,7 +3,7 @@
 # its frames are those of the PNG files within what the codec loses; alpha is kept. Small pictures with sharp
 # edges: colours are stored at half the resolution by most.
 small_job job.yaml
-"$SEGCAST" prepare job.yaml -o heart.segc -q >/dev/null
+"$SEGCAST" convert job.yaml -o heart.segc -q >/dev/null
 sed -i 's/, video: none/, fps: 3, crf: 10/; s/^volume: .*/volume: heart.segc/' job.yaml
 # extension, codec, background, largest root mean square of the error of a frame, in levels of 8 bits
 kinds='mp4 h264 white 8

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Every command, in and with a folder full of strangers' files that bear the names of ours: nothing that
 # segcast has not made changes, also not behind symbolic links. The list of commands is the program's own.
-"$SEGCAST" phantom --size 24x20x26 -o heart.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:24x20x26 -o heart.nrrd -q >/dev/null
 small_job job.yaml
 sed -i "s|^volume.*|volume: $PWD/heart.nrrd|; s|frames: 7|frames: 2|; s|video: none|video: film.mp4, frames: png|" job.yaml
-"$SEGCAST" prepare heart.nrrd -o heart.segc -q >/dev/null
+"$SEGCAST" convert heart.nrrd -o heart.segc -q >/dev/null
 printf 'set: {volume: %s, output: {size: 32x32}, threads: 1}\nleast: 1\nmost: 1\n' "$PWD/heart.nrrd" >study.yaml
 
-calibration=$(basename "$(XDG_CACHE_HOME=$PWD/cache "$SEGCAST" calibrate -q | tail -1)")
+calibration=$(basename "$(XDG_CACHE_HOME=$PWD/cache "$SEGCAST" plan --calibrate -q | tail -1)")
 rm -r cache
 
 strangers() { # strangers DIR [links]: a folder of files that are not ours; segments/ and frames/ may be links
@@ -56,34 +56,32 @@ ways() {
         echo "render $job -o ../strangers/sub $more"
         echo "render job.yaml $more"
     done ;;
-    check | plan) echo "$1 $job"; echo "$1 job.yaml" ;;
-    still) echo "still $job"; echo "still $job -o new.png --overwrite"; echo "still $job -o frames/a.png"; echo "still $job -o ." ;;
-    storyboard) echo "storyboard $job"; echo "storyboard $job -o new.png --overwrite"; echo "storyboard $job -o frames/a.png" ;;
-    views) echo "views $heart --size 64x48"; echo "views $heart --size 64x48 -o frames/000000.png" ;;
+    check) echo "$1 $job"; echo "$1 job.yaml" ;;
+    plan) echo "$1 $job"; echo "$1 job.yaml"; echo "$1 --calibrate" ;; # XDG_CACHE_HOME is this folder
+    still) echo "still $job"; echo "still $job -o new.png --overwrite"; echo "still $job -o frames/a.png"; echo "still $job -o ."
+        echo "still $job --sheet 12"; echo "still $job --sheet 12 -o new.png --overwrite"; echo "still $job --sheet 12 -o frames/a.png"
+        echo "still $heart --sheet views --size 64x48 -o frames/000000.png" ;;
     orbit) echo "orbit $heart --frames 2 --size 64x48"; echo "orbit $heart --frames 2 --size 64x48 -o new.mp4 --overwrite"
         echo "orbit $heart --frames 2 --size 64x48 -o film.mp4" ;;
     info) echo "info $heart --json" ;;
     init) echo "init $heart"; echo "init $heart -o job.yaml" ;;
-    tables) echo "tables $heart -o job.yaml --to bids"; echo "tables $heart -o new.tsv --overwrite" ;;
-    path) echo "path $heart --tissue aorta -o job.yaml"; echo "path $heart --tissue aorta -o new.csv --overwrite" ;;
-    prepare) echo "prepare $heart"; echo "prepare $job"; echo "prepare $heart -o new.segc --overwrite" ;;
+    convert) echo "convert $heart -o job.yaml --to bids"; echo "convert $heart -o new.tsv --overwrite"
+        echo "convert $heart --tissue aorta -o job.yaml"; echo "convert $heart --tissue aorta -o new.csv --overwrite"
+        echo "convert $heart -o prepared.segc"; echo "convert $job -o prepared.segc"; echo "convert $heart -o new.segc --overwrite"
+        echo "convert phantom:20x20x20 -o phantom.nrrd"; echo "convert phantom:20x20x20 -o segments/patient7.seg.nrrd"
+        echo "convert phantom:20x20x20 --beating 3 -o sub/heart.nrrd" ;;
     join | verify | status) echo "$1 ."; echo "$1 sub" ;;
     report) echo "report ."; echo "report sub"; echo "report . sub"; echo "report . sub -o job.yaml"
         echo "report . sub -o new.html --overwrite" ;;
-    phantom) echo "phantom --size 20x20x20"; echo "phantom --size 20x20x20 -o segments/patient7.seg.nrrd"
-        echo "phantom --size 20x20x20 --beating 3 -o sub/heart.nrrd" ;;
-    keys) echo "keys --schema"; echo "keys --markdown" ;;
     study) for more in "" --overwrite --resume; do
         echo "study ../study.yaml -o . $more"
         echo "study ../study.yaml -o sub $more"
     done ;;
-    calibrate) echo calibrate ;; # XDG_CACHE_HOME is this folder
-    help) echo "help --man"; echo "help render" ;;
-    version) echo version ;;
+    help) echo "help --man"; echo "help render"; echo "help keys --schema"; echo "help keys --markdown"; echo --version ;;
     *) fail "the command $1 is new: say here how it may write" ;;
     esac
 }
-commands=$("$SEGCAST" --help | sed -n 's/^  segcast \([a-z]*\) .*/\1/p' | sort -u)
+commands=$("$SEGCAST" --help | sed -nE 's/^([a-z]+)? {2,}([a-z]+) +[][A-Z].*/\2/p' | sort -u)
 [ "$(wc -w <<<"$commands")" -gt 12 ] || fail "the list of commands: $commands"
 kinds='plain links'
 case $BUILD in */asan) kinds=links ;; esac # where most files are plain, too

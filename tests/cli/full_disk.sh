@@ -32,13 +32,13 @@ cmp again/film.mp4 ref/film.mp4 || fail "the video after a full disk differs"
 [ "$(hashes again)" = "$(hashes ref)" ] || fail "the frames after a full disk differ"
 
 code=0
-limited "$SEGCAST" phantom --size 200x200x200 -o p.nrrd >stdout.txt 2>stderr.txt || code=$?
+limited "$SEGCAST" convert phantom:200x200x200 -o p.nrrd >stdout.txt 2>stderr.txt || code=$?
 [ $code = 74 ] || fail "exit code $code, expected 74"
 one_error
 [ -z "$(ls -A | grep nrrd)" ] || fail "an incomplete volume is left: $(ls -A)"
 
 code=0
-limited "$SEGCAST" prepare phantom:60x50x60 -o full.segc >stdout.txt 2>stderr.txt || code=$?
+limited "$SEGCAST" convert phantom:60x50x60 -o full.segc >stdout.txt 2>stderr.txt || code=$?
 [ $code = 74 ] || { cat stderr.txt >&2; fail "exit code $code, expected 74"; }
 one_error
 grep -q 'full.segc: cannot be written after .* bytes: the limit of file sizes is reached' stderr.txt ||

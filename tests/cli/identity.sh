@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Everything that determines the pictures belongs to the identity of a job, also what follows from the names
 # in a label table while the job file stays the same.
-"$SEGCAST" phantom --size 59x41x61 -o p.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:59x41x61 -o p.nrrd -q >/dev/null
 table() { # table NAME_OF_6 NAME_OF_8
     printf '6 %s 200 40 40 255\n8 %s 200 40 40 255\n' "$1" "$2"
 }

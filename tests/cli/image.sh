@@ -2,7 +2,7 @@
 # A CT image is seen on cut faces and slices, the same by any ranks, tiles, skip methods and kernels; what it holds and
 # the window belong to the identity of the job, its path does not.
 small_job job.yaml
-"$SEGCAST" phantom --ct --size 50x36x52 -o ct.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:50x36x52 --ct -o ct.nrrd -q >/dev/null
 with=(--set image.path=ct.nrrd --set output.frames=png)
 
 # A file and the built-in image are the same; so are pictures by any way to draw them.
@@ -31,7 +31,7 @@ for surface in smooth voxel; do
 done
 
 # A prepared volume, and a film whose shots show it or not.
-"$SEGCAST" prepare job.yaml -o heart.segc -q >/dev/null
+"$SEGCAST" convert job.yaml -o heart.segc -q >/dev/null
 expect 0 '' "$SEGCAST" render job.yaml "${with[@]}" --set volume=heart.segc -o prepared -q
 [ "$(hashes prepared)" = "$(hashes one)" ] || fail "the pictures of a prepared file differ"
 expect 0 '' "$SEGCAST" render job.yaml "${with[@]}" --set 'shots=[{}, {image: {caps: 0}}]' -o film -q
@@ -49,14 +49,14 @@ mkdir elsewhere && cp ct.nrrd elsewhere/image.nrrd
 expect 0 'nothing to do' "$SEGCAST" render job.yaml "${with[@]}" --set image.path=elsewhere/image.nrrd -o one --resume
 expect 0 'nothing to do' "$SEGCAST" render one/job.yaml -o one --resume
 expect 73 'other job|another job' "$SEGCAST" render job.yaml "${with[@]}" --set 'image.window=[100, 600]' -o one --resume -q
-"$SEGCAST" phantom --ct --size 50x36x53 -o ct.nrrd --overwrite -q >/dev/null
+"$SEGCAST" convert phantom:50x36x53 --ct -o ct.nrrd --overwrite -q >/dev/null
 expect 73 'other job|another job' "$SEGCAST" render job.yaml "${with[@]}" -o one --resume -q
 
 # Options, and what must not be lost.
-"$SEGCAST" phantom --size 59x41x61 -o heart.nrrd -q >/dev/null
-expect 0 '' "$SEGCAST" views heart.nrrd --image ct.nrrd -o views.png -q --size 200x150
+"$SEGCAST" convert phantom:59x41x61 -o heart.nrrd -q >/dev/null
+expect 0 '' "$SEGCAST" still heart.nrrd --sheet views --image ct.nrrd -o views.png -q --size 200x150
 cp ct.nrrd ct.png # formats are told by content
-expect 73 'ct.png: is an input of this command' "$SEGCAST" views heart.nrrd --image ct.png -o ct.png --overwrite -q
+expect 73 'ct.png: is an input of this command' "$SEGCAST" still heart.nrrd --sheet views --image ct.png -o ct.png --overwrite -q
 
 # Of large numbers that differ little, the ends of the window are told apart.
 cat >large.nhdr <<'NRRD'
@@ -75,7 +75,7 @@ for i in $(seq 0 255); do # 2000000000 and more
     # shellcheck disable=SC2059
     printf "$(printf '\\x%02x\\x94\\x35\\x77' "$i")"
 done >large.raw
-expect 0 'shown from 20000000[0-9]{2} \(black\) to 2000000[12][0-9]{2} \(white\)' "$SEGCAST" views heart.nrrd --image large.nhdr -o large.png --size 200x150
+expect 0 'shown from 20000000[0-9]{2} \(black\) to 2000000[12][0-9]{2} \(white\)' "$SEGCAST" still heart.nrrd --sheet views --image large.nhdr -o large.png --size 200x150
 
 # Mistakes: each is one message.
 cat >far.nhdr <<'NRRD'
@@ -107,7 +107,7 @@ one_error
 
 # Beside a second volume: without an image of its own it shows that of the job, with one its own, in the window of the
 # first, and moved with its volume. At 0 % of the width the divider leaves the picture to the second one.
-"$SEGCAST" phantom --size 50x36x52 -o there.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:50x36x52 -o there.nrrd -q >/dev/null
 # By multiples of 16 voxels, as the cells of borders lie at fixed places.
 shift_mm=$(grep -a '^space directions' there.nrrd |
     awk -F '[ (),]+' '{ printf "%.17g %.17g %.17g", 160 * $3, -16 * $7, 32 * $11 }')

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # segcast init writes a job that names every tissue, that check accepts and that draws what it should.
 export HOME=/home/someone
-"$SEGCAST" phantom --size 59x41x61 -o heart.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:59x41x61 -o heart.nrrd -q >/dev/null
 
 # Every label has a line, by name, with number, volume and thickness as `info` measures them.
 [ "$("$SEGCAST" init heart.nrrd -q)" = heart.yaml ] || fail "the path of the job was not printed"

@@ -42,7 +42,7 @@ mv moved to
 mv to/other to/libexec
 
 # The manual pages: every command, option and key is in them, and groff finds nothing wrong.
-for command in render check keys; do grep -q "^.SS segcast $command" to/share/man/man1/segcast.1 || fail "$command"; done
+for command in render check convert; do grep -q "^.SS segcast $command" to/share/man/man1/segcast.1 || fail "$command"; done
 grep -q 'output.size' to/share/man/man5/segcast-job.5 || fail "no keys in segcast-job(5)"
 if command -v groff >/dev/null; then
     for page in to/share/man/man?/*; do
@@ -60,6 +60,7 @@ complete_words() { # complete_words WORD...: what bash offers for the last word
 [ "$(complete_words ren)" = render ] || fail "completion of a command: $(complete_words ren)"
 [ "$(complete_words render --over)" = --overwrite ] || fail "completion of an option"
 [ "$(complete_words render --set render.samp)" = render.samples= ] || fail "completion of a key"
+[ "$(complete_words help ke)" = keys ] || fail "completion of a topic of help"
 if command -v zsh >/dev/null; then zsh -n to/share/zsh/site-functions/_segcast || fail "zsh completion"; fi
 if command -v fish >/dev/null; then fish -n to/share/fish/vendor_completions.d/segcast.fish || fail "fish completion"; fi
 

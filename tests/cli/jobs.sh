@@ -2,7 +2,7 @@
 # Every job of jobs/ and jobs/verbs/ runs, at a small size: it makes the frames and the video it promises, shows something,
 # moves, and where the camera turns once and nothing else happens, the last frame leads back to the first. docs/verbs.md
 # shows a film of each verb, made from its present job.
-"$SEGCAST" phantom --size 59x41x61 --beating 4 -o beat.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:59x41x61 --beating 4 -o beat.nrrd -q >/dev/null
 for job in "$SOURCE"/jobs/*.yaml "$SOURCE"/jobs/verbs/*.yaml; do
     name=$(basename "$job" .yaml)
     settings=(-q --set output.size=[160,90] --set volume=phantom:59x41x61)

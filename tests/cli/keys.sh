@@ -3,15 +3,15 @@
 # agrees with the program on which job files are right.
 for pair in docs/job.md:--markdown jobs/job.schema.json:--schema jobs/studies/study.schema.json:--study-schema; do
     file=${pair%%:*} option=${pair##*:}
-    "$SEGCAST" keys "$option" | diff "$SOURCE/$file" - >&2 ||
-        fail "$file differs from the table of keys: segcast keys $option >$file"
+    "$SEGCAST" help keys "$option" | diff "$SOURCE/$file" - >&2 ||
+        fail "$file differs from the table of keys: segcast help keys $option >$file"
 done
-"$SEGCAST" keys render.s | grep -q '^render.samples$' || fail "keys PREFIX"
-"$SEGCAST" keys render.s | grep -q '^light' && fail "keys PREFIX lists other keys"
-"$SEGCAST" keys --json | jq -e '[.[] | select(.key == "output.size")][0] |
+"$SEGCAST" help keys render.s | grep -q '^render.samples$' || fail "keys PREFIX"
+"$SEGCAST" help keys render.s | grep -q '^light' && fail "keys PREFIX lists other keys"
+"$SEGCAST" help keys --json | jq -e '[.[] | select(.key == "output.size")][0] |
     .default == "[1280, 720]" and .option == "size" and .environment == "SEGCAST_OUTPUT_SIZE"' \
     >/dev/null || fail "keys --json"
-expect 64 'no key is "rendr"' "$SEGCAST" keys rendr; one_error
+expect 64 'no key is "rendr"' "$SEGCAST" help keys rendr; one_error
 for job in "$SOURCE"/jobs/*.yaml; do
     head -1 "$job" | grep -qx '# yaml-language-server: $schema=job.schema.json' ||
         fail "$job does not name its schema"
@@ -29,7 +29,7 @@ while read -r key value; do
     case $key in *.N.* | *.NAME.* | color_by.* | compare.* | cine.* | image.* | volume | volume.*) continue ;; esac # they are in no default job
     settings+=(--set "$key=$value")
     keys=$((keys + 1))
-done < <("$SEGCAST" keys --json | jq -r '.[] | select(.default) | "\(.key) \(.default)"' |
+done < <("$SEGCAST" help keys --json | jq -r '.[] | select(.default) | "\(.key) \(.default)"' |
     grep -vE '^(output\.(directory|size|video)|animation\.(frames|camera\.(fixed|orbit)|slices))')
 [ "$keys" -gt 30 ] || fail "only $keys keys have a default"
 "$SEGCAST" still plain.yaml -o set.png -q "${settings[@]}" >/dev/null
@@ -42,7 +42,7 @@ done
 [ -n "$python" ] || skip "no Python with jsonschema and yaml to check the schema with"
 
 # validate FILE...: by a JSON schema validator of another project; prints the files that the schema refuses
-"$SEGCAST" keys --schema >schema.json
+"$SEGCAST" help keys --schema >schema.json
 cat >validate.py <<'PY'
 import json, sys, jsonschema, yaml
 schema = json.load(open(sys.argv[1]))
@@ -56,7 +56,7 @@ PY
 validate() { "$python" validate.py schema.json "$@"; }
 refused=$(validate "$SOURCE"/jobs/*.yaml)
 [ -z "$refused" ] || fail "$refused"
-"$SEGCAST" keys --study-schema >study.schema.json
+"$SEGCAST" help keys --study-schema >study.schema.json
 refused=$("$python" validate.py study.schema.json "$SOURCE"/jobs/studies/*.yaml)
 [ -z "$refused" ] || fail "$refused"
 for line in 'swep: {ranks: [1, 2]}' 'least: many' 'measure: frame' 'precision: 2 mm' 'budget: []' 'sweep: 3'; do

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Paths of any length that the system accepts are used whole; longer ones are refused, and nothing is
 # written anywhere else. Names that do not fit are refused with their limit, or shown with dots.
-"$SEGCAST" phantom --size 24x20x26 -o heart.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:24x20x26 -o heart.nrrd -q >/dev/null
 small_job job.yaml
 printf '1 a 10 20 30 255\n' >table.txt
 part=$(printf 'd%.0s' $(seq 240))
@@ -20,8 +20,8 @@ for format in png mp4 segc nrrd; do
     case $format in
     png) words="still job.yaml" ;;
     mp4) words="orbit heart.nrrd --frames 2 --size 64x48" ;;
-    segc) words="prepare heart.nrrd" ;;
-    nrrd) words="phantom --size 20x20x20" ;;
+    segc) words="convert heart.nrrd" ;;
+    nrrd) words="convert phantom:20x20x20" ;;
     esac
     # shellcheck disable=SC2086 # a list of words
     expect 0 '' "$SEGCAST" $words -q -o "$deep/x.$format"
@@ -30,7 +30,7 @@ for format in png mp4 segc nrrd; do
     expect 73 'exists' "$SEGCAST" $words -q -o "$deep/x.$format"
     unchanged "$words"
 done
-expect 0 '' "$SEGCAST" views "$deep/heart.nrrd" --labels "$deep/table.txt" --size 64x48 -q -o "$deep/views.png"
+expect 0 '' "$SEGCAST" still "$deep/heart.nrrd" --sheet views --labels "$deep/table.txt" --size 64x48 -q -o "$deep/views.png"
 expect 0 '' "$SEGCAST" still "$deep/job.yaml" -q -o "$deep/still.png" --set labels="$deep/table.txt"
 expect 0 '' "$SEGCAST" info "$deep/heart.nrrd"
 expect 0 '' "$SEGCAST" render "$deep/job.yaml" -q -o "$deep/run" --set output.video=f.mp4 --set output.frames=png
@@ -45,7 +45,7 @@ unchanged 'commands in a deep directory'
 
 # Longer than the system accepts.
 far=$deep/$deep/$deep
-for words in "still job.yaml -o $far/x.png" "prepare heart.nrrd -o $far/x.segc" "phantom -o $far/x.nrrd" \
+for words in "still job.yaml -o $far/x.png" "convert heart.nrrd -o $far/x.segc" "convert phantom -o $far/x.nrrd" \
     "orbit heart.nrrd -o $far/x.mp4" "render job.yaml -o $far/run" "info $far/heart.nrrd" "verify $far" \
     "still $far/job.yaml -o x.png" "still job.yaml --set volume=$far/heart.nrrd -o x.png" \
     "still job.yaml --set labels=$far/table.txt -o x.png" "render job.yaml --set output.directory=$far/run"; do

@@ -7,8 +7,8 @@ output: {directory: out, size: [640, 480], video: none}
 animation: {frames: 100000}
 YAML
 for way in alone mpi; do
-    "$SEGCAST" phantom --size 79x55x81 -o heart.nrrd --overwrite -q >/dev/null
-    "$SEGCAST" prepare heart.nrrd -o heart.segc --overwrite -q >/dev/null
+    "$SEGCAST" convert phantom:79x55x81 -o heart.nrrd --overwrite -q >/dev/null
+    "$SEGCAST" convert heart.nrrd -o heart.segc --overwrite -q >/dev/null
     if [ $way = alone ]; then
         "$SEGCAST" render job.yaml -o $way -q >/dev/null 2>stderr.txt &
     elif command -v mpirun >/dev/null && "$SEGCAST" --version | grep -qv 'MPI *none'; then
@@ -31,7 +31,7 @@ for way in alone mpi; do
 done
 
 # The same during a single picture, whose file then does not appear.
-"$SEGCAST" prepare heart.nrrd -o heart.segc --overwrite -q >/dev/null
+"$SEGCAST" convert heart.nrrd -o heart.segc --overwrite -q >/dev/null
 "$SEGCAST" still job.yaml --set output.size=[4000,4000] --set render.samples=8 -o big.png 2>stderr.txt >stdout.txt &
 id=$!
 for _ in $(seq 300); do

@@ -51,10 +51,10 @@ grep -q 'warning: .*other.ctbl: names none of the tissues of .*masks, which have
     fail "that numbers count is not said: $(cat said.txt)"
 
 # A prepared file keeps the numbers that it has, and still goes by names.
-"$SEGCAST" prepare masks -o masks.segc -q >/dev/null
+"$SEGCAST" convert masks -o masks.segc -q >/dev/null
 labels_of masks.segc --labels table.ctbl >got.txt
 [ "$(head -1 got.txt)" = '[[1,"Kidney-Left",2],[2,"liver",6],[3,"spleen",3]]' ] || fail "a prepared file: $(cat got.txt)"
-"$SEGCAST" prepare masks --labels table.ctbl -o named.segc -q >/dev/null
+"$SEGCAST" convert masks --labels table.ctbl -o named.segc -q >/dev/null
 labels_of named.segc --labels other.ctbl >got.txt
 [ "$(head -1 got.txt)" = '[[1,"left",3],[2,"middle",6],[7,"Kidney-Left",2]]' ] || fail "a prepared file with the numbers of a table: $(cat got.txt)"
 

@@ -7,7 +7,7 @@ unprivileged=()
 [ "$(id -u)" != 0 ] || unprivileged=(setpriv --bounding-set=-dac_override,-dac_read_search)
 "${unprivileged[@]}" true 2>/dev/null || unprivileged=()
 segcast() { "${unprivileged[@]}" "$SEGCAST" "$@"; }
-"$SEGCAST" phantom --size 30x21x31 -o heart.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:30x21x31 -o heart.nrrd -q >/dev/null
 cp heart.nrrd unnamed-volume
 cp heart.nrrd ./-dash.nrrd
 LC_ALL=C sed '/^Segment[0-9]*_\(ID\|Name\):=/d' heart.nrrd >nameless.nrrd

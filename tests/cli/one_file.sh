@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Commands that write one file replace none that is there, unless --overwrite is given; none that is an
 # input, by whatever name, not even then; and nothing but files. All of this is said before any work.
-"$SEGCAST" phantom --size 24x20x26 -o heart.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:24x20x26 -o heart.nrrd -q >/dev/null
 small_job job.yaml
 sed -i 's/^volume.*/volume: heart.nrrd/' job.yaml
 mkdir links folder
@@ -20,14 +20,14 @@ kept() { # kept: the volumes are what they were, and no temporary file is left
 
 # An output that is an input.
 for option in "" --overwrite; do
-    expect 73 'x.segc: is an input' "$SEGCAST" prepare x.segc -o x.segc $option; one_error
-    expect 73 'is an input' "$SEGCAST" prepare x.segc -o "$PWD/folder/../x.segc" $option
-    expect 73 'is an input' "$SEGCAST" prepare job.yaml -o links/heart.segc $option; one_error
-    expect 73 'is an input' "$SEGCAST" prepare heart.nrrd -o hard.segc $option
+    expect 73 'x.segc: is an input' "$SEGCAST" convert x.segc -o x.segc $option; one_error
+    expect 73 'is an input' "$SEGCAST" convert x.segc -o "$PWD/folder/../x.segc" $option
+    expect 73 'is an input' "$SEGCAST" convert job.yaml -o links/heart.segc $option; one_error
+    expect 73 'is an input' "$SEGCAST" convert heart.nrrd -o hard.segc $option
     expect 73 'is an input' "$SEGCAST" still job.yaml -o links/heart.png $option
     expect 73 'is an input' "$SEGCAST" still job.yaml -o hard.png $option; one_error
-    expect 73 'is an input' "$SEGCAST" storyboard job.yaml -o hard.png $option; one_error
-    expect 73 'is an input' "$SEGCAST" views heart.nrrd -o hard.png $option
+    expect 73 'is an input' "$SEGCAST" still job.yaml --sheet 12 -o hard.png $option; one_error
+    expect 73 'is an input' "$SEGCAST" still heart.nrrd --sheet views -o hard.png $option
     expect 73 'is an input' "$SEGCAST" orbit heart.nrrd -o hard.mp4 --frames 2 $option; one_error
     expect 73 'is an input' "$SEGCAST" orbit heart.nrrd -o links/heart.mp4 --frames 2 $option
     kept "$option"
@@ -42,7 +42,7 @@ expect 73 'table.png: is an input' "$SEGCAST" still job.yaml --set labels=table.
 } >detached.nhdr
 head -c 512 /dev/zero | tr '\0' '\1' >voxels.segc
 cp voxels.segc voxels.copy
-expect 73 'voxels.segc: is an input' "$SEGCAST" prepare detached.nhdr -o voxels.segc --overwrite; one_error
+expect 73 'voxels.segc: is an input' "$SEGCAST" convert detached.nhdr -o voxels.segc --overwrite; one_error
 cmp voxels.segc voxels.copy || fail "the voxels of a detached header were replaced"
 
 # Of a volume in several files each is an input: of a list or a pattern in a header, also with encodings that are not
@@ -56,17 +56,17 @@ grep -v 'data file' detached.nhdr >fields.txt
 sums=$(sha256sum s?.segc numbers.segc)
 for volume in list.nhdr pattern.nhdr; do
     for i in 1 2 8; do
-        expect 73 "s$i.segc: is an input" "$SEGCAST" prepare $volume -o s$i.segc --overwrite; one_error
+        expect 73 "s$i.segc: is an input" "$SEGCAST" convert $volume -o s$i.segc --overwrite; one_error
     done
-    expect 73 's5.segc: is an input' "$SEGCAST" prepare job.yaml --set volume=$volume -o "$PWD/folder/../s5.segc" --overwrite
-    expect 0 '' "$SEGCAST" prepare $volume -q -o several.segc
+    expect 73 's5.segc: is an input' "$SEGCAST" convert job.yaml --set volume=$volume -o "$PWD/folder/../s5.segc" --overwrite
+    expect 0 '' "$SEGCAST" convert $volume -q -o several.segc
     rm several.segc
 done
-expect 73 'numbers.segc: is an input' "$SEGCAST" prepare ascii.nhdr -o numbers.segc --overwrite
+expect 73 'numbers.segc: is an input' "$SEGCAST" convert ascii.nhdr -o numbers.segc --overwrite
 mkdir masks
 cp heart.nrrd masks/b.nrrd
 cp heart.nrrd masks/a.nrrd
-expect 73 'masks/b.nrrd: is an input' "$SEGCAST" tables masks -o masks/b.nrrd --to freesurfer --overwrite; one_error
+expect 73 'masks/b.nrrd: is an input' "$SEGCAST" convert masks -o masks/b.nrrd --to freesurfer --overwrite; one_error
 [ "$(sha256sum s?.segc numbers.segc)" = "$sums" ] && cmp masks/b.nrrd heart.nrrd || fail "a file of a volume was replaced"
 rm -r masks s?.segc numbers.segc
 mkdir -p store.zarr/0
@@ -81,13 +81,13 @@ echo '{"data_type": "uint8", "num_channels": 1, "scales": [{"key": "s", "size": 
 cp voxels.copy precomputed/s/0-8_0-8_0-8
 cp store.zarr/.zattrs zattrs
 for volume in store.zarr precomputed; do
-    expect 0 '' "$SEGCAST" prepare $volume -q -o several.segc
+    expect 0 '' "$SEGCAST" convert $volume -q -o several.segc
     rm several.segc
     cp voxels.copy $volume/mine.segc
-    expect 73 'mine.segc: is an input' "$SEGCAST" prepare $volume -o $volume/mine.segc --overwrite; one_error
+    expect 73 'mine.segc: is an input' "$SEGCAST" convert $volume -o $volume/mine.segc --overwrite; one_error
     cmp voxels.copy $volume/mine.segc || fail "a file in $volume was replaced"
 done
-expect 73 'is an input' "$SEGCAST" tables store.zarr -o store.zarr/.zattrs --to bids --overwrite
+expect 73 'is an input' "$SEGCAST" convert store.zarr -o store.zarr/.zattrs --to bids --overwrite
 cmp zattrs store.zarr/.zattrs || fail "the attributes of a Zarr store were replaced"
 rm -r store.zarr precomputed zattrs
 mkdir bids
@@ -96,13 +96,13 @@ echo '{}' >bids/dataset_description.json
 cp voxels.copy bids/voxels.segc
 printf 'index\tname\n1\ta\n' >bids/x_dseg.tsv
 cp bids/x_dseg.tsv table.tsv
-expect 73 'x_dseg.tsv: is an input' "$SEGCAST" path bids/x_dseg.nii --tissue a -o bids/x_dseg.tsv --overwrite; one_error
+expect 73 'x_dseg.tsv: is an input' "$SEGCAST" convert bids/x_dseg.nii --tissue a -o bids/x_dseg.tsv --overwrite; one_error
 cmp bids/x_dseg.tsv table.tsv || fail "the table beside a volume was replaced"
-expect 65 'has no label table in its header' "$SEGCAST" tables bids/x_dseg.nii -o bids/x_dseg.tsv --overwrite # reads it not
+expect 65 'has no label table in its header' "$SEGCAST" convert bids/x_dseg.nii -o bids/x_dseg.tsv --overwrite # reads it not
 rm -r bids table.tsv
 
 # What a job or a shot reads beside the volume: a logo, a table of values, an image.
-"$SEGCAST" phantom --ct --size 24x20x26 -o ct.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:24x20x26 --ct -o ct.nrrd -q >/dev/null
 "$SEGCAST" still job.yaml -o logo.png -q >/dev/null
 mv ct.nrrd ct.png # formats are told by content
 printf 'name,mm\naorta,3\n' >values.png
@@ -115,7 +115,7 @@ for keys in "${more[@]}"; do
     for name in more shots; do
         [[ $name != shots || $keys != image* ]] || continue # of the whole film
         expect 73 "$file: is an input" "$SEGCAST" still $name.yaml -o "$file" --overwrite; one_error
-        expect 73 "$file: is an input" "$SEGCAST" storyboard $name.yaml -o "$PWD/folder/../$file" --overwrite
+        expect 73 "$file: is an input" "$SEGCAST" still $name.yaml --sheet 12 -o "$PWD/folder/../$file" --overwrite
     done
 done
 [ "$(sha256sum logo.png values.png ct.png)" = "$sums" ] || fail "a file that a job reads was replaced"
@@ -127,14 +127,14 @@ write() { # write FILE [OPTION]...: let the command that makes such a file write
     shift
     case $file in
     still.png) "$SEGCAST" still job.yaml -q -o "$file" "$@" ;;
-    storyboard.png) "$SEGCAST" storyboard job.yaml -q -o "$file" "$@" ;;
-    views.png) "$SEGCAST" views heart.nrrd --size 64x48 -q -o "$file" "$@" ;;
+    sheet.png) "$SEGCAST" still job.yaml --sheet 12 -q -o "$file" "$@" ;;
+    views.png) "$SEGCAST" still heart.nrrd --sheet views --size 64x48 -q -o "$file" "$@" ;;
     *.mp4 | *.webm | *.mkv | *.mov | *.webp | *.gif) "$SEGCAST" orbit heart.nrrd --frames 2 --size 64x48 -q -o "$file" "$@" ;;
-    *.segc) "$SEGCAST" prepare heart.nrrd -q -o "$file" "$@" ;;
-    *.nrrd) "$SEGCAST" phantom --size 20x20x20 -q -o "$file" "$@" ;;
+    *.segc) "$SEGCAST" convert heart.nrrd -q -o "$file" "$@" ;;
+    *.nrrd) "$SEGCAST" convert phantom:20x20x20 -q -o "$file" "$@" ;;
     esac
 }
-for file in still.png storyboard.png views.png turn.mp4 turn.mkv turn.webm turn.mov turn.webp turn.gif whole.segc p.nrrd; do
+for file in still.png sheet.png views.png turn.mp4 turn.mkv turn.webm turn.mov turn.webp turn.gif whole.segc p.nrrd; do
     sampled || continue
     expect 0 '' write "$file"
     [ "$(basename "$(cat stdout.txt)")" = "$file" ] || fail "$file: printed $(cat stdout.txt)"
@@ -169,10 +169,11 @@ kept
 # Each command writes one format, and does not write it under the name of another.
 expect 64 'a.jpg: a picture in the format PNG is written, expected a name ending in .png' \
     "$SEGCAST" still job.yaml -o a.jpg; one_error
-expect 64 'expected a name ending in .png' "$SEGCAST" storyboard job.yaml -o a.webp; one_error
-expect 64 'expected a name ending in .png' "$SEGCAST" views heart.nrrd -o a.tiff
-expect 64 'expected a name ending in .segc' "$SEGCAST" prepare heart.nrrd -o a.nrrd
-expect 64 'expected a name ending in .nrrd' "$SEGCAST" phantom -o a.nii.gz; one_error
+expect 64 'expected a name ending in .png' "$SEGCAST" still job.yaml --sheet 12 -o a.webp; one_error
+expect 64 'expected a name ending in .png' "$SEGCAST" still heart.nrrd --sheet views -o a.tiff
+expect 64 'only the phantom is written as NRRD' "$SEGCAST" convert heart.nrrd -o a.nrrd
+expect 64 'expected a name ending in .nrrd' "$SEGCAST" convert phantom --ct -o a.nii.gz; one_error
+expect 64 'its ending does not tell what to write' "$SEGCAST" convert phantom -o a.nii.gz; one_error
 expect 0 '' "$SEGCAST" still job.yaml -o A.PNG
 kept
 

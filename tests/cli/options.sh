@@ -4,10 +4,12 @@
 for word in commit compiler MPI libav videos; do "$SEGCAST" --version | grep -q "^$word" || fail "$word"; done
 "$SEGCAST" --help | grep -q 'Exit codes' || fail "no help"
 "$SEGCAST" --help | head -1 | grep -q '^Usage: ' || fail "the help does not begin with Usage"
-for command in $("$SEGCAST" --help | awk '/^  segcast [a-z]+ /{print $2}' | grep -v '^--' | sort -u); do
+[ "$("$SEGCAST" --help | wc -l)" -le 40 ] || fail "the help does not fit a screen"
+"$SEGCAST" --help | awk 'length($0) > 100 {exit 1}' || fail "a line of the help is longer than 100 characters"
+for command in $("$SEGCAST" --help | sed -nE 's/^([a-z]+)? {2,}([a-z]+) +[][A-Z].*/\2/p' | sort -u); do
     for way in "$command --help" "$command -h" "help $command"; do
         # shellcheck disable=SC2086
-        "$SEGCAST" $way | head -1 | grep -q "^Usage: segcast $command" || fail "$way"
+        "$SEGCAST" $way | sed -n 1p | grep -q "^Usage: segcast $command" || fail "$way"
     done
     "$SEGCAST" "$command" --version | grep -q '^segcast 0' || fail "$command --version"
 done
@@ -33,12 +35,12 @@ expect 64 '--size 3x4: size is "3x4"' "$SEGCAST" orbit a.nrrd --size 3x4; one_er
 expect 64 '--axis superoir: unknown axis.*did you mean "superior"' "$SEGCAST" orbit a.nrrd --axis superoir
 one_error
 expect 64 '1 to 4096' "$SEGCAST" render a.yaml --threads 0; one_error
-expect 64 'for example 128x96x128' "$SEGCAST" phantom --size 12; one_error
+expect 64 'for example phantom:128x96x128' "$SEGCAST" convert phantom:12 -o p.nrrd; one_error
 expect 66 'missing.yaml: No such file' "$SEGCAST" render missing.yaml; one_error
 expect 66 'is a directory' "$SEGCAST" info /; one_error
 
 # Without a job file a phantom is written, inspected, drawn and turned.
-"$SEGCAST" phantom --size 40x30x42 -o p.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:40x30x42 -o p.nrrd -q >/dev/null
 "$SEGCAST" info p.nrrd --json | jq -e '.size == [40,30,42] and .axes == "RAS" and
     (.labels | length) == 21 and ([.labels[1:][].voxels] | min) >= 0 and
     (.labels[10] | .name == "left ventricular myocardium" and .thickness_mm > 3 and

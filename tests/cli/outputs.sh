@@ -40,7 +40,7 @@ jq -e '[.traceEvents[] | select(.ph == "X")] |
 
 # Paths in a job file are relative to the file; those in the resolved job work from any directory.
 mkdir -p sub/dir
-"$SEGCAST" phantom --size 59x41x61 -o sub/p.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:59x41x61 -o sub/p.nrrd -q >/dev/null
 sed 's|^volume.*|volume: ../p.nrrd|' job.yaml >sub/dir/job.yaml
 "$SEGCAST" render sub/dir/job.yaml --frames 0 -q >/dev/null
 [ -e sub/dir/out/manifest.0.jsonl ] || fail "the output directory is not relative to the job"

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # A prepared file gives the same pictures as the volume. Where the job hides other tissues or needs other
 # settings, it is prepared again or refused with the reason. A damaged file is refused.
-"$SEGCAST" phantom --size 79x55x81 -o heart.nrrd -q >/dev/null
-"$SEGCAST" prepare heart.nrrd -o heart.segc -q >/dev/null
+"$SEGCAST" convert phantom:79x55x81 -o heart.nrrd -q >/dev/null
+"$SEGCAST" convert heart.nrrd -o heart.segc -q >/dev/null
 job() { # job VOLUME [TISSUES]: print a job
     printf 'volume: %s\noutput: {size: [160, 120]}\nanimation: {frames: 4}\n' "$1"
     [ $# -lt 2 ] || printf 'tissues: %s\n' "$2"
@@ -49,7 +49,7 @@ job old.segc >old.yaml
 grep -q "version 9, this segcast reads version 11; prepare it again" log.txt || fail "a file of version 9: $(cat log.txt)"
 
 # A file that was prepared for a job needs no warning.
-"$SEGCAST" prepare plain-hidden.yaml -o hidden.segc -q >/dev/null
+"$SEGCAST" convert plain-hidden.yaml -o hidden.segc -q >/dev/null
 job hidden.segc "$hidden" >fits.yaml
 "$SEGCAST" still fits.yaml --frame 1 -o fits.png >/dev/null 2>log.txt
 same plain-hidden.png fits.png fits
@@ -64,8 +64,8 @@ refused() { # refused CODE PATTERN ARGUMENT...: segcast exits with CODE and a me
     grep -q "$pattern" log.txt || fail "$*: expected a message like \"$pattern\", found: $(cat log.txt)"
 }
 refused 65 'was prepared without "epicardial fat"' check lacks.yaml
-refused 64 'is a prepared file already' prepare mapped.yaml -o again.segc
-refused 64 'has no option --frame; these commands have: still' prepare heart.nrrd --frame 3
+refused 64 'is a prepared file already' convert mapped.yaml -o again.segc
+refused 64 'has no option --frame; these commands have: still' convert heart.nrrd --frame 3
 
 # With other settings than the file was prepared with, it is prepared again.
 for setting in render.smooth=0.5 'render.smooth=[1, 1, 2]' 'tissues."*myocardium*".smooth=0.5' render.thickness=local \
@@ -78,7 +78,7 @@ done
 # A file holds the strength of each tissue, and fits a job that has the same.
 mixed='{"*myocardium*": {smooth: 0.5}, aorta: {smooth: [1, 1, 2]}}'
 job heart.nrrd "$mixed" >plain-mixed.yaml
-"$SEGCAST" prepare plain-mixed.yaml -o mixed.segc -q >/dev/null
+"$SEGCAST" convert plain-mixed.yaml -o mixed.segc -q >/dev/null
 "$SEGCAST" still plain-mixed.yaml --frame 1 -o plain-mixed.png -q >/dev/null
 job mixed.segc "$mixed" >fits.yaml
 "$SEGCAST" still fits.yaml --frame 1 -o fits.png --overwrite >/dev/null 2>log.txt
@@ -95,13 +95,13 @@ cmp a.json b.json || fail "info of the prepared file differs: $(diff a.json b.js
 # A file notes that its grid is the one on which the volume was drawn, so that it is not measured again; but not
 # where memory was too little to bring thick slices to that grid.
 sed '/^space directions/s/.*/space directions: (1,0,0) (0,1,0) (0,0,4)/' heart.nrrd >thick.nrrd
-"$SEGCAST" prepare thick.nrrd -o thick.segc --max-memory 4M >/dev/null 2>log.txt
+"$SEGCAST" convert thick.nrrd -o thick.segc --max-memory 4M >/dev/null 2>log.txt
 grep -q 'leaves no room for layers' log.txt || fail "4 MB are enough for layers: $(cat log.txt)"
 job thick.segc >thick.yaml
 "$SEGCAST" check thick.yaml >/dev/null 2>log.txt
 grep -q 'was prepared with another grid of voxels' log.txt || fail "thick slices are taken for the drawn grid: $(cat log.txt)"
 # What a file with other layers holds is told as it is, without preparing it anew.
-"$SEGCAST" prepare thick.nrrd -o layers.segc -q >/dev/null
+"$SEGCAST" convert thick.nrrd -o layers.segc -q >/dev/null
 "$SEGCAST" info layers.segc --json >layers.json 2>log.txt
 ! grep -q 'prepared with' log.txt || fail "info prepares a prepared file anew: $(cat log.txt)"
 [ "$(jq '.size[2]' layers.json)" -gt "$("$SEGCAST" info thick.nrrd --json 2>/dev/null | jq '.size[2]')" ] ||

@@ -44,12 +44,12 @@ stop() {
     diff before.txt after.txt || fail "$*: $signal leaves files behind"
 }
 touch before.txt after.txt stderr.txt
-"$SEGCAST" phantom --size 640x640x640 -o slow.nrrd -q >/dev/null # packed
-"$SEGCAST" phantom --size 64x64x64 -o small.nrrd -q >/dev/null
-stop 1 INT phantom --size 800x800x800 -o new.nrrd
+"$SEGCAST" convert phantom:640x640x640 -o slow.nrrd -q >/dev/null # packed
+"$SEGCAST" convert phantom:64x64x64 -o small.nrrd -q >/dev/null
+stop 1 INT convert phantom:800x800x800 -o new.nrrd
 stop 1 TERM info slow.nrrd
 stop 1 HUP render slow.yaml
-stop 1.5 TERM prepare slow.yaml -o new.segc
+stop 1.5 TERM convert slow.yaml -o new.segc
 stop 1.5 INT still slow.yaml -o new.png --set volume=small.nrrd --set 'output.size=[8192, 8192]' --set render.samples=8 \
     --set render.antialiasing=full
 stop 2 INT orbit small.nrrd -o new.mp4 --set 'output.size=[8192, 8192]' --set render.samples=8 \

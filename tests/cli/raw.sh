@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Voxels without a header are described by a line: type, size, spacing, axes, order of bytes, bytes before them.
-"$SEGCAST" phantom --size 40x36x44 -o heart.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:40x36x44 -o heart.nrrd -q >/dev/null
 at=$(grep -abm1 '^$' heart.nrrd | cut -d : -f 1)
 tail -c +$((at + 2)) heart.nrrd | gzip -dc >heart.raw
 [ "$(stat -c %s heart.raw)" = $((40 * 36 * 44)) ] || fail "the voxels of the phantom have $(stat -c %s heart.raw) bytes"

@@ -16,7 +16,7 @@ export SEGCAST_OUTPUT_FPS=24
 mkdir bin
 cat >bin/segcast <<'SH'
 #!/usr/bin/env bash
-[ "$1" != phantom ] || set -- "$@" --size 59x41x61
+[ "$1 ${2-}" != "convert phantom" ] || set -- convert phantom:59x41x61 "${@:3}"
 exec "$SEGCAST" "$@"
 SH
 cat >bin/have <<'SH'
@@ -79,7 +79,7 @@ done
 [ -e README/heart-out/heart.mp4 ] || fail "the job of the README made no video"
 
 # ---- commands and options, wherever they are named ----
-"$SEGCAST" --help | sed -nE 's/^ +segcast ([a-z]+) .*/\1/p' | sort -u >commands.txt
+"$SEGCAST" --help | sed -nE 's/^([a-z]+)? {2,}([a-z]+) +[][A-Z].*/\2/p' | sort -u >commands.txt
 [ "$(wc -l <commands.txt)" -ge 10 ] || fail "segcast --help lists only $(wc -l <commands.txt) commands"
 while read -r command; do
     "$SEGCAST" "$command" --help >"help-$command.txt" || fail "segcast $command --help fails"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Which frame still draws, and what the sheet of storyboard shows.
+# Which frame still draws, and what its sheet shows.
 small_job job.yaml
 mv job.yaml short.yaml
 sed 's/frames: 7/frames: 61/' short.yaml >job.yaml # 61 frames at 30 per second: 2.0333 s
@@ -34,7 +34,7 @@ still frame.png --frame 0
 
 # A picture on the sheet has the pixels of a still of the same size. One of 96 x 72 pixels stands in the
 # middle of a cell of 160 pixels, behind a gap of 12; below it are 24 pixels for its caption.
-"$SEGCAST" storyboard job.yaml --count 4 -q -o sheet.png >/dev/null
+"$SEGCAST" still job.yaml --sheet 4 -q -o sheet.png >/dev/null
 at=0
 for frame in 0 20 40 60; do
     still frame.png --frame $frame
@@ -42,19 +42,19 @@ for frame in 0 20 40 60; do
         fail "frame $frame is not on the sheet"
     at=$((at + 1))
 done
-"$SEGCAST" storyboard job.yaml --frames 0,20,40,60 -q -o listed.png >/dev/null
+"$SEGCAST" still job.yaml --frames 0,20,40,60 -q -o listed.png >/dev/null
 cmp sheet.png listed.png || fail '--frames and --count give other sheets of the same frames'
 
 # No more pictures than frames, and each once.
-"$SEGCAST" storyboard short.yaml -q -o few.png >/dev/null
-"$SEGCAST" storyboard short.yaml --frames 0-6 -q -o all.png >/dev/null
+"$SEGCAST" still short.yaml --sheet 12 -q -o few.png >/dev/null
+"$SEGCAST" still short.yaml --frames 0-6 -q -o all.png >/dev/null
 cmp few.png all.png || fail 'a sheet of a film of seven frames does not show each once'
 # Large pictures become small ones of the same shape, of about 320 x 180 pixels.
-expect 0 '12 of 61 frames, 180 x 320 pixels' "$SEGCAST" storyboard job.yaml --set output.size=vertical -o tall.png
-expect 0 '12 of 61 frames, 7680 x 16 pixels' "$SEGCAST" storyboard job.yaml --set output.size=16384x16 -o flat.png
-expect 0 '1 of 61 frames' "$SEGCAST" storyboard job.yaml --count 1 --set render.samples=1 -o one.png
-expect 0 '61 of 61 frames' "$SEGCAST" storyboard job.yaml --count 1000 -o many.png
-expect 0 '' "$SEGCAST" storyboard job.yaml --set output.layout=views -o views.png
+expect 0 '12 of 61 frames, 180 x 320 pixels' "$SEGCAST" still job.yaml --sheet 12 --set output.size=vertical -o tall.png
+expect 0 '12 of 61 frames, 7680 x 16 pixels' "$SEGCAST" still job.yaml --sheet 12 --set output.size=16384x16 -o flat.png
+expect 0 '1 of 61 frames' "$SEGCAST" still job.yaml --sheet 1 --set render.samples=1 -o one.png
+expect 0 '61 of 61 frames' "$SEGCAST" still job.yaml --sheet 1000 -o many.png
+expect 0 '' "$SEGCAST" still job.yaml --sheet 12 --set output.layout=views -o views.png
 
 # A film of shots names the font of their text once, and again where a shot has another.
 cat >shots.yaml <<'EOF'
@@ -72,7 +72,7 @@ expect 0 '' "$SEGCAST" check shots.yaml --set 'shots.2.overlays.font=DejaVu Sans
 [ "$(grep -c 'text is drawn in the font' stderr.txt)" = 2 ] || fail "a film of two fonts: $(cat stderr.txt)"
 
 # Of a volume, without a job, still draws what orbit does; a directory that a job has made is told from one of masks.
-"$SEGCAST" phantom --size 59x41x61 -o heart.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:59x41x61 -o heart.nrrd -q >/dev/null
 printf 'volume: heart.nrrd\noutput: {size: [96, 72]}\nanimation: {camera: {orbit: {elevation: 30}}}\n' >volume.yaml
 "$SEGCAST" still volume.yaml --time 25% -o job.png -q >/dev/null
 expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --elevation 30 --time 25% -o volume.png
@@ -87,7 +87,7 @@ expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --elevation 30 --frame 0 -o
 "$IMAGE_DIFFERENCE" alone.png first.png >/dev/null 2>&1 && fail 'a picture alone and one of a turn are framed alike'
 "$SEGCAST" render short.yaml -o made -q >/dev/null
 expect 64 'is the directory that a job has made: .segcast still made/job.yaml. takes that job' "$SEGCAST" still made; one_error
-expect 64 'is the directory that a job has made' "$SEGCAST" prepare made -o made.segc; one_error
+expect 64 'is the directory that a job has made' "$SEGCAST" convert made -o made.segc; one_error
 
 # The phantom by its name is a volume, too.
 "$SEGCAST" still phantom:24x18x24 --size 64x48 -q -o phantom.png >/dev/null || fail 'no picture of the phantom by its name'

@@ -6,7 +6,7 @@ for candidate in /usr/bin/python3 python3; do
 done
 [ -n "$python" ] || skip "no Python to change a volume with"
 
-"$SEGCAST" phantom --size 47x33x49 -o heart.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:47x33x49 -o heart.nrrd -q >/dev/null
 # change.py IN OUT LOW HIGH FROM=TO...: crop to voxels LOW to HIGH (x,y,z, inclusive) and replace labels, the others by 0
 cat >change.py <<'PY'
 import gzip, re, sys
@@ -83,16 +83,16 @@ rm -rf again
 [ "$(hashes again)" = "$(cat kept.txt)" ] || fail "the resolved job gives another picture"
 
 # A prepared file holds what was kept; a job that wants to change it is refused.
-"$SEGCAST" prepare job.yaml -o part.segc -q >/dev/null
+"$SEGCAST" convert job.yaml -o part.segc -q >/dev/null
 [ "$(hash_of part.segc)" != "" ] || fail "the prepared file cannot be drawn"
 sed 's/^volume.*/volume: {path: part.segc, keep: aorta}/; s/, "blood".*/}/' job.yaml >prepared.yaml
 expect 65 'is prepared, and level, box, merge, keep, crop and resample' "$SEGCAST" check prepared.yaml
 # A setting of the path keeps what the job does with the volume; with the prepared file it has been done.
 hash_of "{path: heart.nrrd, $merge, keep: [blood, aorta]}" >kept.txt
-"$SEGCAST" phantom --size 40x30x42 -o small.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:40x30x42 -o small.nrrd -q >/dev/null
 "$SEGCAST" check job.yaml --set volume=small.nrrd 2>said.txt >/dev/null
 grep -q '2 of 17 tissues are kept' said.txt || fail "what the job keeps is lost with another path: $(cat said.txt)"
-"$SEGCAST" prepare job.yaml -o kept.segc -q >/dev/null
+"$SEGCAST" convert job.yaml -o kept.segc -q >/dev/null
 "$SEGCAST" render job.yaml --set volume=kept.segc -o mapped 2>said.txt >/dev/null
 grep -q 'kept.segc: is prepared; what the job reads, merges, keeps and crops' said.txt || fail "$(cat said.txt)"
 [ "$(hashes mapped)" = "$(cat kept.txt)" ] || fail "the prepared file with the job that made it: another picture"

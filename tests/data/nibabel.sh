@@ -70,7 +70,7 @@ for file in int16.mgz uint8.mgh int32.mgz float.mgz; do
 done
 
 # What segcast writes as GIFTI, nibabel reads.
-"$SEGCAST" tables names.label.gii -o own.label.gii -q >/dev/null || fail "no GIFTI was written"
+"$SEGCAST" convert names.label.gii -o own.label.gii -q >/dev/null || fail "no GIFTI was written"
 "$python" -c '
 import nibabel
 table = nibabel.load("own.label.gii").labeltable
@@ -117,7 +117,7 @@ PYTHON
 "$python" turn.py || fail "nibabel cannot turn masks"
 for part in 'volume.overlap=smaller' 'volume.box=[[1, 4], [0, 5], [2, 6]]'; do
     for folder in straight turned; do
-        "$SEGCAST" prepare ${folder}_masks --set "${part/volume.overlap/overlap}" -o $folder.segc --overwrite >/dev/null 2>stderr.txt ||
+        "$SEGCAST" convert ${folder}_masks --set "${part/volume.overlap/overlap}" -o $folder.segc --overwrite >/dev/null 2>stderr.txt ||
             { cat stderr.txt >&2; fail "the $folder masks cannot be read"; }
     done
     grep -q 'turned_masks: 2 of 3 masks are stored along other axes than .*turned_masks/1.nii.gz, and turned to them' stderr.txt ||

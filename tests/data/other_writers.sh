@@ -12,7 +12,7 @@ same_as() {
         fail "$1/$2: $(jq -c '[.size, .spacing_mm, [.labels[1:][] | [.value, .voxels, .name]]]' info.json)"
     for file in "$volume" "$kept/$1/labels.nrrd"; do
         rm -f "$(basename "$file").png"
-        "$SEGCAST" views "$file" -o "$(basename "$file").png" -q --set 'tissues={"*": {color: teal}, 17: {color: orange}}' \
+        "$SEGCAST" still "$file" --sheet views -o "$(basename "$file").png" -q --set 'tissues={"*": {color: teal}, 17: {color: orange}}' \
             >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "$file cannot be drawn"; }
     done
     cmp "$2.png" labels.nrrd.png || fail "the picture of $1/$2 is not that of the same voxels in NRRD"
@@ -37,7 +37,7 @@ if ! grep -q 'built without Expat' stderr.txt; then
     jq -e --argjson table "$table" '[.labels[1:][] | [.value, .name, .color]] == $table and (.labels[2].opacity * 255 | round) == 128' info.json >/dev/null ||
         fail "the table in the header: $(jq -c '[.labels[] | [.value, .name, .color, .opacity]]' info.json)"
 fi
-"$SEGCAST" tables "$kept/workbench/table.txt" -o table.json >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "workbench/table.txt cannot be read"; }
+"$SEGCAST" convert "$kept/workbench/table.txt" -o table.json >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "workbench/table.txt cannot be read"; }
 grep -q 'read as a Connectome Workbench label table' stderr.txt || { cat stderr.txt >&2; fail "the list is not recognised"; }
-"$SEGCAST" tables "$kept/workbench/table.txt" -o - --to bids -q >bids.tsv 2>stderr.txt || { cat stderr.txt >&2; fail "the list cannot be converted"; }
+"$SEGCAST" convert "$kept/workbench/table.txt" -o - --to bids -q >bids.tsv 2>stderr.txt || { cat stderr.txt >&2; fail "the list cannot be converted"; }
 printf 'index\tname\tcolor\n17\tLeft-Hippocampus\t#dcd814\n53\tRight Hippocampus & more\t#0a14e6\n' | diff - bids.tsv || fail "the list has other labels"

@@ -38,7 +38,7 @@ expect_labels real/totalsegmentator/example_seg.nii.gz 41 RAS
 
 # Label tables of other programs: each is recognised, and its rows, as number, name and colour, are those of its program.
 colors() { # colors TABLE KIND ROW...
-    "$SEGCAST" tables "$DATA/real/$1" -o - --to bids >stdout.txt 2>stderr.txt || fail "$1 cannot be read"
+    "$SEGCAST" convert "$DATA/real/$1" -o - --to bids >stdout.txt 2>stderr.txt || fail "$1 cannot be read"
     grep -q "read as a.* $2 label table" stderr.txt || { cat stderr.txt; fail "$1 was not recognised as a $2 table"; }
     printf '%b\n' "${@:3}" | while read -r row; do grep -qx "$row" stdout.txt || fail "$1: expected $row"; done
 }

@@ -91,7 +91,7 @@ open('same.nrrd', 'wb').write(header + labels.astype('<u2').tobytes())
 PYTHON
 "$python" nrrd.py || fail "the same voxels cannot be written as NRRD"
 for volume in imagej.tif same.nrrd; do
-    "$SEGCAST" views "$volume" -o "$volume.png" --overwrite -q 2>stderr.txt || { cat stderr.txt >&2; fail "$volume cannot be drawn"; }
+    "$SEGCAST" still "$volume" --sheet views -o "$volume.png" --overwrite -q 2>stderr.txt || { cat stderr.txt >&2; fail "$volume cannot be drawn"; }
 done
 cmp imagej.tif.png same.nrrd.png || fail "the picture of TIFF is not that of NRRD"
 "$SEGCAST" orbit imagej.tif -o film.mp4 --size 64x48 --set animation.frames=2 -q >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "no film of a stack"; }
@@ -117,6 +117,6 @@ expect 65 'rgba\\x1b\[31m.tif: has 3 values' "$SEGCAST" info rgba*.tif
 grep -q 'video: "ome_palette.mp4"' init.yaml || fail "the video has not the name of the stack: $(grep video: init.yaml)"
 cp ome_palette.ome.tif palette # which only its content tells
 for file in ome_palette.ome.tif palette; do
-    "$SEGCAST" tables "$file" -o - --to csv >table.csv 2>stderr.txt || { cat stderr.txt >&2; fail "no table of a stack"; }
+    "$SEGCAST" convert "$file" -o - --to csv >table.csv 2>stderr.txt || { cat stderr.txt >&2; fail "no table of a stack"; }
     grep -q '^530,.*,0,255,0' table.csv || fail "the table of a stack is $(grep -n '^530' table.csv)"
 done

@@ -211,7 +211,7 @@ PYTHON
 "$python" nrrd.py || fail "the same voxels cannot be written as NRRD"
 for volume in same.nrrd zstd.zarr v3_shards_first.zarr; do
     for threads in 1 3; do
-        "$SEGCAST" views "$volume" -o "$volume.$threads.png" --threads "$threads" -q 2>stderr.txt || { cat stderr.txt >&2; fail "$volume cannot be drawn"; }
+        "$SEGCAST" still "$volume" --sheet views -o "$volume.$threads.png" --threads "$threads" -q 2>stderr.txt || { cat stderr.txt >&2; fail "$volume cannot be drawn"; }
         cmp same.nrrd.1.png "$volume.$threads.png" || fail "the picture of $volume with $threads threads is not that of NRRD"
     done
 done
@@ -367,5 +367,5 @@ expect 71 'raw.zarr/labels/cells/1 is a coarser level of the same image, and may
 "$SEGCAST" info raw.zarr/labels/cells/1 --max-memory 80K >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "the coarser level does not fit"; }
 "$SEGCAST" init zstd.zarr/ -o init.yaml -q >stdout.txt 2>stderr.txt || fail "no job can be written for a store"
 grep -q 'video: "zstd.mp4"' init.yaml || fail "the video has not the name of the store: $(grep video: init.yaml)"
-"$SEGCAST" tables zstd.zarr -o - --to csv >table.csv 2>stderr.txt || { cat stderr.txt >&2; fail "no table of a store"; }
+"$SEGCAST" convert zstd.zarr -o - --to csv >table.csv 2>stderr.txt || { cat stderr.txt >&2; fail "no table of a store"; }
 grep -q '^17,nucleus,255,128,0' table.csv || fail "the table of a store is $(cat table.csv)"

@@ -113,7 +113,7 @@ shots:
 YAML
 fi
 if [ -n "${FAULT_PREPARED:-}" ]; then
-    "$SEGCAST" prepare job.yaml -o volume.segc -q
+    "$SEGCAST" convert job.yaml -o volume.segc -q
     sed -i 's/volume.nrrd/volume.segc/' job.yaml
 fi
 mkdir reference

@@ -8,9 +8,9 @@ rm -rf "$seen"
 
 for kind in torso slices hand seams; do
     "$HARD_VOLUME" "$kind" "$kind.nrrd"
-    "$SEGCAST" prepare "$kind.nrrd" -o "$kind.segc" -q >/dev/null
+    "$SEGCAST" convert "$kind.nrrd" -o "$kind.segc" -q >/dev/null
 done
-"$SEGCAST" prepare phantom:117x81x122 -o phantom.segc -q >/dev/null
+"$SEGCAST" convert phantom:117x81x122 -o phantom.segc -q >/dev/null
 
 sed -nE 's/^\| !\[([a-z-]+)\]\(\1\.png\) \| ([^|]*[^ |]) \| ([0-9]+) \| ([^|]{20,}) \|$/\1;\2;\3;\4/p' "$golden/README.md" >list.txt
 [ "$(grep -c '\.png' "$golden/README.md")" = "$(wc -l <list.txt)" ] || fail "a row of $golden/README.md names a picture without a job, a frame and what to look at"

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # A beating heart: a series of volumes is filmed, each frame with the phase that its number says, and any frame alone,
 # any rank, band of rows and order of runs gives the frame of the film, by hash; so do prepared files of the phases.
-"$SEGCAST" phantom --size 59x41x61 --beating 5 -o beat.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:59x41x61 --beating 5 -o beat.nrrd -q >/dev/null
 cat >job.yaml <<'YAML'
 volume: beat-*.nrrd
 cine: {bpm: 120}
@@ -43,7 +43,7 @@ TMPDIR=$PWD/nowhere mpi 3 "$SEGCAST" render job.yaml -o memory 2>stderr.txt >/de
 [ -z "$(ls -A temporary)" ] || fail "files are left behind: $(ls -A temporary)"
 
 # Prepared files of all phases, and the resolved job, are the same film
-"$SEGCAST" prepare job.yaml -o beat.segc -q >said.txt
+"$SEGCAST" convert job.yaml -o beat.segc -q >said.txt
 printf 'beat-%02d.segc\n' {0..4} | diff - said.txt || fail "the prepared files that are named"
 sed 's/nrrd/segc/' job.yaml >prepared.yaml
 mpi 2 "$SEGCAST" render prepared.yaml -o prepared -q >/dev/null

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Several volumes in one picture: any frame alone, any rank, band of rows and order of runs gives the frame of the film,
 # by hash; other volumes are another job, and none of them is overwritten.
-"$SEGCAST" phantom --size 40x28x41 -o other.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:40x28x41 -o other.nrrd -q >/dev/null
 # A volume with a tissue of its own, at another place in space, and with its own label table
 {
     printf 'NRRD0004\ntype: uint8\ndimension: 3\nspace: right-anterior-superior\nsizes: 20 20 20\n'
@@ -63,12 +63,12 @@ for name in side divider; do
     [ "$(hashes $name.parts | uniq)" = "$(hashes $name)" ] && cmp $name/film.* $name.parts/film.* ||
         fail "$name: a film that was continued differs"
     "$SEGCAST" verify $name.parts >/dev/null || fail "$name: the film is not verified"
-    "$SEGCAST" storyboard $name.yaml -o $name.png -q --count 3 >/dev/null || fail "$name: storyboard"
+    "$SEGCAST" still $name.yaml -o $name.png -q --sheet 3 >/dev/null || fail "$name: a sheet"
     "$SEGCAST" plan $name.yaml --json >$name.json 2>/dev/null || fail "$name: plan"
 done
 
 # From prepared files, the same pictures; the one that is moved to the middle, too
-"$SEGCAST" prepare stripes.nrrd --labels stripes.ctbl -o stripes.segc -q >/dev/null
+"$SEGCAST" convert stripes.nrrd --labels stripes.ctbl -o stripes.segc -q >/dev/null
 sed 's/stripes\.nrrd, name: after, labels: stripes.ctbl/stripes.segc, name: after/' divider.yaml >prepared.yaml
 mpi 2 "$SEGCAST" render prepared.yaml -o prepared -q >/dev/null
 [ "$(hashes divider)" = "$(hashes prepared)" ] || fail "a prepared file gives other pictures"

@@ -18,7 +18,7 @@ for more in 'tissues={aorta: {visible: false}}' 'render.surface=voxel'; do
     "$SEGCAST" render job.yaml -o hidden --frames 4 --set "$fly" --set "$more" 2>&1 >/dev/null | grep -o 'the centre line.*' |
         diff shown.txt - >&2 || fail "the line is another with $more"
 done
-"$SEGCAST" prepare job.yaml -o heart.segc -q >/dev/null
+"$SEGCAST" convert job.yaml -o heart.segc -q >/dev/null
 "$SEGCAST" check job.yaml --set "$fly" --set volume=heart.segc 2>&1 >/dev/null | grep -o 'the centre line.*' |
     diff shown.txt - >&2 || fail "the line is another in a prepared file of $volume"
 # A prepared file that holds the tissue, which the job hides, makes the film of the volume.
@@ -27,13 +27,13 @@ done
 [ "$(hashes without)" = "$(hashes without2)" ] || fail "a prepared file makes another film where the tissue is hidden"
 
 # A prepared file that lacks the tissue is refused; one with other slices than the volume's own makes the same film.
-"$SEGCAST" prepare job.yaml -o lacking.segc -q --set 'tissues={aorta: {visible: false}}' >/dev/null
+"$SEGCAST" convert job.yaml -o lacking.segc -q --set 'tissues={aorta: {visible: false}}' >/dev/null
 expect 65 'lacking.segc: was prepared while "aorta" \(label 6\) was hidden' "$SEGCAST" check job.yaml --set "$fly" --set volume=lacking.segc \
     --set 'tissues={aorta: {visible: false}}'
-expect 65 'lacking.segc: was prepared while "aorta" \(label 6\) was hidden' "$SEGCAST" path lacking.segc --tissue aorta; one_error
-"$SEGCAST" phantom --size 59x41x20 -o thick.nrrd -q >/dev/null
+expect 65 'lacking.segc: was prepared while "aorta" \(label 6\) was hidden' "$SEGCAST" convert lacking.segc --tissue aorta -o -; one_error
+"$SEGCAST" convert phantom:59x41x20 -o thick.nrrd -q >/dev/null
 "$SEGCAST" render job.yaml -o thick -q --frames 2-4 --set "$fly" --set volume=thick.nrrd >/dev/null
-"$SEGCAST" prepare job.yaml -o thick.segc -q --set volume=thick.nrrd >/dev/null
+"$SEGCAST" convert job.yaml -o thick.segc -q --set volume=thick.nrrd >/dev/null
 "$SEGCAST" render job.yaml -o prepared -q --frames 2-4 --set "$fly" --set volume=thick.segc >/dev/null
 [ "$(hashes thick)" = "$(hashes prepared)" ] || fail "a prepared file of thick slices makes another film"
 "$SEGCAST" check job.yaml --fast --set "$fly" -q >/dev/null

@@ -76,7 +76,7 @@ done
 # What is told of a film before it is drawn
 "$SEGCAST" check job.yaml | grep -q 'ok: 23 frames' || fail "check"
 "$SEGCAST" plan job.yaml --json | jq -e '.frames == 23 and .memory.derived_bytes > 0' >/dev/null || fail "plan"
-"$SEGCAST" storyboard job.yaml -o sheet.png -q --count 5 >/dev/null || fail "storyboard"
+"$SEGCAST" still job.yaml -o sheet.png -q --sheet 5 >/dev/null || fail "a sheet"
 # Other shots are another job
 expect 73 '' "$SEGCAST" render job.yaml -o one --resume -q --set shots.1.light.shadows=true
 # A tissue that the volume has not is told with its line

@@ -96,7 +96,7 @@ env --block-signal=USR1 bash -c 'kill -USR1 $$; exec "$@"' bash "$SEGCAST" rende
 grep -q 'stopped on request$' stderr.txt || { cat stderr.txt >&2; fail "the pending USR1 was forgotten"; }
 [ ! -e pending ] || fail "a run that USR1 stopped before its first frame has left a directory"
 # Before the first frame, and in commands without frames, USR1 ends at once: nothing could be kept.
-for command in "render job.yaml -o unprepared --set volume=phantom:469x325x487" "prepare phantom:469x325x487 -o p.segc"; do
+for command in "render job.yaml -o unprepared --set volume=phantom:469x325x487" "convert phantom:469x325x487 -o p.segc"; do
     code=0
     # shellcheck disable=SC2086
     "$SEGCAST" $command >/dev/null 2>stderr.txt &
@@ -143,6 +143,6 @@ code=0
 stopped $code "CPU time"
 grep -q 'limit of CPU time is reached (ulimit -t)' stderr.txt || fail "the log does not name the limit of CPU time"
 code=0
-(ulimit -S -t 1; exec "$SEGCAST" phantom --size 1200x1200x1200 -o p.nrrd) >/dev/null 2>stderr.txt || code=$?
+(ulimit -S -t 1; exec "$SEGCAST" convert phantom:1200x1200x1200 -o p.nrrd) >/dev/null 2>stderr.txt || code=$?
 [ $code = 71 ] || { cat stderr.txt >&2; fail "CPU time of another command: exit $code, expected 71"; }
 one_error

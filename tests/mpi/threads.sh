@@ -7,7 +7,7 @@ expect 0 'warning: [0-9]+ threads instead of 100000 on [0-9]+ cores?: more would
 export OMP_NUM_THREADS=1
 "$SEGCAST" render job.yaml -o ref -q >/dev/null
 [ "$(hashes many)" = "$(hashes ref)" ] || fail "the frames depend on the number of threads"
-expect 0 '' "$SEGCAST" keys
+expect 0 '' "$SEGCAST" help keys
 
 [ "$(id -u)" = 0 ] || skip "only root can try the limit of processes as another user"
 command -v setpriv >/dev/null || skip "no setpriv"
@@ -22,7 +22,7 @@ expect 0 'warning: [0-9]+ threads instead of 16 on .*: the system allows no more
 expect 71 'only [0-9]+ threads can be started beside the first' \
     as_user 8 "$SEGCAST" render job.yaml -o none --threads 16 "${video[@]}"
 one_error
-expect 71 'only [0-9]+ threads' as_user 2 "$SEGCAST" phantom --size 20x20x20 -o p.nrrd
+expect 71 'only [0-9]+ threads' as_user 2 "$SEGCAST" convert phantom:20x20x20 -o p.nrrd
 one_error
 
 # The ranks of a host share the limit: what each can start is tried by all at the same time.

@@ -6,7 +6,7 @@ check() { # check FILE FILTER WHAT: the filter must be true of the file
     jq -e "$2" "$1" >/dev/null || fail "$3: $(cat "$1")"
 }
 "$FIDELITY" --write ball.nrrd ellipsoid || fail 'the voxels of an ellipsoid were not written'
-"$SEGCAST" phantom -q --size 160x112x166 -o heart.nrrd || fail 'the heart was not written'
+"$SEGCAST" convert phantom:160x112x166 -q -o heart.nrrd || fail 'the heart was not written'
 for volume in ball heart; do
     for surface in voxel smooth; do
         "$FIDELITY" --json --surface "$surface" --wobble "$volume.nrrd" >"$volume-$surface.json" ||

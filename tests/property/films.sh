@@ -9,14 +9,14 @@ seed=${PROPERTY_SEED:-1} first=${PROPERTY_FIRST:-0} jobs=${PROPERTY_JOBS:-14}
 # The generator knows each key that says what happens in a film, so that a new verb or overlay is tried from then on.
 subjects='animation\.(verbs\.N\.|clip\.N\.(sweep|plane|box)\.|camera\.(orbit|fixed|zoom)\.|slices\.)|overlays\.|'
 subjects+='shots\.N\.(transition|card)\.|light\.|tissues\.NAME\.|color_by\.|image\.|cine\.|compare\.(with\.N|divider)\.'
-"$SEGCAST" keys --json | jq -r '.[].key' | grep -E "^($subjects)" | LC_ALL=C sort >keys.txt
+"$SEGCAST" help keys --json | jq -r '.[].key' | grep -E "^($subjects)" | LC_ALL=C sort >keys.txt
 "$RANDOM_JOB" --keys | LC_ALL=C sort -u | diff keys.txt - >&2 ||
     fail "tests/property/random_job.c makes jobs of other keys than segcast has: < are keys of segcast alone"
 
 # The inputs of the jobs
-"$SEGCAST" phantom --size 24x18x24 --beating 3 -o beat.nrrd -q >/dev/null
-"$SEGCAST" phantom --size 22x17x20 -o other.nrrd -q >/dev/null
-"$SEGCAST" phantom --size 20x16x20 --ct -o ct.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:24x18x24 --beating 3 -o beat.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:22x17x20 -o other.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:20x16x20 --ct -o ct.nrrd -q >/dev/null
 printf '6 aorta 10 200 10 255\n8 left_ventricle 200 10 200 255\n' >other.ctbl
 printf 'name,change,weight\naorta,-0.5,12\nleft ventricle,3.5,80\nright atrium,,40\n7,1,\n' >values.csv
 printf 'volume: phantom:24x18x24\noutput: {size: [24, 16]}\n' >logo.yaml

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast tables: a label table in the format of another program. */
-#include "app.h"
+/* A label table in the format of another program. */
+#include "convert.h"
 
 #include "segcast/label_files.h"
 
@@ -21,30 +21,27 @@ static sc_status choose_writer(const sc_app *app, const sc_table_writer **out)
     if (*out)
         return SC_OK;
     if (!app->options.to)
-        return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "%s: its ending does not tell the format to be written; give it as --to "
-                       "NAME, for example --to freesurfer (`segcast help tables` lists all)",
-                       app->options.output);
+        return sc_fail(
+            app->ctx, SC_ERR_USAGE,
+            "%s: its ending does not tell what to write; the format of a label table can "
+            "be given as --to NAME, for example --to freesurfer (`segcast help convert` "
+            "lists formats and endings)",
+            app->options.output);
     nearest = sc_nearest_word(app->options.to, names, count);
     return sc_fail(app->ctx, SC_ERR_USAGE, "--to is \"%s\"; %s%s%s", app->options.to,
-                   nearest ? "did you mean \"" : "`segcast help tables` lists the formats",
+                   nearest ? "did you mean \"" : "`segcast help convert` lists the formats",
                    nearest ? nearest : "", nearest ? "\"?" : "");
 }
 
-sc_status sc_cmd_tables(sc_app *app)
+sc_status sc_convert_table(sc_app *app)
 {
     const sc_table_writer *writer;
     sc_session session = {0};
     sc_label_table table = {0};
     sc_text text = {0};
-    bool to_stdout;
+    const bool to_stdout = !strcmp(app->options.output, "-");
     sc_status status;
 
-    if (!app->options.output)
-        return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "no file to write: give one as -o FILE, for example -o labels.tsv; -o - "
-                       "writes to standard output");
-    to_stdout = !strcmp(app->options.output, "-");
     SC_TRY(choose_writer(app, &writer));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_session_job(app, NULL, &session));

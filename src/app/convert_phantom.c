@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast phantom: the synthetic heart as a file, or as one for each phase of its beat. */
-#include "app.h"
+/* The synthetic heart as a file, or as one for each phase of its beat. */
+#include "convert.h"
 
 #include "segcast/phantom.h"
 
@@ -130,29 +130,26 @@ out:
     return status;
 }
 
-sc_status sc_cmd_phantom(sc_app *app)
+sc_status sc_convert_phantom(sc_app *app)
 {
-    const char *path = app->options.output ? app->options.output : "phantom" ENDING;
+    const char *path = app->options.output;
     const size_t length = strlen(path), ending = strlen(SERIES_ENDING);
     const bool in_one = app->options.beating > 1 && length > ending &&
                         !strcmp(path + length - ending, SERIES_ENDING);
     const int phases = app->options.beating, count = in_one ? 0 : phases;
-    int size[3] = {SC_PHANTOM_WIDTH, SC_PHANTOM_DEPTH, SC_PHANTOM_HEIGHT}, used = 0;
+    int size[3];
     sc_status status;
 
-    if (app->options.size &&
-        (sscanf(app->options.size, "%dx%dx%d%n", &size[0], &size[1], &size[2], &used) != 3 ||
-         app->options.size[used]))
-        return sc_fail(app->ctx, SC_ERR_USAGE, "--size is \"%s\", expected for example 128x96x128",
-                       app->options.size);
+    SC_TRY(sc_phantom_size(app->ctx, "the argument", app->options.input, size));
     SC_TRY(sc_check_ending(app->ctx, path, ENDING, "a volume in the format NRRD"));
     SC_TRY(check_outputs(app, path, count));
     for (int i = 0; i < 3 && app->options.ct; i++) {
         if (size[i] < 2 || size[i] > 4096)
-            return sc_fail(app->ctx, SC_ERR_USAGE, "--size: expected 2 to 4096 along each axis");
+            return sc_fail(app->ctx, SC_ERR_USAGE, "%s: expected 2 to 4096 voxels along each axis",
+                           app->options.input);
     }
     if (size[0] > 0 && size[1] > 0 && size[2] > 0)
-        SC_TRY(sc_volume_memory_check(app->ctx, "--size", size, 0));
+        SC_TRY(sc_volume_memory_check(app->ctx, app->options.input, size, 0));
     if (in_one)
         return write_series(app, path, size, phases);
     for (int phase = 0; phase == 0 || phase < count; phase++)

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast storyboard: small pictures of frames of the whole film on one sheet. */
-#include "app.h"
+/* segcast still --sheet N: small pictures of frames of the whole film on one sheet. */
 #include "segcast/annotate.h"
+#include "still.h"
 
 #include <math.h>
 #include <string.h>
 
 enum {
-    PICTURES = 12,            /* on a sheet, unless the user says how many */
     PICTURE_AREA = 320 * 180, /* pixels of a picture, about */
     CAPTION_PX = 24,          /* height of the line below a picture */
     GAP_PX = 12,              /* between pictures, and around them */
@@ -68,19 +67,18 @@ static grid choose_grid(const int picture_px[2], int count)
     return best;
 }
 
-/* List the frames of the sheet: those of --frames, or --count of them evenly from the first to the
+/* List the frames of the sheet: those of --frames, or --sheet of them evenly from the first to the
  * last. Caller owns *out, also after an error: sc_free. */
 static sc_status choose_frames(const sc_app *app, int total, int **out, int *count)
 {
     const sc_options *o = &app->options;
-    const int wanted = o->pictures ? o->pictures : PICTURES;
-    const int n = wanted < total ? wanted : total;
+    const int n = o->pictures < total ? o->pictures : total;
     void *block;
     sc_status status;
 
     if (o->frames && o->pictures)
         return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--frames and --count both say which frames to show; give one of them");
+                       "--frames and --sheet both say which frames to show; give one of them");
     if (o->frames) {
         SC_TRY(sc_frames_parse(app->ctx, o->frames, total, out, count));
         if (*count <= SC_PICTURES_MAX)
@@ -170,9 +168,8 @@ static void draw_fast(sc_render_options *render)
     render->antialiasing = SC_ANTIALIASING_ADAPTIVE;
 }
 
-sc_status sc_cmd_storyboard(sc_app *app)
+sc_status sc_draw_sheet(sc_app *app, const char *job_path, const char *path)
 {
-    const char *path = app->options.output ? app->options.output : "storyboard.png";
     sc_session session = {0};
     sc_job *job = &session.job;
     sc_image sheet = {0};
@@ -180,9 +177,7 @@ sc_status sc_cmd_storyboard(sc_app *app)
     grid g;
     sc_status status;
 
-    SC_TRY(sc_defer(app, sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG")));
-    app->options.no_video = true;
-    SC_TRY(sc_session_job(app, app->options.input, &session));
+    SC_TRY(sc_session_job(app, job_path, &session));
     SC_TRY(sc_check_output(app, &session, path, true));
     SC_TRY(choose_frames(app, job->animation.frames, &frames, &count));
     shrink(job->output.size_px, job->output.size_px);

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast path: the centre line of a vessel. */
-#include "app.h"
+/* The centre line of a vessel. */
+#include "convert.h"
 
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 enum { TISSUES_MAX = 64 };
 
@@ -72,24 +73,36 @@ static sc_status read_wish(const sc_app *app, wish *w)
 
     *w = (wish){.line = {.clearance = SC_CLEARANCE, .where = ""}};
     SC_TRY(read_tissues(app->ctx, o->tissue, w));
-    if (o->to && !o->from)
+    if (o->end && !o->begin)
         return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--to needs --from: a line that ends at a point has to begin at one");
+                       "--end needs --begin: a line that ends at a point has to begin at one");
     w->line.middles = o->middles;
-    if (o->middles && o->from)
+    if (o->middles && o->begin)
         return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--middles and --from both say where the line leads; give one of them");
+                       "--middles and --begin both say where the line leads; give one of them");
     if (o->middles && w->line.pattern_count < 2)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--middles needs two tissues or more: --tissue A,B leads from the middle of "
                        "A to that of B");
-    if (o->from)
-        SC_TRY(read_point(app->ctx, "--from", o->from, &w->through[w->line.through_count++]));
-    if (o->to)
-        SC_TRY(read_point(app->ctx, "--to", o->to, &w->through[w->line.through_count++]));
+    if (o->begin)
+        SC_TRY(read_point(app->ctx, "--begin", o->begin, &w->through[w->line.through_count++]));
+    if (o->end)
+        SC_TRY(read_point(app->ctx, "--end", o->end, &w->through[w->line.through_count++]));
     w->line.through = w->through;
 out:
     return status;
+}
+
+/* Choose the format by --to, or by the ending of the file: JSON, or else CSV. */
+static sc_status choose_format(const sc_app *app, bool *as_json)
+{
+    const char *to = app->options.to, *dot = strrchr(app->options.output, '.');
+
+    if (to && strcasecmp(to, "csv") && strcasecmp(to, "json"))
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--to is \"%s\", expected csv or json for a centre line", to);
+    *as_json = to ? !strcasecmp(to, "json") : dot && !strcasecmp(dot, ".json");
+    return SC_OK;
 }
 
 /* Append a number in mm, as the resolved job has them. */
@@ -99,52 +112,52 @@ static sc_status add_number(const sc_ctx *ctx, double value, const char *after, 
 }
 
 /* Append the line as CSV, or as JSON. */
-static sc_status print_line(const sc_app *app, const sc_centerline *line, sc_text *text)
+static sc_status print_line(const sc_ctx *ctx, const sc_centerline *line, bool json, sc_text *text)
 {
-    const bool json = app->options.json;
     sc_status status;
 
     if (json)
         SC_TRY(
-            sc_text_add(app->ctx, text,
+            sc_text_add(ctx, text,
                         "{\"schema\": \"segcast-path-1\", \"length_mm\": %.10g, \"pieces\": %d,\n"
                         " \"columns\": [\"x_mm\", \"y_mm\", \"z_mm\", \"radius_mm\"],\n"
                         " \"points\": [\n",
                         line->length_mm, line->parts));
     else
-        SC_TRY(sc_text_add(app->ctx, text, "x_mm,y_mm,z_mm,radius_mm\n"));
+        SC_TRY(sc_text_add(ctx, text, "x_mm,y_mm,z_mm,radius_mm\n"));
     for (size_t i = 0; i < line->count; i++) {
         const sc_centerline_point *p = &line->points[i];
         const char *end = !json ? "\n" : i + 1 < line->count ? "],\n" : "]\n";
 
         if (json)
-            SC_TRY(sc_text_add(app->ctx, text, "  ["));
-        SC_TRY(add_number(app->ctx, p->at_mm.x, json ? ", " : ",", text));
-        SC_TRY(add_number(app->ctx, p->at_mm.y, json ? ", " : ",", text));
-        SC_TRY(add_number(app->ctx, p->at_mm.z, json ? ", " : ",", text));
-        SC_TRY(add_number(app->ctx, p->radius_mm, end, text));
+            SC_TRY(sc_text_add(ctx, text, "  ["));
+        SC_TRY(add_number(ctx, p->at_mm.x, json ? ", " : ",", text));
+        SC_TRY(add_number(ctx, p->at_mm.y, json ? ", " : ",", text));
+        SC_TRY(add_number(ctx, p->at_mm.z, json ? ", " : ",", text));
+        SC_TRY(add_number(ctx, p->radius_mm, end, text));
     }
-    status = json ? sc_text_add(app->ctx, text, " ]\n}\n") : SC_OK;
+    status = json ? sc_text_add(ctx, text, " ]\n}\n") : SC_OK;
 out:
     return status;
 }
 
-sc_status sc_cmd_path(sc_app *app)
+sc_status sc_convert_line(sc_app *app)
 {
-    const char *path = app->options.output ? app->options.output : "-";
+    const char *path = app->options.output;
     sc_session session = {0};
     sc_centerline line = {0};
     sc_volume read = {0}, volume;
     sc_text text = {0};
     sc_ctx quieter = *app->ctx; /* how a file was prepared does not matter here */
     sc_app mapping = *app;
-    bool usable;
+    bool usable, as_json = false;
     wish w;
     sc_status status;
 
     quieter.level = SC_LOG_ERROR;
     mapping.ctx = &quieter;
     SC_TRY(read_wish(app, &w));
+    SC_TRY(choose_format(app, &as_json));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_session_job(app, NULL, &session));
     session.measure = true; /* so that a prepared file may lack tissues */
@@ -160,7 +173,7 @@ sc_status sc_cmd_path(sc_app *app)
         volume = read;
     }
     SC_TRY(sc_find_line(app, &volume, &w.line, &line));
-    SC_TRY(print_line(app, &line, &text));
+    SC_TRY(print_line(app->ctx, &line, as_json, &text));
     sc_display_end_stage(app);
     status = sc_write_text(app, &text, path);
 out:

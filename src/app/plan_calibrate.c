@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast calibrate: measures what segcast plan cannot measure with a job, and keeps it. */
+/* segcast plan --calibrate: measures what segcast plan cannot measure with a job, and keeps it. */
 #include "calibration.h"
 
 #include <jansson.h>
@@ -187,7 +187,7 @@ out:
     return status;
 }
 
-sc_status sc_cmd_calibrate(sc_app *app)
+sc_status sc_calibrate(sc_app *app)
 {
     const sc_ctx *ctx = app->ctx;
     const bool is_root = sc_comm_rank(app->comm) == 0;

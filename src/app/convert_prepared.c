@@ -1,20 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast prepare: write the prepared volume to a file; jobs that map it start without preparing.
- */
-#include "app.h"
+/* Write the prepared volume to a file; jobs that map it start without preparing. */
+#include "convert.h"
 #include "segcast/resample.h"
 
 #include <string.h>
 
 #define ENDING ".segc"
-
-/* Is the argument a job file, judged by the end of its name? */
-static bool is_job(const char *path)
-{
-    const char *dot = strrchr(path, '.');
-
-    return dot && (!strcmp(dot, ".yaml") || !strcmp(dot, ".yml"));
-}
 
 /* Find the opacity of each label, for the light that is derived for the job; NULL if its tissues
  * have mistakes, which are told when the job is drawn. Caller owns *out: sc_free. */
@@ -213,10 +204,9 @@ out:
     return status;
 }
 
-sc_status sc_cmd_prepare(sc_app *app)
+sc_status sc_convert_prepared(sc_app *app, const char *job)
 {
-    const char *path = app->options.output ? app->options.output : "prepared" ENDING;
-    const char *job = is_job(app->options.input) ? app->options.input : NULL;
+    const char *path = app->options.output;
     sc_session session = {0};
     float *opacity = NULL;
     sc_status status;
@@ -225,7 +215,6 @@ sc_status sc_cmd_prepare(sc_app *app)
         SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
         SC_TRY(sc_expect_series(app));
     }
-    SC_TRY(sc_defer(app, sc_check_ending(app->ctx, path, ENDING, "a prepared volume")));
     SC_TRY(sc_session_job(app, job, &session));
     if (session.job.phase_count) {
         status = prepare_phases(app, &session, path);

@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast convert: what is written is told by the ending of the file, and by the options. */
+#include "convert.h"
+
+#include <string.h>
+#include <strings.h>
+
+/* What segcast convert can write. */
+typedef enum target { TARGET_TABLE, TARGET_LINE, TARGET_PREPARED, TARGET_PHANTOM } target;
+
+/* Is the argument a job file, judged by the end of its name? */
+static bool is_job(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+
+    return dot && (!strcmp(dot, ".yaml") || !strcmp(dot, ".yml"));
+}
+
+/* @return what the command line asks for. */
+static target find_target(const sc_options *o)
+{
+    const char *dot = strrchr(o->output, '.');
+
+    if (o->tissue || o->begin || o->end || o->middles)
+        return TARGET_LINE;
+    if (dot && !strcasecmp(dot, ".segc"))
+        return TARGET_PREPARED;
+    if (o->ct || o->beating || (dot && !strcasecmp(dot, ".nrrd") && !o->to))
+        return TARGET_PHANTOM;
+    return TARGET_TABLE;
+}
+
+/* Refuse settings of a job, unless they are of the key @p allowed. */
+static sc_status refuse_settings(const sc_app *app, const char *allowed)
+{
+    const sc_options *o = &app->options;
+
+    for (size_t i = 0; i < o->setting_count; i++) {
+        if (!allowed || strcmp(o->settings[i].path, allowed))
+            return sc_fail(app->ctx, SC_ERR_USAGE, "%s: does not change what is written to %s",
+                           o->settings[i].origin, o->output);
+    }
+    return SC_OK;
+}
+
+/* Refuse what the target does not take. */
+static sc_status check_use(const sc_app *app, target wanted)
+{
+    const sc_options *o = &app->options;
+
+    if (wanted != TARGET_PREPARED && is_job(o->input))
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "%s: is a job file, of which only a prepared file (-o FILE.segc) is made; "
+                       "expected a volume or a label table",
+                       o->input);
+    if ((wanted == TARGET_PREPARED || wanted == TARGET_PHANTOM) && o->to)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--to names a format of label tables or centre lines, but %s is neither",
+                       o->output);
+    if (wanted != TARGET_PHANTOM && (o->ct || o->beating))
+        return sc_fail(app->ctx, SC_ERR_USAGE, "--%s is for the phantom written as NRRD",
+                       o->ct ? "ct" : "beating");
+    if (wanted == TARGET_PHANTOM && !sc_job_is_phantom(o->input))
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "%s: only the phantom is written as NRRD, and the input is %s; expected "
+                       "phantom or for example phantom:128x96x128",
+                       o->output, o->input);
+    if (wanted == TARGET_PHANTOM)
+        return refuse_settings(app, NULL);
+    return wanted == TARGET_TABLE ? refuse_settings(app, "labels_format") : SC_OK;
+}
+
+sc_status sc_cmd_convert(sc_app *app)
+{
+    sc_options *o = &app->options;
+    target wanted;
+    sc_status status;
+
+    if (!o->output)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "no file to write: give one as -o FILE, whose ending tells what is written; "
+                       "`segcast help convert` lists the endings");
+    wanted = find_target(o);
+    SC_TRY(check_use(app, wanted));
+    if (wanted == TARGET_PREPARED)
+        return sc_convert_prepared(app, is_job(o->input) ? o->input : NULL);
+    SC_TRY(app->mistake);
+    status = wanted == TARGET_LINE      ? sc_convert_line(app)
+             : wanted == TARGET_PHANTOM ? sc_convert_phantom(app)
+                                        : sc_convert_table(app);
+out:
+    return status;
+}
