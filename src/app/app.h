@@ -3,33 +3,15 @@
 #ifndef SC_APP_APP_H
 #define SC_APP_APP_H
 
-#include "options.h"
 #include "segcast/annotate.h"
 #include "segcast/centerline.h"
+#include "segcast/cli.h"
 #include "segcast/comm.h"
 #include "segcast/resample.h"
 #include "segcast/study.h"
+#include "segcast/terminal.h"
 
-#include <pthread.h>
 #include <sys/types.h>
-
-/* Standard error, which shows messages and, if it is a terminal, a line with the progress below
- * them. Several threads may call its functions. */
-typedef struct sc_terminal {
-    bool is_tty, quiet;
-    bool one_error;       /* only the first error is printed: what fails after it follows from it */
-    int errors;           /* how many there were; atomic, since several threads log */
-    pthread_mutex_t lock; /* of what is written */
-    int shown_columns;    /* width of the progress that stands there, 0: none; at most this */
-} sc_terminal;
-/* A function for sc_ctx.write, with an sc_terminal as user: prints the message above the progress.
- */
-void sc_terminal_write(void *user, sc_log_level level, const char *text);
-/* Show @p text as progress instead of an earlier one, as far as it fits into one line. Does nothing
- * if quiet. @return how many columns there are. */
-int sc_terminal_bar(sc_terminal *terminal, const char *text);
-/* Remove the progress. */
-void sc_terminal_clear(sc_terminal *terminal);
 
 /* As sc_comm_agree, for what all ranks do in the same way, so that rank 0 alone logs errors in it:
  * a rank that has failed for want of memory, which it can do alone, says so. Collective. */
@@ -137,12 +119,6 @@ sc_status sc_launch(const sc_ctx *ctx, sc_comm **out);
  * the system allows, and show its progress. Collective. @return as the command, or SC_ERR_SYSTEM,
  * logged, if not even the fewest threads can be started. */
 sc_status sc_execute(sc_app *app, const sc_command *command);
-
-/* Print the version, the commit, the compiler and the libraries. */
-void sc_print_version(FILE *stream);
-const char *sc_version(void);
-/* @return the commit of these sources, or "unknown". */
-const char *sc_commit(void);
 
 /* ---- a session: a job with its volume and renderer ----
  *
@@ -717,6 +693,8 @@ const atomic_int *sc_signals_give_up(void);
 void sc_signals_expendable(bool begins);
 
 /* ---- the commands: rows of sc_commands, by their names ---- */
+
+extern const sc_command sc_commands[]; /* ended by a row without a name */
 
 sc_status sc_cmd_render(sc_app *app);
 sc_status sc_cmd_join(sc_app *app);

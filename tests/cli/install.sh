@@ -75,8 +75,8 @@ mkdir -p foreign/segcast
 cp -r "$SOURCE"/CMakeLists.txt "$SOURCE"/cmake "$SOURCE"/src "$SOURCE"/include foreign/segcast/
 GIT_DIR=$PWD/foreign/.git cmake -S foreign/segcast -B foreign/build -DBUILD_TESTING=OFF >configure.log 2>&1 ||
     { cat configure.log >&2; fail "sources from an archive cannot be configured"; }
-grep -q 'SC_COMMIT "unknown"' foreign/build/src/app/version.h ||
-    fail "the commit of another repository: $(cat foreign/build/src/app/version.h)"
+grep -q 'SC_COMMIT "unknown"' foreign/build/src/cli/version.h ||
+    fail "the commit of another repository: $(cat foreign/build/src/cli/version.h)"
 if [ -e "$SOURCE/.git" ]; then
     to/bin/segcast --version | grep -qE '^commit +[0-9a-f]{12}$' || fail "no commit: $(to/bin/segcast --version)"
 fi

@@ -7,7 +7,7 @@
 #include "check.h"
 
 #include "internal.h"
-#include "options.h"
+#include "segcast/cli.h"
 #include "segcast/job.h"
 #include "segcast/measurements.h"
 #include "segcast/resample.h"

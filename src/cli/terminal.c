@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Standard error as the user sees it: messages, and below them one line for the progress. */
-#include "app.h"
+#include "segcast/terminal.h"
 
 #include <stdlib.h>
 #include <string.h>

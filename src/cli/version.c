@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "version.h"
 
-#include "app.h"
+#include "segcast/cli.h"
+#include "segcast/comm.h"
 #include "segcast/video.h"
 #include "segcast/volume.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Completions of the command line for bash, zsh and fish, from the tables of commands, options and
  * keys. */
-#include "app.h"
+#include "segcast/cli.h"
 
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Finding a command by its name, and the table of exit codes. */
-#include "options.h"
+#include "segcast/cli.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What the argument of a command is, in order to tell users who give a volume where a job is
  * expected, or a file where a command is, which command they want. */
-#include "options.h"
+#include "segcast/cli.h"
 #include "segcast/prepare.h"
 
 #include <string.h>

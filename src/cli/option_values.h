@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Private to the options of commands: what checks and stores their values. */
-#ifndef SC_APP_OPTION_VALUES_H
-#define SC_APP_OPTION_VALUES_H
+#ifndef SC_CLI_OPTION_VALUES_H
+#define SC_CLI_OPTION_VALUES_H
 
-#include "options.h"
+#include "segcast/cli.h"
 
 /* For sc_option.store. All of them log what is wrong with a value, and return SC_ERR_USAGE. */
 

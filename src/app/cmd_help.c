@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast help: all commands, one of them, or the keys of a job file. */
+#include "app.h"
+
+#include <string.h>
+
+/* Print the keys of a job file, or those that begin with @p prefix. */
+static sc_status print_keys(const sc_ctx *ctx, const sc_options *o, const char *prefix)
+{
+    const sc_keys_format format = o->schema     ? SC_KEYS_SCHEMA
+                                  : o->study    ? SC_KEYS_STUDY
+                                  : o->markdown ? SC_KEYS_MARKDOWN
+                                  : o->man      ? SC_KEYS_MAN
+                                  : o->json     ? SC_KEYS_JSON
+                                                : SC_KEYS_TABLE;
+    sc_text text = {0};
+    sc_status status = sc_keys_describe(ctx, prefix, format, &text);
+
+    if (status == SC_OK)
+        fputs(text.data, stdout);
+    sc_text_clear(&text);
+    return status;
+}
+
+sc_status sc_cmd_help(sc_app *app)
+{
+    const sc_options *o = &app->options;
+    const bool keys = o->input && !strcmp(o->input, "keys");
+    const sc_command *command = o->input ? sc_command_find(app->commands, o->input) : NULL;
+    const char *shell = o->bash ? "bash" : o->zsh ? "zsh" : o->fish ? "fish" : NULL;
+
+    if (keys)
+        return print_keys(app->ctx, o, o->input_count > 1 ? o->inputs[1] : NULL);
+    if (o->input_count > 1)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "unexpected argument \"%s\"; `segcast help help` explains the command",
+                       o->inputs[1]);
+    if (o->json || o->markdown || o->schema || o->study)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--%s is for the keys of a job file: segcast help keys",
+                       o->json       ? "json"
+                       : o->markdown ? "markdown"
+                       : o->schema   ? "schema"
+                                     : "study-schema");
+    if (shell)
+        return sc_print_completion(app->ctx, app->commands, shell, stdout);
+    if (o->man)
+        return sc_print_manual(app->ctx, app->commands, stdout);
+    if (o->input && !command)
+        return sc_command_unknown(app->ctx, app->commands, o->input);
+    if (command)
+        return sc_print_command_help(app->ctx, command, stdout);
+    sc_print_help(app->commands, stdout);
+    return SC_OK;
+}
