@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to app: options, the commands, and what they share. */
+/* Private to app and commands: what commands share. */
 #ifndef SC_APP_APP_H
 #define SC_APP_APP_H
 
@@ -625,10 +625,6 @@ void sc_print_made(const char *path);
 /* Write a text to the file @p path and print that path, or to standard output for "-". Not
  * collective. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 sc_status sc_write_text(const sc_app *app, const sc_text *text, const char *path);
-/* Write the name of the processor as the system has it into @p text; empty if it has none. */
-void sc_processor_name(char *text, int size);
-/* @return the id that the batch system has given to this job, or NULL. */
-const char *sc_batch_job(void);
 /* Open those of the standard streams on /dev/null that are closed, so that no file that is opened
  * later gets what is meant for them. @return false if that fails. */
 bool sc_open_standard_streams(void);
@@ -639,8 +635,6 @@ sc_status sc_ensure_stack(const sc_ctx *ctx);
  * less severe one if not everything could be written since the process began. */
 sc_status sc_finish_standard_output(const sc_ctx *ctx, sc_status status);
 
-/* Warn of a run that keeps no picture. Not collective. */
-void sc_warn_of_outputs(const sc_app *app, const sc_job *job);
 /* Warn of clip planes given in mm that remove everything or nothing in all frames, and of frames
  * that are empty because of them. Needs session->timeline. Not collective. */
 void sc_warn_of_planes(const sc_app *app, const sc_session *session);
@@ -691,24 +685,5 @@ const atomic_int *sc_signals_give_up(void);
  * after the first INT, TERM or HUP, the process ends as after the second. Threads: any; what
  * several have begun is counted. */
 void sc_signals_expendable(bool begins);
-
-/* ---- the commands: rows of sc_commands, by their names ---- */
-
-extern const sc_command sc_commands[]; /* ended by a row without a name */
-
-sc_status sc_cmd_render(sc_app *app);
-sc_status sc_cmd_join(sc_app *app);
-sc_status sc_cmd_report(sc_app *app);
-sc_status sc_cmd_verify(sc_app *app);
-sc_status sc_cmd_status(sc_app *app);
-sc_status sc_cmd_study(sc_app *app);
-sc_status sc_cmd_orbit(sc_app *app);
-sc_status sc_cmd_still(sc_app *app);
-sc_status sc_cmd_check(sc_app *app);
-sc_status sc_cmd_plan(sc_app *app);
-sc_status sc_cmd_info(sc_app *app);
-sc_status sc_cmd_init(sc_app *app);
-sc_status sc_cmd_convert(sc_app *app);
-sc_status sc_cmd_help(sc_app *app);
 
 #endif

@@ -2,7 +2,7 @@
 /* The input is a command line, one word a line: the command, then options and arguments. The job
  * that the options alone make is loaded, too, and so are lists of frames. Lines that begin with
  * SEGCAST_ are the environment. */
-#include "app.h"
+#include "commands.h"
 #include "fuzz.h"
 
 #include <getopt.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to app: how the label table of a job and the voxels of its volume agree. */
-#ifndef SC_APP_LABEL_REPORT_H
-#define SC_APP_LABEL_REPORT_H
+/* Private to commands: how the label table of a job and the voxels of its volume agree. */
+#ifndef SC_COMMANDS_LABEL_REPORT_H
+#define SC_COMMANDS_LABEL_REPORT_H
 
-#include "app.h"
+#include "commands.h"
 
 #include <jansson.h>
 

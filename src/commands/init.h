@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Private to segcast init: what is known of the tissues of a volume beside their measurements. */
-#ifndef SC_APP_INIT_H
-#define SC_APP_INIT_H
+#ifndef SC_COMMANDS_INIT_H
+#define SC_COMMANDS_INIT_H
 
 #include "segcast/prepare.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast check: whether a job can run, found without preparing its volume, so that it may be
  * called on a login node. */
-#include "app.h"
+#include "commands.h"
 #include "label_report.h"
 #include "run.h"
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to app: what segcast convert writes, each to app->options.output. All return the status
- * of the command, with everything logged. */
-#ifndef SC_APP_CONVERT_H
-#define SC_APP_CONVERT_H
+/* Private to commands: what segcast convert writes, each to app->options.output. All return the
+ * status of the command, with everything logged. */
+#ifndef SC_COMMANDS_CONVERT_H
+#define SC_COMMANDS_CONVERT_H
 
-#include "app.h"
+#include "commands.h"
 
 /* A label table in the format of another program. */
 sc_status sc_convert_table(sc_app *app);

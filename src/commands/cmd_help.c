@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast help: all commands, one of them, or the keys of a job file. */
-#include "app.h"
+#include "commands.h"
 
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast info: what is in a volume. */
-#include "app.h"
+#include "commands.h"
 #include "label_report.h"
 #include "segcast/resample.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to app: what segcast plan measures of a job, and what follows from it. */
-#ifndef SC_APP_PLAN_H
-#define SC_APP_PLAN_H
+/* Private to commands: what segcast plan measures of a job, and what follows from it. */
+#ifndef SC_COMMANDS_PLAN_H
+#define SC_COMMANDS_PLAN_H
 
 #include "calibration.h"
 #include "run.h"

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to app: the state of a run, and the callbacks and reports of segcast render. */
-#ifndef SC_APP_RUN_H
-#define SC_APP_RUN_H
+/* Private to commands: the state of a run, and the callbacks and reports of segcast render. */
+#ifndef SC_COMMANDS_RUN_H
+#define SC_COMMANDS_RUN_H
 
-#include "app.h"
+#include "commands.h"
 #include "segcast/store.h"
 
 /* What the run is to draw: rank 0 finds it out and sends it to all others, as bytes. */

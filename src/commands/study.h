@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to app: a timing study as its command, the measuring of a cell and the list of cells see
- * it. */
-#ifndef SC_APP_STUDY_H
-#define SC_APP_STUDY_H
+/* Private to commands: a timing study as its command, the measuring of a cell and the list of cells
+ * see it. */
+#ifndef SC_COMMANDS_STUDY_H
+#define SC_COMMANDS_STUDY_H
 
-#include "app.h"
+#include "commands.h"
 #include "segcast/measurements.h"
 #include "segcast/study_file.h"
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to app: the sheet of segcast still. */
-#ifndef SC_APP_STILL_H
-#define SC_APP_STILL_H
+/* Private to commands: the sheet of segcast still. */
+#ifndef SC_COMMANDS_STILL_H
+#define SC_COMMANDS_STILL_H
 
-#include "app.h"
+#include "commands.h"
 
 /* Draw small pictures of the frames that --sheet or --frames asks for on one sheet, write it to @p
  * path as PNG and print the path. @param job_path NULL: there is no job file, only settings.

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to app: what this machine takes for what a run does beside drawing and encoding, and the
- * file in the user's cache directory that keeps it. */
-#ifndef SC_APP_CALIBRATION_H
-#define SC_APP_CALIBRATION_H
+/* Private to commands: what this machine takes for what a run does beside drawing and encoding, and
+ * the file in the user's cache directory that keeps it. */
+#ifndef SC_COMMANDS_CALIBRATION_H
+#define SC_COMMANDS_CALIBRATION_H
 
-#include "app.h"
+#include "commands.h"
 
 /* Unit costs, as sc_simulate takes them. */
 typedef struct sc_unit_costs {

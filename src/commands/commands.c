@@ -2,7 +2,7 @@
 /* The table of commands. Only main.c refers to it. Code that a command calls gets the table from
  * sc_app instead, so that files call each other in one direction although `segcast help` needs it.
  */
-#include "app.h"
+#include "commands.h"
 
 const sc_command sc_commands[] = {
     {"make", "orbit", "VOLUME", "make a video of a volume without a job file",

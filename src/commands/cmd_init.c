@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast init: write a job to begin with, with every tissue of a volume. */
-#include "app.h"
+#include "commands.h"
 #include "init.h"
 #include "segcast/store.h"
 

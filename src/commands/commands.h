@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to commands: the commands, and what several of them need. */
+#ifndef SC_COMMANDS_COMMANDS_H
+#define SC_COMMANDS_COMMANDS_H
+
+#include "app.h"
+
+/* Warn of a run that keeps no picture. Not collective. */
+void sc_warn_of_outputs(const sc_app *app, const sc_job *job);
+/* Write the name of the processor as the system has it into @p text; empty if it has none. */
+void sc_processor_name(char *text, int size);
+/* @return the id that the batch system has given to this job, or NULL. */
+const char *sc_batch_job(void);
+
+/* ---- the commands: rows of sc_commands, by their names ---- */
+
+extern const sc_command sc_commands[]; /* ended by a row without a name */
+
+sc_status sc_cmd_render(sc_app *app);
+sc_status sc_cmd_join(sc_app *app);
+sc_status sc_cmd_report(sc_app *app);
+sc_status sc_cmd_verify(sc_app *app);
+sc_status sc_cmd_status(sc_app *app);
+sc_status sc_cmd_study(sc_app *app);
+sc_status sc_cmd_orbit(sc_app *app);
+sc_status sc_cmd_still(sc_app *app);
+sc_status sc_cmd_check(sc_app *app);
+sc_status sc_cmd_plan(sc_app *app);
+sc_status sc_cmd_info(sc_app *app);
+sc_status sc_cmd_init(sc_app *app);
+sc_status sc_cmd_convert(sc_app *app);
+sc_status sc_cmd_help(sc_app *app);
+
+#endif
