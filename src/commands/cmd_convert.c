@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast convert: what is written is told by the ending of the file, and by the options. */
-#include "convert.h"
+#include "commands.h"
 
 #include <string.h>
 #include <strings.h>

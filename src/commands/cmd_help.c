@@ -37,11 +37,8 @@ sc_status sc_cmd_help(sc_app *app)
                        o->inputs[1]);
     if (o->json || o->markdown || o->schema || o->study)
         return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--%s is for the keys of a job file: segcast help keys",
-                       o->json       ? "json"
-                       : o->markdown ? "markdown"
-                       : o->schema   ? "schema"
-                                     : "study-schema");
+                       "--json, --markdown, --schema and --study-schema are for the keys of a job "
+                       "file: segcast help keys");
     if (shell)
         return sc_print_completion(app->ctx, app->commands, shell, stdout);
     if (o->man)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast still: one picture, drawn by one process. */
-#include "still.h"
+#include "commands.h"
 
 #include <math.h>
 #include <string.h>
@@ -61,17 +61,14 @@ static sc_status find_frame(const sc_app *app, const sc_job *job, int *out)
     return SC_OK;
 }
 
-/* Refuse --point where no slices are drawn. */
-static sc_status check_point(const sc_app *app, const sc_job *job)
+/* Is an option given that sets a key of the job, such as "--point "? */
+static bool is_given(const sc_options *o, const char *option)
 {
-    const sc_options *o = &app->options;
-
-    for (size_t i = 0; i < o->setting_count && job->output.layout != SC_LAYOUT_VIEWS; i++) {
-        if (!strncmp(o->settings[i].origin, "--point ", 8))
-            return sc_fail(app->ctx, SC_ERR_USAGE,
-                           "--point is where the slices of --sheet views cross");
+    for (size_t i = 0; i < o->setting_count; i++) {
+        if (!strncmp(o->settings[i].origin, option, strlen(option)))
+            return true;
     }
-    return SC_OK;
+    return false;
 }
 
 /* Draw the frame that was asked for of a job, write it to @p path as PNG and print the path. @param
@@ -85,7 +82,9 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
     sc_status status;
 
     SC_TRY(sc_session_job(app, job_path, &session));
-    SC_TRY(check_point(app, &session.job));
+    if (session.job.output.layout != SC_LAYOUT_VIEWS && is_given(&app->options, "--point "))
+        SC_TRY(
+            sc_fail(app->ctx, SC_ERR_USAGE, "--point is where the slices of --sheet views cross"));
     SC_TRY(sc_check_output(app, &session, path, true));
     SC_TRY(find_frame(app, &session.job, &frame));
     SC_TRY(sc_session_volume(app, &session));
@@ -138,7 +137,7 @@ sc_status sc_cmd_still(sc_app *app)
     const char *job = app->options.input;
     sc_status status;
 
-    if (sc_input_is_volume(job) || sc_job_is_phantom(job)) {
+    if (sc_input_is_volume(job) || sc_job_is_phantom(job) || is_given(&app->options, "--raw ")) {
         SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", job));
         SC_TRY(sc_expect_series(app));
         SC_TRY(set_defaults(app));

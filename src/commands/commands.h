@@ -12,6 +12,20 @@ void sc_processor_name(char *text, int size);
 /* @return the id that the batch system has given to this job, or NULL. */
 const char *sc_batch_job(void);
 
+/* ---- what segcast convert writes, each to app->options.output; @return as the command ---- */
+
+/* A label table in the format of another program. */
+sc_status sc_convert_table(sc_app *app);
+/* The centre line of a vessel. */
+sc_status sc_convert_line(sc_app *app);
+/* The built-in heart, or the phases of its beat. */
+sc_status sc_convert_phantom(sc_app *app);
+/* The prepared volume of the job file @p job; NULL: of app->options.input, which is a volume. */
+sc_status sc_convert_prepared(sc_app *app, const char *job);
+/* segcast still with --sheet N or --frames: small pictures of frames on one sheet. @param job_path
+ * NULL: there is no job file, only settings. @return as the command. */
+sc_status sc_draw_sheet(sc_app *app, const char *job_path, const char *path);
+
 /* ---- the commands: rows of sc_commands, by their names ---- */
 
 extern const sc_command sc_commands[]; /* ended by a row without a name */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The centre line of a vessel. */
-#include "convert.h"
+#include "commands.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The synthetic heart as a file, or as one for each phase of its beat. */
-#include "convert.h"
+#include "commands.h"
 
 #include "segcast/phantom.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Write the prepared volume to a file; jobs that map it start without preparing. */
-#include "convert.h"
+#include "commands.h"
 #include "segcast/resample.h"
 
 #include <string.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A label table in the format of another program. */
-#include "convert.h"
+#include "commands.h"
 
 #include "segcast/label_files.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast still --sheet N: small pictures of frames of the whole film on one sheet. */
+#include "commands.h"
 #include "segcast/annotate.h"
-#include "still.h"
 
 #include <math.h>
 #include <string.h>
