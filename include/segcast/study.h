@@ -183,7 +183,8 @@ typedef enum sc_bottleneck {
     SC_BOTTLENECK_ENCODE,
     SC_BOTTLENECK_WRITE,
     SC_BOTTLENECK_GATHER,
-    SC_BOTTLENECK_BALANCE /**< some ranks had work while others waited */
+    SC_BOTTLENECK_BALANCE, /**< some ranks had work while others waited */
+    SC_BOTTLENECK_CORES    /**< threads that had work waited for a core or for each other */
 } sc_bottleneck;
 /** @return what limited @p run, judged by the shares of time in its records. */
 sc_bottleneck sc_run_bottleneck(const sc_run_record *run);

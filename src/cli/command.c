@@ -42,8 +42,7 @@ const sc_exit_code sc_exit_codes[] = {
     {SC_ERR_USAGE, 64, "wrong use: command line or settings"},
     {SC_ERR_DATA, 65, "an input is wrong or damaged"},
     {SC_ERR_MISSING, 66, "an input is missing"},
-    {SC_ERR_INTERNAL, 70, "an error inside segcast"},
-    {SC_ERR_MEMORY, 70, "out of memory"},
+    {SC_ERR_INTERNAL, 70, "out of memory, or an error inside segcast"},
     {SC_ERR_SYSTEM, 71, "a limit of the system is reached"},
     {SC_ERR_CREATE, 73, "an output cannot be created, or exists already"},
     {SC_ERR_WRITE, 74, "an output cannot be written, or an input not be read"},
@@ -56,5 +55,5 @@ int sc_exit_code_of(sc_status status)
         if (row->status == status)
             return row->code;
     }
-    return 70;
+    return 70; /* SC_ERR_MEMORY, too */
 }

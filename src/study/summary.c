@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The summary of a run: how fast it was, where its time went, and what would make the next one
  * faster. */
+#include "segcast/core_time.h"
 #include "segcast/study.h"
 
 #include <stdlib.h>
@@ -15,6 +16,8 @@
 /* A single thread that spends more than this share on one thing is the bottleneck. */
 #define BUSY 0.8
 #define IMBALANCE 0.15 /* see sc_run_imbalance */
+/* Threads that had a task did nothing for more than this share of it: other work had the cores. */
+#define CROWDED 0.3
 
 enum { SLOWEST_SHOWN = 3 }; /* number of slow frames, and of slow ranks, that are named */
 
@@ -56,6 +59,16 @@ double sc_run_waiting(const sc_run_record *run)
     return run->farm_wall_s > 0 ? idle_s / run->ranks / run->farm_wall_s : 0;
 }
 
+/* @return for which share of the time in which they had something to draw threads did not draw. */
+static double crowding(const sc_run_record *run)
+{
+    const sc_core_time time = sc_run_core_time(run);
+    const double waited_s = time.causes_s[SC_CAUSE_THREADS];
+    const double all_s = waited_s + time.causes_s[SC_CAUSE_DRAW];
+
+    return all_s > 0 ? waited_s / all_s : 0;
+}
+
 sc_bottleneck sc_run_bottleneck(const sc_run_record *run)
 {
     const sc_rank_record *root = &run->rank_records[0];
@@ -74,7 +87,7 @@ sc_bottleneck sc_run_bottleneck(const sc_run_record *run)
         return SC_BOTTLENECK_GATHER;
     if (sc_run_imbalance(run) > IMBALANCE && waiting > MUCH_WAITING)
         return SC_BOTTLENECK_BALANCE;
-    return SC_BOTTLENECK_DRAW;
+    return crowding(run) > CROWDED ? SC_BOTTLENECK_CORES : SC_BOTTLENECK_DRAW;
 }
 
 const char *sc_bottleneck_advice(sc_bottleneck bottleneck)
@@ -96,7 +109,10 @@ const char *sc_bottleneck_advice(sc_bottleneck bottleneck)
                                  "farm.encode: segments, make it faster",
         [SC_BOTTLENECK_BALANCE] =
             "ranks that waited for others: farm.partition: auto or tiles makes it "
-            "faster"};
+            "faster",
+        [SC_BOTTLENECK_CORES] =
+            "shared cores: threads waited for a core for much of the time; cores of their own, or "
+            "fewer threads, make it faster"};
 
     return texts[bottleneck];
 }

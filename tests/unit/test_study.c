@@ -58,6 +58,16 @@ TEST(the_bottleneck_is_where_the_time_went)
     }
     assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_BALANCE);
     assert_near(sc_run_imbalance(&run), 98 * 4 / (98 + 150.0) - 1, 1e-12);
+
+    balanced(ranks, &run); /* two threads each that drew for 90 %, then for half of the time */
+    for (int share = 90; share >= 50; share -= 40) {
+        for (int i = 0; i < RANKS; i++) {
+            ranks[i].threads = 2;
+            ranks[i].phases[SC_PHASE_RENDER].cpu_s = 2 * 98 * share / 100.0;
+        }
+        assert_int_equal(sc_run_bottleneck(&run),
+                         share == 90 ? SC_BOTTLENECK_DRAW : SC_BOTTLENECK_CORES);
+    }
 }
 
 /* Events for which there is no room are only counted. */
