@@ -29,6 +29,9 @@ sc_status sc_store_frame(const sc_ctx *ctx, sc_options *options, const sc_option
 /* Of --sheet: a number of pictures, or views. */
 sc_status sc_store_sheet(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                          const char *value);
+/* Of --view: where an orbit begins and how high, as settings. */
+sc_status sc_store_view(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                        const char *value);
 /* The address of the value, which is part of argv, in the member at option->offset. */
 sc_status sc_store_text(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                         const char *value);

@@ -79,8 +79,7 @@ static const sc_key orbit_keys[] = {
     {"elevation", &sc_type_tracked, CAMERA(elevation_deg), "15",
      .help = "angle of the camera above the plane of the turn; beyond 90 it comes down behind, the "
              "picture upside down",
-     .low = -360, .high = 360, .unit = "degrees", .track = TRACK(elevation_deg, elevation_track),
-     .option = &(const sc_key_option){"elevation", "DEGREES", "orbit still"}},
+     .low = -360, .high = 360, .unit = "degrees", .track = TRACK(elevation_deg, elevation_track)},
     {"start", &sc_type_real, CAMERA(start_deg), "0",
      .help = "where the turn begins: 0 is in front of the patient, 90 at the patient's left",
      .low = -3600, .high = 3600, .unit = "degrees"},

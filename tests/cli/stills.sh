@@ -75,16 +75,26 @@ expect 0 '' "$SEGCAST" check shots.yaml --set 'shots.2.overlays.font=DejaVu Sans
 "$SEGCAST" convert phantom:59x41x61 -o heart.nrrd -q >/dev/null
 printf 'volume: heart.nrrd\noutput: {size: [96, 72]}\nanimation: {camera: {orbit: {elevation: 30}}}\n' >volume.yaml
 "$SEGCAST" still volume.yaml --time 25% -o job.png -q >/dev/null
-expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --elevation 30 --time 25% -o volume.png
+expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --view 0,30 --time 25% -o volume.png
 "$IMAGE_DIFFERENCE" job.png volume.png || fail 'the picture of a volume is not that of a job'
 # If no frame is asked for, it is framed for itself, as views are, and not for the whole turn.
 "$SEGCAST" still volume.yaml --set animation.camera.orbit.turns=0 -o job.png --overwrite -q >/dev/null
-expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --elevation 30 -o alone.png
+expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --view 0,30 -o alone.png
 "$IMAGE_DIFFERENCE" job.png alone.png || fail 'the only picture of a volume is not framed for itself'
-expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --elevation 30 --frame 0 -o first.png
+expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --view 0,30 --frame 0 -o first.png
 "$SEGCAST" still volume.yaml -o job.png --overwrite -q >/dev/null
 "$IMAGE_DIFFERENCE" job.png first.png || fail 'frame 0 of a volume is not that of its turn'
 "$IMAGE_DIFFERENCE" alone.png first.png >/dev/null 2>&1 && fail 'a picture alone and one of a turn are framed alike'
+# The camera stands where a word says, whatever people call the place; a turn begins there.
+for view in 'left 90 0' 'dorsal 180 0' 'cranial 0 90' '-30,12.5 -30 12.5'; do
+    read -r word start elevation <<<"$view"
+    "$SEGCAST" still heart.nrrd --size 96x72 --view "$word" -o word.png --overwrite -q >/dev/null
+    "$SEGCAST" still volume.yaml --set animation.camera.orbit.turns=0 --set animation.camera.orbit.start=$start \
+        --set animation.camera.orbit.elevation=$elevation -o job.png --overwrite -q >/dev/null
+    "$IMAGE_DIFFERENCE" job.png word.png || fail "the picture from $word is another"
+done
+expect 64 'view is .superiour., expected anterior, .*did you mean .superior.' "$SEGCAST" still heart.nrrd --view superiour -o no.png; one_error
+expect 64 'view 0,400: .*from -360 to 360' "$SEGCAST" still heart.nrrd --view 0,400 -o no.png; one_error
 "$SEGCAST" render short.yaml -o made -q >/dev/null
 expect 64 'is the directory that a job has made: .segcast still made/job.yaml. takes that job' "$SEGCAST" still made; one_error
 expect 64 'is the directory that a job has made' "$SEGCAST" convert made -o made.segc; one_error
