@@ -133,10 +133,8 @@ sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int arg
 void sc_options_clear(sc_options *options);
 /** Has the command the option --threads? */
 bool sc_command_has_threads(const sc_command *command);
-/** Add a setting of the job, as if --set had been given. Both texts are copied. @p value is YAML;
- * for sc_options_set_text it is a text that is used as it is. */
-sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key,
-                         const char *value);
+/** Add a setting of the job, as if --set had been given. Both texts are copied; @p value is used as
+ * it is, not as YAML. */
 sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
                               const char *value);
 /** As sc_options_set_text; messages of the value begin with @p origin, such as "--output x.mp4". */

@@ -38,16 +38,6 @@ void sc_image_flatten(sc_image *image, const uint8_t rgb[3]);
 /** @return a 64-bit hash (XXH3) of size and pixels, the same on every machine. */
 uint64_t sc_image_hash(const sc_image *image);
 
-/** How two pictures of the same size differ. */
-typedef struct sc_image_difference {
-    int largest;         /**< largest difference of a channel, in levels of 8 bits */
-    double rms;          /**< root mean square over all channels, in levels */
-    size_t differing_px; /**< pixels with any difference */
-} sc_image_difference;
-/** Compare two pictures and write how they differ to @p out. @return false, with @p out untouched,
- * if their sizes differ, or only one has alpha. */
-bool sc_image_compare(const sc_image *a, const sc_image *b, sc_image_difference *out);
-
 /** Write a PNG to an open stream, which stays open. @param name of the file, for messages.
  *  @return SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *image, FILE *stream,

@@ -43,13 +43,10 @@ static sc_status add_setting(const sc_ctx *ctx, sc_options *options, sc_setting 
     return SC_OK;
 }
 
-/* Append a setting with copies of all texts. Messages name @p origin, or, if that is NULL, its key.
- * @param literal see sc_setting.
- */
-static sc_status add_copy(const sc_ctx *ctx, sc_options *options, const char *origin,
-                          const char *key, const char *value, bool literal)
+sc_status sc_options_set_as(const sc_ctx *ctx, sc_options *options, const char *origin,
+                            const char *key, const char *value)
 {
-    sc_setting setting = {.literal = literal};
+    sc_setting setting = {.literal = true};
     sc_status status;
 
     SC_TRY(copy(ctx, options, key, strlen(key), &setting.path));
@@ -65,18 +62,7 @@ out:
 sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
                               const char *value)
 {
-    return add_copy(ctx, options, NULL, key, value, true);
-}
-
-sc_status sc_options_set_as(const sc_ctx *ctx, sc_options *options, const char *origin,
-                            const char *key, const char *value)
-{
-    return add_copy(ctx, options, origin, key, value, true);
-}
-
-sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key, const char *value)
-{
-    return add_copy(ctx, options, NULL, key, value, false);
+    return sc_options_set_as(ctx, options, NULL, key, value);
 }
 
 sc_status sc_options_default(const sc_ctx *ctx, sc_options *options, const char *key,
@@ -234,58 +220,34 @@ sc_status sc_store_sheet(const sc_ctx *ctx, sc_options *options, const sc_option
     return SC_OK;
 }
 
-/* Where the camera of an orbit begins, in degrees; several words for the same place stand in a row.
- */
-static const struct named_view {
-    const char *words[3], *start, *elevation;
-} named_views[] = {{{"anterior", "ventral", "front"}, "0", "0"},
-                   {{"posterior", "dorsal", "back"}, "180", "0"},
-                   {{"left"}, "90", "0"},
-                   {{"right"}, "-90", "0"},
-                   {{"superior", "cranial", "top"}, "0", "90"},
-                   {{"inferior", "caudal", "bottom"}, "0", "-90"}};
-
-/* Refuse a value of --view, with the nearest word. */
-static sc_status refuse_view(const sc_ctx *ctx, const char *name, const char *value)
-{
-    const char *words[3 * SC_COUNT_OF(named_views)], *nearest;
-    size_t count = 0;
-
-    for (size_t i = 0; i < 3 * SC_COUNT_OF(named_views); i++) {
-        if (named_views[i / 3].words[i % 3])
-            words[count++] = named_views[i / 3].words[i % 3];
-    }
-    nearest = sc_nearest_word(value, words, count);
-    return sc_fail(ctx, SC_ERR_USAGE,
-                   "--%s is \"%s\", expected anterior, posterior, left, right, superior, inferior, "
-                   "or two angles such as 30,15%s%s%s",
-                   name, value, nearest ? "; did you mean \"" : "", nearest ? nearest : "",
-                   nearest ? "\"?" : "");
-}
-
 sc_status sc_store_view(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                         const char *value)
 {
-    const char *comma = strchr(value, ','), *start = NULL, *elevation = comma ? comma + 1 : NULL;
+    static const char *const words[] = {"anterior", "ventral",  "front",  "posterior", "dorsal",
+                                        "back",     "left",     "right",  "superior",  "cranial",
+                                        "top",      "inferior", "caudal", "bottom"};
+    static const char *const places[] = {"0,0",   "0,0",   "0,0",   "180,0", "180,0",
+                                         "180,0", "90,0",  "-90,0", "0,90",  "0,90",
+                                         "0,90",  "0,-90", "0,-90", "0,-90"};
+    const char *angles = value, *start = NULL, *comma, *nearest;
     sc_text origin = {0};
     sc_status status;
 
-    for (size_t i = 0; i < 3 * SC_COUNT_OF(named_views) && !comma; i++) {
-        const char *word = named_views[i / 3].words[i % 3];
-
-        if (word && !strcmp(word, value)) {
-            start = named_views[i / 3].start;
-            elevation = named_views[i / 3].elevation;
-        }
-    }
-    if (!elevation)
-        return refuse_view(ctx, option->name, value);
-    if (comma)
-        SC_TRY(copy(ctx, options, value, (size_t)(comma - value), &start));
+    for (size_t i = 0; i < SC_COUNT_OF(words); i++)
+        angles = strcmp(value, words[i]) ? angles : places[i];
+    comma = strchr(angles, ',');
+    nearest = sc_nearest_word(value, words, SC_COUNT_OF(words));
+    if (!comma)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--%s is \"%s\", expected anterior, posterior, left, right, superior, "
+                       "inferior, or two angles such as 30,15%s%s%s",
+                       option->name, value, nearest ? "; did you mean \"" : "",
+                       nearest ? nearest : "", nearest ? "\"?" : "");
+    SC_TRY(copy(ctx, options, angles, (size_t)(comma - angles), &start));
     SC_TRY(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
     SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.start", start));
     SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.elevation",
-                             elevation));
+                             comma + 1));
 out:
     sc_text_clear(&origin);
     return status;

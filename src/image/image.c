@@ -4,7 +4,6 @@
 #include "segcast/image.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 sc_status sc_image_init_alpha(const sc_ctx *ctx, int width_px, int height_px, bool alpha,
                               sc_image *out)
@@ -57,32 +56,6 @@ uint64_t sc_image_hash(const sc_image *image)
     const uint64_t seed = ((uint64_t)(uint32_t)image->width_px << 32) | (uint32_t)image->height_px;
 
     return sc_hash_bytes(image->rgb, sc_image_bytes(image), seed);
-}
-
-bool sc_image_compare(const sc_image *a, const sc_image *b, sc_image_difference *out)
-{
-    const size_t pixels = (size_t)a->width_px * (size_t)a->height_px;
-    const size_t channels = sc_pixel_bytes(a->alpha);
-    sc_image_difference difference = {0};
-    double squares = 0;
-
-    if (a->width_px != b->width_px || a->height_px != b->height_px || a->alpha != b->alpha)
-        return false;
-    for (size_t i = 0; i < pixels; i++) {
-        bool same = true;
-
-        for (size_t c = channels * i; c < channels * (i + 1); c++) {
-            const int step = abs(a->rgb[c] - b->rgb[c]);
-
-            same = same && step == 0;
-            squares += (double)step * step;
-            difference.largest = step > difference.largest ? step : difference.largest;
-        }
-        difference.differing_px += !same;
-    }
-    difference.rms = pixels ? sqrt(squares / ((double)channels * (double)pixels)) : 0;
-    *out = difference;
-    return true;
 }
 
 double sc_srgb_to_linear(double srgb)

@@ -6,6 +6,7 @@
  *
  * usage: test_geometry [VOLUMES [FIRST]]   number of random volumes, and the number of the first */
 #include "check.h"
+#include "compare_images.h"
 
 #include "scenes.h"
 
@@ -149,14 +150,14 @@ static bool expect_same_by_all_kernels(small_scene *s, const sc_scene *scene, lo
     for (sc_skip skip = SC_SKIP_INTERIOR; skip <= SC_SKIP_LEAP; skip++) {
         for (int i = 1; sc_cpu_names[i] && (i == 1 || sc_skip_is_wide(skip)); i++) {
             sc_image other;
-            sc_image_difference d;
+            image_difference d;
 
             if (sc_skip_is_wide(skip) && !sc_cpu_has(sc_cpu_names[i]))
                 continue;
             s->settings.skip = skip;
             s->settings.cpu = sc_skip_is_wide(skip) ? sc_cpu_names[i] : NULL;
             other = draw_view(s, scene, NULL);
-            assert_true(sc_image_compare(&plain, &other, &d));
+            assert_true(compare_images(&plain, &other, &d));
             if (d.differing_px)
                 fail_msg("volume %ld: skip method %d, %s, differs from the plain march in %zu "
                          "pixels",

@@ -2,6 +2,7 @@
 /* Properties that pictures of any volume must have: above all, they depend on the anatomy, and not
  * on how it is stored. */
 #include "check.h"
+#include "compare_images.h"
 
 #include "scenes.h"
 
@@ -22,9 +23,9 @@ static sc_image front_picture(sc_volume volume)
 
 static void expect_alike(const sc_image *a, const sc_image *b, double rms)
 {
-    sc_image_difference d;
+    image_difference d;
 
-    assert_true(sc_image_compare(a, b, &d));
+    assert_true(compare_images(a, b, &d));
     if (d.rms > rms)
         fail_msg("pictures differ: rms %.3f, largest %d, %zu pixels", d.rms, d.largest,
                  d.differing_px);
@@ -37,7 +38,7 @@ static void expect_over(sc_render_settings change, const uint8_t behind[3], int 
     small_scene s = make_scene(small_phantom(), 0.5);
     sc_scene scene;
     sc_image clear, opaque;
-    sc_image_difference d;
+    image_difference d;
     size_t empty = 0, full = 0;
 
     s.settings.samples = change.samples;
@@ -60,7 +61,7 @@ static void expect_over(sc_render_settings change, const uint8_t behind[3], int 
     if (change.light.depth_cue == 0)
         assert_in_range(full, 200, 6000);
     sc_image_flatten(&clear, behind);
-    assert_true(sc_image_compare(&clear, &opaque, &d));
+    assert_true(compare_images(&clear, &opaque, &d));
     if (d.largest > largest || d.rms > rms)
         fail_msg("laid over a colour it differs: rms %.3f, largest %d", d.rms, d.largest);
     free_scene(&s);
@@ -149,7 +150,7 @@ static void mirrored_anatomy_gives_another_picture(void **state)
 {
     sc_volume original = small_phantom(), mirrored;
     sc_image a, b;
-    sc_image_difference d;
+    image_difference d;
 
     (void)state;
     mirrored = stored_along(&original, (const int[]){0, 1, 2}, 0);
@@ -157,7 +158,7 @@ static void mirrored_anatomy_gives_another_picture(void **state)
     mirrored.to_ras_mm.m[0][3] *= -1;
     b = front_picture(mirrored);
     a = front_picture(original);
-    assert_true(sc_image_compare(&a, &b, &d));
+    assert_true(compare_images(&a, &b, &d));
     assert_true(d.rms > 20);
     sc_image_clear(&a);
     sc_image_clear(&b);
@@ -190,9 +191,9 @@ static void relabelling_volume_and_table_together_changes_nothing(void **state)
 
 static double difference_rms(const sc_image *a, const sc_image *b)
 {
-    sc_image_difference d;
+    image_difference d;
 
-    assert_true(sc_image_compare(a, b, &d));
+    assert_true(compare_images(a, b, &d));
     return d.rms;
 }
 
@@ -427,7 +428,7 @@ static void moved_pictures_do_not_depend_on_the_way_they_are_drawn(void **state)
         small_scene s = make_scene(small_phantom(), fades ? 0.5 : 1);
         sc_scene scene = fades ? faded_view(&s, factors) : front_view(&s);
         sc_image still = draw_view(&s, &scene, NULL), first;
-        sc_image_difference d;
+        image_difference d;
 
         move_apart(&s, &scene, 0, offsets_mm);
         first = draw_view(&s, &scene, NULL);
@@ -438,7 +439,7 @@ static void moved_pictures_do_not_depend_on_the_way_they_are_drawn(void **state)
         s.settings.samples = 3;
         s.settings.skip = SC_SKIP_NONE;
         first = draw_view(&s, &scene, NULL);
-        assert_true(sc_image_compare(&still, &first, &d));
+        assert_true(compare_images(&still, &first, &d));
         assert_true(d.rms > 5);
         expect_same_by_all_ways(&s, &scene, &first);
         sc_image_clear(&still);

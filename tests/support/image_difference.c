@@ -3,7 +3,7 @@
  * exits with 0 if no channel differs by more than MAX_LEVEL (0) levels and their root mean square
  * is at most MAX_RMS (255), with 1 if they differ more, and with 2 if they cannot be compared. With
  * X and Y, B is compared with that part of A which is as large as B and begins there. */
-#include "segcast/image.h"
+#include "compare_images.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -43,7 +43,7 @@ static int compare(int argc, char **argv, bool multiply)
     const sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_log_to_stderr};
     const double level = argc > 3 ? atof(argv[3]) : 0, rms = argc > 4 ? atof(argv[4]) : 255;
     sc_image a = {0}, b = {0};
-    sc_image_difference d;
+    image_difference d;
     int result = 2;
 
     if (argc < 3 || sc_image_load_png_alpha(&ctx, argv[1], &a) ||
@@ -57,7 +57,7 @@ static int compare(int argc, char **argv, bool multiply)
         multiply_by_alpha(&a);
         multiply_by_alpha(&b);
     }
-    if (!sc_image_compare(&a, &b, &d)) {
+    if (!compare_images(&a, &b, &d)) {
         printf("sizes or kinds differ: %d x %d and %d x %d\n", a.width_px, a.height_px, b.width_px,
                b.height_px);
         goto out;

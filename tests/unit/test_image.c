@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* PNG files, hashes and comparison of pictures, and the conversion of linear light to sRGB. */
 #include "check.h"
-
-#include "segcast/image.h"
+#include "compare_images.h"
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -23,14 +22,14 @@ static sc_image noise(int width, int height, uint64_t seed)
 TEST(a_png_file_keeps_every_pixel)
 {
     sc_image image = noise(37, 23, 5), back;
-    sc_image_difference d;
+    image_difference d;
 
     assert_ok(sc_image_save_png(&quiet, &image, "noise.png", true));
     assert_ok(sc_image_load_png(&quiet, "noise.png", &back));
-    assert_true(sc_image_compare(&image, &back, &d));
+    assert_true(compare_images(&image, &back, &d));
     assert_int_equal(d.differing_px, 0);
     back.rgb[100] ^= 4;
-    assert_true(sc_image_compare(&image, &back, &d));
+    assert_true(compare_images(&image, &back, &d));
     assert_int_equal(d.differing_px, 1);
     assert_int_equal(d.largest, 4);
     unlink("noise.png");
@@ -55,7 +54,7 @@ TEST(the_hash_depends_on_size_and_pixels)
 TEST(a_png_file_keeps_alpha)
 {
     sc_image image, back, opaque;
-    sc_image_difference d;
+    image_difference d;
     uint64_t seed = 7, before;
 
     assert_ok(sc_image_init_alpha(&quiet, 37, 23, true, &image));
@@ -64,18 +63,18 @@ TEST(a_png_file_keeps_alpha)
         image.rgb[i] = (uint8_t)(random_bits(&seed) >> 56);
     assert_ok(sc_image_save_png(&quiet, &image, "clear.png", true));
     assert_ok(sc_image_load_png_alpha(&quiet, "clear.png", &back));
-    assert_true(sc_image_compare(&image, &back, &d));
+    assert_true(compare_images(&image, &back, &d));
     assert_int_equal(d.differing_px, 0);
     assert_int_equal(sc_image_hash(&back), sc_image_hash(&image));
     before = sc_image_hash(&image);
     image.rgb[4 * (37 * 23 - 1) + 3] ^= 1; /* alpha of the last pixel */
     assert_int_not_equal(sc_image_hash(&image), before);
-    assert_true(sc_image_compare(&image, &back, &d));
+    assert_true(compare_images(&image, &back, &d));
     assert_int_equal(d.differing_px, 1);
 
     assert_ok(sc_image_load_png(&quiet, "clear.png", &opaque));
     assert_false(opaque.alpha);
-    assert_false(sc_image_compare(&opaque, &back, &d));
+    assert_false(compare_images(&opaque, &back, &d));
     sc_image_clear(&opaque);
     opaque = noise(37, 23, 5);
     assert_ok(sc_image_save_png(&quiet, &opaque, "clear.png", true));

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The effect of light, of opaque edges and of more rays per pixel on a picture. */
 #include "check.h"
+#include "compare_images.h"
 
 #include "scenes.h"
 
@@ -191,7 +192,7 @@ TEST(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere)
     const sc_scene scene = front_view(&s);
     sc_render_stats full, adaptive, single;
     sc_image a, b, c;
-    sc_image_difference close, far;
+    image_difference close = {0}, far = {0};
 
     s.settings.width_px = 360;
     s.settings.height_px = 280;
@@ -201,7 +202,7 @@ TEST(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere)
     b = draw_view(&s, &scene, &adaptive);
     s.settings.samples = 1;
     c = draw_view(&s, &scene, &single);
-    assert_true(sc_image_compare(&a, &b, &close) && sc_image_compare(&a, &c, &far));
+    assert_true(compare_images(&a, &b, &close) && compare_images(&a, &c, &far));
     assert_true(close.rms < far.rms / 4);
     assert_true(3 * adaptive.counters.rays < full.counters.rays);
     assert_true(single.counters.rays < adaptive.counters.rays);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tests lines and text over pictures, and the position, orientation and colours of the slices. */
 #include "check.h"
+#include "compare_images.h"
 
 #include "scenes.h"
 #include "segcast/views.h"
@@ -204,7 +205,7 @@ TEST(drawing_over_a_transparent_picture_keeps_it_transparent)
     const sc_letters letters = {20, {20, 20, 20}, {255, 255, 255}};
     sc_image clear, opaque;
     sc_overlay *overlay;
-    sc_image_difference d;
+    image_difference d;
 
     assert_ok(sc_image_init_alpha(&quiet, 60, 40, true, &clear));
     for (size_t i = 0; i < 60 * 40; i++) {
@@ -223,7 +224,7 @@ TEST(drawing_over_a_transparent_picture_keeps_it_transparent)
     }
     assert_int_equal(clear.rgb[4 * (60 * 38 + 50) + 3], 0);
     sc_image_flatten(&clear, behind);
-    assert_true(sc_image_compare(&clear, &opaque, &d));
+    assert_true(compare_images(&clear, &opaque, &d));
     assert_true(d.largest <= 2); /* rounding */
     assert_in_range(d.differing_px, 0, 400);
     sc_image_clear(&clear);
