@@ -382,7 +382,7 @@ static sc_status add_values(const painting *p, const sc_ctx *ctx, sc_mask *mask,
  * begin.
  * @return also SC_ERR_DATA, logged, for a voxel that is no label. */
 static sc_status add_batch(const painting *p, const sc_ctx *ctx, sc_mask *mask, mask_reading *r,
-                           const sc_voxel_stream *stream, const unsigned char *raw, size_t begin,
+                           sc_voxel_stream *stream, const unsigned char *raw, size_t begin,
                            size_t count)
 {
     const size_t each = sc_voxel_type_bytes(r->source.type);

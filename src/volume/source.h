@@ -336,18 +336,19 @@ bool sc_stream_is_plain(const sc_source *source);
  * behind value @p i that differs from it, or @p count; *value receives value i. */
 int sc_run_end(sc_voxel_type type, const void *values, int i, int count, int64_t *value);
 /* Write the values of @p count voxels as stored at @p raw to out[count]. @param room 8 bytes for
- * each voxel, which may be written. @return how many of them, from the first on, are labels: fewer
+ * each voxel, which may be written. Integers with a slope below 1 are rounded where they lie within
+ * half a step of a whole number. @return how many of them, from the first on, are labels: fewer
  * than @p count if one is no whole number or too large. Threads: any, on memory of their own. */
-size_t sc_stream_values(const sc_voxel_stream *stream, const void *raw, size_t count, void *room,
+size_t sc_stream_values(sc_voxel_stream *stream, const void *raw, size_t count, void *room,
                         int64_t *out);
 /* Log that voxel @p index of the volume, stored at @p raw, is no label. @return SC_ERR_DATA. */
 sc_status sc_stream_refuse(const sc_voxel_stream *stream, const void *raw, size_t index);
 /* The same for numbers of any kind, of a grey volume: fractions, and also infinite ones and NaN.
  * All reads of a stream are of one kind. */
 sc_status sc_stream_next_numbers(sc_voxel_stream *stream, size_t count, double *out);
-/* After the last voxel: verify the check sum of SC_ENCODING_GZIP and SC_ENCODING_ZLIB, and warn of
- * bytes behind the end of the former. SC_ERR_DATA (logged) if it is wrong or missing. Other
- * encodings are not checked. */
+/* After the last voxel: warn if labels were rounded, verify the check sum of SC_ENCODING_GZIP and
+ * SC_ENCODING_ZLIB, and warn of bytes behind the end of the former. SC_ERR_DATA (logged) if it is
+ * wrong or missing. Other encodings are not checked. */
 sc_status sc_stream_finish(sc_voxel_stream *stream);
 /* Close the file and free the stream; NULL is allowed. */
 void sc_stream_close(sc_voxel_stream *stream);

@@ -396,6 +396,11 @@ sc_status sc_stream_finish(sc_voxel_stream *s)
     const char *reason;
     int error;
 
+    if (atomic_load(&s->rounded))
+        sc_warn(s->ctx,
+                "%s: labels were rounded to whole numbers, which the header's slope of %g had "
+                "moved by at most half a step",
+                s->path, s->source->slope);
     if (s->zlib_open)
         return finish_zlib(s);
     if (!s->gzip)

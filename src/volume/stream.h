@@ -6,6 +6,7 @@
 
 #include "source.h"
 
+#include <stdatomic.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <zlib.h>
@@ -32,6 +33,7 @@ struct sc_voxel_stream {
     unsigned char *ahead; /* [SC_BATCH_BYTES], of sc_stream_read_ahead, NULL until then; owned */
     size_t ahead_bytes;   /* how many of the next batch were read there */
     bool is_ahead;        /* the next batch was read, as far as it could be */
+    atomic_bool rounded;  /* a label was moved to a whole number */
     /* One block as stored, and the same in this machine's byte order. They are read as numbers of
      * the source's type, so they are aligned for each type. */
     _Alignas(max_align_t) unsigned char raw[SC_STREAM_BLOCK * SC_VOXEL_BYTES_MAX];

@@ -29,6 +29,11 @@ static const char *why_no_label(double value)
     return NULL;
 }
 
+static bool is_float(sc_voxel_type type)
+{
+    return type == SC_VOXEL_FLOAT || type == SC_VOXEL_DOUBLE;
+}
+
 /* @return what voxel @p i stands for, a float or an integer that the header scales. Floats are read
  * from @p raw; integers stand in @p out already. */
 static double scaled_value(const sc_source *source, const void *raw, const int64_t *out, size_t i)
@@ -42,18 +47,35 @@ static double scaled_value(const sc_source *source, const void *raw, const int64
     return source->slope * value + source->intercept;
 }
 
+/* @return @p value, brought to the next whole number where it lies within half a step of it: as far
+ * as labels move when a writer stores numbers of floating point as integers with a slope. */
+static double nearest_label(const sc_source *source, double value)
+{
+    const double step = fabs(source->slope), whole = round(value);
+
+    return !is_float(source->type) && step < 1 && fabs(value - whole) <= 0.5000001 * step ? whole
+                                                                                          : value;
+}
+
 /* Write slope * value + intercept to out[count]; see scaled_value. @return the index of the first
  * that is no label, @p count if all are. */
-static size_t load_scaled(const sc_source *source, const void *raw, size_t count, int64_t *out)
+static size_t load_scaled(sc_voxel_stream *s, const void *raw, size_t count, int64_t *out)
 {
-    for (size_t i = 0; i < count; i++) {
-        const double value = scaled_value(source, raw, out, i);
+    bool moved = false;
+    size_t i;
 
-        if (why_no_label(value))
-            return i;
-        out[i] = (int64_t)value;
+    for (i = 0; i < count; i++) {
+        const double value = scaled_value(s->source, raw, out, i);
+        const double label = nearest_label(s->source, value);
+
+        if (why_no_label(label))
+            break;
+        moved = moved || label != value;
+        out[i] = (int64_t)label;
     }
-    return count;
+    if (moved)
+        atomic_store_explicit(&s->rounded, true, memory_order_relaxed);
+    return i;
 }
 
 /* Copy raw[count], of this type, to out[count]; for widen only. */
@@ -96,11 +118,6 @@ static void widen(sc_voxel_type type, const void *raw, size_t count, int64_t *ou
     case SC_VOXEL_DOUBLE:
         break;
     }
-}
-
-static bool is_float(sc_voxel_type type)
-{
-    return type == SC_VOXEL_FLOAT || type == SC_VOXEL_DOUBLE;
 }
 
 bool sc_stream_is_plain(const sc_source *source)
@@ -157,8 +174,7 @@ int sc_run_end(sc_voxel_type type, const void *values, int i, int count, int64_t
     return end;
 }
 
-size_t sc_stream_values(const sc_voxel_stream *s, const void *raw, size_t count, void *room,
-                        int64_t *out)
+size_t sc_stream_values(sc_voxel_stream *s, const void *raw, size_t count, void *room, int64_t *out)
 {
     const sc_source *source = s->source;
 
@@ -168,13 +184,13 @@ size_t sc_stream_values(const sc_voxel_stream *s, const void *raw, size_t count,
     }
     widen(source->type, raw, count, out);
     if (is_float(source->type))
-        return load_scaled(source, raw, count, out);
+        return load_scaled(s, raw, count, out);
     for (size_t i = 0; i < count && source->type == SC_VOXEL_UINT64; i++) {
         if (out[i] < 0)
             return i;
     }
     if (source->slope != 1 || source->intercept != 0)
-        return load_scaled(source, raw, count, out);
+        return load_scaled(s, raw, count, out);
     return count;
 }
 

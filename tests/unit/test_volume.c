@@ -294,6 +294,55 @@ TEST(fractions_and_infinities_are_refused_with_their_voxel)
     unlink("t.nii");
 }
 
+/* Labels that a writer has put into the whole range of an integer type, with the slope and
+ * intercept that bring them back: NumPy's floats in a NIfTI with a header of integers. */
+TEST(whole_labels_with_a_slope_are_rounded_and_probabilities_are_not)
+{
+    static const struct {
+        int datatype, bits;
+        double labels[3], lowest; /* lowest: the stored number of label 0 */
+    } cases[] = {{4, 16, {1, 2, 3}, -32768},
+                 {2, 8, {1, 2, 3}, 0},
+                 {2, 8, {2, 53, 105}, 0},
+                 {4, 16, {17, 1001, 2035}, -32768},
+                 {2, 8, {0.1, 0.5, 1}, 0}};
+
+    for (size_t c = 0; c < SC_COUNT_OF(cases); c++) {
+        const double slope = cases[c].labels[2] / (cases[c].bits == 8 ? 255 : 65535);
+        unsigned char h[352], data[VOXELS * 2];
+        heard said;
+        sc_ctx ctx = listening(&said);
+        sc_volume v = {0};
+
+        nifti_header(h, cases[c].datatype, cases[c].bits);
+        put_real(h, 112, (float)slope);
+        put_real(h, 116, (float)(-cases[c].lowest * slope));
+        for (size_t i = 0; i < VOXELS; i++) {
+            const double label = i % 4 ? cases[c].labels[i % 4 - 1] : 0;
+            const int stored = (int)lround(label / slope + cases[c].lowest);
+
+            if (cases[c].bits == 8)
+                data[i] = (unsigned char)stored;
+            else
+                put16(data, 2 * i, stored);
+        }
+        write_nifti("t.nii", h, data, VOXELS * (size_t)cases[c].bits / 8, false);
+        if (cases[c].labels[0] < 1) {
+            assert_int_equal(sc_volume_read(&ctx, "t.nii", &v), SC_ERR_DATA);
+            assert_non_null(strstr(said.text, "a fraction"));
+            assert_null(strstr(said.text, "rounded"));
+            continue;
+        }
+        assert_ok(sc_volume_read(&ctx, "t.nii", &v));
+        assert_int_equal(v.label_count, 4);
+        for (int i = 1; i < 4; i++)
+            assert_int_equal(v.labels[i].value, (int)cases[c].labels[i - 1]);
+        assert_non_null(strstr(said.text, "rounded to whole numbers"));
+        sc_volume_clear(&v);
+    }
+    unlink("t.nii");
+}
+
 /* 300 x 300 x 1 voxels with as many labels as wanted, signed and sparse. */
 static sc_status read_labels(int distinct, sc_volume *out)
 {
