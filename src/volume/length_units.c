@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Units of length as OME-XML, OME-Zarr and ImageJ name them. Sources: the enumeration UnitsLength
- * of the OME data model (2016-06); the units of UDUNITS-2 that OME-Zarr 0.4 lists for axes of
- * space; ImageJ's ij/measure/Calibration.java. */
+/* Units of length as OME-XML, OME-Zarr, ImageJ, ITK and users of NRRD name them, also in the
+ * plural. Sources: the enumeration UnitsLength of the OME data model (2016-06); the units of
+ * UDUNITS-2 that OME-Zarr 0.4 lists for axes of space; ImageJ's ij/measure/Calibration.java. */
 #include "length_units.h"
 
 #include <string.h>
@@ -16,7 +16,7 @@ double sc_length_unit_mm(const char *name)
                  {"\xce\xbcm", 1e-3},                      /* U+03BC, Greek mu */
                  {"\xb5m", 1e-3},                          /* the micro sign in Latin-1 */
                  {"\\u00B5m", 1e-3},  {"\\u00b5m", 1e-3},   {"micron", 1e-3},
-                 {"microns", 1e-3},   {"micrometer", 1e-3}, {"micrometre", 1e-3},
+                 {"inches", 25.4},    {"micrometer", 1e-3}, {"micrometre", 1e-3},
                  {"nm", 1e-6},        {"nanometer", 1e-6},  {"nanometre", 1e-6},
                  {"\xc3\x85", 1e-7}, /* U+00C5, angstrom */
                  {"angstrom", 1e-7},  {"pm", 1e-9},         {"picometer", 1e-9},
@@ -26,9 +26,11 @@ double sc_length_unit_mm(const char *name)
                  {"kilometer", 1e6},  {"in", 25.4},         {"inch", 25.4},
                  {"ft", 304.8},       {"foot", 304.8},      {"yd", 914.4},
                  {"yard", 914.4}};
+    const size_t length = strlen(name);
+    const size_t singular = length > 4 && name[length - 1] == 's' ? length - 1 : length;
 
     for (size_t i = 0; i < SC_COUNT_OF(units); i++) {
-        if (!strcmp(name, units[i].name))
+        if (strlen(units[i].name) == singular && !memcmp(name, units[i].name, singular))
             return units[i].mm;
     }
     return 0;

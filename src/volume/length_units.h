@@ -5,7 +5,7 @@
 
 #include "segcast/base.h"
 
-/* @return how many mm a unit of length has that a header calls @p name: "mm", "micron", "um" or
+/* @return how many mm a unit of length has that a header calls @p name: "mm", "microns", "um" or
  * "micrometer"; the Greek letter may also be written as \u00B5, as ImageJ does; 0 for what is no
  * known unit. */
 double sc_length_unit_mm(const char *name);

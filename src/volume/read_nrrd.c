@@ -160,20 +160,11 @@ static bool space_signs(const sc_ctx *ctx, const char *path, int space, double s
  * and, with a warning, if it is not known. */
 static double unit_mm(const sc_ctx *ctx, const char *path, const char *unit)
 {
-    static const struct {
-        const char *name;
-        double mm;
-    } units[] = {{"mm", 1},           {"millimeter", 1},   {"cm", 10},
-                 {"m", 1000},         {"um", 1e-3},        {"micron", 1e-3},
-                 {"\xc2\xb5m", 1e-3}, {"\xce\xbcm", 1e-3}, {"nm", 1e-6}};
+    const double mm = unit ? sc_length_unit_mm(unit) : 1;
 
-    for (size_t i = 0; unit && i < SC_COUNT_OF(units); i++) {
-        if (!strcmp(unit, units[i].name))
-            return units[i].mm;
-    }
-    if (unit && unit[0])
-        sc_warn(ctx, "%s: space unit \"%s\" is not known, read as mm", path, unit);
-    return 1;
+    if (mm == 0 && unit[0])
+        sc_warn(ctx, "%s: unit \"%s\" is not known, read as mm", path, unit);
+    return mm > 0 ? mm : 1;
 }
 
 /* Set the geometry of a file whose axes have no directions: voxels of the given spacings, 1 mm
@@ -184,10 +175,12 @@ static void plain_geometry(const sc_ctx *ctx, const char *path, const Nrrd *nrrd
     bool is_given = true;
 
     for (int i = 0; i < 3; i++) {
-        const double spacing = nrrd->axis[axes[i]].spacing;
+        const NrrdAxisInfo *axis = &nrrd->axis[axes[i]];
+        const bool is_known = AIR_EXISTS(axis->spacing) && axis->spacing != 0;
 
-        is_given = is_given && AIR_EXISTS(spacing) && spacing != 0;
-        source->to_ras_mm.m[i][i] = AIR_EXISTS(spacing) && spacing != 0 ? fabs(spacing) : 1;
+        is_given = is_given && is_known;
+        source->to_ras_mm.m[i][i] =
+            is_known ? fabs(axis->spacing) * unit_mm(ctx, path, axis->units) : 1;
     }
     if (!is_given)
         sc_warn_without_spacing(ctx, path, "spacings");

@@ -113,6 +113,44 @@ TEST(nrrd_of_every_type_encoding_and_byte_order_is_read)
     unlink("t.nrrd");
 }
 
+/* Lengths in micrometres as Fiji, atlases of the fly's brain and pynrrd write them. */
+TEST(nrrd_units_are_read_of_the_space_and_of_axes)
+{
+#define MICRONS "space dimension: 3\nspace directions: (0.4,0,0) (0,0.4,0) (0,0,0.4)\nspace units: "
+    static const struct {
+        const char *fields;
+        double mm;
+        bool told;
+    } cases[] = {{MICRONS "\"microns\" \"microns\" \"microns\"\n", 4e-4, false},
+                 {MICRONS "\"micrometers\" \"micrometers\" \"micrometers\"\n", 4e-4, false},
+                 {"spacings: 0.4 0.4 0.4\nunits: \"um\" \"um\" \"um\"\n", 4e-4, false},
+                 {"spacings: 400 400 400\nunits: \"nanometers\" \"nm\" \"nm\"\n", 4e-4, false},
+                 {"spacings: 0.4 0.4 0.4\nunits: \"\" \"\" \"\"\n", 0.4, false},
+                 {MICRONS "\"cubits\" \"cubits\" \"cubits\"\n", 0.4, true},
+                 {"spacings: 0.4 0.4 0.4\nunits: \"cubits\" \"cubits\" \"cubits\"\n", 0.4, true}};
+#undef MICRONS
+    char data[VOXELS * 8], head[512];
+    const size_t bytes = store(data, "int16", false);
+
+    for (size_t c = 0; c < SC_COUNT_OF(cases); c++) {
+        heard said;
+        const sc_ctx ctx = listening(&said);
+        sc_volume v;
+
+        snprintf(head, sizeof head,
+                 "NRRD0004\ntype: int16\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
+                 "endian: little\n%s\n",
+                 cases[c].fields);
+        write_file("t.nrrd", head, data, bytes, false);
+        assert_ok(sc_volume_read(&ctx, "t.nrrd", &v));
+        for (int i = 0; i < 3; i++)
+            assert_near(v.to_ras_mm.m[i][i], cases[c].mm, 1e-12);
+        assert_int_equal(said.warnings > 3, cases[c].told); /* one for each axis */
+        sc_volume_clear(&v);
+    }
+    unlink("t.nrrd");
+}
+
 /* A header that names a file of voxels may end with an empty line, as pynrrd writes it. */
 TEST(an_nrrd_with_a_file_of_its_own_is_read)
 {
