@@ -75,6 +75,7 @@ static const struct {
                 {"html", SC_COLUMN_COLOR},
                 {"hexcode", SC_COLUMN_COLOR},
                 {"hextriplet", SC_COLUMN_COLOR},
+                {"rgbtriplet", SC_COLUMN_COLOR},
                 {"rgbvalue", SC_COLUMN_COLOR},
                 {"recommendeddisplayrgbvalue", SC_COLUMN_COLOR},
                 {"colorhextriplet", SC_COLUMN_COLOR},

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Label tables in JSON: the properties of segments of Neuroglancer, the metadata of label images of
- * OME-Zarr, the colour maps of NiiVue, the labels of a data set of nnU-Net, the segments of dcmqi,
- * and plain lists and maps. Objects become rows of columns, whose headings are the names of their
- * members. */
+ * OME-Zarr, ontologies of the Allen Institute and BrainGlobe, the colour maps of NiiVue, the labels
+ * of a data set of nnU-Net, the segments of dcmqi, and plain lists and maps. Objects become rows of
+ * columns, whose headings are the names of their members. */
 #include "label_table.h"
 
 #include <jansson.h>
@@ -129,7 +129,7 @@ static void read_list(json_reading *r, const json_t *list)
     const size_t count = json_array_size(list);
 
     for (size_t i = 0; i < count && r->status == SC_OK; i++) {
-        json_t *item = json_array_get(list, i);
+        json_t *item = json_array_get(list, i), *data = json_object_get(item, "data");
         char number[32];
         json_row row;
 
@@ -141,10 +141,28 @@ static void read_list(json_reading *r, const json_t *list)
             add_text(&row, SC_COLUMN_VALUE, number);
             add_field(&row, SC_COLUMN_NAME, item);
         } else if (json_is_object(item)) {
-            add_members(&row, item);
+            add_members(&row, json_is_object(data) ? data : item); /* ABBA: a node and its data */
         }
         finish_row(r, &row);
     }
+}
+
+/* Read a list of labels, or one, and the lists "children" in them, as ontologies have them: level
+ * by level, since a document may be deeper than a stack. */
+static void read_tree(json_reading *r, json_t *top)
+{
+    json_t *nodes = json_is_array(top) ? json_copy(top) : json_pack("[O]", top);
+    int failed = !nodes;
+
+    for (size_t i = 0; i < json_array_size(nodes) && !failed; i++) {
+        json_t *children = json_object_get(json_array_get(nodes, i), "children");
+
+        failed = json_array_size(children) && json_array_extend(nodes, children);
+    }
+    if (failed)
+        r->status = sc_fail(r->ctx, SC_ERR_MEMORY, "%s: out of memory", r->path);
+    read_list(r, nodes);
+    json_decref(nodes);
 }
 
 /* Read a map: from numbers to names, colours or objects, or from names to numbers or to objects. */
@@ -324,12 +342,13 @@ static bool read_known(json_reading *r, json_t *root)
 /* Read the document by what it holds. */
 static void read_document(json_reading *r, json_t *root)
 {
-    static const char *const names[] = {"labels",     "segments", "tissues",
-                                        "structures", "regions",  "label_table"};
-    json_t *classes;
+    static const char *const names[] = {"labels",  "segments",    "tissues", "structures",
+                                        "regions", "label_table", "rois",    "msg"};
+    json_t *classes, *top = json_object_get(root, "root");
 
-    if (json_is_array(root)) {
-        read_list(r, root);
+    top = json_object_get(top, "children") ? top : root;
+    if (json_is_array(top) || json_is_array(json_object_get(top, "children"))) {
+        read_tree(r, top);
         return;
     }
     if (read_known(r, root) || read_columns(r, root))
@@ -338,7 +357,7 @@ static void read_document(json_reading *r, json_t *root)
         json_t *labels = json_object_get(root, names[i]);
 
         if (json_is_array(labels)) {
-            read_list(r, labels);
+            read_tree(r, labels);
             return;
         }
         if (json_is_object(labels)) {

@@ -219,6 +219,45 @@ TEST(json_is_known_by_its_bracket)
                true, 128 / 255.0F);
 }
 
+/* Ontologies: the structure graph of the Allen Institute, its root alone, as ABBA keeps it with the
+ * members of nodes apart, and the flat list of BrainGlobe. */
+TEST(ontologies_are_read_with_all_their_levels)
+{
+#define NODE(id, short, name, hex)                                                                 \
+    "{\"id\": " id ", \"atlas_id\": 9" id                                                          \
+    ", \"ontology_id\": 1, \"acronym\": \"" short "\", \"name\": \"" name                          \
+                                                  "\", \"color_hex_triplet\": \"" hex              \
+                                                  "\", \"hemisphere_id\": 3, "                     \
+                                                  "\"parent_structure_id\": null"
+#define TREE                                                                                       \
+    NODE("4", "LA", "left atrium", "FF8000")                                                       \
+    ", \"children\": [" NODE("5", "B", "b", "010203") ", \"children\": []}, " NODE(                \
+        "6", "C", "c", "FFFFFF") ", \"children\": [" NODE("7", "D", "d", "FFFFFF") "}]}]}"
+    static const char *const texts[] = {
+        "{\"success\": true, \"id\": 0, \"num_rows\": 1, \"total_rows\": 1, \"msg\": [" TREE "]}",
+        TREE,
+        "{\"root\": {\"data\": " NODE(
+            "4", "LA", "left atrium",
+            "FF8000") "}, \"children\": [{\"data\": " NODE("5", "B", "b",
+                                                           "010203") "}, \"children\": []}]}}",
+        "[{\"id\": 4, \"acronym\": \"LA\", \"name\": \"left atrium\", \"structure_id_path\": [4], "
+        "\"rgb_triplet\": [255, 128, 0]}, {\"id\": 5, \"acronym\": \"B\", \"name\": \"b\"}]",
+        "{\"rois\": [" NODE("4", "LA", "left atrium", "FF8000") "}, " NODE("5", "B", "b",
+                                                                           "0") "}]}"};
+    sc_label_table table = {0};
+    heard said;
+
+    for (size_t i = 0; i < SC_COUNT_OF(texts); i++)
+        expect_two(texts[i], true, -1);
+    assert_ok(read_table(TREE, sizeof TREE - 1, &said, &table));
+    assert_int_equal(table.count, 4);
+    assert_int_equal(table.rows[3].value, 7);
+    assert_string_equal(table.rows[3].name, "d");
+    sc_label_table_clear(&table);
+#undef TREE
+#undef NODE
+}
+
 /* Colours of segments of Neuroglancer have no names. */
 TEST(colors_of_neuroglancer_are_read)
 {
