@@ -19,8 +19,8 @@ enum { AT_A_TIME = 8 /* most masks that are read side by side: each takes a bit 
  * none, or nothing else. Hidden files are no masks: macOS leaves some behind. */
 static size_t stem_length(const char *name)
 {
-    static const char *const endings[] = {".nii.gz", ".nii", ".seg.nrrd", ".nrrd", ".nhdr",
-                                          ".mha",    ".mhd", ".mgz",      ".mgh"};
+    static const char *const endings[] = {".nii.gz", ".nii", ".seg.nrrd", ".nrrd", ".nhdr", ".mha",
+                                          ".mhd",    ".mgz", ".mgh",      ".tif",  ".tiff", ".hdr"};
     const size_t length = strlen(name);
 
     for (size_t i = 0; i < SC_COUNT_OF(endings) && name[0] != '.'; i++) {
@@ -206,6 +206,39 @@ static sc_status check_geometry(const sc_ctx *ctx, const sc_source *source, size
                    mask->file, first, advice);
 }
 
+/* @return whether two names differ in nothing but their numbers. */
+static bool are_numbered_alike(const char *a, const char *b)
+{
+    static const char digits[] = "0123456789";
+
+    for (;; a++, b++) {
+        const size_t m = strspn(a, digits), n = strspn(b, digits);
+
+        if (!m != !n || a[m] != b[n])
+            return false;
+        if (!a[m])
+            return true;
+        a += m;
+        b += n;
+    }
+}
+
+/* @return SC_ERR_DATA, logged, for files of one slice each whose names are numbered: those of one
+ * volume, not masks of tissues. */
+static sc_status check_no_slices(const sc_ctx *ctx, const char *path, const sc_source *source)
+{
+    const sc_mask *masks = source->masks;
+
+    if (source->mask_count < 2 || source->size[2] > 1 ||
+        !are_numbered_alike(masks[0].file, masks[1].file))
+        return SC_OK;
+    return sc_fail(ctx, SC_ERR_DATA,
+                   "%s: holds %zu files of one slice each, numbered as the slices of one volume, "
+                   "expected masks of tissues; join them to one file, for example with Fiji: "
+                   "File > Import > Image Sequence, then File > Save As > Tiff",
+                   path, source->mask_count);
+}
+
 /* Tell how many masks are stored along other axes than the first. */
 static void tell_turned(const sc_ctx *ctx, const char *path, const sc_source *source)
 {
@@ -240,6 +273,7 @@ sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
         sc_source_clear(&mask);
         mask.slope = 1;
     }
+    SC_TRY(check_no_slices(ctx, path, &source));
     tell_turned(ctx, path, &source);
     *out = source;
     source = (sc_source){0};

@@ -27,6 +27,9 @@ for folder in 'masks', 'shifted':
     for value, name in ((17, 'hippocampus_left'), (53, 'hippocampus_right')):
         nibabel.save(nibabel.Nifti1Image((labels == value).astype(numpy.uint8), affine), folder + '/' + name + '.nii.gz')
 nibabel.save(nibabel.Nifti1Image((labels > 0).astype(numpy.uint8), affine), 'masks/brain.nii.gz')
+os.mkdir('pairs')
+for value, name in ((17, 'hippocampus_left'), (53, 'hippocampus_right')):
+    nibabel.save(nibabel.Nifti1Pair((labels == value).astype(numpy.uint8), affine), 'pairs/' + name + '.hdr')
 affine[0, 3] += 1
 nibabel.save(nibabel.Nifti1Image((labels > 0).astype(numpy.uint8), affine), 'shifted/z.nii.gz')
 affine[0, 3] -= 1
@@ -68,6 +71,11 @@ for file in int16.mgz uint8.mgh int32.mgz float.mgz; do
     read_file "$file" --labels names.label.gii
     [ "$(jq -c .to_ras_mm info.json)" = "$matrix" ] || fail "$file: geometry $(jq -c .to_ras_mm info.json), expected $matrix"
 done
+
+# A directory of masks in pairs of files.
+"$SEGCAST" info pairs --json >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "pairs cannot be read"; }
+jq -e '[.labels[1:][] | [.name, .voxels]] == [["hippocampus_left", 12], ["hippocampus_right", 12]]' info.json >/dev/null ||
+    fail "pairs: $(jq -c '[.labels[] | [.name, .voxels]]' info.json)"
 
 # What segcast writes as GIFTI, nibabel reads.
 "$SEGCAST" convert names.label.gii -o own.label.gii -q >/dev/null || fail "no GIFTI was written"

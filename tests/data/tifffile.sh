@@ -2,7 +2,7 @@
 # Stacks that tifffile writes here are read with the labels, geometry and colours that it has put there.
 find_python 'tifffile' python3-tifffile
 cat >make.py <<'PYTHON'
-import numpy, tifffile
+import os, numpy, tifffile
 labels = numpy.zeros((4, 50, 60), numpy.uint16) # z, y, x
 labels[1:3, 10:40, 10:30] = 17
 labels[1:3, 10:40, 31:50] = 530
@@ -52,6 +52,12 @@ at = next_page + 2 + 12 * n
 again[at:at + 4] = next_page.to_bytes(4, 'little')
 open('circle.tif', 'wb').write(bytes(again))
 open('no_page.tif', 'wb').write(b'II*\0\0\0\0\0') # as one that is being written
+os.mkdir('masks')
+os.mkdir('slices')
+for name, value in ('nucleus', 17), ('vacuole', 530):
+    tifffile.imwrite('masks/%s.tif' % name, ((labels == value) * 255).astype(numpy.uint8), **imagej)
+for z in range(4):
+    tifffile.imwrite('slices/slice%d.tif' % (9 + z), labels[z])
 PYTHON
 "$python" make.py 2>python.txt || { cat python.txt >&2; fail "tifffile cannot write the files"; }
 "$SEGCAST" info one_page.tif >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "one_page.tif cannot be read"; }
@@ -71,6 +77,12 @@ done
 read_file ome_palette.ome.tif
 jq -e '[.labels[1:][].color] == [[255, 128, 0], [0, 255, 0]]' info.json >/dev/null ||
     fail "the colours of the palette are $(jq -c '[.labels[].color]' info.json)"
+
+# A directory of masks; one of slices would be drawn as so many tissues, each a slice thick.
+"$SEGCAST" info masks --json >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "masks cannot be read"; }
+jq -e '[.labels[1:][] | [.name, .voxels]] == [["nucleus", 1200], ["vacuole", 1140]] and .to_ras_mm[2][2] == 0.00125' info.json >/dev/null ||
+    fail "masks: $(jq -c '[.to_ras_mm, [.labels[] | [.name, .voxels]]]' info.json)"
+expect 65 'slices: holds 4 files of one slice each, numbered as the slices of one volume, .*Image Sequence' "$SEGCAST" info slices
 
 # Without spacing, a voxel has 1 mm, which is said; smaller copies of a page are left out.
 for file in plain.tif one_page.tif pyramid.tif; do
