@@ -269,6 +269,16 @@ static size_t pull_bytes(sc_voxel_stream *s, unsigned char *to, size_t bytes)
     return count > 0 ? (size_t)count : 0;
 }
 
+/* @return what zlib says of the last error, without the number of the file that it was given in
+ * place of a name; NULL if there is none. */
+static const char *gzip_reason(const sc_voxel_stream *s)
+{
+    int error;
+    const char *text = gzerror(s->gzip, &error), *behind = strstr(text, ">: ");
+
+    return error >= 0 ? NULL : behind && !strncmp(text, "<fd:", 4) ? behind + 3 : text;
+}
+
 /* Log why there were only @p got of @p bytes bytes from s->position on. @return SC_ERR_DATA if
  * there are fewer; SC_ERR_MEMORY, SC_ERR_WRITE if unpacking or reading them failed; SC_OK if none
  * is missing. */
@@ -277,17 +287,14 @@ static sc_status check_bytes(const sc_voxel_stream *s, size_t got, size_t bytes)
     const size_t each = sc_voxel_type_bytes(s->source->type);
     const char *reason = NULL;
     char phases[64];
-    int error = 0;
     sc_status status;
 
     if (got == bytes)
         return SC_OK;
-    if (s->gzip) {
-        reason = gzerror(s->gzip, &error);
-        reason = error < 0 ? reason : NULL;
-    } else if (s->zlib_open) {
+    if (s->gzip)
+        reason = gzip_reason(s);
+    else if (s->zlib_open)
         reason = s->zlib.msg;
-    }
     status = stream_status(s);
     if (status == SC_ERR_MEMORY || status == SC_ERR_WRITE)
         return sc_fail(s->ctx, status, "%s: the voxels cannot be read: %s", s->source->file,
@@ -394,7 +401,6 @@ static void warn_of_rest(const sc_voxel_stream *s)
 sc_status sc_stream_finish(sc_voxel_stream *s)
 {
     const char *reason;
-    int error;
 
     if (atomic_load(&s->rounded))
         sc_warn(s->ctx,
@@ -409,8 +415,8 @@ sc_status sc_stream_finish(sc_voxel_stream *s)
      * or, as in MGH, behind a few tags. */
     for (int i = 0; i < REST_BLOCKS && gzread(s->gzip, s->raw, sizeof s->raw) > 0; i++) {
     }
-    reason = gzerror(s->gzip, &error);
-    if (error < 0)
+    reason = gzip_reason(s);
+    if (reason)
         return sc_fail(
             s->ctx, sc_gzip_status(s->gzip), "%s: the compressed data %s: %s", s->source->file,
             sc_gzip_status(s->gzip) == SC_ERR_DATA ? "are damaged" : "cannot be read", reason);

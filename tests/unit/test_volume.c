@@ -560,6 +560,7 @@ TEST(damage_that_is_read_ahead_is_told)
         assert_int_equal(said.errors, 1);
         assert_non_null(strstr(said.text, "t.nrrd: ends after"));
         assert_non_null(strstr(said.text, "; ")); /* the reason of zlib */
+        assert_null(strstr(said.text, "<fd:"));   /* which knows the file by a number only */
     }
     unlink("t.nrrd");
 }
