@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <zlib.h>
 
@@ -212,6 +213,19 @@ out:
     return status;
 }
 
+/* Is the file a mesh, by the ending of its name? Binary ones have no mark. */
+static bool is_mesh(const char *path)
+{
+    static const char *const endings[] = {".stl", ".obj", ".ply", ".vtp", ".glb", ".gltf"};
+    const char *dot = strrchr(path, '.');
+
+    for (size_t i = 0; dot && i < SC_COUNT_OF(endings); i++) {
+        if (!strcasecmp(dot, endings[i]))
+            return true;
+    }
+    return false;
+}
+
 /* Log that no reader accepts the file, with advice if its kind is known. @return SC_ERR_DATA
  * always. */
 static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
@@ -225,6 +239,12 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
             !memcmp(h->bytes + known_files[i].offset, known_files[i].magic, known_files[i].length))
             return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, known_files[i].advice);
     }
+    if (is_mesh(path))
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: is a mesh, a surface without voxels; give the segmentation from which "
+                       "it was made, or make one of it in 3D Slicer (Add Data as a segmentation, "
+                       "then save as .seg.nrrd)",
+                       path);
     if (h->count == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: a broken gzip file", path);
     if (stem)

@@ -1067,6 +1067,10 @@ TEST(what_is_refused_is_told_what_to_do)
             fail_msg("file %zu: \"%s\", expected advice with \"%s\"", i, said.text,
                      files[i].advice);
     }
+    write_file("t.STL", "solid a", "", 0, false);
+    assert_int_equal(sc_volume_read(&ctx, "t.STL", &v), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "t.STL: is a mesh"));
+    unlink("t.STL");
     memcpy(dicom + 128, "DICM", 4);
     write_file("t.bin", "", dicom, sizeof dicom, false);
     assert_int_equal(sc_volume_read(&ctx, "t.bin", &v), SC_ERR_DATA);
