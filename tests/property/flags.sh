@@ -4,7 +4,7 @@
 # the build has to keep them from doing so.
 release=$SOURCE/build/release/segcast
 [ -x "$release" ] || skip "there is no release build in $SOURCE/build/release"
-read -ra cpus < <("$release" keys render.cpu --json | jq -r '.[0].values | gsub(" or|,"; "")')
+read -ra cpus < <("$release" help keys render.cpu --json | jq -r '.[0].values | gsub(" or|,"; "")')
 [ "${cpus[0]}" = auto ] || fail "found no variants in the values of render.cpu"
 small_job job.yaml # drawn larger below: a change in the last bit of a float rarely reaches a level of 8 bits
 drawn=0
