@@ -223,13 +223,13 @@ static bool are_numbered_alike(const char *a, const char *b)
     }
 }
 
-/* @return SC_ERR_DATA, logged, for files of one slice each whose names are numbered: those of one
- * volume, not masks of tissues. */
+/* @return SC_ERR_DATA, logged, for TIFF files of one slice each whose names are numbered: those of
+ * one volume, not masks of tissues. Other formats, which are seldom used for slices, are masks. */
 static sc_status check_no_slices(const sc_ctx *ctx, const char *path, const sc_source *source)
 {
     const sc_mask *masks = source->masks;
 
-    if (source->mask_count < 2 || source->size[2] > 1 ||
+    if (source->mask_count < 2 || source->size[2] > 1 || !strstr(masks[0].file, ".tif") ||
         !are_numbered_alike(masks[0].file, masks[1].file))
         return SC_OK;
     return sc_fail(ctx, SC_ERR_DATA,
