@@ -3,7 +3,7 @@
  * called on a login node. */
 #include "commands.h"
 #include "label_report.h"
-#include "run.h"
+#include "render/run.h"
 
 #include <string.h>
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast report: the page of a run or of a study made anew from its directory, or a page that
  * compares several. */
-#include "run.h"
+#include "render/run.h"
 #include "segcast/report.h"
-#include "study.h"
+#include "study/study.h"
 
 #include <dirent.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Writes a job as JSON: the tree of what sc_job_write writes. */
 #include "segcast/job.h"
-#include "yaml_tree.h"
+#include "yaml/yaml_tree.h"
 
 #include <jansson.h>
 #include <stdlib.h>

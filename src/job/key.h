@@ -9,7 +9,7 @@
 #define SC_JOB_KEY_H
 
 #include "segcast/job.h"
-#include "yaml_tree.h"
+#include "yaml/yaml_tree.h"
 
 #include <jansson.h>
 

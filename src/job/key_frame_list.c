@@ -2,7 +2,7 @@
 /* The key frames of a job as a table. They are looked for in what the job is written as, so that it
  * lists all that have any, whatever they are of. */
 #include "segcast/job.h"
-#include "yaml_tree.h"
+#include "yaml/yaml_tree.h"
 
 #include <math.h>
 #include <stdlib.h>

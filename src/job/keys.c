@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reading and writing a map by the rows of its table. */
 #include "key.h"
-#include "yaml_words.h"
+#include "yaml/yaml_words.h"
 
 #include <string.h>
 

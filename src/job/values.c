@@ -6,7 +6,7 @@
 #include "key.h"
 #include "segcast/job.h"
 #include "segcast/timeline.h"
-#include "yaml_words.h"
+#include "yaml/yaml_words.h"
 
 #include <math.h>
 #include <stdlib.h>

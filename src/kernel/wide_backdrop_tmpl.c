@@ -6,7 +6,7 @@
 #include "variants.h"
 
 #include "backdrop.h"
-#include "lanes.h"
+#include "lanes/lanes.h"
 
 /* How far, in voxels, a ray stays from the border of what is known to be empty: coordinates are
  * rounded. */

@@ -6,7 +6,7 @@
  * for each other before the costly steps, so that these are done for as many of them as possible.
  * A step across empty space ends in the very cell, and at the very distance, that single steps
  * would have led to. */
-#include "lanes_normal.h"
+#include "lanes/lanes_normal.h"
 #include "wide_smooth_walk.h"
 
 /* Positions within the present cells at distance @p t, to @p out; see local_at(). */

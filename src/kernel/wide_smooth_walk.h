@@ -5,8 +5,8 @@
 #ifndef SC_KERNEL_WIDE_SMOOTH_WALK_H
 #define SC_KERNEL_WIDE_SMOOTH_WALK_H
 
-#include "lanes_cell.h"
-#include "lanes_shade.h"
+#include "lanes/lanes_cell.h"
+#include "lanes/lanes_shade.h"
 #include "smooth_ray.h"
 #include "variants.h"
 

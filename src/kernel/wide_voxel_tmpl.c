@@ -5,8 +5,8 @@
  * Every lane takes the samples that march_voxel_tmpl.c takes, with the same operations. A step
  * across empty space goes to a sample whose predecessor still lies in it: coordinates along a ray
  * never turn back, so that all samples in between lie there, too. */
-#include "lanes_cell.h"
-#include "lanes_shade.h"
+#include "lanes/lanes_cell.h"
+#include "lanes/lanes_shade.h"
 #include "variants.h"
 #include "voxel_ray.h"
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What is common to all formats once the header has been read; directories that hold no volume. */
-#include "dicom.h"
+#include "chunked/zarr.h"
+#include "dicom/dicom.h"
 #include "source.h"
-#include "zarr.h"
 
 #include <dirent.h>
 #include <errno.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The input is what the program that reads HDF5 sends: an answer, and blocks of voxels. */
+#include "formats/hdf5_process.h"
 #include "fuzz.h"
-#include "hdf5_process.h"
 
 #include <fcntl.h>
 #include <math.h>

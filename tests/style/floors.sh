@@ -16,7 +16,7 @@ for header in include/segcast/*.h; do
     owner[$name]=${floor[$name]:+$name}
     for module in $modules; do
         [ -z "${owner[$name]}" ] || break
-        ! grep -qs "include \"segcast/$name.h\"" "src/$module/"*.[ch] || owner[$name]=$module
+        ! grep -rqs --include="*.[ch]" "include \"segcast/$name.h\"" "src/$module" || owner[$name]=$module
     done
     [ -n "${owner[$name]}" ] || fail "$header: no module bears its name, and none includes it"
 done
@@ -30,8 +30,9 @@ check() { # check MODULE FILE: the headers that a file of this module includes
             fail "$2 includes segcast/$name.h, but module $used comes after $1 in src/CMakeLists.txt"
     done
 }
-for file in src/*/*.[ch]; do
-    module=$(basename "$(dirname "$file")")
+for file in src/*/*.[ch] src/*/*/*.[ch]; do
+    module=${file#src/}
+    module=${module%%/*}
     [ -n "${floor[$module]:-}" ] || fail "src/$module is not in the list of modules in src/CMakeLists.txt"
     check "$module" "$file"
 done
@@ -48,15 +49,15 @@ only '#include <mpi.h>' '^src/comm/comm_mpi.c$'
 only '#include <omp.h>|# *pragma omp' '^src/base/parallel.c$'
 only '#include <png.h>' '^src/image/png.c$'
 only '#include <lib(av|sw)' '^src/video/|^tests/support/video_probe.c'
-only '#include <teem/' '^src/volume/(read_nrrd|nrrd_header)\.c$'
-only '#include <nifti' '^src/volume/read_nifti.c$'
+only '#include <teem/' '^src/volume/formats/(read_nrrd|nrrd_header)\.c$'
+only '#include <nifti' '^src/volume/formats/read_nifti.c$'
 only '#include <libavfilter' '^src/video/libav.h$'
-only '#include <expat' '^src/volume/(label_xml|tiff_notes)\.c$'
-only '#include <tiff' '^src/volume/read_tiff.c$'
+only '#include <expat' '^src/volume/(tables/label_xml|formats/tiff_notes)\.c$'
+only '#include <tiff' '^src/volume/formats/read_tiff.c$'
 only '#include <hdf5' '^src/hdf5/program.h$'
-only '#include <dcmtk' '^src/volume/dicom_file.cpp$'
-only '#include <(blosc|lz4|zstd)' '^src/volume/zarr_codecs.c$'
-only '#include <yaml.h>' '^src/job/yaml_words\.h$'
+only '#include <dcmtk' '^src/volume/dicom/dicom_file.cpp$'
+only '#include <(blosc|lz4|zstd)' '^src/volume/chunked/zarr_codecs.c$'
+only '#include <yaml.h>' '^src/job/yaml/yaml_words\.h$'
 only '#include <cairo(-ft)?.h>' '^src/overlay/(overlay|lettering|font).c$|^src/overlay/font.h$'
 only '#include <fontconfig' '^src/overlay/font.[ch]$'
 only '#include <xxhash.h>' '^src/base/hash.c$'

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What segcast makes of what the program sends that reads HDF5, without the program. */
 #include "check.h"
-#include "hdf5_process.h"
+#include "formats/hdf5_process.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "check.h"
 
-#include "phantom_shapes.h"
+#include "phantom/phantom_shapes.h"
 #include "segcast/phantom.h"
 
 #include <string.h>

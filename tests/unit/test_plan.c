@@ -2,8 +2,8 @@
 /* What segcast plan computes from what it has measured: wall time, memory and disk. */
 #include "check.h"
 
-#include "plan.h"
-#include "run.h"
+#include "plan/plan.h"
+#include "render/run.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Words in the names of tissues, and which of them say that a tissue lies around all others: skin,
+ * or what a segmentation calls "other". */
+#include "init/init.h"
+
+#include <ctype.h>
+#include <string.h>
+
+static char lower(char c)
+{
+    return (char)tolower((unsigned char)c);
+}
+
+void sc_plain_words(const char *name, char *to)
+{
+    size_t used = 0;
+
+    for (; *name && used + 1 < SC_NAME_BYTES; name++) {
+        const char c = lower(*name);
+
+        if (!strchr(" _-.,;:/()[]", c))
+            to[used++] = c;
+        else if (used > 0 && to[used - 1] != ' ')
+            to[used++] = ' ';
+    }
+    while (used > 0 && to[used - 1] == ' ')
+        used--;
+    to[used] = '\0';
+}
+
+bool sc_word_begins(const char *words, const char *beginning)
+{
+    const char *at = words;
+
+    while ((at = strstr(at, beginning)) != NULL) {
+        if (at == words || at[-1] == ' ')
+            return true;
+        at++;
+    }
+    return false;
+}
+
+/* Does the name say that a tissue is the outside, or what is left over? */
+static bool is_named_as_cover(const char *name)
+{
+    static const char *const beginnings[] = {"other",   "skin",       "unknown",  "background",
+                                             "unclass", "unlabel",    "rest of",  "remain",
+                                             "outside", "exterior",   "undefin",  "soft tissue",
+                                             "subcut",  "body trunc", "body extr"};
+    char words[SC_NAME_BYTES];
+
+    sc_plain_words(name, words);
+    for (size_t i = 0; i < SC_COUNT_OF(beginnings); i++) {
+        if (sc_word_begins(words, beginnings[i]))
+            return true;
+    }
+    return !strcmp(words, "body") || !strcmp(words, "head") || !strcmp(words, "rest");
+}
+
+sc_status sc_name_covers(const sc_ctx *ctx, const sc_prepared *volume, const bool *hidden,
+                         int *layers)
+{
+    const sc_volume view = {.size = {volume->size[0], volume->size[1], volume->size[2]},
+                            .label_bytes = volume->label_bytes,
+                            .ids = (void *)volume->ids, /* which are only read */
+                            .label_count = volume->label_count};
+    const int count = volume->label_count;
+    int deepest = 0;
+    sc_status status = sc_find_covers(ctx, &view, hidden, layers, NULL);
+
+    for (int id = 1; id < count && status == SC_OK; id++)
+        deepest = layers[id] > deepest ? layers[id] : deepest;
+    for (int id = 1; id < count && count > 2 && status == SC_OK; id++) {
+        if (!layers[id] && !hidden[id] && is_named_as_cover(volume->labels[id].name))
+            layers[id] = deepest + 1;
+    }
+    return status;
+}

@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast join, verify and status: commands that need only the directory of a job, not its volume.
+ */
+#include "render/run.h"
+#include "segcast/measurements.h"
+
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+sc_status sc_cmd_join(sc_app *app)
+{
+    const char *directory = app->options.input;
+    char version[64];
+    sc_job job = {0};
+    sc_store_job store_job;
+    sc_store *store = NULL;
+    int missing = 0;
+    sc_status status;
+
+    SC_TRY(sc_read_directory(app, app->options.input, &job, &store_job, version));
+    SC_TRY(
+        sc_store_open(app->ctx, directory, &store_job, NULL, 0, "join", SC_STORE_RESUME, &store));
+    SC_TRY(sc_store_finish(app->ctx, store, &missing));
+    SC_TRY(sc_store_seal(app->ctx, store));
+    sc_display_end_stage(app);
+    if (missing > 0)
+        status = sc_fail(app->ctx, SC_ERR_INCOMPLETE,
+                         "%s: %d of %d frames are not there; run the slices that hold them, or the "
+                         "whole job, with --resume",
+                         directory, missing, store_job.frames);
+    else {
+        sc_print_path(stdout, directory);
+        fputs(sc_run_has_video(&job) ? "/" : "", stdout);
+        sc_print_path(stdout, sc_run_has_video(&job) ? job.output.video : "");
+        printf("\n");
+    }
+out:
+    sc_store_close(store);
+    sc_job_clear(&job);
+    return status;
+}
+
+sc_status sc_cmd_verify(sc_app *app)
+{
+    char version[64];
+    sc_job job = {0};
+    sc_store_job store_job = {.threads = 1};
+    sc_text names = {0};
+    sc_status status;
+
+    SC_TRY(sc_store_identify(app->ctx, app->options.input, &store_job, version));
+    SC_TRY(sc_store_verify_records(app->ctx, app->options.input, &names));
+    SC_TRY(sc_read_directory(app, app->options.input, &job, &store_job, version));
+    SC_TRY(sc_store_verify(app->ctx, app->options.input, &store_job));
+    sc_display_end_stage(app);
+    sc_print_path(stdout, app->options.input);
+    printf(": %d frames, all verified: manifest.jsonl", store_job.frames);
+    sc_print(stdout, names.data ? names.data : "");
+    if (store_job.png)
+        printf(", %d PNG files", store_job.frames);
+    if (sc_run_has_video(&job)) {
+        printf(", ");
+        sc_print(stdout, job.output.video);
+    }
+    printf("\n");
+out:
+    sc_text_clear(&names);
+    sc_job_clear(&job);
+    return status;
+}
+
+/* Print the report as one line for people. */
+static void print_status(const char *directory, const sc_store_report *report)
+{
+    sc_print_path(stdout, directory);
+    if (report->condition == SC_STORE_COMPLETE) {
+        printf(": complete, %d frames%s", report->frames, report->video[0] ? ", " : "");
+        sc_print(stdout, report->video);
+        printf("\n");
+    } else if (report->condition == SC_STORE_INCOMPLETE) {
+        printf(": incomplete, %d of %d frames are done; run again with --resume for the rest\n",
+               report->done, report->frames);
+    } else {
+        printf(": damaged: ");
+        sc_print(stdout, report->reason);
+        printf("; %s\n", report->frames == 0
+                             ? "no run can continue there: choose another directory with -o"
+                             : "`segcast verify` says more, and a run with --resume makes again "
+                               "what is damaged");
+    }
+}
+
+/* Print the report as one line of JSON. @return SC_ERR_MEMORY. */
+static sc_status print_status_json(const sc_ctx *ctx, const char *directory,
+                                   const sc_store_report *report)
+{
+    static const char *const conditions[] = {[SC_STORE_COMPLETE] = "complete",
+                                             [SC_STORE_INCOMPLETE] = "incomplete",
+                                             [SC_STORE_DAMAGED] = "damaged"};
+    json_t *json =
+        json_pack("{s:s, s:s, s:i, s:i}", "schema", "segcast-directory-1", "condition",
+                  conditions[report->condition], "done", report->done, "frames", report->frames);
+    char *text;
+
+    /* Names that are not UTF-8 cannot stand in JSON; they are left out. */
+    if (json)
+        (void)json_object_set_new(json, "directory", json_string(directory));
+    if (json && report->video[0])
+        (void)json_object_set_new(json, "video", json_string(report->video));
+    if (json && report->reason[0])
+        (void)json_object_set_new(json, "reason", json_string(report->reason));
+    text = json ? json_dumps(json, JSON_COMPACT) : NULL;
+    json_decref(json);
+    if (!text)
+        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while the status was written as JSON");
+    printf("%s\n", text);
+    free(text);
+    return SC_OK;
+}
+
+/* Compare the keys of a job on which the pictures depend with those of the job in a directory.
+ * @return SC_ERR_CREATE, as for a run that would not continue there, if they differ. */
+static sc_status compare_jobs(const sc_ctx *ctx, const sc_job *job, const char *directory)
+{
+    char *path = NULL;
+    sc_job_sources sources = {0};
+    sc_job there = {0};
+    sc_text ours = {0}, theirs = {0};
+    sc_status status;
+
+    SC_TRY(sc_path_join(ctx, directory, "job.yaml", &path));
+    sources.path = path;
+    SC_TRY(sc_job_load(ctx, &sources, &there));
+    SC_TRY(sc_job_write(ctx, job, true, &ours));
+    SC_TRY(sc_job_write(ctx, &there, true, &theirs));
+    if (strcmp(ours.data, theirs.data))
+        status =
+            sc_fail(ctx, SC_ERR_CREATE, "%s: holds another job than the one asked for; compare %s",
+                    directory, path);
+out:
+    sc_text_clear(&ours);
+    sc_text_clear(&theirs);
+    sc_job_clear(&there);
+    sc_free(path);
+    return status;
+}
+
+/* Fill the report for the job file that the command line names, as `segcast render` would run it.
+ * @param directory receives where it would write: borrowed from the options or from @p job. @param
+ * job the caller owns it, also after an error: sc_job_clear. */
+static sc_status report_job(const sc_app *app, sc_job *job, const char **directory,
+                            sc_store_report *out)
+{
+    const sc_options *o = &app->options;
+    const sc_job_sources sources = {.path = o->input,
+                                    .settings = o->settings,
+                                    .setting_count = o->setting_count,
+                                    .environment = app->environment};
+    sc_video_settings settings;
+    int *wanted = NULL, count = 0;
+    sc_status status;
+
+    SC_TRY(sc_job_load(app->ctx, &sources, job));
+    *directory = o->output ? o->output : job->output.directory;
+    settings = sc_run_video_settings(job);
+    if (o->slices)
+        SC_TRY(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_gop_frames(&settings),
+                               job->animation.frames, &wanted, &count));
+    else if (o->frames)
+        SC_TRY(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &wanted, &count));
+    if (o->slices && count == 0) { /* more slices than GOPs: there is nothing to do for this one */
+        *out = (sc_store_report){.condition = SC_STORE_COMPLETE};
+        goto out;
+    }
+    SC_TRY(sc_store_status(app->ctx, *directory, wanted, count, out));
+    if (out->condition != SC_STORE_DAMAGED)
+        status = compare_jobs(app->ctx, job, *directory);
+out:
+    sc_free(wanted);
+    return status;
+}
+
+/* Say how far the study in a directory is. @param found whether the directory holds one; if not,
+ * nothing is said. @return SC_ERR_INCOMPLETE, or SC_ERR_DATA with the damage logged. */
+static sc_status report_study(const sc_app *app, const char *directory, bool *found)
+{
+    sc_measurements all = {0};
+    char *path = NULL;
+    uint64_t whole;
+    sc_status status;
+
+    *found = false;
+    SC_TRY(sc_path_join(app->ctx, directory, "measurements.jsonl", &path));
+    SC_TRY(sc_measurements_begin(app->ctx, path, found));
+    if (!*found)
+        goto out;
+    SC_TRY(sc_measurements_read(app->ctx, path, &all, &whole));
+    if (app->options.json) {
+        printf("{\"schema\":\"segcast-directory-1\",\"condition\":\"%s\",\"done\":%zu,"
+               "\"cells\":%d,\"skipped\":%zu}\n",
+               all.complete ? "complete" : "incomplete", all.count, sc_design_cells(&all.design),
+               all.skipped_count);
+    } else {
+        sc_print(stdout, directory);
+        printf(": a study, %s, %zu measurements of %d cells, %zu of which cannot run here%s\n",
+               all.complete ? "complete" : "incomplete", all.count, sc_design_cells(&all.design),
+               all.skipped_count, all.complete ? "" : "; run again with --resume for the rest");
+    }
+    status = all.complete ? SC_OK : SC_ERR_INCOMPLETE;
+out:
+    sc_measurements_clear(&all);
+    sc_free(path);
+    return status;
+}
+
+sc_status sc_cmd_status(sc_app *app)
+{
+    static const sc_status codes[] = {[SC_STORE_COMPLETE] = SC_OK,
+                                      [SC_STORE_INCOMPLETE] = SC_ERR_INCOMPLETE,
+                                      [SC_STORE_DAMAGED] = SC_ERR_DATA};
+    const char *directory = app->options.input;
+    sc_store_report report;
+    struct stat info;
+    sc_job job = {0};
+    bool is_study = false;
+    sc_status status;
+
+    status = report_study(app, directory, &is_study);
+    if (status != SC_OK || is_study)
+        return status;
+    if (!stat(directory, &info) && !S_ISDIR(info.st_mode))
+        SC_TRY(report_job(app, &job, &directory, &report));
+    else
+        SC_TRY(sc_store_status(app->ctx, directory, NULL, 0, &report));
+    if (app->options.json)
+        SC_TRY(print_status_json(app->ctx, directory, &report));
+    else
+        print_status(directory, &report);
+    status = codes[report.condition];
+out:
+    sc_job_clear(&job);
+    return status;
+}

@@ -1,0 +1,637 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast render and segcast orbit: a run, from the job to the finished outputs. */
+#include "render/run.h"
+
+#include <signal.h>
+#include <string.h>
+#include <time.h>
+
+/* The number of events that all ranks together keep for the trace: about 100 MB of JSON. */
+enum { TRACE_EVENTS = 1 << 20 };
+
+/* ---- outputs, rank 0 ---- */
+
+static sc_store_mode store_mode(const sc_app *app)
+{
+    return app->options.overwrite ? SC_STORE_OVERWRITE
+           : app->options.resume  ? SC_STORE_RESUME
+                                  : SC_STORE_NEW;
+}
+
+/* @return the name of the slice as the store takes it: NULL for the whole job. */
+static const char *slice_of(const sc_run *run)
+{
+    return run->slice[0] ? run->slice : NULL;
+}
+
+/* Fill run->slice: the name of the slice, such that it can be part of a file name. "0-35:2,40"
+ * becomes "0-35x2_40". It stays empty if all frames are wanted. */
+static sc_status name_slice(sc_run *run)
+{
+    const sc_options *o = &run->app->options;
+    const char *frames = o->frames;
+    size_t used = 0;
+
+    if (o->slices > 1)
+        snprintf(run->slice, sizeof run->slice, "%dof%d", o->slice, o->slices);
+    if (!frames || run->wanted_count == run->session.job.animation.frames)
+        return SC_OK;
+    for (const char *c = frames; *c; c++) {
+        if (*c == ' ')
+            continue;
+        if (used + 1 >= sizeof run->slice)
+            return sc_fail(run->app->ctx, SC_ERR_USAGE, "--frames is longer than %zu characters",
+                           sizeof run->slice - 1);
+        run->slice[used++] = *c == ':' ? 'x' : *c == ',' ? '_' : *c;
+    }
+    return SC_OK;
+}
+
+/* Append the job of a run as resolved. Its directory is that in which the text is to lie, so that
+ * the text says the same wherever it is read from, and after the directory was moved. */
+static sc_status add_resolved_job(const sc_run *run, sc_text *text)
+{
+    void *copy;
+    sc_status status = sc_alloc(run->app->ctx, 1, sizeof(sc_job), &copy);
+
+    if (status != SC_OK)
+        return status;
+    memcpy(copy, &run->session.job, sizeof(sc_job));
+    strcpy(((sc_job *)copy)->output.directory, ".");
+    status = sc_job_write(run->app->ctx, copy, false, text);
+    sc_free(copy);
+    return status;
+}
+
+/* Set *out to whether job.yaml in the directory of the run is the very file that was given. */
+static sc_status is_job_given(const sc_run *run, bool *out)
+{
+    char *path = NULL;
+    const sc_status status = sc_path_join(run->app->ctx, run->directory, "job.yaml", &path);
+
+    *out = status == SC_OK && run->job_path && sc_same_file(run->job_path, path);
+    sc_free(path);
+    return status;
+}
+
+/* Write job.yaml, the job as resolved, into the directory of the run; but where that is the very
+ * file that was given, --overwrite leaves it alone unless its text stays the same, and others never
+ * write it: what its user has written into it would be lost.
+ * @param store NULL: only check. @return also SC_ERR_CREATE, logged, if it is left alone. */
+static sc_status write_job(const sc_run *run, sc_store *store)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    sc_text text = {0};
+    char *path = NULL, *given = NULL;
+    size_t bytes = 0;
+    bool is_given;
+    sc_status status;
+
+    SC_TRY(add_resolved_job(run, &text));
+    SC_TRY(sc_path_join(ctx, run->directory, "job.yaml", &path));
+    SC_TRY(is_job_given(run, &is_given));
+    if (is_given && run->app->options.overwrite) {
+        SC_TRY(sc_file_read(ctx, path, (size_t)64 << 20, &given, &bytes));
+        if (bytes != text.length_bytes || memcmp(given, text.data, bytes) != 0) {
+            status = sc_fail(ctx, SC_ERR_CREATE,
+                             "%s: is the job that was given, and --overwrite would replace it by "
+                             "the job as resolved; copy it to another place first, or choose "
+                             "another directory with -o",
+                             path);
+            goto out;
+        }
+    }
+    if (store && (!is_given || run->app->options.overwrite))
+        status = sc_store_write_job(ctx, store, text.data, text.length_bytes);
+out:
+    sc_text_clear(&text);
+    sc_free(given);
+    sc_free(path);
+    return status;
+}
+
+/* @return what the store has to know of the job, without its hashes; texts are borrowed. */
+static sc_store_job store_job_of(const sc_run *run)
+{
+    const sc_job *job = &run->session.job;
+
+    return (sc_store_job){.version = sc_version(),
+                          .frames = job->animation.frames,
+                          .video = job->output.video,
+                          .png = job->output.frames == SC_FRAMES_PNG,
+                          .settings = sc_run_video_settings(job),
+                          .threads = run->app->threads};
+}
+
+/* Fill run->store_job, open run->store and, unless all is done and proven, write job.yaml. */
+static sc_status open_store(sc_run *run)
+{
+    const sc_session *s = &run->session;
+    sc_store_job *job = &run->store_job;
+    sc_status status;
+
+    *job = store_job_of(run);
+    SC_TRY(is_job_given(run, &job->keeps_job));
+    job->volume_hash = sc_session_volume_hash(s);
+    SC_TRY(sc_run_hash_job(run, &job->job_hash));
+    SC_TRY(sc_store_open(run->app->ctx, run->directory, job, run->wanted, run->wanted_count,
+                         slice_of(run), store_mode(run->app), &run->store));
+    sc_store_begun_clear(&run->begun); /* now it is the store's */
+    run->plan.complete = sc_store_is_complete(run->store);
+    run->plan.sealed = sc_store_is_sealed(run->store);
+    run->plan.identity = sc_store_identity(run->store);
+    if (!run->plan.sealed)
+        status = write_job(run, run->store);
+out:
+    return status;
+}
+
+/* Open the store or, without records, the video writer. On rank 0. */
+static sc_status open_outputs(sc_run *run)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    const sc_job *job = &run->session.job;
+    sc_video_settings settings = sc_run_video_settings(job);
+    void *results;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, (size_t)run->wanted_count + 1, sizeof *run->results, &results));
+    run->results = results;
+    if (sc_run_has_video(job) && !run->video_path)
+        SC_TRY(sc_path_join(ctx, run->directory, job->output.video, &run->video_path));
+    if (run->keep_records)
+        return open_store(run);
+    settings.version = sc_version();
+    settings.volume_hash = sc_session_volume_hash(&run->session);
+    SC_TRY(sc_run_hash_job(run, &settings.job_hash));
+    status = sc_video_writer_open(ctx, run->video_path, &settings, &run->writer);
+out:
+    return status;
+}
+
+/* ---- the plan ---- */
+
+/* Choose, on rank 0, of @p gops [whole], which no run has begun, those that other ranks encode;
+ * they are put at the beginning of the array. @return as of sc_run_check_gathering. */
+static sc_status choose_gops(sc_run *run, int *gops, int whole)
+{
+    sc_draw_plan *plan = &run->plan;
+    const sc_run_ranks where = {.ranks = sc_comm_size(run->app->comm),
+                                .nodes = sc_comm_node_count(run->app->comm),
+                                .memory_max_bytes = run->app->ctx->memory_max_bytes};
+    const sc_run_ranks unlimited = {.ranks = where.ranks, .nodes = where.nodes};
+    const int frames = run->session.job.animation.frames;
+    const int full = whole - (whole > 0 && gops[whole - 1] + plan->gop_frames > frames);
+    const sc_run_encoding encoding = sc_run_encoding_of(&run->session.job, whole, full, &where);
+    const sc_run_encoding wanted = sc_run_encoding_of(&run->session.job, whole, full, &unlimited);
+
+    plan->gop_count = encoding.gops;
+    plan->gather = encoding.gather;
+    plan->encoders_most = encoding.encoders_most;
+    if (encoding.gather)
+        memmove(gops, gops + full - encoding.gops, (size_t)encoding.gops * sizeof *gops);
+    return sc_run_check_gathering(run->app->ctx, &run->session.job, wanted.gather ? wanted.gops : 0,
+                                  &where);
+}
+
+/* Find out, on rank 0, what is left to be drawn, from run->wanted and the store: fills run->plan,
+ * run->gops and run->frames. */
+static sc_status make_plan(sc_run *run)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    sc_draw_plan *plan = &run->plan;
+    const sc_video_settings settings = sc_run_video_settings(&run->session.job);
+    int *gops = NULL, whole = 0, g = 0;
+    void *frames = NULL;
+    sc_status status;
+
+    plan->gop_frames = sc_video_gop_frames(&settings);
+    if (run->store)
+        SC_TRY(sc_store_whole_gops(ctx, run->store, &gops, &whole));
+    if (run->keep_records)
+        SC_TRY(choose_gops(run, gops, whole));
+    SC_TRY(sc_alloc(ctx, (size_t)run->wanted_count + 1, sizeof(int), &frames));
+    for (int i = 0; i < run->wanted_count; i++) {
+        const int k = run->wanted[i];
+
+        while (g < plan->gop_count && gops[g] + plan->gop_frames <= k)
+            g++;
+        if (g < plan->gop_count && k >= gops[g])
+            continue; /* it is drawn with its GOP */
+        if (run->store && sc_store_has(run->store, k))
+            plan->kept++;
+        else
+            ((int *)frames)[plan->frame_count++] = k;
+    }
+    run->frames = frames;
+    run->gops = gops;
+    return SC_OK;
+out:
+    sc_free(gops);
+    return status;
+}
+
+/* Send the plan, with frames and gops, from rank 0 to all others. Collective. */
+static sc_status share_plan(sc_run *run)
+{
+    sc_app *app = run->app;
+    void *frames = run->frames, *gops = run->gops;
+    sc_status status;
+
+    sc_comm_broadcast(app->comm, &run->plan, sizeof run->plan);
+    SC_TRY(sc_broadcast_array(app, &frames, (size_t)run->plan.frame_count, sizeof(int)));
+    run->frames = frames;
+    SC_TRY(sc_broadcast_array(app, &gops, (size_t)run->plan.gop_count, sizeof(int)));
+    run->gops = gops;
+out:
+    return status;
+}
+
+/* ---- the run ---- */
+
+/* On rank 0: complete the outputs, unless the farm ended with an error. @return @p outcome, or the
+ * error that came here. */
+static sc_status finish_outputs(sc_run *run, sc_status outcome)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    const double begin_s = sc_wall_s();
+    sc_status status = outcome;
+
+    if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
+        return outcome;
+    sc_signals_expendable(true);
+    if (run->store && !run->slice[0])
+        status = sc_store_finish(ctx, run->store, &run->missing);
+    else if (!run->store && run->result_count > 0)
+        status =
+            sc_video_writer_finish(ctx, run->writer, outcome == SC_OK, run->app->options.overwrite);
+    sc_signals_expendable(false);
+    sc_trace_add(run->trace, SC_TRACE_FINISH, run->app->threads, -1, begin_s, sc_wall_s());
+    return status == SC_OK ? outcome : status;
+}
+
+/* On rank 0, when everything of the run is written: a slice completes the job if it is the last to
+ * end; then the manifest of a complete job is closed. */
+static sc_status close_outputs(sc_run *run)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    sc_status status = SC_OK;
+
+    if (!run->store)
+        return SC_OK;
+    if (run->slice[0]) {
+        SC_TRY(sc_store_end_slice(ctx, run->store));
+        SC_TRY(sc_store_finish(ctx, run->store, &run->missing));
+    }
+    run->plan.complete = sc_store_is_complete(run->store);
+    status = sc_store_seal(ctx, run->store);
+out:
+    return status;
+}
+
+/* Has another run begun in the directory meanwhile, or completed the job? Its records must stay. */
+static bool is_replaced(const sc_run *run)
+{
+    return run->store && sc_store_is_replaced(run->store);
+}
+
+/* For sc_display_watch, with a run as user: write status.json while it is this run's. */
+static void watch(void *user, const sc_stage_view *view)
+{
+    if (!is_replaced(user))
+        sc_run_watch(user, view);
+}
+
+/* Draw everything in the plan; returns when all outputs are complete. @param times of this rank.
+ * Collective. */
+static sc_status run_farm(sc_run *run, sc_farm_times *times)
+{
+    sc_app *app = run->app;
+    const sc_job *job = &run->session.job;
+    const sc_farm farm = {.width_px = job->output.size_px[0],
+                          .height_px = job->output.size_px[1],
+                          .alpha = job->render.background.is_none,
+                          .partition = (sc_partition)job->farm.partition,
+                          .frames = run->frames,
+                          .frame_count = run->plan.frame_count,
+                          .gops = run->gops,
+                          .gop_count = run->plan.gop_count,
+                          .gather = run->plan.gather,
+                          .encoders_most = run->plan.encoders_most,
+                          .gop_frames = run->plan.gop_frames,
+                          .total_frames = job->animation.frames,
+                          .draw = sc_run_draw,
+                          .share_frames = job->farm.share,
+                          .spoils_other_rows = sc_job_has_views(job),
+                          .draw_gop = sc_run_draw_gop,
+                          .encode_frame = sc_run_encode_frame,
+                          .accept_frame = sc_run_accept_frame,
+                          .accept_gop = sc_run_accept_gop,
+                          .on_progress = sc_run_on_progress,
+                          .stop = run->stop,
+                          .deadline_s = run->deadline_s,
+                          .user = run};
+    sc_status status;
+
+    sc_stage_begin(app->ctx, SC_STAGE_DRAWING, (uint64_t)run->plan.kept,
+                   (uint64_t)run->wanted_count);
+    run->farm_begin_s = sc_wall_s();
+    run->farm_cpu_s = sc_cpu_s();
+    status = sc_farm_run(app->ctx, app->comm, &farm, times);
+    sc_signals_stop_in_order(false); /* what was drawn is on disk */
+    sc_stage_begin(app->ctx, "completing", 0, 0);
+    if (sc_comm_rank(app->comm) == 0)
+        status = finish_outputs(run, status);
+    if (status == SC_ERR_INCOMPLETE && is_replaced(run))
+        status = sc_fail(app->ctx, SC_ERR_CREATE,
+                         "%s: another run has begun in this directory meanwhile; `segcast status "
+                         "%s` tells how far it is",
+                         run->directory, run->directory);
+    status = sc_comm_agree(app->comm, status);
+    sc_run_fill_phases(run, times);
+    return status;
+}
+
+static void clear_run(sc_run *run)
+{
+    sc_display_watch(run->app->display, NULL, NULL);
+    sc_store_unbegin(&run->begun);
+    sc_video_writer_close(run->writer);
+    sc_store_close(run->store);
+    sc_encoder_close(run->encoder);
+    sc_image_clear(&run->gop_image);
+    sc_free(run->gop_pngs.data);
+    run->app->trace = NULL;
+    sc_trace_free(run->trace);
+    sc_free(run->spans);
+    sc_free(run->video_path);
+    sc_free(run->results);
+    sc_free(run->frames);
+    sc_free(run->gops);
+    sc_free(run->wanted);
+    sc_history_clear(&run->earlier);
+    sc_session_clear(&run->session);
+}
+
+/* On rank 0: log why a run is incomplete and what to do, or print the path of what it has made. */
+static void report_outcome(const sc_run *run, sc_status outcome)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    const char *reason = *run->stop == SIGXCPU
+                             ? "because the limit of CPU time is reached (ulimit -t)"
+                         : run->deadline_s > 0 && !*run->stop ? "because the time is nearly up"
+                                                              : "on request";
+
+    if (sc_comm_rank(run->app->comm) != 0)
+        return;
+    if (outcome == SC_ERR_INCOMPLETE && run->deadline_s > 0 && !*run->stop &&
+        run->result_count == 0)
+        sc_warn(ctx, "no frame could be finished in the time; running again with the same limit "
+                     "will not help: more time, or `segcast convert`, will");
+    if (outcome == SC_ERR_INCOMPLETE)
+        sc_warn(ctx, "stopped %s after %d of %d frames; run again%s for the rest", reason,
+                run->plan.kept + run->result_count, run->wanted_count,
+                run->keep_records ? " with --resume" : "");
+    else if (outcome == SC_OK && run->store && run->missing == 0 &&
+             !sc_store_is_complete(run->store))
+        sc_info(ctx,
+                "%s: all frames are there; another slice that has not ended yet, or `segcast join "
+                "%s`, completes the job",
+                run->directory, run->directory);
+    else if (outcome == SC_OK && run->missing > 0)
+        sc_info(ctx,
+                "%s: %d frames of other slices are not there yet; the last slice, or `segcast join "
+                "%s`, completes the job",
+                run->directory, run->missing, run->directory);
+    if (outcome == SC_OK)
+        sc_print_made(run->video_path && (!run->store || sc_store_is_complete(run->store))
+                          ? run->video_path
+                          : run->directory);
+}
+
+/* On rank 0, of a run that writes the video alone: make its directory, and check that the video can
+ * be written there. Fills run->video_path. */
+static sc_status prepare_video(sc_run *run)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    sc_status status;
+
+    SC_TRY(sc_path_join(ctx, run->directory, run->session.job.output.video, &run->video_path));
+    SC_TRY(sc_make_directory(ctx, run->directory));
+    if (run->app->options.overwrite) /* what runs that were killed have left beside the video */
+        sc_remove_temporaries(run->directory, false);
+    status = sc_check_output(run->app, &run->session, run->video_path, true);
+out:
+    return status;
+}
+
+/* Refuse options that exclude each other. @return the first mistake; all are logged. */
+static sc_status check_use(const sc_app *app)
+{
+    const sc_options *o = &app->options;
+    sc_status status = SC_OK;
+
+    if (o->overwrite && (o->resume || o->frames || o->slices))
+        status = sc_fail(app->ctx, SC_ERR_USAGE,
+                         "--overwrite cannot be used with --resume, nor with --frames or --slice: "
+                         "slices share a directory");
+    if (o->frames && o->slices)
+        status = sc_fail(app->ctx, SC_ERR_USAGE, "--frames and --slice exclude each other");
+    return status;
+}
+
+/* On rank 0, before anything that takes long: fill run->directory, run->wanted
+ * and run->slice, and refuse a directory that holds a run already. */
+static sc_status prepare_run(sc_run *run)
+{
+    const sc_app *app = run->app;
+    const sc_job *job = &run->session.job;
+    sc_status status;
+    const sc_options *o = &app->options;
+    const sc_video_settings settings = sc_run_video_settings(job);
+
+    run->directory =
+        run->keep_records && app->options.output ? app->options.output : job->output.directory;
+    if (o->slices)
+        SC_TRY(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_gop_frames(&settings),
+                               job->animation.frames, &run->wanted, &run->wanted_count));
+    else
+        SC_TRY(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &run->wanted,
+                               &run->wanted_count));
+    SC_TRY(name_slice(run));
+    if (run->keep_records) {
+        const sc_store_job store_job = store_job_of(run);
+
+        SC_TRY(
+            sc_store_check(app->ctx, run->directory, &store_job, slice_of(run), store_mode(app)));
+        SC_TRY(write_job(run, NULL));
+        status = sc_store_begin(app->ctx, run->directory, &store_job, slice_of(run),
+                                store_mode(app), &run->begun);
+    } else {
+        status = prepare_video(run);
+    }
+out:
+    return status;
+}
+
+/* Allocate what every rank needs for its timing records: run->trace and run->spans. */
+static sc_status allocate_records(sc_run *run)
+{
+    const sc_app *app = run->app;
+    const size_t events = (size_t)TRACE_EVENTS / (size_t)sc_comm_size(app->comm) + 256;
+    void *spans;
+    sc_status status = sc_trace_new(app->ctx, events, &run->trace);
+
+    if (status == SC_OK)
+        status = sc_alloc(app->ctx, (size_t)app->threads, sizeof *run->spans, &spans);
+    if (status == SC_OK)
+        run->spans = spans;
+    return status;
+}
+
+/* Everything before the first frame: job, volume, outputs, plan. Collective. */
+static sc_status begin_run(sc_run *run, const char *job_path)
+{
+    sc_app *app = run->app;
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_status status;
+
+    SC_TRY(sc_defer(app, first ? check_use(app) : SC_OK));
+    SC_TRY(sc_session_job(app, job_path, &run->session));
+    /* From here on the first error ends the run. Threads that work at the same time, and the last
+     * status.json, can fail for the same reason. */
+    app->terminal->one_error = true;
+    SC_TRY(sc_comm_agree(app->comm,
+                         first ? sc_run_check_encoder(app->ctx, &run->session.job) : SC_OK));
+    SC_TRY(sc_comm_agree(app->comm, allocate_records(run)));
+    SC_TRY(sc_comm_agree(app->comm, first ? prepare_run(run) : SC_OK));
+    if (first && run->keep_records)
+        sc_warn_of_outputs(app, &run->session.job);
+    SC_TRY(sc_report_placement(app));
+    run->deadline_s = sc_deadline_s(app);
+    app->trace = run->trace;
+    if (run->begun.may_write)
+        sc_display_watch(app->display, sc_run_watch, run);
+    SC_TRY(sc_session_volume(app, &run->session));
+    sc_signals_stop_in_order(true);
+    /* While what an earlier run has made is removed, no new status.json may come: it would be taken
+     * for a file of somebody else. This also waits for one that is being written. */
+    if (app->options.overwrite)
+        sc_display_watch(app->display, NULL, NULL);
+    SC_TRY(sc_comm_agree(app->comm, first ? open_outputs(run) : SC_OK));
+    SC_TRY(sc_comm_agree(app->comm, first && !run->plan.complete ? make_plan(run) : SC_OK));
+    status = share_plan(run);
+    if (run->plan.complete)
+        run->plan.kept = run->wanted_count;
+    atomic_store(&run->frames_done, run->plan.kept);
+    if (first && run->keep_records && !run->plan.complete)
+        sc_display_watch(app->display, watch, run);
+    if (first && run->plan.sealed)
+        sc_info(app->ctx, "%s: the job is complete, and verified; there is nothing to do",
+                run->directory);
+    else if (first && run->plan.complete)
+        sc_info(app->ctx, "%s: the job is complete, and verified; only its records are written",
+                run->directory);
+    else if (first && run->plan.kept)
+        sc_info(app->ctx, "%s: %d of %d frames are there, and verified", run->directory,
+                run->plan.kept, run->wanted_count);
+out:
+    return status;
+}
+
+/* Do a run from start to end. @param run zeroed but for app, keep_records and what is measured;
+ * cleared at the end. Collective. */
+static sc_status run_job(sc_run *run, const char *job_path)
+{
+    sc_app *app = run->app;
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_farm_times times = {0};
+    sc_status status, outcome = SC_OK;
+
+    run->job_path = job_path;
+    run->begin_s = sc_wall_s();
+    run->begin_unix_s = (int64_t)time(NULL);
+    run->stop = sc_signals_catch_stop();
+    run->give_up = sc_signals_give_up();
+    SC_TRY(begin_run(run, job_path));
+    SC_TRY(sc_run_begin_records(run));
+    if (!run->plan.complete) {
+        outcome = run_farm(run, &times);
+        sc_display_watch(app->display, NULL, NULL);
+        if (first && outcome != SC_OK && outcome != SC_ERR_INCOMPLETE && !is_replaced(run))
+            (void)sc_run_write_state(run, outcome); /* the first error is the one to report */
+        status = outcome;
+        if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
+            goto out;
+    }
+    sc_display_watch(app->display, NULL, NULL);
+    if (!run->plan.sealed) {
+        SC_TRY(sc_comm_agree(app->comm, sc_run_write_records(run, &times)));
+        SC_TRY(sc_comm_agree(app->comm, first ? sc_run_write_state(run, outcome) : SC_OK));
+        SC_TRY(sc_comm_agree(app->comm, first ? close_outputs(run) : SC_OK));
+    }
+    if (!run->observe) {
+        sc_display_end_stage(app);
+        report_outcome(run, outcome);
+    }
+    status = outcome;
+out:
+    if (*run->give_up) { /* closing an encoder that holds frames takes its time */
+        sc_signals_tell(false, false);
+        sc_signals_expendable(true);
+    }
+    clear_run(run);
+    return status;
+}
+
+sc_status sc_run_measured(sc_app *app, const char *job_path, sc_run_observer *observe, void *user)
+{
+    sc_run run = {.app = app,
+                  .keep_records = true,
+                  .begin_cpu_s = sc_cpu_s(),
+                  .observe = observe,
+                  .observer = user};
+
+    return run_job(&run, job_path);
+}
+
+sc_status sc_cmd_render(sc_app *app)
+{
+    sc_run run = {.app = app, .keep_records = true};
+
+    return run_job(&run, app->options.input);
+}
+
+sc_status sc_cmd_orbit(sc_app *app)
+{
+    const char *output = app->options.output ? app->options.output : "orbit.mp4";
+    const char *slash = strrchr(output, '/');
+    sc_run run = {.app = app};
+    sc_text directory = {0}, origin = {0};
+    sc_status status = SC_OK;
+
+    if (slash && !slash[1])
+        status =
+            sc_fail(app->ctx, SC_ERR_USAGE,
+                    "--output is \"%s\", a directory; expected the name of a video in it, such "
+                    "as %sorbit.mp4",
+                    output, output);
+    SC_TRY(status);
+    SC_TRY(sc_text_add(app->ctx, &directory, "%.*s",
+                       slash == output ? 1
+                       : slash         ? (int)(slash - output)
+                                       : 1,
+                       slash ? output : "."));
+    SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+    SC_TRY(sc_expect_series(app));
+    SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.directory", directory.data));
+    SC_TRY(sc_text_add(app->ctx, &origin, "--output %s", output));
+    SC_TRY(sc_options_set_as(app->ctx, &app->options, origin.data, "output.video",
+                             slash ? slash + 1 : output));
+    app->options.frames = NULL;
+out:
+    sc_text_clear(&directory);
+    sc_text_clear(&origin);
+    status = sc_comm_agree(app->comm, status);
+    return status == SC_OK ? run_job(&run, NULL) : status;
+}

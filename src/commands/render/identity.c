@@ -1,0 +1,172 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The identity of a job: a hash of all from which its pictures follow, but the volume. A directory
+ * is continued, and its pictures count as done, only if the identity is the same. */
+#include "render/run.h"
+
+/* Append to @p text what verbs do to each tissue, in the order in which they do it. */
+static sc_status add_fades(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < s->fade_count && status == SC_OK; i++) {
+        const sc_fade *f = &s->fades[i];
+
+        SC_TRY(sc_text_add(ctx, text, "%d %d %.17g %.17g %d %.17g %d\n", f->id, (int)f->kind,
+                           f->begin, f->end, (int)f->ease.kind, f->to, f->times));
+        for (int j = 0; j < 4 && f->ease.kind == SC_EASE_BEZIER; j++)
+            SC_TRY(sc_text_add(ctx, text, "%.17g\n", f->ease.bezier[j]));
+    }
+out:
+    return status;
+}
+
+/* Append to @p text how verbs move tissues. */
+static sc_status add_shifts(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < s->shift_count && status == SC_OK; i++) {
+        const sc_shift *shift = &s->shifts[i];
+
+        SC_TRY(sc_text_add(ctx, text, "%d %.17g %.17g %d %.17g %.17g %.17g\n", shift->id,
+                           shift->begin, shift->end, (int)shift->ease.kind, shift->by_mm.x,
+                           shift->by_mm.y, shift->by_mm.z));
+        for (int j = 0; j < 4 && shift->ease.kind == SC_EASE_BEZIER; j++)
+            SC_TRY(sc_text_add(ctx, text, "%.17g\n", shift->ease.bezier[j]));
+    }
+out:
+    return status;
+}
+
+/* Append to @p text where verbs bring the camera: to tissues that are chosen by their names. */
+static sc_status add_moves(const sc_ctx *ctx, const sc_timeline *t, sc_text *text)
+{
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < t->animation.move_count && status == SC_OK; i++) {
+        const sc_move *m = &t->moves[i];
+
+        status = sc_text_add(ctx, text, "%d %.17g %.17g %.17g %.17g %.17g\n", (int)m->verb.kind,
+                             m->target_mm.x, m->target_mm.y, m->target_mm.z, m->distance_mm,
+                             m->half_height);
+    }
+    return status;
+}
+
+/* @return the planes that cut a tissue, as bits; of key frames, those of the first. */
+static uint32_t planes_of(const sc_session *s, int id)
+{
+    const sc_clip_set *set = &s->timeline.clip_sets[s->tissues[id].clip_set];
+    uint32_t planes = 0;
+
+    for (int i = 0; i < s->timeline.animation.sweep_count; i++)
+        planes |= (uint32_t)(~set->spares[i] & 1) << i;
+    return planes;
+}
+
+/* Append to @p text in which spans planes cut a tissue, of those whose exceptions have key frames.
+ */
+static sc_status add_spans(const sc_ctx *ctx, const sc_session *s, int id, sc_text *text)
+{
+    const sc_clip_set *set = &s->timeline.clip_sets[s->tissues[id].clip_set];
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < s->timeline.animation.sweep_count && status == SC_OK; i++) {
+        if (s->timeline.animation.sweeps[i].except_count)
+            status = sc_text_add(ctx, text, "%llx\n", (unsigned long long)set->spares[i]);
+    }
+    return status;
+}
+
+/* Append to @p text how each tissue looks and which planes cut it. Both may follow from names in a
+ * label table, which the keys of the job do not hold. */
+static sc_status add_tissues(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+{
+    sc_status status = SC_OK;
+
+    for (int id = 1; id < s->volume.label_count && status == SC_OK; id++) {
+        const sc_tissue *t = &s->tissues[id];
+
+        SC_TRY(sc_text_add(ctx, text, "%lld %d %.17g %d %.17g %.9g %.9g %.9g",
+                           (long long)s->volume.labels[id].value, t->visible, t->opacity,
+                           t->opacity_auto, t->interior_opacity, t->rgb_linear[0], t->rgb_linear[1],
+                           t->rgb_linear[2]));
+        SC_TRY(sc_text_add(ctx, text, " %.17g %.17g %d %x\n", t->material.diffuse,
+                           t->material.specular, t->material.shininess, planes_of(s, id)));
+        if (t->color_track || t->opacity_track || t->visible_track || t->offset_track)
+            SC_TRY(sc_text_add(ctx, text, "%d %d %d %d\n", t->color_track, t->opacity_track,
+                               t->visible_track, t->offset_track));
+        status = add_spans(ctx, s, id, text);
+    }
+out:
+    return status;
+}
+
+/* Append to @p text the values of key frames of columns, when they hold, and of which tissues the
+ * colours follow them. */
+static sc_status add_columns(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+{
+    const sc_track *steps = &s->job.color_columns.steps;
+    const int count = s->volume.label_count;
+    sc_status status = SC_OK;
+
+    if (!s->column_values)
+        return SC_OK;
+    for (int i = 0; i < steps->count; i++) {
+        const sc_ease *ease = &steps->keys[i].ease;
+
+        SC_TRY(sc_text_add(ctx, text, "%.17g %d %.17g %.17g %.17g %.17g\n", steps->keys[i].at,
+                           (int)ease->kind, ease->bezier[0], ease->bezier[1], ease->bezier[2],
+                           ease->bezier[3]));
+        for (int id = 1; id < count; id++)
+            SC_TRY(sc_text_add(ctx, text, "%.17g %d\n", s->column_values[i * count + id],
+                               s->tissues[id].color_by_rule));
+    }
+out:
+    return status;
+}
+
+/* Append to @p text what the pictures of a job without shots, or of one shot, follow from beside
+ * its keys. */
+static sc_status add_shot(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+{
+    const sc_lettering *letters = s->lettering;
+    sc_status status = SC_OK;
+
+    if (s->tissues) /* it is no title card */
+        SC_TRY(add_tissues(ctx, s, text));
+    SC_TRY(add_fades(ctx, s, text));
+    SC_TRY(add_shifts(ctx, s, text));
+    SC_TRY(add_moves(ctx, &s->timeline, text));
+    if (s->scale.is_used) /* which the colour bar shows */
+        SC_TRY(sc_text_add(ctx, text, "%.17g %.17g\n", s->scale.low, s->scale.high));
+    SC_TRY(add_columns(ctx, s, text));
+    if (s->grey.codes)
+        SC_TRY(sc_text_add(ctx, text, "%llx %.17g %.17g\n", (unsigned long long)s->grey_hash,
+                           s->grey_window.level, s->grey_window.width));
+    if (s->logo.rgb)
+        SC_TRY(sc_text_add(ctx, text, "%llx\n", (unsigned long long)sc_image_hash(&s->logo)));
+    if (letters) /* their pixels, which follow from the font */
+        SC_TRY(sc_text_add(ctx, text, "%llx\n",
+                           (unsigned long long)sc_hash_bytes(letters, letters->bytes, 0)));
+out:
+    return status;
+}
+
+sc_status sc_run_hash_job(sc_run *run, uint64_t *out)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    const sc_session *part;
+    sc_text text = {0};
+    sc_status status;
+
+    SC_TRY(sc_job_write(ctx, &run->session.job, true, &text));
+    for (int i = 0; i < sc_film_shot_count(&run->session); i++)
+        SC_TRY(add_shot(ctx, sc_film_shot(&run->session, i), &text));
+    for (int i = 0; (part = sc_compare_part(&run->session, i)) != NULL; i++)
+        SC_TRY(add_shot(ctx, part, &text));
+    *out = sc_hash_bytes(text.data, text.length_bytes, 0);
+out:
+    sc_text_clear(&text);
+    return status;
+}

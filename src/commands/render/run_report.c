@@ -1,0 +1,494 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The progress of a run, and the timing records at its end. */
+#include "render/run.h"
+#include "segcast/report.h"
+
+#include <dirent.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+/* Make "DIR/NAME.ENDING", or for a slice, which shares the directory with others,
+ * "DIR/NAME.SLICE.ENDING". @param ctx where errors go. */
+static sc_status record_path(const sc_ctx *ctx, const sc_run *run, const char *name,
+                             const char *ending, char **out)
+{
+    sc_text text = {0};
+    sc_status status = sc_text_add(ctx, &text, "%s/%s%s%s.%s", run->directory, name,
+                                   run->slice[0] ? "." : "", run->slice, ending);
+
+    if (status == SC_OK)
+        *out = text.data;
+    return status;
+}
+
+/* Write status.json. @param ctx where errors go. */
+static sc_status write_status(const sc_run *run, const sc_ctx *ctx,
+                              const sc_progress_report *report)
+{
+    char *path = NULL;
+    sc_status status = record_path(ctx, run, "status", "json", &path);
+
+    if (status == SC_OK)
+        status = sc_progress_write(ctx, path, report);
+    sc_free(path);
+    return status;
+}
+
+void sc_run_on_progress(void *user, int done, int total)
+{
+    sc_run *run = user;
+    const int before = atomic_exchange(&run->frames_done, run->plan.kept + done);
+
+    (void)total;
+    sc_stage_add(run->app->ctx, (uint64_t)(run->plan.kept + done - before));
+}
+
+void sc_run_watch(void *user, const sc_stage_view *view)
+{
+    const sc_run *run = user;
+    const bool draws = !strcmp(view->name, SC_STAGE_DRAWING);
+    const sc_ctx silent = {.rank = 0};
+    const sc_progress_report report = {.state = "running",
+                                       .phase = view->text,
+                                       .phase_share = view->share,
+                                       .done = atomic_load(&run->frames_done),
+                                       .total = run->wanted_count,
+                                       .elapsed_s = sc_wall_s() - run->begin_s,
+                                       .frames_per_s = draws ? view->rate : 0,
+                                       .remaining_s = view->left_s};
+
+    /* A status.json that cannot be written does not end the run. If the disk is full, writing
+     * frames will fail and say so. */
+    (void)write_status(run, &silent, &report);
+}
+
+sc_status sc_run_write_state(sc_run *run, sc_status outcome)
+{
+    const double elapsed_s = sc_wall_s() - run->begin_s;
+    const sc_progress_report report = {
+        .state = outcome == SC_OK               ? "complete"
+                 : outcome == SC_ERR_INCOMPLETE ? "incomplete"
+                                                : "failed",
+        .done = run->plan.kept + run->result_count,
+        .total = run->wanted_count,
+        .elapsed_s = elapsed_s,
+        .frames_per_s = elapsed_s > 0 ? run->result_count / elapsed_s : 0,
+    };
+
+    return run->keep_records ? write_status(run, run->app->ctx, &report) : SC_OK;
+}
+
+void sc_run_fill_phases(sc_run *run, const sc_farm_times *times)
+{
+    sc_rank_record *r = &run->session.times;
+    const double farm_cpu_s = sc_cpu_s() - run->farm_cpu_s;
+    const sc_store_times store =
+        run->store ? sc_store_time(run->store) : (sc_store_times){times->accept_wall_s, 0};
+    /* The CPU time of the encoder's own threads cannot be measured by itself: it is what is left of
+     * the CPU time that the process used during the farm. */
+    const double rest_cpu_s = farm_cpu_s - times->render_cpu_s - times->gather_cpu_s;
+
+    r->phases[SC_PHASE_RENDER] = (sc_phase_time){times->render_wall_s, times->render_cpu_s};
+    r->phases[SC_PHASE_GATHER] = (sc_phase_time){times->gather_wall_s, times->gather_cpu_s};
+    r->phases[SC_PHASE_IDLE].wall_s += times->idle_s;
+    r->phases[SC_PHASE_ENCODE] =
+        (sc_phase_time){run->encode_wall_s, rest_cpu_s > 0 ? rest_cpu_s : 0};
+    if (sc_comm_rank(run->app->comm) == 0) {
+        r->phases[SC_PHASE_ENCODE].wall_s += store.encode_wall_s;
+        r->phases[SC_PHASE_WRITE].wall_s = store.write_wall_s;
+    }
+    r->accept_wall_s = times->accept_wall_s;
+    r->farm_idle_s = times->idle_s;
+    r->peak_rss_bytes = sc_peak_rss_since();
+    r->cpu_s = sc_cpu_s() - run->begin_cpu_s;
+    sc_host_name(r->host);
+}
+
+/* ---- the timing records of all ranks ---- */
+
+static int by_frame(const void *a, const void *b)
+{
+    return ((const sc_frame_result *)a)->frame - ((const sc_frame_result *)b)->frame;
+}
+
+/* Write trace.json; arguments as of sc_trace_write. */
+static sc_status write_trace(sc_run *run, const sc_rank_record *records, const void *events,
+                             const size_t *counts, size_t stride)
+{
+    char *path = NULL;
+    sc_status status = record_path(run->app->ctx, run, "trace", "json", &path);
+
+    if (status == SC_OK)
+        status = sc_trace_write(run->app->ctx, path, sc_comm_size(run->app->comm), records, events,
+                                counts, stride);
+    sc_free(path);
+    return status;
+}
+
+/* Gather the trace events of all ranks on rank 0, which writes trace.json. @p records is NULL on
+ * the others. Collective. */
+static sc_status gather_trace(sc_run *run, const sc_rank_record *records)
+{
+    sc_app *app = run->app;
+    const bool first = sc_comm_rank(app->comm) == 0;
+    const size_t ranks = (size_t)sc_comm_size(app->comm);
+    size_t count = sc_trace_count(run->trace), largest = 1;
+    void *counts = NULL, *mine = NULL, *all = NULL;
+    sc_status status = SC_OK;
+
+    if (first)
+        status = sc_alloc(app->ctx, ranks, sizeof count, &counts);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_comm_gather(app->comm, &count, sizeof count, counts);
+    for (size_t i = 0; first && i < ranks; i++)
+        largest = ((size_t *)counts)[i] > largest ? ((size_t *)counts)[i] : largest;
+    sc_comm_broadcast(app->comm, &largest, sizeof largest);
+    status = sc_zalloc(app->ctx, largest, sizeof(sc_trace_event), &mine);
+    if (first && status == SC_OK)
+        status = sc_alloc(app->ctx, ranks * largest, sizeof(sc_trace_event), &all);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    if (first && sc_trace_dropped(run->trace))
+        sc_info(app->ctx,
+                "trace.json holds only the first %zu events of each rank; later ones found no room",
+                count);
+    if (count)
+        memcpy(mine, sc_trace_events(run->trace), count * sizeof(sc_trace_event));
+    sc_comm_gather(app->comm, mine, largest * sizeof(sc_trace_event), all);
+    if (first)
+        status = write_trace(run, records, all, counts, largest);
+out:
+    sc_free(counts);
+    sc_free(mine);
+    sc_free(all);
+    return status;
+}
+
+/* Is it the name of a file "stats.SLICE.json"? For scandir. */
+static int is_stats_of_slice(const struct dirent *entry)
+{
+    const size_t length = strlen(entry->d_name), around = strlen("stats.") + strlen(".json");
+
+    return length > around && !strncmp(entry->d_name, "stats.", strlen("stats.")) &&
+           !strcmp(entry->d_name + length - strlen(".json"), ".json");
+}
+
+/* Add to @p history what the statistics of all slices in the directory hold. */
+static sc_status read_slices(const sc_run *run, sc_history *history)
+{
+    const sc_job_hashes job = {run->store_job.job_hash, run->store_job.volume_hash};
+    struct dirent **entries;
+    const int count = scandir(run->directory, &entries, is_stats_of_slice, alphasort);
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < count; i++) {
+        char *path = NULL;
+
+        if (status == SC_OK)
+            status = sc_path_join(run->app->ctx, run->directory, entries[i]->d_name, &path);
+        if (status == SC_OK)
+            status = sc_history_read(run->app->ctx, path, &job, history);
+        sc_free(path);
+        free(entries[i]);
+    }
+    if (count >= 0)
+        free(entries);
+    return status;
+}
+
+/* Drop from @p history the frames that are not there any more, such as those of damaged segments.
+ */
+static void drop_lost_frames(const sc_run *run, sc_history *history)
+{
+    int kept = 0;
+
+    for (int i = 0; i < history->frame_count; i++) {
+        const int frame = history->frames[i].result.frame;
+
+        if (frame < run->store_job.frames && sc_store_has(run->store, frame))
+            history->frames[kept++] = history->frames[i];
+    }
+    history->frame_count = kept;
+}
+
+/* Add to @p history the wanted frames that are there and of which it knows nothing: a run that was
+ * killed has drawn them. @param from index of that run, or -1. */
+static sc_status add_unmeasured(const sc_run *run, sc_history *history, int from)
+{
+    int count = 0, known = 0;
+    sc_frame_result *frames;
+    void *block;
+    sc_status status = sc_alloc(run->app->ctx, (size_t)run->wanted_count, sizeof *frames, &block);
+
+    if (status != SC_OK)
+        return status;
+    frames = block;
+    for (int i = 0; i < run->wanted_count; i++) {
+        const int k = run->wanted[i];
+        const sc_done_frame *done = sc_store_done(run->store, k);
+
+        while (known < history->frame_count && history->frames[known].result.frame < k)
+            known++;
+        if (!done || !sc_store_has(run->store, k) ||
+            (known < history->frame_count && history->frames[known].result.frame == k))
+            continue;
+        frames[count++] = (sc_frame_result){
+            .frame = k, .rank = done->rank, .render_cpu_s = done->render_cpu_s, .hash = done->hash};
+    }
+    status = sc_history_add(run->app->ctx, history, frames, count, from);
+    sc_free(block);
+    return status;
+}
+
+/* Read into run->earlier, once and before the first frame, what earlier runs have measured of
+ * frames that are there: from the statistics @p path, and for the whole job from those of slices.
+ * Does nothing without --resume. */
+static sc_status read_history(sc_run *run, const char *path)
+{
+    const sc_job_hashes job = {run->store_job.job_hash, run->store_job.volume_hash};
+    sc_history *history = &run->earlier;
+    int last;
+    sc_status status = SC_OK;
+
+    if (run->has_earlier || !run->app->options.resume)
+        return SC_OK;
+    SC_TRY(sc_history_read(run->app->ctx, path, &job, history));
+    last = history->run_count - 1;
+    if (!run->slice[0])
+        SC_TRY(read_slices(run, history));
+    drop_lost_frames(run, history);
+    /* Each run puts itself into the statistics before it draws. So frames of which they say nothing
+     * were drawn by the last run of this file if it was killed, unless a slice may have done it. */
+    if (last >= 0 && (last != history->run_count - 1 || history->runs[last].ended))
+        last = -1;
+    SC_TRY(add_unmeasured(run, history, last));
+    run->has_earlier = true;
+out:
+    return status;
+}
+
+/* Write stats.json and frames.csv, with what earlier runs have measured. On rank 0. */
+static sc_status write_run(sc_run *run, sc_run_record *record)
+{
+    char *json = NULL, *csv = NULL;
+    sc_text settings = {0};
+    sc_status status;
+
+    SC_TRY(record_path(run->app->ctx, run, "stats", "json", &json));
+    SC_TRY(record_path(run->app->ctx, run, "frames", "csv", &csv));
+    SC_TRY(read_history(run, json));
+    status = sc_job_write_json(run->app->ctx, &run->session.job, &settings);
+    if (status != SC_OK && status != SC_ERR_DATA)
+        goto out;
+    record->settings = settings.data; /* NULL if a path is not UTF-8, so that JSON cannot hold it */
+    record->earlier = &run->earlier;
+    status = sc_run_write(run->app->ctx, record, json, csv);
+    record->settings = NULL;
+    record->earlier = NULL;
+out:
+    sc_text_clear(&settings);
+    sc_free(json);
+    sc_free(csv);
+    return status;
+}
+
+void sc_processor_name(char *text, int size)
+{
+    FILE *file = fopen("/proc/cpuinfo", "r");
+
+    text[0] = '\0';
+    while (file && fgets(text, size, file)) {
+        const char *colon = strchr(text, ':');
+
+        if (!strncmp(text, "model name", 10) && colon) {
+            memmove(text, colon + 2, strlen(colon + 2) + 1);
+            text[strcspn(text, "\n")] = '\0';
+            break;
+        }
+        text[0] = '\0';
+    }
+    if (file)
+        fclose(file);
+}
+
+const char *sc_batch_job(void)
+{
+    static const char *const names[] = {"SLURM_JOB_ID", "PBS_JOBID", "LSB_JOBID", "JOB_ID"};
+    const char *id = NULL;
+
+    for (size_t i = 0; i < SC_COUNT_OF(names) && !id; i++)
+        id = getenv(names[i]);
+    return id;
+}
+
+/* Texts of a record, as long as it is used. */
+typedef struct record_texts {
+    char processor[256], mpi[256];
+} record_texts;
+
+/* Fill in what is known of the run on this rank, without the records of the ranks. @param record
+ * borrows from the run, and from @p texts. */
+static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *record)
+{
+    const sc_prepared *volume = &run->session.volume;
+
+    sc_processor_name(texts->processor, sizeof texts->processor);
+    sc_comm_library(texts->mpi, sizeof texts->mpi);
+    *record =
+        (sc_run_record){.version = sc_version(),
+                        .host = run->session.times.host,
+                        .commit = sc_commit(),
+                        .processor = texts->processor,
+                        .kernel = sc_renderer_kernel(run->session.renderer)->cpu,
+                        .mpi = texts->mpi,
+                        .batch_job = sc_batch_job(),
+                        .id = run->id,
+                        .ranks = sc_comm_size(run->app->comm),
+                        .nodes = sc_comm_node_count(run->app->comm),
+                        .job = {run->store_job.job_hash, run->store_job.volume_hash},
+                        .begin_unix_s = run->begin_unix_s,
+                        .volume_bytes = (uint64_t)sc_session_phase_count(&run->session) *
+                                        (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
+                                        (uint64_t)volume->size[2] * (uint64_t)volume->label_bytes,
+                        .prepared_bytes = sc_session_prepared_bytes(&run->session),
+                        .wrote_png = run->session.job.output.frames == SC_FRAMES_PNG,
+                        .from_prepared = run->session.mapped && !run->session.shared};
+    record->renderer_bytes = sc_film_renderer_bytes(&run->session, &record->derived_bytes);
+}
+
+/* Gather the timing records of all ranks on rank 0. @param out caller owns: sc_free; NULL on the
+ * others. Collective. */
+static sc_status gather_ranks(sc_run *run, void **out)
+{
+    const sc_app *app = run->app;
+    void *all = NULL;
+    sc_status status = SC_OK;
+
+    if (sc_comm_rank(app->comm) == 0)
+        status = sc_alloc(app->ctx, (size_t)sc_comm_size(app->comm), sizeof(sc_rank_record), &all);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_comm_gather(app->comm, &run->session.times, sizeof run->session.times, all);
+    *out = all;
+    all = NULL;
+out:
+    sc_free(all);
+    return status;
+}
+
+/* For sc_ctx.write: keep the first error in a text of ERROR_BYTES. */
+enum { ERROR_BYTES = 300 };
+static void keep_error(void *user, sc_log_level level, const char *text)
+{
+    char *first = user;
+
+    if (level == SC_LOG_ERROR && !first[0])
+        snprintf(first, ERROR_BYTES, "%s", text);
+}
+
+/* Write report.html from what the directory holds now. The film is made: if the page cannot be, the
+ * run does not fail, and a page of an earlier run does not stay. */
+static void write_page(const sc_run *run)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    const sc_job *job = &run->session.job;
+    const sc_report_run page = {.directory = run->directory,
+                                .slice = run->slice[0] ? run->slice : NULL,
+                                .title = job->output.title,
+                                .video = job->output.video,
+                                .png = job->output.frames == SC_FRAMES_PNG,
+                                .frames = job->animation.frames,
+                                .fps = job->output.fps};
+    char error[ERROR_BYTES] = "";
+    const sc_ctx keeping = {.level = SC_LOG_ERROR,
+                            .write = keep_error,
+                            .user = error,
+                            .alloc_budget = ctx->alloc_budget};
+    char *path = NULL;
+    sc_text text = {0};
+    sc_status status;
+
+    SC_TRY(record_path(&keeping, run, "report", "html", &path));
+    SC_TRY(sc_report_make(&keeping, &page, &text));
+    status = sc_file_write(&keeping, path, text.data, text.length_bytes);
+out:
+    if (status != SC_OK && path)
+        (void)unlink(path);
+    if (status != SC_OK)
+        sc_warn(ctx, "the page with the report was not made: %s; `segcast report %s` makes it",
+                error, run->directory);
+    sc_text_clear(&text);
+    sc_free(path);
+}
+
+sc_status sc_run_begin_records(sc_run *run)
+{
+    sc_app *app = run->app;
+    sc_run_record record;
+    record_texts texts;
+    struct timespec now;
+    void *all = NULL;
+    sc_status status;
+
+    clock_gettime(CLOCK_REALTIME, &now);
+    sc_host_name(run->session.times.host);
+    run->id = sc_hash_bytes(run->session.times.host, strlen(run->session.times.host),
+                            (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec);
+    run->id ^= (uint64_t)getpid() << 32;
+    if (!run->keep_records || run->plan.complete)
+        return SC_OK;
+    SC_TRY(gather_ranks(run, &all));
+    if (sc_comm_rank(app->comm) == 0) {
+        describe_run(run, &texts, &record);
+        record.rank_records = all;
+        status = write_run(run, &record);
+    }
+    status = sc_comm_agree(app->comm, status);
+out:
+    sc_free(all);
+    return status;
+}
+
+sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
+{
+    sc_app *app = run->app;
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_run_record record;
+    record_texts texts;
+    sc_heat heat = {0};
+    char *path = NULL;
+    void *all = NULL;
+    sc_status status;
+
+    describe_run(run, &texts, &record);
+    record.ended = true;
+    record.wall_s = sc_wall_s() - run->begin_s;
+    record.farm_wall_s = times->wall_s;
+    record.frames = run->results;
+    record.frame_count = run->result_count;
+    SC_TRY(gather_ranks(run, &all));
+    record.rank_records = all;
+    if (run->keep_records)
+        SC_TRY(sc_comm_agree(app->comm, gather_trace(run, all)));
+    if (!first)
+        goto out;
+    if (run->results)
+        qsort(run->results, (size_t)run->result_count, sizeof *run->results, by_frame);
+    if (run->keep_records) {
+        SC_TRY(record_path(app->ctx, run, "stats", "json", &path));
+        sc_run_draw_heat(run, path, &heat);
+        record.heat = &heat;
+        SC_TRY(write_run(run, &record));
+    }
+    if (run->keep_records)
+        write_page(run);
+    if (run->observe)
+        run->observe(run->observer, &record);
+    else
+        status = sc_run_summarise(app->ctx, &record);
+out:
+    sc_free(path);
+    sc_heat_clear(&heat);
+    sc_free(all);
+    return status;
+}

@@ -1,0 +1,449 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Measures a cell of a study: some of the ranks open its session and draw its frames through the
+ * farm, as a render does, but keep only times and hashes. */
+#include "render/run.h"
+#include "study/study.h"
+
+#include <string.h>
+#include <time.h>
+
+enum { PASSES_MAX = 1000 };
+
+/* What a rank reports of a measurement; sent as bytes. Times are sums over all passes. */
+typedef struct rank_times {
+    double cpu_s, draw_s, draw_cpu_s, idle_s, gather_s;
+    double load_cpu_s, derive_cpu_s;
+    double instructions, memory_bytes; /* below 0: not counted */
+    uint64_t peak_rss_bytes;
+} rank_times;
+
+/* A cell while it is measured, on one rank of its communicator. */
+typedef struct visit {
+    sc_study_state *state;
+    sc_app *app; /* of the communicator */
+    sc_session *session;
+    int *frames, frame_count;
+    double derive_s, derive_cpu_s; /* what opening its scene took */
+    rank_times times;
+    /* on rank 0 */
+    uint64_t rays, samples, contributions; /* of all passes */
+    uint64_t hash;                         /* of the pass */
+    double wall_s, accept_s, energy_j;     /* of all passes */
+} visit;
+
+/* @return @p sum and what a counter has counted from @p before to @p now; below 0 if it is not
+ * there on every occasion. */
+static double count_on(double sum, double before, double now)
+{
+    return sum >= 0 && before >= 0 && now >= before ? sum + now - before : -1;
+}
+
+/* ---- the farm ---- */
+
+static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
+                      sc_frame_result *result)
+{
+    visit *v = user;
+    const sc_rows part = {row, row + rows};
+
+    return sc_session_draw_frame(v->app, v->session, frame, &part, image, result);
+}
+
+/* Nothing is kept of a frame but its hash. Frames come in order. */
+static sc_status accept_frame(void *user, const sc_frame_result *result, const sc_image *image)
+{
+    visit *v = user;
+
+    (void)image;
+    v->rays += result->rays;
+    v->samples += result->samples;
+    v->contributions += result->contributions;
+    v->hash = sc_hash_bytes(&result->hash, sizeof result->hash, v->hash);
+    return SC_OK;
+}
+
+/* Draw the first @p count frames once, and add up what that takes. Collective on the ranks of the
+ * cell. */
+static sc_status draw_once(visit *v, int count)
+{
+    const sc_job *job = &v->session->job;
+    const sc_farm farm = {.width_px = job->output.size_px[0],
+                          .height_px = job->output.size_px[1],
+                          .partition = (sc_partition)job->farm.partition,
+                          .frames = v->frames,
+                          .frame_count = count,
+                          .gop_frames = 1,
+                          .total_frames = job->animation.frames,
+                          .draw = draw,
+                          .share_frames = job->farm.share,
+                          .spoils_other_rows = sc_job_has_views(job),
+                          .accept_frame = accept_frame,
+                          .stop = sc_signals_catch_stop(),
+                          .user = v};
+    sc_farm_times times = {0};
+    double wall_s, cpu_s, energy_j, instructions, memory_bytes;
+    sc_status status;
+
+    v->hash = 0;
+    SC_TRY(sc_comm_agree(v->app->comm, SC_OK)); /* all begin at the same time */
+    wall_s = sc_wall_s();
+    cpu_s = sc_cpu_s();
+    energy_j = sc_energy_j();
+    instructions = sc_counters_instructions(&v->state->counters);
+    memory_bytes = sc_counters_memory_bytes(&v->state->counters);
+    SC_TRY(sc_comm_agree(v->app->comm, sc_farm_run(v->app->ctx, v->app->comm, &farm, &times)));
+    v->wall_s += sc_wall_s() - wall_s;
+    v->energy_j += sc_energy_j() - energy_j;
+    v->times.cpu_s += sc_cpu_s() - cpu_s;
+    v->times.instructions = count_on(v->times.instructions, instructions,
+                                     sc_counters_instructions(&v->state->counters));
+    v->times.memory_bytes = count_on(v->times.memory_bytes, memory_bytes,
+                                     sc_counters_memory_bytes(&v->state->counters));
+    v->times.draw_s += times.render_wall_s;
+    v->times.draw_cpu_s += times.render_cpu_s;
+    v->times.idle_s += times.idle_s;
+    v->times.gather_s += times.gather_wall_s;
+    v->accept_s += times.accept_wall_s;
+out:
+    return status;
+}
+
+/* Forget what has been added up. */
+static void begin_counting(visit *v)
+{
+    v->times = (rank_times){0};
+    v->rays = v->samples = v->contributions = 0;
+    v->wall_s = v->accept_s = v->energy_j = 0;
+}
+
+/* Draw the frame list as often as the time says. @param passes how often. Collective on the ranks
+ * of the cell. */
+static sc_status draw_passes(visit *v, const sc_study_way *way, int *passes)
+{
+    int32_t count;
+    sc_status status;
+
+    *passes = 1;
+    if (way->pilot)
+        return draw_once(v, 1);
+    SC_TRY(draw_once(v, 1)); /* warms up caches and threads; not counted */
+    begin_counting(v);
+    SC_TRY(draw_once(v, v->frame_count));
+    count = v->wall_s < SC_MEASURED_S ? (int32_t)(SC_MEASURED_S / (v->wall_s + 1e-6)) : 0;
+    count = count < PASSES_MAX ? count : PASSES_MAX - 1;
+    sc_comm_broadcast(v->app->comm, &count, sizeof count);
+    for (; *passes <= count; ++*passes)
+        SC_TRY(draw_once(v, v->frame_count));
+out:
+    return status;
+}
+
+/* ---- the session ---- */
+
+/* Close the session that is held, on the ranks that have one. */
+static void drop_held(sc_study_state *state)
+{
+    if (state->holds)
+        sc_session_clear(&state->held);
+    state->holds = false;
+    state->is_held = false;
+}
+
+/* Does the held session have the volume that @p cell needs, on the same ranks and threads? The same
+ * on all ranks. */
+static bool can_keep_volume(const sc_study_state *state, int cell)
+{
+    const sc_cell_info *held = &state->cells[state->held_cell], *info = &state->cells[cell];
+
+    return state->is_held && held->volume_key == info->volume_key && held->ranks == info->ranks &&
+           held->threads == info->threads && held->placement == info->placement;
+}
+
+/* Fill state->held with the session of @p cell, with the volume of the one before if that is the
+ * same. @param keeps can_keep_volume. Collective on the ranks of the cell. */
+static sc_status open_session(visit *v, int cell, bool keeps)
+{
+    sc_study_state *state = v->state;
+    const char *job = state->study.job[0] ? state->study.job : NULL;
+    sc_session before = state->held;
+    double wall_s, cpu_s;
+    sc_status status = SC_OK;
+
+    state->held = (sc_session){0};
+    if (sc_comm_rank(v->app->comm) == 0)
+        status = sc_study_cell_options(state, cell, &v->app->options);
+    SC_TRY(sc_comm_agree(v->app->comm, status));
+    SC_TRY(sc_session_job(v->app, job, &state->held));
+    if (keeps) {
+        sc_session_move_volume(&before, &state->held);
+    } else {
+        SC_TRY(sc_session_load(v->app, &state->held));
+        state->load = state->held.times;
+    }
+    wall_s = sc_wall_s();
+    cpu_s = sc_cpu_s();
+    SC_TRY(sc_session_scene(v->app, &state->held));
+    v->derive_s = sc_wall_s() - wall_s;
+    v->derive_cpu_s = sc_cpu_s() - cpu_s;
+out:
+    sc_session_clear(&before);
+    return status;
+}
+
+/* Send the frames that are measured from rank 0 to the others. Collective on the ranks of the cell.
+ */
+static sc_status share_frames(visit *v)
+{
+    sc_app *app = v->app;
+    void *frames = NULL;
+    sc_status status = SC_OK;
+
+    if (sc_comm_rank(app->comm) == 0) {
+        status = sc_study_frames(v->state, &v->session->job, &v->frames, &v->frame_count);
+        frames = v->frames;
+    }
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_comm_broadcast(app->comm, &v->frame_count, sizeof v->frame_count);
+    SC_TRY(sc_broadcast_array(app, &frames, (size_t)v->frame_count, sizeof *v->frames));
+    v->frames = frames;
+out:
+    return status;
+}
+
+/* ---- results ---- */
+
+/* Add up the reports of all ranks. */
+static void add_ranks(const rank_times *ranks, int count, int passes, sc_measurement *m)
+{
+    const double share = 1.0 / passes;
+
+    for (int i = 0; i < count; i++) {
+        const rank_times *r = &ranks[i];
+
+        m->cpu_s += r->cpu_s * share;
+        m->instructions = count_on(m->instructions, 0, r->instructions * share);
+        m->memory_bytes = count_on(m->memory_bytes, 0, r->memory_bytes * share);
+        m->draw_cpu_s += r->draw_cpu_s * share;
+        m->draw_most_s = r->draw_s * share > m->draw_most_s ? r->draw_s * share : m->draw_most_s;
+        m->draw_mean_s += r->draw_s * share / count;
+        m->idle_mean_s += r->idle_s * share / count;
+        m->gather_mean_s += r->gather_s * share / count;
+        m->prepare_cpu_s += r->load_cpu_s + r->derive_cpu_s;
+        m->derive_cpu_s += r->derive_cpu_s;
+        m->peak_rss_sum_bytes += r->peak_rss_bytes;
+        if (r->peak_rss_bytes > m->peak_rss_most_bytes)
+            m->peak_rss_most_bytes = r->peak_rss_bytes;
+    }
+}
+
+/* Gather the reports of all ranks, and make the measurement of them on rank 0. Collective on the
+ * ranks of the cell. */
+static sc_status report(visit *v, int cell, const sc_study_way *way, int passes,
+                        sc_measurement *out)
+{
+    const sc_app *app = v->app;
+    const sc_phase_time *phases = v->state->load.phases;
+    const int ranks = sc_comm_size(app->comm);
+    const bool first = sc_comm_rank(app->comm) == 0;
+    void *all = NULL;
+    sc_status status = SC_OK;
+
+    v->times.load_cpu_s =
+        phases[SC_PHASE_READ].cpu_s + phases[SC_PHASE_PREPARE].cpu_s + phases[SC_PHASE_SHARE].cpu_s;
+    v->times.derive_cpu_s = v->derive_cpu_s;
+    v->times.peak_rss_bytes = sc_peak_rss_since();
+    if (first)
+        status = sc_alloc(app->ctx, (size_t)ranks, sizeof(rank_times), &all);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_comm_gather(app->comm, &v->times, sizeof v->times, all);
+    if (first) {
+        *out = (sc_measurement){
+            .cell = cell,
+            .round = way->round,
+            .passes = passes,
+            .frames = way->pilot ? 1 : v->frame_count,
+            .ranks = ranks,
+            .nodes = sc_comm_node_count(app->comm),
+            .threads = app->threads,
+            .begin_unix_s = (int64_t)time(NULL),
+            .wall_s = v->wall_s / passes,
+            .accept_s = v->accept_s / passes,
+            .read_s = phases[SC_PHASE_READ].wall_s,
+            .prepare_s = phases[SC_PHASE_PREPARE].wall_s + v->derive_s,
+            .share_s = phases[SC_PHASE_SHARE].wall_s,
+            .derive_s = v->derive_s,
+            .rays = v->rays / (uint64_t)passes,
+            .samples = v->samples / (uint64_t)passes,
+            .contributions = v->contributions / (uint64_t)passes,
+            .prepared_bytes = sc_session_prepared_bytes(v->session),
+            .energy_j = sc_energy_j() >= 0 && v->energy_j >= 0 ? v->energy_j / passes : -1,
+            .pixels_hash = v->hash};
+        add_ranks(all, ranks, passes, out);
+    }
+out:
+    sc_free(all);
+    return status;
+}
+
+/* ---- whole jobs ---- */
+
+/* For sc_run_measured, with a measurement as user: fill it from the record of the run. */
+static void take_record(void *user, const sc_run_record *record)
+{
+    sc_measurement *m = user;
+    const sc_phase_time *first = record->rank_records[0].phases;
+
+    m->frames = record->frame_count;
+    m->ranks = record->ranks;
+    m->nodes = record->nodes;
+    m->threads = record->rank_records[0].threads;
+    m->wall_s = record->wall_s;
+    m->read_s = first[SC_PHASE_READ].wall_s;
+    m->prepare_s = first[SC_PHASE_PREPARE].wall_s;
+    m->share_s = first[SC_PHASE_SHARE].wall_s;
+    m->prepared_bytes = record->prepared_bytes;
+    m->accept_s = record->rank_records[0].accept_wall_s;
+    for (int i = 0; i < record->ranks; i++) {
+        const sc_rank_record *r = &record->rank_records[i];
+        const double draw_s = r->phases[SC_PHASE_RENDER].wall_s;
+
+        m->cpu_s += r->cpu_s;
+        m->draw_cpu_s += r->phases[SC_PHASE_RENDER].cpu_s;
+        m->draw_most_s = draw_s > m->draw_most_s ? draw_s : m->draw_most_s;
+        m->draw_mean_s += draw_s / record->ranks;
+        m->idle_mean_s += r->phases[SC_PHASE_IDLE].wall_s / record->ranks;
+        m->gather_mean_s += r->phases[SC_PHASE_GATHER].wall_s / record->ranks;
+        m->prepare_cpu_s += r->phases[SC_PHASE_READ].cpu_s + r->phases[SC_PHASE_PREPARE].cpu_s +
+                            r->phases[SC_PHASE_SHARE].cpu_s;
+        m->peak_rss_sum_bytes += r->peak_rss_bytes;
+        if (r->peak_rss_bytes > m->peak_rss_most_bytes)
+            m->peak_rss_most_bytes = r->peak_rss_bytes;
+    }
+    for (int i = 0; i < record->frame_count; i++) {
+        const sc_frame_result *f = &record->frames[i];
+
+        m->rays += f->rays;
+        m->samples += f->samples;
+        m->contributions += f->contributions;
+        m->pixels_hash = sc_hash_bytes(&f->hash, sizeof f->hash, m->pixels_hash);
+    }
+}
+
+/* Do the whole job of a cell, with its outputs, in the directory `work` of the study. Collective on
+ * the ranks of the cell. */
+static sc_status measure_job(sc_study_state *state, sc_app *app, int cell, const sc_study_way *way,
+                             sc_measurement *out)
+{
+    const char *job = state->study.job[0] ? state->study.job : NULL;
+    const double energy_j = sc_energy_j();
+    sc_measurement m = {
+        .cell = cell, .round = way->round, .passes = 1, .begin_unix_s = (int64_t)time(NULL)};
+    sc_status status = SC_OK;
+
+    if (sc_comm_rank(app->comm) == 0)
+        status = sc_study_cell_options(state, cell, &app->options);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    app->options.output = state->work;
+    app->options.overwrite = true;
+    app->options.resume = false;
+    SC_TRY(sc_run_measured(app, job, take_record, &m));
+    m.instructions = m.memory_bytes = -1; /* of the threads of a whole job, some ended before */
+    m.energy_j = energy_j >= 0 && sc_energy_j() >= energy_j ? sc_energy_j() - energy_j : -1;
+    *out = m;
+out:
+    return status;
+}
+
+/* ---- ranks ---- */
+
+/* Find or open the communicator of a cell. @param out NULL on ranks that are not in it.
+ * Collective. */
+static sc_status find_part(sc_study_state *state, const sc_cell_info *info, sc_comm **out)
+{
+    const sc_ctx *ctx = state->app->ctx;
+    sc_status status;
+
+    for (int i = 0; i < state->part_count; i++) {
+        if (state->parts[i].ranks == info->ranks && state->parts[i].placement == info->placement) {
+            *out = state->parts[i].comm;
+            return SC_OK;
+        }
+    }
+    if (state->part_count == SC_STUDY_PARTS)
+        sc_study_release(state);
+    status = sc_comm_part(ctx, state->app->comm, info->ranks, (sc_comm_choice)info->placement, out);
+    if (status != SC_OK)
+        return status;
+    state->parts[state->part_count].ranks = info->ranks;
+    state->parts[state->part_count].placement = info->placement;
+    state->parts[state->part_count++].comm = *out;
+    return SC_OK;
+}
+
+void sc_study_release(sc_study_state *state)
+{
+    drop_held(state);
+    for (int i = 0; i < state->part_count; i++)
+        sc_comm_close(state->parts[i].comm);
+    state->part_count = 0;
+}
+
+/* Measure a cell on the ranks of @p part. @param keeps can_keep_volume. Collective there. */
+static sc_status measure_on(sc_study_state *state, sc_comm *part, int cell, const sc_study_way *way,
+                            bool keeps, sc_measurement *out)
+{
+    sc_app *app = &state->held_app;
+    sc_ctx ctx = *state->app->ctx;
+    visit v = {.state = state, .app = app, .session = &state->held};
+    int passes;
+    sc_status status;
+
+    /* What is wrong with a cell is told when it is measured for the first time. */
+    ctx.level = state->told && !state->told[cell] ? SC_LOG_WARN : SC_LOG_ERROR;
+    ctx.stage = NULL; /* progress is that of the study */
+    *app = *state->app;
+    app->ctx = &ctx;
+    app->comm = part;
+    app->threads = state->cells[cell].threads;
+    sc_peak_rss_restart();
+    /* Preparing may take long, and everything measured is on disk: a signal ends the study at once.
+     */
+    sc_signals_stop_in_order(false);
+    if (state->whole_jobs) {
+        status = measure_job(state, app, cell, way, out);
+        goto told;
+    }
+    state->holds = true;
+    SC_TRY(open_session(&v, cell, keeps));
+    sc_signals_stop_in_order(true);
+    SC_TRY(share_frames(&v));
+    SC_TRY(draw_passes(&v, way, &passes));
+    status = report(&v, cell, way, passes, out);
+told:
+    if (state->told)
+        state->told[cell] = 1;
+out:
+    sc_signals_stop_in_order(true);
+    sc_free(v.frames);
+    app->ctx = state->app->ctx;
+    return status;
+}
+
+sc_status sc_study_measure(sc_study_state *state, int cell, const sc_study_way *way,
+                           sc_measurement *out)
+{
+    const sc_cell_info *info = &state->cells[cell];
+    const bool keeps = can_keep_volume(state, cell);
+    sc_comm *part = NULL;
+    sc_status status;
+
+    if (!keeps)
+        drop_held(state);
+    SC_TRY(find_part(state, info, &part));
+    status = part ? measure_on(state, part, cell, way, keeps, out) : SC_OK;
+    status = sc_comm_agree(state->app->comm, status);
+    state->is_held = !state->whole_jobs;
+    state->held_cell = cell;
+out:
+    return status;
+}

@@ -1,0 +1,480 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "yaml/yaml_tree.h"
+
+#include "yaml/yaml_words.h"
+
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { DEPTH_MAX = 12, NODES_MAX = 100000, DIRECTIVES_MAX = 16 };
+
+/* The state of parsing one text. */
+typedef struct reader {
+    const sc_ctx *ctx;
+    const char *origin, *text;
+    size_t bytes; /* of the text */
+    yaml_parser_t parser;
+    int depth, nodes;
+    bool key_left_out; /* a member was left out for a mistake in its key, which was logged */
+} reader;
+
+void sc_yaml_free(sc_yaml *node)
+{
+    if (!node)
+        return;
+    for (size_t i = 0; i < node->count; i++)
+        sc_yaml_free(node->items[i]);
+    sc_free(node->items);
+    sc_free(node->slots);
+    sc_free(node->key);
+    sc_free(node->text);
+    sc_free(node->given);
+    sc_free(node);
+}
+
+sc_status sc_yaml_fail(const sc_ctx *ctx, const sc_yaml *node, const char *fmt, ...)
+{
+    const sc_status status = node->line > 0 ? SC_ERR_DATA : SC_ERR_USAGE;
+    char short_text[256], *long_text = NULL;
+    va_list args, again;
+    int bytes;
+
+    va_start(args, fmt);
+    va_copy(again, args);
+    bytes = vsnprintf(short_text, sizeof short_text, fmt, args);
+    if (bytes >= (int)sizeof short_text && (long_text = malloc((size_t)bytes + 1)))
+        vsnprintf(long_text, (size_t)bytes + 1, fmt, again);
+    va_end(again);
+    va_end(args);
+    if (node->line > 0)
+        (void)sc_fail(ctx, status, "%s:%d: %s", node->origin, node->line,
+                      long_text ? long_text : short_text);
+    else
+        (void)sc_fail(ctx, status, "%s: %s", node->origin, long_text ? long_text : short_text);
+    free(long_text);
+    return status;
+}
+
+/* A copy of a string. Caller owns *out: sc_free. */
+static sc_status copy_text(const sc_ctx *ctx, const char *from, char **out)
+{
+    sc_text text = {0};
+    sc_status status = sc_text_add(ctx, &text, "%s", from);
+
+    if (status == SC_OK)
+        *out = text.data;
+    return status;
+}
+
+/* An empty node without key and text. @p origin is borrowed. Caller owns: sc_yaml_free. */
+static sc_status new_node(const sc_ctx *ctx, sc_yaml_kind kind, const char *origin, int line,
+                          sc_yaml **out)
+{
+    void *block;
+    sc_status status = sc_zalloc(ctx, 1, sizeof(sc_yaml), &block);
+
+    if (status == SC_OK) {
+        *out = block;
+        **out = (sc_yaml){.kind = kind, .origin = origin, .line = line};
+    }
+    return status;
+}
+
+/* ---- the members of a map by their key ----
+ *
+ * A map with more than a few members has slots: an open-addressing hash table with the index of
+ * each member plus one, 0 where a slot is free. So the time of a map grows with its length, not
+ * with the square of it. */
+
+/* The slot of a key: the one that holds it, or the free one where it belongs. */
+static uint32_t *slot_of(const sc_yaml *map, const char *key)
+{
+    size_t slot = sc_hash_bytes(key, strlen(key), 0) & (map->slot_count - 1);
+
+    while (map->slots[slot] && strcmp(map->items[map->slots[slot] - 1]->key, key) != 0)
+        slot = (slot + 1) & (map->slot_count - 1);
+    return &map->slots[slot];
+}
+
+/* Fill the slots, which have room for all members, anew. */
+static void fill_slots(sc_yaml *map)
+{
+    memset(map->slots, 0, map->slot_count * sizeof *map->slots);
+    for (size_t i = 0; i < map->count; i++)
+        *slot_of(map, map->items[i]->key) = (uint32_t)i + 1;
+}
+
+/* Give a map slots for as many members as it has capacity for; a short one gets none. */
+static sc_status make_slots(const sc_ctx *ctx, sc_yaml *map)
+{
+    enum { SHORT = 16 };
+    void *slots;
+    sc_status status;
+
+    if (map->capacity <= SHORT || map->kind != SC_YAML_MAP)
+        return SC_OK;
+    status = sc_alloc(ctx, 2 * map->capacity, sizeof *map->slots, &slots);
+    if (status != SC_OK)
+        return status;
+    sc_free(map->slots);
+    map->slots = slots;
+    map->slot_count = 2 * map->capacity; /* a power of two, since the capacity is one */
+    fill_slots(map);
+    return SC_OK;
+}
+
+sc_status sc_yaml_append(const sc_ctx *ctx, sc_yaml *parent, sc_yaml *child)
+{
+    if (parent->count == parent->capacity) {
+        const size_t capacity = parent->capacity ? 2 * parent->capacity : 8;
+        void *items;
+        sc_status status = sc_alloc(ctx, capacity, sizeof *parent->items, &items);
+
+        if (status != SC_OK) {
+            sc_yaml_free(child);
+            return status;
+        }
+        if (parent->count)
+            memcpy(items, parent->items, parent->count * sizeof *parent->items);
+        sc_free(parent->items);
+        parent->items = items;
+        parent->capacity = capacity;
+        status = make_slots(ctx, parent);
+        if (status != SC_OK) {
+            sc_yaml_free(child);
+            return status;
+        }
+    }
+    parent->items[parent->count++] = child;
+    if (parent->slots)
+        *slot_of(parent, child->key) = (uint32_t)parent->count;
+    return SC_OK;
+}
+
+sc_yaml *sc_yaml_member(const sc_yaml *map, const char *key)
+{
+    const size_t index = sc_yaml_index(map, key);
+
+    return index < map->count ? map->items[index] : NULL;
+}
+
+/* The next event of libyaml, which the caller has to delete; logs why the text is not YAML. */
+static sc_status next_event(reader *r, yaml_event_t *event)
+{
+    if (yaml_parser_parse(&r->parser, event))
+        return SC_OK;
+    return sc_yaml_explain(r->ctx, r->origin, r->text, r->bytes, &r->parser);
+}
+
+/* Copy a scalar of libyaml. A tag, which would be lost, and a NUL byte ("\0" in double quotes),
+ * behind which everything would be lost, is refused. Caller owns *out: sc_free. */
+static sc_status copy_scalar(const reader *r, const yaml_event_t *event, char **out)
+{
+    const char *text = (const char *)event->data.scalar.value;
+
+    if (event->data.scalar.tag)
+        return sc_fail(r->ctx, SC_ERR_DATA,
+                       "%s:%zu: tags (%s) are not allowed; a value that begins with ! needs quotes",
+                       r->origin, event->start_mark.line + 1, (const char *)event->data.scalar.tag);
+    if (strlen(text) != event->data.scalar.length)
+        return sc_fail(r->ctx, SC_ERR_DATA,
+                       "%s:%zu: \"%s\\0...\" holds a NUL byte (\\0); no key and no value has one; "
+                       "write \\\\ for a backslash",
+                       r->origin, event->start_mark.line + 1, text);
+    return copy_text(r->ctx, text, out);
+}
+
+static sc_status build(reader *r, const yaml_event_t *event, sc_yaml **out);
+
+/* Log that aliases, such as a glob without quotes, are refused. @return SC_ERR_DATA always. */
+static sc_status refuse_alias(const reader *r, const yaml_event_t *event)
+{
+    const char *name = (const char *)event->data.alias.anchor;
+
+    return sc_fail(r->ctx, SC_ERR_DATA,
+                   "%s:%zu: aliases (*%s) are not allowed; a name that begins with * needs quotes: "
+                   "\"*%s\"",
+                   r->origin, event->start_mark.line + 1, name, name);
+}
+
+/* @return where in a plain key a map or a list opens and does not close, as in "aorta {opacity" or
+ * "output:{fps": the colon before it is missing, or the blank behind the colon. NULL: nowhere. */
+static const char *opened_in_key(const yaml_event_t *event)
+{
+    const char *key = (const char *)event->data.scalar.value;
+    const char *open = key + strcspn(key, "{[");
+
+    return event->data.scalar.style == YAML_PLAIN_SCALAR_STYLE && open > key &&
+                   strchr(" :", open[-1]) && !strpbrk(open, "}]")
+               ? open
+               : NULL;
+}
+
+/* Check a key of @p map: a single value. One that another member has, or behind which a colon is
+ * missing, is logged, and *key stays NULL: the reading goes on, so that all mistakes are told, but
+ * the member is to be left out. Caller owns *key: sc_free. The event stays with the caller. */
+static sc_status build_key(reader *r, yaml_event_t *event, sc_yaml *map, char **key)
+{
+    const int line = (int)event->start_mark.line + 1;
+    const sc_yaml *first;
+    const char *open, *text;
+
+    if (event->type == YAML_ALIAS_EVENT)
+        return refuse_alias(r, event);
+    if (event->type != YAML_SCALAR_EVENT)
+        return sc_fail(r->ctx, SC_ERR_DATA,
+                       "%s:%d: a key must be a plain word; is a bracket or a quote missing?",
+                       r->origin, line);
+    text = (const char *)event->data.scalar.value;
+    first = sc_yaml_member(map, text);
+    open = opened_in_key(event);
+    if (first)
+        (void)sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: key \"%s\" is given twice (first in line %d)",
+                      r->origin, line, text, first->line);
+    else if (open && open[-1] == ':')
+        (void)sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: \"%s\": " SC_LOST_BLANK, r->origin, line, text,
+                      (int)(open - text), text, open);
+    else if (open)
+        (void)sc_fail(r->ctx, SC_ERR_DATA,
+                      "%s:%d: \"%s\": a colon is missing before \"%c\"; expected \"%.*s: %s\"",
+                      r->origin, line, text, *open, (int)(open - text - 1), text, open);
+    r->key_left_out = r->key_left_out || first || open;
+    return first || open ? SC_OK : copy_scalar(r, event, key);
+}
+
+/* Append the children of a map or list to @p parent, up to the event that ends it. */
+static sc_status build_children(reader *r, sc_yaml *parent, yaml_event_type_t end)
+{
+    sc_status status = SC_OK;
+
+    while (status == SC_OK) {
+        yaml_event_t event;
+        sc_yaml *child = NULL;
+        char *key = NULL;
+
+        status = next_event(r, &event);
+        if (status != SC_OK)
+            return status;
+        if (event.type == end) {
+            yaml_event_delete(&event);
+            return SC_OK;
+        }
+        if (parent->kind == SC_YAML_MAP) {
+            status = build_key(r, &event, parent, &key);
+            yaml_event_delete(&event);
+            if (status == SC_OK)
+                status = next_event(r, &event);
+            if (status != SC_OK) {
+                sc_free(key);
+                return status;
+            }
+        }
+        status = build(r, &event, &child);
+        yaml_event_delete(&event);
+        if (status != SC_OK || !child) {
+            sc_free(key);
+            return status;
+        }
+        if (parent->kind == SC_YAML_MAP && !key) {
+            sc_yaml_free(child); /* its key is a mistake */
+            continue;
+        }
+        child->key = key;
+        status = sc_yaml_append(r->ctx, parent, child);
+    }
+    return status;
+}
+
+/* Build the node that begins with @p event, with all below it. Caller owns *out: sc_yaml_free. */
+static sc_status build(reader *r, const yaml_event_t *event, sc_yaml **out)
+{
+    const int line = (int)event->start_mark.line + 1;
+    sc_yaml *node = NULL;
+    sc_status status;
+
+    if (event->type == YAML_ALIAS_EVENT)
+        return refuse_alias(r, event);
+    if (++r->nodes > NODES_MAX)
+        return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: more than %d values", r->origin, line,
+                       NODES_MAX);
+    if (++r->depth > DEPTH_MAX)
+        return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: nested more than %d deep", r->origin, line,
+                       DEPTH_MAX);
+    if (event->type == YAML_SCALAR_EVENT) {
+        SC_TRY(new_node(r->ctx, SC_YAML_SCALAR, r->origin, line, &node));
+        node->quoted = event->data.scalar.style != YAML_PLAIN_SCALAR_STYLE;
+        SC_TRY(copy_scalar(r, event, &node->text));
+    } else if (event->type == YAML_MAPPING_START_EVENT) {
+        SC_TRY(new_node(r->ctx, SC_YAML_MAP, r->origin, line, &node));
+        SC_TRY(build_children(r, node, YAML_MAPPING_END_EVENT));
+    } else {
+        SC_TRY(new_node(r->ctx, SC_YAML_LIST, r->origin, line, &node));
+        SC_TRY(build_children(r, node, YAML_SEQUENCE_END_EVENT));
+    }
+    r->depth--;
+    *out = node;
+    return SC_OK;
+out:
+    sc_yaml_free(node);
+    return status;
+}
+
+/* Get the next event and drop it; it must be of the given type. @param what the message if it is
+ * not. */
+static sc_status expect(reader *r, yaml_event_type_t type, const char *what)
+{
+    yaml_event_t event;
+    sc_status status = next_event(r, &event);
+
+    if (status != SC_OK)
+        return status;
+    if (event.type != type)
+        status = sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: %s", r->origin,
+                         (int)event.start_mark.line + 1, what);
+    yaml_event_delete(&event);
+    return status;
+}
+
+/* Read the whole text: no document, which gives an empty map, or one. Caller owns *out. */
+static sc_status parse_document(reader *r, sc_yaml **out)
+{
+    yaml_event_t event;
+    sc_yaml *root = NULL;
+    sc_status status;
+
+    SC_TRY(expect(r, YAML_STREAM_START_EVENT, "expected a YAML text"));
+    SC_TRY(next_event(r, &event));
+    if (event.type == YAML_STREAM_END_EVENT) {
+        yaml_event_delete(&event);
+        return new_node(r->ctx, SC_YAML_MAP, r->origin, 1, out);
+    }
+    yaml_event_delete(&event);
+    SC_TRY(next_event(r, &event));
+    status = build(r, &event, &root);
+    yaml_event_delete(&event);
+    if (status != SC_OK)
+        goto out;
+    SC_TRY(expect(r, YAML_DOCUMENT_END_EVENT, "expected the end of the document"));
+    SC_TRY(expect(r, YAML_STREAM_END_EVENT, "a second document begins; expected one"));
+    root->key_left_out = r->key_left_out;
+    *out = root;
+    return SC_OK;
+out:
+    sc_yaml_free(root);
+    return status;
+}
+
+/* Refuse a text with more than a few directives of YAML (%TAG), which no job needs: libyaml
+ * compares each with all before it. */
+static sc_status check_directives(const reader *r)
+{
+    const char *line = r->text, *end = r->text + r->bytes;
+    int directives = 0;
+
+    for (int number = 1; line; number++) {
+        const char *next = memchr(line, '\n', (size_t)(end - line));
+
+        directives += line < end && *line == '%';
+        if (directives > DIRECTIVES_MAX)
+            return sc_fail(r->ctx, SC_ERR_DATA,
+                           "%s:%d: more than %d lines that begin with %%, expected keys of a job",
+                           r->origin, number, DIRECTIVES_MAX);
+        line = next ? next + 1 : NULL;
+    }
+    return SC_OK;
+}
+
+sc_status sc_yaml_parse(const sc_ctx *ctx, const char *origin, const char *text, size_t bytes,
+                        sc_yaml **out)
+{
+    reader r = {.ctx = ctx, .origin = origin, .text = text, .bytes = bytes};
+    sc_status status;
+
+    if (!yaml_parser_initialize(&r.parser))
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", origin);
+    yaml_parser_set_input_string(&r.parser, (const unsigned char *)text, bytes);
+    status = check_directives(&r);
+    if (status == SC_OK)
+        status = parse_document(&r, out);
+    yaml_parser_delete(&r.parser);
+    return status;
+}
+
+size_t sc_yaml_index(const sc_yaml *map, const char *key)
+{
+    size_t i = 0;
+
+    if (map->kind != SC_YAML_MAP)
+        return map->count;
+    if (map->slots) {
+        const uint32_t slot = *slot_of(map, key);
+
+        return slot ? slot - 1 : map->count;
+    }
+    while (i < map->count && strcmp(map->items[i]->key, key))
+        i++;
+    return i;
+}
+
+void sc_yaml_remove(sc_yaml *parent, size_t index)
+{
+    sc_yaml_free(parent->items[index]);
+    parent->count--;
+    memmove(parent->items + index, parent->items + index + 1,
+            (parent->count - index) * sizeof *parent->items);
+    if (parent->slots)
+        fill_slots(parent);
+}
+
+sc_status sc_yaml_scalar(const sc_ctx *ctx, const char *origin, const char *text, sc_yaml **out)
+{
+    sc_yaml *node = NULL;
+    sc_status status;
+
+    SC_TRY(new_node(ctx, SC_YAML_SCALAR, origin, 0, &node));
+    SC_TRY(copy_text(ctx, text, &node->text));
+    *out = node;
+    return SC_OK;
+out:
+    sc_yaml_free(node);
+    return status;
+}
+
+sc_status sc_yaml_add(const sc_ctx *ctx, sc_yaml *parent, sc_yaml_kind kind, const char *key,
+                      const char *origin)
+{
+    sc_yaml *child = NULL;
+    sc_status status = new_node(ctx, kind, origin, 0, &child);
+
+    if (status == SC_OK && key)
+        status = copy_text(ctx, key, &child->key);
+    if (status == SC_OK)
+        return sc_yaml_append(ctx, parent, child);
+    sc_yaml_free(child);
+    return status;
+}
+
+sc_status sc_yaml_copy(const sc_ctx *ctx, const sc_yaml *node, sc_yaml **out)
+{
+    sc_yaml *copy = NULL, *child;
+    sc_status status;
+
+    SC_TRY(new_node(ctx, node->kind, node->origin, node->line, &copy));
+    copy->quoted = node->quoted;
+    if (node->key)
+        SC_TRY(copy_text(ctx, node->key, &copy->key));
+    if (node->text)
+        SC_TRY(copy_text(ctx, node->text, &copy->text));
+    if (node->given)
+        SC_TRY(copy_text(ctx, node->given, &copy->given));
+    for (size_t i = 0; i < node->count; i++) { /* the depth of a tree is bounded */
+        SC_TRY(sc_yaml_copy(ctx, node->items[i], &child));
+        SC_TRY(sc_yaml_append(ctx, copy, child));
+    }
+    *out = copy;
+    copy = NULL;
+out:
+    sc_yaml_free(copy);
+    return status;
+}

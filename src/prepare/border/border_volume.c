@@ -1,0 +1,256 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Fields keep the volumes of the voxels: smoothing takes from what bulges. What is missing of the
+ * positive side is counted at voxels, gathered in quarters of four voxels along each axis, and
+ * blurred, as is the area of the border; their quotient is how far the border has to be moved,
+ * within the box. Without this a tube of radius 1.5 would lose 40 % of its volume. */
+#include "border/border.h"
+
+enum {
+    COARSE_BLURS = 2, /* passes of the binomial over quarters, for the fields of cells */
+    FINE_BLURS = 1,   /* for those of voxels, whose box is half as wide */
+    COARSE_TIMES = 2,
+    FINE_TIMES = 2,
+    CELLS = SC_CUBE_CELLS + 2,
+    AROUND = SC_CUBE_CELLS + 4,
+    VOXELS = SC_CUBE + 2,
+    ROWS = SC_CUBE * VOXELS /* numbers of a layer of rows with one more at either end */
+};
+
+/* @return @p share limited to -1/2 and 1/2: a voxel is at least empty and at most full. */
+static inline float limited(float share)
+{
+    const float above = share < -0.5f ? -0.5f : share;
+
+    return above > 0.5f ? 0.5f : above;
+}
+
+/* Add what is missing in a row of voxels, and the area, to the quarters of the row. Written so that
+ * the opposite field gets the opposite numbers.
+ * @param squares of the voxels. @param share of each voxel on the positive side, less one half. */
+static inline void add_row(const int8_t *squares, const float *share, float *missing, float *area)
+{
+    float less[SC_CUBE], part[SC_CUBE];
+
+    for (int x = 0; x < SC_CUBE; x++) {
+        const float all = limited(share[x]);
+
+        less[x] = squares[x] > 0 ? 0.5f - all : squares[x] < 0 ? -0.5f - all : 0;
+        part[x] = squares[x] != 0 && share[x] > -0.5f && share[x] < 0.5f ? 1 : 0;
+    }
+    for (int q = 0; q < SC_CUBE_QUARTERS; q++) {
+        missing[q] += (less[4 * q] + less[4 * q + 1]) + (less[4 * q + 2] + less[4 * q + 3]);
+        area[q] += (part[4 * q] + part[4 * q + 1]) + (part[4 * q + 2] + part[4 * q + 3]);
+    }
+}
+
+/* May any of @p count voxels be less than full, or more than empty? Not where all are farther from
+ * the border than the field may be off. */
+static inline bool is_near(const int8_t *squares, int count)
+{
+    int8_t near = 0;
+
+    for (int x = 0; x < count; x++)
+        near |= (int8_t)(squares[x] >= -4 && squares[x] <= 4);
+    return near;
+}
+
+/* @return the first of the quarters of row @p row (y + SC_CUBE z) of a tile. */
+static inline int quarters_of(int row)
+{
+    return (row / SC_CUBE / 4 * SC_CUBE_QUARTERS + row % SC_CUBE / 4) * SC_CUBE_QUARTERS;
+}
+
+/* Count what is missing in the fields of cells of tiles [begin, end); an sc_range_fn on
+ * sc_borders. */
+SC_WIDE_VECTORS static void count_cells(void *user, size_t begin, size_t end, int thread)
+{
+    const sc_borders *b = user;
+
+    (void)thread;
+    for (size_t tile = begin; tile < end; tile++) {
+        float cells[AROUND * AROUND * AROUND], sharp[CELLS * CELLS * CELLS];
+        float voxels[VOXELS * VOXELS * VOXELS];
+
+        memset(b->missing[tile], 0, sizeof *b->missing);
+        memset(b->area[tile], 0, sizeof *b->area);
+        if (!is_near(b->squares[tile], SC_TILE_VOXELS))
+            continue;
+        sc_read_cells(b, (const float(*)[SC_TILE_CELLS])b->value, tile, 2, cells);
+        sc_sharpen(cells, AROUND, sharp);
+        sc_upsample(sharp, CELLS, voxels);
+        for (int row = 0; row < SC_CUBE * SC_CUBE; row++) {
+            const float *from =
+                voxels + ((row / SC_CUBE + 1) * VOXELS + row % SC_CUBE + 1) * VOXELS + 1;
+
+            if (is_near(b->squares[tile] + row * SC_CUBE, SC_CUBE))
+                add_row(b->squares[tile] + row * SC_CUBE, from, b->missing[tile] + quarters_of(row),
+                        b->area[tile] + quarters_of(row));
+        }
+    }
+}
+
+/* Move the borders of the fields of cells of tiles [begin, end); an sc_range_fn on sc_borders. */
+SC_WIDE_VECTORS static void move_cells(void *user, size_t begin, size_t end, int thread)
+{
+    const sc_borders *b = user;
+
+    (void)thread;
+    for (size_t tile = begin; tile < end; tile++) {
+        float moves[CELLS * CELLS * CELLS];
+
+        if (b->still[tile])
+            continue;
+        sc_find_moves(b, tile, COARSE_BLURS, moves);
+        for (int k = 0; k < SC_CUBE_CELLS * SC_CUBE_CELLS; k++) {
+            const float *by =
+                moves + ((k / SC_CUBE_CELLS + 1) * CELLS + k % SC_CUBE_CELLS + 1) * CELLS + 1;
+            const float *data = b->data[tile] + k * SC_CUBE_CELLS;
+            const float *box = b->box[tile] + k * SC_CUBE_CELLS;
+            float *value = b->value[tile] + k * SC_CUBE_CELLS;
+
+            for (int x = 0; x < SC_CUBE_CELLS; x++) {
+                const float moved = value[x] + by[x];
+                const float low = data[x] - box[x], high = data[x] + box[x];
+                const float above = moved < low ? low : moved;
+
+                value[x] = above > high ? high : above;
+            }
+        }
+    }
+}
+
+/* Write to @p out the share, less one half, of each voxel of a layer that is on the positive side,
+ * by the field at eight points in it. Rows follow each other, two numbers longer than the tile's,
+ * which are of no use, so that all are found side by side.
+ * @param at the voxel before the first one in a region of @p VOXELS voxels along each axis. */
+SC_ALWAYS_INLINE void find_shares(const float *at, float out[ROWS])
+{
+    enum { LAYER = VOXELS * VOXELS };
+
+    for (int i = 0; i < ROWS; i++)
+        out[i] = 0;
+    for (int corner = 0; corner < 4; corner++) {
+        const int dy = corner & 1 ? VOXELS : -VOXELS, dz = corner & 2 ? LAYER : -LAYER;
+        float line[ROWS];
+
+        for (int i = 0; i < ROWS; i++)
+            line[i] = 0.75f * (0.75f * at[i] + 0.25f * at[i + dy]) +
+                      0.25f * (0.75f * at[i + dz] + 0.25f * at[i + dz + dy]);
+        for (int i = 0; i < ROWS - 2; i++) /* the two points along x */
+            out[i] += limited(1.5f * line[i + 1] + 0.5f * line[i]) +
+                      limited(1.5f * line[i + 1] + 0.5f * line[i + 2]);
+    }
+    for (int i = 0; i < ROWS; i++)
+        out[i] *= 0.125f;
+}
+
+/* Count what is missing in the fields of voxels of tiles [begin, end); an sc_range_fn on
+ * sc_borders. */
+SC_WIDE_VECTORS static void count_voxels(void *user, size_t begin, size_t end, int thread)
+{
+    const sc_borders *b = user;
+
+    (void)thread;
+    for (size_t tile = begin; tile < end; tile++) {
+        const int8_t *squares = b->squares[tile];
+        float region[VOXELS * VOXELS * VOXELS], shares[ROWS];
+
+        memset(b->missing[tile], 0, sizeof *b->missing);
+        memset(b->area[tile], 0, sizeof *b->area);
+        if (sc_is_coarse(b, tile) || !is_near(squares, SC_TILE_VOXELS))
+            continue;
+        sc_read_voxels(b, tile, 1, region);
+        for (int z = 0; z < SC_CUBE; z++) {
+            const int8_t *layer = squares + z * SC_CUBE * SC_CUBE;
+
+            if (!is_near(layer, SC_CUBE * SC_CUBE))
+                continue;
+            find_shares(region + ((z + 1) * VOXELS + 1) * VOXELS, shares);
+            for (int y = 0; y < SC_CUBE; y++) {
+                const int at = quarters_of(z * SC_CUBE + y);
+
+                if (is_near(layer + y * SC_CUBE, SC_CUBE))
+                    add_row(layer + y * SC_CUBE, shares + y * VOXELS, b->missing[tile] + at,
+                            b->area[tile] + at);
+            }
+        }
+    }
+}
+
+/* Move the field of a row of voxels, in the cells from @p cell on, by @p by, within the box. */
+SC_ALWAYS_INLINE void move_row(const sc_borders *b, size_t tile, int cell, const int8_t *squares,
+                               const float *by, int16_t *fine)
+{
+    float share[SC_CUBE], half[SC_CUBE], moved[SC_CUBE];
+
+    for (int x = 0; x < SC_CUBE; x++) {
+        const float strength = sc_strength_at(b, tile, cell + x / 2);
+        const float narrow = SC_VOXEL_BOX * sc_voxel_share(strength);
+
+        share[x] = b->coarse[tile][cell + x / 2];
+        half[x] = narrow + share[x] * (SC_CELL_BOX - narrow);
+    }
+    for (int x = 0; x < SC_CUBE; x++) {
+        const float width = squares[x] ? half[x] : SC_BOX_FREE;
+        const float low = sc_distance_of(squares[x]) - width;
+        const float high = sc_distance_of(squares[x]) + width;
+        const float to = sc_of_fine(fine[x]) + (1 - share[x]) * by[x];
+        const float above = to < low ? low : to;
+
+        moved[x] = above > high ? high : above;
+    }
+    for (int x = 0; x < SC_CUBE; x++)
+        fine[x] = sc_to_fine(moved[x]);
+}
+
+/* Move the borders of the fields of voxels of tiles [begin, end) where cells alone do not make
+ * them; an sc_range_fn on sc_borders. */
+SC_WIDE_VECTORS static void move_voxels(void *user, size_t begin, size_t end, int thread)
+{
+    const sc_borders *b = user;
+
+    (void)thread;
+    for (size_t tile = begin; tile < end; tile++) {
+        float moves[CELLS * CELLS * CELLS], voxels[VOXELS * VOXELS * VOXELS];
+
+        if (sc_is_coarse(b, tile) || !is_near(b->squares[tile], SC_TILE_VOXELS))
+            continue;
+        sc_find_moves(b, tile, FINE_BLURS, moves);
+        sc_upsample(moves, CELLS, voxels);
+        for (int row = 0; row < SC_CUBE * SC_CUBE; row++) {
+            const int y = row % SC_CUBE, z = row / SC_CUBE;
+            const float *by = voxels + ((z + 1) * VOXELS + y + 1) * VOXELS + 1;
+            const int8_t *squares = b->squares[tile] + row * SC_CUBE;
+            int16_t *fine = b->fine[tile] + row * SC_CUBE;
+
+            if (is_near(squares, SC_CUBE))
+                move_row(b, tile, (z / 2 * SC_CUBE_CELLS + y / 2) * SC_CUBE_CELLS, squares, by,
+                         fine);
+        }
+    }
+}
+
+sc_status sc_keep_volume_of_cells(const sc_ctx *ctx, sc_borders *b)
+{
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->missing, &block));
+    b->missing = block;
+    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->area, &block));
+    b->area = block;
+    for (int i = 0; i < COARSE_TIMES; i++) {
+        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, count_cells, b);
+        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, move_cells, b);
+    }
+out:
+    return status;
+}
+
+void sc_keep_volume_of_voxels(const sc_ctx *ctx, sc_borders *b)
+{
+    for (int i = 0; i < FINE_TIMES; i++) {
+        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, count_voxels, b);
+        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, move_voxels, b);
+    }
+}

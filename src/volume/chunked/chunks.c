@@ -1,0 +1,216 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Slices of an array that lies in chunks: the chunks that hold some slices are unpacked side by
+ * side by several threads, straight into these slices. */
+#include "chunked/chunks.h"
+
+#include <errno.h>
+#include <string.h>
+
+/* So many bytes of slices are read at a time, or one layer of chunks. */
+enum { SLICES_BYTES = 32 << 20 };
+
+/* The slices that are being read: a box of voxels of the array. */
+typedef struct chunk_slices {
+    const sc_chunked *chunked;
+    size_t low[3], high[3]; /* the first voxel along x, y, z, and the one behind the last */
+    size_t grid[3];         /* chunks along x, y, z that hold them */
+    size_t first_chunk[3];  /* the number of the first of them */
+    unsigned char *out;     /* [high - low] along z, y, x */
+} chunk_slices;
+
+void sc_chunked_clear(sc_chunked *chunked)
+{
+    sc_free(chunked->failures);
+    *chunked = (sc_chunked){0};
+}
+
+bool sc_chunk_note(sc_chunk_failure *failure, sc_status status, const char *file, const char *why)
+{
+    if (failure->now < failure->chunk) {
+        failure->chunk = failure->now;
+        failure->status = status;
+        snprintf(failure->file, sizeof failure->file, "%s", file);
+        snprintf(failure->why, sizeof failure->why, "%s", why);
+    }
+    return false;
+}
+
+bool sc_chunk_note_unopened(sc_chunk_failure *failure, const char *file)
+{
+    return sc_chunk_note(
+        failure, errno == EACCES ? SC_ERR_MISSING : SC_ERR_DATA, file,
+        errno == ELOOP || errno == ENOTDIR || errno == EINVAL
+            ? "is no regular file; links in the directory of a volume are not followed"
+        : errno == EACCES ? "may not be read"
+                          : "cannot be opened");
+}
+
+/* Copy @p count values of @p each bytes, the first at @p from and the others @p step values apart;
+ * @p swap: with their bytes reversed. */
+static void copy_values(const unsigned char *from, size_t step, size_t count, size_t each,
+                        bool swap, unsigned char *to)
+{
+    if (step == 1 && !swap) {
+        memcpy(to, from, count * each);
+        return;
+    }
+    for (size_t i = 0; i < count; i++, from += step * each, to += each) {
+        for (size_t k = 0; k < each; k++)
+            to[k] = from[swap ? each - 1 - k : k];
+    }
+}
+
+/* Copy the part of a chunk that lies in the slices to these. @param low, high the voxels of the
+ * chunk along x, y, z that do. */
+static void copy_chunk(const chunk_slices *s, const sc_chunk *chunk, const size_t low[3],
+                       const size_t high[3])
+{
+    const size_t each = s->chunked->voxel_bytes, *size = s->chunked->chunk;
+    const size_t nx = s->high[0] - s->low[0], ny = s->high[1] - s->low[1];
+
+    for (size_t z = low[2]; z < high[2]; z++) {
+        for (size_t y = low[1]; y < high[1]; y++) {
+            unsigned char *to =
+                s->out + (((z - s->low[2]) * ny + y - s->low[1]) * nx + low[0] - s->low[0]) * each;
+            const unsigned char *from =
+                chunk->values + (z % size[2] * chunk->strides[2] + y % size[1] * chunk->strides[1] +
+                                 low[0] % size[0] * chunk->strides[0]) *
+                                    each;
+
+            copy_values(from, chunk->strides[0], high[0] - low[0], each, chunk->swapped, to);
+        }
+    }
+}
+
+/* sc_range_fn: read chunks of the slices; @p user is a chunk_slices. */
+static void read_chunks(void *user, size_t begin, size_t end, int thread)
+{
+    const chunk_slices *s = user;
+    const sc_chunked *chunked = s->chunked;
+    sc_chunk_failure *failure = &chunked->failures[thread];
+
+    for (size_t item = begin; item < end; item++) {
+        const size_t number[3] = {item % s->grid[0] + s->first_chunk[0],
+                                  item / s->grid[0] % s->grid[1] + s->first_chunk[1],
+                                  item / s->grid[0] / s->grid[1] + s->first_chunk[2]};
+        size_t low[3], high[3];
+        sc_chunk chunk = {0};
+
+        for (int i = 0; i < 3; i++) {
+            const size_t first = number[i] * chunked->chunk[i], behind = first + chunked->chunk[i];
+
+            low[i] = first > s->low[i] ? first : s->low[i];
+            high[i] = behind < s->high[i] ? behind : s->high[i];
+        }
+        failure->now = item;
+        if (chunked->load(chunked->user, thread, number, failure, &chunk))
+            copy_chunk(s, &chunk, low, high);
+        failure->absent += chunk.absent;
+    }
+}
+
+sc_status sc_chunked_read(const sc_ctx *ctx, sc_chunked *chunked, int first, int count, void *out)
+{
+    chunk_slices s = {.chunked = chunked, .out = out};
+    const sc_chunk_failure *worst = NULL;
+    size_t absent = 0;
+    void *block;
+
+    if (!chunked->failures) {
+        if (sc_zalloc(ctx, (size_t)chunked->threads, sizeof *chunked->failures, &block) != SC_OK)
+            return SC_ERR_MEMORY;
+        chunked->failures = block;
+    }
+    for (int i = 0; i < 3; i++) {
+        s.low[i] = chunked->low[i] + (i == 2 ? (size_t)first : 0);
+        s.high[i] = s.low[i] + (i == 2 ? (size_t)count : chunked->part[i]);
+        s.first_chunk[i] = s.low[i] / chunked->chunk[i];
+        s.grid[i] = (s.high[i] - 1) / chunked->chunk[i] - s.first_chunk[i] + 1;
+    }
+    for (int i = 0; i < chunked->threads; i++)
+        chunked->failures[i].chunk = SIZE_MAX;
+    sc_parallel_for(chunked->threads, s.grid[0] * s.grid[1] * s.grid[2], 1, read_chunks, &s);
+    chunked->done += s.grid[0] * s.grid[1] * s.grid[2];
+    for (int i = 0; i < chunked->threads; i++) {
+        absent += chunked->failures[i].absent;
+        if (!worst || chunked->failures[i].chunk < worst->chunk)
+            worst = &chunked->failures[i];
+    }
+    if (worst->chunk == SIZE_MAX) {
+        if (absent && (size_t)first + (size_t)count == chunked->part[2])
+            sc_info(ctx, "%s: %zu of %zu chunks are not there; they count as %s", chunked->path,
+                    absent, chunked->done, chunked->absent);
+        return SC_OK;
+    }
+    return sc_fail(ctx, worst->status, "%s/%s: %s", chunked->path, worst->file, worst->why);
+}
+
+sc_status sc_chunked_threads(const sc_ctx *ctx, double chunk_bytes, double needed_bytes,
+                             sc_chunked *chunked)
+{
+    const double limit = (double)ctx->memory_max_bytes, gib = 1024.0 * 1024 * 1024;
+
+    chunked->threads = ctx->threads > 1 ? ctx->threads : 1;
+    while (chunked->threads > 1 && limit > 0 && chunked->threads * needed_bytes > limit / 4)
+        chunked->threads--;
+    if (limit > 0 && needed_bytes > limit)
+        return sc_fail(ctx, SC_ERR_SYSTEM,
+                       "%s: has chunks of %.1f GiB, more than the limit of memory of %.1f GiB; "
+                       "raise it where there is more memory: --max-memory %.0fG",
+                       chunked->path, chunk_bytes / gib, limit / gib, ceil(needed_bytes / gib));
+    return SC_OK;
+}
+
+/* Set how many slices of @p source are read at a time. */
+static void choose_slices(const sc_chunked *chunked, sc_source *source)
+{
+    const double slice_bytes =
+        (double)source->size[0] * source->size[1] * (double)chunked->voxel_bytes;
+    const int64_t layer =
+        (int64_t)chunked->chunk[2] < source->size[2] ? (int64_t)chunked->chunk[2] : source->size[2];
+    const int64_t slices = layer * ((int64_t)(SLICES_BYTES / (slice_bytes * (double)layer)) + 1);
+
+    source->slices = (int)(slices < source->size[2] ? slices : source->size[2]);
+    if (slices < source->size[2])
+        source->first_slices = (int)(slices - (int64_t)(chunked->low[2] % chunked->chunk[2]));
+}
+
+sc_status sc_chunked_count_check(const sc_ctx *ctx, const char *path, const sc_chunked *chunked)
+{
+    double count = 1;
+
+    for (int i = 0; i < 3; i++) {
+        const size_t first = chunked->low[i] / chunked->chunk[i];
+        const size_t last = (chunked->low[i] + chunked->part[i] - 1) / chunked->chunk[i];
+
+        count *= (double)(last - first + 1);
+    }
+    if (count <= SC_CHUNKS_MAX)
+        return SC_OK;
+    return sc_fail(ctx, SC_ERR_DATA,
+                   "%s: what is to be read lies in %.0f chunks of %zu x %zu x %zu voxels, expected "
+                   "at most %d; choose a part (volume.box) or a coarser level (volume.level), or "
+                   "write it anew with larger chunks",
+                   path, count, chunked->chunk[0], chunked->chunk[1], chunked->chunk[2],
+                   SC_CHUNKS_MAX);
+}
+
+sc_status sc_chunked_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                         sc_chunked *chunked, sc_source *source)
+{
+    sc_status status;
+
+    SC_TRY(sc_geometry_check(ctx, path, source->size, &source->to_ras_mm));
+    SC_TRY(sc_source_cut(ctx, path, choice, source));
+    source->to_ras_mm = sc_source_part_to_ras(source);
+    for (int i = 0; i < 3; i++) {
+        chunked->low[i] = (size_t)source->low[i];
+        chunked->part[i] = (size_t)source->part[i];
+        source->is_part = source->is_part || source->part[i] < source->size[i];
+        source->size[i] = source->part[i];
+        source->low[i] = 0;
+    }
+    choose_slices(chunked, source);
+out:
+    return status;
+}

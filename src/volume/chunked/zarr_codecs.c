@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The codecs of Zarr: chunks are unpacked by the libraries of their formats, each of which is
+ * optional but for zlib. Nothing is written beyond what the metadata promise of a chunk. */
+#include "chunked/zarr.h"
+
+#include <string.h>
+#include <zlib.h>
+
+#if SC_HAVE_BLOSC
+#include <blosc.h>
+#endif
+#if SC_HAVE_LZ4
+#include <lz4.h>
+#endif
+#if SC_HAVE_ZSTD
+#include <zstd.h>
+#endif
+
+const char *sc_zarr_codec_lacks(sc_zarr_codec codec)
+{
+    if (codec == SC_ZARR_BLOSC && !SC_HAVE_BLOSC)
+        return "c-blosc (Debian: libblosc-dev)";
+    if (codec == SC_ZARR_ZSTD && !SC_HAVE_ZSTD)
+        return "zstd (Debian: libzstd-dev)";
+    if (codec == SC_ZARR_LZ4 && !SC_HAVE_LZ4)
+        return "lz4 (Debian: liblz4-dev)";
+    return NULL;
+}
+
+uint64_t sc_zarr_packed_most(uint64_t bytes)
+{
+    return bytes + bytes / 8 + 65536; /* more than any codec adds to what it cannot compress */
+}
+
+uint32_t sc_zarr_crc32c(const unsigned char *data, size_t bytes)
+{
+    /* By half bytes, of the polynomial 0x82f63b78, bits reversed. */
+    static const uint32_t table[16] = {0x00000000, 0x105ec76f, 0x20bd8ede, 0x30e349b1,
+                                       0x417b1dbc, 0x5125dad3, 0x61c69362, 0x7198540d,
+                                       0x82f63b78, 0x92a8fc17, 0xa24bb5a6, 0xb21572c9,
+                                       0xc38d26c4, 0xd3d3e1ab, 0xe330a81a, 0xf36e6f75};
+    uint32_t crc = ~0u;
+
+    for (size_t i = 0; i < bytes; i++) {
+        crc ^= data[i];
+        crc = table[crc & 15] ^ crc >> 4;
+        crc = table[crc & 15] ^ crc >> 4;
+    }
+    return ~crc;
+}
+
+static uint32_t little32(const unsigned char *at)
+{
+    return at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
+}
+
+/* Unpack in[in_bytes], a stream of zlib or gzip by its header, to out[bytes]. */
+static bool inflate_all(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t bytes,
+                        char *why)
+{
+    z_stream z = {.next_in = (unsigned char *)(uintptr_t)in,
+                  .avail_in = (uInt)in_bytes,
+                  .next_out = out,
+                  .avail_out = (uInt)bytes};
+    int result = inflateInit2(&z, MAX_WBITS + 32);
+    bool good;
+
+    if (result != Z_OK) {
+        snprintf(why, SC_CHUNK_WHY_BYTES, "zlib: out of memory");
+        return false;
+    }
+    result = inflate(&z, Z_FINISH);
+    good = result == Z_STREAM_END && z.avail_out == 0;
+    if (!good)
+        snprintf(why, SC_CHUNK_WHY_BYTES, "%s",
+                 z.msg                    ? z.msg
+                 : result == Z_STREAM_END ? "unpacks to fewer bytes than the chunk has"
+                 : z.avail_out == 0       ? "unpacks to more bytes than the chunk has"
+                                          : "ends too early");
+    inflateEnd(&z);
+    return good;
+}
+
+static bool unzstd(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t bytes,
+                   char *why)
+{
+#if SC_HAVE_ZSTD
+    const size_t got = ZSTD_decompress(out, bytes, in, in_bytes);
+
+    if (!ZSTD_isError(got) && got == bytes)
+        return true;
+    snprintf(why, SC_CHUNK_WHY_BYTES, "zstd: %s",
+             ZSTD_isError(got) ? ZSTD_getErrorName(got)
+                               : "unpacks to fewer bytes than the chunk has");
+#else
+    (void)in;
+    (void)in_bytes;
+    (void)out;
+    (void)bytes;
+    snprintf(why, SC_CHUNK_WHY_BYTES, "zstd is not built in");
+#endif
+    return false;
+}
+
+static bool unlz4(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t bytes,
+                  char *why)
+{
+#if SC_HAVE_LZ4
+    if (in_bytes >= 4 && little32(in) == bytes &&
+        LZ4_decompress_safe((const char *)in + 4, (char *)out, (int)(in_bytes - 4), (int)bytes) ==
+            (int)bytes)
+        return true;
+    snprintf(why, SC_CHUNK_WHY_BYTES, "lz4: is damaged, or does not unpack to the size of a chunk");
+#else
+    (void)in;
+    (void)in_bytes;
+    (void)out;
+    (void)bytes;
+    snprintf(why, SC_CHUNK_WHY_BYTES, "lz4 is not built in");
+#endif
+    return false;
+}
+
+static bool unblosc(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t bytes,
+                    char *why)
+{
+#if SC_HAVE_BLOSC
+    size_t promised = 0;
+
+    if (in_bytes < BLOSC_MIN_HEADER_LENGTH || blosc_cbuffer_validate(in, in_bytes, &promised) < 0)
+        snprintf(why, SC_CHUNK_WHY_BYTES, "blosc: is damaged or cut short");
+    else if (promised != bytes)
+        snprintf(why, SC_CHUNK_WHY_BYTES, "blosc: promises %zu bytes, a chunk has %zu", promised,
+                 bytes);
+    else if (blosc_decompress_ctx(in, out, bytes, 1) != (int)bytes)
+        snprintf(why, SC_CHUNK_WHY_BYTES, "blosc: is damaged");
+    else
+        return true;
+#else
+    (void)in;
+    (void)in_bytes;
+    (void)out;
+    (void)bytes;
+    snprintf(why, SC_CHUNK_WHY_BYTES, "c-blosc is not built in");
+#endif
+    return false;
+}
+
+/* Undo one compression. */
+static bool unpack(sc_zarr_codec codec, const unsigned char *in, size_t in_bytes,
+                   unsigned char *out, size_t bytes, char *why)
+{
+    switch (codec) {
+    case SC_ZARR_GZIP:
+    case SC_ZARR_ZLIB:
+        return inflate_all(in, in_bytes, out, bytes, why);
+    case SC_ZARR_ZSTD:
+        return unzstd(in, in_bytes, out, bytes, why);
+    case SC_ZARR_LZ4:
+        return unlz4(in, in_bytes, out, bytes, why);
+    case SC_ZARR_BLOSC:
+        return unblosc(in, in_bytes, out, bytes, why);
+    case SC_ZARR_CRC32C:
+        break;
+    }
+    return false;
+}
+
+/* Check the four bytes behind data[*bytes - 4], and take them off. */
+static bool check_sum(const unsigned char *data, size_t *bytes, char *why)
+{
+    if (*bytes < 4 || sc_zarr_crc32c(data, *bytes - 4) != little32(data + *bytes - 4)) {
+        snprintf(why, SC_CHUNK_WHY_BYTES, "its check sum (crc32c) is wrong");
+        return false;
+    }
+    *bytes -= 4;
+    return true;
+}
+
+bool sc_zarr_unpack(const sc_zarr_pipeline *pipeline, unsigned char *packed, size_t packed_bytes,
+                    unsigned char *room, size_t bytes, const unsigned char **out,
+                    char why[SC_CHUNK_WHY_BYTES])
+{
+    const unsigned char *data = packed;
+    size_t have = packed_bytes;
+
+    for (int i = pipeline->count - 1; i >= 0; i--) {
+        if (pipeline->codecs[i] == SC_ZARR_CRC32C) {
+            if (!check_sum(data, &have, why))
+                return false;
+        } else { /* the only one; what is in front of it are check sums */
+            const size_t unpacked = bytes + 4 * (size_t)i;
+
+            if (!unpack(pipeline->codecs[i], data, have, room, unpacked, why))
+                return false;
+            data = room;
+            have = unpacked;
+        }
+    }
+    if (have != bytes) {
+        snprintf(why, SC_CHUNK_WHY_BYTES, "has %zu bytes of values, expected %zu", have, bytes);
+        return false;
+    }
+    *out = data;
+    return true;
+}

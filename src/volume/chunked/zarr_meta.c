@@ -1,0 +1,469 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The metadata of an array of Zarr: version 2 (.zarray) and version 3 (zarr.json). */
+#include "chunked/zarr.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* The metadata while they are read. */
+typedef struct meta_reading {
+    const sc_ctx *ctx;
+    const sc_zarr_node *node;
+    sc_zarr_array *array;
+} meta_reading;
+
+/* Log what is wrong with the key @p key. @return SC_ERR_DATA always. */
+static sc_status refuse(const sc_ctx *ctx, const sc_zarr_node *node, const char *key,
+                        const json_t *found, const char *expected)
+{
+    char *text = found ? json_dumps(found, JSON_ENCODE_ANY | JSON_COMPACT) : NULL;
+    const sc_status status = sc_fail(ctx, SC_ERR_DATA, "%s/%s: \"%s\" is %.120s%s, expected %s",
+                                     node->path, node->meta_name, key, text ? text : "missing",
+                                     text && strlen(text) > 120 ? "..." : "", expected);
+
+    free(text);
+    return status;
+}
+
+size_t sc_zarr_values(const sc_zarr_array *array, const int64_t shape[SC_ZARR_RANK_MAX])
+{
+    size_t values = 1;
+
+    for (int i = 0; i < array->rank; i++)
+        values *= (size_t)shape[i];
+    return values;
+}
+
+/* Read the list @p list of as many numbers as the array has dimensions, each at least 1. */
+static sc_status read_shape(const meta_reading *r, const char *key, const json_t *list,
+                            int64_t out[SC_ZARR_RANK_MAX])
+{
+    bool good = json_is_array(list) && json_array_size(list) == (size_t)r->array->rank;
+
+    for (size_t i = 0; good && i < json_array_size(list); i++) {
+        const json_t *number = json_array_get(list, i);
+
+        out[i] = json_integer_value(number);
+        good = json_is_integer(number) && out[i] >= 1 && out[i] <= INT32_MAX;
+    }
+    return good ? SC_OK
+                : refuse(r->ctx, r->node, key, list,
+                         "a number from 1 to 2147483647 for each dimension");
+}
+
+/* Check that a chunk of this shape has a size that can be unpacked. */
+static sc_status check_chunk(const meta_reading *r, const char *key, const json_t *found,
+                             const int64_t shape[SC_ZARR_RANK_MAX], double most)
+{
+    double values = 1;
+
+    for (int i = 0; i < r->array->rank; i++)
+        values *= (double)shape[i];
+    return values <= most ? SC_OK
+                          : refuse(r->ctx, r->node, key, found,
+                                   "chunks of at most 2^30 values, and shards of at most 2^40");
+}
+
+/* Read the shape of the array and, from it, its rank. */
+static sc_status read_array_shape(const meta_reading *r)
+{
+    const json_t *shape = json_object_get(r->node->meta, "shape");
+    const size_t rank = json_array_size(shape);
+
+    if (rank < 2 || rank > SC_ZARR_RANK_MAX)
+        return refuse(r->ctx, r->node, "shape", shape, "the sizes of 2 to 8 dimensions");
+    r->array->rank = (int)rank;
+    return read_shape(r, "shape", shape, r->array->shape);
+}
+
+/* Read the name of a type of values: "uint16" of version 3, or "<u2" of version 2, which gives the
+ * byte order, too. */
+static sc_status read_type(const meta_reading *r, const char *key)
+{
+    static const struct {
+        const char *v3, *v2;
+        sc_voxel_type type;
+    } types[] = {{"bool", "b1", SC_VOXEL_UINT8},    {"int8", "i1", SC_VOXEL_INT8},
+                 {"uint8", "u1", SC_VOXEL_UINT8},   {"int16", "i2", SC_VOXEL_INT16},
+                 {"uint16", "u2", SC_VOXEL_UINT16}, {"int32", "i4", SC_VOXEL_INT32},
+                 {"uint32", "u4", SC_VOXEL_UINT32}, {"int64", "i8", SC_VOXEL_INT64},
+                 {"uint64", "u8", SC_VOXEL_UINT64}, {"float32", "f4", SC_VOXEL_FLOAT},
+                 {"float64", "f8", SC_VOXEL_DOUBLE}};
+    const json_t *found = json_object_get(r->node->meta, key);
+    const char *name = json_string_value(found);
+    const bool v2 = r->node->version == 2;
+
+    if (v2 && name && name[0] && strchr("<>|", name[0])) {
+        r->array->pipeline.big_endian = name[0] == '>';
+        name++;
+    } else if (v2) {
+        name = NULL;
+    }
+    for (size_t i = 0; name && i < SC_COUNT_OF(types); i++) {
+        if (!strcmp(name, v2 ? types[i].v2 : types[i].v3)) {
+            r->array->type = types[i].type;
+            return SC_OK;
+        }
+    }
+    return refuse(r->ctx, r->node, key, found,
+                  v2 ? "integers or floats, such as \"<u2\""
+                     : "integers or floats, such as \"uint16\"");
+}
+
+/* Write @p value to array->fill as the array's type. */
+static void store_fill(sc_zarr_array *array, double real, int64_t integer)
+{
+    const size_t bytes = sc_voxel_type_bytes(array->type);
+    const float narrow = (float)real;
+    const int8_t i8 = (int8_t)integer;
+    const int16_t i16 = (int16_t)integer;
+    const int32_t i32 = (int32_t)integer;
+
+    if (array->type == SC_VOXEL_FLOAT)
+        memcpy(array->fill, &narrow, sizeof narrow);
+    else if (array->type == SC_VOXEL_DOUBLE)
+        memcpy(array->fill, &real, sizeof real);
+    else if (bytes == 1)
+        memcpy(array->fill, &i8, sizeof i8);
+    else if (bytes == 2)
+        memcpy(array->fill, &i16, sizeof i16);
+    else if (bytes == 4)
+        memcpy(array->fill, &i32, sizeof i32);
+    else
+        memcpy(array->fill, &integer, sizeof integer);
+}
+
+/* @return what is expected instead of @p value, which cannot be stored as @p type; NULL if it can.
+ * Floats hold any. */
+static const char *why_unfit(sc_voxel_type type, int64_t value)
+{
+    const unsigned bits = 8 * (unsigned)sc_voxel_type_bytes(type);
+    const bool is_signed = type == SC_VOXEL_INT8 || type == SC_VOXEL_INT16 ||
+                           type == SC_VOXEL_INT32 || type == SC_VOXEL_INT64;
+    const int64_t most = bits == 64  ? INT64_MAX
+                         : is_signed ? ((int64_t)1 << (bits - 1)) - 1
+                                     : ((int64_t)1 << bits) - 1;
+
+    if (type == SC_VOXEL_FLOAT || type == SC_VOXEL_DOUBLE)
+        return NULL;
+    if (value >= (is_signed ? -most - 1 : 0) && value <= most)
+        return NULL;
+    return "a number within the range of the array's type";
+}
+
+/* Read the value of chunks that are not there; null counts as 0. */
+static sc_status read_fill(const meta_reading *r)
+{
+    const json_t *found = json_object_get(r->node->meta, "fill_value");
+    const char *text = json_string_value(found), *expected;
+    const bool is_float = r->array->type == SC_VOXEL_FLOAT || r->array->type == SC_VOXEL_DOUBLE;
+    double real = json_number_value(found);
+    int64_t integer = 0;
+
+    if (found && !json_is_null(found) && !json_is_number(found) && !json_is_boolean(found) && !text)
+        return refuse(r->ctx, r->node, "fill_value", found, "a number");
+    if (text && strcmp(text, "NaN") && strcmp(text, "Infinity") && strcmp(text, "-Infinity"))
+        return refuse(r->ctx, r->node, "fill_value", found, "a number");
+    if (!is_float && (text || (json_is_real(found) && (real != floor(real) || fabs(real) > 9e15))))
+        return refuse(r->ctx, r->node, "fill_value", found, "a whole number");
+    if (text)
+        real = (double)NAN; /* which is refused where a chunk is missing, as in any chunk */
+    if (json_is_true(found))
+        real = 1;
+    if (!is_float)
+        integer = json_is_integer(found) ? json_integer_value(found) : (int64_t)real;
+    expected = why_unfit(r->array->type, integer);
+    if (expected)
+        return refuse(r->ctx, r->node, "fill_value", found, expected);
+    store_fill(r->array, real, integer);
+    return SC_OK;
+}
+
+sc_status sc_zarr_add_codec(const sc_ctx *ctx, const sc_zarr_node *node, const char *name,
+                            sc_zarr_pipeline *pipeline)
+{
+    static const struct {
+        const char *name;
+        sc_zarr_codec codec;
+    } codecs[] = {{"gzip", SC_ZARR_GZIP},
+                  {"zlib", SC_ZARR_ZLIB},
+                  {"numcodecs.zlib", SC_ZARR_ZLIB},
+                  {"zstd", SC_ZARR_ZSTD},
+                  {"numcodecs.zstd", SC_ZARR_ZSTD},
+                  {"lz4", SC_ZARR_LZ4},
+                  {"numcodecs.lz4", SC_ZARR_LZ4},
+                  {"blosc", SC_ZARR_BLOSC},
+                  {"numcodecs.blosc", SC_ZARR_BLOSC},
+                  {"crc32c", SC_ZARR_CRC32C}};
+    const char *lacks = NULL;
+    bool compressed = false;
+
+    for (int i = 0; i < pipeline->count; i++)
+        compressed = compressed || pipeline->codecs[i] != SC_ZARR_CRC32C;
+    for (size_t i = 0; name && i < SC_COUNT_OF(codecs); i++) {
+        if (strcmp(name, codecs[i].name) != 0)
+            continue;
+        lacks = sc_zarr_codec_lacks(codecs[i].codec);
+        if (lacks)
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s/%s: its chunks are compressed by %s, and segcast was built without "
+                           "%s; install it and build again",
+                           node->path, node->meta_name, name, lacks);
+        if (pipeline->count == SC_ZARR_CODECS_MAX ||
+            (compressed && codecs[i].codec != SC_ZARR_CRC32C))
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s/%s: its chunks are compressed more than once, expected one codec, "
+                           "and check sums; write it anew with one",
+                           node->path, node->meta_name);
+        pipeline->codecs[pipeline->count++] = codecs[i].codec;
+        return SC_OK;
+    }
+    return sc_fail(ctx, SC_ERR_DATA,
+                   "%s/%s: its chunks are stored by the codec \"%s\", expected blosc, zstd, lz4, "
+                   "gzip, zlib or crc32c; write it anew with one of these",
+                   node->path, node->meta_name, name ? name : "");
+}
+
+/* ---- version 2 ---- */
+
+static sc_status read_v2(const meta_reading *r)
+{
+    const json_t *meta = r->node->meta;
+    const json_t *compressor = json_object_get(meta, "compressor");
+    const json_t *filters = json_object_get(meta, "filters");
+    const char *order = json_string_value(json_object_get(meta, "order"));
+    const json_t *separator = json_object_get(meta, "dimension_separator");
+    sc_zarr_array *array = r->array;
+    sc_status status;
+
+    SC_TRY(read_type(r, "dtype"));
+    SC_TRY(read_shape(r, "chunks", json_object_get(meta, "chunks"), array->chunk));
+    SC_TRY(check_chunk(r, "chunks", json_object_get(meta, "chunks"), array->chunk,
+                       SC_ZARR_CHUNK_VALUES_MAX));
+    memcpy(array->file_shape, array->chunk, sizeof array->chunk);
+    if (!order || (strcmp(order, "C") && strcmp(order, "F")))
+        return refuse(r->ctx, r->node, "order", json_object_get(meta, "order"), "\"C\" or \"F\"");
+    for (int i = 0; i < array->rank; i++)
+        array->pipeline.order[i] = *order == 'C' ? i : array->rank - 1 - i;
+    if (json_array_size(filters) > 0)
+        return refuse(r->ctx, r->node, "filters", filters, "null: write it anew without filters");
+    if (compressor && !json_is_null(compressor))
+        SC_TRY(sc_zarr_add_codec(r->ctx, r->node,
+                                 json_string_value(json_object_get(compressor, "id")),
+                                 &array->pipeline));
+    array->prefix = "";
+    array->separator = '.';
+    if (separator) {
+        const char *text = json_string_value(separator);
+
+        if (!text || (strcmp(text, ".") && strcmp(text, "/")))
+            return refuse(r->ctx, r->node, "dimension_separator", separator, "\".\" or \"/\"");
+        array->separator = *text;
+    }
+    status = read_fill(r);
+out:
+    return status;
+}
+
+/* ---- version 3 ---- */
+
+static const char *codec_name(const json_t *codec)
+{
+    return json_is_string(codec) ? json_string_value(codec)
+                                 : json_string_value(json_object_get(codec, "name"));
+}
+
+static const json_t *configuration(const json_t *object)
+{
+    return json_object_get(object, "configuration");
+}
+
+/* The codec "transpose": apply it to the order of the dimensions so far. */
+static sc_status add_transpose(const meta_reading *r, const json_t *codec,
+                               int order[SC_ZARR_RANK_MAX])
+{
+    const json_t *list = json_object_get(configuration(codec), "order");
+    int before[SC_ZARR_RANK_MAX];
+    unsigned seen = 0;
+
+    memcpy(before, order, sizeof before);
+    for (int i = 0; i < r->array->rank; i++) {
+        const json_t *number = json_array_get(list, (size_t)i);
+        const int64_t from = json_integer_value(number);
+
+        if (!json_is_integer(number) || from < 0 || from >= r->array->rank || (seen >> from & 1))
+            return refuse(r->ctx, r->node, "transpose", codec, "each dimension once in \"order\"");
+        seen |= 1u << from;
+        order[i] = before[from];
+    }
+    return SC_OK;
+}
+
+/* The codec "bytes": its byte order, little if it has none. */
+static sc_status read_endian(const meta_reading *r, const json_t *codec, bool *big)
+{
+    const json_t *endian = json_object_get(configuration(codec), "endian");
+    const char *text = json_string_value(endian);
+
+    if (endian && (!text || (strcmp(text, "little") && strcmp(text, "big"))))
+        return refuse(r->ctx, r->node, "endian", endian, "\"little\" or \"big\"");
+    *big = text && !strcmp(text, "big");
+    return SC_OK;
+}
+
+/* The codecs of the index of shards: bytes, and a check sum. */
+static sc_status read_index_codecs(const meta_reading *r, const json_t *config)
+{
+    const json_t *codecs = json_object_get(config, "index_codecs");
+    const json_t *location = json_object_get(config, "index_location");
+    const char *where = location ? json_string_value(location) : "end";
+    const size_t count = json_array_size(codecs);
+    const char *first = codec_name(json_array_get(codecs, 0));
+    const char *second = count == 2 ? codec_name(json_array_get(codecs, 1)) : "crc32c";
+
+    if (count < 1 || count > 2 || !first || strcmp(first, "bytes") || !second ||
+        strcmp(second, "crc32c"))
+        return refuse(r->ctx, r->node, "index_codecs", codecs, "bytes, and maybe crc32c");
+    if (!where || (strcmp(where, "start") && strcmp(where, "end")))
+        return refuse(r->ctx, r->node, "index_location", location, "\"start\" or \"end\"");
+    r->array->index_crc = count == 2;
+    r->array->index_first = !strcmp(where, "start");
+    return read_endian(r, json_array_get(codecs, 0), &r->array->index_big_endian);
+}
+
+static sc_status read_codecs(const meta_reading *r, const json_t *codecs);
+
+/* The codec "sharding_indexed": the chunks within the files. */
+static sc_status read_sharding(const meta_reading *r, const json_t *codec)
+{
+    const json_t *config = configuration(codec), *shape = json_object_get(config, "chunk_shape");
+    sc_zarr_array *array = r->array;
+    sc_status status;
+
+    if (array->sharded || array->pipeline.count > 0)
+        return refuse(r->ctx, r->node, "codecs", codec, "shards that are not within others");
+    for (int i = 0; i < array->rank; i++) {
+        if (array->pipeline.order[i] != i)
+            return refuse(r->ctx, r->node, "codecs", codec,
+                          "\"transpose\" within \"sharding_indexed\", not before it");
+    }
+    array->sharded = true;
+    SC_TRY(read_shape(r, "chunk_shape", shape, array->chunk));
+    SC_TRY(check_chunk(r, "chunk_shape", shape, array->chunk, SC_ZARR_CHUNK_VALUES_MAX));
+    for (int i = 0; i < array->rank; i++) {
+        if (array->file_shape[i] % array->chunk[i])
+            return refuse(r->ctx, r->node, "chunk_shape", shape,
+                          "divisors of the shape of a shard");
+    }
+    SC_TRY(read_index_codecs(r, config));
+    status = read_codecs(r, json_object_get(config, "codecs"));
+out:
+    return status;
+}
+
+/* Read a list of codecs: transpositions, then bytes or shards, then compressions and check sums. */
+static sc_status read_codecs(const meta_reading *r, const json_t *codecs)
+{
+    sc_zarr_pipeline *pipeline = &r->array->pipeline;
+    bool bytes = false, shards = false;
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < json_array_size(codecs); i++) {
+        const json_t *codec = json_array_get(codecs, i);
+        const char *name = codec_name(codec);
+
+        if (shards)
+            return refuse(r->ctx, r->node, "codecs", codecs, "nothing behind \"sharding_indexed\"");
+        if (name && !bytes && !strcmp(name, "transpose")) {
+            SC_TRY(add_transpose(r, codec, pipeline->order));
+        } else if (name && !bytes && (!strcmp(name, "bytes") || !strcmp(name, "endian"))) {
+            bytes = true;
+            SC_TRY(read_endian(r, codec, &pipeline->big_endian));
+        } else if (name && !bytes && !strcmp(name, "sharding_indexed")) {
+            bytes = shards = true;
+            SC_TRY(read_sharding(r, codec));
+        } else if (bytes) {
+            SC_TRY(sc_zarr_add_codec(r->ctx, r->node, name, pipeline));
+        } else {
+            return refuse(r->ctx, r->node, "codecs", codecs,
+                          "\"bytes\" or \"sharding_indexed\" before any compression");
+        }
+    }
+    if (!bytes)
+        return refuse(r->ctx, r->node, "codecs", codecs, "a list with \"bytes\"");
+out:
+    return status;
+}
+
+/* The names of chunks. */
+static sc_status read_keys(const meta_reading *r)
+{
+    const json_t *keys = json_object_get(r->node->meta, "chunk_key_encoding");
+    const json_t *separator = json_object_get(configuration(keys), "separator");
+    const char *name = json_string_value(json_object_get(keys, "name"));
+    const char *text = json_string_value(separator);
+    const bool by_default = name && !strcmp(name, "default");
+
+    if (!name || (!by_default && strcmp(name, "v2")) ||
+        (separator && (!text || (strcmp(text, "/") && strcmp(text, ".")))))
+        return refuse(r->ctx, r->node, "chunk_key_encoding", keys,
+                      "\"default\" or \"v2\", with the separator \"/\" or \".\"");
+    r->array->prefix = by_default ? "c" : "";
+    r->array->separator = text ? *text : by_default ? '/' : '.';
+    return SC_OK;
+}
+
+/* Copy a name of a dimension; an empty one for what is no short text. */
+static void copy_dimension(const json_t *name, char out[32])
+{
+    const char *text = json_string_value(name);
+
+    snprintf(out, 32, "%s", text && strlen(text) < 32 ? text : "");
+}
+
+static sc_status read_v3(const meta_reading *r)
+{
+    const json_t *meta = r->node->meta;
+    const json_t *grid = json_object_get(meta, "chunk_grid");
+    const char *grid_name = json_string_value(json_object_get(grid, "name"));
+    sc_zarr_array *array = r->array;
+    const json_t *shape = json_object_get(configuration(grid), "chunk_shape");
+    sc_status status;
+
+    SC_TRY(read_type(r, "data_type"));
+    if (!grid_name || strcmp(grid_name, "regular"))
+        return refuse(r->ctx, r->node, "chunk_grid", grid, "\"regular\"");
+    if (json_array_size(json_object_get(meta, "storage_transformers")) > 0)
+        return refuse(r->ctx, r->node, "storage_transformers",
+                      json_object_get(meta, "storage_transformers"), "none");
+    SC_TRY(read_shape(r, "chunk_shape", shape, array->file_shape));
+    memcpy(array->chunk, array->file_shape, sizeof array->chunk);
+    for (int i = 0; i < array->rank; i++)
+        array->pipeline.order[i] = i;
+    SC_TRY(read_codecs(r, json_object_get(meta, "codecs")));
+    SC_TRY(check_chunk(r, "chunk_shape", shape, array->file_shape,
+                       array->sharded ? 0x1p40 : SC_ZARR_CHUNK_VALUES_MAX));
+    SC_TRY(read_keys(r));
+    status = read_fill(r);
+out:
+    return status;
+}
+
+sc_status sc_zarr_array_read(const sc_ctx *ctx, const sc_zarr_node *node, sc_zarr_array *out)
+{
+    sc_zarr_array array = {0};
+    const meta_reading r = {.ctx = ctx, .node = node, .array = &array};
+    const json_t *names = node->version == 3
+                              ? json_object_get(node->meta, "dimension_names")
+                              : json_object_get(node->attributes, "_ARRAY_DIMENSIONS");
+    sc_status status = read_array_shape(&r);
+
+    if (status == SC_OK)
+        status = node->version == 2 ? read_v2(&r) : read_v3(&r);
+    if (status != SC_OK)
+        return status;
+    for (int i = 0; i < array.rank; i++)
+        copy_dimension(json_array_get(names, (size_t)i), array.names[i]);
+    *out = array;
+    return SC_OK;
+}

@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The directories and files of a Zarr store on disk. A store comes from anywhere: no link in it is
+ * followed, so that it cannot make segcast read other files of the machine, and only regular files
+ * are opened. */
+#include "chunked/zarr.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static const char *const meta_names[] = {"zarr.json", ".zarray", ".zgroup"};
+
+bool sc_zarr_is_node(const char *path)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(meta_names); i++) {
+        char file[4096];
+        struct stat info;
+
+        if (snprintf(file, sizeof file, "%s/%s", path, meta_names[i]) < (int)sizeof file &&
+            !stat(file, &info))
+            return true;
+    }
+    return false;
+}
+
+/* Read the metadata of a node whose directory is open. */
+static sc_status read_node(const sc_ctx *ctx, sc_zarr_node *node)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < SC_COUNT_OF(meta_names) && !node->meta; i++) {
+        node->meta_name = meta_names[i];
+        SC_TRY(sc_chunk_read_json(ctx, node->fd, node->path, node->meta_name, &node->meta));
+    }
+    if (!node->meta)
+        return sc_fail(
+            ctx, SC_ERR_MISSING,
+            "%s: holds neither zarr.json nor .zarray nor .zgroup, expected a group or an "
+            "array of Zarr",
+            node->path);
+    node->version = strcmp(node->meta_name, "zarr.json") ? 2 : 3;
+    node->is_array = !strcmp(node->meta_name, ".zarray");
+    node->attributes_name = node->version == 2 ? ".zattrs" : "zarr.json";
+    if (json_integer_value(json_object_get(node->meta, "zarr_format")) != node->version)
+        return sc_fail(ctx, SC_ERR_DATA, "%s/%s: its \"zarr_format\" is not %d", node->path,
+                       node->meta_name, node->version);
+    if (node->version == 2) {
+        SC_TRY(sc_chunk_read_json(ctx, node->fd, node->path, ".zattrs", &node->attributes));
+    } else {
+        const char *type = json_string_value(json_object_get(node->meta, "node_type"));
+
+        if (!type || (strcmp(type, "array") && strcmp(type, "group")))
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s/zarr.json: its \"node_type\" is \"%s\", expected \"array\" or "
+                           "\"group\"",
+                           node->path, type ? type : "");
+        node->is_array = !strcmp(type, "array");
+        node->attributes = json_incref(json_object_get(node->meta, "attributes"));
+    }
+out:
+    return status;
+}
+
+sc_status sc_zarr_node_open(const sc_ctx *ctx, const char *path, sc_zarr_node *out)
+{
+    sc_zarr_node node = {.fd = open(path, O_RDONLY | O_CLOEXEC | O_DIRECTORY)};
+    sc_status status;
+
+    if (node.fd < 0)
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+    SC_TRY(sc_text_copy(ctx, path, &node.path));
+    SC_TRY(read_node(ctx, &node));
+    *out = node;
+    node = (sc_zarr_node){.fd = -1};
+out:
+    sc_zarr_node_clear(&node);
+    return status;
+}
+
+sc_status sc_zarr_node_open_below(const sc_ctx *ctx, const sc_zarr_node *parent, const char *name,
+                                  sc_zarr_node *out)
+{
+    const char *why = sc_bad_name(name);
+    sc_zarr_node node = {.fd = -1};
+    sc_status status;
+
+    if (why)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: its metadata name \"%s\": %s; expected the name of a directory in it",
+                       parent->path, name, why);
+    SC_TRY(sc_path_join(ctx, parent->path, name, &node.path));
+    node.fd = sc_chunk_open_directory(parent->fd, name);
+    if (node.fd < 0) {
+        status = sc_fail(ctx, errno == ENOENT ? SC_ERR_MISSING : SC_ERR_DATA,
+                         "%s: %s, but %s names it; expected a directory, no link", node.path,
+                         errno == ENOENT ? "is not there" : "is no directory", parent->path);
+        goto out;
+    }
+    SC_TRY(read_node(ctx, &node));
+    *out = node;
+    node = (sc_zarr_node){.fd = -1};
+out:
+    sc_zarr_node_clear(&node);
+    return status;
+}
+
+bool sc_zarr_has(const sc_zarr_node *parent, const char *name)
+{
+    const int fd = sc_bad_name(name) ? -1 : sc_chunk_open_directory(parent->fd, name);
+    bool found = false;
+
+    for (size_t i = 0; i < SC_COUNT_OF(meta_names) && fd >= 0 && !found; i++) {
+        struct stat info;
+
+        found = !fstatat(fd, meta_names[i], &info, AT_SYMLINK_NOFOLLOW) && S_ISREG(info.st_mode);
+    }
+    if (fd >= 0)
+        close(fd);
+    return found;
+}
+
+void sc_zarr_node_clear(sc_zarr_node *node)
+{
+    if (node->fd >= 0)
+        close(node->fd);
+    sc_free(node->path);
+    json_decref(node->meta);
+    json_decref(node->attributes);
+    *node = (sc_zarr_node){.fd = -1};
+}

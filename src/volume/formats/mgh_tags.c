@@ -1,0 +1,202 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Behind the voxels of an MGH file stand five numbers of the scanner and then tags, of which the
+ * colour table of labels is read. All numbers have the highest byte first. Source: FreeSurfer's
+ * description of its formats (MghFormat, LabelsClutsAnnotationFiles), and files that mri_convert
+ * and recon-all of FreeSurfer 7 have written. */
+#include "formats/mgh_tags.h"
+
+#include "tables/label_table.h"
+
+#include <errno.h>
+#include <string.h>
+#include <zlib.h>
+
+enum {
+    SCAN_BYTES = 20, /* repetition time, flip angle, echo time, inversion time, field of view */
+    TAG_OLD_COLOR_TABLE = 1, /* its data follow at once, without a length */
+    TAG_OLD_REAL_RAS = 2,    /* neither a length nor data follows this tag */
+    TAG_COLOR_TABLE = 5,
+    TAG_OLD_SURFACE_GEOMETRY =
+        20, /* has a length of four bytes, as the next one; others of eight */
+    TAG_OLD_TRANSFORM = 30,
+    TAGS_MAX = 4096,  /* more are not followed */
+    TEXT_BYTES = 4096 /* names are longer nowhere; what is beyond is left out */
+};
+
+/* The file while its tags are read. */
+typedef struct tag_reading {
+    const sc_ctx *ctx;
+    const char *path;
+    gzFile file;
+    uint64_t left; /* bytes that may still be unpacked */
+    sc_name_count names;
+    sc_label_table *table;
+} tag_reading;
+
+/* Read @p bytes bytes to @p out. @return false where the file ends before or cannot be unpacked,
+ * which the reader of the voxels notices. */
+static bool read_bytes(tag_reading *r, void *out, size_t bytes)
+{
+    if (bytes > r->left || gzread(r->file, out, (unsigned)bytes) != (int)bytes)
+        return false;
+    r->left -= bytes;
+    return true;
+}
+
+static bool skip_bytes(tag_reading *r, int64_t bytes)
+{
+    unsigned char room[TEXT_BYTES];
+
+    while (bytes > 0) {
+        const size_t part = bytes < (int64_t)sizeof room ? (size_t)bytes : sizeof room;
+
+        if (!read_bytes(r, room, part))
+            return false;
+        bytes -= (int64_t)part;
+    }
+    return bytes == 0;
+}
+
+static bool read_whole(tag_reading *r, int32_t *out)
+{
+    unsigned char b[4];
+
+    if (!read_bytes(r, b, sizeof b))
+        return false;
+    *out = (int32_t)((uint32_t)b[0] << 24 | (uint32_t)b[1] << 16 | (uint32_t)b[2] << 8 | b[3]);
+    return true;
+}
+
+static bool read_long(tag_reading *r, int64_t *out)
+{
+    int32_t high, low;
+
+    if (!read_whole(r, &high) || !read_whole(r, &low))
+        return false;
+    *out = (int64_t)((uint64_t)(uint32_t)high << 32 | (uint32_t)low);
+    return true;
+}
+
+/* Read a text behind its length, which counts a NUL byte at its end, to @p out[TEXT_BYTES]. */
+static bool read_text(tag_reading *r, char *out)
+{
+    int32_t bytes;
+    size_t kept;
+
+    if (!read_whole(r, &bytes) || bytes < 0)
+        return false;
+    kept = bytes < TEXT_BYTES ? (size_t)bytes : TEXT_BYTES - 1;
+    out[kept] = '\0';
+    return read_bytes(r, out, kept) && skip_bytes(r, bytes - (int64_t)kept);
+}
+
+/* Read one row behind its number, and append it. *status is SC_ERR_MEMORY if there is no memory.
+ * @return false if there is none, or if the file ends. */
+static bool read_row(tag_reading *r, int32_t value, sc_status *status)
+{
+    char name[TEXT_BYTES];
+    sc_label row = {.value = value, .has_color = true, .opacity = -1};
+    int32_t level[4]; /* red, green, blue, transparency */
+
+    if (!read_text(r, name))
+        return false;
+    for (int i = 0; i < 4; i++) {
+        if (!read_whole(r, &level[i]))
+            return false;
+        level[i] = level[i] < 0 ? 0 : level[i] > 255 ? 255 : level[i];
+    }
+    if (value == 0)
+        return true;
+    sc_name_read(name, row.name, &r->names);
+    for (int i = 0; i < 3; i++)
+        row.rgb[i] = (uint8_t)level[i];
+    if (level[3] > 0)
+        row.opacity = (float)(255 - level[3]) / 255;
+    row.hidden = level[3] == 255;
+    *status = sc_label_table_add(r->ctx, r->table, &row);
+    return *status == SC_OK;
+}
+
+/* Read a colour table. Version 1 has one row for each number from 0 on; version 2, rows with their
+ * numbers. @return false if it is damaged. */
+static bool read_color_table(tag_reading *r, sc_status *status)
+{
+    char text[TEXT_BYTES];
+    int32_t first, rows;
+    bool numbered;
+
+    if (!read_whole(r, &first))
+        return false;
+    numbered = first == -2;
+    if (numbered ? !read_whole(r, &rows) : first < 0) /* of version 2: the largest number, plus 1 */
+        return false;
+    if (!read_text(r, text)) /* the file that the table was from */
+        return false;
+    if (numbered ? !read_whole(r, &rows) : (rows = first, false))
+        return false;
+    if (rows < 0 || rows > SC_TABLE_ROWS_MAX)
+        return false;
+    for (int32_t i = 0; i < rows; i++) {
+        int32_t value = i;
+
+        if ((numbered && !read_whole(r, &value)) || !read_row(r, value, status))
+            return false;
+    }
+    return true;
+}
+
+/* Follow the tags to the colour table. @return SC_ERR_MEMORY only. */
+static sc_status read_tags(tag_reading *r)
+{
+    const size_t rows_before = r->table->count;
+    int32_t tag, short_length;
+    int64_t length;
+    sc_status status = SC_OK;
+
+    if (!skip_bytes(r, SCAN_BYTES))
+        return SC_OK;
+    for (int i = 0; i < TAGS_MAX && read_whole(r, &tag) && tag > 0; i++) {
+        length = 0;
+        if (tag == TAG_OLD_SURFACE_GEOMETRY || tag == TAG_OLD_TRANSFORM) {
+            if (!read_whole(r, &short_length))
+                return SC_OK;
+            length = short_length;
+        } else if (tag != TAG_OLD_COLOR_TABLE && tag != TAG_OLD_REAL_RAS &&
+                   !read_long(r, &length)) {
+            return SC_OK;
+        }
+        if (tag == TAG_OLD_COLOR_TABLE || tag == TAG_COLOR_TABLE) {
+            if (read_color_table(r, &status) || status != SC_OK)
+                return status;
+            r->table->count = rows_before;
+            sc_warn(
+                r->ctx,
+                "%s: the colour table behind its voxels is damaged and not used; give names and "
+                "colours by FreeSurfer's FreeSurferColorLUT.txt (--labels)",
+                r->path);
+            return SC_OK;
+        }
+        if (!skip_bytes(r, length))
+            return SC_OK;
+    }
+    return SC_OK;
+}
+
+sc_status sc_mgh_labels(const sc_ctx *ctx, const char *path, uint64_t end, sc_label_table *table)
+{
+    tag_reading r = {ctx, path, gzopen(path, "rb"), SC_TABLE_BYTES_MAX, {0}, table};
+    sc_status status = SC_OK;
+
+    if (!r.file)
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+    if (gzseek(r.file, (z_off_t)end, SEEK_SET) >= 0)
+        status = read_tags(&r);
+    if (status == SC_OK &&
+        (sc_gzip_status(r.file) == SC_ERR_MEMORY || sc_gzip_status(r.file) == SC_ERR_WRITE))
+        status = sc_fail(ctx, sc_gzip_status(r.file), "%s: the file cannot be read: %s", path,
+                         sc_gzip_status(r.file) == SC_ERR_MEMORY ? "out of memory" : "I/O error");
+    gzclose_r(r.file);
+    if (status == SC_OK)
+        sc_name_warn(ctx, path, &r.names);
+    return status;
+}

@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "formats/nifti_extension.h"
+
+#include "tables/label_xml.h"
+
+#include <errno.h>
+#include <string.h>
+#include <zlib.h>
+
+enum { HEAD_BYTES = 8 /* of an extension: its size with this head, and its code */ };
+
+/* Read @p bytes bytes to @p out. @return how many there were: fewer at the end of the file, or
+ * where it cannot be unpacked, which the reader of the voxels notices. */
+static size_t read_bytes(gzFile file, void *out, size_t bytes)
+{
+    const int count = gzread(file, out, (unsigned)bytes);
+
+    return count > 0 ? (size_t)count : 0;
+}
+
+/* @return the number in @p bytes, which are swapped if asked for. */
+static int64_t whole(const unsigned char bytes[4], bool swapped)
+{
+    const unsigned char other[4] = {bytes[3], bytes[2], bytes[1], bytes[0]};
+    int32_t number;
+
+    memcpy(&number, swapped ? other : bytes, sizeof number);
+    return number;
+}
+
+/* Append the rows of the label table in the extension text[bytes], behind which a NUL byte stands,
+ * to @p table; *found tells whether there is one. @return SC_ERR_MEMORY only. */
+static sc_status read_table(const sc_ctx *ctx, const char *path, const char *text, size_t bytes,
+                            sc_label_table *table, bool *found)
+{
+    char why[SC_XML_WHY_BYTES];
+    const char *begin = text + strspn(text, " \t\r\n");
+    sc_status status;
+
+    *found = strstr(begin, "<LabelTable") != NULL;
+    if (!*found)
+        return SC_OK;
+    bytes -= (size_t)(begin - text);
+    while (bytes && !begin[bytes - 1]) /* extensions are filled up to a multiple of 16 bytes */
+        bytes--;
+    status = sc_label_xml_parse(ctx, path, begin, bytes, table, why);
+    if (status != SC_ERR_DATA)
+        return status;
+    sc_warn(ctx,
+            "%s: the label table in its header is not used: %s; give its names and colours by "
+            "a label table of their own",
+            path, why);
+    return SC_OK;
+}
+
+/* Read the extensions one by one until one holds a label table. */
+static sc_status read_extensions(const sc_ctx *ctx, const char *path, gzFile file, uint64_t left,
+                                 bool swapped, sc_label_table *table)
+{
+    unsigned char head[HEAD_BYTES];
+    bool found = false;
+    sc_status status = SC_OK;
+
+    while (!found && status == SC_OK && left >= HEAD_BYTES &&
+           read_bytes(file, head, HEAD_BYTES) == HEAD_BYTES) {
+        const int64_t size = whole(head, swapped);
+        size_t count;
+        void *text;
+
+        if (size < HEAD_BYTES || (uint64_t)size > left || size > SC_TABLE_BYTES_MAX) {
+            sc_warn(ctx,
+                    "%s: an extension of its header has %lld bytes, expected %d to %llu; labels "
+                    "that are named behind it have no names",
+                    path, (long long)size, HEAD_BYTES,
+                    (unsigned long long)(left < SC_TABLE_BYTES_MAX ? left : SC_TABLE_BYTES_MAX));
+            return SC_OK;
+        }
+        left -= (uint64_t)size;
+        status = sc_zalloc(ctx, (size_t)size - HEAD_BYTES + 1, 1, &text);
+        if (status != SC_OK)
+            return status;
+        count = read_bytes(file, text, (size_t)size - HEAD_BYTES);
+        status = read_table(ctx, path, text, count, table, &found);
+        sc_free(text);
+    }
+    return status;
+}
+
+sc_status sc_nifti_labels(const sc_ctx *ctx, const char *path, uint64_t begin, uint64_t end,
+                          bool swapped, sc_label_table *table)
+{
+    unsigned char extender[4] = {0};
+    gzFile file;
+    sc_status status = SC_OK;
+
+    if (end < begin + sizeof extender)
+        return SC_OK;
+    file = gzopen(path, "rb");
+    if (!file)
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+    /* The first of four bytes says whether there are extensions. */
+    if (gzseek(file, (z_off_t)begin, SEEK_SET) >= 0 &&
+        read_bytes(file, extender, sizeof extender) == sizeof extender && extender[0])
+        status = read_extensions(ctx, path, file, end - begin - sizeof extender, swapped, table);
+    if (status == SC_OK &&
+        (sc_gzip_status(file) == SC_ERR_MEMORY || sc_gzip_status(file) == SC_ERR_WRITE))
+        status = sc_fail(ctx, sc_gzip_status(file), "%s: the header cannot be read: %s", path,
+                         sc_gzip_status(file) == SC_ERR_MEMORY ? "out of memory" : "I/O error");
+    gzclose_r(file);
+    return status;
+}

@@ -1,0 +1,351 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* MetaImage (.mha, .mhd): lines "Key = value", then the voxels, in the same file or in one beside
+ * it. Source: the MetaIO documentation of ITK. The key CompressedDataSize is not used: the
+ * compressed stream itself says where it ends, and in some files the key is too small.
+ */
+#include "formats/length_units.h"
+#include "formats/meta_files.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+
+enum {
+    HEADER_MAX_BYTES = 1 << 20, /* a longer header is refused */
+    DIMENSIONS_MAX = 8          /* axes of a file whose further axes are of one voxel */
+};
+
+/* The header while it is read. Keys that the file does not give keep their zero, except for
+ * dimensions. */
+typedef struct meta {
+    const sc_ctx *ctx;
+    const char *path; /* of the header; borrowed */
+    char *text;       /* the begin of the file, cut into lines and values; owned */
+    int64_t size[3];
+    int dimensions;
+    double spacing[3], offset[3]; /* in unit_mm, along the voxel axes and the file's world axes */
+    double matrix[9];             /* [voxel axis][world axis] */
+    const char *anatomy, *element_type; /* in text, or a constant */
+    char *data_file, *list;             /* in text: ElementDataFile, and what follows that line */
+    bool compressed, msb, has_matrix, has_size;
+    bool is_series;       /* there are more than three axes of more than one voxel */
+    double unit_mm;       /* of spacing and offset */
+    bool is_text;         /* the voxels are decimal digits */
+    int64_t header_bytes; /* HeaderSize: of each file with voxels; SC_META_AT_END */
+    size_t end_bytes;     /* where in an .mha the voxels begin, unless HeaderSize tells it */
+} meta;
+
+/* Read up to @p count numbers separated by blanks into out[count]. @return how many there were. */
+static int numbers(const char *text, int count, double *out)
+{
+    char *end;
+    int found = 0;
+
+    while (found < count) {
+        const double value = strtod(text, &end);
+
+        if (end == text)
+            break;
+        out[found++] = value;
+        text = end;
+    }
+    return found;
+}
+
+/* Is a value of MetaImage true: "True", "T" or "1"? */
+static bool truth(const char *value)
+{
+    return value[0] == 'T' || value[0] == 't' || value[0] == '1';
+}
+
+/* @return whether a key is @p name; MetaImage is also written with other capitals. */
+static bool is_key(const char *key, const char *name)
+{
+    return !strcasecmp(key, name);
+}
+
+/* Set m->size and m->has_size, and m->dimensions to 3 where the axes behind the third are of one
+ * voxel. A size that is negative or too large becomes -1, which sc_grid_voxels refuses. @return
+ * false unless there are three numbers. */
+static bool parse_size(meta *m, const char *value)
+{
+    double size[DIMENSIONS_MAX];
+    const int count = numbers(value, DIMENSIONS_MAX, size);
+    int axes = count;
+
+    m->has_size = count >= 3;
+    for (int i = 0; i < 3 && m->has_size; i++)
+        m->size[i] = size[i] >= 0 && size[i] < 1e15 ? (int64_t)size[i] : -1;
+    while (axes > 3 && size[axes - 1] == 1)
+        axes--;
+    m->is_series = axes > 3;
+    return m->has_size;
+}
+
+/* Store the directions of the axes. Of more axes than three, the others are left out. @return false
+ * if there are too few numbers. */
+static bool parse_matrix(meta *m, const char *value)
+{
+    const int axes = m->dimensions;
+    double matrix[DIMENSIONS_MAX * DIMENSIONS_MAX];
+
+    if (axes < 3 || axes > DIMENSIONS_MAX || numbers(value, axes * axes, matrix) != axes * axes)
+        return false;
+    for (int axis = 0; axis < 3; axis++) {
+        for (int row = 0; row < 3; row++)
+            m->matrix[3 * axis + row] = matrix[axes * axis + row];
+    }
+    return m->has_matrix = true;
+}
+
+/* Store the value of one "Key = value" line in @p m. Keys are known in any case; those that segcast
+ * does not need are ignored. @return false if the value cannot be read or is not supported. */
+static bool parse_field(meta *m, const char *key, char *value)
+{
+    if (is_key(key, "NDims"))
+        m->dimensions = atoi(value);
+    else if (is_key(key, "DimSize"))
+        return parse_size(m, value);
+    else if (is_key(key, "ElementSpacing") || (is_key(key, "ElementSize") && m->spacing[0] == 0))
+        return numbers(value, 3, m->spacing) == 3;
+    else if (is_key(key, "Offset") || is_key(key, "Position") || is_key(key, "Origin"))
+        return numbers(value, 3, m->offset) == 3;
+    else if (is_key(key, "TransformMatrix") || is_key(key, "Rotation") ||
+             is_key(key, "Orientation"))
+        return parse_matrix(m, value);
+    else if (is_key(key, "AnatomicalOrientation"))
+        m->anatomy = value;
+    else if (is_key(key, "DistanceUnits"))
+        return (m->unit_mm = strcmp(value, "?") ? sc_length_unit_mm(value) : 1) > 0;
+    else if (is_key(key, "ElementType"))
+        m->element_type = value;
+    else if (is_key(key, "CompressedData"))
+        m->compressed = truth(value);
+    else if (is_key(key, "BinaryData"))
+        m->is_text = !truth(value);
+    else if (is_key(key, "HeaderSize"))
+        return (m->header_bytes = strtoll(value, NULL, 10)) >= SC_META_AT_END;
+    else if (is_key(key, "BinaryDataByteOrderMSB") || is_key(key, "ElementByteOrderMSB"))
+        m->msb = truth(value);
+    else if (is_key(key, "ElementNumberOfChannels"))
+        return atoi(value) == 1;
+    else if (is_key(key, "ElementDataFile"))
+        m->data_file = value;
+    return true;
+}
+
+/* Cut off the blanks at both ends of @p text, which is changed. @return its first character
+ * that is not blank. */
+static char *trim(char *text)
+{
+    char *end;
+
+    while (*text == ' ' || *text == '\t')
+        text++;
+    end = text + strlen(text);
+    while (end > text && strchr(" \t\r\n", end[-1]))
+        *--end = '\0';
+    return text;
+}
+
+/* Read the first HEADER_MAX_BYTES bytes of the file into m->text, with a NUL byte behind them. */
+static sc_status read_text(meta *m, FILE *stream)
+{
+    void *block;
+    sc_status status = sc_alloc(m->ctx, HEADER_MAX_BYTES + 1, 1, &block);
+
+    if (status != SC_OK)
+        return status;
+    m->text = block;
+    m->text[fread(m->text, 1, HEADER_MAX_BYTES, stream)] = '\0';
+    return SC_OK;
+}
+
+/* Read the lines of m->text into @p m up to ElementDataFile, which is the last key, and set
+ * header_bytes behind it. The values stay in the text. @return SC_ERR_DATA with the line, also if
+ * that key does not come within HEADER_MAX_BYTES. */
+static sc_status parse_header(meta *m)
+{
+    char *next = NULL;
+    int number = 0;
+
+    for (char *line = m->text; *line; line = next) {
+        char *end = strchr(line, '\n'), *equals, *key, *value;
+
+        next = end ? end + 1 : line + strlen(line);
+        if (end)
+            *end = '\0';
+        number++;
+        equals = strchr(line, '=');
+        if (!equals)
+            return sc_fail(m->ctx, SC_ERR_DATA, "%s:%d: expected \"Key = value\"", m->path, number);
+        *equals = '\0';
+        key = trim(line);
+        value = trim(equals + 1);
+        if (!parse_field(m, key, value))
+            return sc_fail(m->ctx, SC_ERR_DATA, "%s:%d: %.60s is \"%.60s\", which is not supported",
+                           m->path, number, key, value);
+        if (m->data_file && m->data_file[0]) {
+            m->end_bytes = (size_t)(next - m->text);
+            m->list = next;
+            return SC_OK;
+        }
+    }
+    return sc_fail(m->ctx, SC_ERR_DATA, "%s: has no ElementDataFile in its first %d bytes", m->path,
+                   HEADER_MAX_BYTES);
+}
+
+/* Write the type of the voxels to *out. @return SC_ERR_DATA with the nearest name that is
+ * known. */
+static sc_status element_type(const meta *m, sc_voxel_type *out)
+{
+    static const char *const names[] = {"MET_CHAR",  "MET_UCHAR", "MET_SHORT",     "MET_USHORT",
+                                        "MET_INT",   "MET_UINT",  "MET_LONG_LONG", "MET_ULONG_LONG",
+                                        "MET_FLOAT", "MET_DOUBLE"};
+    const char *nearest, *name = m->element_type;
+
+    if (!strcmp(name, "MET_LONG")) /* MetaIO: four bytes on every machine */
+        name = "MET_INT";
+    else if (!strcmp(name, "MET_ULONG"))
+        name = "MET_UINT";
+    for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
+        if (!strcmp(name, names[i])) {
+            *out = (sc_voxel_type)i; /* the enum has this order */
+            return SC_OK;
+        }
+    }
+    nearest = sc_nearest_word(m->element_type, names, SC_COUNT_OF(names));
+    return sc_fail(m->ctx, SC_ERR_DATA, "%s: ElementType is \"%.60s\"; expected for example %s",
+                   m->path, m->element_type, nearest ? nearest : "MET_UCHAR");
+}
+
+/* Are the voxels in the file of the header? */
+static bool is_local(const meta *m)
+{
+    return !strcmp(m->data_file, "LOCAL") || !strcmp(m->data_file, "Local") ||
+           !strcmp(m->data_file, "local");
+}
+
+/* Set to_ras_mm and oriented of @p source. The file's world axes point to the left, posterior
+ * and superior (as in DICOM). TransformMatrix lists the direction of one voxel axis after the
+ * other; without it the voxel axes are the world axes. A spacing that is 0 or not given is 1
+ * mm. */
+static void geometry(const meta *m, sc_source *source)
+{
+    static const double ras[3] = {-1, -1, 1};
+
+    for (int row = 0; row < 3; row++) {
+        for (int axis = 0; axis < 3; axis++) {
+            const double direction = m->has_matrix ? m->matrix[3 * axis + row] : row == axis;
+            const double spacing = m->spacing[axis] != 0 ? m->spacing[axis] * m->unit_mm : 1;
+
+            source->to_ras_mm.m[row][axis] = ras[row] * direction * spacing;
+        }
+        source->to_ras_mm.m[row][3] = ras[row] * m->offset[row] * m->unit_mm;
+    }
+    if (m->spacing[0] == 0 || m->spacing[1] == 0 || m->spacing[2] == 0)
+        sc_warn_without_spacing(m->ctx, m->path, "ElementSpacing");
+    source->oriented = m->has_matrix && m->anatomy[0] != '?';
+}
+
+/* Make the path of the one file with the voxels, and find its size. Refused with SC_ERR_DATA is
+ * what sc_data_file refuses. Caller owns *out: sc_free. */
+static sc_status data_path(const meta *m, char **out, uint64_t *bytes)
+{
+    struct stat info;
+
+    if (!is_local(m))
+        return sc_data_file(m->ctx, m->path, "ElementDataFile", m->data_file, out, bytes);
+    if (stat(m->path, &info))
+        return sc_fail(m->ctx, sc_input_status(errno), "%s: %s", m->path, strerror(errno));
+    *bytes = (uint64_t)info.st_size;
+    return sc_path_join(m->ctx, "", m->path, out);
+}
+
+/* Set file, encoding and offset_bytes of @p source, whose size and type are set, from one file.
+ * @return SC_ERR_DATA if the file is not there or cannot hold @p voxels. */
+static sc_status find_file(const meta *m, size_t voxels, sc_source *source)
+{
+    const size_t each = m->is_text ? 1 : sc_voxel_type_bytes(source->type); /* at least */
+    const uint64_t needed = (uint64_t)voxels * each;
+    uint64_t bytes = 0;
+    sc_status status = data_path(m, &source->file, &bytes);
+
+    if (status != SC_OK)
+        return status;
+    source->encoding = m->compressed ? SC_ENCODING_ZLIB : SC_ENCODING_PLAIN;
+    source->offset_bytes = m->header_bytes > 0 ? (uint64_t)m->header_bytes
+                           : is_local(m)       ? (uint64_t)m->end_bytes
+                                               : 0;
+    if (m->header_bytes == SC_META_AT_END && !m->compressed && !m->is_text && bytes >= needed)
+        source->offset_bytes = bytes - needed;
+    bytes -= source->offset_bytes < bytes ? source->offset_bytes : bytes;
+    if ((double)needed > (double)bytes * (m->compressed ? SC_DEFLATE_RATIO_MAX : 1))
+        return sc_fail(m->ctx, SC_ERR_DATA,
+                       "%s: the header promises %zu voxels, more than %s can hold (%llu bytes)",
+                       m->path, voxels, source->file, (unsigned long long)bytes);
+    return m->is_text ? sc_meta_open_text(m->ctx, source) : SC_OK;
+}
+
+/* Set size, what tells where the voxels are, and swapped of @p source, whose type is set. @return
+ * SC_ERR_DATA if the files with the voxels are not there or cannot hold as many as the header
+ * promises. */
+static sc_status find_voxels(const meta *m, sc_source *source)
+{
+    const size_t each = sc_voxel_type_bytes(source->type);
+    const sc_meta_series series = {m->data_file, m->list, m->header_bytes, m->compressed};
+    size_t voxels;
+    sc_status status;
+
+    SC_TRY(sc_grid_voxels(m->ctx, m->path, m->size, each, &voxels));
+    if (m->is_text && (m->compressed || sc_meta_is_series(m->data_file))) {
+        status = sc_fail(m->ctx, SC_ERR_DATA,
+                         "%s: BinaryData is False, and the voxels are compressed or in several "
+                         "files; expected digits in one file, or BinaryData = True",
+                         m->path);
+        goto out;
+    }
+    for (int i = 0; i < 3; i++)
+        source->size[i] = (int)m->size[i];
+    source->swapped = m->msb != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__) && each > 1;
+    status = sc_meta_is_series(m->data_file) ? sc_meta_open_series(m->ctx, m->path, &series, source)
+                                             : find_file(m, voxels, source);
+out:
+    return status;
+}
+
+sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+{
+    meta m = {
+        .ctx = ctx, .path = path, .dimensions = 3, .unit_mm = 1, .anatomy = "", .element_type = ""};
+    sc_source source = {.slope = 1};
+    FILE *stream = fopen(path, "rb");
+    sc_status status;
+
+    (void)header_only; /* the voxels are always streamed */
+    if (!stream)
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+    SC_TRY(read_text(&m, stream));
+    SC_TRY(parse_header(&m));
+    if (m.dimensions < 3 || m.is_series || !m.has_size) {
+        status =
+            sc_fail(ctx, SC_ERR_DATA, "%s: NDims is %d and DimSize is %s; expected 3 axes%s", path,
+                    m.dimensions, m.has_size ? "given" : "missing",
+                    m.dimensions > 3 ? "; save the one volume wanted of the series, for example "
+                                       "in 3D Slicer or with SimpleITK: image[:, :, :, 0]"
+                                     : "");
+        goto out;
+    }
+    SC_TRY(element_type(&m, &source.type));
+    geometry(&m, &source);
+    SC_TRY(find_voxels(&m, &source));
+    *out = source;
+    source = (sc_source){0};
+out:
+    fclose(stream);
+    sc_free(m.text);
+    sc_source_clear(&source);
+    return status;
+}

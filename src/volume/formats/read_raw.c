@@ -1,0 +1,251 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Voxels without a header, which a line of the user describes: "uint16 512x512x300 0.5x0.5x1 mm LPS
+ * big skip 1024". */
+#include "formats/length_units.h"
+#include "source.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+enum { WORD_BYTES = 64 };
+
+/* The description while it is read. */
+typedef struct raw_reading {
+    const sc_ctx *ctx;
+    const char *where; /* for messages */
+    bool has_type, has_size, has_spacing, has_unit, has_axes, has_order, has_skip;
+    sc_voxel_type type;
+    int64_t size[3];
+    double spacing[3], unit_mm;
+    char axes[4]; /* where x, y and z lead, such as RAS */
+    bool big;     /* the highest byte of a number stands first */
+    uint64_t skip_bytes;
+} raw_reading;
+
+static const char *const type_names[] = {"int8",    "uint8",   "int16", "uint16",
+                                         "int32",   "uint32",  "int64", "uint64",
+                                         "float32", "float64", "float", "double"};
+
+/* Log that the word is wrong. @return SC_ERR_DATA always. */
+static sc_status refuse(const raw_reading *r, const char *word, const char *why)
+{
+    return sc_fail(
+        r->ctx, SC_ERR_DATA,
+        "%s: raw: \"%.40s\" %s; expected type, size, spacing of voxels, and what else is "
+        "needed, such as \"uint16 512x512x300 0.5x0.5x1 mm LPS big skip 1024\"",
+        r->where, word, why);
+}
+
+/* Read three numbers with an x between them, and behind them a unit of length, if there is one.
+ * @return behind the numbers, NULL if it is something else. */
+static const char *three_numbers(const char *word, double out[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const size_t length = strspn(word, "0123456789.eE+-");
+        char number[WORD_BYTES], *end;
+
+        if (*word < '0' || *word > '9')
+            return NULL;
+        snprintf(number, sizeof number, "%.*s", (int)length, word); /* strtod would read 0x36 */
+        out[i] = strtod(number, &end);
+        word += end - number;
+        if (i < 2 && *word++ != 'x')
+            return NULL;
+    }
+    return word;
+}
+
+/* Take three numbers: first the size, then the spacing. */
+static sc_status take_numbers(raw_reading *r, const char *word, const double numbers[3],
+                              const char *rest)
+{
+    if (!r->has_size) {
+        for (int i = 0; i < 3; i++) {
+            if (numbers[i] != floor(numbers[i]) || numbers[i] < 1 || numbers[i] > INT32_MAX)
+                return refuse(r, word, "is no size in voxels");
+            r->size[i] = (int64_t)numbers[i];
+        }
+        r->has_size = true;
+        return *rest ? refuse(r, word, "is no size in voxels") : SC_OK;
+    }
+    if (r->has_spacing)
+        return refuse(r, word, "stands after a size and a spacing");
+    memcpy(r->spacing, numbers, sizeof r->spacing);
+    r->has_spacing = true;
+    if (!*rest)
+        return SC_OK;
+    r->unit_mm = sc_length_unit_mm(rest);
+    r->has_unit = true;
+    return r->unit_mm > 0 ? SC_OK : refuse(r, word, "has no known unit of length");
+}
+
+/* Are these three letters of the six directions, one of each pair? */
+static bool are_axes(const char *word)
+{
+    static const char *const pairs[] = {"RL", "AP", "SI"};
+    unsigned found = 0;
+
+    for (int i = 0; i < 3 && word[i]; i++) {
+        for (unsigned k = 0; k < 3; k++)
+            found |= strchr(pairs[k], word[i]) ? 1U << k : 0;
+    }
+    return strlen(word) == 3 && found == 7;
+}
+
+/* Take one word, or with "skip" also the next. @param next the word behind it; "" if there is none.
+ * @param both receives whether that one was used, too. */
+static sc_status take_word(raw_reading *r, const char *word, const char *next, bool *both)
+{
+    double numbers[3];
+    const char *rest = three_numbers(word, numbers);
+    char *end;
+
+    *both = false;
+    if (rest)
+        return take_numbers(r, word, numbers, rest);
+    for (size_t i = 0; i < SC_COUNT_OF(type_names); i++) {
+        if (!strcmp(word, type_names[i]) && !r->has_type) {
+            r->type = (sc_voxel_type)(i < 10 ? i : i - 2); /* the enum has this order */
+            r->has_type = true;
+            return SC_OK;
+        }
+    }
+    if (!r->has_order && (!strcmp(word, "big") || !strcmp(word, "little"))) {
+        r->has_order = true;
+        r->big = word[0] == 'b';
+    } else if (!r->has_axes && are_axes(word)) {
+        r->has_axes = true;
+        memcpy(r->axes, word, sizeof r->axes);
+    } else if (!r->has_skip && !strcmp(word, "skip") && *next >= '0' && *next <= '9') {
+        r->skip_bytes = strtoull(next, &end, 10);
+        r->has_skip = *both = true;
+        if (*end || r->skip_bytes > SC_VOLUME_BYTES_MAX)
+            return refuse(r, next, "is no number of bytes");
+    } else if (r->has_spacing && !r->has_unit && sc_length_unit_mm(word) > 0) {
+        r->unit_mm = sc_length_unit_mm(word);
+        r->has_unit = true;
+    } else {
+        const char *nearest = sc_nearest_word(word, type_names, SC_COUNT_OF(type_names));
+        char why[64];
+
+        snprintf(why, sizeof why, "is not known%s%s%s", nearest ? "; did you mean " : "",
+                 nearest ? nearest : "", nearest ? "?" : "");
+        return refuse(r, word, why);
+    }
+    return SC_OK;
+}
+
+/* Copy the next word of *text, which ends at a blank or comma, to word[WORD_BYTES], "" at the end;
+ * *text is behind it then. */
+static void next_word(const char **text, char *word)
+{
+    const char *begin = *text + strspn(*text, " \t,;");
+    const size_t length = strcspn(begin, " \t,;");
+
+    snprintf(word, WORD_BYTES, "%.*s", (int)(length < WORD_BYTES ? length : WORD_BYTES - 1), begin);
+    *text = begin + length;
+}
+
+/* Read the whole description. */
+static sc_status read_description(raw_reading *r, const char *text)
+{
+    char word[WORD_BYTES], next[WORD_BYTES];
+    const char *all = text;
+    sc_status status = SC_OK;
+
+    next_word(&text, word);
+    while (word[0] && status == SC_OK) {
+        bool both;
+
+        next_word(&text, next);
+        status = take_word(r, word, next, &both);
+        if (both)
+            next_word(&text, next);
+        memcpy(word, next, sizeof word);
+    }
+    if (status == SC_OK && !r->has_type)
+        return refuse(r, all, "names no type of the voxels");
+    if (status == SC_OK && !r->has_size)
+        return refuse(r, all, "gives no size");
+    return status;
+}
+
+/* Set to_ras_mm and oriented of @p source. */
+static void geometry(const raw_reading *r, const char *path, sc_source *source)
+{
+    static const char directions[] = "RASLPI";
+
+    if (!r->has_spacing)
+        sc_warn(r->ctx,
+                "%s: raw: gives no spacing; a voxel is taken to measure 1 x 1 x 1 mm (\"%s\")",
+                path, "... 0.5x0.5x1 mm");
+    for (int i = 0; i < 3; i++) {
+        const char letter = r->has_axes ? r->axes[i] : directions[i];
+        const int direction = (int)(strchr(directions, letter) - directions);
+        const double spacing_mm = r->has_spacing ? r->spacing[i] * r->unit_mm : 1;
+
+        source->to_ras_mm.m[direction % 3][i] = direction < 3 ? spacing_mm : -spacing_mm;
+    }
+    source->oriented = r->has_axes;
+}
+
+/* Set size, file, encoding, offset_bytes, skip_bytes and swapped of @p source. @return
+ * SC_ERR_MISSING, SC_ERR_DATA if the file has not as many bytes as its description says. */
+static sc_status find_voxels(const raw_reading *r, const char *path, sc_source *source)
+{
+    const size_t each = sc_voxel_type_bytes(source->type);
+    struct stat info;
+    uint64_t needed, bytes;
+    size_t voxels;
+    sc_status status;
+
+    SC_TRY(sc_grid_voxels(r->ctx, r->where, r->size, each, &voxels));
+    if (stat(path, &info))
+        return sc_fail(r->ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+    if (!S_ISREG(info.st_mode))
+        return sc_fail(r->ctx, SC_ERR_MISSING, "%s: is no file; expected one of raw voxels", path);
+    needed = r->skip_bytes + (uint64_t)voxels * each;
+    bytes = (uint64_t)info.st_size;
+    source->encoding = SC_ENCODING_PLAIN;
+    source->offset_bytes = r->skip_bytes;
+    if (bytes != needed && sc_is_gzip(path)) {
+        SC_TRY(sc_check_file_bytes(r->ctx, path, (double)needed));
+        source->encoding = SC_ENCODING_GZIP;
+        source->offset_bytes = 0;
+        source->skip_bytes = r->skip_bytes;
+    } else if (bytes != needed) {
+        return sc_fail(
+            r->ctx, SC_ERR_DATA,
+            "%s: has %llu bytes, but %lld x %lld x %lld voxels of %zu byte%s%s are %llu; "
+            "are type and size of `raw` right? \"skip N\" leaves out a header",
+            path, (unsigned long long)bytes, (long long)r->size[0], (long long)r->size[1],
+            (long long)r->size[2], each, each > 1 ? "s" : "",
+            r->skip_bytes ? " behind what is skipped" : "", (unsigned long long)needed);
+    }
+    for (int i = 0; i < 3; i++)
+        source->size[i] = (int)r->size[i];
+    source->swapped = r->big != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__) && each > 1;
+    status = sc_path_join(r->ctx, "", path, &source->file);
+out:
+    return status;
+}
+
+sc_status sc_open_raw(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
+                      sc_source *out)
+{
+    raw_reading r = {.ctx = ctx, .where = sc_read_where(read, path), .unit_mm = 1};
+    sc_source source = {.slope = 1};
+    sc_status status;
+
+    SC_TRY(read_description(&r, read->raw));
+    source.type = r.type;
+    SC_TRY(find_voxels(&r, path, &source));
+    geometry(&r, path, &source);
+    *out = source;
+    source = (sc_source){0};
+out:
+    sc_source_clear(&source);
+    return status;
+}

@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The text of label tables in UTF-8, whatever it was written in. */
+#include "tables/label_table.h"
+
+#include <string.h>
+
+/* What Windows-1252 has in place of the control characters 0x80 to 0x9f of Latin-1; 0: nothing. */
+static const uint16_t windows_1252[32] = {
+    0x20ac, 0,      0x201a, 0x0192, 0x201e, 0x2026, 0x2020, 0x2021, 0x02c6, 0x2030, 0x0160,
+    0x2039, 0x0152, 0,      0x017d, 0,      0,      0x2018, 0x2019, 0x201c, 0x201d, 0x2022,
+    0x2013, 0x2014, 0x02dc, 0x2122, 0x0161, 0x203a, 0x0153, 0,      0x017e, 0x0178};
+enum {
+    REPLACEMENT = 0xfffd, /* the character that stands for what cannot be decoded */
+    UTF8_MOST = 3         /* bytes of UTF-8 that a unit of UTF-16, or a byte, takes at most */
+};
+
+/* Write the character @p code as UTF-8. @return behind it. */
+static char *put(char *out, uint32_t code)
+{
+    if (code < 0x80) {
+        *out++ = (char)code;
+        return out;
+    }
+    if (code < 0x800) {
+        *out++ = (char)(0xc0 | code >> 6);
+    } else {
+        if (code < 0x10000) {
+            *out++ = (char)(0xe0 | code >> 12);
+        } else {
+            *out++ = (char)(0xf0 | code >> 18);
+            *out++ = (char)(0x80 | (code >> 12 & 0x3f));
+        }
+        *out++ = (char)(0x80 | (code >> 6 & 0x3f));
+    }
+    *out++ = (char)(0x80 | (code & 0x3f));
+    return out;
+}
+
+/* Decode @p count units of UTF-16 to @p out. @param big the first byte of a unit is its upper one.
+ * @return behind what was written. */
+static char *decode_utf16(const unsigned char *bytes, size_t count, bool big, char *out)
+{
+    for (size_t i = 0; i < count; i++) {
+        const unsigned char *at = bytes + 2 * i;
+        uint32_t code = (uint32_t)at[big ? 0 : 1] << 8 | at[big ? 1 : 0];
+
+        if (code >= 0xd800 && code < 0xdc00 && i + 1 < count) {
+            const uint32_t low = (uint32_t)at[big ? 2 : 3] << 8 | at[big ? 3 : 2];
+
+            if (low >= 0xdc00 && low < 0xe000) {
+                code = 0x10000 + ((code - 0xd800) << 10) + (low - 0xdc00);
+                i++;
+            }
+        }
+        out = put(out, code >= 0xd800 && code < 0xe000 ? REPLACEMENT : code);
+    }
+    return out;
+}
+
+/* Decode @p count units of UTF-32 to @p out, as decode_utf16 does. */
+static char *decode_utf32(const unsigned char *bytes, size_t count, bool big, char *out)
+{
+    for (size_t i = 0; i < count; i++) {
+        uint32_t code = 0;
+
+        for (size_t k = 0; k < 4; k++)
+            code = code << 8 | bytes[4 * i + (big ? k : 3 - k)];
+        out = put(out, code > 0x10ffff || (code >= 0xd800 && code < 0xe000) ? REPLACEMENT : code);
+    }
+    return out;
+}
+
+/* Decode @p count bytes of Windows-1252 to @p out. @return behind what was written. */
+static char *decode_windows(const unsigned char *bytes, size_t count, char *out)
+{
+    for (size_t i = 0; i < count; i++) {
+        uint32_t code = bytes[i];
+
+        if (code >= 0x80 && code < 0xa0)
+            code = windows_1252[code - 0x80] ? windows_1252[code - 0x80] : REPLACEMENT;
+        out = put(out, code);
+    }
+    return out;
+}
+
+/* Has the text bytes that are no ASCII, and not one character of UTF-8 among them? A text of UTF-8
+ * with some damage has. XML, which names its encoding itself, is left to its parser. */
+static bool is_not_utf8(const char *text)
+{
+    bool is_ascii = true;
+
+    if (text[strspn(text, " \t\r\n")] == '<')
+        return false;
+    for (; *text; text++) {
+        if (sc_utf8_bytes(text) > 1)
+            return false;
+        is_ascii = is_ascii && (unsigned char)*text < 0x80;
+    }
+    return !is_ascii;
+}
+
+/* An encoding that a byte order mark tells. */
+typedef struct marked_encoding {
+    const char *name, *mark;
+    size_t unit; /* bytes of a unit, and of the mark */
+    bool is_big; /* the first byte of a unit is its upper one */
+    char *(*decode)(const unsigned char *bytes, size_t count, bool big, char *out);
+} marked_encoding;
+
+/* UTF-32 first: its mark begins with that of UTF-16, behind which a text has no NUL. */
+static const marked_encoding encodings[] = {
+    {"UTF-32", "\xff\xfe\0\0", 4, false, decode_utf32},
+    {"UTF-32", "\0\0\xfe\xff", 4, true, decode_utf32},
+    {"UTF-16", "\xff\xfe", 2, false, decode_utf16},
+    {"UTF-16", "\xfe\xff", 2, true, decode_utf16},
+};
+
+/* @return the encoding that the mark at the begin of a text tells, or NULL. */
+static const marked_encoding *find_encoding(const char *text, size_t bytes)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(encodings); i++) {
+        if (bytes >= encodings[i].unit && !memcmp(text, encodings[i].mark, encodings[i].unit))
+            return &encodings[i];
+    }
+    return NULL;
+}
+
+sc_status sc_label_text_decode(const sc_ctx *ctx, const char *path, char **text, size_t *bytes)
+{
+    const unsigned char *from = (const unsigned char *)*text;
+    const marked_encoding *marked = find_encoding(*text, *bytes);
+    sc_status status;
+    char *end;
+    void *to;
+
+    if (marked && *bytes % marked->unit)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: ends within a character: it is %s, but has %zu bytes; it was cut "
+                       "off, or save it as UTF-8",
+                       path, marked->name, *bytes);
+    if (*bytes >= 3 && !memcmp(from, "\xef\xbb\xbf", 3)) {
+        *bytes -= 3;
+        memmove(*text, *text + 3, *bytes + 1);
+    } else if (marked || (strlen(*text) == *bytes && is_not_utf8(*text))) {
+        status = sc_alloc(ctx, *bytes + 1, UTF8_MOST, &to);
+        if (status != SC_OK)
+            return status;
+        end = marked ? marked->decode(from + marked->unit, *bytes / marked->unit - 1,
+                                      marked->is_big, to)
+                     : decode_windows(from, *bytes, to);
+        if (!marked)
+            sc_info(ctx, "%s: is not UTF-8; read as Latin-1 (Windows-1252)", path);
+        *end = '\0';
+        sc_free(*text);
+        *text = to;
+        *bytes = (size_t)(end - *text);
+    }
+    if (strlen(*text) != *bytes)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: byte %zu is NUL; expected a text in UTF-8", path,
+                       strlen(*text));
+    return SC_OK;
+}
+
+char *sc_label_cut_line(char *line)
+{
+    char *end = line + strcspn(line, "\r\n");
+    const bool both = end[0] == '\r' && end[1] == '\n';
+
+    if (!*end)
+        return NULL;
+    *end = '\0';
+    return end + 1 + both;
+}
