@@ -174,10 +174,11 @@ typedef struct sc_read_choice {
     int voxels[3][2];   /**< SC_READ_VOXELS: along x, y, z the first voxel, and the one behind the
                              last */
     sc_vec3 corners[2]; /**< SC_READ_MM: two opposite corners */
-    const char *raw;    /**< the file has no header, and this line describes it: type, size, spacing
-                             (read_raw.c); borrowed; NULL or empty: it has one */
-    const char *where;  /**< "file:line" for messages; NULL: none */
-    bool is_image;      /**< a grey volume is read: for messages */
+    const char
+        *header; /**< what the user says of spacing and axes, and of a file without a header of
+                      type and size, too (header_line.c); borrowed; NULL or empty: nothing */
+    const char *where; /**< "file:line" for messages; NULL: none */
+    bool is_image;     /**< a grey volume is read: for messages */
     /** Called if tissues may overlap: set left_out[i], which are all false, for those rows of @p
      * table whose tissues shall not take voxels from others. They are labels of the volume, without
      * voxels. @param numbered as of sc_volume. NULL: all count. */

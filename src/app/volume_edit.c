@@ -523,7 +523,8 @@ out:
 bool sc_edits_volume(const sc_job *job)
 {
     return job->volume_tissue_count || job->crop.kind != SC_CROP_NONE || job->has_level ||
-           job->has_phase || job->has_box || job->has_box_mm || job->has_resample || job->has_raw;
+           job->has_phase || job->has_box || job->has_box_mm || job->has_resample ||
+           job->has_header;
 }
 
 void sc_forget_volume_edits(sc_job *job)
@@ -533,7 +534,7 @@ void sc_forget_volume_edits(sc_job *job)
     job->volume_tissue_count = 0;
     job->crop.kind = SC_CROP_NONE;
     job->volume_level = job->volume_phase = 0;
-    job->has_merge = job->has_keep = job->has_crop = job->has_raw = false;
+    job->has_merge = job->has_keep = job->has_crop = job->has_header = false;
     job->has_resample = job->has_level = job->has_box = job->has_box_mm = job->has_phase = false;
 }
 
@@ -594,19 +595,19 @@ sc_status sc_read_choice_of(const sc_app *app, const sc_job *job, sc_keeping *ke
                                     : job->has_box_mm ? SC_READ_MM
                                                       : SC_READ_ALL,
                              .overlaps = app->overlaps,
-                             .raw = job->has_raw ? job->volume_raw : NULL,
+                             .header = job->has_header ? job->volume_header : NULL,
                              .where = job->volume_box_where};
 
     if (sc_job_is_phantom(job->volume) &&
-        (choice.level || choice.phase || choice.box != SC_READ_ALL || choice.raw))
+        (choice.level || choice.phase || choice.box != SC_READ_ALL || choice.header))
         return sc_fail(app->ctx, SC_ERR_DATA,
                        "%s: %s is for files, and %s is computed; expected crop for a part of it, "
                        "and phantom:128x96x128 for another resolution",
                        job->volume_box_where,
-                       choice.level   ? "level"
-                       : choice.phase ? "phase"
-                       : choice.raw   ? "raw"
-                                      : "a box",
+                       choice.level    ? "level"
+                       : choice.phase  ? "phase"
+                       : choice.header ? "header"
+                                       : "a box",
                        job->volume);
     *keeping = (sc_keeping){app, job};
     choice.user = keeping;

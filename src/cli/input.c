@@ -81,6 +81,13 @@ bool sc_input_is_volume(const char *path)
     return what == KIND_VOLUME || what == KIND_DIRECTORY;
 }
 
+bool sc_input_is_job(const char *path)
+{
+    bool exists;
+
+    return kind_of(path, &exists) == KIND_JOB;
+}
+
 sc_status sc_input_as_command(const sc_ctx *ctx, const char *name)
 {
     bool exists;

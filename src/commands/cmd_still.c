@@ -137,7 +137,8 @@ sc_status sc_cmd_still(sc_app *app)
     const char *job = app->options.input;
     sc_status status;
 
-    if (sc_input_is_volume(job) || sc_job_is_phantom(job) || is_given(&app->options, "--raw ")) {
+    if (sc_input_is_volume(job) || sc_job_is_phantom(job) ||
+        (is_given(&app->options, "--header ") && !sc_input_is_job(job))) {
         SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", job));
         SC_TRY(sc_expect_series(app));
         SC_TRY(set_defaults(app));

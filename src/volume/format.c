@@ -256,7 +256,7 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
                    "%s: begins with bytes %02x %02x %02x %02x, expected NRRD (\"NRRD\"), NIfTI "
                    "(348 or 540), MGH, TIFF, MetaImage or DICOM SEG; 3D Slicer and ITK-SNAP can "
                    "save segmentations of many other formats as .nrrd or .nii.gz; voxels without "
-                   "a header are described by a line: --raw \"uint8 256x256x128 1x1x1.5 mm\"",
+                   "a header are described by a line: --header \"uint8 256x256x128 1x1x1.5 mm\"",
                    path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
 }
 

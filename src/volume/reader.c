@@ -221,9 +221,11 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
 {
     sc_source source = {.slope = 1};
     struct stat info;
+    bool is_raw;
     sc_status status;
 
-    if (choice->raw && choice->raw[0] && !choice->level) {
+    SC_TRY(sc_header_check(ctx, path, choice, &is_raw));
+    if (is_raw && !choice->level) {
         SC_TRY(sc_open_raw(ctx, path, choice, &source));
     } else if (!stat(path, &info) && S_ISDIR(info.st_mode) && sc_zarr_is_node(path)) {
         SC_TRY(sc_open_zarr(ctx, path, choice, header_only, &source));

@@ -235,7 +235,15 @@ bool sc_is_hdf5(const char *path);
 sc_status sc_open_hdf5(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                        bool header_only, sc_source *out);
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
-/* Open a file without a header by the line in read->raw, and check that it has as many bytes as
+/* Check the header line of a choice, if it has one. *is_raw: it describes a file without a header,
+ * as it names a type. @return SC_ERR_DATA, logged. */
+sc_status sc_header_check(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                          bool *is_raw);
+/* Give a source the spacing and axes that the header line of a choice says, instead of those of its
+ * file, and tell so. @return SC_ERR_DATA, logged. */
+sc_status sc_header_apply(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                          sc_source *source);
+/* Open a file without a header by the line in read->header, and check that it has as many bytes as
  * that says; it may be a gzip file. @return the errors of sc_open_file. */
 sc_status sc_open_raw(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                       sc_source *out);

@@ -93,7 +93,7 @@ for volume in one_*.nii.gz two_*.nii mgh_*.mgz pair.hdr pair.img unu*.n* masks t
     itk*.mhd itk*.nii itk*.nii.gz itk*.hdr itk*.h5; do
     [ -e "$volume" ] || continue
     options=()
-    [ "$volume" != xyz.raw ] || options=(--raw 'uint8 40x34x28 1x1.25x1.5 mm RAS')
+    [ "$volume" != xyz.raw ] || options=(--header 'uint8 40x34x28 1x1.25x1.5 mm RAS')
     case $volume in # some do not say where left is, or where the origin is, so that other letters and positions are written
     tiff* | store* | file*) reference=plain.png ;;
     xyz.raw) reference=zero.png ;;

@@ -265,22 +265,22 @@ out:
     return status;
 }
 
-/* @return what stands before the path of the volume: with `raw` it is a map. */
+/* @return what stands before the path of the volume: with `header` it is a map. */
 static const char *volume_key(const sc_app *app)
 {
-    return option_value(app, "volume.raw") ? "volume:\n  path" : "volume";
+    return option_value(app, "volume.header") ? "volume:\n  path" : "volume";
 }
 
-/* Append the line that describes raw voxels, if there is one. */
-static sc_status add_raw(const sc_app *app, sc_text *out)
+/* Append the line that the user says of the file, if there is one. */
+static sc_status add_header(const sc_app *app, sc_text *out)
 {
-    const char *raw = option_value(app, "volume.raw");
+    const char *line = option_value(app, "volume.header");
     sc_status status = SC_OK;
 
-    if (!raw)
+    if (!line)
         return SC_OK;
-    SC_TRY(sc_text_add(app->ctx, out, "  raw: "));
-    SC_TRY(sc_write_quoted(app->ctx, raw, out));
+    SC_TRY(sc_text_add(app->ctx, out, "  header: "));
+    SC_TRY(sc_write_quoted(app->ctx, line, out));
     status = sc_text_add(app->ctx, out, "\n");
 out:
     return status;
@@ -302,7 +302,7 @@ static sc_status add_series(const sc_app *app, const sc_job *job, const char *pa
         SC_TRY(add_quoted_path(ctx, job->phases[i].path, out));
     }
     SC_TRY(sc_text_add(ctx, out, "%s\n", is_here ? "" : "]"));
-    SC_TRY(add_raw(app, out));
+    SC_TRY(add_header(app, out));
     status = sc_text_add(ctx, out,
                          "cine: {bpm: %g}  # beats per minute: the %zu volumes are the phases of "
                          "one\n",
@@ -327,7 +327,7 @@ static sc_status add_head(const sc_app *app, const sc_job *job, const char *path
     else
         SC_TRY(add_path(ctx, volume_key(app), app->options.input, is_here, out));
     if (!job->phase_count)
-        SC_TRY(add_raw(app, out));
+        SC_TRY(add_header(app, out));
     if (labels)
         SC_TRY(add_path(ctx, "labels", labels, is_here, out));
     if (format)

@@ -157,37 +157,38 @@ static const sc_value_type type_level = {
     .schema = level_schema,
 };
 
-/* Read the line that describes raw voxels; its words are checked where the file is opened. */
-static sc_status read_raw(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+/* Read what the user says of a file beside its header; its words are checked where the file is
+ * opened. */
+static sc_status read_header(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_job *job = value;
-    const sc_status status = sc_type_text.read(ctx, key, node, job->volume_raw);
+    const sc_status status = sc_type_text.read(ctx, key, node, job->volume_header);
 
     if (status == SC_OK)
         sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
     return status;
 }
 
-static sc_status write_raw(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                           sc_text *text)
+static sc_status write_header(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
 {
     (void)key;
     (void)indent;
-    return sc_write_quoted(ctx, ((const sc_job *)value)->volume_raw, text);
+    return sc_write_quoted(ctx, ((const sc_job *)value)->volume_header, text);
 }
 
-static json_t *raw_schema(const sc_key *key)
+static json_t *header_schema(const sc_key *key)
 {
     (void)key;
     return json_pack("{s:s}", "type", "string");
 }
 
-static const sc_value_type type_raw = {
+static const sc_value_type type_header = {
     .name = "text",
     .expected = "a line such as \"uint16 512x512x300 0.5x0.5x1 mm\"",
-    .read = read_raw,
-    .write = write_raw,
-    .schema = raw_schema,
+    .read = read_header,
+    .write = write_header,
+    .schema = header_schema,
 };
 
 /* Read which phase of a file is meant, counted from 0. */
@@ -438,14 +439,18 @@ const sc_key sc_volume_keys[] = {
          "masks, phantom, or for example phantom:128x96x128; for cine a list of them, a pattern "
          "such as heart_*.nrrd, or a file with all phases (4-D)",
      .bytes = SC_PATH_BYTES, .required = true},
-    {"raw", &type_raw, 0, NULL,
-     .help = "the file has no header, and this line describes it: type and size of its voxels, "
-             "their spacing with a unit (mm), and as far as needed where x, y and z lead, big for "
-             "numbers with the highest byte first, and skip N for N bytes before them: \"uint16 "
-             "512x512x300 0.5x0.5x1 mm LPS big skip 1024\"; it may be packed by gzip",
-     .bytes = sizeof(((sc_job *)0)->volume_raw), .given = SC_GIVEN(sc_job, has_raw),
-     .without = "the file has a header",
-     .option = &(const sc_key_option){"raw", "LINE", LABEL_COMMANDS}},
+    {"header", &type_header, 0, NULL,
+     .help =
+         "what the file does not say, or says wrongly: the spacing of its voxels with a unit (mm), "
+         "and where x, y and z lead, such as \"0.5x0.5x2 um LPS\"; of a file without a header "
+         "first "
+         "type and size, and as far as needed big for numbers with the highest byte first, and "
+         "skip "
+         "N for N bytes before them: \"uint16 512x512x300 0.5x0.5x1 mm LPS big skip 1024\"; such a "
+         "file may be packed by gzip",
+     .bytes = sizeof(((sc_job *)0)->volume_header), .given = SC_GIVEN(sc_job, has_header),
+     .without = "what the file says",
+     .option = &(const sc_key_option){"header", "LINE", LABEL_COMMANDS}},
     {"level", &type_level, 0, NULL,
      .help =
          "of an image of OME-Zarr or Neuroglancer: which of its resolutions is read, 0 the finest",
@@ -507,7 +512,8 @@ static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *
     const sc_job *job = value;
 
     if (!job->volume_tissue_count && job->crop.kind == SC_CROP_NONE && !job->has_level &&
-        !job->has_phase && !job->has_resample && !job->has_box && !job->has_box_mm && !job->has_raw)
+        !job->has_phase && !job->has_resample && !job->has_box && !job->has_box_mm &&
+        !job->has_header)
         return write_path(ctx, &key->keys[0], job, indent, text);
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }
@@ -519,7 +525,7 @@ static json_t *volume_schema(const sc_key *key)
 
 const sc_value_type sc_type_volume = {
     .name = "text, list or map",
-    .expected = "the path of a volume, a list of paths, or a map with path, raw, level, phase, "
+    .expected = "the path of a volume, a list of paths, or a map with path, header, level, phase, "
                 "box, merge, keep, crop and resample",
     .read = read_volume,
     .write = write_volume,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Voxels without a header, which a line of the user describes: "uint16 512x512x300 0.5x0.5x1 mm LPS
- * big skip 1024". */
+/* What the user says of a file beside its header: "0.5x0.5x2 um LPS", or of a file without one:
+ * "uint16 512x512x300 0.5x0.5x1 mm LPS big skip 1024". */
 #include "formats/length_units.h"
 #include "source.h"
 
@@ -11,10 +11,11 @@
 
 enum { WORD_BYTES = 64 };
 
-/* The description while it is read. */
-typedef struct raw_reading {
+/* The line while it is read. */
+typedef struct header_line {
     const sc_ctx *ctx;
     const char *where; /* for messages */
+    bool is_raw;       /* the line has a type: the file has no header */
     bool has_type, has_size, has_spacing, has_unit, has_axes, has_order, has_skip;
     sc_voxel_type type;
     int64_t size[3];
@@ -22,20 +23,22 @@ typedef struct raw_reading {
     char axes[4]; /* where x, y and z lead, such as RAS */
     bool big;     /* the highest byte of a number stands first */
     uint64_t skip_bytes;
-} raw_reading;
+} header_line;
 
 static const char *const type_names[] = {"int8",    "uint8",   "int16", "uint16",
                                          "int32",   "uint32",  "int64", "uint64",
                                          "float32", "float64", "float", "double"};
 
 /* Log that the word is wrong. @return SC_ERR_DATA always. */
-static sc_status refuse(const raw_reading *r, const char *word, const char *why)
+static sc_status refuse(const header_line *r, const char *word, const char *why)
 {
-    return sc_fail(
-        r->ctx, SC_ERR_DATA,
-        "%s: raw: \"%.40s\" %s; expected type, size, spacing of voxels, and what else is "
-        "needed, such as \"uint16 512x512x300 0.5x0.5x1 mm LPS big skip 1024\"",
-        r->where, word, why);
+    return sc_fail(r->ctx, SC_ERR_DATA,
+                   "%s: header: \"%.40s\" %s; expected the spacing of voxels and where x, y and z "
+                   "lead, such as "
+                   "\"0.5x0.5x2 um LPS\", or, if the file has no header, such as \"uint16 "
+                   "512x512x300 0.5x0.5x1 mm "
+                   "LPS big skip 1024\"",
+                   r->where, word, why);
 }
 
 /* Read three numbers with an x between them, and behind them a unit of length, if there is one.
@@ -57,11 +60,11 @@ static const char *three_numbers(const char *word, double out[3])
     return word;
 }
 
-/* Take three numbers: first the size, then the spacing. */
-static sc_status take_numbers(raw_reading *r, const char *word, const double numbers[3],
+/* Take three numbers: of a file without a header first the size, then the spacing. */
+static sc_status take_numbers(header_line *r, const char *word, const double numbers[3],
                               const char *rest)
 {
-    if (!r->has_size) {
+    if (r->is_raw && !r->has_size) {
         for (int i = 0; i < 3; i++) {
             if (numbers[i] != floor(numbers[i]) || numbers[i] < 1 || numbers[i] > INT32_MAX)
                 return refuse(r, word, "is no size in voxels");
@@ -71,7 +74,12 @@ static sc_status take_numbers(raw_reading *r, const char *word, const double num
         return *rest ? refuse(r, word, "is no size in voxels") : SC_OK;
     }
     if (r->has_spacing)
-        return refuse(r, word, "stands after a size and a spacing");
+        return refuse(r, word,
+                      r->is_raw ? "stands after a size and a spacing" : "is a second spacing");
+    for (int i = 0; i < 3; i++) {
+        if (!(numbers[i] > 0))
+            return refuse(r, word, "is no spacing above 0");
+    }
     memcpy(r->spacing, numbers, sizeof r->spacing);
     r->has_spacing = true;
     if (!*rest)
@@ -94,9 +102,44 @@ static bool are_axes(const char *word)
     return strlen(word) == 3 && found == 7;
 }
 
+/* Are these letters a direction of BrainGlobe, such as asr: where the axes begin, the slowest
+ * first?
+ * @param out [4] the same as three letters of ours. */
+static bool are_origins(const char *word, char out[4])
+{
+    static const char letters[] = "rlapsi", opposite[] = "LRPAIS";
+
+    for (int i = 0; i < 3; i++) {
+        const char *at = word[i] ? strchr(letters, word[i]) : NULL;
+
+        if (!at)
+            return false;
+        out[2 - i] = opposite[at - letters];
+    }
+    out[3] = '\0';
+    return !word[3] && are_axes(out);
+}
+
+/* Log that no such word is known, with what may have been meant. @return SC_ERR_DATA always. */
+static sc_status refuse_unknown(const header_line *r, const char *word)
+{
+    const char *nearest = sc_nearest_word(word, type_names, SC_COUNT_OF(type_names));
+    char why[128] = "is not known", axes[4];
+
+    if (are_origins(word, axes))
+        snprintf(
+            why, sizeof why,
+            "is written as BrainGlobe does, where axes begin and the slowest first; here %s says "
+            "where they lead",
+            axes);
+    else if (nearest)
+        snprintf(why, sizeof why, "is not known; did you mean %s?", nearest);
+    return refuse(r, word, why);
+}
+
 /* Take one word, or with "skip" also the next. @param next the word behind it; "" if there is none.
  * @param both receives whether that one was used, too. */
-static sc_status take_word(raw_reading *r, const char *word, const char *next, bool *both)
+static sc_status take_word(header_line *r, const char *word, const char *next, bool *both)
 {
     double numbers[3];
     const char *rest = three_numbers(word, numbers);
@@ -112,13 +155,13 @@ static sc_status take_word(raw_reading *r, const char *word, const char *next, b
             return SC_OK;
         }
     }
-    if (!r->has_order && (!strcmp(word, "big") || !strcmp(word, "little"))) {
+    if (r->is_raw && !r->has_order && (!strcmp(word, "big") || !strcmp(word, "little"))) {
         r->has_order = true;
         r->big = word[0] == 'b';
     } else if (!r->has_axes && are_axes(word)) {
         r->has_axes = true;
         memcpy(r->axes, word, sizeof r->axes);
-    } else if (!r->has_skip && !strcmp(word, "skip") && *next >= '0' && *next <= '9') {
+    } else if (r->is_raw && !r->has_skip && !strcmp(word, "skip") && *next >= '0' && *next <= '9') {
         r->skip_bytes = strtoull(next, &end, 10);
         r->has_skip = *both = true;
         if (*end || r->skip_bytes > SC_VOLUME_BYTES_MAX)
@@ -127,12 +170,7 @@ static sc_status take_word(raw_reading *r, const char *word, const char *next, b
         r->unit_mm = sc_length_unit_mm(word);
         r->has_unit = true;
     } else {
-        const char *nearest = sc_nearest_word(word, type_names, SC_COUNT_OF(type_names));
-        char why[64];
-
-        snprintf(why, sizeof why, "is not known%s%s%s", nearest ? "; did you mean " : "",
-                 nearest ? nearest : "", nearest ? "?" : "");
-        return refuse(r, word, why);
+        return refuse_unknown(r, word);
     }
     return SC_OK;
 }
@@ -148,13 +186,28 @@ static void next_word(const char **text, char *word)
     *text = begin + length;
 }
 
-/* Read the whole description. */
-static sc_status read_description(raw_reading *r, const char *text)
+/* Does a line name a type? */
+static bool has_type(const char *line)
+{
+    char word[WORD_BYTES];
+
+    for (next_word(&line, word); word[0]; next_word(&line, word)) {
+        for (size_t i = 0; i < SC_COUNT_OF(type_names); i++) {
+            if (!strcmp(word, type_names[i]))
+                return true;
+        }
+    }
+    return false;
+}
+
+/* Read the whole line. */
+static sc_status read_line(header_line *r, const char *text)
 {
     char word[WORD_BYTES], next[WORD_BYTES];
     const char *all = text;
     sc_status status = SC_OK;
 
+    r->is_raw = has_type(text);
     next_word(&text, word);
     while (word[0] && status == SC_OK) {
         bool both;
@@ -165,35 +218,74 @@ static sc_status read_description(raw_reading *r, const char *text)
             next_word(&text, next);
         memcpy(word, next, sizeof word);
     }
-    if (status == SC_OK && !r->has_type)
-        return refuse(r, all, "names no type of the voxels");
-    if (status == SC_OK && !r->has_size)
+    if (status == SC_OK && r->is_raw && !r->has_size)
         return refuse(r, all, "gives no size");
     return status;
 }
 
-/* Set to_ras_mm and oriented of @p source. */
-static void geometry(const raw_reading *r, const char *path, sc_source *source)
+sc_status sc_header_check(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                          bool *is_raw)
+{
+    header_line r = {.ctx = ctx, .where = sc_read_where(choice, path), .unit_mm = 1};
+    const sc_status status = read_line(&r, choice->header ? choice->header : "");
+
+    *is_raw = r.is_raw;
+    return status;
+}
+
+/* Let voxel axis @p i of a map lead where @p letter says, or where it leads if that is 0, by
+ * @p spacing_mm. */
+static void set_axis(sc_affine *to_ras_mm, int i, char letter, double spacing_mm)
 {
     static const char directions[] = "RASLPI";
+    const double before_mm = sc_vec3_length(sc_affine_column(to_ras_mm, i));
+    const int direction = letter ? (int)(strchr(directions, letter) - directions) : 0;
 
-    if (!r->has_spacing)
-        sc_warn(r->ctx,
-                "%s: raw: gives no spacing; a voxel is taken to measure 1 x 1 x 1 mm (\"%s\")",
-                path, "... 0.5x0.5x1 mm");
-    for (int i = 0; i < 3; i++) {
-        const char letter = r->has_axes ? r->axes[i] : directions[i];
-        const int direction = (int)(strchr(directions, letter) - directions);
-        const double spacing_mm = r->has_spacing ? r->spacing[i] * r->unit_mm : 1;
-
-        source->to_ras_mm.m[direction % 3][i] = direction < 3 ? spacing_mm : -spacing_mm;
+    for (int row = 0; row < 3; row++) {
+        if (letter)
+            to_ras_mm->m[row][i] = row != direction % 3 ? 0
+                                   : direction < 3      ? spacing_mm
+                                                        : -spacing_mm;
+        else
+            to_ras_mm->m[row][i] *= spacing_mm / before_mm;
     }
-    source->oriented = r->has_axes;
+}
+
+sc_status sc_header_apply(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                          sc_source *source)
+{
+    header_line r = {.ctx = ctx, .where = sc_read_where(choice, path), .unit_mm = 1};
+    sc_affine *to_ras_mm = &source->to_ras_mm;
+    double before[3];
+    sc_status status;
+
+    if (!choice->header || !choice->header[0])
+        return SC_OK;
+    SC_TRY(read_line(&r, choice->header));
+    for (int i = 0; i < 3; i++)
+        before[i] = sc_vec3_length(sc_affine_column(to_ras_mm, i));
+    for (int i = 0; i < 3; i++)
+        set_axis(to_ras_mm, i, r.has_axes ? r.axes[i] : '\0',
+                 r.has_spacing ? r.spacing[i] * r.unit_mm : before[i]);
+    if (r.is_raw && !r.has_spacing)
+        sc_warn(ctx,
+                "%s: header: gives no spacing; a voxel is taken to measure 1 x 1 x 1 mm (\"%s\")",
+                path, "... 0.5x0.5x1 mm");
+    if (!r.is_raw && r.has_spacing)
+        sc_info(ctx,
+                "%s: its voxels are said to measure %g x %g x %g mm (%g x %g x %g in the file)",
+                path, r.spacing[0] * r.unit_mm, r.spacing[1] * r.unit_mm, r.spacing[2] * r.unit_mm,
+                before[0], before[1], before[2]);
+    if (!r.is_raw && r.has_axes && source->oriented)
+        sc_info(ctx, "%s: its axes are said to lead to %s, whatever the file says", path, r.axes);
+    source->oriented = source->oriented || r.has_axes;
+out:
+    return status;
 }
 
 /* Set size, file, encoding, offset_bytes, skip_bytes and swapped of @p source. @return
  * SC_ERR_MISSING, SC_ERR_DATA if the file has not as many bytes as its description says. */
-static sc_status find_voxels(const raw_reading *r, const char *path, sc_source *source)
+static sc_status find_voxels(const header_line *r, const char *path, sc_source *source)
 {
     const size_t each = sc_voxel_type_bytes(source->type);
     struct stat info;
@@ -219,7 +311,7 @@ static sc_status find_voxels(const raw_reading *r, const char *path, sc_source *
         return sc_fail(
             r->ctx, SC_ERR_DATA,
             "%s: has %llu bytes, but %lld x %lld x %lld voxels of %zu byte%s%s are %llu; "
-            "are type and size of `raw` right? \"skip N\" leaves out a header",
+            "are type and size of `header` right? \"skip N\" leaves out a header",
             path, (unsigned long long)bytes, (long long)r->size[0], (long long)r->size[1],
             (long long)r->size[2], each, each > 1 ? "s" : "",
             r->skip_bytes ? " behind what is skipped" : "", (unsigned long long)needed);
@@ -235,14 +327,15 @@ out:
 sc_status sc_open_raw(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                       sc_source *out)
 {
-    raw_reading r = {.ctx = ctx, .where = sc_read_where(read, path), .unit_mm = 1};
+    header_line r = {.ctx = ctx, .where = sc_read_where(read, path), .unit_mm = 1};
     sc_source source = {.slope = 1};
     sc_status status;
 
-    SC_TRY(read_description(&r, read->raw));
+    SC_TRY(read_line(&r, read->header));
     source.type = r.type;
     SC_TRY(find_voxels(&r, path, &source));
-    geometry(&r, path, &source);
+    for (int i = 0; i < 3; i++)
+        source.to_ras_mm.m[i][i] = 1;
     *out = source;
     source = (sc_source){0};
 out:
