@@ -292,6 +292,20 @@ out:
     return status;
 }
 
+/* Warn where the first of several phases holds 0 and 1 alone, and no time lies between them: most
+ * likely they are channels, one for each tissue, as programs that learn write them. */
+static void warn_of_channels(const sc_ctx *ctx, const char *path, const sc_source *source,
+                             const sc_volume *volume)
+{
+    if (source->phases > 1 && source->phase == 1 && source->phase_step_s == 0 &&
+        volume->label_count == 2 && volume->labels[1].value == 1)
+        sc_warn(ctx,
+                "%s: holds %d volumes, with 0 and 1 alone and no time between them; if each is a "
+                "tissue and not a phase of a beat, write each as a mask to a file of its own, and "
+                "give the directory of these",
+                path, source->phases);
+}
+
 /* Move the table of a source to its volume, unless its numbers are segcast's own. */
 static void keep_table(sc_source *source, sc_volume *volume)
 {
@@ -359,6 +373,7 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_
     volume.numbered = source.numbered;
     volume.is_part = source.is_part;
     sc_volume_apply_table(&volume, &source.table);
+    warn_of_channels(ctx, path, &source, &volume);
     SC_TRY(sc_overlap_warn(ctx, path, &source, &rule, &volume));
     if (choice->overlaps)
         SC_TRY(sc_overlap_list_take(ctx, &source, choice->overlaps));

@@ -114,6 +114,7 @@ typedef struct sc_mask {
     int size[3];     /* of the file, along its own axes */
     int axis[3];     /* along which axis of the source each of these leads */
     bool flip[3];    /* from its end to its begin */
+    int low[3];      /* where in the source its box begins, by the axes of the source */
 } sc_mask;
 
 /* Free the voxels, the file name and the table, and zero the source. A zeroed source is
@@ -262,8 +263,9 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
  * in the order of their names, and as table a row for each: the label 1 for the first, and so on,
  * and as name that of the file without its ending. mask_count is 0 if the directory has no such
  * file.
- * A mask whose voxels are the same along other axes is turned when it is read.
- * @return SC_ERR_DATA if two masks differ in size or geometry or have the same name, or are more
+ * A mask whose voxels are the same along other axes is turned when it is read. Masks of parts of
+ * one grid are united: size and geometry are those of the box that holds them all.
+ * @return SC_ERR_DATA if two masks are of different grids or have the same name, or are more
  * than SC_LABELS_MAX - 1; the errors of sc_open_file. */
 sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out);
 /* Read the masks of @p source one after the other into its data, which become labels in the bytes

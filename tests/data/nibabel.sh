@@ -30,6 +30,18 @@ nibabel.save(nibabel.Nifti1Image((labels > 0).astype(numpy.uint8), affine), 'mas
 os.mkdir('pairs')
 for value, name in ((17, 'hippocampus_left'), (53, 'hippocampus_right')):
     nibabel.save(nibabel.Nifti1Pair((labels == value).astype(numpy.uint8), affine), 'pairs/' + name + '.hdr')
+# The boxes of tissues in a grid: the first, a turned one beside it, and one before both.
+os.mkdir('cropped')
+def crop(name, values, low, turn=False):
+    a = affine.copy()
+    a[:3, 3] += affine[:3, :3] @ low
+    if turn:
+        values = values.transpose(2, 1, 0)[:, ::-1]
+        a = numpy.stack([a[:, 2], -a[:, 1], a[:, 0], a[:, 3] + a[:, 1] * (values.shape[1] - 1)], 1)
+    nibabel.save(nibabel.Nifti1Image(numpy.ascontiguousarray(values).astype(numpy.uint8), a), 'cropped/' + name + '.nii.gz')
+crop('hippocampus_left', (labels == 17)[1:3, 1:4, 1:3], (1, 1, 1))
+crop('hippocampus_right', (labels == 53)[2:6, :5, :], (2, 0, 0), True)
+crop('zero', labels[:1, :1, :1] == 0, (-2, 0, -1))
 affine[0, 3] += 1
 nibabel.save(nibabel.Nifti1Image((labels > 0).astype(numpy.uint8), affine), 'shifted/z.nii.gz')
 affine[0, 3] -= 1
@@ -77,6 +89,18 @@ done
 jq -e '[.labels[1:][] | [.name, .voxels]] == [["hippocampus_left", 12], ["hippocampus_right", 12]]' info.json >/dev/null ||
     fail "pairs: $(jq -c '[.labels[] | [.name, .voxels]]' info.json)"
 
+# Masks of the boxes around tissues: the same voxels at the same places, whatever their axes.
+expect 0 '3 of 3 masks have a part of the grid; together they have 8 x 5 x 5 voxels' "$SEGCAST" info cropped
+while read -r label box; do
+    "$SEGCAST" info cropped --set "volume={box: $box}" --json -q >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "cropped, box $box"; }
+    jq -e --arg tissue "$label" '[.labels[] | select(.voxels == 12).name] == [$tissue]' info.json >/dev/null ||
+        fail "cropped, box $box: $(jq -c '[.labels[] | [.name, .voxels]]' info.json)"
+done <<'TABLE'
+hippocampus_left [[3, 5], [1, 4], [2, 4]]
+hippocampus_right [[5, 7], [1, 4], [2, 4]]
+TABLE
+"$SEGCAST" info cropped --json -q | jq -e '.to_ras_mm | map(.[3]) == [-9.5, 6, 9]' >/dev/null || fail "cropped: $("$SEGCAST" info cropped --json -q | jq -c .to_ras_mm)"
+
 # What segcast writes as GIFTI, nibabel reads.
 "$SEGCAST" convert names.label.gii -o own.label.gii -q >/dev/null || fail "no GIFTI was written"
 "$python" -c '
@@ -99,7 +123,7 @@ grep -q '24 voxels belong to several masks; each is shown as the smallest of the
 "$SEGCAST" init masks/ -o init.yaml --overlap order -q >stdout.txt || fail "no job can be written for the masks"
 grep -q '^overlap: order' init.yaml || fail "init has left out the rule for overlaps"
 grep -q 'video: "masks.mp4"' init.yaml || fail "the video has not the name of the directory: $(grep video: init.yaml)"
-expect 65 'shifted/z.nii.gz has another voxel size, origin or orientation than .*shifted/hippocampus_left.nii.gz; expected masks of one size and geometry' \
+expect 65 'shifted/z.nii.gz has another voxel size or orientation than .*shifted/hippocampus_left.nii.gz, or voxels between its voxels; expected masks of one grid' \
     "$SEGCAST" info shifted
 one_error
 

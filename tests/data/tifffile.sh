@@ -20,6 +20,10 @@ for kind in 'int16', 'uint32', 'int32', 'float32', 'float64':
     tifffile.imwrite('ome_%s.tif' % kind, labels.astype(kind), **ome)
 tifffile.imwrite('one_page.tif', labels[1])
 tifffile.imwrite('plain.tif', labels, photometric='minisblack')
+# Stacks whose axis nobody said: channels, or times, of one slice.
+tifffile.imwrite('as_channels.tif', labels, imagej=True)
+tifffile.imwrite('as_times.tif', labels, imagej=True, metadata=dict(axes='TYX'))
+tifffile.imwrite('as_channels.ome.tif', labels, ome=True)
 tifffile.imwrite('channels.tif', numpy.stack([labels, labels], 1), imagej=True, metadata=dict(axes='ZCYX'))
 tifffile.imwrite('times.ome.tif', numpy.stack([labels, labels]), ome=True, metadata=dict(axes='TZYX'))
 tifffile.imwrite('rgb.tif', numpy.zeros((50, 60, 3), numpy.uint8), photometric='rgb')
@@ -107,6 +111,14 @@ for volume in imagej.tif same.nrrd; do
 done
 cmp imagej.tif.png same.nrrd.png || fail "the picture of TIFF is not that of NRRD"
 "$SEGCAST" orbit imagej.tif -o film.mp4 --size 64x48 --set animation.frames=2 -q >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "no film of a stack"; }
+
+# A stack that is said to be channels or times of one slice is read as slices, with a warning.
+"$SEGCAST" info imagej.tif --json -q 2>/dev/null | jq -c '[.size, (.labels | map([.value, .voxels]))]' >want.json
+for volume in as_channels.tif as_times.tif as_channels.ome.tif; do
+    expect 0 "$volume: has one slice of 4 (channels|times) \((ImageJ|OME-XML)\); they are taken as slices" "$SEGCAST" info "$volume"
+    "$SEGCAST" info "$volume" --json -q 2>/dev/null | jq -c '[.size, (.labels | map([.value, .voxels]))]' | cmp want.json - ||
+        fail "$volume: other slices"
+done
 
 # What cannot be shown is refused, with one message.
 while read -r file pattern; do

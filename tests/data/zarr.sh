@@ -55,6 +55,15 @@ ome('several.zarr')
 group = zarr.open_group('several.zarr', mode='a')
 group['labels'].attrs['labels'] = ['cells', 'nu\x1b[31mclei']
 zarr.open_group('groups.zarr', mode='w').create_group('a')
+# An image whose group of labels is empty, and two images of bioformats2raw.
+image = zarr.open_group('empty_labels.zarr', mode='w')
+image.create_dataset('0', data=labels, chunks=labels.shape)
+image.attrs['multiscales'] = multiscales(levels=1)
+image.create_group('labels').attrs['labels'] = []
+two = zarr.open_group('two_images.zarr', mode='w')
+two.attrs['bioformats2raw.layout'] = 3
+for name in '0', '1':
+    two.create_group(name)
 zarr.save_array('lzma.zarr', labels, compressor=numcodecs.LZMA())
 zarr.save_array('filter.zarr', labels, filters=[numcodecs.Delta('u2')])
 
@@ -176,6 +185,9 @@ done
 jq -e '.labels[1].name == "nucleus"' info.json >/dev/null || fail "the group above the current directory is not read"
 "$SEGCAST" info zstd.zarr/labels/cells/1 --json >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "the second level cannot be read"; }
 jq -e '.size == [30, 25, 7] and .to_ras_mm[0][0] == 0.001 and .labels[2].name == "cell  [31m wall"' info.json >/dev/null || fail "the second level: $(jq -c . info.json)"
+"$SEGCAST" info empty_labels.zarr --json -q >info.json || fail "an image whose list of labels is empty"
+jq -e '.size == [60, 50, 7] and (.labels | length == 3)' info.json >/dev/null || fail "empty_labels.zarr: $(jq -c . info.json)"
+expect 65 'two_images.zarr: holds several images of bioformats2raw; give the path of one, such as two_images.zarr/0' "$SEGCAST" info two_images.zarr
 for store in array.zarr v3_xyz.zarr; do
     read_store "$store"
     grep -q "$store: nothing gives the spacing of its voxels (\"multiscales\" of OME-Zarr does); taken as 1 mm" stderr.txt ||

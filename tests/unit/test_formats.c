@@ -658,16 +658,36 @@ TEST(a_box_of_masks_is_as_if_cut_off)
     (void)!system("rm -r m.dir");
 }
 
+TEST(masks_of_parts_of_one_grid_are_united)
+{
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_volume v = {0};
+
+    assert_int_equal(mkdir("m.dir", 0777), 0);
+    write_mask("m.dir/a.nrrd", "100000", 0);
+    write_mask("m.dir/b.nrrd", "01110", -2);
+    assert_ok(sc_volume_read(&ctx, "m.dir", &v));
+    assert_int_equal(v.size[0], 8);
+    assert_near(v.to_ras_mm.m[0][3], -2, 1e-9);
+    for (int i = 0; i < 8; i++)
+        assert_int_equal(v.labels[((const uint8_t *)v.ids)[i]].value, "02120000"[i] - '0');
+    sc_volume_clear(&v);
+    (void)!system("rm -r m.dir");
+}
+
 TEST(masks_that_do_not_fit_together_are_refused)
 {
     static const struct {
         const char *name, *voxels, *message;
         double x;
     } cases[] = {
-        {"m.dir/b.nrrd", "01110", "m.dir/b.nrrd has 5 x 1 x 1 voxels, but m.dir/a.nrrd 6 x 1 x 1",
-         0},
+        {"m.dir/b.nrrd", "01110",
+         "m.dir/b.nrrd has another voxel size or orientation than m.dir/a.nrrd, or voxels between "
+         "its voxels",
+         0.5},
         {"m.dir/b.nrrd", "000001",
-         "m.dir/b.nrrd has another voxel size, origin or orientation than m.dir/a.nrrd", 0.1},
+         "m.dir/b.nrrd has another voxel size or orientation than m.dir/a.nrrd", 0.1},
         {"m.dir/b.nrrd", "012000", "m.dir/b.nrrd: holds the labels 1 and 2, expected the mask", 0},
         {"m.dir/a.nii", "", "m.dir/a.nii and m.dir/a.nrrd name the same tissue", 0},
         {"m.dir/b.mha", "", "m.dir/b.mha:", 0}};

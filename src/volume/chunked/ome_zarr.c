@@ -225,6 +225,21 @@ static sc_status descend(const sc_ctx *ctx, const char *name, sc_zarr_node *node
     return SC_OK;
 }
 
+/* Has an image a group "labels" that names no label image? Writers make it for labels to come. */
+static bool has_empty_labels(const sc_ctx *ctx, const sc_zarr_node *image)
+{
+    const sc_ctx quiet = sc_quiet(ctx);
+    sc_zarr_node labels = {.fd = -1};
+    const json_t *list = NULL;
+    bool empty;
+
+    if (sc_zarr_node_open_below(&quiet, image, "labels", &labels) == SC_OK)
+        list = json_object_get(ome_of(&labels), "labels");
+    empty = json_is_array(list) && json_array_size(list) == 0;
+    sc_zarr_node_clear(&labels);
+    return empty;
+}
+
 /* Log that a group holds no image. @return SC_ERR_DATA always. */
 static sc_status refuse_group(const sc_ctx *ctx, const sc_zarr_node *group)
 {
@@ -233,6 +248,11 @@ static sc_status refuse_group(const sc_ctx *ctx, const sc_zarr_node *group)
             ctx, SC_ERR_DATA,
             "%s: is a plate or a well of OME-Zarr with many images; give the path of one "
             "of them, such as %s/A/1/0/labels/NAME",
+            group->path, group->path);
+    if (json_object_get(ome_of(group), "bioformats2raw.layout") && sc_zarr_has(group, "1"))
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s: holds several images of bioformats2raw; give the path of one, such as %s/0",
             group->path, group->path);
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: is a group of Zarr without images (no \"multiscales\" or \"labels\" of "
@@ -256,7 +276,7 @@ static sc_status find_image(const sc_ctx *ctx, sc_zarr_node *node)
         if (!image && json_array_size(json_object_get(ome, "labels")) > 0) {
             in_labels = true;
             status = descend(ctx, NULL, node);
-        } else if (sc_zarr_has(node, "labels")) {
+        } else if (sc_zarr_has(node, "labels") && !(image && has_empty_labels(ctx, node))) {
             status = descend(ctx, "labels", node);
         } else if (image) {
             return SC_OK; /* not marked as labels; most often they are all the same */

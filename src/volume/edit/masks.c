@@ -11,7 +11,10 @@
 #include <strings.h>
 #include <sys/stat.h>
 
-enum { AT_A_TIME = 8 /* most masks that are read side by side: each takes a bit for a voxel */ };
+enum {
+    AT_A_TIME = 8,       /* most masks that are read side by side: each takes a bit for a voxel */
+    PLACE_MOST = 1 << 30 /* voxels that a mask may lie away from the first */
+};
 
 /* ---- names ---- */
 
@@ -138,15 +141,17 @@ static bool same_geometry(const int size[3], const sc_affine *a, const sc_affine
     return most_mm <= 0.01 * spacing_mm;
 }
 
-/* Do the axes of a mask lead along those of the source as mask->axis and mask->flip say? @param
- * to_ras_mm of the mask. */
-static bool is_turned_so(const sc_source *source, const sc_mask *mask, const sc_affine *to_ras_mm)
+/* Do the axes of a mask lead along those of the source as mask->axis and mask->flip say, and its
+ * voxels lie on those of the same grid? If so, sets mask->low. @param to_ras_mm of the mask. */
+static bool is_placed_so(const sc_source *source, sc_mask *mask, const sc_affine *to_ras_mm)
 {
     sc_affine turned = *to_ras_mm; /* of the voxels of the mask by the axes of the source */
+    sc_affine moved = source->to_ras_mm, from_ras;
+    sc_vec3 first;
+    int size[3];
 
     for (int i = 0; i < 3; i++) {
-        if (mask->size[i] != source->size[mask->axis[i]])
-            return false;
+        size[mask->axis[i]] = mask->size[i];
         for (int row = 0; row < 3; row++) {
             const double step = to_ras_mm->m[row][i];
 
@@ -154,12 +159,26 @@ static bool is_turned_so(const sc_source *source, const sc_mask *mask, const sc_
             turned.m[row][3] += mask->flip[i] ? step * (mask->size[i] - 1) : 0;
         }
     }
-    return same_geometry(source->size, &source->to_ras_mm, &turned);
+    if (!sc_affine_invert(&source->to_ras_mm, &from_ras))
+        return false;
+    first = sc_affine_point(&from_ras, (sc_vec3){turned.m[0][3], turned.m[1][3], turned.m[2][3]});
+    if (!(fabs(first.x) < PLACE_MOST && fabs(first.y) < PLACE_MOST && fabs(first.z) < PLACE_MOST))
+        return false;
+    mask->low[0] = (int)lround(first.x);
+    mask->low[1] = (int)lround(first.y);
+    mask->low[2] = (int)lround(first.z);
+    first =
+        sc_affine_point(&source->to_ras_mm, (sc_vec3){mask->low[0], mask->low[1], mask->low[2]});
+    moved.m[0][3] = first.x;
+    moved.m[1][3] = first.y;
+    moved.m[2][3] = first.z;
+    return same_geometry(size, &moved, &turned);
 }
 
-/* Find how the axes of a mask lead along those of the source: most often they are the same, but
- * some programs store masks along other axes. @return false if they lead nowhere along them. */
-static bool find_turn(const sc_source *source, const sc_affine *to_ras_mm, sc_mask *mask)
+/* Find how the axes of a mask lead along those of the source, and where it lies: most often they
+ * are the same, but some programs store masks along other axes, or only the box around the tissue.
+ * @return false if its voxels are none of the same grid. */
+static bool find_place(const sc_source *source, const sc_affine *to_ras_mm, sc_mask *mask)
 {
     static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
                                      {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
@@ -169,7 +188,7 @@ static bool find_turn(const sc_source *source, const sc_affine *to_ras_mm, sc_ma
             mask->axis[i] = orders[turn / 8][i];
             mask->flip[i] = turn >> i & 1;
         }
-        if (is_turned_so(source, mask, to_ras_mm))
+        if (is_placed_so(source, mask, to_ras_mm))
             return true;
     }
     return false;
@@ -185,25 +204,77 @@ static bool is_turned(const sc_mask *mask)
     return turned;
 }
 
-/* Check that mask @p i has the voxels of the first, whose grid is that of @p source, be it along
- * other axes, and note along which. @param header what its file says. */
+/* @return whether a mask has not just the voxels of the source. */
+static bool is_cropped(const sc_source *source, const sc_mask *mask)
+{
+    bool cropped = false;
+
+    for (int i = 0; i < 3; i++)
+        cropped = cropped || mask->size[i] != source->size[mask->axis[i]] || mask->low[i];
+    return cropped;
+}
+
+/* Check that mask @p i has voxels of the grid of the first, be it along other axes, or fewer or
+ * more of them where files say where they lie, and note which. @param header what its file says. */
 static sc_status check_geometry(const sc_ctx *ctx, const sc_source *source, size_t i,
                                 const sc_source *header)
 {
-    static const char advice[] = "expected masks of one size and geometry: resample one to the "
-                                 "other, or move it out of the directory";
+    static const char advice[] =
+        "expected masks of one grid: resample one to the other, or move it "
+        "out of the directory";
     const char *first = source->masks[0].file;
     const int *a = source->size, *b = header->size;
     sc_mask *mask = &source->masks[i];
 
     memcpy(mask->size, b, sizeof mask->size);
-    if (find_turn(source, &header->to_ras_mm, mask))
+    if (find_place(source, &header->to_ras_mm, mask) &&
+        ((source->oriented && header->oriented) || !is_cropped(source, mask)))
         return SC_OK;
-    if (memcmp(a, b, sizeof source->size) != 0)
+    if (memcmp(a, b, sizeof source->size) != 0 && !(source->oriented && header->oriented))
         return sc_fail(ctx, SC_ERR_DATA, "%s has %d x %d x %d voxels, but %s %d x %d x %d; %s",
                        mask->file, b[0], b[1], b[2], first, a[0], a[1], a[2], advice);
-    return sc_fail(ctx, SC_ERR_DATA, "%s has another voxel size, origin or orientation than %s; %s",
-                   mask->file, first, advice);
+    return sc_fail(
+        ctx, SC_ERR_DATA,
+        "%s has another voxel size or orientation than %s, or voxels between its voxels; %s",
+        mask->file, first, advice);
+}
+
+/* Let the source be the box that holds all masks, which have their places by those of the first. */
+static sc_status unite(const sc_ctx *ctx, const char *path, sc_source *source)
+{
+    int64_t low[3] = {0, 0, 0}, high[3], size[3];
+    sc_vec3 first;
+    size_t voxels;
+    sc_status status;
+
+    for (int a = 0; a < 3; a++)
+        high[a] = source->size[a];
+    for (size_t i = 0; i < source->mask_count; i++) {
+        const sc_mask *mask = &source->masks[i];
+
+        for (int k = 0; k < 3; k++) {
+            const int a = mask->axis[k];
+            const int64_t end = (int64_t)mask->low[a] + mask->size[k];
+
+            low[a] = mask->low[a] < low[a] ? mask->low[a] : low[a];
+            high[a] = end > high[a] ? end : high[a];
+        }
+    }
+    for (int a = 0; a < 3; a++)
+        size[a] = high[a] - low[a];
+    SC_TRY(sc_grid_voxels(ctx, path, size, 2, &voxels));
+    first = sc_affine_point(&source->to_ras_mm,
+                            (sc_vec3){(double)low[0], (double)low[1], (double)low[2]});
+    source->to_ras_mm.m[0][3] = first.x;
+    source->to_ras_mm.m[1][3] = first.y;
+    source->to_ras_mm.m[2][3] = first.z;
+    for (int a = 0; a < 3; a++) {
+        source->size[a] = (int)size[a];
+        for (size_t i = 0; i < source->mask_count; i++)
+            source->masks[i].low[a] -= (int)low[a];
+    }
+out:
+    return status;
 }
 
 /* @return whether two names differ in nothing but their numbers. */
@@ -239,16 +310,24 @@ static sc_status check_no_slices(const sc_ctx *ctx, const char *path, const sc_s
                    path, source->mask_count);
 }
 
-/* Tell how many masks are stored along other axes than the first. */
-static void tell_turned(const sc_ctx *ctx, const char *path, const sc_source *source)
+/* Tell how many masks are stored along other axes than the first, and how many have parts of the
+ * grid. */
+static void tell_places(const sc_ctx *ctx, const char *path, const sc_source *source)
 {
-    size_t turned = 0;
+    size_t turned = 0, cropped = 0;
 
-    for (size_t i = 0; i < source->mask_count; i++)
+    for (size_t i = 0; i < source->mask_count; i++) {
         turned += is_turned(&source->masks[i]);
+        cropped += is_cropped(source, &source->masks[i]);
+    }
     if (turned)
         sc_info(ctx, "%s: %zu of %zu masks are stored along other axes than %s, and turned to them",
                 path, turned, source->mask_count, source->masks[0].file);
+    if (cropped)
+        sc_info(
+            ctx,
+            "%s: %zu of %zu masks have a part of the grid; together they have %d x %d x %d voxels",
+            path, cropped, source->mask_count, source->size[0], source->size[1], source->size[2]);
 }
 
 sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
@@ -274,7 +353,9 @@ sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
         mask.slope = 1;
     }
     SC_TRY(check_no_slices(ctx, path, &source));
-    tell_turned(ctx, path, &source);
+    if (source.mask_count)
+        SC_TRY(unite(ctx, path, &source));
+    tell_places(ctx, path, &source);
     *out = source;
     source = (sc_source){0};
 out:
@@ -312,6 +393,12 @@ typedef struct painting {
                        leaves to it */
 } painting;
 
+/* @return how many voxels the file of a mask has. */
+static size_t voxels_of(const sc_mask *mask)
+{
+    return (size_t)mask->size[0] * (size_t)mask->size[1] * (size_t)mask->size[2];
+}
+
 static size_t words_of(size_t voxels)
 {
     return (voxels + 63) / 64;
@@ -333,9 +420,9 @@ static void set_bits(uint64_t *bits, size_t begin, size_t end)
     }
 }
 
-/* Note that a mask which is stored along other axes covers the voxels [begin, end) of its file, as
- * far as they are wanted. */
-static void cover_turned(const painting *p, const sc_mask *mask, uint64_t *bits, size_t begin,
+/* Note that a mask which is stored along other axes, or has not all the voxels, covers the voxels
+ * [begin, end) of its file, as far as they are wanted. */
+static void cover_placed(const painting *p, const sc_mask *mask, uint64_t *bits, size_t begin,
                          size_t end)
 {
     const size_t nx = (size_t)mask->size[0], ny = (size_t)mask->size[1];
@@ -349,7 +436,8 @@ static void cover_turned(const painting *p, const sc_mask *mask, uint64_t *bits,
         for (int i = 0; i < 3; i++) {
             const int a = mask->axis[i];
 
-            at[a] = (mask->flip[i] ? mask->size[i] - 1 - stored[i] : stored[i]) - low[a];
+            at[a] =
+                (mask->flip[i] ? mask->size[i] - 1 - stored[i] : stored[i]) + mask->low[a] - low[a];
         }
         if (at[0] < 0 || at[0] >= part[0] || at[1] < 0 || at[1] >= part[1] || at[2] < 0 ||
             at[2] >= part[2])
@@ -404,8 +492,8 @@ static sc_status add_values(const painting *p, const sc_ctx *ctx, sc_mask *mask,
                 mask->file, (long long)r->value, (long long)value);
         r->value = value;
         mask->voxels += (uint64_t)(end - i);
-        if (is_turned(mask))
-            cover_turned(p, mask, r->bits, begin + (size_t)i, begin + (size_t)end);
+        if (is_turned(mask) || is_cropped(p->source, mask))
+            cover_placed(p, mask, r->bits, begin + (size_t)i, begin + (size_t)end);
         else
             cover(p, r->bits, begin + (size_t)i, begin + (size_t)end);
     }
@@ -441,7 +529,7 @@ static sc_status add_batch(const painting *p, const sc_ctx *ctx, sc_mask *mask, 
 static sc_status read_mask(const painting *p, const sc_ctx *ctx, size_t i, mask_reading *r)
 {
     sc_mask *mask = &p->source->masks[i];
-    const size_t voxels = sc_source_voxels(p->source);
+    const size_t voxels = sc_source_voxels(&r->source);
     sc_voxel_stream *stream = NULL;
     sc_status status;
 
@@ -621,7 +709,7 @@ sc_status sc_load_masks(const sc_ctx *ctx, const char *path, const sc_overlap_ru
                         sc_source *source)
 {
     const int *part = source->part;
-    size_t masks = 0;
+    size_t masks = 0, voxels_of_masks = 0;
     painting p = {.ctx = ctx,
                   .path = path,
                   .rule = rule,
@@ -635,7 +723,7 @@ sc_status sc_load_masks(const sc_ctx *ctx, const char *path, const sc_overlap_ru
     p.wanted = wanted;
     for (size_t i = 0; i < source->mask_count; i++) {
         if (!rule->left_out[i])
-            p.wanted[masks++] = i;
+            voxels_of_masks += voxels_of(&source->masks[p.wanted[masks++] = i]);
     }
     p.threads = threads_for(ctx, masks);
     SC_TRY(sc_volume_memory_check(ctx, path, part,
@@ -647,7 +735,7 @@ sc_status sc_load_masks(const sc_ctx *ctx, const char *path, const sc_overlap_ru
     SC_TRY(alloc_readings(&p));
     p.twice = twice;
     p.lost = lost;
-    sc_stage_begin(ctx, "reading", 0, sc_source_voxels(source) * masks);
+    sc_stage_begin(ctx, "reading", 0, voxels_of_masks);
     for (size_t count; p.first < masks; p.first += count) {
         count = masks - p.first < p.threads ? masks - p.first : p.threads;
         SC_TRY(read_masks(&p, count));

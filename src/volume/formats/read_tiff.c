@@ -395,9 +395,17 @@ static bool is_one_long_page(tiff_file *file, const sc_tiff_notes *notes, sc_sou
 static sc_status check_notes(const sc_ctx *ctx, const char *path, const sc_tiff_notes *notes,
                              const page_form *form, int64_t slices)
 {
+    /* many programs write a stack without saying which axis it has: readers take it for channels */
+    const bool stack = notes->slices <= 1 && slices > 1 &&
+                       notes->channels * notes->frames == slices &&
+                       (notes->channels == 1 || notes->frames == 1);
+
     if (!notes->program)
         return SC_OK;
-    if (notes->channels != 1 || notes->frames != 1)
+    if (stack)
+        sc_warn(ctx, "%s: has one slice of %lld %s (%s); they are taken as slices", path,
+                (long long)slices, notes->frames == 1 ? "channels" : "times", notes->program);
+    else if (notes->channels != 1 || notes->frames != 1)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: has %lld channels and %lld times (%s), expected one of each; save one "
                        "of them, for example in Fiji: Image > Duplicate",
@@ -406,7 +414,7 @@ static sc_status check_notes(const sc_ctx *ctx, const char *path, const sc_tiff_
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: holds %lld images (OME-XML), expected one; save one of them", path,
                        (long long)notes->images);
-    if (notes->slices > 0 && notes->slices != slices)
+    if (!stack && notes->slices > 0 && notes->slices != slices)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: has %lld pages of pixels, but %lld slices by its %s; expected all of "
                        "them in this file, one for each page",
