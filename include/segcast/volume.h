@@ -175,8 +175,10 @@ typedef struct sc_read_choice {
                              last */
     sc_vec3 corners[2]; /**< SC_READ_MM: two opposite corners */
     const char
-        *header; /**< what the user says of spacing and axes, and of a file without a header of
-                      type and size, too (header_line.c); borrowed; NULL or empty: nothing */
+        *header;      /**< what the user says of spacing and axes, and of a file without a header of
+                           type and size, too (header_line.c); borrowed; NULL or empty: nothing */
+    double threshold; /**< of a directory of soft masks: a voxel belongs to a tissue from this share
+                         of the largest value of its file on; 0: masks hold one value beside 0 */
     const char *where; /**< "file:line" for messages; NULL: none */
     bool is_image;     /**< a grey volume is read: for messages */
     /** Called if tissues may overlap: set left_out[i], which are all false, for those rows of @p

@@ -524,7 +524,7 @@ bool sc_edits_volume(const sc_job *job)
 {
     return job->volume_tissue_count || job->crop.kind != SC_CROP_NONE || job->has_level ||
            job->has_phase || job->has_box || job->has_box_mm || job->has_resample ||
-           job->has_header;
+           job->has_header || job->has_threshold;
 }
 
 void sc_forget_volume_edits(sc_job *job)
@@ -535,6 +535,7 @@ void sc_forget_volume_edits(sc_job *job)
     job->crop.kind = SC_CROP_NONE;
     job->volume_level = job->volume_phase = 0;
     job->has_merge = job->has_keep = job->has_crop = job->has_header = false;
+    job->has_threshold = false;
     job->has_resample = job->has_level = job->has_box = job->has_box_mm = job->has_phase = false;
 }
 
@@ -595,6 +596,8 @@ sc_status sc_read_choice_of(const sc_app *app, const sc_job *job, sc_keeping *ke
                                     : job->has_box_mm ? SC_READ_MM
                                                       : SC_READ_ALL,
                              .overlaps = app->overlaps,
+                             .threshold =
+                                 job->has_threshold ? fmax(job->volume_threshold, 1e-9) : 0,
                              .header = job->has_header ? job->volume_header : NULL,
                              .where = job->volume_box_where};
 

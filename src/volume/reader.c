@@ -67,14 +67,43 @@ static bool is_headless_zarr(const char *directory)
     return found;
 }
 
+/* Append what a directory holds to @p text: how many entries, and the first of them by the bytes of
+ * their names; of pictures, how slices of a volume are joined. */
+static sc_status add_contents(const sc_ctx *ctx, const char *directory, sc_text *text)
+{
+    DIR *stream = opendir(directory);
+    const struct dirent *entry;
+    char first[256] = "";
+    size_t count = 0;
+    const char *end;
+
+    while (stream && (entry = readdir(stream))) {
+        if (entry->d_name[0] == '.')
+            continue;
+        if (count++ == 0 || strcmp(entry->d_name, first) < 0)
+            snprintf(first, sizeof first, "%s", entry->d_name);
+    }
+    if (stream)
+        closedir(stream);
+    if (!count)
+        return sc_text_add(ctx, text, "; this one is empty");
+    end = strrchr(first, '.');
+    return sc_text_add(ctx, text, "; this one holds %zu entries, the first \"%s\"%s", count, first,
+                       end && (!strcasecmp(end, ".png") || !strcasecmp(end, ".jpg"))
+                           ? ": Fiji joins pictures of slices to one file (File > Import > Image "
+                             "Sequence, then File > Save As > Tiff)"
+                           : "");
+}
+
 /* Log that @p path is a directory, with advice by what it holds. @param is_dicom
- * there are DICOM files in it. @return SC_ERR_MISSING always. */
+ * there are DICOM files in it. @return SC_ERR_MISSING;
+ * SC_ERR_MEMORY. */
 static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_dicom)
 {
-    const char *advice =
-        "; give the path of a NRRD, NIfTI, MGH, MetaImage, TIFF or DICOM SEG file in it, of "
-        "a Zarr store, of a volume of Neuroglancer, or of a directory of masks";
+    const char *advice = NULL;
     char above[4096];
+    sc_text contents = {0};
+    sc_status status;
 
     if (snprintf(above, sizeof above, "%s/..", path) < (int)sizeof above &&
         sc_is_precomputed(above))
@@ -88,7 +117,18 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_d
         advice = " of DICOM files, none of them a segmentation (DICOM SEG; subdirectories are not "
                  "searched); RTSTRUCT contours and labels stored as a series are converted by 3D "
                  "Slicer (save as .nrrd), an image by `dcm2niix DIRECTORY`";
-    return sc_fail(ctx, SC_ERR_MISSING, "%s: is a directory%s", path, advice);
+    if (advice)
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: is a directory%s", path, advice);
+    SC_TRY(add_contents(ctx, path, &contents));
+    status = sc_fail(
+        ctx, SC_ERR_MISSING,
+        "%s: is a directory; give the path of a NRRD, NIfTI, MGH, MetaImage, TIFF or DICOM "
+        "SEG file in it, of a Zarr store, of a volume of Neuroglancer, or of a directory of "
+        "masks%s",
+        path, contents.data);
+out:
+    sc_text_clear(&contents);
+    return status;
 }
 
 /* The DICOM segmentations in a directory. */
@@ -247,12 +287,19 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
         goto out;
     } else if (!stat(path, &info) && S_ISDIR(info.st_mode)) {
         SC_TRY(sc_open_masks(ctx, path, &source));
+        source.threshold = choice->threshold;
         if (source.mask_count == 0)
             SC_TRY(open_dicom_in(ctx, path, header_only, &source));
     } else {
         SC_TRY(sc_open_file(ctx, path, header_only, &source));
     }
     SC_TRY(sc_source_choose_phase(ctx, path, choice, header_only, &source));
+    if (choice->threshold > 0 && !source.mask_count) {
+        status = sc_fail(ctx, SC_ERR_DATA,
+                         "%s: threshold is for a directory of soft masks, and %s is none",
+                         sc_read_where(choice, path), path);
+        goto out;
+    }
     SC_TRY(sc_geometry_check(ctx, path, source.size, &source.to_ras_mm));
     if (!source.part[0])
         SC_TRY(sc_source_cut(ctx, path, choice, &source));

@@ -97,6 +97,7 @@ typedef struct sc_source {
     struct sc_segment *segments; /* [table.count] if there are several layers, else NULL; owned */
     struct sc_mask *masks;       /* [mask_count]; of a directory of masks, else NULL; owned */
     size_t mask_count;
+    double threshold;          /* of masks: as in sc_read_choice */
     sc_overlap_count overlaps; /* voxels that several tissues claim; counted while loading */
 } sc_source;
 

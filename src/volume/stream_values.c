@@ -217,11 +217,12 @@ sc_status sc_stream_refuse(const sc_voxel_stream *s, const void *raw, size_t ind
                        (unsigned long long)stored);
     value = scaled_value(source, raw, &stored, 0);
     why = why_no_label(value);
-    return sc_fail(s->ctx, SC_ERR_DATA,
-                   "%s: voxel (%zu, %zu, %zu) holds %.10g, %s; expected whole label numbers: use a "
-                   "segmentation, not a grey-value image or a probability map",
-                   s->path, index % nx, index / nx % ny, index / nx / ny, value,
-                   why ? why : "no label");
+    return sc_fail(
+        s->ctx, SC_ERR_DATA,
+        "%s: voxel (%zu, %zu, %zu) holds %.10g, %s; expected whole label numbers: use a "
+        "segmentation, not a grey-value image or a probability map; of a directory of soft "
+        "masks --set volume.threshold=50%% makes tissues",
+        s->path, index % nx, index / nx % ny, index / nx / ny, value, why ? why : "no label");
 }
 
 sc_status sc_stream_next(sc_voxel_stream *s, size_t count, int64_t *out)

@@ -21,6 +21,10 @@ def volume(name, data=labels, path='labels', **options):
 
 for kind in 'u1', 'i1', '<u2', '>u2', '<i4', '>u4', '<u8', '>i8', '<f4', '>f8':
     volume('type_' + kind.replace('<', 'l').replace('>', 'b'), labels.astype(kind))
+import os
+os.mkdir('masks')
+for name, value in ('left', 17), ('right', 100):
+    volume('masks/' + name, (labels == value).astype('u1'))
 odd = h5py.h5t.STD_I32BE.copy() # 3 bytes
 odd.set_precision(24)
 odd.set_size(3)
@@ -129,6 +133,12 @@ nrrd('cremi.nrrd', [(.5, 0, 0), (0, .5, 0), (0, 0, 1.25)], (1, 0, 40))
 open('text.h5', 'w').write('no HDF5\n')
 PYTHON
 "$python" make.py 2>python.txt || { cat python.txt >&2; fail "the volumes cannot be written"; }
+
+# A directory of masks.
+"$SEGCAST" info masks --json -q >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "masks in HDF5 cannot be read"; }
+jq -e '[.labels[1:][] | [.name, .voxels]] == [["left", 1800], ["right", 1710]] and .size == [60, 50, 7]' info.json >/dev/null ||
+    fail "masks in HDF5: $(jq -c '[.size, [.labels[] | [.name, .voxels]]]' info.json)"
+
 
 # read_volume PATH [SPACING]: its size, geometry and labels are those of make.py; the spacing is that of the file, or 1.
 read_volume() {

@@ -42,6 +42,11 @@ def crop(name, values, low, turn=False):
 crop('hippocampus_left', (labels == 17)[1:3, 1:4, 1:3], (1, 1, 1))
 crop('hippocampus_right', (labels == 53)[2:6, :5, :], (2, 0, 0), True)
 crop('zero', labels[:1, :1, :1] == 0, (-2, 0, -1))
+# Soft masks: shares of one, and levels up to 255.
+os.mkdir('soft')
+share = numpy.array([0, .2, .5, .7, 1, .4])[:, None, None] * numpy.ones((6, 5, 4))
+nibabel.save(nibabel.Nifti1Image(share.astype(numpy.float32), affine), 'soft/tract.nii.gz')
+nibabel.save(nibabel.Nifti1Image((share[::-1] * 250 * (numpy.arange(4) == 0)).astype(numpy.uint8), affine), 'soft/lobe.nii.gz')
 affine[0, 3] += 1
 nibabel.save(nibabel.Nifti1Image((labels > 0).astype(numpy.uint8), affine), 'shifted/z.nii.gz')
 affine[0, 3] -= 1
@@ -100,6 +105,19 @@ hippocampus_left [[3, 5], [1, 4], [2, 4]]
 hippocampus_right [[5, 7], [1, 4], [2, 4]]
 TABLE
 "$SEGCAST" info cropped --json -q | jq -e '.to_ras_mm | map(.[3]) == [-9.5, 6, 9]' >/dev/null || fail "cropped: $("$SEGCAST" info cropped --json -q | jq -c .to_ras_mm)"
+
+# Soft masks count from a stated share of the largest value on; without one they are refused, with advice.
+expect 65 'soft/(tract|lobe).nii.gz: .* --set volume.threshold=50%' "$SEGCAST" info soft --threads 1; one_error
+while read -r share lobe tract; do
+    "$SEGCAST" info soft --set volume.threshold="$share" --json -q >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "soft masks, $share"; }
+    jq -e --argjson lobe "$lobe" --argjson tract "$tract" '[.labels[1:][] | [.name, .voxels]] == [["lobe", $lobe], ["tract", $tract]]' info.json >/dev/null ||
+        fail "soft masks from $share on: $(jq -c '[.labels[1:][] | [.name, .voxels]]' info.json), expected $lobe and $tract"
+done <<'TABLE'
+50% 15 50
+0% 25 80
+100% 5 20
+TABLE
+expect 65 'threshold is for a directory of soft masks, and .*plain.nii is none' "$SEGCAST" info plain.nii --set volume.threshold=50%; one_error
 
 # What segcast writes as GIFTI, nibabel reads.
 "$SEGCAST" convert names.label.gii -o own.label.gii -q >/dev/null || fail "no GIFTI was written"

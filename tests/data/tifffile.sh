@@ -120,6 +120,12 @@ for volume in as_channels.tif as_times.tif as_channels.ome.tif; do
         fail "$volume: other slices"
 done
 
+# Slices as pictures, and an empty directory: it is told what is there, and what to do.
+mkdir pictures empty
+touch pictures/slice{0..3}.png
+expect 66 'pictures: is a directory; .*; this one holds 4 entries, the first "slice0.png": Fiji joins pictures of slices' "$SEGCAST" info pictures; one_error
+expect 66 'empty: is a directory; .*; this one is empty' "$SEGCAST" info empty; one_error
+
 # What cannot be shown is refused, with one message.
 while read -r file pattern; do
     expect 65 "$file: $pattern" "$SEGCAST" info "$file"

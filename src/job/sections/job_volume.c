@@ -461,6 +461,12 @@ const sc_key sc_volume_keys[] = {
          "store with an axis t): which is read, counted from 0; with cine all are shown instead",
      .low = 0, .high = 2147483646, .given = SC_GIVEN(sc_job, has_phase),
      .without = "the file holds one"},
+    {"threshold", &sc_type_share, offsetof(sc_job, volume_threshold), NULL,
+     .help =
+         "of a directory of soft masks, which hold probabilities or degrees: a voxel belongs to a "
+         "tissue from this share of the largest value of its file on",
+     .low = 0.001, .high = 1, .given = SC_GIVEN(sc_job, has_threshold),
+     .without = "masks hold one value beside 0"},
     {"box", &type_box, 0, NULL,
      .help =
          "the part of the file that is read, in voxels of the level: the first along each axis, "
@@ -513,7 +519,7 @@ static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *
 
     if (!job->volume_tissue_count && job->crop.kind == SC_CROP_NONE && !job->has_level &&
         !job->has_phase && !job->has_resample && !job->has_box && !job->has_box_mm &&
-        !job->has_header)
+        !job->has_header && !job->has_threshold)
         return write_path(ctx, &key->keys[0], job, indent, text);
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }
@@ -526,6 +532,7 @@ static json_t *volume_schema(const sc_key *key)
 const sc_value_type sc_type_volume = {
     .name = "text, list or map",
     .expected = "the path of a volume, a list of paths, or a map with path, header, level, phase, "
+                "threshold, "
                 "box, merge, keep, crop and resample",
     .read = read_volume,
     .write = write_volume,

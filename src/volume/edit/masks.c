@@ -22,8 +22,9 @@ enum {
  * none, or nothing else. Hidden files are no masks: macOS leaves some behind. */
 static size_t stem_length(const char *name)
 {
-    static const char *const endings[] = {".nii.gz", ".nii", ".seg.nrrd", ".nrrd", ".nhdr", ".mha",
-                                          ".mhd",    ".mgz", ".mgh",      ".tif",  ".tiff", ".hdr"};
+    static const char *const endings[] = {".nii.gz", ".nii", ".seg.nrrd", ".nrrd", ".nhdr",
+                                          ".mha",    ".mhd", ".mgz",      ".mgh",  ".tif",
+                                          ".tiff",   ".hdr", ".h5",       ".hdf5"};
     const size_t length = strlen(name);
 
     for (size_t i = 0; i < SC_COUNT_OF(endings) && name[0] != '.'; i++) {
@@ -330,6 +331,13 @@ static void tell_places(const sc_ctx *ctx, const char *path, const sc_source *so
             path, cropped, source->mask_count, source->size[0], source->size[1], source->size[2]);
 }
 
+/* Open the file of a mask; of HDF5 the only array in it. */
+static sc_status open_one(const sc_ctx *ctx, const char *file, bool header_only, sc_source *out)
+{
+    return sc_is_hdf5(file) ? sc_open_hdf5(ctx, file, &(sc_read_choice){0}, header_only, out)
+                            : sc_open_file(ctx, file, header_only, out);
+}
+
 sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     sc_source source = {.slope = 1, .numbered = true}, mask = {.slope = 1};
@@ -340,7 +348,7 @@ sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
     SC_TRY(list_masks(ctx, path, &source));
     SC_TRY(name_masks(ctx, path, &source));
     for (size_t i = 0; i < source.mask_count; i++) {
-        SC_TRY(sc_open_file(i ? &errors : ctx, source.masks[i].file, true, &mask));
+        SC_TRY(open_one(i ? &errors : ctx, source.masks[i].file, true, &mask));
         SC_TRY(
             sc_source_choose_phase(ctx, source.masks[i].file, &(sc_read_choice){0}, true, &mask));
         if (i == 0) {
@@ -447,8 +455,8 @@ static void cover_placed(const painting *p, const sc_mask *mask, uint64_t *bits,
     }
 }
 
-/* Note that a mask covers the voxels [begin, end) of the file, as far as they are wanted. */
-static void cover(const painting *p, uint64_t *bits, size_t begin, size_t end)
+/* Note that a mask covers the voxels [begin, end) of the source, as far as they are wanted. */
+static void cover_rows(const painting *p, uint64_t *bits, size_t begin, size_t end)
 {
     const int *size = p->source->size, *low = p->source->low, *part = p->source->part;
     const size_t nx = (size_t)size[0], ny = (size_t)size[1];
@@ -472,6 +480,17 @@ static void cover(const painting *p, uint64_t *bits, size_t begin, size_t end)
     }
 }
 
+/* Note that a mask covers the voxels [begin, end) of its file, which has all voxels of the source
+ * in their order or others. */
+static void cover(const painting *p, sc_mask *mask, uint64_t *bits, size_t begin, size_t end)
+{
+    mask->voxels += end - begin;
+    if (is_turned(mask) || is_cropped(p->source, mask))
+        cover_placed(p, mask, bits, begin, end);
+    else
+        cover_rows(p, bits, begin, end);
+}
+
 /* Add @p count values of a mask of integers of type @p type, the first of which is voxel @p begin.
  * @return SC_ERR_DATA, logged, for a second label. */
 static sc_status add_values(const painting *p, const sc_ctx *ctx, sc_mask *mask, mask_reading *r,
@@ -488,14 +507,12 @@ static sc_status add_values(const painting *p, const sc_ctx *ctx, sc_mask *mask,
                 ctx, SC_ERR_DATA,
                 "%s: holds the labels %lld and %lld, expected the mask of one tissue, as "
                 "the files of a directory are; give the path of the file to show it "
-                "alone, or move it out of the directory",
+                "alone, or move it out of the directory; if masks are soft, say from which share "
+                "of "
+                "the largest value on a voxel is tissue, such as --set volume.threshold=50%%",
                 mask->file, (long long)r->value, (long long)value);
         r->value = value;
-        mask->voxels += (uint64_t)(end - i);
-        if (is_turned(mask) || is_cropped(p->source, mask))
-            cover_placed(p, mask, r->bits, begin + (size_t)i, begin + (size_t)end);
-        else
-            cover(p, r->bits, begin + (size_t)i, begin + (size_t)end);
+        cover(p, mask, r->bits, begin + (size_t)i, begin + (size_t)end);
     }
     return SC_OK;
 }
@@ -524,6 +541,50 @@ static sc_status add_batch(const painting *p, const sc_ctx *ctx, sc_mask *mask, 
     return status;
 }
 
+/* Go through the values of a soft mask: find the largest, *most, or if @p covers cover the voxels
+ * from
+ * @p least on. Numbers that are none belong to nothing. */
+static sc_status pass_soft(const painting *p, const sc_ctx *ctx, sc_mask *mask, mask_reading *r,
+                           bool covers, double least, double *most)
+{
+    const size_t voxels = voxels_of(mask);
+    double *values = (double *)(void *)r->block; /* as wide as its numbers */
+    sc_voxel_stream *stream = NULL;
+    sc_status status;
+
+    SC_TRY(sc_stream_open(ctx, mask->file, &r->source, &stream));
+    for (size_t begin = 0, count; begin < voxels; begin += count) {
+        count = voxels - begin < SC_STREAM_BLOCK ? voxels - begin : SC_STREAM_BLOCK;
+        SC_TRY(sc_stream_next_numbers(stream, count, values));
+        for (size_t i = 0, end; i < count; i = end) {
+            end = i + 1;
+            if (!covers)
+                *most = isfinite(values[i]) && values[i] > *most ? values[i] : *most;
+            if (!covers || !(values[i] >= least))
+                continue;
+            while (end < count && values[end] >= least)
+                end++;
+            cover(p, mask, r->bits, begin + i, begin + end);
+        }
+    }
+    status = sc_stream_finish(stream);
+out:
+    sc_stream_close(stream);
+    return status;
+}
+
+/* Read a soft mask: as read_mask. */
+static sc_status read_soft(const painting *p, const sc_ctx *ctx, sc_mask *mask, mask_reading *r)
+{
+    double most = 0;
+    sc_status status = pass_soft(p, ctx, mask, r, false, 0, &most);
+
+    if (status == SC_OK && most > 0)
+        status = pass_soft(p, ctx, mask, r, true, p->source->threshold * most, &most);
+    sc_stage_add(p->ctx, voxels_of(mask));
+    return status;
+}
+
 /* Read mask @p i, whose header has been read, into the bits of @p r, and count its voxels; the
  * source is closed. Errors are logged to @p ctx. Threads: any, each with a reading of its own. */
 static sc_status read_mask(const painting *p, const sc_ctx *ctx, size_t i, mask_reading *r)
@@ -536,6 +597,10 @@ static sc_status read_mask(const painting *p, const sc_ctx *ctx, size_t i, mask_
     memset(r->bits, 0, words_of(p->voxels) * sizeof *r->bits);
     mask->voxels = 0;
     r->value = 0;
+    if (p->source->threshold > 0) {
+        status = read_soft(p, ctx, mask, r);
+        goto out;
+    }
     SC_TRY(sc_stream_open(ctx, mask->file, &r->source, &stream));
     for (size_t begin = 0, count; begin < voxels; begin += count) {
         const void *raw;
@@ -561,7 +626,7 @@ static sc_status open_mask(const painting *p, size_t i, mask_reading *r)
 
     errors.level = SC_LOG_ERROR; /* its warnings were given when the headers were read */
     r->source = (sc_source){.slope = 1};
-    SC_TRY(sc_open_file(&errors, mask->file, false, &r->source));
+    SC_TRY(open_one(&errors, mask->file, false, &r->source));
     SC_TRY(check_geometry(p->ctx, p->source, i, &r->source)); /* it may have changed */
 out:
     return status;
