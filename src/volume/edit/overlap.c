@@ -102,22 +102,13 @@ sc_status sc_overlap_add(const sc_ctx *ctx, size_t winner, size_t loser, uint64_
                          sc_overlap_count *count)
 {
     sc_overlap_list *list = &count->pairs;
+    sc_status status;
 
     if (!voxels || list->count == PAIRS_LISTED_MAX)
         return SC_OK;
-    if (list->count == list->capacity) {
-        const size_t capacity = list->capacity ? 2 * list->capacity : 64;
-        void *block;
-        const sc_status status = sc_alloc(ctx, capacity, sizeof *list->pairs, &block);
-
-        if (status != SC_OK)
-            return status;
-        if (list->count)
-            memcpy(block, list->pairs, list->count * sizeof *list->pairs);
-        sc_free(list->pairs);
-        list->pairs = block;
-        list->capacity = capacity;
-    }
+    status = sc_list_grow(ctx, list->count, sizeof *list->pairs, &list->capacity, &list->pairs);
+    if (status != SC_OK)
+        return status;
     list->pairs[list->count++] = (sc_overlap_pair){winner, loser, voxels};
     count->lost[loser] = true;
     return SC_OK;

@@ -45,23 +45,34 @@ void sc_label_table_clear(sc_label_table *table)
     *table = (sc_label_table){0};
 }
 
+sc_status sc_list_grow(const sc_ctx *ctx, size_t count, size_t bytes, size_t *capacity, void *list)
+{
+    const size_t larger = *capacity ? 2 * *capacity : 64;
+    void *from, *to;
+    sc_status status;
+
+    if (count < *capacity)
+        return SC_OK;
+    status = sc_alloc(ctx, larger, bytes, &to);
+    if (status != SC_OK)
+        return status;
+    memcpy(&from, list, sizeof from);
+    if (count)
+        memcpy(to, from, count * bytes);
+    sc_free(from);
+    memcpy(list, &to, sizeof to);
+    *capacity = larger;
+    return SC_OK;
+}
+
 sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *table, const sc_label *row)
 {
-    if (table->count == table->capacity) {
-        const size_t capacity = table->capacity ? 2 * table->capacity : 64;
-        void *rows;
-        sc_status status = sc_alloc(ctx, capacity, sizeof *row, &rows);
+    const sc_status status =
+        sc_list_grow(ctx, table->count, sizeof *row, &table->capacity, &table->rows);
 
-        if (status != SC_OK)
-            return status;
-        if (table->count)
-            memcpy(rows, table->rows, table->count * sizeof *row);
-        sc_free(table->rows);
-        table->rows = rows;
-        table->capacity = capacity;
-    }
-    table->rows[table->count++] = *row;
-    return SC_OK;
+    if (status == SC_OK)
+        table->rows[table->count++] = *row;
+    return status;
 }
 
 sc_label *sc_volume_label(const sc_volume *volume, int64_t value)
