@@ -14,70 +14,48 @@ enum {
     UTF8_MOST = 3         /* bytes of UTF-8 that a unit of UTF-16, or a byte, takes at most */
 };
 
-/* Write the character @p code as UTF-8. @return behind it. */
+/* Write the character @p code, or that which stands for none, as UTF-8. @return behind it. */
 static char *put(char *out, uint32_t code)
 {
-    if (code < 0x80) {
-        *out++ = (char)code;
-        return out;
-    }
-    if (code < 0x800) {
-        *out++ = (char)(0xc0 | code >> 6);
-    } else {
-        if (code < 0x10000) {
-            *out++ = (char)(0xe0 | code >> 12);
-        } else {
-            *out++ = (char)(0xf0 | code >> 18);
-            *out++ = (char)(0x80 | (code >> 12 & 0x3f));
-        }
-        *out++ = (char)(0x80 | (code >> 6 & 0x3f));
-    }
-    *out++ = (char)(0x80 | (code & 0x3f));
+    const bool is_none = code > 0x10ffff || (code >= 0xd800 && code < 0xe000);
+    const uint32_t c = is_none ? REPLACEMENT : code;
+    const int more = c < 0x80 ? 0 : c < 0x800 ? 1 : c < 0x10000 ? 2 : 3;
+    static const uint8_t first[] = {0, 0xc0, 0xe0, 0xf0};
+
+    *out++ = (char)(first[more] | c >> 6 * more);
+    for (int i = more; i-- > 0;)
+        *out++ = (char)(0x80 | (c >> 6 * i & 0x3f));
     return out;
 }
 
-/* Decode @p count units of UTF-16 to @p out. @param big the first byte of a unit is its upper one.
+/* @return unit @p i of a text, of @p unit bytes each. @param big its first byte is the upper one.
+ */
+static uint32_t unit_at(const char *text, size_t i, size_t unit, bool big)
+{
+    uint32_t code = 0;
+
+    for (size_t k = 0; k < unit; k++)
+        code = code << 8 | (uint8_t)text[unit * i + (big ? k : unit - 1 - k)];
+    return code;
+}
+
+/* Decode @p count units of UTF-32, of UTF-16, or of Windows-1252, whose units are bytes, to @p out.
  * @return behind what was written. */
-static char *decode_utf16(const unsigned char *bytes, size_t count, bool big, char *out)
+static char *decode(const char *text, size_t count, size_t unit, bool big, char *out)
 {
     for (size_t i = 0; i < count; i++) {
-        const unsigned char *at = bytes + 2 * i;
-        uint32_t code = (uint32_t)at[big ? 0 : 1] << 8 | at[big ? 1 : 0];
+        uint32_t code = unit_at(text, i, unit, big);
 
-        if (code >= 0xd800 && code < 0xdc00 && i + 1 < count) {
-            const uint32_t low = (uint32_t)at[big ? 2 : 3] << 8 | at[big ? 3 : 2];
+        if (unit == 1 && code >= 0x80 && code < 0xa0)
+            code = windows_1252[code - 0x80] ? windows_1252[code - 0x80] : REPLACEMENT;
+        if (unit == 2 && code >= 0xd800 && code < 0xdc00 && i + 1 < count) {
+            const uint32_t low = unit_at(text, i + 1, unit, big);
 
             if (low >= 0xdc00 && low < 0xe000) {
                 code = 0x10000 + ((code - 0xd800) << 10) + (low - 0xdc00);
                 i++;
             }
         }
-        out = put(out, code >= 0xd800 && code < 0xe000 ? REPLACEMENT : code);
-    }
-    return out;
-}
-
-/* Decode @p count units of UTF-32 to @p out, as decode_utf16 does. */
-static char *decode_utf32(const unsigned char *bytes, size_t count, bool big, char *out)
-{
-    for (size_t i = 0; i < count; i++) {
-        uint32_t code = 0;
-
-        for (size_t k = 0; k < 4; k++)
-            code = code << 8 | bytes[4 * i + (big ? k : 3 - k)];
-        out = put(out, code > 0x10ffff || (code >= 0xd800 && code < 0xe000) ? REPLACEMENT : code);
-    }
-    return out;
-}
-
-/* Decode @p count bytes of Windows-1252 to @p out. @return behind what was written. */
-static char *decode_windows(const unsigned char *bytes, size_t count, char *out)
-{
-    for (size_t i = 0; i < count; i++) {
-        uint32_t code = bytes[i];
-
-        if (code >= 0x80 && code < 0xa0)
-            code = windows_1252[code - 0x80] ? windows_1252[code - 0x80] : REPLACEMENT;
         out = put(out, code);
     }
     return out;
@@ -104,15 +82,14 @@ typedef struct marked_encoding {
     const char *name, *mark;
     size_t unit; /* bytes of a unit, and of the mark */
     bool is_big; /* the first byte of a unit is its upper one */
-    char *(*decode)(const unsigned char *bytes, size_t count, bool big, char *out);
 } marked_encoding;
 
 /* UTF-32 first: its mark begins with that of UTF-16, behind which a text has no NUL. */
 static const marked_encoding encodings[] = {
-    {"UTF-32", "\xff\xfe\0\0", 4, false, decode_utf32},
-    {"UTF-32", "\0\0\xfe\xff", 4, true, decode_utf32},
-    {"UTF-16", "\xff\xfe", 2, false, decode_utf16},
-    {"UTF-16", "\xfe\xff", 2, true, decode_utf16},
+    {"UTF-32", "\xff\xfe\0\0", 4, false},
+    {"UTF-32", "\0\0\xfe\xff", 4, true},
+    {"UTF-16", "\xff\xfe", 2, false},
+    {"UTF-16", "\xfe\xff", 2, true},
 };
 
 /* @return the encoding that the mark at the begin of a text tells, or NULL. */
@@ -127,7 +104,6 @@ static const marked_encoding *find_encoding(const char *text, size_t bytes)
 
 sc_status sc_label_text_decode(const sc_ctx *ctx, const char *path, char **text, size_t *bytes)
 {
-    const unsigned char *from = (const unsigned char *)*text;
     const marked_encoding *marked = find_encoding(*text, *bytes);
     sc_status status;
     char *end;
@@ -138,16 +114,16 @@ sc_status sc_label_text_decode(const sc_ctx *ctx, const char *path, char **text,
                        "%s: ends within a character: it is %s, but has %zu bytes; it was cut "
                        "off, or save it as UTF-8",
                        path, marked->name, *bytes);
-    if (*bytes >= 3 && !memcmp(from, "\xef\xbb\xbf", 3)) {
+    if (*bytes >= 3 && !memcmp(*text, "\xef\xbb\xbf", 3)) {
         *bytes -= 3;
         memmove(*text, *text + 3, *bytes + 1);
     } else if (marked || (strlen(*text) == *bytes && is_not_utf8(*text))) {
         status = sc_alloc(ctx, *bytes + 1, UTF8_MOST, &to);
         if (status != SC_OK)
             return status;
-        end = marked ? marked->decode(from + marked->unit, *bytes / marked->unit - 1,
-                                      marked->is_big, to)
-                     : decode_windows(from, *bytes, to);
+        end = marked ? decode(*text + marked->unit, *bytes / marked->unit - 1, marked->unit,
+                              marked->is_big, to)
+                     : decode(*text, *bytes, 1, false, to);
         if (!marked)
             sc_info(ctx, "%s: is not UTF-8; read as Latin-1 (Windows-1252)", path);
         *end = '\0';
