@@ -278,9 +278,9 @@ typedef enum sc_table_format {
     SC_TABLE_SLICER,     /**< id name R G B A, A = opacity, 0 to 255 */
     SC_TABLE_FREESURFER, /**< id name R G B T, T = transparency, 0 to 255 */
     SC_TABLE_ITKSNAP,    /**< id R G B A VIS MSH "name", A = opacity, 0 to 1 */
-    SC_TABLE_XML,        /**< the first LabelTable of a document of GIFTI or Connectome Workbench:
-                              elements Label with the name, and the attributes Key, Red, Green, Blue
-                              and Alpha, levels from 0 to 1 */
+    SC_TABLE_XML,        /**< the first LabelTable of a document of GIFTI or Connectome Workbench,
+                              levels from 0 to 1, the data of an atlas of FSL, or the labelset of
+                              BrainSuite: attributes of labels, and elements in them, are columns */
     SC_TABLE_DELIMITED,  /**< a line of headings, as "value,name,color", and a line for each label,
                               separated by commas, semicolons or tabs: BIDS, 3D Slicer, spreadsheets.
                               Levels go from 0 to 1 if none is above 1, else to 255; those in a

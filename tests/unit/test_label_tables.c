@@ -170,6 +170,74 @@ TEST(colors_behind_names_are_read)
     expect_two("4 left atrium 255 128 0 255\n5 b 255 0 1 128\n", true, 128 / 255.0F);
 }
 
+/* Without headings, quotation marks tell columns: a number, a name and perhaps a colour. */
+TEST(quoted_columns_need_no_headings)
+{
+    sc_label_table table = {0};
+    heard said;
+    static const char commas[] = "4,\"atrium, left\"\n5,\"b, c\"\n";
+
+    expect_two("\"4\",\"left atrium\",\"255\",\"128\",\"0\"\n\"5\",\"b\",\"1\",\"2\",\"3\"\n", true,
+               -1);
+    expect_two(
+        "4;\"left atrium\";\"255\";\"128\";\"0\";\"255\"\n5;\"b\";\"1\";\"2\";\"3\";\"128\"\n",
+        true, 128 / 255.0F);
+    expect_two("\"4\",\"left atrium\",\"#ff8000\"\r\n\"5\",\"b\",\"#010203\"\r\n", true, -1);
+    assert_ok(read_table(commas, sizeof commas - 1, &said, &table));
+    assert_int_equal(table.count, 2);
+    assert_string_equal(table.rows[0].name, "atrium, left");
+    assert_string_equal(table.rows[1].name, "b, c");
+    sc_label_table_clear(&table);
+}
+
+/* Atlases of mice have a row for both sides of a structure, and two numbers in it, which are the
+ * same for what lies in the middle. */
+TEST(rows_may_have_a_number_for_each_side)
+{
+    static const char text[] = "\"Structure\",\"right label\",\"left label\",\"hierarchy\"\n"
+                               "\"amygdala\",51,151,\"x\"\n\"fourth ventricle\",118,118,\"y\"\n"
+                               "\"only right\",7,,\n\"neither\",,,\n";
+    static const struct {
+        int value;
+        const char *name;
+    } expected[] = {{51, "right amygdala"},
+                    {151, "left amygdala"},
+                    {118, "fourth ventricle"},
+                    {7, "right only right"}};
+    sc_label_table table = {0};
+    heard said;
+
+    assert_ok(read_table(text, sizeof text - 1, &said, &table));
+    assert_int_equal(table.count, SC_COUNT_OF(expected));
+    for (size_t i = 0; i < table.count; i++) {
+        assert_int_equal(table.rows[i].value, expected[i].value);
+        assert_string_equal(table.rows[i].name, expected[i].name);
+    }
+    assert_non_null(strstr(said.text, "table.txt:5: 1 line has no whole number"));
+    sc_label_table_clear(&table);
+}
+
+/* The info_label.txt of the Spinal Cord Toolbox, whose headings are a comment. */
+TEST(headings_may_be_a_comment)
+{
+    static const char text[] =
+        "# Atlas of x\n# Keyword=IndivLabels (Please DO NOT change this line)\n# ID, name, file\n"
+        "4, left atrium, x_04.nii.gz\n5, b, x_05.nii.gz\n\n# Combined labels\n"
+        "# Keyword=CombinedLabels (Please DO NOT change this line)\n# ID, name, IDgroup\n"
+        "50, the heart, 4:5\n51, both, 4,5\n";
+    sc_label_table table = {0};
+    heard said;
+
+    expect_two(text, false, -1);
+    assert_ok(read_table(text, sizeof text - 1, &said, &table));
+    assert_int_equal(table.count, 4);
+    assert_int_equal(table.rows[2].value, 50);
+    assert_string_equal(table.rows[2].name, "the heart");
+    assert_string_equal(table.rows[3].name, "both");
+    assert_int_equal(said.warnings, 0);
+    sc_label_table_clear(&table);
+}
+
 /* Of several lists in Python only the first is read. */
 TEST(further_lists_of_classes_are_left_out)
 {
@@ -290,6 +358,21 @@ TEST(atlases_of_fsl_are_read)
                  types[i], 4 - i, 5 - i);
         expect_two(text, false, -1);
     }
+}
+
+/* The label descriptions of BrainSuite, and atlases whose labels consist of elements. */
+TEST(xml_of_other_programs_is_read)
+{
+    expect_two("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<labelset>\n"
+               "<label id=\"0\" tag=\"bg\" color=\"0x000000\" fullname=\"background\" />\n"
+               "<label id=\"4\" tag=\"LA\" color=\"0xff8000\" fullname=\"left atrium\" />\n"
+               "<label id=\"5\" tag=\"B\" color=\"0x010203\" fullname=\"b\" />\n</labelset>\n",
+               true, -1);
+    expect_two("<atlas version=\"2.0\"><header><name>x</name><type>Label</type></header><data>\n"
+               "<label><index>4</index><short_name>LA</short_name><name>left atrium</name></label>"
+               "<label><index>5</index><short_name>B</short_name><name>b</name></label>"
+               "</data></atlas>",
+               false, -1);
 }
 
 /* Documents of Neuroglancer, OME-Zarr (0.4 and in Zarr 3), NiiVue, and dcmqi. */

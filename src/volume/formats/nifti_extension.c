@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "formats/nifti_extension.h"
 
-#include "tables/label_xml.h"
+#include "tables/label_table.h"
 
 #include <errno.h>
 #include <string.h>

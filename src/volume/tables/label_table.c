@@ -1,171 +1,69 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Label tables: which format a text has, and those of one label a line: colour tables of 3D Slicer,
- * look-up tables of FreeSurfer, descriptions of ITK-SNAP. The first two look alike but mean the
- * opposite by their sixth number. */
+/* Label tables: which dialect a text has, and what is said of those in lines. The tables of 3D
+ * Slicer and FreeSurfer look alike but mean the opposite by their sixth number. */
 #include "tables/label_table.h"
-#include "tables/label_xml.h"
+#include "tables/delimited.h"
 
 #include <ctype.h>
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* The next word of a line, which blanks or tabs separate, as a string of its own: the text is
- * cut behind it, and *at moves behind that. NULL at the end of the line. */
-static char *next_word(char **at)
-{
-    char *word;
+/* How a text in lines is read. */
+typedef struct line_dialect {
+    sc_dialect rows;
+    sc_row_cut *cut;
+} line_dialect;
 
-    while (**at == ' ' || **at == '\t')
-        (*at)++;
-    if (!**at)
-        return NULL;
-    word = *at;
-    while (**at && **at != ' ' && **at != '\t')
-        (*at)++;
-    if (**at)
-        *(*at)++ = '\0';
-    return word;
-}
-
-/* Read the next word as a finite number into *out. The text is cut and *at moves as in
- * next_word, also if there is no number: false, and *out may have changed. */
-static bool next_number(char **at, double *out)
-{
-    char *word = next_word(at), *end;
-
-    if (!word)
-        return false;
-    *out = strtod(word, &end);
-    return end != word && !*end && isfinite(*out);
-}
-
-/* Round a colour level, and clamp it to 0 to 255. */
-static uint8_t level(double value, sc_name_count *mended)
-{
-    return (uint8_t)sc_level_mend(value, 255, true, mended);
-}
-
-/* Drop the quotation marks around a name, as 3D Slicer does. */
-static void drop_quotes(char *name)
-{
-    const size_t bytes = strlen(name);
-
-    if (bytes > 2 && name[0] == '\'' && name[bytes - 1] == '\'') {
-        memmove(name, name + 1, bytes - 2);
-        name[bytes - 2] = '\0';
+#define NO_LABELS "has no labels; expected one a line, such as: 1 aorta 255 0 0 255"
+#define UNKNOWN                                                                                    \
+    "is not a line of any label table that segcast knows; expected a number, a name and perhaps "  \
+    "a colour in each line, such as: 1 aorta 255 0 0 255, or a line of headings first, such as: "  \
+    "value,name,color"
+/* A dialect of lines whose levels go to 255, its opacity to @p clear. */
+#define DIALECT(title, order, least, clear, last, none, tokens)                                    \
+    {                                                                                              \
+        {.name = (title),                                                                          \
+         .headings = (order),                                                                      \
+         .columns_least = (least),                                                                 \
+         .full = {255, clear},                                                                     \
+         .highest = (last),                                                                        \
+         .where = {":", ""},                                                                       \
+         .rows = {"line", "lines"},                                                                \
+         .lack = "not the form of a " title " label table",                                        \
+         .refused = "is not a line of a " title " label table",                                    \
+         .empty = (none)},                                                                         \
+            tokens                                                                                 \
     }
-}
 
-/* Read a row "id name R G B [A]" as the parsers below do. @p transparency: the last number is
- * 255 minus the opacity, and underscores belong to the name; else it is the opacity, and they
- * stand for blanks. Colours and opacity are clamped to 0 to 255. */
-static bool parse_named(char *line, bool transparency, sc_label *row, sc_name_count *names)
-{
-    double id, rgb[3], last;
-    char *at = line, *name;
-
-    if (!next_number(&at, &id) || id != floor(id) || fabs(id) > 9e15 || !(name = next_word(&at)) ||
-        !next_number(&at, &rgb[0]) || !next_number(&at, &rgb[1]) || !next_number(&at, &rgb[2]))
-        return false;
-    row->value = (int64_t)id;
-    if (!transparency)
-        drop_quotes(name);
-    sc_name_read(strcmp(name, "_") ? name : "", row->name, names);
-    for (char *c = row->name; *c && !transparency; c++)
-        *c = *c == '_' ? ' ' : *c;
-    for (int i = 0; i < 3; i++)
-        row->rgb[i] = level(rgb[i], names);
-    row->has_color = true;
-    if (next_number(&at, &last)) {
-        const int read = level(last, names);
-        const double opacity = (transparency ? 255 - read : read) / 255.0;
-
-        /* Tables without opacities have 255 in all rows, so that full opacity counts as not given.
-         */
-        row->opacity = opacity < 1 ? (float)opacity : -1;
-        row->hidden = opacity == 0;
-    }
-    return true;
-}
-
-/* The parsers of the formats: read one line, which is cut into words, into @p row, whose
- * opacity is -1 and all else zero. They set value, name, rgb and has_color, opacity if it is
- * given and below 1, and hidden. @p names counts names that were mended. @return false if the line
- * has not this form; @p row may have changed then. */
-static bool parse_slicer(char *line, sc_label *row, sc_name_count *names)
-{
-    return parse_named(line, false, row, names);
-}
-
-static bool parse_freesurfer(char *line, sc_label *row, sc_name_count *names)
-{
-    return parse_named(line, true, row, names);
-}
-
-/* Remove the backslashes before quotation marks, in place. */
-static void unescape_quotes(char *text)
-{
-    char *to = text;
-
-    for (; *text; text++) {
-        if (text[0] != '\\' || text[1] != '"')
-            *to++ = *text;
-    }
-    *to = '\0';
-}
-
-/* A row: id R G B A VIS MSH "name", with an id from 0 to 65535. A is the opacity from 0 to 1;
- * MSH says whether the label is shown in 3D; VIS, whether it is shown in slices, is not used. */
-static bool parse_itksnap(char *line, sc_label *row, sc_name_count *names)
-{
-    double number[7];
-    char *at = line, *quote, *end;
-
-    for (int i = 0; i < 7; i++) {
-        if (!next_number(&at, &number[i]))
-            return false;
-    }
-    quote = strchr(at, '"');
-    end = quote ? strrchr(quote + 1, '"') : NULL; /* quotation marks within a name stay */
-    if (!end || number[0] != floor(number[0]) || number[0] < 0 || number[0] > 65535)
-        return false;
-    *end = '\0';
-    unescape_quotes(quote + 1);
-    row->value = (int64_t)number[0];
-    sc_name_read(quote + 1, row->name, names);
-    for (int i = 0; i < 3; i++)
-        row->rgb[i] = level(number[i + 1], names);
-    row->has_color = true;
-    number[4] = sc_level_mend(number[4], 1, false, names);
-    row->opacity = number[4] < 1 ? (float)number[4] : -1;
-    row->hidden = number[6] == 0;
-    return true;
-}
-
-/* Read a line, cut off, into @p row. @return false if it has another form. */
-typedef bool parse_fn(char *line, sc_label *row, sc_name_count *names);
-
-/* By sc_table_format: the name for messages, and the parser of lines, where a label is a line. */
-static const struct {
-    const char *name;
-    parse_fn *parse;
-} formats[] = {[SC_TABLE_AUTO] = {"", NULL},
-               [SC_TABLE_SLICER] = {"Slicer", parse_slicer},
-               [SC_TABLE_FREESURFER] = {"FreeSurfer", parse_freesurfer},
-               [SC_TABLE_ITKSNAP] = {"ITK-SNAP", parse_itksnap},
-               [SC_TABLE_XML] = {"GIFTI, Connectome Workbench or FSL (XML)", NULL},
-               [SC_TABLE_DELIMITED] = {"CSV or TSV", NULL},
-               [SC_TABLE_JSON] = {"JSON", NULL},
-               [SC_TABLE_NAMES] = {"number-and-name", sc_class_parse},
-               [SC_TABLE_WORKBENCH] = {"Connectome Workbench", NULL}};
-
-static bool is_blank_or_comment(const char *line)
-{
-    while (isspace((unsigned char)*line))
-        line++;
-    return !*line || *line == '#';
-}
+/* By sc_table_format. Those of XML and JSON, whose rows are no lines, have a name only. */
+static const line_dialect dialects[] = {
+    [SC_TABLE_AUTO] = {{"",
+                        "value name r g b opacity",
+                        5,
+                        {255, 255},
+                        .where = {":", ""},
+                        .rows = {"line", "lines"},
+                        .refused = UNKNOWN,
+                        .empty = NO_LABELS},
+                       sc_row_cut_words},
+    [SC_TABLE_SLICER] =
+        DIALECT("Slicer", "value name r g b opacity", 5, 255, 0, NO_LABELS, sc_row_cut_words),
+    [SC_TABLE_FREESURFER] = DIALECT("FreeSurfer", "value name r g b transparency", 5, 255, 0,
+                                    NO_LABELS, sc_row_cut_words),
+    [SC_TABLE_ITKSNAP] = DIALECT("ITK-SNAP", "value r g b opacity in_slices visible name", 8, 1,
+                                 65535, NO_LABELS, sc_row_cut_words),
+    [SC_TABLE_XML] = {{.name = "GIFTI, Connectome Workbench, FSL or BrainSuite (XML)"}, NULL},
+    [SC_TABLE_DELIMITED] = {{"CSV or TSV", .where = {":", ""}, .rows = {"line", "lines"},
+                             .lack = "no whole number in the column of the label's number",
+                             .refused = "has no whole number in the column of the label's number",
+                             .empty = "has headings, but no labels below them"},
+                            sc_row_cut_delimited},
+    [SC_TABLE_JSON] = {{.name = "JSON"}, NULL},
+    [SC_TABLE_NAMES] = DIALECT("number-and-name", NULL, 0, 255, 0, NO_LABELS, sc_row_cut_class),
+    [SC_TABLE_WORKBENCH] = DIALECT("Connectome Workbench", "name value r g b opacity", 6, 255, 0,
+                                   "has no labels; expected two lines for each, its name and its "
+                                   "key with a colour",
+                                   sc_row_cut_pair)};
 
 /* Is the line seven numbers and a name in quotes? */
 static bool looks_like_itksnap(const char *line)
@@ -189,7 +87,7 @@ typedef struct evidence {
 } evidence;
 
 /* Add what one line, cut off, says. */
-static void weigh_line(const char *line, evidence *e)
+static void weigh_line(char *line, evidence *e)
 {
     double last = 0;
     bool more_fields, has_color;
@@ -207,8 +105,7 @@ static void weigh_line(const char *line, evidence *e)
                  looks_like_itksnap(line);
     e->freesurfer = e->freesurfer || strstr(line, "Label Name:");
     e->slicer = e->slicer || strstr(line, "Color table file");
-    if (!is_blank_or_comment(line) && strtoll(line, NULL, 10) != 0 &&
-        sscanf(line, "%*d %*s %*d %*d %*d %lf", &last) == 1) {
+    if (strtoll(line, NULL, 10) != 0 && sscanf(line, "%*d %*s %*d %*d %*d %lf", &last) == 1) {
         e->sixth++;
         e->opaque_255 += last == 255;
         e->opaque_0 += last == 0;
@@ -252,7 +149,7 @@ static sc_table_format guess(char *text)
 {
     evidence e = {0};
     const char first = text[strspn(text, " \t\r\n")];
-    char delimiter;
+    sc_text_reading t = {0};
 
     if (first == '<')
         return SC_TABLE_XML;
@@ -260,7 +157,7 @@ static sc_table_format guess(char *text)
         return SC_TABLE_NAMES;
     if (first == '{' || first == '[')
         return SC_TABLE_JSON;
-    if (sc_label_delimited_is(text, &delimiter))
+    if (sc_headings_find(text, &t))
         return SC_TABLE_DELIMITED;
     if (sc_label_workbench_is(text))
         return SC_TABLE_WORKBENCH;
@@ -289,65 +186,88 @@ static sc_table_format guess(char *text)
     return e.opaque_0 > e.opaque_255 ? SC_TABLE_FREESURFER : SC_TABLE_SLICER;
 }
 
-/* Append the rows of @p text, which is cut into lines and words, to @p table. Blank lines,
- * comments and label 0 are left out. Lines of another form are left out with one warning;
- * SC_ERR_DATA with the first of them if there is no row but that of label 0, and for a text without
- * any row. @param format SC_TABLE_AUTO: of no format that is known. @return also SC_ERR_MEMORY. */
-static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_format format,
-                             char *text, sc_label_table *table)
+/* Cut the columns of the text, or name those of the dialect, and go to the first row. */
+static sc_status begin_rows(const sc_ctx *ctx, const char *path, const line_dialect *dialect,
+                            char *text, sc_text_reading *t)
 {
-    parse_fn *parse = formats[format].parse ? formats[format].parse : parse_slicer;
-    int number = 0, skipped = 0, first_skipped = 0;
-    bool has_rows = false;
-    sc_name_count names = {0};
+    sc_text unused = {0};
     sc_status status = SC_OK;
 
-    for (char *line = text, *next; status == SC_OK && line; line = next) {
-        sc_label row = {.opacity = -1};
+    t->at = text;
+    t->columns_least = dialect->rows.columns_least;
+    if (dialect->cut != sc_row_cut_delimited) {
+        char headings[64], *at = headings;
 
-        number++;
-        next = sc_label_cut_line(line);
-        if (format == SC_TABLE_NAMES && table->count && line[strspn(line, " \t")] == '}')
-            break; /* further lists of a file in Python follow */
-        if (is_blank_or_comment(line))
-            continue;
-        if (!parse(line, &row, &names)) {
-            first_skipped = skipped++ ? first_skipped : number;
-            continue;
-        }
-        has_rows = true;
-        if (row.value == 0) /* background is never shown: its name and colour do not matter */
-            continue;
-        if (table->count == SC_TABLE_ROWS_MAX)
-            return sc_fail(ctx, SC_ERR_DATA,
-                           "%s:%d: more than %d rows, but a volume has at most %d labels; keep the "
-                           "rows of the labels in the volume",
-                           path, number, SC_TABLE_ROWS_MAX, SC_LABELS_MAX - 1);
-        status = sc_label_table_add(ctx, table, &row);
+        snprintf(headings, sizeof headings, "%s",
+                 dialect->rows.headings ? dialect->rows.headings : "");
+        for (char *word; (word = strtok_r(at, " ", &at)) != NULL;)
+            t->columns[t->column_count++] = sc_column_of(word);
+        return SC_OK;
     }
-    if (status == SC_OK)
-        sc_name_warn(ctx, path, &names);
-    if (status == SC_OK && skipped && table->count == 0)
-        return format == SC_TABLE_AUTO
-                   ? sc_fail(ctx, SC_ERR_DATA,
-                             "%s:%d: is not a line of any label table that segcast knows; "
-                             "expected a number, a name and perhaps a colour in each line, "
-                             "such as: 1 aorta 255 0 0 255, or a line of headings first, such "
-                             "as: value,name,color",
-                             path, first_skipped)
-                   : sc_fail(ctx, SC_ERR_DATA, "%s:%d: is not a line of a %s label table", path,
-                             first_skipped, formats[format].name);
-    if (status == SC_OK && !has_rows)
-        return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: has no labels; expected one a line, such as: 1 aorta 255 0 0 255",
-                       path);
-    if (status == SC_OK && skipped)
-        sc_warn(ctx, "%s:%d: %d line%s not of the form of a %s label table and not used", path,
-                first_skipped, skipped, skipped == 1 ? " is" : "s are", formats[format].name);
+    if (sc_headings_find(text, t)) {
+        for (size_t i = 0; i < t->column_count; i++) {
+            if (t->columns[i] == SC_COLUMN_OTHER && t->headings[i][0])
+                SC_TRY(sc_text_add(ctx, &unused, "%s\"%.40s\"", unused.length_bytes ? ", " : "",
+                                   t->headings[i]));
+        }
+        if (unused.length_bytes)
+            sc_info(ctx, "%s: columns that are not used: %s", path, unused.data);
+    } else if (!sc_headings_guess(text, t)) {
+        status = sc_fail(ctx, SC_ERR_DATA,
+                         "%s: has no line of headings that name a number and a name or a colour; "
+                         "expected for example: value,name,color",
+                         path);
+    }
+out:
+    sc_text_clear(&unused);
     return status;
 }
 
-/* Read a table in XML as parse_lines reads others. */
+/* Is the next line blank or a comment? */
+static bool is_no_row(const sc_text_reading *t, bool has_comments)
+{
+    const char *first = t->at + strspn(t->at, " \t");
+
+    return !*first || *first == '\r' || *first == '\n' || (has_comments && *first == '#');
+}
+
+/* Append the rows of @p text, which is cut into fields, to @p table. Blank lines, comments and
+ * label 0 are left out, and lines of another form with one warning. @param format SC_TABLE_AUTO: of
+ * no format that is known. @return SC_ERR_DATA if there is no row; SC_ERR_MEMORY. */
+static sc_status read_rows(const sc_ctx *ctx, const char *path, sc_table_format format, char *text,
+                           sc_label_table *table)
+{
+    const line_dialect *dialect = &dialects[format];
+    sc_text_reading t = {.is_slicer = format <= SC_TABLE_SLICER};
+    sc_rows rows = sc_rows_begin(ctx, path, &dialect->rows, table);
+    bool has_comments;
+
+    rows.status = begin_rows(ctx, path, dialect, text, &t);
+    has_comments = format != SC_TABLE_WORKBENCH && t.columns[0] != SC_COLUMN_COLOR;
+    while (t.at && rows.status == SC_OK) {
+        if (is_no_row(&t, has_comments)) {
+            t.at = sc_delimited_next_line(t.at);
+            t.line++;
+            continue;
+        }
+        if (format == SC_TABLE_NAMES && table->count && t.at[strspn(t.at, " \t")] == '}')
+            break; /* further lists of a file in Python follow */
+        t.row.line = t.line + 1;
+        if (dialect->cut(&t))
+            sc_rows_add(&rows, &t.row);
+        else if (format != SC_TABLE_WORKBENCH)
+            sc_rows_skip(&rows, t.row.line);
+        else
+            rows.status = sc_fail(
+                ctx, SC_ERR_DATA,
+                "%s:%d: is \"%.80s\", expected the key of the label \"%.80s\" and its red, green, "
+                "blue and opacity from 0 to 255, such as: 1 255 0 0 255",
+                path, t.row.line + 1, t.row.fields[1], t.row.fields[0]);
+    }
+    return sc_rows_end(&rows);
+}
+
+/* Read a table in XML as read_rows reads others. */
 static sc_status parse_xml(const sc_ctx *ctx, const char *path, const char *text,
                            sc_label_table *table)
 {
@@ -379,20 +299,17 @@ sc_status sc_label_table_read(const sc_ctx *ctx, const char *path, sc_table_form
         format = guess(text);
         if (format != SC_TABLE_AUTO)
             sc_info(ctx, "%s: read as %s %s label table", path,
-                    strchr("AEIO", formats[format].name[0]) ? "an" : "a", formats[format].name);
+                    strchr("AEIO", dialects[format].rows.name[0]) ? "an" : "a",
+                    dialects[format].rows.name);
     }
     if (format == SC_TABLE_NAMES && is_python_map(text))
         split_python_map(text);
     if (format == SC_TABLE_XML)
         SC_TRY(parse_xml(ctx, path, text, &table));
-    else if (format == SC_TABLE_DELIMITED)
-        SC_TRY(sc_label_delimited_parse(ctx, path, text, &table));
     else if (format == SC_TABLE_JSON)
         SC_TRY(sc_label_json_parse(ctx, path, text, bytes, &table));
-    else if (format == SC_TABLE_WORKBENCH)
-        SC_TRY(sc_label_workbench_parse(ctx, path, text, &table));
     else
-        SC_TRY(parse_lines(ctx, path, format, text, &table));
+        SC_TRY(read_rows(ctx, path, format, text, &table));
     *out = table;
     table = (sc_label_table){0};
 out:

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Label tables in XML, read with Expat. Without Expat, which is optional, they are refused with a
  * reason, and all else works. */
-#include "tables/label_xml.h"
+#include "tables/label_table.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -9,125 +9,95 @@
 
 #if SC_HAVE_EXPAT
 
-#include <errno.h>
 #include <expat.h>
 
-enum { NAME_READ_BYTES = 4 * SC_NAME_BYTES /* of a longer name the rest is not kept */ };
+/* Tables, by the elements in which their labels stand, and what stands around those. */
+static const struct {
+    const char *table, *around;
+    sc_dialect dialect;
+} tables[] = {
+#define PLACE .where = {": line ", " of its XML"}, .rows = {"label", "labels"}
+    {"LabelTable",
+     NULL,
+     {.full = {1, 1},
+      .is_strict = true,
+      PLACE,
+      .lack = "no whole number as Key, or no levels from 0 to 1 as Red, Green, Blue and Alpha"}},
+    {"data", "atlas", {PLACE, .lack = "no whole number as index"}},
+    {"labelset", NULL, {PLACE, .lack = "no whole number as id, or a colour that is none"}},
+#undef PLACE
+};
 
 /* The document while Expat reads it. */
 typedef struct xml_reading {
-    const sc_ctx *ctx;
     XML_Parser parser;
-    sc_label_table *table;
-    sc_name_count names;
-    sc_label row;               /* of the label that is open */
-    bool row_good;              /* it has a key */
-    char name[NAME_READ_BYTES]; /* of the label that is open, with a NUL byte behind it */
-    size_t name_bytes;
-    int tables;              /* label tables begun so far; only the first is read */
-    bool in_table, in_label; /* within the first table, and within a label of it */
-    bool is_atlas;           /* of FSL: the table is "data", and a label of it "label" */
-    bool in_type;            /* within the type of the atlas */
-    bool counts_from_0;      /* voxels have the value index + 1, as index begins with 0 */
-    int bad;                 /* labels of which something cannot be read */
-    unsigned long bad_line;  /* the first of them */
-    sc_status status;        /* SC_OK, or why the handlers have stopped the parser */
-    const char *refused;     /* the reason for SC_ERR_DATA */
+    sc_rows rows;
+    sc_row row;                /* of the label that is open */
+    char name[SC_FIELD_BYTES]; /* the text of that label itself */
+    char type[SC_FIELD_BYTES]; /* of an atlas */
+    char *text;                /* where text goes, of SC_FIELD_BYTES; NULL: nowhere */
+    const char *table;         /* the element of the table; only the first is read */
+    bool is_atlas;             /* of FSL */
+    bool in_table, in_label;   /* within the table, and within a label of it */
+    int depth;                 /* elements open within the label */
+    const char *refused;       /* why the handlers have stopped the parser; NULL: rows.status */
 } xml_reading;
 
-/* Stop the parser. @p refused: the reason for SC_ERR_DATA; else NULL. */
+/* Stop the parser. @p refused: the reason for SC_ERR_DATA. */
 static void stop(xml_reading *r, sc_status status, const char *refused)
 {
-    r->status = status;
+    r->rows.status = status;
     r->refused = refused;
     XML_StopParser(r->parser, XML_FALSE);
 }
 
-/* The value of the attribute @p name among @p attributes (name, value, ..., NULL); NULL without. */
-static const char *attribute(const char **attributes, const char *name)
-{
-    for (; attributes[0]; attributes += 2) {
-        if (!strcmp(attributes[0], name))
-            return attributes[1];
-    }
-    return NULL;
-}
-
-/* Read @p text as a level from 0 to 1. @return false if it is NULL or something else. */
-static bool read_level(const char *text, double *out)
-{
-    char *end;
-
-    if (!text)
-        return false;
-    *out = strtod(text, &end);
-    return end != text && !end[strspn(end, " \t\r\n")] && *out >= 0 && *out <= 1;
-}
-
-/* Read @p text as a whole number. @return false if it is NULL or something else. */
-static bool read_whole(const char *text, int64_t *out)
-{
-    char *end;
-
-    if (!text)
-        return false;
-    errno = 0;
-    *out = strtoll(text, &end, 10);
-    return end != text && !end[strspn(end, " \t\r\n")] && !errno;
-}
-
-/* Fill r->row from the attributes of a label. The first GIFTI called the key Index. */
+/* Begin a label, with its attributes as fields (name, value, ..., NULL). */
 static void begin_label(xml_reading *r, const char **attributes)
 {
-    static const char *const channels[] = {"Red", "Green", "Blue"};
-    const char *key = attribute(attributes, "Key"), *alpha = attribute(attributes, "Alpha");
-    double level = 1;
-    int found = 0;
+    r->in_label = true;
+    r->row.count = 0;
+    r->row.line = (int)XML_GetCurrentLineNumber(r->parser);
+    for (; attributes[0]; attributes += 2) {
+        char *text = sc_row_add(&r->row, sc_column_of(attributes[0]), NULL);
 
-    r->row = (sc_label){.opacity = -1};
-    r->name_bytes = 0;
-    if (!key)
-        key = attribute(attributes, r->is_atlas ? "index" : "Index");
-    r->row_good = read_whole(key, &r->row.value) && r->row.value < INT64_MAX;
-    r->row.value += r->row_good && r->counts_from_0;
-    for (int i = 0; i < 3; i++) {
-        if (read_level(attribute(attributes, channels[i]), &level)) {
-            r->row.rgb[i] = (uint8_t)(level * 255 + 0.5);
-            found++;
-        }
+        if (text)
+            snprintf(text, SC_FIELD_BYTES, "%s", attributes[1]);
     }
-    r->row.has_color = found == 3;
-    if (alpha && read_level(alpha, &level) && level < 1) {
-        r->row.opacity = (float)level;
-        r->row.hidden = level == 0;
-    }
-    /* Colours may be left out, but not in part. */
-    if (!r->row_good || (found < 3 && attribute(attributes, "Red")) ||
-        (alpha && !read_level(alpha, &level))) {
-        if (r->bad++ == 0)
-            r->bad_line = XML_GetCurrentLineNumber(r->parser);
+    r->text = r->name;
+    r->text[0] = '\0';
+}
+
+/* An atlas of FSL whose type is not "Label" holds probabilities. Its labels count these images from
+ * 0; in the image of the most probable labels 0 is background, and each label is 1 more (FSL,
+ * Atlases, "reference file specification"). */
+static void count_from_1(sc_row *row)
+{
+    for (size_t i = 0; i < row->count; i++) {
+        char *end;
+        const long long value = strtoll(row->fields[i], &end, 10);
+
+        if (row->columns[i] == SC_COLUMN_VALUE && end != row->fields[i] && value < INT32_MAX)
+            snprintf(row->texts[i], SC_FIELD_BYTES, "%lld%s", value + 1, end);
     }
 }
 
-/* Append the label that is open to the table, but for background, which is never shown. */
+/* Give the label that is open to the table. */
 static void end_label(xml_reading *r)
 {
-    char *name = r->name;
-    sc_status status;
+    const char *name = sc_label_trim(r->name);
 
-    if (!r->row_good || r->row.value == 0)
-        return;
-    if (r->table->count == SC_TABLE_ROWS_MAX) {
-        stop(r, SC_ERR_DATA, "it has more than 1048576 labels");
-        return;
-    }
-    while (r->name_bytes && strchr(" \t\r\n", name[r->name_bytes - 1]))
-        r->name_bytes--;
-    name[r->name_bytes] = '\0';
-    sc_name_read(name + strspn(name, " \t\r\n"), r->row.name, &r->names);
-    status = sc_label_table_add(r->ctx, r->table, &r->row);
-    if (status != SC_OK)
-        stop(r, status, NULL);
+    r->in_label = false;
+    r->text = NULL;
+    for (size_t i = 0; i < r->row.count; i++)
+        r->row.fields[i] = sc_label_trim(r->row.texts[i]);
+    if (*name)
+        (void)sc_row_add(&r->row, SC_COLUMN_NAME, name);
+    if (r->is_atlas && !strstr(r->type, "Label"))
+        count_from_1(&r->row);
+    (void)sc_columns_settle(r->row.columns, r->row.count);
+    sc_rows_add(&r->rows, &r->row);
+    if (r->rows.status != SC_OK)
+        stop(r, r->rows.status, "it has too many labels");
 }
 
 /* The handlers of Expat; @p user is an xml_reading. */
@@ -135,53 +105,49 @@ static void XMLCALL on_start(void *user, const XML_Char *element, const XML_Char
 {
     xml_reading *r = user;
 
-    if (!r->tables && !strcmp(element, "atlas")) {
-        r->is_atlas = true;
-    } else if (r->is_atlas && !r->tables && !strcmp(element, "type")) {
-        r->in_type = true;
-        r->name_bytes = 0;
-    } else if (!strcmp(element, r->is_atlas ? "data" : "LabelTable")) {
-        r->in_table = r->tables++ == 0;
-    } else if (r->in_table && !r->in_label && !strcmp(element, r->is_atlas ? "label" : "Label")) {
-        r->in_label = true;
+    if (r->in_label) {
+        if (r->depth++ == 0)
+            r->text = sc_row_add(&r->row, sc_column_of(element), NULL);
+    } else if (r->in_table && !strcasecmp(element, "label")) {
         begin_label(r, attributes);
+    } else if (!r->table && !strcmp(element, "atlas")) {
+        r->is_atlas = true;
+    } else if (!r->table && r->is_atlas && !strcmp(element, "type")) {
+        r->text = r->type;
+        r->type[0] = '\0';
     }
-}
-
-/* An atlas of FSL whose type is not "Label" holds probabilities. Its labels count these images from
- * 0; in the image of the most probable labels 0 is background, and each label is 1 more (FSL,
- * Atlases, "reference file specification"). */
-static void end_type(xml_reading *r)
-{
-    r->name[r->name_bytes] = '\0';
-    r->counts_from_0 = !strstr(r->name, "Label");
-    r->in_type = false;
+    for (size_t i = 0; i < SC_COUNT_OF(tables) && !r->table; i++) {
+        if (!strcmp(element, tables[i].table) && r->is_atlas == (tables[i].around != NULL)) {
+            r->table = tables[i].table;
+            r->rows.dialect = &tables[i].dialect;
+            r->in_table = true;
+        }
+    }
 }
 
 static void XMLCALL on_end(void *user, const XML_Char *element)
 {
     xml_reading *r = user;
 
-    if (!strcmp(element, r->is_atlas ? "data" : "LabelTable")) {
-        r->in_table = false;
-    } else if (r->in_type && !strcmp(element, "type")) {
-        end_type(r);
-    } else if (r->in_label && !strcmp(element, r->is_atlas ? "label" : "Label")) {
-        r->in_label = false;
-        end_label(r);
+    if (r->in_label) {
+        if (r->depth == 0)
+            end_label(r);
+        else if (--r->depth == 0)
+            r->text = r->name;
+    } else {
+        r->in_table = r->in_table && strcmp(element, r->table) != 0;
+        r->text = NULL;
     }
 }
 
 static void XMLCALL on_text(void *user, const XML_Char *text, int bytes)
 {
     xml_reading *r = user;
-    const size_t room = NAME_READ_BYTES - 1 - r->name_bytes;
-    const size_t count = (size_t)bytes < room ? (size_t)bytes : room;
+    const size_t used = r->text ? strlen(r->text) : 0, room = SC_FIELD_BYTES - 1 - used;
 
-    if (!r->in_label && !r->in_type)
-        return;
-    memcpy(r->name + r->name_bytes, text, count);
-    r->name_bytes += count;
+    if (r->text)
+        snprintf(r->text + used, SC_FIELD_BYTES - used, "%.*s",
+                 (size_t)bytes < room ? bytes : (int)room, text);
 }
 
 /* No table needs declarations of its own, which stand in the internal subset of the DOCTYPE: a few
@@ -197,7 +163,7 @@ static void XMLCALL on_doctype(void *user, const XML_Char *name, const XML_Char 
 }
 
 /* Let Expat read the document. @return as sc_label_xml_parse. */
-static sc_status run(xml_reading *r, const char *path, const char *text, size_t bytes, char *why)
+static sc_status run(xml_reading *r, const char *text, size_t bytes, char *why)
 {
     enum XML_Error error;
 
@@ -205,16 +171,18 @@ static sc_status run(xml_reading *r, const char *path, const char *text, size_t 
     XML_SetElementHandler(r->parser, on_start, on_end);
     XML_SetCharacterDataHandler(r->parser, on_text);
     XML_SetStartDoctypeDeclHandler(r->parser, on_doctype);
-    if (XML_Parse(r->parser, text, (int)bytes, 1) == XML_STATUS_OK && r->tables > 0)
+    if (XML_Parse(r->parser, text, (int)bytes, 1) == XML_STATUS_OK && r->table)
         return SC_OK;
     error = XML_GetErrorCode(r->parser);
-    if (r->status != SC_OK && r->status != SC_ERR_DATA)
-        return r->status;
+    if (r->rows.status != SC_OK && r->rows.status != SC_ERR_DATA)
+        return r->rows.status;
     if (error == XML_ERROR_NO_MEMORY)
-        return sc_fail(r->ctx, SC_ERR_MEMORY, "%s: out of memory while its XML was read", path);
+        return sc_fail(r->rows.ctx, SC_ERR_MEMORY, "%s: out of memory while its XML was read",
+                       r->rows.path);
     if (error == XML_ERROR_NONE)
         snprintf(why, SC_XML_WHY_BYTES,
-                 "the XML has no LabelTable, and no data of an atlas of FSL");
+                 "the XML has no LabelTable, and no data of an atlas of FSL or labelset of "
+                 "BrainSuite");
     else
         snprintf(why, SC_XML_WHY_BYTES, "line %lu of the XML: %s",
                  (unsigned long)XML_GetCurrentLineNumber(r->parser),
@@ -239,8 +207,7 @@ sc_status sc_label_xml_parse(const sc_ctx *ctx, const char *path, const char *te
                              sc_label_table *table, char why[SC_XML_WHY_BYTES])
 {
     const size_t before = table->count;
-    xml_reading r = {.ctx = ctx, .table = table, .status = SC_OK};
-    sc_status status;
+    xml_reading r = {.rows = sc_rows_begin(ctx, path, &tables[0].dialect, table)};
 
     if (bytes > SC_TABLE_BYTES_MAX) {
         snprintf(why, SC_XML_WHY_BYTES, "the XML has %zu bytes, expected at most %d", bytes,
@@ -251,19 +218,11 @@ sc_status sc_label_xml_parse(const sc_ctx *ctx, const char *path, const char *te
     r.parser = XML_ParserCreate(is_said_to_be_wide(text, bytes) ? "UTF-8" : NULL);
     if (!r.parser)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory while its XML was read", path);
-    status = run(&r, path, text, bytes, why);
+    r.rows.status = run(&r, text, bytes, why);
     XML_ParserFree(r.parser);
-    if (status != SC_OK) {
+    if (r.rows.status != SC_OK)
         table->count = before;
-        return status;
-    }
-    sc_name_warn(ctx, path, &r.names);
-    if (r.bad)
-        sc_warn(ctx,
-                "%s: line %lu of its XML: %d label%s no whole number as Key, or no levels from 0 "
-                "to 1 as Red, Green, Blue and Alpha; what cannot be read is not used",
-                path, r.bad_line, r.bad, r.bad == 1 ? " has" : "s have");
-    return SC_OK;
+    return sc_rows_end(&r.rows);
 }
 
 #else

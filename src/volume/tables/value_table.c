@@ -181,18 +181,6 @@ static sc_status read_headings(const sc_ctx *ctx, value_reading *r, char *text, 
 
 /* ---- lines ---- */
 
-/* Read a whole number of a label. */
-static bool read_number(const char *text, int64_t *out)
-{
-    char *end;
-    const double number = strtod(text, &end);
-
-    if (end == text || end[strspn(end, " ")] || number != floor(number) || !(fabs(number) <= 9e15))
-        return false;
-    *out = (int64_t)number;
-    return true;
-}
-
 /* @return whether a field stands for a value that is not known. */
 static bool is_missing(const char *text)
 {
@@ -228,25 +216,15 @@ static sc_status read_value(const sc_ctx *ctx, const value_reading *r, const cha
 static sc_status add_row(const sc_ctx *ctx, const value_reading *r, const sc_value_row *row,
                          sc_value_table *table)
 {
-    const size_t capacity = table->capacity ? 2 * table->capacity : 64;
-    void *rows;
     sc_status status;
 
     if (table->count == SC_TABLE_ROWS_MAX)
         return sc_fail(ctx, SC_ERR_DATA, "%s:%d: more than %d rows; keep those of the tissues",
                        r->path, row->line, SC_TABLE_ROWS_MAX);
-    if (table->count == table->capacity) {
-        status = sc_alloc(ctx, capacity, sizeof *table->rows, &rows);
-        if (status != SC_OK)
-            return status;
-        if (table->count)
-            memcpy(rows, table->rows, table->count * sizeof *table->rows);
-        sc_free(table->rows);
-        table->rows = rows;
-        table->capacity = capacity;
-    }
-    table->rows[table->count++] = *row;
-    return SC_OK;
+    status = sc_list_grow(ctx, table->count, sizeof *row, &table->capacity, &table->rows);
+    if (status == SC_OK)
+        table->rows[table->count++] = *row;
+    return status;
 }
 
 /* Read one line. */
@@ -260,11 +238,11 @@ static sc_status read_row(const sc_ctx *ctx, value_reading *r, sc_value_table *t
     if (comment || (count == 1 && !*r->fields[0]))
         return SC_OK;
     if (r->number < count)
-        row.has_number = read_number(r->fields[r->number], &row.number);
+        row.has_number = sc_label_value_read(r->fields[r->number], &row.number);
     if (r->name < count)
         row.name = r->fields[r->name];
     if (r->number == NO_COLUMN && r->either && *row.name)
-        row.has_number = read_number(row.name, &row.number);
+        row.has_number = sc_label_value_read(row.name, &row.number);
     if (!row.has_number && !*row.name) {
         r->first_unnamed = r->unnamed++ ? r->first_unnamed : row.line;
         return SC_OK;
