@@ -707,4 +707,28 @@ TEST(what_a_format_cannot_hold_is_told)
     assert_null(sc_table_writer_for(".csv"));
 }
 
+/* Names that spreadsheets take as formulas are told, where these open the table. */
+TEST(names_that_are_formulas_are_told)
+{
+    sc_label rows[] = {{.value = 1, .name = "a=b", .opacity = -1, .has_color = true},
+                       {.value = 2, .name = "=1+1", .opacity = -1, .has_color = true},
+                       {.value = 3, .name = "@x", .opacity = -1, .has_color = true}};
+    const sc_label_table table = {rows, SC_COUNT_OF(rows), SC_COUNT_OF(rows)};
+    static const char *const writers[] = {"csv", "bids", "json"};
+
+    for (size_t i = 0; i < SC_COUNT_OF(writers); i++) {
+        sc_text text = {0};
+        heard said;
+        const sc_ctx ctx = listening(&said);
+
+        assert_ok(
+            sc_label_table_print(&ctx, "out", &table, sc_table_writer_find(writers[i]), &text));
+        assert_int_equal(said.warnings, i < 2 ? 1 : 0);
+        if (i < 2)
+            assert_non_null(strstr(said.text, "2 names begin as a formula does, such as \"=1+1\""));
+        assert_non_null(strstr(text.data, "=1+1")); /* what is written stays as it is */
+        sc_text_clear(&text);
+    }
+}
+
 RUN_TESTS(NULL, NULL)

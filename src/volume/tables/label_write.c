@@ -13,55 +13,24 @@ enum {
     HOLDS_OPACITY = 2,
     HOLDS_HIDDEN = 4,
     NEEDS_COLOR = 8,
-    READS_BLANKS = 16 /* what stands for an unwanted character is read as that again */
+    READS_BLANKS = 16, /* what stands for an unwanted character is read as that again */
+    HAS_CELLS = 32     /* it is opened in spreadsheets */
 };
 
 struct sc_table_writer {
     const char *name, *title;
-    const char *ending;      /* of files' names, ".tsv"; NULL: it does not tell */
-    const char *unwanted;    /* characters that its names cannot have; "": all are allowed */
-    const char *head, *foot; /* of the text, or NULL */
-    /* Append one label, with levels from 0 to 255. @return SC_ERR_MEMORY. NULL: it is JSON. */
-    sc_status (*print)(const sc_ctx *ctx, const sc_label *label, const uint8_t rgba[4],
-                       sc_text *out);
-    /* @return the document of all labels, NULL if there is no memory. Caller owns it. */
-    json_t *(*to_json)(const sc_label *labels, size_t count);
+    const char *ending;   /* of files' names, ".tsv"; NULL: it does not tell */
+    const char *unwanted; /* characters that its names cannot have; "": all are allowed */
+    const char *head;     /* of the text, or the document without labels of JSON; NULL: none */
+    const char *row;      /* of a label, as add_part tells; NULL: it is JSON */
+    const char *foot;
+    int (*append)(json_t *root, const sc_label *label); /* to JSON; not 0: there is no memory */
     int64_t lowest, highest; /* numbers of labels; the highest that JSON holds exactly is 2^53 */
     unsigned holds;          /* the bits above */
     char wanted;             /* what stands for unwanted characters */
 };
 
-/* ---- one label a line ---- */
-
-/* @return the name, or "_", which stands for none where a word must stand. */
-static const char *word_of(const sc_label *label)
-{
-    return label->name[0] ? label->name : "_";
-}
-
-static sc_status print_slicer(const sc_ctx *ctx, const sc_label *label, const uint8_t rgba[4],
-                              sc_text *out)
-{
-    return sc_text_add(ctx, out, "%lld %s %d %d %d %d\n", (long long)label->value, word_of(label),
-                       rgba[0], rgba[1], rgba[2], rgba[3]);
-}
-
-static sc_status print_freesurfer(const sc_ctx *ctx, const sc_label *label, const uint8_t rgba[4],
-                                  sc_text *out)
-{
-    return sc_text_add(ctx, out, "%-7lld %-40s %3d %3d %3d %d\n", (long long)label->value,
-                       word_of(label), rgba[0], rgba[1], rgba[2], 255 - rgba[3]);
-}
-
-static sc_status print_itksnap(const sc_ctx *ctx, const sc_label *label, const uint8_t rgba[4],
-                               sc_text *out)
-{
-    const double opacity = label->opacity >= 0 ? (double)label->opacity : 1;
-
-    return sc_text_add(ctx, out, "%5lld %5d %4d %4d %8.4g %2d %2d    \"%s\"\n",
-                       (long long)label->value, rgba[0], rgba[1], rgba[2], opacity, 1,
-                       !label->hidden, label->name);
-}
+/* ---- text ---- */
 
 /* Append a field of a table of columns, in quotation marks where it needs them. */
 static sc_status add_field(const sc_ctx *ctx, const char *text, char delimiter, sc_text *out)
@@ -79,68 +48,6 @@ out:
     return status;
 }
 
-/* As 3D Slicer reads and writes them. */
-static sc_status print_csv(const sc_ctx *ctx, const sc_label *label, const uint8_t rgba[4],
-                           sc_text *out)
-{
-    sc_status status;
-
-    SC_TRY(sc_text_add(ctx, out, "%lld,", (long long)label->value));
-    SC_TRY(add_field(ctx, label->name, ',', out));
-    status = sc_text_add(ctx, out, ",%d,%d,%d,%d\n", rgba[0], rgba[1], rgba[2], rgba[3]);
-out:
-    return status;
-}
-
-/* As the Brain Imaging Data Structure has them: "n/a" for what is not known. */
-static sc_status print_bids(const sc_ctx *ctx, const sc_label *label, const uint8_t rgba[4],
-                            sc_text *out)
-{
-    sc_status status;
-
-    SC_TRY(sc_text_add(ctx, out, "%lld\t", (long long)label->value));
-    SC_TRY(add_field(ctx, label->name[0] ? label->name : "n/a", '\t', out));
-    status = label->has_color
-                 ? sc_text_add(ctx, out, "\t#%02x%02x%02x\n", rgba[0], rgba[1], rgba[2])
-                 : sc_text_add(ctx, out, "\tn/a\n");
-out:
-    return status;
-}
-
-/* Write the name, or "label 5" for none, to out[SC_NAME_BYTES]: for formats that have names alone.
- */
-static void full_name(const sc_label *label, char out[SC_NAME_BYTES])
-{
-    if (label->name[0])
-        memcpy(out, label->name, SC_NAME_BYTES);
-    else
-        snprintf(out, SC_NAME_BYTES, "label %lld", (long long)label->value);
-}
-
-/* As the class lists of TotalSegmentator, and of people. */
-static sc_status print_class(const sc_ctx *ctx, const sc_label *label, const uint8_t rgba[4],
-                             sc_text *out)
-{
-    char name[SC_NAME_BYTES];
-
-    (void)rgba;
-    full_name(label, name);
-    return sc_text_add(ctx, out, "%lld %s\n", (long long)label->value, name);
-}
-
-/* Two lines for a label, as `wb_command -volume-label-export-table` writes them. */
-static sc_status print_workbench(const sc_ctx *ctx, const sc_label *label, const uint8_t rgba[4],
-                                 sc_text *out)
-{
-    char name[SC_NAME_BYTES];
-
-    full_name(label, name);
-    return sc_text_add(ctx, out, "%s\n%lld %d %d %d %d\n", name, (long long)label->value, rgba[0],
-                       rgba[1], rgba[2], rgba[3]);
-}
-
-/* ---- XML ---- */
-
 static sc_status add_xml_text(const sc_ctx *ctx, const char *text, sc_text *out)
 {
     sc_status status = SC_OK;
@@ -156,120 +63,141 @@ static sc_status add_xml_text(const sc_ctx *ctx, const char *text, sc_text *out)
     return status;
 }
 
-static sc_status print_xml(const sc_ctx *ctx, const sc_label *label, const uint8_t rgba[4],
-                           sc_text *out)
+/* Write the name, or "label 5" for none, to out[SC_NAME_BYTES]: for formats that have names alone.
+ */
+static void full_name(const sc_label *label, char out[SC_NAME_BYTES])
 {
-    sc_status status;
+    if (label->name[0])
+        memcpy(out, label->name, SC_NAME_BYTES);
+    else
+        snprintf(out, SC_NAME_BYTES, "label %lld", (long long)label->value);
+}
 
-    SC_TRY(sc_text_add(ctx, out,
-                       "<Label Key=\"%lld\" Red=\"%.4g\" Green=\"%.4g\" Blue=\"%.4g\" "
-                       "Alpha=\"%.4g\">",
-                       (long long)label->value, rgba[0] / 255.0, rgba[1] / 255.0, rgba[2] / 255.0,
-                       rgba[3] / 255.0));
-    SC_TRY(add_xml_text(ctx, label->name, out));
-    status = sc_text_add(ctx, out, "</Label>\n");
-out:
+/* Append what a letter in the row of a format stands for: "v" the number; "r", "g", "b", "a" levels
+ * of colour and opacity from 0 to 255, "t" of transparency, "R" to "A" from 0 to 1; "h" a
+ * hexadecimal colour or n/a; "o" opacity from 0 to 1; "s" whether it is shown; the name: "n" as it
+ * is, "w" with _ for none, "f" in full, "c" for commas, "q" for tabs with n/a for none, "x" for
+ * XML.
+ * @param width of letters, negative for those at the left. */
+static sc_status add_part(const sc_ctx *ctx, char letter, int width, const sc_label *label,
+                          const uint8_t rgba[4], sc_text *out)
+{
+    static const char levels[] = "rgbaRGBA";
+    const char *level = strchr(levels, letter);
+    char full[SC_NAME_BYTES];
+
+    if (level && level < levels + 4)
+        return sc_text_add(ctx, out, "%*d", width, rgba[level - levels]);
+    if (level)
+        return sc_text_add(ctx, out, "%.4g", rgba[level - levels - 4] / 255.0);
+    full_name(label, full);
+    switch (letter) {
+    case 'v':
+        return sc_text_add(ctx, out, "%*lld", width, (long long)label->value);
+    case 't':
+        return sc_text_add(ctx, out, "%d", 255 - rgba[3]);
+    case 'h':
+        return label->has_color ? sc_text_add(ctx, out, "#%02x%02x%02x", rgba[0], rgba[1], rgba[2])
+                                : sc_text_add(ctx, out, "n/a");
+    case 'o':
+        return sc_text_add(ctx, out, "%*.4g", width,
+                           label->opacity >= 0 ? (double)label->opacity : 1);
+    case 's':
+        return sc_text_add(ctx, out, "%*d", width, !label->hidden);
+    case 'w':
+        return sc_text_add(ctx, out, "%*s", width, label->name[0] ? label->name : "_");
+    case 'c':
+        return add_field(ctx, label->name, ',', out);
+    case 'q':
+        return add_field(ctx, label->name[0] ? label->name : "n/a", '\t', out);
+    case 'x':
+        return add_xml_text(ctx, label->name, out);
+    default:
+        return sc_text_add(ctx, out, "%s", letter == 'f' ? full : label->name);
+    }
+}
+
+/* Append one label. */
+static sc_status print_row(const sc_ctx *ctx, const char *row, const sc_label *label, sc_text *out)
+{
+    const float opacity = label->hidden ? 0 : label->opacity >= 0 ? label->opacity : 1;
+    const uint8_t rgba[4] = {label->rgb[0], label->rgb[1], label->rgb[2],
+                             (uint8_t)(opacity * 255 + 0.5F)};
+    sc_status status = SC_OK;
+
+    for (; *row && status == SC_OK; row++) {
+        char *letter;
+        long width;
+
+        if (*row != '%') {
+            status = sc_text_add(ctx, out, "%c", *row);
+            continue;
+        }
+        width = strtol(row + 1, &letter, 10);
+        row = letter;
+        status = add_part(ctx, *row, (int)width, label, rgba, out);
+    }
     return status;
 }
 
-/* ---- JSON; NULL: there is no memory ---- */
+/* ---- JSON; a failure to make or to append anything is not 0 ---- */
 
-static json_t *list_json(const sc_label *labels, size_t count)
+static int append_item(json_t *root, const sc_label *label)
 {
-    json_t *list = json_array();
-
-    for (size_t i = 0; i < count; i++) {
-        const sc_label *label = &labels[i];
-        json_t *item =
-            json_pack("{s:I, s:s}", "value", (json_int_t)label->value, "name", label->name);
-        char color[8];
-
-        snprintf(color, sizeof color, "#%02x%02x%02x", label->rgb[0], label->rgb[1], label->rgb[2]);
-        if (!item || (label->has_color && json_object_set_new(item, "color", json_string(color))) ||
-            (label->opacity >= 0 &&
-             json_object_set_new(item, "opacity", json_real((double)label->opacity))) ||
-            (label->hidden && json_object_set_new(item, "visible", json_false())) ||
-            json_array_append(list, item)) {
-            json_decref(item);
-            json_decref(list);
-            return NULL;
-        }
-        json_decref(item);
-    }
-    return list;
-}
-
-static json_t *neuroglancer_json(const sc_label *labels, size_t count)
-{
-    json_t *ids = json_array(), *names = json_array();
+    json_t *item = json_pack("{s:I, s:s}", "value", (json_int_t)label->value, "name", label->name);
+    char color[8];
     int failed = 0;
 
-    for (size_t i = 0; i < count; i++) {
-        char id[32];
-
-        snprintf(id, sizeof id, "%lld", (long long)labels[i].value);
-        failed |= json_array_append_new(ids, json_string(id)) |
-                  json_array_append_new(names, json_string(labels[i].name));
-    }
-    if (failed) {
-        json_decref(ids);
-        json_decref(names);
-        return NULL;
-    }
-    return json_pack("{s:s, s:{s:o, s:[{s:s, s:s, s:o}]}}", "@type",
-                     "neuroglancer_segment_properties", "inline", "ids", ids, "properties", "id",
-                     "label", "type", "label", "values", names);
+    snprintf(color, sizeof color, "#%02x%02x%02x", label->rgb[0], label->rgb[1], label->rgb[2]);
+    if (label->has_color)
+        failed |= json_object_set_new(item, "color", json_string(color));
+    if (label->opacity >= 0)
+        failed |= json_object_set_new(item, "opacity", json_real((double)label->opacity));
+    if (label->hidden)
+        failed |= json_object_set_new(item, "visible", json_false());
+    return failed | json_array_append_new(root, item);
 }
 
-static json_t *ome_json(const sc_label *labels, size_t count)
+static int append_neuroglancer(json_t *root, const sc_label *label)
 {
-    json_t *colors = json_array(), *properties = json_array();
+    json_t *lists = json_object_get(root, "inline");
+    json_t *names = json_array_get(json_object_get(lists, "properties"), 0);
+    char id[32];
+
+    snprintf(id, sizeof id, "%lld", (long long)label->value);
+    return json_array_append_new(json_object_get(lists, "ids"), json_string(id)) |
+           json_array_append_new(json_object_get(names, "values"), json_string(label->name));
+}
+
+static int append_ome(json_t *root, const sc_label *label)
+{
+    json_t *lists = json_object_get(root, "image-label");
+    const int alpha = label->hidden         ? 0
+                      : label->opacity >= 0 ? (int)(label->opacity * 255 + 0.5F)
+                                            : 255;
     int failed = 0;
 
-    for (size_t i = 0; i < count; i++) {
-        const sc_label *l = &labels[i];
-        const int alpha = l->hidden ? 0 : l->opacity >= 0 ? (int)(l->opacity * 255 + 0.5F) : 255;
-
-        if (l->has_color || alpha < 255)
-            failed |= json_array_append_new(
-                colors, json_pack("{s:I, s:[i,i,i,i]}", "label-value", (json_int_t)l->value, "rgba",
-                                  l->rgb[0], l->rgb[1], l->rgb[2], alpha));
-        failed |=
-            json_array_append_new(properties, json_pack("{s:I, s:s}", "label-value",
-                                                        (json_int_t)l->value, "name", l->name));
-    }
-    if (failed) {
-        json_decref(colors);
-        json_decref(properties);
-        return NULL;
-    }
-    return json_pack("{s:{s:s, s:o, s:o}}", "image-label", "version", "0.4", "colors", colors,
-                     "properties", properties);
+    if (label->has_color || alpha < 255)
+        failed |= json_array_append_new(json_object_get(lists, "colors"),
+                                        json_pack("{s:I, s:[i,i,i,i]}", "label-value",
+                                                  (json_int_t)label->value, "rgba", label->rgb[0],
+                                                  label->rgb[1], label->rgb[2], alpha));
+    return failed | json_array_append_new(json_object_get(lists, "properties"),
+                                          json_pack("{s:I, s:s}", "label-value",
+                                                    (json_int_t)label->value, "name", label->name));
 }
 
-/* The labels of a dataset.json of nnU-Net: names with numbers. A name that is missing or that an
- * earlier label has is made of the number, too. */
-static json_t *nnunet_json(const sc_label *labels, size_t count)
+/* Names with numbers. A name that is missing or that an earlier label has is made of the number,
+ * too. */
+static int append_nnunet(json_t *root, const sc_label *label)
 {
-    json_t *map = json_pack("{s:i}", "background", 0);
-    int failed = !map;
+    json_t *map = json_object_get(root, "labels");
+    char name[SC_NAME_BYTES], longer[SC_NAME_BYTES + 32];
 
-    for (size_t i = 0; i < count && !failed; i++) {
-        char name[SC_NAME_BYTES], longer[SC_NAME_BYTES + 32];
-        const char *key = name;
-
-        full_name(&labels[i], name);
-        if (json_object_get(map, name)) {
-            snprintf(longer, sizeof longer, "%s %lld", name, (long long)labels[i].value);
-            key = longer;
-        }
-        failed = json_object_set_new(map, key, json_integer((json_int_t)labels[i].value));
-    }
-    if (failed) {
-        json_decref(map);
-        return NULL;
-    }
-    return json_pack("{s:o}", "labels", map);
+    full_name(label, name);
+    snprintf(longer, sizeof longer, "%s %lld", name, (long long)label->value);
+    return json_object_set_new(map, json_object_get(map, name) ? longer : name,
+                               json_integer((json_int_t)label->value));
 }
 
 /* ---- the table of formats ---- */
@@ -277,40 +205,44 @@ static json_t *nnunet_json(const sc_label *labels, size_t count)
 #define WHOLE ((int64_t)1 << 53)
 #define ALL (HOLDS_COLOR | HOLDS_OPACITY | HOLDS_HIDDEN)
 
+#define XML_ROW "<Label Key=\"%v\" Red=\"%R\" Green=\"%G\" Blue=\"%B\" Alpha=\"%A\">%x</Label>\n"
+#define XML_HEAD "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+
 static const sc_table_writer writers[] = {
-    {"slicer", "a colour table of 3D Slicer", ".ctbl", " ", "# Color table file\n", NULL,
-     print_slicer, NULL, 0, 1000000, ALL | NEEDS_COLOR | READS_BLANKS, '_'},
+    {"slicer", "a colour table of 3D Slicer", ".ctbl", " ", "# Color table file\n",
+     "%v %w %r %g %b %a\n", NULL, NULL, 0, 1000000, ALL | NEEDS_COLOR | READS_BLANKS, '_'},
     {"freesurfer", "a look-up table of FreeSurfer", NULL, " ",
-     "#No.    Label Name:                                R   G   B   A\n", NULL, print_freesurfer,
-     NULL, 0, INT32_MAX, ALL | NEEDS_COLOR, '_'},
+     "#No.    Label Name:                                R   G   B   A\n",
+     "%-7v %-40w %3r %3g %3b %t\n", NULL, NULL, 0, INT32_MAX, ALL | NEEDS_COLOR, '_'},
     {"itksnap", "a label description of ITK-SNAP", NULL, "\"",
      "################################################\n# ITK-SnAP Label Description File\n"
      "# IDX  R G B  A  VIS  MSH  LABEL\n################################################\n",
-     NULL, print_itksnap, NULL, 0, 65535, ALL | NEEDS_COLOR, '\''},
+     "%5v %5r %4g %4b %8o  1 %2s    \"%n\"\n", NULL, NULL, 0, 65535, ALL | NEEDS_COLOR, '\''},
     {"xml", "a label table in XML, as of TotalSegmentator and Connectome Workbench", ".xml", "",
-     "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<LabelTable>\n", "</LabelTable>\n", print_xml,
-     NULL, INT32_MIN, INT32_MAX, ALL | NEEDS_COLOR, 0},
-    {"csv", "a table of 3D Slicer with commas", ".csv", "",
-     "LabelValue,Name,Color_R,Color_G,Color_B,Color_A\n", NULL, print_csv, NULL, -WHOLE, WHOLE,
+     XML_HEAD "<LabelTable>\n", XML_ROW, "</LabelTable>\n", NULL, INT32_MIN, INT32_MAX,
      ALL | NEEDS_COLOR, 0},
-    {"bids", "a dseg.tsv of BIDS", ".tsv", "", "index\tname\tcolor\n", NULL, print_bids, NULL,
-     -WHOLE, WHOLE, HOLDS_COLOR, 0},
-    {"json", "JSON", ".json", "", NULL, NULL, NULL, list_json, -WHOLE, WHOLE, ALL, 0},
-    {"neuroglancer", "the segment properties of Neuroglancer", NULL, "", NULL, NULL, NULL,
-     neuroglancer_json, 0, INT64_MAX, 0, 0},
+    {"csv", "a table of 3D Slicer with commas", ".csv", "",
+     "LabelValue,Name,Color_R,Color_G,Color_B,Color_A\n", "%v,%c,%r,%g,%b,%a\n", NULL, NULL, -WHOLE,
+     WHOLE, ALL | NEEDS_COLOR | HAS_CELLS, 0},
+    {"bids", "a dseg.tsv of BIDS", ".tsv", "", "index\tname\tcolor\n", "%v\t%q\t%h\n", NULL, NULL,
+     -WHOLE, WHOLE, HOLDS_COLOR | HAS_CELLS, 0},
+    {"json", "JSON", ".json", "", "[]", NULL, NULL, append_item, -WHOLE, WHOLE, ALL, 0},
+    {"neuroglancer", "the segment properties of Neuroglancer", NULL, "",
+     "{\"@type\": \"neuroglancer_segment_properties\", \"inline\": {\"ids\": [], \"properties\": "
+     "[{\"id\": \"label\", \"type\": \"label\", \"values\": []}]}}",
+     NULL, NULL, append_neuroglancer, 0, INT64_MAX, 0, 0},
     {"gifti", "a GIFTI file with a label table alone", ".gii", "",
-     "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<GIFTI Version=\"1.0\" "
-     "NumberOfDataArrays=\"0\">\n"
-     "<LabelTable>\n",
-     "</LabelTable>\n</GIFTI>\n", print_xml, NULL, INT32_MIN, INT32_MAX, ALL | NEEDS_COLOR, 0},
-    {"workbench", "a label list of Connectome Workbench", NULL, "", NULL, NULL, print_workbench,
-     NULL, INT32_MIN, INT32_MAX, ALL | NEEDS_COLOR, 0},
-    {"names", "a class list, as of TotalSegmentator", NULL, "", NULL, NULL, print_class, NULL,
-     -WHOLE, WHOLE, 0, 0},
-    {"nnunet", "the dataset.json of nnU-Net", NULL, "", NULL, NULL, NULL, nnunet_json, 1, WHOLE, 0,
-     0},
-    {"ome-zarr", "the metadata of a label image of OME-Zarr", NULL, "", NULL, NULL, NULL, ome_json,
-     -WHOLE, WHOLE, ALL, 0}};
+     XML_HEAD "<GIFTI Version=\"1.0\" NumberOfDataArrays=\"0\">\n<LabelTable>\n", XML_ROW,
+     "</LabelTable>\n</GIFTI>\n", NULL, INT32_MIN, INT32_MAX, ALL | NEEDS_COLOR, 0},
+    {"workbench", "a label list of Connectome Workbench", NULL, "", NULL, "%f\n%v %r %g %b %a\n",
+     NULL, NULL, INT32_MIN, INT32_MAX, ALL | NEEDS_COLOR, 0},
+    {"names", "a class list, as of TotalSegmentator", NULL, "", NULL, "%v %f\n", NULL, NULL, -WHOLE,
+     WHOLE, 0, 0},
+    {"nnunet", "the dataset.json of nnU-Net", NULL, "", "{\"labels\": {\"background\": 0}}", NULL,
+     NULL, append_nnunet, 1, WHOLE, 0, 0},
+    {"ome-zarr", "the metadata of a label image of OME-Zarr", NULL, "",
+     "{\"image-label\": {\"version\": \"0.4\", \"colors\": [], \"properties\": []}}", NULL, NULL,
+     append_ome, -WHOLE, WHOLE, ALL, 0}};
 
 const sc_table_writer *sc_table_writer_find(const char *name)
 {
@@ -415,7 +347,8 @@ out:
 
 /* How many labels lose what in a format. */
 typedef struct losses {
-    size_t numbers, names, colors, opacities, hidden, palette;
+    size_t numbers, names, colors, opacities, hidden, palette, formulas;
+    const char *formula; /* the first name that is taken as one */
 } losses;
 
 /* Change @p labels to what the format can hold, and count what is lost. @return how many are left.
@@ -441,6 +374,9 @@ static size_t fit(const sc_table_writer *writer, sc_label *labels, size_t count,
             }
         }
         lost->names += renamed;
+        if ((writer->holds & HAS_CELLS) && l->name[0] && strchr("=+-@\t\r", l->name[0]) &&
+            lost->formulas++ == 0)
+            lost->formula = l->name;
         lost->colors += l->has_color && !(writer->holds & HOLDS_COLOR);
         lost->opacities += l->opacity >= 0 && !l->hidden && !(writer->holds & HOLDS_OPACITY);
         lost->hidden += l->hidden && !(writer->holds & HOLDS_HIDDEN);
@@ -484,6 +420,12 @@ static sc_status tell_losses(const sc_ctx *ctx, const char *path, const sc_table
                 "%s: %zu name%s changed, because %s allows no %s in names: \"%c\" stands there",
                 path, lost->names, lost->names == 1 ? " is" : "s are", writer->title,
                 writer->unwanted[0] == ' ' ? "blanks" : "quotation marks", writer->wanted);
+    if (lost->formulas)
+        sc_warn(
+            ctx,
+            "%s: %zu name%s as a formula does, such as \"%s\": spreadsheets compute what a cell "
+            "with it says; import the columns as text, or rename the tissues",
+            path, lost->formulas, lost->formulas == 1 ? " begins" : "s begin", lost->formula);
     if (lost->palette)
         sc_warn(ctx,
                 "%s: %zu label%s no colour, which %s needs; colours of segcast's palette are "
@@ -500,13 +442,8 @@ static sc_status print_lines(const sc_ctx *ctx, const sc_table_writer *writer,
 {
     sc_status status = sc_text_add(ctx, out, "%s", writer->head ? writer->head : "");
 
-    for (size_t i = 0; i < count && status == SC_OK; i++) {
-        const sc_label *l = &labels[i];
-        const float opacity = l->hidden ? 0 : l->opacity >= 0 ? l->opacity : 1;
-        const uint8_t rgba[4] = {l->rgb[0], l->rgb[1], l->rgb[2], (uint8_t)(opacity * 255 + 0.5F)};
-
-        status = writer->print(ctx, l, rgba, out);
-    }
+    for (size_t i = 0; i < count && status == SC_OK; i++)
+        status = print_row(ctx, writer->row, &labels[i], out);
     if (status == SC_OK && writer->foot)
         status = sc_text_add(ctx, out, "%s", writer->foot);
     return status;
@@ -516,11 +453,17 @@ static sc_status print_lines(const sc_ctx *ctx, const sc_table_writer *writer,
 static sc_status print_json(const sc_ctx *ctx, const sc_table_writer *writer,
                             const sc_label *labels, size_t count, sc_text *out)
 {
-    json_t *json = writer->to_json(labels, count);
-    char *text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(6)) : NULL;
-    sc_status status = text ? sc_text_add(ctx, out, "%s\n", text)
-                            : sc_fail(ctx, SC_ERR_MEMORY, "out of memory for a label table");
+    json_t *json = json_loads(writer->head, 0, NULL);
+    int failed = !json;
+    char *text = NULL;
+    sc_status status;
 
+    for (size_t i = 0; i < count && !failed; i++)
+        failed = writer->append(json, &labels[i]);
+    if (!failed)
+        text = json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(6));
+    status = text ? sc_text_add(ctx, out, "%s\n", text)
+                  : sc_fail(ctx, SC_ERR_MEMORY, "out of memory for a label table");
     free(text);
     json_decref(json);
     return status;
@@ -547,8 +490,8 @@ sc_status sc_label_table_print(const sc_ctx *ctx, const char *path, const sc_lab
         goto out;
     }
     SC_TRY(tell_losses(ctx, path, writer, &lost));
-    status = writer->print ? print_lines(ctx, writer, labels, count, out)
-                           : print_json(ctx, writer, labels, count, out);
+    status = writer->row ? print_lines(ctx, writer, labels, count, out)
+                         : print_json(ctx, writer, labels, count, out);
 out:
     sc_free(labels);
     return status;
