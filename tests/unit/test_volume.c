@@ -610,6 +610,59 @@ TEST(slicer_keys_name_and_colour_labels)
     unlink("t.seg.nrrd");
 }
 
+/* MITK has the names and colours of labels as JSON in the header, in groups; several groups are the
+ * components of voxels. */
+TEST(groups_of_mitk_name_and_colour_labels)
+{
+    static const char *const headers[] = {
+        "dimension: 3\nsizes: 7 5 4\nkinds: domain domain domain\n"
+        "space directions: (1,0,0) (0,1,0) (0,0,1)\n",
+        "dimension: 4\nsizes: 2 7 5 4\n"
+        "kinds: vector domain domain domain\n"
+        "space directions: none (1,0,0) (0,1,0) (0,0,1)\n"};
+#define LABEL(name, value, color)                                                                  \
+    "{\"color\": {\"type\": \"ColorProperty\", \"value\": [" color                                 \
+    "]}, \"locked\": true, \"name\": \"" name "\", \"opacity\": 0.6, \"value\": " value            \
+    ", \"visible\": true}"
+    static const char *const groups[] = {
+        "[{\"labels\": [" LABEL("Torso", "1", "0.1, 0.7, 0.1") ", " LABEL("Nose", "4",
+                                                                          "0.9, 0.9, 0.1") "]}]",
+        "[{\"labels\": [" LABEL("Torso", "1", "0.1, 0.7, 0.1") "]}, {\"labels\": [" LABEL(
+            "Nose", "4", "0.9, 0.9, 0.1") "]}]"};
+#undef LABEL
+    char header[2048], data[2 * VOXELS];
+    sc_volume v;
+    heard said;
+    const sc_ctx ctx = listening(&said);
+
+    for (int several = 0; several < 2; several++) {
+        memset(data, 0, sizeof data);
+        data[0] = 1;
+        data[several ? 3 : 1] = 4; /* the second component of the second voxel, or that voxel */
+        snprintf(header, sizeof header,
+                 "NRRD0004\ntype: uchar\nspace: LPS\n%sencoding: raw\n"
+                 "modality:=org.mitk.multilabel.segmentation\n"
+                 "org.mitk.multilabel.segmentation.labelgroups:=%s\n\n",
+                 headers[several], groups[several]);
+        write_file("t.nrrd", header, data, VOXELS << several, false);
+        assert_ok(sc_volume_read(&quiet, "t.nrrd", &v));
+        assert_int_equal(v.label_count, 3);
+        assert_string_equal(v.labels[1].name, "Torso");
+        assert_int_equal(v.labels[2].value, 4);
+        assert_string_equal(v.labels[2].name, "Nose");
+        assert_true(v.labels[2].rgb[0] == 230 && v.labels[2].rgb[2] == 26);
+        assert_true(v.labels[2].opacity < 0 && !v.labels[2].hidden);
+        sc_volume_clear(&v);
+    }
+    write_file("t.nrrd",
+               "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
+               "org.mitk.multilabel.segmentation.labelgroups:=[{\n\n",
+               data, VOXELS, false);
+    assert_int_equal(sc_volume_read(&ctx, "t.nrrd", &v), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "its label groups of MITK are no JSON"));
+    unlink("t.nrrd");
+}
+
 static void expect_table(sc_table_format format, const char *text, float opacity, bool hidden)
 {
     sc_label_table table = {0};

@@ -250,8 +250,9 @@ static sc_status segment_at(const reading *r, size_t number, sc_nrrd_segment **o
     return SC_OK;
 }
 
-/* Keep the value of a key such as Segment7_Name; of a key that comes twice the last value holds,
- * and other keys are ignored. Both texts are freed of their escapes (backslash n) in place. */
+/* Keep the value of a key such as Segment7_Name, or the groups of labels of MITK; of a key that
+ * comes twice the last value holds, and other keys are ignored. Both texts are freed of their
+ * escapes (backslash n) in place. */
 static sc_status read_key(const reading *r, char *key, char *value)
 {
     static const struct {
@@ -267,6 +268,11 @@ static sc_status read_key(const reading *r, char *key, char *value)
     char *end;
 
     airUnescape(key);
+    if (!strcmp(key, "org.mitk.multilabel.segmentation.labelgroups")) {
+        airUnescape(value);
+        r->header->label_groups = value;
+        return SC_OK;
+    }
     if (strncmp(key, "Segment", 7) != 0 || key[7] < '0' || key[7] > '9' ||
         (key[7] == '0' && key[8] != '_'))
         return SC_OK;

@@ -21,8 +21,9 @@ typedef struct sc_nrrd_header {
                        data file, each with a newline behind it */
     sc_nrrd_segment *segments; /* [segment_capacity], the first segment_count by their number */
     size_t segment_count, segment_capacity;
-    bool attached;      /* the voxels follow the header in the same file */
-    uint64_t end_bytes; /* if attached: where in the file the voxels begin; else 0 */
+    const char *label_groups; /* of MITK, in JSON, borrowed from the text; NULL: there are none */
+    bool attached;            /* the voxels follow the header in the same file */
+    uint64_t end_bytes;       /* if attached: where in the file the voxels begin; else 0 */
     sc_text list;     /* if not attached: the lines that name the data files, for Teem; a pattern of
                          names is written out as a list */
     char *first_file; /* path of the first data file, owned; NULL if attached */

@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The segments that the header of a .seg.nrrd of 3D Slicer lists: a label table, and for layers
- * that overlap, which label of which layer each segment is. */
+ * that overlap, which label of which layer each segment is. MITK has groups of labels for that. */
 #include "formats/nrrd_segments.h"
 
+#include "tables/label_table.h"
+
 #include <errno.h>
+#include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -138,6 +141,48 @@ static void warn_of_values(const sc_ctx *ctx, const char *path, const sc_source 
                 path, first->name, (long long)first->value, count, count == 1 ? " is" : "s are");
 }
 
+/* Append the labels of MITK's groups, [{"labels": [...]}, ...]. A group is a layer. Opacities are
+ * not used: they are those of slices, less than 1 of all labels. */
+static sc_status read_groups(const sc_ctx *ctx, const char *path, const char *text,
+                             sc_source *source)
+{
+    sc_label_table *table = &source->table;
+    json_error_t error;
+    json_t *groups = json_loads(text, 0, &error);
+    size_t capacity = 0, count = 0;
+    sc_status status = SC_OK;
+
+    if (!groups)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: its label groups of MITK are no JSON: %s", path,
+                       error.text);
+    if (source->layers > 1)
+        SC_TRY(sc_list_grow(ctx, 0, sizeof *source->segments, &capacity, &source->segments));
+    for (size_t g = 0; g < json_array_size(groups); g++) {
+        json_t *labels = json_object_get(json_array_get(groups, g), "labels");
+        const int layer = source->layers > 1 ? (int)g : 0;
+
+        if (layer >= source->layers) {
+            sc_warn(ctx, "%s: has %zu groups of labels, expected %d, one for each layer", path,
+                    json_array_size(groups), source->layers);
+            break;
+        }
+        if (json_array_size(labels))
+            SC_TRY(sc_label_json_read(ctx, path, labels, table));
+        for (; count < table->count; count++) {
+            table->rows[count].opacity = -1;
+            if (source->layers == 1)
+                continue;
+            SC_TRY(
+                sc_list_grow(ctx, count, sizeof *source->segments, &capacity, &source->segments));
+            source->segments[count] =
+                (sc_segment){.layer = layer, .value = table->rows[count].value, .row = count};
+        }
+    }
+out:
+    json_decref(groups);
+    return status;
+}
+
 sc_status sc_nrrd_read_segments(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,
                                 sc_source *source)
 {
@@ -146,7 +191,9 @@ sc_status sc_nrrd_read_segments(const sc_ctx *ctx, const char *path, const sc_nr
     void *block;
     sc_status status = SC_OK;
 
-    if (source->layers > 1) {
+    if (header->label_groups)
+        SC_TRY(read_groups(ctx, path, header->label_groups, source));
+    else if (source->layers > 1) {
         SC_TRY(sc_zalloc(ctx, header->segment_count, sizeof(sc_segment), &block));
         source->segments = block;
     }

@@ -92,11 +92,11 @@ static bool is_phase_axis(const Nrrd *nrrd, unsigned i)
 
 /* Write to axes[3] the indices of the spatial axes, the fastest first: the first three whose
  * kind is domain, space, or not given. Further axes are left out if they have one sample. The
- * fastest may have the layers of @p segments segments, if there are any; layers of @p source is
- * their number, or 1. The fastest or slowest may have the phases of a series, which @p source gets,
- * too. @return SC_ERR_DATA if other axes have more, or if fewer than three axes are found. */
+ * fastest may have the layers of the segments of @p header, if there are any; layers of @p source
+ * is their number, or 1. The fastest or slowest may have the phases of a series, which @p source
+ * gets, too. @return SC_ERR_DATA if other axes have more, or if fewer than three axes are found. */
 static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
-                              size_t segments, int axes[3], sc_source *source)
+                              const sc_nrrd_header *header, int axes[3], sc_source *source)
 {
     int found = 0;
 
@@ -109,20 +109,22 @@ static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *n
 
         if (spatial && found < 3)
             axes[found++] = (int)i;
-        else if (i == 0 && segments && axis->kind == nrrdKindList && axis->size <= SC_LAYERS_MAX)
+        else if (i == 0 && axis->size <= SC_LAYERS_MAX &&
+                 (header->label_groups || (header->segment_count && axis->kind == nrrdKindList)))
             source->layers = (int)axis->size;
         else if (axis->size != 1 && is_phase_axis(nrrd, i)) {
             source->phases = (int)axis->size;
             source->side_by_side = i == 0;
             source->phase_step_s = axis_step_s(axis);
         } else if (axis->size != 1)
-            return sc_fail(ctx, SC_ERR_DATA,
-                           "%s: axis %u (%s) has %zu samples, expected three spatial axes; with "
-                           "the phases of a series (time or list) as the slowest or the fastest, "
-                           "or up to 4096 layers of a .seg.nrrd as the fastest; with Teem, `unu "
-                           "axmerge` or `unu permute` bring axes to another place, and `unu slice "
-                           "-a %u -p 0 -i IN -o OUT.nrrd` takes one sample",
-                           path, i, airEnumStr(nrrdKind, axis->kind), axis->size, i);
+            return sc_fail(
+                ctx, SC_ERR_DATA,
+                "%s: axis %u (%s) has %zu samples, expected three spatial axes; with "
+                "the phases of a series (time or list) as the slowest or the fastest, "
+                "or up to 4096 layers of a .seg.nrrd or of MITK as the fastest; with Teem, `unu "
+                "axmerge` or `unu permute` bring axes to another place, and `unu slice "
+                "-a %u -p 0 -i IN -o OUT.nrrd` takes one sample",
+                path, i, airEnumStr(nrrdKind, axis->kind), axis->size, i);
     }
     if (found != 3)
         return sc_fail(ctx, SC_ERR_DATA, "%s: has %d spatial axes, expected 3", path, found);
@@ -235,7 +237,7 @@ static sc_status check_sizes(const sc_ctx *ctx, const char *path, const sc_nrrd_
     if (nio->byteSkip < -1)
         return sc_fail(ctx, SC_ERR_DATA, "%s: byte skip is %ld, expected -1, 0 or more", path,
                        nio->byteSkip);
-    SC_TRY(spatial_axes(ctx, path, nrrd, header->segment_count, axes, source));
+    SC_TRY(spatial_axes(ctx, path, nrrd, header, axes, source));
     for (int i = 0; i < 3; i++)
         size[i] =
             nrrd->axis[axes[i]].size > INT32_MAX ? INT64_MAX : (int64_t)nrrd->axis[axes[i]].size;
