@@ -47,6 +47,26 @@ static void expect_two(const char *text, bool has_color, float opacity)
     sc_label_table_clear(&table);
 }
 
+/* A label that is expected. */
+typedef struct named {
+    int value;
+    const char *name;
+} named;
+
+/* Expect a table of these labels, and no others. */
+static void expect_names(const char *text, const named *expected, size_t count, heard *said)
+{
+    sc_label_table table = {0};
+
+    assert_ok(read_table(text, strlen(text), said, &table));
+    assert_int_equal(table.count, count);
+    for (size_t i = 0; i < count; i++) {
+        assert_int_equal(table.rows[i].value, expected[i].value);
+        assert_string_equal(table.rows[i].name, expected[i].name);
+    }
+    sc_label_table_clear(&table);
+}
+
 TEST(columns_are_known_by_their_headings)
 {
     expect_two("value|name|r|g|b\n4|left atrium|255|128|0\n5|b|1|2|3\n", true, -1);
@@ -173,9 +193,8 @@ TEST(colors_behind_names_are_read)
 /* Without headings, quotation marks tell columns: a number, a name and perhaps a colour. */
 TEST(quoted_columns_need_no_headings)
 {
-    sc_label_table table = {0};
+    static const named expected[] = {{4, "atrium, left"}, {5, "b, c"}};
     heard said;
-    static const char commas[] = "4,\"atrium, left\"\n5,\"b, c\"\n";
 
     expect_two("\"4\",\"left atrium\",\"255\",\"128\",\"0\"\n\"5\",\"b\",\"1\",\"2\",\"3\"\n", true,
                -1);
@@ -183,11 +202,7 @@ TEST(quoted_columns_need_no_headings)
         "4;\"left atrium\";\"255\";\"128\";\"0\";\"255\"\n5;\"b\";\"1\";\"2\";\"3\";\"128\"\n",
         true, 128 / 255.0F);
     expect_two("\"4\",\"left atrium\",\"#ff8000\"\r\n\"5\",\"b\",\"#010203\"\r\n", true, -1);
-    assert_ok(read_table(commas, sizeof commas - 1, &said, &table));
-    assert_int_equal(table.count, 2);
-    assert_string_equal(table.rows[0].name, "atrium, left");
-    assert_string_equal(table.rows[1].name, "b, c");
-    sc_label_table_clear(&table);
+    expect_names("4,\"atrium, left\"\n5,\"b, c\"\n", expected, 2, &said);
 }
 
 /* Atlases of mice have a row for both sides of a structure, and two numbers in it, which are the
@@ -197,24 +212,14 @@ TEST(rows_may_have_a_number_for_each_side)
     static const char text[] = "\"Structure\",\"right label\",\"left label\",\"hierarchy\"\n"
                                "\"amygdala\",51,151,\"x\"\n\"fourth ventricle\",118,118,\"y\"\n"
                                "\"only right\",7,,\n\"neither\",,,\n";
-    static const struct {
-        int value;
-        const char *name;
-    } expected[] = {{51, "right amygdala"},
-                    {151, "left amygdala"},
-                    {118, "fourth ventricle"},
-                    {7, "right only right"}};
-    sc_label_table table = {0};
+    static const named expected[] = {{51, "right amygdala"},
+                                     {151, "left amygdala"},
+                                     {118, "fourth ventricle"},
+                                     {7, "right only right"}};
     heard said;
 
-    assert_ok(read_table(text, sizeof text - 1, &said, &table));
-    assert_int_equal(table.count, SC_COUNT_OF(expected));
-    for (size_t i = 0; i < table.count; i++) {
-        assert_int_equal(table.rows[i].value, expected[i].value);
-        assert_string_equal(table.rows[i].name, expected[i].name);
-    }
+    expect_names(text, expected, SC_COUNT_OF(expected), &said);
     assert_non_null(strstr(said.text, "table.txt:5: 1 line has no whole number"));
-    sc_label_table_clear(&table);
 }
 
 /* The info_label.txt of the Spinal Cord Toolbox, whose headings are a comment. */
@@ -225,17 +230,11 @@ TEST(headings_may_be_a_comment)
         "4, left atrium, x_04.nii.gz\n5, b, x_05.nii.gz\n\n# Combined labels\n"
         "# Keyword=CombinedLabels (Please DO NOT change this line)\n# ID, name, IDgroup\n"
         "50, the heart, 4:5\n51, both, 4,5\n";
-    sc_label_table table = {0};
+    static const named expected[] = {{4, "left atrium"}, {5, "b"}, {50, "the heart"}, {51, "both"}};
     heard said;
 
-    expect_two(text, false, -1);
-    assert_ok(read_table(text, sizeof text - 1, &said, &table));
-    assert_int_equal(table.count, 4);
-    assert_int_equal(table.rows[2].value, 50);
-    assert_string_equal(table.rows[2].name, "the heart");
-    assert_string_equal(table.rows[3].name, "both");
+    expect_names(text, expected, SC_COUNT_OF(expected), &said);
     assert_int_equal(said.warnings, 0);
-    sc_label_table_clear(&table);
 }
 
 /* Of several lists in Python only the first is read. */
@@ -244,12 +243,10 @@ TEST(further_lists_of_classes_are_left_out)
     static const char text[] =
         "class_map = {\n \"total\": {\n  1: \"spleen\",\n  2: \"liver\"\n },\n"
         " \"heart\": {\n  1: \"x\",\n  3: \"y\"\n }\n}\n";
-    sc_label_table table = {0};
+    static const named expected[] = {{1, "spleen"}, {2, "liver"}};
     heard said;
 
-    assert_ok(read_table(text, sizeof text - 1, &said, &table));
-    assert_int_equal(table.count, 2);
-    sc_label_table_clear(&table);
+    expect_names(text, expected, 2, &said);
 }
 
 /* A row of 3D Slicer without a name of its own has that of its terminology. */
@@ -258,15 +255,10 @@ TEST(terminologies_name_rows)
     static const char text[] =
         "LabelValue,Name,Color_R,Color_G,Color_B,Type_CodeMeaning,TypeModifier_CodeMeaning\n"
         "1,,1,2,3,Kidney,Left\n2,,1,2,3,Liver,\n3,Mine,1,2,3,Spleen,\n";
-    static const char *const names[] = {"Kidney, Left", "Liver", "Mine"};
-    sc_label_table table = {0};
+    static const named expected[] = {{1, "Kidney, Left"}, {2, "Liver"}, {3, "Mine"}};
     heard said;
 
-    assert_ok(read_table(text, sizeof text - 1, &said, &table));
-    assert_int_equal(table.count, 3);
-    for (size_t i = 0; i < table.count; i++)
-        assert_string_equal(table.rows[i].name, names[i]);
-    sc_label_table_clear(&table);
+    expect_names(text, expected, 3, &said);
 }
 
 TEST(json_is_known_by_its_bracket)
@@ -312,16 +304,12 @@ TEST(ontologies_are_read_with_all_their_levels)
         "\"rgb_triplet\": [255, 128, 0]}, {\"id\": 5, \"acronym\": \"B\", \"name\": \"b\"}]",
         "{\"rois\": [" NODE("4", "LA", "left atrium", "FF8000") "}, " NODE("5", "B", "b",
                                                                            "0") "}]}"};
-    sc_label_table table = {0};
+    static const named expected[] = {{4, "left atrium"}, {5, "b"}, {6, "c"}, {7, "d"}};
     heard said;
 
     for (size_t i = 0; i < SC_COUNT_OF(texts); i++)
         expect_two(texts[i], true, -1);
-    assert_ok(read_table(TREE, sizeof TREE - 1, &said, &table));
-    assert_int_equal(table.count, 4);
-    assert_int_equal(table.rows[3].value, 7);
-    assert_string_equal(table.rows[3].name, "d");
-    sc_label_table_clear(&table);
+    expect_names(TREE, expected, SC_COUNT_OF(expected), &said);
 #undef TREE
 #undef NODE
 }
@@ -511,13 +499,10 @@ TEST(wide_xml_is_read)
 /* 3D Slicer drops the quotation marks around a name. */
 TEST(names_of_slicer_have_no_quotes)
 {
-    static const char text[] = "1 'Left_Atrium' 225 95 120 255\n2 b 1 2 3 255\n";
-    sc_label_table table = {0};
+    static const named expected[] = {{1, "Left Atrium"}, {2, "b"}};
     heard said;
 
-    assert_ok(read_table(text, sizeof text - 1, &said, &table));
-    assert_string_equal(table.rows[0].name, "Left Atrium");
-    sc_label_table_clear(&table);
+    expect_names("1 'Left_Atrium' 225 95 120 255\n2 b 1 2 3 255\n", expected, 2, &said);
 }
 
 TEST(what_cannot_be_read_is_told_with_its_place)
