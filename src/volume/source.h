@@ -122,7 +122,10 @@ typedef struct sc_mask {
  * allowed. */
 void sc_source_clear(sc_source *source);
 /* @return where a choice is from, for messages: the line of a job, or else the volume. */
-const char *sc_read_where(const sc_read_choice *choice, const char *path);
+static inline const char *sc_read_where(const sc_read_choice *choice, const char *path)
+{
+    return choice->where && choice->where[0] ? choice->where : path;
+}
 /* From now on the source has only the part that was wanted, since its voxels have just been loaded.
  */
 void sc_source_keep_part(sc_source *source);

@@ -2,11 +2,6 @@
 /* Which voxels of a file are wanted. */
 #include "source.h"
 
-const char *sc_read_where(const sc_read_choice *choice, const char *path)
-{
-    return choice->where && choice->where[0] ? choice->where : path;
-}
-
 /* Log that the volume has no voxel in the box in mm of @p choice. @return SC_ERR_DATA always. */
 static sc_status refuse_box_mm(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                                const sc_source *source)
