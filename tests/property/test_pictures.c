@@ -636,7 +636,7 @@ int main(void)
 
     for (int surface = SC_SURFACE_VOXEL; surface <= SC_SURFACE_SMOOTH; surface++) {
         tested_surface = (sc_surface)surface;
-        failed += _cmocka_run_group_tests("tests", tests_here, tests_here_count, NULL, NULL);
+        failed += run_all_tests(NULL, NULL);
     }
     return failed;
 }
