@@ -43,7 +43,9 @@ done
 
 # What was damaged is made again by --resume; then all is proven again.
 for file in job.yaml stats.json report.html status.json v.mp4 frames/000001.png; do
+    cp "out/$file" kept
     echo >>"out/$file"
     "$SEGCAST" render job.yaml -o out --resume -q >/dev/null 2>&1
     "$SEGCAST" verify out >/dev/null || fail "after --resume with a damaged $file"
+    case $file in *.mp4 | *.png) cmp kept "out/$file" || fail "--resume makes another $file" ;; esac
 done

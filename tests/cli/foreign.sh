@@ -141,15 +141,3 @@ rm -rf out
 mkdir -p out/segments out/frames
 "$SEGCAST" render job.yaml -o out -q >/dev/null
 [ -d out/segments ] || fail "an empty folder of the user was removed"
-
-# Long paths work as far as the system allows; then they are refused, and nothing is cut.
-long=$(printf '%0200d' 0)
-deep=$long/$long/$long/$long/$long/$long/$long/$long
-"$SEGCAST" render job.yaml -o "$deep" -q --set output.video=none >/dev/null
-"$SEGCAST" verify "$deep" >/dev/null || fail "verify of a directory with a long path"
-[ "$(ls "$deep" | wc -l)" = 8 ] || fail "a long path: $(ls "$deep")"
-longest=$deep/$deep/$long/$long/$long
-refused "a path of 3,800 bytes" 'the path of the directory has [0-9]+ bytes, expected at most 3700' "$SEGCAST" render job.yaml -o "$longest"
-expect 64 'expected a name .* of at most 140 bytes' "$SEGCAST" render job.yaml -o named --set output.video="$(printf '%0150d' 0).mp4"
-one_error
-[ ! -e named ] || fail "a name of a video that is too long: a directory was made"

@@ -32,7 +32,7 @@ cmp again/film.mp4 ref/film.mp4 || fail "the video after a full disk differs"
 [ "$(hashes again)" = "$(hashes ref)" ] || fail "the frames after a full disk differ"
 
 code=0
-limited "$SEGCAST" convert phantom:200x200x200 -o p.nrrd >stdout.txt 2>stderr.txt || code=$?
+limited "$SEGCAST" convert phantom:100x100x100 -o p.nrrd >stdout.txt 2>stderr.txt || code=$?
 [ $code = 74 ] || fail "exit code $code, expected 74"
 one_error
 [ -z "$(ls -A | grep nrrd)" ] || fail "an incomplete volume is left: $(ls -A)"

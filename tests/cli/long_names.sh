@@ -56,8 +56,12 @@ for words in "still job.yaml -o $far/x.png" "convert heart.nrrd -o $far/x.segc" 
     one_error
     unchanged "${words:0:20}"
 done
+expect 73 'the path of the directory has [0-9]+ bytes, expected at most 3700' "$SEGCAST" render job.yaml -o "$deep/$deep/$part/$part/$part/$part"
 
 # Names of a job.
+expect 64 'expected a name .* of at most 140 bytes' "$SEGCAST" render job.yaml -o named --set output.video="$(printf '%0150d' 0).mp4"
+one_error
+[ ! -e named ] || fail "a name of a video that is too long: a directory was made"
 name=$(printf 'ü%.0s' $(seq 200))
 long=x${name:0:127} # 255 bytes
 printf '1 %s 10 20 30 255\n' "$long" >long.txt

@@ -23,7 +23,7 @@
 command -v jq >/dev/null || skip "jq is not installed"
 
 distinct=${FAULT_DISTINCT:-1}
-read -ra steps <<<"${FAULT_STEP:-20 227}"
+read -ra steps <<<"${FAULT_STEP:-30 331}"
 offset=${FAULT_OFFSET:-0}
 read -ra all_ranks <<<"${FAULT_RANKS:-1 2}"
 read -ra all_kinds <<<"${FAULT_KINDS:-alloc write sync rename open map thread}"

@@ -102,6 +102,20 @@ static inline const char *fuzz_write(const char *name, const void *data, size_t 
     return path;
 }
 
+/* Split an input at its first two NUL bytes. Parts that are not there are empty. */
+static inline void fuzz_split(const uint8_t *data, size_t size, const uint8_t *parts[3],
+                              size_t sizes[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const uint8_t *end = size && i < 2 ? memchr(data, 0, size) : NULL;
+
+        parts[i] = data;
+        sizes[i] = end ? (size_t)(end - data) : size;
+        data += sizes[i] + !!end;
+        size -= sizes[i] + !!end;
+    }
+}
+
 /* A part of a file that inputs may change. */
 typedef struct fuzz_region {
     size_t at, bytes;

@@ -22,22 +22,14 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    const uint8_t *parts[3] = {data, NULL, NULL};
-    size_t sizes[3] = {size, 0, 0};
+    const uint8_t *parts[3];
+    size_t sizes[3];
 
-    for (int i = 0; i < 2 && parts[i]; i++) {
-        const uint8_t *end = sizes[i] ? memchr(parts[i], 0, sizes[i]) : NULL;
-
-        if (!end)
-            break;
-        parts[i + 1] = end + 1;
-        sizes[i + 1] = sizes[i] - (size_t)(end + 1 - parts[i]);
-        sizes[i] = (size_t)(end - parts[i]);
-    }
+    fuzz_split(data, size, parts, sizes);
     (void)fuzz_write("volume/info", parts[0], sizes[0]);
-    (void)fuzz_write("volume/names/info", parts[1] ? parts[1] : data, sizes[1]);
-    (void)fuzz_write("volume/s/0-8_0-8_0-8", parts[2] ? parts[2] : data, sizes[2]);
-    (void)fuzz_write("volume/s/0.shard", parts[2] ? parts[2] : data, sizes[2]);
+    (void)fuzz_write("volume/names/info", parts[1], sizes[1]);
+    (void)fuzz_write("volume/s/0-8_0-8_0-8", parts[2], sizes[2]);
+    (void)fuzz_write("volume/s/0.shard", parts[2], sizes[2]);
     fuzz_read_volume(fuzz_path("volume"));
     fuzz_read_grey(fuzz_path("volume"));
     return 0;

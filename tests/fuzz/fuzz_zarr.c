@@ -30,24 +30,15 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    const uint8_t *parts[3] = {data, NULL, NULL};
-    size_t sizes[3] = {size, 0, 0};
+    const uint8_t *parts[3];
+    size_t sizes[3];
     const bool third = size && data[0] == ' ';
 
-    for (int i = 0; i < 2 && parts[i]; i++) {
-        const uint8_t *end = sizes[i] ? memchr(parts[i], 0, sizes[i]) : NULL;
-
-        if (!end)
-            break;
-        parts[i + 1] = end + 1;
-        sizes[i + 1] = sizes[i] - (size_t)(end + 1 - parts[i]);
-        sizes[i] = (size_t)(end - parts[i]);
-    }
+    fuzz_split(data, size, parts, sizes);
     unlink(fuzz_path(third ? "store/0/.zarray" : "store/0/zarr.json"));
     (void)fuzz_write(third ? "store/0/zarr.json" : "store/0/.zarray", parts[0], sizes[0]);
-    (void)fuzz_write("store/.zattrs", parts[1] ? parts[1] : data, sizes[1]);
-    (void)fuzz_write(third ? "store/0/c/0/0/0" : "store/0/0.0.0", parts[2] ? parts[2] : data,
-                     sizes[2]);
+    (void)fuzz_write("store/.zattrs", parts[1], sizes[1]);
+    (void)fuzz_write(third ? "store/0/c/0/0/0" : "store/0/0.0.0", parts[2], sizes[2]);
     fuzz_read_volume(fuzz_path("store"));
     fuzz_read_grey(fuzz_path("store"));
     return 0;

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# The verb fly: any frame alone is that of the film, for any number of ranks and threads, from a volume, a prepared file
-# and with the tissue hidden; what has no way is refused, by check as by render.
+# The verb fly: the film is the same for any number of ranks and threads, from a volume, a prepared file and with the tissue
+# hidden; what has no way is refused, by check as by render. property.films draws frames alone and the resolved job.
 small_job job.yaml
 volume=$(sed -n 's/^volume: *//p' job.yaml)
 fly='animation.verbs=[{fly: {tissues: aorta, through: [[9, 4, 27], [-24, -43, 5]], during: [20%, 80%]}}]'
@@ -8,8 +8,6 @@ OMP_NUM_THREADS=1 "$SEGCAST" render job.yaml -o one -q --set "$fly" >/dev/null
 [ "$(hashes one | cut -d' ' -f2 | sort -u | wc -l)" -ge 5 ] || { hashes one; fail "the camera does not fly"; }
 OMP_NUM_THREADS=2 mpi 2 "$SEGCAST" render job.yaml -o three -q --set "$fly" >/dev/null
 [ "$(hashes one)" = "$(hashes three)" ] || fail "the pictures depend on ranks and threads"
-"$SEGCAST" render job.yaml -o alone -q --frames 4 --set "$fly" >/dev/null
-[ "$(hashes one | sed -n 5p)" = "$(hashes alone)" ] || fail "a frame alone is not that of the film"
 
 # The way does not depend on what is shown: with the aorta hidden, it is found in the file.
 "$SEGCAST" check job.yaml --set "$fly" 2>&1 >/dev/null | grep -o 'the centre line.*' >shown.txt || fail "check does not tell of the line"
@@ -40,8 +38,7 @@ expect 65 'lacking.segc: was prepared while "aorta" \(label 6\) was hidden' "$SE
 
 # Points alone.
 "$SEGCAST" render job.yaml -o points -q --set 'animation.verbs=[{fly: {through: [[13, 7, 42], [8, 2, 54], [-6, -12, 60]], fov: 60}}]' >/dev/null
-"$SEGCAST" render points/job.yaml -o again -q >/dev/null
-[ "$(hashes points)" = "$(hashes again)" ] || fail "the resolved job makes other pictures"
+[ "$(hashes points | cut -d' ' -f2 | sort -u | wc -l)" = 7 ] || fail "the camera does not fly through points"
 
 # From middle to middle of tissues that touch: the way goes on when the next tissue is visited.
 middles='animation.verbs=[{fly: {tissues: [left atrium, left ventricle, aorta], middles: true}}]'

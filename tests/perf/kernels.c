@@ -410,9 +410,8 @@ static void compare(sc_surface surface, int label_bytes, long rays)
 static long ray_count = 100000;
 
 /* For both surfaces and both label widths, with ray_count rays each. */
-static void every_kernel_gives_the_bits_of_the_plain_march(void **state)
+TEST(every_kernel_gives_the_bits_of_the_plain_march)
 {
-    (void)state;
     for (int bytes = 1; bytes <= 2; bytes++) {
         compare(SC_SURFACE_VOXEL, bytes, ray_count);
         compare(SC_SURFACE_SMOOTH, bytes, ray_count);
@@ -421,11 +420,7 @@ static void every_kernel_gives_the_bits_of_the_plain_march(void **state)
 
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_kernel_gives_the_bits_of_the_plain_march),
-    };
-
     if (argc > 1)
         ray_count = strtol(argv[1], NULL, 10);
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return run_all_tests(NULL, NULL);
 }

@@ -171,11 +171,10 @@ static bool expect_same_by_all_kernels(small_scene *s, const sc_scene *scene, lo
     return any;
 }
 
-static void every_accepted_geometry_is_drawn_alike_by_all_kernels(void **state)
+TEST(every_accepted_geometry_is_drawn_alike_by_all_kernels)
 {
     long shown = 0;
 
-    (void)state;
     for (long n = first_volume; n < first_volume + volume_count; n++) {
         uint64_t seed = 0x9e3779b97f4a7c15u * (uint64_t)(n + 1);
         small_scene s;
@@ -201,13 +200,9 @@ static void every_accepted_geometry_is_drawn_alike_by_all_kernels(void **state)
 
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_accepted_geometry_is_drawn_alike_by_all_kernels),
-    };
-
     if (argc > 1)
         volume_count = strtol(argv[1], NULL, 10);
     if (argc > 2)
         first_volume = strtol(argv[2], NULL, 10);
-    return RUN(tests);
+    return run_all_tests(NULL, NULL);
 }

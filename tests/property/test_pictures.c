@@ -72,11 +72,10 @@ static void expect_over(sc_render_settings change, const uint8_t behind[3], int 
 /* A transparent picture shows any background as if it had been drawn with it, without a rim of
  * another colour. What is left is the difference between square roots, which are blended in
  * drawing, and levels of sRGB, which are blended by what lays pictures over each other. */
-static void transparent_pictures_fit_any_background(void **state)
+TEST(transparent_pictures_fit_any_background)
 {
     static const uint8_t colours[][3] = {{0, 0, 0}, {255, 0, 0}, {0, 255, 0}, {255, 255, 255}};
 
-    (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(colours); i++) {
         expect_over((sc_render_settings){.samples = 1}, colours[i], 16, 4);
         expect_over((sc_render_settings){.samples = 5}, colours[i], 16, 4);
@@ -128,14 +127,13 @@ static sc_volume stored_along(const sc_volume *v, const int order[3], int flip)
 
 /* Of the 48 ways to store a volume every order of the axes and every set of axes that run
  * backwards. */
-static void all_orders_of_the_axes_give_the_same_picture(void **state)
+TEST(all_orders_of_the_axes_give_the_same_picture)
 {
     static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
                                      {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
     sc_volume original = small_phantom();
     sc_image first = front_picture(stored_along(&original, orders[0], 0));
 
-    (void)state;
     for (int i = 1; i < 48; i += 5) {
         sc_image other = front_picture(stored_along(&original, orders[i / 8], i % 8));
 
@@ -146,13 +144,12 @@ static void all_orders_of_the_axes_give_the_same_picture(void **state)
     sc_volume_clear(&original);
 }
 
-static void mirrored_anatomy_gives_another_picture(void **state)
+TEST(mirrored_anatomy_gives_another_picture)
 {
     sc_volume original = small_phantom(), mirrored;
     sc_image a, b;
     image_difference d;
 
-    (void)state;
     mirrored = stored_along(&original, (const int[]){0, 1, 2}, 0);
     mirrored.to_ras_mm.m[0][0] *= -1;
     mirrored.to_ras_mm.m[0][3] *= -1;
@@ -166,12 +163,11 @@ static void mirrored_anatomy_gives_another_picture(void **state)
 
 /* The picture stays the same if tissues get other label numbers, and the label table as well. On
  * smooth surfaces a point where two labels have the same vote may change its owner. */
-static void relabelling_volume_and_table_together_changes_nothing(void **state)
+TEST(relabelling_volume_and_table_together_changes_nothing)
 {
     sc_volume original = small_phantom(), renamed;
     sc_image a, b;
 
-    (void)state;
     renamed = stored_along(&original, (const int[]){0, 1, 2}, 0);
     for (int id = 1; id < renamed.label_count; id++) { /* reverses the order of the ids */
         renamed.labels[renamed.label_count - id] = original.labels[id];
@@ -200,14 +196,13 @@ static double difference_rms(const sc_image *a, const sc_image *b)
 /* Spacing matters: a volume with slices twice as thick gives a picture more like that of the fine
  * volume than one with voxels twice as large along all axes, and much more than the thick slices
  * would if their voxels were treated as cubes. */
-static void thick_slices_look_like_the_fine_volume(void **state)
+TEST(thick_slices_look_like_the_fine_volume)
 {
     static const int sizes[3][3] = {{120, 84, 124}, {120, 84, 62}, {60, 42, 62}};
     sc_phantom *phantom;
     sc_volume flat;
     sc_image images[3], squashed;
 
-    (void)state;
     assert_ok(sc_phantom_new(&quiet, &phantom));
     for (int i = 0; i < 3; i++) {
         sc_volume v;
@@ -236,7 +231,7 @@ static size_t covered(const sc_image *image)
 }
 
 /* A clip plane that moves through the heart removes more with every frame. */
-static void a_sweep_removes_more_with_every_frame(void **state)
+TEST(a_sweep_removes_more_with_every_frame)
 {
     small_scene s = make_scene(small_phantom(), 1);
     sc_animation a = {0};
@@ -244,7 +239,6 @@ static void a_sweep_removes_more_with_every_frame(void **state)
     sc_timeline t;
     size_t last = SIZE_MAX;
 
-    (void)state;
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
     (void)orbit_of(r, 9.0 / 7, 12, &a);
     a.camera.turns = 0;
@@ -267,7 +261,7 @@ static void a_sweep_removes_more_with_every_frame(void **state)
 }
 
 /* A quarter turn of the camera gives the same picture as a quarter turn of the patient. */
-static void a_quarter_turn_equals_permuted_axes(void **state)
+TEST(a_quarter_turn_equals_permuted_axes)
 {
     /* Borders are computed in cubes of 16 voxels, which begin at ends of the patient. */
     sc_volume original = phantom_of((const int[3]){64, 48, 64}), turned;
@@ -278,7 +272,6 @@ static void a_quarter_turn_equals_permuted_axes(void **state)
     sc_scene scene;
     sc_image first, second;
 
-    (void)state;
     turned = stored_along(&original, (const int[]){0, 1, 2}, 0);
     for (int i = 0; i < 4; i++) { /* the patient turns by -90 degrees about z: (x, y) -> (y, -x) */
         turned.to_ras_mm.m[0][i] = original.to_ras_mm.m[1][i];
@@ -306,7 +299,7 @@ static void a_quarter_turn_equals_permuted_axes(void **state)
 
 /* What is counted pixel by pixel adds up to what a frame with one ray in each pixel took, with
  * every skip method. */
-static void counts_of_pixels_add_up_to_the_frame(void **state)
+TEST(counts_of_pixels_add_up_to_the_frame)
 {
     small_scene s = make_scene(small_phantom(), 0.7);
     const sc_scene scene = front_view(&s);
@@ -314,7 +307,6 @@ static void counts_of_pixels_add_up_to_the_frame(void **state)
     sc_march_counters *counts;
     void *block;
 
-    (void)state;
     s.settings.samples = 1;
     assert_ok(sc_alloc(&quiet, pixels, sizeof *counts, &block));
     counts = block;
@@ -381,11 +373,10 @@ static void expect_same_by_all_ways(small_scene *s, const sc_scene *scene, const
 }
 
 /* Tissues that fade look the same whatever way a frame is drawn. */
-static void faded_pictures_do_not_depend_on_the_way_they_are_drawn(void **state)
+TEST(faded_pictures_do_not_depend_on_the_way_they_are_drawn)
 {
     float factors[64];
 
-    (void)state;
     for (int local = 0; local < 2; local++) {
         small_scene s = make_scene(small_phantom(), 0.8);
         sc_scene scene = faded_view(&s, factors);
@@ -418,12 +409,11 @@ static void move_apart(small_scene *s, sc_scene *scene, double by_mm, sc_vec3 *o
 
 /* Tissues that have moved look the same whatever way a frame is drawn. Without a way to go, the
  * picture is the ordinary one. */
-static void moved_pictures_do_not_depend_on_the_way_they_are_drawn(void **state)
+TEST(moved_pictures_do_not_depend_on_the_way_they_are_drawn)
 {
     float factors[64];
     sc_vec3 offsets_mm[64];
 
-    (void)state;
     for (int fades = 0; fades < 2; fades++) {
         small_scene s = make_scene(small_phantom(), fades ? 0.5 : 1);
         sc_scene scene = fades ? faded_view(&s, factors) : front_view(&s);
@@ -485,12 +475,11 @@ static sc_volume four_balls(const int moved[4])
 
 /* A picture of tissues that were moved is that of a volume in which they stand there, also where
  * a translucent one lies between the layers of another. */
-static void moved_tissues_look_as_if_they_stood_there(void **state)
+TEST(moved_tissues_look_as_if_they_stood_there)
 {
     /* Borders are computed in cubes of 16 voxels. */
     static const int moved[4] = {0, 0, -16, 0}, nowhere[4] = {0};
 
-    (void)state;
     for (int c = 0; c < 4; c++) {
         small_scene there = make_scene(four_balls(moved), c & 1 ? 0.4 : 1);
         small_scene here = make_scene(four_balls(nowhere), c & 1 ? 0.4 : 1);
@@ -519,7 +508,7 @@ static void moved_tissues_look_as_if_they_stood_there(void **state)
 
 /* What has faded to nothing leaves no trace: the picture is that of a volume in which these tissues
  * are not shown, but for the rounding of the occlusion. Factors of 1 change nothing at all. */
-static void what_has_faded_leaves_no_trace(void **state)
+TEST(what_has_faded_leaves_no_trace)
 {
     small_scene s = make_scene(small_phantom(), 0.8);
     float factors[64];
@@ -528,7 +517,6 @@ static void what_has_faded_leaves_no_trace(void **state)
     sc_image full, again, faded, hidden;
     sc_render_stats stats, of_faded, of_hidden;
 
-    (void)state;
     for (int id = 1; id < s.prepared.view.label_count; id++)
         factors[id] = s.tissues[id].fade_group ? 0 : 1;
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
@@ -615,13 +603,12 @@ static double differently_lit(const sc_image *a, const sc_image *b)
 /* Once a thin layer has faded away, what it lay on is lit as if it had never been there: its
  * gradients, which tell nothing of its neighbours, leave neither spots nor creases. And it goes
  * little by little. */
-static void a_thin_layer_that_has_faded_does_not_bend_the_light(void **state)
+TEST(a_thin_layer_that_has_faded_does_not_bend_the_light)
 {
     enum { STEPS = 20 };
     sc_image bare, gone, last;
     double whole, most = 0;
 
-    (void)state;
     if (tested_surface != SC_SURFACE_SMOOTH)
         return;
     bare = draw_balls(-1);
@@ -645,27 +632,11 @@ static void a_thin_layer_that_has_faded_does_not_bend_the_light(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(all_orders_of_the_axes_give_the_same_picture),
-        cmocka_unit_test(mirrored_anatomy_gives_another_picture),
-        cmocka_unit_test(relabelling_volume_and_table_together_changes_nothing),
-        cmocka_unit_test(thick_slices_look_like_the_fine_volume),
-        cmocka_unit_test(a_sweep_removes_more_with_every_frame),
-        cmocka_unit_test(a_quarter_turn_equals_permuted_axes),
-        cmocka_unit_test(counts_of_pixels_add_up_to_the_frame),
-        cmocka_unit_test(transparent_pictures_fit_any_background),
-        cmocka_unit_test(faded_pictures_do_not_depend_on_the_way_they_are_drawn),
-        cmocka_unit_test(moved_pictures_do_not_depend_on_the_way_they_are_drawn),
-        cmocka_unit_test(moved_tissues_look_as_if_they_stood_there),
-        cmocka_unit_test(what_has_faded_leaves_no_trace),
-        cmocka_unit_test(a_thin_layer_that_has_faded_does_not_bend_the_light),
-    };
-
     int failed = 0;
 
     for (int surface = SC_SURFACE_VOXEL; surface <= SC_SURFACE_SMOOTH; surface++) {
         tested_surface = (sc_surface)surface;
-        failed += RUN(tests);
+        failed += run_all_tests(NULL, NULL);
     }
     return failed;
 }

@@ -79,10 +79,9 @@ static inline void write_text(const char *path, const char *text)
     write_bytes(path, text, "", 0);
 }
 
-#define RUN(tests) cmocka_run_group_tests(tests, NULL, NULL)
-
 /* TEST(name) { ... } defines a test, and RUN_TESTS(setup, teardown), at the end of the file, a main
- * that runs all of them in their order; setup and teardown, of all together, may be NULL. */
+ * that runs all of them in their order; setup and teardown, of all together, may be NULL. A main of
+ * its own calls run_all_tests. */
 static struct CMUnitTest tests_here[64];
 static size_t tests_here_count;
 
@@ -101,10 +100,15 @@ static inline void keep_test(const char *name, CMUnitTestFunction function)
     }                                                                                              \
     static void name(__attribute__((unused)) void **state)
 
+static inline int run_all_tests(CMFixtureFunction setup, CMFixtureFunction teardown)
+{
+    return _cmocka_run_group_tests("tests", tests_here, tests_here_count, setup, teardown);
+}
+
 #define RUN_TESTS(setup, teardown)                                                                 \
     int main(void)                                                                                 \
     {                                                                                              \
-        return _cmocka_run_group_tests("tests", tests_here, tests_here_count, setup, teardown);    \
+        return run_all_tests(setup, teardown);                                                     \
     }
 
 #endif

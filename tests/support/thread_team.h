@@ -50,4 +50,23 @@ static sc_status run_team(thread_team *t, int ranks)
     return t->outcomes[0];
 }
 
+/* Let each allocation fail once on each of two ranks, until none does: all ranks end, without
+ * memory or well. @param clear called with t->user after each try, unless NULL. */
+static inline void fail_every_allocation(thread_team *t, void (*clear)(void *user))
+{
+    sc_status outcome = SC_ERR_MEMORY;
+    long budget = 0;
+
+    t->scarce = true;
+    for (; outcome != SC_OK; budget++) {
+        t->poor_rank = (int)(budget % 2);
+        t->budget = budget / 2;
+        outcome = run_team(t, 2);
+        assert_true(outcome == SC_OK || outcome == SC_ERR_MEMORY);
+        if (clear)
+            clear(t->user);
+    }
+    assert_true(budget > 40);
+}
+
 #endif

@@ -72,6 +72,17 @@ static void letter_film(film *f)
     f->annotations.lettering = f->lettering;
 }
 
+/* The words of a film cannot be lettered: so many errors, of which the last says @p text. */
+static void expect_refusal(film *f, int errors, const char *text)
+{
+    heard h;
+    const sc_ctx ctx = listening(&h);
+
+    assert_int_equal(sc_annotations_letter(&ctx, &f->annotations, &f->lettering), SC_ERR_DATA);
+    assert_int_equal(h.errors, errors);
+    assert_non_null(strstr(h.text, text));
+}
+
 static void end_film(film *f)
 {
     sc_free(f->lettering);
@@ -104,17 +115,18 @@ static const uint8_t *pixel(const sc_image *image, int x, int y)
            ((size_t)y * (size_t)image->width_px + (size_t)x) * sc_pixel_bytes(image->alpha);
 }
 
-/* The bounding box of the pixels of a white picture that are darker than half: left, top, right,
- * bottom. @return how many they are. */
-static int ink(const sc_image *image, int box[4])
+/* The bounding box of the pixels of frame @p k on white that are darker than half: left, top,
+ * right, bottom. @return how many they are. */
+static int ink(const film *f, int k, int box[4])
 {
+    sc_image image = draw(f, k, false, 255);
     int count = 0;
 
     box[0] = box[1] = 10000;
     box[2] = box[3] = -1;
     for (int y = 0; y < HEIGHT; y++) {
         for (int x = 0; x < WIDTH; x++) {
-            if (pixel(image, x, y)[0] > 127)
+            if (pixel(&image, x, y)[0] > 127)
                 continue;
             box[0] = x < box[0] ? x : box[0];
             box[1] = y < box[1] ? y : box[1];
@@ -123,6 +135,7 @@ static int ink(const sc_image *image, int box[4])
             count++;
         }
     }
+    sc_image_clear(&image);
     return count;
 }
 
@@ -224,45 +237,40 @@ TEST(over_transparency_text_is_opaque)
     end_film(&f);
 }
 
-/* The longest row of dark pixels. */
-static int longest_row(const sc_image *image)
+/* The longest row of dark pixels of frame 0 on white. */
+static int longest_row(const film *f)
 {
+    sc_image image = draw(f, 0, false, 255);
     int longest = 0;
 
     for (int y = 0; y < HEIGHT; y++) {
         int run = 0;
 
         for (int x = 0; x < WIDTH; x++) {
-            run = pixel(image, x, y)[0] < 60 ? run + 1 : 0;
+            run = pixel(&image, x, y)[0] < 60 ? run + 1 : 0;
             longest = run > longest ? run : longest;
         }
     }
+    sc_image_clear(&image);
     return longest;
 }
 
 TEST(a_scale_bar_is_as_long_as_it_says)
 {
-    sc_image image;
     film f;
 
     begin_film(&f, 0);
     f.overlays.scale_bar = SC_PLACE_BOTTOM_LEFT;
     letter_film(&f);
     /* 180 mm on 360 pixels: a fifth of 640 pixels is 64 mm, so the bar is 50 mm: 100 pixels. */
-    image = draw(&f, 0, false, 255);
-    assert_int_equal(longest_row(&image), 100);
-    sc_image_clear(&image);
+    assert_int_equal(longest_row(&f), 100);
     /* Perspective: half the height is 90 mm at 400 mm, where the middle of the box is. */
     f.scene.camera.projection = SC_PERSPECTIVE;
     f.scene.camera.half_height = 90.0 / 400;
-    image = draw(&f, 0, false, 255);
-    assert_int_equal(longest_row(&image), 100);
-    sc_image_clear(&image);
+    assert_int_equal(longest_row(&f), 100);
     f.scene.camera.position_mm.y = -400; /* it looks away from all that is visible */
     f.scene.camera.forward.y = -1;
-    image = draw(&f, 0, false, 255);
-    assert_int_equal(longest_row(&image), 0);
-    sc_image_clear(&image);
+    assert_int_equal(longest_row(&f), 0);
     end_film(&f);
 }
 
@@ -279,11 +287,9 @@ TEST(captions_are_shown_in_their_time)
     f.captions[1].begin = 1;
     letter_film(&f);
     for (int k = 0; k < FRAMES; k++) {
-        sc_image image = draw(&f, k, false, 255);
         int box[4];
 
-        assert_int_equal(ink(&image, box) > 0, seen[k] == '1');
-        sc_image_clear(&image);
+        assert_int_equal(ink(&f, k, box) > 0, seen[k] == '1');
     }
     end_film(&f);
 }
@@ -294,19 +300,16 @@ TEST(long_captions_fit)
     film f;
 
     for (int kind = 0; kind < 3; kind++) {
-        sc_image image;
         int box[4];
 
         begin_film(&f, 1);
         for (size_t i = 0; i < (kind == 2 ? 240 : 120); i++)
             f.captions[0].text[i] = kind == 1 && i % 6 == 5 ? ' ' : 'W';
         letter_film(&f);
-        image = draw(&f, 0, false, 255);
-        assert_true(ink(&image, box) > 0);
+        assert_true(ink(&f, 0, box) > 0);
         assert_true(box[0] > 4 && box[2] < WIDTH - 4);
         assert_true(box[1] > HEIGHT / 2 && box[3] < HEIGHT - 4);
         assert_true(box[3] - box[1] > 20); /* more than one line */
-        sc_image_clear(&image);
         end_film(&f);
     }
 }
@@ -417,7 +420,6 @@ static int red_rows(film *f)
  * there are beside. */
 TEST(a_long_legend_names_the_largest)
 {
-    sc_image image;
     film f;
     int box[4], lower[4], rows;
 
@@ -431,54 +433,40 @@ TEST(a_long_legend_names_the_largest)
     assert_non_null(sc_lettering_find(f.lettering, SC_WORD_MORE, 'm'));
     rows = red_rows(&f);
     assert_true(rows > 10 && rows < LABELS - 11);
-    image = draw(&f, 0, false, 255);
-    assert_true(ink(&image, box) > 0 && box[2] < WIDTH / 2 && box[3] < 0.8 * HEIGHT);
-    sc_image_clear(&image);
+    assert_true(ink(&f, 0, box) > 0 && box[2] < WIDTH / 2 && box[3] < 0.8 * HEIGHT);
     /* If others are faded away, there is room for the smaller ones, at last for all of them. */
     f.fades[39] = f.fades[30] = 0;
     assert_int_equal(red_rows(&f), rows);
     for (int id = 16; id < LABELS; id++)
         f.fades[id] = 0;
     assert_int_equal(red_rows(&f), 5);
-    image = draw(&f, 0, false, 255);
-    assert_true(ink(&image, lower) > 0 && lower[3] < box[3]); /* no last row that counts */
-    sc_image_clear(&image);
+    assert_true(ink(&f, 0, lower) > 0 && lower[3] < box[3]); /* no last row that counts */
     for (int id = 1; id < LABELS; id++)
         f.fades[id] = 0;
-    image = draw(&f, 0, false, 255);
-    assert_int_equal(ink(&image, lower), 0);
-    sc_image_clear(&image);
+    assert_int_equal(ink(&f, 0, lower), 0);
     end_film(&f);
     /* At a lower edge the rows end where the last of all would. */
     begin_film(&f, 0);
     add_tissues(&f, LABELS - 1);
     f.overlays.legend = SC_PLACE_BOTTOM_RIGHT;
     letter_film(&f);
-    image = draw(&f, 0, false, 255);
-    assert_true(ink(&image, box) > 0);
+    assert_true(ink(&f, 0, box) > 0);
     assert_true(box[0] > WIDTH / 2 && box[2] < WIDTH && box[1] > HEIGHT / 5 && box[3] < HEIGHT);
-    sc_image_clear(&image);
     for (int id = 4; id < LABELS; id++)
         f.fades[id] = 0;
-    image = draw(&f, 0, false, 255);
-    assert_true(ink(&image, lower) > 0 && lower[1] > box[1] + 50 && lower[3] + 8 > box[3]);
-    sc_image_clear(&image);
+    assert_true(ink(&f, 0, lower) > 0 && lower[1] > box[1] + 50 && lower[3] + 8 > box[3]);
     end_film(&f);
 }
 
 TEST(names_that_cannot_be_written_are_refused)
 {
-    heard h;
-    const sc_ctx ctx = listening(&h);
     film f;
 
     begin_film(&f, 0);
     add_tissues(&f, 2);
     f.overlays.legend = SC_PLACE_TOP;
     strcpy(f.labels[2].name, "\327\220");
-    assert_int_equal(sc_annotations_letter(&ctx, &f.annotations, &f.lettering), SC_ERR_DATA);
-    assert_int_equal(h.errors, 1);
-    assert_non_null(strstr(h.text, "(label 4) cannot be written onto pictures: U+05D0"));
+    expect_refusal(&f, 1, "(label 4) cannot be written onto pictures: U+05D0");
 }
 
 /* Remove the letter from the lettering of a film. */
@@ -538,7 +526,6 @@ TEST(without_orientation_there_is_no_cube)
 {
     heard h;
     const sc_ctx ctx = listening(&h);
-    sc_image image;
     film f;
     int box[4];
 
@@ -549,9 +536,7 @@ TEST(without_orientation_there_is_no_cube)
     assert_ok(sc_annotations_letter(&ctx, &f.annotations, &f.lettering));
     assert_int_equal(h.warnings, 1);
     f.annotations.lettering = f.lettering;
-    image = draw(&f, 0, false, 255);
-    assert_int_equal(ink(&image, box), 0);
-    sc_image_clear(&image);
+    assert_int_equal(ink(&f, 0, box), 0);
     end_film(&f);
 }
 
@@ -603,7 +588,6 @@ TEST(a_title_card_stands_in_the_middle)
 {
     for (int kind = 0; kind < 3; kind++) {
         sc_card card = {.has_subtitle = kind > 0};
-        sc_image image;
         int box[4];
         film f;
 
@@ -615,12 +599,10 @@ TEST(a_title_card_stands_in_the_middle)
         f.annotations.card = &card;
         assert_true(sc_annotations_any(&f.annotations));
         letter_film(&f);
-        image = draw(&f, 0, false, 255);
-        assert_true(ink(&image, box) > 0);
+        assert_true(ink(&f, 0, box) > 0);
         assert_true(abs(box[0] + box[2] - WIDTH) <= 6);
         assert_true(abs(box[1] + box[3] - HEIGHT) <= 6);
         assert_true(box[0] > WIDTH / 20 && box[1] > HEIGHT / 20);
-        sc_image_clear(&image);
         end_film(&f);
     }
 }
@@ -628,35 +610,26 @@ TEST(a_title_card_stands_in_the_middle)
 TEST(a_title_card_that_cannot_fit_is_refused)
 {
     sc_card card = {.where = "job.yaml:5"};
-    heard h;
-    const sc_ctx ctx = listening(&h);
     film f;
 
     begin_film(&f, 0);
     memset(card.title, 'W', SC_CAPTION_BYTES - 1);
     f.annotations.card = &card;
-    assert_int_equal(sc_annotations_letter(&ctx, &f.annotations, &f.lettering), SC_ERR_DATA);
-    assert_int_equal(h.errors, 1);
-    assert_non_null(strstr(h.text, "job.yaml:5: the text of the title card does not fit"));
+    expect_refusal(&f, 1, "job.yaml:5: the text of the title card does not fit");
 }
 
 TEST(captions_that_cannot_fit_are_refused)
 {
-    heard h;
-    const sc_ctx ctx = listening(&h);
     film f;
 
     begin_film(&f, 2);
     memset(f.captions[0].text, 'W', SC_CAPTION_BYTES - 1);
     memset(f.captions[1].text, 'W', SC_CAPTION_BYTES - 1);
-    assert_int_equal(sc_annotations_letter(&ctx, &f.annotations, &f.lettering), SC_ERR_DATA);
-    assert_int_equal(h.errors, 2);
-    assert_non_null(strstr(h.text, "job.yaml:8: a caption of 511 bytes does not fit"));
+    expect_refusal(&f, 2, "job.yaml:8: a caption of 511 bytes does not fit");
     strcpy(f.overlays.font, "DejaVu Snas");
     strcpy(f.overlays.font_where, "job.yaml:3");
-    assert_int_equal(sc_annotations_letter(&ctx, &f.annotations, &f.lettering), SC_ERR_DATA);
-    assert_non_null(strstr(
-        h.text, "job.yaml:3: there is no font \"DejaVu Snas\" here; did you mean \"DejaVu S"));
+    expect_refusal(&f, 1,
+                   "job.yaml:3: there is no font \"DejaVu Snas\" here; did you mean \"DejaVu S");
 }
 
 TEST(a_missing_character_is_named_once)

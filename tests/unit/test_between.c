@@ -69,7 +69,7 @@ static double volume_error(const sc_volume *a, const sc_volume *b)
  * held. */
 TEST(a_beat_is_met_better_than_by_holding)
 {
-    static const double phases[] = {0.15, 0.2, 0.25, 0.5, 0.55, 0.85, 0.95};
+    static const double phases[] = {0.15, 0.25, 0.55, 0.85};
     size_t held = 0, moved = 0;
     double held_volume = 0, moved_volume = 0;
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The farm with several ranks, which are threads of this process: what is drawn arrives whole, and
- * whatever fails on any rank ends the farm on all of them. Built a second time with the thread
- * sanitizer. */
+ * whatever fails on any rank ends the farm on all of them. The thread sanitizer watches, too, in
+ * the preset tsan. */
 #include "check.h"
 #include "thread_comm.h"
 

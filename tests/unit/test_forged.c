@@ -8,7 +8,7 @@
 /* For its header, and to make the checksum fit. */
 #include "../../src/prepare/pack.c"
 
-enum { WIDTH = 24, HEIGHT = 18, RANDOM_FORGERIES = 1500 };
+enum { WIDTH = 24, HEIGHT = 18, RANDOM_FORGERIES = 1000 };
 
 /* A prepared file in memory, aligned as a mapped one is. */
 typedef struct forged {
@@ -316,7 +316,7 @@ TEST(every_word_of_the_header_can_be_forged)
         forged file = prepared_file(wide);
 
         for (size_t at = 0; at < offsetof(block_header, checksum); at += 4) {
-            for (size_t i = 0; i < SC_COUNT_OF(numbers); i++, tried++) {
+            for (size_t i = (size_t)wide; i < SC_COUNT_OF(numbers); i += 2, tried++) {
                 const size_t bytes = at % 8 || at + 8 > sizeof(block_header) ? 4 : 8;
 
                 accepted += accepts(&file, at, &numbers[i], bytes);

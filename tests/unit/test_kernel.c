@@ -121,7 +121,7 @@ TEST(all_skip_methods_and_variants_give_the_same_bits)
     uint64_t seed = 23;
     int blank = 0, more = 0;
 
-    for (int n = 0; n < 11 * 40; n += 11) { /* all remainders of what n is divided by below */
+    for (int n = 0; n < 11 * 24; n += 11) { /* all remainders of what n is divided by below */
         small_scene s =
             make_scene(shape_volume(size, spacing, 1 + n / 2 % 2, 6, speckles), n % 4 ? 0.4 : 1);
         const sc_scene scene = random_scene(&seed, n, (sc_vec3){18, 17, 12.4});
@@ -168,36 +168,8 @@ TEST(all_skip_methods_and_variants_give_the_same_bits)
         sc_image_clear(&b);
         free_scene(&s);
     }
-    assert_true(blank < 14);
+    assert_true(blank < 9);
     assert_true(more > 3);
-}
-
-TEST(threads_and_tiles_do_not_change_the_picture)
-{
-    for (int way = 0; way < 4; way++) {
-        small_scene s = make_scene(small_phantom(), way < 2 ? 0.5 : 1);
-        sc_scene scene = front_view(&s);
-        sc_image first;
-
-        scene.plane_count = way & 1;
-        scene.planes[0] = (sc_plane){{0.6, 0.8, 0}, 3};
-        scene.clip_sets[0] = way & 1;
-        s.settings.surface = way & 1 ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH;
-        s.settings.everywhere = way == 3;
-        s.settings.samples = 3;
-        first = draw_view(&s, &scene, NULL);
-        for (int n = 0; n < 6; n++) {
-            sc_image other;
-
-            s.settings.threads = 1 + n % 3;
-            s.settings.tile_px = (const int[]){8, 256, 33, 90, 17, 64}[n];
-            other = draw_view(&s, &scene, NULL);
-            expect_same(&first, &other);
-            sc_image_clear(&other);
-        }
-        sc_image_clear(&first);
-        free_scene(&s);
-    }
 }
 
 static const uint8_t *pixel(const sc_image *image, int x, int y)
@@ -276,19 +248,20 @@ TEST(the_counted_work_of_known_frames_does_not_change)
         {11535, 224910, 68977, 56280}};
     static const sc_skip skips[] = {SC_SKIP_LEAP, SC_SKIP_INTERIOR, SC_SKIP_OCTREE,
                                     SC_SKIP_PROXIMITY, SC_SKIP_CHESSBOARD};
+    small_scene scenes[2] = {make_scene(small_phantom(), 0.3), make_scene(small_phantom(), 1)};
 
     for (int way = 0; way < (int)SC_COUNT_OF(known); way++) {
-        small_scene s = make_scene(small_phantom(), way % 4 < 3 ? 1 : 0.3);
-        const sc_scene scene = front_view(&s);
+        small_scene *s = &scenes[way % 4 < 3];
+        const sc_scene scene = front_view(s);
         sc_render_stats stats;
         sc_image image;
         uint64_t found[4];
 
-        s.settings.surface = way % 4 ? SC_SURFACE_SMOOTH : SC_SURFACE_VOXEL;
-        s.settings.skip = skips[way / 4];
-        s.settings.everywhere = way % 4 < 2;
-        s.settings.samples = way % 4 < 2 ? 1 : 4;
-        image = draw_view(&s, &scene, &stats);
+        s->settings.surface = way % 4 ? SC_SURFACE_SMOOTH : SC_SURFACE_VOXEL;
+        s->settings.skip = skips[way / 4];
+        s->settings.everywhere = way % 4 < 2;
+        s->settings.samples = way % 4 < 2 ? 1 : 4;
+        image = draw_view(s, &scene, &stats);
         found[0] = stats.counters.rays;
         found[1] = stats.counters.cell_visits;
         found[2] = stats.counters.brick_steps;
@@ -306,8 +279,9 @@ TEST(the_counted_work_of_known_frames_does_not_change)
                          (unsigned long long)known[way][2], (unsigned long long)known[way][3]);
         }
         sc_image_clear(&image);
-        free_scene(&s);
     }
+    free_scene(&scenes[0]);
+    free_scene(&scenes[1]);
 }
 
 /* The same where tissues have moved apart: how many rays go through the parts, and how many cells
@@ -484,7 +458,7 @@ TEST(no_crossing_is_missed)
         }
         assert_ok(sc_team_open(&quiet, NULL, 1, NULL, &team));
         assert_ok(sc_visible_cells(&quiet, team, &s.prepared.view, show, &cells));
-        for (int n = 0; n < 1500; n++) {
+        for (int n = 0; n < 500; n++) {
             const sc_vec3 from = {random_real(&seed, 0, 30), random_real(&seed, 0, 26),
                                   random_real(&seed, 0, 28)};
             const sc_vec3 to = {random_real(&seed, 0, 30), random_real(&seed, 0, 26),
@@ -516,7 +490,7 @@ TEST(no_crossing_is_missed)
         sc_team_close(team);
         free_scene(&s);
     }
-    assert_true(expected > 10000 && within_a_cell > 300);
+    assert_true(expected > 3300 && within_a_cell > 100);
     assert_in_range(found, expected, expected + expected / 500);
 }
 

@@ -798,7 +798,7 @@ static void measure_halves(const sc_volume *v, double *volume, double *off_voxel
 
 TEST(votes_keep_volumes_and_surfaces)
 {
-    static const double steps[] = {0.5, 2, 0.7, 1.6, 1};
+    static const double steps[] = {0.7, 2, 1.6, 1};
     const double whole = 4.0 / 3 * M_PI * 33 * 27 * 38;
 
     for (size_t i = 0; i < SC_COUNT_OF(steps); i++) {

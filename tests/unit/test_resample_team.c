@@ -80,22 +80,10 @@ TEST(a_rank_without_memory_ends_all)
     for (int i = 0; i < 2; i++) {
         const int size[3] = {65, 64, ids[i] == jumping_id ? 240 : 66};
         sc_volume volume = shape_volume(size, spacing_mm, 1, 4, ids[i]);
-        sc_status outcome = SC_ERR_MEMORY;
-        long budget = 0;
+        scenario s = {.volume = &volume};
+        thread_team team = {.work = measure, .user = &s, .threads = 1};
 
-        for (; outcome != SC_OK; budget++) {
-            scenario s = {.volume = &volume};
-            thread_team team = {.work = measure,
-                                .user = &s,
-                                .threads = 1,
-                                .scarce = true,
-                                .poor_rank = (int)(budget % 2),
-                                .budget = budget / 2};
-
-            outcome = run_team(&team, 2);
-            assert_true(outcome == SC_OK || outcome == SC_ERR_MEMORY);
-        }
-        assert_true(budget > 40); /* each allocation has failed once on each of the two ranks */
+        fail_every_allocation(&team, NULL);
         sc_volume_clear(&volume);
     }
 }

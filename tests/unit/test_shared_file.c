@@ -54,12 +54,11 @@ static void make_and_die(int number)
     assert_true(number ? WIFSIGNALED(status) : WIFEXITED(status) && WEXITSTATUS(status) == 75);
 }
 
-static void what_a_killed_process_left_is_cleared_by_the_next(void **state)
+TEST(what_a_killed_process_left_is_cleared_by_the_next)
 {
     sc_shared_name name;
     int file;
 
-    (void)state;
     make_and_die(0); /* Ctrl-C */
     assert_int_equal(count_files(), 0);
     make_and_die(SIGKILL);
@@ -80,7 +79,7 @@ static void what_a_killed_process_left_is_cleared_by_the_next(void **state)
 
 /* A single process holds blocks in files where that is preferred, and in memory where they have no
  * room. */
-static void blocks_are_files_where_that_is_preferred(void **state)
+TEST(blocks_are_files_where_that_is_preferred)
 {
     const sc_ctx silent = {.rank = 0};
     sc_comm *comm;
@@ -88,7 +87,6 @@ static void blocks_are_files_where_that_is_preferred(void **state)
     sc_team *team;
     void *array;
 
-    (void)state;
     assert_int_equal(mkdir(folder, 0777), 0);
     assert_int_equal(sc_comm_self_open(&silent, &comm), SC_OK);
     for (int prefers = 0; prefers < 2; prefers++) {
@@ -134,7 +132,7 @@ static size_t resident_bytes(void)
 
 /* What is not needed for now leaves the memory of the process, if it is in a file, and is there
  * again when it is read. */
-static void what_is_not_needed_leaves_the_memory(void **state)
+TEST(what_is_not_needed_leaves_the_memory)
 {
     enum { BYTES = 48 << 20, MOST = 8 << 20 };
     const sc_ctx silent = {.rank = 0};
@@ -144,7 +142,6 @@ static void what_is_not_needed_leaves_the_memory(void **state)
     size_t before, used;
     void *array;
 
-    (void)state;
     assert_int_equal(mkdir(folder, 0777), 0);
     assert_int_equal(sc_comm_self_open(&silent, &comm), SC_OK);
     sc_comm_prefer_files(comm, true);
@@ -181,12 +178,11 @@ static void what_is_not_needed_leaves_the_memory(void **state)
 }
 
 /* Why there is no file tells errno. */
-static void a_folder_without_room_is_told(void **state)
+TEST(a_folder_without_room_is_told)
 {
     sc_shared_name name;
     int file;
 
-    (void)state;
     errno = 0;
     assert_int_equal(sc_shared_file_make("/tmp", (size_t)1 << 60, 0, &name, &file), SC_ERR_MEMORY);
     assert_int_equal(errno, ENOSPC);
@@ -196,14 +192,7 @@ static void a_folder_without_room_is_told(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_a_killed_process_left_is_cleared_by_the_next),
-        cmocka_unit_test(blocks_are_files_where_that_is_preferred),
-        cmocka_unit_test(what_is_not_needed_leaves_the_memory),
-        cmocka_unit_test(a_folder_without_room_is_told),
-    };
-
     if (!mkdtemp(folder))
         return 1;
-    return RUN(tests);
+    return run_all_tests(NULL, NULL);
 }

@@ -4,10 +4,12 @@
 
 #include "segcast/simulate.h"
 
+#include <math.h>
+
 enum { FRAMES_MAX = 2000 };
 
 /* A film of @p frames frames of 160 x 120, each of which takes @p cost_s (kept in @p costs). */
-static sc_sim_film film_of(int frames, double cost_s, double costs[FRAMES_MAX])
+static sc_sim_film film_of(int frames, double cost_s, double *costs)
 {
     for (int k = 0; k < frames; k++)
         costs[k] = cost_s;
@@ -30,6 +32,7 @@ static sc_sim_result simulate(const sc_sim_film *film, const sc_sim_machine *mac
     sc_sim_result result;
 
     assert_ok(sc_simulate(&quiet, film, machine, &result));
+    assert_true(result.held <= result.window);
     return result;
 }
 
@@ -66,6 +69,98 @@ TEST(a_slow_rank_gets_fewer_frames)
     assert_near(simulate(&film, &machine).farm_s, 4, 1e-9); /* four frames of 1 s, two of 2 s */
     machine.slow_node = 7;                                  /* a node that is not there */
     assert_near(simulate(&film, &machine).farm_s, 3, 1e-9);
+}
+
+static double same_cost(int frame)
+{
+    (void)frame;
+    return 0.4;
+}
+
+/* Costs like those of a clip plane that removes the whole heart: they fall from 1.2 s to 0.004 s.
+ */
+static double falling_cost(int frame)
+{
+    return frame < 900 ? 1.2 * (1 - frame / 900.0) + 0.004 : 0.004;
+}
+
+static double wild_cost(int frame)
+{
+    uint64_t seed = (uint64_t)frame * 7919 + 1;
+
+    return 0.02 + (double)(random_bits(&seed) % 1000) / 800;
+}
+
+/* A film takes no more than 5 % longer than if all ranks ended at the same time, and what the
+ * costliest band takes on the slowest rank. @param slow a fifth of the ranks has half of the
+ * speed. */
+static void check_balance(int ranks, int frames, double (*cost_s)(int), bool slow)
+{
+    enum { MOST = 12 * 250 + 900 };
+    static double costs[MOST];
+    sc_sim_film film = film_of(frames, 0, costs);
+    sc_sim_machine machine = machine_of(ranks);
+    const int slow_ranks = slow ? (ranks + 4) / 5 : 0;
+    double sum_s = 0, most_s = 0, ideal_s, band_s;
+
+    assert_true(frames <= MOST);
+    for (int k = 0; k < frames; k++) {
+        costs[k] = cost_s(k);
+        sum_s += costs[k];
+        most_s = fmax(most_s, costs[k]);
+    }
+    film.partition = SC_PARTITION_AUTO;
+    machine.ranks_per_node = slow ? slow_ranks : 1;
+    machine.slow_node = slow ? 0 : -1;
+    machine.slow_speed = 0.5;
+    ideal_s = sum_s / (ranks - slow_ranks * (1 - machine.slow_speed));
+    band_s = most_s / (slow ? machine.slow_speed : 1) * 16 / film.height_px;
+    if (simulate(&film, &machine).farm_s > 1.05 * ideal_s + band_s)
+        fail_msg("%d ranks, %d frames: end at %g, %g would be ideal, a band takes %g", ranks,
+                 frames, simulate(&film, &machine).farm_s, ideal_s, band_s);
+}
+
+TEST(all_ranks_end_within_the_time_of_a_band)
+{
+    static const int ranks[] = {2, 3, 7, 16, 64, 250};
+
+    for (size_t i = 0; i < SC_COUNT_OF(ranks); i++) {
+        for (int slow = 0; slow < 2; slow++) {
+            check_balance(ranks[i], 12 * ranks[i], same_cost, slow);
+            check_balance(ranks[i], 12 * ranks[i], wild_cost, slow);
+            if (!slow || ranks[i] < 100) /* else a slow rank draws its first frame the longest */
+                check_balance(ranks[i], 12 * ranks[i] + 900, falling_cost, slow);
+        }
+    }
+}
+
+TEST(the_hand_out_keeps_16384_ranks_busy)
+{
+    enum { RANKS = 16384 };
+    static double costs[4 * RANKS];
+    sc_sim_film film = film_of(4 * RANKS, 0, costs);
+    const sc_sim_machine machine = machine_of(RANKS);
+
+    for (int k = 0; k < film.frames; k++)
+        costs[k] = wild_cost(k);
+    film.partition = SC_PARTITION_AUTO;
+    assert_true(simulate(&film, &machine).farm_efficiency > 1 / 1.3);
+}
+
+/* When rank 0 can hold only a few frames, several ranks draw each of them. */
+TEST(large_frames_keep_many_ranks_busy)
+{
+    double costs[FRAMES_MAX];
+    sc_sim_film film = film_of(120, 0.4, costs);
+    const sc_sim_machine machine = machine_of(300);
+    sc_sim_result r;
+
+    film.width_px = 7680;
+    film.height_px = 4320;
+    film.partition = SC_PARTITION_AUTO;
+    r = simulate(&film, &machine);
+    assert_true((size_t)r.window * 7680 * 4320 * 3 <= (size_t)(256 + 4 * 300) << 20);
+    assert_true(r.farm_efficiency > 1 / 1.25);
 }
 
 TEST(a_costly_last_frame_is_waited_for_or_split)

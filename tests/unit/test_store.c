@@ -17,6 +17,7 @@ static const sc_video_settings untitled = {.title = NULL};
 static const sc_video_settings settings = {
     .width_px = WIDTH, .height_px = HEIGHT, .fps = FPS, .crf = 20, .preset = "fast"};
 static char folder[] = "/tmp/segcast-store-XXXXXX";
+static const int all_frames[FRAMES] = {0, 1, 2, 3, 4, 5};
 
 /* The job of all tests. */
 static sc_store_job make_job(void)
@@ -63,11 +64,10 @@ static sc_image make_picture(int k)
 
 static sc_store *open_store(sc_store_mode mode)
 {
-    static const int wanted[FRAMES] = {0, 1, 2, 3, 4, 5};
     const sc_store_job job = make_job();
     sc_store *store;
 
-    assert_ok(sc_store_open(&quiet, folder, &job, wanted, FRAMES, NULL, mode, &store));
+    assert_ok(sc_store_open(&quiet, folder, &job, all_frames, FRAMES, NULL, mode, &store));
     return store;
 }
 
@@ -98,6 +98,17 @@ static void finish(sc_store *store)
         assert_ok(sc_file_write(&quiet, in_folder(records[i]), records[i], strlen(records[i])));
     assert_ok(sc_store_seal(&quiet, store));
     sc_store_close(store);
+}
+
+/* Draw the job into the emptied folder. */
+static void make_finished(void)
+{
+    sc_store *store;
+
+    empty_folder();
+    store = open_store(SC_STORE_NEW);
+    add_frames(store, 0, FRAMES);
+    finish(store);
 }
 
 /* Write a file without flushing it to disk, which sc_file_write does and takes long. */
@@ -386,6 +397,18 @@ static void find_file(const char *ending, char path[512])
     pclose(stream);
 }
 
+/* Draw two frames into the emptied folder, which stay in a partial GOP: the file @p path. */
+static void make_partial(char path[512])
+{
+    sc_store *store;
+
+    empty_folder();
+    store = open_store(SC_STORE_NEW);
+    add_frames(store, 0, 2);
+    sc_store_close(store);
+    find_file(".part", path);
+}
+
 /* Resume, give all frames, and check that the video becomes @p video, [@p bytes]. */
 static void resume_to(const char *video, size_t bytes)
 {
@@ -409,23 +432,14 @@ TEST(forged_pictures)
     const size_t head_bytes = 48, picture = sc_picture_bytes("v.mp4", &settings);
     size_t bytes, video_bytes;
     char path[512], *part, *video;
-    sc_store *whole;
 
-    empty_folder();
-    whole = open_store(SC_STORE_NEW);
-    add_frames(whole, 0, FRAMES);
-    finish(whole);
+    make_finished();
     video = read_all(in_folder("v.mp4"), &video_bytes);
     for (size_t at = 16; at < head_bytes; at += 8) {
         for (size_t i = at / 8 % 2; i < SC_COUNT_OF(values); i += 2) {
-            sc_store *store;
             uint64_t hash;
 
-            empty_folder();
-            store = open_store(SC_STORE_NEW);
-            add_frames(store, 0, 2);
-            sc_store_close(store);
-            find_file(".part", path);
+            make_partial(path);
             part = read_all(path, &bytes);
             assert_int_equal(bytes, 2 * (head_bytes + picture));
             memcpy(part + at, &values[i], 8);
@@ -454,19 +468,11 @@ TEST(damaged_pictures)
                              2 * head_bytes + 2 * picture - 1};
     size_t bytes, video_bytes;
     char path[512], *part, *video;
-    sc_store *store;
 
-    empty_folder();
-    store = open_store(SC_STORE_NEW);
-    add_frames(store, 0, FRAMES);
-    finish(store);
+    make_finished();
     video = read_all(in_folder("v.mp4"), &video_bytes);
     for (size_t i = 0; i < SC_COUNT_OF(places); i++) {
-        empty_folder();
-        store = open_store(SC_STORE_NEW);
-        add_frames(store, 0, 2);
-        sc_store_close(store);
-        find_file(".part", path);
+        make_partial(path);
         part = read_all(path, &bytes);
         assert_int_equal(bytes, 2 * (head_bytes + picture));
         part[places[i]] ^= (char)0x80;
@@ -485,11 +491,7 @@ TEST(torn_tail)
     char path[512];
     struct stat info;
 
-    empty_folder();
-    store = open_store(SC_STORE_NEW);
-    add_frames(store, 0, 2);
-    sc_store_close(store);
-    find_file(".part", path);
+    make_partial(path);
     assert_int_equal(stat(path, &info), 0);
     assert_int_equal(truncate(path, info.st_size - 100), 0);
     store = open_store(SC_STORE_RESUME);
@@ -556,7 +558,6 @@ TEST(forged_heads)
         sc_store_job job = make_job();
         sc_store *store;
         char version[64];
-        const int wanted = 0;
 
         empty_folder();
         write_quickly(in_folder("v.mp4"), "mine", 4);
@@ -564,9 +565,9 @@ TEST(forged_heads)
         for (int mode = SC_STORE_NEW; mode <= SC_STORE_OVERWRITE; mode++) {
             assert_int_equal(sc_store_check(&quiet, folder, &job, NULL, (sc_store_mode)mode),
                              SC_ERR_CREATE);
-            assert_int_equal(
-                sc_store_open(&quiet, folder, &job, &wanted, 1, NULL, (sc_store_mode)mode, &store),
-                SC_ERR_CREATE);
+            assert_int_equal(sc_store_open(&quiet, folder, &job, all_frames, 1, NULL,
+                                           (sc_store_mode)mode, &store),
+                             SC_ERR_CREATE);
         }
         assert_int_equal(sc_store_identify(&quiet, folder, &job, version), SC_ERR_DATA);
         assert_ok(sc_store_status(&quiet, folder, NULL, 0, &report));
@@ -659,15 +660,11 @@ TEST(own_names)
  * or damaged. */
 TEST(manifest_bytes)
 {
-    sc_store *store;
     sc_store_report report;
     size_t bytes;
     char *text;
 
-    empty_folder();
-    store = open_store(SC_STORE_NEW);
-    add_frames(store, 0, FRAMES);
-    finish(store);
+    make_finished();
     text = read_all(in_folder("manifest.jsonl"), &bytes);
     for (size_t at = 0; at < bytes; at++) {
         for (int bit = 0; bit < 8; bit += 5) {
@@ -690,8 +687,6 @@ TEST(manifest_bytes)
 /* A directory of another job, version, size or volume is refused to a run that would go on. */
 TEST(other_jobs)
 {
-    const int wanted = 0;
-
     empty_folder();
     sc_store_close(open_store(SC_STORE_NEW));
     for (int i = 0; i < 5; i++) {
@@ -704,7 +699,7 @@ TEST(other_jobs)
         job.frames += i == 3;
         job.settings.width_px += 2 * (i == 4);
         assert_int_equal(
-            sc_store_open(&quiet, folder, &job, &wanted, 1, NULL, SC_STORE_RESUME, &store),
+            sc_store_open(&quiet, folder, &job, all_frames, 1, NULL, SC_STORE_RESUME, &store),
             SC_ERR_CREATE);
     }
 }
@@ -788,10 +783,9 @@ TEST(lists_of_names)
 /* Open the finished directory again. */
 static sc_status open_again(const sc_ctx *ctx, const sc_store_job *job)
 {
-    static const int wanted[FRAMES] = {0, 1, 2, 3, 4, 5};
     sc_store *store = NULL;
     const sc_status status =
-        sc_store_open(ctx, folder, job, wanted, FRAMES, NULL, SC_STORE_RESUME, &store);
+        sc_store_open(ctx, folder, job, all_frames, FRAMES, NULL, SC_STORE_RESUME, &store);
 
     if (status == SC_OK)
         assert_true(sc_store_is_complete(store));
@@ -821,12 +815,8 @@ TEST(want_of_memory)
     sc_status (*const calls[])(const sc_ctx *, const sc_store_job *) = {open_again, verify_records,
                                                                         verify_outputs};
     const sc_store_job job = make_job();
-    sc_store *store;
 
-    empty_folder();
-    store = open_store(SC_STORE_NEW);
-    add_frames(store, 0, FRAMES);
-    finish(store);
+    make_finished();
     for (size_t i = 0; i < SC_COUNT_OF(calls); i++) {
         sc_status status = SC_ERR_MEMORY;
 
@@ -898,12 +888,11 @@ TEST(refused_begin)
 /* Open the folder for one of two slices, of three frames each. */
 static sc_store *open_slice(const sc_ctx *ctx, int slice)
 {
-    static const int wanted[FRAMES] = {0, 1, 2, 3, 4, 5};
     static const char *const names[] = {"0of2", "1of2"};
     const sc_store_job job = make_job();
     sc_store *store;
 
-    assert_ok(sc_store_open(ctx, folder, &job, wanted + FRAMES / 2 * slice, FRAMES / 2,
+    assert_ok(sc_store_open(ctx, folder, &job, all_frames + FRAMES / 2 * slice, FRAMES / 2,
                             names[slice], SC_STORE_RESUME, &store));
     return store;
 }
@@ -987,7 +976,6 @@ TEST(job_is_noted_first)
 TEST(job_of_others_is_not_proven)
 {
     for (int given = 0; given < 2; given++) {
-        static const int wanted[FRAMES] = {0, 1, 2, 3, 4, 5};
         sc_store_job job = make_job();
         sc_manifest_data data = {.frames = FRAMES};
         sc_store *store;
@@ -1000,7 +988,8 @@ TEST(job_of_others_is_not_proven)
         assert_ok(sc_store_write_job(&ctx, store, "one", 3));
         sc_store_close(store);
         job.keeps_job = given;
-        assert_ok(sc_store_open(&ctx, folder, &job, wanted, FRAMES, NULL, SC_STORE_RESUME, &store));
+        assert_ok(
+            sc_store_open(&ctx, folder, &job, all_frames, FRAMES, NULL, SC_STORE_RESUME, &store));
         add_frames(store, 0, FRAMES);
         if (!given)
             write_quickly(in_folder("job.yaml"), "mine", 4);
