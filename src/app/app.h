@@ -5,79 +5,8 @@
 
 #include "segcast/annotate.h"
 #include "segcast/centerline.h"
-#include "segcast/cli.h"
-#include "segcast/comm.h"
+#include "segcast/process.h"
 #include "segcast/resample.h"
-#include "segcast/study.h"
-#include "segcast/terminal.h"
-
-#include <sys/types.h>
-
-/* As sc_comm_agree, for what all ranks do in the same way, so that rank 0 alone logs errors in it:
- * a rank that has failed for want of memory, which it can do alone, says so. Collective. */
-sc_status sc_agree_aloud(const struct sc_app *app, sc_status mine);
-typedef struct sc_display sc_display;
-
-/* The stage in which frames are drawn; its progress is shown in frames. */
-#define SC_STAGE_DRAWING "drawing"
-/* What a stage says of itself at a moment. */
-typedef struct sc_stage_view {
-    const char *name;     /* NULL: there is no stage, and all else is 0 */
-    char text[64];        /* the name, and which of several phases of a series it is for */
-    uint64_t done, total; /* total 0: unknown */
-    double share;         /* 0 to 1; -1: unknown */
-    double elapsed_s;     /* since the stage began */
-    double rate, left_s;  /* per second, and what is left; both 0 while that is unknown */
-} sc_stage_view;
-/* @return what ctx->stage is now. Any thread. */
-sc_stage_view sc_stage_look(const sc_ctx *ctx);
-/* A bar of at most 30 columns, as many as there are for it: "[###...]  "; empty if that are fewer
- * than 5, or if @p share, 0 to 1, is negative: unknown. */
-enum { SC_BAR_COLUMNS = 30, SC_BAR_BYTES = SC_BAR_COLUMNS + sizeof "[]  " };
-void sc_progress_bar(int columns, double share, char bar[SC_BAR_BYTES]);
-/* Called now and then with the stage, from another thread. */
-typedef void sc_watch_fn(void *user, const sc_stage_view *view);
-
-/* The label table of a job or of its volume, and where it was read. */
-typedef struct sc_label_source {
-    sc_label_table table;
-    char path[SC_PATH_BYTES]; /* empty: there is none */
-} sc_label_source;
-
-/* What every command gets. */
-struct sc_app {
-    sc_ctx *ctx;
-    sc_comm *comm;
-    sc_terminal *terminal;
-    const char *const *environment;
-    const sc_command *commands; /* the table; ended by a row without a name */
-    sc_options options;
-    sc_status mistake;             /* SC_ERR_USAGE: the command line has a mistake, which is told;
-                                      sc_session_job returns it, once the job's are told, too */
-    int threads;                   /* number of threads of this rank */
-    double begin_s;                /* when the process began, by sc_wall_s */
-    sc_trace *trace;               /* where sc_add_time adds events; borrowed, or NULL */
-    sc_display *display;           /* shows the progress; NULL: not on this rank */
-    sc_phase_store *phase_store;   /* where phases of one file are kept while they are read, on
-                                      rank 0; NULL: there are none; borrowed */
-    sc_label_source *label_source; /* where sc_label_source_keep puts the table; NULL: nowhere */
-    sc_overlap_list *overlaps;     /* where it is noted which tissues of the volume overlap; NULL:
-                                      nowhere; borrowed */
-    sc_font_told font_told;        /* what was told about fonts */
-};
-
-/* Read the options and the argument of a command into app->options. After a mistake in them the
- * command is to be begun all the same if its job can be looked at, so that the mistakes of that are
- * told, too: app->mistake ends it then. @param ctx logs on rank 0 alone. Collective. @return
- * SC_ERR_USAGE, logged; SC_ERR_MEMORY. */
-sc_status sc_read_command_line(sc_app *app, const sc_ctx *ctx, const sc_command *command, int argc,
-                               char **argv);
-/* Keep a mistake in the use of a command, which was told, until sc_session_job returns it.
- * @return SC_OK; another error at once. */
-static inline sc_status sc_defer(sc_app *app, sc_status found)
-{
-    return sc_goes_on(&app->mistake, found) ? SC_OK : found;
-}
 
 /* What the errors about an input begin with. */
 typedef struct sc_input_place {
@@ -90,49 +19,12 @@ typedef struct sc_input_place {
 sc_ctx sc_ctx_of_input(const sc_ctx *to, const char *where, const char *path,
                        sc_input_place *place);
 
-/* Begin to show the stages of app->ctx on standard error: on a terminal as a bar, elsewhere as a
- * line now and then; not if app->terminal is quiet. @return NULL if there is no memory or thread
- * for that: then the command goes on without. Ended by sc_display_stop.
- * @param launcher the parent of this process if that is a launcher of parallel programs, else 0:
- * when it is gone, the command is stopped as by TERM. */
-sc_display *sc_display_start(const sc_app *app, pid_t launcher);
-/* Call @p watch every two seconds, and when another stage has begun; never more than one call at a
- * time. NULL: no longer; when this returns, no call is going on. display NULL is allowed. */
-void sc_display_watch(sc_display *display, sc_watch_fn *watch, void *user);
-/* Stop showing progress, and free @p display. NULL is allowed. */
-void sc_display_stop(sc_display *display);
-/* End the stage and remove its progress from the terminal: before a result is printed. */
-void sc_display_end_stage(const sc_app *app);
-
-/* Find out from the environment whether this process has to start MPI: because a launcher such as
- * mpirun or srun has started it as one of several, or because SEGCAST_MPI says so. @return
- * SC_ERR_USAGE, logged, if that variable holds something else than yes, no or auto. */
-sc_status sc_launch_mode(const sc_ctx *ctx, bool *use_mpi);
-/* @return SC_ERR_USAGE, logged, if a launcher has started several processes that are not connected
- * by MPI, and SEGCAST_MPI is not "no": each would be rank 0 of 1, and they would overwrite each
- * other's files. */
-sc_status sc_check_communicator(const sc_ctx *ctx, const sc_comm *comm);
-/* Start MPI, if sc_launch_mode says so, or work alone. @return as sc_launch_mode and sc_comm_open.
- * Caller owns *out: sc_comm_close. */
-sc_status sc_launch(const sc_ctx *ctx, sc_comm **out);
-/* Execute a command on those ranks that take part in it, with as many threads as are sensible and
- * the system allows, and show its progress. Collective. @return as the command, or SC_ERR_SYSTEM,
- * logged, if not even the fewest threads can be started. */
-sc_status sc_execute(sc_app *app, const sc_command *command);
-
 /* ---- a session: a job with its volume and renderer ----
  *
  * The functions are collective unless their comment says otherwise, and return the same on all
  * ranks. A session is filled in this order: sc_session_job, then sc_session_volume, which calls
  * sc_session_load, sc_session_tissues and sc_session_timeline; or for a check the last two after
  * sc_session_inspect. After an error of any of them only sc_session_clear may be called. */
-
-/* A file that is mapped into memory, for the message when it is cut off meanwhile. */
-typedef struct sc_watched_file {
-    char *name; /* its path, printable */
-    const char *begin;
-    size_t bytes;
-} sc_watched_file;
 
 typedef struct sc_film sc_film;       /* see film.c */
 typedef struct sc_compare sc_compare; /* see compare.h */
@@ -229,9 +121,6 @@ typedef struct sc_session {
 sc_status sc_color_labels(const sc_ctx *ctx, sc_session *session, sc_label **out);
 /* Send the values of key frames of columns, if there are any, to all ranks. Collective. */
 sc_status sc_share_column_values(sc_app *app, sc_session *session);
-/* Send an array of rank 0, @p count elements of @p size bytes, to the other ranks: *array becomes a
- * copy there, which they own, or NULL after an error. On rank 0 it stays what it was. */
-sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size);
 /* Begin @p session: read the job on rank 0, into session->job, and send it to all others. @param
  * job_path NULL: there is no job file, only settings. Caller owns: sc_session_clear. */
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session);
@@ -308,8 +197,6 @@ void sc_phases_unload(sc_phases *phases);
 /* @return which share of what is prepared for a session, and derived from it, is in the memory of a
  * node at a time: 1 unless its phases are held in files. */
 double sc_session_loaded_share(const sc_session *session);
-/* @return the folder for files that ranks share where /dev/shm has no room. */
-const char *sc_temporary_folder(void);
 /* Map the prepared file that session->job names on every rank, and make sure that it is the same
  * file on all: fills session->volume. @param usable whether the job can use it as it is; if not, a
  * warning says why, and it has to be prepared again. */
@@ -482,10 +369,6 @@ void sc_volume_input_clear(sc_volume_input *input);
  * outputs, also after an error: sc_preparation_free, then sc_volume_input_clear. Not collective. */
 sc_status sc_session_prepare(const sc_app *app, const sc_session *session, sc_volume_input *input,
                              sc_preparation **preparation);
-/* Add to @p times, unless it is NULL, what @p phase took since the given times of sc_wall_s and
- * sc_cpu_s; and to the trace, for a phase before the drawing. Not collective. */
-void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, double wall_s,
-                 double cpu_s);
 /* Do everything between sc_session_job and the first sc_session_draw: load the volume, resolve the
  * tissues, make the renderer and the timeline. */
 sc_status sc_session_volume(sc_app *app, sc_session *session);
@@ -604,37 +487,6 @@ void sc_session_move_volume(sc_session *from, sc_session *to);
 /* Free everything. A zeroed session is allowed. Collective. */
 void sc_session_clear(sc_session *session);
 
-/* Check, before any work, that @p path can become the output file of a command: nothing has this
- * name, or with --overwrite a regular file at most, which is none of the inputs. @param session
- * with its job read; NULL: the command has no inputs. @param can_replace the command has the option
- * --overwrite. Not collective.
- * @return SC_ERR_CREATE, SC_ERR_MEMORY. */
-sc_status sc_check_output(const sc_app *app, const sc_session *session, const char *path,
-                          bool can_replace);
-/* Check, without writing anything, whether a directory can be made or written to, as far as that
- * can be known. @param where what names it, for the message; may be empty. @return SC_ERR_CREATE.
- */
-sc_status sc_check_directory(const sc_ctx *ctx, const char *where, const char *directory);
-/* Check that a name ends in @p ending, which says what is written, in upper or lower case. @param
- * kind what is written, for the message. @return SC_ERR_USAGE. */
-sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *ending,
-                          const char *kind);
-/* Print the path of what a command has made, on a line of its own: as it is for scripts, and on a
- * terminal so that it is not obeyed. */
-void sc_print_made(const char *path);
-/* Write a text to the file @p path and print that path, or to standard output for "-". Not
- * collective. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
-sc_status sc_write_text(const sc_app *app, const sc_text *text, const char *path);
-/* Open those of the standard streams on /dev/null that are closed, so that no file that is opened
- * later gets what is meant for them. @return false if that fails. */
-bool sc_open_standard_streams(void);
-/* If the limit of the stack is below what segcast needs, raise it for this process, and for threads
- * that are started afterwards. @return SC_ERR_SYSTEM, logged, if the system refuses that. */
-sc_status sc_ensure_stack(const sc_ctx *ctx);
-/* Write what standard output still holds. @return @p status; SC_ERR_WRITE, logged, instead of a
- * less severe one if not everything could be written since the process began. */
-sc_status sc_finish_standard_output(const sc_ctx *ctx, sc_status status);
-
 /* Warn of clip planes given in mm that remove everything or nothing in all frames, and of frames
  * that are empty because of them. Needs session->timeline. Not collective. */
 void sc_warn_of_planes(const sc_app *app, const sc_session *session);
@@ -643,47 +495,5 @@ void sc_warn_of_planes(const sc_app *app, const sc_session *session);
  * @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect,
                                       const sc_vec3 *points, size_t count);
-/* Log a table of ranks, hosts, threads, cores and memory, and a warning where threads have to share
- * cores, with the options of mpirun and srun that help. Collective. */
-sc_status sc_report_placement(sc_app *app);
-/* @return the time, by sc_wall_s, at which the run has to end: a margin before the end of Slurm's
- * allocation or of the time limit of the command line, whichever comes first; 0: no limit. */
-double sc_deadline_s(const sc_app *app);
-
-/* Install the handlers of all signals. Has to be called before anything else. From then on:
- * - INT, TERM and HUP end the process as sc_signals_stop_in_order says.
- * - USR1 is remembered for sc_signals_catch_stop. Until the first call of sc_signals_stop_in_order
- *   nothing has been drawn, so USR1 ends the process as TERM does. A USR1 that came before
- *   sc_signals_tell, or while it was blocked, ends the process in sc_signals_tell.
- * - SIGXFSZ is ignored: writing beyond the limit of file sizes fails with EFBIG.
- * - SIGXCPU, at the limit of CPU time, prints a message and ends the process with exit code 71.
- * - SIGBUS, when a page of a memory-mapped file cannot be read (the file was truncated, or its disk
- *   failed), prints a message and ends the process with exit code 74.
- * - SIGPIPE, when nobody reads standard output or standard error any more, removes unfinished files
- *   and ends the process. After sc_signals_catch_stop was called it is ignored. */
-void sc_signals_install(void);
-/* Let the process end with a message that names the file, and exit code 74, when it reads memory of
- * @p file that has been cut off; without this the message names no file. One file at a time: the
- * last one. @param file borrowed until sc_signals_forget_file. Any thread. */
-void sc_signals_watch_file(const sc_watched_file *file);
-/* Before the memory of @p file is unmapped: nothing if it is not the one that is watched. */
-void sc_signals_forget_file(const sc_watched_file *file);
-/* Say how signals are answered on standard error. @param tells not at all, if false.
- * @param is_tty it is a terminal, which may show progress. */
-void sc_signals_tell(bool tells, bool is_tty);
-/* Handle the limit of CPU time like USR1, too: @return a flag that is 0, or the number of the first
- * signal that has asked for a stop, one that came before this call included. */
-const atomic_int *sc_signals_catch_stop(void);
-/* Whether the first INT, TERM or HUP only sets the flag of sc_signals_catch_stop. Otherwise, and if
- * it is the second, it ends the process at once, with exit code 75, after sc_unfinished_remove. */
-void sc_signals_stop_in_order(bool in_order);
-/* @return a flag that is set a quarter of a second after the first INT, TERM or HUP: somebody waits
- * for the end of the process, and what was begun is to be given up. */
-const atomic_int *sc_signals_give_up(void);
-/* Say that something begins, or ends, that cannot be given up, such as encoding and writing a
- * frame, but that a later run can make again: if it has not ended about three quarters of a second
- * after the first INT, TERM or HUP, the process ends as after the second. Threads: any; what
- * several have begun is counted. */
-void sc_signals_expendable(bool begins);
 
 #endif

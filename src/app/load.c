@@ -5,23 +5,7 @@
 #include "segcast/phantom.h"
 #include "segcast/resample.h"
 
-#include <stdlib.h>
 #include <string.h>
-
-void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, double wall_s,
-                 double cpu_s)
-{
-    static const sc_trace_kind kinds[SC_PHASE_COUNT] = {[SC_PHASE_READ] = SC_TRACE_READ,
-                                                        [SC_PHASE_PREPARE] = SC_TRACE_PREPARE,
-                                                        [SC_PHASE_SHARE] = SC_TRACE_SHARE};
-
-    if (!times)
-        return;
-    if (app->trace && phase <= SC_PHASE_SHARE)
-        sc_trace_add(app->trace, kinds[phase], 0, -1, wall_s, sc_wall_s());
-    times->phases[phase].wall_s += sc_wall_s() - wall_s;
-    times->phases[phase].cpu_s += sc_cpu_s() - cpu_s;
-}
 
 sc_status sc_phantom_size(const sc_ctx *ctx, const char *key, const char *volume, int size[3])
 {
@@ -292,11 +276,4 @@ sc_status sc_session_prepare(const sc_app *app, const sc_session *session, sc_vo
     status = sc_prepare(app->ctx, &input->volume, &input->settings, preparation);
 out:
     return status;
-}
-
-const char *sc_temporary_folder(void)
-{
-    const char *folder = getenv("TMPDIR");
-
-    return folder && folder[0] ? folder : "/tmp";
 }

@@ -85,7 +85,7 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
     if (session.job.output.layout != SC_LAYOUT_VIEWS && is_given(&app->options, "--point "))
         SC_TRY(
             sc_fail(app->ctx, SC_ERR_USAGE, "--point is where the slices of --sheet views cross"));
-    SC_TRY(sc_check_output(app, &session, path, true));
+    SC_TRY(sc_check_output(app, &session.job, path, true));
     SC_TRY(find_frame(app, &session.job, &frame));
     SC_TRY(sc_session_volume(app, &session));
     SC_TRY(sc_session_image(app, &session, &image));

@@ -12,6 +12,28 @@ void sc_processor_name(char *text, int size);
 /* @return the id that the batch system has given to this job, or NULL. */
 const char *sc_batch_job(void);
 
+/* ---- output.c: the file that a command is to write ---- */
+
+/* Check, before any work, that @p path can become the output file of a command: nothing has this
+ * name, or with --overwrite a regular file at most, which is none of the inputs. @param job
+ * NULL: the command has no inputs. @param can_replace the command has the option --overwrite. Not
+ * collective. @return SC_ERR_CREATE, SC_ERR_MEMORY. */
+sc_status sc_check_output(const sc_app *app, const sc_job *job, const char *path, bool can_replace);
+/* Check, without writing anything, whether a directory can be made or written to, as far as that
+ * can be known. @param where what names it, for the message; may be empty. @return SC_ERR_CREATE.
+ */
+sc_status sc_check_directory(const sc_ctx *ctx, const char *where, const char *directory);
+/* Check that a name ends in @p ending, which says what is written, in upper or lower case. @param
+ * kind what is written, for the message. @return SC_ERR_USAGE. */
+sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *ending,
+                          const char *kind);
+/* Print the path of what a command has made, on a line of its own: as it is for scripts, and on a
+ * terminal so that it is not obeyed. */
+void sc_print_made(const char *path);
+/* Write a text to the file @p path and print that path, or to standard output for "-". Not
+ * collective. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
+sc_status sc_write_text(const sc_app *app, const sc_text *text, const char *path);
+
 /* ---- what segcast convert writes, each to app->options.output; @return as the command ---- */
 
 /* A label table in the format of another program. */

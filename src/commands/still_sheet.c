@@ -178,7 +178,7 @@ sc_status sc_draw_sheet(sc_app *app, const char *job_path, const char *path)
     sc_status status;
 
     SC_TRY(sc_session_job(app, job_path, &session));
-    SC_TRY(sc_check_output(app, &session, path, true));
+    SC_TRY(sc_check_output(app, &session.job, path, true));
     SC_TRY(choose_frames(app, job->animation.frames, &frames, &count));
     shrink(job->output.size_px, job->output.size_px);
     draw_fast(&job->render);

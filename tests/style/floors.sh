@@ -61,9 +61,9 @@ only '#include <yaml.h>' '^src/job/yaml/yaml_words\.h$'
 only '#include <cairo(-ft)?.h>' '^src/overlay/(overlay|lettering|font).c$|^src/overlay/font.h$'
 only '#include <fontconfig' '^src/overlay/font.[ch]$'
 only '#include <xxhash.h>' '^src/base/hash.c$'
-only '#include <pthread.h>' '^src/base/parallel.c$|^src/farm/worker_thread.c$|^src/app/display.c$|^include/segcast/terminal.h$|^src/video/libav.c$|^tests/support/thread_comm.h$|^tests/unit/test_video.c$'
-only '\bgetenv *\(' '^src/(app|cli|commands)/|^tests/'
-only '\b(exit|abort|_exit) *\(' '^src/(app|commands)/|^tests/'
+only '#include <pthread.h>' '^src/base/parallel.c$|^src/farm/worker_thread.c$|^src/process/display.c$|^include/segcast/terminal.h$|^src/video/libav.c$|^tests/support/thread_comm.h$|^tests/unit/test_video.c$'
+only '\bgetenv *\(' '^src/(app|cli|commands|process)/|^tests/'
+only '\b(exit|abort|_exit) *\(' '^src/(commands|process)/|^tests/'
 only '#include "app.h"' '^src/(app|commands)/|^tests/'
 lines=$(wc -l <src/commands/main.c)
 [ "$lines" -lt 100 ] || fail "src/commands/main.c has $lines lines; fewer than 100 are allowed"

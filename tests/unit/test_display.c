@@ -2,7 +2,7 @@
 /* The bar that shows progress on a terminal. */
 #include "check.h"
 
-#include "app.h"
+#include "segcast/process.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 /* How a process finds out that a launcher has started it, with the variables that launchers set. */
 #include "check.h"
 
-#include "app.h"
+#include "segcast/process.h"
 
 #include <stdlib.h>
 

@@ -162,7 +162,7 @@ sc_status sc_convert_line(sc_app *app)
     SC_TRY(sc_session_job(app, NULL, &session));
     session.measure = true; /* so that a prepared file may lack tissues */
     if (strcmp(path, "-"))
-        SC_TRY(sc_check_output(app, &session, path, true));
+        SC_TRY(sc_check_output(app, &session.job, path, true));
     sc_stage_begin(app->ctx, "reading", 0, 0);
     if (sc_is_prepared_file(session.job.volume)) {
         SC_TRY(sc_session_map(&mapping, &session, &usable));

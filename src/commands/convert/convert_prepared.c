@@ -71,7 +71,7 @@ out:
 static sc_status check_input(const sc_app *app, const sc_session *session, const char *volume,
                              const char *path)
 {
-    const sc_status status = sc_check_output(app, session, path, true);
+    const sc_status status = sc_check_output(app, &session->job, path, true);
 
     if (status == SC_OK && sc_is_prepared_file(volume))
         return sc_fail(app->ctx, SC_ERR_USAGE, "%s: is a prepared file already", volume);

@@ -421,7 +421,7 @@ sc_status sc_cmd_init(sc_app *app)
     SC_TRY(sc_expect_series(app));
     SC_TRY(sc_session_job(app, NULL, &session));
     if (strcmp(path.data, "-"))
-        SC_TRY(sc_check_output(app, &session, path.data, false));
+        SC_TRY(sc_check_output(app, &session.job, path.data, false));
     SC_TRY(add_head(app, &session.job, path.data, stem, &text));
     session.measure = true;
     SC_TRY(sc_session_load_one(app, &session)); /* of a series, the first phase tells enough */

@@ -420,7 +420,7 @@ static sc_status prepare_video(sc_run *run)
     SC_TRY(sc_make_directory(ctx, run->directory));
     if (run->app->options.overwrite) /* what runs that were killed have left beside the video */
         sc_remove_temporaries(run->directory, false);
-    status = sc_check_output(run->app, &run->session, run->video_path, true);
+    status = sc_check_output(run->app, &run->session.job, run->video_path, true);
 out:
     return status;
 }

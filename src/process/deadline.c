@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The deadline of a run: when it has to be finished. */
-#include "app.h"
+#include "segcast/process.h"
 
 #include <stdlib.h>
 #include <time.h>

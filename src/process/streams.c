@@ -2,7 +2,7 @@
 /* What a process needs from its first moment on: standard streams, which are written to the end
  * when it ends, and a stack that is large enough. */
 #define _GNU_SOURCE /* pthread_setattr_default_np */
-#include "app.h"
+#include "segcast/process.h"
 
 #include <errno.h>
 #include <fcntl.h>

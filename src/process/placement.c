@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The placement of ranks: which cores each may use, and a warning where that makes the run slow. */
-#include "app.h"
+#include "segcast/process.h"
 
 #include <stdlib.h>
 #include <string.h>

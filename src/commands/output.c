@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The file that a command is to write: checked before any work, and told at the end. */
 #include "app.h"
+#include "commands.h"
 
 #include <errno.h>
 #include <string.h>
@@ -81,15 +82,14 @@ out:
     return status;
 }
 
-sc_status sc_check_output(const sc_app *app, const sc_session *session, const char *path,
-                          bool can_replace)
+sc_status sc_check_output(const sc_app *app, const sc_job *job, const char *path, bool can_replace)
 {
     sc_status status;
 
     if (access(path, F_OK) == 0) {
         SC_TRY(check_input(app, path, app->options.input, true));
-        if (session)
-            SC_TRY(check_job(app, path, &session->job));
+        if (job)
+            SC_TRY(check_job(app, path, job));
     }
     return sc_outfile_check(app->ctx, path, app->options.overwrite,
                             can_replace ? ", or --overwrite to replace it" : "");

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* How this process was started, found out by the variables that launchers of parallel programs set,
  * and how many threads it can have. */
-#include "app.h"
+#include "segcast/process.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 /* Shows what a command is at, from its first moment to its last: a thread of rank 0 looks at the
  * stage ten times a second, so that the functions that do the work need not care. The same thread
  * notices if the launcher is killed. */
-#include "app.h"
+#include "segcast/process.h"
 
 #include <errno.h>
 #include <pthread.h>

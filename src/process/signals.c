@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What the signals do that ask a run to stop, or that tell of a limit of the system. */
-#include "app.h"
+#include "segcast/process.h"
 
 #include <errno.h>
 #include <signal.h>

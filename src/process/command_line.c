@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The command line as all ranks read it, and its mistakes beside those of a job. */
-#include "app.h"
+#include "segcast/process.h"
 
 #include <string.h>
 #include <sys/stat.h>

@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What all ranks do together: agree on a return code, and get copies of what rank 0 has; what they
+ * note of the time that it takes, and where they make files that they share. */
+#include "segcast/process.h"
+
+#include <stdlib.h>
+
+sc_status sc_agree_aloud(const sc_app *app, sc_status mine)
+{
+    const sc_status agreed = sc_comm_agree(app->comm, mine);
+
+    if (mine == SC_ERR_MEMORY && sc_comm_rank(app->comm) > 0)
+        return sc_fail(app->ctx, agreed, "out of memory");
+    return agreed;
+}
+
+sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    void *mine = NULL;
+    sc_status status = SC_OK;
+
+    if (!first)
+        status = sc_alloc(app->ctx, count, size, &mine);
+    status = sc_comm_agree(app->comm, status);
+    if (status == SC_OK && count)
+        sc_comm_broadcast(app->comm, first ? *array : mine, count * size);
+    if (status != SC_OK) {
+        sc_free(mine);
+        mine = NULL;
+    }
+    if (!first)
+        *array = mine;
+    return status;
+}
+
+void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, double wall_s,
+                 double cpu_s)
+{
+    static const sc_trace_kind kinds[SC_PHASE_COUNT] = {[SC_PHASE_READ] = SC_TRACE_READ,
+                                                        [SC_PHASE_PREPARE] = SC_TRACE_PREPARE,
+                                                        [SC_PHASE_SHARE] = SC_TRACE_SHARE};
+
+    if (!times)
+        return;
+    if (app->trace && phase <= SC_PHASE_SHARE)
+        sc_trace_add(app->trace, kinds[phase], 0, -1, wall_s, sc_wall_s());
+    times->phases[phase].wall_s += sc_wall_s() - wall_s;
+    times->phases[phase].cpu_s += sc_cpu_s() - cpu_s;
+}
+
+const char *sc_temporary_folder(void)
+{
+    const char *folder = getenv("TMPDIR");
+
+    return folder && folder[0] ? folder : "/tmp";
+}
