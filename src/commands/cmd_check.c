@@ -10,7 +10,7 @@
 /* List the corners, in RAS mm, of the boxes that hold the voxels of the visible tissues of a phase,
  * or of that of its volume if no voxels were read. @param points room for 8 for each label. @return
  * how many there are. */
-static size_t list_corners(const sc_session *session, const sc_prepared *v, sc_vec3 *points)
+static size_t list_corners(const sc_tissue *tissues, const sc_prepared *v, sc_vec3 *points)
 {
     const bool scanned = v->stats[0].voxels > 0 || v->stats[v->label_count - 1].voxels > 0;
     size_t found = 0;
@@ -18,8 +18,8 @@ static size_t list_corners(const sc_session *session, const sc_prepared *v, sc_v
     for (int id = scanned ? 1 : 0; id < (scanned ? v->label_count : 1); id++) {
         const sc_label_stats *s = &v->stats[id];
 
-        if (scanned && (!s->voxels || !session->tissues[id].visible ||
-                        session->tissues[id].opacity + session->tissues[id].interior_opacity <= 0))
+        if (scanned && (!s->voxels || !tissues[id].visible ||
+                        tissues[id].opacity + tissues[id].interior_opacity <= 0))
             continue;
         for (int corner = 0; corner < 8; corner++) {
             double at[3];
@@ -36,21 +36,22 @@ static size_t list_corners(const sc_session *session, const sc_prepared *v, sc_v
     return found;
 }
 
-/* The same for all phases of a session. Caller owns *out: sc_free. */
-static sc_status find_corners(const sc_app *app, const sc_session *session, sc_vec3 **out,
+/* A sc_points_fn: the same for all phases of a panel. */
+static sc_status find_corners(const sc_app *app, const sc_panel *panel, sc_vec3 **out,
                               size_t *count)
 {
-    const int phases = sc_session_phase_count(session);
-    size_t labels = 0, found = 0;
+    const sc_tissue *tissues = panel->looks.tissues;
+    size_t labels = (size_t)panel->volume.label_count, found = 0;
     void *block;
     sc_status status;
 
-    for (int i = 0; i < phases; i++)
-        labels += (size_t)sc_session_phase_volume(session, i)->label_count;
+    for (int i = 1; i < panel->phases; i++)
+        labels += (size_t)panel->inputs->all[i].volume.label_count;
     SC_TRY(sc_alloc(app->ctx, labels * 8, sizeof **out, &block));
     *out = block;
-    for (int i = 0; i < phases; i++)
-        found += list_corners(session, sc_session_phase_volume(session, i), *out + found);
+    found = list_corners(tissues, &panel->volume, block);
+    for (int i = 1; i < panel->phases; i++)
+        found += list_corners(tissues, &panel->inputs->all[i].volume, *out + found);
     *count = found;
 out:
     return status;
@@ -64,86 +65,15 @@ static sc_status check_cpu(const sc_app *app, const sc_job *job)
     return cpu ? sc_cpu_check(app->ctx, cpu) : SC_OK;
 }
 
-/* Check all of a job without shots, or of one shot, that depends on the volume. Its tissues are
- * resolved, unless it is a title card. */
-static sc_status check_shot(sc_app *app, sc_session *shot)
-{
-    sc_vec3 *corners = NULL;
-    size_t count;
-    sc_status status = SC_OK;
-
-    if (shot->tissues) {
-        SC_TRY(find_corners(app, shot, &corners, &count));
-        SC_TRY(sc_session_timeline(app, shot, corners, count));
-    }
-    status = sc_session_letter(app, shot);
-out:
-    sc_free(corners);
-    return status;
-}
-
-/* The same of a comparison, whose volumes have been inspected. */
-static sc_status check_compare(sc_app *app, sc_session *session)
-{
-    sc_vec3 *corners[SC_SUBJECTS_MAX] = {NULL}, *points;
-    size_t counts[SC_SUBJECTS_MAX], all = 0;
-    void *block = NULL;
-    sc_status status;
-
-    SC_TRY(sc_compare_tissues(app, session));
-    for (int s = 0; s < sc_subject_count(&session->job); s++) {
-        SC_TRY(find_corners(app, sc_compare_part(session, s), &corners[s], &counts[s]));
-        all += counts[s];
-    }
-    SC_TRY(sc_alloc(app->ctx, all, sizeof *points, &block));
-    points = block;
-    all = 0;
-    for (int s = 0; s < sc_subject_count(&session->job); s++) {
-        if (counts[s])
-            memcpy(points + all, corners[s], counts[s] * sizeof *points);
-        all += counts[s];
-    }
-    status = sc_compare_timeline(app, session, points, all);
-out:
-    for (int s = 0; s < SC_SUBJECTS_MAX; s++)
-        sc_free(corners[s]);
-    sc_free(block);
-    return status;
-}
-
-/* Check all of a job that depends on its volumes, which have been inspected. */
-static sc_status check_shots(sc_app *app, sc_session *session)
-{
-    sc_status status;
-
-    if (session->job.has_compare) {
-        SC_TRY(sc_compare_inspect(app, app->options.fast, session));
-        return check_compare(app, session);
-    }
-    if (session->job.shot_count) /* those of all shots, not only of the first that has any */
-        SC_TRY(sc_check_tissues(app->ctx, &session->job, session->volume.labels,
-                                session->volume.label_count));
-    SC_TRY(sc_film_open(app, session));
-    if (!session->film)
-        SC_TRY(sc_session_tissues(app, session));
-    for (int i = 0; i < sc_film_shot_count(session); i++)
-        SC_TRY(check_shot(app, sc_film_shot(session, i)));
-out:
-    return status;
-}
-
 /* Print the size of each volume that is compared. */
 static void print_subjects(const sc_session *session)
 {
-    const int count = session->compare ? sc_subject_count(&session->job) : 0;
-
-    for (int s = 0; s < count; s++) {
-        const sc_session *subject = sc_compare_part(session, s);
+    for (int s = 0; session->compare && s < session->inputs->count; s++) {
+        const int *size = session->inputs->all[s].volume.size;
 
         printf("  ");
-        sc_print(stdout, sc_compare_name(session, s));
-        printf(": %d x %d x %d voxels\n", subject->volume.size[0], subject->volume.size[1],
-               subject->volume.size[2]);
+        sc_print(stdout, sc_subject_name(session, s));
+        printf(": %d x %d x %d voxels\n", size[0], size[1], size[2]);
     }
 }
 
@@ -156,12 +86,12 @@ static void print_phases(const sc_session *session)
     const bool ends = cine->beats && beats > cine->beats;
     char between[48] = "";
 
-    if (!session->phases)
+    if (!job->phase_count)
         return;
     if (cine->between)
         snprintf(between, sizeof between, ", and %d between each two", cine->between);
     printf("phases: %d volumes of this size%s, %g beats a minute: the film shows %.4g beat%s%s\n",
-           sc_session_phase_count(session), between, cine->bpm, ends ? cine->beats : beats,
+           session->inputs->count, between, cine->bpm, ends ? cine->beats : beats,
            (ends ? cine->beats : beats) == 1 ? "" : "s", ends ? ", and then the last phase" : "");
 }
 
@@ -206,18 +136,30 @@ static sc_status check_logo(const sc_app *app, const sc_job *job)
     return status;
 }
 
+/* Check all of a job that depends on its volumes, of which the panels are made. */
+static sc_status check_panels(sc_app *app, sc_session *session)
+{
+    const sc_prepared *v = sc_session_view(session);
+    sc_status status = SC_OK;
+
+    if (session->job.shot_count) /* those of all shots, not only of the first that has any */
+        SC_TRY(sc_check_tissues(app->ctx, &session->job, v->labels, v->label_count));
+    SC_TRY(sc_session_tissues(app, session));
+    status = sc_session_timelines(app, session, find_corners);
+out:
+    return status;
+}
+
 /* Check a job against its volumes and images. @return as check_all. */
 static sc_status check_volumes(sc_app *app, sc_session *session)
 {
-    sc_status status = sc_session_inspect_all(app, app->options.fast, session);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
-    status = check_shots(app, session);
-    if (!session->compare)
-        note(&status, sc_session_check_grey(app, session));
-    else if (status == SC_OK) /* only then all volumes are known, with which images are moved */
-        status = sc_compare_check_grey(app, session);
+    SC_TRY(sc_inputs_inspect(app, &session->job, app->options.fast, &session->inputs));
+    SC_TRY(sc_session_panels(app, session));
+    status = check_panels(app, session);
+    note(&status, sc_session_check_grey(app, session));
+out:
     return status;
 }
 
@@ -249,6 +191,7 @@ sc_status sc_cmd_check(sc_app *app)
 {
     sc_session session = {0};
     const sc_job *job = &session.job;
+    const sc_prepared *volume;
     sc_label_source source = {0};
     sc_label_report report = {0};
     sc_status status;
@@ -257,14 +200,15 @@ sc_status sc_cmd_check(sc_app *app)
     SC_TRY(sc_session_job(app, app->options.input, &session));
     app->label_source = &source;
     SC_TRY(check_all(app, &session));
-    SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume,
+    volume = sc_session_view(&session);
+    SC_TRY(sc_label_report_make(app->ctx, &source, volume,
                                 !app->options.fast && !job->volume_tissue_count, &report));
     sc_display_end_stage(app);
     sc_print(stdout, app->options.input);
     printf(": ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d label%s%s\n",
-           job->animation.frames, job->output.size_px[0], job->output.size_px[1],
-           session.volume.size[0], session.volume.size[1], session.volume.size[2],
-           session.volume.label_count - 1, session.volume.label_count == 2 ? "" : "s",
+           job->animation.frames, job->output.size_px[0], job->output.size_px[1], volume->size[0],
+           volume->size[1], volume->size[2], volume->label_count - 1,
+           volume->label_count == 2 ? "" : "s",
            app->options.fast ? " in its tables (the voxels were not read)" : "");
     print_subjects(&session);
     print_phases(&session);

@@ -237,6 +237,7 @@ sc_status sc_cmd_info(sc_app *app)
     sc_label_report report = {0};
     sc_overlap_list overlaps = {0};
     info in, file = {0};
+    const sc_prepared *volume;
     sc_volume view;
     sc_status status;
 
@@ -247,16 +248,18 @@ sc_status sc_cmd_info(sc_app *app)
     app->label_source = &source;
     app->overlaps = &overlaps;
     SC_TRY(sc_session_load(app, &session));
+    SC_TRY(sc_session_panels(app, &session));
     SC_TRY(sc_session_tissues(app, &session));
-    SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume,
-                                !session.job.volume_tissue_count, &report));
-    in = gather(&session.volume, session.tissues);
+    volume = sc_session_view(&session);
+    SC_TRY(
+        sc_label_report_make(app->ctx, &source, volume, !session.job.volume_tissue_count, &report));
+    in = gather(volume, session.panels[0].looks.tissues);
     in.report = &report;
     in.overlaps = &overlaps;
     in.phases = file.phases;
     in.step_s = file.step_s;
     in.phase = session.job.volume_phase ? session.job.volume_phase - 1 : 0;
-    view = sc_volume_of_prepared(&session.volume);
+    view = sc_volume_of_prepared(volume);
     sc_stage_begin(app->ctx, "measuring the grid", 0, 0);
     SC_TRY(sc_find_drawn_grid(app->ctx, &view, app->threads, &in.drawn));
     sc_display_end_stage(app);

@@ -91,10 +91,11 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
     SC_TRY(sc_session_image(app, &session, &image));
     SC_TRY(sc_session_draw(app, &session, frame, NULL, &image, &stats));
     SC_TRY(sc_image_save_png(app->ctx, &image, path, app->options.overwrite));
-    sc_info(
-        app->ctx, "%s: frame %d, drawn in %.3f s, %.3f CPU s; %llu rays, %llu samples; kernel %s",
-        path, frame, stats.wall_s, stats.cpu_s, (unsigned long long)stats.counters.rays,
-        (unsigned long long)stats.counters.cell_visits, sc_renderer_kernel(session.renderer)->name);
+    sc_info(app->ctx,
+            "%s: frame %d, drawn in %.3f s, %.3f CPU s; %llu rays, %llu samples; kernel %s", path,
+            frame, stats.wall_s, stats.cpu_s, (unsigned long long)stats.counters.rays,
+            (unsigned long long)stats.counters.cell_visits,
+            sc_renderer_kernel(sc_session_renderer(&session, 0))->name);
     sc_display_end_stage(app);
     sc_print_made(path);
 out:

@@ -3,7 +3,7 @@
 #ifndef SC_COMMANDS_COMMANDS_H
 #define SC_COMMANDS_COMMANDS_H
 
-#include "app.h"
+#include "segcast/film.h"
 
 /* Warn of a run that keeps no picture. Not collective. */
 void sc_warn_of_outputs(const sc_app *app, const sc_job *job);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The file that a command is to write: checked before any work, and told at the end. */
-#include "app.h"
 #include "commands.h"
 
 #include <errno.h>

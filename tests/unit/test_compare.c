@@ -3,7 +3,7 @@
  * theirs are the same. */
 #include "check.h"
 
-#include "compare.h"
+#include "panels.h"
 #include "segcast/views.h"
 
 #include <stdio.h>
@@ -222,16 +222,16 @@ TEST(files_have_short_names)
 }
 
 /* A subject whose labels are @p labels [count], the background first. */
-static sc_session subject_of(sc_label *labels, sc_label_stats *stats, int count)
+static sc_panel subject_of(sc_label *labels, sc_label_stats *stats, int count)
 {
     static sc_vec3 smooth[8];
     static uint8_t hidden[8];
 
-    return (sc_session){.volume = {.label_count = count,
-                                   .labels = labels,
-                                   .stats = stats,
-                                   .smooth = smooth,
-                                   .hidden = hidden}};
+    return (sc_panel){.volume = {.label_count = count,
+                                 .labels = labels,
+                                 .stats = stats,
+                                 .smooth = smooth,
+                                 .hidden = hidden}};
 }
 
 TEST(tissues_are_the_same_by_name_or_by_number)
@@ -240,7 +240,7 @@ TEST(tissues_are_the_same_by_name_or_by_number)
     sc_label b[] = {{0}, {.value = 1, .name = "fat"}, {.value = 3, .name = "lung"}};
     sc_label c[] = {{0}, {.value = 2}, {.value = 3}, {.value = 7, .name = "bone"}, {.value = 9}};
     sc_label_stats full[8] = {{0}}, empty[8] = {{0}};
-    sc_session subjects[3];
+    sc_panel subjects[3];
     sc_joined joined[3] = {{{0}, 0}};
     sc_status status = SC_ERR_MEMORY;
 
@@ -272,11 +272,11 @@ TEST(tissues_are_the_same_by_name_or_by_number)
     assert_string_equal(subjects[2].volume.labels[1].name, "fat");
     assert_string_equal(subjects[2].volume.labels[4].name, "");
     /* The owner is the first that has voxels. */
-    assert_int_equal(subjects[0].owners[2].subject, 1);
-    assert_int_equal(subjects[0].owners[2].id, 1);
-    assert_int_equal(subjects[2].owners[1].subject, 1);
-    assert_int_equal(subjects[2].owners[3].subject, 2);
-    assert_int_equal(subjects[1].owners[3].subject, 0); /* no one has voxels of the aorta */
+    assert_int_equal(subjects[0].group.owners[2].subject, 1);
+    assert_int_equal(subjects[0].group.owners[2].id, 1);
+    assert_int_equal(subjects[2].group.owners[1].subject, 1);
+    assert_int_equal(subjects[2].group.owners[3].subject, 2);
+    assert_int_equal(subjects[1].group.owners[3].subject, 0); /* no one has voxels of the aorta */
     assert_int_equal(subjects[0].volume.stats[4].voxels, 0);
     assert_true(subjects[0].volume.stats[4].low[0] > subjects[0].volume.stats[4].high[0]);
     for (int s = 0; s < 3; s++)

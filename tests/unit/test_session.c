@@ -3,7 +3,7 @@
 #include "check.h"
 #include "thread_comm.h"
 
-#include "app.h"
+#include "segcast/film.h"
 #include "segcast/phantom.h"
 
 #include <stdio.h>
@@ -124,14 +124,15 @@ static void map_file(sc_comm *comm, void *user)
     const int rank = sc_comm_rank(comm);
     sc_ctx ctx = listening(&m->said[rank]);
     sc_app app = {.ctx = &ctx, .comm = comm, .threads = 1};
-    sc_session session = {.job.render.smooth = {1, 1, 1}};
+    sc_job job = {.render.smooth = {1, 1, 1}};
+    sc_input input = {0};
     bool usable = false;
 
-    snprintf(session.job.volume, sizeof session.job.volume, "%s", m->files[rank]);
-    m->outcomes[rank] = sc_session_map(&app, &session, &usable);
+    snprintf(job.volume, sizeof job.volume, "%s", m->files[rank]);
+    m->outcomes[rank] = sc_input_map(&app, &job, &input, &usable);
     if (m->outcomes[rank] == SC_OK)
         assert_true(usable);
-    sc_session_clear(&session);
+    sc_input_clear(&input);
 }
 
 static void prepare_file(const char *path, int side)
@@ -212,6 +213,20 @@ typedef struct looks {
     double distances_mm[RANKS];
 } looks;
 
+/* A sc_points_fn: each rank finds others. */
+static sc_status find_points(const sc_app *app, const sc_panel *panel, sc_vec3 **out, size_t *count)
+{
+    void *block;
+
+    (void)panel;
+    assert_ok(sc_alloc(app->ctx, 2, sizeof **out, &block));
+    *out = block;
+    (*out)[0] = (sc_vec3){0, 0, 0};
+    (*out)[1] = (sc_vec3){30 + sc_comm_rank(app->comm), 40, 50};
+    *count = 2;
+    return SC_OK;
+}
+
 /* A white tissue and a red one. Of the white one rank 0 sees much, and the other ranks nothing; of
  * the thickness of both each rank has another opinion. */
 static void decide_looks(sc_comm *comm, void *user)
@@ -224,7 +239,8 @@ static void decide_looks(sc_comm *comm, void *user)
                           {.value = 1, .name = "white", .has_color = true, .rgb = {250, 250, 250}},
                           {.value = 2, .name = "red", .has_color = true, .rgb = {200, 20, 20}}};
     sc_label_stats stats[3] = {{.voxels = 0}};
-    const sc_vec3 points[2] = {{0, 0, 0}, {30 + rank, 40, 50}};
+    sc_input input = {0};
+    sc_inputs inputs = {.count = 1, .all = &input};
     sc_session session;
 
     l->outcomes[rank] = sc_session_job(&app, "session.yaml", &session);
@@ -233,16 +249,21 @@ static void decide_looks(sc_comm *comm, void *user)
         stats[id].thickness_mm = 2 + rank;
         stats[id].shown = (id == 1) == (rank == 0) ? 0.9 : 0.1;
     }
-    session.volume = (sc_prepared){.labels = labels, .stats = stats, .label_count = 3};
+    input.volume = (sc_prepared){.labels = labels, .stats = stats, .label_count = 3};
+    session.inputs = &inputs;
+    if (l->outcomes[rank] == SC_OK)
+        l->outcomes[rank] = sc_session_panels(&app, &session);
     if (l->outcomes[rank] == SC_OK)
         l->outcomes[rank] = sc_session_tissues(&app, &session);
     if (l->outcomes[rank] == SC_OK) {
-        sc_session_timeline(&app, &session, points, SC_COUNT_OF(points));
-        memcpy(l->tissues[rank], session.tissues, sizeof l->tissues[rank]);
-        memcpy(l->backgrounds[rank], session.job.render.background.rgb, 3);
-        l->distances_mm[rank] = session.timeline.animation.camera.distance_mm;
+        const sc_panel *panel = &session.panels[0];
+
+        sc_session_timelines(&app, &session, find_points);
+        memcpy(l->tissues[rank], panel->looks.tissues, sizeof l->tissues[rank]);
+        memcpy(l->backgrounds[rank], panel->job.render.background.rgb, 3);
+        l->distances_mm[rank] = panel->timeline.animation.camera.distance_mm;
     }
-    session.volume = (sc_prepared){0};
+    session.inputs = NULL;
     sc_session_clear(&session);
 }
 

@@ -145,6 +145,7 @@ sc_status sc_convert_line(sc_app *app)
 {
     const char *path = app->options.output;
     sc_session session = {0};
+    sc_input input = {.measure = true}; /* so that a prepared file may lack tissues */
     sc_centerline line = {0};
     sc_volume read = {0}, volume;
     sc_text text = {0};
@@ -160,16 +161,15 @@ sc_status sc_convert_line(sc_app *app)
     SC_TRY(choose_format(app, &as_json));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_session_job(app, NULL, &session));
-    session.measure = true; /* so that a prepared file may lack tissues */
     if (strcmp(path, "-"))
         SC_TRY(sc_check_output(app, &session.job, path, true));
     sc_stage_begin(app->ctx, "reading", 0, 0);
     if (sc_is_prepared_file(session.job.volume)) {
-        SC_TRY(sc_session_map(&mapping, &session, &usable));
-        SC_TRY(sc_check_line_voxels(app->ctx, session.job.volume, &session.volume, &w.line));
-        volume = sc_volume_of_prepared(&session.volume);
+        SC_TRY(sc_input_map(&mapping, &session.job, &input, &usable));
+        SC_TRY(sc_check_line_voxels(app->ctx, session.job.volume, &input.volume, &w.line));
+        volume = sc_volume_of_prepared(&input.volume);
     } else {
-        SC_TRY(sc_session_voxels(app, &session, &read));
+        SC_TRY(sc_input_voxels(app, &session.job, &input, &read));
         volume = read;
     }
     SC_TRY(sc_find_line(app, &volume, &w.line, &line));
@@ -181,6 +181,7 @@ out:
     sc_text_clear(&text);
     sc_centerline_clear(&line);
     sc_volume_clear(&read);
+    sc_input_clear(&input);
     sc_session_clear(&session);
     return status;
 }

@@ -35,23 +35,24 @@ out:
     return status;
 }
 
-/* Prepare the volume of a session, which may be that of a phase, and write it to @p path. For
+/* Prepare the volume of a job, and write it to @p path. For
  * surfaces that are smooth, what pictures are drawn from is derived, too. @param opacity as of
  * find_opacity: filled by the first phase, by which the tissues of all look. */
-static sc_status prepare_file(sc_app *app, sc_session *session, const char *path, float **opacity)
+static sc_status prepare_file(sc_app *app, const sc_job *job, sc_input *input, const char *path,
+                              float **opacity)
 {
     const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
-    sc_volume_input input = {0};
+    sc_edited edited = {0};
     sc_preparation *preparation = NULL;
     sc_status status;
 
-    SC_TRY(sc_session_prepare(app, session, &input, &preparation));
-    session->drawn = input.drawn;
-    session->drawn_known = input.drawn_known;
-    session->volume = sc_preparation_view(preparation);
-    if (session->job.render.surface == SC_SURFACE_SMOOTH) {
+    SC_TRY(sc_input_prepare(app, job, input, &edited, &preparation));
+    input->drawn = edited.drawn;
+    input->drawn_known = edited.drawn_known;
+    input->volume = sc_preparation_view(preparation);
+    if (job->render.surface == SC_SURFACE_SMOOTH) {
         if (!*opacity)
-            SC_TRY(find_opacity(app, &session->job, &session->volume, opacity));
+            SC_TRY(find_opacity(app, job, &input->volume, opacity));
         SC_TRY(sc_preparation_derive(app->ctx, preparation, *opacity));
     }
     SC_TRY(sc_preparation_save(app->ctx, preparation, path, app->options.overwrite));
@@ -61,17 +62,17 @@ static sc_status prepare_file(sc_app *app, sc_session *session, const char *path
     sc_display_end_stage(app);
     sc_print_made(path);
 out:
-    session->volume = (sc_prepared){0};
+    input->volume = (sc_prepared){0};
     sc_preparation_free(preparation);
-    sc_volume_input_clear(&input);
+    sc_edited_clear(&edited);
     return status;
 }
 
 /* Refuse to write @p path if the volume that it would hold is prepared already. */
-static sc_status check_input(const sc_app *app, const sc_session *session, const char *volume,
+static sc_status check_input(const sc_app *app, const sc_job *job, const char *volume,
                              const char *path)
 {
-    const sc_status status = sc_check_output(app, &session->job, path, true);
+    const sc_status status = sc_check_output(app, job, path, true);
 
     if (status == SC_OK && sc_is_prepared_file(volume))
         return sc_fail(app->ctx, SC_ERR_USAGE, "%s: is a prepared file already", volume);
@@ -82,7 +83,8 @@ static sc_status check_input(const sc_app *app, const sc_session *session, const
  * the next, so that @p each come of one. */
 typedef struct series {
     sc_app *app; /* with a store for the phases of one file */
-    sc_session *session;
+    const sc_job *job;
+    sc_input first;   /* how it was drawn */
     const char *path; /* of the files, without the number of the phase */
     int count, each;
     float *opacity; /* as of prepare_file; owned */
@@ -99,17 +101,18 @@ static sc_status find_path(const series *s, int phase, sc_text *text)
 /* Prepare a phase of the input, and write it to its file. */
 static sc_status prepare_phase(series *s, int phase)
 {
-    sc_session one;
+    sc_input one;
+    sc_job job;
     sc_text name = {0};
     sc_status status;
 
     sc_stage_turn(s->app->ctx, phase * s->each + 1, s->count * s->each);
     SC_TRY(find_path(s, phase * s->each, &name));
-    sc_session_begin_phase(s->session, phase, &one);
+    sc_job_of_input(s->job, phase, &job);
+    sc_input_begin_phase(&s->first, &one);
     one.is_later_phase = false; /* each file has colours, so that it can be used alone */
-    SC_TRY(prepare_file(s->app, &one, name.data, &s->opacity));
-    s->session->drawn = one.drawn;
-    s->session->drawn_known = one.drawn_known;
+    SC_TRY(prepare_file(s->app, &job, &one, name.data, &s->opacity));
+    s->first = one;
 out:
     sc_text_clear(&name);
     return status;
@@ -144,6 +147,7 @@ static sc_status prepare_gap(series *s, int phase)
     sc_prepared ends[2];
     sc_between *between = NULL;
     sc_volume low, high, volume = {0};
+    sc_job job;
     sc_text name = {0};
     sc_status status;
 
@@ -152,20 +156,21 @@ static sc_status prepare_gap(series *s, int phase)
     for (int i = 0; i < 2; i++)
         SC_TRY(map_phase(s, (phase + i) % s->count, &mapped[i], &bytes[i], &ends[i]));
     if (phase + 1 < s->count) /* all before this one are as the first */
-        SC_TRY(sc_check_phase(ctx, s->session, &ends[0], &ends[1], phase + 1, true));
+        SC_TRY(sc_check_phase(ctx, s->job, &ends[0], &ends[1], phase + 1, true));
+    sc_job_of_input(s->job, phase, &job);
     low = sc_volume_of_prepared(&ends[0]);
     high = sc_volume_of_prepared(&ends[1]);
     SC_TRY(sc_between_find(ctx, &low, &high, s->app->threads, &between));
     for (int i = 1; i < s->each; i++) {
-        sc_session one;
+        sc_input one;
 
         sc_stage_turn(ctx, phase * s->each + i + 1, s->count * s->each);
         SC_TRY(find_path(s, phase * s->each + i, &name));
         SC_TRY(sc_copy_prepared(ctx, &ends[0], &volume));
         sc_between_at(between, (double)i / s->each, &volume);
-        sc_session_begin_between(s->session, phase, &ends[0], &one);
+        sc_input_begin_between(&ends[0], &s->first, &one);
         one.given = &volume;
-        SC_TRY(prepare_file(s->app, &one, name.data, &s->opacity));
+        SC_TRY(prepare_file(s->app, &job, &one, name.data, &s->opacity));
     }
 out:
     sc_text_clear(&name);
@@ -176,21 +181,23 @@ out:
     return status;
 }
 
-/* Prepare each phase of a session's volume, and those between them if the job has any, and write it
+/* Prepare each phase of a job, and those between them if the job has any, and write it
  * to a file of its own: @p path with the number of the phase. */
-static sc_status prepare_phases(sc_app *app, sc_session *session, const char *path)
+static sc_status prepare_phases(sc_app *app, const sc_job *job, const char *path)
 {
     sc_app own;
-    series s = {
-        &own, session, path, (int)session->job.phase_count, 1 + session->job.cine.cine.between,
-        NULL};
+    series s = {.app = &own,
+                .job = job,
+                .path = path,
+                .count = (int)job->phase_count,
+                .each = 1 + job->cine.cine.between};
     sc_text name = {0};
     sc_status status;
 
-    SC_TRY(sc_begin_phase_store(app, session, &own));
+    SC_TRY(sc_begin_phase_store(app, job, &own));
     for (int i = 0; i < s.count * s.each; i++) { /* all are checked before the first is made */
         SC_TRY(find_path(&s, i, &name));
-        SC_TRY(check_input(app, session, session->job.phases[i / s.each].path, name.data));
+        SC_TRY(check_input(app, job, job->phases[i / s.each].path, name.data));
     }
     for (int i = 0; i < s.count; i++)
         SC_TRY(prepare_phase(&s, i));
@@ -208,6 +215,7 @@ sc_status sc_convert_prepared(sc_app *app, const char *job)
 {
     const char *path = app->options.output;
     sc_session session = {0};
+    sc_input input = {0};
     float *opacity = NULL;
     sc_status status;
 
@@ -217,11 +225,11 @@ sc_status sc_convert_prepared(sc_app *app, const char *job)
     }
     SC_TRY(sc_session_job(app, job, &session));
     if (session.job.phase_count) {
-        status = prepare_phases(app, &session, path);
+        status = prepare_phases(app, &session.job, path);
         goto out;
     }
-    SC_TRY(check_input(app, &session, session.job.volume, path));
-    status = prepare_file(app, &session, path, &opacity);
+    SC_TRY(check_input(app, &session.job, session.job.volume, path));
+    status = prepare_file(app, &session.job, &input, path, &opacity);
 out:
     sc_free(opacity);
     sc_session_clear(&session);

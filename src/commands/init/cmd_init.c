@@ -360,11 +360,9 @@ static sc_status add_animation(const sc_ctx *ctx, sc_text *out)
         "  #     except: []  # tissues that stay whole\n");
 }
 
-/* Append all tissues and the animation to a job for the volume of a session, of which all has been
- * measured. */
-static sc_status add_body(const sc_app *app, const sc_session *session, sc_text *out)
+/* Append all tissues and the animation to a job for a volume of which all has been measured. */
+static sc_status add_body(const sc_app *app, const sc_prepared *v, sc_text *out)
 {
-    const sc_prepared *v = &session->volume;
     sc_place *places = NULL;
     void *hidden = NULL, *layers = NULL;
     int count = 0;
@@ -408,6 +406,7 @@ out:
 sc_status sc_cmd_init(sc_app *app)
 {
     sc_session session = {0};
+    sc_input input = {.measure = true};
     sc_text text = {0}, path = {0};
     char *stem = NULL;
     sc_status status;
@@ -423,11 +422,12 @@ sc_status sc_cmd_init(sc_app *app)
     if (strcmp(path.data, "-"))
         SC_TRY(sc_check_output(app, &session.job, path.data, false));
     SC_TRY(add_head(app, &session.job, path.data, stem, &text));
-    session.measure = true;
-    SC_TRY(sc_session_load_one(app, &session)); /* of a series, the first phase tells enough */
-    SC_TRY(add_body(app, &session, &text));
+    /* Of a series, the first phase tells enough. */
+    SC_TRY(sc_input_load(app, &session.job, &session.times, &input));
+    SC_TRY(add_body(app, &input.volume, &text));
     status = write_job(app, path.data, &text);
 out:
+    sc_input_clear(&input);
     sc_text_clear(&text);
     sc_text_clear(&path);
     sc_free(stem);

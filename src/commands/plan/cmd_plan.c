@@ -208,24 +208,23 @@ static void print_text(const job_plan *plan)
     const sc_job *job = &session->job;
     const sc_plan_probe *p = &plan->probe;
     const int *size_px = job->output.size_px;
+    const sc_kernel *kernel = sc_renderer_kernel(sc_session_renderer(session, 0));
+    const sc_prepared *v = sc_session_view(session);
     char prepared[24], encoder[24], files[24], loaded[24];
 
     printf("frames           %d of %d x %d, %d ray%s per pixel\n", job->animation.frames,
            size_px[0], size_px[1], job->render.samples, job->render.samples == 1 ? "" : "s");
-    printf("kernel           %s, %s\n", sc_renderer_kernel(session->renderer)->name,
-           sc_renderer_kernel(session->renderer)->cpu);
-    printf("volume           %d x %d x %d voxels, %d label%s, %s prepared\n",
-           session->volume.size[0], session->volume.size[1], session->volume.size[2],
-           session->volume.label_count - 1, session->volume.label_count == 2 ? "" : "s",
+    printf("kernel           %s, %s\n", kernel->name, kernel->cpu);
+    printf("volume           %d x %d x %d voxels, %d label%s, %s prepared\n", v->size[0],
+           v->size[1], v->size[2], v->label_count - 1, v->label_count == 2 ? "" : "s",
            sc_size_text((double)p->prepared_bytes, prepared));
-    for (int s = 1; session->compare && s < sc_subject_count(job); s++) {
-        const sc_prepared *v = &sc_compare_part(session, s)->volume;
-
+    for (int s = 1; s < sc_subject_count(job); s++) {
+        v = &session->inputs->all[s].volume;
         printf("  compared with  %d x %d x %d voxels\n", v->size[0], v->size[1], v->size[2]);
     }
     if (p->phase_file_bytes)
         printf("phases           %d, in files of %s in all in %s; %s of them in memory at a time\n",
-               sc_session_phase_count(session), sc_size_text((double)p->phase_file_bytes, files),
+               session->inputs->count, sc_size_text((double)p->phase_file_bytes, files),
                sc_temporary_folder(), sc_size_text((double)p->loaded_bytes, loaded));
     printf("measured         bands of %d frames, %d whole frames\n", p->partly_drawn, p->encoded);
     printf("preparing        %.1f CPU s, %.1f s here\n", p->prepare_cpu_s, p->prepare_wall_s);

@@ -293,8 +293,8 @@ sc_status sc_plan_measure(sc_app *app, sc_session *session, uint64_t program_byt
     *out = (sc_plan_probe){.program_bytes = program_bytes,
                            .memory_max_bytes = app->ctx->memory_max_bytes,
                            .prepare_bytes = sc_peak_rss(),
-                           .prepared_bytes = sc_session_prepared_bytes(session)};
-    out->renderer_bytes = sc_film_renderer_bytes(session, &out->derived_bytes);
+                           .prepared_bytes = sc_inputs_bytes(session->inputs)};
+    out->renderer_bytes = sc_session_renderer_bytes(session, &out->derived_bytes);
     volumes_bytes = out->prepared_bytes + out->derived_bytes;
     out->loaded_bytes = (uint64_t)(sc_session_loaded_share(session) * (double)volumes_bytes);
     if (out->loaded_bytes < volumes_bytes)

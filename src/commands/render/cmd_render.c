@@ -132,7 +132,7 @@ static sc_status open_store(sc_run *run)
 
     *job = store_job_of(run);
     SC_TRY(is_job_given(run, &job->keeps_job));
-    job->volume_hash = sc_session_volume_hash(s);
+    job->volume_hash = sc_inputs_hash(s->inputs);
     SC_TRY(sc_run_hash_job(run, &job->job_hash));
     SC_TRY(sc_store_open(run->app->ctx, run->directory, job, run->wanted, run->wanted_count,
                          slice_of(run), store_mode(run->app), &run->store));
@@ -162,7 +162,7 @@ static sc_status open_outputs(sc_run *run)
     if (run->keep_records)
         return open_store(run);
     settings.version = sc_version();
-    settings.volume_hash = sc_session_volume_hash(&run->session);
+    settings.volume_hash = sc_inputs_hash(run->session.inputs);
     SC_TRY(sc_run_hash_job(run, &settings.job_hash));
     status = sc_video_writer_open(ctx, run->video_path, &settings, &run->writer);
 out:

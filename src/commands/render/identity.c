@@ -4,12 +4,12 @@
 #include "render/run.h"
 
 /* Append to @p text what verbs do to each tissue, in the order in which they do it. */
-static sc_status add_fades(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+static sc_status add_fades(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
 {
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < s->fade_count && status == SC_OK; i++) {
-        const sc_fade *f = &s->fades[i];
+    for (size_t i = 0; i < s->looks.fade_count && status == SC_OK; i++) {
+        const sc_fade *f = &s->looks.fades[i];
 
         SC_TRY(sc_text_add(ctx, text, "%d %d %.17g %.17g %d %.17g %d\n", f->id, (int)f->kind,
                            f->begin, f->end, (int)f->ease.kind, f->to, f->times));
@@ -21,12 +21,12 @@ out:
 }
 
 /* Append to @p text how verbs move tissues. */
-static sc_status add_shifts(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+static sc_status add_shifts(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
 {
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < s->shift_count && status == SC_OK; i++) {
-        const sc_shift *shift = &s->shifts[i];
+    for (size_t i = 0; i < s->looks.shift_count && status == SC_OK; i++) {
+        const sc_shift *shift = &s->looks.shifts[i];
 
         SC_TRY(sc_text_add(ctx, text, "%d %.17g %.17g %d %.17g %.17g %.17g\n", shift->id,
                            shift->begin, shift->end, (int)shift->ease.kind, shift->by_mm.x,
@@ -54,9 +54,9 @@ static sc_status add_moves(const sc_ctx *ctx, const sc_timeline *t, sc_text *tex
 }
 
 /* @return the planes that cut a tissue, as bits; of key frames, those of the first. */
-static uint32_t planes_of(const sc_session *s, int id)
+static uint32_t planes_of(const sc_panel *s, int id)
 {
-    const sc_clip_set *set = &s->timeline.clip_sets[s->tissues[id].clip_set];
+    const sc_clip_set *set = &s->timeline.clip_sets[s->looks.tissues[id].clip_set];
     uint32_t planes = 0;
 
     for (int i = 0; i < s->timeline.animation.sweep_count; i++)
@@ -66,9 +66,9 @@ static uint32_t planes_of(const sc_session *s, int id)
 
 /* Append to @p text in which spans planes cut a tissue, of those whose exceptions have key frames.
  */
-static sc_status add_spans(const sc_ctx *ctx, const sc_session *s, int id, sc_text *text)
+static sc_status add_spans(const sc_ctx *ctx, const sc_panel *s, int id, sc_text *text)
 {
-    const sc_clip_set *set = &s->timeline.clip_sets[s->tissues[id].clip_set];
+    const sc_clip_set *set = &s->timeline.clip_sets[s->looks.tissues[id].clip_set];
     sc_status status = SC_OK;
 
     for (int i = 0; i < s->timeline.animation.sweep_count && status == SC_OK; i++) {
@@ -80,12 +80,12 @@ static sc_status add_spans(const sc_ctx *ctx, const sc_session *s, int id, sc_te
 
 /* Append to @p text how each tissue looks and which planes cut it. Both may follow from names in a
  * label table, which the keys of the job do not hold. */
-static sc_status add_tissues(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+static sc_status add_tissues(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
 {
     sc_status status = SC_OK;
 
     for (int id = 1; id < s->volume.label_count && status == SC_OK; id++) {
-        const sc_tissue *t = &s->tissues[id];
+        const sc_tissue *t = &s->looks.tissues[id];
 
         SC_TRY(sc_text_add(ctx, text, "%lld %d %.17g %d %.17g %.9g %.9g %.9g",
                            (long long)s->volume.labels[id].value, t->visible, t->opacity,
@@ -104,13 +104,13 @@ out:
 
 /* Append to @p text the values of key frames of columns, when they hold, and of which tissues the
  * colours follow them. */
-static sc_status add_columns(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+static sc_status add_columns(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
 {
     const sc_track *steps = &s->job.color_columns.steps;
     const int count = s->volume.label_count;
     sc_status status = SC_OK;
 
-    if (!s->column_values)
+    if (!s->looks.column_values)
         return SC_OK;
     for (int i = 0; i < steps->count; i++) {
         const sc_ease *ease = &steps->keys[i].ease;
@@ -119,33 +119,32 @@ static sc_status add_columns(const sc_ctx *ctx, const sc_session *s, sc_text *te
                            (int)ease->kind, ease->bezier[0], ease->bezier[1], ease->bezier[2],
                            ease->bezier[3]));
         for (int id = 1; id < count; id++)
-            SC_TRY(sc_text_add(ctx, text, "%.17g %d\n", s->column_values[i * count + id],
-                               s->tissues[id].color_by_rule));
+            SC_TRY(sc_text_add(ctx, text, "%.17g %d\n", s->looks.column_values[i * count + id],
+                               s->looks.tissues[id].color_by_rule));
     }
 out:
     return status;
 }
 
-/* Append to @p text what the pictures of a job without shots, or of one shot, follow from beside
- * its keys. */
-static sc_status add_shot(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+/* Append to @p text what the pictures of a panel follow from beside the keys of the job. */
+static sc_status add_panel(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
 {
-    const sc_lettering *letters = s->lettering;
+    const sc_lettering *letters = s->text.lettering;
     sc_status status = SC_OK;
 
-    if (s->tissues) /* it is no title card */
+    if (s->looks.tissues) /* it does not only write */
         SC_TRY(add_tissues(ctx, s, text));
     SC_TRY(add_fades(ctx, s, text));
     SC_TRY(add_shifts(ctx, s, text));
     SC_TRY(add_moves(ctx, &s->timeline, text));
-    if (s->scale.is_used) /* which the colour bar shows */
-        SC_TRY(sc_text_add(ctx, text, "%.17g %.17g\n", s->scale.low, s->scale.high));
+    if (s->looks.scale.is_used) /* which the colour bar shows */
+        SC_TRY(sc_text_add(ctx, text, "%.17g %.17g\n", s->looks.scale.low, s->looks.scale.high));
     SC_TRY(add_columns(ctx, s, text));
-    if (s->grey.codes)
-        SC_TRY(sc_text_add(ctx, text, "%llx %.17g %.17g\n", (unsigned long long)s->grey_hash,
-                           s->grey_window.level, s->grey_window.width));
-    if (s->logo.rgb)
-        SC_TRY(sc_text_add(ctx, text, "%llx\n", (unsigned long long)sc_image_hash(&s->logo)));
+    if (s->grey.grey.codes)
+        SC_TRY(sc_text_add(ctx, text, "%llx %.17g %.17g\n", (unsigned long long)s->grey.hash,
+                           s->grey.window.level, s->grey.window.width));
+    if (s->text.logo.rgb)
+        SC_TRY(sc_text_add(ctx, text, "%llx\n", (unsigned long long)sc_image_hash(&s->text.logo)));
     if (letters) /* their pixels, which follow from the font */
         SC_TRY(sc_text_add(ctx, text, "%llx\n",
                            (unsigned long long)sc_hash_bytes(letters, letters->bytes, 0)));
@@ -156,15 +155,12 @@ out:
 sc_status sc_run_hash_job(sc_run *run, uint64_t *out)
 {
     const sc_ctx *ctx = run->app->ctx;
-    const sc_session *part;
     sc_text text = {0};
     sc_status status;
 
     SC_TRY(sc_job_write(ctx, &run->session.job, true, &text));
-    for (int i = 0; i < sc_film_shot_count(&run->session); i++)
-        SC_TRY(add_shot(ctx, sc_film_shot(&run->session, i), &text));
-    for (int i = 0; (part = sc_compare_part(&run->session, i)) != NULL; i++)
-        SC_TRY(add_shot(ctx, part, &text));
+    for (int i = 0; i < run->session.panel_count; i++)
+        SC_TRY(add_panel(ctx, &run->session.panels[i], &text));
     *out = sc_hash_bytes(text.data, text.length_bytes, 0);
 out:
     sc_text_clear(&text);

@@ -175,7 +175,7 @@ static void trace_threads(sc_run *run, int frame)
 {
     sc_renderer *renderer;
 
-    for (int r = 0; (renderer = sc_film_renderer(&run->session, r)) != NULL; r++) {
+    for (int r = 0; (renderer = sc_session_renderer(&run->session, r)) != NULL; r++) {
         sc_renderer_spans(renderer, run->spans);
         for (int i = 0; i < run->app->threads; i++) {
             if (run->spans[i].begin_s > 0)

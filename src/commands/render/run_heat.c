@@ -17,7 +17,7 @@ static bool choose_heat_size(const sc_run *run, int size_px[2])
 {
     enum { LEAST_SIDE = 32 };
     const int *output_px = run->session.job.output.size_px;
-    const double aspect = sc_session_aspect(&run->session);
+    const double aspect = sc_space_aspect(&run->session.job);
     const int longer = output_px[0] > output_px[1] ? output_px[0] : output_px[1];
     double cpu_s = 0, rays = 0, limit_s, pixels, side;
 

@@ -331,30 +331,32 @@ typedef struct record_texts {
  * borrows from the run, and from @p texts. */
 static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *record)
 {
-    const sc_prepared *volume = &run->session.volume;
+    const sc_job *job = &run->session.job;
+    const sc_input *input = &run->session.inputs->all[0];
+    const sc_prepared *volume = &input->volume;
 
     sc_processor_name(texts->processor, sizeof texts->processor);
     sc_comm_library(texts->mpi, sizeof texts->mpi);
-    *record =
-        (sc_run_record){.version = sc_version(),
-                        .host = run->session.times.host,
-                        .commit = sc_commit(),
-                        .processor = texts->processor,
-                        .kernel = sc_renderer_kernel(run->session.renderer)->cpu,
-                        .mpi = texts->mpi,
-                        .batch_job = sc_batch_job(),
-                        .id = run->id,
-                        .ranks = sc_comm_size(run->app->comm),
-                        .nodes = sc_comm_node_count(run->app->comm),
-                        .job = {run->store_job.job_hash, run->store_job.volume_hash},
-                        .begin_unix_s = run->begin_unix_s,
-                        .volume_bytes = (uint64_t)sc_session_phase_count(&run->session) *
-                                        (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
-                                        (uint64_t)volume->size[2] * (uint64_t)volume->label_bytes,
-                        .prepared_bytes = sc_session_prepared_bytes(&run->session),
-                        .wrote_png = run->session.job.output.frames == SC_FRAMES_PNG,
-                        .from_prepared = run->session.mapped && !run->session.shared};
-    record->renderer_bytes = sc_film_renderer_bytes(&run->session, &record->derived_bytes);
+    *record = (sc_run_record){
+        .version = sc_version(),
+        .host = run->session.times.host,
+        .commit = sc_commit(),
+        .processor = texts->processor,
+        .kernel = sc_renderer_kernel(sc_session_renderer(&run->session, 0))->cpu,
+        .mpi = texts->mpi,
+        .batch_job = sc_batch_job(),
+        .id = run->id,
+        .ranks = sc_comm_size(run->app->comm),
+        .nodes = sc_comm_node_count(run->app->comm),
+        .job = {run->store_job.job_hash, run->store_job.volume_hash},
+        .begin_unix_s = run->begin_unix_s,
+        .volume_bytes = (uint64_t)(job->phase_count ? run->session.inputs->count : 1) *
+                        (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
+                        (uint64_t)volume->size[2] * (uint64_t)volume->label_bytes,
+        .prepared_bytes = sc_inputs_bytes(run->session.inputs),
+        .wrote_png = job->output.frames == SC_FRAMES_PNG,
+        .from_prepared = input->mapped && !input->shared};
+    record->renderer_bytes = sc_session_renderer_bytes(&run->session, &record->derived_bytes);
 }
 
 /* Gather the timing records of all ranks on rank 0. @param out caller owns: sc_free; NULL on the

@@ -194,19 +194,13 @@ sc_status sc_study_frames(const sc_study_state *state, const sc_job *job, int **
 
 /* Check the tissues of a cell's job against its volume, unless that was done of another cell with
  * the same ones. */
-static sc_status check_tissues(const sc_study_state *state, int cell, const sc_job *job)
+static sc_status check_tissues(const sc_study_state *state, int cell, sc_job *job)
 {
-    sc_session session = {.job = *job};
-    sc_status status;
-
     for (int i = 0; i < cell; i++) {
         if (state->cells[i].volume_key == state->cells[cell].volume_key)
             return SC_OK;
     }
-    status = sc_session_check_tissues(state->app, &session);
-    session.job = (sc_job){0}; /* it was borrowed */
-    sc_session_clear(&session);
-    return status;
+    return sc_check_job_tissues(state->app, job);
 }
 
 /* Can this build and processor draw as @p job says, by the variant that it names? @param cpu the

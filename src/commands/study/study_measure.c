@@ -175,7 +175,7 @@ static sc_status open_session(visit *v, int cell, bool keeps)
     SC_TRY(sc_comm_agree(v->app->comm, status));
     SC_TRY(sc_session_job(v->app, job, &state->held));
     if (keeps) {
-        sc_session_move_volume(&before, &state->held);
+        sc_session_move_inputs(&before, &state->held);
     } else {
         SC_TRY(sc_session_load(v->app, &state->held));
         state->load = state->held.times;
@@ -275,7 +275,7 @@ static sc_status report(visit *v, int cell, const sc_study_way *way, int passes,
             .rays = v->rays / (uint64_t)passes,
             .samples = v->samples / (uint64_t)passes,
             .contributions = v->contributions / (uint64_t)passes,
-            .prepared_bytes = sc_session_prepared_bytes(v->session),
+            .prepared_bytes = sc_inputs_bytes(v->session->inputs),
             .energy_j = sc_energy_j() >= 0 && v->energy_j >= 0 ? v->energy_j / passes : -1,
             .pixels_hash = v->hash};
         add_ranks(all, ranks, passes, out);

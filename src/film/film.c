@@ -1,0 +1,426 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A session from its volumes to pictures: the panels get their looks, renderers, cameras and texts,
+ * one group of panels after the other. */
+#include "panels.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- messages that name the shot ---- */
+
+/* What a shot does with a message. */
+typedef struct speaker {
+    sc_app app; /* as that of the film, but with the context below */
+    sc_ctx ctx;
+    sc_app *film; /* borrowed */
+    const sc_shot *shot;
+    int number; /* of the shot, from 1 */
+} speaker;
+
+/* Pass a message on, for sc_ctx.write: an error or a warning with the number and the name of the
+ * shot, unless it begins with the file in which the shot stands, so that it tells its place
+ * already. */
+static void write_with_shot(void *user, sc_log_level level, const char *text)
+{
+    const speaker *s = user;
+    const sc_ctx *ctx = s->film->ctx;
+    const char *name = s->shot->name, *colon = strrchr(s->shot->where, ':');
+    const size_t length = colon ? (size_t)(colon - s->shot->where) : 0;
+
+    if (level > SC_LOG_WARN || (length > 0 && !strncmp(text, s->shot->where, length)))
+        ctx->write(ctx->user, level, text);
+    else if (level == SC_LOG_WARN)
+        sc_warn(ctx, "shot %d%s%s%s: %s", s->number, name[0] ? " (" : "", name, name[0] ? ")" : "",
+                text);
+    else
+        (void)sc_fail(ctx, SC_ERR_INTERNAL, "shot %d%s%s%s: %s", s->number, name[0] ? " (" : "",
+                      name, name[0] ? ")" : "", text);
+}
+
+/* Begin to speak for a panel: for the shot @p number, if it is one. */
+static void begin_to_speak(sc_app *app, const sc_panel *panel, int number, speaker *out)
+{
+    *out = (speaker){
+        .app = *app, .ctx = *app->ctx, .film = app, .shot = panel->shot, .number = number};
+    out->app.ctx = &out->ctx;
+    if (!app->ctx->write || !panel->shot)
+        return;
+    out->ctx.rank = 0; /* that of the film's context is told */
+    out->ctx.write = write_with_shot;
+    out->ctx.user = out;
+}
+
+/* ---- tissues ---- */
+
+/* Give all panels that leave their background to be chosen the one that was chosen for @p from. */
+static void share_background(sc_session *session, const sc_panel *from)
+{
+    for (int i = 0; i < session->panel_count; i++) {
+        sc_background *background = &session->panels[i].job.render.background;
+
+        if (!background->is_auto)
+            continue;
+        memmove(background->rgb, from->job.render.background.rgb, sizeof background->rgb);
+        background->is_auto = false;
+    }
+}
+
+sc_status sc_session_tissues(sc_app *app, sc_session *session)
+{
+    speaker voice;
+    bool chosen = false;
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < session->panel_count; i++) {
+        sc_panel *panel = &session->panels[i];
+
+        if (!panel->phases)
+            continue;
+        begin_to_speak(app, panel, i + 1, &voice);
+        SC_TRY(sc_panel_tissues(&voice.app, panel));
+        if (!chosen) /* for title cards, also if the shot has one of its own */
+            share_background(session, panel);
+        chosen = true;
+    }
+out:
+    return status;
+}
+
+/* ---- grey volumes ---- */
+
+/* @return the panel before @p i that has the same grey volume; NULL: none. */
+static const sc_panel *lender_of(const sc_session *session, int i)
+{
+    for (int j = 0; j < i; j++) {
+        const sc_panel *panel = &session->panels[j];
+
+        if (panel->phases && panel->job.has_image &&
+            !strcmp(panel->job.image.path, session->panels[i].job.image.path))
+            return panel;
+    }
+    return NULL;
+}
+
+/* Read the grey volumes of all panels, those of the same file once. */
+static sc_status load_grey(sc_app *app, sc_session *session)
+{
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < session->panel_count; i++) {
+        sc_panel *panel = &session->panels[i];
+        const sc_panel *lender = lender_of(session, i);
+
+        if (!panel->phases || !panel->job.has_image)
+            continue;
+        if (lender)
+            SC_TRY(sc_grey_borrow(app, &panel->job, &panel->volume, &lender->grey, &panel->grey));
+        else
+            SC_TRY(sc_grey_load(app, &panel->job, &panel->volume, &session->times, &panel->grey));
+        /* What is found for the first one holds for all, so that the same value looks the same. */
+        for (int j = 1; i == 0 && j < session->panel_count; j++) {
+            session->panels[j].job.image.window_auto = false;
+            session->panels[j].job.image.shown.window = panel->grey.window;
+        }
+    }
+out:
+    return status;
+}
+
+sc_status sc_session_check_grey(const sc_app *app, const sc_session *session)
+{
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < session->panel_count && status == SC_OK; i++) {
+        const sc_panel *panel = &session->panels[i], *lender = lender_of(session, i);
+
+        if (panel->phases && (!lender || lender->input != panel->input))
+            status = sc_grey_check(app, &panel->job, &panel->volume, panel->grey.moved_mm);
+    }
+    return status;
+}
+
+uint64_t sc_session_grey_bytes(const sc_session *session)
+{
+    uint64_t bytes = 0;
+
+    for (int i = 0; i < session->panel_count; i++)
+        bytes += session->panels[i].grey.codes ? sc_grey_bytes(&session->panels[i].grey.grey) : 0;
+    return bytes;
+}
+
+/* ---- renderers ---- */
+
+static bool are_same_bytes(const void *a, const void *b, size_t bytes)
+{
+    return memcmp(a, b, bytes) == 0;
+}
+
+/* Do two panels, whose tissues are resolved, draw in the same way? All keys that are added later
+ * are compared, too. Should bytes between two members differ without a reason, each has its
+ * renderer, and draws the same. */
+static bool draws_alike(const sc_panel *a, const sc_panel *b)
+{
+    const sc_grey_tracks *grey = &a->job.image.shown, *other = &b->job.image.shown;
+
+    return a->phases && a->input == b->input &&
+           are_same_bytes(&a->job.render, &b->job.render, sizeof a->job.render) &&
+           are_same_bytes(&a->job.light, &b->job.light, sizeof a->job.light) &&
+           are_same_bytes(&a->job.light_tracks, &b->job.light_tracks, sizeof a->job.light_tracks) &&
+           are_same_bytes(&grey->caps, &other->caps, sizeof grey->caps) &&
+           are_same_bytes(&grey->slices, &other->slices, sizeof grey->slices) &&
+           sc_track_most(&grey->backdrop_track, grey->backdrop) ==
+               sc_track_most(&other->backdrop_track, other->backdrop) &&
+           are_same_bytes(a->looks.tissues, b->looks.tissues,
+                          (size_t)a->volume.label_count * sizeof *a->looks.tissues);
+}
+
+/* Fill the renderers of panel @p i: those of an earlier one, if it draws in the same way. */
+static sc_status find_renderers(sc_app *app, sc_session *session, int i)
+{
+    sc_panel *panel = &session->panels[i];
+    int same = 0;
+
+    if (sc_comm_rank(app->comm) == 0) {
+        while (same < i && !draws_alike(&session->panels[same], panel))
+            same++;
+    }
+    sc_comm_broadcast(app->comm, &same, sizeof same);
+    if (same == i)
+        return sc_panel_renderers(app, panel);
+    panel->renderers = session->panels[same].renderers;
+    panel->borrows_renderers = true;
+    return SC_OK;
+}
+
+sc_renderer *sc_session_renderer(const sc_session *session, int i)
+{
+    for (int p = 0; p < session->panel_count; p++) {
+        const sc_panel *panel = &session->panels[p];
+
+        if (!panel->renderers || panel->borrows_renderers)
+            continue;
+        if (i < panel->phases)
+            return panel->renderers[i];
+        i -= panel->phases;
+    }
+    return NULL;
+}
+
+uint64_t sc_session_renderer_bytes(const sc_session *session, uint64_t *derived)
+{
+    sc_renderer *renderer;
+    uint64_t bytes = 0;
+
+    *derived = 0;
+    for (int i = 0; (renderer = sc_session_renderer(session, i)) != NULL; i++) {
+        bytes += sc_renderer_bytes(renderer);
+        *derived += sc_renderer_derived_bytes(renderer);
+    }
+    return bytes;
+}
+
+/* ---- timelines and texts ---- */
+
+/* Find the box, in voxels of the volume @p to, of a tissue that only another one has. */
+static sc_label_stats stats_for(const sc_prepared *from, const sc_label_stats *stats,
+                                const sc_prepared *to)
+{
+    sc_label_stats out = *stats;
+    sc_affine to_voxel;
+    double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+    if (!stats->voxels || !sc_affine_invert(&to->to_ras_mm, &to_voxel))
+        return out;
+    for (int corner = 0; corner < 8; corner++) {
+        const sc_vec3 at = {corner & 1 ? stats->high[0] : stats->low[0],
+                            corner & 2 ? stats->high[1] : stats->low[1],
+                            corner & 4 ? stats->high[2] : stats->low[2]};
+        const sc_vec3 there = sc_affine_point(&to_voxel, sc_affine_point(&from->to_ras_mm, at));
+        const double place[3] = {there.x, there.y, there.z};
+
+        for (int i = 0; i < 3; i++) {
+            low[i] = fmin(low[i], place[i]);
+            high[i] = fmax(high[i], place[i]);
+        }
+    }
+    for (int i = 0; i < 3; i++) {
+        out.low[i] = (int)floor(fmax(low[i], -1e6));
+        out.high[i] = (int)ceil(fmin(high[i], 1e6));
+    }
+    return out;
+}
+
+/* Let what is written over all know the tissues of all subjects: as the first one does, but with
+ * the extent of those that only others have. */
+static sc_status fill_front(const sc_ctx *ctx, sc_session *session)
+{
+    sc_compare *c = session->compare;
+    const sc_panel *first = &session->panels[0];
+    const int labels = first->volume.label_count, own = labels - c->joined[0].added;
+    sc_panel *front = first->group.front;
+    void *block;
+    const sc_status status = sc_alloc(ctx, (size_t)labels, sizeof *c->stats, &block);
+
+    if (status != SC_OK)
+        return status;
+    c->stats = block;
+    memcpy(c->stats, first->volume.stats, (size_t)labels * sizeof *c->stats);
+    for (int id = own; id < labels; id++) {
+        const sc_tissue_owner *owner = &first->group.owners[id];
+        const sc_prepared *v = &session->panels[owner->subject].volume;
+
+        c->stats[id] = stats_for(v, &v->stats[owner->id], &first->volume);
+    }
+    front->volume = first->volume;
+    front->volume.ids = NULL; /* it has no names beside tissues */
+    front->volume.stats = c->stats;
+    front->looks.tissues = first->looks.tissues;
+    return SC_OK;
+}
+
+/* List the points that the panels of a group show. Caller owns *out: sc_free. */
+static sc_status gather_points(const sc_app *app, const sc_panel_group *group, sc_points_fn *find,
+                               sc_vec3 **out, size_t *count)
+{
+    sc_vec3 *points = NULL, *found = NULL;
+    size_t more;
+    void *block;
+    sc_status status = SC_OK;
+
+    *count = 0;
+    for (int i = 0; i < group->count; i++) {
+        SC_TRY(find(app, &group->all[i], &found, &more));
+        SC_TRY(sc_alloc(app->ctx, *count + more + 1, sizeof *points, &block));
+        if (*count)
+            memcpy(block, points, *count * sizeof *points);
+        if (more)
+            memcpy((sc_vec3 *)block + *count, found, more * sizeof *points);
+        sc_free(points);
+        sc_free(found);
+        found = NULL;
+        points = block;
+        *count += more;
+    }
+    *out = points;
+    return SC_OK;
+out:
+    sc_free(points);
+    sc_free(found);
+    return status;
+}
+
+/* Fill the timelines of a group. @param lead its first panel. */
+static sc_status frame_group(sc_app *app, sc_session *session, sc_panel *lead, sc_points_fn *find)
+{
+    sc_vec3 *points = NULL;
+    size_t count = 0;
+    sc_status status;
+
+    if (!lead->phases) { /* a title card */
+        sc_timeline_resolve(&lead->job.animation, NULL, 0, sc_space_aspect(&lead->job),
+                            &lead->timeline);
+        sc_panel_set_looks(lead);
+        return SC_OK;
+    }
+    /* One framing holds for all phases and subjects, so that the camera does not move with them. */
+    SC_TRY(sc_comm_agree(app->comm, gather_points(app, &lead->group, find, &points, &count)));
+    SC_TRY(sc_panel_timeline(app, lead, points, count));
+    for (int i = 0; session->compare && i < session->panel_count; i++) {
+        sc_panel *panel = &session->panels[i];
+
+        panel->timeline = lead->timeline;
+        if (panel->phases)
+            sc_panel_set_looks(panel);
+    }
+    if (session->compare)
+        status = sc_comm_agree(app->comm, fill_front(app->ctx, session));
+out:
+    sc_free(points);
+    return status;
+}
+
+/* Make the renderers of the panels of a group, its timelines, and what is written onto it. */
+static sc_status make_group(sc_app *app, sc_session *session, sc_panel *lead, sc_points_fn *find)
+{
+    const int first = (int)(lead - session->panels);
+    const int count = session->compare ? session->panel_count : 1;
+    sc_panel *front = lead->group.front;
+    speaker voice;
+    sc_status status = SC_OK;
+
+    for (int i = 0; !find && i < count; i++) {
+        if (session->panels[first + i].phases)
+            SC_TRY(find_renderers(app, session, first + i));
+    }
+    begin_to_speak(app, lead, first + 1, &voice);
+    if (!lead->renderers) /* nothing is drawn: the mistakes of shots are told once */
+        voice.app.ctx = app->ctx;
+    SC_TRY(frame_group(&voice.app, session, lead, find ? find : sc_panel_hull));
+    if (front) /* first: the names of the subjects leave room for it */
+        SC_TRY(sc_panel_letter(&voice.app, front));
+    for (int i = 0; i < count; i++) {
+        if (&session->panels[first + i] != front)
+            SC_TRY(sc_panel_letter(&voice.app, &session->panels[first + i]));
+    }
+out:
+    app->font_told = voice.app.font_told;
+    return status;
+}
+
+sc_status sc_session_timelines(sc_app *app, sc_session *session, sc_points_fn *find)
+{
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < session->panel_count && status == SC_OK; i++) {
+        if (session->panels[i].group.index == 0)
+            status = make_group(app, session, &session->panels[i], find);
+    }
+    return status;
+}
+
+/* ---- all of it ---- */
+
+sc_status sc_session_load(sc_app *app, sc_session *session)
+{
+    return sc_inputs_load(app, &session->job, session->measure, &session->times, &session->inputs);
+}
+
+sc_status sc_session_scene(sc_app *app, sc_session *session)
+{
+    const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    sc_status status;
+
+    SC_TRY(sc_session_panels(app, session));
+    SC_TRY(load_grey(app, session));
+    sc_stage_begin(app->ctx, "preparing the light", 0, 0);
+    SC_TRY(sc_session_tissues(app, session));
+    SC_TRY(sc_session_timelines(app, session, NULL));
+    for (int i = 0; i < session->panel_count; i++)
+        sc_panel_unload(&session->panels[i], 0); /* names and flights look into its voxels */
+    sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
+out:
+    return status;
+}
+
+sc_status sc_session_volume(sc_app *app, sc_session *session)
+{
+    const sc_status status = sc_session_load(app, session);
+
+    return status == SC_OK ? sc_session_scene(app, session) : status;
+}
+
+void sc_session_move_inputs(sc_session *from, sc_session *to)
+{
+    sc_inputs_unload(from->inputs);
+    to->inputs = from->inputs;
+    from->inputs = NULL;
+}
+
+void sc_session_clear(sc_session *session)
+{
+    sc_panels_free(session);
+    sc_image_clear(&session->other);
+    sc_inputs_free(session->inputs);
+    sc_job_clear(&session->job);
+    *session = (sc_session){0};
+}

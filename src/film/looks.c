@@ -1,0 +1,174 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* How the tissues of a panel look, decided by rank 0. */
+#include "panels.h"
+
+#include <string.h>
+
+/* For the unaccelerated pictures of the paper, give interior voxels the opacity of their tissue.
+ * The smooth surface model draws no interior voxels: a job that asks for them gets a warning. */
+static void apply_interior(const sc_ctx *ctx, const sc_job *job, sc_panel *panel)
+{
+    bool shows_interior = false;
+
+    for (int id = 1; id < panel->volume.label_count; id++) {
+        sc_tissue *tissue = &panel->looks.tissues[id];
+
+        if (job->render.mode == SC_MODE_PAPER && !tissue->interior_given)
+            tissue->interior_opacity = tissue->opacity;
+        shows_interior = shows_interior || (tissue->visible && tissue->interior_opacity > 0);
+    }
+    if (shows_interior && job->render.surface == SC_SURFACE_SMOOTH)
+        sc_warn(ctx, "interior_opacity is not used: smooth surfaces have no inside; it needs "
+                     "surface: voxel");
+}
+
+/* Give a tissue the look of another one. Which planes cut it and what verbs do to it stays. */
+static void take_look(const sc_tissue *from, sc_tissue *to)
+{
+    const sc_tissue own = *to;
+
+    *to = *from;
+    to->clip_set = own.clip_set;
+    to->fade_group = own.fade_group;
+    to->part = own.part;
+}
+
+/* Give the tissues of a subject the looks that they have in the subjects before it. */
+static void take_looks(sc_panel *panel)
+{
+    const sc_panel_group *group = &panel->group;
+
+    for (int id = 1; group->owners && id < panel->volume.label_count; id++) {
+        const sc_tissue_owner *owner = &group->owners[id];
+
+        if (owner->subject < group->index)
+            take_look(&group->all[owner->subject].looks.tissues[owner->id],
+                      &panel->looks.tissues[id]);
+    }
+}
+
+/* The part of sc_panel_tissues that rank 0 does: fill panel->looks.tissues, fades, clip_sets,
+ * clip_set_count, and an automatic background. */
+static sc_status resolve_tissues(sc_app *app, sc_panel *panel)
+{
+    const sc_ctx *ctx = app->ctx;
+    const sc_job *job = &panel->job;
+    const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count,
+                            job->tissue_tracks};
+    sc_prepared colored = panel->volume;
+    sc_label *labels = NULL;
+    void *block = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, (size_t)panel->volume.label_count, sizeof(sc_tissue), &block));
+    panel->looks.tissues = block;
+    SC_TRY(sc_check_tissues(ctx, job, panel->volume.labels, panel->volume.label_count));
+    SC_TRY(sc_color_labels(ctx, panel, &labels));
+    if (labels)
+        colored.labels = labels;
+    SC_TRY(sc_transfer_resolve(ctx, &colored, job->rules, job->rule_count,
+                               (sc_opacity_rule)job->render.auto_opacity, panel->looks.tissues));
+    apply_interior(ctx, job, panel);
+    if (job->render.background.is_auto)
+        sc_choose_background(&panel->volume, panel->looks.tissues,
+                             panel->job.render.background.rgb);
+    if (!job->render.background.is_none)
+        sc_part_from_background(panel->volume.label_count, panel->job.render.background.rgb,
+                                panel->looks.tissues);
+    take_looks(panel);
+    SC_TRY(sc_clip_sets_find(ctx, &panel->volume, job->exceptions, job->exception_count,
+                             panel->looks.tissues, panel->looks.clip_sets,
+                             &panel->looks.clip_set_count));
+    if (job->verb_count || job->tissue_track_count)
+        SC_TRY(sc_verbs_resolve(ctx, &panel->volume, panel->looks.tissues, &verbs,
+                                &panel->looks.fades, &panel->looks.fade_count));
+    status = sc_explodes_resolve(ctx, &panel->volume, panel->looks.tissues, &verbs,
+                                 &panel->looks.shifts, &panel->looks.shift_count);
+out:
+    sc_free(labels);
+    return status;
+}
+
+/* Send how verbs move tissues to all ranks. Collective. */
+static sc_status share_shifts(sc_app *app, sc_panel *panel)
+{
+    void *shifts = panel->looks.shifts;
+    sc_status status;
+
+    sc_comm_broadcast(app->comm, &panel->looks.shift_count, sizeof panel->looks.shift_count);
+    if (!panel->looks.shift_count)
+        return SC_OK;
+    status =
+        sc_broadcast_array(app, &shifts, panel->looks.shift_count, sizeof *panel->looks.shifts);
+    panel->looks.shifts = shifts;
+    return status;
+}
+
+/* @return whether the colour of any tissue has key frames of its own. */
+static bool has_color_tracks(const sc_panel *panel)
+{
+    for (int id = 0; id < panel->volume.label_count; id++) {
+        if (panel->looks.tissues[id].color_track)
+            return true;
+    }
+    return false;
+}
+
+/* Send the tones of the key frames of colours, if there are any, to all ranks. Collective. */
+static sc_status share_tones(sc_app *app, sc_panel *panel)
+{
+    const sc_job *job = &panel->job;
+    const size_t labels = (size_t)panel->volume.label_count;
+    void *tones = NULL;
+    sc_status status = SC_OK;
+
+    if (!has_color_tracks(panel))
+        return SC_OK;
+    if (sc_comm_rank(app->comm) == 0)
+        status =
+            sc_zalloc(app->ctx, job->tissue_track_count, sizeof *panel->looks.color_tones, &tones);
+    for (size_t id = 0; id < labels && tones; id++) {
+        const int track = panel->looks.tissues[id].color_track;
+
+        if (track)
+            sc_track_tones(&job->tissue_tracks[track - 1], (sc_track *)tones + track - 1);
+    }
+    panel->looks.color_tones = tones;
+    SC_TRY(sc_comm_agree(app->comm, status));
+    status =
+        sc_broadcast_array(app, &tones, job->tissue_track_count, sizeof *panel->looks.color_tones);
+    panel->looks.color_tones = tones;
+out:
+    return status;
+}
+
+sc_status sc_panel_tissues(sc_app *app, sc_panel *panel)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    void *tissues = NULL, *fades = NULL;
+    sc_status status;
+
+    /* Colours and opacities are decided with floating point, in which the libraries of two hosts
+     * could differ. */
+    SC_TRY(sc_comm_agree(app->comm, first ? resolve_tissues(app, panel) : SC_OK));
+    tissues = panel->looks.tissues;
+    SC_TRY(sc_broadcast_array(app, &tissues, (size_t)panel->volume.label_count,
+                              sizeof *panel->looks.tissues));
+    panel->looks.tissues = tissues;
+    sc_comm_broadcast(app->comm, &panel->looks.fade_count, sizeof panel->looks.fade_count);
+    fades = panel->looks.fades;
+    SC_TRY(sc_broadcast_array(app, &fades, panel->looks.fade_count, sizeof *panel->looks.fades));
+    panel->looks.fades = fades;
+    SC_TRY(share_shifts(app, panel));
+    SC_TRY(share_tones(app, panel));
+    SC_TRY(sc_share_column_values(app, panel));
+    status = sc_scene_room_init(app->ctx, panel->volume.label_count, &panel->room);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_comm_broadcast(app->comm, panel->job.render.background.rgb,
+                      sizeof panel->job.render.background.rgb);
+    sc_comm_broadcast(app->comm, &panel->looks.scale, sizeof panel->looks.scale);
+    sc_comm_broadcast(app->comm, panel->looks.clip_sets, sizeof panel->looks.clip_sets);
+    sc_comm_broadcast(app->comm, &panel->looks.clip_set_count, sizeof panel->looks.clip_set_count);
+out:
+    return status;
+}

@@ -1,0 +1,209 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The verbs of a job that move the camera or clip planes, with the corners of the tissues that they
+ * frame and the lines along which they fly. */
+#include "panels.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Fill points with the corners of the boxes around tissues, of a volume that was only inspected.
+ * @param members [label_count]. */
+static sc_status find_boxes(const sc_ctx *ctx, const sc_prepared *volume, const bool *members,
+                            sc_vec3 **points, size_t *count)
+{
+    void *block;
+    sc_status status = sc_alloc(ctx, 8 * (size_t)volume->label_count, sizeof **points, &block);
+
+    if (status != SC_OK)
+        return status;
+    *points = block;
+    *count = 0;
+    for (int id = 1; id < volume->label_count; id++) {
+        const sc_label_stats *s = &volume->stats[id];
+
+        for (int corner = 0; corner < 8 && members[id] && s->low[0] <= s->high[0]; corner++)
+            (*points)[(*count)++] = sc_affine_point(
+                &volume->to_ras_mm, (sc_vec3){corner & 1 ? s->high[0] + 0.5 : s->low[0] - 0.5,
+                                              corner & 2 ? s->high[1] + 0.5 : s->low[1] - 0.5,
+                                              corner & 4 ? s->high[2] + 0.5 : s->low[2] - 0.5});
+    }
+    return SC_OK;
+}
+
+/* The same with points among which are the corners of the tissues themselves. */
+static sc_status find_hull(const sc_app *app, const sc_prepared *volume, const bool *members,
+                           sc_vec3 **points, size_t *count)
+{
+    sc_team *team = NULL;
+    void *show = NULL, *copy = NULL;
+    sc_vec3 *hull;
+    size_t found;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(app->ctx, (size_t)volume->label_count, 1, &show));
+    for (int id = 1; id < volume->label_count; id++)
+        ((uint8_t *)show)[id] = members[id] ? SC_SHOW_BOUNDARY : 0;
+    SC_TRY(sc_team_open(app->ctx, NULL, app->threads, sc_temporary_folder(), &team));
+    SC_TRY(sc_hull_points(app->ctx, team, volume, show, &hull, &found));
+    SC_TRY(sc_alloc(app->ctx, found, sizeof *hull, &copy)); /* the team owns the hull */
+    if (found)
+        memcpy(copy, hull, found * sizeof *hull);
+    *points = copy;
+    *count = found;
+out:
+    sc_team_close(team);
+    sc_free(show);
+    return status;
+}
+
+/* ---- lines ---- */
+
+/* Find the patterns of the tissues of verb @p v. @param out room for all patterns of the job.
+ * @return how many there are. */
+static size_t find_patterns(const sc_job *job, size_t v, const char **out)
+{
+    size_t count = 0;
+
+    for (size_t i = 0; i < job->verb_tissue_count; i++) {
+        if (job->verb_tissues[i].verb == (int)v)
+            out[count++] = job->verb_tissues[i].pattern;
+    }
+    return count;
+}
+
+/* Get the voxels for a line: those that are drawn, so that it is the same for a prepared file, but
+ * those of the volume file if the drawn ones lack a tissue of the line, which is hidden, or if the
+ * volume was only inspected. A prepared file that lacks them is refused.
+ * @param read what was read of the file already; the caller owns it.
+ * @param out borrows from the panel or from @p read. */
+static sc_status get_voxels(const sc_app *app, const sc_panel *panel, const sc_line_wish *wish,
+                            sc_volume *read, sc_volume *out)
+{
+    const sc_input *input = &panel->inputs->all[panel->input];
+    const sc_prepared *v = &panel->volume;
+    sc_prepared file;
+    sc_status status = SC_OK;
+
+    if (panel->renderers && !sc_hidden_on_line(v, wish)) {
+        *out = sc_volume_of_prepared(v);
+        return SC_OK;
+    }
+    if (input->mapped) { /* it may hold what was hidden when it was prepared anew for the job */
+        SC_TRY(sc_prepared_view(app->ctx, input->mapped->begin, input->mapped->bytes, &file));
+        file.labels = v->labels; /* with the names of the job's table */
+        SC_TRY(sc_check_line_voxels(app->ctx, panel->job.volume, &file, wish));
+        *out = sc_volume_of_prepared(&file);
+        return SC_OK;
+    }
+    if (!read->ids) {
+        sc_stage_begin(app->ctx, "reading", 0, 0);
+        status = sc_input_voxels(app, &panel->job, input, read);
+    }
+    *out = *read;
+out:
+    return status;
+}
+
+/* Find the line of a fly. @param read as of get_voxels. @param points caller owns. */
+static sc_status find_line(const sc_app *app, const sc_panel *panel, size_t v,
+                           const char **patterns, sc_volume *read, sc_vec3 **points, size_t *count)
+{
+    const sc_job *job = &panel->job;
+    const sc_verb *fly = &job->verbs[v];
+    const size_t pattern_count = find_patterns(job, v, patterns);
+    const sc_line_wish wish = {
+        patterns,       pattern_count, fly->through, (size_t)fly->through_count,
+        fly->clearance, fly->where,    fly->middles};
+    const bool unknown = pattern_count && app->options.fast; /* without voxels: any line will do */
+    size_t room = (size_t)fly->through_count * SC_WAY_STEPS + 1;
+    sc_centerline line = {0};
+    sc_volume volume;
+    void *block;
+    sc_status status = SC_OK;
+
+    if (pattern_count && !unknown) {
+        SC_TRY(get_voxels(app, panel, &wish, read, &volume));
+        SC_TRY(sc_find_line(app, &volume, &wish, &line));
+        room = line.count;
+    }
+    SC_TRY(sc_zalloc(app->ctx, room, sizeof **points, &block));
+    *points = block;
+    for (size_t i = 0; i < line.count; i++)
+        (*points)[i] = line.points[i].at_mm;
+    *count = unknown         ? 1
+             : pattern_count ? line.count
+                             : sc_way_curve(fly->through, fly->through_count, block);
+    if (unknown)
+        sc_info(app->ctx, "%s: the way through the tissues is not looked for (--fast)", fly->where);
+out:
+    sc_centerline_clear(&line);
+    return status;
+}
+
+/* Append points of the tissues that verb @p v frames in one subject to @p points [*count]. */
+static sc_status add_framed(const sc_app *app, const sc_panel *panel, size_t v, sc_vec3 **points,
+                            size_t *count)
+{
+    const sc_job *job = &panel->job;
+    const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count,
+                            job->tissue_tracks};
+    const sc_prepared *volume = &panel->volume;
+    void *members = NULL, *all = NULL;
+    sc_vec3 *found = NULL;
+    size_t found_count = 0;
+    sc_status status;
+
+    SC_TRY(sc_alloc(app->ctx, (size_t)volume->label_count, sizeof(bool), &members));
+    if (!sc_verb_members(volume, panel->looks.tissues, &verbs, v, members))
+        goto out;
+    SC_TRY(panel->renderers ? find_hull(app, volume, members, &found, &found_count)
+                            : find_boxes(app->ctx, volume, members, &found, &found_count));
+    SC_TRY(sc_alloc(app->ctx, *count + found_count, sizeof *found, &all));
+    if (*count)
+        memcpy(all, *points, *count * sizeof *found);
+    if (found_count)
+        memcpy((sc_vec3 *)all + *count, found, found_count * sizeof *found);
+    sc_free(*points);
+    *points = all;
+    *count += found_count;
+out:
+    sc_free(members);
+    sc_free(found);
+    return status;
+}
+
+sc_status sc_find_moves(const sc_app *app, const sc_panel *panel, sc_moves *out)
+{
+    const sc_job *job = &panel->job;
+    void *patterns = NULL;
+    sc_volume read = {0};
+    sc_status status;
+
+    *out = (sc_moves){0};
+    SC_TRY(sc_alloc(app->ctx, job->verb_tissue_count + 1, sizeof(char *), &patterns));
+    for (size_t v = 0; v < job->verb_count; v++) {
+        sc_move *move = &out->moves[out->count];
+        sc_vec3 **points = &out->points[out->count];
+
+        if (!sc_verb_is_move(job->verbs[v].kind))
+            continue;
+        *move = (sc_move){.verb = job->verbs[v]};
+        out->count++;
+        if (move->verb.kind == SC_VERB_FLY)
+            SC_TRY(find_line(app, panel, v, patterns, &read, points, &move->point_count));
+        for (int i = 0; move->verb.kind == SC_VERB_FRAME && i < panel->group.count; i++)
+            SC_TRY(add_framed(app, &panel->group.all[i], v, points, &move->point_count));
+        move->points = *points;
+    }
+out:
+    sc_free(patterns);
+    sc_volume_clear(&read);
+    return status;
+}
+
+void sc_moves_clear(sc_moves *moves)
+{
+    for (int i = 0; i < moves->count; i++)
+        sc_free(moves->points[i]);
+    *moves = (sc_moves){0};
+}

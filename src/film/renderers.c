@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The renderers of a panel, one for each phase that it shows, and which phases are in the memory of
+ * a rank. Where they are held in files, of which each rank maps all, only those count from which
+ * frames are being drawn: what was read of a phase leaves the memory of the rank when others are
+ * drawn, and the system begins to fetch the next one. No rank waits for another: each tells the
+ * system what itself needs. */
+#include "panels.h"
+
+#include <string.h>
+
+/* ---- memory ---- */
+
+/* @return the phase that frame @p k of a panel shows. */
+static int phase_at(const sc_panel *panel, int k)
+{
+    const int first = panel->shot ? panel->shot->span.first : 0;
+    const sc_job *job = &panel->job;
+
+    return panel->phases > 1
+               ? sc_cine_phase(&job->cine.cine, panel->phases, job->output.fps, first + k)
+               : 0;
+}
+
+/* Tell the system what becomes of the volume of a phase, and of what @p renderer, unless it is
+ * NULL, has derived from it. */
+static void advise(const sc_inputs *inputs, int phase, sc_renderer *renderer, sc_memory_use use)
+{
+    sc_input_advise(&inputs->all[phase], use);
+    if (renderer)
+        sc_renderer_advise(renderer, use);
+}
+
+void sc_panel_unload(const sc_panel *panel, int phase)
+{
+    if (panel->phases > 1)
+        advise(panel->inputs, phase, panel->renderers ? panel->renderers[phase] : NULL,
+               SC_MEMORY_NOT_NEEDED);
+}
+
+/* Note that a frame is drawn from a phase: what has not been used for longest is unloaded. */
+static void load(sc_inputs *inputs, int phase, sc_renderer *renderer)
+{
+    sc_loaded_phase *loaded = inputs->loaded, out;
+    int at = 0;
+
+    while (at < SC_PHASES_LOADED - 1 && loaded[at].renderer != renderer && loaded[at].renderer)
+        at++;
+    out = loaded[at];
+    for (; at > 0; at--)
+        loaded[at] = loaded[at - 1];
+    loaded[0] = (sc_loaded_phase){renderer, phase};
+    if (out.renderer && out.renderer != renderer)
+        advise(inputs, out.phase, out.renderer, SC_MEMORY_NOT_NEEDED);
+}
+
+sc_renderer *sc_panel_begin_frame(const sc_panel *panel, int k)
+{
+    const int phase = phase_at(panel, k), next = phase_at(panel, k + 1);
+
+    if (panel->phases == 1)
+        return panel->renderers[0];
+    load(panel->inputs, phase, panel->renderers[phase]);
+    if (next != phase) /* which a rank that draws whole GOPs draws next */
+        advise(panel->inputs, next, panel->renderers[next], SC_MEMORY_NEEDED_SOON);
+    return panel->renderers[phase];
+}
+
+void sc_inputs_unload(sc_inputs *inputs)
+{
+    for (int i = 0; inputs && i < SC_PHASES_LOADED; i++) {
+        const sc_loaded_phase out = inputs->loaded[i];
+
+        inputs->loaded[i] = (sc_loaded_phase){0};
+        if (out.renderer)
+            advise(inputs, out.phase, out.renderer, SC_MEMORY_NOT_NEEDED);
+    }
+}
+
+double sc_session_loaded_share(const sc_session *session)
+{
+    const int count = session->inputs->count;
+
+    return session->job.phase_count && count > SC_PHASES_LOADED && session->inputs->in_files
+               ? (double)SC_PHASES_LOADED / count
+               : 1;
+}
+
+/* ---- making them ---- */
+
+/* Make a renderer of a phase of a panel from the job, the volume and the tissues. @param comm as
+ * of sc_render_settings. */
+static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *comm,
+                               const sc_panel *panel, int phase, sc_renderer **out)
+{
+    const sc_job *job = &panel->job;
+    sc_render_settings settings = {
+        .width_px = job->output.size_px[0],
+        .height_px = job->output.size_px[1],
+        .surface = (sc_surface)job->render.surface,
+        .skip = (sc_skip)job->render.skip,
+        .cpu = sc_cpu_names[job->render.cpu],
+        .samples = job->render.samples,
+        .to_the_end = !job->render.early_termination,
+        .everywhere = job->render.antialiasing != 0,
+        .step_voxels = job->render.step_voxels,
+        .caps = job->render.caps != 0,
+        .cap_outline = job->render.cap_outline,
+        .grey = panel->grey.grey.codes ? &panel->grey.grey : NULL,
+        .grey_look = {panel->grey.window, job->image.shown.caps, job->image.shown.slices,
+                      sc_track_most(&job->image.shown.backdrop_track, job->image.shown.backdrop)},
+        .light = sc_light_of_all(&job->light, &job->light_tracks),
+        .local_thickness = job->render.thickness != 0,
+        .opacity_rule = (sc_opacity_rule)job->render.auto_opacity,
+        .tile_px = job->farm.tile_px,
+        .threads = app->threads,
+        .give_up = sc_signals_give_up(),
+        .comm = comm,
+        .folder = sc_temporary_folder(),
+        .lender = phase ? panel->renderers[0] : NULL, /* frames are drawn one after the other */
+    };
+
+    memcpy(settings.background, job->render.background.rgb, sizeof settings.background);
+    settings.transparent = job->render.background.is_none;
+    return sc_renderer_new(ctx, &settings,
+                           phase ? &panel->inputs->all[phase].volume : &panel->volume,
+                           panel->looks.tissues, out);
+}
+
+/* Tell on rank 0 how many ranks hold for themselves what is derived from the volume, @p bytes in
+ * all.
+ * @param alone whether this one does, for want of room. Collective. */
+static void tell_alone(const sc_app *app, uint64_t bytes, bool alone)
+{
+    const int ranks = sc_comm_size(app->comm);
+    const sc_ctx silent = {.rank = 0};
+    uint8_t mine = alone;
+    int copies = 0;
+    void *all = NULL;
+    sc_status status = SC_OK;
+
+    if (sc_comm_rank(app->comm) == 0)
+        status = sc_alloc(&silent, (size_t)ranks, sizeof mine, &all);
+    if (sc_comm_agree(app->comm, status) != SC_OK)
+        return; /* too little memory to tell: the run goes on all the same */
+    sc_comm_gather(app->comm, &mine, sizeof mine, all);
+    for (int i = 0; all && i < ranks; i++)
+        copies += ((uint8_t *)all)[i];
+    if (copies)
+        sc_warn(app->ctx,
+                "neither /dev/shm nor %s has room for what is derived from the volume (%.0f MB): "
+                "%d of %d ranks hold a copy each; a larger /dev/shm (docker run --shm-size) saves "
+                "that memory",
+                sc_temporary_folder(), (double)bytes / 1e6, copies, ranks);
+    sc_free(all);
+}
+
+/* Make the renderer of a phase together with the other ranks. Should that fail, each tries to make
+ * its own, and says why if it cannot. @param alone set if this rank has one of its own, for want of
+ * room. */
+static sc_status make_together(const sc_app *app, const sc_panel *panel, int phase, bool *alone,
+                               sc_renderer **out)
+{
+    sc_ctx silent = *app->ctx;
+    bool failed;
+    sc_status status = SC_ERR_MEMORY;
+
+    silent.write = NULL;
+    if (sc_comm_size(app->comm) > 1 ||
+        panel->phases > 1) /* a rank alone has files for phases, too */
+        status = make_renderer(app, &silent, app->comm, panel, phase, out);
+    failed = status != SC_OK;
+    if (failed)
+        status = make_renderer(app, app->ctx, NULL, panel, phase, out);
+    *alone = *alone || failed;
+    return sc_comm_agree(app->comm, status);
+}
+
+/* Tell on rank 0 if another kernel draws than the job asks for. */
+static void tell_kernel(const sc_app *app, const sc_panel *panel)
+{
+    const sc_render_options *o = &panel->job.render;
+    const sc_kernel *kernel = sc_renderer_kernel(panel->renderers[0]);
+    const bool other_cpu = o->cpu && strcmp(kernel->cpu, sc_cpu_names[o->cpu]) != 0;
+
+    if (sc_comm_rank(app->comm) == 0 &&
+        (kernel->skip != (sc_skip)o->skip || (sc_skip_is_wide(kernel->skip) && other_cpu)))
+        sc_info(app->ctx,
+                "kernel %s, %s: this segcast has none for render.skip and render.cpu as given, or "
+                "the volume is too large for it; the pictures are the same",
+                kernel->name, kernel->cpu);
+}
+
+sc_status sc_panel_renderers(const sc_app *app, sc_panel *panel)
+{
+    const int phases = panel->phases;
+    uint64_t bytes = 0;
+    bool alone = false;
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_comm_agree(app->comm,
+                         sc_zalloc(app->ctx, (size_t)phases, sizeof(sc_renderer *), &block)));
+    panel->renderers = block;
+    for (int i = 0; i < phases; i++) {
+        sc_stage_turn(app->ctx, i + 1, phases);
+        SC_TRY(make_together(app, panel, i, &alone, &panel->renderers[i]));
+        sc_panel_unload(panel, i);
+    }
+    sc_stage_turn(app->ctx, 0, 0);
+    for (int i = 0; i < phases; i++)
+        bytes += sc_renderer_derived_bytes(panel->renderers[i]);
+    if (sc_comm_size(app->comm) > 1)
+        tell_alone(app, bytes, alone);
+    tell_kernel(app, panel);
+out:
+    return status;
+}

@@ -1,0 +1,172 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The timeline of a panel: the camera, framed on what is seen, and all else that its frames follow
+ * from. */
+#include "panels.h"
+
+#include <string.h>
+
+/* Find the ways of the moves of panel->timeline that fly, on rank 0, which has their lines, and
+ * send them to the others. Collective. */
+static sc_status share_ways(sc_app *app, sc_panel *panel)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_timeline *t = &panel->timeline;
+    size_t ways = 0;
+    void *block = NULL;
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < t->animation.move_count; i++)
+        ways += t->moves[i].verb.kind == SC_VERB_FLY;
+    t->ways = NULL;
+    if (!ways)
+        return SC_OK;
+    if (first)
+        status = sc_alloc(app->ctx, ways * SC_WAY_POINTS, sizeof *panel->ways, &block);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    ways = 0;
+    for (int i = 0; i < t->animation.move_count; i++) {
+        sc_move *move = &t->moves[i];
+
+        if (move->verb.kind != SC_VERB_FLY)
+            continue;
+        if (first)
+            sc_way_make(move->points, move->point_count, move->verb.ahead,
+                        (sc_way_point *)block + ways * SC_WAY_POINTS);
+        move->points = NULL;
+        move->way = (int)ways++;
+    }
+    status = sc_broadcast_array(app, &block, ways * SC_WAY_POINTS, sizeof *panel->ways);
+    sc_free(panel->ways);
+    panel->ways = block;
+    t->ways = block;
+out:
+    return status;
+}
+
+/* Find the points that the camera has to show, on rank 0, if verbs bring tissues further than the
+ * points @p points [count]: those, and where the tissues come to. @param out caller owns; NULL
+ * where no tissue moves. */
+static sc_status find_framed(const sc_app *app, const sc_panel *panel, const sc_vec3 *points,
+                             size_t count, sc_animation *animation, sc_vec3 **out)
+{
+    const sc_panel_group *group = &panel->group;
+    size_t reached = 0, at = count;
+    void *block;
+    sc_status status;
+
+    for (int i = 0; count && i < group->count; i++)
+        reached += 8 * group->all[i].looks.shift_count;
+    if (!reached)
+        return SC_OK;
+    status = sc_alloc(app->ctx, count + reached, sizeof **out, &block);
+    if (status != SC_OK)
+        return status;
+    *out = block;
+    memcpy(*out, points, count * sizeof **out);
+    for (int i = 0; i < group->count; i++) {
+        const sc_panel *one = &group->all[i];
+
+        sc_shifts_reach(&one->volume, one->looks.shifts, one->looks.shift_count, *out + at);
+        at += 8 * one->looks.shift_count;
+    }
+    animation->framed = *out;
+    animation->framed_count = count + reached;
+    return SC_OK;
+}
+
+/* Warn that all pictures of the panel will be empty: of a film those of one shot, which is named,
+ * since the others may show tissues. */
+static void warn_of_nothing(const sc_app *app, const sc_panel *panel)
+{
+    const char *where = panel->shot ? panel->shot->where : panel->job.tissues_where;
+
+    sc_warn(app->ctx, "%s%sno tissue is visible%s pictures will be empty", where,
+            *where ? ": " : "", panel->shot ? " in this shot; its" : "; the");
+}
+
+void sc_panel_set_looks(sc_panel *panel)
+{
+    const sc_job *job = &panel->job;
+    sc_timeline *t = &panel->timeline;
+
+    memcpy(t->clip_sets, panel->looks.clip_sets, sizeof panel->looks.clip_sets);
+    t->clip_set_count = panel->looks.clip_set_count;
+    t->looks = (sc_looks){.tissues = panel->looks.tissues,
+                          .label_count = panel->looks.tissues ? panel->volume.label_count : 0,
+                          .tissue_tracks = job->tissue_tracks,
+                          .color_tones = panel->looks.color_tones,
+                          .fades = panel->looks.fades,
+                          .fade_count = panel->looks.fade_count,
+                          .shifts = panel->looks.shifts,
+                          .shift_count = panel->looks.shift_count,
+                          .column_values = panel->looks.column_values,
+                          .column_steps = &job->color_columns.steps,
+                          .scale = &panel->looks.scale,
+                          .level_linear = panel->looks.level_linear,
+                          .light = &job->light,
+                          .light_tracks = &job->light_tracks,
+                          .background = &job->render.background,
+                          .grey = &job->image.shown,
+                          .grey_window = panel->grey.window,
+                          .fps = job->output.fps,
+                          .divider = &job->compare.divider,
+                          .divider_track = &job->compare.divider_track};
+}
+
+sc_status sc_panel_timeline(sc_app *app, sc_panel *panel, const sc_vec3 *points, size_t count)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_animation animation = panel->job.animation;
+    sc_moves moves = {0};
+    sc_vec3 *framed = NULL;
+    sc_status status;
+
+    if (count == 0 && panel->volume.label_count > 1 && first)
+        warn_of_nothing(app, panel);
+    SC_TRY(sc_comm_agree(app->comm, first ? sc_find_moves(app, panel, &moves) : SC_OK));
+    animation.moves = moves.moves;
+    animation.move_count = moves.count;
+    SC_TRY(sc_comm_agree(
+        app->comm, first ? find_framed(app, panel, points, count, &animation, &framed) : SC_OK));
+    if (first)
+        sc_timeline_resolve(&animation, points, count, sc_space_aspect(&panel->job),
+                            &panel->timeline);
+    /* Framing, too, is decided with floating point: see sc_panel_tissues. */
+    sc_comm_broadcast(app->comm, &panel->timeline, sizeof panel->timeline);
+    sc_panel_set_looks(panel);
+    SC_TRY(share_ways(app, panel));
+    if (count > 0 && first)
+        sc_warn_of_planes(app, panel);
+    status = sc_comm_agree(
+        app->comm, count > 0 && first
+                       ? sc_warn_of_zoom(app, panel, sc_space_aspect(&panel->job), points, count)
+                       : SC_OK);
+out:
+    sc_free(framed);
+    sc_moves_clear(&moves);
+    return status;
+}
+
+sc_status sc_panel_hull(const sc_app *app, const sc_panel *panel, sc_vec3 **out, size_t *count)
+{
+    size_t points = 0, used = 0, part;
+    void *block;
+    sc_status status;
+
+    for (int i = 0; i < panel->phases; i++) {
+        (void)sc_renderer_hull(panel->renderers[i], &part);
+        points += part;
+    }
+    SC_TRY(sc_alloc(app->ctx, points + 1, sizeof **out, &block));
+    *out = block;
+    for (int i = 0; i < panel->phases; i++) {
+        const sc_vec3 *hull = sc_renderer_hull(panel->renderers[i], &part);
+
+        if (part)
+            memcpy(*out + used, hull, part * sizeof **out);
+        used += part;
+    }
+    *count = used;
+out:
+    return status;
+}

@@ -1,0 +1,628 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a job changes of its volume before anything else is done with it: tissues are merged or left
+ * out, and parts cut off. The same is done to what a scan of the voxels has found. */
+#include "recipe.h"
+
+#include <string.h>
+
+/* @return labels, size and geometry of a recipe. */
+static sc_volume *volume_of(const sc_recipe *s)
+{
+    return s->volume ? s->volume : &s->scan->volume;
+}
+
+/* ---- tissues ---- */
+
+/* Room for what becomes of each label: see sc_relabel_make. */
+typedef struct plan {
+    int *into;          /* [count], owned */
+    const char **names; /* [count], owned */
+    int count;
+} plan;
+
+static void clear_plan(plan *p)
+{
+    sc_free(p->into);
+    sc_free(p->names);
+}
+
+/* Make a plan in which every label becomes background, if @p nothing, or else itself. Caller owns:
+ * clear_plan, also after an error. */
+static sc_status make_plan(const sc_recipe *s, bool nothing, plan *out)
+{
+    const sc_ctx *ctx = s->app->ctx;
+    void *block;
+    sc_status status;
+
+    *out = (plan){.count = volume_of(s)->label_count};
+    SC_TRY(sc_zalloc(ctx, (size_t)out->count, sizeof *out->into, &block));
+    out->into = block;
+    SC_TRY(sc_zalloc(ctx, (size_t)out->count, sizeof *out->names, &block));
+    out->names = block;
+    for (int id = 0; id < out->count; id++)
+        out->into[id] = nothing ? 0 : id;
+out:
+    return status;
+}
+
+/* Give it the labels of a plan. */
+static sc_status do_plan(const sc_recipe *s, const plan *p)
+{
+    sc_relabel relabel = {0};
+    sc_status status;
+
+    SC_TRY(
+        sc_relabel_make(s->app->ctx, volume_of(s)->labels, p->count, p->into, p->names, &relabel));
+    if (s->volume)
+        status = sc_volume_relabel(s->app->ctx, s->volume, &relabel, s->app->threads);
+    else
+        status = sc_label_scan_relabel(s->app->ctx, s->scan, &relabel);
+out:
+    sc_relabel_clear(&relabel);
+    return status;
+}
+
+/* Note in group[id] that the labels which row @p row of the job's tissues means become a part of
+ * what row @p first names: 1 + first. Those that are part of something else already are refused. */
+static sc_status group_labels(const sc_recipe *s, size_t row, size_t first, int *group)
+{
+    const sc_volume_tissue *all = s->job->volume_tissues, *tissue = &all[row];
+    const sc_volume *v = volume_of(s);
+    const sc_prepared view = {.label_count = v->label_count, .labels = v->labels};
+    const sc_pattern pattern = sc_pattern_of(tissue->pattern);
+    const sc_match best = sc_pattern_match(v->labels, v->label_count, &pattern);
+    sc_status status;
+
+    SC_TRY(sc_pattern_check(s->app->ctx, &view, tissue->pattern, tissue->where));
+    for (int id = 1; id < v->label_count && best != SC_MATCH_NONE; id++) {
+        if (sc_label_match(&v->labels[id], &pattern) != best)
+            continue;
+        if (group[id] && group[id] != (int)first + 1)
+            return sc_fail(s->app->ctx, SC_ERR_DATA,
+                           "%s: \"%s\" (label %lld) cannot become a part of \"%s\", since it is "
+                           "one of \"%s\"; expected each tissue under one name of volume.merge",
+                           tissue->where, v->labels[id].name, (long long)v->labels[id].value,
+                           tissue->into, all[group[id] - 1].into);
+        group[id] = (int)first + 1;
+    }
+out:
+    return status;
+}
+
+/* Plan what becomes of the labels of one group: the least of them stands for all. A name that
+ * another tissue has is refused. @param first the row that names it. */
+static sc_status plan_group(const sc_recipe *s, size_t first, const int *group, bool tell, plan *p)
+{
+    const sc_volume_tissue *tissue = &s->job->volume_tissues[first];
+    const sc_label *labels = volume_of(s)->labels;
+    int least = 0, parts = 0;
+
+    for (int id = 1; id < p->count; id++) {
+        if (group[id] == (int)first + 1) {
+            least = least ? least : id;
+            p->into[id] = least;
+            p->names[least] = tissue->into;
+            parts++;
+        } else if (!strcmp(labels[id].name, tissue->into)) {
+            return sc_fail(s->app->ctx, SC_ERR_DATA,
+                           "%s: the volume has a tissue \"%s\" already (label %lld), which is not "
+                           "among those that become it; list it, too, or choose another name",
+                           tissue->where, tissue->into, (long long)labels[id].value);
+        }
+    }
+    if (tell)
+        sc_info(s->app->ctx, "volume.merge: \"%s\" is made of %d tissue%s", tissue->into, parts,
+                parts == 1 ? "" : "s");
+    return SC_OK;
+}
+
+/* Log all patterns of volume.keep that match none of the @p count labels.
+ * @return SC_ERR_DATA if there is one. */
+static sc_status check_kept(const sc_recipe *s, const sc_label *labels, int count)
+{
+    const sc_prepared view = {.label_count = count, .labels = labels};
+    sc_status mistake = SC_OK;
+
+    for (size_t i = 0; i < s->job->volume_tissue_count; i++) {
+        const sc_volume_tissue *tissue = &s->job->volume_tissues[i];
+        sc_status status = SC_OK;
+
+        if (!tissue->into[0])
+            status = sc_pattern_check(s->app->ctx, &view, tissue->pattern, tissue->where);
+        if (status != SC_OK && status != SC_ERR_DATA)
+            return status;
+        mistake = mistake == SC_OK ? status : mistake;
+    }
+    return mistake;
+}
+
+/* Log the mistakes of volume.keep after one of volume.merge, so that all are told in one go: among
+ * the labels of the volume, and those that volume.merge would have made of them. */
+static sc_status check_kept_unmerged(const sc_recipe *s)
+{
+    const sc_volume *v = volume_of(s);
+    const size_t rows = s->job->volume_tissue_count;
+    int count = v->label_count;
+    void *block = NULL;
+    sc_label *labels;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(s->app->ctx, (size_t)count + rows, sizeof *labels, &block));
+    labels = block;
+    memcpy(labels, v->labels, (size_t)count * sizeof *labels);
+    for (size_t i = 0; i < rows && s->job->volume_tissues[i].into[0]; i++) {
+        sc_label *made = &labels[count++];
+
+        made->value = INT64_MIN; /* the number of none */
+        snprintf(made->name, sizeof made->name, "%s", s->job->volume_tissues[i].into);
+    }
+    status = check_kept(s, labels, count);
+out:
+    sc_free(block);
+    return status;
+}
+
+/* Do what volume.merge says; those tissues stand first in the job. @return the first mistake; all
+ * are logged, also those of volume.keep then. */
+static sc_status merge_tissues(const sc_recipe *s)
+{
+    const sc_volume_tissue *all = s->job->volume_tissues;
+    const size_t count = s->job->volume_tissue_count;
+    size_t first = 0;
+    sc_status status, mistake = SC_OK;
+    void *group = NULL;
+    plan p;
+
+    SC_TRY(make_plan(s, false, &p));
+    SC_TRY(sc_zalloc(s->app->ctx, (size_t)p.count, sizeof(int), &group));
+    for (size_t row = 0; row < count && all[row].into[0]; row++) {
+        first = strcmp(all[row].into, all[first].into) != 0 ? row : first;
+        status = group_labels(s, row, first, group);
+        if (status == SC_ERR_DATA)
+            mistake = status;
+        else
+            SC_TRY(status);
+    }
+    for (size_t row = 0; row < count && all[row].into[0]; row++) {
+        status = SC_OK;
+        if (row == 0 || strcmp(all[row].into, all[row - 1].into) != 0)
+            status = plan_group(s, row, group, s->tell && mistake == SC_OK, &p);
+        mistake = status != SC_OK ? status : mistake;
+    }
+    if (mistake != SC_OK && s->job->has_keep) {
+        status = check_kept_unmerged(s);
+        mistake = status != SC_OK ? status : mistake; /* no memory: that */
+    }
+    SC_TRY(mistake);
+    status = do_plan(s, &p);
+out:
+    sc_free(group);
+    clear_plan(&p);
+    return status;
+}
+
+/* Do what volume.keep says. @return the first mistake; all are logged. */
+static sc_status keep_tissues(const sc_recipe *s)
+{
+    const sc_volume_tissue *all = s->job->volume_tissues;
+    const sc_label *labels = volume_of(s)->labels;
+    sc_status status;
+    int kept = 0;
+    plan p;
+
+    SC_TRY(make_plan(s, true, &p));
+    SC_TRY(check_kept(s, labels, p.count));
+    for (size_t i = 0; i < s->job->volume_tissue_count; i++) {
+        const sc_pattern pattern = sc_pattern_of(all[i].pattern);
+        const sc_match best = sc_pattern_match(labels, p.count, &pattern);
+
+        if (all[i].into[0])
+            continue;
+        for (int id = 1; id < p.count && best != SC_MATCH_NONE; id++) {
+            if (sc_label_match(&labels[id], &pattern) == best)
+                p.into[id] = id;
+        }
+    }
+    for (int id = 1; id < p.count; id++)
+        kept += p.into[id] == id;
+    if (s->tell)
+        sc_info(s->app->ctx, "volume.keep: %d of %d tissues are kept", kept, p.count - 1);
+    status = do_plan(s, &p);
+out:
+    clear_plan(&p);
+    return status;
+}
+
+/* ---- what is lost ---- */
+
+/* Find which labels have voxels: *out is bool[label_count]. Caller owns it: sc_free. */
+static sc_status find_present(const sc_recipe *s, void **out)
+{
+    const sc_volume *v = volume_of(s);
+    const size_t voxels = s->volume ? sc_volume_voxels(v) : 0;
+    bool *present;
+    const sc_status status = sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof *present, out);
+
+    if (status != SC_OK)
+        return status;
+    present = *out;
+    for (size_t i = 0; i < voxels; i++)
+        present[v->label_bytes == 1 ? ((const uint8_t *)v->ids)[i]
+                                    : ((const uint16_t *)v->ids)[i]] = true;
+    for (int id = 0; id < v->label_count && s->scan && s->scan->tallies; id++)
+        present[id] = s->scan->tallies[id].voxels > 0;
+    return SC_OK;
+}
+
+/* Warn of the tissues that had voxels and have none any more. @param before of find_present.
+ * @param key of the job that did it. @param advice what would keep them. */
+static sc_status tell_lost(const sc_recipe *s, const bool *before, const char *key,
+                           const char *advice)
+{
+    const sc_volume *v = volume_of(s);
+    sc_text names = {0};
+    int lost = 0;
+    void *after = NULL;
+    sc_status status;
+
+    SC_TRY(find_present(s, &after));
+    for (int id = 1; id < v->label_count; id++) {
+        if (before[id] && !((const bool *)after)[id])
+            SC_TRY(sc_label_list_add(s->app->ctx, &names, (size_t)lost++, &v->labels[id]));
+    }
+    if (lost)
+        sc_warn(s->app->ctx, "%s: no voxel is left of %d tissue%s: %s; %s", key, lost,
+                lost == 1 ? "" : "s", names.data, advice);
+out:
+    sc_text_clear(&names);
+    sc_free(after);
+    return status;
+}
+
+/* ---- crop ---- */
+
+/* Set shown[id] for all tissues that the job, or one of its shots, shows. @param shown
+ * [label_count] of the volume, zeroed. */
+static sc_status find_shown(const sc_recipe *s, bool *shown)
+{
+    const sc_volume *v = volume_of(s);
+    const sc_job *job = s->job;
+    void *hidden = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof(bool), &hidden));
+    for (size_t i = 0; i == 0 || i < job->shot_count; i++) {
+        const sc_job *one = job->shot_count ? &job->shots[i].job : job;
+
+        SC_TRY(sc_hidden_labels(s->app->ctx, v->labels, v->label_count, one->rules, one->rule_count,
+                                hidden));
+        for (int id = 1; id < v->label_count; id++)
+            shown[id] = shown[id] || !((const bool *)hidden)[id];
+    }
+out:
+    sc_free(hidden);
+    return status;
+}
+
+/* Beyond the border of a volume a tissue goes on, for the filters of its surface: one that only
+ * touches the border of the part has a flat face there with sharp edges. So many voxels around it
+ * stay, whatever the margin, that the filters reach no further. */
+enum {
+    SURROUND_VOXELS = 6,
+    STEP_VOXELS = 2 /* boxes leave out multiples of it: borders are computed in cells of so many */
+};
+
+/* Find the box of the tissues that the job shows, with its margin, within the volume; *empty is set
+ * if there are none. */
+static sc_status box_of_visible(const sc_recipe *s, sc_voxel_box *out, bool *empty)
+{
+    const sc_volume *v = volume_of(s);
+    sc_voxel_box box = {{v->size[0], v->size[1], v->size[2]}, {-1, -1, -1}};
+    bool *shown;
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof *shown, &block));
+    shown = block;
+    SC_TRY(find_shown(s, shown));
+    if (s->volume)
+        box = sc_volume_box(v, shown);
+    for (int id = 1; id < v->label_count && s->scan; id++) {
+        const sc_label_tally *tally = &s->scan->tallies[id];
+
+        for (int axis = 0; axis < 3 && shown[id] && tally->voxels; axis++) {
+            box.low[axis] = tally->low[axis] < box.low[axis] ? tally->low[axis] : box.low[axis];
+            box.high[axis] =
+                tally->high[axis] > box.high[axis] ? tally->high[axis] : box.high[axis];
+        }
+    }
+    *empty = box.high[0] < 0;
+    for (int axis = 0; axis < 3; axis++) {
+        const sc_vec3 edge = {v->to_ras_mm.m[0][axis], v->to_ras_mm.m[1][axis],
+                              v->to_ras_mm.m[2][axis]};
+        const double margin =
+            fmax(SURROUND_VOXELS, ceil(s->job->crop.margin_mm / sc_vec3_length(edge) - 1e-6));
+
+        box.low[axis] = (int)fmax(0, box.low[axis] - margin);
+        box.high[axis] = (int)fmin(v->size[axis] - 1, box.high[axis] + margin);
+        if (!*empty) {
+            box.low[axis] -= box.low[axis] % STEP_VOXELS;
+            box.high[axis] += (v->size[axis] - 1 - box.high[axis]) % STEP_VOXELS;
+        }
+    }
+    *out = box;
+out:
+    sc_free(block);
+    return status;
+}
+
+/* Refuse a box of volume.crop in which the volume has no voxel. */
+static sc_status fail_outside(const sc_recipe *s)
+{
+    const sc_volume *v = volume_of(s);
+    sc_vec3 low, high;
+
+    sc_volume_extent(v->size, &v->to_ras_mm, &low, &high);
+    return sc_fail(s->app->ctx, SC_ERR_DATA,
+                   "%s: crop: the volume has no voxel in the box; it reaches from [%.4g, %.4g, "
+                   "%.4g] to [%.4g, %.4g, %.4g] in RAS mm",
+                   s->job->crop.where, low.x, low.y, low.z, high.x, high.y, high.z);
+}
+
+/* Do what volume.crop says. */
+static sc_status crop_volume(const sc_recipe *s)
+{
+    sc_volume *v = volume_of(s);
+    const int before[3] = {v->size[0], v->size[1], v->size[2]};
+    bool empty = false;
+    sc_voxel_box box;
+    void *present = NULL;
+    sc_status status = SC_OK;
+
+    if (s->job->crop.kind == SC_CROP_BOX)
+        box = sc_voxels_between(v->size, &v->to_ras_mm, s->job->crop.corners);
+    else
+        SC_TRY(box_of_visible(s, &box, &empty));
+    if (empty)
+        return SC_OK; /* nothing is shown: that is told elsewhere */
+    for (int axis = 0; axis < 3; axis++) {
+        if (box.low[axis] > box.high[axis])
+            return fail_outside(s);
+    }
+    if (s->tell)
+        SC_TRY(find_present(s, &present));
+    if (s->volume)
+        sc_volume_crop(s->volume, &box);
+    else
+        sc_label_scan_crop(s->scan, &box);
+    if (s->tell)
+        sc_info(s->app->ctx, "volume.crop: %d x %d x %d of %d x %d x %d voxels are drawn",
+                v->size[0], v->size[1], v->size[2], before[0], before[1], before[2]);
+    if (s->tell && s->job->crop.kind == SC_CROP_BOX)
+        SC_TRY(tell_lost(s, present, "volume.crop", "a larger box keeps more"));
+out:
+    sc_free(present);
+    return status;
+}
+
+/* ---- resample ---- */
+
+/* Bring what a scan has found to another grid, about: how many voxels labels have there is only
+ * known from the voxels. */
+static void scale_scan(sc_label_scan *scan, const int size[3], const sc_affine *to_ras_mm)
+{
+    sc_volume *v = &scan->volume;
+    double ratio = 1;
+
+    for (int i = 0; i < 3; i++)
+        ratio *= (double)size[i] / v->size[i];
+    for (int id = 0; id < v->label_count && scan->tallies; id++) {
+        sc_label_tally *tally = &scan->tallies[id];
+
+        for (int i = 0; i < 3 && tally->voxels; i++) {
+            const double scale = (double)size[i] / v->size[i];
+
+            tally->low[i] = (int)fmin(tally->low[i] * scale, size[i] - 1);
+            tally->high[i] = (int)fmin(ceil((tally->high[i] + 1) * scale), size[i]) - 1;
+        }
+        tally->voxels = (uint64_t)ceil((double)tally->voxels * ratio);
+    }
+    memcpy(v->size, size, sizeof v->size);
+    v->to_ras_mm = *to_ras_mm;
+}
+
+/* @return whether resampling may lose a tissue of which a scan found so many voxels, if the new
+ * ones are @p scale[i] times as many along axis i: it is smaller than one of them, or so thin along
+ * an axis that it nowhere fills half of one, so that others have more votes everywhere. */
+static bool may_vanish(const sc_label_tally *tally, const double scale[3])
+{
+    bool is_thin = false;
+
+    for (int i = 0; i < 3; i++)
+        is_thin = is_thin || (tally->high[i] + 1 - tally->low[i]) * scale[i] < 0.5;
+    return tally->voxels > 0 &&
+           (is_thin || (double)tally->voxels * scale[0] * scale[1] * scale[2] < 1);
+}
+
+/* Warn of tissues that resampling may lose, as far as a scan of the voxels tells. @param scale how
+ * many new voxels there are for an old one along each axis. */
+static sc_status tell_small(const sc_recipe *s, const double scale[3])
+{
+    const sc_volume *v = volume_of(s);
+    sc_text names = {0};
+    int small = 0;
+    sc_status status = SC_OK;
+
+    for (int id = 1; id < v->label_count && s->scan->tallies; id++) {
+        if (may_vanish(&s->scan->tallies[id], scale))
+            SC_TRY(sc_label_list_add(s->app->ctx, &names, (size_t)small++, &v->labels[id]));
+    }
+    if (small)
+        sc_warn(s->app->ctx,
+                "volume.resample: no voxel may be left of %d tissue%s, smaller than one of the new "
+                "voxels or thinner than half of one: %s; a smaller spacing keeps more",
+                small, small == 1 ? "" : "s", names.data);
+out:
+    sc_text_clear(&names);
+    return status;
+}
+
+/* Do what volume.resample says. */
+static sc_status resample_volume(const sc_recipe *s)
+{
+    const double *mm = s->job->volume_resample_mm;
+    sc_volume *v = volume_of(s);
+    const sc_volume before = *v;
+    const double old_bytes = (double)sc_volume_voxels(v) * v->label_bytes;
+    void *present = NULL;
+    sc_affine to_ras_mm;
+    double old_mm[3], scale[3];
+    int size[3];
+    sc_status status;
+
+    for (int i = 0; i < 3; i++)
+        old_mm[i] = sc_vec3_length(sc_affine_column(&v->to_ras_mm, i));
+    sc_resample_votes_grid(v, mm, size, &to_ras_mm);
+    SC_TRY(sc_volume_memory_check(s->app->ctx, s->job->volume, size, old_bytes));
+    SC_TRY(sc_geometry_check(s->app->ctx, s->job->volume, size, &to_ras_mm));
+    if (s->tell)
+        sc_info(s->app->ctx,
+                "volume.resample: from %d x %d x %d voxels of %.4g x %.4g x %.4g mm to %d x %d x "
+                "%d of %.4g x %.4g x %.4g mm",
+                before.size[0], before.size[1], before.size[2], old_mm[0], old_mm[1], old_mm[2],
+                size[0], size[1], size[2], mm[0], mm[1], mm[2]);
+    if (s->scan) {
+        for (int i = 0; i < 3; i++)
+            scale[i] = (double)size[i] / before.size[i];
+        status = s->tell ? tell_small(s, scale) : SC_OK;
+        scale_scan(s->scan, size, &to_ras_mm);
+        return status;
+    }
+    SC_TRY(find_present(s, &present));
+    SC_TRY(sc_resample_votes(s->app->ctx, v, mm, s->app->threads));
+    if (s->tell)
+        SC_TRY(tell_lost(s, present, "volume.resample",
+                         "they are thin or small: a smaller spacing keeps more"));
+out:
+    sc_free(present);
+    return status;
+}
+
+/* ---- all of it ---- */
+
+bool sc_edits_volume(const sc_job *job)
+{
+    return job->volume_tissue_count || job->crop.kind != SC_CROP_NONE || job->has_level ||
+           job->has_phase || job->has_box || job->has_box_mm || job->has_resample ||
+           job->has_header || job->has_threshold;
+}
+
+void sc_forget_volume_edits(sc_job *job)
+{
+    job->volume_tissue_count = 0; /* they are freed with the job: copies of it may share them */
+    job->crop.kind = SC_CROP_NONE;
+    job->volume_level = job->volume_phase = 0;
+    job->has_merge = job->has_keep = job->has_crop = job->has_header = false;
+    job->has_threshold = false;
+    job->has_resample = job->has_level = job->has_box = job->has_box_mm = job->has_phase = false;
+}
+
+/* @return the dense id of a value that a volume has. */
+static int id_of(const sc_volume *volume, int64_t value)
+{
+    const sc_label *label = value ? sc_volume_label(volume, value) : NULL;
+
+    return label ? (int)(label - volume->labels) : 0;
+}
+
+/* sc_read_choice.leave_out: the rows of tissues that volume.keep does not name, so that those that
+ * are kept share what they cover among each other. The job is done with a volume that has one voxel
+ * of each tissue. @param user the recipe. */
+static sc_status leave_out(void *user, const sc_label_table *table, bool numbered, bool *left_out)
+{
+    const sc_recipe *wanted = user;
+    sc_ctx silent = sc_quiet(wanted->app->ctx);
+    sc_app quieter = *wanted->app;
+    sc_volume each = {.size = {0, 1, 1}, .label_bytes = 2, .label_count = 1, .numbered = numbered};
+    sc_recipe r = {.app = &quieter, .job = wanted->job, .volume = &each};
+    void *ids = NULL, *labels = NULL;
+    sc_status status;
+
+    quieter.ctx = &silent;
+    quieter.label_source = NULL;
+    SC_TRY(sc_zalloc(&silent, 1, sizeof *each.labels, &labels));
+    each.labels = labels;
+    SC_TRY(sc_volume_add_labels(&silent, &each, table));
+    each.size[0] = each.label_count;
+    SC_TRY(sc_alloc(&silent, (size_t)each.label_count, sizeof(uint16_t), &each.ids));
+    SC_TRY(sc_alloc(&silent, table->count + 1, sizeof(int), &ids));
+    for (int id = 0; id < each.label_count; id++)
+        ((uint16_t *)each.ids)[id] = (uint16_t)id;
+    for (size_t i = 0; i < table->count; i++)
+        ((int *)ids)[i] = id_of(&each, table->rows[i].value);
+    SC_TRY(sc_name_labels(&r));
+    if (r.job->has_merge)
+        SC_TRY(merge_tissues(&r));
+    SC_TRY(keep_tissues(&r));
+    for (size_t i = 0; i < table->count; i++)
+        left_out[i] = ((const uint16_t *)each.ids)[((const int *)ids)[i]] == 0;
+out:
+    sc_volume_clear(&each);
+    sc_free(ids);
+    return sc_is_of_input(status) ? SC_OK : status; /* mistakes are told when the volume is read */
+}
+
+sc_status sc_read_choice_of(sc_recipe *r, sc_read_choice *out)
+{
+    const sc_app *app = r->app;
+    const sc_job *job = r->job;
+    sc_read_choice choice = {.overlap = (sc_overlap)job->overlap,
+                             .overlap_names = job->overlap_names,
+                             .level = job->volume_level,
+                             .phase = job->volume_phase,
+                             .store = app->phase_store,
+                             .box = job->has_box      ? SC_READ_VOXELS
+                                    : job->has_box_mm ? SC_READ_MM
+                                                      : SC_READ_ALL,
+                             .overlaps = app->overlaps,
+                             .threshold =
+                                 job->has_threshold ? fmax(job->volume_threshold, 1e-9) : 0,
+                             .header = job->has_header ? job->volume_header : NULL,
+                             .where = job->volume_box_where};
+
+    if (sc_job_is_phantom(job->volume) &&
+        (choice.level || choice.phase || choice.box != SC_READ_ALL || choice.header))
+        return sc_fail(app->ctx, SC_ERR_DATA,
+                       "%s: %s is for files, and %s is computed; expected crop for a part of it, "
+                       "and phantom:128x96x128 for another resolution",
+                       job->volume_box_where,
+                       choice.level    ? "level"
+                       : choice.phase  ? "phase"
+                       : choice.header ? "header"
+                                       : "a box",
+                       job->volume);
+    choice.user = r;
+    choice.leave_out = job->has_keep ? leave_out : NULL;
+    memcpy(choice.voxels, job->volume_box, sizeof choice.voxels);
+    memcpy(choice.corners, job->volume_box_mm, sizeof choice.corners);
+    *out = choice;
+    return SC_OK;
+}
+
+sc_status sc_edit_volume(sc_recipe *r)
+{
+    const sc_job *job = r->job;
+    const bool knows_voxels = r->volume || r->scan->tallies;
+    sc_status status = SC_OK;
+
+    if (job->has_merge)
+        SC_TRY(merge_tissues(r));
+    if (job->has_keep)
+        SC_TRY(keep_tissues(r));
+    if (job->crop.kind == SC_CROP_BOX || (job->crop.kind == SC_CROP_VISIBLE && knows_voxels))
+        SC_TRY(crop_volume(r));
+    if (job->has_resample)
+        status = resample_volume(r);
+out:
+    return status;
+}

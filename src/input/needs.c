@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a job, or all shots of a film together, ask of the preparation of their volume. */
+#include "recipe.h"
+
+#include <string.h>
+
+void sc_needs_clear(sc_needs *needs)
+{
+    sc_free(needs->hidden);
+    sc_free(needs->tissue_smooth);
+}
+
+/* Add what one job, or one shot, needs. @param is_first hidden labels are those of this one;
+ * otherwise they stay hidden only if this one hides them, too. */
+static sc_status add_needs(const sc_app *app, const sc_job *job, const sc_label *labels,
+                           int label_count, bool is_first, sc_needs *n)
+{
+    void *block = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(app->ctx, (size_t)label_count, sizeof(bool), &block));
+    SC_TRY(sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count, block));
+    for (int id = 0; id < label_count; id++)
+        n->hidden[id] = (is_first || n->hidden[id]) && ((bool *)block)[id];
+    n->local_thickness = n->local_thickness || job->render.thickness != 0;
+out:
+    sc_free(block);
+    return status;
+}
+
+sc_status sc_needs_find(const sc_app *app, const sc_job *job, bool measure, const sc_label *labels,
+                        int label_count, sc_needs *out)
+{
+    const bool is_auto = sc_smooth_is_auto(job->render.smooth);
+    sc_needs n = {.smooth = is_auto ? (sc_vec3){SC_SMOOTH_AUTO, SC_SMOOTH_AUTO, SC_SMOOTH_AUTO}
+                                    : job->render.smooth,
+                  .as_prepared = measure,
+                  .resample = is_auto && job->render.surface == SC_SURFACE_SMOOTH && !measure &&
+                              !job->has_volume_size,
+                  .resize = job->has_volume_size};
+    bool is_first = true;
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(app->ctx, (size_t)label_count, sizeof(bool), &block));
+    n.hidden = block;
+    SC_TRY(sc_alloc(app->ctx, (size_t)label_count, sizeof(sc_vec3), &block));
+    n.tissue_smooth = block;
+    sc_tissue_strengths(labels, label_count, job->rules, job->rule_count, n.smooth,
+                        n.tissue_smooth);
+    if (!job->shot_count)
+        SC_TRY(add_needs(app, job, labels, label_count, true, &n));
+    for (size_t i = 0; i < job->shot_count; i++) {
+        if (job->shots[i].has_card)
+            continue;
+        SC_TRY(add_needs(app, &job->shots[i].job, labels, label_count, is_first, &n));
+        is_first = false;
+    }
+    if (measure)
+        memset(n.hidden, 0, (size_t)label_count * sizeof *n.hidden);
+    memcpy(n.size, job->volume_size, sizeof n.size);
+    *out = n;
+    return SC_OK;
+out:
+    sc_needs_clear(&n);
+    return status;
+}

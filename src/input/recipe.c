@@ -1,0 +1,362 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The recipe by which a file becomes the labels that are prepared: its steps one after the other,
+ * of which some may have been done before. */
+#include "recipe.h"
+
+#include "segcast/phantom.h"
+
+#include <string.h>
+
+sc_status sc_phantom_size(const sc_ctx *ctx, const char *key, const char *volume, int size[3])
+{
+    int used = 0;
+
+    size[0] = SC_PHANTOM_WIDTH;
+    size[1] = SC_PHANTOM_DEPTH;
+    size[2] = SC_PHANTOM_HEIGHT;
+    if (strcmp(volume, "phantom") &&
+        (sscanf(volume, "phantom:%dx%dx%d%n", &size[0], &size[1], &size[2], &used) != 3 ||
+         volume[used]))
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "%s is \"%s\", expected phantom or for example phantom:128x96x128", key,
+                       volume);
+    return SC_OK;
+}
+
+/* Take the phantom at the size that the job names: its voxels, or a scan of them. */
+static sc_status take_phantom(sc_recipe *r)
+{
+    const sc_ctx *ctx = r->app->ctx;
+    sc_phantom *phantom = NULL;
+    int size[3];
+    sc_status status;
+
+    SC_TRY(sc_phantom_size(ctx, "volume", r->job->volume, size));
+    if (r->volume)
+        SC_TRY(sc_volume_memory_check(ctx, r->job->volume, size, 0));
+    SC_TRY(sc_phantom_new(ctx, &phantom));
+    status = r->volume ? sc_phantom_volume(ctx, phantom, size, r->app->threads, r->volume)
+                       : sc_phantom_scan_labels(ctx, phantom, size, r->app->threads, r->scan);
+out:
+    sc_phantom_free(phantom);
+    return status;
+}
+
+sc_status sc_copy_prepared(const sc_ctx *ctx, const sc_prepared *from, sc_volume *out)
+{
+    sc_volume v = sc_volume_of_prepared(from);
+    void *labels;
+    sc_status status;
+
+    v.ids = NULL;
+    v.labels = NULL;
+    SC_TRY(sc_alloc(ctx, sc_volume_voxels(&v), (size_t)v.label_bytes, &v.ids));
+    memcpy(v.ids, from->ids, sc_volume_voxels(&v) * (size_t)v.label_bytes);
+    SC_TRY(sc_alloc(ctx, (size_t)v.label_count, sizeof *v.labels, &labels));
+    v.labels = labels;
+    memcpy(v.labels, from->labels, (size_t)v.label_count * sizeof *v.labels);
+    *out = v;
+    return SC_OK;
+out:
+    sc_volume_clear(&v);
+    return status;
+}
+
+/* As sc_check_tissues, of one job, or of one shot, whose rules from the film have been checked. */
+static sc_status check_tissues_of(const sc_ctx *ctx, const sc_job *job, const sc_prepared *view)
+{
+    const sc_status rules = sc_tissue_rules_check(ctx, view, job->rules + job->film_rules,
+                                                  job->rule_count - job->film_rules);
+    sc_status exceptions = SC_OK, verbs = SC_OK, overlays = SC_OK;
+
+    if (rules == SC_OK || rules == SC_ERR_DATA)
+        exceptions = sc_clip_exceptions_check(ctx, view, job->exceptions, job->exception_count);
+    if (exceptions == SC_OK || exceptions == SC_ERR_DATA)
+        verbs = sc_verb_tissues_check(ctx, view, job->verb_tissues, job->verb_tissue_count);
+    if (verbs == SC_OK || verbs == SC_ERR_DATA)
+        overlays =
+            sc_overlay_tissues_check(ctx, view, job->overlay_tissues, job->overlay_tissue_count);
+    verbs = overlays < verbs ? overlays : verbs;
+    exceptions = verbs < exceptions ? verbs : exceptions;
+    return exceptions < rules ? exceptions : rules;
+}
+
+sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label *labels,
+                           int label_count)
+{
+    const sc_prepared view = {.label_count = label_count, .labels = labels};
+    sc_once once; /* mistakes of keys of the film are in all shots */
+    const sc_ctx telling = sc_ctx_once(ctx, &once);
+    sc_status status = check_tissues_of(&telling, job, &view);
+
+    for (size_t i = 0; i < job->shot_count; i++) {
+        if (!sc_goes_on(&status, check_tissues_of(&telling, &job->shots[i].job, &view)))
+            break;
+    }
+    return status;
+}
+
+/* ---- the steps ---- */
+
+#define DONE(step) (1u << (step))
+
+/* SC_STEP_TAKE. What is known of the volume already is noted as done. */
+static sc_status take(sc_recipe *r)
+{
+    const sc_job *job = r->job;
+    sc_input_place place;
+    const sc_ctx ctx = sc_ctx_of_input(r->app->ctx, job->volume_where, job->volume, &place);
+    sc_read_choice choice;
+    sc_status status;
+
+    if (r->input->given) { /* it was read, edited and named as its neighbours */
+        *r->volume = *r->input->given;
+        *r->input->given = (sc_volume){0};
+        r->done |= DONE(SC_STEP_HIDE) - 1;
+        return SC_OK;
+    }
+    SC_TRY(sc_read_choice_of(r, &choice));
+    if (r->input->mapped) { /* it is to be prepared with other settings; colours have been found */
+        r->done |= DONE(SC_STEP_COLOR);
+        status = sc_copy_prepared(r->app->ctx, &r->input->volume, r->volume);
+    } else if (sc_job_is_phantom(job->volume)) {
+        status = take_phantom(r);
+    } else if (r->volume) {
+        status = sc_volume_read_by(&ctx, job->volume, &choice, r->volume);
+    } else {
+        status = (r->header_only ? sc_volume_read_header_by : sc_volume_scan_by)(&ctx, job->volume,
+                                                                                 &choice, r->scan);
+    }
+out:
+    return status;
+}
+
+/* SC_STEP_RESIZE */
+static sc_status resize(sc_recipe *r)
+{
+    const sc_job *job = r->job;
+    const double old_bytes = (double)sc_volume_voxels(r->volume) * r->volume->label_bytes;
+    sc_status status = SC_OK;
+
+    if (!job->has_volume_size)
+        return SC_OK;
+    SC_TRY(sc_volume_memory_check(r->app->ctx, job->volume, job->volume_size, old_bytes));
+    SC_TRY(sc_resample_nearest(r->app->ctx, r->volume, job->volume_size, r->app->threads));
+out:
+    return status;
+}
+
+/* SC_STEP_COLOR: give colours to tissues that no table gives one, or not one that the job wants. */
+static sc_status color(sc_recipe *r)
+{
+    const sc_appearance appearance = (sc_appearance)r->job->appearance;
+    int cover;
+    sc_status status;
+
+    if (!sc_volume_lacks_colors(r->volume, appearance))
+        return SC_OK;
+    SC_TRY(sc_find_outer_cover(r->app->ctx, r->volume, &cover));
+    SC_TRY(sc_volume_color(r->app->ctx, r->volume, cover, appearance, r->app->threads));
+out:
+    return status;
+}
+
+/* SC_STEP_CHECK: all mistakes in names of tissues are told, also in a run, of which otherwise only
+ * the first error is shown. Those of a scan are looked for later. */
+static sc_status check(sc_recipe *r)
+{
+    const sc_volume *v = r->volume ? r->volume : &r->scan->volume;
+    bool one_error;
+    sc_status status;
+
+    if (v->label_count == 1 && (r->volume || r->scan->tallies))
+        sc_warn(r->app->ctx, "%s: holds background only; there is nothing to see", r->job->volume);
+    if (r->scan || r->job->has_compare) /* another subject may have what this one lacks */
+        return SC_OK;
+    one_error = r->app->terminal->one_error;
+    r->app->terminal->one_error = false;
+    status = sc_check_tissues(r->app->ctx, r->job, v->labels, v->label_count);
+    r->app->terminal->one_error = one_error;
+    return status;
+}
+
+/* SC_STEP_HIDE */
+static sc_status hide(sc_recipe *r)
+{
+    const sc_input *input = r->input;
+    const bool resampled = (input->mapped || input->is_between) && input->volume.resampled;
+    sc_edited *out = r->edited;
+    sc_needs n = {0};
+    sc_status status;
+
+    SC_TRY(sc_needs_find(r->app, r->job, input->measure, r->volume->labels, r->volume->label_count,
+                         &n));
+    out->hidden = n.hidden;
+    out->tissue_smooth = n.tissue_smooth;
+    out->resample = n.resample && !resampled && !input->is_between;
+    sc_volume_hide(r->volume, n.hidden, r->app->threads);
+    out->settings = (sc_prepare_settings){.smooth = n.smooth,
+                                          .tissue_smooth = n.tissue_smooth,
+                                          .resampled = resampled,
+                                          .as_drawn = input->is_between && input->volume.as_drawn,
+                                          .local_thickness = n.local_thickness,
+                                          .hidden = n.hidden,
+                                          .threads = r->app->threads};
+out:
+    return status;
+}
+
+sc_status sc_recipe_follow(sc_recipe *r)
+{
+    static sc_status (*const steps[SC_STEP_COUNT])(sc_recipe *) = {[SC_STEP_TAKE] = take,
+                                                                   [SC_STEP_RESIZE] = resize,
+                                                                   [SC_STEP_NAME] = sc_name_labels,
+                                                                   [SC_STEP_EDIT] = sc_edit_volume,
+                                                                   [SC_STEP_COLOR] = color,
+                                                                   [SC_STEP_CHECK] = check,
+                                                                   [SC_STEP_HIDE] = hide};
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < SC_STEP_COUNT && status == SC_OK; i++) {
+        if (!(r->done & DONE(i)))
+            status = steps[i](r);
+    }
+    return status;
+}
+
+sc_status sc_input_read(const sc_app *app, const sc_job *job, const sc_input *input,
+                        sc_rank_record *times, sc_edited *out)
+{
+    const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    sc_recipe r = {.app = app,
+                   .job = job,
+                   .input = input,
+                   .volume = &out->volume,
+                   .tell = !input->is_later_phase,
+                   .edited = out,
+                   .done = input->is_later_phase ? DONE(SC_STEP_COLOR) : 0};
+    const sc_status status = sc_recipe_follow(&r);
+
+    if (status == SC_OK)
+        sc_add_time(app, times, SC_PHASE_READ, wall_s, cpu_s);
+    return status;
+}
+
+sc_status sc_input_voxels(const sc_app *app, const sc_job *job, const sc_input *input,
+                          sc_volume *out)
+{
+    sc_recipe r = {.app = app,
+                   .job = job,
+                   .input = input,
+                   .volume = out,
+                   .done = DONE(SC_STEP_COLOR) | DONE(SC_STEP_HIDE)};
+
+    return sc_recipe_follow(&r);
+}
+
+sc_status sc_name_mapped(const sc_app *app, const sc_job *job, const sc_input *input,
+                         sc_volume *labels)
+{
+    /* Colours were found when the file was prepared; others are found only if the job wants. */
+    const bool colors = job->appearance != SC_APPEARANCE_TABLE;
+    sc_recipe r = {.app = app,
+                   .job = job,
+                   .input = input,
+                   .volume = labels,
+                   .is_fixed = true,
+                   .done = ~DONE(SC_STEP_NAME) & ~(colors ? DONE(SC_STEP_COLOR) : 0)};
+
+    return sc_recipe_follow(&r);
+}
+
+sc_status sc_scan_labels(const sc_app *app, const sc_job *job, const sc_input *input,
+                         bool header_only, sc_label_scan *out)
+{
+    sc_recipe r = {.app = app,
+                   .job = job,
+                   .input = input,
+                   .scan = out,
+                   .header_only = header_only,
+                   .tell = true,
+                   .done = DONE(SC_STEP_RESIZE) | DONE(SC_STEP_COLOR) | DONE(SC_STEP_HIDE)};
+
+    return sc_recipe_follow(&r);
+}
+
+/* ---- the grid on which it was drawn ---- */
+
+/* Tell how the grid on which surfaces are found differs from that of the file. */
+static void tell_grid(const sc_app *app, const char *path, const sc_volume *v,
+                      const sc_drawn_grid *grid)
+{
+    char text[320];
+
+    sc_drawn_grid_text(grid, text, sizeof text);
+    sc_info(app->ctx, "%s: %s; surfaces are found on %d x %d x %d voxels", path, text, v->size[0],
+            v->size[1], v->size[2]);
+}
+
+sc_status sc_input_resample(const sc_app *app, const sc_job *job, const sc_input *input,
+                            const sc_drawn_grid *measured, sc_edited *edited)
+{
+    const sc_ctx silent = {.rank = 0, .memory_max_bytes = app->ctx->memory_max_bytes};
+    const char *path = job->volume;
+    sc_volume *volume = &edited->volume;
+    sc_drawn_grid grid;
+    double bytes;
+    int size[3];
+    sc_status status;
+
+    sc_stage_begin(app->ctx, "measuring the grid", 0, 0);
+    if (input->drawn_known)
+        grid = input->drawn;
+    else if (measured)
+        grid = *measured;
+    else
+        SC_TRY(sc_find_drawn_grid(app->ctx, volume, app->threads, &grid));
+    edited->drawn = grid;
+    edited->drawn_known = true;
+    SC_TRY(sc_resample_bytes(app->ctx, volume, &grid, app->threads, &bytes));
+    sc_resampled_size(volume, &grid, size);
+    edited->resample = false;
+    edited->settings.as_drawn = !sc_is_resampled(&grid);
+    if (sc_volume_memory_check(&silent, path, size, bytes) != SC_OK) {
+        sc_warn(app->ctx,
+                "%s: --max-memory leaves no room for layers between its slices, nor to move "
+                "those back that jump, so slices will show as steps",
+                path);
+        for (int i = 0; i < 3; i++) { /* copied voxels alone are removed */
+            grid.split[i] = 1;
+            grid.moved[i] = 0;
+        }
+    }
+    edited->settings.resampled = sc_is_resampled(&grid);
+    if (!edited->settings.resampled)
+        return SC_OK;
+    sc_stage_begin(app->ctx, "resampling", 0, 0);
+    SC_TRY(sc_resample(app->ctx, volume, &grid, app->threads));
+    tell_grid(app, path, volume, &grid);
+out:
+    return status;
+}
+
+void sc_edited_clear(sc_edited *edited)
+{
+    sc_volume_clear(&edited->volume);
+    sc_free(edited->hidden);
+    sc_free(edited->tissue_smooth);
+    *edited = (sc_edited){0};
+}
+
+sc_status sc_input_prepare(const sc_app *app, const sc_job *job, const sc_input *input,
+                           sc_edited *edited, sc_preparation **preparation)
+{
+    sc_status status;
+
+    SC_TRY(sc_input_read(app, job, input, NULL, edited));
+    if (edited->resample)
+        SC_TRY(sc_input_resample(app, job, input, NULL, edited));
+    status = sc_prepare(app->ctx, &edited->volume, &edited->settings, preparation);
+out:
+    return status;
+}
