@@ -103,13 +103,41 @@ sc_status sc_fail(const sc_ctx *ctx, sc_status status, const char *fmt, ...) SC_
 void sc_warn(const sc_ctx *ctx, const char *fmt, ...) SC_PRINTF(2, 3);
 /** Log a message of level SC_LOG_INFO. */
 void sc_info(const sc_ctx *ctx, const char *fmt, ...) SC_PRINTF(2, 3);
-/** The most mistakes of one kind that are told of an input; of more, at most their number is. */
-enum { SC_MISTAKES_MAX = 50 };
 /** @return what an errno of a failed call means, for messages. Static text, or that of strerror(),
  *  which the next call may overwrite. */
 const char *sc_reason(int error);
 /** A function for sc_ctx.write: prints lines such as "segcast: error: text" to standard error. */
 void sc_log_to_stderr(void *user, sc_log_level level, const char *text);
+
+/* ---- mistakes of a user: all are told in one go, each once ---- */
+
+/** The most mistakes that are told of an input; of more, at most their number is. */
+enum { SC_MISTAKES_MAX = 50 };
+/** Remember in *status the first mistake of a user, and tell whether to go on in order to find the
+ *  others. @param status SC_OK, or the first mistake so far. @param found the return code of what
+ *  was just done. @return false after an error that is no mistake of the user, such as
+ *  SC_ERR_MEMORY, which *status becomes then. */
+static inline bool sc_goes_on(sc_status *status, sc_status found)
+{
+    const bool is_mistake =
+        found == SC_ERR_USAGE || found == SC_ERR_DATA || found == SC_ERR_MISSING;
+
+    if (*status == SC_OK || (found != SC_OK && !is_mistake))
+        *status = found;
+    return found == SC_OK || is_mistake;
+}
+/** Passes the messages of a context on, but no error twice, and not more of them than
+ *  SC_MISTAKES_MAX. The same error can be found in several places, such as in each shot. */
+typedef struct sc_once {
+    const sc_ctx *to;
+    int errors;                     /**< how many there were, each counted once */
+    uint64_t told[SC_MISTAKES_MAX]; /**< hashes of those that were passed on */
+} sc_once;
+/** @return a context as @p to, whose messages @p once passes on. Both are borrowed; for one thread.
+ */
+sc_ctx sc_ctx_once(const sc_ctx *to, sc_once *once);
+/** Warn of how many errors were not passed on, if any. @param what they are mistakes of. */
+void sc_once_end(const sc_once *once, const char *what);
 
 /** Product of two sizes. @return false on overflow, @p out untouched. */
 bool sc_mul_size(size_t a, size_t b, size_t *out);

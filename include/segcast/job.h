@@ -280,34 +280,6 @@ typedef struct sc_shot {
     char where[160];   /**< "file:line" for messages; may be empty */
 } sc_shot;
 
-/* ---- mistakes: all of a job are told in one go ---- */
-
-/** Remember in *status the first mistake of a job, and tell whether to go on in order to find the
- *  others. @param status SC_OK, or the first mistake so far. @param found the return code of what
- *  was just done. @return false after an error that is no mistake of the user, such as
- *  SC_ERR_MEMORY, which *status becomes then. */
-static inline bool sc_goes_on(sc_status *status, sc_status found)
-{
-    const bool is_mistake =
-        found == SC_ERR_USAGE || found == SC_ERR_DATA || found == SC_ERR_MISSING;
-
-    if (*status == SC_OK || (found != SC_OK && !is_mistake))
-        *status = found;
-    return found == SC_OK || is_mistake;
-}
-/** Passes the messages of a context on, but no error twice, and not more of them than
- *  SC_MISTAKES_MAX. The same error can be found in several places, such as in each shot. */
-typedef struct sc_once {
-    const sc_ctx *to;
-    int errors;                     /**< how many there were, each counted once */
-    uint64_t told[SC_MISTAKES_MAX]; /**< hashes of those that were passed on */
-} sc_once;
-/** @return a context as @p to, whose messages @p once passes on. Both are borrowed; for one thread.
- */
-sc_ctx sc_ctx_once(const sc_ctx *to, sc_once *once);
-/** Warn of how many errors were not passed on, if any. @param what they are mistakes of. */
-void sc_once_end(const sc_once *once, const char *what);
-
 /* ---- times ---- */
 
 /** Read minutes and seconds, "0:10", or hours, too, "1:00:10": behind a colon there are two digits,

@@ -77,16 +77,13 @@ bool sc_annotations_names(const sc_annotations *annotations)
 sc_status sc_overlay_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
                                    const sc_overlay_tissue *list, size_t count)
 {
-    sc_status out = SC_OK;
+    sc_status status = SC_OK;
 
     for (size_t i = 0; i < count; i++) {
-        const sc_status status = sc_pattern_check(ctx, volume, list[i].pattern, list[i].where);
-
-        if (status != SC_OK && status != SC_ERR_DATA)
-            return status;
-        out = status == SC_OK ? out : status;
+        if (!sc_goes_on(&status, sc_pattern_check(ctx, volume, list[i].pattern, list[i].where)))
+            break;
     }
-    return out;
+    return status;
 }
 
 /* Find the tissues that are chosen for an overlay and are seen in the film.

@@ -116,13 +116,6 @@ static sc_status print_key_frames(const sc_app *app, const sc_job *job)
     return status;
 }
 
-/* Remember the first of several return codes that is no success. */
-static void note(sc_status *first, sc_status found)
-{
-    if (*first == SC_OK)
-        *first = found;
-}
-
 /* After mistakes, because of which nothing was lettered: read the logo, so that its mistake is
  * told, too. */
 static sc_status check_logo(const sc_app *app, const sc_job *job)
@@ -158,7 +151,7 @@ static sc_status check_volumes(sc_app *app, sc_session *session)
     SC_TRY(sc_inputs_inspect(app, &session->job, app->options.fast, &session->inputs));
     SC_TRY(sc_session_panels(app, session));
     status = check_panels(app, session);
-    note(&status, sc_session_check_grey(app, session));
+    (void)sc_goes_on(&status, sc_session_check_grey(app, session));
 out:
     return status;
 }
@@ -175,15 +168,16 @@ static sc_status check_all(const sc_app *app, sc_session *session)
     sc_status first = check_cpu(app, job);
 
     own.ctx = &ctx;
-    note(&first, sc_run_check_encoder(&ctx, job));
-    note(&first, sc_run_check_encode_key(&ctx, job));
-    note(&first, sc_check_directory(&ctx, is_elsewhere ? "--output" : job->directory_where,
-                                    is_elsewhere ? app->options.output : job->output.directory));
+    (void)sc_goes_on(&first, sc_run_check_encoder(&ctx, job));
+    (void)sc_goes_on(&first, sc_run_check_encode_key(&ctx, job));
+    (void)sc_goes_on(
+        &first, sc_check_directory(&ctx, is_elsewhere ? "--output" : job->directory_where,
+                                   is_elsewhere ? app->options.output : job->output.directory));
     if (first == SC_OK)
         sc_warn_of_outputs(&own, job);
-    note(&first, check_volumes(&own, session));
+    (void)sc_goes_on(&first, check_volumes(&own, session));
     if (first != SC_OK)
-        note(&first, check_logo(&own, job));
+        (void)sc_goes_on(&first, check_logo(&own, job));
     return first;
 }
 

@@ -121,19 +121,17 @@ static sc_status plan_group(const sc_recipe *s, size_t first, const int *group, 
 static sc_status check_kept(const sc_recipe *s, const sc_label *labels, int count)
 {
     const sc_prepared view = {.label_count = count, .labels = labels};
-    sc_status mistake = SC_OK;
+    sc_status status = SC_OK;
 
     for (size_t i = 0; i < s->job->volume_tissue_count; i++) {
         const sc_volume_tissue *tissue = &s->job->volume_tissues[i];
-        sc_status status = SC_OK;
 
-        if (!tissue->into[0])
-            status = sc_pattern_check(s->app->ctx, &view, tissue->pattern, tissue->where);
-        if (status != SC_OK && status != SC_ERR_DATA)
-            return status;
-        mistake = mistake == SC_OK ? status : mistake;
+        if (!tissue->into[0] &&
+            !sc_goes_on(&status,
+                        sc_pattern_check(s->app->ctx, &view, tissue->pattern, tissue->where)))
+            break;
     }
-    return mistake;
+    return status;
 }
 
 /* Log the mistakes of volume.keep after one of volume.merge, so that all are told in one go: among
@@ -169,7 +167,7 @@ static sc_status merge_tissues(const sc_recipe *s)
     const sc_volume_tissue *all = s->job->volume_tissues;
     const size_t count = s->job->volume_tissue_count;
     size_t first = 0;
-    sc_status status, mistake = SC_OK;
+    sc_status status;
     void *group = NULL;
     plan p;
 
@@ -177,23 +175,16 @@ static sc_status merge_tissues(const sc_recipe *s)
     SC_TRY(sc_zalloc(s->app->ctx, (size_t)p.count, sizeof(int), &group));
     for (size_t row = 0; row < count && all[row].into[0]; row++) {
         first = strcmp(all[row].into, all[first].into) != 0 ? row : first;
-        status = group_labels(s, row, first, group);
-        if (status == SC_ERR_DATA)
-            mistake = status;
-        else
-            SC_TRY(status);
+        if (!sc_goes_on(&status, group_labels(s, row, first, group)))
+            goto out;
     }
     for (size_t row = 0; row < count && all[row].into[0]; row++) {
-        status = SC_OK;
         if (row == 0 || strcmp(all[row].into, all[row - 1].into) != 0)
-            status = plan_group(s, row, group, s->tell && mistake == SC_OK, &p);
-        mistake = status != SC_OK ? status : mistake;
+            (void)sc_goes_on(&status, plan_group(s, row, group, s->tell && status == SC_OK, &p));
     }
-    if (mistake != SC_OK && s->job->has_keep) {
-        status = check_kept_unmerged(s);
-        mistake = status != SC_OK ? status : mistake; /* no memory: that */
-    }
-    SC_TRY(mistake);
+    if (status != SC_OK && s->job->has_keep)
+        (void)sc_goes_on(&status, check_kept_unmerged(s));
+    SC_TRY(status);
     status = do_plan(s, &p);
 out:
     sc_free(group);

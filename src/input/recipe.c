@@ -65,20 +65,16 @@ out:
 /* As sc_check_tissues, of one job, or of one shot, whose rules from the film have been checked. */
 static sc_status check_tissues_of(const sc_ctx *ctx, const sc_job *job, const sc_prepared *view)
 {
-    const sc_status rules = sc_tissue_rules_check(ctx, view, job->rules + job->film_rules,
-                                                  job->rule_count - job->film_rules);
-    sc_status exceptions = SC_OK, verbs = SC_OK, overlays = SC_OK;
+    sc_status status = sc_tissue_rules_check(ctx, view, job->rules + job->film_rules,
+                                             job->rule_count - job->film_rules);
 
-    if (rules == SC_OK || rules == SC_ERR_DATA)
-        exceptions = sc_clip_exceptions_check(ctx, view, job->exceptions, job->exception_count);
-    if (exceptions == SC_OK || exceptions == SC_ERR_DATA)
-        verbs = sc_verb_tissues_check(ctx, view, job->verb_tissues, job->verb_tissue_count);
-    if (verbs == SC_OK || verbs == SC_ERR_DATA)
-        overlays =
-            sc_overlay_tissues_check(ctx, view, job->overlay_tissues, job->overlay_tissue_count);
-    verbs = overlays < verbs ? overlays : verbs;
-    exceptions = verbs < exceptions ? verbs : exceptions;
-    return exceptions < rules ? exceptions : rules;
+    (void)(sc_goes_on(&status,
+                      sc_clip_exceptions_check(ctx, view, job->exceptions, job->exception_count)) &&
+           sc_goes_on(&status, sc_verb_tissues_check(ctx, view, job->verb_tissues,
+                                                     job->verb_tissue_count)) &&
+           sc_goes_on(&status, sc_overlay_tissues_check(ctx, view, job->overlay_tissues,
+                                                        job->overlay_tissue_count)));
+    return status;
 }
 
 sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label *labels,
@@ -93,6 +89,7 @@ sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label 
         if (!sc_goes_on(&status, check_tissues_of(&telling, &job->shots[i].job, &view)))
             break;
     }
+    sc_once_end(&once, "the job");
     return status;
 }
 

@@ -32,21 +32,16 @@ static bool is_repeated(const sc_clip_exception *exceptions, size_t i)
 sc_status sc_clip_exceptions_check(const sc_ctx *ctx, const sc_prepared *volume,
                                    const sc_clip_exception *exceptions, size_t count)
 {
-    const sc_ctx quiet = sc_quiet(ctx);
-    int mistakes = 0;
+    sc_status status = SC_OK;
 
-    for (size_t i = 0; i < count && mistakes < SC_MISTAKES_MAX; i++) {
+    for (size_t i = 0; i < count; i++) {
         const sc_clip_exception *e = &exceptions[i];
-        sc_status status = sc_pattern_check(&quiet, volume, e->pattern, e->where);
 
-        if (status == SC_ERR_DATA && !is_repeated(exceptions, i)) {
-            status = sc_pattern_check(ctx, volume, e->pattern, e->where);
-            mistakes++;
-        }
-        if (status != SC_OK && status != SC_ERR_DATA)
-            return status;
+        if (!is_repeated(exceptions, i) &&
+            !sc_goes_on(&status, sc_pattern_check(ctx, volume, e->pattern, e->where)))
+            break;
     }
-    return mistakes ? SC_ERR_DATA : SC_OK;
+    return status;
 }
 
 /* Note an exception in the sets of the tissues that it names. @param sets [label_count] of each. */

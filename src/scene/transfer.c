@@ -317,21 +317,13 @@ void sc_choose_background(const sc_prepared *volume, const sc_tissue *tissues, u
 sc_status sc_tissue_rules_check(const sc_ctx *ctx, const sc_prepared *volume,
                                 const sc_tissue_rule *rules, size_t rule_count)
 {
-    const sc_ctx quiet = sc_quiet(ctx);
-    size_t mistakes = 0;
+    sc_status status = SC_OK;
 
     for (size_t r = 0; r < rule_count; r++) {
-        const sc_status status = sc_pattern_check(mistakes < SC_MISTAKES_MAX ? ctx : &quiet, volume,
-                                                  rules[r].pattern, rules[r].where);
-
-        if (status != SC_OK && status != SC_ERR_DATA)
-            return status;
-        mistakes += status == SC_ERR_DATA;
+        if (!sc_goes_on(&status, sc_pattern_check(ctx, volume, rules[r].pattern, rules[r].where)))
+            break;
     }
-    if (mistakes > SC_MISTAKES_MAX)
-        sc_warn(ctx, "%zu further tissues that are not found are not shown",
-                mistakes - SC_MISTAKES_MAX);
-    return mistakes ? SC_ERR_DATA : SC_OK;
+    return status;
 }
 
 sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,

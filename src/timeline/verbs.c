@@ -14,16 +14,13 @@
 sc_status sc_verb_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
                                 const sc_verb_tissue *list, size_t count)
 {
-    int mistakes = 0;
+    sc_status status = SC_OK;
 
-    for (size_t i = 0; i < count && mistakes < SC_MISTAKES_MAX; i++) {
-        const sc_status status = sc_pattern_check(ctx, volume, list[i].pattern, list[i].where);
-
-        if (status != SC_OK && status != SC_ERR_DATA)
-            return status;
-        mistakes += status == SC_ERR_DATA;
+    for (size_t i = 0; i < count; i++) {
+        if (!sc_goes_on(&status, sc_pattern_check(ctx, volume, list[i].pattern, list[i].where)))
+            break;
     }
-    return mistakes ? SC_ERR_DATA : SC_OK;
+    return status;
 }
 
 /* ---- the tissues of a verb ---- */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Messages that are told once, however often their mistake is found. */
-#include "segcast/job.h"
+#include "segcast/base.h"
 
 #include <string.h>
 
