@@ -21,10 +21,10 @@ static sc_store_mode store_mode(const sc_app *app)
 /* @return the name of the slice as the store takes it: NULL for the whole job. */
 static const char *slice_of(const sc_run *run)
 {
-    return run->slice[0] ? run->slice : NULL;
+    return run->root.slice[0] ? run->root.slice : NULL;
 }
 
-/* Fill run->slice: the name of the slice, such that it can be part of a file name. "0-35:2,40"
+/* Fill run->root.slice: the name of the slice, such that it can be part of a file name. "0-35:2,40"
  * becomes "0-35x2_40". It stays empty if all frames are wanted. */
 static sc_status name_slice(sc_run *run)
 {
@@ -33,16 +33,16 @@ static sc_status name_slice(sc_run *run)
     size_t used = 0;
 
     if (o->slices > 1)
-        snprintf(run->slice, sizeof run->slice, "%dof%d", o->slice, o->slices);
-    if (!frames || run->wanted_count == run->session.job.animation.frames)
+        snprintf(run->root.slice, sizeof run->root.slice, "%dof%d", o->slice, o->slices);
+    if (!frames || run->root.wanted_count == run->session.job.animation.frames)
         return SC_OK;
     for (const char *c = frames; *c; c++) {
         if (*c == ' ')
             continue;
-        if (used + 1 >= sizeof run->slice)
+        if (used + 1 >= sizeof run->root.slice)
             return sc_fail(run->app->ctx, SC_ERR_USAGE, "--frames is longer than %zu characters",
-                           sizeof run->slice - 1);
-        run->slice[used++] = *c == ':' ? 'x' : *c == ',' ? '_' : *c;
+                           sizeof run->root.slice - 1);
+        run->root.slice[used++] = *c == ':' ? 'x' : *c == ',' ? '_' : *c;
     }
     return SC_OK;
 }
@@ -67,9 +67,9 @@ static sc_status add_resolved_job(const sc_run *run, sc_text *text)
 static sc_status is_job_given(const sc_run *run, bool *out)
 {
     char *path = NULL;
-    const sc_status status = sc_path_join(run->app->ctx, run->directory, "job.yaml", &path);
+    const sc_status status = sc_path_join(run->app->ctx, run->root.directory, "job.yaml", &path);
 
-    *out = status == SC_OK && run->job_path && sc_same_file(run->job_path, path);
+    *out = status == SC_OK && run->root.job_path && sc_same_file(run->root.job_path, path);
     sc_free(path);
     return status;
 }
@@ -88,7 +88,7 @@ static sc_status write_job(const sc_run *run, sc_store *store)
     sc_status status;
 
     SC_TRY(add_resolved_job(run, &text));
-    SC_TRY(sc_path_join(ctx, run->directory, "job.yaml", &path));
+    SC_TRY(sc_path_join(ctx, run->root.directory, "job.yaml", &path));
     SC_TRY(is_job_given(run, &is_given));
     if (is_given && run->app->options.overwrite) {
         SC_TRY(sc_file_read(ctx, path, (size_t)64 << 20, &given, &bytes));
@@ -123,25 +123,27 @@ static sc_store_job store_job_of(const sc_run *run)
                           .threads = run->app->threads};
 }
 
-/* Fill run->store_job, open run->store and, unless all is done and proven, write job.yaml. */
+/* Fill run->root.store_job, open run->root.store and, unless all is done and proven, write
+ * job.yaml. */
 static sc_status open_store(sc_run *run)
 {
     const sc_session *s = &run->session;
-    sc_store_job *job = &run->store_job;
+    sc_store_job *job = &run->root.store_job;
     sc_status status;
 
     *job = store_job_of(run);
     SC_TRY(is_job_given(run, &job->keeps_job));
     job->volume_hash = sc_inputs_hash(s->inputs);
     SC_TRY(sc_run_hash_job(run, &job->job_hash));
-    SC_TRY(sc_store_open(run->app->ctx, run->directory, job, run->wanted, run->wanted_count,
-                         slice_of(run), store_mode(run->app), &run->store));
-    sc_store_begun_clear(&run->begun); /* now it is the store's */
-    run->plan.complete = sc_store_is_complete(run->store);
-    run->plan.sealed = sc_store_is_sealed(run->store);
-    run->plan.identity = sc_store_identity(run->store);
+    SC_TRY(sc_store_open(run->app->ctx, run->root.directory, job, run->root.wanted,
+                         run->root.wanted_count, slice_of(run), store_mode(run->app),
+                         &run->root.store));
+    sc_store_begun_clear(&run->root.begun); /* now it is the store's */
+    run->plan.complete = sc_store_is_complete(run->root.store);
+    run->plan.sealed = sc_store_is_sealed(run->root.store);
+    run->plan.identity = sc_store_identity(run->root.store);
     if (!run->plan.sealed)
-        status = write_job(run, run->store);
+        status = write_job(run, run->root.store);
 out:
     return status;
 }
@@ -155,16 +157,16 @@ static sc_status open_outputs(sc_run *run)
     void *results;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)run->wanted_count + 1, sizeof *run->results, &results));
-    run->results = results;
-    if (sc_run_has_video(job) && !run->video_path)
-        SC_TRY(sc_path_join(ctx, run->directory, job->output.video, &run->video_path));
+    SC_TRY(sc_zalloc(ctx, (size_t)run->root.wanted_count + 1, sizeof *run->root.results, &results));
+    run->root.results = results;
+    if (sc_run_has_video(job) && !run->root.video_path)
+        SC_TRY(sc_path_join(ctx, run->root.directory, job->output.video, &run->root.video_path));
     if (run->keep_records)
         return open_store(run);
     settings.version = sc_version();
     settings.volume_hash = sc_inputs_hash(run->session.inputs);
     SC_TRY(sc_run_hash_job(run, &settings.job_hash));
-    status = sc_video_writer_open(ctx, run->video_path, &settings, &run->writer);
+    status = sc_video_writer_open(ctx, run->root.video_path, &settings, &run->root.writer);
 out:
     return status;
 }
@@ -194,8 +196,8 @@ static sc_status choose_gops(sc_run *run, int *gops, int whole)
                                   &where);
 }
 
-/* Find out, on rank 0, what is left to be drawn, from run->wanted and the store: fills run->plan,
- * run->gops and run->frames. */
+/* Find out, on rank 0, what is left to be drawn, from run->root.wanted and the store: fills
+ * run->plan, run->gops and run->frames. */
 static sc_status make_plan(sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
@@ -206,19 +208,19 @@ static sc_status make_plan(sc_run *run)
     sc_status status;
 
     plan->gop_frames = sc_video_gop_frames(&settings);
-    if (run->store)
-        SC_TRY(sc_store_whole_gops(ctx, run->store, &gops, &whole));
+    if (run->root.store)
+        SC_TRY(sc_store_whole_gops(ctx, run->root.store, &gops, &whole));
     if (run->keep_records)
         SC_TRY(choose_gops(run, gops, whole));
-    SC_TRY(sc_alloc(ctx, (size_t)run->wanted_count + 1, sizeof(int), &frames));
-    for (int i = 0; i < run->wanted_count; i++) {
-        const int k = run->wanted[i];
+    SC_TRY(sc_alloc(ctx, (size_t)run->root.wanted_count + 1, sizeof(int), &frames));
+    for (int i = 0; i < run->root.wanted_count; i++) {
+        const int k = run->root.wanted[i];
 
         while (g < plan->gop_count && gops[g] + plan->gop_frames <= k)
             g++;
         if (g < plan->gop_count && k >= gops[g])
             continue; /* it is drawn with its GOP */
-        if (run->store && sc_store_has(run->store, k))
+        if (run->root.store && sc_store_has(run->root.store, k))
             plan->kept++;
         else
             ((int *)frames)[plan->frame_count++] = k;
@@ -260,11 +262,11 @@ static sc_status finish_outputs(sc_run *run, sc_status outcome)
     if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
         return outcome;
     sc_signals_expendable(true);
-    if (run->store && !run->slice[0])
-        status = sc_store_finish(ctx, run->store, &run->missing);
-    else if (!run->store && run->result_count > 0)
-        status =
-            sc_video_writer_finish(ctx, run->writer, outcome == SC_OK, run->app->options.overwrite);
+    if (run->root.store && !run->root.slice[0])
+        status = sc_store_finish(ctx, run->root.store, &run->root.missing);
+    else if (!run->root.store && run->root.result_count > 0)
+        status = sc_video_writer_finish(ctx, run->root.writer, outcome == SC_OK,
+                                        run->app->options.overwrite);
     sc_signals_expendable(false);
     sc_trace_add(run->trace, SC_TRACE_FINISH, run->app->threads, -1, begin_s, sc_wall_s());
     return status == SC_OK ? outcome : status;
@@ -277,14 +279,14 @@ static sc_status close_outputs(sc_run *run)
     const sc_ctx *ctx = run->app->ctx;
     sc_status status = SC_OK;
 
-    if (!run->store)
+    if (!run->root.store)
         return SC_OK;
-    if (run->slice[0]) {
-        SC_TRY(sc_store_end_slice(ctx, run->store));
-        SC_TRY(sc_store_finish(ctx, run->store, &run->missing));
+    if (run->root.slice[0]) {
+        SC_TRY(sc_store_end_slice(ctx, run->root.store));
+        SC_TRY(sc_store_finish(ctx, run->root.store, &run->root.missing));
     }
-    run->plan.complete = sc_store_is_complete(run->store);
-    status = sc_store_seal(ctx, run->store);
+    run->plan.complete = sc_store_is_complete(run->root.store);
+    status = sc_store_seal(ctx, run->root.store);
 out:
     return status;
 }
@@ -292,7 +294,7 @@ out:
 /* Has another run begun in the directory meanwhile, or completed the job? Its records must stay. */
 static bool is_replaced(const sc_run *run)
 {
-    return run->store && sc_store_is_replaced(run->store);
+    return run->root.store && sc_store_is_replaced(run->root.store);
 }
 
 /* For sc_display_watch, with a run as user: write status.json while it is this run's. */
@@ -329,14 +331,14 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
                           .accept_gop = sc_run_accept_gop,
                           .on_progress = sc_run_on_progress,
                           .stop = run->stop,
-                          .deadline_s = run->deadline_s,
+                          .deadline_s = run->clock.deadline_s,
                           .user = run};
     sc_status status;
 
     sc_stage_begin(app->ctx, SC_STAGE_DRAWING, (uint64_t)run->plan.kept,
-                   (uint64_t)run->wanted_count);
-    run->farm_begin_s = sc_wall_s();
-    run->farm_cpu_s = sc_cpu_s();
+                   (uint64_t)run->root.wanted_count);
+    run->clock.farm_begin_s = sc_wall_s();
+    run->clock.farm_cpu_s = sc_cpu_s();
     status = sc_farm_run(app->ctx, app->comm, &farm, times);
     sc_signals_stop_in_order(false); /* what was drawn is on disk */
     sc_stage_begin(app->ctx, "completing", 0, 0);
@@ -346,7 +348,7 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
         status = sc_fail(app->ctx, SC_ERR_CREATE,
                          "%s: another run has begun in this directory meanwhile; `segcast status "
                          "%s` tells how far it is",
-                         run->directory, run->directory);
+                         run->root.directory, run->root.directory);
     status = sc_comm_agree(app->comm, status);
     sc_run_fill_phases(run, times);
     return status;
@@ -355,21 +357,21 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
 static void clear_run(sc_run *run)
 {
     sc_display_watch(run->app->display, NULL, NULL);
-    sc_store_unbegin(&run->begun);
-    sc_video_writer_close(run->writer);
-    sc_store_close(run->store);
-    sc_encoder_close(run->encoder);
-    sc_image_clear(&run->gop_image);
-    sc_free(run->gop_pngs.data);
+    sc_store_unbegin(&run->root.begun);
+    sc_video_writer_close(run->root.writer);
+    sc_store_close(run->root.store);
+    sc_encoder_close(run->worker.encoder);
+    sc_image_clear(&run->worker.gop_image);
+    sc_free(run->worker.gop_pngs.data);
     run->app->trace = NULL;
     sc_trace_free(run->trace);
-    sc_free(run->spans);
-    sc_free(run->video_path);
-    sc_free(run->results);
+    sc_free(run->worker.spans);
+    sc_free(run->root.video_path);
+    sc_free(run->root.results);
     sc_free(run->frames);
     sc_free(run->gops);
-    sc_free(run->wanted);
-    sc_history_clear(&run->earlier);
+    sc_free(run->root.wanted);
+    sc_history_clear(&run->root.earlier);
     sc_session_clear(&run->session);
 }
 
@@ -377,50 +379,52 @@ static void clear_run(sc_run *run)
 static void report_outcome(const sc_run *run, sc_status outcome)
 {
     const sc_ctx *ctx = run->app->ctx;
-    const char *reason = *run->stop == SIGXCPU
-                             ? "because the limit of CPU time is reached (ulimit -t)"
-                         : run->deadline_s > 0 && !*run->stop ? "because the time is nearly up"
-                                                              : "on request";
+    const char *reason =
+        *run->stop == SIGXCPU ? "because the limit of CPU time is reached (ulimit -t)"
+        : run->clock.deadline_s > 0 && !*run->stop ? "because the time is nearly up"
+                                                   : "on request";
 
     if (sc_comm_rank(run->app->comm) != 0)
         return;
-    if (outcome == SC_ERR_INCOMPLETE && run->deadline_s > 0 && !*run->stop &&
-        run->result_count == 0)
+    if (outcome == SC_ERR_INCOMPLETE && run->clock.deadline_s > 0 && !*run->stop &&
+        run->root.result_count == 0)
         sc_warn(ctx, "no frame could be finished in the time; running again with the same limit "
                      "will not help: more time, or `segcast convert`, will");
     if (outcome == SC_ERR_INCOMPLETE)
         sc_warn(ctx, "stopped %s after %d of %d frames; run again%s for the rest", reason,
-                run->plan.kept + run->result_count, run->wanted_count,
+                run->plan.kept + run->root.result_count, run->root.wanted_count,
                 run->keep_records ? " with --resume" : "");
-    else if (outcome == SC_OK && run->store && run->missing == 0 &&
-             !sc_store_is_complete(run->store))
+    else if (outcome == SC_OK && run->root.store && run->root.missing == 0 &&
+             !sc_store_is_complete(run->root.store))
         sc_info(ctx,
                 "%s: all frames are there; another slice that has not ended yet, or `segcast join "
                 "%s`, completes the job",
-                run->directory, run->directory);
-    else if (outcome == SC_OK && run->missing > 0)
+                run->root.directory, run->root.directory);
+    else if (outcome == SC_OK && run->root.missing > 0)
         sc_info(ctx,
                 "%s: %d frames of other slices are not there yet; the last slice, or `segcast join "
                 "%s`, completes the job",
-                run->directory, run->missing, run->directory);
+                run->root.directory, run->root.missing, run->root.directory);
     if (outcome == SC_OK)
-        sc_print_made(run->video_path && (!run->store || sc_store_is_complete(run->store))
-                          ? run->video_path
-                          : run->directory);
+        sc_print_made(run->root.video_path &&
+                              (!run->root.store || sc_store_is_complete(run->root.store))
+                          ? run->root.video_path
+                          : run->root.directory);
 }
 
 /* On rank 0, of a run that writes the video alone: make its directory, and check that the video can
- * be written there. Fills run->video_path. */
+ * be written there. Fills run->root.video_path. */
 static sc_status prepare_video(sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
     sc_status status;
 
-    SC_TRY(sc_path_join(ctx, run->directory, run->session.job.output.video, &run->video_path));
-    SC_TRY(sc_make_directory(ctx, run->directory));
+    SC_TRY(sc_path_join(ctx, run->root.directory, run->session.job.output.video,
+                        &run->root.video_path));
+    SC_TRY(sc_make_directory(ctx, run->root.directory));
     if (run->app->options.overwrite) /* what runs that were killed have left beside the video */
-        sc_remove_temporaries(run->directory, false);
-    status = sc_check_output(run->app, &run->session.job, run->video_path, true);
+        sc_remove_temporaries(run->root.directory, false);
+    status = sc_check_output(run->app, &run->session.job, run->root.video_path, true);
 out:
     return status;
 }
@@ -440,8 +444,8 @@ static sc_status check_use(const sc_app *app)
     return status;
 }
 
-/* On rank 0, before anything that takes long: fill run->directory, run->wanted
- * and run->slice, and refuse a directory that holds a run already. */
+/* On rank 0, before anything that takes long: fill run->root.directory, run->root.wanted
+ * and run->root.slice, and refuse a directory that holds a run already. */
 static sc_status prepare_run(sc_run *run)
 {
     const sc_app *app = run->app;
@@ -450,23 +454,23 @@ static sc_status prepare_run(sc_run *run)
     const sc_options *o = &app->options;
     const sc_video_settings settings = sc_run_video_settings(job);
 
-    run->directory =
+    run->root.directory =
         run->keep_records && app->options.output ? app->options.output : job->output.directory;
     if (o->slices)
         SC_TRY(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_gop_frames(&settings),
-                               job->animation.frames, &run->wanted, &run->wanted_count));
+                               job->animation.frames, &run->root.wanted, &run->root.wanted_count));
     else
-        SC_TRY(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &run->wanted,
-                               &run->wanted_count));
+        SC_TRY(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &run->root.wanted,
+                               &run->root.wanted_count));
     SC_TRY(name_slice(run));
     if (run->keep_records) {
         const sc_store_job store_job = store_job_of(run);
 
-        SC_TRY(
-            sc_store_check(app->ctx, run->directory, &store_job, slice_of(run), store_mode(app)));
+        SC_TRY(sc_store_check(app->ctx, run->root.directory, &store_job, slice_of(run),
+                              store_mode(app)));
         SC_TRY(write_job(run, NULL));
-        status = sc_store_begin(app->ctx, run->directory, &store_job, slice_of(run),
-                                store_mode(app), &run->begun);
+        status = sc_store_begin(app->ctx, run->root.directory, &store_job, slice_of(run),
+                                store_mode(app), &run->root.begun);
     } else {
         status = prepare_video(run);
     }
@@ -474,7 +478,7 @@ out:
     return status;
 }
 
-/* Allocate what every rank needs for its timing records: run->trace and run->spans. */
+/* Allocate what every rank needs for its timing records: run->trace and run->worker.spans. */
 static sc_status allocate_records(sc_run *run)
 {
     const sc_app *app = run->app;
@@ -483,9 +487,9 @@ static sc_status allocate_records(sc_run *run)
     sc_status status = sc_trace_new(app->ctx, events, &run->trace);
 
     if (status == SC_OK)
-        status = sc_alloc(app->ctx, (size_t)app->threads, sizeof *run->spans, &spans);
+        status = sc_alloc(app->ctx, (size_t)app->threads, sizeof *run->worker.spans, &spans);
     if (status == SC_OK)
-        run->spans = spans;
+        run->worker.spans = spans;
     return status;
 }
 
@@ -508,9 +512,9 @@ static sc_status begin_run(sc_run *run, const char *job_path)
     if (first && run->keep_records)
         sc_warn_of_outputs(app, &run->session.job);
     SC_TRY(sc_report_placement(app));
-    run->deadline_s = sc_deadline_s(app);
+    run->clock.deadline_s = sc_deadline_s(app);
     app->trace = run->trace;
-    if (run->begun.may_write)
+    if (run->root.begun.may_write)
         sc_display_watch(app->display, sc_run_watch, run);
     SC_TRY(sc_session_volume(app, &run->session));
     sc_signals_stop_in_order(true);
@@ -522,19 +526,19 @@ static sc_status begin_run(sc_run *run, const char *job_path)
     SC_TRY(sc_comm_agree(app->comm, first && !run->plan.complete ? make_plan(run) : SC_OK));
     status = share_plan(run);
     if (run->plan.complete)
-        run->plan.kept = run->wanted_count;
-    atomic_store(&run->frames_done, run->plan.kept);
+        run->plan.kept = run->root.wanted_count;
+    atomic_store(&run->root.frames_done, run->plan.kept);
     if (first && run->keep_records && !run->plan.complete)
         sc_display_watch(app->display, watch, run);
     if (first && run->plan.sealed)
         sc_info(app->ctx, "%s: the job is complete, and verified; there is nothing to do",
-                run->directory);
+                run->root.directory);
     else if (first && run->plan.complete)
         sc_info(app->ctx, "%s: the job is complete, and verified; only its records are written",
-                run->directory);
+                run->root.directory);
     else if (first && run->plan.kept)
-        sc_info(app->ctx, "%s: %d of %d frames are there, and verified", run->directory,
-                run->plan.kept, run->wanted_count);
+        sc_info(app->ctx, "%s: %d of %d frames are there, and verified", run->root.directory,
+                run->plan.kept, run->root.wanted_count);
 out:
     return status;
 }
@@ -548,9 +552,9 @@ static sc_status run_job(sc_run *run, const char *job_path)
     sc_farm_times times = {0};
     sc_status status, outcome = SC_OK;
 
-    run->job_path = job_path;
-    run->begin_s = sc_wall_s();
-    run->begin_unix_s = (int64_t)time(NULL);
+    run->root.job_path = job_path;
+    run->clock.begin_s = sc_wall_s();
+    run->clock.begin_unix_s = (int64_t)time(NULL);
     run->stop = sc_signals_catch_stop();
     run->give_up = sc_signals_give_up();
     SC_TRY(begin_run(run, job_path));
@@ -588,7 +592,7 @@ sc_status sc_run_measured(sc_app *app, const char *job_path, sc_run_observer *ob
 {
     sc_run run = {.app = app,
                   .keep_records = true,
-                  .begin_cpu_s = sc_cpu_s(),
+                  .clock.begin_cpu_s = sc_cpu_s(),
                   .observe = observe,
                   .observer = user};
 

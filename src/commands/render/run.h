@@ -21,31 +21,27 @@ typedef struct sc_draw_plan {
 /* Called on rank 0 with the record of a run that has ended. */
 typedef void sc_run_observer(void *user, const sc_run_record *record);
 
-/* The state of a run on one rank. */
-typedef struct sc_run {
-    sc_app *app;
-    sc_session session;
-    sc_draw_plan plan;
-    int *frames, *gops;           /* [plan.frame_count], [plan.gop_count]: see sc_farm */
+/* When a run began and has to end. */
+typedef struct sc_run_clock {
     double begin_s, farm_begin_s; /* by sc_wall_s */
     double farm_cpu_s;            /* CPU time of the process before the farm */
     double deadline_s;            /* see sc_deadline_s */
     int64_t begin_unix_s;
-    const atomic_int *stop, *give_up; /* see sc_signals_catch_stop, _give_up */
     double begin_cpu_s; /* CPU time of the process when the run began; 0: the run is all it does */
-    sc_run_observer *observe; /* see sc_run_measured; or NULL */
-    void *observer;
-    sc_trace *trace;
-    bool keep_records; /* write manifest, progress and statistics; otherwise the video alone */
-    /* used by the worker thread that draws */
+} sc_run_clock;
+
+/* Used by the worker thread that draws; from the encoder on by that which encodes GOPs on this
+ * rank: the same, or, if they are gathered, another one. */
+typedef struct sc_run_worker {
     sc_render_span *spans; /* [threads] */
     sc_image gop_image;
-    /* used by the worker thread that encodes GOPs on this rank: the one that draws, or, if they are
-     * gathered, another one */
     sc_encoder *encoder;
     sc_payload gop_pngs;  /* of a gathered GOP, so far: see add_block in run_draw.c */
     double encode_wall_s; /* wall time of encoding GOPs on this rank */
-    /* on rank 0 */
+} sc_run_worker;
+
+/* What only rank 0 knows of a run: its outputs and records. */
+typedef struct sc_run_root {
     const char *job_path;      /* the job file that was given; NULL: none */
     const char *directory;     /* where the outputs go */
     char slice[128];           /* name of the slice; empty: the whole job */
@@ -62,6 +58,22 @@ typedef struct sc_run {
     uint64_t id;            /* see sc_run_record */
     sc_history earlier;     /* what earlier runs have measured; owned */
     bool has_earlier;       /* it was read */
+} sc_run_root;
+
+/* The state of a run on one rank. */
+typedef struct sc_run {
+    sc_app *app;
+    sc_session session;
+    sc_draw_plan plan;
+    int *frames, *gops; /* [plan.frame_count], [plan.gop_count]: see sc_farm */
+    sc_run_clock clock;
+    const atomic_int *stop, *give_up; /* see sc_signals_catch_stop, _give_up */
+    sc_run_observer *observe;         /* see sc_run_measured; or NULL */
+    void *observer;
+    sc_trace *trace;
+    bool keep_records; /* write manifest, progress and statistics; otherwise the video alone */
+    sc_run_worker worker;
+    sc_run_root root;
 } sc_run;
 
 /* ---- cmd_render.c ---- */

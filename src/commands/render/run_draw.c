@@ -176,11 +176,11 @@ static void trace_threads(sc_run *run, int frame)
     sc_renderer *renderer;
 
     for (int r = 0; (renderer = sc_session_renderer(&run->session, r)) != NULL; r++) {
-        sc_renderer_spans(renderer, run->spans);
+        sc_renderer_spans(renderer, run->worker.spans);
         for (int i = 0; i < run->app->threads; i++) {
-            if (run->spans[i].begin_s > 0)
-                sc_trace_add(run->trace, SC_TRACE_DRAW, i, frame, run->spans[i].begin_s,
-                             run->spans[i].end_s);
+            if (run->worker.spans[i].begin_s > 0)
+                sc_trace_add(run->trace, SC_TRACE_DRAW, i, frame, run->worker.spans[i].begin_s,
+                             run->worker.spans[i].end_s);
         }
     }
 }
@@ -266,7 +266,8 @@ static bool should_give_up(const sc_run *run, double begin_s, int done, int coun
         return true;
     if (!*run->stop)
         return false;
-    return run->deadline_s > 0 ? now_s + left_s > run->deadline_s : left_s >= PATIENCE_S;
+    return run->clock.deadline_s > 0 ? now_s + left_s > run->clock.deadline_s
+                                     : left_s >= PATIENCE_S;
 }
 
 /* Make the encoder at the first GOP, and drop what an unfinished GOP left in it. */
@@ -276,10 +277,10 @@ static sc_status open_gop_encoder(sc_run *run)
     const sc_video_settings settings = sc_run_video_settings(job);
     sc_status status = SC_OK;
 
-    if (!run->encoder)
-        status = sc_encoder_open(run->app->ctx, job->output.video, &settings, &run->encoder);
+    if (!run->worker.encoder)
+        status = sc_encoder_open(run->app->ctx, job->output.video, &settings, &run->worker.encoder);
     if (status == SC_OK)
-        sc_encoder_drop(run->encoder);
+        sc_encoder_drop(run->worker.encoder);
     return status;
 }
 
@@ -292,12 +293,12 @@ static sc_status push_frame(sc_run *run, const sc_frame_result *result, const sc
     sc_status status;
 
     sc_signals_expendable(true);
-    status =
-        sc_encoder_push(ctx, run->encoder, sc_encoder_convert(run->encoder, image), result->hash);
+    status = sc_encoder_push(ctx, run->worker.encoder,
+                             sc_encoder_convert(run->worker.encoder, image), result->hash);
     if (status == SC_OK && run->session.job.output.frames == SC_FRAMES_PNG)
         status = add_png(ctx, pngs, image);
     sc_signals_expendable(false);
-    run->encode_wall_s += sc_wall_s() - begin_s;
+    run->worker.encode_wall_s += sc_wall_s() - begin_s;
     sc_trace_add(run->trace, SC_TRACE_ENCODE, run->app->threads, result->frame, begin_s,
                  sc_wall_s());
     return status;
@@ -313,14 +314,14 @@ static sc_status finish_gop(sc_run *run, int first, const sc_payload *pngs, sc_p
     sc_status status;
 
     sc_signals_expendable(true);
-    status = sc_encoder_finish(ctx, run->encoder, run->plan.identity, first, &segment);
+    status = sc_encoder_finish(ctx, run->worker.encoder, run->plan.identity, first, &segment);
     sc_signals_expendable(false);
     if (status != SC_OK)
         goto out;
     SC_TRY(add_block(ctx, &all, segment.data, segment.bytes));
     if (pngs->bytes)
         SC_TRY(add_block(ctx, &all, pngs->data, pngs->bytes));
-    run->encode_wall_s += sc_wall_s() - begin_s;
+    run->worker.encode_wall_s += sc_wall_s() - begin_s;
     *out = all;
     all = (sc_payload){0};
 out:
@@ -329,18 +330,19 @@ out:
     return status;
 }
 
-/* Draw a frame into run->gop_image and encode it; append its PNG file to @p pngs if asked for. */
+/* Draw a frame into run->worker.gop_image and encode it; append its PNG file to @p pngs if asked
+ * for. */
 static sc_status draw_and_push(sc_run *run, int frame, sc_frame_result *result, sc_payload *pngs)
 {
     const double wait_s = result->wait_s;
     sc_status status;
 
     *result = (sc_frame_result){.frame = frame, .wait_s = wait_s};
-    status = draw_rows(run, frame, NULL, &run->gop_image, result);
+    status = draw_rows(run, frame, NULL, &run->worker.gop_image, result);
     if (status != SC_OK)
         return status;
-    result->hash = sc_image_hash(&run->gop_image);
-    return push_frame(run, result, &run->gop_image, pngs);
+    result->hash = sc_image_hash(&run->worker.gop_image);
+    return push_frame(run, result, &run->worker.gop_image, pngs);
 }
 
 sc_status sc_run_draw_gop(void *user, int first, int count, sc_frame_result *results,
@@ -351,8 +353,8 @@ sc_status sc_run_draw_gop(void *user, int first, int count, sc_frame_result *res
     sc_payload pngs = {0};
     sc_status status = SC_OK;
 
-    if (!run->gop_image.rgb)
-        SC_TRY(sc_session_image(run->app, &run->session, &run->gop_image));
+    if (!run->worker.gop_image.rgb)
+        SC_TRY(sc_session_image(run->app, &run->session, &run->worker.gop_image));
     SC_TRY(open_gop_encoder(run));
     for (int i = 0; i < count; i++) {
         if (should_give_up(run, begin_s, i, count))
@@ -376,13 +378,13 @@ sc_status sc_run_encode_frame(void *user, int first, int count, const sc_frame_r
     sc_status status;
 
     if (result->frame == first) {
-        sc_free(run->gop_pngs.data);
-        run->gop_pngs = (sc_payload){0};
+        sc_free(run->worker.gop_pngs.data);
+        run->worker.gop_pngs = (sc_payload){0};
         SC_TRY(open_gop_encoder(run));
     }
-    SC_TRY(push_frame(run, result, image, &run->gop_pngs));
+    SC_TRY(push_frame(run, result, image, &run->worker.gop_pngs));
     if (result->frame == first + count - 1)
-        status = finish_gop(run, first, &run->gop_pngs, out);
+        status = finish_gop(run, first, &run->worker.gop_pngs, out);
 out:
     return status;
 }
@@ -402,7 +404,7 @@ static void note_accepted(sc_run *run, const sc_frame_result *result, double beg
 {
     sc_trace_add(run->trace, SC_TRACE_ENCODE, run->app->threads, result->frame, begin_s,
                  sc_wall_s());
-    run->results[run->result_count++] = *result;
+    run->root.results[run->root.result_count++] = *result;
 }
 
 sc_status sc_run_accept_frame(void *user, const sc_frame_result *result, const sc_image *image)
@@ -413,8 +415,8 @@ sc_status sc_run_accept_frame(void *user, const sc_frame_result *result, const s
     sc_status status;
 
     sc_signals_expendable(true);
-    status = run->store ? sc_store_add_frame(run->app->ctx, run->store, &done, image)
-                        : sc_video_writer_push(run->app->ctx, run->writer, image);
+    status = run->root.store ? sc_store_add_frame(run->app->ctx, run->root.store, &done, image)
+                             : sc_video_writer_push(run->app->ctx, run->root.writer, image);
     sc_signals_expendable(false);
     if (status == SC_OK)
         note_accepted(run, result, begin_s);
@@ -452,7 +454,7 @@ sc_status sc_run_accept_gop(void *user, const sc_frame_result *results, int coun
         }
     }
     sc_signals_expendable(true);
-    status = sc_store_add_gop(ctx, run->store, done, count, &segment, png ? pngs : NULL);
+    status = sc_store_add_gop(ctx, run->root.store, done, count, &segment, png ? pngs : NULL);
     sc_signals_expendable(false);
     if (status != SC_OK)
         goto out;

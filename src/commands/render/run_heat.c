@@ -21,9 +21,9 @@ static bool choose_heat_size(const sc_run *run, int size_px[2])
     const int longer = output_px[0] > output_px[1] ? output_px[0] : output_px[1];
     double cpu_s = 0, rays = 0, limit_s, pixels, side;
 
-    for (int i = 0; i < run->result_count; i++) {
-        cpu_s += run->results[i].render_cpu_s;
-        rays += (double)run->results[i].rays;
+    for (int i = 0; i < run->root.result_count; i++) {
+        cpu_s += run->root.results[i].render_cpu_s;
+        rays += (double)run->root.results[i].rays;
     }
     if (!(cpu_s > 0) || !(rays > 0))
         return false;
@@ -43,11 +43,11 @@ static int typical_frame(const sc_run *run)
     double mean = 0;
     int best = 0;
 
-    for (int i = 0; i < run->result_count; i++)
-        mean += (double)run->results[i].samples / run->result_count;
-    for (int i = 1; i < run->result_count; i++) {
-        if (fabs((double)run->results[i].samples - mean) <
-            fabs((double)run->results[best].samples - mean))
+    for (int i = 0; i < run->root.result_count; i++)
+        mean += (double)run->root.results[i].samples / run->root.result_count;
+    for (int i = 1; i < run->root.result_count; i++) {
+        if (fabs((double)run->root.results[i].samples - mean) <
+            fabs((double)run->root.results[best].samples - mean))
             best = i;
     }
     return best;
@@ -64,13 +64,13 @@ static sc_status draw_heat(const sc_ctx *ctx, sc_run *run, sc_heat *out)
     void *block = NULL;
     sc_status status;
 
-    if (run->observe || run->result_count == 0 || *run->stop || *run->give_up ||
+    if (run->observe || run->root.result_count == 0 || *run->stop || *run->give_up ||
         !choose_heat_size(run, size_px))
         return SC_OK;
     SC_TRY(sc_heat_new(ctx, size_px[0], size_px[1], &heat));
     SC_TRY(sc_alloc(ctx, (size_t)size_px[0] * (size_t)size_px[1], sizeof *counts, &block));
     counts = block;
-    heat.frame = run->results[typical_frame(run)].frame;
+    heat.frame = run->root.results[typical_frame(run)].frame;
     sc_session_counts(&run->session, heat.frame, size_px, counts, &stats);
     heat.cpu_s = stats.cpu_s;
     for (int i = 0; i < size_px[0] * size_px[1]; i++) {
@@ -94,8 +94,8 @@ static sc_status keep_heat(const sc_ctx *ctx, const sc_run *run, const char *pat
     sc_run_stats stats = {0};
     const sc_status status = sc_run_stats_read(ctx, path, &stats);
 
-    if (status == SC_OK && stats.run.job.job == run->store_job.job_hash &&
-        stats.run.job.volume == run->store_job.volume_hash) {
+    if (status == SC_OK && stats.run.job.job == run->root.store_job.job_hash &&
+        stats.run.job.volume == run->root.store_job.volume_hash) {
         *out = stats.heat;
         stats.heat = (sc_heat){0};
     }
@@ -109,7 +109,8 @@ void sc_run_draw_heat(sc_run *run, const char *path, sc_heat *out)
     const sc_ctx silent = {.alloc_budget = run->app->ctx->alloc_budget};
     sc_status status = draw_heat(&silent, run, out);
 
-    if (status == SC_OK && out->width_px == 0 && run->result_count == 0 && run->app->options.resume)
+    if (status == SC_OK && out->width_px == 0 && run->root.result_count == 0 &&
+        run->app->options.resume)
         status = keep_heat(&silent, run, path, out);
     if (status != SC_OK)
         sc_warn(run->app->ctx, "the picture of the work of each pixel was not made: %s",

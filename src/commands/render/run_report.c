@@ -15,8 +15,8 @@ static sc_status record_path(const sc_ctx *ctx, const sc_run *run, const char *n
                              const char *ending, char **out)
 {
     sc_text text = {0};
-    sc_status status = sc_text_add(ctx, &text, "%s/%s%s%s.%s", run->directory, name,
-                                   run->slice[0] ? "." : "", run->slice, ending);
+    sc_status status = sc_text_add(ctx, &text, "%s/%s%s%s.%s", run->root.directory, name,
+                                   run->root.slice[0] ? "." : "", run->root.slice, ending);
 
     if (status == SC_OK)
         *out = text.data;
@@ -39,7 +39,7 @@ static sc_status write_status(const sc_run *run, const sc_ctx *ctx,
 void sc_run_on_progress(void *user, int done, int total)
 {
     sc_run *run = user;
-    const int before = atomic_exchange(&run->frames_done, run->plan.kept + done);
+    const int before = atomic_exchange(&run->root.frames_done, run->plan.kept + done);
 
     (void)total;
     sc_stage_add(run->app->ctx, (uint64_t)(run->plan.kept + done - before));
@@ -53,9 +53,9 @@ void sc_run_watch(void *user, const sc_stage_view *view)
     const sc_progress_report report = {.state = "running",
                                        .phase = view->text,
                                        .phase_share = view->share,
-                                       .done = atomic_load(&run->frames_done),
-                                       .total = run->wanted_count,
-                                       .elapsed_s = sc_wall_s() - run->begin_s,
+                                       .done = atomic_load(&run->root.frames_done),
+                                       .total = run->root.wanted_count,
+                                       .elapsed_s = sc_wall_s() - run->clock.begin_s,
                                        .frames_per_s = draws ? view->rate : 0,
                                        .remaining_s = view->left_s};
 
@@ -66,15 +66,15 @@ void sc_run_watch(void *user, const sc_stage_view *view)
 
 sc_status sc_run_write_state(sc_run *run, sc_status outcome)
 {
-    const double elapsed_s = sc_wall_s() - run->begin_s;
+    const double elapsed_s = sc_wall_s() - run->clock.begin_s;
     const sc_progress_report report = {
         .state = outcome == SC_OK               ? "complete"
                  : outcome == SC_ERR_INCOMPLETE ? "incomplete"
                                                 : "failed",
-        .done = run->plan.kept + run->result_count,
-        .total = run->wanted_count,
+        .done = run->plan.kept + run->root.result_count,
+        .total = run->root.wanted_count,
         .elapsed_s = elapsed_s,
-        .frames_per_s = elapsed_s > 0 ? run->result_count / elapsed_s : 0,
+        .frames_per_s = elapsed_s > 0 ? run->root.result_count / elapsed_s : 0,
     };
 
     return run->keep_records ? write_status(run, run->app->ctx, &report) : SC_OK;
@@ -83,9 +83,9 @@ sc_status sc_run_write_state(sc_run *run, sc_status outcome)
 void sc_run_fill_phases(sc_run *run, const sc_farm_times *times)
 {
     sc_rank_record *r = &run->session.times;
-    const double farm_cpu_s = sc_cpu_s() - run->farm_cpu_s;
-    const sc_store_times store =
-        run->store ? sc_store_time(run->store) : (sc_store_times){times->accept_wall_s, 0};
+    const double farm_cpu_s = sc_cpu_s() - run->clock.farm_cpu_s;
+    const sc_store_times store = run->root.store ? sc_store_time(run->root.store)
+                                                 : (sc_store_times){times->accept_wall_s, 0};
     /* The CPU time of the encoder's own threads cannot be measured by itself: it is what is left of
      * the CPU time that the process used during the farm. */
     const double rest_cpu_s = farm_cpu_s - times->render_cpu_s - times->gather_cpu_s;
@@ -94,7 +94,7 @@ void sc_run_fill_phases(sc_run *run, const sc_farm_times *times)
     r->phases[SC_PHASE_GATHER] = (sc_phase_time){times->gather_wall_s, times->gather_cpu_s};
     r->phases[SC_PHASE_IDLE].wall_s += times->idle_s;
     r->phases[SC_PHASE_ENCODE] =
-        (sc_phase_time){run->encode_wall_s, rest_cpu_s > 0 ? rest_cpu_s : 0};
+        (sc_phase_time){run->worker.encode_wall_s, rest_cpu_s > 0 ? rest_cpu_s : 0};
     if (sc_comm_rank(run->app->comm) == 0) {
         r->phases[SC_PHASE_ENCODE].wall_s += store.encode_wall_s;
         r->phases[SC_PHASE_WRITE].wall_s = store.write_wall_s;
@@ -102,7 +102,7 @@ void sc_run_fill_phases(sc_run *run, const sc_farm_times *times)
     r->accept_wall_s = times->accept_wall_s;
     r->farm_idle_s = times->idle_s;
     r->peak_rss_bytes = sc_peak_rss_since();
-    r->cpu_s = sc_cpu_s() - run->begin_cpu_s;
+    r->cpu_s = sc_cpu_s() - run->clock.begin_cpu_s;
     sc_host_name(r->host);
 }
 
@@ -177,16 +177,16 @@ static int is_stats_of_slice(const struct dirent *entry)
 /* Add to @p history what the statistics of all slices in the directory hold. */
 static sc_status read_slices(const sc_run *run, sc_history *history)
 {
-    const sc_job_hashes job = {run->store_job.job_hash, run->store_job.volume_hash};
+    const sc_job_hashes job = {run->root.store_job.job_hash, run->root.store_job.volume_hash};
     struct dirent **entries;
-    const int count = scandir(run->directory, &entries, is_stats_of_slice, alphasort);
+    const int count = scandir(run->root.directory, &entries, is_stats_of_slice, alphasort);
     sc_status status = SC_OK;
 
     for (int i = 0; i < count; i++) {
         char *path = NULL;
 
         if (status == SC_OK)
-            status = sc_path_join(run->app->ctx, run->directory, entries[i]->d_name, &path);
+            status = sc_path_join(run->app->ctx, run->root.directory, entries[i]->d_name, &path);
         if (status == SC_OK)
             status = sc_history_read(run->app->ctx, path, &job, history);
         sc_free(path);
@@ -206,7 +206,7 @@ static void drop_lost_frames(const sc_run *run, sc_history *history)
     for (int i = 0; i < history->frame_count; i++) {
         const int frame = history->frames[i].result.frame;
 
-        if (frame < run->store_job.frames && sc_store_has(run->store, frame))
+        if (frame < run->root.store_job.frames && sc_store_has(run->root.store, frame))
             history->frames[kept++] = history->frames[i];
     }
     history->frame_count = kept;
@@ -219,18 +219,19 @@ static sc_status add_unmeasured(const sc_run *run, sc_history *history, int from
     int count = 0, known = 0;
     sc_frame_result *frames;
     void *block;
-    sc_status status = sc_alloc(run->app->ctx, (size_t)run->wanted_count, sizeof *frames, &block);
+    sc_status status =
+        sc_alloc(run->app->ctx, (size_t)run->root.wanted_count, sizeof *frames, &block);
 
     if (status != SC_OK)
         return status;
     frames = block;
-    for (int i = 0; i < run->wanted_count; i++) {
-        const int k = run->wanted[i];
-        const sc_done_frame *done = sc_store_done(run->store, k);
+    for (int i = 0; i < run->root.wanted_count; i++) {
+        const int k = run->root.wanted[i];
+        const sc_done_frame *done = sc_store_done(run->root.store, k);
 
         while (known < history->frame_count && history->frames[known].result.frame < k)
             known++;
-        if (!done || !sc_store_has(run->store, k) ||
+        if (!done || !sc_store_has(run->root.store, k) ||
             (known < history->frame_count && history->frames[known].result.frame == k))
             continue;
         frames[count++] = (sc_frame_result){
@@ -241,21 +242,21 @@ static sc_status add_unmeasured(const sc_run *run, sc_history *history, int from
     return status;
 }
 
-/* Read into run->earlier, once and before the first frame, what earlier runs have measured of
+/* Read into run->root.earlier, once and before the first frame, what earlier runs have measured of
  * frames that are there: from the statistics @p path, and for the whole job from those of slices.
  * Does nothing without --resume. */
 static sc_status read_history(sc_run *run, const char *path)
 {
-    const sc_job_hashes job = {run->store_job.job_hash, run->store_job.volume_hash};
-    sc_history *history = &run->earlier;
+    const sc_job_hashes job = {run->root.store_job.job_hash, run->root.store_job.volume_hash};
+    sc_history *history = &run->root.earlier;
     int last;
     sc_status status = SC_OK;
 
-    if (run->has_earlier || !run->app->options.resume)
+    if (run->root.has_earlier || !run->app->options.resume)
         return SC_OK;
     SC_TRY(sc_history_read(run->app->ctx, path, &job, history));
     last = history->run_count - 1;
-    if (!run->slice[0])
+    if (!run->root.slice[0])
         SC_TRY(read_slices(run, history));
     drop_lost_frames(run, history);
     /* Each run puts itself into the statistics before it draws. So frames of which they say nothing
@@ -263,7 +264,7 @@ static sc_status read_history(sc_run *run, const char *path)
     if (last >= 0 && (last != history->run_count - 1 || history->runs[last].ended))
         last = -1;
     SC_TRY(add_unmeasured(run, history, last));
-    run->has_earlier = true;
+    run->root.has_earlier = true;
 out:
     return status;
 }
@@ -282,7 +283,7 @@ static sc_status write_run(sc_run *run, sc_run_record *record)
     if (status != SC_OK && status != SC_ERR_DATA)
         goto out;
     record->settings = settings.data; /* NULL if a path is not UTF-8, so that JSON cannot hold it */
-    record->earlier = &run->earlier;
+    record->earlier = &run->root.earlier;
     status = sc_run_write(run->app->ctx, record, json, csv);
     record->settings = NULL;
     record->earlier = NULL;
@@ -345,11 +346,11 @@ static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *
         .kernel = sc_renderer_kernel(sc_session_renderer(&run->session, 0))->cpu,
         .mpi = texts->mpi,
         .batch_job = sc_batch_job(),
-        .id = run->id,
+        .id = run->root.id,
         .ranks = sc_comm_size(run->app->comm),
         .nodes = sc_comm_node_count(run->app->comm),
-        .job = {run->store_job.job_hash, run->store_job.volume_hash},
-        .begin_unix_s = run->begin_unix_s,
+        .job = {run->root.store_job.job_hash, run->root.store_job.volume_hash},
+        .begin_unix_s = run->clock.begin_unix_s,
         .volume_bytes = (uint64_t)(job->phase_count ? run->session.inputs->count : 1) *
                         (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
                         (uint64_t)volume->size[2] * (uint64_t)volume->label_bytes,
@@ -394,8 +395,8 @@ static void write_page(const sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
     const sc_job *job = &run->session.job;
-    const sc_report_run page = {.directory = run->directory,
-                                .slice = run->slice[0] ? run->slice : NULL,
+    const sc_report_run page = {.directory = run->root.directory,
+                                .slice = run->root.slice[0] ? run->root.slice : NULL,
                                 .title = job->output.title,
                                 .video = job->output.video,
                                 .png = job->output.frames == SC_FRAMES_PNG,
@@ -418,7 +419,7 @@ out:
         (void)unlink(path);
     if (status != SC_OK)
         sc_warn(ctx, "the page with the report was not made: %s; `segcast report %s` makes it",
-                error, run->directory);
+                error, run->root.directory);
     sc_text_clear(&text);
     sc_free(path);
 }
@@ -434,9 +435,9 @@ sc_status sc_run_begin_records(sc_run *run)
 
     clock_gettime(CLOCK_REALTIME, &now);
     sc_host_name(run->session.times.host);
-    run->id = sc_hash_bytes(run->session.times.host, strlen(run->session.times.host),
-                            (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec);
-    run->id ^= (uint64_t)getpid() << 32;
+    run->root.id = sc_hash_bytes(run->session.times.host, strlen(run->session.times.host),
+                                 (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec);
+    run->root.id ^= (uint64_t)getpid() << 32;
     if (!run->keep_records || run->plan.complete)
         return SC_OK;
     SC_TRY(gather_ranks(run, &all));
@@ -464,18 +465,19 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
 
     describe_run(run, &texts, &record);
     record.ended = true;
-    record.wall_s = sc_wall_s() - run->begin_s;
+    record.wall_s = sc_wall_s() - run->clock.begin_s;
     record.farm_wall_s = times->wall_s;
-    record.frames = run->results;
-    record.frame_count = run->result_count;
+    record.frames = run->root.results;
+    record.frame_count = run->root.result_count;
     SC_TRY(gather_ranks(run, &all));
     record.rank_records = all;
     if (run->keep_records)
         SC_TRY(sc_comm_agree(app->comm, gather_trace(run, all)));
     if (!first)
         goto out;
-    if (run->results)
-        qsort(run->results, (size_t)run->result_count, sizeof *run->results, by_frame);
+    if (run->root.results)
+        qsort(run->root.results, (size_t)run->root.result_count, sizeof *run->root.results,
+              by_frame);
     if (run->keep_records) {
         SC_TRY(record_path(app->ctx, run, "stats", "json", &path));
         sc_run_draw_heat(run, path, &heat);

@@ -20,6 +20,16 @@ typedef struct sc_cell_info {
 
 enum { SC_STUDY_PARTS = 32, SC_STUDY_FRAMES_MAX = 10000 };
 
+/* The session of the cell that was measured last. */
+typedef struct sc_held_session {
+    sc_app app; /* with its communicator */
+    sc_session session;
+    bool is_here;        /* this rank has one */
+    bool is_anywhere;    /* the ranks of its communicator have one */
+    int cell;            /* its number */
+    sc_rank_record load; /* what loading its volume took */
+} sc_held_session;
+
 /* A study on one rank. */
 typedef struct sc_study_state {
     sc_app *app;       /* of all ranks */
@@ -33,13 +43,7 @@ typedef struct sc_study_state {
         sc_comm *comm; /* NULL: this rank is not in it */
     } parts[SC_STUDY_PARTS];
     int part_count;
-    /* the session of the cell that was measured last, with its communicator */
-    sc_app held_app;
-    sc_session held;
-    bool holds;           /* this rank has one */
-    bool is_held;         /* the ranks of its communicator have one */
-    int held_cell;        /* its number */
-    sc_rank_record load;  /* what loading its volume took */
+    sc_held_session held;
     bool whole_jobs;      /* see SC_STUDY_JOB */
     sc_counters counters; /* of this rank */
     /* on rank 0 */

@@ -143,46 +143,47 @@ out:
 /* Close the session that is held, on the ranks that have one. */
 static void drop_held(sc_study_state *state)
 {
-    if (state->holds)
-        sc_session_clear(&state->held);
-    state->holds = false;
-    state->is_held = false;
+    if (state->held.is_here)
+        sc_session_clear(&state->held.session);
+    state->held.is_here = false;
+    state->held.is_anywhere = false;
 }
 
 /* Does the held session have the volume that @p cell needs, on the same ranks and threads? The same
  * on all ranks. */
 static bool can_keep_volume(const sc_study_state *state, int cell)
 {
-    const sc_cell_info *held = &state->cells[state->held_cell], *info = &state->cells[cell];
+    const sc_cell_info *held = &state->cells[state->held.cell], *info = &state->cells[cell];
 
-    return state->is_held && held->volume_key == info->volume_key && held->ranks == info->ranks &&
-           held->threads == info->threads && held->placement == info->placement;
+    return state->held.is_anywhere && held->volume_key == info->volume_key &&
+           held->ranks == info->ranks && held->threads == info->threads &&
+           held->placement == info->placement;
 }
 
-/* Fill state->held with the session of @p cell, with the volume of the one before if that is the
- * same. @param keeps can_keep_volume. Collective on the ranks of the cell. */
+/* Fill state->held.session with the session of @p cell, with the volume of the one before if that
+ * is the same. @param keeps can_keep_volume. Collective on the ranks of the cell. */
 static sc_status open_session(visit *v, int cell, bool keeps)
 {
     sc_study_state *state = v->state;
     const char *job = state->study.job[0] ? state->study.job : NULL;
-    sc_session before = state->held;
+    sc_session before = state->held.session;
     double wall_s, cpu_s;
     sc_status status = SC_OK;
 
-    state->held = (sc_session){0};
+    state->held.session = (sc_session){0};
     if (sc_comm_rank(v->app->comm) == 0)
         status = sc_study_cell_options(state, cell, &v->app->options);
     SC_TRY(sc_comm_agree(v->app->comm, status));
-    SC_TRY(sc_session_job(v->app, job, &state->held));
+    SC_TRY(sc_session_job(v->app, job, &state->held.session));
     if (keeps) {
-        sc_session_move_inputs(&before, &state->held);
+        sc_session_move_inputs(&before, &state->held.session);
     } else {
-        SC_TRY(sc_session_load(v->app, &state->held));
-        state->load = state->held.times;
+        SC_TRY(sc_session_load(v->app, &state->held.session));
+        state->held.load = state->held.session.times;
     }
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
-    SC_TRY(sc_session_scene(v->app, &state->held));
+    SC_TRY(sc_session_scene(v->app, &state->held.session));
     v->derive_s = sc_wall_s() - wall_s;
     v->derive_cpu_s = sc_cpu_s() - cpu_s;
 out:
@@ -242,7 +243,7 @@ static sc_status report(visit *v, int cell, const sc_study_way *way, int passes,
                         sc_measurement *out)
 {
     const sc_app *app = v->app;
-    const sc_phase_time *phases = v->state->load.phases;
+    const sc_phase_time *phases = v->state->held.load.phases;
     const int ranks = sc_comm_size(app->comm);
     const bool first = sc_comm_rank(app->comm) == 0;
     void *all = NULL;
@@ -392,9 +393,9 @@ void sc_study_release(sc_study_state *state)
 static sc_status measure_on(sc_study_state *state, sc_comm *part, int cell, const sc_study_way *way,
                             bool keeps, sc_measurement *out)
 {
-    sc_app *app = &state->held_app;
+    sc_app *app = &state->held.app;
     sc_ctx ctx = *state->app->ctx;
-    visit v = {.state = state, .app = app, .session = &state->held};
+    visit v = {.state = state, .app = app, .session = &state->held.session};
     int passes;
     sc_status status;
 
@@ -413,7 +414,7 @@ static sc_status measure_on(sc_study_state *state, sc_comm *part, int cell, cons
         status = measure_job(state, app, cell, way, out);
         goto told;
     }
-    state->holds = true;
+    state->held.is_here = true;
     SC_TRY(open_session(&v, cell, keeps));
     sc_signals_stop_in_order(true);
     SC_TRY(share_frames(&v));
@@ -442,8 +443,8 @@ sc_status sc_study_measure(sc_study_state *state, int cell, const sc_study_way *
     SC_TRY(find_part(state, info, &part));
     status = part ? measure_on(state, part, cell, way, keeps, out) : SC_OK;
     status = sc_comm_agree(state->app->comm, status);
-    state->is_held = !state->whole_jobs;
-    state->held_cell = cell;
+    state->held.is_anywhere = !state->whole_jobs;
+    state->held.cell = cell;
 out:
     return status;
 }
