@@ -42,18 +42,14 @@ static sc_status find_corners(const sc_app *app, const sc_session *session, sc_v
 {
     const int phases = sc_session_phase_count(session);
     size_t labels = 0, found = 0;
-    void *block;
-    sc_status status;
 
     for (int i = 0; i < phases; i++)
         labels += (size_t)sc_session_phase_volume(session, i)->label_count;
-    SC_TRY(sc_alloc(app->ctx, labels * 8, sizeof **out, &block));
-    *out = block;
+    SC_PASS(SC_ALLOC(app->ctx, labels * 8, out));
     for (int i = 0; i < phases; i++)
         found += list_corners(session, sc_session_phase_volume(session, i), *out + found);
     *count = found;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Refuse a job whose render.cpu names a variant that this build or this processor lacks. */
@@ -68,18 +64,14 @@ static sc_status check_cpu(const sc_app *app, const sc_job *job)
  * resolved, unless it is a title card. */
 static sc_status check_shot(sc_app *app, sc_session *shot)
 {
-    sc_vec3 *corners = NULL;
+    SC_OWN(sc_free_at) sc_vec3 *corners = NULL;
     size_t count;
-    sc_status status = SC_OK;
 
     if (shot->tissues) {
-        SC_TRY(find_corners(app, shot, &corners, &count));
-        SC_TRY(sc_session_timeline(app, shot, corners, count));
+        SC_PASS(find_corners(app, shot, &corners, &count));
+        SC_PASS(sc_session_timeline(app, shot, corners, count));
     }
-    status = sc_session_letter(app, shot);
-out:
-    sc_free(corners);
-    return status;
+    return sc_session_letter(app, shot);
 }
 
 /* The same of a comparison, whose volumes have been inspected. */
@@ -114,22 +106,19 @@ out:
 /* Check all of a job that depends on its volumes, which have been inspected. */
 static sc_status check_shots(sc_app *app, sc_session *session)
 {
-    sc_status status;
-
     if (session->job.has_compare) {
-        SC_TRY(sc_compare_inspect(app, app->options.fast, session));
+        SC_PASS(sc_compare_inspect(app, app->options.fast, session));
         return check_compare(app, session);
     }
     if (session->job.shot_count) /* those of all shots, not only of the first that has any */
-        SC_TRY(sc_check_tissues(app->ctx, &session->job, session->volume.labels,
-                                session->volume.label_count));
-    SC_TRY(sc_film_open(app, session));
+        SC_PASS(sc_check_tissues(app->ctx, &session->job, session->volume.labels,
+                                 session->volume.label_count));
+    SC_PASS(sc_film_open(app, session));
     if (!session->film)
-        SC_TRY(sc_session_tissues(app, session));
+        SC_PASS(sc_session_tissues(app, session));
     for (int i = 0; i < sc_film_shot_count(session); i++)
-        SC_TRY(check_shot(app, sc_film_shot(session, i)));
-out:
-    return status;
+        SC_PASS(check_shot(app, sc_film_shot(session, i)));
+    return SC_OK;
 }
 
 /* Print the size of each volume that is compared. */
@@ -209,10 +198,9 @@ static sc_status check_logo(const sc_app *app, const sc_job *job)
 /* Check a job against its volumes and images. @return as check_all. */
 static sc_status check_volumes(sc_app *app, sc_session *session)
 {
-    sc_status status = sc_session_inspect_all(app, app->options.fast, session);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_session_inspect_all(app, app->options.fast, session));
     status = check_shots(app, session);
     if (!session->compare)
         note(&status, sc_session_check_grey(app, session));

@@ -19,13 +19,11 @@ typedef struct wish {
 /* Take the names of --tissue apart at commas. */
 static sc_status read_tissues(const sc_ctx *ctx, const char *tissues, wish *w)
 {
-    sc_status status;
-
     if (!tissues || !tissues[0] || tissues[0] == ',')
         return sc_fail(ctx, SC_ERR_USAGE,
                        "no tissue: give one as --tissue NAME, or several with commas between them; "
                        "`segcast info VOLUME` lists those of a volume");
-    SC_TRY(sc_text_add(ctx, &w->text, "%s", tissues));
+    SC_PASS(sc_text_add(ctx, &w->text, "%s", tissues));
     for (char *at = w->text.data; at;) {
         char *comma = strchr(at, ',');
 
@@ -41,8 +39,7 @@ static sc_status read_tissues(const sc_ctx *ctx, const char *tissues, wish *w)
         at = comma;
     }
     w->line.patterns = w->patterns;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Read three numbers with commas between them. */
@@ -69,10 +66,9 @@ static sc_status read_point(const sc_ctx *ctx, const char *option, const char *t
 static sc_status read_wish(const sc_app *app, wish *w)
 {
     const sc_options *o = &app->options;
-    sc_status status;
 
     *w = (wish){.line = {.clearance = SC_CLEARANCE, .where = ""}};
-    SC_TRY(read_tissues(app->ctx, o->tissue, w));
+    SC_PASS(read_tissues(app->ctx, o->tissue, w));
     if (o->end && !o->begin)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--end needs --begin: a line that ends at a point has to begin at one");
@@ -85,12 +81,11 @@ static sc_status read_wish(const sc_app *app, wish *w)
                        "--middles needs two tissues or more: --tissue A,B leads from the middle of "
                        "A to that of B");
     if (o->begin)
-        SC_TRY(read_point(app->ctx, "--begin", o->begin, &w->through[w->line.through_count++]));
+        SC_PASS(read_point(app->ctx, "--begin", o->begin, &w->through[w->line.through_count++]));
     if (o->end)
-        SC_TRY(read_point(app->ctx, "--end", o->end, &w->through[w->line.through_count++]));
+        SC_PASS(read_point(app->ctx, "--end", o->end, &w->through[w->line.through_count++]));
     w->line.through = w->through;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Choose the format by --to, or by the ending of the file: JSON, or else CSV. */
@@ -114,31 +109,27 @@ static sc_status add_number(const sc_ctx *ctx, double value, const char *after, 
 /* Append the line as CSV, or as JSON. */
 static sc_status print_line(const sc_ctx *ctx, const sc_centerline *line, bool json, sc_text *text)
 {
-    sc_status status;
-
     if (json)
-        SC_TRY(
+        SC_PASS(
             sc_text_add(ctx, text,
                         "{\"schema\": \"segcast-path-1\", \"length_mm\": %.10g, \"pieces\": %d,\n"
                         " \"columns\": [\"x_mm\", \"y_mm\", \"z_mm\", \"radius_mm\"],\n"
                         " \"points\": [\n",
                         line->length_mm, line->parts));
     else
-        SC_TRY(sc_text_add(ctx, text, "x_mm,y_mm,z_mm,radius_mm\n"));
+        SC_PASS(sc_text_add(ctx, text, "x_mm,y_mm,z_mm,radius_mm\n"));
     for (size_t i = 0; i < line->count; i++) {
         const sc_centerline_point *p = &line->points[i];
         const char *end = !json ? "\n" : i + 1 < line->count ? "],\n" : "]\n";
 
         if (json)
-            SC_TRY(sc_text_add(ctx, text, "  ["));
-        SC_TRY(add_number(ctx, p->at_mm.x, json ? ", " : ",", text));
-        SC_TRY(add_number(ctx, p->at_mm.y, json ? ", " : ",", text));
-        SC_TRY(add_number(ctx, p->at_mm.z, json ? ", " : ",", text));
-        SC_TRY(add_number(ctx, p->radius_mm, end, text));
+            SC_PASS(sc_text_add(ctx, text, "  ["));
+        SC_PASS(add_number(ctx, p->at_mm.x, json ? ", " : ",", text));
+        SC_PASS(add_number(ctx, p->at_mm.y, json ? ", " : ",", text));
+        SC_PASS(add_number(ctx, p->at_mm.z, json ? ", " : ",", text));
+        SC_PASS(add_number(ctx, p->radius_mm, end, text));
     }
-    status = json ? sc_text_add(ctx, text, " ]\n}\n") : SC_OK;
-out:
-    return status;
+    return json ? sc_text_add(ctx, text, " ]\n}\n") : SC_OK;
 }
 
 sc_status sc_convert_line(sc_app *app)

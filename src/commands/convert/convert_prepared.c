@@ -14,14 +14,13 @@ static sc_status find_opacity(const sc_app *app, const sc_job *job, const sc_pre
 {
     const sc_ctx silent = {.rank = 0};
     const size_t labels = (size_t)view->label_count;
-    void *tissues = NULL, *opacity = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) void *tissues = NULL, *opacity = NULL;
 
-    SC_TRY(sc_zalloc(app->ctx, labels, sizeof(sc_tissue), &tissues));
-    SC_TRY(sc_zalloc(app->ctx, labels, sizeof(float), &opacity));
+    SC_PASS(sc_zalloc(app->ctx, labels, sizeof(sc_tissue), &tissues));
+    SC_PASS(sc_zalloc(app->ctx, labels, sizeof(float), &opacity));
     if (sc_transfer_resolve(&silent, view, job->rules, job->rule_count,
                             (sc_opacity_rule)job->render.auto_opacity, tissues) != SC_OK)
-        goto out;
+        return SC_OK;
     for (int id = 1; id < view->label_count; id++) {
         const sc_tissue *tissue = (const sc_tissue *)tissues + id;
 
@@ -29,10 +28,7 @@ static sc_status find_opacity(const sc_app *app, const sc_job *job, const sc_pre
     }
     *out = opacity;
     opacity = NULL;
-out:
-    sc_free(opacity);
-    sc_free(tissues);
-    return status;
+    return SC_OK;
 }
 
 /* Prepare the volume of a session, which may be that of a phase, and write it to @p path. For
@@ -100,19 +96,16 @@ static sc_status find_path(const series *s, int phase, sc_text *text)
 static sc_status prepare_phase(series *s, int phase)
 {
     sc_session one;
-    sc_text name = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text name = {0};
 
     sc_stage_turn(s->app->ctx, phase * s->each + 1, s->count * s->each);
-    SC_TRY(find_path(s, phase * s->each, &name));
+    SC_PASS(find_path(s, phase * s->each, &name));
     sc_session_begin_phase(s->session, phase, &one);
     one.is_later_phase = false; /* each file has colours, so that it can be used alone */
-    SC_TRY(prepare_file(s->app, &one, name.data, &s->opacity));
+    SC_PASS(prepare_file(s->app, &one, name.data, &s->opacity));
     s->session->drawn = one.drawn;
     s->session->drawn_known = one.drawn_known;
-out:
-    sc_text_clear(&name);
-    return status;
+    return SC_OK;
 }
 
 /* Map the file of a phase that was prepared. Caller owns *out and *bytes: sc_file_unmap. */
@@ -207,23 +200,16 @@ out:
 sc_status sc_convert_prepared(sc_app *app, const char *job)
 {
     const char *path = app->options.output;
-    sc_session session = {0};
-    float *opacity = NULL;
-    sc_status status;
+    SC_OWN(sc_session_clear) sc_session session = {0};
+    SC_OWN(sc_free_at) float *opacity = NULL;
 
     if (!job) {
-        SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
-        SC_TRY(sc_expect_series(app));
+        SC_PASS(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+        SC_PASS(sc_expect_series(app));
     }
-    SC_TRY(sc_session_job(app, job, &session));
-    if (session.job.phase_count) {
-        status = prepare_phases(app, &session, path);
-        goto out;
-    }
-    SC_TRY(check_input(app, &session, session.job.volume, path));
-    status = prepare_file(app, &session, path, &opacity);
-out:
-    sc_free(opacity);
-    sc_session_clear(&session);
-    return status;
+    SC_PASS(sc_session_job(app, job, &session));
+    if (session.job.phase_count)
+        return prepare_phases(app, &session, path);
+    SC_PASS(check_input(app, &session, session.job.volume, path));
+    return prepare_file(app, &session, path, &opacity);
 }

@@ -36,7 +36,6 @@ static sc_status conclude(const sc_app *app, job_plan *plan)
                                  .ranks = o->ranks,
                                  .threads = o->threads};
     const int run_count = o->nodes ? 1 : RUNS;
-    sc_status status = SC_OK;
 
     plan->draw_cpu_s = plan->probe.draw_cpu_s * job->animation.frames;
     plan->encode_cpu_s = sc_plan_encode_cpu_s(job, &plan->probe);
@@ -44,12 +43,10 @@ static sc_status conclude(const sc_app *app, job_plan *plan)
     for (int i = 0; i < run_count; i++) {
         plan->runs[i] = sc_plan_run_on(job, &plan->probe, o->nodes ? o->nodes : usual_nodes[i],
                                        o->ranks ? o->ranks : 1, cores, o->threads);
-        SC_TRY(sc_plan_simulate(app->ctx, job, &plan->probe, &plan->costs, cores, &plan->runs[i]));
+        SC_PASS(sc_plan_simulate(app->ctx, job, &plan->probe, &plan->costs, cores, &plan->runs[i]));
     }
     plan->disk = sc_plan_disk_of(job, &plan->probe, plan->runs[0].threads);
-    status = sc_plan_scale_to(app->ctx, job, &plan->probe, &plan->costs, &nodes, &plan->scale);
-out:
-    return status;
+    return sc_plan_scale_to(app->ctx, job, &plan->probe, &plan->costs, &nodes, &plan->scale);
 }
 
 /* @return the CPU seconds of the whole job. */

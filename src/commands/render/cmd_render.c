@@ -51,16 +51,12 @@ static sc_status name_slice(sc_run *run)
  * the text says the same wherever it is read from, and after the directory was moved. */
 static sc_status add_resolved_job(const sc_run *run, sc_text *text)
 {
-    void *copy;
-    sc_status status = sc_alloc(run->app->ctx, 1, sizeof(sc_job), &copy);
+    SC_OWN(sc_free_at) void *copy = NULL;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(run->app->ctx, 1, sizeof(sc_job), &copy));
     memcpy(copy, &run->session.job, sizeof(sc_job));
     strcpy(((sc_job *)copy)->output.directory, ".");
-    status = sc_job_write(run->app->ctx, copy, false, text);
-    sc_free(copy);
-    return status;
+    return sc_job_write(run->app->ctx, copy, false, text);
 }
 
 /* Set *out to whether job.yaml in the directory of the run is the very file that was given. */
@@ -81,33 +77,26 @@ static sc_status is_job_given(const sc_run *run, bool *out)
 static sc_status write_job(const sc_run *run, sc_store *store)
 {
     const sc_ctx *ctx = run->app->ctx;
-    sc_text text = {0};
-    char *path = NULL, *given = NULL;
+    SC_OWN(sc_text_clear) sc_text text = {0};
+    SC_OWN(sc_free_at) char *path = NULL, *given = NULL;
     size_t bytes = 0;
     bool is_given;
-    sc_status status;
 
-    SC_TRY(add_resolved_job(run, &text));
-    SC_TRY(sc_path_join(ctx, run->directory, "job.yaml", &path));
-    SC_TRY(is_job_given(run, &is_given));
+    SC_PASS(add_resolved_job(run, &text));
+    SC_PASS(sc_path_join(ctx, run->directory, "job.yaml", &path));
+    SC_PASS(is_job_given(run, &is_given));
     if (is_given && run->app->options.overwrite) {
-        SC_TRY(sc_file_read(ctx, path, (size_t)64 << 20, &given, &bytes));
-        if (bytes != text.length_bytes || memcmp(given, text.data, bytes) != 0) {
-            status = sc_fail(ctx, SC_ERR_CREATE,
-                             "%s: is the job that was given, and --overwrite would replace it by "
-                             "the job as resolved; copy it to another place first, or choose "
-                             "another directory with -o",
-                             path);
-            goto out;
-        }
+        SC_PASS(sc_file_read(ctx, path, (size_t)64 << 20, &given, &bytes));
+        if (bytes != text.length_bytes || memcmp(given, text.data, bytes) != 0)
+            return sc_fail(ctx, SC_ERR_CREATE,
+                           "%s: is the job that was given, and --overwrite would replace it by "
+                           "the job as resolved; copy it to another place first, or choose "
+                           "another directory with -o",
+                           path);
     }
     if (store && (!is_given || run->app->options.overwrite))
-        status = sc_store_write_job(ctx, store, text.data, text.length_bytes);
-out:
-    sc_text_clear(&text);
-    sc_free(given);
-    sc_free(path);
-    return status;
+        return sc_store_write_job(ctx, store, text.data, text.length_bytes);
+    return SC_OK;
 }
 
 /* @return what the store has to know of the job, without its hashes; texts are borrowed. */
@@ -128,22 +117,20 @@ static sc_status open_store(sc_run *run)
 {
     const sc_session *s = &run->session;
     sc_store_job *job = &run->store_job;
-    sc_status status;
 
     *job = store_job_of(run);
-    SC_TRY(is_job_given(run, &job->keeps_job));
+    SC_PASS(is_job_given(run, &job->keeps_job));
     job->volume_hash = sc_session_volume_hash(s);
-    SC_TRY(sc_run_hash_job(run, &job->job_hash));
-    SC_TRY(sc_store_open(run->app->ctx, run->directory, job, run->wanted, run->wanted_count,
-                         slice_of(run), store_mode(run->app), &run->store));
+    SC_PASS(sc_run_hash_job(run, &job->job_hash));
+    SC_PASS(sc_store_open(run->app->ctx, run->directory, job, run->wanted, run->wanted_count,
+                          slice_of(run), store_mode(run->app), &run->store));
     sc_store_begun_clear(&run->begun); /* now it is the store's */
     run->plan.complete = sc_store_is_complete(run->store);
     run->plan.sealed = sc_store_is_sealed(run->store);
     run->plan.identity = sc_store_identity(run->store);
     if (!run->plan.sealed)
-        status = write_job(run, run->store);
-out:
-    return status;
+        return write_job(run, run->store);
+    return SC_OK;
 }
 
 /* Open the store or, without records, the video writer. On rank 0. */
@@ -153,20 +140,17 @@ static sc_status open_outputs(sc_run *run)
     const sc_job *job = &run->session.job;
     sc_video_settings settings = sc_run_video_settings(job);
     void *results;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)run->wanted_count + 1, sizeof *run->results, &results));
+    SC_PASS(sc_zalloc(ctx, (size_t)run->wanted_count + 1, sizeof *run->results, &results));
     run->results = results;
     if (sc_run_has_video(job) && !run->video_path)
-        SC_TRY(sc_path_join(ctx, run->directory, job->output.video, &run->video_path));
+        SC_PASS(sc_path_join(ctx, run->directory, job->output.video, &run->video_path));
     if (run->keep_records)
         return open_store(run);
     settings.version = sc_version();
     settings.volume_hash = sc_session_volume_hash(&run->session);
-    SC_TRY(sc_run_hash_job(run, &settings.job_hash));
-    status = sc_video_writer_open(ctx, run->video_path, &settings, &run->writer);
-out:
-    return status;
+    SC_PASS(sc_run_hash_job(run, &settings.job_hash));
+    return sc_video_writer_open(ctx, run->video_path, &settings, &run->writer);
 }
 
 /* ---- the plan ---- */
@@ -236,15 +220,13 @@ static sc_status share_plan(sc_run *run)
 {
     sc_app *app = run->app;
     void *frames = run->frames, *gops = run->gops;
-    sc_status status;
 
     sc_comm_broadcast(app->comm, &run->plan, sizeof run->plan);
-    SC_TRY(sc_broadcast_array(app, &frames, (size_t)run->plan.frame_count, sizeof(int)));
+    SC_PASS(sc_broadcast_array(app, &frames, (size_t)run->plan.frame_count, sizeof(int)));
     run->frames = frames;
-    SC_TRY(sc_broadcast_array(app, &gops, (size_t)run->plan.gop_count, sizeof(int)));
+    SC_PASS(sc_broadcast_array(app, &gops, (size_t)run->plan.gop_count, sizeof(int)));
     run->gops = gops;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- the run ---- */
@@ -275,18 +257,15 @@ static sc_status finish_outputs(sc_run *run, sc_status outcome)
 static sc_status close_outputs(sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
-    sc_status status = SC_OK;
 
     if (!run->store)
         return SC_OK;
     if (run->slice[0]) {
-        SC_TRY(sc_store_end_slice(ctx, run->store));
-        SC_TRY(sc_store_finish(ctx, run->store, &run->missing));
+        SC_PASS(sc_store_end_slice(ctx, run->store));
+        SC_PASS(sc_store_finish(ctx, run->store, &run->missing));
     }
     run->plan.complete = sc_store_is_complete(run->store);
-    status = sc_store_seal(ctx, run->store);
-out:
-    return status;
+    return sc_store_seal(ctx, run->store);
 }
 
 /* Has another run begun in the directory meanwhile, or completed the job? Its records must stay. */
@@ -414,15 +393,12 @@ static void report_outcome(const sc_run *run, sc_status outcome)
 static sc_status prepare_video(sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
-    sc_status status;
 
-    SC_TRY(sc_path_join(ctx, run->directory, run->session.job.output.video, &run->video_path));
-    SC_TRY(sc_make_directory(ctx, run->directory));
+    SC_PASS(sc_path_join(ctx, run->directory, run->session.job.output.video, &run->video_path));
+    SC_PASS(sc_make_directory(ctx, run->directory));
     if (run->app->options.overwrite) /* what runs that were killed have left beside the video */
         sc_remove_temporaries(run->directory, false);
-    status = sc_check_output(run->app, &run->session, run->video_path, true);
-out:
-    return status;
+    return sc_check_output(run->app, &run->session, run->video_path, true);
 }
 
 /* Refuse options that exclude each other. @return the first mistake; all are logged. */
@@ -446,32 +422,30 @@ static sc_status prepare_run(sc_run *run)
 {
     const sc_app *app = run->app;
     const sc_job *job = &run->session.job;
-    sc_status status;
     const sc_options *o = &app->options;
     const sc_video_settings settings = sc_run_video_settings(job);
 
     run->directory =
         run->keep_records && app->options.output ? app->options.output : job->output.directory;
     if (o->slices)
-        SC_TRY(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_gop_frames(&settings),
-                               job->animation.frames, &run->wanted, &run->wanted_count));
+        SC_PASS(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_gop_frames(&settings),
+                                job->animation.frames, &run->wanted, &run->wanted_count));
     else
-        SC_TRY(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &run->wanted,
-                               &run->wanted_count));
-    SC_TRY(name_slice(run));
+        SC_PASS(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &run->wanted,
+                                &run->wanted_count));
+    SC_PASS(name_slice(run));
     if (run->keep_records) {
         const sc_store_job store_job = store_job_of(run);
 
-        SC_TRY(
+        SC_PASS(
             sc_store_check(app->ctx, run->directory, &store_job, slice_of(run), store_mode(app)));
-        SC_TRY(write_job(run, NULL));
-        status = sc_store_begin(app->ctx, run->directory, &store_job, slice_of(run),
-                                store_mode(app), &run->begun);
+        SC_PASS(write_job(run, NULL));
+        return sc_store_begin(app->ctx, run->directory, &store_job, slice_of(run), store_mode(app),
+                              &run->begun);
     } else {
-        status = prepare_video(run);
+        return prepare_video(run);
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Allocate what every rank needs for its timing records: run->trace and run->spans. */

@@ -41,16 +41,14 @@ out:
 /* Append to @p text where verbs bring the camera: to tissues that are chosen by their names. */
 static sc_status add_moves(const sc_ctx *ctx, const sc_timeline *t, sc_text *text)
 {
-    sc_status status = SC_OK;
-
-    for (int i = 0; i < t->animation.move_count && status == SC_OK; i++) {
+    for (int i = 0; i < t->animation.move_count; i++) {
         const sc_move *m = &t->moves[i];
 
-        status = sc_text_add(ctx, text, "%d %.17g %.17g %.17g %.17g %.17g\n", (int)m->verb.kind,
-                             m->target_mm.x, m->target_mm.y, m->target_mm.z, m->distance_mm,
-                             m->half_height);
+        SC_PASS(sc_text_add(ctx, text, "%d %.17g %.17g %.17g %.17g %.17g\n", (int)m->verb.kind,
+                            m->target_mm.x, m->target_mm.y, m->target_mm.z, m->distance_mm,
+                            m->half_height));
     }
-    return status;
+    return SC_OK;
 }
 
 /* @return the planes that cut a tissue, as bits; of key frames, those of the first. */
@@ -69,13 +67,12 @@ static uint32_t planes_of(const sc_session *s, int id)
 static sc_status add_spans(const sc_ctx *ctx, const sc_session *s, int id, sc_text *text)
 {
     const sc_clip_set *set = &s->timeline.clip_sets[s->tissues[id].clip_set];
-    sc_status status = SC_OK;
 
-    for (int i = 0; i < s->timeline.animation.sweep_count && status == SC_OK; i++) {
+    for (int i = 0; i < s->timeline.animation.sweep_count; i++) {
         if (s->timeline.animation.sweeps[i].except_count)
-            status = sc_text_add(ctx, text, "%llx\n", (unsigned long long)set->spares[i]);
+            SC_PASS(sc_text_add(ctx, text, "%llx\n", (unsigned long long)set->spares[i]));
     }
-    return status;
+    return SC_OK;
 }
 
 /* Append to @p text how each tissue looks and which planes cut it. Both may follow from names in a
@@ -108,22 +105,20 @@ static sc_status add_columns(const sc_ctx *ctx, const sc_session *s, sc_text *te
 {
     const sc_track *steps = &s->job.color_columns.steps;
     const int count = s->volume.label_count;
-    sc_status status = SC_OK;
 
     if (!s->column_values)
         return SC_OK;
     for (int i = 0; i < steps->count; i++) {
         const sc_ease *ease = &steps->keys[i].ease;
 
-        SC_TRY(sc_text_add(ctx, text, "%.17g %d %.17g %.17g %.17g %.17g\n", steps->keys[i].at,
-                           (int)ease->kind, ease->bezier[0], ease->bezier[1], ease->bezier[2],
-                           ease->bezier[3]));
+        SC_PASS(sc_text_add(ctx, text, "%.17g %d %.17g %.17g %.17g %.17g\n", steps->keys[i].at,
+                            (int)ease->kind, ease->bezier[0], ease->bezier[1], ease->bezier[2],
+                            ease->bezier[3]));
         for (int id = 1; id < count; id++)
-            SC_TRY(sc_text_add(ctx, text, "%.17g %d\n", s->column_values[i * count + id],
-                               s->tissues[id].color_by_rule));
+            SC_PASS(sc_text_add(ctx, text, "%.17g %d\n", s->column_values[i * count + id],
+                                s->tissues[id].color_by_rule));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Append to @p text what the pictures of a job without shots, or of one shot, follow from beside
@@ -131,42 +126,37 @@ out:
 static sc_status add_shot(const sc_ctx *ctx, const sc_session *s, sc_text *text)
 {
     const sc_lettering *letters = s->lettering;
-    sc_status status = SC_OK;
 
     if (s->tissues) /* it is no title card */
-        SC_TRY(add_tissues(ctx, s, text));
-    SC_TRY(add_fades(ctx, s, text));
-    SC_TRY(add_shifts(ctx, s, text));
-    SC_TRY(add_moves(ctx, &s->timeline, text));
+        SC_PASS(add_tissues(ctx, s, text));
+    SC_PASS(add_fades(ctx, s, text));
+    SC_PASS(add_shifts(ctx, s, text));
+    SC_PASS(add_moves(ctx, &s->timeline, text));
     if (s->scale.is_used) /* which the colour bar shows */
-        SC_TRY(sc_text_add(ctx, text, "%.17g %.17g\n", s->scale.low, s->scale.high));
-    SC_TRY(add_columns(ctx, s, text));
+        SC_PASS(sc_text_add(ctx, text, "%.17g %.17g\n", s->scale.low, s->scale.high));
+    SC_PASS(add_columns(ctx, s, text));
     if (s->grey.codes)
-        SC_TRY(sc_text_add(ctx, text, "%llx %.17g %.17g\n", (unsigned long long)s->grey_hash,
-                           s->grey_window.level, s->grey_window.width));
+        SC_PASS(sc_text_add(ctx, text, "%llx %.17g %.17g\n", (unsigned long long)s->grey_hash,
+                            s->grey_window.level, s->grey_window.width));
     if (s->logo.rgb)
-        SC_TRY(sc_text_add(ctx, text, "%llx\n", (unsigned long long)sc_image_hash(&s->logo)));
+        SC_PASS(sc_text_add(ctx, text, "%llx\n", (unsigned long long)sc_image_hash(&s->logo)));
     if (letters) /* their pixels, which follow from the font */
-        SC_TRY(sc_text_add(ctx, text, "%llx\n",
-                           (unsigned long long)sc_hash_bytes(letters, letters->bytes, 0)));
-out:
-    return status;
+        SC_PASS(sc_text_add(ctx, text, "%llx\n",
+                            (unsigned long long)sc_hash_bytes(letters, letters->bytes, 0)));
+    return SC_OK;
 }
 
 sc_status sc_run_hash_job(sc_run *run, uint64_t *out)
 {
     const sc_ctx *ctx = run->app->ctx;
     const sc_session *part;
-    sc_text text = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    SC_TRY(sc_job_write(ctx, &run->session.job, true, &text));
+    SC_PASS(sc_job_write(ctx, &run->session.job, true, &text));
     for (int i = 0; i < sc_film_shot_count(&run->session); i++)
-        SC_TRY(add_shot(ctx, sc_film_shot(&run->session, i), &text));
+        SC_PASS(add_shot(ctx, sc_film_shot(&run->session, i), &text));
     for (int i = 0; (part = sc_compare_part(&run->session, i)) != NULL; i++)
-        SC_TRY(add_shot(ctx, part, &text));
+        SC_PASS(add_shot(ctx, part, &text));
     *out = sc_hash_bytes(text.data, text.length_bytes, 0);
-out:
-    sc_text_clear(&text);
-    return status;
+    return SC_OK;
 }

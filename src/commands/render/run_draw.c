@@ -55,13 +55,10 @@ sc_status sc_run_check_encoder(const sc_ctx *ctx, const sc_job *job)
     static const double gib = 1024.0 * 1024 * 1024;
     const sc_video_settings settings = sc_run_video_settings(job);
     const double bytes = sc_video_encoder_bytes_least(job->output.video, &settings);
-    sc_status status;
 
     if (!sc_run_has_video(job))
         return SC_OK;
-    status = sc_video_check_encoder(ctx, job->output.video, settings.codec);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_video_check_encoder(ctx, job->output.video, settings.codec));
     if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
         return SC_OK;
     return sc_fail(
@@ -213,10 +210,8 @@ static sc_status add_block(const sc_ctx *ctx, sc_payload *payload, const void *d
 {
     const uint64_t size = bytes;
     void *grown;
-    sc_status status = sc_alloc(ctx, payload->bytes + sizeof size + bytes, 1, &grown);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, payload->bytes + sizeof size + bytes, 1, &grown));
     if (payload->bytes)
         memcpy(grown, payload->data, payload->bytes);
     memcpy((char *)grown + payload->bytes, &size, sizeof size);
@@ -245,14 +240,11 @@ static bool next_block(const sc_payload *payload, size_t *at, sc_segment *out)
 /* Append the PNG file of @p image as a block. */
 static sc_status add_png(const sc_ctx *ctx, sc_payload *payload, const sc_image *image)
 {
-    char *data;
+    SC_OWN(sc_free_at) char *data = NULL;
     size_t bytes;
-    sc_status status = sc_image_compress_png(ctx, image, "a frame in memory", &data, &bytes);
 
-    if (status == SC_OK)
-        status = add_block(ctx, payload, data, bytes);
-    free(data);
-    return status;
+    SC_PASS(sc_image_compress_png(ctx, image, "a frame in memory", &data, &bytes));
+    return add_block(ctx, payload, data, bytes);
 }
 
 /* Has a signal come, and would the GOP be finished too late? @param done how many of its @p count
@@ -333,12 +325,9 @@ out:
 static sc_status draw_and_push(sc_run *run, int frame, sc_frame_result *result, sc_payload *pngs)
 {
     const double wait_s = result->wait_s;
-    sc_status status;
 
     *result = (sc_frame_result){.frame = frame, .wait_s = wait_s};
-    status = draw_rows(run, frame, NULL, &run->gop_image, result);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(draw_rows(run, frame, NULL, &run->gop_image, result));
     result->hash = sc_image_hash(&run->gop_image);
     return push_frame(run, result, &run->gop_image, pngs);
 }
@@ -373,18 +362,16 @@ sc_status sc_run_encode_frame(void *user, int first, int count, const sc_frame_r
                               const sc_image *image, sc_payload *out)
 {
     sc_run *run = user;
-    sc_status status;
 
     if (result->frame == first) {
         sc_free(run->gop_pngs.data);
         run->gop_pngs = (sc_payload){0};
-        SC_TRY(open_gop_encoder(run));
+        SC_PASS(open_gop_encoder(run));
     }
-    SC_TRY(push_frame(run, result, image, &run->gop_pngs));
+    SC_PASS(push_frame(run, result, image, &run->gop_pngs));
     if (result->frame == first + count - 1)
-        status = finish_gop(run, first, &run->gop_pngs, out);
-out:
-    return status;
+        return finish_gop(run, first, &run->gop_pngs, out);
+    return SC_OK;
 }
 
 /* ---- rank 0 ---- */

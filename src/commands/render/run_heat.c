@@ -60,15 +60,14 @@ static sc_status draw_heat(const sc_ctx *ctx, sc_run *run, sc_heat *out)
     int size_px[2];
     sc_march_counters *counts;
     sc_render_stats stats;
-    sc_heat heat = {0};
-    void *block = NULL;
-    sc_status status;
+    SC_OWN(sc_heat_clear) sc_heat heat = {0};
+    SC_OWN(sc_free_at) void *block = NULL;
 
     if (run->observe || run->result_count == 0 || *run->stop || *run->give_up ||
         !choose_heat_size(run, size_px))
         return SC_OK;
-    SC_TRY(sc_heat_new(ctx, size_px[0], size_px[1], &heat));
-    SC_TRY(sc_alloc(ctx, (size_t)size_px[0] * (size_t)size_px[1], sizeof *counts, &block));
+    SC_PASS(sc_heat_new(ctx, size_px[0], size_px[1], &heat));
+    SC_PASS(sc_alloc(ctx, (size_t)size_px[0] * (size_t)size_px[1], sizeof *counts, &block));
     counts = block;
     heat.frame = run->results[typical_frame(run)].frame;
     sc_session_counts(&run->session, heat.frame, size_px, counts, &stats);
@@ -81,10 +80,7 @@ static sc_status draw_heat(const sc_ctx *ctx, sc_run *run, sc_heat *out)
         *out = heat;
         heat = (sc_heat){0};
     }
-out:
-    sc_free(block);
-    sc_heat_clear(&heat);
-    return status;
+    return SC_OK;
 }
 
 /* Take over the heat picture of an earlier run on the job, if the stats.json under @p path has one.

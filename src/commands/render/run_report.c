@@ -27,13 +27,10 @@ static sc_status record_path(const sc_ctx *ctx, const sc_run *run, const char *n
 static sc_status write_status(const sc_run *run, const sc_ctx *ctx,
                               const sc_progress_report *report)
 {
-    char *path = NULL;
-    sc_status status = record_path(ctx, run, "status", "json", &path);
+    SC_OWN(sc_free_at) char *path = NULL;
 
-    if (status == SC_OK)
-        status = sc_progress_write(ctx, path, report);
-    sc_free(path);
-    return status;
+    SC_PASS(record_path(ctx, run, "status", "json", &path));
+    return sc_progress_write(ctx, path, report);
 }
 
 void sc_run_on_progress(void *user, int done, int total)
@@ -117,14 +114,11 @@ static int by_frame(const void *a, const void *b)
 static sc_status write_trace(sc_run *run, const sc_rank_record *records, const void *events,
                              const size_t *counts, size_t stride)
 {
-    char *path = NULL;
-    sc_status status = record_path(run->app->ctx, run, "trace", "json", &path);
+    SC_OWN(sc_free_at) char *path = NULL;
 
-    if (status == SC_OK)
-        status = sc_trace_write(run->app->ctx, path, sc_comm_size(run->app->comm), records, events,
-                                counts, stride);
-    sc_free(path);
-    return status;
+    SC_PASS(record_path(run->app->ctx, run, "trace", "json", &path));
+    return sc_trace_write(run->app->ctx, path, sc_comm_size(run->app->comm), records, events,
+                          counts, stride);
 }
 
 /* Gather the trace events of all ranks on rank 0, which writes trace.json. @p records is NULL on
@@ -218,11 +212,9 @@ static sc_status add_unmeasured(const sc_run *run, sc_history *history, int from
 {
     int count = 0, known = 0;
     sc_frame_result *frames;
-    void *block;
-    sc_status status = sc_alloc(run->app->ctx, (size_t)run->wanted_count, sizeof *frames, &block);
+    SC_OWN(sc_free_at) void *block = NULL;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(run->app->ctx, (size_t)run->wanted_count, sizeof *frames, &block));
     frames = block;
     for (int i = 0; i < run->wanted_count; i++) {
         const int k = run->wanted[i];
@@ -236,9 +228,7 @@ static sc_status add_unmeasured(const sc_run *run, sc_history *history, int from
         frames[count++] = (sc_frame_result){
             .frame = k, .rank = done->rank, .render_cpu_s = done->render_cpu_s, .hash = done->hash};
     }
-    status = sc_history_add(run->app->ctx, history, frames, count, from);
-    sc_free(block);
-    return status;
+    return sc_history_add(run->app->ctx, history, frames, count, from);
 }
 
 /* Read into run->earlier, once and before the first frame, what earlier runs have measured of
@@ -249,23 +239,21 @@ static sc_status read_history(sc_run *run, const char *path)
     const sc_job_hashes job = {run->store_job.job_hash, run->store_job.volume_hash};
     sc_history *history = &run->earlier;
     int last;
-    sc_status status = SC_OK;
 
     if (run->has_earlier || !run->app->options.resume)
         return SC_OK;
-    SC_TRY(sc_history_read(run->app->ctx, path, &job, history));
+    SC_PASS(sc_history_read(run->app->ctx, path, &job, history));
     last = history->run_count - 1;
     if (!run->slice[0])
-        SC_TRY(read_slices(run, history));
+        SC_PASS(read_slices(run, history));
     drop_lost_frames(run, history);
     /* Each run puts itself into the statistics before it draws. So frames of which they say nothing
      * were drawn by the last run of this file if it was killed, unless a slice may have done it. */
     if (last >= 0 && (last != history->run_count - 1 || history->runs[last].ended))
         last = -1;
-    SC_TRY(add_unmeasured(run, history, last));
+    SC_PASS(add_unmeasured(run, history, last));
     run->has_earlier = true;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Write stats.json and frames.csv, with what earlier runs have measured. On rank 0. */
@@ -455,10 +443,9 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_run_record record;
     record_texts texts;
-    sc_heat heat = {0};
-    char *path = NULL;
-    void *all = NULL;
-    sc_status status;
+    SC_OWN(sc_heat_clear) sc_heat heat = {0};
+    SC_OWN(sc_free_at) char *path = NULL;
+    SC_OWN(sc_free_at) void *all = NULL;
 
     describe_run(run, &texts, &record);
     record.ended = true;
@@ -466,29 +453,25 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
     record.farm_wall_s = times->wall_s;
     record.frames = run->results;
     record.frame_count = run->result_count;
-    SC_TRY(gather_ranks(run, &all));
+    SC_PASS(gather_ranks(run, &all));
     record.rank_records = all;
     if (run->keep_records)
-        SC_TRY(sc_comm_agree(app->comm, gather_trace(run, all)));
+        SC_PASS(sc_comm_agree(app->comm, gather_trace(run, all)));
     if (!first)
-        goto out;
+        return SC_OK;
     if (run->results)
         qsort(run->results, (size_t)run->result_count, sizeof *run->results, by_frame);
     if (run->keep_records) {
-        SC_TRY(record_path(app->ctx, run, "stats", "json", &path));
+        SC_PASS(record_path(app->ctx, run, "stats", "json", &path));
         sc_run_draw_heat(run, path, &heat);
         record.heat = &heat;
-        SC_TRY(write_run(run, &record));
+        SC_PASS(write_run(run, &record));
     }
     if (run->keep_records)
         write_page(run);
     if (run->observe)
         run->observe(run->observer, &record);
     else
-        status = sc_run_summarise(app->ctx, &record);
-out:
-    sc_free(path);
-    sc_heat_clear(&heat);
-    sc_free(all);
-    return status;
+        return sc_run_summarise(app->ctx, &record);
+    return SC_OK;
 }

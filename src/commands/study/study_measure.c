@@ -82,16 +82,15 @@ static sc_status draw_once(visit *v, int count)
                           .user = v};
     sc_farm_times times = {0};
     double wall_s, cpu_s, energy_j, instructions, memory_bytes;
-    sc_status status;
 
     v->hash = 0;
-    SC_TRY(sc_comm_agree(v->app->comm, SC_OK)); /* all begin at the same time */
+    SC_PASS(sc_comm_agree(v->app->comm, SC_OK)); /* all begin at the same time */
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
     energy_j = sc_energy_j();
     instructions = sc_counters_instructions(&v->state->counters);
     memory_bytes = sc_counters_memory_bytes(&v->state->counters);
-    SC_TRY(sc_comm_agree(v->app->comm, sc_farm_run(v->app->ctx, v->app->comm, &farm, &times)));
+    SC_PASS(sc_comm_agree(v->app->comm, sc_farm_run(v->app->ctx, v->app->comm, &farm, &times)));
     v->wall_s += sc_wall_s() - wall_s;
     v->energy_j += sc_energy_j() - energy_j;
     v->times.cpu_s += sc_cpu_s() - cpu_s;
@@ -104,8 +103,7 @@ static sc_status draw_once(visit *v, int count)
     v->times.idle_s += times.idle_s;
     v->times.gather_s += times.gather_wall_s;
     v->accept_s += times.accept_wall_s;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Forget what has been added up. */
@@ -121,21 +119,19 @@ static void begin_counting(visit *v)
 static sc_status draw_passes(visit *v, const sc_study_way *way, int *passes)
 {
     int32_t count;
-    sc_status status;
 
     *passes = 1;
     if (way->pilot)
         return draw_once(v, 1);
-    SC_TRY(draw_once(v, 1)); /* warms up caches and threads; not counted */
+    SC_PASS(draw_once(v, 1)); /* warms up caches and threads; not counted */
     begin_counting(v);
-    SC_TRY(draw_once(v, v->frame_count));
+    SC_PASS(draw_once(v, v->frame_count));
     count = v->wall_s < SC_MEASURED_S ? (int32_t)(SC_MEASURED_S / (v->wall_s + 1e-6)) : 0;
     count = count < PASSES_MAX ? count : PASSES_MAX - 1;
     sc_comm_broadcast(v->app->comm, &count, sizeof count);
     for (; *passes <= count; ++*passes)
-        SC_TRY(draw_once(v, v->frame_count));
-out:
-    return status;
+        SC_PASS(draw_once(v, v->frame_count));
+    return SC_OK;
 }
 
 /* ---- the session ---- */
@@ -361,7 +357,6 @@ out:
 static sc_status find_part(sc_study_state *state, const sc_cell_info *info, sc_comm **out)
 {
     const sc_ctx *ctx = state->app->ctx;
-    sc_status status;
 
     for (int i = 0; i < state->part_count; i++) {
         if (state->parts[i].ranks == info->ranks && state->parts[i].placement == info->placement) {
@@ -371,9 +366,7 @@ static sc_status find_part(sc_study_state *state, const sc_cell_info *info, sc_c
     }
     if (state->part_count == SC_STUDY_PARTS)
         sc_study_release(state);
-    status = sc_comm_part(ctx, state->app->comm, info->ranks, (sc_comm_choice)info->placement, out);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_comm_part(ctx, state->app->comm, info->ranks, (sc_comm_choice)info->placement, out));
     state->parts[state->part_count].ranks = info->ranks;
     state->parts[state->part_count].placement = info->placement;
     state->parts[state->part_count++].comm = *out;
