@@ -28,9 +28,8 @@ static sc_status teem_error(const sc_ctx *ctx, const char *path, int error)
     }
     if (line[0] == '[' && strstr(line, ": ")) /* "[nrrd] function: reason" */
         line = strstr(line, ": ") + 2;
-    if (error == ENOMEM) {
+    if (error == ENOMEM)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory while the NRRD was read", path);
-    }
     return sc_fail(ctx, SC_ERR_DATA, "%s: not a readable NRRD: %.*s", path,
                    (int)strcspn(line, "\n"), line);
 }
