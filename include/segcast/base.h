@@ -50,6 +50,20 @@ typedef enum sc_status {
             goto out;                                                                              \
     } while (0)
 
+/** Call a function that can fail; on an error return its code. For functions that have nothing to
+ *  free then. */
+#define SC_PASS(call)                                                                              \
+    do {                                                                                           \
+        const sc_status code_ = (call);                                                            \
+        if (code_ != SC_OK)                                                                        \
+            return code_;                                                                          \
+    } while (0)
+
+/** Marks local variables that own what @p clear frees: it is called with their address when the
+ *  function is left, however that happens, the last one first. They have to be initialised; who
+ *  passes on what one of them owns, zeroes it. */
+#define SC_OWN(clear) __attribute__((cleanup(clear)))
+
 /** Number of elements of an array; wrong for a pointer. */
 #define SC_COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
 
@@ -143,13 +157,31 @@ void sc_once_end(const sc_once *once, const char *what);
 bool sc_mul_size(size_t a, size_t b, size_t *out);
 
 /** Allocate @p count elements of @p size bytes, aligned to 64 bytes (a cache line, and the widest
- *  vector register), not initialised. @return SC_ERR_MEMORY, logged: the size overflows, or there
- * is no memory. Caller owns *out: sc_free. */
-SC_MUST_USE sc_status sc_alloc(const sc_ctx *ctx, size_t count, size_t size, void **out);
+ *  vector register), not initialised. @param out the address of a pointer of any type, which gets
+ *  the block. @return SC_ERR_MEMORY, logged: the size overflows, or there is no memory. Caller owns
+ *  *out: sc_free. */
+SC_MUST_USE sc_status sc_alloc(const sc_ctx *ctx, size_t count, size_t size, void *out);
 /** As sc_alloc, with all bytes 0. */
-SC_MUST_USE sc_status sc_zalloc(const sc_ctx *ctx, size_t count, size_t size, void **out);
-/** Free what sc_alloc has given. NULL is allowed. */
+SC_MUST_USE sc_status sc_zalloc(const sc_ctx *ctx, size_t count, size_t size, void *out);
+/** sc_alloc and sc_zalloc for an array of what the pointer at @p out points to. */
+#define SC_ALLOC(ctx, count, out) sc_alloc(ctx, count, sizeof **(out), out)
+#define SC_ZALLOC(ctx, count, out) sc_zalloc(ctx, count, sizeof **(out), out)
+/** Give the array of sc_alloc at @p array, the address of a pointer of any type, room for @p room
+ *  elements of @p size bytes; its first @p count are kept, the others are not initialised. The
+ * array may be NULL, and may move. @return SC_ERR_MEMORY, nothing changed. */
+SC_MUST_USE sc_status sc_resize(const sc_ctx *ctx, size_t count, size_t room, size_t size,
+                                void *array);
+/** Let the array have room for one element more than the @p count that are used: nothing to do, or
+ *  twice as much as *room. @return as sc_resize. */
+SC_MUST_USE sc_status sc_grow(const sc_ctx *ctx, size_t count, size_t *room, size_t size,
+                              void *array);
+/** Both for an array of what the pointer at @p array points to. */
+#define SC_RESIZE(ctx, count, room, array) sc_resize(ctx, count, room, sizeof **(array), array)
+#define SC_GROW(ctx, count, room, array) sc_grow(ctx, count, room, sizeof **(array), array)
+/** Free what sc_alloc or malloc has given. NULL is allowed. */
 void sc_free(void *ptr);
+/** The same for what the pointer of any type points to that is at @p pointer. For SC_OWN. */
+void sc_free_at(void *pointer);
 
 /** A text that grows. Zero-initialise; ends with a NUL byte after the first sc_text_add. Owns its
  *  memory: sc_text_clear, or sc_free on data, which may be passed on. */

@@ -166,6 +166,9 @@ typedef struct sc_run_record {
     bool from_prepared;      /**< the volume was mapped from a prepared file, as it was */
 } sc_run_record;
 
+/** @return the times of a phase: on the clock those of the rank that took longest, of CPUs the sum
+ *  over all ranks. */
+sc_phase_time sc_run_phase(const sc_run_record *run, int phase);
 /** @return the largest of the ranks' render times (wall) over their mean, minus 1: 0 is perfect
  *  balance, or nothing was drawn. */
 double sc_run_imbalance(const sc_run_record *run);

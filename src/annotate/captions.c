@@ -82,14 +82,12 @@ int sc_break_lines(const char *text, sc_font *font, double size_px, double width
 static sc_status add_lines(const sc_ctx *ctx, int index, sc_text_line *lines, int count,
                            sc_line_list *list)
 {
-    sc_status status = SC_OK;
-
-    for (int i = 0; i < count && status == SC_OK; i++) {
+    for (int i = 0; i < count; i++) {
         lines[i].kind = SC_WORD_CAPTION;
         lines[i].number = index * SC_CAPTION_LINES_MAX + i;
-        status = sc_add_line(ctx, list, &lines[i]);
+        SC_PASS(sc_add_line(ctx, list, &lines[i]));
     }
-    return status;
+    return SC_OK;
 }
 
 /* @return how high the lines of a caption may be in all. */

@@ -48,7 +48,6 @@ sc_status sc_add_card(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,
 {
     sc_text_line lines[LINES];
     int count = 0;
-    sc_status status = SC_OK;
 
     for (double scale = 1; scale >= SMALLEST && !count; scale *= 0.93)
         count = layout(a, font, scale, lines);
@@ -58,9 +57,9 @@ sc_status sc_add_card(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,
                        "pixels; expected lines that fill at most %g%% of its height; shorten it",
                        a->card->where, a->card->where[0] ? ": " : "", a->within.width_px,
                        a->within.height_px, 100 * HEIGHT);
-    for (int i = 0; i < count && status == SC_OK; i++)
-        status = sc_add_line(ctx, list, &lines[i]);
-    return status;
+    for (int i = 0; i < count; i++)
+        SC_PASS(sc_add_line(ctx, list, &lines[i]));
+    return SC_OK;
 }
 
 void sc_draw_card(sc_drawing *d)

@@ -20,13 +20,10 @@ static sc_status add_text(const sc_ctx *ctx, int number, const char *text, doubl
                           sc_line_list *list)
 {
     sc_text_line line = {.kind = SC_WORD_COLOR_BAR, .number = number, .size_px = size_px};
-    sc_status status;
 
-    SC_TRY(sc_keep_text(ctx, list, text, &line.text));
+    SC_PASS(sc_keep_text(ctx, list, text, &line.text));
     line.bytes = strlen(line.text);
-    status = sc_add_line(ctx, list, &line);
-out:
-    return status;
+    return sc_add_line(ctx, list, &line);
 }
 
 /* Write a value with so many digits. */
@@ -54,19 +51,17 @@ static sc_status add_values(const sc_ctx *ctx, const sc_color_scale *scale, doub
     const double values[] = {scale->low, scale->low / 2 + scale->high / 2, scale->high};
     char texts[3][VALUE_BYTES];
     int digits = 3;
-    sc_status status;
 
     do {
         for (int i = 0; i < 3; i++)
             print_value(values[i], digits, texts[i]);
     } while ((!strcmp(texts[0], texts[1]) || !strcmp(texts[1], texts[2])) && digits++ < DIGITS);
-    SC_TRY(add_text(ctx, SC_BAR_LOW, texts[0], size_px, list));
+    SC_PASS(add_text(ctx, SC_BAR_LOW, texts[0], size_px, list));
     if (scale->low < scale->high) {
-        SC_TRY(add_text(ctx, SC_BAR_MIDDLE, texts[1], size_px, list));
-        SC_TRY(add_text(ctx, SC_BAR_HIGH, texts[2], size_px, list));
+        SC_PASS(add_text(ctx, SC_BAR_MIDDLE, texts[1], size_px, list));
+        SC_PASS(add_text(ctx, SC_BAR_HIGH, texts[2], size_px, list));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Refuse a title with characters that cannot be drawn. */
@@ -116,16 +111,14 @@ sc_status sc_add_color_bar(const sc_ctx *ctx, const sc_annotations *a, sc_font *
 {
     const sc_color_scale *scale = a->scale;
     const double size_px = fmax(LEAST_PX, SIZE * sc_text_px(a));
-    sc_status status;
 
-    SC_TRY(check_title(ctx, scale->title));
+    SC_PASS(check_title(ctx, scale->title));
     if (scale->title[0])
-        SC_TRY(add_title(ctx, a, font, size_px, list));
-    SC_TRY(add_values(ctx, scale, size_px, list));
+        SC_PASS(add_title(ctx, a, font, size_px, list));
+    SC_PASS(add_values(ctx, scale, size_px, list));
     if (scale->lacks_some)
-        status = add_text(ctx, SC_BAR_MISSING, "no value", size_px, list);
-out:
-    return status;
+        return add_text(ctx, SC_BAR_MISSING, "no value", size_px, list);
+    return SC_OK;
 }
 
 /* ---- drawing ---- */

@@ -61,17 +61,16 @@ static sc_status add_more(const sc_ctx *ctx, double size_px, int without, sc_lin
 {
     static const char *const parts[] = {"0", "1", "2", "3", "4",    "5",
                                         "6", "7", "8", "9", "and ", " more"};
-    sc_status status = SC_OK;
 
-    for (size_t i = 0; i < SC_COUNT_OF(parts) && status == SC_OK; i++)
-        status = sc_add_line(ctx, list,
-                             &(sc_text_line){.kind = SC_WORD_MORE,
-                                             .number = parts[i][parts[i][0] == ' '],
-                                             .data = without,
-                                             .text = parts[i],
-                                             .bytes = strlen(parts[i]),
-                                             .size_px = size_px});
-    return status;
+    for (size_t i = 0; i < SC_COUNT_OF(parts); i++)
+        SC_PASS(sc_add_line(ctx, list,
+                            &(sc_text_line){.kind = SC_WORD_MORE,
+                                            .number = parts[i][parts[i][0] == ' '],
+                                            .data = without,
+                                            .text = parts[i],
+                                            .bytes = strlen(parts[i]),
+                                            .size_px = size_px}));
+    return SC_OK;
 }
 
 sc_status sc_add_legend(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,
@@ -82,10 +81,9 @@ sc_status sc_add_legend(const sc_ctx *ctx, const sc_annotations *a, sc_font *fon
     int all, count;
     sc_text_line line = {.kind = SC_WORD_LEGEND, .size_px = fmax(LEAST_PX, SIZE * sc_text_px(a))};
     sc_srgb_table table;
-    sc_text text = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    SC_TRY(sc_choose_tissues(ctx, a, SC_USE_LEGEND, SC_LEGEND_TISSUES_MAX, ids, &all));
+    SC_PASS(sc_choose_tissues(ctx, a, SC_USE_LEGEND, SC_LEGEND_TISSUES_MAX, ids, &all));
     count = all < SC_LEGEND_TISSUES_MAX ? all : SC_LEGEND_TISSUES_MAX;
     while (line.size_px > least_px && rows_in(a, line.size_px) < all)
         line.size_px = fmax(least_px, 0.95 * line.size_px);
@@ -94,15 +92,13 @@ sc_status sc_add_legend(const sc_ctx *ctx, const sc_annotations *a, sc_font *fon
     for (int i = 0; i < count; i++) {
         line.number = ids[i];
         line.data = color_of(&table, a->tissues[ids[i]].rgb_linear);
-        SC_TRY(sc_name_of(ctx, a, ids[i], "overlays.legend", list, &line.text));
+        SC_PASS(sc_name_of(ctx, a, ids[i], "overlays.legend", list, &line.text));
         line.bytes = strlen(line.text);
-        SC_TRY(sc_add_cut_line(ctx, font, WIDEST * a->within.width_px, &text, &line, list));
+        SC_PASS(sc_add_cut_line(ctx, font, WIDEST * a->within.width_px, &text, &line, list));
     }
     if (all > rows_in(a, line.size_px))
-        status = add_more(ctx, line.size_px, all - count, list);
-out:
-    sc_text_clear(&text);
-    return status;
+        return add_more(ctx, line.size_px, all - count, list);
+    return SC_OK;
 }
 
 /* ---- drawing ---- */

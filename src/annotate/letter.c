@@ -8,16 +8,15 @@
 static sc_status add_glyphs(const sc_ctx *ctx, const sc_annotations *a, sc_line_list *list)
 {
     static const char glyphs[] = SC_GLYPHS;
-    sc_status status = SC_OK;
 
-    for (size_t i = 0; glyphs[i] && status == SC_OK; i++)
-        status = sc_add_line(ctx, list,
-                             &(sc_text_line){.kind = SC_WORD_GLYPH,
-                                             .number = glyphs[i],
-                                             .text = &glyphs[i],
-                                             .bytes = 1,
-                                             .size_px = sc_text_px(a)});
-    return status;
+    for (size_t i = 0; glyphs[i]; i++)
+        SC_PASS(sc_add_line(ctx, list,
+                            &(sc_text_line){.kind = SC_WORD_GLYPH,
+                                            .number = glyphs[i],
+                                            .text = &glyphs[i],
+                                            .bytes = 1,
+                                            .size_px = sc_text_px(a)}));
+    return SC_OK;
 }
 
 sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotations *annotations,

@@ -37,13 +37,10 @@ static sc_status add_alpha(const sc_ctx *ctx, sc_image *image)
 {
     const size_t pixels = (size_t)image->width_px * (size_t)image->height_px;
     sc_image out;
-    sc_status status;
 
     if (image->alpha)
         return SC_OK;
-    status = sc_image_init_alpha(ctx, image->width_px, image->height_px, true, &out);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_image_init_alpha(ctx, image->width_px, image->height_px, true, &out));
     for (size_t i = 0; i < pixels; i++) {
         for (int c = 0; c < 3; c++)
             out.rgb[4 * i + (size_t)c] = image->rgb[3 * i + (size_t)c];
@@ -57,17 +54,16 @@ static sc_status add_alpha(const sc_ctx *ctx, sc_image *image)
 sc_status sc_annotations_logo(const sc_ctx *ctx, const sc_annotations *annotations, sc_image *out)
 {
     const sc_overlays *o = annotations->overlays;
-    sc_image whole = {0}, small = {0};
+    SC_OWN(sc_image_clear) sc_image whole = {0}, small = {0};
     double scale;
-    sc_status status;
 
-    SC_TRY(sc_image_load_png_alpha(ctx, o->logo, &whole));
-    SC_TRY(add_alpha(ctx, &whole));
+    SC_PASS(sc_image_load_png_alpha(ctx, o->logo, &whole));
+    SC_PASS(add_alpha(ctx, &whole));
     scale = fmin(o->logo_percent / 100 * annotations->within.height_px / whole.height_px,
                  WIDEST * annotations->within.width_px / whole.width_px);
     scale = fmin(scale, 1); /* a small one is not blown up */
-    SC_TRY(sc_image_init_alpha(ctx, (int)fmax(1, floor(scale * whole.width_px + 0.5)),
-                               (int)fmax(1, floor(scale * whole.height_px + 0.5)), true, &small));
+    SC_PASS(sc_image_init_alpha(ctx, (int)fmax(1, floor(scale * whole.width_px + 0.5)),
+                                (int)fmax(1, floor(scale * whole.height_px + 0.5)), true, &small));
     for (int y = 0; y < small.height_px; y++) {
         for (int x = 0; x < small.width_px; x++) {
             const double step[2] = {(double)whole.width_px / small.width_px,
@@ -80,10 +76,7 @@ sc_status sc_annotations_logo(const sc_ctx *ctx, const sc_annotations *annotatio
     }
     *out = small;
     small = (sc_image){0};
-out:
-    sc_image_clear(&whole);
-    sc_image_clear(&small);
-    return status;
+    return SC_OK;
 }
 
 void sc_draw_logo(sc_drawing *d)

@@ -164,17 +164,15 @@ static sc_status find_heights(const sc_ctx *ctx, sc_name_film *film)
 {
     const sc_annotations *a = film->a;
     const int margin_px = sc_margin_px(a);
-    sc_status status;
 
     for (int side = 0; side < 2; side++) {
         film->low_px[side] = a->within.y_px + margin_px;
         film->high_px[side] = a->within.y_px + a->within.height_px - margin_px;
     }
-    SC_TRY(end_before_overlays(ctx, a, film));
+    SC_PASS(end_before_overlays(ctx, a, film));
     if (a->over && a->over->lettering)
-        status = end_before_overlays(ctx, a->over, film);
-out:
-    return status;
+        return end_before_overlays(ctx, a->over, film);
+    return SC_OK;
 }
 
 /* @return whether there is room between the columns in any frame. */
@@ -192,8 +190,7 @@ static sc_status tell_left_out(const sc_ctx *ctx, const sc_name_film *film,
                                const sc_name_plan *plan)
 {
     int crowded = 0, hidden = 0;
-    sc_text text = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
     if (film->count && !is_wide_enough(film)) {
         sc_warn(ctx,
@@ -214,11 +211,11 @@ static sc_status tell_left_out(const sc_ctx *ctx, const sc_name_film *film,
         crowded += is_crowded;
         if (is_named || is_crowded)
             continue;
-        SC_TRY(sc_text_add(ctx, &text, "%s", hidden++ ? ", " : ""));
+        SC_PASS(sc_text_add(ctx, &text, "%s", hidden++ ? ", " : ""));
         if (label->name[0])
-            SC_TRY(sc_text_add(ctx, &text, "%s", label->name));
+            SC_PASS(sc_text_add(ctx, &text, "%s", label->name));
         else
-            SC_TRY(sc_text_add(ctx, &text, "label %lld", (long long)label->value));
+            SC_PASS(sc_text_add(ctx, &text, "label %lld", (long long)label->value));
     }
     if (crowded)
         sc_warn(ctx,
@@ -228,17 +225,12 @@ static sc_status tell_left_out(const sc_ctx *ctx, const sc_name_film *film,
     if (hidden)
         sc_info(ctx, "names that no frame shows, because their tissues are hidden%s: %s",
                 film->a->divided_px ? " or behind the divider" : "", text.data);
-out:
-    sc_text_clear(&text);
-    return status;
+    return SC_OK;
 }
 
 /* Fill what the places of names follow from, but for the states. @return SC_ERR_MEMORY. */
 static sc_status begin_film(const sc_ctx *ctx, const sc_annotations *a, sc_name_film *film)
 {
-    void *block;
-    sc_status status;
-
     *film = (sc_name_film){.a = a, .frames = a->timeline->animation.frames};
     for (uint64_t i = 0; i < a->lettering->count && film->count < SC_NAMES_MAX; i++) {
         const sc_word *word = &a->lettering->words[i];
@@ -251,14 +243,9 @@ static sc_status begin_film(const sc_ctx *ctx, const sc_annotations *a, sc_name_
     }
     if (!sc_affine_invert(&a->volume->to_ras_mm, &film->from_ras_mm))
         film->count = 0; /* readers refuse such a volume */
-    SC_TRY(sc_zalloc(ctx, (size_t)film->frames, sizeof *film->columns, &block));
-    film->columns = block;
-    SC_TRY(sc_zalloc(ctx, (size_t)film->frames * (size_t)film->count + 1, sizeof *film->states,
-                     &block));
-    film->states = block;
-    status = find_heights(ctx, film);
-out:
-    return status;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)film->frames, &film->columns));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)film->frames * (size_t)film->count + 1, &film->states));
+    return find_heights(ctx, film);
 }
 
 sc_status sc_annotations_plan_names(const sc_ctx *ctx, const sc_annotations *annotations,

@@ -24,26 +24,22 @@ sc_status sc_add_names(const sc_ctx *ctx, const sc_annotations *a, sc_font *font
     const double rows = 2 * floor(a->within.height_px / (1.2 * sc_names_px(a)));
     const int room = rows < SC_NAMES_MAX ? (int)rows : SC_NAMES_MAX;
     sc_text_line line = {.kind = SC_WORD_NAME, .size_px = sc_names_px(a)};
-    sc_text text = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
     int ids[SC_NAMES_MAX], all;
-    sc_status status;
 
-    SC_TRY(sc_choose_tissues(ctx, a, SC_USE_NAMES, room, ids, &all));
+    SC_PASS(sc_choose_tissues(ctx, a, SC_USE_NAMES, room, ids, &all));
     for (int i = 0; i < room && i < all; i++) {
         line.number = ids[i];
-        SC_TRY(sc_name_of(ctx, a, ids[i], "overlays.names", list, &line.text));
+        SC_PASS(sc_name_of(ctx, a, ids[i], "overlays.names", list, &line.text));
         line.bytes = strlen(line.text);
-        SC_TRY(sc_add_cut_line(ctx, font, WIDEST * a->within.width_px, &text, &line, list));
+        SC_PASS(sc_add_cut_line(ctx, font, WIDEST * a->within.width_px, &text, &line, list));
     }
     if (all > room)
         sc_warn(ctx,
                 "overlays.names: there is room for the names of %d tissues; those of the %d "
                 "smallest of %d are left out",
                 room, all - room, all);
-    status = SC_OK;
-out:
-    sc_text_clear(&text);
-    return status;
+    return SC_OK;
 }
 
 /* A leader line, from the dot to the name. */
@@ -62,13 +58,10 @@ static sc_status draw_part(const sc_ctx *ctx, const sc_drawing *d, const leader 
     const double around_px = halo ? HALO * l->size_px : 0;
     const double width_px = fmax(1, LINE * l->size_px) + 2 * around_px;
     sc_overlay *overlay;
-    sc_status status;
 
     if (part->width_px <= 0 || part->height_px <= 0)
         return SC_OK;
-    status = sc_overlay_begin_within(ctx, d->image, part, d->rows, &overlay);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_overlay_begin_within(ctx, d->image, part, d->rows, &overlay));
     sc_overlay_leader(overlay, (const double(*)[2])l->points, 3, width_px,
                       DOT * l->size_px + around_px, rgb, alpha);
     return sc_overlay_finish(ctx, overlay);
@@ -88,11 +81,9 @@ static sc_status draw_leader(const sc_ctx *ctx, const sc_drawing *d, const leade
                                (is_right ? elbow - dot : dot - elbow) + around, 2 * around};
     const sc_viewport turn = {is_right ? elbow : end - around, top,
                               (is_right ? end - elbow : elbow - end) + around, bottom - top};
-    sc_status status = draw_part(ctx, d, l, halo, &level);
 
-    if (status == SC_OK)
-        status = draw_part(ctx, d, l, halo, &turn);
-    return status;
+    SC_PASS(draw_part(ctx, d, l, halo, &level));
+    return draw_part(ctx, d, l, halo, &turn);
 }
 
 /* @return the leader line of a name. */
@@ -123,14 +114,13 @@ sc_status sc_draw_names(const sc_ctx *ctx, sc_drawing *d, const sc_scene *scene)
     const sc_lettering *lettering = d->a->lettering;
     const sc_name_plan *plan = d->a->names;
     const int k = scene->frame;
-    sc_status status = SC_OK;
 
     if (!plan || k >= plan->frames)
         return SC_OK;
     for (int layer = 0; layer < 3; layer++) { /* halos, lines, names */
         int n = 0;
 
-        for (uint64_t i = 0; i < lettering->count && status == SC_OK; i++) {
+        for (uint64_t i = 0; i < lettering->count; i++) {
             const sc_word *word = &lettering->words[i];
             const sc_name_place *place;
             leader l;
@@ -142,10 +132,10 @@ sc_status sc_draw_names(const sc_ctx *ctx, sc_drawing *d, const sc_scene *scene)
                 continue;
             l = leader_of(d->a, place);
             if (layer < 2)
-                status = draw_leader(ctx, d, &l, !layer);
+                SC_PASS(draw_leader(ctx, d, &l, !layer));
             else
                 draw_name(d, word, place);
         }
     }
-    return status;
+    return SC_OK;
 }

@@ -73,19 +73,18 @@ static void draw_letters(const sc_drawing *d, const sc_camera *camera, const dou
 sc_status sc_add_orientation(const sc_ctx *ctx, const sc_annotations *a, sc_line_list *list)
 {
     static const char text[] = "RLAPSI";
-    sc_status status = SC_OK;
 
     if (!a->volume->oriented)
         sc_warn(ctx, "overlays.orientation is not drawn: the volume does not say which side is "
                      "left");
-    for (size_t i = 0; a->volume->oriented && text[i] && status == SC_OK; i++)
-        status = sc_add_line(ctx, list,
-                             &(sc_text_line){.kind = SC_WORD_ORIENTATION,
-                                             .number = text[i],
-                                             .text = &text[i],
-                                             .bytes = 1,
-                                             .size_px = sc_text_px(a)});
-    return status;
+    for (size_t i = 0; a->volume->oriented && text[i]; i++)
+        SC_PASS(sc_add_line(ctx, list,
+                            &(sc_text_line){.kind = SC_WORD_ORIENTATION,
+                                            .number = text[i],
+                                            .text = &text[i],
+                                            .bytes = 1,
+                                            .size_px = sc_text_px(a)}));
+    return SC_OK;
 }
 
 sc_status sc_draw_orientation(const sc_ctx *ctx, sc_drawing *d, const sc_scene *scene)
@@ -102,9 +101,7 @@ sc_status sc_draw_orientation(const sc_ctx *ctx, sc_drawing *d, const sc_scene *
     room = sc_take_room(d, d->a->overlays->orientation, size, size);
     middle[0] = room.x_px + size / 2.0;
     middle[1] = room.y_px + size / 2.0;
-    status = sc_overlay_begin_within(ctx, d->image, &room, d->rows, &overlay);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_overlay_begin_within(ctx, d->image, &room, d->rows, &overlay));
     draw_faces(overlay, d, &scene->camera, middle, half_px);
     status = sc_overlay_finish(ctx, overlay);
     if (status == SC_OK)

@@ -112,31 +112,26 @@ void sc_file_unmap(const void *data, size_t bytes)
 
 sc_status sc_make_directory(const sc_ctx *ctx, const char *path)
 {
-    sc_text part = {0};
+    SC_OWN(sc_text_clear) sc_text part = {0};
     struct stat info;
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, &part, "%s", path));
+    SC_PASS(sc_text_add(ctx, &part, "%s", path));
     for (char *c = part.data + 1; c[-1]; c++) {
         const char end = *c;
 
         if (end != '/' && end != '\0')
             continue;
         *c = '\0';
-        if (mkdir(part.data, 0777) && errno != EEXIST) {
-            status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", part.data,
-                             sc_reason(errno));
-            goto out;
-        }
+        if (mkdir(part.data, 0777) && errno != EEXIST)
+            return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", part.data,
+                           sc_reason(errno));
         *c = end;
         if (!end)
             break;
     }
     if (stat(path, &info) || !S_ISDIR(info.st_mode))
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s: is not a directory", path);
-out:
-    sc_text_clear(&part);
-    return status;
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: is not a directory", path);
+    return SC_OK;
 }
 
 sc_status sc_path_join(const sc_ctx *ctx, const char *dir, const char *name, char **out)

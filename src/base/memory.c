@@ -24,7 +24,7 @@ bool sc_mul_size(size_t a, size_t b, size_t *out)
     return true;
 }
 
-sc_status sc_alloc(const sc_ctx *ctx, size_t count, size_t size, void **out)
+sc_status sc_alloc(const sc_ctx *ctx, size_t count, size_t size, void *out)
 {
     size_t bytes;
     void *ptr = NULL;
@@ -37,7 +37,7 @@ sc_status sc_alloc(const sc_ctx *ctx, size_t count, size_t size, void **out)
         return sc_fail(ctx, SC_ERR_MEMORY, "out of memory: %zu bytes were needed", bytes);
     if (posix_memalign(&ptr, ALIGNMENT_BYTES, bytes))
         return sc_fail(ctx, SC_ERR_MEMORY, "out of memory: %zu bytes were needed", bytes);
-    *out = ptr;
+    memcpy(out, &ptr, sizeof ptr); /* pointers of all types are alike: POSIX */
     return SC_OK;
 }
 
@@ -60,17 +60,50 @@ static void clear(char *block, size_t bytes)
     memset(block, 0, bytes);
 }
 
-sc_status sc_zalloc(const sc_ctx *ctx, size_t count, size_t size, void **out)
+sc_status sc_zalloc(const sc_ctx *ctx, size_t count, size_t size, void *out)
 {
-    sc_status status = sc_alloc(ctx, count, size, out);
+    char *block = NULL;
 
-    if (status == SC_OK)
-        clear(*out, count * size);
-    return status;
+    SC_PASS(sc_alloc(ctx, count, size, &block));
+    clear(block, count * size);
+    memcpy(out, &block, sizeof block);
+    return SC_OK;
+}
+
+sc_status sc_resize(const sc_ctx *ctx, size_t count, size_t room, size_t size, void *array)
+{
+    void *old, *block = NULL;
+
+    SC_PASS(sc_alloc(ctx, room, size, &block));
+    memcpy(&old, array, sizeof old);
+    if (count)
+        memcpy(block, old, count * size);
+    memcpy(array, &block, sizeof block);
+    free(old);
+    return SC_OK;
+}
+
+sc_status sc_grow(const sc_ctx *ctx, size_t count, size_t *room, size_t size, void *array)
+{
+    const size_t more = *room ? 2 * *room : 16;
+
+    if (count < *room)
+        return SC_OK;
+    SC_PASS(sc_resize(ctx, count, more, size, array));
+    *room = more;
+    return SC_OK;
 }
 
 void sc_free(void *ptr)
 {
+    free(ptr);
+}
+
+void sc_free_at(void *pointer)
+{
+    void *ptr;
+
+    memcpy(&ptr, pointer, sizeof ptr);
     free(ptr);
 }
 

@@ -246,15 +246,11 @@ void sc_unfinished_remove(void)
 static sc_status open_temporary(const sc_ctx *ctx, const char *path, char **out_name, int *out_fd,
                                 int *out_number)
 {
-    sc_status status;
-
     for (int i = 0; i < TRIES; i++) {
         char *name = NULL;
         int fd, error, number;
 
-        status = temporary_name(ctx, path, &name);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(temporary_name(ctx, path, &name));
         number = sc_unfinished_add(name);
         fd = open(name, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
         error = errno;
@@ -275,12 +271,10 @@ static sc_status open_temporary(const sc_ctx *ctx, const char *path, char **out_
 sc_status sc_outfile_open(const sc_ctx *ctx, const char *path, bool replace, sc_outfile *out)
 {
     sc_outfile file = {.replace = replace, .unfinished = -1};
-    sc_text copy = {0};
     int fd = -1;
     sc_status status;
 
-    SC_TRY(sc_text_add(ctx, &copy, "%s", path));
-    file.path = copy.data;
+    SC_TRY(sc_text_copy(ctx, path, &file.path));
     SC_TRY(open_temporary(ctx, path, &file.temporary, &fd, &file.unfinished));
     file.stream = fdopen(fd, "w+b");
     if (!file.stream) {
@@ -298,10 +292,8 @@ out:
 sc_status sc_outfile_rename(const sc_ctx *ctx, sc_outfile *file, const char *path)
 {
     sc_text copy = {0};
-    sc_status status = sc_text_add(ctx, &copy, "%s", path);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_text_add(ctx, &copy, "%s", path));
     sc_free(file->path);
     file->path = copy.data;
     return SC_OK;
@@ -397,10 +389,8 @@ sc_status sc_outfile_commit(const sc_ctx *ctx, sc_outfile *file)
 sc_status sc_file_write(const sc_ctx *ctx, const char *path, const void *data, size_t bytes)
 {
     sc_outfile file = {0};
-    sc_status status = sc_outfile_open(ctx, path, true, &file);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_outfile_open(ctx, path, true, &file));
     if (bytes)
         fwrite(data, 1, bytes, file.stream);
     return sc_outfile_commit(ctx, &file);
@@ -411,9 +401,8 @@ sc_status sc_file_write(const sc_ctx *ctx, const char *path, const void *data, s
 sc_status sc_outfile_check(const sc_ctx *ctx, const char *path, bool replace, const char *hint)
 {
     const char *slash = strrchr(path, '/');
-    sc_text directory = {0};
+    SC_OWN(sc_text_clear) sc_text directory = {0};
     struct stat info;
-    sc_status status;
 
     if (!path[0] || (slash && !slash[1]))
         return sc_fail(ctx, SC_ERR_CREATE, "\"%s\" is no name of a file to be written", path);
@@ -430,14 +419,12 @@ sc_status sc_outfile_check(const sc_ctx *ctx, const char *path, bool replace, co
     } else if (errno != ENOENT) {
         return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(errno));
     }
-    SC_TRY(sc_text_add(ctx, &directory, "%.*s", slash ? (int)(slash - path + 1) : 1,
-                       slash ? path : "."));
+    SC_PASS(sc_text_add(ctx, &directory, "%.*s", slash ? (int)(slash - path + 1) : 1,
+                        slash ? path : "."));
     if (access(directory.data, W_OK | X_OK))
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s: %s", path, directory.data,
-                         sc_reason(errno));
-out:
-    sc_text_clear(&directory);
-    return status;
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s: %s", path, directory.data,
+                       sc_reason(errno));
+    return SC_OK;
 }
 
 bool sc_same_file(const char *a, const char *b)

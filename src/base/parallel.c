@@ -26,12 +26,8 @@ sc_status sc_thread_probe_start(const sc_ctx *ctx, int wanted, sc_thread_probe *
 {
     const size_t bytes = sizeof(sc_thread_probe) + (size_t)wanted * sizeof(pthread_t);
     sc_thread_probe *probe;
-    void *block;
-    sc_status status = sc_zalloc(ctx, 1, bytes, &block);
 
-    if (status != SC_OK)
-        return status;
-    probe = block;
+    SC_PASS(sc_zalloc(ctx, 1, bytes, &probe));
     pthread_mutex_init(&probe->gate, NULL);
     pthread_mutex_lock(&probe->gate);
     while (probe->count < wanted &&

@@ -141,18 +141,16 @@ sc_status sc_roof_measure(const sc_ctx *ctx, int threads, sc_roof *out)
     const double additions = (double)threads * TURNS * CHAINS * REPEATS;
     reading r = {0};
     void *block;
-    sc_status status;
 
-    SC_TRY(try_threads(ctx, threads));
-    SC_TRY(sc_alloc(ctx, words, sizeof(uint64_t), &block));
+    SC_PASS(try_threads(ctx, threads));
+    SC_PASS(sc_alloc(ctx, words, sizeof(uint64_t), &block));
     r.words = block;
     sc_parallel_for(threads, words, chunk, write_words, &r);
     *out = (sc_roof){
         .read_bytes_per_s = (double)bytes * fastest(threads, words, chunk, read_words, &r),
         .instructions_per_s = additions * fastest(threads, (size_t)threads, 1, add_numbers, &r)};
     sc_free(block);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- what a process has used ---- */

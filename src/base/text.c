@@ -11,15 +11,12 @@ static sc_status reserve(const sc_ctx *ctx, sc_text *text, size_t more_bytes)
     const size_t needed = text->length_bytes + more_bytes + 1;
     size_t capacity = text->capacity_bytes ? text->capacity_bytes : 256;
     void *data;
-    sc_status status;
 
     if (needed <= text->capacity_bytes)
         return SC_OK;
     while (capacity < needed)
         capacity *= 2;
-    status = sc_alloc(ctx, capacity, 1, &data);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, capacity, 1, &data));
     if (text->length_bytes)
         memcpy(data, text->data, text->length_bytes);
     sc_free(text->data);

@@ -100,22 +100,18 @@ static sc_status find_ends(const sc_ctx *ctx, finder *f)
 {
     const size_t given = f->request->through_count;
     uint32_t part = 0;
-    sc_status status = SC_OK;
-    void *block;
 
     f->end_count = given > 2 ? given : 2;
-    SC_TRY(sc_alloc(ctx, f->end_count, sizeof *f->ends, &block));
-    f->ends = block;
-    SC_TRY(find_given(ctx, f));
+    SC_PASS(SC_ALLOC(ctx, f->end_count, &f->ends));
+    SC_PASS(find_given(ctx, f));
     if (given == 0) {
-        SC_TRY(sc_piece_choose(ctx, &f->region, &part));
+        SC_PASS(sc_piece_choose(ctx, &f->region, &part));
         find_farthest(f, part);
     } else if (given == 1)
         f->ends[1] = sc_search_run(&f->search, &f->region, f->ends[0], SC_NO_VOXEL, true);
     for (size_t i = 0; i < f->end_count; i++)
         f->ends[i] = sc_region_middle(&f->region, f->ends[i]);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- the way ---- */
@@ -134,10 +130,8 @@ static sc_status append_way(const sc_ctx *ctx, finder *f, uint32_t end)
         more--;
     if (w->count + more > w->room) {
         const uint32_t room = w->count + more;
-        const sc_status status = sc_alloc(ctx, room, sizeof *w->voxels, &block);
 
-        if (status != SC_OK)
-            return status;
+        SC_PASS(sc_alloc(ctx, room, sizeof *w->voxels, &block));
         if (w->count)
             memcpy(block, w->voxels, w->count * sizeof *w->voxels);
         sc_free(w->voxels);
@@ -155,12 +149,10 @@ static sc_status find_way(const sc_ctx *ctx, finder *f)
 {
     const sc_centerline_request *q = f->request;
     way *w = &f->way;
-    void *block;
-    sc_status status = SC_OK;
 
     for (size_t i = 0; i + 1 < f->end_count; i++) {
         sc_search_run(&f->search, &f->region, f->ends[i], f->ends[i + 1], false);
-        SC_TRY(append_way(ctx, f, f->ends[i + 1]));
+        SC_PASS(append_way(ctx, f, f->ends[i + 1]));
     }
     if (w->count < 2)
         return sc_fail(
@@ -168,16 +160,12 @@ static sc_status find_way(const sc_ctx *ctx, finder *f)
             "%s%s%s: the ends of the line lie at one place in the middle, so that there is "
             "no line between them; give points that are farther from each other",
             WHERE(q), q->what);
-    SC_TRY(sc_alloc(ctx, w->count, sizeof *w->points, &block));
-    w->points = block;
-    SC_TRY(sc_alloc(ctx, w->count, sizeof *w->smooth, &block));
-    w->smooth = block;
-    SC_TRY(sc_alloc(ctx, w->count, sizeof *w->reach, &block));
-    w->reach = block;
+    SC_PASS(SC_ALLOC(ctx, w->count, &w->points));
+    SC_PASS(SC_ALLOC(ctx, w->count, &w->smooth));
+    SC_PASS(SC_ALLOC(ctx, w->count, &w->reach));
     for (uint32_t i = 0; i < w->count; i++)
         w->points[i] = sc_affine_point(&f->to_voxel, sc_region_point(&f->region, w->voxels[i]));
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- smoothing ---- */
@@ -259,7 +247,6 @@ static sc_status sample_way(const sc_ctx *ctx, const finder *f, sc_centerline *o
     uint32_t edge = 0;
     size_t steps;
     void *block;
-    sc_status status;
 
     for (uint32_t i = 1; i < w->count; i++) {
         from = to;
@@ -267,9 +254,7 @@ static sc_status sample_way(const sc_ctx *ctx, const finder *f, sc_centerline *o
         length_mm += sc_vec3_length(sc_vec3_sub(to, from));
     }
     steps = (size_t)fmax(1, ceil(length_mm / f->region.least_mm));
-    status = sc_alloc(ctx, steps + 1, sizeof *out->points, &block);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, steps + 1, sizeof *out->points, &block));
     *out = (sc_centerline){
         .points = block, .count = steps + 1, .length_mm = length_mm, .parts = (int)f->region.parts};
     for (size_t i = 0; i <= steps; i++) {

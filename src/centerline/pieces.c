@@ -17,17 +17,12 @@ typedef struct pieces {
 static sc_status look_at(const sc_ctx *ctx, pieces *p)
 {
     const sc_region *r = p->region;
-    void *block;
-    sc_status status;
 
     for (int id = 1; id < r->request->volume->label_count; id++)
         p->orders = r->request->order[id] > p->orders ? r->request->order[id] : p->orders;
-    SC_TRY(sc_zalloc(ctx, r->parts, (size_t)p->orders, &block));
-    p->has = block;
-    SC_TRY(sc_zalloc(ctx, (size_t)p->orders, 1, &block));
-    p->is_there = block;
-    SC_TRY(sc_zalloc(ctx, r->parts, sizeof *p->voxels, &block));
-    p->voxels = block;
+    SC_PASS(sc_zalloc(ctx, r->parts, (size_t)p->orders, &p->has));
+    SC_PASS(sc_zalloc(ctx, (size_t)p->orders, 1, &p->is_there));
+    SC_PASS(SC_ZALLOC(ctx, r->parts, &p->voxels));
     for (uint32_t n = 0; n < r->count; n++) {
         const int order = sc_region_order(r, n) - 1;
 
@@ -35,8 +30,7 @@ static sc_status look_at(const sc_ctx *ctx, pieces *p)
         p->is_there[order] = 1;
         p->voxels[r->part[n]]++;
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* @return whether a piece lacks a number of the order, less 1, of which there are voxels. */

@@ -130,13 +130,10 @@ static sc_status find_depths(const sc_ctx *ctx, sc_region *r)
 {
     int longest = r->size[0];
     void *work;
-    sc_status status;
 
     for (int i = 1; i < 3; i++)
         longest = r->size[i] > longest ? r->size[i] : longest;
-    status = sc_alloc(ctx, SC_DISTANCE_WORK(longest) + (size_t)longest, sizeof(double), &work);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, SC_DISTANCE_WORK(longest) + (size_t)longest, sizeof(double), &work));
     for (int axis = 0; axis < 3; axis++)
         pass_along(r, axis, work);
     for (uint32_t n = 0; n < r->count; n++)
@@ -204,33 +201,26 @@ static void set_neighbours(sc_region *r)
 
 sc_status sc_region_make(const sc_ctx *ctx, const sc_centerline_request *request, sc_region *out)
 {
-    void *block = NULL, *queue = NULL;
+    SC_OWN(sc_free_at) void *queue = NULL;
     sc_region *r = out;
-    sc_status status;
 
     *r = (sc_region){.request = request};
     find_box(request, r);
-    SC_TRY(check_size(ctx, r));
+    SC_PASS(check_size(ctx, r));
     for (int i = 0; i < 3; i++) {
         r->step_mm[i] = sc_vec3_length(sc_affine_column(&request->volume->to_ras_mm, i));
         r->least_mm = i ? fmin(r->least_mm, r->step_mm[i]) : r->step_mm[i];
     }
     set_neighbours(r);
-    SC_TRY(sc_zalloc(ctx, r->stride[2] * (size_t)r->size[2], sizeof *r->number, &block));
-    r->number = block;
-    SC_TRY(sc_alloc(ctx, r->count, sizeof *r->place, &block));
-    r->place = block;
-    SC_TRY(sc_alloc(ctx, r->count, sizeof *r->depth_mm, &block));
-    r->depth_mm = block;
-    SC_TRY(sc_alloc(ctx, r->count, sizeof *r->part, &block));
-    r->part = block;
-    SC_TRY(sc_alloc(ctx, r->count, sizeof(uint32_t), &queue));
+    SC_PASS(SC_ZALLOC(ctx, r->stride[2] * (size_t)r->size[2], &r->number));
+    SC_PASS(SC_ALLOC(ctx, r->count, &r->place));
+    SC_PASS(SC_ALLOC(ctx, r->count, &r->depth_mm));
+    SC_PASS(SC_ALLOC(ctx, r->count, &r->part));
+    SC_PASS(sc_alloc(ctx, r->count, sizeof(uint32_t), &queue));
     number_voxels(r);
-    SC_TRY(find_depths(ctx, r));
+    SC_PASS(find_depths(ctx, r));
     find_parts(r, queue);
-out:
-    sc_free(queue);
-    return status;
+    return SC_OK;
 }
 
 void sc_region_clear(sc_region *region)

@@ -6,20 +6,11 @@
 
 sc_status sc_search_open(const sc_ctx *ctx, const sc_region *region, sc_search *search)
 {
-    void *block;
-    sc_status status;
-
     *search = (sc_search){0};
-    SC_TRY(sc_alloc(ctx, region->count, sizeof *search->cost, &block));
-    search->cost = block;
-    SC_TRY(sc_alloc(ctx, region->count, sizeof *search->from, &block));
-    search->from = block;
-    SC_TRY(sc_alloc(ctx, region->count, sizeof *search->heap, &block));
-    search->heap = block;
-    SC_TRY(sc_alloc(ctx, region->count, sizeof *search->slot, &block));
-    search->slot = block;
-out:
-    return status;
+    SC_PASS(SC_ALLOC(ctx, region->count, &search->cost));
+    SC_PASS(SC_ALLOC(ctx, region->count, &search->from));
+    SC_PASS(SC_ALLOC(ctx, region->count, &search->heap));
+    return SC_ALLOC(ctx, region->count, &search->slot);
 }
 
 void sc_search_clear(sc_search *search)

@@ -36,12 +36,8 @@ static void print_command_names(const sc_command *commands, FILE *stream)
  * and the keys after --set. */
 static sc_status print_bash(const sc_ctx *ctx, const sc_command *commands, FILE *stream)
 {
-    sc_status status;
-
     fputs("# Completion of segcast for bash.\n_segcast_keys='", stream);
-    status = sc_job_each_key(ctx, print_key, stream);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_job_each_key(ctx, print_key, stream));
     fputs("'\n_segcast() {\n    local word=${COMP_WORDS[COMP_CWORD]} "
           "previous=${COMP_WORDS[COMP_CWORD-1]}\n"
           "    local options=\n    COMPREPLY=()\n"
@@ -61,9 +57,7 @@ static sc_status print_bash(const sc_ctx *ctx, const sc_command *commands, FILE 
     for (const sc_command *c = commands; c->name; c++) {
         sc_option_list list;
 
-        status = sc_options_list(ctx, c, &list);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(sc_options_list(ctx, c, &list));
         fprintf(stream, "    %s) options='", c->name);
         for (size_t i = 0; i < list.count; i++)
             fprintf(stream, "%s--%s", i ? " " : "", list.rows[i].name);
@@ -94,12 +88,8 @@ static void print_zsh_text(FILE *stream, const char *text)
  * and option. */
 static sc_status print_zsh(const sc_ctx *ctx, const sc_command *commands, FILE *stream)
 {
-    sc_status status;
-
     fputs("#compdef segcast\n# Completion of segcast for zsh.\n_segcast_keys=(", stream);
-    status = sc_job_each_key(ctx, print_key, stream);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_job_each_key(ctx, print_key, stream));
     fputs(" )\n_segcast() {\n    local -a commands=(\n", stream);
     for (const sc_command *c = commands; c->name; c++) {
         fprintf(stream, "        '%s:", c->name);
@@ -112,9 +102,7 @@ static sc_status print_zsh(const sc_ctx *ctx, const sc_command *commands, FILE *
     for (const sc_command *c = commands; c->name; c++) {
         sc_option_list list;
 
-        status = sc_options_list(ctx, c, &list);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(sc_options_list(ctx, c, &list));
         fprintf(stream, "    %s) _arguments", c->name);
         for (size_t i = 0; i < list.count; i++) {
             const sc_option *row = &list.rows[i];
@@ -141,12 +129,8 @@ static sc_status print_zsh(const sc_ctx *ctx, const sc_command *commands, FILE *
 /* Print a fish script: a line for each command and for each of its options. */
 static sc_status print_fish(const sc_ctx *ctx, const sc_command *commands, FILE *stream)
 {
-    sc_status status;
-
     fputs("# Completion of segcast for fish.\nset -g __segcast_keys", stream);
-    status = sc_job_each_key(ctx, print_key, stream);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_job_each_key(ctx, print_key, stream));
     fputs("\n", stream);
     for (const sc_command *c = commands; c->name; c++) {
         sc_option_list list;
@@ -154,9 +138,7 @@ static sc_status print_fish(const sc_ctx *ctx, const sc_command *commands, FILE 
         fprintf(stream, "complete -c segcast -n '__fish_use_subcommand' -f -a %s -d ", c->name);
         print_quoted(stream, c->help);
         fputs("\n", stream);
-        status = sc_options_list(ctx, c, &list);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(sc_options_list(ctx, c, &list));
         for (size_t i = 0; i < list.count; i++) {
             const sc_option *row = &list.rows[i];
 

@@ -43,10 +43,8 @@ static void print_wrapped(FILE *stream, const char *text)
 sc_status sc_print_command_help(const sc_ctx *ctx, const sc_command *command, FILE *stream)
 {
     sc_option_list list;
-    sc_status status = sc_options_list(ctx, command, &list);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_options_list(ctx, command, &list));
     fprintf(stream, "Usage: segcast %s%s%s [OPTION]...\n\n%s\n", command->name,
             command->argument[0] ? " " : "", command->argument, command->help);
     if (command->details) {
@@ -106,10 +104,8 @@ sc_status sc_print_manual(const sc_ctx *ctx, const sc_command *commands, FILE *s
         sc_version());
     for (const sc_command *c = commands; c->name; c++) {
         sc_option_list list;
-        const sc_status status = sc_options_list(ctx, c, &list);
 
-        if (status != SC_OK)
-            return status;
+        SC_PASS(sc_options_list(ctx, c, &list));
         fprintf(stream, ".SS segcast %s %s\n", c->name, c->argument);
         print_roff(stream, c->help);
         fputs(".\n", stream);

@@ -188,15 +188,13 @@ static sc_status add_key(void *user, const sc_key_info *info)
 sc_status sc_options_list_more(const sc_ctx *ctx, const char *command, sc_option_list *list)
 {
     lister l = {.ctx = ctx, .name = command, .list = list};
-    sc_status status;
 
-    SC_TRY(sc_job_each_key(ctx, add_key, &l));
+    SC_PASS(sc_job_each_key(ctx, add_key, &l));
     for (size_t i = 0; i < SC_COUNT_OF(option_rows); i++) {
         if (!option_rows[i].commands || names_command(option_rows[i].commands, command))
-            SC_TRY(add_row(&l, &option_rows[i]));
+            SC_PASS(add_row(&l, &option_rows[i]));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_options_list(const sc_ctx *ctx, const sc_command *command, sc_option_list *out)

@@ -26,12 +26,9 @@ static sc_status copy(const sc_ctx *ctx, sc_options *options, const char *from, 
                       const char **out)
 {
     sc_text text = {0};
-    sc_status status = sc_text_add(ctx, &text, "%.*s", (int)length, from);
 
-    if (status == SC_OK)
-        return own(ctx, options, &text, out);
-    sc_text_clear(&text);
-    return status;
+    SC_PASS(sc_text_add(ctx, &text, "%.*s", (int)length, from));
+    return own(ctx, options, &text, out);
 }
 
 /* Append a setting, whose texts stay borrowed. */
@@ -47,16 +44,13 @@ sc_status sc_options_set_as(const sc_ctx *ctx, sc_options *options, const char *
                             const char *key, const char *value)
 {
     sc_setting setting = {.literal = true};
-    sc_status status;
 
-    SC_TRY(copy(ctx, options, key, strlen(key), &setting.path));
-    SC_TRY(copy(ctx, options, value, strlen(value), &setting.value));
+    SC_PASS(copy(ctx, options, key, strlen(key), &setting.path));
+    SC_PASS(copy(ctx, options, value, strlen(value), &setting.value));
     setting.origin = setting.path;
     if (origin)
-        SC_TRY(copy(ctx, options, origin, strlen(origin), &setting.origin));
-    status = add_setting(ctx, options, setting);
-out:
-    return status;
+        SC_PASS(copy(ctx, options, origin, strlen(origin), &setting.origin));
+    return add_setting(ctx, options, setting);
 }
 
 sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,

@@ -70,7 +70,6 @@ static sc_status unknown_option(const sc_ctx *ctx, const sc_command *command,
     const char *begin = text + strspn(text, "-");
     char word[64], beginnings[256] = "";
     sc_option_owners with = {0};
-    sc_status status;
 
     if (access(text, F_OK) == 0)
         return sc_fail(ctx, SC_ERR_USAGE,
@@ -81,7 +80,7 @@ static sc_status unknown_option(const sc_ctx *ctx, const sc_command *command,
     nearest = sc_nearest_word(word, names, list->count);
     if (!strncmp(text, "--", 2)) {
         list_beginnings(list, word, beginnings, sizeof beginnings);
-        SC_TRY(sc_options_find_owners(ctx, word, &with));
+        SC_PASS(sc_options_find_owners(ctx, word, &with));
     }
     if (beginnings[0])
         return sc_fail(ctx, SC_ERR_USAGE,
@@ -92,10 +91,8 @@ static sc_status unknown_option(const sc_ctx *ctx, const sc_command *command,
                        command->name, word, with.commands);
     if (nearest)
         return sc_fail(ctx, SC_ERR_USAGE, "unknown option %s; did you mean --%s?", text, nearest);
-    status =
-        sc_fail(ctx, SC_ERR_USAGE, "unknown option %s; try `segcast help %s`", text, command->name);
-out:
-    return status;
+    return sc_fail(ctx, SC_ERR_USAGE, "unknown option %s; try `segcast help %s`", text,
+                   command->name);
 }
 
 /* Is @p word, such as "--over" or "--over=x", not the whole name of an option? getopt_long takes

@@ -339,18 +339,15 @@ static int mpi_pending(sc_comm *base)
 static void reserve_request(mpi_comm *comm)
 {
     const int capacity = 2 * comm->request_capacity;
-    void *grown;
 
     if (mpi_pending(&comm->base) < comm->request_capacity)
         return;
-    if (sc_alloc(&comm->silent, (size_t)capacity, sizeof(MPI_Request), &grown) != SC_OK) {
+    if (SC_RESIZE(&comm->silent, (size_t)comm->request_count, (size_t)capacity, &comm->requests) !=
+        SC_OK) {
         while (mpi_pending(&comm->base) == comm->request_capacity)
             sc_sleep_s(RECEIVE_NAP_S);
         return;
     }
-    memcpy(grown, comm->requests, (size_t)comm->request_count * sizeof(MPI_Request));
-    sc_free(comm->requests);
-    comm->requests = grown;
     comm->request_capacity = capacity;
 }
 

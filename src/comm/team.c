@@ -146,10 +146,8 @@ sc_status sc_team_collect(const sc_ctx *ctx, sc_team *team, const void *mine, si
 {
     const size_t rank = team->comm ? (size_t)team->comm->node_rank : 0;
     void *block;
-    sc_status status = sc_team_alloc(ctx, team, (size_t)sc_team_ranks(team), bytes, &block);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_team_alloc(ctx, team, (size_t)sc_team_ranks(team), bytes, &block));
     memcpy((char *)block + rank * bytes, mine, bytes);
     *all = block;
     return sc_team_agree(team, SC_OK);

@@ -13,13 +13,11 @@ static sc_status print_keys(const sc_ctx *ctx, const sc_options *o, const char *
                                   : o->man      ? SC_KEYS_MAN
                                   : o->json     ? SC_KEYS_JSON
                                                 : SC_KEYS_TABLE;
-    sc_text text = {0};
-    sc_status status = sc_keys_describe(ctx, prefix, format, &text);
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    if (status == SC_OK)
-        fputs(text.data, stdout);
-    sc_text_clear(&text);
-    return status;
+    SC_PASS(sc_keys_describe(ctx, prefix, format, &text));
+    fputs(text.data, stdout);
+    return SC_OK;
 }
 
 sc_status sc_cmd_help(sc_app *app)

@@ -14,13 +14,11 @@
 /* @return whether DIR/NAME is there. */
 static sc_status is_there(const sc_ctx *ctx, const char *directory, const char *name, bool *out)
 {
-    char *path = NULL;
-    sc_status status = sc_path_join(ctx, directory, name, &path);
+    SC_OWN(sc_free_at) char *path = NULL;
 
-    if (status == SC_OK)
-        *out = access(path, F_OK) == 0;
-    sc_free(path);
-    return status;
+    SC_PASS(sc_path_join(ctx, directory, name, &path));
+    *out = access(path, F_OK) == 0;
+    return SC_OK;
 }
 
 /* Make the page of a run, and put it into its directory. @param slice NULL: of the whole job. */
@@ -34,20 +32,15 @@ static sc_status make_page(const sc_ctx *ctx, const char *directory, const sc_jo
                                .png = job->output.frames == SC_FRAMES_PNG,
                                .frames = job->animation.frames,
                                .fps = job->output.fps};
-    sc_text name = {0}, text = {0};
-    char *path = NULL;
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text name = {0}, text = {0};
+    SC_OWN(sc_free_at) char *path = NULL;
 
-    SC_TRY(sc_text_add(ctx, &name, "report%s%s.html", slice ? "." : "", slice ? slice : ""));
-    SC_TRY(sc_path_join(ctx, directory, name.data, &path));
-    SC_TRY(sc_report_make(ctx, &run, &text));
-    SC_TRY(sc_store_replace_record(ctx, directory, name.data, text.data, text.length_bytes));
+    SC_PASS(sc_text_add(ctx, &name, "report%s%s.html", slice ? "." : "", slice ? slice : ""));
+    SC_PASS(sc_path_join(ctx, directory, name.data, &path));
+    SC_PASS(sc_report_make(ctx, &run, &text));
+    SC_PASS(sc_store_replace_record(ctx, directory, name.data, text.data, text.length_bytes));
     sc_print_made(path);
-out:
-    sc_text_clear(&name);
-    sc_text_clear(&text);
-    sc_free(path);
-    return status;
+    return SC_OK;
 }
 
 /* Is it the name of the statistics of a slice, "stats.SLICE.json"? For scandir. */
@@ -84,18 +77,14 @@ static sc_status make_slices(const sc_ctx *ctx, const char *directory, const sc_
 static sc_status report_study(const sc_app *app, const char *directory)
 {
     const sc_ctx *ctx = app->ctx;
-    sc_measurements all = {0};
-    char *path = NULL;
-    sc_status status;
+    SC_OWN(sc_measurements_clear) sc_measurements all = {0};
+    SC_OWN(sc_free_at) char *path = NULL;
 
-    SC_TRY(sc_study_read(ctx, directory, &all));
-    SC_TRY(sc_path_join(ctx, directory, SC_STUDY_PAGE, &path));
-    SC_TRY(sc_study_write_page(ctx, directory, &all));
+    SC_PASS(sc_study_read(ctx, directory, &all));
+    SC_PASS(sc_path_join(ctx, directory, SC_STUDY_PAGE, &path));
+    SC_PASS(sc_study_write_page(ctx, directory, &all));
     sc_print_made(path);
-out:
-    sc_measurements_clear(&all);
-    sc_free(path);
-    return status;
+    return SC_OK;
 }
 
 /* Make the page of a directory, or of all slices if it was drawn in slices. */
@@ -142,14 +131,13 @@ static sc_status compare_runs(const sc_app *app, sc_text *out)
     const sc_options *o = &app->options;
     const sc_ctx *ctx = app->ctx;
     char version[64];
-    sc_status status = SC_OK;
 
     for (int i = 0; i < o->input_count; i++) {
         sc_store_job job = {0};
         bool there = false;
 
-        SC_TRY(sc_store_identify(ctx, o->inputs[i], &job, version));
-        SC_TRY(is_there(ctx, o->inputs[i], "stats.json", &there));
+        SC_PASS(sc_store_identify(ctx, o->inputs[i], &job, version));
+        SC_PASS(is_there(ctx, o->inputs[i], "stats.json", &there));
         if (!there)
             return sc_fail(ctx, SC_ERR_INCOMPLETE,
                            "%s: has no stats.json to compare: it was drawn in slices, or no run "
@@ -157,9 +145,7 @@ static sc_status compare_runs(const sc_app *app, sc_text *out)
                            o->inputs[i]);
     }
     sc_stage_begin(ctx, "reporting", 0, 0);
-    status = sc_report_compare(ctx, o->inputs, o->input_count, out);
-out:
-    return status;
+    return sc_report_compare(ctx, o->inputs, o->input_count, out);
 }
 
 /* Compare the studies in all directories. */
@@ -167,12 +153,10 @@ static sc_status compare_studies(const sc_app *app, sc_text *out)
 {
     const sc_options *o = &app->options;
     sc_measurements *all = NULL;
-    void *block;
     int read = 0;
     sc_status status;
 
-    SC_TRY(sc_zalloc(app->ctx, (size_t)o->input_count, sizeof *all, &block));
-    all = block;
+    SC_TRY(SC_ZALLOC(app->ctx, (size_t)o->input_count, &all));
     for (; read < o->input_count; read++)
         SC_TRY(sc_study_read(app->ctx, o->inputs[read], &all[read]));
     sc_stage_begin(app->ctx, "reporting", 0, 0);
@@ -189,12 +173,11 @@ static sc_status are_studies(const sc_app *app, bool *out)
 {
     const sc_options *o = &app->options;
     int study = -1, other = -1;
-    sc_status status = SC_OK;
 
     for (int i = 0; i < o->input_count; i++) {
         bool is_study = false;
 
-        SC_TRY(sc_study_is_in(app->ctx, o->inputs[i], &is_study));
+        SC_PASS(sc_study_is_in(app->ctx, o->inputs[i], &is_study));
         if (is_study)
             study = i;
         else
@@ -207,8 +190,7 @@ static sc_status are_studies(const sc_app *app, bool *out)
             "runs; name directories of one kind",
             o->inputs[study], o->inputs[other]);
     *out = study >= 0;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Make the page that compares all directories of the command line. */
@@ -219,21 +201,18 @@ static sc_status report_several(sc_app *app)
     const char *output = o->output ? o->output : "comparison.html";
     bool studies = false;
     sc_outfile file = {0};
-    sc_text text = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    SC_TRY(sc_check_ending(ctx, output, ".html", "a page"));
-    SC_TRY(sc_outfile_check(ctx, output, o->overwrite, ", or --overwrite to replace it"));
-    SC_TRY(are_studies(app, &studies));
-    SC_TRY(studies ? compare_studies(app, &text) : compare_runs(app, &text));
-    SC_TRY(sc_outfile_open(ctx, output, o->overwrite, &file));
+    SC_PASS(sc_check_ending(ctx, output, ".html", "a page"));
+    SC_PASS(sc_outfile_check(ctx, output, o->overwrite, ", or --overwrite to replace it"));
+    SC_PASS(are_studies(app, &studies));
+    SC_PASS(studies ? compare_studies(app, &text) : compare_runs(app, &text));
+    SC_PASS(sc_outfile_open(ctx, output, o->overwrite, &file));
     fwrite(text.data, 1, text.length_bytes, file.stream);
-    SC_TRY(sc_outfile_commit(ctx, &file));
+    SC_PASS(sc_outfile_commit(ctx, &file));
     sc_display_end_stage(app);
     sc_print_made(output);
-out:
-    sc_text_clear(&text);
-    return status;
+    return SC_OK;
 }
 
 /* Print the tables of the studies in all directories. */

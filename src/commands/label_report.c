@@ -73,16 +73,16 @@ sc_status sc_label_report_make(const sc_ctx *ctx, const sc_label_source *source,
     const size_t count = source->table.count;
     size_t row_count = 0;
     const sc_label **rows;
-    void *block = NULL, *lists = NULL, *gaps = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) void *block = NULL, *lists = NULL;
+    void *gaps = NULL;
 
     *out = (sc_label_report){.source = source};
     if (!source->path[0])
         return SC_OK;
-    SC_TRY(sc_alloc(ctx, count + 1, sizeof *rows, &block));
+    SC_PASS(sc_alloc(ctx, count + 1, sizeof *rows, &block));
     rows = block;
-    SC_TRY(sc_alloc(ctx, 2 * count + (size_t)volume->label_count, sizeof *rows, &lists));
-    SC_TRY(sc_alloc(ctx, count + 1, sizeof *out->gaps, &gaps));
+    SC_PASS(sc_alloc(ctx, 2 * count + (size_t)volume->label_count, sizeof *rows, &lists));
+    SC_PASS(sc_alloc(ctx, count + 1, sizeof *out->gaps, &gaps));
     for (size_t i = 0; i < count; i++) {
         if (source->table.rows[i].value) /* not that of background */
             rows[row_count++] = &source->table.rows[i];
@@ -95,10 +95,7 @@ sc_status sc_label_report_make(const sc_ctx *ctx, const sc_label_source *source,
     out->without_voxels.labels = out->doubled.labels + count;
     out->without_row.labels = out->without_voxels.labels + count;
     compare(rows, row_count, volume, scanned, out);
-out:
-    sc_free(lists);
-    sc_free(block);
-    return status;
+    return SC_OK;
 }
 
 void sc_label_report_clear(sc_label_report *report)

@@ -6,16 +6,9 @@
 sc_status sc_encoders_open(const sc_ctx *ctx, sc_comm *comm, const sc_handout *handout,
                            sc_encoders *out)
 {
-    void *block;
-    sc_status status;
-
     *out = (sc_encoders){.comm = comm};
-    SC_TRY(sc_zalloc(ctx, (size_t)handout->gather_window, sizeof *out->taken, &block));
-    out->taken = block;
-    SC_TRY(sc_zalloc(ctx, (size_t)handout->ranks, sizeof *out->parts, &block));
-    out->parts = block;
-out:
-    return status;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)handout->gather_window, &out->taken));
+    return SC_ZALLOC(ctx, (size_t)handout->ranks, &out->parts);
 }
 
 void sc_encoders_clear(sc_encoders *encoders)

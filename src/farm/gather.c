@@ -155,11 +155,10 @@ static sc_status begin_frame(sc_gather *g, const sc_work_unit *unit, gathered_go
     gathered_frame *frame = &gop->frames[unit->place];
     const sc_farm *farm = g->farm;
     void *block;
-    sc_status status;
 
     if (frame->message)
         return SC_OK;
-    SC_TRY(sc_alloc(g->ctx, sizeof(sc_result_message) + sc_farm_frame_bytes(farm), 1, &block));
+    SC_PASS(sc_alloc(g->ctx, sizeof(sc_result_message) + sc_farm_frame_bytes(farm), 1, &block));
     *frame = (gathered_frame){.gop = gop,
                               .message = block,
                               .index = unit->index,
@@ -168,8 +167,7 @@ static sc_status begin_frame(sc_gather *g, const sc_work_unit *unit, gathered_go
     frame->image = (sc_image){farm->width_px, farm->height_px,
                               (uint8_t *)frame->message + sizeof(sc_result_message), farm->alpha};
     gop->results[unit->place].frame = gop->first + unit->place;
-out:
-    return status;
+    return SC_OK;
 }
 
 void sc_gather_add(sc_gather *g, const sc_result_message *message, const void *rows)
@@ -336,18 +334,14 @@ bool sc_gather_is_behind(const sc_gather *g)
 sc_status sc_gather_open(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, sc_gather **out)
 {
     sc_gather *g;
-    void *block;
-    sc_status status = sc_zalloc(ctx, 1, sizeof *g, &block);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
-    g = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &g));
     g->ctx = ctx;
     g->comm = comm;
     g->farm = farm;
     g->expected = -1;
-    SC_TRY(sc_alloc(ctx, sc_farm_message_bytes(farm), 1, &block));
-    g->inbox = block;
+    SC_TRY(sc_alloc(ctx, sc_farm_message_bytes(farm), 1, &g->inbox));
     SC_TRY(sc_worker_thread_start(ctx, encode, g, &g->encoding));
     *out = g;
     return SC_OK;

@@ -608,20 +608,16 @@ static void dismiss(server *s)
 static sc_status open_slots(server *s)
 {
     const sc_farm *farm = s->farm;
-    void *block;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(s->ctx, (size_t)s->handout.window, sizeof *s->slots, &block));
-    s->slots = block;
+    SC_PASS(SC_ZALLOC(s->ctx, (size_t)s->handout.window, &s->slots));
     for (int i = 0; i < s->handout.window; i++) {
         if (s->shared->pixels)
             s->slots[i].image = sc_slot_image(s->shared, farm, i);
         else
-            SC_TRY(sc_image_init_alpha(s->ctx, farm->width_px, farm->height_px, farm->alpha,
-                                       &s->slots[i].image));
+            SC_PASS(sc_image_init_alpha(s->ctx, farm->width_px, farm->height_px, farm->alpha,
+                                        &s->slots[i].image));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Allocate everything and start both worker threads; the caller calls close_server, also after an
@@ -631,32 +627,24 @@ static sc_status open_server(server *s)
     const sc_farm *farm = s->farm;
     const sc_work work = sc_farm_work(farm, s->comm);
     const size_t ranks = (size_t)work.ranks;
-    void *block;
-    sc_status status;
 
     s->handout = sc_handout_begin(&work);
     s->acceptor.farm = farm;
-    SC_TRY(sc_encoders_open(s->ctx, s->comm, &s->handout, &s->encoders));
-    SC_TRY(open_slots(s));
-    SC_TRY(sc_alloc(s->ctx, sc_farm_message_bytes(farm), 1, &block));
-    s->inbox = block;
-    SC_TRY(sc_alloc(s->ctx, ranks * SC_UNITS_PER_RANK, sizeof *s->ready, &block));
-    s->ready = block;
-    SC_TRY(sc_alloc(s->ctx, ranks * SC_UNITS_PER_RANK, sizeof *s->answers, &block));
-    s->answers = block;
-    SC_TRY(sc_zalloc(s->ctx, ranks, sizeof *s->next_answer, &block));
-    s->next_answer = block;
+    SC_PASS(sc_encoders_open(s->ctx, s->comm, &s->handout, &s->encoders));
+    SC_PASS(open_slots(s));
+    SC_PASS(sc_alloc(s->ctx, sc_farm_message_bytes(farm), 1, &s->inbox));
+    SC_PASS(SC_ALLOC(s->ctx, ranks * SC_UNITS_PER_RANK, &s->ready));
+    SC_PASS(SC_ALLOC(s->ctx, ranks * SC_UNITS_PER_RANK, &s->answers));
+    SC_PASS(SC_ZALLOC(s->ctx, ranks, &s->next_answer));
     for (int i = 0; i < SC_UNITS_PER_RANK; i++) {
         if (farm->spoils_other_rows)
-            SC_TRY(sc_image_init_alpha(s->ctx, farm->width_px, farm->height_px, farm->alpha,
-                                       &s->own_bands[i]));
-        SC_TRY(sc_alloc(s->ctx, (size_t)farm->gop_frames + 1, sizeof(sc_frame_result), &block));
-        s->own[i].results = block;
+            SC_PASS(sc_image_init_alpha(s->ctx, farm->width_px, farm->height_px, farm->alpha,
+                                        &s->own_bands[i]));
+        SC_PASS(sc_alloc(s->ctx, (size_t)farm->gop_frames + 1, sizeof(sc_frame_result),
+                         &s->own[i].results));
     }
-    SC_TRY(sc_worker_thread_start(s->ctx, sc_accept_task_run, &s->acceptor, &s->accepting));
-    status = sc_worker_thread_start(s->ctx, sc_draw_task_run, (void *)(uintptr_t)farm, &s->drawing);
-out:
-    return status;
+    SC_PASS(sc_worker_thread_start(s->ctx, sc_accept_task_run, &s->acceptor, &s->accepting));
+    return sc_worker_thread_start(s->ctx, sc_draw_task_run, (void *)(uintptr_t)farm, &s->drawing);
 }
 
 /* Wait for the worker threads to end, add the idle time of the drawing one to times, and free

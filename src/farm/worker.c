@@ -322,23 +322,20 @@ static sc_status open_worker(worker *w, void **messages)
     const sc_farm *farm = w->farm;
     const size_t each = (sc_farm_message_bytes(farm) + 63) / 64 * 64; /* whole cache lines */
     void *results;
-    sc_status status;
 
-    SC_TRY(sc_alloc(w->ctx, SC_WORKER_BUFFERS, each, messages));
+    SC_PASS(sc_alloc(w->ctx, SC_WORKER_BUFFERS, each, messages));
     for (int i = 0; i < SC_WORKER_BUFFERS; i++) {
         buffer *b = &w->buffers[i];
 
         b->message = (char *)*messages + (size_t)i * each;
         b->image = (sc_image){farm->width_px, farm->height_px,
                               (uint8_t *)b->message + sizeof(sc_result_message), farm->alpha};
-        SC_TRY(sc_alloc(w->ctx, (size_t)farm->gop_frames + 1, sizeof *b->task.results, &results));
+        SC_PASS(sc_alloc(w->ctx, (size_t)farm->gop_frames + 1, sizeof *b->task.results, &results));
         b->task.results = results;
     }
     if (sc_farm_gathers(farm, sc_comm_size(w->comm)))
-        SC_TRY(sc_gather_open(w->ctx, w->comm, farm, &w->gather));
-    status = sc_worker_thread_start(w->ctx, sc_draw_task_run, (void *)(uintptr_t)farm, &w->drawing);
-out:
-    return status;
+        SC_PASS(sc_gather_open(w->ctx, w->comm, farm, &w->gather));
+    return sc_worker_thread_start(w->ctx, sc_draw_task_run, (void *)(uintptr_t)farm, &w->drawing);
 }
 
 sc_status sc_farm_draw(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, const sc_slots *slots,

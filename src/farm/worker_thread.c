@@ -81,12 +81,8 @@ sc_status sc_worker_thread_start(const sc_ctx *ctx, sc_task_fn *run, void *user,
                                  sc_worker_thread **out)
 {
     sc_worker_thread *t;
-    void *block;
-    sc_status status = sc_zalloc(ctx, 1, sizeof *t, &block);
 
-    if (status != SC_OK)
-        return status;
-    t = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &t));
     t->run = run;
     t->user = user;
     t->waiting.last = &t->waiting.first;

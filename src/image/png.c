@@ -100,16 +100,11 @@ sc_status sc_image_compress_png(const sc_ctx *ctx, const sc_image *image, const 
 sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char *path,
                             bool replace)
 {
-    sc_outfile file = {0};
-    sc_status status = sc_outfile_open(ctx, path, replace, &file);
+    SC_OWN(sc_outfile_discard) sc_outfile file = {0};
 
-    if (status != SC_OK)
-        return status;
-    status = sc_image_write_png(ctx, image, file.stream, path);
-    if (status == SC_OK)
-        return sc_outfile_commit(ctx, &file);
-    sc_outfile_discard(&file);
-    return status;
+    SC_PASS(sc_outfile_open(ctx, path, replace, &file));
+    SC_PASS(sc_image_write_png(ctx, image, file.stream, path));
+    return sc_outfile_commit(ctx, &file);
 }
 
 /* @return whether a file as long as the one that is open can hold the pixels that its header says:

@@ -98,8 +98,7 @@ static sc_status warn_of_missing(const sc_ctx *ctx, const sc_font *font, const s
                                  size_t count, sc_font_told *told)
 {
     size_t found = 0;
-    sc_text text = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
     for (size_t i = 0; i < count; i++) {
         for (size_t at = 0, length; at < lines[i].bytes; at += length ? length : 1) {
@@ -109,8 +108,8 @@ static sc_status warn_of_missing(const sc_ctx *ctx, const sc_font *font, const s
             code = sc_utf8_code(lines[i].text + at, length ? length : 1);
             if (sc_font_has(font, code) || !note_missing(code, told))
                 continue;
-            SC_TRY(sc_text_add(ctx, &text, "%s%.*s (U+%04X)", found++ ? ", " : "", (int)length,
-                               lines[i].text + at, code));
+            SC_PASS(sc_text_add(ctx, &text, "%s%.*s (U+%04X)", found++ ? ", " : "", (int)length,
+                                lines[i].text + at, code));
         }
     }
     if (found)
@@ -118,9 +117,7 @@ static sc_status warn_of_missing(const sc_ctx *ctx, const sc_font *font, const s
                 "no font here has %s: a box stands for %s in the pictures; install a font that "
                 "has %s",
                 text.data, found > 1 ? "each of them" : "it", found > 1 ? "them" : "it");
-out:
-    sc_text_clear(&text);
-    return status;
+    return SC_OK;
 }
 
 /* Put the lines, whose outlines are known, into one block. */
@@ -131,13 +128,10 @@ static sc_status pack(const sc_ctx *ctx, const drawn_line *drawn, const sc_text_
     uint64_t at = bytes;
     sc_lettering *lettering;
     void *block;
-    sc_status status;
 
     for (size_t i = 0; i < count; i++)
         bytes += 2 * (uint64_t)drawn[i].word.width_px * (uint64_t)drawn[i].word.height_px;
-    status = sc_zalloc(ctx, bytes, 1, &block);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(ctx, bytes, 1, &block));
     lettering = block;
     lettering->bytes = bytes;
     lettering->count = count;
@@ -166,12 +160,10 @@ sc_status sc_lettering_make(const sc_ctx *ctx, sc_font *font, const sc_text_line
     cairo_surface_t *surface = cairo_recording_surface_create(CAIRO_CONTENT_ALPHA, NULL);
     cairo_t *cairo = cairo_create(surface);
     drawn_line *drawn = NULL;
-    void *block = NULL;
     sc_status status;
 
     SC_TRY(warn_of_missing(ctx, font, lines, count, told));
-    SC_TRY(sc_zalloc(ctx, count + 1, sizeof *drawn, &block));
-    drawn = block;
+    SC_TRY(SC_ZALLOC(ctx, count + 1, &drawn));
     for (size_t i = 0; i < count; i++)
         outline_line(font, &lines[i], cairo, &drawn[i]);
     if (sc_font_failed(font) || cairo_status(cairo) != CAIRO_STATUS_SUCCESS) {

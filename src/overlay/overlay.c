@@ -30,12 +30,9 @@ sc_status sc_overlay_begin_within(const sc_ctx *ctx, sc_image *image, const sc_v
                                   const sc_rows *rows, sc_overlay **out)
 {
     sc_overlay *overlay;
-    void *block;
-    sc_status status = sc_zalloc(ctx, 1, sizeof *overlay, &block);
+    sc_status status = SC_OK;
 
-    if (status != SC_OK)
-        return status;
-    overlay = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &overlay));
     overlay->image = image;
     overlay->within = *within;
     overlay->rows = rows ? *rows : (sc_rows){0, image->height_px};

@@ -391,10 +391,7 @@ sc_status sc_number_vertices(const sc_ctx *ctx, const sc_preparation *p, const u
 
 sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p)
 {
-    const sc_status status = sc_number_vertices(ctx, p, p->near, &p->near_start, &p->near_count);
-
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_number_vertices(ctx, p, p->near, &p->near_start, &p->near_count));
     for (int id = 1; id < p->volume->label_count; id++)
         p->boundary_count += p->stats[id].boundary_voxels;
     return SC_OK;

@@ -246,10 +246,8 @@ sc_status sc_check_prepared(const sc_ctx *ctx, const char *path, const sc_prepar
 {
     const size_t voxels = (size_t)v->size[0] * (size_t)v->size[1] * (size_t)v->size[2];
     const char *wrong = NULL;
-    sc_status status = sc_geometry_check(ctx, path, v->size, &v->to_ras_mm);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_geometry_check(ctx, path, v->size, &v->to_ras_mm));
     for (int id = 0; id < v->label_count && !wrong; id++) {
         wrong = wrong_with_label(&v->labels[id], id ? &v->labels[id - 1] : NULL);
         if (!wrong)

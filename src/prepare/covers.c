@@ -152,12 +152,11 @@ sc_status sc_find_covers(const sc_ctx *ctx, const sc_volume *volume, const bool 
     uint64_t met[3];
     const size_t count = (size_t)volume->label_count;
     bool *removed;
-    void *flags = NULL, *tallies = NULL;
+    SC_OWN(sc_free_at) void *flags = NULL, *tallies = NULL;
     int layer = 0;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, count, sizeof *removed, &flags));
-    SC_TRY(sc_alloc(ctx, 3 * count, sizeof(tally), &tallies));
+    SC_PASS(sc_zalloc(ctx, count, sizeof *removed, &flags));
+    SC_PASS(sc_alloc(ctx, 3 * count, sizeof(tally), &tallies));
     removed = flags;
     for (size_t id = 0; id < count; id++) {
         removed[id] = hidden && hidden[id];
@@ -173,26 +172,19 @@ sc_status sc_find_covers(const sc_ctx *ctx, const sc_volume *volume, const bool 
         layers[cover] = ++layer;
         removed[cover] = true;
     }
-out:
-    sc_free(flags);
-    sc_free(tallies);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_find_outer_cover(const sc_ctx *ctx, const sc_volume *volume, int *cover)
 {
     uint64_t met[3];
     const size_t count = (size_t)volume->label_count;
-    void *removed = NULL, *tallies = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) void *removed = NULL, *tallies = NULL;
 
-    SC_TRY(sc_zalloc(ctx, count, sizeof(bool), &removed));
-    SC_TRY(sc_alloc(ctx, 3 * count, sizeof(tally), &tallies));
+    SC_PASS(sc_zalloc(ctx, count, sizeof(bool), &removed));
+    SC_PASS(sc_alloc(ctx, 3 * count, sizeof(tally), &tallies));
     *cover = find_cover(volume, removed, false, tallies, met);
-out:
-    sc_free(removed);
-    sc_free(tallies);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_measure_covers(const sc_ctx *ctx, sc_preparation *p)

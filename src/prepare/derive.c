@@ -55,16 +55,14 @@ static sc_status derive_occlusion(const sc_ctx *ctx, sc_preparation *p, const sc
     const size_t labels = (size_t)view->label_count;
     sc_occlusion occlusion;
     void *kept;
-    sc_status status;
 
-    SC_TRY(sc_team_alloc(ctx, p->team, labels, sizeof *opacity, &kept));
+    SC_PASS(sc_team_alloc(ctx, p->team, labels, sizeof *opacity, &kept));
     p->stored.opacity = kept;
     if (sc_team_is_first(p->team))
         memcpy(kept, opacity, labels * sizeof *opacity);
-    SC_TRY(sc_occlusion_build(ctx, p->team, view, opacity, &occlusion));
+    SC_PASS(sc_occlusion_build(ctx, p->team, view, opacity, &occlusion));
     p->stored.occlusion = occlusion.filled;
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_preparation_derive(const sc_ctx *ctx, sc_preparation *p, const float *opacity)

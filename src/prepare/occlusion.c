@@ -196,7 +196,6 @@ sc_status sc_occlusion_build(const sc_ctx *ctx, sc_team *team, const sc_prepared
     blur b = {.volume = volume, .opacity = opacity};
     const uint8_t(*filled)[2] = volume->stored.occlusion;
     double brick_mm[3], mean_mm, least_mm = HUGE_VAL;
-    sc_status status = SC_OK;
 
     sc_framed_size(volume->bricks, b.size);
     for (int i = 0; i < 3; i++) {
@@ -205,7 +204,7 @@ sc_status sc_occlusion_build(const sc_ctx *ctx, sc_team *team, const sc_prepared
     }
     mean_mm = cbrt(brick_mm[0] * brick_mm[1] * brick_mm[2]);
     if (!is_stored(volume, opacity)) {
-        SC_TRY(fill(ctx, team, &b, brick_mm, mean_mm));
+        SC_PASS(fill(ctx, team, &b, brick_mm, mean_mm));
         filled = (const uint8_t(*)[2])b.filled;
     }
     *out = (sc_occlusion){.filled = filled,
@@ -214,6 +213,5 @@ sc_status sc_occlusion_build(const sc_ctx *ctx, sc_team *team, const sc_prepared
                           .wide_mm = WIDE_BRICKS * mean_mm,
                           .mm_per_step = least_mm};
     memcpy(out->size, b.size, sizeof out->size);
-out:
-    return status;
+    return SC_OK;
 }

@@ -310,15 +310,14 @@ sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *p, const 
     uint64_t bytes[SECTIONS], at = 0;
     block_header h = header_of(p, true, bytes);
     const void *sources[SECTIONS];
-    sc_outfile file = {0};
-    sc_status status;
+    SC_OWN(sc_outfile_discard) sc_outfile file = {0};
     bool written;
     int error;
 
     sc_stage_begin(ctx, "writing", 0, h.total_bytes);
     sources_of(p, sources);
     h.checksum = checksum_of(&h, sources, bytes);
-    SC_TRY(sc_outfile_open(ctx, path, replace, &file));
+    SC_PASS(sc_outfile_open(ctx, path, replace, &file));
     written = put(file.stream, &h, sizeof h, &at, h.offset[IDS]);
     error = written ? 0 : errno;
     for (int i = 0; i < SECTIONS && written; i++) {
@@ -330,14 +329,12 @@ sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *p, const 
         sc_stage_add(ctx, at - before);
     }
     if (!written)
-        status =
-            sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written after %llu of %llu bytes: %s", path,
-                    (unsigned long long)at, (unsigned long long)h.total_bytes, sc_reason(error));
+        return sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written after %llu of %llu bytes: %s",
+                       path, (unsigned long long)at, (unsigned long long)h.total_bytes,
+                       sc_reason(error));
     else
-        status = sc_outfile_commit(ctx, &file);
-out:
-    sc_outfile_discard(&file);
-    return status;
+        return sc_outfile_commit(ctx, &file);
+    return SC_OK;
 }
 
 bool sc_is_prepared_file(const char *path)
@@ -439,9 +436,8 @@ sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void 
     const void *sections[SECTIONS];
     uint64_t section_bytes[SECTIONS], checksum;
     sc_prepared view;
-    sc_status status;
 
-    SC_TRY(check_header(ctx, path, block, bytes, &h));
+    SC_PASS(check_header(ctx, path, block, bytes, &h));
     checksum = h.checksum;
     h.checksum = 0;
     lay_out(&h, section_bytes);
@@ -452,12 +448,11 @@ sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void 
                        "%s: is damaged: its contents do not have the checksum it names; prepare it "
                        "again",
                        path);
-    SC_TRY(sc_prepared_view(ctx, block, bytes, &view));
-    SC_TRY(sc_check_prepared(ctx, path, &view));
+    SC_PASS(sc_prepared_view(ctx, block, bytes, &view));
+    SC_PASS(sc_check_prepared(ctx, path, &view));
     view.file_hash = checksum;
     *out = view;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* @return what a file holds of sc_stored. @param base the begin of the file. */

@@ -17,11 +17,9 @@ static sc_status begin(const sc_ctx *ctx, const sc_volume *volume,
                        const sc_prepare_settings *settings, sc_preparation **out)
 {
     sc_preparation *p = NULL;
-    void *block = NULL;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *p, &block));
-    p = block;
+    SC_TRY(SC_ZALLOC(ctx, 1, &p));
     p->volume = volume;
     p->settings = *settings;
     if (!settings->team)
@@ -31,8 +29,7 @@ static sc_status begin(const sc_ctx *ctx, const sc_volume *volume,
     for (int i = 0; i < 3; i++)
         p->bricks[i] = sc_bricks_along(volume->size[i]);
     p->brick_count = sc_brick_count(p->bricks);
-    SC_TRY(sc_zalloc(ctx, (size_t)volume->label_count, 1, &block));
-    p->hidden = block;
+    SC_TRY(sc_zalloc(ctx, (size_t)volume->label_count, 1, &p->hidden));
     for (int id = 0; settings->hidden && id < volume->label_count; id++)
         p->hidden[id] = settings->hidden[id];
     SC_TRY(sc_find_strengths(ctx, p));

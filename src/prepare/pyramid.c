@@ -71,17 +71,15 @@ sc_status sc_pyramid_build(const sc_ctx *ctx, sc_team *team, const sc_prepared *
     pyramid_job job = {.pyramid = &p, .lowest = *masks};
     int framed[3];
     void *block;
-    sc_status status;
 
     lay_out(volume, &p, job.sizes);
     sc_framed_size(volume->bricks, framed);
     job.lowest_count = sc_brick_count(framed);
-    SC_TRY(sc_team_alloc(ctx, team, p.count, sizeof **masks, &block));
+    SC_PASS(sc_team_alloc(ctx, team, p.count, sizeof **masks, &block));
     job.masks = block;
     sc_team_for(team, 1, 1, raise_levels, &job);
     sc_team_free(team, *masks);
     *masks = block;
     *out = p;
-out:
-    return status;
+    return SC_OK;
 }

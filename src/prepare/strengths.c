@@ -40,11 +40,8 @@ sc_status sc_find_strengths(const sc_ctx *ctx, sc_preparation *p)
     const sc_prepare_settings *s = &p->settings;
     const size_t labels = (size_t)p->volume->label_count;
     bool all_fit = true;
-    void *block;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, labels, sizeof *p->smooth, &block));
-    p->smooth = block;
+    SC_PASS(SC_ZALLOC(ctx, labels, &p->smooth));
     for (size_t id = 1; id < labels; id++) {
         p->smooth[id] = s->tissue_smooth ? s->tissue_smooth[id] : s->smooth;
         all_fit = all_fit && (p->hidden[id] || add_kind(p, p->smooth[id]));
@@ -56,6 +53,5 @@ sc_status sc_find_strengths(const sc_ctx *ctx, sc_preparation *p)
                        SC_SMOOTH_KINDS_MAX);
     if (p->kind_count == 0) /* nothing but background and hidden labels */
         p->kinds[p->kind_count++] = s->smooth;
-out:
-    return status;
+    return SC_OK;
 }

@@ -196,12 +196,9 @@ static sc_status build(const sc_ctx *ctx, sc_team *team, const sc_prepared *volu
     mask_builder builder = {.volume = volume, .show = show, .all_shown = true};
     int framed[3];
     void *block;
-    sc_status status;
 
     sc_framed_size(volume->bricks, framed);
-    status = sc_team_alloc(ctx, team, sc_brick_count(framed), sizeof(uint64_t), &block);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_team_alloc(ctx, team, sc_brick_count(framed), sizeof(uint64_t), &block));
     builder.masks = block;
     for (int id = 1; id < volume->label_count; id++) {
         builder.interior = builder.interior || show[id] & SC_SHOW_INTERIOR;

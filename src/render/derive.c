@@ -89,49 +89,46 @@ static sc_status find_empty(const sc_ctx *ctx, sc_renderer *r, uint64_t *masks)
 {
     const sc_prepared *v = r->volume;
     uint8_t *distances;
-    sc_status status = SC_OK;
 
     switch (r->kernel->skip) {
     case SC_SKIP_LEAP:
-        SC_TRY(sc_brick_distances(ctx, r->team, v->bricks, masks, &distances));
+        SC_PASS(sc_brick_distances(ctx, r->team, v->bricks, masks, &distances));
         r->distances = distances;
         break;
     case SC_SKIP_OCTREE:
-        SC_TRY(sc_pyramid_build(ctx, r->team, v, &masks, &r->pyramid));
+        SC_PASS(sc_pyramid_build(ctx, r->team, v, &masks, &r->pyramid));
         break;
     case SC_SKIP_PROXIMITY:
-        SC_TRY(sc_cell_distances(ctx, r->team, v, masks, SC_METRIC_CITY_BLOCK, &r->cell_distances));
+        SC_PASS(
+            sc_cell_distances(ctx, r->team, v, masks, SC_METRIC_CITY_BLOCK, &r->cell_distances));
         break;
     case SC_SKIP_CHESSBOARD:
-        SC_TRY(sc_cell_distances(ctx, r->team, v, masks, SC_METRIC_CHESSBOARD, &r->cell_distances));
+        SC_PASS(
+            sc_cell_distances(ctx, r->team, v, masks, SC_METRIC_CHESSBOARD, &r->cell_distances));
         break;
     case SC_SKIP_NONE:
     case SC_SKIP_INTERIOR:
         break;
     }
     r->visible = masks;
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_find_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show)
 {
     const sc_prepared *v = r->volume;
     uint64_t *masks;
-    sc_status status;
 
     if (r->settings.surface == SC_SURFACE_SMOOTH)
-        SC_TRY(sc_visible_cells(ctx, r->team, v, show, &masks));
+        SC_PASS(sc_visible_cells(ctx, r->team, v, show, &masks));
     else
-        SC_TRY(sc_visible_masks(ctx, r->team, v, show, &masks));
+        SC_PASS(sc_visible_masks(ctx, r->team, v, show, &masks));
     if (sc_skip_is_wide(r->kernel->skip) && r->kernel->surface == SC_SURFACE_SMOOTH) {
         sc_cells cells;
 
-        SC_TRY(sc_cells_build(ctx, r->team, v, masks, &cells));
+        SC_PASS(sc_cells_build(ctx, r->team, v, masks, &cells));
         r->cell_start = cells.start;
         r->cells = cells.cells;
     }
-    SC_TRY(find_empty(ctx, r, masks));
-out:
-    return status;
+    return find_empty(ctx, r, masks);
 }

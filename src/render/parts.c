@@ -30,11 +30,8 @@ static sc_status begin_part(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *
 {
     const size_t labels = (size_t)r->volume->label_count;
     sc_renderer *own;
-    void *block;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *own, &block));
-    own = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &own));
     part->renderer = own;
     own->settings = r->settings;
     own->volume = r->volume;
@@ -43,20 +40,15 @@ static sc_status begin_part(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *
     own->to_voxel = r->to_voxel;
     own->fades.groups = r->fades.groups;
     own->has_tight_blocks = true;
-    SC_TRY(sc_alloc(ctx, labels, sizeof *own->tissues, &block));
-    own->tissues = block;
-    SC_TRY(sc_zalloc(ctx, labels, sizeof *own->looks, &block));
-    own->looks = block;
-    SC_TRY(sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &block));
-    own->cover = block;
+    SC_PASS(SC_ALLOC(ctx, labels, &own->tissues));
+    SC_PASS(SC_ZALLOC(ctx, labels, &own->looks));
+    SC_PASS(sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &own->cover));
     if (r->occlusion.filled) {
-        SC_TRY(sc_zalloc(ctx, occlusion_bytes(r), 1, &block));
-        part->mixed = block;
+        SC_PASS(sc_zalloc(ctx, occlusion_bytes(r), 1, &part->mixed));
     }
     sc_fill_tissues(own, mine, show, opacity);
     sc_fill_boxes(own);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Derive from the volume what part @p p is drawn from. Collective in r->team. */
@@ -64,18 +56,16 @@ static sc_status derive_part(const sc_ctx *ctx, const sc_renderer *r, sc_part *p
                              const uint8_t *show, const float *opacity)
 {
     sc_renderer *own = part->renderer;
-    sc_status status;
 
-    SC_TRY(sc_find_visible(ctx, own, show));
+    SC_PASS(sc_find_visible(ctx, own, show));
     if (r->occlusion.filled) {
-        SC_TRY(sc_occlusion_build(ctx, r->team, r->volume, opacity, &own->occlusion));
+        SC_PASS(sc_occlusion_build(ctx, r->team, r->volume, opacity, &own->occlusion));
         part->filled = own->occlusion.filled;
     }
     sc_decide_cover(own);
     if (!own->covers_all)
-        SC_TRY(sc_find_blocks(ctx, own));
-out:
-    return status;
+        SC_PASS(sc_find_blocks(ctx, own));
+    return SC_OK;
 }
 
 /* Note which tissues are those of part @p p: sets label and amount. @param mine as of begin_part.
@@ -98,41 +88,30 @@ static bool choose_tissues(const sc_renderer *r, const sc_tissue *tissues, int p
 static sc_status make_all(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissues,
                           sc_tissue *mine, uint8_t *show, float *opacity)
 {
-    sc_status status = SC_OK;
-
     for (int p = 0; p < r->parts->count; p++) {
         sc_part *part = &r->parts->list[p];
 
         if (!choose_tissues(r, tissues, p, part, mine))
             continue;
         /* No rank begins what all do together before all have come as far. */
-        SC_TRY(sc_team_agree(r->team, begin_part(ctx, r, mine, part, show, opacity)));
-        SC_TRY(derive_part(ctx, r, part, show, opacity));
+        SC_PASS(sc_team_agree(r->team, begin_part(ctx, r, mine, part, show, opacity)));
+        SC_PASS(derive_part(ctx, r, part, show, opacity));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Allocate r->parts, with the rooms of the threads. @param count of parts. */
 static sc_status allocate(const sc_ctx *ctx, sc_renderer *r, int count)
 {
     const size_t threads = (size_t)r->settings.threads;
-    void *block;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *r->parts, &block));
-    r->parts = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &r->parts));
     r->parts->count = count;
-    SC_TRY(sc_alloc(ctx, threads, sizeof *r->parts->rooms, &block));
-    r->parts->rooms = block;
-    SC_TRY(sc_alloc(ctx, threads * (size_t)count * SC_APART_BATCH, sizeof *r->parts->ways, &block));
-    r->parts->ways = block;
+    SC_PASS(SC_ALLOC(ctx, threads, &r->parts->rooms));
+    SC_PASS(SC_ALLOC(ctx, threads * (size_t)count * SC_APART_BATCH, &r->parts->ways));
     for (size_t i = 0; i < threads; i++)
         r->parts->rooms[i].ways = r->parts->ways + i * (size_t)count * SC_APART_BATCH;
-    SC_TRY(sc_alloc(ctx, (size_t)SC_COVER_SIDE * SC_COVER_SIDE, sizeof *r->parts->met, &block));
-    r->parts->met = block;
-out:
-    return status;
+    return SC_ALLOC(ctx, (size_t)SC_COVER_SIDE * SC_COVER_SIDE, &r->parts->met);
 }
 
 sc_status sc_parts_make(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissues)

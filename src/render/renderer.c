@@ -106,13 +106,10 @@ static void use_stored(sc_renderer *r)
 static sc_status find_hull_and_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show)
 {
     sc_vec3 *hull;
-    sc_status status;
 
-    SC_TRY(sc_hull_points(ctx, r->team, r->volume, show, &hull, &r->hull_count));
+    SC_PASS(sc_hull_points(ctx, r->team, r->volume, show, &hull, &r->hull_count));
     r->hull = hull;
-    status = sc_find_visible(ctx, r, show);
-out:
-    return status;
+    return sc_find_visible(ctx, r, show);
 }
 
 /* Derive from the volume what the march needs and what does not change from frame to frame, as far
@@ -125,22 +122,20 @@ static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
 {
     const sc_lighting *light = &r->settings.light;
     const sc_prepared *v = r->volume;
-    sc_status status;
 
     if (has_stored(r, show))
         use_stored(r);
     else
-        SC_TRY(find_hull_and_visible(ctx, r, show));
+        SC_PASS(find_hull_and_visible(ctx, r, show));
     measure_hull(r);
     if (!light->flat && (light->occlusion > 0 || light->shadows > 0))
-        SC_TRY(sc_occlusion_build(ctx, r->team, v, opacity, &r->occlusion));
-    SC_TRY(sc_find_fades(ctx, r));
-    SC_TRY(sc_find_backdrop(ctx, r));
+        SC_PASS(sc_occlusion_build(ctx, r->team, v, opacity, &r->occlusion));
+    SC_PASS(sc_find_fades(ctx, r));
+    SC_PASS(sc_find_backdrop(ctx, r));
     sc_decide_cover(r);
     if (!r->covers_all)
-        SC_TRY(sc_find_blocks(ctx, r));
-out:
-    return status;
+        SC_PASS(sc_find_blocks(ctx, r));
+    return SC_OK;
 }
 
 /* Allocate what depends on the settings and the number of labels: tissues, and per thread stats,
@@ -149,27 +144,17 @@ out:
 static sc_status allocate(const sc_ctx *ctx, sc_renderer *r)
 {
     const size_t threads = (size_t)r->settings.threads, side = (size_t)r->settings.tile_px + 2;
-    void *block;
-    sc_status status;
 
-    SC_TRY(sc_alloc(ctx, (size_t)r->volume->label_count, sizeof *r->tissues, &block));
-    r->tissues = block;
-    SC_TRY(sc_zalloc(ctx, (size_t)r->volume->label_count, sizeof *r->looks, &block));
-    r->looks = block;
-    SC_TRY(sc_zalloc(ctx, threads, sizeof *r->stats, &block));
-    r->stats = block;
-    SC_TRY(sc_zalloc(ctx, threads, sizeof *r->spans, &block));
-    r->spans = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)r->volume->label_count, &r->tissues));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)r->volume->label_count, &r->looks));
+    SC_PASS(SC_ZALLOC(ctx, threads, &r->stats));
+    SC_PASS(SC_ZALLOC(ctx, threads, &r->spans));
     if (r->settings.lender) {
         r->pixels = r->settings.lender->pixels;
     } else {
-        SC_TRY(sc_alloc(ctx, threads * side * side, sizeof *r->pixels, &block));
-        r->pixels = block;
+        SC_PASS(SC_ALLOC(ctx, threads * side * side, &r->pixels));
     }
-    SC_TRY(sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &block));
-    r->cover = block;
-out:
-    return status;
+    return sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &r->cover);
 }
 
 /* Set r->kernel. A volume that is too large for the wide kernels is marched by those of
@@ -178,15 +163,13 @@ out:
 static sc_status find_kernel(const sc_ctx *ctx, sc_renderer *r)
 {
     const sc_render_settings *s = &r->settings;
-    sc_status status = SC_OK;
 
     r->kernel = sc_kernel_find(s->surface, s->skip, r->volume, s->cpu);
     if (!r->kernel && s->cpu)
-        SC_TRY(sc_cpu_check(ctx, s->cpu));
+        SC_PASS(sc_cpu_check(ctx, s->cpu));
     if (!r->kernel)
         r->kernel = sc_kernel_find(s->surface, SC_SKIP_INTERIOR, r->volume, NULL);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Make what a rank of the team has for itself: all but what is derived from the volume. @param
@@ -195,18 +178,14 @@ out:
 static sc_status begin(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissues, uint8_t *show,
                        float *opacity)
 {
-    sc_status status;
-
     if (!sc_affine_invert(&r->volume->to_ras_mm, &r->to_voxel))
         return sc_fail(ctx, SC_ERR_DATA, "the geometry of the volume is singular");
-    SC_TRY(find_kernel(ctx, r));
-    SC_TRY(allocate(ctx, r));
+    SC_PASS(find_kernel(ctx, r));
+    SC_PASS(allocate(ctx, r));
     sc_fill_tissues(r, tissues, show, opacity);
     sc_fill_boxes(r);
     sc_srgb_table_init(&r->srgb);
-    status = sc_fill_grey(ctx, r);
-out:
-    return status;
+    return sc_fill_grey(ctx, r);
 }
 
 sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,

@@ -128,20 +128,14 @@ static json_t *rows_json(const activity *a)
 static sc_status allocate(const sc_ctx *ctx, activity *a)
 {
     const sc_run_stats *stats = a->stats;
-    void *block;
-    sc_status status;
 
-    SC_TRY(sc_alloc(ctx, (size_t)stats->run.ranks + 1, sizeof *a->first, &block));
-    a->first = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)stats->run.ranks + 1, &a->first));
     a->first[0] = 0;
     for (int i = 0; i < stats->run.ranks; i++) /* one more: it encodes and writes */
         a->first[i + 1] = a->first[i] + (size_t)stats->ranks[i].threads + 1;
     a->threads = a->first[stats->run.ranks];
     a->shown = a->threads < ROWS ? a->threads : ROWS;
-    SC_TRY(sc_zalloc(ctx, a->shown, sizeof *a->rows, &block));
-    a->rows = block;
-out:
-    return status;
+    return SC_ZALLOC(ctx, a->shown, &a->rows);
 }
 
 sc_status sc_report_activity(const sc_ctx *ctx, const char *path, const sc_run_stats *stats,

@@ -56,17 +56,14 @@ out:
 
 sc_status sc_report_heat(const sc_ctx *ctx, const sc_heat *heat, json_t *data)
 {
-    json_t *kinds = json_array();
-    sc_status status = SC_OK;
+    json_auto_t *kinds = json_array();
 
     for (int i = 0; i < SC_HEAT_KINDS && heat->width_px; i++)
-        SC_TRY(add_kind(ctx, heat, i, &kinds));
+        SC_PASS(add_kind(ctx, heat, i, &kinds));
     if (heat->width_px)
-        status = sc_json_set(ctx, data, "heat",
-                             json_pack("{s:i, s:i, s:i, s:f, s:O}", "frame", heat->frame, "width",
-                                       heat->width_px, "height", heat->height_px, "cpu_s",
-                                       heat->cpu_s, "kinds", kinds));
-out:
-    json_decref(kinds);
-    return status;
+        return sc_json_set(ctx, data, "heat",
+                           json_pack("{s:i, s:i, s:i, s:f, s:O}", "frame", heat->frame, "width",
+                                     heat->width_px, "height", heat->height_px, "cpu_s",
+                                     heat->cpu_s, "kinds", kinds));
+    return SC_OK;
 }

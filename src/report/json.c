@@ -72,19 +72,15 @@ static void encode_base64(const uint8_t *from, size_t bytes, char *out)
 
 sc_status sc_json_png(const sc_ctx *ctx, const sc_image *image, json_t **out)
 {
-    char *data = NULL;
+    SC_OWN(sc_free_at) char *data = NULL;
     size_t bytes = 0;
-    void *text = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) void *text = NULL;
 
-    SC_TRY(sc_image_compress_png(ctx, image, "a picture of the page", &data, &bytes));
-    SC_TRY(sc_alloc(ctx, (bytes + 2) / 3, 4, &text));
+    SC_PASS(sc_image_compress_png(ctx, image, "a picture of the page", &data, &bytes));
+    SC_PASS(sc_alloc(ctx, (bytes + 2) / 3, 4, &text));
     encode_base64((const uint8_t *)data, bytes, text);
     *out = json_stringn(text, (bytes + 2) / 3 * 4);
-out:
-    free(data);
-    sc_free(text);
-    return status;
+    return SC_OK;
 }
 
 /* @return the text of a file, without what is too long, as JSON; null if it cannot be shown. */
@@ -131,10 +127,8 @@ out:
 
 sc_status sc_json_page(const sc_ctx *ctx, const json_t *data, sc_text *out)
 {
-    char *text = json_dumps(data, JSON_COMPACT | JSON_REAL_PRECISION(DIGITS));
-    const sc_status status = text ? sc_page_make(ctx, text, out)
-                                  : sc_fail(ctx, SC_ERR_MEMORY, "out of memory for a page");
+    SC_OWN(sc_free_at) char *text = json_dumps(data, JSON_COMPACT | JSON_REAL_PRECISION(DIGITS));
 
-    free(text);
-    return status;
+    return text ? sc_page_make(ctx, text, out)
+                : sc_fail(ctx, SC_ERR_MEMORY, "out of memory for a page");
 }

@@ -28,27 +28,6 @@ static json_t *entry_json(const sc_run_entry *run)
                      sc_json_text(run->commit), "batch_job", sc_json_text(run->batch_job));
 }
 
-/* @return the CPU seconds of a phase, of all ranks together. */
-static double phase_cpu_s(const sc_run_stats *stats, int phase)
-{
-    double sum = 0;
-
-    for (int i = 0; i < stats->run.ranks; i++)
-        sum += stats->ranks[i].phases[phase].cpu_s;
-    return sum;
-}
-
-/* @return the wall seconds of a phase on the rank on which it took longest. */
-static double phase_wall_s(const sc_run_stats *stats, int phase)
-{
-    double most = 0;
-
-    for (int i = 0; i < stats->run.ranks; i++)
-        most = most > stats->ranks[i].phases[phase].wall_s ? most
-                                                           : stats->ranks[i].phases[phase].wall_s;
-    return most;
-}
-
 /* @return the peak memory of the rank that took most. */
 static uint64_t peak_bytes(const sc_run_stats *stats)
 {
@@ -64,10 +43,13 @@ static json_t *phases_json(const sc_run_stats *stats)
 {
     json_t *phases = json_object();
 
-    for (int p = 0; p < SC_PHASE_COUNT; p++)
-        (void)json_object_set_new(phases, sc_phase_key(p),
-                                  json_pack("{s:f, s:f}", "wall_s", phase_wall_s(stats, p), "cpu_s",
-                                            phase_cpu_s(stats, p)));
+    for (int p = 0; p < SC_PHASE_COUNT; p++) {
+        const sc_phase_time time = sc_run_phase(&stats->run, p);
+
+        (void)json_object_set_new(
+            phases, sc_phase_key(p),
+            json_pack("{s:f, s:f}", "wall_s", time.wall_s, "cpu_s", time.cpu_s));
+    }
     return phases;
 }
 
@@ -200,31 +182,30 @@ static json_t *compared_json(const char *name, const sc_run_stats *stats)
     json_t *wall_s = json_array();
 
     for (int p = 0; p < SC_PHASE_COUNT; p++)
-        wall_s = sc_json_append(wall_s, json_real(phase_wall_s(stats, p)));
-    return json_pack("{s:o, s:b, s:o, s:f, s:f, s:f, s:f, s:f, s:I, s:s, s:o}", "name",
-                     sc_json_text(name), "drew", drew, "run", entry_json(last), "frames_per_s",
-                     drew ? stats->frames_per_s : 0, "draw_cpu_s",
-                     drew ? phase_cpu_s(stats, SC_PHASE_RENDER) / frames : 0, "encode_cpu_s",
-                     drew ? phase_cpu_s(stats, SC_PHASE_ENCODE) / frames : 0, "mrays_per_cpu_s",
-                     stats->mrays_per_cpu_s, "imbalance", sc_run_imbalance(&stats->run),
-                     "peak_rss_bytes", (json_int_t)peak_bytes(stats), "limit",
-                     sc_bottleneck_advice(sc_run_bottleneck(&stats->run)), "wall_s", wall_s);
+        wall_s = sc_json_append(wall_s, json_real(sc_run_phase(&stats->run, p).wall_s));
+    return json_pack(
+        "{s:o, s:b, s:o, s:f, s:f, s:f, s:f, s:f, s:I, s:s, s:o}", "name", sc_json_text(name),
+        "drew", drew, "run", entry_json(last), "frames_per_s", drew ? stats->frames_per_s : 0,
+        "draw_cpu_s", drew ? sc_run_phase(&stats->run, SC_PHASE_RENDER).cpu_s / frames : 0,
+        "encode_cpu_s", drew ? sc_run_phase(&stats->run, SC_PHASE_ENCODE).cpu_s / frames : 0,
+        "mrays_per_cpu_s", stats->mrays_per_cpu_s, "imbalance", sc_run_imbalance(&stats->run),
+        "peak_rss_bytes", (json_int_t)peak_bytes(stats), "limit",
+        sc_bottleneck_advice(sc_run_bottleneck(&stats->run)), "wall_s", wall_s);
 }
 
 sc_status sc_report_compare(const sc_ctx *ctx, const char *const *directories, int count,
                             sc_text *out)
 {
-    json_t *runs = json_array(), *data = NULL, *differing = NULL;
-    sc_run_stats first = {0}, stats = {0};
+    json_auto_t *runs = json_array(), *data = NULL, *differing = NULL;
+    SC_OWN(sc_run_stats_clear) sc_run_stats first = {0}, stats = {0};
     int common = 0;
-    sc_status status = SC_OK;
 
     for (int i = 0; i < count; i++) {
         char path[SC_REPORT_PATH_BYTES];
         int frame = -1;
 
         snprintf(path, sizeof path, "%s/stats.json", directories[i]);
-        SC_TRY(sc_run_stats_read(ctx, path, i ? &stats : &first));
+        SC_PASS(sc_run_stats_read(ctx, path, i ? &stats : &first));
         runs = sc_json_append(runs, compared_json(directories[i], i ? &stats : &first));
         if (i && !differing)
             frame = differing_frame(&first.history, &stats.history, &common);
@@ -235,12 +216,5 @@ sc_status sc_report_compare(const sc_ctx *ctx, const char *const *directories, i
     }
     data = json_pack("{s:s, s:s, s:i, s:O*, s:O}", "kind", "runs", "title", "Comparison of runs",
                      "common", common, "differing", differing, "runs", runs);
-    status = sc_json_page(ctx, data, out);
-out:
-    json_decref(data);
-    json_decref(runs);
-    json_decref(differing);
-    sc_run_stats_clear(&first);
-    sc_run_stats_clear(&stats);
-    return status;
+    return sc_json_page(ctx, data, out);
 }

@@ -176,10 +176,8 @@ static sc_status add_mismatch(const sc_ctx *ctx, const sc_study_view *view, json
     uint64_t *pictures;
     void *block;
     int cell, other = 0;
-    const sc_status status = sc_zalloc(ctx, (size_t)view->count, sizeof *pictures, &block);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(ctx, (size_t)view->count, sizeof *pictures, &block));
     pictures = block;
     for (int i = 0; i < view->count; i++) {
         for (int a = 0; a < design->axis_count; a++) {

@@ -121,11 +121,9 @@ sc_status sc_report_compare_studies(const sc_ctx *ctx, const char *const *direct
 {
     studies s = {.names = directories};
     json_t *data = NULL, *list = json_array(), *cells = json_array();
-    void *block;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)count, sizeof *s.views, &block));
-    s.views = block;
+    SC_TRY(SC_ZALLOC(ctx, (size_t)count, &s.views));
     for (; s.count < count; s.count++)
         SC_TRY(sc_study_view_open(ctx, &measurements[s.count], &s.views[s.count]));
     for (int i = 0; i < count; i++)

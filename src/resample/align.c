@@ -319,17 +319,9 @@ static void share_work(sc_team *team, slices *s)
  * SC_ERR_MEMORY; the caller frees in any case. */
 static sc_status allocate(const sc_ctx *ctx, slices *s, int count, double **exact)
 {
-    void *block;
-    sc_status status;
-
-    SC_TRY(sc_alloc(ctx, (size_t)s->threads * 2 * s->pixels, sizeof *s->scratch, &block));
-    s->scratch = block;
-    SC_TRY(sc_alloc(ctx, (size_t)s->threads * s->pixels, sizeof *s->borders, &block));
-    s->borders = block;
-    SC_TRY(sc_alloc(ctx, (size_t)count * 3, sizeof **exact, &block));
-    *exact = block;
-out:
-    return status;
+    SC_PASS(SC_ALLOC(ctx, (size_t)s->threads * 2 * s->pixels, &s->scratch));
+    SC_PASS(SC_ALLOC(ctx, (size_t)s->threads * s->pixels, &s->borders));
+    return SC_ALLOC(ctx, (size_t)count * 3, exact);
 }
 
 sc_status sc_resample_find_moved(const sc_ctx *ctx, sc_team *team, const drawn_view *view, int axis,

@@ -559,8 +559,6 @@ static sc_status make_room(const sc_ctx *ctx, between_work *w)
 {
     const size_t count = w->result->count;
     size_t voxels, most = 0;
-    void *block;
-    sc_status status;
 
     for (int id = 0; id < w->a->label_count; id++) {
         if (!w->boxes[id].voxels)
@@ -575,45 +573,34 @@ static sc_status make_room(const sc_ctx *ctx, between_work *w)
             "cine: between: tissues that move take %zu voxels, expected at most %d; draw "
             "a part of the volumes (crop), or leave between out",
             most, INT32_MAX);
-    SC_TRY(check_memory(ctx, w->a, count, most));
+    SC_PASS(check_memory(ctx, w->a, count, most));
     for (int i = 0; i < 3; i++) {
         w->step_mm[i] = (float)sc_vec3_length(sc_affine_column(&w->a->to_ras_mm, i));
         w->line = (size_t)w->a->size[i] + 1 > w->line ? (size_t)w->a->size[i] + 1 : w->line;
     }
     for (int i = 0; i < 2; i++) {
-        SC_TRY(sc_alloc(ctx, most, sizeof(float), &block));
-        w->values[i] = block;
-        SC_TRY(sc_alloc(ctx, most, sizeof(int32_t), &block));
-        w->nearest[i] = block;
+        SC_PASS(sc_alloc(ctx, most, sizeof(float), &w->values[i]));
+        SC_PASS(sc_alloc(ctx, most, sizeof(int32_t), &w->nearest[i]));
     }
-    SC_TRY(sc_alloc(ctx, (size_t)w->threads * w->line, sizeof(int32_t), &block));
-    w->places = block;
-    SC_TRY(sc_alloc(ctx, 2 * count, sizeof(carrier), &block));
-    w->result->carriers = block;
-    SC_TRY(sc_alloc(ctx, (size_t)w->threads * 3 * w->line, sizeof(float), &block));
-    w->scratch = block;
-    SC_TRY(sc_alloc(ctx, 3 * count, sizeof(float), &block));
-    w->near = block;
+    SC_PASS(sc_alloc(ctx, (size_t)w->threads * w->line, sizeof(int32_t), &w->places));
+    SC_PASS(sc_alloc(ctx, 2 * count, sizeof(carrier), &w->result->carriers));
+    SC_PASS(sc_alloc(ctx, (size_t)w->threads * 3 * w->line, sizeof(float), &w->scratch));
+    SC_PASS(sc_alloc(ctx, 3 * count, sizeof(float), &w->near));
     for (size_t i = 0; i < count; i++)
         w->near[i] = FAR;
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_between_find(const sc_ctx *ctx, const sc_volume *a, const sc_volume *b, int threads,
                           sc_between **out)
 {
     between_work w = {.a = a, .b = b, .threads = threads > 1 ? threads : 1};
-    void *block = NULL;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *w.result, &block));
-    w.result = block;
+    SC_TRY(SC_ZALLOC(ctx, 1, &w.result));
     memcpy(w.result->size, a->size, sizeof a->size);
-    SC_TRY(sc_zalloc(ctx, (size_t)a->label_count, sizeof *w.boxes, &block));
-    w.boxes = block;
-    SC_TRY(sc_zalloc(ctx, (size_t)a->label_count, sizeof *w.voxels, &block));
-    w.voxels = block;
+    SC_TRY(SC_ZALLOC(ctx, (size_t)a->label_count, &w.boxes));
+    SC_TRY(SC_ZALLOC(ctx, (size_t)a->label_count, &w.voxels));
     SC_TRY(list_changes(ctx, &w));
     if (w.result->count)
         SC_TRY(make_room(ctx, &w));

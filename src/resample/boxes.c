@@ -65,12 +65,8 @@ sc_status sc_resample_find_boxes(const sc_ctx *ctx, const sc_volume *v, int thre
 {
     const size_t labels = (size_t)v->label_count;
     box_work w = {v, NULL};
-    void *block;
-    sc_status status = sc_zalloc(ctx, (size_t)threads * labels, sizeof *w.boxes, &block);
 
-    if (status != SC_OK)
-        return status;
-    w.boxes = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)threads * labels, &w.boxes));
     sc_parallel_for(threads, (size_t)v->size[2], 1, box_layers, &w);
     for (int t = 1; t < threads; t++) {
         for (size_t id = 0; id < labels; id++)

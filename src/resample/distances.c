@@ -34,12 +34,8 @@ static label_box with_margin(const stack *s, const sc_label_tally *voxels, int i
 sc_status sc_distances_open(const sc_ctx *ctx, const stack *s, const sc_label_tally *voxels,
                             int label_count, int slots, int threads, distances *d)
 {
-    void *block;
-    sc_status status;
-
     *d = (distances){.s = s, .slots = slots, .threads = threads};
-    SC_TRY(sc_alloc(ctx, (size_t)label_count, sizeof *d->boxes, &block));
-    d->boxes = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)label_count, &d->boxes));
     for (int id = 0; id < label_count; id++) {
         label_box *box = &d->boxes[d->count];
 
@@ -49,12 +45,8 @@ sc_status sc_distances_open(const sc_ctx *ctx, const stack *s, const sc_label_ta
         d->room += length_of(box, 0) * length_of(box, 1);
         d->count++;
     }
-    SC_TRY(sc_alloc(ctx, (size_t)slots * d->room, sizeof *d->values, &block));
-    d->values = block;
-    SC_TRY(sc_alloc(ctx, (size_t)threads * 3 * (size_t)s->size[0], sizeof *d->scratch, &block));
-    d->scratch = block;
-out:
-    return status;
+    SC_PASS(SC_ALLOC(ctx, (size_t)slots * d->room, &d->values));
+    return SC_ALLOC(ctx, (size_t)threads * 3 * (size_t)s->size[0], &d->scratch);
 }
 
 double sc_distances_bytes(const stack *s, const sc_label_tally *voxels, int label_count, int slots,

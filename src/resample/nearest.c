@@ -44,16 +44,15 @@ sc_status sc_resample_nearest(const sc_ctx *ctx, sc_volume *volume, const int si
 {
     const size_t rows = (size_t)size[1] * (size_t)size[2];
     nearest_work w = {.from = volume, .size = {size[0], size[1], size[2]}};
-    void *block = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
     int *x_of;
-    sc_status status;
 
-    SC_TRY(sc_alloc(ctx, (size_t)size[0], sizeof *x_of, &block));
+    SC_PASS(sc_alloc(ctx, (size_t)size[0], sizeof *x_of, &block));
     x_of = block;
     for (int x = 0; x < size[0]; x++)
         x_of[x] = plane_of(x, volume->size[0], size[0]);
     w.x_of = x_of;
-    SC_TRY(sc_alloc(ctx, rows * (size_t)size[0], (size_t)volume->label_bytes, &w.ids));
+    SC_PASS(sc_alloc(ctx, rows * (size_t)size[0], (size_t)volume->label_bytes, &w.ids));
     sc_stage_begin(ctx, "resampling", 0, rows);
     sc_stage_for(ctx, rows, threads, rows, 64, fill_rows, &w);
     sc_free(volume->ids);
@@ -63,7 +62,5 @@ sc_status sc_resample_nearest(const sc_ctx *ctx, sc_volume *volume, const int si
 
         sc_resample_set_axis(volume, i, size[i], step / 2 - 0.5, step);
     }
-out:
-    sc_free(block);
-    return status;
+    return SC_OK;
 }

@@ -44,11 +44,10 @@ sc_status sc_find_drawn_grid_together(const sc_ctx *ctx, sc_team *team, const sc
                                       sc_drawn_grid *out)
 {
     sc_drawn_grid grid = {.copies = {1, 1, 1}, .split = {1, 1, 1}};
-    drawn_view view = {0};
+    SC_OWN(sc_drawn_view_clear) drawn_view view = {0};
     double shortest = HUGE_VAL;
-    sc_status status;
 
-    SC_TRY(sc_resample_find_copies(ctx, team, volume, &grid));
+    SC_PASS(sc_resample_find_copies(ctx, team, volume, &grid));
     for (int i = 0; i < 3; i++) {
         grid.drawn_mm[i] = grid.copies[i] * sc_vec3_length(sc_affine_column(&volume->to_ras_mm, i));
         if (volume->size[i] > 1)
@@ -61,12 +60,10 @@ sc_status sc_find_drawn_grid_together(const sc_ctx *ctx, sc_team *team, const sc
                ratio / grid.split[i] > LONGEST_LAYER && grid.split[i] < MOST_LAYERS)
             grid.split[i] += 2;
     }
-    SC_TRY(sc_team_agree(team, sc_drawn_view_make(ctx, volume, &grid, &view)));
-    SC_TRY(count_moved(ctx, team, &view, grid.moved));
+    SC_PASS(sc_team_agree(team, sc_drawn_view_make(ctx, volume, &grid, &view)));
+    SC_PASS(count_moved(ctx, team, &view, grid.moved));
     *out = grid;
-out:
-    sc_drawn_view_clear(&view);
-    return status;
+    return SC_OK;
 }
 
 /* Does sc_resample change the grid itself, not only labels on it? */
@@ -168,22 +165,18 @@ out:
 
 sc_status sc_resample(const sc_ctx *ctx, sc_volume *volume, const sc_drawn_grid *grid, int threads)
 {
-    sc_status status;
-
     for (int axis = 0; axis < 3; axis++) {
         if (grid->copies[axis] > 1)
-            SC_TRY(sc_resample_remove_copies(ctx, volume, axis, grid->copies[axis],
-                                             grid->phase[axis]));
+            SC_PASS(sc_resample_remove_copies(ctx, volume, axis, grid->copies[axis],
+                                              grid->phase[axis]));
     }
     for (int axis = 0; axis < 3; axis++) {
         if (grid->moved[axis])
-            SC_TRY(sc_resample_move_slices(ctx, volume, axis, threads));
+            SC_PASS(sc_resample_move_slices(ctx, volume, axis, threads));
     }
     for (int axis = 0; axis < 3; axis++) {
         if (grid->split[axis] > 1)
-            SC_TRY(sc_resample_split_slices(ctx, volume, axis, grid->split[axis], threads));
+            SC_PASS(sc_resample_split_slices(ctx, volume, axis, grid->split[axis], threads));
     }
-    status = SC_OK;
-out:
-    return status;
+    return SC_OK;
 }

@@ -431,12 +431,9 @@ static sc_status leave_out_scattered(const sc_ctx *ctx, const stack *s, int labe
     const double most = (double)BOXES_MAX * s->size[0] * s->size[1] * s->size[2];
     double sum = 0;
     int count = 0, left_out = 0;
-    filling *all = NULL;
-    void *block = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) filling *all = NULL;
 
-    SC_TRY(sc_alloc(ctx, (size_t)label_count, sizeof *all, &block));
-    all = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)label_count, &all));
     for (int id = 0; id < label_count; id++) {
         double box;
 
@@ -448,9 +445,8 @@ static sc_status leave_out_scattered(const sc_ctx *ctx, const stack *s, int labe
         sum += box;
     }
     if (sum <= most)
-        goto out;
-    SC_TRY(sc_zalloc(ctx, (size_t)label_count, sizeof **copied, &block));
-    *copied = block;
+        return SC_OK;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)label_count, copied));
     qsort(all, (size_t)count, sizeof *all, compare_fillings);
     while (sum > most && left_out < count) {
         sum -= all[left_out].box;
@@ -461,9 +457,7 @@ static sc_status leave_out_scattered(const sc_ctx *ctx, const stack *s, int labe
             "%d of %d labels are scattered over the slices; between slices they are copied, not "
             "interpolated",
             left_out, count);
-out:
-    sc_free(all);
-    return status;
+    return SC_OK;
 }
 
 /* Fill the ids of a stack. @return SC_ERR_MEMORY. */
@@ -507,7 +501,6 @@ sc_status sc_resample_split_slices(const sc_ctx *ctx, sc_volume *v, int axis, in
     stack s = stack_of(v, axis);
     sc_label_tally *boxes = NULL;
     thick_work w = {.s = &s, .split = split, .out_bytes = v->label_bytes};
-    void *block;
     sc_status status;
 
     w.pixels = (size_t)s.size[0] * (size_t)s.size[1];
@@ -517,14 +510,10 @@ sc_status sc_resample_split_slices(const sc_ctx *ctx, sc_volume *v, int axis, in
         boxes[id] = turned_box(&boxes[id], axis);
     SC_TRY(leave_out_scattered(ctx, &s, v->label_count, boxes, &w.copied));
     SC_TRY(sc_distances_open(ctx, &s, boxes, v->label_count, SLOTS, threads, &w.d));
-    SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), 1, &block));
-    w.sheet = block;
-    SC_TRY(sc_alloc(ctx, (size_t)threads * w.pixels, sizeof *w.least, &block));
-    w.least = block;
-    SC_TRY(sc_alloc(ctx, (size_t)threads * w.pixels, sizeof *w.winner, &block));
-    w.winner = block;
-    SC_TRY(sc_alloc(ctx, (size_t)threads * w.pixels, sizeof *w.open, &block));
-    w.open = block;
+    SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), 1, &w.sheet));
+    SC_TRY(SC_ALLOC(ctx, (size_t)threads * w.pixels, &w.least));
+    SC_TRY(SC_ALLOC(ctx, (size_t)threads * w.pixels, &w.winner));
+    SC_TRY(SC_ALLOC(ctx, (size_t)threads * w.pixels, &w.open));
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), (size_t)split * (size_t)v->label_bytes, &w.out));
     set_strides(v, axis, split, &w);
     fill_layers(&w, threads);

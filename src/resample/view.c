@@ -6,16 +6,13 @@ sc_status sc_drawn_view_make(const sc_ctx *ctx, const sc_volume *v, const sc_dra
                              drawn_view *out)
 {
     size_t stride = 1;
-    sc_status status;
 
     out->v = v;
     for (int axis = 0; axis < 3; axis++) {
         const int count =
             sc_resample_drawn_within(v->size[axis], grid->copies[axis], grid->phase[axis]);
-        void *block;
 
-        SC_TRY(sc_alloc(ctx, (size_t)count, sizeof *out->offset[axis], &block));
-        out->offset[axis] = block;
+        SC_PASS(SC_ALLOC(ctx, (size_t)count, &out->offset[axis]));
         out->size[axis] = count;
         for (int n = 0; n < count; n++)
             out->offset[axis][n] =
@@ -23,9 +20,7 @@ sc_status sc_drawn_view_make(const sc_ctx *ctx, const sc_volume *v, const sc_dra
                                                       grid->phase[axis], n);
         stride *= (size_t)v->size[axis];
     }
-    status = SC_OK;
-out:
-    return status;
+    return SC_OK;
 }
 
 void sc_drawn_view_clear(drawn_view *view)

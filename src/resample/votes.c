@@ -112,17 +112,10 @@ static void weigh(const vote_axis *a, int size, int n, double (*kernel)(double),
 /* Compute the weights of an axis of @p size old voxels. */
 static sc_status weigh_axis(const sc_ctx *ctx, int size, vote_axis *a)
 {
-    void *block;
-    sc_status status;
-
-    SC_TRY(sc_alloc(ctx, (size_t)a->count, sizeof *a->begin, &block));
-    a->begin = block;
-    SC_TRY(sc_alloc(ctx, (size_t)a->count, sizeof *a->nearest, &block));
-    a->nearest = block;
-    SC_TRY(sc_zalloc(ctx, (size_t)a->count * (size_t)a->taps, sizeof *a->weights, &block));
-    a->weights = block;
-    SC_TRY(sc_zalloc(ctx, (size_t)a->count * (size_t)a->taps, sizeof *a->linear, &block));
-    a->linear = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)a->count, &a->begin));
+    SC_PASS(SC_ALLOC(ctx, (size_t)a->count, &a->nearest));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)a->count * (size_t)a->taps, &a->weights));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)a->count * (size_t)a->taps, &a->linear));
     for (int n = 0; n < a->count; n++) {
         const double centre = a->first + n * a->step, width = fmax(1, a->step);
         const size_t row = (size_t)n * (size_t)a->taps;
@@ -132,8 +125,7 @@ static sc_status weigh_axis(const sc_ctx *ctx, int size, vote_axis *a)
         weigh(a, size, n, a->step < 1 ? b_spline : catmull_rom, a->weights + row);
         weigh(a, size, n, a->step < 1 ? tent : catmull_rom, a->linear + row);
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* @return the share of the label @p id around the old voxel @p at, which has it, by the B-spline
@@ -251,21 +243,13 @@ static void fill_rows(void *user, size_t begin, size_t end, int thread)
 /* Allocate what the threads work on. */
 static sc_status make_rooms(const sc_ctx *ctx, int threads, vote_work *w)
 {
-    void *block;
-    sc_status status;
-
-    SC_TRY(sc_zalloc(ctx, (size_t)threads, sizeof *w->rooms, &block));
-    w->rooms = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)threads, &w->rooms));
     for (int i = 0; i < threads; i++) {
-        SC_TRY(sc_zalloc(ctx, (size_t)w->from->label_count, sizeof(double), &block));
-        w->rooms[i].votes = block;
-        SC_TRY(sc_zalloc(ctx, (size_t)w->from->label_count, sizeof(bool), &block));
-        w->rooms[i].seen = block;
-        SC_TRY(sc_alloc(ctx, (size_t)w->from->label_count, sizeof(uint32_t), &block));
-        w->rooms[i].met = block;
+        SC_PASS(sc_zalloc(ctx, (size_t)w->from->label_count, sizeof(double), &w->rooms[i].votes));
+        SC_PASS(sc_zalloc(ctx, (size_t)w->from->label_count, sizeof(bool), &w->rooms[i].seen));
+        SC_PASS(sc_alloc(ctx, (size_t)w->from->label_count, sizeof(uint32_t), &w->rooms[i].met));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_resample_votes(const sc_ctx *ctx, sc_volume *volume, const double spacing_mm[3],

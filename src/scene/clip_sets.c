@@ -62,12 +62,11 @@ sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *volume,
                             sc_tissue *tissues, sc_clip_set *clip_sets, int *clip_set_count)
 {
     sc_clip_set *sets = NULL;
-    void *block = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
     int count = 1;
-    sc_status status;
 
-    SC_TRY(sc_clip_exceptions_check(ctx, volume, exceptions, exception_count));
-    SC_TRY(sc_zalloc(ctx, (size_t)volume->label_count, sizeof *sets, &block));
+    SC_PASS(sc_clip_exceptions_check(ctx, volume, exceptions, exception_count));
+    SC_PASS(sc_zalloc(ctx, (size_t)volume->label_count, sizeof *sets, &block));
     sets = block;
     for (size_t i = 0; i < exception_count; i++)
         apply_exception(volume, &exceptions[i], sets);
@@ -75,17 +74,13 @@ sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *volume,
     for (int id = 1; id < volume->label_count; id++) {
         const int set = find_or_add(&sets[id], clip_sets, &count);
 
-        if (set < 0) {
-            status = sc_fail(ctx, SC_ERR_USAGE,
-                             "the exceptions of the clip planes make more than %d different sets "
-                             "of planes; let more tissues share the same exceptions",
-                             SC_CLIP_SETS_MAX);
-            goto out;
-        }
+        if (set < 0)
+            return sc_fail(ctx, SC_ERR_USAGE,
+                           "the exceptions of the clip planes make more than %d different sets "
+                           "of planes; let more tissues share the same exceptions",
+                           SC_CLIP_SETS_MAX);
         tissues[id].clip_set = (uint8_t)set;
     }
     *clip_set_count = count;
-out:
-    sc_free(block);
-    return status;
+    return SC_OK;
 }

@@ -32,10 +32,9 @@ static sc_status fail_unknown(const sc_ctx *ctx, const sc_prepared *volume,
     bool has_names = false;
     size_t count, used = 0;
     void *block;
-    sc_status status = sc_zalloc(ctx, (size_t)volume->label_count, sizeof(const char *), &block);
+    sc_status status = SC_OK;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(ctx, (size_t)volume->label_count, sizeof(const char *), &block));
     names = block;
     for (int id = 1; id < volume->label_count; id++) {
         names[id] = volume->labels[id].name[0] ? volume->labels[id].name : NULL;

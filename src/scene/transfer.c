@@ -150,10 +150,8 @@ sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels, int label_
 {
     sc_tissue *looks;
     void *block;
-    sc_status status = sc_alloc(ctx, (size_t)label_count, sizeof *looks, &block);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, (size_t)label_count, sizeof *looks, &block));
     looks = block;
     find_looks(labels, label_count, rules, rule_count, looks);
     hidden[0] = false;
@@ -330,10 +328,7 @@ sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,
                               const sc_tissue_rule *rules, size_t rule_count,
                               sc_opacity_rule opacity, sc_tissue *out)
 {
-    const sc_status status = sc_tissue_rules_check(ctx, volume, rules, rule_count);
-
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_tissue_rules_check(ctx, volume, rules, rule_count));
     find_looks(volume->labels, volume->label_count, rules, rule_count, out);
     fill_auto(volume, opacity, out);
     return SC_OK;

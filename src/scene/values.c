@@ -151,7 +151,6 @@ static sc_status assign_row(assignment *a, const sc_value_row *row)
 {
     const int numbered = row->has_number ? find_number(a->volume, row->number) : 0;
     size_t first = 0, count = 0;
-    sc_status status = SC_OK;
 
     if (row->has_number && row->number == 0)
         return SC_OK; /* background */
@@ -162,12 +161,12 @@ static sc_status assign_row(assignment *a, const sc_value_row *row)
     }
     if (!row->has_number)
         count = find_name(a, row->name, &first);
-    for (size_t i = first; i < first + count && status == SC_OK; i++)
-        status = assign(a, row, a->names[i].id);
+    for (size_t i = first; i < first + count; i++)
+        SC_PASS(assign(a, row, a->names[i].id));
     a->used += count > 0;
     if (!count && !a->unknown++)
         a->first_unknown = row;
-    return status;
+    return SC_OK;
 }
 
 /* Tell of the rows whose labels have other names in the volume. */
@@ -212,12 +211,11 @@ static sc_status tell_unknown(const assignment *a)
     const sc_value_row *row = a->first_unknown;
     const char *nearest = NULL;
     char what[SC_NAME_BYTES + 32];
-    sc_status status = SC_OK;
 
     if (!row)
         return SC_OK;
     if (!row->has_number)
-        SC_TRY(find_nearest_name(a, row, &nearest));
+        SC_PASS(find_nearest_name(a, row, &nearest));
     if (row->has_number)
         snprintf(what, sizeof what, "label %lld", (long long)row->number);
     else
@@ -231,8 +229,7 @@ static sc_status tell_unknown(const assignment *a)
     sc_warn(a->ctx, "%s:%d: %s is no label of the volume%s%s%s %zu such row%s not used", a->path,
             row->line, what, nearest ? "; did you mean \"" : "", nearest ? nearest : "",
             nearest ? "\"?" : ";", a->unknown, a->unknown == 1 ? " is" : "s are");
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Read the table and give its values to the labels. */

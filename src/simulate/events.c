@@ -13,21 +13,9 @@ static bool is_before(const sim_event *a, const sim_event *b)
 /* Make room for one more event. @return false if there is no memory. */
 static bool make_room(sim_events *all)
 {
-    const size_t capacity = all->capacity ? 2 * all->capacity : 1024;
-    void *grown;
-
-    if (all->count < all->capacity)
-        return true;
     if (all->status == SC_OK)
-        all->status = sc_alloc(all->ctx, capacity, sizeof *all->heap, &grown);
-    if (all->status != SC_OK)
-        return false;
-    if (all->count > 0)
-        memcpy(grown, all->heap, all->count * sizeof *all->heap);
-    sc_free(all->heap);
-    all->heap = grown;
-    all->capacity = capacity;
-    return true;
+        all->status = SC_GROW(all->ctx, all->count, &all->capacity, &all->heap);
+    return all->count < all->capacity;
 }
 
 void sc_sim_push(sim_events *all, sim_event e)

@@ -92,8 +92,6 @@ static sc_status open_farm(const sc_ctx *ctx, sim_farm *f)
                           .height_px = film->height_px,
                           .alpha = film->alpha,
                           .partition = film->partition};
-    void *block;
-    sc_status status;
 
     f->handout = sc_handout_begin(&work);
     f->out->window = f->handout.window;
@@ -101,21 +99,15 @@ static sc_status open_farm(const sc_ctx *ctx, sim_farm *f)
     f->gops_left = film->gathered;
     f->encoder_cores = film->encode_wall_s > 0 ? film->encode_cpu_s / film->encode_wall_s : 0;
     f->events.ctx = ctx;
-    SC_TRY(sc_zalloc(ctx, (size_t)ranks, sizeof *f->ranks, &block));
-    f->ranks = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)ranks, &f->ranks));
     for (int rank = 0; rank < ranks; rank++)
         f->ranks[rank].first = -1;
-    SC_TRY(sc_zalloc(ctx, (size_t)film->gathered * (size_t)film->gop_frames + 1,
-                     sizeof *f->gathered, &block));
-    f->gathered = block;
-    SC_TRY(sc_alloc(ctx, (size_t)ranks, sizeof *f->ready, &block));
-    f->ready = block;
-    SC_TRY(sc_alloc(ctx, (size_t)work.frames + 1, sizeof *f->rows_left, &block));
-    f->rows_left = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)film->gathered * (size_t)film->gop_frames + 1, &f->gathered));
+    SC_PASS(SC_ALLOC(ctx, (size_t)ranks, &f->ready));
+    SC_PASS(SC_ALLOC(ctx, (size_t)work.frames + 1, &f->rows_left));
     for (int k = 0; k < work.frames; k++)
         f->rows_left[k] = film->height_px;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* @return whether everything that is divided by is above 0, and GOPs lie within the film. */

@@ -17,25 +17,23 @@ enum { KEPT_MAX = 1000 };
  * @return SC_ERR_CREATE. Caller owns @p out. */
 static sc_status reserve_name(const sc_ctx *ctx, const char *path, sc_text *out)
 {
-    sc_status status = SC_OK;
     int fd = -1;
 
     for (int i = 1; i <= KEPT_MAX && fd < 0; i++) {
         sc_text_clear(out);
-        SC_TRY(sc_text_add(ctx, out, "%s.changed", path));
+        SC_PASS(sc_text_add(ctx, out, "%s.changed", path));
         if (i > 1)
-            SC_TRY(sc_text_add(ctx, out, "-%d", i));
+            SC_PASS(sc_text_add(ctx, out, "-%d", i));
         fd = open(out->data, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
         if (fd < 0 && errno != EEXIST)
             break;
     }
     if (fd < 0)
-        status =
-            sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", out->data, sc_reason(errno));
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", out->data,
+                       sc_reason(errno));
     else
         close(fd);
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_store_rename_aside(const sc_ctx *ctx, const char *path, sc_text *kept)
@@ -62,21 +60,18 @@ void sc_store_warn_of_aside(const sc_ctx *ctx, const char *path, const char *kep
 sc_status sc_store_set_aside(const sc_ctx *ctx, const char *path, uint64_t bytes, uint64_t hash)
 {
     struct stat info;
-    sc_text kept = {0};
+    SC_OWN(sc_text_clear) sc_text kept = {0};
     bool same = true;
-    sc_status status = SC_OK;
 
     if (lstat(path, &info) || !S_ISREG(info.st_mode))
-        goto out;
-    SC_TRY(sc_verify_file(ctx, path, bytes, hash, &same));
+        return SC_OK;
+    SC_PASS(sc_verify_file(ctx, path, bytes, hash, &same));
     if (same)
-        goto out;
-    SC_TRY(sc_store_rename_aside(ctx, path, &kept));
+        return SC_OK;
+    SC_PASS(sc_store_rename_aside(ctx, path, &kept));
     if (kept.data)
         sc_store_warn_of_aside(ctx, path, kept.data);
-out:
-    sc_text_clear(&kept);
-    return status;
+    return SC_OK;
 }
 
 /* @return whether the file is a picture: one that was cut off or damaged is nobody's work. */
@@ -93,9 +88,7 @@ static bool is_picture(const char *path)
 /* Set aside the PNG files of a job that was complete which are not those of its manifest. */
 static sc_status set_frames_aside(const sc_ctx *ctx, const sc_store *store)
 {
-    sc_status status = SC_OK;
-
-    for (int k = 0; store->job.png && k < store->job.frames && status == SC_OK; k++) {
+    for (int k = 0; store->job.png && k < store->job.frames; k++) {
         const sc_frame_line *line = &store->data.lines[k];
         char path[SC_FILE_BYTES];
 
@@ -103,16 +96,15 @@ static sc_status set_frames_aside(const sc_ctx *ctx, const sc_store *store)
             continue;
         sc_store_path(store, path, "frames/%06d.png", k);
         if (is_picture(path))
-            status = sc_store_set_aside(ctx, path, line->done.png_bytes, line->done.png_hash);
+            SC_PASS(sc_store_set_aside(ctx, path, line->done.png_bytes, line->done.png_hash));
     }
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_store_set_all_aside(const sc_ctx *ctx, const sc_store *store)
 {
     const sc_manifest_end *end = &store->data.end;
     char path[SC_FILE_BYTES];
-    sc_status status = SC_OK;
 
     if (store->sealed)
         return SC_OK;
@@ -120,15 +112,14 @@ sc_status sc_store_set_all_aside(const sc_ctx *ctx, const sc_store *store)
         const sc_file_line *line = &store->data.files.lines[i];
 
         sc_store_path(store, path, "%s", line->name);
-        SC_TRY(sc_store_set_aside(ctx, path, line->bytes, line->hash));
+        SC_PASS(sc_store_set_aside(ctx, path, line->bytes, line->hash));
     }
     if (!end->known || store->complete)
-        goto out;
-    SC_TRY(set_frames_aside(ctx, store));
+        return SC_OK;
+    SC_PASS(set_frames_aside(ctx, store));
     if (end->video[0]) {
         sc_store_path(store, path, "%s", end->video);
-        status = sc_store_set_aside(ctx, path, end->video_bytes, end->video_hash);
+        return sc_store_set_aside(ctx, path, end->video_bytes, end->video_hash);
     }
-out:
-    return status;
+    return SC_OK;
 }

@@ -6,16 +6,13 @@ sc_status sc_store_write_segment(const sc_ctx *ctx, sc_store *store, int gop,
                                  const sc_segment *segment)
 {
     char path[SC_FILE_BYTES];
-    sc_status status;
 
     sc_store_path(store, path, "segments/%06d.seg", gop);
-    SC_TRY(sc_file_write(ctx, path, segment->data, segment->bytes));
+    SC_PASS(sc_file_write(ctx, path, segment->data, segment->bytes));
     store->has_segment[gop] = true;
     sc_partial_remove(&store->partial, gop, gop * store->gop_frames,
                       sc_store_gop_frames(store, gop));
-    SC_TRY(sc_manifest_sync(ctx, store->manifest));
-out:
-    return status;
+    return sc_manifest_sync(ctx, store->manifest);
 }
 
 /* End the GOP that the encoder works on, and write its segment; no GOP is begun then, after an
@@ -23,16 +20,12 @@ out:
 static sc_status finish_gop(const sc_ctx *ctx, sc_store *store)
 {
     const int gop = store->encoding;
-    sc_segment segment = {0};
-    sc_status status;
+    SC_OWN(sc_segment_free) sc_segment segment = {0};
 
     store->encoding = -1;
-    SC_TRY(
+    SC_PASS(
         sc_encoder_finish(ctx, store->encoder, store->identity, gop * store->gop_frames, &segment));
-    SC_TRY(sc_store_write_segment(ctx, store, gop, &segment));
-out:
-    sc_segment_free(&segment);
-    return status;
+    return sc_store_write_segment(ctx, store, gop, &segment);
 }
 
 /* Is every picture of the GOP in a partial GOP, or will this process accept it? */
@@ -61,10 +54,7 @@ sc_status sc_store_open_encoder(const sc_ctx *ctx, sc_store *store)
  * dropped; its pictures are in partial GOPs. */
 static sc_status begin_gop(const sc_ctx *ctx, sc_store *store, int gop)
 {
-    sc_status status = sc_store_open_encoder(ctx, store);
-
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_store_open_encoder(ctx, store));
     if (sc_encoder_count(store->encoder) > 0)
         sc_encoder_drop(store->encoder);
     store->encoding = gop;
@@ -113,10 +103,8 @@ sc_status sc_store_encode(const sc_ctx *ctx, sc_store *store, int frame, const v
 
 sc_status sc_store_encode_partial(const sc_ctx *ctx, sc_store *store)
 {
-    sc_status status = SC_OK;
-
     sc_stage_begin(ctx, "encoding", 0, (uint64_t)store->gop_count);
-    for (int gop = 0; gop < store->gop_count && status == SC_OK; gop++) {
+    for (int gop = 0; gop < store->gop_count; gop++) {
         const int first = gop * store->gop_frames;
         bool all = !store->has_segment[gop];
 
@@ -125,11 +113,10 @@ sc_status sc_store_encode_partial(const sc_ctx *ctx, sc_store *store)
             all = all && store->partial.locations[k].file >= 0;
         if (!all)
             continue;
-        status = begin_gop(ctx, store, gop);
-        if (status == SC_OK)
-            status = encode_available(ctx, store, -1, NULL);
+        SC_PASS(begin_gop(ctx, store, gop));
+        SC_PASS(encode_available(ctx, store, -1, NULL));
     }
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_store_join(const sc_ctx *ctx, sc_store *store, const char *path, int gops)

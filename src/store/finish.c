@@ -10,20 +10,16 @@
 static sc_status write_partial_video(const sc_ctx *ctx, sc_store *store)
 {
     char path[SC_FILE_BYTES];
-    sc_text partial = {0};
+    SC_OWN(sc_text_clear) sc_text partial = {0};
     int gops = 0;
-    sc_status status = SC_OK;
 
     while (gops < store->gop_count && store->has_segment[gops])
         gops++;
     if (!store->has_video || gops == 0)
         return SC_OK;
     sc_store_path(store, path, "%s", store->job.video);
-    SC_TRY(sc_video_partial_name(ctx, path, &partial));
-    status = sc_store_join(ctx, store, partial.data, gops);
-out:
-    sc_text_clear(&partial);
-    return status;
+    SC_PASS(sc_video_partial_name(ctx, path, &partial));
+    return sc_store_join(ctx, store, partial.data, gops);
 }
 
 /* Write manifest.jsonl anew from store->data, which has the lines of all frames and the end. The
@@ -45,22 +41,20 @@ static sc_status complete_job(const sc_ctx *ctx, sc_store *store)
 {
     sc_manifest_end end = {.known = true};
     char path[SC_FILE_BYTES];
-    sc_status status = SC_OK;
 
     if (store->has_video) {
         sc_store_path(store, path, "%s", store->job.video);
-        SC_TRY(sc_store_join(ctx, store, path, store->gop_count));
-        SC_TRY(sc_store_hash_file(ctx, path, &end.video_bytes, &end.video_hash));
+        SC_PASS(sc_store_join(ctx, store, path, store->gop_count));
+        SC_PASS(sc_store_hash_file(ctx, path, &end.video_bytes, &end.video_hash));
         snprintf(end.video, sizeof end.video, "%s", store->job.video);
     }
     store->data.end = end;
-    SC_TRY(write_whole_manifest(ctx, store, false));
+    SC_PASS(write_whole_manifest(ctx, store, false));
     if (store->slice)
-        SC_TRY(sc_store_remove_slices(ctx, store));
+        SC_PASS(sc_store_remove_slices(ctx, store));
     sc_store_remove_unfinished(ctx, store);
     store->complete = true;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* @return the number of frames of the whole job that are not there (sc_store_has). */
@@ -97,22 +91,18 @@ static sc_status count_lines(const sc_ctx *ctx, void *user, const char *name)
  * process may be the last; another slice that has not ended yet will complete the job instead. */
 static sc_status try_to_complete(const sc_ctx *ctx, sc_store *store, int *missing)
 {
-    sc_status status = SC_OK;
-
     if (store->slice) {
         store->data.count = 0;
-        SC_TRY(sc_each_file(ctx, store->directory, store, count_lines));
+        SC_PASS(sc_each_file(ctx, store->directory, store, count_lines));
         if (store->data.count >= store->job.frames)
-            SC_TRY(sc_store_scan(ctx, store));
+            SC_PASS(sc_store_scan(ctx, store));
     }
     *missing = store->complete ? 0 : count_missing(store);
     if (*missing > 0 || store->complete || (store->open_slices && !store->takes_over))
-        goto out;
+        return SC_OK;
     if (store->has_video)
-        SC_TRY(sc_store_encode_partial(ctx, store));
-    SC_TRY(complete_job(ctx, store));
-out:
-    return status;
+        SC_PASS(sc_store_encode_partial(ctx, store));
+    return complete_job(ctx, store);
 }
 
 sc_status sc_store_finish(const sc_ctx *ctx, sc_store *store, int *missing)
@@ -165,19 +155,16 @@ static sc_status prove_record(const sc_ctx *ctx, void *user, const char *name)
 
 sc_status sc_store_end_slice(const sc_ctx *ctx, sc_store *store)
 {
-    sc_file_lines files = {0};
+    SC_OWN(sc_file_lines_clear) sc_file_lines files = {0};
     record_list list = {store, &files};
-    sc_status status = SC_OK;
 
     if (store->manifest && store->slice) {
-        SC_TRY(sc_each_record(ctx, store->slice, &list, prove_record));
+        SC_PASS(sc_each_record(ctx, store->slice, &list, prove_record));
         sc_file_lines_sort(&files);
-        SC_TRY(sc_manifest_add_close(ctx, store->manifest, &files));
-        SC_TRY(sc_manifest_sync(ctx, store->manifest));
+        SC_PASS(sc_manifest_add_close(ctx, store->manifest, &files));
+        SC_PASS(sc_manifest_sync(ctx, store->manifest));
     }
-out:
-    sc_file_lines_clear(&files);
-    return status;
+    return SC_OK;
 }
 
 /* Warn of a record that cannot be proven. */
@@ -200,16 +187,13 @@ static sc_status drop_changed_records(const sc_ctx *ctx, sc_store *store)
         const sc_file_line *line = &store->data.files.lines[i];
         char path[SC_FILE_BYTES];
         bool same;
-        sc_status status;
 
         sc_store_path(store, path, "%s", line->name);
-        status = sc_verify_file(ctx, path, line->bytes, line->hash, &same);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(sc_verify_file(ctx, path, line->bytes, line->hash, &same));
         if (same)
             continue;
         warn_of_record(ctx, store, line->name);
-        sc_names_remove(&store->data.owned, line->name);
+        sc_file_lines_remove(&store->data.owned, line->name);
         sc_file_lines_remove(&store->data.files, line->name);
     }
     return SC_OK;
@@ -221,18 +205,16 @@ static sc_status prove_job(const sc_ctx *ctx, sc_store *store)
 {
     sc_job_texts all = store->data.jobs;
     bool is_known = false;
-    sc_status status = SC_OK;
 
     if (!store->job.keeps_job)
-        SC_TRY(sc_job_texts_have_file(ctx, store->directory, &all, &is_known));
+        SC_PASS(sc_job_texts_have_file(ctx, store->directory, &all, &is_known));
     store->data.jobs = (sc_job_texts){0};
     sc_file_lines_clear(&all);
     if (is_known)
-        status = sc_job_texts_put_file(ctx, store->directory, &store->data.jobs);
+        return sc_job_texts_put_file(ctx, store->directory, &store->data.jobs);
     else if (!store->job.keeps_job)
         warn_of_record(ctx, store, "job.yaml");
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Add the lines of this run's records. Those of other slices are there if they have ended in order.
@@ -251,23 +233,20 @@ static sc_status prove_records(const sc_ctx *ctx, sc_store *store)
 
 sc_status sc_store_seal(const sc_ctx *ctx, sc_store *store)
 {
-    sc_text partial = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_text_clear) sc_text partial = {0};
 
     if (!store->complete || store->sealed)
         return SC_OK;
-    SC_TRY(prove_records(ctx, store));
+    SC_PASS(prove_records(ctx, store));
     /* What only an unfinished job has is removed; files of these names that appear later are the
      * user's. */
-    sc_names_remove(&store->data.owned, SC_OWN_SEGMENTS);
-    sc_names_remove(&store->data.owned, "segments/");
+    sc_file_lines_remove(&store->data.owned, SC_OWN_SEGMENTS);
+    sc_file_lines_remove(&store->data.owned, "segments/");
     if (store->has_video) {
-        SC_TRY(sc_video_partial_name(ctx, store->job.video, &partial));
-        sc_names_remove(&store->data.owned, partial.data);
+        SC_PASS(sc_video_partial_name(ctx, store->job.video, &partial));
+        sc_file_lines_remove(&store->data.owned, partial.data);
     }
-    SC_TRY(write_whole_manifest(ctx, store, true));
+    SC_PASS(write_whole_manifest(ctx, store, true));
     store->sealed = true;
-out:
-    sc_text_clear(&partial);
-    return status;
+    return SC_OK;
 }

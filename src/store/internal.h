@@ -29,14 +29,6 @@ typedef struct sc_name_slots {
     size_t count; /* twice the capacity of the list */
     uint64_t seed;
 } sc_name_slots;
-/* Names, each once, in the order in which they were added until sc_names_sort. Zero-initialise;
- * owns its memory: sc_names_clear. */
-typedef struct sc_names {
-    char **names; /* [capacity], the first `count` are used */
-    int count, capacity;
-    sc_name_slots slots;
-} sc_names;
-
 /* The line of another file in a manifest: what it held when it was complete. */
 typedef struct sc_file_line {
     char *name; /* in the directory; owned */
@@ -49,6 +41,8 @@ typedef struct sc_file_lines {
     int count, capacity;
     sc_name_slots slots;
 } sc_file_lines;
+/* Names, each once: lines of 0 bytes. */
+typedef sc_file_lines sc_names;
 
 /* Texts that segcast has written as job.yaml in a directory, or was about to write: lines of which
  * each is named by its hash. Slices of a job may write different ones. */
@@ -351,15 +345,10 @@ void sc_manifest_data_clear(sc_manifest_data *data);
 
 /* Append a copy of @p name, unless it is there. @return SC_ERR_MEMORY. */
 sc_status sc_names_add(const sc_ctx *ctx, sc_names *names, const char *name);
-bool sc_names_has(const sc_names *names, const char *name);
-/* Remove @p name, if it is there; the last name takes its place. */
-void sc_names_remove(sc_names *names, const char *name);
-/* Put the names into the order of strcmp. */
-void sc_names_sort(sc_names *names);
-void sc_names_clear(sc_names *names);
 /* Append the line of a file, or replace that of the same name. @return SC_ERR_MEMORY. */
 sc_status sc_file_lines_put(const sc_ctx *ctx, sc_file_lines *files, const char *name,
                             uint64_t bytes, uint64_t hash);
+bool sc_file_lines_has(const sc_file_lines *files, const char *name);
 /* Remove the line of a file, if there is one; the last line takes its place. */
 void sc_file_lines_remove(sc_file_lines *files, const char *name);
 /* Put the lines into the order of strcmp of their names. */

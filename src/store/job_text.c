@@ -61,20 +61,17 @@ sc_status sc_job_texts_have_file(const sc_ctx *ctx, const char *directory, const
 static sc_status note(const sc_ctx *ctx, sc_store *store, const job_file *text)
 {
     char path[SC_FILE_BYTES];
-    sc_status status;
 
     if (is_known(&store->data.jobs, text))
         return SC_OK;
-    SC_TRY(sc_job_texts_put(ctx, &store->data.jobs, text->bytes, text->hash));
+    SC_PASS(sc_job_texts_put(ctx, &store->data.jobs, text->bytes, text->hash));
     if (store->manifest) {
-        SC_TRY(sc_manifest_add_job(ctx, store->manifest, text->bytes, text->hash));
+        SC_PASS(sc_manifest_add_job(ctx, store->manifest, text->bytes, text->hash));
         return sc_manifest_sync(ctx, store->manifest);
     }
     /* The job is complete, and its records are not: this manifest is that of all its slices. */
     sc_store_path(store, path, "manifest.jsonl");
-    status = sc_manifest_create(ctx, path, &store->job, &store->data, NULL, false, NULL);
-out:
-    return status;
+    return sc_manifest_create(ctx, path, &store->job, &store->data, NULL, false, NULL);
 }
 
 /* For sc_each_file with the store as user: read the texts that a manifest names by now. */
@@ -112,40 +109,34 @@ static sc_status is_ours(const sc_ctx *ctx, sc_store *store, const job_file *fil
  * written its own text instead: that needs no second name. */
 static sc_status keep_changed(const sc_ctx *ctx, sc_store *store, const char *path)
 {
-    sc_text kept = {0};
+    SC_OWN(sc_text_clear) sc_text kept = {0};
     job_file file = {.exists = false};
     bool ours = true;
-    sc_status status;
 
-    SC_TRY(read_job(ctx, path, &file));
+    SC_PASS(read_job(ctx, path, &file));
     if (file.exists)
-        SC_TRY(is_ours(ctx, store, &file, &ours));
+        SC_PASS(is_ours(ctx, store, &file, &ours));
     if (ours)
-        goto out;
-    SC_TRY(sc_store_rename_aside(ctx, path, &kept));
+        return SC_OK;
+    SC_PASS(sc_store_rename_aside(ctx, path, &kept));
     if (!kept.data)
-        goto out;
-    SC_TRY(read_job(ctx, kept.data, &file));
-    SC_TRY(is_ours(ctx, store, &file, &ours));
+        return SC_OK;
+    SC_PASS(read_job(ctx, kept.data, &file));
+    SC_PASS(is_ours(ctx, store, &file, &ours));
     if (ours)
         unlink(kept.data);
     else
         sc_store_warn_of_aside(ctx, path, kept.data);
-out:
-    sc_text_clear(&kept);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_store_write_job(const sc_ctx *ctx, sc_store *store, const void *text, size_t bytes)
 {
     const job_file ours = {true, bytes, sc_store_hash_bytes(text, bytes)};
     char path[SC_FILE_BYTES];
-    sc_status status;
 
     sc_store_path(store, path, "job.yaml");
-    SC_TRY(note(ctx, store, &ours));
-    SC_TRY(keep_changed(ctx, store, path));
-    status = sc_file_write(ctx, path, text, bytes);
-out:
-    return status;
+    SC_PASS(note(ctx, store, &ours));
+    SC_PASS(keep_changed(ctx, store, path));
+    return sc_file_write(ctx, path, text, bytes);
 }

@@ -36,29 +36,23 @@ static json_t *hash_to_json(uint64_t value)
     return json_string(text);
 }
 
-/* Append @p line with its proof to the stream, and set *chain to its hash. Takes ownership of
- * @p line, of which NULL stands for no memory. @param path for messages.
- * @return SC_ERR_WRITE, SC_ERR_MEMORY. */
-static sc_status add_line(const sc_ctx *ctx, FILE *stream, const char *path, uint64_t *chain,
-                          json_t *line)
+/* Append @p line with its proof, which goes on the chain. Takes ownership of @p line, of which NULL
+ * stands for no memory. @return SC_ERR_WRITE, SC_ERR_MEMORY. */
+static sc_status add_line(const sc_ctx *ctx, sc_manifest_writer *m, json_t *line)
 {
-    char *text;
-    sc_status status = SC_OK;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
 
     errno = 0;
     text = line ? json_dumps(line, JSON_COMPACT) : NULL;
     json_decref(line);
-    if (!text || errno == ENOMEM) { /* jansson leaves out what it has no memory for */
-        free(text);
-        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
-    }
+    if (!text || errno == ENOMEM) /* jansson leaves out what it has no memory for */
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", m->path);
     bytes = strlen(text) - 1; /* without the brace at the end, which is part of the proof */
-    *chain = sc_hash_bytes(text, bytes, *chain);
-    if (fprintf(stream, "%.*s" PROOF "\n", (int)bytes, text, (unsigned long long)*chain) < 0)
-        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
-    free(text);
-    return status;
+    m->chain = sc_hash_bytes(text, bytes, m->chain);
+    if (fprintf(m->stream, "%.*s" PROOF "\n", (int)bytes, text, (unsigned long long)m->chain) < 0)
+        return sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", m->path, sc_reason(errno));
+    return SC_OK;
 }
 
 /* The functions *_to_json return a new reference that the caller owns, or NULL if there is no
@@ -71,7 +65,7 @@ static json_t *head_to_json(const sc_store_job *job, const sc_names *owned)
     json_t *names = json_array();
 
     for (int i = 0; i < owned->count && names; i++) {
-        if (json_array_append_new(names, json_string(owned->names[i]))) {
+        if (json_array_append_new(names, json_string(owned->lines[i].name))) {
             json_decref(names);
             return NULL;
         }
@@ -109,7 +103,7 @@ static json_t *end_to_json(const sc_store_job *job, const sc_manifest_end *end)
 static sc_status add_file(const sc_ctx *ctx, sc_manifest_writer *m, const char *name,
                           uint64_t bytes, uint64_t hash)
 {
-    return add_line(ctx, m->stream, m->path, &m->chain,
+    return add_line(ctx, m,
                     json_pack("{s:s, s:I, s:o}", "file", name, "bytes", (json_int_t)bytes, "hash",
                               hash_to_json(hash)));
 }
@@ -117,19 +111,16 @@ static sc_status add_file(const sc_ctx *ctx, sc_manifest_writer *m, const char *
 /* Append the lines of @p files. */
 static sc_status add_files(const sc_ctx *ctx, sc_manifest_writer *m, const sc_file_lines *files)
 {
-    sc_status status = SC_OK;
-
-    for (int i = 0; i < files->count && status == SC_OK; i++)
-        status =
-            add_file(ctx, m, files->lines[i].name, files->lines[i].bytes, files->lines[i].hash);
-    return status;
+    for (int i = 0; i < files->count; i++)
+        SC_PASS(
+            add_file(ctx, m, files->lines[i].name, files->lines[i].bytes, files->lines[i].hash));
+    return SC_OK;
 }
 
 /* Append the last line; @p files is how many lines of files there are. */
 static sc_status add_last(const sc_ctx *ctx, sc_manifest_writer *m, int files)
 {
-    return add_line(ctx, m->stream, m->path, &m->chain,
-                    json_pack("{s:b, s:i}", "end", 1, "files", files));
+    return add_line(ctx, m, json_pack("{s:b, s:i}", "end", 1, "files", files));
 }
 
 /* Hand what was appended to the system. */
@@ -144,23 +135,17 @@ static sc_status flush(const sc_ctx *ctx, const sc_manifest_writer *m)
 static sc_status write_lines(const sc_ctx *ctx, sc_manifest_writer *m, const sc_store_job *job,
                              const sc_manifest_data *data, const bool *keep, bool close)
 {
-    sc_status status =
-        add_line(ctx, m->stream, m->path, &m->chain, head_to_json(job, &data->owned));
-
-    for (int k = 0; k < job->frames && data->lines && status == SC_OK; k++) {
+    SC_PASS(add_line(ctx, m, head_to_json(job, &data->owned)));
+    for (int k = 0; k < job->frames && data->lines; k++) {
         if (data->lines[k].known && (!keep || keep[k]))
-            status =
-                add_line(ctx, m->stream, m->path, &m->chain, frame_to_json(&data->lines[k].done));
+            SC_PASS(add_line(ctx, m, frame_to_json(&data->lines[k].done)));
     }
-    if (status == SC_OK && data->end.known)
-        status = add_line(ctx, m->stream, m->path, &m->chain, end_to_json(job, &data->end));
-    if (status == SC_OK)
-        status = add_files(ctx, m, &data->files);
-    for (int i = 0; i < data->jobs.count && status == SC_OK; i++)
-        status = add_file(ctx, m, job_name, data->jobs.lines[i].bytes, data->jobs.lines[i].hash);
-    if (status == SC_OK && close)
-        status = add_last(ctx, m, data->files.count + data->jobs.count);
-    return status;
+    if (data->end.known)
+        SC_PASS(add_line(ctx, m, end_to_json(job, &data->end)));
+    SC_PASS(add_files(ctx, m, &data->files));
+    for (int i = 0; i < data->jobs.count; i++)
+        SC_PASS(add_file(ctx, m, job_name, data->jobs.lines[i].bytes, data->jobs.lines[i].hash));
+    return close ? add_last(ctx, m, data->files.count + data->jobs.count) : SC_OK;
 }
 
 sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store_job *job,
@@ -169,17 +154,13 @@ sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store
 {
     sc_manifest_writer *manifest = NULL;
     sc_outfile file = {0};
-    sc_text copy = {0};
-    void *block = NULL;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *manifest, &block));
-    manifest = block;
-    SC_TRY(sc_text_add(ctx, &copy, "%s", path));
-    manifest->path = copy.data;
+    SC_TRY(SC_ZALLOC(ctx, 1, &manifest));
+    SC_TRY(sc_text_copy(ctx, path, &manifest->path));
     SC_TRY(sc_outfile_open(ctx, path, true, &file));
     manifest->stream = file.stream;
-    sc_names_sort(&data->owned);
+    sc_file_lines_sort(&data->owned);
     sc_file_lines_sort(&data->files);
     sc_file_lines_sort(&data->jobs);
     status = write_lines(ctx, manifest, job, data, keep, close);
@@ -214,28 +195,23 @@ sc_file_id sc_manifest_id(const sc_manifest_writer *manifest)
 sc_status sc_manifest_add_frame(const sc_ctx *ctx, sc_manifest_writer *manifest,
                                 const sc_done_frame *done)
 {
-    sc_status status =
-        add_line(ctx, manifest->stream, manifest->path, &manifest->chain, frame_to_json(done));
-
-    return status == SC_OK ? flush(ctx, manifest) : status;
+    SC_PASS(add_line(ctx, manifest, frame_to_json(done)));
+    return flush(ctx, manifest);
 }
 
 sc_status sc_manifest_add_job(const sc_ctx *ctx, sc_manifest_writer *manifest, uint64_t bytes,
                               uint64_t hash)
 {
-    const sc_status status = add_file(ctx, manifest, job_name, bytes, hash);
-
-    return status == SC_OK ? flush(ctx, manifest) : status;
+    SC_PASS(add_file(ctx, manifest, job_name, bytes, hash));
+    return flush(ctx, manifest);
 }
 
 sc_status sc_manifest_add_close(const sc_ctx *ctx, sc_manifest_writer *manifest,
                                 const sc_file_lines *files)
 {
-    sc_status status = add_files(ctx, manifest, files);
-
-    if (status == SC_OK)
-        status = add_last(ctx, manifest, files->count);
-    return status == SC_OK ? flush(ctx, manifest) : status;
+    SC_PASS(add_files(ctx, manifest, files));
+    SC_PASS(add_last(ctx, manifest, files->count));
+    return flush(ctx, manifest);
 }
 
 sc_status sc_manifest_sync(const sc_ctx *ctx, sc_manifest_writer *manifest)
@@ -477,10 +453,9 @@ sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data
 {
     char *text = NULL;
     size_t bytes;
-    sc_status status = sc_file_read(ctx, path, MANIFEST_MAX_BYTES, &text, &bytes);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_file_read(ctx, path, MANIFEST_MAX_BYTES, &text, &bytes));
     begin(data);
     status = read_text(ctx, text, bytes, INT32_MAX, data);
     name_other_format(text, bytes, data);
@@ -506,13 +481,7 @@ static sc_status read_first_line(const sc_ctx *ctx, const char *path, char **out
     if (!stream)
         return sc_fail(ctx, SC_ERR_MISSING, "%s: is not a file", path);
     for (size_t room = FIRST_BYTES; room <= HEAD_MAX_BYTES; room *= 2) {
-        void *block;
-
-        SC_TRY(sc_alloc(ctx, room, 1, &block));
-        if (used)
-            memcpy(block, text, used);
-        sc_free(text);
-        text = block;
+        SC_TRY(SC_RESIZE(ctx, used, room, &text));
         used += fread(text + used, 1, room - used, stream);
         if (used < room || memchr(text, '\n', used))
             break;
@@ -530,10 +499,9 @@ sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest
 {
     char *text = NULL;
     size_t bytes = 0;
-    sc_status status = read_first_line(ctx, path, &text, &bytes);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(read_first_line(ctx, path, &text, &bytes));
     begin(data);
     status = read_text(ctx, text, bytes, 1, data);
     name_other_format(text, bytes, data);
@@ -543,7 +511,7 @@ sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest
 
 void sc_manifest_data_clear(sc_manifest_data *data)
 {
-    sc_names_clear(&data->owned);
+    sc_file_lines_clear(&data->owned);
     sc_file_lines_clear(&data->files);
     sc_file_lines_clear(&data->jobs);
 }

@@ -109,22 +109,17 @@ typedef struct png_check {
 static sc_status verify_png(const sc_ctx *ctx, const char *path, sc_done_frame *done)
 {
     uint64_t bytes, hash;
-    sc_image image = {0};
-    sc_status status;
+    SC_OWN(sc_image_clear) sc_image image = {0};
 
-    SC_TRY(sc_store_hash_file(ctx, path, &bytes, &hash));
+    SC_PASS(sc_store_hash_file(ctx, path, &bytes, &hash));
     if (done->png_bytes && (bytes != done->png_bytes || hash != done->png_hash))
         return SC_ERR_DATA;
-    SC_TRY(sc_image_load_png_alpha(ctx, path, &image));
-    if (sc_image_hash(&image) != done->hash) {
-        status = SC_ERR_DATA;
-        goto out;
-    }
+    SC_PASS(sc_image_load_png_alpha(ctx, path, &image));
+    if (sc_image_hash(&image) != done->hash)
+        return SC_ERR_DATA;
     done->png_bytes = bytes;
     done->png_hash = hash;
-out:
-    sc_image_clear(&image);
-    return status;
+    return SC_OK;
 }
 
 /* For sc_parallel_for with a png_check as user: set out[k] for the frames k of [begin, end). */

@@ -174,7 +174,6 @@ static sc_status find_obstacles(const sc_ctx *ctx, search *s, const char *partia
 {
     const sc_store_place *place = s->place;
     const bool has_video = strcmp(place->video, "none") != 0;
-    sc_status status = SC_OK;
 
     if (has_video) {
         look_for_file(s, place->video, place->video);
@@ -184,14 +183,13 @@ static sc_status find_obstacles(const sc_ctx *ctx, search *s, const char *partia
     if (place->png)
         look_into_folder(s, "frames", false, &s->has_frames);
     if (!place->joins)
-        SC_TRY(sc_each_record(ctx, place->slice, s, look_for_record));
+        SC_PASS(sc_each_record(ctx, place->slice, s, look_for_record));
     if (place->fresh)
-        goto out;
-    SC_TRY(sc_each_file(ctx, place->directory, s, read_owned));
+        return SC_OK;
+    SC_PASS(sc_each_file(ctx, place->directory, s, read_owned));
     if (s->vanished) /* for a manifest that says the same and was not listed yet */
-        SC_TRY(sc_each_file(ctx, place->directory, s, read_owned));
-out:
-    return status;
+        SC_PASS(sc_each_file(ctx, place->directory, s, read_owned));
+    return SC_OK;
 }
 
 /* For sc_each_record with an sc_names as user. */
@@ -205,23 +203,20 @@ static sc_status own(const sc_ctx *ctx, void *user, const char *name)
 static sc_status own_what_is_made(const sc_ctx *ctx, search *s, const char *partial)
 {
     const sc_store_place *place = s->place;
-    sc_status status = SC_OK;
 
     if (!place->joins)
-        status = sc_each_record(ctx, place->slice, s->owned, own);
-    if (status == SC_OK && place->png && !s->has_frames)
-        status = sc_names_add(ctx, s->owned, "frames/");
-    if (status == SC_OK && place->png)
-        status = sc_names_add(ctx, s->owned, SC_OWN_PNG);
+        SC_PASS(sc_each_record(ctx, place->slice, s->owned, own));
+    if (place->png && !s->has_frames)
+        SC_PASS(sc_names_add(ctx, s->owned, "frames/"));
+    if (place->png)
+        SC_PASS(sc_names_add(ctx, s->owned, SC_OWN_PNG));
     if (!strcmp(place->video, "none"))
-        return status;
-    if (status == SC_OK && !s->has_segments)
-        status = sc_names_add(ctx, s->owned, "segments/");
-    if (status == SC_OK)
-        status = sc_names_add(ctx, s->owned, SC_OWN_SEGMENTS);
-    if (status == SC_OK)
-        status = sc_names_add(ctx, s->owned, place->video);
-    return status == SC_OK ? sc_names_add(ctx, s->owned, partial) : status;
+        return SC_OK;
+    if (!s->has_segments)
+        SC_PASS(sc_names_add(ctx, s->owned, "segments/"));
+    SC_PASS(sc_names_add(ctx, s->owned, SC_OWN_SEGMENTS));
+    SC_PASS(sc_names_add(ctx, s->owned, place->video));
+    return sc_names_add(ctx, s->owned, partial);
 }
 
 /* @return SC_ERR_CREATE, with a message, if the name of the video cannot be used. */
@@ -256,7 +251,7 @@ sc_status sc_store_check_place(const sc_ctx *ctx, const sc_store_place *place, s
     if (status != SC_OK)
         goto out;
     for (int i = 0; i < s.count; i++) {
-        const bool ours = s.found[i].owner[0] && sc_names_has(owned, s.found[i].owner);
+        const bool ours = s.found[i].owner[0] && sc_file_lines_has(owned, s.found[i].owner);
 
         first = ours || first ? first : &s.found[i];
         foreign += !ours;

@@ -36,10 +36,8 @@ sc_status sc_partial_open(const sc_ctx *ctx, const char *directory, uint64_t ide
                           size_t picture_bytes, int frames, sc_partial_gops *out)
 {
     void *locations;
-    sc_status status = sc_alloc(ctx, (size_t)frames, sizeof *out->locations, &locations);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, (size_t)frames, sizeof *out->locations, &locations));
     *out = (sc_partial_gops){.identity = identity,
                              .picture_bytes = picture_bytes,
                              .frames = frames,
@@ -61,24 +59,17 @@ sc_status sc_partial_open(const sc_ctx *ctx, const char *directory, uint64_t ide
 static sc_status add_file(const sc_ctx *ctx, sc_partial_gops *partial, const char *path, int *index)
 {
     sc_text copy = {0};
-    sc_status status;
 
     if (partial->file_count == partial->file_capacity) {
         const int capacity = partial->file_capacity ? 2 * partial->file_capacity : 16;
-        void *grown;
 
-        SC_TRY(sc_alloc(ctx, (size_t)capacity, sizeof *partial->files, &grown));
-        if (partial->file_count)
-            memcpy(grown, partial->files, (size_t)partial->file_count * sizeof *partial->files);
-        sc_free(partial->files);
-        partial->files = grown;
+        SC_PASS(SC_RESIZE(ctx, (size_t)partial->file_count, (size_t)capacity, &partial->files));
         partial->file_capacity = capacity;
     }
-    SC_TRY(sc_text_add(ctx, &copy, "%s", path));
+    SC_PASS(sc_text_add(ctx, &copy, "%s", path));
     *index = partial->file_count;
     partial->files[partial->file_count++] = copy.data;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Read the next head and its picture, of partial->picture_bytes, from the stream. @return false at
@@ -164,10 +155,9 @@ out:
 static sc_status open_stream(const sc_ctx *ctx, sc_partial_gops *partial, int gop)
 {
     char prefix[32];
-    sc_status status = sc_partial_sync(ctx, partial);
+    sc_status status = SC_OK;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_partial_sync(ctx, partial));
     snprintf(prefix, sizeof prefix, "/%06d.", gop);
     for (int i = partial->scanned_count; i < partial->file_count && !partial->stream; i++) {
         const char *name = strrchr(partial->files[i], '/');
@@ -197,22 +187,17 @@ sc_status sc_partial_add(const sc_ctx *ctx, sc_partial_gops *partial, int gop, i
                          .pixel_hash = hash,
                          .frame = frame};
     long at;
-    sc_status status;
 
     if (partial->stream_gop != gop || !partial->stream)
-        SC_TRY(open_stream(ctx, partial, gop));
+        SC_PASS(open_stream(ctx, partial, gop));
     head.hash = hash_of(&head, picture);
     at = ftell(partial->stream);
     if (fwrite(&head, sizeof head, 1, partial->stream) != 1 ||
-        fwrite(picture, head.bytes, 1, partial->stream) != 1 || fflush(partial->stream)) {
-        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s",
-                         partial->files[partial->stream_file], sc_reason(errno));
-        goto out;
-    }
+        fwrite(picture, head.bytes, 1, partial->stream) != 1 || fflush(partial->stream))
+        return sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s",
+                       partial->files[partial->stream_file], sc_reason(errno));
     partial->locations[frame] = (sc_picture_location){partial->stream_file, (uint64_t)at, hash};
-    status = SC_OK;
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_partial_read(const sc_ctx *ctx, const sc_partial_gops *partial, int frame,

@@ -24,7 +24,7 @@ static sc_status look_for_owner(const sc_ctx *ctx, void *user, const char *file)
         return SC_OK;
     sc_directory_path(search->directory, path, "%s", file);
     status = sc_manifest_read_head(&quiet, path, &data);
-    search->found = status == SC_OK && sc_names_has(&data.owned, search->name);
+    search->found = status == SC_OK && sc_file_lines_has(&data.owned, search->name);
     sc_manifest_data_clear(&data);
     return sc_is_of_input(status) ? SC_OK : status;
 }
@@ -35,24 +35,20 @@ static sc_status read_manifest(const sc_ctx *ctx, const char *path, sc_manifest_
                                void **lines)
 {
     struct stat info;
-    sc_status status;
 
     if (lstat(path, &info))
         return SC_OK;
-    SC_TRY(sc_manifest_read_head(ctx, path, data));
-    if (!data->head.known) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, data->head.problem);
-        goto out;
-    }
+    SC_PASS(sc_manifest_read_head(ctx, path, data));
+    if (!data->head.known)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, data->head.problem);
     data->frames = data->head.frames;
-    SC_TRY(sc_zalloc(ctx, (size_t)data->frames, sizeof *data->lines, lines));
+    SC_PASS(sc_zalloc(ctx, (size_t)data->frames, sizeof *data->lines, lines));
     data->lines = *lines;
-    SC_TRY(sc_manifest_read(ctx, path, data));
+    SC_PASS(sc_manifest_read(ctx, path, data));
     if (data->damaged_line)
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: line %d is damaged: it is not what segcast wrote",
-                         path, data->damaged_line);
-out:
-    return status;
+        return sc_fail(ctx, SC_ERR_DATA, "%s: line %d is damaged: it is not what segcast wrote",
+                       path, data->damaged_line);
+    return SC_OK;
 }
 
 /* Refuse a record that something stands in the way of which is not segcast's. */
@@ -62,45 +58,42 @@ static sc_status check_owner(const sc_ctx *ctx, const char *directory, const cha
     owner_search search = {.directory = directory, .name = name};
     char path[SC_FILE_BYTES];
     struct stat info;
-    sc_status status;
 
-    SC_TRY(sc_each_file(ctx, directory, &search, look_for_owner));
+    SC_PASS(sc_each_file(ctx, directory, &search, look_for_owner));
     sc_directory_path(directory, path, "%s", name);
     if (lstat(path, &info)) {
         if (!search.found && !has_new_owner)
-            status = sc_fail(ctx, SC_ERR_CREATE,
-                             "%s: no manifest in the directory names it, so it would be in the way "
-                             "of a run that goes on there; run again with --resume first",
-                             path);
+            return sc_fail(ctx, SC_ERR_CREATE,
+                           "%s: no manifest in the directory names it, so it would be in the way "
+                           "of a run that goes on there; run again with --resume first",
+                           path);
     } else if (!search.found || !S_ISREG(info.st_mode)) {
-        status = sc_fail(ctx, SC_ERR_CREATE,
-                         "%s: was not made by segcast, and is in the way; move it away", path);
+        return sc_fail(ctx, SC_ERR_CREATE,
+                       "%s: was not made by segcast, and is in the way; move it away", path);
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_store_replace_record(const sc_ctx *ctx, const char *directory, const char *name,
                                   const void *text, size_t bytes)
 {
-    sc_manifest_data data = {.frames = 0};
+    SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = 0};
     char manifest[SC_FILE_BYTES], path[SC_FILE_BYTES];
     sc_store_job job = {0};
-    void *lines = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) void *lines = NULL;
 
     sc_directory_path(directory, manifest, "manifest.jsonl");
     sc_directory_path(directory, path, "%s", name);
-    SC_TRY(read_manifest(ctx, manifest, &data, &lines));
-    SC_TRY(check_owner(ctx, directory, name, data.closed));
+    SC_PASS(read_manifest(ctx, manifest, &data, &lines));
+    SC_PASS(check_owner(ctx, directory, name, data.closed));
     for (int i = 0; i < data.files.count; i++) {
         if (!strcmp(data.files.lines[i].name, name))
-            SC_TRY(
+            SC_PASS(
                 sc_store_set_aside(ctx, path, data.files.lines[i].bytes, data.files.lines[i].hash));
     }
-    SC_TRY(sc_file_write(ctx, path, text, bytes));
+    SC_PASS(sc_file_write(ctx, path, text, bytes));
     if (!data.closed) /* the run that completes the job proves what is there then */
-        goto out;
+        return SC_OK;
     job = (sc_store_job){
         .version = data.head.version,
         .job_hash = data.head.job_hash,
@@ -108,11 +101,7 @@ sc_status sc_store_replace_record(const sc_ctx *ctx, const char *directory, cons
         .frames = data.head.frames,
         .video = data.end.video[0] ? data.end.video : "none",
         .settings = {.width_px = data.head.size_px[0], .height_px = data.head.size_px[1]}};
-    SC_TRY(sc_names_add(ctx, &data.owned, name));
-    SC_TRY(sc_file_lines_put(ctx, &data.files, name, bytes, sc_store_hash_bytes(text, bytes)));
-    status = sc_manifest_create(ctx, manifest, &job, &data, NULL, true, NULL);
-out:
-    sc_manifest_data_clear(&data);
-    sc_free(lines);
-    return status;
+    SC_PASS(sc_names_add(ctx, &data.owned, name));
+    SC_PASS(sc_file_lines_put(ctx, &data.files, name, bytes, sc_store_hash_bytes(text, bytes)));
+    return sc_manifest_create(ctx, manifest, &job, &data, NULL, true, NULL);
 }

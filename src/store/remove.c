@@ -57,8 +57,8 @@ static void remove_segments(const sc_ctx *ctx, const char *directory, const sc_n
     char path[SC_FILE_BYTES];
 
     sc_directory_path(directory, path, "segments");
-    if (sc_names_has(owned, SC_OWN_SEGMENTS))
-        empty_folder(ctx, path, true, 0, sc_names_has(owned, "segments/"));
+    if (sc_file_lines_has(owned, SC_OWN_SEGMENTS))
+        empty_folder(ctx, path, true, 0, sc_file_lines_has(owned, "segments/"));
 }
 
 void sc_store_remove_unfinished(const sc_ctx *ctx, const sc_store *store)
@@ -71,11 +71,11 @@ void sc_store_remove_unfinished(const sc_ctx *ctx, const sc_store *store)
 
     remove_segments(ctx, store->directory, &store->data.owned);
     if (store->has_video && sc_video_partial_name(&silent, store->job.video, &partial) == SC_OK &&
-        sc_names_has(&store->data.owned, partial.data))
+        sc_file_lines_has(&store->data.owned, partial.data))
         remove_file(fd, partial.data);
     sc_text_clear(&partial);
     sc_store_path(store, path, "frames");
-    if (sc_names_has(&store->data.owned, SC_OWN_PNG))
+    if (sc_file_lines_has(&store->data.owned, SC_OWN_PNG))
         empty_folder(ctx, path, false, 0, false);
     sc_remove_temporaries(store->directory, false);
     if (fd >= 0)
@@ -155,13 +155,13 @@ sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)
     SC_TRY(sc_manifest_create(ctx, path, &store->job, &all.data, NULL, false, NULL));
     SC_TRY(sc_store_remove_slices(ctx, store));
     for (int i = 0; i < owned->count; i++) {
-        if (!strchr(owned->names[i], '/') && strcmp(owned->names[i], "job.yaml") != 0)
-            remove_file(fd, owned->names[i]);
+        if (!strchr(owned->lines[i].name, '/') && strcmp(owned->lines[i].name, "job.yaml") != 0)
+            remove_file(fd, owned->lines[i].name);
     }
     remove_segments(ctx, store->directory, owned);
     sc_store_path(store, path, "frames");
-    if (sc_names_has(owned, SC_OWN_PNG))
-        empty_folder(ctx, path, false, all.frames, sc_names_has(owned, "frames/"));
+    if (sc_file_lines_has(owned, SC_OWN_PNG))
+        empty_folder(ctx, path, false, all.frames, sc_file_lines_has(owned, "frames/"));
 out:
     sc_manifest_data_clear(&all.data);
     if (fd >= 0)

@@ -179,12 +179,9 @@ static sc_status is_complete(const sc_ctx *ctx, const sc_store *store, bool *out
     bool complete = end->known;
 
     if (complete && store->has_video) {
-        sc_status status;
 
         sc_store_path(store, path, "%s", store->job.video);
-        status = sc_verify_file(ctx, path, end->video_bytes, end->video_hash, &complete);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(sc_verify_file(ctx, path, end->video_bytes, end->video_hash, &complete));
         if (!complete)
             sc_warn(ctx,
                     "%s: is missing, or is not the video that the manifest names; it is made "
@@ -218,12 +215,9 @@ static sc_status has_sound_records(const sc_ctx *ctx, const sc_store *store, boo
 
     for (int i = 0; i < store->data.files.count && sound; i++) {
         const sc_file_line *line = &store->data.files.lines[i];
-        sc_status status;
 
         sc_store_path(store, path, "%s", line->name);
-        status = sc_verify_file(ctx, path, line->bytes, line->hash, &sound);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(sc_verify_file(ctx, path, line->bytes, line->hash, &sound));
         if (!sound)
             warn_of_record(ctx, store, line->name);
     }
@@ -244,7 +238,6 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
 {
     const int frames = store->job.frames;
     char path[SC_FILE_BYTES];
-    sc_status status;
 
     memset(store->data.lines, 0, (size_t)frames * sizeof *store->data.lines);
     memset(store->has_segment, 0, (size_t)store->gop_count * sizeof *store->has_segment);
@@ -254,19 +247,18 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
     sc_partial_forget(&store->partial);
     sc_stage_begin(ctx, "verifying what is there", 0,
                    (uint64_t)(store->job.png ? frames : 0) + (uint64_t)store->gop_count);
-    SC_TRY(sc_each_file(ctx, store->directory, store, scan_manifest));
+    SC_PASS(sc_each_file(ctx, store->directory, store, scan_manifest));
     if (store->has_video) {
         sc_store_path(store, path, "segments");
-        SC_TRY(sc_each_file(ctx, path, store, scan_file));
+        SC_PASS(sc_each_file(ctx, path, store, scan_file));
         compare_partial_gops(store);
     }
     if (store->job.png)
-        SC_TRY(sc_verify_png_files(ctx, store->directory, store->data.lines, frames,
-                                   store->job.threads, store->has_png));
-    SC_TRY(is_complete(ctx, store, &store->complete));
+        SC_PASS(sc_verify_png_files(ctx, store->directory, store->data.lines, frames,
+                                    store->job.threads, store->has_png));
+    SC_PASS(is_complete(ctx, store, &store->complete));
     if (store->sealed && store->complete)
-        SC_TRY(has_sound_records(ctx, store, &store->sealed));
+        SC_PASS(has_sound_records(ctx, store, &store->sealed));
     store->sealed = store->sealed && store->complete;
-out:
-    return status;
+    return SC_OK;
 }

@@ -249,22 +249,14 @@ void sc_store_begun_clear(sc_store_begun *begun)
 static sc_status allocate(const sc_ctx *ctx, sc_store *store)
 {
     const size_t frames = (size_t)store->job.frames, gops = (size_t)store->gop_count;
-    void *block;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, frames, sizeof *store->data.lines, &block));
-    store->data.lines = block;
+    SC_PASS(SC_ZALLOC(ctx, frames, &store->data.lines));
     store->data.frames = store->job.frames;
-    SC_TRY(sc_zalloc(ctx, frames, sizeof *store->wanted, &block));
-    store->wanted = block;
-    SC_TRY(sc_zalloc(ctx, frames, sizeof *store->has_png, &block));
-    store->has_png = block;
-    SC_TRY(sc_zalloc(ctx, gops, sizeof *store->has_segment, &block));
-    store->has_segment = block;
-    SC_TRY(sc_alloc(ctx, sc_picture_bytes(store->job.video, &store->job.settings), 1,
-                    &store->picture));
-out:
-    return status;
+    SC_PASS(SC_ZALLOC(ctx, frames, &store->wanted));
+    SC_PASS(SC_ZALLOC(ctx, frames, &store->has_png));
+    SC_PASS(SC_ZALLOC(ctx, gops, &store->has_segment));
+    return sc_alloc(ctx, sc_picture_bytes(store->job.video, &store->job.settings), 1,
+                    &store->picture);
 }
 
 /* Make segments/ and frames/, as far as the job needs them. After an error those that were not
@@ -314,11 +306,10 @@ static sc_status drop_record(const sc_ctx *ctx, void *user, const char *name)
 static sc_status begin_run(const sc_ctx *ctx, sc_store *store, const int *wanted, int wanted_count)
 {
     char path[SC_FILE_BYTES];
-    void *block = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
     bool *keep;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)store->job.frames, sizeof *keep, &block));
+    SC_PASS(sc_zalloc(ctx, (size_t)store->job.frames, sizeof *keep, &block));
     keep = block;
     for (int k = 0; k < store->job.frames; k++)
         store->data.lines[k].known = sc_store_has(store, k);
@@ -327,21 +318,18 @@ static sc_status begin_run(const sc_ctx *ctx, sc_store *store, const int *wanted
         store->wanted[wanted[i]] = !keep[wanted[i]];
     }
     if (wanted_count > 0 && store->has_video)
-        SC_TRY(sc_store_open_encoder(ctx, store)); /* if it fails, then before anything is drawn */
+        SC_PASS(sc_store_open_encoder(ctx, store)); /* if it fails, then before anything is drawn */
     if (!store->joins)
-        SC_TRY(sc_each_record(ctx, store->slice, store, drop_record));
+        SC_PASS(sc_each_record(ctx, store->slice, store, drop_record));
     store->data.end = (sc_manifest_end){.known = false};
     /* The manifest says what segcast makes here, and is on disk before anything else is made. */
     sc_store_manifest_path(store, path);
     if (!store->joins || store->owns_more)
-        SC_TRY(sc_manifest_create(ctx, path, &store->job, &store->data, keep, store->joins,
-                                  store->joins ? NULL : &store->manifest));
+        SC_PASS(sc_manifest_create(ctx, path, &store->job, &store->data, keep, store->joins,
+                                   store->joins ? NULL : &store->manifest));
     if (store->manifest)
         store->manifest_id = sc_manifest_id(store->manifest);
-    SC_TRY(make_folders(ctx, store));
-out:
-    sc_free(block);
-    return status;
+    return make_folders(ctx, store);
 }
 
 /* Remove what a run that ended by an accident, after it had completed the job, has left, and forget
@@ -358,18 +346,15 @@ static sc_status clean_up(const sc_ctx *ctx, sc_store *store)
 static sc_status begin_anew(const sc_ctx *ctx, sc_store *store)
 {
     char path[SC_FILE_BYTES];
-    sc_status status;
 
-    SC_TRY(sc_store_remove_run(ctx, store));
-    sc_names_clear(&store->data.owned);
+    SC_PASS(sc_store_remove_run(ctx, store));
+    sc_file_lines_clear(&store->data.owned);
     /* This stays until it is replaced. */
-    SC_TRY(sc_names_add(ctx, &store->data.owned, "job.yaml"));
-    SC_TRY(sc_job_texts_put_file(ctx, store->directory, &store->data.jobs));
-    SC_TRY(check(ctx, store, SC_STORE_OVERWRITE, true));
+    SC_PASS(sc_names_add(ctx, &store->data.owned, "job.yaml"));
+    SC_PASS(sc_job_texts_put_file(ctx, store->directory, &store->data.jobs));
+    SC_PASS(check(ctx, store, SC_STORE_OVERWRITE, true));
     sc_store_path(store, path, "manifest.jsonl");
-    status = sc_manifest_create(ctx, path, &store->job, &store->data, NULL, false, NULL);
-out:
-    return status;
+    return sc_manifest_create(ctx, path, &store->job, &store->data, NULL, false, NULL);
 }
 
 sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
@@ -378,12 +363,9 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
 {
     sc_store *store = NULL;
     char path[SC_FILE_BYTES];
-    void *block;
-    sc_status status = sc_zalloc(ctx, 1, sizeof *store, &block);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
-    store = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &store));
     store->job = *job;
     store->slice = slice;
     store->joins = !wanted;
@@ -436,13 +418,9 @@ void sc_store_close(sc_store *store)
 
 sc_status sc_store_whole_gops(const sc_ctx *ctx, const sc_store *store, int **out, int *count)
 {
-    void *block;
     int *firsts, found = 0;
-    sc_status status = sc_alloc(ctx, (size_t)store->gop_count, sizeof *firsts, &block);
 
-    if (status != SC_OK)
-        return status;
-    firsts = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)store->gop_count, &firsts));
     for (int gop = 0; gop < store->gop_count && store->has_video; gop++) {
         const int first = gop * store->gop_frames;
         bool whole = true;
@@ -481,13 +459,11 @@ static sc_status add_picture(const sc_ctx *ctx, sc_store *store, const sc_done_f
 {
     const int k = done->frame;
     const void *picture = sc_encoder_convert(store->encoder, image);
-    sc_status status;
 
     if (store->partial.locations[k].file < 0 || store->partial.locations[k].hash != done->hash)
-        SC_TRY(sc_partial_add(ctx, &store->partial, k / store->gop_frames, k, picture, done->hash));
-    status = sc_store_encode(ctx, store, k, picture);
-out:
-    return status;
+        SC_PASS(
+            sc_partial_add(ctx, &store->partial, k / store->gop_frames, k, picture, done->hash));
+    return sc_store_encode(ctx, store, k, picture);
 }
 
 /* Write the PNG file of a frame, and put its size and hash into @p done. */
@@ -509,14 +485,11 @@ static sc_status write_png(const sc_ctx *ctx, sc_store *store, const void *data,
 static sc_status compress_png(const sc_ctx *ctx, sc_store *store, const sc_image *image,
                               sc_done_frame *done)
 {
-    char *data;
+    SC_OWN(sc_free_at) char *data = NULL;
     size_t bytes;
-    sc_status status = sc_image_compress_png(ctx, image, "a frame in memory", &data, &bytes);
 
-    if (status == SC_OK)
-        status = write_png(ctx, store, data, bytes, done);
-    free(data);
-    return status;
+    SC_PASS(sc_image_compress_png(ctx, image, "a frame in memory", &data, &bytes));
+    return write_png(ctx, store, data, bytes, done);
 }
 
 sc_status sc_store_add_frame(const sc_ctx *ctx, sc_store *store, const sc_done_frame *done,
@@ -545,7 +518,6 @@ sc_status sc_store_add_gop(const sc_ctx *ctx, sc_store *store, const sc_done_fra
     const double begin_s = sc_wall_s();
     const int first = done[0].frame, gop = first / store->gop_frames;
     sc_segment_info info;
-    sc_status status;
 
     if (!sc_segment_inspect(segment, &info) || !sc_store_is_segment_of(store, &info, gop) ||
         info.first_frame != first || info.frame_count != count)
@@ -557,11 +529,10 @@ sc_status sc_store_add_gop(const sc_ctx *ctx, sc_store *store, const sc_done_fra
         sc_done_frame line = done[i];
 
         if (png)
-            SC_TRY(write_png(ctx, store, png[i].data, png[i].bytes, &line));
-        SC_TRY(add_line(ctx, store, &line));
+            SC_PASS(write_png(ctx, store, png[i].data, png[i].bytes, &line));
+        SC_PASS(add_line(ctx, store, &line));
     }
-    SC_TRY(sc_store_write_segment(ctx, store, gop, segment));
+    SC_PASS(sc_store_write_segment(ctx, store, gop, segment));
     store->times.write_wall_s += sc_wall_s() - begin_s;
-out:
-    return status;
+    return SC_OK;
 }

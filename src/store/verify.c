@@ -139,10 +139,9 @@ static sc_status verify_png_files(const sc_ctx *ctx, const char *directory, cons
                                   sc_frame_line *lines)
 {
     void *verified;
-    sc_status status = sc_alloc(ctx, (size_t)job->frames, sizeof(bool), &verified);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, (size_t)job->frames, sizeof(bool), &verified));
     sc_stage_begin(ctx, "verifying frames", 0, (uint64_t)job->frames);
     status = sc_verify_png_files(ctx, directory, lines, job->frames, job->threads, verified);
     for (int k = 0; k < job->frames && status == SC_OK; k++) {
@@ -161,7 +160,6 @@ static sc_status verify_png_files(const sc_ctx *ctx, const char *directory, cons
 static sc_status read_closed(const sc_ctx *ctx, const char *directory, sc_manifest_data *data)
 {
     char path[SC_FILE_BYTES];
-    sc_status status;
 
     sc_directory_path(directory, path, "manifest.jsonl");
     if (access(path, F_OK) != 0)
@@ -169,9 +167,7 @@ static sc_status read_closed(const sc_ctx *ctx, const char *directory, sc_manife
                        "%s: is not there, so the job, which was drawn in slices, is not finished; "
                        "when all slices have ended, `segcast join %s` completes it",
                        path, directory);
-    status = sc_manifest_read(ctx, path, data);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_manifest_read(ctx, path, data));
     if (data->damaged_line)
         return sc_fail(ctx, SC_ERR_DATA, "%s: line %d is damaged: it is not what segcast wrote",
                        path, data->damaged_line);
@@ -195,12 +191,9 @@ static sc_status verify_record(const sc_ctx *ctx, const char *directory, const c
 {
     char path[SC_FILE_BYTES];
     bool same;
-    sc_status status;
 
     sc_directory_path(directory, path, "%s", name);
-    status = sc_verify_file(ctx, path, line->bytes, line->hash, &same);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_verify_file(ctx, path, line->bytes, line->hash, &same));
     if (!same)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: is missing, or is not the file of %llu bytes and hash %016llx that the "
@@ -211,47 +204,36 @@ static sc_status verify_record(const sc_ctx *ctx, const char *directory, const c
 
 sc_status sc_store_verify_records(const sc_ctx *ctx, const char *directory, sc_text *names)
 {
-    sc_manifest_data data = {.frames = 0};
-    sc_status status;
+    SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = 0};
 
-    SC_TRY(read_closed(ctx, directory, &data));
+    SC_PASS(read_closed(ctx, directory, &data));
     for (int i = 0; i < data.files.count; i++)
-        SC_TRY(
+        SC_PASS(
             verify_record(ctx, directory, data.files.lines[i].name, &data.files.lines[i], names));
     for (int i = 0; i < data.jobs.count; i++)
-        SC_TRY(verify_record(ctx, directory, "job.yaml", &data.jobs.lines[i], names));
-out:
-    sc_manifest_data_clear(&data);
-    return status;
+        SC_PASS(verify_record(ctx, directory, "job.yaml", &data.jobs.lines[i], names));
+    return SC_OK;
 }
 
 sc_status sc_store_verify(const sc_ctx *ctx, const char *directory, const sc_store_job *job)
 {
-    sc_manifest_data data = {.frames = job->frames};
-    void *lines = NULL;
-    sc_status status;
+    SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = job->frames};
+    SC_OWN(sc_free_at) void *lines = NULL;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)job->frames, sizeof *data.lines, &lines));
+    SC_PASS(sc_zalloc(ctx, (size_t)job->frames, sizeof *data.lines, &lines));
     data.lines = lines;
-    SC_TRY(read_closed(ctx, directory, &data));
+    SC_PASS(read_closed(ctx, directory, &data));
     for (int k = 0; k < job->frames; k++) {
-        if (!data.lines[k].known || (job->png && !data.lines[k].done.png_bytes)) {
-            status = sc_fail(ctx, SC_ERR_DATA, "%s/manifest.jsonl: has no line for frame %d%s",
-                             directory, k, data.lines[k].known ? " with its PNG file" : "");
-            goto out;
-        }
+        if (!data.lines[k].known || (job->png && !data.lines[k].done.png_bytes))
+            return sc_fail(ctx, SC_ERR_DATA, "%s/manifest.jsonl: has no line for frame %d%s",
+                           directory, k, data.lines[k].known ? " with its PNG file" : "");
     }
-    if (data.count != job->frames) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s/manifest.jsonl: has %d lines of frames, expected %d",
-                         directory, data.count, job->frames);
-        goto out;
-    }
+    if (data.count != job->frames)
+        return sc_fail(ctx, SC_ERR_DATA, "%s/manifest.jsonl: has %d lines of frames, expected %d",
+                       directory, data.count, job->frames);
     if (job->png)
-        SC_TRY(verify_png_files(ctx, directory, job, data.lines));
+        SC_PASS(verify_png_files(ctx, directory, job, data.lines));
     if (strcmp(job->video, "none") != 0)
-        SC_TRY(verify_video(ctx, directory, job, &data.end));
-out:
-    sc_manifest_data_clear(&data);
-    sc_free(lines);
-    return status;
+        SC_PASS(verify_video(ctx, directory, job, &data.end));
+    return SC_OK;
 }

@@ -52,22 +52,20 @@ static sc_status describe_cell(const sc_ctx *ctx, const sc_measurements *m, doub
     double *cpu_s = times + m->count;
     const size_t count = times_of(m, r->cell, times, cpu_s);
     const sc_measurement *t = &r->typical;
-    sc_status status;
 
     for (size_t i = 0; i < m->skipped_count; i++) {
         if (m->skipped[i].cell == r->cell)
             r->skipped = m->skipped[i].reason;
     }
-    SC_TRY(sc_statistics_of(ctx, times, count, &r->wall_s));
-    SC_TRY(sc_statistics_of(ctx, cpu_s, count, &r->cpu_s));
+    SC_PASS(sc_statistics_of(ctx, times, count, &r->wall_s));
+    SC_PASS(sc_statistics_of(ctx, cpu_s, count, &r->cpu_s));
     r->typical = typical_of(m, r->cell, r->cpu_s.median);
     r->frames_per_s = ratio(t->frames, r->wall_s.median);
     r->mrays_per_cpu_s = ratio((double)t->rays / 1e6, r->cpu_s.median);
     r->samples_per_ray = ratio((double)t->samples, (double)t->rays);
     r->imbalance = t->draw_mean_s > 0 ? t->draw_most_s / t->draw_mean_s - 1 : 0;
     r->workers = (double)t->ranks * t->threads;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* @return the rays of a pass per second of @p time. */
@@ -95,16 +93,15 @@ sc_status sc_cell_results(const sc_ctx *ctx, const sc_measurements *measurements
 {
     const sc_design *design = &measurements->design;
     const int cells = sc_design_cells(design);
-    void *times = NULL, *block = NULL;
+    SC_OWN(sc_free_at) void *times = NULL, *block = NULL;
     sc_cell_result *results;
-    sc_status status;
 
-    SC_TRY(sc_alloc(ctx, measurements->count + 1, 2 * sizeof(double), &times));
-    SC_TRY(sc_zalloc(ctx, (size_t)cells, sizeof *results, &block));
+    SC_PASS(sc_alloc(ctx, measurements->count + 1, 2 * sizeof(double), &times));
+    SC_PASS(sc_zalloc(ctx, (size_t)cells, sizeof *results, &block));
     results = block;
     for (int i = 0; i < cells; i++) {
         results[i].cell = i;
-        SC_TRY(describe_cell(ctx, measurements, times, &results[i]));
+        SC_PASS(describe_cell(ctx, measurements, times, &results[i]));
     }
     for (int i = 0; i < cells; i++) {
         sc_cell_result *r = &results[i], *base;
@@ -122,10 +119,7 @@ sc_status sc_cell_results(const sc_ctx *ctx, const sc_measurements *measurements
     }
     *out = results;
     block = NULL;
-out:
-    sc_free(block);
-    sc_free(times);
-    return status;
+    return SC_OK;
 }
 
 int sc_measurements_mismatch(const sc_measurements *measurements, size_t from,
@@ -180,59 +174,52 @@ static sc_status add_cell(const sc_ctx *ctx, const sc_design *design, const sc_c
 {
     const sc_measurement *t = &r->typical;
     const sc_core_time cores = sc_measurement_core_time(t, design->whole_jobs);
-    sc_status status;
 
     for (int i = 0; i < design->axis_count; i++) {
-        SC_TRY(add_field(ctx, text, design->axes[i].values[sc_design_index(design, r->cell, i)]));
-        SC_TRY(sc_text_add(ctx, text, ","));
+        SC_PASS(add_field(ctx, text, design->axes[i].values[sc_design_index(design, r->cell, i)]));
+        SC_PASS(sc_text_add(ctx, text, ","));
     }
-    SC_TRY(add_field(ctx, text,
-                     r->skipped            ? r->skipped
-                     : r->cpu_s.count == 0 ? "not measured yet"
-                                           : "measured"));
-    SC_TRY(sc_text_add(ctx, text, ",%zu,%d,%d,%d,%d", r->cpu_s.count, t->frames, t->ranks,
-                       t->threads, t->nodes));
-    SC_TRY(add_statistics(ctx, text, &r->cpu_s));
-    SC_TRY(add_statistics(ctx, text, &r->wall_s));
-    SC_TRY(sc_text_add(ctx, text, ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", r->frames_per_s,
-                       r->mrays_per_cpu_s, r->samples_per_ray, r->imbalance, r->speedup,
-                       r->efficiency, r->serial_share, r->cost));
-    SC_TRY(sc_text_add(ctx, text, ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g",
-                       t->draw_cpu_s, t->idle_mean_s, t->gather_mean_s, t->accept_s, t->read_s,
-                       t->prepare_s, t->share_s, t->prepare_cpu_s, t->derive_s, t->derive_cpu_s));
-    SC_TRY(sc_text_add(ctx, text, ",%llu,%llu,%llu,%.9g,%.9g,%.9g,%016llx,%.9g",
-                       (unsigned long long)t->prepared_bytes,
-                       (unsigned long long)t->peak_rss_most_bytes,
-                       (unsigned long long)t->peak_rss_sum_bytes, t->energy_j, t->instructions,
-                       t->memory_bytes, (unsigned long long)t->pixels_hash, cores.core_s));
+    SC_PASS(add_field(ctx, text,
+                      r->skipped            ? r->skipped
+                      : r->cpu_s.count == 0 ? "not measured yet"
+                                            : "measured"));
+    SC_PASS(sc_text_add(ctx, text, ",%zu,%d,%d,%d,%d", r->cpu_s.count, t->frames, t->ranks,
+                        t->threads, t->nodes));
+    SC_PASS(add_statistics(ctx, text, &r->cpu_s));
+    SC_PASS(add_statistics(ctx, text, &r->wall_s));
+    SC_PASS(sc_text_add(ctx, text, ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", r->frames_per_s,
+                        r->mrays_per_cpu_s, r->samples_per_ray, r->imbalance, r->speedup,
+                        r->efficiency, r->serial_share, r->cost));
+    SC_PASS(sc_text_add(ctx, text, ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g",
+                        t->draw_cpu_s, t->idle_mean_s, t->gather_mean_s, t->accept_s, t->read_s,
+                        t->prepare_s, t->share_s, t->prepare_cpu_s, t->derive_s, t->derive_cpu_s));
+    SC_PASS(sc_text_add(ctx, text, ",%llu,%llu,%llu,%.9g,%.9g,%.9g,%016llx,%.9g",
+                        (unsigned long long)t->prepared_bytes,
+                        (unsigned long long)t->peak_rss_most_bytes,
+                        (unsigned long long)t->peak_rss_sum_bytes, t->energy_j, t->instructions,
+                        t->memory_bytes, (unsigned long long)t->pixels_hash, cores.core_s));
     for (int i = 0; i < SC_CAUSE_COUNT; i++)
-        SC_TRY(sc_text_add(ctx, text, ",%.9g", cores.causes_s[i]));
-    status = sc_text_add(ctx, text, "\r\n");
-out:
-    return status;
+        SC_PASS(sc_text_add(ctx, text, ",%.9g", cores.causes_s[i]));
+    return sc_text_add(ctx, text, "\r\n");
 }
 
 sc_status sc_cells_write_csv(const sc_ctx *ctx, const sc_measurements *measurements,
                              const sc_cell_result *results, const char *path)
 {
     const sc_design *design = &measurements->design;
-    sc_text text = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
     for (int i = 0; i < design->axis_count; i++) {
-        SC_TRY(add_field(ctx, &text, design->axes[i].name));
-        SC_TRY(sc_text_add(ctx, &text, ","));
+        SC_PASS(add_field(ctx, &text, design->axes[i].name));
+        SC_PASS(sc_text_add(ctx, &text, ","));
     }
-    SC_TRY(sc_text_add(ctx, &text, "%s", columns));
+    SC_PASS(sc_text_add(ctx, &text, "%s", columns));
     for (int i = 0; i < SC_CAUSE_COUNT; i++)
-        SC_TRY(sc_text_add(ctx, &text, ",core_%s", sc_cause_key(i)));
-    SC_TRY(sc_text_add(ctx, &text, "\r\n"));
+        SC_PASS(sc_text_add(ctx, &text, ",core_%s", sc_cause_key(i)));
+    SC_PASS(sc_text_add(ctx, &text, "\r\n"));
     for (int i = 0; i < sc_design_cells(design); i++)
-        SC_TRY(add_cell(ctx, design, &results[i], &text));
-    status = sc_file_write(ctx, path, text.data, text.length_bytes);
-out:
-    sc_text_clear(&text);
-    return status;
+        SC_PASS(add_cell(ctx, design, &results[i], &text));
+    return sc_file_write(ctx, path, text.data, text.length_bytes);
 }
 
 /* ---- Extra-P ---- */

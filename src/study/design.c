@@ -106,27 +106,6 @@ void sc_measurements_clear(sc_measurements *measurements)
     *measurements = (sc_measurements){0};
 }
 
-/* Make room for one element more in the array @p items, of elements of @p size bytes. */
-static sc_status reserve(const sc_ctx *ctx, void **items, size_t count, size_t *capacity,
-                         size_t size)
-{
-    const size_t wanted = count < 16 ? 16 : 2 * count;
-    void *grown;
-    sc_status status;
-
-    if (count < *capacity)
-        return SC_OK;
-    status = sc_zalloc(ctx, wanted, size, &grown);
-    if (status != SC_OK)
-        return status;
-    if (count)
-        memcpy(grown, *items, count * size);
-    sc_free(*items);
-    *items = grown;
-    *capacity = wanted;
-    return SC_OK;
-}
-
 /* Remove the reason why @p cell was not measured, if there is one. */
 static void drop_reason(sc_measurements *from, int cell)
 {
@@ -143,12 +122,7 @@ static void drop_reason(sc_measurements *from, int cell)
 
 sc_status sc_measurements_append(const sc_ctx *ctx, sc_measurements *to, const sc_measurement *item)
 {
-    void *items = to->items;
-    const sc_status status = reserve(ctx, &items, to->count, &to->capacity, sizeof *to->items);
-
-    if (status != SC_OK)
-        return status;
-    to->items = items;
+    SC_PASS(SC_GROW(ctx, to->count, &to->capacity, &to->items));
     to->items[to->count++] = *item;
     drop_reason(to, item->cell);
     return SC_OK;
@@ -157,30 +131,21 @@ sc_status sc_measurements_append(const sc_ctx *ctx, sc_measurements *to, const s
 sc_status sc_measurements_skip(const sc_ctx *ctx, sc_measurements *to, int cell, const char *reason)
 {
     char *text;
-    void *items = to->skipped;
-    sc_status status;
 
     for (size_t i = 0; i < to->count; i++) {
         if (to->items[i].cell == cell)
             return SC_OK;
     }
-    SC_TRY(reserve(ctx, &items, to->skipped_count, &to->skipped_capacity, sizeof *to->skipped));
-    to->skipped = items;
-    SC_TRY(sc_text_copy(ctx, reason, &text));
+    SC_PASS(SC_GROW(ctx, to->skipped_count, &to->skipped_capacity, &to->skipped));
+    SC_PASS(sc_text_copy(ctx, reason, &text));
     drop_reason(to, cell);
     to->skipped[to->skipped_count++] = (sc_skipped_cell){cell, text};
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_measurements_add_run(const sc_ctx *ctx, sc_measurements *to, const sc_study_run *run)
 {
-    void *items = to->runs;
-    const sc_status status = reserve(ctx, &items, to->run_count, &to->run_capacity, sizeof *run);
-
-    if (status != SC_OK)
-        return status;
-    to->runs = items;
+    SC_PASS(SC_GROW(ctx, to->run_count, &to->run_capacity, &to->runs));
     to->runs[to->run_count++] = *run;
     return SC_OK;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Heat pictures: counts for each pixel of a small picture, and how stats.json holds them. */
 #include "heat_json.h"
+#include "json_values.h"
 
 #include <math.h>
 #include <string.h>
@@ -22,19 +23,14 @@ double sc_heat_count(uint8_t code)
 
 sc_status sc_heat_new(const sc_ctx *ctx, int width_px, int height_px, sc_heat *out)
 {
-    sc_heat heat = {.width_px = width_px, .height_px = height_px};
-    void *block;
-    sc_status status = SC_OK;
+    SC_OWN(sc_heat_clear) sc_heat heat = {.width_px = width_px, .height_px = height_px};
 
     for (int i = 0; i < SC_HEAT_KINDS; i++) {
-        SC_TRY(sc_zalloc(ctx, (size_t)width_px * (size_t)height_px, 1, &block));
-        heat.codes[i] = block;
+        SC_PASS(sc_zalloc(ctx, (size_t)width_px * (size_t)height_px, 1, &heat.codes[i]));
     }
     *out = heat;
     heat = (sc_heat){0};
-out:
-    sc_heat_clear(&heat);
-    return status;
+    return SC_OK;
 }
 
 void sc_heat_clear(sc_heat *heat)
@@ -63,10 +59,7 @@ static json_t *rows_to_json(const sc_heat *heat, const uint8_t *codes)
             text[2 * x] = digits[code >> 4];
             text[2 * x + 1] = digits[code & 15];
         }
-        if (json_array_append_new(rows, json_stringn(text, 2 * (size_t)heat->width_px))) {
-            json_decref(rows);
-            rows = NULL;
-        }
+        rows = sc_json_with(rows, json_stringn(text, 2 * (size_t)heat->width_px));
     }
     return rows;
 }
@@ -79,12 +72,8 @@ json_t *sc_heat_to_json(const sc_heat *heat)
         return json_null();
     json = json_pack("{s:i, s:i, s:i, s:f}", "frame", heat->frame, "width", heat->width_px,
                      "height", heat->height_px, "cpu_s", heat->cpu_s);
-    for (int i = 0; i < SC_HEAT_KINDS && json; i++) {
-        if (json_object_set_new(json, keys[i], rows_to_json(heat, heat->codes[i]))) {
-            json_decref(json);
-            json = NULL;
-        }
-    }
+    for (int i = 0; i < SC_HEAT_KINDS && json; i++)
+        json = sc_json_with_key(json, keys[i], rows_to_json(heat, heat->codes[i]));
     return json;
 }
 
@@ -118,41 +107,29 @@ static bool rows_from_json(const json_t *rows, const sc_heat *heat, uint8_t *cod
     return true;
 }
 
-/* @return the whole number at a key, or -1 if there is none within its limits. */
-static int read_int(const json_t *json, const char *key, int most)
-{
-    const json_t *value = json_object_get(json, key);
-    const json_int_t number = json_integer_value(value);
-
-    return json_is_integer(value) && number >= 0 && number <= most ? (int)number : -1;
-}
-
 sc_status sc_heat_from_json(const sc_ctx *ctx, const json_t *json, sc_heat *out, bool *good)
 {
-    const int frame = read_int(json, "frame", INT32_MAX);
-    const int width = read_int(json, "width", SC_HEAT_SIDE);
-    const int height = read_int(json, "height", SC_HEAT_SIDE);
-    const json_t *cpu_s = json_object_get(json, "cpu_s");
-    sc_heat heat = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_heat_clear) sc_heat heat = {0};
+    int frame, width, height;
+    double cpu_s;
 
     *good = true;
     if (!json || json_is_null(json))
         return SC_OK;
-    *good = frame >= 0 && width > 0 && height > 0 && json_is_number(cpu_s) &&
-            json_number_value(cpu_s) >= 0;
+    *good = sc_json_int(json_object_get(json, "frame"), 0, INT32_MAX, &frame) &&
+            sc_json_int(json_object_get(json, "width"), 1, SC_HEAT_SIDE, &width) &&
+            sc_json_int(json_object_get(json, "height"), 1, SC_HEAT_SIDE, &height) &&
+            sc_json_real(json_object_get(json, "cpu_s"), 0, INFINITY, &cpu_s);
     if (!*good)
         return SC_OK;
-    SC_TRY(sc_heat_new(ctx, width, height, &heat));
+    SC_PASS(sc_heat_new(ctx, width, height, &heat));
     heat.frame = frame;
-    heat.cpu_s = json_number_value(cpu_s);
+    heat.cpu_s = cpu_s;
     for (int i = 0; i < SC_HEAT_KINDS; i++)
         *good = *good && rows_from_json(json_object_get(json, keys[i]), &heat, heat.codes[i]);
     if (*good) {
         *out = heat;
         heat = (sc_heat){0};
     }
-out:
-    sc_heat_clear(&heat);
-    return status;
+    return SC_OK;
 }

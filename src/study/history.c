@@ -97,13 +97,12 @@ static void move_runs(sc_history *to, sc_history *more, numbered_run *sorted, in
 static sc_status merge(const sc_ctx *ctx, sc_history *to, sc_history *more)
 {
     const size_t runs = (size_t)to->run_count + (size_t)more->run_count;
-    sc_history all = {0};
-    void *sorted = NULL, *place = NULL;
-    sc_status status;
+    SC_OWN(sc_history_clear) sc_history all = {0};
+    SC_OWN(sc_free_at) void *sorted = NULL, *place = NULL;
 
-    SC_TRY(sc_alloc(ctx, runs, sizeof(numbered_run), &sorted));
-    SC_TRY(sc_alloc(ctx, runs, sizeof(int), &place));
-    SC_TRY(
+    SC_PASS(sc_alloc(ctx, runs, sizeof(numbered_run), &sorted));
+    SC_PASS(sc_alloc(ctx, runs, sizeof(int), &place));
+    SC_PASS(
         sc_history_allocate(ctx, runs, (size_t)to->frame_count + (size_t)more->frame_count, &all));
     move_runs(to, more, sorted, place, &all);
     for (int i = 0; i < to->frame_count + more->frame_count; i++) {
@@ -118,11 +117,7 @@ static sc_status merge(const sc_ctx *ctx, sc_history *to, sc_history *more)
     sc_history_clear(to);
     *to = all;
     all = (sc_history){0};
-out:
-    sc_history_clear(&all);
-    sc_free(sorted);
-    sc_free(place);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_history_add(const sc_ctx *ctx, sc_history *history, const sc_frame_result *frames,

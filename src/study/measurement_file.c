@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Writes the file of measurements: JSON Lines, each flushed to disk before the next measurement. */
+#include "json_values.h"
 #include "measurement_rows.h"
 
 #include <errno.h>
 #include <fcntl.h>
-#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
@@ -46,12 +46,8 @@ static json_t *measurement_json(const sc_measurement *item)
 {
     json_t *json = json_object();
 
-    for (const sc_measurement_row *row = sc_measurement_rows; row->name && json; row++) {
-        if (json_object_set_new(json, row->name, row_json(row, item))) {
-            json_decref(json);
-            json = NULL;
-        }
-    }
+    for (const sc_measurement_row *row = sc_measurement_rows; row->name && json; row++)
+        json = sc_json_with_key(json, row->name, row_json(row, item));
     return json;
 }
 
@@ -91,11 +87,8 @@ static json_t *axes_json(const sc_design *design)
 
         for (int j = 0; j < design->axes[i].value_count; j++)
             json_array_append_new(values, json_string(design->axes[i].values[j]));
-        if (json_array_append_new(
-                axes, json_pack("{s:s, s:o}", "name", design->axes[i].name, "values", values))) {
-            json_decref(axes);
-            axes = NULL;
-        }
+        axes = sc_json_with(
+            axes, json_pack("{s:s, s:o}", "name", design->axes[i].name, "values", values));
     }
     return axes;
 }
@@ -122,25 +115,20 @@ static sc_status write_all(const sc_ctx *ctx, const sc_measurement_file *file, c
 /* Write @p json as a line, and flush it to disk; takes ownership of it. NULL: out of memory. */
 static sc_status write_line(const sc_ctx *ctx, sc_measurement_file *file, json_t *json)
 {
-    sc_text line = {0};
-    char *text;
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text line = {0};
+    SC_OWN(sc_free_at) char *text = NULL;
 
     errno = 0;
     text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
     json_decref(json);
     if (!text || errno == ENOMEM) { /* jansson leaves out what it has no memory for */
-        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", file->path);
-        goto out;
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", file->path);
     }
-    SC_TRY(sc_text_add(ctx, &line, "%s\n", text));
-    SC_TRY(write_all(ctx, file, line.data, line.length_bytes));
+    SC_PASS(sc_text_add(ctx, &line, "%s\n", text));
+    SC_PASS(write_all(ctx, file, line.data, line.length_bytes));
     if (fsync(file->fd) && errno != EINVAL && errno != EROFS)
-        status = sc_fail(ctx, SC_ERR_WRITE, "%s: %s", file->path, sc_reason(errno));
-out:
-    sc_text_clear(&line);
-    free(text);
-    return status;
+        return sc_fail(ctx, SC_ERR_WRITE, "%s: %s", file->path, sc_reason(errno));
+    return SC_OK;
 }
 
 /* Open the file @p path for this process alone. @param flags of open. */
@@ -149,13 +137,11 @@ static sc_status open_file(const sc_ctx *ctx, const char *path, int flags,
 {
     sc_text copy = {0};
     sc_measurement_file *file = NULL;
-    void *block;
     int fd = -1;
     sc_status status;
 
     SC_TRY(sc_text_add(ctx, &copy, "%s", path));
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *file, &block));
-    file = block;
+    SC_TRY(SC_ZALLOC(ctx, 1, &file));
     fd = open(path, flags | O_WRONLY | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (fd < 0)
         status = sc_fail(ctx, SC_ERR_CREATE, "%s: %s", path, sc_reason(errno));

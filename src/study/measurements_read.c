@@ -2,6 +2,7 @@
 /* Reads a file of measurements. Nothing in it is trusted: numbers are checked against their ranges,
  * cells against the design. */
 #include "internal.h"
+#include "json_values.h"
 #include "measurement_rows.h"
 
 #include <jansson.h>
@@ -11,35 +12,10 @@
 
 /* A study of the largest design measured a thousand times writes less. */
 enum { FILE_MAX_MIB = 1024 };
+#define REAL_MOST 1e15
 enum { AXES_MAX = 64, CELLS_MAX = 1000000, LONGEST_RUN = 1000000 };
 
 /* ---- values; false: missing, of another type or out of range ---- */
-
-static bool read_int(const json_t *value, json_int_t low, json_int_t high, int32_t *out)
-{
-    const json_int_t number = json_integer_value(value);
-
-    if (!json_is_integer(value) || number < low || number > high)
-        return false;
-    *out = (int32_t)number;
-    return true;
-}
-
-static bool read_hash(const json_t *value, uint64_t *out)
-{
-    const char *text = json_string_value(value);
-
-    if (!text || strlen(text) != 16 || strspn(text, "0123456789abcdef") != 16)
-        return false;
-    *out = strtoull(text, NULL, 16);
-    return true;
-}
-
-static bool read_real(const json_t *value, double low, double *out)
-{
-    *out = json_number_value(value);
-    return json_is_number(value) && *out >= low && *out < 1e15;
-}
 
 static bool read_row(const json_t *value, const sc_measurement_row *row, sc_measurement *item)
 {
@@ -47,21 +23,20 @@ static bool read_row(const json_t *value, const sc_measurement_row *row, sc_meas
 
     switch (row->type) {
     case SC_ROW_INT:
-        return read_int(value, 0, INT32_MAX, at);
+        return sc_json_int(value, 0, INT32_MAX, at);
     case SC_ROW_COUNT:
-        *(uint64_t *)at = (uint64_t)json_integer_value(value);
-        return json_is_integer(value) && json_integer_value(value) >= 0;
+        return sc_json_count(value, at);
     case SC_ROW_TIME:
         *(int64_t *)at = json_integer_value(value);
         return json_is_integer(value) && json_integer_value(value) >= 0;
     case SC_ROW_HASH:
-        return read_hash(value, at);
+        return sc_json_hash(value, at);
     case SC_ROW_SECONDS:
-        return read_real(value, 0, at);
+        return sc_json_real(value, 0, REAL_MOST, at);
     case SC_ROW_REAL: /* studies that were begun before some of these were counted go on */
         if (!value)
             *(double *)at = -1;
-        return !value || read_real(value, -1, at);
+        return !value || sc_json_real(value, -1, REAL_MOST, at);
     }
     return false;
 }
@@ -95,13 +70,15 @@ static bool read_run(const json_t *object, sc_study_run *out)
     read_text(object, "commit", out->commit, sizeof out->commit);
     read_text(object, "batch_job", out->batch_job, sizeof out->batch_job);
     read_text(object, "kernel", out->kernel, sizeof out->kernel);
-    if (!read_real(json_object_get(object, "read_bytes_per_s"), 0, &out->roof.read_bytes_per_s) ||
-        !read_real(json_object_get(object, "instructions_per_s"), 0, &out->roof.instructions_per_s))
+    if (!sc_json_real(json_object_get(object, "read_bytes_per_s"), 0, REAL_MOST,
+                      &out->roof.read_bytes_per_s) ||
+        !sc_json_real(json_object_get(object, "instructions_per_s"), 0, REAL_MOST,
+                      &out->roof.instructions_per_s))
         out->roof = (sc_roof){0}; /* it was not measured, or not by this version */
     return json_is_object(object) &&
-           read_int(json_object_get(object, "ranks"), 1, LONGEST_RUN, &out->ranks) &&
-           read_int(json_object_get(object, "nodes"), 1, LONGEST_RUN, &out->nodes) &&
-           read_int(json_object_get(object, "cores"), 1, LONGEST_RUN, &out->cores);
+           sc_json_int(json_object_get(object, "ranks"), 1, LONGEST_RUN, &out->ranks) &&
+           sc_json_int(json_object_get(object, "nodes"), 1, LONGEST_RUN, &out->nodes) &&
+           sc_json_int(json_object_get(object, "cores"), 1, LONGEST_RUN, &out->cores);
 }
 
 /* ---- the design, in the first line ---- */
@@ -123,24 +100,20 @@ static sc_status read_axis(const sc_ctx *ctx, const json_t *object, sc_design_ax
 {
     const json_t *values = json_object_get(object, "values");
     const size_t count = json_array_size(values);
-    void *block;
-    sc_status status;
 
     if (count < 1 || count > CELLS_MAX) {
         *good = false;
         return SC_OK;
     }
-    SC_TRY(sc_zalloc(ctx, count, sizeof *out->values, &block));
-    out->values = block;
-    SC_TRY(copy_string(ctx, json_object_get(object, "name"), &out->name));
+    SC_PASS(SC_ZALLOC(ctx, count, &out->values));
+    SC_PASS(copy_string(ctx, json_object_get(object, "name"), &out->name));
     *good = *good && out->name;
     for (size_t i = 0; i < count && *good; i++) {
-        SC_TRY(copy_string(ctx, json_array_get(values, i), &out->values[i]));
+        SC_PASS(copy_string(ctx, json_array_get(values, i), &out->values[i]));
         out->value_count++;
         *good = out->values[i] != NULL;
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* @return whether the member @p key is the text @p value; it may be missing. */
@@ -158,27 +131,23 @@ static sc_status read_design(const sc_ctx *ctx, const json_t *line, sc_design *o
     const json_t *axes = json_object_get(line, "axes");
     const size_t count = json_array_size(axes);
     double cells = 1;
-    void *block;
-    sc_status status;
 
     *good = schema && !strcmp(schema, "segcast-study-1") && json_is_array(axes) &&
-            count <= AXES_MAX && read_hash(json_object_get(line, "study"), &out->hash);
+            count <= AXES_MAX && sc_json_hash(json_object_get(line, "study"), &out->hash);
     if (!*good)
         return SC_OK;
     out->whole_jobs = has_text(line, "measure", "job");
     out->by_wall = has_text(line, "metric", "wall");
-    SC_TRY(copy_string(ctx, json_object_get(line, "title"), &out->title));
-    SC_TRY(sc_zalloc(ctx, count, sizeof *out->axes, &block));
-    out->axes = block;
+    SC_PASS(copy_string(ctx, json_object_get(line, "title"), &out->title));
+    SC_PASS(SC_ZALLOC(ctx, count, &out->axes));
     for (size_t i = 0; i < count && *good; i++) {
         out->axis_count++;
-        SC_TRY(read_axis(ctx, json_array_get(axes, i), &out->axes[i], good));
+        SC_PASS(read_axis(ctx, json_array_get(axes, i), &out->axes[i], good));
         cells *= out->axes[i].value_count;
         *good = *good && cells <= CELLS_MAX;
     }
     *good = *good && out->title;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- lines ---- */
@@ -201,7 +170,7 @@ static sc_status read_line(const sc_ctx *ctx, const json_t *line, sc_measurement
         return *good ? sc_measurements_add_run(ctx, out, &run) : SC_OK;
     }
     if (skipped) {
-        *good = reason && read_int(json_object_get(skipped, "cell"), 0, cells - 1, &cell);
+        *good = reason && sc_json_int(json_object_get(skipped, "cell"), 0, cells - 1, &cell);
         return *good ? sc_measurements_skip(ctx, out, cell, reason) : SC_OK;
     }
     *good = read_measurement(json_object_get(line, "measurement"), cells, &item);
@@ -245,21 +214,17 @@ static sc_status read_lines(const sc_ctx *ctx, const char *path, const char *tex
 sc_status sc_measurements_read(const sc_ctx *ctx, const char *path, sc_measurements *out,
                                uint64_t *whole_bytes)
 {
-    sc_measurements all = {0};
-    char *text = NULL;
+    SC_OWN(sc_measurements_clear) sc_measurements all = {0};
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
     uint64_t whole;
-    sc_status status;
 
-    SC_TRY(sc_file_read(ctx, path, (size_t)FILE_MAX_MIB << 20, &text, &bytes));
-    SC_TRY(read_lines(ctx, path, text, bytes, &all, &whole));
+    SC_PASS(sc_file_read(ctx, path, (size_t)FILE_MAX_MIB << 20, &text, &bytes));
+    SC_PASS(read_lines(ctx, path, text, bytes, &all, &whole));
     *out = all;
     *whole_bytes = whole;
     all = (sc_measurements){0};
-out:
-    sc_measurements_clear(&all);
-    sc_free(text);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_measurements_begin(const sc_ctx *ctx, const char *path, bool *out)

@@ -9,12 +9,11 @@
 
 sc_status sc_progress_write(const sc_ctx *ctx, const char *path, const sc_progress_report *report)
 {
-    json_t *json = json_pack("{s:s, s:s, s:i, s:i, s:f, s:f, s:f}", "schema", "segcast-status-1",
-                             "state", report->state, "done", report->done, "total", report->total,
-                             "elapsed_s", report->elapsed_s, "frames_per_s", report->frames_per_s,
-                             "remaining_s", report->remaining_s);
-    char *text;
-    sc_status status;
+    json_auto_t *json = json_pack(
+        "{s:s, s:s, s:i, s:i, s:f, s:f, s:f}", "schema", "segcast-status-1", "state", report->state,
+        "done", report->done, "total", report->total, "elapsed_s", report->elapsed_s,
+        "frames_per_s", report->frames_per_s, "remaining_s", report->remaining_s);
+    SC_OWN(sc_free_at) char *text = NULL;
 
     if (json && report->phase)
         json_object_set_new(json, "phase", json_string(report->phase));
@@ -23,12 +22,7 @@ sc_status sc_progress_write(const sc_ctx *ctx, const char *path, const sc_progre
     errno = 0;
     text = json ? json_dumps(json, JSON_INDENT(2)) : NULL;
     if (!text || errno == ENOMEM) { /* jansson leaves out what it has no memory for */
-        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
-        goto out;
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
     }
-    status = sc_file_write(ctx, path, text, strlen(text));
-out:
-    free(text);
-    json_decref(json);
-    return status;
+    return sc_file_write(ctx, path, text, strlen(text));
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The records of ranks in stats.json: written and read here, from one list of members. */
 #include "rank_json.h"
+#include "json_values.h"
 
 #include <stddef.h>
 
@@ -28,10 +29,7 @@ static json_t *column(const sc_rank_record *ranks, int count, size_t offset)
     for (int i = 0; i < count && array; i++) {
         const double *value = (const void *)((const char *)&ranks[i] + offset);
 
-        if (json_array_append_new(array, json_real(*value))) {
-            json_decref(array);
-            array = NULL;
-        }
+        array = sc_json_with(array, json_real(*value));
     }
     return array;
 }
@@ -48,34 +46,25 @@ static json_t *threads_to_json(const sc_rank_record *ranks, int count)
 {
     json_t *array = json_array();
 
-    for (int i = 0; i < count && array; i++) {
-        if (json_array_append_new(array, json_integer(ranks[i].threads))) {
-            json_decref(array);
-            array = NULL;
-        }
-    }
+    for (int i = 0; i < count && array; i++)
+        array = sc_json_with(array, json_integer(ranks[i].threads));
     return array;
 }
 
 json_t *sc_ranks_to_json(const sc_rank_record *ranks, int count)
 {
-    json_t *all = json_object(), *phases = json_object();
-    int failed = !all || !phases;
+    json_t *phases = json_object(), *all;
 
-    for (int p = 0; p < SC_PHASE_COUNT && !failed; p++)
-        failed = json_object_set_new(
-            phases, sc_phase_key(p),
-            json_pack("{s:o, s:o}", "wall_s", column(ranks, count, phase_offset(p, false)), "cpu_s",
-                      column(ranks, count, phase_offset(p, true))));
-    for (size_t i = 0; i < SC_COUNT_OF(members) && !failed; i++)
-        failed = json_object_set_new(all, members[i].key, column(ranks, count, members[i].offset));
-    if (!failed)
-        failed = json_object_set_new(all, "threads", threads_to_json(ranks, count)) ||
-                 json_object_set(all, "phases", phases);
-    json_decref(phases);
-    if (failed)
-        json_decref(all);
-    return failed ? NULL : all;
+    for (int p = 0; p < SC_PHASE_COUNT && phases; p++)
+        phases = sc_json_with_key(phases, sc_phase_key(p),
+                                  json_pack("{s:o, s:o}", "wall_s",
+                                            column(ranks, count, phase_offset(p, false)), "cpu_s",
+                                            column(ranks, count, phase_offset(p, true))));
+    all = json_object();
+    for (size_t i = 0; i < SC_COUNT_OF(members) && all; i++)
+        all = sc_json_with_key(all, members[i].key, column(ranks, count, members[i].offset));
+    all = sc_json_with_key(all, "threads", threads_to_json(ranks, count));
+    return sc_json_with_key(all, "phases", phases);
 }
 
 /* Read an array of seconds into the doubles at @p offset in each record. */
@@ -84,13 +73,9 @@ static bool read_column(const json_t *array, sc_rank_record *ranks, int count, s
     if (json_array_size(array) != (size_t)count)
         return false;
     for (int i = 0; i < count; i++) {
-        const json_t *value = json_array_get(array, (size_t)i);
-        const double seconds = json_number_value(value);
-        double *out = (void *)((char *)&ranks[i] + offset);
-
-        if (!json_is_number(value) || !(seconds >= 0 && seconds < 1e12))
+        if (!sc_json_real(json_array_get(array, (size_t)i), 0, 1e12,
+                          (void *)((char *)&ranks[i] + offset)))
             return false;
-        *out = seconds;
     }
     return true;
 }
@@ -114,11 +99,8 @@ bool sc_ranks_from_json(const json_t *json, sc_rank_record *ranks, int count)
     if (json_array_size(threads) != (size_t)count)
         return false;
     for (int i = 0; i < count; i++) {
-        const json_int_t number = json_integer_value(json_array_get(threads, (size_t)i));
-
-        if (number < 0 || number > INT16_MAX)
+        if (!sc_json_int(json_array_get(threads, (size_t)i), 0, INT16_MAX, &ranks[i].threads))
             return false;
-        ranks[i].threads = (int32_t)number;
     }
     return true;
 }

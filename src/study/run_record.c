@@ -3,6 +3,7 @@
  * new reference that the caller owns, or NULL if there is no memory. */
 #include "heat_json.h"
 #include "internal.h"
+#include "json_values.h"
 #include "rank_json.h"
 #include "segcast/core_time.h"
 
@@ -24,38 +25,30 @@ double sc_run_imbalance(const sc_run_record *run)
     return sum > 0 ? most * run->ranks / sum - 1 : 0;
 }
 
-/* Append @p item, of which NULL stands for no memory. Takes ownership of it, and of @p array.
- * @return the array, or NULL, once there was no memory. */
-static json_t *append(json_t *array, json_t *item)
+sc_phase_time sc_run_phase(const sc_run_record *run, int phase)
 {
-    if (array && json_array_append_new(array, item) == 0)
-        return array;
-    if (!array)
-        json_decref(item);
-    json_decref(array);
-    return NULL;
+    sc_phase_time all = {0, 0};
+
+    for (int i = 0; i < run->ranks; i++) {
+        const sc_phase_time *time = &run->rank_records[i].phases[phase];
+
+        all.wall_s = time->wall_s > all.wall_s ? time->wall_s : all.wall_s;
+        all.cpu_s += time->cpu_s;
+    }
+    return all;
 }
 
-/* The object `phases`. Wall time: that of the rank that took longest; CPU time: the sum over all
- * ranks. */
+/* The object `phases`. */
 static json_t *phases_json(const sc_run_record *run)
 {
     json_t *phases = json_object();
 
     for (int phase = 0; phase < SC_PHASE_COUNT && phases; phase++) {
-        double wall_s = 0, cpu_s = 0;
+        const sc_phase_time time = sc_run_phase(run, phase);
 
-        for (int i = 0; i < run->ranks; i++) {
-            const sc_phase_time *time = &run->rank_records[i].phases[phase];
-
-            wall_s = time->wall_s > wall_s ? time->wall_s : wall_s;
-            cpu_s += time->cpu_s;
-        }
-        if (json_object_set_new(phases, sc_phase_key(phase),
-                                json_pack("{s:f, s:f}", "wall_s", wall_s, "cpu_s", cpu_s))) {
-            json_decref(phases);
-            phases = NULL;
-        }
+        phases =
+            sc_json_with_key(phases, sc_phase_key(phase),
+                             json_pack("{s:f, s:f}", "wall_s", time.wall_s, "cpu_s", time.cpu_s));
     }
     return phases;
 }
@@ -127,7 +120,7 @@ static json_t *frames_json(const sc_run_record *run)
     sc_past_frame past;
 
     while (frames && next_frame(&cursor, &past))
-        frames = append(frames, frame_json(&past));
+        frames = sc_json_with(frames, frame_json(&past));
     return frames;
 }
 
@@ -173,8 +166,6 @@ static sc_status fill_entry(const sc_ctx *ctx, const sc_run_record *run, sc_run_
 {
     const time_t begin = (time_t)run->begin_unix_s;
     struct tm utc;
-    void *block;
-    sc_status status;
 
     *entry = (sc_run_entry){.id = run->id,
                             .ended = run->ended,
@@ -193,13 +184,10 @@ static sc_status fill_entry(const sc_ctx *ctx, const sc_run_record *run, sc_run_
     copy_text(run->batch_job, entry->batch_job);
     if (gmtime_r(&begin, &utc))
         strftime(entry->begin, sizeof entry->begin, "%Y-%m-%dT%H:%M:%SZ", &utc);
-    SC_TRY(sc_alloc(ctx, (size_t)run->ranks, SC_HOST_BYTES, &block));
-    entry->hosts = block;
-    SC_TRY(sc_alloc(ctx, (size_t)run->ranks, sizeof(int), &block));
-    entry->rank_hosts = block;
+    SC_PASS(sc_alloc(ctx, (size_t)run->ranks, SC_HOST_BYTES, &entry->hosts));
+    SC_PASS(sc_alloc(ctx, (size_t)run->ranks, sizeof(int), &entry->rank_hosts));
     find_hosts(run, entry);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* @return the text, or NULL, which stands for null, if it is empty. */
@@ -214,7 +202,7 @@ static json_t *hosts_json(const sc_run_entry *run)
     json_t *hosts = json_array();
 
     for (int i = 0; i < run->host_count; i++)
-        hosts = append(hosts, json_string(run->hosts[i]));
+        hosts = sc_json_with(hosts, json_string(run->hosts[i]));
     return hosts;
 }
 
@@ -224,7 +212,7 @@ static json_t *rank_hosts_json(const sc_run_entry *run)
     json_t *places = json_array();
 
     for (int i = 0; i < run->ranks; i++)
-        places = append(places, json_integer(run->rank_hosts[i]));
+        places = sc_json_with(places, json_integer(run->rank_hosts[i]));
     return places;
 }
 
@@ -243,12 +231,7 @@ static json_t *entry_json(const sc_run_entry *run)
                      run->farm_wall_s, "frames", run->frames, "processor", known(run->processor),
                      "kernel", known(run->kernel), "mpi", known(run->mpi), "commit",
                      known(run->commit), "batch_job", known(run->batch_job));
-    if (json && run->rank_hosts &&
-        json_object_set_new(json, "rank_hosts", rank_hosts_json(run)) != 0) {
-        json_decref(json);
-        json = NULL;
-    }
-    return json;
+    return run->rank_hosts ? sc_json_with_key(json, "rank_hosts", rank_hosts_json(run)) : json;
 }
 
 /* The array `runs`: the earlier ones, and at the end this one. */
@@ -257,8 +240,8 @@ static json_t *runs_json(const sc_run_record *run, const sc_run_entry *this_run)
     json_t *runs = json_array();
 
     for (int i = 0; run->earlier && i < run->earlier->run_count; i++)
-        runs = append(runs, entry_json(&run->earlier->runs[i]));
-    return append(runs, entry_json(this_run));
+        runs = sc_json_with(runs, entry_json(&run->earlier->runs[i]));
+    return sc_json_with(runs, entry_json(this_run));
 }
 
 /* The object `core_time`. */
@@ -267,12 +250,8 @@ static json_t *core_time_json(const sc_run_record *run)
     const sc_core_time time = sc_run_core_time(run);
     json_t *json = json_pack("{s:f}", "core_s", time.core_s);
 
-    for (int i = 0; i < SC_CAUSE_COUNT && json; i++) {
-        if (json_object_set_new(json, sc_cause_key(i), json_real(time.causes_s[i]))) {
-            json_decref(json);
-            json = NULL;
-        }
-    }
+    for (int i = 0; i < SC_CAUSE_COUNT && json; i++)
+        json = sc_json_with_key(json, sc_cause_key(i), json_real(time.causes_s[i]));
     return json;
 }
 
@@ -281,14 +260,13 @@ static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
 {
     json_t *peaks = json_array();
     char job_hash[17], volume_hash[17];
-    double render_cpu_s = 0, rays = 0;
+    const double render_cpu_s = sc_run_phase(run, SC_PHASE_RENDER).cpu_s;
+    double rays = 0;
 
     format_hash(run->job.job, job_hash);
     format_hash(run->job.volume, volume_hash);
-    for (int i = 0; i < run->ranks; i++) {
-        render_cpu_s += run->rank_records[i].phases[SC_PHASE_RENDER].cpu_s;
-        peaks = append(peaks, json_integer((json_int_t)run->rank_records[i].peak_rss_bytes));
-    }
+    for (int i = 0; i < run->ranks; i++)
+        peaks = sc_json_with(peaks, json_integer((json_int_t)run->rank_records[i].peak_rss_bytes));
     for (int i = 0; i < run->frame_count; i++)
         rays += (double)run->frames[i].rays;
     return json_pack(
@@ -342,16 +320,13 @@ static sc_status add_host(const sc_ctx *ctx, const sc_run_entry *run, int rank, 
                        : run->rank_hosts      ? run->hosts[run->rank_hosts[rank]]
                        : run->host_count == 1 ? run->hosts[0]
                                               : "";
-    sc_status status;
 
     if (!strpbrk(host, ",\"\r\n"))
         return sc_text_add(ctx, text, "%s", host);
-    SC_TRY(sc_text_add(ctx, text, "\""));
+    SC_PASS(sc_text_add(ctx, text, "\""));
     for (; *host; host++)
-        SC_TRY(sc_text_add(ctx, text, "%s%c", *host == '"' ? "\"" : "", *host));
-    status = sc_text_add(ctx, text, "\"");
-out:
-    return status;
+        SC_PASS(sc_text_add(ctx, text, "%s%c", *host == '"' ? "\"" : "", *host));
+    return sc_text_add(ctx, text, "\"");
 }
 
 /* Append the line of a frame to @p text; what is unknown stays empty. */
@@ -359,23 +334,20 @@ static sc_status add_row(const sc_ctx *ctx, const sc_past_frame *past, const sc_
                          sc_text *text)
 {
     const sc_frame_result *f = &past->result;
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, text, "%d,%d,", f->frame, f->rank));
+    SC_PASS(sc_text_add(ctx, text, "%d,%d,", f->frame, f->rank));
     if (past->measured)
-        SC_TRY(sc_text_add(ctx, text, "%.6f,%.6f,%.6f,%llu,%llu,%llu,", f->render_wall_s,
-                           f->render_cpu_s, f->wait_s, (unsigned long long)f->rays,
-                           (unsigned long long)f->samples, (unsigned long long)f->contributions));
+        SC_PASS(sc_text_add(ctx, text, "%.6f,%.6f,%.6f,%llu,%llu,%llu,", f->render_wall_s,
+                            f->render_cpu_s, f->wait_s, (unsigned long long)f->rays,
+                            (unsigned long long)f->samples, (unsigned long long)f->contributions));
     else
-        SC_TRY(sc_text_add(ctx, text, ",%.6f,,,,,", f->render_cpu_s));
-    SC_TRY(sc_text_add(ctx, text, "%016llx,", (unsigned long long)f->hash));
+        SC_PASS(sc_text_add(ctx, text, ",%.6f,,,,,", f->render_cpu_s));
+    SC_PASS(sc_text_add(ctx, text, "%016llx,", (unsigned long long)f->hash));
     if (past->run >= 0)
-        SC_TRY(sc_text_add(ctx, text, "%d", past->run));
-    SC_TRY(sc_text_add(ctx, text, ","));
-    SC_TRY(add_host(ctx, run, f->rank, text));
-    status = sc_text_add(ctx, text, "\n");
-out:
-    return status;
+        SC_PASS(sc_text_add(ctx, text, "%d", past->run));
+    SC_PASS(sc_text_add(ctx, text, ","));
+    SC_PASS(add_host(ctx, run, f->rank, text));
+    return sc_text_add(ctx, text, "\n");
 }
 
 /* Write frames.csv under @p path: a line of headings, and one for each frame. */
@@ -385,34 +357,26 @@ static sc_status write_csv(const sc_ctx *ctx, const sc_run_record *run, const sc
     const int earlier = run->earlier ? run->earlier->run_count : 0;
     frame_cursor cursor = {.run = run};
     sc_past_frame past;
-    sc_text text = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    SC_TRY(sc_text_add(ctx, &text,
-                       "frame,rank,render_wall_s,render_cpu_s,wait_s,rays,samples,"
-                       "contributions,hash,run,host\n"));
+    SC_PASS(sc_text_add(ctx, &text,
+                        "frame,rank,render_wall_s,render_cpu_s,wait_s,rays,samples,"
+                        "contributions,hash,run,host\n"));
     while (next_frame(&cursor, &past))
-        SC_TRY(add_row(ctx, &past,
-                       past.run < 0          ? NULL
-                       : past.run == earlier ? entry
-                                             : &run->earlier->runs[past.run],
-                       &text));
-    status = sc_file_write(ctx, path, text.data, text.length_bytes);
-out:
-    sc_text_clear(&text);
-    return status;
+        SC_PASS(add_row(ctx, &past,
+                        past.run < 0          ? NULL
+                        : past.run == earlier ? entry
+                                              : &run->earlier->runs[past.run],
+                        &text));
+    return sc_file_write(ctx, path, text.data, text.length_bytes);
 }
 
 sc_status sc_run_write(const sc_ctx *ctx, const sc_run_record *run, const char *json,
                        const char *csv)
 {
-    sc_run_entry entry = {0};
-    sc_status status;
+    SC_OWN(sc_run_entry_clear) sc_run_entry entry = {0};
 
-    SC_TRY(fill_entry(ctx, run, &entry));
-    SC_TRY(write_json(ctx, run, &entry, json));
-    status = write_csv(ctx, run, &entry, csv);
-out:
-    sc_run_entry_clear(&entry);
-    return status;
+    SC_PASS(fill_entry(ctx, run, &entry));
+    SC_PASS(write_json(ctx, run, &entry, json));
+    return write_csv(ctx, run, &entry, csv);
 }

@@ -51,15 +51,12 @@ sc_status sc_statistics_of(const sc_ctx *ctx, const double *values, size_t count
     double *sorted;
     void *block;
     size_t k;
-    sc_status status;
 
     if (count == 0) {
         *out = s;
         return SC_OK;
     }
-    status = sc_alloc(ctx, count, sizeof *sorted, &block);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, count, sizeof *sorted, &block));
     sorted = block;
     memcpy(sorted, values, count * sizeof *sorted);
     qsort(sorted, count, sizeof *sorted, by_value);

@@ -3,6 +3,7 @@
  * the runs and frames. */
 #include "heat_json.h"
 #include "internal.h"
+#include "json_values.h"
 #include "rank_json.h"
 
 #include <stdlib.h>
@@ -10,33 +11,6 @@
 
 /* The largest stats.json that is read; see history.c. */
 #define STATS_BYTES_MAX ((size_t)1 << 30)
-
-/* Read the 16 hexadecimal digits at @p key. */
-static bool read_hash(const json_t *root, const char *key, uint64_t *out)
-{
-    const char *text = json_string_value(json_object_get(root, key));
-
-    if (!text || strlen(text) != 16 || strspn(text, "0123456789abcdef") != 16)
-        return false;
-    *out = strtoull(text, NULL, 16);
-    return true;
-}
-
-/* Read a number that is not negative. */
-static bool read_number(const json_t *object, const char *key, double *out)
-{
-    const json_t *value = json_object_get(object, key);
-
-    *out = json_number_value(value);
-    return json_is_number(value) && *out >= 0 && *out < 1e18;
-}
-
-/* Read a whole number that is not negative. */
-static bool read_count(const json_t *value, uint64_t *out)
-{
-    *out = (uint64_t)json_integer_value(value);
-    return json_is_integer(value) && json_integer_value(value) >= 0;
-}
 
 /* Read a truth value. */
 static bool read_bool(const json_t *object, const char *key, bool *out)
@@ -53,16 +27,16 @@ static bool read_figures(const json_t *root, sc_run_stats *out)
     const json_t *memory = json_object_get(root, "memory"), *speed = json_object_get(root, "speed");
     const json_t *peaks = json_object_get(memory, "peak_rss_bytes");
 
-    if (!read_count(json_object_get(memory, "volume_bytes"), &out->run.volume_bytes) ||
-        !read_count(json_object_get(memory, "prepared_bytes"), &out->run.prepared_bytes) ||
-        !read_count(json_object_get(memory, "derived_bytes"), &out->run.derived_bytes) ||
-        !read_count(json_object_get(memory, "renderer_bytes"), &out->run.renderer_bytes) ||
-        !read_number(speed, "frames_per_s", &out->frames_per_s) ||
-        !read_number(speed, "mrays_per_cpu_s", &out->mrays_per_cpu_s) ||
+    if (!sc_json_count(json_object_get(memory, "volume_bytes"), &out->run.volume_bytes) ||
+        !sc_json_count(json_object_get(memory, "prepared_bytes"), &out->run.prepared_bytes) ||
+        !sc_json_count(json_object_get(memory, "derived_bytes"), &out->run.derived_bytes) ||
+        !sc_json_count(json_object_get(memory, "renderer_bytes"), &out->run.renderer_bytes) ||
+        !sc_json_real(json_object_get(speed, "frames_per_s"), 0, 1e18, &out->frames_per_s) ||
+        !sc_json_real(json_object_get(speed, "mrays_per_cpu_s"), 0, 1e18, &out->mrays_per_cpu_s) ||
         json_array_size(peaks) != (size_t)out->run.ranks)
         return false;
     for (int i = 0; i < out->run.ranks; i++) {
-        if (!read_count(json_array_get(peaks, (size_t)i), &out->ranks[i].peak_rss_bytes))
+        if (!sc_json_count(json_array_get(peaks, (size_t)i), &out->ranks[i].peak_rss_bytes))
             return false;
     }
     return true;
@@ -93,25 +67,21 @@ static sc_status read_last_run(const sc_ctx *ctx, const json_t *root, sc_run_sta
     const sc_run_entry *last = &out->history.runs[out->history.run_count - 1];
     const json_t *per_rank = json_object_get(root, "per_rank");
     const char *version = json_string_value(json_object_get(root, "version"));
-    void *block;
-    sc_status status;
 
     /* so that no memory is taken for ranks of which nothing is told */
     *good = json_array_size(json_object_get(per_rank, "threads")) == (size_t)last->ranks &&
             version && strlen(version) < sizeof out->version;
     if (!*good)
         return SC_OK;
-    SC_TRY(sc_zalloc(ctx, (size_t)last->ranks, sizeof *out->ranks, &block));
-    out->ranks = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)last->ranks, &out->ranks));
     strcpy(out->version, version);
     take_last_run(last, out);
     *good = sc_ranks_from_json(per_rank, out->ranks, last->ranks) && read_figures(root, out) &&
             read_bool(root, "wrote_png", &out->run.wrote_png) &&
             read_bool(root, "from_prepared", &out->run.from_prepared);
     if (*good)
-        SC_TRY(sc_heat_from_json(ctx, json_object_get(root, "heat"), &out->heat, good));
-out:
-    return status;
+        SC_PASS(sc_heat_from_json(ctx, json_object_get(root, "heat"), &out->heat, good));
+    return SC_OK;
 }
 
 /* Fill the empty @p out from the content of the file. @param problem set to words that follow its
@@ -120,8 +90,8 @@ static sc_status parse(const sc_ctx *ctx, const char *text, sc_run_stats *out, c
 {
     json_t *root = json_loads(text, 0, NULL);
     const char *schema = json_string_value(json_object_get(root, "schema"));
-    bool good = read_hash(root, "job_hash", &out->run.job.job) &&
-                read_hash(root, "volume_hash", &out->run.job.volume);
+    bool good = sc_json_hash(json_object_get(root, "job_hash"), &out->run.job.job) &&
+                sc_json_hash(json_object_get(root, "volume_hash"), &out->run.job.volume);
     sc_status status = SC_OK;
 
     *problem = !root                                        ? "is damaged: it is not JSON"
@@ -143,23 +113,17 @@ static sc_status parse(const sc_ctx *ctx, const char *text, sc_run_stats *out, c
 sc_status sc_run_stats_read(const sc_ctx *ctx, const char *path, sc_run_stats *out)
 {
     const char *problem = NULL;
-    char *text = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
-    sc_run_stats found = {0};
-    sc_status status;
+    SC_OWN(sc_run_stats_clear) sc_run_stats found = {0};
 
-    SC_TRY(sc_file_read(ctx, path, STATS_BYTES_MAX, &text, &bytes));
-    SC_TRY(parse(ctx, text, &found, &problem));
-    if (problem) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, problem);
-        goto out;
-    }
+    SC_PASS(sc_file_read(ctx, path, STATS_BYTES_MAX, &text, &bytes));
+    SC_PASS(parse(ctx, text, &found, &problem));
+    if (problem)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, problem);
     *out = found;
     found = (sc_run_stats){0};
-out:
-    sc_run_stats_clear(&found);
-    sc_free(text);
-    return status;
+    return SC_OK;
 }
 
 void sc_run_stats_clear(sc_run_stats *stats)

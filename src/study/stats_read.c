@@ -3,62 +3,25 @@
  * it. The readers below return false, with @p out untouched or partly filled, if a value is
  * missing, of another type or out of range. */
 #include "internal.h"
+#include "json_values.h"
 
-#include <jansson.h>
-#include <stdlib.h>
 #include <string.h>
 
 sc_status sc_history_allocate(const sc_ctx *ctx, size_t runs, size_t frames, sc_history *out)
 {
-    void *block;
-    sc_status status;
-
-    SC_TRY(sc_zalloc(ctx, runs, sizeof *out->runs, &block));
-    out->runs = block;
-    SC_TRY(sc_alloc(ctx, frames, sizeof *out->frames, &block));
-    out->frames = block;
-out:
-    return status;
+    SC_PASS(SC_ZALLOC(ctx, runs, &out->runs));
+    return SC_ALLOC(ctx, frames, &out->frames);
 }
 
-/* Read the 16 hexadecimal digits at @p key of an object. */
-static bool read_hash(const json_t *object, const char *key, uint64_t *out)
-{
-    const char *text = json_string_value(json_object_get(object, key));
-
-    if (!text || strlen(text) != 16 || strspn(text, "0123456789abcdef") != 16)
-        return false;
-    *out = strtoull(text, NULL, 16);
-    return true;
-}
-
-/* Read a whole number from @p low to INT32_MAX. */
-static bool read_int(const json_t *value, int low, int *out)
-{
-    const json_int_t number = json_integer_value(value);
-
-    if (!json_is_integer(value) || number < low || number > INT32_MAX)
-        return false;
-    *out = (int)number;
-    return true;
-}
-
-/* Read a count of rays or the like. */
-static bool read_count(const json_t *object, const char *key, uint64_t *out)
-{
-    const json_t *value = json_object_get(object, key);
-
-    *out = (uint64_t)json_integer_value(value);
-    return json_is_integer(value) && json_integer_value(value) >= 0;
-}
-
-/* Read seconds. */
+/* Read seconds, and a count of rays or the like. */
 static bool read_seconds(const json_t *object, const char *key, double *out)
 {
-    const json_t *value = json_object_get(object, key);
+    return sc_json_real(json_object_get(object, key), 0, 1e12, out);
+}
 
-    *out = json_number_value(value);
-    return json_is_number(value) && *out >= 0 && *out < 1e12;
+static bool read_count(const json_t *object, const char *key, uint64_t *out)
+{
+    return sc_json_count(json_object_get(object, key), out);
 }
 
 /* Read a text into out[size]; also none if it is @p optional. */
@@ -83,15 +46,12 @@ static sc_status read_hosts(const sc_ctx *ctx, const json_t *json, sc_run_entry 
     const json_t *hosts = json_object_get(json, "hosts");
     const json_t *places = json_object_get(json, "rank_hosts");
     const size_t count = hosts ? json_array_size(hosts) : 1;
-    void *block;
-    sc_status status;
 
     *good = false;
     if (count == 0 || count > INT32_MAX ||
         (places && json_array_size(places) != (size_t)out->ranks))
         return SC_OK;
-    SC_TRY(sc_alloc(ctx, count, SC_HOST_BYTES, &block));
-    out->hosts = block;
+    SC_PASS(sc_alloc(ctx, count, SC_HOST_BYTES, &out->hosts));
     if (!hosts)
         strcpy(out->hosts[0], out->host);
     for (size_t i = 0; hosts && i < count; i++) {
@@ -100,17 +60,15 @@ static sc_status read_hosts(const sc_ctx *ctx, const json_t *json, sc_run_entry 
     }
     out->host_count = (int)count;
     if (places) {
-        SC_TRY(sc_alloc(ctx, (size_t)out->ranks, sizeof(int), &block));
-        out->rank_hosts = block;
+        SC_PASS(sc_alloc(ctx, (size_t)out->ranks, sizeof(int), &out->rank_hosts));
     }
     for (int i = 0; places && i < out->ranks; i++) {
-        if (!read_int(json_array_get(places, (size_t)i), 0, &out->rank_hosts[i]) ||
+        if (!sc_json_int(json_array_get(places, (size_t)i), 0, INT32_MAX, &out->rank_hosts[i]) ||
             out->rank_hosts[i] >= out->host_count)
             return SC_OK;
     }
     *good = true;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* @return an id for a run of an earlier version, which wrote none. */
@@ -140,15 +98,15 @@ static sc_status read_run(const sc_ctx *ctx, const json_t *json, sc_run_entry *o
     *good = (!ended || json_is_boolean(ended)) &&
             read_text(json_object_get(json, "begin"), false, out->begin, sizeof out->begin) &&
             read_text(json_object_get(json, "host"), false, out->host, sizeof out->host) &&
-            read_int(json_object_get(json, "ranks"), 1, &out->ranks) &&
-            read_int(json_object_get(json, "threads"), 0, &out->threads) &&
-            read_int(json_object_get(json, "nodes"), 1, &out->nodes) &&
+            sc_json_int(json_object_get(json, "ranks"), 1, INT32_MAX, &out->ranks) &&
+            sc_json_int(json_object_get(json, "threads"), 0, INT32_MAX, &out->threads) &&
+            sc_json_int(json_object_get(json, "nodes"), 1, INT32_MAX, &out->nodes) &&
             read_seconds(json, "wall_s", &out->wall_s) &&
             read_seconds(json, "cpu_s", &out->cpu_s) &&
             (!json_object_get(json, "farm_wall_s") ||
              read_seconds(json, "farm_wall_s", &out->farm_wall_s)) &&
-            read_int(json_object_get(json, "frames"), 0, &out->frames) &&
-            (!id || read_hash(json, "id", &out->id));
+            sc_json_int(json_object_get(json, "frames"), 0, INT32_MAX, &out->frames) &&
+            (!id || sc_json_hash(json_object_get(json, "id"), &out->id));
     for (size_t i = 0; i < SC_COUNT_OF(texts) && *good; i++)
         *good =
             read_text(json_object_get(json, texts[i].key), true, texts[i].to, SC_RUN_TEXT_BYTES);
@@ -167,11 +125,12 @@ static bool read_frame(const json_t *json, const sc_history *runs, sc_past_frame
     sc_past_frame past = {.run = -1, .measured = !json_is_null(json_object_get(json, "rays"))};
     sc_frame_result *f = &past.result;
 
-    if (!read_int(json_object_get(json, "frame"), 0, &f->frame) ||
-        !read_int(json_object_get(json, "rank"), 0, &f->rank) ||
+    if (!sc_json_int(json_object_get(json, "frame"), 0, INT32_MAX, &f->frame) ||
+        !sc_json_int(json_object_get(json, "rank"), 0, INT32_MAX, &f->rank) ||
         !read_seconds(json, "render_cpu_s", &f->render_cpu_s) ||
-        !read_hash(json, "hash", &f->hash) ||
-        (!json_is_null(run) && (!read_int(run, 0, &past.run) || past.run >= runs->run_count)))
+        !sc_json_hash(json_object_get(json, "hash"), &f->hash) ||
+        (!json_is_null(run) &&
+         (!sc_json_int(run, 0, INT32_MAX, &past.run) || past.run >= runs->run_count)))
         return false;
     if (past.run >= 0 && f->rank >= runs->runs[past.run].ranks)
         return false;
@@ -190,16 +149,14 @@ static bool read_frame(const json_t *json, const sc_history *runs, sc_past_frame
 static sc_status read_arrays(const sc_ctx *ctx, const json_t *runs, const json_t *frames,
                              sc_history *h, bool *good)
 {
-    sc_status status = SC_OK;
-
     *good = true;
-    for (size_t i = 0; i < json_array_size(runs) && *good && status == SC_OK; i++)
-        status = read_run(ctx, json_array_get(runs, i), &h->runs[h->run_count++], good);
-    for (size_t i = 0; i < json_array_size(frames) && *good && status == SC_OK; i++) {
+    for (size_t i = 0; i < json_array_size(runs) && *good; i++)
+        SC_PASS(read_run(ctx, json_array_get(runs, i), &h->runs[h->run_count++], good));
+    for (size_t i = 0; i < json_array_size(frames) && *good; i++) {
         *good = read_frame(json_array_get(frames, i), h, &h->frames[h->frame_count]);
         h->frame_count += *good;
     }
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_stats_parse(const sc_ctx *ctx, const char *text, const sc_job_hashes *job,
@@ -213,9 +170,9 @@ sc_status sc_stats_parse(const sc_ctx *ctx, const char *text, const sc_job_hashe
 
     if (!root) {
         *problem = "is damaged";
-    } else if (!read_hash(root, "job_hash", &found.job) ||
-               !read_hash(root, "volume_hash", &found.volume) || !json_is_array(runs) ||
-               !json_is_array(frames)) {
+    } else if (!sc_json_hash(json_object_get(root, "job_hash"), &found.job) ||
+               !sc_json_hash(json_object_get(root, "volume_hash"), &found.volume) ||
+               !json_is_array(runs) || !json_is_array(frames)) {
         *problem = "does not say which runs and which job it is of";
     } else if (found.job != job->job || found.volume != job->volume) {
         *problem = "is of another job";

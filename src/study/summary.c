@@ -27,29 +27,6 @@ typedef struct rank_speed {
     double wall_s_per_frame; /* mean; 0 if it drew none */
 } rank_speed;
 
-/* @return the CPU seconds of a phase: the sum over all ranks. */
-static double phase_cpu_s(const sc_run_record *run, sc_phase phase)
-{
-    double sum = 0;
-
-    for (int i = 0; i < run->ranks; i++)
-        sum += run->rank_records[i].phases[phase].cpu_s;
-    return sum;
-}
-
-/* @return the wall seconds of a phase: those of the rank that took longest. */
-static double phase_wall_s(const sc_run_record *run, sc_phase phase)
-{
-    double longest = 0;
-
-    for (int i = 0; i < run->ranks; i++) {
-        const double wall_s = run->rank_records[i].phases[phase].wall_s;
-
-        longest = wall_s > longest ? wall_s : longest;
-    }
-    return longest;
-}
-
 double sc_run_waiting(const sc_run_record *run)
 {
     double idle_s = 0;
@@ -142,10 +119,9 @@ static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_tex
 {
     void *block;
     sc_frame_result *sorted;
-    sc_status status = sc_alloc(ctx, (size_t)run->frame_count + 1, sizeof(sc_frame_result), &block);
+    sc_status status = SC_OK;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, (size_t)run->frame_count + 1, sizeof(sc_frame_result), &block));
     sorted = block;
     for (int i = 0; i < run->frame_count; i++)
         sorted[i] = run->frames[i];
@@ -163,10 +139,9 @@ static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text
 {
     void *block;
     rank_speed *speeds;
-    sc_status status = sc_zalloc(ctx, (size_t)run->ranks, sizeof *speeds, &block);
+    sc_status status = SC_OK;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(ctx, (size_t)run->ranks, sizeof *speeds, &block));
     speeds = block;
     for (int i = 0; i < run->ranks; i++)
         speeds[i].rank = i;
@@ -190,31 +165,28 @@ static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text
 sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *run)
 {
     const double frames = run->frame_count ? run->frame_count : 1;
-    sc_text slow = {0}, ranks = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_text_clear) sc_text slow = {0}, ranks = {0};
 
     sc_info(ctx, "%d frames in %.1f s (%.2f frames/s); drawing %.3f CPU s/frame, encoding %.3f",
             run->frame_count, run->wall_s, run->wall_s > 0 ? run->frame_count / run->wall_s : 0,
-            phase_cpu_s(run, SC_PHASE_RENDER) / frames, phase_cpu_s(run, SC_PHASE_ENCODE) / frames);
+            sc_run_phase(run, SC_PHASE_RENDER).cpu_s / frames,
+            sc_run_phase(run, SC_PHASE_ENCODE).cpu_s / frames);
     sc_info(ctx,
             "time in s: reading %.1f, preparing %.1f, sharing %.1f, drawing %.1f, gathering %.1f, "
             "encoding %.1f, writing %.1f; waiting for work %.0f %%, imbalance %.0f %%",
-            phase_wall_s(run, SC_PHASE_READ), phase_wall_s(run, SC_PHASE_PREPARE),
-            phase_wall_s(run, SC_PHASE_SHARE), phase_wall_s(run, SC_PHASE_RENDER),
-            phase_wall_s(run, SC_PHASE_GATHER), phase_wall_s(run, SC_PHASE_ENCODE),
-            phase_wall_s(run, SC_PHASE_WRITE), 100 * sc_run_waiting(run),
+            sc_run_phase(run, SC_PHASE_READ).wall_s, sc_run_phase(run, SC_PHASE_PREPARE).wall_s,
+            sc_run_phase(run, SC_PHASE_SHARE).wall_s, sc_run_phase(run, SC_PHASE_RENDER).wall_s,
+            sc_run_phase(run, SC_PHASE_GATHER).wall_s, sc_run_phase(run, SC_PHASE_ENCODE).wall_s,
+            sc_run_phase(run, SC_PHASE_WRITE).wall_s, 100 * sc_run_waiting(run),
             100 * sc_run_imbalance(run));
     if (run->frame_count == 0)
         return SC_OK;
-    SC_TRY(slow_frames(ctx, run, &slow));
+    SC_PASS(slow_frames(ctx, run, &slow));
     sc_info(ctx, "slowest frames (CPU s): %s", slow.data);
     if (run->ranks > 1) {
-        SC_TRY(slow_ranks(ctx, run, &ranks));
+        SC_PASS(slow_ranks(ctx, run, &ranks));
         sc_info(ctx, "slowest ranks: %s", ranks.data);
     }
     sc_info(ctx, "limited by %s", sc_bottleneck_advice(sc_run_bottleneck(run)));
-out:
-    sc_text_clear(&slow);
-    sc_text_clear(&ranks);
-    return status;
+    return SC_OK;
 }

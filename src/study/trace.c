@@ -29,10 +29,9 @@ sc_status sc_trace_new(const sc_ctx *ctx, size_t capacity, sc_trace **out)
 {
     sc_trace *trace;
     void *block, *events;
-    sc_status status = sc_zalloc(ctx, 1, sizeof *trace, &block);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(ctx, 1, sizeof *trace, &block));
     status = sc_alloc(ctx, capacity, sizeof(sc_trace_event), &events);
     if (status != SC_OK) {
         sc_free(block);
@@ -133,10 +132,8 @@ sc_status sc_trace_write(const sc_ctx *ctx, const char *path, int ranks,
                          const size_t *counts, size_t stride)
 {
     sc_outfile file = {0};
-    sc_status status = sc_outfile_open(ctx, path, true, &file);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_outfile_open(ctx, path, true, &file));
     fprintf(file.stream, "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n");
     for (int rank = 0; rank < ranks; rank++)
         write_rank(file.stream, rank, &records[rank], events + (size_t)rank * stride, counts[rank]);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reads a trace.json back. It may hold a million events, so each line, which is one of them, is
  * parsed by itself. Nothing in it is trusted. */
+#include "json_values.h"
 #include "segcast/study.h"
 
 #include <errno.h>
-#include <jansson.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -14,21 +14,10 @@ enum { LINE_BYTES = 1024 };
 /* Read a number of microseconds as seconds. */
 static bool read_us(const json_t *event, const char *key, double *out)
 {
-    const json_t *value = json_object_get(event, key);
+    const bool good = sc_json_real(json_object_get(event, key), 0, 1e18, out);
 
-    *out = json_number_value(value) / 1e6;
-    return json_is_number(value) && *out >= 0 && *out < 1e12;
-}
-
-/* Read a whole number from @p low to @p high. */
-static bool read_int(const json_t *value, int low, int high, int *out)
-{
-    const json_int_t number = json_integer_value(value);
-
-    if (!json_is_integer(value) || number < low || number > high)
-        return false;
-    *out = (int)number;
-    return true;
+    *out /= 1e6;
+    return good;
 }
 
 /* @return the kind of event with which the name begins, or -1. */
@@ -56,10 +45,10 @@ static bool read_event(const json_t *json, sc_trace_fn *each, void *user)
     if (!ph || strcmp(ph, "X") != 0)
         return ph && !strcmp(ph, "M");
     event.kind = (int16_t)kind_of(json_string_value(json_object_get(json, "name")));
-    if (event.kind < 0 || !read_int(json_object_get(json, "pid"), 1, INT32_MAX, &pid) ||
-        !read_int(json_object_get(json, "tid"), 1, INT16_MAX, &tid) ||
+    if (event.kind < 0 || !sc_json_int(json_object_get(json, "pid"), 1, INT32_MAX, &pid) ||
+        !sc_json_int(json_object_get(json, "tid"), 1, INT16_MAX, &tid) ||
         !read_us(json, "ts", &event.begin_s) || !read_us(json, "dur", &event.duration_s) ||
-        (frame && !read_int(frame, 0, INT32_MAX, &number)))
+        (frame && !sc_json_int(frame, 0, INT32_MAX, &number)))
         return false;
     event.frame = number;
     event.thread = (int16_t)(tid - 1);

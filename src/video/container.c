@@ -156,13 +156,10 @@ sc_status sc_video_check_encoder(const sc_ctx *ctx, const char *path, sc_codec c
 {
     const sc_container *container = sc_container_find(path, codec);
     char kinds[512];
-    sc_status status;
 
     if (!container)
         return SC_OK;
-    status = sc_libav_load(ctx, path);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_libav_load(ctx, path));
     if (is_possible(container))
         return SC_OK;
     sc_video_kinds(kinds, sizeof kinds);

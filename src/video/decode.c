@@ -76,10 +76,8 @@ static sc_status open_decoder(decoder *d)
         d->time_base = (AVRational){1, 1000};
         codec = sc_av->avcodec_find_decoder(AV_CODEC_ID_WEBP);
     } else {
-        const sc_status status = open_stream(d);
 
-        if (status != SC_OK)
-            return status;
+        SC_PASS(open_stream(d));
         codec = find_decoder(d->stream);
     }
     d->codec = codec ? sc_av->avcodec_alloc_context3(codec) : NULL;
@@ -123,10 +121,8 @@ static sc_status to_rgb(decoder *d)
     int stride[1];
 
     if (!d->scaler) {
-        const sc_status status = sc_image_init_alpha(d->ctx, f->width, f->height, alpha, &d->image);
 
-        if (status != SC_OK)
-            return status;
+        SC_PASS(sc_image_init_alpha(d->ctx, f->width, f->height, alpha, &d->image));
         d->scaler = sc_av->sws_getContext(f->width, f->height, f->format, f->width, f->height,
                                           alpha ? AV_PIX_FMT_RGBA : AV_PIX_FMT_RGB24,
                                           SWS_BICUBIC | SWS_ACCURATE_RND, NULL, NULL, NULL);
@@ -149,19 +145,17 @@ static sc_status to_rgb(decoder *d)
  * @p on_frame or of to_rgb, or SC_ERR_DATA. */
 static sc_status receive_frames(decoder *d, sc_video_frame_fn *on_frame, void *user)
 {
-    sc_status status = SC_OK;
     int error = 0;
 
-    while (status == SC_OK && (error = sc_av->avcodec_receive_frame(d->codec, d->frame)) >= 0) {
+    while ((error = sc_av->avcodec_receive_frame(d->codec, d->frame)) >= 0) {
         const double time_s = (double)d->frame->best_effort_timestamp * av_q2d(d->time_base);
 
-        status = to_rgb(d);
-        if (status == SC_OK)
-            status = on_frame(user, d->count++, time_s, &d->image);
+        SC_PASS(to_rgb(d));
+        SC_PASS(on_frame(user, d->count++, time_s, &d->image));
     }
-    if (status == SC_OK && error != AVERROR(EAGAIN) && error != AVERROR_EOF)
-        status = fail_data(d, "a frame cannot be decoded");
-    return status;
+    if (error != AVERROR(EAGAIN) && error != AVERROR_EOF)
+        SC_PASS(fail_data(d, "a frame cannot be decoded"));
+    return SC_OK;
 }
 
 /* Free what sc_video_decode and sc_video_pick have opened. */
@@ -185,9 +179,7 @@ sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_frame_fn
     int end;
     sc_status status;
 
-    status = sc_libav_load(ctx, path);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_libav_load(ctx, path));
     SC_TRY(open_decoder(&d));
     while ((end = read_packet(&d, &wanted)) >= 0) {
         const bool cut = wanted && (d.packet->flags & AV_PKT_FLAG_CORRUPT);
@@ -263,9 +255,7 @@ sc_status sc_video_pick(const sc_ctx *ctx, const char *path, int fps, const int 
     int at = -1; /* number of the frame in d.frame; -1: none */
     sc_status status;
 
-    status = sc_libav_load(ctx, path);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_libav_load(ctx, path));
     SC_TRY(open_decoder(&d));
     for (int i = 0; i < count; i++) {
         /* The frames of a GIF are changes of those before them. */

@@ -139,10 +139,8 @@ static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
 {
     const AVCodec *codec = sc_av->avcodec_find_encoder_by_name(e->container->encoder);
     int error;
-    sc_status status = sc_video_check_encoder(ctx, e->name, e->settings.codec);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_video_check_encoder(ctx, e->name, e->settings.codec));
     e->codec = sc_av->avcodec_alloc_context3(codec);
     if (!e->codec)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
@@ -203,14 +201,12 @@ sc_status sc_encoder_open(const sc_ctx *ctx, const char *video, const sc_video_s
     const sc_container *container = sc_container_find(video, settings->codec);
     sc_encoder *e = NULL;
     sc_text name = {0};
-    void *block = NULL;
     sc_status status;
 
     if (!container)
         return sc_container_fail(ctx, video);
     SC_TRY(sc_libav_load(ctx, video));
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *e, &block));
-    e = block;
+    SC_TRY(SC_ZALLOC(ctx, 1, &e));
     e->container = container;
     e->settings = *settings;
     if (settings->alpha && container->alpha == AV_PIX_FMT_NONE) {
@@ -221,8 +217,7 @@ sc_status sc_encoder_open(const sc_ctx *ctx, const char *video, const sc_video_s
     e->name = name.data;
     SC_TRY(sc_image_init_alpha(ctx, (settings->width_px + 1) & ~1, (settings->height_px + 1) & ~1,
                                settings->alpha, &e->padded));
-    SC_TRY(sc_alloc(ctx, sc_picture_bytes(video, settings), 1, &block));
-    e->yuv = block;
+    SC_TRY(sc_alloc(ctx, sc_picture_bytes(video, settings), 1, &e->yuv));
     SC_TRY(open_scaler(ctx, e));
     SC_TRY(open_codec(ctx, e)); /* so that a missing encoder is noticed before anything is drawn */
     *out = e;
@@ -407,25 +402,20 @@ sc_status sc_encoder_push(const sc_ctx *ctx, sc_encoder *e, const void *picture,
 {
     uint8_t *planes[4];
     int strides[4], error;
-    sc_status status;
 
     if (!e->codec)
-        SC_TRY(open_codec(ctx, e));
-    SC_TRY(sc_segment_add_hash(ctx, &e->segment, hash));
-    if (sc_av->av_frame_make_writable(e->frame) < 0) {
-        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
-        goto out;
-    }
+        SC_PASS(open_codec(ctx, e));
+    SC_PASS(sc_segment_add_hash(ctx, &e->segment, hash));
+    if (sc_av->av_frame_make_writable(e->frame) < 0)
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
     find_planes(e, (uint8_t *)(uintptr_t)picture, planes, strides);
     sc_av->av_image_copy(e->frame->data, e->frame->linesize, (const uint8_t **)planes, strides,
                          e->pixels, e->padded.width_px, e->padded.height_px);
     e->frame->pts = e->segment.frames - 1;
     errno = 0;
     error = sc_av_error(sc_av->avcodec_send_frame(e->codec, e->frame));
-    status = error < 0 ? sc_av_fail(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error)
-                       : receive_packets(ctx, e);
-out:
-    return status;
+    return error < 0 ? sc_av_fail(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error)
+                     : receive_packets(ctx, e);
 }
 
 int sc_encoder_count(const sc_encoder *e)

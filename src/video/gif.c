@@ -87,12 +87,10 @@ static sc_status fail_av(const sc_gif *g, const char *what, int error)
 
 sc_status sc_gif_open(const sc_ctx *ctx, const char *path, sc_gif **out)
 {
-    void *block = NULL;
     sc_gif *g;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *g, &block));
-    g = block;
+    SC_TRY(SC_ZALLOC(ctx, 1, &g));
     g->ctx = ctx;
     g->path = path;
     g->packet = sc_av->av_packet_alloc();
@@ -186,10 +184,9 @@ sc_status sc_gif_add(sc_gif *g, const sc_segment_codec *codec, const void *data,
 {
     const uint32_t length = (uint32_t)bytes;
     int error;
-    sc_status status = SC_OK;
 
     if (!g->reader)
-        SC_TRY(begin(g, codec));
+        SC_PASS(begin(g, codec));
     if (fwrite(&length, 1, sizeof length, g->kept.stream) != sizeof length ||
         fwrite(data, 1, bytes, g->kept.stream) != bytes)
         return sc_fail(g->ctx, SC_ERR_WRITE,
@@ -198,14 +195,13 @@ sc_status sc_gif_add(sc_gif *g, const sc_segment_codec *codec, const void *data,
     if (sc_av->av_new_packet(g->packet, (int)bytes) < 0)
         return no_memory(g);
     memcpy(g->packet->data, data, bytes);
-    SC_TRY(decode(g, g->frames++));
+    SC_PASS(decode(g, g->frames++));
     /* Pushed, or all frames would wait in the graph. */
     error = sc_av->av_buffersrc_add_frame_flags(g->palette.sources[0], g->frame,
                                                 AV_BUFFERSRC_FLAG_PUSH);
     if (error < 0)
-        status = fail_av(g, "the colours of a frame cannot be counted", error);
-out:
-    return status;
+        return fail_av(g, "the colours of a frame cannot be counted", error);
+    return SC_OK;
 }
 
 /* ---- the second time ---- */
@@ -214,20 +210,18 @@ out:
 static sc_status make_palette(sc_gif *g)
 {
     int error = sc_av->av_buffersrc_add_frame(g->palette.sources[0], NULL);
-    sc_status status;
 
     error = error < 0 ? error : sc_av->av_buffersink_get_frame(g->palette.sink, g->frame);
     if (error < 0)
         return fail_av(g, "the palette cannot be made", error);
     sc_av->avfilter_graph_free(&g->palette.graph);
-    SC_TRY(open_graph(g, "paletteuse", "dither=bayer:bayer_scale=3", true, &g->colors));
+    SC_PASS(open_graph(g, "paletteuse", "dither=bayer:bayer_scale=3", true, &g->colors));
     g->frame->pts = 0;
     error = sc_av->av_buffersrc_add_frame(g->colors.sources[1], g->frame);
     error = error < 0 ? error : sc_av->av_buffersrc_add_frame(g->colors.sources[1], NULL);
     if (error < 0)
-        status = fail_av(g, "the palette cannot be used", error);
-out:
-    return status;
+        return fail_av(g, "the palette cannot be used", error);
+    return SC_OK;
 }
 
 /* Open the encoder of the GIF, and write the head of the file. */
@@ -308,31 +302,27 @@ static sc_status read_kept(sc_gif *g)
 
 sc_status sc_gif_finish(sc_gif *g, AVFormatContext *format)
 {
-    sc_status status;
-
     sc_stage_begin(g->ctx, "writing the GIF", 0, (uint64_t)g->frames);
     if (fflush(g->kept.stream) || fseeko(g->kept.stream, 0, SEEK_SET))
         return sc_fail(g->ctx, SC_ERR_WRITE, "%s: the frames beside it cannot be written: %s",
                        g->path, sc_reason(errno));
-    SC_TRY(make_palette(g));
-    SC_TRY(begin_file(g, format));
+    SC_PASS(make_palette(g));
+    SC_PASS(begin_file(g, format));
     for (int64_t k = 0; k < g->frames; k++) {
         int error;
 
-        SC_TRY(read_kept(g));
-        SC_TRY(decode(g, k));
+        SC_PASS(read_kept(g));
+        SC_PASS(decode(g, k));
         error = sc_av->av_buffersrc_add_frame(g->colors.sources[0], g->frame);
         if (error < 0)
             return fail_av(g, "a frame cannot get the colours of the palette", error);
-        SC_TRY(encode_ready(g, format));
+        SC_PASS(encode_ready(g, format));
         sc_stage_add(g->ctx, 1);
     }
     if (sc_av->av_buffersrc_add_frame(g->colors.sources[0], NULL) < 0)
         return no_memory(g);
-    SC_TRY(encode_ready(g, format));
-    status = encode(g, format, NULL);
-out:
-    return status;
+    SC_PASS(encode_ready(g, format));
+    return encode(g, format, NULL);
 }
 
 void sc_gif_close(sc_gif *g)

@@ -105,19 +105,15 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_sett
 {
     const sc_container *container = sc_container_find(path, settings->codec);
     sc_muxer *m = NULL;
-    sc_text copy = {0};
-    void *block = NULL;
     sc_status status;
 
     if (!container)
         return sc_container_fail(ctx, path);
     SC_TRY(sc_libav_load(ctx, path));
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *m, &block));
-    m = block;
+    SC_TRY(SC_ZALLOC(ctx, 1, &m));
     m->container = container;
     m->alpha = settings->alpha;
-    SC_TRY(sc_text_add(ctx, &copy, "%s", path));
-    m->path = copy.data;
+    SC_TRY(sc_text_copy(ctx, path, &m->path));
     SC_TRY(sc_outfile_open(ctx, path, true, &m->file));
     describe(settings, &m->about);
     m->is_webp = container->codec == AV_CODEC_ID_WEBP;
@@ -255,27 +251,23 @@ sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     sc_segment_codec codec;
     sc_segment_packet packet;
     size_t at = 0;
-    sc_status status = SC_OK;
 
     if (!sc_segment_inspect(segment, &info))
         return sc_fail(ctx, SC_ERR_DATA, "%s: a segment is damaged", m->path);
     if (!m->begun)
-        SC_TRY(m->is_webp || m->gif ? begin_pictures(ctx, m, segment) : begin(ctx, m, segment));
+        SC_PASS(m->is_webp || m->gif ? begin_pictures(ctx, m, segment) : begin(ctx, m, segment));
     sc_segment_describe(segment, &codec);
-    if (!same_codec(&m->codec, &codec)) {
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: the segment that begins at frame %d was made by another encoder or "
-                         "with other settings than the segments before it",
-                         m->path, info.first_frame);
-        goto out;
-    }
+    if (!same_codec(&m->codec, &codec))
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: the segment that begins at frame %d was made by another encoder or "
+                       "with other settings than the segments before it",
+                       m->path, info.first_frame);
     while (sc_segment_next(segment, &at, &packet))
-        SC_TRY(m->is_webp ? sc_webp_add(ctx, &m->webp, m->path, packet.data, packet.bytes)
-               : m->gif   ? sc_gif_add(m->gif, &m->codec, packet.data, packet.bytes)
-                          : add_packet(ctx, m, &packet));
+        SC_PASS(m->is_webp ? sc_webp_add(ctx, &m->webp, m->path, packet.data, packet.bytes)
+                : m->gif   ? sc_gif_add(m->gif, &m->codec, packet.data, packet.bytes)
+                           : add_packet(ctx, m, &packet));
     m->frames += info.frame_count;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Complete what libav writes. @return SC_ERR_WRITE, SC_ERR_MEMORY. */
@@ -292,18 +284,14 @@ static sc_status end_format(const sc_ctx *ctx, sc_muxer *m)
 
 sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *m, const char *path, bool replace)
 {
-    sc_status status;
-
     if (m->gif)
-        SC_TRY(sc_gif_finish(m->gif, m->format));
-    SC_TRY(m->is_webp ? sc_webp_end(ctx, &m->webp, m->path, &m->about) : end_format(ctx, m));
+        SC_PASS(sc_gif_finish(m->gif, m->format));
+    SC_PASS(m->is_webp ? sc_webp_end(ctx, &m->webp, m->path, &m->about) : end_format(ctx, m));
     if (m->gif)
-        SC_TRY(sc_gif_describe(ctx, m->path, m->file.stream, &m->about));
-    SC_TRY(sc_outfile_rename(ctx, &m->file, path));
+        SC_PASS(sc_gif_describe(ctx, m->path, m->file.stream, &m->about));
+    SC_PASS(sc_outfile_rename(ctx, &m->file, path));
     m->file.replace = replace;
-    status = sc_outfile_commit(ctx, &m->file);
-out:
-    return status;
+    return sc_outfile_commit(ctx, &m->file);
 }
 
 void sc_muxer_close(sc_muxer *m)

@@ -39,15 +39,12 @@ static sc_status grow(const sc_ctx *ctx, void **data, size_t used, size_t *capac
 {
     size_t larger = *capacity ? *capacity : 4096;
     void *block;
-    sc_status status;
 
     if (needed <= *capacity)
         return SC_OK;
     while (larger < needed)
         larger *= 2;
-    status = sc_alloc(ctx, larger, 1, &block);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, larger, 1, &block));
     if (used)
         memcpy(block, *data, used);
     sc_free(*data);
@@ -61,10 +58,8 @@ sc_status sc_segment_add_hash(const sc_ctx *ctx, sc_segment_builder *b, uint64_t
     void *hashes = b->hashes;
     size_t capacity = (size_t)b->hash_capacity * sizeof hash;
     const size_t used = (size_t)b->frames * sizeof hash;
-    sc_status status = grow(ctx, &hashes, used, &capacity, used + sizeof hash);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(grow(ctx, &hashes, used, &capacity, used + sizeof hash));
     b->hashes = hashes;
     b->hash_capacity = (int)(capacity / sizeof hash);
     b->hashes[b->frames++] = hash;
@@ -94,10 +89,8 @@ sc_status sc_segment_add_packet(const sc_ctx *ctx, sc_segment_builder *b, const 
                                   alpha ? (uint32_t)(alpha->size - SC_BLOCK_NUMBER_BYTES) : 0};
     const size_t more = sizeof head + head.bytes + head.alpha_bytes;
     void *packets = b->packets;
-    sc_status status = grow(ctx, &packets, b->bytes, &b->capacity, b->bytes + more);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(grow(ctx, &packets, b->bytes, &b->capacity, b->bytes + more));
     b->packets = packets;
     memcpy(b->packets + b->bytes, &head, sizeof head);
     memcpy(b->packets + b->bytes + sizeof head, packet->data, head.bytes);
@@ -136,7 +129,6 @@ sc_status sc_segment_build(const sc_ctx *ctx, const sc_segment_builder *b,
     const size_t hash_bytes = (size_t)b->frames * sizeof *b->hashes;
     void *block;
     char *to;
-    sc_status status;
 
     if (b->packet_count != b->frames)
         return sc_fail(
@@ -144,9 +136,7 @@ sc_status sc_segment_build(const sc_ctx *ctx, const sc_segment_builder *b,
             "%s: the encoder made %d packets from %d frames; one packet for each was expected",
             name, b->packet_count, b->frames);
     head.bytes = sizeof head + hash_bytes + head.extradata_bytes + b->bytes;
-    status = sc_alloc(ctx, head.bytes, 1, &block);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, head.bytes, 1, &block));
     to = block;
     memcpy(to, &head, sizeof head);
     memcpy(to + sizeof head, b->hashes, hash_bytes);

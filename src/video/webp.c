@@ -166,14 +166,12 @@ sc_status sc_webp_add(const sc_ctx *ctx, sc_webp *w, const char *path, const voi
 /* Append a text as the content of an XML element. */
 static sc_status add_escaped(const sc_ctx *ctx, sc_text *xml, const char *text)
 {
-    sc_status status = SC_OK;
-
-    for (const char *c = text; *c && status == SC_OK; c++)
-        status = *c == '&'   ? sc_text_add(ctx, xml, "&amp;")
-                 : *c == '<' ? sc_text_add(ctx, xml, "&lt;")
-                 : *c == '>' ? sc_text_add(ctx, xml, "&gt;")
-                             : sc_text_add(ctx, xml, "%c", *c);
-    return status;
+    for (const char *c = text; *c; c++)
+        SC_PASS(*c == '&'   ? sc_text_add(ctx, xml, "&amp;")
+                : *c == '<' ? sc_text_add(ctx, xml, "&lt;")
+                : *c == '>' ? sc_text_add(ctx, xml, "&gt;")
+                            : sc_text_add(ctx, xml, "%c", *c));
+    return SC_OK;
 }
 
 /* Append an element of Dublin Core, whose values stand in a list of kind @p list, unless @p text is
@@ -182,15 +180,12 @@ static sc_status add_element(const sc_ctx *ctx, sc_text *xml, const char *name, 
                              const char *text)
 {
     const char *language = strcmp(list, "Alt") ? "" : " xml:lang=\"x-default\"";
-    sc_status status;
 
     if (!text[0])
         return SC_OK;
-    SC_TRY(sc_text_add(ctx, xml, "<dc:%s><rdf:%s><rdf:li%s>", name, list, language));
-    SC_TRY(add_escaped(ctx, xml, text));
-    SC_TRY(sc_text_add(ctx, xml, "</rdf:li></rdf:%s></dc:%s>", list, name));
-out:
-    return status;
+    SC_PASS(sc_text_add(ctx, xml, "<dc:%s><rdf:%s><rdf:li%s>", name, list, language));
+    SC_PASS(add_escaped(ctx, xml, text));
+    return sc_text_add(ctx, xml, "</rdf:li></rdf:%s></dc:%s>", list, name);
 }
 
 /* Write title, author and comment as XMP. Does nothing if all are empty. */
@@ -198,36 +193,32 @@ static sc_status write_metadata(const sc_ctx *ctx, sc_webp *w, const char *path,
                                 const sc_metadata *about)
 {
     uint8_t head[HEAD_BYTES];
-    sc_text xml = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_text_clear) sc_text xml = {0};
 
     if (!about->title[0] && !about->author[0] && !about->comment[0])
         return SC_OK;
-    SC_TRY(sc_text_add(ctx, &xml,
-                       "<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF "
-                       "xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\"><rdf:Description "
-                       "xmlns:dc=\"http://purl.org/dc/elements/1.1/\">"));
-    SC_TRY(add_element(ctx, &xml, "title", "Alt", about->title));
-    SC_TRY(add_element(ctx, &xml, "creator", "Seq", about->author));
-    SC_TRY(add_element(ctx, &xml, "description", "Alt", about->comment));
-    SC_TRY(sc_text_add(ctx, &xml, "</rdf:Description></rdf:RDF></x:xmpmeta>"));
+    SC_PASS(
+        sc_text_add(ctx, &xml,
+                    "<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF "
+                    "xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\"><rdf:Description "
+                    "xmlns:dc=\"http://purl.org/dc/elements/1.1/\">"));
+    SC_PASS(add_element(ctx, &xml, "title", "Alt", about->title));
+    SC_PASS(add_element(ctx, &xml, "creator", "Seq", about->author));
+    SC_PASS(add_element(ctx, &xml, "description", "Alt", about->comment));
+    SC_PASS(sc_text_add(ctx, &xml, "</rdf:Description></rdf:RDF></x:xmpmeta>"));
     put_head(head, "XMP ", (uint32_t)xml.length_bytes);
     w->has_metadata = true;
     if (!write_padded(w, head, sizeof head) || !write_padded(w, xml.data, xml.length_bytes))
-        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
-out:
-    sc_text_clear(&xml);
-    return status;
+        return sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
+    return SC_OK;
 }
 
 sc_status sc_webp_end(const sc_ctx *ctx, sc_webp *w, const char *path, const sc_metadata *about)
 {
     uint8_t head[FILE_HEAD_BYTES + 2 * HEAD_BYTES + CANVAS_BYTES + LOOP_BYTES] = {0};
     uint8_t *canvas = head + FILE_HEAD_BYTES, *loop = canvas + HEAD_BYTES + CANVAS_BYTES;
-    sc_status status = write_metadata(ctx, w, path, about);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(write_metadata(ctx, w, path, about));
     put_head(head, "RIFF", (uint32_t)(w->bytes - HEAD_BYTES));
     memcpy(head + HEAD_BYTES, "WEBP", TAG_BYTES);
     put_head(canvas, "VP8X", CANVAS_BYTES);

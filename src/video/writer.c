@@ -17,13 +17,10 @@ struct sc_video_writer {
  * sc_encoder_finish and sc_muxer_add. */
 static sc_status end_gop(const sc_ctx *ctx, sc_video_writer *writer)
 {
-    sc_segment segment = {0};
-    sc_status status = sc_encoder_finish(ctx, writer->encoder, 0, 0, &segment);
+    SC_OWN(sc_segment_free) sc_segment segment = {0};
 
-    if (status == SC_OK)
-        status = sc_muxer_add(ctx, writer->muxer, &segment);
-    sc_segment_free(&segment);
-    return status;
+    SC_PASS(sc_encoder_finish(ctx, writer->encoder, 0, 0, &segment));
+    return sc_muxer_add(ctx, writer->muxer, &segment);
 }
 
 sc_status sc_video_writer_push(const sc_ctx *ctx, sc_video_writer *writer, const sc_image *image)
@@ -41,22 +38,19 @@ sc_status sc_video_writer_push(const sc_ctx *ctx, sc_video_writer *writer, const
  * after an error. */
 static sc_status free_partial_name(const sc_ctx *ctx, const char *path, bool replace, sc_text *out)
 {
-    sc_text first = {0};
+    SC_OWN(sc_text_clear) sc_text first = {0};
     struct stat info;
     const char *dot;
-    sc_status status;
 
-    SC_TRY(sc_video_partial_name(ctx, path, &first));
-    SC_TRY(sc_text_add(ctx, out, "%s", first.data));
+    SC_PASS(sc_video_partial_name(ctx, path, &first));
+    SC_PASS(sc_text_add(ctx, out, "%s", first.data));
     dot = strrchr(first.data, '.');
     for (int number = 2; !replace && !lstat(out->data, &info); number++) {
         sc_text_clear(out);
-        SC_TRY(
+        SC_PASS(
             sc_text_add(ctx, out, "%.*s-%d%s", (int)(dot - first.data), first.data, number, dot));
     }
-out:
-    sc_text_clear(&first);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_video_writer_finish(const sc_ctx *ctx, sc_video_writer *writer, bool complete,
@@ -91,15 +85,11 @@ sc_status sc_video_writer_open(const sc_ctx *ctx, const char *path,
                                const sc_video_settings *settings, sc_video_writer **out)
 {
     sc_video_writer *writer = NULL;
-    sc_text copy = {0};
-    void *block = NULL;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *writer, &block));
-    writer = block;
+    SC_TRY(SC_ZALLOC(ctx, 1, &writer));
     writer->gop_frames = sc_video_gop_frames(settings);
-    SC_TRY(sc_text_add(ctx, &copy, "%s", path));
-    writer->path = copy.data;
+    SC_TRY(sc_text_copy(ctx, path, &writer->path));
     SC_TRY(sc_encoder_open(ctx, path, settings, &writer->encoder));
     SC_TRY(sc_muxer_open(ctx, path, settings, &writer->muxer));
     *out = writer;

@@ -231,7 +231,6 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
                  .mm_per_px = common_scale(views, width_px, height_px)};
     const sc_viewport space = panel(width_px, height_px, SPACE);
     sc_render_stats sum = {0}, each;
-    sc_status status;
 
     d.text_px = fmax(9, height_px / 42.0);
     sc_text_colors(scene->dark_text, d.text_rgb, d.halo_rgb);
@@ -244,9 +243,7 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
         sc_render_view(renderer, &slice, &p, rows, image, &each);
         sc_render_stats_add(&sum, &each);
     }
-    status = sc_overlay_begin(ctx, image, &d.overlay);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_overlay_begin(ctx, image, &d.overlay));
     for (int i = 0; i < SLICES; i++)
         annotate(&d, i, panel(width_px, height_px, i));
     *stats = sum;

@@ -197,20 +197,18 @@ static sc_status find_pair_header(const sc_ctx *ctx, const char *path, char **ou
     const sc_ctx quiet = sc_quiet(ctx);
     const size_t stem = pair_stem_bytes(path);
     sc_text text = {0};
-    sc_status status = SC_OK;
     head h;
 
     *out = NULL;
     for (size_t i = 0; stem && !*out && i < SC_COUNT_OF(endings); i++) {
-        SC_TRY(sc_text_add(ctx, &text, "%.*s%s", (int)stem, path, endings[i]));
+        SC_PASS(sc_text_add(ctx, &text, "%.*s%s", (int)stem, path, endings[i]));
         if (read_head(&quiet, text.data, &h) == SC_OK && is_pair_header(&h)) {
             *out = text.data;
             text = (sc_text){0};
         }
         sc_text_clear(&text);
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Is the file a mesh, by the ending of its name? Binary ones have no mark. */
@@ -265,10 +263,8 @@ static sc_status open_by_mark(const sc_ctx *ctx, const char *path, bool header_o
 {
     size_t which = 0;
     head h;
-    const sc_status status = read_head(ctx, path, &h);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(read_head(ctx, path, &h));
     while (which < SC_COUNT_OF(readers) && !readers[which].probe(&h))
         which++;
     if (which == SC_COUNT_OF(readers))
@@ -278,13 +274,10 @@ static sc_status open_by_mark(const sc_ctx *ctx, const char *path, bool header_o
 
 sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
-    char *header;
-    sc_status status = find_pair_header(ctx, path, &header);
+    SC_OWN(sc_free_at) char *header = NULL;
 
-    if (status == SC_OK)
-        status = open_by_mark(ctx, header ? header : path, header_only, out);
-    sc_free(header);
-    return status;
+    SC_PASS(find_pair_header(ctx, path, &header));
+    return open_by_mark(ctx, header ? header : path, header_only, out);
 }
 
 void sc_volume_formats(char *text, size_t size)

@@ -48,9 +48,8 @@ static sc_status open_grey(const sc_ctx *ctx, const char *path, bool header_only
                            sc_grey *grey)
 {
     const sc_read_choice whole = {.is_image = true};
-    sc_status status;
 
-    SC_TRY(sc_open_source(ctx, path, &whole, header_only, source));
+    SC_PASS(sc_open_source(ctx, path, &whole, header_only, source));
     if (source->mask_count)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: is a directory of masks, expected a grey volume, such as a CT or MR "
@@ -69,22 +68,17 @@ static sc_status open_grey(const sc_ctx *ctx, const char *path, bool header_only
             path, source->layers);
     memcpy(grey->size, source->size, sizeof grey->size);
     grey->to_ras_mm = source->to_ras_mm;
-    status = check_memory(ctx, path, grey);
-out:
-    return status;
+    return check_memory(ctx, path, grey);
 }
 
 sc_status sc_grey_read_header(const sc_ctx *ctx, const char *path, sc_grey *out)
 {
-    sc_source source = {0};
+    SC_OWN(sc_source_clear) sc_source source = {0};
     sc_grey grey = {0};
-    sc_status status;
 
-    SC_TRY(open_grey(ctx, path, true, &source, &grey));
+    SC_PASS(open_grey(ctx, path, true, &source, &grey));
     *out = grey;
-out:
-    sc_source_clear(&source);
-    return status;
+    return SC_OK;
 }
 
 /* ---- values to codes ---- */
@@ -140,28 +134,23 @@ static void encode(pass *p, const double *values, size_t count, size_t at)
 static sc_status read_all(const sc_ctx *ctx, const char *path, const sc_source *source, pass *p)
 {
     const size_t voxels = sc_source_voxels(source);
-    sc_voxel_stream *stream = NULL;
-    void *block = NULL;
+    SC_OWN(sc_stream_close_at) sc_voxel_stream *stream = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
     double *values;
-    sc_status status;
 
-    SC_TRY(sc_alloc(ctx, SC_STREAM_BLOCK, sizeof *values, &block));
+    SC_PASS(sc_alloc(ctx, SC_STREAM_BLOCK, sizeof *values, &block));
     values = block;
-    SC_TRY(sc_stream_open(ctx, path, source, &stream));
+    SC_PASS(sc_stream_open(ctx, path, source, &stream));
     for (size_t at = 0; at < voxels; at += SC_STREAM_BLOCK) {
         const size_t count = voxels - at < SC_STREAM_BLOCK ? voxels - at : SC_STREAM_BLOCK;
 
-        SC_TRY(sc_stream_next_numbers(stream, count, values));
+        SC_PASS(sc_stream_next_numbers(stream, count, values));
         if (p->measures)
             measure(p, values, count);
         else
             encode(p, values, count, at);
     }
-    status = sc_stream_finish(stream);
-out:
-    sc_stream_close(stream);
-    sc_free(block);
-    return status;
+    return sc_stream_finish(stream);
 }
 
 /* @return the code below which a share of the voxels lies. */
@@ -221,13 +210,11 @@ static bool narrow(const pass *p, sc_grey *grey)
 static sc_status find_range(const sc_ctx *ctx, const char *path, const sc_source *source,
                             const sc_grey_window *window, pass *p)
 {
-    sc_status status;
-
     p->measures = true;
     p->least = HUGE_VAL;
     p->most = -HUGE_VAL;
     p->whole = true;
-    SC_TRY(read_all(ctx, path, source, p));
+    SC_PASS(read_all(ctx, path, source, p));
     if (p->least > p->most)
         return sc_fail(ctx, SC_ERR_DATA, "%s: no voxel holds a finite number", path);
     p->measures = false;
@@ -243,8 +230,7 @@ static sc_status find_range(const sc_ctx *ctx, const char *path, const sc_source
         }
     }
     set_range(p->least, p->most, p->whole, p->grey);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Tell, in one message, how many voxels hold no number and how many an infinite value. */
@@ -270,15 +256,14 @@ static sc_status fill_codes(const sc_ctx *ctx, const char *path, const sc_source
                             const sc_grey_window *window, pass *p)
 {
     const bool exact = set_exact_range(source, p->grey);
-    sc_status status = SC_OK;
 
     if (!exact)
-        SC_TRY(find_range(ctx, path, source, window, p));
+        SC_PASS(find_range(ctx, path, source, window, p));
     for (int round = 0; round < ROUNDS_MAX; round++) {
         memset(p->counts, 0, sizeof p->counts);
         p->not_numbers = 0;
         p->infinite = 0;
-        SC_TRY(read_all(ctx, path, source, p));
+        SC_PASS(read_all(ctx, path, source, p));
         if (exact || window || round == ROUNDS_MAX - 1 || !narrow(p, p->grey))
             break;
     }
@@ -289,36 +274,29 @@ static sc_status fill_codes(const sc_ctx *ctx, const char *path, const sc_source
             "are not finite",
             path, source->slope, source->intercept);
     warn_not_finite(ctx, path, p);
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_grey_read(const sc_ctx *ctx, const char *path, const sc_grey_window *window,
                        sc_grey *grey)
 {
     sc_ctx errors = *ctx;
-    sc_source source = {0};
+    SC_OWN(sc_source_clear) sc_source source = {0};
     sc_grey found = {.codes = grey->codes};
-    void *block = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
     pass *p;
-    sc_status status;
 
     sc_stage_begin(ctx, "reading the image", 0, 0);
     errors.level = SC_LOG_ERROR; /* sc_grey_read_header has told the warnings */
-    SC_TRY(open_grey(&errors, path, false, &source, &found));
-    if (memcmp(found.size, grey->size, sizeof found.size) != 0) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: has changed while it was read", path);
-        goto out;
-    }
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *p, &block));
+    SC_PASS(open_grey(&errors, path, false, &source, &found));
+    if (memcmp(found.size, grey->size, sizeof found.size) != 0)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: has changed while it was read", path);
+    SC_PASS(sc_zalloc(ctx, 1, sizeof *p, &block));
     p = block;
     p->grey = &found;
-    SC_TRY(fill_codes(ctx, path, &source, window, p));
+    SC_PASS(fill_codes(ctx, path, &source, window, p));
     *grey = found;
-out:
-    sc_free(block);
-    sc_source_clear(&source);
-    return status;
+    return SC_OK;
 }
 
 /* ---- windows ---- */

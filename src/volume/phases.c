@@ -22,11 +22,9 @@ struct sc_phase_store {
 sc_status sc_phase_store_new(const sc_ctx *ctx, const char *folder, sc_phase_store **out)
 {
     sc_phase_store *store = NULL;
-    void *block;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *store, &block));
-    store = block;
+    SC_TRY(SC_ZALLOC(ctx, 1, &store));
     SC_TRY(sc_text_copy(ctx, folder, &store->folder));
     *out = store;
     store = NULL;
@@ -136,34 +134,28 @@ static sc_status unpack(const sc_ctx *ctx, const char *path, const sc_source *so
     const sc_source all = all_values(source);
     const size_t total = sc_source_voxels(&all), each = sc_voxel_type_bytes(source->type);
     sorting s = {each, (size_t)source->phases, sc_source_voxels(source), NULL};
-    sc_voxel_stream *stream = NULL;
-    void *block = NULL;
-    sc_status status;
+    SC_OWN(sc_stream_close_at) sc_voxel_stream *stream = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
 
     *write_error = 0;
-    SC_TRY(sc_alloc(ctx, SC_BATCH_BYTES, 1, &block));
+    SC_PASS(sc_alloc(ctx, SC_BATCH_BYTES, 1, &block));
     s.values = block;
     sc_stage_begin(ctx, "unpacking the phases", 0, total);
-    SC_TRY(sc_stream_open(ctx, path, &all, &stream));
+    SC_PASS(sc_stream_open(ctx, path, &all, &stream));
     for (size_t at = 0, count; at < total; at += count) {
         const void *raw;
         bool written;
 
-        SC_TRY(sc_stream_next_raw(stream, &raw, &count));
+        SC_PASS(sc_stream_next_raw(stream, &raw, &count));
         written = source->side_by_side ? write_sorted(fd, &s, raw, at, count)
                                        : write_at(fd, raw, count * each, (uint64_t)at * each);
         if (!written) {
             *write_error = errno;
-            status = SC_ERR_WRITE;
-            goto out;
+            return SC_ERR_WRITE;
         }
         sc_stage_add(ctx, count);
     }
-    status = sc_stream_finish(stream);
-out:
-    sc_stream_close(stream);
-    sc_free(block);
-    return status;
+    return sc_stream_finish(stream);
 }
 
 /* Fill the store with the phases of a file, unless it holds them or has failed before. Without room
@@ -224,36 +216,32 @@ static sc_status pick(const sc_ctx *ctx, const char *path, size_t phase, sc_sour
     const sc_source all = all_values(source);
     const size_t total = sc_source_voxels(&all), each = sc_voxel_type_bytes(source->type);
     const size_t phases = (size_t)source->phases;
-    sc_voxel_stream *stream = NULL;
-    void *values = NULL;
+    SC_OWN(sc_stream_close_at) sc_voxel_stream *stream = NULL;
+    SC_OWN(sc_free_at) void *values = NULL;
     unsigned char *to;
-    sc_status status;
 
-    SC_TRY(sc_volume_memory_check(ctx, path, source->size,
-                                  (double)sc_source_voxels(source) * (double)each));
-    SC_TRY(sc_alloc(ctx, sc_source_voxels(source), each, &values));
+    SC_PASS(sc_volume_memory_check(ctx, path, source->size,
+                                   (double)sc_source_voxels(source) * (double)each));
+    SC_PASS(sc_alloc(ctx, sc_source_voxels(source), each, &values));
     to = values;
-    SC_TRY(sc_stream_open(ctx, path, &all, &stream));
+    SC_PASS(sc_stream_open(ctx, path, &all, &stream));
     for (size_t at = 0, count; at < total; at += count) {
         const void *raw;
 
-        SC_TRY(sc_stream_next_raw(stream, &raw, &count));
+        SC_PASS(sc_stream_next_raw(stream, &raw, &count));
         for (size_t i = (phase + phases - at % phases) % phases; i < count; i += phases) {
             memcpy(to, (const unsigned char *)raw + i * each, each);
             to += each;
         }
     }
-    SC_TRY(sc_stream_finish(stream));
+    SC_PASS(sc_stream_finish(stream));
     if (source->release)
         source->release(source->data);
     source->encoding = SC_ENCODING_LOADED;
     source->data = values;
     source->release = sc_free;
     values = NULL;
-out:
-    sc_stream_close(stream);
-    sc_free(values);
-    return status;
+    return SC_OK;
 }
 
 /* Log that a file holds several phases, of which none was chosen. @return SC_ERR_DATA. */
@@ -280,7 +268,6 @@ sc_status sc_source_choose_phase(const sc_ctx *ctx, const char *path, const sc_r
     const uint64_t before =
         phase * (uint64_t)sc_source_voxels(source) * sc_voxel_type_bytes(source->type);
     sc_phase_store *store = choice->store;
-    sc_status status = SC_OK;
 
     if (source->phases > 1 && !choice->phase)
         return refuse_several(ctx, path, choice, source);
@@ -297,9 +284,7 @@ sc_status sc_source_choose_phase(const sc_ctx *ctx, const char *path, const sc_r
         return SC_OK;
     }
     if (store && (source->side_by_side || source->encoding != SC_ENCODING_PLAIN)) {
-        status = fill_store(ctx, path, source, store);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(fill_store(ctx, path, source, store));
         if (!store->failed) {
             source->encoding = SC_ENCODING_PLAIN;
             source->unpacked = store->file;

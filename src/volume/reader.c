@@ -102,8 +102,7 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_d
 {
     const char *advice = NULL;
     char above[4096];
-    sc_text contents = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text contents = {0};
 
     if (snprintf(above, sizeof above, "%s/..", path) < (int)sizeof above &&
         sc_is_precomputed(above))
@@ -119,16 +118,13 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_d
                  "Slicer (save as .nrrd), an image by `dcm2niix DIRECTORY`";
     if (advice)
         return sc_fail(ctx, SC_ERR_MISSING, "%s: is a directory%s", path, advice);
-    SC_TRY(add_contents(ctx, path, &contents));
-    status = sc_fail(
+    SC_PASS(add_contents(ctx, path, &contents));
+    return sc_fail(
         ctx, SC_ERR_MISSING,
         "%s: is a directory; give the path of a NRRD, NIfTI, MGH, MetaImage, TIFF or DICOM "
         "SEG file in it, of a Zarr store, of a volume of Neuroglancer, or of a directory of "
         "masks%s",
         path, contents.data);
-out:
-    sc_text_clear(&contents);
-    return status;
 }
 
 /* The DICOM segmentations in a directory. */
@@ -142,32 +138,29 @@ typedef struct dicom_files {
 static sc_status note_dicom(const sc_ctx *ctx, const char *directory, const char *name,
                             dicom_files *files)
 {
-    sc_text path = {0};
+    SC_OWN(sc_text_clear) sc_text path = {0};
     struct stat info;
     bool is_dicom = false, is_first, is_last;
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, &path, "%s/%s", directory, name));
+    SC_PASS(sc_text_add(ctx, &path, "%s/%s", directory, name));
     if (stat(path.data, &info) || !S_ISREG(info.st_mode)) /* a pipe would never end */
-        goto out;
+        return SC_OK;
     if (!sc_dicom_is_segmentation(path.data, &is_dicom)) {
         files->others += is_dicom;
-        goto out;
+        return SC_OK;
     }
     is_first = files->count == 0 || strcmp(path.data, files->first.data) < 0;
     is_last = files->count == 0 || strcmp(path.data, files->last.data) > 0;
     files->count++;
     if (is_first) {
         files->first.length_bytes = 0;
-        SC_TRY(sc_text_add(ctx, &files->first, "%s", path.data));
+        SC_PASS(sc_text_add(ctx, &files->first, "%s", path.data));
     }
     if (is_last) {
         files->last.length_bytes = 0;
-        SC_TRY(sc_text_add(ctx, &files->last, "%s", path.data));
+        SC_PASS(sc_text_add(ctx, &files->last, "%s", path.data));
     }
-out:
-    sc_text_clear(&path);
-    return status;
+    return SC_OK;
 }
 
 /* Open the DICOM segmentation in a directory, the only one there, which may lie among the slices of
@@ -259,50 +252,45 @@ static void warn_of_spacing(const sc_ctx *ctx, const char *path, const sc_affine
 sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                          bool header_only, sc_source *out)
 {
-    sc_source source = {.slope = 1};
+    SC_OWN(sc_source_clear) sc_source source = {.slope = 1};
     struct stat info;
     bool is_raw;
-    sc_status status;
 
-    SC_TRY(sc_header_check(ctx, path, choice, &is_raw));
+    SC_PASS(sc_header_check(ctx, path, choice, &is_raw));
     if (is_raw && !choice->level) {
-        SC_TRY(sc_open_raw(ctx, path, choice, &source));
+        SC_PASS(sc_open_raw(ctx, path, choice, &source));
     } else if (!stat(path, &info) && S_ISDIR(info.st_mode) && sc_zarr_is_node(path)) {
-        SC_TRY(sc_open_zarr(ctx, path, choice, header_only, &source));
+        SC_PASS(sc_open_zarr(ctx, path, choice, header_only, &source));
     } else if (!stat(path, &info) && S_ISDIR(info.st_mode) && sc_is_precomputed(path)) {
-        SC_TRY(sc_open_precomputed(ctx, path, choice, header_only, &source));
+        SC_PASS(sc_open_precomputed(ctx, path, choice, header_only, &source));
     } else if (choice->level) {
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: level: %s has one resolution, expected level 0, or an image of "
-                         "OME-Zarr or Neuroglancer, which may have several",
-                         sc_read_where(choice, path), path);
-        goto out;
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: level: %s has one resolution, expected level 0, or an image of "
+                       "OME-Zarr or Neuroglancer, which may have several",
+                       sc_read_where(choice, path), path);
     } else if (sc_is_hdf5(path)) {
-        SC_TRY(sc_open_hdf5(ctx, path, choice, header_only, &source));
+        SC_PASS(sc_open_hdf5(ctx, path, choice, header_only, &source));
     } else if (path[sc_volume_file_length(path)]) {
-        status = sc_fail(ctx, SC_ERR_MISSING,
-                         "%s: its file is no HDF5, in which volumes have paths; expected the path "
-                         "of a file alone",
-                         path);
-        goto out;
+        return sc_fail(ctx, SC_ERR_MISSING,
+                       "%s: its file is no HDF5, in which volumes have paths; expected the path "
+                       "of a file alone",
+                       path);
     } else if (!stat(path, &info) && S_ISDIR(info.st_mode)) {
-        SC_TRY(sc_open_masks(ctx, path, &source));
+        SC_PASS(sc_open_masks(ctx, path, &source));
         source.threshold = choice->threshold;
         if (source.mask_count == 0)
-            SC_TRY(open_dicom_in(ctx, path, header_only, &source));
+            SC_PASS(open_dicom_in(ctx, path, header_only, &source));
     } else {
-        SC_TRY(sc_open_file(ctx, path, header_only, &source));
+        SC_PASS(sc_open_file(ctx, path, header_only, &source));
     }
-    SC_TRY(sc_source_choose_phase(ctx, path, choice, header_only, &source));
-    if (choice->threshold > 0 && !source.mask_count) {
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: threshold is for a directory of soft masks, and %s is none",
-                         sc_read_where(choice, path), path);
-        goto out;
-    }
-    SC_TRY(sc_geometry_check(ctx, path, source.size, &source.to_ras_mm));
+    SC_PASS(sc_source_choose_phase(ctx, path, choice, header_only, &source));
+    if (choice->threshold > 0 && !source.mask_count)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: threshold is for a directory of soft masks, and %s is none",
+                       sc_read_where(choice, path), path);
+    SC_PASS(sc_geometry_check(ctx, path, source.size, &source.to_ras_mm));
     if (!source.part[0])
-        SC_TRY(sc_source_cut(ctx, path, choice, &source));
+        SC_PASS(sc_source_cut(ctx, path, choice, &source));
     warn_of_shear(ctx, path, &source.to_ras_mm);
     warn_of_spacing(ctx, path, &source.to_ras_mm);
     if (!source.oriented)
@@ -312,9 +300,7 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
                 path);
     *out = source;
     source = (sc_source){0};
-out:
-    sc_source_clear(&source);
-    return status;
+    return SC_OK;
 }
 
 /* Note which named rows of the table of a source are those of labels that the volume has not, and
@@ -323,7 +309,6 @@ static sc_status note_absent(const sc_ctx *ctx, const sc_source *source, sc_volu
 {
     const sc_label_table *table = &source->table;
     const sc_overlap_count *overlaps = &source->overlaps;
-    sc_status status = SC_OK;
 
     for (size_t i = 0; i < table->count; i++) {
         const sc_label *row = &table->rows[i];
@@ -331,12 +316,11 @@ static sc_status note_absent(const sc_ctx *ctx, const sc_source *source, sc_volu
         if (!row->value || sc_volume_label(volume, row->value))
             continue;
         if (row->name[0])
-            SC_TRY(sc_label_table_add(ctx, &volume->absent, row));
+            SC_PASS(sc_label_table_add(ctx, &volume->absent, row));
         if (overlaps->covers && overlaps->covers[i] && !overlaps->lost[i])
-            SC_TRY(sc_label_table_add(ctx, &volume->outside, row));
+            SC_PASS(sc_label_table_add(ctx, &volume->outside, row));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Warn where the first of several phases holds 0 and 1 alone, and no time lies between them: most
@@ -396,47 +380,41 @@ out:
 static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                              bool keep_ids, sc_volume *out, sc_label_tally **tallies)
 {
-    sc_source source = {0};
-    sc_volume volume = {0};
-    sc_overlap_rule rule = {0};
-    sc_label_tally *found = NULL;
-    sc_status status;
+    SC_OWN(sc_source_clear) sc_source source = {0};
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
+    SC_OWN(sc_overlap_rule_clear) sc_overlap_rule rule = {0};
+    SC_OWN(sc_free_at) sc_label_tally *found = NULL;
 
     sc_stage_begin(ctx, "reading", 0, 0); /* some formats are unpacked as a whole before */
-    SC_TRY(sc_open_source(ctx, path, choice, false, &source));
+    SC_PASS(sc_open_source(ctx, path, choice, false, &source));
     if (keep_ids)
-        SC_TRY(sc_volume_memory_check(ctx, path, source.part, 0));
+        SC_PASS(sc_volume_memory_check(ctx, path, source.part, 0));
     if (source.mask_count || source.load || source.layers > 1)
-        SC_TRY(sc_overlap_rule_make(ctx, path, choice, &source, &rule));
+        SC_PASS(sc_overlap_rule_make(ctx, path, choice, &source, &rule));
     if (source.mask_count)
-        SC_TRY(sc_load_masks(ctx, path, &rule, &source));
+        SC_PASS(sc_load_masks(ctx, path, &rule, &source));
     else if (source.load)
-        SC_TRY(source.load(ctx, path, &rule, &source));
+        SC_PASS(source.load(ctx, path, &rule, &source));
     else if (source.layers > 1)
-        SC_TRY(sc_load_layers(ctx, path, &rule, &source));
-    SC_TRY(sc_read_labels(ctx, path, &source, keep_ids, &volume, &found));
+        SC_PASS(sc_load_layers(ctx, path, &rule, &source));
+    SC_PASS(sc_read_labels(ctx, path, &source, keep_ids, &volume, &found));
     volume.to_ras_mm = sc_source_part_to_ras(&source);
     volume.oriented = source.oriented;
     volume.numbered = source.numbered;
     volume.is_part = source.is_part;
     sc_volume_apply_table(&volume, &source.table);
     warn_of_channels(ctx, path, &source, &volume);
-    SC_TRY(sc_overlap_warn(ctx, path, &source, &rule, &volume));
+    SC_PASS(sc_overlap_warn(ctx, path, &source, &rule, &volume));
     if (choice->overlaps)
-        SC_TRY(sc_overlap_list_take(ctx, &source, choice->overlaps));
-    SC_TRY(add_left_out(ctx, &source.table, &rule, &volume, &found));
-    SC_TRY(note_absent(ctx, &source, &volume));
+        SC_PASS(sc_overlap_list_take(ctx, &source, choice->overlaps));
+    SC_PASS(add_left_out(ctx, &source.table, &rule, &volume, &found));
+    SC_PASS(note_absent(ctx, &source, &volume));
     keep_table(&source, &volume);
     *out = volume;
     *tallies = found;
     volume = (sc_volume){0};
     found = NULL;
-out:
-    sc_volume_clear(&volume);
-    sc_free(found);
-    sc_overlap_rule_clear(&rule);
-    sc_source_clear(&source);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_volume_phases(const sc_ctx *ctx, const char *path, int *count, double *step_s)
@@ -495,11 +473,9 @@ sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out)
 sc_status sc_volume_read_by(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                             sc_volume *out)
 {
-    sc_label_tally *tallies = NULL;
-    const sc_status status = read_voxels(ctx, path, choice, true, out, &tallies);
+    SC_OWN(sc_free_at) sc_label_tally *tallies = NULL;
 
-    sc_free(tallies);
-    return status;
+    return read_voxels(ctx, path, choice, true, out, &tallies);
 }
 
 sc_status sc_volume_scan_labels(const sc_ctx *ctx, const char *path, sc_label_scan *out)
@@ -526,13 +502,12 @@ sc_status sc_volume_read_header(const sc_ctx *ctx, const char *path, sc_label_sc
 sc_status sc_volume_read_header_by(const sc_ctx *ctx, const char *path,
                                    const sc_read_choice *choice, sc_label_scan *out)
 {
-    sc_source source = {0};
-    sc_label_scan scan = {0};
+    SC_OWN(sc_source_clear) sc_source source = {0};
+    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
     void *labels;
-    sc_status status;
 
-    SC_TRY(sc_open_source(ctx, path, choice, true, &source));
-    SC_TRY(sc_zalloc(ctx, 1, sizeof(sc_label), &labels));
+    SC_PASS(sc_open_source(ctx, path, choice, true, &source));
+    SC_PASS(sc_zalloc(ctx, 1, sizeof(sc_label), &labels));
     scan.volume = (sc_volume){.label_count = 1,
                               .labels = labels,
                               .to_ras_mm = sc_source_part_to_ras(&source),
@@ -541,12 +516,9 @@ sc_status sc_volume_read_header_by(const sc_ctx *ctx, const char *path,
                               .is_part = source.is_part};
     scan.volume.labels[0].opacity = -1;
     memcpy(scan.volume.size, source.part, sizeof source.part);
-    SC_TRY(sc_volume_add_labels(ctx, &scan.volume, &source.table));
+    SC_PASS(sc_volume_add_labels(ctx, &scan.volume, &source.table));
     keep_table(&source, &scan.volume);
     *out = scan;
     scan = (sc_label_scan){0};
-out:
-    sc_label_scan_clear(&scan);
-    sc_source_clear(&source);
-    return status;
+    return SC_OK;
 }

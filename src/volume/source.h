@@ -6,6 +6,9 @@
 
 #include "segcast/volume.h"
 
+/* Numbers of this machine have the lowest byte first. */
+#define SC_IS_LITTLE_ENDIAN (__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__)
+
 /* How one voxel is stored. The readers' tables of type names are in this order. */
 typedef enum sc_voxel_type {
     SC_VOXEL_INT8,
@@ -176,10 +179,11 @@ sc_status sc_gzip_status(struct gzFile_s *file);
 /* A deflate stream cannot expand by more than this (zlib's technical details: 1032 to 1). */
 #define SC_DEFLATE_RATIO_MAX 1032.0
 
-/* Write the number of voxels of a grid to *out. SC_ERR_DATA (logged under @p path) if a size is
- * below 1 or above INT32_MAX, or if the voxels take more than SC_VOLUME_BYTES_MAX. */
+/* Write the size of a grid to @p out_size, and the number of its voxels to *out, which may be NULL.
+ * SC_ERR_DATA (logged under @p path) if a size is below 1 or above INT32_MAX, or if the voxels take
+ * more than SC_VOLUME_BYTES_MAX. */
 sc_status sc_grid_voxels(const sc_ctx *ctx, const char *path, const int64_t size[3],
-                         size_t bytes_per_voxel, size_t *out);
+                         size_t bytes_per_voxel, int out_size[3], size_t *out);
 
 /* @return why a name in a header is refused, whatever file it leads to: static text, for the end of
  * a message; NULL if nothing is wrong with it. */
@@ -371,6 +375,11 @@ sc_status sc_stream_next_numbers(sc_voxel_stream *stream, size_t count, double *
 sc_status sc_stream_finish(sc_voxel_stream *stream);
 /* Close the file and free the stream; NULL is allowed. */
 void sc_stream_close(sc_voxel_stream *stream);
+/* For SC_OWN. */
+static inline void sc_stream_close_at(sc_voxel_stream **stream)
+{
+    sc_stream_close(*stream);
+}
 
 /* One pass over the voxels of the wanted part, by ctx->threads threads; the result does not depend
  * on their number: the distinct labels, what they cover, and, if @p keep_ids, the voxels as dense

@@ -72,13 +72,9 @@ static sc_status open_file(sc_voxel_stream *s)
 static sc_status open_zlib(sc_voxel_stream *s)
 {
     void *packed;
-    sc_status status = open_file(s);
 
-    if (status != SC_OK)
-        return status;
-    status = sc_alloc(s->ctx, PACKED_BYTES, 1, &packed);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(open_file(s));
+    SC_PASS(sc_alloc(s->ctx, PACKED_BYTES, 1, &packed));
     s->packed = packed;
     if (inflateInit2(&s->zlib, MAX_WBITS + 32) != Z_OK) /* + 32: zlib or gzip, by its header */
         return sc_fail(s->ctx, SC_ERR_MEMORY, "%s: out of memory", s->source->file);
@@ -121,10 +117,8 @@ static sc_status read_slab(sc_voxel_stream *s, size_t at)
     const int left = source->size[2] - first;
     const int most = first == 0 && source->first_slices ? source->first_slices : source->slices;
     const int slices = left < most ? left : most;
-    const sc_status status = source->read_slices(s->ctx, s->path, source, first, slices, s->slab);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(source->read_slices(s->ctx, s->path, source, first, slices, s->slab));
     s->slab_begin = at;
     s->slab_voxels = (size_t)slices * slice;
     return SC_OK;
@@ -140,10 +134,8 @@ static sc_status next_of_slices(sc_voxel_stream *s, size_t count)
         const size_t at = s->position + done;
 
         if (at >= s->slab_begin + s->slab_voxels) {
-            const sc_status status = read_slab(s, at);
 
-            if (status != SC_OK)
-                return status;
+            SC_PASS(read_slab(s, at));
         }
         part = s->slab_begin + s->slab_voxels - at;
         part = part < count - done ? part : count - done;
@@ -155,26 +147,21 @@ static sc_status next_of_slices(sc_voxel_stream *s, size_t count)
 sc_status sc_stream_open(const sc_ctx *ctx, const char *path, const sc_source *source,
                          sc_voxel_stream **out)
 {
-    sc_voxel_stream *s = NULL;
-    void *block;
-    sc_status status;
+    SC_OWN(sc_stream_close_at) sc_voxel_stream *s = NULL;
 
-    SC_TRY(sc_alloc(ctx, 1, sizeof *s, &block));
-    s = block;
+    SC_PASS(SC_ALLOC(ctx, 1, &s));
     *s = (sc_voxel_stream){.ctx = ctx, .path = path, .source = source};
     if (source->encoding == SC_ENCODING_GZIP)
-        SC_TRY(open_gzip(s));
+        SC_PASS(open_gzip(s));
     else if (source->encoding == SC_ENCODING_ZLIB)
-        SC_TRY(open_zlib(s));
+        SC_PASS(open_zlib(s));
     else if (source->encoding == SC_ENCODING_PLAIN)
-        SC_TRY(open_file(s));
+        SC_PASS(open_file(s));
     else if (source->encoding == SC_ENCODING_SLICES)
-        SC_TRY(open_slices(s));
+        SC_PASS(open_slices(s));
     *out = s;
     s = NULL;
-out:
-    sc_stream_close(s);
-    return status;
+    return SC_OK;
 }
 
 void sc_stream_close(sc_voxel_stream *s)
@@ -468,14 +455,9 @@ static sc_status next_batch(sc_voxel_stream *s, const void **raw, size_t *count)
 {
     const size_t voxels = batch_voxels(s), bytes = voxels * sc_voxel_type_bytes(s->source->type);
     size_t got = s->ahead_bytes;
-    void *block;
-    sc_status status;
 
     if (!s->batch) {
-        status = sc_alloc(s->ctx, SC_BATCH_BYTES, 1, &block);
-        if (status != SC_OK)
-            return status;
-        s->batch = block;
+        SC_PASS(sc_alloc(s->ctx, SC_BATCH_BYTES, 1, &s->batch));
     }
     if (s->is_ahead) {
         unsigned char *done = s->batch;
@@ -486,9 +468,7 @@ static sc_status next_batch(sc_voxel_stream *s, const void **raw, size_t *count)
     } else {
         got = pull_bytes(s, s->batch, bytes);
     }
-    status = check_bytes(s, got, bytes);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(check_bytes(s, got, bytes));
     *raw = s->batch;
     *count = voxels;
     return SC_OK;
@@ -498,21 +478,16 @@ sc_status sc_stream_next_raw(sc_voxel_stream *s, const void **raw, size_t *count
 {
     const size_t each = sc_voxel_type_bytes(s->source->type);
     const size_t left = sc_source_voxels(s->source) - s->position;
-    sc_status status = SC_OK;
 
     if (s->source->encoding == SC_ENCODING_LOADED) {
         *raw = (const unsigned char *)s->source->data + s->position * each;
         *count = left < BATCH_VOXELS ? left : BATCH_VOXELS;
     } else if (s->slab) {
-        status = read_slab(s, s->position);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(read_slab(s, s->position));
         *raw = s->slab;
         *count = s->slab_voxels;
     } else {
-        status = next_batch(s, raw, count);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(next_batch(s, raw, count));
     }
     s->position += *count;
     return SC_OK;

@@ -78,6 +78,33 @@ static size_t load_scaled(sc_voxel_stream *s, const void *raw, size_t count, int
     return i;
 }
 
+/* The cases of a switch over the types of integers: DO(type) for each. */
+#define INTEGER_CASES(DO)                                                                          \
+    case SC_VOXEL_INT8:                                                                            \
+        DO(int8_t);                                                                                \
+        break;                                                                                     \
+    case SC_VOXEL_UINT8:                                                                           \
+        DO(uint8_t);                                                                               \
+        break;                                                                                     \
+    case SC_VOXEL_INT16:                                                                           \
+        DO(int16_t);                                                                               \
+        break;                                                                                     \
+    case SC_VOXEL_UINT16:                                                                          \
+        DO(uint16_t);                                                                              \
+        break;                                                                                     \
+    case SC_VOXEL_INT32:                                                                           \
+        DO(int32_t);                                                                               \
+        break;                                                                                     \
+    case SC_VOXEL_UINT32:                                                                          \
+        DO(uint32_t);                                                                              \
+        break;                                                                                     \
+    case SC_VOXEL_UINT64:                                                                          \
+        DO(uint64_t);                                                                              \
+        break;                                                                                     \
+    case SC_VOXEL_INT64:                                                                           \
+        DO(int64_t);                                                                               \
+        break
+
 /* Copy raw[count], of this type, to out[count]; for widen only. */
 #define WIDEN(type)                                                                                \
     do {                                                                                           \
@@ -90,30 +117,7 @@ static size_t load_scaled(sc_voxel_stream *s, const void *raw, size_t count, int
 static void widen(sc_voxel_type type, const void *raw, size_t count, int64_t *out)
 {
     switch (type) {
-    case SC_VOXEL_INT8:
-        WIDEN(int8_t);
-        break;
-    case SC_VOXEL_UINT8:
-        WIDEN(uint8_t);
-        break;
-    case SC_VOXEL_INT16:
-        WIDEN(int16_t);
-        break;
-    case SC_VOXEL_UINT16:
-        WIDEN(uint16_t);
-        break;
-    case SC_VOXEL_INT32:
-        WIDEN(int32_t);
-        break;
-    case SC_VOXEL_UINT32:
-        WIDEN(uint32_t);
-        break;
-    case SC_VOXEL_INT64:
-        WIDEN(int64_t);
-        break;
-    case SC_VOXEL_UINT64:
-        WIDEN(uint64_t);
-        break;
+        INTEGER_CASES(WIDEN);
     case SC_VOXEL_FLOAT:
     case SC_VOXEL_DOUBLE:
         break;
@@ -149,25 +153,8 @@ int sc_run_end(sc_voxel_type type, const void *values, int i, int count, int64_t
     int end = i + 1;
 
     switch (type) {
-    case SC_VOXEL_INT8:
-        RUN_END(int8_t);
-        break;
-    case SC_VOXEL_UINT8:
-        RUN_END(uint8_t);
-        break;
-    case SC_VOXEL_INT16:
-        RUN_END(int16_t);
-        break;
-    case SC_VOXEL_UINT16:
-        RUN_END(uint16_t);
-        break;
-    case SC_VOXEL_INT32:
-        RUN_END(int32_t);
-        break;
-    case SC_VOXEL_UINT32:
-        RUN_END(uint32_t);
-        break;
-    default: /* SC_VOXEL_INT64, and what sc_stream_values has turned into it */
+        INTEGER_CASES(RUN_END);
+    default: /* sc_stream_values has turned it into int64_t */
         RUN_END(int64_t);
         break;
     }
@@ -230,10 +217,8 @@ sc_status sc_stream_next(sc_voxel_stream *s, size_t count, int64_t *out)
     const size_t each = sc_voxel_type_bytes(s->source->type);
     const void *raw;
     size_t good;
-    const sc_status status = sc_stream_stored(s, count, &raw);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_stream_stored(s, count, &raw));
     good = sc_stream_values(s, raw, count, s->swapped, out);
     if (good < count)
         return sc_stream_refuse(s, (const unsigned char *)raw + good * each, s->position + good);
@@ -257,30 +242,7 @@ static void load_numbers(const sc_source *source, const void *raw, size_t count,
     const double slope = source->slope, intercept = source->intercept;
 
     switch (source->type) {
-    case SC_VOXEL_INT8:
-        SCALE(int8_t);
-        break;
-    case SC_VOXEL_UINT8:
-        SCALE(uint8_t);
-        break;
-    case SC_VOXEL_INT16:
-        SCALE(int16_t);
-        break;
-    case SC_VOXEL_UINT16:
-        SCALE(uint16_t);
-        break;
-    case SC_VOXEL_INT32:
-        SCALE(int32_t);
-        break;
-    case SC_VOXEL_UINT32:
-        SCALE(uint32_t);
-        break;
-    case SC_VOXEL_INT64:
-        SCALE(int64_t);
-        break;
-    case SC_VOXEL_UINT64:
-        SCALE(uint64_t);
-        break;
+        INTEGER_CASES(SCALE);
     case SC_VOXEL_FLOAT:
         SCALE(float);
         break;
@@ -293,10 +255,8 @@ static void load_numbers(const sc_source *source, const void *raw, size_t count,
 sc_status sc_stream_next_numbers(sc_voxel_stream *s, size_t count, double *out)
 {
     const void *raw;
-    const sc_status status = sc_stream_stored(s, count, &raw);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_stream_stored(s, count, &raw));
     if (s->source->swapped) {
         swap_bytes(raw, count, sc_voxel_type_bytes(s->source->type), s->swapped);
         raw = s->swapped;

@@ -74,7 +74,7 @@ size_t sc_source_voxels(const sc_source *source)
 }
 
 sc_status sc_grid_voxels(const sc_ctx *ctx, const char *path, const int64_t size[3],
-                         size_t bytes_per_voxel, size_t *out)
+                         size_t bytes_per_voxel, int out_size[3], size_t *out)
 {
     double bytes = (double)bytes_per_voxel;
     size_t voxels = 1;
@@ -89,7 +89,10 @@ sc_status sc_grid_voxels(const sc_ctx *ctx, const char *path, const int64_t size
     if (bytes > (double)SC_VOLUME_BYTES_MAX)
         return sc_fail(ctx, SC_ERR_DATA, "%s: %lld x %lld x %lld voxels are more than 1 TiB", path,
                        (long long)size[0], (long long)size[1], (long long)size[2]);
-    *out = voxels;
+    for (int i = 0; i < 3; i++)
+        out_size[i] = (int)size[i];
+    if (out)
+        *out = voxels;
     return SC_OK;
 }
 
@@ -137,7 +140,6 @@ sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const int size[
                             const sc_affine *to_ras_mm)
 {
     sc_affine to_voxel;
-    sc_status status;
     double line_mm;
 
     for (int i = 0; i < 12; i++) {
@@ -147,7 +149,7 @@ sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const int size[
             return sc_fail(ctx, SC_ERR_DATA, "%s: geometry holds %g, expected finite millimetres",
                            path, value);
     }
-    SC_TRY(check_spacing(ctx, path, to_ras_mm));
+    SC_PASS(check_spacing(ctx, path, to_ras_mm));
     if (!sc_affine_invert(to_ras_mm, &to_voxel))
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: the voxel axes are not independent (singular geometry)", path);
@@ -164,8 +166,7 @@ sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const int size[
                 "header, or resample it",
                 path, line_mm, line_mm * per_mm, i, 1 / per_mm, SC_EXTENT_MOST_VOXELS);
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* What the threads of sc_volume_hide share. */

@@ -33,7 +33,7 @@ static void prove(const uint8_t *data, size_t size, sc_text *text)
 static void check(const sc_manifest_data *data)
 {
     for (int i = 0; i < data->owned.count; i++)
-        FUZZ_CHECK(sc_own_name(data->owned.names[i]));
+        FUZZ_CHECK(sc_own_name(data->owned.lines[i].name));
     for (int i = 0; i < data->files.count; i++)
         FUZZ_CHECK(sc_own_name(data->files.lines[i].name));
     for (int k = 0; k < FRAMES; k++)

@@ -722,7 +722,7 @@ TEST(long_heads)
     }
     assert_ok(sc_manifest_create(&quiet, path, &job, &data, NULL, false, NULL));
     for (int i = 1; i < NAMES; i++)
-        assert_true(strcmp(data.owned.names[i - 1], data.owned.names[i]) < 0);
+        assert_true(strcmp(data.owned.lines[i - 1].name, data.owned.lines[i].name) < 0);
     assert_ok(sc_manifest_read_head(&quiet, path, &again));
     assert_true(again.head.known);
     assert_int_equal(again.owned.count, NAMES);
@@ -740,7 +740,7 @@ static bool has_exactly(const sc_names *names, const bool *wanted, int count)
         char name[16];
 
         snprintf(name, sizeof name, "%d", i);
-        if (sc_names_has(names, name) != wanted[i])
+        if (sc_file_lines_has(names, name) != wanted[i])
             return false;
         wanted_count += wanted[i];
     }
@@ -756,9 +756,9 @@ TEST(lists_of_names)
     bool wanted[NAMES] = {false};
     uint32_t random = 1;
 
-    assert_false(sc_names_has(&names, "0"));
-    sc_names_remove(&names, "0");
-    sc_names_sort(&names);
+    assert_false(sc_file_lines_has(&names, "0"));
+    sc_file_lines_remove(&names, "0");
+    sc_file_lines_sort(&names);
     for (int step = 0; step < STEPS; step++) {
         char name[16];
         int i;
@@ -770,14 +770,14 @@ TEST(lists_of_names)
         if (wanted[i])
             assert_ok(sc_names_add(&quiet, &names, name));
         else
-            sc_names_remove(&names, name);
+            sc_file_lines_remove(&names, name);
         if (step % 10 == 0)
-            sc_names_sort(&names);
+            sc_file_lines_sort(&names);
         for (int k = 1; step % 10 == 0 && k < names.count; k++)
-            assert_true(strcmp(names.names[k - 1], names.names[k]) < 0);
+            assert_true(strcmp(names.lines[k - 1].name, names.lines[k].name) < 0);
         assert_true(has_exactly(&names, wanted, NAMES));
     }
-    sc_names_clear(&names);
+    sc_file_lines_clear(&names);
 }
 
 /* Open the finished directory again. */
@@ -1000,7 +1000,7 @@ TEST(job_of_others_is_not_proven)
         assert_true(given || strstr(said.text, "job.yaml: is missing, or not what segcast has"));
         assert_true(holds("job.yaml", given ? "one" : "mine"));
         assert_ok(sc_manifest_read(&quiet, in_folder("manifest.jsonl"), &data));
-        assert_true(data.closed && sc_names_has(&data.owned, "job.yaml"));
+        assert_true(data.closed && sc_file_lines_has(&data.owned, "job.yaml"));
         assert_int_equal(data.jobs.count, 0);
         sc_manifest_data_clear(&data);
     }

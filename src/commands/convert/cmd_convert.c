@@ -74,20 +74,17 @@ sc_status sc_cmd_convert(sc_app *app)
 {
     sc_options *o = &app->options;
     target wanted;
-    sc_status status;
 
     if (!o->output)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "no file to write: give one as -o FILE, whose ending tells what is written; "
                        "`segcast help convert` lists the endings");
     wanted = find_target(o);
-    SC_TRY(check_use(app, wanted));
+    SC_PASS(check_use(app, wanted));
     if (wanted == TARGET_PREPARED)
         return sc_convert_prepared(app, is_job(o->input) ? o->input : NULL);
-    SC_TRY(app->mistake);
-    status = wanted == TARGET_LINE      ? sc_convert_line(app)
-             : wanted == TARGET_PHANTOM ? sc_convert_phantom(app)
-                                        : sc_convert_table(app);
-out:
-    return status;
+    SC_PASS(app->mistake);
+    return wanted == TARGET_LINE      ? sc_convert_line(app)
+           : wanted == TARGET_PHANTOM ? sc_convert_phantom(app)
+                                      : sc_convert_table(app);
 }

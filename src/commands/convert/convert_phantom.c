@@ -44,30 +44,22 @@ static sc_status write_image(const sc_app *app, const sc_phantom *phantom, const
                              const char *path)
 {
     sc_grey grey = {.size = {size[0], size[1], size[2]}};
-    void *codes = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) void *codes = NULL;
 
-    SC_TRY(sc_alloc(app->ctx, sc_grey_bytes(&grey), 1, &codes));
+    SC_PASS(sc_alloc(app->ctx, sc_grey_bytes(&grey), 1, &codes));
     grey.codes = codes;
-    SC_TRY(sc_phantom_grey(app->ctx, phantom, app->threads, &grey));
-    status = sc_grey_save_nrrd(app->ctx, &grey, path, app->options.overwrite);
-out:
-    sc_free(codes);
-    return status;
+    SC_PASS(sc_phantom_grey(app->ctx, phantom, app->threads, &grey));
+    return sc_grey_save_nrrd(app->ctx, &grey, path, app->options.overwrite);
 }
 
 /* Write the labels of a heart. */
 static sc_status write_labels(const sc_app *app, const sc_phantom *phantom, const int size[3],
                               const char *path)
 {
-    sc_volume volume = {0};
-    sc_status status;
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
 
-    SC_TRY(sc_phantom_volume(app->ctx, phantom, size, app->threads, &volume));
-    status = sc_volume_save_nrrd(app->ctx, &volume, path, app->options.overwrite);
-out:
-    sc_volume_clear(&volume);
-    return status;
+    SC_PASS(sc_phantom_volume(app->ctx, phantom, size, app->threads, &volume));
+    return sc_volume_save_nrrd(app->ctx, &volume, path, app->options.overwrite);
 }
 
 /* Make the heart at phase @p phase of @p count, of @p size voxels, and write it. */
@@ -114,20 +106,18 @@ static sc_status write_series(sc_app *app, const char *path, const int size[3], 
 {
     beat b = {app, size, count};
     const sc_volume_series series = {count, BEAT_S / count, make_phase, &b};
-    sc_status status;
 
     if (app->options.ct)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--ct: an image holds one volume, expected another name than %s, such as "
                        "ct" ENDING " for a file for each phase",
                        path);
-    SC_TRY(sc_volume_save_series_nrrd(app->ctx, &series, path, app->options.overwrite));
+    SC_PASS(sc_volume_save_series_nrrd(app->ctx, &series, path, app->options.overwrite));
     sc_display_end_stage(app);
     sc_print_made(path);
     sc_info(app->ctx,
             "it holds the phases of a beat: a job with volume: %s and cine: {} films them", path);
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_convert_phantom(sc_app *app)
@@ -138,27 +128,25 @@ sc_status sc_convert_phantom(sc_app *app)
                         !strcmp(path + length - ending, SERIES_ENDING);
     const int phases = app->options.beating, count = in_one ? 0 : phases;
     int size[3];
-    sc_status status;
 
-    SC_TRY(sc_phantom_size(app->ctx, "the argument", app->options.input, size));
-    SC_TRY(sc_check_ending(app->ctx, path, ENDING, "a volume in the format NRRD"));
-    SC_TRY(check_outputs(app, path, count));
+    SC_PASS(sc_phantom_size(app->ctx, "the argument", app->options.input, size));
+    SC_PASS(sc_check_ending(app->ctx, path, ENDING, "a volume in the format NRRD"));
+    SC_PASS(check_outputs(app, path, count));
     for (int i = 0; i < 3 && app->options.ct; i++) {
         if (size[i] < 2 || size[i] > 4096)
             return sc_fail(app->ctx, SC_ERR_USAGE, "%s: expected 2 to 4096 voxels along each axis",
                            app->options.input);
     }
     if (size[0] > 0 && size[1] > 0 && size[2] > 0)
-        SC_TRY(sc_volume_memory_check(app->ctx, app->options.input, size, 0));
+        SC_PASS(sc_volume_memory_check(app->ctx, app->options.input, size, 0));
     if (in_one)
         return write_series(app, path, size, phases);
     for (int phase = 0; phase == 0 || phase < count; phase++)
-        SC_TRY(write_phase(app, path, size, phase, count));
+        SC_PASS(write_phase(app, path, size, phase, count));
     if (count > 1 && !app->options.ct)
         sc_info(app->ctx,
                 "these are the phases of a beat: a job with volume: %.*s-*" ENDING
                 " and cine: {bpm: 60} films them",
                 (int)(strlen(path) - strlen(ENDING)), path);
-out:
-    return status;
+    return SC_OK;
 }

@@ -36,26 +36,20 @@ static sc_status choose_writer(const sc_app *app, const sc_table_writer **out)
 sc_status sc_convert_table(sc_app *app)
 {
     const sc_table_writer *writer;
-    sc_session session = {0};
-    sc_label_table table = {0};
-    sc_text text = {0};
+    SC_OWN(sc_session_clear) sc_session session = {0};
+    SC_OWN(sc_label_table_clear) sc_label_table table = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
     const bool to_stdout = !strcmp(app->options.output, "-");
-    sc_status status;
 
-    SC_TRY(choose_writer(app, &writer));
-    SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
-    SC_TRY(sc_session_job(app, NULL, &session));
+    SC_PASS(choose_writer(app, &writer));
+    SC_PASS(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+    SC_PASS(sc_session_job(app, NULL, &session));
     if (!to_stdout)
-        SC_TRY(
+        SC_PASS(
             sc_check_output(app, NULL, app->options.output, true)); /* other tables stay unread */
-    SC_TRY(sc_read_label_table(app, app->options.input, (sc_table_format)session.job.labels_format,
-                               NULL, &table));
-    SC_TRY(sc_label_table_print(app->ctx, to_stdout ? "standard output" : app->options.output,
-                                &table, writer, &text));
-    status = sc_write_text(app, &text, app->options.output);
-out:
-    sc_text_clear(&text);
-    sc_label_table_clear(&table);
-    sc_session_clear(&session);
-    return status;
+    SC_PASS(sc_read_label_table(app, app->options.input, (sc_table_format)session.job.labels_format,
+                                NULL, &table));
+    SC_PASS(sc_label_table_print(app->ctx, to_stdout ? "standard output" : app->options.output,
+                                 &table, writer, &text));
+    return sc_write_text(app, &text, app->options.output);
 }

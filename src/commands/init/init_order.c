@@ -172,12 +172,8 @@ sc_status sc_places_find(const sc_ctx *ctx, const sc_prepared *volume, const int
 {
     sc_place *places;
     int found = 0;
-    void *block;
-    sc_status status = sc_zalloc(ctx, (size_t)volume->label_count, sizeof *places, &block);
 
-    if (status != SC_OK)
-        return status;
-    places = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)volume->label_count, &places));
     for (int id = 1; id < volume->label_count; id++) {
         sc_place *place = &places[found];
         char words[SC_NAME_BYTES];

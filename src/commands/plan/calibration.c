@@ -209,21 +209,19 @@ sc_status sc_calibration_check(const sc_ctx *ctx, const char *path)
 
 sc_status sc_calibration_make_directory(const sc_ctx *ctx, const char *path)
 {
-    char *directory = NULL, *end;
-    sc_status status;
+    SC_OWN(sc_free_at) char *directory = NULL;
+    char *end;
 
-    SC_TRY(sc_text_copy(ctx, path, &directory));
+    SC_PASS(sc_text_copy(ctx, path, &directory));
     *strrchr(directory, '/') = '\0';
     end = strrchr(directory, '/');
     *end = '\0';
     if (directory[0])
-        SC_TRY(sc_make_directory(ctx, directory));
+        SC_PASS(sc_make_directory(ctx, directory));
     *end = '/';
     if (mkdir(directory, S_IRWXU) != 0 && errno != EEXIST)
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s cannot be made: %s", directory, strerror(errno));
-out:
-    sc_free(directory);
-    return status;
+        return sc_fail(ctx, SC_ERR_CREATE, "%s cannot be made: %s", directory, strerror(errno));
+    return SC_OK;
 }
 
 sc_status sc_calibration_save(const sc_ctx *ctx, const sc_unit_costs *costs, const char *path)
@@ -232,8 +230,7 @@ sc_status sc_calibration_save(const sc_ctx *ctx, const sc_unit_costs *costs, con
     sc_unit_costs copy = *costs;
     sc_outfile file = {0};
     json_t *json = NULL;
-    char *text = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) char *text = NULL;
 
     sc_processor_name(processor, sizeof processor);
     snprintf(hash, sizeof hash, "%016llx", (unsigned long long)hash_of(processor, costs));
@@ -247,12 +244,9 @@ sc_status sc_calibration_save(const sc_ctx *ctx, const sc_unit_costs *costs, con
     json_decref(json);
     if (!text)
         return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while the calibration was written");
-    SC_TRY(sc_calibration_check(ctx, path)); /* it may have come meanwhile */
-    SC_TRY(sc_outfile_open(ctx, path, true, &file));
+    SC_PASS(sc_calibration_check(ctx, path)); /* it may have come meanwhile */
+    SC_PASS(sc_outfile_open(ctx, path, true, &file));
     (void)fchmod(fileno(file.stream), S_IRUSR | S_IWUSR);
     fprintf(file.stream, "%s\n", text); /* an error shows at the commit */
-    status = sc_outfile_commit(ctx, &file);
-out:
-    free(text);
-    return status;
+    return sc_outfile_commit(ctx, &file);
 }

@@ -35,11 +35,10 @@ static void fill(char *block)
 /* Measure naps and copies. @param block [BLOCK_BYTES], filled. */
 static sc_status measure_node(const sc_ctx *ctx, char *block, sc_unit_costs *costs)
 {
-    void *copy = NULL;
+    SC_OWN(sc_free_at) void *copy = NULL;
     double begin_s, best_s = 1e9;
-    sc_status status;
 
-    SC_TRY(sc_alloc(ctx, BLOCK_BYTES, 1, &copy));
+    SC_PASS(sc_alloc(ctx, BLOCK_BYTES, 1, &copy));
     for (int i = 0; i < COPIES; i++) {
         begin_s = sc_wall_s();
         block[i] = (char)i; /* so that no copy is the same as the one before */
@@ -51,9 +50,7 @@ static sc_status measure_node(const sc_ctx *ctx, char *block, sc_unit_costs *cos
     for (int i = 0; i < NAPS; i++)
         sc_sleep_s(NAP_S);
     costs->notice_s = (sc_wall_s() - begin_s) / NAPS;
-out:
-    sc_free(copy);
-    return status;
+    return SC_OK;
 }
 
 /* Measure writing, by way of a file in the directory of the calibration that never gets a name. */
@@ -63,10 +60,9 @@ static sc_status measure_file(const sc_ctx *ctx, const char *path, const char *b
     sc_outfile file = {0};
     const double begin_s = sc_wall_s();
     double wall_s;
-    sc_status status = sc_outfile_open(ctx, path, true, &file);
+    sc_status status = SC_OK;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_outfile_open(ctx, path, true, &file));
     if (fwrite(block, BLOCK_BYTES, 1, file.stream) != 1 || fflush(file.stream) != 0 ||
         fsync(fileno(file.stream)) != 0)
         status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written", path);
@@ -175,16 +171,12 @@ static sc_status print_costs(const sc_ctx *ctx, const sc_unit_costs *c, bool as_
  * once. @param path receives the name of the file; the caller owns it. */
 static sc_status begin(const sc_ctx *ctx, char *block, sc_unit_costs *costs, char **path)
 {
-    sc_status status;
-
-    SC_TRY(sc_calibration_path(ctx, path));
-    SC_TRY(sc_calibration_check(ctx, *path));
+    SC_PASS(sc_calibration_path(ctx, path));
+    SC_PASS(sc_calibration_check(ctx, *path));
     *costs = sc_calibration_load(ctx); /* what is not measured now stays as it was measured once */
-    SC_TRY(sc_calibration_make_directory(ctx, *path));
-    SC_TRY(measure_file(ctx, *path, block, costs));
-    status = measure_node(ctx, block, costs);
-out:
-    return status;
+    SC_PASS(sc_calibration_make_directory(ctx, *path));
+    SC_PASS(measure_file(ctx, *path, block, costs));
+    return measure_node(ctx, block, costs);
 }
 
 sc_status sc_calibrate(sc_app *app)

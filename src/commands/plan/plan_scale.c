@@ -134,17 +134,15 @@ static sc_status find_best(const trial *t, const sc_job *job, int count, sc_plan
     const int first = t->nodes->ranks ? t->nodes->ranks : 1;
     const int last = t->nodes->ranks ? first : t->nodes->cores;
     sc_job tried = *job; /* its texts and arrays stay those of the job */
-    sc_status status = SC_OK;
 
     for (size_t way = 0; way < (is_open ? SC_COUNT_OF(encodes) : 1); way++) {
         if (is_open)
             tried.farm.encode = encodes[way];
         for (int ranks = first; ranks <= last && (long)ranks * count <= SC_PLAN_RANKS_MOST;
              ranks *= 2)
-            SC_TRY(try_run(t, &tried, count, ranks, best));
+            SC_PASS(try_run(t, &tried, count, ranks, best));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_plan_scale_to(const sc_ctx *ctx, const sc_job *job, const sc_plan_probe *probe,
@@ -155,19 +153,17 @@ sc_status sc_plan_scale_to(const sc_ctx *ctx, const sc_job *job, const sc_plan_p
     const int ranks = nodes->ranks ? nodes->ranks : 1;
     sc_plan_scale scale = {0};
     bool pays = true;
-    sc_status status = SC_OK;
 
     for (int count = 1; count <= nodes->most && scale.count < SC_PLAN_ROWS_MAX &&
                         (long)count * ranks <= SC_PLAN_RANKS_MOST;
          count *= 2) {
         sc_plan_row *row = &scale.rows[scale.count];
 
-        SC_TRY(find_best(&t, job, count, row));
+        SC_PASS(find_best(&t, job, count, row));
         pays = pays && (scale.count == 0 || row[-1].run.wall_s >= SC_PLAN_PAYS * row->run.wall_s);
         scale.pays_to = pays ? count : scale.pays_to;
         scale.count++;
     }
     *out = scale;
-out:
-    return status;
+    return SC_OK;
 }

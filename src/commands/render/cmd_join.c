@@ -45,15 +45,14 @@ out:
 sc_status sc_cmd_verify(sc_app *app)
 {
     char version[64];
-    sc_job job = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0};
     sc_store_job store_job = {.threads = 1};
-    sc_text names = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text names = {0};
 
-    SC_TRY(sc_store_identify(app->ctx, app->options.input, &store_job, version));
-    SC_TRY(sc_store_verify_records(app->ctx, app->options.input, &names));
-    SC_TRY(sc_read_directory(app, app->options.input, &job, &store_job, version));
-    SC_TRY(sc_store_verify(app->ctx, app->options.input, &store_job));
+    SC_PASS(sc_store_identify(app->ctx, app->options.input, &store_job, version));
+    SC_PASS(sc_store_verify_records(app->ctx, app->options.input, &names));
+    SC_PASS(sc_read_directory(app, app->options.input, &job, &store_job, version));
+    SC_PASS(sc_store_verify(app->ctx, app->options.input, &store_job));
     sc_display_end_stage(app);
     sc_print_path(stdout, app->options.input);
     printf(": %d frames, all verified: manifest.jsonl", store_job.frames);
@@ -65,10 +64,7 @@ sc_status sc_cmd_verify(sc_app *app)
         sc_print(stdout, job.output.video);
     }
     printf("\n");
-out:
-    sc_text_clear(&names);
-    sc_job_clear(&job);
-    return status;
+    return SC_OK;
 }
 
 /* Print the report as one line for people. */
@@ -124,27 +120,20 @@ static sc_status print_status_json(const sc_ctx *ctx, const char *directory,
  * @return SC_ERR_CREATE, as for a run that would not continue there, if they differ. */
 static sc_status compare_jobs(const sc_ctx *ctx, const sc_job *job, const char *directory)
 {
-    char *path = NULL;
+    SC_OWN(sc_free_at) char *path = NULL;
     sc_job_sources sources = {0};
-    sc_job there = {0};
-    sc_text ours = {0}, theirs = {0};
-    sc_status status;
+    SC_OWN(sc_job_clear) sc_job there = {0};
+    SC_OWN(sc_text_clear) sc_text ours = {0}, theirs = {0};
 
-    SC_TRY(sc_path_join(ctx, directory, "job.yaml", &path));
+    SC_PASS(sc_path_join(ctx, directory, "job.yaml", &path));
     sources.path = path;
-    SC_TRY(sc_job_load(ctx, &sources, &there));
-    SC_TRY(sc_job_write(ctx, job, true, &ours));
-    SC_TRY(sc_job_write(ctx, &there, true, &theirs));
+    SC_PASS(sc_job_load(ctx, &sources, &there));
+    SC_PASS(sc_job_write(ctx, job, true, &ours));
+    SC_PASS(sc_job_write(ctx, &there, true, &theirs));
     if (strcmp(ours.data, theirs.data))
-        status =
-            sc_fail(ctx, SC_ERR_CREATE, "%s: holds another job than the one asked for; compare %s",
-                    directory, path);
-out:
-    sc_text_clear(&ours);
-    sc_text_clear(&theirs);
-    sc_job_clear(&there);
-    sc_free(path);
-    return status;
+        return sc_fail(ctx, SC_ERR_CREATE,
+                       "%s: holds another job than the one asked for; compare %s", directory, path);
+    return SC_OK;
 }
 
 /* Fill the report for the job file that the command line names, as `segcast render` would run it.
@@ -159,44 +148,41 @@ static sc_status report_job(const sc_app *app, sc_job *job, const char **directo
                                     .setting_count = o->setting_count,
                                     .environment = app->environment};
     sc_video_settings settings;
-    int *wanted = NULL, count = 0;
-    sc_status status;
+    SC_OWN(sc_free_at) int *wanted = NULL;
+    int count = 0;
 
-    SC_TRY(sc_job_load(app->ctx, &sources, job));
+    SC_PASS(sc_job_load(app->ctx, &sources, job));
     *directory = o->output ? o->output : job->output.directory;
     settings = sc_run_video_settings(job);
     if (o->slices)
-        SC_TRY(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_gop_frames(&settings),
-                               job->animation.frames, &wanted, &count));
+        SC_PASS(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_gop_frames(&settings),
+                                job->animation.frames, &wanted, &count));
     else if (o->frames)
-        SC_TRY(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &wanted, &count));
+        SC_PASS(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &wanted, &count));
     if (o->slices && count == 0) { /* more slices than GOPs: there is nothing to do for this one */
         *out = (sc_store_report){.condition = SC_STORE_COMPLETE};
-        goto out;
+        return SC_OK;
     }
-    SC_TRY(sc_store_status(app->ctx, *directory, wanted, count, out));
+    SC_PASS(sc_store_status(app->ctx, *directory, wanted, count, out));
     if (out->condition != SC_STORE_DAMAGED)
-        status = compare_jobs(app->ctx, job, *directory);
-out:
-    sc_free(wanted);
-    return status;
+        return compare_jobs(app->ctx, job, *directory);
+    return SC_OK;
 }
 
 /* Say how far the study in a directory is. @param found whether the directory holds one; if not,
  * nothing is said. @return SC_ERR_INCOMPLETE, or SC_ERR_DATA with the damage logged. */
 static sc_status report_study(const sc_app *app, const char *directory, bool *found)
 {
-    sc_measurements all = {0};
-    char *path = NULL;
+    SC_OWN(sc_measurements_clear) sc_measurements all = {0};
+    SC_OWN(sc_free_at) char *path = NULL;
     uint64_t whole;
-    sc_status status;
 
     *found = false;
-    SC_TRY(sc_path_join(app->ctx, directory, "measurements.jsonl", &path));
-    SC_TRY(sc_measurements_begin(app->ctx, path, found));
+    SC_PASS(sc_path_join(app->ctx, directory, "measurements.jsonl", &path));
+    SC_PASS(sc_measurements_begin(app->ctx, path, found));
     if (!*found)
-        goto out;
-    SC_TRY(sc_measurements_read(app->ctx, path, &all, &whole));
+        return SC_OK;
+    SC_PASS(sc_measurements_read(app->ctx, path, &all, &whole));
     if (app->options.json) {
         printf("{\"schema\":\"segcast-directory-1\",\"condition\":\"%s\",\"done\":%zu,"
                "\"cells\":%d,\"skipped\":%zu}\n",
@@ -208,11 +194,7 @@ static sc_status report_study(const sc_app *app, const char *directory, bool *fo
                all.complete ? "complete" : "incomplete", all.count, sc_design_cells(&all.design),
                all.skipped_count, all.complete ? "" : "; run again with --resume for the rest");
     }
-    status = all.complete ? SC_OK : SC_ERR_INCOMPLETE;
-out:
-    sc_measurements_clear(&all);
-    sc_free(path);
-    return status;
+    return all.complete ? SC_OK : SC_ERR_INCOMPLETE;
 }
 
 sc_status sc_cmd_status(sc_app *app)

@@ -6,22 +6,19 @@
 sc_status sc_read_directory(const sc_app *app, const char *directory, sc_job *job,
                             sc_store_job *out, char *version)
 {
-    char *path = NULL;
+    SC_OWN(sc_free_at) char *path = NULL;
     sc_job_sources sources = {0};
-    sc_status status;
 
     *out = (sc_store_job){.threads = app->threads};
-    SC_TRY(sc_store_identify(app->ctx, directory, out, version));
-    SC_TRY(sc_path_join(app->ctx, directory, "job.yaml", &path));
+    SC_PASS(sc_store_identify(app->ctx, directory, out, version));
+    SC_PASS(sc_path_join(app->ctx, directory, "job.yaml", &path));
     sources.path = path;
-    SC_TRY(sc_job_load(app->ctx, &sources, job));
+    SC_PASS(sc_job_load(app->ctx, &sources, job));
     out->video = job->output.video;
     out->png = job->output.frames == SC_FRAMES_PNG;
     out->settings = sc_run_video_settings(job);
     if (job->animation.frames != out->frames)
-        status = sc_fail(app->ctx, SC_ERR_DATA, "%s: has %d frames, the manifest beside it %d",
-                         path, job->animation.frames, out->frames);
-out:
-    sc_free(path);
-    return status;
+        return sc_fail(app->ctx, SC_ERR_DATA, "%s: has %d frames, the manifest beside it %d", path,
+                       job->animation.frames, out->frames);
+    return SC_OK;
 }

@@ -99,10 +99,9 @@ static sc_status note(director *d, const sc_measurement *m)
     double *values;
     size_t count = 0;
     void *block;
-    sc_status status = sc_alloc(d->state->app->ctx, all->count + 1, sizeof *values, &block);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(d->state->app->ctx, all->count + 1, sizeof *values, &block));
     values = block;
     for (size_t i = 0; i < all->count; i++) {
         if (all->items[i].cell == m->cell)
@@ -144,10 +143,8 @@ static sc_status check_pixels(const director *d, size_t from)
     uint64_t *pictures;
     void *block;
     int cell, other = -1;
-    sc_status status = sc_alloc(ctx, (size_t)d->state->cell_count, sizeof *pictures, &block);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, (size_t)d->state->cell_count, sizeof *pictures, &block));
     pictures = block;
     for (int i = 0; i < d->state->cell_count; i++)
         pictures[i] = d->state->cells[i].picture;
@@ -252,7 +249,6 @@ static step choose(director *d)
 static sc_status keep(director *d, const step *what, const sc_measurement *m)
 {
     int total, before;
-    sc_status status;
 
     if (what->way.pilot) {
         note_cost(d, m);
@@ -262,13 +258,11 @@ static sc_status keep(director *d, const step *what, const sc_measurement *m)
             return SC_OK;
     }
     before = progress_of(d, &total);
-    SC_TRY(sc_study_add(&d->records, m));
-    SC_TRY(note(d, m));
+    SC_PASS(sc_study_add(&d->records, m));
+    SC_PASS(note(d, m));
     sc_stage_add(d->state->app->ctx, (uint64_t)(progress_of(d, &total) - before));
     tell_state(d, "running");
-    status = check_pixels(d, d->records.results.count - 1);
-out:
-    return status;
+    return check_pixels(d, d->records.results.count - 1);
 }
 
 /* ---- the results as a table ---- */
@@ -347,10 +341,8 @@ static sc_status print_results(const director *d)
     const int cells = sc_design_cells(design);
     sc_cell_result *results = NULL;
     bool scales = false;
-    const sc_status status = sc_cell_results(d->state->app->ctx, &d->records.results, &results);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_cell_results(d->state->app->ctx, &d->records.results, &results));
     for (int i = 0; i < cells; i++)
         scales = scales || results[i].base != i;
     print_head(design, scales);
@@ -370,31 +362,29 @@ static sc_status begin(director *d)
     const sc_measurements *all = &d->records.results;
     char why[160];
     int total, done, last_round = -1;
-    sc_status status;
 
     d->records.state = state;
     d->records.directory = app->options.output ? app->options.output : "segcast-study";
-    SC_TRY(sc_path_join(app->ctx, d->records.directory, "work", &state->work));
-    SC_TRY(sc_study_open(&d->records));
-    SC_TRY(check_pixels(d, 0));
+    SC_PASS(sc_path_join(app->ctx, d->records.directory, "work", &state->work));
+    SC_PASS(sc_study_open(&d->records));
+    SC_PASS(check_pixels(d, 0));
     for (size_t i = 0; i < all->count; i++)
         last_round = all->items[i].round > last_round ? all->items[i].round : last_round;
-    SC_TRY(sc_schedule_init(app->ctx, state->cells, state->cell_count, (uint64_t)state->study.seed,
-                            last_round + 1, &d->schedule));
+    SC_PASS(sc_schedule_init(app->ctx, state->cells, state->cell_count, (uint64_t)state->study.seed,
+                             last_round + 1, &d->schedule));
     for (int i = 0; i < state->cell_count; i++) {
         if (state->cells[i].runs_here)
             continue;
         sc_study_why_not(state, i, why, sizeof why);
-        SC_TRY(sc_study_skip(&d->records, i, why));
+        SC_PASS(sc_study_skip(&d->records, i, why));
     }
     for (size_t i = 0; i < all->count; i++)
-        SC_TRY(note(d, &all->items[i]));
+        SC_PASS(note(d, &all->items[i]));
     done = progress_of(d, &total);
     d->begin_s = sc_wall_s();
     sc_stage_begin(app->ctx, "measuring", (uint64_t)done, (uint64_t)total);
     tell_state(d, "running");
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Measure one cell after the other until rank 0 ends it. Collective. */
@@ -402,7 +392,6 @@ static sc_status measure_all(director *d)
 {
     sc_app *app = d->state->app;
     const bool first = sc_comm_rank(app->comm) == 0;
-    sc_status status;
 
     for (;;) {
         step next = {0};
@@ -413,12 +402,10 @@ static sc_status measure_all(director *d)
         sc_comm_broadcast(app->comm, &next, sizeof next);
         if (next.cell < 0)
             break;
-        SC_TRY(sc_study_measure(d->state, next.cell, &next.way, &m));
-        SC_TRY(sc_comm_agree(app->comm, first ? keep(d, &next, &m) : SC_OK));
+        SC_PASS(sc_study_measure(d->state, next.cell, &next.way, &m));
+        SC_PASS(sc_comm_agree(app->comm, first ? keep(d, &next, &m) : SC_OK));
     }
-    status = sc_comm_agree(app->comm, d->outcome);
-out:
-    return status;
+    return sc_comm_agree(app->comm, d->outcome);
 }
 
 /* Write report.html from what is on disk, so that segcast report makes the same page. What was

@@ -21,13 +21,10 @@ static const char *const file_names[] = {measurements_name, "cells.csv",   "extr
 static sc_status write_text(const sc_study_records *r, const char *name, const sc_text *text)
 {
     const sc_ctx *ctx = r->state->app->ctx;
-    char *path = NULL;
-    sc_status status = sc_path_join(ctx, r->directory, name, &path);
+    SC_OWN(sc_free_at) char *path = NULL;
 
-    if (status == SC_OK)
-        status = sc_file_write(ctx, path, text->data, text->length_bytes);
-    sc_free(path);
-    return status;
+    SC_PASS(sc_path_join(ctx, r->directory, name, &path));
+    return sc_file_write(ctx, path, text->data, text->length_bytes);
 }
 
 /* Refuse @p path if anything has this name. */
@@ -128,13 +125,10 @@ static sc_study_run describe_run(const sc_study_state *state)
 /* Write study.yaml: the study as read. */
 static sc_status write_study(const sc_study_records *r)
 {
-    sc_text text = {0};
-    sc_status status = sc_study_write(r->state->app->ctx, &r->state->study, &text);
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    if (status == SC_OK)
-        status = write_text(r, "study.yaml", &text);
-    sc_text_clear(&text);
-    return status;
+    SC_PASS(sc_study_write(r->state->app->ctx, &r->state->study, &text));
+    return write_text(r, "study.yaml", &text);
 }
 
 sc_status sc_study_open(sc_study_records *r)
@@ -144,61 +138,49 @@ sc_status sc_study_open(sc_study_records *r)
     const sc_study_run run = describe_run(r->state);
     uint64_t whole_bytes = 0;
     bool has_study = false;
-    char *path = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) char *path = NULL;
 
-    SC_TRY(sc_path_join(app->ctx, r->directory, measurements_name, &path));
-    SC_TRY(sc_measurements_begin(app->ctx, path, &has_study));
-    if (has_study && !o->resume && !o->overwrite) {
-        status = sc_fail(app->ctx, SC_ERR_CREATE,
-                         "%s: already holds a study; use --resume to continue it, --overwrite to "
-                         "begin anew, or choose another directory with -o",
-                         r->directory);
-        goto out;
-    }
+    SC_PASS(sc_path_join(app->ctx, r->directory, measurements_name, &path));
+    SC_PASS(sc_measurements_begin(app->ctx, path, &has_study));
+    if (has_study && !o->resume && !o->overwrite)
+        return sc_fail(app->ctx, SC_ERR_CREATE,
+                       "%s: already holds a study; use --resume to continue it, --overwrite to "
+                       "begin anew, or choose another directory with -o",
+                       r->directory);
     if (has_study && o->resume) {
-        SC_TRY(resume(r, path, &whole_bytes));
-        status = sc_measurement_file_resume(app->ctx, path, whole_bytes, &run, &r->file);
-        goto out;
+        SC_PASS(resume(r, path, &whole_bytes));
+        return sc_measurement_file_resume(app->ctx, path, whole_bytes, &run, &r->file);
     }
-    SC_TRY(has_study ? remove_files(r) : refuse_files(r));
+    SC_PASS(has_study ? remove_files(r) : refuse_files(r));
     r->made_directory = access(r->directory, F_OK) != 0;
-    SC_TRY(sc_make_directory(app->ctx, r->directory));
-    SC_TRY(sc_measurement_file_create(app->ctx, path, &r->state->design, &run, &r->file));
+    SC_PASS(sc_make_directory(app->ctx, r->directory));
+    SC_PASS(sc_measurement_file_create(app->ctx, path, &r->state->design, &run, &r->file));
     r->is_new = true;
-    SC_TRY(write_study(r));
+    SC_PASS(write_study(r));
     r->results.design = r->state->design;
     r->state->design = (sc_design){0};
-out:
-    sc_free(path);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_study_write_tables(const sc_study_records *r)
 {
     const sc_ctx *ctx = r->state->app->ctx;
-    sc_cell_result *results = NULL;
-    char *csv = NULL, *extrap = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) sc_cell_result *results = NULL;
+    SC_OWN(sc_free_at) char *csv = NULL, *extrap = NULL;
 
-    SC_TRY(sc_path_join(ctx, r->directory, "cells.csv", &csv));
-    SC_TRY(sc_path_join(ctx, r->directory, "extrap.jsonl", &extrap));
-    SC_TRY(sc_cell_results(ctx, &r->results, &results));
-    SC_TRY(sc_cells_write_csv(ctx, &r->results, results, csv));
-    status = sc_cells_write_extrap(ctx, &r->results, extrap);
-out:
-    sc_free(results);
-    sc_free(csv);
-    sc_free(extrap);
-    return status;
+    SC_PASS(sc_path_join(ctx, r->directory, "cells.csv", &csv));
+    SC_PASS(sc_path_join(ctx, r->directory, "extrap.jsonl", &extrap));
+    SC_PASS(sc_cell_results(ctx, &r->results, &results));
+    SC_PASS(sc_cells_write_csv(ctx, &r->results, results, csv));
+    return sc_cells_write_extrap(ctx, &r->results, extrap);
 }
 
 sc_status sc_study_add(sc_study_records *r, const sc_measurement *m)
 {
     const sc_ctx *ctx = r->state->app->ctx;
-    sc_status status = sc_measurements_append(ctx, &r->results, m);
 
-    return status == SC_OK ? sc_measurement_file_add(ctx, r->file, m) : status;
+    SC_PASS(sc_measurements_append(ctx, &r->results, m));
+    return sc_measurement_file_add(ctx, r->file, m);
 }
 
 sc_status sc_study_skip(sc_study_records *r, int cell, const char *reason)
@@ -217,13 +199,10 @@ sc_status sc_study_skip(sc_study_records *r, int cell, const char *reason)
 sc_status sc_study_write_state(const sc_study_records *r, const sc_progress_report *report)
 {
     const sc_ctx *ctx = r->state->app->ctx;
-    char *path = NULL;
-    sc_status status = sc_path_join(ctx, r->directory, "status.json", &path);
+    SC_OWN(sc_free_at) char *path = NULL;
 
-    if (status == SC_OK)
-        status = sc_progress_write(ctx, path, report);
-    sc_free(path);
-    return status;
+    SC_PASS(sc_path_join(ctx, r->directory, "status.json", &path));
+    return sc_progress_write(ctx, path, report);
 }
 
 void sc_study_close(sc_study_records *r)

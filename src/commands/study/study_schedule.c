@@ -6,22 +6,13 @@
 sc_status sc_schedule_init(const sc_ctx *ctx, const sc_cell_info *cells, int cell_count,
                            uint64_t seed, int round, sc_schedule *out)
 {
-    void *block;
-    sc_status status;
-
     *out =
         (sc_schedule){.cells = cells, .cell_count = cell_count, .seed = seed, .round = round - 1};
     out->at = cell_count;
-    SC_TRY(sc_zalloc(ctx, (size_t)cell_count, sizeof *out->costs, &block));
-    out->costs = block;
-    SC_TRY(sc_zalloc(ctx, (size_t)cell_count, sizeof *out->order, &block));
-    out->order = block;
-    SC_TRY(sc_zalloc(ctx, (size_t)cell_count, sizeof *out->counts, &block));
-    out->counts = block;
-    SC_TRY(sc_zalloc(ctx, (size_t)cell_count, sizeof *out->done, &block));
-    out->done = block;
-out:
-    return status;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)cell_count, &out->costs));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)cell_count, &out->order));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)cell_count, &out->counts));
+    return SC_ZALLOC(ctx, (size_t)cell_count, &out->done);
 }
 
 void sc_schedule_clear(sc_schedule *schedule)

@@ -482,29 +482,25 @@ SC_WIDE_VECTORS static void measure_cubes(void *user, size_t begin, size_t end, 
 sc_status sc_measure_distances(const sc_ctx *ctx, sc_borders *b)
 {
     measurer m = {.b = b};
-    void *low = NULL, *high = NULL, *block;
-    sc_status status;
+    SC_OWN(sc_free_at) void *low = NULL, *high = NULL;
+    void *block;
 
-    SC_TRY(sc_team_agree(b->p->team, sc_alloc(ctx, 1, sizeof *m.low, &low)));
-    SC_TRY(sc_team_agree(b->p->team, sc_alloc(ctx, 1, sizeof *m.high, &high)));
+    SC_PASS(sc_team_agree(b->p->team, sc_alloc(ctx, 1, sizeof *m.low, &low)));
+    SC_PASS(sc_team_agree(b->p->team, sc_alloc(ctx, 1, sizeof *m.high, &high)));
     m.low = low;
     m.high = high;
     fill_tables(m.low, m.high);
-    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->squares, &block));
+    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->squares, &block));
     b->squares = block;
     b->strength = sc_mean_strength(b->p->kinds[b->p->kind_count - 1]);
     if (b->p->kind_count > 1) {
-        SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->strengths, &block));
+        SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->strengths, &block));
         b->strengths = block;
     }
-    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->data, &block));
+    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->data, &block));
     b->data = block;
-    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->box, &block));
+    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->box, &block));
     b->box = block;
     sc_team_stage_for(ctx, SC_WORTH_DISTANCES, b->p->team, b->cube_count, 16, measure_cubes, &m);
-    SC_TRY(sc_find_beside(ctx, b));
-out:
-    sc_free(low);
-    sc_free(high);
-    return status;
+    return sc_find_beside(ctx, b);
 }

@@ -289,25 +289,21 @@ out:
 sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b)
 {
     void *block;
-    sc_status status;
 
-    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->fine, &block));
+    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->fine, &block));
     b->fine = block;
     sc_team_stage_for(ctx, SC_WORTH_REFINING, b->p->team, b->tile_count, 16, refine_tiles, b);
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_take_data(const sc_ctx *ctx, sc_borders *b)
 {
     void *block;
-    sc_status status;
 
-    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->coarse, &block));
+    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->coarse, &block));
     b->coarse = block; /* all 0 */
     b->value = b->data;
     b->data = NULL;
     sc_stage_add(ctx, SC_WORTH_STEPS + SC_WORTH_VOLUME + SC_WORTH_WEIGHING);
-out:
-    return status;
+    return SC_OK;
 }

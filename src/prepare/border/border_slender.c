@@ -155,13 +155,11 @@ static void mark_cube(const sc_borders *b, const int at[3], const int first[3],
 sc_status sc_find_blocks_of_three(const sc_ctx *ctx, sc_borders *b)
 {
     void *block;
-    sc_status status;
 
-    SC_TRY(sc_team_alloc(ctx, b->p->team, sc_brick_count(b->subs), sizeof *b->blocks, &block));
+    SC_PASS(sc_team_alloc(ctx, b->p->team, sc_brick_count(b->subs), sizeof *b->blocks, &block));
     b->blocks = block;
     sc_team_for(b->p->team, sc_brick_count(b->subs), 1024, find_blocks, b);
-out:
-    return status;
+    return SC_OK;
 }
 
 void sc_find_slender(const sc_borders *b, size_t block, uint8_t out[SC_SLENDER_CELLS])

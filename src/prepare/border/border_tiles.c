@@ -317,12 +317,9 @@ out:
 
 sc_status sc_find_beside(const sc_ctx *ctx, sc_borders *b)
 {
-    sc_status status;
-
-    SC_TRY(ALLOCATE(ctx, b, beside, b->tile_count));
+    SC_PASS(ALLOCATE(ctx, b, beside, b->tile_count));
     sc_team_for(b->p->team, b->tile_count, 64, find_beside, b);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Let the numbers of a region go on linearly beyond [begin, end) along an axis. */

@@ -233,18 +233,16 @@ SC_WIDE_VECTORS static void move_voxels(void *user, size_t begin, size_t end, in
 sc_status sc_keep_volume_of_cells(const sc_ctx *ctx, sc_borders *b)
 {
     void *block;
-    sc_status status;
 
-    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->missing, &block));
+    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->missing, &block));
     b->missing = block;
-    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->area, &block));
+    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->area, &block));
     b->area = block;
     for (int i = 0; i < COARSE_TIMES; i++) {
         sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, count_cells, b);
         sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, move_cells, b);
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 void sc_keep_volume_of_voxels(const sc_ctx *ctx, sc_borders *b)

@@ -251,12 +251,10 @@ sc_status sc_weigh_cells(const sc_ctx *ctx, sc_borders *b)
     weigher w = {.b = b, .field = b->box};
     sc_team *team = b->p->team;
     void *block;
-    sc_status status;
 
-    SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->coarse, &block));
+    SC_PASS(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->coarse, &block));
     b->coarse = block;
     sc_team_for(team, b->tile_count, 64, copy_tiles, &w);
     sc_team_stage_for(ctx, SC_WORTH_WEIGHING, team, b->tile_count, 64, weigh_tiles, &w);
-out:
-    return status;
+    return SC_OK;
 }

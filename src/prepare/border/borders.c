@@ -277,12 +277,11 @@ sc_status sc_mark_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields 
 {
     sc_border *const borders[2] = {&p->outer, &p->inner};
     marking m = {.p = p, .fields = fields};
-    sc_status status;
 
     for (int i = 0; i < 2; i++) {
         void *block;
 
-        SC_TRY(sc_team_alloc(ctx, p->team, p->brick_count, sizeof(uint64_t), &block));
+        SC_PASS(sc_team_alloc(ctx, p->team, p->brick_count, sizeof(uint64_t), &block));
         borders[i]->masks = m.masks[i] = block;
     }
     sc_team_stage_for(ctx, SC_WORTH_BORDERS / 2, p->team, p->brick_count, 1024, find_records, &m);
@@ -290,12 +289,11 @@ sc_status sc_mark_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields 
         uint32_t *start = NULL;
         void *block;
 
-        SC_TRY(sc_number_vertices(ctx, p, m.masks[i], &start, &borders[i]->count));
+        SC_PASS(sc_number_vertices(ctx, p, m.masks[i], &start, &borders[i]->count));
         borders[i]->start = start;
-        SC_TRY(sc_team_alloc(ctx, p->team, borders[i]->count + SC_GATHER_BYTES / SC_RECORD_BYTES,
-                             SC_RECORD_BYTES, &block));
+        SC_PASS(sc_team_alloc(ctx, p->team, borders[i]->count + SC_GATHER_BYTES / SC_RECORD_BYTES,
+                              SC_RECORD_BYTES, &block));
         borders[i]->records = block;
     }
-out:
-    return status;
+    return SC_OK;
 }

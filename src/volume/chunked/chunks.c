@@ -198,10 +198,8 @@ sc_status sc_chunked_count_check(const sc_ctx *ctx, const char *path, const sc_c
 sc_status sc_chunked_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                          sc_chunked *chunked, sc_source *source)
 {
-    sc_status status;
-
-    SC_TRY(sc_geometry_check(ctx, path, source->size, &source->to_ras_mm));
-    SC_TRY(sc_source_cut(ctx, path, choice, source));
+    SC_PASS(sc_geometry_check(ctx, path, source->size, &source->to_ras_mm));
+    SC_PASS(sc_source_cut(ctx, path, choice, source));
     source->to_ras_mm = sc_source_part_to_ras(source);
     for (int i = 0; i < 3; i++) {
         chunked->low[i] = (size_t)source->low[i];
@@ -211,6 +209,5 @@ sc_status sc_chunked_cut(const sc_ctx *ctx, const char *path, const sc_read_choi
         source->low[i] = 0;
     }
     choose_slices(chunked, source);
-out:
-    return status;
+    return SC_OK;
 }

@@ -133,23 +133,20 @@ static sc_status read_image(const sc_ctx *ctx, const sc_zarr_node *group, const 
     const json_t *axes = json_object_get(image, "axes");
     const json_t *dataset = json_array_get(json_object_get(image, "datasets"), level);
     const char *next = dataset_path(image, level + 1);
-    sc_status status;
 
     if (next && !out->coarser)
-        SC_TRY(sc_path_join(ctx, group->path, next, &out->coarser));
+        SC_PASS(sc_path_join(ctx, group->path, next, &out->coarser));
     if (!axes) /* 0.1 and 0.2: always t, c, z, y, x, without spacing */
         return SC_OK;
-    SC_TRY(read_axes(ctx, group, axes, out));
+    SC_PASS(read_axes(ctx, group, axes, out));
     for (int i = 0; i < out->axes; i++) {
         out->scale[i] = 1;
         out->shift[i] = 0;
     }
-    SC_TRY(read_transformations(ctx, group, json_object_get(dataset, "coordinateTransformations"),
-                                out));
-    status =
-        read_transformations(ctx, group, json_object_get(image, "coordinateTransformations"), out);
-out:
-    return status;
+    SC_PASS(read_transformations(ctx, group, json_object_get(dataset, "coordinateTransformations"),
+                                 out));
+    return read_transformations(ctx, group, json_object_get(image, "coordinateTransformations"),
+                                out);
 }
 
 /* ---- labels ---- */
@@ -158,17 +155,13 @@ out:
 static sc_status read_labels(const sc_ctx *ctx, const sc_zarr_node *group, sc_label_table *table)
 {
     const json_t *labels = json_object_get(ome_of(group), "image-label");
-    char *path = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) char *path = NULL;
 
     if (json_array_size(json_object_get(labels, "colors")) == 0 &&
         json_array_size(json_object_get(labels, "properties")) == 0)
         return SC_OK;
-    SC_TRY(sc_path_join(ctx, group->path, group->attributes_name, &path));
-    status = sc_label_json_read(ctx, path, group->attributes, table);
-out:
-    sc_free(path);
-    return status;
+    SC_PASS(sc_path_join(ctx, group->path, group->attributes_name, &path));
+    return sc_label_json_read(ctx, path, group->attributes, table);
 }
 
 /* ---- choosing ---- */
@@ -177,16 +170,15 @@ out:
 static sc_status list_names(const sc_ctx *ctx, const json_t *list, sc_text *text)
 {
     const size_t count = json_array_size(list);
-    sc_status status = SC_OK;
 
-    for (size_t i = 0; i < count && i < NAMES_SHOWN && status == SC_OK; i++) {
+    for (size_t i = 0; i < count && i < NAMES_SHOWN; i++) {
         const char *name = json_string_value(json_array_get(list, i));
 
-        status = sc_text_add(ctx, text, "%s%s", i ? ", " : "", name ? name : "?");
+        SC_PASS(sc_text_add(ctx, text, "%s%s", i ? ", " : "", name ? name : "?"));
     }
-    if (status == SC_OK && count > NAMES_SHOWN)
-        status = sc_text_add(ctx, text, ", and %zu more", count - NAMES_SHOWN);
-    return status;
+    if (count > NAMES_SHOWN)
+        SC_PASS(sc_text_add(ctx, text, ", and %zu more", count - NAMES_SHOWN));
+    return SC_OK;
 }
 
 /* Open the one label image that the group @p labels names. */
@@ -194,21 +186,18 @@ static sc_status only_label(const sc_ctx *ctx, const sc_zarr_node *labels, sc_za
 {
     const json_t *list = json_object_get(ome_of(labels), "labels");
     const char *name = json_string_value(json_array_get(list, 0));
-    sc_text names = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text names = {0};
 
     if (json_array_size(list) == 1 && name)
         return sc_zarr_node_open_below(ctx, labels, name, out);
-    SC_TRY(list_names(ctx, list, &names));
+    SC_PASS(list_names(ctx, list, &names));
     if (json_array_size(list) < 2)
-        status = refuse(ctx, labels, "labels", "the names of label images in this group");
+        return refuse(ctx, labels, "labels", "the names of label images in this group");
     else
-        status = sc_fail(
+        return sc_fail(
             ctx, SC_ERR_DATA, "%s: holds %zu label images: %s; give the path of one, such as %s/%s",
             labels->path, json_array_size(list), names.data, labels->path, name ? name : "NAME");
-out:
-    sc_text_clear(&names);
-    return status;
+    return SC_OK;
 }
 
 /* Replace *node by the node below it called @p name, or by its only label image. */
@@ -311,28 +300,24 @@ static const json_t *image_of(const sc_zarr_node *group, const char *name, size_
  * that says. No group, or another one, is no error. */
 static sc_status look_above(const sc_ctx *ctx, const char *path, sc_zarr_choice *out)
 {
-    char *real = realpath(path, NULL);
+    SC_OWN(sc_free_at) char *real = realpath(path, NULL);
     char *slash = real ? strrchr(real, '/') : NULL;
-    sc_zarr_node group = {.fd = -1};
+    SC_OWN(sc_zarr_node_clear) sc_zarr_node group = {.fd = -1};
     const json_t *image;
     size_t level;
-    sc_status status = SC_OK;
 
     if (!slash || slash == real)
-        goto out;
+        return SC_OK;
     *slash = '\0';
     if (!sc_zarr_is_node(real))
-        goto out;
-    SC_TRY(sc_zarr_node_open(ctx, real, &group));
+        return SC_OK;
+    SC_PASS(sc_zarr_node_open(ctx, real, &group));
     image = image_of(&group, slash + 1, &level);
     if (image) {
-        SC_TRY(read_image(ctx, &group, image, level, out));
-        SC_TRY(read_labels(ctx, &group, &out->table));
+        SC_PASS(read_image(ctx, &group, image, level, out));
+        SC_PASS(read_labels(ctx, &group, &out->table));
     }
-out:
-    sc_zarr_node_clear(&group);
-    free(real);
-    return status;
+    return SC_OK;
 }
 
 /* Log that @p image has no dataset @p level, with those that it has. @return SC_ERR_DATA;
@@ -371,48 +356,40 @@ static sc_status choose_level(const sc_ctx *ctx, const sc_zarr_node *node, int l
 {
     const json_t *image = json_array_get(json_object_get(ome_of(node), "multiscales"), 0);
     const char *path = dataset_path(image, (size_t)level);
-    sc_status status;
 
     if (!dataset_path(image, 0))
         return refuse(ctx, node, "multiscales", "datasets, each with a path");
     if (!path)
         return refuse_level(ctx, node, image, level);
-    SC_TRY(read_image(ctx, node, image, (size_t)level, choice));
-    SC_TRY(read_labels(ctx, node, &choice->table));
-    SC_TRY(sc_zarr_node_open_below(ctx, node, path, &choice->array));
+    SC_PASS(read_image(ctx, node, image, (size_t)level, choice));
+    SC_PASS(read_labels(ctx, node, &choice->table));
+    SC_PASS(sc_zarr_node_open_below(ctx, node, path, &choice->array));
     if (!choice->array.is_array)
-        status = refuse(ctx, node, "multiscales", "datasets whose paths lead to arrays");
-out:
-    return status;
+        return refuse(ctx, node, "multiscales", "datasets whose paths lead to arrays");
+    return SC_OK;
 }
 
 sc_status sc_zarr_choose(const sc_ctx *ctx, const char *path, int level, sc_zarr_choice *out)
 {
-    sc_zarr_choice choice = {.array.fd = -1};
-    sc_zarr_node node = {.fd = -1};
-    sc_status status;
+    SC_OWN(sc_zarr_choice_clear) sc_zarr_choice choice = {.array.fd = -1};
+    SC_OWN(sc_zarr_node_clear) sc_zarr_node node = {.fd = -1};
 
-    SC_TRY(sc_zarr_node_open(ctx, path, &node));
+    SC_PASS(sc_zarr_node_open(ctx, path, &node));
     if (!node.is_array)
-        SC_TRY(find_image(ctx, &node));
-    if (node.is_array && level) {
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: is an array, and thus one resolution; expected level 0, or the path "
-                         "of the image that it belongs to",
-                         node.path);
-        goto out;
-    }
+        SC_PASS(find_image(ctx, &node));
+    if (node.is_array && level)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: is an array, and thus one resolution; expected level 0, or the path "
+                       "of the image that it belongs to",
+                       node.path);
     if (node.is_array) {
-        SC_TRY(look_above(ctx, node.path, &choice));
+        SC_PASS(look_above(ctx, node.path, &choice));
         choice.array = node;
         node = (sc_zarr_node){.fd = -1};
     } else {
-        SC_TRY(choose_level(ctx, &node, level, &choice));
+        SC_PASS(choose_level(ctx, &node, level, &choice));
     }
     *out = choice;
     choice = (sc_zarr_choice){.array.fd = -1};
-out:
-    sc_zarr_node_clear(&node);
-    sc_zarr_choice_clear(&choice);
-    return status;
+    return SC_OK;
 }

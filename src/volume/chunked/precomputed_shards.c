@@ -366,12 +366,8 @@ static sc_status list_wanted(const sc_ctx *ctx, const sc_precomputed_sharding *s
 {
     const size_t *n = box->count, count = n[0] * n[1] * n[2];
     wanted_chunk *wanted;
-    void *block;
-    const sc_status status = sc_alloc(ctx, count, sizeof *wanted, &block);
 
-    if (status != SC_OK)
-        return status;
-    wanted = block;
+    SC_PASS(SC_ALLOC(ctx, count, &wanted));
     for (size_t i = 0; i < count; i++) {
         const size_t at[3] = {box->first[0] + i % n[0], box->first[1] + i / n[0] % n[1],
                               box->first[2] + i / n[0] / n[1]};

@@ -183,7 +183,6 @@ static bool load_chunk(void *user, int thread, const size_t number[3], sc_chunk_
                        sc_chunk *out)
 {
     static const unsigned char none[8] = {0};
-    static const uint16_t one = 1;
     const precomputed_reading *r = user;
     precomputed_worker *w = &r->workers[thread];
     const size_t each = r->chunked.voxel_bytes;
@@ -211,7 +210,7 @@ static bool load_chunk(void *user, int thread, const size_t number[3], sc_chunk_
     out->strides[0] = 1;
     out->strides[1] = count[0];
     out->strides[2] = count[0] * count[1];
-    out->swapped = each > 1 && *(const unsigned char *)&one != 1;
+    out->swapped = each > 1 && !SC_IS_LITTLE_ENDIAN;
     if (r->block[0]) {
         const unsigned char *stored = out->values;
 
@@ -244,26 +243,24 @@ static sc_status find_chunks(const sc_ctx *ctx, precomputed_reading *r)
 static sc_status begin_workers(const sc_ctx *ctx, precomputed_reading *r)
 {
     void *block;
-    sc_status status;
 
     if (r->workers)
         return SC_OK;
-    SC_TRY(sc_zalloc(ctx, (size_t)r->chunked.threads, sizeof *r->workers, &block));
+    SC_PASS(sc_zalloc(ctx, (size_t)r->chunked.threads, sizeof *r->workers, &block));
     r->workers = block;
     for (int i = 0; i < r->chunked.threads; i++) {
-        SC_TRY(sc_alloc(ctx, r->packed_most, 1, &block));
+        SC_PASS(sc_alloc(ctx, r->packed_most, 1, &block));
         r->workers[i].packed = block;
-        SC_TRY(sc_alloc(ctx, r->stored_most, 1, &block));
+        SC_PASS(sc_alloc(ctx, r->stored_most, 1, &block));
         r->workers[i].unpacked = block;
         if (r->block[0]) {
-            SC_TRY(sc_alloc(ctx, r->chunk_bytes, 1, &block));
+            SC_PASS(sc_alloc(ctx, r->chunk_bytes, 1, &block));
             r->workers[i].chunk = block;
         }
     }
     if (r->sharded)
-        SC_TRY(find_chunks(ctx, r));
-out:
-    return status;
+        SC_PASS(find_chunks(ctx, r));
+    return SC_OK;
 }
 
 /* sc_slices_fn of this format. */
@@ -396,7 +393,6 @@ static sc_status read_scale(const sc_ctx *ctx, const char *path, const json_t *s
     const int64_t far = (int64_t)1 << 40;
     const json_t *offset = json_object_get(scale, "voxel_offset");
     const json_t *resolution = json_object_get(scale, "resolution");
-    size_t voxels;
 
     if (!read_integers(json_object_get(scale, "size"), 1, INT32_MAX, r->size))
         return refuse(ctx, path, "size", "three numbers of voxels, from 1 to 2147483647");
@@ -413,12 +409,11 @@ static sc_status read_scale(const sc_ctx *ctx, const char *path, const json_t *s
             return refuse(ctx, path, "resolution", "three lengths of voxels in nm, above 0");
         source->to_ras_mm.m[i][i] = step;
         source->to_ras_mm.m[i][3] = step * ((double)r->offset[i] + 0.5);
-        source->size[i] = (int)r->size[i];
         if (r->chunk[i] > r->size[i])
             r->chunk[i] = r->size[i]; /* larger ones are cut at the end of the volume */
     }
-    if (sc_grid_voxels(ctx, path, r->size, sc_voxel_type_bytes(source->type), &voxels) != SC_OK)
-        return SC_ERR_DATA;
+    SC_PASS(
+        sc_grid_voxels(ctx, path, r->size, sc_voxel_type_bytes(source->type), source->size, NULL));
     return read_encoding(ctx, path, scale, source->type, r);
 }
 
@@ -516,9 +511,8 @@ static sc_status read_names(const sc_ctx *ctx, int directory, const char *path, 
 {
     const char *name = json_string_value(json_object_get(info, "segment_properties"));
     const char *why = name ? sc_bad_name(name) : NULL;
-    json_t *properties = NULL;
-    char *file = NULL, *full = NULL;
-    sc_status status = SC_OK;
+    json_auto_t *properties = NULL;
+    SC_OWN(sc_free_at) char *file = NULL, *full = NULL;
 
     if (!name)
         return SC_OK;
@@ -527,50 +521,38 @@ static sc_status read_names(const sc_ctx *ctx, int directory, const char *path, 
                        "%s/info: \"segment_properties\" is \"%s\": %s; expected "
                        "the name of a directory in it",
                        path, name, why);
-    SC_TRY(sc_path_join(ctx, name, "info", &file));
-    SC_TRY(sc_path_join(ctx, path, file, &full));
-    SC_TRY(sc_chunk_read_json(ctx, directory, path, file, &properties));
+    SC_PASS(sc_path_join(ctx, name, "info", &file));
+    SC_PASS(sc_path_join(ctx, path, file, &full));
+    SC_PASS(sc_chunk_read_json(ctx, directory, path, file, &properties));
     if (properties)
-        status = sc_label_json_read(ctx, full, properties, table);
+        return sc_label_json_read(ctx, full, properties, table);
     else
         sc_warn(ctx, "%s: is not there, but %s/info names it; labels have no names from it", full,
                 path);
-out:
-    json_decref(properties);
-    sc_free(file);
-    sc_free(full);
-    return status;
+    return SC_OK;
 }
 
 /* Read the file "info", and open the scale @p level. */
 static sc_status read_info(const sc_ctx *ctx, int directory, const char *path, int level,
                            precomputed_reading *r, sc_source *source)
 {
-    json_t *info = NULL;
+    json_auto_t *info = NULL;
     const json_t *scales, *scale;
-    sc_status status;
 
-    SC_TRY(sc_chunk_read_json(ctx, directory, path, "info", &info));
-    if (!info) {
-        status = sc_fail(ctx, SC_ERR_MISSING, "%s: has no file \"info\" any more", path);
-        goto out;
-    }
-    SC_TRY(read_kind(ctx, path, info, &source->type));
+    SC_PASS(sc_chunk_read_json(ctx, directory, path, "info", &info));
+    if (!info)
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: has no file \"info\" any more", path);
+    SC_PASS(read_kind(ctx, path, info, &source->type));
     scales = json_object_get(info, "scales");
     scale = json_array_get(scales, (size_t)level);
-    if (!scale) {
-        status = json_array_size(scales)
-                     ? refuse_level(ctx, path, scales, level)
-                     : refuse(ctx, path, "scales", "a list of at least one scale");
-        goto out;
-    }
-    SC_TRY(read_scale(ctx, path, scale, r, source));
-    SC_TRY(open_scale(ctx, directory, path, scale, r));
-    SC_TRY(layout(ctx, source, r));
-    SC_TRY(read_names(ctx, directory, path, info, &source->table));
-out:
-    json_decref(info);
-    return status;
+    if (!scale)
+        return json_array_size(scales)
+                   ? refuse_level(ctx, path, scales, level)
+                   : refuse(ctx, path, "scales", "a list of at least one scale");
+    SC_PASS(read_scale(ctx, path, scale, r, source));
+    SC_PASS(open_scale(ctx, directory, path, scale, r));
+    SC_PASS(layout(ctx, source, r));
+    return read_names(ctx, directory, path, info, &source->table);
 }
 
 sc_status sc_open_precomputed(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
@@ -580,13 +562,12 @@ sc_status sc_open_precomputed(const sc_ctx *ctx, const char *path, const sc_read
         .slope = 1, .encoding = SC_ENCODING_SLICES, .read_slices = read_slices, .release = release};
     const int directory = open(path, O_RDONLY | O_CLOEXEC | O_DIRECTORY);
     precomputed_reading *r;
-    void *block = NULL;
     sc_status status;
 
     if (directory < 0)
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *r, &block));
-    source.data = r = block;
+    SC_TRY(SC_ZALLOC(ctx, 1, &r));
+    source.data = r;
     r->fd = -1;
     SC_TRY(read_info(ctx, directory, path, read->level, r, &source));
     SC_TRY(sc_chunked_cut(ctx, path, read, &r->chunked, &source));

@@ -207,8 +207,6 @@ static void steps_of(const sc_zarr_array *a, size_t out[SC_ZARR_RANK_MAX])
 /* Describe the chunk unpacked at @p values to *out: its voxels in the phase that is read. */
 static void describe_chunk(const zarr_reading *r, const unsigned char *values, sc_chunk *out)
 {
-    static const uint16_t one = 1;
-    const bool little = *(const unsigned char *)&one == 1;
     const sc_zarr_array *a = &r->array;
     const int t = r->time_axis;
     size_t steps[SC_ZARR_RANK_MAX];
@@ -219,7 +217,7 @@ static void describe_chunk(const zarr_reading *r, const unsigned char *values, s
     out->values = values;
     if (t >= 0)
         out->values += r->phase % (size_t)a->chunk[t] * steps[t] * r->chunked.voxel_bytes;
-    out->swapped = r->chunked.voxel_bytes > 1 && a->pipeline.big_endian == little;
+    out->swapped = r->chunked.voxel_bytes > 1 && a->pipeline.big_endian == SC_IS_LITTLE_ENDIAN;
     out->absent = false;
 }
 
@@ -263,28 +261,21 @@ static bool load_chunk(void *user, int thread, const size_t at_xyz[3], sc_chunk_
 static sc_status begin_workers(const sc_ctx *ctx, zarr_reading *r)
 {
     size_t first[3], count[3];
-    void *block;
-    sc_status status;
 
     if (r->workers)
         return SC_OK;
     files_of(r, first, count);
-    SC_TRY(sc_zalloc(ctx, (size_t)r->chunked.threads, sizeof *r->workers, &block));
-    r->workers = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)r->chunked.threads, &r->workers));
     for (int i = 0; i < r->chunked.threads; i++) {
-        SC_TRY(sc_alloc(ctx, r->packed_bytes, 1, &block));
-        r->workers[i].packed = block;
-        SC_TRY(sc_alloc(ctx, r->chunk_bytes + 64, 1, &block));
-        r->workers[i].chunk = block;
+        SC_PASS(sc_alloc(ctx, r->packed_bytes, 1, &r->workers[i].packed));
+        SC_PASS(sc_alloc(ctx, r->chunk_bytes + 64, 1, &r->workers[i].chunk));
         if (r->array.sharded) {
-            SC_TRY(sc_alloc(ctx, 16 * r->shard_chunks + 4, 1, &block));
-            r->workers[i].index = block;
-            SC_TRY(sc_zalloc(ctx, count[0] * count[1] * count[2], sizeof(bool), &block));
-            r->workers[i].checked = block;
+            SC_PASS(sc_alloc(ctx, 16 * r->shard_chunks + 4, 1, &r->workers[i].index));
+            SC_PASS(sc_zalloc(ctx, count[0] * count[1] * count[2], sizeof(bool),
+                              &r->workers[i].checked));
         }
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* sc_slices_fn of this format. */
@@ -393,16 +384,11 @@ static void choose_phase(const sc_zarr_choice *choice, const sc_read_choice *rea
 static sc_status array_size(const sc_ctx *ctx, const zarr_reading *r, sc_source *source)
 {
     int64_t size[3];
-    size_t voxels;
 
     for (int i = 0; i < 3; i++)
         size[i] = r->axis[i] < 0 ? 1 : r->array.shape[r->axis[i]];
-    if (sc_grid_voxels(ctx, r->node.path, size, sc_voxel_type_bytes(r->array.type), &voxels) !=
-        SC_OK)
-        return SC_ERR_DATA;
-    for (int i = 0; i < 3; i++)
-        source->size[i] = (int)size[i];
-    return SC_OK;
+    return sc_grid_voxels(ctx, r->node.path, size, sc_voxel_type_bytes(r->array.type), source->size,
+                          NULL);
 }
 
 /* Set what is needed to unpack chunks. */
@@ -441,11 +427,10 @@ sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice
         .slope = 1, .encoding = SC_ENCODING_SLICES, .read_slices = read_slices, .release = release};
     sc_zarr_choice choice = {.array.fd = -1};
     zarr_reading *r;
-    void *block = NULL;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *r, &block));
-    source.data = r = block;
+    SC_TRY(SC_ZALLOC(ctx, 1, &r));
+    source.data = r;
     r->node.fd = -1;
     SC_TRY(sc_zarr_choose(ctx, path, read->level, &choice));
     SC_TRY(sc_zarr_array_read(ctx, &choice.array, &r->array));

@@ -16,13 +16,12 @@ typedef struct meta_reading {
 static sc_status refuse(const sc_ctx *ctx, const sc_zarr_node *node, const char *key,
                         const json_t *found, const char *expected)
 {
+    SC_OWN(sc_free_at)
     char *text = found ? json_dumps(found, JSON_ENCODE_ANY | JSON_COMPACT) : NULL;
-    const sc_status status = sc_fail(ctx, SC_ERR_DATA, "%s/%s: \"%s\" is %.120s%s, expected %s",
-                                     node->path, node->meta_name, key, text ? text : "missing",
-                                     text && strlen(text) > 120 ? "..." : "", expected);
 
-    free(text);
-    return status;
+    return sc_fail(ctx, SC_ERR_DATA, "%s/%s: \"%s\" is %.120s%s, expected %s", node->path,
+                   node->meta_name, key, text ? text : "missing",
+                   text && strlen(text) > 120 ? "..." : "", expected);
 }
 
 size_t sc_zarr_values(const sc_zarr_array *array, const int64_t shape[SC_ZARR_RANK_MAX])
@@ -234,12 +233,11 @@ static sc_status read_v2(const meta_reading *r)
     const char *order = json_string_value(json_object_get(meta, "order"));
     const json_t *separator = json_object_get(meta, "dimension_separator");
     sc_zarr_array *array = r->array;
-    sc_status status;
 
-    SC_TRY(read_type(r, "dtype"));
-    SC_TRY(read_shape(r, "chunks", json_object_get(meta, "chunks"), array->chunk));
-    SC_TRY(check_chunk(r, "chunks", json_object_get(meta, "chunks"), array->chunk,
-                       SC_ZARR_CHUNK_VALUES_MAX));
+    SC_PASS(read_type(r, "dtype"));
+    SC_PASS(read_shape(r, "chunks", json_object_get(meta, "chunks"), array->chunk));
+    SC_PASS(check_chunk(r, "chunks", json_object_get(meta, "chunks"), array->chunk,
+                        SC_ZARR_CHUNK_VALUES_MAX));
     memcpy(array->file_shape, array->chunk, sizeof array->chunk);
     if (!order || (strcmp(order, "C") && strcmp(order, "F")))
         return refuse(r->ctx, r->node, "order", json_object_get(meta, "order"), "\"C\" or \"F\"");
@@ -248,9 +246,9 @@ static sc_status read_v2(const meta_reading *r)
     if (json_array_size(filters) > 0)
         return refuse(r->ctx, r->node, "filters", filters, "null: write it anew without filters");
     if (compressor && !json_is_null(compressor))
-        SC_TRY(sc_zarr_add_codec(r->ctx, r->node,
-                                 json_string_value(json_object_get(compressor, "id")),
-                                 &array->pipeline));
+        SC_PASS(sc_zarr_add_codec(r->ctx, r->node,
+                                  json_string_value(json_object_get(compressor, "id")),
+                                  &array->pipeline));
     array->prefix = "";
     array->separator = '.';
     if (separator) {
@@ -260,9 +258,7 @@ static sc_status read_v2(const meta_reading *r)
             return refuse(r->ctx, r->node, "dimension_separator", separator, "\".\" or \"/\"");
         array->separator = *text;
     }
-    status = read_fill(r);
-out:
-    return status;
+    return read_fill(r);
 }
 
 /* ---- version 3 ---- */
@@ -338,7 +334,6 @@ static sc_status read_sharding(const meta_reading *r, const json_t *codec)
 {
     const json_t *config = configuration(codec), *shape = json_object_get(config, "chunk_shape");
     sc_zarr_array *array = r->array;
-    sc_status status;
 
     if (array->sharded || array->pipeline.count > 0)
         return refuse(r->ctx, r->node, "codecs", codec, "shards that are not within others");
@@ -348,17 +343,15 @@ static sc_status read_sharding(const meta_reading *r, const json_t *codec)
                           "\"transpose\" within \"sharding_indexed\", not before it");
     }
     array->sharded = true;
-    SC_TRY(read_shape(r, "chunk_shape", shape, array->chunk));
-    SC_TRY(check_chunk(r, "chunk_shape", shape, array->chunk, SC_ZARR_CHUNK_VALUES_MAX));
+    SC_PASS(read_shape(r, "chunk_shape", shape, array->chunk));
+    SC_PASS(check_chunk(r, "chunk_shape", shape, array->chunk, SC_ZARR_CHUNK_VALUES_MAX));
     for (int i = 0; i < array->rank; i++) {
         if (array->file_shape[i] % array->chunk[i])
             return refuse(r->ctx, r->node, "chunk_shape", shape,
                           "divisors of the shape of a shard");
     }
-    SC_TRY(read_index_codecs(r, config));
-    status = read_codecs(r, json_object_get(config, "codecs"));
-out:
-    return status;
+    SC_PASS(read_index_codecs(r, config));
+    return read_codecs(r, json_object_get(config, "codecs"));
 }
 
 /* Read a list of codecs: transpositions, then bytes or shards, then compressions and check sums. */
@@ -366,7 +359,6 @@ static sc_status read_codecs(const meta_reading *r, const json_t *codecs)
 {
     sc_zarr_pipeline *pipeline = &r->array->pipeline;
     bool bytes = false, shards = false;
-    sc_status status = SC_OK;
 
     for (size_t i = 0; i < json_array_size(codecs); i++) {
         const json_t *codec = json_array_get(codecs, i);
@@ -375,15 +367,15 @@ static sc_status read_codecs(const meta_reading *r, const json_t *codecs)
         if (shards)
             return refuse(r->ctx, r->node, "codecs", codecs, "nothing behind \"sharding_indexed\"");
         if (name && !bytes && !strcmp(name, "transpose")) {
-            SC_TRY(add_transpose(r, codec, pipeline->order));
+            SC_PASS(add_transpose(r, codec, pipeline->order));
         } else if (name && !bytes && (!strcmp(name, "bytes") || !strcmp(name, "endian"))) {
             bytes = true;
-            SC_TRY(read_endian(r, codec, &pipeline->big_endian));
+            SC_PASS(read_endian(r, codec, &pipeline->big_endian));
         } else if (name && !bytes && !strcmp(name, "sharding_indexed")) {
             bytes = shards = true;
-            SC_TRY(read_sharding(r, codec));
+            SC_PASS(read_sharding(r, codec));
         } else if (bytes) {
-            SC_TRY(sc_zarr_add_codec(r->ctx, r->node, name, pipeline));
+            SC_PASS(sc_zarr_add_codec(r->ctx, r->node, name, pipeline));
         } else {
             return refuse(r->ctx, r->node, "codecs", codecs,
                           "\"bytes\" or \"sharding_indexed\" before any compression");
@@ -391,8 +383,7 @@ static sc_status read_codecs(const meta_reading *r, const json_t *codecs)
     }
     if (!bytes)
         return refuse(r->ctx, r->node, "codecs", codecs, "a list with \"bytes\"");
-out:
-    return status;
+    return SC_OK;
 }
 
 /* The names of chunks. */
@@ -428,25 +419,22 @@ static sc_status read_v3(const meta_reading *r)
     const char *grid_name = json_string_value(json_object_get(grid, "name"));
     sc_zarr_array *array = r->array;
     const json_t *shape = json_object_get(configuration(grid), "chunk_shape");
-    sc_status status;
 
-    SC_TRY(read_type(r, "data_type"));
+    SC_PASS(read_type(r, "data_type"));
     if (!grid_name || strcmp(grid_name, "regular"))
         return refuse(r->ctx, r->node, "chunk_grid", grid, "\"regular\"");
     if (json_array_size(json_object_get(meta, "storage_transformers")) > 0)
         return refuse(r->ctx, r->node, "storage_transformers",
                       json_object_get(meta, "storage_transformers"), "none");
-    SC_TRY(read_shape(r, "chunk_shape", shape, array->file_shape));
+    SC_PASS(read_shape(r, "chunk_shape", shape, array->file_shape));
     memcpy(array->chunk, array->file_shape, sizeof array->chunk);
     for (int i = 0; i < array->rank; i++)
         array->pipeline.order[i] = i;
-    SC_TRY(read_codecs(r, json_object_get(meta, "codecs")));
-    SC_TRY(check_chunk(r, "chunk_shape", shape, array->file_shape,
-                       array->sharded ? 0x1p40 : SC_ZARR_CHUNK_VALUES_MAX));
-    SC_TRY(read_keys(r));
-    status = read_fill(r);
-out:
-    return status;
+    SC_PASS(read_codecs(r, json_object_get(meta, "codecs")));
+    SC_PASS(check_chunk(r, "chunk_shape", shape, array->file_shape,
+                        array->sharded ? 0x1p40 : SC_ZARR_CHUNK_VALUES_MAX));
+    SC_PASS(read_keys(r));
+    return read_fill(r);
 }
 
 sc_status sc_zarr_array_read(const sc_ctx *ctx, const sc_zarr_node *node, sc_zarr_array *out)

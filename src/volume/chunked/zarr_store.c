@@ -28,11 +28,9 @@ bool sc_zarr_is_node(const char *path)
 /* Read the metadata of a node whose directory is open. */
 static sc_status read_node(const sc_ctx *ctx, sc_zarr_node *node)
 {
-    sc_status status = SC_OK;
-
     for (size_t i = 0; i < SC_COUNT_OF(meta_names) && !node->meta; i++) {
         node->meta_name = meta_names[i];
-        SC_TRY(sc_chunk_read_json(ctx, node->fd, node->path, node->meta_name, &node->meta));
+        SC_PASS(sc_chunk_read_json(ctx, node->fd, node->path, node->meta_name, &node->meta));
     }
     if (!node->meta)
         return sc_fail(
@@ -47,7 +45,7 @@ static sc_status read_node(const sc_ctx *ctx, sc_zarr_node *node)
         return sc_fail(ctx, SC_ERR_DATA, "%s/%s: its \"zarr_format\" is not %d", node->path,
                        node->meta_name, node->version);
     if (node->version == 2) {
-        SC_TRY(sc_chunk_read_json(ctx, node->fd, node->path, ".zattrs", &node->attributes));
+        SC_PASS(sc_chunk_read_json(ctx, node->fd, node->path, ".zattrs", &node->attributes));
     } else {
         const char *type = json_string_value(json_object_get(node->meta, "node_type"));
 
@@ -59,51 +57,43 @@ static sc_status read_node(const sc_ctx *ctx, sc_zarr_node *node)
         node->is_array = !strcmp(type, "array");
         node->attributes = json_incref(json_object_get(node->meta, "attributes"));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_zarr_node_open(const sc_ctx *ctx, const char *path, sc_zarr_node *out)
 {
+    SC_OWN(sc_zarr_node_clear)
     sc_zarr_node node = {.fd = open(path, O_RDONLY | O_CLOEXEC | O_DIRECTORY)};
-    sc_status status;
 
     if (node.fd < 0)
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    SC_TRY(sc_text_copy(ctx, path, &node.path));
-    SC_TRY(read_node(ctx, &node));
+    SC_PASS(sc_text_copy(ctx, path, &node.path));
+    SC_PASS(read_node(ctx, &node));
     *out = node;
     node = (sc_zarr_node){.fd = -1};
-out:
-    sc_zarr_node_clear(&node);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_zarr_node_open_below(const sc_ctx *ctx, const sc_zarr_node *parent, const char *name,
                                   sc_zarr_node *out)
 {
     const char *why = sc_bad_name(name);
-    sc_zarr_node node = {.fd = -1};
-    sc_status status;
+    SC_OWN(sc_zarr_node_clear) sc_zarr_node node = {.fd = -1};
 
     if (why)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: its metadata name \"%s\": %s; expected the name of a directory in it",
                        parent->path, name, why);
-    SC_TRY(sc_path_join(ctx, parent->path, name, &node.path));
+    SC_PASS(sc_path_join(ctx, parent->path, name, &node.path));
     node.fd = sc_chunk_open_directory(parent->fd, name);
-    if (node.fd < 0) {
-        status = sc_fail(ctx, errno == ENOENT ? SC_ERR_MISSING : SC_ERR_DATA,
-                         "%s: %s, but %s names it; expected a directory, no link", node.path,
-                         errno == ENOENT ? "is not there" : "is no directory", parent->path);
-        goto out;
-    }
-    SC_TRY(read_node(ctx, &node));
+    if (node.fd < 0)
+        return sc_fail(ctx, errno == ENOENT ? SC_ERR_MISSING : SC_ERR_DATA,
+                       "%s: %s, but %s names it; expected a directory, no link", node.path,
+                       errno == ENOENT ? "is not there" : "is no directory", parent->path);
+    SC_PASS(read_node(ctx, &node));
     *out = node;
     node = (sc_zarr_node){.fd = -1};
-out:
-    sc_zarr_node_clear(&node);
-    return status;
+    return SC_OK;
 }
 
 bool sc_zarr_has(const sc_zarr_node *parent, const char *name)

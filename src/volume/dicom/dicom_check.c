@@ -343,10 +343,8 @@ static sc_status check_cost(const reader *r, uint64_t more)
 static sc_status skip(reader *r, const nesting *n, uint32_t tag, uint64_t length)
 {
     const uint64_t end = n->levels[n->depth].end;
-    const sc_status status = check_cost(r, length);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(check_cost(r, length));
     if (end != NO_END && length > end - r->at && n->depth > 0)
         return bad_element(r, tag, "reaches beyond what it is a part of");
     if (take(r, NULL, length) != length)
@@ -415,7 +413,6 @@ static sc_status read_value(reader *r, nesting *n, const head *h, uint32_t *firs
                    .holds_items = true,
                    .is_implicit = n->levels[n->depth].is_implicit || h->is_unknown};
     unsigned char bytes[4];
-    sc_status status;
 
     *first = 0;
     if (h->length == UNDEFINED) {
@@ -429,9 +426,7 @@ static sc_status read_value(reader *r, nesting *n, const head *h, uint32_t *firs
         return push(r, n, h->tag, below);
     if (!h->is_unknown || h->length < 8 || (h->tag == TAG_PIXELS && n->depth == 0))
         return skip(r, n, h->tag, h->length);
-    status = push(r, n, h->tag, below);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(push(r, n, h->tag, below));
     if (take(r, bytes, 4) != 4)
         return bad_element(r, h->tag, "promises more bytes than the file has");
     *first =

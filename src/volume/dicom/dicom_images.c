@@ -39,18 +39,13 @@ sc_status sc_dicom_images_read(const sc_ctx *ctx, const sc_dicom *file, sc_dicom
 {
     const sc_dicom_item *series = only_series(file), *item = NULL;
     size_t count = 0;
-    void *block;
-    sc_status status;
 
     *out = (sc_dicom_images){0};
     while (series && (item = sc_dicom_next(series, REFERENCED_INSTANCES, item)) != NULL)
         count++;
     if (count == 0 || count > SC_DICOM_IMAGES_MAX)
         return SC_OK;
-    status = sc_alloc(ctx, count, sizeof *out->images, &block);
-    if (status != SC_OK)
-        return status;
-    out->images = block;
+    SC_PASS(SC_ALLOC(ctx, count, &out->images));
     for (; (item = sc_dicom_next(series, REFERENCED_INSTANCES, item)) != NULL; out->count++) {
         sc_dicom_image *image = &out->images[out->count];
 

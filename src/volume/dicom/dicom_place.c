@@ -153,14 +153,11 @@ static sc_status read_frame(placing *p, uint32_t number, const sc_dicom_item *ow
     sc_dicom_frame *frame = &p->frames[number];
     double position[3], segment = 0;
     plane found;
-    sc_status status;
 
     frame->number = number;
     if (!read_numbers(group(own, shared, PLANE_POSITION), POSITION, position, 3))
         return lacks(p, number, "position (ImagePositionPatient, three numbers)");
-    status = read_plane(p, number, own, shared, &found);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(read_plane(p, number, own, shared, &found));
     if (number == 0) {
         p->plane = found;
         p->normal = sc_vec3_unit(sc_vec3_cross(found.directions[0], found.directions[1]));
@@ -182,16 +179,14 @@ static sc_status read_frames(placing *p, bool has_segments)
     const sc_dicom_item *shared = sc_dicom_next(root, SHARED_GROUPS, NULL);
     double columns = 0;
     uint32_t count = 0;
-    sc_status status = SC_OK;
 
     if (sc_dicom_numbers(root, WHOLE_COLUMNS, &columns, 1))
         return sc_fail(
             p->ctx, SC_ERR_DATA,
             "%s: is a segmentation of a slide, in tiles; expected the slices of a volume", p->path);
-    while (status == SC_OK && count < p->count &&
-           (own = sc_dicom_next(root, FRAME_GROUPS, own)) != NULL)
-        status = read_frame(p, count++, own, shared, has_segments);
-    return status;
+    while (count < p->count && (own = sc_dicom_next(root, FRAME_GROUPS, own)) != NULL)
+        SC_PASS(read_frame(p, count++, own, shared, has_segments));
+    return SC_OK;
 }
 
 /* ---- all frames ---- */
@@ -391,7 +386,6 @@ sc_status sc_dicom_place_frames(const sc_ctx *ctx, const char *path, const sc_di
     placing p = {.ctx = ctx, .path = path, .file = file, .frames = frames, .count = count};
     sc_vec3 axes_mm[4]; /* and where the first voxel lies */
     fit found = {0};
-    size_t voxels;
     sc_status status;
 
     SC_TRY(sc_dicom_images_read(ctx, file, &p.images));
@@ -411,10 +405,7 @@ sc_status sc_dicom_place_frames(const sc_ctx *ctx, const char *path, const sc_di
     }
     source->oriented = true;
     SC_TRY(sc_grid_voxels(ctx, path, (int64_t[3]){size_px[0], size_px[1], (int64_t)found.slices}, 2,
-                          &voxels));
-    source->size[0] = size_px[0];
-    source->size[1] = size_px[1];
-    source->size[2] = (int)found.slices;
+                          source->size, NULL));
     qsort(frames, count, sizeof *frames, by_slice);
     status = check_doubles(&p);
 out:

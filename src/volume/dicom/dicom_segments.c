@@ -120,26 +120,23 @@ sc_status sc_dicom_read_segments(const sc_ctx *ctx, const char *path, const sc_d
 {
     const sc_dicom_item *segment = NULL;
     sc_name_count names = {0};
-    void *block = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
     uint8_t *seen;
     size_t index = 0;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, NUMBER_MOST + 1, 1, &block));
+    SC_PASS(sc_zalloc(ctx, NUMBER_MOST + 1, 1, &block));
     seen = block;
     while ((segment = sc_dicom_next(sc_dicom_root(file), SEGMENTS, segment)) != NULL) {
         sc_label row = {.opacity = -1};
         double lab[3];
         int number = 0;
 
-        SC_TRY(read_number(ctx, path, segment, ++index, &number));
-        if (seen[number]) {
-            status = sc_fail(ctx, SC_ERR_DATA,
-                             "%s: two segments have the number %d, expected another for each; the "
-                             "file is damaged: write it anew",
-                             path, number);
-            goto out;
-        }
+        SC_PASS(read_number(ctx, path, segment, ++index, &number));
+        if (seen[number])
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s: two segments have the number %d, expected another for each; the "
+                           "file is damaged: write it anew",
+                           path, number);
         seen[number] = 1;
         if (number == 0) /* the background of a label map */
             continue;
@@ -148,17 +145,13 @@ sc_status sc_dicom_read_segments(const sc_ctx *ctx, const char *path, const sc_d
         row.has_color = sc_dicom_numbers(segment, DISPLAY_LAB, lab, 3) == 3;
         if (row.has_color)
             lab_to_srgb(lab, row.rgb);
-        SC_TRY(sc_label_table_add(ctx, table, &row));
+        SC_PASS(sc_label_table_add(ctx, table, &row));
     }
-    if (index == 0) {
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: names no segments (SegmentSequence), expected one for each tissue; "
-                         "the file is damaged: write it anew",
-                         path);
-        goto out;
-    }
+    if (index == 0)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: names no segments (SegmentSequence), expected one for each tissue; "
+                       "the file is damaged: write it anew",
+                       path);
     sc_name_warn(ctx, path, &names);
-out:
-    sc_free(block);
-    return status;
+    return SC_OK;
 }

@@ -165,10 +165,9 @@ static sc_status check_segments(const sc_ctx *ctx, const char *path, const volum
 {
     void *block;
     bool *named;
-    sc_status status = sc_zalloc(ctx, SEGMENTS_MAX, sizeof *named, &block);
+    sc_status status = SC_OK;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(ctx, SEGMENTS_MAX, sizeof *named, &block));
     named = block;
     for (size_t i = 0; i < table->count; i++)
         named[table->rows[i].value] = true;
@@ -197,12 +196,8 @@ static sc_status read_frame(const sc_ctx *ctx, const char *path, volume_file *f,
 
     *shift = 0;
     if (!f->packed) { /* not before the memory for such a slice was found to be there */
-        void *block;
-        const sc_status status = sc_alloc(ctx, bytes + 1, 1, &block);
 
-        if (status != SC_OK)
-            return status;
-        f->packed = block;
+        SC_PASS(sc_alloc(ctx, bytes + 1, 1, &f->packed));
     }
     if (f->form == FORM_BITS) { /* frames follow each other without a gap between their bits */
         offset = pixel / 8;
@@ -310,10 +305,8 @@ static sc_status count_voxels(painting *p)
     for (uint32_t i = 0; i < f->count; i++) {
         const sc_dicom_frame *frame = &f->frames[i];
         unsigned shift;
-        const sc_status status = read_frame(p->ctx, p->path, f, frame->number, &shift);
 
-        if (status != SC_OK)
-            return status;
+        SC_PASS(read_frame(p->ctx, p->path, f, frame->number, &shift));
         for (size_t k = 0; k < f->pixels; k++)
             p->voxels[frame->segment] += is_inside(f, shift, k);
         sc_stage_add(p->ctx, f->pixels);
@@ -347,15 +340,12 @@ static sc_status paint(painting *p)
         const sc_dicom_frame *frame = &f->frames[i];
         uint16_t *slice = p->labels + (size_t)frame->slice * f->pixels;
         unsigned shift;
-        sc_status status;
 
         if (i == 0 || frame->slice != frame[-1].slice)
             memset(p->twice, 0, f->pixels);
         if (p->rule->left_out[p->rows[frame->segment]])
             continue;
-        status = read_frame(p->ctx, p->path, f, frame->number, &shift);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(read_frame(p->ctx, p->path, f, frame->number, &shift));
         for (size_t k = 0; k < f->pixels; k++) {
             if (is_inside(f, shift, k))
                 slice[k] =
@@ -374,17 +364,17 @@ static sc_status load(const sc_ctx *ctx, const char *path, const sc_overlap_rule
     const sc_label_table *table = &source->table;
     const size_t voxels = sc_source_voxels(source);
     painting p = {.ctx = ctx, .path = path, .file = f, .rule = rule, .segments = table->count};
+    SC_OWN(sc_free_at)
     void *labels = NULL, *counts = NULL, *twice = NULL, *rows = NULL, *pairs = NULL;
-    sc_status status;
 
-    SC_TRY(sc_volume_memory_check(ctx, path, source->size, (double)voxels * sizeof(uint16_t)));
-    SC_TRY(sc_zalloc(ctx, voxels, sizeof(uint16_t), &labels));
-    SC_TRY(sc_zalloc(ctx, SEGMENTS_MAX, sizeof(uint64_t), &counts));
-    SC_TRY(sc_zalloc(ctx, SEGMENTS_MAX, sizeof(size_t), &rows));
-    SC_TRY(sc_alloc(ctx, f->pixels, 1, &twice));
+    SC_PASS(sc_volume_memory_check(ctx, path, source->size, (double)voxels * sizeof(uint16_t)));
+    SC_PASS(sc_zalloc(ctx, voxels, sizeof(uint16_t), &labels));
+    SC_PASS(sc_zalloc(ctx, SEGMENTS_MAX, sizeof(uint64_t), &counts));
+    SC_PASS(sc_zalloc(ctx, SEGMENTS_MAX, sizeof(size_t), &rows));
+    SC_PASS(sc_alloc(ctx, f->pixels, 1, &twice));
     if (table->count <= PAIRS_MAX)
-        SC_TRY(sc_zalloc(ctx, table->count * table->count, sizeof(uint64_t), &pairs));
-    SC_TRY(sc_overlap_count_begin(ctx, table->count, &source->overlaps));
+        SC_PASS(sc_zalloc(ctx, table->count * table->count, sizeof(uint64_t), &pairs));
+    SC_PASS(sc_overlap_count_begin(ctx, table->count, &source->overlaps));
     p.overlaps = &source->overlaps;
     p.labels = labels;
     p.voxels = counts;
@@ -399,23 +389,17 @@ static sc_status load(const sc_ctx *ctx, const char *path, const sc_overlap_rule
                 "(MaximumFractionalValue), %g",
                 path, *f->type ? " of the type " : "", f->type, f->half);
     sc_stage_begin(ctx, "reading", 0, 2 * (uint64_t)f->count * f->pixels);
-    SC_TRY(count_voxels(&p));
-    SC_TRY(paint(&p));
+    SC_PASS(count_voxels(&p));
+    SC_PASS(paint(&p));
     for (size_t i = 0; i < table->count; i++)
         p.overlaps->covers[i] = p.voxels[table->rows[i].value] > 0;
-    SC_TRY(sc_overlap_add_all(ctx, p.pairs, p.segments, p.overlaps));
+    SC_PASS(sc_overlap_add_all(ctx, p.pairs, p.segments, p.overlaps));
     release(f);
     source->encoding = SC_ENCODING_LOADED;
     source->data = labels;
     source->release = sc_free;
     labels = NULL;
-out:
-    sc_free(labels);
-    sc_free(counts);
-    sc_free(twice);
-    sc_free(rows);
-    sc_free(pairs);
-    return status;
+    return SC_OK;
 }
 
 /* ---- opening ---- */
@@ -438,45 +422,38 @@ static sc_status open_dicom(const sc_ctx *ctx, const char *path, volume_file *f)
 static sc_status read_header(const sc_ctx *ctx, const char *path, volume_file *f, sc_source *source)
 {
     int size_px[2];
-    void *block;
-    sc_status status;
 
-    SC_TRY(sc_dicom_check(ctx, path, &f->kind));
-    SC_TRY(open_dicom(ctx, path, f));
-    SC_TRY(read_form(ctx, path, f));
-    SC_TRY(read_size(ctx, path, f, size_px));
-    SC_TRY(sc_dicom_read_segments(ctx, path, f->dicom, &source->table));
-    SC_TRY(sc_zalloc(ctx, f->count, sizeof *f->frames, &block));
-    f->frames = block;
-    SC_TRY(sc_dicom_place_frames(ctx, path, f->dicom, !f->kind.is_labels, size_px, f->frames,
-                                 f->count, source));
+    SC_PASS(sc_dicom_check(ctx, path, &f->kind));
+    SC_PASS(open_dicom(ctx, path, f));
+    SC_PASS(read_form(ctx, path, f));
+    SC_PASS(read_size(ctx, path, f, size_px));
+    SC_PASS(sc_dicom_read_segments(ctx, path, f->dicom, &source->table));
+    SC_PASS(SC_ZALLOC(ctx, f->count, &f->frames));
+    SC_PASS(sc_dicom_place_frames(ctx, path, f->dicom, !f->kind.is_labels, size_px, f->frames,
+                                  f->count, source));
     if (!f->kind.is_labels)
-        SC_TRY(check_segments(ctx, path, f, &source->table));
-    status = sc_path_join(ctx, "", path, &source->file);
-out:
-    return status;
+        SC_PASS(check_segments(ctx, path, f, &source->table));
+    return sc_path_join(ctx, "", path, &source->file);
 }
 
 sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
+    SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
                         .type = SC_VOXEL_UINT16,
                         .encoding = SC_ENCODING_SLICES,
                         .read_slices = read_slices,
                         .slices = 1,
                         .release = release};
-    sc_status status;
 
     (void)header_only; /* the voxels are read later */
-    SC_TRY(sc_zalloc(ctx, 1, sizeof(volume_file), &source.data));
-    SC_TRY(read_header(ctx, path, source.data, &source));
+    SC_PASS(sc_zalloc(ctx, 1, sizeof(volume_file), &source.data));
+    SC_PASS(read_header(ctx, path, source.data, &source));
     if (!((volume_file *)source.data)->kind.is_labels)
         source.load = load;
     *out = source;
     source = (sc_source){0};
-out:
-    sc_source_clear(&source);
-    return status;
+    return SC_OK;
 }
 
 #else

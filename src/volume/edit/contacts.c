@@ -91,14 +91,9 @@ sc_status sc_count_contacts(const sc_ctx *ctx, const sc_volume *volume, int thre
     const int most = 1 + (int)(((size_t)32 << 20) / (count * count * sizeof(uint64_t)));
     counter c = {.volume = volume};
     double area[3], largest = 0;
-    void *block;
-    sc_status status;
 
     threads = threads < most ? threads : most; /* each has a matrix of its own */
-    status = sc_zalloc(ctx, (size_t)threads * count * count, sizeof(uint64_t), &block);
-    if (status != SC_OK)
-        return status;
-    c.areas = block;
+    SC_PASS(sc_zalloc(ctx, (size_t)threads * count * count, sizeof(uint64_t), &c.areas));
     for (int i = 0; i < 3; i++) {
         area[i] = sc_vec3_length(sc_affine_column(&volume->to_ras_mm, (i + 1) % 3)) *
                   sc_vec3_length(sc_affine_column(&volume->to_ras_mm, (i + 2) % 3));
@@ -193,12 +188,11 @@ sc_status sc_count_near(const sc_ctx *ctx, const sc_volume *volume, uint32_t **o
 {
     const size_t count = (size_t)volume->label_count;
     blocks b = lay_blocks(volume);
-    void *sets = NULL, *near = NULL, *around = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) void *sets = NULL, *near = NULL, *around = NULL;
 
-    SC_TRY(sc_zalloc(ctx, b.size[0] * b.size[1] * b.size[2] * b.words, sizeof(uint64_t), &sets));
-    SC_TRY(sc_zalloc(ctx, count * count, sizeof(uint32_t), &near));
-    SC_TRY(sc_zalloc(ctx, b.words, sizeof(uint64_t), &around));
+    SC_PASS(sc_zalloc(ctx, b.size[0] * b.size[1] * b.size[2] * b.words, sizeof(uint64_t), &sets));
+    SC_PASS(sc_zalloc(ctx, count * count, sizeof(uint32_t), &near));
+    SC_PASS(sc_zalloc(ctx, b.words, sizeof(uint64_t), &around));
     b.sets = sets;
     fill_blocks(volume, &b);
     for (size_t i = 0; i < b.size[0] * b.size[1] * b.size[2]; i++) {
@@ -212,9 +206,5 @@ sc_status sc_count_near(const sc_ctx *ctx, const sc_volume *volume, uint32_t **o
     }
     *out = near;
     near = NULL;
-out:
-    sc_free(sets);
-    sc_free(near);
-    sc_free(around);
-    return status;
+    return SC_OK;
 }

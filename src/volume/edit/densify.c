@@ -292,10 +292,8 @@ static sc_status widen_ids(label_pass *pass)
 {
     widening w = {.narrow = pass->ids};
     void *block;
-    sc_status status = sc_zalloc(pass->ctx, pass->wanted, sizeof(uint16_t), &block);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(pass->ctx, pass->wanted, sizeof(uint16_t), &block));
     w.wide = block;
     sc_parallel_for(pass->threads, pass->wanted, RANGE_VOXELS, widen_range, &w);
     sc_free(pass->ids);
@@ -309,7 +307,6 @@ static sc_status widen_ids(label_pass *pass)
 static sc_status visit_batch(label_pass *pass, size_t count)
 {
     size_t bad = SIZE_MAX;
-    sc_status status;
 
     if (pass->ahead)
         sc_stage_for(pass->ctx, count, pass->threads, RANGE_VOXELS + count, RANGE_VOXELS,
@@ -328,13 +325,12 @@ static sc_status visit_batch(label_pass *pass, size_t count)
                        SC_LABELS_MAX - 1);
     if (!atomic_load(&pass->too_wide))
         return SC_OK;
-    SC_TRY(widen_ids(pass));
+    SC_PASS(widen_ids(pass));
     atomic_store(&pass->too_wide, false);
     pass->recounts = true;
     sc_parallel_for(pass->threads, count, RANGE_VOXELS, visit_range, pass);
     pass->recounts = false;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Add what all threads have tallied to what the first one has; the box of a label without voxels is
@@ -407,17 +403,11 @@ static sc_status order_labels(label_pass *pass, sc_volume *volume, sc_label_tall
     value_set *set = &pass->set;
     const int count = atomic_load(&set->count);
     sc_label *labels;
-    void *block;
-    sc_status status = sc_zalloc(pass->ctx, (size_t)count, sizeof *labels, &block);
 
-    if (status != SC_OK)
-        return status;
-    volume->labels = labels = block;
+    SC_PASS(SC_ZALLOC(pass->ctx, (size_t)count, &labels));
+    volume->labels = labels;
     volume->label_count = count;
-    status = sc_alloc(pass->ctx, (size_t)count, sizeof **tallies, &block);
-    if (status != SC_OK)
-        return status;
-    *tallies = block;
+    SC_PASS(SC_ALLOC(pass->ctx, (size_t)count, tallies));
     for (size_t slot = 0; slot < SLOTS; slot++) {
         const int32_t id = atomic_load_explicit(&set->ids[slot], memory_order_relaxed);
 
@@ -524,17 +514,11 @@ static void warn_of_grey_values(const label_pass *pass, const sc_volume *volume)
 /* Allocate an empty set. @return SC_ERR_MEMORY; what was allocated end_set frees. */
 static sc_status begin_set(const sc_ctx *ctx, value_set *set)
 {
-    void *block;
-    sc_status status;
-
-    SC_TRY(sc_alloc(ctx, SLOTS, sizeof *set->values, &block));
-    set->values = block;
-    SC_TRY(sc_alloc(ctx, SLOTS, sizeof *set->ids, &block));
-    set->ids = block;
+    SC_PASS(SC_ALLOC(ctx, SLOTS, &set->values));
+    SC_PASS(SC_ALLOC(ctx, SLOTS, &set->ids));
     for (size_t slot = 0; slot < SLOTS; slot++)
         atomic_init(&set->ids[slot], SLOT_FREE);
-out:
-    return status;
+    return SC_OK;
 }
 
 static void end_set(value_set *set)
@@ -549,41 +533,32 @@ static sc_status list_outside(const label_pass *pass, sc_volume *volume)
 {
     const value_set *set = &pass->outside;
     sc_label_table *table = &volume->outside;
-    sc_status status = SC_OK;
 
-    for (size_t slot = 0; set->values && slot < SLOTS && status == SC_OK; slot++) {
+    for (size_t slot = 0; set->values && slot < SLOTS; slot++) {
         const sc_label label = {.value = set->values[slot], .opacity = -1};
 
         if (set->ids[slot] >= 0 && !sc_volume_label(volume, label.value))
-            status = sc_label_table_add(pass->ctx, table, &label);
+            SC_PASS(sc_label_table_add(pass->ctx, table, &label));
     }
     if (table->count)
         qsort(table->rows, table->count, sizeof *table->rows, by_value);
-    return status;
+    return SC_OK;
 }
 
 /* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated end_workers frees.
  */
 static sc_status begin_workers(label_pass *pass)
 {
-    void *block;
-    sc_status status;
-
-    SC_TRY(sc_zalloc(pass->ctx, (size_t)pass->threads, sizeof *pass->workers, &block));
-    pass->workers = block;
+    SC_PASS(SC_ZALLOC(pass->ctx, (size_t)pass->threads, &pass->workers));
     for (int i = 0; i < pass->threads; i++) {
         label_worker *w = &pass->workers[i];
 
         w->bad = SIZE_MAX;
-        SC_TRY(sc_zalloc(pass->ctx, SC_LABELS_MAX, sizeof *w->tallies, &block));
-        w->tallies = block;
-        SC_TRY(sc_zalloc(pass->ctx, SC_LABELS_MAX, sizeof *w->runs, &block));
-        w->runs = block;
-        SC_TRY(sc_alloc(pass->ctx, BLOCK_VOXELS, 2 * sizeof *w->values, &block));
-        w->values = block;
+        SC_PASS(SC_ZALLOC(pass->ctx, SC_LABELS_MAX, &w->tallies));
+        SC_PASS(SC_ZALLOC(pass->ctx, SC_LABELS_MAX, &w->runs));
+        SC_PASS(sc_alloc(pass->ctx, BLOCK_VOXELS, 2 * sizeof *w->values, &w->values));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 static void end_workers(label_pass *pass)

@@ -11,13 +11,10 @@ sc_status sc_relabel_make(const sc_ctx *ctx, const sc_label *labels, int count, 
                           const char *const *names, sc_relabel *out)
 {
     sc_relabel made = {0};
-    void *block;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)count, sizeof *made.to, &block));
-    made.to = block;
-    SC_TRY(sc_alloc(ctx, (size_t)count, sizeof *made.labels, &block));
-    made.labels = block;
+    SC_TRY(SC_ZALLOC(ctx, (size_t)count, &made.to));
+    SC_TRY(SC_ALLOC(ctx, (size_t)count, &made.labels));
     for (int id = 0; id < count; id++) {
         if (into[id] != id)
             continue;
@@ -75,17 +72,14 @@ sc_status sc_relabel_with(const sc_ctx *ctx, const sc_label *labels, int label_c
                           const sc_label_table *more, sc_relabel *out)
 {
     const size_t most = (size_t)label_count + more->count;
-    sc_relabel made = {.label_count = 1};
+    SC_OWN(sc_relabel_clear) sc_relabel made = {.label_count = 1};
     candidate *all;
-    void *block, *owned = NULL;
+    SC_OWN(sc_free_at) void *owned = NULL;
     size_t count = 0;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)label_count, sizeof *made.to, &block));
-    made.to = block;
-    SC_TRY(sc_alloc(ctx, most, sizeof *made.labels, &block));
-    made.labels = block;
-    SC_TRY(sc_alloc(ctx, most, sizeof *all, &owned));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)label_count, &made.to));
+    SC_PASS(SC_ALLOC(ctx, most, &made.labels));
+    SC_PASS(sc_alloc(ctx, most, sizeof *all, &owned));
     all = owned;
     for (int id = 1; id < label_count; id++)
         all[count++] = (candidate){&labels[id], id};
@@ -109,10 +103,7 @@ sc_status sc_relabel_with(const sc_ctx *ctx, const sc_label *labels, int label_c
     }
     *out = made;
     made = (sc_relabel){0};
-out:
-    sc_relabel_clear(&made);
-    sc_free(owned);
-    return status;
+    return SC_OK;
 }
 
 /* What the threads of sc_volume_relabel share. */
@@ -156,17 +147,15 @@ static sc_status relabel_ids(const sc_ctx *ctx, sc_volume *volume, const sc_rela
                       .from_bytes = volume->label_bytes,
                       .to_bytes = widens ? 2 : volume->label_bytes,
                       .map = relabel->to};
-    sc_status status = SC_OK;
 
     if (widens)
-        SC_TRY(sc_alloc(ctx, sc_volume_voxels(volume), sizeof(uint16_t), &w.to));
+        SC_PASS(sc_alloc(ctx, sc_volume_voxels(volume), sizeof(uint16_t), &w.to));
     sc_parallel_for(threads, sc_volume_voxels(volume), 1 << 20, relabel_range, &w);
     if (widens)
         sc_free(volume->ids);
     volume->ids = w.to;
     volume->label_bytes = w.to_bytes;
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_volume_relabel(const sc_ctx *ctx, sc_volume *volume, sc_relabel *relabel, int threads)
@@ -183,11 +172,10 @@ sc_status sc_label_scan_relabel(const sc_ctx *ctx, sc_label_scan *scan, sc_relab
     const sc_label_tally nothing = {0, {0, 0, 0}, {-1, -1, -1}};
     const int count = scan->volume.label_count;
     sc_label_tally *tallies;
-    void *block = NULL;
-    sc_status status = SC_OK;
+    SC_OWN(sc_free_at) void *block = NULL;
 
     if (scan->tallies) {
-        SC_TRY(sc_alloc(ctx, (size_t)relabel->label_count, sizeof *tallies, &block));
+        SC_PASS(sc_alloc(ctx, (size_t)relabel->label_count, sizeof *tallies, &block));
         tallies = block;
         for (int id = 0; id < relabel->label_count; id++)
             tallies[id] = nothing;
@@ -206,16 +194,14 @@ sc_status sc_label_scan_relabel(const sc_ctx *ctx, sc_label_scan *scan, sc_relab
         }
     }
     if (scan->volume.ids)
-        SC_TRY(relabel_ids(ctx, &scan->volume, relabel, ctx->threads));
+        SC_PASS(relabel_ids(ctx, &scan->volume, relabel, ctx->threads));
     if (scan->tallies) {
         sc_free(scan->tallies);
         scan->tallies = block;
         block = NULL;
     }
     take_labels(&scan->volume, relabel);
-out:
-    sc_free(block);
-    return status;
+    return SC_OK;
 }
 
 /* ---- boxes ---- */

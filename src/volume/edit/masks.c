@@ -53,25 +53,14 @@ static sc_status add_mask(const sc_ctx *ctx, const char *directory, const char *
                           size_t *capacity, sc_source *source)
 {
     sc_text text = {0};
-    sc_status status;
 
     if (source->mask_count == SC_LABELS_MAX - 1)
         return sc_fail(ctx, SC_ERR_DATA, "%s: has more than %d masks, expected at most so many",
                        directory, SC_LABELS_MAX - 1);
-    if (source->mask_count == *capacity) {
-        void *block;
-
-        *capacity = *capacity ? 2 * *capacity : 64;
-        SC_TRY(sc_alloc(ctx, *capacity, sizeof *source->masks, &block));
-        if (source->mask_count)
-            memcpy(block, source->masks, source->mask_count * sizeof *source->masks);
-        sc_free(source->masks);
-        source->masks = block;
-    }
-    SC_TRY(sc_text_add(ctx, &text, "%s/%s", directory, name));
+    SC_PASS(SC_GROW(ctx, source->mask_count, capacity, &source->masks));
+    SC_PASS(sc_text_add(ctx, &text, "%s/%s", directory, name));
     source->masks[source->mask_count++] = (sc_mask){.file = text.data};
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Find the files that are named like volumes, and sort them. */
@@ -245,8 +234,6 @@ static sc_status unite(const sc_ctx *ctx, const char *path, sc_source *source)
 {
     int64_t low[3] = {0, 0, 0}, high[3], size[3];
     sc_vec3 first;
-    size_t voxels;
-    sc_status status;
 
     for (int a = 0; a < 3; a++)
         high[a] = source->size[a];
@@ -263,19 +250,17 @@ static sc_status unite(const sc_ctx *ctx, const char *path, sc_source *source)
     }
     for (int a = 0; a < 3; a++)
         size[a] = high[a] - low[a];
-    SC_TRY(sc_grid_voxels(ctx, path, size, 2, &voxels));
+    SC_PASS(sc_grid_voxels(ctx, path, size, 2, source->size, NULL));
     first = sc_affine_point(&source->to_ras_mm,
                             (sc_vec3){(double)low[0], (double)low[1], (double)low[2]});
     source->to_ras_mm.m[0][3] = first.x;
     source->to_ras_mm.m[1][3] = first.y;
     source->to_ras_mm.m[2][3] = first.z;
     for (int a = 0; a < 3; a++) {
-        source->size[a] = (int)size[a];
         for (size_t i = 0; i < source->mask_count; i++)
             source->masks[i].low[a] -= (int)low[a];
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* @return whether two names differ in nothing but their numbers. */
@@ -340,36 +325,32 @@ static sc_status open_one(const sc_ctx *ctx, const char *file, bool header_only,
 
 sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
 {
-    sc_source source = {.slope = 1, .numbered = true}, mask = {.slope = 1};
+    SC_OWN(sc_source_clear) sc_source source = {.slope = 1, .numbered = true}, mask = {.slope = 1};
     sc_ctx errors = *ctx; /* what is warned of one mask, is so of all */
-    sc_status status;
 
     errors.level = SC_LOG_ERROR;
-    SC_TRY(list_masks(ctx, path, &source));
-    SC_TRY(name_masks(ctx, path, &source));
+    SC_PASS(list_masks(ctx, path, &source));
+    SC_PASS(name_masks(ctx, path, &source));
     for (size_t i = 0; i < source.mask_count; i++) {
-        SC_TRY(open_one(i ? &errors : ctx, source.masks[i].file, true, &mask));
-        SC_TRY(
+        SC_PASS(open_one(i ? &errors : ctx, source.masks[i].file, true, &mask));
+        SC_PASS(
             sc_source_choose_phase(ctx, source.masks[i].file, &(sc_read_choice){0}, true, &mask));
         if (i == 0) {
             memcpy(source.size, mask.size, sizeof source.size);
             source.to_ras_mm = mask.to_ras_mm;
             source.oriented = mask.oriented;
         }
-        SC_TRY(check_geometry(ctx, &source, i, &mask));
+        SC_PASS(check_geometry(ctx, &source, i, &mask));
         sc_source_clear(&mask);
         mask.slope = 1;
     }
-    SC_TRY(check_no_slices(ctx, path, &source));
+    SC_PASS(check_no_slices(ctx, path, &source));
     if (source.mask_count)
-        SC_TRY(unite(ctx, path, &source));
+        SC_PASS(unite(ctx, path, &source));
     tell_places(ctx, path, &source);
     *out = source;
     source = (sc_source){0};
-out:
-    sc_source_clear(&mask);
-    sc_source_clear(&source);
-    return status;
+    return SC_OK;
 }
 
 /* ---- voxels ---- */
@@ -622,14 +603,12 @@ static sc_status open_mask(const painting *p, size_t i, mask_reading *r)
 {
     const sc_mask *mask = &p->source->masks[i];
     sc_ctx errors = *p->ctx;
-    sc_status status;
 
     errors.level = SC_LOG_ERROR; /* its warnings were given when the headers were read */
     r->source = (sc_source){.slope = 1};
-    SC_TRY(open_one(&errors, mask->file, false, &r->source));
-    SC_TRY(check_geometry(p->ctx, p->source, i, &r->source)); /* it may have changed */
-out:
-    return status;
+    SC_PASS(open_one(&errors, mask->file, false, &r->source));
+    SC_PASS(check_geometry(p->ctx, p->source, i, &r->source)); /* it may have changed */
+    return SC_OK;
 }
 
 /* sc_range_fn: read the masks of the readings [begin, end), without messages. */
@@ -681,7 +660,6 @@ static sc_status paint(painting *p, size_t i, const uint64_t *mask)
     const size_t words = words_of(p->voxels);
     uint8_t *narrow = p->bytes == 1 ? p->labels : NULL;
     uint16_t *wide = p->bytes == 1 ? NULL : p->labels;
-    sc_status status = SC_OK;
 
     memset(p->lost, 0, (i + 1) * sizeof *p->lost);
     for (size_t word = 0; word < words; word++) {
@@ -701,55 +679,50 @@ static sc_status paint(painting *p, size_t i, const uint64_t *mask)
                 wide[at] = (uint16_t)(i + 1);
         }
     }
-    for (size_t k = 0; k < i && status == SC_OK; k++) {
+    for (size_t k = 0; k < i; k++) {
         const bool wins = wins_over(p, i, k);
 
-        status = sc_overlap_add(p->ctx, wins ? i : k, wins ? k : i, p->lost[k + 1],
-                                &p->source->overlaps);
+        SC_PASS(sc_overlap_add(p->ctx, wins ? i : k, wins ? k : i, p->lost[k + 1],
+                               &p->source->overlaps));
     }
-    return status;
+    return SC_OK;
 }
 
 /* Tell which masks are empty, and what overlaps. */
 static sc_status report(painting *p)
 {
     const sc_label *rows = p->source->table.rows;
-    sc_text names = {0};
+    SC_OWN(sc_text_clear) sc_text names = {0};
     size_t empty = 0;
-    sc_status status = SC_OK;
 
     for (size_t i = 0; i < words_of(p->voxels); i++)
         p->source->overlaps.voxels += (uint64_t)__builtin_popcountll(p->twice[i]);
     for (size_t i = 0; i < p->source->mask_count; i++) {
         p->source->overlaps.covers[i] = p->source->masks[i].voxels > 0;
         if (!p->rule->left_out[i] && p->source->masks[i].voxels == 0 && empty++ < 8)
-            SC_TRY(sc_text_add(p->ctx, &names, "%s%s", empty > 1 ? ", " : "", rows[i].name));
+            SC_PASS(sc_text_add(p->ctx, &names, "%s%s", empty > 1 ? ", " : "", rows[i].name));
     }
     if (empty)
         sc_info(p->ctx, "%s: %zu of %zu masks %s empty: %s%s", p->path, empty,
                 p->source->mask_count, empty == 1 ? "is" : "are", names.data,
                 empty > 8 ? ", ..." : "");
-out:
-    sc_text_clear(&names);
-    return status;
+    return SC_OK;
 }
 
 /* Allocate what each of the threads works on. What was allocated free_readings frees. */
 static sc_status alloc_readings(painting *p)
 {
     void *block;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(p->ctx, p->threads, sizeof *p->readings, &block));
+    SC_PASS(sc_zalloc(p->ctx, p->threads, sizeof *p->readings, &block));
     p->readings = block;
     for (size_t k = 0; k < p->threads; k++) {
-        SC_TRY(sc_alloc(p->ctx, words_of(p->voxels), sizeof(uint64_t), &block));
+        SC_PASS(sc_alloc(p->ctx, words_of(p->voxels), sizeof(uint64_t), &block));
         p->readings[k].bits = block;
-        SC_TRY(sc_alloc(p->ctx, SC_STREAM_BLOCK, 2 * sizeof(int64_t), &block));
+        SC_PASS(sc_alloc(p->ctx, SC_STREAM_BLOCK, 2 * sizeof(int64_t), &block));
         p->readings[k].block = block;
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 static void free_readings(painting *p)

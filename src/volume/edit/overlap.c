@@ -37,32 +37,26 @@ sc_status sc_overlap_rule_make(const sc_ctx *ctx, const char *path, const sc_rea
                                const sc_source *source, sc_overlap_rule *out)
 {
     const sc_label_table *table = &source->table;
-    sc_overlap_rule rule = {.overlap = choice->overlap};
+    SC_OWN(sc_overlap_rule_clear) sc_overlap_rule rule = {.overlap = choice->overlap};
     const char *name = choice->overlap_names;
-    void *block;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, table->count + 1, sizeof *rule.left_out, &block));
-    rule.left_out = block;
+    SC_PASS(SC_ZALLOC(ctx, table->count + 1, &rule.left_out));
     if (choice->leave_out)
-        SC_TRY(choice->leave_out(choice->user, table, source->numbered, rule.left_out));
+        SC_PASS(choice->leave_out(choice->user, table, source->numbered, rule.left_out));
     if (choice->overlap == SC_OVERLAP_NAMES) {
-        SC_TRY(sc_alloc(ctx, table->count + 1, sizeof *rule.ranks, &block));
-        rule.ranks = block;
+        SC_PASS(SC_ALLOC(ctx, table->count + 1, &rule.ranks));
         for (size_t i = 0; i < table->count; i++)
             rule.ranks[i] = INT_MAX;
     }
     for (int rank = 0; rule.ranks && name && *name; rank++) {
         const size_t length = strcspn(name, "\n");
 
-        SC_TRY(rank_rows(ctx, path, name, length, rank, table, rule.ranks));
+        SC_PASS(rank_rows(ctx, path, name, length, rank, table, rule.ranks));
         name += length + (name[length] == '\n');
     }
     *out = rule;
     rule = (sc_overlap_rule){0};
-out:
-    sc_overlap_rule_clear(&rule);
-    return status;
+    return SC_OK;
 }
 
 void sc_overlap_rule_clear(sc_overlap_rule *rule)
@@ -87,28 +81,18 @@ enum { PAIRS_LISTED_MAX = 1 << 20 };
 
 sc_status sc_overlap_count_begin(const sc_ctx *ctx, size_t rows, sc_overlap_count *out)
 {
-    void *block;
-    sc_status status;
-
-    SC_TRY(sc_zalloc(ctx, rows + 1, sizeof *out->lost, &block));
-    out->lost = block;
-    SC_TRY(sc_zalloc(ctx, rows + 1, sizeof *out->covers, &block));
-    out->covers = block;
-out:
-    return status;
+    SC_PASS(SC_ZALLOC(ctx, rows + 1, &out->lost));
+    return SC_ZALLOC(ctx, rows + 1, &out->covers);
 }
 
 sc_status sc_overlap_add(const sc_ctx *ctx, size_t winner, size_t loser, uint64_t voxels,
                          sc_overlap_count *count)
 {
     sc_overlap_list *list = &count->pairs;
-    sc_status status;
 
     if (!voxels || list->count == PAIRS_LISTED_MAX)
         return SC_OK;
-    status = sc_list_grow(ctx, list->count, sizeof *list->pairs, &list->capacity, &list->pairs);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(SC_GROW(ctx, list->count, &list->capacity, &list->pairs));
     list->pairs[list->count++] = (sc_overlap_pair){winner, loser, voxels};
     count->lost[loser] = true;
     return SC_OK;
@@ -117,11 +101,9 @@ sc_status sc_overlap_add(const sc_ctx *ctx, size_t winner, size_t loser, uint64_
 sc_status sc_overlap_add_all(const sc_ctx *ctx, const uint64_t *voxels, size_t rows,
                              sc_overlap_count *count)
 {
-    sc_status status = SC_OK;
-
-    for (size_t i = 0; voxels && i < rows * rows && status == SC_OK; i++)
-        status = sc_overlap_add(ctx, i / rows, i % rows, voxels[i], count);
-    return status;
+    for (size_t i = 0; voxels && i < rows * rows; i++)
+        SC_PASS(sc_overlap_add(ctx, i / rows, i % rows, voxels[i], count));
+    return SC_OK;
 }
 
 void sc_overlap_list_clear(sc_overlap_list *list)
@@ -144,22 +126,19 @@ static sc_status warn_of_covered(const sc_ctx *ctx, const char *path, const sc_s
                                  const sc_volume *volume)
 {
     const sc_label_table *table = &source->table;
-    sc_text names = {0};
+    SC_OWN(sc_text_clear) sc_text names = {0};
     size_t covered = 0;
-    sc_status status = SC_OK;
 
     for (size_t i = 0; source->overlaps.lost && i < table->count; i++) {
         if (source->overlaps.lost[i] && !sc_volume_label(volume, table->rows[i].value))
-            SC_TRY(sc_label_list_add(ctx, &names, covered++, &table->rows[i]));
+            SC_PASS(sc_label_list_add(ctx, &names, covered++, &table->rows[i]));
     }
     if (covered)
         sc_warn(ctx,
                 "%s: nothing is shown of %zu tissue%s, all of whose voxels belong to others, too: "
                 "%s; `overlap: [NAME, ...]` shows those first that it names",
                 path, covered, covered == 1 ? "" : "s", names.data);
-out:
-    sc_text_clear(&names);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_overlap_warn(const sc_ctx *ctx, const char *path, const sc_source *source,
@@ -207,18 +186,15 @@ static int by_voxels(const void *a, const void *b)
 
 sc_status sc_overlap_list_take(const sc_ctx *ctx, sc_source *source, sc_overlap_list *out)
 {
-    sc_overlap_list list = source->overlaps.pairs;
-    sc_status status = SC_OK;
+    SC_OWN(sc_overlap_list_clear) sc_overlap_list list = source->overlaps.pairs;
 
     source->overlaps.pairs = (sc_overlap_list){0};
     for (size_t i = 0; list.count && i < source->table.count; i++)
-        SC_TRY(sc_label_table_add(ctx, &list.tissues, &source->table.rows[i]));
+        SC_PASS(sc_label_table_add(ctx, &list.tissues, &source->table.rows[i]));
     if (list.count)
         qsort(list.pairs, list.count, sizeof *list.pairs, by_voxels);
     sc_overlap_list_clear(out);
     *out = list;
     list = (sc_overlap_list){0};
-out:
-    sc_overlap_list_clear(&list);
-    return status;
+    return SC_OK;
 }

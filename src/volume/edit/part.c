@@ -20,10 +20,8 @@ sc_status sc_source_cut(const sc_ctx *ctx, const char *path, const sc_read_choic
 {
     const int *size = source->size;
     sc_voxel_box box = {{0, 0, 0}, {size[0] - 1, size[1] - 1, size[2] - 1}};
-    const sc_status status = sc_header_apply(ctx, path, choice, source);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_header_apply(ctx, path, choice, source));
     if (choice->box == SC_READ_MM)
         box = sc_voxels_between(size, &source->to_ras_mm, choice->corners);
     for (int i = 0; i < 3; i++) {

@@ -257,11 +257,10 @@ sc_status sc_header_apply(const sc_ctx *ctx, const char *path, const sc_read_cho
     header_line r = {.ctx = ctx, .where = sc_read_where(choice, path), .unit_mm = 1};
     sc_affine *to_ras_mm = &source->to_ras_mm;
     double before[3];
-    sc_status status;
 
     if (!choice->header || !choice->header[0])
         return SC_OK;
-    SC_TRY(read_line(&r, choice->header));
+    SC_PASS(read_line(&r, choice->header));
     for (int i = 0; i < 3; i++)
         before[i] = sc_vec3_length(sc_affine_column(to_ras_mm, i));
     for (int i = 0; i < 3; i++)
@@ -279,8 +278,7 @@ sc_status sc_header_apply(const sc_ctx *ctx, const char *path, const sc_read_cho
     if (!r.is_raw && r.has_axes && source->oriented)
         sc_info(ctx, "%s: its axes are said to lead to %s, whatever the file says", path, r.axes);
     source->oriented = source->oriented || r.has_axes;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Set size, file, encoding, offset_bytes, skip_bytes and swapped of @p source. @return
@@ -291,9 +289,8 @@ static sc_status find_voxels(const header_line *r, const char *path, sc_source *
     struct stat info;
     uint64_t needed, bytes;
     size_t voxels;
-    sc_status status;
 
-    SC_TRY(sc_grid_voxels(r->ctx, r->where, r->size, each, &voxels));
+    SC_PASS(sc_grid_voxels(r->ctx, r->where, r->size, each, source->size, &voxels));
     if (stat(path, &info))
         return sc_fail(r->ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     if (!S_ISREG(info.st_mode))
@@ -303,7 +300,7 @@ static sc_status find_voxels(const header_line *r, const char *path, sc_source *
     source->encoding = SC_ENCODING_PLAIN;
     source->offset_bytes = r->skip_bytes;
     if (bytes != needed && sc_is_gzip(path)) {
-        SC_TRY(sc_check_file_bytes(r->ctx, path, (double)needed));
+        SC_PASS(sc_check_file_bytes(r->ctx, path, (double)needed));
         source->encoding = SC_ENCODING_GZIP;
         source->offset_bytes = 0;
         source->skip_bytes = r->skip_bytes;
@@ -316,29 +313,22 @@ static sc_status find_voxels(const header_line *r, const char *path, sc_source *
             (long long)r->size[2], each, each > 1 ? "s" : "",
             r->skip_bytes ? " behind what is skipped" : "", (unsigned long long)needed);
     }
-    for (int i = 0; i < 3; i++)
-        source->size[i] = (int)r->size[i];
     source->swapped = r->big != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__) && each > 1;
-    status = sc_path_join(r->ctx, "", path, &source->file);
-out:
-    return status;
+    return sc_path_join(r->ctx, "", path, &source->file);
 }
 
 sc_status sc_open_raw(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                       sc_source *out)
 {
     header_line r = {.ctx = ctx, .where = sc_read_where(read, path), .unit_mm = 1};
-    sc_source source = {.slope = 1};
-    sc_status status;
+    SC_OWN(sc_source_clear) sc_source source = {.slope = 1};
 
-    SC_TRY(read_line(&r, read->header));
+    SC_PASS(read_line(&r, read->header));
     source.type = r.type;
-    SC_TRY(find_voxels(&r, path, &source));
+    SC_PASS(find_voxels(&r, path, &source));
     for (int i = 0; i < 3; i++)
         source.to_ras_mm.m[i][i] = 1;
     *out = source;
     source = (sc_source){0};
-out:
-    sc_source_clear(&source);
-    return status;
+    return SC_OK;
 }

@@ -84,15 +84,13 @@ out:
 static sc_status add_list(const sc_ctx *ctx, const char *header, const sc_meta_series *series,
                           const sc_source *source, slice_files *files)
 {
-    sc_status status = SC_OK;
-
     if (series->names[4 + strspn(series->names + 4, " \t")] &&
         strtol(series->names + 4, NULL, 10) != 2)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: ElementDataFile is \"%.80s\"; expected LIST or LIST 2, a file for each "
                        "slice",
                        header, series->names);
-    for (char *line = series->list, *next; line && *line && status == SC_OK; line = next) {
+    for (char *line = series->list, *next; line && *line; line = next) {
         char *end = line + strcspn(line, "\n");
 
         next = *end ? end + 1 : NULL;
@@ -101,9 +99,9 @@ static sc_status add_list(const sc_ctx *ctx, const char *header, const sc_meta_s
         *end = '\0';
         line += strspn(line, " \t");
         if (*line)
-            status = add_file(ctx, header, line, source, files);
+            SC_PASS(add_file(ctx, header, line, source, files));
     }
-    return status;
+    return SC_OK;
 }
 
 /* Add the files of a pattern: "slice%03d.raw FIRST LAST STEP"; without LAST as many as there are
@@ -154,10 +152,9 @@ static sc_status read_slice(const sc_ctx *ctx, const sc_source *source, int inde
                        .encoding = files->compressed ? SC_ENCODING_ZLIB : SC_ENCODING_PLAIN,
                        .file = path};
     const size_t each = sc_voxel_type_bytes(source->type), all = sc_source_voxels(&slice);
-    sc_voxel_stream *stream = NULL;
+    SC_OWN(sc_stream_close_at) sc_voxel_stream *stream = NULL;
     struct stat info;
     int64_t begin;
-    sc_status status;
 
     if (stat(path, &info))
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
@@ -165,16 +162,14 @@ static sc_status read_slice(const sc_ctx *ctx, const sc_source *source, int inde
     if (begin < 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: has become too short for its slice", path);
     slice.offset_bytes = (uint64_t)begin;
-    SC_TRY(sc_stream_open(ctx, path, &slice, &stream));
+    SC_PASS(sc_stream_open(ctx, path, &slice, &stream));
     for (size_t done = 0, count; done < all; done += count) {
         const void *raw;
 
-        SC_TRY(sc_stream_next_raw(stream, &raw, &count));
+        SC_PASS(sc_stream_next_raw(stream, &raw, &count));
         memcpy(out + done * each, raw, count * each);
     }
-out:
-    sc_stream_close(stream);
-    return status;
+    return SC_OK;
 }
 
 /* sc_slices_fn of a series. */
@@ -183,12 +178,11 @@ static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_sourc
 {
     const size_t slice_bytes =
         (size_t)source->size[0] * (size_t)source->size[1] * sc_voxel_type_bytes(source->type);
-    sc_status status = SC_OK;
 
     (void)path; /* a message names the file of the slice */
-    for (int i = 0; i < count && status == SC_OK; i++)
-        status = read_slice(ctx, source, first + i, (char *)out + (size_t)i * slice_bytes);
-    return status;
+    for (int i = 0; i < count; i++)
+        SC_PASS(read_slice(ctx, source, first + i, (char *)out + (size_t)i * slice_bytes));
+    return SC_OK;
 }
 
 sc_status sc_meta_open_series(const sc_ctx *ctx, const char *header, const sc_meta_series *series,
@@ -279,9 +273,8 @@ static sc_status read_numbers(const sc_ctx *ctx, const char *path, const sc_sour
 sc_status sc_meta_open_text(const sc_ctx *ctx, sc_source *source)
 {
     void *block;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof(number_file), &block));
+    SC_PASS(sc_zalloc(ctx, 1, sizeof(number_file), &block));
     source->encoding = SC_ENCODING_SLICES;
     source->type = SC_VOXEL_DOUBLE;
     source->swapped = false;
@@ -289,6 +282,5 @@ sc_status sc_meta_open_text(const sc_ctx *ctx, sc_source *source)
     source->read_slices = read_numbers;
     source->data = block;
     source->release = release_numbers;
-out:
-    return status;
+    return SC_OK;
 }

@@ -76,9 +76,7 @@ static sc_status read_extensions(const sc_ctx *ctx, const char *path, gzFile fil
             return SC_OK;
         }
         left -= (uint64_t)size;
-        status = sc_zalloc(ctx, (size_t)size - HEAD_BYTES + 1, 1, &text);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(sc_zalloc(ctx, (size_t)size - HEAD_BYTES + 1, 1, &text));
         count = read_bytes(file, text, (size_t)size - HEAD_BYTES);
         status = read_table(ctx, path, text, count, table, &found);
         sc_free(text);

@@ -74,20 +74,11 @@ static sc_status read_text(const reading *r, FILE *stream, size_t *bytes)
     bool last = false;
 
     while (!end && !last) {
-        void *block;
-        sc_status status;
-
         if (count >= HEADER_MAX_BYTES)
             return sc_fail(r->ctx, SC_ERR_DATA,
                            "%s: its header does not end within %d bytes, expected an empty line",
                            r->path, HEADER_MAX_BYTES);
-        status = sc_alloc(r->ctx, capacity + 1, 1, &block);
-        if (status != SC_OK)
-            return status;
-        if (count)
-            memcpy(block, r->header->text, count);
-        sc_free(r->header->text);
-        r->header->text = block;
+        SC_PASS(SC_RESIZE(r->ctx, count, capacity + 1, &r->header->text));
         count += fread(r->header->text + count, 1, capacity - count, stream);
         last = count < capacity;
         end = find_end(r->header->text, count, last, &at, &line);
@@ -127,9 +118,7 @@ static sc_status add_file(reading *r, const char *name)
                        "%s:%d: names more than %d data files; join them, for example with Teem: "
                        "`unu join -a 2 -i FILE... -o labels.nrrd`",
                        r->path, r->line, FILES_MAX);
-    status = sc_data_file(r->ctx, r->path, "data file", name, &path, &bytes);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_data_file(r->ctx, r->path, "data file", name, &path, &bytes));
     status = sc_text_add(r->ctx, &h->paths, "%s%c", path, '\0');
     if (status != SC_OK) {
         sc_free(path);
@@ -153,8 +142,7 @@ static sc_status add_pattern(reading *r, char *value)
     sc_name_pattern pattern;
     int used = 0;
     unsigned dimension = 0;
-    sc_text name = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_text_clear) sc_text name = {0};
 
     if (*numbers)
         *numbers++ = '\0';
@@ -172,16 +160,14 @@ static sc_status add_pattern(reading *r, char *value)
                        "example with Teem: `unu join -a 2 -i FILE... -o labels.nrrd`",
                        r->path, r->line, (to - from) / step + 1, FILES_MAX);
     if (sscanf(numbers + used, "%3u", &dimension) == 1)
-        SC_TRY(sc_text_add(r->ctx, &r->header->list, "data file: LIST %u\n", dimension));
+        SC_PASS(sc_text_add(r->ctx, &r->header->list, "data file: LIST %u\n", dimension));
     else
-        SC_TRY(sc_text_add(r->ctx, &r->header->list, "data file: LIST\n"));
+        SC_PASS(sc_text_add(r->ctx, &r->header->list, "data file: LIST\n"));
     for (long long i = 0; i <= (to - from) / step; i++) {
-        SC_TRY(sc_name_pattern_write(r->ctx, &pattern, from + i * step, &name));
-        SC_TRY(add_file(r, name.data));
+        SC_PASS(sc_name_pattern_write(r->ctx, &pattern, from + i * step, &name));
+        SC_PASS(add_file(r, name.data));
     }
-out:
-    sc_text_clear(&name);
-    return status;
+    return SC_OK;
 }
 
 /* Take the value of the field "data file"; *next is the line behind it, moved behind the names of a
@@ -189,7 +175,6 @@ out:
 static sc_status read_data_file(reading *r, char *value, char **next)
 {
     const char *dimension = value + 4;
-    sc_status status;
 
     if (r->header->file_count)
         return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: data file is given twice", r->path, r->line);
@@ -201,24 +186,23 @@ static sc_status read_data_file(reading *r, char *value, char **next)
     if (strchr(value, '%'))
         return add_pattern(r, value);
     if (strncmp(value, "LIST", 4) != 0) {
-        SC_TRY(sc_text_add(r->ctx, &r->header->list, "data file: "));
+        SC_PASS(sc_text_add(r->ctx, &r->header->list, "data file: "));
         return add_file(r, value);
     }
     if (strlen(dimension) > 8 || dimension[strspn(dimension, " \t0123456789")])
         return sc_fail(r->ctx, SC_ERR_DATA,
                        "%s:%d: data file is \"%.80s\", expected LIST and the dimension of a file",
                        r->path, r->line, value);
-    SC_TRY(sc_text_add(r->ctx, &r->header->list, "data file: %s\n", value));
+    SC_PASS(sc_text_add(r->ctx, &r->header->list, "data file: %s\n", value));
     while (*next && **next) {
         char *name = *next;
 
         *next = cut_line(name);
         r->line++;
         if (*name)
-            SC_TRY(add_file(r, name));
+            SC_PASS(add_file(r, name));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- keys and values ---- */
@@ -230,18 +214,12 @@ static sc_status segment_at(const reading *r, size_t number, sc_nrrd_segment **o
 
     if (number >= h->segment_capacity) {
         size_t capacity = h->segment_capacity ? h->segment_capacity : 64;
-        void *block;
-        sc_status status;
 
         while (capacity <= number)
             capacity *= 2;
-        status = sc_zalloc(r->ctx, capacity, sizeof *h->segments, &block);
-        if (status != SC_OK)
-            return status;
-        if (h->segment_count)
-            memcpy(block, h->segments, h->segment_count * sizeof *h->segments);
-        sc_free(h->segments);
-        h->segments = block;
+        SC_PASS(SC_RESIZE(r->ctx, h->segment_count, capacity, &h->segments));
+        memset(h->segments + h->segment_count, 0,
+               (capacity - h->segment_count) * sizeof *h->segments);
         h->segment_capacity = capacity;
     }
     if (number >= h->segment_count)
@@ -279,10 +257,8 @@ static sc_status read_key(const reading *r, char *key, char *value)
     number = strtoul(key + 7, &end, 10);
     for (size_t i = 0; i < SC_COUNT_OF(fields) && number < SC_LABELS_MAX; i++) {
         if (!strcmp(end, fields[i].name)) {
-            const sc_status status = segment_at(r, number, &segment);
 
-            if (status != SC_OK)
-                return status;
+            SC_PASS(segment_at(r, number, &segment));
             airUnescape(value);
             *(const char **)((char *)segment + fields[i].offset) = value;
         }
@@ -345,29 +321,27 @@ static sc_status add_spacings(const reading *r)
 {
     const char *spacing = r->spacings, *directions = r->directions ? r->directions : "";
     bool doubled = false;
-    sc_status status = SC_OK;
 
     if (!spacing)
         return SC_OK;
-    SC_TRY(sc_text_add(r->ctx, &r->header->fields, "spacings:"));
+    SC_PASS(sc_text_add(r->ctx, &r->header->fields, "spacings:"));
     for (spacing += strspn(spacing, " \t"); *spacing; spacing += strspn(spacing, " \t")) {
         const int length = (int)strcspn(spacing, " \t");
         const char *direction = next_direction(&directions);
         const bool has_both = direction && *direction == '(' && strncasecmp(spacing, "nan", 3) != 0;
 
-        SC_TRY(sc_text_add(r->ctx, &r->header->fields, " %.*s", has_both ? 3 : length,
-                           has_both ? "nan" : spacing));
+        SC_PASS(sc_text_add(r->ctx, &r->header->fields, " %.*s", has_both ? 3 : length,
+                            has_both ? "nan" : spacing));
         doubled = doubled || has_both;
         spacing += length;
     }
-    SC_TRY(sc_text_add(r->ctx, &r->header->fields, "\n"));
+    SC_PASS(sc_text_add(r->ctx, &r->header->fields, "\n"));
     if (doubled)
         sc_warn(r->ctx,
                 "%s: has spacings beside space directions, which say the same; the directions are "
                 "used",
                 r->path);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Sort one line into the header; *next as in read_data_file. */
@@ -375,7 +349,6 @@ static sc_status read_line(reading *r, char *line, char **next)
 {
     int field = nrrdField_unknown;
     char *value, *separator;
-    sc_status status;
 
     if (*line == '#')
         return SC_OK;
@@ -388,7 +361,7 @@ static sc_status read_line(reading *r, char *line, char **next)
         return read_key(r, line, separator + 2);
     }
     if (value && field == nrrdField_sizes)
-        SC_TRY(check_sizes(r, value));
+        SC_PASS(check_sizes(r, value));
     if (value && field == nrrdField_space_directions)
         r->directions = value;
     if (value && field == nrrdField_spacings && !r->spacings) {
@@ -399,9 +372,7 @@ static sc_status read_line(reading *r, char *line, char **next)
         return sc_fail(r->ctx, SC_ERR_DATA,
                        "%s:%d: the fields of the header are longer than %d bytes", r->path, r->line,
                        FIELDS_MAX_BYTES);
-    status = sc_text_add(r->ctx, &r->header->fields, "%s\n", line);
-out:
-    return status;
+    return sc_text_add(r->ctx, &r->header->fields, "%s\n", line);
 }
 
 sc_status sc_nrrd_header_read(const sc_ctx *ctx, const char *path, sc_nrrd_header *out)

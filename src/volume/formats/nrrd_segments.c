@@ -188,21 +188,17 @@ sc_status sc_nrrd_read_segments(const sc_ctx *ctx, const char *path, const sc_nr
 {
     sc_name_count names = {0};
     sc_label_table *table = &source->table;
-    void *block;
-    sc_status status = SC_OK;
 
     if (header->label_groups)
-        SC_TRY(read_groups(ctx, path, header->label_groups, source));
-    else if (source->layers > 1) {
-        SC_TRY(sc_zalloc(ctx, header->segment_count, sizeof(sc_segment), &block));
-        source->segments = block;
-    }
+        SC_PASS(read_groups(ctx, path, header->label_groups, source));
+    else if (source->layers > 1)
+        SC_PASS(sc_zalloc(ctx, header->segment_count, sizeof(sc_segment), &source->segments));
     for (size_t i = 0; i < header->segment_count; i++) {
         const size_t count = table->count;
 
         if (!header->segments[i].id && !header->segments[i].value)
             break;
-        SC_TRY(read_segment(ctx, path, &header->segments[i], i, source, &names));
+        SC_PASS(read_segment(ctx, path, &header->segments[i], i, source, &names));
         if (source->layers > 1 && table->count > count)
             place_segment(ctx, path, &header->segments[i], i, source);
         else if (source->layers <= 1)
@@ -212,6 +208,5 @@ sc_status sc_nrrd_read_segments(const sc_ctx *ctx, const char *path, const sc_nr
     if (source->layers > 1)
         number_segments(ctx, path, source);
     sc_name_warn(ctx, path, &names);
-out:
-    return status;
+    return SC_OK;
 }

@@ -115,18 +115,16 @@ static sc_status begin_voxels(const sc_ctx *ctx, const char *path, hdf5_reading 
 {
     char text[SC_HDF5_TEXT_BYTES + 1];
     sc_hdf5_answer answer;
-    sc_status status;
 
     sc_hdf5_end(&r->process);
-    SC_TRY(sc_hdf5_begin(ctx, path, r->file, r->inside, (const int(*)[2])r->voxels, &r->process));
-    SC_TRY(sc_hdf5_read_answer(ctx, &r->process, &answer, text));
+    SC_PASS(sc_hdf5_begin(ctx, path, r->file, r->inside, (const int(*)[2])r->voxels, &r->process));
+    SC_PASS(sc_hdf5_read_answer(ctx, &r->process, &answer, text));
     if (answer.type != r->answer.type || memcmp(answer.size, r->answer.size, sizeof answer.size))
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: has changed while it was read; run again when it "
-                         "is written",
-                         path);
-out:
-    return status;
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: has changed while it was read; run again when it "
+                       "is written",
+                       path);
+    return SC_OK;
 }
 
 /* sc_slices_fn of this format. */
@@ -136,15 +134,13 @@ static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_sourc
     hdf5_reading *r = source->data;
     const size_t slice =
         (size_t)source->size[0] * (size_t)source->size[1] * sc_voxel_type_bytes(source->type);
-    sc_status status = SC_OK;
 
     if (first == 0)
-        SC_TRY(begin_voxels(ctx, path, r));
-    SC_TRY(sc_hdf5_read_voxels(ctx, &r->process, (size_t)count * slice, out));
+        SC_PASS(begin_voxels(ctx, path, r));
+    SC_PASS(sc_hdf5_read_voxels(ctx, &r->process, (size_t)count * slice, out));
     if (first + count == source->size[2])
         sc_hdf5_end(&r->process);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- header ---- */
@@ -157,15 +153,11 @@ static sc_status use_answer(const sc_ctx *ctx, const char *path, const sc_hdf5_a
         SC_VOXEL_INT8,   SC_VOXEL_UINT8, SC_VOXEL_INT16,  SC_VOXEL_UINT16, SC_VOXEL_INT32,
         SC_VOXEL_UINT32, SC_VOXEL_INT64, SC_VOXEL_UINT64, SC_VOXEL_FLOAT,  SC_VOXEL_DOUBLE};
     int64_t size[3];
-    size_t voxels;
-    sc_status status;
 
     source->type = types[answer->type];
     for (int i = 0; i < 3; i++)
         size[i] = (int64_t)answer->size[i];
-    SC_TRY(sc_grid_voxels(ctx, path, size, sc_voxel_type_bytes(source->type), &voxels));
-    for (int i = 0; i < 3; i++)
-        source->size[i] = (int)size[i];
+    SC_PASS(sc_grid_voxels(ctx, path, size, sc_voxel_type_bytes(source->type), source->size, NULL));
     memcpy(source->to_ras_mm.m, answer->to_ras_mm, sizeof answer->to_ras_mm);
     source->oriented = answer->flags & SC_HDF5_ORIENTED;
     source->slope = answer->slope;
@@ -175,8 +167,7 @@ static sc_status use_answer(const sc_ctx *ctx, const char *path, const sc_hdf5_a
                 "%s: nothing gives the spacing of its voxels (the attribute element_size_um does, "
                 "in micrometres along z, y, x); taken as 1 mm",
                 path);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Let @p source, of the whole dataset, be of the part that is wanted. */
@@ -185,10 +176,9 @@ static sc_status cut(const sc_ctx *ctx, const char *path, const sc_read_choice *
 {
     const double slab_bytes = 4 << 20;
     double slice_bytes;
-    sc_status status;
 
-    SC_TRY(sc_geometry_check(ctx, path, source->size, &source->to_ras_mm));
-    SC_TRY(sc_source_cut(ctx, path, choice, source));
+    SC_PASS(sc_geometry_check(ctx, path, source->size, &source->to_ras_mm));
+    SC_PASS(sc_source_cut(ctx, path, choice, source));
     source->to_ras_mm = sc_source_part_to_ras(source);
     for (int i = 0; i < 3; i++) {
         r->voxels[i][0] = source->low[i];
@@ -200,8 +190,7 @@ static sc_status cut(const sc_ctx *ctx, const char *path, const sc_read_choice *
     slice_bytes =
         (double)source->size[0] * source->size[1] * (double)sc_voxel_type_bytes(source->type);
     source->slices = (int)fmin(floor(slab_bytes / slice_bytes) + 1, source->size[2]);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Open the file of a path with a path inside, and keep both. */
@@ -210,53 +199,47 @@ static sc_status open_file(const sc_ctx *ctx, const char *path, hdf5_reading *r,
     const size_t length = sc_volume_file_length(path);
     struct stat info;
     sc_text text = {0};
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, &text, "%.*s", (int)length, path));
+    SC_PASS(sc_text_add(ctx, &text, "%.*s", (int)length, path));
     *file = text.data;
-    SC_TRY(sc_text_copy(ctx, path[length] ? path + length + 1 : "", &r->inside));
+    SC_PASS(sc_text_copy(ctx, path[length] ? path + length + 1 : "", &r->inside));
     r->file = open(*file, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a pipe would not open else */
     if (r->file < 0 || fstat(r->file, &info))
-        status = sc_fail(ctx, sc_input_status(errno), "%s: %s", *file, sc_reason(errno));
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", *file, sc_reason(errno));
     else if (!S_ISREG(info.st_mode))
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: is no regular file", *file);
-out:
-    return status;
+        return sc_fail(ctx, SC_ERR_DATA, "%s: is no regular file", *file);
+    return SC_OK;
 }
 
 sc_status sc_open_hdf5(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                        bool header_only, sc_source *out)
 {
+    SC_OWN(sc_source_clear)
     sc_source source = {
         .slope = 1, .encoding = SC_ENCODING_SLICES, .read_slices = read_slices, .release = release};
-    sc_hdf5_process process = {.out = -1};
+    SC_OWN(sc_hdf5_end) sc_hdf5_process process = {.out = -1};
     char text[SC_HDF5_TEXT_BYTES + 1];
     hdf5_reading *r;
-    void *block;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *r, &block));
-    source.data = r = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &r));
+    source.data = r;
     r->file = r->process.out = -1;
-    SC_TRY(open_file(ctx, path, r, &source.file));
-    SC_TRY(sc_hdf5_begin(ctx, path, r->file, r->inside, NULL, &process));
-    SC_TRY(sc_hdf5_read_answer(ctx, &process, &r->answer, text));
-    SC_TRY(use_answer(ctx, path, &r->answer, &source));
+    SC_PASS(open_file(ctx, path, r, &source.file));
+    SC_PASS(sc_hdf5_begin(ctx, path, r->file, r->inside, NULL, &process));
+    SC_PASS(sc_hdf5_read_answer(ctx, &process, &r->answer, text));
+    SC_PASS(use_answer(ctx, path, &r->answer, &source));
     if (r->answer.flags & SC_HDF5_ONLY) {
         sc_info(ctx, "%s: its dataset %s is read, the only one that may be a volume", path, text);
         sc_free(r->inside);
         r->inside = NULL;
-        SC_TRY(sc_text_copy(ctx, text, &r->inside));
+        SC_PASS(sc_text_copy(ctx, text, &r->inside));
     }
-    SC_TRY(cut(ctx, path, read, r, &source));
+    SC_PASS(cut(ctx, path, read, r, &source));
     if (!header_only) /* a dataset without any chunk may promise a tebibyte */
-        SC_TRY(sc_volume_memory_check(ctx, path, source.size, 0));
+        SC_PASS(sc_volume_memory_check(ctx, path, source.size, 0));
     *out = source;
     source = (sc_source){0};
-out:
-    sc_hdf5_end(&process);
-    sc_source_clear(&source);
-    return status;
+    return SC_OK;
 }
 
 #else

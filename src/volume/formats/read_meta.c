@@ -153,12 +153,7 @@ static char *trim(char *text)
 /* Read the first HEADER_MAX_BYTES bytes of the file into m->text, with a NUL byte behind them. */
 static sc_status read_text(meta *m, FILE *stream)
 {
-    void *block;
-    sc_status status = sc_alloc(m->ctx, HEADER_MAX_BYTES + 1, 1, &block);
-
-    if (status != SC_OK)
-        return status;
-    m->text = block;
+    SC_PASS(sc_alloc(m->ctx, HEADER_MAX_BYTES + 1, 1, &m->text));
     m->text[fread(m->text, 1, HEADER_MAX_BYTES, stream)] = '\0';
     return SC_OK;
 }
@@ -271,10 +266,8 @@ static sc_status find_file(const meta *m, size_t voxels, sc_source *source)
     const size_t each = m->is_text ? 1 : sc_voxel_type_bytes(source->type); /* at least */
     const uint64_t needed = (uint64_t)voxels * each;
     uint64_t bytes = 0;
-    sc_status status = data_path(m, &source->file, &bytes);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(data_path(m, &source->file, &bytes));
     source->encoding = m->compressed ? SC_ENCODING_ZLIB : SC_ENCODING_PLAIN;
     source->offset_bytes = m->header_bytes > 0 ? (uint64_t)m->header_bytes
                            : is_local(m)       ? (uint64_t)m->end_bytes
@@ -297,23 +290,16 @@ static sc_status find_voxels(const meta *m, sc_source *source)
     const size_t each = sc_voxel_type_bytes(source->type);
     const sc_meta_series series = {m->data_file, m->list, m->header_bytes, m->compressed};
     size_t voxels;
-    sc_status status;
 
-    SC_TRY(sc_grid_voxels(m->ctx, m->path, m->size, each, &voxels));
-    if (m->is_text && (m->compressed || sc_meta_is_series(m->data_file))) {
-        status = sc_fail(m->ctx, SC_ERR_DATA,
-                         "%s: BinaryData is False, and the voxels are compressed or in several "
-                         "files; expected digits in one file, or BinaryData = True",
-                         m->path);
-        goto out;
-    }
-    for (int i = 0; i < 3; i++)
-        source->size[i] = (int)m->size[i];
+    SC_PASS(sc_grid_voxels(m->ctx, m->path, m->size, each, source->size, &voxels));
+    if (m->is_text && (m->compressed || sc_meta_is_series(m->data_file)))
+        return sc_fail(m->ctx, SC_ERR_DATA,
+                       "%s: BinaryData is False, and the voxels are compressed or in several "
+                       "files; expected digits in one file, or BinaryData = True",
+                       m->path);
     source->swapped = m->msb != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__) && each > 1;
-    status = sc_meta_is_series(m->data_file) ? sc_meta_open_series(m->ctx, m->path, &series, source)
-                                             : find_file(m, voxels, source);
-out:
-    return status;
+    return sc_meta_is_series(m->data_file) ? sc_meta_open_series(m->ctx, m->path, &series, source)
+                                           : find_file(m, voxels, source);
 }
 
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)

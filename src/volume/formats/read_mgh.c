@@ -92,7 +92,6 @@ static sc_status find_voxels(const sc_ctx *ctx, const char *path, const unsigned
     const int32_t frames = whole_at(h, AT_SIZE + 12);
     int64_t size[3];
     size_t voxels;
-    sc_status status;
 
     if (frames != 1)
         return sc_fail(
@@ -102,13 +101,9 @@ static sc_status find_voxels(const sc_ctx *ctx, const char *path, const unsigned
             path, frames);
     for (size_t i = 0; i < 3; i++)
         size[i] = whole_at(h, AT_SIZE + 4 * i);
-    SC_TRY(sc_grid_voxels(ctx, path, size, each, &voxels));
-    SC_TRY(sc_check_file_bytes(ctx, path, HEADER_BYTES + (double)voxels * (double)each));
-    SC_TRY(sc_path_join(ctx, "", path, &source->file));
-    for (int i = 0; i < 3; i++)
-        source->size[i] = (int)size[i];
-out:
-    return status;
+    SC_PASS(sc_grid_voxels(ctx, path, size, each, source->size, &voxels));
+    SC_PASS(sc_check_file_bytes(ctx, path, HEADER_BYTES + (double)voxels * (double)each));
+    return sc_path_join(ctx, "", path, &source->file);
 }
 
 /* Set to_ras_mm and oriented of @p source, whose size is set. A file without geometry is coronal
@@ -139,24 +134,21 @@ static void geometry(const sc_ctx *ctx, const char *path, const unsigned char *h
 
 sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
-    static const uint16_t one = 1;
     unsigned char h[HEADER_BYTES] = {0};
+    SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1, .encoding = SC_ENCODING_GZIP, .skip_bytes = HEADER_BYTES};
-    sc_status status;
 
     (void)header_only; /* the voxels are always streamed */
-    SC_TRY(read_header(ctx, path, h));
-    SC_TRY(voxel_type(ctx, path, whole_at(h, AT_TYPE), &source.type));
-    SC_TRY(find_voxels(ctx, path, h, &source));
+    SC_PASS(read_header(ctx, path, h));
+    SC_PASS(voxel_type(ctx, path, whole_at(h, AT_TYPE), &source.type));
+    SC_PASS(find_voxels(ctx, path, h, &source));
     geometry(ctx, path, h, &source);
-    SC_TRY(sc_mgh_labels(ctx, path,
-                         HEADER_BYTES +
-                             (uint64_t)sc_source_voxels(&source) * sc_voxel_type_bytes(source.type),
-                         &source.table));
-    source.swapped = sc_voxel_type_bytes(source.type) > 1 && *(const unsigned char *)&one == 1;
+    SC_PASS(sc_mgh_labels(ctx, path,
+                          HEADER_BYTES + (uint64_t)sc_source_voxels(&source) *
+                                             sc_voxel_type_bytes(source.type),
+                          &source.table));
+    source.swapped = sc_voxel_type_bytes(source.type) > 1 && SC_IS_LITTLE_ENDIAN;
     *out = source;
     source = (sc_source){0};
-out:
-    sc_source_clear(&source);
-    return status;
+    return SC_OK;
 }

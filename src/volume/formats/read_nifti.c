@@ -47,6 +47,23 @@ static sc_status read_header(const sc_ctx *ctx, const char *path, unsigned char 
     return SC_OK;
 }
 
+/* Copy the fields of a header of either version, which have the same names. */
+#define COPY_FIELDS(header, out)                                                                   \
+    do {                                                                                           \
+        for (int i = 0; i < 8; i++) {                                                              \
+            (out)->dim[i] = (header).dim[i];                                                       \
+            (out)->pixdim[i] = (header).pixdim[i];                                                 \
+        }                                                                                          \
+        (out)->datatype = (header).datatype;                                                       \
+        (out)->bitpix = (header).bitpix;                                                           \
+        (out)->voxel_offset = (double)(header).vox_offset;                                         \
+        memcpy((out)->magic, (header).magic, 4);                                                   \
+        memcpy((out)->turn,                                                                        \
+               (const double[]){(header).quatern_b, (header).quatern_c, (header).quatern_d,        \
+                                (header).qoffset_x, (header).qoffset_y, (header).qoffset_z},       \
+               sizeof(out)->turn);                                                                 \
+    } while (0)
+
 /* Fill *out from the bytes of a header of version 1. @p swapped: the
  * header is in the byte order that this machine does not have. */
 static void fields_of_header1(const unsigned char *bytes, bool swapped, fields *out)
@@ -57,18 +74,7 @@ static void fields_of_header1(const unsigned char *bytes, bool swapped, fields *
     if (swapped)
         nifti_swap_as_nifti1(&header);
     out->version = 1;
-    for (int i = 0; i < 8; i++) {
-        out->dim[i] = header.dim[i];
-        out->pixdim[i] = header.pixdim[i];
-    }
-    out->datatype = header.datatype;
-    out->bitpix = header.bitpix;
-    out->voxel_offset = header.vox_offset;
-    memcpy(out->magic, header.magic, 4);
-    memcpy(out->turn,
-           (const double[]){header.quatern_b, header.quatern_c, header.quatern_d, header.qoffset_x,
-                            header.qoffset_y, header.qoffset_z},
-           sizeof out->turn);
+    COPY_FIELDS(header, out);
 }
 
 /* The same for a header of version 2 (NIfTI-2), which is larger and has wider fields. */
@@ -80,18 +86,7 @@ static void fields_of_header2(const unsigned char *bytes, bool swapped, fields *
     if (swapped)
         nifti_swap_as_nifti2(&header);
     out->version = 2;
-    for (int i = 0; i < 8; i++) {
-        out->dim[i] = header.dim[i];
-        out->pixdim[i] = header.pixdim[i];
-    }
-    out->datatype = header.datatype;
-    out->bitpix = header.bitpix;
-    out->voxel_offset = (double)header.vox_offset;
-    memcpy(out->magic, header.magic, 4);
-    memcpy(out->turn,
-           (const double[]){header.quatern_b, header.quatern_c, header.quatern_d, header.qoffset_x,
-                            header.qoffset_y, header.qoffset_z},
-           sizeof out->turn);
+    COPY_FIELDS(header, out);
 }
 
 /* Fill *out from the header of the file, in this machine's byte order. What is not of version 1
@@ -103,10 +98,8 @@ static sc_status parse_header(const sc_ctx *ctx, const char *path, fields *out)
     const unsigned char *bytes = out->bytes;
     int32_t size;
     int count = 0;
-    sc_status status = read_header(ctx, path, out->bytes, &count);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(read_header(ctx, path, out->bytes, &count));
     memcpy(&size, bytes, sizeof size);
     if (size == HEADER1_BYTES || size == 0x5c010000)
         fields_of_header1(bytes, size != HEADER1_BYTES, out);
@@ -217,14 +210,12 @@ static sc_status voxel_file(const sc_ctx *ctx, const char *path, bool pair, char
     struct stat info;
     uint64_t bytes;
     sc_text text = {0};
-    sc_status status;
+    sc_status status = SC_OK;
 
     if (!pair)
         return sc_path_join(ctx, "", path, out);
     for (size_t i = 0; dot && i < SC_COUNT_OF(endings); i++) {
-        status = sc_text_add(ctx, &text, "%.*s%s", (int)(dot - path), path, endings[i]);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(sc_text_add(ctx, &text, "%.*s%s", (int)(dot - path), path, endings[i]));
         if (!stat(text.data, &info)) {
             const char *slash = strrchr(text.data, '/');
 
@@ -327,18 +318,14 @@ static sc_status find_voxels(const sc_ctx *ctx, char *file, const fields *f, con
 {
     const size_t each = sc_voxel_type_bytes(source->type);
     size_t voxels;
-    sc_status status;
 
     source->file = file;
-    SC_TRY(sc_grid_voxels(ctx, file, size, each, &voxels));
-    SC_TRY(sc_check_file_bytes(ctx, file,
-                               f->voxel_offset + (double)voxels * (double)each * source->phases));
-    for (int i = 0; i < 3; i++)
-        source->size[i] = (int)size[i];
+    SC_PASS(sc_grid_voxels(ctx, file, size, each, source->size, &voxels));
+    SC_PASS(sc_check_file_bytes(ctx, file,
+                                f->voxel_offset + (double)voxels * (double)each * source->phases));
     source->encoding = SC_ENCODING_GZIP;
     source->skip_bytes = (uint64_t)f->voxel_offset;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Let nifticlib interpret the header alone: it would also read the extensions, whose lengths it

@@ -17,9 +17,8 @@
  * that found no memory for one that is damaged. */
 static sc_status teem_error(const sc_ctx *ctx, const char *path, int error)
 {
-    char *text = biffCheck(NRRD) ? biffGetDone(NRRD) : NULL;
+    SC_OWN(sc_free_at) char *text = biffCheck(NRRD) ? biffGetDone(NRRD) : NULL;
     const char *line = text ? text : "unknown";
-    sc_status status;
 
     /* Teem's error log has a line for each function that was left, with the cause in the last one.
      */
@@ -29,14 +28,10 @@ static sc_status teem_error(const sc_ctx *ctx, const char *path, int error)
     }
     if (line[0] == '[' && strstr(line, ": ")) /* "[nrrd] function: reason" */
         line = strstr(line, ": ") + 2;
-    if (error == ENOMEM) {
-        free(text);
+    if (error == ENOMEM)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory while the NRRD was read", path);
-    }
-    status = sc_fail(ctx, SC_ERR_DATA, "%s: not a readable NRRD: %.*s", path,
-                     (int)strcspn(line, "\n"), line);
-    free(text);
-    return status;
+    return sc_fail(ctx, SC_ERR_DATA, "%s: not a readable NRRD: %.*s", path,
+                   (int)strcspn(line, "\n"), line);
 }
 
 /* Write our name of Teem's voxel type @p type to *out. @return SC_ERR_DATA for types that are
@@ -232,19 +227,16 @@ static sc_status check_sizes(const sc_ctx *ctx, const char *path, const sc_nrrd_
     int axes[3];
     size_t voxels;
     double bytes, limit = (double)header->file_bytes;
-    sc_status status;
 
     if (nio->byteSkip < -1)
         return sc_fail(ctx, SC_ERR_DATA, "%s: byte skip is %ld, expected -1, 0 or more", path,
                        nio->byteSkip);
-    SC_TRY(spatial_axes(ctx, path, nrrd, header, axes, source));
+    SC_PASS(spatial_axes(ctx, path, nrrd, header, axes, source));
     for (int i = 0; i < 3; i++)
         size[i] =
             nrrd->axis[axes[i]].size > INT32_MAX ? INT64_MAX : (int64_t)nrrd->axis[axes[i]].size;
     size[0] = size[0] > INT32_MAX ? size[0] : size[0] * source->layers;
-    SC_TRY(sc_grid_voxels(ctx, path, size, bytes_each, &voxels));
-    for (int i = 0; i < 3; i++)
-        source->size[i] = (int)size[i];
+    SC_PASS(sc_grid_voxels(ctx, path, size, bytes_each, source->size, &voxels));
     bytes = (double)voxels * (double)bytes_each * source->phases;
     if (nio->encoding == nrrdEncodingGzip)
         limit *= SC_DEFLATE_RATIO_MAX;
@@ -255,14 +247,11 @@ static sc_status check_sizes(const sc_ctx *ctx, const char *path, const sc_nrrd_
     else if (nio->encoding == nrrdEncodingHex)
         limit /= 2;
     if (bytes > limit + (double)bytes_each)
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: the header promises %.0f bytes of voxels, more than the file can "
-                         "hold (%.0f)",
-                         path, bytes, limit);
-    else
-        status = geometry(ctx, path, nrrd, axes, source);
-out:
-    return status;
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: the header promises %.0f bytes of voxels, more than the file can "
+                       "hold (%.0f)",
+                       path, bytes, limit);
+    return geometry(ctx, path, nrrd, axes, source);
 }
 
 /* Let Teem read the fields of the header into @p nrrd and @p nio, which the caller has made and
@@ -356,13 +345,12 @@ static sc_status find_voxels(const sc_ctx *ctx, const char *path, const sc_nrrd_
     const bool gzip = nio->encoding == nrrdEncodingGzip;
     const uint64_t each = sc_voxel_type_bytes(source->type);
     const uint64_t bytes = sc_source_voxels(source) * (uint64_t)source->phases * each;
-    sc_status status;
 
-    SC_TRY(sc_path_join(ctx, "", header->attached ? path : header->first_file, &source->file));
+    SC_PASS(sc_path_join(ctx, "", header->attached ? path : header->first_file, &source->file));
     source->encoding = gzip ? SC_ENCODING_GZIP : SC_ENCODING_PLAIN;
     source->offset_bytes = header->end_bytes;
     if (nio->lineSkip)
-        SC_TRY(skip_lines(ctx, source->file, nio->lineSkip, &source->offset_bytes));
+        SC_PASS(skip_lines(ctx, source->file, nio->lineSkip, &source->offset_bytes));
     if (gzip)
         check_gzip(ctx, path, source);
     if (gzip)
@@ -372,8 +360,7 @@ static sc_status find_voxels(const sc_ctx *ctx, const char *path, const sc_nrrd_
     else /* check_sizes: the file has so many bytes */
         source->offset_bytes = header->file_bytes - bytes;
     source->swapped = each > 1 && nio->endian != airEndianUnknown && nio->endian != airMyEndian();
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- encodings that are read whole ---- */
@@ -386,8 +373,7 @@ static sc_status file_for_teem(const sc_ctx *ctx, const char *path, const sc_nrr
     const size_t begin = header->fields.length_bytes;
     char *file = NULL;
     size_t file_bytes = 0, bytes;
-    void *block;
-    sc_status status;
+    sc_status status = SC_OK;
 
     if (!header->attached) {
         sc_text text = {0};
@@ -399,8 +385,7 @@ static sc_status file_for_teem(const sc_ctx *ctx, const char *path, const sc_nrr
     }
     SC_TRY(sc_file_read(ctx, path, SIZE_MAX / 2, &file, &file_bytes));
     bytes = file_bytes > header->end_bytes ? file_bytes - header->end_bytes : 0;
-    SC_TRY(sc_alloc(ctx, begin + 1 + bytes, 1, &block));
-    *out = block;
+    SC_TRY(sc_alloc(ctx, begin + 1 + bytes, 1, out));
     *out_bytes = begin + 1 + bytes;
     memcpy(*out, header->fields.data, begin);
     (*out)[begin] = '\n';
@@ -495,9 +480,8 @@ static sc_status load_ascii(const sc_ctx *ctx, const char *path, const sc_nrrd_h
     const bool real = !sc_voxel_type_is_integer(source->type);
     const size_t count = sc_source_voxels(source) * (size_t)source->phases;
     uint64_t offset = header->end_bytes;
-    char *text = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes = 0;
-    sc_status status;
 
     if (header->file_count > 1 || nio->byteSkip < 0)
         return sc_fail(
@@ -507,17 +491,15 @@ static sc_status load_ascii(const sc_ctx *ctx, const char *path, const sc_nrrd_h
             "OUT.nrrd`",
             path, nio->byteSkip < 0 ? "a negative byte skip" : "several data files");
     if (nio->lineSkip)
-        SC_TRY(skip_lines(ctx, file, nio->lineSkip, &offset));
+        SC_PASS(skip_lines(ctx, file, nio->lineSkip, &offset));
     offset += (uint64_t)nio->byteSkip;
-    SC_TRY(sc_file_read(ctx, file, SIZE_MAX / 2, &text, &bytes));
-    SC_TRY(sc_alloc(ctx, count, sizeof(int64_t), &source->data));
+    SC_PASS(sc_file_read(ctx, file, SIZE_MAX / 2, &text, &bytes));
+    SC_PASS(sc_alloc(ctx, count, sizeof(int64_t), &source->data));
     source->release = sc_free;
-    SC_TRY(parse_numbers(ctx, file, text, offset < bytes ? offset : bytes, count, source->type,
-                         real ? NULL : source->data, real ? source->data : NULL));
+    SC_PASS(parse_numbers(ctx, file, text, offset < bytes ? offset : bytes, count, source->type,
+                          real ? NULL : source->data, real ? source->data : NULL));
     source->type = real ? SC_VOXEL_DOUBLE : SC_VOXEL_INT64;
-out:
-    sc_free(text);
-    return status;
+    return SC_OK;
 }
 
 /* Check that the voxels may be read whole, beside the file itself if that is read whole, too.

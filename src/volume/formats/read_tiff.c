@@ -77,12 +77,9 @@ static sc_status open_tiff(const sc_ctx *ctx, const char *path, tiff_file **out)
 {
     TIFFOpenOptions *options;
     tiff_file *file;
-    void *block;
-    sc_status status = sc_zalloc(ctx, 1, sizeof *file, &block);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
-    file = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &file));
     options = TIFFOpenOptionsAlloc();
     if (!options) {
         sc_free(file);
@@ -201,19 +198,7 @@ static sc_status add_page(const sc_ctx *ctx, const char *path, tiff_file *file)
     if (file->count == PAGES_MAX)
         return sc_fail(ctx, SC_ERR_DATA, "%s: has more than %d pages, expected at most so many",
                        path, PAGES_MAX);
-    if (file->count == file->capacity) {
-        const size_t capacity = file->capacity ? 2 * file->capacity : 64;
-        void *block;
-        const sc_status status = sc_alloc(ctx, capacity, sizeof *file->pages, &block);
-
-        if (status != SC_OK)
-            return status;
-        if (file->count)
-            memcpy(block, file->pages, file->count * sizeof *file->pages);
-        sc_free(file->pages);
-        file->pages = block;
-        file->capacity = capacity;
-    }
+    SC_PASS(SC_GROW(ctx, file->count, &file->capacity, &file->pages));
     file->pages[file->count++] = TIFFCurrentDirOffset(file->tiff);
     return SC_OK;
 }
@@ -330,9 +315,8 @@ static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_sourc
     tiff_file *file = source->data;
     const size_t slice =
         (size_t)source->size[0] * (size_t)source->size[1] * sc_voxel_type_bytes(source->type);
-    sc_status status = SC_OK;
 
-    for (int i = 0; i < count && status == SC_OK; i++) {
+    for (int i = 0; i < count; i++) {
         unsigned char *to = (unsigned char *)out + (size_t)i * slice;
         const int page = first + i;
 
@@ -340,10 +324,10 @@ static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_sourc
         if (!TIFFSetSubDirectory(file->tiff, file->pages[page]))
             return sc_fail(ctx, SC_ERR_DATA, "%s: page %d cannot be read: %s", path, page,
                            file->why);
-        status = TIFFIsTiled(file->tiff) ? read_tiles(ctx, path, file, source, page, to)
-                                         : read_strips(ctx, path, file, source, page, to);
+        SC_PASS(TIFFIsTiled(file->tiff) ? read_tiles(ctx, path, file, source, page, to)
+                                        : read_strips(ctx, path, file, source, page, to));
     }
-    return status;
+    return SC_OK;
 }
 
 /* ---- header ---- */
@@ -355,29 +339,26 @@ static sc_status read_palette(const sc_ctx *ctx, tiff_file *file, const page_for
     const size_t count = form->bits <= 16 ? (size_t)1 << form->bits : 0;
     uint16_t *levels[3];
     bool grey = true;
-    sc_status status = SC_OK;
 
     if (form->photometric != PHOTOMETRIC_PALETTE || !count || form->format != SAMPLEFORMAT_UINT ||
         !TIFFGetField(file->tiff, TIFFTAG_COLORMAP, &levels[0], &levels[1], &levels[2]))
         return SC_OK;
     for (size_t i = 0; i < count && grey; i++)
         grey = levels[0][i] == levels[1][i] && levels[1][i] == levels[2][i];
-    for (size_t i = 1; i < count && !grey && status == SC_OK; i++) {
+    for (size_t i = 1; i < count && !grey; i++) {
         sc_label row = {.value = (int64_t)i, .opacity = -1, .has_color = true};
 
         for (int k = 0; k < 3; k++)
             row.rgb[k] = (uint8_t)(levels[k][i] >> 8);
-        status = sc_label_table_add(ctx, &source->table, &row);
+        SC_PASS(sc_label_table_add(ctx, &source->table, &row));
     }
-    return status;
+    return SC_OK;
 }
 
 /* A file of ImageJ of more than 4 GiB has one page, behind whose pixels lie those of all others:
  * read them so. @return whether it is such a file, and *source says where they are. */
 static bool is_one_long_page(tiff_file *file, const sc_tiff_notes *notes, sc_source *source)
 {
-    static const uint16_t one = 1;
-    const bool little = *(const unsigned char *)&one == 1;
     uint16_t compression = COMPRESSION_NONE;
 
     TIFFGetFieldDefaulted(file->tiff, TIFFTAG_COMPRESSION, &compression);
@@ -386,8 +367,8 @@ static bool is_one_long_page(tiff_file *file, const sc_tiff_notes *notes, sc_sou
         return false;
     source->encoding = SC_ENCODING_PLAIN;
     source->offset_bytes = TIFFGetStrileOffset(file->tiff, 0);
-    source->swapped =
-        sc_voxel_type_bytes(source->type) > 1 && (TIFFIsBigEndian(file->tiff) != 0) == little;
+    source->swapped = sc_voxel_type_bytes(source->type) > 1 &&
+                      (TIFFIsBigEndian(file->tiff) != 0) == SC_IS_LITTLE_ENDIAN;
     return true;
 }
 
@@ -465,54 +446,49 @@ static sc_status read_header(const sc_ctx *ctx, const char *path, sc_source *sou
     char *text = NULL;
     int64_t size[3];
     size_t voxels;
-    sc_status status;
 
-    SC_TRY(voxel_type(ctx, path, &form, &source->type));
-    SC_TRY(read_palette(ctx, file, &form, source));
+    SC_PASS(voxel_type(ctx, path, &form, &source->type));
+    SC_PASS(read_palette(ctx, file, &form, source));
     TIFFGetField(file->tiff, TIFFTAG_XRESOLUTION, &resolution[0]);
     TIFFGetField(file->tiff, TIFFTAG_YRESOLUTION, &resolution[1]);
     for (int i = 0; i < 2; i++)
         pixels_per_unit[i] = isfinite(resolution[i]) ? (double)resolution[i] : 0;
     if (!TIFFGetField(file->tiff, TIFFTAG_IMAGEDESCRIPTION, &text))
         text = NULL;
-    SC_TRY(sc_tiff_notes_read(ctx, path, text, pixels_per_unit, &notes));
-    SC_TRY(find_pages(ctx, path, file, &form));
+    SC_PASS(sc_tiff_notes_read(ctx, path, text, pixels_per_unit, &notes));
+    SC_PASS(find_pages(ctx, path, file, &form));
     size[0] = form.width;
     size[1] = form.height;
     size[2] = is_one_long_page(file, &notes, source) ? notes.images : (int64_t)file->count;
-    SC_TRY(check_notes(ctx, path, &notes, &form, size[2]));
-    SC_TRY(sc_grid_voxels(ctx, path, size, sc_voxel_type_bytes(source->type), &voxels));
+    SC_PASS(check_notes(ctx, path, &notes, &form, size[2]));
+    SC_PASS(
+        sc_grid_voxels(ctx, path, size, sc_voxel_type_bytes(source->type), source->size, &voxels));
     if (source->encoding == SC_ENCODING_PLAIN)
-        SC_TRY(sc_check_file_bytes(ctx, path,
-                                   (double)source->offset_bytes +
-                                       (double)voxels * (double)sc_voxel_type_bytes(source->type)));
-    for (int i = 0; i < 3; i++)
-        source->size[i] = (int)size[i];
+        SC_PASS(
+            sc_check_file_bytes(ctx, path,
+                                (double)source->offset_bytes +
+                                    (double)voxels * (double)sc_voxel_type_bytes(source->type)));
     geometry(ctx, path, &notes, source);
-    status = sc_path_join(ctx, "", path, &source->file);
-out:
-    return status;
+    return sc_path_join(ctx, "", path, &source->file);
 }
 
 sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
+    SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
                         .encoding = SC_ENCODING_SLICES,
                         .read_slices = read_slices,
                         .slices = 1,
                         .release = release};
     tiff_file *file = NULL;
-    sc_status status;
 
     (void)header_only; /* the voxels are always streamed */
-    SC_TRY(open_tiff(ctx, path, &file));
+    SC_PASS(open_tiff(ctx, path, &file));
     source.data = file;
-    SC_TRY(read_header(ctx, path, &source));
+    SC_PASS(read_header(ctx, path, &source));
     *out = source;
     source = (sc_source){0};
-out:
-    sc_source_clear(&source);
-    return status;
+    return SC_OK;
 }
 
 #else

@@ -51,26 +51,22 @@ static sc_status add_name(const sc_ctx *ctx, int segment, const char *field, con
 static sc_status grid_text(const sc_ctx *ctx, const char *type, const int size[3],
                            const sc_affine *m, const sc_volume_series *series, sc_text *text)
 {
-    sc_status status;
-
-    SC_TRY(sc_text_add(ctx, text,
-                       "NRRD0005\ntype: %s\ndimension: %d\nspace: right-anterior-superior\n"
-                       "sizes: %d %d %d",
-                       type, series ? 4 : 3, size[0], size[1], size[2]));
-    SC_TRY(series ? sc_text_add(ctx, text, " %d\nspacings: nan nan nan %.17g\n", series->count,
-                                series->step_s)
-                  : sc_text_add(ctx, text, "\n"));
-    SC_TRY(sc_text_add(ctx, text, "space directions:"));
+    SC_PASS(sc_text_add(ctx, text,
+                        "NRRD0005\ntype: %s\ndimension: %d\nspace: right-anterior-superior\n"
+                        "sizes: %d %d %d",
+                        type, series ? 4 : 3, size[0], size[1], size[2]));
+    SC_PASS(series ? sc_text_add(ctx, text, " %d\nspacings: nan nan nan %.17g\n", series->count,
+                                 series->step_s)
+                   : sc_text_add(ctx, text, "\n"));
+    SC_PASS(sc_text_add(ctx, text, "space directions:"));
     for (int i = 0; i < 3; i++)
-        SC_TRY(sc_text_add(ctx, text, " (%.17g,%.17g,%.17g)", m->m[0][i], m->m[1][i], m->m[2][i]));
-    status = sc_text_add(ctx, text,
-                         "%s\nspace origin: (%.17g,%.17g,%.17g)\nkinds: domain domain domain%s\n"
-                         "endian: %s\nencoding: gzip\n",
-                         series ? " none" : "", m->m[0][3], m->m[1][3], m->m[2][3],
-                         series ? " time\nunits: \"\" \"\" \"\" \"s\"" : "",
-                         __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? "big" : "little");
-out:
-    return status;
+        SC_PASS(sc_text_add(ctx, text, " (%.17g,%.17g,%.17g)", m->m[0][i], m->m[1][i], m->m[2][i]));
+    return sc_text_add(ctx, text,
+                       "%s\nspace origin: (%.17g,%.17g,%.17g)\nkinds: domain domain domain%s\n"
+                       "endian: %s\nencoding: gzip\n",
+                       series ? " none" : "", m->m[0][3], m->m[1][3], m->m[2][3],
+                       series ? " time\nunits: \"\" \"\" \"\" \"s\"" : "",
+                       __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? "big" : "little");
 }
 
 /* Append the whole header of a label volume to @p text: type of type_for, and a segment for each
@@ -78,23 +74,19 @@ out:
 static sc_status header_text(const sc_ctx *ctx, const sc_volume *volume,
                              const sc_volume_series *series, sc_text *text)
 {
-    sc_status status;
-
-    SC_TRY(grid_text(ctx, types[type_for(volume)].name, volume->size, &volume->to_ras_mm, series,
-                     text));
+    SC_PASS(grid_text(ctx, types[type_for(volume)].name, volume->size, &volume->to_ras_mm, series,
+                      text));
     for (int i = 1; i < volume->label_count; i++) {
         const sc_label *label = &volume->labels[i];
 
-        SC_TRY(add_name(ctx, i - 1, "ID", label->name, text));
-        SC_TRY(add_name(ctx, i - 1, "Name", label->name, text));
-        SC_TRY(sc_text_add(ctx, text,
-                           "Segment%d_LabelValue:=%lld\nSegment%d_Color:=%.6f %.6f %.6f\n", i - 1,
-                           (long long)label->value, i - 1, label->rgb[0] / 255.0,
-                           label->rgb[1] / 255.0, label->rgb[2] / 255.0));
+        SC_PASS(add_name(ctx, i - 1, "ID", label->name, text));
+        SC_PASS(add_name(ctx, i - 1, "Name", label->name, text));
+        SC_PASS(sc_text_add(ctx, text,
+                            "Segment%d_LabelValue:=%lld\nSegment%d_Color:=%.6f %.6f %.6f\n", i - 1,
+                            (long long)label->value, i - 1, label->rgb[0] / 255.0,
+                            label->rgb[1] / 255.0, label->rgb[2] / 255.0));
     }
-    status = sc_text_add(ctx, text, "\n");
-out:
-    return status;
+    return sc_text_add(ctx, text, "\n");
 }
 
 /* Write the label values of @p count voxels from voxel @p begin on to out[count], in the type
@@ -215,20 +207,14 @@ static sc_status write_voxels(const sc_ctx *ctx, const content *from, const char
 static sc_status save(const sc_ctx *ctx, const sc_text *header, const content *from,
                       const char *path, bool replace)
 {
-    sc_outfile file = {0};
-    sc_status status;
+    SC_OWN(sc_outfile_discard) sc_outfile file = {0};
 
-    SC_TRY(sc_outfile_open(ctx, path, replace, &file));
+    SC_PASS(sc_outfile_open(ctx, path, replace, &file));
     fwrite(header->data, 1, header->length_bytes, file.stream);
-    if (fflush(file.stream)) {
-        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
-        goto out;
-    }
-    SC_TRY(write_voxels(ctx, from, path, dup(fileno(file.stream))));
-    status = sc_outfile_commit(ctx, &file);
-out:
-    sc_outfile_discard(&file);
-    return status;
+    if (fflush(file.stream))
+        return sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
+    SC_PASS(write_voxels(ctx, from, path, dup(fileno(file.stream))));
+    return sc_outfile_commit(ctx, &file);
 }
 
 sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume, const char *path,
@@ -236,45 +222,32 @@ sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume, const 
 {
     const content from = {
         .labels = volume, .voxels = sc_volume_voxels(volume), .type = type_for(volume)};
-    sc_text text = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    SC_TRY(header_text(ctx, volume, NULL, &text));
-    status = save(ctx, &text, &from, path, replace);
-out:
-    sc_text_clear(&text);
-    return status;
+    SC_PASS(header_text(ctx, volume, NULL, &text));
+    return save(ctx, &text, &from, path, replace);
 }
 
 sc_status sc_volume_save_series_nrrd(const sc_ctx *ctx, const sc_volume_series *series,
                                      const char *path, bool replace)
 {
-    sc_volume first = {0};
+    SC_OWN(sc_volume_clear) sc_volume first = {0};
     content from = {.labels = &first, .series = series};
-    sc_text text = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    SC_TRY(series->make(series->user, 0, &first));
+    SC_PASS(series->make(series->user, 0, &first));
     from.voxels = sc_volume_voxels(&first);
     from.type = type_for(&first);
-    SC_TRY(header_text(ctx, &first, series, &text));
-    status = save(ctx, &text, &from, path, replace);
-out:
-    sc_text_clear(&text);
-    sc_volume_clear(&first);
-    return status;
+    SC_PASS(header_text(ctx, &first, series, &text));
+    return save(ctx, &text, &from, path, replace);
 }
 
 sc_status sc_grey_save_nrrd(const sc_ctx *ctx, const sc_grey *grey, const char *path, bool replace)
 {
     const content from = {.grey = grey, .voxels = sc_grey_bytes(grey) / sizeof *grey->codes};
-    sc_text text = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    SC_TRY(grid_text(ctx, "int16", grey->size, &grey->to_ras_mm, NULL, &text));
-    SC_TRY(sc_text_add(ctx, &text, "\n"));
-    status = save(ctx, &text, &from, path, replace);
-out:
-    sc_text_clear(&text);
-    return status;
+    SC_PASS(grid_text(ctx, "int16", grey->size, &grey->to_ras_mm, NULL, &text));
+    SC_PASS(sc_text_add(ctx, &text, "\n"));
+    return save(ctx, &text, &from, path, replace);
 }

@@ -454,13 +454,9 @@ double sc_phantom_field(const sc_phantom *phantom, int label, sc_vec3 p, double 
 
 sc_status sc_phantom_new_beating(const sc_ctx *ctx, double phase, sc_phantom **out)
 {
-    void *block;
     sc_phantom *phantom;
-    sc_status status = sc_zalloc(ctx, 1, sizeof(sc_phantom), &block);
 
-    if (status != SC_OK)
-        return status;
-    phantom = block;
+    SC_PASS(sc_zalloc(ctx, 1, sizeof(sc_phantom), &phantom));
     phantom->beat = sc_beat_at(phase);
     build_left_ventricle(phantom);
     build_right_ventricle(phantom);

@@ -113,11 +113,10 @@ static void blur_across(void *user, size_t begin, size_t end, int thread)
 
 sc_status sc_phantom_grey(const sc_ctx *ctx, const sc_phantom *phantom, int threads, sc_grey *grey)
 {
-    sc_volume volume = {0};
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
     image m = {.codes = grey->codes};
-    sc_status status;
 
-    SC_TRY(sc_phantom_volume(ctx, phantom, grey->size, threads, &volume));
+    SC_PASS(sc_phantom_volume(ctx, phantom, grey->size, threads, &volume));
     m.ids = volume.ids;
     for (int i = 0; i < 3; i++)
         m.size[i] = (size_t)volume.size[i];
@@ -134,7 +133,5 @@ sc_status sc_phantom_grey(const sc_ctx *ctx, const sc_phantom *phantom, int thre
     grey->to_ras_mm = volume.to_ras_mm;
     grey->low = LOWEST_HU;
     grey->per_code = 1;
-out:
-    sc_volume_clear(&volume);
-    return status;
+    return SC_OK;
 }

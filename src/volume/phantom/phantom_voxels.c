@@ -135,10 +135,8 @@ static sc_status make_labels(const sc_ctx *ctx, const sc_phantom *phantom, sc_vo
 {
     const int count = sc_phantom_tissue_count(phantom) + 1;
     void *labels;
-    sc_status status = sc_zalloc(ctx, (size_t)count, sizeof(sc_label), &labels);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(ctx, (size_t)count, sizeof(sc_label), &labels));
     volume->labels = labels;
     volume->label_count = count;
     volume->label_bytes = 1;
@@ -183,29 +181,26 @@ sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom, const 
                             int threads, sc_volume *out)
 {
     voxeliser v = {.phantom = phantom};
-    sc_volume volume = {0};
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
     const sc_affine *m = &volume.to_ras_mm;
     size_t blocks;
-    sc_status status;
 
-    SC_TRY(make_grid(ctx, size, &volume));
+    SC_PASS(make_grid(ctx, size, &volume));
     for (int i = 0; i < 3; i++) {
         v.size[i] = size[i];
         v.blocks[i] = (size[i] + BLOCK_VOXELS - 1) / BLOCK_VOXELS;
         v.spacing_mm[i] = m->m[i][i];
     }
     v.origin_mm = (sc_vec3){m->m[0][3], m->m[1][3], m->m[2][3]};
-    SC_TRY(make_labels(ctx, phantom, &volume));
-    SC_TRY(sc_alloc(ctx, sc_volume_voxels(&volume), 1, &volume.ids));
+    SC_PASS(make_labels(ctx, phantom, &volume));
+    SC_PASS(sc_alloc(ctx, sc_volume_voxels(&volume), 1, &volume.ids));
     v.ids = volume.ids;
     blocks = (size_t)v.blocks[0] * (size_t)v.blocks[1] * (size_t)v.blocks[2];
     sc_stage_begin(ctx, "making the phantom", 0, blocks);
     sc_stage_for(ctx, blocks, threads, blocks, 1, voxelise_blocks, &v);
     *out = volume;
     volume = (sc_volume){0};
-out:
-    sc_volume_clear(&volume);
-    return status;
+    return SC_OK;
 }
 
 /* Count one voxel of the coarse volume, and let the box of its label, in voxels of a grid of @p
@@ -247,22 +242,20 @@ static void tally_labels(const sc_volume *coarse, const int size[3], sc_label_ta
 sc_status sc_phantom_scan_labels(const sc_ctx *ctx, const sc_phantom *phantom, const int size[3],
                                  int threads, sc_label_scan *out)
 {
-    sc_volume grid = {0}, coarse = {0};
+    sc_volume grid = {0};
+    SC_OWN(sc_volume_clear) sc_volume coarse = {0};
     void *tallies = NULL;
     int coarse_size[3];
-    sc_status status;
 
-    SC_TRY(make_grid(ctx, size, &grid));
+    SC_PASS(make_grid(ctx, size, &grid));
     for (int i = 0; i < 3; i++)
         coarse_size[i] = size[i] < SCAN_VOXELS ? size[i] : SCAN_VOXELS;
-    SC_TRY(sc_phantom_volume(ctx, phantom, coarse_size, threads, &coarse));
-    SC_TRY(sc_alloc(ctx, (size_t)coarse.label_count, sizeof(sc_label_tally), &tallies));
+    SC_PASS(sc_phantom_volume(ctx, phantom, coarse_size, threads, &coarse));
+    SC_PASS(sc_alloc(ctx, (size_t)coarse.label_count, sizeof(sc_label_tally), &tallies));
     tally_labels(&coarse, size, tallies);
     grid.labels = coarse.labels;
     grid.label_count = coarse.label_count;
     coarse.labels = NULL;
     *out = (sc_label_scan){grid, tallies};
-out:
-    sc_volume_clear(&coarse);
-    return status;
+    return SC_OK;
 }

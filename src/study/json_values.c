@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "json_values.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+bool sc_json_int(const json_t *value, json_int_t low, json_int_t high, int32_t *out)
+{
+    const json_int_t number = json_integer_value(value);
+
+    if (!json_is_integer(value) || number < low || number > high)
+        return false;
+    *out = (int32_t)number;
+    return true;
+}
+
+bool sc_json_count(const json_t *value, uint64_t *out)
+{
+    *out = (uint64_t)json_integer_value(value);
+    return json_is_integer(value) && json_integer_value(value) >= 0;
+}
+
+bool sc_json_real(const json_t *value, double low, double most, double *out)
+{
+    *out = json_number_value(value);
+    return json_is_number(value) && *out >= low && *out < most;
+}
+
+bool sc_json_hash(const json_t *value, uint64_t *out)
+{
+    const char *text = json_string_value(value);
+
+    if (!text || strlen(text) != 16 || strspn(text, "0123456789abcdef") != 16)
+        return false;
+    *out = strtoull(text, NULL, 16);
+    return true;
+}
+
+/* @return @p to, or NULL, with it freed, if something failed. */
+static json_t *kept(json_t *to, int failed)
+{
+    if (!failed)
+        return to;
+    json_decref(to);
+    return NULL;
+}
+
+json_t *sc_json_with(json_t *to, json_t *item)
+{
+    return kept(to, json_array_append_new(to, item));
+}
+
+json_t *sc_json_with_key(json_t *to, const char *key, json_t *item)
+{
+    return kept(to, json_object_set_new(to, key, item));
+}
