@@ -141,7 +141,7 @@ typedef struct sc_comparison {
     char where[160];             /**< of the comparison, for messages */
     int align;                   /**< sc_align */
     bool has_divider;            /**< both subjects fill the picture, one beside the other */
-    sc_ramp divider; /**< where the first ends, as a share of the width of the picture, 0 to 1 */
+    double divider; /**< where the first ends, as a share of the width of the picture, 0 to 1 */
     sc_track divider_track; /**< key frames; if it has any, they replace the ramp */
 } sc_comparison;
 

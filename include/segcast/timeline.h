@@ -102,7 +102,7 @@ typedef struct sc_orbit {
     double distance_mm;            /**< from the target to the camera of an orbit */
     double fov_deg;                /**< vertical field of view */
     sc_projection projection;
-    sc_ramp zoom; /**< scales the picture; above 0; 1: as framed */
+    double zoom; /**< scales the picture; above 0; 1: as framed */
     /** Key frames; those that have any replace the member of that name. */
     sc_track angle_track, elevation_track, target_track, distance_track, fov_track, zoom_track;
     sc_track position_track, up_track; /**< likewise, of a still camera, as is target_track */
@@ -139,8 +139,10 @@ typedef struct sc_slices {
     bool has_point;
     sc_vec3 point_mm;     /**< where it stays, if has_point */
     sc_track point_track; /**< key frames, if has_point; if there are any, they replace it */
-    sc_ramp share; /**< otherwise it moves along the diagonal of the box of the visible tissues:
-                        0 is the right, posterior, inferior corner, 1 the opposite one */
+    bool has_share;       /**< otherwise they are there; without, they go from 0 to 1 */
+    double share;         /**< or its key frames: on the diagonal of the box of the visible
+                               tissues, 0 is the right, posterior, inferior corner, 1 the opposite one */
+    sc_track share_track;
 } sc_slices;
 
 /** What a verb does: first those of the opacity of tissues, then those of the camera, then that of
@@ -332,7 +334,7 @@ typedef struct sc_looks {
     const sc_grey_tracks *grey;
     sc_grey_window grey_window; /**< in which the grey volume is shown, without key frames */
     int fps;
-    const sc_ramp *divider; /**< see sc_scene.divider; NULL: there is none */
+    const double *divider; /**< see sc_scene.divider; NULL: there is none */
     const sc_track *divider_track;
 } sc_looks;
 

@@ -99,7 +99,7 @@ static void take_zooms_out(sc_timeline *t)
 {
     int kept = 0;
 
-    t->animation.camera.zoom = (sc_ramp){.from = 1, .to = 1, .end = 1};
+    t->animation.camera.zoom = 1;
     t->animation.camera.zoom_track.count = 0;
     for (int i = 0; i < t->animation.move_count; i++) {
         if (t->moves[i].verb.kind != SC_VERB_ZOOM && t->moves[i].verb.kind != SC_VERB_DOLLY)

@@ -176,8 +176,8 @@ static sc_status find_item(const sc_ctx *ctx, sc_yaml *list, const char *element
     return SC_OK;
 }
 
-/* Turn a single value into the map that it stands for, with the value under the key @p name: zoom:
- * 2 becomes zoom: {from: 2}. */
+/* Turn a single value into the map that it stands for, with the value under the key @p name:
+ * volume: a.nrrd becomes volume: {path: a.nrrd}. */
 static sc_status expand_shorthand(const sc_ctx *ctx, sc_yaml *node, const char *name,
                                   const char *origin)
 {

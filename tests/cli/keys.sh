@@ -92,8 +92,8 @@ animation: {clip: [{except: [aorta]}]}
 animation: {clip: [{plane: {normal: left, at: 1%, at_point: [1, 2, 3]}}]}
 animation: {camera: {fixed: {up: superior}}}
 animation: {camera: {orbit: {}, fixed: {position_mm: [0, 0, 0], target_mm: [1, 0, 0]}}}
-animation: {camera: {zoom: {form: 1}}}
-animation: {slices: {from: 200}}
+animation: {camera: {orbit: {strat: 1}}}
+animation: {slices: {at: 200}}
 farm: {tile: [8]}
 WRONG
 [ "$count" -ge 10 ] || fail "only $count wrong jobs"
@@ -110,7 +110,7 @@ render: {background: red}
 output: {size: 1080p}
 animation: {duration: 2 s}
 animation: {camera: {zoom: 2}}
-animation: {camera: {zoom: {from: 1, to: 2, during: [10%, 20%], ease: smooth}}}
+animation: {camera: {zoom: {10%: 1, 20%: 2, ease: smooth}}}
 animation: {camera: {orbit: {axis: [0, 1, 1], target_mm: [1, 2, 3]}}}
 animation: {clip: [{plane: {normal: left, at: 12 mm}}, {box: {from: [0%, 5%, 1 mm]}, except: [aorta]}]}
 tissues: {"*": {opacity: auto, visible: true}, aorta: {color: [1, 2, 3], shininess: 5}}

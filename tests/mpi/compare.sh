@@ -28,7 +28,7 @@ cat >divider.yaml <<'YAML'
 volume: phantom:59x41x61
 output: {directory: out, size: [90, 120], video: film.mp4, fps: 10}
 render: {background: none}
-compare: {name: before, with: [{volume: stripes.nrrd, name: after, labels: stripes.ctbl}], divider: {during: [20%, 80%], ease: smooth}}
+compare: {name: before, with: [{volume: stripes.nrrd, name: after, labels: stripes.ctbl}], divider: {20%: 100%, 80%: 0%, ease: smooth}}
 overlays: {names: all}
 animation: {frames: 8}
 YAML

@@ -214,11 +214,11 @@ static void put_track(struct maker *maker, const char *arg)
         put_number(maker, arg);
         return;
     }
-    add(maker, "[");
+    add(maker, "{");
     for (int i = 0; i < 3 && at <= 10; i++, at += whole(maker, 1, 4)) {
-        add(maker, "%s{at: ", i ? ", " : "");
+        add(maker, "%s", i ? ", " : "");
         put_time(maker, at);
-        add(maker, ", value: ");
+        add(maker, ": {value: ");
         put_number(maker, arg);
         if (chance(maker, 50)) {
             add(maker, ", ease: ");
@@ -226,7 +226,7 @@ static void put_track(struct maker *maker, const char *arg)
         }
         add(maker, "}");
     }
-    add(maker, "]");
+    add(maker, "}");
 }
 
 #define TISSUES                                                                                    \
@@ -313,15 +313,15 @@ static void put_point_track(struct maker *maker, const char *arg)
         put_point(maker, arg);
         return;
     }
-    add(maker, "[{at: ");
+    add(maker, "{");
     put_time(maker, whole(maker, 0, 4));
-    add(maker, ", value: ");
+    add(maker, ": ");
     put_point(maker, arg);
-    add(maker, "}, {at: ");
+    add(maker, ", ");
     put_time(maker, whole(maker, 5, 10));
-    add(maker, ", value: ");
+    add(maker, ": ");
     put_point(maker, arg);
-    add(maker, "}]");
+    add(maker, "}");
 }
 
 static void put_color(struct maker *maker, const char *arg)
@@ -542,21 +542,6 @@ static const struct row fixed_rows[] = {
     {"up", 50, put_direction, NULL},
     {"fov", 50, put_track, "10:80"},
 };
-static const struct row zoom_rows[] = {
-    {"from", 60, put_number, "0.5:3"},
-    {"to", 80, put_number, "0.5:3"},
-    {"during", 50, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
-
-static void put_zoom(struct maker *maker, const char *arg)
-{
-    if (chance(maker, 60))
-        put_track(maker, arg);
-    else
-        add_map(maker, zoom_rows, COUNT_OF(zoom_rows));
-}
-
 static void add_camera(struct maker *maker)
 {
     add(maker, "{");
@@ -570,7 +555,7 @@ static void add_camera(struct maker *maker)
     add(maker, ", projection: %s", maker->is_orthographic ? "orthographic" : "perspective");
     if (chance(maker, 40)) {
         add(maker, ", zoom: ");
-        put_zoom(maker, "0.6:3");
+        put_track(maker, "0.6:3");
     }
     add(maker, "}");
 }
@@ -593,17 +578,16 @@ static void put_scene_track(struct maker *maker, void (*put)(struct maker *maker
 {
     int at = whole(maker, 0, 5);
 
-    add(maker, "[");
+    add(maker, "{");
     for (int i = 0; i < 3 && at <= 10; i++, at += whole(maker, 1, 5)) {
-        add(maker, "%s{at: %d%%, value: ", i ? ", " : "", 10 * at);
+        add(maker, "%s%d%%: ", i ? ", " : "", 10 * at);
         put(maker, arg);
-        if (can_ease && chance(maker, 50)) {
-            add(maker, ", ease: ");
-            put_ease(maker, NULL);
-        }
-        add(maker, "}");
     }
-    add(maker, "]");
+    if (can_ease && chance(maker, 50)) {
+        add(maker, ", ease: ");
+        put_ease(maker, NULL);
+    }
+    add(maker, "}");
 }
 
 /* A part of the animation, or key frames of true and false. */
@@ -641,18 +625,18 @@ static void put_exceptions(struct maker *maker)
         put_tissue_list(maker, NULL);
         return;
     }
-    add(maker, "[{at: ");
+    add(maker, "{");
     put_time(maker, whole(maker, 0, 4));
-    add(maker, ", value: ");
+    add(maker, ": ");
     put_tissue_list(maker, NULL);
-    add(maker, "}, {at: ");
+    add(maker, ", ");
     put_time(maker, whole(maker, 5, 9));
-    add(maker, ", value: ");
+    add(maker, ": ");
     if (chance(maker, 50))
         add(maker, "[]");
     else
         put_tissue_list(maker, NULL);
-    add(maker, "}]");
+    add(maker, "}");
 }
 
 /* Up to two clip entries; the caller has set the number of planes to what verbs need at least. */
@@ -684,12 +668,17 @@ static void add_clip(struct maker *maker)
     }
 }
 
+static void put_share_track(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 50))
+        put_share(maker, arg);
+    else
+        put_scene_track(maker, put_share, arg, true);
+}
+
 static const struct row point_rows[] = {{"point_mm", 100, put_point, NULL}};
 static const struct row slices_rows[] = {
-    {"from", 60, put_share, "0:40"},
-    {"to", 60, put_share, "50:100"},
-    {"during", 50, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
+    {"at", 80, put_share_track, "0:100"},
 };
 
 /* The lines of an animation. Verbs come in turn, so that few jobs have them all. */
@@ -837,15 +826,15 @@ static void put_tissue_opacity(struct maker *maker, const char *arg)
         put_word(maker, arg);
         return;
     } /* verbs are refused if none of their tissues is ever seen */
-    add(maker, "[{at: %d%%, value: ", 10 * whole(maker, 0, 4));
+    add(maker, "{%d%%: ", 10 * whole(maker, 0, 4));
     put_word(maker, "1|0.5|0.2|0");
-    add(maker, "}, {at: %d%%, value: ", 10 * whole(maker, 5, 9));
+    add(maker, ", %d%%: {value: ", 10 * whole(maker, 5, 9));
     put_word(maker, "0.8|0.25|1");
     add(maker, ", ease: ");
     put_ease(maker, NULL);
-    add(maker, "}, {at: 100%%, value: ");
+    add(maker, "}, 100%%: ");
     put_word(maker, "0.8|0.25|1|0|0");
-    add(maker, "}]");
+    add(maker, "}");
 }
 
 static void put_tissue_color(struct maker *maker, const char *arg)
@@ -871,7 +860,7 @@ static void put_coming(struct maker *maker, const char *arg)
     const int from = 10 * whole(maker, 0, 4), to = 10 * whole(maker, 5, 10);
 
     (void)arg;
-    add(maker, "[{at: %d%%, value: %s}, {at: %d%%, value: %s}]", from, comes ? "false" : "true", to,
+    add(maker, "{%d%%: %s, %d%%: %s}", from, comes ? "false" : "true", to,
         comes ? "true" : "false");
 }
 
@@ -946,12 +935,6 @@ static const struct row cine_rows[] = {
     {"loop", 60, put_word, "true|false|1|2"},
     {"between", 40, put_word, "1|2"},
     {"phases", 50, put_word, "0-2|\"2,0\"|0-2:2"},
-};
-static const struct row divider_rows[] = {
-    {"from", 50, put_share, "60:100"},
-    {"to", 50, put_share, "0:40"},
-    {"during", 50, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
 };
 #define SUBJECT_ROWS                                                                               \
     {"volume", 100, put_word, "phantom:20x16x22|other.nrrd"},                                      \
@@ -1101,10 +1084,7 @@ static void add_subject(struct maker *maker)
     }
     if (chance(maker, 50)) {
         add(maker, ", divider: ");
-        if (chance(maker, 30))
-            put_share(maker, "0:100");
-        else
-            add_map(maker, divider_rows, COUNT_OF(divider_rows));
+        put_share_track(maker, "0:100");
         add(maker, ", with: [");
     } else {
         add(maker, ", with: [other.nrrd, ");
@@ -1167,7 +1147,6 @@ static void print_keys(void)
     PRINT("animation.clip.N.box", box_rows);
     PRINT("animation.camera.orbit", orbit_rows);
     PRINT("animation.camera.fixed", fixed_rows);
-    PRINT("animation.camera.zoom", zoom_rows);
     PRINT("animation.slices", point_rows);
     PRINT("animation.slices", slices_rows);
     PRINT("overlays", overlay_rows);
@@ -1181,7 +1160,6 @@ static void print_keys(void)
     PRINT("color_by", color_by_rows);
     PRINT("image", image_rows);
     PRINT("cine", cine_rows);
-    PRINT("compare.divider", divider_rows);
     PRINT("compare.with.N", subject_with_image_rows);
 #undef PRINT
 }

@@ -112,10 +112,10 @@ static sc_timeline random_timeline(uint64_t *seed, const sc_renderer *r)
                    .elevation_deg = random_real(seed, -89.9, 89.9),
                    .fov_deg = random_below(seed, 2) ? 30 : random_scale(seed, 0.1, 170),
                    .projection = random_below(seed, 4) ? SC_PERSPECTIVE : SC_ORTHOGRAPHIC,
-                   .zoom = {.from = 1, .to = 1, .end = 1}}};
+                   .zoom = 1}};
 
     if (random_below(seed, 3) == 0)
-        a.camera.zoom.from = a.camera.zoom.to = random_scale(seed, 0.01, 1000);
+        a.camera.zoom = random_scale(seed, 0.01, 1000);
     if (random_below(seed, 4) == 0) {
         a.camera.has_distance = true;
         a.camera.distance_mm = random_scale(seed, 1e-3, 1e6);

@@ -385,7 +385,7 @@ static const char full[] =
     "tissues:\n  \"myo*\": {color: [1, 2, 3], opacity: 0.35}\n  7: {visible: false}\n"
     "animation:\n  frames: 12\n"
     "  camera: {orbit: {axis: left, turns: 2, target_mm: [1, 2, 3]}, projection: orthographic,"
-    " zoom: {from: 1, to: 2, ease: in}}\n"
+    " zoom: {0%: 1, 100%: 2, ease: in}}\n"
     "  clip_mode: cut\n  clip:\n"
     "    - sweep: {normal: anterior, from: 10%, to: -4 mm, during: [20%, 80%]}\n"
     "      except: [coronary*, \"9\"]\n    - plane: {normal: [0, 3, 4], at: 50%, active: [1f, "
@@ -456,7 +456,7 @@ static void expect_full(const sc_job *job)
     assert_near(job->animation.camera.axis.x, -1, 0);
     assert_true(job->animation.camera.has_target);
     assert_int_equal(job->animation.camera.projection, SC_ORTHOGRAPHIC);
-    assert_near(job->animation.camera.zoom.to, 2, 0);
+    assert_near(job->animation.camera.zoom_track.keys[1].value.x, 2, 0);
     assert_int_equal(job->animation.clip_mode, SC_CLIP_CUT);
     assert_int_equal(job->animation.sweep_count, 2);
     assert_true(job->animation.sweeps[0].from.percent && !job->animation.sweeps[0].to.percent);
@@ -612,12 +612,12 @@ TEST(wrong_times_are_refused)
 
     for (size_t i = 0; i < SC_COUNT_OF(wrong); i++) {
         snprintf(text, sizeof text,
-                 "volume: phantom\nanimation: {frames: 900, camera: {zoom: {during: %s}}}\n",
+                 "volume: phantom\nanimation: {frames: 900, verbs: [zoom: {to: 2, during: %s}]}\n",
                  wrong[i]);
         refuses(text, "expected two rising times of the animation");
     }
-    refuses("volume: phantom\noutput: {fps: 25}\nanimation:\n  frames: 50\n  camera:\n"
-            "    zoom: {during: [1s, 3s]}\n",
+    refuses("volume: phantom\noutput: {fps: 25}\nanimation:\n  frames: 50\n  verbs:\n"
+            "  - zoom: {to: 2, during: [1s, 3s]}\n",
             "job.yaml:6: during: 3s is behind the end of the animation, which has 50 frames at 25 "
             "frames per second: 2 s");
 }
@@ -638,10 +638,9 @@ static void load_camera(const char *camera, sc_text *written, sc_job *job)
 TEST(values_of_the_camera_may_have_key_frames)
 {
     static const char camera[] =
-        "orbit: {angle: [{at: 10f, value: 5}, {at: 0:02, value: -7.5, ease: smooth}, {at: 100%, "
-        "value: 9, ease: [0.1, 0, 1, 0.5]}], elevation: [{at: 0s, value: 130}], target_mm: [{at: "
-        "500ms, value: [1, 2, 3]}, {at: 50%, value: [4, 5, 6]}], distance_mm: 200, fov: [{at: 0%, "
-        "value: 20}]}, zoom: [{at: 20%, value: 1}, {at: 40%, value: 3, ease: out}]}";
+        "orbit: {angle: {10f: 5, 0:02: {value: -7.5, ease: smooth}, 100%: {value: 9, ease: [0.1, "
+        "0, 1, 0.5]}}, elevation: {0s: 130}, target_mm: {500ms: [1, 2, 3], 50%: [4, 5, 6]}, "
+        "distance_mm: 200, fov: {0%: 20}}, zoom: {20%: 1, 40%: 3, ease: out}}";
     sc_text text = {0}, twice = {0};
     sc_job job, again;
     heard h;
@@ -692,68 +691,51 @@ TEST(values_of_the_camera_may_have_key_frames)
 static const struct {
     const char *part, *written;
 } scene_parts[] = {
-    {"light: {key: [{at: 10f, value: 0.5}, {at: 100%, value: 1, ease: in}], head: 0.25, "
-     "depth_cue: [{at: 0:01, value: 1}]}",
-     "  key: [{at: 10%, value: 0.5, ease: linear}, {at: 100%, value: 1, ease: in}]\n  fill: 0.1\n"
+    {"light: {key: {10f: 0.5, 100%: 1, ease: in}, head: 0.25, "
+     "depth_cue: {0:01: 1}}",
+     "  key: {10%: 0.5, 100%: {value: 1, ease: in}}\n  fill: 0.1\n"
      "  head: 0.25\n"},
-    {"tissues: {aorta: {color: [{at: 50%, value: red}, {at: 2s, value: [1, 2, 3], ease: out}], "
-     "opacity: 1}, \"*\": {color: blue}, wall: {color: [{at: 0:01, value: red}]}}",
-     "  \"aorta\": {color: [{at: 50%, value: [255, 0, 0], ease: linear}, {at: 60%, value: [1, 2, "
-     "3], "
-     "ease: out}], opacity: 1}\n  \"*\": {color: [0, 0, 255]}\n  \"wall\": {color: [{at: 30%, "
-     "value: "
-     "[255, 0, 0], ease: linear}]}\n"},
-    {"tissues: {aorta: {opacity: [{at: 1s, value: 1}, {at: 50%, value: 0.25, ease: smooth}], "
-     "visible: [{at: 0%, value: false}, {at: 30f, value: true}], offset: [{at: 0s, value: [0, 0, "
-     "0]}, {at: 3s, value: [10, 0, -5], ease: out}]}, wall: {opacity: auto, visible: false, "
+    {"tissues: {aorta: {color: {50%: red, 2s: [1, 2, 3], ease: out}, "
+     "opacity: 1}, \"*\": {color: blue}, wall: {color: {0:01: red}}}",
+     "  \"aorta\": {color: {50%: [255, 0, 0], 60%: {value: [1, 2, 3], ease: out}}, opacity: 1}\n  "
+     "\"*\": {color: [0, 0, 255]}\n  \"wall\": {color: {30%: [255, 0, 0]}}\n"},
+    {"tissues: {aorta: {opacity: {1s: 1, 50%: 0.25, ease: smooth}, "
+     "visible: {0%: false, 30f: true}, offset: {0s: [0, 0, 0], 3s: [10, 0, -5], ease: out}}, wall: "
+     "{opacity: auto, visible: false, "
      "offset: "
      "[1, 2, 3]}}",
-     "  \"aorta\": {opacity: [{at: 30%, value: 1, ease: linear}, {at: 50%, value: 0.25, ease: "
-     "smooth}], visible: [{at: 0%, value: false}, {at: 30%, value: true}], offset: [{at: 0%, "
-     "value: [0, 0, 0], ease: linear}, {at: 90%, value: [10, 0, -5], ease: out}]}\n  \"wall\": "
+     "  \"aorta\": {opacity: {30%: 1, 50%: {value: 0.25, ease: smooth}}, visible: {0%: false, 30%: "
+     "true}, offset: {0%: [0, 0, 0], 90%: {value: [10, 0, -5], ease: out}}}\n  \"wall\": "
      "{opacity: auto, visible: false, offset: [1, 2, 3]}\n"},
-    {"light: {shadows: [{at: 0%, value: false}, {at: 100%, value: 0.5, ease: in}]}",
-     "  shadows: [{at: 0%, value: false, ease: linear}, {at: 100%, value: 0.5, ease: in}]\n"},
+    {"light: {shadows: {0%: false, 100%: 0.5, ease: in}}",
+     "  shadows: {0%: false, 100%: {value: 0.5, ease: in}}\n"},
     {"light: {shadows: 0.25}", "  shadows: 0.25\n"},
-    {"image: {path: phantom, caps: [{at: 0s, value: 0}, {at: 3s, value: 1}]}",
-     "  caps: [{at: 0%, value: 0, ease: linear}, {at: 90%, value: 1, ease: linear}]\n  slices: "
-     "0.7"},
-    {"animation: {frames: 101, clip: [{plane: {normal: left}, except: [{at: 0%, value: [aorta, "
-     "\"l*\"]}, {at: 1s, value: []}, {at: 60f, value: [wall]}]}]}",
-     "      except: [{at: 0%, value: [\"aorta\", \"l*\"]}, {at: 30%, value: []}, {at: 60%, value: "
-     "[\"wall\"]}]\n"},
-    {"animation: {frames: 101, clip: [{plane: {normal: left, at: [{at: 1s, value: 10%}, {at: 2s, "
-     "value: -12 mm, ease: smooth}]}, except: [aorta]}, {plane: {normal: [{at: 0%, value: left}, "
-     "{at: "
-     "50f, value: [0, 2, 0]}], active: [0%, 50%]}}, {plane: {normal: [{at: 50%, value: feet}], "
-     "at_point: [1, 2, 3]}}, {plane: {normal: head}}], slices: {point_mm: [{at: 10f, value: [1, 2, "
-     "3]}]}}",
-     "- plane: {normal: [-1, 0, 0], at: [{at: 30%, value: 10%, ease: linear}, {at: 60%, value: -12 "
-     "mm, ease: smooth}]}\n      except: [\"aorta\"]\n    - plane: {normal: [{at: 0%, value: [-1, "
-     "0, "
-     "0], ease: linear}, {at: 50%, value: [0, 1, 0], ease: linear}], at: 50%, active: [0%, 50%]}\n "
+    {"image: {path: phantom, caps: {0s: 0, 3s: 1}}", "  caps: {0%: 0, 90%: 1}\n  slices: "
+                                                     "0.7"},
+    {"animation: {frames: 101, clip: [{plane: {normal: left}, except: {0%: [aorta, \"l*\"], 1s: "
+     "[], 60f: [wall]}}]}",
+     "      except: {0%: [\"aorta\", \"l*\"], 30%: [], 60%: [\"wall\"]}\n"},
+    {"animation: {frames: 101, clip: [{plane: {normal: left, at: {1s: 10%, 2s: -12 mm, ease: "
+     "smooth}}, except: [aorta]}, {plane: {normal: {0%: left, 50f: [0, 2, 0]}, active: [0%, "
+     "50%]}}, {plane: {normal: {50%: feet}, "
+     "at_point: [1, 2, 3]}}, {plane: {normal: head}}], slices: {point_mm: {10f: [1, 2, 3]}}}",
+     "- plane: {normal: [-1, 0, 0], at: {30%: 10%, 60%: {value: -12 mm, ease: smooth}}}\n      "
+     "except: [\"aorta\"]\n    - plane: {normal: {0%: [-1, 0, 0], 50%: [0, 1, 0]}, at: 50%, "
+     "active: [0%, 50%]}\n "
      "  "
-     "   except: []\n    - plane: {normal: [{at: 50%, value: [0, 0, -1], ease: linear}], at_point: "
+     "   except: []\n    - plane: {normal: {50%: [0, 0, -1]}, at_point: "
      "[1, 2, 3]}\n      except: []\n    - sweep: {normal: [0, 0, 1], from: 50%, to: 50%, "},
-    {"animation: {frames: 101, clip: [{sweep: {normal: left, active: [{at: 1s, value: true}, {at: "
-     "2s, value: false}]}}]}",
-     "during: [0%, 100%], ease: linear, active: [{at: 30%, value: true}, {at: 60%, value: "
-     "false}]}\n"},
-    {"animation: {frames: 101, slices: {point_mm: [{at: 10f, value: [1, 2, 3]}]}}",
-     "slices: {point_mm: [{at: 10%, value: [1, 2, 3], ease: linear}]"},
-    {"animation: {frames: 101, camera: {fixed: {position_mm: [{at: 0s, value: [1, 2, 3]}, {at: 2s, "
-     "value: [1, 2, 4]}], target_mm: [0, 0, 0], up: [{at: 0s, value: left}, {at: 60f, value: head, "
-     "ease: out}]}}}",
-     "fixed: {position_mm: [{at: 0%, value: [1, 2, 3], ease: linear}, {at: 60%, value: [1, 2, 4], "
-     "ease: linear}], target_mm: [0, 0, 0], up: [{at: 0%, value: [-1, 0, 0], ease: linear}, {at: "
-     "60%, "
-     "value: [0, 0, 1], ease: out}], fov: 30}"},
-    {"render: {background: [{at: 0s, value: white}, {at: 2s, value: \"#102030\", ease: smooth}, "
-     "{at: "
-     "99f, value: [1.0, 0, 0]}]}",
-     "  background: [{at: 0%, value: [255, 255, 255], ease: linear}, {at: 60%, value: [16, 32, "
-     "48], "
-     "ease: smooth}, {at: 99%, value: [255, 0, 0], ease: linear}]\n"},
+    {"animation: {frames: 101, clip: [{sweep: {normal: left, active: {1s: true, 2s: false}}}]}",
+     "during: [0%, 100%], ease: linear, active: {30%: true, 60%: false}}\n"},
+    {"animation: {frames: 101, slices: {point_mm: {10f: [1, 2, 3]}}}",
+     "slices: {point_mm: {10%: [1, 2, 3]}"},
+    {"animation: {frames: 101, camera: {fixed: {position_mm: {0s: [1, 2, 3], 2s: [1, 2, 4]}, "
+     "target_mm: [0, 0, 0], up: {0s: left, 60f: head, ease: out}}}}",
+     "fixed: {position_mm: {0%: [1, 2, 3], 60%: [1, 2, 4]}, target_mm: [0, 0, 0], up: {0%: [-1, 0, "
+     "0], 60%: {value: [0, 0, 1], ease: out}}, fov: 30}"},
+    {"render: {background: {0s: white, 2s: {value: \"#102030\", ease: smooth}, 99f: [1.0, 0, 0]}}",
+     "  background: {0%: [255, 255, 255], 60%: {value: [16, 32, 48], ease: smooth}, 99%: [255, 0, "
+     "0]}\n"},
 };
 
 TEST(values_of_the_scene_may_have_key_frames)
@@ -786,68 +768,58 @@ TEST(values_of_the_scene_may_have_key_frames)
 TEST(wrong_key_frames_of_the_scene_are_refused)
 {
     static const char *const cases[][2] = {
-        {"light: {key: [{at: 1s, value: 1}, {at: 10f, value: 2}]}",
-         "job.yaml:2: key: key frame 2, at 10f, does not come after key frame 1, at 1s"},
-        {"light: {occlusion: [{at: 0s, value: 1.5}]}",
-         "value is \"1.5\", expected a number from 0 to 1"},
-        {"light: {head: [{at: 70s, value: 1}]}", "at: 70s is behind the end of the animation"},
-        {"render: {background: [{at: 0s, value: white}, {at: 1s, value: auto}]}",
-         "job.yaml:2: value is \"auto\", expected a colour in key frames: auto and none hold"},
-        {"render: {background: [{at: 0s, value: none}]}", "value is \"none\", expected a colour"},
-        {"render: {background: [{at: 0s, value: bleu}]}",
-         "unknown value \"bleu\"; did you mean \"blue\"?"},
-        {"tissues: {aorta: {color: [{at: 1s, value: red}, {at: 1s, value: auto}]}}",
-         "value is \"auto\", expected a colour in key frames"},
-        {"tissues: {aorta: {interior_opacity: [{at: 1s, value: 1}]}}",
-         "interior_opacity is [{...}], expected a number from 0 to 1"},
-        {"tissues: {aorta: {opacity: [{at: 1s, value: 1}, {at: 2s, value: 2}]}}",
-         "job.yaml:2: value is \"2\", expected a number from 0 to 1"},
-        {"tissues: {aorta: {opacity: [{at: 1s, value: auto}]}}",
-         "value is \"auto\", expected a number from 0 to 1"},
-        {"tissues: {aorta: {opacity: [{at: 2s, value: 0}, {at: 1s, value: 1}]}}",
-         "opacity: key frame 2, at 1s, does not come after key frame 1, at 2s"},
-        {"tissues: {aorta: {visible: [{at: 1s, value: true}, {at: 2s, value: 0.5}]}}",
-         "value is \"0.5\", expected true or false"},
-        {"tissues: {aorta: {visible: [{at: 1s, value: true, ease: smooth}]}}",
-         "unknown key \"ease\""},
-        {"tissues: {aorta: {offset: [{at: 1s, value: 3}]}}", "value is \"3\", expected [R, A, S]"},
+        {"light: {key: {1s: 1, 10f: 2}}",
+         "job.yaml:2: key: the key frame at 10f does not come after that at 1s"},
+        {"light: {occlusion: {0s: 1.5}}", "is \"1.5\", expected a number from 0 to 1"},
+        {"light: {head: {70s: 1}}", "70s is behind the end of the animation"},
+        {"render: {background: {0s: white, 1s: auto}}",
+         "job.yaml:2: background at 1s is \"auto\", expected a colour in key frames: auto and none "
+         "hold"},
+        {"render: {background: {0s: none}}", "is \"none\", expected a colour"},
+        {"render: {background: {0s: bleu}}",
+         "unknown background at 0s \"bleu\"; did you mean \"blue\"?"},
+        {"tissues: {aorta: {color: {1s: red, 2s: auto}}}",
+         "is \"auto\", expected a colour in key frames"},
+        {"tissues: {aorta: {interior_opacity: {1s: 1}}}",
+         "interior_opacity is a map, expected a number from 0 to 1"},
+        {"tissues: {aorta: {opacity: {1s: 1, 2s: 2}}}",
+         "job.yaml:2: opacity at 2s is \"2\", expected a number from 0 to 1"},
+        {"tissues: {aorta: {opacity: {1s: auto}}}", "is \"auto\", expected a number from 0 to 1"},
+        {"tissues: {aorta: {opacity: {2s: 0, 1s: 1}}}",
+         "opacity: the key frame at 1s does not come after that at 2s"},
+        {"tissues: {aorta: {visible: {1s: true, 2s: 0.5}}}", "is \"0.5\", expected true or false"},
+        {"tissues: {aorta: {visible: {1s: {value: true, ease: smooth}}}}",
+         "visible at 1s is a map, expected true or false"},
+        {"tissues: {aorta: {offset: {1s: 3}}}", "is \"3\", expected [R, A, S]"},
         {"tissues: {aorta: {offset: 3 mm}}", "offset is \"3 mm\", expected [R, A, S]"},
-        {"animation: {clip: [{plane: {normal: left}, except: [{at: 1s, value: [wall]}, aorta]}]}",
-         "job.yaml:2: except has tissues beside key frames"},
-        {"animation: {clip: [{plane: {normal: left}, except: [{at: 1s, value: aorta}]}]}",
-         "value is \"aorta\", expected a list of tissues, such as [aorta] or []"},
-        {"animation: {clip: [{plane: {normal: left}, except: [{at: 1s, value: []}, {at: 30f, "
-         "value: "
-         "[]}]}]}",
-         "except: key frame 2, at 30f, does not come after key frame 1, at 1s"},
+        {"animation: {clip: [{plane: {normal: left}, except: {1s: aorta}}]}",
+         "is \"aorta\", expected a list of tissues, such as [aorta] or []"},
+        {"animation: {clip: [{plane: {normal: left}, except: {1s: [], 30f: []}}]}",
+         "except: the key frame at 30f does not come after that at 1s"},
         {"light: {shadows: 1.5}", "shadows is \"1.5\", expected true, false, a number from 0 to 1"},
-        {"tissues: {aorta: {color: [{at: 90s, value: red}]}}", "at: 90s is behind the end"},
-        {"animation: {clip: [plane: {normal: [{at: 0s, value: left}, {at: 1s, value: head}, {at: "
-         "2s, "
-         "value: feet}]}]}",
+        {"tissues: {aorta: {color: {90s: red}}}", "90s is behind the end"},
+        {"animation: {clip: [plane: {normal: {0s: left, 1s: head, 2s: feet}}]}",
          "job.yaml:2: normal: the directions of key frames 2 and 3 are opposite, so that no way"},
-        {"animation: {clip: [plane: {normal: left, at: [{at: 1s, value: 10}]}]}",
-         "value is \"10\", expected a unit behind the number: 10% or 10 mm"},
-        {"animation: {clip: [plane: {normal: left, at: [{at: 1s, value: 1%}, {at: 1s, value: "
-         "2%}]}]}",
-         "at: key frame 2, at 1s, does not come after key frame 1, at 1s"},
-        {"animation: {clip: [sweep: {normal: [{at: 1s, value: left}]}]}",
-         "normal is [{...}], expected an anatomical word or [x, y, z]"},
-        {"animation: {clip: [plane: {normal: [{at: 0s, value: lft}]}]}",
-         "unknown value \"lft\"; did you mean \"left\"?"},
-        {"animation: {slices: {point_mm: [{at: 0s, value: 3}]}}", "value is \"3\", expected [R, A"},
-        {"animation: {frames: 11, camera: {fixed: {position_mm: [{at: 0%, value: [10, 0, 0]}, {at: "
-         "100%, "
-         "value: [-10, 0, 0]}], target_mm: [0, 0, 0]}}}",
+        {"animation: {clip: [plane: {normal: left, at: {1s: 10}}]}",
+         "is \"10\", expected a unit behind the number: 10% or 10 mm"},
+        {"animation: {clip: [plane: {normal: left, at: {1s: 1%, 30f: 2%}}]}",
+         "at: the key frame at 30f does not come after that at 1s"},
+        {"animation: {clip: [sweep: {normal: {1s: left}}]}",
+         "normal is a map, expected an anatomical word or [x, y, z]"},
+        {"animation: {clip: [plane: {normal: {0s: lft}}]}",
+         "unknown normal at 0s \"lft\"; did you mean \"left\"?"},
+        {"animation: {slices: {point_mm: {0s: 3}}}", "is \"3\", expected [R, A"},
+        {"animation: {frames: 11, camera: {fixed: {position_mm: {0%: [10, 0, 0], 100%: [-10, 0, "
+         "0]}, target_mm: [0, 0, 0]}}}",
          "job.yaml:2: position_mm and target_mm are the same point in frame 5"},
-        {"animation: {camera: {fixed: {position_mm: [1, 2, 3], target_mm: [0, 0, 0], up: [{at: 0s, "
-         "value: head}, {at: 1s, value: feet}]}}}",
+        {"animation: {camera: {fixed: {position_mm: [1, 2, 3], target_mm: [0, 0, 0], up: {0s: "
+         "head, 1s: feet}}}}",
          "up: the directions of key frames 1 and 2 are opposite"},
-        {"render: {background: []}", "background has 0 key frames, expected 1 to 64"},
+        {"render: {background: {}}", "background has 0 key frames, expected 1 to 64"},
         {"render: {background: [1, 2]}", "background is [1, 2], expected auto, none, a name such"},
-        {"light: {flat: [{at: 0s, value: true}]}", "flat is [{...}], expected true or false"},
-        {"light: {shadows: [{at: 0s, value: dark}]}",
-         "value is \"dark\", expected true, false, or a number from 0 to 1"},
+        {"light: {flat: {0s: true}}", "flat is a map, expected true or false"},
+        {"light: {shadows: {0s: dark}}",
+         "is \"dark\", expected true, false, or a number from 0 to 1"},
     };
     char text[512];
 
@@ -862,28 +834,26 @@ TEST(wrong_key_frames_are_refused)
     static const struct {
         const char *camera, *message;
     } cases[] = {
-        {"elevation: [{at: 1s, value: 1}, {at: 500ms, value: 2}]",
-         "job.yaml:4: elevation: key frame 2, at 500ms, does not come after key frame 1, at 1s"},
-        {"fov: [{at: 0s, value: 1}, {at: 1s, value: 2}, {at: 30f, value: 3}]",
-         "fov: key frame 3, at 30f, does not come after key frame 2, at 1s; expected rising times"},
-        {"angle: [{at: 1s, value: 1}, {at: 70s, value: 2}]",
-         "at: 70s is behind the end of the animation"},
-        {"angle: [{at: 1, value: 1}]",
-         "at is \"1\", expected a time of the animation with its unit"},
-        {"angle: [{at: 0s}]", "the key \"value\" is missing"},
-        {"angle: [{value: 0}]", "the key \"at\" is missing"},
-        {"angle: [{at: 0s, value: 0, eas: in}]", "unknown key \"eas\"; did you mean \"ease\"?"},
-        {"angle: [{at: 0s, value: 0, ease: smoth}]",
+        {"elevation: {1s: 1, 500ms: 2}",
+         "job.yaml:4: elevation: the key frame at 500ms does not come after that at 1s"},
+        {"fov: {0s: 1, 1s: 2, 30f: 3}",
+         "fov: the key frame at 30f does not come after that at 1s; expected rising times"},
+        {"angle: {1s: 1, 70s: 2}", "70s is behind the end of the animation"},
+        {"angle: {1: 1}", "angle: \"1\" is no time of the animation with its unit"},
+        {"angle: {0s: {}}", "the key \"value\" is missing"},
+        {"angle: {0s: {value: 0, eas: in}}", "unknown key \"eas\"; did you mean \"ease\"?"},
+        {"angle: {0s: {value: 0, ease: smoth}}",
          "unknown ease \"smoth\"; did you mean \"smooth\"?"},
-        {"angle: [{at: 0s, value: 0, ease: [0, 0, 1, 1.5]}]",
+        {"angle: {0s: {value: 0, ease: [0, 0, 1, 1.5]}}",
          "ease is [0, 0, 1, 1.5], expected linear, smooth, in, out, or the points"},
-        {"angle: [{at: 0s, value: 0, ease: [0, 0, 1]}]", "expected linear, smooth, in, out, or"},
-        {"angle: [{at: 0s, value: x}]", "value is \"x\", expected a number from -36000 to 36000"},
-        {"angle: []", "angle has 0 key frames, expected 1 to 64"},
-        {"angle: [1, 2]", "angle is \"1\", expected a key frame"},
-        {"angle: {at: 1s, value: 2}", "angle is a map, expected a number, or key frames such as"},
+        {"angle: {0s: {value: 0, ease: [0, 0, 1]}}", "expected linear, smooth, in, out, or"},
+        {"angle: {0s: x}", "is \"x\", expected a number from -36000 to 36000"},
+        {"angle: {}", "angle has 0 key frames, expected 1 to 64"},
+        {"angle: {ease: in}", "angle has 0 key frames, expected 1 to 64"},
+        {"angle: [1, 2]", "angle is [1, 2], expected a number from -36000 to 36000"},
+        {"angle: {at: 1s}", "angle: \"at\" is no time of the animation"},
         {"target_mm: [1, 2]", "target_mm"},
-        {"target_mm: [{at: 0s, value: 3}]", "value"},
+        {"target_mm: {0s: 3}", "target_mm at 0s is \"3\""},
         {"turns: 1, angle: 5", "both \"turns\" and \"angle\" are given"},
     };
     char text[512];
@@ -893,9 +863,6 @@ TEST(wrong_key_frames_are_refused)
                  cases[i].camera);
         refuses(text, cases[i].message);
     }
-    /* "at" is also where a plane lies: that is no time. */
-    refuses("volume: phantom\nanimation:\n  clip: [plane: {normal: left, at: 1s}]\n",
-            "at is \"1s\", expected a position such as 40% or 12 mm");
 }
 
 /* A job that is written as resolved and read again is the same job. */
@@ -1024,8 +991,8 @@ TEST(nested_keys_are_set_in_every_way)
 {
     expect_same_job("animation.camera.orbit.axis=left", "SEGCAST_ANIMATION_CAMERA_ORBIT_AXIS=left",
                     "volume: phantom\nanimation: {camera: {orbit: {axis: left}}}\n");
-    expect_same_job("animation.camera.zoom.to=3", "SEGCAST_ANIMATION_CAMERA_ZOOM_TO=3",
-                    "volume: phantom\nanimation: {camera: {zoom: {to: 3}}}\n");
+    expect_same_job("animation.camera.zoom=3", "SEGCAST_ANIMATION_CAMERA_ZOOM=3",
+                    "volume: phantom\nanimation: {camera: {zoom: 3}}\n");
     expect_same_job(
         "animation.camera.fixed={position_mm: [1,2,3], target_mm: [4,5,6]}",
         "SEGCAST_ANIMATION_CAMERA_FIXED={position_mm: [1,2,3], target_mm: [4,5,6]}",
@@ -1064,7 +1031,7 @@ TEST(settings_merge_maps_and_replace_alternatives)
     expect_change("volume: {path: phantom, keep: [a], crop: visible}\n", "volume=phantom:20x20x20",
                   "volume: {path: phantom:20x20x20, keep: [a], crop: visible}\n");
     expect_change("volume: phantom\n", "volume=phantom:20x20x20", "volume: phantom:20x20x20\n");
-    expect_change("animation: {camera: {zoom: {from: 1, to: 3}}}\nvolume: phantom\n",
+    expect_change("animation: {camera: {zoom: {0%: 1, 100%: 3}}}\nvolume: phantom\n",
                   "animation.camera.zoom=2", "volume: phantom\nanimation: {camera: {zoom: 2}}\n");
     expect_change("volume: phantom\ntissues: {a: {opacity: 1}, b: {opacity: 1}}\n",
                   "tissues={b: {visible: false}, c: {opacity: 0}}",
@@ -1074,8 +1041,9 @@ TEST(settings_merge_maps_and_replace_alternatives)
                   "[0,0,0]}}}\n",
                   "animation.camera.orbit.turns=2",
                   "volume: phantom\nanimation: {camera: {orbit: {turns: 2}}}\n");
-    expect_change("volume: phantom\nanimation: {camera: {zoom: 2}}\n", "animation.camera.zoom.to=3",
-                  "volume: phantom\nanimation: {camera: {zoom: {from: 2, to: 3}}}\n");
+    expect_change("volume: phantom\nanimation: {camera: {zoom: {0s: 1, 1s: 2}}}\n",
+                  "animation.camera.zoom={2s: 3}",
+                  "volume: phantom\nanimation: {camera: {zoom: {2s: 3}}}\n");
     expect_change("volume: phantom\nanimation: {clip: [{sweep: {normal: left}, except: [a]}]}\n",
                   "animation.clip[0]={plane: {normal: right}}",
                   "volume: phantom\nanimation: {clip: [{plane: {normal: right}, except: [a]}]}\n");
@@ -1150,7 +1118,7 @@ TEST(no_allocation_that_fails_is_lost)
         {"c", "animation.camera.fixed", "{position_mm: [1, 2, 3], target_mm: [0, 0, 0]}", false},
         {"d", "output", "{fps: 24, size: [64, 64]}", false},
     };
-    static const char *const environment[] = {"SEGCAST_ANIMATION_CAMERA_ZOOM_FROM=2", NULL};
+    static const char *const environment[] = {"SEGCAST_ANIMATION_CAMERA_ZOOM=2", NULL};
     const sc_job_sources sources = {.path = "job2.yaml",
                                     .settings = settings,
                                     .setting_count = SC_COUNT_OF(settings),

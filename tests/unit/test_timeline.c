@@ -17,12 +17,9 @@ static void box_corners(sc_vec3 out[CORNERS])
 
 static sc_animation animation(int frames)
 {
-    return (sc_animation){.frames = frames,
-                          .camera = {.axis = {0, 0, 1},
-                                     .turns = 1,
-                                     .elevation_deg = 20,
-                                     .fov_deg = 30,
-                                     .zoom = {.from = 1, .to = 1, .end = 1}}};
+    return (sc_animation){
+        .frames = frames,
+        .camera = {.axis = {0, 0, 1}, .turns = 1, .elevation_deg = 20, .fov_deg = 30, .zoom = 1}};
 }
 
 TEST(an_orbit_begins_in_front_and_closes_without_repeating_a_frame)
@@ -574,7 +571,7 @@ TEST(a_camera_without_an_orbit_goes_by_key_frames)
     a.camera.position_track = (sc_track){2, {{0, {0}, {0, 100, 0}}, {1, {0}, {100, 100, 0}}}};
     a.camera.target_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {0.5, {0}, {50, 0, 0}}}};
     a.camera.up_track = (sc_track){2, {{0.5, {0}, {0, 0, 1}}, {1, {0}, {1, 0, 0}}}};
-    a.camera.zoom = (sc_ramp){.from = 1, .to = 1, .end = 1};
+    a.camera.zoom = 1;
     for (int moves = 0; moves < 2; moves++) { /* verbs start from there, too */
         const sc_move zoom = {.verb = {.kind = SC_VERB_ZOOM, .to = 1, .end = 1}};
         sc_camera c;
@@ -627,7 +624,7 @@ TEST(a_camera_passes_the_pole_without_a_flip)
         sc_timeline t;
 
         a.camera.position_track = ways[way].track;
-        a.camera.zoom = (sc_ramp){.from = 1, .to = 1, .end = 1};
+        a.camera.zoom = 1;
         sc_timeline_resolve(&a, NULL, 0, 1, &t);
         for (int k = 0; k < FRAMES; k++, before = c) {
             double along, turn_deg;
@@ -947,7 +944,8 @@ TEST(zoom_scales_the_picture)
     double first;
 
     box_corners(corners);
-    a.camera.zoom = (sc_ramp){1, 2, 0, 1, {.kind = SC_EASE_LINEAR}};
+    a.camera.zoom_track =
+        (sc_track){2, {{.at = 0, .value = {1, 0, 0}}, {.at = 1, .value = {2, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     first = sc_timeline_scene(&t, 0, NULL).camera.half_height;
     assert_near(sc_timeline_scene(&t, 10, NULL).camera.half_height, first / 2, 1e-12);

@@ -8,58 +8,6 @@ static const sc_choice projections[] = {
 
 /* ---- camera ---- */
 
-static const sc_key ramp_keys[] = {{"from", &sc_type_real, offsetof(sc_ramp, from), "1",
-                                    .help = "scale at the beginning", .low = 0.01, .high = 1000},
-                                   {"to", &sc_type_real, offsetof(sc_ramp, to), "1",
-                                    .help = "scale at the end", .low = 0.01, .high = 1000},
-                                   {"during", &sc_type_span, offsetof(sc_ramp, begin), "[0%, 100%]",
-                                    .help = "part of the animation in which the scale changes"},
-                                   {"ease", &sc_type_ease, offsetof(sc_ramp, ease), "linear",
-                                    .help = "how the change begins and ends"},
-                                   {0}};
-
-/* Read a map of ramp_keys, or a number that holds for the whole animation, into an sc_ramp; or key
- * frames into its track. */
-static sc_status read_zoom(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    sc_ramp *zoom = value;
-    sc_status status;
-
-    if (node->kind == SC_YAML_LIST)
-        return sc_read_track(ctx, key, node, (sc_track *)((char *)value + key->track));
-    if (node->kind == SC_YAML_MAP)
-        return sc_keys_read(ctx, key->keys, node, zoom);
-    status = sc_read_real(ctx, node, key->low, key->high, &zoom->from);
-    if (status == SC_OK)
-        zoom->to = zoom->from;
-    return status;
-}
-
-static sc_status write_zoom(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
-{
-    const sc_track *track = (const sc_track *)((const char *)value + key->track);
-
-    (void)indent;
-    return track->count ? sc_write_track(ctx, key, track, text)
-                        : sc_keys_write_flow(ctx, key->keys, value, text);
-}
-
-static json_t *zoom_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s, s:f, s:f}, o, o]}", "anyOf", "type", "number", "minimum", key->low,
-                     "maximum", key->high, sc_keys_schema(key->keys), sc_track_schema(key));
-}
-
-const sc_value_type sc_type_zoom = {
-    .name = "number, map or key frames",
-    .expected = "a number, {from, to, during, ease} or key frames",
-    .read = read_zoom,
-    .write = write_zoom,
-    .schema = zoom_schema,
-    .container = SC_CONTAINER_MAP,
-};
-
 #define CAMERA(member) offsetof(sc_orbit, member)
 /* The value of sc_key.track of a member of sc_orbit. */
 #define TRACK(member, name) (offsetof(sc_orbit, name) - offsetof(sc_orbit, member))
@@ -117,10 +65,9 @@ const sc_key sc_camera_keys[] = {
      .keys = fixed_keys, .alternative = "orbit or fixed", .given = SC_GIVEN(sc_orbit, fixed)},
     {"projection", &sc_type_choice, CAMERA(projection), "perspective",
      .help = "perspective, or orthographic: parallel rays", .choices = projections},
-    {"zoom", &sc_type_zoom, CAMERA(zoom), NULL,
-     .help = "scale of the picture: a number, or a map or key frames for one that changes",
-     .low = 0.01, .high = 1000, .track = TRACK(zoom, zoom_track), .keys = ramp_keys,
-     .shorthand = "from", .option = &(const sc_key_option){"zoom", "FACTOR", "orbit still"}},
+    {"zoom", &sc_type_tracked, CAMERA(zoom), "1", .help = "scale of the picture; 1: as framed",
+     .low = 0.01, .high = 1000, .track = TRACK(zoom, zoom_track),
+     .option = &(const sc_key_option){"zoom", "FACTOR", "orbit still"}},
     {0}};
 
 /* ---- slices ---- */
@@ -129,13 +76,11 @@ const sc_key sc_slices_keys[] = {
     {"point_mm", &sc_type_tracked_point, offsetof(sc_slices, point_mm), NULL,
      .track = offsetof(sc_slices, point_track) - offsetof(sc_slices, point_mm),
      .help = "where the three slices cross", .low = -1e6, .high = 1e6, .unit = "mm",
-     .given = SC_GIVEN(sc_slices, has_point), .without = "the slices move, by from and to",
+     .given = SC_GIVEN(sc_slices, has_point), .without = "at", .alternative = "at or point_mm",
      .option = &(const sc_key_option){"point", "R,A,S", "still"}},
-    {"from", &sc_type_share, offsetof(sc_slices, share.from), "0%",
-     .help = "where the slices begin, as a share of the way through what is visible"},
-    {"to", &sc_type_share, offsetof(sc_slices, share.to), "100%", .help = "where the slices end"},
-    {"during", &sc_type_span, offsetof(sc_slices, share.begin), "[0%, 100%]",
-     .help = "part of the animation in which the slices move"},
-    {"ease", &sc_type_ease, offsetof(sc_slices, share.ease), "linear",
-     .help = "how the movement begins and ends"},
+    {"at", &sc_type_tracked_share, offsetof(sc_slices, share), NULL,
+     .help = "how far they are on the way through what is visible",
+     .track = offsetof(sc_slices, share_track) - offsetof(sc_slices, share),
+     .given = SC_GIVEN(sc_slices, has_share), .without = "they go all of it",
+     .alternative = "at or point_mm"},
     {0}};

@@ -134,7 +134,7 @@ static json_t *active_schema(const sc_key *key)
 static const sc_value_type type_active = {
     .name = "[begin, end] or key frames",
     .expected = "the begin and the end of a part of the animation, such as [2s, 5s], or key frames "
-                "such as [{at: 0s, value: true}, {at: 4s, value: false}]",
+                "such as {0s: true, 4s: false}",
     .of_key_frames = &sc_type_key_bool,
     .read = read_active,
     .write = write_active,
@@ -225,38 +225,27 @@ static json_t *tissue_list_schema(const sc_key *key)
     return json_pack("{s:s, s:{s:s}}", "type", "array", "items", "type", "string");
 }
 
-/* A key frame of the exceptions of a plane. */
-typedef struct except_entry {
-    double at;
-    const sc_yaml *list; /* borrowed */
-} except_entry;
-
 static sc_status read_list(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     if (node->kind != SC_YAML_LIST)
         return sc_wrong_type(ctx, node, key->type->expected);
-    *(const sc_yaml **)value = node;
-    return SC_OK;
+    return sc_yaml_copy(ctx, node, (sc_yaml **)value);
 }
 
 static const sc_value_type type_key_list = {
     .name = "list of tissues",
     .expected = "a list of tissues, such as [aorta] or []",
+    .steps = true,
     .read = read_list,
     .schema = tissue_list_schema,
 };
 
-static const sc_key except_keys[] = {
-    {"at", &sc_type_time, offsetof(except_entry, at), .help = "when", .required = true},
-    {"value", &type_key_list, offsetof(except_entry, list),
-     .help = "tissues that stay whole from then on", .required = true},
-    {0}};
+static const sc_key except_key = {.name = "except", .type = &type_key_list};
 
 static json_t *except_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, {s:s, s:i, s:i, s:o}]}", "anyOf", tissue_list_schema(key), "type",
-                     "array", "minItems", 1, "maxItems", SC_CLIP_SPANS_MAX, "items",
-                     sc_keys_schema(except_keys));
+    return json_pack("{s:[o, o]}", "anyOf", tissue_list_schema(key),
+                     sc_key_frames_schema(&except_key));
 }
 
 /* It has no read function: read_entry reads it with read_except, for each plane of the entry. */
@@ -316,45 +305,29 @@ static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int pla
     return status;
 }
 
-/* Read key frame @p i of the exceptions of a plane; it has to come after the one before it. @return
- * the first mistake; all are logged. */
-static sc_status read_span(const sc_ctx *ctx, const sc_yaml *list, size_t i, int plane,
-                           sc_sweep *sweep, sc_job *job)
-{
-    const sc_yaml *node = list->items[i];
-    except_entry entry = {0};
-    sc_status status;
-
-    if (node->kind != SC_YAML_MAP)
-        return sc_yaml_fail(ctx, node,
-                            "except has tissues beside key frames; expected either a list of "
-                            "tissues, or key frames such as {at: 2s, value: [aorta]}");
-    status = sc_keys_read(ctx, except_keys, node, &entry);
-    if (status != SC_OK)
-        return status;
-    if (i > 0 && entry.at <= sweep->except_at[i - 1])
-        return sc_track_disorder(ctx, list, i);
-    sweep->except_at[i] = entry.at;
-    sweep->except_count = (int)i + 1;
-    return read_exceptions(ctx, entry.list, plane, (int)i, job);
-}
-
-/* Read the exceptions of the plane with that index: a list of tissues, or key frames of such lists.
+/* Read the exceptions of the plane with that index: a list of tissues, or a track of such lists.
  * @return the first mistake; all are logged. */
-static sc_status read_except(const sc_ctx *ctx, const sc_yaml *list, int plane, sc_job *job)
+static sc_status read_except(const sc_ctx *ctx, const sc_yaml *node, int plane, sc_job *job)
 {
     sc_sweep *sweep = &job->animation.sweeps[plane];
-    sc_status status = SC_OK;
+    sc_yaml *lists[SC_CLIP_SPANS_MAX] = {NULL};
+    sc_key_frame frames[SC_CLIP_SPANS_MAX];
+    const sc_track_room room = {frames, lists, sizeof *lists, &sweep->except_count,
+                                SC_CLIP_SPANS_MAX};
+    sc_status status;
 
-    if (list->kind != SC_YAML_LIST)
-        return sc_wrong_type(ctx, list, type_except.expected);
-    if (list->count == 0 || list->items[0]->kind != SC_YAML_MAP)
-        return read_exceptions(ctx, list, plane, 0, job);
-    if (list->count > SC_CLIP_SPANS_MAX)
-        return sc_yaml_fail(ctx, list, "except has %zu key frames, expected 1 to %d", list->count,
-                            SC_CLIP_SPANS_MAX);
-    for (size_t i = 0; i < list->count && status == SC_OK; i++)
-        status = read_span(ctx, list, i, plane, sweep, job);
+    if (node->kind == SC_YAML_SCALAR)
+        return sc_wrong_type(ctx, node, type_except.expected);
+    if (node->kind == SC_YAML_LIST)
+        return read_exceptions(ctx, node, plane, 0, job);
+    status = sc_read_key_frames(ctx, &except_key, node, &room);
+    for (int i = 0; i < SC_CLIP_SPANS_MAX; i++) {
+        if (lists[i] && i < sweep->except_count) {
+            sweep->except_at[i] = frames[i].at;
+            (void)sc_goes_on(&status, read_exceptions(ctx, lists[i], plane, i, job));
+        }
+        sc_yaml_free(lists[i]);
+    }
     return status;
 }
 
@@ -514,7 +487,7 @@ out:
     return status;
 }
 
-/* Write the exceptions of one plane in one line: a list of tissues, or key frames of such. */
+/* Write the exceptions of one plane in one line: a list of tissues, or a track of such. */
 static sc_status write_except(const sc_ctx *ctx, const sc_job *job, int plane, sc_text *text)
 {
     const sc_sweep *sweep = &job->animation.sweeps[plane];
@@ -523,12 +496,11 @@ static sc_status write_except(const sc_ctx *ctx, const sc_job *job, int plane, s
     if (!sweep->except_count)
         return write_exceptions(ctx, job, plane, 0, text);
     for (int i = 0; i < sweep->except_count; i++) {
-        SC_TRY(sc_text_add(ctx, text, i ? "}, {at: " : "[{at: "));
-        SC_TRY(sc_type_time.write(ctx, &except_keys[0], &sweep->except_at[i], 0, text));
-        SC_TRY(sc_text_add(ctx, text, ", value: "));
+        SC_TRY(sc_text_add(ctx, text, i ? ", " : "{"));
+        SC_TRY(sc_write_number(ctx, sweep->except_at[i], 100, "%: ", text));
         SC_TRY(write_exceptions(ctx, job, plane, i, text));
     }
-    status = sc_text_add(ctx, text, "}]");
+    status = sc_text_add(ctx, text, "}");
 out:
     return status;
 }

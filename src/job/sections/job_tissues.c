@@ -67,8 +67,7 @@ static json_t *opacity_schema(const sc_key *key)
 
 static const sc_value_type type_opacity = {
     .name = "number, auto or key frames",
-    .expected = "auto, a number from 0 to 1, or key frames such as [{at: 0s, value: 1}, {at: 4s, "
-                "value: 0.2}]",
+    .expected = "auto, a number from 0 to 1, or key frames such as {0s: 1, 4s: 0.2}",
     .read = read_opacity,
     .write = write_opacity,
     .schema = opacity_schema,
