@@ -378,7 +378,7 @@ bool sc_job_is_phantom(const char *volume);
 
 /** A row of the table. Strings are borrowed for the time of the call. */
 typedef struct sc_key_info {
-    const char *path;     /**< "animation.clip.N.sweep.from": N is an index, NAME a tissue */
+    const char *path;     /**< "animation.clip.N.plane.at": N is an index, NAME a tissue */
     const char *help;     /**< one line, without a full stop */
     const char *option;   /**< command-line option that sets the key; NULL: none */
     const char *argument; /**< what the option's help calls its value */

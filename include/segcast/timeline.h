@@ -75,15 +75,6 @@ typedef struct sc_plane_position {
                        tissues; false: mm along the normal from the origin of RAS space */
 } sc_plane_position;
 
-/** A value that changes from one to another during a part of the animation, and stays constant
- *  before and after. */
-typedef struct sc_ramp {
-    double from, to;   /**< the values before and after the part */
-    double begin, end; /**< the part: 0 is the first frame of the animation and 1 the last; if they
-                            are equal, the value jumps there */
-    sc_ease ease;
-} sc_ramp;
-
 /** The way of the camera: an orbit about an axis, or a still camera. */
 typedef struct sc_orbit {
     bool fixed;           /**< a still camera at position_mm, which looks at target_mm; by key
@@ -108,12 +99,11 @@ typedef struct sc_orbit {
     sc_track position_track, up_track; /**< likewise, of a still camera, as is target_track */
 } sc_orbit;
 
-/** A clip plane that moves along its normal. */
+/** A clip plane, which may move along its normal. */
 typedef struct sc_sweep {
     sc_vec3 normal; /**< unit, towards what is kept */
-    sc_plane_position from, to;
-    double begin, end; /**< as of sc_ramp */
-    sc_ease ease;
+    sc_plane_position from,
+        to; /**< where it lies: the same, or of at_track the first and the last */
     /** Key frames of which tissues it does not cut (sc_clip_exception.span): when they are. 0:
      * there are none, the tissues are the same in all frames. */
     int except_count;
@@ -123,7 +113,7 @@ typedef struct sc_sweep {
     sc_track active_track;               /**< key frames instead, if has_active: x is 1 while it
                                               cuts, else 0; each holds until the next */
     /** Key frames of where the plane lies: x and, if y is 1, in percent, as of sc_plane_position.
-     * They replace from and to, which are the first and the last. In a timeline x is in mm: along
+     * In a timeline x is in mm: along
      * the normal from the origin or, where the normal has key frames, from the pivot. */
     sc_track at_track;
     sc_track normal_track; /**< key frames; normal is the first. No direction is the opposite of the
@@ -202,7 +192,8 @@ enum { SC_THROUGH_MAX = 64 };
 /** A verb as the job asks for it; its tissues are listed apart from it. */
 typedef struct sc_verb {
     sc_verb_kind kind;
-    double begin, end; /**< as of sc_ramp */
+    double begin, end; /**< when: 0 is the first frame of the animation and 1 the last; if they are
+                            equal, it is done at once */
     sc_ease ease;
     double to;      /**< fade, pulse: an opacity from 0 to 1, or a factor; zoom: the scale; dolly:
                          what the distance is multiplied by */
@@ -278,7 +269,8 @@ typedef struct sc_verbs {
 typedef struct sc_fade {
     int id; /**< dense id */
     sc_verb_kind kind;
-    double begin, end; /**< as of sc_ramp */
+    double begin, end; /**< when: 0 is the first frame of the animation and 1 the last; if they are
+                            equal, it is done at once */
     sc_ease ease;
     double to;     /**< what the opacity of the tissue, of key frames the greatest, is multiplied by
                         then, at least 0 */
@@ -290,7 +282,7 @@ typedef struct sc_fade {
  * next. */
 typedef struct sc_shift {
     int id;            /**< dense id */
-    double begin, end; /**< as of sc_ramp */
+    double begin, end; /**< as of sc_verb */
     sc_ease ease;
     sc_vec3 by_mm; /**< how far in the end, RAS */
 } sc_shift;
@@ -420,13 +412,11 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
 sc_scene sc_timeline_scene(const sc_timeline *timeline, int k, const sc_scene_room *room);
 
 /** @return the share of its way, 0 to 1, that what happens in the part [begin, end] of an animation
- * (see sc_ramp) has covered at a time, 0 to 1. */
+ * (see sc_verb) has covered at a time, 0 to 1. */
 double sc_progress(double begin, double end, sc_ease ease, double at);
 /** @return how much of the way is done, 0 to 1. @param u how much of the time has passed, 0 to 1;
  * not clamped. */
 double sc_ease_value(sc_ease ease, double u);
-/** @return the value of a track at a time, 0 to 1; without key frames, of a ramp. */
-double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, double at);
 /** @return the number that a track gives at a time, 0 to 1; without key frames @p constant. */
 double sc_number_at(const sc_track *track, double constant, double at);
 /** The same for all three numbers of a track. */

@@ -348,7 +348,7 @@ static size_t match_key(const char *name, const char *key)
     return length;
 }
 
-/* Does @p name begin with an index, such as 0 in 0_SWEEP_TO? @return its length, or 0. */
+/* Does @p name begin with an index, such as 0 in 0_PLANE_AT? @return its length, or 0. */
 static size_t match_index(const char *name)
 {
     const size_t length = strspn(name, "0123456789");

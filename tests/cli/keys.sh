@@ -87,7 +87,7 @@ render: {surface: smoth}
 light: {shadows: maybe}
 tissues: {aorta: {colour: [1, 2, 3]}}
 tissues: {aorta: {opacity: atuo}}
-animation: {clip: [{sweep: {from: 0%}}]}
+animation: {clip: [{plane: {at: 0%}}]}
 animation: {clip: [{except: [aorta]}]}
 animation: {clip: [{plane: {normal: left, at: 1%, at_point: [1, 2, 3]}}]}
 animation: {camera: {fixed: {up: superior}}}

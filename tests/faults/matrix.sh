@@ -93,7 +93,7 @@ shots:
     animation:
       frames: 3
       camera: {orbit: {turns: 0.5, elevation: 10}}
-      clip: [{sweep: {normal: posterior, from: 0%, to: 45%}}]
+      clip: [{plane: {normal: posterior, at: {0%: 0%, 100%: 45%}}}]
       verbs:
         - turn: {plane: 1, angle: 40, axis: superior}
         - explode: {tissues: "*", by: 60%, during: [0%, 60%]}

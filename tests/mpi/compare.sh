@@ -21,7 +21,7 @@ overlays: {names: [aorta, stripe], legend: top-right, scale_bar: top-left, capti
 animation:
   frames: 12
   camera: {orbit: {elevation: 10}, projection: orthographic}
-  clip: [{sweep: {normal: posterior, from: 0%, to: 40%}, except: [stripe]}]
+  clip: [{plane: {normal: posterior, at: {0%: 0%, 100%: 40%}}, except: [stripe]}]
   verbs: [{fade: {tissues: [stripe, aorta], to: 0, during: [50%, 90%]}}, {frame: {tissues: stripe, during: [0%, 40%]}}]
 YAML
 cat >divider.yaml <<'YAML'

@@ -599,14 +599,18 @@ static void put_active(struct maker *maker, const char *arg)
         put_scene_track(maker, put_word, "true|false", false);
 }
 
-static const struct row sweep_rows[] = {
-    {"normal", 100, put_direction, NULL}, {"from", 50, put_position, "0:60"},
-    {"to", 70, put_position, "0:80"},     {"during", 50, put_during, NULL},
-    {"ease", 50, put_ease, NULL},         {"active", 30, put_active, NULL},
-};
+/* A position, or key frames of some. */
+static void put_position_track(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 50))
+        put_position(maker, arg);
+    else
+        put_scene_track(maker, put_position, arg, true);
+}
+
 static const struct row plane_rows[] = {
     {"normal", 100, put_direction, NULL},
-    {"at", 70, put_position, "10:60"},
+    {"at", 70, put_position_track, "10:60"},
     {"active", 30, put_active, NULL},
 };
 static const struct row point_plane_rows[] = {
@@ -650,10 +654,8 @@ static void add_clip(struct maker *maker)
     for (int i = 0; i < entries; i++) {
         const int kind = whole(maker, 0, 5);
 
-        add(maker, "    - {%s: ", kind < 3 ? "sweep" : kind < 5 ? "plane" : "box");
-        if (kind < 3)
-            add_map(maker, sweep_rows, COUNT_OF(sweep_rows));
-        else if (kind == 3)
+        add(maker, "    - {%s: ", kind < 5 ? "plane" : "box");
+        if (kind < 4)
             add_map(maker, plane_rows, COUNT_OF(plane_rows));
         else if (kind == 4)
             add_map(maker, point_plane_rows, COUNT_OF(point_plane_rows));
@@ -1141,7 +1143,6 @@ static void print_keys(void)
         printf("%s\n", map);
         print_rows(map, verbs[i].rows, verbs[i].count);
     }
-    PRINT("animation.clip.N.sweep", sweep_rows);
     PRINT("animation.clip.N.plane", plane_rows);
     PRINT("animation.clip.N.plane", point_plane_rows);
     PRINT("animation.clip.N.box", box_rows);

@@ -122,8 +122,9 @@ static sc_timeline random_timeline(uint64_t *seed, const sc_renderer *r)
     }
     a.sweep_count = random_below(seed, 3);
     for (int i = 0; i < a.sweep_count; i++)
-        a.sweeps[i] = (sc_sweep){random_direction(seed),     {0, true}, {100, true}, 0, 1,
-                                 .ease.kind = SC_EASE_LINEAR};
+        a.sweeps[i] = (sc_sweep){
+            .normal = random_direction(seed),
+            .at_track = {2, {{.at = 0, .value = {0, 1, 0}}, {.at = 1, .value = {100, 1, 0}}}}};
     return orbit_of(r, (double)WIDTH_PX / HEIGHT_PX, 7, &a);
 }
 

@@ -226,13 +226,16 @@ TEST(mistakes_are_named_with_line_and_nearest_name)
     refuses("volume: phantom\nanimation: {camera: {orbit: {axis: [0, 0, 0]}}}\n", "length zero");
     refuses("volume: phantom\nanimation: {camera: {fixed: {up: left, target_mm: [1, 2, 3]}}}\n",
             "fixed: the key \"position_mm\" is missing");
-    refuses("volume: phantom\nanimation:\n  clip:\n    - sweep: {from: 0%}\n",
-            "job.yaml:4: sweep: the key \"normal\" is missing");
-    refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: [0, 0, 0]}}]}\n", "length zero");
-    refuses("volume: phantom\nanimation: {clip: [{swep: {normal: left}}]}\n",
-            "did you mean \"sweep\"?");
-    refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: left, to: half}}]}\n",
-            "a position such as 40% or 12 mm");
+    refuses("volume: phantom\nanimation:\n  clip:\n    - plane: {at: 0%}\n",
+            "job.yaml:4: plane: the key \"normal\" is missing");
+    refuses("volume: phantom\nanimation: {clip: [{plane: {normal: [0, 0, 0], at: {0%: 0%, 100%: "
+            "50%}}}]}\n",
+            "length zero");
+    refuses("volume: phantom\nanimation: {clip: [{plnae: {normal: left}}]}\n",
+            "did you mean \"plane\"?");
+    refuses(
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: half}}}]}\n",
+        "a position such as 40% or 12 mm");
 }
 
 /* Load a job file with several mistakes, with a wrong setting beside it. @return how many errors
@@ -255,11 +258,12 @@ TEST(all_mistakes_are_told)
                                     "tissues: {a: {color: rde, opactiy: 1}, b: 3}\n",
                                     NULL, SC_ERR_DATA, &h),
                      7);
-    assert_int_equal(count_mistakes("volume: phantom\nanimation:\n  frames: 0\n  clip:\n"
-                                    "    - {sweep: {from: 0, to: 0.6}, except: [a, [b], {c: 1}]}\n"
-                                    "    - {swep: {}, except: 3}\n    - {box: {from: [1, 2, 3]}}\n",
-                                    NULL, SC_ERR_DATA, &h),
-                     9);
+    assert_int_equal(
+        count_mistakes("volume: phantom\nanimation:\n  frames: 0\n  clip:\n"
+                       "    - {plane: {at: {0%: 0, 1%: 0.6}}, except: [a, [b], {c: 1}]}\n"
+                       "    - {plnae: {}, except: 3}\n    - {box: {from: [1, 2, 3]}}\n",
+                       NULL, SC_ERR_DATA, &h),
+        9);
     assert_int_equal(
         count_mistakes("volume: phantom\nlight: {key: 9}\n", "rendr.x=1", SC_ERR_USAGE, &h), 2);
     /* Behind a key that is given twice, too, in the file and in a setting. */
@@ -338,10 +342,12 @@ TEST(what_is_meant_otherwise_is_told)
 
     refuses("volume: phantom\nanimation: {camera: {orbit: {turns: 360}}}\n",
             "360 degrees are turns: 1");
-    refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: left, to: 60}}]}\n",
-            "60% or 60 mm");
-    refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: left, to: 0.6}}]}\n",
-            "60% or 0.6 mm");
+    refuses(
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 60}}}]}\n",
+        "60% or 60 mm");
+    refuses(
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 0.6}}}]}\n",
+        "60% or 0.6 mm");
     refuses("volume: phantom\nanimation: {camera: {orbit: {}, fixed: {position_mm: [1, 2, 3], "
             "target_mm: [0, 0, 0]}}}\n",
             "both \"orbit\" and \"fixed\" are given");
@@ -387,7 +393,7 @@ static const char full[] =
     "  camera: {orbit: {axis: left, turns: 2, target_mm: [1, 2, 3]}, projection: orthographic,"
     " zoom: {0%: 1, 100%: 2, ease: in}}\n"
     "  clip_mode: cut\n  clip:\n"
-    "    - sweep: {normal: anterior, from: 10%, to: -4 mm, during: [20%, 80%]}\n"
+    "    - plane: {normal: anterior, at: {20%: 10%, 80%: -4 mm}}\n"
     "      except: [coronary*, \"9\"]\n    - plane: {normal: [0, 3, 4], at: 50%, active: [1f, "
     "50%]}\n"
     "  verbs:\n"
@@ -460,7 +466,7 @@ static void expect_full(const sc_job *job)
     assert_int_equal(job->animation.clip_mode, SC_CLIP_CUT);
     assert_int_equal(job->animation.sweep_count, 2);
     assert_true(job->animation.sweeps[0].from.percent && !job->animation.sweeps[0].to.percent);
-    assert_near(job->animation.sweeps[0].begin, 0.2, 1e-12);
+    assert_near(job->animation.sweeps[0].at_track.keys[0].at, 0.2, 1e-12);
     assert_near(job->animation.sweeps[1].normal.z, 0.8, 1e-12);
     assert_true(!job->animation.sweeps[0].has_active && job->animation.sweeps[1].has_active);
     assert_near(job->animation.sweeps[1].active_begin, 1 / 11.0, 1e-10);
@@ -586,17 +592,18 @@ TEST(parts_of_the_animation_may_be_times)
         const sc_sweep *sweep = &job.animation.sweeps[0];
 
         snprintf(text, sizeof text,
-                 "volume: phantom\noutput: {fps: 10}\nanimation: {duration: 10.1s, clip: [{sweep: "
-                 "{normal: left, during: %s}}]}\n",
+                 "volume: phantom\noutput: {fps: 10}\nanimation: {duration: 10.1s, clip: [{plane: "
+                 "{normal: left, active: %s}}]}\n",
                  cases[i].part);
         assert_int_equal(load(text, &h, NULL, NULL, &job), SC_OK);
-        assert_near(sweep->begin, cases[i].begin / 100, 1e-11);
-        assert_near(sweep->end, cases[i].end / 100, 1e-11);
-        assert_true(sweep->begin <= cases[i].begin / 100); /* a jump there is not a frame late */
+        assert_near(sweep->active_begin, cases[i].begin / 100, 1e-11);
+        assert_near(sweep->active_end, cases[i].end / 100, 1e-11);
+        assert_true(sweep->active_begin <=
+                    cases[i].begin / 100); /* a jump there is not a frame late */
         assert_ok(sc_job_write(&quiet, &job, false, &written));
         assert_int_equal(load(written.data, &h, NULL, NULL, &again), SC_OK);
-        assert_near(again.animation.sweeps[0].begin, sweep->begin, 0);
-        assert_near(again.animation.sweeps[0].end, sweep->end, 0);
+        assert_near(again.animation.sweeps[0].active_begin, sweep->active_begin, 0);
+        assert_near(again.animation.sweeps[0].active_end, sweep->active_end, 0);
         sc_text_clear(&written);
         sc_job_clear(&job);
         sc_job_clear(&again);
@@ -724,9 +731,10 @@ static const struct {
      "active: [0%, 50%]}\n "
      "  "
      "   except: []\n    - plane: {normal: {50%: [0, 0, -1]}, at_point: "
-     "[1, 2, 3]}\n      except: []\n    - sweep: {normal: [0, 0, 1], from: 50%, to: 50%, "},
-    {"animation: {frames: 101, clip: [{sweep: {normal: left, active: {1s: true, 2s: false}}}]}",
-     "during: [0%, 100%], ease: linear, active: {30%: true, 60%: false}}\n"},
+     "[1, 2, 3]}\n      except: []\n    - plane: {normal: [0, 0, 1], at: 50%}"},
+    {"animation: {frames: 101, clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}, active: {1s: "
+     "true, 2s: false}}}]}",
+     "at: {0%: 0%, 100%: 50%}, active: {30%: true, 60%: false}}\n"},
     {"animation: {frames: 101, slices: {point_mm: {10f: [1, 2, 3]}}}",
      "slices: {point_mm: {10%: [1, 2, 3]}"},
     {"animation: {frames: 101, camera: {fixed: {position_mm: {0s: [1, 2, 3], 2s: [1, 2, 4]}, "
@@ -804,8 +812,6 @@ TEST(wrong_key_frames_of_the_scene_are_refused)
          "is \"10\", expected a unit behind the number: 10% or 10 mm"},
         {"animation: {clip: [plane: {normal: left, at: {1s: 1%, 30f: 2%}}]}",
          "at: the key frame at 30f does not come after that at 1s"},
-        {"animation: {clip: [sweep: {normal: {1s: left}}]}",
-         "normal is a map, expected an anatomical word or [x, y, z]"},
         {"animation: {clip: [plane: {normal: {0s: lft}}]}",
          "unknown normal at 0s \"lft\"; did you mean \"left\"?"},
         {"animation: {slices: {point_mm: {0s: 3}}}", "is \"3\", expected [R, A"},
@@ -1044,15 +1050,18 @@ TEST(settings_merge_maps_and_replace_alternatives)
     expect_change("volume: phantom\nanimation: {camera: {zoom: {0s: 1, 1s: 2}}}\n",
                   "animation.camera.zoom={2s: 3}",
                   "volume: phantom\nanimation: {camera: {zoom: {2s: 3}}}\n");
-    expect_change("volume: phantom\nanimation: {clip: [{sweep: {normal: left}, except: [a]}]}\n",
-                  "animation.clip[0]={plane: {normal: right}}",
-                  "volume: phantom\nanimation: {clip: [{plane: {normal: right}, except: [a]}]}\n");
-    expect_change("volume: phantom\nanimation: {clip: [{sweep: {normal: left}}]}\n",
-                  "animation.clip[1].sweep.normal=right",
-                  "volume: phantom\nanimation: {clip: [{sweep: {normal: left}}, {sweep: {normal: "
-                  "right}}]}\n");
-    expect_change("volume: phantom\nanimation: {clip: [{sweep: {normal: left}}]}\n",
-                  "animation.clip=[]", "volume: phantom\nanimation: {clip: []}\n");
+    expect_change(
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left}, except: [a]}]}\n",
+        "animation.clip[0]={box: {to: [40%, 100%, 100%]}}",
+        "volume: phantom\nanimation: {clip: [{box: {to: [40%, 100%, 100%]}, except: [a]}]}\n");
+    expect_change(
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}}}]}\n",
+        "animation.clip[1].plane.normal=right",
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}}}, "
+        "{plane: {normal: right}}]}\n");
+    expect_change(
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}}}]}\n",
+        "animation.clip=[]", "volume: phantom\nanimation: {clip: []}\n");
 }
 
 /* A point of a plane in patient coordinates, instead of a position along its normal. */
@@ -1163,7 +1172,7 @@ TEST(no_allocation_that_fails_hides_a_mistake)
         "job3.yaml",
         "volume: ~/none.nrrd\nlabels: none.ctbl\nligth: {}\noutput: {size: 9, directory: ~/o}\n"
         "tissues: {a: {color: rde}, b: 3}\nanimation:\n  duration: 1 ms\n"
-        "  clip:\n    - {sweep: {from: 3}, except: [a, [b]]}\n    - {box: {from: [1]}}\n");
+        "  clip:\n    - {plane: {at: 3}, except: [a, [b]]}\n    - {box: {from: [1]}}\n");
     for (long n = 0; status == SC_ERR_MEMORY; n++) {
         long budget = n;
         heard h;

@@ -356,7 +356,7 @@ static sc_status add_animation(const sc_ctx *ctx, sc_text *out)
         "    # zoom: {0%%: 1, 100%%: 1.2}\n"
         "  # A plane that moves from the front to the middle; what lies before it is cut away:\n"
         "  # clip:\n"
-        "  #   - sweep: {normal: posterior, from: 0%%, to: 50%%, during: [20%%, 80%%]}\n"
+        "  #   - plane: {normal: posterior, at: {20%%: 0%%, 80%%: 50%%}}\n"
         "  #     except: []  # tissues that stay whole\n");
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Clip planes of a job: moving planes, planes that stand still, and boxes, which are six planes. */
+/* Clip planes of a job, and boxes, which are six planes. */
 #include "key.h"
 #include "segcast/job.h"
 
@@ -9,20 +9,7 @@
 /* ---- rows ---- */
 
 #define PLANE(member) offsetof(plane_entry, member)
-#define NORMAL(type)                                                                               \
-    "normal", type, PLANE(sweep.normal), NULL, .help = "direction towards what the plane keeps",   \
-                                               .low = -1e6, .high = 1e6, .required = true
-
-#define ACTIVE_ROW                                                                                 \
-    {                                                                                              \
-        "active", &type_active, PLANE(sweep.active_begin), NULL,                                   \
-            .help = "part of the animation in which the plane cuts; before and after it is not "   \
-                    "there; or key frames of true and false",                                      \
-            .track = offsetof(sc_sweep, active_track) - offsetof(sc_sweep, active_begin),          \
-            .given = SC_GIVEN(plane_entry, sweep.has_active), .without = "all of it"               \
-    }
-
-/* What a sweep or a plane of the file is read into. */
+/* What a plane of the file is read into. */
 typedef struct plane_entry {
     sc_sweep sweep;
     bool has_point;
@@ -143,21 +130,9 @@ static const sc_value_type type_active = {
 
 /* ---- rows of a plane ---- */
 
-static const sc_key sweep_keys[] = {
-    {NORMAL(&sc_type_direction)},
-    {"from", &sc_type_plane_position, PLANE(sweep.from), "0%",
-     .help = "where the plane begins: a share of the way through what is visible, or mm along its "
-             "normal"},
-    {"to", &sc_type_plane_position, PLANE(sweep.to), "50%", .help = "where the plane ends"},
-    {"during", &sc_type_span, PLANE(sweep.begin), "[0%, 100%]",
-     .help = "part of the animation in which the plane moves"},
-    {"ease", &sc_type_ease, PLANE(sweep.ease), "linear",
-     .help = "how the movement begins and ends"},
-    ACTIVE_ROW,
-    {0}};
-
 static const sc_key plane_keys[] = {
-    {NORMAL(&sc_type_tracked_direction),
+    {"normal", &sc_type_tracked_direction, PLANE(sweep.normal), NULL,
+     .help = "direction towards what the plane keeps", .low = -1e6, .high = 1e6, .required = true,
      .track = offsetof(sc_sweep, normal_track) - offsetof(sc_sweep, normal)},
     {"at", &type_at, 0, "50%",
      .help = "where the plane stands: a share of the way through what is visible, or mm along its "
@@ -168,7 +143,11 @@ static const sc_key plane_keys[] = {
          "a point of the plane in patient coordinates, as segcast still --sheet views prints them",
      .low = -1e6, .high = 1e6, .unit = "mm", .given = SC_GIVEN(plane_entry, has_point),
      .without = "at", .alternative = "at or at_point"},
-    ACTIVE_ROW,
+    {"active", &type_active, PLANE(sweep.active_begin), NULL,
+     .help = "part of the animation in which the plane cuts; before and after it is not there; or "
+             "key frames of true and false",
+     .track = offsetof(sc_sweep, active_track) - offsetof(sc_sweep, active_begin),
+     .given = SC_GIVEN(plane_entry, sweep.has_active), .without = "all of it"},
     {0}};
 
 /* The corner of a box: three positions, along R, A and S. */
@@ -256,12 +235,10 @@ static const sc_value_type type_except = {
 };
 
 const sc_key sc_clip_keys[] = {
-    {"sweep", &sc_type_map, 0, NULL, .help = "a plane that moves", .keys = sweep_keys,
-     .alternative = "sweep, plane or box", .required = true},
-    {"plane", &sc_type_map, 0, NULL, .help = "a plane that stands still", .keys = plane_keys,
-     .alternative = "sweep, plane or box", .required = true},
+    {"plane", &sc_type_map, 0, NULL, .help = "a plane", .keys = plane_keys,
+     .alternative = "plane or box", .required = true},
     {"box", &sc_type_map, 0, NULL, .help = "six planes around what is kept", .keys = box_keys,
-     .alternative = "sweep, plane or box", .required = true},
+     .alternative = "plane or box", .required = true},
     {"except", &type_except, 0, NULL,
      .help = "tissues that stay whole: names, globs or label numbers; may have key frames",
      .without = "none"},
@@ -336,12 +313,10 @@ static sc_status too_many(const sc_ctx *ctx, const sc_yaml *node)
     return sc_yaml_fail(ctx, node, "more than %d clip planes (a box counts as six)", SC_PLANES_MAX);
 }
 
-/* Append a plane to job->animation.sweeps. @p key: the row sweep or plane, which tells whether it
- * moves.
- * @return SC_ERR_DATA or SC_ERR_USAGE. */
+/* Append a plane to job->animation.sweeps. @p key: its row. @return SC_ERR_DATA or SC_ERR_USAGE. */
 static sc_status read_plane(const sc_ctx *ctx, const sc_key *key, const sc_yaml *body, sc_job *job)
 {
-    plane_entry entry = {.sweep = {.end = 1}};
+    plane_entry entry = {0};
     sc_sweep *sweep = &entry.sweep;
     sc_status status;
 
@@ -358,10 +333,9 @@ static sc_status read_plane(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
         sweep->has_point = true;
         sweep->point_mm = entry.point_mm;
     }
-    if (key->keys == plane_keys)
-        sweep->to = sweep->at_track.count
-                        ? position_of(sweep->at_track.keys[sweep->at_track.count - 1].value)
-                        : sweep->from;
+    sweep->to = sweep->at_track.count
+                    ? position_of(sweep->at_track.keys[sweep->at_track.count - 1].value)
+                    : sweep->from;
     job->animation.sweeps[job->animation.sweep_count++] = *sweep;
     return SC_OK;
 }
@@ -386,9 +360,9 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *b
             return sc_yaml_fail(ctx, body, "the box is empty along its axis %d: from %g to %g",
                                 i + 1, low.value, high.value);
         job->animation.sweeps[job->animation.sweep_count++] =
-            (sc_sweep){.normal = axes[i], .from = low, .to = low, .end = 1};
+            (sc_sweep){.normal = axes[i], .from = low, .to = low};
         job->animation.sweeps[job->animation.sweep_count++] =
-            (sc_sweep){.normal = sc_vec3_scale(axes[i], -1), .from = back, .to = back, .end = 1};
+            (sc_sweep){.normal = sc_vec3_scale(axes[i], -1), .from = back, .to = back};
     }
 out:
     return status;
@@ -416,8 +390,7 @@ static sc_status find_body(const sc_ctx *ctx, const sc_key *keys, const sc_yaml 
     }
     if (kinds != 1 || (*body && (*body)->kind != SC_YAML_MAP))
         (void)sc_goes_on(
-            &status,
-            sc_yaml_fail(ctx, entry, "a clip entry holds one map: either sweep, plane or box"));
+            &status, sc_yaml_fail(ctx, entry, "a clip entry holds one map: either plane or box"));
     return status;
 }
 
@@ -434,7 +407,7 @@ static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml
     sc_status status;
 
     if (entry->kind != SC_YAML_MAP)
-        return sc_wrong_type(ctx, entry, "{sweep: {...}}, {plane: {...}} or {box: {...}}");
+        return sc_wrong_type(ctx, entry, "{plane: {...}} or {box: {...}}");
     status = find_body(ctx, keys, entry, &kind, &body);
     if (status == SC_OK)
         status = kind->keys == box_keys ? read_box(ctx, kind, body, job)
@@ -505,8 +478,7 @@ out:
     return status;
 }
 
-/* Write every plane but those with key frames as a sweep, though not all move, with the tissues
- * that it leaves whole. @p value is the whole sc_job. */
+/* Write every plane with the tissues that it leaves whole. @p value is the whole sc_job. */
 static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                             sc_text *text)
 {
@@ -517,10 +489,9 @@ static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *va
     for (int i = 0; i < job->animation.sweep_count && status == SC_OK; i++) {
         const sc_sweep *sweep = &job->animation.sweeps[i];
         const plane_entry entry = {*sweep, sweep->has_point, sweep->point_mm};
-        const bool has_keys = sweep->at_track.count || sweep->normal_track.count;
 
-        SC_TRY(sc_text_add(ctx, text, "\n%*s- %s: ", indent + 2, "", has_keys ? "plane" : "sweep"));
-        SC_TRY(sc_keys_write_flow(ctx, has_keys ? plane_keys : sweep_keys, &entry, text));
+        SC_TRY(sc_text_add(ctx, text, "\n%*s- plane: ", indent + 2, ""));
+        SC_TRY(sc_keys_write_flow(ctx, plane_keys, &entry, text));
         SC_TRY(sc_text_add(ctx, text, "\n%*sexcept: ", indent + 4, ""));
         status = write_except(ctx, job, i, text);
     }
@@ -535,7 +506,7 @@ static json_t *clip_schema(const sc_key *key)
 
 const sc_value_type sc_type_clip = {
     .name = "list of planes",
-    .expected = "a list of sweeps, planes and boxes",
+    .expected = "a list of planes and boxes",
     .read = read_clip,
     .write = write_clip,
     .schema = clip_schema,
