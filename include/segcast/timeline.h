@@ -209,9 +209,9 @@ typedef struct sc_verb {
     /** turn: the job gives the direction of the line; explode: that along which tissues move. And:
      * a point of the line; the point from which tissues move. */
     bool has_axis, has_point;
-    bool together;                 /**< explode: the tissues move as one */
-    bool has_tissues, has_through; /**< fly: which of them the job gives */
-    sc_vec3 axis, point_mm;        /**< those, RAS; axis of unit length */
+    bool together;          /**< explode: the tissues move as one */
+    bool has_tissues;       /**< fly: the way leads through tissues, not along points alone */
+    sc_vec3 axis, point_mm; /**< those, RAS; axis of unit length */
     sc_plane_position by; /**< explode: how far, in mm, or in percent of the distance of a tissue's
                                middle from that point; sweep: where the plane ends */
     double soft; /**< hold, 0 to 0.5: share of the time in which the camera comes to rest, and in

@@ -85,8 +85,9 @@ struct sc_key {
     bool required;         /* the key, or another one of its alternative, must be given */
     bool outside_identity; /* pictures do not depend on it: it is not part of the identity */
     bool of_film;          /* it holds for the whole film: shots cannot have it for themselves */
-    bool of_job; /* of a shot: a key of the job, merged over that of the film; listings name only
-                    the key, not again what is below it */
+    unsigned verbs; /* of a key of some verbs only: a bit for each sc_verb_kind that has it */
+    bool of_job;    /* of a shot: a key of the job, merged over that of the film; listings name only
+                       the key, not again what is below it */
 };
 
 /* @return the JSON schema of a number within the range of the key, or the word auto; NULL when out

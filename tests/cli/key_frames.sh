@@ -48,7 +48,7 @@ background() { # background NAME [OPTION]...
 background plain
 background views --set output.layout=views
 background divided --set 'compare={with: [phantom:36x26x38], divider: 50%}' --set overlays.legend=none
-background apart --set 'animation.verbs=[{explode: {tissues: aorta, by: 20 mm, during: [0%, 0%]}}]'
+background apart --set 'animation.verbs=[{explode: aorta, by: 20 mm, during: [0%, 0%]}]'
 background faded --set 'shots=[{fade_out: 100 ms}, {card: {title: End}, animation: {frames: 2}}]'
 
 # Colours of tissues, and their squares in the legend. Two shots that differ in nothing else have one renderer.
@@ -60,7 +60,7 @@ colors() { # colors NAME [OPTION]...
 }
 colors painted
 colors slices --set output.layout=views
-colors parts --set 'animation.verbs=[{explode: {tissues: aorta, by: 20 mm, during: [0%, 0%]}}]'
+colors parts --set 'animation.verbs=[{explode: aorta, by: 20 mm, during: [0%, 0%]}]'
 more=(--set render.background=gray --set 'shots=[{}, {tissues: {aorta: {color: red}}}]')
 as_constant shots 'tissues."*".color' '{0%: white, 50%: navy, 100%: red}' 2 navy 7 navy
 
@@ -76,7 +76,7 @@ as_verb() { # as_verb NAME KEY KEY_FRAMES VERB [OPTION]...: the key frames do wh
 }
 opacities() { # opacities NAME [OPTION]...
     as_verb "$1" tissues.aorta.opacity '{0f: 1, 2f: {value: 0.5, ease: out}, 4f: 0.25}' \
-        '{fade: {tissues: aorta, to: 0.5, during: [0f, 2f], ease: out}}, {fade: {tissues: aorta, to: 25%, during: [2f, 4f]}}' \
+        '{fade: aorta, to: 0.5, during: [0f, 2f], ease: out}, {fade: aorta, to: 25%, during: [2f, 4f]}' \
         --set tissues.aorta.opacity=1 "${@:2}"
 }
 opacities opaque --set overlays.legend=bottom-right
@@ -84,18 +84,18 @@ opacities voxels --set render.surface=voxel
 opacities sliced --set output.layout=views
 opacities moved --set tissues.aorta.offset='[0, 10, 0]'
 as_verb fade 'tissues."*".opacity' '{25%: 0.6, 75%: 0, ease: smooth}' \
-    '{fade: {tissues: "*", to: 0, during: [25%, 75%], ease: smooth}}'
+    '{fade: "*", to: 0, during: [25%, 75%], ease: smooth}'
 as_verb fade-local 'tissues."*".opacity' '{25%: 0.6, 75%: 0.3}' \
-    '{fade: {tissues: "*", to: 0.3, during: [25%, 75%]}}' --set render.mode=paper
+    '{fade: "*", to: 0.3, during: [25%, 75%]}' --set render.mode=paper
 as_verb comes 'tissues."*myocardium".visible' '{0%: false, 50%: true}' \
-    '{appear: {tissues: "*myocardium", during: [50%, 50%]}}' --set overlays.legend=bottom-right
+    '{appear: "*myocardium", during: [50%, 50%]}' --set overlays.legend=bottom-right
 as_verb goes 'tissues.aorta.visible' '{50%: true, 75%: false}' \
-    '{fade: {tissues: aorta, to: 0, during: [75%, 75%]}}' --set light.shadows=0.5
+    '{fade: aorta, to: 0, during: [75%, 75%]}' --set light.shadows=0.5
 as_verb offset 'tissues.aorta.offset' '{25%: [0, 0, 0], 75%: [0, 0, 24], ease: smooth}' \
-    '{explode: {tissues: aorta, along: superior, by: 24 mm, during: [25%, 75%], ease: smooth}}' \
+    '{explode: aorta, axis: superior, by: 24 mm, during: [25%, 75%], ease: smooth}' \
     --set 'animation.clip=[{plane: {normal: left, at: 30%}}]'
 as_verb placed 'tissues.aorta.offset' '[0, 12, 0]' \
-    '{explode: {tissues: aorta, along: anterior, by: 12 mm, during: [0%, 0%]}}' --set animation.camera.orbit.turns=0.1
+    '{explode: aorta, axis: anterior, by: 12 mm, during: [0%, 0%]}' --set animation.camera.orbit.turns=0.1
 
 # What planes spare, in steps.
 more=()

@@ -22,7 +22,7 @@ animation:
   frames: 12
   camera: {orbit: {elevation: 10}, projection: orthographic}
   clip: [{plane: {normal: posterior, at: {0%: 0%, 100%: 40%}}, except: [stripe]}]
-  verbs: [{fade: {tissues: [stripe, aorta], to: 0, during: [50%, 90%]}}, {frame: {tissues: stripe, during: [0%, 40%]}}]
+  verbs: [{fade: [stripe, aorta], to: 0, during: [50%, 90%]}, {frame: stripe, during: [0%, 40%]}]
 YAML
 cat >divider.yaml <<'YAML'
 volume: phantom:59x41x61

@@ -389,24 +389,12 @@ static void put_plane(struct maker *maker, const char *arg)
     add(maker, "%d", whole(maker, 1, maker->planes));
 }
 
-static void put_fly_tissues(struct maker *maker, const char *arg)
+static void put_fly(struct maker *maker, const char *arg)
 {
-    (void)arg;
     if (maker->way == 0)
         put_word(maker, "aorta|[aorta]");
     if (maker->way == 1)
         put_word(maker, "[left atrium, left ventricle]|[left ventricle, aorta]");
-}
-
-static void put_fly_middles(struct maker *maker, const char *arg)
-{
-    (void)arg;
-    if (maker->way == 1)
-        add(maker, "true");
-}
-
-static void put_fly_through(struct maker *maker, const char *arg)
-{
     if (maker->way != 2)
         return;
     add(maker, "[");
@@ -416,97 +404,95 @@ static void put_fly_through(struct maker *maker, const char *arg)
     add(maker, "]");
 }
 
+static void put_through(struct maker *maker, const char *arg)
+{
+    (void)arg;
+    if (maker->way == 1)
+        add(maker, "middles");
+}
+
+/* The first row of each verb is its own. */
+#define DURING                                                                                     \
+    {                                                                                              \
+        "during", 80, put_during, NULL                                                             \
+    }
+#define EASE                                                                                       \
+    {                                                                                              \
+        "ease", 50, put_ease, NULL                                                                 \
+    }
 static const struct row fade_rows[] = {
-    {"tissues", 100, put_tissues, NULL},
-    {"to", 80, put_opacity, "0:150"},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
+    {"fade", 100, put_tissues, NULL}, {"to", 80, put_opacity, "0:150"}, DURING, EASE};
 static const struct row appear_rows[] = {
-    {"tissues", 100, put_tissues, NULL},
+    {"appear", 100, put_tissues, NULL},
     {"order", 60, put_word,
      "list|largest|smallest|right|left|anterior|posterior|superior|inferior"},
     {"stagger", 60, put_share, "0:100"},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
+    DURING,
+    EASE,
 };
-static const struct row pulse_rows[] = {
-    {"tissues", 100, put_tissues, NULL}, {"to", 60, put_opacity, "0:100"},
-    {"times", 60, put_whole, "1:4"},     {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
-static const struct row orbit_verb_rows[] = {
-    {"angle", 80, put_number, "-200:200"},
-    {"elevation", 60, put_number, "-120:120"},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
-static const struct row rock_rows[] = {
-    {"angle", 70, put_number, "-50:50"}, {"elevation", 50, put_number, "-100:100"},
-    {"times", 60, put_whole, "1:3"},     {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
-static const struct row zoom_verb_rows[] = {
-    {"to", 100, put_number, "0.4:3"},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
-static const struct row dolly_rows[] = {
-    {"to", 100, put_number, "0.1:2"},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
+static const struct row pulse_rows[] = {{"pulse", 100, put_tissues, NULL},
+                                        {"to", 60, put_opacity, "0:100"},
+                                        {"times", 60, put_whole, "1:4"},
+                                        DURING,
+                                        EASE};
+static const struct row orbit_verb_rows[] = {{"orbit", 100, put_number, "-200:200"},
+                                             {"elevation", 60, put_number, "-120:120"},
+                                             DURING,
+                                             EASE};
+static const struct row rock_rows[] = {{"rock", 100, put_number, "-50:50"},
+                                       {"elevation", 50, put_number, "-100:100"},
+                                       {"times", 60, put_whole, "1:3"},
+                                       DURING,
+                                       EASE};
+static const struct row zoom_verb_rows[] = {{"zoom", 100, put_number, "0.4:3"}, DURING, EASE};
+static const struct row dolly_rows[] = {{"dolly", 100, put_number, "0.1:2"}, DURING, EASE};
 static const struct row hold_rows[] = {
+    {"hold", 100, put_word, "orbit"},
     {"during", 100, put_during, NULL},
     {"soft", 60, put_share, "0:50"},
 };
-static const struct row frame_rows[] = {
-    {"tissues", 100, put_tissues, NULL},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
+static const struct row frame_rows[] = {{"frame", 100, put_tissues, NULL}, DURING, EASE};
 static const struct row fly_rows[] = {
-    {"tissues", 100, put_fly_tissues, NULL}, {"through", 100, put_fly_through, NULL},
-    {"middles", 100, put_fly_middles, NULL}, {"ahead", 50, put_share, "1:40"},
-    {"clearance", 50, put_share, "0:100"},   {"fov", 50, put_number, "20:140"},
-    {"during", 70, put_during, NULL},        {"ease", 50, put_ease, NULL},
+    {"fly", 100, put_fly, NULL},
+    {"through", 100, put_through, NULL},
+    {"ahead", 50, put_share, "1:40"},
+    {"clearance", 50, put_share, "0:100"},
+    {"fov", 50, put_number, "20:140"},
+    {"during", 70, put_during, NULL},
+    EASE,
 };
 static const struct row sweep_verb_rows[] = {
-    {"plane", 60, put_plane, NULL},
-    {"to", 100, put_position, "0:90"},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
+    {"sweep", 100, put_position, "0:90"}, {"plane", 60, put_plane, NULL}, DURING, EASE};
 static const struct row turn_rows[] = {
-    {"plane", 60, put_plane, NULL},   {"angle", 100, put_number, "-200:200"},
-    {"axis", 50, put_vector, NULL},   {"at_point", 40, put_point, NULL},
-    {"during", 80, put_during, NULL}, {"ease", 50, put_ease, NULL},
+    {"turn", 100, put_number, "-200:200"},
+    {"plane", 60, put_plane, NULL},
+    {"axis", 50, put_vector, NULL},
+    {"center", 40, put_point, NULL},
+    DURING,
+    EASE,
 };
 static const struct row explode_rows[] = {
-    {"tissues", 100, put_tissues, NULL}, {"by", 70, put_position, "-60:120"},
-    {"center", 40, put_point, NULL},     {"along", 40, put_direction, NULL},
-    {"together", 40, put_flag, NULL},    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
+    {"explode", 100, put_tissues, NULL},
+    {"by", 70, put_position, "-60:120"},
+    {"center", 40, put_point, NULL},
+    {"axis", 40, put_direction, NULL},
+    {"together", 40, put_flag, NULL},
+    DURING,
+    EASE,
 };
 
 static const struct verb {
-    const char *name;
     const struct row *rows;
     size_t count;
 } verbs[] = {
-    {"fade", fade_rows, COUNT_OF(fade_rows)},
-    {"appear", appear_rows, COUNT_OF(appear_rows)},
-    {"pulse", pulse_rows, COUNT_OF(pulse_rows)},
-    {"orbit", orbit_verb_rows, COUNT_OF(orbit_verb_rows)},
-    {"rock", rock_rows, COUNT_OF(rock_rows)},
-    {"zoom", zoom_verb_rows, COUNT_OF(zoom_verb_rows)},
-    {"dolly", dolly_rows, COUNT_OF(dolly_rows)},
-    {"hold", hold_rows, COUNT_OF(hold_rows)},
-    {"frame", frame_rows, COUNT_OF(frame_rows)},
-    {"fly", fly_rows, COUNT_OF(fly_rows)},
-    {"sweep", sweep_verb_rows, COUNT_OF(sweep_verb_rows)},
-    {"turn", turn_rows, COUNT_OF(turn_rows)},
-    {"explode", explode_rows, COUNT_OF(explode_rows)},
+#define VERB(rows)                                                                                 \
+    {                                                                                              \
+        rows, COUNT_OF(rows)                                                                       \
+    }
+    VERB(fade_rows),    VERB(appear_rows),    VERB(pulse_rows),      VERB(orbit_verb_rows),
+    VERB(rock_rows),    VERB(zoom_verb_rows), VERB(dolly_rows),      VERB(hold_rows),
+    VERB(frame_rows),   VERB(fly_rows),       VERB(sweep_verb_rows), VERB(turn_rows),
+    VERB(explode_rows),
 };
 
 /* ---- camera, planes, slices ---- */
@@ -695,9 +681,9 @@ static void add_animation(struct maker *maker, uint64_t turn)
     maker->planes = 0;
     for (size_t i = 0; i < VERBS; i++) {
         chosen[i] = &verbs[(turn * VERBS + i) % COUNT_OF(verbs)];
-        maker->is_turning |= !strcmp(chosen[i]->name, "hold");
-        maker->is_orthographic &= strcmp(chosen[i]->name, "dolly") != 0;
-        if (!strcmp(chosen[i]->name, "sweep") || !strcmp(chosen[i]->name, "turn"))
+        maker->is_turning |= chosen[i]->rows == hold_rows;
+        maker->is_orthographic &= chosen[i]->rows != dolly_rows;
+        if (chosen[i]->rows == sweep_verb_rows || chosen[i]->rows == turn_rows)
             maker->planes = 1;
     }
     begin = maker->length;
@@ -717,9 +703,9 @@ static void add_animation(struct maker *maker, uint64_t turn)
     add(maker, "\n  verbs:\n");
     for (size_t i = 0; i < VERBS; i++) {
         maker->way = whole(maker, 0, 2);
-        add(maker, "    - {%s: ", chosen[i]->name);
+        add(maker, "    - ");
         add_map(maker, chosen[i]->rows, chosen[i]->count);
-        add(maker, "}\n");
+        add(maker, "\n");
     }
     if (!maker->is_in_shot)
         return;
@@ -1135,14 +1121,9 @@ static void print_rows(const char *map, const struct row *rows, size_t count)
 
 static void print_keys(void)
 {
-    char map[64];
-
 #define PRINT(map, rows) print_rows(map, rows, COUNT_OF(rows))
-    for (size_t i = 0; i < COUNT_OF(verbs); i++) {
-        snprintf(map, sizeof map, "animation.verbs.N.%s", verbs[i].name);
-        printf("%s\n", map);
-        print_rows(map, verbs[i].rows, verbs[i].count);
-    }
+    for (size_t i = 0; i < COUNT_OF(verbs); i++)
+        print_rows("animation.verbs.N", verbs[i].rows, verbs[i].count);
     PRINT("animation.clip.N.plane", plane_rows);
     PRINT("animation.clip.N.plane", point_plane_rows);
     PRINT("animation.clip.N.box", box_rows);

@@ -397,12 +397,12 @@ static const char full[] =
     "      except: [coronary*, \"9\"]\n    - plane: {normal: [0, 3, 4], at: 50%, active: [1f, "
     "50%]}\n"
     "  verbs:\n"
-    "    - fade: {tissues: \"myo*\", to: 0.25, during: [1f, 5f], ease: linear}\n"
-    "    - appear: {tissues: [9, \"a: b\"], order: superior, stagger: 40%}\n"
-    "    - pulse: {tissues: [7], to: 30%, times: 2}\n"
-    "    - frame: {tissues: [4], ease: [0, 0.25, 0.5, 1]}\n"
-    "    - orbit: {angle: 30, elevation: -4}\n"
-    "    - rock: {angle: 5, times: 3}\n    - zoom: {to: 3}\n"
+    "    - {fade: \"myo*\", to: 0.25, during: [1f, 5f], ease: linear}\n"
+    "    - {appear: [9, \"a: b\"], order: superior, stagger: 40%}\n"
+    "    - {pulse: [7], to: 30%, times: 2}\n"
+    "    - {frame: [4], ease: [0, 0.25, 0.5, 1]}\n"
+    "    - {orbit: 30, elevation: -4}\n"
+    "    - {rock: 5, times: 3}\n    - {zoom: 3}\n"
     "overlays:\n  time: top-right\n  caption:\n    - The heart\n"
     "    - {text: \"a\\nb: \\\"c\\\"\", place: top-left, during: [1f, 5f]}\n"
     "farm: {tile: 16}\n";
@@ -523,54 +523,54 @@ TEST(wrong_verbs_are_refused)
     static const struct {
         const char *verb, *message;
     } cases[] = {
-        {"fad: {tissues: aorta}", "job.yaml:4: unknown key \"fad\"; did you mean \"fade\"?"},
-        {"fade: {}", "fade: the key \"tissues\" is missing"},
-        {"fade: {tissues: []}", "tissues is [], expected a tissue or a list of tissues"},
-        {"fade: {tissues: {a: 1}}", "expected a tissue or a list of tissues"},
-        {"fade: {tissues: [a, [b]]}", "expected a tissue or a list of tissues"},
-        {"fade: {tissues: a, to: 2}", "to is \"2\", expected an opacity from 0 to 1"},
-        {"fade: {tissues: a, to: -10%}", "to is \"-10%\", expected an opacity from 0 to 1"},
-        {"fade: {tissues: a, to: 1001%}", "to is \"1001%\", expected an opacity from 0 to 1"},
-        {"fade: {tissues: a, to: \"%\"}", "to is \"%\", expected an opacity"},
-        {"fade: {tissues: a, stager: 1}", "unknown key \"stager\""},
-        {"appear: {tissues: a, order: upwards}", "order"},
-        {"appear: {tissues: a, stagger: 0.5}", "stagger is \"0.5\", expected a share"},
-        {"pulse: {tissues: a, times: 0}", "times is"},
-        {"fade: 3", "fade is \"3\", expected"},
-        {"fade: {tissues: a}, pulse: {tissues: a}", "a verb is one map: either fade, appear"},
-        {"rock: {angle: 40000}", "angle is \"40000\", expected a number from -36000 to 36000"},
-        {"rock: {times: 0}", "times is \"0\", expected a number from 1 to 1000"},
-        {"zoom: {}", "zoom: the key \"to\" is missing"},
-        {"zoom: {to: 0}", "to is \"0\", expected a number from 0.01 to 1000"},
-        {"dolly: {to: 50%}", "to is \"50%\", expected a number from 0.01 to 100"},
-        {"frame: {during: [0%, 1%]}", "frame: the key \"tissues\" is missing"},
-        {"hold: {during: [2s, 3s], soft: 60%}", "job.yaml:4: hold: soft is more than 50%"},
-        {"hold: {soft: 0%}", "job.yaml:4: hold: it lasts for the whole animation"},
-        {"hold: {}", "job.yaml:4: hold: it lasts for the whole animation"},
-        {"fade: {tissues: a, during: [2s, 70s]}", "70s is behind the end of the animation"},
+        {"{fad: aorta}", "job.yaml:4: unknown key \"fad\"; did you mean \"fade\"?"},
+        {"{to: 0}", "job.yaml:4: a verb has one of the keys fade, appear, pulse"},
+        {"{fade: []}", "fade is [], expected a tissue or a list of tissues"},
+        {"{fade: {a: 1}}", "expected a tissue or a list of tissues"},
+        {"{fade: [a, [b]]}", "expected a tissue or a list of tissues"},
+        {"{fade: a, to: 2}", "to is \"2\", expected an opacity from 0 to 1"},
+        {"{fade: a, to: -10%}", "to is \"-10%\", expected an opacity from 0 to 1"},
+        {"{fade: a, to: 1001%}", "to is \"1001%\", expected an opacity from 0 to 1"},
+        {"{fade: a, to: \"%\"}", "to is \"%\", expected an opacity"},
+        {"{appear: a, stager: 1}", "unknown key \"stager\"; did you mean \"stagger\""},
+        {"{fade: a, stagger: 10%}", "unknown key \"stagger\""},
+        {"{appear: a, order: upwards}", "order"},
+        {"{appear: a, stagger: 0.5}", "stagger is \"0.5\", expected a share"},
+        {"{pulse: a, times: 0}", "times is"},
+        {"fade", "expected a verb such as"},
+        {"{fade: a, pulse: a}", "job.yaml:4: a verb has one of the keys fade, appear"},
+        {"{rock: 40000}", "rock is \"40000\", expected a number from -36000 to 36000"},
+        {"{rock: 20, times: 0}", "times is \"0\", expected a number from 1 to 1000"},
+        {"{zoom: 0}", "zoom is \"0\", expected a number from 0.01 to 1000"},
+        {"{dolly: 50%}", "dolly is \"50%\", expected a number from 0.01 to 100"},
+        {"{hold: orbit, during: [2s, 3s], soft: 60%}", "job.yaml:4: hold: soft is more than 50%"},
+        {"{hold: camera}", "unknown hold \"camera\""},
+        {"{hold: orbit, soft: 0%}", "job.yaml:4: hold: it lasts for the whole animation"},
+        {"{hold: orbit}", "job.yaml:4: hold: it lasts for the whole animation"},
+        {"{fade: a, during: [2s, 70s]}", "70s is behind the end of the animation"},
     };
     char text[256];
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
-        snprintf(text, sizeof text, "volume: phantom\nanimation:\n  verbs:\n  - {%s}\n",
+        snprintf(text, sizeof text, "volume: phantom\nanimation:\n  verbs:\n  - %s\n",
                  cases[i].verb);
         refuses(text, cases[i].message);
     }
-    refuses("volume: phantom\nanimation:\n  verbs:\n  - hold: {during: [1s, 3s]}\n"
-            "  - hold: {during: [2s, 4s]}\n",
+    refuses("volume: phantom\nanimation:\n  verbs:\n  - {hold: orbit, during: [1s, 3s]}\n"
+            "  - {hold: orbit, during: [2s, 4s]}\n",
             "job.yaml:5: hold: it overlaps with another hold");
-    refuses("volume: phantom\nanimation:\n  verbs:\n  - fly: {tissues: aorta, during: [0%, 60%]}\n"
-            "  - fly: {tissues: aorta, during: [50%, 90%]}\n",
+    refuses("volume: phantom\nanimation:\n  verbs:\n  - {fly: aorta, during: [0%, 60%]}\n"
+            "  - {fly: aorta, during: [50%, 90%]}\n",
             "job.yaml:5: fly: it overlaps with another fly");
     refuses("volume: phantom\nanimation:\n  camera: {orbit: {turns: 0}}\n  verbs:\n"
-            "  - hold: {during: [1s, 3s]}\n",
+            "  - {hold: orbit, during: [1s, 3s]}\n",
             "job.yaml:5: hold: the camera does not turn by itself");
     refuses("volume: phantom\nanimation:\n  camera: {projection: orthographic}\n  verbs:\n"
-            "  - dolly: {to: 0.5}\n",
+            "  - {dolly: 0.5}\n",
             "job.yaml:5: dolly: it changes nothing in an orthographic picture");
     refuses("volume: phantom\nanimation: {verbs: {}}\n",
             "verbs is a map, expected a list of verbs");
-    refuses("volume: phantom\nanimation: {verbs: [fade]}\n", "expected {fade: {...}}, {appear");
+    refuses("volume: phantom\nanimation: {verbs: [fade]}\n", "expected a verb such as {fade: skin");
 }
 
 /* Times are shares of the way from the first frame to the last: frame k of N is at k / (N - 1). */
@@ -619,12 +619,12 @@ TEST(wrong_times_are_refused)
 
     for (size_t i = 0; i < SC_COUNT_OF(wrong); i++) {
         snprintf(text, sizeof text,
-                 "volume: phantom\nanimation: {frames: 900, verbs: [zoom: {to: 2, during: %s}]}\n",
+                 "volume: phantom\nanimation: {frames: 900, verbs: [{zoom: 2, during: %s}]}\n",
                  wrong[i]);
         refuses(text, "expected two rising times of the animation");
     }
     refuses("volume: phantom\noutput: {fps: 25}\nanimation:\n  frames: 50\n  verbs:\n"
-            "  - zoom: {to: 2, during: [1s, 3s]}\n",
+            "  - {zoom: 2, during: [1s, 3s]}\n",
             "job.yaml:6: during: 3s is behind the end of the animation, which has 50 frames at 25 "
             "frames per second: 2 s");
 }
@@ -681,10 +681,10 @@ TEST(values_of_the_camera_may_have_key_frames)
     sc_text_clear(&twice);
     sc_job_clear(&job);
     sc_job_clear(&again);
-    load_camera("orbit: {}}, verbs: [hold: {during: [20%, 30%], soft: 10%}, dolly: {to: 0.25}]",
+    load_camera("orbit: {}}, verbs: [{hold: orbit, during: [20%, 30%], soft: 10%}, {dolly: 0.25}]",
                 &text, &job);
-    assert_non_null(strstr(text.data, "- hold: {during: [20%, 30%], soft: 10%}\n    - dolly: "
-                                      "{to: 0.25, during: [0%, 100%], ease: smooth}"));
+    assert_non_null(strstr(text.data, "- {hold: orbit, soft: 10%, during: [20%, 30%]}\n    - "
+                                      "{dolly: 0.25, during: [0%, 100%], ease: smooth}"));
     sc_text_clear(&text);
     sc_job_clear(&job);
     load_camera("orbit: {angle: 30, target_mm: [1, 2, 3]}}", &text, &job);
