@@ -49,7 +49,6 @@ typedef struct sc_output {
 
 /** Sets of defaults: those of segcast, or those for the pictures of the paper, by its plain or by
  * its accelerated method. */
-typedef enum sc_mode { SC_MODE_STANDARD, SC_MODE_PAPER, SC_MODE_PAPER_ACCELERATED } sc_mode;
 /** Which pixels get more than one ray: only those that differ from a neighbour, or all. */
 typedef enum sc_antialiasing { SC_ANTIALIASING_ADAPTIVE, SC_ANTIALIASING_FULL } sc_antialiasing;
 /** Which thickness decides the automatic opacity: the mean of the tissue, or that at each point. */
@@ -59,7 +58,6 @@ typedef enum sc_caps { SC_CAPS_NONE, SC_CAPS_SOLID } sc_caps;
 
 /** How pictures are drawn; see sc_render_settings. */
 typedef struct sc_render_options {
-    int mode;               /**< sc_mode: sets other defaults for the rest */
     int surface;            /**< sc_surface */
     int skip;               /**< sc_skip */
     int cpu;                /**< index into sc_cpu_names */

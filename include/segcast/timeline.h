@@ -126,12 +126,13 @@ typedef struct sc_sweep {
 
 /** The point in which the slices of the three regular views meet. */
 typedef struct sc_slices {
+    bool is_given; /**< false: they go from 0 to 1 on the way of share */
     bool has_point;
     sc_vec3 point_mm;     /**< where it stays, if has_point */
     sc_track point_track; /**< key frames, if has_point; if there are any, they replace it */
-    bool has_share;       /**< otherwise they are there; without, they go from 0 to 1 */
-    double share;         /**< or its key frames: on the diagonal of the box of the visible
-                               tissues, 0 is the right, posterior, inferior corner, 1 the opposite one */
+    double share;         /**< otherwise it is there, or at its key frames: on the diagonal of the
+                               box of the visible tissues, 0 is the right, posterior, inferior
+                               corner, 1 the opposite one */
     sc_track share_track;
 } sc_slices;
 

@@ -121,8 +121,9 @@ out:
     return status;
 }
 
-/* For the unaccelerated pictures of the paper, give interior voxels the opacity of their tissue.
- * The smooth surface model draws no interior voxels: a job that asks for them gets a warning. */
+/* Give interior voxels the opacity of their tissue where a job asks for that, as the paper's
+ * unaccelerated pictures do. The smooth surface model draws no interior voxels: a job that asks for
+ * them gets a warning. */
 static void apply_interior(const sc_ctx *ctx, const sc_job *job, sc_session *session)
 {
     bool shows_interior = false;
@@ -130,7 +131,7 @@ static void apply_interior(const sc_ctx *ctx, const sc_job *job, sc_session *ses
     for (int id = 1; id < session->volume.label_count; id++) {
         sc_tissue *tissue = &session->tissues[id];
 
-        if (job->render.mode == SC_MODE_PAPER && !tissue->interior_given)
+        if (tissue->interior_opacity < 0)
             tissue->interior_opacity = tissue->opacity;
         shows_interior = shows_interior || (tissue->visible && tissue->interior_opacity > 0);
     }

@@ -86,7 +86,7 @@ opacities moved --set tissues.aorta.offset='[0, 10, 0]'
 as_verb fade 'tissues."*".opacity' '{25%: 0.6, 75%: 0, ease: smooth}' \
     '{fade: "*", to: 0, during: [25%, 75%], ease: smooth}'
 as_verb fade-local 'tissues."*".opacity' '{25%: 0.6, 75%: 0.3}' \
-    '{fade: "*", to: 0.3, during: [25%, 75%]}' --set render.mode=paper
+    '{fade: "*", to: 0.3, during: [25%, 75%]}' --set render.surface=voxel --set 'tissues."*".interior_opacity=auto'
 as_verb comes 'tissues."*myocardium".visible' '{0%: false, 50%: true}' \
     '{appear: "*myocardium", during: [50%, 50%]}' --set overlays.legend=bottom-right
 as_verb goes 'tissues.aorta.visible' '{50%: true, 75%: false}' \
@@ -108,7 +108,7 @@ more=(--set image.path=phantom:37x26x38 --set 'animation.clip=[{plane: {normal: 
 as_constant image-caps image.caps '{0%: 0, 100%: 1}' 0 0 2 0.5 4 1
 more=(--set image.path=phantom:37x26x38)
 as_constant image-backdrop image.backdrop '{0%: 0, 100%: 0.4}' 0 0 2 0.2 4 0.4
-more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices.point_mm=[0, 0, 0]')
+more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices=[0, 0, 0]')
 as_constant image-slices image.slices '{0%: 0, 100%: 1}' 0 0 2 0.5 4 1
 
 # The window of an image, on cut faces, slices and behind the tissues. It opens from where nothing is seen behind them.
@@ -117,7 +117,7 @@ more=(--set image.path=phantom:37x26x38 --set image.caps=1 --set 'animation.clip
 as_constant window-caps image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
 more=(--set image.path=phantom:37x26x38 --set image.backdrop=0.4)
 as_constant window-backdrop image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
-more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices.point_mm=[0, 0, 0]')
+more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices=[0, 0, 0]')
 as_constant window-slices image.window "$windows" 0 '[900, 100]' 4 '[100, 300]'
 
 # Planes, and the point of the slices.
@@ -127,7 +127,7 @@ as_constant place animation.clip '[{plane: {normal: left, at: {0%: 20%, 50%: 5 m
 as_constant normal animation.clip '[{plane: {normal: {2f: left, 4f: head, ease: smooth}}}]' \
     0 '[{plane: {normal: left}}]' 4 '[{plane: {normal: head}}]'
 more=(--set output.layout=views)
-as_constant point animation.slices.point_mm '{0%: [0, 0, 0], 100%: [10, -5, 20]}' 2 '[5, -2.5, 10]'
+as_constant point animation.slices '{0%: [0, 0, 0], 100%: [10, -5, 20]}' 2 '[5, -2.5, 10]'
 
 # A camera without an orbit.
 more=()

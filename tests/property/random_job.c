@@ -664,10 +664,15 @@ static void put_share_track(struct maker *maker, const char *arg)
         put_scene_track(maker, put_share, arg, true);
 }
 
-static const struct row point_rows[] = {{"point_mm", 100, put_point, NULL}};
-static const struct row slices_rows[] = {
-    {"at", 80, put_share_track, "0:100"},
-};
+static void put_slices(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 30))
+        put_point(maker, NULL);
+    else
+        put_share_track(maker, arg);
+}
+
+static const struct row slices_rows[] = {{"slices", 80, put_slices, "0:100"}};
 
 /* The lines of an animation. Verbs come in turn, so that few jobs have them all. */
 static void add_animation(struct maker *maker, uint64_t turn)
@@ -695,12 +700,12 @@ static void add_animation(struct maker *maker, uint64_t turn)
     add_camera(maker);
     add(maker, "\n");
     add_clip(maker);
-    add(maker, "  slices: ");
-    if (chance(maker, 30))
-        add_map(maker, point_rows, COUNT_OF(point_rows));
-    else
-        add_map(maker, slices_rows, COUNT_OF(slices_rows));
-    add(maker, "\n  verbs:\n");
+    if (chance(maker, 80)) {
+        add(maker, "  slices: ");
+        put_slices(maker, slices_rows[0].arg);
+        add(maker, "\n");
+    }
+    add(maker, "  verbs:\n");
     for (size_t i = 0; i < VERBS; i++) {
         maker->way = whole(maker, 0, 2);
         add(maker, "    - ");
@@ -1129,8 +1134,7 @@ static void print_keys(void)
     PRINT("animation.clip.N.box", box_rows);
     PRINT("animation.camera.orbit", orbit_rows);
     PRINT("animation.camera.fixed", fixed_rows);
-    PRINT("animation.slices", point_rows);
-    PRINT("animation.slices", slices_rows);
+    PRINT("animation", slices_rows);
     PRINT("overlays", overlay_rows);
     PRINT("overlays.caption.N", caption_rows);
     PRINT("shots.N.transition", cross_fade_rows);

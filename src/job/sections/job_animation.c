@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rows of the camera and of the slices. */
+/* Rows of the camera, and the value of the slices. */
 #include "key.h"
 #include "segcast/timeline.h"
+
+#include <string.h>
 
 static const sc_choice projections[] = {
     {"perspective", SC_PERSPECTIVE}, {"orthographic", SC_ORTHOGRAPHIC}, {NULL, 0}};
@@ -72,15 +74,58 @@ const sc_key sc_camera_keys[] = {
 
 /* ---- slices ---- */
 
-const sc_key sc_slices_keys[] = {
-    {"point_mm", &sc_type_tracked_point, offsetof(sc_slices, point_mm), NULL,
-     .track = offsetof(sc_slices, point_track) - offsetof(sc_slices, point_mm),
-     .help = "where the three slices cross", .low = -1e6, .high = 1e6, .unit = "mm",
-     .given = SC_GIVEN(sc_slices, has_point), .without = "at", .alternative = "at or point_mm",
-     .option = &(const sc_key_option){"point", "R,A,S", "still"}},
-    {"at", &sc_type_tracked_share, offsetof(sc_slices, share), NULL,
-     .help = "how far they are on the way through what is visible",
-     .track = offsetof(sc_slices, share_track) - offsetof(sc_slices, share),
-     .given = SC_GIVEN(sc_slices, has_share), .without = "they go all of it",
-     .alternative = "at or point_mm"},
-    {0}};
+static const sc_key point_row = {.name = "slices",
+                                 .type = &sc_type_tracked_point,
+                                 .low = -1e6,
+                                 .high = 1e6,
+                                 .track = offsetof(sc_slices, point_track) -
+                                          offsetof(sc_slices, point_mm)};
+static const sc_key share_row = {.name = "slices",
+                                 .type = &sc_type_tracked_share,
+                                 .track =
+                                     offsetof(sc_slices, share_track) - offsetof(sc_slices, share)};
+
+/* @return whether a value, or the first of a track, is a point. */
+static bool is_point(const sc_yaml *node)
+{
+    while (node->kind == SC_YAML_MAP && node->count)
+        node = sc_yaml_member(node, "value") ? sc_yaml_member(node, "value") : node->items[0];
+    return node->kind == SC_YAML_LIST || (node->kind == SC_YAML_SCALAR && strchr(node->text, ','));
+}
+
+/* sc_slices: a share, a point, or a track of such. */
+static sc_status read_slices(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_slices *slices = value;
+
+    (void)key;
+    slices->has_point = is_point(node);
+    return slices->has_point ? point_row.type->read(ctx, &point_row, node, &slices->point_mm)
+                             : share_row.type->read(ctx, &share_row, node, &slices->share);
+}
+
+static sc_status write_slices(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const sc_slices *slices = value;
+
+    (void)key;
+    return slices->has_point
+               ? point_row.type->write(ctx, &point_row, &slices->point_mm, indent, text)
+               : share_row.type->write(ctx, &share_row, &slices->share, indent, text);
+}
+
+static json_t *slices_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[o, o]}", "anyOf", point_row.type->schema(&point_row),
+                     share_row.type->schema(&share_row));
+}
+
+const sc_value_type sc_type_slices = {
+    .name = "share, [R, A, S] or key frames",
+    .expected = "a share such as 40%, a point [R, A, S], or key frames of such",
+    .read = read_slices,
+    .write = write_slices,
+    .schema = slices_schema,
+};
