@@ -8,6 +8,9 @@ for pair in docs/job.md:--markdown jobs/job.schema.json:--schema jobs/studies/st
 done
 "$SEGCAST" help keys render.s | grep -q '^render.samples$' || fail "keys PREFIX"
 "$SEGCAST" help keys render.s | grep -q '^light' && fail "keys PREFIX lists other keys"
+lines=$("$SEGCAST" help keys | tee all.txt | wc -l)
+[ "$lines" -le 200 ] || fail "help keys prints $lines lines, more than four screens of 50"
+[ "$(wc -L <all.txt)" -le 120 ] || fail "help keys has lines of more than 120 characters"
 "$SEGCAST" help keys --json | jq -e '[.[] | select(.key == "output.size")][0] |
     .default == "[1280, 720]" and .option == "size" and .environment == "SEGCAST_OUTPUT_SIZE"' \
     >/dev/null || fail "keys --json"
@@ -93,7 +96,7 @@ animation: {clip: [{plane: {normal: left, at: 1%, at_point: [1, 2, 3]}}]}
 animation: {camera: {fixed: {up: superior}}}
 animation: {camera: {orbit: {}, fixed: {position_mm: [0, 0, 0], target_mm: [1, 0, 0]}}}
 animation: {camera: {orbit: {strat: 1}}}
-animation: {slices: {at: 200}}
+animation: {slices: 200}
 farm: {tile: [8]}
 WRONG
 [ "$count" -ge 10 ] || fail "only $count wrong jobs"
