@@ -154,7 +154,8 @@ static sc_status read_value(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     if (item->kind == SC_YAML_MAP && !key->type->steps)
         SC_TRY(sc_keys_read(ctx, eased_keys, item, &read));
     *ease = read.ease;
-    snprintf(name, sizeof name, "%s at %s", key->name, given_time(item));
+    snprintf(name, sizeof name, "%s at %s", strcmp(key->name, "at") ? key->name : "position",
+             given_time(item));
     named = *read.value; /* for messages: the value is called as the track, and not as its time */
     named.key = name;
     row.name = name;

@@ -717,6 +717,8 @@ static const struct {
     {"light: {shadows: {0%: false, 100%: 0.5, ease: in}}",
      "  shadows: {0%: false, 100%: {value: 0.5, ease: in}}\n"},
     {"light: {shadows: 0.25}", "  shadows: 0.25\n"},
+    {"tissues: {2s: {opacity: {1s: 1, 2s: 0}}, 50%: {visible: false}}",
+     "  \"2s\": {opacity: {30%: 1, 60%: 0}}\n  \"50%\": {visible: false}\n"},
     {"tissues: {aorta: {interior_opacity: auto}}", "  \"aorta\": {interior_opacity: auto}\n"},
     {"image: {path: phantom, caps: {0s: 0, 3s: 1}}", "  caps: {0%: 0, 90%: 1}\n  slices: "
                                                      "0.7"},

@@ -223,11 +223,16 @@ static sc_status resolve_below(const sc_ctx *ctx, const clock_of_job *clock, sc_
 sc_status sc_times_resolve(const sc_ctx *ctx, const sc_job *job, bool is_film, sc_yaml *root)
 {
     static const char *const maps[] = {"animation", "color_by", "compare", "image",
-                                       "light",     "overlays", "render",  "tissues"};
+                                       "light",     "overlays", "render"};
     clock_of_job clock = clock_of(ctx, root, job);
+    sc_yaml *tissues = sc_yaml_member(root, "tissues");
     sc_status status = SC_OK;
 
     clock.is_film = is_film;
+    for (size_t i = 0; tissues && i < tissues->count; i++) { /* whose keys are names, even "2s" */
+        if (!sc_goes_on(&status, resolve_below(ctx, &clock, tissues->items[i])))
+            return status;
+    }
     for (size_t i = 0; i < SC_COUNT_OF(maps); i++) {
         sc_yaml *map = sc_yaml_member(root, maps[i]);
 
