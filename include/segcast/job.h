@@ -191,8 +191,8 @@ typedef struct sc_job {
     bool volume_replaced;         /**< the file has a map, and a setting has replaced its path */
     int volume_level;             /**< of resolution, 0 the finest */
     int volume_phase;             /**< as of sc_read_choice; of a series that of the first phase */
-    int volume_box[3][2];         /**< if has_box: as sc_read_choice.voxels */
-    sc_vec3 volume_box_mm[2];     /**< if has_box_mm: as sc_read_choice.corners */
+    int volume_box[3][2];         /**< if has_box alone: as sc_read_choice.voxels */
+    sc_vec3 volume_box_mm[2];     /**< if has_box_mm, too: as sc_read_choice.corners */
     double volume_resample_mm[3]; /**< if has_resample: spacing along x, y, z */
     double volume_threshold;      /**< if has_threshold: as sc_read_choice.threshold */
     char volume_header[160];      /**< if has_header: as sc_read_choice.header */

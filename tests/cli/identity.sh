@@ -57,7 +57,7 @@ tissues: {aorta: {opacity: 0.3333333333333333}}
 animation:
   frames: 4
   camera: {orbit: {axis: [0.6, -0.5, 0.4], turns: 0.784, target_mm: [1.00000000000003, 2, 0.1]}}
-  clip: [{plane: {normal: [1, 2, 3], at_point: [1, 2, -4]}}]
+  clip: [{plane: {normal: [1, 2, 3], at: [1, 2, -4]}}]
   slices: 33.3333333333333%
   verbs:
     - {frame: interventricular septum, during: [33.3333333333333%, 240 ms]}

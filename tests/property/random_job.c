@@ -557,6 +557,15 @@ static void put_corner(struct maker *maker, const char *arg)
     add(maker, "]");
 }
 
+static void put_box(struct maker *maker)
+{
+    add(maker, "[");
+    put_corner(maker, "0:40");
+    add(maker, ", ");
+    put_corner(maker, "60:100");
+    add(maker, "]");
+}
+
 /* Key frames of the scene: two or three, of what @p put writes. Their times are shares, since what
  * a film has holds for shots of any length. @param can_ease whether values change between them. */
 static void put_scene_track(struct maker *maker, void (*put)(struct maker *maker, const char *arg),
@@ -601,13 +610,8 @@ static const struct row plane_rows[] = {
 };
 static const struct row point_plane_rows[] = {
     {"normal", 100, put_direction, NULL},
-    {"at_point", 100, put_point, NULL},
+    {"at", 100, put_point, NULL},
 };
-static const struct row box_rows[] = {
-    {"from", 70, put_corner, "0:40"},
-    {"to", 70, put_corner, "60:100"},
-};
-
 /* A list of tissues, or key frames of two. */
 static void put_exceptions(struct maker *maker)
 {
@@ -646,7 +650,7 @@ static void add_clip(struct maker *maker)
         else if (kind == 4)
             add_map(maker, point_plane_rows, COUNT_OF(point_plane_rows));
         else
-            add_map(maker, box_rows, COUNT_OF(box_rows));
+            put_box(maker);
         maker->planes += kind == 5 ? 6 : 1;
         if (chance(maker, 40)) {
             add(maker, ", except: ");
@@ -1131,7 +1135,6 @@ static void print_keys(void)
         print_rows("animation.verbs.N", verbs[i].rows, verbs[i].count);
     PRINT("animation.clip.N.plane", plane_rows);
     PRINT("animation.clip.N.plane", point_plane_rows);
-    PRINT("animation.clip.N.box", box_rows);
     PRINT("animation.camera.orbit", orbit_rows);
     PRINT("animation.camera.fixed", fixed_rows);
     PRINT("animation", slices_rows);

@@ -128,7 +128,7 @@ TEST(what_is_changed_of_a_volume_is_read_and_written)
         "volume: {path: phantom, level: 2, box: [[0, 7], [3, 4], [128, 2147483647]]}\n",
         "volume: {path: phantom, crop: visible, resample: 0.25 mm}\n",
         "volume: {path: phantom, resample: [0.5, 1, 2 mm]}\n",
-        "volume: {path: phantom, box_mm: [[-1, 2.25, 3], [10, -20, 30]]}\n"};
+        "volume: {path: phantom, box: [[-1, 2.25, 3], [10, -20, 30]]}\n"};
 
     for (size_t i = 0; i < SC_COUNT_OF(jobs); i++) {
         sc_text written = {0};
@@ -203,10 +203,12 @@ TEST(mistakes_are_named_with_line_and_nearest_name)
     refuses("volume: phantom\nrender: {mode: paper}\n", "unknown key \"mode\"");
     refuses("volume: phantom\nlight: {ambiant: 1}\n", "did you mean \"ambient\"?");
     refuses("volume: phantom\nanimation: {clip: [{plane: {normal: [0, 0, 0]}}]}\n", "normal");
-    refuses("volume: phantom\nanimation: {clip: [{box: {from: [50%, 0%, 0%], to: [40%, 100%, "
-            "100%]}}]}\n",
+    refuses("volume: phantom\nanimation: {clip: [{box: [[50%, 0%, 0%], [40%, 100%, "
+            "100%]]}]}\n",
             "the box is empty along its axis 1");
-    refuses("volume: phantom\nanimation: {clip: [{box: {}}, {box: {}}, {box: {}}]}\n",
+    refuses("volume: phantom\nanimation: {clip: [{box: [[0%,0%,0%],[1%,1%,1%]]}, {box: "
+            "[[0%,0%,0%],[1%,1%,1%]]}, {box: "
+            "[[0%,0%,0%],[1%,1%,1%]]}]}\n",
             "more than 16 clip planes");
     refuses("- 1\n- 2\n", "expected a map of keys");
     refuses("volume: phantom\n---\nvolume: x\n", "a second document");
@@ -261,7 +263,7 @@ TEST(all_mistakes_are_told)
     assert_int_equal(
         count_mistakes("volume: phantom\nanimation:\n  frames: 0\n  clip:\n"
                        "    - {plane: {at: {0%: 0, 1%: 0.6}}, except: [a, [b], {c: 1}]}\n"
-                       "    - {plnae: {}, except: 3}\n    - {box: {from: [1, 2, 3]}}\n",
+                       "    - {plnae: {}, except: 3}\n    - {box: [[1, 2, 3], [0%, 0%, 0%]]}\n",
                        NULL, SC_ERR_DATA, &h),
         9);
     assert_int_equal(
@@ -728,12 +730,12 @@ static const struct {
     {"animation: {frames: 101, clip: [{plane: {normal: left, at: {1s: 10%, 2s: -12 mm, ease: "
      "smooth}}, except: [aorta]}, {plane: {normal: {0%: left, 50f: [0, 2, 0]}, active: [0%, "
      "50%]}}, {plane: {normal: {50%: feet}, "
-     "at_point: [1, 2, 3]}}, {plane: {normal: head}}], slices: {10f: [1, 2, 3]}}",
+     "at: [1, 2, 3]}}, {plane: {normal: head}}], slices: {10f: [1, 2, 3]}}",
      "- plane: {normal: [-1, 0, 0], at: {30%: 10%, 60%: {value: -12 mm, ease: smooth}}}\n      "
      "except: [\"aorta\"]\n    - plane: {normal: {0%: [-1, 0, 0], 50%: [0, 1, 0]}, at: 50%, "
      "active: [0%, 50%]}\n "
      "  "
-     "   except: []\n    - plane: {normal: {50%: [0, 0, -1]}, at_point: "
+     "   except: []\n    - plane: {normal: {50%: [0, 0, -1]}, at: "
      "[1, 2, 3]}\n      except: []\n    - plane: {normal: [0, 0, 1], at: 50%}"},
     {"animation: {frames: 101, clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}, active: {1s: "
      "true, 2s: false}}}]}",
@@ -1054,8 +1056,9 @@ TEST(settings_merge_maps_and_replace_alternatives)
                   "volume: phantom\nanimation: {camera: {zoom: {2s: 3}}}\n");
     expect_change(
         "volume: phantom\nanimation: {clip: [{plane: {normal: left}, except: [a]}]}\n",
-        "animation.clip[0]={box: {to: [40%, 100%, 100%]}}",
-        "volume: phantom\nanimation: {clip: [{box: {to: [40%, 100%, 100%]}, except: [a]}]}\n");
+        "animation.clip[0]={box: [[0%, 0%, 0%], [40%, 100%, 100%]]}",
+        "volume: phantom\nanimation: {clip: [{box: [[0%, 0%, 0%], [40%, 100%, 100%]], except: "
+        "[a]}]}\n");
     expect_change(
         "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}}}]}\n",
         "animation.clip[1].plane.normal=right",
@@ -1070,12 +1073,9 @@ TEST(settings_merge_maps_and_replace_alternatives)
 TEST(a_plane_may_be_given_by_a_point)
 {
     expect_change(
-        "volume: phantom\nanimation: {clip: [{plane: {normal: [0, 3, 4], at_point: [9, 10, "
+        "volume: phantom\nanimation: {clip: [{plane: {normal: [0, 3, 4], at: [9, 10, "
         "20]}}]}\n",
         NULL, "volume: phantom\nanimation: {clip: [{plane: {normal: [0, 3, 4], at: 22 mm}}]}\n");
-    refuses("volume: phantom\nanimation: {clip: [{plane: {normal: left, at: 1%, at_point: [1, 2, "
-            "3]}}]}\n",
-            "both \"at\" and \"at_point\" are given");
 }
 
 /* Names of tissues may hold characters that have a meaning in YAML. */
@@ -1174,7 +1174,7 @@ TEST(no_allocation_that_fails_hides_a_mistake)
         "job3.yaml",
         "volume: ~/none.nrrd\nlabels: none.ctbl\nligth: {}\noutput: {size: 9, directory: ~/o}\n"
         "tissues: {a: {color: rde}, b: 3}\nanimation:\n  duration: 1 ms\n"
-        "  clip:\n    - {plane: {at: 3}, except: [a, [b]]}\n    - {box: {from: [1]}}\n");
+        "  clip:\n    - {plane: {at: 3}, except: [a, [b]]}\n    - {box: [[1], [2]]}\n");
     for (long n = 0; status == SC_ERR_MEMORY; n++) {
         long budget = n;
         heard h;
@@ -1207,8 +1207,8 @@ TEST(a_box_is_six_planes)
     heard h;
     sc_job job;
 
-    assert_ok(load("volume: phantom\nanimation: {clip: [{box: {from: [10%, 5 mm, 0%], to: [60%, 30 "
-                   "mm, 100%]}, except: [a, b]}]}\n",
+    assert_ok(load("volume: phantom\nanimation: {clip: [{box: [[10%, 5 mm, 0%], [60%, 30 "
+                   "mm, 100%]], except: [a, b]}]}\n",
                    &h, NULL, NULL, &job));
     assert_int_equal(job.animation.sweep_count, 6);
     assert_int_equal(job.exception_count, 12);

@@ -56,12 +56,16 @@ static const sc_value_type type_key_position = {
     .schema = position_schema,
 };
 
-/* A position, or key frames of positions; @p value is the whole plane_entry. */
+/* A position, a point, or key frames of positions; @p value is the whole plane_entry. */
 static sc_status read_at(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    sc_sweep *sweep = &((plane_entry *)value)->sweep;
+    plane_entry *entry = value;
+    sc_sweep *sweep = &entry->sweep;
     sc_status status;
 
+    entry->has_point = node->kind == SC_YAML_LIST;
+    if (entry->has_point)
+        return sc_type_point.read(ctx, key, node, &entry->point_mm);
     if (!sc_is_track(node))
         return sc_type_plane_position.read(ctx, key, node, &sweep->from);
     status = sc_read_track(ctx, key, node, &sweep->at_track);
@@ -73,8 +77,11 @@ static sc_status read_at(const sc_ctx *ctx, const sc_key *key, const sc_yaml *no
 static sc_status write_at(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                           sc_text *text)
 {
-    const sc_sweep *sweep = &((const plane_entry *)value)->sweep;
+    const plane_entry *entry = value;
+    const sc_sweep *sweep = &entry->sweep;
 
+    if (entry->has_point)
+        return sc_type_point.write(ctx, key, &entry->point_mm, indent, text);
     return sweep->at_track.count
                ? sc_write_track(ctx, key, &sweep->at_track, text)
                : sc_type_plane_position.write(ctx, key, &sweep->from, indent, text);
@@ -82,12 +89,13 @@ static sc_status write_at(const sc_ctx *ctx, const sc_key *key, const void *valu
 
 static json_t *at_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, o]}", "anyOf", position_schema(key), sc_track_schema(key));
+    return json_pack("{s:[o, o, o]}", "anyOf", position_schema(key), sc_type_point.schema(key),
+                     sc_track_schema(key));
 }
 
 static const sc_value_type type_at = {
-    .name = "position or key frames",
-    .expected = "a position such as 40% or 12 mm",
+    .name = "position, [R, A, S] or key frames",
+    .expected = "a position such as 40% or 12 mm, or a point of the plane, [R, A, S] in mm",
     .of_key_frames = &type_key_position,
     .read = read_at,
     .write = write_at,
@@ -135,14 +143,10 @@ static const sc_key plane_keys[] = {
      .help = "direction towards what the plane keeps", .low = -1e6, .high = 1e6, .required = true,
      .track = offsetof(sc_sweep, normal_track) - offsetof(sc_sweep, normal)},
     {"at", &type_at, 0, "50%",
-     .help = "where the plane stands: a share of the way through what is visible, or mm along its "
-             "normal",
-     .alternative = "at or at_point"},
-    {"at_point", &sc_type_point, PLANE(point_mm), NULL,
-     .help =
-         "a point of the plane in patient coordinates, as segcast still --sheet views prints them",
-     .low = -1e6, .high = 1e6, .unit = "mm", .given = SC_GIVEN(plane_entry, has_point),
-     .without = "at", .alternative = "at or at_point"},
+     .help = "where the plane stands: a share of the way through what is visible, mm along its "
+             "normal, or a point of it in patient coordinates, as segcast still --sheet views "
+             "prints them",
+     .low = -1e6, .high = 1e6},
     {"active", &type_active, PLANE(sweep.active_begin), NULL,
      .help = "part of the animation in which the plane cuts; before and after it is not there; or "
              "key frames of true and false",
@@ -150,51 +154,57 @@ static const sc_key plane_keys[] = {
      .given = SC_GIVEN(plane_entry, sweep.has_active), .without = "all of it"},
     {0}};
 
-/* The corner of a box: three positions, along R, A and S. */
-typedef struct corner {
-    sc_plane_position along[3];
-} corner;
+/* A box: two corners, each of three positions, along R, A and S. */
 typedef struct box_entry {
-    corner from, to;
+    sc_plane_position from[3], to[3];
 } box_entry;
 
-/* Read a list of three positions into a corner. */
-static sc_status read_corner(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+/* Read corner @p c of a box, a list of three positions. */
+static sc_status read_corner(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, size_t c,
+                             sc_plane_position along[3])
 {
     sc_status status = SC_OK;
 
-    if (node->kind != SC_YAML_LIST || node->count != 3)
-        return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < 3 && status == SC_OK; i++) {
         const sc_key each = {.name = key->name, .type = &sc_type_plane_position};
-        sc_yaml item = *node->items[i];
+        sc_yaml item = *node->items[c]->items[i];
 
         item.key = node->key; /* for messages: items of a list have no key of their own */
-        status = each.type->read(ctx, &each, &item, &((corner *)value)->along[i]);
+        status = each.type->read(ctx, &each, &item, &along[i]);
     }
     return status;
 }
 
-static json_t *corner_schema(const sc_key *key)
+static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                              void *value)
 {
-    return json_pack("{s:s, s:o, s:i, s:i}", "type", "array", "items",
-                     sc_type_plane_position.schema(key), "minItems", 3, "maxItems", 3);
+    box_entry *box = value;
+    const bool are_two = node->kind == SC_YAML_LIST && node->count == 2;
+    sc_status status;
+
+    for (size_t i = 0; i < 2; i++) {
+        if (!are_two || node->items[i]->kind != SC_YAML_LIST || node->items[i]->count != 3)
+            return sc_wrong_type(ctx, node, key->type->expected);
+    }
+    status = read_corner(ctx, key, node, 0, box->from);
+    (void)sc_goes_on(&status, read_corner(ctx, key, node, 1, box->to));
+    return status;
+}
+
+static json_t *corners_schema(const sc_key *key)
+{
+    return json_pack("{s:s, s:{s:s, s:o, s:i, s:i}, s:i, s:i}", "type", "array", "items", "type",
+                     "array", "items", sc_type_plane_position.schema(key), "minItems", 3,
+                     "maxItems", 3, "minItems", 2, "maxItems", 2);
 }
 
 /* It has no write function, because a box is written as its six planes. */
-static const sc_value_type type_corner = {
-    .name = "[R, A, S]",
-    .expected = "three positions along R, A and S, such as [0%, 25%, 10 mm]",
-    .read = read_corner,
-    .schema = corner_schema,
+static const sc_value_type type_corners = {
+    .name = "two corners",
+    .expected = "two corners along R, A and S, such as [[0%, 25%, 0%], [100%, 100%, 10 mm]]",
+    .read = read_corners,
+    .schema = corners_schema,
 };
-
-static const sc_key box_keys[] = {{"from", &type_corner, offsetof(box_entry, from), "[0%, 0%, 0%]",
-                                   .help = "the corner at the patient's left, back and feet"},
-                                  {"to", &type_corner, offsetof(box_entry, to),
-                                   "[100%, 100%, 100%]",
-                                   .help = "the corner at the patient's right, front and head"},
-                                  {0}};
 
 /* ---- exceptions ---- */
 
@@ -237,7 +247,9 @@ static const sc_value_type type_except = {
 const sc_key sc_clip_keys[] = {
     {"plane", &sc_type_map, 0, NULL, .help = "a plane", .keys = plane_keys,
      .alternative = "plane or box", .required = true},
-    {"box", &sc_type_map, 0, NULL, .help = "six planes around what is kept", .keys = box_keys,
+    {"box", &type_corners, 0, NULL,
+     .help = "six planes around what is kept: its corner at the patient's left, back and feet, and "
+             "that at the right, front and head",
      .alternative = "plane or box", .required = true},
     {"except", &type_except, 0, NULL,
      .help = "tissues that stay whole: names, globs or label numbers; may have key frames",
@@ -349,10 +361,9 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *b
 
     if (job->animation.sweep_count + 6 > SC_PLANES_MAX)
         return too_many(ctx, body);
-    SC_TRY(sc_keys_set_defaults(ctx, key->keys, &box));
-    SC_TRY(sc_keys_read(ctx, key->keys, body, &box));
+    SC_TRY(key->type->read(ctx, key, body, &box));
     for (int i = 0; i < 3; i++) {
-        const sc_plane_position low = box.from.along[i], high = box.to.along[i];
+        const sc_plane_position low = box.from[i], high = box.to[i];
         const sc_plane_position back = {high.percent ? 100 - high.value : -high.value,
                                         high.percent};
 
@@ -369,7 +380,7 @@ out:
 }
 
 /* Check the keys of an entry, which have to name exactly one kind of plane. @param kind its row.
- * @param body the map that describes it. @return the first mistake; all are logged. */
+ * @param body what describes it. @return the first mistake; all are logged. */
 static sc_status find_body(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *entry,
                            const sc_key **kind, const sc_yaml **body)
 {
@@ -388,9 +399,9 @@ static sc_status find_body(const sc_ctx *ctx, const sc_key *keys, const sc_yaml 
             *body = entry->items[i];
         }
     }
-    if (kinds != 1 || (*body && (*body)->kind != SC_YAML_MAP))
+    if (kinds != 1 || (*body && (*kind)->keys && (*body)->kind != SC_YAML_MAP))
         (void)sc_goes_on(
-            &status, sc_yaml_fail(ctx, entry, "a clip entry holds one map: either plane or box"));
+            &status, sc_yaml_fail(ctx, entry, "a clip entry holds either a map, plane, or a box"));
     return status;
 }
 
@@ -407,11 +418,10 @@ static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml
     sc_status status;
 
     if (entry->kind != SC_YAML_MAP)
-        return sc_wrong_type(ctx, entry, "{plane: {...}} or {box: {...}}");
+        return sc_wrong_type(ctx, entry, "{plane: {...}} or {box: [[...], [...]]}");
     status = find_body(ctx, keys, entry, &kind, &body);
     if (status == SC_OK)
-        status = kind->keys == box_keys ? read_box(ctx, kind, body, job)
-                                        : read_plane(ctx, kind, body, job);
+        status = (kind->keys ? read_plane : read_box)(ctx, kind, body, job);
     except = sc_yaml_member(entry, "except");
     last = job->animation.sweep_count - 1;
     for (int i = first; i <= last; i++)
