@@ -49,7 +49,6 @@ typedef struct sc_output {
 
 /** Sets of defaults: those of segcast, or those for the pictures of the paper, by its plain or by
  * its accelerated method. */
-typedef enum sc_mode { SC_MODE_STANDARD, SC_MODE_PAPER, SC_MODE_PAPER_ACCELERATED } sc_mode;
 /** Which pixels get more than one ray: only those that differ from a neighbour, or all. */
 typedef enum sc_antialiasing { SC_ANTIALIASING_ADAPTIVE, SC_ANTIALIASING_FULL } sc_antialiasing;
 /** Which thickness decides the automatic opacity: the mean of the tissue, or that at each point. */
@@ -59,7 +58,6 @@ typedef enum sc_caps { SC_CAPS_NONE, SC_CAPS_SOLID } sc_caps;
 
 /** How pictures are drawn; see sc_render_settings. */
 typedef struct sc_render_options {
-    int mode;               /**< sc_mode: sets other defaults for the rest */
     int surface;            /**< sc_surface */
     int skip;               /**< sc_skip */
     int cpu;                /**< index into sc_cpu_names */
@@ -141,7 +139,7 @@ typedef struct sc_comparison {
     char where[160];             /**< of the comparison, for messages */
     int align;                   /**< sc_align */
     bool has_divider;            /**< both subjects fill the picture, one beside the other */
-    sc_ramp divider; /**< where the first ends, as a share of the width of the picture, 0 to 1 */
+    double divider; /**< where the first ends, as a share of the width of the picture, 0 to 1 */
     sc_track divider_track; /**< key frames; if it has any, they replace the ramp */
 } sc_comparison;
 
@@ -193,8 +191,8 @@ typedef struct sc_job {
     bool volume_replaced;         /**< the file has a map, and a setting has replaced its path */
     int volume_level;             /**< of resolution, 0 the finest */
     int volume_phase;             /**< as of sc_read_choice; of a series that of the first phase */
-    int volume_box[3][2];         /**< if has_box: as sc_read_choice.voxels */
-    sc_vec3 volume_box_mm[2];     /**< if has_box_mm: as sc_read_choice.corners */
+    int volume_box[3][2];         /**< if has_box alone: as sc_read_choice.voxels */
+    sc_vec3 volume_box_mm[2];     /**< if has_box_mm, too: as sc_read_choice.corners */
     double volume_resample_mm[3]; /**< if has_resample: spacing along x, y, z */
     double volume_threshold;      /**< if has_threshold: as sc_read_choice.threshold */
     char volume_header[160];      /**< if has_header: as sc_read_choice.header */
@@ -350,7 +348,7 @@ bool sc_job_is_phantom(const char *volume);
 
 /** A row of the table. Strings are borrowed for the time of the call. */
 typedef struct sc_key_info {
-    const char *path;     /**< "animation.clip.N.sweep.from": N is an index, NAME a tissue */
+    const char *path;     /**< "animation.clip.N.plane.at": N is an index, NAME a tissue */
     const char *help;     /**< one line, without a full stop */
     const char *option;   /**< command-line option that sets the key; NULL: none */
     const char *argument; /**< what the option's help calls its value */

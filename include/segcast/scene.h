@@ -33,8 +33,9 @@ typedef struct sc_tissue_rule {
     bool visible;
     bool opacity_auto; /**< the opacity follows the measured thickness; opacity is not read */
     uint8_t rgb[3];
-    double opacity, interior_opacity; /**< 0 to 1 */
-    sc_vec3 offset_mm;                /**< how far it is moved from its place, RAS */
+    double opacity;          /**< 0 to 1 */
+    double interior_opacity; /**< 0 to 1; below 0: that of the boundary */
+    sc_vec3 offset_mm;       /**< how far it is moved from its place, RAS */
     /** Numbers, from 1, of key frames in a list of the caller; 0: there are none, and the value is
      * the same in all frames. With key frames rgb is the first of them, opacity the greatest,
      * visible whether any of them is, and offset_mm not read. */
@@ -49,10 +50,10 @@ typedef struct sc_tissue {
     double opacity; /**< of the boundary, 0 to 1: per crossing (smooth), per voxel length (voxel) */
     bool opacity_auto;       /**< the opacity follows from what was measured: sc_opacity_rule */
     bool is_cover;           /**< ... and it is that of a cover, whatever its thickness */
-    bool interior_given;     /**< a rule has set the opacity of the interior */
     bool color_given;        /**< a label table, a value or a rule has set the colour */
     bool color_by_rule;      /**< a rule has, which goes before values */
-    double interior_opacity; /**< of interior voxels, per voxel length; 0 unless a rule sets it */
+    double interior_opacity; /**< of interior voxels, per voxel length; 0 unless a rule sets it,
+                                  below 0 as of sc_tissue_rule until a session resolves it */
     float rgb_linear[3];     /**< colour in linear light, 0 to 1; of key frames that of the first */
     int color_track;         /**< as of sc_tissue_rule */
     int opacity_track;       /**< likewise; 0 also if the greatest opacity is 0 */

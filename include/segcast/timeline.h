@@ -75,15 +75,6 @@ typedef struct sc_plane_position {
                        tissues; false: mm along the normal from the origin of RAS space */
 } sc_plane_position;
 
-/** A value that changes from one to another during a part of the animation, and stays constant
- *  before and after. */
-typedef struct sc_ramp {
-    double from, to;   /**< the values before and after the part */
-    double begin, end; /**< the part: 0 is the first frame of the animation and 1 the last; if they
-                            are equal, the value jumps there */
-    sc_ease ease;
-} sc_ramp;
-
 /** The way of the camera: an orbit about an axis, or a still camera. */
 typedef struct sc_orbit {
     bool fixed;           /**< a still camera at position_mm, which looks at target_mm; by key
@@ -102,18 +93,17 @@ typedef struct sc_orbit {
     double distance_mm;            /**< from the target to the camera of an orbit */
     double fov_deg;                /**< vertical field of view */
     sc_projection projection;
-    sc_ramp zoom; /**< scales the picture; above 0; 1: as framed */
+    double zoom; /**< scales the picture; above 0; 1: as framed */
     /** Key frames; those that have any replace the member of that name. */
     sc_track angle_track, elevation_track, target_track, distance_track, fov_track, zoom_track;
     sc_track position_track, up_track; /**< likewise, of a still camera, as is target_track */
 } sc_orbit;
 
-/** A clip plane that moves along its normal. */
+/** A clip plane, which may move along its normal. */
 typedef struct sc_sweep {
     sc_vec3 normal; /**< unit, towards what is kept */
-    sc_plane_position from, to;
-    double begin, end; /**< as of sc_ramp */
-    sc_ease ease;
+    sc_plane_position from,
+        to; /**< where it lies: the same, or of at_track the first and the last */
     /** Key frames of which tissues it does not cut (sc_clip_exception.span): when they are. 0:
      * there are none, the tissues are the same in all frames. */
     int except_count;
@@ -123,7 +113,7 @@ typedef struct sc_sweep {
     sc_track active_track;               /**< key frames instead, if has_active: x is 1 while it
                                               cuts, else 0; each holds until the next */
     /** Key frames of where the plane lies: x and, if y is 1, in percent, as of sc_plane_position.
-     * They replace from and to, which are the first and the last. In a timeline x is in mm: along
+     * In a timeline x is in mm: along
      * the normal from the origin or, where the normal has key frames, from the pivot. */
     sc_track at_track;
     sc_track normal_track; /**< key frames; normal is the first. No direction is the opposite of the
@@ -136,11 +126,14 @@ typedef struct sc_sweep {
 
 /** The point in which the slices of the three regular views meet. */
 typedef struct sc_slices {
+    bool is_given; /**< false: they go from 0 to 1 on the way of share */
     bool has_point;
     sc_vec3 point_mm;     /**< where it stays, if has_point */
     sc_track point_track; /**< key frames, if has_point; if there are any, they replace it */
-    sc_ramp share; /**< otherwise it moves along the diagonal of the box of the visible tissues:
-                        0 is the right, posterior, inferior corner, 1 the opposite one */
+    double share;         /**< otherwise it is there, or at its key frames: on the diagonal of the
+                               box of the visible tissues, 0 is the right, posterior, inferior
+                               corner, 1 the opposite one */
+    sc_track share_track;
 } sc_slices;
 
 /** What a verb does: first those of the opacity of tissues, then those of the camera, then that of
@@ -200,7 +193,8 @@ enum { SC_THROUGH_MAX = 64 };
 /** A verb as the job asks for it; its tissues are listed apart from it. */
 typedef struct sc_verb {
     sc_verb_kind kind;
-    double begin, end; /**< as of sc_ramp */
+    double begin, end; /**< when: 0 is the first frame of the animation and 1 the last; if they are
+                            equal, it is done at once */
     sc_ease ease;
     double to;      /**< fade, pulse: an opacity from 0 to 1, or a factor; zoom: the scale; dolly:
                          what the distance is multiplied by */
@@ -216,9 +210,9 @@ typedef struct sc_verb {
     /** turn: the job gives the direction of the line; explode: that along which tissues move. And:
      * a point of the line; the point from which tissues move. */
     bool has_axis, has_point;
-    bool together;                 /**< explode: the tissues move as one */
-    bool has_tissues, has_through; /**< fly: which of them the job gives */
-    sc_vec3 axis, point_mm;        /**< those, RAS; axis of unit length */
+    bool together;          /**< explode: the tissues move as one */
+    bool has_tissues;       /**< fly: the way leads through tissues, not along points alone */
+    sc_vec3 axis, point_mm; /**< those, RAS; axis of unit length */
     sc_plane_position by; /**< explode: how far, in mm, or in percent of the distance of a tissue's
                                middle from that point; sweep: where the plane ends */
     double soft; /**< hold, 0 to 0.5: share of the time in which the camera comes to rest, and in
@@ -276,7 +270,8 @@ typedef struct sc_verbs {
 typedef struct sc_fade {
     int id; /**< dense id */
     sc_verb_kind kind;
-    double begin, end; /**< as of sc_ramp */
+    double begin, end; /**< when: 0 is the first frame of the animation and 1 the last; if they are
+                            equal, it is done at once */
     sc_ease ease;
     double to;     /**< what the opacity of the tissue, of key frames the greatest, is multiplied by
                         then, at least 0 */
@@ -288,7 +283,7 @@ typedef struct sc_fade {
  * next. */
 typedef struct sc_shift {
     int id;            /**< dense id */
-    double begin, end; /**< as of sc_ramp */
+    double begin, end; /**< as of sc_verb */
     sc_ease ease;
     sc_vec3 by_mm; /**< how far in the end, RAS */
 } sc_shift;
@@ -332,7 +327,7 @@ typedef struct sc_looks {
     const sc_grey_tracks *grey;
     sc_grey_window grey_window; /**< in which the grey volume is shown, without key frames */
     int fps;
-    const sc_ramp *divider; /**< see sc_scene.divider; NULL: there is none */
+    const double *divider; /**< see sc_scene.divider; NULL: there is none */
     const sc_track *divider_track;
 } sc_looks;
 
@@ -418,13 +413,11 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
 sc_scene sc_timeline_scene(const sc_timeline *timeline, int k, const sc_scene_room *room);
 
 /** @return the share of its way, 0 to 1, that what happens in the part [begin, end] of an animation
- * (see sc_ramp) has covered at a time, 0 to 1. */
+ * (see sc_verb) has covered at a time, 0 to 1. */
 double sc_progress(double begin, double end, sc_ease ease, double at);
 /** @return how much of the way is done, 0 to 1. @param u how much of the time has passed, 0 to 1;
  * not clamped. */
 double sc_ease_value(sc_ease ease, double u);
-/** @return the value of a track at a time, 0 to 1; without key frames, of a ramp. */
-double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, double at);
 /** @return the number that a track gives at a time, 0 to 1; without key frames @p constant. */
 double sc_number_at(const sc_track *track, double constant, double at);
 /** The same for all three numbers of a track. */

@@ -126,8 +126,7 @@ static sc_status set_views(sc_app *app)
     sc_status status;
 
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.layout", "views"));
-    SC_TRY(sc_options_default(app->ctx, &app->options, "animation.slices.from", "50%"));
-    SC_TRY(sc_options_default(app->ctx, &app->options, "animation.slices.to", "50%"));
+    SC_TRY(sc_options_default(app->ctx, &app->options, "animation.slices", "50%"));
 out:
     return status;
 }

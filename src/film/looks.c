@@ -4,8 +4,9 @@
 
 #include <string.h>
 
-/* For the unaccelerated pictures of the paper, give interior voxels the opacity of their tissue.
- * The smooth surface model draws no interior voxels: a job that asks for them gets a warning. */
+/* Give interior voxels the opacity of their tissue where a job asks for that, as the paper's
+ * unaccelerated pictures do. The smooth surface model draws no interior voxels: a job that asks for
+ * them gets a warning. */
 static void apply_interior(const sc_ctx *ctx, const sc_job *job, sc_panel *panel)
 {
     bool shows_interior = false;
@@ -13,7 +14,7 @@ static void apply_interior(const sc_ctx *ctx, const sc_job *job, sc_panel *panel
     for (int id = 1; id < panel->volume.label_count; id++) {
         sc_tissue *tissue = &panel->looks.tissues[id];
 
-        if (job->render.mode == SC_MODE_PAPER && !tissue->interior_given)
+        if (tissue->interior_opacity < 0)
             tissue->interior_opacity = tissue->opacity;
         shows_interior = shows_interior || (tissue->visible && tissue->interior_opacity > 0);
     }

@@ -504,8 +504,8 @@ out:
 bool sc_edits_volume(const sc_job *job)
 {
     return job->volume_tissue_count || job->crop.kind != SC_CROP_NONE || job->has_level ||
-           job->has_phase || job->has_box || job->has_box_mm || job->has_resample ||
-           job->has_header || job->has_threshold;
+           job->has_phase || job->has_box || job->has_resample || job->has_header ||
+           job->has_threshold;
 }
 
 void sc_forget_volume_edits(sc_job *job)
@@ -515,7 +515,7 @@ void sc_forget_volume_edits(sc_job *job)
     job->volume_level = job->volume_phase = 0;
     job->has_merge = job->has_keep = job->has_crop = job->has_header = false;
     job->has_threshold = false;
-    job->has_resample = job->has_level = job->has_box = job->has_box_mm = job->has_phase = false;
+    job->has_resample = job->has_level = job->has_box = job->has_phase = false;
 }
 
 /* @return the dense id of a value that a volume has. */
@@ -572,9 +572,9 @@ sc_status sc_read_choice_of(sc_recipe *r, sc_read_choice *out)
                              .level = job->volume_level,
                              .phase = job->volume_phase,
                              .store = app->phase_store,
-                             .box = job->has_box      ? SC_READ_VOXELS
+                             .box = !job->has_box     ? SC_READ_ALL
                                     : job->has_box_mm ? SC_READ_MM
-                                                      : SC_READ_ALL,
+                                                      : SC_READ_VOXELS,
                              .overlaps = app->overlaps,
                              .threshold =
                                  job->has_threshold ? fmax(job->volume_threshold, 1e-9) : 0,

@@ -37,6 +37,48 @@ typedef struct listing {
     size_t count;       /* rows listed so far */
 } listing;
 
+/* Append @p text to the listing, cut at a blank to fit into @p width characters. */
+static sc_status add_cut(const sc_ctx *ctx, const char *text, size_t width, sc_text *out)
+{
+    size_t length = strlen(text);
+
+    if (length <= width)
+        return sc_text_add(ctx, out, "%s", text);
+    for (length = width - 4; length > 1 && text[length] != ' '; length--)
+        continue;
+    length -= text[length - 1] == ',' || text[length - 1] == ';' || text[length - 1] == ':';
+    return sc_text_add(ctx, out, "%.*s ...", (int)length, text);
+}
+
+/* Append a row as one line of text: its name in its section, its default, and the beginning of its
+ * help. A map at the top of the file begins a section. */
+static sc_status add_short_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
+{
+    enum { NAME = 27, DEFAULT = 17, HELP = 66 };
+    listing *l = user;
+    const sc_key *key = visit->key;
+    const char *name = strchr(visit->path, '.');
+    sc_text value = {0};
+    sc_status status;
+
+    l->count++;
+    if (!visit->depth && key->keys) {
+        SC_TRY(sc_text_add(ctx, l->text, "%s: ", key->name));
+        SC_TRY(add_cut(ctx, key->help, NAME + DEFAULT + HELP, l->text));
+        return sc_text_add(ctx, l->text, "\n");
+    }
+    if (key->keys && key->type->container == SC_CONTAINER_MAP && !key->fallback && !key->shorthand)
+        return SC_OK; /* its keys say all */
+    SC_TRY(add_cut(ctx, sc_key_default(key), DEFAULT, &value));
+    SC_TRY(sc_text_add(ctx, l->text, "%s%-*s %-*s ", name ? "  " : "", name ? NAME : NAME + 2,
+                       name ? name + 1 : visit->path, DEFAULT, value.data ? value.data : ""));
+    SC_TRY(add_cut(ctx, key->help, HELP, l->text));
+    status = sc_text_add(ctx, l->text, "\n");
+out:
+    sc_text_clear(&value);
+    return status;
+}
+
 /* Append a row as lines of text to the listing, if its path begins with the prefix. */
 static sc_status add_text_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
 {
@@ -120,7 +162,8 @@ static sc_status write_schema(const sc_ctx *ctx, const sc_key *keys, const char 
     return print_json(ctx, schema, out);
 }
 
-/* Append all rows whose path begins with @p prefix, as text or as JSON. @return SC_ERR_USAGE if
+/* Append all rows whose path begins with @p prefix, as text or as JSON; without one as a short
+ * text. @return SC_ERR_USAGE if
  * there is none. */
 static sc_status list_keys(const sc_ctx *ctx, const char *prefix, sc_keys_format format,
                            sc_text *out)
@@ -130,7 +173,7 @@ static sc_status list_keys(const sc_ctx *ctx, const char *prefix, sc_keys_format
     sc_status status;
 
     l.array = as_json ? json_array() : NULL;
-    status = sc_keys_walk(ctx, as_json ? add_json_row : add_text_row, &l);
+    status = sc_keys_walk(ctx, as_json ? add_json_row : prefix ? add_text_row : add_short_row, &l);
     if (status == SC_OK && l.count == 0)
         status =
             sc_fail(ctx, SC_ERR_USAGE,

@@ -31,10 +31,4 @@ const char *sc_key_default(const sc_key *key);
 sc_status sc_keys_markdown(const sc_ctx *ctx, sc_text *out);
 sc_status sc_keys_man(const sc_ctx *ctx, sc_text *out);
 
-/* A key that a mode of the paper sets if the job does not. */
-typedef struct sc_mode_default {
-    const char *mode, *path, *value;
-} sc_mode_default;
-extern const sc_mode_default sc_mode_defaults[]; /* ended by a row without a mode */
-
 #endif

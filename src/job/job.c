@@ -9,33 +9,6 @@
 
 enum { JOB_MAX_BYTES = 1 << 20 };
 
-const sc_mode_default sc_mode_defaults[] = {{"paper", "render.surface", "voxel"},
-                                            {"paper", "render.skip", "none"},
-                                            {"paper", "render.samples", "1"},
-                                            {"paper", "light.flat", "true"},
-                                            {"paper", "render.auto_opacity", "paper"},
-                                            {"paper-accelerated", "render.surface", "voxel"},
-                                            {"paper-accelerated", "render.skip", "interior"},
-                                            {"paper-accelerated", "render.samples", "1"},
-                                            {"paper-accelerated", "light.flat", "true"},
-                                            {"paper-accelerated", "render.auto_opacity", "paper"},
-                                            {0}};
-
-/* Put what render.mode implies into the tree, where it has no value for these keys yet. A mode that
- * is no word of the table is left to the reading of the tree. */
-static sc_status apply_modes(const sc_ctx *ctx, sc_yaml *root)
-{
-    const sc_yaml *mode = sc_key_node(root, "render.mode");
-    sc_status status = SC_OK;
-
-    for (const sc_mode_default *d = sc_mode_defaults; mode && d->mode && status == SC_OK; d++) {
-        if (mode->kind == SC_YAML_SCALAR && !strcmp(mode->text, d->mode) &&
-            !sc_key_node(root, d->path))
-            status = sc_setting_apply(ctx, sc_job_keys, root, "render.mode", d->path, d->value);
-    }
-    return status;
-}
-
 /* Put settings into the tree, the later over the earlier. @param only_missing skip those whose key
  * the tree has already. @return the first mistake; all are logged. */
 static sc_status apply_settings(const sc_ctx *ctx, const sc_setting *settings, size_t count,
@@ -193,7 +166,6 @@ static sc_status read_job(const sc_ctx *ctx, const sc_job_sources *sources, sc_y
         sc_goes_on(&status, apply_environment(ctx, sources->environment, root)) &&
         sc_goes_on(&status,
                    apply_settings(ctx, sources->settings, sources->setting_count, false, root)) &&
-        sc_goes_on(&status, apply_modes(ctx, root)) &&
         sc_goes_on(&status, part_shots(ctx, root, &base)) &&
         sc_goes_on(&status, sc_times_resolve(ctx, job, base != NULL, root)) &&
         sc_goes_on(&status, sc_tell_misplaced(ctx, root)) &&

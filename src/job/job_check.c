@@ -213,14 +213,10 @@ static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
 
     for (size_t i = 0; i < job->verb_tissue_count; i++)
         tissues += job->verb_tissues[i].verb == (int)index;
-    if (fly->middles && fly->through_count)
-        return fail_verb(ctx, fly,
-                         "fly: middles and through both say where the way leads; expected one of "
-                         "them");
     if (fly->middles && tissues < 2)
         return fail_verb(ctx, fly,
                          "fly: from middle to middle there have to be two tissues or more; "
-                         "expected for example tissues: [left atrium, left ventricle]");
+                         "expected for example fly: [left atrium, left ventricle]");
     for (size_t i = 0; i < index; i++) {
         const sc_verb *other = &job->verbs[i];
 
@@ -232,10 +228,7 @@ static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
     warn_of_flight(ctx, job, fly);
     if (fly->has_tissues || fly->through_count > 1)
         return SC_OK;
-    return fail_verb(
-        ctx, fly,
-        "fly: it has no way; expected tissues, such as tissues: aorta, or through: two "
-        "points or more");
+    return fail_verb(ctx, fly, "fly: it has no way; expected tissues, or two points or more");
 }
 
 /* A verb of a clip plane needs it. @param name of the verb. */

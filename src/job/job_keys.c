@@ -72,10 +72,6 @@ static const sc_key output_keys[] = {
 
 /* ---- render ---- */
 
-static const sc_choice modes[] = {{"standard", SC_MODE_STANDARD},
-                                  {"paper", SC_MODE_PAPER},
-                                  {"paper-accelerated", SC_MODE_PAPER_ACCELERATED},
-                                  {NULL, 0}};
 static const sc_choice surfaces[] = {
     {"voxel", SC_SURFACE_VOXEL}, {"smooth", SC_SURFACE_SMOOTH}, {NULL, 0}};
 static const sc_choice skips[] = {{"none", SC_SKIP_NONE},
@@ -96,11 +92,6 @@ static const sc_choice caps[] = {{"none", SC_CAPS_NONE}, {"solid", SC_CAPS_SOLID
 #define RENDER(member) offsetof(sc_render_options, member)
 
 static const sc_key render_keys[] = {
-    {"mode", &sc_type_choice, RENDER(mode), "standard",
-     .help = "standard; or the paper's pictures, which set other defaults: paper (its first, plain "
-             "way) and "
-             "paper-accelerated",
-     .choices = modes, .of_film = true},
     {"surface", &sc_type_choice, RENDER(surface), "smooth",
      .help = "smooth: smooth surfaces, placed more finely than voxels; voxel: those of the paper, "
              "with the corners of voxels",
@@ -212,8 +203,12 @@ static const sc_key animation_keys[] = {
     {"verbs", &sc_type_verbs, 0, NULL,
      .help = "what happens to tissues, one verb after the other or at the same time",
      .keys = sc_verb_keys, .without = "none", .given = SC_GIVEN(sc_job, has_verbs)},
-    {"slices", &sc_type_flow_map, offsetof(sc_job, animation.slices), NULL,
-     .help = "the slices of layout: views", .keys = sc_slices_keys},
+    {"slices", &sc_type_slices, offsetof(sc_job, animation.slices), NULL,
+     .help =
+         "where the three slices of layout: views cross: a point in RAS mm, or how far they are "
+         "on the way through what is visible",
+     .given = SC_GIVEN(sc_job, animation.slices.is_given), .without = "they go all of it",
+     .option = &(const sc_key_option){"point", "R,A,S", "still"}},
     {0}};
 
 /* ---- farm ---- */
@@ -272,7 +267,13 @@ static const sc_choice appearances[] = {{"table", SC_APPEARANCE_TABLE},
 #define SHOT(member) offsetof(sc_shot, member)
 
 /* The keys of a shot. Those of the job have the same place in sc_shot as in sc_job, which it begins
- * with. */
+ * with; listings leave them out, because the file has them all. */
+#define OF_JOB(key, kind, place, table, is_given)                                                  \
+    {                                                                                              \
+        key, &sc_type_##kind, place, NULL, .help = "as " key " of the file, of this shot",         \
+                                           .keys = (table), .of_job = true, .given = (is_given)    \
+    }
+
 const sc_key sc_shot_keys[] = {
     {"name", &sc_type_text, SHOT(name), "\"\"",
      .help = "name of the shot; each shot that has one begins a chapter of the video",
@@ -288,30 +289,15 @@ const sc_key sc_shot_keys[] = {
     {"card", &sc_type_flow_map, SHOT(card), NULL,
      .help = "the shot is a title card: a text in the middle of the background, and no tissues",
      .keys = sc_card_keys, .given = SC_GIVEN(sc_shot, has_card), .without = "tissues are shown"},
-    {"color_by", &sc_type_flow_map, offsetof(sc_job, color_by), NULL,
-     .help = "as color_by of the file, of this shot", .keys = sc_color_by_keys,
-     .given = SC_GIVEN(sc_job, has_color_by), .of_job = true, .without = "that of the file"},
-    {"image", &sc_type_map, offsetof(sc_job, image), NULL,
-     .help = "caps, slices and backdrop of the image of the file, of this shot",
-     .keys = sc_image_keys, .given = SC_GIVEN(sc_job, has_image), .of_job = true,
-     .without = "those of the file"},
-    {"output", &sc_type_map, offsetof(sc_job, output), NULL,
-     .help = "layout of this shot; no other key of output", .keys = output_keys, .of_job = true,
-     .without = "that of the file"},
-    {"render", &sc_type_map, offsetof(sc_job, render), NULL,
-     .help = "as render of the file, of this shot; not mode, surface, smooth, skip and cpu",
-     .keys = render_keys, .of_job = true, .without = "that of the file"},
-    {"light", &sc_type_map, offsetof(sc_job, light), NULL,
-     .help = "as light of the file, of this shot", .keys = light_keys, .of_job = true,
-     .without = "that of the file"},
-    {"tissues", &sc_type_tissues, 0, NULL,
-     .help = "as tissues of the file, after which they are applied, so that they win",
-     .keys = sc_tissue_keys, .of_job = true, .without = "those of the file"},
-    {"animation", &sc_type_map, 0, NULL,
-     .help = "as animation of the file, of this shot: its frames or duration are those of the shot",
-     .keys = animation_keys, .of_job = true, .without = "that of the file"},
-    {"overlays", &sc_type_map, 0, NULL, .help = "as overlays of the file, of this shot",
-     .keys = sc_overlays_keys, .of_job = true, .without = "those of the file"},
+    OF_JOB("color_by", flow_map, offsetof(sc_job, color_by), sc_color_by_keys,
+           SC_GIVEN(sc_job, has_color_by)),
+    OF_JOB("image", map, offsetof(sc_job, image), sc_image_keys, SC_GIVEN(sc_job, has_image)),
+    OF_JOB("output", map, offsetof(sc_job, output), output_keys, 0),
+    OF_JOB("render", map, offsetof(sc_job, render), render_keys, 0),
+    OF_JOB("light", map, offsetof(sc_job, light), light_keys, 0),
+    OF_JOB("tissues", tissues, 0, sc_tissue_keys, 0),
+    OF_JOB("animation", map, 0, animation_keys, 0),
+    OF_JOB("overlays", map, 0, sc_overlays_keys, 0),
     {0}};
 
 const sc_key sc_job_keys[] = {
@@ -382,8 +368,9 @@ const sc_key sc_job_keys[] = {
      .keys = sc_overlays_keys},
     {"shots", &sc_type_shots, 0, NULL,
      .help =
-         "the film as a list of shots, one after the other: each is a map of keys of this file, "
-         "which are merged over those outside of the list, and of keys of its own",
+         "the film as a list of shots, one after the other: each is a map of keys of its own, and "
+         "of color_by, image, output (its layout), render, light, tissues, animation and overlays "
+         "as in the file, which are merged over those outside of the list",
      .keys = sc_shot_keys, .given = SC_GIVEN(sc_job, has_shots), .of_film = true,
      .without = "one shot"},
     {"farm", &sc_type_map, offsetof(sc_job, farm), NULL,

@@ -31,8 +31,7 @@ typedef struct sc_value_type {
     /* Check @p node and store it in @p value; logs what is wrong with file and line. */
     sc_status (*read)(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value);
     const struct sc_value_type *of_key_frames; /* the type of the values of key frames, each in an
-                                                  sc_vec3; NULL: a number, or a share if this is
-                                                  one */
+                                                  sc_vec3; NULL: a number */
     bool steps; /* of values of key frames: there is nothing between two of them, so that the first
                    holds until the time of the second; there is no ease */
     /* Append the value to @p text as YAML that `read` accepts. @p indent: blanks before its key.
@@ -86,8 +85,8 @@ struct sc_key {
     bool required;         /* the key, or another one of its alternative, must be given */
     bool outside_identity; /* pictures do not depend on it: it is not part of the identity */
     bool of_film;          /* it holds for the whole film: shots cannot have it for themselves */
-    bool of_job; /* of a shot: a key of the job, merged over that of the film; listings name only
-                    the key, not again what is below it */
+    unsigned verbs; /* of a key of some verbs only: a bit for each sc_verb_kind that has it */
+    bool of_job;    /* of a shot: a key of the job, merged over that of the film */
 };
 
 /* @return the JSON schema of a number within the range of the key, or the word auto; NULL when out
@@ -102,24 +101,23 @@ extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text
     sc_type_color, sc_type_color_levels, sc_type_tracked_color, sc_type_background, sc_type_size,
     sc_type_voxels, sc_type_point, sc_type_direction, sc_type_map, sc_type_flow_map;
 /* Types that only the animation and the tissues use. */
-extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_zoom,
-    sc_type_clip, sc_type_verbs, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength,
-    sc_type_ease, sc_type_tracked, sc_type_tracked_point, sc_type_tracked_direction,
-    sc_type_tracked_bool, sc_type_key_bool, sc_type_tracked_strength, sc_type_kept_tissues,
-    sc_type_merged_tissues, sc_type_time, sc_type_key_time, sc_type_volume, sc_type_overlap,
-    sc_type_caption_text, sc_type_divider;
+extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_clip,
+    sc_type_verbs, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength, sc_type_ease,
+    sc_type_tracked, sc_type_tracked_point, sc_type_tracked_direction, sc_type_tracked_bool,
+    sc_type_key_bool, sc_type_tracked_strength, sc_type_kept_tissues, sc_type_merged_tissues,
+    sc_type_volume, sc_type_overlap, sc_type_caption_text, sc_type_tracked_share;
 /* Types of a film of shots. */
-extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_length;
+extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_length, sc_type_slices;
 
 /* The commands with options about labels and how a volume is read. */
 #define LABEL_COMMANDS "orbit still info init convert"
 
 /* The tables: sc_job_keys describes the whole file and is read into sc_job; the others describe
  * maps in it. */
-extern const sc_key sc_job_keys[], sc_volume_keys[], sc_camera_keys[], sc_slices_keys[],
-    sc_clip_keys[], sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[],
-    sc_color_by_keys[], sc_cine_keys[], sc_compare_keys[], sc_image_keys[], sc_shot_keys[],
-    sc_card_keys[], sc_transition_keys[];
+extern const sc_key sc_job_keys[], sc_volume_keys[], sc_camera_keys[], sc_clip_keys[],
+    sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[], sc_color_by_keys[],
+    sc_cine_keys[], sc_compare_keys[], sc_image_keys[], sc_shot_keys[], sc_card_keys[],
+    sc_transition_keys[];
 /* The keys of a study file, read into sc_study. */
 extern const sc_key sc_study_keys[];
 
@@ -225,23 +223,31 @@ sc_status sc_captions_check(const sc_ctx *ctx, const struct sc_job *job);
 
 /* ---- tracks.c ---- */
 
-/* @return whether @p node is a list of key frames, and not of the three numbers of a point or a
- * colour. */
+/* @return whether @p node, a value of a row that may have key frames, is a track: a map of times,
+ * and perhaps an ease for all of them. */
 bool sc_is_track(const sc_yaml *node);
-/* Read a list of key frames into the sc_track of a row; their values are those of @p value, a row
+/* Read a track into the sc_track of a row; their values are those of @p value, a row
  * of a number, a point or a colour. @return the first mistake; all are logged. */
 sc_status sc_read_track(const sc_ctx *ctx, const sc_key *value, const sc_yaml *node,
                         struct sc_track *track);
-/* @return whether the time of a key frame lies behind that of the one before it, as far as that is
- * known: seconds and shares can only be compared in a shot. */
-bool sc_track_rises(double before, double at);
-/* Log that key frame @p i of a list, above 0, does not come after the one before it. @return as
- * sc_yaml_fail. */
-sc_status sc_track_disorder(const sc_ctx *ctx, const sc_yaml *list, size_t i);
+/* Where the key frames of a track are stored: their times and eases, and their values. */
+typedef struct sc_track_room {
+    struct sc_key_frame *frames; /* [most] */
+    void *values;                /* the first of them; they may lie in the key frames */
+    size_t value_bytes;          /* from one value to the next */
+    int *count, most;
+} sc_track_room;
+/* Read and write a track of any kind of value, and its schema. @param key its row, but with the
+ * type of its values. */
+sc_status sc_read_key_frames(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                             const sc_track_room *room);
+sc_status sc_write_key_frames(const sc_ctx *ctx, const sc_key *key, const sc_track_room *room,
+                              sc_text *text);
+json_t *sc_key_frames_schema(const sc_key *key);
 /* Append a track to @p text as sc_read_track reads it. */
 sc_status sc_write_track(const sc_ctx *ctx, const sc_key *value, const struct sc_track *track,
                          sc_text *text);
-/* @return the schema of a list of key frames; NULL when out of memory. */
+/* @return the schema of a track; NULL when out of memory. */
 json_t *sc_track_schema(const sc_key *value);
 
 /* ---- positions.c ---- */

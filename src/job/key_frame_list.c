@@ -22,11 +22,13 @@ typedef struct lister {
     char path[PATH_BYTES];
 } lister;
 
-/* @return whether a node is a list of key frames. */
+/* @return whether a node is a track: a written one begins with a time, as a share. */
 static bool is_track(const sc_yaml *node)
 {
-    return node->kind == SC_YAML_LIST && node->count > 0 && sc_yaml_member(node->items[0], "at") &&
-           sc_yaml_member(node->items[0], "value");
+    char *end;
+
+    return node->kind == SC_YAML_MAP && node->count > 0 &&
+           (strtod(node->items[0]->key, &end), end != node->items[0]->key && !strcmp(end, "%"));
 }
 
 /* Append a value: a number, a text, or a list of such. */
@@ -53,25 +55,22 @@ out:
     return status;
 }
 
-/* Append the rows of one list of key frames, as far as they are shown. */
-static sc_status add_track(lister *l, const sc_yaml *list)
+/* Append the rows of one track, as far as they are shown. */
+static sc_status add_track(lister *l, const sc_yaml *track)
 {
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < list->count && status == SC_OK; i++) {
-        const sc_yaml *key = list->items[i], *ease = sc_yaml_member(key, "ease");
-        const sc_yaml *at = sc_yaml_member(key, "at");
-        const double frame = strtod(at->text, NULL) / 100 * (l->frames - 1);
-        const bool eases =
-            i > 0 && ease && (ease->kind != SC_YAML_SCALAR || strcmp(ease->text, "linear") != 0);
+    for (size_t i = 0; i < track->count && status == SC_OK; i++) {
+        const sc_yaml *key = track->items[i], *ease = sc_yaml_member(key, "ease");
+        const double frame = strtod(key->key, NULL) / 100 * (l->frames - 1);
 
         if (l->rows++ >= l->most)
             continue;
         /* to a thousandth: times were rounded down when they became shares */
         SC_TRY(sc_text_add(l->ctx, l->out, "  %-*s %8.8g  ", WIDTH, i ? "" : l->path,
                            floor(frame * 1000 + 0.5) / 1000));
-        SC_TRY(add_value(l, sc_yaml_member(key, "value")));
-        if (eases) {
+        SC_TRY(add_value(l, ease ? sc_yaml_member(key, "value") : key));
+        if (ease && i > 0) {
             SC_TRY(sc_text_add(l->ctx, l->out, "  "));
             SC_TRY(add_value(l, ease));
         }
@@ -81,7 +80,7 @@ out:
     return status;
 }
 
-/* Append the rows of all lists of key frames in and below a node, which has the path l->path. */
+/* Append the rows of all tracks in and below a node, which has the path l->path. */
 static sc_status walk(lister *l, const sc_yaml *node)
 {
     const size_t length = strlen(l->path);

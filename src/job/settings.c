@@ -176,8 +176,8 @@ static sc_status find_item(const sc_ctx *ctx, sc_yaml *list, const char *element
     return SC_OK;
 }
 
-/* Turn a single value into the map that it stands for, with the value under the key @p name: zoom:
- * 2 becomes zoom: {from: 2}. */
+/* Turn a single value into the map that it stands for, with the value under the key @p name:
+ * volume: a.nrrd becomes volume: {path: a.nrrd}. */
 static sc_status expand_shorthand(const sc_ctx *ctx, sc_yaml *node, const char *name,
                                   const char *origin)
 {
@@ -348,7 +348,7 @@ static size_t match_key(const char *name, const char *key)
     return length;
 }
 
-/* Does @p name begin with an index, such as 0 in 0_SWEEP_TO? @return its length, or 0. */
+/* Does @p name begin with an index, such as 0 in 0_PLANE_AT? @return its length, or 0. */
 static size_t match_index(const char *name)
 {
     const size_t length = strspn(name, "0123456789");

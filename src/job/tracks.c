@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Values that change with time: easing, and key frames. */
+/* Values that change with time: easing, and tracks, which are maps of times and values. */
 #include "key.h"
 #include "segcast/timeline.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* ---- easing ---- */
@@ -63,186 +64,220 @@ const sc_value_type sc_type_ease = {
     .schema = ease_schema,
 };
 
-/* ---- the time of a key frame ---- */
+/* The times of key frames, for editors. */
+#define TIME_PATTERN "^([0-9.]+ *(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$"
 
-/* A share of the animation, from 0 to 1: other times have become shares before (sc_times_resolve).
- */
-static sc_status read_time(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+/* ---- tracks ---- */
+
+/* A key frame that says how the change from the one before it begins and ends: {value: 60, ease:
+ * smooth}. */
+typedef struct eased {
+    const sc_yaml *value; /* borrowed */
+    sc_ease ease;
+} eased;
+
+static sc_status keep_node(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    const sc_key share = {.name = key->name, .type = key->type};
-
-    return sc_type_share.read(ctx, &share, node, value);
-}
-
-static sc_status write_time(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
-{
-    return sc_type_share.write(ctx, key, value, indent, text);
-}
-
-static json_t *time_schema(const sc_key *key)
-{
+    (void)ctx;
     (void)key;
-    return json_pack("{s:s, s:s}", "type", "string", "pattern",
-                     "^([0-9.]+ *(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$");
-}
-
-const sc_value_type sc_type_time = {
-    .name = "time",
-    .expected = "a time of the animation with its unit, such as 2s, 0:10, 45f or 50%",
-    .read = read_time,
-    .write = write_time,
-    .schema = time_schema,
-};
-
-/* As of sc_key_frame.at: a share or, of a film outside of its shots, minus a time in seconds. */
-static sc_status read_key_time(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
-                               void *value)
-{
-    double seconds;
-
-    if (!sc_time_in_seconds(node, &seconds))
-        return read_time(ctx, key, node, value);
-    *(double *)value = seconds > 0 ? -seconds : 0;
+    *(const sc_yaml **)value = node;
     return SC_OK;
 }
 
-static sc_status write_key_time(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                                sc_text *text)
-{
-    const double at = *(const double *)value;
-
-    return at < 0 ? sc_write_number(ctx, -at, 1, "s", text)
-                  : write_time(ctx, key, value, indent, text);
-}
-
-const sc_value_type sc_type_key_time = {
-    .name = "time",
-    .expected = "a time of the animation with its unit, such as 2s, 0:10, 45f or 50%",
-    .read = read_key_time,
-    .write = write_key_time,
-    .schema = time_schema,
-};
-
-/* ---- key frames ---- */
-
-enum { ROWS = 4 };
-
-/* Fill in the table of one key frame. @param value the row whose values they have. */
-static void fill_rows(const sc_key *value, const sc_value_type *type, sc_key rows[ROWS])
-{
-    rows[0] = (sc_key){"at", &sc_type_key_time, offsetof(sc_key_frame, at), .help = "when",
-                       .required = true};
-    rows[1] = (sc_key){"value",
-                       type,
-                       offsetof(sc_key_frame, value),
-                       .help = "what it is then",
-                       .low = value->low,
-                       .high = value->high,
-                       .required = true};
-    rows[2] = (sc_key){"ease", &sc_type_ease, offsetof(sc_key_frame, ease), "linear",
-                       .help = "how the change from the key frame before begins and ends"};
-    rows[type->steps ? 2 : 3] = (sc_key){0};
-}
+static const sc_value_type type_node = {.name = "value", .expected = "a value", .read = keep_node};
+static const sc_key eased_keys[] = {{"value", &type_node, offsetof(eased, value), NULL,
+                                     .help = "what it is then", .required = true},
+                                    {"ease", &sc_type_ease, offsetof(eased, ease), NULL,
+                                     .help = "how the change before begins and ends"},
+                                    {0}};
 
 /* @return the type of the values of key frames of a row. */
 static const sc_value_type *type_of(const sc_key *value)
 {
-    return value->type->of_key_frames      ? value->type->of_key_frames
-           : value->type == &sc_type_share ? &sc_type_share
-                                           : &sc_type_real;
+    return value->type->of_key_frames ? value->type->of_key_frames : &sc_type_real;
 }
 
-bool sc_track_rises(double before, double at)
+/* @return whether the time of a key frame lies behind that of the one before it, as far as that is
+ * known: seconds and shares can only be compared in a shot. */
+static bool rises(double before, double at)
 {
     if (before < 0 && at < 0) /* seconds */
         return at < before;
     return (before < 0) != (at < 0) || at > before;
 }
 
-sc_status sc_track_disorder(const sc_ctx *ctx, const sc_yaml *list, size_t i)
+/* @return the time of a key frame as it stood in the file. */
+static const char *given_time(const sc_yaml *item)
 {
-    const char *texts[2] = {"", ""};
-
-    for (size_t j = 0; j < 2; j++) {
-        const sc_yaml *at = sc_yaml_member(list->items[i - 1 + j], "at");
-
-        texts[j] = !at ? "" : at->given ? at->given : at->text;
-    }
-    return sc_yaml_fail(ctx, list->items[i],
-                        "%s: key frame %zu, at %s, does not come after key frame %zu, at %s; "
-                        "expected rising times, each once",
-                        list->key, i + 1, texts[1], i, texts[0]);
+    return item->key_given ? item->key_given : item->key;
 }
 
-/* Read key frame @p i of the list into keys[i]; it has to come after the one before it. @return the
- * first mistake; all are logged. */
-static sc_status read_key_frame(const sc_ctx *ctx, const sc_key *rows, const sc_yaml *list,
-                                size_t i, sc_key_frame *keys)
+/* Read the time of a key frame, a share or, of a film outside of its shots, minus a time in
+ * seconds. @param before that of the one before it, at which *at lies; NULL: it is the first.
+ * @return as sc_yaml_fail. */
+static sc_status read_time(const sc_ctx *ctx, const sc_yaml *track, const sc_yaml *item,
+                           const sc_yaml *before, double *at)
 {
-    const sc_yaml *node = list->items[i];
-    sc_status status;
+    const sc_yaml time = {.kind = SC_YAML_SCALAR, .text = item->key};
+    const double last = *at;
+    char *unit;
 
-    if (node->kind != SC_YAML_MAP) {
-        sc_yaml named = *node;
-
-        named.key = list->key; /* for the message: items of a list have no key of their own */
-        return sc_wrong_type(ctx, &named, "a key frame, such as {at: 2s, value: 10}");
+    if (sc_time_in_seconds(&time, at)) {
+        *at = *at > 0 ? -*at : 0;
+    } else {
+        *at = strtod(item->key, &unit) / 100;
+        if (unit == item->key || strcmp(unit + strspn(unit, " "), "%") || !(*at >= 0 && *at <= 1))
+            return sc_yaml_fail(ctx, item,
+                                "%s: \"%s\" is no time of the animation with its unit, such as "
+                                "2s, 0:10, 45f or 50%%",
+                                track->key, given_time(item));
     }
-    status = sc_keys_read(ctx, rows, node, &keys[i]);
-    if (status != SC_OK || i == 0 || sc_track_rises(keys[i - 1].at, keys[i].at))
-        return status;
-    return sc_track_disorder(ctx, list, i);
+    if (before && !rises(last, *at))
+        return sc_yaml_fail(ctx, item,
+                            "%s: the key frame at %s does not come after that at %s; expected "
+                            "rising times, each once",
+                            track->key, given_time(item), given_time(before));
+    return SC_OK;
+}
+
+/* Read the value of a key frame, and its ease, if it has one of its own. @param key the row of the
+ * track, with the type of its values. @param to as of sc_read_key_frames. */
+static sc_status read_value(const sc_ctx *ctx, const sc_key *key, const sc_yaml *item, void *to,
+                            sc_ease *ease)
+{
+    eased read = {.value = item, .ease = *ease};
+    char name[128];
+    sc_yaml named;
+    sc_key row = *key;
+    sc_status status = SC_OK;
+
+    if (item->kind == SC_YAML_MAP && !key->type->steps)
+        SC_TRY(sc_keys_read(ctx, eased_keys, item, &read));
+    *ease = read.ease;
+    snprintf(name, sizeof name, "%s at %s", strcmp(key->name, "at") ? key->name : "position",
+             given_time(item));
+    named = *read.value; /* for messages: the value is called as the track, and not as its time */
+    named.key = name;
+    row.name = name;
+    status = key->type->read(ctx, &row, &named, to);
+out:
+    return status;
+}
+
+sc_status sc_read_key_frames(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                             const sc_track_room *room)
+{
+    static const sc_key ease_key = {.name = "ease", .type = &sc_type_ease};
+    const sc_yaml *ease_node = key->type->steps ? NULL : sc_yaml_member(node, "ease");
+    const size_t count = node->count - (ease_node != NULL);
+    const sc_yaml *before = NULL;
+    sc_ease ease = {.kind = SC_EASE_LINEAR};
+    sc_status status = SC_OK, found;
+    double at = 0;
+
+    if (count < 1 || count > (size_t)room->most)
+        return sc_yaml_fail(ctx, node, "%s has %zu key frames, expected 1 to %d", node->key, count,
+                            room->most);
+    if (ease_node)
+        status = sc_type_ease.read(ctx, &ease_key, ease_node, &ease);
+    for (size_t i = 0, frame = 0; i < node->count; i++) {
+        const sc_yaml *item = node->items[i];
+        sc_key_frame *to = &room->frames[frame];
+
+        if (item == ease_node)
+            continue;
+        found = read_time(ctx, node, item, before, &at);
+        if (!sc_goes_on(&status, found) || found != SC_OK)
+            break; /* the times that follow would be compared with a wrong one */
+        *to = (sc_key_frame){.at = at};
+        if (before)
+            to->ease = ease;
+        before = item;
+        if (!sc_goes_on(&status,
+                        read_value(ctx, key, item, (char *)room->values + frame * room->value_bytes,
+                                   &to->ease)))
+            return status;
+        frame++;
+    }
+    if (status == SC_OK)
+        *room->count = (int)count;
+    return status;
 }
 
 sc_status sc_read_track(const sc_ctx *ctx, const sc_key *value, const sc_yaml *node,
                         struct sc_track *track)
 {
-    sc_track read = {.count = (int)node->count};
-    sc_key rows[ROWS];
-    sc_status status = SC_OK;
+    sc_key key = *value;
+    sc_track read = {0};
+    sc_status status;
 
-    if (node->count == 0 || node->count > SC_KEY_FRAMES_MAX)
-        return sc_yaml_fail(ctx, node, "%s has %zu key frames, expected 1 to %d", node->key,
-                            node->count, SC_KEY_FRAMES_MAX);
-    fill_rows(value, type_of(value), rows);
-    for (size_t i = 0; i < node->count; i++) {
-        const sc_status found = read_key_frame(ctx, rows, node, i, read.keys);
+    key.type = type_of(value);
+    SC_TRY(sc_read_key_frames(ctx, &key, node,
+                              &(sc_track_room){read.keys, &read.keys[0].value, sizeof *read.keys,
+                                               &read.count, SC_KEY_FRAMES_MAX}));
+    *track = read;
+out:
+    return status;
+}
 
-        if (!sc_goes_on(&status, found))
-            return status;
-        if (found != SC_OK && (i > 0 || node->items[i]->kind != SC_YAML_MAP))
-            break; /* the times that follow would be compared with a wrong one */
+sc_status sc_write_key_frames(const sc_ctx *ctx, const sc_key *key, const sc_track_room *room,
+                              sc_text *text)
+{
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, text, "{"));
+    for (int i = 0; i < *room->count; i++) {
+        const sc_key_frame *frame = &room->frames[i];
+        const bool is_eased = frame->ease.kind != SC_EASE_LINEAR;
+
+        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : ""));
+        SC_TRY(frame->at < 0 ? sc_write_number(ctx, -frame->at, 1, "s", text)
+                             : sc_write_number(ctx, frame->at, 100, "%", text));
+        SC_TRY(sc_text_add(ctx, text, "%s", is_eased ? ": {value: " : ": "));
+        SC_TRY(key->type->write(
+            ctx, key, (const char *)room->values + (size_t)i * room->value_bytes, 0, text));
+        if (is_eased) {
+            SC_TRY(sc_text_add(ctx, text, ", ease: "));
+            SC_TRY(sc_type_ease.write(ctx, key, &frame->ease, 0, text));
+            SC_TRY(sc_text_add(ctx, text, "}"));
+        }
     }
-    if (status == SC_OK)
-        *track = read;
+    status = sc_text_add(ctx, text, "}");
+out:
     return status;
 }
 
 sc_status sc_write_track(const sc_ctx *ctx, const sc_key *value, const struct sc_track *track,
                          sc_text *text)
 {
-    sc_key rows[ROWS];
-    sc_status status;
+    sc_track copy = *track;
+    sc_key key = *value;
 
-    fill_rows(value, type_of(value), rows);
-    SC_TRY(sc_text_add(ctx, text, "["));
-    for (int i = 0; i < track->count; i++) {
-        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : ""));
-        SC_TRY(sc_keys_write_flow(ctx, rows, &track->keys[i], text));
-    }
-    status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    key.type = type_of(value);
+    return sc_write_key_frames(ctx, &key,
+                               &(sc_track_room){copy.keys, &copy.keys[0].value, sizeof *copy.keys,
+                                                &copy.count, SC_KEY_FRAMES_MAX},
+                               text);
+}
+
+json_t *sc_key_frames_schema(const sc_key *key)
+{
+    if (key->type->steps)
+        return json_pack("{s:s, s:{s:o}, s:b}", "type", "object", "patternProperties", TIME_PATTERN,
+                         key->type->schema(key), "additionalProperties", 0);
+    return json_pack("{s:s, s:{s:{s:[o, {s:s, s:{s:o, s:o}, s:[s], s:b}]}}, s:{s:o}, s:b}", "type",
+                     "object", "patternProperties", TIME_PATTERN, "anyOf", key->type->schema(key),
+                     "type", "object", "properties", "value", key->type->schema(key), "ease",
+                     ease_schema(key), "required", "value", "additionalProperties", 0, "properties",
+                     "ease", ease_schema(key), "additionalProperties", 0);
 }
 
 json_t *sc_track_schema(const sc_key *value)
 {
-    sc_key rows[ROWS];
+    sc_key key = *value;
 
-    fill_rows(value, type_of(value), rows);
-    return json_pack("{s:s, s:i, s:i, s:o}", "type", "array", "minItems", 1, "maxItems",
-                     SC_KEY_FRAMES_MAX, "items", sc_keys_schema(rows));
+    key.type = type_of(value);
+    return sc_key_frames_schema(&key);
 }
 
 /* ---- values that may have key frames ---- */
@@ -255,23 +290,15 @@ static sc_track *track_of(const sc_key *key, void *value)
 
 bool sc_is_track(const sc_yaml *node)
 {
-    bool has_map = false;
-
-    if (node->kind != SC_YAML_LIST)
-        return false;
-    for (size_t i = 0; i < node->count; i++)
-        has_map = has_map || node->items[i]->kind == SC_YAML_MAP;
-    return has_map || node->count == 0;
+    return node->kind == SC_YAML_MAP;
 }
 
 /* A number or a point, or key frames of it. */
 static sc_status read_tracked(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                               void *value)
 {
-    if (sc_is_track(node) || (node->kind == SC_YAML_LIST && key->type == &sc_type_tracked))
+    if (sc_is_track(node))
         return sc_read_track(ctx, key, node, track_of(key, value));
-    if (node->kind == SC_YAML_MAP)
-        return sc_wrong_type(ctx, node, key->type->expected);
     return type_of(key)->read(ctx, key, node, value);
 }
 
@@ -291,7 +318,15 @@ static json_t *tracked_schema(const sc_key *key)
 
 const sc_value_type sc_type_tracked = {
     .name = "number or key frames",
-    .expected = "a number, or key frames such as [{at: 0s, value: 10}, {at: 4s, value: 60}]",
+    .expected = "a number, or key frames such as {0s: 10, 4s: 60}",
+    .read = read_tracked,
+    .write = write_tracked,
+    .schema = tracked_schema,
+};
+const sc_value_type sc_type_tracked_share = {
+    .name = "share or key frames",
+    .of_key_frames = &sc_type_share,
+    .expected = "a share from 0% to 100%, or key frames such as {0s: 0%, 4s: 60%}",
     .read = read_tracked,
     .write = write_tracked,
     .schema = tracked_schema,
@@ -299,8 +334,7 @@ const sc_value_type sc_type_tracked = {
 const sc_value_type sc_type_tracked_point = {
     .name = "[R, A, S] or key frames",
     .of_key_frames = &sc_type_point,
-    .expected = "[R, A, S] in millimetres, or key frames such as [{at: 0s, value: [0, 0, 10]}, "
-                "{at: 4s, value: [0, 0, 60]}]",
+    .expected = "[R, A, S] in millimetres, or key frames such as {0s: [0, 0, 10], 4s: [0, 0, 60]}",
     .read = read_tracked,
     .write = write_tracked,
     .schema = tracked_schema,
@@ -370,8 +404,7 @@ static sc_status write_tracked_bool(const sc_ctx *ctx, const sc_key *key, const 
 
 const sc_value_type sc_type_tracked_bool = {
     .name = "true, false or key frames",
-    .expected = "true, false, or key frames such as [{at: 0s, value: true}, {at: 4s, value: "
-                "false}]",
+    .expected = "true, false, or key frames such as {0s: true, 4s: false}",
     .of_key_frames = &sc_type_key_bool,
     .read = read_tracked_bool,
     .write = write_tracked_bool,
@@ -423,8 +456,7 @@ static const sc_value_type type_strength = {
 };
 const sc_value_type sc_type_tracked_strength = {
     .name = "true, false, number or key frames",
-    .expected = "true, false, a number from 0 to 1, or key frames such as [{at: 0s, value: 0}, "
-                "{at: 4s, value: 1}]",
+    .expected = "true, false, a number from 0 to 1, or key frames such as {0s: 0, 4s: 1}",
     .of_key_frames = &type_strength,
     .read = read_tracked,
     .write = write_tracked,
@@ -448,7 +480,7 @@ static sc_status read_tracked_direction(const sc_ctx *ctx, const sc_key *key, co
     for (int i = 1; i < track->count && status == SC_OK; i++) {
         if (sc_vec3_length(sc_vec3_add(keys[i].value, keys[i - 1].value)) < 1e-6)
             status =
-                sc_yaml_fail(ctx, node->items[i],
+                sc_yaml_fail(ctx, node,
                              "%s: the directions of key frames %d and %d are opposite, so that "
                              "no way between them is the shortest; put another one between "
                              "them",

@@ -89,7 +89,6 @@ static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
         tissue->material.shininess = rule->material.shininess;
     if (rule->has_interior_opacity)
         tissue->interior_opacity = rule->interior_opacity;
-    tissue->interior_given = tissue->interior_given || rule->has_interior_opacity;
 }
 
 /* Call @p apply for each rule and each label that it means, in the order of the rules. */

@@ -136,13 +136,6 @@ double sc_track_most(const sc_track *track, double constant)
     return most;
 }
 
-double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, double at)
-{
-    const double share = sc_progress(ramp->begin, ramp->end, ramp->ease, at);
-
-    return sc_number_at(track, ramp->from + (ramp->to - ramp->from) * share, at);
-}
-
 sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks, double at)
 {
     sc_lighting out = *light;

@@ -67,7 +67,7 @@ static sc_camera camera_at(const sc_timeline *t, int k, bool *inside)
     const sc_orbit *orbit = &t->animation.camera;
     const double at = sc_frame_time(k, t->animation.frames);
     view v = {.sight = sc_sight_at(t, k),
-              .zoom = sc_ramp_value(&orbit->zoom, &orbit->zoom_track, at)};
+              .zoom = sc_number_at(&orbit->zoom_track, orbit->zoom, at)};
     sc_vec3 base_mm, position_mm, target_mm, up;
     double half_height;
     sc_camera camera;
@@ -94,13 +94,13 @@ static sc_camera camera_at(const sc_timeline *t, int k, bool *inside)
 /* @return the point in which the slices meet at a time. */
 static sc_vec3 point_at(const sc_timeline *t, double at)
 {
-    static const sc_track none = {0};
     const sc_slices *slices = &t->animation.slices;
 
     if (slices->has_point)
         return sc_value_at(&slices->point_track, slices->point_mm, at);
-    return sc_vec3_along(t->low_mm, sc_ramp_value(&slices->share, &none, at),
-                         sc_vec3_sub(t->high_mm, t->low_mm));
+    return sc_vec3_along(
+        t->low_mm, slices->is_given ? sc_number_at(&slices->share_track, slices->share, at) : at,
+        sc_vec3_sub(t->high_mm, t->low_mm));
 }
 
 /* @return whether a plane cuts at a time, 0 to 1. */
@@ -222,6 +222,6 @@ sc_scene sc_timeline_scene(const sc_timeline *t, int k, const sc_scene_room *roo
     if (room)
         set_tissues(&t->looks, at, room, &scene);
     if (t->looks.divider)
-        scene.divider = sc_ramp_value(t->looks.divider, t->looks.divider_track, at);
+        scene.divider = sc_number_at(t->looks.divider_track, *t->looks.divider, at);
     return scene;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where a clip plane lies: its own sweep, or key frames, move it along its normal, and then the
+/* Where a clip plane lies: key frames move it along its normal, and then the
  * verbs sweep, each from where those before have left it; then the verbs turn turn it about their
  * lines. All go in the order in which they begin. */
 #include "motion.h"
@@ -42,9 +42,7 @@ static sc_plane turn(const sc_timeline *t, const sc_verb *verb, double at, sc_pl
 static double swept_mm(const sc_timeline *t, int plane, double at)
 {
     const sc_sweep *sweep = &t->animation.sweeps[plane];
-    const sc_ramp ramp = {t->from_mm[plane], t->to_mm[plane], sweep->begin, sweep->end,
-                          sweep->ease};
-    double at_mm = sc_ramp_value(&ramp, &sweep->at_track, at);
+    double at_mm = sc_number_at(&sweep->at_track, t->from_mm[plane], at);
 
     for (int i = 0; i < t->animation.move_count; i++) {
         const sc_verb *verb = &t->moves[i].verb;

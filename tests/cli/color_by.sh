@@ -66,7 +66,7 @@ cat >ages.yaml <<'YAML'
 volume: phantom:40x36x44
 color_by:
   table: ages.csv
-  column: [{at: 0%, value: age_20}, {at: 2f, value: age_40, ease: smooth}, {at: 100%, value: age_60}]
+  column: {0%: age_20, 2f: {value: age_40, ease: smooth}, 100%: age_60}
 output: {directory: ages, size: [160, 120], video: none, frames: png}
 animation: {frames: 5, camera: {orbit: {turns: 0}}}
 overlays: {color_bar: bottom-left, legend: top-right}
@@ -85,18 +85,18 @@ expect 0 '' "$SEGCAST" render ages/job.yaml -o ages3 -q
 [ "$(hashes ages3)" = "$(hashes ages)" ] || fail "the job as resolved makes other pictures"
 "$SEGCAST" check ages.yaml >said.txt 2>&1 || { cat said.txt; fail "key frames of columns are refused"; }
 grep -q 'color_by.column  *0  age_20' said.txt || { cat said.txt; fail "check does not list the key frames"; }
-expect 73 'another job' "$SEGCAST" render ages.yaml --resume -q --set 'color_by.column=[{at: 0%, value: age_20}, {at: 3f, value: age_40}]'
+expect 73 'another job' "$SEGCAST" render ages.yaml --resume -q --set 'color_by.column={0%: age_20, 3f: age_40}'
 sed -i 's/aorta,n.a,2/aorta,n\/a,3/' ages.csv
 expect 73 'another job' "$SEGCAST" render ages.yaml --resume -q
 expect 0 '' "$SEGCAST" render ages.yaml --overwrite -q
 expect 65 'ages.csv:1: has not exactly one column "age_30"; .*"age_20", "age_40", "age_60"' "$SEGCAST" check ages.yaml \
-    --set 'color_by.column=[{at: 0s, value: age_20}, {at: 100%, value: age_30}]'
+    --set 'color_by.column={0s: age_20, 100%: age_30}'
 one_error
-expect 64 'key frame 2, at 1f, does not come after key frame 1, at 50%' "$SEGCAST" check ages.yaml \
-    --set 'color_by.column=[{at: 50%, value: age_20}, {at: 1f, value: age_40}]'
+expect 64 'the key frame at 1f does not come after that at 50%' "$SEGCAST" check ages.yaml \
+    --set 'color_by.column={50%: age_20, 1f: age_40}'
 one_error
 expect 64 'column is "age_20", but the values are a measure' "$SEGCAST" check ages.yaml \
-    --set 'color_by={measure: volume, column: [{at: 0s, value: age_20}]}'
+    --set 'color_by={measure: volume, column: {0s: age_20}}'
 one_error
 echo 'liver,1,1,1' >>ages.csv
 "$SEGCAST" check ages.yaml >said.txt 2>&1 || { cat said.txt; fail "the table was refused"; }

@@ -69,7 +69,7 @@ map 'LIP' "$(jq -c '(.[0] | map(fabs) | max) as $a | (.[1] | map(fabs) | max) as
 map '500x500x2000 um RAS' '[[500, 0, 0], [0, 500, 0], [0, 0, 2000]]'
 map '0.5x0.25x2' "$(jq -c '[(.[0][0] | . / fabs * 500), (.[1][1] | . / fabs * 250), (.[2][2] | . / fabs * 2000)] | [[.[0], 0, 0], [0, .[1], 0], [0, 0, .[2]]]' own.txt)"
 expect 0 'its voxels are said to measure 0.5 x 0.5 x 2 mm \(.* in the file\)' "$SEGCAST" info heart.nrrd --header '0.5x0.5x2 mm RAS'
-printf 'volume: {path: heart.nrrd, header: 1x1x3 mm, box_mm: [[-70, -50, -60], [-40, -20, 20]]}\noutput: {size: [64, 48]}\n' >box.yaml
+printf 'volume: {path: heart.nrrd, header: 1x1x3 mm, box: [[-70, -50, -60], [-40, -20, 20]]}\noutput: {size: [64, 48]}\n' >box.yaml
 "$SEGCAST" check box.yaml -q >/dev/null || fail "a box in mm of a volume with another spacing"
 
 # Mistakes.

@@ -29,8 +29,8 @@ changed_by_names 'aorta: {specular: 2}' 'clip: []'
 changed_by_names 'aorta: {diffuse: 0.2}' 'clip: []'
 changed_by_names 'aorta: {shininess: 3}' 'clip: []'
 changed_by_names 'aorta: {opacity: 1}' 'clip: [{plane: {normal: posterior, at: 50%}, except: [aorta]}]'
-changed_by_names 'aorta: {visible: true}' 'verbs: [{fade: {tissues: aorta, to: 30%}}]'
-changed_by_names 'aorta: {visible: true}' 'verbs: [{frame: {tissues: aorta}}]'
+changed_by_names 'aorta: {visible: true}' 'verbs: [{fade: aorta, to: 30%}]'
+changed_by_names 'aorta: {visible: true}' 'verbs: [{frame: aorta}]'
 
 # How a job is run does not belong to its identity.
 table aorta ventricle >names.ctbl
@@ -57,11 +57,11 @@ tissues: {aorta: {opacity: 0.3333333333333333}}
 animation:
   frames: 4
   camera: {orbit: {axis: [0.6, -0.5, 0.4], turns: 0.784, target_mm: [1.00000000000003, 2, 0.1]}}
-  clip: [{plane: {normal: [1, 2, 3], at_point: [1, 2, -4]}}]
-  slices: {from: 33.3333333333333%}
+  clip: [{plane: {normal: [1, 2, 3], at: [1, 2, -4]}}]
+  slices: 33.3333333333333%
   verbs:
-    - frame: {tissues: interventricular septum, during: [33.3333333333333%, 240 ms]}
-    - explode: {tissues: aorta, along: [1, 1, 1]}
+    - {frame: interventricular septum, during: [33.3333333333333%, 240 ms]}
+    - {explode: aorta, axis: [1, 1, 1]}
 YAML
 "$SEGCAST" render oblique.yaml -o oblique -q >/dev/null
 cp oblique/job.yaml resolved.yaml

@@ -32,13 +32,13 @@ as_constant() {
 strengths() { # strengths VALUE: a map with this value for each
     printf '{ambient: %s, key: %s, fill: %s, head: %s, occlusion: %s, edges: %s, depth_cue: %s}' "$1" "$1" "$1" "$1" "$1" "$1" "$1"
 }
-as_constant shadows light.shadows '[{at: 0%, value: false}, {at: 4f, value: 1}]' 0 0 2 0.5 4 true
-as_constant light light "$(strengths '[{at: 0%, value: 0}, {at: 4f, value: 0.5}]')" \
+as_constant shadows light.shadows '{0%: false, 4f: 1}' 0 0 2 0.5 4 true
+as_constant light light "$(strengths '{0%: 0, 4f: 0.5}')" \
     0 "$(strengths 0)" 2 "$(strengths 0.25)" 4 "$(strengths 0.5)"
 
 # Background: what fades into it, lies beside it or is written on it follows. Halfway from white to black is level 137,
 # whose tone is a half.
-shades='[{at: 0%, value: white}, {at: 100%, value: black, ease: smooth}]'
+shades='{0%: white, 100%: black, ease: smooth}'
 background() { # background NAME [OPTION]...
     local name=$1
     shift
@@ -48,7 +48,7 @@ background() { # background NAME [OPTION]...
 background plain
 background views --set output.layout=views
 background divided --set 'compare={with: [phantom:36x26x38], divider: 50%}' --set overlays.legend=none
-background apart --set 'animation.verbs=[{explode: {tissues: aorta, by: 20 mm, during: [0%, 0%]}}]'
+background apart --set 'animation.verbs=[{explode: aorta, by: 20 mm, during: [0%, 0%]}]'
 background faded --set 'shots=[{fade_out: 100 ms}, {card: {title: End}, animation: {frames: 2}}]'
 
 # Colours of tissues, and their squares in the legend. Two shots that differ in nothing else have one renderer.
@@ -56,13 +56,13 @@ colors() { # colors NAME [OPTION]...
     local name=$1
     shift
     more=(--set 'overlays={legend: bottom-right}' --set render.background=gray "$@")
-    as_constant "$name" 'tissues."*".color' '[{at: 0f, value: white}, {at: 2f, value: navy}, {at: 4f, value: red}]' 2 navy 4 red
+    as_constant "$name" 'tissues."*".color' '{0f: white, 2f: navy, 4f: red}' 2 navy 4 red
 }
 colors painted
 colors slices --set output.layout=views
-colors parts --set 'animation.verbs=[{explode: {tissues: aorta, by: 20 mm, during: [0%, 0%]}}]'
+colors parts --set 'animation.verbs=[{explode: aorta, by: 20 mm, during: [0%, 0%]}]'
 more=(--set render.background=gray --set 'shots=[{}, {tissues: {aorta: {color: red}}}]')
-as_constant shots 'tissues."*".color' '[{at: 0%, value: white}, {at: 50%, value: navy}, {at: 100%, value: red}]' 2 navy 7 navy
+as_constant shots 'tissues."*".color' '{0%: white, 50%: navy, 100%: red}' 2 navy 7 navy
 
 # Opacities are as if verbs changed the greatest of them. A tissue that is not there at a key frame is as one that has
 # faded away.
@@ -75,64 +75,64 @@ as_verb() { # as_verb NAME KEY KEY_FRAMES VERB [OPTION]...: the key frames do wh
     diff verb.txt keys.txt || fail "$1: $2=$3 is not as the verb $4"
 }
 opacities() { # opacities NAME [OPTION]...
-    as_verb "$1" tissues.aorta.opacity '[{at: 0f, value: 1}, {at: 2f, value: 0.5, ease: out}, {at: 4f, value: 0.25}]' \
-        '{fade: {tissues: aorta, to: 0.5, during: [0f, 2f], ease: out}}, {fade: {tissues: aorta, to: 25%, during: [2f, 4f]}}' \
+    as_verb "$1" tissues.aorta.opacity '{0f: 1, 2f: {value: 0.5, ease: out}, 4f: 0.25}' \
+        '{fade: aorta, to: 0.5, during: [0f, 2f], ease: out}, {fade: aorta, to: 25%, during: [2f, 4f]}' \
         --set tissues.aorta.opacity=1 "${@:2}"
 }
 opacities opaque --set overlays.legend=bottom-right
 opacities voxels --set render.surface=voxel
 opacities sliced --set output.layout=views
 opacities moved --set tissues.aorta.offset='[0, 10, 0]'
-as_verb fade 'tissues."*".opacity' '[{at: 25%, value: 0.6}, {at: 75%, value: 0, ease: smooth}]' \
-    '{fade: {tissues: "*", to: 0, during: [25%, 75%], ease: smooth}}'
-as_verb fade-local 'tissues."*".opacity' '[{at: 25%, value: 0.6}, {at: 75%, value: 0.3}]' \
-    '{fade: {tissues: "*", to: 0.3, during: [25%, 75%]}}' --set render.mode=paper
-as_verb comes 'tissues."*myocardium".visible' '[{at: 0%, value: false}, {at: 50%, value: true}]' \
-    '{appear: {tissues: "*myocardium", during: [50%, 50%]}}' --set overlays.legend=bottom-right
-as_verb goes 'tissues.aorta.visible' '[{at: 50%, value: true}, {at: 75%, value: false}]' \
-    '{fade: {tissues: aorta, to: 0, during: [75%, 75%]}}' --set light.shadows=0.5
-as_verb offset 'tissues.aorta.offset' '[{at: 25%, value: [0, 0, 0]}, {at: 75%, value: [0, 0, 24], ease: smooth}]' \
-    '{explode: {tissues: aorta, along: superior, by: 24 mm, during: [25%, 75%], ease: smooth}}' \
+as_verb fade 'tissues."*".opacity' '{25%: 0.6, 75%: 0, ease: smooth}' \
+    '{fade: "*", to: 0, during: [25%, 75%], ease: smooth}'
+as_verb fade-local 'tissues."*".opacity' '{25%: 0.6, 75%: 0.3}' \
+    '{fade: "*", to: 0.3, during: [25%, 75%]}' --set render.surface=voxel --set 'tissues."*".interior_opacity=auto'
+as_verb comes 'tissues."*myocardium".visible' '{0%: false, 50%: true}' \
+    '{appear: "*myocardium", during: [50%, 50%]}' --set overlays.legend=bottom-right
+as_verb goes 'tissues.aorta.visible' '{50%: true, 75%: false}' \
+    '{fade: aorta, to: 0, during: [75%, 75%]}' --set light.shadows=0.5
+as_verb offset 'tissues.aorta.offset' '{25%: [0, 0, 0], 75%: [0, 0, 24], ease: smooth}' \
+    '{explode: aorta, axis: superior, by: 24 mm, during: [25%, 75%], ease: smooth}' \
     --set 'animation.clip=[{plane: {normal: left, at: 30%}}]'
 as_verb placed 'tissues.aorta.offset' '[0, 12, 0]' \
-    '{explode: {tissues: aorta, along: anterior, by: 12 mm, during: [0%, 0%]}}' --set animation.camera.orbit.turns=0.1
+    '{explode: aorta, axis: anterior, by: 12 mm, during: [0%, 0%]}' --set animation.camera.orbit.turns=0.1
 
 # What planes spare, in steps.
 more=()
-as_constant spared animation.clip '[{plane: {normal: left}, except: [{at: 1f, value: [aorta]}, {at: 2f, value: []}, {at: 3f, value: ["*ventricle"]}]}]' \
+as_constant spared animation.clip '[{plane: {normal: left}, except: {1f: [aorta], 2f: [], 3f: ["*ventricle"]}}]' \
     0 '[{plane: {normal: left}, except: [aorta]}]' 1 '[{plane: {normal: left}, except: [aorta]}]' \
     2 '[{plane: {normal: left}}]' 4 '[{plane: {normal: left}, except: ["*ventricle"]}]'
 
 # The share of an image on cut faces and slices.
 more=(--set image.path=phantom:37x26x38 --set 'animation.clip=[{plane: {normal: posterior}}]')
-as_constant image-caps image.caps '[{at: 0%, value: 0}, {at: 100%, value: 1}]' 0 0 2 0.5 4 1
+as_constant image-caps image.caps '{0%: 0, 100%: 1}' 0 0 2 0.5 4 1
 more=(--set image.path=phantom:37x26x38)
-as_constant image-backdrop image.backdrop '[{at: 0%, value: 0}, {at: 100%, value: 0.4}]' 0 0 2 0.2 4 0.4
-more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices.point_mm=[0, 0, 0]')
-as_constant image-slices image.slices '[{at: 0%, value: 0}, {at: 100%, value: 1}]' 0 0 2 0.5 4 1
+as_constant image-backdrop image.backdrop '{0%: 0, 100%: 0.4}' 0 0 2 0.2 4 0.4
+more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices=[0, 0, 0]')
+as_constant image-slices image.slices '{0%: 0, 100%: 1}' 0 0 2 0.5 4 1
 
 # The window of an image, on cut faces, slices and behind the tissues. It opens from where nothing is seen behind them.
-windows='[{at: 0%, value: [900, 100]}, {at: 100%, value: [100, 300]}]'
+windows='{0%: [900, 100], 100%: [100, 300]}'
 more=(--set image.path=phantom:37x26x38 --set image.caps=1 --set 'animation.clip=[{plane: {normal: posterior}}]')
 as_constant window-caps image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
 more=(--set image.path=phantom:37x26x38 --set image.backdrop=0.4)
 as_constant window-backdrop image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
-more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices.point_mm=[0, 0, 0]')
+more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices=[0, 0, 0]')
 as_constant window-slices image.window "$windows" 0 '[900, 100]' 4 '[100, 300]'
 
 # Planes, and the point of the slices.
 more=()
-as_constant place animation.clip '[{plane: {normal: left, at: [{at: 0%, value: 20%}, {at: 50%, value: 5 mm}, {at: 100%, value: 70%}]}}]' \
+as_constant place animation.clip '[{plane: {normal: left, at: {0%: 20%, 50%: 5 mm, 100%: 70%}}}]' \
     0 '[{plane: {normal: left, at: 20%}}]' 2 '[{plane: {normal: left, at: 5 mm}}]' 4 '[{plane: {normal: left, at: 70%}}]'
-as_constant normal animation.clip '[{plane: {normal: [{at: 2f, value: left}, {at: 4f, value: head, ease: smooth}]}}]' \
+as_constant normal animation.clip '[{plane: {normal: {2f: left, 4f: head, ease: smooth}}}]' \
     0 '[{plane: {normal: left}}]' 4 '[{plane: {normal: head}}]'
 more=(--set output.layout=views)
-as_constant point animation.slices.point_mm '[{at: 0%, value: [0, 0, 0]}, {at: 100%, value: [10, -5, 20]}]' 2 '[5, -2.5, 10]'
+as_constant point animation.slices '{0%: [0, 0, 0], 100%: [10, -5, 20]}' 2 '[5, -2.5, 10]'
 
 # A camera without an orbit.
 more=()
-as_constant fixed animation.camera.fixed '{position_mm: [{at: 0%, value: [0, 400, 0]}, {at: 100%, value: [100, 380, 0]}],
-    target_mm: [{at: 0%, value: [0, 0, 0]}, {at: 100%, value: [0, 0, 10]}], up: [{at: 0%, value: head}, {at: 4f, value: left}]}' \
+as_constant fixed animation.camera.fixed '{position_mm: {0%: [0, 400, 0], 100%: [100, 380, 0]},
+    target_mm: {0%: [0, 0, 0], 100%: [0, 0, 10]}, up: {0%: head, 4f: left}}' \
     2 '{position_mm: [50, 390, 0], target_mm: [0, 0, 5], up: [-1, 0, 1]}' 4 '{position_mm: [100, 380, 0], target_mm: [0, 0, 10], up: left}'
 
 # All at once: a still is the frame of the film, whatever was drawn before it.
@@ -148,10 +148,10 @@ done
 cat >list.yaml <<'EOF'
 volume: phantom:29x21x31
 tissues:
-  left atrium: {opacity: [{at: 0.5s, value: 1}, {at: 80%, value: 0.25, ease: smooth}], visible: [{at: 45f, value: true}]}
+  left atrium: {opacity: {0.5s: 1, 80%: 0.25, ease: smooth}, visible: {45f: true}}
 animation:
   frames: 61
-  clip: [{plane: {normal: left}, except: [{at: 0:01, value: [aorta, "*ventricle"]}, {at: 2s, value: []}]}]
+  clip: [{plane: {normal: left}, except: {0:01: [aorta, "*ventricle"], 2s: []}}]
 EOF
 lists() { # lists FILE [OPTION]...: check lists what stands in FILE
     "$SEGCAST" check list.yaml "${@:2}" 2>/dev/null | sed -n '/^key frames/,$ {/^ /s/  */ /gp}' >listed.txt
@@ -175,10 +175,10 @@ cat >mixed.txt <<'EOF'
  animation.clip.0.except 30 [aorta, *ventricle]
  60 []
 EOF
-lists mixed.txt --set 'shots=[{tissues: {"left atrium": {color: red, opacity: [{at: 10%, value: 0.5}]}}}]'
+lists mixed.txt --set 'shots=[{tissues: {"left atrium": {color: red, opacity: {10%: 0.5}}}}]'
 "$SEGCAST" check list.yaml --set 'shots=[{tissues: {"left atrium": {color: red}}}]' 2>&1 >/dev/null | grep error && fail 'check tells an error that a job has not'
-many=$(seq -s, 0 59 | sed 's/[0-9]*/{at: &f, value: 1}/g')
-"$SEGCAST" check list.yaml --set "light.key=[$many]" --set "light.fill=[$many]" 2>/dev/null >many.txt
+many=$(seq -s, 0 59 | sed 's/[0-9]*/&f: 1/g')
+"$SEGCAST" check list.yaml --set "light.key={$many}" --set "light.fill={$many}" 2>/dev/null >many.txt
 [ "$(grep -c '^  ' many.txt)" = 101 ] || fail 'not a hundred key frames are listed'
 grep -q '^  and 25 more$' many.txt || fail 'it is not said how many key frames there are'
 
@@ -188,25 +188,25 @@ printf 'name,a,b\naorta,1,2\nleft ventricle,3,1\n' >columns.csv
 cat >film.yaml <<'EOF'
 volume: phantom:29x21x31
 output: {directory: whole, size: [96, 72], fps: 10, video: none, frames: png}
-color_by: {table: columns.csv, column: [{at: 0s, value: a}, {at: 0:01, value: b}]}
+color_by: {table: columns.csv, column: {0s: a, 0:01: b}}
 overlays: {color_bar: bottom-left}
-light: {key: [{at: 0%, value: 0.5}, {at: 3f, value: 1}]}
-tissues: {"*": {opacity: 1}, aorta: {color: [{at: 0s, value: red}, {at: 0.5s, value: blue, ease: smooth}, {at: 700ms, value: lime}]}}
+light: {key: {0%: 0.5, 3f: 1}}
+tissues: {"*": {opacity: 1}, aorta: {color: {0s: red, 0.5s: {value: blue, ease: smooth}, 700ms: lime}}}
 shots:
   - {card: {title: The heart}, animation: {frames: 2}}
   - {animation: {frames: 12, camera: {orbit: {turns: 0}}}}
   - {animation: {frames: 23, camera: {orbit: {turns: 0}}}, tissues: {"*": {diffuse: 0.5}}}
 EOF
 expect 0 '' "$SEGCAST" render film.yaml -q
-grep -q 'at: 0.5s, value: \[0, 0, 255\], ease: smooth' whole/job.yaml || fail 'times of the film are not kept in the job as resolved'
+grep -q '0.5s: {value: \[0, 0, 255\], ease: smooth}' whole/job.yaml || fail 'times of the film are not kept in the job as resolved'
 expect 0 '' "$SEGCAST" render whole/job.yaml -o resolved -q
 [ "$(hashes whole)" = "$(hashes resolved)" ] || fail 'a film with key frames outside of its shots makes other pictures when resolved'
 expect 0 'nothing to do' "$SEGCAST" render whole/job.yaml -o whole --resume
 expect 0 '' "$SEGCAST" check film.yaml --set 'shots=[{animation: {duration: 9s}}]' \
-    --set 'tissues.aorta.color=[{at: 0s, value: red}, {at: 8s, value: blue}]'
-expect 64 'at: 8s is behind the end of the animation, which has 70 frames' "$SEGCAST" check film.yaml --set 'shots=[{animation: {duration: 7s}}]' \
-    --set 'tissues.aorta.color=[{at: 0s, value: red}, {at: 8s, value: blue}]'
+    --set 'tissues.aorta.color={0s: red, 8s: blue}'
+expect 64 'color: 8s is behind the end of the animation, which has 70 frames' "$SEGCAST" check film.yaml --set 'shots=[{animation: {duration: 7s}}]' \
+    --set 'tissues.aorta.color={0s: red, 8s: blue}'
 one_error
-expect 64 'key frame 2, at 5f, does not come after key frame 1, at 0.6s' "$SEGCAST" check film.yaml \
-    --set 'tissues.aorta.color=[{at: 0.6s, value: red}, {at: 5f, value: blue}]'
+expect 64 'the key frame at 5f does not come after that at 0.6s' "$SEGCAST" check film.yaml \
+    --set 'tissues.aorta.color={0.6s: red, 5f: blue}'
 one_error

@@ -8,6 +8,9 @@ for pair in docs/job.md:--markdown jobs/job.schema.json:--schema jobs/studies/st
 done
 "$SEGCAST" help keys render.s | grep -q '^render.samples$' || fail "keys PREFIX"
 "$SEGCAST" help keys render.s | grep -q '^light' && fail "keys PREFIX lists other keys"
+lines=$("$SEGCAST" help keys | tee all.txt | wc -l)
+[ "$lines" -le 200 ] || fail "help keys prints $lines lines, more than four screens of 50"
+[ "$(wc -L <all.txt)" -le 120 ] || fail "help keys has lines of more than 120 characters"
 "$SEGCAST" help keys --json | jq -e '[.[] | select(.key == "output.size")][0] |
     .default == "[1280, 720]" and .option == "size" and .environment == "SEGCAST_OUTPUT_SIZE"' \
     >/dev/null || fail "keys --json"
@@ -87,13 +90,13 @@ render: {surface: smoth}
 light: {shadows: maybe}
 tissues: {aorta: {colour: [1, 2, 3]}}
 tissues: {aorta: {opacity: atuo}}
-animation: {clip: [{sweep: {from: 0%}}]}
+animation: {clip: [{plane: {at: 0%}}]}
 animation: {clip: [{except: [aorta]}]}
-animation: {clip: [{plane: {normal: left, at: 1%, at_point: [1, 2, 3]}}]}
+animation: {clip: [{plane: {normal: left, at_point: [1, 2, 3]}}]}
 animation: {camera: {fixed: {up: superior}}}
 animation: {camera: {orbit: {}, fixed: {position_mm: [0, 0, 0], target_mm: [1, 0, 0]}}}
-animation: {camera: {zoom: {form: 1}}}
-animation: {slices: {from: 200}}
+animation: {camera: {orbit: {strat: 1}}}
+animation: {slices: 200}
 farm: {tile: [8]}
 WRONG
 [ "$count" -ge 10 ] || fail "only $count wrong jobs"
@@ -110,8 +113,8 @@ render: {background: red}
 output: {size: 1080p}
 animation: {duration: 2 s}
 animation: {camera: {zoom: 2}}
-animation: {camera: {zoom: {from: 1, to: 2, during: [10%, 20%], ease: smooth}}}
+animation: {camera: {zoom: {10%: 1, 20%: 2, ease: smooth}}}
 animation: {camera: {orbit: {axis: [0, 1, 1], target_mm: [1, 2, 3]}}}
-animation: {clip: [{plane: {normal: left, at: 12 mm}}, {box: {from: [0%, 5%, 1 mm]}, except: [aorta]}]}
+animation: {clip: [{plane: {normal: left, at: 12 mm}}, {box: [[0%, 5%, 1 mm], [100%, 100%, 90%]], except: [aorta]}]}
 tissues: {"*": {opacity: auto, visible: true}, aorta: {color: [1, 2, 3], shininess: 5}}
 RIGHT

@@ -280,15 +280,15 @@ expect 0 '' "$SEGCAST" info zstd.zarr --labels far.csv
 ! grep -q 'the box has' stderr.txt || fail "a box is told of without one: $(cat stderr.txt)"
 # The same by two corners in mm: voxels 25 to 49, 16 to 31, 3 to 5.
 mm='[[0.0245, 0.00799, 0.0064], [0.01249, 0.0155, 0.00370]]'
-[ "$(found zstd.zarr --set "volume={box_mm: $mm}")" = "$(found zstd.zarr --set 'volume={box: [[25, 50], [16, 32], [3, 6]]}')" ] ||
+[ "$(found zstd.zarr --set "volume={box: $mm}")" = "$(found zstd.zarr --set 'volume={box: [[25, 50], [16, 32], [3, 6]]}')" ] ||
     fail "a box in mm: $(jq -c . info.json)"
 expect 65 'has no resolution level 2, expected one of 2: 0 ."0" of .7, 50, 60.., 1 ."1" of .7, 25, 30..; 0 is the finest' \
     "$SEGCAST" info zstd.zarr --set volume.level=2
 expect 65 'is an array, and thus one resolution; expected level 0' "$SEGCAST" info zstd.zarr/labels/cells/0 --set volume.level=1
 expect 65 'level: .*same.nrrd has one resolution' "$SEGCAST" info same.nrrd --set volume.level=1
 expect 65 'box: \[0, 31\] along x reaches beyond the volume of 30 x 25 x 7' "$SEGCAST" info zstd.zarr --set 'volume={level: 1, box: [[0, 31], [0, 2], [0, 2]]}'
-expect 65 'box_mm: the volume has no voxel in the box; it reaches from .-0.00025, -0.00025, -0.000625. to' \
-    "$SEGCAST" info zstd.zarr --set 'volume={box_mm: [[1, 1, 1], [2, 2, 2]]}'
+expect 65 'box: the volume has no voxel in the box; it reaches from .-0.00025, -0.00025, -0.000625. to' \
+    "$SEGCAST" info zstd.zarr --set 'volume={box: [[1, 1, 1], [2, 2, 2]]}'
 
 # What cannot be read is refused, with one message that names file or key and what was found.
 change() { # change STORE NEW SCRIPT: copy a store, and change it by a script for Python in its directory

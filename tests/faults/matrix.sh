@@ -93,11 +93,11 @@ shots:
     animation:
       frames: 3
       camera: {orbit: {turns: 0.5, elevation: 10}}
-      clip: [{sweep: {normal: posterior, from: 0%, to: 45%}}]
+      clip: [{plane: {normal: posterior, at: {0%: 0%, 100%: 45%}}}]
       verbs:
-        - turn: {plane: 1, angle: 40, axis: superior}
-        - explode: {tissues: "*", by: 60%, during: [0%, 60%]}
-        - fade: {tissues: wall, to: 20%, during: [40%, 100%]}
+        - {turn: 40, plane: 1, axis: superior}
+        - {explode: "*", by: 60%, during: [0%, 60%]}
+        - {fade: wall, to: 20%, during: [40%, 100%]}
     overlays: {caption: Apart, names: all}
   - name: Values
     transition: {cross_fade: 1 s}
@@ -105,9 +105,9 @@ shots:
       frames: 4
       camera: {orbit: {turns: 0}}
       verbs:
-        - rock: {angle: 20}
-        - frame: {tissues: blood, during: [0%, 50%]}
-        - fly: {through: [[-5, -4, 0], [-5, -4, 11]], during: [60%, 100%]}
+        - {rock: 20}
+        - {frame: blood, during: [0%, 50%]}
+        - {fly: [[-5, -4, 0], [-5, -4, 11]], during: [60%, 100%]}
     color_by: {table: values.csv, column: mm}
     overlays: {color_bar: bottom-right, legend: top-left}
 YAML

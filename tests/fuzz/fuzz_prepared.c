@@ -102,12 +102,9 @@ static void draw(const sc_prepared *v, int how)
                                          .tile_px = 8,
                                          .threads = 1};
     const sc_tissue_rule rule = {.pattern = "*", .has_opacity = true, .opacity = 0.6};
-    sc_animation a = {.frames = 8,
-                      .camera = {.axis = {0, 0, 1},
-                                 .turns = 1,
-                                 .elevation_deg = 14,
-                                 .fov_deg = 30,
-                                 .zoom = {.from = 1, .to = 1, .end = 1}}};
+    sc_animation a = {
+        .frames = 8,
+        .camera = {.axis = {0, 0, 1}, .turns = 1, .elevation_deg = 14, .fov_deg = 30, .zoom = 1}};
     sc_renderer *renderer;
     void *tissues;
 

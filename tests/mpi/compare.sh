@@ -21,14 +21,14 @@ overlays: {names: [aorta, stripe], legend: top-right, scale_bar: top-left, capti
 animation:
   frames: 12
   camera: {orbit: {elevation: 10}, projection: orthographic}
-  clip: [{sweep: {normal: posterior, from: 0%, to: 40%}, except: [stripe]}]
-  verbs: [{fade: {tissues: [stripe, aorta], to: 0, during: [50%, 90%]}}, {frame: {tissues: stripe, during: [0%, 40%]}}]
+  clip: [{plane: {normal: posterior, at: {0%: 0%, 100%: 40%}}, except: [stripe]}]
+  verbs: [{fade: [stripe, aorta], to: 0, during: [50%, 90%]}, {frame: stripe, during: [0%, 40%]}]
 YAML
 cat >divider.yaml <<'YAML'
 volume: phantom:59x41x61
 output: {directory: out, size: [90, 120], video: film.mp4, fps: 10}
 render: {background: none}
-compare: {name: before, with: [{volume: stripes.nrrd, name: after, labels: stripes.ctbl}], divider: {during: [20%, 80%], ease: smooth}}
+compare: {name: before, with: [{volume: stripes.nrrd, name: after, labels: stripes.ctbl}], divider: {20%: 100%, 80%: 0%, ease: smooth}}
 overlays: {names: all}
 animation: {frames: 8}
 YAML

@@ -3,7 +3,7 @@
 # hidden; what has no way is refused, by check as by render. property.films draws frames alone and the resolved job.
 small_job job.yaml
 volume=$(sed -n 's/^volume: *//p' job.yaml)
-fly='animation.verbs=[{fly: {tissues: aorta, through: [[9, 4, 27], [-24, -43, 5]], during: [20%, 80%]}}]'
+fly='animation.verbs=[{fly: aorta, through: [[9, 4, 27], [-24, -43, 5]], during: [20%, 80%]}]'
 OMP_NUM_THREADS=1 "$SEGCAST" render job.yaml -o one -q --set "$fly" >/dev/null
 [ "$(hashes one | cut -d' ' -f2 | sort -u | wc -l)" -ge 5 ] || { hashes one; fail "the camera does not fly"; }
 OMP_NUM_THREADS=2 mpi 2 "$SEGCAST" render job.yaml -o three -q --set "$fly" >/dev/null
@@ -37,27 +37,25 @@ expect 65 'lacking.segc: was prepared while "aorta" \(label 6\) was hidden' "$SE
 "$SEGCAST" check job.yaml --fast --set "$fly" -q >/dev/null
 
 # Points alone.
-"$SEGCAST" render job.yaml -o points -q --set 'animation.verbs=[{fly: {through: [[13, 7, 42], [8, 2, 54], [-6, -12, 60]], fov: 60}}]' >/dev/null
+"$SEGCAST" render job.yaml -o points -q --set 'animation.verbs=[{fly: [[13, 7, 42], [8, 2, 54], [-6, -12, 60]], fov: 60}]' >/dev/null
 [ "$(hashes points | cut -d' ' -f2 | sort -u | wc -l)" = 7 ] || fail "the camera does not fly through points"
 
 # From middle to middle of tissues that touch: the way goes on when the next tissue is visited.
-middles='animation.verbs=[{fly: {tissues: [left atrium, left ventricle, aorta], middles: true}}]'
+middles='animation.verbs=[{fly: [left atrium, left ventricle, aorta], through: middles}]'
 "$SEGCAST" render job.yaml -o middles -q --set "$middles" >/dev/null
 "$SEGCAST" render job.yaml -o middle -q --frames 2 --set "$middles" >/dev/null
 [ "$(hashes middle)" = "$(hashes middles | grep '^2 ')" ] || fail "a frame alone differs from that of the flight from middle to middle"
 
 # Mistakes: one message with file and line.
 mistake() { # mistake TEXT VERB
-    printf 'volume: %s\noutput: {video: none}\nanimation:\n  frames: 3\n  verbs:\n    - fly: %s\n' "$volume" "$2" >bad.yaml
+    printf 'volume: %s\noutput: {video: none}\nanimation:\n  frames: 3\n  verbs:\n    - {fly: %s}\n' "$volume" "$2" >bad.yaml
     for command in check render; do
         expect 65 "bad.yaml:6: $1" "$SEGCAST" $command bad.yaml; one_error
     done
 }
-mistake 'fly: it has no way; expected tissues' '{fov: 60}'
-mistake 'fly: it has no way; expected tissues' '{through: [[1, 2, 3]]}'
-mistake 'points 1 and 2 are the same' '{through: [[1, 2, 3], [1, 2, 3]]}'
-mistake 'point 2 .60.0, 0.0, 0.0. lies outside of "aorta"; the nearest place in it is' '{tissues: aorta, through: [[13, 7, 42], [60, 0, 0]]}'
-mistake 'there is no way within "aorta", "inferior vena cava" from point 1' '{tissues: [aorta, inferior vena cava], through: [[13, 7, 42], [35, -17, -42]]}'
-mistake 'there is no way within "left ventricle", "right atrium" from point 1' '{tissues: [left ventricle, right atrium], middles: true}'
-mistake 'fly: from middle to middle there have to be two tissues' '{tissues: aorta, middles: true}'
-mistake 'fly: middles and through both say where the way leads' '{tissues: [aorta, "*ventricle"], middles: true, through: [[1, 2, 3], [4, 5, 6]]}'
+mistake 'fly: it has no way; expected tissues' '[[1, 2, 3]]'
+mistake 'points 1 and 2 are the same' '[[1, 2, 3], [1, 2, 3]]'
+mistake 'point 2 .60.0, 0.0, 0.0. lies outside of "aorta"; the nearest place in it is' 'aorta, through: [[13, 7, 42], [60, 0, 0]]'
+mistake 'there is no way within "aorta", "inferior vena cava" from point 1' '[aorta, inferior vena cava], through: [[13, 7, 42], [35, -17, -42]]'
+mistake 'there is no way within "left ventricle", "right atrium" from point 1' '[left ventricle, right atrium], through: middles'
+mistake 'fly: from middle to middle there have to be two tissues' 'aorta, through: middles'

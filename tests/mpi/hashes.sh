@@ -5,8 +5,8 @@
 small_job job.yaml
 kinds=(smooth voxel views clear fading)
 settings=(render.surface=smooth render.surface=voxel output.layout=views render.background=none
-    'animation.verbs=[{fade: {tissues: "*", to: 70%, during: [0%, 0%]}}, {fade: {tissues: "*", to: 0, during: [10%, 90%]}},
-        {frame: {tissues: aorta, during: [20%, 60%], ease: [0.6, 0, 0.2, 1]}}, {rock: {angle: 30, elevation: 100}}, {hold: {during: [30%, 50%]}}]')
+    'animation.verbs=[{fade: "*", to: 70%, during: [0%, 0%]}, {fade: "*", to: 0, during: [10%, 90%]},
+        {frame: aorta, during: [20%, 60%], ease: [0.6, 0, 0.2, 1]}, {rock: 30, elevation: 100}, {hold: orbit, during: [30%, 50%]}]')
 for i in 0 1 2 3 4; do
     OMP_NUM_THREADS=1 "$SEGCAST" render job.yaml -o "${kinds[i]}" -q --set "${settings[i]}" >/dev/null
     [ "$(hashes "${kinds[i]}" | wc -l)" = 7 ] || fail "${kinds[i]}: the manifest does not name 7 frames"

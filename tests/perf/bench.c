@@ -193,12 +193,9 @@ static void start(entry *e, prepared_set *p)
 {
     const bool voxel = strcmp(e->value[SURFACE], "voxel") == 0;
     const bool peers = strcmp(e->value[SCENE], "peers") == 0;
-    sc_animation a = {.frames = TURN,
-                      .camera = {.axis = {0, 0, 1},
-                                 .turns = 1,
-                                 .elevation_deg = 12,
-                                 .fov_deg = 30,
-                                 .zoom = {.from = 1, .to = 1, .end = 1}}};
+    sc_animation a = {
+        .frames = TURN,
+        .camera = {.axis = {0, 0, 1}, .turns = 1, .elevation_deg = 12, .fov_deg = 30, .zoom = 1}};
     sc_render_settings s = {
         .surface = voxel ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH,
         .cpu = e->value[CPU],

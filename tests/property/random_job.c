@@ -214,11 +214,11 @@ static void put_track(struct maker *maker, const char *arg)
         put_number(maker, arg);
         return;
     }
-    add(maker, "[");
+    add(maker, "{");
     for (int i = 0; i < 3 && at <= 10; i++, at += whole(maker, 1, 4)) {
-        add(maker, "%s{at: ", i ? ", " : "");
+        add(maker, "%s", i ? ", " : "");
         put_time(maker, at);
-        add(maker, ", value: ");
+        add(maker, ": {value: ");
         put_number(maker, arg);
         if (chance(maker, 50)) {
             add(maker, ", ease: ");
@@ -226,7 +226,7 @@ static void put_track(struct maker *maker, const char *arg)
         }
         add(maker, "}");
     }
-    add(maker, "]");
+    add(maker, "}");
 }
 
 #define TISSUES                                                                                    \
@@ -313,15 +313,15 @@ static void put_point_track(struct maker *maker, const char *arg)
         put_point(maker, arg);
         return;
     }
-    add(maker, "[{at: ");
+    add(maker, "{");
     put_time(maker, whole(maker, 0, 4));
-    add(maker, ", value: ");
+    add(maker, ": ");
     put_point(maker, arg);
-    add(maker, "}, {at: ");
+    add(maker, ", ");
     put_time(maker, whole(maker, 5, 10));
-    add(maker, ", value: ");
+    add(maker, ": ");
     put_point(maker, arg);
-    add(maker, "}]");
+    add(maker, "}");
 }
 
 static void put_color(struct maker *maker, const char *arg)
@@ -389,24 +389,12 @@ static void put_plane(struct maker *maker, const char *arg)
     add(maker, "%d", whole(maker, 1, maker->planes));
 }
 
-static void put_fly_tissues(struct maker *maker, const char *arg)
+static void put_fly(struct maker *maker, const char *arg)
 {
-    (void)arg;
     if (maker->way == 0)
         put_word(maker, "aorta|[aorta]");
     if (maker->way == 1)
         put_word(maker, "[left atrium, left ventricle]|[left ventricle, aorta]");
-}
-
-static void put_fly_middles(struct maker *maker, const char *arg)
-{
-    (void)arg;
-    if (maker->way == 1)
-        add(maker, "true");
-}
-
-static void put_fly_through(struct maker *maker, const char *arg)
-{
     if (maker->way != 2)
         return;
     add(maker, "[");
@@ -416,97 +404,95 @@ static void put_fly_through(struct maker *maker, const char *arg)
     add(maker, "]");
 }
 
+static void put_through(struct maker *maker, const char *arg)
+{
+    (void)arg;
+    if (maker->way == 1)
+        add(maker, "middles");
+}
+
+/* The first row of each verb is its own. */
+#define DURING                                                                                     \
+    {                                                                                              \
+        "during", 80, put_during, NULL                                                             \
+    }
+#define EASE                                                                                       \
+    {                                                                                              \
+        "ease", 50, put_ease, NULL                                                                 \
+    }
 static const struct row fade_rows[] = {
-    {"tissues", 100, put_tissues, NULL},
-    {"to", 80, put_opacity, "0:150"},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
+    {"fade", 100, put_tissues, NULL}, {"to", 80, put_opacity, "0:150"}, DURING, EASE};
 static const struct row appear_rows[] = {
-    {"tissues", 100, put_tissues, NULL},
+    {"appear", 100, put_tissues, NULL},
     {"order", 60, put_word,
      "list|largest|smallest|right|left|anterior|posterior|superior|inferior"},
     {"stagger", 60, put_share, "0:100"},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
+    DURING,
+    EASE,
 };
-static const struct row pulse_rows[] = {
-    {"tissues", 100, put_tissues, NULL}, {"to", 60, put_opacity, "0:100"},
-    {"times", 60, put_whole, "1:4"},     {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
-static const struct row orbit_verb_rows[] = {
-    {"angle", 80, put_number, "-200:200"},
-    {"elevation", 60, put_number, "-120:120"},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
-static const struct row rock_rows[] = {
-    {"angle", 70, put_number, "-50:50"}, {"elevation", 50, put_number, "-100:100"},
-    {"times", 60, put_whole, "1:3"},     {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
-static const struct row zoom_verb_rows[] = {
-    {"to", 100, put_number, "0.4:3"},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
-static const struct row dolly_rows[] = {
-    {"to", 100, put_number, "0.1:2"},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
+static const struct row pulse_rows[] = {{"pulse", 100, put_tissues, NULL},
+                                        {"to", 60, put_opacity, "0:100"},
+                                        {"times", 60, put_whole, "1:4"},
+                                        DURING,
+                                        EASE};
+static const struct row orbit_verb_rows[] = {{"orbit", 100, put_number, "-200:200"},
+                                             {"elevation", 60, put_number, "-120:120"},
+                                             DURING,
+                                             EASE};
+static const struct row rock_rows[] = {{"rock", 100, put_number, "-50:50"},
+                                       {"elevation", 50, put_number, "-100:100"},
+                                       {"times", 60, put_whole, "1:3"},
+                                       DURING,
+                                       EASE};
+static const struct row zoom_verb_rows[] = {{"zoom", 100, put_number, "0.4:3"}, DURING, EASE};
+static const struct row dolly_rows[] = {{"dolly", 100, put_number, "0.1:2"}, DURING, EASE};
 static const struct row hold_rows[] = {
+    {"hold", 100, put_word, "orbit"},
     {"during", 100, put_during, NULL},
     {"soft", 60, put_share, "0:50"},
 };
-static const struct row frame_rows[] = {
-    {"tissues", 100, put_tissues, NULL},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
+static const struct row frame_rows[] = {{"frame", 100, put_tissues, NULL}, DURING, EASE};
 static const struct row fly_rows[] = {
-    {"tissues", 100, put_fly_tissues, NULL}, {"through", 100, put_fly_through, NULL},
-    {"middles", 100, put_fly_middles, NULL}, {"ahead", 50, put_share, "1:40"},
-    {"clearance", 50, put_share, "0:100"},   {"fov", 50, put_number, "20:140"},
-    {"during", 70, put_during, NULL},        {"ease", 50, put_ease, NULL},
+    {"fly", 100, put_fly, NULL},
+    {"through", 100, put_through, NULL},
+    {"ahead", 50, put_share, "1:40"},
+    {"clearance", 50, put_share, "0:100"},
+    {"fov", 50, put_number, "20:140"},
+    {"during", 70, put_during, NULL},
+    EASE,
 };
 static const struct row sweep_verb_rows[] = {
-    {"plane", 60, put_plane, NULL},
-    {"to", 100, put_position, "0:90"},
-    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
+    {"sweep", 100, put_position, "0:90"}, {"plane", 60, put_plane, NULL}, DURING, EASE};
 static const struct row turn_rows[] = {
-    {"plane", 60, put_plane, NULL},   {"angle", 100, put_number, "-200:200"},
-    {"axis", 50, put_vector, NULL},   {"at_point", 40, put_point, NULL},
-    {"during", 80, put_during, NULL}, {"ease", 50, put_ease, NULL},
+    {"turn", 100, put_number, "-200:200"},
+    {"plane", 60, put_plane, NULL},
+    {"axis", 50, put_vector, NULL},
+    {"center", 40, put_point, NULL},
+    DURING,
+    EASE,
 };
 static const struct row explode_rows[] = {
-    {"tissues", 100, put_tissues, NULL}, {"by", 70, put_position, "-60:120"},
-    {"center", 40, put_point, NULL},     {"along", 40, put_direction, NULL},
-    {"together", 40, put_flag, NULL},    {"during", 80, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
+    {"explode", 100, put_tissues, NULL},
+    {"by", 70, put_position, "-60:120"},
+    {"center", 40, put_point, NULL},
+    {"axis", 40, put_direction, NULL},
+    {"together", 40, put_flag, NULL},
+    DURING,
+    EASE,
 };
 
 static const struct verb {
-    const char *name;
     const struct row *rows;
     size_t count;
 } verbs[] = {
-    {"fade", fade_rows, COUNT_OF(fade_rows)},
-    {"appear", appear_rows, COUNT_OF(appear_rows)},
-    {"pulse", pulse_rows, COUNT_OF(pulse_rows)},
-    {"orbit", orbit_verb_rows, COUNT_OF(orbit_verb_rows)},
-    {"rock", rock_rows, COUNT_OF(rock_rows)},
-    {"zoom", zoom_verb_rows, COUNT_OF(zoom_verb_rows)},
-    {"dolly", dolly_rows, COUNT_OF(dolly_rows)},
-    {"hold", hold_rows, COUNT_OF(hold_rows)},
-    {"frame", frame_rows, COUNT_OF(frame_rows)},
-    {"fly", fly_rows, COUNT_OF(fly_rows)},
-    {"sweep", sweep_verb_rows, COUNT_OF(sweep_verb_rows)},
-    {"turn", turn_rows, COUNT_OF(turn_rows)},
-    {"explode", explode_rows, COUNT_OF(explode_rows)},
+#define VERB(rows)                                                                                 \
+    {                                                                                              \
+        rows, COUNT_OF(rows)                                                                       \
+    }
+    VERB(fade_rows),    VERB(appear_rows),    VERB(pulse_rows),      VERB(orbit_verb_rows),
+    VERB(rock_rows),    VERB(zoom_verb_rows), VERB(dolly_rows),      VERB(hold_rows),
+    VERB(frame_rows),   VERB(fly_rows),       VERB(sweep_verb_rows), VERB(turn_rows),
+    VERB(explode_rows),
 };
 
 /* ---- camera, planes, slices ---- */
@@ -542,21 +528,6 @@ static const struct row fixed_rows[] = {
     {"up", 50, put_direction, NULL},
     {"fov", 50, put_track, "10:80"},
 };
-static const struct row zoom_rows[] = {
-    {"from", 60, put_number, "0.5:3"},
-    {"to", 80, put_number, "0.5:3"},
-    {"during", 50, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
-
-static void put_zoom(struct maker *maker, const char *arg)
-{
-    if (chance(maker, 60))
-        put_track(maker, arg);
-    else
-        add_map(maker, zoom_rows, COUNT_OF(zoom_rows));
-}
-
 static void add_camera(struct maker *maker)
 {
     add(maker, "{");
@@ -570,7 +541,7 @@ static void add_camera(struct maker *maker)
     add(maker, ", projection: %s", maker->is_orthographic ? "orthographic" : "perspective");
     if (chance(maker, 40)) {
         add(maker, ", zoom: ");
-        put_zoom(maker, "0.6:3");
+        put_track(maker, "0.6:3");
     }
     add(maker, "}");
 }
@@ -586,6 +557,15 @@ static void put_corner(struct maker *maker, const char *arg)
     add(maker, "]");
 }
 
+static void put_box(struct maker *maker)
+{
+    add(maker, "[");
+    put_corner(maker, "0:40");
+    add(maker, ", ");
+    put_corner(maker, "60:100");
+    add(maker, "]");
+}
+
 /* Key frames of the scene: two or three, of what @p put writes. Their times are shares, since what
  * a film has holds for shots of any length. @param can_ease whether values change between them. */
 static void put_scene_track(struct maker *maker, void (*put)(struct maker *maker, const char *arg),
@@ -593,17 +573,16 @@ static void put_scene_track(struct maker *maker, void (*put)(struct maker *maker
 {
     int at = whole(maker, 0, 5);
 
-    add(maker, "[");
+    add(maker, "{");
     for (int i = 0; i < 3 && at <= 10; i++, at += whole(maker, 1, 5)) {
-        add(maker, "%s{at: %d%%, value: ", i ? ", " : "", 10 * at);
+        add(maker, "%s%d%%: ", i ? ", " : "", 10 * at);
         put(maker, arg);
-        if (can_ease && chance(maker, 50)) {
-            add(maker, ", ease: ");
-            put_ease(maker, NULL);
-        }
-        add(maker, "}");
     }
-    add(maker, "]");
+    if (can_ease && chance(maker, 50)) {
+        add(maker, ", ease: ");
+        put_ease(maker, NULL);
+    }
+    add(maker, "}");
 }
 
 /* A part of the animation, or key frames of true and false. */
@@ -615,25 +594,24 @@ static void put_active(struct maker *maker, const char *arg)
         put_scene_track(maker, put_word, "true|false", false);
 }
 
-static const struct row sweep_rows[] = {
-    {"normal", 100, put_direction, NULL}, {"from", 50, put_position, "0:60"},
-    {"to", 70, put_position, "0:80"},     {"during", 50, put_during, NULL},
-    {"ease", 50, put_ease, NULL},         {"active", 30, put_active, NULL},
-};
+/* A position, or key frames of some. */
+static void put_position_track(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 50))
+        put_position(maker, arg);
+    else
+        put_scene_track(maker, put_position, arg, true);
+}
+
 static const struct row plane_rows[] = {
     {"normal", 100, put_direction, NULL},
-    {"at", 70, put_position, "10:60"},
+    {"at", 70, put_position_track, "10:60"},
     {"active", 30, put_active, NULL},
 };
 static const struct row point_plane_rows[] = {
     {"normal", 100, put_direction, NULL},
-    {"at_point", 100, put_point, NULL},
+    {"at", 100, put_point, NULL},
 };
-static const struct row box_rows[] = {
-    {"from", 70, put_corner, "0:40"},
-    {"to", 70, put_corner, "60:100"},
-};
-
 /* A list of tissues, or key frames of two. */
 static void put_exceptions(struct maker *maker)
 {
@@ -641,18 +619,18 @@ static void put_exceptions(struct maker *maker)
         put_tissue_list(maker, NULL);
         return;
     }
-    add(maker, "[{at: ");
+    add(maker, "{");
     put_time(maker, whole(maker, 0, 4));
-    add(maker, ", value: ");
+    add(maker, ": ");
     put_tissue_list(maker, NULL);
-    add(maker, "}, {at: ");
+    add(maker, ", ");
     put_time(maker, whole(maker, 5, 9));
-    add(maker, ", value: ");
+    add(maker, ": ");
     if (chance(maker, 50))
         add(maker, "[]");
     else
         put_tissue_list(maker, NULL);
-    add(maker, "}]");
+    add(maker, "}");
 }
 
 /* Up to two clip entries; the caller has set the number of planes to what verbs need at least. */
@@ -666,15 +644,13 @@ static void add_clip(struct maker *maker)
     for (int i = 0; i < entries; i++) {
         const int kind = whole(maker, 0, 5);
 
-        add(maker, "    - {%s: ", kind < 3 ? "sweep" : kind < 5 ? "plane" : "box");
-        if (kind < 3)
-            add_map(maker, sweep_rows, COUNT_OF(sweep_rows));
-        else if (kind == 3)
+        add(maker, "    - {%s: ", kind < 5 ? "plane" : "box");
+        if (kind < 4)
             add_map(maker, plane_rows, COUNT_OF(plane_rows));
         else if (kind == 4)
             add_map(maker, point_plane_rows, COUNT_OF(point_plane_rows));
         else
-            add_map(maker, box_rows, COUNT_OF(box_rows));
+            put_box(maker);
         maker->planes += kind == 5 ? 6 : 1;
         if (chance(maker, 40)) {
             add(maker, ", except: ");
@@ -684,13 +660,23 @@ static void add_clip(struct maker *maker)
     }
 }
 
-static const struct row point_rows[] = {{"point_mm", 100, put_point, NULL}};
-static const struct row slices_rows[] = {
-    {"from", 60, put_share, "0:40"},
-    {"to", 60, put_share, "50:100"},
-    {"during", 50, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
-};
+static void put_share_track(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 50))
+        put_share(maker, arg);
+    else
+        put_scene_track(maker, put_share, arg, true);
+}
+
+static void put_slices(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 30))
+        put_point(maker, NULL);
+    else
+        put_share_track(maker, arg);
+}
+
+static const struct row slices_rows[] = {{"slices", 80, put_slices, "0:100"}};
 
 /* The lines of an animation. Verbs come in turn, so that few jobs have them all. */
 static void add_animation(struct maker *maker, uint64_t turn)
@@ -704,9 +690,9 @@ static void add_animation(struct maker *maker, uint64_t turn)
     maker->planes = 0;
     for (size_t i = 0; i < VERBS; i++) {
         chosen[i] = &verbs[(turn * VERBS + i) % COUNT_OF(verbs)];
-        maker->is_turning |= !strcmp(chosen[i]->name, "hold");
-        maker->is_orthographic &= strcmp(chosen[i]->name, "dolly") != 0;
-        if (!strcmp(chosen[i]->name, "sweep") || !strcmp(chosen[i]->name, "turn"))
+        maker->is_turning |= chosen[i]->rows == hold_rows;
+        maker->is_orthographic &= chosen[i]->rows != dolly_rows;
+        if (chosen[i]->rows == sweep_verb_rows || chosen[i]->rows == turn_rows)
             maker->planes = 1;
     }
     begin = maker->length;
@@ -718,17 +704,17 @@ static void add_animation(struct maker *maker, uint64_t turn)
     add_camera(maker);
     add(maker, "\n");
     add_clip(maker);
-    add(maker, "  slices: ");
-    if (chance(maker, 30))
-        add_map(maker, point_rows, COUNT_OF(point_rows));
-    else
-        add_map(maker, slices_rows, COUNT_OF(slices_rows));
-    add(maker, "\n  verbs:\n");
+    if (chance(maker, 80)) {
+        add(maker, "  slices: ");
+        put_slices(maker, slices_rows[0].arg);
+        add(maker, "\n");
+    }
+    add(maker, "  verbs:\n");
     for (size_t i = 0; i < VERBS; i++) {
         maker->way = whole(maker, 0, 2);
-        add(maker, "    - {%s: ", chosen[i]->name);
+        add(maker, "    - ");
         add_map(maker, chosen[i]->rows, chosen[i]->count);
-        add(maker, "}\n");
+        add(maker, "\n");
     }
     if (!maker->is_in_shot)
         return;
@@ -837,15 +823,15 @@ static void put_tissue_opacity(struct maker *maker, const char *arg)
         put_word(maker, arg);
         return;
     } /* verbs are refused if none of their tissues is ever seen */
-    add(maker, "[{at: %d%%, value: ", 10 * whole(maker, 0, 4));
+    add(maker, "{%d%%: ", 10 * whole(maker, 0, 4));
     put_word(maker, "1|0.5|0.2|0");
-    add(maker, "}, {at: %d%%, value: ", 10 * whole(maker, 5, 9));
+    add(maker, ", %d%%: {value: ", 10 * whole(maker, 5, 9));
     put_word(maker, "0.8|0.25|1");
     add(maker, ", ease: ");
     put_ease(maker, NULL);
-    add(maker, "}, {at: 100%%, value: ");
+    add(maker, "}, 100%%: ");
     put_word(maker, "0.8|0.25|1|0|0");
-    add(maker, "}]");
+    add(maker, "}");
 }
 
 static void put_tissue_color(struct maker *maker, const char *arg)
@@ -871,7 +857,7 @@ static void put_coming(struct maker *maker, const char *arg)
     const int from = 10 * whole(maker, 0, 4), to = 10 * whole(maker, 5, 10);
 
     (void)arg;
-    add(maker, "[{at: %d%%, value: %s}, {at: %d%%, value: %s}]", from, comes ? "false" : "true", to,
+    add(maker, "{%d%%: %s, %d%%: %s}", from, comes ? "false" : "true", to,
         comes ? "true" : "false");
 }
 
@@ -946,12 +932,6 @@ static const struct row cine_rows[] = {
     {"loop", 60, put_word, "true|false|1|2"},
     {"between", 40, put_word, "1|2"},
     {"phases", 50, put_word, "0-2|\"2,0\"|0-2:2"},
-};
-static const struct row divider_rows[] = {
-    {"from", 50, put_share, "60:100"},
-    {"to", 50, put_share, "0:40"},
-    {"during", 50, put_during, NULL},
-    {"ease", 50, put_ease, NULL},
 };
 #define SUBJECT_ROWS                                                                               \
     {"volume", 100, put_word, "phantom:20x16x22|other.nrrd"},                                      \
@@ -1101,10 +1081,7 @@ static void add_subject(struct maker *maker)
     }
     if (chance(maker, 50)) {
         add(maker, ", divider: ");
-        if (chance(maker, 30))
-            put_share(maker, "0:100");
-        else
-            add_map(maker, divider_rows, COUNT_OF(divider_rows));
+        put_share_track(maker, "0:100");
         add(maker, ", with: [");
     } else {
         add(maker, ", with: [other.nrrd, ");
@@ -1153,23 +1130,14 @@ static void print_rows(const char *map, const struct row *rows, size_t count)
 
 static void print_keys(void)
 {
-    char map[64];
-
 #define PRINT(map, rows) print_rows(map, rows, COUNT_OF(rows))
-    for (size_t i = 0; i < COUNT_OF(verbs); i++) {
-        snprintf(map, sizeof map, "animation.verbs.N.%s", verbs[i].name);
-        printf("%s\n", map);
-        print_rows(map, verbs[i].rows, verbs[i].count);
-    }
-    PRINT("animation.clip.N.sweep", sweep_rows);
+    for (size_t i = 0; i < COUNT_OF(verbs); i++)
+        print_rows("animation.verbs.N", verbs[i].rows, verbs[i].count);
     PRINT("animation.clip.N.plane", plane_rows);
     PRINT("animation.clip.N.plane", point_plane_rows);
-    PRINT("animation.clip.N.box", box_rows);
     PRINT("animation.camera.orbit", orbit_rows);
     PRINT("animation.camera.fixed", fixed_rows);
-    PRINT("animation.camera.zoom", zoom_rows);
-    PRINT("animation.slices", point_rows);
-    PRINT("animation.slices", slices_rows);
+    PRINT("animation", slices_rows);
     PRINT("overlays", overlay_rows);
     PRINT("overlays.caption.N", caption_rows);
     PRINT("shots.N.transition", cross_fade_rows);
@@ -1181,7 +1149,6 @@ static void print_keys(void)
     PRINT("color_by", color_by_rows);
     PRINT("image", image_rows);
     PRINT("cine", cine_rows);
-    PRINT("compare.divider", divider_rows);
     PRINT("compare.with.N", subject_with_image_rows);
 #undef PRINT
 }

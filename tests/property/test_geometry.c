@@ -112,18 +112,19 @@ static sc_timeline random_timeline(uint64_t *seed, const sc_renderer *r)
                    .elevation_deg = random_real(seed, -89.9, 89.9),
                    .fov_deg = random_below(seed, 2) ? 30 : random_scale(seed, 0.1, 170),
                    .projection = random_below(seed, 4) ? SC_PERSPECTIVE : SC_ORTHOGRAPHIC,
-                   .zoom = {.from = 1, .to = 1, .end = 1}}};
+                   .zoom = 1}};
 
     if (random_below(seed, 3) == 0)
-        a.camera.zoom.from = a.camera.zoom.to = random_scale(seed, 0.01, 1000);
+        a.camera.zoom = random_scale(seed, 0.01, 1000);
     if (random_below(seed, 4) == 0) {
         a.camera.has_distance = true;
         a.camera.distance_mm = random_scale(seed, 1e-3, 1e6);
     }
     a.sweep_count = random_below(seed, 3);
     for (int i = 0; i < a.sweep_count; i++)
-        a.sweeps[i] = (sc_sweep){random_direction(seed),     {0, true}, {100, true}, 0, 1,
-                                 .ease.kind = SC_EASE_LINEAR};
+        a.sweeps[i] = (sc_sweep){
+            .normal = random_direction(seed),
+            .at_track = {2, {{.at = 0, .value = {0, 1, 0}}, {.at = 1, .value = {100, 1, 0}}}}};
     return orbit_of(r, (double)WIDTH_PX / HEIGHT_PX, 7, &a);
 }
 

@@ -243,7 +243,9 @@ TEST(a_sweep_removes_more_with_every_frame)
     (void)orbit_of(r, 9.0 / 7, 12, &a);
     a.camera.turns = 0;
     a.sweep_count = 1;
-    a.sweeps[0] = (sc_sweep){{0, 0, -1}, {0, true}, {100, true}, 0, 1, .ease.kind = SC_EASE_LINEAR};
+    a.sweeps[0] = (sc_sweep){
+        .normal = {0, 0, -1},
+        .at_track = {2, {{.at = 0, .value = {0, 1, 0}}, {.at = 1, .value = {100, 1, 0}}}}};
     t = orbit_of(r, 9.0 / 7, 12, &a);
     sc_renderer_free(r);
     for (int k = 0; k < 12; k++) {

@@ -78,12 +78,10 @@ static inline sc_timeline orbit_of(const sc_renderer *renderer, double aspect, i
     const sc_vec3 *hull = sc_renderer_hull(renderer, &count);
 
     if (!a->frames)
-        *a = (sc_animation){.frames = frames,
-                            .camera = {.axis = {0, 0, 1},
-                                       .turns = 1,
-                                       .elevation_deg = 14,
-                                       .fov_deg = 30,
-                                       .zoom = {.from = 1, .to = 1, .end = 1}}};
+        *a = (sc_animation){
+            .frames = frames,
+            .camera = {
+                .axis = {0, 0, 1}, .turns = 1, .elevation_deg = 14, .fov_deg = 30, .zoom = 1}};
     sc_timeline_resolve(a, hull, count, aspect, &t);
     return t;
 }

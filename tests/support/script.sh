@@ -71,7 +71,7 @@ animation:
   frames: 7
   camera: {orbit: {axis: superior, elevation: 10}}
   clip:
-    - sweep: {normal: posterior, from: 0%, to: 60%}
+    - plane: {normal: posterior, at: {0%: 0%, 100%: 60%}}
       except: [coronary arteries]
 ${2:-}
 YAML

@@ -30,20 +30,19 @@ static int divider_px(const sc_job *job, int k, int width_px)
 {
     const double at = sc_frame_time(k, job->animation.frames);
 
-    return sc_divider_px(sc_ramp_value(&job->compare.divider, &job->compare.divider_track, at),
+    return sc_divider_px(sc_number_at(&job->compare.divider_track, job->compare.divider, at),
                          width_px);
 }
 
 TEST(a_comparison_is_read_and_written)
 {
-    static const char text[] =
-        "volume: phantom\n"
-        "animation: {duration: 4 s}\n"
-        "compare:\n"
-        "  name: before\n"
-        "  align: none\n"
-        "  with: [{volume: phantom:20x14x21, name: \"after\\nall\"}]\n"
-        "  divider: [{at: 1 s, value: 10%}, {at: 3 s, value: 75%, ease: smooth}]\n";
+    static const char text[] = "volume: phantom\n"
+                               "animation: {duration: 4 s}\n"
+                               "compare:\n"
+                               "  name: before\n"
+                               "  align: none\n"
+                               "  with: [{volume: phantom:20x14x21, name: \"after\\nall\"}]\n"
+                               "  divider: {1 s: 10%, 3 s: 75%, ease: smooth}\n";
     sc_text written = {0}, twice = {0};
     sc_job job, again;
     heard h;
@@ -83,9 +82,9 @@ TEST(wrong_comparisons_are_refused)
         {"compare: {with: {volume: phantom}}", "yaml:2: with is a map, expected the path of"},
         {"compare: {with: [{name: a}]}", "yaml:2: the key \"volume\" is missing"},
         {"compare: {with: phantom, divider: 0.5}",
-         "divider is \"0.5\", expected a share of the width"},
+         "divider is \"0.5\", expected a share from 0% to 100%"},
         {"compare: {with: [phantom, phantom],\n divider: 50%}", "yaml:3: divider: it parts two"},
-        {"compare: {with: phantom, divider: [{at: 9s, value: 1%}]}", "9s is behind the end"},
+        {"compare: {with: phantom, divider: {9s: 1%}}", "9s is behind the end"},
         {"compare: {with: phantom}\nshots: [{name: a}]",
          "yaml:2: compare: a film of shots shows one"},
         {"compare: {with: phantom}\ncolor_by: {measure: volume}", "coloured by values"},
@@ -111,9 +110,8 @@ TEST(the_divider_moves_as_the_job_says)
         const char *divider;
         int first, middle, last;
     } cases[] = {{"50%", 320, 320, 320},
-                 {"{}", 640, 320, 0},
-                 {"{from: 25%, to: 75%, during: [0%, 50%]}", 160, 480, 480},
-                 {"[{at: 0%, value: 0%}, {at: 100%, value: 50%}]", 0, 160, 320}};
+                 {"{0%: 25%, 50%: 75%}", 160, 480, 480},
+                 {"{0%: 0%, 100%: 50%}", 0, 160, 320}};
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         char text[256];

@@ -128,7 +128,7 @@ TEST(what_is_changed_of_a_volume_is_read_and_written)
         "volume: {path: phantom, level: 2, box: [[0, 7], [3, 4], [128, 2147483647]]}\n",
         "volume: {path: phantom, crop: visible, resample: 0.25 mm}\n",
         "volume: {path: phantom, resample: [0.5, 1, 2 mm]}\n",
-        "volume: {path: phantom, box_mm: [[-1, 2.25, 3], [10, -20, 30]]}\n"};
+        "volume: {path: phantom, box: [[-1, 2.25, 3], [10, -20, 30]]}\n"};
 
     for (size_t i = 0; i < SC_COUNT_OF(jobs); i++) {
         sc_text written = {0};
@@ -200,13 +200,15 @@ TEST(mistakes_are_named_with_line_and_nearest_name)
     refuses("output: {fps: 25}\n", "the key \"volume\" is missing");
     refuses("volume: phantom\nrender: {smooth: 3}\n",
             "smooth is \"3\", expected auto, a number from 0 to 2.5, or three such in a list");
-    refuses("volume: phantom\nrender: {mode: papre}\n", "did you mean \"paper\"?");
+    refuses("volume: phantom\nrender: {mode: paper}\n", "unknown key \"mode\"");
     refuses("volume: phantom\nlight: {ambiant: 1}\n", "did you mean \"ambient\"?");
     refuses("volume: phantom\nanimation: {clip: [{plane: {normal: [0, 0, 0]}}]}\n", "normal");
-    refuses("volume: phantom\nanimation: {clip: [{box: {from: [50%, 0%, 0%], to: [40%, 100%, "
-            "100%]}}]}\n",
+    refuses("volume: phantom\nanimation: {clip: [{box: [[50%, 0%, 0%], [40%, 100%, "
+            "100%]]}]}\n",
             "the box is empty along its axis 1");
-    refuses("volume: phantom\nanimation: {clip: [{box: {}}, {box: {}}, {box: {}}]}\n",
+    refuses("volume: phantom\nanimation: {clip: [{box: [[0%,0%,0%],[1%,1%,1%]]}, {box: "
+            "[[0%,0%,0%],[1%,1%,1%]]}, {box: "
+            "[[0%,0%,0%],[1%,1%,1%]]}]}\n",
             "more than 16 clip planes");
     refuses("- 1\n- 2\n", "expected a map of keys");
     refuses("volume: phantom\n---\nvolume: x\n", "a second document");
@@ -226,13 +228,16 @@ TEST(mistakes_are_named_with_line_and_nearest_name)
     refuses("volume: phantom\nanimation: {camera: {orbit: {axis: [0, 0, 0]}}}\n", "length zero");
     refuses("volume: phantom\nanimation: {camera: {fixed: {up: left, target_mm: [1, 2, 3]}}}\n",
             "fixed: the key \"position_mm\" is missing");
-    refuses("volume: phantom\nanimation:\n  clip:\n    - sweep: {from: 0%}\n",
-            "job.yaml:4: sweep: the key \"normal\" is missing");
-    refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: [0, 0, 0]}}]}\n", "length zero");
-    refuses("volume: phantom\nanimation: {clip: [{swep: {normal: left}}]}\n",
-            "did you mean \"sweep\"?");
-    refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: left, to: half}}]}\n",
-            "a position such as 40% or 12 mm");
+    refuses("volume: phantom\nanimation:\n  clip:\n    - plane: {at: 0%}\n",
+            "job.yaml:4: plane: the key \"normal\" is missing");
+    refuses("volume: phantom\nanimation: {clip: [{plane: {normal: [0, 0, 0], at: {0%: 0%, 100%: "
+            "50%}}}]}\n",
+            "length zero");
+    refuses("volume: phantom\nanimation: {clip: [{plnae: {normal: left}}]}\n",
+            "did you mean \"plane\"?");
+    refuses(
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: half}}}]}\n",
+        "a position such as 40% or 12 mm");
 }
 
 /* Load a job file with several mistakes, with a wrong setting beside it. @return how many errors
@@ -255,11 +260,12 @@ TEST(all_mistakes_are_told)
                                     "tissues: {a: {color: rde, opactiy: 1}, b: 3}\n",
                                     NULL, SC_ERR_DATA, &h),
                      7);
-    assert_int_equal(count_mistakes("volume: phantom\nanimation:\n  frames: 0\n  clip:\n"
-                                    "    - {sweep: {from: 0, to: 0.6}, except: [a, [b], {c: 1}]}\n"
-                                    "    - {swep: {}, except: 3}\n    - {box: {from: [1, 2, 3]}}\n",
-                                    NULL, SC_ERR_DATA, &h),
-                     9);
+    assert_int_equal(
+        count_mistakes("volume: phantom\nanimation:\n  frames: 0\n  clip:\n"
+                       "    - {plane: {at: {0%: 0, 1%: 0.6}}, except: [a, [b], {c: 1}]}\n"
+                       "    - {plnae: {}, except: 3}\n    - {box: [[1, 2, 3], [0%, 0%, 0%]]}\n",
+                       NULL, SC_ERR_DATA, &h),
+        9);
     assert_int_equal(
         count_mistakes("volume: phantom\nlight: {key: 9}\n", "rendr.x=1", SC_ERR_USAGE, &h), 2);
     /* Behind a key that is given twice, too, in the file and in a setting. */
@@ -338,10 +344,12 @@ TEST(what_is_meant_otherwise_is_told)
 
     refuses("volume: phantom\nanimation: {camera: {orbit: {turns: 360}}}\n",
             "360 degrees are turns: 1");
-    refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: left, to: 60}}]}\n",
-            "60% or 60 mm");
-    refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: left, to: 0.6}}]}\n",
-            "60% or 0.6 mm");
+    refuses(
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 60}}}]}\n",
+        "60% or 60 mm");
+    refuses(
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 0.6}}}]}\n",
+        "60% or 0.6 mm");
     refuses("volume: phantom\nanimation: {camera: {orbit: {}, fixed: {position_mm: [1, 2, 3], "
             "target_mm: [0, 0, 0]}}}\n",
             "both \"orbit\" and \"fixed\" are given");
@@ -385,18 +393,18 @@ static const char full[] =
     "tissues:\n  \"myo*\": {color: [1, 2, 3], opacity: 0.35}\n  7: {visible: false}\n"
     "animation:\n  frames: 12\n"
     "  camera: {orbit: {axis: left, turns: 2, target_mm: [1, 2, 3]}, projection: orthographic,"
-    " zoom: {from: 1, to: 2, ease: in}}\n"
+    " zoom: {0%: 1, 100%: 2, ease: in}}\n"
     "  clip_mode: cut\n  clip:\n"
-    "    - sweep: {normal: anterior, from: 10%, to: -4 mm, during: [20%, 80%]}\n"
+    "    - plane: {normal: anterior, at: {20%: 10%, 80%: -4 mm}}\n"
     "      except: [coronary*, \"9\"]\n    - plane: {normal: [0, 3, 4], at: 50%, active: [1f, "
     "50%]}\n"
     "  verbs:\n"
-    "    - fade: {tissues: \"myo*\", to: 0.25, during: [1f, 5f], ease: linear}\n"
-    "    - appear: {tissues: [9, \"a: b\"], order: superior, stagger: 40%}\n"
-    "    - pulse: {tissues: [7], to: 30%, times: 2}\n"
-    "    - frame: {tissues: [4], ease: [0, 0.25, 0.5, 1]}\n"
-    "    - orbit: {angle: 30, elevation: -4}\n"
-    "    - rock: {angle: 5, times: 3}\n    - zoom: {to: 3}\n"
+    "    - {fade: \"myo*\", to: 0.25, during: [1f, 5f], ease: linear}\n"
+    "    - {appear: [9, \"a: b\"], order: superior, stagger: 40%}\n"
+    "    - {pulse: [7], to: 30%, times: 2}\n"
+    "    - {frame: [4], ease: [0, 0.25, 0.5, 1]}\n"
+    "    - {orbit: 30, elevation: -4}\n"
+    "    - {rock: 5, times: 3}\n    - {zoom: 3}\n"
     "overlays:\n  time: top-right\n  caption:\n    - The heart\n"
     "    - {text: \"a\\nb: \\\"c\\\"\", place: top-left, during: [1f, 5f]}\n"
     "farm: {tile: 16}\n";
@@ -456,11 +464,11 @@ static void expect_full(const sc_job *job)
     assert_near(job->animation.camera.axis.x, -1, 0);
     assert_true(job->animation.camera.has_target);
     assert_int_equal(job->animation.camera.projection, SC_ORTHOGRAPHIC);
-    assert_near(job->animation.camera.zoom.to, 2, 0);
+    assert_near(job->animation.camera.zoom_track.keys[1].value.x, 2, 0);
     assert_int_equal(job->animation.clip_mode, SC_CLIP_CUT);
     assert_int_equal(job->animation.sweep_count, 2);
     assert_true(job->animation.sweeps[0].from.percent && !job->animation.sweeps[0].to.percent);
-    assert_near(job->animation.sweeps[0].begin, 0.2, 1e-12);
+    assert_near(job->animation.sweeps[0].at_track.keys[0].at, 0.2, 1e-12);
     assert_near(job->animation.sweeps[1].normal.z, 0.8, 1e-12);
     assert_true(!job->animation.sweeps[0].has_active && job->animation.sweeps[1].has_active);
     assert_near(job->animation.sweeps[1].active_begin, 1 / 11.0, 1e-10);
@@ -517,54 +525,54 @@ TEST(wrong_verbs_are_refused)
     static const struct {
         const char *verb, *message;
     } cases[] = {
-        {"fad: {tissues: aorta}", "job.yaml:4: unknown key \"fad\"; did you mean \"fade\"?"},
-        {"fade: {}", "fade: the key \"tissues\" is missing"},
-        {"fade: {tissues: []}", "tissues is [], expected a tissue or a list of tissues"},
-        {"fade: {tissues: {a: 1}}", "expected a tissue or a list of tissues"},
-        {"fade: {tissues: [a, [b]]}", "expected a tissue or a list of tissues"},
-        {"fade: {tissues: a, to: 2}", "to is \"2\", expected an opacity from 0 to 1"},
-        {"fade: {tissues: a, to: -10%}", "to is \"-10%\", expected an opacity from 0 to 1"},
-        {"fade: {tissues: a, to: 1001%}", "to is \"1001%\", expected an opacity from 0 to 1"},
-        {"fade: {tissues: a, to: \"%\"}", "to is \"%\", expected an opacity"},
-        {"fade: {tissues: a, stager: 1}", "unknown key \"stager\""},
-        {"appear: {tissues: a, order: upwards}", "order"},
-        {"appear: {tissues: a, stagger: 0.5}", "stagger is \"0.5\", expected a share"},
-        {"pulse: {tissues: a, times: 0}", "times is"},
-        {"fade: 3", "fade is \"3\", expected"},
-        {"fade: {tissues: a}, pulse: {tissues: a}", "a verb is one map: either fade, appear"},
-        {"rock: {angle: 40000}", "angle is \"40000\", expected a number from -36000 to 36000"},
-        {"rock: {times: 0}", "times is \"0\", expected a number from 1 to 1000"},
-        {"zoom: {}", "zoom: the key \"to\" is missing"},
-        {"zoom: {to: 0}", "to is \"0\", expected a number from 0.01 to 1000"},
-        {"dolly: {to: 50%}", "to is \"50%\", expected a number from 0.01 to 100"},
-        {"frame: {during: [0%, 1%]}", "frame: the key \"tissues\" is missing"},
-        {"hold: {during: [2s, 3s], soft: 60%}", "job.yaml:4: hold: soft is more than 50%"},
-        {"hold: {soft: 0%}", "job.yaml:4: hold: it lasts for the whole animation"},
-        {"hold: {}", "job.yaml:4: hold: it lasts for the whole animation"},
-        {"fade: {tissues: a, during: [2s, 70s]}", "70s is behind the end of the animation"},
+        {"{fad: aorta}", "job.yaml:4: unknown key \"fad\"; did you mean \"fade\"?"},
+        {"{to: 0}", "job.yaml:4: a verb has one of the keys fade, appear, pulse"},
+        {"{fade: []}", "fade is [], expected a tissue or a list of tissues"},
+        {"{fade: {a: 1}}", "expected a tissue or a list of tissues"},
+        {"{fade: [a, [b]]}", "expected a tissue or a list of tissues"},
+        {"{fade: a, to: 2}", "to is \"2\", expected an opacity from 0 to 1"},
+        {"{fade: a, to: -10%}", "to is \"-10%\", expected an opacity from 0 to 1"},
+        {"{fade: a, to: 1001%}", "to is \"1001%\", expected an opacity from 0 to 1"},
+        {"{fade: a, to: \"%\"}", "to is \"%\", expected an opacity"},
+        {"{appear: a, stager: 1}", "unknown key \"stager\"; did you mean \"stagger\""},
+        {"{fade: a, stagger: 10%}", "unknown key \"stagger\""},
+        {"{appear: a, order: upwards}", "order"},
+        {"{appear: a, stagger: 0.5}", "stagger is \"0.5\", expected a share"},
+        {"{pulse: a, times: 0}", "times is"},
+        {"fade", "expected a verb such as"},
+        {"{fade: a, pulse: a}", "job.yaml:4: a verb has one of the keys fade, appear"},
+        {"{rock: 40000}", "rock is \"40000\", expected a number from -36000 to 36000"},
+        {"{rock: 20, times: 0}", "times is \"0\", expected a number from 1 to 1000"},
+        {"{zoom: 0}", "zoom is \"0\", expected a number from 0.01 to 1000"},
+        {"{dolly: 50%}", "dolly is \"50%\", expected a number from 0.01 to 100"},
+        {"{hold: orbit, during: [2s, 3s], soft: 60%}", "job.yaml:4: hold: soft is more than 50%"},
+        {"{hold: camera, during: [1s, 2s]}", "hold"},
+        {"{hold: orbit, soft: 0%}", "job.yaml:4: hold: it lasts for the whole animation"},
+        {"{hold: orbit}", "job.yaml:4: hold: it lasts for the whole animation"},
+        {"{fade: a, during: [2s, 70s]}", "70s is behind the end of the animation"},
     };
     char text[256];
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
-        snprintf(text, sizeof text, "volume: phantom\nanimation:\n  verbs:\n  - {%s}\n",
+        snprintf(text, sizeof text, "volume: phantom\nanimation:\n  verbs:\n  - %s\n",
                  cases[i].verb);
         refuses(text, cases[i].message);
     }
-    refuses("volume: phantom\nanimation:\n  verbs:\n  - hold: {during: [1s, 3s]}\n"
-            "  - hold: {during: [2s, 4s]}\n",
+    refuses("volume: phantom\nanimation:\n  verbs:\n  - {hold: orbit, during: [1s, 3s]}\n"
+            "  - {hold: orbit, during: [2s, 4s]}\n",
             "job.yaml:5: hold: it overlaps with another hold");
-    refuses("volume: phantom\nanimation:\n  verbs:\n  - fly: {tissues: aorta, during: [0%, 60%]}\n"
-            "  - fly: {tissues: aorta, during: [50%, 90%]}\n",
+    refuses("volume: phantom\nanimation:\n  verbs:\n  - {fly: aorta, during: [0%, 60%]}\n"
+            "  - {fly: aorta, during: [50%, 90%]}\n",
             "job.yaml:5: fly: it overlaps with another fly");
     refuses("volume: phantom\nanimation:\n  camera: {orbit: {turns: 0}}\n  verbs:\n"
-            "  - hold: {during: [1s, 3s]}\n",
+            "  - {hold: orbit, during: [1s, 3s]}\n",
             "job.yaml:5: hold: the camera does not turn by itself");
     refuses("volume: phantom\nanimation:\n  camera: {projection: orthographic}\n  verbs:\n"
-            "  - dolly: {to: 0.5}\n",
+            "  - {dolly: 0.5}\n",
             "job.yaml:5: dolly: it changes nothing in an orthographic picture");
     refuses("volume: phantom\nanimation: {verbs: {}}\n",
             "verbs is a map, expected a list of verbs");
-    refuses("volume: phantom\nanimation: {verbs: [fade]}\n", "expected {fade: {...}}, {appear");
+    refuses("volume: phantom\nanimation: {verbs: [fade]}\n", "expected a verb such as {fade: skin");
 }
 
 /* Times are shares of the way from the first frame to the last: frame k of N is at k / (N - 1). */
@@ -586,17 +594,18 @@ TEST(parts_of_the_animation_may_be_times)
         const sc_sweep *sweep = &job.animation.sweeps[0];
 
         snprintf(text, sizeof text,
-                 "volume: phantom\noutput: {fps: 10}\nanimation: {duration: 10.1s, clip: [{sweep: "
-                 "{normal: left, during: %s}}]}\n",
+                 "volume: phantom\noutput: {fps: 10}\nanimation: {duration: 10.1s, clip: [{plane: "
+                 "{normal: left, active: %s}}]}\n",
                  cases[i].part);
         assert_int_equal(load(text, &h, NULL, NULL, &job), SC_OK);
-        assert_near(sweep->begin, cases[i].begin / 100, 1e-11);
-        assert_near(sweep->end, cases[i].end / 100, 1e-11);
-        assert_true(sweep->begin <= cases[i].begin / 100); /* a jump there is not a frame late */
+        assert_near(sweep->active_begin, cases[i].begin / 100, 1e-11);
+        assert_near(sweep->active_end, cases[i].end / 100, 1e-11);
+        assert_true(sweep->active_begin <=
+                    cases[i].begin / 100); /* a jump there is not a frame late */
         assert_ok(sc_job_write(&quiet, &job, false, &written));
         assert_int_equal(load(written.data, &h, NULL, NULL, &again), SC_OK);
-        assert_near(again.animation.sweeps[0].begin, sweep->begin, 0);
-        assert_near(again.animation.sweeps[0].end, sweep->end, 0);
+        assert_near(again.animation.sweeps[0].active_begin, sweep->active_begin, 0);
+        assert_near(again.animation.sweeps[0].active_end, sweep->active_end, 0);
         sc_text_clear(&written);
         sc_job_clear(&job);
         sc_job_clear(&again);
@@ -612,12 +621,12 @@ TEST(wrong_times_are_refused)
 
     for (size_t i = 0; i < SC_COUNT_OF(wrong); i++) {
         snprintf(text, sizeof text,
-                 "volume: phantom\nanimation: {frames: 900, camera: {zoom: {during: %s}}}\n",
+                 "volume: phantom\nanimation: {frames: 900, verbs: [{zoom: 2, during: %s}]}\n",
                  wrong[i]);
         refuses(text, "expected two rising times of the animation");
     }
-    refuses("volume: phantom\noutput: {fps: 25}\nanimation:\n  frames: 50\n  camera:\n"
-            "    zoom: {during: [1s, 3s]}\n",
+    refuses("volume: phantom\noutput: {fps: 25}\nanimation:\n  frames: 50\n  verbs:\n"
+            "  - {zoom: 2, during: [1s, 3s]}\n",
             "job.yaml:6: during: 3s is behind the end of the animation, which has 50 frames at 25 "
             "frames per second: 2 s");
 }
@@ -638,10 +647,9 @@ static void load_camera(const char *camera, sc_text *written, sc_job *job)
 TEST(values_of_the_camera_may_have_key_frames)
 {
     static const char camera[] =
-        "orbit: {angle: [{at: 10f, value: 5}, {at: 0:02, value: -7.5, ease: smooth}, {at: 100%, "
-        "value: 9, ease: [0.1, 0, 1, 0.5]}], elevation: [{at: 0s, value: 130}], target_mm: [{at: "
-        "500ms, value: [1, 2, 3]}, {at: 50%, value: [4, 5, 6]}], distance_mm: 200, fov: [{at: 0%, "
-        "value: 20}]}, zoom: [{at: 20%, value: 1}, {at: 40%, value: 3, ease: out}]}";
+        "orbit: {angle: {10f: 5, 0:02: {value: -7.5, ease: smooth}, 100%: {value: 9, ease: [0.1, "
+        "0, 1, 0.5]}}, elevation: {0s: 130}, target_mm: {500ms: [1, 2, 3], 50%: [4, 5, 6]}, "
+        "distance_mm: 200, fov: {0%: 20}}, zoom: {20%: 1, 40%: 3, ease: out}}";
     sc_text text = {0}, twice = {0};
     sc_job job, again;
     heard h;
@@ -675,10 +683,10 @@ TEST(values_of_the_camera_may_have_key_frames)
     sc_text_clear(&twice);
     sc_job_clear(&job);
     sc_job_clear(&again);
-    load_camera("orbit: {}}, verbs: [hold: {during: [20%, 30%], soft: 10%}, dolly: {to: 0.25}]",
+    load_camera("orbit: {}}, verbs: [{hold: orbit, during: [20%, 30%], soft: 10%}, {dolly: 0.25}]",
                 &text, &job);
-    assert_non_null(strstr(text.data, "- hold: {during: [20%, 30%], soft: 10%}\n    - dolly: "
-                                      "{to: 0.25, during: [0%, 100%], ease: smooth}"));
+    assert_non_null(strstr(text.data, "- {hold: orbit, soft: 10%, during: [20%, 30%]}\n    - "
+                                      "{dolly: 0.25, during: [0%, 100%], ease: smooth}"));
     sc_text_clear(&text);
     sc_job_clear(&job);
     load_camera("orbit: {angle: 30, target_mm: [1, 2, 3]}}", &text, &job);
@@ -692,68 +700,54 @@ TEST(values_of_the_camera_may_have_key_frames)
 static const struct {
     const char *part, *written;
 } scene_parts[] = {
-    {"light: {key: [{at: 10f, value: 0.5}, {at: 100%, value: 1, ease: in}], head: 0.25, "
-     "depth_cue: [{at: 0:01, value: 1}]}",
-     "  key: [{at: 10%, value: 0.5, ease: linear}, {at: 100%, value: 1, ease: in}]\n  fill: 0.1\n"
+    {"light: {key: {10f: 0.5, 100%: 1, ease: in}, head: 0.25, "
+     "depth_cue: {0:01: 1}}",
+     "  key: {10%: 0.5, 100%: {value: 1, ease: in}}\n  fill: 0.1\n"
      "  head: 0.25\n"},
-    {"tissues: {aorta: {color: [{at: 50%, value: red}, {at: 2s, value: [1, 2, 3], ease: out}], "
-     "opacity: 1}, \"*\": {color: blue}, wall: {color: [{at: 0:01, value: red}]}}",
-     "  \"aorta\": {color: [{at: 50%, value: [255, 0, 0], ease: linear}, {at: 60%, value: [1, 2, "
-     "3], "
-     "ease: out}], opacity: 1}\n  \"*\": {color: [0, 0, 255]}\n  \"wall\": {color: [{at: 30%, "
-     "value: "
-     "[255, 0, 0], ease: linear}]}\n"},
-    {"tissues: {aorta: {opacity: [{at: 1s, value: 1}, {at: 50%, value: 0.25, ease: smooth}], "
-     "visible: [{at: 0%, value: false}, {at: 30f, value: true}], offset: [{at: 0s, value: [0, 0, "
-     "0]}, {at: 3s, value: [10, 0, -5], ease: out}]}, wall: {opacity: auto, visible: false, "
+    {"tissues: {aorta: {color: {50%: red, 2s: [1, 2, 3], ease: out}, "
+     "opacity: 1}, \"*\": {color: blue}, wall: {color: {0:01: red}}}",
+     "  \"aorta\": {color: {50%: [255, 0, 0], 60%: {value: [1, 2, 3], ease: out}}, opacity: 1}\n  "
+     "\"*\": {color: [0, 0, 255]}\n  \"wall\": {color: {30%: [255, 0, 0]}}\n"},
+    {"tissues: {aorta: {opacity: {1s: 1, 50%: 0.25, ease: smooth}, "
+     "visible: {0%: false, 30f: true}, offset: {0s: [0, 0, 0], 3s: [10, 0, -5], ease: out}}, wall: "
+     "{opacity: auto, visible: false, "
      "offset: "
      "[1, 2, 3]}}",
-     "  \"aorta\": {opacity: [{at: 30%, value: 1, ease: linear}, {at: 50%, value: 0.25, ease: "
-     "smooth}], visible: [{at: 0%, value: false}, {at: 30%, value: true}], offset: [{at: 0%, "
-     "value: [0, 0, 0], ease: linear}, {at: 90%, value: [10, 0, -5], ease: out}]}\n  \"wall\": "
+     "  \"aorta\": {opacity: {30%: 1, 50%: {value: 0.25, ease: smooth}}, visible: {0%: false, 30%: "
+     "true}, offset: {0%: [0, 0, 0], 90%: {value: [10, 0, -5], ease: out}}}\n  \"wall\": "
      "{opacity: auto, visible: false, offset: [1, 2, 3]}\n"},
-    {"light: {shadows: [{at: 0%, value: false}, {at: 100%, value: 0.5, ease: in}]}",
-     "  shadows: [{at: 0%, value: false, ease: linear}, {at: 100%, value: 0.5, ease: in}]\n"},
+    {"light: {shadows: {0%: false, 100%: 0.5, ease: in}}",
+     "  shadows: {0%: false, 100%: {value: 0.5, ease: in}}\n"},
     {"light: {shadows: 0.25}", "  shadows: 0.25\n"},
-    {"image: {path: phantom, caps: [{at: 0s, value: 0}, {at: 3s, value: 1}]}",
-     "  caps: [{at: 0%, value: 0, ease: linear}, {at: 90%, value: 1, ease: linear}]\n  slices: "
-     "0.7"},
-    {"animation: {frames: 101, clip: [{plane: {normal: left}, except: [{at: 0%, value: [aorta, "
-     "\"l*\"]}, {at: 1s, value: []}, {at: 60f, value: [wall]}]}]}",
-     "      except: [{at: 0%, value: [\"aorta\", \"l*\"]}, {at: 30%, value: []}, {at: 60%, value: "
-     "[\"wall\"]}]\n"},
-    {"animation: {frames: 101, clip: [{plane: {normal: left, at: [{at: 1s, value: 10%}, {at: 2s, "
-     "value: -12 mm, ease: smooth}]}, except: [aorta]}, {plane: {normal: [{at: 0%, value: left}, "
-     "{at: "
-     "50f, value: [0, 2, 0]}], active: [0%, 50%]}}, {plane: {normal: [{at: 50%, value: feet}], "
-     "at_point: [1, 2, 3]}}, {plane: {normal: head}}], slices: {point_mm: [{at: 10f, value: [1, 2, "
-     "3]}]}}",
-     "- plane: {normal: [-1, 0, 0], at: [{at: 30%, value: 10%, ease: linear}, {at: 60%, value: -12 "
-     "mm, ease: smooth}]}\n      except: [\"aorta\"]\n    - plane: {normal: [{at: 0%, value: [-1, "
-     "0, "
-     "0], ease: linear}, {at: 50%, value: [0, 1, 0], ease: linear}], at: 50%, active: [0%, 50%]}\n "
+    {"tissues: {2s: {opacity: {1s: 1, 2s: 0}}, 50%: {visible: false}}",
+     "  \"2s\": {opacity: {30%: 1, 60%: 0}}\n  \"50%\": {visible: false}\n"},
+    {"tissues: {aorta: {interior_opacity: auto}}", "  \"aorta\": {interior_opacity: auto}\n"},
+    {"image: {path: phantom, caps: {0s: 0, 3s: 1}}", "  caps: {0%: 0, 90%: 1}\n  slices: "
+                                                     "0.7"},
+    {"animation: {frames: 101, clip: [{plane: {normal: left}, except: {0%: [aorta, \"l*\"], 1s: "
+     "[], 60f: [wall]}}]}",
+     "      except: {0%: [\"aorta\", \"l*\"], 30%: [], 60%: [\"wall\"]}\n"},
+    {"animation: {frames: 101, clip: [{plane: {normal: left, at: {1s: 10%, 2s: -12 mm, ease: "
+     "smooth}}, except: [aorta]}, {plane: {normal: {0%: left, 50f: [0, 2, 0]}, active: [0%, "
+     "50%]}}, {plane: {normal: {50%: feet}, "
+     "at: [1, 2, 3]}}, {plane: {normal: head}}], slices: {10f: [1, 2, 3]}}",
+     "- plane: {normal: [-1, 0, 0], at: {30%: 10%, 60%: {value: -12 mm, ease: smooth}}}\n      "
+     "except: [\"aorta\"]\n    - plane: {normal: {0%: [-1, 0, 0], 50%: [0, 1, 0]}, at: 50%, "
+     "active: [0%, 50%]}\n "
      "  "
-     "   except: []\n    - plane: {normal: [{at: 50%, value: [0, 0, -1], ease: linear}], at_point: "
-     "[1, 2, 3]}\n      except: []\n    - sweep: {normal: [0, 0, 1], from: 50%, to: 50%, "},
-    {"animation: {frames: 101, clip: [{sweep: {normal: left, active: [{at: 1s, value: true}, {at: "
-     "2s, value: false}]}}]}",
-     "during: [0%, 100%], ease: linear, active: [{at: 30%, value: true}, {at: 60%, value: "
-     "false}]}\n"},
-    {"animation: {frames: 101, slices: {point_mm: [{at: 10f, value: [1, 2, 3]}]}}",
-     "slices: {point_mm: [{at: 10%, value: [1, 2, 3], ease: linear}]"},
-    {"animation: {frames: 101, camera: {fixed: {position_mm: [{at: 0s, value: [1, 2, 3]}, {at: 2s, "
-     "value: [1, 2, 4]}], target_mm: [0, 0, 0], up: [{at: 0s, value: left}, {at: 60f, value: head, "
-     "ease: out}]}}}",
-     "fixed: {position_mm: [{at: 0%, value: [1, 2, 3], ease: linear}, {at: 60%, value: [1, 2, 4], "
-     "ease: linear}], target_mm: [0, 0, 0], up: [{at: 0%, value: [-1, 0, 0], ease: linear}, {at: "
-     "60%, "
-     "value: [0, 0, 1], ease: out}], fov: 30}"},
-    {"render: {background: [{at: 0s, value: white}, {at: 2s, value: \"#102030\", ease: smooth}, "
-     "{at: "
-     "99f, value: [1.0, 0, 0]}]}",
-     "  background: [{at: 0%, value: [255, 255, 255], ease: linear}, {at: 60%, value: [16, 32, "
-     "48], "
-     "ease: smooth}, {at: 99%, value: [255, 0, 0], ease: linear}]\n"},
+     "   except: []\n    - plane: {normal: {50%: [0, 0, -1]}, at: "
+     "[1, 2, 3]}\n      except: []\n    - plane: {normal: [0, 0, 1], at: 50%}"},
+    {"animation: {frames: 101, clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}, active: {1s: "
+     "true, 2s: false}}}]}",
+     "at: {0%: 0%, 100%: 50%}, active: {30%: true, 60%: false}}\n"},
+    {"animation: {frames: 101, slices: {10f: [1, 2, 3]}}", "slices: {10%: [1, 2, 3]}"},
+    {"animation: {frames: 101, camera: {fixed: {position_mm: {0s: [1, 2, 3], 2s: [1, 2, 4]}, "
+     "target_mm: [0, 0, 0], up: {0s: left, 60f: head, ease: out}}}}",
+     "fixed: {position_mm: {0%: [1, 2, 3], 60%: [1, 2, 4]}, target_mm: [0, 0, 0], up: {0%: [-1, 0, "
+     "0], 60%: {value: [0, 0, 1], ease: out}}, fov: 30}"},
+    {"render: {background: {0s: white, 2s: {value: \"#102030\", ease: smooth}, 99f: [1.0, 0, 0]}}",
+     "  background: {0%: [255, 255, 255], 60%: {value: [16, 32, 48], ease: smooth}, 99%: [255, 0, "
+     "0]}\n"},
 };
 
 TEST(values_of_the_scene_may_have_key_frames)
@@ -786,68 +780,57 @@ TEST(values_of_the_scene_may_have_key_frames)
 TEST(wrong_key_frames_of_the_scene_are_refused)
 {
     static const char *const cases[][2] = {
-        {"light: {key: [{at: 1s, value: 1}, {at: 10f, value: 2}]}",
-         "job.yaml:2: key: key frame 2, at 10f, does not come after key frame 1, at 1s"},
-        {"light: {occlusion: [{at: 0s, value: 1.5}]}",
-         "value is \"1.5\", expected a number from 0 to 1"},
-        {"light: {head: [{at: 70s, value: 1}]}", "at: 70s is behind the end of the animation"},
-        {"render: {background: [{at: 0s, value: white}, {at: 1s, value: auto}]}",
-         "job.yaml:2: value is \"auto\", expected a colour in key frames: auto and none hold"},
-        {"render: {background: [{at: 0s, value: none}]}", "value is \"none\", expected a colour"},
-        {"render: {background: [{at: 0s, value: bleu}]}",
-         "unknown value \"bleu\"; did you mean \"blue\"?"},
-        {"tissues: {aorta: {color: [{at: 1s, value: red}, {at: 1s, value: auto}]}}",
-         "value is \"auto\", expected a colour in key frames"},
-        {"tissues: {aorta: {interior_opacity: [{at: 1s, value: 1}]}}",
-         "interior_opacity is [{...}], expected a number from 0 to 1"},
-        {"tissues: {aorta: {opacity: [{at: 1s, value: 1}, {at: 2s, value: 2}]}}",
-         "job.yaml:2: value is \"2\", expected a number from 0 to 1"},
-        {"tissues: {aorta: {opacity: [{at: 1s, value: auto}]}}",
-         "value is \"auto\", expected a number from 0 to 1"},
-        {"tissues: {aorta: {opacity: [{at: 2s, value: 0}, {at: 1s, value: 1}]}}",
-         "opacity: key frame 2, at 1s, does not come after key frame 1, at 2s"},
-        {"tissues: {aorta: {visible: [{at: 1s, value: true}, {at: 2s, value: 0.5}]}}",
-         "value is \"0.5\", expected true or false"},
-        {"tissues: {aorta: {visible: [{at: 1s, value: true, ease: smooth}]}}",
-         "unknown key \"ease\""},
-        {"tissues: {aorta: {offset: [{at: 1s, value: 3}]}}", "value is \"3\", expected [R, A, S]"},
+        {"light: {key: {1s: 1, 10f: 2}}",
+         "job.yaml:2: key: the key frame at 10f does not come after that at 1s"},
+        {"light: {occlusion: {0s: 1.5}}", "is \"1.5\", expected a number from 0 to 1"},
+        {"light: {head: {70s: 1}}", "70s is behind the end of the animation"},
+        {"render: {background: {0s: white, 1s: auto}}",
+         "job.yaml:2: background at 1s is \"auto\", expected a colour in key frames: auto and none "
+         "hold"},
+        {"render: {background: {0s: none}}", "is \"none\", expected a colour"},
+        {"render: {background: {0s: bleu}}",
+         "unknown background at 0s \"bleu\"; did you mean \"blue\"?"},
+        {"tissues: {aorta: {color: {1s: red, 2s: auto}}}",
+         "is \"auto\", expected a colour in key frames"},
+        {"tissues: {aorta: {interior_opacity: {1s: 1}}}",
+         "interior_opacity is a map, expected a number from 0 to 1"},
+        {"tissues: {aorta: {opacity: {1s: 1, 2s: 2}}}",
+         "job.yaml:2: opacity at 2s is \"2\", expected a number from 0 to 1"},
+        {"tissues: {aorta: {opacity: {1s: auto}}}", "is \"auto\", expected a number from 0 to 1"},
+        {"tissues: {aorta: {opacity: {2s: 0, 1s: 1}}}",
+         "opacity: the key frame at 1s does not come after that at 2s"},
+        {"tissues: {aorta: {visible: {1s: true, 2s: 0.5}}}", "is \"0.5\", expected true or false"},
+        {"tissues: {aorta: {visible: {1s: {value: true, ease: smooth}}}}",
+         "visible at 1s is a map, expected true or false"},
+        {"tissues: {aorta: {offset: {1s: 3}}}", "is \"3\", expected [R, A, S]"},
         {"tissues: {aorta: {offset: 3 mm}}", "offset is \"3 mm\", expected [R, A, S]"},
-        {"animation: {clip: [{plane: {normal: left}, except: [{at: 1s, value: [wall]}, aorta]}]}",
-         "job.yaml:2: except has tissues beside key frames"},
-        {"animation: {clip: [{plane: {normal: left}, except: [{at: 1s, value: aorta}]}]}",
-         "value is \"aorta\", expected a list of tissues, such as [aorta] or []"},
-        {"animation: {clip: [{plane: {normal: left}, except: [{at: 1s, value: []}, {at: 30f, "
-         "value: "
-         "[]}]}]}",
-         "except: key frame 2, at 30f, does not come after key frame 1, at 1s"},
+        {"animation: {clip: [{plane: {normal: left}, except: {1s: aorta}}]}",
+         "is \"aorta\", expected a list of tissues, such as [aorta] or []"},
+        {"animation: {clip: [{plane: {normal: left}, except: {1s: [], 30f: []}}]}",
+         "except: the key frame at 30f does not come after that at 1s"},
         {"light: {shadows: 1.5}", "shadows is \"1.5\", expected true, false, a number from 0 to 1"},
-        {"tissues: {aorta: {color: [{at: 90s, value: red}]}}", "at: 90s is behind the end"},
-        {"animation: {clip: [plane: {normal: [{at: 0s, value: left}, {at: 1s, value: head}, {at: "
-         "2s, "
-         "value: feet}]}]}",
+        {"tissues: {aorta: {color: {90s: red}}}", "90s is behind the end"},
+        {"animation: {clip: [plane: {normal: {0s: left, 1s: head, 2s: feet}}]}",
          "job.yaml:2: normal: the directions of key frames 2 and 3 are opposite, so that no way"},
-        {"animation: {clip: [plane: {normal: left, at: [{at: 1s, value: 10}]}]}",
-         "value is \"10\", expected a unit behind the number: 10% or 10 mm"},
-        {"animation: {clip: [plane: {normal: left, at: [{at: 1s, value: 1%}, {at: 1s, value: "
-         "2%}]}]}",
-         "at: key frame 2, at 1s, does not come after key frame 1, at 1s"},
-        {"animation: {clip: [sweep: {normal: [{at: 1s, value: left}]}]}",
-         "normal is [{...}], expected an anatomical word or [x, y, z]"},
-        {"animation: {clip: [plane: {normal: [{at: 0s, value: lft}]}]}",
-         "unknown value \"lft\"; did you mean \"left\"?"},
-        {"animation: {slices: {point_mm: [{at: 0s, value: 3}]}}", "value is \"3\", expected [R, A"},
-        {"animation: {frames: 11, camera: {fixed: {position_mm: [{at: 0%, value: [10, 0, 0]}, {at: "
-         "100%, "
-         "value: [-10, 0, 0]}], target_mm: [0, 0, 0]}}}",
+        {"animation: {clip: [plane: {normal: left, at: {1s: 10}}]}",
+         "is \"10\", expected a unit behind the number: 10% or 10 mm"},
+        {"animation: {clip: [plane: {normal: left, at: {1s: 1%, 30f: 2%}}]}",
+         "at: the key frame at 30f does not come after that at 1s"},
+        {"animation: {clip: [plane: {normal: {0s: lft}}]}",
+         "unknown normal at 0s \"lft\"; did you mean \"left\"?"},
+        {"animation: {slices: {0s: [3]}}", "slices at 0s is [3], expected [R, A"},
+        {"animation: {slices: {0s: 3}}", "slices at 0s is \"3\", expected a share"},
+        {"animation: {frames: 11, camera: {fixed: {position_mm: {0%: [10, 0, 0], 100%: [-10, 0, "
+         "0]}, target_mm: [0, 0, 0]}}}",
          "job.yaml:2: position_mm and target_mm are the same point in frame 5"},
-        {"animation: {camera: {fixed: {position_mm: [1, 2, 3], target_mm: [0, 0, 0], up: [{at: 0s, "
-         "value: head}, {at: 1s, value: feet}]}}}",
+        {"animation: {camera: {fixed: {position_mm: [1, 2, 3], target_mm: [0, 0, 0], up: {0s: "
+         "head, 1s: feet}}}}",
          "up: the directions of key frames 1 and 2 are opposite"},
-        {"render: {background: []}", "background has 0 key frames, expected 1 to 64"},
+        {"render: {background: {}}", "background has 0 key frames, expected 1 to 64"},
         {"render: {background: [1, 2]}", "background is [1, 2], expected auto, none, a name such"},
-        {"light: {flat: [{at: 0s, value: true}]}", "flat is [{...}], expected true or false"},
-        {"light: {shadows: [{at: 0s, value: dark}]}",
-         "value is \"dark\", expected true, false, or a number from 0 to 1"},
+        {"light: {flat: {0s: true}}", "flat is a map, expected true or false"},
+        {"light: {shadows: {0s: dark}}",
+         "is \"dark\", expected true, false, or a number from 0 to 1"},
     };
     char text[512];
 
@@ -862,28 +845,26 @@ TEST(wrong_key_frames_are_refused)
     static const struct {
         const char *camera, *message;
     } cases[] = {
-        {"elevation: [{at: 1s, value: 1}, {at: 500ms, value: 2}]",
-         "job.yaml:4: elevation: key frame 2, at 500ms, does not come after key frame 1, at 1s"},
-        {"fov: [{at: 0s, value: 1}, {at: 1s, value: 2}, {at: 30f, value: 3}]",
-         "fov: key frame 3, at 30f, does not come after key frame 2, at 1s; expected rising times"},
-        {"angle: [{at: 1s, value: 1}, {at: 70s, value: 2}]",
-         "at: 70s is behind the end of the animation"},
-        {"angle: [{at: 1, value: 1}]",
-         "at is \"1\", expected a time of the animation with its unit"},
-        {"angle: [{at: 0s}]", "the key \"value\" is missing"},
-        {"angle: [{value: 0}]", "the key \"at\" is missing"},
-        {"angle: [{at: 0s, value: 0, eas: in}]", "unknown key \"eas\"; did you mean \"ease\"?"},
-        {"angle: [{at: 0s, value: 0, ease: smoth}]",
+        {"elevation: {1s: 1, 500ms: 2}",
+         "job.yaml:4: elevation: the key frame at 500ms does not come after that at 1s"},
+        {"fov: {0s: 1, 1s: 2, 30f: 3}",
+         "fov: the key frame at 30f does not come after that at 1s; expected rising times"},
+        {"angle: {1s: 1, 70s: 2}", "70s is behind the end of the animation"},
+        {"angle: {1: 1}", "angle: \"1\" is no time of the animation with its unit"},
+        {"angle: {0s: {}}", "the key \"value\" is missing"},
+        {"angle: {0s: {value: 0, eas: in}}", "unknown key \"eas\"; did you mean \"ease\"?"},
+        {"angle: {0s: {value: 0, ease: smoth}}",
          "unknown ease \"smoth\"; did you mean \"smooth\"?"},
-        {"angle: [{at: 0s, value: 0, ease: [0, 0, 1, 1.5]}]",
+        {"angle: {0s: {value: 0, ease: [0, 0, 1, 1.5]}}",
          "ease is [0, 0, 1, 1.5], expected linear, smooth, in, out, or the points"},
-        {"angle: [{at: 0s, value: 0, ease: [0, 0, 1]}]", "expected linear, smooth, in, out, or"},
-        {"angle: [{at: 0s, value: x}]", "value is \"x\", expected a number from -36000 to 36000"},
-        {"angle: []", "angle has 0 key frames, expected 1 to 64"},
-        {"angle: [1, 2]", "angle is \"1\", expected a key frame"},
-        {"angle: {at: 1s, value: 2}", "angle is a map, expected a number, or key frames such as"},
+        {"angle: {0s: {value: 0, ease: [0, 0, 1]}}", "expected linear, smooth, in, out, or"},
+        {"angle: {0s: x}", "is \"x\", expected a number from -36000 to 36000"},
+        {"angle: {}", "angle has 0 key frames, expected 1 to 64"},
+        {"angle: {ease: in}", "angle has 0 key frames, expected 1 to 64"},
+        {"angle: [1, 2]", "angle is [1, 2], expected a number from -36000 to 36000"},
+        {"angle: {at: 1s}", "angle: \"at\" is no time of the animation"},
         {"target_mm: [1, 2]", "target_mm"},
-        {"target_mm: [{at: 0s, value: 3}]", "value"},
+        {"target_mm: {0s: 3}", "target_mm at 0s is \"3\""},
         {"turns: 1, angle: 5", "both \"turns\" and \"angle\" are given"},
     };
     char text[512];
@@ -893,9 +874,6 @@ TEST(wrong_key_frames_are_refused)
                  cases[i].camera);
         refuses(text, cases[i].message);
     }
-    /* "at" is also where a plane lies: that is no time. */
-    refuses("volume: phantom\nanimation:\n  clip: [plane: {normal: left, at: 1s}]\n",
-            "at is \"1s\", expected a position such as 40% or 12 mm");
 }
 
 /* A job that is written as resolved and read again is the same job. */
@@ -1024,8 +1002,8 @@ TEST(nested_keys_are_set_in_every_way)
 {
     expect_same_job("animation.camera.orbit.axis=left", "SEGCAST_ANIMATION_CAMERA_ORBIT_AXIS=left",
                     "volume: phantom\nanimation: {camera: {orbit: {axis: left}}}\n");
-    expect_same_job("animation.camera.zoom.to=3", "SEGCAST_ANIMATION_CAMERA_ZOOM_TO=3",
-                    "volume: phantom\nanimation: {camera: {zoom: {to: 3}}}\n");
+    expect_same_job("animation.camera.zoom=3", "SEGCAST_ANIMATION_CAMERA_ZOOM=3",
+                    "volume: phantom\nanimation: {camera: {zoom: 3}}\n");
     expect_same_job(
         "animation.camera.fixed={position_mm: [1,2,3], target_mm: [4,5,6]}",
         "SEGCAST_ANIMATION_CAMERA_FIXED={position_mm: [1,2,3], target_mm: [4,5,6]}",
@@ -1034,9 +1012,8 @@ TEST(nested_keys_are_set_in_every_way)
     expect_same_job("animation.clip.0.plane={normal: left, at: 10%}",
                     "SEGCAST_ANIMATION_CLIP_0_PLANE={normal: left, at: 10%}",
                     "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: 10%}}]}\n");
-    expect_same_job("animation.slices.point_mm=[1, 2, 3]",
-                    "SEGCAST_ANIMATION_SLICES_POINT_MM=1,2,3",
-                    "volume: phantom\nanimation: {slices: {point_mm: [1, 2, 3]}}\n");
+    expect_same_job("animation.slices=[1, 2, 3]", "SEGCAST_ANIMATION_SLICES=1,2,3",
+                    "volume: phantom\nanimation: {slices: [1, 2, 3]}\n");
     expect_same_job("tissues.7.opacity=0.5", "SEGCAST_TISSUES={7: {opacity: 0.5}}",
                     "volume: phantom\ntissues: {7: {opacity: 0.5}}\n");
     expect_same_job("output={fps: 25}", "SEGCAST_OUTPUT={fps: 25}",
@@ -1064,7 +1041,7 @@ TEST(settings_merge_maps_and_replace_alternatives)
     expect_change("volume: {path: phantom, keep: [a], crop: visible}\n", "volume=phantom:20x20x20",
                   "volume: {path: phantom:20x20x20, keep: [a], crop: visible}\n");
     expect_change("volume: phantom\n", "volume=phantom:20x20x20", "volume: phantom:20x20x20\n");
-    expect_change("animation: {camera: {zoom: {from: 1, to: 3}}}\nvolume: phantom\n",
+    expect_change("animation: {camera: {zoom: {0%: 1, 100%: 3}}}\nvolume: phantom\n",
                   "animation.camera.zoom=2", "volume: phantom\nanimation: {camera: {zoom: 2}}\n");
     expect_change("volume: phantom\ntissues: {a: {opacity: 1}, b: {opacity: 1}}\n",
                   "tissues={b: {visible: false}, c: {opacity: 0}}",
@@ -1074,29 +1051,31 @@ TEST(settings_merge_maps_and_replace_alternatives)
                   "[0,0,0]}}}\n",
                   "animation.camera.orbit.turns=2",
                   "volume: phantom\nanimation: {camera: {orbit: {turns: 2}}}\n");
-    expect_change("volume: phantom\nanimation: {camera: {zoom: 2}}\n", "animation.camera.zoom.to=3",
-                  "volume: phantom\nanimation: {camera: {zoom: {from: 2, to: 3}}}\n");
-    expect_change("volume: phantom\nanimation: {clip: [{sweep: {normal: left}, except: [a]}]}\n",
-                  "animation.clip[0]={plane: {normal: right}}",
-                  "volume: phantom\nanimation: {clip: [{plane: {normal: right}, except: [a]}]}\n");
-    expect_change("volume: phantom\nanimation: {clip: [{sweep: {normal: left}}]}\n",
-                  "animation.clip[1].sweep.normal=right",
-                  "volume: phantom\nanimation: {clip: [{sweep: {normal: left}}, {sweep: {normal: "
-                  "right}}]}\n");
-    expect_change("volume: phantom\nanimation: {clip: [{sweep: {normal: left}}]}\n",
-                  "animation.clip=[]", "volume: phantom\nanimation: {clip: []}\n");
+    expect_change("volume: phantom\nanimation: {camera: {zoom: {0s: 1, 1s: 2}}}\n",
+                  "animation.camera.zoom={2s: 3}",
+                  "volume: phantom\nanimation: {camera: {zoom: {2s: 3}}}\n");
+    expect_change(
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left}, except: [a]}]}\n",
+        "animation.clip[0]={box: [[0%, 0%, 0%], [40%, 100%, 100%]]}",
+        "volume: phantom\nanimation: {clip: [{box: [[0%, 0%, 0%], [40%, 100%, 100%]], except: "
+        "[a]}]}\n");
+    expect_change(
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}}}]}\n",
+        "animation.clip[1].plane.normal=right",
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}}}, "
+        "{plane: {normal: right}}]}\n");
+    expect_change(
+        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}}}]}\n",
+        "animation.clip=[]", "volume: phantom\nanimation: {clip: []}\n");
 }
 
 /* A point of a plane in patient coordinates, instead of a position along its normal. */
 TEST(a_plane_may_be_given_by_a_point)
 {
     expect_change(
-        "volume: phantom\nanimation: {clip: [{plane: {normal: [0, 3, 4], at_point: [9, 10, "
+        "volume: phantom\nanimation: {clip: [{plane: {normal: [0, 3, 4], at: [9, 10, "
         "20]}}]}\n",
         NULL, "volume: phantom\nanimation: {clip: [{plane: {normal: [0, 3, 4], at: 22 mm}}]}\n");
-    refuses("volume: phantom\nanimation: {clip: [{plane: {normal: left, at: 1%, at_point: [1, 2, "
-            "3]}}]}\n",
-            "both \"at\" and \"at_point\" are given");
 }
 
 /* Names of tissues may hold characters that have a meaning in YAML. */
@@ -1150,7 +1129,7 @@ TEST(no_allocation_that_fails_is_lost)
         {"c", "animation.camera.fixed", "{position_mm: [1, 2, 3], target_mm: [0, 0, 0]}", false},
         {"d", "output", "{fps: 24, size: [64, 64]}", false},
     };
-    static const char *const environment[] = {"SEGCAST_ANIMATION_CAMERA_ZOOM_FROM=2", NULL};
+    static const char *const environment[] = {"SEGCAST_ANIMATION_CAMERA_ZOOM=2", NULL};
     const sc_job_sources sources = {.path = "job2.yaml",
                                     .settings = settings,
                                     .setting_count = SC_COUNT_OF(settings),
@@ -1195,7 +1174,7 @@ TEST(no_allocation_that_fails_hides_a_mistake)
         "job3.yaml",
         "volume: ~/none.nrrd\nlabels: none.ctbl\nligth: {}\noutput: {size: 9, directory: ~/o}\n"
         "tissues: {a: {color: rde}, b: 3}\nanimation:\n  duration: 1 ms\n"
-        "  clip:\n    - {sweep: {from: 3}, except: [a, [b]]}\n    - {box: {from: [1]}}\n");
+        "  clip:\n    - {plane: {at: 3}, except: [a, [b]]}\n    - {box: [[1], [2]]}\n");
     for (long n = 0; status == SC_ERR_MEMORY; n++) {
         long budget = n;
         heard h;
@@ -1222,37 +1201,14 @@ static void expect_frames(const char *text, int total, int count, int first, int
     sc_free(frames);
 }
 
-/* A mode sets other defaults, over which the keys of the file win. */
-TEST(modes_set_defaults)
-{
-    heard h;
-    sc_job job;
-
-    assert_ok(load("volume: phantom\n", &h, NULL, NULL, &job));
-    assert_int_equal(job.render.surface, SC_SURFACE_SMOOTH);
-    assert_false(job.light.flat);
-    sc_job_clear(&job);
-    assert_ok(load("volume: phantom\nrender: {mode: paper, samples: 3}\n", &h, NULL, NULL, &job));
-    assert_int_equal(job.render.surface, SC_SURFACE_VOXEL);
-    assert_int_equal(job.render.skip, SC_SKIP_NONE);
-    assert_int_equal(job.render.samples, 3);
-    assert_true(job.light.flat);
-    sc_job_clear(&job);
-    assert_ok(load("volume: phantom\nrender: {mode: paper-accelerated}\nlight: {flat: false}\n", &h,
-                   NULL, NULL, &job));
-    assert_int_equal(job.render.skip, SC_SKIP_INTERIOR);
-    assert_false(job.light.flat);
-    sc_job_clear(&job);
-}
-
 /* A box becomes six planes whose normals point inwards. */
 TEST(a_box_is_six_planes)
 {
     heard h;
     sc_job job;
 
-    assert_ok(load("volume: phantom\nanimation: {clip: [{box: {from: [10%, 5 mm, 0%], to: [60%, 30 "
-                   "mm, 100%]}, except: [a, b]}]}\n",
+    assert_ok(load("volume: phantom\nanimation: {clip: [{box: [[10%, 5 mm, 0%], [60%, 30 "
+                   "mm, 100%]], except: [a, b]}]}\n",
                    &h, NULL, NULL, &job));
     assert_int_equal(job.animation.sweep_count, 6);
     assert_int_equal(job.exception_count, 12);

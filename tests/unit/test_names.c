@@ -80,7 +80,7 @@ static void begin_film(film *f, uint64_t seed)
                                                .turns = 1,
                                                .elevation_deg = (double)(seed % 5) * 10,
                                                .fov_deg = 30,
-                                               .zoom = {.from = 1, .to = 1, .end = 1}}};
+                                               .zoom = 1}};
     sc_vec3 corners[8];
 
     begin_volume(f, LABELS);
@@ -334,21 +334,21 @@ TEST(names_stand_beside_a_divider)
 {
     enum { STANDING = 4 };
     static film f;
-    static const sc_track none;
+    static const sc_track stands;
 
     for (int test = 0; test < 2 * (1 + STANDING); test++) {
         /* one that moves also stands at both ends, and between them has passed its column whole */
         const double before = 0.499 / WIDTH;
         const double share = (WIDTH / 2 - 50 + 25 * (test / 2)) / (double)WIDTH;
-        const sc_ramp divider = {.from = test > 1 ? share : -before,
-                                 .to = test > 1 ? share : 1 - before,
-                                 .begin = 20.0 / (FRAMES - 1),
-                                 .end = (FRAMES - 20.0) / (FRAMES - 1)};
+        const sc_track moves = {
+            2,
+            {{.at = 20.0 / (FRAMES - 1), .value = {-before, 0, 0}},
+             {.at = (FRAMES - 20.0) / (FRAMES - 1), .value = {1 - before, 0, 0}}}};
         int named = 0;
 
         begin_film(&f, 4);
-        f.timeline.looks.divider = &divider;
-        f.timeline.looks.divider_track = &none;
+        f.timeline.looks.divider = &share;
+        f.timeline.looks.divider_track = test > 1 ? &stands : &moves;
         f.annotations.divided_px = WIDTH;
         f.annotations.is_behind_divider = test % 2;
         plan_film(&f, 2);

@@ -33,7 +33,7 @@ static const char film[] =
     "animation:\n"
     "  duration: 4 s\n"
     "  camera: {orbit: {turns: 2, elevation: 30}}\n"
-    "  clip: [{sweep: {normal: left, during: [1s, 2s]}}]\n"
+    "  clip: [{plane: {normal: left, at: {1s: 0%, 2s: 50%}}}]\n"
     "shots:\n"
     "  - {card: {title: A film, subtitle: of shots}, tissues: {aorta: {opacity: 0.75}}, "
     "animation: {frames: 12}}\n"
@@ -88,8 +88,8 @@ static void expect_film(const sc_job *job)
     assert_true(two->rules[2].has_opacity && !two->rules[2].has_color);
     assert_near(two->rules[2].opacity, 0.25, 0);
     /* times count from the beginning of the shot */
-    assert_near(job->shots[1].job.animation.sweeps[0].begin, 10.0 / 39, 1e-9);
-    assert_near(job->shots[3].job.animation.sweeps[0].begin, 10.0 / 99, 1e-9);
+    assert_near(job->shots[1].job.animation.sweeps[0].at_track.keys[0].at, 10.0 / 39, 1e-9);
+    assert_near(job->shots[3].job.animation.sweeps[0].at_track.keys[0].at, 10.0 / 99, 1e-9);
     assert_near(job->shots[3].job.captions[0].end, 20.0 / 99, 1e-9);
 }
 

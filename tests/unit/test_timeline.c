@@ -17,12 +17,9 @@ static void box_corners(sc_vec3 out[CORNERS])
 
 static sc_animation animation(int frames)
 {
-    return (sc_animation){.frames = frames,
-                          .camera = {.axis = {0, 0, 1},
-                                     .turns = 1,
-                                     .elevation_deg = 20,
-                                     .fov_deg = 30,
-                                     .zoom = {.from = 1, .to = 1, .end = 1}}};
+    return (sc_animation){
+        .frames = frames,
+        .camera = {.axis = {0, 0, 1}, .turns = 1, .elevation_deg = 20, .fov_deg = 30, .zoom = 1}};
 }
 
 TEST(an_orbit_begins_in_front_and_closes_without_repeating_a_frame)
@@ -184,8 +181,13 @@ TEST(a_sweep_is_monotone_and_reaches_both_ends)
     box_corners(corners);
     a.sweep_count = 2;
     a.sweeps[0] =
-        (sc_sweep){{0, -1, 0}, {0, true}, {60, true}, 0.2, 0.8, .ease.kind = SC_EASE_SMOOTH};
-    a.sweeps[1] = (sc_sweep){{1, 0, 0}, {-5, false}, {5, false}, 0, 1, .ease.kind = SC_EASE_LINEAR};
+        (sc_sweep){.normal = {0, -1, 0},
+                   .at_track = {2,
+                                {{.at = 0.2, .value = {0, 1, 0}},
+                                 {.at = 0.8, .value = {60, 1, 0}, .ease.kind = SC_EASE_SMOOTH}}}};
+    a.sweeps[1] = (sc_sweep){
+        .normal = {1, 0, 0},
+        .at_track = {2, {{.at = 0, .value = {-5, 0, 0}}, {.at = 1, .value = {5, 0, 0}}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     assert_near(sc_timeline_scene(&t, 0, NULL).planes[0].offset_mm, 25,
                 1e-9); /* the anterior face of the box, y = 25 */
@@ -208,9 +210,9 @@ TEST(a_plane_cuts_while_it_is_active)
 
     box_corners(corners);
     a.sweep_count = 2;
-    a.sweeps[1] = (sc_sweep){.normal = {0, 0, 1}, .end = 1};
-    a.sweeps[0] = (sc_sweep){
-        .normal = {0, 1, 0}, .end = 1, .has_active = true, .active_begin = 0.3, .active_end = 0.6};
+    a.sweeps[1] = (sc_sweep){.normal = {0, 0, 1}};
+    a.sweeps[0] =
+        (sc_sweep){.normal = {0, 1, 0}, .has_active = true, .active_begin = 0.3, .active_end = 0.6};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     t.clip_sets[1].spares[1] = 1;
     t.clip_set_count = 2;
@@ -240,9 +242,8 @@ TEST(exceptions_of_a_plane_change_at_their_key_frames)
 
     box_corners(corners);
     a.sweep_count = 2;
-    a.sweeps[0] = (sc_sweep){.normal = {0, 0, 1}, .end = 1};
-    a.sweeps[1] =
-        (sc_sweep){.normal = {0, 1, 0}, .end = 1, .except_count = 3, .except_at = {0.2, 0.4, 0.8}};
+    a.sweeps[0] = (sc_sweep){.normal = {0, 0, 1}};
+    a.sweeps[1] = (sc_sweep){.normal = {0, 1, 0}, .except_count = 3, .except_at = {0.2, 0.4, 0.8}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     t.clip_sets[1].spares[1] = 1u << 0 | 1u << 2;
     t.clip_set_count = 2;
@@ -281,12 +282,10 @@ TEST(a_plane_sweeps_from_where_it_stands)
         high = fmax(high, corners[i].z);
     }
     a.sweep_count = 2;
-    a.sweeps[0] = (sc_sweep){.normal = {0, 0, 1},
-                             .from = {.value = 0, .percent = true},
-                             .to = {.value = 20, .percent = true},
-                             .end = 0.2};
-    a.sweeps[1] =
-        (sc_sweep){.normal = {0, 0, 1}, .from = {.value = 3}, .to = {.value = 3}, .end = 1};
+    a.sweeps[0] = (sc_sweep){
+        .normal = {0, 0, 1},
+        .at_track = {2, {{.at = 0, .value = {0, 1, 0}}, {.at = 0.2, .value = {20, 1, 0}}}}};
+    a.sweeps[1] = (sc_sweep){.normal = {0, 0, 1}, .from = {.value = 3}, .to = {.value = 3}};
     a.moves = moves;
     a.move_count = 3;
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
@@ -329,8 +328,7 @@ TEST(a_plane_turns_about_its_line)
     for (int i = 0; i < 2; i++)
         a.sweeps[i] = (sc_sweep){.normal = {0, -1, 0},
                                  .from = {.value = 75, .percent = true},
-                                 .to = {.value = 75, .percent = true},
-                                 .end = 1};
+                                 .to = {.value = 75, .percent = true}};
     a.moves = moves;
     a.move_count = 2;
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
@@ -574,7 +572,7 @@ TEST(a_camera_without_an_orbit_goes_by_key_frames)
     a.camera.position_track = (sc_track){2, {{0, {0}, {0, 100, 0}}, {1, {0}, {100, 100, 0}}}};
     a.camera.target_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {0.5, {0}, {50, 0, 0}}}};
     a.camera.up_track = (sc_track){2, {{0.5, {0}, {0, 0, 1}}, {1, {0}, {1, 0, 0}}}};
-    a.camera.zoom = (sc_ramp){.from = 1, .to = 1, .end = 1};
+    a.camera.zoom = 1;
     for (int moves = 0; moves < 2; moves++) { /* verbs start from there, too */
         const sc_move zoom = {.verb = {.kind = SC_VERB_ZOOM, .to = 1, .end = 1}};
         sc_camera c;
@@ -627,7 +625,7 @@ TEST(a_camera_passes_the_pole_without_a_flip)
         sc_timeline t;
 
         a.camera.position_track = ways[way].track;
-        a.camera.zoom = (sc_ramp){.from = 1, .to = 1, .end = 1};
+        a.camera.zoom = 1;
         sc_timeline_resolve(&a, NULL, 0, 1, &t);
         for (int k = 0; k < FRAMES; k++, before = c) {
             double along, turn_deg;
@@ -947,7 +945,8 @@ TEST(zoom_scales_the_picture)
     double first;
 
     box_corners(corners);
-    a.camera.zoom = (sc_ramp){1, 2, 0, 1, {.kind = SC_EASE_LINEAR}};
+    a.camera.zoom_track =
+        (sc_track){2, {{.at = 0, .value = {1, 0, 0}}, {.at = 1, .value = {2, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     first = sc_timeline_scene(&t, 0, NULL).camera.half_height;
     assert_near(sc_timeline_scene(&t, 10, NULL).camera.half_height, first / 2, 1e-12);

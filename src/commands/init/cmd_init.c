@@ -353,10 +353,10 @@ static sc_status add_animation(const sc_ctx *ctx, sc_text *out)
         "  duration: 6s\n"
         "  camera:\n"
         "    orbit: {axis: superior, turns: 1, elevation: 15}\n"
-        "    # zoom: {from: 1, to: 1.2}\n"
+        "    # zoom: {0%%: 1, 100%%: 1.2}\n"
         "  # A plane that moves from the front to the middle; what lies before it is cut away:\n"
         "  # clip:\n"
-        "  #   - sweep: {normal: posterior, from: 0%%, to: 50%%, during: [20%%, 80%%]}\n"
+        "  #   - plane: {normal: posterior, at: {20%%: 0%%, 80%%: 50%%}}\n"
         "  #     except: []  # tissues that stay whole\n");
 }
 

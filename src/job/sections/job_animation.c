@@ -1,64 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rows of the camera and of the slices. */
+/* Rows of the camera, and the value of the slices. */
 #include "key.h"
 #include "segcast/timeline.h"
+
+#include <string.h>
 
 static const sc_choice projections[] = {
     {"perspective", SC_PERSPECTIVE}, {"orthographic", SC_ORTHOGRAPHIC}, {NULL, 0}};
 
 /* ---- camera ---- */
-
-static const sc_key ramp_keys[] = {{"from", &sc_type_real, offsetof(sc_ramp, from), "1",
-                                    .help = "scale at the beginning", .low = 0.01, .high = 1000},
-                                   {"to", &sc_type_real, offsetof(sc_ramp, to), "1",
-                                    .help = "scale at the end", .low = 0.01, .high = 1000},
-                                   {"during", &sc_type_span, offsetof(sc_ramp, begin), "[0%, 100%]",
-                                    .help = "part of the animation in which the scale changes"},
-                                   {"ease", &sc_type_ease, offsetof(sc_ramp, ease), "linear",
-                                    .help = "how the change begins and ends"},
-                                   {0}};
-
-/* Read a map of ramp_keys, or a number that holds for the whole animation, into an sc_ramp; or key
- * frames into its track. */
-static sc_status read_zoom(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    sc_ramp *zoom = value;
-    sc_status status;
-
-    if (node->kind == SC_YAML_LIST)
-        return sc_read_track(ctx, key, node, (sc_track *)((char *)value + key->track));
-    if (node->kind == SC_YAML_MAP)
-        return sc_keys_read(ctx, key->keys, node, zoom);
-    status = sc_read_real(ctx, node, key->low, key->high, &zoom->from);
-    if (status == SC_OK)
-        zoom->to = zoom->from;
-    return status;
-}
-
-static sc_status write_zoom(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
-{
-    const sc_track *track = (const sc_track *)((const char *)value + key->track);
-
-    (void)indent;
-    return track->count ? sc_write_track(ctx, key, track, text)
-                        : sc_keys_write_flow(ctx, key->keys, value, text);
-}
-
-static json_t *zoom_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s, s:f, s:f}, o, o]}", "anyOf", "type", "number", "minimum", key->low,
-                     "maximum", key->high, sc_keys_schema(key->keys), sc_track_schema(key));
-}
-
-const sc_value_type sc_type_zoom = {
-    .name = "number, map or key frames",
-    .expected = "a number, {from, to, during, ease} or key frames",
-    .read = read_zoom,
-    .write = write_zoom,
-    .schema = zoom_schema,
-    .container = SC_CONTAINER_MAP,
-};
 
 #define CAMERA(member) offsetof(sc_orbit, member)
 /* The value of sc_key.track of a member of sc_orbit. */
@@ -117,25 +67,65 @@ const sc_key sc_camera_keys[] = {
      .keys = fixed_keys, .alternative = "orbit or fixed", .given = SC_GIVEN(sc_orbit, fixed)},
     {"projection", &sc_type_choice, CAMERA(projection), "perspective",
      .help = "perspective, or orthographic: parallel rays", .choices = projections},
-    {"zoom", &sc_type_zoom, CAMERA(zoom), NULL,
-     .help = "scale of the picture: a number, or a map or key frames for one that changes",
-     .low = 0.01, .high = 1000, .track = TRACK(zoom, zoom_track), .keys = ramp_keys,
-     .shorthand = "from", .option = &(const sc_key_option){"zoom", "FACTOR", "orbit still"}},
+    {"zoom", &sc_type_tracked, CAMERA(zoom), "1", .help = "scale of the picture; 1: as framed",
+     .low = 0.01, .high = 1000, .track = TRACK(zoom, zoom_track),
+     .option = &(const sc_key_option){"zoom", "FACTOR", "orbit still"}},
     {0}};
 
 /* ---- slices ---- */
 
-const sc_key sc_slices_keys[] = {
-    {"point_mm", &sc_type_tracked_point, offsetof(sc_slices, point_mm), NULL,
-     .track = offsetof(sc_slices, point_track) - offsetof(sc_slices, point_mm),
-     .help = "where the three slices cross", .low = -1e6, .high = 1e6, .unit = "mm",
-     .given = SC_GIVEN(sc_slices, has_point), .without = "the slices move, by from and to",
-     .option = &(const sc_key_option){"point", "R,A,S", "still"}},
-    {"from", &sc_type_share, offsetof(sc_slices, share.from), "0%",
-     .help = "where the slices begin, as a share of the way through what is visible"},
-    {"to", &sc_type_share, offsetof(sc_slices, share.to), "100%", .help = "where the slices end"},
-    {"during", &sc_type_span, offsetof(sc_slices, share.begin), "[0%, 100%]",
-     .help = "part of the animation in which the slices move"},
-    {"ease", &sc_type_ease, offsetof(sc_slices, share.ease), "linear",
-     .help = "how the movement begins and ends"},
-    {0}};
+static const sc_key point_row = {.name = "slices",
+                                 .type = &sc_type_tracked_point,
+                                 .low = -1e6,
+                                 .high = 1e6,
+                                 .track = offsetof(sc_slices, point_track) -
+                                          offsetof(sc_slices, point_mm)};
+static const sc_key share_row = {.name = "slices",
+                                 .type = &sc_type_tracked_share,
+                                 .track =
+                                     offsetof(sc_slices, share_track) - offsetof(sc_slices, share)};
+
+/* @return whether a value, or the first of a track, is a point. */
+static bool is_point(const sc_yaml *node)
+{
+    while (node->kind == SC_YAML_MAP && node->count)
+        node = sc_yaml_member(node, "value") ? sc_yaml_member(node, "value") : node->items[0];
+    return node->kind == SC_YAML_LIST || (node->kind == SC_YAML_SCALAR && strchr(node->text, ','));
+}
+
+/* sc_slices: a share, a point, or a track of such. */
+static sc_status read_slices(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_slices *slices = value;
+
+    (void)key;
+    slices->has_point = is_point(node);
+    return slices->has_point ? point_row.type->read(ctx, &point_row, node, &slices->point_mm)
+                             : share_row.type->read(ctx, &share_row, node, &slices->share);
+}
+
+static sc_status write_slices(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const sc_slices *slices = value;
+
+    (void)key;
+    return slices->has_point
+               ? point_row.type->write(ctx, &point_row, &slices->point_mm, indent, text)
+               : share_row.type->write(ctx, &share_row, &slices->share, indent, text);
+}
+
+static json_t *slices_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[o, o]}", "anyOf", point_row.type->schema(&point_row),
+                     share_row.type->schema(&share_row));
+}
+
+const sc_value_type sc_type_slices = {
+    .name = "share, [R, A, S] or key frames",
+    .expected = "a share such as 40%, a point [R, A, S], or key frames of such",
+    .read = read_slices,
+    .write = write_slices,
+    .schema = slices_schema,
+};

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Clip planes of a job: moving planes, planes that stand still, and boxes, which are six planes. */
+/* Clip planes of a job, and boxes, which are six planes. */
 #include "key.h"
 #include "segcast/job.h"
 
@@ -9,20 +9,7 @@
 /* ---- rows ---- */
 
 #define PLANE(member) offsetof(plane_entry, member)
-#define NORMAL(type)                                                                               \
-    "normal", type, PLANE(sweep.normal), NULL, .help = "direction towards what the plane keeps",   \
-                                               .low = -1e6, .high = 1e6, .required = true
-
-#define ACTIVE_ROW                                                                                 \
-    {                                                                                              \
-        "active", &type_active, PLANE(sweep.active_begin), NULL,                                   \
-            .help = "part of the animation in which the plane cuts; before and after it is not "   \
-                    "there; or key frames of true and false",                                      \
-            .track = offsetof(sc_sweep, active_track) - offsetof(sc_sweep, active_begin),          \
-            .given = SC_GIVEN(plane_entry, sweep.has_active), .without = "all of it"               \
-    }
-
-/* What a sweep or a plane of the file is read into. */
+/* What a plane of the file is read into. */
 typedef struct plane_entry {
     sc_sweep sweep;
     bool has_point;
@@ -69,12 +56,16 @@ static const sc_value_type type_key_position = {
     .schema = position_schema,
 };
 
-/* A position, or key frames of positions; @p value is the whole plane_entry. */
+/* A position, a point, or key frames of positions; @p value is the whole plane_entry. */
 static sc_status read_at(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    sc_sweep *sweep = &((plane_entry *)value)->sweep;
+    plane_entry *entry = value;
+    sc_sweep *sweep = &entry->sweep;
     sc_status status;
 
+    entry->has_point = node->kind == SC_YAML_LIST;
+    if (entry->has_point)
+        return sc_type_point.read(ctx, key, node, &entry->point_mm);
     if (!sc_is_track(node))
         return sc_type_plane_position.read(ctx, key, node, &sweep->from);
     status = sc_read_track(ctx, key, node, &sweep->at_track);
@@ -86,8 +77,11 @@ static sc_status read_at(const sc_ctx *ctx, const sc_key *key, const sc_yaml *no
 static sc_status write_at(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                           sc_text *text)
 {
-    const sc_sweep *sweep = &((const plane_entry *)value)->sweep;
+    const plane_entry *entry = value;
+    const sc_sweep *sweep = &entry->sweep;
 
+    if (entry->has_point)
+        return sc_type_point.write(ctx, key, &entry->point_mm, indent, text);
     return sweep->at_track.count
                ? sc_write_track(ctx, key, &sweep->at_track, text)
                : sc_type_plane_position.write(ctx, key, &sweep->from, indent, text);
@@ -95,12 +89,13 @@ static sc_status write_at(const sc_ctx *ctx, const sc_key *key, const void *valu
 
 static json_t *at_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, o]}", "anyOf", position_schema(key), sc_track_schema(key));
+    return json_pack("{s:[o, o, o]}", "anyOf", position_schema(key), sc_type_point.schema(key),
+                     sc_track_schema(key));
 }
 
 static const sc_value_type type_at = {
-    .name = "position or key frames",
-    .expected = "a position such as 40% or 12 mm",
+    .name = "position, [R, A, S] or key frames",
+    .expected = "a position such as 40% or 12 mm, or a point of the plane, [R, A, S] in mm",
     .of_key_frames = &type_key_position,
     .read = read_at,
     .write = write_at,
@@ -134,7 +129,7 @@ static json_t *active_schema(const sc_key *key)
 static const sc_value_type type_active = {
     .name = "[begin, end] or key frames",
     .expected = "the begin and the end of a part of the animation, such as [2s, 5s], or key frames "
-                "such as [{at: 0s, value: true}, {at: 4s, value: false}]",
+                "such as {0s: true, 4s: false}",
     .of_key_frames = &sc_type_key_bool,
     .read = read_active,
     .write = write_active,
@@ -143,79 +138,73 @@ static const sc_value_type type_active = {
 
 /* ---- rows of a plane ---- */
 
-static const sc_key sweep_keys[] = {
-    {NORMAL(&sc_type_direction)},
-    {"from", &sc_type_plane_position, PLANE(sweep.from), "0%",
-     .help = "where the plane begins: a share of the way through what is visible, or mm along its "
-             "normal"},
-    {"to", &sc_type_plane_position, PLANE(sweep.to), "50%", .help = "where the plane ends"},
-    {"during", &sc_type_span, PLANE(sweep.begin), "[0%, 100%]",
-     .help = "part of the animation in which the plane moves"},
-    {"ease", &sc_type_ease, PLANE(sweep.ease), "linear",
-     .help = "how the movement begins and ends"},
-    ACTIVE_ROW,
-    {0}};
-
 static const sc_key plane_keys[] = {
-    {NORMAL(&sc_type_tracked_direction),
+    {"normal", &sc_type_tracked_direction, PLANE(sweep.normal), NULL,
+     .help = "direction towards what the plane keeps", .low = -1e6, .high = 1e6, .required = true,
      .track = offsetof(sc_sweep, normal_track) - offsetof(sc_sweep, normal)},
     {"at", &type_at, 0, "50%",
-     .help = "where the plane stands: a share of the way through what is visible, or mm along its "
-             "normal",
-     .alternative = "at or at_point"},
-    {"at_point", &sc_type_point, PLANE(point_mm), NULL,
-     .help =
-         "a point of the plane in patient coordinates, as segcast still --sheet views prints them",
-     .low = -1e6, .high = 1e6, .unit = "mm", .given = SC_GIVEN(plane_entry, has_point),
-     .without = "at", .alternative = "at or at_point"},
-    ACTIVE_ROW,
+     .help = "where the plane stands: a share of the way through what is visible, mm along its "
+             "normal, or a point of it in patient coordinates, as segcast still --sheet views "
+             "prints them",
+     .low = -1e6, .high = 1e6},
+    {"active", &type_active, PLANE(sweep.active_begin), NULL,
+     .help = "part of the animation in which the plane cuts; before and after it is not there; or "
+             "key frames of true and false",
+     .track = offsetof(sc_sweep, active_track) - offsetof(sc_sweep, active_begin),
+     .given = SC_GIVEN(plane_entry, sweep.has_active), .without = "all of it"},
     {0}};
 
-/* The corner of a box: three positions, along R, A and S. */
-typedef struct corner {
-    sc_plane_position along[3];
-} corner;
+/* A box: two corners, each of three positions, along R, A and S. */
 typedef struct box_entry {
-    corner from, to;
+    sc_plane_position from[3], to[3];
 } box_entry;
 
-/* Read a list of three positions into a corner. */
-static sc_status read_corner(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+/* Read corner @p c of a box, a list of three positions. */
+static sc_status read_corner(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, size_t c,
+                             sc_plane_position along[3])
 {
     sc_status status = SC_OK;
 
-    if (node->kind != SC_YAML_LIST || node->count != 3)
-        return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < 3 && status == SC_OK; i++) {
         const sc_key each = {.name = key->name, .type = &sc_type_plane_position};
-        sc_yaml item = *node->items[i];
+        sc_yaml item = *node->items[c]->items[i];
 
         item.key = node->key; /* for messages: items of a list have no key of their own */
-        status = each.type->read(ctx, &each, &item, &((corner *)value)->along[i]);
+        status = each.type->read(ctx, &each, &item, &along[i]);
     }
     return status;
 }
 
-static json_t *corner_schema(const sc_key *key)
+static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                              void *value)
 {
-    return json_pack("{s:s, s:o, s:i, s:i}", "type", "array", "items",
-                     sc_type_plane_position.schema(key), "minItems", 3, "maxItems", 3);
+    box_entry *box = value;
+    const bool are_two = node->kind == SC_YAML_LIST && node->count == 2;
+    sc_status status;
+
+    for (size_t i = 0; i < 2; i++) {
+        if (!are_two || node->items[i]->kind != SC_YAML_LIST || node->items[i]->count != 3)
+            return sc_wrong_type(ctx, node, key->type->expected);
+    }
+    status = read_corner(ctx, key, node, 0, box->from);
+    (void)sc_goes_on(&status, read_corner(ctx, key, node, 1, box->to));
+    return status;
+}
+
+static json_t *corners_schema(const sc_key *key)
+{
+    return json_pack("{s:s, s:{s:s, s:o, s:i, s:i}, s:i, s:i}", "type", "array", "items", "type",
+                     "array", "items", sc_type_plane_position.schema(key), "minItems", 3,
+                     "maxItems", 3, "minItems", 2, "maxItems", 2);
 }
 
 /* It has no write function, because a box is written as its six planes. */
-static const sc_value_type type_corner = {
-    .name = "[R, A, S]",
-    .expected = "three positions along R, A and S, such as [0%, 25%, 10 mm]",
-    .read = read_corner,
-    .schema = corner_schema,
+static const sc_value_type type_corners = {
+    .name = "two corners",
+    .expected = "two corners along R, A and S, such as [[0%, 25%, 0%], [100%, 100%, 10 mm]]",
+    .read = read_corners,
+    .schema = corners_schema,
 };
-
-static const sc_key box_keys[] = {{"from", &type_corner, offsetof(box_entry, from), "[0%, 0%, 0%]",
-                                   .help = "the corner at the patient's left, back and feet"},
-                                  {"to", &type_corner, offsetof(box_entry, to),
-                                   "[100%, 100%, 100%]",
-                                   .help = "the corner at the patient's right, front and head"},
-                                  {0}};
 
 /* ---- exceptions ---- */
 
@@ -225,38 +214,27 @@ static json_t *tissue_list_schema(const sc_key *key)
     return json_pack("{s:s, s:{s:s}}", "type", "array", "items", "type", "string");
 }
 
-/* A key frame of the exceptions of a plane. */
-typedef struct except_entry {
-    double at;
-    const sc_yaml *list; /* borrowed */
-} except_entry;
-
 static sc_status read_list(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     if (node->kind != SC_YAML_LIST)
         return sc_wrong_type(ctx, node, key->type->expected);
-    *(const sc_yaml **)value = node;
-    return SC_OK;
+    return sc_yaml_copy(ctx, node, (sc_yaml **)value);
 }
 
 static const sc_value_type type_key_list = {
     .name = "list of tissues",
     .expected = "a list of tissues, such as [aorta] or []",
+    .steps = true,
     .read = read_list,
     .schema = tissue_list_schema,
 };
 
-static const sc_key except_keys[] = {
-    {"at", &sc_type_time, offsetof(except_entry, at), .help = "when", .required = true},
-    {"value", &type_key_list, offsetof(except_entry, list),
-     .help = "tissues that stay whole from then on", .required = true},
-    {0}};
+static const sc_key except_key = {.name = "except", .type = &type_key_list};
 
 static json_t *except_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, {s:s, s:i, s:i, s:o}]}", "anyOf", tissue_list_schema(key), "type",
-                     "array", "minItems", 1, "maxItems", SC_CLIP_SPANS_MAX, "items",
-                     sc_keys_schema(except_keys));
+    return json_pack("{s:[o, o]}", "anyOf", tissue_list_schema(key),
+                     sc_key_frames_schema(&except_key));
 }
 
 /* It has no read function: read_entry reads it with read_except, for each plane of the entry. */
@@ -267,12 +245,12 @@ static const sc_value_type type_except = {
 };
 
 const sc_key sc_clip_keys[] = {
-    {"sweep", &sc_type_map, 0, NULL, .help = "a plane that moves", .keys = sweep_keys,
-     .alternative = "sweep, plane or box", .required = true},
-    {"plane", &sc_type_map, 0, NULL, .help = "a plane that stands still", .keys = plane_keys,
-     .alternative = "sweep, plane or box", .required = true},
-    {"box", &sc_type_map, 0, NULL, .help = "six planes around what is kept", .keys = box_keys,
-     .alternative = "sweep, plane or box", .required = true},
+    {"plane", &sc_type_map, 0, NULL, .help = "a plane", .keys = plane_keys,
+     .alternative = "plane or box", .required = true},
+    {"box", &type_corners, 0, NULL,
+     .help = "six planes around what is kept: its corner at the patient's left, back and feet, and "
+             "that at the right, front and head",
+     .alternative = "plane or box", .required = true},
     {"except", &type_except, 0, NULL,
      .help = "tissues that stay whole: names, globs or label numbers; may have key frames",
      .without = "none"},
@@ -316,45 +294,29 @@ static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int pla
     return status;
 }
 
-/* Read key frame @p i of the exceptions of a plane; it has to come after the one before it. @return
- * the first mistake; all are logged. */
-static sc_status read_span(const sc_ctx *ctx, const sc_yaml *list, size_t i, int plane,
-                           sc_sweep *sweep, sc_job *job)
-{
-    const sc_yaml *node = list->items[i];
-    except_entry entry = {0};
-    sc_status status;
-
-    if (node->kind != SC_YAML_MAP)
-        return sc_yaml_fail(ctx, node,
-                            "except has tissues beside key frames; expected either a list of "
-                            "tissues, or key frames such as {at: 2s, value: [aorta]}");
-    status = sc_keys_read(ctx, except_keys, node, &entry);
-    if (status != SC_OK)
-        return status;
-    if (i > 0 && entry.at <= sweep->except_at[i - 1])
-        return sc_track_disorder(ctx, list, i);
-    sweep->except_at[i] = entry.at;
-    sweep->except_count = (int)i + 1;
-    return read_exceptions(ctx, entry.list, plane, (int)i, job);
-}
-
-/* Read the exceptions of the plane with that index: a list of tissues, or key frames of such lists.
+/* Read the exceptions of the plane with that index: a list of tissues, or a track of such lists.
  * @return the first mistake; all are logged. */
-static sc_status read_except(const sc_ctx *ctx, const sc_yaml *list, int plane, sc_job *job)
+static sc_status read_except(const sc_ctx *ctx, const sc_yaml *node, int plane, sc_job *job)
 {
     sc_sweep *sweep = &job->animation.sweeps[plane];
-    sc_status status = SC_OK;
+    sc_yaml *lists[SC_CLIP_SPANS_MAX] = {NULL};
+    sc_key_frame frames[SC_CLIP_SPANS_MAX];
+    const sc_track_room room = {frames, lists, sizeof *lists, &sweep->except_count,
+                                SC_CLIP_SPANS_MAX};
+    sc_status status;
 
-    if (list->kind != SC_YAML_LIST)
-        return sc_wrong_type(ctx, list, type_except.expected);
-    if (list->count == 0 || list->items[0]->kind != SC_YAML_MAP)
-        return read_exceptions(ctx, list, plane, 0, job);
-    if (list->count > SC_CLIP_SPANS_MAX)
-        return sc_yaml_fail(ctx, list, "except has %zu key frames, expected 1 to %d", list->count,
-                            SC_CLIP_SPANS_MAX);
-    for (size_t i = 0; i < list->count && status == SC_OK; i++)
-        status = read_span(ctx, list, i, plane, sweep, job);
+    if (node->kind == SC_YAML_SCALAR)
+        return sc_wrong_type(ctx, node, type_except.expected);
+    if (node->kind == SC_YAML_LIST)
+        return read_exceptions(ctx, node, plane, 0, job);
+    status = sc_read_key_frames(ctx, &except_key, node, &room);
+    for (int i = 0; i < SC_CLIP_SPANS_MAX; i++) {
+        if (lists[i] && i < sweep->except_count) {
+            sweep->except_at[i] = frames[i].at;
+            (void)sc_goes_on(&status, read_exceptions(ctx, lists[i], plane, i, job));
+        }
+        sc_yaml_free(lists[i]);
+    }
     return status;
 }
 
@@ -363,12 +325,10 @@ static sc_status too_many(const sc_ctx *ctx, const sc_yaml *node)
     return sc_yaml_fail(ctx, node, "more than %d clip planes (a box counts as six)", SC_PLANES_MAX);
 }
 
-/* Append a plane to job->animation.sweeps. @p key: the row sweep or plane, which tells whether it
- * moves.
- * @return SC_ERR_DATA or SC_ERR_USAGE. */
+/* Append a plane to job->animation.sweeps. @p key: its row. @return SC_ERR_DATA or SC_ERR_USAGE. */
 static sc_status read_plane(const sc_ctx *ctx, const sc_key *key, const sc_yaml *body, sc_job *job)
 {
-    plane_entry entry = {.sweep = {.end = 1}};
+    plane_entry entry = {0};
     sc_sweep *sweep = &entry.sweep;
     sc_status status;
 
@@ -385,10 +345,9 @@ static sc_status read_plane(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
         sweep->has_point = true;
         sweep->point_mm = entry.point_mm;
     }
-    if (key->keys == plane_keys)
-        sweep->to = sweep->at_track.count
-                        ? position_of(sweep->at_track.keys[sweep->at_track.count - 1].value)
-                        : sweep->from;
+    sweep->to = sweep->at_track.count
+                    ? position_of(sweep->at_track.keys[sweep->at_track.count - 1].value)
+                    : sweep->from;
     job->animation.sweeps[job->animation.sweep_count++] = *sweep;
     return SC_OK;
 }
@@ -402,10 +361,9 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *b
 
     if (job->animation.sweep_count + 6 > SC_PLANES_MAX)
         return too_many(ctx, body);
-    SC_TRY(sc_keys_set_defaults(ctx, key->keys, &box));
-    SC_TRY(sc_keys_read(ctx, key->keys, body, &box));
+    SC_TRY(key->type->read(ctx, key, body, &box));
     for (int i = 0; i < 3; i++) {
-        const sc_plane_position low = box.from.along[i], high = box.to.along[i];
+        const sc_plane_position low = box.from[i], high = box.to[i];
         const sc_plane_position back = {high.percent ? 100 - high.value : -high.value,
                                         high.percent};
 
@@ -413,16 +371,16 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *b
             return sc_yaml_fail(ctx, body, "the box is empty along its axis %d: from %g to %g",
                                 i + 1, low.value, high.value);
         job->animation.sweeps[job->animation.sweep_count++] =
-            (sc_sweep){.normal = axes[i], .from = low, .to = low, .end = 1};
+            (sc_sweep){.normal = axes[i], .from = low, .to = low};
         job->animation.sweeps[job->animation.sweep_count++] =
-            (sc_sweep){.normal = sc_vec3_scale(axes[i], -1), .from = back, .to = back, .end = 1};
+            (sc_sweep){.normal = sc_vec3_scale(axes[i], -1), .from = back, .to = back};
     }
 out:
     return status;
 }
 
 /* Check the keys of an entry, which have to name exactly one kind of plane. @param kind its row.
- * @param body the map that describes it. @return the first mistake; all are logged. */
+ * @param body what describes it. @return the first mistake; all are logged. */
 static sc_status find_body(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *entry,
                            const sc_key **kind, const sc_yaml **body)
 {
@@ -441,10 +399,9 @@ static sc_status find_body(const sc_ctx *ctx, const sc_key *keys, const sc_yaml 
             *body = entry->items[i];
         }
     }
-    if (kinds != 1 || (*body && (*body)->kind != SC_YAML_MAP))
+    if (kinds != 1 || (*body && (*kind)->keys && (*body)->kind != SC_YAML_MAP))
         (void)sc_goes_on(
-            &status,
-            sc_yaml_fail(ctx, entry, "a clip entry holds one map: either sweep, plane or box"));
+            &status, sc_yaml_fail(ctx, entry, "a clip entry holds either a map, plane, or a box"));
     return status;
 }
 
@@ -461,11 +418,10 @@ static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml
     sc_status status;
 
     if (entry->kind != SC_YAML_MAP)
-        return sc_wrong_type(ctx, entry, "{sweep: {...}}, {plane: {...}} or {box: {...}}");
+        return sc_wrong_type(ctx, entry, "{plane: {...}} or {box: [[...], [...]]}");
     status = find_body(ctx, keys, entry, &kind, &body);
     if (status == SC_OK)
-        status = kind->keys == box_keys ? read_box(ctx, kind, body, job)
-                                        : read_plane(ctx, kind, body, job);
+        status = (kind->keys ? read_plane : read_box)(ctx, kind, body, job);
     except = sc_yaml_member(entry, "except");
     last = job->animation.sweep_count - 1;
     for (int i = first; i <= last; i++)
@@ -514,7 +470,7 @@ out:
     return status;
 }
 
-/* Write the exceptions of one plane in one line: a list of tissues, or key frames of such. */
+/* Write the exceptions of one plane in one line: a list of tissues, or a track of such. */
 static sc_status write_except(const sc_ctx *ctx, const sc_job *job, int plane, sc_text *text)
 {
     const sc_sweep *sweep = &job->animation.sweeps[plane];
@@ -523,18 +479,16 @@ static sc_status write_except(const sc_ctx *ctx, const sc_job *job, int plane, s
     if (!sweep->except_count)
         return write_exceptions(ctx, job, plane, 0, text);
     for (int i = 0; i < sweep->except_count; i++) {
-        SC_TRY(sc_text_add(ctx, text, i ? "}, {at: " : "[{at: "));
-        SC_TRY(sc_type_time.write(ctx, &except_keys[0], &sweep->except_at[i], 0, text));
-        SC_TRY(sc_text_add(ctx, text, ", value: "));
+        SC_TRY(sc_text_add(ctx, text, i ? ", " : "{"));
+        SC_TRY(sc_write_number(ctx, sweep->except_at[i], 100, "%: ", text));
         SC_TRY(write_exceptions(ctx, job, plane, i, text));
     }
-    status = sc_text_add(ctx, text, "}]");
+    status = sc_text_add(ctx, text, "}");
 out:
     return status;
 }
 
-/* Write every plane but those with key frames as a sweep, though not all move, with the tissues
- * that it leaves whole. @p value is the whole sc_job. */
+/* Write every plane with the tissues that it leaves whole. @p value is the whole sc_job. */
 static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                             sc_text *text)
 {
@@ -545,10 +499,9 @@ static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *va
     for (int i = 0; i < job->animation.sweep_count && status == SC_OK; i++) {
         const sc_sweep *sweep = &job->animation.sweeps[i];
         const plane_entry entry = {*sweep, sweep->has_point, sweep->point_mm};
-        const bool has_keys = sweep->at_track.count || sweep->normal_track.count;
 
-        SC_TRY(sc_text_add(ctx, text, "\n%*s- %s: ", indent + 2, "", has_keys ? "plane" : "sweep"));
-        SC_TRY(sc_keys_write_flow(ctx, has_keys ? plane_keys : sweep_keys, &entry, text));
+        SC_TRY(sc_text_add(ctx, text, "\n%*s- plane: ", indent + 2, ""));
+        SC_TRY(sc_keys_write_flow(ctx, plane_keys, &entry, text));
         SC_TRY(sc_text_add(ctx, text, "\n%*sexcept: ", indent + 4, ""));
         status = write_except(ctx, job, i, text);
     }
@@ -563,7 +516,7 @@ static json_t *clip_schema(const sc_key *key)
 
 const sc_value_type sc_type_clip = {
     .name = "list of planes",
-    .expected = "a list of sweeps, planes and boxes",
+    .expected = "a list of planes and boxes",
     .read = read_clip,
     .write = write_clip,
     .schema = clip_schema,

@@ -55,39 +55,21 @@ static const sc_value_type type_range = {
 
 /* ---- the column, or key frames of columns ---- */
 
-/* A key frame while it is read and written. */
-typedef struct column_key {
-    sc_key_frame frame;
-    char column[SC_NAME_BYTES];
-} column_key;
-
-static const sc_key column_rows[] = {
-    {"at", &sc_type_key_time, offsetof(column_key, frame.at), .help = "when", .required = true},
-    {"value", &sc_type_text, offsetof(column_key, column), .help = "heading of the values then",
-     .bytes = SC_NAME_BYTES, .required = true},
-    {"ease", &sc_type_ease, offsetof(column_key, frame.ease), "linear",
-     .help = "how the change from the key frame before begins and ends"},
-    {0}};
-
-/* Read key frame @p i of a list; it has to come after the one before it. @return the first mistake;
- * all are logged. */
-static sc_status read_column_key(const sc_ctx *ctx, const sc_key *key, const sc_yaml *list,
-                                 size_t i, sc_column_track *track)
+/* @return where the key frames of a row lie: columns[i] is the value of key frame i. */
+static sc_track_room room_of(sc_column_track *track)
 {
-    sc_key_frame *keys = track->steps.keys;
-    column_key read = {0};
-    sc_status status;
+    return (sc_track_room){track->steps.keys, track->columns, sizeof *track->columns,
+                           &track->steps.count, SC_KEY_FRAMES_MAX};
+}
 
-    if (list->items[i]->kind != SC_YAML_MAP)
-        return sc_wrong_type(ctx, list, key->type->expected);
-    status = sc_keys_read(ctx, column_rows, list->items[i], &read);
-    if (status != SC_OK)
-        return status;
-    keys[i] = read.frame;
-    keys[i].value.x = (double)i;
-    memcpy(track->columns[i], read.column, sizeof read.column);
-    return i == 0 || sc_track_rises(keys[i - 1].at, keys[i].at) ? SC_OK
-                                                                : sc_track_disorder(ctx, list, i);
+/* @return the row of the column with the type of its values. */
+static sc_key heading_of(const sc_key *key)
+{
+    sc_key out = *key;
+
+    out.type = &sc_type_text;
+    out.bytes = SC_NAME_BYTES;
+    return out;
 }
 
 /* char[]: a heading; or key frames of headings. */
@@ -95,51 +77,40 @@ static sc_status read_columns(const sc_ctx *ctx, const sc_key *key, const sc_yam
                               void *value)
 {
     sc_column_track *track = (sc_column_track *)((char *)value + key->track);
-    sc_status status = SC_OK;
+    const sc_track_room room = room_of(track);
+    const sc_key heading = heading_of(key);
+    sc_status status;
 
     if (!sc_is_track(node))
         return sc_type_text.read(ctx, key, node, value);
-    if (node->count == 0 || node->count > SC_KEY_FRAMES_MAX)
-        return sc_yaml_fail(ctx, node, "%s has %zu key frames, expected 1 to %d", node->key,
-                            node->count, SC_KEY_FRAMES_MAX);
-    for (size_t i = 0; i < node->count && status == SC_OK; i++)
-        status = read_column_key(ctx, key, node, i, track);
-    if (status == SC_OK)
-        track->steps.count = (int)node->count;
+    status = sc_read_key_frames(ctx, &heading, node, &room);
+    for (int i = 0; i < track->steps.count; i++)
+        track->steps.keys[i].value.x = i;
     return status;
 }
 
 static sc_status write_columns(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                                sc_text *text)
 {
-    const sc_column_track *track = (const sc_column_track *)((const char *)value + key->track);
-    sc_status status = SC_OK;
+    sc_column_track track = *(const sc_column_track *)((const char *)value + key->track);
+    const sc_track_room room = room_of(&track);
+    const sc_key heading = heading_of(key);
 
-    if (!track->steps.count)
-        return sc_type_text.write(ctx, key, value, indent, text);
-    for (int i = 0; i < track->steps.count && status == SC_OK; i++) {
-        column_key written = {.frame = track->steps.keys[i]};
-
-        memcpy(written.column, track->columns[i], sizeof written.column);
-        SC_TRY(sc_text_add(ctx, text, i ? ", " : "["));
-        status = sc_keys_write_flow(ctx, column_rows, &written, text);
-    }
-    if (status == SC_OK)
-        status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    return track.steps.count ? sc_write_key_frames(ctx, &heading, &room, text)
+                             : sc_type_text.write(ctx, key, value, indent, text);
 }
 
 static json_t *columns_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, {s:s, s:i, s:i, s:o}]}", "anyOf", sc_type_text.schema(key), "type",
-                     "array", "minItems", 1, "maxItems", SC_KEY_FRAMES_MAX, "items",
-                     sc_keys_schema(column_rows));
+    const sc_key heading = heading_of(key);
+
+    return json_pack("{s:[o, o]}", "anyOf", sc_type_text.schema(key),
+                     sc_key_frames_schema(&heading));
 }
 
 static const sc_value_type type_columns = {
     .name = "text or key frames",
-    .expected = "a text, or key frames such as [{at: 0s, value: age_20}, {at: 4s, value: age_40}]",
+    .expected = "a text, or key frames such as {0s: age_20, 4s: age_40}",
     .read = read_columns,
     .write = write_columns,
     .schema = columns_schema,

@@ -108,73 +108,6 @@ static const sc_value_type type_subjects = {
     .container = SC_CONTAINER_LIST,
 };
 
-/* ---- the divider ---- */
-
-static const sc_key ramp_keys[] = {
-    {"from", &sc_type_share, offsetof(sc_ramp, from), "100%",
-     .help = "where it begins, as a share of the width from the left"},
-    {"to", &sc_type_share, offsetof(sc_ramp, to), "0%", .help = "where it ends"},
-    {"during", &sc_type_span, offsetof(sc_ramp, begin), "[0%, 100%]",
-     .help = "part of the animation in which it moves"},
-    {"ease", &sc_type_ease, offsetof(sc_ramp, ease), "linear",
-     .help = "how the movement begins and ends"},
-    {0}};
-
-/* @return the row of a divider as that of a share, whose key frames it has. */
-static sc_key share_of(const sc_key *key)
-{
-    sc_key out = *key;
-
-    out.type = &sc_type_share;
-    return out;
-}
-
-/* Read a share, a map of ramp_keys, or key frames. @p value is the ramp. */
-static sc_status read_divider(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
-                              void *value)
-{
-    const sc_key share = share_of(key);
-    sc_ramp *ramp = value;
-    sc_status status;
-
-    if (node->kind == SC_YAML_LIST)
-        return sc_read_track(ctx, &share, node, (sc_track *)((char *)value + key->track));
-    if (node->kind == SC_YAML_MAP)
-        return sc_keys_read(ctx, key->keys, node, ramp);
-    status = sc_type_share.read(ctx, key, node, &ramp->from);
-    if (status == SC_OK)
-        ramp->to = ramp->from;
-    return status;
-}
-
-static sc_status write_divider(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                               sc_text *text)
-{
-    const sc_track *track = (const sc_track *)((const char *)value + key->track);
-    const sc_key share = share_of(key);
-
-    (void)indent;
-    return track->count ? sc_write_track(ctx, &share, track, text)
-                        : sc_keys_write_flow(ctx, key->keys, value, text);
-}
-
-static json_t *divider_schema(const sc_key *key)
-{
-    const sc_key share = share_of(key);
-
-    return json_pack("{s:[o, o, o]}", "anyOf", sc_type_share.schema(key), sc_keys_schema(key->keys),
-                     sc_track_schema(&share));
-}
-
-const sc_value_type sc_type_divider = {
-    .name = "share, map or key frames",
-    .expected = "a share of the width such as 50%, {from, to, during, ease} or key frames",
-    .read = read_divider,
-    .write = write_divider,
-    .schema = divider_schema,
-    .container = SC_CONTAINER_MAP,
-};
-
 /* ---- rows ---- */
 
 static const sc_choice aligns[] = {{"center", SC_ALIGN_CENTER}, {"none", SC_ALIGN_NONE}, {NULL, 0}};
@@ -194,11 +127,11 @@ const sc_key sc_compare_keys[] = {
      .help = "center: the middles of what is shown of the volumes are brought to one point; none: "
              "they lie as their files place them",
      .choices = aligns},
-    {"divider", &sc_type_divider, COMPARE(divider), NULL,
+    {"divider", &sc_type_tracked_share, COMPARE(divider), NULL,
      .help =
          "instead of side by side: two volumes in one picture, the job's own left of an upright "
-         "line and the other right of it; where the line stands, and how it moves",
+         "line and the other right of it; where the line stands, as a share of the width from the "
+         "left",
      .track = offsetof(sc_comparison, divider_track) - offsetof(sc_comparison, divider),
-     .keys = ramp_keys, .shorthand = "from", .given = SC_GIVEN(sc_comparison, has_divider),
-     .without = "side by side"},
+     .given = SC_GIVEN(sc_comparison, has_divider), .without = "side by side"},
     {0}};

@@ -92,7 +92,7 @@ static const sc_value_type type_window = {
     .of_key_frames = &type_pair,
     .expected =
         "auto, level and width of the values from black to white, such as [40, 400], or key "
-        "frames such as [{at: 0s, value: [40, 400]}, {at: 4s, value: [300, 1500]}]",
+        "frames such as {0s: [40, 400], 4s: [300, 1500]}",
     .read = read_window,
     .write = write_window,
     .schema = window_schema,

@@ -177,12 +177,21 @@ static bool is_resolved(const clock_of_job *clock, const sc_yaml *list)
     return list->count == 2 && (times < 2 || frames[0] <= frames[1]);
 }
 
-/* Is @p item the time of a key frame, a map in a list? The position of a plane, too, is called
- * "at", but in a map with a name. */
-static bool is_key_time(const sc_yaml *map, const sc_yaml *item)
+/* As resolve_time, if the key of @p item is a time: then it is that of a key frame in the track @p
+ * map. */
+static sc_status resolve_key(const sc_ctx *ctx, const clock_of_job *clock, const sc_yaml *map,
+                             sc_yaml *item)
 {
-    return map->kind == SC_YAML_MAP && !map->key && item->kind == SC_YAML_SCALAR &&
-           !strcmp(item->key, "at");
+    sc_yaml time = {
+        .kind = SC_YAML_SCALAR, .line = item->line, .origin = item->origin, .text = item->key};
+    const sc_status status = resolve_time(ctx, clock, map->key, &time);
+
+    item->key = time.text;
+    if (time.given) {
+        sc_free(item->key_given);
+        item->key_given = time.given;
+    }
+    return status;
 }
 
 /* Turn all times in the lists called "during" or "active" and of key frames in and below @p node
@@ -190,7 +199,7 @@ static bool is_key_time(const sc_yaml *map, const sc_yaml *item)
  */
 static sc_status resolve_below(const sc_ctx *ctx, const clock_of_job *clock, sc_yaml *node)
 {
-    const bool is_part = node->kind == SC_YAML_LIST && node->key && !sc_is_track(node) &&
+    const bool is_part = node->kind == SC_YAML_LIST && node->key &&
                          (!strcmp(node->key, "during") || !strcmp(node->key, "active"));
     sc_status status = SC_OK;
 
@@ -198,11 +207,14 @@ static sc_status resolve_below(const sc_ctx *ctx, const clock_of_job *clock, sc_
         return SC_OK;
     for (size_t i = 0; i < node->count; i++) {
         sc_yaml *item = node->items[i];
-        const bool is_time = is_part || is_key_time(node, item);
+        sc_status found = SC_OK;
 
-        if (!sc_goes_on(&status,
-                        is_time ? resolve_time(ctx, clock, is_part ? node->key : item->key, item)
-                                : resolve_below(ctx, clock, item)))
+        if (node->kind == SC_YAML_MAP)
+            found = resolve_key(ctx, clock, node, item);
+        if (found == SC_OK)
+            found = is_part ? resolve_time(ctx, clock, node->key, item)
+                            : resolve_below(ctx, clock, item);
+        if (!sc_goes_on(&status, found))
             break;
     }
     return status;
@@ -211,11 +223,16 @@ static sc_status resolve_below(const sc_ctx *ctx, const clock_of_job *clock, sc_
 sc_status sc_times_resolve(const sc_ctx *ctx, const sc_job *job, bool is_film, sc_yaml *root)
 {
     static const char *const maps[] = {"animation", "color_by", "compare", "image",
-                                       "light",     "overlays", "render",  "tissues"};
+                                       "light",     "overlays", "render"};
     clock_of_job clock = clock_of(ctx, root, job);
+    sc_yaml *tissues = sc_yaml_member(root, "tissues");
     sc_status status = SC_OK;
 
     clock.is_film = is_film;
+    for (size_t i = 0; tissues && i < tissues->count; i++) { /* whose keys are names, even "2s" */
+        if (!sc_goes_on(&status, resolve_below(ctx, &clock, tissues->items[i])))
+            return status;
+    }
     for (size_t i = 0; i < SC_COUNT_OF(maps); i++) {
         sc_yaml *map = sc_yaml_member(root, maps[i]);
 

@@ -67,11 +67,36 @@ static json_t *opacity_schema(const sc_key *key)
 
 static const sc_value_type type_opacity = {
     .name = "number, auto or key frames",
-    .expected = "auto, a number from 0 to 1, or key frames such as [{at: 0s, value: 1}, {at: 4s, "
-                "value: 0.2}]",
+    .expected = "auto, a number from 0 to 1, or key frames such as {0s: 1, 4s: 0.2}",
     .read = read_opacity,
     .write = write_opacity,
     .schema = opacity_schema,
+};
+
+/* double: a number, or auto, which is below 0. */
+static sc_status read_interior(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                               void *value)
+{
+    if (node->kind != SC_YAML_SCALAR || strcmp(node->text, "auto"))
+        return sc_type_real.read(ctx, key, node, value);
+    *(double *)value = -1;
+    return SC_OK;
+}
+
+static sc_status write_interior(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                                sc_text *text)
+{
+    if (*(const double *)value < 0)
+        return sc_text_add(ctx, text, "auto");
+    return sc_type_real.write(ctx, key, value, indent, text);
+}
+
+static const sc_value_type type_interior = {
+    .name = "number or auto",
+    .expected = "auto or a number from 0 to 1",
+    .read = read_interior,
+    .write = write_interior,
+    .schema = sc_number_or_auto_schema,
 };
 
 #define RULE(member) (offsetof(rule_entry, rule) + offsetof(sc_tissue_rule, member))
@@ -89,9 +114,10 @@ const sc_key sc_tissue_keys[] = {
      .help = "opacity of its surface (voxel surface: per voxel length), or auto: see "
              "render.auto_opacity; may have key frames",
      .low = 0, .high = 1, HAS(opacity), .without = "the label table's, else auto"},
-    {"interior_opacity", &sc_type_real, RULE(interior_opacity), NULL,
-     .help = "opacity of its other voxels, per voxel length; only for surface: voxel", .low = 0,
-     .high = 1, HAS(interior_opacity), .without = "0"},
+    {"interior_opacity", &type_interior, RULE(interior_opacity), NULL,
+     .help = "opacity of its other voxels, per voxel length, or auto: that of its surface, as the "
+             "paper draws without acceleration; only for surface: voxel",
+     .low = 0, .high = 1, HAS(interior_opacity), .without = "0"},
     {"visible", &sc_type_tracked_bool, RULE(visible), NULL,
      .help = "whether the tissue is shown at all; may have key frames, at which it comes and goes",
      HAS(visible), .track = offsetof(rule_entry, visible_track) - RULE(visible),

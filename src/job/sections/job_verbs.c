@@ -9,8 +9,10 @@
 /* What a verb of the file is read into. The list of its tissues goes to the job. */
 typedef struct verb_entry {
     sc_verb verb;
-    sc_job *job; /* borrowed */
-    int index;   /* of the verb in the job */
+    sc_job *job;  /* borrowed */
+    int index;    /* of the verb in the job */
+    bool chooses; /* fly: it says where the way leads through its tissues */
+    int held;     /* hold: always the orbit */
 } verb_entry;
 
 #define VERB(member) offsetof(verb_entry, verb.member)
@@ -153,8 +155,7 @@ static const sc_value_type type_target = {
 };
 
 /* Read a list of points. @p value is the whole verb_entry. @return the first mistake. */
-static sc_status read_through(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
-                              void *value)
+static sc_status read_points(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_verb *verb = &((verb_entry *)value)->verb;
     const sc_key point = {
@@ -180,8 +181,8 @@ out:
     return status;
 }
 
-static sc_status write_through(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                               sc_text *text)
+static sc_status write_points(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
 {
     const sc_verb *verb = &((const verb_entry *)value)->verb;
     sc_status status = SC_OK;
@@ -195,18 +196,72 @@ out:
     return status;
 }
 
-static json_t *through_schema(const sc_key *key)
+static json_t *points_schema(const sc_key *key)
 {
     return json_pack("{s:s, s:i, s:i, s:o}", "type", "array", "minItems", 1, "maxItems",
                      SC_THROUGH_MAX, "items", sc_list_schema("number", key->low, key->high, 3));
 }
 
+/* Read where the way through tissues leads: points, or middles. */
+static sc_status read_through(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                              void *value)
+{
+    bool *middles = &((verb_entry *)value)->verb.middles;
+
+    *middles = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "middles");
+    return *middles ? SC_OK : read_points(ctx, key, node, value);
+}
+
+static sc_status write_through(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                               sc_text *text)
+{
+    return ((const verb_entry *)value)->verb.middles ? sc_text_add(ctx, text, "middles")
+                                                     : write_points(ctx, key, value, indent, text);
+}
+
+static json_t *through_schema(const sc_key *key)
+{
+    return json_pack("{s:[{s:s}, o]}", "anyOf", "const", "middles", points_schema(key));
+}
+
 static const sc_value_type type_through = {
-    .name = "points",
-    .expected = "a list of points in RAS millimetres, such as [[0, 0, 10], [5, 0, 40]]",
+    .name = "points or middles",
+    .expected = "middles, or a list of points in RAS millimetres, such as [[0, 0, 10], [5, 0, 40]]",
     .read = read_through,
     .write = write_through,
     .schema = through_schema,
+};
+
+/* Read tissues, or the points of a curve. */
+static sc_status read_fly(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_verb *verb = &((verb_entry *)value)->verb;
+
+    verb->has_tissues =
+        node->kind != SC_YAML_LIST || !node->count || node->items[0]->kind != SC_YAML_LIST;
+    return (verb->has_tissues ? read_verb_tissues : read_points)(ctx, key, node, value);
+}
+
+static sc_status write_fly(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                           sc_text *text)
+{
+    const bool has_tissues = ((const verb_entry *)value)->verb.has_tissues;
+
+    return (has_tissues ? write_verb_tissues : write_points)(ctx, key, value, indent, text);
+}
+
+static json_t *fly_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, o]}", "anyOf", verb_tissues_schema(key), points_schema(key));
+}
+
+static const sc_value_type type_fly = {
+    .name = "tissues or points",
+    .expected = "a tissue, a list of tissues, or a list of points in RAS millimetres, such as "
+                "[[0, 0, 10], [5, 0, 40]]",
+    .read = read_fly,
+    .write = write_fly,
+    .schema = fly_schema,
 };
 
 /* ---- rows ---- */
@@ -218,253 +273,183 @@ static const sc_choice orders[] = {
     {"posterior", SC_ORDER_POSTERIOR}, {"superior", SC_ORDER_SUPERIOR},
     {"inferior", SC_ORDER_INFERIOR},   {NULL, 0}};
 
-#define TISSUES_ROW                                                                                \
-    {                                                                                              \
-        "tissues", &type_verb_tissues, 0, NULL,                                                    \
-            .help = "a tissue or a list of tissues: names, globs or label numbers",                \
-            .required = true                                                                       \
-    }
-#define DURING_ROW(what)                                                                           \
-    {                                                                                              \
-        "during", &sc_type_span, VERB(begin), "[0%, 100%]",                                        \
-            .help = "part of the animation in which " what                                         \
-    }
-#define EASE_ROW(fallback)                                                                         \
-    {                                                                                              \
-        "ease", &sc_type_ease, VERB(ease), fallback, .help = "how the change begins and ends"      \
-    }
+static const char *const held[] = {"orbit", NULL};
 
-static const sc_key fade_keys[] = {
-    TISSUES_ROW,
-    {"to", &type_target, 0, "0",
-     .help = "the opacity in the end, from 0 to 1, or a share of the tissue's own, such as 30%"},
-    DURING_ROW("the opacity changes; it stays so afterwards"),
-    EASE_ROW("smooth"),
-    {0}};
-
-static const sc_key appear_keys[] = {
-    TISSUES_ROW,
-    {"order", &sc_type_choice, VERB(order), "list",
-     .help = "which comes first: as listed, the largest, the smallest, or on the way towards a "
-             "direction",
-     .choices = orders},
-    {"stagger", &sc_type_share, VERB(stagger), "100%",
-     .help = "how much of the time that one tissue takes passes before the next begins; 0%: all "
-             "appear together"},
-    DURING_ROW("they appear; before, they are not seen"),
-    EASE_ROW("smooth"),
-    {0}};
-
-static const sc_key pulse_keys[] = {
-    TISSUES_ROW,
-    {"to", &type_target, 0, "20%",
-     .help = "the opacity at the turning points, from 0 to 1, or a share of the tissue's own"},
-    {"times", &sc_type_int, VERB(times), "3", .help = "how often it goes there and back", .low = 1,
-     .high = 1000},
-    DURING_ROW("the opacity changes"),
-    EASE_ROW("smooth"),
-    {0}};
-
-/* ---- rows of verbs of the camera ---- */
-
-#define ANGLE_ROW(fallback, what)                                                                  \
-    {                                                                                              \
-        "angle", &sc_type_real, VERB(angle_deg), fallback, .help = (what), .low = -36000,          \
-                                                           .high = 36000, .unit = "degrees"        \
-    }
-#define ELEVATION_ROW(what)                                                                        \
-    {                                                                                              \
-        "elevation", &sc_type_real, VERB(elevation_deg), "0", .help = (what), .low = -36000,       \
-                                                              .high = 36000, .unit = "degrees"     \
-    }
-
-static const sc_key orbit_keys[] = {
-    ANGLE_ROW("0", "how far the camera turns about the axis of the orbit, beside what it does "
-                   "anyway"),
-    ELEVATION_ROW("how far it rises"),
-    DURING_ROW("it turns; it stays there afterwards"),
-    EASE_ROW("smooth"),
-    {0}};
-
-static const sc_key rock_keys[] = {ANGLE_ROW("20", "how far the camera swings to each side"),
-                                   ELEVATION_ROW("how far it swings up and down"),
-                                   {"times", &sc_type_int, VERB(times), "1",
-                                    .help = "how often it swings to both sides and returns",
-                                    .low = 1, .high = 1000},
-                                   DURING_ROW("it swings"),
-                                   EASE_ROW("smooth"),
-                                   {0}};
-
-static const sc_key zoom_keys[] = {
-    {"to", &sc_type_real, VERB(to), NULL, .help = "scale of the picture in the end; 1: as framed",
-     .low = 0.01, .high = 1000, .required = true},
-    DURING_ROW("the scale changes, evenly to the eye; it stays so afterwards"),
-    EASE_ROW("smooth"),
-    {0}};
-
-static const sc_key dolly_keys[] = {
-    {"to", &sc_type_real, VERB(to), NULL,
-     .help = "what the distance of the camera from its target is multiplied by: 0.5 is half as far",
-     .low = 0.01, .high = 100, .required = true},
-    DURING_ROW("it moves; it stays there afterwards"),
-    EASE_ROW("smooth"),
-    {0}};
-
-static const sc_key hold_keys[] = {
-    DURING_ROW("the orbit pauses; it turns faster in the rest of the time, just as far"),
-    {"soft", &sc_type_share, VERB(soft), "20%",
-     .help = "share of that part, up to 50%, in which the camera comes to rest, and in which it "
-             "starts again"},
-    {0}};
-
-static const sc_key frame_keys[] = {
-    TISSUES_ROW,
-    DURING_ROW("the camera moves so that they fill the picture; they do so afterwards, however it "
-               "turns"),
-    EASE_ROW("smooth"),
-    {0}};
-
-static const sc_key fly_keys[] = {
-    {"tissues", &type_verb_tissues, 0, NULL, .given = SC_GIVEN(verb_entry, verb.has_tissues),
-     .without = "the way is a smooth curve through the points",
-     .help = "tissues through the middle of which the camera flies, along their centre line"},
-    {"through", &type_through, 0, NULL, .given = SC_GIVEN(verb_entry, verb.has_through),
-     .without = "from one end of the tissues to the other",
-     .help = "points of the way, in RAS mm: with tissues, in which they lie, those that choose the "
-             "branch; without, of a smooth curve",
-     .low = -1e6, .high = 1e6, .unit = "mm"},
-    {"middles", &sc_type_bool, VERB(middles), "false",
-     .help = "the way leads from the middle of the first of the tissues to that of the next, in "
-             "their order, to the middle of the last; the middle is where a tissue is thickest"},
-    {"ahead", &sc_type_share, VERB(ahead), "10%",
-     .help = "how far ahead of itself the camera looks, as a share of the way"},
-    {"clearance", &sc_type_share, VERB(clearance), "50%",
-     .help = "share of the distance between the middle of the tissues and their border which the "
-             "smoothed way keeps from that border"},
-    {"fov", &sc_type_real, VERB(fov_deg), "80", .help = "vertical field of view of the flight",
-     .low = 1, .high = 170, .unit = "degrees"},
-    DURING_ROW("the camera flies; before, it is where it would be without, and afterwards it stays "
-               "at the end"),
-    EASE_ROW("smooth"),
-    {0}};
-
-#define PLANE_ROW                                                                                  \
-    {                                                                                              \
-        "plane", &sc_type_int, VERB(plane), "1",                                                   \
-            .help = "number of the clip plane, counted from 1 in the order of clip; a box counts " \
-                    "as six: left, right, back, front, bottom, top",                               \
-            .low = 1, .high = SC_PLANES_MAX                                                        \
-    }
-
-static const sc_key sweep_verb_keys[] = {
-    PLANE_ROW,
-    {"to", &sc_type_plane_position, VERB(by), NULL,
-     .help = "where the plane ends, from where it stands: a share of the way through what is "
-             "visible, or mm along its normal",
-     .required = true},
-    DURING_ROW("it moves; it stays there afterwards"),
-    EASE_ROW("smooth"),
-    {0}};
-
-static const sc_key turn_keys[] = {
-    PLANE_ROW,
-    {"angle", &sc_type_real, VERB(angle_deg), NULL,
-     .help = "how far the plane turns about the axis, right-handed", .low = -36000, .high = 36000,
-     .unit = "degrees", .required = true},
-    {"axis", &sc_type_direction, VERB(axis), NULL, .given = SC_GIVEN(verb_entry, verb.has_axis),
-     .without = "upwards in the picture; for a plane across that, to the front",
-     .help = "direction of the line about which it turns", .low = -1e6, .high = 1e6},
-    {"at_point", &sc_type_point, VERB(point_mm), NULL,
-     .given = SC_GIVEN(verb_entry, verb.has_point), .without = "the middle of what is visible",
-     .help = "a point of that line, in RAS mm", .low = -1e6, .high = 1e6, .unit = "mm"},
-    DURING_ROW("it turns; it stays so afterwards"),
-    EASE_ROW("smooth"),
-    {0}};
-
-static const sc_key explode_keys[] = {
-    TISSUES_ROW,
-    {"by", &sc_type_plane_position, VERB(by), "50%",
-     .help = "how far they move: mm, or a share of the distance of each from the center; below 0: "
-             "the other way"},
-    {"center", &sc_type_point, VERB(point_mm), NULL, .given = SC_GIVEN(verb_entry, verb.has_point),
-     .without = "the middle of what is visible",
-     .help = "the point from which they move apart, in RAS mm", .low = -1e6, .high = 1e6,
-     .unit = "mm"},
-    {"along", &sc_type_direction, VERB(axis), NULL, .given = SC_GIVEN(verb_entry, verb.has_axis),
-     .without = "away from the center, each in its own direction",
-     .help = "direction in which all of them move: by so many mm, or by a share of the distance of "
-             "each from the center along it",
-     .low = -1e6, .high = 1e6},
-    {"together", &sc_type_bool, VERB(together), "false",
-     .help = "they move as one, as if they were a single tissue; else each by itself"},
-    DURING_ROW("they move; they stay there afterwards"),
-    EASE_ROW("smooth"),
-    {0}};
+/* The verbs that have a key: bits by sc_verb_kind, for sc_key.verbs. */
+#define OF(kind) (1u << SC_VERB_##kind)
 
 #define KINDS                                                                                      \
     "fade, appear, pulse, orbit, rock, zoom, dolly, hold, frame, fly, sweep, turn or "             \
     "explode"
-#define KIND_ROW(name, rows, what)                                                                 \
+#define KIND .alternative = KINDS, .required = true
+#define KIND_OF_TISSUES(kind, what)                                                                \
     {                                                                                              \
-        name, &sc_type_map, 0, NULL, .help = (what), .keys = (rows), .alternative = KINDS,         \
-                                     .required = true                                              \
+        kind, &type_verb_tissues, 0, NULL, .help = (what), KIND                                    \
+    }
+#define KIND_OF_ANGLE(kind, what)                                                                  \
+    {                                                                                              \
+        kind, &sc_type_real, VERB(angle_deg), NULL, .help = (what), .low = -36000, .high = 36000,  \
+                                                    .unit = "degrees", KIND                        \
     }
 
+/* First the kinds of verbs, by sc_verb_kind, each with what it is about as its value; then what
+ * says more of them. */
 const sc_key sc_verb_keys[] = {
-    KIND_ROW("fade", fade_keys, "tissues become more or less opaque, or disappear"),
-    KIND_ROW("appear", appear_keys, "tissues appear, one after the other"),
-    KIND_ROW("pulse", pulse_keys, "tissues become fainter and return, several times"),
-    KIND_ROW("orbit", orbit_keys, "the camera turns by an angle"),
-    KIND_ROW("rock", rock_keys, "the camera swings to both sides, several times"),
-    KIND_ROW("zoom", zoom_keys, "the picture is scaled"),
-    KIND_ROW("dolly", dolly_keys, "the camera comes nearer, or goes away"),
-    KIND_ROW("hold", hold_keys, "the turning of the orbit pauses"),
-    KIND_ROW("frame", frame_keys, "tissues come to fill the picture"),
-    KIND_ROW("fly", fly_keys, "the camera flies through vessels and chambers, or along points"),
-    KIND_ROW("sweep", sweep_verb_keys, "a clip plane moves along its normal"),
-    KIND_ROW("turn", turn_keys, "a clip plane turns about a line"),
-    KIND_ROW("explode", explode_keys, "tissues move apart, and show what they hide"),
+    KIND_OF_TISSUES("fade", "tissues that come to another opacity, and keep it"),
+    KIND_OF_TISSUES("appear",
+                    "tissues that appear, one after the other; before, they are not seen"),
+    KIND_OF_TISSUES("pulse", "tissues that become fainter and return"),
+    KIND_OF_ANGLE("orbit", "how far the camera turns about the axis of the orbit, beside what it "
+                           "does anyway; it stays there"),
+    KIND_OF_ANGLE("rock", "how far the camera swings to each side"),
+    {"zoom", &sc_type_real, VERB(to), NULL,
+     .help = "scale of the picture in the end, to which it changes evenly to the eye; 1: as framed",
+     .low = 0.01, .high = 1000, KIND},
+    {"dolly", &sc_type_real, VERB(to), NULL,
+     .help = "what the distance of the camera from its target is multiplied by: 0.5 is half as far",
+     .low = 0.01, .high = 100, KIND},
+    {"hold", &sc_type_choice, offsetof(verb_entry, held), NULL,
+     .help = "the orbit pauses; it turns faster in the rest of the time, just as far",
+     .words = held, KIND},
+    KIND_OF_TISSUES(
+        "frame", "tissues that come to fill the picture, and go on to, however the camera turns"),
+    {"fly", &type_fly, 0, NULL,
+     .help = "a flight of the camera along the centre line of tissues, vessels and chambers, or "
+             "along a smooth curve through points in RAS mm; before, the camera is where it would "
+             "be without, and afterwards it stays at the end",
+     .low = -1e6, .high = 1e6, KIND},
+    {"sweep", &sc_type_plane_position, VERB(by), NULL,
+     .help = "where a clip plane ends, from where it stands: a share of the way through what is "
+             "visible, or mm along its normal",
+     KIND},
+    KIND_OF_ANGLE("turn", "how far a clip plane turns about a line, right-handed"),
+    KIND_OF_TISSUES("explode", "tissues that move apart, and show what they hide"),
+    {"to", &type_target, 0, "0",
+     .help = "fade, pulse: the opacity that tissues come to, from 0 to 1, or a share of their own, "
+             "such as 30%",
+     .verbs = OF(FADE) | OF(PULSE)},
+    {"order", &sc_type_choice, VERB(order), "list",
+     .help = "appear: which comes first: as listed, the largest, the smallest, or on the way "
+             "towards a direction",
+     .choices = orders, .verbs = OF(APPEAR)},
+    {"stagger", &sc_type_share, VERB(stagger), "100%",
+     .help = "appear: how much of the time that one tissue takes passes before the next begins; "
+             "0%: all appear together",
+     .verbs = OF(APPEAR)},
+    {"times", &sc_type_int, VERB(times), "1",
+     .help = "pulse, rock: how often, there and back, or to both sides and back", .low = 1,
+     .high = 1000, .verbs = OF(PULSE) | OF(ROCK)},
+    {"elevation", &sc_type_real, VERB(elevation_deg), "0",
+     .help = "orbit, rock: how far the camera rises, or swings up and down", .low = -36000,
+     .high = 36000, .unit = "degrees", .verbs = OF(ORBIT) | OF(ROCK)},
+    {"soft", &sc_type_share, VERB(soft), "20%",
+     .help = "hold: share of its time, up to 50%, in which the camera comes to rest, and in which "
+             "it starts again",
+     .verbs = OF(HOLD)},
+    {"through", &type_through, 0, NULL, .given = SC_GIVEN(verb_entry, chooses),
+     .without = "from one end of the tissues to the other",
+     .help = "fly: points in the tissues, in RAS mm, that choose the branch; or middles: the way "
+             "leads from the middle of the first tissue, where it is thickest, to that of the "
+             "next, in their order, to the last",
+     .low = -1e6, .high = 1e6, .verbs = OF(FLY)},
+    {"ahead", &sc_type_share, VERB(ahead), "10%",
+     .help = "fly: how far ahead of itself the camera looks, as a share of the way",
+     .verbs = OF(FLY)},
+    {"clearance", &sc_type_share, VERB(clearance), "50%",
+     .help = "fly: share of the distance between the middle of the tissues and their border which "
+             "the smoothed way keeps from that border",
+     .verbs = OF(FLY)},
+    {"fov", &sc_type_real, VERB(fov_deg), "80", .help = "fly: vertical field of view", .low = 1,
+     .high = 170, .unit = "degrees", .verbs = OF(FLY)},
+    {"plane", &sc_type_int, VERB(plane), "1",
+     .help = "sweep, turn: number of the clip plane, counted from 1 in the order of clip; a box "
+             "counts as six: left, right, back, front, bottom, top",
+     .low = 1, .high = SC_PLANES_MAX, .verbs = OF(SWEEP) | OF(TURN)},
+    {"axis", &sc_type_direction, VERB(axis), NULL, .given = SC_GIVEN(verb_entry, verb.has_axis),
+     .without = "turn: upwards in the picture, or for a plane across that to the front; explode: "
+                "away from the center",
+     .help = "turn: direction of the line; explode: direction in which all move, by so many mm, or "
+             "by a share of the distance of each from the center along it",
+     .low = -1e6, .high = 1e6, .verbs = OF(TURN) | OF(EXPLODE)},
+    {"center", &sc_type_point, VERB(point_mm), NULL, .given = SC_GIVEN(verb_entry, verb.has_point),
+     .without = "the middle of what is visible",
+     .help = "turn, explode: a point of the line; the point from which tissues move apart",
+     .low = -1e6, .high = 1e6, .unit = "mm", .verbs = OF(TURN) | OF(EXPLODE)},
+    {"by", &sc_type_plane_position, VERB(by), "50%",
+     .help = "explode: how far they move: mm, or a share of the distance of each from the center; "
+             "below 0: the other way",
+     .verbs = OF(EXPLODE)},
+    {"together", &sc_type_bool, VERB(together), "false",
+     .help = "explode: they move as one, as if they were a single tissue; else each by itself",
+     .verbs = OF(EXPLODE)},
+    {"during", &sc_type_span, VERB(begin), "[0%, 100%]",
+     .help = "part of the animation in which it happens; what has changed stays so afterwards"},
+    {"ease", &sc_type_ease, VERB(ease), "smooth", .help = "how the change begins and ends",
+     .verbs = ~OF(HOLD)},
     {0}};
 
-/* @return the row of a kind of verb: its index in sc_verb_keys. */
-static const sc_key *row_of(sc_verb_kind kind)
+/* The rows of one kind of verb: a table, which ends as any. */
+typedef struct kind_rows {
+    sc_key rows[SC_COUNT_OF(sc_verb_keys)];
+} kind_rows;
+
+static kind_rows rows_of(sc_verb_kind kind)
 {
-    return &sc_verb_keys[kind];
+    kind_rows out = {0};
+    size_t count = 0;
+
+    for (const sc_key *row = sc_verb_keys; row->name; row++) {
+        const bool is_kind = row->alternative != NULL;
+
+        if (is_kind ? row == &sc_verb_keys[kind] : !row->verbs || row->verbs & 1u << kind)
+            out.rows[count++] = *row;
+    }
+    return out;
 }
 
 /* ---- reading ---- */
 
-/* Find the row of the only key of an entry of the list, and the map that stands there. @return as
- * sc_yaml_fail. */
+/* Find the one key of an entry of the list that names a verb. @return as sc_yaml_fail. */
 static sc_status find_kind(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node,
-                           sc_verb_kind *kind)
+                           const sc_yaml **named, sc_verb_kind *kind)
 {
-    const sc_key *key;
+    int kinds = 0;
+    sc_status status = SC_OK;
 
-    if (node->kind != SC_YAML_MAP || node->count != 1)
-        return node->kind == SC_YAML_MAP
-                   ? sc_yaml_fail(ctx, node, "a verb is one map: either " KINDS)
-                   : sc_wrong_type(ctx, node, "{fade: {...}}, {appear: {...}} or another verb");
-    key = sc_key_find(keys, node->items[0]->key);
-    if (!key)
-        return sc_key_unknown(ctx, keys, node->items[0]);
-    *kind = (sc_verb_kind)(key - keys);
-    return node->items[0]->kind == SC_YAML_MAP
-               ? SC_OK
-               : sc_wrong_type(ctx, node->items[0], key->type->expected);
+    if (node->kind != SC_YAML_MAP)
+        return sc_wrong_type(ctx, node, "a verb such as {fade: skin, to: 0, during: [2s, 4s]}");
+    for (size_t i = 0; i < node->count; i++) {
+        const sc_key *key = sc_key_find(keys, node->items[i]->key);
+
+        if (key && key->alternative) {
+            kinds++;
+            *kind = (sc_verb_kind)(key - keys);
+            *named = node->items[i];
+        }
+    }
+    for (size_t i = 0; i < node->count && !kinds; i++) {
+        if (!sc_key_find(keys, node->items[i]->key)) /* it may be the verb, misspelt */
+            (void)sc_goes_on(&status, sc_key_unknown(ctx, keys, node->items[i]));
+    }
+    if (kinds == 1 || status != SC_OK)
+        return status;
+    return sc_yaml_fail(ctx, node, "a verb has one of the keys " KINDS);
 }
 
 /* Read one entry of the list into the next verb of the job, for which there is room. */
 static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node, sc_job *job)
 {
     verb_entry entry = {.job = job, .index = (int)job->verb_count};
-    sc_status status = find_kind(ctx, keys, node, &entry.verb.kind);
+    const sc_yaml *named = NULL;
+    kind_rows table;
+    sc_status status = find_kind(ctx, keys, node, &named, &entry.verb.kind);
 
     if (status != SC_OK)
         return status;
-    SC_TRY(sc_keys_set_defaults(ctx, row_of(entry.verb.kind)->keys, &entry));
-    sc_note_where(node->items[0], entry.verb.where, sizeof entry.verb.where);
-    SC_TRY(sc_keys_read(ctx, row_of(entry.verb.kind)->keys, node->items[0], &entry));
+    table = rows_of(entry.verb.kind);
+    SC_TRY(sc_keys_set_defaults(ctx, table.rows, &entry));
+    sc_note_where(named, entry.verb.where, sizeof entry.verb.where);
+    SC_TRY(sc_keys_read(ctx, table.rows, node, &entry));
 out:
     job->verbs[job->verb_count++] = entry.verb;
     return status;
@@ -505,11 +490,15 @@ static sc_status write_verbs(const sc_ctx *ctx, const sc_key *key, const void *v
 
     (void)key;
     for (size_t i = 0; i < job.verb_count && status == SC_OK; i++) {
-        const verb_entry entry = {.verb = job.verbs[i], .job = &job, .index = (int)i};
-        const sc_key *row = row_of(entry.verb.kind);
+        const verb_entry entry = {.verb = job.verbs[i],
+                                  .job = &job,
+                                  .index = (int)i,
+                                  .chooses = job.verbs[i].has_tissues &&
+                                             (job.verbs[i].middles || job.verbs[i].through_count)};
+        const kind_rows table = rows_of(entry.verb.kind);
 
-        SC_TRY(sc_text_add(ctx, text, "\n%*s- %s: ", indent + 2, "", row->name));
-        status = sc_keys_write_flow(ctx, row->keys, &entry, text);
+        SC_TRY(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
+        status = sc_keys_write_flow(ctx, table.rows, &entry, text);
     }
 out:
     return status;
@@ -523,7 +512,7 @@ static json_t *verbs_schema(const sc_key *key)
 
 const sc_value_type sc_type_verbs = {
     .name = "list of verbs",
-    .expected = "a list of verbs, such as - fade: {tissues: skin, to: 0, during: [2s, 4s]}",
+    .expected = "a list of verbs, such as - {fade: skin, to: 0, during: [2s, 4s]}",
     .read = read_verbs,
     .write = write_verbs,
     .schema = verbs_schema,

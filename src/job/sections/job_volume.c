@@ -223,7 +223,11 @@ static const sc_value_type type_phase = {
     .schema = level_schema,
 };
 
-/* Read two voxels along each axis. */
+/* The range of the corners of a box. */
+static const sc_key mm_key = {
+    .name = "box", .type = &sc_type_point, .low = -1e6, .high = 1e6, .unit = "mm"};
+
+/* Read two voxels along each axis, or two corners in mm. */
 static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_job *job = value;
@@ -231,6 +235,10 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
     double pair[2];
     sc_status status = SC_OK;
 
+    sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
+    job->has_box_mm = node->kind == SC_YAML_LIST && node->count == 2;
+    if (job->has_box_mm)
+        return read_corners(ctx, &mm_key, node, job->volume_box_mm);
     if (node->kind != SC_YAML_LIST || node->count != 3)
         return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < 3; i++) {
@@ -246,7 +254,6 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
         box[i][1] = (int)pair[1];
     }
     memcpy(job->volume_box, box, sizeof box);
-    sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
 out:
     return status;
 }
@@ -254,58 +261,31 @@ out:
 static sc_status write_box(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                            sc_text *text)
 {
-    const int(*box)[2] = ((const sc_job *)value)->volume_box;
+    const sc_job *job = value;
+    const int(*box)[2] = job->volume_box;
 
     (void)key;
     (void)indent;
+    if (job->has_box_mm)
+        return write_corners(ctx, job->volume_box_mm, text);
     return sc_text_add(ctx, text, "[[%d, %d], [%d, %d], [%d, %d]]", box[0][0], box[0][1], box[1][0],
                        box[1][1], box[2][0], box[2][1]);
 }
 
 static json_t *box_schema(const sc_key *key)
 {
-    return json_pack("{s:s, s:i, s:i, s:o}", "type", "array", "minItems", 3, "maxItems", 3, "items",
-                     sc_list_schema("integer", key->low, key->high, 2));
+    return json_pack("{s:[{s:s, s:i, s:i, s:o}, o]}", "anyOf", "type", "array", "minItems", 3,
+                     "maxItems", 3, "items", sc_list_schema("integer", key->low, key->high, 2),
+                     corners_schema(&mm_key));
 }
 
 static const sc_value_type type_box = {
-    .name = "two voxels along each axis",
+    .name = "two voxels along each axis, or two corners in mm",
     .expected = "[[x0, x1], [y0, y1], [z0, z1]]: along each axis the first voxel, and the one "
-                "behind the last",
+                "behind the last; or two corners in RAS mm",
     .read = read_box,
     .write = write_box,
     .schema = box_schema,
-};
-
-static sc_status read_box_mm(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    sc_job *job = value;
-    const sc_status status = read_corners(ctx, key, node, job->volume_box_mm);
-
-    if (status == SC_OK)
-        sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
-    return status;
-}
-
-static sc_status write_box_mm(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                              sc_text *text)
-{
-    (void)key;
-    (void)indent;
-    return write_corners(ctx, ((const sc_job *)value)->volume_box_mm, text);
-}
-
-static json_t *box_mm_schema(const sc_key *key)
-{
-    return corners_schema(key);
-}
-
-static const sc_value_type type_box_mm = {
-    .name = "two corners",
-    .expected = "two corners of a box in RAS mm: [[x, y, z], [x, y, z]]",
-    .read = read_box_mm,
-    .write = write_box_mm,
-    .schema = box_mm_schema,
 };
 
 /* ---- resample ---- */
@@ -470,14 +450,9 @@ const sc_key sc_volume_keys[] = {
     {"box", &type_box, 0, NULL,
      .help =
          "the part of the file that is read, in voxels of the level: the first along each axis, "
-         "and the one behind the last. Of Zarr, Neuroglancer and HDF5 only the chunks in it are "
-         "read",
-     .low = 0, .high = 2147483647, .unit = "voxels", .given = SC_GIVEN(sc_job, has_box),
-     .alternative = "box", .without = "all of it"},
-    {"box_mm", &type_box_mm, 0, NULL,
-     .help = "the same by two corners of a box in RAS mm: the voxels whose centres lie in it",
-     .low = -1e6, .high = 1e6, .unit = "mm", .given = SC_GIVEN(sc_job, has_box_mm),
-     .alternative = "box", .without = "all of it"},
+         "and the one behind the last; or by two corners in RAS mm, between which the centres of "
+         "its voxels lie. Of Zarr, Neuroglancer and HDF5 only the chunks in it are read",
+     .low = 0, .high = 2147483647, .given = SC_GIVEN(sc_job, has_box), .without = "all of it"},
     {"merge", &sc_type_merged_tissues, 0, NULL,
      .help = "tissues that become one: as if they had been drawn with one label. The name is that "
              "of the map, the number the least of theirs, the colour that of the first that has "
@@ -518,8 +493,8 @@ static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *
     const sc_job *job = value;
 
     if (!job->volume_tissue_count && job->crop.kind == SC_CROP_NONE && !job->has_level &&
-        !job->has_phase && !job->has_resample && !job->has_box && !job->has_box_mm &&
-        !job->has_header && !job->has_threshold)
+        !job->has_phase && !job->has_resample && !job->has_box && !job->has_header &&
+        !job->has_threshold)
         return write_path(ctx, &key->keys[0], job, indent, text);
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }

@@ -19,8 +19,8 @@ static const char *const introduction[] = {
     "the file over the defaults. The value is YAML. A map is merged into what is there; a list is "
     "replaced. Names with dots or spaces are quoted: `--set 'tissues.\"left "
     "atrium\".opacity=0.5'`. "
-    "Items of a list have their index: `--set animation.clip.0.sweep.to=40%` or "
-    "`animation.clip[0].sweep.to`; the index after the last one appends. Of keys that exclude each "
+    "Items of a list have their index: `--set animation.clip.0.plane.at=40%` or "
+    "`animation.clip[0].plane.at`; the index after the last one appends. Of keys that exclude each "
     "other, such as orbit and fixed, a setting removes the "
     "other.",
     "Paths in the file are relative to the file, those of settings to the working directory. `~` "
@@ -102,12 +102,7 @@ sc_status sc_keys_markdown(const sc_ctx *ctx, sc_text *out)
     for (size_t i = 0; i < SC_COUNT_OF(introduction); i++)
         SC_TRY(sc_text_add(ctx, out, "\n%s\n", introduction[i]));
     SC_TRY(sc_text_add(ctx, out, "\n## The file\n"));
-    SC_TRY(sc_keys_walk(ctx, add_markdown_row, out));
-    SC_TRY(sc_text_add(ctx, out,
-                       "\n## Modes\n\nWhat `render.mode` sets where the job does not say "
-                       "otherwise:\n\n| mode | key | value |\n|---|---|---|\n"));
-    for (const sc_mode_default *d = sc_mode_defaults; d->mode; d++)
-        SC_TRY(sc_text_add(ctx, out, "| `%s` | `%s` | %s |\n", d->mode, d->path, d->value));
+    status = sc_keys_walk(ctx, add_markdown_row, out);
 out:
     return status;
 }
@@ -170,14 +165,6 @@ sc_status sc_keys_man(const sc_ctx *ctx, sc_text *out)
     }
     SC_TRY(sc_text_add(ctx, out, ".SH KEYS\n"));
     SC_TRY(sc_keys_walk(ctx, add_man_row, out));
-    SC_TRY(sc_text_add(ctx, out,
-                       ".SH MODES\nWhat render.mode sets where the job does not say "
-                       "otherwise:\n"));
-    for (const sc_mode_default *d = sc_mode_defaults; d->mode; d++) {
-        SC_TRY(sc_text_add(ctx, out, ".TP\n"));
-        SC_TRY(add_roff(ctx, d->mode, out));
-        SC_TRY(sc_text_add(ctx, out, "\n%s: %s\n", d->path, d->value));
-    }
     status = sc_text_add(ctx, out, ".SH SEE ALSO\nsegcast(1)\n");
 out:
     return status;

@@ -2,7 +2,8 @@
 /* Walking the table of keys, and what a listing says of one row. */
 #include "describe.h"
 
-/* Visit the rows of @p keys and those of their maps. @param path the path of the map that holds the
+/* Visit the rows of @p keys and those of their maps, but those of shots that are as in the file,
+ * which come last. @param path the path of the map that holds the
  * keys; it is extended during the walk, and restored when this returns SC_OK. */
 static sc_status walk(const sc_ctx *ctx, const sc_key *keys, sc_text *path, int depth,
                       sc_key_visitor *visitor, void *user)
@@ -14,13 +15,13 @@ static sc_status walk(const sc_ctx *ctx, const sc_key *keys, sc_text *path, int 
     const size_t length = path->length_bytes;
     sc_status status = SC_OK;
 
-    for (; keys->name && status == SC_OK; keys++) {
+    for (; keys->name && !keys->of_job && status == SC_OK; keys++) {
         sc_key_visit visit = {.key = keys, .depth = depth};
 
         SC_TRY(sc_text_add(ctx, path, "%s%s", length ? "." : "", keys->name));
         visit.path = path->data;
         SC_TRY(visitor(ctx, user, &visit));
-        if (keys->keys && !keys->of_job) {
+        if (keys->keys) {
             SC_TRY(sc_text_add(ctx, path, "%s", steps[keys->type->container]));
             status = walk(ctx, keys->keys, path, depth + 1, visitor, user);
         }

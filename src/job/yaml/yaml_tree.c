@@ -28,6 +28,7 @@ void sc_yaml_free(sc_yaml *node)
     sc_free(node->items);
     sc_free(node->slots);
     sc_free(node->key);
+    sc_free(node->key_given);
     sc_free(node->text);
     sc_free(node->given);
     sc_free(node);
@@ -464,6 +465,8 @@ sc_status sc_yaml_copy(const sc_ctx *ctx, const sc_yaml *node, sc_yaml **out)
     copy->quoted = node->quoted;
     if (node->key)
         SC_TRY(copy_text(ctx, node->key, &copy->key));
+    if (node->key_given)
+        SC_TRY(copy_text(ctx, node->key_given, &copy->key_given));
     if (node->text)
         SC_TRY(copy_text(ctx, node->text, &copy->text));
     if (node->given)

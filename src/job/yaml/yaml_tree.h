@@ -15,6 +15,7 @@ typedef struct sc_yaml {
     int line;           /* line in the file, from 1; 0: the node is not from a file */
     const char *origin; /* name of the file or setting, for messages; borrowed */
     char *key;          /* of a node in a map; else NULL */
+    char *key_given;    /* what stood in the file, if the key was replaced; else NULL */
     char *text;         /* of a scalar; NULL only for one that was added by sc_yaml_add */
     char *given;        /* of a scalar whose text was replaced: what stood in the file; else NULL */
     struct sc_yaml **items; /* of a map or list: [count] */

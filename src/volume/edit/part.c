@@ -10,7 +10,7 @@ static sc_status refuse_box_mm(const sc_ctx *ctx, const char *path, const sc_rea
 
     sc_volume_extent(source->size, &source->to_ras_mm, &low, &high);
     return sc_fail(ctx, SC_ERR_DATA,
-                   "%s: box_mm: the volume has no voxel in the box; it reaches from [%.4g, %.4g, "
+                   "%s: box: the volume has no voxel in the box; it reaches from [%.4g, %.4g, "
                    "%.4g] to [%.4g, %.4g, %.4g] in RAS mm",
                    sc_read_where(choice, path), low.x, low.y, low.z, high.x, high.y, high.z);
 }
