@@ -37,6 +37,7 @@ typedef struct sc_options {
     uint64_t max_memory_bytes; /**< --max-memory or SEGCAST_MAX_MEMORY; 0: not given */
     bool json, quiet, resume, overwrite;
     bool fast;      /**< --fast of segcast check */
+    bool clear;     /**< --clear of segcast help */
     bool middles;   /**< --middles of a centre line */
     bool views;     /**< --sheet views of segcast still */
     bool calibrate; /**< --calibrate of segcast plan */

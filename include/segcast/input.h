@@ -104,6 +104,16 @@ sc_status sc_input_prepare(const sc_app *app, const sc_job *job, const sc_input 
 /** Free what @p edited owns. */
 void sc_edited_clear(sc_edited *edited);
 
+/** Write the directory in which prepared volumes are kept from one command to the next to *out:
+ * that of SEGCAST_CACHE, or else in the user's cache directory, but not in a batch job. NULL:
+ * nothing is kept. @return SC_ERR_MEMORY. Caller owns *out: sc_free. */
+sc_status sc_kept_directory(const sc_ctx *ctx, char **out);
+/** Remove prepared volumes from the directory in which they are kept, those not used for longest
+ * first, until all have at most @p most_bytes bytes. @param files, bytes of those that stay.
+ * @return SC_ERR_MEMORY. */
+sc_status sc_kept_trim(const sc_ctx *ctx, const char *directory, uint64_t most_bytes, int *files,
+                       uint64_t *bytes);
+
 /** A grey volume (CT, MR) in memory that the ranks of a node share. */
 typedef struct sc_grey_input {
     sc_grey grey;          /**< codes NULL: there is none, or not yet */

@@ -176,10 +176,10 @@ sc_prepared sc_preparation_view(const sc_preparation *preparation);
 /** Write the same block, with what sc_preparation_derive has made, as a file, with a checksum: the
  *  prepared file (.segc). It can be read by this version of segcast on machines of the same byte
  *  order. The file appears whole or not at
- *  all. @param replace as of sc_outfile_open.
+ *  all. @param replace as of sc_outfile_open. @param lasting false: it may be lost with the power.
  *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *preparation,
-                                          const char *path, bool replace);
+                                          const char *path, bool replace, bool lasting);
 /** @return the size in bytes of the file that sc_preparation_save writes. */
 uint64_t sc_preparation_file_bytes(const sc_preparation *preparation);
 /** @return whether the file at @p path can be read and begins as a prepared file does. What follows

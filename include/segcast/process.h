@@ -61,6 +61,8 @@ struct sc_app {
     sc_status mistake;             /**< SC_ERR_USAGE: the command line has a mistake, which is told;
                                       the job that is read returns it, once the job's are told, too */
     int threads;                   /**< number of threads of this rank */
+    bool measures;                 /**< what it costs to prepare is measured: nothing that was kept
+                                      from an earlier command is used */
     double begin_s;                /**< when the process began, by sc_wall_s */
     sc_trace *trace;               /**< where sc_add_time adds events; borrowed, or NULL */
     sc_display *display;           /**< shows the progress; NULL: not on this rank */

@@ -359,7 +359,7 @@ sc_status sc_outfile_commit(const sc_ctx *ctx, sc_outfile *file)
     errno = 0;
     if (fflush(file->stream) || ferror(file->stream))
         error = errno ? errno : EIO;
-    if (!error && fsync(fileno(file->stream)) && errno != EINVAL)
+    if (!error && !file->fleeting && fsync(fileno(file->stream)) && errno != EINVAL)
         error = errno;
     if (fclose(file->stream) && !error)
         error = errno;
@@ -372,7 +372,7 @@ sc_status sc_outfile_commit(const sc_ctx *ctx, sc_outfile *file)
         sc_unfinished_drop(file->unfinished);
         sc_free(file->temporary);
         file->temporary = NULL;
-        error = sync_directory_of(file->path);
+        error = file->fleeting ? 0 : sync_directory_of(file->path);
     }
     if (error == EEXIST && !file->replace)
         status = sc_fail(ctx, SC_ERR_CREATE,

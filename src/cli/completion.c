@@ -118,7 +118,7 @@ static sc_status print_zsh(const sc_ctx *ctx, const sc_command *commands, FILE *
                                                          : ": ");
         }
         fprintf(stream, " \\\n        '*:argument:%s' ;;\n",
-                strcmp(c->name, "help") ? "_files" : "compadd keys ${commands%%:*}");
+                strcmp(c->name, "help") ? "_files" : "compadd keys cache ${commands%%:*}");
     }
     fputs("    esac\n}\n_segcast \"$@\"\n", stream);
     return SC_OK;

@@ -123,6 +123,9 @@ sc_status sc_print_manual(const sc_ctx *ctx, const sc_command *commands, FILE *s
         "\\-\\-max\\-memory\n"
         ".TP\nSEGCAST_MPI\nyes: start MPI; no: work alone; auto: as the launcher\\(aqs variables "
         "say\n"
+        ".TP\nSEGCAST_CACHE\nthe directory in which prepared volumes are kept for the next "
+        "command, "
+        "or off\n"
         ".TP\nSEGCAST_\\fIKEY\\fR\n"
         "any key of a job file, for example SEGCAST_RENDER_SAMPLES=4\n.SH SEE ALSO\n"
         "segcast\\-job(5)\n",

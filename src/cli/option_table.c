@@ -102,6 +102,8 @@ static const sc_option option_rows[] = {
      "help", sc_store_flag, AT(schema), ""},
     {"study-schema", 0, NULL, "keys: as a JSON schema of study files", "help", sc_store_flag,
      AT(study), ""},
+    {"clear", 0, NULL, "cache: remove the prepared volumes that are kept", "help", sc_store_flag,
+     AT(clear), ""},
     {"man", 0, NULL, "everything as a manual page: segcast(1); keys: segcast-job(5)", "help",
      sc_store_flag, AT(man), ""},
     {"bash", 0, NULL, "completions of the command line for bash", "help", sc_store_flag, AT(bash),

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast help: all commands, one of them, or the keys of a job file. */
+/* segcast help: all commands, one of them, the keys of a job file, or what is kept. */
 #include "commands.h"
+#include "segcast/input.h"
 
 #include <string.h>
 
@@ -20,13 +21,41 @@ static sc_status print_keys(const sc_ctx *ctx, const sc_options *o, const char *
     return SC_OK;
 }
 
+/* Say where prepared volumes are kept, and how much of them; with --clear remove them. */
+static sc_status print_kept(const sc_app *app)
+{
+    char *directory = NULL;
+    uint64_t bytes = 0;
+    int files = 0;
+    sc_status status;
+
+    SC_TRY(sc_kept_directory(app->ctx, &directory));
+    if (!directory) {
+        puts("Nothing is kept: SEGCAST_CACHE is off, or this is a batch job and does not name a "
+             "directory.");
+        return SC_OK;
+    }
+    SC_TRY(sc_kept_trim(app->ctx, directory, app->options.clear ? 0 : UINT64_MAX, &files, &bytes));
+    printf("%s holds %d prepared volume%s of %.1f MB (SEGCAST_CACHE names another directory, or "
+           "off; `segcast help cache --clear` removes them)\n",
+           directory, files, files == 1 ? "" : "s", (double)bytes / 1e6);
+out:
+    sc_free(directory);
+    return status;
+}
+
 sc_status sc_cmd_help(sc_app *app)
 {
     const sc_options *o = &app->options;
     const bool keys = o->input && !strcmp(o->input, "keys");
+    const bool cache = o->input && !strcmp(o->input, "cache");
     const sc_command *command = o->input ? sc_command_find(app->commands, o->input) : NULL;
     const char *shell = o->bash ? "bash" : o->zsh ? "zsh" : o->fish ? "fish" : NULL;
 
+    if (cache && o->input_count == 1)
+        return print_kept(app);
+    if (o->clear)
+        return sc_fail(app->ctx, SC_ERR_USAGE, "--clear is for what is kept: segcast help cache");
     if (keys)
         return print_keys(app->ctx, o, o->input_count > 1 ? o->inputs[1] : NULL);
     if (o->input_count > 1)

@@ -107,8 +107,12 @@ const sc_command sc_commands[] = {
      "the directory holds. Of several directories it writes one page with their speed, cost, "
      "phases and memory side by side.",
      sc_cmd_report, false},
-    {"help", "help", "[COMMAND|keys [PREFIX]]", "explain a command, or list the keys of a job file",
+    {"help", "help", "[COMMAND|keys [PREFIX]|cache]",
+     "explain a command, or list the keys of a job file",
      "segcast help keys lists type, range, default and meaning of the keys of a job file; with a "
-     "prefix, such as render or animation.camera, only those below it.",
+     "prefix, such as render or animation.camera, only those below it. "
+     "segcast help cache says where prepared volumes are kept for the next command, and how much "
+     "of "
+     "them.",
      sc_cmd_help, false},
     {0}};

@@ -85,6 +85,22 @@ sc_status sc_input_read(const sc_app *app, const sc_job *job, const sc_input *in
 sc_status sc_input_resample(const sc_app *app, const sc_job *job, const sc_input *input,
                             const sc_drawn_grid *measured, sc_edited *edited);
 
+/* ---- kept.c: what was prepared, kept for the next command ---- */
+
+/* Write the path under which the preparation of @p edited, which is not to be resampled any more,
+ * is kept to *out; NULL: nothing is kept. @return SC_ERR_MEMORY. Caller owns *out: sc_free. */
+sc_status sc_kept_path(const sc_ctx *ctx, const sc_edited *edited, char **out);
+/* If there is what sc_kept_add has kept under @p path, fill input->shared, bytes and volume with
+ * it, with the labels of @p edited. For a process that is the only rank. @param path NULL is
+ * allowed.
+ * @return SC_ERR_MEMORY. */
+sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, const char *path,
+                       sc_input *input, bool *found);
+/* Keep a preparation under @p path, NULL for nowhere, if it is worth that. That it cannot be kept
+ * is no error. @param cpu_s what it has cost. */
+void sc_kept_add(const sc_app *app, const char *path, const sc_preparation *preparation,
+                 double cpu_s);
+
 /* ---- labels.c, sidecar.c: SC_STEP_NAME ---- */
 
 /* Give a volume the names and colours of its table, by number, or by name where the volume has no

@@ -236,6 +236,23 @@ static void clear_preparing(preparing *p)
     *p = (preparing){0};
 }
 
+/* As prepare_volume, where there is one rank: unless it was prepared before, and kept. @param kept
+ * set to where; NULL: nowhere. @param found it was: input->shared, bytes and volume are filled. */
+static sc_status prepare_alone(const sc_app *app, const sc_job *job, sc_edited *edited,
+                               preparing *p, sc_input *input, char **kept, bool *found)
+{
+    sc_status status;
+
+    if (edited->resample)
+        SC_TRY(sc_input_resample(app, job, input, NULL, edited));
+    SC_TRY(sc_kept_path(app->ctx, edited, kept));
+    SC_TRY(sc_kept_find(app, edited, *kept, input, found));
+    if (!*found)
+        status = prepare_volume(app, job, input, edited, p);
+out:
+    return status;
+}
+
 /* Read the volume on rank 0, prepare it on the ranks of its node while the others wait, and copy it
  * to one block on each node: fills input->shared and input->volume. Collective. */
 static sc_status share_volume(sc_app *app, const sc_job *job, sc_rank_record *times,
@@ -246,6 +263,8 @@ static sc_status share_volume(sc_app *app, const sc_job *job, sc_rank_record *ti
     sc_edited edited = {0};
     preparing p = {0};
     uint64_t bytes = 0;
+    char *kept = NULL;
+    bool found = false;
     sc_status status = SC_OK;
 
     if (first)
@@ -255,10 +274,18 @@ static sc_status share_volume(sc_app *app, const sc_job *job, sc_rank_record *ti
         sc_add_time(app, times, SC_PHASE_IDLE, wall_s, cpu_s);
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
-    if (near)
+    if (sc_comm_size(app->comm) == 1 && !app->measures)
+        status = prepare_alone(app, job, &edited, &p, input, &kept, &found);
+    else if (near)
         status = prepare_volume(app, job, input, &edited, &p);
     SC_TRY(sc_comm_agree(app->comm, status));
-    sc_add_time(app, times, p.preparation ? SC_PHASE_PREPARE : SC_PHASE_IDLE, wall_s, cpu_s);
+    sc_add_time(app, times, p.preparation || found ? SC_PHASE_PREPARE : SC_PHASE_IDLE, wall_s,
+                cpu_s);
+    input->drawn = edited.drawn;
+    input->drawn_known = edited.drawn_known;
+    if (found)
+        goto out;
+    sc_kept_add(app, kept, p.preparation, sc_cpu_s() - cpu_s);
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
     bytes = first ? sc_preparation_bytes(p.preparation) : 0;
@@ -269,14 +296,13 @@ static sc_status share_volume(sc_app *app, const sc_job *job, sc_rank_record *ti
     sc_stage_begin(app->ctx, "sharing", 0, 0);
     pack(app, input, &p);
     clear_preparing(&p);
-    input->drawn = edited.drawn;
-    input->drawn_known = edited.drawn_known;
     sc_edited_clear(&edited);
     sc_shared_publish(app->comm, input->shared);
     status = sc_comm_agree(app->comm, sc_prepared_view(app->ctx, sc_shared_data(input->shared),
                                                        bytes, &input->volume));
     sc_add_time(app, times, SC_PHASE_SHARE, wall_s, cpu_s);
 out:
+    sc_free(kept);
     clear_preparing(&p);
     sc_edited_clear(&edited);
     return status;

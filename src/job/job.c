@@ -97,8 +97,8 @@ static sc_status apply_environment(const sc_ctx *ctx, const char *const *environ
         }
         memcpy(name, entry, length);
         if (!strcmp(name, "SEGCAST_THREADS") || !strcmp(name, "SEGCAST_MAX_MEMORY") ||
-            !strcmp(name, "SEGCAST_MPI"))
-            continue; /* options of the command line, and how to start: not keys */
+            !strcmp(name, "SEGCAST_MPI") || !strcmp(name, "SEGCAST_CACHE"))
+            continue; /* options of the command line, how to start, what is kept: not keys */
         if (!sc_goes_on(&status,
                         sc_setting_path(sc_job_keys, name + sizeof prefix - 1, path, sizeof path)
                             ? sc_setting_apply(ctx, sc_job_keys, root, entry, path, equals + 1)

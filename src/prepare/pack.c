@@ -305,7 +305,7 @@ static bool put(FILE *stream, const void *data, uint64_t bytes, uint64_t *at, ui
 }
 
 sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *p, const char *path,
-                              bool replace)
+                              bool replace, bool lasting)
 {
     uint64_t bytes[SECTIONS], at = 0;
     block_header h = header_of(p, true, bytes);
@@ -318,6 +318,7 @@ sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *p, const 
     sources_of(p, sources);
     h.checksum = checksum_of(&h, sources, bytes);
     SC_PASS(sc_outfile_open(ctx, path, replace, &file));
+    file.fleeting = !lasting;
     written = put(file.stream, &h, sizeof h, &at, h.offset[IDS]);
     error = written ? 0 : errno;
     for (int i = 0; i < SECTIONS && written; i++) {
@@ -332,9 +333,7 @@ sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *p, const 
         return sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written after %llu of %llu bytes: %s",
                        path, (unsigned long long)at, (unsigned long long)h.total_bytes,
                        sc_reason(error));
-    else
-        return sc_outfile_commit(ctx, &file);
-    return SC_OK;
+    return sc_outfile_commit(ctx, &file);
 }
 
 bool sc_is_prepared_file(const char *path)

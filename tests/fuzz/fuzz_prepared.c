@@ -45,7 +45,7 @@ static void make_file(int wide, const char *path)
     for (int id = 1; id < v.label_count; id++)
         opacity[id] = 0.6f;
     FUZZ_CHECK(sc_preparation_derive(&fuzz_ctx, preparation, opacity) == SC_OK);
-    FUZZ_CHECK(sc_preparation_save(&fuzz_ctx, preparation, path, true) == SC_OK);
+    FUZZ_CHECK(sc_preparation_save(&fuzz_ctx, preparation, path, true, true) == SC_OK);
     sc_preparation_free(preparation);
     sc_volume_clear(&v);
     sc_phantom_free(phantom);

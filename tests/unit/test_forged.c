@@ -70,7 +70,7 @@ static forged prepared_file(bool wide)
     }
     assert_ok(sc_prepare(&quiet, &volume, &settings, &preparation));
     derive(preparation);
-    assert_ok(sc_preparation_save(&quiet, preparation, "forged.segc", true));
+    assert_ok(sc_preparation_save(&quiet, preparation, "forged.segc", true, true));
     sc_preparation_free(preparation);
     sc_volume_clear(&volume);
     sc_phantom_free(phantom);

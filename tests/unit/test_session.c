@@ -145,7 +145,7 @@ static void prepare_file(const char *path, int side)
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 1, &volume));
     assert_ok(sc_prepare(&quiet, &volume, &settings, &preparation));
-    assert_ok(sc_preparation_save(&quiet, preparation, path, true));
+    assert_ok(sc_preparation_save(&quiet, preparation, path, true, true));
     sc_preparation_free(preparation);
     sc_volume_clear(&volume);
     sc_phantom_free(phantom);

@@ -55,7 +55,7 @@ static sc_status prepare_file(sc_app *app, const sc_job *job, sc_input *input, c
             SC_TRY(find_opacity(app, job, &input->volume, opacity));
         SC_TRY(sc_preparation_derive(app->ctx, preparation, *opacity));
     }
-    SC_TRY(sc_preparation_save(app->ctx, preparation, path, app->options.overwrite));
+    SC_TRY(sc_preparation_save(app->ctx, preparation, path, app->options.overwrite, true));
     sc_info(app->ctx, "%s: %.1f MB, prepared in %.2f s, %.2f CPU s", path,
             (double)sc_preparation_file_bytes(preparation) * 1e-6, sc_wall_s() - wall_s,
             sc_cpu_s() - cpu_s);

@@ -61,26 +61,12 @@ static uint64_t hash_of(const char *processor, const sc_unit_costs *costs)
 
 sc_status sc_calibration_path(const sc_ctx *ctx, char **out)
 {
-    const char *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
-    char processor[NAME_BYTES];
-    sc_text path = {0};
-    sc_status status;
+    char processor[NAME_BYTES], name[64];
 
-    /* a relative name is to be ignored, says the specification */
-    if (cache && cache[0] != '/')
-        cache = NULL;
-    if (!cache && (!home || home[0] != '/'))
-        return sc_fail(ctx, SC_ERR_CREATE,
-                       "there is no cache directory for what is measured: neither XDG_CACHE_HOME "
-                       "nor HOME is an absolute path; set one of them");
     sc_processor_name(processor, sizeof processor);
-    SC_TRY(sc_text_add(ctx, &path, "%s%s/segcast/calibration-%016llx.json", cache ? cache : home,
-                       cache ? "" : "/.cache", (unsigned long long)hash_of(processor, NULL)));
-    *out = path.data;
-    return SC_OK;
-out:
-    sc_text_clear(&path);
-    return status;
+    snprintf(name, sizeof name, "calibration-%016llx.json",
+             (unsigned long long)hash_of(processor, NULL));
+    return sc_cache_path(ctx, name, out);
 }
 
 /* ---- reading ---- */

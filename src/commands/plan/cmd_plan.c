@@ -250,6 +250,7 @@ sc_status sc_cmd_plan(sc_app *app)
     job_plan plan = {.session = &session};
     sc_status status;
 
+    app->measures = true;
     if (o->calibrate)
         return sc_calibrate(app);
     if (ranks > SC_PLAN_RANKS_MOST)

@@ -462,6 +462,7 @@ sc_status sc_cmd_study(sc_app *app)
     director d = {.state = &state, .begin_s = sc_wall_s(), .deadline_s = sc_deadline_s(app)};
     sc_status status;
 
+    app->measures = true;
     state.counters = sc_counters_open();
     sc_signals_catch_stop();
     if (first)

@@ -1,0 +1,307 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Volumes that were prepared are kept in a directory of the user, so that the next command that
+ * draws the same voxels need not prepare them again. A preparation is a function of the voxels, of
+ * their geometry, of its settings and of the program alone: a hash of these names the file. So
+ * another name, colour, opacity or cut finds it again, and whatever changes a voxel does not. */
+#include "recipe.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+/* So many bytes are kept, some ten volumes of everyday size; those not used for longest leave. */
+#define KEPT_BYTES_MOST ((uint64_t)4 << 30)
+/* What takes less CPU seconds to prepare is not worth the disk. */
+#define WORTH_CPU_S 0.5
+#define ENDING ".segc"
+enum { HASH_DIGITS = 32 };
+
+/* ---- names ---- */
+
+/* @return whether this process belongs to a job of a batch system: it runs on a node whose disks
+ * are not the user's. */
+static bool is_in_batch(void)
+{
+    static const char *const names[] = {"SLURM_JOB_ID", "PBS_JOBID", "LSB_JOBID", "SGE_TASK_ID"};
+    bool found = false;
+
+    for (size_t i = 0; i < SC_COUNT_OF(names); i++)
+        found = found || getenv(names[i]);
+    return found;
+}
+
+sc_status sc_kept_directory(const sc_ctx *ctx, char **out)
+{
+    const sc_ctx quiet = sc_quiet(ctx);
+    const char *given = getenv("SEGCAST_CACHE");
+    sc_status status;
+
+    *out = NULL;
+    if (given ? !strcmp(given, "off") || !given[0] : is_in_batch())
+        return SC_OK;
+    if (given)
+        return sc_path_join(ctx, NULL, given, out);
+    status = sc_cache_path(&quiet, "prepared", out);
+    return status == SC_ERR_MEMORY ? status : SC_OK; /* without a home nothing is kept */
+}
+
+/* @return @p hash, with @p bytes bytes at @p data added. */
+static uint64_t add(uint64_t hash, const void *data, size_t bytes)
+{
+    return sc_hash_bytes(data, bytes, hash);
+}
+
+/* @return a hash of all that a preparation depends on but its voxels. */
+static uint64_t hash_of_settings(const sc_edited *edited)
+{
+    const sc_volume *v = &edited->volume;
+    const sc_prepare_settings *s = &edited->settings;
+    const int32_t numbers[] = {v->size[0],     v->size[1],  v->size[2],   v->label_bytes,
+                               v->label_count, v->oriented, v->numbered,  s->resampled,
+                               s->as_drawn,    s->local_thickness};
+    const size_t labels = (size_t)v->label_count;
+    struct stat program;
+    uint64_t hash = add(0, sc_version(), strlen(sc_version()));
+
+    if (!stat("/proc/self/exe", &program)) { /* another build may prepare in another way */
+        hash = add(hash, &program.st_size, sizeof program.st_size);
+        hash = add(hash, &program.st_mtim, sizeof program.st_mtim);
+    }
+    hash = add(hash, numbers, sizeof numbers);
+    hash = add(hash, &v->to_ras_mm, sizeof v->to_ras_mm);
+    hash = add(hash, &s->smooth, sizeof s->smooth);
+    hash = add(hash, s->tissue_smooth, labels * sizeof *s->tissue_smooth);
+    return add(hash, s->hidden, labels * sizeof *s->hidden);
+}
+
+sc_status sc_kept_path(const sc_ctx *ctx, const sc_edited *edited, char **out)
+{
+    const sc_volume *v = &edited->volume;
+    const size_t bytes = sc_volume_voxels(v) * (size_t)v->label_bytes;
+    const uint64_t hash = hash_of_settings(edited);
+    char name[HASH_DIGITS + sizeof ENDING], *directory = NULL;
+    sc_status status;
+
+    *out = NULL;
+    SC_TRY(sc_kept_directory(ctx, &directory));
+    if (!directory)
+        return SC_OK;
+    snprintf(name, sizeof name, "%016llx%016llx" ENDING,
+             (unsigned long long)add(hash, v->ids, bytes),
+             (unsigned long long)add(~hash, v->ids, bytes));
+    status = sc_path_join(ctx, directory, name, out);
+out:
+    sc_free(directory);
+    return status;
+}
+
+/* ---- finding ---- */
+
+/* Read a file of @p bytes bytes. @return whether all of it could be read. */
+static bool read_all(int fd, char *to, uint64_t bytes)
+{
+    uint64_t done = 0;
+
+    while (done < bytes) {
+        const ssize_t got = read(fd, to + done, bytes - done);
+
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got <= 0)
+            return false;
+        done += (uint64_t)got;
+    }
+    return true;
+}
+
+/* @return whether what was found is the preparation of a volume: of its size and labels. */
+static bool is_of(const sc_prepared *found, const sc_volume *v)
+{
+    return !memcmp(found->size, v->size, sizeof v->size) && found->label_count == v->label_count &&
+           found->label_bytes == v->label_bytes;
+}
+
+sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, const char *path,
+                       sc_input *input, bool *found)
+{
+    const sc_ctx quiet = sc_quiet(app->ctx);
+    const sc_volume *v = &edited->volume;
+    const int fd = path ? open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK) : -1;
+    struct stat info;
+    sc_status status = SC_OK;
+
+    *found = false;
+    /* others could have put anything there */
+    if (fd < 0 || fstat(fd, &info) || !S_ISREG(info.st_mode) || info.st_uid != geteuid() ||
+        info.st_size <= 0)
+        goto out;
+    sc_stage_begin(app->ctx, "reading what was prepared", 0, 0);
+    SC_TRY(sc_shared_alloc(app->ctx, app->comm, (size_t)info.st_size, sc_temporary_folder(),
+                           &input->shared));
+    *found = read_all(fd, sc_shared_data(input->shared), (uint64_t)info.st_size) &&
+             sc_prepared_file_view(&quiet, path, sc_shared_data(input->shared),
+                                   (size_t)info.st_size, &input->volume) == SC_OK &&
+             is_of(&input->volume, v);
+    if (*found) {
+        /* the block is this process's own, and names and colours are those of today */
+        memcpy((void *)(uintptr_t)input->volume.labels, v->labels,
+               (size_t)v->label_count * sizeof *v->labels);
+        input->bytes = (size_t)info.st_size;
+        sc_info(app->ctx, "%s: the volume was prepared before, and kept", path);
+        (void)!futimens(fd, NULL); /* used now; else it only leaves earlier */
+    } else {
+        sc_shared_free(input->shared);
+        input->shared = NULL;
+        input->volume = (sc_prepared){0};
+        unlink(path); /* broken, or of another layout; it is prepared anew */
+    }
+out:
+    if (fd >= 0)
+        close(fd);
+    return status;
+}
+
+/* ---- keeping ---- */
+
+/* A file that is kept. */
+typedef struct kept_file {
+    char name[HASH_DIGITS + sizeof ENDING];
+    uint64_t bytes;
+    struct timespec used;
+} kept_file;
+
+/* For qsort: the one that was not used for longest first. */
+static int by_use(const void *a, const void *b)
+{
+    const struct timespec *x = &((const kept_file *)a)->used, *y = &((const kept_file *)b)->used;
+
+    return x->tv_sec != y->tv_sec ? (x->tv_sec > y->tv_sec) - (x->tv_sec < y->tv_sec)
+                                  : (x->tv_nsec > y->tv_nsec) - (x->tv_nsec < y->tv_nsec);
+}
+
+/* @return whether an entry of the directory is a file that is kept: one of this user with a name as
+ * sc_kept_path makes it. */
+static bool is_kept(int directory, const char *name, kept_file *out)
+{
+    struct stat info;
+
+    if (strspn(name, "0123456789abcdef") != HASH_DIGITS || strcmp(name + HASH_DIGITS, ENDING) ||
+        fstatat(directory, name, &info, AT_SYMLINK_NOFOLLOW) || !S_ISREG(info.st_mode) ||
+        info.st_uid != geteuid())
+        return false;
+    memcpy(out->name, name, sizeof out->name); /* as long as it has to be */
+    out->bytes = (uint64_t)info.st_size;
+    out->used = info.st_mtim;
+    return true;
+}
+
+/* List the files that are kept. @return SC_ERR_MEMORY. Caller owns *out: sc_free. */
+static sc_status list_kept(const sc_ctx *ctx, DIR *stream, kept_file **out, size_t *count)
+{
+    const struct dirent *entry;
+    size_t room = 0;
+    sc_status status = SC_OK;
+
+    *count = 0;
+    *out = NULL;
+    while ((entry = readdir(stream))) {
+        kept_file file;
+
+        if (!is_kept(dirfd(stream), entry->d_name, &file))
+            continue;
+        if (*count == room) {
+            void *block;
+
+            room = room ? 2 * room : 64;
+            SC_TRY(sc_alloc(ctx, room, sizeof file, &block));
+            if (*count)
+                memcpy(block, *out, *count * sizeof file);
+            sc_free(*out);
+            *out = block;
+        }
+        (*out)[(*count)++] = file;
+    }
+    if (*count)
+        qsort(*out, *count, sizeof **out, by_use);
+out:
+    return status;
+}
+
+sc_status sc_kept_trim(const sc_ctx *ctx, const char *directory, uint64_t most_bytes, int *files,
+                       uint64_t *bytes)
+{
+    DIR *stream = opendir(directory);
+    kept_file *all = NULL;
+    size_t count, i = 0;
+    sc_status status;
+
+    *files = 0;
+    *bytes = 0;
+    if (!stream)
+        return SC_OK; /* nothing was kept so far */
+    SC_TRY(list_kept(ctx, stream, &all, &count));
+    for (size_t k = 0; k < count; k++)
+        *bytes += all[k].bytes;
+    for (; i < count && *bytes > most_bytes; i++) {
+        if (!unlinkat(dirfd(stream), all[i].name, 0) || errno == ENOENT)
+            *bytes -= all[i].bytes;
+    }
+    *files = (int)(count - i);
+out:
+    sc_free(all);
+    closedir(stream);
+    return status;
+}
+
+/* Make the directory of @p path, for this user alone, and room in it for @p bytes bytes. @return
+ * why not: static text, or NULL. */
+static const char *make_room(const sc_ctx *ctx, const char *path, uint64_t bytes)
+{
+    const char *slash = strrchr(path, '/');
+    char *directory = slash ? strndup(path, (size_t)(slash - path)) : NULL;
+    const char *why = "out of memory";
+    struct statvfs disk;
+    uint64_t kept;
+    int files;
+
+    if (!directory)
+        return why;
+    if (sc_make_directory(ctx, directory) != SC_OK)
+        why = "its directory cannot be made";
+    else if (sc_kept_trim(ctx, directory, KEPT_BYTES_MOST - bytes, &files, &kept) != SC_OK)
+        why = "out of memory";
+    else if (!statvfs(directory, &disk) && disk.f_bavail * disk.f_frsize < 2 * bytes)
+        why = "its disk is nearly full";
+    else
+        why = NULL;
+    if (!why) {
+        sc_remove_temporaries(directory, false);
+        (void)!chmod(directory, 0700);
+    }
+    free(directory);
+    return why;
+}
+
+void sc_kept_add(const sc_app *app, const char *path, const sc_preparation *preparation,
+                 double cpu_s)
+{
+    const sc_ctx quiet = sc_quiet(app->ctx);
+    const uint64_t bytes = sc_preparation_file_bytes(preparation);
+    const char *why;
+
+    if (!path || cpu_s < WORTH_CPU_S || bytes > KEPT_BYTES_MOST / 2)
+        return;
+    why = make_room(&quiet, path, bytes);
+    if (!why && sc_preparation_save(&quiet, preparation, path, true, false) != SC_OK)
+        why = "it cannot be written";
+    if (why)
+        sc_info(app->ctx,
+                "%s: what was prepared is not kept for the next command, as %s; SEGCAST_CACHE names "
+                "another directory, or off",
+                path, why);
+}

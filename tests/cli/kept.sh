@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# A volume that was prepared is kept for the next command: other names, colours and opacities find it again; what changes a
+# voxel or a surface does not. Whatever happens to the files, the pictures are those of a volume that was just prepared.
+export SEGCAST_CACHE=$PWD/kept
+printf 'volume: phantom:224x180x240\noutput: {size: [96, 64]}\n' >job.yaml # takes more than half a second to prepare
+kept() { find kept -name '*.segc' 2>/dev/null | wc -l; }
+# still NAME FILES [OPTION...]: the picture is that of a new preparation, and so many are kept then.
+still() {
+    local name=$1 files=$2
+    shift 2
+    "$SEGCAST" still job.yaml -o "$name.png" --overwrite "$@" >/dev/null 2>"$name.txt" || { cat "$name.txt" >&2; fail "$name: no picture"; }
+    [ -e "$name-new.png" ] || SEGCAST_CACHE=off "$SEGCAST" still job.yaml -o "$name-new.png" "$@" -q >/dev/null || fail "$name: no picture without a cache"
+    cmp "$name.png" "$name-new.png" || fail "$name: another picture than of a volume that is prepared anew"
+    [ "$(kept)" = "$files" ] || fail "$name: $(kept) files are kept, expected $files"
+}
+found() { grep -q 'the volume was prepared before, and kept' "$1.txt"; }
+still first 1
+! found first || fail "something was found in an empty directory"
+[ "$(stat -c %a kept)" = 700 ] || fail "others may look into what is kept: $(stat -c %a kept)"
+still first 1
+found first || { cat first.txt >&2; fail "what was kept is not found"; }
+still colors 1 --set 'tissues={left ventricular myocardium: {color: "#123456", opacity: 0.4}}'
+found colors || fail "another colour prepares the volume anew"
+still cut 1 --set 'animation={clip: [{plane: {normal: posterior, at: 45%}}]}'
+found cut || fail "a cut prepares the volume anew"
+still hidden 2 --set 'tissues={left ventricular myocardium: {visible: false}}'
+! found hidden || fail "without a tissue the surfaces of all were found"
+still smooth 3 --smooth 0.5
+still first 3
+found first || fail "what was kept first is not found any more"
+
+# What is said and removed; files of others stay.
+echo mine >kept/notes.txt
+expect 0 '' "$SEGCAST" help cache
+grep -q 'kept holds 3 prepared volumes of' stdout.txt || { cat stdout.txt >&2; fail "what is kept is not told"; }
+expect 0 '' "$SEGCAST" help cache --clear
+[ "$(kept)" = 0 ] && [ -e kept/notes.txt ] || fail "help cache --clear: $(ls kept)"
+expect 64 'help cache' "$SEGCAST" help keys --clear
+
+# Files that are damaged, cut off, empty, a link, or not ours are not believed.
+still first 1
+file=$(ls kept/*.segc)
+bytes=$(stat -c %s "$file")
+for damage in 'printf X | dd of="$file" bs=1 seek=$((bytes / 2)) conv=notrunc status=none' 'truncate -s 5000 "$file"' \
+    'truncate -s 0 "$file"; rm -f "$file"' 'cp "$file" copy; rm "$file"; ln -s ../copy "$file"' 'rm "$file"; mkfifo "$file"'; do
+    eval "$damage"
+    if [ -p "$file" ] || [ -L "$file" ]; then
+        "$SEGCAST" still job.yaml -o odd.png --overwrite -q >/dev/null || fail "$damage: no picture"
+        cmp odd.png first-new.png || fail "$damage: another picture"
+        rm -f "$file"
+    else
+        still first 1
+        ! found first || fail "$damage: it was believed"
+    fi
+    still first 1
+done
+# A directory that cannot be made or written to costs nothing but the time.
+echo file >no-directory
+SEGCAST_CACHE=$PWD/no-directory still first 1
+grep -q 'is not kept for the next command, as its directory cannot be made' first.txt || { cat first.txt >&2; fail "it is not told why nothing is kept"; }
+# In a batch job nothing is kept, unless a directory is named.
+(unset SEGCAST_CACHE && SLURM_JOB_ID=1 "$SEGCAST" still job.yaml -o batch.png -q >/dev/null) || fail "no picture in a batch job"
+[ ! -e .cache/segcast/prepared ] || fail "a batch job has kept something"
+(unset SEGCAST_CACHE && "$SEGCAST" still job.yaml -o home.png -q >/dev/null) || fail "no picture with the cache of the user"
+[ -n "$(find .cache/segcast/prepared -name '*.segc')" ] || fail "nothing is kept in the user's cache directory"
+# Several at once.
+rm -f kept/*.segc
+for i in 1 2 3 4; do "$SEGCAST" still job.yaml -o "many$i.png" -q >/dev/null & done
+wait
+for i in 1 2 3 4; do cmp "many$i.png" first-new.png || fail "one of several at once has drawn another picture"; done
+[ "$(kept)" = 1 ] && [ "$(find kept | wc -l)" = 3 ] || fail "several at once have left $(ls -A kept)"
