@@ -366,12 +366,6 @@ SC_MUST_USE sc_status sc_make_directory(const sc_ctx *ctx, const char *path);
 SC_MUST_USE sc_status sc_path_join(const sc_ctx *ctx, const char *dir, const char *name,
                                    char **out);
 
-/** Make the path of the file or directory @p name in the directory in which segcast keeps what it
- * may lose, of this user: below XDG_CACHE_HOME, or else HOME/.cache. Nothing needs to be there.
- * @return SC_ERR_CREATE if neither is an absolute path; SC_ERR_MEMORY. Caller owns *out: sc_free.
- */
-SC_MUST_USE sc_status sc_cache_path(const sc_ctx *ctx, const char *name, char **out);
-
 /** Find a file that is installed with this program: @p name beside the program itself, as where it
  * is built, or in the directory of its helpers (libexec/segcast) as seen from there; else where
  * that directory was to be installed. Any thread. @param path takes its path, of less than @p bytes

@@ -119,6 +119,11 @@ sc_status sc_execute(sc_app *app, const sc_command *command);
 
 /** @return the folder for files that ranks share where /dev/shm has no room. */
 const char *sc_temporary_folder(void);
+/** Make the path of the file or directory @p name in the directory in which segcast keeps what it
+ * may lose, of this user: below XDG_CACHE_HOME, or else HOME/.cache. Nothing needs to be there.
+ * @return SC_ERR_CREATE if neither is an absolute path; SC_ERR_MEMORY. Caller owns *out: sc_free.
+ */
+SC_MUST_USE sc_status sc_cache_path(const sc_ctx *ctx, const char *name, char **out);
 /** Add to @p times, unless it is NULL, what @p phase took since the given times of sc_wall_s and
  * sc_cpu_s; and to the trace, for a phase before the drawing. Not collective. */
 void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, double wall_s,

@@ -110,29 +110,6 @@ void sc_file_unmap(const void *data, size_t bytes)
         munmap((void *)(uintptr_t)data, bytes);
 }
 
-sc_status sc_cache_path(const sc_ctx *ctx, const char *name, char **out)
-{
-    const char *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
-    sc_text path = {0};
-    sc_status status;
-
-    /* a relative name is to be ignored, says the specification */
-    if (cache && cache[0] != '/')
-        cache = NULL;
-    if (!cache && (!home || home[0] != '/'))
-        return sc_fail(
-            ctx, SC_ERR_CREATE,
-            "there is no cache directory: neither XDG_CACHE_HOME nor HOME is an absolute "
-            "path; set one of them");
-    SC_TRY(sc_text_add(ctx, &path, "%s%s/segcast/%s", cache ? cache : home, cache ? "" : "/.cache",
-                       name));
-    *out = path.data;
-    return SC_OK;
-out:
-    sc_text_clear(&path);
-    return status;
-}
-
 sc_status sc_make_directory(const sc_ctx *ctx, const char *path)
 {
     SC_OWN(sc_text_clear) sc_text part = {0};

@@ -61,8 +61,8 @@ static uint64_t hash_of_settings(const sc_edited *edited)
 {
     const sc_volume *v = &edited->volume;
     const sc_prepare_settings *s = &edited->settings;
-    const int32_t numbers[] = {v->size[0],     v->size[1],  v->size[2],   v->label_bytes,
-                               v->label_count, v->oriented, v->numbered,  s->resampled,
+    const int32_t numbers[] = {v->size[0],     v->size[1],        v->size[2],  v->label_bytes,
+                               v->label_count, v->oriented,       v->numbered, s->resampled,
                                s->as_drawn,    s->local_thickness};
     const size_t labels = (size_t)v->label_count;
     struct stat program;
@@ -247,7 +247,7 @@ sc_status sc_kept_trim(const sc_ctx *ctx, const char *directory, uint64_t most_b
     SC_TRY(list_kept(ctx, stream, &all, &count));
     for (size_t k = 0; k < count; k++)
         *bytes += all[k].bytes;
-    for (; i < count && *bytes > most_bytes; i++) {
+    for (; i<count && * bytes> most_bytes; i++) {
         if (!unlinkat(dirfd(stream), all[i].name, 0) || errno == ENOENT)
             *bytes -= all[i].bytes;
     }
@@ -300,8 +300,9 @@ void sc_kept_add(const sc_app *app, const char *path, const sc_preparation *prep
     if (!why && sc_preparation_save(&quiet, preparation, path, true, false) != SC_OK)
         why = "it cannot be written";
     if (why)
-        sc_info(app->ctx,
-                "%s: what was prepared is not kept for the next command, as %s; SEGCAST_CACHE names "
-                "another directory, or off",
-                path, why);
+        sc_info(
+            app->ctx,
+            "%s: what was prepared is not kept for the next command, as %s; SEGCAST_CACHE names "
+            "another directory, or off",
+            path, why);
 }

@@ -49,6 +49,26 @@ void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, doubl
     times->phases[phase].cpu_s += sc_cpu_s() - cpu_s;
 }
 
+sc_status sc_cache_path(const sc_ctx *ctx, const char *name, char **out)
+{
+    const char *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
+    SC_OWN(sc_text_clear) sc_text path = {0};
+
+    /* a relative name is to be ignored, says the specification */
+    if (cache && cache[0] != '/')
+        cache = NULL;
+    if (!cache && (!home || home[0] != '/'))
+        return sc_fail(
+            ctx, SC_ERR_CREATE,
+            "there is no cache directory: neither XDG_CACHE_HOME nor HOME is an absolute "
+            "path; set one of them");
+    SC_PASS(sc_text_add(ctx, &path, "%s%s/segcast/%s", cache ? cache : home, cache ? "" : "/.cache",
+                        name));
+    *out = path.data;
+    path = (sc_text){0};
+    return SC_OK;
+}
+
 const char *sc_temporary_folder(void)
 {
     const char *folder = getenv("TMPDIR");
