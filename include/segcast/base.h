@@ -18,6 +18,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <string.h>
 
 /** Return code of a function that can fail. The order matters: ranks agree on the smallest
  *  (sc_comm_agree), so that the most severe error wins. */
@@ -61,8 +62,14 @@ typedef enum sc_status {
 
 /** Marks local variables that own what @p clear frees: it is called with their address when the
  *  function is left, however that happens, the last one first. They have to be initialised; who
- *  passes on what one of them owns, zeroes it. */
+ *  passes on what one of them owns, zeroes it, as SC_HAND_OVER does. */
 #define SC_OWN(clear) __attribute__((cleanup(clear)))
+/** Let *@p to own what the variable @p owned does, which owns nothing any more. */
+#define SC_HAND_OVER(owned, to)                                                                    \
+    do {                                                                                           \
+        *(to) = (owned);                                                                           \
+        memset(&(owned), 0, sizeof(owned));                                                        \
+    } while (0)
 
 /** Number of elements of an array; wrong for a pointer. */
 #define SC_COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))

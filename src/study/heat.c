@@ -28,8 +28,7 @@ sc_status sc_heat_new(const sc_ctx *ctx, int width_px, int height_px, sc_heat *o
     for (int i = 0; i < SC_HEAT_KINDS; i++) {
         SC_PASS(sc_zalloc(ctx, (size_t)width_px * (size_t)height_px, 1, &heat.codes[i]));
     }
-    *out = heat;
-    heat = (sc_heat){0};
+    SC_HAND_OVER(heat, out);
     return SC_OK;
 }
 
@@ -128,8 +127,7 @@ sc_status sc_heat_from_json(const sc_ctx *ctx, const json_t *json, sc_heat *out,
     for (int i = 0; i < SC_HEAT_KINDS; i++)
         *good = *good && rows_from_json(json_object_get(json, keys[i]), &heat, heat.codes[i]);
     if (*good) {
-        *out = heat;
-        heat = (sc_heat){0};
+        SC_HAND_OVER(heat, out);
     }
     return SC_OK;
 }

@@ -115,8 +115,7 @@ static sc_status merge(const sc_ctx *ctx, sc_history *to, sc_history *more)
     }
     sort_frames(&all);
     sc_history_clear(to);
-    *to = all;
-    all = (sc_history){0};
+    SC_HAND_OVER(all, to);
     return SC_OK;
 }
 

@@ -121,8 +121,7 @@ sc_status sc_run_stats_read(const sc_ctx *ctx, const char *path, sc_run_stats *o
     SC_PASS(parse(ctx, text, &found, &problem));
     if (problem)
         return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, problem);
-    *out = found;
-    found = (sc_run_stats){0};
+    SC_HAND_OVER(found, out);
     return SC_OK;
 }
 

@@ -298,8 +298,7 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
                 "%s: does not say where left and front are; its axes are taken as right, "
                 "anterior, superior",
                 path);
-    *out = source;
-    source = (sc_source){0};
+    SC_HAND_OVER(source, out);
     return SC_OK;
 }
 
@@ -518,7 +517,6 @@ sc_status sc_volume_read_header_by(const sc_ctx *ctx, const char *path,
     memcpy(scan.volume.size, source.part, sizeof source.part);
     SC_PASS(sc_volume_add_labels(ctx, &scan.volume, &source.table));
     keep_table(&source, &scan.volume);
-    *out = scan;
-    scan = (sc_label_scan){0};
+    SC_HAND_OVER(scan, out);
     return SC_OK;
 }

@@ -451,8 +451,7 @@ sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, s
     SC_PASS(read_header(ctx, path, source.data, &source));
     if (!((volume_file *)source.data)->kind.is_labels)
         source.load = load;
-    *out = source;
-    source = (sc_source){0};
+    SC_HAND_OVER(source, out);
     return SC_OK;
 }
 

@@ -101,8 +101,7 @@ sc_status sc_relabel_with(const sc_ctx *ctx, const sc_label *labels, int label_c
             made.to[all[i].id] = made.label_count;
         made.label_count++;
     }
-    *out = made;
-    made = (sc_relabel){0};
+    SC_HAND_OVER(made, out);
     return SC_OK;
 }
 

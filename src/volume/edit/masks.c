@@ -348,8 +348,7 @@ sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
     if (source.mask_count)
         SC_PASS(unite(ctx, path, &source));
     tell_places(ctx, path, &source);
-    *out = source;
-    source = (sc_source){0};
+    SC_HAND_OVER(source, out);
     return SC_OK;
 }
 

@@ -54,8 +54,7 @@ sc_status sc_overlap_rule_make(const sc_ctx *ctx, const char *path, const sc_rea
         SC_PASS(rank_rows(ctx, path, name, length, rank, table, rule.ranks));
         name += length + (name[length] == '\n');
     }
-    *out = rule;
-    rule = (sc_overlap_rule){0};
+    SC_HAND_OVER(rule, out);
     return SC_OK;
 }
 
@@ -194,7 +193,6 @@ sc_status sc_overlap_list_take(const sc_ctx *ctx, sc_source *source, sc_overlap_
     if (list.count)
         qsort(list.pairs, list.count, sizeof *list.pairs, by_voxels);
     sc_overlap_list_clear(out);
-    *out = list;
-    list = (sc_overlap_list){0};
+    SC_HAND_OVER(list, out);
     return SC_OK;
 }

@@ -328,7 +328,6 @@ sc_status sc_open_raw(const sc_ctx *ctx, const char *path, const sc_read_choice 
     SC_PASS(find_voxels(&r, path, &source));
     for (int i = 0; i < 3; i++)
         source.to_ras_mm.m[i][i] = 1;
-    *out = source;
-    source = (sc_source){0};
+    SC_HAND_OVER(source, out);
     return SC_OK;
 }

@@ -237,8 +237,7 @@ sc_status sc_open_hdf5(const sc_ctx *ctx, const char *path, const sc_read_choice
     SC_PASS(cut(ctx, path, read, r, &source));
     if (!header_only) /* a dataset without any chunk may promise a tebibyte */
         SC_PASS(sc_volume_memory_check(ctx, path, source.size, 0));
-    *out = source;
-    source = (sc_source){0};
+    SC_HAND_OVER(source, out);
     return SC_OK;
 }
 

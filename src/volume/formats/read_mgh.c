@@ -148,7 +148,6 @@ sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_
                                              sc_voxel_type_bytes(source.type),
                           &source.table));
     source.swapped = sc_voxel_type_bytes(source.type) > 1 && SC_IS_LITTLE_ENDIAN;
-    *out = source;
-    source = (sc_source){0};
+    SC_HAND_OVER(source, out);
     return SC_OK;
 }

@@ -486,8 +486,7 @@ sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc
     SC_PASS(open_tiff(ctx, path, &file));
     source.data = file;
     SC_PASS(read_header(ctx, path, &source));
-    *out = source;
-    source = (sc_source){0};
+    SC_HAND_OVER(source, out);
     return SC_OK;
 }
 

@@ -198,8 +198,7 @@ sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom, const 
     blocks = (size_t)v.blocks[0] * (size_t)v.blocks[1] * (size_t)v.blocks[2];
     sc_stage_begin(ctx, "making the phantom", 0, blocks);
     sc_stage_for(ctx, blocks, threads, blocks, 1, voxelise_blocks, &v);
-    *out = volume;
-    volume = (sc_volume){0};
+    SC_HAND_OVER(volume, out);
     return SC_OK;
 }
 
