@@ -43,7 +43,8 @@ typedef enum sc_status {
 #define SC_PRINTF(fmt, first) __attribute__((format(printf, fmt, first)))
 
 /** Call a function that can fail; on an error go to the label `out`. The calling function has this
- *  label and a variable `status`, which holds the return code. */
+ *  label and a variable `status`, which holds the return code. For functions that have something to
+ *  undo there which SC_OWN cannot free: else SC_PASS is shorter. */
 #define SC_TRY(call)                                                                               \
     do {                                                                                           \
         status = (call);                                                                           \
@@ -51,8 +52,8 @@ typedef enum sc_status {
             goto out;                                                                              \
     } while (0)
 
-/** Call a function that can fail; on an error return its code. For functions that have nothing to
- *  free then. */
+/** Call a function that can fail; on an error return its code. What the function owns until then is
+ *  freed by SC_OWN. */
 #define SC_PASS(call)                                                                              \
     do {                                                                                           \
         const sc_status code_ = (call);                                                            \
@@ -64,7 +65,8 @@ typedef enum sc_status {
  *  function is left, however that happens, the last one first. They have to be initialised; who
  *  passes on what one of them owns, zeroes it, as SC_HAND_OVER does. */
 #define SC_OWN(clear) __attribute__((cleanup(clear)))
-/** Let *@p to own what the variable @p owned does, which owns nothing any more. */
+/** Let *@p to own what the variable @p owned does, which owns nothing any more. For types of which
+ *  all bytes 0 own nothing: not where a file descriptor of 0 would be one. */
 #define SC_HAND_OVER(owned, to)                                                                    \
     do {                                                                                           \
         *(to) = (owned);                                                                           \

@@ -12,9 +12,9 @@
 #include "segcast/render.h"
 #include "segcast/timeline.h"
 
+enum { SC_WHERE_BYTES = 192 }; /**< of "file:line: key" for messages, which is cut to fit */
 /** Longest path in a job, terminator included, the most frames of an animation, and the most phases
  * of a beat. */
-enum { SC_WHERE_BYTES = 192 }; /**< of "file:line: key" for messages, which is cut to fit */
 enum { SC_PATH_BYTES = 4096, SC_JOB_FRAMES_MAX = 1000000, SC_PHASES_MAX = 1000 };
 
 /** Columns of a table of values by key frames. */
@@ -47,8 +47,6 @@ typedef struct sc_output {
     int layout;      /**< sc_layout */
 } sc_output;
 
-/** Sets of defaults: those of segcast, or those for the pictures of the paper, by its plain or by
- * its accelerated method. */
 /** Which pixels get more than one ray: only those that differ from a neighbour, or all. */
 typedef enum sc_antialiasing { SC_ANTIALIASING_ADAPTIVE, SC_ANTIALIASING_FULL } sc_antialiasing;
 /** Which thickness decides the automatic opacity: the mean of the tissue, or that at each point. */

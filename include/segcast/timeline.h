@@ -154,11 +154,6 @@ typedef enum sc_verb_kind {
     SC_VERB_EXPLODE /**< tissues move apart, and stay there */
 } sc_verb_kind;
 
-/** @return whether a verb moves the camera, and does nothing to tissues. */
-static inline bool sc_verb_moves_camera(sc_verb_kind kind)
-{
-    return kind >= SC_VERB_ORBIT && kind <= SC_VERB_FLY;
-}
 /** @return whether a verb is a move (sc_move): of the camera, or of a clip plane. */
 static inline bool sc_verb_is_move(sc_verb_kind kind)
 {

@@ -101,11 +101,14 @@ void sc_drawn_grid_text(const sc_drawn_grid *grid, char *text, size_t bytes)
     size_t length = 0;
 
     text[0] = '\0';
-    if (is_other_grid(grid))
+    if (copies[0] > 1 || copies[1] > 1 || copies[2] > 1)
         append(text, bytes, &length,
                "drawn at %.3g x %.3g x %.3g mm, stored at %.3g x %.3g x %.3g mm", mm[0], mm[1],
                mm[2], mm[0] / copies[0], mm[1] / copies[1], mm[2] / copies[2]);
     for (int i = 0; i < 3; i++) {
+        if (grid->split[i] > 1)
+            append(text, bytes, &length, "each slice along %c becomes %d layers", "xyz"[i],
+                   grid -> split[i]);
         if (grid->moved[i])
             append(text, bytes, &length, "%d slices along %c jump and are moved back",
                    grid->moved[i], "xyz"[i]);

@@ -234,7 +234,7 @@ static sc_status pick(const sc_ctx *ctx, const char *path, size_t phase, sc_sour
             to += each;
         }
     }
-    SC_PASS(sc_stream_finish(stream));
+    SC_PASS(sc_stream_finish(stream)); /* and nothing reads the data any more */
     if (source->release)
         source->release(source->data);
     source->encoding = SC_ENCODING_LOADED;

@@ -55,7 +55,7 @@ void sc_label_scan_clear(sc_label_scan *scan)
 
 void sc_source_clear(sc_source *source)
 {
-    if (source->release)
+    if (source->release && source->data)
         source->release(source->data);
     sc_free(source->file);
     for (size_t i = 0; i < source->mask_count; i++)

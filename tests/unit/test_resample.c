@@ -351,9 +351,12 @@ TEST(walls_that_move_sideways_stay_whole)
     const int size[3] = {80, 20, 9};
     sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 4, wall_id);
     sc_drawn_grid grid;
+    char text[320];
 
     assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
     assert_int_equal(grid.split[2], 5);
+    sc_drawn_grid_text(&grid, text, sizeof text);
+    assert_non_null(strstr(text, "each slice along z becomes 5 layers"));
     assert_ok(sc_resample(&quiet, &v, &grid, 2));
     /* Not beside the first and the last slice: nothing tells there how the wall moves on. */
     for (int z = 7; z < v.size[2] - 7; z++) {

@@ -91,7 +91,7 @@ sc_status sc_plan_simulate(const sc_ctx *ctx, const sc_job *job, const sc_plan_p
 /* The best run on a number of nodes. */
 typedef struct sc_plan_row {
     sc_plan_run run;
-    int encode;        /* farm.encode with which it is, an sc_encode_mode */
+    int encode;        /* farm.encode with which it is, an sc_encode */
     double core_hours; /* of all cores of the nodes while it runs */
 } sc_plan_row;
 

@@ -88,7 +88,7 @@ out:
 }
 
 /* Take over the heat picture of an earlier run on the job, if the stats.json under @p path has one.
- * @return SC_ERR_MEMORY, or SC_ERR_READ. */
+ * @return SC_ERR_MEMORY. */
 static sc_status keep_heat(const sc_ctx *ctx, const sc_run *run, const char *path, sc_heat *out)
 {
     sc_run_stats stats = {0};

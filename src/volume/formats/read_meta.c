@@ -54,7 +54,7 @@ static int numbers(const char *text, int count, double *out)
     return found;
 }
 
-/* Is a value of MetaImage true: "True", "T" or "1"? */
+/* Is a value of MetaImage true? ITK writes "True", others "T" or "1": the first letter tells. */
 static bool truth(const char *value)
 {
     return value[0] == 'T' || value[0] == 't' || value[0] == '1';
