@@ -291,10 +291,13 @@ void sc_kept_add(const sc_app *app, const char *path, const sc_preparation *prep
                  double cpu_s)
 {
     const sc_ctx quiet = sc_quiet(app->ctx);
-    const uint64_t bytes = sc_preparation_file_bytes(preparation);
+    uint64_t bytes;
     const char *why;
 
-    if (!path || cpu_s < WORTH_CPU_S || bytes > KEPT_BYTES_MOST / 2)
+    if (!path || cpu_s < WORTH_CPU_S) /* where others prepare, there is neither */
+        return;
+    bytes = sc_preparation_file_bytes(preparation);
+    if (bytes > KEPT_BYTES_MOST / 2)
         return;
     why = make_room(&quiet, path, bytes);
     if (!why && sc_preparation_save(&quiet, preparation, path, true, false) != SC_OK)
