@@ -258,8 +258,8 @@ out:
     return status;
 }
 
-/* Make the directory of @p path, for this user alone, and room in it for @p bytes bytes. @return
- * why not: static text, or NULL. */
+/* Make the directory of @p path, for this user alone if there is none, and room in it for @p bytes
+ * bytes. @return why not: static text, or NULL. */
 static const char *make_room(const sc_ctx *ctx, const char *path, uint64_t bytes)
 {
     const char *slash = strrchr(path, '/');
@@ -268,9 +268,11 @@ static const char *make_room(const sc_ctx *ctx, const char *path, uint64_t bytes
     struct statvfs disk;
     uint64_t kept;
     int files;
+    bool is_new;
 
     if (!directory)
         return why;
+    is_new = access(directory, F_OK) != 0;
     if (sc_make_directory(ctx, directory) != SC_OK)
         why = "its directory cannot be made";
     else if (sc_kept_trim(ctx, directory, KEPT_BYTES_MOST - bytes, &files, &kept) != SC_OK)
@@ -281,7 +283,8 @@ static const char *make_room(const sc_ctx *ctx, const char *path, uint64_t bytes
         why = NULL;
     if (!why) {
         sc_remove_temporaries(directory, false);
-        (void)!chmod(directory, 0700);
+        if (is_new) /* the modes of a directory of the user stay as they are */
+            (void)!chmod(directory, 0700);
     }
     free(directory);
     return why;

@@ -58,6 +58,10 @@ done
 echo file >no-directory
 SEGCAST_CACHE=$PWD/no-directory still first 1
 grep -q 'is not kept for the next command, as its directory cannot be made' first.txt || { cat first.txt >&2; fail "it is not told why nothing is kept"; }
+# A directory that was there before keeps its modes.
+mkdir -m 755 shared
+SEGCAST_CACHE=$PWD/shared "$SEGCAST" still job.yaml -o shared.png -q >/dev/null || fail "no picture with a directory of the user"
+[ "$(stat -c %a shared)" = 755 ] && [ -n "$(find shared -name '*.segc')" ] || fail "the modes of a directory of the user: $(stat -c %a shared)"
 # In a batch job nothing is kept, unless a directory is named.
 (unset SEGCAST_CACHE && SLURM_JOB_ID=1 "$SEGCAST" still job.yaml -o batch.png -q >/dev/null) || fail "no picture in a batch job"
 [ ! -e .cache/segcast/prepared ] || fail "a batch job has kept something"
