@@ -394,6 +394,11 @@ uint64_t sc_peak_rss_since(void);
  *  by their own counters (RAPL); -1 where these cannot be read, which most systems allow only to
  *  administrators. The counters start anew from time to time: a difference below 0 is no result. */
 double sc_energy_j(void);
+/** Let free() give blocks of a megabyte and more back to the system, always. By default glibc keeps
+ *  what has the size of a block that was freed before, and what remains between such blocks: up to
+ *  25 % more memory, from run to run, for volumes that are loaded one after the other. Call it once,
+ *  before there are threads. */
+void sc_heap_return_large_blocks(void);
 /** @return the bytes that are allocated now by malloc and its like, those of libraries included; 0
  *  where the C library does not tell. Any thread. */
 uint64_t sc_heap_bytes(void);

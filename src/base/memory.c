@@ -107,6 +107,15 @@ void sc_free_at(void *pointer)
     free(ptr);
 }
 
+void sc_heap_return_large_blocks(void)
+{
+#ifdef __GLIBC__
+    enum { LARGE_BYTES = 1 << 20 };
+
+    (void)mallopt(M_MMAP_THRESHOLD, LARGE_BYTES);
+#endif
+}
+
 uint64_t sc_heap_bytes(void)
 {
 #ifdef HAS_MALLINFO2

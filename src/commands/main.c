@@ -68,6 +68,7 @@ int main(int argc, char **argv)
                   .begin_s = sc_wall_s()};
     sc_status status;
 
+    sc_heap_return_large_blocks();
     sc_signals_install();
     if (!sc_open_standard_streams())
         return sc_exit_code_of(SC_ERR_INTERNAL);
