@@ -396,8 +396,8 @@ uint64_t sc_peak_rss_since(void);
 double sc_energy_j(void);
 /** Let free() give blocks of a megabyte and more back to the system, always. By default glibc keeps
  *  what has the size of a block that was freed before, and what remains between such blocks: up to
- *  25 % more memory, from run to run, for volumes that are loaded one after the other. Call it once,
- *  before there are threads. */
+ *  25 % more memory, from run to run, for volumes that are loaded one after the other. Call it
+ * once, before there are threads. */
 void sc_heap_return_large_blocks(void);
 /** @return the bytes that are allocated now by malloc and its like, those of libraries included; 0
  *  where the C library does not tell. Any thread. */

@@ -128,8 +128,9 @@ bool sc_store_is_complete(const sc_store *store);
  *  to be written to the directory any more. */
 bool sc_store_is_sealed(const sc_store *store);
 /** @return true if the manifest that this process writes is not in the directory any more: another
- *  run has begun there, or has completed the job, and the records are its own. Also true when this
- *  process has completed the job. Threads: any, while the store is open. */
+ *  run has begun there, or has completed the job, and what is there is its own: nothing more is
+ *  accepted. Also true of a slice that has completed the job. Threads: any, while the store is
+ *  open. */
 bool sc_store_is_replaced(const sc_store *store);
 /** @return the identity of the job, which ranks that encode GOPs put into the segments. */
 uint64_t sc_store_identity(const sc_store *store);
@@ -144,7 +145,8 @@ SC_MUST_USE sc_status sc_store_whole_gops(const sc_ctx *ctx, const sc_store *sto
  *  write its PNG and its line in the manifest. Blocks until that is written. Frames of a GOP should
  *  come in rising order; otherwise pictures have to be read back. @p image is only read.
  *  @return SC_ERR_WRITE, SC_ERR_CREATE, SC_ERR_DATA (a picture that was read back is damaged),
- *  SC_ERR_MEMORY, or as sc_encoder_push. After an error the store can only be closed; a later run
+ *  SC_ERR_MEMORY, or as sc_encoder_push; SC_ERR_INCOMPLETE, without a message, if the store is
+ *  replaced (sc_store_is_replaced). After an error the store can only be closed; a later run
  *  continues. */
 SC_MUST_USE sc_status sc_store_add_frame(const sc_ctx *ctx, sc_store *store,
                                          const sc_done_frame *done, const sc_image *image);
@@ -171,15 +173,15 @@ sc_store_times sc_store_time(const sc_store *store);
  *  without a gap from frame 0 on to sc_video_partial_name. Does nothing if the job is complete.
  *  @param missing receives the number of frames of the whole job that are not there, 0 when it is
  *  complete; written also with an error, and then without meaning.
- *  @return SC_OK also if frames are missing; SC_ERR_WRITE, SC_ERR_CREATE, SC_ERR_MISSING,
- *  SC_ERR_MEMORY, or as sc_encoder_push and sc_muxer_add. */
+ *  @return SC_OK also if frames are missing; SC_ERR_INCOMPLETE, without a message, if this is no
+ *  slice and the store is replaced (sc_store_is_replaced); SC_ERR_WRITE, SC_ERR_CREATE,
+ * SC_ERR_MISSING, SC_ERR_MEMORY, or as sc_encoder_push and sc_muxer_add. */
 SC_MUST_USE sc_status sc_store_finish(const sc_ctx *ctx, sc_store *store, int *missing);
 
 /** After sc_store_finish, and after the records of the run (job.yaml, status, statistics, trace,
  * report) were written for the last time: if the job is complete, put their sizes and hashes into
  * the manifest and close it; then sc_store_verify can prove every file, and nothing more may be
- * written. Does nothing otherwise. @return SC_ERR_WRITE, SC_ERR_CREATE, SC_ERR_MISSING,
- * SC_ERR_MEMORY. */
+ * written. Does nothing otherwise. @return as sc_store_finish. */
 SC_MUST_USE sc_status sc_store_seal(const sc_ctx *ctx, sc_store *store);
 /** Before sc_store_finish of a slice, when its frames and records are written: put the sizes and
  *  hashes of the records into its manifest, and close that. A job is completed by the slice that

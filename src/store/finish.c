@@ -23,15 +23,23 @@ static sc_status write_partial_video(const sc_ctx *ctx, sc_store *store)
 }
 
 /* Write manifest.jsonl anew from store->data, which has the lines of all frames and the end. The
- * manifest of this process is closed. @param close add the last line, too. */
+ * manifest of this process is closed. @param close add the last line, too.
+ * @return SC_ERR_INCOMPLETE, without a message, if another run has replaced the manifest. */
 static sc_status write_whole_manifest(const sc_ctx *ctx, sc_store *store, bool close)
 {
     char path[SC_FILE_BYTES];
+    sc_manifest_writer *written = NULL;
 
+    if (!store->slice && sc_store_is_replaced(store))
+        return SC_ERR_INCOMPLETE;
     sc_manifest_close(store->manifest);
     store->manifest = NULL;
     sc_store_path(store, path, "manifest.jsonl");
-    return sc_manifest_create(ctx, path, &store->job, &store->data, NULL, close, NULL);
+    SC_PASS(sc_manifest_create(ctx, path, &store->job, &store->data, NULL, close, &written));
+    if (!store->slice)
+        store->manifest_id = sc_manifest_id(written);
+    sc_manifest_close(written);
+    return SC_OK;
 }
 
 /* Complete a job of which every line, PNG file and segment is there: make the video and the whole
@@ -114,6 +122,8 @@ sc_status sc_store_finish(const sc_ctx *ctx, sc_store *store, int *missing)
     *missing = 0;
     if (store->complete)
         return SC_OK;
+    if (!store->slice && sc_store_is_replaced(store))
+        return SC_ERR_INCOMPLETE;
     SC_TRY(sc_partial_sync(ctx, &store->partial));
     SC_TRY(sc_manifest_sync(ctx, store->manifest));
     /* If two slices end at the same time, one may remove files that the other is reading. Therefore

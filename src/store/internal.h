@@ -284,7 +284,8 @@ sc_status sc_partial_scan(const sc_ctx *ctx, sc_partial_gops *partial, const cha
 sc_status sc_partial_add(const sc_ctx *ctx, sc_partial_gops *partial, int gop, int frame,
                          const void *picture, uint64_t hash);
 /* Read the picture of a frame that has a location into @p picture, which has room for
- * picture_bytes, and verify it. @return SC_ERR_DATA if it is damaged or gone. */
+ * picture_bytes, and verify it. @return SC_ERR_DATA if it is damaged, SC_ERR_INCOMPLETE if its file
+ * is gone. */
 sc_status sc_partial_read(const sc_ctx *ctx, const sc_partial_gops *partial, int frame,
                           void *picture);
 /* Flush the file that is being written to disk and close it, also after an error. Does nothing if

@@ -208,6 +208,11 @@ sc_status sc_partial_read(const sc_ctx *ctx, const sc_partial_gops *partial, int
     picture_head head;
     bool ok;
 
+    if (!stream && errno == ENOENT)
+        return sc_fail(ctx, SC_ERR_INCOMPLETE,
+                       "%s: is gone: another run in this directory has made a segment of it; run "
+                       "again with --resume",
+                       partial->files[location->file]);
     if (!stream)
         return sc_fail(ctx, sc_input_status(errno), "%s: cannot be opened: %s",
                        partial->files[location->file], sc_reason(errno));

@@ -500,6 +500,8 @@ sc_status sc_store_add_frame(const sc_ctx *ctx, sc_store *store, const sc_done_f
     double encoded_s;
     sc_status status = SC_OK;
 
+    if (sc_store_is_replaced(store))
+        return SC_ERR_INCOMPLETE;
     if (store->has_video && !store->has_segment[done->frame / store->gop_frames])
         SC_TRY(add_picture(ctx, store, done, image));
     encoded_s = sc_wall_s();
@@ -519,6 +521,8 @@ sc_status sc_store_add_gop(const sc_ctx *ctx, sc_store *store, const sc_done_fra
     const int first = done[0].frame, gop = first / store->gop_frames;
     sc_segment_info info;
 
+    if (sc_store_is_replaced(store))
+        return SC_ERR_INCOMPLETE;
     if (!sc_segment_inspect(segment, &info) || !sc_store_is_segment_of(store, &info, gop) ||
         info.first_frame != first || info.frame_count != count)
         return sc_fail(ctx, SC_ERR_INTERNAL,

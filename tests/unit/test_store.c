@@ -883,6 +883,41 @@ TEST(refused_begin)
     }
 }
 
+/* A run that another one has replaced accepts nothing more, and completes nothing: neither while it
+ * draws, nor at its end, nor between the film and its records. The other one goes on with what both
+ * have made. */
+TEST(the_last_run_in_a_directory_has_it)
+{
+    for (int stage = 0; stage < 3; stage++) {
+        sc_image image = make_picture(FRAMES - 1);
+        const sc_done_frame done = {.frame = FRAMES - 1, .hash = sc_image_hash(&image)};
+        sc_store *first, *second;
+        int missing;
+
+        empty_folder();
+        first = open_store(SC_STORE_NEW);
+        add_frames(first, 0, stage == 0 ? FRAMES - 1 : FRAMES);
+        if (stage == 2) {
+            assert_ok(sc_store_finish(&quiet, first, &missing));
+            assert_false(sc_store_is_replaced(first));
+            second = open_store(SC_STORE_OVERWRITE);
+        } else {
+            second = open_store(SC_STORE_RESUME);
+        }
+        assert_true(sc_store_is_replaced(first) && !sc_store_is_replaced(second));
+        if (stage == 0)
+            assert_int_equal(sc_store_add_frame(&quiet, first, &done, &image), SC_ERR_INCOMPLETE);
+        assert_int_equal(stage == 2 ? sc_store_seal(&quiet, first)
+                                    : sc_store_finish(&quiet, first, &missing),
+                         SC_ERR_INCOMPLETE);
+        add_frames(second, 0, FRAMES);
+        finish(second);
+        sc_store_close(first);
+        sc_store_close(open_store(SC_STORE_RESUME));
+        sc_image_clear(&image);
+    }
+}
+
 /* ---- job.yaml ---- */
 
 /* Open the folder for one of two slices, of three frames each. */

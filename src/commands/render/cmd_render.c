@@ -272,6 +272,24 @@ static sc_status finish_outputs(sc_run *run, sc_status outcome)
     return status == SC_OK ? outcome : status;
 }
 
+/* Has another run begun in the directory meanwhile, or completed the job? Its records must stay. */
+static bool is_replaced(const sc_run *run)
+{
+    return run->root.store && sc_store_is_replaced(run->root.store);
+}
+
+/* On rank 0 of a run that is_replaced: leave the directory to the other run, whatever has failed
+ * since, which may have been told as an error. @return SC_ERR_INCOMPLETE. */
+static sc_status give_way(sc_run *run)
+{
+    run->plan.replaced = true;
+    sc_warn(run->app->ctx,
+            "%s: another run has begun in this directory meanwhile, and has it now; this one ends. "
+            "`segcast status %s` tells how far the job is",
+            run->root.directory, run->root.directory);
+    return SC_ERR_INCOMPLETE;
+}
+
 /* On rank 0, when everything of the run is written: a slice completes the job if it is the last to
  * end; then the manifest of a complete job is closed. */
 static sc_status close_outputs(sc_run *run)
@@ -288,13 +306,7 @@ static sc_status close_outputs(sc_run *run)
     run->plan.complete = sc_store_is_complete(run->root.store);
     status = sc_store_seal(ctx, run->root.store);
 out:
-    return status;
-}
-
-/* Has another run begun in the directory meanwhile, or completed the job? Its records must stay. */
-static bool is_replaced(const sc_run *run)
-{
-    return run->root.store && sc_store_is_replaced(run->root.store);
+    return status == SC_ERR_INCOMPLETE ? give_way(run) : status;
 }
 
 /* For sc_display_watch, with a run as user: write status.json while it is this run's. */
@@ -344,12 +356,10 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
     sc_stage_begin(app->ctx, "completing", 0, 0);
     if (sc_comm_rank(app->comm) == 0)
         status = finish_outputs(run, status);
-    if (status == SC_ERR_INCOMPLETE && is_replaced(run))
-        status = sc_fail(app->ctx, SC_ERR_CREATE,
-                         "%s: another run has begun in this directory meanwhile; `segcast status "
-                         "%s` tells how far it is",
-                         run->root.directory, run->root.directory);
+    if (status != SC_OK && is_replaced(run))
+        status = give_way(run);
     status = sc_comm_agree(app->comm, status);
+    sc_comm_broadcast(app->comm, &run->plan.replaced, sizeof run->plan.replaced);
     sc_run_fill_phases(run, times);
     return status;
 }
@@ -565,7 +575,7 @@ static sc_status run_job(sc_run *run, const char *job_path)
         if (first && outcome != SC_OK && outcome != SC_ERR_INCOMPLETE && !is_replaced(run))
             (void)sc_run_write_state(run, outcome); /* the first error is the one to report */
         status = outcome;
-        if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
+        if (run->plan.replaced || (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE))
             goto out;
     }
     sc_display_watch(app->display, NULL, NULL);

@@ -16,6 +16,7 @@ typedef struct sc_draw_plan {
     uint8_t gather;    /* GOPs are gathered: see sc_farm */
     uint8_t sealed;    /* and its records are proven: nothing is to be written */
     uint8_t complete;  /* earlier runs have finished the job: there is nothing to do */
+    uint8_t replaced;  /* another run has taken the directory over: nothing more is to be written */
 } sc_draw_plan;
 
 /* Called on rank 0 with the record of a run that has ended. */
