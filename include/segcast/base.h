@@ -292,9 +292,14 @@ SC_MUST_USE sc_status sc_file_map(const sc_ctx *ctx, const char *path, const voi
 typedef struct sc_file_identity {
     uint64_t device, inode, bytes, changed_s, changed_ns;
 } sc_file_identity;
-/** As sc_file_map, and tell which file it is. */
+/** Tell which file is open as @p file, and in which state. @return whether that is known; async-
+ *  signal-safe. */
+bool sc_file_identify(int file, sc_file_identity *out);
+/** As sc_file_map, and tell which file it is. @param out_file receives the open file: while
+ *  sc_file_identify tells the same of it, nothing has written into it. Caller owns: close. */
 SC_MUST_USE sc_status sc_file_map_identified(const sc_ctx *ctx, const char *path, const void **out,
-                                             size_t *out_bytes, sc_file_identity *identity);
+                                             size_t *out_bytes, sc_file_identity *identity,
+                                             int *out_file);
 /** End the mapping of sc_file_map: @p data and @p bytes are its outputs. NULL is allowed. */
 void sc_file_unmap(const void *data, size_t bytes);
 

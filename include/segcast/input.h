@@ -55,6 +55,9 @@ void sc_job_keep_tissues(sc_job *job, sc_tissue_use use);
  * logged, also if phases differ in their grids or labels. */
 sc_status sc_inputs_load(sc_app *app, sc_job *job, bool measure, sc_rank_record *times,
                          sc_inputs **out);
+/** @return SC_ERR_WRITE, logged, if something has written into a prepared file from which frames
+ * are drawn, and which must not change meanwhile (sc_watched_file_is_changed). */
+sc_status sc_inputs_check_files(const sc_ctx *ctx, const sc_inputs *inputs);
 /** Find what can be known of the volumes of a job without preparing them: their sizes, geometry and
  * labels, and the voxels and bounding boxes of these; all else stays empty. This takes one pass
  * over the voxels, in bounded memory. With @p header_only there is none: then the labels are those

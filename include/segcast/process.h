@@ -146,12 +146,17 @@ sc_status sc_report_placement(sc_app *app);
  * allocation or of the time limit of the command line, whichever comes first; 0: no limit. */
 double sc_deadline_s(const sc_app *app);
 
-/** A file that is mapped into memory, for the message when it is cut off meanwhile. */
+/** A file that is mapped into memory, for the message when it is changed meanwhile. */
 typedef struct sc_watched_file {
-    char *name;        /**< its path, printable */
-    const char *begin; /**< where it is mapped */
-    size_t bytes;      /**< its length */
+    char *name;                /**< its path, printable */
+    const char *begin;         /**< where it is mapped */
+    size_t bytes;              /**< its length */
+    int file;                  /**< it is open as this */
+    sc_file_identity identity; /**< when it was mapped */
 } sc_watched_file;
+/** @return whether something has written into the file since it was mapped, as far as this machine
+ *  knows: of files on network file systems it may hear seconds later. Async-signal-safe. */
+bool sc_watched_file_is_changed(const sc_watched_file *file);
 
 /** Install the handlers of all signals. Has to be called before anything else. From then on:
  * - INT, TERM and HUP end the process as sc_signals_stop_in_order says.
@@ -161,7 +166,8 @@ typedef struct sc_watched_file {
  * - SIGXFSZ is ignored: writing beyond the limit of file sizes fails with EFBIG.
  * - SIGXCPU, at the limit of CPU time, prints a message and ends the process with exit code 71.
  * - SIGBUS, when a page of a memory-mapped file cannot be read (the file was truncated, or its disk
- *   failed), prints a message and ends the process with exit code 74.
+ *   failed), prints a message and ends the process with exit code 74. So does SIGSEGV, if the file
+ *   that is watched has been written into.
  * - SIGPIPE, when nobody reads standard output or standard error any more, removes unfinished files
  *   and ends the process. After sc_signals_catch_stop was called it is ignored. */
 void sc_signals_install(void);

@@ -70,12 +70,27 @@ out:
 sc_status sc_file_map(const sc_ctx *ctx, const char *path, const void **out, size_t *out_bytes)
 {
     sc_file_identity identity;
+    int file = -1;
 
-    return sc_file_map_identified(ctx, path, out, out_bytes, &identity);
+    SC_PASS(sc_file_map_identified(ctx, path, out, out_bytes, &identity, &file));
+    close(file);
+    return SC_OK;
+}
+
+bool sc_file_identify(int file, sc_file_identity *out)
+{
+    struct stat info;
+
+    *out = (sc_file_identity){0};
+    if (fstat(file, &info))
+        return false;
+    *out = (sc_file_identity){(uint64_t)info.st_dev, (uint64_t)info.st_ino, (uint64_t)info.st_size,
+                              (uint64_t)info.st_mtim.tv_sec, (uint64_t)info.st_mtim.tv_nsec};
+    return true;
 }
 
 sc_status sc_file_map_identified(const sc_ctx *ctx, const char *path, const void **out,
-                                 size_t *out_bytes, sc_file_identity *identity)
+                                 size_t *out_bytes, sc_file_identity *identity, int *out_file)
 {
     const int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     struct stat info;
@@ -85,7 +100,8 @@ sc_status sc_file_map_identified(const sc_ctx *ctx, const char *path, const void
 
     if (file < 0)
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    if (fstat(file, &info) == 0 && S_ISREG(info.st_mode) && info.st_size > 0) {
+    if (fstat(file, &info) == 0 && S_ISREG(info.st_mode) && info.st_size > 0 &&
+        sc_file_identify(file, identity)) {
         data = mmap(NULL, (size_t)info.st_size, PROT_READ, MAP_SHARED, file, 0);
         error = data == MAP_FAILED ? errno : 0;
     }
@@ -96,9 +112,8 @@ sc_status sc_file_map_identified(const sc_ctx *ctx, const char *path, const void
     } else {
         *out = data;
         *out_bytes = (size_t)info.st_size;
-        *identity =
-            (sc_file_identity){(uint64_t)info.st_dev, (uint64_t)info.st_ino, (uint64_t)info.st_size,
-                               (uint64_t)info.st_mtim.tv_sec, (uint64_t)info.st_mtim.tv_nsec};
+        *out_file = file;
+        return SC_OK;
     }
     close(file);
     return status;

@@ -3,6 +3,7 @@
 #include "recipe.h"
 
 #include <string.h>
+#include <unistd.h>
 
 /* What the first rank of a node tells the others of the file that it has mapped and checked. */
 typedef struct checked_file {
@@ -24,20 +25,22 @@ static const checked_file *word_of(const checked_file *all, int count)
 
 /* View the mapped file of an input. It is checked by the first rank of a node; the others take its
  * word if they have mapped the same file, and check by themselves if they have not, or if the ranks
- * cannot share memory to talk by. @param mapped the return code of mapping on this rank. @param
- * identity of the mapped file. @return of mapping, or of the check; what the first rank has found
- * wrong, others find as well. Collective on the node. */
+ * cannot share memory to talk by. @param mapped the return code of mapping on this rank. @return of
+ * mapping, or of the check; what the first rank has found wrong, others find as well. Collective on
+ * the node. */
 static sc_status view_file(const sc_app *app, const sc_ctx *ctx, const char *path, sc_input *input,
-                           sc_status mapped, const sc_file_identity *identity)
+                           sc_status mapped)
 {
     const sc_ctx silent = {.rank = 0};
-    checked_file mine = {.identity = *identity};
+    checked_file mine = {.word = 0};
     const checked_file *told;
     sc_team *team = NULL;
     void *all = NULL;
     bool first = true, trusted = false;
     sc_status status = mapped;
 
+    if (mapped == SC_OK)
+        mine.identity = input->mapped->identity;
     if (sc_team_open(&silent, app->comm, 1, NULL, &team) == SC_OK)
         first = sc_team_is_first(team);
     if (first && status == SC_OK)
@@ -49,8 +52,8 @@ static sc_status view_file(const sc_app *app, const sc_ctx *ctx, const char *pat
     }
     if (team && sc_team_collect(&silent, team, &mine, sizeof mine, &all) == SC_OK) {
         told = word_of(all, sc_team_ranks(team));
-        trusted =
-            told->word == HAS_CHECKED && memcmp(&told->identity, identity, sizeof *identity) == 0;
+        trusted = told->word == HAS_CHECKED &&
+                  !memcmp(&told->identity, &mine.identity, sizeof mine.identity);
         mine.hash = told->hash;
     }
     if (!first && status == SC_OK && trusted) {
@@ -215,17 +218,16 @@ static sc_status check_hidden(const sc_ctx *ctx, const char *path, const sc_inpu
     return SC_OK;
 }
 
-/* Map the prepared file of an input, and have a message name it, should it be cut off meanwhile. */
-static sc_status map_file(const sc_ctx *ctx, const char *path, sc_input *input,
-                          sc_file_identity *identity)
+/* Map the prepared file of an input, and have a message name it, should it be changed meanwhile. */
+static sc_status map_file(const sc_ctx *ctx, const char *path, sc_input *input)
 {
     const size_t bytes = 4 * strlen(path) + 1; /* a byte is shown by 4 characters at most */
-    sc_watched_file file = {0};
+    sc_watched_file file = {.file = -1};
     const void *begin = NULL;
     void *block = NULL, *name;
     sc_status status;
 
-    SC_TRY(sc_file_map_identified(ctx, path, &begin, &file.bytes, identity));
+    SC_TRY(sc_file_map_identified(ctx, path, &begin, &file.bytes, &file.identity, &file.file));
     SC_TRY(sc_alloc(ctx, bytes, 1, &name));
     file.name = name;
     sc_printable(path, name, bytes);
@@ -238,7 +240,23 @@ static sc_status map_file(const sc_ctx *ctx, const char *path, sc_input *input,
 out:
     sc_free(file.name);
     sc_file_unmap(begin, file.bytes);
+    if (file.file >= 0)
+        close(file.file);
     return status;
+}
+
+sc_status sc_inputs_check_files(const sc_ctx *ctx, const sc_inputs *inputs)
+{
+    for (int i = 0; i < inputs->count; i++) {
+        const sc_watched_file *file = inputs->all[i].mapped;
+
+        if (file && sc_watched_file_is_changed(file))
+            return sc_fail(ctx, SC_ERR_WRITE,
+                           "%s: was written into while frames were drawn from it; what was drawn "
+                           "since is not kept. Run again with --resume when it is as it was",
+                           file->name);
+    }
+    return SC_OK;
 }
 
 sc_status sc_input_map(const sc_app *app, sc_job *job, sc_input *input, bool *usable)
@@ -248,7 +266,6 @@ sc_status sc_input_map(const sc_app *app, sc_job *job, sc_input *input, bool *us
     const bool first = sc_comm_rank(app->comm) == 0;
     const sc_ctx silent = {.rank = 0};
     const sc_ctx *ctx = first ? app->ctx : &silent;
-    sc_file_identity identity = {0};
     sc_needs n = {0};
     sc_status status;
 
@@ -268,8 +285,8 @@ sc_status sc_input_map(const sc_app *app, sc_job *job, sc_input *input, bool *us
             "from",
             path);
     sc_stage_begin(ctx, "checking the prepared volume", 0, 0);
-    status = map_file(ctx, path, input, &identity);
-    status = view_file(app, ctx, path, input, status, &identity);
+    status = map_file(ctx, path, input);
+    status = view_file(app, ctx, path, input, status);
     SC_TRY(agree_on_file(app, path, input, status));
     SC_TRY(share_labels(app, job, input));
     status = sc_needs_find(app, job, input->measure, input->volume.labels,

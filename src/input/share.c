@@ -4,6 +4,7 @@
 #include "recipe.h"
 
 #include <string.h>
+#include <unistd.h>
 
 /* Tell on rank 0 if a node does not hold the prepared volume once in its shared memory, for want of
  * room. Collective. @return SC_ERR_MEMORY, the same on all ranks. */
@@ -335,6 +336,7 @@ void sc_input_clear(sc_input *input)
     if (input->mapped) {
         sc_signals_forget_file(input->mapped);
         sc_file_unmap(input->mapped->begin, input->mapped->bytes);
+        close(input->mapped->file);
         sc_free(input->mapped->name);
         sc_free(input->mapped);
     }

@@ -118,8 +118,16 @@ static void on_lost_reader(int number)
     raise(number); /* comes when this handler returns */
 }
 
+bool sc_watched_file_is_changed(const sc_watched_file *file)
+{
+    sc_file_identity now;
+
+    return sc_file_identify(file->file, &now) && memcmp(&now, &file->identity, sizeof now) != 0;
+}
+
 /* Memory that a file or shared memory stands behind is gone: the file was cut off meanwhile, its
- * disk failed, or there is no room for a page. Whatever reads there cannot go on. */
+ * disk failed, or there is no room for a page. Whatever reads there cannot go on. Or what a file
+ * holds has been changed, and led beyond all memory. */
 static void on_lost_memory(int number, siginfo_t *info, void *context)
 {
     static const char file[] = "segcast: error: ",
@@ -131,13 +139,17 @@ static void on_lost_memory(int number, siginfo_t *info, void *context)
                                 "memory (/dev/shm)\n";
     const char *at = info->si_addr;
     const sc_watched_file *w = watched;
-    const bool known = w && at >= w->begin && at < w->begin + w->bytes;
+    const bool known = w && (number == SIGSEGV ? sc_watched_file_is_changed(w)
+                                               : at >= w->begin && at < w->begin + w->bytes);
     const struct iovec parts[] = {{(void *)(uintptr_t)file, sizeof file - 1},
                                   {w ? w->name : NULL, w ? strlen(w->name) : 0},
                                   {(void *)(uintptr_t)lost, sizeof lost - 1}};
 
-    (void)number;
     (void)context;
+    if (number == SIGSEGV && !known) { /* an error inside segcast */
+        signal(SIGSEGV, SIG_DFL);      /* comes again when this handler returns */
+        return;
+    }
     if (__atomic_test_and_set(&lost_memory_told, __ATOMIC_RELAXED))
         pause(); /* another thread tells it, and ends the process */
     sc_unfinished_remove();
@@ -182,6 +194,8 @@ void sc_signals_install(void)
     bus.sa_flags = SA_SIGINFO;
     sigemptyset(&bus.sa_mask);
     sigaction(SIGBUS, &bus, NULL);
+    if (!sigaction(SIGSEGV, NULL, &before) && before.sa_handler == SIG_DFL) /* no sanitizer */
+        sigaction(SIGSEGV, &bus, NULL);
     handle(SIGUSR1, on_stop);
     handle(SIGTERM, on_stop);
     handle(SIGINT, on_stop);

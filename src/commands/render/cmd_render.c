@@ -261,6 +261,7 @@ static sc_status finish_outputs(sc_run *run, sc_status outcome)
 
     if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
         return outcome;
+    SC_PASS(sc_inputs_check_files(ctx, run->session.inputs));
     sc_signals_expendable(true);
     if (run->root.store && !run->root.slice[0])
         status = sc_store_finish(ctx, run->root.store, &run->root.missing);

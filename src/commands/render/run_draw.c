@@ -414,6 +414,7 @@ sc_status sc_run_accept_frame(void *user, const sc_frame_result *result, const s
     const double begin_s = sc_wall_s();
     sc_status status;
 
+    SC_PASS(sc_inputs_check_files(run->app->ctx, run->session.inputs));
     sc_signals_expendable(true);
     status = run->root.store ? sc_store_add_frame(run->app->ctx, run->root.store, &done, image)
                              : sc_video_writer_push(run->app->ctx, run->root.writer, image);
@@ -435,6 +436,7 @@ sc_status sc_run_accept_gop(void *user, const sc_frame_result *results, int coun
     size_t at = 0, within = 0;
     sc_status status;
 
+    SC_PASS(sc_inputs_check_files(ctx, run->session.inputs));
     SC_TRY(sc_alloc(ctx, (size_t)count, sizeof(sc_done_frame), &done));
     SC_TRY(sc_zalloc(ctx, (size_t)count, sizeof(sc_segment), &files));
     pngs = files;
