@@ -6,8 +6,9 @@
 #include <string.h>
 
 enum {
-    NAMED = 10,        /* datasets that a message names */
-    LOOKED_AT = 100000 /* objects of a file, before the search ends */
+    NAMED = 10,         /* datasets that a message names */
+    LOOKED_AT = 100000, /* objects of a file, before the search ends */
+    DEPTH_MOST = 64     /* of groups in groups: opening one passes through all above it */
 };
 
 /* ---- types ---- */
@@ -257,6 +258,7 @@ typedef struct search {
     const char *group; /* where it is done, with a slash at its end */
     finds labels, fractions;
     size_t looked_at;
+    bool has_ended_early;
 } search;
 
 static void note(finds *f, const char *group, const char *name)
@@ -283,6 +285,18 @@ static bool could_be_volume(hid_t dataset, bool *is_float)
     return true;
 }
 
+/* @return how many groups a path passes through. */
+static int depth_of(const char *path)
+{
+    int depth = 0;
+
+    while ((path = strchr(path, '/'))) {
+        depth++;
+        path++;
+    }
+    return depth;
+}
+
 /* For H5Ovisit: note the object, if it could be the volume. @param user a search. */
 static herr_t look_at(hid_t root, const char *name, const H5O_info_t *info, void *user)
 {
@@ -290,7 +304,8 @@ static herr_t look_at(hid_t root, const char *name, const H5O_info_t *info, void
     bool is_float;
     hid_t dataset;
 
-    if (++s->looked_at > LOOKED_AT)
+    s->has_ended_early = ++s->looked_at > LOOKED_AT || depth_of(name) > DEPTH_MOST;
+    if (s->has_ended_early)
         return 1;
     if (info->type != H5O_TYPE_DATASET)
         return 0;
@@ -325,10 +340,12 @@ static bool search_group(hid_t group, const char *name, char *out, answer *a)
         return true;
     }
     if (f->count == 0)
-        return say(a, SC_HDF5_MISSING,
-                   "holds no dataset of integers along three axes in %.200s, expected a volume of "
-                   "labels",
-                   prefix);
+        return say(
+            a, SC_HDF5_MISSING,
+            "holds no dataset of integers along three axes in %.200s%s, expected a volume of "
+            "labels",
+            prefix,
+            s.has_ended_early ? " that can be found without a long search: say FILE:/PATH" : "");
     return say(a, SC_HDF5_MISSING,
                "holds %zu volumes: %.2000s%s; say behind the file which one is wanted: FILE:%.200s",
                f->count, f->list, f->count > NAMED ? ", ..." : "", f->first);

@@ -138,13 +138,34 @@ static sc_status tell_none(const sc_ctx *ctx, const sc_yaml *node, const char *k
     return sc_fail(ctx, SC_ERR_MISSING, "%s: no file matches %s", node->origin, pattern);
 }
 
+/* @return how many parts of a path, between slashes, have wildcards. */
+static int count_wild_parts(const char *pattern)
+{
+    int count = 0;
+
+    while (*pattern) {
+        const size_t length = strcspn(pattern, "/");
+
+        count += strcspn(pattern, "*?[") < length;
+        pattern += length + (pattern[length] == '/');
+    }
+    return count;
+}
+
 sc_status sc_series_find(const sc_ctx *ctx, const sc_yaml *node, const char *key,
                          const char *pattern, sc_job *job)
 {
+    enum { WILD_PARTS_MAX = 2 }; /* each more may multiply what is looked through by thousands */
     glob_t found = {0};
-    const int result = glob(pattern, GLOB_NOSORT, NULL, &found);
     sc_status status = SC_OK;
+    int result;
 
+    if (count_wild_parts(pattern) > WILD_PARTS_MAX)
+        return sc_yaml_fail(ctx, node,
+                            "%s: %s has wildcards in %d parts of the path, expected at most %d; "
+                            "name the directories",
+                            key, job->volume, count_wild_parts(pattern), WILD_PARTS_MAX);
+    result = glob(pattern, GLOB_NOSORT, NULL, &found);
     if (result == GLOB_NOSPACE)
         status = sc_fail(ctx, SC_ERR_MEMORY, "out of memory while %s was looked for", pattern);
     else if (result)

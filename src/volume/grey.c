@@ -33,13 +33,13 @@ static sc_status check_memory(const sc_ctx *ctx, const char *path, const sc_grey
 
     if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
         return SC_OK;
-    return sc_fail(
-        ctx, SC_ERR_SYSTEM,
-        "%s: %d x %d x %d grey values take about %.1f GiB of memory, more than the limit "
-        "of %.1f GiB; crop or resample the image, or raise the limit where there is more "
-        "memory: --max-memory %.0fG",
-        path, grey->size[0], grey->size[1], grey->size[2], bytes / gib,
-        (double)ctx->memory_max_bytes / gib, ceil(bytes / gib));
+    return sc_fail(ctx, SC_ERR_SYSTEM,
+                   "%s: %d x %d x %d grey values take about %s of memory, more than the limit "
+                   "of %s; crop or resample the image, or raise the limit where there is more "
+                   "memory: --max-memory %.0fG",
+                   path, grey->size[0], grey->size[1], grey->size[2],
+                   sc_size_text(bytes, (char[24]){0}),
+                   sc_size_text((double)ctx->memory_max_bytes, (char[24]){0}), ceil(bytes / gib));
 }
 
 /* Open a file as a grey volume. @param grey gets size and geometry. Caller owns *source:

@@ -95,11 +95,13 @@ static sc_status open_slices(sc_voxel_stream *s)
 
     if (s->ctx->memory_max_bytes && bytes > (double)s->ctx->memory_max_bytes)
         return sc_fail(s->ctx, SC_ERR_SYSTEM,
-                       "%s: is read by %d slices of %d x %d voxels at a time, which take %.1f GiB "
-                       "of memory, more than the limit of %.1f GiB; raise the limit where there is "
+                       "%s: is read by %d slices of %d x %d voxels at a time, which take %s "
+                       "of memory, more than the limit of %s; raise the limit where there is "
                        "more memory: --max-memory %.0fG",
-                       s->path, source->slices, source->size[0], source->size[1], bytes / gib,
-                       (double)s->ctx->memory_max_bytes / gib, ceil(bytes / gib));
+                       s->path, source->slices, source->size[0], source->size[1],
+                       sc_size_text(bytes, (char[24]){0}),
+                       sc_size_text((double)s->ctx->memory_max_bytes, (char[24]){0}),
+                       ceil(bytes / gib));
     status = sc_alloc(s->ctx, (size_t)source->size[0] * (size_t)source->size[1],
                       (size_t)source->slices * each, &slab);
     if (status == SC_OK)

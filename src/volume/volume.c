@@ -24,11 +24,11 @@ sc_status sc_volume_memory_check(const sc_ctx *ctx, const char *path, const int 
     if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
         return SC_OK;
     return sc_fail(ctx, SC_ERR_SYSTEM,
-                   "%s: %d x %d x %d voxels take about %.1f GiB of memory, more than the limit of "
-                   "%.1f GiB; crop or resample the volume, or raise the limit where there is more "
+                   "%s: %d x %d x %d voxels take about %s of memory, more than the limit of %s; "
+                   "crop or resample the volume, or raise the limit where there is more "
                    "memory: --max-memory %.0fG",
-                   path, size[0], size[1], size[2], bytes / gib,
-                   (double)ctx->memory_max_bytes / gib, ceil(bytes / gib));
+                   path, size[0], size[1], size[2], sc_size_text(bytes, (char[24]){0}),
+                   sc_size_text((double)ctx->memory_max_bytes, (char[24]){0}), ceil(bytes / gib));
 }
 
 size_t sc_volume_voxels(const sc_volume *volume)

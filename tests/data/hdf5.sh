@@ -220,7 +220,7 @@ done <<'TABLE'
 65 many.h5:/record the dataset /record holds 3 x 3 x 3 .records of 8 bytes.
 65 many.h5:/empty size 0 along axis 2, expected 1 to 2147483647
 65 many.h5:/huge 40000 x 40000 x 40000 voxels are more than 1 TiB
-71 many.h5:/large 4000 x 4000 x 4000 voxels take about 238.4 GiB of memory
+71 many.h5:/large 4000 x 4000 x 4000 voxels take about 238 GiB of memory
 65 many.h5:/elsewhere the dataset /elsewhere has its voxels in other files .external storage., which are not read
 65 many.h5:/virtual the dataset /virtual has its voxels in other files .a virtual dataset., which are not read
 65 many.h5:/values voxel .0, 0, 0. holds 0.5, a fraction

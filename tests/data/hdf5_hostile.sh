@@ -12,6 +12,11 @@ for name, version in ('old', 'earliest'), ('new', 'latest'):
         d = f.create_dataset('a/labels', data=labels, chunks=(2, 6, 4), compression='gzip', shuffle=True)
         d.attrs['element_size_um'] = 2., 1, 1
         f['link'] = h5py.SoftLink('/a/labels')
+with h5py.File('deep.h5', 'w', libver='latest') as f: # looking at all of it took two minutes
+    group = f
+    for _ in range(3000):
+        group = group.create_group('g')
+    group.create_dataset('labels', data=labels)
 with h5py.File('large.h5', 'w') as f: # all of it is the fill value
     f.create_dataset('large', (2000, 2000, 2000), 'u1', chunks=(64, 64, 64))
     d = f.create_dataset('bomb', (64, 64, 64), 'u1', chunks=(64, 64, 64), compression='gzip')
@@ -19,6 +24,9 @@ with h5py.File('large.h5', 'w') as f: # all of it is the fill value
     d.id.write_direct_chunk((0, 0, 0), zlib.compress(bytes(400 << 20)))
 PYTHON
 "$python" make.py 2>python.txt || { cat python.txt >&2; fail "the volumes cannot be written"; }
+
+expect 66 'deep.h5: holds no dataset of integers along three axes in / that can be found without a long search' \
+    timeout 30 "$SEGCAST" info deep.h5
 
 # A program that crashes, hangs or sends nonsense: one message, and no process is left.
 mkdir bin

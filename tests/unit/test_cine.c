@@ -200,6 +200,9 @@ TEST(mistakes_are_told)
         "job.yaml:2: cine: volume is one file, which holds one volume; expected a series");
     expect_refused("p1", "volume: p*\ncine: {}\n", "job.yaml:2: cine: there is one phase");
     expect_refused("q1", "volume: p*\ncine: {}\n", "job.yaml:1: volume: no file matches p*");
+    expect_refused("q1", "volume: '*/*/*/p*'\ncine: {}\n",
+                   "job.yaml:1: volume: */*/*/p* has wildcards in 4 parts of the path, expected at "
+                   "most 2; name the directories");
     expect_refused("p1 p2 p4", "volume: p*\ncine: {}\n",
                    "job.yaml:1: volume: there is no file between p2 and p4");
     expect_refused("p0 p20 p30", "volume: p*\ncine: {}\n", "there is no file between p0 and p20");

@@ -64,13 +64,12 @@ sc_status sc_run_check_encoder(const sc_ctx *ctx, const sc_job *job)
         return status;
     if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
         return SC_OK;
-    return sc_fail(
-        ctx, SC_ERR_SYSTEM,
-        "output.size is %d x %d: to encode a video of that size takes %.1f GiB of memory "
-        "or more, over the limit of %.1f GiB; choose a smaller one, or video: none with "
-        "frames: png, or raise the limit where there is more memory: --max-memory %.0fG",
-        settings.width_px, settings.height_px, bytes / gib, (double)ctx->memory_max_bytes / gib,
-        ceil(bytes / gib));
+    return sc_fail(ctx, SC_ERR_SYSTEM,
+                   "output.size is %d x %d: to encode a video of that size takes %s of memory "
+                   "or more, over the limit of %s; choose a smaller one, or video: none with "
+                   "frames: png, or raise the limit where there is more memory: --max-memory %.0fG",
+                   settings.width_px, settings.height_px, sc_size_text(bytes, (char[24]){0}),
+                   sc_size_text((double)ctx->memory_max_bytes, (char[24]){0}), ceil(bytes / gib));
 }
 
 bool sc_run_has_video(const sc_job *job)
@@ -144,16 +143,17 @@ sc_status sc_run_check_gathering(const sc_ctx *ctx, const sc_job *job, int gathe
     if (job->farm.encode == SC_ENCODE_GATHER)
         return sc_fail(ctx, SC_ERR_SYSTEM,
                        "farm.encode is gather: each rank that encodes holds frames of %d x %d for "
-                       "%.1f GiB with its encoder, and %d of them on a node are over the limit of "
-                       "%.1f GiB; choose farm.encode: auto, or raise the limit where there is more "
+                       "%s with its encoder, and %d of them on a node are over the limit of "
+                       "%s; choose farm.encode: auto, or raise the limit where there is more "
                        "memory: --max-memory %.0fG",
-                       job->output.size_px[0], job->output.size_px[1], each / gib, least,
-                       limit / gib, ceil(least * each / gib));
+                       job->output.size_px[0], job->output.size_px[1],
+                       sc_size_text(each, (char[24]){0}), least, sc_size_text(limit, (char[24]){0}),
+                       ceil(least * each / gib));
     sc_warn(ctx,
             "farm.encode: frames of a second are not gathered to be encoded by several ranks: each "
-            "of these would hold %.1f GiB, and %d of them on a node are over the limit of %.1f GiB "
+            "of these would hold %s, and %d of them on a node are over the limit of %s "
             "(--max-memory)",
-            each / gib, least, limit / gib);
+            sc_size_text(each, (char[24]){0}), least, sc_size_text(limit, (char[24]){0}));
     return SC_OK;
 }
 

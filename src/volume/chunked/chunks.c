@@ -155,9 +155,10 @@ sc_status sc_chunked_threads(const sc_ctx *ctx, double chunk_bytes, double neede
         chunked->threads--;
     if (limit > 0 && needed_bytes > limit)
         return sc_fail(ctx, SC_ERR_SYSTEM,
-                       "%s: has chunks of %.1f GiB, more than the limit of memory of %.1f GiB; "
+                       "%s: has chunks of %s, more than the limit of memory of %s; "
                        "raise it where there is more memory: --max-memory %.0fG",
-                       chunked->path, chunk_bytes / gib, limit / gib, ceil(needed_bytes / gib));
+                       chunked->path, sc_size_text(chunk_bytes, (char[24]){0}),
+                       sc_size_text(limit, (char[24]){0}), ceil(needed_bytes / gib));
     return SC_OK;
 }
 

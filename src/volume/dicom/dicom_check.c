@@ -332,11 +332,10 @@ static sc_status check_cost(const reader *r, uint64_t more)
 
     if (r->ctx->memory_max_bytes == 0 || bytes <= r->ctx->memory_max_bytes)
         return SC_OK;
-    return sc_fail(
-        r->ctx, SC_ERR_SYSTEM,
-        "%s: its attributes take more memory than the limit of %.1f GiB; raise the limit "
-        "where there is more memory: --max-memory",
-        r->path, (double)r->ctx->memory_max_bytes / (1024.0 * 1024 * 1024));
+    return sc_fail(r->ctx, SC_ERR_SYSTEM,
+                   "%s: its attributes take more memory than the limit of %s; raise the limit "
+                   "where there is more memory: --max-memory",
+                   r->path, sc_size_text((double)r->ctx->memory_max_bytes, (char[24]){0}));
 }
 
 /* Pass over @p length bytes of the value of @p tag. */

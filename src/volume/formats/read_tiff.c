@@ -282,9 +282,9 @@ static sc_status read_tiles(const sc_ctx *ctx, const char *path, tiff_file *file
         return bad_pixels(ctx, path, file, page, "tile", 0);
     if (ctx->memory_max_bytes && (uint64_t)bytes > ctx->memory_max_bytes)
         return sc_fail(ctx, SC_ERR_SYSTEM,
-                       "%s: page %d has tiles of %.1f GiB, more than the limit of memory; raise it "
+                       "%s: page %d has tiles of %s, more than the limit of memory; raise it "
                        "where there is more: --max-memory",
-                       path, page, (double)bytes / (1024.0 * 1024 * 1024));
+                       path, page, sc_size_text((double)bytes, (char[24]){0}));
     if ((size_t)bytes > file->tile_bytes) {
         sc_free(file->tile);
         file->tile = NULL;
