@@ -42,19 +42,15 @@ static sc_status find_corners(const sc_app *app, const sc_panel *panel, sc_vec3 
 {
     const sc_tissue *tissues = panel->looks.tissues;
     size_t labels = (size_t)panel->volume.label_count, found = 0;
-    void *block;
-    sc_status status;
 
     for (int i = 1; i < panel->phases; i++)
         labels += (size_t)panel->inputs->all[i].volume.label_count;
-    SC_TRY(sc_alloc(app->ctx, labels * 8, sizeof **out, &block));
-    *out = block;
-    found = list_corners(tissues, &panel->volume, block);
+    SC_PASS(SC_ALLOC(app->ctx, labels * 8, out));
+    found = list_corners(tissues, &panel->volume, *out);
     for (int i = 1; i < panel->phases; i++)
         found += list_corners(tissues, &panel->inputs->all[i].volume, *out + found);
     *count = found;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Refuse a job whose render.cpu names a variant that this build or this processor lacks. */
@@ -133,14 +129,11 @@ static sc_status check_logo(const sc_app *app, const sc_job *job)
 static sc_status check_panels(sc_app *app, sc_session *session)
 {
     const sc_prepared *v = sc_session_view(session);
-    sc_status status = SC_OK;
 
     if (session->job.shot_count) /* those of all shots, not only of the first that has any */
-        SC_TRY(sc_check_tissues(app->ctx, &session->job, v->labels, v->label_count));
-    SC_TRY(sc_session_tissues(app, session));
-    status = sc_session_timelines(app, session, find_corners);
-out:
-    return status;
+        SC_PASS(sc_check_tissues(app->ctx, &session->job, v->labels, v->label_count));
+    SC_PASS(sc_session_tissues(app, session));
+    return sc_session_timelines(app, session, find_corners);
 }
 
 /* Check a job against its volumes and images. @return as check_all. */
@@ -148,11 +141,10 @@ static sc_status check_volumes(sc_app *app, sc_session *session)
 {
     sc_status status;
 
-    SC_TRY(sc_inputs_inspect(app, &session->job, app->options.fast, &session->inputs));
-    SC_TRY(sc_session_panels(app, session));
+    SC_PASS(sc_inputs_inspect(app, &session->job, app->options.fast, &session->inputs));
+    SC_PASS(sc_session_panels(app, session));
     status = check_panels(app, session);
     (void)sc_goes_on(&status, sc_session_check_grey(app, session));
-out:
     return status;
 }
 

@@ -24,24 +24,21 @@ static sc_status print_keys(const sc_ctx *ctx, const sc_options *o, const char *
 /* Say where prepared volumes are kept, and how much of them; with --clear remove them. */
 static sc_status print_kept(const sc_app *app)
 {
-    char *directory = NULL;
+    SC_OWN(sc_free_at) char *directory = NULL;
     uint64_t bytes = 0;
     int files = 0;
-    sc_status status;
 
-    SC_TRY(sc_kept_directory(app->ctx, &directory));
+    SC_PASS(sc_kept_directory(app->ctx, &directory));
     if (!directory) {
         puts("Nothing is kept: SEGCAST_CACHE is off, or this is a batch job and does not name a "
              "directory.");
         return SC_OK;
     }
-    SC_TRY(sc_kept_trim(app->ctx, directory, app->options.clear ? 0 : UINT64_MAX, &files, &bytes));
+    SC_PASS(sc_kept_trim(app->ctx, directory, app->options.clear ? 0 : UINT64_MAX, &files, &bytes));
     printf("%s holds %d prepared volume%s of %.1f MB (SEGCAST_CACHE names another directory, or "
            "off; `segcast help cache --clear` removes them)\n",
            directory, files, files == 1 ? "" : "s", (double)bytes / 1e6);
-out:
-    sc_free(directory);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_cmd_help(sc_app *app)

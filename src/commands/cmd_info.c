@@ -220,14 +220,11 @@ static void print_text(const info *in)
 /* Of a file of several phases describe the first, unless another is asked for. */
 static sc_status choose_phase(sc_app *app, info *in)
 {
-    sc_status status;
-
     in->phases = 1;
-    SC_TRY(sc_volume_phases(app->ctx, app->options.input, &in->phases, &in->step_s));
+    SC_PASS(sc_volume_phases(app->ctx, app->options.input, &in->phases, &in->step_s));
     if (in->phases > 1)
-        status = sc_options_default(app->ctx, &app->options, "volume.phase", "0");
-out:
-    return status;
+        return sc_options_default(app->ctx, &app->options, "volume.phase", "0");
+    return SC_OK;
 }
 
 sc_status sc_cmd_info(sc_app *app)

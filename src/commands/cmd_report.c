@@ -93,36 +93,30 @@ static sc_status report_one(sc_app *app)
     const char *directory = app->options.input;
     const sc_ctx *ctx = app->ctx;
     char version[64];
-    sc_job job = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0};
     sc_store_job store_job;
     bool whole, is_study = false;
     int slices = 0;
-    sc_status status;
 
     if (app->options.output)
         return sc_fail(ctx, SC_ERR_USAGE,
                        "-o names the page that compares several directories; that of one is "
                        "report.html in it, because it shows the film beside it");
-    SC_TRY(sc_study_is_in(ctx, directory, &is_study));
-    if (is_study) {
-        status = report_study(app, directory);
-        goto out;
-    }
-    SC_TRY(sc_read_directory(app, directory, &job, &store_job, version));
-    SC_TRY(is_there(ctx, directory, "stats.json", &whole));
+    SC_PASS(sc_study_is_in(ctx, directory, &is_study));
+    if (is_study)
+        return report_study(app, directory);
+    SC_PASS(sc_read_directory(app, directory, &job, &store_job, version));
+    SC_PASS(is_there(ctx, directory, "stats.json", &whole));
     sc_stage_begin(ctx, "reporting", 0, 0);
     if (whole)
-        status = make_page(ctx, directory, &job, NULL);
-    else
-        status = make_slices(ctx, directory, &job, &slices);
-    if (status == SC_OK && !whole && slices <= 0)
-        status = sc_fail(ctx, SC_ERR_INCOMPLETE,
-                         "%s: has no stats.json: no run has begun to draw there yet; run again "
-                         "with --resume",
-                         directory);
-out:
-    sc_job_clear(&job);
-    return status;
+        return make_page(ctx, directory, &job, NULL);
+    SC_PASS(make_slices(ctx, directory, &job, &slices));
+    if (slices <= 0)
+        return sc_fail(ctx, SC_ERR_INCOMPLETE,
+                       "%s: has no stats.json: no run has begun to draw there yet; run again "
+                       "with --resume",
+                       directory);
+    return SC_OK;
 }
 
 /* Refuse directories of runs that cannot be compared, and compare the others. */

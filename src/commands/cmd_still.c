@@ -75,22 +75,21 @@ static bool is_given(const sc_options *o, const char *option)
  * job_path NULL: there is no job file, only settings. */
 static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
 {
-    sc_session session = {0};
-    sc_image image = {0};
+    SC_OWN(sc_session_clear) sc_session session = {0};
+    SC_OWN(sc_image_clear) sc_image image = {0};
     sc_render_stats stats;
     int frame = 0;
-    sc_status status;
 
-    SC_TRY(sc_session_job(app, job_path, &session));
+    SC_PASS(sc_session_job(app, job_path, &session));
     if (session.job.output.layout != SC_LAYOUT_VIEWS && is_given(&app->options, "--point "))
-        SC_TRY(
+        SC_PASS(
             sc_fail(app->ctx, SC_ERR_USAGE, "--point is where the slices of --sheet views cross"));
-    SC_TRY(sc_check_output(app, &session.job, path, true));
-    SC_TRY(find_frame(app, &session.job, &frame));
-    SC_TRY(sc_session_volume(app, &session));
-    SC_TRY(sc_session_image(app, &session, &image));
-    SC_TRY(sc_session_draw(app, &session, frame, NULL, &image, &stats));
-    SC_TRY(sc_image_save_png(app->ctx, &image, path, app->options.overwrite));
+    SC_PASS(sc_check_output(app, &session.job, path, true));
+    SC_PASS(find_frame(app, &session.job, &frame));
+    SC_PASS(sc_session_volume(app, &session));
+    SC_PASS(sc_session_image(app, &session, &image));
+    SC_PASS(sc_session_draw(app, &session, frame, NULL, &image, &stats));
+    SC_PASS(sc_image_save_png(app->ctx, &image, path, app->options.overwrite));
     sc_info(app->ctx,
             "%s: frame %d, drawn in %.3f s, %.3f CPU s; %llu rays, %llu samples; kernel %s", path,
             frame, stats.wall_s, stats.cpu_s, (unsigned long long)stats.counters.rays,
@@ -98,10 +97,7 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
             sc_renderer_kernel(sc_session_renderer(&session, 0))->name);
     sc_display_end_stage(app);
     sc_print_made(path);
-out:
-    sc_image_clear(&image);
-    sc_session_clear(&session);
-    return status;
+    return SC_OK;
 }
 
 /* Settings for a picture of a volume without a job, unless the user has given others: its size,
@@ -110,47 +106,37 @@ out:
 static sc_status set_defaults(sc_app *app)
 {
     const bool of_turn = is_of_moment(&app->options) || draws_sheet(&app->options);
-    sc_status status;
 
-    SC_TRY(sc_options_default(app->ctx, &app->options, "output.size", "[1440, 1080]"));
+    SC_PASS(sc_options_default(app->ctx, &app->options, "output.size", "[1440, 1080]"));
     if (!of_turn)
-        SC_TRY(sc_options_default(app->ctx, &app->options, "animation.camera.orbit.turns", "0"));
-out:
-    return status;
+        SC_PASS(sc_options_default(app->ctx, &app->options, "animation.camera.orbit.turns", "0"));
+    return SC_OK;
 }
 
 /* Settings for the three slices beside the picture: through the middle, unless the user says
  * otherwise. */
 static sc_status set_views(sc_app *app)
 {
-    sc_status status;
-
-    SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.layout", "views"));
-    SC_TRY(sc_options_default(app->ctx, &app->options, "animation.slices", "50%"));
-out:
-    return status;
+    SC_PASS(sc_options_set_text(app->ctx, &app->options, "output.layout", "views"));
+    return sc_options_default(app->ctx, &app->options, "animation.slices", "50%");
 }
 
 sc_status sc_cmd_still(sc_app *app)
 {
     const char *path = app->options.output ? app->options.output : "still.png";
     const char *job = app->options.input;
-    sc_status status;
 
     if (sc_input_is_volume(job) || sc_job_is_phantom(job) ||
         (is_given(&app->options, "--header ") && !sc_input_is_job(job))) {
-        SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", job));
-        SC_TRY(sc_expect_series(app));
-        SC_TRY(set_defaults(app));
+        SC_PASS(sc_options_set_text(app->ctx, &app->options, "volume", job));
+        SC_PASS(sc_expect_series(app));
+        SC_PASS(set_defaults(app));
         job = NULL;
     }
-    SC_TRY(sc_defer(app, sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG")));
-    SC_TRY(sc_defer(app, check_use(app)));
+    SC_PASS(sc_defer(app, sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG")));
+    SC_PASS(sc_defer(app, check_use(app)));
     if (app->options.views)
-        SC_TRY(set_views(app));
+        SC_PASS(set_views(app));
     app->options.no_video = true;
-    status =
-        draws_sheet(&app->options) ? sc_draw_sheet(app, job, path) : draw_still(app, job, path);
-out:
-    return status;
+    return draws_sheet(&app->options) ? sc_draw_sheet(app, job, path) : draw_still(app, job, path);
 }

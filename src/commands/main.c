@@ -34,8 +34,8 @@ static sc_status execute(sc_app *app, int argc, char **argv)
     if (!command)
         return sc_command_unknown(ctx, app->commands, name);
     status = sc_check_communicator(ctx, app->comm);
-    SC_TRY(sc_agree_aloud(app, status));
-    SC_TRY(sc_read_command_line(app, ctx, command, argc, argv));
+    SC_PASS(sc_agree_aloud(app, status));
+    SC_PASS(sc_read_command_line(app, ctx, command, argc, argv));
     app->terminal->quiet = options->quiet;
     app->ctx->memory_max_bytes =
         options->max_memory_bytes ? options->max_memory_bytes : sc_machine_memory();
@@ -50,7 +50,6 @@ static sc_status execute(sc_app *app, int argc, char **argv)
         status = sc_execute(app, command);
     if (status == SC_OK)
         status = app->mistake; /* which the command should have returned */
-out:
     return status;
 }
 

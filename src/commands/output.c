@@ -17,17 +17,15 @@
 static sc_status check_input(const sc_app *app, const char *path, const char *input, bool is_volume)
 {
     bool reads = input && sc_same_file(input, path);
-    sc_status status = SC_OK;
 
     if (input && is_volume && !reads)
-        SC_TRY(sc_volume_reads(app->ctx, input, path, &reads));
+        SC_PASS(sc_volume_reads(app->ctx, input, path, &reads));
     if (reads)
         return sc_fail(app->ctx, SC_ERR_CREATE,
                        "%s: is an input of this command (%s), which would be lost; give another "
                        "name for the output",
                        path, input);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Refuse the name of a volume, of a file that belongs to it, or of its label table.
@@ -38,62 +36,48 @@ static sc_status check_volume(const sc_app *app, const char *path, const char *v
     sc_ctx quiet_ctx = sc_quiet(app->ctx);
     sc_app quiet = *app;
     char beside[SC_PATH_BYTES] = "";
-    sc_status status;
 
     quiet.ctx = &quiet_ctx;
     if (volume && !(labels && *labels))
         sc_find_labels(&quiet, volume, beside);
-    SC_TRY(check_input(app, path, volume, true));
-    SC_TRY(check_input(app, path, *beside ? beside : labels, false));
-out:
-    return status;
+    SC_PASS(check_input(app, path, volume, true));
+    return check_input(app, path, *beside ? beside : labels, false);
 }
 
 /* Refuse the names of those files that each shot may have its own of. */
 static sc_status check_looks(const sc_app *app, const char *path, const sc_job *job)
 {
-    sc_status status;
-
-    SC_TRY(check_input(app, path, job->has_color_by ? job->color_by.table : NULL, false));
-    SC_TRY(check_input(app, path, job->overlays.logo, false));
-out:
-    return status;
+    SC_PASS(check_input(app, path, job->has_color_by ? job->color_by.table : NULL, false));
+    return check_input(app, path, job->overlays.logo, false);
 }
 
 /* Refuse the names of all files that a job reads. */
 static sc_status check_job(const sc_app *app, const char *path, const sc_job *job)
 {
-    sc_status status;
-
-    SC_TRY(check_volume(app, path, job->volume, job->labels));
-    SC_TRY(check_input(app, path, job->has_image ? job->image.path : NULL, true));
+    SC_PASS(check_volume(app, path, job->volume, job->labels));
+    SC_PASS(check_input(app, path, job->has_image ? job->image.path : NULL, true));
     for (size_t i = 0; i < job->phase_count; i++)
-        SC_TRY(check_input(app, path, job->phases[i].path, true));
+        SC_PASS(check_input(app, path, job->phases[i].path, true));
     for (int i = 0; i < job->compare.count; i++) {
-        SC_TRY(
+        SC_PASS(
             check_volume(app, path, job->compare.others[i].volume, job->compare.others[i].labels));
-        SC_TRY(check_input(app, path, job->compare.others[i].image, true));
+        SC_PASS(check_input(app, path, job->compare.others[i].image, true));
     }
-    SC_TRY(check_looks(app, path, job));
+    SC_PASS(check_looks(app, path, job));
     for (size_t i = 0; i < job->shot_count; i++)
-        SC_TRY(check_looks(app, path, &job->shots[i].job));
-out:
-    return status;
+        SC_PASS(check_looks(app, path, &job->shots[i].job));
+    return SC_OK;
 }
 
 sc_status sc_check_output(const sc_app *app, const sc_job *job, const char *path, bool can_replace)
 {
-    sc_status status;
-
     if (access(path, F_OK) == 0) {
-        SC_TRY(check_input(app, path, app->options.input, true));
+        SC_PASS(check_input(app, path, app->options.input, true));
         if (job)
-            SC_TRY(check_job(app, path, job));
+            SC_PASS(check_job(app, path, job));
     }
     return sc_outfile_check(app->ctx, path, app->options.overwrite,
                             can_replace ? ", or --overwrite to replace it" : "");
-out:
-    return status;
 }
 
 /* Does the file system of a directory take no files of its users? */
@@ -138,21 +122,18 @@ static const char *find_hindrance(char *path)
 
 sc_status sc_check_directory(const sc_ctx *ctx, const char *where, const char *directory)
 {
-    char *path = NULL;
+    SC_OWN(sc_free_at) char *path = NULL;
     const char *why;
     bool is_whole;
-    sc_status status;
 
-    SC_TRY(sc_text_copy(ctx, directory, &path));
+    SC_PASS(sc_text_copy(ctx, directory, &path));
     why = find_hindrance(path);
     is_whole = strcmp(path, directory) == 0;
     if (why)
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s%s%s: cannot be written to%s%s: %s", where,
-                         where[0] ? ": " : "", directory, is_whole ? "" : ": ",
-                         is_whole ? "" : path, why);
-out:
-    sc_free(path);
-    return status;
+        return sc_fail(ctx, SC_ERR_CREATE, "%s%s%s: cannot be written to%s%s: %s", where,
+                       where[0] ? ": " : "", directory, is_whole ? "" : ": ", is_whole ? "" : path,
+                       why);
+    return SC_OK;
 }
 
 sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *ending, const char *kind)
@@ -173,18 +154,15 @@ void sc_print_made(const char *path)
 
 sc_status sc_write_text(const sc_app *app, const sc_text *text, const char *path)
 {
-    sc_outfile file = {0};
-    sc_status status;
+    SC_OWN(sc_outfile_discard) sc_outfile file = {0};
 
     if (!strcmp(path, "-")) {
         fwrite(text->data, 1, text->length_bytes, stdout);
         return SC_OK;
     }
-    SC_TRY(sc_outfile_open(app->ctx, path, app->options.overwrite, &file));
+    SC_PASS(sc_outfile_open(app->ctx, path, app->options.overwrite, &file));
     fwrite(text->data, 1, text->length_bytes, file.stream);
-    SC_TRY(sc_outfile_commit(app->ctx, &file));
+    SC_PASS(sc_outfile_commit(app->ctx, &file));
     sc_print_made(path);
-out:
-    sc_outfile_discard(&file);
-    return status;
+    return SC_OK;
 }

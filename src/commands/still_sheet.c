@@ -73,14 +73,12 @@ static sc_status choose_frames(const sc_app *app, int total, int **out, int *cou
 {
     const sc_options *o = &app->options;
     const int n = o->pictures < total ? o->pictures : total;
-    void *block;
-    sc_status status;
 
     if (o->frames && o->pictures)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--frames and --sheet both say which frames to show; give one of them");
     if (o->frames) {
-        SC_TRY(sc_frames_parse(app->ctx, o->frames, total, out, count));
+        SC_PASS(sc_frames_parse(app->ctx, o->frames, total, out, count));
         if (*count <= SC_PICTURES_MAX)
             return SC_OK;
         return sc_fail(app->ctx, SC_ERR_USAGE,
@@ -88,13 +86,11 @@ static sc_status choose_frames(const sc_app *app, int total, int **out, int *cou
                        "tenth, for example 0-%d:10",
                        *count, SC_PICTURES_MAX, total - 1);
     }
-    SC_TRY(sc_alloc(app->ctx, (size_t)n, sizeof(int), &block));
+    SC_PASS(SC_ALLOC(app->ctx, (size_t)n, out));
     for (int i = 0; i < n; i++)
-        ((int *)block)[i] = n > 1 ? (int)floor((double)i * (total - 1) / (n - 1) + 0.5) : 0;
-    *out = block;
+        (*out)[i] = n > 1 ? (int)floor((double)i * (total - 1) / (n - 1) + 0.5) : 0;
     *count = n;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Where picture number @p i stands on the sheet. */
@@ -110,16 +106,15 @@ static sc_status draw_pictures(sc_app *app, sc_session *session, const grid *g, 
                                int count, sc_image *sheet)
 {
     const size_t row_bytes = 3 * (size_t)g->picture_px[0];
-    sc_image picture = {0};
+    SC_OWN(sc_image_clear) sc_image picture = {0};
     sc_render_stats stats;
     int at_px[2];
-    sc_status status = SC_OK;
 
     sc_stage_begin(app->ctx, SC_STAGE_DRAWING, 0, (uint64_t)count);
     for (int i = 0; i < count; i++) {
         sc_image_clear(&picture);
-        SC_TRY(sc_session_image(app, session, &picture));
-        SC_TRY(sc_session_draw(app, session, frames[i], NULL, &picture, &stats));
+        SC_PASS(sc_session_image(app, session, &picture));
+        SC_PASS(sc_session_draw(app, session, frames[i], NULL, &picture, &stats));
         sc_image_flatten(&picture, paper);
         find_place(g, i, at_px);
         for (int y = 0; y < g->picture_px[1]; y++)
@@ -128,9 +123,7 @@ static sc_status draw_pictures(sc_app *app, sc_session *session, const grid *g, 
                    picture.rgb + (size_t)y * row_bytes, row_bytes);
         sc_stage_add(app->ctx, 1);
     }
-out:
-    sc_image_clear(&picture);
-    return status;
+    return SC_OK;
 }
 
 /* Write number and time of each frame below its picture. */
@@ -142,9 +135,8 @@ static sc_status draw_captions(const sc_app *app, const grid *g, const int *fram
     sc_overlay *overlay;
     char caption[64];
     int at_px[2];
-    sc_status status;
 
-    SC_TRY(sc_overlay_begin(app->ctx, sheet, &overlay));
+    SC_PASS(sc_overlay_begin(app->ctx, sheet, &overlay));
     for (int i = 0; i < count; i++) {
         char time[SC_TIME_CODE_BYTES];
 
@@ -156,9 +148,7 @@ static sc_status draw_captions(const sc_app *app, const grid *g, const int *fram
         sc_overlay_text(overlay, at_px[0] + 0.5 * g->picture_px[0],
                         at_px[1] + g->picture_px[1] + 0.5 * CAPTION_PX, 0, 0, &letters, caption);
     }
-    status = sc_overlay_finish(app->ctx, overlay);
-out:
-    return status;
+    return sc_overlay_finish(app->ctx, overlay);
 }
 
 /* Small pictures need fewer rays. */
@@ -170,34 +160,30 @@ static void draw_fast(sc_render_options *render)
 
 sc_status sc_draw_sheet(sc_app *app, const char *job_path, const char *path)
 {
-    sc_session session = {0};
+    SC_OWN(sc_session_clear) sc_session session = {0};
     sc_job *job = &session.job;
-    sc_image sheet = {0};
-    int *frames = NULL, count = 0;
+    SC_OWN(sc_image_clear) sc_image sheet = {0};
+    SC_OWN(sc_free_at) int *frames = NULL;
+    int count = 0;
     grid g;
-    sc_status status;
 
-    SC_TRY(sc_session_job(app, job_path, &session));
-    SC_TRY(sc_check_output(app, &session.job, path, true));
-    SC_TRY(choose_frames(app, job->animation.frames, &frames, &count));
+    SC_PASS(sc_session_job(app, job_path, &session));
+    SC_PASS(sc_check_output(app, &session.job, path, true));
+    SC_PASS(choose_frames(app, job->animation.frames, &frames, &count));
     shrink(job->output.size_px, job->output.size_px);
     draw_fast(&job->render);
     for (size_t i = 0; i < job->shot_count; i++)
         draw_fast(&job->shots[i].job.render);
     g = choose_grid(job->output.size_px, count);
-    SC_TRY(sc_session_volume(app, &session));
-    SC_TRY(sc_image_init(app->ctx, g.sheet_px[0], g.sheet_px[1], &sheet));
+    SC_PASS(sc_session_volume(app, &session));
+    SC_PASS(sc_image_init(app->ctx, g.sheet_px[0], g.sheet_px[1], &sheet));
     memset(sheet.rgb, paper[0], sc_image_bytes(&sheet));
-    SC_TRY(draw_pictures(app, &session, &g, frames, count, &sheet));
-    SC_TRY(draw_captions(app, &g, frames, count, job->output.fps, &sheet));
-    SC_TRY(sc_image_save_png(app->ctx, &sheet, path, app->options.overwrite));
+    SC_PASS(draw_pictures(app, &session, &g, frames, count, &sheet));
+    SC_PASS(draw_captions(app, &g, frames, count, job->output.fps, &sheet));
+    SC_PASS(sc_image_save_png(app->ctx, &sheet, path, app->options.overwrite));
     sc_info(app->ctx, "%s: %d of %d frames, %d x %d pixels each", path, count,
             job->animation.frames, g.picture_px[0], g.picture_px[1]);
     sc_display_end_stage(app);
     sc_print_made(path);
-out:
-    sc_free(frames);
-    sc_image_clear(&sheet);
-    sc_session_clear(&session);
-    return status;
+    return SC_OK;
 }

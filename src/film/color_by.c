@@ -35,20 +35,18 @@ static sc_status find_values(const sc_ctx *ctx, const sc_job *job, const sc_prep
     sc_color_by by = job->color_by;
     sc_ctx again = *ctx; /* the rows of all columns are the same, and warnings tell of rows */
     char last[SC_NAME_BYTES];
-    sc_status status = SC_OK;
 
     if (!columns)
         return sc_color_values(ctx, &by, volume, values, title);
     again.level = again.level < SC_LOG_ERROR ? again.level : SC_LOG_ERROR;
     for (int c = 0; c < columns; c++) {
         memcpy(by.column, job->color_columns.columns[c], sizeof by.column);
-        SC_TRY(sc_color_values(c ? &again : ctx, &by, volume, values + c * volume->label_count,
-                               c ? last : title));
+        SC_PASS(sc_color_values(c ? &again : ctx, &by, volume, values + c * volume->label_count,
+                                c ? last : title));
     }
     if (columns > 1 && strcmp(title, last) != 0)
         snprintf(title + strlen(title), SC_NAME_BYTES - strlen(title), " to %s", last);
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_color_labels(const sc_ctx *ctx, sc_panel *panel, sc_label **out)
@@ -59,32 +57,26 @@ sc_status sc_color_labels(const sc_ctx *ctx, sc_panel *panel, sc_label **out)
     const int key_frames = job->color_columns.steps.count, columns = key_frames ? key_frames : 1;
     sc_label *labels;
     char title[SC_NAME_BYTES];
-    void *values = NULL, *block = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) double *values = NULL;
 
     *out = NULL;
     if (!sc_color_by_any(&job->color_by))
         return SC_OK;
-    SC_TRY(sc_alloc(ctx, count * (size_t)columns, sizeof(double), &values));
-    SC_TRY(find_values(ctx, job, volume, values, title));
-    SC_TRY(sc_alloc(ctx, count, sizeof *labels, &block));
-    labels = block;
+    SC_PASS(SC_ALLOC(ctx, count * (size_t)columns, &values));
+    SC_PASS(find_values(ctx, job, volume, values, title));
+    SC_PASS(SC_ALLOC(ctx, count, &labels));
     memcpy(labels, volume->labels, count * sizeof *labels);
     sc_color_scale_find(&job->color_by, volume, values, columns, title, &panel->looks.scale);
     for (size_t id = 1; id < count; id++) {
-        sc_color_scale_at(&panel->looks.scale, ((double *)values)[id], labels[id].rgb);
+        sc_color_scale_at(&panel->looks.scale, values[id], labels[id].rgb);
         labels[id].has_color = true;
     }
     if (!job->color_by.has_measure) /* a check measures nothing */
         tell_missing(ctx, volume, values, columns);
-    if (key_frames) {
-        panel->looks.column_values = values;
-        values = NULL;
-    }
+    if (key_frames)
+        SC_HAND_OVER(values, &panel->looks.column_values);
     *out = labels;
-out:
-    sc_free(values);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_share_column_values(sc_app *app, sc_panel *panel)

@@ -74,7 +74,6 @@ static sc_status draw_shot(const sc_app *app, const sc_panel *panel, const sc_sc
                             .oriented = panel->volume.oriented};
     const sc_rows part = rows_in(rows, image);
     sc_renderer *renderer;
-    sc_status status;
 
     *stats = (sc_render_stats){0};
     if (!panel->phases) { /* a title card */
@@ -85,10 +84,8 @@ static sc_status draw_shot(const sc_app *app, const sc_panel *panel, const sc_sc
     if (panel->job.output.layout == SC_LAYOUT_PICTURE)
         sc_render_frame(renderer, scene, rows, image, stats);
     else
-        SC_TRY(sc_views_draw(app->ctx, renderer, &views, scene, rows, image, stats));
-    status = sc_annotations_draw(app->ctx, &annotations, scene, image, rows);
-out:
-    return status;
+        SC_PASS(sc_views_draw(app->ctx, renderer, &views, scene, rows, image, stats));
+    return sc_annotations_draw(app->ctx, &annotations, scene, image, rows);
 }
 
 /* @return what frame @p k shows: as of sc_film_frame_at, also where there are no shots. */
@@ -107,9 +104,8 @@ static sc_status draw_shots(const sc_app *app, sc_session *session, int k, const
     sc_panel *shot = &session->panels[at.shot], *before;
     sc_scene scene = scene_at(shot, at.frame);
     sc_render_stats more;
-    sc_status status;
 
-    SC_TRY(draw_shot(app, shot, &scene, rows, image, stats));
+    SC_PASS(draw_shot(app, shot, &scene, rows, image, stats));
     if (at.before < 0 && at.share < 1)
         sc_image_fade(&session->mixer, scene.look.background, at.share, part.first, part.end,
                       image);
@@ -117,12 +113,11 @@ static sc_status draw_shots(const sc_app *app, sc_session *session, int k, const
         return SC_OK;
     before = &session->panels[at.before];
     scene = scene_at(before, at.before_frame);
-    SC_TRY(make_other(app, session, image));
-    SC_TRY(draw_shot(app, before, &scene, &part, &session->other, &more));
+    SC_PASS(make_other(app, session, image));
+    SC_PASS(draw_shot(app, before, &scene, &part, &session->other, &more));
     sc_render_stats_add(stats, &more);
     sc_image_mix(&session->mixer, &session->other, at.share, part.first, part.end, image);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- subjects ---- */
@@ -137,15 +132,12 @@ static sc_status draw_subject(const sc_app *app, const sc_session *session, int 
     const sc_annotations names = sc_panel_annotations(subject);
     const sc_annotations name = sc_panel_annotations(plate);
     sc_render_stats more;
-    sc_status status;
 
     sc_render_columns(subject->renderers[0], scene, &subject->place.space, columns, rows, image,
                       &more);
     sc_render_stats_add(stats, &more);
-    SC_TRY(sc_annotations_draw(app->ctx, &names, scene, image, rows));
-    status = sc_annotations_draw(app->ctx, &name, scene, image, rows);
-out:
-    return status;
+    SC_PASS(sc_annotations_draw(app->ctx, &names, scene, image, rows));
+    return sc_annotations_draw(app->ctx, &name, scene, image, rows);
 }
 
 /* Copy the columns from @p first on of @p rows of a picture. */
@@ -183,20 +175,18 @@ static sc_status draw_divided(const sc_app *app, sc_session *session, const sc_s
 {
     const int x = sc_divider_px(scenes->divider, image->width_px);
     const sc_columns_px left = {0, x}, right = {x, image->width_px};
-    sc_status status = SC_OK;
 
     if (x > 0)
-        SC_TRY(draw_subject(app, session, 0, &scenes[0], &left, rows, image, stats));
+        SC_PASS(draw_subject(app, session, 0, &scenes[0], &left, rows, image, stats));
     if (x < image->width_px) {
-        SC_TRY(make_other(app, session, image));
+        SC_PASS(make_other(app, session, image));
         draw_background(&scenes[1], rows, &session->other);
-        SC_TRY(draw_subject(app, session, 1, &scenes[1], &right, rows, &session->other, stats));
+        SC_PASS(draw_subject(app, session, 1, &scenes[1], &right, rows, &session->other, stats));
         copy_columns(&session->other, x, rows, image);
     }
     if (x > 0 && x < image->width_px)
         draw_line(session->panels[0].group.front, scenes->dark_text, x, rows, image);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Draw all subjects of a comparison, and what is written over them. */
@@ -208,19 +198,16 @@ static sc_status draw_subjects(const sc_app *app, sc_session *session, int k, co
     const bool is_divided = session->job.compare.has_divider;
     const sc_rows part = rows_in(rows, image);
     sc_scene scenes[SC_SUBJECTS_MAX] = {{0}};
-    sc_status status = SC_OK;
 
     *stats = (sc_render_stats){0};
     for (int s = 0; s < group->count; s++)
         scenes[s] = scene_at(&group->all[s], k);
     draw_background(scenes, &part, image);
     if (is_divided)
-        SC_TRY(draw_divided(app, session, scenes, &part, image, stats));
+        SC_PASS(draw_divided(app, session, scenes, &part, image, stats));
     for (int s = 0; s < group->count && !is_divided; s++)
-        SC_TRY(draw_subject(app, session, s, &scenes[s], NULL, &part, image, stats));
-    status = sc_annotations_draw(app->ctx, &over, scenes, image, &part);
-out:
-    return status;
+        SC_PASS(draw_subject(app, session, s, &scenes[s], NULL, &part, image, stats));
+    return sc_annotations_draw(app->ctx, &over, scenes, image, &part);
 }
 
 /* ---- frames ---- */

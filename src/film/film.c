@@ -69,7 +69,6 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session)
 {
     speaker voice;
     bool chosen = false;
-    sc_status status = SC_OK;
 
     for (int i = 0; i < session->panel_count; i++) {
         sc_panel *panel = &session->panels[i];
@@ -77,13 +76,12 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session)
         if (!panel->phases)
             continue;
         begin_to_speak(app, panel, i + 1, &voice);
-        SC_TRY(sc_panel_tissues(&voice.app, panel));
+        SC_PASS(sc_panel_tissues(&voice.app, panel));
         if (!chosen) /* for title cards, also if the shot has one of its own */
             share_background(session, panel);
         chosen = true;
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- grey volumes ---- */
@@ -104,8 +102,6 @@ static const sc_panel *lender_of(const sc_session *session, int i)
 /* Read the grey volumes of all panels, those of the same file once. */
 static sc_status load_grey(sc_app *app, sc_session *session)
 {
-    sc_status status = SC_OK;
-
     for (int i = 0; i < session->panel_count; i++) {
         sc_panel *panel = &session->panels[i];
         const sc_panel *lender = lender_of(session, i);
@@ -113,30 +109,27 @@ static sc_status load_grey(sc_app *app, sc_session *session)
         if (!panel->phases || !panel->job.has_image)
             continue;
         if (lender)
-            SC_TRY(sc_grey_borrow(app, &panel->job, &panel->volume, &lender->grey, &panel->grey));
+            SC_PASS(sc_grey_borrow(app, &panel->job, &panel->volume, &lender->grey, &panel->grey));
         else
-            SC_TRY(sc_grey_load(app, &panel->job, &panel->volume, &session->times, &panel->grey));
+            SC_PASS(sc_grey_load(app, &panel->job, &panel->volume, &session->times, &panel->grey));
         /* What is found for the first one holds for all, so that the same value looks the same. */
         for (int j = 1; i == 0 && j < session->panel_count; j++) {
             session->panels[j].job.image.window_auto = false;
             session->panels[j].job.image.shown.window = panel->grey.window;
         }
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_session_check_grey(const sc_app *app, const sc_session *session)
 {
-    sc_status status = SC_OK;
-
-    for (int i = 0; i < session->panel_count && status == SC_OK; i++) {
+    for (int i = 0; i < session->panel_count; i++) {
         const sc_panel *panel = &session->panels[i], *lender = lender_of(session, i);
 
         if (panel->phases && (!lender || lender->input != panel->input))
-            status = sc_grey_check(app, &panel->job, &panel->volume, panel->grey.moved_mm);
+            SC_PASS(sc_grey_check(app, &panel->job, &panel->volume, panel->grey.moved_mm));
     }
-    return status;
+    return SC_OK;
 }
 
 uint64_t sc_session_grey_bytes(const sc_session *session)
@@ -258,12 +251,8 @@ static sc_status fill_front(const sc_ctx *ctx, sc_session *session)
     const sc_panel *first = &session->panels[0];
     const int labels = first->volume.label_count, own = labels - c->joined[0].added;
     sc_panel *front = first->group.front;
-    void *block;
-    const sc_status status = sc_alloc(ctx, (size_t)labels, sizeof *c->stats, &block);
 
-    if (status != SC_OK)
-        return status;
-    c->stats = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)labels, &c->stats));
     memcpy(c->stats, first->volume.stats, (size_t)labels * sizeof *c->stats);
     for (int id = own; id < labels; id++) {
         const sc_tissue_owner *owner = &first->group.owners[id];
@@ -282,39 +271,28 @@ static sc_status fill_front(const sc_ctx *ctx, sc_session *session)
 static sc_status gather_points(const sc_app *app, const sc_panel_group *group, sc_points_fn *find,
                                sc_vec3 **out, size_t *count)
 {
-    sc_vec3 *points = NULL, *found = NULL;
-    size_t more;
-    void *block;
-    sc_status status = SC_OK;
+    SC_OWN(sc_free_at) sc_vec3 *points = NULL;
 
     *count = 0;
     for (int i = 0; i < group->count; i++) {
-        SC_TRY(find(app, &group->all[i], &found, &more));
-        SC_TRY(sc_alloc(app->ctx, *count + more + 1, sizeof *points, &block));
-        if (*count)
-            memcpy(block, points, *count * sizeof *points);
+        SC_OWN(sc_free_at) sc_vec3 *found = NULL;
+        size_t more;
+
+        SC_PASS(find(app, &group->all[i], &found, &more));
+        SC_PASS(SC_RESIZE(app->ctx, *count, *count + more + 1, &points));
         if (more)
-            memcpy((sc_vec3 *)block + *count, found, more * sizeof *points);
-        sc_free(points);
-        sc_free(found);
-        found = NULL;
-        points = block;
+            memcpy(points + *count, found, more * sizeof *points);
         *count += more;
     }
-    *out = points;
+    SC_HAND_OVER(points, out);
     return SC_OK;
-out:
-    sc_free(points);
-    sc_free(found);
-    return status;
 }
 
 /* Fill the timelines of a group. @param lead its first panel. */
 static sc_status frame_group(sc_app *app, sc_session *session, sc_panel *lead, sc_points_fn *find)
 {
-    sc_vec3 *points = NULL;
+    SC_OWN(sc_free_at) sc_vec3 *points = NULL;
     size_t count = 0;
-    sc_status status;
 
     if (!lead->phases) { /* a title card */
         sc_timeline_resolve(&lead->job.animation, NULL, 0, sc_space_aspect(&lead->job),
@@ -323,8 +301,8 @@ static sc_status frame_group(sc_app *app, sc_session *session, sc_panel *lead, s
         return SC_OK;
     }
     /* One framing holds for all phases and subjects, so that the camera does not move with them. */
-    SC_TRY(sc_comm_agree(app->comm, gather_points(app, &lead->group, find, &points, &count)));
-    SC_TRY(sc_panel_timeline(app, lead, points, count));
+    SC_PASS(sc_comm_agree(app->comm, gather_points(app, &lead->group, find, &points, &count)));
+    SC_PASS(sc_panel_timeline(app, lead, points, count));
     for (int i = 0; session->compare && i < session->panel_count; i++) {
         sc_panel *panel = &session->panels[i];
 
@@ -333,10 +311,8 @@ static sc_status frame_group(sc_app *app, sc_session *session, sc_panel *lead, s
             sc_panel_set_looks(panel);
     }
     if (session->compare)
-        status = sc_comm_agree(app->comm, fill_front(app->ctx, session));
-out:
-    sc_free(points);
-    return status;
+        return sc_comm_agree(app->comm, fill_front(app->ctx, session));
+    return SC_OK;
 }
 
 /* Make the renderers of the panels of a group, its timelines, and what is written onto it. */
@@ -369,13 +345,11 @@ out:
 
 sc_status sc_session_timelines(sc_app *app, sc_session *session, sc_points_fn *find)
 {
-    sc_status status = SC_OK;
-
-    for (int i = 0; i < session->panel_count && status == SC_OK; i++) {
+    for (int i = 0; i < session->panel_count; i++) {
         if (session->panels[i].group.index == 0)
-            status = make_group(app, session, &session->panels[i], find);
+            SC_PASS(make_group(app, session, &session->panels[i], find));
     }
-    return status;
+    return SC_OK;
 }
 
 /* ---- all of it ---- */
@@ -388,25 +362,22 @@ sc_status sc_session_load(sc_app *app, sc_session *session)
 sc_status sc_session_scene(sc_app *app, sc_session *session)
 {
     const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
-    sc_status status;
 
-    SC_TRY(sc_session_panels(app, session));
-    SC_TRY(load_grey(app, session));
+    SC_PASS(sc_session_panels(app, session));
+    SC_PASS(load_grey(app, session));
     sc_stage_begin(app->ctx, "preparing the light", 0, 0);
-    SC_TRY(sc_session_tissues(app, session));
-    SC_TRY(sc_session_timelines(app, session, NULL));
+    SC_PASS(sc_session_tissues(app, session));
+    SC_PASS(sc_session_timelines(app, session, NULL));
     for (int i = 0; i < session->panel_count; i++)
         sc_panel_unload(&session->panels[i], 0); /* names and flights look into its voxels */
     sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_session_volume(sc_app *app, sc_session *session)
 {
-    const sc_status status = sc_session_load(app, session);
-
-    return status == SC_OK ? sc_session_scene(app, session) : status;
+    SC_PASS(sc_session_load(app, session));
+    return sc_session_scene(app, session);
 }
 
 void sc_session_move_inputs(sc_session *from, sc_session *to)

@@ -68,21 +68,15 @@ static double reach_at(const shown_points *shown, const sc_scene *scene, int k)
     return most;
 }
 
-/* Make room in shown->moved. */
-static sc_status make_room(const sc_ctx *ctx, shown_points *shown)
+/* Make room for shown_points.moved. Caller owns *out: sc_free. */
+static sc_status make_room(const sc_ctx *ctx, const sc_panel_group *group, sc_vec3 **out)
 {
-    const sc_panel_group *group = &shown->panel->group;
     size_t shifts = 0;
-    void *block = NULL;
-    sc_status status = SC_OK;
 
     for (int i = 0; i < group->count; i++)
         shifts =
             group->all[i].looks.shift_count > shifts ? group->all[i].looks.shift_count : shifts;
-    if (shifts)
-        status = sc_alloc(ctx, 8 * shifts, sizeof *shown->moved, &block);
-    shown->moved = block;
-    return status;
+    return shifts ? SC_ALLOC(ctx, 8 * shifts, out) : SC_OK;
 }
 
 /* Does a verb bring only a part of what is shown into the picture, on purpose? */
@@ -172,17 +166,16 @@ sc_status sc_warn_of_zoom(const sc_app *app, const sc_panel *panel, double aspec
                           .aspect = aspect,
                           .clips =
                               t->animation.clip_mode == SC_CLIP_KEEP && t->clip_set_count == 1};
-    sc_timeline *plain;
+    SC_OWN(sc_free_at) sc_timeline *plain = NULL;
     double worst = rim;
-    void *copy = NULL;
+    SC_OWN(sc_free_at) sc_vec3 *moved = NULL;
     int at = -1;
-    sc_status status;
 
     if (shows_part(t))
         return SC_OK;
-    SC_TRY(make_room(app->ctx, &shown));
-    SC_TRY(sc_alloc(app->ctx, 1, sizeof *plain, &copy));
-    plain = copy;
+    SC_PASS(make_room(app->ctx, &panel->group, &moved));
+    shown.moved = moved;
+    SC_PASS(SC_ALLOC(app->ctx, 1, &plain));
     *plain = *t;
     take_zooms_out(plain);
     for (int i = 0; i < FRAMES && i < frames; i++) {
@@ -199,10 +192,7 @@ sc_status sc_warn_of_zoom(const sc_app *app, const sc_panel *panel, double aspec
     }
     if (at >= 0)
         tell_zoom(app, &shown, at, worst);
-out:
-    sc_free(shown.moved);
-    sc_free(copy);
-    return status;
+    return SC_OK;
 }
 
 /* ---- warnings of clip planes that cut nothing or everything ---- */

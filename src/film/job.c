@@ -7,10 +7,9 @@
 
 sc_status sc_check_job_tissues(sc_app *app, sc_job *job)
 {
-    sc_input input = {0};
+    SC_OWN(sc_input_clear) sc_input input = {0};
     sc_ctx errors = *app->ctx;
     sc_app quieter = *app;
-    sc_status status;
 
     if (!job->volume[0] || job->has_compare || /* others may have the tissues */
         job->rule_count + job->exception_count + job->verb_tissue_count + job->shot_count == 0 ||
@@ -18,11 +17,8 @@ sc_status sc_check_job_tissues(sc_app *app, sc_job *job)
         return SC_OK;
     errors.level = SC_LOG_ERROR;
     quieter.ctx = &errors;
-    SC_TRY(sc_input_inspect(&quieter, job, !app->options.scan, &input));
-    status = sc_check_tissues(&errors, job, input.volume.labels, input.volume.label_count);
-out:
-    sc_input_clear(&input);
-    return status;
+    SC_PASS(sc_input_inspect(&quieter, job, !app->options.scan, &input));
+    return sc_check_tissues(&errors, job, input.volume.labels, input.volume.label_count);
 }
 
 /* The arrays of a job. */
@@ -117,8 +113,6 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
     if (status == SC_ERR_USAGE || status == SC_ERR_DATA || status == SC_ERR_MISSING)
         (void)sc_check_job_tissues(app,
                                    &session->job); /* so that all mistakes are told in one go */
-    SC_TRY(sc_comm_agree(app->comm, status));
-    status = share_job(app, &session->job);
-out:
-    return status;
+    SC_PASS(sc_comm_agree(app->comm, status));
+    return share_job(app, &session->job);
 }

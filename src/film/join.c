@@ -20,6 +20,13 @@ typedef struct catalog {
     int count, indexed;
 } catalog;
 
+static void clear_catalog(catalog *c)
+{
+    sc_free(c->entries);
+    sc_free(c->by_name);
+    sc_free(c->by_value);
+}
+
 static int compare_names(const void *a, const void *b)
 {
     return strcmp((*(const entry *const *)a)->label->name, (*(const entry *const *)b)->label->name);
@@ -96,14 +103,10 @@ static void add_subject(const sc_prepared *v, int s, catalog *c, int *numbers)
 static sc_status extend(const sc_ctx *ctx, const void *from, int count, int more, size_t size,
                         void **owned, void **out)
 {
-    sc_status status;
-
     *out = NULL;
     if (!from)
         return SC_OK;
-    status = sc_zalloc(ctx, (size_t)count + (size_t)more, size, owned);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(ctx, (size_t)count + (size_t)more, size, owned));
     memcpy(*owned, from, (size_t)count * size);
     *out = *owned;
     return SC_OK;
@@ -117,23 +120,21 @@ static sc_status join(const sc_ctx *ctx, const catalog *c, const int *numbers, s
     sc_prepared *v = &subject->volume;
     const int own = v->label_count;
     int more = c->count;
-    void *here = NULL, *labels, *stats, *smooth, *hidden, *opacity, *owners;
-    bool *has;
-    sc_status status;
+    void *labels, *stats, *smooth, *hidden, *opacity, *owners;
+    SC_OWN(sc_free_at) bool *has = NULL;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)c->count, sizeof *has, &here));
-    has = here;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)c->count, &has));
     for (int id = 1; id < own; id++) {
         more -= !has[numbers[id]];
         has[numbers[id]] = true;
     }
-    SC_TRY(extend(ctx, v->labels, own, more, sizeof *v->labels, &out->owned[0], &labels));
-    SC_TRY(extend(ctx, v->stats, own, more, sizeof *v->stats, &out->owned[1], &stats));
-    SC_TRY(extend(ctx, v->smooth, own, more, sizeof *v->smooth, &out->owned[2], &smooth));
-    SC_TRY(extend(ctx, v->hidden, own, more, sizeof *v->hidden, &out->owned[3], &hidden));
-    SC_TRY(extend(ctx, v->stored.opacity, own, more, sizeof *v->stored.opacity, &out->owned[4],
-                  &opacity));
-    SC_TRY(sc_zalloc(ctx, (size_t)own + (size_t)more, sizeof(sc_tissue_owner), &owners));
+    SC_PASS(extend(ctx, v->labels, own, more, sizeof *v->labels, &out->owned[0], &labels));
+    SC_PASS(extend(ctx, v->stats, own, more, sizeof *v->stats, &out->owned[1], &stats));
+    SC_PASS(extend(ctx, v->smooth, own, more, sizeof *v->smooth, &out->owned[2], &smooth));
+    SC_PASS(extend(ctx, v->hidden, own, more, sizeof *v->hidden, &out->owned[3], &hidden));
+    SC_PASS(extend(ctx, v->stored.opacity, own, more, sizeof *v->stored.opacity, &out->owned[4],
+                   &opacity));
+    SC_PASS(sc_zalloc(ctx, (size_t)own + (size_t)more, sizeof(sc_tissue_owner), &owners));
     out->owned[5] = owners;
     for (int id = 1; id < own; id++) {
         const entry *e = &c->entries[numbers[id]];
@@ -158,40 +159,34 @@ static sc_status join(const sc_ctx *ctx, const catalog *c, const int *numbers, s
     v->stored.opacity = opacity;
     v->label_count = own + more;
     subject->group.owners = owners;
-out:
-    sc_free(here);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_join_labels(const sc_ctx *ctx, sc_panel *subjects, int count, sc_joined *out)
 {
-    catalog c = {0};
-    void *numbers[SC_SUBJECTS_MAX] = {NULL}, *entries = NULL, *by_name = NULL, *by_value = NULL;
-    size_t all = 0;
-    sc_status status;
+    SC_OWN(clear_catalog) catalog c = {0};
+    SC_OWN(sc_free_at) int *numbers = NULL;
+    size_t all = 0, at = 0;
 
-    for (int s = 0; s < count; s++) {
+    for (int s = 0; s < count; s++)
         all += (size_t)subjects[s].volume.label_count;
-        SC_TRY(sc_zalloc(ctx, (size_t)subjects[s].volume.label_count, sizeof(int), &numbers[s]));
+    SC_PASS(SC_ZALLOC(ctx, all, &numbers)); /* of all labels of all subjects */
+    SC_PASS(SC_ALLOC(ctx, all, &c.entries));
+    SC_PASS(SC_ALLOC(ctx, all, &c.by_name));
+    SC_PASS(SC_ALLOC(ctx, all, &c.by_value));
+    for (int s = 0; s < count; s++) {
+        add_subject(&subjects[s].volume, s, &c, numbers + at);
+        at += (size_t)subjects[s].volume.label_count;
     }
-    SC_TRY(sc_alloc(ctx, all, sizeof *c.entries, &entries));
-    SC_TRY(sc_alloc(ctx, all, sizeof *c.by_name, &by_name));
-    SC_TRY(sc_alloc(ctx, all, sizeof *c.by_value, &by_value));
-    c.entries = entries;
-    c.by_name = by_name;
-    c.by_value = by_value;
-    for (int s = 0; s < count; s++)
-        add_subject(&subjects[s].volume, s, &c, numbers[s]);
     make_index(&c); /* with the names that the last one has given */
-    for (int s = 0; s < count; s++)
-        SC_TRY(join(ctx, &c, numbers[s], &subjects[s], &out[s]));
-out:
-    for (int s = 0; s < count; s++)
-        sc_free(numbers[s]);
-    sc_free(entries);
-    sc_free(by_name);
-    sc_free(by_value);
-    return status;
+    at = 0;
+    for (int s = 0; s < count; s++) {
+        const size_t own = (size_t)subjects[s].volume.label_count; /* before others join */
+
+        SC_PASS(join(ctx, &c, numbers + at, &subjects[s], &out[s]));
+        at += own;
+    }
+    return SC_OK;
 }
 
 void sc_joined_clear(sc_joined *joined)

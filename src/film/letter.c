@@ -57,14 +57,13 @@ static sc_status share_logo(sc_app *app, const sc_annotations *annotations, sc_p
 
     if (first)
         status = sc_annotations_logo(app->ctx, annotations, logo);
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     pixels = logo->rgb;
     sc_comm_broadcast(app->comm, logo, sizeof *logo);
     logo->rgb = pixels; /* that which was received is an address of rank 0 */
-    SC_TRY(sc_broadcast_array(app, &pixels, sc_image_bytes(logo), 1));
+    SC_PASS(sc_broadcast_array(app, &pixels, sc_image_bytes(logo), 1));
     logo->rgb = pixels;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Fill panel->text.names. Collective. */
@@ -77,12 +76,11 @@ static sc_status share_names(sc_app *app, const sc_annotations *annotations, sc_
     sc_stage_begin(app->ctx, "placing the names", 0, 0);
     if (first)
         status = sc_annotations_plan_names(app->ctx, annotations, app->threads, &panel->text.names);
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     names = panel->text.names;
-    SC_TRY(share_block(app, &names, first ? panel->text.names->bytes : 0));
+    SC_PASS(share_block(app, &names, first ? panel->text.names->bytes : 0));
     panel->text.names = names;
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_panel_letter(sc_app *app, sc_panel *panel)
@@ -97,19 +95,18 @@ sc_status sc_panel_letter(sc_app *app, sc_panel *panel)
     annotations.told = &app->font_told;
     if (first)
         status = sc_annotations_letter(app->ctx, &annotations, &panel->text.lettering);
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     lettering = panel->text.lettering;
-    SC_TRY(share_block(app, &lettering, first ? panel->text.lettering->bytes : 0));
+    SC_PASS(share_block(app, &lettering, first ? panel->text.lettering->bytes : 0));
     panel->text.lettering = lettering;
     if (panel->job.overlays.logo[0])
-        SC_TRY(share_logo(app, &annotations, panel));
+        SC_PASS(share_logo(app, &annotations, panel));
     annotations = sc_panel_annotations(panel);
     if (panel->group.front && panel->phases) {
         over = sc_panel_annotations(panel->group.front);
         annotations.over = &over;
     }
     if (sc_annotations_names(&annotations) && panel->volume.ids)
-        status = share_names(app, &annotations, panel);
-out:
-    return status;
+        return share_names(app, &annotations, panel);
+    return SC_OK;
 }

@@ -8,20 +8,18 @@ static sc_status find_order(const sc_ctx *ctx, const sc_volume *volume, const sc
                             int *order)
 {
     const sc_prepared view = {.label_count = volume->label_count, .labels = volume->labels};
-    sc_status status = SC_OK;
 
     for (size_t i = 0; i < wish->pattern_count; i++) {
         const sc_pattern pattern = sc_pattern_of(wish->patterns[i]);
         const sc_match best = sc_pattern_match(volume->labels, volume->label_count, &pattern);
 
-        SC_TRY(sc_pattern_check(ctx, &view, wish->patterns[i], wish->where));
+        SC_PASS(sc_pattern_check(ctx, &view, wish->patterns[i], wish->where));
         for (int id = 1; id < volume->label_count && best != SC_MATCH_NONE; id++) {
             if (!order[id] && sc_label_match(&volume->labels[id], &pattern) == best)
                 order[id] = (int)i + 1;
         }
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 const sc_label *sc_hidden_on_line(const sc_prepared *v, const sc_line_wish *wish)
@@ -58,27 +56,21 @@ sc_status sc_check_line_voxels(const sc_ctx *ctx, const char *path, const sc_pre
 static sc_status find_middles(const sc_ctx *ctx, const sc_volume *volume, const sc_line_wish *wish,
                               const int *order, sc_vec3 *points)
 {
-    sc_text what = {0};
-    void *block = NULL;
-    int *only;
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text what = {0};
+    SC_OWN(sc_free_at) int *only = NULL;
 
-    SC_TRY(sc_alloc(ctx, (size_t)volume->label_count, sizeof *only, &block));
-    only = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)volume->label_count, &only));
     for (size_t i = 0; i < wish->pattern_count; i++) {
         sc_centerline_request request = {.volume = volume, .order = only, .where = wish->where};
 
         for (int id = 0; id < volume->label_count; id++)
             only[id] = order[id] == (int)i + 1;
         sc_text_clear(&what);
-        SC_TRY(sc_text_add(ctx, &what, "\"%s\"", wish->patterns[i]));
+        SC_PASS(sc_text_add(ctx, &what, "\"%s\"", wish->patterns[i]));
         request.what = what.data;
-        SC_TRY(sc_centerline_middle(ctx, &request, &points[i]));
+        SC_PASS(sc_centerline_middle(ctx, &request, &points[i]));
     }
-out:
-    sc_text_clear(&what);
-    sc_free(block);
-    return status;
+    return SC_OK;
 }
 
 /* Tell what was found. */
@@ -110,28 +102,24 @@ sc_status sc_find_line(const sc_app *app, const sc_volume *volume, const sc_line
                                      .clearance = wish->clearance,
                                      .names = wish->patterns,
                                      .where = wish->where};
-    sc_text what = {0};
-    void *order = NULL, *middles = NULL;
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text what = {0};
+    SC_OWN(sc_free_at) int *order = NULL;
+    SC_OWN(sc_free_at) sc_vec3 *middles = NULL;
 
-    SC_TRY(sc_zalloc(app->ctx, (size_t)volume->label_count, sizeof(int), &order));
-    SC_TRY(find_order(app->ctx, volume, wish, order));
+    SC_PASS(SC_ZALLOC(app->ctx, (size_t)volume->label_count, &order));
+    SC_PASS(find_order(app->ctx, volume, wish, order));
     for (size_t i = 0; i < wish->pattern_count; i++)
-        SC_TRY(sc_text_add(app->ctx, &what, "%s\"%s\"", i ? ", " : "", wish->patterns[i]));
+        SC_PASS(sc_text_add(app->ctx, &what, "%s\"%s\"", i ? ", " : "", wish->patterns[i]));
     request.order = order;
     request.what = what.data;
     sc_stage_begin(app->ctx, "finding the centre line", 0, 0);
     if (wish->middles) {
-        SC_TRY(sc_alloc(app->ctx, wish->pattern_count, sizeof(sc_vec3), &middles));
-        SC_TRY(find_middles(app->ctx, volume, wish, order, middles));
+        SC_PASS(SC_ALLOC(app->ctx, wish->pattern_count, &middles));
+        SC_PASS(find_middles(app->ctx, volume, wish, order, middles));
         request.through = middles;
         request.through_count = wish->pattern_count;
     }
-    SC_TRY(sc_centerline_find(app->ctx, &request, out));
+    SC_PASS(sc_centerline_find(app->ctx, &request, out));
     tell_line(app->ctx, what.data, wish, out);
-out:
-    sc_text_clear(&what);
-    sc_free(order);
-    sc_free(middles);
-    return status;
+    return SC_OK;
 }

@@ -57,18 +57,15 @@ static sc_status resolve_tissues(sc_app *app, sc_panel *panel)
     const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count,
                             job->tissue_tracks};
     sc_prepared colored = panel->volume;
-    sc_label *labels = NULL;
-    void *block = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) sc_label *labels = NULL;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)panel->volume.label_count, sizeof(sc_tissue), &block));
-    panel->looks.tissues = block;
-    SC_TRY(sc_check_tissues(ctx, job, panel->volume.labels, panel->volume.label_count));
-    SC_TRY(sc_color_labels(ctx, panel, &labels));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)panel->volume.label_count, &panel->looks.tissues));
+    SC_PASS(sc_check_tissues(ctx, job, panel->volume.labels, panel->volume.label_count));
+    SC_PASS(sc_color_labels(ctx, panel, &labels));
     if (labels)
         colored.labels = labels;
-    SC_TRY(sc_transfer_resolve(ctx, &colored, job->rules, job->rule_count,
-                               (sc_opacity_rule)job->render.auto_opacity, panel->looks.tissues));
+    SC_PASS(sc_transfer_resolve(ctx, &colored, job->rules, job->rule_count,
+                                (sc_opacity_rule)job->render.auto_opacity, panel->looks.tissues));
     apply_interior(ctx, job, panel);
     if (job->render.background.is_auto)
         sc_choose_background(&panel->volume, panel->looks.tissues,
@@ -77,17 +74,14 @@ static sc_status resolve_tissues(sc_app *app, sc_panel *panel)
         sc_part_from_background(panel->volume.label_count, panel->job.render.background.rgb,
                                 panel->looks.tissues);
     take_looks(panel);
-    SC_TRY(sc_clip_sets_find(ctx, &panel->volume, job->exceptions, job->exception_count,
-                             panel->looks.tissues, panel->looks.clip_sets,
-                             &panel->looks.clip_set_count));
+    SC_PASS(sc_clip_sets_find(ctx, &panel->volume, job->exceptions, job->exception_count,
+                              panel->looks.tissues, panel->looks.clip_sets,
+                              &panel->looks.clip_set_count));
     if (job->verb_count || job->tissue_track_count)
-        SC_TRY(sc_verbs_resolve(ctx, &panel->volume, panel->looks.tissues, &verbs,
-                                &panel->looks.fades, &panel->looks.fade_count));
-    status = sc_explodes_resolve(ctx, &panel->volume, panel->looks.tissues, &verbs,
-                                 &panel->looks.shifts, &panel->looks.shift_count);
-out:
-    sc_free(labels);
-    return status;
+        SC_PASS(sc_verbs_resolve(ctx, &panel->volume, panel->looks.tissues, &verbs,
+                                 &panel->looks.fades, &panel->looks.fade_count));
+    return sc_explodes_resolve(ctx, &panel->volume, panel->looks.tissues, &verbs,
+                               &panel->looks.shifts, &panel->looks.shift_count);
 }
 
 /* Send how verbs move tissues to all ranks. Collective. */
@@ -135,11 +129,10 @@ static sc_status share_tones(sc_app *app, sc_panel *panel)
             sc_track_tones(&job->tissue_tracks[track - 1], (sc_track *)tones + track - 1);
     }
     panel->looks.color_tones = tones;
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     status =
         sc_broadcast_array(app, &tones, job->tissue_track_count, sizeof *panel->looks.color_tones);
     panel->looks.color_tones = tones;
-out:
     return status;
 }
 
@@ -147,29 +140,27 @@ sc_status sc_panel_tissues(sc_app *app, sc_panel *panel)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
     void *tissues = NULL, *fades = NULL;
-    sc_status status;
 
     /* Colours and opacities are decided with floating point, in which the libraries of two hosts
      * could differ. */
-    SC_TRY(sc_comm_agree(app->comm, first ? resolve_tissues(app, panel) : SC_OK));
+    SC_PASS(sc_comm_agree(app->comm, first ? resolve_tissues(app, panel) : SC_OK));
     tissues = panel->looks.tissues;
-    SC_TRY(sc_broadcast_array(app, &tissues, (size_t)panel->volume.label_count,
-                              sizeof *panel->looks.tissues));
+    SC_PASS(sc_broadcast_array(app, &tissues, (size_t)panel->volume.label_count,
+                               sizeof *panel->looks.tissues));
     panel->looks.tissues = tissues;
     sc_comm_broadcast(app->comm, &panel->looks.fade_count, sizeof panel->looks.fade_count);
     fades = panel->looks.fades;
-    SC_TRY(sc_broadcast_array(app, &fades, panel->looks.fade_count, sizeof *panel->looks.fades));
+    SC_PASS(sc_broadcast_array(app, &fades, panel->looks.fade_count, sizeof *panel->looks.fades));
     panel->looks.fades = fades;
-    SC_TRY(share_shifts(app, panel));
-    SC_TRY(share_tones(app, panel));
-    SC_TRY(sc_share_column_values(app, panel));
-    status = sc_scene_room_init(app->ctx, panel->volume.label_count, &panel->room);
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(share_shifts(app, panel));
+    SC_PASS(share_tones(app, panel));
+    SC_PASS(sc_share_column_values(app, panel));
+    SC_PASS(sc_comm_agree(app->comm,
+                          sc_scene_room_init(app->ctx, panel->volume.label_count, &panel->room)));
     sc_comm_broadcast(app->comm, panel->job.render.background.rgb,
                       sizeof panel->job.render.background.rgb);
     sc_comm_broadcast(app->comm, &panel->looks.scale, sizeof panel->looks.scale);
     sc_comm_broadcast(app->comm, panel->looks.clip_sets, sizeof panel->looks.clip_sets);
     sc_comm_broadcast(app->comm, &panel->looks.clip_set_count, sizeof panel->looks.clip_set_count);
-out:
-    return status;
+    return SC_OK;
 }

@@ -11,12 +11,7 @@
 static sc_status find_boxes(const sc_ctx *ctx, const sc_prepared *volume, const bool *members,
                             sc_vec3 **points, size_t *count)
 {
-    void *block;
-    sc_status status = sc_alloc(ctx, 8 * (size_t)volume->label_count, sizeof **points, &block);
-
-    if (status != SC_OK)
-        return status;
-    *points = block;
+    SC_PASS(SC_ALLOC(ctx, 8 * (size_t)volume->label_count, points));
     *count = 0;
     for (int id = 1; id < volume->label_count; id++) {
         const sc_label_stats *s = &volume->stats[id];
@@ -82,26 +77,24 @@ static sc_status get_voxels(const sc_app *app, const sc_panel *panel, const sc_l
     const sc_input *input = &panel->inputs->all[panel->input];
     const sc_prepared *v = &panel->volume;
     sc_prepared file;
-    sc_status status = SC_OK;
 
     if (panel->renderers && !sc_hidden_on_line(v, wish)) {
         *out = sc_volume_of_prepared(v);
         return SC_OK;
     }
     if (input->mapped) { /* it may hold what was hidden when it was prepared anew for the job */
-        SC_TRY(sc_prepared_view(app->ctx, input->mapped->begin, input->mapped->bytes, &file));
+        SC_PASS(sc_prepared_view(app->ctx, input->mapped->begin, input->mapped->bytes, &file));
         file.labels = v->labels; /* with the names of the job's table */
-        SC_TRY(sc_check_line_voxels(app->ctx, panel->job.volume, &file, wish));
+        SC_PASS(sc_check_line_voxels(app->ctx, panel->job.volume, &file, wish));
         *out = sc_volume_of_prepared(&file);
         return SC_OK;
     }
     if (!read->ids) {
         sc_stage_begin(app->ctx, "reading", 0, 0);
-        status = sc_input_voxels(app, &panel->job, input, read);
+        SC_PASS(sc_input_voxels(app, &panel->job, input, read));
     }
     *out = *read;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Find the line of a fly. @param read as of get_voxels. @param points caller owns. */
@@ -116,28 +109,23 @@ static sc_status find_line(const sc_app *app, const sc_panel *panel, size_t v,
         fly->clearance, fly->where,    fly->middles};
     const bool unknown = pattern_count && app->options.fast; /* without voxels: any line will do */
     size_t room = (size_t)fly->through_count * SC_WAY_STEPS + 1;
-    sc_centerline line = {0};
+    SC_OWN(sc_centerline_clear) sc_centerline line = {0};
     sc_volume volume;
-    void *block;
-    sc_status status = SC_OK;
 
     if (pattern_count && !unknown) {
-        SC_TRY(get_voxels(app, panel, &wish, read, &volume));
-        SC_TRY(sc_find_line(app, &volume, &wish, &line));
+        SC_PASS(get_voxels(app, panel, &wish, read, &volume));
+        SC_PASS(sc_find_line(app, &volume, &wish, &line));
         room = line.count;
     }
-    SC_TRY(sc_zalloc(app->ctx, room, sizeof **points, &block));
-    *points = block;
+    SC_PASS(SC_ZALLOC(app->ctx, room, points));
     for (size_t i = 0; i < line.count; i++)
         (*points)[i] = line.points[i].at_mm;
     *count = unknown         ? 1
              : pattern_count ? line.count
-                             : sc_way_curve(fly->through, fly->through_count, block);
+                             : sc_way_curve(fly->through, fly->through_count, *points);
     if (unknown)
         sc_info(app->ctx, "%s: the way through the tissues is not looked for (--fast)", fly->where);
-out:
-    sc_centerline_clear(&line);
-    return status;
+    return SC_OK;
 }
 
 /* Append points of the tissues that verb @p v frames in one subject to @p points [*count]. */
@@ -148,39 +136,30 @@ static sc_status add_framed(const sc_app *app, const sc_panel *panel, size_t v, 
     const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count,
                             job->tissue_tracks};
     const sc_prepared *volume = &panel->volume;
-    void *members = NULL, *all = NULL;
-    sc_vec3 *found = NULL;
+    SC_OWN(sc_free_at) bool *members = NULL;
+    SC_OWN(sc_free_at) sc_vec3 *found = NULL;
     size_t found_count = 0;
-    sc_status status;
 
-    SC_TRY(sc_alloc(app->ctx, (size_t)volume->label_count, sizeof(bool), &members));
+    SC_PASS(SC_ALLOC(app->ctx, (size_t)volume->label_count, &members));
     if (!sc_verb_members(volume, panel->looks.tissues, &verbs, v, members))
-        goto out;
-    SC_TRY(panel->renderers ? find_hull(app, volume, members, &found, &found_count)
-                            : find_boxes(app->ctx, volume, members, &found, &found_count));
-    SC_TRY(sc_alloc(app->ctx, *count + found_count, sizeof *found, &all));
-    if (*count)
-        memcpy(all, *points, *count * sizeof *found);
+        return SC_OK;
+    SC_PASS(panel->renderers ? find_hull(app, volume, members, &found, &found_count)
+                             : find_boxes(app->ctx, volume, members, &found, &found_count));
+    SC_PASS(SC_RESIZE(app->ctx, *count, *count + found_count, points));
     if (found_count)
-        memcpy((sc_vec3 *)all + *count, found, found_count * sizeof *found);
-    sc_free(*points);
-    *points = all;
+        memcpy(*points + *count, found, found_count * sizeof *found);
     *count += found_count;
-out:
-    sc_free(members);
-    sc_free(found);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_find_moves(const sc_app *app, const sc_panel *panel, sc_moves *out)
 {
     const sc_job *job = &panel->job;
-    void *patterns = NULL;
-    sc_volume read = {0};
-    sc_status status;
+    SC_OWN(sc_free_at) const char **patterns = NULL;
+    SC_OWN(sc_volume_clear) sc_volume read = {0};
 
     *out = (sc_moves){0};
-    SC_TRY(sc_alloc(app->ctx, job->verb_tissue_count + 1, sizeof(char *), &patterns));
+    SC_PASS(SC_ALLOC(app->ctx, job->verb_tissue_count + 1, &patterns));
     for (size_t v = 0; v < job->verb_count; v++) {
         sc_move *move = &out->moves[out->count];
         sc_vec3 **points = &out->points[out->count];
@@ -190,15 +169,12 @@ sc_status sc_find_moves(const sc_app *app, const sc_panel *panel, sc_moves *out)
         *move = (sc_move){.verb = job->verbs[v]};
         out->count++;
         if (move->verb.kind == SC_VERB_FLY)
-            SC_TRY(find_line(app, panel, v, patterns, &read, points, &move->point_count));
+            SC_PASS(find_line(app, panel, v, patterns, &read, points, &move->point_count));
         for (int i = 0; move->verb.kind == SC_VERB_FRAME && i < panel->group.count; i++)
-            SC_TRY(add_framed(app, &panel->group.all[i], v, points, &move->point_count));
+            SC_PASS(add_framed(app, &panel->group.all[i], v, points, &move->point_count));
         move->points = *points;
     }
-out:
-    sc_free(patterns);
-    sc_volume_clear(&read);
-    return status;
+    return SC_OK;
 }
 
 void sc_moves_clear(sc_moves *moves)

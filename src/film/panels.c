@@ -159,26 +159,23 @@ static sc_status tell_lacking(const sc_ctx *ctx, const sc_session *session, int 
     const sc_compare *c = session->compare;
     const sc_prepared *v = &session->panels[s].volume;
     const int added = c->joined[s].added;
-    sc_text text = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
     for (int i = 0; i < added && i < MOST; i++) {
         const sc_label *label = &v->labels[v->label_count - added + i];
 
-        SC_TRY(sc_text_add(ctx, &text, "%s", i ? ", " : ""));
+        SC_PASS(sc_text_add(ctx, &text, "%s", i ? ", " : ""));
         if (label->name[0])
-            SC_TRY(sc_text_add(ctx, &text, "\"%s\"", label->name));
+            SC_PASS(sc_text_add(ctx, &text, "\"%s\"", label->name));
         else
-            SC_TRY(sc_text_add(ctx, &text, "label %lld", (long long)label->value));
+            SC_PASS(sc_text_add(ctx, &text, "label %lld", (long long)label->value));
     }
     if (added > MOST)
-        SC_TRY(sc_text_add(ctx, &text, " and %d more", added - MOST));
+        SC_PASS(sc_text_add(ctx, &text, " and %d more", added - MOST));
     if (added)
         sc_info(ctx, "compare: \"%s\" lacks tissues that others have: %s", c->captions[s].text,
                 text.data);
-out:
-    sc_text_clear(&text);
-    return status;
+    return SC_OK;
 }
 
 /* Bring the subjects together. */
@@ -186,15 +183,13 @@ static sc_status join_subjects(sc_app *app, sc_session *session)
 {
     const int count = sc_subject_count(&session->job);
     sc_joined *joined = session->compare->joined;
-    sc_status status;
+    sc_status status = SC_OK;
 
-    SC_TRY(sc_comm_agree(app->comm, sc_join_labels(app->ctx, session->panels, count, joined)));
+    SC_PASS(sc_comm_agree(app->comm, sc_join_labels(app->ctx, session->panels, count, joined)));
     for (int s = 0; s < count && sc_comm_rank(app->comm) == 0 && status == SC_OK; s++)
         status = tell_lacking(app->ctx, session, s);
-    SC_TRY(sc_comm_agree(app->comm, status));
-    status = sc_align_subjects(app, session->panels, count, joined);
-out:
-    return status;
+    SC_PASS(sc_comm_agree(app->comm, status));
+    return sc_align_subjects(app, session->panels, count, joined);
 }
 
 /* ---- all of them ---- */
@@ -205,30 +200,21 @@ static sc_status make_room(const sc_ctx *ctx, sc_session *session)
     const sc_job *job = &session->job;
     const int shots = (int)job->shot_count, subjects = sc_subject_count(job);
     const size_t count = (size_t)(shots ? shots : subjects > 1 ? 2 * subjects + 1 : 1);
-    void *block;
-    sc_status status;
 
-    if (subjects > 1) {
-        SC_TRY(sc_zalloc(ctx, 1, sizeof *session->compare, &block));
-        session->compare = block;
-    }
-    if (shots) {
-        SC_TRY(sc_alloc(ctx, count, sizeof *session->spans, &block));
-        session->spans = block;
-    }
-    SC_TRY(sc_zalloc(ctx, count, sizeof *session->panels, &block));
-    session->panels = block;
+    if (subjects > 1)
+        SC_PASS(SC_ZALLOC(ctx, 1, &session->compare));
+    if (shots)
+        SC_PASS(SC_ALLOC(ctx, count, &session->spans));
+    SC_PASS(SC_ZALLOC(ctx, count, &session->panels));
     session->panel_count = (int)count;
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_session_panels(sc_app *app, sc_session *session)
 {
     const sc_job *job = &session->job;
-    sc_status status;
 
-    SC_TRY(sc_comm_agree(app->comm, make_room(app->ctx, session)));
+    SC_PASS(sc_comm_agree(app->comm, make_room(app->ctx, session)));
     if (session->compare) {
         begin_subjects(session);
         return join_subjects(app, session);
@@ -242,8 +228,7 @@ sc_status sc_session_panels(sc_app *app, sc_session *session)
     if (sc_comm_rank(app->comm) == 0)
         sc_mixer_init(&session->mixer);
     sc_comm_broadcast(app->comm, &session->mixer, sizeof session->mixer);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Free what a panel owns. On this rank alone. */

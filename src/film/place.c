@@ -33,22 +33,19 @@ static sc_status find_middle(const sc_ctx *ctx, const sc_panel *subject, sc_vec3
     const sc_prepared *v = &subject->volume;
     const int first[3] = {0, 0, 0}, last[3] = {v->size[0] - 1, v->size[1] - 1, v->size[2] - 1};
     sc_box3 box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
-    void *hidden = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) bool *hidden = NULL;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)v->label_count, sizeof(bool), &hidden));
-    SC_TRY(sc_hidden_labels(ctx, v->labels, v->label_count, subject->job.rules,
-                            subject->job.rule_count, hidden));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)v->label_count, &hidden));
+    SC_PASS(sc_hidden_labels(ctx, v->labels, v->label_count, subject->job.rules,
+                             subject->job.rule_count, hidden));
     for (int id = 1; id < v->label_count; id++) {
-        if (!((const bool *)hidden)[id] && v->stats[id].voxels)
+        if (!hidden[id] && v->stats[id].voxels)
             hold(v, v->stats[id].low, v->stats[id].high, &box);
     }
     if (box.low.x > box.high.x)
         hold(v, first, last, &box);
     *out = sc_vec3_scale(sc_vec3_add(box.low, box.high), 0.5);
-out:
-    sc_free(hidden);
-    return status;
+    return SC_OK;
 }
 
 /* Move the view of a subject's volume. */
@@ -57,8 +54,6 @@ static sc_status move(const sc_ctx *ctx, sc_vec3 by_mm, sc_panel *subject, sc_jo
     sc_prepared *v = &subject->volume;
     sc_stored *stored = &v->stored;
     sc_vec3 *hull;
-    void *block;
-    sc_status status;
 
     if (sc_vec3_length(by_mm) == 0)
         return SC_OK;
@@ -68,10 +63,8 @@ static sc_status move(const sc_ctx *ctx, sc_vec3 by_mm, sc_panel *subject, sc_jo
     v->to_ras_mm.m[2][3] += by_mm.z;
     if (!stored->hull)
         return SC_OK;
-    status = sc_alloc(ctx, stored->hull_count, sizeof *hull, &block);
-    if (status != SC_OK)
-        return status;
-    joined->owned[6] = hull = block;
+    SC_PASS(SC_ALLOC(ctx, stored->hull_count, &hull));
+    joined->owned[6] = hull;
     for (size_t i = 0; i < stored->hull_count; i++)
         hull[i] = sc_vec3_add(stored->hull[i], by_mm);
     stored->hull = hull;
@@ -88,13 +81,11 @@ sc_status sc_align_subjects(sc_app *app, sc_panel *subjects, int count, sc_joine
         return SC_OK;
     for (int s = 0; s < count && first && status == SC_OK; s++)
         status = find_middle(app->ctx, &subjects[s], &middles[s]);
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     sc_comm_broadcast(app->comm, middles, sizeof middles);
     for (int s = 1; s < count && status == SC_OK; s++)
         status = move(app->ctx, sc_vec3_sub(middles[0], middles[s]), &subjects[s], &joined[s]);
-    status = sc_comm_agree(app->comm, status);
-out:
-    return status;
+    return sc_comm_agree(app->comm, status);
 }
 
 /* ---- in the picture ---- */

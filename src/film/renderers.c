@@ -195,15 +195,11 @@ sc_status sc_panel_renderers(const sc_app *app, sc_panel *panel)
     const int phases = panel->phases;
     uint64_t bytes = 0;
     bool alone = false;
-    void *block;
-    sc_status status;
 
-    SC_TRY(sc_comm_agree(app->comm,
-                         sc_zalloc(app->ctx, (size_t)phases, sizeof(sc_renderer *), &block)));
-    panel->renderers = block;
+    SC_PASS(sc_comm_agree(app->comm, SC_ZALLOC(app->ctx, (size_t)phases, &panel->renderers)));
     for (int i = 0; i < phases; i++) {
         sc_stage_turn(app->ctx, i + 1, phases);
-        SC_TRY(make_together(app, panel, i, &alone, &panel->renderers[i]));
+        SC_PASS(make_together(app, panel, i, &alone, &panel->renderers[i]));
         sc_panel_unload(panel, i);
     }
     sc_stage_turn(app->ctx, 0, 0);
@@ -212,6 +208,5 @@ sc_status sc_panel_renderers(const sc_app *app, sc_panel *panel)
     if (sc_comm_size(app->comm) > 1)
         tell_alone(app, bytes, alone);
     tell_kernel(app, panel);
-out:
-    return status;
+    return SC_OK;
 }

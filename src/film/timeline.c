@@ -22,7 +22,7 @@ static sc_status share_ways(sc_app *app, sc_panel *panel)
         return SC_OK;
     if (first)
         status = sc_alloc(app->ctx, ways * SC_WAY_POINTS, sizeof *panel->ways, &block);
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     ways = 0;
     for (int i = 0; i < t->animation.move_count; i++) {
         sc_move *move = &t->moves[i];
@@ -39,7 +39,6 @@ static sc_status share_ways(sc_app *app, sc_panel *panel)
     sc_free(panel->ways);
     panel->ways = block;
     t->ways = block;
-out:
     return status;
 }
 
@@ -51,17 +50,12 @@ static sc_status find_framed(const sc_app *app, const sc_panel *panel, const sc_
 {
     const sc_panel_group *group = &panel->group;
     size_t reached = 0, at = count;
-    void *block;
-    sc_status status;
 
     for (int i = 0; count && i < group->count; i++)
         reached += 8 * group->all[i].looks.shift_count;
     if (!reached)
         return SC_OK;
-    status = sc_alloc(app->ctx, count + reached, sizeof **out, &block);
-    if (status != SC_OK)
-        return status;
-    *out = block;
+    SC_PASS(SC_ALLOC(app->ctx, count + reached, out));
     memcpy(*out, points, count * sizeof **out);
     for (int i = 0; i < group->count; i++) {
         const sc_panel *one = &group->all[i];
@@ -117,16 +111,15 @@ sc_status sc_panel_timeline(sc_app *app, sc_panel *panel, const sc_vec3 *points,
 {
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_animation animation = panel->job.animation;
-    sc_moves moves = {0};
-    sc_vec3 *framed = NULL;
-    sc_status status;
+    SC_OWN(sc_moves_clear) sc_moves moves = {0};
+    SC_OWN(sc_free_at) sc_vec3 *framed = NULL;
 
     if (count == 0 && panel->volume.label_count > 1 && first)
         warn_of_nothing(app, panel);
-    SC_TRY(sc_comm_agree(app->comm, first ? sc_find_moves(app, panel, &moves) : SC_OK));
+    SC_PASS(sc_comm_agree(app->comm, first ? sc_find_moves(app, panel, &moves) : SC_OK));
     animation.moves = moves.moves;
     animation.move_count = moves.count;
-    SC_TRY(sc_comm_agree(
+    SC_PASS(sc_comm_agree(
         app->comm, first ? find_framed(app, panel, points, count, &animation, &framed) : SC_OK));
     if (first)
         sc_timeline_resolve(&animation, points, count, sc_space_aspect(&panel->job),
@@ -134,31 +127,24 @@ sc_status sc_panel_timeline(sc_app *app, sc_panel *panel, const sc_vec3 *points,
     /* Framing, too, is decided with floating point: see sc_panel_tissues. */
     sc_comm_broadcast(app->comm, &panel->timeline, sizeof panel->timeline);
     sc_panel_set_looks(panel);
-    SC_TRY(share_ways(app, panel));
+    SC_PASS(share_ways(app, panel));
     if (count > 0 && first)
         sc_warn_of_planes(app, panel);
-    status = sc_comm_agree(
+    return sc_comm_agree(
         app->comm, count > 0 && first
                        ? sc_warn_of_zoom(app, panel, sc_space_aspect(&panel->job), points, count)
                        : SC_OK);
-out:
-    sc_free(framed);
-    sc_moves_clear(&moves);
-    return status;
 }
 
 sc_status sc_panel_hull(const sc_app *app, const sc_panel *panel, sc_vec3 **out, size_t *count)
 {
     size_t points = 0, used = 0, part;
-    void *block;
-    sc_status status;
 
     for (int i = 0; i < panel->phases; i++) {
         (void)sc_renderer_hull(panel->renderers[i], &part);
         points += part;
     }
-    SC_TRY(sc_alloc(app->ctx, points + 1, sizeof **out, &block));
-    *out = block;
+    SC_PASS(SC_ALLOC(app->ctx, points + 1, out));
     for (int i = 0; i < panel->phases; i++) {
         const sc_vec3 *hull = sc_renderer_hull(panel->renderers[i], &part);
 
@@ -167,6 +153,5 @@ sc_status sc_panel_hull(const sc_app *app, const sc_panel *panel, sc_vec3 **out,
         used += part;
     }
     *count = used;
-out:
-    return status;
+    return SC_OK;
 }

@@ -9,13 +9,8 @@ sc_status sc_image_init_alpha(const sc_ctx *ctx, int width_px, int height_px, bo
                               sc_image *out)
 {
     sc_image image = {.width_px = width_px, .height_px = height_px, .alpha = alpha};
-    void *rgb;
-    sc_status status =
-        sc_alloc(ctx, (size_t)width_px * sc_pixel_bytes(alpha), (size_t)height_px, &rgb);
 
-    if (status != SC_OK)
-        return status;
-    image.rgb = rgb;
+    SC_PASS(sc_alloc(ctx, (size_t)width_px * sc_pixel_bytes(alpha), (size_t)height_px, &image.rgb));
     *out = image;
     return SC_OK;
 }

@@ -31,35 +31,25 @@ static void clear_plan(plan *p)
 static sc_status make_plan(const sc_recipe *s, bool nothing, plan *out)
 {
     const sc_ctx *ctx = s->app->ctx;
-    void *block;
-    sc_status status;
 
     *out = (plan){.count = volume_of(s)->label_count};
-    SC_TRY(sc_zalloc(ctx, (size_t)out->count, sizeof *out->into, &block));
-    out->into = block;
-    SC_TRY(sc_zalloc(ctx, (size_t)out->count, sizeof *out->names, &block));
-    out->names = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)out->count, &out->into));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)out->count, &out->names));
     for (int id = 0; id < out->count; id++)
         out->into[id] = nothing ? 0 : id;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Give it the labels of a plan. */
 static sc_status do_plan(const sc_recipe *s, const plan *p)
 {
-    sc_relabel relabel = {0};
-    sc_status status;
+    SC_OWN(sc_relabel_clear) sc_relabel relabel = {0};
 
-    SC_TRY(
+    SC_PASS(
         sc_relabel_make(s->app->ctx, volume_of(s)->labels, p->count, p->into, p->names, &relabel));
     if (s->volume)
-        status = sc_volume_relabel(s->app->ctx, s->volume, &relabel, s->app->threads);
-    else
-        status = sc_label_scan_relabel(s->app->ctx, s->scan, &relabel);
-out:
-    sc_relabel_clear(&relabel);
-    return status;
+        return sc_volume_relabel(s->app->ctx, s->volume, &relabel, s->app->threads);
+    return sc_label_scan_relabel(s->app->ctx, s->scan, &relabel);
 }
 
 /* Note in group[id] that the labels which row @p row of the job's tissues means become a part of
@@ -71,9 +61,8 @@ static sc_status group_labels(const sc_recipe *s, size_t row, size_t first, int 
     const sc_prepared view = {.label_count = v->label_count, .labels = v->labels};
     const sc_pattern pattern = sc_pattern_of(tissue->pattern);
     const sc_match best = sc_pattern_match(v->labels, v->label_count, &pattern);
-    sc_status status;
 
-    SC_TRY(sc_pattern_check(s->app->ctx, &view, tissue->pattern, tissue->where));
+    SC_PASS(sc_pattern_check(s->app->ctx, &view, tissue->pattern, tissue->where));
     for (int id = 1; id < v->label_count && best != SC_MATCH_NONE; id++) {
         if (sc_label_match(&v->labels[id], &pattern) != best)
             continue;
@@ -85,8 +74,7 @@ static sc_status group_labels(const sc_recipe *s, size_t row, size_t first, int 
                            tissue->into, all[group[id] - 1].into);
         group[id] = (int)first + 1;
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Plan what becomes of the labels of one group: the least of them stands for all. A name that
@@ -141,12 +129,9 @@ static sc_status check_kept_unmerged(const sc_recipe *s)
     const sc_volume *v = volume_of(s);
     const size_t rows = s->job->volume_tissue_count;
     int count = v->label_count;
-    void *block = NULL;
-    sc_label *labels;
-    sc_status status;
+    SC_OWN(sc_free_at) sc_label *labels = NULL;
 
-    SC_TRY(sc_zalloc(s->app->ctx, (size_t)count + rows, sizeof *labels, &block));
-    labels = block;
+    SC_PASS(SC_ZALLOC(s->app->ctx, (size_t)count + rows, &labels));
     memcpy(labels, v->labels, (size_t)count * sizeof *labels);
     for (size_t i = 0; i < rows && s->job->volume_tissues[i].into[0]; i++) {
         sc_label *made = &labels[count++];
@@ -154,10 +139,7 @@ static sc_status check_kept_unmerged(const sc_recipe *s)
         made->value = INT64_MIN; /* the number of none */
         snprintf(made->name, sizeof made->name, "%s", s->job->volume_tissues[i].into);
     }
-    status = check_kept(s, labels, count);
-out:
-    sc_free(block);
-    return status;
+    return check_kept(s, labels, count);
 }
 
 /* Do what volume.merge says; those tissues stand first in the job. @return the first mistake; all
@@ -167,16 +149,16 @@ static sc_status merge_tissues(const sc_recipe *s)
     const sc_volume_tissue *all = s->job->volume_tissues;
     const size_t count = s->job->volume_tissue_count;
     size_t first = 0;
-    sc_status status;
-    void *group = NULL;
-    plan p;
+    sc_status status = SC_OK;
+    SC_OWN(sc_free_at) int *group = NULL;
+    SC_OWN(clear_plan) plan p = {0};
 
-    SC_TRY(make_plan(s, false, &p));
-    SC_TRY(sc_zalloc(s->app->ctx, (size_t)p.count, sizeof(int), &group));
+    SC_PASS(make_plan(s, false, &p));
+    SC_PASS(SC_ZALLOC(s->app->ctx, (size_t)p.count, &group));
     for (size_t row = 0; row < count && all[row].into[0]; row++) {
         first = strcmp(all[row].into, all[first].into) != 0 ? row : first;
         if (!sc_goes_on(&status, group_labels(s, row, first, group)))
-            goto out;
+            return status;
     }
     for (size_t row = 0; row < count && all[row].into[0]; row++) {
         if (row == 0 || strcmp(all[row].into, all[row - 1].into) != 0)
@@ -184,12 +166,8 @@ static sc_status merge_tissues(const sc_recipe *s)
     }
     if (status != SC_OK && s->job->has_keep)
         (void)sc_goes_on(&status, check_kept_unmerged(s));
-    SC_TRY(status);
-    status = do_plan(s, &p);
-out:
-    sc_free(group);
-    clear_plan(&p);
-    return status;
+    SC_PASS(status);
+    return do_plan(s, &p);
 }
 
 /* Do what volume.keep says. @return the first mistake; all are logged. */
@@ -197,12 +175,11 @@ static sc_status keep_tissues(const sc_recipe *s)
 {
     const sc_volume_tissue *all = s->job->volume_tissues;
     const sc_label *labels = volume_of(s)->labels;
-    sc_status status;
     int kept = 0;
-    plan p;
+    SC_OWN(clear_plan) plan p = {0};
 
-    SC_TRY(make_plan(s, true, &p));
-    SC_TRY(check_kept(s, labels, p.count));
+    SC_PASS(make_plan(s, true, &p));
+    SC_PASS(check_kept(s, labels, p.count));
     for (size_t i = 0; i < s->job->volume_tissue_count; i++) {
         const sc_pattern pattern = sc_pattern_of(all[i].pattern);
         const sc_match best = sc_pattern_match(labels, p.count, &pattern);
@@ -218,10 +195,7 @@ static sc_status keep_tissues(const sc_recipe *s)
         kept += p.into[id] == id;
     if (s->tell)
         sc_info(s->app->ctx, "volume.keep: %d of %d tissues are kept", kept, p.count - 1);
-    status = do_plan(s, &p);
-out:
-    clear_plan(&p);
-    return status;
+    return do_plan(s, &p);
 }
 
 /* ---- what is lost ---- */
@@ -232,10 +206,8 @@ static sc_status find_present(const sc_recipe *s, void **out)
     const sc_volume *v = volume_of(s);
     const size_t voxels = s->volume ? sc_volume_voxels(v) : 0;
     bool *present;
-    const sc_status status = sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof *present, out);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof *present, out));
     present = *out;
     for (size_t i = 0; i < voxels; i++)
         present[v->label_bytes == 1 ? ((const uint8_t *)v->ids)[i]
@@ -251,23 +223,19 @@ static sc_status tell_lost(const sc_recipe *s, const bool *before, const char *k
                            const char *advice)
 {
     const sc_volume *v = volume_of(s);
-    sc_text names = {0};
+    SC_OWN(sc_text_clear) sc_text names = {0};
     int lost = 0;
-    void *after = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) void *after = NULL;
 
-    SC_TRY(find_present(s, &after));
+    SC_PASS(find_present(s, &after));
     for (int id = 1; id < v->label_count; id++) {
         if (before[id] && !((const bool *)after)[id])
-            SC_TRY(sc_label_list_add(s->app->ctx, &names, (size_t)lost++, &v->labels[id]));
+            SC_PASS(sc_label_list_add(s->app->ctx, &names, (size_t)lost++, &v->labels[id]));
     }
     if (lost)
         sc_warn(s->app->ctx, "%s: no voxel is left of %d tissue%s: %s; %s", key, lost,
                 lost == 1 ? "" : "s", names.data, advice);
-out:
-    sc_text_clear(&names);
-    sc_free(after);
-    return status;
+    return SC_OK;
 }
 
 /* ---- crop ---- */
@@ -278,21 +246,18 @@ static sc_status find_shown(const sc_recipe *s, bool *shown)
 {
     const sc_volume *v = volume_of(s);
     const sc_job *job = s->job;
-    void *hidden = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) bool *hidden = NULL;
 
-    SC_TRY(sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof(bool), &hidden));
+    SC_PASS(SC_ZALLOC(s->app->ctx, (size_t)v->label_count, &hidden));
     for (size_t i = 0; i == 0 || i < job->shot_count; i++) {
         const sc_job *one = job->shot_count ? &job->shots[i].job : job;
 
-        SC_TRY(sc_hidden_labels(s->app->ctx, v->labels, v->label_count, one->rules, one->rule_count,
-                                hidden));
+        SC_PASS(sc_hidden_labels(s->app->ctx, v->labels, v->label_count, one->rules,
+                                 one->rule_count, hidden));
         for (int id = 1; id < v->label_count; id++)
-            shown[id] = shown[id] || !((const bool *)hidden)[id];
+            shown[id] = shown[id] || !hidden[id];
     }
-out:
-    sc_free(hidden);
-    return status;
+    return SC_OK;
 }
 
 /* Beyond the border of a volume a tissue goes on, for the filters of its surface: one that only
@@ -309,13 +274,10 @@ static sc_status box_of_visible(const sc_recipe *s, sc_voxel_box *out, bool *emp
 {
     const sc_volume *v = volume_of(s);
     sc_voxel_box box = {{v->size[0], v->size[1], v->size[2]}, {-1, -1, -1}};
-    bool *shown;
-    void *block;
-    sc_status status;
+    SC_OWN(sc_free_at) bool *shown = NULL;
 
-    SC_TRY(sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof *shown, &block));
-    shown = block;
-    SC_TRY(find_shown(s, shown));
+    SC_PASS(SC_ZALLOC(s->app->ctx, (size_t)v->label_count, &shown));
+    SC_PASS(find_shown(s, shown));
     if (s->volume)
         box = sc_volume_box(v, shown);
     for (int id = 1; id < v->label_count && s->scan; id++) {
@@ -342,9 +304,7 @@ static sc_status box_of_visible(const sc_recipe *s, sc_voxel_box *out, bool *emp
         }
     }
     *out = box;
-out:
-    sc_free(block);
-    return status;
+    return SC_OK;
 }
 
 /* Refuse a box of volume.crop in which the volume has no voxel. */
@@ -367,13 +327,12 @@ static sc_status crop_volume(const sc_recipe *s)
     const int before[3] = {v->size[0], v->size[1], v->size[2]};
     bool empty = false;
     sc_voxel_box box;
-    void *present = NULL;
-    sc_status status = SC_OK;
+    SC_OWN(sc_free_at) void *present = NULL;
 
     if (s->job->crop.kind == SC_CROP_BOX)
         box = sc_voxels_between(v->size, &v->to_ras_mm, s->job->crop.corners);
     else
-        SC_TRY(box_of_visible(s, &box, &empty));
+        SC_PASS(box_of_visible(s, &box, &empty));
     if (empty)
         return SC_OK; /* nothing is shown: that is told elsewhere */
     for (int axis = 0; axis < 3; axis++) {
@@ -381,7 +340,7 @@ static sc_status crop_volume(const sc_recipe *s)
             return fail_outside(s);
     }
     if (s->tell)
-        SC_TRY(find_present(s, &present));
+        SC_PASS(find_present(s, &present));
     if (s->volume)
         sc_volume_crop(s->volume, &box);
     else
@@ -390,10 +349,8 @@ static sc_status crop_volume(const sc_recipe *s)
         sc_info(s->app->ctx, "volume.crop: %d x %d x %d of %d x %d x %d voxels are drawn",
                 v->size[0], v->size[1], v->size[2], before[0], before[1], before[2]);
     if (s->tell && s->job->crop.kind == SC_CROP_BOX)
-        SC_TRY(tell_lost(s, present, "volume.crop", "a larger box keeps more"));
-out:
-    sc_free(present);
-    return status;
+        SC_PASS(tell_lost(s, present, "volume.crop", "a larger box keeps more"));
+    return SC_OK;
 }
 
 /* ---- resample ---- */
@@ -440,22 +397,19 @@ static bool may_vanish(const sc_label_tally *tally, const double scale[3])
 static sc_status tell_small(const sc_recipe *s, const double scale[3])
 {
     const sc_volume *v = volume_of(s);
-    sc_text names = {0};
+    SC_OWN(sc_text_clear) sc_text names = {0};
     int small = 0;
-    sc_status status = SC_OK;
 
     for (int id = 1; id < v->label_count && s->scan->tallies; id++) {
         if (may_vanish(&s->scan->tallies[id], scale))
-            SC_TRY(sc_label_list_add(s->app->ctx, &names, (size_t)small++, &v->labels[id]));
+            SC_PASS(sc_label_list_add(s->app->ctx, &names, (size_t)small++, &v->labels[id]));
     }
     if (small)
         sc_warn(s->app->ctx,
                 "volume.resample: no voxel may be left of %d tissue%s, smaller than one of the new "
                 "voxels or thinner than half of one: %s; a smaller spacing keeps more",
                 small, small == 1 ? "" : "s", names.data);
-out:
-    sc_text_clear(&names);
-    return status;
+    return SC_OK;
 }
 
 /* Do what volume.resample says. */
@@ -465,17 +419,16 @@ static sc_status resample_volume(const sc_recipe *s)
     sc_volume *v = volume_of(s);
     const sc_volume before = *v;
     const double old_bytes = (double)sc_volume_voxels(v) * v->label_bytes;
-    void *present = NULL;
+    SC_OWN(sc_free_at) void *present = NULL;
     sc_affine to_ras_mm;
     double old_mm[3], scale[3];
     int size[3];
-    sc_status status;
 
     for (int i = 0; i < 3; i++)
         old_mm[i] = sc_vec3_length(sc_affine_column(&v->to_ras_mm, i));
     sc_resample_votes_grid(v, mm, size, &to_ras_mm);
-    SC_TRY(sc_volume_memory_check(s->app->ctx, s->job->volume, size, old_bytes));
-    SC_TRY(sc_geometry_check(s->app->ctx, s->job->volume, size, &to_ras_mm));
+    SC_PASS(sc_volume_memory_check(s->app->ctx, s->job->volume, size, old_bytes));
+    SC_PASS(sc_geometry_check(s->app->ctx, s->job->volume, size, &to_ras_mm));
     if (s->tell)
         sc_info(s->app->ctx,
                 "volume.resample: from %d x %d x %d voxels of %.4g x %.4g x %.4g mm to %d x %d x "
@@ -485,18 +438,17 @@ static sc_status resample_volume(const sc_recipe *s)
     if (s->scan) {
         for (int i = 0; i < 3; i++)
             scale[i] = (double)size[i] / before.size[i];
-        status = s->tell ? tell_small(s, scale) : SC_OK;
+        if (s->tell)
+            SC_PASS(tell_small(s, scale));
         scale_scan(s->scan, size, &to_ras_mm);
-        return status;
+        return SC_OK;
     }
-    SC_TRY(find_present(s, &present));
-    SC_TRY(sc_resample_votes(s->app->ctx, v, mm, s->app->threads));
+    SC_PASS(find_present(s, &present));
+    SC_PASS(sc_resample_votes(s->app->ctx, v, mm, s->app->threads));
     if (s->tell)
-        SC_TRY(tell_lost(s, present, "volume.resample",
-                         "they are thin or small: a smaller spacing keeps more"));
-out:
-    sc_free(present);
-    return status;
+        SC_PASS(tell_lost(s, present, "volume.resample",
+                          "they are thin or small: a smaller spacing keeps more"));
+    return SC_OK;
 }
 
 /* ---- all of it ---- */
@@ -534,32 +486,30 @@ static sc_status leave_out(void *user, const sc_label_table *table, bool numbere
     const sc_recipe *wanted = user;
     sc_ctx silent = sc_quiet(wanted->app->ctx);
     sc_app quieter = *wanted->app;
+    SC_OWN(sc_volume_clear)
     sc_volume each = {.size = {0, 1, 1}, .label_bytes = 2, .label_count = 1, .numbered = numbered};
     sc_recipe r = {.app = &quieter, .job = wanted->job, .volume = &each};
-    void *ids = NULL, *labels = NULL;
+    SC_OWN(sc_free_at) int *ids = NULL;
     sc_status status;
 
     quieter.ctx = &silent;
     quieter.label_source = NULL;
-    SC_TRY(sc_zalloc(&silent, 1, sizeof *each.labels, &labels));
-    each.labels = labels;
+    SC_TRY(SC_ZALLOC(&silent, 1, &each.labels));
     SC_TRY(sc_volume_add_labels(&silent, &each, table));
     each.size[0] = each.label_count;
     SC_TRY(sc_alloc(&silent, (size_t)each.label_count, sizeof(uint16_t), &each.ids));
-    SC_TRY(sc_alloc(&silent, table->count + 1, sizeof(int), &ids));
+    SC_TRY(SC_ALLOC(&silent, table->count + 1, &ids));
     for (int id = 0; id < each.label_count; id++)
         ((uint16_t *)each.ids)[id] = (uint16_t)id;
     for (size_t i = 0; i < table->count; i++)
-        ((int *)ids)[i] = id_of(&each, table->rows[i].value);
+        ids[i] = id_of(&each, table->rows[i].value);
     SC_TRY(sc_name_labels(&r));
     if (r.job->has_merge)
         SC_TRY(merge_tissues(&r));
     SC_TRY(keep_tissues(&r));
     for (size_t i = 0; i < table->count; i++)
-        left_out[i] = ((const uint16_t *)each.ids)[((const int *)ids)[i]] == 0;
+        left_out[i] = ((const uint16_t *)each.ids)[ids[i]] == 0;
 out:
-    sc_volume_clear(&each);
-    sc_free(ids);
     return sc_is_of_input(status) ? SC_OK : status; /* mistakes are told when the volume is read */
 }
 
@@ -604,16 +554,14 @@ sc_status sc_edit_volume(sc_recipe *r)
 {
     const sc_job *job = r->job;
     const bool knows_voxels = r->volume || r->scan->tallies;
-    sc_status status = SC_OK;
 
     if (job->has_merge)
-        SC_TRY(merge_tissues(r));
+        SC_PASS(merge_tissues(r));
     if (job->has_keep)
-        SC_TRY(keep_tissues(r));
+        SC_PASS(keep_tissues(r));
     if (job->crop.kind == SC_CROP_BOX || (job->crop.kind == SC_CROP_VISIBLE && knows_voxels))
-        SC_TRY(crop_volume(r));
+        SC_PASS(crop_volume(r));
     if (job->has_resample)
-        status = resample_volume(r);
-out:
-    return status;
+        return resample_volume(r);
+    return SC_OK;
 }

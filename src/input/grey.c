@@ -32,21 +32,19 @@ static sc_status read_header(const sc_app *app, const sc_job *job, sc_grey *out)
     const char *path = job->image.path;
     sc_input_place place;
     const sc_ctx ctx = sc_ctx_of_input(app->ctx, job->image_where, path, &place);
-    sc_status status;
 
     if (!sc_job_is_phantom(path))
         return sc_grey_read_header(&ctx, path, out);
     *out = (sc_grey){0};
-    SC_TRY(sc_phantom_size(app->ctx, "image.path", path, out->size));
+    SC_PASS(sc_phantom_size(app->ctx, "image.path", path, out->size));
     for (int i = 0; i < 3; i++) {
         if (out->size[i] < 2 || out->size[i] > 4096)
             return sc_fail(app->ctx, SC_ERR_USAGE,
                            "image.path is \"%s\", expected 2 to 4096 voxels along each axis", path);
     }
-    SC_TRY(sc_volume_memory_check(app->ctx, path, out->size, 0));
+    SC_PASS(sc_volume_memory_check(app->ctx, path, out->size, 0));
     out->to_ras_mm = sc_phantom_geometry(out->size);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Move an image as a comparison has moved the volume to which it belongs. */
@@ -61,13 +59,9 @@ static void move(sc_vec3 by_mm, sc_grey *grey)
 static sc_status place_header(const sc_app *app, const sc_job *job, const sc_prepared *volume,
                               sc_vec3 moved_mm, sc_grey *out)
 {
-    sc_status status;
-
-    SC_TRY(read_header(app, job, out));
+    SC_PASS(read_header(app, job, out));
     move(moved_mm, out);
-    status = check_place(app->ctx, job->image.path, out, volume);
-out:
-    return status;
+    return check_place(app->ctx, job->image.path, out, volume);
 }
 
 /* The windows of all frames of a job, which are not found in the image. @param all from the darkest
@@ -94,18 +88,14 @@ static sc_status read_voxels(const sc_app *app, const sc_job *job, sc_grey *grey
     const sc_grey_options *image = &job->image;
     sc_input_place place;
     const sc_ctx ctx = sc_ctx_of_input(app->ctx, job->image_where, image->path, &place);
-    sc_phantom *phantom = NULL;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
     sc_grey_window all;
-    sc_status status;
 
     (void)windows_of(image, &all);
     if (!sc_job_is_phantom(image->path))
         return sc_grey_read(&ctx, image->path, image->window_auto ? NULL : &all, grey);
-    SC_TRY(sc_phantom_new(app->ctx, &phantom));
-    status = sc_phantom_grey(app->ctx, phantom, app->threads, grey);
-out:
-    sc_phantom_free(phantom);
-    return status;
+    SC_PASS(sc_phantom_new(app->ctx, &phantom));
+    return sc_phantom_grey(app->ctx, phantom, app->threads, grey);
 }
 
 sc_status sc_grey_check(const sc_app *app, const sc_job *job, const sc_prepared *volume,
@@ -151,11 +141,10 @@ static sc_status read_codes(const sc_app *app, const sc_job *job, const sc_prepa
     sc_grey_window found_window, all;
     char black[32], white[32], size[24];
     bool found;
-    sc_status status;
 
-    SC_TRY(read_voxels(app, job, grey));
+    SC_PASS(read_voxels(app, job, grey));
     grey->to_ras_mm = place;
-    SC_TRY(sc_grey_auto_window(app->ctx, grey, &labels, &found_window, &found));
+    SC_PASS(sc_grey_auto_window(app->ctx, grey, &labels, &found_window, &found));
     out->window = windows_of(image, &all);
     if (image->window_auto)
         out->window = all = found_window;
@@ -166,8 +155,7 @@ static sc_status read_codes(const sc_app *app, const sc_job *job, const sc_prepa
     sc_info(app->ctx, "%s: %d x %d x %d grey values (%s), shown from %s (black) to %s (white)",
             image->path, grey->size[0], grey->size[1], grey->size[2],
             sc_size_text((double)sc_grey_bytes(grey), size), black, white);
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_grey_load(sc_app *app, const sc_job *job, const sc_prepared *volume,
@@ -183,21 +171,20 @@ sc_status sc_grey_load(sc_app *app, const sc_job *job, const sc_prepared *volume
         return SC_OK;
     if (first)
         status = place_header(app, job, volume, out->moved_mm, grey);
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     sc_comm_broadcast(app->comm, grey, sizeof *grey);
-    SC_TRY(sc_shared_alloc(app->ctx, app->comm, sc_grey_bytes(grey), sc_temporary_folder(),
-                           &out->codes));
+    SC_PASS(sc_shared_alloc(app->ctx, app->comm, sc_grey_bytes(grey), sc_temporary_folder(),
+                            &out->codes));
     codes = sc_shared_data(out->codes);
     grey->codes = codes;
-    SC_TRY(sc_comm_agree(app->comm, first ? read_codes(app, job, volume, out) : SC_OK));
+    SC_PASS(sc_comm_agree(app->comm, first ? read_codes(app, job, volume, out) : SC_OK));
     sc_shared_publish(app->comm, out->codes);
     sc_comm_broadcast(app->comm, grey, sizeof *grey);
     grey->codes = codes; /* rank 0's address means nothing here */
     sc_comm_broadcast(app->comm, &out->window, sizeof out->window);
     sc_comm_broadcast(app->comm, &out->hash, sizeof out->hash);
     sc_add_time(app, times, first ? SC_PHASE_READ : SC_PHASE_IDLE, wall_s, cpu_s);
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_grey_borrow(sc_app *app, const sc_job *job, const sc_prepared *volume,

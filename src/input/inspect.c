@@ -10,12 +10,9 @@ static sc_status fill(const sc_app *app, sc_label_scan *scan, sc_input *input)
 {
     const size_t count = (size_t)scan->volume.label_count;
     sc_label_stats *stats;
-    void *block;
-    sc_status status = sc_zalloc(app->ctx, count, sizeof *stats, &block);
 
-    if (status != SC_OK)
-        return status;
-    input->stats = stats = block;
+    SC_PASS(SC_ZALLOC(app->ctx, count, &stats));
+    input->stats = stats;
     for (size_t i = 0; i < count; i++) {
         const sc_label_tally nothing = {0, {0, 0, 0}, {-1, -1, -1}};
         const sc_label_tally *tally = scan->tallies ? &scan->tallies[i] : &nothing;
@@ -37,15 +34,11 @@ static sc_status fill(const sc_app *app, sc_label_scan *scan, sc_input *input)
 
 sc_status sc_input_inspect(sc_app *app, sc_job *job, bool header_only, sc_input *input)
 {
-    sc_label_scan scan = {0};
+    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
     bool usable;
-    sc_status status;
 
     if (sc_is_prepared_file(job->volume))
         return sc_input_map(app, job, input, &usable);
-    SC_TRY(sc_scan_labels(app, job, input, header_only, &scan));
-    status = fill(app, &scan, input);
-out:
-    sc_label_scan_clear(&scan);
-    return status;
+    SC_PASS(sc_scan_labels(app, job, input, header_only, &scan));
+    return fill(app, &scan, input);
 }

@@ -84,20 +84,17 @@ sc_status sc_kept_path(const sc_ctx *ctx, const sc_edited *edited, char **out)
     const sc_volume *v = &edited->volume;
     const size_t bytes = sc_volume_voxels(v) * (size_t)v->label_bytes;
     const uint64_t hash = hash_of_settings(edited);
-    char name[HASH_DIGITS + sizeof ENDING], *directory = NULL;
-    sc_status status;
+    char name[HASH_DIGITS + sizeof ENDING];
+    SC_OWN(sc_free_at) char *directory = NULL;
 
     *out = NULL;
-    SC_TRY(sc_kept_directory(ctx, &directory));
+    SC_PASS(sc_kept_directory(ctx, &directory));
     if (!directory)
         return SC_OK;
     snprintf(name, sizeof name, "%016llx%016llx" ENDING,
              (unsigned long long)add(hash, v->ids, bytes),
              (unsigned long long)add(~hash, v->ids, bytes));
-    status = sc_path_join(ctx, directory, name, out);
-out:
-    sc_free(directory);
-    return status;
+    return sc_path_join(ctx, directory, name, out);
 }
 
 /* ---- finding ---- */
@@ -205,7 +202,6 @@ static sc_status list_kept(const sc_ctx *ctx, DIR *stream, kept_file **out, size
 {
     const struct dirent *entry;
     size_t room = 0;
-    sc_status status = SC_OK;
 
     *count = 0;
     *out = NULL;
@@ -214,22 +210,12 @@ static sc_status list_kept(const sc_ctx *ctx, DIR *stream, kept_file **out, size
 
         if (!is_kept(dirfd(stream), entry->d_name, &file))
             continue;
-        if (*count == room) {
-            void *block;
-
-            room = room ? 2 * room : 64;
-            SC_TRY(sc_alloc(ctx, room, sizeof file, &block));
-            if (*count)
-                memcpy(block, *out, *count * sizeof file);
-            sc_free(*out);
-            *out = block;
-        }
+        SC_PASS(SC_GROW(ctx, *count, &room, out));
         (*out)[(*count)++] = file;
     }
     if (*count)
         qsort(*out, *count, sizeof **out, by_use);
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_kept_trim(const sc_ctx *ctx, const char *directory, uint64_t most_bytes, int *files,

@@ -19,25 +19,22 @@ static bool has_names(const sc_volume *volume)
 sc_status sc_read_label_table(const sc_app *app, const char *path, sc_table_format format,
                               const sc_volume *volume, sc_label_table *out)
 {
-    sc_label_scan scan = {0};
-    sc_status status;
+    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
 
     if (!sc_input_is_volume(path))
         return sc_label_table_read(app->ctx, path, format, out);
-    SC_TRY(sc_volume_read_header_by(app->ctx, path, &(sc_read_choice){.phase = 1}, &scan));
+    SC_PASS(sc_volume_read_header_by(app->ctx, path, &(sc_read_choice){.phase = 1}, &scan));
     for (int id = 1; id < scan.volume.label_count; id++)
-        SC_TRY(sc_label_table_add(app->ctx, out, &scan.volume.labels[id]));
+        SC_PASS(sc_label_table_add(app->ctx, out, &scan.volume.labels[id]));
     if (out->count == 0)
-        status = sc_fail(app->ctx, SC_ERR_DATA,
-                         "%s: has no label table in its header; give a label table instead", path);
-    else if (scan.volume.numbered && volume && !volume->numbered)
-        status = sc_fail(app->ctx, SC_ERR_DATA,
-                         "%s: names its tissues without numbers, so that it is not known which "
-                         "labels of another volume they are; give a label table instead",
-                         path);
-out:
-    sc_label_scan_clear(&scan);
-    return status;
+        return sc_fail(app->ctx, SC_ERR_DATA,
+                       "%s: has no label table in its header; give a label table instead", path);
+    if (scan.volume.numbered && volume && !volume->numbered)
+        return sc_fail(app->ctx, SC_ERR_DATA,
+                       "%s: names its tissues without numbers, so that it is not known which "
+                       "labels of another volume they are; give a label table instead",
+                       path);
+    return SC_OK;
 }
 
 /* Read the label table of the job, if it names one, or else, if @p volume has no names, that of
@@ -47,7 +44,6 @@ static sc_status read_labels_of(const sc_app *app, const sc_job *job, const sc_v
 {
     const bool named = job->labels[0];
 
-    *out = (sc_label_source){0};
     if (named)
         snprintf(out->path, sizeof out->path, "%s", job->labels);
     else if (!has_names(volume))
@@ -110,18 +106,15 @@ static sc_status relabel_volume(const sc_app *app, sc_relabel *relabel, sc_volum
 static sc_status renumber(const sc_app *app, const sc_label_source *source, int *label_of,
                           sc_volume *volume, sc_label_scan *scan)
 {
-    sc_relabel relabel = {0};
-    sc_status status;
+    SC_OWN(sc_relabel_clear) sc_relabel relabel = {0};
 
-    SC_TRY(sc_relabel_by_table(app->ctx, volume->labels, volume->label_count, &source->table,
-                               label_of, &relabel));
-    SC_TRY(relabel_volume(app, &relabel, volume, scan));
+    SC_PASS(sc_relabel_by_table(app->ctx, volume->labels, volume->label_count, &source->table,
+                                label_of, &relabel));
+    SC_PASS(relabel_volume(app, &relabel, volume, scan));
     for (size_t i = 0; i < source->table.count; i++)
         label_of[i] = relabel.to[label_of[i]];
     volume->numbered = false;
-out:
-    sc_relabel_clear(&relabel);
-    return status;
+    return SC_OK;
 }
 
 /* Tell how many rows name tissues, and which tissues have no row. @param label_of of
@@ -129,28 +122,22 @@ out:
 static sc_status tell_match(const sc_app *app, const sc_job *job, const sc_label_source *source,
                             const sc_volume *volume, const int *label_of, size_t found)
 {
-    sc_text names = {0};
+    SC_OWN(sc_text_clear) sc_text names = {0};
     size_t without = 0;
-    void *block = NULL;
-    bool *has_row;
-    sc_status status;
+    SC_OWN(sc_free_at) bool *has_row = NULL;
 
-    SC_TRY(sc_zalloc(app->ctx, (size_t)volume->label_count, sizeof *has_row, &block));
-    has_row = block;
+    SC_PASS(SC_ZALLOC(app->ctx, (size_t)volume->label_count, &has_row));
     for (size_t i = 0; i < source->table.count; i++)
         has_row[label_of[i]] = true;
     for (int id = 1; id < volume->label_count; id++) {
         if (!has_row[id])
-            SC_TRY(sc_label_list_add(app->ctx, &names, without++, &volume->labels[id]));
+            SC_PASS(sc_label_list_add(app->ctx, &names, without++, &volume->labels[id]));
     }
     sc_info(app->ctx, "%s: %zu of its %zu rows have the names of tissues of %s%s%s%s", source->path,
             found, source->table.count, job->volume,
             volume->numbered ? "" : ", whose labels get their numbers",
             without ? "; it has no row for " : "", without ? names.data : "");
-out:
-    sc_text_clear(&names);
-    sc_free(block);
-    return status;
+    return SC_OK;
 }
 
 /* Bring a table and the labels of a volume that has no numbers of its own (sc_volume.numbered)
@@ -160,27 +147,24 @@ static sc_status match_labels(const sc_recipe *r, sc_label_source *source, sc_vo
 {
     const sc_app *app = r->app;
     const size_t rows = source->table.count;
-    void *label_of = NULL;
+    SC_OWN(sc_free_at) void *label_of = NULL;
     size_t found;
-    sc_status status;
 
     if (!volume->numbered || rows == 0 || volume->label_count == 1)
         return SC_OK;
-    SC_TRY(sc_alloc(app->ctx, rows, sizeof(int), &label_of));
-    SC_TRY(sc_label_table_match(app->ctx, volume->labels, volume->label_count, &source->table,
-                                label_of, &found));
+    SC_PASS(sc_alloc(app->ctx, rows, sizeof(int), &label_of));
+    SC_PASS(sc_label_table_match(app->ctx, volume->labels, volume->label_count, &source->table,
+                                 label_of, &found));
     if (found == 0) {
         warn_of_numbers(app, r->job, source, volume);
-        goto out;
+        return SC_OK;
     }
     if (!r->is_fixed)
-        SC_TRY(renumber(app, source, label_of, volume, r->scan));
-    SC_TRY(tell_match(app, r->job, source, volume, label_of, found));
+        SC_PASS(renumber(app, source, label_of, volume, r->scan));
+    SC_PASS(tell_match(app, r->job, source, volume, label_of, found));
     if (volume->numbered)
         sc_label_table_number(volume->labels, label_of, &source->table);
-out:
-    sc_free(label_of);
-    return status;
+    return SC_OK;
 }
 
 /* ---- tissues without voxels ---- */
@@ -239,45 +223,37 @@ static void search_pattern(void *user, const char *text)
 static sc_status find_absent(const sc_app *app, const sc_job *job, const sc_label_source *source,
                              const sc_volume *volume, sc_label_table *out)
 {
-    sc_volume catalog = {.label_count = 1};
+    SC_OWN(sc_volume_clear) sc_volume catalog = {.label_count = 1};
     search s = {.job = job, .volume = volume, .catalog = &catalog};
-    void *labels, *named = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) bool *named = NULL;
 
-    SC_TRY(sc_zalloc(app->ctx, 1, sizeof(sc_label), &labels));
-    catalog.labels = labels;
-    SC_TRY(sc_volume_add_labels(app->ctx, &catalog, &volume->outside));
-    SC_TRY(sc_volume_add_labels(app->ctx, &catalog, &volume->absent));
-    SC_TRY(sc_volume_add_labels(app->ctx, &catalog, &source->table));
-    SC_TRY(sc_zalloc(app->ctx, (size_t)catalog.label_count, sizeof *s.named, &named));
+    SC_PASS(SC_ZALLOC(app->ctx, 1, &catalog.labels));
+    SC_PASS(sc_volume_add_labels(app->ctx, &catalog, &volume->outside));
+    SC_PASS(sc_volume_add_labels(app->ctx, &catalog, &volume->absent));
+    SC_PASS(sc_volume_add_labels(app->ctx, &catalog, &source->table));
+    SC_PASS(SC_ZALLOC(app->ctx, (size_t)catalog.label_count, &named));
     s.named = named;
     each_pattern(job, search_pattern, &s);
     for (size_t i = 0; i < job->shot_count; i++)
         each_pattern(&job->shots[i].job, search_pattern, &s);
     for (int id = 1; id < catalog.label_count; id++) {
         if (s.named[id] && !sc_volume_label(volume, catalog.labels[id].value))
-            SC_TRY(sc_label_table_add(app->ctx, out, &catalog.labels[id]));
+            SC_PASS(sc_label_table_add(app->ctx, out, &catalog.labels[id]));
     }
-out:
-    sc_free(named);
-    sc_volume_clear(&catalog);
-    return status;
+    return SC_OK;
 }
 
 /* Warn of tissues that the job names and of which there is nothing to see. */
 static sc_status warn_of_absent(const sc_app *app, const sc_job *job, const sc_label_table *absent)
 {
-    sc_text names = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_text_clear) sc_text names = {0};
 
     for (size_t i = 0; i < absent->count; i++)
-        SC_TRY(sc_label_list_add(app->ctx, &names, i, &absent->rows[i]));
+        SC_PASS(sc_label_list_add(app->ctx, &names, i, &absent->rows[i]));
     if (absent->count)
         sc_warn(app->ctx, "%s: has no voxels of %zu tissue%s that the job names: %s", job->volume,
                 absent->count, absent->count == 1 ? "" : "s", names.data);
-out:
-    sc_text_clear(&names);
-    return status;
+    return SC_OK;
 }
 
 /* Warn of tissues that lie outside of the box of the volume that was read. @param source whose
@@ -285,25 +261,19 @@ out:
 static sc_status warn_of_outside(const sc_app *app, const sc_job *job,
                                  const sc_label_source *source, const sc_volume *volume)
 {
-    sc_volume catalog = {.label_count = 1};
-    void *labels;
-    sc_text names = {0};
-    sc_status status;
+    SC_OWN(sc_volume_clear) sc_volume catalog = {.label_count = 1};
+    SC_OWN(sc_text_clear) sc_text names = {0};
 
-    SC_TRY(sc_zalloc(app->ctx, 1, sizeof(sc_label), &labels));
-    catalog.labels = labels;
-    SC_TRY(sc_volume_add_labels(app->ctx, &catalog, &volume->outside));
+    SC_PASS(SC_ZALLOC(app->ctx, 1, &catalog.labels));
+    SC_PASS(sc_volume_add_labels(app->ctx, &catalog, &volume->outside));
     sc_volume_apply_table(&catalog, &volume->absent);
     sc_volume_apply_table(&catalog, &source->table);
     for (int id = 1; id < catalog.label_count; id++)
-        SC_TRY(sc_label_list_add(app->ctx, &names, (size_t)id - 1, &catalog.labels[id]));
+        SC_PASS(sc_label_list_add(app->ctx, &names, (size_t)id - 1, &catalog.labels[id]));
     if (catalog.label_count > 1)
         sc_warn(app->ctx, "%s: the box leaves nothing of %d tissue%s: %s", job->volume,
                 catalog.label_count - 1, catalog.label_count == 2 ? "" : "s", names.data);
-out:
-    sc_text_clear(&names);
-    sc_volume_clear(&catalog);
-    return status;
+    return SC_OK;
 }
 
 /* Tell which tissues with a name a box of a volume in chunks has none of. Whether they are
@@ -313,53 +283,42 @@ static sc_status tell_unread(const sc_app *app, const sc_job *job, const sc_labe
                              const sc_volume *volume)
 {
     const sc_label_table *tables[] = {&source->table, &volume->absent};
-    sc_label_table unread = {0};
-    sc_volume catalog = {.label_count = 1};
-    void *labels;
-    sc_text names = {0};
-    sc_status status;
+    SC_OWN(sc_label_table_clear) sc_label_table unread = {0};
+    SC_OWN(sc_volume_clear) sc_volume catalog = {.label_count = 1};
+    SC_OWN(sc_text_clear) sc_text names = {0};
 
-    SC_TRY(sc_zalloc(app->ctx, 1, sizeof(sc_label), &labels));
-    catalog.labels = labels;
+    SC_PASS(SC_ZALLOC(app->ctx, 1, &catalog.labels));
     for (size_t k = 0; k < SC_COUNT_OF(tables); k++) {
         for (size_t i = 0; i < tables[k]->count; i++) {
             const sc_label *row = &tables[k]->rows[i];
 
             if (row->name[0] && row->value && !sc_volume_label(volume, row->value))
-                SC_TRY(sc_label_table_add(app->ctx, &unread, row));
+                SC_PASS(sc_label_table_add(app->ctx, &unread, row));
         }
     }
-    SC_TRY(sc_volume_add_labels(app->ctx, &catalog, &unread));
+    SC_PASS(sc_volume_add_labels(app->ctx, &catalog, &unread));
     sc_volume_apply_table(&catalog, &unread);
     for (int id = 1; id < catalog.label_count; id++)
-        SC_TRY(sc_label_list_add(app->ctx, &names, (size_t)id - 1, &catalog.labels[id]));
+        SC_PASS(sc_label_list_add(app->ctx, &names, (size_t)id - 1, &catalog.labels[id]));
     if (catalog.label_count > 1)
         sc_info(app->ctx,
                 "%s: the box has no voxel of %d tissue%s with a name: %s; other chunks are not "
                 "read, so that it is not known which of them the volume has",
                 job->volume, catalog.label_count - 1, catalog.label_count == 2 ? "" : "s",
                 names.data);
-out:
-    sc_label_table_clear(&unread);
-    sc_text_clear(&names);
-    sc_volume_clear(&catalog);
-    return status;
+    return SC_OK;
 }
 
 /* Give a volume labels without voxels. */
 static sc_status add_labels(const sc_app *app, const sc_label_table *more, sc_volume *volume,
                             sc_label_scan *scan)
 {
-    sc_relabel relabel = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_relabel_clear) sc_relabel relabel = {0};
 
     if (!more->count)
         return SC_OK;
-    SC_TRY(sc_relabel_with(app->ctx, volume->labels, volume->label_count, more, &relabel));
-    status = relabel_volume(app, &relabel, volume, scan);
-out:
-    sc_relabel_clear(&relabel);
-    return status;
+    SC_PASS(sc_relabel_with(app->ctx, volume->labels, volume->label_count, more, &relabel));
+    return relabel_volume(app, &relabel, volume, scan);
 }
 
 /* Let a volume that has no numbers of its own meet the table by names, those of its tissues
@@ -369,14 +328,11 @@ static sc_status meet_by_name(const sc_recipe *r, sc_label_source *source, sc_vo
                               sc_label_table *absent)
 {
     const sc_label_source nothing = {0};
-    sc_status status;
 
-    SC_TRY(find_absent(r->app, r->job, &nothing, volume, absent));
-    SC_TRY(add_labels(r->app, source->table.count ? &volume->absent : absent, volume, r->scan));
+    SC_PASS(find_absent(r->app, r->job, &nothing, volume, absent));
+    SC_PASS(add_labels(r->app, source->table.count ? &volume->absent : absent, volume, r->scan));
     sc_label_table_clear(&volume->absent);
-    status = match_labels(r, source, volume);
-out:
-    return status;
+    return match_labels(r, source, volume);
 }
 
 /* Name the labels of a volume whose voxels are known, of the table @p source. */
@@ -385,27 +341,23 @@ static sc_status name_known(const sc_recipe *r, sc_volume *volume, sc_label_sour
     const sc_app *app = r->app;
     const sc_job *job = r->job;
     const sc_label_source nothing = {0};
-    sc_label_table absent = {0}, more = {0};
-    sc_status status;
+    SC_OWN(sc_label_table_clear) sc_label_table absent = {0}, more = {0};
 
-    SC_TRY(warn_of_outside(app, job, volume->numbered ? &nothing : source, volume));
+    SC_PASS(warn_of_outside(app, job, volume->numbered ? &nothing : source, volume));
     if (volume->is_part)
-        SC_TRY(tell_unread(app, job, volume->numbered ? &nothing : source, volume));
+        SC_PASS(tell_unread(app, job, volume->numbered ? &nothing : source, volume));
     if (volume->numbered && !r->is_fixed)
-        SC_TRY(meet_by_name(r, source, volume, &absent));
+        SC_PASS(meet_by_name(r, source, volume, &absent));
     else
-        SC_TRY(match_labels(r, source, volume));
+        SC_PASS(match_labels(r, source, volume));
     if (!r->is_fixed)
-        SC_TRY(find_absent(app, job, source, volume, &more));
-    SC_TRY(add_labels(app, &more, volume, r->scan));
+        SC_PASS(find_absent(app, job, source, volume, &more));
+    SC_PASS(add_labels(app, &more, volume, r->scan));
     for (size_t i = 0; i < more.count; i++)
-        SC_TRY(sc_label_table_add(app->ctx, &absent, &more.rows[i]));
-    SC_TRY(warn_of_absent(app, job, &absent));
+        SC_PASS(sc_label_table_add(app->ctx, &absent, &more.rows[i]));
+    SC_PASS(warn_of_absent(app, job, &absent));
     sc_volume_apply_table(volume, &source->table);
-out:
-    sc_label_table_clear(&absent);
-    sc_label_table_clear(&more);
-    return status;
+    return SC_OK;
 }
 
 /* ---- of a header ---- */
@@ -424,18 +376,15 @@ static sc_status add_number(const sc_ctx *ctx, const char *pattern, sc_label_tab
 /* Add rows for the labels that a job, or a shot, names by number. */
 static sc_status add_numbers(const sc_ctx *ctx, const sc_job *job, sc_label_table *table)
 {
-    sc_status status = SC_OK;
-
     for (size_t i = 0; i < job->rule_count; i++)
-        SC_TRY(add_number(ctx, job->rules[i].pattern, table));
+        SC_PASS(add_number(ctx, job->rules[i].pattern, table));
     for (size_t i = 0; i < job->exception_count; i++)
-        SC_TRY(add_number(ctx, job->exceptions[i].pattern, table));
+        SC_PASS(add_number(ctx, job->exceptions[i].pattern, table));
     for (size_t i = 0; i < job->verb_tissue_count; i++)
-        SC_TRY(add_number(ctx, job->verb_tissues[i].pattern, table));
+        SC_PASS(add_number(ctx, job->verb_tissues[i].pattern, table));
     for (size_t i = 0; i < job->volume_tissue_count; i++)
-        SC_TRY(add_number(ctx, job->volume_tissues[i].pattern, table));
-out:
-    return status;
+        SC_PASS(add_number(ctx, job->volume_tissues[i].pattern, table));
+    return SC_OK;
 }
 
 /* Find the labels of a volume whose voxels were not read, and add them to @p volume: those of its
@@ -445,35 +394,29 @@ static sc_status name_unknown(const sc_recipe *r, sc_volume *volume, sc_label_so
 {
     const sc_app *app = r->app;
     const sc_job *job = r->job;
-    sc_label_table numbers = {0};
-    sc_status status;
+    SC_OWN(sc_label_table_clear) sc_label_table numbers = {0};
 
-    SC_TRY(match_labels(r, source, volume));
-    SC_TRY(add_numbers(app->ctx, job, &numbers));
+    SC_PASS(match_labels(r, source, volume));
+    SC_PASS(add_numbers(app->ctx, job, &numbers));
     for (size_t i = 0; i < job->shot_count; i++)
-        SC_TRY(add_numbers(app->ctx, &job->shots[i].job, &numbers));
-    SC_TRY(sc_volume_add_labels(app->ctx, volume, &numbers));
-    SC_TRY(sc_volume_add_labels(app->ctx, volume, &source->table));
+        SC_PASS(add_numbers(app->ctx, &job->shots[i].job, &numbers));
+    SC_PASS(sc_volume_add_labels(app->ctx, volume, &numbers));
+    SC_PASS(sc_volume_add_labels(app->ctx, volume, &source->table));
     if (job->rule_count + job->exception_count + job->verb_tissue_count + job->shot_count > 0)
         sc_info(app->ctx,
                 "%s: the voxels were not read (--fast), so that it is not known whether "
                 "the tissues that the job names occur in them",
                 job->volume);
-out:
-    sc_label_table_clear(&numbers);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_name_labels(sc_recipe *r)
 {
     sc_volume *volume = r->volume ? r->volume : &r->scan->volume;
-    sc_label_source source;
-    sc_status status;
+    SC_OWN(sc_label_source_clear) sc_label_source source = {0};
 
-    SC_TRY(read_labels_of(r->app, r->job, volume, &source));
-    SC_TRY((r->volume || r->scan->tallies ? name_known : name_unknown)(r, volume, &source));
+    SC_PASS(read_labels_of(r->app, r->job, volume, &source));
+    SC_PASS((r->volume || r->scan->tallies ? name_known : name_unknown)(r, volume, &source));
     keep_source(r->app, r->job, volume, &source);
-out:
-    sc_label_source_clear(&source);
-    return status;
+    return SC_OK;
 }

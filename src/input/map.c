@@ -90,16 +90,15 @@ static sc_status agree_on_file(const sc_app *app, const char *path, const sc_inp
 {
     const bool first = sc_comm_rank(app->comm) == 0;
     const int ranks = sc_comm_size(app->comm);
-    mapped_file file = {.hash = input->volume.file_hash, .status = mine}, *all;
+    mapped_file file = {.hash = input->volume.file_hash, .status = mine};
     int different = 0, example = 0;
-    void *block = NULL;
+    SC_OWN(sc_free_at) mapped_file *all = NULL;
     sc_status status = SC_OK;
 
     sc_host_name(file.host);
     if (first)
-        status = sc_alloc(app->ctx, (size_t)ranks, sizeof file, &block);
-    SC_TRY(sc_comm_agree(app->comm, status));
-    all = block;
+        status = SC_ALLOC(app->ctx, (size_t)ranks, &all);
+    SC_PASS(sc_comm_agree(app->comm, status));
     sc_comm_gather(app->comm, &file, sizeof file, all);
     for (int i = ranks - 1; first && i > 0; i--) {
         if (all[i].status != SC_OK || all[i].hash != all[0].hash) {
@@ -124,10 +123,7 @@ static sc_status agree_on_file(const sc_app *app, const char *path, const sc_inp
                          all[example].host);
     if (!first)
         status = SC_OK; /* rank 0 decides for all */
-    status = sc_comm_agree(app->comm, status);
-out:
-    sc_free(block);
-    return status;
+    return sc_comm_agree(app->comm, status);
 }
 
 /* Give the labels of a mapped file the names and colours of the job's label table, which rank 0
@@ -136,22 +132,19 @@ static sc_status share_labels(const sc_app *app, const sc_job *job, sc_input *in
 {
     const size_t bytes = (size_t)input->volume.label_count * sizeof(sc_label);
     sc_volume named = sc_volume_of_prepared(&input->volume);
-    void *block = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) sc_label *labels = NULL;
+    sc_status status = SC_OK;
 
-    SC_TRY(sc_comm_agree(app->comm, sc_alloc(app->ctx, bytes, 1, &block)));
-    memcpy(block, input->volume.labels, bytes);
-    named.labels = block;
+    SC_PASS(sc_comm_agree(app->comm, sc_alloc(app->ctx, bytes, 1, &labels)));
+    memcpy(labels, input->volume.labels, bytes);
+    named.labels = labels;
     if (sc_comm_rank(app->comm) == 0)
         status = sc_name_mapped(app, job, input, &named);
-    SC_TRY(sc_comm_agree(app->comm, status));
-    sc_comm_broadcast(app->comm, block, bytes);
-    input->labels = block;
-    input->volume.labels = block;
-    block = NULL;
-out:
-    sc_free(block);
-    return status;
+    SC_PASS(sc_comm_agree(app->comm, status));
+    sc_comm_broadcast(app->comm, labels, bytes);
+    input->volume.labels = labels;
+    SC_HAND_OVER(labels, &input->labels);
+    return SC_OK;
 }
 
 /* @return whether a mapped file holds the grid from which the job's surfaces are taken. */
@@ -266,7 +259,7 @@ sc_status sc_input_map(const sc_app *app, sc_job *job, sc_input *input, bool *us
     const bool first = sc_comm_rank(app->comm) == 0;
     const sc_ctx silent = {.rank = 0};
     const sc_ctx *ctx = first ? app->ctx : &silent;
-    sc_needs n = {0};
+    SC_OWN(sc_needs_clear) sc_needs n = {0};
     sc_status status;
 
     if (sc_edits_volume(job) && job->volume_replaced) {
@@ -287,19 +280,17 @@ sc_status sc_input_map(const sc_app *app, sc_job *job, sc_input *input, bool *us
     sc_stage_begin(ctx, "checking the prepared volume", 0, 0);
     status = map_file(ctx, path, input);
     status = view_file(app, ctx, path, input, status);
-    SC_TRY(agree_on_file(app, path, input, status));
-    SC_TRY(share_labels(app, job, input));
+    SC_PASS(agree_on_file(app, path, input, status));
+    SC_PASS(share_labels(app, job, input));
     status = sc_needs_find(app, job, input->measure, input->volume.labels,
                            input->volume.label_count, &n);
-    SC_TRY(sc_comm_agree(app->comm, status));
-    SC_TRY(check_hidden(ctx, path, input, &n));
-    if (input->volume.resampled && !n.resample && !input->measure) {
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: was prepared with render.smooth: auto, which has changed its grid of "
-                         "voxels; prepare the volume again with the settings of this job",
-                         path);
-        goto out;
-    }
+    SC_PASS(sc_comm_agree(app->comm, status));
+    SC_PASS(check_hidden(ctx, path, input, &n));
+    if (input->volume.resampled && !n.resample && !input->measure)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: was prepared with render.smooth: auto, which has changed its grid of "
+                       "voxels; prepare the volume again with the settings of this job",
+                       path);
     /* Rank 0 decides for all: measuring the grid takes memory, which may fail on one rank only. */
     fitting = first && fits(app, &input->volume, &n, &why);
     sc_comm_broadcast(app->comm, &fitting, sizeof fitting);
@@ -311,7 +302,5 @@ sc_status sc_input_map(const sc_app *app, sc_job *job, sc_input *input, bool *us
                 "%s: was prepared with %s; that is done anew, which takes seconds each time: "
                 "`segcast convert` with the job instead of the volume makes a file that fits",
                 path, why);
-out:
-    sc_needs_clear(&n);
-    return status;
+    return SC_OK;
 }

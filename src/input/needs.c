@@ -15,23 +15,21 @@ void sc_needs_clear(sc_needs *needs)
 static sc_status add_needs(const sc_app *app, const sc_job *job, const sc_label *labels,
                            int label_count, bool is_first, sc_needs *n)
 {
-    void *block = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) bool *hidden = NULL;
 
-    SC_TRY(sc_zalloc(app->ctx, (size_t)label_count, sizeof(bool), &block));
-    SC_TRY(sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count, block));
+    SC_PASS(SC_ZALLOC(app->ctx, (size_t)label_count, &hidden));
+    SC_PASS(sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count, hidden));
     for (int id = 0; id < label_count; id++)
-        n->hidden[id] = (is_first || n->hidden[id]) && ((bool *)block)[id];
+        n->hidden[id] = (is_first || n->hidden[id]) && hidden[id];
     n->local_thickness = n->local_thickness || job->render.thickness != 0;
-out:
-    sc_free(block);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_needs_find(const sc_app *app, const sc_job *job, bool measure, const sc_label *labels,
                         int label_count, sc_needs *out)
 {
     const bool is_auto = sc_smooth_is_auto(job->render.smooth);
+    SC_OWN(sc_needs_clear)
     sc_needs n = {.smooth = is_auto ? (sc_vec3){SC_SMOOTH_AUTO, SC_SMOOTH_AUTO, SC_SMOOTH_AUTO}
                                     : job->render.smooth,
                   .as_prepared = measure,
@@ -39,29 +37,22 @@ sc_status sc_needs_find(const sc_app *app, const sc_job *job, bool measure, cons
                               !job->has_volume_size,
                   .resize = job->has_volume_size};
     bool is_first = true;
-    void *block;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(app->ctx, (size_t)label_count, sizeof(bool), &block));
-    n.hidden = block;
-    SC_TRY(sc_alloc(app->ctx, (size_t)label_count, sizeof(sc_vec3), &block));
-    n.tissue_smooth = block;
+    SC_PASS(SC_ZALLOC(app->ctx, (size_t)label_count, &n.hidden));
+    SC_PASS(SC_ALLOC(app->ctx, (size_t)label_count, &n.tissue_smooth));
     sc_tissue_strengths(labels, label_count, job->rules, job->rule_count, n.smooth,
                         n.tissue_smooth);
     if (!job->shot_count)
-        SC_TRY(add_needs(app, job, labels, label_count, true, &n));
+        SC_PASS(add_needs(app, job, labels, label_count, true, &n));
     for (size_t i = 0; i < job->shot_count; i++) {
         if (job->shots[i].has_card)
             continue;
-        SC_TRY(add_needs(app, &job->shots[i].job, labels, label_count, is_first, &n));
+        SC_PASS(add_needs(app, &job->shots[i].job, labels, label_count, is_first, &n));
         is_first = false;
     }
     if (measure)
         memset(n.hidden, 0, (size_t)label_count * sizeof *n.hidden);
     memcpy(n.size, job->volume_size, sizeof n.size);
-    *out = n;
+    SC_HAND_OVER(n, out);
     return SC_OK;
-out:
-    sc_needs_clear(&n);
-    return status;
 }

@@ -27,39 +27,29 @@ sc_status sc_phantom_size(const sc_ctx *ctx, const char *key, const char *volume
 static sc_status take_phantom(sc_recipe *r)
 {
     const sc_ctx *ctx = r->app->ctx;
-    sc_phantom *phantom = NULL;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
     int size[3];
-    sc_status status;
 
-    SC_TRY(sc_phantom_size(ctx, "volume", r->job->volume, size));
+    SC_PASS(sc_phantom_size(ctx, "volume", r->job->volume, size));
     if (r->volume)
-        SC_TRY(sc_volume_memory_check(ctx, r->job->volume, size, 0));
-    SC_TRY(sc_phantom_new(ctx, &phantom));
-    status = r->volume ? sc_phantom_volume(ctx, phantom, size, r->app->threads, r->volume)
-                       : sc_phantom_scan_labels(ctx, phantom, size, r->app->threads, r->scan);
-out:
-    sc_phantom_free(phantom);
-    return status;
+        SC_PASS(sc_volume_memory_check(ctx, r->job->volume, size, 0));
+    SC_PASS(sc_phantom_new(ctx, &phantom));
+    return r->volume ? sc_phantom_volume(ctx, phantom, size, r->app->threads, r->volume)
+                     : sc_phantom_scan_labels(ctx, phantom, size, r->app->threads, r->scan);
 }
 
 sc_status sc_copy_prepared(const sc_ctx *ctx, const sc_prepared *from, sc_volume *out)
 {
-    sc_volume v = sc_volume_of_prepared(from);
-    void *labels;
-    sc_status status;
+    SC_OWN(sc_volume_clear) sc_volume v = sc_volume_of_prepared(from);
 
     v.ids = NULL;
     v.labels = NULL;
-    SC_TRY(sc_alloc(ctx, sc_volume_voxels(&v), (size_t)v.label_bytes, &v.ids));
+    SC_PASS(sc_alloc(ctx, sc_volume_voxels(&v), (size_t)v.label_bytes, &v.ids));
     memcpy(v.ids, from->ids, sc_volume_voxels(&v) * (size_t)v.label_bytes);
-    SC_TRY(sc_alloc(ctx, (size_t)v.label_count, sizeof *v.labels, &labels));
-    v.labels = labels;
+    SC_PASS(SC_ALLOC(ctx, (size_t)v.label_count, &v.labels));
     memcpy(v.labels, from->labels, (size_t)v.label_count * sizeof *v.labels);
-    *out = v;
+    SC_HAND_OVER(v, out);
     return SC_OK;
-out:
-    sc_volume_clear(&v);
-    return status;
 }
 
 /* As sc_check_tissues, of one job, or of one shot, whose rules from the film have been checked. */
@@ -104,7 +94,6 @@ static sc_status take(sc_recipe *r)
     sc_input_place place;
     const sc_ctx ctx = sc_ctx_of_input(r->app->ctx, job->volume_where, job->volume, &place);
     sc_read_choice choice;
-    sc_status status;
 
     if (r->input->given) { /* it was read, edited and named as its neighbours */
         *r->volume = *r->input->given;
@@ -112,20 +101,17 @@ static sc_status take(sc_recipe *r)
         r->done |= DONE(SC_STEP_HIDE) - 1;
         return SC_OK;
     }
-    SC_TRY(sc_read_choice_of(r, &choice));
+    SC_PASS(sc_read_choice_of(r, &choice));
     if (r->input->mapped) { /* it is to be prepared with other settings; colours have been found */
         r->done |= DONE(SC_STEP_COLOR);
-        status = sc_copy_prepared(r->app->ctx, &r->input->volume, r->volume);
-    } else if (sc_job_is_phantom(job->volume)) {
-        status = take_phantom(r);
-    } else if (r->volume) {
-        status = sc_volume_read_by(&ctx, job->volume, &choice, r->volume);
-    } else {
-        status = (r->header_only ? sc_volume_read_header_by : sc_volume_scan_by)(&ctx, job->volume,
-                                                                                 &choice, r->scan);
+        return sc_copy_prepared(r->app->ctx, &r->input->volume, r->volume);
     }
-out:
-    return status;
+    if (sc_job_is_phantom(job->volume))
+        return take_phantom(r);
+    if (r->volume)
+        return sc_volume_read_by(&ctx, job->volume, &choice, r->volume);
+    return (r->header_only ? sc_volume_read_header_by : sc_volume_scan_by)(&ctx, job->volume,
+                                                                           &choice, r->scan);
 }
 
 /* SC_STEP_RESIZE */
@@ -133,14 +119,11 @@ static sc_status resize(sc_recipe *r)
 {
     const sc_job *job = r->job;
     const double old_bytes = (double)sc_volume_voxels(r->volume) * r->volume->label_bytes;
-    sc_status status = SC_OK;
 
     if (!job->has_volume_size)
         return SC_OK;
-    SC_TRY(sc_volume_memory_check(r->app->ctx, job->volume, job->volume_size, old_bytes));
-    SC_TRY(sc_resample_nearest(r->app->ctx, r->volume, job->volume_size, r->app->threads));
-out:
-    return status;
+    SC_PASS(sc_volume_memory_check(r->app->ctx, job->volume, job->volume_size, old_bytes));
+    return sc_resample_nearest(r->app->ctx, r->volume, job->volume_size, r->app->threads);
 }
 
 /* SC_STEP_COLOR: give colours to tissues that no table gives one, or not one that the job wants. */
@@ -148,14 +131,11 @@ static sc_status color(sc_recipe *r)
 {
     const sc_appearance appearance = (sc_appearance)r->job->appearance;
     int cover;
-    sc_status status;
 
     if (!sc_volume_lacks_colors(r->volume, appearance))
         return SC_OK;
-    SC_TRY(sc_find_outer_cover(r->app->ctx, r->volume, &cover));
-    SC_TRY(sc_volume_color(r->app->ctx, r->volume, cover, appearance, r->app->threads));
-out:
-    return status;
+    SC_PASS(sc_find_outer_cover(r->app->ctx, r->volume, &cover));
+    return sc_volume_color(r->app->ctx, r->volume, cover, appearance, r->app->threads);
 }
 
 /* SC_STEP_CHECK: all mistakes in names of tissues are told, also in a run, of which otherwise only
@@ -184,10 +164,9 @@ static sc_status hide(sc_recipe *r)
     const bool resampled = (input->mapped || input->is_between) && input->volume.resampled;
     sc_edited *out = r->edited;
     sc_needs n = {0};
-    sc_status status;
 
-    SC_TRY(sc_needs_find(r->app, r->job, input->measure, r->volume->labels, r->volume->label_count,
-                         &n));
+    SC_PASS(sc_needs_find(r->app, r->job, input->measure, r->volume->labels, r->volume->label_count,
+                          &n));
     out->hidden = n.hidden;
     out->tissue_smooth = n.tissue_smooth;
     out->resample = n.resample && !resampled && !input->is_between;
@@ -199,8 +178,7 @@ static sc_status hide(sc_recipe *r)
                                           .local_thickness = n.local_thickness,
                                           .hidden = n.hidden,
                                           .threads = r->app->threads};
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_recipe_follow(sc_recipe *r)
@@ -212,13 +190,12 @@ sc_status sc_recipe_follow(sc_recipe *r)
                                                                    [SC_STEP_COLOR] = color,
                                                                    [SC_STEP_CHECK] = check,
                                                                    [SC_STEP_HIDE] = hide};
-    sc_status status = SC_OK;
 
-    for (int i = 0; i < SC_STEP_COUNT && status == SC_OK; i++) {
+    for (int i = 0; i < SC_STEP_COUNT; i++) {
         if (!(r->done & DONE(i)))
-            status = steps[i](r);
+            SC_PASS(steps[i](r));
     }
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_input_read(const sc_app *app, const sc_job *job, const sc_input *input,
@@ -302,7 +279,6 @@ sc_status sc_input_resample(const sc_app *app, const sc_job *job, const sc_input
     sc_drawn_grid grid;
     double bytes;
     int size[3];
-    sc_status status;
 
     sc_stage_begin(app->ctx, "measuring the grid", 0, 0);
     if (input->drawn_known)
@@ -310,10 +286,10 @@ sc_status sc_input_resample(const sc_app *app, const sc_job *job, const sc_input
     else if (measured)
         grid = *measured;
     else
-        SC_TRY(sc_find_drawn_grid(app->ctx, volume, app->threads, &grid));
+        SC_PASS(sc_find_drawn_grid(app->ctx, volume, app->threads, &grid));
     edited->drawn = grid;
     edited->drawn_known = true;
-    SC_TRY(sc_resample_bytes(app->ctx, volume, &grid, app->threads, &bytes));
+    SC_PASS(sc_resample_bytes(app->ctx, volume, &grid, app->threads, &bytes));
     sc_resampled_size(volume, &grid, size);
     edited->resample = false;
     edited->settings.as_drawn = !sc_is_resampled(&grid);
@@ -331,10 +307,9 @@ sc_status sc_input_resample(const sc_app *app, const sc_job *job, const sc_input
     if (!edited->settings.resampled)
         return SC_OK;
     sc_stage_begin(app->ctx, "resampling", 0, 0);
-    SC_TRY(sc_resample(app->ctx, volume, &grid, app->threads));
+    SC_PASS(sc_resample(app->ctx, volume, &grid, app->threads));
     tell_grid(app, path, volume, &grid);
-out:
-    return status;
+    return SC_OK;
 }
 
 void sc_edited_clear(sc_edited *edited)
@@ -348,12 +323,8 @@ void sc_edited_clear(sc_edited *edited)
 sc_status sc_input_prepare(const sc_app *app, const sc_job *job, const sc_input *input,
                            sc_edited *edited, sc_preparation **preparation)
 {
-    sc_status status;
-
-    SC_TRY(sc_input_read(app, job, input, NULL, edited));
+    SC_PASS(sc_input_read(app, job, input, NULL, edited));
     if (edited->resample)
-        SC_TRY(sc_input_resample(app, job, input, NULL, edited));
-    status = sc_prepare(app->ctx, &edited->volume, &edited->settings, preparation);
-out:
-    return status;
+        SC_PASS(sc_input_resample(app, job, input, NULL, edited));
+    return sc_prepare(app->ctx, &edited->volume, &edited->settings, preparation);
 }

@@ -13,17 +13,15 @@ sc_status sc_expect_series(sc_app *app)
     const char *input = app->options.input;
     int count = 1;
     double step_s;
-    sc_status status;
 
     if (strpbrk(input, "*?") && access(input, F_OK) != 0)
         return sc_options_default(app->ctx, &app->options, "cine.bpm", "60");
     if (sc_comm_rank(app->comm) > 0) /* the job is read by rank 0 */
         return SC_OK;
-    SC_TRY(sc_volume_phases(app->ctx, input, &count, &step_s));
+    SC_PASS(sc_volume_phases(app->ctx, input, &count, &step_s));
     if (count > 1)
-        status = sc_options_default(app->ctx, &app->options, "cine.loop", "true");
-out:
-    return status;
+        return sc_options_default(app->ctx, &app->options, "cine.loop", "true");
+    return SC_OK;
 }
 
 int sc_subject_count(const sc_job *job)
@@ -116,19 +114,13 @@ static sc_status new_inputs(const sc_ctx *ctx, const sc_job *job, int each, bool
                             sc_inputs **out)
 {
     const int count = job->phase_count ? (int)job->phase_count * each : sc_subject_count(job);
-    void *block = NULL, *all = NULL;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof **out, &block));
-    SC_TRY(sc_zalloc(ctx, (size_t)count, sizeof(sc_input), &all));
-    *out = block;
-    **out = (sc_inputs){.count = count, .all = all};
+    SC_PASS(SC_ZALLOC(ctx, 1, out));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)count, &(*out)->all));
+    (*out)->count = count;
     for (int i = 0; i < count; i++)
         (*out)->all[i].measure = measure;
     return SC_OK;
-out:
-    sc_free(block);
-    return status;
 }
 
 /* ---- phases ---- */
@@ -376,8 +368,8 @@ static sc_status load_gap(const loading *l, sc_app *app, int from)
     const sc_prepared *a = &l->inputs->all[from].volume;
     const sc_volume low = sc_volume_of_prepared(a);
     const sc_volume high = sc_volume_of_prepared(&l->inputs->all[next].volume);
-    sc_between *between = NULL;
-    sc_volume volume = {0};
+    SC_OWN(sc_between_free_at) sc_between *between = NULL;
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
     sc_job job;
     sc_status status = SC_OK;
 
@@ -386,7 +378,7 @@ static sc_status load_gap(const loading *l, sc_app *app, int from)
     sc_stage_begin(app->ctx, "interpolating phases", 0, 0);
     if (first)
         status = sc_between_find(app->ctx, &low, &high, app->threads, &between);
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     for (int i = 1; i < l->each; i++) {
         sc_input *phase = &l->inputs->all[from + i];
 
@@ -395,19 +387,16 @@ static sc_status load_gap(const loading *l, sc_app *app, int from)
         sc_stage_turn(app->ctx, from + i + 1, count);
         if (first)
             status = sc_copy_prepared(app->ctx, a, &volume);
-        SC_TRY(sc_comm_agree(app->comm, status));
+        SC_PASS(sc_comm_agree(app->comm, status));
         if (first)
             sc_between_at(between, (double)i / l->each, &volume);
-        SC_TRY(sc_input_load(app, &job, l->times, phase));
+        SC_PASS(sc_input_load(app, &job, l->times, phase));
         phase->given = NULL;
         unload(l, from + i);
     }
     unload(l, from);
     unload(l, next);
-out:
-    sc_volume_clear(&volume);
-    sc_between_free(between);
-    return status;
+    return SC_OK;
 }
 
 /* Load all volumes but the first, and those between phases. What is to be said of all phases has
@@ -437,17 +426,16 @@ static sc_status load_others(const loading *l)
             sc_input_begin_phase(first, input);
             sc_stage_turn(later.ctx, i + 1, count);
         }
-        SC_TRY(load_one(l, &later, &job, input));
+        SC_PASS(load_one(l, &later, &job, input));
         if (is_series && sc_comm_rank(later.comm) == 0)
             status = sc_check_phase(l->app->ctx, l->job, &first->volume, &input->volume,
                                     i / l->each, !l->header_only);
-        SC_TRY(sc_comm_agree(later.comm, status));
+        SC_PASS(sc_comm_agree(later.comm, status));
         unload(l, i);
     }
     for (int i = 0; i < count && l->each > 1; i += l->each)
-        SC_TRY(load_gap(l, &later, i));
-out:
-    return status;
+        SC_PASS(load_gap(l, &later, i));
+    return SC_OK;
 }
 
 /* Load all volumes of a job. */

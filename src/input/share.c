@@ -15,14 +15,14 @@ static sc_status tell_place(const sc_app *app, const sc_job *job, const sc_input
     const int32_t mine = sc_shared_place_of(input->shared);
     const double mb = (double)input->bytes / 1e6;
     int in_file = 0, copied = 0;
-    void *all = NULL;
-    sc_status status = first ? sc_alloc(app->ctx, ranks, sizeof mine, &all) : SC_OK;
+    SC_OWN(sc_free_at) int32_t *all = NULL;
+    sc_status status = first ? SC_ALLOC(app->ctx, ranks, &all) : SC_OK;
 
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     sc_comm_gather(app->comm, &mine, sizeof mine, all);
     for (size_t i = 0; first && i < ranks; i++) {
-        in_file += ((int32_t *)all)[i] == SC_SHARED_IN_FILE;
-        copied += ((int32_t *)all)[i] == SC_SHARED_COPIED;
+        in_file += all[i] == SC_SHARED_IN_FILE;
+        copied += all[i] == SC_SHARED_COPIED;
     }
     if (in_file && !job->phase_count) /* the phases of a series are to be in files */
         sc_warn(app->ctx,
@@ -36,9 +36,7 @@ static sc_status tell_place(const sc_app *app, const sc_job *job, const sc_input
                 "ranks hold a copy each; a larger /dev/shm (docker run --shm-size) or a volume "
                 "from `segcast convert` saves that memory",
                 sc_temporary_folder(), mb, copied, ranks);
-out:
-    sc_free(all);
-    return status;
+    return SC_OK;
 }
 
 /* ---- preparing together ---- */
@@ -78,22 +76,21 @@ static sc_status share_input(const sc_ctx *ctx, preparing *p)
     const told_volume *told;
     size_t labels, bytes;
     void *block, *ids, *hidden, *smooth;
-    sc_status status;
 
-    SC_TRY(sc_team_collect(ctx, p->team, &mine, sizeof mine, &block));
+    SC_PASS(sc_team_collect(ctx, p->team, &mine, sizeof mine, &block));
     told = block;
     labels = (size_t)told->label_count;
     bytes = (size_t)told->size[0] * (size_t)told->size[1] * (size_t)told->size[2] *
             (size_t)told->label_bytes;
-    SC_TRY(sc_team_alloc(ctx, p->team, bytes, 1, &ids));
-    SC_TRY(sc_team_alloc(ctx, p->team, labels, sizeof(bool), &hidden));
-    SC_TRY(sc_team_alloc(ctx, p->team, labels, sizeof(sc_vec3), &smooth));
+    SC_PASS(sc_team_alloc(ctx, p->team, bytes, 1, &ids));
+    SC_PASS(sc_team_alloc(ctx, p->team, labels, sizeof(bool), &hidden));
+    SC_PASS(sc_team_alloc(ctx, p->team, labels, sizeof(sc_vec3), &smooth));
     if (sc_team_is_first(p->team)) {
         memcpy(ids, v->ids, bytes);
         memcpy(hidden, p->settings.hidden, labels * sizeof(bool));
         memcpy(smooth, p->settings.tissue_smooth, labels * sizeof(sc_vec3));
     }
-    SC_TRY(sc_team_agree(p->team, SC_OK));
+    SC_PASS(sc_team_agree(p->team, SC_OK));
     p->volume = (sc_volume){.label_bytes = told->label_bytes,
                             .ids = ids,
                             .label_count = told->label_count,
@@ -106,8 +103,7 @@ static sc_status share_input(const sc_ctx *ctx, preparing *p)
     p->settings = told->settings;
     p->settings.hidden = hidden;
     p->settings.tissue_smooth = smooth;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Measure the grid on which the volume of a team was drawn, by all its ranks; then the first brings
@@ -121,17 +117,16 @@ static sc_status resample_together(const sc_app *app, const sc_ctx *ctx, const s
     const bool first = sc_team_is_first(p->team);
     sc_drawn_grid grid;
     void *all;
-    sc_status status;
 
     sc_stage_begin(ctx, "measuring the grid", 0, 0);
     if (input->drawn_known) /* on all ranks of the team, or on none */
         grid = input->drawn;
     else
-        SC_TRY(sc_find_drawn_grid_together(ctx, p->team, &p->volume, &grid));
+        SC_PASS(sc_find_drawn_grid_together(ctx, p->team, &p->volume, &grid));
     if (first)
         *wrong = sc_input_resample(app, job, input, &grid, edited);
-    SC_TRY(sc_team_agree(p->team, *wrong));
-    SC_TRY(sc_team_collect(ctx, p->team, &edited->settings, sizeof edited->settings, &all));
+    SC_PASS(sc_team_agree(p->team, *wrong));
+    SC_PASS(sc_team_collect(ctx, p->team, &edited->settings, sizeof edited->settings, &all));
     p->resample = false;
     p->settings.resampled = ((const sc_prepare_settings *)all)->resampled;
     p->settings.as_drawn = ((const sc_prepare_settings *)all)->as_drawn;
@@ -140,9 +135,7 @@ static sc_status resample_together(const sc_app *app, const sc_ctx *ctx, const s
     sc_team_free(p->team, p->volume.ids);
     p->volume = edited->volume;
     p->settings = edited->settings;
-    status = share_input(ctx, p);
-out:
-    return status;
+    return share_input(ctx, p);
 }
 
 /* Have all ranks of this node, which is rank 0's, prepare the volume that rank 0 has read, if the
@@ -156,9 +149,8 @@ static sc_status prepare_together(const sc_app *app, const sc_ctx *ctx, const sc
                                   sc_status *wrong)
 {
     const uint64_t each = 4 + 2 * (uint64_t)p->volume.label_bytes; /* bytes for a voxel, at most */
-    sc_status status;
 
-    SC_TRY(sc_team_open(ctx, app->comm, app->threads, NULL, &p->team));
+    SC_PASS(sc_team_open(ctx, app->comm, app->threads, NULL, &p->team));
     if (sc_team_ranks(p->team) == 1)
         return SC_ERR_MEMORY;
     if (!sc_team_has_room(p->team, each * sc_volume_voxels(&p->volume))) {
@@ -167,15 +159,13 @@ static sc_status prepare_together(const sc_app *app, const sc_ctx *ctx, const sc
                          "together: rank 0 prepares it alone");
         return SC_ERR_MEMORY;
     }
-    SC_TRY(share_input(ctx, p));
+    SC_PASS(share_input(ctx, p));
     if (p->resample)
-        SC_TRY(resample_together(app, ctx, job, input, edited, p, wrong));
+        SC_PASS(resample_together(app, ctx, job, input, edited, p, wrong));
     sc_free(edited->volume.ids);
     edited->volume.ids = NULL;
     p->settings.team = p->team;
-    status = sc_prepare(ctx, &p->volume, &p->settings, &p->preparation);
-out:
-    return status;
+    return sc_prepare(ctx, &p->volume, &p->settings, &p->preparation);
 }
 
 /* Pass on all messages but errors to the sc_ctx @p user. */
@@ -208,15 +198,13 @@ static sc_status prepare_volume(const sc_app *app, const sc_job *job, const sc_i
     p->settings.team = NULL; /* what it has not prepared it cannot pack together either */
     if (!first)
         return SC_OK;
-    SC_TRY(wrong);
+    SC_PASS(wrong);
     if (edited->resample)
-        SC_TRY(sc_input_resample(app, job, input, NULL, edited));
+        SC_PASS(sc_input_resample(app, job, input, NULL, edited));
     if (edited->volume.ids) /* the team has not got them, or not for good */
         p->volume = edited->volume;
     p->settings = edited->settings;
-    status = sc_prepare(app->ctx, &p->volume, &p->settings, &p->preparation);
-out:
-    return status;
+    return sc_prepare(app->ctx, &p->volume, &p->settings, &p->preparation);
 }
 
 /* Copy what was prepared to the block of this node, which is rank 0's. Where every rank has a block
@@ -242,16 +230,13 @@ static void clear_preparing(preparing *p)
 static sc_status prepare_alone(const sc_app *app, const sc_job *job, sc_edited *edited,
                                preparing *p, sc_input *input, char **kept, bool *found)
 {
-    sc_status status;
-
     if (edited->resample)
-        SC_TRY(sc_input_resample(app, job, input, NULL, edited));
-    SC_TRY(sc_kept_path(app->ctx, edited, kept));
-    SC_TRY(sc_kept_find(app, edited, *kept, input, found));
+        SC_PASS(sc_input_resample(app, job, input, NULL, edited));
+    SC_PASS(sc_kept_path(app->ctx, edited, kept));
+    SC_PASS(sc_kept_find(app, edited, *kept, input, found));
     if (!*found)
-        status = prepare_volume(app, job, input, edited, p);
-out:
-    return status;
+        return prepare_volume(app, job, input, edited, p);
+    return SC_OK;
 }
 
 /* Read the volume on rank 0, prepare it on the ranks of its node while the others wait, and copy it
@@ -261,16 +246,16 @@ static sc_status share_volume(sc_app *app, const sc_job *job, sc_rank_record *ti
 {
     const bool first = sc_comm_rank(app->comm) == 0, near = sc_comm_is_near_root(app->comm);
     double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
-    sc_edited edited = {0};
-    preparing p = {0};
+    SC_OWN(sc_edited_clear) sc_edited edited = {0};
+    SC_OWN(clear_preparing) preparing p = {0};
     uint64_t bytes = 0;
-    char *kept = NULL;
+    SC_OWN(sc_free_at) char *kept = NULL;
     bool found = false;
     sc_status status = SC_OK;
 
     if (first)
         status = sc_input_read(app, job, input, times, &edited);
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     if (!first)
         sc_add_time(app, times, SC_PHASE_IDLE, wall_s, cpu_s);
     wall_s = sc_wall_s();
@@ -279,21 +264,21 @@ static sc_status share_volume(sc_app *app, const sc_job *job, sc_rank_record *ti
         status = prepare_alone(app, job, &edited, &p, input, &kept, &found);
     else if (near)
         status = prepare_volume(app, job, input, &edited, &p);
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     sc_add_time(app, times, p.preparation || found ? SC_PHASE_PREPARE : SC_PHASE_IDLE, wall_s,
                 cpu_s);
     input->drawn = edited.drawn;
     input->drawn_known = edited.drawn_known;
     if (found)
-        goto out;
+        return SC_OK;
     sc_kept_add(app, kept, p.preparation, sc_cpu_s() - cpu_s);
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
     bytes = first ? sc_preparation_bytes(p.preparation) : 0;
     sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
     input->bytes = bytes;
-    SC_TRY(sc_shared_alloc(app->ctx, app->comm, bytes, sc_temporary_folder(), &input->shared));
-    SC_TRY(tell_place(app, job, input));
+    SC_PASS(sc_shared_alloc(app->ctx, app->comm, bytes, sc_temporary_folder(), &input->shared));
+    SC_PASS(tell_place(app, job, input));
     sc_stage_begin(app->ctx, "sharing", 0, 0);
     pack(app, input, &p);
     clear_preparing(&p);
@@ -302,10 +287,6 @@ static sc_status share_volume(sc_app *app, const sc_job *job, sc_rank_record *ti
     status = sc_comm_agree(app->comm, sc_prepared_view(app->ctx, sc_shared_data(input->shared),
                                                        bytes, &input->volume));
     sc_add_time(app, times, SC_PHASE_SHARE, wall_s, cpu_s);
-out:
-    sc_free(kept);
-    clear_preparing(&p);
-    sc_edited_clear(&edited);
     return status;
 }
 

@@ -58,25 +58,21 @@ static sc_status add_short_row(const sc_ctx *ctx, void *user, const sc_key_visit
     listing *l = user;
     const sc_key *key = visit->key;
     const char *name = strchr(visit->path, '.');
-    sc_text value = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text value = {0};
 
     l->count++;
     if (!visit->depth && key->keys) {
-        SC_TRY(sc_text_add(ctx, l->text, "%s: ", key->name));
-        SC_TRY(add_cut(ctx, key->help, NAME + DEFAULT + HELP, l->text));
+        SC_PASS(sc_text_add(ctx, l->text, "%s: ", key->name));
+        SC_PASS(add_cut(ctx, key->help, NAME + DEFAULT + HELP, l->text));
         return sc_text_add(ctx, l->text, "\n");
     }
     if (key->keys && key->type->container == SC_CONTAINER_MAP && !key->fallback && !key->shorthand)
         return SC_OK; /* its keys say all */
-    SC_TRY(add_cut(ctx, sc_key_default(key), DEFAULT, &value));
-    SC_TRY(sc_text_add(ctx, l->text, "%s%-*s %-*s ", name ? "  " : "", name ? NAME : NAME + 2,
-                       name ? name + 1 : visit->path, DEFAULT, value.data ? value.data : ""));
-    SC_TRY(add_cut(ctx, key->help, HELP, l->text));
-    status = sc_text_add(ctx, l->text, "\n");
-out:
-    sc_text_clear(&value);
-    return status;
+    SC_PASS(add_cut(ctx, sc_key_default(key), DEFAULT, &value));
+    SC_PASS(sc_text_add(ctx, l->text, "%s%-*s %-*s ", name ? "  " : "", name ? NAME : NAME + 2,
+                        name ? name + 1 : visit->path, DEFAULT, value.data ? value.data : ""));
+    SC_PASS(add_cut(ctx, key->help, HELP, l->text));
+    return sc_text_add(ctx, l->text, "\n");
 }
 
 /* Append a row as lines of text to the listing, if its path begins with the prefix. */
@@ -85,21 +81,18 @@ static sc_status add_text_row(const sc_ctx *ctx, void *user, const sc_key_visit 
     listing *l = user;
     const sc_key *key = visit->key;
     const char *value = sc_key_default(key);
-    sc_status status;
 
     if (!has_prefix(visit->path, l->prefix))
         return SC_OK;
     l->count++;
-    SC_TRY(sc_text_add(ctx, l->text, "%s\n    %s\n    ", visit->path, key->help));
-    SC_TRY(sc_key_values(ctx, key, l->text));
+    SC_PASS(sc_text_add(ctx, l->text, "%s\n    %s\n    ", visit->path, key->help));
+    SC_PASS(sc_key_values(ctx, key, l->text));
     if (value[0])
-        SC_TRY(sc_text_add(ctx, l->text, key->required ? " %s" : "; default: %s", value));
+        SC_PASS(sc_text_add(ctx, l->text, key->required ? " %s" : "; default: %s", value));
     if (key->option)
-        SC_TRY(
+        SC_PASS(
             sc_text_add(ctx, l->text, "; also --%s %s", key->option->name, key->option->argument));
-    status = sc_text_add(ctx, l->text, "\n");
-out:
-    return status;
+    return sc_text_add(ctx, l->text, "\n");
 }
 
 /* ---- for machines ---- */

@@ -73,18 +73,14 @@ static sc_status read_frames(const sc_ctx *ctx, const char *text, int total, cha
 sc_status sc_frames_parse_order(const sc_ctx *ctx, const char *text, int total, int **out,
                                 int *count)
 {
-    void *wanted = NULL, *frames = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) char *wanted = NULL;
+    SC_OWN(sc_free_at) int *frames = NULL;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)total, 1, &wanted));
-    SC_TRY(sc_alloc(ctx, (size_t)total, sizeof(int), &frames));
-    SC_TRY(read_frames(ctx, text, total, wanted, frames, count));
-    *out = frames;
-    frames = NULL;
-out:
-    sc_free(wanted);
-    sc_free(frames);
-    return status;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)total, &wanted));
+    SC_PASS(SC_ALLOC(ctx, (size_t)total, &frames));
+    SC_PASS(read_frames(ctx, text, total, wanted, frames, count));
+    SC_HAND_OVER(frames, out);
+    return SC_OK;
 }
 
 static int compare_frames(const void *a, const void *b)
@@ -96,22 +92,16 @@ static int compare_frames(const void *a, const void *b)
 
 sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **out, int *count)
 {
-    void *frames;
-    sc_status status;
-
     if (text) {
-        status = sc_frames_parse_order(ctx, text, total, out, count);
-        if (status == SC_OK)
-            qsort(*out, (size_t)*count, sizeof **out, compare_frames);
-        return status;
+        SC_PASS(sc_frames_parse_order(ctx, text, total, out, count));
+        qsort(*out, (size_t)*count, sizeof **out, compare_frames);
+        return SC_OK;
     }
-    SC_TRY(sc_alloc(ctx, (size_t)total, sizeof(int), &frames));
+    SC_PASS(SC_ALLOC(ctx, (size_t)total, out));
     for (int k = 0; k < total; k++)
-        ((int *)frames)[k] = k;
-    *out = frames;
+        (*out)[k] = k;
     *count = total;
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_frames_slice(const sc_ctx *ctx, int i, int n, int gop, int total, int **out,
@@ -120,14 +110,10 @@ sc_status sc_frames_slice(const sc_ctx *ctx, int i, int n, int gop, int total, i
     const long gops = (total + gop - 1) / gop;
     const long first = gops * i / n * gop, next = gops * (i + 1) / n * gop;
     const long end = next < total ? next : total;
-    void *frames;
-    sc_status status = sc_alloc(ctx, (size_t)(end - first) + 1, sizeof(int), &frames);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(SC_ALLOC(ctx, (size_t)(end - first) + 1, out));
     for (long k = first; k < end; k++)
-        ((int *)frames)[k - first] = (int)k;
-    *out = frames;
+        (*out)[k - first] = (int)k;
     *count = (int)(end - first);
     return SC_OK;
 }

@@ -57,22 +57,16 @@ static sc_status add_variable(const sc_ctx *ctx, void *user, const sc_key_visit 
 static sc_status warn_of_variable(const sc_ctx *ctx, const char *name)
 {
     const char *candidates[VARIABLES_MAX], *nearest;
-    variables *v;
-    void *block;
-    sc_status status = sc_zalloc(ctx, 1, sizeof *v, &block);
+    SC_OWN(sc_free_at) variables *v = NULL;
 
-    if (status != SC_OK)
-        return status;
-    v = block;
-    SC_TRY(sc_keys_walk(ctx, add_variable, v));
+    SC_PASS(SC_ZALLOC(ctx, 1, &v));
+    SC_PASS(sc_keys_walk(ctx, add_variable, v));
     for (size_t i = 0; i < v->count; i++)
         candidates[i] = v->names[i];
     nearest = sc_nearest_word(name, candidates, v->count);
     sc_warn(ctx, "environment variable %s names no key of a job and is not used%s%s%s", name,
             nearest ? "; did you mean " : "", nearest ? nearest : "", nearest ? "?" : "");
-out:
-    sc_free(block);
-    return status;
+    return SC_OK;
 }
 
 /* Put every variable that begins with SEGCAST_ into the tree. One that names no key is warned of
@@ -119,17 +113,15 @@ static sc_status read_root(const sc_ctx *ctx, const sc_job_sources *sources, cha
                          : sources->name ? sources->name
                                          : "command line";
     size_t bytes = 0;
-    sc_status status = SC_OK;
 
     if (sources->path)
-        SC_TRY(sc_file_read(ctx, sources->path, JOB_MAX_BYTES, text, &bytes));
-    SC_TRY(sc_yaml_parse(ctx, origin, *text ? *text : "", bytes, out));
+        SC_PASS(sc_file_read(ctx, sources->path, JOB_MAX_BYTES, text, &bytes));
+    SC_PASS(sc_yaml_parse(ctx, origin, *text ? *text : "", bytes, out));
     if (!sources->path)
         (*out)->line = 0;
     if ((*out)->kind != SC_YAML_MAP)
-        status = sc_wrong_type(ctx, *out, "a map of keys such as volume and output");
-out:
-    return status;
+        return sc_wrong_type(ctx, *out, "a map of keys such as volume and output");
+    return SC_OK;
 }
 
 /* If a job has shots, take what only they need out of its tree: *base becomes a copy of the tree
@@ -137,11 +129,10 @@ out:
 static sc_status part_shots(const sc_ctx *ctx, sc_yaml *root, sc_yaml **base)
 {
     static const char *const defaults[] = {"animation", "overlays"};
-    sc_status status;
 
     if (!sc_yaml_member(root, "shots"))
         return SC_OK;
-    SC_TRY(sc_yaml_copy(ctx, root, base));
+    SC_PASS(sc_yaml_copy(ctx, root, base));
     sc_yaml_remove(*base, sc_yaml_index(*base, "shots"));
     for (size_t i = 0; i < SC_COUNT_OF(defaults); i++) {
         const size_t at = sc_yaml_index(root, defaults[i]);
@@ -149,8 +140,7 @@ static sc_status part_shots(const sc_ctx *ctx, sc_yaml *root, sc_yaml **base)
         if (at < root->count)
             sc_yaml_remove(root, at);
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Put all sources into the tree of the job file and read it into @p job, which holds the defaults.
@@ -181,23 +171,17 @@ sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *
 {
     sc_once once; /* a mistake of a key of the film is found again in each of its shots */
     const sc_ctx counting = sc_ctx_once(ctx, &once);
-    char *text = NULL;
-    sc_yaml *root = NULL;
-    sc_job job = {0};
+    SC_OWN(sc_free_at) char *text = NULL;
+    SC_OWN(sc_yaml_free_at) sc_yaml *root = NULL;
+    SC_OWN(sc_job_clear) sc_job job = {0};
     sc_status status, first = SC_OK;
 
-    SC_TRY(sc_keys_set_defaults(ctx, sc_job_keys, &job));
-    SC_TRY(read_root(&counting, sources, &text, &root));
+    SC_PASS(sc_keys_set_defaults(ctx, sc_job_keys, &job));
+    SC_PASS(read_root(&counting, sources, &text, &root));
     status = read_job(&counting, sources, root, &job);
     sc_once_end(&once, "the job");
-    if (!sc_goes_on(&first, status))
-        goto out;
-    *out = job;
-    job = (sc_job){0};
-out:
-    sc_job_clear(&job);
-    sc_yaml_free(root);
-    sc_free(text);
+    if (sc_goes_on(&first, status))
+        SC_HAND_OVER(job, out);
     return status;
 }
 

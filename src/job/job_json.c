@@ -50,22 +50,15 @@ static json_t *to_json(const sc_yaml *node)
 
 sc_status sc_job_write_json(const sc_ctx *ctx, const sc_job *job, sc_text *text)
 {
-    sc_text yaml = {0};
-    sc_yaml *root = NULL;
-    json_t *json = NULL;
-    char *written = NULL;
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text yaml = {0};
+    SC_OWN(sc_yaml_free_at) sc_yaml *root = NULL;
+    json_auto_t *json = NULL;
+    SC_OWN(sc_free_at) char *written = NULL;
 
-    SC_TRY(sc_job_write(ctx, job, false, &yaml));
-    SC_TRY(sc_yaml_parse(ctx, "job", yaml.data, yaml.length_bytes, &root));
+    SC_PASS(sc_job_write(ctx, job, false, &yaml));
+    SC_PASS(sc_yaml_parse(ctx, "job", yaml.data, yaml.length_bytes, &root));
     json = to_json(root);
     written = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
-    status = written ? sc_text_add(ctx, text, "%s", written)
-                     : sc_fail(ctx, SC_ERR_MEMORY, "out of memory while a job was written as JSON");
-out:
-    free(written);
-    json_decref(json);
-    sc_yaml_free(root);
-    sc_text_clear(&yaml);
-    return status;
+    return written ? sc_text_add(ctx, text, "%s", written)
+                   : sc_fail(ctx, SC_ERR_MEMORY, "out of memory while a job was written as JSON");
 }

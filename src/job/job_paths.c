@@ -70,17 +70,13 @@ static sc_status locate(const sc_ctx *ctx, const sc_job_sources *sources, const 
                         const char *path, char **out)
 {
     const char *slash = sources->path ? strrchr(sources->path, '/') : NULL;
-    sc_text directory = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text directory = {0};
 
     if (node->line > 0 && slash)
-        SC_TRY(sc_text_add(ctx, &directory, "%.*s",
-                           slash > sources->path ? (int)(slash - sources->path) : 1,
-                           sources->path));
-    status = sc_path_join(ctx, directory.data, path, out);
-out:
-    sc_text_clear(&directory);
-    return status;
+        SC_PASS(sc_text_add(ctx, &directory, "%.*s",
+                            slash > sources->path ? (int)(slash - sources->path) : 1,
+                            sources->path));
+    return sc_path_join(ctx, directory.data, path, out);
 }
 
 /* Refuse an input that cannot be read, or is not of the kind that is expected. @param shown the
@@ -115,60 +111,47 @@ sc_status sc_resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, cons
                           const char *key, sc_path_use use, char *path)
 {
     const bool is_input = use != SC_PATH_OUTPUT;
-    char *joined = NULL, *absolute = NULL;
+    SC_OWN(sc_free_at) char *joined = NULL, *absolute = NULL;
     bool no_memory;
     int error;
-    sc_status status = SC_OK;
 
     if (!node || !path[0])
         return SC_OK;
-    SC_TRY(locate(ctx, sources, node, path, &joined));
+    SC_PASS(locate(ctx, sources, node, path, &joined));
     absolute = is_input ? sc_volume_real_path(joined) : realpath(joined, NULL);
     error = absolute ? 0 : errno;
     no_memory = error && sc_input_status(error) == SC_ERR_MEMORY;
     if (!absolute && !no_memory && shell_part(path) && (!is_input || sources->check_inputs))
-        status = refuse_shell(ctx, sources, node, key, path, shell_part(path));
-    else if (no_memory || (!absolute && is_input && sources->check_inputs))
-        status = sc_tell_missing(ctx, node, key, joined, error);
-    else if (strlen(absolute ? absolute : joined) >= SC_PATH_BYTES)
-        status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
-                              strlen(absolute ? absolute : joined), SC_PATH_BYTES);
-    else {
-        strcpy(path, absolute ? absolute : joined);
-        if (is_input && sources->check_inputs)
-            status = check_input(ctx, node, key, use, path, joined);
-    }
-out:
-    free(absolute);
-    sc_free(joined);
-    return status;
+        return refuse_shell(ctx, sources, node, key, path, shell_part(path));
+    if (no_memory || (!absolute && is_input && sources->check_inputs))
+        return sc_tell_missing(ctx, node, key, joined, error);
+    if (strlen(absolute ? absolute : joined) >= SC_PATH_BYTES)
+        return sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
+                            strlen(absolute ? absolute : joined), SC_PATH_BYTES);
+    strcpy(path, absolute ? absolute : joined);
+    return is_input && sources->check_inputs ? check_input(ctx, node, key, use, path, joined)
+                                             : SC_OK;
 }
 
 /* Find the files of a pattern that the job @p job has as its volume. */
 static sc_status find_series(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
                              const char *key, sc_job *job)
 {
-    char *joined = NULL;
-    sc_text pattern = {0};
+    SC_OWN(sc_free_at) char *joined = NULL;
+    SC_OWN(sc_text_clear) sc_text pattern = {0};
     size_t directory;
-    sc_status status;
 
-    SC_TRY(locate(ctx, sources, node, job->volume, &joined));
-    if (access(joined, F_OK) == 0) { /* a file may have such a name */
-        status = sc_resolve_path(ctx, sources, node, key, SC_PATH_INPUT, job->volume);
-        goto out;
-    }
+    SC_PASS(locate(ctx, sources, node, job->volume, &joined));
+    if (access(joined, F_OK) == 0) /* a file may have such a name */
+        return sc_resolve_path(ctx, sources, node, key, SC_PATH_INPUT, job->volume);
     /* The directory of the job file is no pattern, whatever its name. */
     directory = strlen(joined) - strlen(job->volume);
     for (size_t i = 0; joined[i]; i++)
-        SC_TRY(sc_text_add(ctx, &pattern, "%s%c",
-                           i < directory && strchr("*?[]\\", joined[i]) ? "\\" : "", joined[i]));
-    SC_TRY(sc_series_find(ctx, node, key, pattern.data, job));
+        SC_PASS(sc_text_add(ctx, &pattern, "%s%c",
+                            i < directory && strchr("*?[]\\", joined[i]) ? "\\" : "", joined[i]));
+    SC_PASS(sc_series_find(ctx, node, key, pattern.data, job));
     strcpy(job->volume, job->phases[0].path);
-out:
-    sc_text_clear(&pattern);
-    sc_free(joined);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_resolve_volume(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,

@@ -34,7 +34,6 @@ static bool is_track(const sc_yaml *node)
 /* Append a value: a number, a text, or a list of such. */
 static sc_status add_value(const lister *l, const sc_yaml *node)
 {
-    sc_status status = SC_OK;
     char *end;
 
     if (node->kind == SC_YAML_SCALAR) {
@@ -44,40 +43,34 @@ static sc_status add_value(const lister *l, const sc_yaml *node)
             return sc_text_add(l->ctx, l->out, "%.6g", number);
         return sc_text_add(l->ctx, l->out, "%s", node->text);
     }
-    SC_TRY(sc_text_add(l->ctx, l->out, "["));
-    for (size_t i = 0; i < node->count && status == SC_OK; i++) {
-        SC_TRY(sc_text_add(l->ctx, l->out, "%s", i ? ", " : ""));
-        status = add_value(l, node->items[i]);
+    SC_PASS(sc_text_add(l->ctx, l->out, "["));
+    for (size_t i = 0; i < node->count; i++) {
+        SC_PASS(sc_text_add(l->ctx, l->out, "%s", i ? ", " : ""));
+        SC_PASS(add_value(l, node->items[i]));
     }
-    if (status == SC_OK)
-        status = sc_text_add(l->ctx, l->out, "]");
-out:
-    return status;
+    return sc_text_add(l->ctx, l->out, "]");
 }
 
 /* Append the rows of one track, as far as they are shown. */
 static sc_status add_track(lister *l, const sc_yaml *track)
 {
-    sc_status status = SC_OK;
-
-    for (size_t i = 0; i < track->count && status == SC_OK; i++) {
+    for (size_t i = 0; i < track->count; i++) {
         const sc_yaml *key = track->items[i], *ease = sc_yaml_member(key, "ease");
         const double frame = strtod(key->key, NULL) / 100 * (l->frames - 1);
 
         if (l->rows++ >= l->most)
             continue;
         /* to a thousandth: times were rounded down when they became shares */
-        SC_TRY(sc_text_add(l->ctx, l->out, "  %-*s %8.8g  ", WIDTH, i ? "" : l->path,
-                           floor(frame * 1000 + 0.5) / 1000));
-        SC_TRY(add_value(l, ease ? sc_yaml_member(key, "value") : key));
+        SC_PASS(sc_text_add(l->ctx, l->out, "  %-*s %8.8g  ", WIDTH, i ? "" : l->path,
+                            floor(frame * 1000 + 0.5) / 1000));
+        SC_PASS(add_value(l, ease ? sc_yaml_member(key, "value") : key));
         if (ease && i > 0) {
-            SC_TRY(sc_text_add(l->ctx, l->out, "  "));
-            SC_TRY(add_value(l, ease));
+            SC_PASS(sc_text_add(l->ctx, l->out, "  "));
+            SC_PASS(add_value(l, ease));
         }
-        status = sc_text_add(l->ctx, l->out, "\n");
+        SC_PASS(sc_text_add(l->ctx, l->out, "\n"));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Append the rows of all tracks in and below a node, which has the path l->path. */
@@ -86,11 +79,10 @@ static sc_status walk(lister *l, const sc_yaml *node)
     const size_t length = strlen(l->path);
     char *end = l->path + length;
     const size_t room = sizeof l->path - length;
-    sc_status status = SC_OK;
 
     if (is_track(node))
         return add_track(l, node);
-    for (size_t i = 0; i < node->count && status == SC_OK; i++) {
+    for (size_t i = 0; i < node->count; i++) {
         const sc_yaml *item = node->items[i];
         const char *dot = length ? "." : "";
 
@@ -100,68 +92,56 @@ static sc_status walk(lister *l, const sc_yaml *node)
             snprintf(end, room, "%s\"%s\"", dot, item->key);
         else
             snprintf(end, room, "%s%s", dot, item->key);
-        status = walk(l, item);
+        SC_PASS(walk(l, item));
     }
     *end = '\0';
-    return status;
+    return SC_OK;
 }
 
 /* Write a job and parse what was written. */
 static sc_status parse_written(const sc_ctx *ctx, const sc_job *job, sc_yaml **out)
 {
-    sc_text text = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    SC_TRY(sc_job_write(ctx, job, true, &text));
-    SC_TRY(sc_yaml_parse(ctx, "job", text.data, text.length_bytes, out));
-out:
-    sc_text_clear(&text);
-    return status;
+    SC_PASS(sc_job_write(ctx, job, true, &text));
+    return sc_yaml_parse(ctx, "job", text.data, text.length_bytes, out);
 }
 
 /* Add copies of what @p from has and the map @p to has not, in it and, @p levels deep, in its maps.
  */
 static sc_status add_missing(const sc_ctx *ctx, sc_yaml *to, const sc_yaml *from, int levels)
 {
-    sc_status status = SC_OK;
-
-    for (size_t i = 0; i < from->count && status == SC_OK; i++) {
+    for (size_t i = 0; i < from->count; i++) {
         const sc_yaml *item = from->items[i];
         sc_yaml *there = sc_yaml_member(to, item->key), *copy;
 
         if (there) {
-            status = levels > 0 ? add_missing(ctx, there, item, levels - 1) : SC_OK;
+            SC_PASS(levels > 0 ? add_missing(ctx, there, item, levels - 1) : SC_OK);
             continue;
         }
-        SC_TRY(sc_yaml_copy(ctx, item, &copy));
-        status = sc_yaml_append(ctx, to, copy);
+        SC_PASS(sc_yaml_copy(ctx, item, &copy));
+        SC_PASS(sc_yaml_append(ctx, to, copy));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Append the rows of a job without shots, or of one shot with all that it has of its film. */
 static sc_status list_one(lister *l, const sc_job *job)
 {
     sc_job whole = *job, film = *job;
-    sc_yaml *root = NULL, *film_root = NULL;
-    sc_status status;
+    SC_OWN(sc_yaml_free_at) sc_yaml *root = NULL, *film_root = NULL;
 
     whole.shot_count = film.shot_count = 0;
     film.rule_count = job->film_rules;
     film.film_rules = 0;
     l->frames = job->animation.frames;
-    SC_TRY(parse_written(l->ctx, &whole, &root));
+    SC_PASS(parse_written(l->ctx, &whole, &root));
     if (film.rule_count) { /* the shot may have rules of the same tissues, which go before */
-        SC_TRY(parse_written(l->ctx, &film, &film_root));
-        SC_TRY(add_missing(l->ctx, sc_yaml_member(root, "tissues"),
-                           sc_yaml_member(film_root, "tissues"), 1));
+        SC_PASS(parse_written(l->ctx, &film, &film_root));
+        SC_PASS(add_missing(l->ctx, sc_yaml_member(root, "tissues"),
+                            sc_yaml_member(film_root, "tissues"), 1));
     }
-    status = walk(l, root);
-out:
-    sc_yaml_free(root);
-    sc_yaml_free(film_root);
-    return status;
+    return walk(l, root);
 }
 
 /* Append the rows of a shot, below its number and name, if it has any. */
@@ -170,35 +150,31 @@ static sc_status list_shot(lister *l, const sc_shot *shot, size_t i)
     const char *name = shot->name;
     const size_t before = l->out->length_bytes;
     size_t heading;
-    sc_status status;
 
-    SC_TRY(sc_text_add(l->ctx, l->out, " shot %zu%s%s%s\n", i + 1, name[0] ? " (" : "", name,
-                       name[0] ? ")" : ""));
+    SC_PASS(sc_text_add(l->ctx, l->out, " shot %zu%s%s%s\n", i + 1, name[0] ? " (" : "", name,
+                        name[0] ? ")" : ""));
     heading = l->out->length_bytes;
     for (size_t k = before; k + 1 < heading; k++) { /* a name of two lines is told in one */
         if (l->out->data[k] == '\n')
             l->out->data[k] = ' ';
     }
-    SC_TRY(list_one(l, &shot->job));
+    SC_PASS(list_one(l, &shot->job));
     if (l->out->length_bytes == heading) { /* it has none, or none that is shown */
         l->out->length_bytes = before;
         l->out->data[before] = '\0';
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_job_list_key_frames(const sc_ctx *ctx, const sc_job *job, int most, sc_text *out)
 {
     lister l = {.ctx = ctx, .out = out, .most = most};
-    sc_status status = SC_OK;
 
     if (!job->shot_count)
-        SC_TRY(list_one(&l, job));
+        SC_PASS(list_one(&l, job));
     for (size_t i = 0; i < job->shot_count; i++)
-        SC_TRY(list_shot(&l, &job->shots[i], i));
+        SC_PASS(list_shot(&l, &job->shots[i], i));
     if (l.rows > most)
-        status = sc_text_add(ctx, out, "  and %d more\n", l.rows - most);
-out:
-    return status;
+        return sc_text_add(ctx, out, "  and %d more\n", l.rows - most);
+    return SC_OK;
 }

@@ -59,11 +59,9 @@ static sc_status set_default(const sc_ctx *ctx, const sc_key *key, void *to)
 
 sc_status sc_keys_set_defaults(const sc_ctx *ctx, const sc_key *keys, void *to)
 {
-    sc_status status = SC_OK;
-
-    for (; keys->name && status == SC_OK; keys++)
-        status = set_default(ctx, keys, to);
-    return status;
+    for (; keys->name; keys++)
+        SC_PASS(set_default(ctx, keys, to));
+    return SC_OK;
 }
 
 /* @return the name of a key of the same alternative among the first @p count items of @p node, or
@@ -176,43 +174,37 @@ bool sc_key_is_present(const sc_key *keys, const sc_key *key, const void *from)
 sc_status sc_keys_write(const sc_ctx *ctx, const sc_key *keys, const void *from, int indent,
                         unsigned parts, sc_text *text)
 {
-    sc_status status = SC_OK;
-
-    for (const sc_key *key = keys; key->name && status == SC_OK; key++) {
+    for (const sc_key *key = keys; key->name; key++) {
         if ((parts & SC_WRITE_IDENTITY && key->outside_identity) ||
             (parts & SC_WRITE_SHOT && key->of_film) || !sc_key_is_present(keys, key, from))
             continue;
-        SC_TRY(sc_text_add(ctx, text, "%*s%s:", indent, "", key->name));
+        SC_PASS(sc_text_add(ctx, text, "%*s%s:", indent, "", key->name));
         if (key->type->write_lines) {
-            SC_TRY(sc_text_add(ctx, text, "\n"));
-            status = key->type->write_lines(ctx, key, stored_value(key, from), indent, parts, text);
+            SC_PASS(sc_text_add(ctx, text, "\n"));
+            SC_PASS(key->type->write_lines(ctx, key, stored_value(key, from), indent, parts, text));
         } else if (key->type->write) {
-            SC_TRY(sc_text_add(ctx, text, " "));
-            SC_TRY(key->type->write(ctx, key, stored_value(key, from), indent, text));
-            status = sc_text_add(ctx, text, "\n");
+            SC_PASS(sc_text_add(ctx, text, " "));
+            SC_PASS(key->type->write(ctx, key, stored_value(key, from), indent, text));
+            SC_PASS(sc_text_add(ctx, text, "\n"));
         } else {
-            SC_TRY(sc_text_add(ctx, text, "\n"));
-            status =
-                sc_keys_write(ctx, key->keys, stored_value(key, from), indent + 2, parts, text);
+            SC_PASS(sc_text_add(ctx, text, "\n"));
+            SC_PASS(
+                sc_keys_write(ctx, key->keys, stored_value(key, from), indent + 2, parts, text));
         }
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_keys_write_flow(const sc_ctx *ctx, const sc_key *keys, const void *from, sc_text *text)
 {
     const char *comma = "{";
-    sc_status status = SC_OK;
 
     for (const sc_key *key = keys; key->name; key++) {
         if (!sc_key_is_present(keys, key, from))
             continue;
-        SC_TRY(sc_text_add(ctx, text, "%s%s: ", comma, key->name));
-        SC_TRY(key->type->write(ctx, key, stored_value(key, from), 0, text));
+        SC_PASS(sc_text_add(ctx, text, "%s%s: ", comma, key->name));
+        SC_PASS(key->type->write(ctx, key, stored_value(key, from), 0, text));
         comma = ", ";
     }
-    status = sc_text_add(ctx, text, "%s}", comma[0] == '{' ? "{" : "");
-out:
-    return status;
+    return sc_text_add(ctx, text, "%s}", comma[0] == '{' ? "{" : "");
 }

@@ -25,30 +25,25 @@ static sc_status add_places(const sc_ctx *ctx, const sc_key *keys, const char *n
 
         if (!is_dict && keys->type->container != SC_CONTAINER_MAP)
             continue;
-        SC_TRY(sc_text_add(ctx, path, "%s.%s", keys->name, is_dict ? "NAME." : ""));
+        SC_PASS(sc_text_add(ctx, path, "%s.%s", keys->name, is_dict ? "NAME." : ""));
         status = add_places(ctx, keys->keys, name, depth - 1, path, places, count);
         path->length_bytes = length;
     }
-out:
     return status;
 }
 
 sc_status sc_tell_misplaced_key(const sc_ctx *ctx, sc_yaml *node)
 {
-    sc_text path = {0}, places = {0};
+    SC_OWN(sc_text_clear) sc_text path = {0}, places = {0};
     int count = 0;
-    sc_status status = SC_OK;
 
     for (int depth = 0; depth < 4 && !count; depth++)
-        SC_TRY(add_places(ctx, sc_job_keys, node->key, depth, &path, &places, &count));
+        SC_PASS(add_places(ctx, sc_job_keys, node->key, depth, &path, &places, &count));
     node->key_told = count > 0 && count <= PLACES_TOLD;
     if (node->key_told)
-        status = sc_yaml_fail(ctx, node, "unknown key \"%s\" here; did you mean %s?", node->key,
-                              places.data);
-out:
-    sc_text_clear(&path);
-    sc_text_clear(&places);
-    return status;
+        return sc_yaml_fail(ctx, node, "unknown key \"%s\" here; did you mean %s?", node->key,
+                            places.data);
+    return SC_OK;
 }
 
 /* Look for misplaced keys in the map @p node, whose table is @p keys, and in the maps below it. */

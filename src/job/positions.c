@@ -115,15 +115,12 @@ static sc_status write_span(const sc_ctx *ctx, const sc_key *key, const void *va
                             sc_text *text)
 {
     const double *span = value;
-    sc_status status;
 
     (void)key;
     (void)indent;
-    SC_TRY(sc_text_add(ctx, text, "["));
-    SC_TRY(sc_write_number(ctx, span[0], 100, "%, ", text));
-    status = sc_write_number(ctx, span[1], 100, "%]", text);
-out:
-    return status;
+    SC_PASS(sc_text_add(ctx, text, "["));
+    SC_PASS(sc_write_number(ctx, span[0], 100, "%, ", text));
+    return sc_write_number(ctx, span[1], 100, "%]", text);
 }
 
 static json_t *span_schema(const sc_key *key)

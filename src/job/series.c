@@ -112,18 +112,16 @@ static sc_status check_numbers(const sc_ctx *ctx, const sc_yaml *node, const cha
 
 sc_status sc_series_alloc(const sc_ctx *ctx, const sc_yaml *node, size_t count, sc_job *job)
 {
-    void *block;
-    sc_status status;
+    sc_volume_path *phases;
 
     if (count == 0 || count > SC_PHASES_MAX)
         return sc_yaml_fail(ctx, node, "volume has %zu phases, expected 1 to %d", count,
                             SC_PHASES_MAX);
-    SC_TRY(sc_zalloc(ctx, count, sizeof *job->phases, &block));
+    SC_PASS(SC_ZALLOC(ctx, count, &phases));
     sc_free(job->phases);
-    job->phases = block;
+    job->phases = phases;
     job->phase_count = count;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Log that no file matches a pattern. @return SC_ERR_MISSING. */
@@ -156,7 +154,7 @@ sc_status sc_series_find(const sc_ctx *ctx, const sc_yaml *node, const char *key
                          const char *pattern, sc_job *job)
 {
     enum { WILD_PARTS_MAX = 2 }; /* each more may multiply what is looked through by thousands */
-    glob_t found = {0};
+    SC_OWN(globfree) glob_t found = {0};
     sc_status status = SC_OK;
     int result;
 
@@ -167,14 +165,12 @@ sc_status sc_series_find(const sc_ctx *ctx, const sc_yaml *node, const char *key
                             key, job->volume, count_wild_parts(pattern), WILD_PARTS_MAX);
     result = glob(pattern, GLOB_NOSORT, NULL, &found);
     if (result == GLOB_NOSPACE)
-        status = sc_fail(ctx, SC_ERR_MEMORY, "out of memory while %s was looked for", pattern);
-    else if (result)
-        status = tell_none(ctx, node, key, job->volume);
-    if (status != SC_OK)
-        return status;
+        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while %s was looked for", pattern);
+    if (result)
+        return tell_none(ctx, node, key, job->volume);
     qsort(found.gl_pathv, found.gl_pathc, sizeof *found.gl_pathv, compare_paths);
-    SC_TRY(check_numbers(ctx, node, key, found.gl_pathv, found.gl_pathc));
-    SC_TRY(sc_series_alloc(ctx, node, found.gl_pathc, job));
+    SC_PASS(check_numbers(ctx, node, key, found.gl_pathv, found.gl_pathc));
+    SC_PASS(sc_series_alloc(ctx, node, found.gl_pathc, job));
     for (size_t i = 0; i < found.gl_pathc && status == SC_OK; i++) {
         char *absolute = realpath(found.gl_pathv[i], NULL);
 
@@ -187,7 +183,5 @@ sc_status sc_series_find(const sc_ctx *ctx, const sc_yaml *node, const char *key
             strcpy(job->phases[i].path, absolute);
         free(absolute);
     }
-out:
-    globfree(&found);
     return status;
 }

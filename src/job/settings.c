@@ -51,25 +51,24 @@ static sc_status merge(const sc_ctx *ctx, const sc_key *keys, sc_container conta
 static sc_status merge_members(const sc_ctx *ctx, const sc_key *keys, sc_container container,
                                sc_yaml *old, sc_yaml *value)
 {
-    sc_status status = SC_OK;
+    SC_OWN(sc_yaml_free_at) sc_yaml *owned = value;
 
-    for (size_t i = 0; i < value->count && status == SC_OK; i++) {
-        sc_yaml *member = value->items[i];
+    for (size_t i = 0; i < owned->count; i++) {
+        sc_yaml *member = owned->items[i];
         const sc_key *key = container == SC_CONTAINER_MAP ? sc_key_find(keys, member->key) : NULL;
         size_t at;
 
-        value->items[i] = NULL;
+        owned->items[i] = NULL;
         if (key)
             remove_alternatives(old, keys, key);
         at = sc_yaml_index(old, member->key);
         if (at < old->count)
-            status = merge(ctx, key ? key->keys : keys,
-                           key ? key->type->container : SC_CONTAINER_MAP, old, at, member);
+            SC_PASS(merge(ctx, key ? key->keys : keys,
+                          key ? key->type->container : SC_CONTAINER_MAP, old, at, member));
         else
-            status = sc_yaml_append(ctx, old, member);
+            SC_PASS(sc_yaml_append(ctx, old, member));
     }
-    sc_yaml_free(value);
-    return status;
+    return SC_OK;
 }
 
 /* Replace item @p index of @p parent by @p value, or merge it in key by key if both are maps.
@@ -227,28 +226,23 @@ static sc_status enter(const sc_ctx *ctx, position *at, const char *element, con
                                          [SC_CONTAINER_DICT] = SC_YAML_MAP};
     const bool is_list = at->container == SC_CONTAINER_LIST;
     position member;
-    sc_status status;
 
-    SC_TRY(find_member(ctx, at, element, origin, &member));
+    SC_PASS(find_member(ctx, at, element, origin, &member));
     if (at->node->kind == SC_YAML_SCALAR && at->shorthand)
-        SC_TRY(expand_shorthand(ctx, at->node, at->shorthand, origin));
-    if (at->node->kind != kinds[at->container]) {
-        status = sc_fail(ctx, SC_ERR_USAGE, "%s: \"%s\" leads into a value that is no %s", origin,
-                         element, is_list ? "list" : "map");
-        goto out;
-    }
+        SC_PASS(expand_shorthand(ctx, at->node, at->shorthand, origin));
+    if (at->node->kind != kinds[at->container])
+        return sc_fail(ctx, SC_ERR_USAGE, "%s: \"%s\" leads into a value that is no %s", origin,
+                       element, is_list ? "list" : "map");
     *index = sc_yaml_index(at->node, element);
     if (is_list)
-        SC_TRY(find_item(ctx, at->node, element, origin, index));
+        SC_PASS(find_item(ctx, at->node, element, origin, index));
     member.added = *index == at->node->count;
     if (member.added)
-        SC_TRY(
+        SC_PASS(
             sc_yaml_add(ctx, at->node, kinds[member.container], is_list ? NULL : element, origin));
     member.node = at->node->items[*index];
     *at = member;
     return SC_OK;
-out:
-    return status;
 }
 
 /* Set the member @p name of @p map to @p value, a single value. Takes ownership of @p value, also
@@ -310,9 +304,9 @@ sc_status sc_setting_apply_text(const sc_ctx *ctx, const sc_key *keys, sc_yaml *
                                 const char *origin, const char *path, const char *text)
 {
     sc_yaml *node = NULL;
-    sc_status status = sc_yaml_scalar(ctx, origin, text, &node);
 
-    return status == SC_OK ? put(ctx, keys, root, origin, path, node) : status;
+    SC_PASS(sc_yaml_scalar(ctx, origin, text, &node));
+    return put(ctx, keys, root, origin, path, node);
 }
 
 sc_status sc_setting_apply(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const char *origin,

@@ -67,18 +67,17 @@ static sc_status check_shot(const sc_ctx *ctx, const sc_yaml *node)
 static sc_status move_tissues(const sc_ctx *ctx, sc_yaml *tree, sc_yaml *shot)
 {
     sc_yaml *from = sc_yaml_member(shot, "tissues"), *to = sc_yaml_member(tree, "tissues");
-    sc_status status = SC_OK;
 
     if (!from || !to || from->kind != SC_YAML_MAP || to->kind != SC_YAML_MAP)
         return SC_OK;
-    for (size_t i = 0; i < from->count && status == SC_OK; i++) {
+    for (size_t i = 0; i < from->count; i++) {
         sc_yaml *member = from->items[i];
 
         from->items[i] = NULL;
-        status = sc_yaml_append(ctx, to, member);
+        SC_PASS(sc_yaml_append(ctx, to, member));
     }
     sc_yaml_remove(shot, sc_yaml_index(shot, "tissues"));
-    return status;
+    return SC_OK;
 }
 
 /* Remove keys that hold for the whole film, which have been refused, so that nothing else is said
@@ -133,11 +132,11 @@ static void drop_unused(sc_yaml *tree)
 static sc_status merge_shot(const sc_ctx *ctx, const sc_yaml *base, const sc_yaml *node,
                             sc_yaml **out)
 {
-    sc_yaml *tree = NULL, *shot = NULL, *keys;
-    sc_status status;
+    SC_OWN(sc_yaml_free_at) sc_yaml *tree = NULL, *shot = NULL;
+    sc_yaml *keys;
 
-    SC_TRY(sc_yaml_copy(ctx, base, &tree));
-    SC_TRY(sc_yaml_copy(ctx, node, &shot));
+    SC_PASS(sc_yaml_copy(ctx, base, &tree));
+    SC_PASS(sc_yaml_copy(ctx, node, &shot));
     if (sc_yaml_member(shot, "card"))
         drop_unused(tree);
     for (size_t i = shot->count; i-- > 0;) {
@@ -147,16 +146,11 @@ static sc_status merge_shot(const sc_ctx *ctx, const sc_yaml *base, const sc_yam
             sc_yaml_remove(shot, i);
     }
     drop_refused(sc_job_keys, SC_CONTAINER_MAP, shot);
-    SC_TRY(move_tissues(ctx, tree, shot));
-    keys = shot;
-    shot = NULL;
-    SC_TRY(sc_settings_merge(ctx, sc_job_keys, tree, keys));
-    *out = tree;
-    tree = NULL;
-out:
-    sc_yaml_free(tree);
-    sc_yaml_free(shot);
-    return status;
+    SC_PASS(move_tissues(ctx, tree, shot));
+    SC_HAND_OVER(shot, &keys);
+    SC_PASS(sc_settings_merge(ctx, sc_job_keys, tree, keys));
+    SC_HAND_OVER(tree, out);
+    return SC_OK;
 }
 
 /* Pictures of one film are all transparent, or none is. Another background of the shot is replaced
@@ -177,13 +171,13 @@ static sc_status load_shot(const sc_ctx *ctx, const sc_job_sources *sources, con
                            const sc_yaml *node, const sc_job *film, sc_shot *shot)
 {
     sc_job *job = &shot->job;
-    sc_yaml *tree = NULL;
-    sc_status status;
+    SC_OWN(sc_yaml_free_at) sc_yaml *tree = NULL;
+    sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_MAP)
         return SC_OK; /* which has been told */
-    SC_TRY(sc_keys_set_defaults(ctx, sc_job_keys, job));
-    SC_TRY(merge_shot(ctx, base, node, &tree));
+    SC_PASS(sc_keys_set_defaults(ctx, sc_job_keys, job));
+    SC_PASS(merge_shot(ctx, base, node, &tree));
     if (sc_goes_on(&status, check_shot(ctx, node)) &&
         sc_goes_on(&status, sc_times_resolve(ctx, job, false, tree)) &&
         sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, tree, job)) &&
@@ -193,8 +187,6 @@ static sc_status load_shot(const sc_ctx *ctx, const sc_job_sources *sources, con
     job->film_rules = sc_yaml_member(node, "card")         ? 0
                       : film->rule_count < job->rule_count ? film->rule_count
                                                            : job->rule_count;
-out:
-    sc_yaml_free(tree);
     return status;
 }
 

@@ -149,19 +149,16 @@ static sc_status read_value(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     char name[128];
     sc_yaml named;
     sc_key row = *key;
-    sc_status status = SC_OK;
 
     if (item->kind == SC_YAML_MAP && !key->type->steps)
-        SC_TRY(sc_keys_read(ctx, eased_keys, item, &read));
+        SC_PASS(sc_keys_read(ctx, eased_keys, item, &read));
     *ease = read.ease;
     snprintf(name, sizeof name, "%s at %s", strcmp(key->name, "at") ? key->name : "position",
              given_time(item));
     named = *read.value; /* for messages: the value is called as the track, and not as its time */
     named.key = name;
     row.name = name;
-    status = key->type->read(ctx, &row, &named, to);
-out:
-    return status;
+    return key->type->read(ctx, &row, &named, to);
 }
 
 sc_status sc_read_key_frames(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
@@ -209,42 +206,36 @@ sc_status sc_read_track(const sc_ctx *ctx, const sc_key *value, const sc_yaml *n
 {
     sc_key key = *value;
     sc_track read = {0};
-    sc_status status;
 
     key.type = type_of(value);
-    SC_TRY(sc_read_key_frames(ctx, &key, node,
-                              &(sc_track_room){read.keys, &read.keys[0].value, sizeof *read.keys,
-                                               &read.count, SC_KEY_FRAMES_MAX}));
+    SC_PASS(sc_read_key_frames(ctx, &key, node,
+                               &(sc_track_room){read.keys, &read.keys[0].value, sizeof *read.keys,
+                                                &read.count, SC_KEY_FRAMES_MAX}));
     *track = read;
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_write_key_frames(const sc_ctx *ctx, const sc_key *key, const sc_track_room *room,
                               sc_text *text)
 {
-    sc_status status;
-
-    SC_TRY(sc_text_add(ctx, text, "{"));
+    SC_PASS(sc_text_add(ctx, text, "{"));
     for (int i = 0; i < *room->count; i++) {
         const sc_key_frame *frame = &room->frames[i];
         const bool is_eased = frame->ease.kind != SC_EASE_LINEAR;
 
-        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : ""));
-        SC_TRY(frame->at < 0 ? sc_write_number(ctx, -frame->at, 1, "s", text)
-                             : sc_write_number(ctx, frame->at, 100, "%", text));
-        SC_TRY(sc_text_add(ctx, text, "%s", is_eased ? ": {value: " : ": "));
-        SC_TRY(key->type->write(
+        SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : ""));
+        SC_PASS(frame->at < 0 ? sc_write_number(ctx, -frame->at, 1, "s", text)
+                              : sc_write_number(ctx, frame->at, 100, "%", text));
+        SC_PASS(sc_text_add(ctx, text, "%s", is_eased ? ": {value: " : ": "));
+        SC_PASS(key->type->write(
             ctx, key, (const char *)room->values + (size_t)i * room->value_bytes, 0, text));
         if (is_eased) {
-            SC_TRY(sc_text_add(ctx, text, ", ease: "));
-            SC_TRY(sc_type_ease.write(ctx, key, &frame->ease, 0, text));
-            SC_TRY(sc_text_add(ctx, text, "}"));
+            SC_PASS(sc_text_add(ctx, text, ", ease: "));
+            SC_PASS(sc_type_ease.write(ctx, key, &frame->ease, 0, text));
+            SC_PASS(sc_text_add(ctx, text, "}"));
         }
     }
-    status = sc_text_add(ctx, text, "}");
-out:
-    return status;
+    return sc_text_add(ctx, text, "}");
 }
 
 sc_status sc_write_track(const sc_ctx *ctx, const sc_key *value, const struct sc_track *track,

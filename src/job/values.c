@@ -73,19 +73,15 @@ sc_status sc_unknown_word(const sc_ctx *ctx, const sc_yaml *node, const char *wo
 {
     const char *nearest = sc_nearest_word(word, words, count);
     const char *what = node->key && strcmp(node->key, word) ? node->key : "key";
-    sc_text all = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text all = {0};
 
     if (nearest)
         return sc_yaml_fail(ctx, node, "unknown %s \"%s\"; did you mean \"%s\"?", what, word,
                             nearest);
     for (size_t i = 0; i < count; i++)
-        SC_TRY(sc_text_add(ctx, &all, "%s%s", i ? ", " : "", words[i]));
-    status = sc_yaml_fail(ctx, node, "unknown %s \"%s\"; expected one of: %s", what, word,
-                          all.data ? all.data : "");
-out:
-    sc_text_clear(&all);
-    return status;
+        SC_PASS(sc_text_add(ctx, &all, "%s%s", i ? ", " : "", words[i]));
+    return sc_yaml_fail(ctx, node, "unknown %s \"%s\"; expected one of: %s", what, word,
+                        all.data ? all.data : "");
 }
 
 sc_status sc_no_such_word(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
@@ -217,15 +213,11 @@ sc_status sc_write_number(const sc_ctx *ctx, double value, double scale, const c
 
 sc_status sc_write_numbers(const sc_ctx *ctx, const double *values, size_t count, sc_text *text)
 {
-    sc_status status = SC_OK;
-
     for (size_t i = 0; i < count; i++) {
-        SC_TRY(sc_text_add(ctx, text, i ? ", " : "["));
-        SC_TRY(sc_write_number(ctx, values[i], 1, "", text));
+        SC_PASS(sc_text_add(ctx, text, i ? ", " : "["));
+        SC_PASS(sc_write_number(ctx, values[i], 1, "", text));
     }
-    status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    return sc_text_add(ctx, text, "]");
 }
 
 static sc_status write_real(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
@@ -245,10 +237,8 @@ static json_t *real_schema(const sc_key *key)
 static sc_status read_int(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     double number = 0;
-    sc_status status = sc_read_real(ctx, node, key->low, key->high, &number);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_read_real(ctx, node, key->low, key->high, &number));
     if (number != (int)number)
         return sc_wrong_type(ctx, node, key->type->expected);
     *(int *)value = (int)number;
@@ -471,16 +461,13 @@ static sc_status read_direction(const sc_ctx *ctx, const sc_key *key, const sc_y
     sc_vec3 direction;
     size_t count;
     const char *const *words = sc_anatomical_words(&count);
-    sc_status status;
 
     if (node->kind == SC_YAML_SCALAR && !strchr(node->text, ',')) {
         if (sc_anatomical_direction(node->text, value))
             return SC_OK;
         return sc_unknown_word(ctx, node, node->text, words, count);
     }
-    status = read_point(ctx, key, node, &direction);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(read_point(ctx, key, node, &direction));
     if (sc_vec3_length(direction) < 1e-9)
         return sc_yaml_fail(ctx, node, "%s has length zero, expected a direction", key->name);
     /* One that has been written by write_point stays as it is: the square of a unit vector's length

@@ -249,16 +249,14 @@ static void clear_stats(sc_label_stats *stats, size_t count)
 static sc_status merge_stats(const sc_ctx *ctx, const finder *f, sc_label_stats *sums)
 {
     const int labels = f->p->volume->label_count;
-    void *all = NULL;
-    sc_status status;
+    void *all;
 
     clear_stats(sums, (size_t)labels);
     add_stats(f->stats, f->p->settings.threads, labels, sums);
-    status = sc_team_collect(ctx, f->p->team, sums, (size_t)labels * sizeof *sums, &all);
-    if (status == SC_OK)
-        add_stats(all, sc_team_ranks(f->p->team), labels, f->p->stats);
+    SC_PASS(sc_team_collect(ctx, f->p->team, sums, (size_t)labels * sizeof *sums, &all));
+    add_stats(all, sc_team_ranks(f->p->team), labels, f->p->stats);
     sc_team_free(f->p->team, all);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p)
@@ -266,20 +264,21 @@ sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p)
     const sc_volume *v = p->volume;
     const size_t labels = (size_t)v->label_count, threads = (size_t)p->settings.threads;
     finder f = {.p = p};
-    void *block = NULL, *rows = NULL, *background = NULL, *stats = NULL, *sums = NULL;
-    sc_status status = sc_alloc(ctx, labels, sizeof(sc_label_stats), &block);
+    SC_OWN(sc_free_at) uint16_t *rows = NULL, *background = NULL;
+    SC_OWN(sc_free_at) sc_label_stats *stats = NULL, *sums = NULL;
+    void *block;
+    sc_status status = SC_ALLOC(ctx, labels, &p->stats);
 
-    p->stats = block;
     if (status == SC_OK)
-        status = sc_alloc(ctx, labels, sizeof(sc_label_stats), &sums);
+        status = SC_ALLOC(ctx, labels, &sums);
     if (status == SC_OK)
-        status = sc_alloc(ctx, labels * threads, sizeof(sc_label_stats), &stats);
+        status = SC_ALLOC(ctx, labels * threads, &stats);
     if (status == SC_OK)
-        status = sc_alloc(ctx, threads * (size_t)v->size[0], sizeof(uint16_t), &rows);
+        status = SC_ALLOC(ctx, threads * (size_t)v->size[0], &rows);
     if (status == SC_OK)
-        status = sc_zalloc(ctx, (size_t)v->size[0], sizeof(uint16_t), &background);
-    SC_TRY(sc_team_agree(p->team, status));
-    SC_TRY(sc_team_alloc(ctx, p->team, p->brick_count, sizeof(uint64_t), &block));
+        status = SC_ZALLOC(ctx, (size_t)v->size[0], &background);
+    SC_PASS(sc_team_agree(p->team, status));
+    SC_PASS(sc_team_alloc(ctx, p->team, p->brick_count, sizeof(uint64_t), &block));
     p->near = block;
     f.stats = stats;
     f.rows = rows;
@@ -289,13 +288,7 @@ sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p)
     if (sc_team_is_first(p->team)) /* while the others begin with the loop */
         p->volume_hash = sc_volume_hash(v);
     sc_team_stage_for(ctx, SC_WORTH_BOUNDARY, p->team, (size_t)p->bricks[2], 1, find_layers, &f);
-    status = merge_stats(ctx, &f, sums);
-out:
-    sc_free(sums);
-    sc_free(stats);
-    sc_free(rows);
-    sc_free(background);
-    return status;
+    return merge_stats(ctx, &f, sums);
 }
 
 enum { NUMBERED = 4096 /* bricks that a thread numbers at a time */ };

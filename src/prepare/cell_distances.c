@@ -159,24 +159,22 @@ sc_status sc_cell_distances(const sc_ctx *ctx, sc_team *team, const sc_prepared 
     cell_job job = {.sweep = {.metric = metric}, .masks = masks};
     int framed[3];
     size_t plane;
-    void *distances, *scratch = NULL;
-    sc_status status;
+    void *distances, *scratch;
 
     sc_framed_size(volume->bricks, framed);
     job.bricks = sc_brick_count(framed);
     for (int i = 0; i < 3; i++)
         job.sweep.size[i] = framed[i] * SC_BRICK;
     plane = (size_t)job.sweep.size[0] * (size_t)job.sweep.size[1];
-    SC_TRY(
+    SC_PASS(
         sc_team_alloc(ctx, team, job.bricks * SC_BRICK_VERTICES + SC_GATHER_BYTES, 1, &distances));
-    SC_TRY(sc_team_alloc(ctx, team, 2 * plane + (size_t)job.sweep.size[0], 1, &scratch));
+    SC_PASS(sc_team_alloc(ctx, team, 2 * plane + (size_t)job.sweep.size[0], 1, &scratch));
     job.distances = distances;
     job.planes[0] = scratch;
     job.planes[1] = job.planes[0] + plane;
     job.sweep.near = job.planes[1] + plane;
     sc_team_for(team, 1, 1, measure_cells, &job);
     *out = distances;
-out:
     sc_team_free(team, scratch);
-    return status;
+    return SC_OK;
 }

@@ -190,21 +190,18 @@ sc_status sc_find_outer_cover(const sc_ctx *ctx, const sc_volume *volume, int *c
 sc_status sc_measure_covers(const sc_ctx *ctx, sc_preparation *p)
 {
     const size_t count = (size_t)p->volume->label_count;
-    void *layers = NULL, *shown = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) int *layers = NULL;
+    SC_OWN(sc_free_at) double *shown = NULL;
+    sc_status status = SC_ALLOC(ctx, count, &layers);
 
-    status = sc_alloc(ctx, count, sizeof(int), &layers);
     if (status == SC_OK)
-        status = sc_alloc(ctx, count, sizeof(double), &shown);
+        status = SC_ALLOC(ctx, count, &shown);
     if (status == SC_OK)
         status = sc_find_covers(ctx, p->volume, NULL, layers, shown);
-    SC_TRY(sc_team_agree(p->team, status));
+    SC_PASS(sc_team_agree(p->team, status));
     for (size_t id = 0; id < count; id++) {
-        p->stats[id].cover_layer = ((const int *)layers)[id];
-        p->stats[id].shown = ((const double *)shown)[id];
+        p->stats[id].cover_layer = layers[id];
+        p->stats[id].shown = shown[id];
     }
-out:
-    sc_free(layers);
-    sc_free(shown);
-    return status;
+    return SC_OK;
 }

@@ -96,14 +96,13 @@ sc_status sc_brick_distances(const sc_ctx *ctx, sc_team *team, const int bricks[
 {
     distance_pass p = {.masks = masks};
     size_t count, rows;
-    void *distances, *other = NULL;
-    sc_status status;
+    void *distances, *other;
 
     sc_framed_size(bricks, p.size);
     count = sc_brick_count(p.size);
     rows = (size_t)p.size[1] * (size_t)p.size[2];
-    SC_TRY(sc_team_alloc(ctx, team, count + SC_GATHER_BYTES, 1, &distances));
-    SC_TRY(sc_team_alloc(ctx, team, count, 1, &other));
+    SC_PASS(sc_team_alloc(ctx, team, count + SC_GATHER_BYTES, 1, &distances));
+    SC_PASS(sc_team_alloc(ctx, team, count, 1, &other));
     p.to = distances;
     sc_team_for(team, rows, ROWS, measure_rows, &p);
     p.axis = 1;
@@ -115,7 +114,6 @@ sc_status sc_brick_distances(const sc_ctx *ctx, sc_team *team, const int bricks[
     p.to = distances;
     sc_team_for(team, rows, ROWS, widen_rows, &p);
     *out = distances;
-out:
     sc_team_free(team, other);
-    return status;
+    return SC_OK;
 }

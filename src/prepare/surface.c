@@ -112,12 +112,12 @@ sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p)
     const size_t labels = (size_t)p->volume->label_count;
     const double voxel_mm3 = fabs(sc_affine_determinant(to_mm));
     surface_sum s = {.p = p};
-    void *block = NULL, *all = NULL;
+    SC_OWN(sc_free_at) uint64_t *sums = NULL;
+    void *all;
     double largest_mm2 = 0;
-    sc_status status = sc_zalloc(ctx, labels * (size_t)p->settings.threads, sizeof *s.sums, &block);
 
-    SC_TRY(sc_team_agree(p->team, status));
-    s.sums = block;
+    SC_PASS(sc_team_agree(p->team, SC_ZALLOC(ctx, labels * (size_t)p->settings.threads, &sums)));
+    s.sums = sums;
     for (int axis = 0; axis < 3; axis++) {
         s.face[axis] = sc_vec3_cross(sc_affine_column(to_mm, (axis + 1) % 3),
                                      sc_affine_column(to_mm, (axis + 2) % 3));
@@ -127,7 +127,7 @@ sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p)
     sc_team_stage_for(ctx, SC_WORTH_SURFACE, p->team, p->brick_count, 4096, add_bricks, &s);
     for (size_t i = labels; i < labels * (size_t)p->settings.threads; i++)
         s.sums[i % labels] += s.sums[i];
-    SC_TRY(sc_team_collect(ctx, p->team, s.sums, labels * sizeof *s.sums, &all));
+    SC_PASS(sc_team_collect(ctx, p->team, s.sums, labels * sizeof *s.sums, &all));
     for (size_t id = 1; id < labels; id++) {
         sc_label_stats *stats = &p->stats[id];
         uint64_t units = 0; /* whole numbers first: their sum does not depend on who has added */
@@ -138,8 +138,6 @@ sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p)
         if (units)
             stats->thickness_mm = 2 * voxel_mm3 * (double)stats->voxels / stats->surface_mm2;
     }
-out:
     sc_team_free(p->team, all);
-    sc_free(block);
-    return status;
+    return SC_OK;
 }

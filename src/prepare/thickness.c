@@ -362,7 +362,9 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
 {
     const sc_volume *v = p->volume;
     transform t = {.p = p};
-    void *distance = NULL, *scratch = NULL, *inverse = NULL, *block;
+    SC_OWN(sc_free_at) char *scratch = NULL;
+    SC_OWN(sc_free_at) float *inverse = NULL;
+    void *distance, *block;
     double spacing_mm[3];
     int longest = 0;
     sc_status status;
@@ -375,26 +377,23 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
     for (int i = 0; i < 3; i++)
         t.step_units[i] = UNITS_PER_VOXEL * spacing_mm[i] / t.smallest_mm;
     t.scratch_bytes = (workspace_bytes(longest) + 63) / 64 * 64;
-    SC_TRY(sc_team_alloc(ctx, p->team, p->near_count, 1, &block));
+    SC_PASS(sc_team_alloc(ctx, p->team, p->near_count, 1, &block));
     p->thickness = block;
     if (!p->boundary_count) { /* background alone, of which a small file can promise a lot */
         sc_stage_add(ctx, SC_WORTH_THICKNESS);
         return SC_OK;
     }
-    status = sc_alloc(ctx, t.scratch_bytes * (size_t)p->settings.threads, 1, &scratch);
+    status = SC_ALLOC(ctx, t.scratch_bytes * (size_t)p->settings.threads, &scratch);
     if (status == SC_OK)
-        status = sc_alloc(ctx, (size_t)longest + 2, sizeof(float), &inverse);
-    SC_TRY(sc_team_agree(p->team, status));
-    SC_TRY(sc_team_alloc(ctx, p->team, sc_volume_voxels(v), sizeof(uint16_t), &distance));
+        status = SC_ALLOC(ctx, (size_t)longest + 2, &inverse);
+    SC_PASS(sc_team_agree(p->team, status));
+    SC_PASS(sc_team_alloc(ctx, p->team, sc_volume_voxels(v), sizeof(uint16_t), &distance));
     t.distance = distance;
     t.scratch = scratch;
     t.half_inverse = inverse;
     for (int i = 0; i < longest + 2; i++)
         t.half_inverse[i] = i ? 0.5f / (float)i : 0;
     run_passes(ctx, &t);
-out:
     sc_team_free(p->team, distance);
-    sc_free(scratch);
-    sc_free(inverse);
-    return status;
+    return SC_OK;
 }

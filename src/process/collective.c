@@ -64,8 +64,7 @@ sc_status sc_cache_path(const sc_ctx *ctx, const char *name, char **out)
             "path; set one of them");
     SC_PASS(sc_text_add(ctx, &path, "%s%s/segcast/%s", cache ? cache : home, cache ? "" : "/.cache",
                         name));
-    *out = path.data;
-    path = (sc_text){0};
+    SC_HAND_OVER(path.data, out);
     return SC_OK;
 }
 

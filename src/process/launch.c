@@ -73,9 +73,9 @@ sc_status sc_launch_mode(const sc_ctx *ctx, bool *use_mpi)
 sc_status sc_launch(const sc_ctx *ctx, sc_comm **out)
 {
     bool use_mpi = false;
-    const sc_status status = sc_launch_mode(ctx, &use_mpi);
 
-    return status == SC_OK ? sc_comm_open(ctx, use_mpi, out) : status;
+    SC_PASS(sc_launch_mode(ctx, &use_mpi));
+    return sc_comm_open(ctx, use_mpi, out);
 }
 
 sc_status sc_check_communicator(const sc_ctx *ctx, const sc_comm *comm)
@@ -161,9 +161,8 @@ static sc_status bound_threads(sc_app *app)
  * the command, or SC_ERR_SYSTEM, logged, if not even the fewest threads can be started. */
 static sc_status execute_bounded(sc_app *app, const sc_command *command)
 {
-    const sc_status status = sc_command_has_threads(command) ? bound_threads(app) : SC_OK;
-
-    return status == SC_OK ? command->execute(app) : status;
+    SC_PASS(sc_command_has_threads(command) ? bound_threads(app) : SC_OK);
+    return command->execute(app);
 }
 
 /* Execute a command for one process: on rank 0, with a communicator of its own, while the other
@@ -171,10 +170,9 @@ static sc_status execute_bounded(sc_app *app, const sc_command *command)
 static sc_status execute_alone(sc_app *app, const sc_command *command)
 {
     sc_comm *all = app->comm, *alone = NULL;
-    sc_status status = sc_comm_open(app->ctx, false, &alone);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_comm_open(app->ctx, false, &alone));
     app->comm = alone;
     status = execute_bounded(app, command);
     app->comm = all;

@@ -140,8 +140,8 @@ sc_status sc_report_placement(sc_app *app)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
     const int ranks = sc_comm_size(app->comm);
+    SC_OWN(sc_free_at) placement *all = NULL;
     placement mine;
-    void *all = NULL;
     sc_status status = SC_OK;
 
     memset(&mine, 0, sizeof mine); /* the gaps between the members are sent, too */
@@ -150,15 +150,13 @@ sc_status sc_report_placement(sc_app *app)
     mine.threads = app->threads;
     mine.memory_bytes = sc_machine_memory();
     if (first)
-        status = sc_alloc(app->ctx, (size_t)ranks, sizeof mine, &all);
-    SC_TRY(sc_comm_agree(app->comm, status));
+        status = SC_ALLOC(app->ctx, (size_t)ranks, &all);
+    SC_PASS(sc_comm_agree(app->comm, status));
     sc_comm_gather(app->comm, &mine, sizeof mine, all);
     if (!first)
-        goto out;
+        return SC_OK;
     log_table(app, all, ranks);
     warn_of_sharing(app, all, ranks);
     warn_of_idle_cores(app, all, ranks);
-out:
-    sc_free(all);
-    return status;
+    return SC_OK;
 }

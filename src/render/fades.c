@@ -28,21 +28,19 @@ uint64_t sc_fades_bytes(const sc_renderer *r)
 static sc_status find_group(const sc_ctx *ctx, sc_renderer *r, int group, float *opacity)
 {
     sc_occlusion added;
-    sc_status status;
 
     for (int id = 0; id < r->volume->label_count; id++)
         opacity[id] = r->looks[id].group == group ? (float)r->looks[id].opacity : 0;
-    status = sc_occlusion_build(ctx, r->team, r->volume, opacity, &added);
-    if (status == SC_OK)
-        r->fades.filled[group - 1] = added.filled;
-    return status;
+    SC_PASS(sc_occlusion_build(ctx, r->team, r->volume, opacity, &added));
+    r->fades.filled[group - 1] = added.filled;
+    return SC_OK;
 }
 
 sc_status sc_find_fades(const sc_ctx *ctx, sc_renderer *r)
 {
     const size_t labels = (size_t)r->volume->label_count;
     sc_fades *fades = &r->fades;
-    void *opacity = NULL, *mixed = NULL;
+    SC_OWN(sc_free_at) float *opacity = NULL;
     sc_status status;
 
     for (size_t id = 0; id < labels; id++)
@@ -50,17 +48,14 @@ sc_status sc_find_fades(const sc_ctx *ctx, sc_renderer *r)
     fades->base = r->occlusion.filled;
     if (!fades->groups || !fades->base)
         return SC_OK;
-    status = sc_alloc(ctx, labels, sizeof(float), &opacity);
+    status = SC_ALLOC(ctx, labels, &opacity);
     if (status == SC_OK)
-        status = sc_zalloc(ctx, brick_count(&r->occlusion) + SC_GATHER_BYTES, 2, &mixed);
-    fades->mixed = mixed;
+        status = SC_ZALLOC(ctx, brick_count(&r->occlusion) + SC_GATHER_BYTES, &fades->mixed);
     /* No rank begins what all do together before all have come as far. */
-    SC_TRY(sc_team_agree(r->team, status));
+    SC_PASS(sc_team_agree(r->team, status));
     for (int group = 1; group <= fades->groups; group++)
-        SC_TRY(find_group(ctx, r, group, opacity));
-out:
-    sc_free(opacity);
-    return status;
+        SC_PASS(find_group(ctx, r, group, opacity));
+    return SC_OK;
 }
 
 /* ---- for each view ---- */

@@ -128,7 +128,6 @@ sc_status sc_find_backdrop(const sc_ctx *ctx, sc_renderer *r)
 {
     const sc_renderer *lender = r->settings.lender;
     sc_march_backdrop *b = &r->backdrop;
-    sc_status status = SC_OK;
 
     if (!r->settings.grey || !(r->settings.grey_look.backdrop > 0))
         return SC_OK;
@@ -145,8 +144,7 @@ sc_status sc_find_backdrop(const sc_ctx *ctx, sc_renderer *r)
         memcpy(b->bricks, lender->backdrop.bricks, sizeof b->bricks);
         return SC_OK;
     }
-    status = find_bricks(ctx, r);
-    return status;
+    return find_bricks(ctx, r);
 }
 
 /* Set what of the backdrop depends on the view. @param opacity of 10 mm of what is white. */

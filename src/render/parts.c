@@ -118,7 +118,9 @@ sc_status sc_parts_make(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tiss
 {
     const size_t labels = (size_t)r->volume->label_count;
     int count = 1;
-    void *mine = NULL, *show = NULL, *opacity = NULL;
+    SC_OWN(sc_free_at) sc_tissue *mine = NULL;
+    SC_OWN(sc_free_at) uint8_t *show = NULL;
+    SC_OWN(sc_free_at) float *opacity = NULL;
     sc_status status;
 
     for (size_t id = 1; id < labels; id++)
@@ -127,18 +129,13 @@ sc_status sc_parts_make(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tiss
         return SC_OK;
     status = allocate(ctx, r, count);
     if (status == SC_OK)
-        status = sc_alloc(ctx, labels, sizeof *tissues, &mine);
+        status = SC_ALLOC(ctx, labels, &mine);
     if (status == SC_OK)
-        status = sc_alloc(ctx, labels, 1, &show);
+        status = SC_ALLOC(ctx, labels, &show);
     if (status == SC_OK)
-        status = sc_alloc(ctx, labels, sizeof(float), &opacity);
-    SC_TRY(sc_team_agree(r->team, status));
-    status = make_all(ctx, r, tissues, mine, show, opacity);
-out:
-    sc_free(mine);
-    sc_free(show);
-    sc_free(opacity);
-    return status;
+        status = SC_ALLOC(ctx, labels, &opacity);
+    SC_PASS(sc_team_agree(r->team, status));
+    return make_all(ctx, r, tissues, mine, show, opacity);
 }
 
 void sc_parts_free(sc_renderer *r)

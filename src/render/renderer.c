@@ -194,22 +194,20 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     const size_t labels = (size_t)volume->label_count;
     sc_team *team = NULL;
     sc_renderer *r = NULL;
-    void *block = NULL, *show = NULL, *opacity = NULL;
+    SC_OWN(sc_free_at) uint8_t *show = NULL;
+    SC_OWN(sc_free_at) float *opacity = NULL;
     sc_status status;
 
     SC_TRY(sc_team_open(ctx, settings->comm, settings->threads, settings->folder, &team));
-    status = sc_zalloc(ctx, 1, sizeof *r, &block);
+    status = SC_ZALLOC(ctx, 1, &r);
     if (status == SC_OK)
-        status = sc_alloc(ctx, labels, 1, &show);
+        status = SC_ALLOC(ctx, labels, &show);
     if (status == SC_OK)
-        status = sc_alloc(ctx, labels, sizeof(float), &opacity);
+        status = SC_ALLOC(ctx, labels, &opacity);
     if (status == SC_OK) {
-        r = block;
         r->settings = *settings;
         r->volume = volume;
         status = begin(ctx, r, tissues, show, opacity);
-    } else {
-        sc_free(block);
     }
     /* No rank begins what all do together before all have come as far. */
     SC_TRY(sc_team_agree(team, status));
@@ -222,8 +220,6 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     *out = r;
     r = NULL;
 out:
-    sc_free(show);
-    sc_free(opacity);
     sc_renderer_free(r);
     sc_team_close(team);
     return status;

@@ -72,10 +72,9 @@ static json_t *frame_json(const sc_past_frame *past)
 static sc_status add_cost(const sc_ctx *ctx, const sc_history *history, int frames, json_t *data)
 {
     const sc_past_frame *slowest[SLOWEST + 1] = {0}, *least = NULL;
-    json_t *json = json_object(), *names = json_array();
+    json_auto_t *json = json_object(), *names = json_array();
     double sum = 0;
     int known = 0;
-    sc_status status = SC_OK;
 
     for (int i = 0; i < history->frame_count; i++) {
         const sc_past_frame *past = &history->frames[i];
@@ -91,19 +90,14 @@ static sc_status add_cost(const sc_ctx *ctx, const sc_history *history, int fram
         known++;
     }
     if (known == 0)
-        goto out;
+        return SC_OK;
     for (int i = 0; i < known && i < SLOWEST; i++)
         names = sc_json_append(names, frame_json(slowest[i]));
-    SC_TRY(set_curve(ctx, history, frames, json));
-    SC_TRY(sc_json_set(ctx, json, "slowest", names ? json_incref(names) : NULL));
-    SC_TRY(sc_json_set(ctx, json, "least", frame_json(least)));
-    SC_TRY(sc_json_set(ctx, json, "mean_s", json_real(sum / known)));
-    status = sc_json_set(ctx, data, "cost", json);
-    json = NULL;
-out:
-    json_decref(json);
-    json_decref(names);
-    return status;
+    SC_PASS(set_curve(ctx, history, frames, json));
+    SC_PASS(sc_json_set(ctx, json, "slowest", json_incref(names)));
+    SC_PASS(sc_json_set(ctx, json, "least", frame_json(least)));
+    SC_PASS(sc_json_set(ctx, json, "mean_s", json_real(sum / known)));
+    return sc_json_set(ctx, data, "cost", json_incref(json));
 }
 
 /* Set `dots`: what each frame that was measured cost, of many every so many, against how many
@@ -112,9 +106,8 @@ static sc_status add_dots(const sc_ctx *ctx, const sc_history *history, json_t *
 {
     const int every = (history->frame_count + DOTS - 1) / DOTS;
     double sums[2] = {0, 0}, squares[3] = {0, 0, 0};
-    json_t *points = json_array();
+    json_auto_t *points = json_array();
     int count = 0;
-    sc_status status = SC_OK;
 
     for (int i = 0; i < history->frame_count; i += every) {
         const sc_past_frame *past = &history->frames[i];
@@ -133,14 +126,13 @@ static sc_status add_dots(const sc_ctx *ctx, const sc_history *history, json_t *
     for (int i = 0; i < 2 && count; i++)
         squares[i] -= sums[i] * sums[i] / count;
     squares[2] -= count ? sums[0] * sums[1] / count : 0;
-    if (count > 1)
-        status = sc_json_set(ctx, data, "dots",
-                             json_pack("{s:O, s:f}", "points", points, "correlation",
-                                       squares[0] > 0 && squares[1] > 0
-                                           ? squares[2] / sqrt(squares[0] * squares[1])
-                                           : 0.0));
-    json_decref(points);
-    return status;
+    if (count < 2)
+        return SC_OK;
+    return sc_json_set(ctx, data, "dots",
+                       json_pack("{s:O, s:f}", "points", points, "correlation",
+                                 squares[0] > 0 && squares[1] > 0
+                                     ? squares[2] / sqrt(squares[0] * squares[1])
+                                     : 0.0));
 }
 
 /* ---- the pictures ---- */
@@ -178,9 +170,9 @@ static sc_status shrink(const sc_ctx *ctx, const sc_image *image, sc_image *out)
     const int width = (int)fmax(1, scale * image->width_px + 0.5);
     const int height = (int)fmax(1, scale * image->height_px + 0.5);
     const size_t bytes = sc_pixel_bytes(image->alpha);
-    const sc_status status = sc_image_init(ctx, width, height, out);
 
-    for (int p = 0; p < width * height && status == SC_OK; p++) {
+    SC_PASS(sc_image_init(ctx, width, height, out));
+    for (int p = 0; p < width * height; p++) {
         const int x0 = (int)((long)(p % width) * image->width_px / width);
         const int x1 = (int)((long)(p % width + 1) * image->width_px / width);
         const int y0 = (int)((long)(p / width) * image->height_px / height);
@@ -201,7 +193,7 @@ static sc_status shrink(const sc_ctx *ctx, const sc_image *image, sc_image *out)
         for (int c = 0; c < 3; c++)
             out->rgb[3 * p + c] = (uint8_t)((sum[c] + pixels / 2) / pixels);
     }
-    return status;
+    return SC_OK;
 }
 
 /* For sc_video_pick, with a gallery as user: keep a frame. */

@@ -35,23 +35,19 @@ static sc_status add_kind(const sc_ctx *ctx, const sc_heat *heat, int kind, json
         [SC_HEAT_SAMPLES] = "samples", [SC_HEAT_CONTRIBUTIONS] = "contributions"};
     const int pixels = heat->width_px * heat->height_px;
     bool any = false;
-    sc_image image = {0};
-    json_t *png = NULL;
-    sc_status status;
+    SC_OWN(sc_image_clear) sc_image image = {0};
+    json_auto_t *png = NULL;
 
-    SC_TRY(sc_image_init(ctx, heat->width_px, heat->height_px, &image));
+    SC_PASS(sc_image_init(ctx, heat->width_px, heat->height_px, &image));
     for (int i = 0; i < pixels; i++) {
         any = any || heat->codes[kind][i];
         memset(&image.rgb[3 * i], heat->codes[kind][i], 3);
     }
     if (any) {
-        SC_TRY(sc_json_png(ctx, &image, &png));
+        SC_PASS(sc_json_png(ctx, &image, &png));
         *kinds = sc_json_append(*kinds, describe(names[kind], heat->codes[kind], pixels, png));
     }
-out:
-    json_decref(png);
-    sc_image_clear(&image);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_report_heat(const sc_ctx *ctx, const sc_heat *heat, json_t *data)

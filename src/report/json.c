@@ -108,21 +108,16 @@ sc_status sc_json_sources(const sc_ctx *ctx, const char *directory, const char *
                           const char *const *names, size_t count, json_t *data)
 {
     char path[SC_REPORT_PATH_BYTES];
-    json_t *files = json_array();
-    sc_status status;
+    json_auto_t *files = json_array();
 
     snprintf(path, sizeof path, "%s/%s", directory, settings);
-    SC_TRY(sc_json_set(ctx, data, "settings", file_json(ctx, path)));
+    SC_PASS(sc_json_set(ctx, data, "settings", file_json(ctx, path)));
     for (size_t i = 0; i < count; i++) {
         snprintf(path, sizeof path, "%s/%s", directory, names[i]);
         if (access(path, R_OK) == 0)
             files = sc_json_append(files, sc_json_text(names[i]));
     }
-    status = sc_json_set(ctx, data, "files", files);
-    files = NULL;
-out:
-    json_decref(files);
-    return status;
+    return sc_json_set(ctx, data, "files", json_incref(files));
 }
 
 sc_status sc_json_page(const sc_ctx *ctx, const json_t *data, sc_text *out)

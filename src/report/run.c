@@ -127,9 +127,8 @@ sc_status sc_report_make(const sc_ctx *ctx, const sc_report_run *run, sc_text *o
     enum { RECORDS = SC_COUNT_OF(records) };
     char names[RECORDS][SC_REPORT_PATH_BYTES / 2], path[SC_REPORT_PATH_BYTES];
     const char *files[RECORDS + 1] = {[RECORDS] = "job.yaml"};
-    sc_run_stats stats = {0};
-    json_t *data = NULL;
-    sc_status status;
+    SC_OWN(sc_run_stats_clear) sc_run_stats stats = {0};
+    json_auto_t *data = NULL;
 
     for (int i = 0; i < RECORDS; i++) {
         snprintf(names[i], sizeof names[i], "%s%s%s.%s", records[i][0], run->slice ? "." : "",
@@ -137,18 +136,14 @@ sc_status sc_report_make(const sc_ctx *ctx, const sc_report_run *run, sc_text *o
         files[i] = names[i];
     }
     snprintf(path, sizeof path, "%s/%s", run->directory, names[0]);
-    SC_TRY(sc_run_stats_read(ctx, path, &stats));
+    SC_PASS(sc_run_stats_read(ctx, path, &stats));
     data = run_json(run, &stats);
-    SC_TRY(sc_report_frames(ctx, run, &stats, data));
-    SC_TRY(sc_report_heat(ctx, &stats.heat, data));
+    SC_PASS(sc_report_frames(ctx, run, &stats, data));
+    SC_PASS(sc_report_heat(ctx, &stats.heat, data));
     snprintf(path, sizeof path, "%s/%s", run->directory, names[2]);
-    SC_TRY(sc_report_activity(ctx, path, &stats, data));
-    SC_TRY(sc_json_sources(ctx, run->directory, "job.yaml", files, SC_COUNT_OF(files), data));
-    status = sc_json_page(ctx, data, out);
-out:
-    json_decref(data);
-    sc_run_stats_clear(&stats);
-    return status;
+    SC_PASS(sc_report_activity(ctx, path, &stats, data));
+    SC_PASS(sc_json_sources(ctx, run->directory, "job.yaml", files, SC_COUNT_OF(files), data));
+    return sc_json_page(ctx, data, out);
 }
 
 /* ---- several runs ---- */

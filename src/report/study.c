@@ -173,12 +173,10 @@ static bool keeps_pixels(const char *name)
 static sc_status add_mismatch(const sc_ctx *ctx, const sc_study_view *view, json_t *data)
 {
     const sc_design *design = &view->m->design;
-    uint64_t *pictures;
-    void *block;
+    SC_OWN(sc_free_at) uint64_t *pictures = NULL;
     int cell, other = 0;
 
-    SC_PASS(sc_zalloc(ctx, (size_t)view->count, sizeof *pictures, &block));
-    pictures = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)view->count, &pictures));
     for (int i = 0; i < view->count; i++) {
         for (int a = 0; a < design->axis_count; a++) {
             if (!keeps_pixels(design->axes[a].name))
@@ -187,7 +185,6 @@ static sc_status add_mismatch(const sc_ctx *ctx, const sc_study_view *view, json
         }
     }
     cell = sc_measurements_mismatch(view->m, 0, pictures, &other);
-    sc_free(block);
     return sc_json_set(ctx, data, "mismatch",
                        cell < 0 ? json_null() : json_pack("[i, i]", cell, other));
 }
@@ -249,12 +246,11 @@ sc_status sc_report_study(const sc_ctx *ctx, const char *directory, const sc_mea
 {
     static const char *const files[] = {"measurements.jsonl", "cells.csv", "extrap.jsonl",
                                         "study.yaml"};
-    sc_study_view view = {0};
-    json_t *data = NULL;
+    SC_OWN(sc_study_view_clear) sc_study_view view = {0};
+    json_auto_t *data = NULL;
     int missing = 0;
-    sc_status status;
 
-    SC_TRY(sc_study_view_open(ctx, m, &view));
+    SC_PASS(sc_study_view_open(ctx, m, &view));
     for (int i = 0; i < view.count; i++)
         missing += !view.cells[i].skipped && !sc_study_has(&view, i);
     data = json_pack(
@@ -265,11 +261,7 @@ sc_status sc_report_study(const sc_ctx *ctx, const char *directory, const sc_mea
         view.series, "scale", view.scale, "axes", axes_json(&m->design), "cells", cells_json(&view),
         "runs", runs_json(m), "run_count", (json_int_t)m->run_count, "skipped", skipped_json(m),
         "paper", paper_json(&view));
-    SC_TRY(add_mismatch(ctx, &view, data));
-    SC_TRY(sc_json_sources(ctx, directory, "study.yaml", files, SC_COUNT_OF(files), data));
-    status = sc_json_page(ctx, data, out);
-out:
-    json_decref(data);
-    sc_study_view_clear(&view);
-    return status;
+    SC_PASS(add_mismatch(ctx, &view, data));
+    SC_PASS(sc_json_sources(ctx, directory, "study.yaml", files, SC_COUNT_OF(files), data));
+    return sc_json_page(ctx, data, out);
 }

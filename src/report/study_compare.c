@@ -14,6 +14,13 @@ typedef struct studies {
     int count;
 } studies;
 
+static void clear_studies(studies *s)
+{
+    for (int i = 0; i < s->count; i++)
+        sc_study_view_clear(&s->views[i]);
+    sc_free(s->views);
+}
+
 /* @return the cell of a study that is named like the cell @p cell of the first one and was
  * measured, or -1. */
 static int find_same(const studies *s, int study, int cell)
@@ -119,13 +126,12 @@ static json_t *cell_json(const studies *s, int cell)
 sc_status sc_report_compare_studies(const sc_ctx *ctx, const char *const *directories,
                                     const sc_measurements *measurements, int count, sc_text *out)
 {
-    studies s = {.names = directories};
-    json_t *data = NULL, *list = json_array(), *cells = json_array();
-    sc_status status;
+    SC_OWN(clear_studies) studies s = {.names = directories};
+    json_auto_t *data = NULL, *list = json_array(), *cells = json_array();
 
-    SC_TRY(SC_ZALLOC(ctx, (size_t)count, &s.views));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)count, &s.views));
     for (; s.count < count; s.count++)
-        SC_TRY(sc_study_view_open(ctx, &measurements[s.count], &s.views[s.count]));
+        SC_PASS(sc_study_view_open(ctx, &measurements[s.count], &s.views[s.count]));
     for (int i = 0; i < count; i++)
         list = sc_json_append(list, study_json(&s, i));
     for (int i = 0; i < s.views[0].count && json_array_size(cells) < CELLS_SHOWN; i++) {
@@ -135,13 +141,5 @@ sc_status sc_report_compare_studies(const sc_ctx *ctx, const char *const *direct
     data = json_pack("{s:s, s:s, s:s, s:i, s:O, s:O}", "kind", "studies", "title",
                      "Comparison of studies", "unit", sc_study_unit(&s.views[0]), "cell_count",
                      s.views[0].measured, "studies", list, "cells", cells);
-    status = sc_json_page(ctx, data, out);
-out:
-    json_decref(data);
-    json_decref(list);
-    json_decref(cells);
-    for (int i = 0; i < s.count; i++)
-        sc_study_view_clear(&s.views[i]);
-    sc_free(s.views);
-    return status;
+    return sc_json_page(ctx, data, out);
 }

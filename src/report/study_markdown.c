@@ -224,11 +224,10 @@ static void add_source(writer *w, const sc_study_view *view)
 sc_status sc_report_study_markdown(const sc_ctx *ctx, const sc_measurements *measurements,
                                    sc_text *out)
 {
-    sc_study_view view = {0};
+    SC_OWN(sc_study_view_clear) sc_study_view view = {0};
     writer w = {.ctx = ctx};
-    sc_status status;
 
-    SC_TRY(sc_study_view_open(ctx, measurements, &view));
+    SC_PASS(sc_study_view_open(ctx, measurements, &view));
     if (measurements->design.title[0]) {
         ADD(&w, "**");
         add_text(&w, measurements->design.title);
@@ -244,13 +243,9 @@ sc_status sc_report_study_markdown(const sc_ctx *ctx, const sc_measurements *mea
         add_work(&w, &view);
     if (view.measured)
         add_source(&w, &view);
-    status = w.status;
-    if (status == SC_OK) {
+    if (w.status == SC_OK)
         *out = w.text;
-        w.text = (sc_text){0};
-    }
-out:
-    sc_text_clear(&w.text);
-    sc_study_view_clear(&view);
-    return status;
+    else
+        sc_text_clear(&w.text);
+    return w.status;
 }

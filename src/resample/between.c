@@ -289,8 +289,6 @@ static sc_status list_changes(const sc_ctx *ctx, between_work *w)
     const size_t voxels = sc_volume_voxels(w->a), nx = (size_t)w->a->size[0];
     const size_t ny = (size_t)w->a->size[1];
     size_t count = 0;
-    void *block;
-    sc_status status;
 
     for (size_t at = 0; at < voxels; at++) {
         count += id_of_voxel(w->a, at) != id_of_voxel(w->b, at);
@@ -298,12 +296,8 @@ static sc_status list_changes(const sc_ctx *ctx, between_work *w)
     }
     if (!count)
         return SC_OK;
-    status = check_memory(ctx, w->a, count, 0);
-    if (status == SC_OK)
-        status = sc_alloc(ctx, count, sizeof *w->result->all, &block);
-    if (status != SC_OK)
-        return status;
-    w->result->all = block;
+    SC_PASS(check_memory(ctx, w->a, count, 0));
+    SC_PASS(SC_ALLOC(ctx, count, &w->result->all));
     for (size_t at = 0; at < voxels; at++) {
         const uint32_t ids[2] = {id_of_voxel(w->a, at), id_of_voxel(w->b, at)};
         const int voxel[3] = {(int)(at % nx), (int)(at / nx % ny), (int)(at / nx / ny)};

@@ -231,21 +231,19 @@ sc_status sc_resample_find_copies(const sc_ctx *ctx, sc_team *team, const sc_vol
 {
     const size_t flags = flags_at(v, 3);
     const int threads = sc_team_threads(team);
+    SC_OWN(sc_free_at) uint8_t *of_threads = NULL;
+    SC_OWN(sc_free_at) int *at = NULL;
     edge_work w = {v, NULL};
-    int *at = NULL;
-    void *block = NULL, *all = NULL;
-    sc_status status = sc_zalloc(ctx, (size_t)threads * flags, 1, &block);
+    void *all;
+    sc_status status = SC_ZALLOC(ctx, (size_t)threads * flags, &of_threads);
 
-    w.of_threads = block;
-    if (status == SC_OK) {
-        block = NULL;
-        status = sc_alloc(ctx, flags, sizeof *at, &block);
-        at = block;
-    }
-    SC_TRY(sc_team_agree(team, status));
+    w.of_threads = of_threads;
+    if (status == SC_OK)
+        status = SC_ALLOC(ctx, flags, &at);
+    SC_PASS(sc_team_agree(team, status));
     sc_team_for(team, (size_t)v->size[2], 1, mark_slices, &w);
     add_flags(w.of_threads, w.of_threads + flags, threads - 1, flags);
-    SC_TRY(sc_team_collect(ctx, team, w.of_threads, flags, &all));
+    SC_PASS(sc_team_collect(ctx, team, w.of_threads, flags, &all));
     add_flags(w.of_threads, all, sc_team_ranks(team), flags);
     for (int axis = 0; axis < 3; axis++) {
         int count = 0;
@@ -256,11 +254,8 @@ sc_status sc_resample_find_copies(const sc_ctx *ctx, sc_team *team, const sc_vol
         }
         find_planes(at, count, axis, grid);
     }
-out:
     sc_team_free(team, all);
-    sc_free(w.of_threads);
-    sc_free(at);
-    return status;
+    return SC_OK;
 }
 
 /* @return the number of the first drawn voxel that has a plane of its own, which ends behind the
@@ -293,11 +288,10 @@ sc_status sc_resample_remove_copies(const sc_ctx *ctx, sc_volume *v, int axis, d
     int size[3] = {v->size[0], v->size[1], v->size[2]};
     size_t stride = (size_t)v->label_bytes, group;
     void *block;
-    sc_status status = sc_alloc(ctx, voxels, (size_t)v->label_bytes, &block);
-    uint8_t *to = block;
+    uint8_t *to;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, voxels, (size_t)v->label_bytes, &block));
+    to = block;
     for (int i = 0; i < axis; i++)
         stride *= (size_t)size[i];
     group = stride * (size_t)size[axis];

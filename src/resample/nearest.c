@@ -44,11 +44,9 @@ sc_status sc_resample_nearest(const sc_ctx *ctx, sc_volume *volume, const int si
 {
     const size_t rows = (size_t)size[1] * (size_t)size[2];
     nearest_work w = {.from = volume, .size = {size[0], size[1], size[2]}};
-    SC_OWN(sc_free_at) void *block = NULL;
-    int *x_of;
+    SC_OWN(sc_free_at) int *x_of = NULL;
 
-    SC_PASS(sc_alloc(ctx, (size_t)size[0], sizeof *x_of, &block));
-    x_of = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)size[0], &x_of));
     for (int x = 0; x < size[0]; x++)
         x_of[x] = plane_of(x, volume->size[0], size[0]);
     w.x_of = x_of;

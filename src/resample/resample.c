@@ -14,18 +14,13 @@ enum { MOST_LAYERS = 15 }; /* into which a drawn voxel is split */
 /* Write how many slices across each axis of a view jump to @p moved. @return SC_ERR_MEMORY. */
 static sc_status count_moved(const sc_ctx *ctx, sc_team *team, const drawn_view *view, int moved[3])
 {
-    sc_status status = SC_OK;
+    for (int axis = 0; axis < 3; axis++) {
+        SC_OWN(sc_free_at) int *places = NULL;
 
-    for (int axis = 0; axis < 3 && status == SC_OK; axis++) {
-        void *places = NULL;
-
-        status =
-            sc_team_agree(team, sc_alloc(ctx, (size_t)view->size[axis], 2 * sizeof(int), &places));
-        if (status == SC_OK)
-            status = sc_resample_find_moved(ctx, team, view, axis, places, &moved[axis]);
-        sc_free(places);
+        SC_PASS(sc_team_agree(team, SC_ALLOC(ctx, 2 * (size_t)view->size[axis], &places)));
+        SC_PASS(sc_resample_find_moved(ctx, team, view, axis, places, &moved[axis]));
     }
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_find_drawn_grid(const sc_ctx *ctx, const sc_volume *volume, int threads,
@@ -141,16 +136,15 @@ sc_status sc_resample_bytes(const sc_ctx *ctx, const sc_volume *volume, const sc
     const sc_drawn_grid whole = {.copies = {grid->copies[0], grid->copies[1], grid->copies[2]},
                                  .phase = {grid->phase[0], grid->phase[1], grid->phase[2]},
                                  .split = {1, 1, 1}};
-    sc_label_tally *boxes = NULL;
+    SC_OWN(sc_free_at) sc_label_tally *boxes = NULL;
     double most = 0; /* of the steps, one after the other */
     int size[3];
-    sc_status status = SC_OK;
 
     sc_resampled_size(volume, &whole, size);
     if (grid->moved[0] || grid->moved[1] || grid->moved[2])
         most = (double)size[0] * size[1] * size[2] * volume->label_bytes;
     if (grid->split[0] > 1 || grid->split[1] > 1 || grid->split[2] > 1) {
-        SC_TRY(sc_resample_find_boxes(ctx, volume, threads, &boxes));
+        SC_PASS(sc_resample_find_boxes(ctx, volume, threads, &boxes));
         for (int i = 0; i < 3; i++)
             scale_axis(&v, boxes, i, grid->copies[i], size[i]);
     }
@@ -161,9 +155,7 @@ sc_status sc_resample_bytes(const sc_ctx *ctx, const sc_volume *volume, const sc
         scale_axis(&v, boxes, i, 1.0 / grid->split[i], v.size[i] * grid->split[i]);
     }
     *out = most;
-out:
-    sc_free(boxes);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_resample(const sc_ctx *ctx, sc_volume *volume, const sc_drawn_grid *grid, int threads)

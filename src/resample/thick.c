@@ -465,13 +465,10 @@ static sc_status fill_stack(const sc_ctx *ctx, const sc_volume *v, int axis, sta
 {
     const size_t strides[3] = {1, (size_t)v->size[0], (size_t)v->size[0] * (size_t)v->size[1]};
     const axes order = axes_across(axis);
-    void *block;
-    sc_status status = sc_alloc(ctx, sc_volume_voxels(v), sizeof *s->ids, &block);
-    uint16_t *to = block;
+    uint16_t *to;
 
-    if (status != SC_OK)
-        return status;
-    s->ids = block;
+    SC_PASS(SC_ALLOC(ctx, sc_volume_voxels(v), &to));
+    s->ids = to;
     for (size_t z = 0; z < (size_t)s->size[2]; z++) {
         for (size_t y = 0; y < (size_t)s->size[1]; y++) {
             for (size_t x = 0; x < (size_t)s->size[0]; x++)

@@ -246,8 +246,8 @@ sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_t
     resolving r = {.volume = volume, .tissues = tissues, .verbs = verbs};
     voxel_box visible = empty_box();
     size_t room;
-    void *members = NULL, *shifts = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) bool *members = NULL;
+    SC_OWN(sc_free_at) sc_shift *shifts = NULL;
 
     for (int id = 0; id < volume->label_count; id++) {
         tissues[id].part = 0;
@@ -259,9 +259,9 @@ sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_t
     *count = 0;
     if (!room)
         return SC_OK;
-    SC_TRY(sc_alloc(ctx, labels, sizeof *r.members, &members));
+    SC_PASS(SC_ALLOC(ctx, labels, &members));
     r.members = members;
-    SC_TRY(sc_alloc(ctx, room, sizeof *r.shifts, &shifts));
+    SC_PASS(SC_ALLOC(ctx, room, &shifts));
     r.shifts = shifts;
     r.middle_mm = middle_of(volume, &visible);
     for (size_t v = 0; v < verbs->verb_count; v++) {
@@ -271,14 +271,10 @@ sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_t
     for (int id = 1; id < volume->label_count; id++)
         add_offset(&r, id);
     sort_shifts(r.shifts, r.count);
-    SC_TRY(set_parts(ctx, &r, tissues));
-    *out = r.shifts;
+    SC_PASS(set_parts(ctx, &r, tissues));
     *count = r.count;
-    shifts = NULL;
-out:
-    sc_free(members);
-    sc_free(shifts);
-    return status;
+    SC_HAND_OVER(shifts, out);
+    return SC_OK;
 }
 
 /* ---- frames ---- */

@@ -74,11 +74,18 @@ typedef struct resolving {
     const sc_prepared *volume;
     const sc_tissue *tissues;
     const sc_verbs *verbs;
-    bool *taken;     /* [label_count]: by the present verb */
-    member *members; /* room for [label_count] */
-    sc_fade *fades;  /* [fade_count], with room for fade_room */
+    bool *taken;     /* [label_count]: by the present verb; owned */
+    member *members; /* room for [label_count]; owned */
+    sc_fade *fades;  /* [fade_count], with room for fade_room; owned */
     size_t fade_count, fade_room;
 } resolving;
+
+static void clear_resolving(resolving *r)
+{
+    sc_free(r->taken);
+    sc_free(r->members);
+    sc_free(r->fades);
+}
 
 /* Find the tissues of verb @p v that can be seen, each once. @param taken [label_count]: set for
  * these. @param members room for [label_count], or NULL. @return how many there are. */
@@ -138,18 +145,11 @@ static sc_status add_fades(const sc_ctx *ctx, resolving *r, const sc_verb *verb,
 {
     const double stagger = verb->kind == SC_VERB_APPEAR ? verb->stagger : 0;
     const double each = (verb->end - verb->begin) / (1 + stagger * ((double)count - 1));
-    void *grown;
 
     if (r->fade_count + count > r->fade_room) {
         const size_t room = 2 * r->fade_room + count;
-        const sc_status status = sc_alloc(ctx, room, sizeof *r->fades, &grown);
 
-        if (status != SC_OK)
-            return status;
-        if (r->fade_count)
-            memcpy(grown, r->fades, r->fade_count * sizeof *r->fades);
-        sc_free(r->fades);
-        r->fades = grown;
+        SC_PASS(SC_RESIZE(ctx, r->fade_count, room, &r->fades));
         r->fade_room = room;
     }
     for (size_t i = 0; i < count; i++) {
@@ -349,48 +349,28 @@ static sc_status resolve_all(const sc_ctx *ctx, resolving *r)
     return status;
 }
 
-/* Allocate what is needed to resolve verbs: r->taken, r->members and @p tracks, which the caller
- * frees, also after an error. */
-static sc_status allocate(const sc_ctx *ctx, resolving *r, void **tracks)
-{
-    const size_t labels = (size_t)r->volume->label_count;
-    void *block;
-    sc_status status;
-
-    SC_TRY(sc_alloc(ctx, labels, sizeof *r->taken, &block));
-    r->taken = block;
-    SC_TRY(sc_alloc(ctx, labels, sizeof *r->members, &block));
-    r->members = block;
-    status = sc_alloc(ctx, labels, sizeof(track), tracks);
-out:
-    return status;
-}
-
 sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tissue *tissues,
                            const sc_verbs *verbs, sc_fade **out, size_t *count)
 {
+    const size_t labels = (size_t)volume->label_count;
+    SC_OWN(clear_resolving)
     resolving r = {.volume = volume, .tissues = tissues, .verbs = verbs};
-    void *tracks = NULL, *room = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) track *tracks = NULL;
+    SC_OWN(sc_free_at) sc_fade *room = NULL;
 
     for (int id = 0; id < volume->label_count; id++)
         tissues[id].fade_group = 0;
-    SC_TRY(sc_verb_tissues_check(ctx, volume, verbs->list, verbs->list_count));
-    SC_TRY(allocate(ctx, &r, &tracks));
-    SC_TRY(resolve_all(ctx, &r));
-    SC_TRY(sc_alloc(ctx, r.fade_count, sizeof *r.fades, &room));
+    SC_PASS(sc_verb_tissues_check(ctx, volume, verbs->list, verbs->list_count));
+    SC_PASS(SC_ALLOC(ctx, labels, &r.taken));
+    SC_PASS(SC_ALLOC(ctx, labels, &r.members));
+    SC_PASS(SC_ALLOC(ctx, labels, &tracks));
+    SC_PASS(resolve_all(ctx, &r));
+    SC_PASS(SC_ALLOC(ctx, r.fade_count, &room));
     sort_fades(r.fades, r.fade_count, room);
     set_groups(&r, tracks, tissues);
-    *out = r.fades;
     *count = r.fade_count;
-    r.fades = NULL;
-out:
-    sc_free(r.taken);
-    sc_free(r.members);
-    sc_free(tracks);
-    sc_free(room);
-    sc_free(r.fades);
-    return status;
+    SC_HAND_OVER(r.fades, out);
+    return SC_OK;
 }
 
 /* ---- frames ---- */

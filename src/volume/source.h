@@ -148,11 +148,6 @@ size_t sc_source_voxels(const sc_source *source);
 /* Bytes of one voxel as stored. */
 size_t sc_voxel_type_bytes(sc_voxel_type type);
 
-/* Make room for one more in a list of @p count things of @p bytes each. @param list where the
- * pointer to it is kept, from sc_alloc or NULL. @return SC_ERR_MEMORY, logged; the list is as it
- * was. */
-sc_status sc_list_grow(const sc_ctx *ctx, size_t count, size_t bytes, size_t *capacity, void *list);
-
 /* How many names of labels a file has that had to be mended, and the first of them, mended; and how
  * many levels of colour and opacity, and the first of them, as it stands there. */
 typedef struct sc_name_count {

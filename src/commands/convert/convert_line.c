@@ -16,16 +16,19 @@ typedef struct wish {
     sc_line_wish line;
 } wish;
 
+static void clear_wish(wish *w)
+{
+    sc_text_clear(&w->text);
+}
+
 /* Take the names of --tissue apart at commas. */
 static sc_status read_tissues(const sc_ctx *ctx, const char *tissues, wish *w)
 {
-    sc_status status;
-
     if (!tissues || !tissues[0] || tissues[0] == ',')
         return sc_fail(ctx, SC_ERR_USAGE,
                        "no tissue: give one as --tissue NAME, or several with commas between them; "
                        "`segcast info VOLUME` lists those of a volume");
-    SC_TRY(sc_text_add(ctx, &w->text, "%s", tissues));
+    SC_PASS(sc_text_add(ctx, &w->text, "%s", tissues));
     for (char *at = w->text.data; at;) {
         char *comma = strchr(at, ',');
 
@@ -41,8 +44,7 @@ static sc_status read_tissues(const sc_ctx *ctx, const char *tissues, wish *w)
         at = comma;
     }
     w->line.patterns = w->patterns;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Read three numbers with commas between them. */
@@ -69,10 +71,8 @@ static sc_status read_point(const sc_ctx *ctx, const char *option, const char *t
 static sc_status read_wish(const sc_app *app, wish *w)
 {
     const sc_options *o = &app->options;
-    sc_status status;
 
-    *w = (wish){.line = {.clearance = SC_CLEARANCE, .where = ""}};
-    SC_TRY(read_tissues(app->ctx, o->tissue, w));
+    SC_PASS(read_tissues(app->ctx, o->tissue, w));
     if (o->end && !o->begin)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--end needs --begin: a line that ends at a point has to begin at one");
@@ -85,12 +85,11 @@ static sc_status read_wish(const sc_app *app, wish *w)
                        "--middles needs two tissues or more: --tissue A,B leads from the middle of "
                        "A to that of B");
     if (o->begin)
-        SC_TRY(read_point(app->ctx, "--begin", o->begin, &w->through[w->line.through_count++]));
+        SC_PASS(read_point(app->ctx, "--begin", o->begin, &w->through[w->line.through_count++]));
     if (o->end)
-        SC_TRY(read_point(app->ctx, "--end", o->end, &w->through[w->line.through_count++]));
+        SC_PASS(read_point(app->ctx, "--end", o->end, &w->through[w->line.through_count++]));
     w->line.through = w->through;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Choose the format by --to, or by the ending of the file: JSON, or else CSV. */
@@ -114,74 +113,63 @@ static sc_status add_number(const sc_ctx *ctx, double value, const char *after, 
 /* Append the line as CSV, or as JSON. */
 static sc_status print_line(const sc_ctx *ctx, const sc_centerline *line, bool json, sc_text *text)
 {
-    sc_status status;
-
     if (json)
-        SC_TRY(
+        SC_PASS(
             sc_text_add(ctx, text,
                         "{\"schema\": \"segcast-path-1\", \"length_mm\": %.10g, \"pieces\": %d,\n"
                         " \"columns\": [\"x_mm\", \"y_mm\", \"z_mm\", \"radius_mm\"],\n"
                         " \"points\": [\n",
                         line->length_mm, line->parts));
     else
-        SC_TRY(sc_text_add(ctx, text, "x_mm,y_mm,z_mm,radius_mm\n"));
+        SC_PASS(sc_text_add(ctx, text, "x_mm,y_mm,z_mm,radius_mm\n"));
     for (size_t i = 0; i < line->count; i++) {
         const sc_centerline_point *p = &line->points[i];
         const char *end = !json ? "\n" : i + 1 < line->count ? "],\n" : "]\n";
 
         if (json)
-            SC_TRY(sc_text_add(ctx, text, "  ["));
-        SC_TRY(add_number(ctx, p->at_mm.x, json ? ", " : ",", text));
-        SC_TRY(add_number(ctx, p->at_mm.y, json ? ", " : ",", text));
-        SC_TRY(add_number(ctx, p->at_mm.z, json ? ", " : ",", text));
-        SC_TRY(add_number(ctx, p->radius_mm, end, text));
+            SC_PASS(sc_text_add(ctx, text, "  ["));
+        SC_PASS(add_number(ctx, p->at_mm.x, json ? ", " : ",", text));
+        SC_PASS(add_number(ctx, p->at_mm.y, json ? ", " : ",", text));
+        SC_PASS(add_number(ctx, p->at_mm.z, json ? ", " : ",", text));
+        SC_PASS(add_number(ctx, p->radius_mm, end, text));
     }
-    status = json ? sc_text_add(ctx, text, " ]\n}\n") : SC_OK;
-out:
-    return status;
+    return json ? sc_text_add(ctx, text, " ]\n}\n") : SC_OK;
 }
 
 sc_status sc_convert_line(sc_app *app)
 {
     const char *path = app->options.output;
-    sc_session session = {0};
+    SC_OWN(sc_session_clear) sc_session session = {0};
+    SC_OWN(sc_input_clear)
     sc_input input = {.measure = true}; /* so that a prepared file may lack tissues */
-    sc_centerline line = {0};
-    sc_volume read = {0}, volume;
-    sc_text text = {0};
+    SC_OWN(sc_centerline_clear) sc_centerline line = {0};
+    SC_OWN(sc_volume_clear) sc_volume read = {0};
+    sc_volume volume;
+    SC_OWN(sc_text_clear) sc_text text = {0};
     sc_ctx quieter = *app->ctx; /* how a file was prepared does not matter here */
     sc_app mapping = *app;
     bool usable, as_json = false;
-    wish w;
-    sc_status status;
+    SC_OWN(clear_wish) wish w = {.line = {.clearance = SC_CLEARANCE, .where = ""}};
 
     quieter.level = SC_LOG_ERROR;
     mapping.ctx = &quieter;
-    SC_TRY(read_wish(app, &w));
-    SC_TRY(choose_format(app, &as_json));
-    SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
-    SC_TRY(sc_session_job(app, NULL, &session));
+    SC_PASS(read_wish(app, &w));
+    SC_PASS(choose_format(app, &as_json));
+    SC_PASS(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+    SC_PASS(sc_session_job(app, NULL, &session));
     if (strcmp(path, "-"))
-        SC_TRY(sc_check_output(app, &session.job, path, true));
+        SC_PASS(sc_check_output(app, &session.job, path, true));
     sc_stage_begin(app->ctx, "reading", 0, 0);
     if (sc_is_prepared_file(session.job.volume)) {
-        SC_TRY(sc_input_map(&mapping, &session.job, &input, &usable));
-        SC_TRY(sc_check_line_voxels(app->ctx, session.job.volume, &input.volume, &w.line));
+        SC_PASS(sc_input_map(&mapping, &session.job, &input, &usable));
+        SC_PASS(sc_check_line_voxels(app->ctx, session.job.volume, &input.volume, &w.line));
         volume = sc_volume_of_prepared(&input.volume);
     } else {
-        SC_TRY(sc_input_voxels(app, &session.job, &input, &read));
+        SC_PASS(sc_input_voxels(app, &session.job, &input, &read));
         volume = read;
     }
-    SC_TRY(sc_find_line(app, &volume, &w.line, &line));
-    SC_TRY(print_line(app->ctx, &line, as_json, &text));
+    SC_PASS(sc_find_line(app, &volume, &w.line, &line));
+    SC_PASS(print_line(app->ctx, &line, as_json, &text));
     sc_display_end_stage(app);
-    status = sc_write_text(app, &text, path);
-out:
-    sc_text_clear(&w.text);
-    sc_text_clear(&text);
-    sc_centerline_clear(&line);
-    sc_volume_clear(&read);
-    sc_input_clear(&input);
-    sc_session_clear(&session);
-    return status;
+    return sc_write_text(app, &text, path);
 }

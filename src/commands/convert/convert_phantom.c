@@ -24,19 +24,13 @@ static sc_status phase_path(const sc_ctx *ctx, const char *path, int phase, int 
 /* Check that the files of all phases can be written, before any is made. */
 static sc_status check_outputs(const sc_app *app, const char *path, int count)
 {
-    sc_status status = SC_OK;
-
     for (int phase = 0; phase == 0 || phase < count; phase++) {
-        sc_text name = {0};
+        SC_OWN(sc_text_clear) sc_text name = {0};
 
-        status = phase_path(app->ctx, path, phase, count, &name);
-        if (status == SC_OK)
-            status = sc_check_output(app, NULL, name.data, true);
-        sc_text_clear(&name);
-        SC_TRY(status);
+        SC_PASS(phase_path(app->ctx, path, phase, count, &name));
+        SC_PASS(sc_check_output(app, NULL, name.data, true));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Write the synthetic CT image of a heart. */
@@ -65,19 +59,15 @@ static sc_status write_labels(const sc_app *app, const sc_phantom *phantom, cons
 /* Make the heart at phase @p phase of @p count, of @p size voxels, and write it. */
 static sc_status write_phase(sc_app *app, const char *path, const int size[3], int phase, int count)
 {
-    sc_phantom *phantom = NULL;
-    sc_text name = {0};
-    sc_status status;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
+    SC_OWN(sc_text_clear) sc_text name = {0};
 
-    SC_TRY(phase_path(app->ctx, path, phase, count, &name));
-    SC_TRY(sc_phantom_new_beating(app->ctx, count ? (double)phase / count : 0, &phantom));
-    SC_TRY((app->options.ct ? write_image : write_labels)(app, phantom, size, name.data));
+    SC_PASS(phase_path(app->ctx, path, phase, count, &name));
+    SC_PASS(sc_phantom_new_beating(app->ctx, count ? (double)phase / count : 0, &phantom));
+    SC_PASS((app->options.ct ? write_image : write_labels)(app, phantom, size, name.data));
     sc_display_end_stage(app);
     sc_print_made(name.data);
-out:
-    sc_text_clear(&name);
-    sc_phantom_free(phantom);
-    return status;
+    return SC_OK;
 }
 
 /* What the phases of a beat are made from. */
@@ -91,14 +81,10 @@ typedef struct beat {
 static sc_status make_phase(void *user, int phase, sc_volume *out)
 {
     const beat *b = user;
-    sc_phantom *phantom = NULL;
-    sc_status status;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
 
-    SC_TRY(sc_phantom_new_beating(b->app->ctx, (double)phase / b->count, &phantom));
-    status = sc_phantom_volume(b->app->ctx, phantom, b->size, b->app->threads, out);
-out:
-    sc_phantom_free(phantom);
-    return status;
+    SC_PASS(sc_phantom_new_beating(b->app->ctx, (double)phase / b->count, &phantom));
+    return sc_phantom_volume(b->app->ctx, phantom, b->size, b->app->threads, out);
 }
 
 /* Write all phases of a beat to one file. */

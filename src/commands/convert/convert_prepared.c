@@ -14,25 +14,18 @@ static sc_status find_opacity(const sc_app *app, const sc_job *job, const sc_pre
 {
     const sc_ctx silent = {.rank = 0};
     const size_t labels = (size_t)view->label_count;
-    void *tissues = NULL, *opacity = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) sc_tissue *tissues = NULL;
+    SC_OWN(sc_free_at) float *opacity = NULL;
 
-    SC_TRY(sc_zalloc(app->ctx, labels, sizeof(sc_tissue), &tissues));
-    SC_TRY(sc_zalloc(app->ctx, labels, sizeof(float), &opacity));
+    SC_PASS(SC_ZALLOC(app->ctx, labels, &tissues));
+    SC_PASS(SC_ZALLOC(app->ctx, labels, &opacity));
     if (sc_transfer_resolve(&silent, view, job->rules, job->rule_count,
                             (sc_opacity_rule)job->render.auto_opacity, tissues) != SC_OK)
-        goto out;
-    for (int id = 1; id < view->label_count; id++) {
-        const sc_tissue *tissue = (const sc_tissue *)tissues + id;
-
-        ((float *)opacity)[id] = tissue->visible ? (float)tissue->opacity : 0;
-    }
-    *out = opacity;
-    opacity = NULL;
-out:
-    sc_free(opacity);
-    sc_free(tissues);
-    return status;
+        return SC_OK;
+    for (int id = 1; id < view->label_count; id++)
+        opacity[id] = tissues[id].visible ? (float)tissues[id].opacity : 0;
+    SC_HAND_OVER(opacity, out);
+    return SC_OK;
 }
 
 /* Prepare the volume of a job, and write it to @p path. For
@@ -103,19 +96,16 @@ static sc_status prepare_phase(series *s, int phase)
 {
     sc_input one;
     sc_job job;
-    sc_text name = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text name = {0};
 
     sc_stage_turn(s->app->ctx, phase * s->each + 1, s->count * s->each);
-    SC_TRY(find_path(s, phase * s->each, &name));
+    SC_PASS(find_path(s, phase * s->each, &name));
     sc_job_of_input(s->job, phase, &job);
     sc_input_begin_phase(&s->first, &one);
     one.is_later_phase = false; /* each file has colours, so that it can be used alone */
-    SC_TRY(prepare_file(s->app, &job, &one, name.data, &s->opacity));
+    SC_PASS(prepare_file(s->app, &job, &one, name.data, &s->opacity));
     s->first = one;
-out:
-    sc_text_clear(&name);
-    return status;
+    return SC_OK;
 }
 
 /* Map the file of a phase that was prepared. Caller owns *out and *bytes: sc_file_unmap. */
@@ -214,24 +204,17 @@ out:
 sc_status sc_convert_prepared(sc_app *app, const char *job)
 {
     const char *path = app->options.output;
-    sc_session session = {0};
+    SC_OWN(sc_session_clear) sc_session session = {0};
     sc_input input = {0};
-    float *opacity = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) float *opacity = NULL;
 
     if (!job) {
-        SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
-        SC_TRY(sc_expect_series(app));
+        SC_PASS(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+        SC_PASS(sc_expect_series(app));
     }
-    SC_TRY(sc_session_job(app, job, &session));
-    if (session.job.phase_count) {
-        status = prepare_phases(app, &session.job, path);
-        goto out;
-    }
-    SC_TRY(check_input(app, &session.job, session.job.volume, path));
-    status = prepare_file(app, &session.job, &input, path, &opacity);
-out:
-    sc_free(opacity);
-    sc_session_clear(&session);
-    return status;
+    SC_PASS(sc_session_job(app, job, &session));
+    if (session.job.phase_count)
+        return prepare_phases(app, &session.job, path);
+    SC_PASS(check_input(app, &session.job, session.job.volume, path));
+    return prepare_file(app, &session.job, &input, path, &opacity);
 }

@@ -73,29 +73,24 @@ static void make_plain(sc_text *name)
 static sc_status make_stem(const sc_ctx *ctx, const char *volume, char **out)
 {
     size_t end = strlen(volume), begin;
-    sc_text text = {0}, name = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0}, name = {0};
 
     while (end > 1 && volume[end - 1] == '/') /* of a directory */
         end--;
     for (begin = end; begin && volume[begin - 1] != '/';)
         begin--;
-    SC_TRY(sc_text_add(ctx, &name, "%.*s", (int)(end - begin), volume + begin));
+    SC_PASS(sc_text_add(ctx, &name, "%.*s", (int)(end - begin), volume + begin));
 
     if (sc_job_is_phantom(volume))
-        SC_TRY(sc_text_add(ctx, &text, "phantom"));
+        SC_PASS(sc_text_add(ctx, &text, "phantom"));
     else
-        SC_TRY(sc_text_add(ctx, &text, "%.*s", (int)stem_length(name.data), name.data));
+        SC_PASS(sc_text_add(ctx, &text, "%.*s", (int)stem_length(name.data), name.data));
     strip_pattern(text.data);
     make_plain(&text);
     if (!text.length_bytes)
-        SC_TRY(sc_text_add(ctx, &text, "volume"));
-    *out = text.data;
-    text = (sc_text){0};
-out:
-    sc_text_clear(&name);
-    sc_text_clear(&text);
-    return status;
+        SC_PASS(sc_text_add(ctx, &text, "volume"));
+    SC_HAND_OVER(text.data, out);
+    return SC_OK;
 }
 
 /* Append a path in quotes. @return SC_ERR_USAGE if no job can hold it. */
@@ -116,15 +111,12 @@ static sc_status add_quoted_path(const sc_ctx *ctx, const char *path, sc_text *o
 static sc_status add_path(const sc_ctx *ctx, const char *key, const char *path, bool is_here,
                           sc_text *out)
 {
+    SC_OWN(sc_free_at)
     char *absolute = is_here || sc_job_is_phantom(path) ? NULL : sc_volume_real_path(path);
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, out, "%s: ", key));
-    SC_TRY(add_quoted_path(ctx, absolute ? absolute : path, out));
-    status = sc_text_add(ctx, out, "\n");
-out:
-    free(absolute);
-    return status;
+    SC_PASS(sc_text_add(ctx, out, "%s: ", key));
+    SC_PASS(add_quoted_path(ctx, absolute ? absolute : path, out));
+    return sc_text_add(ctx, out, "\n");
 }
 
 /* ---- tissues ---- */
@@ -166,25 +158,22 @@ static sc_status add_tissue(const sc_ctx *ctx, const sc_prepared *v, const sc_pl
     const size_t begin = out->length_bytes;
     const bool by_name = is_clear(v, place->id);
     int used;
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, out, "  "));
+    SC_PASS(sc_text_add(ctx, out, "  "));
     if (by_name)
-        SC_TRY(sc_write_quoted(ctx, label->name, out));
+        SC_PASS(sc_write_quoted(ctx, label->name, out));
     else
-        SC_TRY(sc_text_add(ctx, out, "%lld", (long long)label->value));
+        SC_PASS(sc_text_add(ctx, out, "%lld", (long long)label->value));
     used = (int)(out->length_bytes - begin);
-    SC_TRY(sc_text_add(ctx, out, ":%*s{", used < width + 4 ? width + 4 - used + 1 : 1, ""));
-    SC_TRY(add_look(ctx, label, place->layer, out));
-    SC_TRY(sc_text_add(ctx, out, ", color: \"#%02x%02x%02x\"}  # ", label->rgb[0], label->rgb[1],
-                       label->rgb[2]));
+    SC_PASS(sc_text_add(ctx, out, ":%*s{", used < width + 4 ? width + 4 - used + 1 : 1, ""));
+    SC_PASS(add_look(ctx, label, place->layer, out));
+    SC_PASS(sc_text_add(ctx, out, ", color: \"#%02x%02x%02x\"}  # ", label->rgb[0], label->rgb[1],
+                        label->rgb[2]));
     if (!by_name && label->name[0])
-        SC_TRY(sc_write_quoted(ctx, label->name, out));
-    SC_TRY(sc_text_add(ctx, out, "%slabel %lld, %.3g ml, %.3g mm thick\n",
+        SC_PASS(sc_write_quoted(ctx, label->name, out));
+    return sc_text_add(ctx, out, "%slabel %lld, %.3g ml, %.3g mm thick\n",
                        !by_name && label->name[0] ? ", " : "", (long long)label->value, ml,
-                       s->thickness_mm));
-out:
-    return status;
+                       s->thickness_mm);
 }
 
 /* Append the map of tissues, with a comment before each system. */
@@ -193,7 +182,6 @@ static sc_status add_tissues(const sc_ctx *ctx, const sc_prepared *v, const sc_p
 {
     enum { WIDTH_MAX = 40 };
     int width = 0, systems = 0;
-    sc_status status;
 
     for (int i = 0; i < count; i++) {
         const int length = (int)strlen(v->labels[places[i].id].name);
@@ -201,17 +189,16 @@ static sc_status add_tissues(const sc_ctx *ctx, const sc_prepared *v, const sc_p
         width = length > width && length <= WIDTH_MAX ? length : width;
         systems += i == 0 || places[i].system != places[i - 1].system;
     }
-    SC_TRY(sc_text_add(ctx, out,
-                       "\n# All tissues: opacity is a number from 0 to 1, or auto (by thickness); "
-                       "visible: false hides one.\ntissues:%s\n",
-                       count ? "" : " {}"));
+    SC_PASS(sc_text_add(ctx, out,
+                        "\n# All tissues: opacity is a number from 0 to 1, or auto (by thickness); "
+                        "visible: false hides one.\ntissues:%s\n",
+                        count ? "" : " {}"));
     for (int i = 0; i < count; i++) {
         if (systems > 1 && (i == 0 || places[i].system != places[i - 1].system))
-            SC_TRY(sc_text_add(ctx, out, "  # %s\n", sc_system_title(places[i].system)));
-        SC_TRY(add_tissue(ctx, v, &places[i], width, out));
+            SC_PASS(sc_text_add(ctx, out, "  # %s\n", sc_system_title(places[i].system)));
+        SC_PASS(add_tissue(ctx, v, &places[i], width, out));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- the job ---- */
@@ -232,16 +219,12 @@ static const char *option_value(const sc_app *app, const char *path)
 static sc_status add_name(const sc_ctx *ctx, const char *key, const char *stem, const char *ending,
                           sc_text *out)
 {
-    sc_text name = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text name = {0};
 
-    SC_TRY(sc_text_add(ctx, &name, "%s%s", stem, ending));
-    SC_TRY(sc_text_add(ctx, out, "  %s: ", key));
-    SC_TRY(sc_write_quoted(ctx, name.data, out));
-    status = sc_text_add(ctx, out, "\n");
-out:
-    sc_text_clear(&name);
-    return status;
+    SC_PASS(sc_text_add(ctx, &name, "%s%s", stem, ending));
+    SC_PASS(sc_text_add(ctx, out, "  %s: ", key));
+    SC_PASS(sc_write_quoted(ctx, name.data, out));
+    return sc_text_add(ctx, out, "\n");
 }
 
 /* Append the comments at the begin, with what to do next. @param path where the job is written. */
@@ -250,19 +233,16 @@ static sc_status add_comments(const sc_ctx *ctx, const char *path, sc_text *out)
     char shown[256]; /* in a comment, where a newline of the name would end it */
     const size_t bytes = sc_printable(path, shown, sizeof shown);
     const char *name = bytes < sizeof shown ? shown : "JOB.yaml";
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, out,
-                       "# A job to begin with, made by `segcast init`: change what you like.\n"));
+    SC_PASS(sc_text_add(ctx, out,
+                        "# A job to begin with, made by `segcast init`: change what you like.\n"));
     if (strcmp(path, "-"))
-        SC_TRY(sc_text_add(ctx, out,
-                           "#   segcast check %s                 tells all mistakes in it\n"
-                           "#   segcast still %s -o picture.png  draws its first frame\n"
-                           "#   segcast render %s                makes the video\n",
-                           name, name, name));
-    status = sc_text_add(ctx, out, "# All keys: `segcast help keys`, or docs/job.md.\n\n");
-out:
-    return status;
+        SC_PASS(sc_text_add(ctx, out,
+                            "#   segcast check %s                 tells all mistakes in it\n"
+                            "#   segcast still %s -o picture.png  draws its first frame\n"
+                            "#   segcast render %s                makes the video\n",
+                            name, name, name));
+    return sc_text_add(ctx, out, "# All keys: `segcast help keys`, or docs/job.md.\n\n");
 }
 
 /* @return what stands before the path of the volume: with `header` it is a map. */
@@ -275,15 +255,12 @@ static const char *volume_key(const sc_app *app)
 static sc_status add_header(const sc_app *app, sc_text *out)
 {
     const char *line = option_value(app, "volume.header");
-    sc_status status = SC_OK;
 
     if (!line)
         return SC_OK;
-    SC_TRY(sc_text_add(app->ctx, out, "  header: "));
-    SC_TRY(sc_write_quoted(app->ctx, line, out));
-    status = sc_text_add(app->ctx, out, "\n");
-out:
-    return status;
+    SC_PASS(sc_text_add(app->ctx, out, "  header: "));
+    SC_PASS(sc_write_quoted(app->ctx, line, out));
+    return sc_text_add(app->ctx, out, "\n");
 }
 
 /* Append the lines of a series of volumes: as the pattern @p pattern, if the job is written to the
@@ -292,23 +269,20 @@ static sc_status add_series(const sc_app *app, const sc_job *job, const char *pa
                             sc_text *out)
 {
     const sc_ctx *ctx = app->ctx;
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, out, "%s: %s", volume_key(app), is_here ? "" : "["));
+    SC_PASS(sc_text_add(ctx, out, "%s: %s", volume_key(app), is_here ? "" : "["));
     if (is_here)
-        SC_TRY(add_quoted_path(ctx, pattern, out));
+        SC_PASS(add_quoted_path(ctx, pattern, out));
     for (size_t i = 0; i < job->phase_count && !is_here; i++) {
-        SC_TRY(sc_text_add(ctx, out, "%s", i ? ", " : ""));
-        SC_TRY(add_quoted_path(ctx, job->phases[i].path, out));
+        SC_PASS(sc_text_add(ctx, out, "%s", i ? ", " : ""));
+        SC_PASS(add_quoted_path(ctx, job->phases[i].path, out));
     }
-    SC_TRY(sc_text_add(ctx, out, "%s\n", is_here ? "" : "]"));
-    SC_TRY(add_header(app, out));
-    status = sc_text_add(ctx, out,
-                         "cine: {bpm: %g}  # beats per minute: the %zu volumes are the phases of "
-                         "one\n",
-                         job->cine.cine.bpm, job->phase_count);
-out:
-    return status;
+    SC_PASS(sc_text_add(ctx, out, "%s\n", is_here ? "" : "]"));
+    SC_PASS(add_header(app, out));
+    return sc_text_add(ctx, out,
+                       "cine: {bpm: %g}  # beats per minute: the %zu volumes are the phases of "
+                       "one\n",
+                       job->cine.cine.bpm, job->phase_count);
 }
 
 /* Append everything before the tissues. @param path where the job is written. */
@@ -319,29 +293,26 @@ static sc_status add_head(const sc_app *app, const sc_job *job, const char *path
     const bool is_here = !strchr(path, '/');
     const char *labels = option_value(app, "labels"), *format = option_value(app, "labels_format");
     const char *overlap = option_value(app, "overlap");
-    sc_status status;
 
-    SC_TRY(add_comments(ctx, path, out));
+    SC_PASS(add_comments(ctx, path, out));
     if (job->phase_count)
-        SC_TRY(add_series(app, job, app->options.input, is_here, out));
+        SC_PASS(add_series(app, job, app->options.input, is_here, out));
     else
-        SC_TRY(add_path(ctx, volume_key(app), app->options.input, is_here, out));
+        SC_PASS(add_path(ctx, volume_key(app), app->options.input, is_here, out));
     if (!job->phase_count)
-        SC_TRY(add_header(app, out));
+        SC_PASS(add_header(app, out));
     if (labels)
-        SC_TRY(add_path(ctx, "labels", labels, is_here, out));
+        SC_PASS(add_path(ctx, "labels", labels, is_here, out));
     if (format)
-        SC_TRY(sc_text_add(ctx, out, "labels_format: %s\n", format));
+        SC_PASS(sc_text_add(ctx, out, "labels_format: %s\n", format));
     if (overlap)
-        SC_TRY(sc_text_add(ctx, out, "overlap: %s\n", overlap));
-    SC_TRY(sc_text_add(ctx, out, "\noutput:\n"));
-    SC_TRY(add_name(ctx, "directory", stem, "-out", out));
-    SC_TRY(add_name(ctx, "video", stem, ".mp4", out));
-    status = sc_text_add(ctx, out,
-                         "  size: 1080p  # or 720p, 4k, square, vertical, [W, H]\n"
-                         "  fps: 30\n");
-out:
-    return status;
+        SC_PASS(sc_text_add(ctx, out, "overlap: %s\n", overlap));
+    SC_PASS(sc_text_add(ctx, out, "\noutput:\n"));
+    SC_PASS(add_name(ctx, "directory", stem, "-out", out));
+    SC_PASS(add_name(ctx, "video", stem, ".mp4", out));
+    return sc_text_add(ctx, out,
+                       "  size: 1080p  # or 720p, 4k, square, vertical, [W, H]\n"
+                       "  fps: 30\n");
 }
 
 /* Append everything after the tissues. */
@@ -363,74 +334,58 @@ static sc_status add_animation(const sc_ctx *ctx, sc_text *out)
 /* Append all tissues and the animation to a job for a volume of which all has been measured. */
 static sc_status add_body(const sc_app *app, const sc_prepared *v, sc_text *out)
 {
-    sc_place *places = NULL;
-    void *hidden = NULL, *layers = NULL;
+    SC_OWN(sc_free_at) sc_place *places = NULL;
+    SC_OWN(sc_free_at) bool *hidden = NULL;
+    SC_OWN(sc_free_at) int *layers = NULL;
     int count = 0;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(app->ctx, (size_t)v->label_count, sizeof(bool), &hidden));
-    SC_TRY(sc_alloc(app->ctx, (size_t)v->label_count, sizeof(int), &layers));
+    SC_PASS(SC_ZALLOC(app->ctx, (size_t)v->label_count, &hidden));
+    SC_PASS(SC_ALLOC(app->ctx, (size_t)v->label_count, &layers));
     for (int id = 1; id < v->label_count; id++)
-        ((bool *)hidden)[id] = v->labels[id].hidden;
-    SC_TRY(sc_name_covers(app->ctx, v, hidden, layers));
-    SC_TRY(sc_places_find(app->ctx, v, layers, &places, &count));
-    SC_TRY(add_tissues(app->ctx, v, places, count, out));
-    status = add_animation(app->ctx, out);
-out:
-    sc_free(places);
-    sc_free(layers);
-    sc_free(hidden);
-    return status;
+        hidden[id] = v->labels[id].hidden;
+    SC_PASS(sc_name_covers(app->ctx, v, hidden, layers));
+    SC_PASS(sc_places_find(app->ctx, v, layers, &places, &count));
+    SC_PASS(add_tissues(app->ctx, v, places, count, out));
+    return add_animation(app->ctx, out);
 }
 
 /* Write @p text to @p path, which must not exist, or to standard output for "-". */
 static sc_status write_job(const sc_app *app, const char *path, const sc_text *text)
 {
-    sc_outfile file = {0};
-    sc_status status;
+    SC_OWN(sc_outfile_discard) sc_outfile file = {0};
 
     sc_display_end_stage(app);
     if (!strcmp(path, "-")) {
         fwrite(text->data, 1, text->length_bytes, stdout);
         return SC_OK;
     }
-    SC_TRY(sc_outfile_open(app->ctx, path, false, &file));
+    SC_PASS(sc_outfile_open(app->ctx, path, false, &file));
     fwrite(text->data, 1, text->length_bytes, file.stream);
-    SC_TRY(sc_outfile_commit(app->ctx, &file)); /* it also tells of errors in writing */
+    SC_PASS(sc_outfile_commit(app->ctx, &file)); /* it also tells of errors in writing */
     sc_print_made(path);
-out:
-    sc_outfile_discard(&file);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_cmd_init(sc_app *app)
 {
-    sc_session session = {0};
-    sc_input input = {.measure = true};
-    sc_text text = {0}, path = {0};
-    char *stem = NULL;
-    sc_status status;
+    SC_OWN(sc_session_clear) sc_session session = {0};
+    SC_OWN(sc_input_clear) sc_input input = {.measure = true};
+    SC_OWN(sc_text_clear) sc_text text = {0}, path = {0};
+    SC_OWN(sc_free_at) char *stem = NULL;
 
-    SC_TRY(make_stem(app->ctx, app->options.input, &stem));
+    SC_PASS(make_stem(app->ctx, app->options.input, &stem));
     if (app->options.output)
-        SC_TRY(sc_text_add(app->ctx, &path, "%s", app->options.output));
+        SC_PASS(sc_text_add(app->ctx, &path, "%s", app->options.output));
     else
-        SC_TRY(sc_text_add(app->ctx, &path, "%s.yaml", stem));
-    SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
-    SC_TRY(sc_expect_series(app));
-    SC_TRY(sc_session_job(app, NULL, &session));
+        SC_PASS(sc_text_add(app->ctx, &path, "%s.yaml", stem));
+    SC_PASS(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+    SC_PASS(sc_expect_series(app));
+    SC_PASS(sc_session_job(app, NULL, &session));
     if (strcmp(path.data, "-"))
-        SC_TRY(sc_check_output(app, &session.job, path.data, false));
-    SC_TRY(add_head(app, &session.job, path.data, stem, &text));
+        SC_PASS(sc_check_output(app, &session.job, path.data, false));
+    SC_PASS(add_head(app, &session.job, path.data, stem, &text));
     /* Of a series, the first phase tells enough. */
-    SC_TRY(sc_input_load(app, &session.job, &session.times, &input));
-    SC_TRY(add_body(app, &input.volume, &text));
-    status = write_job(app, path.data, &text);
-out:
-    sc_input_clear(&input);
-    sc_text_clear(&text);
-    sc_text_clear(&path);
-    sc_free(stem);
-    sc_session_clear(&session);
-    return status;
+    SC_PASS(sc_input_load(app, &session.job, &session.times, &input));
+    SC_PASS(add_body(app, &input.volume, &text));
+    return write_job(app, path.data, &text);
 }

@@ -36,7 +36,6 @@ static sc_status conclude(const sc_app *app, job_plan *plan)
                                  .ranks = o->ranks,
                                  .threads = o->threads};
     const int run_count = o->nodes ? 1 : RUNS;
-    sc_status status = SC_OK;
 
     plan->draw_cpu_s = plan->probe.draw_cpu_s * job->animation.frames;
     plan->encode_cpu_s = sc_plan_encode_cpu_s(job, &plan->probe);
@@ -44,12 +43,10 @@ static sc_status conclude(const sc_app *app, job_plan *plan)
     for (int i = 0; i < run_count; i++) {
         plan->runs[i] = sc_plan_run_on(job, &plan->probe, o->nodes ? o->nodes : usual_nodes[i],
                                        o->ranks ? o->ranks : 1, cores, o->threads);
-        SC_TRY(sc_plan_simulate(app->ctx, job, &plan->probe, &plan->costs, cores, &plan->runs[i]));
+        SC_PASS(sc_plan_simulate(app->ctx, job, &plan->probe, &plan->costs, cores, &plan->runs[i]));
     }
     plan->disk = sc_plan_disk_of(job, &plan->probe, plan->runs[0].threads);
-    status = sc_plan_scale_to(app->ctx, job, &plan->probe, &plan->costs, &nodes, &plan->scale);
-out:
-    return status;
+    return sc_plan_scale_to(app->ctx, job, &plan->probe, &plan->costs, &nodes, &plan->scale);
 }
 
 /* @return the CPU seconds of the whole job. */
@@ -246,9 +243,8 @@ sc_status sc_cmd_plan(sc_app *app)
     const sc_options *o = &app->options;
     const long ranks =
         (long)(o->nodes ? o->nodes : usual_nodes[RUNS - 1]) * (o->ranks ? o->ranks : 1);
-    sc_session session = {0};
+    SC_OWN(sc_session_clear) sc_session session = {0};
     job_plan plan = {.session = &session};
-    sc_status status;
 
     app->measures = true;
     if (o->calibrate)
@@ -258,19 +254,16 @@ sc_status sc_cmd_plan(sc_app *app)
                        "%ld ranks in all, expected at most %d; choose fewer by "
                        "--nodes or --ranks",
                        ranks, SC_PLAN_RANKS_MOST);
-    SC_TRY(sc_session_job(app, app->options.input, &session));
-    SC_TRY(sc_run_check_encoder(app->ctx, &session.job));
-    SC_TRY(sc_run_check_encode_key(app->ctx, &session.job));
-    SC_TRY(sc_session_volume(app, &session));
-    SC_TRY(sc_plan_measure(app, &session, program_bytes, &plan.probe));
+    SC_PASS(sc_session_job(app, app->options.input, &session));
+    SC_PASS(sc_run_check_encoder(app->ctx, &session.job));
+    SC_PASS(sc_run_check_encode_key(app->ctx, &session.job));
+    SC_PASS(sc_session_volume(app, &session));
+    SC_PASS(sc_plan_measure(app, &session, program_bytes, &plan.probe));
     plan.costs = sc_calibration_load(app->ctx);
-    SC_TRY(conclude(app, &plan));
+    SC_PASS(conclude(app, &plan));
     sc_display_end_stage(app);
     if (app->options.json)
-        status = print_json(app->ctx, &plan);
-    else
-        print_text(&plan);
-out:
-    sc_session_clear(&session);
-    return status;
+        return print_json(app->ctx, &plan);
+    print_text(&plan);
+    return SC_OK;
 }

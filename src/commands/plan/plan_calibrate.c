@@ -184,8 +184,8 @@ sc_status sc_calibrate(sc_app *app)
     const sc_ctx *ctx = app->ctx;
     const bool is_root = sc_comm_rank(app->comm) == 0;
     sc_unit_costs costs = sc_unit_costs_assumed();
-    void *block = NULL;
-    char *path = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
+    SC_OWN(sc_free_at) char *path = NULL;
     sc_status status = sc_alloc(ctx, BLOCK_BYTES, 1, &block);
 
     if (status == SC_OK)
@@ -194,17 +194,13 @@ sc_status sc_calibrate(sc_app *app)
         sc_stage_begin(ctx, "measuring", 0, 0);
     if (is_root && status == SC_OK)
         status = begin(ctx, block, &costs, &path);
-    SC_TRY(sc_comm_agree(app->comm, status));
-    SC_TRY(measure_messages(app->comm, block, &costs));
+    SC_PASS(sc_comm_agree(app->comm, status));
+    SC_PASS(measure_messages(app->comm, block, &costs));
     if (is_root) {
         status = sc_calibration_save(ctx, &costs, path);
         sc_display_end_stage(app);
         if (status == SC_OK)
             status = print_costs(ctx, &costs, app->options.json, path);
     }
-    status = sc_comm_agree(app->comm, status);
-out:
-    sc_free(block);
-    sc_free(path);
-    return status;
+    return sc_comm_agree(app->comm, status);
 }

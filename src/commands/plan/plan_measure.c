@@ -56,22 +56,20 @@ static sc_status measure_drawing(sc_app *app, sc_session *session, sc_image *ima
     const int frames = session->job.animation.frames;
     const int probes = frames < SC_PLAN_PLACES ? frames : SC_PLAN_PLACES;
     double cpu_s = 0, rows = 0, unused_s = 0, unused = 0;
-    sc_status status;
 
     sc_stage_begin(app->ctx, "measuring the drawing", 0, (uint64_t)probes + 1);
-    SC_TRY(draw_bands(app, session, frames / 2, STRIDE / 2, image, &unused_s, &unused));
+    SC_PASS(draw_bands(app, session, frames / 2, STRIDE / 2, image, &unused_s, &unused));
     for (int i = 0; i < probes; i++) {
         const int k = (int)(((long)frames * (2 * i + 1)) / (2 * probes));
         const double before_s = cpu_s, before = rows;
 
         sc_stage_add(app->ctx, 1);
-        SC_TRY(draw_bands(app, session, k, 7 * i + STRIDE / 2, image, &cpu_s, &rows));
+        SC_PASS(draw_bands(app, session, k, 7 * i + STRIDE / 2, image, &cpu_s, &rows));
         out->place_cpu_s[i] = (cpu_s - before_s) / (rows - before) * session->job.output.size_px[1];
     }
     out->draw_cpu_s = rows > 0 ? cpu_s / rows * session->job.output.size_px[1] : 0;
     out->partly_drawn = probes;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- encoding ---- */
@@ -141,13 +139,11 @@ static sc_status measure_png(prober *p)
  * and write them as PNG, if the job does. */
 static sc_status draw_run(prober *p, int first, int count)
 {
-    sc_status status = SC_OK;
-
-    for (int i = 0; i < count && status == SC_OK; i++) {
+    for (int i = 0; i < count; i++) {
         sc_render_stats stats;
         double cpu_s;
 
-        SC_TRY(sc_session_draw(p->app, p->session, first + i, NULL, p->image, &stats));
+        SC_PASS(sc_session_draw(p->app, p->session, first + i, NULL, p->image, &stats));
         p->draw_cpu_s += stats.cpu_s;
         cpu_s = sc_thread_cpu_s();
         (void)sc_image_hash(p->image);
@@ -156,11 +152,10 @@ static sc_status draw_run(prober *p, int first, int count)
                    sc_encoder_convert(p->encoder, p->image), p->picture_bytes);
         p->convert_cpu_s += sc_thread_cpu_s() - cpu_s;
         if (p->session->job.output.frames == SC_FRAMES_PNG)
-            status = measure_png(p);
+            SC_PASS(measure_png(p));
         sc_stage_add(p->app->ctx, 1);
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Encode the first @p count of p->pictures as a GOP, and add what that costs to @p cost. */
@@ -168,18 +163,15 @@ static sc_status encode(prober *p, int count, sc_plan_cost *cost)
 {
     const sc_ctx *ctx = p->app->ctx;
     const double cpu_s = sc_cpu_s(), wall_s = sc_wall_s();
-    sc_segment segment = {0};
-    sc_status status;
+    SC_OWN(sc_segment_free) sc_segment segment = {0};
 
     for (int i = 0; i < count; i++)
-        SC_TRY(sc_encoder_push(ctx, p->encoder, p->pictures + (size_t)i * p->picture_bytes, 0));
-    SC_TRY(sc_encoder_finish(ctx, p->encoder, 0, 0, &segment));
+        SC_PASS(sc_encoder_push(ctx, p->encoder, p->pictures + (size_t)i * p->picture_bytes, 0));
+    SC_PASS(sc_encoder_finish(ctx, p->encoder, 0, 0, &segment));
     cost->cpu_s += sc_cpu_s() - cpu_s;
     cost->wall_s += sc_wall_s() - wall_s;
     cost->bytes += (double)segment.bytes;
-out:
-    sc_segment_free(&segment);
-    return status;
+    return SC_OK;
 }
 
 /* Find how much memory an encoder takes for a whole GOP: it keeps frames of the future before it
@@ -244,7 +236,6 @@ static sc_status measure_encoding(prober *p, sc_plan_probe *out)
     const sc_job *job = &p->session->job;
     const sc_video_settings video = sc_run_video_settings(job);
     const int frames = job->animation.frames, gop = sc_video_gop_frames(&video);
-    void *block;
     int runs = 0;
     sc_status status = SC_OK;
 
@@ -254,8 +245,7 @@ static sc_status measure_encoding(prober *p, sc_plan_probe *out)
     choose_frames(p, out->draw_cpu_s);
     sc_stage_begin(ctx, "measuring the encoding", 0, (uint64_t)p->places * (uint64_t)p->run);
     if (sc_run_has_video(job)) {
-        SC_TRY(sc_alloc(ctx, (size_t)p->run, p->picture_bytes, &block));
-        p->pictures = block;
+        SC_TRY(sc_alloc(ctx, (size_t)p->run, p->picture_bytes, &p->pictures));
         SC_TRY(sc_encoder_open(ctx, job->output.video, &video, &p->encoder));
         sc_encoder_drop(p->encoder); /* every run opens the codec, as every GOP does */
     }
@@ -284,11 +274,10 @@ out:
 sc_status sc_plan_measure(sc_app *app, sc_session *session, uint64_t program_bytes,
                           sc_plan_probe *out)
 {
-    sc_image image = {0};
+    SC_OWN(sc_image_clear) sc_image image = {0};
     prober p = {.app = app, .session = session, .image = &image};
-    sc_text text = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
     uint64_t volumes_bytes;
-    sc_status status;
 
     *out = (sc_plan_probe){.program_bytes = program_bytes,
                            .memory_max_bytes = app->ctx->memory_max_bytes,
@@ -305,13 +294,9 @@ sc_status sc_plan_measure(sc_app *app, sc_session *session, uint64_t program_byt
         out->prepare_cpu_s += session->times.phases[phase].cpu_s;
         out->prepare_wall_s += session->times.phases[phase].wall_s;
     }
-    SC_TRY(sc_job_write(app->ctx, &session->job, false, &text));
+    SC_PASS(sc_job_write(app->ctx, &session->job, false, &text));
     out->job_bytes = text.length_bytes;
-    SC_TRY(sc_session_image(app, session, &image));
-    SC_TRY(measure_drawing(app, session, &image, out));
-    SC_TRY(measure_encoding(&p, out));
-out:
-    sc_text_clear(&text);
-    sc_image_clear(&image);
-    return status;
+    SC_PASS(sc_session_image(app, session, &image));
+    SC_PASS(measure_drawing(app, session, &image, out));
+    return measure_encoding(&p, out);
 }

@@ -80,22 +80,19 @@ sc_status sc_plan_simulate(const sc_ctx *ctx, const sc_job *job, const sc_plan_p
                                     .file_bytes_per_s = unit_costs->file_bytes_per_s};
     sc_sim_film film;
     sc_sim_result result;
-    void *block = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) double *costs_s = NULL;
 
-    SC_TRY(sc_alloc(ctx, (size_t)job->animation.frames, sizeof(double), &block));
-    fill_costs(job, probe, factor, block);
-    film = film_of(job, probe, run, block, factor);
-    SC_TRY(sc_simulate(ctx, &film, &machine, &result));
+    SC_PASS(SC_ALLOC(ctx, (size_t)job->animation.frames, &costs_s));
+    fill_costs(job, probe, factor, costs_s);
+    film = film_of(job, probe, run, costs_s, factor);
+    SC_PASS(sc_simulate(ctx, &film, &machine, &result));
     run->wall_s = result.wall_s;
     run->efficiency = result.efficiency;
     /* Whoever encodes: if that costs more than drawing, it is what to change. */
     run->limit = result.limit == SC_SIM_DRAWING && film.encode_cpu_s > factor * probe->draw_cpu_s
                      ? "encoding"
                      : sc_sim_limit_words(result.limit);
-out:
-    sc_free(block);
-    return status;
+    return SC_OK;
 }
 
 /* ---- scaling ---- */

@@ -205,23 +205,19 @@ sc_status sc_cmd_status(sc_app *app)
     const char *directory = app->options.input;
     sc_store_report report;
     struct stat info;
-    sc_job job = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0};
     bool is_study = false;
-    sc_status status;
 
-    status = report_study(app, directory, &is_study);
-    if (status != SC_OK || is_study)
-        return status;
+    SC_PASS(report_study(app, directory, &is_study));
+    if (is_study)
+        return SC_OK;
     if (!stat(directory, &info) && !S_ISDIR(info.st_mode))
-        SC_TRY(report_job(app, &job, &directory, &report));
+        SC_PASS(report_job(app, &job, &directory, &report));
     else
-        SC_TRY(sc_store_status(app->ctx, directory, NULL, 0, &report));
+        SC_PASS(sc_store_status(app->ctx, directory, NULL, 0, &report));
     if (app->options.json)
-        SC_TRY(print_status_json(app->ctx, directory, &report));
+        SC_PASS(print_status_json(app->ctx, directory, &report));
     else
         print_status(directory, &report);
-    status = codes[report.condition];
-out:
-    sc_job_clear(&job);
-    return status;
+    return codes[report.condition];
 }

@@ -51,16 +51,12 @@ static sc_status name_slice(sc_run *run)
  * the text says the same wherever it is read from, and after the directory was moved. */
 static sc_status add_resolved_job(const sc_run *run, sc_text *text)
 {
-    void *copy;
-    sc_status status = sc_alloc(run->app->ctx, 1, sizeof(sc_job), &copy);
+    SC_OWN(sc_free_at) sc_job *copy = NULL;
 
-    if (status != SC_OK)
-        return status;
-    memcpy(copy, &run->session.job, sizeof(sc_job));
-    strcpy(((sc_job *)copy)->output.directory, ".");
-    status = sc_job_write(run->app->ctx, copy, false, text);
-    sc_free(copy);
-    return status;
+    SC_PASS(SC_ALLOC(run->app->ctx, 1, &copy));
+    *copy = run->session.job;
+    strcpy(copy->output.directory, ".");
+    return sc_job_write(run->app->ctx, copy, false, text);
 }
 
 /* Set *out to whether job.yaml in the directory of the run is the very file that was given. */
@@ -81,33 +77,26 @@ static sc_status is_job_given(const sc_run *run, bool *out)
 static sc_status write_job(const sc_run *run, sc_store *store)
 {
     const sc_ctx *ctx = run->app->ctx;
-    sc_text text = {0};
-    char *path = NULL, *given = NULL;
+    SC_OWN(sc_text_clear) sc_text text = {0};
+    SC_OWN(sc_free_at) char *path = NULL, *given = NULL;
     size_t bytes = 0;
     bool is_given;
-    sc_status status;
 
-    SC_TRY(add_resolved_job(run, &text));
-    SC_TRY(sc_path_join(ctx, run->root.directory, "job.yaml", &path));
-    SC_TRY(is_job_given(run, &is_given));
+    SC_PASS(add_resolved_job(run, &text));
+    SC_PASS(sc_path_join(ctx, run->root.directory, "job.yaml", &path));
+    SC_PASS(is_job_given(run, &is_given));
     if (is_given && run->app->options.overwrite) {
-        SC_TRY(sc_file_read(ctx, path, (size_t)64 << 20, &given, &bytes));
-        if (bytes != text.length_bytes || memcmp(given, text.data, bytes) != 0) {
-            status = sc_fail(ctx, SC_ERR_CREATE,
-                             "%s: is the job that was given, and --overwrite would replace it by "
-                             "the job as resolved; copy it to another place first, or choose "
-                             "another directory with -o",
-                             path);
-            goto out;
-        }
+        SC_PASS(sc_file_read(ctx, path, (size_t)64 << 20, &given, &bytes));
+        if (bytes != text.length_bytes || memcmp(given, text.data, bytes) != 0)
+            return sc_fail(ctx, SC_ERR_CREATE,
+                           "%s: is the job that was given, and --overwrite would replace it by "
+                           "the job as resolved; copy it to another place first, or choose "
+                           "another directory with -o",
+                           path);
     }
     if (store && (!is_given || run->app->options.overwrite))
-        status = sc_store_write_job(ctx, store, text.data, text.length_bytes);
-out:
-    sc_text_clear(&text);
-    sc_free(given);
-    sc_free(path);
-    return status;
+        return sc_store_write_job(ctx, store, text.data, text.length_bytes);
+    return SC_OK;
 }
 
 /* @return what the store has to know of the job, without its hashes; texts are borrowed. */
@@ -129,23 +118,21 @@ static sc_status open_store(sc_run *run)
 {
     const sc_session *s = &run->session;
     sc_store_job *job = &run->root.store_job;
-    sc_status status;
 
     *job = store_job_of(run);
-    SC_TRY(is_job_given(run, &job->keeps_job));
+    SC_PASS(is_job_given(run, &job->keeps_job));
     job->volume_hash = sc_inputs_hash(s->inputs);
-    SC_TRY(sc_run_hash_job(run, &job->job_hash));
-    SC_TRY(sc_store_open(run->app->ctx, run->root.directory, job, run->root.wanted,
-                         run->root.wanted_count, slice_of(run), store_mode(run->app),
-                         &run->root.store));
+    SC_PASS(sc_run_hash_job(run, &job->job_hash));
+    SC_PASS(sc_store_open(run->app->ctx, run->root.directory, job, run->root.wanted,
+                          run->root.wanted_count, slice_of(run), store_mode(run->app),
+                          &run->root.store));
     sc_store_begun_clear(&run->root.begun); /* now it is the store's */
     run->plan.complete = sc_store_is_complete(run->root.store);
     run->plan.sealed = sc_store_is_sealed(run->root.store);
     run->plan.identity = sc_store_identity(run->root.store);
     if (!run->plan.sealed)
-        status = write_job(run, run->root.store);
-out:
-    return status;
+        return write_job(run, run->root.store);
+    return SC_OK;
 }
 
 /* Open the store or, without records, the video writer. On rank 0. */
@@ -154,21 +141,16 @@ static sc_status open_outputs(sc_run *run)
     const sc_ctx *ctx = run->app->ctx;
     const sc_job *job = &run->session.job;
     sc_video_settings settings = sc_run_video_settings(job);
-    void *results;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)run->root.wanted_count + 1, sizeof *run->root.results, &results));
-    run->root.results = results;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)run->root.wanted_count + 1, &run->root.results));
     if (sc_run_has_video(job) && !run->root.video_path)
-        SC_TRY(sc_path_join(ctx, run->root.directory, job->output.video, &run->root.video_path));
+        SC_PASS(sc_path_join(ctx, run->root.directory, job->output.video, &run->root.video_path));
     if (run->keep_records)
         return open_store(run);
     settings.version = sc_version();
     settings.volume_hash = sc_inputs_hash(run->session.inputs);
-    SC_TRY(sc_run_hash_job(run, &settings.job_hash));
-    status = sc_video_writer_open(ctx, run->root.video_path, &settings, &run->root.writer);
-out:
-    return status;
+    SC_PASS(sc_run_hash_job(run, &settings.job_hash));
+    return sc_video_writer_open(ctx, run->root.video_path, &settings, &run->root.writer);
 }
 
 /* ---- the plan ---- */
@@ -203,16 +185,15 @@ static sc_status make_plan(sc_run *run)
     const sc_ctx *ctx = run->app->ctx;
     sc_draw_plan *plan = &run->plan;
     const sc_video_settings settings = sc_run_video_settings(&run->session.job);
-    int *gops = NULL, whole = 0, g = 0;
-    void *frames = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) int *gops = NULL, *frames = NULL;
+    int whole = 0, g = 0;
 
     plan->gop_frames = sc_video_gop_frames(&settings);
     if (run->root.store)
-        SC_TRY(sc_store_whole_gops(ctx, run->root.store, &gops, &whole));
+        SC_PASS(sc_store_whole_gops(ctx, run->root.store, &gops, &whole));
     if (run->keep_records)
-        SC_TRY(choose_gops(run, gops, whole));
-    SC_TRY(sc_alloc(ctx, (size_t)run->root.wanted_count + 1, sizeof(int), &frames));
+        SC_PASS(choose_gops(run, gops, whole));
+    SC_PASS(SC_ALLOC(ctx, (size_t)run->root.wanted_count + 1, &frames));
     for (int i = 0; i < run->root.wanted_count; i++) {
         const int k = run->root.wanted[i];
 
@@ -223,14 +204,11 @@ static sc_status make_plan(sc_run *run)
         if (run->root.store && sc_store_has(run->root.store, k))
             plan->kept++;
         else
-            ((int *)frames)[plan->frame_count++] = k;
+            frames[plan->frame_count++] = k;
     }
-    run->frames = frames;
-    run->gops = gops;
+    SC_HAND_OVER(frames, &run->frames);
+    SC_HAND_OVER(gops, &run->gops);
     return SC_OK;
-out:
-    sc_free(gops);
-    return status;
 }
 
 /* Send the plan, with frames and gops, from rank 0 to all others. Collective. */
@@ -238,15 +216,13 @@ static sc_status share_plan(sc_run *run)
 {
     sc_app *app = run->app;
     void *frames = run->frames, *gops = run->gops;
-    sc_status status;
 
     sc_comm_broadcast(app->comm, &run->plan, sizeof run->plan);
-    SC_TRY(sc_broadcast_array(app, &frames, (size_t)run->plan.frame_count, sizeof(int)));
+    SC_PASS(sc_broadcast_array(app, &frames, (size_t)run->plan.frame_count, sizeof(int)));
     run->frames = frames;
-    SC_TRY(sc_broadcast_array(app, &gops, (size_t)run->plan.gop_count, sizeof(int)));
+    SC_PASS(sc_broadcast_array(app, &gops, (size_t)run->plan.gop_count, sizeof(int)));
     run->gops = gops;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- the run ---- */
@@ -428,16 +404,13 @@ static void report_outcome(const sc_run *run, sc_status outcome)
 static sc_status prepare_video(sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
-    sc_status status;
 
-    SC_TRY(sc_path_join(ctx, run->root.directory, run->session.job.output.video,
-                        &run->root.video_path));
-    SC_TRY(sc_make_directory(ctx, run->root.directory));
+    SC_PASS(sc_path_join(ctx, run->root.directory, run->session.job.output.video,
+                         &run->root.video_path));
+    SC_PASS(sc_make_directory(ctx, run->root.directory));
     if (run->app->options.overwrite) /* what runs that were killed have left beside the video */
         sc_remove_temporaries(run->root.directory, false);
-    status = sc_check_output(run->app, &run->session.job, run->root.video_path, true);
-out:
-    return status;
+    return sc_check_output(run->app, &run->session.job, run->root.video_path, true);
 }
 
 /* Refuse options that exclude each other. @return the first mistake; all are logged. */
@@ -461,32 +434,28 @@ static sc_status prepare_run(sc_run *run)
 {
     const sc_app *app = run->app;
     const sc_job *job = &run->session.job;
-    sc_status status;
     const sc_options *o = &app->options;
     const sc_video_settings settings = sc_run_video_settings(job);
 
     run->root.directory =
         run->keep_records && app->options.output ? app->options.output : job->output.directory;
     if (o->slices)
-        SC_TRY(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_gop_frames(&settings),
-                               job->animation.frames, &run->root.wanted, &run->root.wanted_count));
+        SC_PASS(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_gop_frames(&settings),
+                                job->animation.frames, &run->root.wanted, &run->root.wanted_count));
     else
-        SC_TRY(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &run->root.wanted,
-                               &run->root.wanted_count));
-    SC_TRY(name_slice(run));
+        SC_PASS(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &run->root.wanted,
+                                &run->root.wanted_count));
+    SC_PASS(name_slice(run));
     if (run->keep_records) {
         const sc_store_job store_job = store_job_of(run);
 
-        SC_TRY(sc_store_check(app->ctx, run->root.directory, &store_job, slice_of(run),
-                              store_mode(app)));
-        SC_TRY(write_job(run, NULL));
-        status = sc_store_begin(app->ctx, run->root.directory, &store_job, slice_of(run),
-                                store_mode(app), &run->root.begun);
-    } else {
-        status = prepare_video(run);
+        SC_PASS(sc_store_check(app->ctx, run->root.directory, &store_job, slice_of(run),
+                               store_mode(app)));
+        SC_PASS(write_job(run, NULL));
+        return sc_store_begin(app->ctx, run->root.directory, &store_job, slice_of(run),
+                              store_mode(app), &run->root.begun);
     }
-out:
-    return status;
+    return prepare_video(run);
 }
 
 /* Allocate what every rank needs for its timing records: run->trace and run->worker.spans. */
@@ -511,30 +480,30 @@ static sc_status begin_run(sc_run *run, const char *job_path)
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_status status;
 
-    SC_TRY(sc_defer(app, first ? check_use(app) : SC_OK));
-    SC_TRY(sc_session_job(app, job_path, &run->session));
+    SC_PASS(sc_defer(app, first ? check_use(app) : SC_OK));
+    SC_PASS(sc_session_job(app, job_path, &run->session));
     /* From here on the first error ends the run. Threads that work at the same time, and the last
      * status.json, can fail for the same reason. */
     app->terminal->one_error = true;
-    SC_TRY(sc_comm_agree(app->comm,
-                         first ? sc_run_check_encoder(app->ctx, &run->session.job) : SC_OK));
-    SC_TRY(sc_comm_agree(app->comm, allocate_records(run)));
-    SC_TRY(sc_comm_agree(app->comm, first ? prepare_run(run) : SC_OK));
+    SC_PASS(sc_comm_agree(app->comm,
+                          first ? sc_run_check_encoder(app->ctx, &run->session.job) : SC_OK));
+    SC_PASS(sc_comm_agree(app->comm, allocate_records(run)));
+    SC_PASS(sc_comm_agree(app->comm, first ? prepare_run(run) : SC_OK));
     if (first && run->keep_records)
         sc_warn_of_outputs(app, &run->session.job);
-    SC_TRY(sc_report_placement(app));
+    SC_PASS(sc_report_placement(app));
     run->clock.deadline_s = sc_deadline_s(app);
     app->trace = run->trace;
     if (run->root.begun.may_write)
         sc_display_watch(app->display, sc_run_watch, run);
-    SC_TRY(sc_session_volume(app, &run->session));
+    SC_PASS(sc_session_volume(app, &run->session));
     sc_signals_stop_in_order(true);
     /* While what an earlier run has made is removed, no new status.json may come: it would be taken
      * for a file of somebody else. This also waits for one that is being written. */
     if (app->options.overwrite)
         sc_display_watch(app->display, NULL, NULL);
-    SC_TRY(sc_comm_agree(app->comm, first ? open_outputs(run) : SC_OK));
-    SC_TRY(sc_comm_agree(app->comm, first && !run->plan.complete ? make_plan(run) : SC_OK));
+    SC_PASS(sc_comm_agree(app->comm, first ? open_outputs(run) : SC_OK));
+    SC_PASS(sc_comm_agree(app->comm, first && !run->plan.complete ? make_plan(run) : SC_OK));
     status = share_plan(run);
     if (run->plan.complete)
         run->plan.kept = run->root.wanted_count;
@@ -550,7 +519,6 @@ static sc_status begin_run(sc_run *run, const char *job_path)
     else if (first && run->plan.kept)
         sc_info(app->ctx, "%s: %d of %d frames are there, and verified", run->root.directory,
                 run->plan.kept, run->root.wanted_count);
-out:
     return status;
 }
 

@@ -6,51 +6,43 @@
 /* Append to @p text what verbs do to each tissue, in the order in which they do it. */
 static sc_status add_fades(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
 {
-    sc_status status = SC_OK;
-
-    for (size_t i = 0; i < s->looks.fade_count && status == SC_OK; i++) {
+    for (size_t i = 0; i < s->looks.fade_count; i++) {
         const sc_fade *f = &s->looks.fades[i];
 
-        SC_TRY(sc_text_add(ctx, text, "%d %d %.17g %.17g %d %.17g %d\n", f->id, (int)f->kind,
-                           f->begin, f->end, (int)f->ease.kind, f->to, f->times));
+        SC_PASS(sc_text_add(ctx, text, "%d %d %.17g %.17g %d %.17g %d\n", f->id, (int)f->kind,
+                            f->begin, f->end, (int)f->ease.kind, f->to, f->times));
         for (int j = 0; j < 4 && f->ease.kind == SC_EASE_BEZIER; j++)
-            SC_TRY(sc_text_add(ctx, text, "%.17g\n", f->ease.bezier[j]));
+            SC_PASS(sc_text_add(ctx, text, "%.17g\n", f->ease.bezier[j]));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Append to @p text how verbs move tissues. */
 static sc_status add_shifts(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
 {
-    sc_status status = SC_OK;
-
-    for (size_t i = 0; i < s->looks.shift_count && status == SC_OK; i++) {
+    for (size_t i = 0; i < s->looks.shift_count; i++) {
         const sc_shift *shift = &s->looks.shifts[i];
 
-        SC_TRY(sc_text_add(ctx, text, "%d %.17g %.17g %d %.17g %.17g %.17g\n", shift->id,
-                           shift->begin, shift->end, (int)shift->ease.kind, shift->by_mm.x,
-                           shift->by_mm.y, shift->by_mm.z));
+        SC_PASS(sc_text_add(ctx, text, "%d %.17g %.17g %d %.17g %.17g %.17g\n", shift->id,
+                            shift->begin, shift->end, (int)shift->ease.kind, shift->by_mm.x,
+                            shift->by_mm.y, shift->by_mm.z));
         for (int j = 0; j < 4 && shift->ease.kind == SC_EASE_BEZIER; j++)
-            SC_TRY(sc_text_add(ctx, text, "%.17g\n", shift->ease.bezier[j]));
+            SC_PASS(sc_text_add(ctx, text, "%.17g\n", shift->ease.bezier[j]));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Append to @p text where verbs bring the camera: to tissues that are chosen by their names. */
 static sc_status add_moves(const sc_ctx *ctx, const sc_timeline *t, sc_text *text)
 {
-    sc_status status = SC_OK;
-
-    for (int i = 0; i < t->animation.move_count && status == SC_OK; i++) {
+    for (int i = 0; i < t->animation.move_count; i++) {
         const sc_move *m = &t->moves[i];
 
-        status = sc_text_add(ctx, text, "%d %.17g %.17g %.17g %.17g %.17g\n", (int)m->verb.kind,
-                             m->target_mm.x, m->target_mm.y, m->target_mm.z, m->distance_mm,
-                             m->half_height);
+        SC_PASS(sc_text_add(ctx, text, "%d %.17g %.17g %.17g %.17g %.17g\n", (int)m->verb.kind,
+                            m->target_mm.x, m->target_mm.y, m->target_mm.z, m->distance_mm,
+                            m->half_height));
     }
-    return status;
+    return SC_OK;
 }
 
 /* @return the planes that cut a tissue, as bits; of key frames, those of the first. */
@@ -69,37 +61,33 @@ static uint32_t planes_of(const sc_panel *s, int id)
 static sc_status add_spans(const sc_ctx *ctx, const sc_panel *s, int id, sc_text *text)
 {
     const sc_clip_set *set = &s->timeline.clip_sets[s->looks.tissues[id].clip_set];
-    sc_status status = SC_OK;
 
-    for (int i = 0; i < s->timeline.animation.sweep_count && status == SC_OK; i++) {
+    for (int i = 0; i < s->timeline.animation.sweep_count; i++) {
         if (s->timeline.animation.sweeps[i].except_count)
-            status = sc_text_add(ctx, text, "%llx\n", (unsigned long long)set->spares[i]);
+            SC_PASS(sc_text_add(ctx, text, "%llx\n", (unsigned long long)set->spares[i]));
     }
-    return status;
+    return SC_OK;
 }
 
 /* Append to @p text how each tissue looks and which planes cut it. Both may follow from names in a
  * label table, which the keys of the job do not hold. */
 static sc_status add_tissues(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
 {
-    sc_status status = SC_OK;
-
-    for (int id = 1; id < s->volume.label_count && status == SC_OK; id++) {
+    for (int id = 1; id < s->volume.label_count; id++) {
         const sc_tissue *t = &s->looks.tissues[id];
 
-        SC_TRY(sc_text_add(ctx, text, "%lld %d %.17g %d %.17g %.9g %.9g %.9g",
-                           (long long)s->volume.labels[id].value, t->visible, t->opacity,
-                           t->opacity_auto, t->interior_opacity, t->rgb_linear[0], t->rgb_linear[1],
-                           t->rgb_linear[2]));
-        SC_TRY(sc_text_add(ctx, text, " %.17g %.17g %d %x\n", t->material.diffuse,
-                           t->material.specular, t->material.shininess, planes_of(s, id)));
+        SC_PASS(sc_text_add(ctx, text, "%lld %d %.17g %d %.17g %.9g %.9g %.9g",
+                            (long long)s->volume.labels[id].value, t->visible, t->opacity,
+                            t->opacity_auto, t->interior_opacity, t->rgb_linear[0],
+                            t->rgb_linear[1], t->rgb_linear[2]));
+        SC_PASS(sc_text_add(ctx, text, " %.17g %.17g %d %x\n", t->material.diffuse,
+                            t->material.specular, t->material.shininess, planes_of(s, id)));
         if (t->color_track || t->opacity_track || t->visible_track || t->offset_track)
-            SC_TRY(sc_text_add(ctx, text, "%d %d %d %d\n", t->color_track, t->opacity_track,
-                               t->visible_track, t->offset_track));
-        status = add_spans(ctx, s, id, text);
+            SC_PASS(sc_text_add(ctx, text, "%d %d %d %d\n", t->color_track, t->opacity_track,
+                                t->visible_track, t->offset_track));
+        SC_PASS(add_spans(ctx, s, id, text));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Append to @p text the values of key frames of columns, when they hold, and of which tissues the
@@ -108,61 +96,54 @@ static sc_status add_columns(const sc_ctx *ctx, const sc_panel *s, sc_text *text
 {
     const sc_track *steps = &s->job.color_columns.steps;
     const int count = s->volume.label_count;
-    sc_status status = SC_OK;
 
     if (!s->looks.column_values)
         return SC_OK;
     for (int i = 0; i < steps->count; i++) {
         const sc_ease *ease = &steps->keys[i].ease;
 
-        SC_TRY(sc_text_add(ctx, text, "%.17g %d %.17g %.17g %.17g %.17g\n", steps->keys[i].at,
-                           (int)ease->kind, ease->bezier[0], ease->bezier[1], ease->bezier[2],
-                           ease->bezier[3]));
+        SC_PASS(sc_text_add(ctx, text, "%.17g %d %.17g %.17g %.17g %.17g\n", steps->keys[i].at,
+                            (int)ease->kind, ease->bezier[0], ease->bezier[1], ease->bezier[2],
+                            ease->bezier[3]));
         for (int id = 1; id < count; id++)
-            SC_TRY(sc_text_add(ctx, text, "%.17g %d\n", s->looks.column_values[i * count + id],
-                               s->looks.tissues[id].color_by_rule));
+            SC_PASS(sc_text_add(ctx, text, "%.17g %d\n", s->looks.column_values[i * count + id],
+                                s->looks.tissues[id].color_by_rule));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Append to @p text what the pictures of a panel follow from beside the keys of the job. */
 static sc_status add_panel(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
 {
     const sc_lettering *letters = s->text.lettering;
-    sc_status status = SC_OK;
 
     if (s->looks.tissues) /* it does not only write */
-        SC_TRY(add_tissues(ctx, s, text));
-    SC_TRY(add_fades(ctx, s, text));
-    SC_TRY(add_shifts(ctx, s, text));
-    SC_TRY(add_moves(ctx, &s->timeline, text));
+        SC_PASS(add_tissues(ctx, s, text));
+    SC_PASS(add_fades(ctx, s, text));
+    SC_PASS(add_shifts(ctx, s, text));
+    SC_PASS(add_moves(ctx, &s->timeline, text));
     if (s->looks.scale.is_used) /* which the colour bar shows */
-        SC_TRY(sc_text_add(ctx, text, "%.17g %.17g\n", s->looks.scale.low, s->looks.scale.high));
-    SC_TRY(add_columns(ctx, s, text));
+        SC_PASS(sc_text_add(ctx, text, "%.17g %.17g\n", s->looks.scale.low, s->looks.scale.high));
+    SC_PASS(add_columns(ctx, s, text));
     if (s->grey.grey.codes)
-        SC_TRY(sc_text_add(ctx, text, "%llx %.17g %.17g\n", (unsigned long long)s->grey.hash,
-                           s->grey.window.level, s->grey.window.width));
+        SC_PASS(sc_text_add(ctx, text, "%llx %.17g %.17g\n", (unsigned long long)s->grey.hash,
+                            s->grey.window.level, s->grey.window.width));
     if (s->text.logo.rgb)
-        SC_TRY(sc_text_add(ctx, text, "%llx\n", (unsigned long long)sc_image_hash(&s->text.logo)));
+        SC_PASS(sc_text_add(ctx, text, "%llx\n", (unsigned long long)sc_image_hash(&s->text.logo)));
     if (letters) /* their pixels, which follow from the font */
-        SC_TRY(sc_text_add(ctx, text, "%llx\n",
-                           (unsigned long long)sc_hash_bytes(letters, letters->bytes, 0)));
-out:
-    return status;
+        SC_PASS(sc_text_add(ctx, text, "%llx\n",
+                            (unsigned long long)sc_hash_bytes(letters, letters->bytes, 0)));
+    return SC_OK;
 }
 
 sc_status sc_run_hash_job(sc_run *run, uint64_t *out)
 {
     const sc_ctx *ctx = run->app->ctx;
-    sc_text text = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    SC_TRY(sc_job_write(ctx, &run->session.job, true, &text));
+    SC_PASS(sc_job_write(ctx, &run->session.job, true, &text));
     for (int i = 0; i < run->session.panel_count; i++)
-        SC_TRY(add_panel(ctx, &run->session.panels[i], &text));
+        SC_PASS(add_panel(ctx, &run->session.panels[i], &text));
     *out = sc_hash_bytes(text.data, text.length_bytes, 0);
-out:
-    sc_text_clear(&text);
-    return status;
+    return SC_OK;
 }

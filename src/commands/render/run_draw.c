@@ -55,13 +55,10 @@ sc_status sc_run_check_encoder(const sc_ctx *ctx, const sc_job *job)
     static const double gib = 1024.0 * 1024 * 1024;
     const sc_video_settings settings = sc_run_video_settings(job);
     const double bytes = sc_video_encoder_bytes_least(job->output.video, &settings);
-    sc_status status;
 
     if (!sc_run_has_video(job))
         return SC_OK;
-    status = sc_video_check_encoder(ctx, job->output.video, settings.codec);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_video_check_encoder(ctx, job->output.video, settings.codec));
     if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
         return SC_OK;
     return sc_fail(ctx, SC_ERR_SYSTEM,
@@ -213,10 +210,8 @@ static sc_status add_block(const sc_ctx *ctx, sc_payload *payload, const void *d
 {
     const uint64_t size = bytes;
     void *grown;
-    sc_status status = sc_alloc(ctx, payload->bytes + sizeof size + bytes, 1, &grown);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, payload->bytes + sizeof size + bytes, 1, &grown));
     if (payload->bytes)
         memcpy(grown, payload->data, payload->bytes);
     memcpy((char *)grown + payload->bytes, &size, sizeof size);
@@ -245,14 +240,11 @@ static bool next_block(const sc_payload *payload, size_t *at, sc_segment *out)
 /* Append the PNG file of @p image as a block. */
 static sc_status add_png(const sc_ctx *ctx, sc_payload *payload, const sc_image *image)
 {
-    char *data;
+    SC_OWN(sc_free_at) char *data = NULL;
     size_t bytes;
-    sc_status status = sc_image_compress_png(ctx, image, "a frame in memory", &data, &bytes);
 
-    if (status == SC_OK)
-        status = add_block(ctx, payload, data, bytes);
-    free(data);
-    return status;
+    SC_PASS(sc_image_compress_png(ctx, image, "a frame in memory", &data, &bytes));
+    return add_block(ctx, payload, data, bytes);
 }
 
 /* Has a signal come, and would the GOP be finished too late? @param done how many of its @p count
@@ -304,30 +296,30 @@ static sc_status push_frame(sc_run *run, const sc_frame_result *result, const sc
     return status;
 }
 
+static void clear_payload(sc_payload *payload)
+{
+    sc_free(payload->data);
+}
+
 /* End a GOP that begins with frame @p first, and pack it with its PNG files. */
 static sc_status finish_gop(sc_run *run, int first, const sc_payload *pngs, sc_payload *out)
 {
     const sc_ctx *ctx = run->app->ctx;
     const double begin_s = sc_wall_s();
-    sc_payload all = {0};
-    sc_segment segment = {0};
+    SC_OWN(clear_payload) sc_payload all = {0};
+    SC_OWN(sc_segment_free) sc_segment segment = {0};
     sc_status status;
 
     sc_signals_expendable(true);
     status = sc_encoder_finish(ctx, run->worker.encoder, run->plan.identity, first, &segment);
     sc_signals_expendable(false);
-    if (status != SC_OK)
-        goto out;
-    SC_TRY(add_block(ctx, &all, segment.data, segment.bytes));
+    SC_PASS(status);
+    SC_PASS(add_block(ctx, &all, segment.data, segment.bytes));
     if (pngs->bytes)
-        SC_TRY(add_block(ctx, &all, pngs->data, pngs->bytes));
+        SC_PASS(add_block(ctx, &all, pngs->data, pngs->bytes));
     run->worker.encode_wall_s += sc_wall_s() - begin_s;
-    *out = all;
-    all = (sc_payload){0};
-out:
-    sc_segment_free(&segment);
-    sc_free(all.data);
-    return status;
+    SC_HAND_OVER(all, out);
+    return SC_OK;
 }
 
 /* Draw a frame into run->worker.gop_image and encode it; append its PNG file to @p pngs if asked
@@ -335,12 +327,9 @@ out:
 static sc_status draw_and_push(sc_run *run, int frame, sc_frame_result *result, sc_payload *pngs)
 {
     const double wait_s = result->wait_s;
-    sc_status status;
 
     *result = (sc_frame_result){.frame = frame, .wait_s = wait_s};
-    status = draw_rows(run, frame, NULL, &run->worker.gop_image, result);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(draw_rows(run, frame, NULL, &run->worker.gop_image, result));
     result->hash = sc_image_hash(&run->worker.gop_image);
     return push_frame(run, result, &run->worker.gop_image, pngs);
 }
@@ -350,43 +339,38 @@ sc_status sc_run_draw_gop(void *user, int first, int count, sc_frame_result *res
 {
     sc_run *run = user;
     const double begin_s = sc_wall_s();
-    sc_payload pngs = {0};
-    sc_status status = SC_OK;
+    SC_OWN(clear_payload) sc_payload pngs = {0};
 
     if (!run->worker.gop_image.rgb)
-        SC_TRY(sc_session_image(run->app, &run->session, &run->worker.gop_image));
-    SC_TRY(open_gop_encoder(run));
+        SC_PASS(sc_session_image(run->app, &run->session, &run->worker.gop_image));
+    SC_PASS(open_gop_encoder(run));
     for (int i = 0; i < count; i++) {
+        sc_status status;
+
         if (should_give_up(run, begin_s, i, count))
-            goto out;
+            return SC_OK;
         status = draw_and_push(run, first + i, &results[i], &pngs);
-        if (status != SC_OK) {
-            status = status == SC_ERR_INCOMPLETE ? SC_OK : status; /* the GOP is given up */
-            goto out;
-        }
+        if (status == SC_ERR_INCOMPLETE)
+            return SC_OK; /* the GOP is given up */
+        SC_PASS(status);
     }
-    status = finish_gop(run, first, &pngs, out);
-out:
-    sc_free(pngs.data);
-    return status;
+    return finish_gop(run, first, &pngs, out);
 }
 
 sc_status sc_run_encode_frame(void *user, int first, int count, const sc_frame_result *result,
                               const sc_image *image, sc_payload *out)
 {
     sc_run *run = user;
-    sc_status status;
 
     if (result->frame == first) {
         sc_free(run->worker.gop_pngs.data);
         run->worker.gop_pngs = (sc_payload){0};
-        SC_TRY(open_gop_encoder(run));
+        SC_PASS(open_gop_encoder(run));
     }
-    SC_TRY(push_frame(run, result, image, &run->worker.gop_pngs));
+    SC_PASS(push_frame(run, result, image, &run->worker.gop_pngs));
     if (result->frame == first + count - 1)
-        status = finish_gop(run, first, &run->worker.gop_pngs, out);
-out:
-    return status;
+        return finish_gop(run, first, &run->worker.gop_pngs, out);
+    return SC_OK;
 }
 
 /* ---- rank 0 ---- */
@@ -431,39 +415,31 @@ sc_status sc_run_accept_gop(void *user, const sc_frame_result *results, int coun
     const sc_ctx *ctx = run->app->ctx;
     const bool png = run->session.job.output.frames == SC_FRAMES_PNG;
     const double begin_s = sc_wall_s();
-    sc_segment segment, rest, *pngs;
-    void *done = NULL, *files = NULL;
+    SC_OWN(sc_free_at) sc_done_frame *done = NULL;
+    SC_OWN(sc_free_at) sc_segment *pngs = NULL;
+    sc_segment segment, rest;
     size_t at = 0, within = 0;
     sc_status status;
 
     SC_PASS(sc_inputs_check_files(ctx, run->session.inputs));
-    SC_TRY(sc_alloc(ctx, (size_t)count, sizeof(sc_done_frame), &done));
-    SC_TRY(sc_zalloc(ctx, (size_t)count, sizeof(sc_segment), &files));
-    pngs = files;
-    if (!next_block(payload, &at, &segment) || (png && !next_block(payload, &at, &rest))) {
-        status = sc_fail(ctx, SC_ERR_INTERNAL,
-                         "a GOP has arrived from a rank with a payload that is cut off");
-        goto out;
-    }
+    SC_PASS(SC_ALLOC(ctx, (size_t)count, &done));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)count, &pngs));
+    if (!next_block(payload, &at, &segment) || (png && !next_block(payload, &at, &rest)))
+        return sc_fail(ctx, SC_ERR_INTERNAL,
+                       "a GOP has arrived from a rank with a payload that is cut off");
     for (int i = 0; i < count; i++) {
         const sc_payload inner = {png ? rest.data : NULL, png ? rest.bytes : 0};
 
-        ((sc_done_frame *)done)[i] = done_of(&results[i]);
-        if (png && !next_block(&inner, &within, &pngs[i])) {
-            status = sc_fail(ctx, SC_ERR_INTERNAL,
-                             "a GOP has arrived from a rank with a payload that is cut off");
-            goto out;
-        }
+        done[i] = done_of(&results[i]);
+        if (png && !next_block(&inner, &within, &pngs[i]))
+            return sc_fail(ctx, SC_ERR_INTERNAL,
+                           "a GOP has arrived from a rank with a payload that is cut off");
     }
     sc_signals_expendable(true);
     status = sc_store_add_gop(ctx, run->root.store, done, count, &segment, png ? pngs : NULL);
     sc_signals_expendable(false);
-    if (status != SC_OK)
-        goto out;
+    SC_PASS(status);
     for (int i = 0; i < count; i++)
         note_accepted(run, &results[i], begin_s);
-out:
-    sc_free(done);
-    sc_free(files);
-    return status;
+    return SC_OK;
 }

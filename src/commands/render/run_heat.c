@@ -58,18 +58,15 @@ static int typical_frame(const sc_run *run)
 static sc_status draw_heat(const sc_ctx *ctx, sc_run *run, sc_heat *out)
 {
     int size_px[2];
-    sc_march_counters *counts;
     sc_render_stats stats;
-    sc_heat heat = {0};
-    void *block = NULL;
-    sc_status status;
+    SC_OWN(sc_heat_clear) sc_heat heat = {0};
+    SC_OWN(sc_free_at) sc_march_counters *counts = NULL;
 
     if (run->observe || run->root.result_count == 0 || *run->stop || *run->give_up ||
         !choose_heat_size(run, size_px))
         return SC_OK;
-    SC_TRY(sc_heat_new(ctx, size_px[0], size_px[1], &heat));
-    SC_TRY(sc_alloc(ctx, (size_t)size_px[0] * (size_t)size_px[1], sizeof *counts, &block));
-    counts = block;
+    SC_PASS(sc_heat_new(ctx, size_px[0], size_px[1], &heat));
+    SC_PASS(SC_ALLOC(ctx, (size_t)size_px[0] * (size_t)size_px[1], &counts));
     heat.frame = run->root.results[typical_frame(run)].frame;
     sc_session_counts(&run->session, heat.frame, size_px, counts, &stats);
     heat.cpu_s = stats.cpu_s;
@@ -77,14 +74,9 @@ static sc_status draw_heat(const sc_ctx *ctx, sc_run *run, sc_heat *out)
         heat.codes[SC_HEAT_SAMPLES][i] = sc_heat_code(counts[i].cell_visits);
         heat.codes[SC_HEAT_CONTRIBUTIONS][i] = sc_heat_code(counts[i].contributions);
     }
-    if (!*run->give_up) { /* otherwise it was not finished */
-        *out = heat;
-        heat = (sc_heat){0};
-    }
-out:
-    sc_free(block);
-    sc_heat_clear(&heat);
-    return status;
+    if (!*run->give_up) /* otherwise it was not finished */
+        SC_HAND_OVER(heat, out);
+    return SC_OK;
 }
 
 /* Take over the heat picture of an earlier run on the job, if the stats.json under @p path has one.

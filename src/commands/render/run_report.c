@@ -27,13 +27,10 @@ static sc_status record_path(const sc_ctx *ctx, const sc_run *run, const char *n
 static sc_status write_status(const sc_run *run, const sc_ctx *ctx,
                               const sc_progress_report *report)
 {
-    char *path = NULL;
-    sc_status status = record_path(ctx, run, "status", "json", &path);
+    SC_OWN(sc_free_at) char *path = NULL;
 
-    if (status == SC_OK)
-        status = sc_progress_write(ctx, path, report);
-    sc_free(path);
-    return status;
+    SC_PASS(record_path(ctx, run, "status", "json", &path));
+    return sc_progress_write(ctx, path, report);
 }
 
 void sc_run_on_progress(void *user, int done, int total)
@@ -117,14 +114,11 @@ static int by_frame(const void *a, const void *b)
 static sc_status write_trace(sc_run *run, const sc_rank_record *records, const void *events,
                              const size_t *counts, size_t stride)
 {
-    char *path = NULL;
-    sc_status status = record_path(run->app->ctx, run, "trace", "json", &path);
+    SC_OWN(sc_free_at) char *path = NULL;
 
-    if (status == SC_OK)
-        status = sc_trace_write(run->app->ctx, path, sc_comm_size(run->app->comm), records, events,
-                                counts, stride);
-    sc_free(path);
-    return status;
+    SC_PASS(record_path(run->app->ctx, run, "trace", "json", &path));
+    return sc_trace_write(run->app->ctx, path, sc_comm_size(run->app->comm), records, events,
+                          counts, stride);
 }
 
 /* Gather the trace events of all ranks on rank 0, which writes trace.json. @p records is NULL on
@@ -135,20 +129,21 @@ static sc_status gather_trace(sc_run *run, const sc_rank_record *records)
     const bool first = sc_comm_rank(app->comm) == 0;
     const size_t ranks = (size_t)sc_comm_size(app->comm);
     size_t count = sc_trace_count(run->trace), largest = 1;
-    void *counts = NULL, *mine = NULL, *all = NULL;
+    SC_OWN(sc_free_at) size_t *counts = NULL;
+    SC_OWN(sc_free_at) sc_trace_event *mine = NULL, *all = NULL;
     sc_status status = SC_OK;
 
     if (first)
-        status = sc_alloc(app->ctx, ranks, sizeof count, &counts);
-    SC_TRY(sc_comm_agree(app->comm, status));
+        status = SC_ALLOC(app->ctx, ranks, &counts);
+    SC_PASS(sc_comm_agree(app->comm, status));
     sc_comm_gather(app->comm, &count, sizeof count, counts);
     for (size_t i = 0; first && i < ranks; i++)
-        largest = ((size_t *)counts)[i] > largest ? ((size_t *)counts)[i] : largest;
+        largest = counts[i] > largest ? counts[i] : largest;
     sc_comm_broadcast(app->comm, &largest, sizeof largest);
-    status = sc_zalloc(app->ctx, largest, sizeof(sc_trace_event), &mine);
+    status = SC_ZALLOC(app->ctx, largest, &mine);
     if (first && status == SC_OK)
-        status = sc_alloc(app->ctx, ranks * largest, sizeof(sc_trace_event), &all);
-    SC_TRY(sc_comm_agree(app->comm, status));
+        status = SC_ALLOC(app->ctx, ranks * largest, &all);
+    SC_PASS(sc_comm_agree(app->comm, status));
     if (first && sc_trace_dropped(run->trace))
         sc_info(app->ctx,
                 "trace.json holds only the first %zu events of each rank; later ones found no room",
@@ -156,13 +151,7 @@ static sc_status gather_trace(sc_run *run, const sc_rank_record *records)
     if (count)
         memcpy(mine, sc_trace_events(run->trace), count * sizeof(sc_trace_event));
     sc_comm_gather(app->comm, mine, largest * sizeof(sc_trace_event), all);
-    if (first)
-        status = write_trace(run, records, all, counts, largest);
-out:
-    sc_free(counts);
-    sc_free(mine);
-    sc_free(all);
-    return status;
+    return first ? write_trace(run, records, all, counts, largest) : SC_OK;
 }
 
 /* Is it the name of a file "stats.SLICE.json"? For scandir. */
@@ -250,47 +239,41 @@ static sc_status read_history(sc_run *run, const char *path)
     const sc_job_hashes job = {run->root.store_job.job_hash, run->root.store_job.volume_hash};
     sc_history *history = &run->root.earlier;
     int last;
-    sc_status status = SC_OK;
 
     if (run->root.has_earlier || !run->app->options.resume)
         return SC_OK;
-    SC_TRY(sc_history_read(run->app->ctx, path, &job, history));
+    SC_PASS(sc_history_read(run->app->ctx, path, &job, history));
     last = history->run_count - 1;
     if (!run->root.slice[0])
-        SC_TRY(read_slices(run, history));
+        SC_PASS(read_slices(run, history));
     drop_lost_frames(run, history);
     /* Each run puts itself into the statistics before it draws. So frames of which they say nothing
      * were drawn by the last run of this file if it was killed, unless a slice may have done it. */
     if (last >= 0 && (last != history->run_count - 1 || history->runs[last].ended))
         last = -1;
-    SC_TRY(add_unmeasured(run, history, last));
+    SC_PASS(add_unmeasured(run, history, last));
     run->root.has_earlier = true;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Write stats.json and frames.csv, with what earlier runs have measured. On rank 0. */
 static sc_status write_run(sc_run *run, sc_run_record *record)
 {
-    char *json = NULL, *csv = NULL;
-    sc_text settings = {0};
+    SC_OWN(sc_free_at) char *json = NULL, *csv = NULL;
+    SC_OWN(sc_text_clear) sc_text settings = {0};
     sc_status status;
 
-    SC_TRY(record_path(run->app->ctx, run, "stats", "json", &json));
-    SC_TRY(record_path(run->app->ctx, run, "frames", "csv", &csv));
-    SC_TRY(read_history(run, json));
+    SC_PASS(record_path(run->app->ctx, run, "stats", "json", &json));
+    SC_PASS(record_path(run->app->ctx, run, "frames", "csv", &csv));
+    SC_PASS(read_history(run, json));
     status = sc_job_write_json(run->app->ctx, &run->session.job, &settings);
     if (status != SC_OK && status != SC_ERR_DATA)
-        goto out;
+        return status;
     record->settings = settings.data; /* NULL if a path is not UTF-8, so that JSON cannot hold it */
     record->earlier = &run->root.earlier;
     status = sc_run_write(run->app->ctx, record, json, csv);
     record->settings = NULL;
     record->earlier = NULL;
-out:
-    sc_text_clear(&settings);
-    sc_free(json);
-    sc_free(csv);
     return status;
 }
 
@@ -365,18 +348,15 @@ static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *
 static sc_status gather_ranks(sc_run *run, void **out)
 {
     const sc_app *app = run->app;
-    void *all = NULL;
+    SC_OWN(sc_free_at) void *all = NULL;
     sc_status status = SC_OK;
 
     if (sc_comm_rank(app->comm) == 0)
         status = sc_alloc(app->ctx, (size_t)sc_comm_size(app->comm), sizeof(sc_rank_record), &all);
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     sc_comm_gather(app->comm, &run->session.times, sizeof run->session.times, all);
-    *out = all;
-    all = NULL;
-out:
-    sc_free(all);
-    return status;
+    SC_HAND_OVER(all, out);
+    return SC_OK;
 }
 
 /* For sc_ctx.write: keep the first error in a text of ERROR_BYTES. */
@@ -430,8 +410,8 @@ sc_status sc_run_begin_records(sc_run *run)
     sc_run_record record;
     record_texts texts;
     struct timespec now;
-    void *all = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) void *all = NULL;
+    sc_status status = SC_OK;
 
     clock_gettime(CLOCK_REALTIME, &now);
     sc_host_name(run->session.times.host);
@@ -440,16 +420,13 @@ sc_status sc_run_begin_records(sc_run *run)
     run->root.id ^= (uint64_t)getpid() << 32;
     if (!run->keep_records || run->plan.complete)
         return SC_OK;
-    SC_TRY(gather_ranks(run, &all));
+    SC_PASS(gather_ranks(run, &all));
     if (sc_comm_rank(app->comm) == 0) {
         describe_run(run, &texts, &record);
         record.rank_records = all;
         status = write_run(run, &record);
     }
-    status = sc_comm_agree(app->comm, status);
-out:
-    sc_free(all);
-    return status;
+    return sc_comm_agree(app->comm, status);
 }
 
 sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
@@ -458,10 +435,9 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_run_record record;
     record_texts texts;
-    sc_heat heat = {0};
-    char *path = NULL;
-    void *all = NULL;
-    sc_status status;
+    SC_OWN(sc_heat_clear) sc_heat heat = {0};
+    SC_OWN(sc_free_at) char *path = NULL;
+    SC_OWN(sc_free_at) void *all = NULL;
 
     describe_run(run, &texts, &record);
     record.ended = true;
@@ -469,30 +445,24 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
     record.farm_wall_s = times->wall_s;
     record.frames = run->root.results;
     record.frame_count = run->root.result_count;
-    SC_TRY(gather_ranks(run, &all));
+    SC_PASS(gather_ranks(run, &all));
     record.rank_records = all;
     if (run->keep_records)
-        SC_TRY(sc_comm_agree(app->comm, gather_trace(run, all)));
+        SC_PASS(sc_comm_agree(app->comm, gather_trace(run, all)));
     if (!first)
-        goto out;
+        return SC_OK;
     if (run->root.results)
         qsort(run->root.results, (size_t)run->root.result_count, sizeof *run->root.results,
               by_frame);
     if (run->keep_records) {
-        SC_TRY(record_path(app->ctx, run, "stats", "json", &path));
+        SC_PASS(record_path(app->ctx, run, "stats", "json", &path));
         sc_run_draw_heat(run, path, &heat);
         record.heat = &heat;
-        SC_TRY(write_run(run, &record));
+        SC_PASS(write_run(run, &record));
     }
     if (run->keep_records)
         write_page(run);
     if (run->observe)
         run->observe(run->observer, &record);
-    else
-        status = sc_run_summarise(app->ctx, &record);
-out:
-    sc_free(path);
-    sc_heat_clear(&heat);
-    sc_free(all);
-    return status;
+    return run->observe ? SC_OK : sc_run_summarise(app->ctx, &record);
 }

@@ -22,19 +22,21 @@ void sc_study_clear_cells(sc_study_state *state)
 
 /* ---- settings ---- */
 
+static void clear_settings(sc_study_settings *settings)
+{
+    sc_free(settings->items);
+}
+
 sc_status sc_study_cell_options(const sc_study_state *state, int cell, sc_options *options)
 {
     const sc_options *given = &state->app->options;
-    sc_study_settings settings = {.count = 0};
-    sc_status status;
+    SC_OWN(clear_settings) sc_study_settings settings = {.count = 0};
 
-    SC_TRY(sc_study_cell(state->app->ctx, &state->study, cell, &settings));
-    if (settings.count + given->setting_count >= SC_SETTINGS_MAX) {
-        status =
-            sc_fail(state->app->ctx, SC_ERR_USAGE, "a cell has %zu settings, expected at most %d",
-                    settings.count + given->setting_count, SC_SETTINGS_MAX - 1);
-        goto out;
-    }
+    SC_PASS(sc_study_cell(state->app->ctx, &state->study, cell, &settings));
+    if (settings.count + given->setting_count >= SC_SETTINGS_MAX)
+        return sc_fail(state->app->ctx, SC_ERR_USAGE,
+                       "a cell has %zu settings, expected at most %d",
+                       settings.count + given->setting_count, SC_SETTINGS_MAX - 1);
     options->setting_count = 0;
     for (size_t i = 0; i < settings.count; i++)
         options->settings[options->setting_count++] = settings.items[i];
@@ -43,23 +45,19 @@ sc_status sc_study_cell_options(const sc_study_state *state, int cell, sc_option
     if (state->cpu && state->cells[cell].any_cpu)
         options->settings[options->setting_count++] =
             (sc_setting){.origin = "render.cpu", .path = "render.cpu", .value = state->cpu};
-out:
-    sc_free(settings.items);
-    return status;
+    return SC_OK;
 }
 
 /* Load the job of a cell, alone on rank 0. Caller owns *out: sc_job_clear. */
 static sc_status load_job(const sc_study_state *state, int cell, sc_job *out)
 {
-    sc_options *options;
-    void *block = NULL;
+    SC_OWN(sc_free_at) sc_options *options = NULL;
     sc_job_sources sources;
     sc_status status;
 
-    SC_TRY(sc_alloc(state->app->ctx, 1, sizeof *options, &block));
-    options = block;
+    SC_PASS(SC_ALLOC(state->app->ctx, 1, &options));
     *options = state->app->options;
-    SC_TRY(sc_study_cell_options(state, cell, options));
+    SC_PASS(sc_study_cell_options(state, cell, options));
     sources = (sc_job_sources){.path = state->study.job[0] ? state->study.job : NULL,
                                .name = state->app->options.input,
                                .settings = options->settings,
@@ -69,8 +67,6 @@ static sc_status load_job(const sc_study_state *state, int cell, sc_job *out)
     status = sc_job_load(state->app->ctx, &sources, out);
     if (status != SC_OK)
         sc_job_clear(out);
-out:
-    sc_free(block);
     return status;
 }
 
@@ -79,13 +75,11 @@ out:
 /* Add to @p hash the YAML of a job. */
 static sc_status hash_job(const sc_ctx *ctx, const sc_job *job, bool identity, uint64_t *hash)
 {
-    sc_text text = {0};
-    const sc_status status = sc_job_write(ctx, job, identity, &text);
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    if (status == SC_OK)
-        *hash = sc_hash_bytes(text.data, text.length_bytes, *hash);
-    sc_text_clear(&text);
-    return status;
+    SC_PASS(sc_job_write(ctx, job, identity, &text));
+    *hash = sc_hash_bytes(text.data, text.length_bytes, *hash);
+    return SC_OK;
 }
 
 /* Hash what the prepared volume depends on: the volume, its table, the tissues, and some of the
@@ -134,11 +128,11 @@ static uint64_t hash_columns(const sc_column_track *track, uint64_t hash)
 static sc_status hash_picture(const sc_study_state *state, const sc_job *job, uint64_t *out,
                               int32_t *frame_count)
 {
-    int *frames = NULL, count;
+    SC_OWN(sc_free_at) int *frames = NULL;
+    int count;
     uint64_t hash = 2;
-    sc_status status;
 
-    SC_TRY(hash_job(state->app->ctx, job, true, &hash));
+    SC_PASS(hash_job(state->app->ctx, job, true, &hash));
     hash = sc_hash_bytes(job->volume, strlen(job->volume), hash);
     for (size_t i = 1; i < job->phase_count; i++)
         hash = sc_hash_bytes(job->phases[i].path, strlen(job->phases[i].path), hash);
@@ -147,12 +141,10 @@ static sc_status hash_picture(const sc_study_state *state, const sc_job *job, ui
     hash = sc_hash_bytes(job->image.path, strlen(job->image.path), hash);
     hash = sc_hash_bytes(job->color_by.column, strlen(job->color_by.column), hash);
     hash = hash_columns(&job->color_columns, hash);
-    SC_TRY(sc_study_frames(state, job, &frames, &count));
+    SC_PASS(sc_study_frames(state, job, &frames, &count));
     *out = sc_hash_bytes(frames, (size_t)count * sizeof *frames, hash);
     *frame_count = count;
-out:
-    sc_free(frames);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_study_frames(const sc_study_state *state, const sc_job *job, int **out, int *count)
@@ -162,7 +154,6 @@ sc_status sc_study_frames(const sc_study_state *state, const sc_job *job, int **
     const sc_ctx silent = {.rank = 0};
     const bool whole = state->whole_jobs;
     const int spread = whole || total < SPREAD_FRAMES ? total : SPREAD_FRAMES;
-    void *block;
     sc_status status;
 
     if (state->study.frames[0] && !whole) {
@@ -180,10 +171,7 @@ sc_status sc_study_frames(const sc_study_state *state, const sc_job *job, int **
         }
         return status;
     }
-    status = sc_alloc(ctx, (size_t)spread, sizeof **out, &block);
-    if (status != SC_OK)
-        return status;
-    *out = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)spread, out));
     for (int i = 0; i < spread; i++)
         (*out)[i] = (int)((int64_t)total * i / spread);
     *count = spread;
@@ -226,30 +214,26 @@ static sc_status fill_cell(sc_study_state *state, int cell, uint64_t *hash, cons
 {
     const sc_app *app = state->app;
     sc_cell_info *info = &state->cells[cell];
-    sc_study_settings settings = {.count = 0};
-    sc_job job = {0};
-    sc_status status, mistakes;
+    SC_OWN(clear_settings) sc_study_settings settings = {.count = 0};
+    SC_OWN(sc_job_clear) sc_job job = {0};
+    sc_status mistakes;
 
-    SC_TRY(sc_study_cell(app->ctx, &state->study, cell, &settings));
+    SC_PASS(sc_study_cell(app->ctx, &state->study, cell, &settings));
     info->ranks = settings.ranks ? settings.ranks : sc_comm_size(app->comm);
     info->threads = settings.threads ? settings.threads : app->threads;
     info->placement = settings.placement;
-    SC_TRY(load_job(state, cell, &job));
-    SC_TRY(hash_volume(app->ctx, &job, &info->volume_key));
+    SC_PASS(load_job(state, cell, &job));
+    SC_PASS(hash_volume(app->ctx, &job, &info->volume_key));
     mistakes = check_tissues(state, cell, &job);
-    SC_TRY(hash_picture(state, &job, &info->picture, &info->frames));
-    SC_TRY(hash_job(app->ctx, &job, false, hash));
+    SC_PASS(hash_picture(state, &job, &info->picture, &info->frames));
+    SC_PASS(hash_job(app->ctx, &job, false, hash));
     *hash = sc_hash_bytes(&info->picture, sizeof info->picture, *hash);
     *hash = sc_hash_bytes(&settings.ranks, sizeof settings.ranks, *hash);
     *hash = sc_hash_bytes(&settings.threads, sizeof settings.threads, *hash);
     look_for_kernel(&job, info, cpu);
     info->runs_here = info->runs_here && info->ranks <= sc_comm_size(app->comm) &&
                       (!settings.threads || info->threads <= sc_usable_cores());
-    status = mistakes;
-out:
-    sc_free(settings.items);
-    sc_job_clear(&job);
-    return status;
+    return mistakes;
 }
 
 void sc_study_why_not(const sc_study_state *state, int cell, char *text, size_t size)
@@ -271,28 +255,23 @@ static sc_status fill_design(sc_study_state *state)
 {
     const sc_ctx *ctx = state->app->ctx;
     const sc_study *study = &state->study;
-    void *block;
-    sc_status status;
 
     state->design.whole_jobs = study->measure == SC_STUDY_JOB;
     state->design.by_wall = study->metric == SC_STUDY_WALL;
-    SC_TRY(sc_text_copy(ctx, study->title, &state->design.title));
-    SC_TRY(sc_zalloc(ctx, (size_t)study->axis_count + 1, sizeof(sc_design_axis), &block));
-    state->design.axes = block;
+    SC_PASS(sc_text_copy(ctx, study->title, &state->design.title));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)study->axis_count + 1, &state->design.axes));
     for (int i = 0; i < study->axis_count; i++) {
         const sc_study_axis *from = &study->axes[i];
         sc_design_axis *axis = &state->design.axes[i];
 
         state->design.axis_count++;
-        SC_TRY(sc_zalloc(ctx, (size_t)from->value_count, sizeof(char *), &block));
-        axis->values = block;
-        SC_TRY(sc_text_copy(ctx, from->name, &axis->name));
+        SC_PASS(SC_ZALLOC(ctx, (size_t)from->value_count, &axis->values));
+        SC_PASS(sc_text_copy(ctx, from->name, &axis->name));
         for (; axis->value_count < from->value_count; axis->value_count++)
-            SC_TRY(sc_text_copy(ctx, from->values[axis->value_count].name,
-                                &axis->values[axis->value_count]));
+            SC_PASS(sc_text_copy(ctx, from->values[axis->value_count].name,
+                                 &axis->values[axis->value_count]));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Fill state->design and state->cells. @return the first mistake; all are logged. */
@@ -302,30 +281,25 @@ static sc_status fill_cells(sc_study_state *state)
     const char *best = sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, NULL, NULL)->cpu,
                *cpu = best;
     uint64_t hash = (uint64_t)state->study.measure;
-    void *block;
-    sc_status status, mistakes = SC_OK;
+    sc_status mistakes = SC_OK;
 
-    SC_TRY(fill_design(state));
+    SC_PASS(fill_design(state));
     state->cell_count = sc_study_cells(&state->study);
-    SC_TRY(sc_zalloc(ctx, (size_t)state->cell_count, sizeof *state->cells, &block));
-    state->cells = block;
-    SC_TRY(sc_zalloc(ctx, (size_t)state->cell_count, 1, &block));
-    state->told = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)state->cell_count, &state->cells));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)state->cell_count, &state->told));
     for (int i = 0; i < state->cell_count; i++) {
         if (!sc_goes_on(&mistakes, fill_cell(state, i, &hash, &cpu)))
             break;
     }
-    status = mistakes;
     state->design.hash = hash;
     if (strcmp(cpu, best) == 0)
-        goto out;
+        return mistakes;
     state->cpu = cpu;
     sc_info(ctx,
             "all cells are drawn by kernels for %s, the best that each of their skip methods has; "
             "render.cpu names others",
             cpu);
-out:
-    return status;
+    return mistakes;
 }
 
 /* @return whether one of the settings is about the volume. */
@@ -390,17 +364,15 @@ sc_status sc_study_list_cells(sc_study_state *state)
     int32_t count;
     uint8_t whole_jobs = state->study.measure == SC_STUDY_JOB;
     void *cells;
-    sc_status status;
 
     sc_comm_broadcast(app->comm, &whole_jobs, sizeof whole_jobs);
     state->whole_jobs = whole_jobs != 0;
-    SC_TRY(sc_comm_agree(app->comm, first ? list_cells(state) : SC_OK));
+    SC_PASS(sc_comm_agree(app->comm, first ? list_cells(state) : SC_OK));
     count = state->cell_count;
     sc_comm_broadcast(app->comm, &count, sizeof count);
     cells = state->cells;
-    SC_TRY(sc_broadcast_array(app, &cells, (size_t)count, sizeof *state->cells));
+    SC_PASS(sc_broadcast_array(app, &cells, (size_t)count, sizeof *state->cells));
     state->cells = cells;
     state->cell_count = count;
-out:
-    return status;
+    return SC_OK;
 }

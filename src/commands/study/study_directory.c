@@ -44,38 +44,30 @@ static sc_status refuse_path(const sc_ctx *ctx, const char *path)
 static sc_status refuse_files(const sc_study_records *r)
 {
     const sc_ctx *ctx = r->state->app->ctx;
-    sc_status status = refuse_path(ctx, r->state->work);
 
-    for (size_t i = 0; i < SC_COUNT_OF(file_names) && status == SC_OK; i++) {
-        char *path = NULL;
+    SC_PASS(refuse_path(ctx, r->state->work));
+    for (size_t i = 0; i < SC_COUNT_OF(file_names); i++) {
+        SC_OWN(sc_free_at) char *path = NULL;
 
-        SC_TRY(sc_path_join(ctx, r->directory, file_names[i], &path));
-        status = refuse_path(ctx, path);
-        sc_free(path);
+        SC_PASS(sc_path_join(ctx, r->directory, file_names[i], &path));
+        SC_PASS(refuse_path(ctx, path));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Remove the files of the study that the directory holds. */
 static sc_status remove_files(const sc_study_records *r)
 {
     const sc_ctx *ctx = r->state->app->ctx;
-    sc_status status = SC_OK;
 
     for (size_t i = SC_COUNT_OF(file_names); i-- > 0;) { /* the one that proves it, last */
-        char *path = NULL;
+        SC_OWN(sc_free_at) char *path = NULL;
 
-        SC_TRY(sc_path_join(ctx, r->directory, file_names[i], &path));
+        SC_PASS(sc_path_join(ctx, r->directory, file_names[i], &path));
         if (unlink(path) && errno != ENOENT)
-            status =
-                sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be removed: %s", path, sc_reason(errno));
-        sc_free(path);
-        if (status != SC_OK)
-            break;
+            return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be removed: %s", path, sc_reason(errno));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Take over what an earlier run has measured of the same study. */

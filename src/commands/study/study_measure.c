@@ -82,16 +82,15 @@ static sc_status draw_once(visit *v, int count)
                           .user = v};
     sc_farm_times times = {0};
     double wall_s, cpu_s, energy_j, instructions, memory_bytes;
-    sc_status status;
 
     v->hash = 0;
-    SC_TRY(sc_comm_agree(v->app->comm, SC_OK)); /* all begin at the same time */
+    SC_PASS(sc_comm_agree(v->app->comm, SC_OK)); /* all begin at the same time */
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
     energy_j = sc_energy_j();
     instructions = sc_counters_instructions(&v->state->counters);
     memory_bytes = sc_counters_memory_bytes(&v->state->counters);
-    SC_TRY(sc_comm_agree(v->app->comm, sc_farm_run(v->app->ctx, v->app->comm, &farm, &times)));
+    SC_PASS(sc_comm_agree(v->app->comm, sc_farm_run(v->app->ctx, v->app->comm, &farm, &times)));
     v->wall_s += sc_wall_s() - wall_s;
     v->energy_j += sc_energy_j() - energy_j;
     v->times.cpu_s += sc_cpu_s() - cpu_s;
@@ -104,8 +103,7 @@ static sc_status draw_once(visit *v, int count)
     v->times.idle_s += times.idle_s;
     v->times.gather_s += times.gather_wall_s;
     v->accept_s += times.accept_wall_s;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Forget what has been added up. */
@@ -121,21 +119,19 @@ static void begin_counting(visit *v)
 static sc_status draw_passes(visit *v, const sc_study_way *way, int *passes)
 {
     int32_t count;
-    sc_status status;
 
     *passes = 1;
     if (way->pilot)
         return draw_once(v, 1);
-    SC_TRY(draw_once(v, 1)); /* warms up caches and threads; not counted */
+    SC_PASS(draw_once(v, 1)); /* warms up caches and threads; not counted */
     begin_counting(v);
-    SC_TRY(draw_once(v, v->frame_count));
+    SC_PASS(draw_once(v, v->frame_count));
     count = v->wall_s < SC_MEASURED_S ? (int32_t)(SC_MEASURED_S / (v->wall_s + 1e-6)) : 0;
     count = count < PASSES_MAX ? count : PASSES_MAX - 1;
     sc_comm_broadcast(v->app->comm, &count, sizeof count);
     for (; *passes <= count; ++*passes)
-        SC_TRY(draw_once(v, v->frame_count));
-out:
-    return status;
+        SC_PASS(draw_once(v, v->frame_count));
+    return SC_OK;
 }
 
 /* ---- the session ---- */
@@ -166,29 +162,27 @@ static sc_status open_session(visit *v, int cell, bool keeps)
 {
     sc_study_state *state = v->state;
     const char *job = state->study.job[0] ? state->study.job : NULL;
-    sc_session before = state->held.session;
+    SC_OWN(sc_session_clear) sc_session before = state->held.session;
     double wall_s, cpu_s;
     sc_status status = SC_OK;
 
     state->held.session = (sc_session){0};
     if (sc_comm_rank(v->app->comm) == 0)
         status = sc_study_cell_options(state, cell, &v->app->options);
-    SC_TRY(sc_comm_agree(v->app->comm, status));
-    SC_TRY(sc_session_job(v->app, job, &state->held.session));
+    SC_PASS(sc_comm_agree(v->app->comm, status));
+    SC_PASS(sc_session_job(v->app, job, &state->held.session));
     if (keeps) {
         sc_session_move_inputs(&before, &state->held.session);
     } else {
-        SC_TRY(sc_session_load(v->app, &state->held.session));
+        SC_PASS(sc_session_load(v->app, &state->held.session));
         state->held.load = state->held.session.times;
     }
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
-    SC_TRY(sc_session_scene(v->app, &state->held.session));
+    SC_PASS(sc_session_scene(v->app, &state->held.session));
     v->derive_s = sc_wall_s() - wall_s;
     v->derive_cpu_s = sc_cpu_s() - cpu_s;
-out:
-    sc_session_clear(&before);
-    return status;
+    return SC_OK;
 }
 
 /* Send the frames that are measured from rank 0 to the others. Collective on the ranks of the cell.
@@ -203,12 +197,11 @@ static sc_status share_frames(visit *v)
         status = sc_study_frames(v->state, &v->session->job, &v->frames, &v->frame_count);
         frames = v->frames;
     }
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     sc_comm_broadcast(app->comm, &v->frame_count, sizeof v->frame_count);
-    SC_TRY(sc_broadcast_array(app, &frames, (size_t)v->frame_count, sizeof *v->frames));
+    SC_PASS(sc_broadcast_array(app, &frames, (size_t)v->frame_count, sizeof *v->frames));
     v->frames = frames;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- results ---- */
@@ -246,7 +239,7 @@ static sc_status report(visit *v, int cell, const sc_study_way *way, int passes,
     const sc_phase_time *phases = v->state->held.load.phases;
     const int ranks = sc_comm_size(app->comm);
     const bool first = sc_comm_rank(app->comm) == 0;
-    void *all = NULL;
+    SC_OWN(sc_free_at) rank_times *all = NULL;
     sc_status status = SC_OK;
 
     v->times.load_cpu_s =
@@ -254,8 +247,8 @@ static sc_status report(visit *v, int cell, const sc_study_way *way, int passes,
     v->times.derive_cpu_s = v->derive_cpu_s;
     v->times.peak_rss_bytes = sc_peak_rss_since();
     if (first)
-        status = sc_alloc(app->ctx, (size_t)ranks, sizeof(rank_times), &all);
-    SC_TRY(sc_comm_agree(app->comm, status));
+        status = SC_ALLOC(app->ctx, (size_t)ranks, &all);
+    SC_PASS(sc_comm_agree(app->comm, status));
     sc_comm_gather(app->comm, &v->times, sizeof v->times, all);
     if (first) {
         *out = (sc_measurement){
@@ -281,9 +274,7 @@ static sc_status report(visit *v, int cell, const sc_study_way *way, int passes,
             .pixels_hash = v->hash};
         add_ranks(all, ranks, passes, out);
     }
-out:
-    sc_free(all);
-    return status;
+    return SC_OK;
 }
 
 /* ---- whole jobs ---- */
@@ -343,16 +334,15 @@ static sc_status measure_job(sc_study_state *state, sc_app *app, int cell, const
 
     if (sc_comm_rank(app->comm) == 0)
         status = sc_study_cell_options(state, cell, &app->options);
-    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, status));
     app->options.output = state->work;
     app->options.overwrite = true;
     app->options.resume = false;
-    SC_TRY(sc_run_measured(app, job, take_record, &m));
+    SC_PASS(sc_run_measured(app, job, take_record, &m));
     m.instructions = m.memory_bytes = -1; /* of the threads of a whole job, some ended before */
     m.energy_j = energy_j >= 0 && sc_energy_j() >= energy_j ? sc_energy_j() - energy_j : -1;
     *out = m;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- ranks ---- */
@@ -362,7 +352,6 @@ out:
 static sc_status find_part(sc_study_state *state, const sc_cell_info *info, sc_comm **out)
 {
     const sc_ctx *ctx = state->app->ctx;
-    sc_status status;
 
     for (int i = 0; i < state->part_count; i++) {
         if (state->parts[i].ranks == info->ranks && state->parts[i].placement == info->placement) {
@@ -372,9 +361,7 @@ static sc_status find_part(sc_study_state *state, const sc_cell_info *info, sc_c
     }
     if (state->part_count == SC_STUDY_PARTS)
         sc_study_release(state);
-    status = sc_comm_part(ctx, state->app->comm, info->ranks, (sc_comm_choice)info->placement, out);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_comm_part(ctx, state->app->comm, info->ranks, (sc_comm_choice)info->placement, out));
     state->parts[state->part_count].ranks = info->ranks;
     state->parts[state->part_count].placement = info->placement;
     state->parts[state->part_count++].comm = *out;
@@ -440,11 +427,10 @@ sc_status sc_study_measure(sc_study_state *state, int cell, const sc_study_way *
 
     if (!keeps)
         drop_held(state);
-    SC_TRY(find_part(state, info, &part));
+    SC_PASS(find_part(state, info, &part));
     status = part ? measure_on(state, part, cell, way, keeps, out) : SC_OK;
     status = sc_comm_agree(state->app->comm, status);
     state->held.is_anywhere = !state->whole_jobs;
     state->held.cell = cell;
-out:
     return status;
 }

@@ -70,9 +70,9 @@ const sc_key sc_cine_keys[] = {
 static sc_status select_phases(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
 {
     const sc_ctx silent = {.rank = ctx->rank, .alloc_budget = ctx->alloc_budget};
-    int *chosen = NULL, count = 0;
+    SC_OWN(sc_free_at) int *chosen = NULL;
+    int count = 0;
     sc_volume_path *all = job->phases;
-    void *block;
     sc_status status;
 
     if (!job->cine.phases[0])
@@ -87,8 +87,7 @@ static sc_status select_phases(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
                             job->phase_count);
     if (status != SC_OK)
         return sc_fail(ctx, status, "out of memory while phases were chosen");
-    SC_TRY(sc_alloc(ctx, (size_t)count, sizeof *all, &block));
-    job->phases = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)count, &job->phases));
     for (int i = 0; i < count; i++)
         job->phases[i] = all[chosen[i]];
     sc_free(all);
@@ -96,9 +95,7 @@ static sc_status select_phases(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
     strcpy(job->volume, job->phases[0].path);
     if (!job->phases[0].phase)
         job->cine.phases[0] = '\0';
-out:
-    sc_free(chosen);
-    return status;
+    return SC_OK;
 }
 
 /* The beats per minute that are believed of a file: headers often hold a step of 1 s, or that of
@@ -130,9 +127,8 @@ static void choose_bpm(const sc_ctx *ctx, const sc_yaml *cine, double step_s, sc
 static sc_status find_phases(const sc_ctx *ctx, const sc_yaml *volume, sc_job *job, double *step_s)
 {
     int count = 1;
-    sc_status status;
 
-    SC_TRY(sc_volume_phases(ctx, job->volume, &count, step_s));
+    SC_PASS(sc_volume_phases(ctx, job->volume, &count, step_s));
     if (count == 1)
         return SC_OK;
     if (job->has_phase)
@@ -140,13 +136,12 @@ static sc_status find_phases(const sc_ctx *ctx, const sc_yaml *volume, sc_job *j
                             "volume: phase chooses one of the %d phases of the file, and cine "
                             "shows all; expected one of the two, or cine.phases",
                             count);
-    SC_TRY(sc_series_alloc(ctx, volume, (size_t)count, job));
+    SC_PASS(sc_series_alloc(ctx, volume, (size_t)count, job));
     for (int i = 0; i < count; i++) {
         strcpy(job->phases[i].path, job->volume);
         job->phases[i].phase = i + 1;
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_cine_check(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
@@ -154,7 +149,6 @@ sc_status sc_cine_check(const sc_ctx *ctx, const sc_job_sources *sources, const 
 {
     const sc_yaml *cine = sc_yaml_member(root, "cine"), *volume = sc_yaml_member(root, "volume");
     double step_s = 0;
-    sc_status status = SC_OK;
 
     if (!job->volume[0])
         return SC_OK; /* which has been told */
@@ -164,7 +158,7 @@ sc_status sc_cine_check(const sc_ctx *ctx, const sc_job_sources *sources, const 
                             "60}, which shows them as the phases of a beat, or one of the files",
                             job->phase_count);
     if (!job->phase_count && cine && sources->check_inputs && !sc_job_is_phantom(job->volume))
-        SC_TRY(find_phases(ctx, volume, job, &step_s));
+        SC_PASS(find_phases(ctx, volume, job, &step_s));
     if (!job->phase_count && cine)
         return sc_yaml_fail(ctx, cine,
                             "cine: volume is one file, which holds one volume; expected a series "
@@ -172,7 +166,7 @@ sc_status sc_cine_check(const sc_ctx *ctx, const sc_job_sources *sources, const 
                             "that holds several (4-D)");
     if (!job->has_cine) /* which may have a mistake of its own */
         return SC_OK;
-    SC_TRY(select_phases(ctx, root, job));
+    SC_PASS(select_phases(ctx, root, job));
     if (job->phase_count < 2)
         return sc_yaml_fail(ctx, cine, "cine: there is one phase, expected 2 or more");
     if (job->phase_count * (size_t)(1 + job->cine.cine.between) > SC_PHASES_MAX)
@@ -188,6 +182,5 @@ sc_status sc_cine_check(const sc_ctx *ctx, const sc_job_sources *sources, const 
                             "crop: what is visible is another part of each phase; expected a box, "
                             "which is the same for all: crop: [[x, y, z], [x, y, z]]");
     sc_note_where(volume, job->cine.where, sizeof job->cine.where);
-out:
-    return status;
+    return SC_OK;
 }

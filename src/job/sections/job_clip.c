@@ -163,16 +163,14 @@ typedef struct box_entry {
 static sc_status read_corner(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, size_t c,
                              sc_plane_position along[3])
 {
-    sc_status status = SC_OK;
-
-    for (size_t i = 0; i < 3 && status == SC_OK; i++) {
+    for (size_t i = 0; i < 3; i++) {
         const sc_key each = {.name = key->name, .type = &sc_type_plane_position};
         sc_yaml item = *node->items[c]->items[i];
 
         item.key = node->key; /* for messages: items of a list have no key of their own */
-        status = each.type->read(ctx, &each, &item, &along[i]);
+        SC_PASS(each.type->read(ctx, &each, &item, &along[i]));
     }
-    return status;
+    return SC_OK;
 }
 
 static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
@@ -264,11 +262,9 @@ static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int pla
                                  sc_job *job)
 {
     void *grown;
-    sc_status status;
+    sc_status status = SC_OK;
 
-    status = sc_zalloc(ctx, job->exception_count + list->count, sizeof *job->exceptions, &grown);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(ctx, job->exception_count + list->count, sizeof *job->exceptions, &grown));
     if (job->exception_count)
         memcpy(grown, job->exceptions, job->exception_count * sizeof *job->exceptions);
     sc_free(job->exceptions);
@@ -357,11 +353,10 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *b
 {
     static const sc_vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     box_entry box;
-    sc_status status;
 
     if (job->animation.sweep_count + 6 > SC_PLANES_MAX)
         return too_many(ctx, body);
-    SC_TRY(key->type->read(ctx, key, body, &box));
+    SC_PASS(key->type->read(ctx, key, body, &box));
     for (int i = 0; i < 3; i++) {
         const sc_plane_position low = box.from[i], high = box.to[i];
         const sc_plane_position back = {high.percent ? 100 - high.value : -high.value,
@@ -375,8 +370,7 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *b
         job->animation.sweeps[job->animation.sweep_count++] =
             (sc_sweep){.normal = sc_vec3_scale(axes[i], -1), .from = back, .to = back};
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Check the keys of an entry, which have to name exactly one kind of plane. @param kind its row.
@@ -456,36 +450,31 @@ static sc_status write_exceptions(const sc_ctx *ctx, const sc_job *job, int plan
                                   sc_text *text)
 {
     const char *comma = "";
-    sc_status status = sc_text_add(ctx, text, "[");
 
-    for (size_t e = 0; e < job->exception_count && status == SC_OK; e++) {
+    SC_PASS(sc_text_add(ctx, text, "["));
+    for (size_t e = 0; e < job->exception_count; e++) {
         if (job->exceptions[e].plane != plane || job->exceptions[e].span != span)
             continue;
-        SC_TRY(sc_text_add(ctx, text, "%s", comma));
-        SC_TRY(sc_write_quoted(ctx, job->exceptions[e].pattern, text));
+        SC_PASS(sc_text_add(ctx, text, "%s", comma));
+        SC_PASS(sc_write_quoted(ctx, job->exceptions[e].pattern, text));
         comma = ", ";
     }
-    status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    return sc_text_add(ctx, text, "]");
 }
 
 /* Write the exceptions of one plane in one line: a list of tissues, or a track of such. */
 static sc_status write_except(const sc_ctx *ctx, const sc_job *job, int plane, sc_text *text)
 {
     const sc_sweep *sweep = &job->animation.sweeps[plane];
-    sc_status status;
 
     if (!sweep->except_count)
         return write_exceptions(ctx, job, plane, 0, text);
     for (int i = 0; i < sweep->except_count; i++) {
-        SC_TRY(sc_text_add(ctx, text, i ? ", " : "{"));
-        SC_TRY(sc_write_number(ctx, sweep->except_at[i], 100, "%: ", text));
-        SC_TRY(write_exceptions(ctx, job, plane, i, text));
+        SC_PASS(sc_text_add(ctx, text, i ? ", " : "{"));
+        SC_PASS(sc_write_number(ctx, sweep->except_at[i], 100, "%: ", text));
+        SC_PASS(write_exceptions(ctx, job, plane, i, text));
     }
-    status = sc_text_add(ctx, text, "}");
-out:
-    return status;
+    return sc_text_add(ctx, text, "}");
 }
 
 /* Write every plane with the tissues that it leaves whole. @p value is the whole sc_job. */
@@ -493,20 +482,19 @@ static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *va
                             sc_text *text)
 {
     const sc_job *job = value;
-    sc_status status = sc_text_add(ctx, text, "%s", job->animation.sweep_count ? "" : "[]");
 
     (void)key;
-    for (int i = 0; i < job->animation.sweep_count && status == SC_OK; i++) {
+    SC_PASS(sc_text_add(ctx, text, "%s", job->animation.sweep_count ? "" : "[]"));
+    for (int i = 0; i < job->animation.sweep_count; i++) {
         const sc_sweep *sweep = &job->animation.sweeps[i];
         const plane_entry entry = {*sweep, sweep->has_point, sweep->point_mm};
 
-        SC_TRY(sc_text_add(ctx, text, "\n%*s- plane: ", indent + 2, ""));
-        SC_TRY(sc_keys_write_flow(ctx, plane_keys, &entry, text));
-        SC_TRY(sc_text_add(ctx, text, "\n%*sexcept: ", indent + 4, ""));
-        status = write_except(ctx, job, i, text);
+        SC_PASS(sc_text_add(ctx, text, "\n%*s- plane: ", indent + 2, ""));
+        SC_PASS(sc_keys_write_flow(ctx, plane_keys, &entry, text));
+        SC_PASS(sc_text_add(ctx, text, "\n%*sexcept: ", indent + 4, ""));
+        SC_PASS(write_except(ctx, job, i, text));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 static json_t *clip_schema(const sc_key *key)

@@ -28,10 +28,10 @@ static sc_status read_subject(const sc_ctx *ctx, const sc_key *keys, const sc_ya
                               sc_comparison *compare)
 {
     sc_subject *subject = &compare->others[compare->count];
-    sc_status status;
+    sc_status status = SC_OK;
 
     *subject = (sc_subject){0};
-    SC_TRY(sc_keys_set_defaults(ctx, keys, subject));
+    SC_PASS(sc_keys_set_defaults(ctx, keys, subject));
     sc_note_where(node, subject->where, sizeof subject->where);
     if (node->kind == SC_YAML_MAP)
         status = sc_keys_read(ctx, keys, node, subject);
@@ -43,7 +43,6 @@ static sc_status read_subject(const sc_ctx *ctx, const sc_key *keys, const sc_ya
         status = sc_wrong_type(ctx, path ? path : node, "a path");
     }
     compare->count++; /* also after a mistake, so that the next one keeps its place in the list */
-out:
     return status;
 }
 
@@ -78,17 +77,14 @@ static sc_status write_subjects(const sc_ctx *ctx, const sc_key *key, const void
                                 sc_text *text)
 {
     const sc_comparison *compare = value;
-    sc_status status = sc_text_add(ctx, text, "[");
 
     (void)indent;
-    for (int i = 0; i < compare->count && status == SC_OK; i++) {
-        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : ""));
-        status = sc_keys_write_flow(ctx, key->keys, &compare->others[i], text);
+    SC_PASS(sc_text_add(ctx, text, "["));
+    for (int i = 0; i < compare->count; i++) {
+        SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : ""));
+        SC_PASS(sc_keys_write_flow(ctx, key->keys, &compare->others[i], text));
     }
-    if (status == SC_OK)
-        status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    return sc_text_add(ctx, text, "]");
 }
 
 static json_t *subjects_schema(const sc_key *key)

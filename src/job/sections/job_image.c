@@ -53,20 +53,18 @@ static sc_status read_window(const sc_ctx *ctx, const sc_key *key, const sc_yaml
 {
     sc_grey_options *image = value;
     sc_vec3 first = {0, 0, 0};
-    sc_status status = SC_OK;
 
     image->window_auto = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto");
     if (image->window_auto)
         return SC_OK;
     if (sc_is_track(node)) {
-        SC_TRY(sc_read_track(ctx, key, node, &image->shown.window_track));
+        SC_PASS(sc_read_track(ctx, key, node, &image->shown.window_track));
         first = image->shown.window_track.keys[0].value;
     } else {
-        SC_TRY(read_pair(ctx, key, node, &first));
+        SC_PASS(read_pair(ctx, key, node, &first));
     }
     image->shown.window = (sc_grey_window){first.x, first.y};
-out:
-    return status;
+    return SC_OK;
 }
 
 static sc_status write_window(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,

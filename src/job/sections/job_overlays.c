@@ -134,9 +134,9 @@ static sc_status read_caption(const sc_ctx *ctx, const sc_key *keys, const sc_ya
                               sc_job *job)
 {
     sc_caption caption = {.place = SC_PLACE_BOTTOM};
-    sc_status status;
+    sc_status status = SC_OK;
 
-    SC_TRY(sc_keys_set_defaults(ctx, keys, &caption));
+    SC_PASS(sc_keys_set_defaults(ctx, keys, &caption));
     sc_note_where(node, caption.where, sizeof caption.where);
     if (node->kind == SC_YAML_MAP)
         status = sc_keys_read(ctx, keys, node, &caption);
@@ -144,7 +144,6 @@ static sc_status read_caption(const sc_ctx *ctx, const sc_key *keys, const sc_ya
         status = sc_type_caption_text.read(ctx, &keys[0], node, caption.text);
     if (status == SC_OK)
         job->captions[job->caption_count++] = caption;
-out:
     return status;
 }
 
@@ -156,18 +155,14 @@ static sc_status read_captions(const sc_ctx *ctx, const sc_key *key, const sc_ya
     const bool is_one = node->kind == SC_YAML_SCALAR;
     const size_t count = is_one ? 1 : node->count;
     sc_job *job = value;
-    void *block;
-    sc_status status;
+    sc_status status = SC_OK;
 
     if (node->kind == SC_YAML_MAP)
         return sc_wrong_type(ctx, node, key->type->expected);
     if (count > SC_CAPTIONS_MAX)
         return sc_yaml_fail(ctx, node, "there are %zu captions, expected at most %d", count,
                             SC_CAPTIONS_MAX);
-    status = sc_zalloc(ctx, count, sizeof *job->captions, &block);
-    if (status != SC_OK)
-        return status;
-    job->captions = block;
+    SC_PASS(SC_ZALLOC(ctx, count, &job->captions));
     for (size_t i = 0; i < count; i++) {
         if (!sc_goes_on(&status, read_caption(ctx, key->keys, is_one ? node : node->items[i], job)))
             break;
@@ -180,14 +175,13 @@ static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void
                                 sc_text *text)
 {
     const sc_job *job = value;
-    sc_status status = sc_text_add(ctx, text, "%s", job->caption_count ? "" : "[]");
 
-    for (size_t i = 0; i < job->caption_count && status == SC_OK; i++) {
-        SC_TRY(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
-        status = sc_keys_write_flow(ctx, key->keys, &job->captions[i], text);
+    SC_PASS(sc_text_add(ctx, text, "%s", job->caption_count ? "" : "[]"));
+    for (size_t i = 0; i < job->caption_count; i++) {
+        SC_PASS(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
+        SC_PASS(sc_keys_write_flow(ctx, key->keys, &job->captions[i], text));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 static json_t *captions_schema(const sc_key *key)
@@ -274,20 +268,17 @@ static sc_status write_overlay_tissues(const sc_ctx *ctx, const sc_key *key, con
 {
     const sc_job *job = value;
     const char *comma = "";
-    sc_status status = sc_text_add(ctx, text, "[");
 
     (void)indent;
-    for (size_t i = 0; i < job->overlay_tissue_count && status == SC_OK; i++) {
+    SC_PASS(sc_text_add(ctx, text, "["));
+    for (size_t i = 0; i < job->overlay_tissue_count; i++) {
         if (job->overlay_tissues[i].use != use_of(key))
             continue;
-        SC_TRY(sc_text_add(ctx, text, "%s", comma));
-        SC_TRY(sc_write_quoted(ctx, job->overlay_tissues[i].pattern, text));
+        SC_PASS(sc_text_add(ctx, text, "%s", comma));
+        SC_PASS(sc_write_quoted(ctx, job->overlay_tissues[i].pattern, text));
         comma = ", ";
     }
-    if (status == SC_OK)
-        status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    return sc_text_add(ctx, text, "]");
 }
 
 static json_t *overlay_tissues_schema(const sc_key *key)

@@ -120,7 +120,7 @@ static sc_status read_shot(const sc_ctx *ctx, const sc_key *keys, const sc_yaml 
 
     sc_note_where(node, shot->where, sizeof shot->where);
     sc_note_where(node, shot->card.where, sizeof shot->card.where);
-    SC_TRY(sc_keys_set_defaults(ctx, keys, shot));
+    SC_PASS(sc_keys_set_defaults(ctx, keys, shot));
     if (node->kind != SC_YAML_MAP)
         return sc_wrong_type(ctx, node, "a shot: a map of its keys, such as animation");
     for (size_t i = 0; i < node->count; i++) {
@@ -136,7 +136,6 @@ static sc_status read_shot(const sc_ctx *ctx, const sc_key *keys, const sc_yaml 
         if (!sc_goes_on(&status, found))
             break;
     }
-out:
     return status;
 }
 
@@ -146,7 +145,7 @@ static sc_status read_shots(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
 {
     sc_job *job = value;
     void *shots;
-    sc_status status;
+    sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_LIST)
         return sc_wrong_type(ctx, node, key->type->expected);
@@ -155,14 +154,13 @@ static sc_status read_shots(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
                             "shots has %zu items, expected 1 to %d; without shots, the "
                             "key is left out",
                             node->count, SC_SHOTS_MAX);
-    SC_TRY(sc_zalloc(ctx, node->count, sizeof *job->shots, &shots));
+    SC_PASS(sc_zalloc(ctx, node->count, sizeof *job->shots, &shots));
     job->shots = shots;
     job->shot_count = node->count;
     for (size_t i = 0; i < node->count; i++) {
         if (!sc_goes_on(&status, read_shot(ctx, key->keys, node->items[i], &job->shots[i])))
             break;
     }
-out:
     return status;
 }
 

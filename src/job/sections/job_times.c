@@ -99,10 +99,8 @@ static bool parse_time(const clock_of_job *clock, const sc_yaml *node, double *f
 static sc_status put_text(const sc_ctx *ctx, const char *text, sc_yaml *node)
 {
     char *copy;
-    const sc_status status = sc_text_copy(ctx, text, &copy);
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_text_copy(ctx, text, &copy));
     sc_free(node->given);
     node->given = node->text;
     node->text = copy;

@@ -146,13 +146,10 @@ static sc_status grow_tracks(const sc_ctx *ctx, sc_job *job)
 {
     const size_t count = job->tissue_track_count;
     void *grown;
-    sc_status status;
 
     if (count & (count - 1))
         return SC_OK; /* no power of two */
-    status = sc_alloc(ctx, count ? 2 * count : 1, sizeof *job->tissue_tracks, &grown);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, count ? 2 * count : 1, sizeof *job->tissue_tracks, &grown));
     if (count)
         memcpy(grown, job->tissue_tracks, count * sizeof *job->tissue_tracks);
     sc_free(job->tissue_tracks);
@@ -164,13 +161,9 @@ static sc_status grow_tracks(const sc_ctx *ctx, sc_job *job)
  * from 1, in that list. */
 static sc_status keep_track(const sc_ctx *ctx, const sc_track *track, sc_job *job, int *number)
 {
-    sc_status status;
-
     if (!track->count)
         return SC_OK;
-    status = grow_tracks(ctx, job);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(grow_tracks(ctx, job));
     job->tissue_tracks[job->tissue_track_count] = *track;
     job->tissue_track_count++;
     *number = (int)job->tissue_track_count;
@@ -224,13 +217,11 @@ static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yam
 {
     sc_job *job = value;
     void *rules;
-    sc_status status;
+    sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_MAP)
         return sc_wrong_type(ctx, node, key->type->expected);
-    status = sc_zalloc(ctx, node->count, sizeof *job->rules, &rules);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(ctx, node->count, sizeof *job->rules, &rules));
     job->rules = rules;
     for (size_t i = 0; i < node->count; i++) {
         if (!sc_goes_on(&status,
@@ -250,21 +241,20 @@ static sc_status write_tissues(const sc_ctx *ctx, const sc_key *key, const void 
 {
     const sc_job *job = value;
     rule_entry entry;
-    sc_status status = sc_text_add(ctx, text, "%s", job->rule_count > job->film_rules ? "" : "{}");
 
-    for (size_t i = job->film_rules; i < job->rule_count && status == SC_OK; i++) {
-        SC_TRY(sc_text_add(ctx, text, "\n%*s", indent + 2, ""));
-        SC_TRY(sc_write_quoted(ctx, job->rules[i].pattern, text));
-        SC_TRY(sc_text_add(ctx, text, ": "));
+    SC_PASS(sc_text_add(ctx, text, "%s", job->rule_count > job->film_rules ? "" : "{}"));
+    for (size_t i = job->film_rules; i < job->rule_count; i++) {
+        SC_PASS(sc_text_add(ctx, text, "\n%*s", indent + 2, ""));
+        SC_PASS(sc_write_quoted(ctx, job->rules[i].pattern, text));
+        SC_PASS(sc_text_add(ctx, text, ": "));
         entry = (rule_entry){.rule = job->rules[i]};
         take_track(job, entry.rule.color_track, &entry.color_track);
         take_track(job, entry.rule.opacity_track, &entry.opacity_track);
         take_track(job, entry.rule.visible_track, &entry.visible_track);
         take_track(job, entry.rule.offset_track, &entry.offset_track);
-        status = sc_keys_write_flow(ctx, key->keys, &entry, text);
+        SC_PASS(sc_keys_write_flow(ctx, key->keys, &entry, text));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 static json_t *tissues_schema(const sc_key *key)

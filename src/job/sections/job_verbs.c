@@ -48,13 +48,11 @@ static sc_status read_verb_tissues(const sc_ctx *ctx, const sc_key *key, const s
     const bool is_one = node->kind == SC_YAML_SCALAR;
     const size_t count = is_one ? 1 : node->count;
     void *grown;
-    sc_status status;
+    sc_status status = SC_OK;
 
     if (node->kind == SC_YAML_MAP || !count)
         return sc_wrong_type(ctx, node, key->type->expected);
-    status = sc_zalloc(ctx, job->verb_tissue_count + count, sizeof *job->verb_tissues, &grown);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(ctx, job->verb_tissue_count + count, sizeof *job->verb_tissues, &grown));
     if (job->verb_tissue_count)
         memcpy(grown, job->verb_tissues, job->verb_tissue_count * sizeof *job->verb_tissues);
     sc_free(job->verb_tissues);
@@ -72,20 +70,17 @@ static sc_status write_verb_tissues(const sc_ctx *ctx, const sc_key *key, const 
 {
     const verb_entry *entry = value;
     const char *comma = "[";
-    sc_status status = SC_OK;
 
     (void)key;
     (void)indent;
     for (size_t i = 0; i < entry->job->verb_tissue_count; i++) {
         if (entry->job->verb_tissues[i].verb != entry->index)
             continue;
-        SC_TRY(sc_text_add(ctx, text, "%s", comma));
-        SC_TRY(sc_write_quoted(ctx, entry->job->verb_tissues[i].pattern, text));
+        SC_PASS(sc_text_add(ctx, text, "%s", comma));
+        SC_PASS(sc_write_quoted(ctx, entry->job->verb_tissues[i].pattern, text));
         comma = ", ";
     }
-    status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    return sc_text_add(ctx, text, "]");
 }
 
 static json_t *verb_tissues_schema(const sc_key *key)
@@ -160,7 +155,6 @@ static sc_status read_points(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     sc_verb *verb = &((verb_entry *)value)->verb;
     const sc_key point = {
         .name = key->name, .type = &sc_type_point, .low = key->low, .high = key->high};
-    sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_LIST || !node->count || node->items[0]->kind != SC_YAML_LIST)
         return sc_wrong_type(ctx, node, key->type->expected);
@@ -172,28 +166,24 @@ static sc_status read_points(const sc_ctx *ctx, const sc_key *key, const sc_yaml
         sc_yaml named = *node->items[i];
 
         named.key = node->key; /* for messages: items of a list have no key of their own */
-        SC_TRY(sc_type_point.read(ctx, &point, &named, &verb->through[i]));
+        SC_PASS(sc_type_point.read(ctx, &point, &named, &verb->through[i]));
         if (i && sc_vec3_length(sc_vec3_sub(verb->through[i], verb->through[i - 1])) < 1e-9)
             return sc_yaml_fail(ctx, &named, "points %zu and %zu are the same, expected others", i,
                                 i + 1);
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 static sc_status write_points(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                               sc_text *text)
 {
     const sc_verb *verb = &((const verb_entry *)value)->verb;
-    sc_status status = SC_OK;
 
     for (int i = 0; i < verb->through_count; i++) {
-        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : "["));
-        SC_TRY(sc_type_point.write(ctx, key, &verb->through[i], indent, text));
+        SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : "["));
+        SC_PASS(sc_type_point.write(ctx, key, &verb->through[i], indent, text));
     }
-    status = sc_text_add(ctx, text, "%s]", verb->through_count ? "" : "[");
-out:
-    return status;
+    return sc_text_add(ctx, text, "%s]", verb->through_count ? "" : "[");
 }
 
 static json_t *points_schema(const sc_key *key)
@@ -442,10 +432,9 @@ static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml
     verb_entry entry = {.job = job, .index = (int)job->verb_count};
     const sc_yaml *named = NULL;
     kind_rows table;
-    sc_status status = find_kind(ctx, keys, node, &named, &entry.verb.kind);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(find_kind(ctx, keys, node, &named, &entry.verb.kind));
     table = rows_of(entry.verb.kind);
     SC_TRY(sc_keys_set_defaults(ctx, table.rows, &entry));
     sc_note_where(named, entry.verb.where, sizeof entry.verb.where);
@@ -460,18 +449,14 @@ out:
 static sc_status read_verbs(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_job *job = value;
-    void *block;
-    sc_status status;
+    sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_LIST)
         return sc_wrong_type(ctx, node, key->type->expected);
     if (node->count > SC_VERBS_MAX)
         return sc_yaml_fail(ctx, node, "there are %zu verbs, expected at most %d", node->count,
                             SC_VERBS_MAX);
-    status = sc_zalloc(ctx, node->count, sizeof *job->verbs, &block);
-    if (status != SC_OK)
-        return status;
-    job->verbs = block;
+    SC_PASS(SC_ZALLOC(ctx, node->count, &job->verbs));
     for (size_t i = 0; i < node->count; i++) {
         if (!sc_goes_on(&status, read_entry(ctx, key->keys, node->items[i], job)))
             break;
@@ -486,10 +471,10 @@ static sc_status write_verbs(const sc_ctx *ctx, const sc_key *key, const void *v
                              sc_text *text)
 {
     sc_job job = *(const sc_job *)value; /* borrows the arrays; they are only read */
-    sc_status status = sc_text_add(ctx, text, "%s", job.verb_count ? "" : "[]");
 
     (void)key;
-    for (size_t i = 0; i < job.verb_count && status == SC_OK; i++) {
+    SC_PASS(sc_text_add(ctx, text, "%s", job.verb_count ? "" : "[]"));
+    for (size_t i = 0; i < job.verb_count; i++) {
         const verb_entry entry = {.verb = job.verbs[i],
                                   .job = &job,
                                   .index = (int)i,
@@ -497,11 +482,10 @@ static sc_status write_verbs(const sc_ctx *ctx, const sc_key *key, const void *v
                                              (job.verbs[i].middles || job.verbs[i].through_count)};
         const kind_rows table = rows_of(entry.verb.kind);
 
-        SC_TRY(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
-        status = sc_keys_write_flow(ctx, table.rows, &entry, text);
+        SC_PASS(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
+        SC_PASS(sc_keys_write_flow(ctx, table.rows, &entry, text));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 static json_t *verbs_schema(const sc_key *key)

@@ -41,7 +41,6 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
 {
     sc_vec3 read[2];
     double corner[3];
-    sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_LIST || node->count != 2)
         return sc_wrong_type(ctx, node, key->type->expected);
@@ -51,12 +50,11 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
         if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
         named.key = node->key; /* for the message: items of a list have no key of their own */
-        SC_TRY(sc_read_numbers(ctx, key, &named, 3, corner));
+        SC_PASS(sc_read_numbers(ctx, key, &named, 3, corner));
         read[i] = (sc_vec3){corner[0], corner[1], corner[2]};
     }
     memcpy(corners, read, sizeof read);
-out:
-    return status;
+    return SC_OK;
 }
 
 static sc_status write_corners(const sc_ctx *ctx, const sc_vec3 corners[2], sc_text *text)
@@ -77,18 +75,16 @@ static json_t *corners_schema(const sc_key *key)
 static sc_status read_crop(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_crop *crop = &((sc_job *)value)->crop, read = {.kind = SC_CROP_BOX};
-    sc_status status = SC_OK;
 
     if (node->kind == SC_YAML_SCALAR) {
         if (!read_visible(node->text, &read))
             return sc_wrong_type(ctx, node, key->type->expected);
     } else {
-        SC_TRY(read_corners(ctx, key, node, read.corners));
+        SC_PASS(read_corners(ctx, key, node, read.corners));
     }
     sc_note_where(node, read.where, sizeof read.where);
     *crop = read;
-out:
-    return status;
+    return SC_OK;
 }
 
 static sc_status write_crop(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
@@ -124,15 +120,13 @@ static sc_status read_level(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
 {
     sc_job *job = value;
     double level;
-    sc_status status;
 
-    SC_TRY(sc_read_real(ctx, node, key->low, key->high, &level));
+    SC_PASS(sc_read_real(ctx, node, key->low, key->high, &level));
     if (level != floor(level))
         return sc_wrong_type(ctx, node, key->type->expected);
     job->volume_level = (int)level;
     sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
-out:
-    return status;
+    return SC_OK;
 }
 
 static sc_status write_level(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
@@ -196,15 +190,13 @@ static sc_status read_phase(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
 {
     sc_job *job = value;
     double phase;
-    sc_status status;
 
-    SC_TRY(sc_read_real(ctx, node, key->low, key->high, &phase));
+    SC_PASS(sc_read_real(ctx, node, key->low, key->high, &phase));
     if (phase != floor(phase))
         return sc_wrong_type(ctx, node, key->type->expected);
     job->volume_phase = (int)phase + 1;
     sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
-out:
-    return status;
+    return SC_OK;
 }
 
 static sc_status write_phase(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
@@ -233,7 +225,6 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
     sc_job *job = value;
     int box[3][2];
     double pair[2];
-    sc_status status = SC_OK;
 
     sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
     job->has_box_mm = node->kind == SC_YAML_LIST && node->count == 2;
@@ -247,15 +238,14 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
         if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
         named.key = node->key; /* for the message: items of a list have no key of their own */
-        SC_TRY(sc_read_numbers(ctx, key, &named, 2, pair));
+        SC_PASS(sc_read_numbers(ctx, key, &named, 2, pair));
         if (pair[0] != floor(pair[0]) || pair[1] != floor(pair[1]) || pair[0] >= pair[1])
             return sc_wrong_type(ctx, node, key->type->expected);
         box[i][0] = (int)pair[0];
         box[i][1] = (int)pair[1];
     }
     memcpy(job->volume_box, box, sizeof box);
-out:
-    return status;
+    return SC_OK;
 }
 
 static sc_status write_box(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
@@ -362,7 +352,7 @@ static sc_status read_path(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
         return sc_wrong_type(ctx, node, key->type->expected);
     if (node->kind != SC_YAML_LIST)
         return sc_type_text.read(ctx, key, node, job->volume);
-    SC_TRY(sc_series_alloc(ctx, node, node->count, job));
+    SC_PASS(sc_series_alloc(ctx, node, node->count, job));
     for (size_t i = 0; i < node->count; i++) {
         sc_yaml named = *node->items[i];
 
@@ -373,7 +363,6 @@ static sc_status read_path(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
             (void)sc_goes_on(&status, sc_type_text.read(ctx, key, &named, job->phases[i].path));
     }
     snprintf(job->volume, sizeof job->volume, "%s", job->phases[0].path);
-out:
     return status;
 }
 
@@ -381,18 +370,15 @@ static sc_status write_path(const sc_ctx *ctx, const sc_key *key, const void *va
                             sc_text *text)
 {
     const sc_job *job = value;
-    sc_status status;
 
     if (!job->phase_count || job->phases[0].phase) /* one file */
         return sc_type_text.write(ctx, key, job->volume, indent, text);
-    SC_TRY(sc_text_add(ctx, text, "["));
+    SC_PASS(sc_text_add(ctx, text, "["));
     for (size_t i = 0; i < job->phase_count; i++) {
-        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : ""));
-        SC_TRY(sc_write_quoted(ctx, job->phases[i].path, text));
+        SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : ""));
+        SC_PASS(sc_write_quoted(ctx, job->phases[i].path, text));
     }
-    status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    return sc_text_add(ctx, text, "]");
 }
 
 static json_t *path_schema(const sc_key *key)

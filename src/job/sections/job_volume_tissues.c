@@ -90,9 +90,9 @@ static size_t write_list(const sc_ctx *ctx, const sc_job *job, size_t begin, sc_
 static sc_status read_keep(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_job *job = value;
-    const sc_status status = grow(ctx, job, list_length(node));
 
-    return status == SC_OK ? read_list(ctx, key, node, "", job, &job->volume_tissue_count) : status;
+    SC_PASS(grow(ctx, job, list_length(node)));
+    return read_list(ctx, key, node, "", job, &job->volume_tissue_count);
 }
 
 /* @return the index of the first tissue that is kept. */
@@ -167,19 +167,18 @@ static sc_status read_merge(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     const size_t begin = first_kept(job), kept = job->volume_tissue_count - begin;
     size_t at = begin, most = 0;
     sc_volume_tissue *behind;
-    sc_status status;
+    sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_MAP || !node->count)
         return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < node->count; i++)
         most += list_length(node->items[i]);
-    SC_TRY(grow(ctx, job, most));
+    SC_PASS(grow(ctx, job, most));
     behind = job->volume_tissues + begin + most;
     memmove(behind, job->volume_tissues + begin, kept * sizeof *behind);
     status = read_merged(ctx, key, node, job, &at);
     memmove(job->volume_tissues + at, behind, kept * sizeof *behind);
     job->volume_tissue_count = at + kept;
-out:
     return status;
 }
 
@@ -188,19 +187,19 @@ static sc_status write_merge(const sc_ctx *ctx, const sc_key *key, const void *v
 {
     const sc_job *job = value;
     const size_t end = first_kept(job);
-    sc_status status = sc_text_add(ctx, text, "{");
+    sc_status status = SC_OK;
 
     (void)key;
     (void)indent;
+    SC_PASS(sc_text_add(ctx, text, "{"));
     for (size_t i = 0; i < end && status == SC_OK;) {
-        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : ""));
-        SC_TRY(sc_write_quoted(ctx, job->volume_tissues[i].into, text));
-        SC_TRY(sc_text_add(ctx, text, ": "));
+        SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : ""));
+        SC_PASS(sc_write_quoted(ctx, job->volume_tissues[i].into, text));
+        SC_PASS(sc_text_add(ctx, text, ": "));
         i = write_list(ctx, job, i, text, &status);
     }
     if (status == SC_OK)
         status = sc_text_add(ctx, text, "}");
-out:
     return status;
 }
 
@@ -295,21 +294,18 @@ static sc_status write_overlap(const sc_ctx *ctx, const sc_key *key, const void 
 {
     const sc_job *job = value;
     char name[SC_OVERLAP_NAMES_BYTES];
-    sc_status status;
 
     (void)key;
     (void)indent;
     if (job->overlap != SC_OVERLAP_NAMES)
         return sc_text_add(ctx, text, "%s", overlap_words[job->overlap]);
-    SC_TRY(sc_text_add(ctx, text, "["));
+    SC_PASS(sc_text_add(ctx, text, "["));
     for (const char *at = job->overlap_names; *at; at += strlen(name) + 1) {
         snprintf(name, sizeof name, "%.*s", (int)strcspn(at, "\n"), at);
-        SC_TRY(sc_text_add(ctx, text, "%s", at > job->overlap_names ? ", " : ""));
-        SC_TRY(sc_write_quoted(ctx, name, text));
+        SC_PASS(sc_text_add(ctx, text, "%s", at > job->overlap_names ? ", " : ""));
+        SC_PASS(sc_write_quoted(ctx, name, text));
     }
-    status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    return sc_text_add(ctx, text, "]");
 }
 
 static json_t *overlap_schema(const sc_key *key)

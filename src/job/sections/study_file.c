@@ -26,23 +26,20 @@ static bool is_plain(const sc_yaml *node)
 static sc_status add_flow(const sc_ctx *ctx, const sc_yaml *node, sc_text *text)
 {
     const bool is_map = node->kind == SC_YAML_MAP;
-    sc_status status;
 
     if (node->kind == SC_YAML_SCALAR)
         return is_plain(node) ? sc_text_add(ctx, text, "%s", node->text)
                               : sc_write_quoted(ctx, node->text, text);
-    SC_TRY(sc_text_add(ctx, text, is_map ? "{" : "["));
+    SC_PASS(sc_text_add(ctx, text, is_map ? "{" : "["));
     for (size_t i = 0; i < node->count; i++) {
-        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : ""));
+        SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : ""));
         if (is_map) {
-            SC_TRY(sc_write_quoted(ctx, node->items[i]->key, text));
-            SC_TRY(sc_text_add(ctx, text, ": "));
+            SC_PASS(sc_write_quoted(ctx, node->items[i]->key, text));
+            SC_PASS(sc_text_add(ctx, text, ": "));
         }
-        SC_TRY(add_flow(ctx, node->items[i], text));
+        SC_PASS(add_flow(ctx, node->items[i], text));
     }
-    status = sc_text_add(ctx, text, is_map ? "}" : "]");
-out:
-    return status;
+    return sc_text_add(ctx, text, is_map ? "}" : "]");
 }
 
 /* Copy the text of a single value, or write another one in one line. Caller owns *out. */
@@ -63,16 +60,12 @@ static sc_status text_of(const sc_ctx *ctx, const sc_yaml *node, char **out)
 static sc_status path_of(const sc_ctx *ctx, const sc_yaml *node, const char *path, char **out)
 {
     const char *slash = strrchr(node->origin, '/');
-    sc_text directory = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_text_clear) sc_text directory = {0};
 
     if (slash)
-        SC_TRY(sc_text_add(ctx, &directory, "%.*s",
-                           slash > node->origin ? (int)(slash - node->origin) : 1, node->origin));
-    status = sc_path_join(ctx, directory.data, path, out);
-out:
-    sc_text_clear(&directory);
-    return status;
+        SC_PASS(sc_text_add(ctx, &directory, "%.*s",
+                            slash > node->origin ? (int)(slash - node->origin) : 1, node->origin));
+    return sc_path_join(ctx, directory.data, path, out);
 }
 
 /* ---- settings ---- */
@@ -94,27 +87,21 @@ static sc_status fill_setting(const sc_ctx *ctx, const char *path, const sc_yaml
 {
     const bool is_path = !strcmp(path, "volume") || !strcmp(path, "labels") ||
                          !strcmp(path, "color_by.table") || !strcmp(path, "image.path");
-    sc_text origin = {0}, copy = {0};
+    SC_OWN(sc_text_clear) sc_text origin = {0}, copy = {0};
     char *value = NULL;
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, &origin, "%s:%d: %s", node->origin, node->line, path));
-    SC_TRY(sc_text_add(ctx, &copy, "%s", path));
+    SC_PASS(sc_text_add(ctx, &origin, "%s:%d: %s", node->origin, node->line, path));
+    SC_PASS(sc_text_add(ctx, &copy, "%s", path));
     if (is_path && node->kind == SC_YAML_SCALAR && !sc_job_is_phantom(node->text))
-        status = path_of(ctx, node, node->text, &value);
+        SC_PASS(path_of(ctx, node, node->text, &value));
     else
-        status = text_of(ctx, node, &value);
-    if (status != SC_OK)
-        goto out;
+        SC_PASS(text_of(ctx, node, &value));
     *out = (sc_setting){.origin = origin.data,
                         .path = copy.data,
                         .value = value,
                         .literal = node->kind == SC_YAML_SCALAR};
+    origin = copy = (sc_text){0};
     return SC_OK;
-out:
-    sc_text_clear(&origin);
-    sc_text_clear(&copy);
-    return status;
 }
 
 /* Read a whole number from 1 to @p most. */
@@ -178,16 +165,12 @@ static sc_status check_path(const sc_ctx *ctx, const sc_yaml *node, const char *
 /* Read a map of settings into @p out, which is empty. @return the first mistake; all are logged. */
 static sc_status read_settings_of(const sc_ctx *ctx, const sc_yaml *node, sc_study_settings *out)
 {
-    void *items;
-    sc_status status;
+    sc_status status = SC_OK;
 
     *out = (sc_study_settings){.placement = -1};
     if (node->kind != SC_YAML_MAP)
         return sc_wrong_type(ctx, node, "a map of settings, such as {render.skip: leap}");
-    status = sc_zalloc(ctx, node->count, sizeof *out->items, &items);
-    if (status != SC_OK)
-        return status;
-    out->items = items;
+    SC_PASS(SC_ZALLOC(ctx, node->count, &out->items));
     for (size_t i = 0; i < node->count; i++) {
         const sc_yaml *item = node->items[i];
         sc_status found = check_path(ctx, item, item->key);
@@ -211,31 +194,28 @@ static sc_status read_set(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
 static sc_status add_settings(const sc_ctx *ctx, const sc_study_settings *settings, sc_text *text)
 {
     const char *comma = "";
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, text, "{"));
+    SC_PASS(sc_text_add(ctx, text, "{"));
     for (size_t i = 0; i < settings->count; i++, comma = ", ") {
         const sc_setting *s = &settings->items[i];
 
-        SC_TRY(sc_text_add(ctx, text, "%s", comma));
-        SC_TRY(sc_write_quoted(ctx, s->path, text));
-        SC_TRY(sc_text_add(ctx, text, ": "));
-        SC_TRY(s->literal ? sc_write_quoted(ctx, s->value, text)
-                          : sc_text_add(ctx, text, "%s", s->value));
+        SC_PASS(sc_text_add(ctx, text, "%s", comma));
+        SC_PASS(sc_write_quoted(ctx, s->path, text));
+        SC_PASS(sc_text_add(ctx, text, ": "));
+        SC_PASS(s->literal ? sc_write_quoted(ctx, s->value, text)
+                           : sc_text_add(ctx, text, "%s", s->value));
     }
     if (settings->ranks) {
-        SC_TRY(sc_text_add(ctx, text, "%sranks: %d", comma, settings->ranks));
+        SC_PASS(sc_text_add(ctx, text, "%sranks: %d", comma, settings->ranks));
         comma = ", ";
     }
     if (settings->threads) {
-        SC_TRY(sc_text_add(ctx, text, "%sthreads: %d", comma, settings->threads));
+        SC_PASS(sc_text_add(ctx, text, "%sthreads: %d", comma, settings->threads));
         comma = ", ";
     }
     if (settings->placement >= 0)
-        SC_TRY(sc_text_add(ctx, text, "%splacement: %s", comma, placements[settings->placement]));
-    status = sc_text_add(ctx, text, "}");
-out:
-    return status;
+        SC_PASS(sc_text_add(ctx, text, "%splacement: %s", comma, placements[settings->placement]));
+    return sc_text_add(ctx, text, "}");
 }
 
 static sc_status write_set(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
@@ -278,20 +258,14 @@ static void clear_axis(sc_study_axis *axis)
 static sc_status read_value(const sc_ctx *ctx, const sc_yaml *axis, const sc_yaml *node,
                             sc_study_value *out)
 {
-    void *items;
-    sc_status status;
-
     out->settings.placement = -1;
     if (axis->kind == SC_YAML_MAP) {
-        SC_TRY(sc_text_copy(ctx, node->key, &out->name));
+        SC_PASS(sc_text_copy(ctx, node->key, &out->name));
         return read_settings_of(ctx, node, &out->settings);
     }
-    SC_TRY(text_of(ctx, node, &out->name));
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *out->settings.items, &items));
-    out->settings.items = items;
-    status = read_setting(ctx, axis->key, node, &out->settings);
-out:
-    return status;
+    SC_PASS(text_of(ctx, node, &out->name));
+    SC_PASS(SC_ZALLOC(ctx, 1, &out->settings.items));
+    return read_setting(ctx, axis->key, node, &out->settings);
 }
 
 /* @return whether two of the first @p count values have one name. */
@@ -308,26 +282,21 @@ static bool is_doubled(const sc_study_axis *axis, int count)
  * mistake; all are logged. */
 static sc_status read_axis(const sc_ctx *ctx, const sc_yaml *node, sc_study_axis *out)
 {
-    void *values;
-    sc_status status;
+    sc_status status = SC_OK;
 
     if (node->kind == SC_YAML_SCALAR)
         return sc_wrong_type(ctx, node,
                              "a list of values, such as [none, leap], or a map of names, each with "
                              "a map of settings");
-    if (node->kind == SC_YAML_LIST) {
-        status = check_path(ctx, node, node->key);
-        if (status != SC_OK)
-            return status;
-    }
+    if (node->kind == SC_YAML_LIST)
+        SC_PASS(check_path(ctx, node, node->key));
     if (node->count == 0)
         return sc_yaml_fail(ctx, node, "%s has no values, expected at least one", node->key);
     if (node->count > VALUES_MAX)
         return sc_yaml_fail(ctx, node, "%s has %zu values, expected at most %d", node->key,
                             node->count, VALUES_MAX);
-    SC_TRY(sc_text_copy(ctx, node->key, &out->name));
-    SC_TRY(sc_zalloc(ctx, node->count, sizeof *out->values, &values));
-    out->values = values;
+    SC_PASS(sc_text_copy(ctx, node->key, &out->name));
+    SC_PASS(SC_ZALLOC(ctx, node->count, &out->values));
     for (size_t i = 0; i < node->count; i++) {
         sc_status found = read_value(ctx, node, node->items[i], &out->values[i]);
 
@@ -338,7 +307,6 @@ static sc_status read_axis(const sc_ctx *ctx, const sc_yaml *node, sc_study_axis
         if (!sc_goes_on(&status, found))
             break;
     }
-out:
     return status;
 }
 
@@ -347,18 +315,14 @@ static sc_status read_axes(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 {
     sc_study *study = value;
     double cells = 1;
-    void *axes;
-    sc_status status;
+    sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_MAP)
         return sc_wrong_type(ctx, node, key->type->expected);
     if (node->count > SC_STUDY_AXES_MAX)
         return sc_yaml_fail(ctx, node, "sweep has %zu axes, expected at most %d", node->count,
                             SC_STUDY_AXES_MAX);
-    status = sc_zalloc(ctx, node->count, sizeof *study->axes, &axes);
-    if (status != SC_OK)
-        return status;
-    study->axes = axes;
+    SC_PASS(SC_ZALLOC(ctx, node->count, &study->axes));
     for (size_t i = 0; i < node->count; i++) {
         const sc_status found = read_axis(ctx, node->items[i], &study->axes[i]);
 
@@ -377,24 +341,23 @@ static sc_status write_axes(const sc_ctx *ctx, const sc_key *key, const void *va
                             sc_text *text)
 {
     const sc_study *study = value;
-    sc_status status = sc_text_add(ctx, text, "%s", study->axis_count ? "" : "{}");
 
     (void)key;
-    for (int i = 0; i < study->axis_count && status == SC_OK; i++) {
+    SC_PASS(sc_text_add(ctx, text, "%s", study->axis_count ? "" : "{}"));
+    for (int i = 0; i < study->axis_count; i++) {
         const sc_study_axis *axis = &study->axes[i];
 
-        SC_TRY(sc_text_add(ctx, text, "\n%*s", indent + 2, ""));
-        SC_TRY(sc_write_quoted(ctx, axis->name, text));
-        SC_TRY(sc_text_add(ctx, text, ":"));
+        SC_PASS(sc_text_add(ctx, text, "\n%*s", indent + 2, ""));
+        SC_PASS(sc_write_quoted(ctx, axis->name, text));
+        SC_PASS(sc_text_add(ctx, text, ":"));
         for (int j = 0; j < axis->value_count; j++) {
-            SC_TRY(sc_text_add(ctx, text, "\n%*s", indent + 4, ""));
-            SC_TRY(sc_write_quoted(ctx, axis->values[j].name, text));
-            SC_TRY(sc_text_add(ctx, text, ": "));
-            SC_TRY(add_settings(ctx, &axis->values[j].settings, text));
+            SC_PASS(sc_text_add(ctx, text, "\n%*s", indent + 4, ""));
+            SC_PASS(sc_write_quoted(ctx, axis->values[j].name, text));
+            SC_PASS(sc_text_add(ctx, text, ": "));
+            SC_PASS(add_settings(ctx, &axis->values[j].settings, text));
         }
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 static const sc_value_type type_axes = {
@@ -455,21 +418,18 @@ const sc_key sc_study_keys[] = {
 static sc_status resolve_job(const sc_ctx *ctx, const sc_yaml *root, sc_study *study)
 {
     const sc_yaml *node = sc_key_node(root, "job");
-    char *path = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) char *path = NULL;
+    sc_status status = SC_OK;
 
     if (!node || node->kind != SC_YAML_SCALAR || !study->job[0])
         return SC_OK;
-    status = path_of(ctx, node, study->job, &path);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(path_of(ctx, node, study->job, &path));
     if (strlen(path) >= sizeof study->job)
         status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
                               strlen(path), SC_PATH_BYTES);
     else
         strcpy(study->job, path);
     sc_note_where(node, study->job_where, sizeof study->job_where);
-    sc_free(path);
     return status;
 }
 
@@ -489,24 +449,20 @@ static void drop_empty_axes(sc_study *study)
 
 sc_status sc_study_load(const sc_ctx *ctx, const char *path, sc_study *out)
 {
-    sc_study study = {.set.placement = -1};
-    sc_yaml *root = NULL;
-    char *text = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
+    SC_OWN(sc_yaml_free_at) sc_yaml *root = NULL;
+    SC_OWN(sc_study_clear) sc_study study = {.set.placement = -1};
     size_t bytes;
     sc_status status, mistakes = SC_OK;
 
-    SC_TRY(sc_keys_set_defaults(ctx, sc_study_keys, &study));
-    SC_TRY(sc_file_read(ctx, path, STUDY_MAX_BYTES, &text, &bytes));
-    SC_TRY(sc_yaml_parse(ctx, path, text, bytes, &root));
-    if (root->kind != SC_YAML_MAP) {
-        status = sc_wrong_type(ctx, root, "a map of keys such as job and sweep");
-        goto out;
-    }
-    if (root->count == 0) {
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: is empty; expected keys of a study, such as job and sweep", path);
-        goto out;
-    }
+    SC_PASS(sc_keys_set_defaults(ctx, sc_study_keys, &study));
+    SC_PASS(sc_file_read(ctx, path, STUDY_MAX_BYTES, &text, &bytes));
+    SC_PASS(sc_yaml_parse(ctx, path, text, bytes, &root));
+    if (root->kind != SC_YAML_MAP)
+        return sc_wrong_type(ctx, root, "a map of keys such as job and sweep");
+    if (root->count == 0)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: is empty; expected keys of a study, such as job and sweep", path);
     status = root->key_left_out ? SC_ERR_DATA : SC_OK;
     if (sc_goes_on(&status, sc_keys_read(ctx, sc_study_keys, root, &study)))
         (void)sc_goes_on(&status, resolve_job(ctx, root, &study));
@@ -514,14 +470,9 @@ sc_status sc_study_load(const sc_ctx *ctx, const char *path, sc_study *out)
         status = sc_yaml_fail(ctx, root, "most is %d and least is %d, expected most to be no less",
                               study.most, study.least);
     if (!sc_goes_on(&mistakes, status))
-        goto out;
+        return status;
     drop_empty_axes(&study);
-    *out = study;
-    study = (sc_study){0};
-out:
-    sc_study_clear(&study);
-    sc_yaml_free(root);
-    sc_free(text);
+    SC_HAND_OVER(study, out);
     return status;
 }
 
@@ -571,15 +522,10 @@ sc_status sc_study_cell(const sc_ctx *ctx, const sc_study *study, int cell, sc_s
 {
     sc_study_settings all = {.placement = SC_COMM_PACKED};
     size_t count = study->set.count;
-    void *items;
-    sc_status status;
 
     for (int i = 0; i < study->axis_count; i++)
         count += sc_study_value_of(study, cell, i)->settings.count;
-    status = sc_zalloc(ctx, count + 1, sizeof *all.items, &items);
-    if (status != SC_OK)
-        return status;
-    all.items = items;
+    SC_PASS(SC_ZALLOC(ctx, count + 1, &all.items));
     append(&study->set, &all);
     for (int i = 0; i < study->axis_count; i++)
         append(&sc_study_value_of(study, cell, i)->settings, &all);

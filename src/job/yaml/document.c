@@ -55,11 +55,9 @@ static const char *const introduction[] = {
 /* Append a cell of a table. Bars, which would end the cell, and asterisks are escaped. */
 static sc_status add_cell(const sc_ctx *ctx, const char *value, sc_text *out)
 {
-    sc_status status = SC_OK;
-
-    for (; *value && status == SC_OK; value++)
-        status = sc_text_add(ctx, out, *value == '|' || *value == '*' ? "\\%c" : "%c", *value);
-    return status;
+    for (; *value; value++)
+        SC_PASS(sc_text_add(ctx, out, *value == '|' || *value == '*' ? "\\%c" : "%c", *value));
+    return SC_OK;
 }
 
 /* Append a row of a Markdown table to the text @p user. A map at the top of the file begins a
@@ -67,44 +65,38 @@ static sc_status add_cell(const sc_ctx *ctx, const char *value, sc_text *out)
 static sc_status add_markdown_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
 {
     const sc_key *key = visit->key;
-    sc_text *out = user, values = {0};
-    sc_status status;
+    sc_text *out = user;
+    SC_OWN(sc_text_clear) sc_text values = {0};
 
     if (visit->depth == 0 && key->keys)
-        SC_TRY(sc_text_add(ctx, out, "\n## %s\n\n%c%s.\n", key->name,
-                           key->help[0] - ('a' <= key->help[0] && key->help[0] <= 'z' ? 32 : 0),
-                           key->help + 1));
+        SC_PASS(sc_text_add(ctx, out, "\n## %s\n\n%c%s.\n", key->name,
+                            key->help[0] - ('a' <= key->help[0] && key->help[0] <= 'z' ? 32 : 0),
+                            key->help + 1));
     if (visit->depth == 0 && (key->keys || key == sc_job_keys))
-        SC_TRY(sc_text_add(ctx, out, "\n| key | value | default | meaning |\n|---|---|---|---|\n"));
+        SC_PASS(
+            sc_text_add(ctx, out, "\n| key | value | default | meaning |\n|---|---|---|---|\n"));
     if (visit->depth == 0 && key->keys)
         return SC_OK;
-    SC_TRY(sc_text_add(ctx, out, "| `%s` | ", visit->path));
-    SC_TRY(sc_key_values(ctx, key, &values));
-    SC_TRY(add_cell(ctx, values.data, out));
-    SC_TRY(sc_text_add(ctx, out, " | "));
-    SC_TRY(add_cell(ctx, sc_key_default(key), out));
-    SC_TRY(sc_text_add(ctx, out, " | "));
-    SC_TRY(add_cell(ctx, key->help, out));
-    status = sc_text_add(ctx, out, " |\n");
-out:
-    sc_text_clear(&values);
-    return status;
+    SC_PASS(sc_text_add(ctx, out, "| `%s` | ", visit->path));
+    SC_PASS(sc_key_values(ctx, key, &values));
+    SC_PASS(add_cell(ctx, values.data, out));
+    SC_PASS(sc_text_add(ctx, out, " | "));
+    SC_PASS(add_cell(ctx, sc_key_default(key), out));
+    SC_PASS(sc_text_add(ctx, out, " | "));
+    SC_PASS(add_cell(ctx, key->help, out));
+    return sc_text_add(ctx, out, " |\n");
 }
 
 sc_status sc_keys_markdown(const sc_ctx *ctx, sc_text *out)
 {
-    sc_status status;
-
-    SC_TRY(sc_text_add(
+    SC_PASS(sc_text_add(
         ctx, out,
         "<!-- Made by `segcast help keys --markdown` from the table of keys; do not edit. "
         "-->\n# The job file\n"));
     for (size_t i = 0; i < SC_COUNT_OF(introduction); i++)
-        SC_TRY(sc_text_add(ctx, out, "\n%s\n", introduction[i]));
-    SC_TRY(sc_text_add(ctx, out, "\n## The file\n"));
-    status = sc_keys_walk(ctx, add_markdown_row, out);
-out:
-    return status;
+        SC_PASS(sc_text_add(ctx, out, "\n%s\n", introduction[i]));
+    SC_PASS(sc_text_add(ctx, out, "\n## The file\n"));
+    return sc_keys_walk(ctx, add_markdown_row, out);
 }
 
 /* ---- manual page ---- */
@@ -114,21 +106,20 @@ out:
 static sc_status add_roff(const sc_ctx *ctx, const char *text, sc_text *out)
 {
     bool bold = false;
-    sc_status status = SC_OK;
 
-    for (; *text && status == SC_OK; text++) {
+    for (; *text; text++) {
         if (*text == '`') {
             bold = !bold;
-            status = sc_text_add(ctx, out, bold ? "\\fB" : "\\fR");
+            SC_PASS(sc_text_add(ctx, out, bold ? "\\fB" : "\\fR"));
         } else if (*text == '-') {
-            status = sc_text_add(ctx, out, "\\-");
+            SC_PASS(sc_text_add(ctx, out, "\\-"));
         } else if (*text == '\\') {
-            status = sc_text_add(ctx, out, "\\e");
+            SC_PASS(sc_text_add(ctx, out, "\\e"));
         } else {
-            status = sc_text_add(ctx, out, "%c", *text);
+            SC_PASS(sc_text_add(ctx, out, "%c", *text));
         }
     }
-    return status;
+    return SC_OK;
 }
 
 /* Append a paragraph of the manual page for one row to the text @p user. */
@@ -136,36 +127,29 @@ static sc_status add_man_row(const sc_ctx *ctx, void *user, const sc_key_visit *
 {
     const sc_key *key = visit->key;
     const char *value = sc_key_default(key);
-    sc_text *out = user, line = {0};
-    sc_status status;
+    sc_text *out = user;
+    SC_OWN(sc_text_clear) sc_text line = {0};
 
-    SC_TRY(sc_text_add(ctx, &line, "`%s`\n%s", visit->path, key->help));
-    SC_TRY(sc_text_add(ctx, &line, " ("));
-    SC_TRY(sc_key_values(ctx, key, &line));
+    SC_PASS(sc_text_add(ctx, &line, "`%s`\n%s", visit->path, key->help));
+    SC_PASS(sc_text_add(ctx, &line, " ("));
+    SC_PASS(sc_key_values(ctx, key, &line));
     if (value[0])
-        SC_TRY(sc_text_add(ctx, &line, key->required ? " %s" : "; default: %s", value));
-    SC_TRY(sc_text_add(ctx, &line, ")\n"));
-    SC_TRY(sc_text_add(ctx, out, ".TP\n"));
-    status = add_roff(ctx, line.data, out);
-out:
-    sc_text_clear(&line);
-    return status;
+        SC_PASS(sc_text_add(ctx, &line, key->required ? " %s" : "; default: %s", value));
+    SC_PASS(sc_text_add(ctx, &line, ")\n"));
+    SC_PASS(sc_text_add(ctx, out, ".TP\n"));
+    return add_roff(ctx, line.data, out);
 }
 
 sc_status sc_keys_man(const sc_ctx *ctx, sc_text *out)
 {
-    sc_status status;
-
-    SC_TRY(sc_text_add(ctx, out,
-                       ".TH SEGCAST\\-JOB 5 \"\" \"segcast\" \"File formats\"\n.SH NAME\n"
-                       "segcast\\-job \\- job file of segcast(1)\n.SH DESCRIPTION\n"));
+    SC_PASS(sc_text_add(ctx, out,
+                        ".TH SEGCAST\\-JOB 5 \"\" \"segcast\" \"File formats\"\n.SH NAME\n"
+                        "segcast\\-job \\- job file of segcast(1)\n.SH DESCRIPTION\n"));
     for (size_t i = 0; i < SC_COUNT_OF(introduction); i++) {
-        SC_TRY(add_roff(ctx, introduction[i], out));
-        SC_TRY(sc_text_add(ctx, out, "\n.PP\n"));
+        SC_PASS(add_roff(ctx, introduction[i], out));
+        SC_PASS(sc_text_add(ctx, out, "\n.PP\n"));
     }
-    SC_TRY(sc_text_add(ctx, out, ".SH KEYS\n"));
-    SC_TRY(sc_keys_walk(ctx, add_man_row, out));
-    status = sc_text_add(ctx, out, ".SH SEE ALSO\nsegcast(1)\n");
-out:
-    return status;
+    SC_PASS(sc_text_add(ctx, out, ".SH KEYS\n"));
+    SC_PASS(sc_keys_walk(ctx, add_man_row, out));
+    return sc_text_add(ctx, out, ".SH SEE ALSO\nsegcast(1)\n");
 }

@@ -13,32 +13,28 @@ static sc_status walk(const sc_ctx *ctx, const sc_key *keys, sc_text *path, int 
                                         [SC_CONTAINER_LIST] = ".N",
                                         [SC_CONTAINER_DICT] = ".NAME"};
     const size_t length = path->length_bytes;
-    sc_status status = SC_OK;
 
-    for (; keys->name && !keys->of_job && status == SC_OK; keys++) {
+    for (; keys->name && !keys->of_job; keys++) {
         sc_key_visit visit = {.key = keys, .depth = depth};
 
-        SC_TRY(sc_text_add(ctx, path, "%s%s", length ? "." : "", keys->name));
+        SC_PASS(sc_text_add(ctx, path, "%s%s", length ? "." : "", keys->name));
         visit.path = path->data;
-        SC_TRY(visitor(ctx, user, &visit));
+        SC_PASS(visitor(ctx, user, &visit));
         if (keys->keys) {
-            SC_TRY(sc_text_add(ctx, path, "%s", steps[keys->type->container]));
-            status = walk(ctx, keys->keys, path, depth + 1, visitor, user);
+            SC_PASS(sc_text_add(ctx, path, "%s", steps[keys->type->container]));
+            SC_PASS(walk(ctx, keys->keys, path, depth + 1, visitor, user));
         }
         path->length_bytes = length;
         path->data[length] = '\0';
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_keys_walk(const sc_ctx *ctx, sc_key_visitor *visitor, void *user)
 {
-    sc_text path = {0};
-    const sc_status status = walk(ctx, sc_job_keys, &path, 0, visitor, user);
+    SC_OWN(sc_text_clear) sc_text path = {0};
 
-    sc_text_clear(&path);
-    return status;
+    return walk(ctx, sc_job_keys, &path, 0, visitor, user);
 }
 
 typedef struct info_visitor {
@@ -90,17 +86,14 @@ static sc_status add_words(const sc_ctx *ctx, const sc_key *key, sc_text *text)
 
 sc_status sc_key_values(const sc_ctx *ctx, const sc_key *key, sc_text *text)
 {
-    sc_status status;
-
     if (key->words || key->choices)
         return add_words(ctx, key, text);
-    SC_TRY(sc_text_add(ctx, text, "%s", key->type->name));
+    SC_PASS(sc_text_add(ctx, text, "%s", key->type->name));
     if (key->high > key->low && key->high < 1e6)
-        SC_TRY(sc_text_add(ctx, text, " from %g to %g", key->low, key->high));
+        SC_PASS(sc_text_add(ctx, text, " from %g to %g", key->low, key->high));
     if (key->unit)
-        SC_TRY(sc_text_add(ctx, text, ", %s", key->unit));
-out:
-    return status;
+        SC_PASS(sc_text_add(ctx, text, ", %s", key->unit));
+    return SC_OK;
 }
 
 const char *sc_key_default(const sc_key *key)

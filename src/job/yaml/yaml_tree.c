@@ -111,13 +111,10 @@ static sc_status make_slots(const sc_ctx *ctx, sc_yaml *map)
 {
     enum { SHORT = 16 };
     void *slots;
-    sc_status status;
 
     if (map->capacity <= SHORT || map->kind != SC_YAML_MAP)
         return SC_OK;
-    status = sc_alloc(ctx, 2 * map->capacity, sizeof *map->slots, &slots);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_alloc(ctx, 2 * map->capacity, sizeof *map->slots, &slots));
     sc_free(map->slots);
     map->slots = slots;
     map->slot_count = 2 * map->capacity; /* a power of two, since the capacity is one */
@@ -254,9 +251,7 @@ static sc_status build_children(reader *r, sc_yaml *parent, yaml_event_type_t en
         sc_yaml *child = NULL;
         char *key = NULL;
 
-        status = next_event(r, &event);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(next_event(r, &event));
         if (event.type == end) {
             yaml_event_delete(&event);
             return SC_OK;
@@ -291,8 +286,7 @@ static sc_status build_children(reader *r, sc_yaml *parent, yaml_event_type_t en
 static sc_status build(reader *r, const yaml_event_t *event, sc_yaml **out)
 {
     const int line = (int)event->start_mark.line + 1;
-    sc_yaml *node = NULL;
-    sc_status status;
+    SC_OWN(sc_yaml_free_at) sc_yaml *node = NULL;
 
     if (event->type == YAML_ALIAS_EVENT)
         return refuse_alias(r, event);
@@ -303,22 +297,19 @@ static sc_status build(reader *r, const yaml_event_t *event, sc_yaml **out)
         return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: nested more than %d deep", r->origin, line,
                        DEPTH_MAX);
     if (event->type == YAML_SCALAR_EVENT) {
-        SC_TRY(new_node(r->ctx, SC_YAML_SCALAR, r->origin, line, &node));
+        SC_PASS(new_node(r->ctx, SC_YAML_SCALAR, r->origin, line, &node));
         node->quoted = event->data.scalar.style != YAML_PLAIN_SCALAR_STYLE;
-        SC_TRY(copy_scalar(r, event, &node->text));
+        SC_PASS(copy_scalar(r, event, &node->text));
     } else if (event->type == YAML_MAPPING_START_EVENT) {
-        SC_TRY(new_node(r->ctx, SC_YAML_MAP, r->origin, line, &node));
-        SC_TRY(build_children(r, node, YAML_MAPPING_END_EVENT));
+        SC_PASS(new_node(r->ctx, SC_YAML_MAP, r->origin, line, &node));
+        SC_PASS(build_children(r, node, YAML_MAPPING_END_EVENT));
     } else {
-        SC_TRY(new_node(r->ctx, SC_YAML_LIST, r->origin, line, &node));
-        SC_TRY(build_children(r, node, YAML_SEQUENCE_END_EVENT));
+        SC_PASS(new_node(r->ctx, SC_YAML_LIST, r->origin, line, &node));
+        SC_PASS(build_children(r, node, YAML_SEQUENCE_END_EVENT));
     }
     r->depth--;
-    *out = node;
+    SC_HAND_OVER(node, out);
     return SC_OK;
-out:
-    sc_yaml_free(node);
-    return status;
 }
 
 /* Get the next event and drop it; it must be of the given type. @param what the message if it is
@@ -326,10 +317,9 @@ out:
 static sc_status expect(reader *r, yaml_event_type_t type, const char *what)
 {
     yaml_event_t event;
-    sc_status status = next_event(r, &event);
+    sc_status status = SC_OK;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(next_event(r, &event));
     if (event.type != type)
         status = sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: %s", r->origin,
                          (int)event.start_mark.line + 1, what);
@@ -341,29 +331,25 @@ static sc_status expect(reader *r, yaml_event_type_t type, const char *what)
 static sc_status parse_document(reader *r, sc_yaml **out)
 {
     yaml_event_t event;
-    sc_yaml *root = NULL;
+    SC_OWN(sc_yaml_free_at) sc_yaml *root = NULL;
     sc_status status;
 
-    SC_TRY(expect(r, YAML_STREAM_START_EVENT, "expected a YAML text"));
-    SC_TRY(next_event(r, &event));
+    SC_PASS(expect(r, YAML_STREAM_START_EVENT, "expected a YAML text"));
+    SC_PASS(next_event(r, &event));
     if (event.type == YAML_STREAM_END_EVENT) {
         yaml_event_delete(&event);
         return new_node(r->ctx, SC_YAML_MAP, r->origin, 1, out);
     }
     yaml_event_delete(&event);
-    SC_TRY(next_event(r, &event));
+    SC_PASS(next_event(r, &event));
     status = build(r, &event, &root);
     yaml_event_delete(&event);
-    if (status != SC_OK)
-        goto out;
-    SC_TRY(expect(r, YAML_DOCUMENT_END_EVENT, "expected the end of the document"));
-    SC_TRY(expect(r, YAML_STREAM_END_EVENT, "a second document begins; expected one"));
+    SC_PASS(status);
+    SC_PASS(expect(r, YAML_DOCUMENT_END_EVENT, "expected the end of the document"));
+    SC_PASS(expect(r, YAML_STREAM_END_EVENT, "a second document begins; expected one"));
     root->key_left_out = r->key_left_out;
-    *out = root;
+    SC_HAND_OVER(root, out);
     return SC_OK;
-out:
-    sc_yaml_free(root);
-    return status;
 }
 
 /* Refuse a text with more than a few directives of YAML (%TAG), which no job needs: libyaml
@@ -430,16 +416,12 @@ void sc_yaml_remove(sc_yaml *parent, size_t index)
 
 sc_status sc_yaml_scalar(const sc_ctx *ctx, const char *origin, const char *text, sc_yaml **out)
 {
-    sc_yaml *node = NULL;
-    sc_status status;
+    SC_OWN(sc_yaml_free_at) sc_yaml *node = NULL;
 
-    SC_TRY(new_node(ctx, SC_YAML_SCALAR, origin, 0, &node));
-    SC_TRY(copy_text(ctx, text, &node->text));
-    *out = node;
+    SC_PASS(new_node(ctx, SC_YAML_SCALAR, origin, 0, &node));
+    SC_PASS(copy_text(ctx, text, &node->text));
+    SC_HAND_OVER(node, out);
     return SC_OK;
-out:
-    sc_yaml_free(node);
-    return status;
 }
 
 sc_status sc_yaml_add(const sc_ctx *ctx, sc_yaml *parent, sc_yaml_kind kind, const char *key,
@@ -458,26 +440,23 @@ sc_status sc_yaml_add(const sc_ctx *ctx, sc_yaml *parent, sc_yaml_kind kind, con
 
 sc_status sc_yaml_copy(const sc_ctx *ctx, const sc_yaml *node, sc_yaml **out)
 {
-    sc_yaml *copy = NULL, *child;
-    sc_status status;
+    SC_OWN(sc_yaml_free_at) sc_yaml *copy = NULL;
+    sc_yaml *child;
 
-    SC_TRY(new_node(ctx, node->kind, node->origin, node->line, &copy));
+    SC_PASS(new_node(ctx, node->kind, node->origin, node->line, &copy));
     copy->quoted = node->quoted;
     if (node->key)
-        SC_TRY(copy_text(ctx, node->key, &copy->key));
+        SC_PASS(copy_text(ctx, node->key, &copy->key));
     if (node->key_given)
-        SC_TRY(copy_text(ctx, node->key_given, &copy->key_given));
+        SC_PASS(copy_text(ctx, node->key_given, &copy->key_given));
     if (node->text)
-        SC_TRY(copy_text(ctx, node->text, &copy->text));
+        SC_PASS(copy_text(ctx, node->text, &copy->text));
     if (node->given)
-        SC_TRY(copy_text(ctx, node->given, &copy->given));
+        SC_PASS(copy_text(ctx, node->given, &copy->given));
     for (size_t i = 0; i < node->count; i++) { /* the depth of a tree is bounded */
-        SC_TRY(sc_yaml_copy(ctx, node->items[i], &child));
-        SC_TRY(sc_yaml_append(ctx, copy, child));
+        SC_PASS(sc_yaml_copy(ctx, node->items[i], &child));
+        SC_PASS(sc_yaml_append(ctx, copy, child));
     }
-    *out = copy;
-    copy = NULL;
-out:
-    sc_yaml_free(copy);
-    return status;
+    SC_HAND_OVER(copy, out);
+    return SC_OK;
 }

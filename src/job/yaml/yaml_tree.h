@@ -39,6 +39,11 @@ sc_status sc_yaml_parse(const sc_ctx *ctx, const char *origin, const char *text,
 sc_status sc_yaml_scalar(const sc_ctx *ctx, const char *origin, const char *text, sc_yaml **out);
 /* Free a node and all below it; NULL is allowed. */
 void sc_yaml_free(sc_yaml *node);
+/* The same at the address of the pointer. For SC_OWN. */
+static inline void sc_yaml_free_at(sc_yaml **node)
+{
+    sc_yaml_free(*node);
+}
 /* @return the member of that key; NULL if there is none, or @p map is no map. */
 sc_yaml *sc_yaml_member(const sc_yaml *map, const char *key);
 /* @return the index of that member; map->count if there is none, or @p map is no map. */

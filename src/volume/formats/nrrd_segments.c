@@ -148,15 +148,14 @@ static sc_status read_groups(const sc_ctx *ctx, const char *path, const char *te
 {
     sc_label_table *table = &source->table;
     json_error_t error;
-    json_t *groups = json_loads(text, 0, &error);
+    json_auto_t *groups = json_loads(text, 0, &error);
     size_t capacity = 0, count = 0;
-    sc_status status = SC_OK;
 
     if (!groups)
         return sc_fail(ctx, SC_ERR_DATA, "%s: its label groups of MITK are no JSON: %s", path,
                        error.text);
     if (source->layers > 1)
-        SC_TRY(sc_list_grow(ctx, 0, sizeof *source->segments, &capacity, &source->segments));
+        SC_PASS(SC_GROW(ctx, 0, &capacity, &source->segments));
     for (size_t g = 0; g < json_array_size(groups); g++) {
         json_t *labels = json_object_get(json_array_get(groups, g), "labels");
         const int layer = source->layers > 1 ? (int)g : 0;
@@ -167,20 +166,17 @@ static sc_status read_groups(const sc_ctx *ctx, const char *path, const char *te
             break;
         }
         if (json_array_size(labels))
-            SC_TRY(sc_label_json_read(ctx, path, labels, table));
+            SC_PASS(sc_label_json_read(ctx, path, labels, table));
         for (; count < table->count; count++) {
             table->rows[count].opacity = -1;
             if (source->layers == 1)
                 continue;
-            SC_TRY(
-                sc_list_grow(ctx, count, sizeof *source->segments, &capacity, &source->segments));
+            SC_PASS(SC_GROW(ctx, count, &capacity, &source->segments));
             source->segments[count] =
                 (sc_segment){.layer = layer, .value = table->rows[count].value, .row = count};
         }
     }
-out:
-    json_decref(groups);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_nrrd_read_segments(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,

@@ -303,18 +303,19 @@ sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, sc_ap
     coloring c = {.volume = volume,
                   .of_heart = sc_names_are_of_heart(volume->labels, volume->label_count),
                   .appearance = appearance};
-    void *fitnesses = NULL, *colored = NULL, *totals = NULL;
-    uint64_t *contact = NULL;
-    uint32_t *near = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) fitness *fitnesses = NULL;
+    SC_OWN(sc_free_at) bool *colored = NULL;
+    SC_OWN(sc_free_at) double *totals = NULL;
+    SC_OWN(sc_free_at) uint64_t *contact = NULL;
+    SC_OWN(sc_free_at) uint32_t *near = NULL;
 
     if (!sc_volume_lacks_colors(volume, appearance))
         return SC_OK;
-    SC_TRY(sc_zalloc(ctx, count, sizeof *c.fitness, &fitnesses));
-    SC_TRY(sc_zalloc(ctx, count, sizeof *c.colored, &colored));
-    SC_TRY(sc_zalloc(ctx, count, sizeof *c.total_contact, &totals));
-    SC_TRY(sc_count_contacts(ctx, volume, threads, &contact));
-    SC_TRY(sc_count_near(ctx, volume, &near));
+    SC_PASS(SC_ZALLOC(ctx, count, &fitnesses));
+    SC_PASS(SC_ZALLOC(ctx, count, &colored));
+    SC_PASS(SC_ZALLOC(ctx, count, &totals));
+    SC_PASS(sc_count_contacts(ctx, volume, threads, &contact));
+    SC_PASS(sc_count_near(ctx, volume, &near));
     c.fitness = fitnesses;
     c.total_contact = totals;
     c.colored = colored;
@@ -323,11 +324,5 @@ sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, sc_ap
     for (int id = 1; id < volume->label_count; id++)
         volume->labels[id].has_color = keeps_color(&volume->labels[id], appearance, c.of_heart);
     color_all(&c, cover);
-out:
-    sc_free(near);
-    sc_free(contact);
-    sc_free(totals);
-    sc_free(colored);
-    sc_free(fitnesses);
-    return status;
+    return SC_OK;
 }

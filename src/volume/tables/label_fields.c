@@ -257,8 +257,8 @@ static void add_label(sc_rows *rows, const sc_row *row, int64_t value, const cha
         return;
     rows->status =
         rows->table->count < SC_TABLE_ROWS_MAX
-            ? sc_list_grow(rows->ctx, rows->table->count - rows->first, sizeof *rows->levels,
-                           &rows->level_capacity, &rows->levels)
+            ? SC_GROW(rows->ctx, rows->table->count - rows->first, &rows->level_capacity,
+                      &rows->levels)
             : sc_fail(rows->ctx, SC_ERR_DATA,
                       "%s: more than %d rows, but a volume has at most %d labels; keep the rows "
                       "of the labels in the volume",

@@ -45,34 +45,11 @@ void sc_label_table_clear(sc_label_table *table)
     *table = (sc_label_table){0};
 }
 
-sc_status sc_list_grow(const sc_ctx *ctx, size_t count, size_t bytes, size_t *capacity, void *list)
-{
-    const size_t larger = *capacity ? 2 * *capacity : 64;
-    void *from, *to;
-    sc_status status;
-
-    if (count < *capacity)
-        return SC_OK;
-    status = sc_alloc(ctx, larger, bytes, &to);
-    if (status != SC_OK)
-        return status;
-    memcpy(&from, list, sizeof from);
-    if (count)
-        memcpy(to, from, count * bytes);
-    sc_free(from);
-    memcpy(list, &to, sizeof to);
-    *capacity = larger;
-    return SC_OK;
-}
-
 sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *table, const sc_label *row)
 {
-    const sc_status status =
-        sc_list_grow(ctx, table->count, sizeof *row, &table->capacity, &table->rows);
-
-    if (status == SC_OK)
-        table->rows[table->count++] = *row;
-    return status;
+    SC_PASS(SC_GROW(ctx, table->count, &table->capacity, &table->rows));
+    table->rows[table->count++] = *row;
+    return SC_OK;
 }
 
 sc_label *sc_volume_label(const sc_volume *volume, int64_t value)
@@ -105,12 +82,8 @@ sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume, const sc_la
     const size_t most = (size_t)volume->label_count + table->count;
     size_t count = (size_t)volume->label_count, distinct = 1;
     sc_label *labels;
-    void *block;
-    sc_status status = sc_alloc(ctx, most, sizeof *labels, &block);
 
-    if (status != SC_OK)
-        return status;
-    labels = block;
+    SC_PASS(SC_ALLOC(ctx, most, &labels));
     memcpy(labels, volume->labels, count * sizeof *labels);
     for (size_t i = 0; i < table->count; i++) {
         if (table->rows[i].value != 0 && !sc_volume_label(volume, table->rows[i].value))

@@ -190,8 +190,7 @@ static sc_table_format guess(char *text)
 static sc_status begin_rows(const sc_ctx *ctx, const char *path, const line_dialect *dialect,
                             char *text, sc_text_reading *t)
 {
-    sc_text unused = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_text_clear) sc_text unused = {0};
 
     t->at = text;
     t->columns_least = dialect->rows.columns_least;
@@ -207,20 +206,18 @@ static sc_status begin_rows(const sc_ctx *ctx, const char *path, const line_dial
     if (sc_headings_find(text, t)) {
         for (size_t i = 0; i < t->column_count; i++) {
             if (t->columns[i] == SC_COLUMN_OTHER && t->headings[i][0])
-                SC_TRY(sc_text_add(ctx, &unused, "%s\"%.40s\"", unused.length_bytes ? ", " : "",
-                                   t->headings[i]));
+                SC_PASS(sc_text_add(ctx, &unused, "%s\"%.40s\"", unused.length_bytes ? ", " : "",
+                                    t->headings[i]));
         }
         if (unused.length_bytes)
             sc_info(ctx, "%s: columns that are not used: %s", path, unused.data);
     } else if (!sc_headings_guess(text, t)) {
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: has no line of headings that name a number and a name or a colour; "
-                         "expected for example: value,name,color",
-                         path);
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: has no line of headings that name a number and a name or a colour; "
+                       "expected for example: value,name,color",
+                       path);
     }
-out:
-    sc_text_clear(&unused);
-    return status;
+    return SC_OK;
 }
 
 /* Is the next line blank or a comment? */
@@ -283,18 +280,15 @@ static sc_status parse_xml(const sc_ctx *ctx, const char *path, const char *text
 sc_status sc_label_table_read(const sc_ctx *ctx, const char *path, sc_table_format format,
                               sc_label_table *out)
 {
-    sc_label_table table = {0};
-    char *text = NULL;
+    SC_OWN(sc_label_table_clear) sc_label_table table = {0};
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
-    sc_status status;
 
-    SC_TRY(sc_file_read(ctx, path, SC_TABLE_BYTES_MAX, &text, &bytes));
-    SC_TRY(sc_label_text_decode(ctx, path, &text, &bytes));
-    if (strstr(text, "# Color procedural file")) {
-        status =
-            sc_fail(ctx, SC_ERR_DATA, "%s: is a procedural colour file, not a label table", path);
-        goto out;
-    }
+    SC_PASS(sc_file_read(ctx, path, SC_TABLE_BYTES_MAX, &text, &bytes));
+    SC_PASS(sc_label_text_decode(ctx, path, &text, &bytes));
+    if (strstr(text, "# Color procedural file"))
+        return sc_fail(ctx, SC_ERR_DATA, "%s: is a procedural colour file, not a label table",
+                       path);
     if (format == SC_TABLE_AUTO) {
         format = guess(text);
         if (format != SC_TABLE_AUTO)
@@ -305,15 +299,11 @@ sc_status sc_label_table_read(const sc_ctx *ctx, const char *path, sc_table_form
     if (format == SC_TABLE_NAMES && is_python_map(text))
         split_python_map(text);
     if (format == SC_TABLE_XML)
-        SC_TRY(parse_xml(ctx, path, text, &table));
+        SC_PASS(parse_xml(ctx, path, text, &table));
     else if (format == SC_TABLE_JSON)
-        SC_TRY(sc_label_json_parse(ctx, path, text, bytes, &table));
+        SC_PASS(sc_label_json_parse(ctx, path, text, bytes, &table));
     else
-        SC_TRY(read_rows(ctx, path, format, text, &table));
-    *out = table;
-    table = (sc_label_table){0};
-out:
-    sc_label_table_clear(&table);
-    sc_free(text);
-    return status;
+        SC_PASS(read_rows(ctx, path, format, text, &table));
+    SC_HAND_OVER(table, out);
+    return SC_OK;
 }

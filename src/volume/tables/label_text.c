@@ -105,7 +105,6 @@ static const marked_encoding *find_encoding(const char *text, size_t bytes)
 sc_status sc_label_text_decode(const sc_ctx *ctx, const char *path, char **text, size_t *bytes)
 {
     const marked_encoding *marked = find_encoding(*text, *bytes);
-    sc_status status;
     char *end;
     void *to;
 
@@ -118,9 +117,7 @@ sc_status sc_label_text_decode(const sc_ctx *ctx, const char *path, char **text,
         *bytes -= 3;
         memmove(*text, *text + 3, *bytes + 1);
     } else if (marked || (strlen(*text) == *bytes && is_not_utf8(*text))) {
-        status = sc_alloc(ctx, *bytes + 1, UTF8_MOST, &to);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(sc_alloc(ctx, *bytes + 1, UTF8_MOST, &to));
         end = marked ? decode(*text + marked->unit, *bytes / marked->unit - 1, marked->unit,
                               marked->is_big, to)
                      : decode(*text, *bytes, 1, false, to);

@@ -36,31 +36,26 @@ struct sc_table_writer {
 static sc_status add_field(const sc_ctx *ctx, const char *text, char delimiter, sc_text *out)
 {
     const char special[] = {delimiter, '"', '#', '\0'};
-    sc_status status;
 
     if (!text[strcspn(text, special)] && text[0] != ' ')
         return sc_text_add(ctx, out, "%s", text);
-    SC_TRY(sc_text_add(ctx, out, "\""));
+    SC_PASS(sc_text_add(ctx, out, "\""));
     for (; *text; text++)
-        SC_TRY(sc_text_add(ctx, out, "%s%c", *text == '"' ? "\"" : "", *text));
-    status = sc_text_add(ctx, out, "\"");
-out:
-    return status;
+        SC_PASS(sc_text_add(ctx, out, "%s%c", *text == '"' ? "\"" : "", *text));
+    return sc_text_add(ctx, out, "\"");
 }
 
 static sc_status add_xml_text(const sc_ctx *ctx, const char *text, sc_text *out)
 {
-    sc_status status = SC_OK;
-
-    for (; *text && status == SC_OK; text++) {
+    for (; *text; text++) {
         const char *entity = *text == '&'   ? "&amp;"
                              : *text == '<' ? "&lt;"
                              : *text == '>' ? "&gt;"
                                             : NULL;
 
-        status = entity ? sc_text_add(ctx, out, "%s", entity) : sc_text_add(ctx, out, "%c", *text);
+        SC_PASS(entity ? sc_text_add(ctx, out, "%s", entity) : sc_text_add(ctx, out, "%c", *text));
     }
-    return status;
+    return SC_OK;
 }
 
 /* Write the name, or "label 5" for none, to out[SC_NAME_BYTES]: for formats that have names alone.
@@ -123,21 +118,20 @@ static sc_status print_row(const sc_ctx *ctx, const char *row, const sc_label *l
     const float opacity = label->hidden ? 0 : label->opacity >= 0 ? label->opacity : 1;
     const uint8_t rgba[4] = {label->rgb[0], label->rgb[1], label->rgb[2],
                              (uint8_t)(opacity * 255 + 0.5F)};
-    sc_status status = SC_OK;
 
-    for (; *row && status == SC_OK; row++) {
+    for (; *row; row++) {
         char *letter;
         long width;
 
         if (*row != '%') {
-            status = sc_text_add(ctx, out, "%c", *row);
+            SC_PASS(sc_text_add(ctx, out, "%c", *row));
             continue;
         }
         width = strtol(row + 1, &letter, 10);
         row = letter;
-        status = add_part(ctx, *row, (int)width, label, rgba, out);
+        SC_PASS(add_part(ctx, *row, (int)width, label, rgba, out));
     }
-    return status;
+    return SC_OK;
 }
 
 /* ---- JSON; a failure to make or to append anything is not 0 ---- */
@@ -316,33 +310,27 @@ static bool differs(const sc_label *label, const sc_label *later)
 static sc_status sort_labels(const sc_ctx *ctx, const sc_label_table *table, sc_label **out,
                              size_t *count, size_t *repeated)
 {
-    void *order = NULL, *labels = NULL;
-    placed *at;
-    sc_status status;
+    SC_OWN(sc_free_at) placed *at = NULL;
+    SC_OWN(sc_free_at) sc_label *labels = NULL;
 
     *count = 0;
-    SC_TRY(sc_alloc(ctx, table->count + 1, sizeof(placed), &order));
-    SC_TRY(sc_alloc(ctx, table->count + 1, sizeof(sc_label), &labels));
-    at = order;
+    SC_PASS(SC_ALLOC(ctx, table->count + 1, &at));
+    SC_PASS(SC_ALLOC(ctx, table->count + 1, &labels));
     for (size_t i = 0; i < table->count; i++)
         at[i] = (placed){&table->rows[i], i};
     qsort(at, table->count, sizeof *at, by_value_and_place);
     for (size_t i = 0; i < table->count; i++) {
-        sc_label *last = (sc_label *)labels + *count - 1;
+        sc_label *last = labels + *count - 1;
 
         if (*count && last->value == at[i].row->value) {
             fill_in(last, at[i].row);
             *repeated += differs(last, at[i].row);
         } else {
-            ((sc_label *)labels)[(*count)++] = *at[i].row;
+            labels[(*count)++] = *at[i].row;
         }
     }
-    *out = labels;
-    labels = NULL;
-out:
-    sc_free(order);
-    sc_free(labels);
-    return status;
+    SC_HAND_OVER(labels, out);
+    return SC_OK;
 }
 
 /* How many labels lose what in a format. */
@@ -402,14 +390,13 @@ static sc_status add_loss(const sc_ctx *ctx, size_t count, const char *what, sc_
 static sc_status tell_losses(const sc_ctx *ctx, const char *path, const sc_table_writer *writer,
                              const losses *lost)
 {
-    sc_text text = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    SC_TRY(
+    SC_PASS(
         add_loss(ctx, lost->numbers, "the rows (their numbers are too large, or negative)", &text));
-    SC_TRY(add_loss(ctx, lost->colors, "the colours", &text));
-    SC_TRY(add_loss(ctx, lost->opacities, "the opacities", &text));
-    SC_TRY(add_loss(ctx, lost->hidden, "that they are hidden,", &text));
+    SC_PASS(add_loss(ctx, lost->colors, "the colours", &text));
+    SC_PASS(add_loss(ctx, lost->opacities, "the opacities", &text));
+    SC_PASS(add_loss(ctx, lost->hidden, "that they are hidden,", &text));
     if (text.data)
         sc_warn(ctx, "%s: %s cannot hold, and does not have: %s", path, writer->title, text.data);
     if (lost->names && (writer->holds & READS_BLANKS))
@@ -431,9 +418,7 @@ static sc_status tell_losses(const sc_ctx *ctx, const char *path, const sc_table
                 "%s: %zu label%s no colour, which %s needs; colours of segcast's palette are "
                 "written",
                 path, lost->palette, lost->palette == 1 ? " has" : "s have", writer->title);
-out:
-    sc_text_clear(&text);
-    return status;
+    return SC_OK;
 }
 
 /* Append the labels as text. */
@@ -453,46 +438,36 @@ static sc_status print_lines(const sc_ctx *ctx, const sc_table_writer *writer,
 static sc_status print_json(const sc_ctx *ctx, const sc_table_writer *writer,
                             const sc_label *labels, size_t count, sc_text *out)
 {
-    json_t *json = json_loads(writer->head, 0, NULL);
+    json_auto_t *json = json_loads(writer->head, 0, NULL);
     int failed = !json;
-    char *text = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) char *text = NULL;
 
     for (size_t i = 0; i < count && !failed; i++)
         failed = writer->append(json, &labels[i]);
     if (!failed)
         text = json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(6));
-    status = text ? sc_text_add(ctx, out, "%s\n", text)
-                  : sc_fail(ctx, SC_ERR_MEMORY, "out of memory for a label table");
-    free(text);
-    json_decref(json);
-    return status;
+    return text ? sc_text_add(ctx, out, "%s\n", text)
+                : sc_fail(ctx, SC_ERR_MEMORY, "out of memory for a label table");
 }
 
 sc_status sc_label_table_print(const sc_ctx *ctx, const char *path, const sc_label_table *table,
                                const sc_table_writer *writer, sc_text *out)
 {
-    sc_label *labels = NULL;
+    SC_OWN(sc_free_at) sc_label *labels = NULL;
     losses lost = {0};
     size_t count, repeated = 0;
-    sc_status status;
 
-    SC_TRY(sort_labels(ctx, table, &labels, &count, &repeated));
+    SC_PASS(sort_labels(ctx, table, &labels, &count, &repeated));
     if (repeated)
         sc_warn(ctx,
                 "%s: %zu row%s of the table say%s something else of a number than a row before; "
                 "the first row of a number is written",
                 path, repeated, repeated == 1 ? "" : "s", repeated == 1 ? "s" : "");
     count = fit(writer, labels, count, &lost);
-    if (count == 0) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: there is no label that %s can hold", path,
-                         writer->title);
-        goto out;
-    }
-    SC_TRY(tell_losses(ctx, path, writer, &lost));
-    status = writer->row ? print_lines(ctx, writer, labels, count, out)
-                         : print_json(ctx, writer, labels, count, out);
-out:
-    sc_free(labels);
-    return status;
+    if (count == 0)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: there is no label that %s can hold", path,
+                       writer->title);
+    SC_PASS(tell_losses(ctx, path, writer, &lost));
+    return writer->row ? print_lines(ctx, writer, labels, count, out)
+                       : print_json(ctx, writer, labels, count, out);
 }

@@ -40,14 +40,12 @@ static int find_name(const named *names, size_t count, const named *wanted, cons
 sc_status sc_label_table_match(const sc_ctx *ctx, const sc_label *labels, int label_count,
                                const sc_label_table *table, int *label_of, size_t *found)
 {
-    void *block = NULL, *taken = NULL;
-    named *names;
+    SC_OWN(sc_free_at) bool *taken = NULL;
+    SC_OWN(sc_free_at) named *names = NULL;
     size_t count = 0;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)label_count, sizeof(bool), &taken));
-    SC_TRY(sc_alloc(ctx, (size_t)label_count, sizeof *names, &block));
-    names = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)label_count, &taken));
+    SC_PASS(SC_ALLOC(ctx, (size_t)label_count, &names));
     for (int id = 1; id < label_count; id++) {
         if (!labels[id].name[0])
             continue;
@@ -62,13 +60,10 @@ sc_status sc_label_table_match(const sc_ctx *ctx, const sc_label *labels, int la
 
         sc_words_of_name(wanted.name, wanted.words);
         label_of[i] = wanted.words[0] ? find_name(names, count, &wanted, taken) : 0;
-        ((bool *)taken)[label_of[i]] = label_of[i] != 0;
+        taken[label_of[i]] = label_of[i] != 0;
         *found += label_of[i] != 0;
     }
-out:
-    sc_free(block);
-    sc_free(taken);
-    return status;
+    return SC_OK;
 }
 
 /* A number, and whose it is: a row of a table, or a label. */
@@ -114,19 +109,13 @@ static void choose_numbers(const numbered *rows, size_t row_count, numbered *num
 sc_status sc_relabel_by_table(const sc_ctx *ctx, const sc_label *labels, int label_count,
                               const sc_label_table *table, const int *label_of, sc_relabel *out)
 {
-    sc_relabel made = {.label_count = label_count};
-    numbered *rows, *numbers;
-    void *block, *row_block = NULL, *label_block = NULL;
-    sc_status status;
+    SC_OWN(sc_relabel_clear) sc_relabel made = {.label_count = label_count};
+    SC_OWN(sc_free_at) numbered *rows = NULL, *numbers = NULL;
 
-    SC_TRY(sc_alloc(ctx, table->count + 1, sizeof *rows, &row_block));
-    SC_TRY(sc_alloc(ctx, (size_t)label_count, sizeof *numbers, &label_block));
-    SC_TRY(sc_zalloc(ctx, (size_t)label_count, sizeof *made.to, &block));
-    made.to = block;
-    SC_TRY(sc_alloc(ctx, (size_t)label_count, sizeof *made.labels, &block));
-    made.labels = block;
-    rows = row_block;
-    numbers = label_block;
+    SC_PASS(SC_ALLOC(ctx, table->count + 1, &rows));
+    SC_PASS(SC_ALLOC(ctx, (size_t)label_count, &numbers));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)label_count, &made.to));
+    SC_PASS(SC_ALLOC(ctx, (size_t)label_count, &made.labels));
     for (size_t i = 0; i < table->count; i++)
         rows[i] = (numbered){table->rows[i].value, i, label_of[i]};
     qsort(rows, table->count, sizeof *rows, by_number);
@@ -137,13 +126,8 @@ sc_status sc_relabel_by_table(const sc_ctx *ctx, const sc_label *labels, int lab
         made.labels[id] = labels[numbers[id].id];
         made.labels[id].value = numbers[id].value;
     }
-    *out = made;
-    made = (sc_relabel){0};
-out:
-    sc_relabel_clear(&made);
-    sc_free(row_block);
-    sc_free(label_block);
-    return status;
+    SC_HAND_OVER(made, out);
+    return SC_OK;
 }
 
 void sc_label_table_number(const sc_label *labels, const int *label_of, sc_label_table *table)

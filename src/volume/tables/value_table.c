@@ -144,11 +144,9 @@ static sc_status read_headings(const sc_ctx *ctx, value_reading *r, char *text, 
     const size_t bytes = strcspn(begin, "\r\n");
     const int before = r->line;
     size_t count = 0;
-    void *copy;
-    sc_status status = sc_alloc(ctx, bytes + 1, 1, &copy);
+    SC_OWN(sc_free_at) char *copy = NULL;
 
-    if (status != SC_OK)
-        return status;
+    SC_PASS(SC_ALLOC(ctx, bytes + 1, &copy));
     for (const char *d = SC_DELIMITERS; *d; d++) {
         char *at = copy;
 
@@ -162,21 +160,17 @@ static sc_status read_headings(const sc_ctx *ctx, value_reading *r, char *text, 
         count = 0;
     }
     if (!count)
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s:%d: is no line of headings that name the number or the name of the "
-                         "tissue and the values; expected for example: name,thickness_mm",
-                         r->path, r->line);
-    if (status == SC_OK) {
-        r->value = *column ? find_heading(r, count, column) : find_other(r, count);
-        if (r->value == NO_COLUMN)
-            status = fail_column(ctx, r, count, column);
-        else
-            (void)sc_copy_name(r->fields[r->value], table->column, sizeof table->column);
-    }
-    sc_free(copy);
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s:%d: is no line of headings that name the number or the name of the "
+                       "tissue and the values; expected for example: name,thickness_mm",
+                       r->path, r->line);
+    r->value = *column ? find_heading(r, count, column) : find_other(r, count);
+    if (r->value == NO_COLUMN)
+        return fail_column(ctx, r, count, column);
+    (void)sc_copy_name(r->fields[r->value], table->column, sizeof table->column);
     r->at = begin[bytes] ? begin + bytes + 1 + (begin[bytes] == '\r' && begin[bytes + 1] == '\n')
                          : NULL;
-    return status;
+    return SC_OK;
 }
 
 /* ---- lines ---- */
@@ -216,15 +210,12 @@ static sc_status read_value(const sc_ctx *ctx, const value_reading *r, const cha
 static sc_status add_row(const sc_ctx *ctx, const value_reading *r, const sc_value_row *row,
                          sc_value_table *table)
 {
-    sc_status status;
-
     if (table->count == SC_TABLE_ROWS_MAX)
         return sc_fail(ctx, SC_ERR_DATA, "%s:%d: more than %d rows; keep those of the tissues",
                        r->path, row->line, SC_TABLE_ROWS_MAX);
-    status = sc_list_grow(ctx, table->count, sizeof *row, &table->capacity, &table->rows);
-    if (status == SC_OK)
-        table->rows[table->count++] = *row;
-    return status;
+    SC_PASS(SC_GROW(ctx, table->count, &table->capacity, &table->rows));
+    table->rows[table->count++] = *row;
+    return SC_OK;
 }
 
 /* Read one line. */
@@ -254,32 +245,23 @@ static sc_status read_row(const sc_ctx *ctx, value_reading *r, sc_value_table *t
 sc_status sc_value_table_read(const sc_ctx *ctx, const char *path, const char *column,
                               sc_value_table *out)
 {
-    sc_value_table table = {0};
-    value_reading *r = NULL;
+    SC_OWN(sc_value_table_clear) sc_value_table table = {0};
     size_t bytes;
-    void *block = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) value_reading *r = NULL;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *r, &block));
-    r = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &r));
     r->path = path;
-    SC_TRY(sc_file_read(ctx, path, SC_TABLE_BYTES_MAX, &table.text, &bytes));
-    SC_TRY(sc_label_text_decode(ctx, path, &table.text, &bytes));
-    SC_TRY(read_headings(ctx, r, table.text, column, &table));
+    SC_PASS(sc_file_read(ctx, path, SC_TABLE_BYTES_MAX, &table.text, &bytes));
+    SC_PASS(sc_label_text_decode(ctx, path, &table.text, &bytes));
+    SC_PASS(read_headings(ctx, r, table.text, column, &table));
     while (r->at && *r->at)
-        SC_TRY(read_row(ctx, r, &table));
-    if (!table.count) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: has headings, but no tissues below them", path);
-        goto out;
-    }
+        SC_PASS(read_row(ctx, r, &table));
+    if (!table.count)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: has headings, but no tissues below them", path);
     if (r->unnamed)
         sc_warn(ctx, "%s:%d: %d line%s neither number nor name of a tissue and %s not used", path,
                 r->first_unnamed, r->unnamed, r->unnamed == 1 ? " has" : "s have",
                 r->unnamed == 1 ? "is" : "are");
-    *out = table;
-    table = (sc_value_table){0};
-out:
-    sc_value_table_clear(&table);
-    sc_free(block);
-    return status;
+    SC_HAND_OVER(table, out);
+    return SC_OK;
 }
