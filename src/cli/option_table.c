@@ -53,9 +53,10 @@ static const sc_option option_rows[] = {
      "the picture",
      "still", sc_store_sheet, 0, ""},
     {"view", 0, "WORD|DEG,DEG",
-     "where the camera stands, at the beginning of a turn: anterior (ventral, front), posterior "
-     "(dorsal, back), left, right, superior (cranial, top), inferior (caudal, bottom), or an angle "
-     "around the patient, 0 in front and 90 at the left, and one above, such as 30,15",
+     "where the camera stands, at the beginning of a turn: anterior (or ventral, front), posterior "
+     "(dorsal, back), left, right, superior (cranial, top), inferior (caudal, bottom), x, -x, y "
+     "..., "
+     "or an angle around the patient, 0 in front and 90 at the left, and one above, such as 30,15",
      "orbit still", sc_store_view, 0, ""},
     {"set", 0, "KEY.PATH=VALUE", "set a key of the job, such as render.samples=2; may be repeated",
      JOB_COMMANDS " convert study info", sc_store_set, 0, ""},

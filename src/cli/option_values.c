@@ -2,6 +2,8 @@
 /* Check the values of options and store them; settings of the job that options make. */
 #include "option_values.h"
 
+#include "segcast/timeline.h"
+
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -214,23 +216,32 @@ sc_status sc_store_sheet(const sc_ctx *ctx, sc_options *options, const sc_option
     return SC_OK;
 }
 
+/* Write the angles of an orbit, around the patient and above, at which the camera stands on side
+ * @p side of the patient, as "90,0". */
+static void write_angles(sc_vec3 side, char *out, size_t size)
+{
+    const int around = side.y < 0 ? 180 : (int)(-90 * side.x);
+
+    snprintf(out, size, "%d,%d", around, (int)(90 * side.z));
+}
+
 sc_status sc_store_view(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                         const char *value)
 {
-    static const char *const words[] = {"anterior", "ventral",  "front",  "posterior", "dorsal",
-                                        "back",     "left",     "right",  "superior",  "cranial",
-                                        "top",      "inferior", "caudal", "bottom"};
-    static const char *const places[] = {"0,0",   "0,0",   "0,0",   "180,0", "180,0",
-                                         "180,0", "90,0",  "-90,0", "0,90",  "0,90",
-                                         "0,90",  "0,-90", "0,-90", "0,-90"};
-    const char *angles = value, *start = NULL, *comma, *nearest;
+    size_t count;
+    const char *const *words = sc_anatomical_words(&count);
+    const char *const nearest = sc_nearest_word(value, words, count);
+    const char *angles = value, *start = NULL, *comma;
+    char of_word[16];
+    sc_vec3 side;
     sc_text origin = {0};
     sc_status status;
 
-    for (size_t i = 0; i < SC_COUNT_OF(words); i++)
-        angles = strcmp(value, words[i]) ? angles : places[i];
+    if (sc_anatomical_direction(value, &side)) {
+        write_angles(side, of_word, sizeof of_word);
+        angles = of_word;
+    }
     comma = strchr(angles, ',');
-    nearest = sc_nearest_word(value, words, SC_COUNT_OF(words));
     if (!comma)
         return sc_fail(ctx, SC_ERR_USAGE,
                        "--%s is \"%s\", expected anterior, posterior, left, right, superior, "

@@ -86,7 +86,7 @@ expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --view 0,30 --frame 0 -o fi
 "$IMAGE_DIFFERENCE" job.png first.png || fail 'frame 0 of a volume is not that of its turn'
 "$IMAGE_DIFFERENCE" alone.png first.png >/dev/null 2>&1 && fail 'a picture alone and one of a turn are framed alike'
 # The camera stands where a word says, whatever people call the place; a turn begins there.
-for view in 'left 90 0' 'dorsal 180 0' 'cranial 0 90' '-30,12.5 -30 12.5'; do
+for view in 'left 90 0' 'dorsal 180 0' 'cranial 0 90' '-y 180 0' 'x -90 0' 'Caudal 0 -90' '-30,12.5 -30 12.5'; do
     read -r word start elevation <<<"$view"
     "$SEGCAST" still heart.nrrd --size 96x72 --view "$word" -o word.png --overwrite -q >/dev/null
     "$SEGCAST" still volume.yaml --set animation.camera.orbit.turns=0 --set animation.camera.orbit.start=$start \

@@ -1332,4 +1332,27 @@ TEST(transitions_are_even)
     }
 }
 
+/* Each word for a direction, in any case, and no other word. */
+TEST(directions_have_the_words_of_anatomists)
+{
+    static const struct {
+        const char *words[8];
+        sc_vec3 direction;
+    } expected[] = {{{"right", "x", "RIGHT"}, {1, 0, 0}},
+                    {{"left", "-x"}, {-1, 0, 0}},
+                    {{"anterior", "ventral", "front", "y", "Ventral"}, {0, 1, 0}},
+                    {{"posterior", "dorsal", "back", "-y"}, {0, -1, 0}},
+                    {{"superior", "cranial", "head", "top", "z"}, {0, 0, 1}},
+                    {{"inferior", "caudal", "feet", "bottom", "-z"}, {0, 0, -1}}};
+    sc_vec3 found;
+
+    for (size_t i = 0; i < SC_COUNT_OF(expected); i++) {
+        for (int k = 0; k < 8 && expected[i].words[k]; k++) {
+            assert_true(sc_anatomical_direction(expected[i].words[k], &found));
+            assert_near(sc_vec3_length(sc_vec3_sub(found, expected[i].direction)), 0, 0);
+        }
+    }
+    assert_false(sc_anatomical_direction("cranium", &found));
+}
+
 RUN_TESTS(NULL, NULL)
