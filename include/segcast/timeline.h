@@ -88,6 +88,8 @@ typedef struct sc_orbit {
                                behind, with the picture upside down */
     double start_deg; /**< where the orbit begins; 0 is in front of the patient, where possible */
     bool has_target, has_distance; /**< false: follows from the framing */
+    bool alone;                    /**< only the first frame is drawn: the framing is for that one,
+                                        and what is visible lies in the middle of its picture */
     sc_vec3 position_mm, up;       /**< of a still camera */
     sc_vec3 target_mm;             /**< what the camera looks at, and the centre of an orbit */
     double distance_mm;            /**< from the target to the camera of an orbit */
