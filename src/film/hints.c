@@ -301,7 +301,7 @@ static void tell_position(const sc_app *app, const sc_panel *panel, int plane,
         app->ctx,
         "%s%sclip plane %d, at %s %s along its normal (%.3f, %.3f, %.3f), %s: what is shown lies "
         "from %.1f to %.1f %s along that normal; a plane through a point in patient "
-        "coordinates, as `segcast still --sheet views` prints them, is at: [R, A, S]",
+        "coordinates, as `segcast still --sheet slices` prints them, is at: [R, A, S]",
         where, where[0] ? ": " : "", plane + 1, at, unit.name, sc_no_negative_zero(n.x, 3),
         sc_no_negative_zero(n.y, 3), sc_no_negative_zero(n.z, 3), what,
         sc_no_negative_zero(effect->from_mm / unit.mm, 1),
