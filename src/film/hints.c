@@ -205,6 +205,32 @@ out:
     return status;
 }
 
+/* ---- a wide picture of a long body ---- */
+
+void sc_tell_shape(const sc_app *app, const sc_panel *panel)
+{
+    static const double least = 1.5; /* times as high as wide */
+    const sc_timeline *t = &panel->timeline;
+    const sc_camera camera = sc_timeline_scene(t, 0, NULL).camera;
+    const sc_vec3 size = sc_vec3_sub(t->high_mm, t->low_mm);
+    const sc_vec3 sides[] = {camera.up, camera.right, camera.forward};
+    double extent[3]; /* of the box, in these directions */
+
+    for (int i = 0; i < 3; i++)
+        extent[i] =
+            fabs(sides[i].x) * size.x + fabs(sides[i].y) * size.y + fabs(sides[i].z) * size.z;
+    if (!t->animation.camera.alone) /* all sides are seen */
+        extent[1] = fmax(extent[1], extent[2]);
+    if (panel->shot || panel->group.count > 1 || panel->job.output.layout != SC_LAYOUT_PICTURE ||
+        panel->job.output.size_px[0] <= panel->job.output.size_px[1] || t->animation.camera.fixed ||
+        extent[0] < least * extent[1])
+        return;
+    sc_info(app->ctx,
+            "what is visible is %.1f times as high as wide: with --size vertical (output.size: "
+            "vertical) it would be shown larger",
+            extent[0] / extent[1]);
+}
+
 /* ---- warnings of clip planes that cut nothing or everything ---- */
 
 /* Find the extent of a box along the unit vector @p n. */

@@ -119,5 +119,22 @@ expect 64 'view 0,400: .*from -360 to 360' "$SEGCAST" still heart.nrrd --view 0,
 expect 64 'is the directory that a job has made: .segcast still made/job.yaml. takes that job' "$SEGCAST" still made; one_error
 expect 64 'is the directory that a job has made' "$SEGCAST" convert made -o made.segc; one_error
 
+# A body twice as high as wide is better shown in a picture that is higher than wide: said by all who draw it, where it is so.
+{
+    printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 10 8 20\nspace: right-anterior-superior\n'
+    printf 'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n'
+    head -c 1600 /dev/zero | tr '\0' '\1'
+} >tall.nrrd
+printf 'volume: tall.nrrd\noutput: {size: [64, 48]}\nanimation: {frames: 2}\n' >tall.yaml
+note='what is visible is 2.1 times as high as wide: with --size vertical'
+expect 0 "$note" "$SEGCAST" still tall.nrrd --size 64x48 -o tall.png --overwrite
+expect 0 "$note" "$SEGCAST" orbit tall.nrrd --size 64x48 --frames 2 -o tall.mp4
+expect 0 "$note" "$SEGCAST" check tall.yaml
+for more in '--size 48x64' '--view top' '--sheet slices' '--sheet views'; do
+    # shellcheck disable=SC2086  # options with their values
+    "$SEGCAST" still tall.nrrd --size 64x48 $more -o tall.png --overwrite >/dev/null 2>stderr.txt
+    grep -q 'times as high as wide' stderr.txt && fail "$more: $(cat stderr.txt)"
+done
+
 # The phantom by its name is a volume, too.
 "$SEGCAST" still phantom:24x18x24 --size 64x48 -q -o phantom.png >/dev/null || fail 'no picture of the phantom by its name'
