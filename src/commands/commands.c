@@ -20,8 +20,7 @@ const sc_command sc_commands[] = {
      "job.yaml (the job as resolved). A directory that holds a run is refused without --resume or "
      "--overwrite.",
      sc_cmd_render, true},
-    {NULL, "still", "JOB.yaml|VOLUME",
-     "draw one frame, a sheet of frames or views, or three slices",
+    {NULL, "still", "JOB.yaml|VOLUME", "draw one frame, a sheet of frames or views, or slices",
      "Draws the first frame as PNG, unless --frame or --time names another; of a volume, those of "
      "segcast orbit. --sheet N draws N frames of the whole film on one sheet: the pictures are "
      "small, with few rays per pixel, so that the sheet takes a second or two once the volume is "
