@@ -213,7 +213,8 @@ void sc_tell_shape(const sc_app *app, const sc_panel *panel)
     const sc_timeline *t = &panel->timeline;
     const sc_camera camera = sc_timeline_scene(t, 0, NULL).camera;
     const sc_vec3 size = sc_vec3_sub(t->high_mm, t->low_mm);
-    const sc_vec3 sides[] = {camera.up, camera.right, camera.forward};
+    const sc_vec3 level = sc_vec3_cross(camera.right, t->animation.camera.axis);
+    const sc_vec3 sides[] = {camera.up, camera.right, level};
     double extent[3]; /* of the box, in these directions */
 
     for (int i = 0; i < 3; i++)
