@@ -127,6 +127,8 @@ typedef struct sc_annotations {
                          (sc_divider_px); 0: all of it is shown. Names then stand on the side away
                          from it, and only beside points that are shown */
     bool is_behind_divider; /**< it is shown from the divider on, not up to it */
+    int nameless[2]; /**< how many frames at the beginning and at the end show more of another
+                          shot, whose names then stand alone */
 } sc_annotations;
 
 /** @return whether there are any overlays. */

@@ -64,6 +64,7 @@ typedef struct sc_panel_group {
 typedef struct sc_panel {
     sc_job job;              /**< what it draws; its arrays are those of the session's job */
     const sc_shot *shot;     /**< whose frames it shows; NULL: all */
+    int nameless[2];         /**< as of sc_annotations */
     sc_inputs *inputs;       /**< of the session, borrowed */
     int input;               /**< the first of them that it shows, */
     int phases;              /**< of so many, in turn; 0: it only writes */

@@ -88,6 +88,8 @@ typedef struct sc_orbit {
                                behind, with the picture upside down */
     double start_deg; /**< where the orbit begins; 0 is in front of the patient, where possible */
     bool has_target, has_distance; /**< false: follows from the framing */
+    bool alone;                    /**< only the first frame is drawn: the framing is for that one,
+                                        and what is visible lies in the middle of its picture */
     sc_vec3 position_mm, up;       /**< of a still camera */
     sc_vec3 target_mm;             /**< what the camera looks at, and the centre of an orbit */
     double distance_mm;            /**< from the target to the camera of an orbit */
@@ -178,6 +180,32 @@ typedef enum sc_verb_order {
     SC_ORDER_SUPERIOR,
     SC_ORDER_INFERIOR
 } sc_verb_order;
+
+/** All words for directions, each as WORD(word, order): of several for one direction first the one
+ * that is written and listed. Signed axes are those of RAS. */
+#define SC_DIRECTION_WORDS(WORD)                                                                   \
+    WORD("right", RIGHT)                                                                           \
+    WORD("left", LEFT)                                                                             \
+    WORD("anterior", ANTERIOR)                                                                     \
+    WORD("posterior", POSTERIOR)                                                                   \
+    WORD("superior", SUPERIOR)                                                                     \
+    WORD("inferior", INFERIOR)                                                                     \
+    WORD("front", ANTERIOR)                                                                        \
+    WORD("back", POSTERIOR)                                                                        \
+    WORD("ventral", ANTERIOR)                                                                      \
+    WORD("dorsal", POSTERIOR)                                                                      \
+    WORD("cranial", SUPERIOR)                                                                      \
+    WORD("caudal", INFERIOR)                                                                       \
+    WORD("head", SUPERIOR)                                                                         \
+    WORD("feet", INFERIOR)                                                                         \
+    WORD("top", SUPERIOR)                                                                          \
+    WORD("bottom", INFERIOR)                                                                       \
+    WORD("x", RIGHT)                                                                               \
+    WORD("-x", LEFT)                                                                               \
+    WORD("y", ANTERIOR)                                                                            \
+    WORD("-y", POSTERIOR)                                                                          \
+    WORD("z", SUPERIOR)                                                                            \
+    WORD("-z", INFERIOR)
 
 /** The most verbs of an animation. */
 enum { SC_VERBS_MAX = 100 };
@@ -450,10 +478,12 @@ sc_vec3 sc_track_direction(const sc_track *track, double at);
 /** @return the time of frame @p k of @p frames: 0 for the first, 1 for the last. @param k need not
  * be whole. */
 double sc_frame_time(double k, int frames);
-/** Find the unit direction, in RAS, that an anatomical word stands for ("left", "superior", ...),
- * case ignored. @return false if it is no such word; @p out is not written then. */
+/** @return the unit direction, in RAS, of SC_ORDER_RIGHT to SC_ORDER_INFERIOR. */
+sc_vec3 sc_order_direction(sc_verb_order order);
+/** Find the unit direction, in RAS, that one of SC_DIRECTION_WORDS stands for, case ignored.
+ * @return false if it is no such word; @p out is not written then. */
 bool sc_anatomical_direction(const char *word, sc_vec3 *out);
-/** @return the anatomical words, [*count], for messages; static. */
+/** @return SC_DIRECTION_WORDS, [*count], for messages; static. */
 const char *const *sc_anatomical_words(size_t *count);
 
 /* ---- shots ---- */

@@ -186,6 +186,16 @@ static void survey_name(const sc_name_film *film, int n, const sc_scene *scene, 
     prefer_clear(is_clear, lights);
 }
 
+/* Can names stand in a frame? Not in a flight: within a vessel nothing lies beside what is shown.
+ */
+static bool has_names(const sc_name_film *film, const sc_scene *scene)
+{
+    const int *nameless = film->a->nameless;
+
+    return !scene->inside && scene->frame >= nameless[0] &&
+           scene->frame < film->frames - nameless[1];
+}
+
 /* Find the columns of some frames, and what survey_name() finds for all names. sc_range_fn. */
 static void survey_frames(void *user, size_t begin, size_t end, int thread)
 {
@@ -197,7 +207,7 @@ static void survey_frames(void *user, size_t begin, size_t end, int thread)
         const sc_scene scene = sc_timeline_scene(a->timeline, (int)k, &s->rooms[thread]);
 
         film->columns[k] = columns_of(film, &scene.camera);
-        for (int n = 0; n < film->count; n++) {
+        for (int n = 0; n < film->count && has_names(film, &scene); n++) {
             const size_t at = k * (size_t)film->count + (size_t)n;
             const int id = film->words[n]->number;
 

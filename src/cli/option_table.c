@@ -48,15 +48,20 @@ static const sc_option option_rows[] = {
     {"time", 0, "T",
      "draw the frame at this time: seconds, MM:SS, or a share of the film such as 50%", "still",
      sc_store_moment, 0, ""},
-    {"sheet", 0, "N|views",
-     "draw N frames, from the first to the last, on one sheet; or the three regular slices beside "
+    {"sheet", 0, "N|views|slices",
+     "draw N frames, from the first to the last, on one sheet; views: the six sides and four "
+     "obliques instead, each with the --view that gets it; slices: the three regular slices beside "
      "the picture",
      "still", sc_store_sheet, 0, ""},
     {"view", 0, "WORD|DEG,DEG",
-     "where the camera stands, at the beginning of a turn: anterior (ventral, front), posterior "
-     "(dorsal, back), left, right, superior (cranial, top), inferior (caudal, bottom), or an angle "
-     "around the patient, 0 in front and 90 at the left, and one above, such as 30,15",
+     "where the camera stands, at the beginning of a turn: anterior (or ventral, front), posterior "
+     "(dorsal, back), left, right, superior (cranial, top), inferior (caudal, bottom), x, -x, y "
+     "..., "
+     "or an angle around the patient, 0 in front and 90 at the left, and one above, such as 30,15",
      "orbit still", sc_store_view, 0, ""},
+    {"tissue", 0, "NAME",
+     "let this tissue of a volume fill the picture: a name, a glob or a label number",
+     "orbit still", sc_store_framed, 0, ""},
     {"set", 0, "KEY.PATH=VALUE", "set a key of the job, such as render.samples=2; may be repeated",
      JOB_COMMANDS " convert study info", sc_store_set, 0, ""},
     {"beating", 0, "N",

@@ -2,6 +2,8 @@
 /* Check the values of options and store them; settings of the job that options make. */
 #include "option_values.h"
 
+#include "segcast/timeline.h"
+
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -196,19 +198,64 @@ sc_status sc_store_frame(const sc_ctx *ctx, sc_options *options, const sc_option
     return read_number(ctx, "--frame", value, 0, 1000000, &options->frame);
 }
 
+const char *const sc_sheet_views[SC_SHEET_VIEWS] = {"anterior", "posterior", "left",  "right",
+                                                    "superior", "inferior",  "45,20", "135,20",
+                                                    "-135,20",  "-45,20"};
+
+/* @return the angles of an orbit, around the patient and above, that a value of --view stands for:
+ * of a word those at which the camera stands on that side, in @p room, else the value. */
+static const char *find_angles(const char *view, char room[16])
+{
+    sc_vec3 side;
+
+    if (!sc_anatomical_direction(view, &side))
+        return view;
+    snprintf(room, 16, "%d,%d", side.y < 0 ? 180 : (int)(-90 * side.x), (int)(90 * side.z));
+    return room;
+}
+
+/* Let the job be a film of one shot for each of sc_sheet_views, whose camera stands there. */
+static sc_status set_views(const sc_ctx *ctx, sc_options *options, const sc_option *option)
+{
+    char room[16];
+    const char *value = NULL;
+    sc_text shots = {0};
+    sc_status status;
+
+    for (int i = 0; i < SC_SHEET_VIEWS; i++) {
+        const char *angles = find_angles(sc_sheet_views[i], room), *comma = strchr(angles, ',');
+
+        SC_TRY(sc_text_add(ctx, &shots,
+                           "%s{animation: {camera: {orbit: {turns: 0, start: %.*s, elevation: "
+                           "%s}}}}",
+                           i ? ", " : "shots=[", (int)(comma - angles), angles, comma + 1));
+    }
+    SC_TRY(sc_text_add(ctx, &shots, "]"));
+    SC_PASS(own(ctx, options, &shots, &value));
+    SC_PASS(sc_store_set(ctx, options, option, value));
+    options->settings[options->setting_count - 1].origin = "--sheet views";
+    return SC_OK;
+out:
+    sc_text_clear(&shots);
+    return status;
+}
+
 sc_status sc_store_sheet(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                          const char *value)
 {
     char *end;
     const long count = strtol(value, &end, 10);
 
-    if (!strcmp(value, "views")) {
-        options->views = true;
+    options->sheet_slices = !strcmp(value, "slices");
+    options->sheet_views = !strcmp(value, "views");
+    options->pictures = options->sheet_views ? SC_SHEET_VIEWS : 0;
+    if (options->sheet_slices)
         return SC_OK;
-    }
+    if (options->sheet_views)
+        return set_views(ctx, options, option);
     if (end == value || *end || count < 1 || count > SC_PICTURES_MAX)
         return sc_fail(ctx, SC_ERR_USAGE,
-                       "--%s is \"%s\", expected a whole number from 1 to %d, or views",
+                       "--%s is \"%s\", expected a whole number from 1 to %d, views or slices",
                        option->name, value, SC_PICTURES_MAX);
     options->pictures = (int)count;
     return SC_OK;
@@ -217,20 +264,14 @@ sc_status sc_store_sheet(const sc_ctx *ctx, sc_options *options, const sc_option
 sc_status sc_store_view(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                         const char *value)
 {
-    static const char *const words[] = {"anterior", "ventral",  "front",  "posterior", "dorsal",
-                                        "back",     "left",     "right",  "superior",  "cranial",
-                                        "top",      "inferior", "caudal", "bottom"};
-    static const char *const places[] = {"0,0",   "0,0",   "0,0",   "180,0", "180,0",
-                                         "180,0", "90,0",  "-90,0", "0,90",  "0,90",
-                                         "0,90",  "0,-90", "0,-90", "0,-90"};
-    const char *angles = value, *start = NULL, *comma, *nearest;
+    size_t count;
+    const char *const *words = sc_anatomical_words(&count);
+    const char *const nearest = sc_nearest_word(value, words, count);
+    char room[16];
+    const char *angles = find_angles(value, room), *comma = strchr(angles, ','), *start = NULL;
     sc_text origin = {0};
     sc_status status;
 
-    for (size_t i = 0; i < SC_COUNT_OF(words); i++)
-        angles = strcmp(value, words[i]) ? angles : places[i];
-    comma = strchr(angles, ',');
-    nearest = sc_nearest_word(value, words, SC_COUNT_OF(words));
     if (!comma)
         return sc_fail(ctx, SC_ERR_USAGE,
                        "--%s is \"%s\", expected anterior, posterior, left, right, superior, "
@@ -242,6 +283,20 @@ sc_status sc_store_view(const sc_ctx *ctx, sc_options *options, const sc_option 
     SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.start", start));
     SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.elevation",
                              comma + 1));
+out:
+    sc_text_clear(&origin);
+    return status;
+}
+
+sc_status sc_store_framed(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                          const char *value)
+{
+    sc_text origin = {0};
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
+    SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.verbs.0.frame", value));
+    status = sc_store_set(ctx, options, option, "animation.verbs.0.during=[0%, 0%]");
 out:
     sc_text_clear(&origin);
     return status;

@@ -26,12 +26,15 @@ sc_status sc_store_max_memory(const sc_ctx *ctx, sc_options *options, const sc_o
 /* The number of a frame, from 0 on. */
 sc_status sc_store_frame(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                          const char *value);
-/* Of --sheet: a number of pictures, or views. */
+/* Of --sheet: a number of pictures, views or slices. */
 sc_status sc_store_sheet(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                          const char *value);
 /* Of --view: where an orbit begins and how high, as settings. */
 sc_status sc_store_view(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                         const char *value);
+/* Of --tissue of pictures: the verb that frames it from the beginning on, as settings. */
+sc_status sc_store_framed(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                          const char *value);
 /* The address of the value, which is part of argv, in the member at option->offset. */
 sc_status sc_store_text(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                         const char *value);

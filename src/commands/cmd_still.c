@@ -28,10 +28,13 @@ static sc_status check_use(const sc_app *app)
                        "--%s is for one picture, and --%s for a sheet of several; give one of them",
                        app->options.frame >= 0 ? "frame" : "time",
                        app->options.frames ? "frames" : "sheet");
-    if (app->options.views && app->options.frames)
+    if (app->options.sheet_slices && app->options.frames)
         return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--sheet views is one picture, and --frames names several; give --sheet N "
+                       "--sheet slices is one picture, and --frames names several; give --sheet N "
                        "or one --frame");
+    if (app->options.frames && app->options.pictures)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--frames and --sheet both say which frames to show; give one of them");
     return SC_OK;
 }
 
@@ -71,6 +74,13 @@ static bool is_given(const sc_options *o, const char *option)
     return false;
 }
 
+/* Is one picture drawn, and not a frame of a film? Of a job, too, if --view says where the camera
+ * stands. */
+static bool is_alone(const sc_options *o, const char *job_path)
+{
+    return (!job_path || is_given(o, "--view ")) && !is_of_moment(o);
+}
+
 /* Draw the frame that was asked for of a job, write it to @p path as PNG and print the path. @param
  * job_path NULL: there is no job file, only settings. */
 static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
@@ -81,9 +91,10 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
     int frame = 0;
 
     SC_PASS(sc_session_job(app, job_path, &session));
+    session.job.animation.camera.alone = is_alone(&app->options, job_path);
     if (session.job.output.layout != SC_LAYOUT_VIEWS && is_given(&app->options, "--point "))
         SC_PASS(
-            sc_fail(app->ctx, SC_ERR_USAGE, "--point is where the slices of --sheet views cross"));
+            sc_fail(app->ctx, SC_ERR_USAGE, "--point is where the slices of --sheet slices cross"));
     SC_PASS(sc_check_output(app, &session.job, path, true));
     SC_PASS(find_frame(app, &session.job, &frame));
     SC_PASS(sc_session_volume(app, &session));
@@ -115,7 +126,7 @@ static sc_status set_defaults(sc_app *app)
 
 /* Settings for the three slices beside the picture: through the middle, unless the user says
  * otherwise. */
-static sc_status set_views(sc_app *app)
+static sc_status set_slices(sc_app *app)
 {
     SC_PASS(sc_options_set_text(app->ctx, &app->options, "output.layout", "views"));
     return sc_options_default(app->ctx, &app->options, "animation.slices", "50%");
@@ -132,11 +143,15 @@ sc_status sc_cmd_still(sc_app *app)
         SC_PASS(sc_expect_series(app));
         SC_PASS(set_defaults(app));
         job = NULL;
+    } else if (is_given(&app->options, "--tissue ")) {
+        SC_PASS(sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--tissue is for a volume; a job has the verb {frame: NAME, during: [0%%, "
+                       "0%%]}"));
     }
     SC_PASS(sc_defer(app, sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG")));
     SC_PASS(sc_defer(app, check_use(app)));
-    if (app->options.views)
-        SC_PASS(set_views(app));
+    if (app->options.sheet_slices)
+        SC_PASS(set_slices(app));
     app->options.no_video = true;
     return draws_sheet(&app->options) ? sc_draw_sheet(app, job, path) : draw_still(app, job, path);
 }

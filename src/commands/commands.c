@@ -20,15 +20,16 @@ const sc_command sc_commands[] = {
      "job.yaml (the job as resolved). A directory that holds a run is refused without --resume or "
      "--overwrite.",
      sc_cmd_render, true},
-    {NULL, "still", "JOB.yaml|VOLUME", "draw one frame, a sheet of frames, or three slices",
+    {NULL, "still", "JOB.yaml|VOLUME", "draw one frame, a sheet of frames or views, or slices",
      "Draws the first frame as PNG, unless --frame or --time names another; of a volume, those of "
      "segcast orbit. --sheet N draws N frames of the whole film on one sheet: the pictures are "
      "small, with few rays per pixel, so that the sheet takes a second or two once the volume is "
      "prepared; below each stand its number and its time in the film, which --frame and --time "
-     "take. --sheet views draws transverse, coronal and sagittal slices beside the picture, in "
+     "take. --sheet views draws what is seen from ten places, and below each the --view that gets "
+     "it. --sheet slices draws transverse, coronal and sagittal slices beside the picture, in "
      "radiological convention (the patient's right is on the left). Examples: segcast still "
      "heart.yaml --time 50% -o middle.png, segcast still heart.yaml --sheet 12 -o sheet.png, "
-     "segcast still heart.nrrd --sheet views --size 4k -o views.png",
+     "segcast still heart.nrrd --sheet slices --size 4k -o slices.png",
      sc_cmd_still, false},
     {"look", "info", "VOLUME", "print geometry, labels and thickness of tissues",
      "Has a line for each tissue: its number, voxels, share of boundary voxels, mean thickness, "

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast still --sheet N: small pictures of frames of the whole film on one sheet. */
+/* segcast still --sheet N and --sheet views: small pictures on one sheet, of frames of the whole
+ * film or of what is seen from several places. */
 #include "commands.h"
 #include "segcast/annotate.h"
 
@@ -68,15 +69,13 @@ static grid choose_grid(const int picture_px[2], int count)
 }
 
 /* List the frames of the sheet: those of --frames, or --sheet of them evenly from the first to the
- * last. Caller owns *out, also after an error: sc_free. */
-static sc_status choose_frames(const sc_app *app, int total, int **out, int *count)
+ * last, or the first of each shot, which are the views. Caller owns *out, also after an error:
+ * sc_free. */
+static sc_status choose_frames(const sc_app *app, const sc_job *job, int **out, int *count)
 {
     const sc_options *o = &app->options;
-    const int n = o->pictures < total ? o->pictures : total;
+    const int total = job->animation.frames, n = o->pictures < total ? o->pictures : total;
 
-    if (o->frames && o->pictures)
-        return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--frames and --sheet both say which frames to show; give one of them");
     if (o->frames) {
         SC_PASS(sc_frames_parse(app->ctx, o->frames, total, out, count));
         if (*count <= SC_PICTURES_MAX)
@@ -88,7 +87,9 @@ static sc_status choose_frames(const sc_app *app, int total, int **out, int *cou
     }
     SC_PASS(SC_ALLOC(app->ctx, (size_t)n, out));
     for (int i = 0; i < n; i++)
-        (*out)[i] = n > 1 ? (int)floor((double)i * (total - 1) / (n - 1) + 0.5) : 0;
+        (*out)[i] = o->sheet_views ? job->shots[i].span.first
+                    : n > 1        ? (int)floor((double)i * (total - 1) / (n - 1) + 0.5)
+                                   : 0;
     *count = n;
     return SC_OK;
 }
@@ -126,7 +127,7 @@ static sc_status draw_pictures(sc_app *app, sc_session *session, const grid *g, 
     return SC_OK;
 }
 
-/* Write number and time of each frame below its picture. */
+/* Write number and time of each frame, or the option that gets each view, below its picture. */
 static sc_status draw_captions(const sc_app *app, const grid *g, const int *frames, int count,
                                int fps, sc_image *sheet)
 {
@@ -142,7 +143,10 @@ static sc_status draw_captions(const sc_app *app, const grid *g, const int *fram
 
         find_place(g, i, at_px);
         sc_time_code(frames[i], fps, time);
-        snprintf(caption, sizeof caption, "%d   %s", frames[i], time);
+        if (app->options.sheet_views)
+            snprintf(caption, sizeof caption, "--view %s", sc_sheet_views[i]);
+        else
+            snprintf(caption, sizeof caption, "%d   %s", frames[i], time);
         sc_overlay_frame(overlay, at_px[0] - 0.5, at_px[1] - 0.5, g->picture_px[0] + 1,
                          g->picture_px[1] + 1, 1, line);
         sc_overlay_text(overlay, at_px[0] + 0.5 * g->picture_px[0],
@@ -169,11 +173,13 @@ sc_status sc_draw_sheet(sc_app *app, const char *job_path, const char *path)
 
     SC_PASS(sc_session_job(app, job_path, &session));
     SC_PASS(sc_check_output(app, &session.job, path, true));
-    SC_PASS(choose_frames(app, job->animation.frames, &frames, &count));
+    SC_PASS(choose_frames(app, job, &frames, &count));
     shrink(job->output.size_px, job->output.size_px);
     draw_fast(&job->render);
-    for (size_t i = 0; i < job->shot_count; i++)
+    for (size_t i = 0; i < job->shot_count; i++) {
         draw_fast(&job->shots[i].job.render);
+        job->shots[i].job.animation.camera.alone = app->options.sheet_views;
+    }
     g = choose_grid(job->output.size_px, count);
     SC_PASS(sc_session_volume(app, &session));
     SC_PASS(sc_image_init(app->ctx, g.sheet_px[0], g.sheet_px[1], &sheet));
@@ -181,8 +187,12 @@ sc_status sc_draw_sheet(sc_app *app, const char *job_path, const char *path)
     SC_PASS(draw_pictures(app, &session, &g, frames, count, &sheet));
     SC_PASS(draw_captions(app, &g, frames, count, job->output.fps, &sheet));
     SC_PASS(sc_image_save_png(app->ctx, &sheet, path, app->options.overwrite));
-    sc_info(app->ctx, "%s: %d of %d frames, %d x %d pixels each", path, count,
-            job->animation.frames, g.picture_px[0], g.picture_px[1]);
+    if (app->options.sheet_views)
+        sc_info(app->ctx, "%s: %d views, %d x %d pixels each", path, count, g.picture_px[0],
+                g.picture_px[1]);
+    else
+        sc_info(app->ctx, "%s: %d of %d frames, %d x %d pixels each", path, count,
+                job->animation.frames, g.picture_px[0], g.picture_px[1]);
     sc_display_end_stage(app);
     sc_print_made(path);
     return SC_OK;

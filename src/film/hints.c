@@ -195,6 +195,33 @@ sc_status sc_warn_of_zoom(const sc_app *app, const sc_panel *panel, double aspec
     return SC_OK;
 }
 
+/* ---- a wide picture of a long body ---- */
+
+void sc_tell_shape(const sc_app *app, const sc_panel *panel)
+{
+    static const double least = 1.5; /* times as high as wide */
+    const sc_timeline *t = &panel->timeline;
+    const sc_camera camera = sc_timeline_scene(t, 0, NULL).camera;
+    const sc_vec3 size = sc_vec3_sub(t->high_mm, t->low_mm);
+    const sc_vec3 level = sc_vec3_cross(camera.right, t->animation.camera.axis);
+    const sc_vec3 sides[] = {camera.up, camera.right, level};
+    double extent[3]; /* of the box, in these directions */
+
+    for (int i = 0; i < 3; i++)
+        extent[i] =
+            fabs(sides[i].x) * size.x + fabs(sides[i].y) * size.y + fabs(sides[i].z) * size.z;
+    if (!t->animation.camera.alone) /* all sides are seen */
+        extent[1] = fmax(extent[1], extent[2]);
+    if (panel->shot || panel->group.count > 1 || panel->job.output.layout != SC_LAYOUT_PICTURE ||
+        panel->job.output.size_px[0] <= panel->job.output.size_px[1] || t->animation.camera.fixed ||
+        extent[0] < least * extent[1])
+        return;
+    sc_info(app->ctx,
+            "what is visible is %.1f times as high as wide: with --size vertical (output.size: "
+            "vertical) it would be shown larger",
+            extent[0] / extent[1]);
+}
+
 /* ---- warnings of clip planes that cut nothing or everything ---- */
 
 /* Find the extent of a box along the unit vector @p n. */
@@ -291,7 +318,7 @@ static void tell_position(const sc_app *app, const sc_panel *panel, int plane,
         app->ctx,
         "%s%sclip plane %d, at %s %s along its normal (%.3f, %.3f, %.3f), %s: what is shown lies "
         "from %.1f to %.1f %s along that normal; a plane through a point in patient "
-        "coordinates, as `segcast still --sheet views` prints them, is at: [R, A, S]",
+        "coordinates, as `segcast still --sheet slices` prints them, is at: [R, A, S]",
         where, where[0] ? ": " : "", plane + 1, at, unit.name, sc_no_negative_zero(n.x, 3),
         sc_no_negative_zero(n.y, 3), sc_no_negative_zero(n.z, 3), what,
         sc_no_negative_zero(effect->from_mm / unit.mm, 1),

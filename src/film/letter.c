@@ -30,6 +30,7 @@ sc_annotations sc_panel_annotations(const sc_panel *panel)
                           .divided_px = panel->place.is_divided ? size_px[0] : 0,
                           .is_behind_divider = panel->group.index > 0};
 
+    memcpy(out.nameless, panel->nameless, sizeof out.nameless);
     if (job->output.layout == SC_LAYOUT_VIEWS)
         out.within = sc_views_space(size_px[0], size_px[1]);
     if (panel->place.space.width_px)

@@ -3,6 +3,7 @@
  * frame and the lines along which they fly. */
 #include "panels.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -97,6 +98,17 @@ static sc_status get_voxels(const sc_app *app, const sc_panel *panel, const sc_l
     return SC_OK;
 }
 
+/* @return how many points of a line, found for @p fly, a flight follows: if the line leads up to
+ * the end of a vessel, up to two radii before, so that its wall does not fill the picture. */
+static size_t flown_points(const sc_verb *fly, const sc_centerline *line)
+{
+    const double kept = 2 * line->points[line->count - 1].radius_mm / line->length_mm;
+
+    if (fly->through_count > 1 || fly->middles)
+        return line->count;
+    return line->count - (size_t)(fmin(kept, 0.5) * (double)(line->count - 1));
+}
+
 /* Find the line of a fly. @param read as of get_voxels. @param points caller owns. */
 static sc_status find_line(const sc_app *app, const sc_panel *panel, size_t v,
                            const char **patterns, sc_volume *read, sc_vec3 **points, size_t *count)
@@ -121,7 +133,7 @@ static sc_status find_line(const sc_app *app, const sc_panel *panel, size_t v,
     for (size_t i = 0; i < line.count; i++)
         (*points)[i] = line.points[i].at_mm;
     *count = unknown         ? 1
-             : pattern_count ? line.count
+             : pattern_count ? flown_points(fly, &line)
                              : sc_way_curve(fly->through, fly->through_count, *points);
     if (unknown)
         sc_info(app->ctx, "%s: the way through the tissues is not looked for (--fast)", fly->where);

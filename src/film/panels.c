@@ -29,6 +29,12 @@ static void strip_card(sc_job *job)
     job->output.layout = SC_LAYOUT_PICTURE;
 }
 
+/* @return the number of frames of the cross-fade with which a shot begins; 0: it does otherwise. */
+static int cross_fade_frames(const sc_shot *shot)
+{
+    return shot->span.transition == SC_TRANSITION_CROSS_FADE ? shot->span.transition_frames : 0;
+}
+
 /* Begin the panel of a job or of one shot, NULL: there are none. */
 static void begin_shot(sc_session *session, const sc_shot *shot, sc_panel *out)
 {
@@ -45,6 +51,9 @@ static void begin_shot(sc_session *session, const sc_shot *shot, sc_panel *out)
     out->job.farm = film->farm;
     out->job.render.cpu = film->render.cpu;
     out->job.render.skip = film->render.skip;
+    out->nameless[0] = cross_fade_frames(shot) / 2;
+    if (shot + 1 < film->shots + film->shot_count)
+        out->nameless[1] = (cross_fade_frames(shot + 1) + 1) / 2;
     if (shot->has_card) {
         strip_card(&out->job);
         out->phases = 0;

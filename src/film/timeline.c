@@ -128,8 +128,10 @@ sc_status sc_panel_timeline(sc_app *app, sc_panel *panel, const sc_vec3 *points,
     sc_comm_broadcast(app->comm, &panel->timeline, sizeof panel->timeline);
     sc_panel_set_looks(panel);
     SC_PASS(share_ways(app, panel));
-    if (count > 0 && first)
+    if (count > 0 && first) {
         sc_warn_of_planes(app, panel);
+        sc_tell_shape(app, panel);
+    }
     return sc_comm_agree(
         app->comm, count > 0 && first
                        ? sc_warn_of_zoom(app, panel, sc_space_aspect(&panel->job), points, count)

@@ -6,7 +6,8 @@
  * edges. An edge holds if no point lies beyond a plane through the eye, so that it asks for some
  * distance of the camera, which is linear in the target. The target lies on that line where
  * there is as much room above as below, and the distance is the largest that any edge asks for:
- * the tightest picture that is safe for the whole turn. */
+ * the tightest picture that is safe for the whole turn. A picture alone has as much room at the
+ * right as at the left, too. */
 #include "framing.h"
 
 enum {
@@ -261,47 +262,86 @@ static sc_vec3 middle_across(const sc_orbit *orbit, const cloud *c)
     return sc_vec3_along(out, least_cost(radius_at, &n, n.low, n.high), n.other);
 }
 
-/* A search along the axis for the target with as much room above as below. */
+/* A search along a line for the target with as much room at one edge as at the opposite one. */
 typedef struct level {
     const edges *e;
+    int first; /* 0: right and left edges, 2: upper and lower ones */
     sc_vec3 axis, from;
 } level;
 
-/* @return what the upper and lower edges ask for with the target at @p at along the axis. */
-static double height_at(const void *user, double at)
+/* @return what these edges ask for with the target at @p at along the axis. */
+static double room_at(const void *user, double at)
 {
     const level *l = user;
 
-    return needed(l->e, sc_vec3_along(l->from, at, l->axis), 2, 3);
+    return needed(l->e, sc_vec3_along(l->from, at, l->axis), l->first, l->first + 1);
 }
 
-/* Choose the target of an orbit: on the line of middle_across, with as much room above as below. If
- * the width of the picture decides about the distance, there is more room than the margin: as much
- * as makes the height ask for the same distance. @param e edges with MARGIN; its upper and lower
- * ones are changed. */
-static sc_vec3 choose_target(const sc_orbit *orbit, const cloud *c, const seen *s, edges *e)
+/* @return the same of the other two edges. */
+static double other_room_at(const level *l, double at)
+{
+    return needed(l->e, sc_vec3_along(l->from, at, l->axis), 2 - l->first, 3 - l->first);
+}
+
+/* Move a target along the axis of @p l, from where it begins, so that there is as much room at both
+ * of its edges. If the other two decide about the distance, there is more room than the margin: as
+ * much as makes these ask for the same distance. @param e l->e, edges with MARGIN; those of @p l
+ * are changed. @return the target. */
+static sc_vec3 balance(const level *l, const cloud *c, const seen *s, edges *e)
 {
     enum { TRIES = 24 };
-    level l = {e, orbit->axis, middle_across(orbit, c)};
     double low, high, margin = MARGIN, step = 8 * MARGIN, room, at;
 
-    sc_extent(c->points, c->count, orbit->axis, &low, &high);
-    room = needed(e, sc_vec3_along(l.from, 0.5 * (low + high), l.axis), 0, 3) / 4;
+    sc_extent(c->points, c->count, l->axis, &low, &high);
+    low -= sc_vec3_dot(l->from, l->axis);
+    high -= sc_vec3_dot(l->from, l->axis);
+    room = needed(e, sc_vec3_along(l->from, 0.5 * (low + high), l->axis), 0, 3) / 4;
     low -= room; /* a flat body is seen from above: its near side reaches far below it */
     high += room;
-    at = least_cost(height_at, &l, low, high);
+    at = least_cost(room_at, l, low, high);
     for (int i = 0; i < TRIES; i++) {
         double tried = margin + step;
 
         step /= 2;
-        if (i == 0 && height_at(&l, at) >= needed(e, sc_vec3_along(l.from, at, l.axis), 0, 1))
+        if (i == 0 && room_at(l, at) >= other_room_at(l, at))
             break;
-        find_edges(s, c, 2, tried, e);
-        at = least_cost(height_at, &l, low, high);
-        if (height_at(&l, at) < needed(e, sc_vec3_along(l.from, at, l.axis), 0, 1))
+        find_edges(s, c, l->first, tried, e);
+        at = least_cost(room_at, l, low, high);
+        if (room_at(l, at) < other_room_at(l, at))
             margin = tried;
     }
-    return sc_vec3_along(l.from, at, orbit->axis);
+    return sc_vec3_along(l->from, at, l->axis);
+}
+
+/* Choose the target of a camera that sees the points from one place: they lie in the middle of the
+ * picture. The edges that decide about the distance are known when the others are in balance.
+ * @param e as of balance. */
+static sc_vec3 centre(const sc_orbit *orbit, const cloud *c, const seen *s, edges *e)
+{
+    enum { ROUNDS = 2 };
+    const sc_vec3 up = s->sights->up, away = s->sights->away;
+    const sc_camera camera = sc_camera_look(away, (sc_vec3){0, 0, 0}, up, SC_ORTHOGRAPHIC, 1);
+    sc_vec3 target = middle_across(orbit, c);
+    double low, high;
+
+    sc_extent(c->points, c->count, orbit->axis, &low, &high);
+    target = sc_vec3_along(target, 0.5 * (low + high), orbit->axis);
+    for (int i = 0; i < 2 * ROUNDS; i++) {
+        const level l = {e, i & 1 ? 2 : 0, i & 1 ? camera.up : camera.right, target};
+
+        target = balance(&l, c, s, e);
+        find_edges(s, c, l.first, MARGIN, e);
+    }
+    return target;
+}
+
+/* Choose the target of an orbit: on the line of middle_across, with as much room above as below.
+ * @param e as of balance. */
+static sc_vec3 choose_target(const sc_orbit *orbit, const cloud *c, const seen *s, edges *e)
+{
+    const level l = {e, 2, orbit->axis, middle_across(orbit, c)};
+
+    return balance(&l, c, s, e);
 }
 
 void sc_frame_orbit(sc_orbit *orbit, const sc_sight *sights, int sight_count, const sc_vec3 *points,
@@ -327,7 +367,7 @@ void sc_frame_orbit(sc_orbit *orbit, const sc_sight *sights, int sight_count, co
     if (!orbit->has_target) {
         edges scratch = e;
 
-        orbit->target_mm = choose_target(orbit, &c, &s, &scratch);
+        orbit->target_mm = (orbit->alone ? centre : choose_target)(orbit, &c, &s, &scratch);
     }
     need =
         orbit->target_track.count ? needed_on_the_way(&e, &s) : needed(&e, orbit->target_mm, 0, 3);

@@ -145,7 +145,7 @@ static bool turns_only(const sc_timeline *t)
 int sc_sights_between(const sc_timeline *timeline, double first, double last,
                       sc_sight out[SC_SIGHTS_MAX])
 {
-    const double frames = ceil(last - first) + 1;
+    const double frames = timeline->animation.camera.alone ? 1 : ceil(last - first) + 1;
     const int count = frames < SC_SIGHTS_MAX ? (int)frames : SC_SIGHTS_MAX;
 
     for (int i = 0; i < count; i++)
@@ -159,7 +159,7 @@ int sc_sights_of(const sc_timeline *timeline, sc_sight out[SC_SIGHTS_MAX])
     const sc_orbit *orbit = &timeline->animation.camera;
     const bool part = fabs(orbit->turns) < 1;
 
-    if (orbit->fixed || !turns_only(timeline))
+    if (orbit->fixed || orbit->alone || !turns_only(timeline))
         return sc_sights_between(timeline, 0, timeline->animation.frames - 1, out);
     for (int i = 0; i < ANGLES; i++) {
         const double turn = part ? orbit->turns * i / (ANGLES - 1) : (double)i / ANGLES;

@@ -4,11 +4,10 @@
 
 #include <strings.h>
 
-/* Anatomical words and, in the same order, the directions that they stand for, RAS. */
-static const char *const words[] = {"right",    "left",  "anterior", "posterior", "superior",
-                                    "inferior", "front", "back",     "head",      "feet"};
-static const sc_vec3 directions[] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},  {0, -1, 0}, {0, 0, 1},
-                                     {0, 0, -1}, {0, 1, 0},  {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
+#define WORD(word, order) word,
+#define ORDER(word, order) SC_ORDER_##order,
+static const char *const words[] = {SC_DIRECTION_WORDS(WORD)};
+static const sc_verb_order orders[] = {SC_DIRECTION_WORDS(ORDER)};
 
 const char *const *sc_anatomical_words(size_t *count)
 {
@@ -16,11 +15,19 @@ const char *const *sc_anatomical_words(size_t *count)
     return words;
 }
 
+sc_vec3 sc_order_direction(sc_verb_order order)
+{
+    static const sc_vec3 directions[] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+                                         {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
+
+    return directions[order - SC_ORDER_RIGHT];
+}
+
 bool sc_anatomical_direction(const char *word, sc_vec3 *out)
 {
     for (size_t i = 0; i < SC_COUNT_OF(words); i++) {
         if (!strcasecmp(word, words[i])) {
-            *out = directions[i];
+            *out = sc_order_direction(orders[i]);
             return true;
         }
     }

@@ -50,8 +50,6 @@ static bool is_seen(const sc_tissue *tissue)
 /* @return where a tissue comes in an order. */
 static double rank_of(const sc_prepared *volume, int id, sc_verb_order order)
 {
-    static const sc_vec3 directions[] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
-                                         {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
     const sc_label_stats *s = &volume->stats[id];
     const sc_vec3 middle = {0.5 * (s->low[0] + s->high[0]), 0.5 * (s->low[1] + s->high[1]),
                             0.5 * (s->low[2] + s->high[2])};
@@ -64,8 +62,7 @@ static double rank_of(const sc_prepared *volume, int id, sc_verb_order order)
     case SC_ORDER_SMALLEST:
         return (double)s->voxels;
     default:
-        return sc_vec3_dot(directions[order - SC_ORDER_RIGHT],
-                           sc_affine_point(&volume->to_ras_mm, middle));
+        return sc_vec3_dot(sc_order_direction(order), sc_affine_point(&volume->to_ras_mm, middle));
     }
 }
 

@@ -19,7 +19,7 @@ static const struct view {
     {"sagittal", {1, 0, 0}, {0, 0, 1}, {0, -1, 0}, {"A", "P", "S", "I"}, {44, 104, 206}},
 };
 
-#define MARGIN 0.10 /* of the width and height of a panel, on each side of the box */
+#define MARGIN 0.10 /* of the width and height of a panel, on each side of the box: for letters */
 
 /* Panel number @p which (TRANSVERSE to SPACE) of a picture of the given size. The panels are
  * its quarters: above transverse and coronal, below sagittal and the picture in space. An odd
@@ -53,20 +53,13 @@ static double extent(const sc_views *v, sc_vec3 direction)
     return fabs(direction.x) * size.x + fabs(direction.y) * size.y + fabs(direction.z) * size.z;
 }
 
-/* Millimetres per pixel, the same in all slices, such that the box fits into each of them with
- * a margin. */
-static double common_scale(const sc_views *v, int width_px, int height_px)
+/* Millimetres per pixel of slice @p which, such that the box fills its panel but for a margin. */
+static double scale_of(const sc_views *v, int which, sc_viewport p)
 {
-    double mm_per_px = 1e-6;
+    const double room = 1 - 2 * MARGIN;
 
-    for (int i = 0; i < SLICES; i++) {
-        const sc_viewport p = panel(width_px, height_px, i);
-        const double room = 1 - 2 * MARGIN;
-
-        mm_per_px = fmax(mm_per_px, extent(v, slice_views[i].right) / (room * p.width_px));
-        mm_per_px = fmax(mm_per_px, extent(v, slice_views[i].up) / (room * p.height_px));
-    }
-    return mm_per_px;
+    return fmax(1e-6, fmax(extent(v, slice_views[which].right) / (room * p.width_px),
+                           extent(v, slice_views[which].up) / (room * p.height_px)));
 }
 
 /* Middle of the box, in mm, which stands in the middle of each slice. */
@@ -104,7 +97,7 @@ typedef struct drawing {
     const sc_views *v;
     sc_vec3 point_mm; /* in which the slices meet */
     sc_overlay *overlay;
-    double mm_per_px, text_px; /* scale of all slices; font size */
+    double mm_per_px, text_px; /* scale of the slice; font size */
     uint8_t text_rgb[3], halo_rgb[3];
 } drawing;
 
@@ -208,10 +201,11 @@ static void draw_title(const drawing *d, int which, sc_viewport p)
 }
 
 /* Draw all lines and text of slice @p which over its panel, and the frame around it. */
-static void annotate(const drawing *d, int which, sc_viewport p)
+static void annotate(drawing *d, int which, sc_viewport p)
 {
     const double line_px = fmax(1, d->text_px / 10);
 
+    d->mm_per_px = scale_of(d->v, which, p);
     draw_lines(d, which, p);
     if (d->v->oriented)
         draw_letters(d, &slice_views[which], p);
@@ -226,9 +220,7 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
                         sc_render_stats *stats)
 {
     const int width_px = image->width_px, height_px = image->height_px;
-    drawing d = {.v = views,
-                 .point_mm = scene->point_mm,
-                 .mm_per_px = common_scale(views, width_px, height_px)};
+    drawing d = {.v = views, .point_mm = scene->point_mm};
     const sc_viewport space = panel(width_px, height_px, SPACE);
     sc_render_stats sum = {0}, each;
 
@@ -238,7 +230,7 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
     for (int i = 0; i < SLICES; i++) {
         const sc_viewport p = panel(width_px, height_px, i);
         const sc_scene slice =
-            slice_scene(views, &slice_views[i], d.mm_per_px * p.height_px / 2, scene);
+            slice_scene(views, &slice_views[i], scale_of(views, i, p) * p.height_px / 2, scene);
 
         sc_render_view(renderer, &slice, &p, rows, image, &each);
         sc_render_stats_add(&sum, &each);

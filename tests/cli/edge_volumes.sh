@@ -26,10 +26,10 @@ for name in flat rod point; do
             "$IMAGE_DIFFERENCE" "$name.png" blank.png 0 0 2>/dev/null >&2 && fail "$name $surface: nothing is drawn"
         done
     done
-    "$SEGCAST" still "$name.nrrd" --sheet views -o views.png --overwrite --size 200x160 -q >/dev/null || fail "views of $name"
+    "$SEGCAST" still "$name.nrrd" --sheet slices -o views.png --overwrite --size 200x160 -q >/dev/null || fail "views of $name"
 done
 
-"$SEGCAST" still nothing.nrrd --sheet views -o nothing.png --size 64x64 >/dev/null 2>log.txt || fail "views of a volume of background only: $(cat log.txt)"
+"$SEGCAST" still nothing.nrrd --sheet slices -o nothing.png --size 64x64 >/dev/null 2>log.txt || fail "views of a volume of background only: $(cat log.txt)"
 grep -q 'holds background only' log.txt || fail "no warning that a volume holds background only: $(cat log.txt)"
 
 printf 'volume: flat.nrrd\noutput: {size: [64, 48], video: none}\nanimation:\n  frames: 3\n  clip: [{plane: {normal: superior, at: 50 mm}}]\n' >gone.yaml
@@ -47,9 +47,9 @@ grep -q 'interior_opacity is not used' log.txt || fail "no warning that interior
 
 # Slices go through the point that is asked for, and info measures hidden tissues, too.
 "$SEGCAST" convert phantom:59x41x61 -o heart.nrrd -q >/dev/null
-"$SEGCAST" still heart.nrrd --sheet views -o middle.png --size 200x160 -q >/dev/null
-"$SEGCAST" still heart.nrrd --sheet views -o aside.png --size 200x160 --point 10,-20,30 -q >/dev/null
-"$SEGCAST" still heart.nrrd --sheet views -o other.png --size 200x160 --point -10,20,0 -q >/dev/null
+"$SEGCAST" still heart.nrrd --sheet slices -o middle.png --size 200x160 -q >/dev/null
+"$SEGCAST" still heart.nrrd --sheet slices -o aside.png --size 200x160 --point 10,-20,30 -q >/dev/null
+"$SEGCAST" still heart.nrrd --sheet slices -o other.png --size 200x160 --point -10,20,0 -q >/dev/null
 for picture in middle other; do
     "$IMAGE_DIFFERENCE" $picture.png aside.png 0 0 2>/dev/null >&2 && fail "--point does not change the picture"
 done
@@ -58,7 +58,7 @@ printf '8 10 20 30 1 0 0 "left ventricle"\n' >hidden.txt
     jq -e '.labels[] | select(.value == 8) | (.visible | not) and .voxels > 0 and .thickness_mm > 0
         and .surface_mm2 > 0' >/dev/null || fail "info does not measure a hidden tissue"
 
-"$SEGCAST" still flat.nrrd --sheet views --point 1,2 -o x.png >/dev/null 2>log.txt && fail "a point of two coordinates was accepted"
+"$SEGCAST" still flat.nrrd --sheet slices --point 1,2 -o x.png >/dev/null 2>log.txt && fail "a point of two coordinates was accepted"
 grep -q 'expected \[R, A, S\] in millimetres' log.txt || fail "a point of two coordinates: unexpected message: $(cat log.txt)"
 
 # Small lengths are printed in small units; numbers in JSON are exact.
@@ -72,4 +72,4 @@ grep -q 'voxels of 4 x 4 x 40 nm' info.txt || fail "spacing: $(cat info.txt)"
 grep -q 'thick. nm' info.txt && ! grep -qE -- '-0\.0+( |$)' info.txt || fail "units: $(cat info.txt)"
 "$SEGCAST" info tiny.nrrd --json 2>/dev/null |
     jq -e '.spacing_mm[0] == 0.000004 and (.labels[1].thickness_mm > 0)' >/dev/null || fail "JSON of a tiny volume"
-"$SEGCAST" still tiny.nrrd --sheet views --size 200x160 -o tiny.png -q >/dev/null || fail "views of a tiny volume"
+"$SEGCAST" still tiny.nrrd --sheet slices --size 200x160 -o tiny.png -q >/dev/null || fail "views of a tiny volume"

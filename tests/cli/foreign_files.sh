@@ -60,7 +60,7 @@ ways() {
     plan) echo "$1 $job"; echo "$1 job.yaml"; echo "$1 --calibrate" ;; # XDG_CACHE_HOME is this folder
     still) echo "still $job"; echo "still $job -o new.png --overwrite"; echo "still $job -o frames/a.png"; echo "still $job -o ."
         echo "still $job --sheet 12"; echo "still $job --sheet 12 -o new.png --overwrite"; echo "still $job --sheet 12 -o frames/a.png"
-        echo "still $heart --sheet views --size 64x48 -o frames/000000.png" ;;
+        echo "still $heart --sheet slices --size 64x48 -o frames/000000.png" ;;
     orbit) echo "orbit $heart --frames 2 --size 64x48"; echo "orbit $heart --frames 2 --size 64x48 -o new.mp4 --overwrite"
         echo "orbit $heart --frames 2 --size 64x48 -o film.mp4" ;;
     info) echo "info $heart --json" ;;

@@ -49,8 +49,8 @@ printf 'volume: {path: heart.raw, header: uint8 40x36x44 2x2x2 LPS}\noutput: {si
 sed 's/^volume.*/volume: head.nhdr/' job.yaml >head.yaml
 "$SEGCAST" still head.yaml -o head.png -q >/dev/null 2>&1
 cmp raw.png head.png || fail "raw voxels give another picture than the same with a header"
-"$SEGCAST" still heart.raw --header 'uint8 40x36x44 2x2x2 LPS' --sheet views --size 64x48 -o raw-views.png -q >/dev/null
-"$SEGCAST" still head.nhdr --sheet views --size 64x48 -o head-views.png -q >/dev/null
+"$SEGCAST" still heart.raw --header 'uint8 40x36x44 2x2x2 LPS' --sheet slices --size 64x48 -o raw-views.png -q >/dev/null
+"$SEGCAST" still head.nhdr --sheet slices --size 64x48 -o head-views.png -q >/dev/null
 cmp raw-views.png head-views.png || fail "raw voxels give other slices than the same with a header"
 "$SEGCAST" render job.yaml --frames 0 -o out -q --set output.video=none --set output.frames=png >/dev/null 2>&1
 grep -q 'header: "uint8 40x36x44 2x2x2 LPS"' out/job.yaml || { cat out/job.yaml; fail "job.yaml has left out header"; }

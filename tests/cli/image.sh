@@ -54,9 +54,9 @@ expect 73 'other job|another job' "$SEGCAST" render job.yaml "${with[@]}" -o one
 
 # Options, and what must not be lost.
 "$SEGCAST" convert phantom:59x41x61 -o heart.nrrd -q >/dev/null
-expect 0 '' "$SEGCAST" still heart.nrrd --sheet views --image ct.nrrd -o views.png -q --size 200x150
+expect 0 '' "$SEGCAST" still heart.nrrd --sheet slices --image ct.nrrd -o views.png -q --size 200x150
 cp ct.nrrd ct.png # formats are told by content
-expect 73 'ct.png: is an input of this command' "$SEGCAST" still heart.nrrd --sheet views --image ct.png -o ct.png --overwrite -q
+expect 73 'ct.png: is an input of this command' "$SEGCAST" still heart.nrrd --sheet slices --image ct.png -o ct.png --overwrite -q
 
 # Of large numbers that differ little, the ends of the window are told apart.
 cat >large.nhdr <<'NRRD'
@@ -75,7 +75,7 @@ for i in $(seq 0 255); do # 2000000000 and more
     # shellcheck disable=SC2059
     printf "$(printf '\\x%02x\\x94\\x35\\x77' "$i")"
 done >large.raw
-expect 0 'shown from 20000000[0-9]{2} \(black\) to 2000000[12][0-9]{2} \(white\)' "$SEGCAST" still heart.nrrd --sheet views --image large.nhdr -o large.png --size 200x150
+expect 0 'shown from 20000000[0-9]{2} \(black\) to 2000000[12][0-9]{2} \(white\)' "$SEGCAST" still heart.nrrd --sheet slices --image large.nhdr -o large.png --size 200x150
 
 # Mistakes: each is one message.
 cat >far.nhdr <<'NRRD'

@@ -30,7 +30,7 @@ for format in png mp4 segc nrrd; do
     expect 73 'exists' "$SEGCAST" $words -q -o "$deep/x.$format"
     unchanged "$words"
 done
-expect 0 '' "$SEGCAST" still "$deep/heart.nrrd" --sheet views --labels "$deep/table.txt" --size 64x48 -q -o "$deep/views.png"
+expect 0 '' "$SEGCAST" still "$deep/heart.nrrd" --sheet slices --labels "$deep/table.txt" --size 64x48 -q -o "$deep/views.png"
 expect 0 '' "$SEGCAST" still "$deep/job.yaml" -q -o "$deep/still.png" --set labels="$deep/table.txt"
 expect 0 '' "$SEGCAST" info "$deep/heart.nrrd"
 expect 0 '' "$SEGCAST" render "$deep/job.yaml" -q -o "$deep/run" --set output.video=f.mp4 --set output.frames=png

@@ -27,7 +27,7 @@ for option in "" --overwrite; do
     expect 73 'is an input' "$SEGCAST" still job.yaml -o links/heart.png $option
     expect 73 'is an input' "$SEGCAST" still job.yaml -o hard.png $option; one_error
     expect 73 'is an input' "$SEGCAST" still job.yaml --sheet 12 -o hard.png $option; one_error
-    expect 73 'is an input' "$SEGCAST" still heart.nrrd --sheet views -o hard.png $option
+    expect 73 'is an input' "$SEGCAST" still heart.nrrd --sheet slices -o hard.png $option
     expect 73 'is an input' "$SEGCAST" orbit heart.nrrd -o hard.mp4 --frames 2 $option; one_error
     expect 73 'is an input' "$SEGCAST" orbit heart.nrrd -o links/heart.mp4 --frames 2 $option
     kept "$option"
@@ -128,7 +128,7 @@ write() { # write FILE [OPTION]...: let the command that makes such a file write
     case $file in
     still.png) "$SEGCAST" still job.yaml -q -o "$file" "$@" ;;
     sheet.png) "$SEGCAST" still job.yaml --sheet 12 -q -o "$file" "$@" ;;
-    views.png) "$SEGCAST" still heart.nrrd --sheet views --size 64x48 -q -o "$file" "$@" ;;
+    views.png) "$SEGCAST" still heart.nrrd --sheet slices --size 64x48 -q -o "$file" "$@" ;;
     *.mp4 | *.webm | *.mkv | *.mov | *.webp | *.gif) "$SEGCAST" orbit heart.nrrd --frames 2 --size 64x48 -q -o "$file" "$@" ;;
     *.segc) "$SEGCAST" convert heart.nrrd -q -o "$file" "$@" ;;
     *.nrrd) "$SEGCAST" convert phantom:20x20x20 -q -o "$file" "$@" ;;
@@ -170,7 +170,7 @@ kept
 expect 64 'a.jpg: a picture in the format PNG is written, expected a name ending in .png' \
     "$SEGCAST" still job.yaml -o a.jpg; one_error
 expect 64 'expected a name ending in .png' "$SEGCAST" still job.yaml --sheet 12 -o a.webp; one_error
-expect 64 'expected a name ending in .png' "$SEGCAST" still heart.nrrd --sheet views -o a.tiff
+expect 64 'expected a name ending in .png' "$SEGCAST" still heart.nrrd --sheet slices -o a.tiff
 expect 64 'only the phantom is written as NRRD' "$SEGCAST" convert heart.nrrd -o a.nrrd
 expect 64 'expected a name ending in .nrrd' "$SEGCAST" convert phantom --ct -o a.nii.gz; one_error
 expect 64 'its ending does not tell what to write' "$SEGCAST" convert phantom -o a.nii.gz; one_error

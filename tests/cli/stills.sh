@@ -78,7 +78,7 @@ printf 'volume: heart.nrrd\noutput: {size: [96, 72]}\nanimation: {camera: {orbit
 expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --view 0,30 --time 25% -o volume.png
 "$IMAGE_DIFFERENCE" job.png volume.png || fail 'the picture of a volume is not that of a job'
 # If no frame is asked for, it is framed for itself, as views are, and not for the whole turn.
-"$SEGCAST" still volume.yaml --set animation.camera.orbit.turns=0 -o job.png --overwrite -q >/dev/null
+"$SEGCAST" still volume.yaml --view 0,30 -o job.png --overwrite -q >/dev/null
 expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --view 0,30 -o alone.png
 "$IMAGE_DIFFERENCE" job.png alone.png || fail 'the only picture of a volume is not framed for itself'
 expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --view 0,30 --frame 0 -o first.png
@@ -86,18 +86,55 @@ expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --view 0,30 --frame 0 -o fi
 "$IMAGE_DIFFERENCE" job.png first.png || fail 'frame 0 of a volume is not that of its turn'
 "$IMAGE_DIFFERENCE" alone.png first.png >/dev/null 2>&1 && fail 'a picture alone and one of a turn are framed alike'
 # The camera stands where a word says, whatever people call the place; a turn begins there.
-for view in 'left 90 0' 'dorsal 180 0' 'cranial 0 90' '-30,12.5 -30 12.5'; do
+for view in 'left 90 0' 'dorsal 180 0' 'cranial 0 90' '-y 180 0' 'x -90 0' 'Caudal 0 -90' '-30,12.5 -30 12.5'; do
     read -r word start elevation <<<"$view"
     "$SEGCAST" still heart.nrrd --size 96x72 --view "$word" -o word.png --overwrite -q >/dev/null
-    "$SEGCAST" still volume.yaml --set animation.camera.orbit.turns=0 --set animation.camera.orbit.start=$start \
-        --set animation.camera.orbit.elevation=$elevation -o job.png --overwrite -q >/dev/null
+    "$SEGCAST" still volume.yaml --view "$start,$elevation" -o job.png --overwrite -q >/dev/null
     "$IMAGE_DIFFERENCE" job.png word.png || fail "the picture from $word is another"
 done
+# The sheet of views holds what each of their options draws, of a volume as of a job, whatever its camera is.
+"$SEGCAST" still heart.nrrd --size 96x72 --sheet views -o views.png --overwrite -q >/dev/null
+cat >still.yaml <<'EOF'
+volume: heart.nrrd
+output: {size: [96, 72]}
+animation: {camera: {fixed: {position_mm: [0, 400, 0], target_mm: [0, 0, 0]}}}
+shots: [{animation: {frames: 2}}]
+EOF
+"$SEGCAST" still still.yaml --sheet views -o job.png --overwrite -q >/dev/null
+"$IMAGE_DIFFERENCE" job.png views.png || fail 'the views of a job are not those of its volume'
+at=0
+for view in anterior posterior left right superior inferior 45,20 135,20 -135,20 -45,20; do
+    "$SEGCAST" still heart.nrrd --size 96x72 --samples 3 --view "$view" -o word.png --overwrite -q >/dev/null
+    "$IMAGE_DIFFERENCE" views.png word.png 0 0 $((44 + at % 4 * 172)) $((12 + at / 4 * 108)) || fail "$view is not on the sheet of views"
+    at=$((at + 1))
+done
+# A tissue of a volume fills the picture as the verb frame lets it.
+"$SEGCAST" still volume.yaml --set animation.camera.orbit.turns=0 --view 0,30 --set 'animation.verbs=[{frame: aorta, during: [0%, 0%]}]' -o job.png --overwrite -q >/dev/null
+expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --view 0,30 --tissue aorta -o framed.png
+"$IMAGE_DIFFERENCE" job.png framed.png || fail '--tissue does not frame the tissue'
+"$IMAGE_DIFFERENCE" alone.png framed.png >/dev/null 2>&1 && fail '--tissue frames all tissues'
 expect 64 'view is .superiour., expected anterior, .*did you mean .superior.' "$SEGCAST" still heart.nrrd --view superiour -o no.png; one_error
 expect 64 'view 0,400: .*from -360 to 360' "$SEGCAST" still heart.nrrd --view 0,400 -o no.png; one_error
 "$SEGCAST" render short.yaml -o made -q >/dev/null
 expect 64 'is the directory that a job has made: .segcast still made/job.yaml. takes that job' "$SEGCAST" still made; one_error
 expect 64 'is the directory that a job has made' "$SEGCAST" convert made -o made.segc; one_error
+
+# A body twice as high as wide is better shown in a picture that is higher than wide: said by all who draw it, where it is so.
+{
+    printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 10 8 20\nspace: right-anterior-superior\n'
+    printf 'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n'
+    head -c 1600 /dev/zero | tr '\0' '\1'
+} >tall.nrrd
+printf 'volume: tall.nrrd\noutput: {size: [64, 48]}\nanimation: {frames: 2}\n' >tall.yaml
+note='what is visible is 2.1 times as high as wide: with --size vertical'
+expect 0 "$note" "$SEGCAST" still tall.nrrd --size 64x48 -o tall.png --overwrite
+expect 0 "$note" "$SEGCAST" orbit tall.nrrd --size 64x48 --frames 2 -o tall.mp4
+expect 0 "$note" "$SEGCAST" check tall.yaml
+for more in '--size 48x64' '--view top' '--sheet slices' '--sheet views'; do
+    # shellcheck disable=SC2086  # options with their values
+    "$SEGCAST" still tall.nrrd --size 64x48 $more -o tall.png --overwrite >/dev/null 2>stderr.txt
+    grep -q 'times as high as wide' stderr.txt && fail "$more: $(cat stderr.txt)"
+done
 
 # The phantom by its name is a volume, too.
 "$SEGCAST" still phantom:24x18x24 --size 64x48 -q -o phantom.png >/dev/null || fail 'no picture of the phantom by its name'

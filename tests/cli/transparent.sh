@@ -25,8 +25,8 @@ cmp out/frames/000004.png copy/frames/000004.png || fail 'a frame that was drawn
 [ "$(kind_of views.png)" = 6 ] || fail 'the views have no alpha'
 "$SEGCAST" still job.yaml --sheet 4 -o sheet.png -q >/dev/null
 [ "$(kind_of sheet.png)" = 2 ] || fail 'a sheet has alpha'
-"$SEGCAST" still phantom:59x41x61 --sheet views --size 96x72 --set render.background=none -o slices.png -q >/dev/null
-[ "$(kind_of slices.png)" = 6 ] || fail 'segcast still --sheet views has no alpha'
+"$SEGCAST" still phantom:59x41x61 --sheet slices --size 96x72 --set render.background=none -o slices.png -q >/dev/null
+[ "$(kind_of slices.png)" = 6 ] || fail 'segcast still --sheet slices has no alpha'
 # The job is planned with the memory of four bytes for a pixel.
 expect 0 '' "$SEGCAST" plan job.yaml --json --set output.video=film.mov
 

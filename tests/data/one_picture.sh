@@ -82,11 +82,11 @@ else
     echo "Teem's unu is not installed (Debian: teem-apps): its volumes are not compared"
 fi
 printf 'value,name,color,opacity\n1,a,#c86450,0.6\n2,b,#5078c8,1\n3,c,#50c864,1\n' >table.csv
-"$SEGCAST" still ras.nrrd --sheet views --labels table.csv -o ras.png --size 320x240 --smooth 1 -q >/dev/null
+"$SEGCAST" still ras.nrrd --sheet slices --labels table.csv -o ras.png --size 320x240 --smooth 1 -q >/dev/null
 sed 's/^space origin.*/space origin: (0,0,0)/' ras.nrrd >zero.nrrd
 sed '/^space: /d; /^space origin/d; s/^space directions.*/spacings: 1 1.25 1.5/' ras.nrrd >plain.nrrd
 for name in zero plain; do
-    "$SEGCAST" still $name.nrrd --sheet views --labels table.csv -o $name.png --size 320x240 --smooth 1 -q >/dev/null 2>&1
+    "$SEGCAST" still $name.nrrd --sheet slices --labels table.csv -o $name.png --size 320x240 --smooth 1 -q >/dev/null 2>&1
 done
 pictures=0
 for volume in one_*.nii.gz two_*.nii mgh_*.mgz pair.hdr pair.img unu*.n* masks tiff.ome.tif store.zarr file.h5 xyz.raw itk*.nrrd itk*.nhdr itk*.mha \
@@ -99,7 +99,7 @@ for volume in one_*.nii.gz two_*.nii mgh_*.mgz pair.hdr pair.img unu*.n* masks t
     xyz.raw) reference=zero.png ;;
     *) reference=ras.png ;;
     esac
-    if ! "$SEGCAST" still "$volume" --sheet views "${options[@]}" --labels table.csv -o one.png --overwrite --size 320x240 --smooth 1 \
+    if ! "$SEGCAST" still "$volume" --sheet slices "${options[@]}" --labels table.csv -o one.png --overwrite --size 320x240 --smooth 1 \
         -q >/dev/null 2>stderr.txt; then
         grep -q 'built without' stderr.txt && continue
         cat stderr.txt >&2
@@ -111,5 +111,5 @@ done
 [ $pictures -ge $least ] || fail "only $pictures volumes were compared"
 # The comparison would see a volume that is mirrored.
 sed 's/^space: .*/space: left-anterior-superior/' ras.nrrd >mirrored.nrrd
-"$SEGCAST" still mirrored.nrrd --sheet views --labels table.csv -o mirrored.png --size 320x240 --smooth 1 -q >/dev/null
+"$SEGCAST" still mirrored.nrrd --sheet slices --labels table.csv -o mirrored.png --size 320x240 --smooth 1 -q >/dev/null
 ! "$IMAGE_DIFFERENCE" ras.png mirrored.png 80 0.5 >/dev/null || fail "a mirrored object gives the same picture"

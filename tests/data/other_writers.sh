@@ -12,7 +12,7 @@ same_as() {
         fail "$1/$2: $(jq -c '[.size, .spacing_mm, [.labels[1:][] | [.value, .voxels, .name]]]' info.json)"
     for file in "$volume" "$kept/$1/labels.nrrd"; do
         rm -f "$(basename "$file").png"
-        "$SEGCAST" still "$file" --sheet views -o "$(basename "$file").png" -q --set 'tissues={"*": {color: teal}, 17: {color: orange}}' \
+        "$SEGCAST" still "$file" --sheet slices -o "$(basename "$file").png" -q --set 'tissues={"*": {color: teal}, 17: {color: orange}}' \
             >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "$file cannot be drawn"; }
     done
     cmp "$2.png" labels.nrrd.png || fail "the picture of $1/$2 is not that of the same voxels in NRRD"

@@ -177,7 +177,7 @@ for box in '[[10, 31], [0, 50], [0, 7]]' '[[13, 14], [17, 33], [2, 3]]' '[[25, 6
 done
 for volume in same.nrrd gz shards_blocks_hashed; do
     for threads in 1 3; do
-        "$SEGCAST" still "$volume" --sheet views -o "$volume.$threads.png" --threads "$threads" -q 2>stderr.txt || { cat stderr.txt >&2; fail "$volume cannot be drawn"; }
+        "$SEGCAST" still "$volume" --sheet slices -o "$volume.$threads.png" --threads "$threads" -q 2>stderr.txt || { cat stderr.txt >&2; fail "$volume cannot be drawn"; }
         cmp same.nrrd.1.png "$volume.$threads.png" || fail "the picture of $volume with $threads threads is not that of NRRD"
     done
 done

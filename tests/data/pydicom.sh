@@ -50,7 +50,7 @@ read_file wide.dcm '[[300, 336], [600, 385]]'
 # It becomes the same picture as the same voxels in another format, also tilted and with a slice that nothing is in.
 for volume in tilted hole; do
     for ending in dcm nrrd; do
-        "$SEGCAST" still "$volume.$ending" --sheet views -o "$volume.$ending.png" --overwrite -q 2>stderr.txt ||
+        "$SEGCAST" still "$volume.$ending" --sheet slices -o "$volume.$ending.png" --overwrite -q 2>stderr.txt ||
             { cat stderr.txt >&2; fail "$volume.$ending cannot be drawn"; }
     done
     cmp "$volume.dcm.png" "$volume.nrrd.png" || fail "the picture of $volume.dcm is not that of $volume.nrrd"
@@ -95,8 +95,8 @@ for file in rising:8:30 falling:8:30 map:8:30 mixed:7:30 unsaid:7:30 one:3:32.5 
     jq -e ".size[2] == $slices and .to_ras_mm[2][3] == $first_mm and .to_ras_mm[2][2] == 1.25" stdout.txt >/dev/null ||
         fail "images_$name.dcm: $(jq -c '[.size, .to_ras_mm]' stdout.txt)"
 done
-"$SEGCAST" still images_rising.dcm --sheet views -o rising.dcm.png -q 2>stderr.txt || { cat stderr.txt >&2; fail "images_rising.dcm cannot be drawn"; }
-"$SEGCAST" still images_rising.nrrd --sheet views -o rising.nrrd.png -q
+"$SEGCAST" still images_rising.dcm --sheet slices -o rising.dcm.png -q 2>stderr.txt || { cat stderr.txt >&2; fail "images_rising.dcm cannot be drawn"; }
+"$SEGCAST" still images_rising.nrrd --sheet slices -o rising.nrrd.png -q
 cmp rising.dcm.png rising.nrrd.png || fail "a segmentation without its empty slices is another picture than with them"
 
 # A file of dcmqi that comes with pydicom; somebody has cut it to the pixels of its first frame, of three.

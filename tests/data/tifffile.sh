@@ -107,7 +107,7 @@ open('same.nrrd', 'wb').write(header + labels.astype('<u2').tobytes())
 PYTHON
 "$python" nrrd.py || fail "the same voxels cannot be written as NRRD"
 for volume in imagej.tif same.nrrd; do
-    "$SEGCAST" still "$volume" --sheet views -o "$volume.png" --overwrite -q 2>stderr.txt || { cat stderr.txt >&2; fail "$volume cannot be drawn"; }
+    "$SEGCAST" still "$volume" --sheet slices -o "$volume.png" --overwrite -q 2>stderr.txt || { cat stderr.txt >&2; fail "$volume cannot be drawn"; }
 done
 cmp imagej.tif.png same.nrrd.png || fail "the picture of TIFF is not that of NRRD"
 "$SEGCAST" orbit imagej.tif -o film.mp4 --size 64x48 --set animation.frames=2 -q >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "no film of a stack"; }

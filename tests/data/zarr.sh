@@ -223,7 +223,7 @@ PYTHON
 "$python" nrrd.py || fail "the same voxels cannot be written as NRRD"
 for volume in same.nrrd zstd.zarr v3_shards_first.zarr; do
     for threads in 1 3; do
-        "$SEGCAST" still "$volume" --sheet views -o "$volume.$threads.png" --threads "$threads" -q 2>stderr.txt || { cat stderr.txt >&2; fail "$volume cannot be drawn"; }
+        "$SEGCAST" still "$volume" --sheet slices -o "$volume.$threads.png" --threads "$threads" -q 2>stderr.txt || { cat stderr.txt >&2; fail "$volume cannot be drawn"; }
         cmp same.nrrd.1.png "$volume.$threads.png" || fail "the picture of $volume with $threads threads is not that of NRRD"
     done
 done

@@ -400,7 +400,7 @@ static const char full[] =
     "50%]}\n"
     "  verbs:\n"
     "    - {fade: \"myo*\", to: 0.25, during: [1f, 5f], ease: linear}\n"
-    "    - {appear: [9, \"a: b\"], order: superior, stagger: 40%}\n"
+    "    - {appear: [9, \"a: b\"], order: cranial, stagger: 40%}\n"
     "    - {pulse: [7], to: 30%, times: 2}\n"
     "    - {frame: [4], ease: [0, 0.25, 0.5, 1]}\n"
     "    - {orbit: 30, elevation: -4}\n"

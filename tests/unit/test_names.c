@@ -532,6 +532,46 @@ TEST(hidden_tissues_are_told)
     end_film(&f);
 }
 
+/* @return how many names frame @p k shows. */
+static int shown_in(const film *f, int k)
+{
+    int shown = 0;
+
+    for (int n = 0; n < f->plan->count; n++)
+        shown += place_of(f, k, n)->alpha > 0;
+    return shown;
+}
+
+/* There is none where another shot is seen more, nor while the camera flies through a vessel. */
+TEST(names_of_other_shots_and_in_flights_are_left_out)
+{
+    static film f;
+    static sc_way_point ways[SC_WAY_POINTS];
+    const sc_vec3 line[2] = {{5, 30, 30}, {55, 30, 30}};
+
+    begin_film(&f, 2);
+    f.annotations.nameless[0] = 20;
+    f.annotations.nameless[1] = 30;
+    sc_way_make(line, 2, 0.1, ways);
+    f.timeline.ways = ways;
+    f.timeline.animation.move_count = 1;
+    f.timeline.moves[0] = (sc_move){
+        .verb = {.kind = SC_VERB_FLY, .begin = 100.0 / (FRAMES - 1), .end = 1}, .half_height = 1};
+    plan_film(&f, 2);
+    for (int k = 0; k < 20; k++)
+        assert_int_equal(shown_in(&f, k), 0);
+    assert_true(shown_in(&f, 60) > 5);
+    for (int k = 100; k < FRAMES; k++)
+        assert_int_equal(shown_in(&f, k), 0);
+    f.timeline.animation.move_count = 0;
+    sc_free(f.plan);
+    plan_film(&f, 2);
+    assert_true(shown_in(&f, 150) > 5);
+    for (int k = FRAMES - 30; k < FRAMES; k++)
+        assert_int_equal(shown_in(&f, k), 0);
+    end_film(&f);
+}
+
 /* Names stand below what another overlay has written into the corner above them. */
 TEST(names_keep_clear_of_other_overlays)
 {

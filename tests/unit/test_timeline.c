@@ -1332,4 +1332,66 @@ TEST(transitions_are_even)
     }
 }
 
+/* A picture alone has equal margins at opposite sides, and at two of them that of the framing. */
+TEST(a_picture_alone_stands_in_the_middle)
+{
+    static const double elevations[] = {0, 35, 90, -90};
+
+    for (int i = 0; i < 32; i++) {
+        const double aspect = i & 1 ? 1.8 : 0.5;
+        sc_animation a = animation(12);
+        sc_vec3 corners[CORNERS];
+        double low[2] = {1, 1}, high[2] = {-1, -1};
+        sc_timeline t;
+        sc_camera c;
+
+        a.camera.alone = true;
+        a.camera.elevation_deg = elevations[i / 2 % 4];
+        a.camera.start_deg = i & 8 ? 50 : 180;
+        a.camera.projection = i & 16 ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
+        box_corners(corners);
+        corners[5].x += 70; /* no symmetry brings it to the middle */
+        sc_timeline_resolve(&a, corners, CORNERS, aspect, &t);
+        c = sc_timeline_scene(&t, 0, NULL).camera;
+        for (int k = 0; k < CORNERS; k++) {
+            const sc_vec3 d = sc_vec3_sub(corners[k], c.position_mm);
+            const double scale =
+                c.half_height * (c.projection == SC_PERSPECTIVE ? sc_vec3_dot(d, c.forward) : 1);
+            const double at[2] = {sc_vec3_dot(d, c.right) / scale / aspect,
+                                  sc_vec3_dot(d, c.up) / scale};
+
+            for (int axis = 0; axis < 2; axis++) {
+                low[axis] = fmin(low[axis], at[axis]);
+                high[axis] = fmax(high[axis], at[axis]);
+            }
+        }
+        assert_near(low[0], -high[0], 1e-4);
+        assert_near(low[1], -high[1], 1e-4);
+        assert_near(fmax(high[0], high[1]), 1 / 1.05, 1e-4);
+    }
+}
+
+/* Each word for a direction, in any case, and no other word. */
+TEST(directions_have_the_words_of_anatomists)
+{
+    static const struct {
+        const char *words[8];
+        sc_vec3 direction;
+    } expected[] = {{{"right", "x", "RIGHT"}, {1, 0, 0}},
+                    {{"left", "-x"}, {-1, 0, 0}},
+                    {{"anterior", "ventral", "front", "y", "Ventral"}, {0, 1, 0}},
+                    {{"posterior", "dorsal", "back", "-y"}, {0, -1, 0}},
+                    {{"superior", "cranial", "head", "top", "z"}, {0, 0, 1}},
+                    {{"inferior", "caudal", "feet", "bottom", "-z"}, {0, 0, -1}}};
+    sc_vec3 found;
+
+    for (size_t i = 0; i < SC_COUNT_OF(expected); i++) {
+        for (int k = 0; k < 8 && expected[i].words[k]; k++) {
+            assert_true(sc_anatomical_direction(expected[i].words[k], &found));
+            assert_near(sc_vec3_length(sc_vec3_sub(found, expected[i].direction)), 0, 0);
+        }
+    }
+    assert_false(sc_anatomical_direction("cranium", &found));
+}
+
 RUN_TESTS(NULL, NULL)

@@ -90,6 +90,11 @@ static int rods(double x, double y, double z)
     return x > 20 && my && mz ? 1 : y > 20 && mx && mz ? 2 : z > 20 && mx && my ? 3 : 0;
 }
 
+static int filled(double x, double y, double z)
+{
+    return x >= 0 && y >= 0 && z >= 0;
+}
+
 TEST(slices_are_in_radiological_convention)
 {
     static const uint8_t colors[4][3] = {{0}, {255, 0, 0}, {0, 255, 0}, {0, 0, 255}};
@@ -129,6 +134,35 @@ TEST(slices_are_in_radiological_convention)
     }
     sc_render_view(r, &scene, &space, NULL, &image, &alone);
     assert_true(alone.counters.rays > 0 && stats.counters.rays > alone.counters.rays);
+    sc_renderer_free(r);
+    sc_image_clear(&image);
+    free_scene(&s);
+}
+
+/* Each slice fills its panel: the transverse one of a long box has twice the scale of the others.
+ */
+TEST(each_slice_has_the_scale_of_its_panel)
+{
+    const int size[3] = {41, 41, 81};
+    const double spacing[3] = {1, 1, 1};
+    static const double px_per_mm[3] = {4, 2, 2};
+    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, filled), 1);
+    const sc_views views = {.high_mm = {40, 40, 80}};
+    sc_image image = blank_image(400, 400);
+    sc_scene scene = front_view(&s);
+    sc_render_stats stats;
+    sc_renderer *r;
+
+    scene.point_mm = (sc_vec3){21, 21, 41};
+    assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+    assert_ok(sc_views_draw(&quiet, r, &views, &scene, NULL, &image, &stats));
+    for (int panel = 0; panel < 3; panel++) {
+        const uint8_t *middle = pixel(&image, (panel & 1) * 200 + 100, (panel & 2) * 100 + 110);
+        const int reach = (int)(20 * px_per_mm[panel]);
+
+        assert_memory_equal(middle + 3 * (reach - 3), middle - 3 * 20, 3);
+        assert_memory_equal(middle + 3 * (reach + 4), white, 3);
+    }
     sc_renderer_free(r);
     sc_image_clear(&image);
     free_scene(&s);

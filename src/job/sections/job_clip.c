@@ -144,7 +144,7 @@ static const sc_key plane_keys[] = {
      .track = offsetof(sc_sweep, normal_track) - offsetof(sc_sweep, normal)},
     {"at", &type_at, 0, "50%",
      .help = "where the plane stands: a share of the way through what is visible, mm along its "
-             "normal, or a point of it in patient coordinates, as segcast still --sheet views "
+             "normal, or a point of it in patient coordinates, as segcast still --sheet slices "
              "prints them",
      .low = -1e6, .high = 1e6},
     {"active", &type_active, PLANE(sweep.active_begin), NULL,

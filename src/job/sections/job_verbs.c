@@ -256,12 +256,11 @@ static const sc_value_type type_fly = {
 
 /* ---- rows ---- */
 
-static const sc_choice orders[] = {
-    {"list", SC_ORDER_LIST},           {"largest", SC_ORDER_LARGEST},
-    {"smallest", SC_ORDER_SMALLEST},   {"right", SC_ORDER_RIGHT},
-    {"left", SC_ORDER_LEFT},           {"anterior", SC_ORDER_ANTERIOR},
-    {"posterior", SC_ORDER_POSTERIOR}, {"superior", SC_ORDER_SUPERIOR},
-    {"inferior", SC_ORDER_INFERIOR},   {NULL, 0}};
+#define ORDER(word, order) {word, SC_ORDER_##order},
+static const sc_choice orders[] = {{"list", SC_ORDER_LIST},
+                                   {"largest", SC_ORDER_LARGEST},
+                                   {"smallest", SC_ORDER_SMALLEST},
+                                   SC_DIRECTION_WORDS(ORDER){NULL, 0}};
 
 static const char *const held[] = {"orbit", NULL};
 

@@ -29,9 +29,10 @@ static const char *const introduction[] = {
     "because "
     "in YAML # begins a comment), or a list of levels from 0 to 255, `[255, 128, 0]`, or of shares "
     "with a decimal point, `[1.0, 0.5, 0]`.",
-    "Directions are words (`left`, `right`, `anterior`, `posterior`, `superior`, `inferior`) or "
-    "vectors "
-    "`[x, y, z]`; points are `[R, A, S]`; both are in patient coordinates, RAS+ (right, anterior "
+    "Directions are words or vectors `[x, y, z]`. The words are `left`, `right`, `anterior` (or "
+    "`ventral`, `front`), `posterior` (`dorsal`, `back`), `superior` (`cranial`, `head`, `top`), "
+    "`inferior` (`caudal`, `feet`, `bottom`), and the axes `x`, `y`, `z`, `-x`, `-y`, `-z`. Points "
+    "are `[R, A, S]`; both are in patient coordinates, RAS+ (right, anterior "
     "and "
     "superior are positive), in millimetres.",
     "Positions of planes are a share of the way through what is visible (`40%`) or millimetres "

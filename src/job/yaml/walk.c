@@ -68,19 +68,31 @@ sc_status sc_job_each_key(const sc_ctx *ctx,
 
 /* ---- parts of a listing ---- */
 
+/* @return word number @p i of a choice; NULL after the last, or after the last that is listed:
+ * other words for values that have one follow. */
+static const char *listed_word(const sc_key *key, size_t i)
+{
+    if (key->words)
+        return key->words[i];
+    for (size_t k = 0; k < i && key->choices[i].word; k++) {
+        if (key->choices[k].value == key->choices[i].value)
+            return NULL;
+    }
+    return key->choices[i].word;
+}
+
 /* Append the words of a choice: "none, interior or leap". */
 static sc_status add_words(const sc_ctx *ctx, const sc_key *key, sc_text *text)
 {
+    const char *word;
     sc_status status = SC_OK;
 
-    for (size_t i = 0; status == SC_OK; i++) {
-        const char *word = key->words ? key->words[i] : key->choices[i].word;
-        const char *next = !word ? NULL : key->words ? key->words[i + 1] : key->choices[i + 1].word;
-
-        if (!word)
-            break;
-        status = sc_text_add(ctx, text, "%s%s", i == 0 ? "" : next ? ", " : " or ", word);
-    }
+    for (size_t i = 0; status == SC_OK && (word = listed_word(key, i)) != NULL; i++)
+        status = sc_text_add(ctx, text, "%s%s",
+                             i == 0                    ? ""
+                             : listed_word(key, i + 1) ? ", "
+                                                       : " or ",
+                             word);
     return status;
 }
 
