@@ -149,7 +149,6 @@ typedef enum sc_verb_kind {
     SC_VERB_HOLD,   /**< an orbit pauses, and turns faster in the rest of the time */
     SC_VERB_FRAME,  /**< tissues come to fill the picture */
     SC_VERB_FLY,    /**< the camera flies along a line, within vessels and chambers */
-    SC_VERB_SWEEP,  /**< a clip plane moves along its normal, and stays there */
     SC_VERB_TURN,   /**< a clip plane turns about a line */
     SC_VERB_EXPLODE /**< tissues move apart, and stay there */
 } sc_verb_kind;
@@ -201,7 +200,7 @@ typedef struct sc_verb {
     double angle_deg, elevation_deg; /**< orbit: how far the camera turns and rises; turn: how far
                                         the plane turns (angle_deg); rock: how far the camera
                                         swings to each side, up and down */
-    int plane;                       /**< sweep, turn: the number of the clip plane, from 1 */
+    int plane;                       /**< turn: the number of the clip plane, from 1 */
     /** turn: the job gives the direction of the line; explode: that along which tissues move. And:
      * a point of the line; the point from which tissues move. */
     bool has_axis, has_point;
@@ -209,7 +208,7 @@ typedef struct sc_verb {
     bool has_tissues;       /**< fly: the way leads through tissues, not along points alone */
     sc_vec3 axis, point_mm; /**< those, RAS; axis of unit length */
     sc_plane_position by; /**< explode: how far, in mm, or in percent of the distance of a tissue's
-                               middle from that point; sweep: where the plane ends */
+                               middle from that point */
     double soft; /**< hold, 0 to 0.5: share of the time in which the camera comes to rest, and in
                       which it starts again */
     sc_vec3 through[SC_THROUGH_MAX]; /**< fly: [through_count] points, RAS mm: of the curve or, with
@@ -242,7 +241,6 @@ typedef struct sc_move {
      * it it shows, as of sc_timeline.half_height; the last of a fly, too. */
     sc_vec3 target_mm;
     double distance_mm, half_height;
-    double plane_mm; /**< of a sweep, in a timeline: where the plane ends, along its normal */
 } sc_move;
 
 /** Tissues of a verb. */

@@ -231,21 +231,20 @@ static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
     return fail_verb(ctx, fly, "fly: it has no way; expected tissues, or two points or more");
 }
 
-/* A verb of a clip plane needs it. @param name of the verb. */
-static sc_status check_plane(const sc_ctx *ctx, const sc_job *job, const sc_verb *verb,
-                             const char *name)
+/* A turn needs its clip plane. */
+static sc_status check_plane(const sc_ctx *ctx, const sc_job *job, const sc_verb *verb)
 {
     const int planes = job->animation.sweep_count;
     char text[200];
 
     snprintf(text, sizeof text,
-             "%s: there is no clip plane %d; expected 1 to %d, the number of a plane of "
+             "turn: there is no clip plane %d; expected 1 to %d, the number of a plane of "
              "animation.clip (a box counts as six)",
-             name, verb->plane, planes);
+             verb->plane, planes);
     if (!planes)
-        snprintf(text, sizeof text,
-                 "%s: the job has no clip plane; expected one in animation.clip, which then %ss",
-                 name, name);
+        snprintf(
+            text, sizeof text,
+            "turn: the job has no clip plane; expected one in animation.clip, which then turns");
     return verb->plane > planes ? fail_verb(ctx, verb, text) : SC_OK;
 }
 
@@ -254,7 +253,7 @@ static sc_status check_plane(const sc_ctx *ctx, const sc_job *job, const sc_verb
 static sc_status check_turn(const sc_ctx *ctx, const sc_job *job, size_t index)
 {
     const sc_verb *turn = &job->verbs[index];
-    const sc_status status = check_plane(ctx, job, turn, "turn");
+    const sc_status status = check_plane(ctx, job, turn);
     bool turned;
 
     if (status != SC_OK)
@@ -286,8 +285,6 @@ static sc_status check_verbs(const sc_ctx *ctx, const sc_job *job)
             (void)sc_goes_on(&status, check_hold(ctx, job, i));
         if (verb->kind == SC_VERB_FLY)
             (void)sc_goes_on(&status, check_fly(ctx, job, i));
-        if (verb->kind == SC_VERB_SWEEP)
-            (void)sc_goes_on(&status, check_plane(ctx, job, verb, "sweep"));
         if (verb->kind == SC_VERB_TURN)
             (void)sc_goes_on(&status, check_turn(ctx, job, i));
         if (verb->kind == SC_VERB_DOLLY && camera->projection == SC_ORTHOGRAPHIC)

@@ -461,8 +461,6 @@ static const struct row fly_rows[] = {
     {"during", 70, put_during, NULL},
     EASE,
 };
-static const struct row sweep_verb_rows[] = {
-    {"sweep", 100, put_position, "0:90"}, {"plane", 60, put_plane, NULL}, DURING, EASE};
 static const struct row turn_rows[] = {
     {"turn", 100, put_number, "-200:200"},
     {"plane", 60, put_plane, NULL},
@@ -489,10 +487,9 @@ static const struct verb {
     {                                                                                              \
         rows, COUNT_OF(rows)                                                                       \
     }
-    VERB(fade_rows),    VERB(appear_rows),    VERB(pulse_rows),      VERB(orbit_verb_rows),
-    VERB(rock_rows),    VERB(zoom_verb_rows), VERB(dolly_rows),      VERB(hold_rows),
-    VERB(frame_rows),   VERB(fly_rows),       VERB(sweep_verb_rows), VERB(turn_rows),
-    VERB(explode_rows),
+    VERB(fade_rows),  VERB(appear_rows),    VERB(pulse_rows), VERB(orbit_verb_rows),
+    VERB(rock_rows),  VERB(zoom_verb_rows), VERB(dolly_rows), VERB(hold_rows),
+    VERB(frame_rows), VERB(fly_rows),       VERB(turn_rows),  VERB(explode_rows),
 };
 
 /* ---- camera, planes, slices ---- */
@@ -692,7 +689,7 @@ static void add_animation(struct maker *maker, uint64_t turn)
         chosen[i] = &verbs[(turn * VERBS + i) % COUNT_OF(verbs)];
         maker->is_turning |= chosen[i]->rows == hold_rows;
         maker->is_orthographic &= chosen[i]->rows != dolly_rows;
-        if (chosen[i]->rows == sweep_verb_rows || chosen[i]->rows == turn_rows)
+        if (chosen[i]->rows == turn_rows)
             maker->planes = 1;
     }
     begin = maker->length;

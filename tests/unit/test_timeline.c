@@ -253,51 +253,6 @@ TEST(exceptions_of_a_plane_change_at_their_key_frames)
     }
 }
 
-/* A plane goes to a place, stays there, and comes back; a turn that follows takes that along. */
-TEST(a_plane_sweeps_from_where_it_stands)
-{
-    enum { FRAMES = 11 };
-    static const double expected_percent[FRAMES] = {0, 10, 20, 35, 50, 50, 50, 45, 40, 40, 40};
-    sc_animation a = animation(FRAMES);
-    sc_move moves[3] = {
-        {.verb = {.kind = SC_VERB_SWEEP,
-                  .begin = 0.6,
-                  .end = 0.8,
-                  .plane = 1,
-                  .by = {.value = 40, .percent = true}}},
-        {.verb = {.kind = SC_VERB_SWEEP,
-                  .begin = 0.2,
-                  .end = 0.4,
-                  .plane = 1,
-                  .by = {.value = 50, .percent = true}}},
-        {.verb = {.kind = SC_VERB_SWEEP, .begin = 0, .end = 1, .plane = 2, .by = {.value = 7}}}};
-    sc_vec3 corners[CORNERS];
-    double low, high;
-    sc_timeline t;
-
-    box_corners(corners);
-    low = high = corners[0].z;
-    for (int i = 1; i < CORNERS; i++) {
-        low = fmin(low, corners[i].z);
-        high = fmax(high, corners[i].z);
-    }
-    a.sweep_count = 2;
-    a.sweeps[0] = (sc_sweep){
-        .normal = {0, 0, 1},
-        .at_track = {2, {{.at = 0, .value = {0, 1, 0}}, {.at = 0.2, .value = {20, 1, 0}}}}};
-    a.sweeps[1] = (sc_sweep){.normal = {0, 0, 1}, .from = {.value = 3}, .to = {.value = 3}};
-    a.moves = moves;
-    a.move_count = 3;
-    sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
-    for (int k = 0; k < FRAMES; k++) {
-        const sc_scene scene = sc_timeline_scene(&t, k, NULL);
-
-        assert_near(-scene.planes[0].offset_mm, low + expected_percent[k] / 100 * (high - low),
-                    1e-9);
-        assert_near(-scene.planes[1].offset_mm, 3 + 4 * k / 10.0, 1e-9);
-    }
-}
-
 TEST(a_plane_turns_about_its_line)
 {
     enum { FRAMES = 11 };
