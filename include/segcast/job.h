@@ -231,6 +231,7 @@ typedef struct sc_job {
     size_t overlay_tissue_count;
     bool has_verbs, has_captions;       /**< these lists are given, even if they are empty */
     bool has_names, has_legend_tissues; /**< likewise */
+    bool has_logo;                      /**< overlays.logo is given */
     bool has_merge, has_keep, has_crop; /**< likewise */
     bool has_box, has_box_mm;           /**< likewise */
     bool has_level, has_resample;       /**< likewise */
@@ -257,8 +258,8 @@ typedef struct sc_length {
 
 /** How a shot follows the one before: by a cut, unless one of the others is chosen. */
 typedef struct sc_shot_transition {
-    bool is_cross_fade, is_fade; /**< at most one of them */
-    sc_length length;            /**< of these two */
+    sc_transition kind;
+    sc_length length; /**< unless it is a cut */
 } sc_shot_transition;
 
 /** A shot of a film. */

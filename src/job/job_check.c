@@ -493,6 +493,17 @@ static void note_line(const sc_yaml *root, const char *key, char where[SC_WHERE_
         sc_note_where(node, where, SC_WHERE_BYTES);
 }
 
+/* Resolve the path of the logo, which may stand at a place. */
+static sc_status resolve_logo(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
+                              sc_job *job)
+{
+    const sc_yaml *node = sc_key_node(root, "overlays.logo");
+
+    if (node && node->kind == SC_YAML_MAP)
+        node = node->count ? node->items[0] : NULL;
+    return sc_resolve_path(ctx, sources, node, "overlays.logo", SC_PATH_FILE, job->overlays.logo);
+}
+
 sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
                        sc_job *job)
 {
@@ -526,8 +537,7 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
                          resolve_key(ctx, sources, root, "labels", SC_PATH_FILE, job->labels));
     if (!sc_goes_on(&status, inputs))
         return status;
-    (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "overlays.logo", SC_PATH_FILE,
-                                          job->overlays.logo));
+    (void)sc_goes_on(&status, resolve_logo(ctx, sources, root, job));
     (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "color_by.table", SC_PATH_FILE,
                                           job->color_by.table));
     if (!sc_job_is_phantom(job->image.path))

@@ -279,16 +279,20 @@ const sc_key sc_shot_keys[] = {
      .help = "name of the shot; each shot that has one begins a chapter of the video",
      .bytes = sizeof(((sc_shot *)0)->name), .without = "none"},
     {"transition", &sc_type_transition, SHOT(transition), "cut",
-     .help = "how the shot follows the one before: cut, cross_fade or fade",
-     .keys = sc_transition_keys},
+     .help =
+         "how the shot follows the one before: cut; cross_fade 1s: the one before is replaced "
+         "step by step, in linear light, and both overlap for this long, by which the film is "
+         "shorter; or fade 1s: half of this time the one before fades to the background, and in "
+         "the other half the shot appears from its own (the first shot only appears)"},
     {"fade_out", &sc_type_length, SHOT(fade_out), NULL, .given = SC_GIVEN(sc_shot, has_fade_out),
      .without = "it does not",
      .help =
          "how long it fades to the background at its end; for the last shot, and those before a "
          "cut"},
-    {"card", &sc_type_flow_map, SHOT(card), NULL,
-     .help = "the shot is a title card: a text in the middle of the background, and no tissues",
-     .keys = sc_card_keys, .given = SC_GIVEN(sc_shot, has_card), .without = "tissues are shown"},
+    {"card", &sc_type_card, SHOT(card), NULL,
+     .help = "the shot is a title card: a text in the middle of the background, or [title, "
+             "subtitle], and no tissues; \\n in double quotes begins a new line",
+     .given = SC_GIVEN(sc_shot, has_card), .without = "tissues are shown"},
     OF_JOB("color_by", flow_map, offsetof(sc_job, color_by), sc_color_by_keys,
            SC_GIVEN(sc_job, has_color_by)),
     OF_JOB("image", map, offsetof(sc_job, image), sc_image_keys, SC_GIVEN(sc_job, has_image)),

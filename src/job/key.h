@@ -107,7 +107,8 @@ extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_spa
     sc_type_key_bool, sc_type_tracked_strength, sc_type_kept_tissues, sc_type_merged_tissues,
     sc_type_volume, sc_type_overlap, sc_type_caption_text, sc_type_tracked_share;
 /* Types of a film of shots. */
-extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_length, sc_type_slices;
+extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_card, sc_type_length,
+    sc_type_slices;
 
 /* The commands with options about labels and how a volume is read. */
 #define LABEL_COMMANDS "orbit still info init convert"
@@ -116,8 +117,7 @@ extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_length, sc
  * maps in it. */
 extern const sc_key sc_job_keys[], sc_volume_keys[], sc_camera_keys[], sc_clip_keys[],
     sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[], sc_color_by_keys[],
-    sc_cine_keys[], sc_compare_keys[], sc_image_keys[], sc_shot_keys[], sc_card_keys[],
-    sc_transition_keys[];
+    sc_cine_keys[], sc_compare_keys[], sc_image_keys[], sc_shot_keys[];
 /* The keys of a study file, read into sc_study. */
 extern const sc_key sc_study_keys[];
 

@@ -49,7 +49,7 @@ background plain
 background views --set output.layout=views
 background divided --set 'compare={with: [phantom:36x26x38], divider: 50%}' --set overlays.legend=none
 background apart --set 'animation.verbs=[{explode: aorta, by: 20 mm, during: [0%, 0%]}]'
-background faded --set 'shots=[{fade_out: 100 ms}, {card: {title: End}, animation: {frames: 2}}]'
+background faded --set 'shots=[{fade_out: 100 ms}, {card: End, animation: {frames: 2}}]'
 
 # Colours of tissues, and their squares in the legend. Two shots that differ in nothing else have one renderer.
 colors() { # colors NAME [OPTION]...
@@ -166,7 +166,7 @@ cat >own.txt <<'EOF'
 EOF
 lists own.txt
 (echo ' shot 1' && cat own.txt && echo ' shot 2 (Long one)' && sed 's/^ 48 / 95.2 /' own.txt) >shots.txt
-lists shots.txt --set 'shots=[{}, {name: "Long\n\none", animation: {duration: 4s}}, {card: {title: End}, animation: {frames: 30}}]'
+lists shots.txt --set 'shots=[{}, {name: "Long\n\none", animation: {duration: 4s}}, {card: End, animation: {frames: 30}}]'
 # A shot's own key frames of a tissue stand for those of its film; the others of the film stay.
 cat >mixed.txt <<'EOF'
  shot 1
@@ -193,7 +193,7 @@ overlays: {color_bar: bottom-left}
 light: {key: {0%: 0.5, 3f: 1}}
 tissues: {"*": {opacity: 1}, aorta: {color: {0s: red, 0.5s: {value: blue, ease: smooth}, 700ms: lime}}}
 shots:
-  - {card: {title: The heart}, animation: {frames: 2}}
+  - {card: The heart, animation: {frames: 2}}
   - {animation: {frames: 12, camera: {orbit: {turns: 0}}}}
   - {animation: {frames: 23, camera: {orbit: {turns: 0}}}, tissues: {"*": {diffuse: 0.5}}}
 EOF

@@ -62,8 +62,8 @@ volume: phantom:32x24x32
 output: {size: [96, 72]}
 animation: {frames: 2}
 shots:
-  - card: {title: One}
-  - card: {title: Two}
+  - card: One
+  - card: Two
   - overlays: {caption: Three}
 EOF
 expect 0 '' "$SEGCAST" check shots.yaml

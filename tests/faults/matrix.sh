@@ -74,8 +74,7 @@ overlays:
   orientation: bottom-right
   legend: top-left
   names: all
-  logo: logo.png
-  logo_place: top
+  logo: {top: logo.png}
 YAML
 fi
 if [ -n "${FAULT_FILM:-}" ]; then # 7 frames: a frame of each shot is mixed with one of another, or faded
@@ -86,10 +85,10 @@ output: {directory: out, size: [96, 72], fps: 2, frames: png, video: film.mp4}
 tissues: {wall: {opacity: 0.6}}
 shots:
   - name: Title
-    card: {title: Herz}
+    card: Herz
     animation: {frames: 2}
   - name: Apart
-    transition: {fade: 0.5 s}
+    transition: fade 0.5 s
     animation:
       frames: 3
       camera: {orbit: {turns: 0.5, elevation: 10}}
@@ -100,7 +99,7 @@ shots:
         - {fade: wall, to: 20%, during: [40%, 100%]}
     overlays: {caption: Apart, names: all}
   - name: Values
-    transition: {cross_fade: 1 s}
+    transition: cross_fade 1 s
     animation:
       frames: 4
       camera: {orbit: {turns: 0}}

@@ -53,10 +53,10 @@ expect 73 'job' "$SEGCAST" render job.yaml -o one --resume -q --set cine.bpm=60
 # In a film of shots the beat goes on from shot to shot, also under a cross-fade
 cat >>job.yaml <<'YAML'
 shots:
-  - card: {title: Beat}
+  - card: Beat
     animation: {frames: 3}
   - {}
-  - transition: {cross_fade: 400 ms}
+  - transition: cross_fade 400 ms
     tissues: {"*": {opacity: 1}}
 YAML
 "$SEGCAST" render job.yaml -o shots -q --set output.frames=png >/dev/null

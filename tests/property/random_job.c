@@ -723,18 +723,41 @@ static void add_animation(struct maker *maker, uint64_t turn)
 
 /* ---- everything else of a job ---- */
 
+static void put_legend(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 70)) {
+        put_word(maker, PLACES);
+        return;
+    }
+    add(maker, "{");
+    put_word(maker, PLACES);
+    add(maker, ": ");
+    put_tissue_list(maker, arg);
+    add(maker, "}");
+}
+
+static void put_logo(struct maker *maker, const char *arg)
+{
+    (void)arg;
+    if (chance(maker, 50)) {
+        add(maker, "logo.png");
+        return;
+    }
+    add(maker, "{");
+    put_word(maker, PLACES);
+    add(maker, ": logo.png}");
+}
+
 static const struct row overlay_rows[] = {
     {"caption", 50, put_captions, NULL},
     {"time", 30, put_word, PLACES "|none"},
     {"scale_bar", 40, put_word, PLACES},
     {"color_bar", 60, put_color_bar, PLACES},
     {"orientation", 40, put_word, PLACES},
-    {"legend", 40, put_word, PLACES},
-    {"legend_tissues", 30, put_tissue_list, NULL},
+    {"legend", 40, put_legend, NULL},
     {"names", 50, put_names, NULL},
     {"names_size", 30, put_number, "2:8"},
-    {"logo", 30, put_word, "logo.png"},
-    {"logo_place", 50, put_word, PLACES},
+    {"logo", 30, put_logo, NULL},
     {"logo_size", 50, put_number, "5:30"},
     {"text_size", 40, put_number, "2:5"},
     {"font", 20, put_word, "DejaVu Sans|serif|DejaVu Sans Mono"},
@@ -974,10 +997,6 @@ static void add_color_by(struct maker *maker, int indent)
     add_line(maker, indent, "color_by", color_by_rows, COUNT_OF(color_by_rows));
 }
 
-static const struct row card_rows[] = {
-    {"title", 100, put_text, NULL},
-    {"subtitle", 50, put_text, NULL},
-};
 static const struct row image_of_shot_rows[] = {
     {"caps", 60, put_scene_number, "0:1"},
     {"slices", 60, put_scene_number, "0:1"},
@@ -1018,8 +1037,20 @@ static void put_two_frames(struct maker *maker, const char *arg)
         add(maker, "%.6g ms", 1000 * seconds);
 }
 
-static const struct row cross_fade_rows[] = {{"cross_fade", 100, put_two_frames, NULL}};
-static const struct row fade_shot_rows[] = {{"fade", 100, put_two_frames, NULL}};
+/* A title, or one with a subtitle. */
+static void add_card(struct maker *maker)
+{
+    const bool has_subtitle = chance(maker, 50);
+
+    add(maker, has_subtitle ? "    card: [" : "    card: ");
+    put_text(maker, NULL);
+    if (has_subtitle) {
+        add(maker, ", ");
+        put_text(maker, NULL);
+        add(maker, "]");
+    }
+    add(maker, "\n");
+}
 
 static void add_shots(struct maker *maker)
 {
@@ -1034,12 +1065,9 @@ static void add_shots(struct maker *maker)
         add(maker, "  - name: ");
         put_text(maker, NULL);
         add(maker, "\n    transition: ");
-        if (transition == 0)
-            add_map(maker, cross_fade_rows, COUNT_OF(cross_fade_rows));
-        else if (transition == 1)
-            add_map(maker, fade_shot_rows, COUNT_OF(fade_shot_rows));
-        else
-            add(maker, "cut");
+        add(maker, transition == 0 ? "cross_fade " : transition == 1 ? "fade " : "cut");
+        if (transition < 2)
+            put_two_frames(maker, NULL);
         add(maker, "\n");
         if (i == count - 1 && chance(maker, 50)) {
             add(maker, "    fade_out: ");
@@ -1048,7 +1076,7 @@ static void add_shots(struct maker *maker)
         }
         maker->frames = FRAMES;
         if (i == card)
-            add_line(maker, 4, "card", card_rows, COUNT_OF(card_rows));
+            add_card(maker);
         add_looks(maker, 4);
         add(maker, "    animation:\n");
         add_animation(maker, maker->number * SHOTS_MAX + (uint64_t)i);
@@ -1137,9 +1165,6 @@ static void print_keys(void)
     PRINT("animation", slices_rows);
     PRINT("overlays", overlay_rows);
     PRINT("overlays.caption.N", caption_rows);
-    PRINT("shots.N.transition", cross_fade_rows);
-    PRINT("shots.N.transition", fade_shot_rows);
-    PRINT("shots.N.card", card_rows);
     PRINT("light", light_rows);
     PRINT("tissues.NAME", tissue_rows);
     PRINT("tissues.NAME", hidden_rows);

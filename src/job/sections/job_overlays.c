@@ -304,12 +304,129 @@ static const sc_value_type type_named_tissues = {
     .write = write_overlay_tissues,
     .schema = overlay_tissues_schema,
 };
-static const sc_value_type type_legend_tissues = {
-    .name = "all or tissues",
-    .expected = "all, or a list of tissues: names, globs or label numbers",
-    .read = read_overlay_tissues,
-    .write = write_overlay_tissues,
-    .schema = overlay_tissues_schema,
+
+/* ---- what stands at a place ---- */
+
+/* Read the place of @p node, a map with one place and what stands there. @param item set to that,
+ * called as the map is. @param place set to an sc_overlay_place. */
+static sc_status read_place(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                            sc_yaml *item, int *place)
+{
+    const sc_key row = {.name = key->name, .choices = caption_places};
+    sc_yaml word = *node;
+
+    if (node->count != 1)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    *item = *node->items[0];
+    word.kind = SC_YAML_SCALAR;
+    word.text = item->key;
+    word.count = 0;
+    item->key = node->key;
+    return sc_type_choice.read(ctx, &row, &word, place);
+}
+
+/* @return the word of a place. */
+static const char *place_word(int place)
+{
+    return caption_places[place - SC_PLACE_TOP_LEFT].word;
+}
+
+static json_t *places_schema(json_t *what)
+{
+    json_t *all = json_object();
+
+    for (const sc_choice *place = caption_places; place->word; place++)
+        (void)json_object_set(all, place->word, what);
+    json_decref(what);
+    return json_pack("{s:s, s:o, s:b, s:i, s:i}", "type", "object", "properties", all,
+                     "additionalProperties", 0, "minProperties", 1, "maxProperties", 1);
+}
+
+/* A place, or one with the tissues of the legend. @p value is the whole sc_job. */
+static sc_status read_legend(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    sc_yaml tissues;
+    sc_status status;
+
+    job->has_legend_tissues = node->kind == SC_YAML_MAP;
+    if (!job->has_legend_tissues)
+        return sc_type_choice.read(ctx, key, node, &job->overlays.legend);
+    SC_TRY(read_place(ctx, key, node, &tissues, &job->overlays.legend));
+    status = read_overlay_tissues(ctx, key, &tissues, value);
+out:
+    return status;
+}
+
+static sc_status write_legend(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const sc_job *job = value;
+    sc_status status;
+
+    if (!job->has_legend_tissues)
+        return sc_type_choice.write(ctx, key, &job->overlays.legend, indent, text);
+    SC_TRY(sc_text_add(ctx, text, "{%s: ", place_word(job->overlays.legend)));
+    SC_TRY(write_overlay_tissues(ctx, key, value, indent, text));
+    status = sc_text_add(ctx, text, "}");
+out:
+    return status;
+}
+
+static json_t *legend_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, o]}", "anyOf", sc_type_choice.schema(key),
+                     places_schema(overlay_tissues_schema(key)));
+}
+
+static const sc_value_type type_legend = {
+    .name = "place, or {place: tissues}",
+    .expected = "none, a place such as top-left, or {top-left: [aorta, \"*atrium\"]}",
+    .read = read_legend,
+    .write = write_legend,
+    .schema = legend_schema,
+};
+
+/* A path, or a place with one. @p value is the whole sc_job. */
+static sc_status read_logo(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_overlays *overlays = &((sc_job *)value)->overlays;
+    sc_yaml path = *node;
+    sc_status status;
+
+    overlays->logo_place = SC_PLACE_TOP_RIGHT;
+    if (node->kind == SC_YAML_MAP)
+        SC_TRY(read_place(ctx, key, node, &path, &overlays->logo_place));
+    status = sc_type_text.read(ctx, key, &path, overlays->logo);
+out:
+    return status;
+}
+
+static sc_status write_logo(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    const sc_overlays *overlays = &((const sc_job *)value)->overlays;
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, text, "{%s: ", place_word(overlays->logo_place)));
+    SC_TRY(sc_type_text.write(ctx, key, overlays->logo, indent, text));
+    status = sc_text_add(ctx, text, "}");
+out:
+    return status;
+}
+
+static json_t *logo_schema(const sc_key *key)
+{
+    return json_pack("{s:[{s:s}, o]}", "anyOf", "type", "string",
+                     places_schema(sc_type_text.schema(key)));
+}
+
+static const sc_value_type type_logo = {
+    .name = "text, or {place: text}",
+    .expected = "the path of a PNG file, or {bottom-left: logo.png}",
+    .read = read_logo,
+    .write = write_logo,
+    .schema = logo_schema,
 };
 
 /* @return whether the caption is shown in a frame. */
@@ -379,13 +496,10 @@ const sc_key sc_overlays_keys[] = {
      .help = "where a cube stands that is turned as the patient is, with letters for right, left, "
              "anterior, posterior, superior and inferior",
      .choices = places},
-    {"legend", &sc_type_choice, OVERLAYS(legend), "none",
-     .help = "where the names and colours of the tissues stand, each as opaque as it is shown",
+    {"legend", &type_legend, 0, "none",
+     .help = "where the names and colours of the tissues stand, each as opaque as it is shown; of "
+             "all, or {top-left: [aorta, \"*atrium\"]}: of these alone",
      .choices = places},
-    {"legend_tissues", &type_legend_tissues, 0, NULL,
-     .help = "tissues that have a row in the legend: all, or a list of names, globs or label "
-             "numbers",
-     .without = "all", .given = SC_GIVEN(sc_job, has_legend_tissues)},
     {"names", &type_named_tissues, 0, NULL,
      .help = "tissues whose names stand beside the picture in space, with lines that lead to them: "
              "none, all, or a list of names, globs or label numbers",
@@ -393,10 +507,10 @@ const sc_key sc_overlays_keys[] = {
     {"names_size", &sc_type_real, OVERLAYS(names_percent), "2.4",
      .help = "size of the font of these names, in percent of the height of the picture", .low = 1,
      .high = 20, .unit = "percent"},
-    {"logo", &sc_type_text, OVERLAYS(logo), NULL, .help = "a picture in a corner: a PNG file",
-     .bytes = SC_PATH_BYTES, .without = "none", .outside_identity = true},
-    {"logo_place", &sc_type_choice, OVERLAYS(logo_place), "top-right",
-     .help = "where the logo stands", .choices = caption_places},
+    {"logo", &type_logo, 0, NULL,
+     .help = "a picture in a corner: a PNG file, at the upper right, or {bottom-left: logo.png}",
+     .bytes = SC_PATH_BYTES, .without = "none", .outside_identity = true,
+     .given = SC_GIVEN(sc_job, has_logo)},
     {"logo_size", &sc_type_real, OVERLAYS(logo_percent), "10",
      .help = "height of the logo, in percent of that of the picture; it is never enlarged",
      .low = 1, .high = 100, .unit = "percent"},
