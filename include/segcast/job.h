@@ -49,8 +49,9 @@ typedef struct sc_output {
 
 /** Which pixels get more than one ray: only those that differ from a neighbour, or all. */
 typedef enum sc_antialiasing { SC_ANTIALIASING_ADAPTIVE, SC_ANTIALIASING_FULL } sc_antialiasing;
-/** Which thickness decides the automatic opacity: the mean of the tissue, or that at each point. */
-typedef enum sc_thickness_use { SC_THICKNESS_TISSUE, SC_THICKNESS_LOCAL } sc_thickness_use;
+/** Added to an sc_opacity_rule: by the thickness at each point, instead of the mean of the tissue.
+ */
+enum { SC_OPACITY_LOCAL = 2 };
 /** How faces cut by clip planes are drawn. */
 typedef enum sc_caps { SC_CAPS_NONE, SC_CAPS_SOLID } sc_caps;
 
@@ -63,8 +64,7 @@ typedef struct sc_render_options {
     bool early_termination; /**< rays end behind what is opaque, instead of going on to their end */
     int samples;            /**< rays per pixel */
     int antialiasing;       /**< sc_antialiasing */
-    int thickness;          /**< sc_thickness_use */
-    int auto_opacity;       /**< sc_opacity_rule */
+    int auto_opacity;       /**< sc_opacity_rule, and SC_OPACITY_LOCAL */
     sc_vec3 smooth;         /**< see sc_prepare_settings; or auto, on the grid of the drawing:
                                  sc_smooth_is_auto */
     double step_voxels, cap_outline;
@@ -191,11 +191,11 @@ typedef struct sc_job {
     int volume_phase;             /**< as of sc_read_choice; of a series that of the first phase */
     int volume_box[3][2];         /**< if has_box alone: as sc_read_choice.voxels */
     sc_vec3 volume_box_mm[2];     /**< if has_box_mm, too: as sc_read_choice.corners */
-    double volume_resample_mm[3]; /**< if has_resample: spacing along x, y, z */
+    double volume_resample_mm[3]; /**< if has_resample, not has_volume_size: along x, y, z */
     double volume_threshold;      /**< if has_threshold: as sc_read_choice.threshold */
     char volume_header[160];      /**< if has_header: as sc_read_choice.header */
     char volume_box_where[160]; /**< "file:line" of raw, level or box, for messages; may be empty */
-    bool has_volume_size;       /**< the volume is resampled by nearest label */
+    bool has_volume_size;       /**< of has_resample: by nearest label */
     int volume_size[3];         /**< to this many voxels along x, y, z */
     char labels[SC_PATH_BYTES]; /**< label table; empty: from the volume */
     int labels_format;          /**< sc_table_format */
@@ -239,7 +239,7 @@ typedef struct sc_job {
     bool has_color_by;                  /**< tissues are coloured by values */
     bool has_compare;                   /**< several volumes are compared */
     bool has_image;                     /**< there is a grey volume */
-    bool has_duration; /**< false once a job is loaded: animation.frames follows from duration_s */
+    bool has_duration; /**< animation.frames is given as duration_s; false once a job is loaded */
     double duration_s;
     size_t film_rules; /**< of a shot's job: how many of the rules are the film's; they come
                             first. 0 of others */
@@ -338,6 +338,11 @@ bool sc_job_has_views(const sc_job *job);
 /** Append @p value to @p text as a value or key of YAML: in double quotes, with all escapes that
  *  YAML needs. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text);
+/** @return the rule of automatic opacity, without SC_OPACITY_LOCAL. */
+static inline sc_opacity_rule sc_job_opacity_rule(const sc_job *job)
+{
+    return (sc_opacity_rule)(job->render.auto_opacity & ~SC_OPACITY_LOCAL);
+}
 /** @return the name of the encoder preset, for example "medium". */
 const char *sc_job_preset(const sc_job *job);
 /** @return whether sc_job.volume names the built-in phantom, and not a file. */

@@ -67,8 +67,8 @@ static sc_status resolve_tissues(sc_app *app, sc_panel *panel)
     SC_TRY(sc_color_labels(ctx, panel, &labels));
     if (labels)
         colored.labels = labels;
-    SC_TRY(sc_transfer_resolve(ctx, &colored, job->rules, job->rule_count,
-                               (sc_opacity_rule)job->render.auto_opacity, panel->looks.tissues));
+    SC_TRY(sc_transfer_resolve(ctx, &colored, job->rules, job->rule_count, sc_job_opacity_rule(job),
+                               panel->looks.tissues));
     apply_interior(ctx, job, panel);
     if (job->render.background.is_auto)
         sc_choose_background(&panel->volume, panel->looks.tissues,

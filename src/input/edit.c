@@ -504,8 +504,8 @@ out:
 bool sc_edits_volume(const sc_job *job)
 {
     return job->volume_tissue_count || job->crop.kind != SC_CROP_NONE || job->has_level ||
-           job->has_phase || job->has_box || job->has_resample || job->has_header ||
-           job->has_threshold;
+           job->has_phase || job->has_box || (job->has_resample && !job->has_volume_size) ||
+           job->has_header || job->has_threshold;
 }
 
 void sc_forget_volume_edits(sc_job *job)
@@ -515,7 +515,8 @@ void sc_forget_volume_edits(sc_job *job)
     job->volume_level = job->volume_phase = 0;
     job->has_merge = job->has_keep = job->has_crop = job->has_header = false;
     job->has_threshold = false;
-    job->has_resample = job->has_level = job->has_box = job->has_phase = false;
+    job->has_level = job->has_box = job->has_phase = false;
+    job->has_resample = job->has_volume_size; /* which is done with prepared files, too */
 }
 
 /* @return the dense id of a value that a volume has. */
@@ -612,7 +613,7 @@ sc_status sc_edit_volume(sc_recipe *r)
         SC_TRY(keep_tissues(r));
     if (job->crop.kind == SC_CROP_BOX || (job->crop.kind == SC_CROP_VISIBLE && knows_voxels))
         SC_TRY(crop_volume(r));
-    if (job->has_resample)
+    if (job->has_resample && !job->has_volume_size)
         status = resample_volume(r);
 out:
     return status;

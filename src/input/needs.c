@@ -22,7 +22,7 @@ static sc_status add_needs(const sc_app *app, const sc_job *job, const sc_label 
     SC_TRY(sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count, block));
     for (int id = 0; id < label_count; id++)
         n->hidden[id] = (is_first || n->hidden[id]) && ((bool *)block)[id];
-    n->local_thickness = n->local_thickness || job->render.thickness != 0;
+    n->local_thickness = n->local_thickness || (job->render.auto_opacity & SC_OPACITY_LOCAL);
 out:
     sc_free(block);
     return status;

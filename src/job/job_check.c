@@ -305,8 +305,8 @@ static sc_status apply_duration(const sc_ctx *ctx, const sc_yaml *root, sc_job *
         return SC_OK;
     job->has_duration = false;
     if (frames < 1 || frames > SC_JOB_FRAMES_MAX)
-        return sc_yaml_fail(ctx, sc_key_node(root, "animation.duration"),
-                            "duration is %g s, which makes %.0f frames at %d frames per second, "
+        return sc_yaml_fail(ctx, sc_key_node(root, "animation.frames"),
+                            "frames is %g s, which makes %.0f frames at %d frames per second, "
                             "expected 1 to %d",
                             job->duration_s, frames, job->output.fps, SC_JOB_FRAMES_MAX);
     job->animation.frames = (int)frames;

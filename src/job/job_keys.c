@@ -83,10 +83,11 @@ static const sc_choice skips[] = {{"none", SC_SKIP_NONE},
                                   {NULL, 0}};
 static const sc_choice antialiasings[] = {
     {"adaptive", SC_ANTIALIASING_ADAPTIVE}, {"full", SC_ANTIALIASING_FULL}, {NULL, 0}};
-static const sc_choice thicknesses[] = {
-    {"tissue", SC_THICKNESS_TISSUE}, {"local", SC_THICKNESS_LOCAL}, {NULL, 0}};
-static const sc_choice auto_opacities[] = {
-    {"measured", SC_OPACITY_MEASURED}, {"paper", SC_OPACITY_PAPER}, {NULL, 0}};
+static const sc_choice auto_opacities[] = {{"measured", SC_OPACITY_MEASURED},
+                                           {"paper", SC_OPACITY_PAPER},
+                                           {"local", SC_OPACITY_MEASURED + SC_OPACITY_LOCAL},
+                                           {"local-paper", SC_OPACITY_PAPER + SC_OPACITY_LOCAL},
+                                           {NULL, 0}};
 static const sc_choice caps[] = {{"none", SC_CAPS_NONE}, {"solid", SC_CAPS_SOLID}, {NULL, 0}};
 
 #define RENDER(member) offsetof(sc_render_options, member)
@@ -134,13 +135,11 @@ static const sc_key render_keys[] = {
     {"antialiasing", &sc_type_choice, RENDER(antialiasing), "adaptive",
      .help = "adaptive: all rays only where neighbouring pixels differ; full: everywhere",
      .choices = antialiasings},
-    {"thickness", &sc_type_choice, RENDER(thickness), "tissue",
-     .help = "automatic opacity by the thickness of the whole tissue, or local: at each point",
-     .choices = thicknesses},
     {"auto_opacity", &sc_type_choice, RENDER(auto_opacity), "measured",
      .help = "what opacity: auto is. measured: by thickness in mm, and tissues that enclose the "
              "others nearly transparent; paper: from 0.3 for the thinnest tissue to 0.9 for the "
-             "thickest",
+             "thickest; local, local-paper: the same by the thickness at each point, instead of "
+             "that of the whole tissue",
      .choices = auto_opacities},
     {"step", &sc_type_real, RENDER(step_voxels), "0.5",
      .help = "distance of samples on a ray; only for surface: voxel", .low = 0.05, .high = 4,
@@ -183,16 +182,11 @@ static const sc_choice clip_modes[] = {{"keep", SC_CLIP_KEEP}, {"cut", SC_CLIP_C
 
 /* Offsets into sc_job, as in the whole file: a clip entry also names tissues. */
 static const sc_key animation_keys[] = {
-    {"frames", &sc_type_int, offsetof(sc_job, animation.frames), "180",
-     .help = "number of frames of the whole animation", .low = 1, .high = SC_JOB_FRAMES_MAX,
-     .alternative = "frames or duration", .option = &(const sc_key_option){"frames", "N", "orbit"}},
-    {"duration", &sc_type_duration, offsetof(sc_job, duration_s), NULL,
-     .help = "length of the whole animation, such as 10s, 1.5 min or 0:10, instead of frames: that "
-             "many "
-             "seconds times output.fps",
-     .given = SC_GIVEN(sc_job, has_duration), .without = "frames",
-     .alternative = "frames or duration",
-     .option = &(const sc_key_option){"duration", "TIME", "orbit"}},
+    {"frames", &sc_type_frames, 0, "180",
+     .help = "length of the whole animation: a number of frames, or a time such as 10s, 1.5 min or "
+             "0:10, which makes so many seconds times output.fps",
+     .low = 1, .high = SC_JOB_FRAMES_MAX,
+     .option = &(const sc_key_option){"frames", "N|TIME", "orbit"}},
     {"camera", &sc_type_map, offsetof(sc_job, animation.camera), NULL,
      .help = "where the picture is seen from", .keys = sc_camera_keys},
     {"clip_mode", &sc_type_choice, offsetof(sc_job, animation.clip_mode), "keep",
@@ -333,12 +327,6 @@ const sc_key sc_job_keys[] = {
              "where the name of a tissue is known, also instead of the table's. distinct: colours "
              "that differ as much as possible",
      .choices = appearances, .of_film = true},
-    {"volume_size", &sc_type_voxels, offsetof(sc_job, volume_size), NULL,
-     .help =
-         "the volume is brought to this many voxels, each with the label nearest to its centre, "
-         "and drawn as these are; for studies of how cost grows with the volume",
-     .low = 1, .high = 4096, .unit = "voxels", .given = SC_GIVEN(sc_job, has_volume_size),
-     .without = "the voxels of the file", .of_film = true},
     {"cine", &sc_type_flow_map, offsetof(sc_job, cine), NULL,
      .help = "the volume is a series, a list of files, a pattern such as heart_*.nrrd, or a file "
              "that holds several volumes (4-D): phases of a beat, which follow each other in the "

@@ -99,7 +99,7 @@ json_t *sc_number_or_auto_schema(const sc_key *key);
 /* Types that any table may use (values.c, colors.c, sizes.c, maps.c). */
 extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text, sc_type_choice,
     sc_type_color, sc_type_color_levels, sc_type_tracked_color, sc_type_background, sc_type_size,
-    sc_type_voxels, sc_type_point, sc_type_direction, sc_type_map, sc_type_flow_map;
+    sc_type_point, sc_type_direction, sc_type_map, sc_type_flow_map;
 /* Types that only the animation and the tissues use. */
 extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_clip,
     sc_type_verbs, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength, sc_type_ease,
@@ -108,7 +108,7 @@ extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_spa
     sc_type_volume, sc_type_overlap, sc_type_caption_text, sc_type_tracked_share;
 /* Types of a film of shots. */
 extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_card, sc_type_length,
-    sc_type_slices;
+    sc_type_slices, sc_type_frames;
 
 /* The commands with options about labels and how a volume is read. */
 #define LABEL_COMMANDS "orbit still info init convert"
@@ -220,6 +220,12 @@ sc_status sc_cine_check(const sc_ctx *ctx, const struct sc_job_sources *sources,
 /* Refuse captions that are shown in no frame, or with another one at the same time and place.
  * @param job all of it, with its number of frames. @return SC_ERR_DATA, all are logged. */
 sc_status sc_captions_check(const sc_ctx *ctx, const struct sc_job *job);
+
+/* ---- sizes.c ---- */
+
+/* Read "XxYxZ", whole numbers of voxels from 1 to 4096. @return false if @p text is anything else.
+ */
+bool sc_parse_voxels(const char *text, int size[3]);
 
 /* ---- tracks.c ---- */
 

@@ -116,8 +116,7 @@ static void drop_unused(sc_yaml *tree)
 
     for (size_t i = animation ? animation->count : 0;
          animation && animation->kind == SC_YAML_MAP && i-- > 0;) {
-        if (strcmp(animation->items[i]->key, "frames") &&
-            strcmp(animation->items[i]->key, "duration"))
+        if (strcmp(animation->items[i]->key, "frames"))
             sc_yaml_remove(animation, i);
     }
     if (overlays && overlays->kind == SC_YAML_MAP)

@@ -166,7 +166,7 @@ cat >own.txt <<'EOF'
 EOF
 lists own.txt
 (echo ' shot 1' && cat own.txt && echo ' shot 2 (Long one)' && sed 's/^ 48 / 95.2 /' own.txt) >shots.txt
-lists shots.txt --set 'shots=[{}, {name: "Long\n\none", animation: {duration: 4s}}, {card: End, animation: {frames: 30}}]'
+lists shots.txt --set 'shots=[{}, {name: "Long\n\none", animation: {frames: 4s}}, {card: End, animation: {frames: 30}}]'
 # A shot's own key frames of a tissue stand for those of its film; the others of the film stay.
 cat >mixed.txt <<'EOF'
  shot 1
@@ -202,9 +202,9 @@ grep -q '0.5s: {value: \[0, 0, 255\], ease: smooth}' whole/job.yaml || fail 'tim
 expect 0 '' "$SEGCAST" render whole/job.yaml -o resolved -q
 [ "$(hashes whole)" = "$(hashes resolved)" ] || fail 'a film with key frames outside of its shots makes other pictures when resolved'
 expect 0 'nothing to do' "$SEGCAST" render whole/job.yaml -o whole --resume
-expect 0 '' "$SEGCAST" check film.yaml --set 'shots=[{animation: {duration: 9s}}]' \
+expect 0 '' "$SEGCAST" check film.yaml --set 'shots=[{animation: {frames: 9s}}]' \
     --set 'tissues.aorta.color={0s: red, 8s: blue}'
-expect 64 'color: 8s is behind the end of the animation, which has 70 frames' "$SEGCAST" check film.yaml --set 'shots=[{animation: {duration: 7s}}]' \
+expect 64 'color: 8s is behind the end of the animation, which has 70 frames' "$SEGCAST" check film.yaml --set 'shots=[{animation: {frames: 7s}}]' \
     --set 'tissues.aorta.color={0s: red, 8s: blue}'
 one_error
 expect 64 'the key frame at 5f does not come after that at 0.6s' "$SEGCAST" check film.yaml \

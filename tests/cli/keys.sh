@@ -84,7 +84,7 @@ output: {frames: jpg}
 render: {samples: 1.5}
 render: {background: rde}
 output: {size: 1080q}
-animation: {frames: 9, duration: 3s}
+animation: {frames: 3 hours}
 animation: {clip: [{plane: {normal: left, at: 12}}]}
 render: {surface: smoth}
 light: {shadows: maybe}
@@ -111,7 +111,7 @@ output: {size: 640x480}
 render: {background: "#102030"}
 render: {background: red}
 output: {size: 1080p}
-animation: {duration: 2 s}
+animation: {frames: 2 s}
 animation: {camera: {zoom: 2}}
 animation: {camera: {zoom: {10%: 1, 20%: 2, ease: smooth}}}
 animation: {camera: {orbit: {axis: [0, 1, 1], target_mm: [1, 2, 3]}}}

@@ -7,7 +7,7 @@ output: {directory: out, size: [96, 72], video: film.mp4, fps: 10, title: The fi
 tissues: {"*": {opacity: 0.6}}
 overlays: {time: top-left}
 animation:
-  duration: 0.7 s
+  frames: 0.7 s
   camera: {orbit: {elevation: 10}}
 shots:
   - card: ["Cœur", a card]

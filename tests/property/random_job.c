@@ -517,13 +517,12 @@ static const struct row orbit_rows[] = {
     {"axis", 30, put_direction, NULL},         {"turns", 80, put_turns, "-2:2"},
     {"angle", 100, put_angle, "-200:200"},     {"elevation", 50, put_track, "-90:120"},
     {"start", 50, put_number, "-180:180"},     {"target_mm", 20, put_point_track, NULL},
-    {"distance_mm", 20, put_track, "150:600"}, {"fov", 30, put_track, "10:80"},
+    {"distance_mm", 20, put_track, "150:600"},
 };
 static const struct row fixed_rows[] = {
     {"position_mm", 100, put_word, "[10, 400, 30]|[-300, 200, 80]|[0, 0, 0]"},
     {"target_mm", 100, put_word, "[1, -1, 2]|[5, -20, -1]"},
     {"up", 50, put_direction, NULL},
-    {"fov", 50, put_track, "10:80"},
 };
 static void add_camera(struct maker *maker)
 {
@@ -536,6 +535,10 @@ static void add_camera(struct maker *maker)
         add_map(maker, fixed_rows, COUNT_OF(fixed_rows));
     }
     add(maker, ", projection: %s", maker->is_orthographic ? "orthographic" : "perspective");
+    if (chance(maker, 40)) {
+        add(maker, ", fov: ");
+        put_track(maker, "10:80");
+    }
     if (chance(maker, 40)) {
         add(maker, ", zoom: ");
         put_track(maker, "0.6:3");
@@ -696,7 +699,7 @@ static void add_animation(struct maker *maker, uint64_t turn)
     if (chance(maker, 50))
         add(maker, "  frames: %d\n", maker->frames);
     else
-        add(maker, "  duration: %.6g s\n", (double)maker->frames / maker->fps);
+        add(maker, "  frames: %.6g s\n", (double)maker->frames / maker->fps);
     add(maker, "  camera: ");
     add_camera(maker);
     add(maker, "\n");
@@ -785,9 +788,8 @@ static void put_film_background(struct maker *maker, const char *arg)
 #define LOOK_OF_RENDER                                                                             \
     {"caps", 30, put_word, "none|solid"}, {"cap_outline", 30, put_number, "0:1"},                  \
         {"samples", 70, put_whole, "1:5"}, {"antialiasing", 40, put_word, "adaptive|full"},        \
-        {"thickness", 30, put_word, "tissue|local"},                                               \
     {                                                                                              \
-        "auto_opacity", 30, put_word, "measured|paper"                                             \
+        "auto_opacity", 30, put_word, "measured|paper|local|local-paper"                           \
     }
 
 static const struct row render_of_shot_rows[] = {

@@ -37,7 +37,7 @@ static int divider_px(const sc_job *job, int k, int width_px)
 TEST(a_comparison_is_read_and_written)
 {
     static const char text[] = "volume: phantom\n"
-                               "animation: {duration: 4 s}\n"
+                               "animation: {frames: 4 s}\n"
                                "compare:\n"
                                "  name: before\n"
                                "  align: none\n"

@@ -310,11 +310,10 @@ TEST(values_are_written_in_many_ways)
         {"output: {size: [3840, 2160]}", "output: {size: 4K}"},
         {"output: {size: [1080, 1920]}", "output: {size: vertical}"},
         {"output: {size: [640, 480]}", "output: {size: 640 x 480}"},
-        {"animation: {frames: 300}", "animation: {duration: 10s}"},
-        {"animation: {frames: 300}", "animation: {duration: 10}"},
-        {"animation: {frames: 15}", "animation: {duration: 500 ms}"},
+        {"animation: {frames: 300}", "animation: {frames: 10s}"},
+        {"animation: {frames: 15}", "animation: {frames: 500 ms}"},
         {"output: {fps: 24}\nanimation: {frames: 2160}",
-         "animation: {duration: 1.5min}\noutput: {fps: 24}"},
+         "animation: {frames: 1.5min}\noutput: {fps: 24}"},
     };
     heard h;
     sc_job job;
@@ -353,9 +352,7 @@ TEST(what_is_meant_otherwise_is_told)
     refuses("volume: phantom\nanimation: {camera: {orbit: {}, fixed: {position_mm: [1, 2, 3], "
             "target_mm: [0, 0, 0]}}}\n",
             "both \"orbit\" and \"fixed\" are given");
-    refuses("volume: phantom\nanimation: {frames: 10, duration: 10s}\n",
-            "both \"frames\" and \"duration\" are given");
-    refuses("volume: phantom\nanimation: {duration: 1 ms}\n", "makes 0 frames");
+    refuses("volume: phantom\nanimation: {frames: 1 ms}\n", "makes 0 frames");
     refuses("volume: phantom\nrender: {background: [1.0, .2, 200]}\n", "not both");
     refuses("volume: phantom\nrender: {background: #ff0000\n }\n", "needs quotes");
     refuses("volume: phantom\noutput: {directory: ~/out}\n", "only a shell replaces");
@@ -366,7 +363,7 @@ TEST(what_is_meant_otherwise_is_told)
     assert_int_equal(job.rules[0].rgb[0], 255);
     sc_job_clear(&job);
     assert_ok(
-        load("volume: phantom\nanimation: {frames: 9}\n", &h, "animation.duration=1s", NULL, &job));
+        load("volume: phantom\nanimation: {frames: 9}\n", &h, "animation.frames=1s", NULL, &job));
     assert_int_equal(job.animation.frames, 30);
     sc_job_clear(&job);
     assert_ok(load("volume: phantom\nanimation: {camera: {orbit: {turns: 3}}, frames: 3}\n", &h,
@@ -594,7 +591,7 @@ TEST(parts_of_the_animation_may_be_times)
         const sc_sweep *sweep = &job.animation.sweeps[0];
 
         snprintf(text, sizeof text,
-                 "volume: phantom\noutput: {fps: 10}\nanimation: {duration: 10.1s, clip: [{plane: "
+                 "volume: phantom\noutput: {fps: 10}\nanimation: {frames: 10.1s, clip: [{plane: "
                  "{normal: left, active: %s}}]}\n",
                  cases[i].part);
         assert_int_equal(load(text, &h, NULL, NULL, &job), SC_OK);
@@ -649,7 +646,7 @@ TEST(values_of_the_camera_may_have_key_frames)
     static const char camera[] =
         "orbit: {angle: {10f: 5, 0:02: {value: -7.5, ease: smooth}, 100%: {value: 9, ease: [0.1, "
         "0, 1, 0.5]}}, elevation: {0s: 130}, target_mm: {500ms: [1, 2, 3], 50%: [4, 5, 6]}, "
-        "distance_mm: 200, fov: {0%: 20}}, zoom: {20%: 1, 40%: 3, ease: out}}";
+        "distance_mm: 200}, fov: {0%: 20}, zoom: {20%: 1, 40%: 3, ease: out}}";
     sc_text text = {0}, twice = {0};
     sc_job job, again;
     heard h;
@@ -744,7 +741,7 @@ static const struct {
     {"animation: {frames: 101, camera: {fixed: {position_mm: {0s: [1, 2, 3], 2s: [1, 2, 4]}, "
      "target_mm: [0, 0, 0], up: {0s: left, 60f: head, ease: out}}}}",
      "fixed: {position_mm: {0%: [1, 2, 3], 60%: [1, 2, 4]}, target_mm: [0, 0, 0], up: {0%: [-1, 0, "
-     "0], 60%: {value: [0, 0, 1], ease: out}}, fov: 30}"},
+     "0], 60%: {value: [0, 0, 1], ease: out}}}\n    projection: perspective\n    fov: 30\n"},
     {"render: {background: {0s: white, 2s: {value: \"#102030\", ease: smooth}, 99f: [1.0, 0, 0]}}",
      "  background: {0%: [255, 255, 255], 60%: {value: [16, 32, 48], ease: smooth}, 99%: [255, 0, "
      "0]}\n"},
@@ -847,8 +844,8 @@ TEST(wrong_key_frames_are_refused)
     } cases[] = {
         {"elevation: {1s: 1, 500ms: 2}",
          "job.yaml:4: elevation: the key frame at 500ms does not come after that at 1s"},
-        {"fov: {0s: 1, 1s: 2, 30f: 3}",
-         "fov: the key frame at 30f does not come after that at 1s; expected rising times"},
+        {"distance_mm: {0s: 1, 1s: 2, 30f: 3}",
+         "distance_mm: the key frame at 30f does not come after that at 1s; expected rising times"},
         {"angle: {1s: 1, 70s: 2}", "70s is behind the end of the animation"},
         {"angle: {1: 1}", "angle: \"1\" is no time of the animation with its unit"},
         {"angle: {0s: {}}", "the key \"value\" is missing"},
@@ -1173,7 +1170,7 @@ TEST(no_allocation_that_fails_hides_a_mistake)
     write_text(
         "job3.yaml",
         "volume: ~/none.nrrd\nlabels: none.ctbl\nligth: {}\noutput: {size: 9, directory: ~/o}\n"
-        "tissues: {a: {color: rde}, b: 3}\nanimation:\n  duration: 1 ms\n"
+        "tissues: {a: {color: rde}, b: 3}\nanimation:\n  frames: 1 ms\n"
         "  clip:\n    - {plane: {at: 3}, except: [a, [b]]}\n    - {box: [[1], [2]]}\n");
     for (long n = 0; status == SC_ERR_MEMORY; n++) {
         long budget = n;

@@ -31,7 +31,7 @@ static const char film[] =
     "tissues: {aorta: {color: red, opacity: 0.5}, \"*\": {opacity: 1}}\n"
     "overlays: {time: top, caption: [{text: first, during: [1s, 2s]}]}\n"
     "animation:\n"
-    "  duration: 4 s\n"
+    "  frames: 4 s\n"
     "  camera: {orbit: {turns: 2, elevation: 30}}\n"
     "  clip: [{plane: {normal: left, at: {1s: 0%, 2s: 50%}}}]\n"
     "shots:\n"
@@ -45,7 +45,7 @@ static const char film[] =
     "    overlays: {caption: second}\n"
     "    animation: {frames: 21, camera: {fixed: {position_mm: [1, 2, 3], target_mm: [0, 0, 0]}}, "
     "clip: []}\n"
-    "  - {name: Three, animation: {duration: 10 s}, output: {layout: views}, fade_out: 0.5 s}\n";
+    "  - {name: Three, animation: {frames: 10 s}, output: {layout: views}, fade_out: 0.5 s}\n";
 
 /* What the text of film means. */
 static void expect_film(const sc_job *job)

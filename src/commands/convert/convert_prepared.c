@@ -19,8 +19,8 @@ static sc_status find_opacity(const sc_app *app, const sc_job *job, const sc_pre
 
     SC_TRY(sc_zalloc(app->ctx, labels, sizeof(sc_tissue), &tissues));
     SC_TRY(sc_zalloc(app->ctx, labels, sizeof(float), &opacity));
-    if (sc_transfer_resolve(&silent, view, job->rules, job->rule_count,
-                            (sc_opacity_rule)job->render.auto_opacity, tissues) != SC_OK)
+    if (sc_transfer_resolve(&silent, view, job->rules, job->rule_count, sc_job_opacity_rule(job),
+                            tissues) != SC_OK)
         goto out;
     for (int id = 1; id < view->label_count; id++) {
         const sc_tissue *tissue = (const sc_tissue *)tissues + id;

@@ -350,7 +350,7 @@ static sc_status add_animation(const sc_ctx *ctx, sc_text *out)
     return sc_text_add(
         ctx, out,
         "\nanimation:\n"
-        "  duration: 6s\n"
+        "  frames: 6s\n"
         "  camera:\n"
         "    orbit: {axis: superior, turns: 1, elevation: 15}\n"
         "    # zoom: {0%%: 1, 100%%: 1.2}\n"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rows of the camera, and the value of the slices. */
+/* Rows of the camera, the length of the animation, and the value of the slices. */
 #include "key.h"
-#include "segcast/timeline.h"
+#include "segcast/job.h"
 
 #include <string.h>
 
@@ -13,7 +13,6 @@ static const sc_choice projections[] = {
 #define CAMERA(member) offsetof(sc_orbit, member)
 /* The value of sc_key.track of a member of sc_orbit. */
 #define TRACK(member, name) (offsetof(sc_orbit, name) - offsetof(sc_orbit, member))
-#define FOV_HELP "vertical angle of view; for projection: perspective"
 
 static const sc_key orbit_keys[] = {
     {"axis", &sc_type_direction, CAMERA(axis), "superior",
@@ -41,8 +40,6 @@ static const sc_key orbit_keys[] = {
      .help = "distance of the camera from its target", .low = 1e-3, .high = 1e6, .unit = "mm",
      .track = TRACK(distance_mm, distance_track), .given = SC_GIVEN(sc_orbit, has_distance),
      .without = "so that what is visible fits into all frames"},
-    {"fov", &sc_type_tracked, CAMERA(fov_deg), "30", .help = FOV_HELP, .low = 0.1, .high = 170,
-     .unit = "degrees", .track = TRACK(fov_deg, fov_track)},
     {0}};
 
 static const sc_key fixed_keys[] = {
@@ -55,8 +52,6 @@ static const sc_key fixed_keys[] = {
     {"up", &sc_type_tracked_direction, CAMERA(up), "superior",
      .help = "direction that points up in the picture", .low = -1e6, .high = 1e6,
      .track = TRACK(up, up_track)},
-    {"fov", &sc_type_tracked, CAMERA(fov_deg), "30", .help = FOV_HELP, .low = 0.1, .high = 170,
-     .unit = "degrees", .track = TRACK(fov_deg, fov_track)},
     {0}};
 
 const sc_key sc_camera_keys[] = {
@@ -67,10 +62,50 @@ const sc_key sc_camera_keys[] = {
      .keys = fixed_keys, .alternative = "orbit or fixed", .given = SC_GIVEN(sc_orbit, fixed)},
     {"projection", &sc_type_choice, CAMERA(projection), "perspective",
      .help = "perspective, or orthographic: parallel rays", .choices = projections},
+    {"fov", &sc_type_tracked, CAMERA(fov_deg), "30",
+     .help = "vertical angle of view; for projection: perspective", .low = 0.1, .high = 170,
+     .unit = "degrees", .track = TRACK(fov_deg, fov_track)},
     {"zoom", &sc_type_tracked, CAMERA(zoom), "1", .help = "scale of the picture; 1: as framed",
      .low = 0.01, .high = 1000, .track = TRACK(zoom, zoom_track),
      .option = &(const sc_key_option){"zoom", "FACTOR", "orbit still"}},
     {0}};
+
+/* ---- how long ---- */
+
+/* A number of frames, or a time, which sc_job_check turns into one. @p value is the whole sc_job.
+ */
+static sc_status read_frames(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    double number;
+    sc_status status;
+
+    if (sc_parse_number(node, &number))
+        return sc_type_int.read(ctx, key, node, &job->animation.frames);
+    status = sc_type_duration.read(ctx, key, node, &job->duration_s);
+    job->has_duration = status == SC_OK;
+    return status;
+}
+
+static sc_status write_frames(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    return sc_type_int.write(ctx, key, &((const sc_job *)value)->animation.frames, indent, text);
+}
+
+static json_t *frames_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, {s:s, s:s}]}", "anyOf", sc_type_int.schema(key), "type", "string",
+                     "pattern", "^([0-9.]+ *(ms|s|min)|([0-9]+:)?[0-9]+:[0-5][0-9](\\.[0-9]*)?)$");
+}
+
+const sc_value_type sc_type_frames = {
+    .name = "whole number or time",
+    .expected = "a number of frames, or a time such as 10s, 1.5 min, 500 ms or 0:10",
+    .read = read_frames,
+    .write = write_frames,
+    .schema = frames_schema,
+};
 
 /* ---- slices ---- */
 

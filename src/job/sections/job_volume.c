@@ -302,13 +302,17 @@ static bool read_mm(const sc_key *key, const char *text, double *out)
     return (!*end || !strcmp(end, "mm")) && *out >= key->low && *out <= key->high;
 }
 
-/* One spacing for all axes, or three. */
+/* One spacing for all axes, or three; or a number of voxels along each, such as 40x30x40. */
 static sc_status read_resample(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                void *value)
 {
     const bool is_one = node->kind == SC_YAML_SCALAR;
+    sc_job *job = value;
     double spacing_mm[3];
 
+    job->has_volume_size = is_one && sc_parse_voxels(node->text, job->volume_size);
+    if (job->has_volume_size)
+        return SC_OK;
     if (!is_one && (node->kind != SC_YAML_LIST || node->count != 3))
         return sc_wrong_type(ctx, node, key->type->expected);
     for (int i = 0; i < 3; i++) {
@@ -317,17 +321,21 @@ static sc_status read_resample(const sc_ctx *ctx, const sc_key *key, const sc_ya
         if (item->kind != SC_YAML_SCALAR || !read_mm(key, item->text, &spacing_mm[i]))
             return sc_wrong_type(ctx, node, key->type->expected);
     }
-    memcpy(((sc_job *)value)->volume_resample_mm, spacing_mm, sizeof spacing_mm);
+    memcpy(job->volume_resample_mm, spacing_mm, sizeof spacing_mm);
     return SC_OK;
 }
 
 static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                                 sc_text *text)
 {
-    const double *mm = ((const sc_job *)value)->volume_resample_mm;
+    const sc_job *job = value;
+    const double *mm = job->volume_resample_mm;
+    const int *size = job->volume_size;
 
     (void)key;
     (void)indent;
+    if (job->has_volume_size)
+        return sc_text_add(ctx, text, "%dx%dx%d", size[0], size[1], size[2]);
     if (mm[0] == mm[1] && mm[1] == mm[2])
         return sc_text_add(ctx, text, "%.17g mm", mm[0]);
     return sc_text_add(ctx, text, "[%.17g, %.17g, %.17g]", mm[0], mm[1], mm[2]);
@@ -336,15 +344,15 @@ static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void
 static json_t *resample_schema(const sc_key *key)
 {
     return json_pack("{s:[{s:s, s:s}, {s:s, s:f, s:f}, {s:s, s:i, s:i, s:{s:[ss]}}]}", "anyOf",
-                     "type", "string", "pattern", "^[0-9][0-9.e+-]* *mm$", "type", "number",
-                     "minimum", key->low, "maximum", key->high, "type", "array", "minItems", 3,
-                     "maxItems", 3, "items", "type", "number", "string");
+                     "type", "string", "pattern", "^[0-9][0-9.e+-]* *mm$|^[0-9]+x[0-9]+x[0-9]+$",
+                     "type", "number", "minimum", key->low, "maximum", key->high, "type", "array",
+                     "minItems", 3, "maxItems", 3, "items", "type", "number", "string");
 }
 
 static const sc_value_type type_resample = {
-    .name = "mm, or three of them",
+    .name = "mm, three of them, or XxYxZ voxels",
     .expected = "a spacing from 1e-06 to 1000 mm, such as 0.5 mm, or three along the axes of the "
-                "volume: [0.5, 0.5, 1]",
+                "volume: [0.5, 0.5, 1]; or up to 4096 voxels along each, such as 40x30x40",
     .read = read_resample,
     .write = write_resample,
     .schema = resample_schema,
@@ -469,7 +477,8 @@ const sc_key sc_volume_keys[] = {
     {"resample", &type_resample, 0, NULL,
      .help = "voxels of this spacing instead, finer or coarser, each with the label that has the "
              "largest vote around it, so that borders stay smooth; one for all axes of the volume "
-             "or three",
+             "or three. Or so many voxels, such as 128x96x128, each with the label nearest to its "
+             "centre, and drawn as these are: for studies of how cost grows with the volume",
      .low = 1e-6, .high = 1e3, .unit = "mm", .given = SC_GIVEN(sc_job, has_resample),
      .without = "the voxels of the file"},
     {0}};
