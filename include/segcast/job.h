@@ -104,14 +104,14 @@ typedef struct sc_volume_tissue {
     char where[160];             /**< "file:line" for messages; may be empty */
 } sc_volume_tissue;
 
-/** Which part of the volume a job draws. */
-typedef enum sc_crop_kind { SC_CROP_NONE, SC_CROP_VISIBLE, SC_CROP_BOX } sc_crop_kind;
-typedef struct sc_crop {
-    int kind;           /**< sc_crop_kind */
-    double margin_mm;   /**< SC_CROP_VISIBLE: so much around the tissues that are shown */
-    sc_vec3 corners[2]; /**< SC_CROP_BOX: two opposite corners of a box along the axes of RAS, mm */
-    char where[160];    /**< "file:line" for messages; may be empty */
-} sc_crop;
+/** Which part of the volume a job reads and draws. */
+typedef struct sc_box {
+    int kind;           /**< sc_read_box */
+    int voxels[3][2];   /**< SC_READ_VOXELS: as sc_read_choice.voxels */
+    sc_vec3 corners[2]; /**< SC_READ_MM: as sc_read_choice.corners */
+    bool visible;       /**< of that, only what lies around the tissues that are shown */
+    double margin_mm;   /**< with so much around them */
+} sc_box;
 
 /** The most subjects of a comparison: the volume of the job and others. */
 enum { SC_SUBJECTS_MAX = 4 };
@@ -179,8 +179,8 @@ typedef struct sc_job {
     sc_volume_path *phases; /**< [phase_count], owned: the volumes of a series, in their order */
     size_t phase_count;     /**< 0: there is one volume */
     bool has_cine;
-    sc_cine_options cine; /**< if has_cine; then there are two phases or more */
-    sc_crop crop;
+    sc_cine_options cine;             /**< if has_cine; then there are two phases or more */
+    sc_box box;                       /**< if has_box */
     sc_volume_tissue *volume_tissues; /**< [volume_tissue_count], owned: first those that become
                                            parts of others, then those that are kept */
     size_t volume_tissue_count;
@@ -189,8 +189,6 @@ typedef struct sc_job {
     bool volume_replaced;         /**< the file has a map, and a setting has replaced its path */
     int volume_level;             /**< of resolution, 0 the finest */
     int volume_phase;             /**< as of sc_read_choice; of a series that of the first phase */
-    int volume_box[3][2];         /**< if has_box alone: as sc_read_choice.voxels */
-    sc_vec3 volume_box_mm[2];     /**< if has_box_mm, too: as sc_read_choice.corners */
     double volume_resample_mm[3]; /**< if has_resample, not has_volume_size: along x, y, z */
     double volume_threshold;      /**< if has_threshold: as sc_read_choice.threshold */
     char volume_header[160];      /**< if has_header: as sc_read_choice.header */
@@ -232,8 +230,7 @@ typedef struct sc_job {
     bool has_verbs, has_captions;       /**< these lists are given, even if they are empty */
     bool has_names, has_legend_tissues; /**< likewise */
     bool has_logo;                      /**< overlays.logo is given */
-    bool has_merge, has_keep, has_crop; /**< likewise */
-    bool has_box, has_box_mm;           /**< likewise */
+    bool has_merge, has_keep, has_box;  /**< likewise */
     bool has_level, has_resample;       /**< likewise */
     bool has_phase;                     /**< volume_phase stands in the job itself */
     bool has_color_by;                  /**< tissues are coloured by values */

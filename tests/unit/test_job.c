@@ -98,15 +98,14 @@ TEST(a_nul_byte_is_refused_with_its_line)
 static bool same_edits(const sc_job *a, const sc_job *b)
 {
     if (a->volume_tissue_count != b->volume_tissue_count || a->has_keep != b->has_keep ||
-        a->has_merge != b->has_merge || a->has_crop != b->has_crop ||
-        a->crop.kind != b->crop.kind || a->crop.margin_mm != b->crop.margin_mm ||
-        memcmp(a->crop.corners, b->crop.corners, sizeof a->crop.corners) != 0 ||
-        a->has_resample != b->has_resample ||
+        a->has_merge != b->has_merge || a->has_resample != b->has_resample ||
         memcmp(a->volume_resample_mm, b->volume_resample_mm, sizeof a->volume_resample_mm) != 0 ||
-        a->has_box != b->has_box || a->has_box_mm != b->has_box_mm ||
-        a->volume_level != b->volume_level ||
-        memcmp(a->volume_box, b->volume_box, sizeof a->volume_box) != 0 ||
-        memcmp(a->volume_box_mm, b->volume_box_mm, sizeof a->volume_box_mm) != 0)
+        a->has_box != b->has_box || a->box.kind != b->box.kind ||
+        a->box.visible != b->box.visible || a->box.margin_mm != b->box.margin_mm ||
+        a->volume_level != b->volume_level || a->has_volume_size != b->has_volume_size ||
+        memcmp(a->volume_size, b->volume_size, sizeof a->volume_size) != 0 ||
+        memcmp(a->box.voxels, b->box.voxels, sizeof a->box.voxels) != 0 ||
+        memcmp(a->box.corners, b->box.corners, sizeof a->box.corners) != 0)
         return false;
     for (size_t i = 0; i < a->volume_tissue_count; i++) {
         if (strcmp(a->volume_tissues[i].pattern, b->volume_tissues[i].pattern) != 0 ||
@@ -122,11 +121,13 @@ TEST(what_is_changed_of_a_volume_is_read_and_written)
     static const char *const jobs[] = {
         "volume: {path: phantom}\n",
         "volume: {path: phantom, keep: aorta}\n",
-        "volume: {path: phantom, keep: [aorta, 12, \"left *\"], crop: visible}\n",
+        "volume: {path: phantom, keep: [aorta, 12, \"left *\"], box: visible}\n",
         "volume: {keep: [b], path: phantom, merge: {b: [aorta, 'l\"eft'], walls: '*wall'}}\n",
-        "volume: {path: phantom, crop: [[-1, 2.25, 3], [10, -20, 30]]}\n",
+        "volume: {path: phantom, box: [[0, 7], [3, 4], [1, 9], visible + 2.5 mm]}\n",
+        "volume: {path: phantom, box: [[-1, 2.25, 3], [10, -20, 30], visible]}\n",
+        "volume: {path: phantom, resample: 30x20x10}\n",
         "volume: {path: phantom, level: 2, box: [[0, 7], [3, 4], [128, 2147483647]]}\n",
-        "volume: {path: phantom, crop: visible, resample: 0.25 mm}\n",
+        "volume: {path: phantom, box: visible, resample: 0.25 mm}\n",
         "volume: {path: phantom, resample: [0.5, 1, 2 mm]}\n",
         "volume: {path: phantom, box: [[-1, 2.25, 3], [10, -20, 30]]}\n"};
 
@@ -156,13 +157,12 @@ TEST(what_is_changed_of_a_volume_is_read_and_written)
     refuses("volume: {path: phantom, merge: {\"\": [a]}}\n", "name of a merged tissue has 0 bytes");
     refuses("volume: {path: phantom, merge: {\"8\": [a]}}\n", "merged tissue is the number 8");
     refuses("volume: {path: phantom, merge: {a: {b: c}}}\n", "expected {name: [tissues], ...}");
-    refuses("volume: {path: phantom, crop: visible+5}\n",
-            "crop is \"visible+5\", expected visible");
-    refuses("volume: {path: phantom, crop: visible+-5mm}\n", "expected visible");
-    refuses("volume: {path: phantom, crop: visible+1e99 mm}\n", "expected visible");
-    refuses("volume: {path: phantom, crop: visible + 0x10 mm}\n", "expected visible");
-    refuses("volume: {path: phantom, crop: [1, 2]}\n", "expected visible");
-    refuses("volume: {path: phantom, crop: [[1, 2, 3], [4, .nan, 5]]}\n", "expected");
+    refuses("volume: {path: phantom, box: visible+5}\n", "box is \"visible+5\", expected visible");
+    refuses("volume: {path: phantom, box: visible+-5mm}\n", "expected visible");
+    refuses("volume: {path: phantom, box: visible+1e99 mm}\n", "expected visible");
+    refuses("volume: {path: phantom, box: visible + 0x10 mm}\n", "expected visible");
+    refuses("volume: {path: phantom, box: [1, 2]}\n", "expected visible");
+    refuses("volume: {path: phantom, box: [[1, 2, 3], [4, .nan, 5]]}\n", "expected");
 }
 
 /* A map finds its members by a hash table: all of them, and one that is given twice. */
@@ -1035,8 +1035,8 @@ TEST(settings_merge_maps_and_replace_alternatives)
 {
     expect_change("volume: phantom\noutput: {fps: 25, crf: 20}\n", "output={crf: 30}",
                   "volume: phantom\noutput: {fps: 25, crf: 30}\n");
-    expect_change("volume: {path: phantom, keep: [a], crop: visible}\n", "volume=phantom:20x20x20",
-                  "volume: {path: phantom:20x20x20, keep: [a], crop: visible}\n");
+    expect_change("volume: {path: phantom, keep: [a], box: visible}\n", "volume=phantom:20x20x20",
+                  "volume: {path: phantom:20x20x20, keep: [a], box: visible}\n");
     expect_change("volume: phantom\n", "volume=phantom:20x20x20", "volume: phantom:20x20x20\n");
     expect_change("animation: {camera: {zoom: {0%: 1, 100%: 3}}}\nvolume: phantom\n",
                   "animation.camera.zoom=2", "volume: phantom\nanimation: {camera: {zoom: 2}}\n");
