@@ -93,18 +93,18 @@ as_verb goes 'tissues.aorta.visible' '{50%: true, 75%: false}' \
     '{fade: aorta, to: 0, during: [75%, 75%]}' --set light.shadows=0.5
 as_verb offset 'tissues.aorta.offset' '{25%: [0, 0, 0], 75%: [0, 0, 24], ease: smooth}' \
     '{explode: aorta, axis: superior, by: 24 mm, during: [25%, 75%], ease: smooth}' \
-    --set 'animation.clip=[{plane: {normal: left, at: 30%}}]'
+    --set 'animation.clip=[{normal: left, at: 30%}]'
 as_verb placed 'tissues.aorta.offset' '[0, 12, 0]' \
     '{explode: aorta, axis: anterior, by: 12 mm, during: [0%, 0%]}' --set animation.camera.orbit.turns=0.1
 
 # What planes spare, in steps.
 more=()
-as_constant spared animation.clip '[{plane: {normal: left}, except: {1f: [aorta], 2f: [], 3f: ["*ventricle"]}}]' \
-    0 '[{plane: {normal: left}, except: [aorta]}]' 1 '[{plane: {normal: left}, except: [aorta]}]' \
-    2 '[{plane: {normal: left}}]' 4 '[{plane: {normal: left}, except: ["*ventricle"]}]'
+as_constant spared animation.clip '[{normal: left, except: {1f: [aorta], 2f: [], 3f: ["*ventricle"]}}]' \
+    0 '[{normal: left, except: [aorta]}]' 1 '[{normal: left, except: [aorta]}]' \
+    2 '[{normal: left}]' 4 '[{normal: left, except: ["*ventricle"]}]'
 
 # The share of an image on cut faces and slices.
-more=(--set image.path=phantom:37x26x38 --set 'animation.clip=[{plane: {normal: posterior}}]')
+more=(--set image.path=phantom:37x26x38 --set 'animation.clip=[{normal: posterior}]')
 as_constant image-caps image.caps '{0%: 0, 100%: 1}' 0 0 2 0.5 4 1
 more=(--set image.path=phantom:37x26x38)
 as_constant image-backdrop image.backdrop '{0%: 0, 100%: 0.4}' 0 0 2 0.2 4 0.4
@@ -113,7 +113,7 @@ as_constant image-slices image.slices '{0%: 0, 100%: 1}' 0 0 2 0.5 4 1
 
 # The window of an image, on cut faces, slices and behind the tissues. It opens from where nothing is seen behind them.
 windows='{0%: [900, 100], 100%: [100, 300]}'
-more=(--set image.path=phantom:37x26x38 --set image.caps=1 --set 'animation.clip=[{plane: {normal: posterior}}]')
+more=(--set image.path=phantom:37x26x38 --set image.caps=1 --set 'animation.clip=[{normal: posterior}]')
 as_constant window-caps image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
 more=(--set image.path=phantom:37x26x38 --set image.backdrop=0.4)
 as_constant window-backdrop image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
@@ -122,10 +122,10 @@ as_constant window-slices image.window "$windows" 0 '[900, 100]' 4 '[100, 300]'
 
 # Planes, and the point of the slices.
 more=()
-as_constant place animation.clip '[{plane: {normal: left, at: {0%: 20%, 50%: 5 mm, 100%: 70%}}}]' \
-    0 '[{plane: {normal: left, at: 20%}}]' 2 '[{plane: {normal: left, at: 5 mm}}]' 4 '[{plane: {normal: left, at: 70%}}]'
-as_constant normal animation.clip '[{plane: {normal: {2f: left, 4f: head, ease: smooth}}}]' \
-    0 '[{plane: {normal: left}}]' 4 '[{plane: {normal: head}}]'
+as_constant place animation.clip '[{normal: left, at: {0%: 20%, 50%: 5 mm, 100%: 70%}}]' \
+    0 '[{normal: left, at: 20%}]' 2 '[{normal: left, at: 5 mm}]' 4 '[{normal: left, at: 70%}]'
+as_constant normal animation.clip '[{normal: {2f: left, 4f: head, ease: smooth}}]' \
+    0 '[{normal: left}]' 4 '[{normal: head}]'
 more=(--set output.layout=views)
 as_constant point animation.slices '{0%: [0, 0, 0], 100%: [10, -5, 20]}' 2 '[5, -2.5, 10]'
 
@@ -151,7 +151,7 @@ tissues:
   left atrium: {opacity: {0.5s: 1, 80%: 0.25, ease: smooth}, visible: {45f: true}}
 animation:
   frames: 61
-  clip: [{plane: {normal: left}, except: {0:01: [aorta, "*ventricle"], 2s: []}}]
+  clip: [{normal: left, except: {0:01: [aorta, "*ventricle"], 2s: []}}]
 EOF
 lists() { # lists FILE [OPTION]...: check lists what stands in FILE
     "$SEGCAST" check list.yaml "${@:2}" 2>/dev/null | sed -n '/^key frames/,$ {/^ /s/  */ /gp}' >listed.txt

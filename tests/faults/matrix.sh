@@ -92,7 +92,7 @@ shots:
     animation:
       frames: 3
       camera: {orbit: {turns: 0.5, elevation: 10}}
-      clip: [{plane: {normal: posterior, at: {0%: 0%, 100%: 45%}}}]
+      clip: [{normal: posterior, at: {0%: 0%, 100%: 45%}}]
       verbs:
         - {turn: 40, plane: 1, axis: superior}
         - {explode: "*", by: 60%, during: [0%, 60%]}

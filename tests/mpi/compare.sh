@@ -21,7 +21,7 @@ overlays: {names: [aorta, stripe], legend: top-right, scale_bar: top-left, capti
 animation:
   frames: 12
   camera: {orbit: {elevation: 10}, projection: orthographic}
-  clip: [{plane: {normal: posterior, at: {0%: 0%, 100%: 40%}}, except: [stripe]}]
+  clip: [{normal: posterior, at: {0%: 0%, 100%: 40%}, except: [stripe]}]
   verbs: [{fade: [stripe, aorta], to: 0, during: [50%, 90%]}, {frame: stripe, during: [0%, 40%]}]
 YAML
 cat >divider.yaml <<'YAML'

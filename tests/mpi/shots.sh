@@ -17,7 +17,7 @@ shots:
     overlays: {names: [aorta], legend: bottom-right}
   - name: Open
     transition: cut
-    animation: {clip: [{plane: {normal: posterior, at: {0%: 0%, 100%: 60%}}}], verbs: [{fade: aorta, to: 0}]}
+    animation: {clip: [{normal: posterior, at: {0%: 0%, 100%: 60%}}], verbs: [{fade: aorta, to: 0}]}
     render: {background: "#203040"}
     light: {shadows: true}
   - transition: cross_fade 400 ms

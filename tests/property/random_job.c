@@ -557,7 +557,7 @@ static void put_corner(struct maker *maker, const char *arg)
     add(maker, "]");
 }
 
-static void put_box(struct maker *maker)
+static void put_box(struct maker *maker, const char *arg)
 {
     add(maker, "[");
     put_corner(maker, "0:40");
@@ -603,18 +603,10 @@ static void put_position_track(struct maker *maker, const char *arg)
         put_scene_track(maker, put_position, arg, true);
 }
 
-static const struct row plane_rows[] = {
-    {"normal", 100, put_direction, NULL},
-    {"at", 70, put_position_track, "10:60"},
-    {"active", 30, put_active, NULL},
-};
-static const struct row point_plane_rows[] = {
-    {"normal", 100, put_direction, NULL},
-    {"at", 100, put_point, NULL},
-};
 /* A list of tissues, or key frames of two. */
-static void put_exceptions(struct maker *maker)
+static void put_exceptions(struct maker *maker, const char *arg)
 {
+    (void)arg;
     if (chance(maker, 60)) {
         put_tissue_list(maker, NULL);
         return;
@@ -633,6 +625,21 @@ static void put_exceptions(struct maker *maker)
     add(maker, "}");
 }
 
+static const struct row plane_rows[] = {
+    {"normal", 100, put_direction, NULL},
+    {"at", 70, put_position_track, "10:60"},
+    {"active", 30, put_active, NULL},
+    {"except", 40, put_exceptions, NULL},
+};
+static const struct row point_plane_rows[] = {
+    {"normal", 100, put_direction, NULL},
+    {"at", 100, put_point, NULL},
+    {"except", 40, put_exceptions, NULL},
+};
+static const struct row box_rows[] = {
+    {"box", 100, put_box, NULL},
+    {"except", 40, put_exceptions, NULL},
+};
 /* Up to two clip entries; the caller has set the number of planes to what verbs need at least. */
 static void add_clip(struct maker *maker)
 {
@@ -644,19 +651,15 @@ static void add_clip(struct maker *maker)
     for (int i = 0; i < entries; i++) {
         const int kind = whole(maker, 0, 5);
 
-        add(maker, "    - {%s: ", kind < 5 ? "plane" : "box");
+        add(maker, "    - ");
         if (kind < 4)
             add_map(maker, plane_rows, COUNT_OF(plane_rows));
         else if (kind == 4)
             add_map(maker, point_plane_rows, COUNT_OF(point_plane_rows));
         else
-            put_box(maker);
+            add_map(maker, box_rows, COUNT_OF(box_rows));
         maker->planes += kind == 5 ? 6 : 1;
-        if (chance(maker, 40)) {
-            add(maker, ", except: ");
-            put_exceptions(maker);
-        }
-        add(maker, "}\n");
+        add(maker, "\n");
     }
 }
 
@@ -1160,8 +1163,8 @@ static void print_keys(void)
 #define PRINT(map, rows) print_rows(map, rows, COUNT_OF(rows))
     for (size_t i = 0; i < COUNT_OF(verbs); i++)
         print_rows("animation.verbs.N", verbs[i].rows, verbs[i].count);
-    PRINT("animation.clip.N.plane", plane_rows);
-    PRINT("animation.clip.N.plane", point_plane_rows);
+    PRINT("animation.clip.N", plane_rows);
+    PRINT("animation.clip.N", box_rows);
     PRINT("animation.camera.orbit", orbit_rows);
     PRINT("animation.camera.fixed", fixed_rows);
     PRINT("animation", slices_rows);

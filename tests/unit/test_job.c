@@ -202,7 +202,7 @@ TEST(mistakes_are_named_with_line_and_nearest_name)
             "smooth is \"3\", expected auto, a number from 0 to 2.5, or three such in a list");
     refuses("volume: phantom\nrender: {mode: paper}\n", "unknown key \"mode\"");
     refuses("volume: phantom\nlight: {ambiant: 1}\n", "did you mean \"ambient\"?");
-    refuses("volume: phantom\nanimation: {clip: [{plane: {normal: [0, 0, 0]}}]}\n", "normal");
+    refuses("volume: phantom\nanimation: {clip: [{normal: [0, 0, 0]}]}\n", "normal");
     refuses("volume: phantom\nanimation: {clip: [{box: [[50%, 0%, 0%], [40%, 100%, "
             "100%]]}]}\n",
             "the box is empty along its axis 1");
@@ -228,16 +228,14 @@ TEST(mistakes_are_named_with_line_and_nearest_name)
     refuses("volume: phantom\nanimation: {camera: {orbit: {axis: [0, 0, 0]}}}\n", "length zero");
     refuses("volume: phantom\nanimation: {camera: {fixed: {up: left, target_mm: [1, 2, 3]}}}\n",
             "fixed: the key \"position_mm\" is missing");
-    refuses("volume: phantom\nanimation:\n  clip:\n    - plane: {at: 0%}\n",
-            "job.yaml:4: plane: the key \"normal\" is missing");
-    refuses("volume: phantom\nanimation: {clip: [{plane: {normal: [0, 0, 0], at: {0%: 0%, 100%: "
-            "50%}}}]}\n",
+    refuses("volume: phantom\nanimation:\n  clip:\n    - {at: 0%}\n",
+            "job.yaml:4: the key \"normal or box\" is missing");
+    refuses("volume: phantom\nanimation: {clip: [{normal: [0, 0, 0], at: {0%: 0%, 100%: "
+            "50%}}]}\n",
             "length zero");
-    refuses("volume: phantom\nanimation: {clip: [{plnae: {normal: left}}]}\n",
-            "did you mean \"plane\"?");
-    refuses(
-        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: half}}}]}\n",
-        "a position such as 40% or 12 mm");
+    refuses("volume: phantom\nanimation: {clip: [{normla: left}]}\n", "did you mean \"normal\"?");
+    refuses("volume: phantom\nanimation: {clip: [{normal: left, at: {0%: 0%, 100%: half}}]}\n",
+            "a position such as 40% or 12 mm");
 }
 
 /* Load a job file with several mistakes, with a wrong setting beside it. @return how many errors
@@ -262,8 +260,8 @@ TEST(all_mistakes_are_told)
                      7);
     assert_int_equal(
         count_mistakes("volume: phantom\nanimation:\n  frames: 0\n  clip:\n"
-                       "    - {plane: {at: {0%: 0, 1%: 0.6}}, except: [a, [b], {c: 1}]}\n"
-                       "    - {plnae: {}, except: 3}\n    - {box: [[1, 2, 3], [0%, 0%, 0%]]}\n",
+                       "    - {at: {0%: 0, 1%: 0.6}, except: [a, [b], {c: 1}]}\n"
+                       "    - {normla: left, except: 3}\n    - {box: [[1, 2, 3], [0%, 0%, 0%]]}\n",
                        NULL, SC_ERR_DATA, &h),
         9);
     assert_int_equal(
@@ -343,12 +341,10 @@ TEST(what_is_meant_otherwise_is_told)
 
     refuses("volume: phantom\nanimation: {camera: {orbit: {turns: 360}}}\n",
             "360 degrees are turns: 1");
-    refuses(
-        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 60}}}]}\n",
-        "60% or 60 mm");
-    refuses(
-        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 0.6}}}]}\n",
-        "60% or 0.6 mm");
+    refuses("volume: phantom\nanimation: {clip: [{normal: left, at: {0%: 0%, 100%: 60}}]}\n",
+            "60% or 60 mm");
+    refuses("volume: phantom\nanimation: {clip: [{normal: left, at: {0%: 0%, 100%: 0.6}}]}\n",
+            "60% or 0.6 mm");
     refuses("volume: phantom\nanimation: {camera: {orbit: {}, fixed: {position_mm: [1, 2, 3], "
             "target_mm: [0, 0, 0]}}}\n",
             "both \"orbit\" and \"fixed\" are given");
@@ -392,8 +388,8 @@ static const char full[] =
     "  camera: {orbit: {axis: left, turns: 2, target_mm: [1, 2, 3]}, projection: orthographic,"
     " zoom: {0%: 1, 100%: 2, ease: in}}\n"
     "  clip_mode: cut\n  clip:\n"
-    "    - plane: {normal: anterior, at: {20%: 10%, 80%: -4 mm}}\n"
-    "      except: [coronary*, \"9\"]\n    - plane: {normal: [0, 3, 4], at: 50%, active: [1f, "
+    "    - {normal: anterior, at: {20%: 10%, 80%: -4 mm}, "
+    "except: [coronary*, \"9\"]}\n    - {normal: [0, 3, 4], at: 50%, active: [1f, "
     "50%]}\n"
     "  verbs:\n"
     "    - {fade: \"myo*\", to: 0.25, during: [1f, 5f], ease: linear}\n"
@@ -591,8 +587,8 @@ TEST(parts_of_the_animation_may_be_times)
         const sc_sweep *sweep = &job.animation.sweeps[0];
 
         snprintf(text, sizeof text,
-                 "volume: phantom\noutput: {fps: 10}\nanimation: {frames: 10.1s, clip: [{plane: "
-                 "{normal: left, active: %s}}]}\n",
+                 "volume: phantom\noutput: {fps: 10}\nanimation: {frames: 10.1s, clip: ["
+                 "{normal: left, active: %s}]}\n",
                  cases[i].part);
         assert_int_equal(load(text, &h, NULL, NULL, &job), SC_OK);
         assert_near(sweep->active_begin, cases[i].begin / 100, 1e-11);
@@ -721,22 +717,20 @@ static const struct {
     {"tissues: {aorta: {interior_opacity: auto}}", "  \"aorta\": {interior_opacity: auto}\n"},
     {"image: {path: phantom, caps: {0s: 0, 3s: 1}}", "  caps: {0%: 0, 90%: 1}\n  slices: "
                                                      "0.7"},
-    {"animation: {frames: 101, clip: [{plane: {normal: left}, except: {0%: [aorta, \"l*\"], 1s: "
+    {"animation: {frames: 101, clip: [{normal: left, except: {0%: [aorta, \"l*\"], 1s: "
      "[], 60f: [wall]}}]}",
-     "      except: {0%: [\"aorta\", \"l*\"], 30%: [], 60%: [\"wall\"]}\n"},
-    {"animation: {frames: 101, clip: [{plane: {normal: left, at: {1s: 10%, 2s: -12 mm, ease: "
-     "smooth}}, except: [aorta]}, {plane: {normal: {0%: left, 50f: [0, 2, 0]}, active: [0%, "
-     "50%]}}, {plane: {normal: {50%: feet}, "
-     "at: [1, 2, 3]}}, {plane: {normal: head}}], slices: {10f: [1, 2, 3]}}",
-     "- plane: {normal: [-1, 0, 0], at: {30%: 10%, 60%: {value: -12 mm, ease: smooth}}}\n      "
-     "except: [\"aorta\"]\n    - plane: {normal: {0%: [-1, 0, 0], 50%: [0, 1, 0]}, at: 50%, "
-     "active: [0%, 50%]}\n "
-     "  "
-     "   except: []\n    - plane: {normal: {50%: [0, 0, -1]}, at: "
-     "[1, 2, 3]}\n      except: []\n    - plane: {normal: [0, 0, 1], at: 50%}"},
-    {"animation: {frames: 101, clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}, active: {1s: "
-     "true, 2s: false}}}]}",
-     "at: {0%: 0%, 100%: 50%}, active: {30%: true, 60%: false}}\n"},
+     "at: 50%, except: {0%: [\"aorta\", \"l*\"], 30%: [], 60%: [\"wall\"]}}\n"},
+    {"animation: {frames: 101, clip: [{normal: left, at: {1s: 10%, 2s: -12 mm, ease: "
+     "smooth}, except: [aorta]}, {normal: {0%: left, 50f: [0, 2, 0]}, active: [0%, "
+     "50%]}, {normal: {50%: feet}, "
+     "at: [1, 2, 3]}, {normal: head}], slices: {10f: [1, 2, 3]}}",
+     "- {normal: [-1, 0, 0], at: {30%: 10%, 60%: {value: -12 mm, ease: smooth}}, "
+     "except: [\"aorta\"]}\n    - {normal: {0%: [-1, 0, 0], 50%: [0, 1, 0]}, at: 50%, "
+     "active: [0%, 50%], except: []}\n    - {normal: {50%: [0, 0, -1]}, at: "
+     "[1, 2, 3], except: []}\n    - {normal: [0, 0, 1], at: 50%, except: []}"},
+    {"animation: {frames: 101, clip: [{normal: left, at: {0%: 0%, 100%: 50%}, active: {1s: "
+     "true, 2s: false}}]}",
+     "at: {0%: 0%, 100%: 50%}, active: {30%: true, 60%: false}, except: []}\n"},
     {"animation: {frames: 101, slices: {10f: [1, 2, 3]}}", "slices: {10%: [1, 2, 3]}"},
     {"animation: {frames: 101, camera: {fixed: {position_mm: {0s: [1, 2, 3], 2s: [1, 2, 4]}, "
      "target_mm: [0, 0, 0], up: {0s: left, 60f: head, ease: out}}}}",
@@ -801,19 +795,19 @@ TEST(wrong_key_frames_of_the_scene_are_refused)
          "visible at 1s is a map, expected true or false"},
         {"tissues: {aorta: {offset: {1s: 3}}}", "is \"3\", expected [R, A, S]"},
         {"tissues: {aorta: {offset: 3 mm}}", "offset is \"3 mm\", expected [R, A, S]"},
-        {"animation: {clip: [{plane: {normal: left}, except: {1s: aorta}}]}",
+        {"animation: {clip: [{normal: left, except: {1s: aorta}}]}",
          "is \"aorta\", expected a list of tissues, such as [aorta] or []"},
-        {"animation: {clip: [{plane: {normal: left}, except: {1s: [], 30f: []}}]}",
+        {"animation: {clip: [{normal: left, except: {1s: [], 30f: []}}]}",
          "except: the key frame at 30f does not come after that at 1s"},
         {"light: {shadows: 1.5}", "shadows is \"1.5\", expected true, false, a number from 0 to 1"},
         {"tissues: {aorta: {color: {90s: red}}}", "90s is behind the end"},
-        {"animation: {clip: [plane: {normal: {0s: left, 1s: head, 2s: feet}}]}",
+        {"animation: {clip: [{normal: {0s: left, 1s: head, 2s: feet}}]}",
          "job.yaml:2: normal: the directions of key frames 2 and 3 are opposite, so that no way"},
-        {"animation: {clip: [plane: {normal: left, at: {1s: 10}}]}",
+        {"animation: {clip: [{normal: left, at: {1s: 10}}]}",
          "is \"10\", expected a unit behind the number: 10% or 10 mm"},
-        {"animation: {clip: [plane: {normal: left, at: {1s: 1%, 30f: 2%}}]}",
+        {"animation: {clip: [{normal: left, at: {1s: 1%, 30f: 2%}}]}",
          "at: the key frame at 30f does not come after that at 1s"},
-        {"animation: {clip: [plane: {normal: {0s: lft}}]}",
+        {"animation: {clip: [{normal: {0s: lft}}]}",
          "unknown normal at 0s \"lft\"; did you mean \"left\"?"},
         {"animation: {slices: {0s: [3]}}", "slices at 0s is [3], expected [R, A"},
         {"animation: {slices: {0s: 3}}", "slices at 0s is \"3\", expected a share"},
@@ -913,13 +907,13 @@ TEST(the_command_line_beats_the_environment_beats_the_file)
     assert_ok(load(text, &h, "tissues.\"left atrium\".opacity=0.25", NULL, &job));
     assert_string_equal(job.rules[0].pattern, "left atrium");
     sc_job_clear(&job);
-    assert_ok(load(full, &h, "animation.clip.1.plane.at=30%", NULL, &job));
+    assert_ok(load(full, &h, "animation.clip.1.at=30%", NULL, &job));
     assert_near(job.animation.sweeps[1].from.value, 30, 0);
     sc_job_clear(&job);
     assert_int_equal(load(text, &h, "render.samples=9", NULL, &job), SC_ERR_USAGE);
     assert_non_null(strstr(h.text, "render.samples=9"));
     assert_int_equal(load(text, &h, "render.smaples=2", NULL, &job), SC_ERR_USAGE);
-    assert_int_equal(load(full, &h, "animation.clip.5.plane.at=30%", NULL, &job), SC_ERR_USAGE);
+    assert_int_equal(load(full, &h, "animation.clip.5.at=30%", NULL, &job), SC_ERR_USAGE);
     assert_ok(load(text, &h, NULL, "SEGCAST_RENDER_SAMPELS=3", &job));
     assert_non_null(strstr(h.text, "names no key"));
     sc_job_clear(&job);
@@ -1006,9 +1000,9 @@ TEST(nested_keys_are_set_in_every_way)
         "SEGCAST_ANIMATION_CAMERA_FIXED={position_mm: [1,2,3], target_mm: [4,5,6]}",
         "volume: phantom\nanimation: {camera: {fixed: {position_mm: [1,2,3], target_mm: "
         "[4,5,6]}}}\n");
-    expect_same_job("animation.clip.0.plane={normal: left, at: 10%}",
-                    "SEGCAST_ANIMATION_CLIP_0_PLANE={normal: left, at: 10%}",
-                    "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: 10%}}]}\n");
+    expect_same_job("animation.clip.0={normal: left, at: 10%}",
+                    "SEGCAST_ANIMATION_CLIP_0={normal: left, at: 10%}",
+                    "volume: phantom\nanimation: {clip: [{normal: left, at: 10%}]}\n");
     expect_same_job("animation.slices=[1, 2, 3]", "SEGCAST_ANIMATION_SLICES=1,2,3",
                     "volume: phantom\nanimation: {slices: [1, 2, 3]}\n");
     expect_same_job("tissues.7.opacity=0.5", "SEGCAST_TISSUES={7: {opacity: 0.5}}",
@@ -1052,34 +1046,31 @@ TEST(settings_merge_maps_and_replace_alternatives)
                   "animation.camera.zoom={2s: 3}",
                   "volume: phantom\nanimation: {camera: {zoom: {2s: 3}}}\n");
     expect_change(
-        "volume: phantom\nanimation: {clip: [{plane: {normal: left}, except: [a]}]}\n",
+        "volume: phantom\nanimation: {clip: [{normal: left, except: [a]}]}\n",
         "animation.clip[0]={box: [[0%, 0%, 0%], [40%, 100%, 100%]]}",
         "volume: phantom\nanimation: {clip: [{box: [[0%, 0%, 0%], [40%, 100%, 100%]], except: "
         "[a]}]}\n");
-    expect_change(
-        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}}}]}\n",
-        "animation.clip[1].plane.normal=right",
-        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}}}, "
-        "{plane: {normal: right}}]}\n");
-    expect_change(
-        "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: {0%: 0%, 100%: 50%}}}]}\n",
-        "animation.clip=[]", "volume: phantom\nanimation: {clip: []}\n");
+    expect_change("volume: phantom\nanimation: {clip: [{normal: left, at: {0%: 0%, 100%: 50%}}]}\n",
+                  "animation.clip[1].normal=right",
+                  "volume: phantom\nanimation: {clip: [{normal: left, at: {0%: 0%, 100%: 50%}}, "
+                  "{normal: right}]}\n");
+    expect_change("volume: phantom\nanimation: {clip: [{normal: left, at: {0%: 0%, 100%: 50%}}]}\n",
+                  "animation.clip=[]", "volume: phantom\nanimation: {clip: []}\n");
 }
 
 /* A point of a plane in patient coordinates, instead of a position along its normal. */
 TEST(a_plane_may_be_given_by_a_point)
 {
-    expect_change(
-        "volume: phantom\nanimation: {clip: [{plane: {normal: [0, 3, 4], at: [9, 10, "
-        "20]}}]}\n",
-        NULL, "volume: phantom\nanimation: {clip: [{plane: {normal: [0, 3, 4], at: 22 mm}}]}\n");
+    expect_change("volume: phantom\nanimation: {clip: [{normal: [0, 3, 4], at: [9, 10, "
+                  "20]}]}\n",
+                  NULL, "volume: phantom\nanimation: {clip: [{normal: [0, 3, 4], at: 22 mm}]}\n");
 }
 
 /* Names of tissues may hold characters that have a meaning in YAML. */
 TEST(every_text_is_written_so_that_it_can_be_read)
 {
     static const char text[] = "volume: phantom\ntissues: {'a \"b\" \\c: #': {opacity: 1}}\n"
-                               "animation: {clip: [{plane: {normal: left}, except: ['\"\\', "
+                               "animation: {clip: [{normal: left, except: ['\"\\', "
                                "\"\\x01\\n\"]}]}\n";
     heard h;
     sc_job job, again;
@@ -1121,7 +1112,7 @@ TEST(a_file_named_like_the_phantom_is_a_file)
 TEST(no_allocation_that_fails_is_lost)
 {
     static const sc_setting settings[] = {
-        {"a", "animation.clip.0.plane", "{normal: right, at: 10%}", false},
+        {"a", "animation.clip.0", "{normal: right, at: 10%}", false},
         {"b", "tissues.\"left atrium\".opacity", "0.5", true},
         {"c", "animation.camera.fixed", "{position_mm: [1, 2, 3], target_mm: [0, 0, 0]}", false},
         {"d", "output", "{fps: 24, size: [64, 64]}", false},
@@ -1157,7 +1148,7 @@ TEST(no_allocation_that_fails_is_lost)
 /* The same for a job with mistakes: they are told, or there is no memory. */
 TEST(no_allocation_that_fails_hides_a_mistake)
 {
-    static const sc_setting settings[] = {{"a", "animation.clip.7.plane", "{normal: up}", false},
+    static const sc_setting settings[] = {{"a", "animation.clip.7", "{normal: up}", false},
                                           {"b", "tissues.x.color", "#12", false}};
     static const char *const environment[] = {"SEGCAST_RENDER_SAMPELS=2", "HOME=/home/x", NULL};
     const sc_job_sources sources = {.path = "job3.yaml",
@@ -1171,7 +1162,7 @@ TEST(no_allocation_that_fails_hides_a_mistake)
         "job3.yaml",
         "volume: ~/none.nrrd\nlabels: none.ctbl\nligth: {}\noutput: {size: 9, directory: ~/o}\n"
         "tissues: {a: {color: rde}, b: 3}\nanimation:\n  frames: 1 ms\n"
-        "  clip:\n    - {plane: {at: 3}, except: [a, [b]]}\n    - {box: [[1], [2]]}\n");
+        "  clip:\n    - {at: 3, except: [a, [b]]}\n    - {box: [[1], [2]]}\n");
     for (long n = 0; status == SC_ERR_MEMORY; n++) {
         long budget = n;
         heard h;
@@ -1234,8 +1225,7 @@ TEST(ranges_of_frames)
 TEST(a_setting_within_a_single_value_is_refused)
 {
     static const char *const settings[] = {"volume.x=2", "output.video.a.b=2",
-                                           "tissues.t.opacity.x=2",
-                                           "animation.clip.0.plane.at.x=2"};
+                                           "tissues.t.opacity.x=2", "animation.clip.0.at.x=2"};
     heard h;
     sc_job job;
 

@@ -33,7 +33,7 @@ static const char film[] =
     "animation:\n"
     "  frames: 4 s\n"
     "  camera: {orbit: {turns: 2, elevation: 30}}\n"
-    "  clip: [{plane: {normal: left, at: {1s: 0%, 2s: 50%}}}]\n"
+    "  clip: [{normal: left, at: {1s: 0%, 2s: 50%}}]\n"
     "shots:\n"
     "  - {card: [A film, of shots], tissues: {aorta: {opacity: 0.75}}, "
     "animation: {frames: 12}}\n"
