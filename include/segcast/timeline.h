@@ -108,10 +108,9 @@ typedef struct sc_sweep {
      * there are none, the tissues are the same in all frames. */
     int except_count;
     double except_at[SC_CLIP_SPANS_MAX]; /**< [except_count], rising, as of sc_key_frame.at */
-    bool has_active;                     /**< it cuts in a part of the animation only */
-    double active_begin, active_end;     /**< that part, 0 to 1; both ends belong to it */
-    sc_track active_track;               /**< key frames instead, if has_active: x is 1 while it
-                                              cuts, else 0; each holds until the next */
+    bool has_active, active;             /**< whether it cuts is given, and does it */
+    sc_track active_track;               /**< key frames of it: x is 1 while it cuts, else 0; each
+                                              holds until the next */
     /** Key frames of where the plane lies: x and, if y is 1, in percent, as of sc_plane_position.
      * In a timeline x is in mm: along
      * the normal from the origin or, where the normal has key frames, from the pivot. */

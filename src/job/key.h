@@ -116,8 +116,8 @@ extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_card, sc_t
 /* The tables: sc_job_keys describes the whole file and is read into sc_job; the others describe
  * maps in it. */
 extern const sc_key sc_job_keys[], sc_volume_keys[], sc_camera_keys[], sc_clip_keys[],
-    sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[], sc_color_by_keys[],
-    sc_cine_keys[], sc_compare_keys[], sc_image_keys[], sc_shot_keys[];
+    sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_color_by_keys[], sc_cine_keys[],
+    sc_compare_keys[], sc_image_keys[], sc_shot_keys[];
 /* The keys of a study file, read into sc_study. */
 extern const sc_key sc_study_keys[];
 
@@ -217,7 +217,7 @@ sc_status sc_cine_check(const sc_ctx *ctx, const struct sc_job_sources *sources,
 
 /* ---- job_overlays.c ---- */
 
-/* Refuse captions that are shown in no frame, or with another one at the same time and place.
+/* Refuse captions that are shown in no frame.
  * @param job all of it, with its number of frames. @return SC_ERR_DATA, all are logged. */
 sc_status sc_captions_check(const sc_ctx *ctx, const struct sc_job *job);
 

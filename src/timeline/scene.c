@@ -106,11 +106,9 @@ static sc_vec3 point_at(const sc_timeline *t, double at)
 /* @return whether a plane cuts at a time, 0 to 1. */
 static bool is_active(const sc_sweep *sweep, double at)
 {
-    if (!sweep->has_active)
-        return true;
     if (sweep->active_track.count)
         return sc_track_step(&sweep->active_track, at).x > 0;
-    return at >= sweep->active_begin && at <= sweep->active_end;
+    return !sweep->has_active || sweep->active;
 }
 
 /* @return the span of the exceptions of a plane in which a time lies: before the first key frame

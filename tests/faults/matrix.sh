@@ -68,7 +68,7 @@ if [ -n "${FAULT_OVERLAYS:-}" ]; then
     sed -i 's/32, 24/128, 96/' job.yaml # room for words
     cat >>job.yaml <<YAML
 overlays:
-  caption: [{text: Herz 心臓, during: [0%, 60%]}]
+  caption: {0%: Herz 心臓, 60%: none}
   time: top-right
   scale_bar: bottom-left
   orientation: bottom-right

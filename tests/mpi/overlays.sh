@@ -5,7 +5,7 @@
 small_job job.yaml
 "$SEGCAST" still job.yaml -o logo.png -q --set output.size=[80,60] --set render.background=none >/dev/null
 overlays=(--set output.size=[200,160] --set overlays.time=top-right --set overlays.scale_bar=bottom-left --set overlays.logo=logo.png --set overlays.legend=top-left --set overlays.orientation=bottom-right --set overlays.names=all
-    --set 'overlays.caption=[{text: "The heart", during: [0%, 60%]}, {text: two words, during: [60%, 100%]}]')
+    --set 'overlays.caption={0%: "The heart", 60%: two words}')
 for setting in output.layout=picture output.layout=views render.background=none; do
     OMP_NUM_THREADS=1 "$SEGCAST" render job.yaml -o "one-$setting" -q "${overlays[@]}" --set $setting >/dev/null
     "$SEGCAST" render job.yaml -o "bare-$setting" -q --set output.size=[200,160] --set $setting >/dev/null

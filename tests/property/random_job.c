@@ -34,7 +34,6 @@ struct maker {
     bool is_measured;    /* color_by: by a measure, not by a table */
     bool is_transparent; /* no background */
     int way;             /* of a flight: through tissues, from middle to middle, points */
-    unsigned place;      /* of the next caption: captions in one place must not overlap */
 };
 
 /* A key of a map and what writes its value. A function that writes nothing leaves the key out. */
@@ -342,37 +341,37 @@ static void put_text(struct maker *maker, const char *arg)
 
 #define PLACES "top-left|top|top-right|bottom-left|bottom|bottom-right"
 
-/* Captions have places of their own, because two in one place must not overlap. */
-static void put_caption_place(struct maker *maker, const char *arg)
+/* A text, or key frames of some. */
+static void put_line(struct maker *maker, const char *arg)
 {
-    static const char *const places[] = {"bottom",   "top",         "bottom-right",
-                                         "top-left", "bottom-left", "top-right"};
-
-    (void)arg;
-    add(maker, "%s", places[maker->place++ % COUNT_OF(places)]);
-}
-
-static const struct row caption_rows[] = {
-    {"text", 100, put_text, NULL},
-    {"place", 100, put_caption_place, NULL},
-    {"during", 70, put_during, "4"}, /* at least a frame */
-};
-
-static void put_captions(struct maker *maker, const char *arg)
-{
-    const int count = whole(maker, 1, 3);
-
-    if (chance(maker, 30)) {
+    if (chance(maker, 50)) {
         put_text(maker, arg);
         return;
     }
-    maker->place = (unsigned)whole(maker, 0, 5);
-    add(maker, "[");
-    for (int i = 0; i < count; i++) {
-        add(maker, "%s", i ? ", " : "");
-        add_map(maker, caption_rows, COUNT_OF(caption_rows));
+    add(maker, "{0%%: %s, ", chance(maker, 50) ? "none" : "first");
+    put_time(maker, whole(maker, 1, 4));
+    add(maker, ": ");
+    put_text(maker, arg);
+    add(maker, ", ");
+    put_time(maker, whole(maker, 5, 9));
+    add(maker, ": %s}", chance(maker, 50) ? "none" : "last");
+}
+
+static void put_captions(struct maker *maker, const char *arg)
+{
+    static const char *const places[] = {"bottom",   "top",         "bottom-right",
+                                         "top-left", "bottom-left", "top-right"};
+    const int first = whole(maker, 0, 5), count = whole(maker, 0, 3);
+
+    if (!count) {
+        put_line(maker, arg);
+        return;
     }
-    add(maker, "]");
+    for (int i = 0; i < count; i++) {
+        add(maker, "%s%s: ", i ? ", " : "{", places[(first + i) % (int)COUNT_OF(places)]);
+        put_line(maker, arg);
+    }
+    add(maker, "}");
 }
 
 static void put_color_bar(struct maker *maker, const char *arg)
@@ -585,13 +584,13 @@ static void put_scene_track(struct maker *maker, void (*put)(struct maker *maker
     add(maker, "}");
 }
 
-/* A part of the animation, or key frames of true and false. */
+/* True or false, or key frames of such. */
 static void put_active(struct maker *maker, const char *arg)
 {
-    if (chance(maker, 60))
-        put_during(maker, arg);
+    if (chance(maker, 20))
+        put_word(maker, arg);
     else
-        put_scene_track(maker, put_word, "true|false", false);
+        put_scene_track(maker, put_word, arg, false);
 }
 
 /* A position, or key frames of some. */
@@ -628,7 +627,7 @@ static void put_exceptions(struct maker *maker, const char *arg)
 static const struct row plane_rows[] = {
     {"normal", 100, put_direction, NULL},
     {"at", 70, put_position_track, "10:60"},
-    {"active", 30, put_active, NULL},
+    {"active", 30, put_active, "true|false"},
     {"except", 40, put_exceptions, NULL},
 };
 static const struct row point_plane_rows[] = {
@@ -1169,7 +1168,6 @@ static void print_keys(void)
     PRINT("animation.camera.fixed", fixed_rows);
     PRINT("animation", slices_rows);
     PRINT("overlays", overlay_rows);
-    PRINT("overlays.caption.N", caption_rows);
     PRINT("light", light_rows);
     PRINT("tissues.NAME", tissue_rows);
     PRINT("tissues.NAME", hidden_rows);

@@ -389,8 +389,8 @@ static const char full[] =
     " zoom: {0%: 1, 100%: 2, ease: in}}\n"
     "  clip_mode: cut\n  clip:\n"
     "    - {normal: anterior, at: {20%: 10%, 80%: -4 mm}, "
-    "except: [coronary*, \"9\"]}\n    - {normal: [0, 3, 4], at: 50%, active: [1f, "
-    "50%]}\n"
+    "except: [coronary*, \"9\"]}\n    - {normal: [0, 3, 4], at: 50%, active: {1f: "
+    "true, 50%: false}}\n"
     "  verbs:\n"
     "    - {fade: \"myo*\", to: 0.25, during: [1f, 5f], ease: linear}\n"
     "    - {appear: [9, \"a: b\"], order: superior, stagger: 40%}\n"
@@ -398,8 +398,9 @@ static const char full[] =
     "    - {frame: [4], ease: [0, 0.25, 0.5, 1]}\n"
     "    - {orbit: 30, elevation: -4}\n"
     "    - {rock: 5, times: 3}\n    - {zoom: 3}\n"
-    "overlays:\n  time: top-right\n  caption:\n    - The heart\n"
-    "    - {text: \"a\\nb: \\\"c\\\"\", place: top-left, during: [1f, 5f]}\n"
+    "overlays:\n  time: top-right\n  caption:\n"
+    "    top-left: {0f: none, 1f: \"a\\nb: \\\"c\\\"\", 5f: none}\n"
+    "    bottom: The heart\n"
     "farm: {tile: 16}\n";
 
 static void expect_verbs(const sc_job *job)
@@ -437,12 +438,12 @@ static void expect_overlays(const sc_job *job)
     assert_int_equal(job->overlays.scale_bar, SC_PLACE_NONE);
     assert_string_equal(job->overlays.font, "DejaVu Sans");
     assert_int_equal(job->caption_count, 2);
-    assert_string_equal(job->captions[0].text, "The heart");
-    assert_int_equal(job->captions[0].place, SC_PLACE_BOTTOM);
-    assert_string_equal(job->captions[1].text, "a\nb: \"c\"");
-    assert_int_equal(job->captions[1].place, SC_PLACE_TOP_LEFT);
-    assert_near(job->captions[1].begin, 1 / 11.0, 1e-10);
-    assert_near(job->captions[1].end, 5 / 11.0, 1e-10);
+    assert_string_equal(job->captions[1].text, "The heart");
+    assert_int_equal(job->captions[1].place, SC_PLACE_BOTTOM);
+    assert_string_equal(job->captions[0].text, "a\nb: \"c\"");
+    assert_int_equal(job->captions[0].place, SC_PLACE_TOP_LEFT);
+    assert_near(job->captions[0].begin, 1 / 11.0, 1e-10);
+    assert_near(job->captions[0].end, 5 / 11.0, 1e-10);
 }
 
 static void expect_full(const sc_job *job)
@@ -464,8 +465,9 @@ static void expect_full(const sc_job *job)
     assert_near(job->animation.sweeps[0].at_track.keys[0].at, 0.2, 1e-12);
     assert_near(job->animation.sweeps[1].normal.z, 0.8, 1e-12);
     assert_true(!job->animation.sweeps[0].has_active && job->animation.sweeps[1].has_active);
-    assert_near(job->animation.sweeps[1].active_begin, 1 / 11.0, 1e-10);
-    assert_near(job->animation.sweeps[1].active_end, 0.5, 1e-12);
+    assert_int_equal(job->animation.sweeps[1].active_track.count, 2);
+    assert_near(job->animation.sweeps[1].active_track.keys[0].at, 1 / 11.0, 1e-10);
+    assert_near(job->animation.sweeps[1].active_track.keys[0].value.x, 1, 0);
     assert_int_equal(job->exception_count, 2);
     assert_string_equal(job->exceptions[0].pattern, "coronary*");
     expect_verbs(job);
@@ -477,19 +479,20 @@ TEST(wrong_captions_are_refused)
     static const struct {
         const char *captions, *message;
     } cases[] = {
-        {"[{txt: a}]", "unknown key \"txt\"; did you mean \"text\"?"},
-        {"[{place: top}]", "the key \"text\" is missing"},
-        {"{text: a}", "caption is a map, expected a text, or a list of captions"},
-        {"[{text: \"\"}]", "text has no value, expected a text that is not empty"},
-        {"[{text: a, place: middle}]", "place"},
-        {"[\"bell \\a\"]", "as its character 6, U+0007, which is a control character"},
-        {"[\"\\u202eabc\"]", "U+202E, which is a control character"},
-        {"[\"\\u05d0\"]", "U+05D0, which is of a script that is written from right to left"},
-        {"[\"1\\n2\\n3\\n4\\n5\\n6\\n7\\n8\\n9\"]", "has 9 lines, expected at most 8"},
-        {"[a, b]", "same time and place as that of job.yaml:2"},
-        {"[{text: a, during: [0%, 50%]}, {text: b, during: [40%, 60%]}]", "same time and place"},
-        {"[{text: a, during: [10.1%, 10.2%]}]", "is shown in no frame"},
-        {"[{text: a, during: [5s, 99s]}]", "99s is behind the end of the animation"},
+        {"[a, b]", "caption is [a, b], expected a text, key frames such as"},
+        {"{tpo: a}", "unknown caption \"tpo\"; did you mean \"top\"?"},
+        {"{top: a, tpo: b}", "unknown caption \"tpo\"; did you mean \"top\"?"},
+        {"{1s: a, top: b}", "caption: \"top\" is no time of the animation"},
+        {"{top: [a]}", "caption"},
+        {"{}", "caption has 0 key frames"},
+        {"\"\"", "caption has no value, expected a text, or none"},
+        {"\"bell \\a\"", "as its character 6, U+0007, which is a control character"},
+        {"\"\\u202eabc\"", "U+202E, which is a control character"},
+        {"\"\\u05d0\"", "U+05D0, which is of a script that is written from right to left"},
+        {"\"1\\n2\\n3\\n4\\n5\\n6\\n7\\n8\\n9\"", "has 9 lines, expected at most 8"},
+        {"{0s: none, 10.1%: a, 10.2%: none}", "is shown in no frame"},
+        {"{2s: a, 1s: b}", "caption: the key frame at 1s does not come after that at 2s"},
+        {"{0s: none, 5s: a, 99s: none}", "99s is behind the end of the animation"},
     };
     char text[256];
 
@@ -510,7 +513,7 @@ TEST(long_captions_are_refused)
 
     memset(text + begin, 'a', 10000);
     strcpy(text + begin + 10000, "}\n");
-    refuses(text, "the text of a caption has 10000 bytes, expected at most 511");
+    refuses(text, "caption has 10000 bytes, expected at most 511");
 }
 
 TEST(wrong_verbs_are_refused)
@@ -584,21 +587,20 @@ TEST(parts_of_the_animation_may_be_times)
         heard h;
         sc_job job, again;
         sc_text written = {0};
-        const sc_sweep *sweep = &job.animation.sweeps[0];
 
         snprintf(text, sizeof text,
-                 "volume: phantom\noutput: {fps: 10}\nanimation: {frames: 10.1s, clip: ["
-                 "{normal: left, active: %s}]}\n",
+                 "volume: phantom\noutput: {fps: 10}\nanimation: {frames: 10.1s, verbs: ["
+                 "{zoom: 2, during: %s}]}\n",
                  cases[i].part);
         assert_int_equal(load(text, &h, NULL, NULL, &job), SC_OK);
-        assert_near(sweep->active_begin, cases[i].begin / 100, 1e-11);
-        assert_near(sweep->active_end, cases[i].end / 100, 1e-11);
-        assert_true(sweep->active_begin <=
+        assert_near(job.verbs[0].begin, cases[i].begin / 100, 1e-11);
+        assert_near(job.verbs[0].end, cases[i].end / 100, 1e-11);
+        assert_true(job.verbs[0].begin <=
                     cases[i].begin / 100); /* a jump there is not a frame late */
         assert_ok(sc_job_write(&quiet, &job, false, &written));
         assert_int_equal(load(written.data, &h, NULL, NULL, &again), SC_OK);
-        assert_near(again.animation.sweeps[0].active_begin, sweep->active_begin, 0);
-        assert_near(again.animation.sweeps[0].active_end, sweep->active_end, 0);
+        assert_near(again.verbs[0].begin, job.verbs[0].begin, 0);
+        assert_near(again.verbs[0].end, job.verbs[0].end, 0);
         sc_text_clear(&written);
         sc_job_clear(&job);
         sc_job_clear(&again);
@@ -721,12 +723,12 @@ static const struct {
      "[], 60f: [wall]}}]}",
      "at: 50%, except: {0%: [\"aorta\", \"l*\"], 30%: [], 60%: [\"wall\"]}}\n"},
     {"animation: {frames: 101, clip: [{normal: left, at: {1s: 10%, 2s: -12 mm, ease: "
-     "smooth}, except: [aorta]}, {normal: {0%: left, 50f: [0, 2, 0]}, active: [0%, "
-     "50%]}, {normal: {50%: feet}, "
+     "smooth}, except: [aorta]}, {normal: {0%: left, 50f: [0, 2, 0]}, active: false}, {normal: "
+     "{50%: feet}, "
      "at: [1, 2, 3]}, {normal: head}], slices: {10f: [1, 2, 3]}}",
      "- {normal: [-1, 0, 0], at: {30%: 10%, 60%: {value: -12 mm, ease: smooth}}, "
      "except: [\"aorta\"]}\n    - {normal: {0%: [-1, 0, 0], 50%: [0, 1, 0]}, at: 50%, "
-     "active: [0%, 50%], except: []}\n    - {normal: {50%: [0, 0, -1]}, at: "
+     "active: false, except: []}\n    - {normal: {50%: [0, 0, -1]}, at: "
      "[1, 2, 3], except: []}\n    - {normal: [0, 0, 1], at: 50%, except: []}"},
     {"animation: {frames: 101, clip: [{normal: left, at: {0%: 0%, 100%: 50%}, active: {1s: "
      "true, 2s: false}}]}",

@@ -29,7 +29,7 @@ static const char film[] =
     "output: {fps: 10}\n"
     "render: {samples: 2, cap_outline: 0.5}\n"
     "tissues: {aorta: {color: red, opacity: 0.5}, \"*\": {opacity: 1}}\n"
-    "overlays: {time: top, caption: [{text: first, during: [1s, 2s]}]}\n"
+    "overlays: {time: top, caption: {0s: none, 1s: first, 2s: none}}\n"
     "animation:\n"
     "  frames: 4 s\n"
     "  camera: {orbit: {turns: 2, elevation: 30}}\n"
@@ -101,14 +101,14 @@ TEST(a_shot_has_the_keys_of_its_film)
 
     /* The film's keys have times behind the end of the first shot, which need other ones there. */
     assert_int_equal(load(film, &h, NULL, &job), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "shots.yaml:5: during: 2s is behind the end of the animation"));
+    assert_non_null(strstr(h.text, "shots.yaml:5: caption: 2s is behind the end of the animation"));
     assert_non_null(strstr(h.text, "1.2 s, by shots.yaml:11")); /* the shot that is too short */
     sc_job_clear(&job);
     {
         char text[sizeof film + 64];
         const char *at = strstr(film, "animation: {frames: 12}");
 
-        snprintf(text, sizeof text, "%.*soverlays: {caption: []}, animation: {frames: 12}%s",
+        snprintf(text, sizeof text, "%.*soverlays: {caption: none}, animation: {frames: 12}%s",
                  (int)(at - film), film, at + strlen("animation: {frames: 12}"));
         if (load(text, &h, NULL, &job) != SC_OK)
             fail_msg("%s", h.text);

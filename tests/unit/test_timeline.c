@@ -201,7 +201,7 @@ TEST(a_sweep_is_monotone_and_reaches_both_ends)
     assert_near(sc_timeline_scene(&t, 40, NULL).planes[0].offset_mm, 25 - 36, 1e-9);
 }
 
-/* A plane cuts in the frames of its part, the first and the last of them included. */
+/* A plane cuts from a key frame that is true until one that is false. */
 TEST(a_plane_cuts_while_it_is_active)
 {
     sc_animation a = animation(11);
@@ -212,7 +212,9 @@ TEST(a_plane_cuts_while_it_is_active)
     a.sweep_count = 2;
     a.sweeps[1] = (sc_sweep){.normal = {0, 0, 1}};
     a.sweeps[0] =
-        (sc_sweep){.normal = {0, 1, 0}, .has_active = true, .active_begin = 0.3, .active_end = 0.6};
+        (sc_sweep){.normal = {0, 1, 0},
+                   .has_active = true,
+                   .active_track = {3, {{.at = 0}, {.at = 0.25, .value = {1, 0, 0}}, {.at = 0.7}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     t.clip_sets[1].spares[1] = 1;
     t.clip_set_count = 2;
@@ -225,7 +227,7 @@ TEST(a_plane_cuts_while_it_is_active)
         assert_int_equal(scene.clip_sets[0], cuts ? 3 : 1);
         assert_int_equal(scene.clip_sets[1], cuts ? 1 : 0);
     }
-    /* By key frames: the first holds from the beginning. */
+    /* The first key frame holds from the beginning. */
     a.sweeps[0].active_track = (sc_track){
         3, {{.at = 0.2, .value = {1, 0, 0}}, {.at = 0.4}, {.at = 0.7, .value = {1, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);

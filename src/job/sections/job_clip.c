@@ -106,40 +106,6 @@ static const sc_value_type type_at = {
     .schema = at_schema,
 };
 
-/* The two ends of a part of the animation, or key frames of whether it cuts. */
-static sc_status read_active(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    const sc_key span = {.name = key->name, .type = &sc_type_span};
-
-    if (sc_is_track(node))
-        return sc_read_track(ctx, key, node, (sc_track *)((char *)value + key->track));
-    return sc_type_span.read(ctx, node->kind == SC_YAML_LIST ? &span : key, node, value);
-}
-
-static sc_status write_active(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                              sc_text *text)
-{
-    const sc_track *track = (const sc_track *)((const char *)value + key->track);
-
-    return track->count ? sc_write_track(ctx, key, track, text)
-                        : sc_type_span.write(ctx, key, value, indent, text);
-}
-
-static json_t *active_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, o]}", "anyOf", sc_type_span.schema(key), sc_track_schema(key));
-}
-
-static const sc_value_type type_active = {
-    .name = "[begin, end] or key frames",
-    .expected = "the begin and the end of a part of the animation, such as [2s, 5s], or key frames "
-                "such as {0s: true, 4s: false}",
-    .of_key_frames = &sc_type_key_bool,
-    .read = read_active,
-    .write = write_active,
-    .schema = active_schema,
-};
-
 /* ---- boxes ---- */
 
 /* Read corner @p c of a box, a list of three positions. */
@@ -302,11 +268,11 @@ const sc_key sc_clip_keys[] = {
              "normal, or a point of it in patient coordinates, as segcast still --sheet views "
              "prints them",
      .low = -1e6, .high = 1e6},
-    {"active", &type_active, PLANE(sweep.active_begin), NULL,
-     .help = "part of the animation in which the plane cuts; before and after it is not there; or "
-             "key frames of true and false",
-     .track = offsetof(sc_sweep, active_track) - offsetof(sc_sweep, active_begin),
-     .given = SC_GIVEN(plane_entry, sweep.has_active), .without = "all of it"},
+    {"active", &sc_type_tracked_bool, PLANE(sweep.active), NULL,
+     .help = "whether the plane, or the box, cuts; may have key frames, such as {0s: false, 2s: "
+             "true, 5s: false}",
+     .track = offsetof(sc_sweep, active_track) - offsetof(sc_sweep, active),
+     .given = SC_GIVEN(plane_entry, sweep.has_active), .without = "true"},
     {"except", &type_except, 0, NULL,
      .help = "tissues that stay whole: names, globs or label numbers; may have key frames",
      .without = "none"},

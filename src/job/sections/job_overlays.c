@@ -46,18 +46,12 @@ static const sc_value_type type_font = {
 
 /* ---- captions ---- */
 
-/* @return what messages call the text of a row. */
-static const char *name_of(const sc_key *key)
-{
-    return strcmp(key->name, "text") ? key->name : "the text of a caption";
-}
-
 /* Log why a character cannot be drawn. @param at which it is, counted from 1. */
 static sc_status refuse_character(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                   unsigned code, size_t at, const char *why)
 {
-    return sc_yaml_fail(ctx, node, "%s has, as its character %zu, U+%04X, which %s", name_of(key),
-                        at, code, why);
+    return sc_yaml_fail(ctx, node, "%s has, as its character %zu, U+%04X, which %s", key->name, at,
+                        code, why);
 }
 
 /* char[SC_CAPTION_BYTES]: a text whose characters can be drawn, lines separated by \n. */
@@ -69,7 +63,7 @@ static sc_status read_caption_text(const sc_ctx *ctx, const sc_key *key, const s
     if (node->kind != SC_YAML_SCALAR || !node->text[strspn(node->text, " \n")])
         return sc_wrong_type(ctx, node, key->type->expected);
     if (strlen(node->text) >= SC_CAPTION_BYTES)
-        return sc_yaml_fail(ctx, node, "%s has %zu bytes, expected at most %d", name_of(key),
+        return sc_yaml_fail(ctx, node, "%s has %zu bytes, expected at most %d", key->name,
                             strlen(node->text), SC_CAPTION_BYTES - 1);
     for (size_t bytes; node->text[at]; at += bytes ? bytes : 1) {
         unsigned code;
@@ -84,7 +78,7 @@ static sc_status read_caption_text(const sc_ctx *ctx, const sc_key *key, const s
             return refuse_character(ctx, key, node, code, characters, why);
     }
     if (lines > SC_CAPTION_LINES_MAX)
-        return sc_yaml_fail(ctx, node, "%s has %zu lines, expected at most %d", name_of(key), lines,
+        return sc_yaml_fail(ctx, node, "%s has %zu lines, expected at most %d", key->name, lines,
                             SC_CAPTION_LINES_MAX);
     strcpy(value, node->text);
     return SC_OK;
@@ -116,95 +110,6 @@ const sc_value_type sc_type_caption_text = {
 
 static const sc_choice caption_places[] = {PLACES()};
 static const sc_choice places[] = {{"none", SC_PLACE_NONE}, PLACES()};
-
-const sc_key sc_caption_keys[] = {
-    {"text", &sc_type_caption_text, offsetof(sc_caption, text), NULL,
-     .help = "what is written; \\n in double quotes begins a new line, and lines that are too long "
-             "are broken",
-     .required = true},
-    {"place", &sc_type_choice, offsetof(sc_caption, place), "bottom",
-     .help = "where: in a corner, or in the middle of the upper or lower edge",
-     .choices = caption_places},
-    {"during", &sc_type_span, offsetof(sc_caption, begin), "[0%, 100%]",
-     .help = "part of the animation in which it is shown"},
-    {0}};
-
-/* Read one caption, a map or a text, into the next one of the job, for which there is room. */
-static sc_status read_caption(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node,
-                              sc_job *job)
-{
-    sc_caption caption = {.place = SC_PLACE_BOTTOM};
-    sc_status status;
-
-    SC_TRY(sc_keys_set_defaults(ctx, keys, &caption));
-    sc_note_where(node, caption.where, sizeof caption.where);
-    if (node->kind == SC_YAML_MAP)
-        status = sc_keys_read(ctx, keys, node, &caption);
-    else
-        status = sc_type_caption_text.read(ctx, &keys[0], node, caption.text);
-    if (status == SC_OK)
-        job->captions[job->caption_count++] = caption;
-out:
-    return status;
-}
-
-/* Read a text, or a list of captions. @p value is the whole sc_job. @return the first mistake; all
- * are logged. */
-static sc_status read_captions(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
-                               void *value)
-{
-    const bool is_one = node->kind == SC_YAML_SCALAR;
-    const size_t count = is_one ? 1 : node->count;
-    sc_job *job = value;
-    void *block;
-    sc_status status;
-
-    if (node->kind == SC_YAML_MAP)
-        return sc_wrong_type(ctx, node, key->type->expected);
-    if (count > SC_CAPTIONS_MAX)
-        return sc_yaml_fail(ctx, node, "there are %zu captions, expected at most %d", count,
-                            SC_CAPTIONS_MAX);
-    status = sc_zalloc(ctx, count, sizeof *job->captions, &block);
-    if (status != SC_OK)
-        return status;
-    job->captions = block;
-    for (size_t i = 0; i < count; i++) {
-        if (!sc_goes_on(&status, read_caption(ctx, key->keys, is_one ? node : node->items[i], job)))
-            break;
-    }
-    return status;
-}
-
-/* Write the captions of the sc_job @p value, one to a line. */
-static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                                sc_text *text)
-{
-    const sc_job *job = value;
-    sc_status status = sc_text_add(ctx, text, "%s", job->caption_count ? "" : "[]");
-
-    for (size_t i = 0; i < job->caption_count && status == SC_OK; i++) {
-        SC_TRY(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
-        status = sc_keys_write_flow(ctx, key->keys, &job->captions[i], text);
-    }
-out:
-    return status;
-}
-
-static json_t *captions_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s}, {s:s, s:i, s:{s:[{s:s}, o]}}]}", "anyOf", "type", "string", "type",
-                     "array", "maxItems", SC_CAPTIONS_MAX, "items", "anyOf", "type", "string",
-                     sc_keys_schema(key->keys));
-}
-
-static const sc_value_type type_captions = {
-    .name = "text or list of captions",
-    .expected = "a text, or a list of captions, such as - {text: The heart, during: [0s, 4s]}",
-    .read = read_captions,
-    .write = write_captions,
-    .schema = captions_schema,
-    .container = SC_CONTAINER_LIST,
-};
 
 /* ---- tissues of an overlay ---- */
 
@@ -331,7 +236,8 @@ static const char *place_word(int place)
     return caption_places[place - SC_PLACE_TOP_LEFT].word;
 }
 
-static json_t *places_schema(json_t *what)
+/* @return the schema of a map with up to @p most places. @param what of what stands there. */
+static json_t *places_schema(json_t *what, int most)
 {
     json_t *all = json_object();
 
@@ -339,7 +245,7 @@ static json_t *places_schema(json_t *what)
         (void)json_object_set(all, place->word, what);
     json_decref(what);
     return json_pack("{s:s, s:o, s:b, s:i, s:i}", "type", "object", "properties", all,
-                     "additionalProperties", 0, "minProperties", 1, "maxProperties", 1);
+                     "additionalProperties", 0, "minProperties", 1, "maxProperties", most);
 }
 
 /* A place, or one with the tissues of the legend. @p value is the whole sc_job. */
@@ -376,7 +282,7 @@ out:
 static json_t *legend_schema(const sc_key *key)
 {
     return json_pack("{s:[o, o]}", "anyOf", sc_type_choice.schema(key),
-                     places_schema(overlay_tissues_schema(key)));
+                     places_schema(overlay_tissues_schema(key), 1));
 }
 
 static const sc_value_type type_legend = {
@@ -418,7 +324,7 @@ out:
 static json_t *logo_schema(const sc_key *key)
 {
     return json_pack("{s:[{s:s}, o]}", "anyOf", "type", "string",
-                     places_schema(sc_type_text.schema(key)));
+                     places_schema(sc_type_text.schema(key), 1));
 }
 
 static const sc_value_type type_logo = {
@@ -429,12 +335,192 @@ static const sc_value_type type_logo = {
     .schema = logo_schema,
 };
 
-/* @return whether the caption is shown in a frame. */
+/* ---- captions ---- */
+
+/* A text of a sc_caption, which is empty for none, and its line. */
+static sc_status read_line(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_caption *caption = value;
+
+    caption->text[0] = '\0';
+    sc_note_where(node, caption->where, sizeof caption->where);
+    if (node->kind == SC_YAML_SCALAR && !strcmp(node->text, "none"))
+        return SC_OK;
+    return read_caption_text(ctx, key, node, caption->text);
+}
+
+static const sc_value_type type_line = {
+    .name = "text",
+    .expected = "a text, or none",
+    .steps = true,
+    .read = read_line,
+    .schema = word_schema,
+};
+static const sc_key line_key = {.name = "caption", .type = &type_line};
+
+/* The key frames of the captions at one place. */
+typedef struct caption_track {
+    int count;
+    sc_key_frame frames[SC_CAPTIONS_MAX];
+    sc_caption captions[SC_CAPTIONS_MAX];
+} caption_track;
+
+/* Append the texts of @p track that stand at @p place to the captions of the job. */
+static sc_status add_captions(const sc_ctx *ctx, const caption_track *track, int place, sc_job *job)
+{
+    const size_t count = (size_t)track->count;
+    void *grown;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, job->caption_count + count, sizeof *job->captions, &grown));
+    if (job->caption_count)
+        memcpy(grown, job->captions, job->caption_count * sizeof *job->captions);
+    sc_free(job->captions);
+    job->captions = grown;
+    for (size_t i = 0; i < count; i++) {
+        sc_caption *caption = &job->captions[job->caption_count];
+
+        *caption = track->captions[i];
+        caption->place = place;
+        caption->begin = i ? track->frames[i].at : 0;
+        caption->end = i + 1 < count ? track->frames[i + 1].at : SC_CAPTION_STAYS;
+        job->caption_count += caption->text[0] != 0;
+    }
+out:
+    return status;
+}
+
+/* Read a text that stands at a place, or key frames of such. */
+static sc_status read_at_place(const sc_ctx *ctx, const sc_yaml *node, int place, sc_job *job)
+{
+    void *block = NULL;
+    caption_track *track;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *track, &block));
+    track = block;
+    track->count = 1;
+    if (sc_is_track(node))
+        SC_TRY(sc_read_key_frames(ctx, &line_key, node,
+                                  &(sc_track_room){track->frames, track->captions,
+                                                   sizeof *track->captions, &track->count,
+                                                   SC_CAPTIONS_MAX}));
+    else
+        SC_TRY(read_line(ctx, &line_key, node, &track->captions[0]));
+    status = add_captions(ctx, track, place, job);
+out:
+    sc_free(block);
+    return status;
+}
+
+/* Read a text or key frames of texts, or such for each place. @p value is the whole sc_job. @return
+ * the first mistake; all are logged. */
+static sc_status read_captions(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                               void *value)
+{
+    const bool has_places =
+        node->kind == SC_YAML_MAP && node->count && !strchr("0123456789.", node->items[0]->key[0]);
+    sc_status status = SC_OK;
+
+    if (node->kind == SC_YAML_LIST)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (!has_places)
+        return read_at_place(ctx, node, SC_PLACE_BOTTOM, value);
+    for (size_t i = 0; i < node->count; i++) {
+        sc_yaml one = *node, item;
+        int place;
+        sc_status found;
+
+        one.items += i;
+        one.count = 1;
+        found = read_place(ctx, key, &one, &item, &place);
+        if (found == SC_OK)
+            found = read_at_place(ctx, &item, place, value);
+        if (!sc_goes_on(&status, found))
+            break;
+    }
+    return status;
+}
+
+/* Write the captions at a place as key frames. @param comma what stands before them. */
+static sc_status write_at_place(const sc_ctx *ctx, const sc_job *job, int place, const char *comma,
+                                sc_text *text)
+{
+    const char *between = "{";
+    double end = 0;
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, text, "%s%s: ", comma, place_word(place)));
+    for (size_t i = 0; i < job->caption_count; i++) {
+        const sc_caption *caption = &job->captions[i];
+
+        if (caption->place != place)
+            continue;
+        SC_TRY(sc_text_add(ctx, text, "%s", between));
+        if (caption->begin > end)
+            SC_TRY(sc_write_number(ctx, end, 100, "%: none, ", text));
+        SC_TRY(sc_write_number(ctx, caption->begin, 100, "%: ", text));
+        SC_TRY(sc_write_quoted(ctx, caption->text, text));
+        end = caption->end;
+        between = ", ";
+    }
+    if (end < SC_CAPTION_STAYS) {
+        SC_TRY(sc_text_add(ctx, text, ", "));
+        SC_TRY(sc_write_number(ctx, end, 100, "%: none", text));
+    }
+    status = sc_text_add(ctx, text, "}");
+out:
+    return status;
+}
+
+static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                                sc_text *text)
+{
+    const sc_job *job = value;
+    const char *comma = "{";
+    sc_status status = SC_OK;
+
+    (void)key;
+    (void)indent;
+    if (!job->caption_count)
+        return sc_text_add(ctx, text, "none");
+    for (size_t i = 0; i < job->caption_count; i++) { /* those of a place stand together */
+        if (i && job->captions[i].place == job->captions[i - 1].place)
+            continue;
+        SC_TRY(write_at_place(ctx, job, job->captions[i].place, comma, text));
+        comma = ", ";
+    }
+    status = sc_text_add(ctx, text, "}");
+out:
+    return status;
+}
+
+static json_t *captions_schema(const sc_key *key)
+{
+    json_t *there =
+        json_pack("{s:[o, o]}", "anyOf", word_schema(key), sc_key_frames_schema(&line_key));
+
+    return json_pack("{s:[o, o, o]}", "anyOf", word_schema(key), sc_key_frames_schema(&line_key),
+                     places_schema(there, SC_PLACE_BOTTOM_RIGHT));
+}
+
+static const sc_value_type type_captions = {
+    .name = "text, key frames, or {place: these}",
+    .expected = "a text, key frames such as {0s: The heart, 4s: none}, or {top: a text or key "
+                "frames}",
+    .read = read_captions,
+    .write = write_captions,
+    .schema = captions_schema,
+};
+
+/* @return whether the caption is shown in a frame, as far as that is known: seconds of a film,
+ * below 0, are those of its shots. */
 static bool is_ever_shown(const sc_caption *caption, int frames)
 {
     const int k = (int)ceil(caption->begin * (frames - 1) - 1e-6);
 
-    return sc_caption_is_shown(caption, sc_frame_time(k < frames - 1 ? k : frames - 1, frames));
+    return caption->begin < 0 || caption->end < 0 ||
+           sc_caption_is_shown(caption, sc_frame_time(k < frames - 1 ? k : frames - 1, frames));
 }
 
 sc_status sc_captions_check(const sc_ctx *ctx, const sc_job *job)
@@ -442,26 +528,11 @@ sc_status sc_captions_check(const sc_ctx *ctx, const sc_job *job)
     sc_status status = SC_OK;
 
     for (size_t i = 0; i < job->caption_count; i++) {
-        const sc_caption *one = &job->captions[i];
-
-        if (!is_ever_shown(one, job->animation.frames))
+        if (!is_ever_shown(&job->captions[i], job->animation.frames))
             (void)sc_goes_on(&status, sc_fail(ctx, SC_ERR_DATA,
                                               "%s: this caption is shown in no frame: its time "
                                               "falls between two of the %d frames; make it longer",
-                                              one->where, job->animation.frames));
-        for (size_t j = 0; j < i; j++) {
-            const sc_caption *other = &job->captions[j];
-
-            if (one->place != other->place ||
-                fmax(one->begin, other->begin) >= fmin(one->end, other->end))
-                continue;
-            (void)sc_goes_on(&status, sc_fail(ctx, SC_ERR_DATA,
-                                              "%s: this caption is shown at the same time and "
-                                              "place as that of %s; expected another place, or "
-                                              "times that do not overlap",
-                                              one->where, other->where));
-            break;
-        }
+                                              job->captions[i].where, job->animation.frames));
     }
     return status;
 }
@@ -480,8 +551,11 @@ const sc_key sc_overlays_keys[] = {
      .help = "size of the font, in percent of the height of the picture; captions are a quarter "
              "larger",
      .low = 1, .high = 20, .unit = "percent"},
-    {"caption", &type_captions, 0, NULL, .help = "text that is shown in parts of the animation",
-     .keys = sc_caption_keys, .without = "none", .given = SC_GIVEN(sc_job, has_captions)},
+    {"caption", &type_captions, 0, NULL,
+     .help = "text that is shown, below, or key frames of texts: {0s: The heart, 4s: none}; or "
+             "{top: text or key frames, ...}, for each corner or middle of an edge; \\n in double "
+             "quotes begins a new line, and lines that are too long are broken",
+     .without = "none", .given = SC_GIVEN(sc_job, has_captions)},
     {"time", &sc_type_choice, OVERLAYS(time), "none",
      .help = "where the time code stands: minutes, seconds and hundredths", .choices = places},
     {"scale_bar", &sc_type_choice, OVERLAYS(scale_bar), "none",

@@ -194,13 +194,11 @@ static sc_status resolve_key(const sc_ctx *ctx, const clock_of_job *clock, const
     return status;
 }
 
-/* Turn all times in the lists called "during" or "active" and of key frames in and below @p node
- * into shares.
+/* Turn all times in the lists called "during" and of key frames in and below @p node into shares.
  */
 static sc_status resolve_below(const sc_ctx *ctx, const clock_of_job *clock, sc_yaml *node)
 {
-    const bool is_part = node->kind == SC_YAML_LIST && node->key &&
-                         (!strcmp(node->key, "during") || !strcmp(node->key, "active"));
+    const bool is_part = node->kind == SC_YAML_LIST && node->key && !strcmp(node->key, "during");
     sc_status status = SC_OK;
 
     if (is_part && !is_resolved(clock, node))
