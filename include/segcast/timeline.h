@@ -80,13 +80,12 @@ typedef struct sc_orbit {
     bool fixed;           /**< a still camera at position_mm, which looks at target_mm; by key
                                frames it goes its way without an orbit */
     sc_vec3 axis;         /**< of an orbit: unit, RAS; points upwards in the picture */
-    double turns;         /**< during the whole animation, right-handed about the axis; of no
-                               meaning where has_angle is set */
-    bool has_angle;       /**< the angle of the orbit is angle_deg or its track */
-    double angle_deg;     /**< right-handed about the axis, from start_deg on */
+    double turns;         /**< during the whole animation, right-handed about the axis, from the
+                               angle on */
+    double angle_deg;     /**< right-handed about the axis; 0 is in front of the patient, where
+                               possible */
     double elevation_deg; /**< of the camera above the plane of the orbit; beyond 90 it comes down
                                behind, with the picture upside down */
-    double start_deg; /**< where the orbit begins; 0 is in front of the patient, where possible */
     bool has_target, has_distance; /**< false: follows from the framing */
     sc_vec3 position_mm, up;       /**< of a still camera */
     sc_vec3 target_mm;             /**< what the camera looks at, and the centre of an orbit */

@@ -239,7 +239,7 @@ sc_status sc_store_view(const sc_ctx *ctx, sc_options *options, const sc_option 
                        nearest ? nearest : "", nearest ? "\"?" : "");
     SC_TRY(copy(ctx, options, angles, (size_t)(comma - angles), &start));
     SC_TRY(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
-    SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.start", start));
+    SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.angle", start));
     SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.elevation",
                              comma + 1));
 out:

@@ -162,7 +162,7 @@ static sc_status check_hold(const sc_ctx *ctx, const sc_job *job, size_t index)
     const sc_orbit *camera = &job->animation.camera;
     const sc_verb *hold = &job->verbs[index];
 
-    if (camera->fixed || camera->has_angle || camera->turns == 0)
+    if (camera->fixed || camera->turns == 0)
         return fail_verb(ctx, hold,
                          "hold: the camera does not turn by itself; expected an orbit with turns, "
                          "whose turning it can pause");
@@ -313,14 +313,17 @@ static sc_status apply_duration(const sc_ctx *ctx, const sc_yaml *root, sc_job *
     return SC_OK;
 }
 
-/* Refuse a number of turns that is meant in degrees: one that is as large as angles are, and makes
- * the camera turn so far between two frames that no turning can be seen. */
-static sc_status check_turns(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+/* Leave the turning to key frames of the angle; and refuse a number of turns that is meant in
+ * degrees: one that is as large as angles are, and makes the camera turn so far between two frames
+ * that no turning can be seen. */
+static sc_status check_turns(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
 {
+    const sc_yaml *node = sc_key_node(root, "animation.camera.orbit.turns");
     const double turns = job->animation.camera.turns;
     const double step_deg = 360 * fabs(turns) / job->animation.frames;
-    const sc_yaml *node = sc_key_node(root, "animation.camera.orbit.turns");
 
+    if (!node && job->animation.camera.angle_track.count)
+        job->animation.camera.turns = 0;
     if (!node || fabs(turns) < 45 || step_deg < 22.5)
         return SC_OK;
     return sc_yaml_fail(

@@ -18,7 +18,7 @@ for name in flat rod point; do
         for smooth in 0 1.25; do
             printf 'volume: %s.nrrd\noutput: {size: [64, 48]}\nrender: {surface: %s, smooth: %s}\n' \
                 "$name" "$surface" "$smooth" >job.yaml
-            printf 'animation: {camera: {orbit: {start: 30, elevation: 40}}}\n' >>job.yaml
+            printf 'animation: {camera: {orbit: {angle: 30, elevation: 40}}}\n' >>job.yaml
             "$SEGCAST" still job.yaml -o "$name.png" --overwrite >/dev/null 2>log.txt || fail "$name $surface: $(cat log.txt)"
             "$SEGCAST" still job.yaml -o plain.png --overwrite --set render.skip=none -q >/dev/null
             "$IMAGE_DIFFERENCE" "$name.png" plain.png 0 0 || fail "$name $surface: skip methods give different pictures"

@@ -89,7 +89,7 @@ expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --view 0,30 --frame 0 -o fi
 for view in 'left 90 0' 'dorsal 180 0' 'cranial 0 90' '-30,12.5 -30 12.5'; do
     read -r word start elevation <<<"$view"
     "$SEGCAST" still heart.nrrd --size 96x72 --view "$word" -o word.png --overwrite -q >/dev/null
-    "$SEGCAST" still volume.yaml --set animation.camera.orbit.turns=0 --set animation.camera.orbit.start=$start \
+    "$SEGCAST" still volume.yaml --set animation.camera.orbit.turns=0 --set animation.camera.orbit.angle=$start \
         --set animation.camera.orbit.elevation=$elevation -o job.png --overwrite -q >/dev/null
     "$IMAGE_DIFFERENCE" job.png word.png || fail "the picture from $word is another"
 done

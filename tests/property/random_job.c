@@ -506,17 +506,10 @@ static void put_turns(struct maker *maker, const char *arg)
     add(maker, "%.4g", turns);
 }
 
-static void put_angle(struct maker *maker, const char *arg)
-{
-    if (!maker->is_turning)
-        put_track(maker, arg);
-}
-
 static const struct row orbit_rows[] = {
-    {"axis", 30, put_direction, NULL},         {"turns", 80, put_turns, "-2:2"},
-    {"angle", 100, put_angle, "-200:200"},     {"elevation", 50, put_track, "-90:120"},
-    {"start", 50, put_number, "-180:180"},     {"target_mm", 20, put_point_track, NULL},
-    {"distance_mm", 20, put_track, "150:600"},
+    {"axis", 30, put_direction, NULL},        {"turns", 100, put_turns, "-2:2"},
+    {"angle", 100, put_track, "-200:200"},    {"elevation", 50, put_track, "-90:120"},
+    {"target_mm", 20, put_point_track, NULL}, {"distance_mm", 20, put_track, "150:600"},
 };
 static const struct row fixed_rows[] = {
     {"position_mm", 100, put_word, "[10, 400, 30]|[-300, 200, 80]|[0, 0, 0]"},

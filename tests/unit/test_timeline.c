@@ -626,7 +626,8 @@ TEST(key_frames_move_the_camera)
     double fill = 0;
 
     box_corners(corners);
-    a.camera.has_angle = a.camera.has_target = true;
+    a.camera.has_target = true;
+    a.camera.turns = 0;
     a.camera.angle_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {90, 0, 0}}}};
     a.camera.target_track = (sc_track){2, {{0, {0}, {10, -5, 50}}, {1, {0}, {30, 20, 80}}}};
     a.camera.fov_track = (sc_track){2, {{0, {0}, {60, 0, 0}}, {0.5, {0}, {20, 0, 0}}}};

@@ -19,19 +19,18 @@ static const sc_key orbit_keys[] = {
      .help = "axis about which the camera turns; it points up in the picture", .low = -1e6,
      .high = 1e6, .option = &(const sc_key_option){"axis", "WORD", "orbit still"}},
     {"turns", &sc_type_real, CAMERA(turns), "1",
-     .help = "number of turns; negative ones go the other way", .low = -1000, .high = 1000,
-     .alternative = "turns or angle", .option = &(const sc_key_option){"turns", "N", "orbit"}},
-    {"angle", &sc_type_tracked, CAMERA(angle_deg), NULL,
-     .help = "how far the camera has turned from where it began, instead of turns", .low = -36000,
-     .high = 36000, .unit = "degrees", .track = TRACK(angle_deg, angle_track),
-     .given = SC_GIVEN(sc_orbit, has_angle), .without = "turns", .alternative = "turns or angle"},
+     .help =
+         "number of turns; negative ones go the other way; 0 where angle has key frames, unless "
+         "it is given",
+     .low = -1000, .high = 1000, .option = &(const sc_key_option){"turns", "N", "orbit"}},
+    {"angle", &sc_type_tracked, CAMERA(angle_deg), "0",
+     .help = "where the camera is, or begins to turn: 0 is in front of the patient, 90 at the "
+             "patient's left",
+     .low = -36000, .high = 36000, .unit = "degrees", .track = TRACK(angle_deg, angle_track)},
     {"elevation", &sc_type_tracked, CAMERA(elevation_deg), "15",
      .help = "angle of the camera above the plane of the turn; beyond 90 it comes down behind, the "
              "picture upside down",
      .low = -360, .high = 360, .unit = "degrees", .track = TRACK(elevation_deg, elevation_track)},
-    {"start", &sc_type_real, CAMERA(start_deg), "0",
-     .help = "where the turn begins: 0 is in front of the patient, 90 at the patient's left",
-     .low = -3600, .high = 3600, .unit = "degrees"},
     {"target_mm", &sc_type_tracked_point, CAMERA(target_mm), NULL,
      .help = "point that the camera looks at", .low = -1e6, .high = 1e6, .unit = "mm",
      .track = TRACK(target_mm, target_track), .given = SC_GIVEN(sc_orbit, has_target),
