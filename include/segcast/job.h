@@ -44,7 +44,7 @@ typedef struct sc_output {
     int frames;      /**< sc_frames_kind */
     int codec;       /**< sc_codec */
     int crf, preset; /**< for the encoder; sc_job_preset gives the preset's name */
-    int layout;      /**< sc_layout */
+    int layout;      /**< sc_layout; it follows from compare and animation.slices */
 } sc_output;
 
 /** Which pixels get more than one ray: only those that differ from a neighbour, or all. */

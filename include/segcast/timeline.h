@@ -124,7 +124,7 @@ typedef struct sc_sweep {
 
 /** The point in which the slices of the three regular views meet. */
 typedef struct sc_slices {
-    bool is_given; /**< false: they go from 0 to 1 on the way of share */
+    bool is_given, are_shown;
     bool has_point;
     sc_vec3 point_mm;     /**< where it stays, if has_point */
     sc_track point_track; /**< key frames, if has_point; if there are any, they replace it */

@@ -82,9 +82,8 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
     sc_status status;
 
     SC_TRY(sc_session_job(app, job_path, &session));
-    if (session.job.output.layout != SC_LAYOUT_VIEWS && is_given(&app->options, "--point "))
-        SC_TRY(
-            sc_fail(app->ctx, SC_ERR_USAGE, "--point is where the slices of --sheet views cross"));
+    if (app->options.views && session.job.output.layout != SC_LAYOUT_VIEWS)
+        SC_TRY(sc_fail(app->ctx, SC_ERR_USAGE, "--sheet views: the job says slices: none"));
     SC_TRY(sc_check_output(app, &session.job, path, true));
     SC_TRY(find_frame(app, &session.job, &frame));
     SC_TRY(sc_session_volume(app, &session));
@@ -125,7 +124,6 @@ static sc_status set_views(sc_app *app)
 {
     sc_status status;
 
-    SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.layout", "views"));
     SC_TRY(sc_options_default(app->ctx, &app->options, "animation.slices", "50%"));
 out:
     return status;

@@ -342,11 +342,11 @@ static sc_status check_color_by(const sc_ctx *ctx, const sc_yaml *root, const sc
     if (job->overlays.color_bar && !sc_color_by_any(by))
         return sc_yaml_fail(ctx, sc_key_node(root, "overlays.color_bar"),
                             "color_bar: tissues are not coloured by values; expected color_by, "
-                            "such as color_by: {measure: thickness}");
+                            "such as color_by: {values: thickness}");
     if (by->has_measure && (by->column[0] || job->color_columns.steps.count))
         return sc_yaml_fail(ctx, sc_key_node(root, "color_by.column"),
                             "column is \"%s\", but the values are a measure, and come from no "
-                            "table; expected table instead of measure, or no column",
+                            "table; expected the path of one as values, or no column",
                             by->column[0] ? by->column : job->color_columns.columns[0]);
     return SC_OK;
 }
@@ -363,27 +363,22 @@ static const sc_yaml *compare_node(const sc_yaml *root, int i, const char *key)
     return strcmp(key, "volume") != 0 ? NULL : node;
 }
 
-/* The layout and the comparison have to agree; the layout is set if the job does not name one. */
+/* Choose the layout; a comparison has no slices. */
 static sc_status check_compare(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
 {
-    const sc_yaml *layout = sc_key_node(root, "output.layout");
     const sc_yaml *node = sc_key_node(root, "compare");
     sc_status status = SC_OK;
 
-    if (!job->has_compare && !node && job->output.layout == SC_LAYOUT_COMPARE)
-        return sc_yaml_fail(ctx, layout,
-                            "layout is \"compare\", but the job has one volume; expected the "
-                            "others, such as compare: {with: [after.nrrd]}");
+    if (job->animation.slices.are_shown)
+        job->output.layout = SC_LAYOUT_VIEWS;
     if (!job->has_compare)
         return SC_OK;
     sc_note_where(node, job->compare.where, sizeof job->compare.where);
-    if (!layout)
-        job->output.layout = SC_LAYOUT_COMPARE;
-    if (job->output.layout != SC_LAYOUT_COMPARE)
-        (void)sc_goes_on(&status, sc_yaml_fail(ctx, layout,
-                                               "layout is \"%s\", but the job compares several "
-                                               "volumes; expected layout: compare, or no compare",
-                                               layout->text));
+    if (job->animation.slices.are_shown)
+        (void)sc_goes_on(&status, sc_yaml_fail(ctx, sc_key_node(root, "animation.slices"),
+                                               "slices: a comparison has none; expected slices: "
+                                               "none, or no compare"));
+    job->output.layout = SC_LAYOUT_COMPARE;
     if (job->has_shots)
         (void)sc_goes_on(&status,
                          sc_yaml_fail(ctx, node,
@@ -541,8 +536,9 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     if (!sc_goes_on(&status, inputs))
         return status;
     (void)sc_goes_on(&status, resolve_logo(ctx, sources, root, job));
-    (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "color_by.table", SC_PATH_FILE,
-                                          job->color_by.table));
+    if (!job->color_by.has_measure)
+        (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "color_by.values", SC_PATH_FILE,
+                                              job->color_by.table));
     if (!sc_job_is_phantom(job->image.path))
         (void)sc_goes_on(
             &status, resolve_key(ctx, sources, root, "image.path", SC_PATH_INPUT, job->image.path));

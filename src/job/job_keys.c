@@ -13,10 +13,6 @@
 
 static const sc_choice frame_files[] = {
     {"none", SC_FRAMES_NONE}, {"png", SC_FRAMES_PNG}, {NULL, 0}};
-static const sc_choice layouts[] = {{"picture", SC_LAYOUT_PICTURE},
-                                    {"views", SC_LAYOUT_VIEWS},
-                                    {"compare", SC_LAYOUT_COMPARE},
-                                    {NULL, 0}};
 static const sc_choice codecs[] = {
     {"auto", SC_CODEC_AUTO}, {"h264", SC_CODEC_H264}, {"h265", SC_CODEC_H265},
     {"av1", SC_CODEC_AV1},   {"vp9", SC_CODEC_VP9},   {"prores", SC_CODEC_PRORES},
@@ -30,44 +26,40 @@ static const char *const presets[] = {"ultrafast", "superfast", "veryfast", "fas
 static const sc_key output_keys[] = {
     {"directory", &sc_type_text, OUTPUT(directory), "segcast-out",
      .help = "directory for everything that the job makes; relative to the job file",
-     .bytes = SC_PATH_BYTES, .outside_identity = true, .of_film = true},
+     .bytes = SC_PATH_BYTES, .outside_identity = true},
     {"size", &sc_type_size, OUTPUT(size_px), "[1280, 720]",
      .help = "width and height of the picture, also as WxH or by name: 360p, 480p, 720p, 1080p, "
              "1440p, 4k, 8k, square (1080x1080) or vertical, portrait (1080x1920)",
      .low = 16, .high = 16384, .unit = "pixels",
-     .option = &(const sc_key_option){"size", "WxH", PICTURE_COMMANDS}, .of_film = true},
+     .option = &(const sc_key_option){"size", "WxH", PICTURE_COMMANDS}},
     {"fps", &sc_type_int, OUTPUT(fps), "30", .help = "frames per second of the video", .low = 1,
-     .high = 240, .option = &(const sc_key_option){"fps", "N", "orbit"}, .of_film = true},
+     .high = 240, .option = &(const sc_key_option){"fps", "N", "orbit"}},
     {"video", &sc_type_text, OUTPUT(video), "video.mp4",
      .help = "name of the video: ending in .mp4 or .mkv (H.264), .webm (VP9; also transparent), "
              ".mov (ProRes 4444, for editing; also transparent) or .webp (a picture that moves, "
              "for slides and web pages; also transparent) or .gif; or none",
-     .bytes = SC_PATH_BYTES, .outside_identity = true, .of_film = true},
+     .bytes = SC_PATH_BYTES, .outside_identity = true},
     {"codec", &sc_type_choice, OUTPUT(codec), "auto",
      .help = "what encodes the video; auto: what is usual for the extension of its name; .mp4 can "
              "also hold h265 and av1, .mkv these and vp9, .webm av1, and .mov h264 and h265",
-     .choices = codecs, .of_film = true},
+     .choices = codecs},
     {"title", &sc_type_text, OUTPUT(title), "\"\"",
      .help = "title of the film, in the metadata of the video",
-     .bytes = sizeof(((sc_output *)0)->title), .of_film = true},
+     .bytes = sizeof(((sc_output *)0)->title)},
     {"author", &sc_type_text, OUTPUT(author), "\"\"",
      .help = "who made the film, in the metadata of the video, beside the hashes of job and volume",
-     .bytes = sizeof(((sc_output *)0)->author), .of_film = true},
+     .bytes = sizeof(((sc_output *)0)->author)},
     {"frames", &sc_type_choice, OUTPUT(frames), "none",
      .help = "png: every frame also as a file frames/000000.png", .choices = frame_files,
-     .outside_identity = true, .of_film = true},
-    {"layout", &sc_type_choice, OUTPUT(layout), "picture",
-     .help = "picture; views: the three regular slices beside it; compare: several volumes, which "
-             "is the default with the key compare",
-     .choices = layouts},
+     .outside_identity = true},
     {"crf", &sc_type_int, OUTPUT(crf), "18",
      .help = "quality of the encoder: constant rate factor, smaller is better and larger; 0 "
              "not for H.264 and H.265; ProRes has always the same; of WebP 0 loses nothing, and 18 "
              "is its quality 88",
-     .low = 0, .high = 51, .of_film = true},
+     .low = 0, .high = 51},
     {"preset", &sc_type_choice, OUTPUT(preset), "medium",
      .help = "speed of the encoders of H.264 and H.265: slower makes smaller files",
-     .words = presets, .of_film = true},
+     .words = presets},
     {0}};
 
 /* ---- render ---- */
@@ -199,9 +191,10 @@ static const sc_key animation_keys[] = {
      .keys = sc_verb_keys, .without = "none", .given = SC_GIVEN(sc_job, has_verbs)},
     {"slices", &sc_type_slices, offsetof(sc_job, animation.slices), NULL,
      .help =
-         "where the three slices of layout: views cross: a point in RAS mm, or how far they are "
-         "on the way through what is visible",
-     .given = SC_GIVEN(sc_job, animation.slices.is_given), .without = "they go all of it",
+         "the three regular slices beside the picture, and where they cross: a point in RAS mm, "
+         "or how far they are on the way through what is visible; through: they go all of that "
+         "way",
+     .given = SC_GIVEN(sc_job, animation.slices.is_given), .without = "none",
      .option = &(const sc_key_option){"point", "R,A,S", "still"}},
     {0}};
 
@@ -290,7 +283,6 @@ const sc_key sc_shot_keys[] = {
     OF_JOB("color_by", flow_map, offsetof(sc_job, color_by), sc_color_by_keys,
            SC_GIVEN(sc_job, has_color_by)),
     OF_JOB("image", map, offsetof(sc_job, image), sc_image_keys, SC_GIVEN(sc_job, has_image)),
-    OF_JOB("output", map, offsetof(sc_job, output), output_keys, 0),
     OF_JOB("render", map, offsetof(sc_job, render), render_keys, 0),
     OF_JOB("light", map, offsetof(sc_job, light), light_keys, 0),
     OF_JOB("tissues", tissues, 0, sc_tissue_keys, 0),
@@ -347,7 +339,7 @@ const sc_key sc_job_keys[] = {
      .help = "a grey volume (CT, MR) that is seen on cut faces, on slices and behind the tissues",
      .keys = sc_image_keys, .given = SC_GIVEN(sc_job, has_image), .without = "none"},
     {"output", &sc_type_map, offsetof(sc_job, output), NULL, .help = "what is made, and where",
-     .keys = output_keys},
+     .keys = output_keys, .of_film = true},
     {"render", &sc_type_map, offsetof(sc_job, render), NULL, .help = "how a picture is drawn",
      .keys = render_keys},
     {"light", &sc_type_map, offsetof(sc_job, light), NULL,
@@ -361,7 +353,7 @@ const sc_key sc_job_keys[] = {
     {"shots", &sc_type_shots, 0, NULL,
      .help =
          "the film as a list of shots, one after the other: each is a map of keys of its own, and "
-         "of color_by, image, output (its layout), render, light, tissues, animation and overlays "
+         "of color_by, image, render, light, tissues, animation and overlays "
          "as in the file, which are merged over those outside of the list",
      .keys = sc_shot_keys, .given = SC_GIVEN(sc_job, has_shots), .of_film = true,
      .without = "one shot"},

@@ -98,9 +98,8 @@ static sc_vec3 point_at(const sc_timeline *t, double at)
 
     if (slices->has_point)
         return sc_value_at(&slices->point_track, slices->point_mm, at);
-    return sc_vec3_along(
-        t->low_mm, slices->is_given ? sc_number_at(&slices->share_track, slices->share, at) : at,
-        sc_vec3_sub(t->high_mm, t->low_mm));
+    return sc_vec3_along(t->low_mm, sc_number_at(&slices->share_track, slices->share, at),
+                         sc_vec3_sub(t->high_mm, t->low_mm));
 }
 
 /* @return whether a plane cuts at a time, 0 to 1. */

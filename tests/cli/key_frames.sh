@@ -46,7 +46,7 @@ background() { # background NAME [OPTION]...
     as_constant "$name" render.background "$shades" 2 '[137, 137, 137]' 4 black
 }
 background plain
-background views --set output.layout=views
+background views --set animation.slices=through
 background divided --set 'compare={with: [phantom:36x26x38], divider: 50%}' --set overlays.legend=none
 background apart --set 'animation.verbs=[{explode: aorta, by: 20 mm, during: [0%, 0%]}]'
 background faded --set 'shots=[{fade_out: 100 ms}, {card: End, animation: {frames: 2}}]'
@@ -59,7 +59,7 @@ colors() { # colors NAME [OPTION]...
     as_constant "$name" 'tissues."*".color' '{0f: white, 2f: navy, 4f: red}' 2 navy 4 red
 }
 colors painted
-colors slices --set output.layout=views
+colors slices --set animation.slices=through
 colors parts --set 'animation.verbs=[{explode: aorta, by: 20 mm, during: [0%, 0%]}]'
 more=(--set render.background=gray --set 'shots=[{}, {tissues: {aorta: {color: red}}}]')
 as_constant shots 'tissues."*".color' '{0%: white, 50%: navy, 100%: red}' 2 navy 7 navy
@@ -81,7 +81,7 @@ opacities() { # opacities NAME [OPTION]...
 }
 opacities opaque --set overlays.legend=bottom-right
 opacities voxels --set render.surface=voxel
-opacities sliced --set output.layout=views
+opacities sliced --set animation.slices=through
 opacities moved --set tissues.aorta.offset='[0, 10, 0]'
 as_verb fade 'tissues."*".opacity' '{25%: 0.6, 75%: 0, ease: smooth}' \
     '{fade: "*", to: 0, during: [25%, 75%], ease: smooth}'
@@ -108,7 +108,7 @@ more=(--set image.path=phantom:37x26x38 --set 'animation.clip=[{normal: posterio
 as_constant image-caps image.caps '{0%: 0, 100%: 1}' 0 0 2 0.5 4 1
 more=(--set image.path=phantom:37x26x38)
 as_constant image-backdrop image.backdrop '{0%: 0, 100%: 0.4}' 0 0 2 0.2 4 0.4
-more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices=[0, 0, 0]')
+more=(--set image.path=phantom:37x26x38 --set 'animation.slices=[0, 0, 0]')
 as_constant image-slices image.slices '{0%: 0, 100%: 1}' 0 0 2 0.5 4 1
 
 # The window of an image, on cut faces, slices and behind the tissues. It opens from where nothing is seen behind them.
@@ -117,7 +117,7 @@ more=(--set image.path=phantom:37x26x38 --set image.caps=1 --set 'animation.clip
 as_constant window-caps image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
 more=(--set image.path=phantom:37x26x38 --set image.backdrop=0.4)
 as_constant window-backdrop image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
-more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices=[0, 0, 0]')
+more=(--set image.path=phantom:37x26x38 --set 'animation.slices=[0, 0, 0]')
 as_constant window-slices image.window "$windows" 0 '[900, 100]' 4 '[100, 300]'
 
 # Planes, and the point of the slices.
@@ -126,7 +126,6 @@ as_constant place animation.clip '[{normal: left, at: {0%: 20%, 50%: 5 mm, 100%:
     0 '[{normal: left, at: 20%}]' 2 '[{normal: left, at: 5 mm}]' 4 '[{normal: left, at: 70%}]'
 as_constant normal animation.clip '[{normal: {2f: left, 4f: head, ease: smooth}}]' \
     0 '[{normal: left}]' 4 '[{normal: head}]'
-more=(--set output.layout=views)
 as_constant point animation.slices '{0%: [0, 0, 0], 100%: [10, -5, 20]}' 2 '[5, -2.5, 10]'
 
 # A camera without an orbit.
@@ -188,7 +187,7 @@ printf 'name,a,b\naorta,1,2\nleft ventricle,3,1\n' >columns.csv
 cat >film.yaml <<'EOF'
 volume: phantom:29x21x31
 output: {directory: whole, size: [96, 72], fps: 10, video: none, frames: png}
-color_by: {table: columns.csv, column: {0s: a, 0:01: b}}
+color_by: {values: columns.csv, column: {0s: a, 0:01: b}}
 overlays: {color_bar: bottom-left}
 light: {key: {0%: 0.5, 3f: 1}}
 tissues: {"*": {opacity: 1}, aorta: {color: {0s: red, 0.5s: {value: blue, ease: smooth}, 700ms: lime}}}

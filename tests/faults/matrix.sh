@@ -107,7 +107,7 @@ shots:
         - {rock: 20}
         - {frame: blood, during: [0%, 50%]}
         - {fly: [[-5, -4, 0], [-5, -4, 11]], during: [60%, 100%]}
-    color_by: {table: values.csv, column: mm}
+    color_by: {values: values.csv, column: mm}
     overlays: {color_bar: bottom-right, legend: top-left}
 YAML
 fi

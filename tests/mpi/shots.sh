@@ -21,7 +21,7 @@ shots:
     render: {background: "#203040"}
     light: {shadows: true}
   - transition: cross_fade 400 ms
-    output: {layout: views}
+    animation: {slices: through}
     tissues: {epicardial fat: {visible: false}}
   - card: End
     name: The end

@@ -665,7 +665,9 @@ static void put_share_track(struct maker *maker, const char *arg)
 
 static void put_slices(struct maker *maker, const char *arg)
 {
-    if (chance(maker, 30))
+    if (chance(maker, 20))
+        put_word(maker, "none|through");
+    else if (chance(maker, 30))
         put_point(maker, NULL);
     else
         put_share_track(maker, arg);
@@ -699,7 +701,7 @@ static void add_animation(struct maker *maker, uint64_t turn)
     add_camera(maker);
     add(maker, "\n");
     add_clip(maker);
-    if (chance(maker, 80)) {
+    if (maker->subject != COMPARE && chance(maker, 30)) {
         add(maker, "  slices: ");
         put_slices(maker, slices_rows[0].arg);
         add(maker, "\n");
@@ -890,10 +892,9 @@ static const struct row tissue_rows[] = {
     {"smooth", 30, put_film_smooth, "0.5|1.5"},
 };
 
-static void put_of_table(struct maker *maker, const char *arg)
+static void put_values(struct maker *maker, const char *arg)
 {
-    if (!maker->is_measured)
-        put_word(maker, arg);
+    put_word(maker, maker->is_measured ? arg : "values.csv");
 }
 
 /* A heading of the table, or key frames of some. */
@@ -907,16 +908,9 @@ static void put_column(struct maker *maker, const char *arg)
         put_scene_track(maker, put_word, arg, true);
 }
 
-static void put_measure(struct maker *maker, const char *arg)
-{
-    if (maker->is_measured)
-        put_word(maker, arg);
-}
-
 static const struct row color_by_rows[] = {
-    {"table", 100, put_of_table, "values.csv"},
+    {"values", 100, put_values, "volume|thickness|surface"},
     {"column", 100, put_column, "change|weight"},
-    {"measure", 100, put_measure, "volume|thickness|surface"},
     {"map", 60, put_word, "viridis|cividis|magma|inferno|plasma|coolwarm"},
     {"range", 40, put_word, "auto|[-1, 5]|[0, 100]"},
     {"missing", 40, put_color, NULL},
@@ -1003,9 +997,6 @@ static const struct row image_of_shot_rows[] = {
 /* What may change from shot to shot, beside the animation. */
 static void add_looks(struct maker *maker, int indent)
 {
-    if (chance(maker, 60))
-        add(maker, "%*soutput: {layout: %s}\n", indent, "",
-            chance(maker, 50) ? "views" : "picture");
     if (chance(maker, 50))
         add_line(maker, indent, "render", render_of_shot_rows, COUNT_OF(render_of_shot_rows));
     if (chance(maker, 50))
@@ -1127,8 +1118,7 @@ static void make_job(struct maker *maker)
     maker->has_image =
         maker->subject == IMAGE || chance(maker, maker->subject == COMPARE ? 60 : 15);
     add_subject(maker);
-    add(maker, "output: {size: %s, fps: %d, video: none%s}\n", sizes[whole(maker, 0, 3)],
-        maker->fps, maker->subject != COMPARE && chance(maker, 30) ? ", layout: views" : "");
+    add(maker, "output: {size: %s, fps: %d, video: none}\n", sizes[whole(maker, 0, 3)], maker->fps);
     add_line(maker, 0, "overlays", overlay_rows, COUNT_OF(overlay_rows));
     add_tissues(maker, 0);
     add_line(maker, 0, "light", light_rows, COUNT_OF(light_rows));

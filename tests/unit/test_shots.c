@@ -45,7 +45,7 @@ static const char film[] =
     "    overlays: {caption: second}\n"
     "    animation: {frames: 21, camera: {fixed: {position_mm: [1, 2, 3], target_mm: [0, 0, 0]}}, "
     "clip: []}\n"
-    "  - {name: Three, animation: {frames: 10 s}, output: {layout: views}, fade_out: 0.5 s}\n";
+    "  - {name: Three, animation: {frames: 10 s, slices: through}, fade_out: 0.5 s}\n";
 
 /* What the text of film means. */
 static void expect_film(const sc_job *job)
@@ -145,7 +145,7 @@ TEST(wrong_shots_are_refused)
         {"\n- {volume: x}", "yaml:4: volume holds for the whole film"},
         {"\n- {farm: {tile: 8}}", "yaml:4: farm holds for the whole film"},
         {"\n- {shots: []}", "yaml:4: shots holds for the whole film"},
-        {"\n- output: {layout: views,\n    size: 3}", "yaml:5: size holds for the whole film"},
+        {"\n- name: a\n  output: {size: 3}", "yaml:5: output holds for the whole film"},
         {"\n- {render: {smooth: 2}}", "yaml:4: smooth holds for the whole film"},
         {"\n- {tissues: {\"*\": {smooth: 2}}}", "yaml:4: smooth holds for the whole film"},
         {"\n- {render: {background: none}}", "yaml:4: background: either all shots have none"},
@@ -223,8 +223,7 @@ TEST(no_allocation_that_fails_is_lost)
     }
 }
 
-/* Each key of the file can be given to a shot, or is marked as one of the whole film; of those of
- * output, shots have the layout alone. */
+/* Each key of the file can be given to a shot, or is marked as one of the whole film. */
 TEST(every_key_is_of_the_film_or_of_shots)
 {
     for (const sc_key *key = sc_job_keys; key->name; key++) {
@@ -232,10 +231,6 @@ TEST(every_key_is_of_the_film_or_of_shots)
 
         if (key->of_film != !mine || (mine && !mine->of_job))
             fail_msg("%s", key->name);
-        for (const sc_key *k = strcmp(key->name, "output") ? NULL : key->keys; k && k->name; k++) {
-            if (k->of_film != (strcmp(k->name, "layout") != 0))
-                fail_msg("output.%s", k->name);
-        }
     }
 }
 

@@ -127,12 +127,19 @@ static bool is_point(const sc_yaml *node)
     return node->kind == SC_YAML_LIST || (node->kind == SC_YAML_SCALAR && strchr(node->text, ','));
 }
 
-/* sc_slices: a share, a point, or a track of such. */
+/* sc_slices: none, through, a share, a point, or a track of such. */
 static sc_status read_slices(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
+    static const sc_track all = {2, {{.at = 0}, {.at = 1, .value = {1, 0, 0}}}};
+    const char *word = node->kind == SC_YAML_SCALAR ? node->text : "";
     sc_slices *slices = value;
 
     (void)key;
+    slices->are_shown = strcmp(word, "none") != 0;
+    if (!strcmp(word, "through"))
+        slices->share_track = all;
+    if (!slices->are_shown || slices->share_track.count)
+        return SC_OK;
     slices->has_point = is_point(node);
     return slices->has_point ? point_row.type->read(ctx, &point_row, node, &slices->point_mm)
                              : share_row.type->read(ctx, &share_row, node, &slices->share);
@@ -144,6 +151,8 @@ static sc_status write_slices(const sc_ctx *ctx, const sc_key *key, const void *
     const sc_slices *slices = value;
 
     (void)key;
+    if (!slices->are_shown)
+        return sc_text_add(ctx, text, "none");
     return slices->has_point
                ? point_row.type->write(ctx, &point_row, &slices->point_mm, indent, text)
                : share_row.type->write(ctx, &share_row, &slices->share, indent, text);
@@ -152,13 +161,13 @@ static sc_status write_slices(const sc_ctx *ctx, const sc_key *key, const void *
 static json_t *slices_schema(const sc_key *key)
 {
     (void)key;
-    return json_pack("{s:[o, o]}", "anyOf", point_row.type->schema(&point_row),
-                     share_row.type->schema(&share_row));
+    return json_pack("{s:[{s:[ss]}, o, o]}", "anyOf", "enum", "none", "through",
+                     point_row.type->schema(&point_row), share_row.type->schema(&share_row));
 }
 
 const sc_value_type sc_type_slices = {
-    .name = "share, [R, A, S] or key frames",
-    .expected = "a share such as 40%, a point [R, A, S], or key frames of such",
+    .name = "none, through, share, [R, A, S] or key frames",
+    .expected = "none, through, a share such as 40%, a point [R, A, S], or key frames of such",
     .read = read_slices,
     .write = write_slices,
     .schema = slices_schema,
