@@ -192,12 +192,12 @@ typedef struct sc_job {
     double volume_resample_mm[3]; /**< if has_resample, not has_volume_size: along x, y, z */
     double volume_threshold;      /**< if has_threshold: as sc_read_choice.threshold */
     char volume_header[160];      /**< if has_header: as sc_read_choice.header */
-    char volume_box_where[160]; /**< "file:line" of raw, level or box, for messages; may be empty */
-    bool has_volume_size;       /**< of has_resample: by nearest label */
-    int volume_size[3];         /**< to this many voxels along x, y, z */
-    char labels[SC_PATH_BYTES]; /**< label table; empty: from the volume */
-    int labels_format;          /**< sc_table_format */
-    int overlap;                /**< sc_overlap */
+    char volume_box_where[SC_WHERE_BYTES]; /**< "file:line" of header, level or box; may be empty */
+    bool has_volume_size;                  /**< of has_resample: by nearest label */
+    int volume_size[3];                    /**< to this many voxels along x, y, z */
+    char labels[SC_PATH_BYTES];            /**< label table; empty: from the volume */
+    int labels_format;                     /**< sc_table_format */
+    int overlap;                           /**< sc_overlap */
     char overlap_names[SC_OVERLAP_NAMES_BYTES]; /**< SC_OVERLAP_NAMES: as of sc_read_choice */
     int appearance;                             /**< sc_appearance */
     sc_comparison compare;                      /**< if has_compare */

@@ -514,6 +514,7 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     note_line(root, "output.size", job->size_where);
     note_line(root, "output.fps", job->fps_where);
     note_line(root, "tissues", job->tissues_where);
+    note_line(root, "volume.header", job->volume_box_where);
     note_line(root, "animation.camera.zoom", job->zoom_where);
     (void)sc_goes_on(&status, check_not_empty(ctx, root, volume_key(root)));
     (void)sc_goes_on(&status, check_not_empty(ctx, root, "output.directory"));

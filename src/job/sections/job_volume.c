@@ -98,40 +98,6 @@ static const sc_value_type type_level = {
     .schema = level_schema,
 };
 
-/* Read what the user says of a file beside its header; its words are checked where the file is
- * opened. */
-static sc_status read_header(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    sc_job *job = value;
-    const sc_status status = sc_type_text.read(ctx, key, node, job->volume_header);
-
-    if (status == SC_OK)
-        sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
-    return status;
-}
-
-static sc_status write_header(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                              sc_text *text)
-{
-    (void)key;
-    (void)indent;
-    return sc_write_quoted(ctx, ((const sc_job *)value)->volume_header, text);
-}
-
-static json_t *header_schema(const sc_key *key)
-{
-    (void)key;
-    return json_pack("{s:s}", "type", "string");
-}
-
-static const sc_value_type type_header = {
-    .name = "text",
-    .expected = "a line such as \"uint16 512x512x300 0.5x0.5x1 mm\"",
-    .read = read_header,
-    .write = write_header,
-    .schema = header_schema,
-};
-
 /* Read which phase of a file is meant, counted from 0. */
 static sc_status read_phase(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
@@ -398,7 +364,7 @@ const sc_key sc_volume_keys[] = {
          "masks, phantom, or for example phantom:128x96x128; for cine a list of them, a pattern "
          "such as heart_*.nrrd, or a file with all phases (4-D)",
      .bytes = SC_PATH_BYTES, .required = true},
-    {"header", &type_header, 0, NULL,
+    {"header", &sc_type_text, offsetof(sc_job, volume_header), NULL,
      .help =
          "what the file does not say, or says wrongly: the spacing of its voxels with a unit (mm), "
          "and where x, y and z lead, such as \"0.5x0.5x2 um LPS\"; of a file without a header "
