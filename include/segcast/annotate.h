@@ -25,13 +25,15 @@ typedef enum sc_overlay_place {
     SC_PLACE_COUNT
 } sc_overlay_place;
 
+/** The end of a caption that is shown until after the last frame. */
+enum { SC_CAPTION_STAYS = 2 };
 enum { SC_CAPTIONS_MAX = 100, SC_CAPTION_BYTES = 512, SC_CAPTION_LINES_MAX = 8 };
 
 /** A text that is shown during a part of the animation. */
 typedef struct sc_caption {
     char text[SC_CAPTION_BYTES]; /**< UTF-8, all of whose characters sc_font_refuses allows; lines
                                       are separated by \\n, and longer ones are broken */
-    double begin, end;           /**< as of sc_verb; not shown at the end, unless that is 1 */
+    double begin, end;           /**< as of sc_verb; not shown at the end any more */
     int place;                   /**< sc_overlay_place, not SC_PLACE_NONE */
     bool may_be_cut;             /**< where it has no room, its last lines are left out */
     char where[160];             /**< "file:line" for messages; may be empty */

@@ -44,13 +44,14 @@ typedef struct sc_output {
     int frames;      /**< sc_frames_kind */
     int codec;       /**< sc_codec */
     int crf, preset; /**< for the encoder; sc_job_preset gives the preset's name */
-    int layout;      /**< sc_layout */
+    int layout;      /**< sc_layout; it follows from compare and animation.slices */
 } sc_output;
 
 /** Which pixels get more than one ray: only those that differ from a neighbour, or all. */
 typedef enum sc_antialiasing { SC_ANTIALIASING_ADAPTIVE, SC_ANTIALIASING_FULL } sc_antialiasing;
-/** Which thickness decides the automatic opacity: the mean of the tissue, or that at each point. */
-typedef enum sc_thickness_use { SC_THICKNESS_TISSUE, SC_THICKNESS_LOCAL } sc_thickness_use;
+/** Added to an sc_opacity_rule: by the thickness at each point, instead of the mean of the tissue.
+ */
+enum { SC_OPACITY_LOCAL = 2 };
 /** How faces cut by clip planes are drawn. */
 typedef enum sc_caps { SC_CAPS_NONE, SC_CAPS_SOLID } sc_caps;
 
@@ -63,8 +64,7 @@ typedef struct sc_render_options {
     bool early_termination; /**< rays end behind what is opaque, instead of going on to their end */
     int samples;            /**< rays per pixel */
     int antialiasing;       /**< sc_antialiasing */
-    int thickness;          /**< sc_thickness_use */
-    int auto_opacity;       /**< sc_opacity_rule */
+    int auto_opacity;       /**< sc_opacity_rule, and SC_OPACITY_LOCAL */
     sc_vec3 smooth;         /**< see sc_prepare_settings; or auto, on the grid of the drawing:
                                  sc_smooth_is_auto */
     double step_voxels, cap_outline;
@@ -104,14 +104,14 @@ typedef struct sc_volume_tissue {
     char where[160];             /**< "file:line" for messages; may be empty */
 } sc_volume_tissue;
 
-/** Which part of the volume a job draws. */
-typedef enum sc_crop_kind { SC_CROP_NONE, SC_CROP_VISIBLE, SC_CROP_BOX } sc_crop_kind;
-typedef struct sc_crop {
-    int kind;           /**< sc_crop_kind */
-    double margin_mm;   /**< SC_CROP_VISIBLE: so much around the tissues that are shown */
-    sc_vec3 corners[2]; /**< SC_CROP_BOX: two opposite corners of a box along the axes of RAS, mm */
-    char where[160];    /**< "file:line" for messages; may be empty */
-} sc_crop;
+/** Which part of the volume a job reads and draws. */
+typedef struct sc_box {
+    int kind;           /**< sc_read_box */
+    int voxels[3][2];   /**< SC_READ_VOXELS: as sc_read_choice.voxels */
+    sc_vec3 corners[2]; /**< SC_READ_MM: as sc_read_choice.corners */
+    bool visible;       /**< of that, only what lies around the tissues that are shown */
+    double margin_mm;   /**< with so much around them */
+} sc_box;
 
 /** The most subjects of a comparison: the volume of the job and others. */
 enum { SC_SUBJECTS_MAX = 4 };
@@ -179,8 +179,8 @@ typedef struct sc_job {
     sc_volume_path *phases; /**< [phase_count], owned: the volumes of a series, in their order */
     size_t phase_count;     /**< 0: there is one volume */
     bool has_cine;
-    sc_cine_options cine; /**< if has_cine; then there are two phases or more */
-    sc_crop crop;
+    sc_cine_options cine;             /**< if has_cine; then there are two phases or more */
+    sc_box box;                       /**< if has_box */
     sc_volume_tissue *volume_tissues; /**< [volume_tissue_count], owned: first those that become
                                            parts of others, then those that are kept */
     size_t volume_tissue_count;
@@ -189,17 +189,15 @@ typedef struct sc_job {
     bool volume_replaced;         /**< the file has a map, and a setting has replaced its path */
     int volume_level;             /**< of resolution, 0 the finest */
     int volume_phase;             /**< as of sc_read_choice; of a series that of the first phase */
-    int volume_box[3][2];         /**< if has_box alone: as sc_read_choice.voxels */
-    sc_vec3 volume_box_mm[2];     /**< if has_box_mm, too: as sc_read_choice.corners */
-    double volume_resample_mm[3]; /**< if has_resample: spacing along x, y, z */
+    double volume_resample_mm[3]; /**< if has_resample, not has_volume_size: along x, y, z */
     double volume_threshold;      /**< if has_threshold: as sc_read_choice.threshold */
     char volume_header[160];      /**< if has_header: as sc_read_choice.header */
-    char volume_box_where[160]; /**< "file:line" of raw, level or box, for messages; may be empty */
-    bool has_volume_size;       /**< the volume is resampled by nearest label */
-    int volume_size[3];         /**< to this many voxels along x, y, z */
-    char labels[SC_PATH_BYTES]; /**< label table; empty: from the volume */
-    int labels_format;          /**< sc_table_format */
-    int overlap;                /**< sc_overlap */
+    char volume_box_where[SC_WHERE_BYTES]; /**< "file:line" of header, level or box; may be empty */
+    bool has_volume_size;                  /**< of has_resample: by nearest label */
+    int volume_size[3];                    /**< to this many voxels along x, y, z */
+    char labels[SC_PATH_BYTES];            /**< label table; empty: from the volume */
+    int labels_format;                     /**< sc_table_format */
+    int overlap;                           /**< sc_overlap */
     char overlap_names[SC_OVERLAP_NAMES_BYTES]; /**< SC_OVERLAP_NAMES: as of sc_read_choice */
     int appearance;                             /**< sc_appearance */
     sc_comparison compare;                      /**< if has_compare */
@@ -231,14 +229,14 @@ typedef struct sc_job {
     size_t overlay_tissue_count;
     bool has_verbs, has_captions;       /**< these lists are given, even if they are empty */
     bool has_names, has_legend_tissues; /**< likewise */
-    bool has_merge, has_keep, has_crop; /**< likewise */
-    bool has_box, has_box_mm;           /**< likewise */
+    bool has_logo;                      /**< overlays.logo is given */
+    bool has_merge, has_keep, has_box;  /**< likewise */
     bool has_level, has_resample;       /**< likewise */
     bool has_phase;                     /**< volume_phase stands in the job itself */
     bool has_color_by;                  /**< tissues are coloured by values */
     bool has_compare;                   /**< several volumes are compared */
     bool has_image;                     /**< there is a grey volume */
-    bool has_duration; /**< false once a job is loaded: animation.frames follows from duration_s */
+    bool has_duration; /**< animation.frames is given as duration_s; false once a job is loaded */
     double duration_s;
     size_t film_rules; /**< of a shot's job: how many of the rules are the film's; they come
                             first. 0 of others */
@@ -257,8 +255,8 @@ typedef struct sc_length {
 
 /** How a shot follows the one before: by a cut, unless one of the others is chosen. */
 typedef struct sc_shot_transition {
-    bool is_cross_fade, is_fade; /**< at most one of them */
-    sc_length length;            /**< of these two */
+    sc_transition kind;
+    sc_length length; /**< unless it is a cut */
 } sc_shot_transition;
 
 /** A shot of a film. */
@@ -337,6 +335,11 @@ bool sc_job_has_views(const sc_job *job);
 /** Append @p value to @p text as a value or key of YAML: in double quotes, with all escapes that
  *  YAML needs. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text);
+/** @return the rule of automatic opacity, without SC_OPACITY_LOCAL. */
+static inline sc_opacity_rule sc_job_opacity_rule(const sc_job *job)
+{
+    return (sc_opacity_rule)(job->render.auto_opacity & ~SC_OPACITY_LOCAL);
+}
 /** @return the name of the encoder preset, for example "medium". */
 const char *sc_job_preset(const sc_job *job);
 /** @return whether sc_job.volume names the built-in phantom, and not a file. */

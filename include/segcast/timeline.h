@@ -80,13 +80,12 @@ typedef struct sc_orbit {
     bool fixed;           /**< a still camera at position_mm, which looks at target_mm; by key
                                frames it goes its way without an orbit */
     sc_vec3 axis;         /**< of an orbit: unit, RAS; points upwards in the picture */
-    double turns;         /**< during the whole animation, right-handed about the axis; of no
-                               meaning where has_angle is set */
-    bool has_angle;       /**< the angle of the orbit is angle_deg or its track */
-    double angle_deg;     /**< right-handed about the axis, from start_deg on */
+    double turns;         /**< during the whole animation, right-handed about the axis, from the
+                               angle on */
+    double angle_deg;     /**< right-handed about the axis; 0 is in front of the patient, where
+                               possible */
     double elevation_deg; /**< of the camera above the plane of the orbit; beyond 90 it comes down
                                behind, with the picture upside down */
-    double start_deg; /**< where the orbit begins; 0 is in front of the patient, where possible */
     bool has_target, has_distance; /**< false: follows from the framing */
     bool alone;                    /**< only the first frame is drawn: the framing is for that one,
                                         and what is visible lies in the middle of its picture */
@@ -110,10 +109,9 @@ typedef struct sc_sweep {
      * there are none, the tissues are the same in all frames. */
     int except_count;
     double except_at[SC_CLIP_SPANS_MAX]; /**< [except_count], rising, as of sc_key_frame.at */
-    bool has_active;                     /**< it cuts in a part of the animation only */
-    double active_begin, active_end;     /**< that part, 0 to 1; both ends belong to it */
-    sc_track active_track;               /**< key frames instead, if has_active: x is 1 while it
-                                              cuts, else 0; each holds until the next */
+    bool has_active, active;             /**< whether it cuts is given, and does it */
+    sc_track active_track;               /**< key frames of it: x is 1 while it cuts, else 0; each
+                                              holds until the next */
     /** Key frames of where the plane lies: x and, if y is 1, in percent, as of sc_plane_position.
      * In a timeline x is in mm: along
      * the normal from the origin or, where the normal has key frames, from the pivot. */
@@ -128,7 +126,7 @@ typedef struct sc_sweep {
 
 /** The point in which the slices of the three regular views meet. */
 typedef struct sc_slices {
-    bool is_given; /**< false: they go from 0 to 1 on the way of share */
+    bool is_given, are_shown;
     bool has_point;
     sc_vec3 point_mm;     /**< where it stays, if has_point */
     sc_track point_track; /**< key frames, if has_point; if there are any, they replace it */
@@ -151,7 +149,6 @@ typedef enum sc_verb_kind {
     SC_VERB_HOLD,   /**< an orbit pauses, and turns faster in the rest of the time */
     SC_VERB_FRAME,  /**< tissues come to fill the picture */
     SC_VERB_FLY,    /**< the camera flies along a line, within vessels and chambers */
-    SC_VERB_SWEEP,  /**< a clip plane moves along its normal, and stays there */
     SC_VERB_TURN,   /**< a clip plane turns about a line */
     SC_VERB_EXPLODE /**< tissues move apart, and stay there */
 } sc_verb_kind;
@@ -229,7 +226,7 @@ typedef struct sc_verb {
     double angle_deg, elevation_deg; /**< orbit: how far the camera turns and rises; turn: how far
                                         the plane turns (angle_deg); rock: how far the camera
                                         swings to each side, up and down */
-    int plane;                       /**< sweep, turn: the number of the clip plane, from 1 */
+    int plane;                       /**< turn: the number of the clip plane, from 1 */
     /** turn: the job gives the direction of the line; explode: that along which tissues move. And:
      * a point of the line; the point from which tissues move. */
     bool has_axis, has_point;
@@ -237,7 +234,7 @@ typedef struct sc_verb {
     bool has_tissues;       /**< fly: the way leads through tissues, not along points alone */
     sc_vec3 axis, point_mm; /**< those, RAS; axis of unit length */
     sc_plane_position by; /**< explode: how far, in mm, or in percent of the distance of a tissue's
-                               middle from that point; sweep: where the plane ends */
+                               middle from that point */
     double soft; /**< hold, 0 to 0.5: share of the time in which the camera comes to rest, and in
                       which it starts again */
     sc_vec3 through[SC_THROUGH_MAX]; /**< fly: [through_count] points, RAS mm: of the curve or, with
@@ -270,7 +267,6 @@ typedef struct sc_move {
      * it it shows, as of sc_timeline.half_height; the last of a fly, too. */
     sc_vec3 target_mm;
     double distance_mm, half_height;
-    double plane_mm; /**< of a sweep, in a timeline: where the plane ends, along its normal */
 } sc_move;
 
 /** Tissues of a verb. */

@@ -14,7 +14,7 @@
 
 bool sc_caption_is_shown(const sc_caption *caption, double at)
 {
-    return at >= caption->begin && (at < caption->end || caption->end >= 1);
+    return at >= caption->begin && at < caption->end;
 }
 
 /* @return whether something else stands in a corner of the same edge as @p place. */

@@ -226,7 +226,7 @@ static sc_status set_views(const sc_ctx *ctx, sc_options *options, const sc_opti
         const char *angles = find_angles(sc_sheet_views[i], room), *comma = strchr(angles, ',');
 
         SC_TRY(sc_text_add(ctx, &shots,
-                           "%s{animation: {camera: {orbit: {turns: 0, start: %.*s, elevation: "
+                           "%s{animation: {camera: {orbit: {turns: 0, angle: %.*s, elevation: "
                            "%s}}}}",
                            i ? ", " : "shots=[", (int)(comma - angles), angles, comma + 1));
     }
@@ -280,7 +280,7 @@ sc_status sc_store_view(const sc_ctx *ctx, sc_options *options, const sc_option 
                        nearest ? nearest : "", nearest ? "\"?" : "");
     SC_TRY(copy(ctx, options, angles, (size_t)(comma - angles), &start));
     SC_TRY(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
-    SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.start", start));
+    SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.angle", start));
     SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.elevation",
                              comma + 1));
 out:

@@ -92,9 +92,8 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
 
     SC_PASS(sc_session_job(app, job_path, &session));
     session.job.animation.camera.alone = is_alone(&app->options, job_path);
-    if (session.job.output.layout != SC_LAYOUT_VIEWS && is_given(&app->options, "--point "))
-        SC_PASS(
-            sc_fail(app->ctx, SC_ERR_USAGE, "--point is where the slices of --sheet slices cross"));
+    if (app->options.sheet_slices && session.job.output.layout != SC_LAYOUT_VIEWS)
+        return sc_fail(app->ctx, SC_ERR_USAGE, "--sheet slices: the job says slices: none");
     SC_PASS(sc_check_output(app, &session.job, path, true));
     SC_PASS(find_frame(app, &session.job, &frame));
     SC_PASS(sc_session_volume(app, &session));
@@ -128,7 +127,6 @@ static sc_status set_defaults(sc_app *app)
  * otherwise. */
 static sc_status set_slices(sc_app *app)
 {
-    SC_PASS(sc_options_set_text(app->ctx, &app->options, "output.layout", "views"));
     return sc_options_default(app->ctx, &app->options, "animation.slices", "50%");
 }
 
@@ -145,8 +143,8 @@ sc_status sc_cmd_still(sc_app *app)
         job = NULL;
     } else if (is_given(&app->options, "--tissue ")) {
         SC_PASS(sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--tissue is for a volume; a job has the verb {frame: NAME, during: [0%%, "
-                       "0%%]}"));
+                        "--tissue is for a volume; a job has the verb {frame: NAME, during: [0%%, "
+                        "0%%]}"));
     }
     SC_PASS(sc_defer(app, sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG")));
     SC_PASS(sc_defer(app, check_use(app)));

@@ -10,7 +10,7 @@ const sc_command sc_commands[] = {
      "them. Writes only the video, in the format that the ending of its name tells. VOLUME is a "
      "file, "
      "an OME-Zarr, or a directory of masks, one for each tissue. Example: segcast orbit heart.nrrd "
-     "-o turn.mp4 --size 1080p --duration 8s",
+     "-o turn.mp4 --size 1080p --frames 8s",
      sc_cmd_orbit, true},
     {NULL, "render", "JOB.yaml", "make the video and the frames of a job",
      "Runs alone or under mpirun or srun. The output directory holds the video, manifest.jsonl "

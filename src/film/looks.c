@@ -65,7 +65,7 @@ static sc_status resolve_tissues(sc_app *app, sc_panel *panel)
     if (labels)
         colored.labels = labels;
     SC_PASS(sc_transfer_resolve(ctx, &colored, job->rules, job->rule_count,
-                                (sc_opacity_rule)job->render.auto_opacity, panel->looks.tissues));
+                                sc_job_opacity_rule(job), panel->looks.tissues));
     apply_interior(ctx, job, panel);
     if (job->render.background.is_auto)
         sc_choose_background(&panel->volume, panel->looks.tissues,

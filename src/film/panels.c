@@ -74,7 +74,8 @@ static void name_subjects(const sc_job *job, sc_compare *c)
                                                          : NULL;
         sc_caption *caption = &c->captions[s];
 
-        *caption = (sc_caption){.end = 1, .place = SC_PLACE_BOTTOM, .may_be_cut = true};
+        *caption =
+            (sc_caption){.end = SC_CAPTION_STAYS, .place = SC_PLACE_BOTTOM, .may_be_cut = true};
         if (compare->has_divider)
             caption->place = s ? SC_PLACE_BOTTOM_RIGHT : SC_PLACE_BOTTOM_LEFT;
         if (name)

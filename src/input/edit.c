@@ -238,7 +238,7 @@ static sc_status tell_lost(const sc_recipe *s, const bool *before, const char *k
     return SC_OK;
 }
 
-/* ---- crop ---- */
+/* ---- what is drawn ---- */
 
 /* Set shown[id] for all tissues that the job, or one of its shots, shows. @param shown
  * [label_count] of the volume, zeroed. */
@@ -294,7 +294,7 @@ static sc_status box_of_visible(const sc_recipe *s, sc_voxel_box *out, bool *emp
         const sc_vec3 edge = {v->to_ras_mm.m[0][axis], v->to_ras_mm.m[1][axis],
                               v->to_ras_mm.m[2][axis]};
         const double margin =
-            fmax(SURROUND_VOXELS, ceil(s->job->crop.margin_mm / sc_vec3_length(edge) - 1e-6));
+            fmax(SURROUND_VOXELS, ceil(s->job->box.margin_mm / sc_vec3_length(edge) - 1e-6));
 
         box.low[axis] = (int)fmax(0, box.low[axis] - margin);
         box.high[axis] = (int)fmin(v->size[axis] - 1, box.high[axis] + margin);
@@ -307,7 +307,7 @@ static sc_status box_of_visible(const sc_recipe *s, sc_voxel_box *out, bool *emp
     return SC_OK;
 }
 
-/* Refuse a box of volume.crop in which the volume has no voxel. */
+/* Refuse a box in which a computed volume has no voxel. */
 static sc_status fail_outside(const sc_recipe *s)
 {
     const sc_volume *v = volume_of(s);
@@ -315,13 +315,13 @@ static sc_status fail_outside(const sc_recipe *s)
 
     sc_volume_extent(v->size, &v->to_ras_mm, &low, &high);
     return sc_fail(s->app->ctx, SC_ERR_DATA,
-                   "%s: crop: the volume has no voxel in the box; it reaches from [%.4g, %.4g, "
+                   "%s: box: the volume has no voxel in the box; it reaches from [%.4g, %.4g, "
                    "%.4g] to [%.4g, %.4g, %.4g] in RAS mm",
-                   s->job->crop.where, low.x, low.y, low.z, high.x, high.y, high.z);
+                   s->job->volume_box_where, low.x, low.y, low.z, high.x, high.y, high.z);
 }
 
-/* Do what volume.crop says. */
-static sc_status crop_volume(const sc_recipe *s)
+/* Leave what is visible, or, of a computed volume, what lies between two corners. */
+static sc_status crop_volume(const sc_recipe *s, bool to_visible)
 {
     sc_volume *v = volume_of(s);
     const int before[3] = {v->size[0], v->size[1], v->size[2]};
@@ -329,10 +329,10 @@ static sc_status crop_volume(const sc_recipe *s)
     sc_voxel_box box;
     SC_OWN(sc_free_at) void *present = NULL;
 
-    if (s->job->crop.kind == SC_CROP_BOX)
-        box = sc_voxels_between(v->size, &v->to_ras_mm, s->job->crop.corners);
-    else
+    if (to_visible)
         SC_PASS(box_of_visible(s, &box, &empty));
+    else
+        box = sc_voxels_between(v->size, &v->to_ras_mm, s->job->box.corners);
     if (empty)
         return SC_OK; /* nothing is shown: that is told elsewhere */
     for (int axis = 0; axis < 3; axis++) {
@@ -346,10 +346,10 @@ static sc_status crop_volume(const sc_recipe *s)
     else
         sc_label_scan_crop(s->scan, &box);
     if (s->tell)
-        sc_info(s->app->ctx, "volume.crop: %d x %d x %d of %d x %d x %d voxels are drawn",
+        sc_info(s->app->ctx, "volume.box: %d x %d x %d of %d x %d x %d voxels are drawn",
                 v->size[0], v->size[1], v->size[2], before[0], before[1], before[2]);
-    if (s->tell && s->job->crop.kind == SC_CROP_BOX)
-        SC_PASS(tell_lost(s, present, "volume.crop", "a larger box keeps more"));
+    if (s->tell && !to_visible)
+        SC_PASS(tell_lost(s, present, "volume.box", "a larger box keeps more"));
     return SC_OK;
 }
 
@@ -455,19 +455,19 @@ static sc_status resample_volume(const sc_recipe *s)
 
 bool sc_edits_volume(const sc_job *job)
 {
-    return job->volume_tissue_count || job->crop.kind != SC_CROP_NONE || job->has_level ||
-           job->has_phase || job->has_box || job->has_resample || job->has_header ||
-           job->has_threshold;
+    return job->volume_tissue_count || job->has_level || job->has_phase || job->has_box ||
+           (job->has_resample && !job->has_volume_size) || job->has_header || job->has_threshold;
 }
 
 void sc_forget_volume_edits(sc_job *job)
 {
     job->volume_tissue_count = 0; /* they are freed with the job: copies of it may share them */
-    job->crop.kind = SC_CROP_NONE;
+    job->box = (sc_box){0};
     job->volume_level = job->volume_phase = 0;
-    job->has_merge = job->has_keep = job->has_crop = job->has_header = false;
+    job->has_merge = job->has_keep = job->has_header = false;
     job->has_threshold = false;
-    job->has_resample = job->has_level = job->has_box = job->has_phase = false;
+    job->has_level = job->has_box = job->has_phase = false;
+    job->has_resample = job->has_volume_size; /* which is done with prepared files, too */
 }
 
 /* @return the dense id of a value that a volume has. */
@@ -517,25 +517,25 @@ sc_status sc_read_choice_of(sc_recipe *r, sc_read_choice *out)
 {
     const sc_app *app = r->app;
     const sc_job *job = r->job;
+    const bool is_computed = sc_job_is_phantom(job->volume);
     sc_read_choice choice = {.overlap = (sc_overlap)job->overlap,
                              .overlap_names = job->overlap_names,
                              .level = job->volume_level,
                              .phase = job->volume_phase,
                              .store = app->phase_store,
-                             .box = !job->has_box     ? SC_READ_ALL
-                                    : job->has_box_mm ? SC_READ_MM
-                                                      : SC_READ_VOXELS,
+                             .box = (sc_read_box)job->box.kind,
                              .overlaps = app->overlaps,
                              .threshold =
                                  job->has_threshold ? fmax(job->volume_threshold, 1e-9) : 0,
                              .header = job->has_header ? job->volume_header : NULL,
                              .where = job->volume_box_where};
 
-    if (sc_job_is_phantom(job->volume) &&
-        (choice.level || choice.phase || choice.box != SC_READ_ALL || choice.header))
+    if (is_computed && choice.box == SC_READ_MM)
+        choice.box = SC_READ_ALL; /* the rest is left out of it when it is edited */
+    if (is_computed && (choice.level || choice.phase || choice.box != SC_READ_ALL || choice.header))
         return sc_fail(app->ctx, SC_ERR_DATA,
-                       "%s: %s is for files, and %s is computed; expected crop for a part of it, "
-                       "and phantom:128x96x128 for another resolution",
+                       "%s: %s is for files, and %s is computed; expected two corners in mm for a "
+                       "part of it, and phantom:128x96x128 for another resolution",
                        job->volume_box_where,
                        choice.level    ? "level"
                        : choice.phase  ? "phase"
@@ -544,8 +544,8 @@ sc_status sc_read_choice_of(sc_recipe *r, sc_read_choice *out)
                        job->volume);
     choice.user = r;
     choice.leave_out = job->has_keep ? leave_out : NULL;
-    memcpy(choice.voxels, job->volume_box, sizeof choice.voxels);
-    memcpy(choice.corners, job->volume_box_mm, sizeof choice.corners);
+    memcpy(choice.voxels, job->box.voxels, sizeof choice.voxels);
+    memcpy(choice.corners, job->box.corners, sizeof choice.corners);
     *out = choice;
     return SC_OK;
 }
@@ -559,9 +559,9 @@ sc_status sc_edit_volume(sc_recipe *r)
         SC_PASS(merge_tissues(r));
     if (job->has_keep)
         SC_PASS(keep_tissues(r));
-    if (job->crop.kind == SC_CROP_BOX || (job->crop.kind == SC_CROP_VISIBLE && knows_voxels))
-        SC_PASS(crop_volume(r));
-    if (job->has_resample)
-        return resample_volume(r);
-    return SC_OK;
+    if (job->box.kind == SC_READ_MM && sc_job_is_phantom(job->volume))
+        SC_PASS(crop_volume(r, false));
+    if (job->box.visible && knows_voxels)
+        SC_PASS(crop_volume(r, true));
+    return job->has_resample && !job->has_volume_size ? resample_volume(r) : SC_OK;
 }

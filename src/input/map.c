@@ -272,7 +272,7 @@ sc_status sc_input_map(const sc_app *app, sc_job *job, sc_input *input, bool *us
     if (sc_edits_volume(job))
         return sc_fail(
             ctx, SC_ERR_DATA,
-            "%s: is prepared, and level, box, merge, keep, crop and resample change a volume "
+            "%s: is prepared, and level, box, merge, keep and resample change a volume "
             "before that: "
             "give them to `segcast convert JOB.yaml -o FILE.segc`, or the volume that it was made "
             "from",

@@ -21,7 +21,7 @@ static sc_status add_needs(const sc_app *app, const sc_job *job, const sc_label 
     SC_PASS(sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count, hidden));
     for (int id = 0; id < label_count; id++)
         n->hidden[id] = (is_first || n->hidden[id]) && hidden[id];
-    n->local_thickness = n->local_thickness || job->render.thickness != 0;
+    n->local_thickness = n->local_thickness || (job->render.auto_opacity & SC_OPACITY_LOCAL);
     return SC_OK;
 }
 

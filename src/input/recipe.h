@@ -44,7 +44,7 @@ typedef enum sc_step {
     SC_STEP_TAKE,   /* get the volume: from its file, or what is known of it already */
     SC_STEP_RESIZE, /* to the number of voxels that the job asks for */
     SC_STEP_NAME,   /* by the label table */
-    SC_STEP_EDIT,   /* merge, keep, crop, resample */
+    SC_STEP_EDIT,   /* merge, keep, box, resample */
     SC_STEP_COLOR,  /* tissues that have no colour */
     SC_STEP_CHECK,  /* that there is something to see, and what the job names */
     SC_STEP_HIDE,   /* what the job does not show, and decide how to prepare the rest */

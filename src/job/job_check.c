@@ -162,7 +162,7 @@ static sc_status check_hold(const sc_ctx *ctx, const sc_job *job, size_t index)
     const sc_orbit *camera = &job->animation.camera;
     const sc_verb *hold = &job->verbs[index];
 
-    if (camera->fixed || camera->has_angle || camera->turns == 0)
+    if (camera->fixed || camera->turns == 0)
         return fail_verb(ctx, hold,
                          "hold: the camera does not turn by itself; expected an orbit with turns, "
                          "whose turning it can pause");
@@ -231,21 +231,20 @@ static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
     return fail_verb(ctx, fly, "fly: it has no way; expected tissues, or two points or more");
 }
 
-/* A verb of a clip plane needs it. @param name of the verb. */
-static sc_status check_plane(const sc_ctx *ctx, const sc_job *job, const sc_verb *verb,
-                             const char *name)
+/* A turn needs its clip plane. */
+static sc_status check_plane(const sc_ctx *ctx, const sc_job *job, const sc_verb *verb)
 {
     const int planes = job->animation.sweep_count;
     char text[200];
 
     snprintf(text, sizeof text,
-             "%s: there is no clip plane %d; expected 1 to %d, the number of a plane of "
+             "turn: there is no clip plane %d; expected 1 to %d, the number of a plane of "
              "animation.clip (a box counts as six)",
-             name, verb->plane, planes);
+             verb->plane, planes);
     if (!planes)
-        snprintf(text, sizeof text,
-                 "%s: the job has no clip plane; expected one in animation.clip, which then %ss",
-                 name, name);
+        snprintf(
+            text, sizeof text,
+            "turn: the job has no clip plane; expected one in animation.clip, which then turns");
     return verb->plane > planes ? fail_verb(ctx, verb, text) : SC_OK;
 }
 
@@ -254,7 +253,7 @@ static sc_status check_plane(const sc_ctx *ctx, const sc_job *job, const sc_verb
 static sc_status check_turn(const sc_ctx *ctx, const sc_job *job, size_t index)
 {
     const sc_verb *turn = &job->verbs[index];
-    const sc_status status = check_plane(ctx, job, turn, "turn");
+    const sc_status status = check_plane(ctx, job, turn);
     bool turned;
 
     if (status != SC_OK)
@@ -286,8 +285,6 @@ static sc_status check_verbs(const sc_ctx *ctx, const sc_job *job)
             (void)sc_goes_on(&status, check_hold(ctx, job, i));
         if (verb->kind == SC_VERB_FLY)
             (void)sc_goes_on(&status, check_fly(ctx, job, i));
-        if (verb->kind == SC_VERB_SWEEP)
-            (void)sc_goes_on(&status, check_plane(ctx, job, verb, "sweep"));
         if (verb->kind == SC_VERB_TURN)
             (void)sc_goes_on(&status, check_turn(ctx, job, i));
         if (verb->kind == SC_VERB_DOLLY && camera->projection == SC_ORTHOGRAPHIC)
@@ -308,22 +305,25 @@ static sc_status apply_duration(const sc_ctx *ctx, const sc_yaml *root, sc_job *
         return SC_OK;
     job->has_duration = false;
     if (frames < 1 || frames > SC_JOB_FRAMES_MAX)
-        return sc_yaml_fail(ctx, sc_key_node(root, "animation.duration"),
-                            "duration is %g s, which makes %.0f frames at %d frames per second, "
+        return sc_yaml_fail(ctx, sc_key_node(root, "animation.frames"),
+                            "frames is %g s, which makes %.0f frames at %d frames per second, "
                             "expected 1 to %d",
                             job->duration_s, frames, job->output.fps, SC_JOB_FRAMES_MAX);
     job->animation.frames = (int)frames;
     return SC_OK;
 }
 
-/* Refuse a number of turns that is meant in degrees: one that is as large as angles are, and makes
- * the camera turn so far between two frames that no turning can be seen. */
-static sc_status check_turns(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+/* Leave the turning to key frames of the angle; and refuse a number of turns that is meant in
+ * degrees: one that is as large as angles are, and makes the camera turn so far between two frames
+ * that no turning can be seen. */
+static sc_status check_turns(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
 {
+    const sc_yaml *node = sc_key_node(root, "animation.camera.orbit.turns");
     const double turns = job->animation.camera.turns;
     const double step_deg = 360 * fabs(turns) / job->animation.frames;
-    const sc_yaml *node = sc_key_node(root, "animation.camera.orbit.turns");
 
+    if (!node && job->animation.camera.angle_track.count)
+        job->animation.camera.turns = 0;
     if (!node || fabs(turns) < 45 || step_deg < 22.5)
         return SC_OK;
     return sc_yaml_fail(
@@ -342,11 +342,11 @@ static sc_status check_color_by(const sc_ctx *ctx, const sc_yaml *root, const sc
     if (job->overlays.color_bar && !sc_color_by_any(by))
         return sc_yaml_fail(ctx, sc_key_node(root, "overlays.color_bar"),
                             "color_bar: tissues are not coloured by values; expected color_by, "
-                            "such as color_by: {measure: thickness}");
+                            "such as color_by: {values: thickness}");
     if (by->has_measure && (by->column[0] || job->color_columns.steps.count))
         return sc_yaml_fail(ctx, sc_key_node(root, "color_by.column"),
                             "column is \"%s\", but the values are a measure, and come from no "
-                            "table; expected table instead of measure, or no column",
+                            "table; expected the path of one as values, or no column",
                             by->column[0] ? by->column : job->color_columns.columns[0]);
     return SC_OK;
 }
@@ -363,27 +363,22 @@ static const sc_yaml *compare_node(const sc_yaml *root, int i, const char *key)
     return strcmp(key, "volume") != 0 ? NULL : node;
 }
 
-/* The layout and the comparison have to agree; the layout is set if the job does not name one. */
+/* Choose the layout; a comparison has no slices. */
 static sc_status check_compare(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
 {
-    const sc_yaml *layout = sc_key_node(root, "output.layout");
     const sc_yaml *node = sc_key_node(root, "compare");
     sc_status status = SC_OK;
 
-    if (!job->has_compare && !node && job->output.layout == SC_LAYOUT_COMPARE)
-        return sc_yaml_fail(ctx, layout,
-                            "layout is \"compare\", but the job has one volume; expected the "
-                            "others, such as compare: {with: [after.nrrd]}");
+    if (job->animation.slices.are_shown)
+        job->output.layout = SC_LAYOUT_VIEWS;
     if (!job->has_compare)
         return SC_OK;
     sc_note_where(node, job->compare.where, sizeof job->compare.where);
-    if (!layout)
-        job->output.layout = SC_LAYOUT_COMPARE;
-    if (job->output.layout != SC_LAYOUT_COMPARE)
-        (void)sc_goes_on(&status, sc_yaml_fail(ctx, layout,
-                                               "layout is \"%s\", but the job compares several "
-                                               "volumes; expected layout: compare, or no compare",
-                                               layout->text));
+    if (job->animation.slices.are_shown)
+        (void)sc_goes_on(&status, sc_yaml_fail(ctx, sc_key_node(root, "animation.slices"),
+                                               "slices: a comparison has none; expected slices: "
+                                               "none, or no compare"));
+    job->output.layout = SC_LAYOUT_COMPARE;
     if (job->has_shots)
         (void)sc_goes_on(&status,
                          sc_yaml_fail(ctx, node,
@@ -496,6 +491,17 @@ static void note_line(const sc_yaml *root, const char *key, char where[SC_WHERE_
         sc_note_where(node, where, SC_WHERE_BYTES);
 }
 
+/* Resolve the path of the logo, which may stand at a place. */
+static sc_status resolve_logo(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
+                              sc_job *job)
+{
+    const sc_yaml *node = sc_key_node(root, "overlays.logo");
+
+    if (node && node->kind == SC_YAML_MAP)
+        node = node->count ? node->items[0] : NULL;
+    return sc_resolve_path(ctx, sources, node, "overlays.logo", SC_PATH_FILE, job->overlays.logo);
+}
+
 sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
                        sc_job *job)
 {
@@ -508,6 +514,7 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     note_line(root, "output.size", job->size_where);
     note_line(root, "output.fps", job->fps_where);
     note_line(root, "tissues", job->tissues_where);
+    note_line(root, "volume.header", job->volume_box_where);
     note_line(root, "animation.camera.zoom", job->zoom_where);
     (void)sc_goes_on(&status, check_not_empty(ctx, root, volume_key(root)));
     (void)sc_goes_on(&status, check_not_empty(ctx, root, "output.directory"));
@@ -529,10 +536,10 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
                          resolve_key(ctx, sources, root, "labels", SC_PATH_FILE, job->labels));
     if (!sc_goes_on(&status, inputs))
         return status;
-    (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "overlays.logo", SC_PATH_FILE,
-                                          job->overlays.logo));
-    (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "color_by.table", SC_PATH_FILE,
-                                          job->color_by.table));
+    (void)sc_goes_on(&status, resolve_logo(ctx, sources, root, job));
+    if (!job->color_by.has_measure)
+        (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "color_by.values", SC_PATH_FILE,
+                                              job->color_by.table));
     if (!sc_job_is_phantom(job->image.path))
         (void)sc_goes_on(
             &status, resolve_key(ctx, sources, root, "image.path", SC_PATH_INPUT, job->image.path));

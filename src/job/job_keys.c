@@ -13,10 +13,6 @@
 
 static const sc_choice frame_files[] = {
     {"none", SC_FRAMES_NONE}, {"png", SC_FRAMES_PNG}, {NULL, 0}};
-static const sc_choice layouts[] = {{"picture", SC_LAYOUT_PICTURE},
-                                    {"views", SC_LAYOUT_VIEWS},
-                                    {"compare", SC_LAYOUT_COMPARE},
-                                    {NULL, 0}};
 static const sc_choice codecs[] = {
     {"auto", SC_CODEC_AUTO}, {"h264", SC_CODEC_H264}, {"h265", SC_CODEC_H265},
     {"av1", SC_CODEC_AV1},   {"vp9", SC_CODEC_VP9},   {"prores", SC_CODEC_PRORES},
@@ -30,44 +26,40 @@ static const char *const presets[] = {"ultrafast", "superfast", "veryfast", "fas
 static const sc_key output_keys[] = {
     {"directory", &sc_type_text, OUTPUT(directory), "segcast-out",
      .help = "directory for everything that the job makes; relative to the job file",
-     .bytes = SC_PATH_BYTES, .outside_identity = true, .of_film = true},
+     .bytes = SC_PATH_BYTES, .outside_identity = true},
     {"size", &sc_type_size, OUTPUT(size_px), "[1280, 720]",
      .help = "width and height of the picture, also as WxH or by name: 360p, 480p, 720p, 1080p, "
              "1440p, 4k, 8k, square (1080x1080) or vertical, portrait (1080x1920)",
      .low = 16, .high = 16384, .unit = "pixels",
-     .option = &(const sc_key_option){"size", "WxH", PICTURE_COMMANDS}, .of_film = true},
+     .option = &(const sc_key_option){"size", "WxH", PICTURE_COMMANDS}},
     {"fps", &sc_type_int, OUTPUT(fps), "30", .help = "frames per second of the video", .low = 1,
-     .high = 240, .option = &(const sc_key_option){"fps", "N", "orbit"}, .of_film = true},
+     .high = 240, .option = &(const sc_key_option){"fps", "N", "orbit"}},
     {"video", &sc_type_text, OUTPUT(video), "video.mp4",
      .help = "name of the video: ending in .mp4 or .mkv (H.264), .webm (VP9; also transparent), "
              ".mov (ProRes 4444, for editing; also transparent) or .webp (a picture that moves, "
              "for slides and web pages; also transparent) or .gif; or none",
-     .bytes = SC_PATH_BYTES, .outside_identity = true, .of_film = true},
+     .bytes = SC_PATH_BYTES, .outside_identity = true},
     {"codec", &sc_type_choice, OUTPUT(codec), "auto",
      .help = "what encodes the video; auto: what is usual for the extension of its name; .mp4 can "
              "also hold h265 and av1, .mkv these and vp9, .webm av1, and .mov h264 and h265",
-     .choices = codecs, .of_film = true},
+     .choices = codecs},
     {"title", &sc_type_text, OUTPUT(title), "\"\"",
      .help = "title of the film, in the metadata of the video",
-     .bytes = sizeof(((sc_output *)0)->title), .of_film = true},
+     .bytes = sizeof(((sc_output *)0)->title)},
     {"author", &sc_type_text, OUTPUT(author), "\"\"",
      .help = "who made the film, in the metadata of the video, beside the hashes of job and volume",
-     .bytes = sizeof(((sc_output *)0)->author), .of_film = true},
+     .bytes = sizeof(((sc_output *)0)->author)},
     {"frames", &sc_type_choice, OUTPUT(frames), "none",
      .help = "png: every frame also as a file frames/000000.png", .choices = frame_files,
-     .outside_identity = true, .of_film = true},
-    {"layout", &sc_type_choice, OUTPUT(layout), "picture",
-     .help = "picture; views: the three regular slices beside it; compare: several volumes, which "
-             "is the default with the key compare",
-     .choices = layouts},
+     .outside_identity = true},
     {"crf", &sc_type_int, OUTPUT(crf), "18",
      .help = "quality of the encoder: constant rate factor, smaller is better and larger; 0 "
              "not for H.264 and H.265; ProRes has always the same; of WebP 0 loses nothing, and 18 "
              "is its quality 88",
-     .low = 0, .high = 51, .of_film = true},
+     .low = 0, .high = 51},
     {"preset", &sc_type_choice, OUTPUT(preset), "medium",
      .help = "speed of the encoders of H.264 and H.265: slower makes smaller files",
-     .words = presets, .of_film = true},
+     .words = presets},
     {0}};
 
 /* ---- render ---- */
@@ -83,10 +75,11 @@ static const sc_choice skips[] = {{"none", SC_SKIP_NONE},
                                   {NULL, 0}};
 static const sc_choice antialiasings[] = {
     {"adaptive", SC_ANTIALIASING_ADAPTIVE}, {"full", SC_ANTIALIASING_FULL}, {NULL, 0}};
-static const sc_choice thicknesses[] = {
-    {"tissue", SC_THICKNESS_TISSUE}, {"local", SC_THICKNESS_LOCAL}, {NULL, 0}};
-static const sc_choice auto_opacities[] = {
-    {"measured", SC_OPACITY_MEASURED}, {"paper", SC_OPACITY_PAPER}, {NULL, 0}};
+static const sc_choice auto_opacities[] = {{"measured", SC_OPACITY_MEASURED},
+                                           {"paper", SC_OPACITY_PAPER},
+                                           {"local", SC_OPACITY_MEASURED + SC_OPACITY_LOCAL},
+                                           {"local-paper", SC_OPACITY_PAPER + SC_OPACITY_LOCAL},
+                                           {NULL, 0}};
 static const sc_choice caps[] = {{"none", SC_CAPS_NONE}, {"solid", SC_CAPS_SOLID}, {NULL, 0}};
 
 #define RENDER(member) offsetof(sc_render_options, member)
@@ -134,13 +127,11 @@ static const sc_key render_keys[] = {
     {"antialiasing", &sc_type_choice, RENDER(antialiasing), "adaptive",
      .help = "adaptive: all rays only where neighbouring pixels differ; full: everywhere",
      .choices = antialiasings},
-    {"thickness", &sc_type_choice, RENDER(thickness), "tissue",
-     .help = "automatic opacity by the thickness of the whole tissue, or local: at each point",
-     .choices = thicknesses},
     {"auto_opacity", &sc_type_choice, RENDER(auto_opacity), "measured",
      .help = "what opacity: auto is. measured: by thickness in mm, and tissues that enclose the "
              "others nearly transparent; paper: from 0.3 for the thinnest tissue to 0.9 for the "
-             "thickest",
+             "thickest; local, local-paper: the same by the thickness at each point, instead of "
+             "that of the whole tissue",
      .choices = auto_opacities},
     {"step", &sc_type_real, RENDER(step_voxels), "0.5",
      .help = "distance of samples on a ray; only for surface: voxel", .low = 0.05, .high = 4,
@@ -183,16 +174,11 @@ static const sc_choice clip_modes[] = {{"keep", SC_CLIP_KEEP}, {"cut", SC_CLIP_C
 
 /* Offsets into sc_job, as in the whole file: a clip entry also names tissues. */
 static const sc_key animation_keys[] = {
-    {"frames", &sc_type_int, offsetof(sc_job, animation.frames), "180",
-     .help = "number of frames of the whole animation", .low = 1, .high = SC_JOB_FRAMES_MAX,
-     .alternative = "frames or duration", .option = &(const sc_key_option){"frames", "N", "orbit"}},
-    {"duration", &sc_type_duration, offsetof(sc_job, duration_s), NULL,
-     .help = "length of the whole animation, such as 10s, 1.5 min or 0:10, instead of frames: that "
-             "many "
-             "seconds times output.fps",
-     .given = SC_GIVEN(sc_job, has_duration), .without = "frames",
-     .alternative = "frames or duration",
-     .option = &(const sc_key_option){"duration", "TIME", "orbit"}},
+    {"frames", &sc_type_frames, 0, "180",
+     .help = "length of the whole animation: a number of frames, or a time such as 10s, 1.5 min or "
+             "0:10, which makes so many seconds times output.fps",
+     .low = 1, .high = SC_JOB_FRAMES_MAX,
+     .option = &(const sc_key_option){"frames", "N|TIME", "orbit"}},
     {"camera", &sc_type_map, offsetof(sc_job, animation.camera), NULL,
      .help = "where the picture is seen from", .keys = sc_camera_keys},
     {"clip_mode", &sc_type_choice, offsetof(sc_job, animation.clip_mode), "keep",
@@ -205,9 +191,10 @@ static const sc_key animation_keys[] = {
      .keys = sc_verb_keys, .without = "none", .given = SC_GIVEN(sc_job, has_verbs)},
     {"slices", &sc_type_slices, offsetof(sc_job, animation.slices), NULL,
      .help =
-         "where the three slices of layout: views cross: a point in RAS mm, or how far they are "
-         "on the way through what is visible",
-     .given = SC_GIVEN(sc_job, animation.slices.is_given), .without = "they go all of it",
+         "the three regular slices beside the picture, and where they cross: a point in RAS mm, "
+         "or how far they are on the way through what is visible; through: they go all of that "
+         "way",
+     .given = SC_GIVEN(sc_job, animation.slices.is_given), .without = "none",
      .option = &(const sc_key_option){"point", "R,A,S", "still"}},
     {0}};
 
@@ -279,20 +266,23 @@ const sc_key sc_shot_keys[] = {
      .help = "name of the shot; each shot that has one begins a chapter of the video",
      .bytes = sizeof(((sc_shot *)0)->name), .without = "none"},
     {"transition", &sc_type_transition, SHOT(transition), "cut",
-     .help = "how the shot follows the one before: cut, cross_fade or fade",
-     .keys = sc_transition_keys},
+     .help =
+         "how the shot follows the one before: cut; cross_fade 1s: the one before is replaced "
+         "step by step, in linear light, and both overlap for this long, by which the film is "
+         "shorter; or fade 1s: half of this time the one before fades to the background, and in "
+         "the other half the shot appears from its own (the first shot only appears)"},
     {"fade_out", &sc_type_length, SHOT(fade_out), NULL, .given = SC_GIVEN(sc_shot, has_fade_out),
      .without = "it does not",
      .help =
          "how long it fades to the background at its end; for the last shot, and those before a "
          "cut"},
-    {"card", &sc_type_flow_map, SHOT(card), NULL,
-     .help = "the shot is a title card: a text in the middle of the background, and no tissues",
-     .keys = sc_card_keys, .given = SC_GIVEN(sc_shot, has_card), .without = "tissues are shown"},
+    {"card", &sc_type_card, SHOT(card), NULL,
+     .help = "the shot is a title card: a text in the middle of the background, or [title, "
+             "subtitle], and no tissues; \\n in double quotes begins a new line",
+     .given = SC_GIVEN(sc_shot, has_card), .without = "tissues are shown"},
     OF_JOB("color_by", flow_map, offsetof(sc_job, color_by), sc_color_by_keys,
            SC_GIVEN(sc_job, has_color_by)),
     OF_JOB("image", map, offsetof(sc_job, image), sc_image_keys, SC_GIVEN(sc_job, has_image)),
-    OF_JOB("output", map, offsetof(sc_job, output), output_keys, 0),
     OF_JOB("render", map, offsetof(sc_job, render), render_keys, 0),
     OF_JOB("light", map, offsetof(sc_job, light), light_keys, 0),
     OF_JOB("tissues", tissues, 0, sc_tissue_keys, 0),
@@ -329,12 +319,6 @@ const sc_key sc_job_keys[] = {
              "where the name of a tissue is known, also instead of the table's. distinct: colours "
              "that differ as much as possible",
      .choices = appearances, .of_film = true},
-    {"volume_size", &sc_type_voxels, offsetof(sc_job, volume_size), NULL,
-     .help =
-         "the volume is brought to this many voxels, each with the label nearest to its centre, "
-         "and drawn as these are; for studies of how cost grows with the volume",
-     .low = 1, .high = 4096, .unit = "voxels", .given = SC_GIVEN(sc_job, has_volume_size),
-     .without = "the voxels of the file", .of_film = true},
     {"cine", &sc_type_flow_map, offsetof(sc_job, cine), NULL,
      .help = "the volume is a series, a list of files, a pattern such as heart_*.nrrd, or a file "
              "that holds several volumes (4-D): phases of a beat, which follow each other in the "
@@ -355,7 +339,7 @@ const sc_key sc_job_keys[] = {
      .help = "a grey volume (CT, MR) that is seen on cut faces, on slices and behind the tissues",
      .keys = sc_image_keys, .given = SC_GIVEN(sc_job, has_image), .without = "none"},
     {"output", &sc_type_map, offsetof(sc_job, output), NULL, .help = "what is made, and where",
-     .keys = output_keys},
+     .keys = output_keys, .of_film = true},
     {"render", &sc_type_map, offsetof(sc_job, render), NULL, .help = "how a picture is drawn",
      .keys = render_keys},
     {"light", &sc_type_map, offsetof(sc_job, light), NULL,
@@ -369,7 +353,7 @@ const sc_key sc_job_keys[] = {
     {"shots", &sc_type_shots, 0, NULL,
      .help =
          "the film as a list of shots, one after the other: each is a map of keys of its own, and "
-         "of color_by, image, output (its layout), render, light, tissues, animation and overlays "
+         "of color_by, image, render, light, tissues, animation and overlays "
          "as in the file, which are merged over those outside of the list",
      .keys = sc_shot_keys, .given = SC_GIVEN(sc_job, has_shots), .of_film = true,
      .without = "one shot"},

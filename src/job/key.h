@@ -99,7 +99,7 @@ json_t *sc_number_or_auto_schema(const sc_key *key);
 /* Types that any table may use (values.c, colors.c, sizes.c, maps.c). */
 extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text, sc_type_choice,
     sc_type_color, sc_type_color_levels, sc_type_tracked_color, sc_type_background, sc_type_size,
-    sc_type_voxels, sc_type_point, sc_type_direction, sc_type_map, sc_type_flow_map;
+    sc_type_point, sc_type_direction, sc_type_map, sc_type_flow_map;
 /* Types that only the animation and the tissues use. */
 extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_clip,
     sc_type_verbs, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength, sc_type_ease,
@@ -107,7 +107,8 @@ extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_spa
     sc_type_key_bool, sc_type_tracked_strength, sc_type_kept_tissues, sc_type_merged_tissues,
     sc_type_volume, sc_type_overlap, sc_type_caption_text, sc_type_tracked_share;
 /* Types of a film of shots. */
-extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_length, sc_type_slices;
+extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_card, sc_type_length,
+    sc_type_slices, sc_type_frames;
 
 /* The commands with options about labels and how a volume is read. */
 #define LABEL_COMMANDS "orbit still info init convert"
@@ -115,9 +116,8 @@ extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_length, sc
 /* The tables: sc_job_keys describes the whole file and is read into sc_job; the others describe
  * maps in it. */
 extern const sc_key sc_job_keys[], sc_volume_keys[], sc_camera_keys[], sc_clip_keys[],
-    sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[], sc_color_by_keys[],
-    sc_cine_keys[], sc_compare_keys[], sc_image_keys[], sc_shot_keys[], sc_card_keys[],
-    sc_transition_keys[];
+    sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_color_by_keys[], sc_cine_keys[],
+    sc_compare_keys[], sc_image_keys[], sc_shot_keys[];
 /* The keys of a study file, read into sc_study. */
 extern const sc_key sc_study_keys[];
 
@@ -217,9 +217,15 @@ sc_status sc_cine_check(const sc_ctx *ctx, const struct sc_job_sources *sources,
 
 /* ---- job_overlays.c ---- */
 
-/* Refuse captions that are shown in no frame, or with another one at the same time and place.
+/* Refuse captions that are shown in no frame.
  * @param job all of it, with its number of frames. @return SC_ERR_DATA, all are logged. */
 sc_status sc_captions_check(const sc_ctx *ctx, const struct sc_job *job);
+
+/* ---- sizes.c ---- */
+
+/* Read "XxYxZ", whole numbers of voxels from 1 to 4096. @return false if @p text is anything else.
+ */
+bool sc_parse_voxels(const char *text, int size[3]);
 
 /* ---- tracks.c ---- */
 

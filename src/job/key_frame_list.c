@@ -41,7 +41,8 @@ static sc_status add_value(const lister *l, const sc_yaml *node)
 
         if (end != node->text && !*end)
             return sc_text_add(l->ctx, l->out, "%.6g", number);
-        return sc_text_add(l->ctx, l->out, "%s", node->text);
+        return strchr(node->text, '\n') ? sc_write_quoted(l->ctx, node->text, l->out)
+                                        : sc_text_add(l->ctx, l->out, "%s", node->text);
     }
     SC_PASS(sc_text_add(l->ctx, l->out, "["));
     for (size_t i = 0; i < node->count; i++) {

@@ -79,25 +79,28 @@ static const char *excluded_by(const sc_key *keys, const sc_key *key, const sc_y
     return NULL;
 }
 
-/* Does @p node hold the key, or another one of its alternative? */
-static bool is_given(const sc_key *keys, const sc_key *key, const sc_yaml *node)
-{
-    for (; keys->name; keys++) {
-        const bool stands_for_it = keys == key || (key->alternative && keys->alternative &&
-                                                   !strcmp(key->alternative, keys->alternative));
-
-        if (stands_for_it && sc_yaml_member(node, keys->name))
-            return true;
-    }
-    return false;
-}
-
 /* Is one of the unknown keys of the map @p node likely to be @p name, misspelt? */
 static bool is_misspelt(const sc_key *keys, const char *name, const sc_yaml *node)
 {
     for (size_t i = 0; i < node->count; i++) {
         if (!sc_key_find(keys, node->items[i]->key) &&
             sc_nearest_word(node->items[i]->key, &name, 1))
+            return true;
+    }
+    return false;
+}
+
+/* Does @p node hold the key, or another one of its alternative, perhaps misspelt? */
+static bool is_given(const sc_key *keys, const sc_key *key, const sc_yaml *node)
+{
+    const sc_key *all = keys;
+
+    for (; keys->name; keys++) {
+        const bool stands_for_it = keys == key || (key->alternative && keys->alternative &&
+                                                   !strcmp(key->alternative, keys->alternative));
+
+        if (stands_for_it &&
+            (sc_yaml_member(node, keys->name) || is_misspelt(all, keys->name, node)))
             return true;
     }
     return false;
@@ -113,8 +116,7 @@ static sc_status check_required(const sc_ctx *ctx, const sc_key *keys, const sc_
     for (const sc_key *key = keys; key->name; key++) {
         const char *name = key->alternative ? key->alternative : key->name;
 
-        if (!key->required || is_given(keys, key, node) || !strcmp(name, told) ||
-            is_misspelt(keys, key->name, node))
+        if (!key->required || is_given(keys, key, node) || !strcmp(name, told))
             continue;
         told = name;
         (void)sc_goes_on(&status, sc_yaml_fail(ctx, node, "%s%sthe key \"%s\" is missing: %s",

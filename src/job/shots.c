@@ -115,8 +115,7 @@ static void drop_unused(sc_yaml *tree)
 
     for (size_t i = animation ? animation->count : 0;
          animation && animation->kind == SC_YAML_MAP && i-- > 0;) {
-        if (strcmp(animation->items[i]->key, "frames") &&
-            strcmp(animation->items[i]->key, "duration"))
+        if (strcmp(animation->items[i]->key, "frames"))
             sc_yaml_remove(animation, i);
     }
     if (overlays && overlays->kind == SC_YAML_MAP)
@@ -209,7 +208,7 @@ static double transition_frames(const sc_shot *shot, int fps)
 {
     const sc_shot_transition *t = &shot->transition;
 
-    return t->is_cross_fade || t->is_fade ? frames_of(&t->length, fps) : 0;
+    return t->kind != SC_TRANSITION_CUT ? frames_of(&t->length, fps) : 0;
 }
 
 /* Fill in how long shot @p i fades out, if it does so. */
@@ -221,11 +220,12 @@ static sc_status find_fade_out(const sc_ctx *ctx, const sc_job *film, size_t i, 
 
     if (!shot->has_fade_out)
         return SC_OK;
-    if (i + 1 < film->shot_count && (next->is_cross_fade || next->is_fade))
+    if (i + 1 < film->shot_count && next->kind != SC_TRANSITION_CUT)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: shot %zu has a fade_out, but shot %zu follows with a %s; leave one of "
                        "the two out",
-                       shot->where, i + 1, i + 2, next->is_fade ? "fade" : "cross_fade");
+                       shot->where, i + 1, i + 2,
+                       next->kind == SC_TRANSITION_FADE ? "fade" : "cross_fade");
     if (frames < 1 || frames > SC_JOB_FRAMES_MAX)
         return sc_fail(
             ctx, SC_ERR_DATA,
@@ -245,21 +245,19 @@ static sc_status find_span(const sc_ctx *ctx, const sc_job *film, size_t i)
     const sc_shot_transition *t = &shot->transition;
     const double frames = transition_frames(shot, film->output.fps);
 
-    if (t->is_cross_fade && i == 0)
+    if (t->kind == SC_TRANSITION_CROSS_FADE && i == 0)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: the first shot has a cross-fade, but there is no shot before it; "
                        "expected cut, or fade",
                        shot->where);
-    if ((t->is_cross_fade || t->is_fade) && (frames < 1 || frames > SC_JOB_FRAMES_MAX))
+    if (t->kind != SC_TRANSITION_CUT && (frames < 1 || frames > SC_JOB_FRAMES_MAX))
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: the transition of shot %zu is %g %s, which makes %.0f frames at %d "
                        "frames per second, expected 1 or more",
                        shot->where, i + 1, t->length.value, unit_of(&t->length), frames,
                        film->output.fps);
     shot->span = (sc_shot_span){.frames = shot->job.animation.frames,
-                                .transition = t->is_cross_fade ? SC_TRANSITION_CROSS_FADE
-                                              : t->is_fade     ? SC_TRANSITION_FADE
-                                                               : SC_TRANSITION_CUT,
+                                .transition = t->kind,
                                 .transition_frames = (int)frames};
     return find_fade_out(ctx, film, i, &shot->span);
 }

@@ -130,39 +130,16 @@ const sc_value_type sc_type_size = {
     .schema = size_schema,
 };
 
-/* int[3], voxels along the axes: "[X, Y, Z]" or "XxYxZ". */
-static sc_status read_voxels(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+bool sc_parse_voxels(const char *text, int size[3])
 {
-    double size[3] = {0};
-    sc_status status = SC_OK;
+    double read[3];
 
-    if (node->kind != SC_YAML_SCALAR || !read_product(node->text, 3, size))
-        status = sc_read_numbers(ctx, key, node, 3, size);
-    return status == SC_OK ? store_whole(ctx, key, node, 3, size, value) : status;
+    if (!read_product(text, 3, read))
+        return false;
+    for (int i = 0; i < 3; i++) {
+        if (!(read[i] >= 1 && read[i] <= 4096) || read[i] != (int)read[i])
+            return false;
+        size[i] = (int)read[i];
+    }
+    return true;
 }
-
-/* As "[X, Y, Z]". */
-static sc_status write_voxels(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                              sc_text *text)
-{
-    const int *size = value;
-
-    (void)key;
-    (void)indent;
-    return sc_text_add(ctx, text, "[%d, %d, %d]", size[0], size[1], size[2]);
-}
-
-static json_t *voxels_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, {s:s, s:s}]}", "anyOf",
-                     sc_list_schema("integer", key->low, key->high, 3), "type", "string", "pattern",
-                     "^[0-9]+ *[xX] *[0-9]+ *[xX] *[0-9]+$");
-}
-
-const sc_value_type sc_type_voxels = {
-    .name = "[x, y, z]",
-    .expected = "[x, y, z] or XxYxZ, whole numbers of voxels from 1 to 4096",
-    .read = read_voxels,
-    .write = write_voxels,
-    .schema = voxels_schema,
-};

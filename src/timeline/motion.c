@@ -115,9 +115,8 @@ sc_sight sc_sight_at(const sc_timeline *t, double k)
                     .distance_mm = sc_number_at(&orbit->distance_track, orbit->distance_mm, at),
                     .tangent =
                         tan(sc_number_at(&orbit->fov_track, orbit->fov_deg, at) * M_PI / 360)};
-    double turned = orbit->has_angle
-                        ? sc_number_at(&orbit->angle_track, orbit->angle_deg, at)
-                        : 360 * orbit->turns * without_holds(t, k) / t->animation.frames;
+    double turned = 360 * orbit->turns * without_holds(t, k) / t->animation.frames;
+    const double angle_deg = sc_number_at(&orbit->angle_track, orbit->angle_deg, at);
     double elevation_deg = sc_number_at(&orbit->elevation_track, orbit->elevation_deg, at);
 
     if (orbit->fixed) {
@@ -125,7 +124,7 @@ sc_sight sc_sight_at(const sc_timeline *t, double k)
         return out;
     }
     add_swings(t, at, &turned, &elevation_deg);
-    set_direction(orbit, (orbit->start_deg + turned) * M_PI / 180, elevation_deg, &out);
+    set_direction(orbit, (angle_deg + turned) * M_PI / 180, elevation_deg, &out);
     return out;
 }
 
@@ -138,7 +137,7 @@ static bool turns_only(const sc_timeline *t)
     for (int i = 0; i < t->animation.move_count; i++)
         swings = swings || t->moves[i].verb.kind == SC_VERB_ORBIT ||
                  t->moves[i].verb.kind == SC_VERB_ROCK;
-    return !swings && !orbit->has_angle && !orbit->elevation_track.count &&
+    return !swings && !orbit->angle_track.count && !orbit->elevation_track.count &&
            !orbit->target_track.count && !orbit->fov_track.count;
 }
 
@@ -165,7 +164,7 @@ int sc_sights_of(const sc_timeline *timeline, sc_sight out[SC_SIGHTS_MAX])
         const double turn = part ? orbit->turns * i / (ANGLES - 1) : (double)i / ANGLES;
 
         out[i] = sc_sight_at(timeline, 0);
-        set_direction(orbit, orbit->start_deg * M_PI / 180 + 2 * M_PI * turn, orbit->elevation_deg,
+        set_direction(orbit, orbit->angle_deg * M_PI / 180 + 2 * M_PI * turn, orbit->elevation_deg,
                       &out[i]);
     }
     return ANGLES;

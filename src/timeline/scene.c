@@ -98,19 +98,16 @@ static sc_vec3 point_at(const sc_timeline *t, double at)
 
     if (slices->has_point)
         return sc_value_at(&slices->point_track, slices->point_mm, at);
-    return sc_vec3_along(
-        t->low_mm, slices->is_given ? sc_number_at(&slices->share_track, slices->share, at) : at,
-        sc_vec3_sub(t->high_mm, t->low_mm));
+    return sc_vec3_along(t->low_mm, sc_number_at(&slices->share_track, slices->share, at),
+                         sc_vec3_sub(t->high_mm, t->low_mm));
 }
 
 /* @return whether a plane cuts at a time, 0 to 1. */
 static bool is_active(const sc_sweep *sweep, double at)
 {
-    if (!sweep->has_active)
-        return true;
     if (sweep->active_track.count)
         return sc_track_step(&sweep->active_track, at).x > 0;
-    return at >= sweep->active_begin && at <= sweep->active_end;
+    return !sweep->has_active || sweep->active;
 }
 
 /* @return the span of the exceptions of a plane in which a time lies: before the first key frame

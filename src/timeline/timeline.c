@@ -145,7 +145,7 @@ static void resolve_tracks(const sc_vec3 *points, size_t point_count, sc_vec3 mi
     }
 }
 
-/* Fill in where plane @p i lies, and where verbs bring it. */
+/* Fill in where plane @p i lies. */
 static void place_plane(const sc_vec3 *points, size_t point_count, int i, sc_timeline *t)
 {
     sc_sweep *sweep = &t->animation.sweeps[i];
@@ -157,12 +157,6 @@ static void place_plane(const sc_vec3 *points, size_t point_count, int i, sc_tim
     t->to_mm[i] = position_mm(&sweep->to, low, high);
     if (sweep->at_track.count || sweep->normal_track.count)
         resolve_tracks(points, point_count, middle_mm, sweep);
-    for (int m = 0; m < t->animation.move_count; m++) {
-        const sc_verb *verb = &t->moves[m].verb;
-
-        if (verb->kind == SC_VERB_SWEEP && verb->plane == i + 1)
-            t->moves[m].plane_mm = resting_mm(sweep, &verb->by, verb->end, points, point_count);
-    }
 }
 
 void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, size_t point_count,

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where a clip plane lies: key frames move it along its normal, and then the
- * verbs sweep, each from where those before have left it; then the verbs turn turn it about their
- * lines. All go in the order in which they begin. */
+/* Where a clip plane lies: key frames move it along its normal; then the verbs turn turn it about
+ * their lines, in the order in which they begin. */
 #include "motion.h"
 
 /* An axis and a normal are parallel if the sine between them is below this. */
@@ -37,27 +36,11 @@ static sc_plane turn(const sc_timeline *t, const sc_verb *verb, double at, sc_pl
     return plane;
 }
 
-/* @return where a plane lies along its normal at a time, before it is turned, in mm: from the
- * origin or, where its normal has key frames, from its pivot. */
-static double swept_mm(const sc_timeline *t, int plane, double at)
-{
-    const sc_sweep *sweep = &t->animation.sweeps[plane];
-    double at_mm = sc_number_at(&sweep->at_track, t->from_mm[plane], at);
-
-    for (int i = 0; i < t->animation.move_count; i++) {
-        const sc_verb *verb = &t->moves[i].verb;
-
-        if (verb->kind == SC_VERB_SWEEP && verb->plane == plane + 1)
-            at_mm += sc_progress(verb->begin, verb->end, verb->ease, at) *
-                     (t->moves[i].plane_mm - at_mm);
-    }
-    return at_mm;
-}
-
 sc_plane sc_plane_at(const sc_timeline *t, int plane, double at)
 {
     const sc_sweep *sweep = &t->animation.sweeps[plane];
-    sc_plane out = {sweep->normal, -swept_mm(t, plane, at)};
+    /* Along its normal from the origin or, where its normal has key frames, from its pivot. */
+    sc_plane out = {sweep->normal, -sc_number_at(&sweep->at_track, t->from_mm[plane], at)};
 
     if (sweep->normal_track.count) {
         out.normal = sc_track_direction(&sweep->normal_track, at);

@@ -37,7 +37,7 @@ fi
 
 # A job in which nothing is visible, or whose clip planes remove everything, draws background.
 expect 0 'no tissue is visible' "$SEGCAST" still good.yaml --set 'tissues.*.visible=false' -o w.png
-expect 0 '' "$SEGCAST" still good.yaml --frame 6 --set animation.clip.0.plane.at=200% \
+expect 0 '' "$SEGCAST" still good.yaml --frame 6 --set animation.clip.0.at=200% \
     --set animation.clip.0.except=[] -o x.png
 "$IMAGE_DIFFERENCE" w.png x.png || fail "clip planes that remove everything leave something visible"
 

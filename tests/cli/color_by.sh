@@ -12,13 +12,13 @@ output: {directory: out, size: [160, 120], video: none, frames: png}
 animation: {frames: 2, camera: {orbit: {turns: 1}}}
 tissues: {"*": {opacity: 1}}
 YAML
-by=(--set 'color_by={table: values.csv, column: thickness_mm}')
+by=(--set 'color_by={values: values.csv, column: thickness_mm}')
 
 # Rows of tissues that are not there are told once; tissues without a value, too.
 "$SEGCAST" check job.yaml "${by[@]}" >said.txt 2>&1 || { cat said.txt; fail "the table was refused"; }
 grep -q 'warning: .*values.csv:4: "liver" is no label of the volume; 1 such row is not used' said.txt || { cat said.txt; fail "the row without a label was not told"; }
 sed 's/^liver/left atrum/' values.csv >near.csv
-"$SEGCAST" check job.yaml --set 'color_by={table: near.csv, column: thickness_mm}' >near.txt 2>&1 || { cat near.txt; fail "the table was refused"; }
+"$SEGCAST" check job.yaml --set 'color_by={values: near.csv, column: thickness_mm}' >near.txt 2>&1 || { cat near.txt; fail "the table was refused"; }
 grep -q 'near.csv:4: "left atrum" is no label of the volume; did you mean "left atrium"? 1 such row is not used' near.txt || { cat near.txt; fail "the nearest name was not told"; }
 grep -q '19 of 20 tissues have no value' said.txt || { cat said.txt; fail "tissues without a value were not told"; }
 
@@ -45,7 +45,7 @@ expect 73 'other job|another job' "$SEGCAST" render job.yaml "${by[@]}" --resume
 
 # What is measured, and the colour bar.
 for measure in volume thickness surface; do
-    expect 0 '' "$SEGCAST" render job.yaml --set "color_by={measure: $measure, map: cividis}" -o $measure -q --frames 0
+    expect 0 '' "$SEGCAST" render job.yaml --set "color_by={values: $measure, map: cividis}" -o $measure -q --frames 0
 done
 [ "$(cat <(hashes volume) <(hashes thickness) <(hashes surface) | sort -u | wc -l)" = 3 ] || fail "measures have the same pictures"
 expect 0 '' "$SEGCAST" render job.yaml "${by[@]}" --set overlays.color_bar=bottom-left -o bar -q
@@ -65,7 +65,7 @@ CSV
 cat >ages.yaml <<'YAML'
 volume: phantom:40x36x44
 color_by:
-  table: ages.csv
+  values: ages.csv
   column: {0%: age_20, 2f: {value: age_40, ease: smooth}, 100%: age_60}
 output: {directory: ages, size: [160, 120], video: none, frames: png}
 animation: {frames: 5, camera: {orbit: {turns: 0}}}
@@ -96,7 +96,7 @@ expect 64 'the key frame at 1f does not come after that at 50%' "$SEGCAST" check
     --set 'color_by.column={50%: age_20, 1f: age_40}'
 one_error
 expect 64 'column is "age_20", but the values are a measure' "$SEGCAST" check ages.yaml \
-    --set 'color_by={measure: volume, column: {0s: age_20}}'
+    --set 'color_by={values: volume, column: {0s: age_20}}'
 one_error
 echo 'liver,1,1,1' >>ages.csv
 "$SEGCAST" check ages.yaml >said.txt 2>&1 || { cat said.txt; fail "the table was refused"; }
@@ -104,12 +104,12 @@ echo 'liver,1,1,1' >>ages.csv
 grep -q '18 of 20 tissues have no value in one of the columns' said.txt || { cat said.txt; fail "tissues without a value are not told"; }
 
 # Mistakes.
-expect 65 'values.csv:1: has not exactly one column "thick"; .*"thickness_mm", "change"' "$SEGCAST" check job.yaml --set 'color_by={table: values.csv, column: thick}'
+expect 65 'values.csv:1: has not exactly one column "thick"; .*"thickness_mm", "change"' "$SEGCAST" check job.yaml --set 'color_by={values: values.csv, column: thick}'
 one_error
-expect 65 'values.csv:1: has not exactly one column that may hold the values' "$SEGCAST" check job.yaml --set 'color_by={table: values.csv}'
+expect 65 'values.csv:1: has not exactly one column that may hold the values' "$SEGCAST" check job.yaml --set 'color_by={values: values.csv}'
 one_error
 printf 'aorta,9,9\n' >>values.csv
 expect 65 'values.csv:5: is a second row of "aorta" .*, which line 3 has already' "$SEGCAST" check job.yaml "${by[@]}"
 one_error
-expect 66 'none.csv' "$SEGCAST" check job.yaml --set 'color_by={table: none.csv}'
+expect 66 'none.csv' "$SEGCAST" check job.yaml --set 'color_by={values: none.csv}'
 one_error

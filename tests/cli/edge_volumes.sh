@@ -18,7 +18,7 @@ for name in flat rod point; do
         for smooth in 0 1.25; do
             printf 'volume: %s.nrrd\noutput: {size: [64, 48]}\nrender: {surface: %s, smooth: %s}\n' \
                 "$name" "$surface" "$smooth" >job.yaml
-            printf 'animation: {camera: {orbit: {start: 30, elevation: 40}}}\n' >>job.yaml
+            printf 'animation: {camera: {orbit: {angle: 30, elevation: 40}}}\n' >>job.yaml
             "$SEGCAST" still job.yaml -o "$name.png" --overwrite >/dev/null 2>log.txt || fail "$name $surface: $(cat log.txt)"
             "$SEGCAST" still job.yaml -o plain.png --overwrite --set render.skip=none -q >/dev/null
             "$IMAGE_DIFFERENCE" "$name.png" plain.png 0 0 || fail "$name $surface: skip methods give different pictures"
@@ -32,7 +32,7 @@ done
 "$SEGCAST" still nothing.nrrd --sheet slices -o nothing.png --size 64x64 >/dev/null 2>log.txt || fail "views of a volume of background only: $(cat log.txt)"
 grep -q 'holds background only' log.txt || fail "no warning that a volume holds background only: $(cat log.txt)"
 
-printf 'volume: flat.nrrd\noutput: {size: [64, 48], video: none}\nanimation:\n  frames: 3\n  clip: [{plane: {normal: superior, at: 50 mm}}]\n' >gone.yaml
+printf 'volume: flat.nrrd\noutput: {size: [64, 48], video: none}\nanimation:\n  frames: 3\n  clip: [{normal: superior, at: 50 mm}]\n' >gone.yaml
 "$SEGCAST" render gone.yaml -o gone >/dev/null 2>log.txt || fail "clip planes that remove everything: $(cat log.txt)"
 grep -q 'removes everything in 3 frames' log.txt || fail "no warning that clip planes remove everything: $(cat log.txt)"
 grep -q 'clip plane 1, at 50.0 mm along its normal (0.000, 0.000, 1.000), removes everything: what is shown lies from -0.5 to 0.5 mm' log.txt ||

@@ -28,7 +28,7 @@ changed_by_names() { # changed_by_names TISSUES ANIMATION
 changed_by_names 'aorta: {specular: 2}' 'clip: []'
 changed_by_names 'aorta: {diffuse: 0.2}' 'clip: []'
 changed_by_names 'aorta: {shininess: 3}' 'clip: []'
-changed_by_names 'aorta: {opacity: 1}' 'clip: [{plane: {normal: posterior, at: 50%}, except: [aorta]}]'
+changed_by_names 'aorta: {opacity: 1}' 'clip: [{normal: posterior, at: 50%, except: [aorta]}]'
 changed_by_names 'aorta: {visible: true}' 'verbs: [{fade: aorta, to: 30%}]'
 changed_by_names 'aorta: {visible: true}' 'verbs: [{frame: aorta}]'
 
@@ -41,7 +41,7 @@ expect 0 'nothing to do' "$SEGCAST" render job.yaml --resume --set farm.tile=16 
 
 # A tissue's name may hold what YAML uses as marks: the job as resolved is read by join and verify.
 table 'a"b\c' ventricle >names.ctbl
-job "'a\"b\\c': {opacity: 0.5}" "clip: [{plane: {normal: left, at: 50%}, except: ['a\"b\\c']}]"
+job "'a\"b\\c': {opacity: 0.5}" "clip: [{normal: left, at: 50%, except: ['a\"b\\c']}]"
 rm -rf out
 expect 0 '' "$SEGCAST" render job.yaml -q
 expect 0 '' "$SEGCAST" verify out
@@ -57,7 +57,7 @@ tissues: {aorta: {opacity: 0.3333333333333333}}
 animation:
   frames: 4
   camera: {orbit: {axis: [0.6, -0.5, 0.4], turns: 0.784, target_mm: [1.00000000000003, 2, 0.1]}}
-  clip: [{plane: {normal: [1, 2, 3], at: [1, 2, -4]}}]
+  clip: [{normal: [1, 2, 3], at: [1, 2, -4]}]
   slices: 33.3333333333333%
   verbs:
     - {frame: interventricular septum, during: [33.3333333333333%, 240 ms]}

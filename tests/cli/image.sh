@@ -17,7 +17,7 @@ for surface in smooth voxel; do
         set=("${with[@]}" --set render.surface=$surface --frames 2-6:2)
         case $layout in
         backdrop) set+=(--set image.backdrop=0.4 --set 'tissues={"*": {opacity: 0.3}}') ;;
-        *) set+=(--set output.layout=$layout) ;;
+        views) set+=(--set animation.slices=through) ;;
         esac
         "$SEGCAST" render job.yaml "${set[@]}" -o a-$surface-$layout -q --cpu c >/dev/null
         mpi 3 "$SEGCAST" render job.yaml "${set[@]}" -o b-$surface-$layout -q --set farm.partition=tiles --set farm.tile=13 \

@@ -19,7 +19,7 @@ for job in "$SOURCE"/jobs/*.yaml "$SOURCE"/jobs/verbs/*.yaml; do
     jq -e '[.frames[].samples] | add > 0' "$name"/stats.*json >/dev/null || fail "$name: nothing is seen"
     "$VIDEO_PROBE" "$name/$name.mp4" | grep -q "$short frames of 160 x 90" || fail "$name: the video does not hold $short frames of 160 x 90"
     [ "$(hashes "$name" | cut -d' ' -f2 | sort -u | wc -l)" -gt 2 ] || fail "$name: nothing moves"
-    if grep -q 'turns: 1[,}]' "$job" && ! grep -qE '^( *clip|shots|compare|color_by):|layout' "$job"; then
+    if grep -q 'turns: 1[,}]' "$job" && ! grep -qE '^( *clip|shots|compare|color_by):|slices' "$job"; then
         "$SEGCAST" render "$job" -o "$name-turn" "${settings[@]}" --frames "0,$((frames / 2)),$((frames - 1))" --set output.frames=png >/dev/null
         rms=()
         for other in $((frames - 1)) $((frames / 2)); do

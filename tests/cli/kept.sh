@@ -21,7 +21,7 @@ still first 1
 found first || { cat first.txt >&2; fail "what was kept is not found"; }
 still colors 1 --set 'tissues={left ventricular myocardium: {color: "#123456", opacity: 0.4}}'
 found colors || fail "another colour prepares the volume anew"
-still cut 1 --set 'animation={clip: [{plane: {normal: posterior, at: 45%}}]}'
+still cut 1 --set 'animation={clip: [{normal: posterior, at: 45%}]}'
 found cut || fail "a cut prepares the volume anew"
 still hidden 2 --set 'tissues={left ventricular myocardium: {visible: false}}'
 ! found hidden || fail "without a tissue the surfaces of all were found"

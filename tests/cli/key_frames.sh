@@ -46,10 +46,10 @@ background() { # background NAME [OPTION]...
     as_constant "$name" render.background "$shades" 2 '[137, 137, 137]' 4 black
 }
 background plain
-background views --set output.layout=views
+background views --set animation.slices=through
 background divided --set 'compare={with: [phantom:36x26x38], divider: 50%}' --set overlays.legend=none
 background apart --set 'animation.verbs=[{explode: aorta, by: 20 mm, during: [0%, 0%]}]'
-background faded --set 'shots=[{fade_out: 100 ms}, {card: {title: End}, animation: {frames: 2}}]'
+background faded --set 'shots=[{fade_out: 100 ms}, {card: End, animation: {frames: 2}}]'
 
 # Colours of tissues, and their squares in the legend. Two shots that differ in nothing else have one renderer.
 colors() { # colors NAME [OPTION]...
@@ -59,7 +59,7 @@ colors() { # colors NAME [OPTION]...
     as_constant "$name" 'tissues."*".color' '{0f: white, 2f: navy, 4f: red}' 2 navy 4 red
 }
 colors painted
-colors slices --set output.layout=views
+colors slices --set animation.slices=through
 colors parts --set 'animation.verbs=[{explode: aorta, by: 20 mm, during: [0%, 0%]}]'
 more=(--set render.background=gray --set 'shots=[{}, {tissues: {aorta: {color: red}}}]')
 as_constant shots 'tissues."*".color' '{0%: white, 50%: navy, 100%: red}' 2 navy 7 navy
@@ -81,7 +81,7 @@ opacities() { # opacities NAME [OPTION]...
 }
 opacities opaque --set overlays.legend=bottom-right
 opacities voxels --set render.surface=voxel
-opacities sliced --set output.layout=views
+opacities sliced --set animation.slices=through
 opacities moved --set tissues.aorta.offset='[0, 10, 0]'
 as_verb fade 'tissues."*".opacity' '{25%: 0.6, 75%: 0, ease: smooth}' \
     '{fade: "*", to: 0, during: [25%, 75%], ease: smooth}'
@@ -93,40 +93,39 @@ as_verb goes 'tissues.aorta.visible' '{50%: true, 75%: false}' \
     '{fade: aorta, to: 0, during: [75%, 75%]}' --set light.shadows=0.5
 as_verb offset 'tissues.aorta.offset' '{25%: [0, 0, 0], 75%: [0, 0, 24], ease: smooth}' \
     '{explode: aorta, axis: superior, by: 24 mm, during: [25%, 75%], ease: smooth}' \
-    --set 'animation.clip=[{plane: {normal: left, at: 30%}}]'
+    --set 'animation.clip=[{normal: left, at: 30%}]'
 as_verb placed 'tissues.aorta.offset' '[0, 12, 0]' \
     '{explode: aorta, axis: anterior, by: 12 mm, during: [0%, 0%]}' --set animation.camera.orbit.turns=0.1
 
 # What planes spare, in steps.
 more=()
-as_constant spared animation.clip '[{plane: {normal: left}, except: {1f: [aorta], 2f: [], 3f: ["*ventricle"]}}]' \
-    0 '[{plane: {normal: left}, except: [aorta]}]' 1 '[{plane: {normal: left}, except: [aorta]}]' \
-    2 '[{plane: {normal: left}}]' 4 '[{plane: {normal: left}, except: ["*ventricle"]}]'
+as_constant spared animation.clip '[{normal: left, except: {1f: [aorta], 2f: [], 3f: ["*ventricle"]}}]' \
+    0 '[{normal: left, except: [aorta]}]' 1 '[{normal: left, except: [aorta]}]' \
+    2 '[{normal: left}]' 4 '[{normal: left, except: ["*ventricle"]}]'
 
 # The share of an image on cut faces and slices.
-more=(--set image.path=phantom:37x26x38 --set 'animation.clip=[{plane: {normal: posterior}}]')
+more=(--set image.path=phantom:37x26x38 --set 'animation.clip=[{normal: posterior}]')
 as_constant image-caps image.caps '{0%: 0, 100%: 1}' 0 0 2 0.5 4 1
 more=(--set image.path=phantom:37x26x38)
 as_constant image-backdrop image.backdrop '{0%: 0, 100%: 0.4}' 0 0 2 0.2 4 0.4
-more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices=[0, 0, 0]')
+more=(--set image.path=phantom:37x26x38 --set 'animation.slices=[0, 0, 0]')
 as_constant image-slices image.slices '{0%: 0, 100%: 1}' 0 0 2 0.5 4 1
 
 # The window of an image, on cut faces, slices and behind the tissues. It opens from where nothing is seen behind them.
 windows='{0%: [900, 100], 100%: [100, 300]}'
-more=(--set image.path=phantom:37x26x38 --set image.caps=1 --set 'animation.clip=[{plane: {normal: posterior}}]')
+more=(--set image.path=phantom:37x26x38 --set image.caps=1 --set 'animation.clip=[{normal: posterior}]')
 as_constant window-caps image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
 more=(--set image.path=phantom:37x26x38 --set image.backdrop=0.4)
 as_constant window-backdrop image.window "$windows" 0 '[900, 100]' 2 '[500, 200]' 4 '[100, 300]'
-more=(--set image.path=phantom:37x26x38 --set output.layout=views --set 'animation.slices=[0, 0, 0]')
+more=(--set image.path=phantom:37x26x38 --set 'animation.slices=[0, 0, 0]')
 as_constant window-slices image.window "$windows" 0 '[900, 100]' 4 '[100, 300]'
 
 # Planes, and the point of the slices.
 more=()
-as_constant place animation.clip '[{plane: {normal: left, at: {0%: 20%, 50%: 5 mm, 100%: 70%}}}]' \
-    0 '[{plane: {normal: left, at: 20%}}]' 2 '[{plane: {normal: left, at: 5 mm}}]' 4 '[{plane: {normal: left, at: 70%}}]'
-as_constant normal animation.clip '[{plane: {normal: {2f: left, 4f: head, ease: smooth}}}]' \
-    0 '[{plane: {normal: left}}]' 4 '[{plane: {normal: head}}]'
-more=(--set output.layout=views)
+as_constant place animation.clip '[{normal: left, at: {0%: 20%, 50%: 5 mm, 100%: 70%}}]' \
+    0 '[{normal: left, at: 20%}]' 2 '[{normal: left, at: 5 mm}]' 4 '[{normal: left, at: 70%}]'
+as_constant normal animation.clip '[{normal: {2f: left, 4f: head, ease: smooth}}]' \
+    0 '[{normal: left}]' 4 '[{normal: head}]'
 as_constant point animation.slices '{0%: [0, 0, 0], 100%: [10, -5, 20]}' 2 '[5, -2.5, 10]'
 
 # A camera without an orbit.
@@ -151,7 +150,7 @@ tissues:
   left atrium: {opacity: {0.5s: 1, 80%: 0.25, ease: smooth}, visible: {45f: true}}
 animation:
   frames: 61
-  clip: [{plane: {normal: left}, except: {0:01: [aorta, "*ventricle"], 2s: []}}]
+  clip: [{normal: left, except: {0:01: [aorta, "*ventricle"], 2s: []}}]
 EOF
 lists() { # lists FILE [OPTION]...: check lists what stands in FILE
     "$SEGCAST" check list.yaml "${@:2}" 2>/dev/null | sed -n '/^key frames/,$ {/^ /s/  */ /gp}' >listed.txt
@@ -166,7 +165,7 @@ cat >own.txt <<'EOF'
 EOF
 lists own.txt
 (echo ' shot 1' && cat own.txt && echo ' shot 2 (Long one)' && sed 's/^ 48 / 95.2 /' own.txt) >shots.txt
-lists shots.txt --set 'shots=[{}, {name: "Long\n\none", animation: {duration: 4s}}, {card: {title: End}, animation: {frames: 30}}]'
+lists shots.txt --set 'shots=[{}, {name: "Long\n\none", animation: {frames: 4s}}, {card: End, animation: {frames: 30}}]'
 # A shot's own key frames of a tissue stand for those of its film; the others of the film stay.
 cat >mixed.txt <<'EOF'
  shot 1
@@ -188,12 +187,12 @@ printf 'name,a,b\naorta,1,2\nleft ventricle,3,1\n' >columns.csv
 cat >film.yaml <<'EOF'
 volume: phantom:29x21x31
 output: {directory: whole, size: [96, 72], fps: 10, video: none, frames: png}
-color_by: {table: columns.csv, column: {0s: a, 0:01: b}}
+color_by: {values: columns.csv, column: {0s: a, 0:01: b}}
 overlays: {color_bar: bottom-left}
 light: {key: {0%: 0.5, 3f: 1}}
 tissues: {"*": {opacity: 1}, aorta: {color: {0s: red, 0.5s: {value: blue, ease: smooth}, 700ms: lime}}}
 shots:
-  - {card: {title: The heart}, animation: {frames: 2}}
+  - {card: The heart, animation: {frames: 2}}
   - {animation: {frames: 12, camera: {orbit: {turns: 0}}}}
   - {animation: {frames: 23, camera: {orbit: {turns: 0}}}, tissues: {"*": {diffuse: 0.5}}}
 EOF
@@ -202,9 +201,9 @@ grep -q '0.5s: {value: \[0, 0, 255\], ease: smooth}' whole/job.yaml || fail 'tim
 expect 0 '' "$SEGCAST" render whole/job.yaml -o resolved -q
 [ "$(hashes whole)" = "$(hashes resolved)" ] || fail 'a film with key frames outside of its shots makes other pictures when resolved'
 expect 0 'nothing to do' "$SEGCAST" render whole/job.yaml -o whole --resume
-expect 0 '' "$SEGCAST" check film.yaml --set 'shots=[{animation: {duration: 9s}}]' \
+expect 0 '' "$SEGCAST" check film.yaml --set 'shots=[{animation: {frames: 9s}}]' \
     --set 'tissues.aorta.color={0s: red, 8s: blue}'
-expect 64 'color: 8s is behind the end of the animation, which has 70 frames' "$SEGCAST" check film.yaml --set 'shots=[{animation: {duration: 7s}}]' \
+expect 64 'color: 8s is behind the end of the animation, which has 70 frames' "$SEGCAST" check film.yaml --set 'shots=[{animation: {frames: 7s}}]' \
     --set 'tissues.aorta.color={0s: red, 8s: blue}'
 one_error
 expect 64 'the key frame at 5f does not come after that at 0.6s' "$SEGCAST" check film.yaml \

@@ -84,15 +84,15 @@ output: {frames: jpg}
 render: {samples: 1.5}
 render: {background: rde}
 output: {size: 1080q}
-animation: {frames: 9, duration: 3s}
-animation: {clip: [{plane: {normal: left, at: 12}}]}
+animation: {frames: 3 hours}
+animation: {clip: [{normal: left, at: 12}]}
 render: {surface: smoth}
 light: {shadows: maybe}
 tissues: {aorta: {colour: [1, 2, 3]}}
 tissues: {aorta: {opacity: atuo}}
-animation: {clip: [{plane: {at: 0%}}]}
+animation: {clip: [{at: 0%}]}
 animation: {clip: [{except: [aorta]}]}
-animation: {clip: [{plane: {normal: left, at_point: [1, 2, 3]}}]}
+animation: {clip: [{normal: left, at_point: [1, 2, 3]}]}
 animation: {camera: {fixed: {up: superior}}}
 animation: {camera: {orbit: {}, fixed: {position_mm: [0, 0, 0], target_mm: [1, 0, 0]}}}
 animation: {camera: {orbit: {strat: 1}}}
@@ -111,10 +111,10 @@ output: {size: 640x480}
 render: {background: "#102030"}
 render: {background: red}
 output: {size: 1080p}
-animation: {duration: 2 s}
+animation: {frames: 2 s}
 animation: {camera: {zoom: 2}}
 animation: {camera: {zoom: {10%: 1, 20%: 2, ease: smooth}}}
 animation: {camera: {orbit: {axis: [0, 1, 1], target_mm: [1, 2, 3]}}}
-animation: {clip: [{plane: {normal: left, at: 12 mm}}, {box: [[0%, 5%, 1 mm], [100%, 100%, 90%]], except: [aorta]}]}
+animation: {clip: [{normal: left, at: 12 mm}, {box: [[0%, 5%, 1 mm], [100%, 100%, 90%]], except: [aorta]}]}
 tissues: {"*": {opacity: auto, visible: true}, aorta: {color: [1, 2, 3], shininess: 5}}
 RIGHT

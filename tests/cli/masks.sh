@@ -76,7 +76,7 @@ volume: masks
 labels: more.ctbl
 output: {size: [64, 48], frames: png, video: none}
 tissues: {"gall*": {opacity: 0.5}, colon: {color: [1, 2, 3]}, liver: {opacity: 1}}
-animation: {frames: 1, clip: [{plane: {normal: anterior, at: {0%: 0%, 100%: 10%}}, except: [Gallbladder]}]}
+animation: {frames: 1, clip: [{normal: anterior, at: {0%: 0%, 100%: 10%}, except: [Gallbladder]}]}
 YAML
 expect 0 'warning: .*masks: has no voxels of 2 tissues that the job names: "gallbladder", "colon"' "$SEGCAST" check job.yaml
 expect 0 'masks: has no voxels of 2 tissues' "$SEGCAST" render job.yaml -o empty

@@ -106,7 +106,7 @@ rm -r bids table.tsv
 "$SEGCAST" still job.yaml -o logo.png -q >/dev/null
 mv ct.nrrd ct.png # formats are told by content
 printf 'name,mm\naorta,3\n' >values.png
-more=('overlays: {logo: logo.png}' 'color_by: {table: values.png}' 'image: {path: ct.png}')
+more=('overlays: {logo: logo.png}' 'color_by: {values: values.png}' 'image: {path: ct.png}')
 sums=$(sha256sum logo.png values.png ct.png)
 for keys in "${more[@]}"; do
     file=$(grep -o '[a-z]*[.]png' <<<"$keys")

@@ -68,8 +68,8 @@ refused 64 'is a prepared file already' convert mapped.yaml -o again.segc
 refused 64 'has no option --frame; these commands have: still' convert heart.nrrd --frame 3
 
 # With other settings than the file was prepared with, it is prepared again.
-for setting in render.smooth=0.5 'render.smooth=[1, 1, 2]' 'tissues."*myocardium*".smooth=0.5' render.thickness=local \
-    render.surface=voxel volume_size=40x60x41 'volume_size=[79, 55, 81]'; do
+for setting in render.smooth=0.5 'render.smooth=[1, 1, 2]' 'tissues."*myocardium*".smooth=0.5' render.auto_opacity=local \
+    render.surface=voxel volume.resample=40x60x41 volume.resample=79x55x81; do
     sampled || continue
     "$SEGCAST" still plain.yaml --set "$setting" -o a.png --overwrite -q >/dev/null
     "$SEGCAST" still mapped.yaml --set "$setting" -o b.png --overwrite -q >/dev/null 2>&1

@@ -54,7 +54,7 @@ expect 0 '12 of 61 frames, 180 x 320 pixels' "$SEGCAST" still job.yaml --sheet 1
 expect 0 '12 of 61 frames, 7680 x 16 pixels' "$SEGCAST" still job.yaml --sheet 12 --set output.size=16384x16 -o flat.png
 expect 0 '1 of 61 frames' "$SEGCAST" still job.yaml --sheet 1 --set render.samples=1 -o one.png
 expect 0 '61 of 61 frames' "$SEGCAST" still job.yaml --sheet 1000 -o many.png
-expect 0 '' "$SEGCAST" still job.yaml --sheet 12 --set output.layout=views -o views.png
+expect 0 '' "$SEGCAST" still job.yaml --sheet 12 --set animation.slices=through -o views.png
 
 # A film of shots names the font of their text once, and again where a shot has another.
 cat >shots.yaml <<'EOF'
@@ -62,8 +62,8 @@ volume: phantom:32x24x32
 output: {size: [96, 72]}
 animation: {frames: 2}
 shots:
-  - card: {title: One}
-  - card: {title: Two}
+  - card: One
+  - card: Two
   - overlays: {caption: Three}
 EOF
 expect 0 '' "$SEGCAST" check shots.yaml

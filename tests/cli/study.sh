@@ -229,7 +229,7 @@ for kind in pixels voxels; do
             if ($1 != $2 || work < 0.99 * each * $2 || work > 1.01 * each * $2 || $4 + 0 != frames * $2) { print; exit 1 }
         } END { if (NR < 6) exit 1 }' >wrong.txt || fail "$study: the work does not grow with the ranks: $(cat wrong.txt)"
     sed -e 's/volume: phantom/volume: "phantom:24x17x25"/; s/1080p/32x32/; s/least: 3/least: 1/; s/most: 10/most: 1/' \
-        -e 's/output.size: [0-9x]*/output.size: 32x32/; s/volume_size: [0-9x]*/volume_size: 12x9x13/' "$study" >weak.yaml
+        -e 's/output.size: [0-9x]*/output.size: 32x32/; s/volume.resample: [0-9x]*/volume.resample: 12x9x13/' "$study" >weak.yaml
     rm -rf weak
     "$SEGCAST" study weak.yaml -o weak -q >/dev/null 2>log.txt || fail "weak-$kind: $(cat log.txt)"
     page_has weak/report.html '[.cells[] | .roof_instructions == null or .roof_instructions > 0] | all'

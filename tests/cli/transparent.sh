@@ -21,7 +21,7 @@ expect 0 '' "$SEGCAST" render job.yaml -o copy --set output.video=none --set out
 cmp out/frames/000004.png copy/frames/000004.png || fail 'a frame that was drawn again is another one'
 
 # Slices with lines and letters, which lie over what is transparent, and a sheet, which is opaque.
-"$SEGCAST" still job.yaml --set output.layout=views -o views.png -q >/dev/null
+"$SEGCAST" still job.yaml --set animation.slices=through -o views.png -q >/dev/null
 [ "$(kind_of views.png)" = 6 ] || fail 'the views have no alpha'
 "$SEGCAST" still job.yaml --sheet 4 -o sheet.png -q >/dev/null
 [ "$(kind_of sheet.png)" = 2 ] || fail 'a sheet has alpha'

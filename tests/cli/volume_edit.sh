@@ -50,7 +50,7 @@ whole=(0,0,0 46,32,48)
 read -ra box < <("$SEGCAST" info part.nrrd --json | jq -r '.to_ras_mm | "\(.[0][3]) \(.[1][3]) \(.[2][3]) " +
     "\(.[0][3] + 30 * .[0][0]) \(.[1][3] + 26 * .[1][1]) \(.[2][3] + 32 * .[2][2])"')
 corners="[[${box[0]}, ${box[4]}, ${box[2]}], [${box[3]}, ${box[1]}, ${box[5]}]]"
-[ "$(hash_of "{path: heart.nrrd, crop: $corners}")" = "$(hash_of part.nrrd)" ] || fail "crop: another picture"
+[ "$(hash_of "{path: heart.nrrd, box: $corners}")" = "$(hash_of part.nrrd)" ] || fail "box in mm: another picture"
 
 # Merged tissues have the least number of theirs, and there are no borders between them.
 "$python" change.py heart.nrrd blood.nrrd "${whole[@]}" $(for i in {1..20}; do echo "$i=$i"; done) 11=8 16=8 18=8
@@ -69,13 +69,13 @@ grep -q ' blood$' said.txt || fail "no blood: $(cat said.txt)"
 hash_of "{path: heart.nrrd, $merge, keep: [blood, aorta]}" >/dev/null
 cp out/frames/000000.png kept.png
 # Without a margin, too, surfaces are not flattened by the border of what is left.
-hash_of "{path: heart.nrrd, $merge, keep: [blood, aorta], crop: visible}" >/dev/null
-"$IMAGE_DIFFERENCE" kept.png out/frames/000000.png 6 0.3 || fail "crop without a margin: another picture"
-hash_of "{path: heart.nrrd, $merge, keep: [blood, aorta], crop: visible + 6 mm}" >kept.txt
-"$IMAGE_DIFFERENCE" kept.png out/frames/000000.png 6 0.3 || fail "crop to what is visible: another picture"
+hash_of "{path: heart.nrrd, $merge, keep: [blood, aorta], box: visible}" >/dev/null
+"$IMAGE_DIFFERENCE" kept.png out/frames/000000.png 6 0.3 || fail "what is visible without a margin: another picture"
+hash_of "{path: heart.nrrd, $merge, keep: [blood, aorta], box: visible + 6 mm}" >kept.txt
+"$IMAGE_DIFFERENCE" kept.png out/frames/000000.png 6 0.3 || fail "what is visible: another picture"
 "$SEGCAST" check job.yaml 2>said.txt >/dev/null
 grep -q '"blood" is made of 4 tissues' said.txt && grep -q '2 of 17 tissues are kept' said.txt || fail "$(cat said.txt)"
-cropped=$(sed -n 's/.*volume.crop: \(.*\) of 47 x 33 x 49 voxels.*/\1/p' said.txt)
+cropped=$(sed -n 's/.*volume.box: \(.*\) of 47 x 33 x 49 voxels.*/\1/p' said.txt)
 [ -n "$cropped" ] && [ "$cropped" != "47 x 33 x 49" ] || fail "nothing was cropped: $(cat said.txt)"
 # The job that is kept is the same job.
 rm -rf again
@@ -86,7 +86,7 @@ rm -rf again
 "$SEGCAST" convert job.yaml -o part.segc -q >/dev/null
 [ "$(hash_of part.segc)" != "" ] || fail "the prepared file cannot be drawn"
 sed 's/^volume.*/volume: {path: part.segc, keep: aorta}/; s/, "blood".*/}/' job.yaml >prepared.yaml
-expect 65 'is prepared, and level, box, merge, keep, crop and resample' "$SEGCAST" check prepared.yaml
+expect 65 'is prepared, and level, box, merge, keep and resample' "$SEGCAST" check prepared.yaml
 # A setting of the path keeps what the job does with the volume; with the prepared file it has been done.
 hash_of "{path: heart.nrrd, $merge, keep: [blood, aorta]}" >kept.txt
 "$SEGCAST" convert phantom:40x30x42 -o small.nrrd -q >/dev/null
@@ -99,6 +99,14 @@ grep -q 'kept.segc: is prepared; what the job reads, merges, keeps and crops' sa
 # A box is what reading a smaller file is.
 "$python" change.py heart.nrrd part.nrrd 10,4,12 40,30,44 $(for i in {1..20}; do echo "$i=$i"; done)
 [ "$(hash_of '{path: heart.nrrd, box: [[10, 41], [4, 31], [12, 45]]}')" = "$(hash_of part.nrrd)" ] || fail "box: another picture"
+# A box and what is visible in it; the corners of a box of the phantom, which is no file.
+hash_of '{path: heart.nrrd, box: [[10, 41], [4, 31], [12, 45], visible], keep: [aorta]}' >/dev/null
+grep -q "box.*visible" out/job.yaml || fail "box with visible: $(cat out/job.yaml)"
+"$SEGCAST" check job.yaml 2>said.txt >/dev/null
+grep -q 'volume.box: .* of 31 x 27 x 33 voxels' said.txt || fail "a box and what is visible in it: $(cat said.txt)"
+hash_of "{path: phantom:47x33x49, box: $corners}" >/dev/null
+"$SEGCAST" check job.yaml 2>said.txt >/dev/null
+grep -q 'volume.box: 31 x 27 x 33 of 47 x 33 x 49 voxels' said.txt || fail "a box of the phantom: $(cat said.txt)"
 
 # Another size of voxels is told, and so are tissues of which nothing is left; the hash is that of any number of threads.
 hash_of '{path: heart.nrrd, resample: 6 mm}' >resampled.txt
@@ -113,7 +121,7 @@ rm -rf out
 "$SEGCAST" render job.yaml -o out 2>said.txt >/dev/null
 grep -Eq 'volume.resample: no voxel is left of [0-9]+ tissues?: ' said.txt || fail "lost tissues are not told: $(cat said.txt)"
 
-# What a crop, a box or coarser voxels leave nothing of is named, by check, too; a job may name it.
+# What a box or coarser voxels leave nothing of is named, by check, too; a job may name it.
 "$python" - <<'PY'
 head = "NRRD0004\ntype: uint8\ndimension: 3\nspace: RAS\nsizes: 8 8 8\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n"
 voxels = bytearray(512)
@@ -130,7 +138,7 @@ lost() { # lost KEY PATTERN: check and render of the volume with KEY warn of a l
     expect 0 "warning: .*$2" "$SEGCAST" check lost.yaml
     expect 0 "warning: .*${3:-$2}" "$SEGCAST" still lost.yaml --frame 0 -o lost.png --overwrite
 }
-lost 'crop: [[0, 0, 0], [5, 5, 5]]' 'volume.crop: no voxel is left of 1 tissue: "nail"; a larger box keeps more'
+lost 'box: [[0, 0, 0], [5, 5, 5]]' 'corner.nrrd: the box leaves nothing of 1 tissue: "nail"'
 ! grep -q wall stderr.txt || fail "a tissue that is left is said to be lost: $(cat stderr.txt)"
 lost 'box: [[0, 5], [0, 8], [0, 8]]' 'corner.nrrd: the box leaves nothing of 1 tissue: "nail"'
 grep -q 'corner.nrrd: has no voxels of 1 tissue that the job names: "nail"' stderr.txt || fail "that the job names it is not said: $(cat stderr.txt)"
@@ -150,6 +158,6 @@ lost 'resample: [1, 3 mm, 1]' 'volume.resample: no voxel may be left of 1 tissue
     'volume.resample: no voxel is left of 1 tissue: "nail"'
 expect 0 '' "$SEGCAST" check lost.yaml --set 'volume.resample=1 mm'
 ! grep -q 'may be left' stderr.txt || fail "a sheet that stays is said to be lost: $(cat stderr.txt)"
-printf 'volume: {path: corner.nrrd, crop: [[0, 0, 0], [7, 7, 7]]}\n' >whole.yaml
+printf 'volume: {path: corner.nrrd, box: [[0, 0, 0], [7, 7, 7]]}\n' >whole.yaml
 "$SEGCAST" check whole.yaml >/dev/null 2>said.txt
-! grep -q 'is left of' said.txt || fail "a crop that loses nothing: $(cat said.txt)"
+! grep -q 'leaves nothing of' said.txt || fail "a box that loses nothing: $(cat said.txt)"

@@ -169,7 +169,7 @@ for box in '[[10, 31], [0, 50], [0, 7]]' '[[13, 14], [17, 33], [2, 3]]' '[[25, 6
     done
 done
 small_job job.yaml
-sed -i 's|^volume.*|volume: same.nrrd|; s|^  "\*".*|  17: {opacity: 0.5}|; s|except: .*|except: [3]|' job.yaml
+sed -i 's|^volume.*|volume: same.nrrd|; s|^  "\*".*|  17: {opacity: 0.5}|; s|except: .*|except: [3]}|' job.yaml
 mkdir sub
 sed 's|^volume.*|volume: ../gzip.h5:/labels|' job.yaml >sub/job.yaml
 for job in job.yaml sub/job.yaml; do

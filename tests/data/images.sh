@@ -6,7 +6,7 @@ real=$DATA/real/niivue
 "$SEGCAST" convert "$real/aal.nii.gz" -o aal.segc -q >/dev/null
 for order in RAS LPS AIL SRP PIR IPL; do
     expect 0 ' grey values .* shown from 2\.' "$SEGCAST" still aal.segc --sheet slices --image "$real/nifti_space/$order.nii.gz" -o $order.png --size 300x240 \
-        --set 'animation.clip=[{plane: {normal: posterior, at: 40%}}]' --set 'tissues={"*": {opacity: 1}}'
+        --set 'animation.clip=[{normal: posterior, at: 40%}]' --set 'tissues={"*": {opacity: 1}}'
     "$IMAGE_DIFFERENCE" RAS.png $order.png 2 0.05 || fail "$order is seen elsewhere than RAS"
 done
 "$SEGCAST" still aal.segc --sheet slices -o none.png --size 300x240 -q >/dev/null

@@ -178,7 +178,7 @@ done
 # Sheared axes are used as they are: the same ball is seen. Light and form differ by less than the voxels do; with the
 # shear left out, it would be an ellipsoid (RMS of the difference: 29).
 for name in straight tilted; do
-    printf 'volume: %s.nii\noutput: {size: 96x72}\ntissues: {"1": {opacity: 0.4}, "2": {opacity: 1}}\nanimation: {frames: 1, camera: {orbit: {axis: superior, start: 60}}}\n' \
+    printf 'volume: %s.nii\noutput: {size: 96x72}\ntissues: {"1": {opacity: 0.4}, "2": {opacity: 1}}\nanimation: {frames: 1, camera: {orbit: {axis: superior, angle: 60}}}\n' \
         $name >$name.yaml
     "$SEGCAST" still $name.yaml -o $name.png -q 2>stderr.txt || { cat stderr.txt >&2; fail "$name.nii cannot be drawn"; }
 done

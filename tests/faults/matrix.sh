@@ -68,14 +68,13 @@ if [ -n "${FAULT_OVERLAYS:-}" ]; then
     sed -i 's/32, 24/128, 96/' job.yaml # room for words
     cat >>job.yaml <<YAML
 overlays:
-  caption: [{text: Herz 心臓, during: [0%, 60%]}]
+  caption: {0%: Herz 心臓, 60%: none}
   time: top-right
   scale_bar: bottom-left
   orientation: bottom-right
   legend: top-left
   names: all
-  logo: logo.png
-  logo_place: top
+  logo: {top: logo.png}
 YAML
 fi
 if [ -n "${FAULT_FILM:-}" ]; then # 7 frames: a frame of each shot is mixed with one of another, or faded
@@ -86,21 +85,21 @@ output: {directory: out, size: [96, 72], fps: 2, frames: png, video: film.mp4}
 tissues: {wall: {opacity: 0.6}}
 shots:
   - name: Title
-    card: {title: Herz}
+    card: Herz
     animation: {frames: 2}
   - name: Apart
-    transition: {fade: 0.5 s}
+    transition: fade 0.5 s
     animation:
       frames: 3
       camera: {orbit: {turns: 0.5, elevation: 10}}
-      clip: [{plane: {normal: posterior, at: {0%: 0%, 100%: 45%}}}]
+      clip: [{normal: posterior, at: {0%: 0%, 100%: 45%}}]
       verbs:
         - {turn: 40, plane: 1, axis: superior}
         - {explode: "*", by: 60%, during: [0%, 60%]}
         - {fade: wall, to: 20%, during: [40%, 100%]}
     overlays: {caption: Apart, names: all}
   - name: Values
-    transition: {cross_fade: 1 s}
+    transition: cross_fade 1 s
     animation:
       frames: 4
       camera: {orbit: {turns: 0}}
@@ -108,7 +107,7 @@ shots:
         - {rock: 20}
         - {frame: blood, during: [0%, 50%]}
         - {fly: [[-5, -4, 0], [-5, -4, 11]], during: [60%, 100%]}
-    color_by: {table: values.csv, column: mm}
+    color_by: {values: values.csv, column: mm}
     overlays: {color_bar: bottom-right, legend: top-left}
 YAML
 fi

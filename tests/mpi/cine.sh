@@ -10,7 +10,7 @@ tissues: {"*": {opacity: 0.4}, "epicardial fat": {visible: false}}
 animation:
   frames: 12
   camera: {orbit: {elevation: 10, target_mm: [0, 0, 0], distance_mm: 400, turns: 0.5}}
-  clip: [{plane: {normal: posterior, at: 0 mm}}]
+  clip: [{normal: posterior, at: 0 mm}]
 YAML
 "$SEGCAST" render job.yaml -o one -q --set output.frames=png >/dev/null
 [ "$(hashes one | cut -d' ' -f2 | sort -u | wc -l)" = 12 ] || fail "frames repeat"
@@ -53,10 +53,10 @@ expect 73 'job' "$SEGCAST" render job.yaml -o one --resume -q --set cine.bpm=60
 # In a film of shots the beat goes on from shot to shot, also under a cross-fade
 cat >>job.yaml <<'YAML'
 shots:
-  - card: {title: Beat}
+  - card: Beat
     animation: {frames: 3}
   - {}
-  - transition: {cross_fade: 400 ms}
+  - transition: cross_fade 400 ms
     tissues: {"*": {opacity: 1}}
 YAML
 "$SEGCAST" render job.yaml -o shots -q --set output.frames=png >/dev/null

@@ -21,7 +21,7 @@ overlays: {names: [aorta, stripe], legend: top-right, scale_bar: top-left, capti
 animation:
   frames: 12
   camera: {orbit: {elevation: 10}, projection: orthographic}
-  clip: [{plane: {normal: posterior, at: {0%: 0%, 100%: 40%}}, except: [stripe]}]
+  clip: [{normal: posterior, at: {0%: 0%, 100%: 40%}, except: [stripe]}]
   verbs: [{fade: [stripe, aorta], to: 0, during: [50%, 90%]}, {frame: stripe, during: [0%, 40%]}]
 YAML
 cat >divider.yaml <<'YAML'
@@ -86,7 +86,7 @@ compare: {with: other.nrrd}
 overlays: {names: [aorta, pulmonary artery], names_size: 8}
 animation: {frames: 12, camera: {orbit: {turns: 0.01}}}
 YAML
-over='overlays.caption=[{text: "1\n2\n3\n4", place: bottom-left}, {text: "1\n2\n3\n4", place: top}, {text: "1\n2\n3\n4", place: bottom}]'
+over='overlays.caption={bottom-left: "1\n2\n3\n4", top: "1\n2\n3\n4", bottom: "1\n2\n3\n4"}'
 named() { # named COUNT MESSAGE SETTINGS...: for so many volumes the message is told
     local count=$1 message=$2
     shift 2

@@ -4,7 +4,7 @@
 # without a background, and while tissues fade and verbs move the camera.
 small_job job.yaml
 kinds=(smooth voxel views clear fading)
-settings=(render.surface=smooth render.surface=voxel output.layout=views render.background=none
+settings=(render.surface=smooth render.surface=voxel animation.slices=through render.background=none
     'animation.verbs=[{fade: "*", to: 70%, during: [0%, 0%]}, {fade: "*", to: 0, during: [10%, 90%]},
         {frame: aorta, during: [20%, 60%], ease: [0.6, 0, 0.2, 1]}, {rock: 30, elevation: 100}, {hold: orbit, during: [30%, 50%]}]')
 for i in 0 1 2 3 4; do

@@ -5,21 +5,21 @@
 small_job job.yaml
 "$SEGCAST" still job.yaml -o logo.png -q --set output.size=[80,60] --set render.background=none >/dev/null
 overlays=(--set output.size=[200,160] --set overlays.time=top-right --set overlays.scale_bar=bottom-left --set overlays.logo=logo.png --set overlays.legend=top-left --set overlays.orientation=bottom-right --set overlays.names=all
-    --set 'overlays.caption=[{text: "The heart", during: [0%, 60%]}, {text: two words, during: [60%, 100%]}]')
-for setting in output.layout=picture output.layout=views render.background=none; do
+    --set 'overlays.caption={0%: "The heart", 60%: two words}')
+for setting in animation.slices=none animation.slices=through render.background=none; do
     OMP_NUM_THREADS=1 "$SEGCAST" render job.yaml -o "one-$setting" -q "${overlays[@]}" --set $setting >/dev/null
     "$SEGCAST" render job.yaml -o "bare-$setting" -q --set output.size=[200,160] --set $setting >/dev/null
     [ -z "$(comm -12 <(hashes "one-$setting" | sort) <(hashes "bare-$setting" | sort))" ] ||
         fail "$setting: pictures with overlays are as those without"
 done
-OMP_NUM_THREADS=2 mpi 2 "$SEGCAST" render job.yaml -o two -q "${overlays[@]}" --set output.layout=views --set farm.partition=frames \
+OMP_NUM_THREADS=2 mpi 2 "$SEGCAST" render job.yaml -o two -q "${overlays[@]}" --set animation.slices=through --set farm.partition=frames \
     --set farm.tile=59 --set render.skip=none >/dev/null
-[ "$(hashes one-output.layout=views)" = "$(hashes two)" ] || fail "the three views differ with 2 ranks"
+[ "$(hashes one-animation.slices=through)" = "$(hashes two)" ] || fail "the three views differ with 2 ranks"
 mpi 3 "$SEGCAST" render job.yaml -o three -q "${overlays[@]}" --set render.background=none --set farm.partition=tiles --cpu c \
     --set farm.share=false >/dev/null
 [ "$(hashes one-render.background=none)" = "$(hashes three)" ] || fail "the pictures without a background differ with 3 ranks"
 "$SEGCAST" render job.yaml -o alone -q "${overlays[@]}" --frames 3 >/dev/null
-[ "$(hashes alone)" = "$(hashes one-output.layout=picture | sed -n 4p)" ] || fail "a frame alone is not that of the film"
+[ "$(hashes alone)" = "$(hashes one-animation.slices=none | sed -n 4p)" ] || fail "a frame alone is not that of the film"
 
 # A rank that finds no fonts.
 mkdir none
@@ -31,7 +31,7 @@ exec "$@"
 SH
 chmod +x rank.sh
 mpi 2 ./rank.sh "$SEGCAST" render job.yaml -o fontless -q "${overlays[@]}" --set farm.partition=tiles >/dev/null
-[ "$(hashes fontless)" = "$(hashes one-output.layout=picture)" ] || fail "the pictures differ where a rank has no fonts"
+[ "$(hashes fontless)" = "$(hashes one-animation.slices=none)" ] || fail "the pictures differ where a rank has no fonts"
 FONTCONFIG_FILE=$PWD/none.conf expect 71 'fontconfig finds no font' "$SEGCAST" check job.yaml "${overlays[@]}"
 FONTCONFIG_FILE=$PWD/none.conf expect 0 '' "$SEGCAST" check job.yaml
 
@@ -53,7 +53,7 @@ FONTCONFIG_FILE=$PWD/other.conf expect 73 'another job' "$SEGCAST" render job.ya
 expect 0 '' "$SEGCAST" render job.yaml -o film --resume -q "${overlays[@]}"
 
 # A picture that is too narrow for names says so, and does not call their tissues hidden.
-printf 'volume: phantom:40x30x40\noutput: {size: [160, 120], video: none, layout: views}\noverlays: {names: [aorta]}\nanimation: {frames: 2}\n' >narrow.yaml
+printf 'volume: phantom:40x30x40\noutput: {size: [160, 120], video: none}\noverlays: {names: [aorta]}\nanimation: {frames: 2, slices: through}\n' >narrow.yaml
 "$SEGCAST" render narrow.yaml -o narrow >narrow.txt 2>&1 || { cat narrow.txt >&2; fail "a narrow picture was not drawn"; }
 grep -q 'a picture of 80 x 60 pixels has no room for names' narrow.txt || { cat narrow.txt >&2; fail "it is not told that there is no room for names"; }
 ! grep -q 'are hidden' narrow.txt || fail "tissues are called hidden that are too near to the edges"

@@ -7,25 +7,25 @@ output: {directory: out, size: [96, 72], video: film.mp4, fps: 10, title: The fi
 tissues: {"*": {opacity: 0.6}}
 overlays: {time: top-left}
 animation:
-  duration: 0.7 s
+  frames: 0.7 s
   camera: {orbit: {elevation: 10}}
 shots:
-  - card: {title: "Cœur", subtitle: a card}
+  - card: ["Cœur", a card]
     animation: {frames: 5}
   - name: Turn
-    transition: {fade: 0.6 s}
+    transition: fade 0.6 s
     overlays: {names: [aorta], legend: bottom-right}
   - name: Open
     transition: cut
-    animation: {clip: [{plane: {normal: posterior, at: {0%: 0%, 100%: 60%}}}], verbs: [{fade: aorta, to: 0}]}
+    animation: {clip: [{normal: posterior, at: {0%: 0%, 100%: 60%}}], verbs: [{fade: aorta, to: 0}]}
     render: {background: "#203040"}
     light: {shadows: true}
-  - transition: {cross_fade: 400 ms}
-    output: {layout: views}
+  - transition: cross_fade 400 ms
+    animation: {slices: through}
     tissues: {epicardial fat: {visible: false}}
-  - card: {title: End}
+  - card: End
     name: The end
-    transition: {cross_fade: 300 ms}
+    transition: cross_fade 300 ms
     fade_out: 100 ms
     render: {background: black}
     animation: {frames: 4}

@@ -34,7 +34,6 @@ struct maker {
     bool is_measured;    /* color_by: by a measure, not by a table */
     bool is_transparent; /* no background */
     int way;             /* of a flight: through tissues, from middle to middle, points */
-    unsigned place;      /* of the next caption: captions in one place must not overlap */
 };
 
 /* A key of a map and what writes its value. A function that writes nothing leaves the key out. */
@@ -342,37 +341,37 @@ static void put_text(struct maker *maker, const char *arg)
 
 #define PLACES "top-left|top|top-right|bottom-left|bottom|bottom-right"
 
-/* Captions have places of their own, because two in one place must not overlap. */
-static void put_caption_place(struct maker *maker, const char *arg)
+/* A text, or key frames of some. */
+static void put_line(struct maker *maker, const char *arg)
 {
-    static const char *const places[] = {"bottom",   "top",         "bottom-right",
-                                         "top-left", "bottom-left", "top-right"};
-
-    (void)arg;
-    add(maker, "%s", places[maker->place++ % COUNT_OF(places)]);
-}
-
-static const struct row caption_rows[] = {
-    {"text", 100, put_text, NULL},
-    {"place", 100, put_caption_place, NULL},
-    {"during", 70, put_during, "4"}, /* at least a frame */
-};
-
-static void put_captions(struct maker *maker, const char *arg)
-{
-    const int count = whole(maker, 1, 3);
-
-    if (chance(maker, 30)) {
+    if (chance(maker, 50)) {
         put_text(maker, arg);
         return;
     }
-    maker->place = (unsigned)whole(maker, 0, 5);
-    add(maker, "[");
-    for (int i = 0; i < count; i++) {
-        add(maker, "%s", i ? ", " : "");
-        add_map(maker, caption_rows, COUNT_OF(caption_rows));
+    add(maker, "{0%%: %s, ", chance(maker, 50) ? "none" : "first");
+    put_time(maker, whole(maker, 1, 4));
+    add(maker, ": ");
+    put_text(maker, arg);
+    add(maker, ", ");
+    put_time(maker, whole(maker, 5, 9));
+    add(maker, ": %s}", chance(maker, 50) ? "none" : "last");
+}
+
+static void put_captions(struct maker *maker, const char *arg)
+{
+    static const char *const places[] = {"bottom",   "top",         "bottom-right",
+                                         "top-left", "bottom-left", "top-right"};
+    const int first = whole(maker, 0, 5), count = whole(maker, 0, 3);
+
+    if (!count) {
+        put_line(maker, arg);
+        return;
     }
-    add(maker, "]");
+    for (int i = 0; i < count; i++) {
+        add(maker, "%s%s: ", i ? ", " : "{", places[(first + i) % (int)COUNT_OF(places)]);
+        put_line(maker, arg);
+    }
+    add(maker, "}");
 }
 
 static void put_color_bar(struct maker *maker, const char *arg)
@@ -461,8 +460,6 @@ static const struct row fly_rows[] = {
     {"during", 70, put_during, NULL},
     EASE,
 };
-static const struct row sweep_verb_rows[] = {
-    {"sweep", 100, put_position, "0:90"}, {"plane", 60, put_plane, NULL}, DURING, EASE};
 static const struct row turn_rows[] = {
     {"turn", 100, put_number, "-200:200"},
     {"plane", 60, put_plane, NULL},
@@ -489,10 +486,9 @@ static const struct verb {
     {                                                                                              \
         rows, COUNT_OF(rows)                                                                       \
     }
-    VERB(fade_rows),    VERB(appear_rows),    VERB(pulse_rows),      VERB(orbit_verb_rows),
-    VERB(rock_rows),    VERB(zoom_verb_rows), VERB(dolly_rows),      VERB(hold_rows),
-    VERB(frame_rows),   VERB(fly_rows),       VERB(sweep_verb_rows), VERB(turn_rows),
-    VERB(explode_rows),
+    VERB(fade_rows),  VERB(appear_rows),    VERB(pulse_rows), VERB(orbit_verb_rows),
+    VERB(rock_rows),  VERB(zoom_verb_rows), VERB(dolly_rows), VERB(hold_rows),
+    VERB(frame_rows), VERB(fly_rows),       VERB(turn_rows),  VERB(explode_rows),
 };
 
 /* ---- camera, planes, slices ---- */
@@ -510,23 +506,15 @@ static void put_turns(struct maker *maker, const char *arg)
     add(maker, "%.4g", turns);
 }
 
-static void put_angle(struct maker *maker, const char *arg)
-{
-    if (!maker->is_turning)
-        put_track(maker, arg);
-}
-
 static const struct row orbit_rows[] = {
-    {"axis", 30, put_direction, NULL},         {"turns", 80, put_turns, "-2:2"},
-    {"angle", 100, put_angle, "-200:200"},     {"elevation", 50, put_track, "-90:120"},
-    {"start", 50, put_number, "-180:180"},     {"target_mm", 20, put_point_track, NULL},
-    {"distance_mm", 20, put_track, "150:600"}, {"fov", 30, put_track, "10:80"},
+    {"axis", 30, put_direction, NULL},        {"turns", 100, put_turns, "-2:2"},
+    {"angle", 100, put_track, "-200:200"},    {"elevation", 50, put_track, "-90:120"},
+    {"target_mm", 20, put_point_track, NULL}, {"distance_mm", 20, put_track, "150:600"},
 };
 static const struct row fixed_rows[] = {
     {"position_mm", 100, put_word, "[10, 400, 30]|[-300, 200, 80]|[0, 0, 0]"},
     {"target_mm", 100, put_word, "[1, -1, 2]|[5, -20, -1]"},
     {"up", 50, put_direction, NULL},
-    {"fov", 50, put_track, "10:80"},
 };
 static void add_camera(struct maker *maker)
 {
@@ -539,6 +527,10 @@ static void add_camera(struct maker *maker)
         add_map(maker, fixed_rows, COUNT_OF(fixed_rows));
     }
     add(maker, ", projection: %s", maker->is_orthographic ? "orthographic" : "perspective");
+    if (chance(maker, 40)) {
+        add(maker, ", fov: ");
+        put_track(maker, "10:80");
+    }
     if (chance(maker, 40)) {
         add(maker, ", zoom: ");
         put_track(maker, "0.6:3");
@@ -557,7 +549,7 @@ static void put_corner(struct maker *maker, const char *arg)
     add(maker, "]");
 }
 
-static void put_box(struct maker *maker)
+static void put_box(struct maker *maker, const char *arg)
 {
     add(maker, "[");
     put_corner(maker, "0:40");
@@ -585,13 +577,13 @@ static void put_scene_track(struct maker *maker, void (*put)(struct maker *maker
     add(maker, "}");
 }
 
-/* A part of the animation, or key frames of true and false. */
+/* True or false, or key frames of such. */
 static void put_active(struct maker *maker, const char *arg)
 {
-    if (chance(maker, 60))
-        put_during(maker, arg);
+    if (chance(maker, 20))
+        put_word(maker, arg);
     else
-        put_scene_track(maker, put_word, "true|false", false);
+        put_scene_track(maker, put_word, arg, false);
 }
 
 /* A position, or key frames of some. */
@@ -603,18 +595,10 @@ static void put_position_track(struct maker *maker, const char *arg)
         put_scene_track(maker, put_position, arg, true);
 }
 
-static const struct row plane_rows[] = {
-    {"normal", 100, put_direction, NULL},
-    {"at", 70, put_position_track, "10:60"},
-    {"active", 30, put_active, NULL},
-};
-static const struct row point_plane_rows[] = {
-    {"normal", 100, put_direction, NULL},
-    {"at", 100, put_point, NULL},
-};
 /* A list of tissues, or key frames of two. */
-static void put_exceptions(struct maker *maker)
+static void put_exceptions(struct maker *maker, const char *arg)
 {
+    (void)arg;
     if (chance(maker, 60)) {
         put_tissue_list(maker, NULL);
         return;
@@ -633,6 +617,21 @@ static void put_exceptions(struct maker *maker)
     add(maker, "}");
 }
 
+static const struct row plane_rows[] = {
+    {"normal", 100, put_direction, NULL},
+    {"at", 70, put_position_track, "10:60"},
+    {"active", 30, put_active, "true|false"},
+    {"except", 40, put_exceptions, NULL},
+};
+static const struct row point_plane_rows[] = {
+    {"normal", 100, put_direction, NULL},
+    {"at", 100, put_point, NULL},
+    {"except", 40, put_exceptions, NULL},
+};
+static const struct row box_rows[] = {
+    {"box", 100, put_box, NULL},
+    {"except", 40, put_exceptions, NULL},
+};
 /* Up to two clip entries; the caller has set the number of planes to what verbs need at least. */
 static void add_clip(struct maker *maker)
 {
@@ -644,19 +643,15 @@ static void add_clip(struct maker *maker)
     for (int i = 0; i < entries; i++) {
         const int kind = whole(maker, 0, 5);
 
-        add(maker, "    - {%s: ", kind < 5 ? "plane" : "box");
+        add(maker, "    - ");
         if (kind < 4)
             add_map(maker, plane_rows, COUNT_OF(plane_rows));
         else if (kind == 4)
             add_map(maker, point_plane_rows, COUNT_OF(point_plane_rows));
         else
-            put_box(maker);
+            add_map(maker, box_rows, COUNT_OF(box_rows));
         maker->planes += kind == 5 ? 6 : 1;
-        if (chance(maker, 40)) {
-            add(maker, ", except: ");
-            put_exceptions(maker);
-        }
-        add(maker, "}\n");
+        add(maker, "\n");
     }
 }
 
@@ -670,7 +665,9 @@ static void put_share_track(struct maker *maker, const char *arg)
 
 static void put_slices(struct maker *maker, const char *arg)
 {
-    if (chance(maker, 30))
+    if (chance(maker, 20))
+        put_word(maker, "none|through");
+    else if (chance(maker, 30))
         put_point(maker, NULL);
     else
         put_share_track(maker, arg);
@@ -692,19 +689,19 @@ static void add_animation(struct maker *maker, uint64_t turn)
         chosen[i] = &verbs[(turn * VERBS + i) % COUNT_OF(verbs)];
         maker->is_turning |= chosen[i]->rows == hold_rows;
         maker->is_orthographic &= chosen[i]->rows != dolly_rows;
-        if (chosen[i]->rows == sweep_verb_rows || chosen[i]->rows == turn_rows)
+        if (chosen[i]->rows == turn_rows)
             maker->planes = 1;
     }
     begin = maker->length;
     if (chance(maker, 50))
         add(maker, "  frames: %d\n", maker->frames);
     else
-        add(maker, "  duration: %.6g s\n", (double)maker->frames / maker->fps);
+        add(maker, "  frames: %.6g s\n", (double)maker->frames / maker->fps);
     add(maker, "  camera: ");
     add_camera(maker);
     add(maker, "\n");
     add_clip(maker);
-    if (chance(maker, 80)) {
+    if (maker->subject != COMPARE && chance(maker, 30)) {
         add(maker, "  slices: ");
         put_slices(maker, slices_rows[0].arg);
         add(maker, "\n");
@@ -726,18 +723,41 @@ static void add_animation(struct maker *maker, uint64_t turn)
 
 /* ---- everything else of a job ---- */
 
+static void put_legend(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 70)) {
+        put_word(maker, PLACES);
+        return;
+    }
+    add(maker, "{");
+    put_word(maker, PLACES);
+    add(maker, ": ");
+    put_tissue_list(maker, arg);
+    add(maker, "}");
+}
+
+static void put_logo(struct maker *maker, const char *arg)
+{
+    (void)arg;
+    if (chance(maker, 50)) {
+        add(maker, "logo.png");
+        return;
+    }
+    add(maker, "{");
+    put_word(maker, PLACES);
+    add(maker, ": logo.png}");
+}
+
 static const struct row overlay_rows[] = {
     {"caption", 50, put_captions, NULL},
     {"time", 30, put_word, PLACES "|none"},
     {"scale_bar", 40, put_word, PLACES},
     {"color_bar", 60, put_color_bar, PLACES},
     {"orientation", 40, put_word, PLACES},
-    {"legend", 40, put_word, PLACES},
-    {"legend_tissues", 30, put_tissue_list, NULL},
+    {"legend", 40, put_legend, NULL},
     {"names", 50, put_names, NULL},
     {"names_size", 30, put_number, "2:8"},
-    {"logo", 30, put_word, "logo.png"},
-    {"logo_place", 50, put_word, PLACES},
+    {"logo", 30, put_logo, NULL},
     {"logo_size", 50, put_number, "5:30"},
     {"text_size", 40, put_number, "2:5"},
     {"font", 20, put_word, "DejaVu Sans|serif|DejaVu Sans Mono"},
@@ -765,9 +785,8 @@ static void put_film_background(struct maker *maker, const char *arg)
 #define LOOK_OF_RENDER                                                                             \
     {"caps", 30, put_word, "none|solid"}, {"cap_outline", 30, put_number, "0:1"},                  \
         {"samples", 70, put_whole, "1:5"}, {"antialiasing", 40, put_word, "adaptive|full"},        \
-        {"thickness", 30, put_word, "tissue|local"},                                               \
     {                                                                                              \
-        "auto_opacity", 30, put_word, "measured|paper"                                             \
+        "auto_opacity", 30, put_word, "measured|paper|local|local-paper"                           \
     }
 
 static const struct row render_of_shot_rows[] = {
@@ -873,10 +892,9 @@ static const struct row tissue_rows[] = {
     {"smooth", 30, put_film_smooth, "0.5|1.5"},
 };
 
-static void put_of_table(struct maker *maker, const char *arg)
+static void put_values(struct maker *maker, const char *arg)
 {
-    if (!maker->is_measured)
-        put_word(maker, arg);
+    put_word(maker, maker->is_measured ? arg : "values.csv");
 }
 
 /* A heading of the table, or key frames of some. */
@@ -890,16 +908,9 @@ static void put_column(struct maker *maker, const char *arg)
         put_scene_track(maker, put_word, arg, true);
 }
 
-static void put_measure(struct maker *maker, const char *arg)
-{
-    if (maker->is_measured)
-        put_word(maker, arg);
-}
-
 static const struct row color_by_rows[] = {
-    {"table", 100, put_of_table, "values.csv"},
+    {"values", 100, put_values, "volume|thickness|surface"},
     {"column", 100, put_column, "change|weight"},
-    {"measure", 100, put_measure, "volume|thickness|surface"},
     {"map", 60, put_word, "viridis|cividis|magma|inferno|plasma|coolwarm"},
     {"range", 40, put_word, "auto|[-1, 5]|[0, 100]"},
     {"missing", 40, put_color, NULL},
@@ -977,10 +988,6 @@ static void add_color_by(struct maker *maker, int indent)
     add_line(maker, indent, "color_by", color_by_rows, COUNT_OF(color_by_rows));
 }
 
-static const struct row card_rows[] = {
-    {"title", 100, put_text, NULL},
-    {"subtitle", 50, put_text, NULL},
-};
 static const struct row image_of_shot_rows[] = {
     {"caps", 60, put_scene_number, "0:1"},
     {"slices", 60, put_scene_number, "0:1"},
@@ -990,9 +997,6 @@ static const struct row image_of_shot_rows[] = {
 /* What may change from shot to shot, beside the animation. */
 static void add_looks(struct maker *maker, int indent)
 {
-    if (chance(maker, 60))
-        add(maker, "%*soutput: {layout: %s}\n", indent, "",
-            chance(maker, 50) ? "views" : "picture");
     if (chance(maker, 50))
         add_line(maker, indent, "render", render_of_shot_rows, COUNT_OF(render_of_shot_rows));
     if (chance(maker, 50))
@@ -1021,8 +1025,20 @@ static void put_two_frames(struct maker *maker, const char *arg)
         add(maker, "%.6g ms", 1000 * seconds);
 }
 
-static const struct row cross_fade_rows[] = {{"cross_fade", 100, put_two_frames, NULL}};
-static const struct row fade_shot_rows[] = {{"fade", 100, put_two_frames, NULL}};
+/* A title, or one with a subtitle. */
+static void add_card(struct maker *maker)
+{
+    const bool has_subtitle = chance(maker, 50);
+
+    add(maker, has_subtitle ? "    card: [" : "    card: ");
+    put_text(maker, NULL);
+    if (has_subtitle) {
+        add(maker, ", ");
+        put_text(maker, NULL);
+        add(maker, "]");
+    }
+    add(maker, "\n");
+}
 
 static void add_shots(struct maker *maker)
 {
@@ -1037,12 +1053,9 @@ static void add_shots(struct maker *maker)
         add(maker, "  - name: ");
         put_text(maker, NULL);
         add(maker, "\n    transition: ");
-        if (transition == 0)
-            add_map(maker, cross_fade_rows, COUNT_OF(cross_fade_rows));
-        else if (transition == 1)
-            add_map(maker, fade_shot_rows, COUNT_OF(fade_shot_rows));
-        else
-            add(maker, "cut");
+        add(maker, transition == 0 ? "cross_fade " : transition == 1 ? "fade " : "cut");
+        if (transition < 2)
+            put_two_frames(maker, NULL);
         add(maker, "\n");
         if (i == count - 1 && chance(maker, 50)) {
             add(maker, "    fade_out: ");
@@ -1051,7 +1064,7 @@ static void add_shots(struct maker *maker)
         }
         maker->frames = FRAMES;
         if (i == card)
-            add_line(maker, 4, "card", card_rows, COUNT_OF(card_rows));
+            add_card(maker);
         add_looks(maker, 4);
         add(maker, "    animation:\n");
         add_animation(maker, maker->number * SHOTS_MAX + (uint64_t)i);
@@ -1105,8 +1118,7 @@ static void make_job(struct maker *maker)
     maker->has_image =
         maker->subject == IMAGE || chance(maker, maker->subject == COMPARE ? 60 : 15);
     add_subject(maker);
-    add(maker, "output: {size: %s, fps: %d, video: none%s}\n", sizes[whole(maker, 0, 3)],
-        maker->fps, maker->subject != COMPARE && chance(maker, 30) ? ", layout: views" : "");
+    add(maker, "output: {size: %s, fps: %d, video: none}\n", sizes[whole(maker, 0, 3)], maker->fps);
     add_line(maker, 0, "overlays", overlay_rows, COUNT_OF(overlay_rows));
     add_tissues(maker, 0);
     add_line(maker, 0, "light", light_rows, COUNT_OF(light_rows));
@@ -1133,16 +1145,12 @@ static void print_keys(void)
 #define PRINT(map, rows) print_rows(map, rows, COUNT_OF(rows))
     for (size_t i = 0; i < COUNT_OF(verbs); i++)
         print_rows("animation.verbs.N", verbs[i].rows, verbs[i].count);
-    PRINT("animation.clip.N.plane", plane_rows);
-    PRINT("animation.clip.N.plane", point_plane_rows);
+    PRINT("animation.clip.N", plane_rows);
+    PRINT("animation.clip.N", box_rows);
     PRINT("animation.camera.orbit", orbit_rows);
     PRINT("animation.camera.fixed", fixed_rows);
     PRINT("animation", slices_rows);
     PRINT("overlays", overlay_rows);
-    PRINT("overlays.caption.N", caption_rows);
-    PRINT("shots.N.transition", cross_fade_rows);
-    PRINT("shots.N.transition", fade_shot_rows);
-    PRINT("shots.N.card", card_rows);
     PRINT("light", light_rows);
     PRINT("tissues.NAME", tissue_rows);
     PRINT("tissues.NAME", hidden_rows);

@@ -71,8 +71,8 @@ animation:
   frames: 7
   camera: {orbit: {axis: superior, elevation: 10}}
   clip:
-    - plane: {normal: posterior, at: {0%: 0%, 100%: 60%}}
-      except: [coronary arteries]
+    - {normal: posterior, at: {0%: 0%, 100%: 60%},
+       except: [coronary arteries]}
 ${2:-}
 YAML
 }

@@ -30,7 +30,7 @@ static void begin_film(film *f, size_t captions)
     memset(f, 0, sizeof *f);
     f->overlays = (sc_overlays){.font = "DejaVu Sans", .text_percent = 4};
     for (size_t i = 0; i < captions; i++) {
-        f->captions[i] = (sc_caption){.begin = 0, .end = 1, .place = SC_PLACE_BOTTOM};
+        f->captions[i] = (sc_caption){.end = SC_CAPTION_STAYS, .place = SC_PLACE_BOTTOM};
         snprintf(f->captions[i].where, sizeof f->captions[i].where, "job.yaml:%zu", 7 + i);
     }
     f->timeline.animation.frames = FRAMES;

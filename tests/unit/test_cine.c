@@ -223,8 +223,8 @@ TEST(mistakes_are_told)
     expect_refused("p1 p2", "volume: p*\ncine: {loop: often}\n", "loop is \"often\"");
     expect_refused("p1 p2", "volume: p*\ncine: {loop: 0}\n", "loop is \"0\"");
     expect_refused("p1 p2", "volume: p*\ncine: {bpm: 0}\n", "bpm is \"0\"");
-    expect_refused("p1 p2", "volume: {path: p*, crop: visible}\ncine: {}\n",
-                   "crop: what is visible is another part of each phase");
+    expect_refused("p1 p2", "volume: {path: p*, box: visible}\ncine: {}\n",
+                   "box: what is visible is another part of each phase");
     expect_refused("p1 p2", "volume: p*\nshots: [{cine: {}}, {}]\ncine: {}\n",
                    "cine holds for the whole film");
 }

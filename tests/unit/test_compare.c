@@ -37,7 +37,7 @@ static int divider_px(const sc_job *job, int k, int width_px)
 TEST(a_comparison_is_read_and_written)
 {
     static const char text[] = "volume: phantom\n"
-                               "animation: {duration: 4 s}\n"
+                               "animation: {frames: 4 s}\n"
                                "compare:\n"
                                "  name: before\n"
                                "  align: none\n"
@@ -73,9 +73,8 @@ TEST(wrong_comparisons_are_refused)
     static const struct {
         const char *text, *message;
     } cases[] = {
-        {"output: {layout: compare}", "yaml:2: layout is \"compare\", but the job has one volume"},
-        {"compare: {with: [phantom]}\noutput: {layout: views}",
-         "yaml:3: layout is \"views\", but the job compares several volumes"},
+        {"compare: {with: [phantom]}\nanimation: {slices: 50%}",
+         "yaml:3: slices: a comparison has none"},
         {"compare: {name: a}", "yaml:2: compare: the key \"with\" is missing"},
         {"compare: {with: []}", "yaml:2: with has 0 volumes, expected 1 to 3"},
         {"compare: {with: [phantom, phantom, phantom, phantom]}", "with has 4 volumes"},
@@ -87,7 +86,7 @@ TEST(wrong_comparisons_are_refused)
         {"compare: {with: phantom, divider: {9s: 1%}}", "9s is behind the end"},
         {"compare: {with: phantom}\nshots: [{name: a}]",
          "yaml:2: compare: a film of shots shows one"},
-        {"compare: {with: phantom}\ncolor_by: {measure: volume}", "coloured by values"},
+        {"compare: {with: phantom}\ncolor_by: {values: volume}", "coloured by values"},
         {"shots: [{compare: {with: phantom}}]", "compare holds for the whole film"},
     };
 

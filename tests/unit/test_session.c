@@ -82,8 +82,8 @@ TEST(a_job_that_one_rank_has_no_memory_for_is_cleared_on_all)
                "volume: {path: phantom, keep: '*'}\ntissues:\n  \"*\": {opacity: 0.6, color: {0%: "
                "red}}\nanimation:\n  "
                "frames: 7\n  clip:\n"
-               "    - plane: {normal: posterior, at: {0%: 0%, 100%: 60%}}\n"
-               "      except: [coronary arteries]\n  verbs: [{fade: myocardium, to: 0}]\n"
+               "    - {normal: posterior, at: {0%: 0%, 100%: 60%},\n"
+               "       except: [coronary arteries]}\n  verbs: [{fade: myocardium, to: 0}]\n"
                "overlays: {caption: The heart, names: aorta}\nshots: [{name: One}, {name: Two}]\n");
     for (long budget = 0; budget < 32; budget++) { /* ten arrays of the film and of each shot */
         scenario s = {.poor_rank = 2, .budget = budget};

@@ -29,23 +29,23 @@ static const char film[] =
     "output: {fps: 10}\n"
     "render: {samples: 2, cap_outline: 0.5}\n"
     "tissues: {aorta: {color: red, opacity: 0.5}, \"*\": {opacity: 1}}\n"
-    "overlays: {time: top, caption: [{text: first, during: [1s, 2s]}]}\n"
+    "overlays: {time: top, caption: {0s: none, 1s: first, 2s: none}}\n"
     "animation:\n"
-    "  duration: 4 s\n"
+    "  frames: 4 s\n"
     "  camera: {orbit: {turns: 2, elevation: 30}}\n"
-    "  clip: [{plane: {normal: left, at: {1s: 0%, 2s: 50%}}}]\n"
+    "  clip: [{normal: left, at: {1s: 0%, 2s: 50%}}]\n"
     "shots:\n"
-    "  - {card: {title: A film, subtitle: of shots}, tissues: {aorta: {opacity: 0.75}}, "
+    "  - {card: [A film, of shots], tissues: {aorta: {opacity: 0.75}}, "
     "animation: {frames: 12}}\n"
-    "  - {name: One, transition: {fade: 1 s}}\n"
+    "  - {name: One, transition: fade 1 s}\n"
     "  - name: Two\n"
-    "    transition: {cross_fade: 5f}\n"
+    "    transition: cross_fade 5f\n"
     "    render: {samples: 5}\n"
     "    tissues: {aorta: {opacity: 0.25}}\n"
     "    overlays: {caption: second}\n"
     "    animation: {frames: 21, camera: {fixed: {position_mm: [1, 2, 3], target_mm: [0, 0, 0]}}, "
     "clip: []}\n"
-    "  - {name: Three, animation: {duration: 10 s}, output: {layout: views}, fade_out: 0.5 s}\n";
+    "  - {name: Three, animation: {frames: 10 s, slices: through}, fade_out: 0.5 s}\n";
 
 /* What the text of film means. */
 static void expect_film(const sc_job *job)
@@ -101,14 +101,14 @@ TEST(a_shot_has_the_keys_of_its_film)
 
     /* The film's keys have times behind the end of the first shot, which need other ones there. */
     assert_int_equal(load(film, &h, NULL, &job), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "shots.yaml:5: during: 2s is behind the end of the animation"));
+    assert_non_null(strstr(h.text, "shots.yaml:5: caption: 2s is behind the end of the animation"));
     assert_non_null(strstr(h.text, "1.2 s, by shots.yaml:11")); /* the shot that is too short */
     sc_job_clear(&job);
     {
         char text[sizeof film + 64];
         const char *at = strstr(film, "animation: {frames: 12}");
 
-        snprintf(text, sizeof text, "%.*soverlays: {caption: []}, animation: {frames: 12}%s",
+        snprintf(text, sizeof text, "%.*soverlays: {caption: none}, animation: {frames: 12}%s",
                  (int)(at - film), film, at + strlen("animation: {frames: 12}"));
         if (load(text, &h, NULL, &job) != SC_OK)
             fail_msg("%s", h.text);
@@ -145,35 +145,34 @@ TEST(wrong_shots_are_refused)
         {"\n- {volume: x}", "yaml:4: volume holds for the whole film"},
         {"\n- {farm: {tile: 8}}", "yaml:4: farm holds for the whole film"},
         {"\n- {shots: []}", "yaml:4: shots holds for the whole film"},
-        {"\n- output: {layout: views,\n    size: 3}", "yaml:5: size holds for the whole film"},
+        {"\n- name: a\n  output: {size: 3}", "yaml:5: output holds for the whole film"},
         {"\n- {render: {smooth: 2}}", "yaml:4: smooth holds for the whole film"},
         {"\n- {tissues: {\"*\": {smooth: 2}}}", "yaml:4: smooth holds for the whole film"},
         {"\n- {render: {background: none}}", "yaml:4: background: either all shots have none"},
-        {"\n- {transition: dissolve}", "yaml:4: transition is \"dissolve\", expected cut, {cross"},
-        {"\n- {}\n- transition: {}",
-         "yaml:5: transition: the key \"cross_fade or fade\" is missing"},
-        {"\n- {}\n- {transition: {fade: 1s, cross_fade: 1s}}", "yaml:5: both \"fade\" and"},
-        {"\n- {}\n- {transition: {fade: 0f}}", "yaml:5: fade is \"0f\", expected a time such as "
-                                               "1s, 500 ms or 0:10, or a number of frames"},
-        {"\n- {transition: {cross_fade: 1s}}", "yaml:4: the first shot has a cross-fade"},
-        {"\n- {}\n- {transition: {fade: 1ms}}",
-         "yaml:5: the transition of shot 2 is 0.001 s, which"},
-        {"\n- {}\n- {animation: {frames: 9}, transition: {cross_fade: 1s}}",
+        {"\n- {transition: dissolve}", "yaml:4: transition is \"dissolve\", expected cut, cross"},
+        {"\n- {}\n- transition: {}", "yaml:5: transition is a map, expected cut, cross_fade"},
+        {"\n- {}\n- {transition: fade 1s 2s}", "yaml:5: transition is \"fade 1s 2s\", expected"},
+        {"\n- {}\n- {transition: fade}", "yaml:5: transition is \"fade\", expected cut"},
+        {"\n- {}\n- {transition: fade 0f}", "yaml:5: transition is \"fade 0f\", expected cut"},
+        {"\n- {transition: cross_fade 1s}", "yaml:4: the first shot has a cross-fade"},
+        {"\n- {}\n- {transition: fade 1ms}", "yaml:5: the transition of shot 2 is 0.001 s, which"},
+        {"\n- {}\n- {animation: {frames: 9}, transition: cross_fade 1s}",
          "yaml:5: shot 2 has 9 frames (0.9 s), but the transitions at its beginning and its end "
          "take 10"},
-        {"\n- {animation: {frames: 4}}\n- {transition: {fade: 1s}}", "yaml:4: shot 1 has 4 frames"},
-        {"\n- {animation: {frames: 9}}\n- {animation: {frames: 9}, transition: {fade: 1s}}\n"
-         "- {transition: {cross_fade: 500ms}}",
+        {"\n- {animation: {frames: 4}}\n- {transition: fade 1s}", "yaml:4: shot 1 has 4 frames"},
+        {"\n- {animation: {frames: 9}}\n- {animation: {frames: 9}, transition: fade 1s}\n"
+         "- {transition: cross_fade 500ms}",
          "yaml:5: shot 2 has 9 frames"},
-        {"\n- {fade_out: 1s}\n- {transition: {fade: 1s}}",
+        {"\n- {fade_out: 1s}\n- {transition: fade 1s}",
          "yaml:4: shot 1 has a fade_out, but shot 2 follows with a fade"},
         {"\n- {fade_out: 1ms}", "yaml:4: the fade_out of shot 1 is 0.001 s, which"},
-        {"\n- {animation: {frames: 9}, transition: {fade: 1s}, fade_out: 500ms}",
+        {"\n- {animation: {frames: 9}, transition: fade 1s, fade_out: 500ms}",
          "yaml:4: shot 1 has 9 frames"},
-        {"\n- {card: {}}\n- {}", "yaml:4: card: the key \"title\" is missing"},
-        {"\n- {card: {title: \"\"}}\n- {}", "yaml:4: title has no value, expected a text"},
-        {"\n- {card: {title: \"\\u05e9\"}}\n- {}", "yaml:4: title has, as its character 1, U+05E9"},
-        {"\n- {card: {title: a}}", "yaml:4: all shots are title cards"},
+        {"\n- {card: {}}\n- {}", "yaml:4: card is a map, expected a title"},
+        {"\n- {card: [a, b, c]}\n- {}", "yaml:4: card is [a, b, c], expected a title"},
+        {"\n- {card: \"\"}\n- {}", "yaml:4: card has no value, expected a title"},
+        {"\n- {card: \"\\u05e9\"}\n- {}", "yaml:4: card has, as its character 1, U+05E9"},
+        {"\n- {card: a}", "yaml:4: all shots are title cards"},
         {"\n- {animation: {frames: 0}}", "yaml:4: frames is \"0\", expected a number from 1"},
         {"\n- {animation: {frames: 1000000}}\n- {animation: {frames: 1000000}}",
          "yaml:4: the shots have 2000000 frames, expected at most 1000000"},
@@ -201,7 +200,7 @@ TEST(a_mistake_of_the_film_is_told_once)
     sc_job job;
 
     assert_int_equal(load("volume: phantom\nrender: {samples: 99}\nanimation: {clip: 3}\n"
-                          "shots: [{name: a}, {name: b}, {card: {title: c}}]\n",
+                          "shots: [{name: a}, {name: b}, {card: c}]\n",
                           &h, NULL, &job),
                      SC_ERR_DATA);
     assert_int_equal(h.errors, 2);
@@ -224,8 +223,7 @@ TEST(no_allocation_that_fails_is_lost)
     }
 }
 
-/* Each key of the file can be given to a shot, or is marked as one of the whole film; of those of
- * output, shots have the layout alone. */
+/* Each key of the file can be given to a shot, or is marked as one of the whole film. */
 TEST(every_key_is_of_the_film_or_of_shots)
 {
     for (const sc_key *key = sc_job_keys; key->name; key++) {
@@ -233,10 +231,6 @@ TEST(every_key_is_of_the_film_or_of_shots)
 
         if (key->of_film != !mine || (mine && !mine->of_job))
             fail_msg("%s", key->name);
-        for (const sc_key *k = strcmp(key->name, "output") ? NULL : key->keys; k && k->name; k++) {
-            if (k->of_film != (strcmp(k->name, "layout") != 0))
-                fail_msg("output.%s", k->name);
-        }
     }
 }
 

@@ -201,7 +201,7 @@ TEST(a_sweep_is_monotone_and_reaches_both_ends)
     assert_near(sc_timeline_scene(&t, 40, NULL).planes[0].offset_mm, 25 - 36, 1e-9);
 }
 
-/* A plane cuts in the frames of its part, the first and the last of them included. */
+/* A plane cuts from a key frame that is true until one that is false. */
 TEST(a_plane_cuts_while_it_is_active)
 {
     sc_animation a = animation(11);
@@ -212,7 +212,9 @@ TEST(a_plane_cuts_while_it_is_active)
     a.sweep_count = 2;
     a.sweeps[1] = (sc_sweep){.normal = {0, 0, 1}};
     a.sweeps[0] =
-        (sc_sweep){.normal = {0, 1, 0}, .has_active = true, .active_begin = 0.3, .active_end = 0.6};
+        (sc_sweep){.normal = {0, 1, 0},
+                   .has_active = true,
+                   .active_track = {3, {{.at = 0}, {.at = 0.25, .value = {1, 0, 0}}, {.at = 0.7}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     t.clip_sets[1].spares[1] = 1;
     t.clip_set_count = 2;
@@ -225,7 +227,7 @@ TEST(a_plane_cuts_while_it_is_active)
         assert_int_equal(scene.clip_sets[0], cuts ? 3 : 1);
         assert_int_equal(scene.clip_sets[1], cuts ? 1 : 0);
     }
-    /* By key frames: the first holds from the beginning. */
+    /* The first key frame holds from the beginning. */
     a.sweeps[0].active_track = (sc_track){
         3, {{.at = 0.2, .value = {1, 0, 0}}, {.at = 0.4}, {.at = 0.7, .value = {1, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
@@ -250,51 +252,6 @@ TEST(exceptions_of_a_plane_change_at_their_key_frames)
     for (int k = 0; k <= 10; k++) {
         assert_int_equal(sc_timeline_scene(&t, k, NULL).clip_sets[0], 3);
         assert_int_equal(sc_timeline_scene(&t, k, NULL).clip_sets[1], k >= 4 && k < 8 ? 3 : 1);
-    }
-}
-
-/* A plane goes to a place, stays there, and comes back; a turn that follows takes that along. */
-TEST(a_plane_sweeps_from_where_it_stands)
-{
-    enum { FRAMES = 11 };
-    static const double expected_percent[FRAMES] = {0, 10, 20, 35, 50, 50, 50, 45, 40, 40, 40};
-    sc_animation a = animation(FRAMES);
-    sc_move moves[3] = {
-        {.verb = {.kind = SC_VERB_SWEEP,
-                  .begin = 0.6,
-                  .end = 0.8,
-                  .plane = 1,
-                  .by = {.value = 40, .percent = true}}},
-        {.verb = {.kind = SC_VERB_SWEEP,
-                  .begin = 0.2,
-                  .end = 0.4,
-                  .plane = 1,
-                  .by = {.value = 50, .percent = true}}},
-        {.verb = {.kind = SC_VERB_SWEEP, .begin = 0, .end = 1, .plane = 2, .by = {.value = 7}}}};
-    sc_vec3 corners[CORNERS];
-    double low, high;
-    sc_timeline t;
-
-    box_corners(corners);
-    low = high = corners[0].z;
-    for (int i = 1; i < CORNERS; i++) {
-        low = fmin(low, corners[i].z);
-        high = fmax(high, corners[i].z);
-    }
-    a.sweep_count = 2;
-    a.sweeps[0] = (sc_sweep){
-        .normal = {0, 0, 1},
-        .at_track = {2, {{.at = 0, .value = {0, 1, 0}}, {.at = 0.2, .value = {20, 1, 0}}}}};
-    a.sweeps[1] = (sc_sweep){.normal = {0, 0, 1}, .from = {.value = 3}, .to = {.value = 3}};
-    a.moves = moves;
-    a.move_count = 3;
-    sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
-    for (int k = 0; k < FRAMES; k++) {
-        const sc_scene scene = sc_timeline_scene(&t, k, NULL);
-
-        assert_near(-scene.planes[0].offset_mm, low + expected_percent[k] / 100 * (high - low),
-                    1e-9);
-        assert_near(-scene.planes[1].offset_mm, 3 + 4 * k / 10.0, 1e-9);
     }
 }
 
@@ -669,7 +626,8 @@ TEST(key_frames_move_the_camera)
     double fill = 0;
 
     box_corners(corners);
-    a.camera.has_angle = a.camera.has_target = true;
+    a.camera.has_target = true;
+    a.camera.turns = 0;
     a.camera.angle_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {90, 0, 0}}}};
     a.camera.target_track = (sc_track){2, {{0, {0}, {10, -5, 50}}, {1, {0}, {30, 20, 80}}}};
     a.camera.fov_track = (sc_track){2, {{0, {0}, {60, 0, 0}}, {0.5, {0}, {20, 0, 0}}}};
@@ -1347,7 +1305,7 @@ TEST(a_picture_alone_stands_in_the_middle)
 
         a.camera.alone = true;
         a.camera.elevation_deg = elevations[i / 2 % 4];
-        a.camera.start_deg = i & 8 ? 50 : 180;
+        a.camera.angle_deg = i & 8 ? 50 : 180;
         a.camera.projection = i & 16 ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
         box_corners(corners);
         corners[5].x += 70; /* no symmetry brings it to the middle */

@@ -19,8 +19,8 @@ static sc_status find_opacity(const sc_app *app, const sc_job *job, const sc_pre
 
     SC_PASS(SC_ZALLOC(app->ctx, labels, &tissues));
     SC_PASS(SC_ZALLOC(app->ctx, labels, &opacity));
-    if (sc_transfer_resolve(&silent, view, job->rules, job->rule_count,
-                            (sc_opacity_rule)job->render.auto_opacity, tissues) != SC_OK)
+    if (sc_transfer_resolve(&silent, view, job->rules, job->rule_count, sc_job_opacity_rule(job),
+                            tissues) != SC_OK)
         return SC_OK;
     for (int id = 1; id < view->label_count; id++)
         opacity[id] = tissues[id].visible ? (float)tissues[id].opacity : 0;

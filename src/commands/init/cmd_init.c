@@ -321,14 +321,14 @@ static sc_status add_animation(const sc_ctx *ctx, sc_text *out)
     return sc_text_add(
         ctx, out,
         "\nanimation:\n"
-        "  duration: 6s\n"
+        "  frames: 6s\n"
         "  camera:\n"
         "    orbit: {axis: superior, turns: 1, elevation: 15}\n"
         "    # zoom: {0%%: 1, 100%%: 1.2}\n"
         "  # A plane that moves from the front to the middle; what lies before it is cut away:\n"
         "  # clip:\n"
-        "  #   - plane: {normal: posterior, at: {20%%: 0%%, 80%%: 50%%}}\n"
-        "  #     except: []  # tissues that stay whole\n");
+        "  #   - {normal: posterior, at: {20%%: 0%%, 80%%: 50%%}, except: []}  # what stays "
+        "whole\n");
 }
 
 /* Append all tissues and the animation to a job for a volume of which all has been measured. */

@@ -129,7 +129,9 @@ static sc_status add_panel(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
         SC_PASS(sc_text_add(ctx, text, "%llx %.17g %.17g\n", (unsigned long long)s->grey.hash,
                             s->grey.window.level, s->grey.window.width));
     if (s->text.logo.rgb)
-        SC_PASS(sc_text_add(ctx, text, "%llx\n", (unsigned long long)sc_image_hash(&s->text.logo)));
+        SC_PASS(sc_text_add(ctx, text, "%llx %d\n",
+                            (unsigned long long)sc_image_hash(&s->text.logo),
+                            s->job.overlays.logo_place));
     if (letters) /* their pixels, which follow from the font */
         SC_PASS(sc_text_add(ctx, text, "%llx\n",
                             (unsigned long long)sc_hash_bytes(letters, letters->bytes, 0)));

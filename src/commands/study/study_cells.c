@@ -137,6 +137,9 @@ static sc_status hash_picture(const sc_study_state *state, const sc_job *job, ui
     for (size_t i = 1; i < job->phase_count; i++)
         hash = sc_hash_bytes(job->phases[i].path, strlen(job->phases[i].path), hash);
     hash = sc_hash_bytes(job->labels, strlen(job->labels), hash);
+    hash = sc_hash_bytes(job->volume_size, sizeof job->volume_size, hash);
+    hash = sc_hash_bytes(job->volume_resample_mm, sizeof job->volume_resample_mm, hash);
+    hash = sc_hash_bytes(&job->color_by.measure, sizeof job->color_by.measure, hash);
     hash = sc_hash_bytes(job->color_by.table, strlen(job->color_by.table), hash);
     hash = sc_hash_bytes(job->image.path, strlen(job->image.path), hash);
     hash = sc_hash_bytes(job->color_by.column, strlen(job->color_by.column), hash);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rows of the camera, and the value of the slices. */
+/* Rows of the camera, the length of the animation, and the value of the slices. */
 #include "key.h"
-#include "segcast/timeline.h"
+#include "segcast/job.h"
 
 #include <string.h>
 
@@ -13,26 +13,24 @@ static const sc_choice projections[] = {
 #define CAMERA(member) offsetof(sc_orbit, member)
 /* The value of sc_key.track of a member of sc_orbit. */
 #define TRACK(member, name) (offsetof(sc_orbit, name) - offsetof(sc_orbit, member))
-#define FOV_HELP "vertical angle of view; for projection: perspective"
 
 static const sc_key orbit_keys[] = {
     {"axis", &sc_type_direction, CAMERA(axis), "superior",
      .help = "axis about which the camera turns; it points up in the picture", .low = -1e6,
      .high = 1e6, .option = &(const sc_key_option){"axis", "WORD", "orbit still"}},
     {"turns", &sc_type_real, CAMERA(turns), "1",
-     .help = "number of turns; negative ones go the other way", .low = -1000, .high = 1000,
-     .alternative = "turns or angle", .option = &(const sc_key_option){"turns", "N", "orbit"}},
-    {"angle", &sc_type_tracked, CAMERA(angle_deg), NULL,
-     .help = "how far the camera has turned from where it began, instead of turns", .low = -36000,
-     .high = 36000, .unit = "degrees", .track = TRACK(angle_deg, angle_track),
-     .given = SC_GIVEN(sc_orbit, has_angle), .without = "turns", .alternative = "turns or angle"},
+     .help =
+         "number of turns; negative ones go the other way; 0 where angle has key frames, unless "
+         "it is given",
+     .low = -1000, .high = 1000, .option = &(const sc_key_option){"turns", "N", "orbit"}},
+    {"angle", &sc_type_tracked, CAMERA(angle_deg), "0",
+     .help = "where the camera is, or begins to turn: 0 is in front of the patient, 90 at the "
+             "patient's left",
+     .low = -36000, .high = 36000, .unit = "degrees", .track = TRACK(angle_deg, angle_track)},
     {"elevation", &sc_type_tracked, CAMERA(elevation_deg), "15",
      .help = "angle of the camera above the plane of the turn; beyond 90 it comes down behind, the "
              "picture upside down",
      .low = -360, .high = 360, .unit = "degrees", .track = TRACK(elevation_deg, elevation_track)},
-    {"start", &sc_type_real, CAMERA(start_deg), "0",
-     .help = "where the turn begins: 0 is in front of the patient, 90 at the patient's left",
-     .low = -3600, .high = 3600, .unit = "degrees"},
     {"target_mm", &sc_type_tracked_point, CAMERA(target_mm), NULL,
      .help = "point that the camera looks at", .low = -1e6, .high = 1e6, .unit = "mm",
      .track = TRACK(target_mm, target_track), .given = SC_GIVEN(sc_orbit, has_target),
@@ -41,8 +39,6 @@ static const sc_key orbit_keys[] = {
      .help = "distance of the camera from its target", .low = 1e-3, .high = 1e6, .unit = "mm",
      .track = TRACK(distance_mm, distance_track), .given = SC_GIVEN(sc_orbit, has_distance),
      .without = "so that what is visible fits into all frames"},
-    {"fov", &sc_type_tracked, CAMERA(fov_deg), "30", .help = FOV_HELP, .low = 0.1, .high = 170,
-     .unit = "degrees", .track = TRACK(fov_deg, fov_track)},
     {0}};
 
 static const sc_key fixed_keys[] = {
@@ -55,8 +51,6 @@ static const sc_key fixed_keys[] = {
     {"up", &sc_type_tracked_direction, CAMERA(up), "superior",
      .help = "direction that points up in the picture", .low = -1e6, .high = 1e6,
      .track = TRACK(up, up_track)},
-    {"fov", &sc_type_tracked, CAMERA(fov_deg), "30", .help = FOV_HELP, .low = 0.1, .high = 170,
-     .unit = "degrees", .track = TRACK(fov_deg, fov_track)},
     {0}};
 
 const sc_key sc_camera_keys[] = {
@@ -67,10 +61,50 @@ const sc_key sc_camera_keys[] = {
      .keys = fixed_keys, .alternative = "orbit or fixed", .given = SC_GIVEN(sc_orbit, fixed)},
     {"projection", &sc_type_choice, CAMERA(projection), "perspective",
      .help = "perspective, or orthographic: parallel rays", .choices = projections},
+    {"fov", &sc_type_tracked, CAMERA(fov_deg), "30",
+     .help = "vertical angle of view; for projection: perspective", .low = 0.1, .high = 170,
+     .unit = "degrees", .track = TRACK(fov_deg, fov_track)},
     {"zoom", &sc_type_tracked, CAMERA(zoom), "1", .help = "scale of the picture; 1: as framed",
      .low = 0.01, .high = 1000, .track = TRACK(zoom, zoom_track),
      .option = &(const sc_key_option){"zoom", "FACTOR", "orbit still"}},
     {0}};
+
+/* ---- how long ---- */
+
+/* A number of frames, or a time, which sc_job_check turns into one. @p value is the whole sc_job.
+ */
+static sc_status read_frames(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    double number;
+    sc_status status;
+
+    if (sc_parse_number(node, &number))
+        return sc_type_int.read(ctx, key, node, &job->animation.frames);
+    status = sc_type_duration.read(ctx, key, node, &job->duration_s);
+    job->has_duration = status == SC_OK;
+    return status;
+}
+
+static sc_status write_frames(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    return sc_type_int.write(ctx, key, &((const sc_job *)value)->animation.frames, indent, text);
+}
+
+static json_t *frames_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, {s:s, s:s}]}", "anyOf", sc_type_int.schema(key), "type", "string",
+                     "pattern", "^([0-9.]+ *(ms|s|min)|([0-9]+:)?[0-9]+:[0-5][0-9](\\.[0-9]*)?)$");
+}
+
+const sc_value_type sc_type_frames = {
+    .name = "whole number or time",
+    .expected = "a number of frames, or a time such as 10s, 1.5 min, 500 ms or 0:10",
+    .read = read_frames,
+    .write = write_frames,
+    .schema = frames_schema,
+};
 
 /* ---- slices ---- */
 
@@ -93,12 +127,19 @@ static bool is_point(const sc_yaml *node)
     return node->kind == SC_YAML_LIST || (node->kind == SC_YAML_SCALAR && strchr(node->text, ','));
 }
 
-/* sc_slices: a share, a point, or a track of such. */
+/* sc_slices: none, through, a share, a point, or a track of such. */
 static sc_status read_slices(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
+    static const sc_track all = {2, {{.at = 0}, {.at = 1, .value = {1, 0, 0}}}};
+    const char *word = node->kind == SC_YAML_SCALAR ? node->text : "";
     sc_slices *slices = value;
 
     (void)key;
+    slices->are_shown = strcmp(word, "none") != 0;
+    if (!strcmp(word, "through"))
+        slices->share_track = all;
+    if (!slices->are_shown || slices->share_track.count)
+        return SC_OK;
     slices->has_point = is_point(node);
     return slices->has_point ? point_row.type->read(ctx, &point_row, node, &slices->point_mm)
                              : share_row.type->read(ctx, &share_row, node, &slices->share);
@@ -110,6 +151,8 @@ static sc_status write_slices(const sc_ctx *ctx, const sc_key *key, const void *
     const sc_slices *slices = value;
 
     (void)key;
+    if (!slices->are_shown)
+        return sc_text_add(ctx, text, "none");
     return slices->has_point
                ? point_row.type->write(ctx, &point_row, &slices->point_mm, indent, text)
                : share_row.type->write(ctx, &share_row, &slices->share, indent, text);
@@ -118,13 +161,13 @@ static sc_status write_slices(const sc_ctx *ctx, const sc_key *key, const void *
 static json_t *slices_schema(const sc_key *key)
 {
     (void)key;
-    return json_pack("{s:[o, o]}", "anyOf", point_row.type->schema(&point_row),
-                     share_row.type->schema(&share_row));
+    return json_pack("{s:[{s:[ss]}, o, o]}", "anyOf", "enum", "none", "through",
+                     point_row.type->schema(&point_row), share_row.type->schema(&share_row));
 }
 
 const sc_value_type sc_type_slices = {
-    .name = "share, [R, A, S] or key frames",
-    .expected = "a share such as 40%, a point [R, A, S], or key frames of such",
+    .name = "none, through, share, [R, A, S] or key frames",
+    .expected = "none, through, a share such as 40%, a point [R, A, S], or key frames of such",
     .read = read_slices,
     .write = write_slices,
     .schema = slices_schema,

@@ -177,10 +177,10 @@ sc_status sc_cine_check(const sc_ctx *ctx, const sc_job_sources *sources, const 
                             job->phase_count * (size_t)(1 + job->cine.cine.between), SC_PHASES_MAX);
     choose_bpm(ctx, cine, step_s, job);
     job->volume_phase = job->phases[0].phase;
-    if (job->crop.kind == SC_CROP_VISIBLE)
+    if (job->box.visible)
         return sc_yaml_fail(ctx, volume,
-                            "crop: what is visible is another part of each phase; expected a box, "
-                            "which is the same for all: crop: [[x, y, z], [x, y, z]]");
+                            "box: what is visible is another part of each phase; expected a box, "
+                            "which is the same for all: box: [[x, y, z], [x, y, z]]");
     sc_note_where(volume, job->cine.where, sizeof job->cine.where);
     return SC_OK;
 }

@@ -9,11 +9,15 @@
 /* ---- rows ---- */
 
 #define PLANE(member) offsetof(plane_entry, member)
-/* What a plane of the file is read into. */
+/* What an entry of the list is read into, and a plane is written from. */
 typedef struct plane_entry {
     sc_sweep sweep;
-    bool has_point;
+    bool has_point, has_box;
     sc_vec3 point_mm;
+    sc_plane_position from[3], to[3]; /* of a box: two corners, along R, A and S */
+    const sc_yaml *except;            /* borrowed; NULL: none */
+    const sc_job *job;                /* to write: it holds the tissues of the plane */
+    int plane;                        /* which it is */
 } plane_entry;
 
 /* ---- values of a plane that may have key frames ---- */
@@ -102,81 +106,29 @@ static const sc_value_type type_at = {
     .schema = at_schema,
 };
 
-/* The two ends of a part of the animation, or key frames of whether it cuts. */
-static sc_status read_active(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    const sc_key span = {.name = key->name, .type = &sc_type_span};
-
-    if (sc_is_track(node))
-        return sc_read_track(ctx, key, node, (sc_track *)((char *)value + key->track));
-    return sc_type_span.read(ctx, node->kind == SC_YAML_LIST ? &span : key, node, value);
-}
-
-static sc_status write_active(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                              sc_text *text)
-{
-    const sc_track *track = (const sc_track *)((const char *)value + key->track);
-
-    return track->count ? sc_write_track(ctx, key, track, text)
-                        : sc_type_span.write(ctx, key, value, indent, text);
-}
-
-static json_t *active_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, o]}", "anyOf", sc_type_span.schema(key), sc_track_schema(key));
-}
-
-static const sc_value_type type_active = {
-    .name = "[begin, end] or key frames",
-    .expected = "the begin and the end of a part of the animation, such as [2s, 5s], or key frames "
-                "such as {0s: true, 4s: false}",
-    .of_key_frames = &sc_type_key_bool,
-    .read = read_active,
-    .write = write_active,
-    .schema = active_schema,
-};
-
-/* ---- rows of a plane ---- */
-
-static const sc_key plane_keys[] = {
-    {"normal", &sc_type_tracked_direction, PLANE(sweep.normal), NULL,
-     .help = "direction towards what the plane keeps", .low = -1e6, .high = 1e6, .required = true,
-     .track = offsetof(sc_sweep, normal_track) - offsetof(sc_sweep, normal)},
-    {"at", &type_at, 0, "50%",
-     .help = "where the plane stands: a share of the way through what is visible, mm along its "
-             "normal, or a point of it in patient coordinates, as segcast still --sheet slices "
-             "prints them",
-     .low = -1e6, .high = 1e6},
-    {"active", &type_active, PLANE(sweep.active_begin), NULL,
-     .help = "part of the animation in which the plane cuts; before and after it is not there; or "
-             "key frames of true and false",
-     .track = offsetof(sc_sweep, active_track) - offsetof(sc_sweep, active_begin),
-     .given = SC_GIVEN(plane_entry, sweep.has_active), .without = "all of it"},
-    {0}};
-
-/* A box: two corners, each of three positions, along R, A and S. */
-typedef struct box_entry {
-    sc_plane_position from[3], to[3];
-} box_entry;
+/* ---- boxes ---- */
 
 /* Read corner @p c of a box, a list of three positions. */
 static sc_status read_corner(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, size_t c,
                              sc_plane_position along[3])
 {
-    for (size_t i = 0; i < 3; i++) {
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < 3 && status == SC_OK; i++) {
         const sc_key each = {.name = key->name, .type = &sc_type_plane_position};
         sc_yaml item = *node->items[c]->items[i];
 
         item.key = node->key; /* for messages: items of a list have no key of their own */
-        SC_PASS(each.type->read(ctx, &each, &item, &along[i]));
+        status = each.type->read(ctx, &each, &item, &along[i]);
     }
-    return SC_OK;
+    return status;
 }
 
+/* @p value is the whole plane_entry. */
 static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                               void *value)
 {
-    box_entry *box = value;
+    plane_entry *box = value;
     const bool are_two = node->kind == SC_YAML_LIST && node->count == 2;
     sc_status status;
 
@@ -186,6 +138,13 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
     }
     status = read_corner(ctx, key, node, 0, box->from);
     (void)sc_goes_on(&status, read_corner(ctx, key, node, 1, box->to));
+    for (int i = 0; i < 3 && status == SC_OK; i++) {
+        const sc_plane_position low = box->from[i], high = box->to[i];
+
+        if (low.percent == high.percent && low.value >= high.value)
+            return sc_yaml_fail(ctx, node, "the box is empty along its axis %d: from %g to %g",
+                                i + 1, low.value, high.value);
+    }
     return status;
 }
 
@@ -235,20 +194,85 @@ static json_t *except_schema(const sc_key *key)
                      sc_key_frames_schema(&except_key));
 }
 
-/* It has no read function: read_entry reads it with read_except, for each plane of the entry. */
+/* Keep the node, which read_entry reads for each plane of the entry. */
+static sc_status keep_except(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    if (node->kind == SC_YAML_SCALAR)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    ((plane_entry *)value)->except = node;
+    return SC_OK;
+}
+
+/* Write the exceptions of one plane, in one of its spans, as a list in one line. */
+static sc_status write_exceptions(const sc_ctx *ctx, const sc_job *job, int plane, int span,
+                                  sc_text *text)
+{
+    const char *comma = "";
+    sc_status status = sc_text_add(ctx, text, "[");
+
+    for (size_t e = 0; e < job->exception_count && status == SC_OK; e++) {
+        if (job->exceptions[e].plane != plane || job->exceptions[e].span != span)
+            continue;
+        SC_TRY(sc_text_add(ctx, text, "%s", comma));
+        SC_TRY(sc_write_quoted(ctx, job->exceptions[e].pattern, text));
+        comma = ", ";
+    }
+    status = sc_text_add(ctx, text, "]");
+out:
+    return status;
+}
+
+/* Write the exceptions of the plane_entry @p value: a list of tissues, or a track of such. */
+static sc_status write_except(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const plane_entry *entry = value;
+    const sc_job *job = entry->job;
+    const sc_sweep *sweep = &entry->sweep;
+    const int plane = entry->plane;
+    sc_status status;
+
+    (void)key;
+    (void)indent;
+    if (!sweep->except_count)
+        return write_exceptions(ctx, job, plane, 0, text);
+    for (int i = 0; i < sweep->except_count; i++) {
+        SC_TRY(sc_text_add(ctx, text, i ? ", " : "{"));
+        SC_TRY(sc_write_number(ctx, sweep->except_at[i], 100, "%: ", text));
+        SC_TRY(write_exceptions(ctx, job, plane, i, text));
+    }
+    status = sc_text_add(ctx, text, "}");
+out:
+    return status;
+}
+
 static const sc_value_type type_except = {
     .name = "list of tissues, or key frames",
     .expected = "a list of tissues, or key frames of such",
+    .read = keep_except,
+    .write = write_except,
     .schema = except_schema,
 };
 
 const sc_key sc_clip_keys[] = {
-    {"plane", &sc_type_map, 0, NULL, .help = "a plane", .keys = plane_keys,
-     .alternative = "plane or box", .required = true},
+    {"normal", &sc_type_tracked_direction, PLANE(sweep.normal), NULL,
+     .help = "direction towards what the plane keeps", .low = -1e6, .high = 1e6, .required = true,
+     .track = offsetof(sc_sweep, normal_track) - offsetof(sc_sweep, normal),
+     .alternative = "normal or box"},
     {"box", &type_corners, 0, NULL,
-     .help = "six planes around what is kept: its corner at the patient's left, back and feet, and "
-             "that at the right, front and head",
-     .alternative = "plane or box", .required = true},
+     .help = "instead of one plane six around what is kept: its corner at the patient's left, back "
+             "and feet, and that at the right, front and head",
+     .given = SC_GIVEN(plane_entry, has_box), .alternative = "normal or box", .required = true},
+    {"at", &type_at, 0, "50%",
+     .help = "where the plane stands: a share of the way through what is visible, mm along its "
+             "normal, or a point of it in patient coordinates, as segcast still --sheet slices "
+             "prints them",
+     .low = -1e6, .high = 1e6},
+    {"active", &sc_type_tracked_bool, PLANE(sweep.active), NULL,
+     .help = "whether the plane, or the box, cuts; may have key frames, such as {0s: false, 2s: "
+             "true, 5s: false}",
+     .track = offsetof(sc_sweep, active_track) - offsetof(sc_sweep, active),
+     .given = SC_GIVEN(plane_entry, sweep.has_active), .without = "true"},
     {"except", &type_except, 0, NULL,
      .help = "tissues that stay whole: names, globs or label numbers; may have key frames",
      .without = "none"},
@@ -262,9 +286,11 @@ static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int pla
                                  sc_job *job)
 {
     void *grown;
-    sc_status status = SC_OK;
+    sc_status status;
 
-    SC_PASS(sc_zalloc(ctx, job->exception_count + list->count, sizeof *job->exceptions, &grown));
+    status = sc_zalloc(ctx, job->exception_count + list->count, sizeof *job->exceptions, &grown);
+    if (status != SC_OK)
+        return status;
     if (job->exception_count)
         memcpy(grown, job->exceptions, job->exception_count * sizeof *job->exceptions);
     sc_free(job->exceptions);
@@ -301,8 +327,6 @@ static sc_status read_except(const sc_ctx *ctx, const sc_yaml *node, int plane, 
                                 SC_CLIP_SPANS_MAX};
     sc_status status;
 
-    if (node->kind == SC_YAML_SCALAR)
-        return sc_wrong_type(ctx, node, type_except.expected);
     if (node->kind == SC_YAML_LIST)
         return read_exceptions(ctx, node, plane, 0, job);
     status = sc_read_key_frames(ctx, &except_key, node, &room);
@@ -316,86 +340,60 @@ static sc_status read_except(const sc_ctx *ctx, const sc_yaml *node, int plane, 
     return status;
 }
 
-static sc_status too_many(const sc_ctx *ctx, const sc_yaml *node)
+/* Append a plane to job->animation.sweeps. */
+static void add_plane(plane_entry *entry, sc_job *job)
 {
-    return sc_yaml_fail(ctx, node, "more than %d clip planes (a box counts as six)", SC_PLANES_MAX);
-}
+    sc_sweep *sweep = &entry->sweep;
 
-/* Append a plane to job->animation.sweeps. @p key: its row. @return SC_ERR_DATA or SC_ERR_USAGE. */
-static sc_status read_plane(const sc_ctx *ctx, const sc_key *key, const sc_yaml *body, sc_job *job)
-{
-    plane_entry entry = {0};
-    sc_sweep *sweep = &entry.sweep;
-    sc_status status;
-
-    if (job->animation.sweep_count >= SC_PLANES_MAX)
-        return too_many(ctx, body);
-    status = sc_keys_set_defaults(ctx, key->keys, &entry);
-    if (status == SC_OK)
-        status = sc_keys_read(ctx, key->keys, body, &entry);
-    if (status != SC_OK)
-        return status;
-    if (entry.has_point)
-        sweep->from = (sc_plane_position){.value = sc_vec3_dot(sweep->normal, entry.point_mm)};
-    if (entry.has_point && sweep->normal_track.count) {
+    if (entry->has_point)
+        sweep->from = (sc_plane_position){.value = sc_vec3_dot(sweep->normal, entry->point_mm)};
+    if (entry->has_point && sweep->normal_track.count) {
         sweep->has_point = true;
-        sweep->point_mm = entry.point_mm;
+        sweep->point_mm = entry->point_mm;
     }
     sweep->to = sweep->at_track.count
                     ? position_of(sweep->at_track.keys[sweep->at_track.count - 1].value)
                     : sweep->from;
     job->animation.sweeps[job->animation.sweep_count++] = *sweep;
-    return SC_OK;
 }
 
 /* Append six planes whose normals point into the box to job->animation.sweeps. */
-static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *body, sc_job *job)
+static void add_box(const plane_entry *box, sc_job *job)
 {
     static const sc_vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    box_entry box;
+    sc_sweep sweep = box->sweep; /* when it is active */
 
-    if (job->animation.sweep_count + 6 > SC_PLANES_MAX)
-        return too_many(ctx, body);
-    SC_PASS(key->type->read(ctx, key, body, &box));
-    for (int i = 0; i < 3; i++) {
-        const sc_plane_position low = box.from[i], high = box.to[i];
+    for (int i = 0; i < 6; i++) {
+        const sc_plane_position low = box->from[i / 2], high = box->to[i / 2];
         const sc_plane_position back = {high.percent ? 100 - high.value : -high.value,
                                         high.percent};
 
-        if (low.percent == high.percent && low.value >= high.value)
-            return sc_yaml_fail(ctx, body, "the box is empty along its axis %d: from %g to %g",
-                                i + 1, low.value, high.value);
-        job->animation.sweeps[job->animation.sweep_count++] =
-            (sc_sweep){.normal = axes[i], .from = low, .to = low};
-        job->animation.sweeps[job->animation.sweep_count++] =
-            (sc_sweep){.normal = sc_vec3_scale(axes[i], -1), .from = back, .to = back};
+        sweep.normal = i % 2 ? sc_vec3_scale(axes[i / 2], -1) : axes[i / 2];
+        sweep.from = sweep.to = i % 2 ? back : low;
+        job->animation.sweeps[job->animation.sweep_count++] = sweep;
     }
-    return SC_OK;
 }
 
-/* Check the keys of an entry, which have to name exactly one kind of plane. @param kind its row.
- * @param body what describes it. @return the first mistake; all are logged. */
-static sc_status find_body(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *entry,
-                           const sc_key **kind, const sc_yaml **body)
+/* Append the planes of one entry of the list to the job. @param to the entry, as it was read. */
+static sc_status read_planes(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *entry,
+                             plane_entry *to, sc_job *job)
 {
-    size_t kinds = 0;
-    sc_status status = SC_OK;
+    sc_status status;
 
-    for (size_t i = 0; i < entry->count; i++) {
-        const sc_key *key = sc_key_find(keys, entry->items[i]->key);
-
-        if (!key) {
-            (void)sc_goes_on(&status, sc_key_unknown(ctx, keys, entry->items[i]));
-            kinds++; /* it may be a kind of plane, misspelt */
-        } else if (key->alternative) {
-            kinds++;
-            *kind = key;
-            *body = entry->items[i];
-        }
-    }
-    if (kinds != 1 || (*body && (*kind)->keys && (*body)->kind != SC_YAML_MAP))
-        (void)sc_goes_on(
-            &status, sc_yaml_fail(ctx, entry, "a clip entry holds either a map, plane, or a box"));
+    SC_TRY(sc_keys_set_defaults(ctx, keys, to));
+    SC_TRY(sc_keys_read(ctx, keys, entry, to));
+    if (to->has_box && sc_yaml_member(entry, "at"))
+        return sc_yaml_fail(
+            ctx, sc_yaml_member(entry, "at"),
+            "at: it is for a plane; expected its normal instead of a box, or no at");
+    if (job->animation.sweep_count + (to->has_box ? 6 : 1) > SC_PLANES_MAX)
+        return sc_yaml_fail(ctx, entry, "more than %d clip planes (a box counts as six)",
+                            SC_PLANES_MAX);
+    if (to->has_box)
+        add_box(to, job);
+    else
+        add_plane(to, job);
+out:
     return status;
 }
 
@@ -406,23 +404,19 @@ static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml
                             sc_job *job)
 {
     const int first = job->animation.sweep_count;
-    const sc_key *kind = NULL;
-    const sc_yaml *except, *body = NULL;
+    plane_entry read = {0};
     int last, plane;
     sc_status status;
 
     if (entry->kind != SC_YAML_MAP)
-        return sc_wrong_type(ctx, entry, "{plane: {...}} or {box: [[...], [...]]}");
-    status = find_body(ctx, keys, entry, &kind, &body);
-    if (status == SC_OK)
-        status = (kind->keys ? read_plane : read_box)(ctx, kind, body, job);
-    except = sc_yaml_member(entry, "except");
+        return sc_wrong_type(ctx, entry, "{normal: left, at: 40%} or {box: [[...], [...]]}");
+    status = read_planes(ctx, keys, entry, &read, job);
     last = job->animation.sweep_count - 1;
     for (int i = first; i <= last; i++)
-        sc_note_where(body, job->clip_where[i], sizeof job->clip_where[i]);
+        sc_note_where(entry, job->clip_where[i], sizeof job->clip_where[i]);
     plane = last < first ? 0 : first;
     do {
-        if (except && !sc_goes_on(&status, read_except(ctx, except, plane, job)))
+        if (read.except && !sc_goes_on(&status, read_except(ctx, read.except, plane, job)))
             return status;
     } while (status == SC_OK && ++plane <= last);
     return status;
@@ -445,56 +439,26 @@ static sc_status read_clip(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 
 /* ---- writing ---- */
 
-/* Write the exceptions of one plane, in one of its spans, as a list in one line. */
-static sc_status write_exceptions(const sc_ctx *ctx, const sc_job *job, int plane, int span,
-                                  sc_text *text)
-{
-    const char *comma = "";
-
-    SC_PASS(sc_text_add(ctx, text, "["));
-    for (size_t e = 0; e < job->exception_count; e++) {
-        if (job->exceptions[e].plane != plane || job->exceptions[e].span != span)
-            continue;
-        SC_PASS(sc_text_add(ctx, text, "%s", comma));
-        SC_PASS(sc_write_quoted(ctx, job->exceptions[e].pattern, text));
-        comma = ", ";
-    }
-    return sc_text_add(ctx, text, "]");
-}
-
-/* Write the exceptions of one plane in one line: a list of tissues, or a track of such. */
-static sc_status write_except(const sc_ctx *ctx, const sc_job *job, int plane, sc_text *text)
-{
-    const sc_sweep *sweep = &job->animation.sweeps[plane];
-
-    if (!sweep->except_count)
-        return write_exceptions(ctx, job, plane, 0, text);
-    for (int i = 0; i < sweep->except_count; i++) {
-        SC_PASS(sc_text_add(ctx, text, i ? ", " : "{"));
-        SC_PASS(sc_write_number(ctx, sweep->except_at[i], 100, "%: ", text));
-        SC_PASS(write_exceptions(ctx, job, plane, i, text));
-    }
-    return sc_text_add(ctx, text, "}");
-}
-
 /* Write every plane with the tissues that it leaves whole. @p value is the whole sc_job. */
 static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                             sc_text *text)
 {
     const sc_job *job = value;
+    sc_status status = sc_text_add(ctx, text, "%s", job->animation.sweep_count ? "" : "[]");
 
-    (void)key;
-    SC_PASS(sc_text_add(ctx, text, "%s", job->animation.sweep_count ? "" : "[]"));
-    for (int i = 0; i < job->animation.sweep_count; i++) {
+    for (int i = 0; i < job->animation.sweep_count && status == SC_OK; i++) {
         const sc_sweep *sweep = &job->animation.sweeps[i];
-        const plane_entry entry = {*sweep, sweep->has_point, sweep->point_mm};
+        const plane_entry entry = {.sweep = *sweep,
+                                   .has_point = sweep->has_point,
+                                   .point_mm = sweep->point_mm,
+                                   .job = job,
+                                   .plane = i};
 
-        SC_PASS(sc_text_add(ctx, text, "\n%*s- plane: ", indent + 2, ""));
-        SC_PASS(sc_keys_write_flow(ctx, plane_keys, &entry, text));
-        SC_PASS(sc_text_add(ctx, text, "\n%*sexcept: ", indent + 4, ""));
-        SC_PASS(write_except(ctx, job, i, text));
+        SC_TRY(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
+        status = sc_keys_write_flow(ctx, key->keys, &entry, text);
     }
-    return SC_OK;
+out:
+    return status;
 }
 
 static json_t *clip_schema(const sc_key *key)

@@ -130,15 +130,49 @@ static const sc_choice color_maps[] = {{"viridis", SC_MAP_VIRIDIS},
                                        {"coolwarm", SC_MAP_COOLWARM},
                                        {NULL, 0}};
 
+/* A measure, or the path of a table. @p value is the whole sc_color_by. */
+static sc_status read_values(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_color_by *by = value;
+
+    for (const sc_choice *one = measures; one->word && node->kind == SC_YAML_SCALAR; one++)
+        by->has_measure = by->has_measure || !strcmp(one->word, node->text);
+    return by->has_measure ? sc_type_choice.read(ctx, key, node, &by->measure)
+                           : sc_type_text.read(ctx, key, node, by->table);
+}
+
+static sc_status write_values(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const sc_color_by *by = value;
+
+    return by->has_measure ? sc_type_choice.write(ctx, key, &by->measure, indent, text)
+                           : sc_type_text.write(ctx, key, by->table, indent, text);
+}
+
+static json_t *values_schema(const sc_key *key)
+{
+    return sc_type_text.schema(key);
+}
+
+static const sc_value_type type_values = {
+    .name = "volume, thickness, surface or text",
+    .expected = "volume, thickness, surface, or the path of a table",
+    .read = read_values,
+    .write = write_values,
+    .schema = values_schema,
+};
+
 #define BY(member) offsetof(sc_color_by, member)
 _Static_assert(sizeof(((sc_color_by *)0)->table) == SC_PATH_BYTES, "a path of a job fits");
 
 const sc_key sc_color_by_keys[] = {
-    {"table", &sc_type_text, BY(table), NULL,
-     .help = "table of values (CSV or TSV) with a line of headings, one of which names the number "
-             "or the name of the tissue",
-     .bytes = SC_PATH_BYTES, .alternative = "table or measure", .required = true,
-     .outside_identity = true, .without = "none"},
+    {"values", &type_values, 0, NULL,
+     .help =
+         "what segcast measures itself: volume, (mean) thickness or surface of the tissue; or a "
+         "table of values (CSV or TSV) with a line of headings, one of which names the number "
+         "or the name of the tissue",
+     .bytes = SC_PATH_BYTES, .choices = measures, .required = true, .outside_identity = true},
     {"column", &type_columns, BY(column), "\"\"",
      .help = "heading of the values in the table; empty: the only column that can hold them; may "
              "have key frames, and between two of them every tissue goes from its value in one "
@@ -146,11 +180,6 @@ const sc_key sc_color_by_keys[] = {
      .bytes = sizeof(((sc_color_by *)0)->column),
      .track = offsetof(sc_job, color_columns) - offsetof(sc_job, color_by) - BY(column),
      .outside_identity = true},
-    {"measure", &sc_type_choice, BY(measure), NULL,
-     .help = "what segcast measures itself, instead of a table: volume, mean thickness or surface "
-             "of the tissue",
-     .choices = measures, .alternative = "table or measure",
-     .given = SC_GIVEN(sc_color_by, has_measure), .without = "the table"},
     {"map", &sc_type_choice, BY(map), "viridis",
      .help =
          "colours from the least to the greatest value; coolwarm is for values on both sides of "

@@ -112,7 +112,7 @@ static const sc_choice aligns[] = {{"center", SC_ALIGN_CENTER}, {"none", SC_ALIG
 
 const sc_key sc_compare_keys[] = {
     {"with", &type_subjects, 0, NULL,
-     .help = "the other volumes, each a path or a map: up to three; merge, keep, crop, tissues and "
+     .help = "the other volumes, each a path or a map: up to three; merge, keep, box, tissues and "
              "all else of the job hold for them, too",
      .keys = subject_keys, .required = true, .outside_identity = true},
     {"name", &sc_type_caption_text, COMPARE(name), NULL,

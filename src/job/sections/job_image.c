@@ -117,7 +117,7 @@ const sc_key sc_image_keys[] = {
              "is not shown there",
      .low = 0, .high = 1},
     {"slices", SHARE(slices), .fallback = "0.7",
-     .help = "share of the image in the colour of tissues on slices (output.layout: views), which "
+     .help = "share of the image in the colour of tissues on slices (animation.slices), which "
              "show nothing else beside them; 0: slices do not show it",
      .low = 0, .high = 1},
     {"backdrop", SHARE(backdrop), .fallback = "0",

@@ -46,18 +46,12 @@ static const sc_value_type type_font = {
 
 /* ---- captions ---- */
 
-/* @return what messages call the text of a row. */
-static const char *name_of(const sc_key *key)
-{
-    return strcmp(key->name, "text") ? key->name : "the text of a caption";
-}
-
 /* Log why a character cannot be drawn. @param at which it is, counted from 1. */
 static sc_status refuse_character(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                   unsigned code, size_t at, const char *why)
 {
-    return sc_yaml_fail(ctx, node, "%s has, as its character %zu, U+%04X, which %s", name_of(key),
-                        at, code, why);
+    return sc_yaml_fail(ctx, node, "%s has, as its character %zu, U+%04X, which %s", key->name, at,
+                        code, why);
 }
 
 /* char[SC_CAPTION_BYTES]: a text whose characters can be drawn, lines separated by \n. */
@@ -69,7 +63,7 @@ static sc_status read_caption_text(const sc_ctx *ctx, const sc_key *key, const s
     if (node->kind != SC_YAML_SCALAR || !node->text[strspn(node->text, " \n")])
         return sc_wrong_type(ctx, node, key->type->expected);
     if (strlen(node->text) >= SC_CAPTION_BYTES)
-        return sc_yaml_fail(ctx, node, "%s has %zu bytes, expected at most %d", name_of(key),
+        return sc_yaml_fail(ctx, node, "%s has %zu bytes, expected at most %d", key->name,
                             strlen(node->text), SC_CAPTION_BYTES - 1);
     for (size_t bytes; node->text[at]; at += bytes ? bytes : 1) {
         unsigned code;
@@ -84,7 +78,7 @@ static sc_status read_caption_text(const sc_ctx *ctx, const sc_key *key, const s
             return refuse_character(ctx, key, node, code, characters, why);
     }
     if (lines > SC_CAPTION_LINES_MAX)
-        return sc_yaml_fail(ctx, node, "%s has %zu lines, expected at most %d", name_of(key), lines,
+        return sc_yaml_fail(ctx, node, "%s has %zu lines, expected at most %d", key->name, lines,
                             SC_CAPTION_LINES_MAX);
     strcpy(value, node->text);
     return SC_OK;
@@ -116,89 +110,6 @@ const sc_value_type sc_type_caption_text = {
 
 static const sc_choice caption_places[] = {PLACES()};
 static const sc_choice places[] = {{"none", SC_PLACE_NONE}, PLACES()};
-
-const sc_key sc_caption_keys[] = {
-    {"text", &sc_type_caption_text, offsetof(sc_caption, text), NULL,
-     .help = "what is written; \\n in double quotes begins a new line, and lines that are too long "
-             "are broken",
-     .required = true},
-    {"place", &sc_type_choice, offsetof(sc_caption, place), "bottom",
-     .help = "where: in a corner, or in the middle of the upper or lower edge",
-     .choices = caption_places},
-    {"during", &sc_type_span, offsetof(sc_caption, begin), "[0%, 100%]",
-     .help = "part of the animation in which it is shown"},
-    {0}};
-
-/* Read one caption, a map or a text, into the next one of the job, for which there is room. */
-static sc_status read_caption(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node,
-                              sc_job *job)
-{
-    sc_caption caption = {.place = SC_PLACE_BOTTOM};
-    sc_status status = SC_OK;
-
-    SC_PASS(sc_keys_set_defaults(ctx, keys, &caption));
-    sc_note_where(node, caption.where, sizeof caption.where);
-    if (node->kind == SC_YAML_MAP)
-        status = sc_keys_read(ctx, keys, node, &caption);
-    else
-        status = sc_type_caption_text.read(ctx, &keys[0], node, caption.text);
-    if (status == SC_OK)
-        job->captions[job->caption_count++] = caption;
-    return status;
-}
-
-/* Read a text, or a list of captions. @p value is the whole sc_job. @return the first mistake; all
- * are logged. */
-static sc_status read_captions(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
-                               void *value)
-{
-    const bool is_one = node->kind == SC_YAML_SCALAR;
-    const size_t count = is_one ? 1 : node->count;
-    sc_job *job = value;
-    sc_status status = SC_OK;
-
-    if (node->kind == SC_YAML_MAP)
-        return sc_wrong_type(ctx, node, key->type->expected);
-    if (count > SC_CAPTIONS_MAX)
-        return sc_yaml_fail(ctx, node, "there are %zu captions, expected at most %d", count,
-                            SC_CAPTIONS_MAX);
-    SC_PASS(SC_ZALLOC(ctx, count, &job->captions));
-    for (size_t i = 0; i < count; i++) {
-        if (!sc_goes_on(&status, read_caption(ctx, key->keys, is_one ? node : node->items[i], job)))
-            break;
-    }
-    return status;
-}
-
-/* Write the captions of the sc_job @p value, one to a line. */
-static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                                sc_text *text)
-{
-    const sc_job *job = value;
-
-    SC_PASS(sc_text_add(ctx, text, "%s", job->caption_count ? "" : "[]"));
-    for (size_t i = 0; i < job->caption_count; i++) {
-        SC_PASS(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
-        SC_PASS(sc_keys_write_flow(ctx, key->keys, &job->captions[i], text));
-    }
-    return SC_OK;
-}
-
-static json_t *captions_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s}, {s:s, s:i, s:{s:[{s:s}, o]}}]}", "anyOf", "type", "string", "type",
-                     "array", "maxItems", SC_CAPTIONS_MAX, "items", "anyOf", "type", "string",
-                     sc_keys_schema(key->keys));
-}
-
-static const sc_value_type type_captions = {
-    .name = "text or list of captions",
-    .expected = "a text, or a list of captions, such as - {text: The heart, during: [0s, 4s]}",
-    .read = read_captions,
-    .write = write_captions,
-    .schema = captions_schema,
-    .container = SC_CONTAINER_LIST,
-};
 
 /* ---- tissues of an overlay ---- */
 
@@ -268,17 +179,20 @@ static sc_status write_overlay_tissues(const sc_ctx *ctx, const sc_key *key, con
 {
     const sc_job *job = value;
     const char *comma = "";
+    sc_status status = sc_text_add(ctx, text, "[");
 
     (void)indent;
-    SC_PASS(sc_text_add(ctx, text, "["));
-    for (size_t i = 0; i < job->overlay_tissue_count; i++) {
+    for (size_t i = 0; i < job->overlay_tissue_count && status == SC_OK; i++) {
         if (job->overlay_tissues[i].use != use_of(key))
             continue;
-        SC_PASS(sc_text_add(ctx, text, "%s", comma));
-        SC_PASS(sc_write_quoted(ctx, job->overlay_tissues[i].pattern, text));
+        SC_TRY(sc_text_add(ctx, text, "%s", comma));
+        SC_TRY(sc_write_quoted(ctx, job->overlay_tissues[i].pattern, text));
         comma = ", ";
     }
-    return sc_text_add(ctx, text, "]");
+    if (status == SC_OK)
+        status = sc_text_add(ctx, text, "]");
+out:
+    return status;
 }
 
 static json_t *overlay_tissues_schema(const sc_key *key)
@@ -295,20 +209,318 @@ static const sc_value_type type_named_tissues = {
     .write = write_overlay_tissues,
     .schema = overlay_tissues_schema,
 };
-static const sc_value_type type_legend_tissues = {
-    .name = "all or tissues",
-    .expected = "all, or a list of tissues: names, globs or label numbers",
-    .read = read_overlay_tissues,
-    .write = write_overlay_tissues,
-    .schema = overlay_tissues_schema,
+
+/* ---- what stands at a place ---- */
+
+/* Read the place of @p node, a map with one place and what stands there. @param item set to that,
+ * called as the map is. @param place set to an sc_overlay_place. */
+static sc_status read_place(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                            sc_yaml *item, int *place)
+{
+    const sc_key row = {.name = key->name, .choices = caption_places};
+    sc_yaml word = *node;
+
+    if (node->count != 1)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    *item = *node->items[0];
+    word.kind = SC_YAML_SCALAR;
+    word.text = item->key;
+    word.count = 0;
+    item->key = node->key;
+    return sc_type_choice.read(ctx, &row, &word, place);
+}
+
+/* @return the word of a place. */
+static const char *place_word(int place)
+{
+    return caption_places[place - SC_PLACE_TOP_LEFT].word;
+}
+
+/* @return the schema of a map with up to @p most places. @param what of what stands there. */
+static json_t *places_schema(json_t *what, int most)
+{
+    json_t *all = json_object();
+
+    for (const sc_choice *place = caption_places; place->word; place++)
+        (void)json_object_set(all, place->word, what);
+    json_decref(what);
+    return json_pack("{s:s, s:o, s:b, s:i, s:i}", "type", "object", "properties", all,
+                     "additionalProperties", 0, "minProperties", 1, "maxProperties", most);
+}
+
+/* A place, or one with the tissues of the legend. @p value is the whole sc_job. */
+static sc_status read_legend(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    sc_yaml tissues;
+    sc_status status;
+
+    job->has_legend_tissues = node->kind == SC_YAML_MAP;
+    if (!job->has_legend_tissues)
+        return sc_type_choice.read(ctx, key, node, &job->overlays.legend);
+    SC_TRY(read_place(ctx, key, node, &tissues, &job->overlays.legend));
+    status = read_overlay_tissues(ctx, key, &tissues, value);
+out:
+    return status;
+}
+
+static sc_status write_legend(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const sc_job *job = value;
+    sc_status status;
+
+    if (!job->has_legend_tissues)
+        return sc_type_choice.write(ctx, key, &job->overlays.legend, indent, text);
+    SC_TRY(sc_text_add(ctx, text, "{%s: ", place_word(job->overlays.legend)));
+    SC_TRY(write_overlay_tissues(ctx, key, value, indent, text));
+    status = sc_text_add(ctx, text, "}");
+out:
+    return status;
+}
+
+static json_t *legend_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, o]}", "anyOf", sc_type_choice.schema(key),
+                     places_schema(overlay_tissues_schema(key), 1));
+}
+
+static const sc_value_type type_legend = {
+    .name = "place, or {place: tissues}",
+    .expected = "none, a place such as top-left, or {top-left: [aorta, \"*atrium\"]}",
+    .read = read_legend,
+    .write = write_legend,
+    .schema = legend_schema,
 };
 
-/* @return whether the caption is shown in a frame. */
+/* A path, or a place with one. @p value is the whole sc_job. */
+static sc_status read_logo(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_overlays *overlays = &((sc_job *)value)->overlays;
+    sc_yaml path = *node;
+    sc_status status;
+
+    overlays->logo_place = SC_PLACE_TOP_RIGHT;
+    if (node->kind == SC_YAML_MAP)
+        SC_TRY(read_place(ctx, key, node, &path, &overlays->logo_place));
+    status = sc_type_text.read(ctx, key, &path, overlays->logo);
+out:
+    return status;
+}
+
+static sc_status write_logo(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    const sc_overlays *overlays = &((const sc_job *)value)->overlays;
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, text, "{%s: ", place_word(overlays->logo_place)));
+    SC_TRY(sc_type_text.write(ctx, key, overlays->logo, indent, text));
+    status = sc_text_add(ctx, text, "}");
+out:
+    return status;
+}
+
+static json_t *logo_schema(const sc_key *key)
+{
+    return json_pack("{s:[{s:s}, o]}", "anyOf", "type", "string",
+                     places_schema(sc_type_text.schema(key), 1));
+}
+
+static const sc_value_type type_logo = {
+    .name = "text, or {place: text}",
+    .expected = "the path of a PNG file, or {bottom-left: logo.png}",
+    .read = read_logo,
+    .write = write_logo,
+    .schema = logo_schema,
+};
+
+/* ---- captions ---- */
+
+/* A text of a sc_caption, which is empty for none, and its line. */
+static sc_status read_line(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_caption *caption = value;
+
+    caption->text[0] = '\0';
+    sc_note_where(node, caption->where, sizeof caption->where);
+    if (node->kind == SC_YAML_SCALAR && !strcmp(node->text, "none"))
+        return SC_OK;
+    return read_caption_text(ctx, key, node, caption->text);
+}
+
+static const sc_value_type type_line = {
+    .name = "text",
+    .expected = "a text, or none",
+    .steps = true,
+    .read = read_line,
+    .schema = word_schema,
+};
+static const sc_key line_key = {.name = "caption", .type = &type_line};
+
+/* The key frames of the captions at one place. */
+typedef struct caption_track {
+    int count;
+    sc_key_frame frames[SC_CAPTIONS_MAX];
+    sc_caption captions[SC_CAPTIONS_MAX];
+} caption_track;
+
+/* Append the texts of @p track that stand at @p place to the captions of the job. */
+static sc_status add_captions(const sc_ctx *ctx, const caption_track *track, int place, sc_job *job)
+{
+    const size_t count = (size_t)track->count;
+    void *grown;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, job->caption_count + count, sizeof *job->captions, &grown));
+    if (job->caption_count)
+        memcpy(grown, job->captions, job->caption_count * sizeof *job->captions);
+    sc_free(job->captions);
+    job->captions = grown;
+    for (size_t i = 0; i < count; i++) {
+        sc_caption *caption = &job->captions[job->caption_count];
+
+        *caption = track->captions[i];
+        caption->place = place;
+        caption->begin = i ? track->frames[i].at : 0;
+        caption->end = i + 1 < count ? track->frames[i + 1].at : SC_CAPTION_STAYS;
+        job->caption_count += caption->text[0] != 0;
+    }
+out:
+    return status;
+}
+
+/* Read a text that stands at a place, or key frames of such. */
+static sc_status read_at_place(const sc_ctx *ctx, const sc_yaml *node, int place, sc_job *job)
+{
+    void *block = NULL;
+    caption_track *track;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *track, &block));
+    track = block;
+    track->count = 1;
+    if (sc_is_track(node))
+        SC_TRY(sc_read_key_frames(ctx, &line_key, node,
+                                  &(sc_track_room){track->frames, track->captions,
+                                                   sizeof *track->captions, &track->count,
+                                                   SC_CAPTIONS_MAX}));
+    else
+        SC_TRY(read_line(ctx, &line_key, node, &track->captions[0]));
+    status = add_captions(ctx, track, place, job);
+out:
+    sc_free(block);
+    return status;
+}
+
+/* Read a text or key frames of texts, or such for each place. @p value is the whole sc_job. @return
+ * the first mistake; all are logged. */
+static sc_status read_captions(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                               void *value)
+{
+    const bool has_places =
+        node->kind == SC_YAML_MAP && node->count && !strchr("0123456789.", node->items[0]->key[0]);
+    sc_status status = SC_OK;
+
+    if (node->kind == SC_YAML_LIST)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (!has_places)
+        return read_at_place(ctx, node, SC_PLACE_BOTTOM, value);
+    for (size_t i = 0; i < node->count; i++) {
+        sc_yaml one = *node, item;
+        int place;
+        sc_status found;
+
+        one.items += i;
+        one.count = 1;
+        found = read_place(ctx, key, &one, &item, &place);
+        if (found == SC_OK)
+            found = read_at_place(ctx, &item, place, value);
+        if (!sc_goes_on(&status, found))
+            break;
+    }
+    return status;
+}
+
+/* Write the captions at a place as key frames. @param comma what stands before them. */
+static sc_status write_at_place(const sc_ctx *ctx, const sc_job *job, int place, const char *comma,
+                                sc_text *text)
+{
+    const char *between = "{";
+    double end = 0;
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, text, "%s%s: ", comma, place_word(place)));
+    for (size_t i = 0; i < job->caption_count; i++) {
+        const sc_caption *caption = &job->captions[i];
+
+        if (caption->place != place)
+            continue;
+        SC_TRY(sc_text_add(ctx, text, "%s", between));
+        if (caption->begin > end)
+            SC_TRY(sc_write_number(ctx, end, 100, "%: none, ", text));
+        SC_TRY(sc_write_number(ctx, caption->begin, 100, "%: ", text));
+        SC_TRY(sc_write_quoted(ctx, caption->text, text));
+        end = caption->end;
+        between = ", ";
+    }
+    if (end < SC_CAPTION_STAYS) {
+        SC_TRY(sc_text_add(ctx, text, ", "));
+        SC_TRY(sc_write_number(ctx, end, 100, "%: none", text));
+    }
+    status = sc_text_add(ctx, text, "}");
+out:
+    return status;
+}
+
+static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                                sc_text *text)
+{
+    const sc_job *job = value;
+    const char *comma = "{";
+    sc_status status = SC_OK;
+
+    (void)key;
+    (void)indent;
+    if (!job->caption_count)
+        return sc_text_add(ctx, text, "none");
+    for (size_t i = 0; i < job->caption_count; i++) { /* those of a place stand together */
+        if (i && job->captions[i].place == job->captions[i - 1].place)
+            continue;
+        SC_TRY(write_at_place(ctx, job, job->captions[i].place, comma, text));
+        comma = ", ";
+    }
+    status = sc_text_add(ctx, text, "}");
+out:
+    return status;
+}
+
+static json_t *captions_schema(const sc_key *key)
+{
+    json_t *there =
+        json_pack("{s:[o, o]}", "anyOf", word_schema(key), sc_key_frames_schema(&line_key));
+
+    return json_pack("{s:[o, o, o]}", "anyOf", word_schema(key), sc_key_frames_schema(&line_key),
+                     places_schema(there, SC_PLACE_BOTTOM_RIGHT));
+}
+
+static const sc_value_type type_captions = {
+    .name = "text, key frames, or {place: these}",
+    .expected = "a text, key frames such as {0s: The heart, 4s: none}, or {top: a text or key "
+                "frames}",
+    .read = read_captions,
+    .write = write_captions,
+    .schema = captions_schema,
+};
+
+/* @return whether the caption is shown in a frame, as far as that is known: seconds of a film,
+ * below 0, are those of its shots. */
 static bool is_ever_shown(const sc_caption *caption, int frames)
 {
     const int k = (int)ceil(caption->begin * (frames - 1) - 1e-6);
 
-    return sc_caption_is_shown(caption, sc_frame_time(k < frames - 1 ? k : frames - 1, frames));
+    return caption->begin < 0 || caption->end < 0 ||
+           sc_caption_is_shown(caption, sc_frame_time(k < frames - 1 ? k : frames - 1, frames));
 }
 
 sc_status sc_captions_check(const sc_ctx *ctx, const sc_job *job)
@@ -316,26 +528,11 @@ sc_status sc_captions_check(const sc_ctx *ctx, const sc_job *job)
     sc_status status = SC_OK;
 
     for (size_t i = 0; i < job->caption_count; i++) {
-        const sc_caption *one = &job->captions[i];
-
-        if (!is_ever_shown(one, job->animation.frames))
+        if (!is_ever_shown(&job->captions[i], job->animation.frames))
             (void)sc_goes_on(&status, sc_fail(ctx, SC_ERR_DATA,
                                               "%s: this caption is shown in no frame: its time "
                                               "falls between two of the %d frames; make it longer",
-                                              one->where, job->animation.frames));
-        for (size_t j = 0; j < i; j++) {
-            const sc_caption *other = &job->captions[j];
-
-            if (one->place != other->place ||
-                fmax(one->begin, other->begin) >= fmin(one->end, other->end))
-                continue;
-            (void)sc_goes_on(&status, sc_fail(ctx, SC_ERR_DATA,
-                                              "%s: this caption is shown at the same time and "
-                                              "place as that of %s; expected another place, or "
-                                              "times that do not overlap",
-                                              one->where, other->where));
-            break;
-        }
+                                              job->captions[i].where, job->animation.frames));
     }
     return status;
 }
@@ -354,8 +551,11 @@ const sc_key sc_overlays_keys[] = {
      .help = "size of the font, in percent of the height of the picture; captions are a quarter "
              "larger",
      .low = 1, .high = 20, .unit = "percent"},
-    {"caption", &type_captions, 0, NULL, .help = "text that is shown in parts of the animation",
-     .keys = sc_caption_keys, .without = "none", .given = SC_GIVEN(sc_job, has_captions)},
+    {"caption", &type_captions, 0, NULL,
+     .help = "text that is shown, below, or key frames of texts: {0s: The heart, 4s: none}; or "
+             "{top: text or key frames, ...}, for each corner or middle of an edge; \\n in double "
+             "quotes begins a new line, and lines that are too long are broken",
+     .without = "none", .given = SC_GIVEN(sc_job, has_captions)},
     {"time", &sc_type_choice, OVERLAYS(time), "none",
      .help = "where the time code stands: minutes, seconds and hundredths", .choices = places},
     {"scale_bar", &sc_type_choice, OVERLAYS(scale_bar), "none",
@@ -370,13 +570,10 @@ const sc_key sc_overlays_keys[] = {
      .help = "where a cube stands that is turned as the patient is, with letters for right, left, "
              "anterior, posterior, superior and inferior",
      .choices = places},
-    {"legend", &sc_type_choice, OVERLAYS(legend), "none",
-     .help = "where the names and colours of the tissues stand, each as opaque as it is shown",
+    {"legend", &type_legend, 0, "none",
+     .help = "where the names and colours of the tissues stand, each as opaque as it is shown; of "
+             "all, or {top-left: [aorta, \"*atrium\"]}: of these alone",
      .choices = places},
-    {"legend_tissues", &type_legend_tissues, 0, NULL,
-     .help = "tissues that have a row in the legend: all, or a list of names, globs or label "
-             "numbers",
-     .without = "all", .given = SC_GIVEN(sc_job, has_legend_tissues)},
     {"names", &type_named_tissues, 0, NULL,
      .help = "tissues whose names stand beside the picture in space, with lines that lead to them: "
              "none, all, or a list of names, globs or label numbers",
@@ -384,10 +581,10 @@ const sc_key sc_overlays_keys[] = {
     {"names_size", &sc_type_real, OVERLAYS(names_percent), "2.4",
      .help = "size of the font of these names, in percent of the height of the picture", .low = 1,
      .high = 20, .unit = "percent"},
-    {"logo", &sc_type_text, OVERLAYS(logo), NULL, .help = "a picture in a corner: a PNG file",
-     .bytes = SC_PATH_BYTES, .without = "none", .outside_identity = true},
-    {"logo_place", &sc_type_choice, OVERLAYS(logo_place), "top-right",
-     .help = "where the logo stands", .choices = caption_places},
+    {"logo", &type_logo, 0, NULL,
+     .help = "a picture in a corner: a PNG file, at the upper right, or {bottom-left: logo.png}",
+     .bytes = SC_PATH_BYTES, .without = "none", .outside_identity = true,
+     .given = SC_GIVEN(sc_job, has_logo)},
     {"logo_size", &sc_type_real, OVERLAYS(logo_percent), "10",
      .help = "height of the logo, in percent of that of the picture; it is never enlarged",
      .low = 1, .high = 100, .unit = "percent"},

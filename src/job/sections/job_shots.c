@@ -46,68 +46,124 @@ const sc_value_type sc_type_length = {
     .schema = length_schema,
 };
 
-/* ---- the keys that only shots have ---- */
+/* ---- how a shot follows, and title cards ---- */
 
-#define TRANSITION(member) offsetof(sc_shot_transition, member)
+static const struct {
+    const char *word;
+    sc_transition kind;
+} transitions[] = {{"cross_fade", SC_TRANSITION_CROSS_FADE}, {"fade", SC_TRANSITION_FADE}};
 
-const sc_key sc_transition_keys[] = {
-    {"cross_fade", &sc_type_length, TRANSITION(length), NULL,
-     .help = "the shot before is replaced step by step, in linear light: both overlap for this "
-             "long, by which the film is shorter",
-     .given = SC_GIVEN(sc_shot_transition, is_cross_fade), .alternative = "cross_fade or fade",
-     .required = true},
-    {"fade", &sc_type_length, TRANSITION(length), NULL,
-     .help = "half of this time the shot before fades to the background, and in the other half the "
-             "shot appears from its own; the first shot only appears",
-     .given = SC_GIVEN(sc_shot_transition, is_fade), .alternative = "cross_fade or fade",
-     .required = true},
-    {0}};
-
-/* Read "cut", or a map of transition_keys, into an sc_shot_transition. */
+/* Read "cut", or how the shot follows and how long that takes, such as "fade 1 s", into an
+ * sc_shot_transition. */
 static sc_status read_transition(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                  void *value)
 {
-    *(sc_shot_transition *)value = (sc_shot_transition){0};
-    if (node->kind == SC_YAML_SCALAR && !strcmp(node->text, "cut"))
+    const sc_ctx quiet = sc_quiet(ctx);
+    sc_shot_transition read = {.kind = SC_TRANSITION_CUT};
+    sc_yaml length = *node;
+    size_t bytes;
+
+    if (node->kind == SC_YAML_SCALAR && !strcmp(node->text, "cut")) {
+        *(sc_shot_transition *)value = read;
         return SC_OK;
-    if (node->kind != SC_YAML_MAP)
+    }
+    for (size_t i = 0; i < SC_COUNT_OF(transitions) && node->kind == SC_YAML_SCALAR; i++) {
+        bytes = strlen(transitions[i].word);
+        if (strncmp(node->text, transitions[i].word, bytes) != 0 || node->text[bytes] != ' ')
+            continue;
+        read.kind = transitions[i].kind;
+        length.text = node->text + bytes + strspn(node->text + bytes, " ");
+    }
+    if (read.kind == SC_TRANSITION_CUT || read_length(&quiet, key, &length, &read.length) != SC_OK)
         return sc_wrong_type(ctx, node, key->type->expected);
-    return sc_keys_read(ctx, key->keys, node, value);
+    *(sc_shot_transition *)value = read;
+    return SC_OK;
 }
 
 static sc_status write_transition(const sc_ctx *ctx, const sc_key *key, const void *value,
                                   int indent, sc_text *text)
 {
     const sc_shot_transition *transition = value;
+    sc_status status = SC_OK;
 
-    (void)indent;
-    if (!transition->is_cross_fade && !transition->is_fade)
+    if (transition->kind == SC_TRANSITION_CUT)
         return sc_text_add(ctx, text, "cut");
-    return sc_keys_write_flow(ctx, key->keys, value, text);
+    for (size_t i = 0; i < SC_COUNT_OF(transitions); i++) {
+        if (transitions[i].kind == transition->kind)
+            SC_TRY(sc_text_add(ctx, text, "%s ", transitions[i].word));
+    }
+    status = write_length(ctx, key, &transition->length, indent, text);
+out:
+    return status;
 }
 
 static json_t *transition_schema(const sc_key *key)
 {
-    return json_pack("{s:[{s:[s]}, o]}", "anyOf", "enum", "cut", sc_keys_schema(key->keys));
+    (void)key;
+    return json_pack("{s:s, s:s}", "type", "string", "pattern",
+                     "^(cut|(cross_fade|fade) +[0-9].*)$");
 }
 
 const sc_value_type sc_type_transition = {
-    .name = "cut or map",
-    .expected = "cut, {cross_fade: 1 s} or {fade: 12f}",
+    .name = "cut, cross_fade or fade with a time",
+    .expected = "cut, cross_fade 1s or fade 12f",
     .read = read_transition,
     .write = write_transition,
     .schema = transition_schema,
-    .container = SC_CONTAINER_MAP,
 };
 
-#define CARD(member) offsetof(sc_card, member)
+/* Read a title, or a list of a title and what is smaller below it, into an sc_card. */
+static sc_status read_card(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    const bool is_one = node->kind == SC_YAML_SCALAR;
+    const size_t count = is_one ? 1 : node->count;
+    sc_card *card = value;
+    sc_status status = SC_OK;
 
-const sc_key sc_card_keys[] = {
-    {"title", &sc_type_caption_text, CARD(title), NULL,
-     .help = "what is written; \\n in double quotes begins a new line", .required = true},
-    {"subtitle", &sc_type_caption_text, CARD(subtitle), NULL, .help = "smaller, below the title",
-     .given = SC_GIVEN(sc_card, has_subtitle), .without = "none"},
-    {0}};
+    if (node->kind == SC_YAML_MAP || count < 1 || count > 2)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    card->has_subtitle = count == 2;
+    for (size_t i = 0; i < count; i++) {
+        sc_yaml named = is_one ? *node : *node->items[i];
+
+        named.key = node->key; /* for the message: items of a list have no key of their own */
+        (void)sc_goes_on(
+            &status, sc_type_caption_text.read(ctx, key, &named, i ? card->subtitle : card->title));
+    }
+    return status;
+}
+
+static sc_status write_card(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    const sc_card *card = value;
+    sc_status status;
+
+    if (!card->has_subtitle)
+        return sc_type_caption_text.write(ctx, key, card->title, indent, text);
+    SC_TRY(sc_text_add(ctx, text, "["));
+    SC_TRY(sc_type_caption_text.write(ctx, key, card->title, indent, text));
+    SC_TRY(sc_text_add(ctx, text, ", "));
+    SC_TRY(sc_type_caption_text.write(ctx, key, card->subtitle, indent, text));
+    status = sc_text_add(ctx, text, "]");
+out:
+    return status;
+}
+
+static json_t *card_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[{s:s}, {s:s, s:i, s:i, s:{s:s}}]}", "anyOf", "type", "string", "type",
+                     "array", "minItems", 1, "maxItems", 2, "items", "type", "string");
+}
+
+const sc_value_type sc_type_card = {
+    .name = "text or [title, subtitle]",
+    .expected = "a title that is not empty, or [title, subtitle]",
+    .read = read_card,
+    .write = write_card,
+    .schema = card_schema,
+};
 
 /* ---- reading ---- */
 

@@ -33,14 +33,14 @@ static double number_at(const sc_yaml *root, const char *path, double most, doub
 static clock_of_job clock_of(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
 {
     const sc_ctx quiet = sc_quiet(ctx);
-    const sc_key key = {.name = "duration", .type = &sc_type_duration};
-    const sc_yaml *duration = sc_key_node(root, "animation.duration");
-    clock_of_job out = {.fps = number_at(root, "output.fps", 1e6, job->output.fps)};
+    const sc_key key = {.name = "frames", .type = &sc_type_duration};
+    clock_of_job out = {.fps = number_at(root, "output.fps", 1e6, job->output.fps),
+                        .length = sc_key_node(root, "animation.frames")};
     double seconds;
 
     out.frames = number_at(root, "animation.frames", SC_JOB_FRAMES_MAX, job->animation.frames);
-    out.length = duration ? duration : sc_key_node(root, "animation.frames");
-    if (duration && key.type->read(&quiet, &key, duration, &seconds) == SC_OK)
+    if (out.length && !sc_parse_number(out.length, &seconds) &&
+        key.type->read(&quiet, &key, out.length, &seconds) == SC_OK)
         out.frames = fmax(floor(seconds * out.fps + 0.5), 1);
     return out;
 }
@@ -192,13 +192,11 @@ static sc_status resolve_key(const sc_ctx *ctx, const clock_of_job *clock, const
     return status;
 }
 
-/* Turn all times in the lists called "during" or "active" and of key frames in and below @p node
- * into shares.
+/* Turn all times in the lists called "during" and of key frames in and below @p node into shares.
  */
 static sc_status resolve_below(const sc_ctx *ctx, const clock_of_job *clock, sc_yaml *node)
 {
-    const bool is_part = node->kind == SC_YAML_LIST && node->key &&
-                         (!strcmp(node->key, "during") || !strcmp(node->key, "active"));
+    const bool is_part = node->kind == SC_YAML_LIST && node->key && !strcmp(node->key, "during");
     sc_status status = SC_OK;
 
     if (is_part && !is_resolved(clock, node))

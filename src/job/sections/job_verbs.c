@@ -268,7 +268,7 @@ static const char *const held[] = {"orbit", NULL};
 #define OF(kind) (1u << SC_VERB_##kind)
 
 #define KINDS                                                                                      \
-    "fade, appear, pulse, orbit, rock, zoom, dolly, hold, frame, fly, sweep, turn or "             \
+    "fade, appear, pulse, orbit, rock, zoom, dolly, hold, frame, fly, turn or "                    \
     "explode"
 #define KIND .alternative = KINDS, .required = true
 #define KIND_OF_TISSUES(kind, what)                                                                \
@@ -307,10 +307,6 @@ const sc_key sc_verb_keys[] = {
              "along a smooth curve through points in RAS mm; before, the camera is where it would "
              "be without, and afterwards it stays at the end",
      .low = -1e6, .high = 1e6, KIND},
-    {"sweep", &sc_type_plane_position, VERB(by), NULL,
-     .help = "where a clip plane ends, from where it stands: a share of the way through what is "
-             "visible, or mm along its normal",
-     KIND},
     KIND_OF_ANGLE("turn", "how far a clip plane turns about a line, right-handed"),
     KIND_OF_TISSUES("explode", "tissues that move apart, and show what they hide"),
     {"to", &type_target, 0, "0",
@@ -351,9 +347,9 @@ const sc_key sc_verb_keys[] = {
     {"fov", &sc_type_real, VERB(fov_deg), "80", .help = "fly: vertical field of view", .low = 1,
      .high = 170, .unit = "degrees", .verbs = OF(FLY)},
     {"plane", &sc_type_int, VERB(plane), "1",
-     .help = "sweep, turn: number of the clip plane, counted from 1 in the order of clip; a box "
+     .help = "turn: number of the clip plane, counted from 1 in the order of clip; a box "
              "counts as six: left, right, back, front, bottom, top",
-     .low = 1, .high = SC_PLANES_MAX, .verbs = OF(SWEEP) | OF(TURN)},
+     .low = 1, .high = SC_PLANES_MAX, .verbs = OF(TURN)},
     {"axis", &sc_type_direction, VERB(axis), NULL, .given = SC_GIVEN(verb_entry, verb.has_axis),
      .without = "turn: upwards in the picture, or for a plane across that to the front; explode: "
                 "away from the center",

@@ -8,15 +8,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- crop ---- */
+/* ---- parts of a volume ---- */
 
 /* Read "visible", "visible+5mm" or "visible + 5 mm". @return whether it is one of them. */
-static bool read_visible(const char *text, sc_crop *crop)
+static bool read_visible(const char *text, double *margin_mm)
 {
     static const char word[] = "visible";
     char *end;
 
-    *crop = (sc_crop){.kind = SC_CROP_VISIBLE};
+    *margin_mm = 0;
     if (strncmp(text, word, strlen(word)) != 0)
         return false;
     text += strlen(word);
@@ -28,11 +28,11 @@ static bool read_visible(const char *text, sc_crop *crop)
     text += strspn(text, " ");
     if (*text < '0' || *text > '9')
         return false;
-    crop->margin_mm = strtod(text, &end);
+    *margin_mm = strtod(text, &end);
     if (strspn(text, "0123456789.eE+-") < (size_t)(end - text)) /* such as 0x10 */
         return false;
     end += strspn(end, " ");
-    return !strcmp(end, "mm") && crop->margin_mm <= 1e6;
+    return !strcmp(end, "mm") && *margin_mm <= 1e6;
 }
 
 /* Read "[[x, y, z], [x, y, z]]", in mm. */
@@ -41,6 +41,7 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
 {
     sc_vec3 read[2];
     double corner[3];
+    sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_LIST || node->count != 2)
         return sc_wrong_type(ctx, node, key->type->expected);
@@ -50,69 +51,13 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
         if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
         named.key = node->key; /* for the message: items of a list have no key of their own */
-        SC_PASS(sc_read_numbers(ctx, key, &named, 3, corner));
+        SC_TRY(sc_read_numbers(ctx, key, &named, 3, corner));
         read[i] = (sc_vec3){corner[0], corner[1], corner[2]};
     }
     memcpy(corners, read, sizeof read);
-    return SC_OK;
+out:
+    return status;
 }
-
-static sc_status write_corners(const sc_ctx *ctx, const sc_vec3 corners[2], sc_text *text)
-{
-    const sc_vec3 *a = &corners[0], *b = &corners[1];
-
-    return sc_text_add(ctx, text, "[[%.17g, %.17g, %.17g], [%.17g, %.17g, %.17g]]", a->x, a->y,
-                       a->z, b->x, b->y, b->z);
-}
-
-static json_t *corners_schema(const sc_key *key)
-{
-    return json_pack("{s:s, s:i, s:i, s:o}", "type", "array", "minItems", 2, "maxItems", 2, "items",
-                     sc_list_schema("number", key->low, key->high, 3));
-}
-
-/* A word as of read_visible, or two corners. */
-static sc_status read_crop(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    sc_crop *crop = &((sc_job *)value)->crop, read = {.kind = SC_CROP_BOX};
-
-    if (node->kind == SC_YAML_SCALAR) {
-        if (!read_visible(node->text, &read))
-            return sc_wrong_type(ctx, node, key->type->expected);
-    } else {
-        SC_PASS(read_corners(ctx, key, node, read.corners));
-    }
-    sc_note_where(node, read.where, sizeof read.where);
-    *crop = read;
-    return SC_OK;
-}
-
-static sc_status write_crop(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
-{
-    const sc_crop *crop = &((const sc_job *)value)->crop;
-
-    (void)key;
-    (void)indent;
-    if (crop->kind == SC_CROP_VISIBLE)
-        return sc_text_add(ctx, text, "visible + %.17g mm", crop->margin_mm);
-    return write_corners(ctx, crop->corners, text);
-}
-
-static json_t *crop_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s, s:s}, o]}", "anyOf", "type", "string", "pattern",
-                     "^visible *([+] *[0-9][0-9.e+-]* *mm)?$", corners_schema(key));
-}
-
-static const sc_value_type type_crop = {
-    .name = "visible + mm, or two corners",
-    .expected = "visible, visible + 5 mm, or two corners of a box in RAS mm: [[x, y, z], "
-                "[x, y, z]]",
-    .read = read_crop,
-    .write = write_crop,
-    .schema = crop_schema,
-};
 
 /* ---- level and box ---- */
 
@@ -120,13 +65,15 @@ static sc_status read_level(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
 {
     sc_job *job = value;
     double level;
+    sc_status status;
 
-    SC_PASS(sc_read_real(ctx, node, key->low, key->high, &level));
+    SC_TRY(sc_read_real(ctx, node, key->low, key->high, &level));
     if (level != floor(level))
         return sc_wrong_type(ctx, node, key->type->expected);
     job->volume_level = (int)level;
     sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
-    return SC_OK;
+out:
+    return status;
 }
 
 static sc_status write_level(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
@@ -151,52 +98,20 @@ static const sc_value_type type_level = {
     .schema = level_schema,
 };
 
-/* Read what the user says of a file beside its header; its words are checked where the file is
- * opened. */
-static sc_status read_header(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    sc_job *job = value;
-    const sc_status status = sc_type_text.read(ctx, key, node, job->volume_header);
-
-    if (status == SC_OK)
-        sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
-    return status;
-}
-
-static sc_status write_header(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                              sc_text *text)
-{
-    (void)key;
-    (void)indent;
-    return sc_write_quoted(ctx, ((const sc_job *)value)->volume_header, text);
-}
-
-static json_t *header_schema(const sc_key *key)
-{
-    (void)key;
-    return json_pack("{s:s}", "type", "string");
-}
-
-static const sc_value_type type_header = {
-    .name = "text",
-    .expected = "a line such as \"uint16 512x512x300 0.5x0.5x1 mm\"",
-    .read = read_header,
-    .write = write_header,
-    .schema = header_schema,
-};
-
 /* Read which phase of a file is meant, counted from 0. */
 static sc_status read_phase(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_job *job = value;
     double phase;
+    sc_status status;
 
-    SC_PASS(sc_read_real(ctx, node, key->low, key->high, &phase));
+    SC_TRY(sc_read_real(ctx, node, key->low, key->high, &phase));
     if (phase != floor(phase))
         return sc_wrong_type(ctx, node, key->type->expected);
     job->volume_phase = (int)phase + 1;
     sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
-    return SC_OK;
+out:
+    return status;
 }
 
 static sc_status write_phase(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
@@ -219,60 +134,92 @@ static const sc_value_type type_phase = {
 static const sc_key mm_key = {
     .name = "box", .type = &sc_type_point, .low = -1e6, .high = 1e6, .unit = "mm"};
 
-/* Read two voxels along each axis, or two corners in mm. */
-static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+/* Read two voxels along each axis. */
+static sc_status read_voxels(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                             int box[3][2])
 {
-    sc_job *job = value;
-    int box[3][2];
     double pair[2];
+    sc_status status = SC_OK;
 
-    sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
-    job->has_box_mm = node->kind == SC_YAML_LIST && node->count == 2;
-    if (job->has_box_mm)
-        return read_corners(ctx, &mm_key, node, job->volume_box_mm);
-    if (node->kind != SC_YAML_LIST || node->count != 3)
-        return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < 3; i++) {
         sc_yaml named = *node->items[i];
 
         if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
         named.key = node->key; /* for the message: items of a list have no key of their own */
-        SC_PASS(sc_read_numbers(ctx, key, &named, 2, pair));
+        SC_TRY(sc_read_numbers(ctx, key, &named, 2, pair));
         if (pair[0] != floor(pair[0]) || pair[1] != floor(pair[1]) || pair[0] >= pair[1])
             return sc_wrong_type(ctx, node, key->type->expected);
         box[i][0] = (int)pair[0];
         box[i][1] = (int)pair[1];
     }
-    memcpy(job->volume_box, box, sizeof box);
-    return SC_OK;
+out:
+    return status;
+}
+
+/* Read two voxels along each axis, or two corners in mm; or what is visible, alone or behind one of
+ * these. */
+static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    const sc_yaml *last =
+        node->kind == SC_YAML_LIST && node->count ? node->items[node->count - 1] : node;
+    sc_yaml box = *node;
+
+    sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
+    job->box = (sc_box){.visible = last->kind == SC_YAML_SCALAR};
+    if (job->box.visible && !read_visible(last->text, &job->box.margin_mm))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (last == node && job->box.visible)
+        return SC_OK;
+    box.count -= job->box.visible;
+    if (box.kind != SC_YAML_LIST || (box.count != 2 && box.count != 3))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    job->box.kind = box.count == 2 ? SC_READ_MM : SC_READ_VOXELS;
+    return box.count == 2 ? read_corners(ctx, &mm_key, &box, job->box.corners)
+                          : read_voxels(ctx, key, &box, job->box.voxels);
 }
 
 static sc_status write_box(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                            sc_text *text)
 {
-    const sc_job *job = value;
-    const int(*box)[2] = job->volume_box;
+    const sc_box *box = &((const sc_job *)value)->box;
+    const sc_vec3 *a = &box->corners[0], *b = &box->corners[1];
+    const int(*v)[2] = box->voxels;
+    sc_status status = SC_OK;
 
     (void)key;
     (void)indent;
-    if (job->has_box_mm)
-        return write_corners(ctx, job->volume_box_mm, text);
-    return sc_text_add(ctx, text, "[[%d, %d], [%d, %d], [%d, %d]]", box[0][0], box[0][1], box[1][0],
-                       box[1][1], box[2][0], box[2][1]);
+    if (box->kind == SC_READ_MM)
+        SC_TRY(sc_text_add(ctx, text, "[[%.17g, %.17g, %.17g], [%.17g, %.17g, %.17g]", a->x, a->y,
+                           a->z, b->x, b->y, b->z));
+    if (box->kind == SC_READ_VOXELS)
+        SC_TRY(sc_text_add(ctx, text, "[[%d, %d], [%d, %d], [%d, %d]", v[0][0], v[0][1], v[1][0],
+                           v[1][1], v[2][0], v[2][1]));
+    if (box->visible)
+        SC_TRY(
+            sc_text_add(ctx, text, "%svisible + %.17g mm", box->kind ? ", " : "", box->margin_mm));
+    status = sc_text_add(ctx, text, box->kind ? "]" : "");
+out:
+    return status;
 }
 
 static json_t *box_schema(const sc_key *key)
 {
-    return json_pack("{s:[{s:s, s:i, s:i, s:o}, o]}", "anyOf", "type", "array", "minItems", 3,
-                     "maxItems", 3, "items", sc_list_schema("integer", key->low, key->high, 2),
-                     corners_schema(&mm_key));
+    const char *visible = "^visible *([+] *[0-9][0-9.e+-]* *mm)?$";
+    json_t *items = json_pack(
+        "{s:[o, o, {s:s, s:s}]}", "anyOf", sc_list_schema("integer", key->low, key->high, 2),
+        sc_list_schema("number", mm_key.low, mm_key.high, 3), "type", "string", "pattern", visible);
+
+    return json_pack("{s:[{s:s, s:s}, {s:s, s:i, s:i, s:o}]}", "anyOf", "type", "string", "pattern",
+                     visible, "type", "array", "minItems", 2, "maxItems", 4, "items", items);
 }
 
 static const sc_value_type type_box = {
-    .name = "two voxels along each axis, or two corners in mm",
-    .expected = "[[x0, x1], [y0, y1], [z0, z1]]: along each axis the first voxel, and the one "
-                "behind the last; or two corners in RAS mm",
+    .name = "voxels, corners in mm, visible + mm",
+    .expected = "visible, visible + 5 mm, two corners in RAS mm: [[x, y, z], [x, y, z]], or [[x0, "
+                "x1], [y0, y1], [z0, z1]]: along each axis the first voxel, and the one behind the "
+                "last",
     .read = read_box,
     .write = write_box,
     .schema = box_schema,
@@ -292,13 +239,17 @@ static bool read_mm(const sc_key *key, const char *text, double *out)
     return (!*end || !strcmp(end, "mm")) && *out >= key->low && *out <= key->high;
 }
 
-/* One spacing for all axes, or three. */
+/* One spacing for all axes, or three; or a number of voxels along each, such as 40x30x40. */
 static sc_status read_resample(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                void *value)
 {
     const bool is_one = node->kind == SC_YAML_SCALAR;
+    sc_job *job = value;
     double spacing_mm[3];
 
+    job->has_volume_size = is_one && sc_parse_voxels(node->text, job->volume_size);
+    if (job->has_volume_size)
+        return SC_OK;
     if (!is_one && (node->kind != SC_YAML_LIST || node->count != 3))
         return sc_wrong_type(ctx, node, key->type->expected);
     for (int i = 0; i < 3; i++) {
@@ -307,17 +258,21 @@ static sc_status read_resample(const sc_ctx *ctx, const sc_key *key, const sc_ya
         if (item->kind != SC_YAML_SCALAR || !read_mm(key, item->text, &spacing_mm[i]))
             return sc_wrong_type(ctx, node, key->type->expected);
     }
-    memcpy(((sc_job *)value)->volume_resample_mm, spacing_mm, sizeof spacing_mm);
+    memcpy(job->volume_resample_mm, spacing_mm, sizeof spacing_mm);
     return SC_OK;
 }
 
 static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                                 sc_text *text)
 {
-    const double *mm = ((const sc_job *)value)->volume_resample_mm;
+    const sc_job *job = value;
+    const double *mm = job->volume_resample_mm;
+    const int *size = job->volume_size;
 
     (void)key;
     (void)indent;
+    if (job->has_volume_size)
+        return sc_text_add(ctx, text, "%dx%dx%d", size[0], size[1], size[2]);
     if (mm[0] == mm[1] && mm[1] == mm[2])
         return sc_text_add(ctx, text, "%.17g mm", mm[0]);
     return sc_text_add(ctx, text, "[%.17g, %.17g, %.17g]", mm[0], mm[1], mm[2]);
@@ -326,15 +281,15 @@ static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void
 static json_t *resample_schema(const sc_key *key)
 {
     return json_pack("{s:[{s:s, s:s}, {s:s, s:f, s:f}, {s:s, s:i, s:i, s:{s:[ss]}}]}", "anyOf",
-                     "type", "string", "pattern", "^[0-9][0-9.e+-]* *mm$", "type", "number",
-                     "minimum", key->low, "maximum", key->high, "type", "array", "minItems", 3,
-                     "maxItems", 3, "items", "type", "number", "string");
+                     "type", "string", "pattern", "^[0-9][0-9.e+-]* *mm$|^[0-9]+x[0-9]+x[0-9]+$",
+                     "type", "number", "minimum", key->low, "maximum", key->high, "type", "array",
+                     "minItems", 3, "maxItems", 3, "items", "type", "number", "string");
 }
 
 static const sc_value_type type_resample = {
-    .name = "mm, or three of them",
+    .name = "mm, three of them, or XxYxZ voxels",
     .expected = "a spacing from 1e-06 to 1000 mm, such as 0.5 mm, or three along the axes of the "
-                "volume: [0.5, 0.5, 1]",
+                "volume: [0.5, 0.5, 1]; or up to 4096 voxels along each, such as 40x30x40",
     .read = read_resample,
     .write = write_resample,
     .schema = resample_schema,
@@ -352,7 +307,7 @@ static sc_status read_path(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
         return sc_wrong_type(ctx, node, key->type->expected);
     if (node->kind != SC_YAML_LIST)
         return sc_type_text.read(ctx, key, node, job->volume);
-    SC_PASS(sc_series_alloc(ctx, node, node->count, job));
+    SC_TRY(sc_series_alloc(ctx, node, node->count, job));
     for (size_t i = 0; i < node->count; i++) {
         sc_yaml named = *node->items[i];
 
@@ -363,6 +318,7 @@ static sc_status read_path(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
             (void)sc_goes_on(&status, sc_type_text.read(ctx, key, &named, job->phases[i].path));
     }
     snprintf(job->volume, sizeof job->volume, "%s", job->phases[0].path);
+out:
     return status;
 }
 
@@ -370,15 +326,18 @@ static sc_status write_path(const sc_ctx *ctx, const sc_key *key, const void *va
                             sc_text *text)
 {
     const sc_job *job = value;
+    sc_status status;
 
     if (!job->phase_count || job->phases[0].phase) /* one file */
         return sc_type_text.write(ctx, key, job->volume, indent, text);
-    SC_PASS(sc_text_add(ctx, text, "["));
+    SC_TRY(sc_text_add(ctx, text, "["));
     for (size_t i = 0; i < job->phase_count; i++) {
-        SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : ""));
-        SC_PASS(sc_write_quoted(ctx, job->phases[i].path, text));
+        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : ""));
+        SC_TRY(sc_write_quoted(ctx, job->phases[i].path, text));
     }
-    return sc_text_add(ctx, text, "]");
+    status = sc_text_add(ctx, text, "]");
+out:
+    return status;
 }
 
 static json_t *path_schema(const sc_key *key)
@@ -405,7 +364,7 @@ const sc_key sc_volume_keys[] = {
          "masks, phantom, or for example phantom:128x96x128; for cine a list of them, a pattern "
          "such as heart_*.nrrd, or a file with all phases (4-D)",
      .bytes = SC_PATH_BYTES, .required = true},
-    {"header", &type_header, 0, NULL,
+    {"header", &sc_type_text, offsetof(sc_job, volume_header), NULL,
      .help =
          "what the file does not say, or says wrongly: the spacing of its voxels with a unit (mm), "
          "and where x, y and z lead, such as \"0.5x0.5x2 um LPS\"; of a file without a header "
@@ -437,7 +396,9 @@ const sc_key sc_volume_keys[] = {
      .help =
          "the part of the file that is read, in voxels of the level: the first along each axis, "
          "and the one behind the last; or by two corners in RAS mm, between which the centres of "
-         "its voxels lie. Of Zarr, Neuroglancer and HDF5 only the chunks in it are read",
+         "its voxels lie. Of Zarr, Neuroglancer and HDF5 only the chunks in it are read. visible + "
+         "5 mm: the part that is drawn, the voxels around the tissues that are shown, with a "
+         "margin; less memory, and less time to prepare; also as the last item of a box",
      .low = 0, .high = 2147483647, .given = SC_GIVEN(sc_job, has_box), .without = "all of it"},
     {"merge", &sc_type_merged_tissues, 0, NULL,
      .help = "tissues that become one: as if they had been drawn with one label. The name is that "
@@ -448,14 +409,11 @@ const sc_key sc_volume_keys[] = {
      .help = "tissues that are kept, merged ones under their new name; all others are left out, as "
              "if they had never been drawn",
      .given = SC_GIVEN(sc_job, has_keep), .without = "all"},
-    {"crop", &type_crop, 0, NULL,
-     .help = "the part of the volume that is drawn: the voxels around the tissues that are shown, "
-             "with a margin, or a box; less memory, and less time to prepare",
-     .low = -1e6, .high = 1e6, .given = SC_GIVEN(sc_job, has_crop), .without = "all of it"},
     {"resample", &type_resample, 0, NULL,
      .help = "voxels of this spacing instead, finer or coarser, each with the label that has the "
              "largest vote around it, so that borders stay smooth; one for all axes of the volume "
-             "or three",
+             "or three. Or so many voxels, such as 128x96x128, each with the label nearest to its "
+             "centre, and drawn as these are: for studies of how cost grows with the volume",
      .low = 1e-6, .high = 1e3, .unit = "mm", .given = SC_GIVEN(sc_job, has_resample),
      .without = "the voxels of the file"},
     {0}};
@@ -478,9 +436,8 @@ static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *
 {
     const sc_job *job = value;
 
-    if (!job->volume_tissue_count && job->crop.kind == SC_CROP_NONE && !job->has_level &&
-        !job->has_phase && !job->has_resample && !job->has_box && !job->has_header &&
-        !job->has_threshold)
+    if (!job->volume_tissue_count && !job->has_level && !job->has_phase && !job->has_resample &&
+        !job->has_box && !job->has_header && !job->has_threshold)
         return write_path(ctx, &key->keys[0], job, indent, text);
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }
@@ -494,7 +451,7 @@ const sc_value_type sc_type_volume = {
     .name = "text, list or map",
     .expected = "the path of a volume, a list of paths, or a map with path, header, level, phase, "
                 "threshold, "
-                "box, merge, keep, crop and resample",
+                "box, merge, keep and resample",
     .read = read_volume,
     .write = write_volume,
     .schema = volume_schema,

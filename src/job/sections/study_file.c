@@ -86,7 +86,7 @@ static sc_status fill_setting(const sc_ctx *ctx, const char *path, const sc_yaml
                               sc_setting *out)
 {
     const bool is_path = !strcmp(path, "volume") || !strcmp(path, "labels") ||
-                         !strcmp(path, "color_by.table") || !strcmp(path, "image.path");
+                         !strcmp(path, "color_by.values") || !strcmp(path, "image.path");
     SC_OWN(sc_text_clear) sc_text origin = {0}, copy = {0};
     char *value = NULL;
 

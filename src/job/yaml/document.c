@@ -19,8 +19,8 @@ static const char *const introduction[] = {
     "the file over the defaults. The value is YAML. A map is merged into what is there; a list is "
     "replaced. Names with dots or spaces are quoted: `--set 'tissues.\"left "
     "atrium\".opacity=0.5'`. "
-    "Items of a list have their index: `--set animation.clip.0.plane.at=40%` or "
-    "`animation.clip[0].plane.at`; the index after the last one appends. Of keys that exclude each "
+    "Items of a list have their index: `--set animation.clip.0.at=40%` or "
+    "`animation.clip[0].at`; the index after the last one appends. Of keys that exclude each "
     "other, such as orbit and fixed, a setting removes the "
     "other.",
     "Paths in the file are relative to the file, those of settings to the working directory. `~` "
