@@ -100,7 +100,12 @@ void sc_info(const sc_ctx *ctx, const char *fmt, ...)
 
 const char *sc_reason(int error)
 {
-    return error == EFBIG ? "the limit of file sizes is reached (ulimit -f)" : strerror(error);
+    return error == EFBIG ? "the limit of file sizes is reached (ulimit -f)"
+           : error == ENOSPC
+               ? "No space left on device; make room, then run again (render with --resume)"
+           : error == EDQUOT
+               ? "Disk quota exceeded; make room, then run again (render with --resume)"
+               : strerror(error);
 }
 
 void sc_log_to_stderr(void *user, sc_log_level level, const char *text)

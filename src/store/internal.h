@@ -323,6 +323,8 @@ sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest
 sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store_job *job,
                              sc_manifest_data *data, const bool *keep, bool close,
                              sc_manifest_writer **out);
+/* Log that a directory has no manifest, or is not there. @return SC_ERR_MISSING. */
+sc_status sc_fail_no_run(const sc_ctx *ctx, const char *directory);
 /* @return which file the manifest is that is being written. */
 sc_file_id sc_manifest_id(const sc_manifest_writer *manifest);
 /* Append the line of a frame; it is with the system then, but not yet flushed to disk. */

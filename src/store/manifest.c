@@ -183,6 +183,13 @@ out:
     return status;
 }
 
+sc_status sc_fail_no_run(const sc_ctx *ctx, const char *directory)
+{
+    return sc_fail(
+        ctx, SC_ERR_MISSING, "%s: %s; expected the output directory of segcast render", directory,
+        access(directory, F_OK) ? strerror(errno) : "holds no run: it has no manifest.jsonl");
+}
+
 sc_file_id sc_manifest_id(const sc_manifest_writer *manifest)
 {
     struct stat info;

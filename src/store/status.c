@@ -123,11 +123,7 @@ sc_status sc_store_status(const sc_ctx *ctx, const char *directory, const int *w
                        SC_DIRECTORY_MAX);
     SC_TRY(sc_each_file(ctx, directory, &reader, read_one));
     if (reader.manifests == 0) {
-        status =
-            sc_fail(ctx, SC_ERR_MISSING,
-                    "%s: holds no run: it has no manifest.jsonl; expected the output directory of "
-                    "segcast render",
-                    directory);
+        status = sc_fail_no_run(ctx, directory);
         goto out;
     }
     report.frames = reader.data.head.frames;

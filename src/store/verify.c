@@ -54,11 +54,7 @@ sc_status sc_store_identify(const sc_ctx *ctx, const char *directory, sc_store_j
 
     SC_TRY(find_head(ctx, directory, &search));
     if (!head->known) {
-        status =
-            sc_fail(ctx, SC_ERR_MISSING,
-                    "%s: holds no run: it has no manifest.jsonl; expected the output directory of "
-                    "segcast render",
-                    directory);
+        status = sc_fail_no_run(ctx, directory);
         goto out;
     }
     snprintf(version, 64, "%s", head->version);

@@ -60,7 +60,7 @@ rm out/report.html
 mkdir out/report.html
 expect 73 'out/report.html: was not made by segcast' "$SEGCAST" report out; one_error
 rmdir out/report.html
-expect 66 'nowhere: holds no run' "$SEGCAST" report nowhere; one_error
+expect 66 'nowhere: No such file' "$SEGCAST" report nowhere; one_error
 mkdir empty
 expect 66 'empty: holds no run' "$SEGCAST" report empty; one_error
 expect 64 'takes the directory that a job has made' "$SEGCAST" report job.yaml; one_error
@@ -102,7 +102,7 @@ page_has compared.html '.kind == "runs" and .runs[1].name == "two <i>" and .diff
 expect 73 'compared.html: exists' "$SEGCAST" report out three -o compared.html; one_error
 expect 0 '' "$SEGCAST" report out three -o compared.html --overwrite
 page_has compared.html '.differing == {"frame": 0, "name": "three"}'
-expect 66 'nowhere: holds no run' "$SEGCAST" report out nowhere -o x.html; one_error
+expect 66 'nowhere: No such file' "$SEGCAST" report out nowhere -o x.html; one_error
 expect 75 'slices: has no stats.json to compare' "$SEGCAST" report out slices -o x.html; one_error
 expect 64 'expected a name ending in .html' "$SEGCAST" report out three -o x.txt; one_error
 [ ! -e x.html ] || fail "a page was left by a mistake"

@@ -2,7 +2,7 @@
 # `segcast status DIR` ends with 0 only if the job is complete: scripts of batch systems ask it.
 small_job job.yaml
 sed -i 's/video: none/video: film.mp4, fps: 4, frames: png/' job.yaml
-expect 66 'holds no run' "$SEGCAST" status nowhere; one_error
+expect 66 'nowhere: No such file or directory; expected the output directory' "$SEGCAST" status nowhere; one_error
 mkdir empty
 expect 66 'holds no run' "$SEGCAST" status empty; one_error
 "$SEGCAST" render job.yaml -o out --frames 0-4 -q >/dev/null
@@ -56,7 +56,7 @@ expect 75 '' "$SEGCAST" status job.yaml -o unjoined
 expect 73 'holds another job' "$SEGCAST" status job.yaml -o out --set render.samples=3; one_error
 expect 73 'holds another job' "$SEGCAST" status job.yaml -o out --set appearance=distinct; one_error
 expect 0 '' "$SEGCAST" status job.yaml -o out --set farm.tile=16
-expect 66 'holds no run' "$SEGCAST" status job.yaml -o nowhere; one_error
+expect 66 'nowhere: No such file' "$SEGCAST" status job.yaml -o nowhere; one_error
 expect 64 'unknown option' "$SEGCAST" status job.yaml --nonsense; one_error
 
 # Escape codes in the names of a directory and of a foreign manifest are shown to a terminal, which would obey them.

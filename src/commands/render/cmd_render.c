@@ -99,6 +99,52 @@ static sc_status write_job(const sc_run *run, sc_store *store)
     return SC_OK;
 }
 
+/* One line of a text. */
+typedef struct text_line {
+    const char *text;
+    size_t length; /* without its end */
+} text_line;
+
+/* Take the next line from *at. @return whether there is one. */
+static bool next_line(const char **at, text_line *out)
+{
+    *out = (text_line){*at, strcspn(*at, "\n")};
+    *at += out->length + ((*at)[out->length] != '\0');
+    return out->length > 0;
+}
+
+/* A run of another job stands in the way of this one: tell the first line in which that job, as
+ * job.yaml in the directory has it, differs. Nothing where the two cannot be compared, since the
+ * error has been told. */
+static void tell_difference(const sc_run *run)
+{
+    const sc_ctx quiet = sc_quiet(run->app->ctx);
+    SC_OWN(sc_text_clear) sc_text mine = {0};
+    SC_OWN(sc_free_at) char *path = NULL, *theirs = NULL;
+    text_line here, there, section = {"", 0};
+    const char *a, *b;
+    size_t bytes;
+
+    if (add_resolved_job(run, &mine) != SC_OK ||
+        sc_path_join(&quiet, run->root.directory, "job.yaml", &path) != SC_OK ||
+        sc_file_read(&quiet, path, (size_t)64 << 20, &theirs, &bytes) != SC_OK)
+        return;
+    for (a = mine.data, b = theirs; next_line(&a, &here) && next_line(&b, &there);) {
+        const int indent = (int)strspn(here.text, " ");
+
+        if (indent == 0)
+            section = here;
+        if (here.length == there.length && !strncmp(here.text, there.text, here.length))
+            continue;
+        sc_warn(run->app->ctx, "the first difference is \"%.*s%s%.*s\", which was \"%.*s\"",
+                indent ? (int)section.length : 0, section.text, indent ? " " : "",
+                (int)here.length - indent, here.text + indent,
+                (int)(there.length - strspn(there.text, " ")),
+                there.text + strspn(there.text, " "));
+        return;
+    }
+}
+
 /* @return what the store has to know of the job, without its hashes; texts are borrowed. */
 static sc_store_job store_job_of(const sc_run *run)
 {
@@ -118,14 +164,18 @@ static sc_status open_store(sc_run *run)
 {
     const sc_session *s = &run->session;
     sc_store_job *job = &run->root.store_job;
+    sc_status status;
 
     *job = store_job_of(run);
     SC_PASS(is_job_given(run, &job->keeps_job));
     job->volume_hash = sc_inputs_hash(s->inputs);
     SC_PASS(sc_run_hash_job(run, &job->job_hash));
-    SC_PASS(sc_store_open(run->app->ctx, run->root.directory, job, run->root.wanted,
-                          run->root.wanted_count, slice_of(run), store_mode(run->app),
-                          &run->root.store));
+    status = sc_store_open(run->app->ctx, run->root.directory, job, run->root.wanted,
+                           run->root.wanted_count, slice_of(run), store_mode(run->app),
+                           &run->root.store);
+    if (status == SC_ERR_CREATE)
+        tell_difference(run);
+    SC_PASS(status);
     sc_store_begun_clear(&run->root.begun); /* now it is the store's */
     run->plan.complete = sc_store_is_complete(run->root.store);
     run->plan.sealed = sc_store_is_sealed(run->root.store);
