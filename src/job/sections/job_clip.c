@@ -230,20 +230,17 @@ static sc_status write_except(const sc_ctx *ctx, const sc_key *key, const void *
     const sc_job *job = entry->job;
     const sc_sweep *sweep = &entry->sweep;
     const int plane = entry->plane;
-    sc_status status;
 
     (void)key;
     (void)indent;
     if (!sweep->except_count)
         return write_exceptions(ctx, job, plane, 0, text);
     for (int i = 0; i < sweep->except_count; i++) {
-        SC_TRY(sc_text_add(ctx, text, i ? ", " : "{"));
-        SC_TRY(sc_write_number(ctx, sweep->except_at[i], 100, "%: ", text));
-        SC_TRY(write_exceptions(ctx, job, plane, i, text));
+        SC_PASS(sc_text_add(ctx, text, i ? ", " : "{"));
+        SC_PASS(sc_write_number(ctx, sweep->except_at[i], 100, "%: ", text));
+        SC_PASS(write_exceptions(ctx, job, plane, i, text));
     }
-    status = sc_text_add(ctx, text, "}");
-out:
-    return status;
+    return sc_text_add(ctx, text, "}");
 }
 
 static const sc_value_type type_except = {
@@ -286,11 +283,9 @@ static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int pla
                                  sc_job *job)
 {
     void *grown;
-    sc_status status;
+    sc_status status = SC_OK;
 
-    status = sc_zalloc(ctx, job->exception_count + list->count, sizeof *job->exceptions, &grown);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(sc_zalloc(ctx, job->exception_count + list->count, sizeof *job->exceptions, &grown));
     if (job->exception_count)
         memcpy(grown, job->exceptions, job->exception_count * sizeof *job->exceptions);
     sc_free(job->exceptions);
@@ -378,10 +373,8 @@ static void add_box(const plane_entry *box, sc_job *job)
 static sc_status read_planes(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *entry,
                              plane_entry *to, sc_job *job)
 {
-    sc_status status;
-
-    SC_TRY(sc_keys_set_defaults(ctx, keys, to));
-    SC_TRY(sc_keys_read(ctx, keys, entry, to));
+    SC_PASS(sc_keys_set_defaults(ctx, keys, to));
+    SC_PASS(sc_keys_read(ctx, keys, entry, to));
     if (to->has_box && sc_yaml_member(entry, "at"))
         return sc_yaml_fail(
             ctx, sc_yaml_member(entry, "at"),
@@ -393,8 +386,7 @@ static sc_status read_planes(const sc_ctx *ctx, const sc_key *keys, const sc_yam
         add_box(to, job);
     else
         add_plane(to, job);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Append the planes and the exceptions of one entry of the list to the job. The exceptions are read

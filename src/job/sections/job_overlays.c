@@ -253,30 +253,24 @@ static sc_status read_legend(const sc_ctx *ctx, const sc_key *key, const sc_yaml
 {
     sc_job *job = value;
     sc_yaml tissues;
-    sc_status status;
 
     job->has_legend_tissues = node->kind == SC_YAML_MAP;
     if (!job->has_legend_tissues)
         return sc_type_choice.read(ctx, key, node, &job->overlays.legend);
-    SC_TRY(read_place(ctx, key, node, &tissues, &job->overlays.legend));
-    status = read_overlay_tissues(ctx, key, &tissues, value);
-out:
-    return status;
+    SC_PASS(read_place(ctx, key, node, &tissues, &job->overlays.legend));
+    return read_overlay_tissues(ctx, key, &tissues, value);
 }
 
 static sc_status write_legend(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                               sc_text *text)
 {
     const sc_job *job = value;
-    sc_status status;
 
     if (!job->has_legend_tissues)
         return sc_type_choice.write(ctx, key, &job->overlays.legend, indent, text);
-    SC_TRY(sc_text_add(ctx, text, "{%s: ", place_word(job->overlays.legend)));
-    SC_TRY(write_overlay_tissues(ctx, key, value, indent, text));
-    status = sc_text_add(ctx, text, "}");
-out:
-    return status;
+    SC_PASS(sc_text_add(ctx, text, "{%s: ", place_word(job->overlays.legend)));
+    SC_PASS(write_overlay_tissues(ctx, key, value, indent, text));
+    return sc_text_add(ctx, text, "}");
 }
 
 static json_t *legend_schema(const sc_key *key)
@@ -298,27 +292,21 @@ static sc_status read_logo(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 {
     sc_overlays *overlays = &((sc_job *)value)->overlays;
     sc_yaml path = *node;
-    sc_status status;
 
     overlays->logo_place = SC_PLACE_TOP_RIGHT;
     if (node->kind == SC_YAML_MAP)
-        SC_TRY(read_place(ctx, key, node, &path, &overlays->logo_place));
-    status = sc_type_text.read(ctx, key, &path, overlays->logo);
-out:
-    return status;
+        SC_PASS(read_place(ctx, key, node, &path, &overlays->logo_place));
+    return sc_type_text.read(ctx, key, &path, overlays->logo);
 }
 
 static sc_status write_logo(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                             sc_text *text)
 {
     const sc_overlays *overlays = &((const sc_job *)value)->overlays;
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, text, "{%s: ", place_word(overlays->logo_place)));
-    SC_TRY(sc_type_text.write(ctx, key, overlays->logo, indent, text));
-    status = sc_text_add(ctx, text, "}");
-out:
-    return status;
+    SC_PASS(sc_text_add(ctx, text, "{%s: ", place_word(overlays->logo_place)));
+    SC_PASS(sc_type_text.write(ctx, key, overlays->logo, indent, text));
+    return sc_text_add(ctx, text, "}");
 }
 
 static json_t *logo_schema(const sc_key *key)
@@ -370,9 +358,8 @@ static sc_status add_captions(const sc_ctx *ctx, const caption_track *track, int
 {
     const size_t count = (size_t)track->count;
     void *grown;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, job->caption_count + count, sizeof *job->captions, &grown));
+    SC_PASS(sc_zalloc(ctx, job->caption_count + count, sizeof *job->captions, &grown));
     if (job->caption_count)
         memcpy(grown, job->captions, job->caption_count * sizeof *job->captions);
     sc_free(job->captions);
@@ -386,8 +373,7 @@ static sc_status add_captions(const sc_ctx *ctx, const caption_track *track, int
         caption->end = i + 1 < count ? track->frames[i + 1].at : SC_CAPTION_STAYS;
         job->caption_count += caption->text[0] != 0;
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Read a text that stands at a place, or key frames of such. */
@@ -448,29 +434,26 @@ static sc_status write_at_place(const sc_ctx *ctx, const sc_job *job, int place,
 {
     const char *between = "{";
     double end = 0;
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, text, "%s%s: ", comma, place_word(place)));
+    SC_PASS(sc_text_add(ctx, text, "%s%s: ", comma, place_word(place)));
     for (size_t i = 0; i < job->caption_count; i++) {
         const sc_caption *caption = &job->captions[i];
 
         if (caption->place != place)
             continue;
-        SC_TRY(sc_text_add(ctx, text, "%s", between));
+        SC_PASS(sc_text_add(ctx, text, "%s", between));
         if (caption->begin > end)
-            SC_TRY(sc_write_number(ctx, end, 100, "%: none, ", text));
-        SC_TRY(sc_write_number(ctx, caption->begin, 100, "%: ", text));
-        SC_TRY(sc_write_quoted(ctx, caption->text, text));
+            SC_PASS(sc_write_number(ctx, end, 100, "%: none, ", text));
+        SC_PASS(sc_write_number(ctx, caption->begin, 100, "%: ", text));
+        SC_PASS(sc_write_quoted(ctx, caption->text, text));
         end = caption->end;
         between = ", ";
     }
     if (end < SC_CAPTION_STAYS) {
-        SC_TRY(sc_text_add(ctx, text, ", "));
-        SC_TRY(sc_write_number(ctx, end, 100, "%: none", text));
+        SC_PASS(sc_text_add(ctx, text, ", "));
+        SC_PASS(sc_write_number(ctx, end, 100, "%: none", text));
     }
-    status = sc_text_add(ctx, text, "}");
-out:
-    return status;
+    return sc_text_add(ctx, text, "}");
 }
 
 static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
@@ -478,7 +461,6 @@ static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void
 {
     const sc_job *job = value;
     const char *comma = "{";
-    sc_status status = SC_OK;
 
     (void)key;
     (void)indent;
@@ -487,12 +469,10 @@ static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void
     for (size_t i = 0; i < job->caption_count; i++) { /* those of a place stand together */
         if (i && job->captions[i].place == job->captions[i - 1].place)
             continue;
-        SC_TRY(write_at_place(ctx, job, job->captions[i].place, comma, text));
+        SC_PASS(write_at_place(ctx, job, job->captions[i].place, comma, text));
         comma = ", ";
     }
-    status = sc_text_add(ctx, text, "}");
-out:
-    return status;
+    return sc_text_add(ctx, text, "}");
 }
 
 static json_t *captions_schema(const sc_key *key)

@@ -84,17 +84,14 @@ static sc_status write_transition(const sc_ctx *ctx, const sc_key *key, const vo
                                   int indent, sc_text *text)
 {
     const sc_shot_transition *transition = value;
-    sc_status status = SC_OK;
 
     if (transition->kind == SC_TRANSITION_CUT)
         return sc_text_add(ctx, text, "cut");
     for (size_t i = 0; i < SC_COUNT_OF(transitions); i++) {
         if (transitions[i].kind == transition->kind)
-            SC_TRY(sc_text_add(ctx, text, "%s ", transitions[i].word));
+            SC_PASS(sc_text_add(ctx, text, "%s ", transitions[i].word));
     }
-    status = write_length(ctx, key, &transition->length, indent, text);
-out:
-    return status;
+    return write_length(ctx, key, &transition->length, indent, text);
 }
 
 static json_t *transition_schema(const sc_key *key)
@@ -137,17 +134,14 @@ static sc_status write_card(const sc_ctx *ctx, const sc_key *key, const void *va
                             sc_text *text)
 {
     const sc_card *card = value;
-    sc_status status;
 
     if (!card->has_subtitle)
         return sc_type_caption_text.write(ctx, key, card->title, indent, text);
-    SC_TRY(sc_text_add(ctx, text, "["));
-    SC_TRY(sc_type_caption_text.write(ctx, key, card->title, indent, text));
-    SC_TRY(sc_text_add(ctx, text, ", "));
-    SC_TRY(sc_type_caption_text.write(ctx, key, card->subtitle, indent, text));
-    status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    SC_PASS(sc_text_add(ctx, text, "["));
+    SC_PASS(sc_type_caption_text.write(ctx, key, card->title, indent, text));
+    SC_PASS(sc_text_add(ctx, text, ", "));
+    SC_PASS(sc_type_caption_text.write(ctx, key, card->subtitle, indent, text));
+    return sc_text_add(ctx, text, "]");
 }
 
 static json_t *card_schema(const sc_key *key)

@@ -41,7 +41,6 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
 {
     sc_vec3 read[2];
     double corner[3];
-    sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_LIST || node->count != 2)
         return sc_wrong_type(ctx, node, key->type->expected);
@@ -51,12 +50,11 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
         if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
         named.key = node->key; /* for the message: items of a list have no key of their own */
-        SC_TRY(sc_read_numbers(ctx, key, &named, 3, corner));
+        SC_PASS(sc_read_numbers(ctx, key, &named, 3, corner));
         read[i] = (sc_vec3){corner[0], corner[1], corner[2]};
     }
     memcpy(corners, read, sizeof read);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* ---- level and box ---- */
@@ -65,15 +63,13 @@ static sc_status read_level(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
 {
     sc_job *job = value;
     double level;
-    sc_status status;
 
-    SC_TRY(sc_read_real(ctx, node, key->low, key->high, &level));
+    SC_PASS(sc_read_real(ctx, node, key->low, key->high, &level));
     if (level != floor(level))
         return sc_wrong_type(ctx, node, key->type->expected);
     job->volume_level = (int)level;
     sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
-out:
-    return status;
+    return SC_OK;
 }
 
 static sc_status write_level(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
@@ -103,15 +99,13 @@ static sc_status read_phase(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
 {
     sc_job *job = value;
     double phase;
-    sc_status status;
 
-    SC_TRY(sc_read_real(ctx, node, key->low, key->high, &phase));
+    SC_PASS(sc_read_real(ctx, node, key->low, key->high, &phase));
     if (phase != floor(phase))
         return sc_wrong_type(ctx, node, key->type->expected);
     job->volume_phase = (int)phase + 1;
     sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
-out:
-    return status;
+    return SC_OK;
 }
 
 static sc_status write_phase(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
@@ -139,7 +133,6 @@ static sc_status read_voxels(const sc_ctx *ctx, const sc_key *key, const sc_yaml
                              int box[3][2])
 {
     double pair[2];
-    sc_status status = SC_OK;
 
     for (size_t i = 0; i < 3; i++) {
         sc_yaml named = *node->items[i];
@@ -147,14 +140,13 @@ static sc_status read_voxels(const sc_ctx *ctx, const sc_key *key, const sc_yaml
         if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
         named.key = node->key; /* for the message: items of a list have no key of their own */
-        SC_TRY(sc_read_numbers(ctx, key, &named, 2, pair));
+        SC_PASS(sc_read_numbers(ctx, key, &named, 2, pair));
         if (pair[0] != floor(pair[0]) || pair[1] != floor(pair[1]) || pair[0] >= pair[1])
             return sc_wrong_type(ctx, node, key->type->expected);
         box[i][0] = (int)pair[0];
         box[i][1] = (int)pair[1];
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Read two voxels along each axis, or two corners in mm; or what is visible, alone or behind one of
@@ -186,22 +178,19 @@ static sc_status write_box(const sc_ctx *ctx, const sc_key *key, const void *val
     const sc_box *box = &((const sc_job *)value)->box;
     const sc_vec3 *a = &box->corners[0], *b = &box->corners[1];
     const int(*v)[2] = box->voxels;
-    sc_status status = SC_OK;
 
     (void)key;
     (void)indent;
     if (box->kind == SC_READ_MM)
-        SC_TRY(sc_text_add(ctx, text, "[[%.17g, %.17g, %.17g], [%.17g, %.17g, %.17g]", a->x, a->y,
-                           a->z, b->x, b->y, b->z));
+        SC_PASS(sc_text_add(ctx, text, "[[%.17g, %.17g, %.17g], [%.17g, %.17g, %.17g]", a->x, a->y,
+                            a->z, b->x, b->y, b->z));
     if (box->kind == SC_READ_VOXELS)
-        SC_TRY(sc_text_add(ctx, text, "[[%d, %d], [%d, %d], [%d, %d]", v[0][0], v[0][1], v[1][0],
-                           v[1][1], v[2][0], v[2][1]));
+        SC_PASS(sc_text_add(ctx, text, "[[%d, %d], [%d, %d], [%d, %d]", v[0][0], v[0][1], v[1][0],
+                            v[1][1], v[2][0], v[2][1]));
     if (box->visible)
-        SC_TRY(
+        SC_PASS(
             sc_text_add(ctx, text, "%svisible + %.17g mm", box->kind ? ", " : "", box->margin_mm));
-    status = sc_text_add(ctx, text, box->kind ? "]" : "");
-out:
-    return status;
+    return sc_text_add(ctx, text, box->kind ? "]" : "");
 }
 
 static json_t *box_schema(const sc_key *key)
@@ -326,18 +315,15 @@ static sc_status write_path(const sc_ctx *ctx, const sc_key *key, const void *va
                             sc_text *text)
 {
     const sc_job *job = value;
-    sc_status status;
 
     if (!job->phase_count || job->phases[0].phase) /* one file */
         return sc_type_text.write(ctx, key, job->volume, indent, text);
-    SC_TRY(sc_text_add(ctx, text, "["));
+    SC_PASS(sc_text_add(ctx, text, "["));
     for (size_t i = 0; i < job->phase_count; i++) {
-        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : ""));
-        SC_TRY(sc_write_quoted(ctx, job->phases[i].path, text));
+        SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : ""));
+        SC_PASS(sc_write_quoted(ctx, job->phases[i].path, text));
     }
-    status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    return sc_text_add(ctx, text, "]");
 }
 
 static json_t *path_schema(const sc_key *key)
