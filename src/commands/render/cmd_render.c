@@ -428,9 +428,11 @@ static void report_outcome(const sc_run *run, sc_status outcome)
         sc_warn(ctx, "no frame could be finished in the time; running again with the same limit "
                      "will not help: more time, or `segcast convert`, will");
     if (outcome == SC_ERR_INCOMPLETE)
-        sc_warn(ctx, "stopped %s after %d of %d frames; run again%s for the rest", reason,
+        sc_warn(ctx, "stopped %s after %d of %d frames; %s", reason,
                 run->plan.kept + run->root.result_count, run->root.wanted_count,
-                run->keep_records ? " with --resume" : "");
+                run->keep_records ? "run again with --resume for the rest"
+                                  : "the next run begins anew: what can go on is a job "
+                                    "(`segcast init`, `segcast render`)");
     else if (outcome == SC_OK && run->root.store && run->root.missing == 0 &&
              !sc_store_is_complete(run->root.store))
         sc_info(ctx,
