@@ -66,7 +66,7 @@ mv moved again
 
 # If standard error is not a terminal, progress is printed as plain lines; a summary ends the run.
 expect 0 'drawing [0-9.]+ CPU s/frame' "$SEGCAST" render job.yaml -o log
-grep -qE 'segcast: limited by (drawing|reading)' stderr.txt || fail "the summary does not say what limited the speed of the run"
+grep -qE 'segcast: limited by (drawing|reading|the start|shared cores)' stderr.txt || fail "the summary does not say what limited the speed of the run"
 grep -q 'slowest frames' stderr.txt || fail "the summary does not name the slowest frames"
 grep -q $'\r' stderr.txt && fail "a progress bar was written to a file"
 true
