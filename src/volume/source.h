@@ -276,6 +276,15 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
  * @return SC_ERR_DATA if two masks are of different grids or have the same name, or are more
  * than SC_LABELS_MAX - 1; the errors of sc_open_file. */
 sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out);
+/* Open the file of a mask, as sc_open_file does; of HDF5 the only array in it. */
+sc_status sc_open_mask(const sc_ctx *ctx, const char *file, bool header_only, sc_source *out);
+/* Check that mask @p i of @p source has voxels of the grid of the first, be it along other axes, or
+ * fewer or more of them where files say where they lie, and note which. @param header what its file
+ * says. @return SC_ERR_DATA. */
+sc_status sc_mask_place(const sc_ctx *ctx, const sc_source *source, size_t i,
+                        const sc_source *header);
+/* @return whether a mask of @p source is stored along other axes, or has not just its voxels. */
+bool sc_mask_is_placed(const sc_source *source, const sc_mask *mask);
 /* Read the masks of @p source one after the other into its data, which become labels in the bytes
  * that they need; sets encoding, type, data, release, and the voxels of the masks. Where masks
  * overlap, @p overlap decides, and a warning tells of it. Takes 1.25 or 2.25 bytes for each voxel.
