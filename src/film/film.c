@@ -326,7 +326,7 @@ static sc_status make_group(sc_app *app, sc_session *session, sc_panel *lead, sc
 
     for (int i = 0; !find && i < count; i++) {
         if (session->panels[first + i].phases)
-            SC_TRY(find_renderers(app, session, first + i));
+            SC_PASS(find_renderers(app, session, first + i));
     }
     begin_to_speak(app, lead, first + 1, &voice);
     if (!lead->renderers) /* nothing is drawn: the mistakes of shots are told once */

@@ -90,11 +90,29 @@ static bool is_misspelt(const sc_key *keys, const char *name, const sc_yaml *nod
     return false;
 }
 
+/* Is one of the unknown keys of the map @p node like none of @p keys? It may stand for any of an
+ * alternative. */
+static bool has_stray(const sc_key *keys, const sc_yaml *node)
+{
+    for (size_t i = 0; i < node->count; i++) {
+        const sc_key *key = keys;
+
+        while (key->name && strcmp(key->name, node->items[i]->key) != 0 &&
+               !sc_nearest_word(node->items[i]->key, &key->name, 1))
+            key++;
+        if (!key->name)
+            return true;
+    }
+    return false;
+}
+
 /* Does @p node hold the key, or another one of its alternative, perhaps misspelt? */
 static bool is_given(const sc_key *keys, const sc_key *key, const sc_yaml *node)
 {
     const sc_key *all = keys;
 
+    if (key->alternative && has_stray(all, node))
+        return true;
     for (; keys->name; keys++) {
         const bool stands_for_it = keys == key || (key->alternative && keys->alternative &&
                                                    !strcmp(key->alternative, keys->alternative));

@@ -164,25 +164,21 @@ static sc_status note_begun(const sc_ctx *ctx, const sc_store *store, sc_store_b
 {
     char path[SC_FILE_BYTES];
     sc_text text = {0};
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, &text, "%s/", store->directory));
+    SC_PASS(sc_text_add(ctx, &text, "%s/", store->directory));
     begun->directory = text.data;
     text = (sc_text){0};
     sc_store_manifest_path(store, path);
-    SC_TRY(sc_text_add(ctx, &text, "%s", path));
-    begun->manifest = text.data;
-    text = (sc_text){0};
-    SC_TRY(sc_text_add(ctx, &text, "%s/status%s%s.json", store->directory, store->slice ? "." : "",
-                       store->slice ? store->slice : ""));
+    SC_PASS(sc_text_copy(ctx, path, &begun->manifest));
+    SC_PASS(sc_text_add(ctx, &text, "%s/status%s%s.json", store->directory, store->slice ? "." : "",
+                        store->slice ? store->slice : ""));
     begun->status = text.data;
     if (begun->made_directory)
         begun->numbers[0] = sc_unfinished_add(begun->directory);
     begun->numbers[1] = sc_unfinished_add(begun->manifest);
     begun->numbers[2] = sc_unfinished_add(begun->status);
     begun->made = true;
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_store_begin(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
@@ -498,20 +494,18 @@ sc_status sc_store_add_frame(const sc_ctx *ctx, sc_store *store, const sc_done_f
     const double begin_s = sc_wall_s();
     sc_done_frame line = *done;
     double encoded_s;
-    sc_status status = SC_OK;
 
     if (sc_store_is_replaced(store))
         return SC_ERR_INCOMPLETE;
     if (store->has_video && !store->has_segment[done->frame / store->gop_frames])
-        SC_TRY(add_picture(ctx, store, done, image));
+        SC_PASS(add_picture(ctx, store, done, image));
     encoded_s = sc_wall_s();
     store->times.encode_wall_s += encoded_s - begin_s;
     if (store->job.png)
-        SC_TRY(compress_png(ctx, store, image, &line));
-    status = add_line(ctx, store, &line);
+        SC_PASS(compress_png(ctx, store, image, &line));
+    SC_PASS(add_line(ctx, store, &line));
     store->times.write_wall_s += sc_wall_s() - encoded_s;
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_store_add_gop(const sc_ctx *ctx, sc_store *store, const sc_done_frame *done, int count,

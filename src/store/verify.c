@@ -50,12 +50,11 @@ sc_status sc_store_identify(const sc_ctx *ctx, const char *directory, sc_store_j
 {
     head_search search = {.directory = NULL};
     const sc_manifest_head *head = &search.data.head;
-    sc_status status;
+    const sc_status status = find_head(ctx, directory, &search);
 
-    SC_TRY(find_head(ctx, directory, &search));
-    if (!head->known) {
-        status = sc_fail_no_run(ctx, directory);
-        goto out;
+    if (status != SC_OK || !head->known) {
+        sc_manifest_data_clear(&search.data);
+        return status == SC_OK ? sc_fail_no_run(ctx, directory) : status;
     }
     snprintf(version, 64, "%s", head->version);
     job->version = version;
@@ -64,9 +63,8 @@ sc_status sc_store_identify(const sc_ctx *ctx, const char *directory, sc_store_j
     job->frames = head->frames;
     job->settings.width_px = head->size_px[0];
     job->settings.height_px = head->size_px[1];
-out:
     sc_manifest_data_clear(&search.data);
-    return status;
+    return SC_OK;
 }
 
 /* For check_video_frame; pointers are borrowed. */
@@ -106,13 +104,12 @@ static sc_status verify_video(const sc_ctx *ctx, const char *directory, const sc
     char path[SC_FILE_BYTES];
     video_check check = {.ctx = ctx, .path = path, .job = job};
     bool same;
-    sc_status status;
 
     sc_directory_path(directory, path, "%s", job->video);
     if (strcmp(end->video, job->video) != 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: the manifest names another video: \"%s\"", path,
                        end->video);
-    SC_TRY(sc_verify_file(ctx, path, end->video_bytes, end->video_hash, &same));
+    SC_PASS(sc_verify_file(ctx, path, end->video_bytes, end->video_hash, &same));
     if (!same)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: is missing, or is not the file of %llu bytes and hash %016llx that the "
@@ -120,12 +117,11 @@ static sc_status verify_video(const sc_ctx *ctx, const char *directory, const sc
                        path, (unsigned long long)end->video_bytes,
                        (unsigned long long)end->video_hash);
     sc_stage_begin(ctx, "verifying the video", 0, (uint64_t)job->frames);
-    status = sc_video_decode(ctx, path, check_video_frame, &check);
-    if (status == SC_OK && check.frames != job->frames)
+    SC_PASS(sc_video_decode(ctx, path, check_video_frame, &check));
+    if (check.frames != job->frames)
         return sc_fail(ctx, SC_ERR_DATA, "%s: holds %d frames, expected %d", path, check.frames,
                        job->frames);
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Decode all PNG files, and compare their bytes and pixels with the hashes in @p lines
