@@ -20,7 +20,7 @@ for way in '2 auto' '4 auto' '4 frames' '4 tiles'; do
     compare "all$ranks$partition" "$ranks ranks, $partition"
 done
 # What encoders hold is limited by --max-memory.
-expect 71 'farm.encode is gather: each rank that encodes holds frames of 1280 x 720 for 0.2 GiB .*--max-memory 1G' \
+expect 71 'farm.encode is gather: each rank that encodes holds frames of 1280 x 720 for 158 MiB .*--max-memory 1G' \
     mpi 2 "$SEGCAST" render job.yaml -o little --set 'output.size=[1280, 720]' --set farm.encode=gather --max-memory 130M
 one_error
 # Of the nine GOPs of five frames rank 0 encodes the first, and the last two frames; ranks 1 to 3 have encoded the others.
