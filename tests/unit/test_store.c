@@ -454,6 +454,29 @@ TEST(forged_pictures)
     sc_free(video);
 }
 
+/* A file of pictures that another run has removed after this one found it ends this run, which can
+ * be begun again. */
+TEST(pictures_that_are_gone)
+{
+    sc_status status = SC_OK;
+    sc_store *store;
+    char path[512];
+
+    make_partial(path);
+    assert_int_equal(rename(path, in_folder("segments/000000.host.1.part")), 0);
+    store = open_store(SC_STORE_RESUME);
+    assert_int_equal(unlink(in_folder("segments/000000.host.1.part")), 0);
+    for (int k = 2; k < FRAMES && status == SC_OK; k++) {
+        sc_image image = make_picture(k);
+        const sc_done_frame done = {.frame = k, .hash = sc_image_hash(&image)};
+
+        status = sc_store_add_frame(&quiet, store, &done, &image);
+        sc_image_clear(&image);
+    }
+    assert_int_equal(status, SC_ERR_INCOMPLETE);
+    sc_store_close(store);
+}
+
 /* A picture in which a byte has changed is not used, wherever that byte is; the result has the same
  * bytes. */
 TEST(damaged_pictures)
