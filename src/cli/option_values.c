@@ -219,25 +219,22 @@ static sc_status set_views(const sc_ctx *ctx, sc_options *options, const sc_opti
 {
     char room[16];
     const char *value = NULL;
-    sc_text shots = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text shots = {0};
 
     for (int i = 0; i < SC_SHEET_VIEWS; i++) {
         const char *angles = find_angles(sc_sheet_views[i], room), *comma = strchr(angles, ',');
 
-        SC_TRY(sc_text_add(ctx, &shots,
-                           "%s{animation: {camera: {orbit: {turns: 0, angle: %.*s, elevation: "
-                           "%s}}}}",
-                           i ? ", " : "shots=[", (int)(comma - angles), angles, comma + 1));
+        SC_PASS(sc_text_add(ctx, &shots,
+                            "%s{animation: {camera: {orbit: {turns: 0, angle: %.*s, elevation: "
+                            "%s}}}}",
+                            i ? ", " : "shots=[", (int)(comma - angles), angles, comma + 1));
     }
-    SC_TRY(sc_text_add(ctx, &shots, "]"));
+    SC_PASS(sc_text_add(ctx, &shots, "]"));
     SC_PASS(own(ctx, options, &shots, &value));
+    shots.data = NULL; /* the options have it */
     SC_PASS(sc_store_set(ctx, options, option, value));
     options->settings[options->setting_count - 1].origin = "--sheet views";
     return SC_OK;
-out:
-    sc_text_clear(&shots);
-    return status;
 }
 
 sc_status sc_store_sheet(const sc_ctx *ctx, sc_options *options, const sc_option *option,

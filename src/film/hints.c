@@ -210,7 +210,7 @@ void sc_tell_shape(const sc_app *app, const sc_panel *panel)
     for (int i = 0; i < 3; i++)
         extent[i] =
             fabs(sides[i].x) * size.x + fabs(sides[i].y) * size.y + fabs(sides[i].z) * size.z;
-    if (!t->animation.camera.alone) /* all sides are seen */
+    if (!t->animation.camera.alone) /* of a film that turns, every side */
         extent[1] = fmax(extent[1], extent[2]);
     if (panel->shot || panel->group.count > 1 || panel->job.output.layout != SC_LAYOUT_PICTURE ||
         panel->job.output.size_px[0] <= panel->job.output.size_px[1] || t->animation.camera.fixed ||

@@ -1308,7 +1308,7 @@ TEST(a_picture_alone_stands_in_the_middle)
         a.camera.angle_deg = i & 8 ? 50 : 180;
         a.camera.projection = i & 16 ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
         box_corners(corners);
-        corners[5].x += 70; /* no symmetry brings it to the middle */
+        corners[5].x += 70; /* not symmetric, so that nothing is centred by chance */
         sc_timeline_resolve(&a, corners, CORNERS, aspect, &t);
         c = sc_timeline_scene(&t, 0, NULL).camera;
         for (int k = 0; k < CORNERS; k++) {

@@ -113,19 +113,22 @@ static bool next_line(const char **at, text_line *out)
     return out->length > 0;
 }
 
-/* A run of another job stands in the way of this one: tell the first line in which that job, as
- * job.yaml in the directory has it, differs. Nothing where the two cannot be compared, since the
- * error has been told. */
+/* The store was refused. Of the run of another job tell the first line in which its job.yaml
+ * differs from this job; anything else the error has told. */
 static void tell_difference(const sc_run *run)
 {
     const sc_ctx quiet = sc_quiet(run->app->ctx);
     SC_OWN(sc_text_clear) sc_text mine = {0};
     SC_OWN(sc_free_at) char *path = NULL, *theirs = NULL;
+    sc_store_job job = run->root.store_job, other = {.frames = 0};
+    char version[64];
     text_line here, there, section = {"", 0};
     const char *a, *b;
     size_t bytes;
 
-    if (add_resolved_job(run, &mine) != SC_OK ||
+    if (job.keeps_job || sc_store_identify(&quiet, run->root.directory, &other, version) != SC_OK ||
+        (other.job_hash == job.job_hash && other.volume_hash == job.volume_hash) ||
+        add_resolved_job(run, &mine) != SC_OK ||
         sc_path_join(&quiet, run->root.directory, "job.yaml", &path) != SC_OK ||
         sc_file_read(&quiet, path, (size_t)64 << 20, &theirs, &bytes) != SC_OK)
         return;

@@ -16,7 +16,7 @@ typedef struct plane_entry {
     sc_vec3 point_mm;
     sc_plane_position from[3], to[3]; /* of a box: two corners, along R, A and S */
     const sc_yaml *except;            /* borrowed; NULL: none */
-    const sc_job *job;                /* to write: it holds the tissues of the plane */
+    const sc_job *job;                /* for writing: its exceptions are those of the plane */
     int plane;                        /* which it is */
 } plane_entry;
 
