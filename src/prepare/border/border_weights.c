@@ -39,23 +39,25 @@ _Static_assert(DEEP_EDGE == 20, "find_cells takes five times four cells of a row
 /* What the threads share. */
 typedef struct weigher {
     const sc_borders *b;
-    float (*field)[SC_TILE_CELLS]; /* not a number where it is free; takes the place of b->box */
+    float (*field)[SC_TILE_CELLS]; /* not a number in cells with background; takes the place of
+                                      b->box */
 } weigher;
 
-/* @return whether all voxels of a cell are free. */
-static bool is_empty(const sc_borders *b, size_t tile, int cell)
+/* @return how many voxels of a cell of an inner field are free. */
+static int free_voxels(const sc_borders *b, size_t tile, int cell)
 {
     const int8_t *low =
         b->squares[tile] + (cell / 64 * SC_CUBE + cell / 8 % 8) * 2 * SC_CUBE + 2 * (cell % 8);
-    int any = 0;
+    int count = 0;
 
     for (int n = 0; n < 8; n++)
-        any |= low[((n >> 2) * SC_CUBE + (n >> 1 & 1)) * SC_CUBE + (n & 1)];
-    return !any;
+        count += !low[((n >> 2) * SC_CUBE + (n >> 1 & 1)) * SC_CUBE + (n & 1)];
+    return b->labels[tile] ? count : 0;
 }
 
-/* Copy the fields of tiles [begin, end) but for free cells, and set the data of these to SC_FAR: no
- * border is asked for there; an sc_range_fn on a weigher. */
+/* Copy the fields of tiles [begin, end), but not of cells with free voxels: the background has no
+ * say, so what lies on it counts as thick towards it, up to the rim where it tapers. No border is
+ * asked for where all voxels are free: the data are set to SC_FAR; an sc_range_fn on a weigher. */
 static void copy_tiles(void *user, size_t begin, size_t end, int thread)
 {
     const weigher *w = user;
@@ -63,10 +65,10 @@ static void copy_tiles(void *user, size_t begin, size_t end, int thread)
     (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         for (int i = 0; i < SC_TILE_CELLS; i++) {
-            const bool free = w->b->box[tile][i] >= SC_BOX_FREE && is_empty(w->b, tile, i);
+            const int free = free_voxels(w->b, tile, i);
 
-            w->field[tile][i] = free ? NAN : w->b->value[tile][i];
-            w->b->data[tile][i] = free ? SC_FAR : w->b->data[tile][i];
+            w->field[tile][i] = free > 0 ? NAN : w->b->value[tile][i];
+            w->b->data[tile][i] = free == 8 ? SC_FAR : w->b->data[tile][i];
         }
     }
 }
