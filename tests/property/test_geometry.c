@@ -142,7 +142,7 @@ static bool shows_something(const sc_image *image)
  * the first, the plain march. @return whether the picture shows anything. */
 static bool expect_same_by_all_kernels(small_scene *s, const sc_scene *scene, long number)
 {
-    sc_image plain;
+    SC_OWN(sc_image_clear) sc_image plain = {0};
     bool any;
 
     s->settings.skip = SC_SKIP_NONE;
@@ -150,7 +150,7 @@ static bool expect_same_by_all_kernels(small_scene *s, const sc_scene *scene, lo
     plain = draw_view(s, scene, NULL);
     for (sc_skip skip = SC_SKIP_INTERIOR; skip <= SC_SKIP_LEAP; skip++) {
         for (int i = 1; sc_cpu_names[i] && (i == 1 || sc_skip_is_wide(skip)); i++) {
-            sc_image other;
+            SC_OWN(sc_image_clear) sc_image other = {0};
             image_difference d;
 
             if (sc_skip_is_wide(skip) && !sc_cpu_has(sc_cpu_names[i]))
@@ -164,11 +164,9 @@ static bool expect_same_by_all_kernels(small_scene *s, const sc_scene *scene, lo
                          "pixels",
                          number, (int)skip, s->settings.cpu ? s->settings.cpu : "plain C",
                          d.differing_px);
-            sc_image_clear(&other);
         }
     }
     any = shows_something(&plain);
-    sc_image_clear(&plain);
     return any;
 }
 

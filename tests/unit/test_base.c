@@ -95,8 +95,8 @@ static bool exists(const char *path)
 
 TEST(a_file_appears_only_when_complete)
 {
-    sc_outfile file = {0};
-    char *text = NULL;
+    SC_OWN(sc_outfile_discard) sc_outfile file = {0};
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
 
     unlink("whole.txt");
@@ -107,11 +107,9 @@ TEST(a_file_appears_only_when_complete)
     assert_true(exists("whole.txt"));
     assert_ok(sc_file_read(&quiet, "whole.txt", 100, &text, &bytes));
     assert_string_equal(text, "contents");
-    sc_free(text);
     assert_int_equal(sc_file_read(&quiet, "whole.txt", 3, &text, &bytes), SC_ERR_DATA);
     unlink("whole.txt");
     assert_ok(sc_outfile_open(&quiet, "whole.txt", true, &file));
-    sc_outfile_discard(&file);
     assert_false(exists("whole.txt"));
     assert_int_equal(sc_outfile_open(&quiet, "no/such/folder/file", true, &file), SC_ERR_CREATE);
     assert_int_equal(sc_file_read(&quiet, "/", 100, &text, &bytes), SC_ERR_MISSING);
@@ -226,7 +224,7 @@ TEST(a_name_that_is_taken_is_refused)
     sc_outfile file = {0};
     heard h;
     sc_ctx ctx = listening(&h);
-    char *text;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
 
     unlink("taken.txt");
@@ -240,7 +238,6 @@ TEST(a_name_that_is_taken_is_refused)
     assert_non_null(strstr(h.text, "--overwrite"));
     assert_ok(sc_file_read(&ctx, "taken.txt", 100, &text, &bytes));
     assert_string_equal(text, "old");
-    sc_free(text);
     assert_int_equal(sc_outfile_check(&quiet, "taken.txt", false, ""), SC_ERR_CREATE);
     assert_ok(sc_outfile_check(&quiet, "taken.txt", true, ""));
     assert_int_equal(symlink("taken.txt", "link.txt"), 0);
@@ -445,7 +442,7 @@ TEST(the_roof_of_a_machine_is_measured)
 
 TEST(counters_grow_or_are_not_there)
 {
-    sc_counters counters = sc_counters_open();
+    SC_OWN(sc_counters_close) sc_counters counters = sc_counters_open();
     const double before = sc_counters_instructions(&counters);
     sc_roof roof;
 
@@ -455,7 +452,6 @@ TEST(counters_grow_or_are_not_there)
         assert_true(sc_counters_instructions(&counters) > before + 1e6);
     else
         print_message("the instructions of a process are not counted on this system\n");
-    sc_counters_close(&counters);
     assert_true(sc_counters_instructions(&counters) < 0);
     assert_true(sc_counters_memory_bytes(&counters) < 0);
 }

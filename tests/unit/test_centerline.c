@@ -61,14 +61,14 @@ TEST(lines_keep_within_a_voxel_of_the_axes_of_vessels)
     const sc_ctx loud = {.level = SC_LOG_ERROR, .write = sc_log_to_stderr};
     const int size[3] = {235, 163, 244};
     sc_phantom *phantom;
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, &v));
     for (size_t n = 0; n < SC_COUNT_OF(vessels); n++) {
         const double voxel_mm = sc_vec3_length(sc_affine_column(&v.to_ras_mm, 0));
         const sc_vec3 *course;
-        sc_centerline line = {0};
+        SC_OWN(sc_centerline_clear) sc_centerline line = {0};
         double radius_mm[2], most = 0, wrong_mm = 0, squares = 0;
         int count, looked_at = 0;
         sc_vec3 ends[2];
@@ -92,9 +92,7 @@ TEST(lines_keep_within_a_voxel_of_the_axes_of_vessels)
         assert_true(most <= voxel_mm);
         assert_true(sqrt(squares / looked_at) <= 0.5 * voxel_mm);
         assert_true(wrong_mm <= voxel_mm);
-        sc_centerline_clear(&line);
     }
-    sc_volume_clear(&v);
     sc_phantom_free(phantom);
 }
 
@@ -130,7 +128,7 @@ static sc_volume small_volume(void)
 TEST(lines_without_points_run_from_end_to_end)
 {
     const sc_volume v = small_volume();
-    sc_centerline line = {0}, again = {0};
+    SC_OWN(sc_centerline_clear) sc_centerline line = {0}, again = {0};
 
     assert_ok(find(&quiet, &v, 1, NULL, 0, &line));
     assert_int_equal(line.parts, 1);
@@ -147,8 +145,6 @@ TEST(lines_without_points_run_from_end_to_end)
     assert_ok(find(&quiet, &v, 1, NULL, 0, &again));
     assert_int_equal(line.count, again.count);
     assert_memory_equal(line.points, again.points, line.count * sizeof *line.points);
-    sc_centerline_clear(&line);
-    sc_centerline_clear(&again);
 }
 
 TEST(what_has_no_way_is_refused_with_where_it_ends)
@@ -219,7 +215,7 @@ TEST(lines_take_no_more_memory_than_allowed)
 {
     const sc_volume v = small_volume();
     sc_ctx ctx = quiet;
-    sc_centerline line = {0};
+    SC_OWN(sc_centerline_clear) sc_centerline line = {0};
 
     ctx.memory_max_bytes = 1000;
     assert_int_equal(find(&ctx, &v, 1, NULL, 0, &line), SC_ERR_SYSTEM);
@@ -235,7 +231,6 @@ TEST(lines_take_no_more_memory_than_allowed)
         assert_int_equal(status, SC_ERR_MEMORY);
         assert_null(line.points);
     }
-    sc_centerline_clear(&line);
 }
 
 RUN_TESTS(NULL, NULL)

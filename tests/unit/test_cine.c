@@ -114,14 +114,13 @@ static sc_status load(const char *names, const char *text, heard *h, sc_job *job
 static void expect_refused(const char *names, const char *text, const char *message)
 {
     heard h = {0};
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
     const sc_status status = load(names, text, &h, &job);
 
     if (status == SC_OK || !strstr(h.text, message))
         print_error("expected \"%s\", found \"%s\"\n", message, h.text);
     assert_int_not_equal(status, SC_OK);
     assert_non_null(strstr(h.text, message));
-    sc_job_clear(&job);
 }
 
 /* A pattern finds the files in the order of their numbers, and a list keeps its own. */
@@ -155,8 +154,8 @@ TEST(phases_are_chosen)
 {
     heard h = {0};
     sc_ctx ctx = listening(&h);
-    sc_job job, again;
-    sc_text text = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
     assert_int_equal(
         load("p1 p2 p3 p4 p5 p6",
@@ -170,9 +169,6 @@ TEST(phases_are_chosen)
     assert_int_equal(load("p1 p2 p3 p4 p5 p6", text.data, &h, &again), SC_OK);
     assert_int_equal(again.phase_count, 4);
     assert_memory_equal(again.phases, job.phases, 4 * sizeof *job.phases);
-    sc_text_clear(&text);
-    sc_job_clear(&again);
-    sc_job_clear(&job);
 }
 
 /* Phases are shown in the order in which they are chosen; the first of them is the volume. */
@@ -180,7 +176,7 @@ TEST(chosen_phases_keep_their_order)
 {
     static const char order[] = "4612";
     heard h = {0};
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     assert_int_equal(
         load("p1 p2 p3 p4 p5 p6", "volume: p*\ncine: {phases: \"3-5:2,0,1\"}\n", &h, &job), SC_OK);
@@ -188,7 +184,6 @@ TEST(chosen_phases_keep_their_order)
     for (int i = 0; i < 4; i++)
         assert_int_equal(strrchr(job.phases[i].path, 'p')[1], order[i]);
     assert_string_equal(job.volume, job.phases[0].path);
-    sc_job_clear(&job);
 }
 
 TEST(mistakes_are_told)

@@ -43,8 +43,8 @@ TEST(a_comparison_is_read_and_written)
                                "  align: none\n"
                                "  with: [{volume: phantom:20x14x21, name: \"after\\nall\"}]\n"
                                "  divider: {1 s: 10%, 3 s: 75%, ease: smooth}\n";
-    sc_text written = {0}, twice = {0};
-    sc_job job, again;
+    SC_OWN(sc_text_clear) sc_text written = {0}, twice = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
     heard h;
 
     if (load(text, &h, &job) != SC_OK)
@@ -62,10 +62,6 @@ TEST(a_comparison_is_read_and_written)
     assert_string_equal(written.data, twice.data);
     for (int k = 0; k < job.animation.frames; k++)
         assert_int_equal(divider_px(&job, k, 1000), divider_px(&again, k, 1000));
-    sc_text_clear(&written);
-    sc_text_clear(&twice);
-    sc_job_clear(&job);
-    sc_job_clear(&again);
 }
 
 TEST(wrong_comparisons_are_refused)
@@ -92,14 +88,13 @@ TEST(wrong_comparisons_are_refused)
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         char text[512];
-        sc_job job;
+        SC_OWN(sc_job_clear) sc_job job = {0};
         heard h;
 
         snprintf(text, sizeof text, "volume: phantom\n%s\n", cases[i].text);
         assert_int_equal(load(text, &h, &job), SC_ERR_DATA);
         if (h.errors != 1 || !strstr(h.text, cases[i].message))
             fail_msg("%s: %d errors: %s", cases[i].text, h.errors, h.text);
-        sc_job_clear(&job);
     }
 }
 
@@ -114,7 +109,7 @@ TEST(the_divider_moves_as_the_job_says)
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         char text[256];
-        sc_job job;
+        SC_OWN(sc_job_clear) sc_job job = {0};
         heard h;
 
         snprintf(text, sizeof text,
@@ -126,7 +121,6 @@ TEST(the_divider_moves_as_the_job_says)
         assert_int_equal(divider_px(&job, 0, 640), cases[i].first);
         assert_int_equal(divider_px(&job, 5, 640), cases[i].middle);
         assert_int_equal(divider_px(&job, 10, 640), cases[i].last);
-        sc_job_clear(&job);
     }
 }
 

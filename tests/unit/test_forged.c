@@ -31,17 +31,15 @@ static sc_tissue *looks_of(const sc_prepared *v)
 static void derive(sc_preparation *preparation)
 {
     const sc_prepared v = sc_preparation_view(preparation);
-    sc_tissue *tissues = looks_of(&v);
+    SC_OWN(sc_free_at) sc_tissue *tissues = looks_of(&v);
     float *opacity;
-    void *block;
+    SC_OWN(sc_free_at) void *block = NULL;
 
     assert_ok(sc_zalloc(&quiet, (size_t)v.label_count, sizeof *opacity, &block));
     opacity = block;
     for (int id = 1; id < v.label_count; id++)
         opacity[id] = tissues[id].visible ? (float)tissues[id].opacity : 0;
     assert_ok(sc_preparation_derive(&quiet, preparation, opacity));
-    sc_free(block);
-    sc_free(tissues);
 }
 
 static forged prepared_file(bool wide)
@@ -106,7 +104,7 @@ static void repair(forged *file)
 static uint64_t draw(const sc_prepared *v, const sc_render_settings *settings,
                      uint64_t *derived_bytes)
 {
-    sc_tissue *tissues = looks_of(v);
+    SC_OWN(sc_free_at) sc_tissue *tissues = looks_of(v);
     sc_animation a = {0};
     sc_renderer *renderer;
     sc_render_stats stats;
@@ -126,7 +124,6 @@ static uint64_t draw(const sc_prepared *v, const sc_render_settings *settings,
         sc_image_clear(&image);
         sc_renderer_free(renderer);
     }
-    sc_free(tissues);
     return hash;
 }
 
@@ -213,7 +210,7 @@ TEST(stored_and_derived_pictures_are_the_same)
         forged file = prepared_file(wide);
         uint64_t derived_bytes[3], hashes[3];
         float *opacity;
-        void *block;
+        SC_OWN(sc_free_at) void *block = NULL;
         sc_prepared v;
 
         assert_ok(sc_prepared_file_view(&quiet, "now.segc", file.block, file.bytes, &v));
@@ -231,7 +228,6 @@ TEST(stored_and_derived_pictures_are_the_same)
         for (int i = 1; i < 3; i++)
             assert_true(hashes[i] == hashes[0]);
         assert_true(derived_bytes[1] < derived_bytes[2] && derived_bytes[2] < derived_bytes[0]);
-        sc_free(block);
         sc_free(file.block);
     }
 }
@@ -259,7 +255,7 @@ TEST(files_of_other_versions_are_refused)
     for (size_t bytes = 0; bytes <= sizeof(block_header); bytes += 8) {
         const uint32_t version = bytes & 8 ? VERSION - 1 : VERSION;
         forged cut = {NULL, bytes};
-        void *block;
+        SC_OWN(sc_free_at) void *block = NULL;
 
         assert_ok(sc_alloc(&quiet, bytes + !bytes, 1, &block));
         cut.block = block;
@@ -267,7 +263,6 @@ TEST(files_of_other_versions_are_refused)
         if (bytes >= 12)
             memcpy(cut.block + offsetof(block_header, version), &version, 4);
         assert_false(use(&cut, false));
-        sc_free(block);
     }
     sc_free(file.block);
 }

@@ -53,14 +53,13 @@ TEST(tables_in_xml_are_known_by_their_first_character)
     for (size_t i = 0; i < SC_COUNT_OF(documents); i++) {
         heard said;
         sc_ctx ctx = listening(&said);
-        sc_label_table table = {0};
+        SC_OWN(sc_label_table_clear) sc_label_table table = {0};
         sc_status status;
 
         write_text("f.xml", documents[i]);
         status = sc_label_table_read(&ctx, "f.xml", SC_TABLE_AUTO, &table);
         if (expect_labels(status, &table, &said))
             assert_non_null(strstr(said.text, "read as a GIFTI"));
-        sc_label_table_clear(&table);
     }
     unlink("f.xml");
 }
@@ -96,7 +95,7 @@ TEST(labels_that_cannot_be_read_are_left_out_with_one_warning)
 {
     heard said;
     sc_ctx ctx = listening(&said);
-    sc_label_table table = {0};
+    SC_OWN(sc_label_table_clear) sc_label_table table = {0};
     sc_status status;
 
     write_text("f.xml", "<LabelTable>\n<Label Key=\"one\">a</Label>\n"
@@ -114,7 +113,6 @@ TEST(labels_that_cannot_be_read_are_left_out_with_one_warning)
         assert_string_equal(table.rows[1].name, "d");
         assert_true(table.rows[1].opacity < 0);
     }
-    sc_label_table_clear(&table);
     unlink("f.xml");
 }
 
@@ -187,7 +185,7 @@ TEST(names_come_from_an_extension_of_the_header)
     for (size_t skip = 0; skip < 2; skip++) {
         heard said;
         sc_ctx ctx = listening(&said);
-        sc_volume v = {0};
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         write_nifti("f.nii", two + skip, 2 - skip);
         assert_ok(sc_volume_read(&ctx, "f.nii", &v));
@@ -197,7 +195,6 @@ TEST(names_come_from_an_extension_of_the_header)
             assert_true(v.labels[1].has_color && v.labels[1].rgb[1] == 128);
             assert_true(v.labels[2].hidden);
         }
-        sc_volume_clear(&v);
     }
     unlink("f.nii");
 }
@@ -303,7 +300,7 @@ TEST(mgh_of_every_type_is_read)
         unsigned char h[MGH_HEAD];
         heard said;
         sc_ctx ctx = listening(&said);
-        sc_volume v = {0};
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         mgh_header(h, types[i / 2].type);
         write_mgh(path, h, types[i / 2].bytes, i / 2 * 30000);
@@ -316,7 +313,6 @@ TEST(mgh_of_every_type_is_read)
         assert_int_equal(said.warnings, 0);
         for (int k = 0; k < 12; k++)
             assert_near(v.to_ras_mm.m[k / 4][k % 4], to_ras[k], 1e-5);
-        sc_volume_clear(&v);
         unlink(path);
     }
 }
@@ -427,7 +423,7 @@ TEST(mgh_without_geometry_is_coronal)
     unsigned char h[MGH_HEAD];
     heard said;
     sc_ctx ctx = listening(&said);
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     mgh_header(h, 0);
     h[29] = 0;
@@ -439,7 +435,6 @@ TEST(mgh_without_geometry_is_coronal)
     assert_near(v.to_ras_mm.m[1][2], 1, 0);
     assert_near(v.to_ras_mm.m[2][1], -1, 0);
     assert_near(v.to_ras_mm.m[0][3], 1.5, 0);
-    sc_volume_clear(&v);
     unlink("f.mgh");
 }
 
@@ -598,7 +593,7 @@ TEST(overlaps_are_resolved_by_a_rule_and_told)
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         heard said;
         sc_ctx ctx = listening(&said);
-        sc_volume v = {0};
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         assert_ok(sc_volume_read_by(
             &ctx, "m.dir",
@@ -607,7 +602,6 @@ TEST(overlaps_are_resolved_by_a_rule_and_told)
         assert_int_equal(said.warnings, strchr(cases[i].labels, '3') ? 1 : 2);
         assert_string_equal(said.text, cases[i].message);
         expect_voxels(&v, cases[i].labels);
-        sc_volume_clear(&v);
     }
     {
         heard said;
@@ -638,7 +632,7 @@ TEST(a_box_of_masks_is_as_if_cut_off)
     for (int threads = 1; threads < 4; threads++) {
         heard said;
         sc_ctx ctx = listening(&said);
-        sc_volume v = {0};
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         ctx.threads = threads;
         write_mask("m.dir/tumour.nrrd", "000051", 7);
@@ -653,7 +647,6 @@ TEST(a_box_of_masks_is_as_if_cut_off)
         assert_near(v.to_ras_mm.m[0][3], 9, 1e-9);
         for (int i = 0; i < 3; i++)
             assert_int_equal(v.labels[((const uint8_t *)v.ids)[i]].value, "103"[i] - '0');
-        sc_volume_clear(&v);
     }
     (void)!system("rm -r m.dir");
 }
@@ -781,7 +774,7 @@ TEST(segments_in_layers_become_labels)
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         heard said;
         sc_ctx ctx = listening(&said);
-        sc_volume v = {0};
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         write_layers("f.seg.nrrd", cases[i].segments, "111102", "003300");
         assert_ok(sc_volume_read_by(
@@ -796,7 +789,6 @@ TEST(segments_in_layers_become_labels)
             assert_string_equal(v.labels[k].name, cases[i].names[k - 1]);
             assert_int_equal(v.labels[k].rgb[0], 255);
         }
-        sc_volume_clear(&v);
     }
     unlink("f.seg.nrrd");
 }
@@ -806,7 +798,7 @@ TEST(a_box_of_layers_is_as_if_cut_off)
     const sc_read_choice box = {.box = SC_READ_VOXELS, .voxels = {{1, 4}, {0, 1}, {0, 1}}};
     heard said;
     sc_ctx ctx = listening(&said);
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     write_layers("f.seg.nrrd",
                  SEGMENT("0", "1", "0", "liver") SEGMENT("1", "2", "0", "aorta")
@@ -817,7 +809,6 @@ TEST(a_box_of_layers_is_as_if_cut_off)
     assert_int_equal(v.size[0], 3);
     assert_int_equal(v.label_count, 2);
     assert_near(v.to_ras_mm.m[0][3], -1, 1e-9);
-    sc_volume_clear(&v);
     unlink("f.seg.nrrd");
 }
 
@@ -827,7 +818,7 @@ TEST(numbers_that_layers_share_are_given_anew)
     heard said;
     sc_ctx ctx = listening(&said);
     sc_label_scan scan = {0};
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     write_layers("f.seg.nrrd",
                  SEGMENT("0", "1", "0", "liver") SEGMENT("1", "2", "0", "aorta")
@@ -836,7 +827,6 @@ TEST(numbers_that_layers_share_are_given_anew)
     assert_ok(sc_volume_read(&ctx, "f.seg.nrrd", &v));
     assert_int_equal(said.warnings, 1);
     expect_voxels(&v, "113302"); /* spleen is smaller than liver */
-    sc_volume_clear(&v);
     assert_ok(sc_volume_scan_labels(&ctx, "f.seg.nrrd", &scan));
     assert_int_equal(scan.tallies[3].voxels, 2);
     sc_label_scan_clear(&scan);

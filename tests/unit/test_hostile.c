@@ -55,12 +55,11 @@ static void remove_folder(void)
 
 static sc_status read_volume(const sc_ctx *ctx, const char *path)
 {
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
     const sc_status status = sc_volume_read(ctx, path, &v);
 
     if (status == SC_OK)
         assert_int_equal(v.label_count, 5);
-    sc_volume_clear(&v);
     return status;
 }
 
@@ -238,14 +237,13 @@ TEST(names_survive_writing_and_reading)
                          .label_count = 2,
                          .labels = labels,
                          .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
-    sc_volume back;
+    SC_OWN(sc_volume_clear) sc_volume back = {0};
 
     ids[5] = 1;
     assert_ok(sc_volume_save_nrrd(&quiet, &v, "h.nrrd", true));
     assert_ok(sc_volume_read(&quiet, "h.nrrd", &back));
     assert_int_equal(back.label_count, 2);
     assert_string_equal(back.labels[1].name, labels[1].name);
-    sc_volume_clear(&back);
     unlink("h.nrrd");
 }
 

@@ -132,8 +132,8 @@ TEST(what_is_changed_of_a_volume_is_read_and_written)
         "volume: {path: phantom, box: [[-1, 2.25, 3], [10, -20, 30]]}\n"};
 
     for (size_t i = 0; i < SC_COUNT_OF(jobs); i++) {
-        sc_text written = {0};
-        sc_job job, again;
+        SC_OWN(sc_text_clear) sc_text written = {0};
+        SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
         heard h;
 
         assert_ok(load(jobs[i], &h, NULL, NULL, &job));
@@ -147,9 +147,6 @@ TEST(what_is_changed_of_a_volume_is_read_and_written)
             assert_string_equal(job.volume_tissues[3].into, "");
             assert_string_equal(job.volume_tissues[2].into, "walls");
         }
-        sc_text_clear(&written);
-        sc_job_clear(&job);
-        sc_job_clear(&again);
     }
     refuses("volume: {keep: aorta}\n", "the key \"path\" is missing");
     refuses("volume: {path: phantom, keep: []}\n", "expected a list of tissues");
@@ -172,7 +169,7 @@ TEST(a_long_map_finds_all_its_members)
     static char text[MEMBERS * 24 + 64];
     size_t used = (size_t)snprintf(text, sizeof text, "volume: phantom\ntissues:\n");
     heard h;
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     for (int i = 0; i < MEMBERS; i++)
         used += (size_t)snprintf(text + used, sizeof text - used, "  t%d: {opacity: 0.5}\n", i);
@@ -180,7 +177,6 @@ TEST(a_long_map_finds_all_its_members)
     assert_int_equal(job.rule_count, MEMBERS);
     for (int i = 0; i < MEMBERS; i++)
         assert_int_equal(atoi(job.rules[i].pattern + 1), i);
-    sc_job_clear(&job);
     snprintf(text + used, sizeof text - used, "  t77: {}\n");
     refuses(text, "job.yaml:5003: key \"t77\" is given twice (first in line 80)");
 }
@@ -242,10 +238,9 @@ TEST(mistakes_are_named_with_line_and_nearest_name)
  * are logged. */
 static int count_mistakes(const char *text, const char *setting, sc_status expected, heard *h)
 {
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     assert_int_equal(load(text, h, setting, NULL, &job), expected);
-    sc_job_clear(&job);
     return h->errors;
 }
 
@@ -279,7 +274,7 @@ TEST(all_mistakes_are_told)
 /* Of very many mistakes only the first are shown, and their number is told. */
 TEST(the_number_of_messages_is_bounded)
 {
-    sc_text text = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
     heard h;
 
     assert_ok(sc_text_add(&quiet, &text, "volume: phantom\n"));
@@ -287,7 +282,6 @@ TEST(the_number_of_messages_is_bounded)
         assert_ok(sc_text_add(&quiet, &text, "key%d: 1\n", i));
     assert_int_equal(count_mistakes(text.data, NULL, SC_ERR_DATA, &h), 50);
     assert_non_null(strstr(h.text, "450 further mistakes of the job are not shown"));
-    sc_text_clear(&text);
 }
 
 /* Ways to write the same color, size or length give the same job, and so the same identity. */
@@ -585,8 +579,8 @@ TEST(parts_of_the_animation_may_be_times)
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         char text[256];
         heard h;
-        sc_job job, again;
-        sc_text written = {0};
+        SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
+        SC_OWN(sc_text_clear) sc_text written = {0};
 
         snprintf(text, sizeof text,
                  "volume: phantom\noutput: {fps: 10}\nanimation: {frames: 10.1s, verbs: ["
@@ -601,9 +595,6 @@ TEST(parts_of_the_animation_may_be_times)
         assert_int_equal(load(written.data, &h, NULL, NULL, &again), SC_OK);
         assert_near(again.verbs[0].begin, job.verbs[0].begin, 0);
         assert_near(again.verbs[0].end, job.verbs[0].end, 0);
-        sc_text_clear(&written);
-        sc_job_clear(&job);
-        sc_job_clear(&again);
     }
 }
 
@@ -748,8 +739,8 @@ TEST(values_of_the_scene_may_have_key_frames)
     heard h;
 
     for (size_t i = 0; i < SC_COUNT_OF(scene_parts); i++) {
-        sc_text first = {0}, twice = {0};
-        sc_job job, again;
+        SC_OWN(sc_text_clear) sc_text first = {0}, twice = {0};
+        SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
 
         snprintf(text, sizeof text, "volume: phantom\n%s\n%s", scene_parts[i].part,
                  strstr(scene_parts[i].part, "animation:") ? "" : "animation: {frames: 101}\n");
@@ -762,10 +753,6 @@ TEST(values_of_the_scene_may_have_key_frames)
             fail_msg("%s", h.text);
         assert_ok(sc_job_write(&quiet, &again, false, &twice));
         assert_string_equal(first.data, twice.data);
-        sc_text_clear(&first);
-        sc_text_clear(&twice);
-        sc_job_clear(&job);
-        sc_job_clear(&again);
     }
 }
 
@@ -871,8 +858,8 @@ TEST(wrong_key_frames_are_refused)
 TEST(a_resolved_job_reads_back_the_same)
 {
     heard h;
-    sc_job job, again;
-    sc_text text = {0}, twice = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0}, twice = {0};
 
     if (load(full, &h, NULL, NULL, &job) != SC_OK)
         fail_msg("%s", h.text);
@@ -883,10 +870,6 @@ TEST(a_resolved_job_reads_back_the_same)
     expect_full(&again);
     assert_ok(sc_job_write(&quiet, &again, false, &twice));
     assert_string_equal(text.data, twice.data);
-    sc_text_clear(&text);
-    sc_text_clear(&twice);
-    sc_job_clear(&job);
-    sc_job_clear(&again);
 }
 
 TEST(the_command_line_beats_the_environment_beats_the_file)
@@ -961,20 +944,19 @@ TEST(every_row_is_complete)
 static void resolve(const char *text, const char *setting, const char *variable, sc_text *out)
 {
     heard h;
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     sc_text_clear(out);
     if (load(text, &h, setting, variable, &job) != SC_OK)
         fail_msg("%s %s: %s", setting ? setting : "", variable ? variable : "", h.text);
     assert_ok(sc_job_write(&quiet, &job, false, out));
-    sc_job_clear(&job);
 }
 
 /* Check that a setting of the command line, an environment variable and a line of the file give the
  * same job. */
 static void expect_same_job(const char *setting, const char *variable, const char *file)
 {
-    sc_text a = {0}, b = {0};
+    SC_OWN(sc_text_clear) sc_text a = {0}, b = {0};
 
     resolve(file, NULL, NULL, &a);
     if (setting) {
@@ -985,8 +967,6 @@ static void expect_same_job(const char *setting, const char *variable, const cha
         resolve("volume: phantom\n", NULL, variable, &b);
         assert_string_equal(a.data, b.data);
     }
-    sc_text_clear(&a);
-    sc_text_clear(&b);
 }
 
 TEST(nested_keys_are_set_in_every_way)
@@ -1016,13 +996,11 @@ TEST(nested_keys_are_set_in_every_way)
 /* Check that the setting, applied to the job file @p before, gives the job of the file @p after. */
 static void expect_change(const char *before, const char *setting, const char *after)
 {
-    sc_text a = {0}, b = {0};
+    SC_OWN(sc_text_clear) sc_text a = {0}, b = {0};
 
     resolve(after, NULL, NULL, &a);
     resolve(before, setting, NULL, &b);
     assert_string_equal(a.data, b.data);
-    sc_text_clear(&a);
-    sc_text_clear(&b);
 }
 
 TEST(settings_merge_maps_and_replace_alternatives)
@@ -1073,8 +1051,8 @@ TEST(every_text_is_written_so_that_it_can_be_read)
                                "animation: {clip: [{normal: left, except: ['\"\\', "
                                "\"\\x01\\n\"]}]}\n";
     heard h;
-    sc_job job, again;
-    sc_text written = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
+    SC_OWN(sc_text_clear) sc_text written = {0};
 
     if (load(text, &h, NULL, NULL, &job) != SC_OK)
         fail_msg("%s", h.text);
@@ -1084,9 +1062,6 @@ TEST(every_text_is_written_so_that_it_can_be_read)
     assert_string_equal(again.rules[0].pattern, "a \"b\" \\c: #");
     assert_string_equal(again.exceptions[0].pattern, "\"\\");
     assert_string_equal(again.exceptions[1].pattern, "\x01\n");
-    sc_text_clear(&written);
-    sc_job_clear(&job);
-    sc_job_clear(&again);
 }
 
 /* Only "phantom" and "phantom:WxDxH" stand for the phantom; the name of a file may begin in the
@@ -1096,13 +1071,12 @@ TEST(a_file_named_like_the_phantom_is_a_file)
     const sc_job_sources sources = {.path = "jobs-below/job.yaml"};
     heard h;
     const sc_ctx ctx = listening(&h);
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     mkdir("jobs-below", 0777);
     write_text("jobs-below/job.yaml", "volume: phantom.nrrd\n");
     assert_ok(sc_job_load(&ctx, &sources, &job));
     assert_string_equal(job.volume, "jobs-below/phantom.nrrd");
-    sc_job_clear(&job);
     unlink("jobs-below/job.yaml");
     rmdir("jobs-below");
     assert_true(sc_job_is_phantom("phantom") && sc_job_is_phantom("phantom:9x9x9"));
@@ -1167,11 +1141,10 @@ TEST(no_allocation_that_fails_hides_a_mistake)
         long budget = n;
         heard h;
         sc_ctx ctx = listening(&h);
-        sc_job job = {0};
+        SC_OWN(sc_job_clear) sc_job job = {0};
 
         ctx.alloc_budget = &budget;
         status = sc_job_load(&ctx, &sources, &job);
-        sc_job_clear(&job);
         assert_true(status == SC_ERR_MEMORY || status == SC_ERR_USAGE);
         assert_true(h.errors > 0);
     }
@@ -1193,7 +1166,7 @@ static void expect_frames(const char *text, int total, int count, int first, int
 TEST(a_box_is_six_planes)
 {
     heard h;
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     assert_ok(load("volume: phantom\nanimation: {clip: [{box: [[10%, 5 mm, 0%], [60%, 30 "
                    "mm, 100%]], except: [a, b]}]}\n",
@@ -1204,7 +1177,6 @@ TEST(a_box_is_six_planes)
     assert_true(job.animation.sweeps[1].normal.x == -1 && job.animation.sweeps[1].from.value == 40);
     assert_true(job.animation.sweeps[3].normal.y == -1 &&
                 job.animation.sweeps[3].from.value == -30 && !job.animation.sweeps[3].from.percent);
-    sc_job_clear(&job);
 }
 
 TEST(ranges_of_frames)

@@ -30,7 +30,7 @@ static sc_status read_table(const char *text, size_t bytes, heard *said, sc_labe
  * opaque. */
 static void expect_two(const char *text, bool has_color, float opacity)
 {
-    sc_label_table table = {0};
+    SC_OWN(sc_label_table_clear) sc_label_table table = {0};
     heard said;
 
     if (read_table(text, strlen(text), &said, &table) != SC_OK || table.count < 2)
@@ -44,7 +44,6 @@ static void expect_two(const char *text, bool has_color, float opacity)
     assert_true(table.rows[0].opacity < 0 && !table.rows[0].hidden);
     assert_int_equal(table.rows[1].value, 5);
     assert_near(table.rows[1].opacity, opacity, 0.003);
-    sc_label_table_clear(&table);
 }
 
 /* A label that is expected. */
@@ -56,7 +55,7 @@ typedef struct named {
 /* Expect a table of these labels, and no others. */
 static void expect_names(const char *text, const named *expected, size_t count, heard *said)
 {
-    sc_label_table table = {0};
+    SC_OWN(sc_label_table_clear) sc_label_table table = {0};
 
     assert_ok(read_table(text, strlen(text), said, &table));
     assert_int_equal(table.count, count);
@@ -64,7 +63,6 @@ static void expect_names(const char *text, const named *expected, size_t count, 
         assert_int_equal(table.rows[i].value, expected[i].value);
         assert_string_equal(table.rows[i].name, expected[i].name);
     }
-    sc_label_table_clear(&table);
 }
 
 TEST(columns_are_known_by_their_headings)
@@ -164,7 +162,7 @@ TEST(slicer_and_freesurfer_are_told_by_their_comments)
          {true, true}}};
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
-        sc_label_table table = {0};
+        SC_OWN(sc_label_table_clear) sc_label_table table = {0};
         heard said;
 
         assert_ok(read_table(cases[i].text, strlen(cases[i].text), &said, &table));
@@ -172,7 +170,6 @@ TEST(slicer_and_freesurfer_are_told_by_their_comments)
             assert_true(table.rows[k].opacity == cases[i].opacity[k]);
             assert_int_equal(table.rows[k].hidden, cases[i].hidden[k]);
         }
-        sc_label_table_clear(&table);
     }
 }
 
@@ -320,14 +317,13 @@ TEST(colors_of_neuroglancer_are_read)
     static const char text[] =
         "{\"layers\": [{\"type\": \"image\"}, {\"type\": \"segmentation\", \"segmentColors\": "
         "{\"4\": \"#ff8000\", \"18446744073709551615\": \"#000\"}}]}";
-    sc_label_table table = {0};
+    SC_OWN(sc_label_table_clear) sc_label_table table = {0};
     heard said;
 
     assert_ok(read_table(text, sizeof text - 1, &said, &table));
     assert_int_equal(table.count, 1);
     assert_int_equal(table.rows[0].value, 4);
     assert_true(table.rows[0].has_color && table.rows[0].rgb[1] == 128 && !table.rows[0].name[0]);
-    sc_label_table_clear(&table);
 }
 
 /* Atlases of FSL: the numbers of labels, or of images of probabilities, which begin with 0. */
@@ -391,8 +387,8 @@ TEST(ome_metadata_is_applied_to_a_volume)
         "[1, 1, 1, 255]}], \"properties\": [{\"label-value\": 4, \"name\": \"atrium\"}]}}}}"};
 
     for (size_t i = 0; i < SC_COUNT_OF(documents); i++) {
-        sc_volume v = {.label_count = 1};
-        sc_label_table table = {0};
+        SC_OWN(sc_volume_clear) sc_volume v = {.label_count = 1};
+        SC_OWN(sc_label_table_clear) sc_label_table table = {0};
         heard said;
         const sc_ctx ctx = listening(&said);
         void *labels;
@@ -404,8 +400,6 @@ TEST(ome_metadata_is_applied_to_a_volume)
         assert_int_equal(v.labels[1].value, 4);
         assert_string_equal(v.labels[1].name, "atrium");
         assert_true(v.labels[1].has_color && v.labels[1].rgb[1] == 128);
-        sc_label_table_clear(&table);
-        sc_volume_clear(&v);
     }
 }
 
@@ -449,7 +443,7 @@ TEST(utf32_becomes_utf8)
     char bytes[sizeof text];
 
     for (int big = 0; big < 2; big++) {
-        sc_label_table table = {0};
+        SC_OWN(sc_label_table_clear) sc_label_table table = {0};
         heard said;
 
         for (size_t i = 0; i < sizeof text; i++)
@@ -458,7 +452,6 @@ TEST(utf32_becomes_utf8)
         assert_string_equal(table.rows[0].name, "\xc3\xa9\xf0\x9f\x98\x80\xef\xbf\xbd\xef\xbf\xbd");
         assert_int_equal(table.rows[0].rgb[2], 3);
         assert_int_equal(said.warnings, 0);
-        sc_label_table_clear(&table);
         assert_int_equal(read_table(bytes, sizeof bytes - 2, &said, &table), SC_ERR_DATA);
         assert_non_null(strstr(said.text, "it is UTF-32"));
     }
@@ -469,7 +462,7 @@ static void read_wide_xml(const char *xml, size_t unit)
 {
     const size_t characters = strlen(xml);
     char *text = test_calloc(characters + 1, unit);
-    sc_label_table table = {0};
+    SC_OWN(sc_label_table_clear) sc_label_table table = {0};
     heard said;
     sc_status status;
 
@@ -483,7 +476,6 @@ static void read_wide_xml(const char *xml, size_t unit)
         skip();
     assert_ok(status);
     assert_string_equal(table.rows[0].name, "aorta");
-    sc_label_table_clear(&table);
 }
 
 /* XML in UTF-16 and UTF-32, whose declaration still says so when it has been decoded. */
@@ -525,14 +517,13 @@ TEST(what_cannot_be_read_is_told_with_its_place)
          "2 entries have no number", SC_OK}};
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
-        sc_label_table table = {0};
+        SC_OWN(sc_label_table_clear) sc_label_table table = {0};
         heard said;
 
         assert_int_equal(read_table(cases[i].text, strlen(cases[i].text), &said, &table),
                          cases[i].status);
         if (!strstr(said.text, cases[i].message))
             fail_msg("\"%s\": \"%s\", expected \"%s\"", cases[i].text, said.text, cases[i].message);
-        sc_label_table_clear(&table);
     }
 }
 
@@ -560,7 +551,7 @@ TEST(colors_are_known_by_their_names)
         "{\"1\": {\"name\": \"a\", \"color\": \"darkorange\"}, \"2\": {\"color\": \"#0000ff80\"}}"};
 
     for (size_t i = 0; i < SC_COUNT_OF(texts); i++) {
-        sc_label_table table = {0};
+        SC_OWN(sc_label_table_clear) sc_label_table table = {0};
         heard said;
 
         assert_int_equal(read_table(texts[i], strlen(texts[i]), &said, &table), SC_OK);
@@ -569,7 +560,6 @@ TEST(colors_are_known_by_their_names)
                     table.rows[0].rgb[1] == 140 && table.rows[0].rgb[2] == 0);
         assert_true(table.rows[0].opacity < 0); /* names say nothing of opacity */
         assert_near(table.rows[1].opacity, 128 / 255.0, 0.003);
-        sc_label_table_clear(&table);
     }
 }
 
@@ -588,14 +578,13 @@ TEST(levels_that_are_changed_are_told)
                  {"value,name,r,g,b,opacity\n4,x,255,0,0,-1\n5,y,255,0,0,0.5\n", "such as -1;", 0}};
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
-        sc_label_table table = {0};
+        SC_OWN(sc_label_table_clear) sc_label_table table = {0};
         heard said;
 
         assert_ok(read_table(cases[i].text, strlen(cases[i].text), &said, &table));
         if (said.warnings != 1 || !strstr(said.text, cases[i].such))
             fail_msg("case %zu: %s", i, said.text);
         assert_near(table.rows[0].opacity, cases[i].opacity, 1e-6);
-        sc_label_table_clear(&table);
     }
 }
 
@@ -626,7 +615,7 @@ TEST(tables_are_written_as_they_are_read)
             strcmp(name, "neuroglancer") && strcmp(name, "names") && strcmp(name, "nnunet");
         const bool has_opacity = has_color && strcmp(name, "bids");
         const bool has_words = !strcmp(name, "slicer") || !strcmp(name, "freesurfer");
-        sc_label_table back = {0};
+        SC_OWN(sc_label_table_clear) sc_label_table back = {0};
         sc_text text = {0};
         heard said;
         const sc_ctx ctx = listening(&said);
@@ -655,7 +644,6 @@ TEST(tables_are_written_as_they_are_read)
             assert_near(back.rows[0].opacity, 0.4, 0.003);
             assert_true(back.rows[2].hidden);
         }
-        sc_label_table_clear(&back);
         sc_text_clear(&text);
     }
 }
@@ -702,7 +690,7 @@ TEST(names_that_are_formulas_are_told)
     static const char *const writers[] = {"csv", "bids", "json"};
 
     for (size_t i = 0; i < SC_COUNT_OF(writers); i++) {
-        sc_text text = {0};
+        SC_OWN(sc_text_clear) sc_text text = {0};
         heard said;
         const sc_ctx ctx = listening(&said);
 
@@ -712,7 +700,6 @@ TEST(names_that_are_formulas_are_told)
         if (i < 2)
             assert_non_null(strstr(said.text, "2 names begin as a formula does, such as \"=1+1\""));
         assert_non_null(strstr(text.data, "=1+1")); /* what is written stays as it is */
-        sc_text_clear(&text);
     }
 }
 

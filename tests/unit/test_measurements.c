@@ -59,7 +59,7 @@ static void write_file(const char *path)
 TEST(what_is_written_is_read)
 {
     const sc_measurement m = measured(1, 2.5, 5);
-    sc_measurements all;
+    SC_OWN(sc_measurements_clear) sc_measurements all = {0};
     uint64_t whole;
 
     write_file("m.jsonl");
@@ -80,7 +80,6 @@ TEST(what_is_written_is_read)
     assert_true(all.runs[0].roof.read_bytes_per_s > 2.4e10 &&
                 all.runs[0].roof.instructions_per_s < 1.6e10);
     assert_true(all.complete);
-    sc_measurements_clear(&all);
     unlink("m.jsonl");
 }
 
@@ -109,7 +108,7 @@ TEST(what_was_not_counted_once_is_unknown)
 {
     static const char *const keys[] = {"\"read_bytes_per_s\"", "\"instructions\"",
                                        "\"memory_bytes\""};
-    sc_measurements all;
+    SC_OWN(sc_measurements_clear) sc_measurements all = {0};
     uint64_t whole;
 
     write_file("m.jsonl");
@@ -119,7 +118,6 @@ TEST(what_was_not_counted_once_is_unknown)
     assert_int_equal(all.count, 1);
     assert_true(all.items[0].instructions < 0 && all.items[0].memory_bytes < 0);
     assert_true(all.runs[0].roof.read_bytes_per_s < 1 && all.runs[0].roof.instructions_per_s < 1);
-    sc_measurements_clear(&all);
     unlink("m.jsonl");
 }
 
@@ -193,7 +191,7 @@ TEST(damage_is_told)
 /* Weak scaling: four ranks draw four times as many rays in the time of one. */
 TEST(more_work_for_more_ranks)
 {
-    sc_measurements all = {.design = design};
+    SC_OWN(sc_measurements_clear) sc_measurements all = {.design = design};
     sc_measurement one = measured(0, 8, 8), four = measured(2, 10, 40);
     sc_cell_result *results;
 
@@ -206,12 +204,11 @@ TEST(more_work_for_more_ranks)
     assert_near(results[2].cost, 1.25, 1e-12);
     sc_free(results);
     all.design = (sc_design){0};
-    sc_measurements_clear(&all);
 }
 
 TEST(results_of_known_times)
 {
-    sc_measurements all = {.design = design};
+    SC_OWN(sc_measurements_clear) sc_measurements all = {.design = design};
     sc_cell_result *results;
     const double wall_s[2][3] = {{8, 4, 0}, {4, 3, 2}}; /* cell 2 has none */
 
@@ -245,7 +242,6 @@ TEST(results_of_known_times)
     assert_near(results[2].speedup, 0, 0);
     sc_free(results);
     all.design = (sc_design){0}; /* static */
-    sc_measurements_clear(&all);
 }
 
 /* The whole content of a small file. */
@@ -260,7 +256,7 @@ static void read_all(const char *path, char *text, size_t size)
 
 TEST(tables_can_be_read_elsewhere)
 {
-    sc_measurements all = {.design = design};
+    SC_OWN(sc_measurements_clear) sc_measurements all = {.design = design};
     const sc_measurement m = measured(4, 2, 3);
     sc_cell_result *results;
     char text[8192];
@@ -280,7 +276,6 @@ TEST(tables_can_be_read_elsewhere)
                               "\\\"fast\\\"\",\"metric\":\"cpu_s\",\"value\":3.0}\n");
     sc_free(results);
     all.design = (sc_design){0};
-    sc_measurements_clear(&all);
     unlink("cells.csv");
     unlink("extrap.jsonl");
 }
@@ -288,7 +283,7 @@ TEST(tables_can_be_read_elsewhere)
 TEST(other_pixels_are_found)
 {
     const uint64_t pictures[] = {1, 1, 2, 1, 2, 2};
-    sc_measurements all = {.design = design};
+    SC_OWN(sc_measurements_clear) sc_measurements all = {.design = design};
     sc_measurement a = measured(0, 1, 1), b = measured(2, 1, 1), c = measured(3, 1, 1);
     int other = -1;
 
@@ -302,7 +297,6 @@ TEST(other_pixels_are_found)
     assert_int_equal(sc_measurements_mismatch(&all, 3, pictures, &other), 3);
     assert_int_equal(other, 0);
     all.design = (sc_design){0};
-    sc_measurements_clear(&all);
 }
 
 /* The time of cores is split without a rest: drawing, waiting for work, and threads that waited. */

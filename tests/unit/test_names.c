@@ -269,10 +269,10 @@ TEST(names_leave_room_for_what_is_written_over_all)
             const bool is_beside = corner % 2 == part;
             sc_overlays overlays = {.text_percent = 2.5, .legend = corners[corner]};
             sc_annotations over;
-            sc_lettering *legend;
+            SC_OWN(sc_free_at) sc_lettering *legend = NULL;
             sc_drawing d;
             const sc_viewport *taken = &d.taken[corners[corner]];
-            sc_name_plan *without;
+            SC_OWN(sc_free_at) sc_name_plan *without = NULL;
             sc_scene scene;
 
             begin_film(&f, 1);
@@ -296,8 +296,6 @@ TEST(names_leave_room_for_what_is_written_over_all)
             plan_film(&f, 2);
             assert_int_equal(count_covering(&f, taken), 0);
             assert_true((memcmp(without, f.plan, without->bytes) != 0) == is_beside);
-            sc_free(without);
-            sc_free(legend);
             end_film(&f);
         }
     }
@@ -362,7 +360,7 @@ TEST(names_stand_beside_a_divider)
 TEST(the_plan_does_not_depend_on_threads)
 {
     static film f;
-    sc_name_plan *one;
+    SC_OWN(sc_free_at) sc_name_plan *one = NULL;
 
     begin_film(&f, 3);
     plan_film(&f, 1);
@@ -370,7 +368,6 @@ TEST(the_plan_does_not_depend_on_threads)
     plan_film(&f, 3);
     assert_int_equal(one->bytes, f.plan->bytes);
     assert_memory_equal(one, f.plan, one->bytes);
-    sc_free(one);
     end_film(&f);
 }
 
@@ -577,7 +574,7 @@ TEST(names_keep_clear_of_other_overlays)
 {
     static film f;
     const sc_scene scene = {.dark_text = 1};
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
     int bottom_px = 0, named = 0;
 
     begin_film(&f, 4);
@@ -602,7 +599,6 @@ TEST(names_keep_clear_of_other_overlays)
                     bottom_px + 4);
     }
     assert_true(named > FRAMES);
-    sc_image_clear(&image);
     end_film(&f);
 }
 

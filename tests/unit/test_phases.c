@@ -110,7 +110,7 @@ static int value_at(const sc_volume *v, int i)
 static void expect_phase(const sc_ctx *ctx, const char *path, int phase, sc_phase_store *store)
 {
     const sc_read_choice choice = {.phase = phase + 1, .store = store};
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
     sc_label_scan scan = {0};
 
     assert_ok(sc_volume_read_by(ctx, path, &choice, &v));
@@ -125,7 +125,6 @@ static void expect_phase(const sc_ctx *ctx, const char *path, int phase, sc_phas
     assert_ok(sc_volume_read_header_by(ctx, path, &choice, &scan));
     assert_int_equal(scan.volume.size[2], NZ);
     sc_label_scan_clear(&scan);
-    sc_volume_clear(&v);
 }
 
 /* All phases of a file, in an order that goes back, with and without a store. */
@@ -179,14 +178,13 @@ TEST(phases_of_a_large_file_are_sorted)
     assert_ok(sc_phase_store_new(&quiet, ".", &store));
     for (int phase = 0; phase < PHASES; phase += 2) {
         const sc_read_choice choice = {.phase = phase + 1, .store = phase < 4 ? store : NULL};
-        sc_volume v = {0};
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
         int wrong = 0;
 
         assert_ok(sc_volume_read_by(&quiet, "large.nrrd", &choice, &v));
         for (int i = 0; i < LARGE; i++)
             wrong += value_at(&v, i) != value_of(phase, i);
         assert_int_equal(wrong, 0);
-        sc_volume_clear(&v);
     }
     sc_phase_store_free(store);
     unlink("large.nrrd");

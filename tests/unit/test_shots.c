@@ -197,7 +197,7 @@ TEST(wrong_shots_are_refused)
 TEST(a_mistake_of_the_film_is_told_once)
 {
     heard h;
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     assert_int_equal(load("volume: phantom\nrender: {samples: 99}\nanimation: {clip: 3}\n"
                           "shots: [{name: a}, {name: b}, {card: c}]\n",
@@ -205,7 +205,6 @@ TEST(a_mistake_of_the_film_is_told_once)
                      SC_ERR_DATA);
     assert_int_equal(h.errors, 2);
     assert_non_null(strstr(h.text, "yaml:3: clip is \"3\""));
-    sc_job_clear(&job);
 }
 
 TEST(no_allocation_that_fails_is_lost)
@@ -215,10 +214,9 @@ TEST(no_allocation_that_fails_is_lost)
     for (long n = 0; status != SC_ERR_DATA; n += 3) {
         long budget = n;
         heard h;
-        sc_job job;
+        SC_OWN(sc_job_clear) sc_job job = {0};
 
         status = load(film, &h, &budget, &job);
-        sc_job_clear(&job);
         assert_true(status == SC_ERR_MEMORY || status == SC_ERR_DATA);
     }
 }

@@ -23,12 +23,11 @@ static sc_status load(const char *text, heard *h, sc_study *study)
 static void refuses(const char *text, const char *message)
 {
     heard h;
-    sc_study study;
+    SC_OWN(sc_study_clear) sc_study study = {0};
     const sc_status status = load(text, &h, &study);
 
     if (status != SC_ERR_DATA || h.errors != 1 || !strstr(h.text, message))
         fail_msg("status %d, \"%s\"; expected \"%s\"", status, h.text, message);
-    sc_study_clear(&study);
 }
 
 static const char two_axes[] =
@@ -47,7 +46,7 @@ TEST(cells_are_all_combinations)
 {
     heard h;
     const sc_ctx ctx = listening(&h);
-    sc_study study;
+    SC_OWN(sc_study_clear) sc_study study = {0};
     sc_study_settings cell;
 
     assert_int_equal(load(two_axes, &h, &study), SC_OK);
@@ -72,7 +71,6 @@ TEST(cells_are_all_combinations)
     assert_int_equal(cell.placement, SC_COMM_PACKED);
     sc_free(cell.items);
     assert_true(study.budget_s == 120 && study.precision > 0.0499 && study.precision < 0.0501);
-    sc_study_clear(&study);
 }
 
 TEST(paths_are_relative_to_the_file)
@@ -101,7 +99,7 @@ TEST(what_is_written_is_read_as_the_same)
     heard h;
     const sc_ctx ctx = listening(&h);
     sc_study study;
-    sc_text first = {0}, second = {0};
+    SC_OWN(sc_text_clear) sc_text first = {0}, second = {0};
 
     assert_int_equal(load(two_axes, &h, &study), SC_OK);
     assert_int_equal(sc_study_write(&ctx, &study, &first), SC_OK);
@@ -111,8 +109,6 @@ TEST(what_is_written_is_read_as_the_same)
     assert_int_equal(sc_study_write(&ctx, &study, &second), SC_OK);
     assert_string_equal(first.data, second.data);
     sc_study_clear(&study);
-    sc_text_clear(&first);
-    sc_text_clear(&second);
 }
 
 TEST(mistakes_are_told)
@@ -135,7 +131,7 @@ TEST(mistakes_are_told)
 
 TEST(too_many_cells_are_refused)
 {
-    sc_text text = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
     const sc_ctx ctx = quiet;
 
     assert_int_equal(sc_text_add(&ctx, &text, "sweep:\n"), SC_OK);
@@ -145,7 +141,6 @@ TEST(too_many_cells_are_refused)
             assert_int_equal(sc_text_add(&ctx, &text, "    v%d: {threads: 1}\n", i), SC_OK);
     }
     refuses(text.data, "sweep has 10201 cells, expected at most 10000");
-    sc_text_clear(&text);
 }
 
 RUN_TESTS(NULL, NULL)

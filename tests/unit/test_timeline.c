@@ -935,14 +935,13 @@ static sc_timeline fading(const sc_fade *fades, size_t count, const sc_tissue ti
 
 static void expect_factor(const sc_timeline *t, int k, int id, double factor)
 {
-    sc_scene_room room;
+    SC_OWN(sc_scene_room_clear) sc_scene_room room = {0};
     sc_scene scene;
 
     assert_ok(sc_scene_room_init(&quiet, t->looks.label_count, &room));
     scene = sc_timeline_scene(t, k, &room);
     assert_near(scene.fades[0], 1, 0);
     assert_near(scene.fades[id], factor, 1e-6);
-    sc_scene_room_clear(&room);
 }
 
 /* Fades follow one another, pulses multiply, and a tissue is not seen before it appears. */
@@ -1071,7 +1070,7 @@ TEST(tissues_appear_in_their_order)
                                 {.visible = true, .opacity = 1},
                                 {.visible = true, .opacity = 1}};
         const sc_verbs all = {&verb, 1, list, SC_COUNT_OF(list), NULL};
-        sc_fade *fades;
+        SC_OWN(sc_free_at) sc_fade *fades = NULL;
         size_t count;
 
         assert_ok(sc_verbs_resolve(&quiet, &volume, tissues, &all, &fades, &count));
@@ -1083,7 +1082,6 @@ TEST(tissues_appear_in_their_order)
             assert_true(tissues[i + 1].fade_group > 0);
         }
         assert_true((tissues[1].fade_group == tissues[2].fade_group) == (cases[c].stagger == 0));
-        sc_free(fades);
     }
 }
 
@@ -1120,7 +1118,7 @@ TEST(tissues_move_apart_and_come_together)
     sc_timeline t = {.animation = {.frames = FRAMES}, .looks = {tissues, 4}};
     sc_looks *looks = &t.looks;
     sc_vec3 reach[8 * 9];
-    sc_scene_room room;
+    SC_OWN(sc_scene_room_clear) sc_scene_room room = {0};
     const sc_vec3 *offsets;
     sc_shift *shifts;
 
@@ -1159,7 +1157,6 @@ TEST(tissues_move_apart_and_come_together)
     for (int id = 1; id < 4; id++)
         assert_int_equal(tissues[id].part, 1);
     sc_free(shifts);
-    sc_scene_room_clear(&room);
 }
 
 /* Offsets, constant or by key frames, add to what explodes do. */
@@ -1183,9 +1180,9 @@ TEST(tissues_have_offsets)
                             {.visible = false, .opacity = 1, .offset_mm = {1, 0, 0}},
                             {.visible = true, .opacity = 1, .offset_track = 1}};
     sc_timeline t = {.animation = {.frames = 101}, .looks = {tissues, 4}};
-    sc_scene_room room;
+    SC_OWN(sc_scene_room_clear) sc_scene_room room = {0};
     const sc_vec3 *offsets;
-    sc_shift *shifts;
+    SC_OWN(sc_free_at) sc_shift *shifts = NULL;
 
     assert_ok(sc_scene_room_init(&quiet, 4, &room));
     assert_ok(sc_explodes_resolve(&quiet, &volume, tissues, &all, &shifts, &t.looks.shift_count));
@@ -1206,8 +1203,6 @@ TEST(tissues_have_offsets)
     assert_near(offsets[3].x, 2, 0);
     assert_near(offsets[3].y, 6, 1e-12);
     assert_near(offsets[3].z, 4, 1e-12);
-    sc_free(shifts);
-    sc_scene_room_clear(&room);
 }
 
 /* A verb on what nobody sees is a mistake; a fade to an opacity depends on the tissue's own. */
@@ -1224,7 +1219,7 @@ TEST(verbs_need_tissues_that_are_shown)
     heard h;
     const sc_ctx ctx = listening(&h);
     const sc_verbs all = {verbs, SC_COUNT_OF(verbs), list, SC_COUNT_OF(list), NULL};
-    sc_fade *fades = NULL;
+    SC_OWN(sc_free_at) sc_fade *fades = NULL;
     size_t count;
 
     assert_int_equal(sc_verbs_resolve(&ctx, &volume, tissues, &all, &fades, &count), SC_ERR_DATA);
@@ -1236,7 +1231,6 @@ TEST(verbs_need_tissues_that_are_shown)
     assert_near(fades[0].to, 0.2, 1e-12);
     assert_near(fades[1].to, 0.5, 1e-12);
     assert_int_equal(tissues[3].fade_group, 0);
-    sc_free(fades);
 }
 
 /* What frame k of a film shows, found in another way: each shot lists its own frames. */

@@ -25,7 +25,7 @@ static sc_status read_bytes(const char *text, size_t bytes, const char *column, 
  */
 static void expect_two(const char *text, const char *column, bool has_number)
 {
-    sc_value_table table = {0};
+    SC_OWN(sc_value_table_clear) sc_value_table table = {0};
     heard said;
 
     if (read_bytes(text, strlen(text), column, &said, &table) != SC_OK || table.count != 2)
@@ -40,7 +40,6 @@ static void expect_two(const char *text, const char *column, bool has_number)
             assert_string_equal(row->name, i ? "b" : "left atrium");
         assert_true(i ? isnan(row->value) : row->value == 2.5);
     }
-    sc_value_table_clear(&table);
 }
 
 TEST(the_tissue_is_told_by_number_or_name)
@@ -90,7 +89,7 @@ static void expect_refused(const char *text, const char *column, const char *wor
 
 TEST(mistakes_are_told_with_their_line)
 {
-    sc_value_table table = {0};
+    SC_OWN(sc_value_table_clear) sc_value_table table = {0};
     heard said;
 
     expect_refused("", "", "v.csv:1: is no line of headings");
@@ -107,7 +106,6 @@ TEST(mistakes_are_told_with_their_line)
     assert_int_equal(read_bytes("id,name,x\n,,1\n4,,2\n", 19, "x", &said, &table), SC_OK);
     assert_int_equal(table.count, 1);
     assert_non_null(strstr(said.text, "v.csv:2: 1 line has neither number nor name"));
-    sc_value_table_clear(&table);
 }
 
 RUN_TESTS(NULL, NULL)

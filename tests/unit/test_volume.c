@@ -92,7 +92,7 @@ TEST(nrrd_of_every_type_encoding_and_byte_order_is_read)
         for (int variant = 0; variant < 4; variant++) {
             const bool swapped = variant & 1, packed = variant & 2;
             const size_t bytes = store(data, types[t], swapped);
-            sc_volume v;
+            SC_OWN(sc_volume_clear) sc_volume v = {0};
 
             snprintf(head, sizeof head,
                      "NRRD0004\ntype: %s\ndimension: 3\nspace: left-posterior-superior\n"
@@ -107,7 +107,6 @@ TEST(nrrd_of_every_type_encoding_and_byte_order_is_read)
             assert_near(v.to_ras_mm.m[1][3], -2, 0);
             assert_near(v.to_ras_mm.m[2][2], 2, 0);
             assert_true(v.oriented);
-            sc_volume_clear(&v);
         }
     }
     unlink("t.nrrd");
@@ -135,7 +134,7 @@ TEST(nrrd_units_are_read_of_the_space_and_of_axes)
     for (size_t c = 0; c < SC_COUNT_OF(cases); c++) {
         heard said;
         const sc_ctx ctx = listening(&said);
-        sc_volume v;
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         snprintf(head, sizeof head,
                  "NRRD0004\ntype: int16\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
@@ -146,7 +145,6 @@ TEST(nrrd_units_are_read_of_the_space_and_of_axes)
         for (int i = 0; i < 3; i++)
             assert_near(v.to_ras_mm.m[i][i], cases[c].mm, 1e-12);
         assert_int_equal(said.warnings > 3, cases[c].told); /* one for each axis */
-        sc_volume_clear(&v);
     }
     unlink("t.nrrd");
 }
@@ -168,7 +166,7 @@ TEST(an_nrrd_with_a_file_of_its_own_is_read)
         char header[256];
         heard said;
         const sc_ctx ctx = listening(&said);
-        sc_volume v;
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         write_file("t.raw", "", data, bytes, i / 2 == 2);
         snprintf(header, sizeof header,
@@ -180,7 +178,6 @@ TEST(an_nrrd_with_a_file_of_its_own_is_read)
         assert_false(v.oriented);
         assert_near(v.to_ras_mm.m[2][2], 2, 0);
         assert_null(strstr(said.text, "gzip"));
-        sc_volume_clear(&v);
     }
     unlink("t.nhdr");
     unlink("t.txt");
@@ -290,7 +287,7 @@ TEST(nifti_of_the_other_byte_order_is_read)
     unsigned char h[352];
     char data[VOXELS * 8];
     const size_t bytes = store(data, "int16", true);
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     nifti_header(h, 4, 16);
     set_sform(h, m);
@@ -304,7 +301,6 @@ TEST(nifti_of_the_other_byte_order_is_read)
     assert_ok(sc_volume_read(&quiet, "t.nii", &v));
     expect_values(&v);
     assert_near(v.to_ras_mm.m[1][2], 3, 0);
-    sc_volume_clear(&v);
     unlink("t.nii");
 }
 
@@ -314,7 +310,7 @@ TEST(fractions_and_infinities_are_refused_with_their_voxel)
     float data[VOXELS] = {0};
     heard said;
     sc_ctx ctx = listening(&said);
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     nifti_header(h, 16, 32);
     data[NX * NY + 2] = 1.5f;
@@ -328,7 +324,6 @@ TEST(fractions_and_infinities_are_refused_with_their_voxel)
     write_nifti("t.nii", h, data, sizeof data, false);
     assert_ok(sc_volume_read(&ctx, "t.nii", &v));
     assert_int_equal(v.labels[1].value, 3000000000);
-    sc_volume_clear(&v);
     unlink("t.nii");
 }
 
@@ -350,7 +345,7 @@ TEST(whole_labels_with_a_slope_are_rounded_and_probabilities_are_not)
         unsigned char h[352], data[VOXELS * 2];
         heard said;
         sc_ctx ctx = listening(&said);
-        sc_volume v = {0};
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         nifti_header(h, cases[c].datatype, cases[c].bits);
         put_real(h, 112, (float)slope);
@@ -376,7 +371,6 @@ TEST(whole_labels_with_a_slope_are_rounded_and_probabilities_are_not)
         for (int i = 1; i < 4; i++)
             assert_int_equal(v.labels[i].value, (int)cases[c].labels[i - 1]);
         assert_non_null(strstr(said.text, "rounded to whole numbers"));
-        sc_volume_clear(&v);
     }
     unlink("t.nii");
 }
@@ -429,8 +423,8 @@ static void write_many(const char *encoding, size_t bad)
 TEST(threads_do_not_change_what_is_read)
 {
     for (int packed = 0; packed < 2; packed++) {
-        sc_volume first = {0};
-        sc_label_scan tallies = {0};
+        SC_OWN(sc_volume_clear) sc_volume first = {0};
+        SC_OWN(sc_label_scan_clear) sc_label_scan tallies = {0};
 
         write_many(packed ? "gzip" : "raw", MANY);
         assert_ok(sc_volume_read(&quiet, "t.nrrd", &first));
@@ -439,8 +433,8 @@ TEST(threads_do_not_change_what_is_read)
         assert_true(first.label_count > 2000);
         for (int threads = 2; threads < 6; threads++) {
             sc_ctx ctx = quiet;
-            sc_volume v;
-            sc_label_scan scan;
+            SC_OWN(sc_volume_clear) sc_volume v = {0};
+            SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
 
             ctx.threads = threads;
             assert_ok(sc_volume_read(&ctx, "t.nrrd", &v));
@@ -451,11 +445,7 @@ TEST(threads_do_not_change_what_is_read)
                 assert_int_equal(v.labels[id].value, first.labels[id].value);
             assert_memory_equal(scan.tallies, tallies.tallies,
                                 (size_t)v.label_count * sizeof *scan.tallies);
-            sc_volume_clear(&v);
-            sc_label_scan_clear(&scan);
         }
-        sc_label_scan_clear(&tallies);
-        sc_volume_clear(&first);
     }
     write_many("raw", MANY - 700000);
     for (int threads = 1; threads < 5; threads++) { /* the first of many fractions is named */
@@ -516,7 +506,7 @@ TEST(runs_of_every_type_are_found)
         write_file("t.nrrd", head, stored, COUNT * each, t % 2);
         for (int threads = 1; threads < 4; threads++) {
             sc_ctx ctx = quiet;
-            sc_volume v = {0}, part = {0};
+            SC_OWN(sc_volume_clear) sc_volume v = {0}, part = {0};
 
             ctx.threads = threads;
             assert_ok(sc_volume_read(&ctx, "t.nrrd", &v));
@@ -529,8 +519,6 @@ TEST(runs_of_every_type_are_found)
 
                 assert_int_equal(((const uint8_t *)part.ids)[i], labels[(z * Y + y) * X + x]);
             }
-            sc_volume_clear(&part);
-            sc_volume_clear(&v);
         }
     }
     free(labels);
@@ -590,7 +578,7 @@ TEST(there_may_be_65533_labels_of_any_value)
 TEST(slicer_keys_name_and_colour_labels)
 {
     char data[VOXELS];
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     memset(data, 3, sizeof data);
     data[0] = 9;
@@ -606,7 +594,6 @@ TEST(slicer_keys_name_and_colour_labels)
     assert_int_equal(v.labels[2].rgb[0], 255);
     assert_int_equal(v.labels[2].rgb[1], 128);
     assert_string_equal(v.labels[1].name, "");
-    sc_volume_clear(&v);
     unlink("t.seg.nrrd");
 }
 
@@ -665,7 +652,7 @@ TEST(groups_of_mitk_name_and_colour_labels)
 
 static void expect_table(sc_table_format format, const char *text, float opacity, bool hidden)
 {
-    sc_label_table table = {0};
+    SC_OWN(sc_label_table_clear) sc_label_table table = {0};
 
     write_file("t.txt", text, "", 0, false);
     assert_ok(sc_label_table_read(&quiet, "t.txt", format, &table));
@@ -675,7 +662,6 @@ static void expect_table(sc_table_format format, const char *text, float opacity
     assert_int_equal(table.rows[0].rgb[2], 30);
     assert_near(table.rows[0].opacity, opacity, 0.003);
     assert_int_equal(table.rows[0].hidden, hidden);
-    sc_label_table_clear(&table);
 }
 
 /* The sixth number of a row is opacity in tables of Slicer, but transparency in those of
@@ -724,7 +710,7 @@ TEST(names_are_valid_utf8_whatever_the_file_holds)
     heard said;
     sc_ctx ctx = listening(&said);
     sc_label_table table = {0};
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     memset(letters, 'x', NAME);
     letters[NAME] = '\0';
@@ -754,7 +740,6 @@ TEST(names_are_valid_utf8_whatever_the_file_holds)
     assert_int_equal(strlen(v.labels[1].name), 254);
     assert_string_equal(v.labels[1].name, letters);
     assert_non_null(strstr(said.text, "1 name is not UTF-8 or longer"));
-    sc_volume_clear(&v);
     unlink("t.seg.nrrd");
 }
 
@@ -826,8 +811,8 @@ TEST(whether_a_volume_reads_a_file_is_never_guessed)
  * header finds the label table. */
 static void expect_same_scan(const char *path)
 {
-    sc_label_scan scan = {0}, header = {0};
-    sc_volume v;
+    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0}, header = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_ok(sc_volume_read(&quiet, path, &v));
     assert_ok(sc_volume_scan_labels(&quiet, path, &scan));
@@ -856,9 +841,6 @@ static void expect_same_scan(const char *path)
         assert_memory_equal(scan.tallies[id].low, t.low, sizeof t.low);
         assert_memory_equal(scan.tallies[id].high, t.high, sizeof t.high);
     }
-    sc_volume_clear(&v);
-    sc_label_scan_clear(&scan);
-    sc_label_scan_clear(&header);
 }
 
 TEST(a_scan_finds_the_labels_of_every_encoding)
@@ -931,7 +913,7 @@ TEST(a_header_and_a_table_name_labels_together)
                        {.value = 3, .name = "three", .opacity = -1},
                        {.value = 12, .name = "not this", .opacity = -1}};
     const sc_label_table table = {rows, SC_COUNT_OF(rows), SC_COUNT_OF(rows)};
-    sc_label_scan scan;
+    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
     char data[VOXELS] = {0};
 
     write_file("t.nrrd",
@@ -945,7 +927,6 @@ TEST(a_header_and_a_table_name_labels_together)
     assert_string_equal(scan.volume.labels[1].name, "three");
     assert_string_equal(scan.volume.labels[2].name, "seven");
     assert_string_equal(scan.volume.labels[3].name, "twelve");
-    sc_label_scan_clear(&scan);
     unlink("t.nrrd");
 }
 
@@ -954,7 +935,7 @@ TEST(a_scan_needs_little_memory)
 {
     enum { SIDE = 512, MOST_BYTES = 16 << 20 };
     uint64_t before;
-    sc_label_scan scan;
+    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
     FILE *file = fopen("t.nrrd", "wb");
 
     assert_non_null(file);
@@ -967,7 +948,6 @@ TEST(a_scan_needs_little_memory)
     assert_ok(sc_volume_scan_labels(&quiet, "t.nrrd", &scan));
     assert_true(sc_peak_rss() - before < MOST_BYTES);
     assert_int_equal(scan.tallies[0].voxels, SIDE * SIDE * SIDE / 2);
-    sc_label_scan_clear(&scan);
     unlink("t.nrrd");
 }
 
@@ -997,7 +977,7 @@ TEST(background_takes_little_memory)
         const size_t voxels = (size_t)SIDE * SIDE * SIDE / 4;
         uint64_t before;
         size_t colored = 0;
-        sc_volume v;
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
         FILE *file = fopen("t.nrrd", "wb");
 
         assert_non_null(file);
@@ -1021,7 +1001,6 @@ TEST(background_takes_little_memory)
         for (size_t i = 0; i < voxels; i++)
             colored += (v.label_bytes == 1 ? ((uint8_t *)v.ids)[i] : ((uint16_t *)v.ids)[i]) != 0;
         assert_int_equal(colored, labels);
-        sc_volume_clear(&v);
     }
     unlink("t.nrrd");
 }
@@ -1038,7 +1017,7 @@ static const char *warning_of(const int16_t *data, int nx, int ny, int nz, const
     static char text[512];
     const sc_ctx ctx = {.level = SC_LOG_INFO, .write = warned, .user = text};
     char head[512];
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     snprintf(head, sizeof head,
              "NRRD0004\ntype: int16\ndimension: 3\nspace: right-anterior-superior\nsizes: %d %d "
@@ -1047,7 +1026,6 @@ static const char *warning_of(const int16_t *data, int nx, int ny, int nz, const
     write_file("t.nrrd", head, data, (size_t)nx * (size_t)ny * (size_t)nz * 2, false);
     text[0] = '\0';
     assert_ok(sc_volume_read(&ctx, "t.nrrd", &v));
-    sc_volume_clear(&v);
     unlink("t.nrrd");
     return text;
 }
@@ -1173,7 +1151,7 @@ TEST(a_written_nrrd_holds_the_label_values)
                        .label_count = 3,
                        .labels = labels,
                        .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
-        sc_volume back;
+        SC_OWN(sc_volume_clear) sc_volume back = {0};
 
         for (int k = 0; k < VOXELS; k++)
             ids[k] = (uint8_t)(k % 3);
@@ -1181,7 +1159,6 @@ TEST(a_written_nrrd_holds_the_label_values)
         assert_ok(sc_volume_read(&quiet, "t.nrrd", &back));
         for (int k = 0; k < VOXELS; k++)
             assert_int_equal(back.labels[id_at(&back, k)].value, labels[k % 3].value);
-        sc_volume_clear(&back);
     }
     unlink("t.nrrd");
 }
