@@ -39,8 +39,7 @@ static sc_vec3 random_direction(uint64_t *seed)
 static sc_affine random_geometry(uint64_t *seed, const int size[3])
 {
     const double scale_mm = random_scale(seed, SC_SPACING_LEAST_MM, SC_SPACING_MOST_MM);
-    heard h;
-    const sc_ctx ctx = listening(&h);
+    const sc_ctx *ctx = listening_anew();
     sc_affine to_mm = {0};
 
     do {
@@ -57,7 +56,7 @@ static sc_affine random_geometry(uint64_t *seed, const int size[3])
             to_mm.m[2][i] = spacing_mm * axis.z;
             to_mm.m[i][3] = random_below(seed, 2) ? 0 : scale_mm * random_real(seed, -1e9, 1e9);
         }
-    } while (sc_geometry_check(&ctx, "random", size, &to_mm) != SC_OK);
+    } while (sc_geometry_check(ctx, "random", size, &to_mm) != SC_OK);
     return to_mm;
 }
 

@@ -75,12 +75,11 @@ static void letter_film(film *f)
 /* The words of a film cannot be lettered: so many errors, of which the last says @p text. */
 static void expect_refusal(film *f, int errors, const char *text)
 {
-    heard h;
-    const sc_ctx ctx = listening(&h);
+    const sc_ctx *ctx = listening_anew();
 
-    assert_int_equal(sc_annotations_letter(&ctx, &f->annotations, &f->lettering), SC_ERR_DATA);
-    assert_int_equal(h.errors, errors);
-    assert_non_null(strstr(h.text, text));
+    assert_int_equal(sc_annotations_letter(ctx, &f->annotations, &f->lettering), SC_ERR_DATA);
+    assert_int_equal(said.errors, errors);
+    assert_non_null(strstr(said.text, text));
 }
 
 static void end_film(film *f)
@@ -364,8 +363,6 @@ TEST(a_legend_shows_chosen_tissues)
                                         {.use = SC_USE_NAMES, .pattern = "tissue_1"},
                                         {.use = SC_USE_LEGEND, .pattern = "4"}, /* the label */
                                         {.use = SC_USE_LEGEND, .pattern = "*_5"}};
-    heard h;
-    const sc_ctx ctx = listening(&h);
     SC_OWN(end_film) film f = {0};
 
     begin_film(&f, 0);
@@ -382,11 +379,11 @@ TEST(a_legend_shows_chosen_tissues)
         assert_int_equal(sc_lettering_find(f.lettering, SC_WORD_NAME, id) != NULL, id == 1);
     }
     assert_null(sc_lettering_find(f.lettering, SC_WORD_MORE, 'm'));
-    assert_ok(sc_overlay_tissues_check(&ctx, &f.volume, chosen, SC_COUNT_OF(chosen)));
+    assert_ok(sc_overlay_tissues_check(&listening, &f.volume, chosen, SC_COUNT_OF(chosen)));
     strcpy(f.labels[4].name, "other");
-    assert_int_equal(sc_overlay_tissues_check(&ctx, &f.volume, chosen, SC_COUNT_OF(chosen)),
+    assert_int_equal(sc_overlay_tissues_check(&listening, &f.volume, chosen, SC_COUNT_OF(chosen)),
                      SC_ERR_DATA);
-    assert_int_equal(h.errors, 1);
+    assert_int_equal(said.errors, 1);
 }
 
 /* @return in how many rows of a legend in the upper left corner squares are red, as in square. */
@@ -506,8 +503,6 @@ TEST(the_cube_shows_the_side_that_is_seen)
 
 TEST(without_orientation_there_is_no_cube)
 {
-    heard h;
-    const sc_ctx ctx = listening(&h);
     SC_OWN(end_film) film f = {0};
     int box[4];
 
@@ -515,8 +510,8 @@ TEST(without_orientation_there_is_no_cube)
     add_tissues(&f, 1);
     f.volume.oriented = false;
     f.overlays.orientation = SC_PLACE_BOTTOM_RIGHT;
-    assert_ok(sc_annotations_letter(&ctx, &f.annotations, &f.lettering));
-    assert_int_equal(h.warnings, 1);
+    assert_ok(sc_annotations_letter(&listening, &f.annotations, &f.lettering));
+    assert_int_equal(said.warnings, 1);
     f.annotations.lettering = f.lettering;
     assert_int_equal(ink(&f, 0, box), 0);
 }
@@ -613,18 +608,16 @@ TEST(captions_that_cannot_fit_are_refused)
 
 TEST(a_missing_character_is_named_once)
 {
-    heard h;
-    const sc_ctx ctx = listening(&h);
     sc_font_told told = {0};
     film f;
 
     begin_film(&f, 2); /* U+F0000 is for private use */
     strcpy(f.captions[0].text, "a \363\260\200\200 b \363\260\200\200");
     strcpy(f.captions[1].text, "\363\260\200\200");
-    assert_ok(sc_annotations_letter(&ctx, &f.annotations, &f.lettering));
-    assert_int_equal(h.warnings, 1);
-    assert_non_null(strstr(h.text, "(U+F0000)"));
-    assert_null(strstr(strstr(h.text, "U+F0000") + 1, "U+F0000"));
+    assert_ok(sc_annotations_letter(&listening, &f.annotations, &f.lettering));
+    assert_int_equal(said.warnings, 1);
+    assert_non_null(strstr(said.text, "(U+F0000)"));
+    assert_null(strstr(strstr(said.text, "U+F0000") + 1, "U+F0000"));
     end_film(&f);
     /* Shots of one film: the second has one of its own. */
     for (int shot = 0; shot < 3; shot++) {
@@ -633,12 +626,12 @@ TEST(a_missing_character_is_named_once)
         strcpy(f.overlays.font, "DejaVu Sans");
         strcpy(f.captions[0].text, "\363\260\200\200");
         strcpy(f.captions[1].text, shot == 1 ? "\363\260\200\201" : "a");
-        h = (heard){0};
-        assert_ok(sc_annotations_letter(&ctx, &f.annotations, &f.lettering));
-        assert_int_equal(h.warnings, shot < 2);
-        assert_int_equal(strstr(h.text, "(U+F0000)") != NULL, shot == 0);
-        assert_int_equal(strstr(h.text, "(U+F0001)") != NULL, shot == 1);
-        assert_null(strstr(h.text, "in the font of")); /* h holds the last message alone */
+        said = (heard){0};
+        assert_ok(sc_annotations_letter(&listening, &f.annotations, &f.lettering));
+        assert_int_equal(said.warnings, shot < 2);
+        assert_int_equal(strstr(said.text, "(U+F0000)") != NULL, shot == 0);
+        assert_int_equal(strstr(said.text, "(U+F0001)") != NULL, shot == 1);
+        assert_null(strstr(said.text, "in the font of")); /* said holds the last message alone */
         end_film(&f);
     }
 }

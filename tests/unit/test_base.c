@@ -25,8 +25,7 @@ TEST(sizes_that_overflow_are_refused)
 TEST(the_nth_allocation_fails_on_purpose)
 {
     long budget = 1;
-    heard h;
-    sc_ctx ctx = listening(&h);
+    sc_ctx ctx = *listening_anew();
     void *first = NULL, *second = NULL;
 
     ctx.alloc_budget = &budget;
@@ -34,7 +33,7 @@ TEST(the_nth_allocation_fails_on_purpose)
     assert_int_equal(((char *)first)[23], 0);
     assert_int_equal((uintptr_t)first % 64, 0);
     assert_int_equal(sc_alloc(&ctx, 3, 8, &second), SC_ERR_MEMORY);
-    assert_int_equal(h.errors, 1);
+    assert_int_equal(said.errors, 1);
     sc_free(first);
 }
 
@@ -222,21 +221,19 @@ TEST(a_temporary_file_of_a_process_that_ended_is_removed)
 TEST(a_name_that_is_taken_is_refused)
 {
     sc_outfile file = {0};
-    heard h;
-    sc_ctx ctx = listening(&h);
     SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
 
     unlink("taken.txt");
     unlink("link.txt");
-    assert_ok(sc_outfile_check(&ctx, "taken.txt", false, ""));
-    assert_ok(sc_outfile_open(&ctx, "taken.txt", false, &file));
+    assert_ok(sc_outfile_check(&listening, "taken.txt", false, ""));
+    assert_ok(sc_outfile_open(&listening, "taken.txt", false, &file));
     fputs("new", file.stream);
-    assert_ok(sc_file_write(&ctx, "taken.txt", "old", 3)); /* appears meanwhile */
-    assert_int_equal(sc_outfile_commit(&ctx, &file), SC_ERR_CREATE);
-    assert_int_equal(h.errors, 1);
-    assert_non_null(strstr(h.text, "--overwrite"));
-    assert_ok(sc_file_read(&ctx, "taken.txt", 100, &text, &bytes));
+    assert_ok(sc_file_write(&listening, "taken.txt", "old", 3)); /* appears meanwhile */
+    assert_int_equal(sc_outfile_commit(&listening, &file), SC_ERR_CREATE);
+    assert_int_equal(said.errors, 1);
+    assert_non_null(strstr(said.text, "--overwrite"));
+    assert_ok(sc_file_read(&listening, "taken.txt", 100, &text, &bytes));
     assert_string_equal(text, "old");
     assert_int_equal(sc_outfile_check(&quiet, "taken.txt", false, ""), SC_ERR_CREATE);
     assert_ok(sc_outfile_check(&quiet, "taken.txt", true, ""));
@@ -255,19 +252,17 @@ TEST(a_name_that_is_taken_is_refused)
 TEST(a_full_disk_is_noticed)
 {
     sc_outfile file = {0};
-    heard h;
-    sc_ctx ctx = listening(&h);
 
-    assert_ok(sc_outfile_open(&ctx, "full.bin", true, &file));
+    assert_ok(sc_outfile_open(&listening, "full.bin", true, &file));
     fclose(file.stream);
     file.stream = fopen("/dev/full", "wb");
     if (!file.stream)
         skip();
     for (int i = 0; i < 100000; i++)
         fputc(i, file.stream);
-    assert_int_equal(sc_outfile_commit(&ctx, &file), SC_ERR_WRITE);
-    assert_int_equal(h.errors, 1);
-    assert_non_null(strstr(h.text, "No space left"));
+    assert_int_equal(sc_outfile_commit(&listening, &file), SC_ERR_WRITE);
+    assert_int_equal(said.errors, 1);
+    assert_non_null(strstr(said.text, "No space left"));
     assert_false(exists("full.bin"));
 }
 

@@ -153,8 +153,6 @@ TEST(what_has_no_way_is_refused_with_where_it_ends)
     const sc_vec3 outside[] = {{6, 2, 16}, {20, 2, 16}}, apart[] = {{6, 2, 16}, {20, 20, 40}};
     const int both[] = {0, 1, 1}, in_turn[] = {0, 1, 2};
     const char *const names[] = {"tube", "slab"};
-    heard h;
-    const sc_ctx ctx = listening(&h);
     sc_centerline_request request = {.volume = &v,
                                      .order = both,
                                      .names = names,
@@ -165,22 +163,23 @@ TEST(what_has_no_way_is_refused_with_where_it_ends)
                                      .where = "job.yaml:7"};
     sc_centerline line = {0};
 
-    assert_int_equal(find(&ctx, &v, 1, outside, 2, &line), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "job.yaml:7: point 2 (20.0, 2.0, 16.0) lies outside of it; the "
-                                   "nearest place in it is (19.0, 10.0, 16.0), 8.1 mm away"));
-    assert_int_equal(sc_centerline_find(&ctx, &request, &line), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "there is no way within both from point 1"));
-    assert_non_null(strstr(h.text, "from there it ends at (20.0, "));
+    assert_int_equal(find(&listening, &v, 1, outside, 2, &line), SC_ERR_DATA);
+    assert_non_null(strstr(said.text,
+                           "job.yaml:7: point 2 (20.0, 2.0, 16.0) lies outside of it; the "
+                           "nearest place in it is (19.0, 10.0, 16.0), 8.1 mm away"));
+    assert_int_equal(sc_centerline_find(&listening, &request, &line), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "there is no way within both from point 1"));
+    assert_non_null(strstr(said.text, "from there it ends at (20.0, "));
     assert_null(line.points);
     /* Without points: one pattern for both means either of them, two mean one after the other. */
     request.through_count = 0;
-    assert_ok(sc_centerline_find(&ctx, &request, &line));
+    assert_ok(sc_centerline_find(&listening, &request, &line));
     assert_int_equal(line.parts, 2);
     sc_centerline_clear(&line);
     request.order = in_turn;
-    assert_int_equal(sc_centerline_find(&ctx, &request, &line), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "job.yaml:7: both do not touch one another"));
-    assert_non_null(strstr(h.text, "mm before \"tube\" at ("));
+    assert_int_equal(sc_centerline_find(&listening, &request, &line), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "job.yaml:7: both do not touch one another"));
+    assert_non_null(strstr(said.text, "mm before \"tube\" at ("));
     assert_null(line.points);
 }
 
@@ -188,8 +187,6 @@ TEST(the_middle_is_where_tissues_are_thickest)
 {
     const sc_volume v = small_volume();
     const int slab[] = {0, 0, 1}, tube[] = {0, 1, 0}, none[] = {0, 0, 0};
-    heard h;
-    const sc_ctx ctx = listening(&h);
     sc_centerline_request request = {
         .volume = &v, .order = slab, .what = "slab", .where = "job.yaml:7"};
     sc_vec3 at = {0, 0, 0};
@@ -207,8 +204,8 @@ TEST(the_middle_is_where_tissues_are_thickest)
     assert_near(at.z, 16, 0.01);
     request.order = none;
     request.what = "nothing";
-    assert_int_equal(sc_centerline_middle(&ctx, &request, &at), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "job.yaml:7: the volume has no voxel of nothing"));
+    assert_int_equal(sc_centerline_middle(&listening, &request, &at), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "job.yaml:7: the volume has no voxel of nothing"));
 }
 
 TEST(lines_take_no_more_memory_than_allowed)

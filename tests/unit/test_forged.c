@@ -141,16 +141,15 @@ static bool use(const forged *file, bool every_way)
                                    .local_thickness = true,
                                    .tile_px = 8,
                                    .threads = 1};
-    heard h;
-    sc_ctx ctx = listening(&h);
+    const sc_ctx *ctx = listening_anew();
     sc_prepared v;
     const sc_status status =
-        sc_prepared_file_view(&ctx, "forged.segc", file->block, file->bytes, &v);
+        sc_prepared_file_view(ctx, "forged.segc", file->block, file->bytes, &v);
 
     if (status != SC_OK) {
         assert_int_equal(status, SC_ERR_DATA);
-        assert_int_equal(h.errors, 1);
-        assert_non_null(strstr(h.text, "forged.segc: "));
+        assert_int_equal(said.errors, 1);
+        assert_non_null(strstr(said.text, "forged.segc: "));
         return false;
     }
     for (int surface = 0; surface < 2; surface++) {
@@ -240,17 +239,16 @@ TEST(files_of_other_versions_are_refused)
 
     for (size_t i = 0; i < SC_COUNT_OF(versions); i++) {
         char text[64];
-        heard h;
-        sc_ctx ctx = listening(&h);
+        const sc_ctx *ctx = listening_anew();
         sc_prepared v;
 
         memcpy(file.block + offsetof(block_header, version), &versions[i], 4);
         assert_int_equal(
-            sc_prepared_file_view(&ctx, "a.segc", file.block, i % 2 ? 64 : file.bytes, &v),
+            sc_prepared_file_view(ctx, "a.segc", file.block, i % 2 ? 64 : file.bytes, &v),
             SC_ERR_DATA);
         snprintf(text, sizeof text, "version %u, this segcast reads version %d; prepare it again",
                  (unsigned)versions[i], (int)VERSION);
-        assert_non_null(strstr(h.text, text));
+        assert_non_null(strstr(said.text, text));
     }
     for (size_t bytes = 0; bytes <= sizeof(block_header); bytes += 8) {
         const uint32_t version = bytes & 8 ? VERSION - 1 : VERSION;

@@ -128,8 +128,6 @@ TEST(a_killed_study_goes_on)
     const sc_measurement m = measured(5, 1, 4);
     sc_measurement_file *file, *second = NULL;
     sc_measurements all;
-    heard h;
-    const sc_ctx ctx = listening(&h);
     uint64_t whole, grown;
     FILE *stream;
 
@@ -143,9 +141,9 @@ TEST(a_killed_study_goes_on)
     assert_int_equal(grown, whole);
     sc_measurements_clear(&all);
     assert_ok(sc_measurement_file_resume(&quiet, "m.jsonl", whole, &run, &file));
-    assert_int_equal(sc_measurement_file_resume(&ctx, "m.jsonl", whole, &run, &second),
+    assert_int_equal(sc_measurement_file_resume(&listening, "m.jsonl", whole, &run, &second),
                      SC_ERR_CREATE);
-    assert_non_null(strstr(h.text, "another segcast study"));
+    assert_non_null(strstr(said.text, "another segcast study"));
     assert_ok(sc_measurement_file_add(&quiet, file, &m));
     sc_measurement_file_close(file);
     assert_ok(sc_measurements_read(&quiet, "m.jsonl", &all, &whole));
@@ -153,7 +151,7 @@ TEST(a_killed_study_goes_on)
     assert_int_equal(all.run_count, 2);
     assert_false(all.complete); /* of the earlier run only */
     sc_measurements_clear(&all);
-    assert_int_equal(sc_measurement_file_create(&ctx, "m.jsonl", &design, &run, &file),
+    assert_int_equal(sc_measurement_file_create(&listening, "m.jsonl", &design, &run, &file),
                      SC_ERR_CREATE);
     unlink("m.jsonl");
 }
@@ -161,16 +159,15 @@ TEST(a_killed_study_goes_on)
 static void refuses(const char *text, const char *message)
 {
     FILE *stream = fopen("bad.jsonl", "w");
-    heard h;
-    const sc_ctx ctx = listening(&h);
+    const sc_ctx *ctx = listening_anew();
     sc_measurements all;
     uint64_t whole;
 
     fputs(text, stream);
     fclose(stream);
-    assert_int_equal(sc_measurements_read(&ctx, "bad.jsonl", &all, &whole), SC_ERR_DATA);
-    if (!strstr(h.text, message))
-        fail_msg("\"%s\"; expected \"%s\"", h.text, message);
+    assert_int_equal(sc_measurements_read(ctx, "bad.jsonl", &all, &whole), SC_ERR_DATA);
+    if (!strstr(said.text, message))
+        fail_msg("\"%s\"; expected \"%s\"", said.text, message);
     unlink("bad.jsonl");
 }
 

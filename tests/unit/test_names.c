@@ -489,17 +489,16 @@ TEST(rows_go_to_the_most_important)
 TEST(names_without_room_are_told)
 {
     static film f;
-    heard h;
-    const sc_ctx ctx = listening(&h);
 
     begin_film(&f, 2);
     sc_free(f.lettering);
     f.overlays.names_percent = 20;
-    assert_ok(sc_annotations_letter(&ctx, &f.annotations, &f.lettering));
+    assert_ok(sc_annotations_letter(&listening, &f.annotations, &f.lettering));
     f.annotations.lettering = f.lettering;
-    assert_int_equal(h.warnings, 1);
-    assert_non_null(strstr(h.text, "there is room for the names of 8 tissues; those of the 16 "));
-    assert_ok(sc_annotations_plan_names(&ctx, &f.annotations, 2, &f.plan));
+    assert_int_equal(said.warnings, 1);
+    assert_non_null(
+        strstr(said.text, "there is room for the names of 8 tissues; those of the 16 "));
+    assert_ok(sc_annotations_plan_names(&listening, &f.annotations, 2, &f.plan));
     assert_int_equal(f.plan->count, 8);
     end_film(&f);
 }
@@ -509,8 +508,6 @@ TEST(hidden_tissues_are_told)
 {
     static film f;
     const int middle[3] = {30, 30, 30}, large[3] = {20, 20, 20}, small[3] = {5, 5, 5};
-    heard h;
-    const sc_ctx ctx = listening(&h);
 
     begin_film(&f, 5);
     sc_free(f.lettering);
@@ -523,9 +520,9 @@ TEST(hidden_tissues_are_told)
     f.tissues[1].opacity = 1;
     assert_ok(sc_annotations_letter(&quiet, &f.annotations, &f.lettering));
     f.annotations.lettering = f.lettering;
-    assert_ok(sc_annotations_plan_names(&ctx, &f.annotations, 2, &f.plan));
-    assert_int_equal(h.warnings, 0);
-    assert_non_null(strstr(h.text, "their tissues are hidden: label 17"));
+    assert_ok(sc_annotations_plan_names(&listening, &f.annotations, 2, &f.plan));
+    assert_int_equal(said.warnings, 0);
+    assert_non_null(strstr(said.text, "their tissues are hidden: label 17"));
     end_film(&f);
 }
 

@@ -136,14 +136,13 @@ TEST(a_rule_that_matches_nothing_is_refused_with_the_nearest_name)
     SC_OWN(sc_volume_clear) sc_volume volume = {0};
     SC_OWN(clear_copy) prepared_copy p = striped(&volume);
     sc_tissue tissues[5];
-    heard h;
-    sc_ctx ctx = listening(&h);
     const sc_tissue_rule rule = {.pattern = "left ventrical", .where = "job.yaml:7"};
 
-    assert_int_equal(sc_transfer_resolve(&ctx, &p.view, &rule, 1, SC_OPACITY_MEASURED, tissues),
-                     SC_ERR_DATA);
-    assert_string_equal(h.text, "job.yaml:7: tissue \"left ventrical\" matches no label of the "
-                                "volume; did you mean \"left ventricle\"?");
+    assert_int_equal(
+        sc_transfer_resolve(&listening, &p.view, &rule, 1, SC_OPACITY_MEASURED, tissues),
+        SC_ERR_DATA);
+    assert_string_equal(said.text, "job.yaml:7: tissue \"left ventrical\" matches no label of the "
+                                   "volume; did you mean \"left ventricle\"?");
 }
 
 /* @return the values of the labels that a pattern means, as the digits of a decimal number. */
@@ -210,12 +209,11 @@ static void expect_message(const sc_label *labels, int count, const char *patter
                            const char *message)
 {
     const sc_prepared volume = {.label_count = count, .labels = labels};
-    heard h;
-    sc_ctx ctx = listening(&h);
-    const sc_status status = sc_pattern_check(&ctx, &volume, pattern, "job.yaml:7");
+    const sc_ctx *ctx = listening_anew();
+    const sc_status status = sc_pattern_check(ctx, &volume, pattern, "job.yaml:7");
 
     assert_int_equal(status, message ? SC_ERR_DATA : SC_OK);
-    assert_string_equal(h.text, message ? message : "");
+    assert_string_equal(said.text, message ? message : "");
 }
 
 TEST(a_tissue_that_is_not_clear_is_told)
@@ -255,14 +253,13 @@ TEST(all_unknown_tissues_are_told)
     const sc_clip_exception exceptions[] = {
         {0, 0, "z", "job.yaml:1"}, {1, 0, "z", "job.yaml:1"}, {2, 0, "z", "job.yaml:9"}};
     sc_tissue tissues[2];
-    heard h;
-    sc_ctx ctx = listening(&h);
 
-    assert_int_equal(sc_transfer_resolve(&ctx, &volume, rules, 3, SC_OPACITY_MEASURED, tissues),
-                     SC_ERR_DATA);
-    assert_int_equal(h.errors, 2);
-    assert_int_equal(sc_clip_exceptions_check(&ctx, &volume, exceptions, 3), SC_ERR_DATA);
-    assert_int_equal(h.errors, 4);
+    assert_int_equal(
+        sc_transfer_resolve(&listening, &volume, rules, 3, SC_OPACITY_MEASURED, tissues),
+        SC_ERR_DATA);
+    assert_int_equal(said.errors, 2);
+    assert_int_equal(sc_clip_exceptions_check(&listening, &volume, exceptions, 3), SC_ERR_DATA);
+    assert_int_equal(said.errors, 4);
 }
 
 TEST(thicker_tissues_are_more_opaque)

@@ -121,7 +121,7 @@ static void map_file(sc_comm *comm, void *user)
 {
     mapping *m = user;
     const int rank = sc_comm_rank(comm);
-    sc_ctx ctx = listening(&m->said[rank]);
+    sc_ctx ctx = {.level = SC_LOG_INFO, .write = hear, .user = &m->said[rank]};
     sc_app app = {.ctx = &ctx, .comm = comm, .threads = 1};
     sc_job job = {.render.smooth = {1, 1, 1}};
     SC_OWN(sc_input_clear) sc_input input = {0};

@@ -833,8 +833,7 @@ TEST(want_of_memory)
 
         for (long n = 0; status != SC_OK; n++) {
             long budget = n;
-            heard said;
-            sc_ctx ctx = listening(&said);
+            sc_ctx ctx = *listening_anew();
 
             ctx.alloc_budget = &budget;
             status = calls[i](&ctx, &job);
@@ -961,26 +960,24 @@ static bool holds(const char *name, const char *text)
  * kept, once. */
 TEST(job_of_slices)
 {
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_store *a, *b;
 
     empty_folder();
-    a = open_slice(&ctx, 0);
-    b = open_slice(&ctx, 1);
-    assert_ok(sc_store_write_job(&ctx, a, "one", 3));
-    assert_ok(sc_store_write_job(&ctx, b, "two", 3));
-    assert_ok(sc_store_write_job(&ctx, a, "one", 3));
+    a = open_slice(&listening, 0);
+    b = open_slice(&listening, 1);
+    assert_ok(sc_store_write_job(&listening, a, "one", 3));
+    assert_ok(sc_store_write_job(&listening, b, "two", 3));
+    assert_ok(sc_store_write_job(&listening, a, "one", 3));
     assert_string_equal(said.text, "");
     assert_true(holds("job.yaml", "one") && holds("job.yaml.changed", NULL));
     sc_store_close(a);
     sc_store_close(b);
     write_quickly(in_folder("job.yaml"), "mine", 4);
-    a = open_slice(&ctx, 0);
-    b = open_slice(&ctx, 1);
+    a = open_slice(&listening, 0);
+    b = open_slice(&listening, 1);
     assert_string_equal(said.text, "");
-    assert_ok(sc_store_write_job(&ctx, b, "two", 3));
-    assert_ok(sc_store_write_job(&ctx, a, "one", 3));
+    assert_ok(sc_store_write_job(&listening, b, "two", 3));
+    assert_ok(sc_store_write_job(&listening, a, "one", 3));
     assert_int_equal(said.warnings, 1);
     assert_non_null(strstr(said.text, "job.yaml: was changed after segcast had made it; that file "
                                       "is now"));
@@ -995,20 +992,18 @@ TEST(job_is_noted_first)
 {
     sc_manifest_data data = {.frames = FRAMES};
     sc_store *store;
-    heard said;
-    sc_ctx ctx = listening(&said);
 
     empty_folder();
-    store = open_slice(&ctx, 0);
+    store = open_slice(&listening, 0);
     assert_int_equal(mkdir(in_folder("job.yaml"), 0777), 0); /* so that it cannot be written */
-    assert_int_equal(sc_store_write_job(&ctx, store, "one", 3), SC_ERR_WRITE);
+    assert_int_equal(sc_store_write_job(&listening, store, "one", 3), SC_ERR_WRITE);
     sc_store_close(store);
     assert_int_equal(rmdir(in_folder("job.yaml")), 0);
     assert_ok(sc_manifest_read(&quiet, in_folder("manifest.0of2.jsonl"), &data));
     assert_true(sc_job_texts_have(&data.jobs, 3, sc_store_hash_bytes("one", 3)));
     sc_manifest_data_clear(&data);
     /* The manifest of the next run of the slice names it, too. */
-    store = open_slice(&ctx, 0);
+    store = open_slice(&listening, 0);
     sc_store_close(store);
     assert_ok(sc_manifest_read(&quiet, in_folder("manifest.0of2.jsonl"), &data));
     assert_true(sc_job_texts_have(&data.jobs, 3, sc_store_hash_bytes("one", 3)));
@@ -1023,22 +1018,21 @@ TEST(job_of_others_is_not_proven)
         sc_store_job job = make_job();
         SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = FRAMES};
         sc_store *store;
-        heard said;
-        sc_ctx ctx = listening(&said);
+        const sc_ctx *ctx = listening_anew();
         int missing;
 
         empty_folder();
         store = open_store(SC_STORE_NEW);
-        assert_ok(sc_store_write_job(&ctx, store, "one", 3));
+        assert_ok(sc_store_write_job(ctx, store, "one", 3));
         sc_store_close(store);
         job.keeps_job = given;
         assert_ok(
-            sc_store_open(&ctx, folder, &job, all_frames, FRAMES, NULL, SC_STORE_RESUME, &store));
+            sc_store_open(ctx, folder, &job, all_frames, FRAMES, NULL, SC_STORE_RESUME, &store));
         add_frames(store, 0, FRAMES);
         if (!given)
             write_quickly(in_folder("job.yaml"), "mine", 4);
-        assert_ok(sc_store_finish(&ctx, store, &missing));
-        assert_ok(sc_store_seal(&ctx, store));
+        assert_ok(sc_store_finish(ctx, store, &missing));
+        assert_ok(sc_store_seal(ctx, store));
         sc_store_close(store);
         assert_int_equal(said.warnings, !given);
         assert_true(given || strstr(said.text, "job.yaml: is missing, or not what segcast has"));

@@ -133,19 +133,16 @@ static int count_lines(const char *path)
 TEST(earlier_runs_keep_what_they_measured)
 {
     SC_OWN(sc_history_clear) sc_history first = {0}, both = {0};
-    sc_ctx ctx;
-    heard h;
 
-    ctx = listening(&h);
     unlink("stats.json");
-    assert_ok(sc_history_read(&ctx, "stats.json", &job, &first));
+    assert_ok(sc_history_read(&listening, "stats.json", &job, &first));
     assert_int_equal(first.run_count, 0);
     write_run(10, 0, 5, &first);
-    assert_ok(sc_history_read(&ctx, "stats.json", &job, &first));
+    assert_ok(sc_history_read(&listening, "stats.json", &job, &first));
     assert_int_equal(first.run_count, 1);
     assert_int_equal(first.frame_count, 5);
     write_run(20, 4, 6, &first); /* frames from 4 on are drawn again */
-    assert_ok(sc_history_read(&ctx, "stats.json", &job, &both));
+    assert_ok(sc_history_read(&listening, "stats.json", &job, &both));
     assert_int_equal(both.run_count, 2);
     assert_string_equal(both.runs[0].begin, "1970-01-01T00:00:10Z");
     assert_string_equal(both.runs[1].begin, "1970-01-01T00:00:20Z");
@@ -167,11 +164,11 @@ TEST(earlier_runs_keep_what_they_measured)
         assert_int_equal(both.frames[i].result.hash, 0xabcdef0000000000u + (uint64_t)i);
     }
     assert_int_equal(count_lines("frames.csv"), 11);
-    assert_ok(sc_history_read(&ctx, "stats.json", &job,
+    assert_ok(sc_history_read(&listening, "stats.json", &job,
                               &both)); /* reads the same runs again, which adds nothing */
     assert_int_equal(both.run_count, 2);
     assert_int_equal(both.frame_count, 10);
-    assert_string_equal(h.text, "");
+    assert_string_equal(said.text, "");
 }
 
 /* @return whether the file has a line that ends with @p ending. */
@@ -258,16 +255,15 @@ TEST(forged_statistics_are_left_out)
         const char *at = strstr(strstr(text, "\"runs\""), forged[i][0]);
         SC_OWN(sc_history_clear) sc_history history = {0};
         SC_OWN(sc_text_clear) sc_text changed = {0};
-        heard h;
-        const sc_ctx ctx = listening(&h);
+        const sc_ctx *ctx = listening_anew();
 
         assert_non_null(at);
         assert_ok(sc_text_add(&quiet, &changed, "%.*s%s%s", (int)(at - text), text, forged[i][1],
                               at + strlen(forged[i][0])));
         assert_ok(sc_file_write(&quiet, "stats.json", changed.data, changed.length_bytes));
-        assert_ok(sc_history_read(&ctx, "stats.json", &job, &history));
-        if (history.run_count || !strstr(h.text, "stats.json: is damaged"))
-            fail_msg("%s was taken: %s", forged[i][1], h.text);
+        assert_ok(sc_history_read(ctx, "stats.json", &job, &history));
+        if (history.run_count || !strstr(said.text, "stats.json: is damaged"))
+            fail_msg("%s was taken: %s", forged[i][1], said.text);
     }
 }
 
@@ -283,8 +279,7 @@ TEST(damaged_statistics_are_left_out)
     for (int way = 0; way < 5; way++) {
         char *run = strstr(text, "\"run\": 0"), *hash = strstr(text, "\"hash\": \"a");
         SC_OWN(sc_history_clear) sc_history history = {0};
-        heard h;
-        const sc_ctx ctx = listening(&h);
+        const sc_ctx *ctx = listening_anew();
 
         assert_non_null(run);
         assert_non_null(hash);
@@ -294,11 +289,11 @@ TEST(damaged_statistics_are_left_out)
                                 way == 0   ? bytes / 2
                                 : way == 4 ? 2
                                            : bytes));
-        assert_ok(sc_history_read(&ctx, "stats.json", way == 3 ? &other : &job, &history));
+        assert_ok(sc_history_read(ctx, "stats.json", way == 3 ? &other : &job, &history));
         assert_int_equal(history.run_count, 0);
         assert_int_equal(history.frame_count, 0);
-        assert_int_equal(h.errors, 0);
-        assert_non_null(strstr(h.text, "stats.json: "));
+        assert_int_equal(said.errors, 0);
+        assert_non_null(strstr(said.text, "stats.json: "));
     }
     unlink("stats.json");
     unlink("frames.csv");

@@ -1216,17 +1216,16 @@ TEST(verbs_need_tissues_that_are_shown)
     sc_label labels[4];
     sc_label_stats stats[4];
     const sc_prepared volume = three_tissues(labels, stats);
-    heard h;
-    const sc_ctx ctx = listening(&h);
     const sc_verbs all = {verbs, SC_COUNT_OF(verbs), list, SC_COUNT_OF(list), NULL};
     SC_OWN(sc_free_at) sc_fade *fades = NULL;
     size_t count;
 
-    assert_int_equal(sc_verbs_resolve(&ctx, &volume, tissues, &all, &fades, &count), SC_ERR_DATA);
+    assert_int_equal(sc_verbs_resolve(&listening, &volume, tissues, &all, &fades, &count),
+                     SC_ERR_DATA);
     assert_null(fades);
-    assert_non_null(strstr(h.text, "job:1: no tissue of this verb is shown"));
+    assert_non_null(strstr(said.text, "job:1: no tissue of this verb is shown"));
     tissues[2] = (sc_tissue){.visible = true, .opacity = 0.4};
-    assert_ok(sc_verbs_resolve(&ctx, &volume, tissues, &all, &fades, &count));
+    assert_ok(sc_verbs_resolve(&listening, &volume, tissues, &all, &fades, &count));
     assert_int_equal(count, 2);
     assert_near(fades[0].to, 0.2, 1e-12);
     assert_near(fades[1].to, 0.5, 1e-12);
