@@ -310,10 +310,9 @@ sc_status sc_centerline_middle(const sc_ctx *ctx, const sc_centerline_request *r
     sc_vec3 center_mm = {0, 0, 0};
     double least_mm = HUGE_VAL;
     float deepest_mm = 0;
-    sc_region region;
-    sc_status status;
+    SC_OWN(sc_region_clear) sc_region region = {0};
 
-    SC_TRY(sc_region_make(ctx, request, &region));
+    SC_PASS(sc_region_make(ctx, request, &region));
     for (uint32_t n = 0; n < region.count; n++) {
         deepest_mm = fmaxf(deepest_mm, region.depth_mm[n]);
         center_mm = sc_vec3_along(center_mm, 1.0 / region.count, sc_region_point(&region, n));
@@ -327,9 +326,7 @@ sc_status sc_centerline_middle(const sc_ctx *ctx, const sc_centerline_request *r
         least_mm = off_mm;
         *out = at_mm;
     }
-out:
-    sc_region_clear(&region);
-    return status;
+    return SC_OK;
 }
 
 void sc_centerline_clear(sc_centerline *line)

@@ -477,10 +477,9 @@ static sc_status read_first_line(const sc_ctx *ctx, const char *path, char **out
 {
     enum { FIRST_BYTES = 1 << 14, HEAD_MAX_BYTES = 1 << 24 };
     struct stat info;
-    FILE *stream = NULL;
-    char *text = NULL;
+    SC_OWN(sc_fclose_at) FILE *stream = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t used = 0;
-    sc_status status = SC_OK;
 
     if (stat(path, &info) || (S_ISREG(info.st_mode) && !(stream = fopen(path, "rb"))))
         return sc_fail(ctx, sc_input_status(errno), "%s: cannot be opened: %s", path,
@@ -488,18 +487,14 @@ static sc_status read_first_line(const sc_ctx *ctx, const char *path, char **out
     if (!stream)
         return sc_fail(ctx, SC_ERR_MISSING, "%s: is not a file", path);
     for (size_t room = FIRST_BYTES; room <= HEAD_MAX_BYTES; room *= 2) {
-        SC_TRY(SC_RESIZE(ctx, used, room, &text));
+        SC_PASS(SC_RESIZE(ctx, used, room, &text));
         used += fread(text + used, 1, room - used, stream);
         if (used < room || memchr(text, '\n', used))
             break;
     }
     *bytes = used;
-    *out = text;
-    text = NULL;
-out:
-    fclose(stream);
-    sc_free(text);
-    return status;
+    SC_HAND_OVER(text, out);
+    return SC_OK;
 }
 
 sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest_data *data)

@@ -340,13 +340,12 @@ sc_status sc_grey_auto_window(const sc_ctx *ctx, const sc_grey *grey, const sc_v
     const size_t stride = (sc_volume_voxels(labels) / WINDOW_VOXELS) | 1;
     double ends[2] = {grey->low, grey->low + grey->per_code * (CODES - 1)};
     sc_affine from_ras, to_grey;
-    void *block = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
     uint64_t *counts;
-    sc_status status;
 
     if (!sc_affine_invert(&grey->to_ras_mm, &from_ras))
         return sc_fail(ctx, SC_ERR_DATA, "the geometry of the image is singular");
-    SC_TRY(sc_zalloc(ctx, CODES, sizeof *counts, &block));
+    SC_PASS(sc_zalloc(ctx, CODES, sizeof *counts, &block));
     counts = block;
     to_grey = sc_affine_compose(&from_ras, &labels->to_ras_mm);
     *found = count_codes(grey, labels, &to_grey, stride, counts) ||
@@ -357,9 +356,7 @@ sc_status sc_grey_auto_window(const sc_ctx *ctx, const sc_grey *grey, const sc_v
     }
     out->level = (ends[0] + ends[1]) / 2;
     out->width = fmax(fabs(ends[1] - ends[0]), fabs(grey->per_code) * CODES / 1000);
-out:
-    sc_free(block);
-    return status;
+    return SC_OK;
 }
 
 sc_box3 sc_grid_box_mm(const int size[3], const sc_affine *to_ras_mm)

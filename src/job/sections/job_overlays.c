@@ -379,24 +379,20 @@ static sc_status add_captions(const sc_ctx *ctx, const caption_track *track, int
 /* Read a text that stands at a place, or key frames of such. */
 static sc_status read_at_place(const sc_ctx *ctx, const sc_yaml *node, int place, sc_job *job)
 {
-    void *block = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
     caption_track *track;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *track, &block));
+    SC_PASS(sc_zalloc(ctx, 1, sizeof *track, &block));
     track = block;
     track->count = 1;
     if (sc_is_track(node))
-        SC_TRY(sc_read_key_frames(ctx, &line_key, node,
-                                  &(sc_track_room){track->frames, track->captions,
-                                                   sizeof *track->captions, &track->count,
-                                                   SC_CAPTIONS_MAX}));
+        SC_PASS(sc_read_key_frames(ctx, &line_key, node,
+                                   &(sc_track_room){track->frames, track->captions,
+                                                    sizeof *track->captions, &track->count,
+                                                    SC_CAPTIONS_MAX}));
     else
-        SC_TRY(read_line(ctx, &line_key, node, &track->captions[0]));
-    status = add_captions(ctx, track, place, job);
-out:
-    sc_free(block);
-    return status;
+        SC_PASS(read_line(ctx, &line_key, node, &track->captions[0]));
+    return add_captions(ctx, track, place, job);
 }
 
 /* Read a text or key frames of texts, or such for each place. @p value is the whole sc_job. @return
