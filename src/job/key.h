@@ -34,12 +34,12 @@ typedef struct sc_value_type {
                                                   sc_vec3; NULL: a number */
     bool steps; /* of values of key frames: there is nothing between two of them, so that the first
                    holds until the time of the second; there is no ease */
-    /* Append the value to @p text as YAML that `read` accepts. @p indent: blanks before its key.
-     * NULL: the keys of the map are written as lines of their own. */
-    sc_status (*write)(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                       sc_text *text);
-    /* The same for a value of many lines that holds maps with keys of their own: each of its lines
-     * ends. @p parts as of sc_keys_write. NULL: write says how. */
+    /* Append the value to @p text as YAML that `read` accepts, in one line. NULL: the keys of the
+     * map are written as lines of their own. */
+    sc_status (*write)(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text);
+    /* The same for a value of many lines: it begins behind the colon of its key, before which stand
+     * @p indent blanks, and its last line ends. @p parts as of sc_keys_write. NULL: write says how.
+     */
     sc_status (*write_lines)(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                              unsigned parts, sc_text *text);
     /* @return a new JSON schema of the value, by which editors check it; NULL when out of memory.

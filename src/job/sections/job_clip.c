@@ -40,11 +40,11 @@ static sc_plane_position position_of(sc_vec3 value)
 }
 
 static sc_status write_key_position(const sc_ctx *ctx, const sc_key *key, const void *value,
-                                    int indent, sc_text *text)
+                                    sc_text *text)
 {
     const sc_plane_position position = position_of(*(const sc_vec3 *)value);
 
-    return sc_type_plane_position.write(ctx, key, &position, indent, text);
+    return sc_type_plane_position.write(ctx, key, &position, text);
 }
 
 static json_t *position_schema(const sc_key *key)
@@ -78,17 +78,15 @@ static sc_status read_at(const sc_ctx *ctx, const sc_key *key, const sc_yaml *no
     return status;
 }
 
-static sc_status write_at(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                          sc_text *text)
+static sc_status write_at(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const plane_entry *entry = value;
     const sc_sweep *sweep = &entry->sweep;
 
     if (entry->has_point)
-        return sc_type_point.write(ctx, key, &entry->point_mm, indent, text);
-    return sweep->at_track.count
-               ? sc_write_track(ctx, key, &sweep->at_track, text)
-               : sc_type_plane_position.write(ctx, key, &sweep->from, indent, text);
+        return sc_type_point.write(ctx, key, &entry->point_mm, text);
+    return sweep->at_track.count ? sc_write_track(ctx, key, &sweep->at_track, text)
+                                 : sc_type_plane_position.write(ctx, key, &sweep->from, text);
 }
 
 static json_t *at_schema(const sc_key *key)
@@ -223,7 +221,7 @@ out:
 }
 
 /* Write the exceptions of the plane_entry @p value: a list of tissues, or a track of such. */
-static sc_status write_except(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_except(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const plane_entry *entry = value;
@@ -232,7 +230,6 @@ static sc_status write_except(const sc_ctx *ctx, const sc_key *key, const void *
     const int plane = entry->plane;
 
     (void)key;
-    (void)indent;
     if (!sweep->except_count)
         return write_exceptions(ctx, job, plane, 0, text);
     for (int i = 0; i < sweep->except_count; i++) {
@@ -433,12 +430,13 @@ static sc_status read_clip(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 
 /* Write every plane with the tissues that it leaves whole. @p value is the whole sc_job. */
 static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+                            unsigned parts, sc_text *text)
 {
     const sc_job *job = value;
-    sc_status status = sc_text_add(ctx, text, "%s", job->animation.sweep_count ? "" : "[]");
 
-    for (int i = 0; i < job->animation.sweep_count && status == SC_OK; i++) {
+    (void)parts;
+    SC_PASS(sc_text_add(ctx, text, job->animation.sweep_count ? " " : " []"));
+    for (int i = 0; i < job->animation.sweep_count; i++) {
         const sc_sweep *sweep = &job->animation.sweeps[i];
         const plane_entry entry = {.sweep = *sweep,
                                    .has_point = sweep->has_point,
@@ -446,11 +444,10 @@ static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *va
                                    .job = job,
                                    .plane = i};
 
-        SC_TRY(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
-        status = sc_keys_write_flow(ctx, key->keys, &entry, text);
+        SC_PASS(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
+        SC_PASS(sc_keys_write_flow(ctx, key->keys, &entry, text));
     }
-out:
-    return status;
+    return sc_text_add(ctx, text, "\n");
 }
 
 static json_t *clip_schema(const sc_key *key)
@@ -462,7 +459,7 @@ const sc_value_type sc_type_clip = {
     .name = "list of planes",
     .expected = "a list of planes and boxes",
     .read = read_clip,
-    .write = write_clip,
+    .write_lines = write_clip,
     .schema = clip_schema,
     .container = SC_CONTAINER_LIST,
 };

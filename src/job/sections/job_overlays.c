@@ -22,11 +22,9 @@ static sc_status read_font(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return SC_OK;
 }
 
-static sc_status write_font(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_font(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_write_quoted(ctx, ((const sc_job *)value)->overlays.font, text);
 }
 
@@ -85,10 +83,9 @@ static sc_status read_caption_text(const sc_ctx *ctx, const sc_key *key, const s
 }
 
 static sc_status write_caption_text(const sc_ctx *ctx, const sc_key *key, const void *value,
-                                    int indent, sc_text *text)
+                                    sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_write_quoted(ctx, value, text);
 }
 
@@ -175,13 +172,12 @@ static sc_status read_overlay_tissues(const sc_ctx *ctx, const sc_key *key, cons
 
 /* Write the tissues of an overlay as a list, [a, "b*"]. */
 static sc_status write_overlay_tissues(const sc_ctx *ctx, const sc_key *key, const void *value,
-                                       int indent, sc_text *text)
+                                       sc_text *text)
 {
     const sc_job *job = value;
     const char *comma = "";
     sc_status status = sc_text_add(ctx, text, "[");
 
-    (void)indent;
     for (size_t i = 0; i < job->overlay_tissue_count && status == SC_OK; i++) {
         if (job->overlay_tissues[i].use != use_of(key))
             continue;
@@ -261,15 +257,15 @@ static sc_status read_legend(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     return read_overlay_tissues(ctx, key, &tissues, value);
 }
 
-static sc_status write_legend(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_legend(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const sc_job *job = value;
 
     if (!job->has_legend_tissues)
-        return sc_type_choice.write(ctx, key, &job->overlays.legend, indent, text);
+        return sc_type_choice.write(ctx, key, &job->overlays.legend, text);
     SC_PASS(sc_text_add(ctx, text, "{%s: ", place_word(job->overlays.legend)));
-    SC_PASS(write_overlay_tissues(ctx, key, value, indent, text));
+    SC_PASS(write_overlay_tissues(ctx, key, value, text));
     return sc_text_add(ctx, text, "}");
 }
 
@@ -299,13 +295,12 @@ static sc_status read_logo(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return sc_type_text.read(ctx, key, &path, overlays->logo);
 }
 
-static sc_status write_logo(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_logo(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_overlays *overlays = &((const sc_job *)value)->overlays;
 
     SC_PASS(sc_text_add(ctx, text, "{%s: ", place_word(overlays->logo_place)));
-    SC_PASS(sc_type_text.write(ctx, key, overlays->logo, indent, text));
+    SC_PASS(sc_type_text.write(ctx, key, overlays->logo, text));
     return sc_text_add(ctx, text, "}");
 }
 
@@ -452,14 +447,13 @@ static sc_status write_at_place(const sc_ctx *ctx, const sc_job *job, int place,
     return sc_text_add(ctx, text, "}");
 }
 
-static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void *value,
                                 sc_text *text)
 {
     const sc_job *job = value;
     const char *comma = "{";
 
     (void)key;
-    (void)indent;
     if (!job->caption_count)
         return sc_text_add(ctx, text, "none");
     for (size_t i = 0; i < job->caption_count; i++) { /* those of a place stand together */

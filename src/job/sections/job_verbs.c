@@ -66,13 +66,12 @@ static sc_status read_verb_tissues(const sc_ctx *ctx, const sc_key *key, const s
 
 /* Write the tissues of the verb, [a, "b*"], as read_verb_tissues reads them. */
 static sc_status write_verb_tissues(const sc_ctx *ctx, const sc_key *key, const void *value,
-                                    int indent, sc_text *text)
+                                    sc_text *text)
 {
     const verb_entry *entry = value;
     const char *comma = "[";
 
     (void)key;
-    (void)indent;
     for (size_t i = 0; i < entry->job->verb_tissue_count; i++) {
         if (entry->job->verb_tissues[i].verb != entry->index)
             continue;
@@ -123,13 +122,12 @@ static sc_status read_target(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     return SC_OK;
 }
 
-static sc_status write_target(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_target(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const sc_verb *verb = &((const verb_entry *)value)->verb;
 
     (void)key;
-    (void)indent;
     return sc_write_number(ctx, verb->to, verb->to_factor ? 100 : 1, verb->to_factor ? "%" : "",
                            text);
 }
@@ -174,14 +172,14 @@ static sc_status read_points(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     return SC_OK;
 }
 
-static sc_status write_points(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_points(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const sc_verb *verb = &((const verb_entry *)value)->verb;
 
     for (int i = 0; i < verb->through_count; i++) {
         SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : "["));
-        SC_PASS(sc_type_point.write(ctx, key, &verb->through[i], indent, text));
+        SC_PASS(sc_type_point.write(ctx, key, &verb->through[i], text));
     }
     return sc_text_add(ctx, text, "%s]", verb->through_count ? "" : "[");
 }
@@ -202,11 +200,11 @@ static sc_status read_through(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return *middles ? SC_OK : read_points(ctx, key, node, value);
 }
 
-static sc_status write_through(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_through(const sc_ctx *ctx, const sc_key *key, const void *value,
                                sc_text *text)
 {
     return ((const verb_entry *)value)->verb.middles ? sc_text_add(ctx, text, "middles")
-                                                     : write_points(ctx, key, value, indent, text);
+                                                     : write_points(ctx, key, value, text);
 }
 
 static json_t *through_schema(const sc_key *key)
@@ -232,12 +230,11 @@ static sc_status read_fly(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
     return (verb->has_tissues ? read_verb_tissues : read_points)(ctx, key, node, value);
 }
 
-static sc_status write_fly(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                           sc_text *text)
+static sc_status write_fly(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const bool has_tissues = ((const verb_entry *)value)->verb.has_tissues;
 
-    return (has_tissues ? write_verb_tissues : write_points)(ctx, key, value, indent, text);
+    return (has_tissues ? write_verb_tissues : write_points)(ctx, key, value, text);
 }
 
 static json_t *fly_schema(const sc_key *key)
@@ -463,12 +460,13 @@ static sc_status read_verbs(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
 
 /* Write the verbs of the sc_job @p value, one to a line. */
 static sc_status write_verbs(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                             sc_text *text)
+                             unsigned parts, sc_text *text)
 {
     sc_job job = *(const sc_job *)value; /* borrows the arrays; they are only read */
 
     (void)key;
-    SC_PASS(sc_text_add(ctx, text, "%s", job.verb_count ? "" : "[]"));
+    (void)parts;
+    SC_PASS(sc_text_add(ctx, text, job.verb_count ? " " : " []"));
     for (size_t i = 0; i < job.verb_count; i++) {
         const verb_entry entry = {.verb = job.verbs[i],
                                   .job = &job,
@@ -480,7 +478,7 @@ static sc_status write_verbs(const sc_ctx *ctx, const sc_key *key, const void *v
         SC_PASS(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
         SC_PASS(sc_keys_write_flow(ctx, table.rows, &entry, text));
     }
-    return SC_OK;
+    return sc_text_add(ctx, text, "\n");
 }
 
 static json_t *verbs_schema(const sc_key *key)
@@ -493,7 +491,7 @@ const sc_value_type sc_type_verbs = {
     .name = "list of verbs",
     .expected = "a list of verbs, such as - {fade: skin, to: 0, during: [2s, 4s]}",
     .read = read_verbs,
-    .write = write_verbs,
+    .write_lines = write_verbs,
     .schema = verbs_schema,
     .container = SC_CONTAINER_LIST,
 };

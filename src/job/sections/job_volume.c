@@ -72,11 +72,9 @@ static sc_status read_level(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     return SC_OK;
 }
 
-static sc_status write_level(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                             sc_text *text)
+static sc_status write_level(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_text_add(ctx, text, "%d", ((const sc_job *)value)->volume_level);
 }
 
@@ -108,11 +106,9 @@ static sc_status read_phase(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     return SC_OK;
 }
 
-static sc_status write_phase(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                             sc_text *text)
+static sc_status write_phase(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_text_add(ctx, text, "%d", ((const sc_job *)value)->volume_phase - 1);
 }
 
@@ -172,15 +168,13 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
                           : read_voxels(ctx, key, &box, job->box.voxels);
 }
 
-static sc_status write_box(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                           sc_text *text)
+static sc_status write_box(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_box *box = &((const sc_job *)value)->box;
     const sc_vec3 *a = &box->corners[0], *b = &box->corners[1];
     const int(*v)[2] = box->voxels;
 
     (void)key;
-    (void)indent;
     if (box->kind == SC_READ_MM)
         SC_PASS(sc_text_add(ctx, text, "[[%.17g, %.17g, %.17g], [%.17g, %.17g, %.17g]", a->x, a->y,
                             a->z, b->x, b->y, b->z));
@@ -251,7 +245,7 @@ static sc_status read_resample(const sc_ctx *ctx, const sc_key *key, const sc_ya
     return SC_OK;
 }
 
-static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void *value,
                                 sc_text *text)
 {
     const sc_job *job = value;
@@ -259,7 +253,6 @@ static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void
     const int *size = job->volume_size;
 
     (void)key;
-    (void)indent;
     if (job->has_volume_size)
         return sc_text_add(ctx, text, "%dx%dx%d", size[0], size[1], size[2]);
     if (mm[0] == mm[1] && mm[1] == mm[2])
@@ -311,13 +304,12 @@ out:
     return status;
 }
 
-static sc_status write_path(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_path(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_job *job = value;
 
     if (!job->phase_count || job->phases[0].phase) /* one file */
-        return sc_type_text.write(ctx, key, job->volume, indent, text);
+        return sc_type_text.write(ctx, key, job->volume, text);
     SC_PASS(sc_text_add(ctx, text, "["));
     for (size_t i = 0; i < job->phase_count; i++) {
         SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : ""));
@@ -417,14 +409,14 @@ static sc_status read_volume(const sc_ctx *ctx, const sc_key *key, const sc_yaml
 }
 
 /* As a path, where nothing is changed of the volume. */
-static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const sc_job *job = value;
 
     if (!job->volume_tissue_count && !job->has_level && !job->has_phase && !job->has_resample &&
         !job->has_box && !job->has_header && !job->has_threshold)
-        return write_path(ctx, &key->keys[0], job, indent, text);
+        return write_path(ctx, &key->keys[0], job, text);
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }
 

@@ -105,13 +105,11 @@ static size_t first_kept(const sc_job *job)
     return i;
 }
 
-static sc_status write_keep(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_keep(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     sc_status status;
 
     (void)key;
-    (void)indent;
     (void)write_list(ctx, value, first_kept(value), text, &status);
     return status;
 }
@@ -182,15 +180,13 @@ static sc_status read_merge(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     return status;
 }
 
-static sc_status write_merge(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                             sc_text *text)
+static sc_status write_merge(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_job *job = value;
     const size_t end = first_kept(job);
     sc_status status = SC_OK;
 
     (void)key;
-    (void)indent;
     SC_PASS(sc_text_add(ctx, text, "{"));
     for (size_t i = 0; i < end && status == SC_OK;) {
         SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : ""));
@@ -289,14 +285,13 @@ static sc_status read_overlap(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return SC_OK;
 }
 
-static sc_status write_overlap(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_overlap(const sc_ctx *ctx, const sc_key *key, const void *value,
                                sc_text *text)
 {
     const sc_job *job = value;
     char name[SC_OVERLAP_NAMES_BYTES];
 
     (void)key;
-    (void)indent;
     if (job->overlap != SC_OVERLAP_NAMES)
         return sc_text_add(ctx, text, "%s", overlap_words[job->overlap]);
     SC_PASS(sc_text_add(ctx, text, "["));
