@@ -302,11 +302,9 @@ static sc_status drop_record(const sc_ctx *ctx, void *user, const char *name)
 static sc_status begin_run(const sc_ctx *ctx, sc_store *store, const int *wanted, int wanted_count)
 {
     char path[SC_FILE_BYTES];
-    SC_OWN(sc_free_at) void *block = NULL;
-    bool *keep;
+    SC_OWN(sc_free_at) bool *keep = NULL;
 
-    SC_PASS(sc_zalloc(ctx, (size_t)store->job.frames, sizeof *keep, &block));
-    keep = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)store->job.frames, &keep));
     for (int k = 0; k < store->job.frames; k++)
         store->data.lines[k].known = sc_store_has(store, k);
     for (int i = 0; i < wanted_count; i++) {

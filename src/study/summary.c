@@ -137,12 +137,10 @@ static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_tex
  * frame)". A frame that several ranks drew counts for the last one. @return SC_ERR_MEMORY. */
 static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
 {
-    void *block;
-    rank_speed *speeds;
+    rank_speed *speeds = NULL;
     sc_status status = SC_OK;
 
-    SC_PASS(sc_zalloc(ctx, (size_t)run->ranks, sizeof *speeds, &block));
-    speeds = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)run->ranks, &speeds));
     for (int i = 0; i < run->ranks; i++)
         speeds[i].rank = i;
     for (int i = 0; i < run->frame_count; i++) {
@@ -158,7 +156,7 @@ static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text
         status =
             sc_text_add(ctx, text, "%s%d on %s (%.3f s a frame)", i ? ", " : "", speeds[i].rank,
                         run->rank_records[speeds[i].rank].host, speeds[i].wall_s_per_frame);
-    sc_free(block);
+    sc_free(speeds);
     return status;
 }
 

@@ -96,13 +96,11 @@ static sc_status note(director *d, const sc_measurement *m)
     const sc_measurements *all = &d->records.results;
     sc_schedule *s = &d->schedule;
     sc_statistics statistics;
-    double *values;
+    double *values = NULL;
     size_t count = 0;
-    void *block;
     sc_status status;
 
-    SC_PASS(sc_alloc(d->state->app->ctx, all->count + 1, sizeof *values, &block));
-    values = block;
+    SC_PASS(SC_ALLOC(d->state->app->ctx, all->count + 1, &values));
     for (size_t i = 0; i < all->count; i++) {
         if (all->items[i].cell == m->cell)
             values[count++] =
@@ -115,7 +113,7 @@ static sc_status note(director *d, const sc_measurement *m)
             (int)count >= study->most || ((int)count >= study->least &&
                                           sc_statistics_precision(&statistics) <= study->precision);
     }
-    sc_free(block);
+    sc_free(values);
     return status;
 }
 
@@ -140,16 +138,14 @@ static void note_cost(director *d, const sc_measurement *m)
 static sc_status check_pixels(const director *d, size_t from)
 {
     const sc_ctx *ctx = d->state->app->ctx;
-    uint64_t *pictures;
-    void *block;
+    uint64_t *pictures = NULL;
     int cell, other = -1;
 
-    SC_PASS(sc_alloc(ctx, (size_t)d->state->cell_count, sizeof *pictures, &block));
-    pictures = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)d->state->cell_count, &pictures));
     for (int i = 0; i < d->state->cell_count; i++)
         pictures[i] = d->state->cells[i].picture;
     cell = sc_measurements_mismatch(&d->records.results, from, pictures, &other);
-    sc_free(block);
+    sc_free(pictures);
     if (cell < 0)
         return SC_OK;
     return sc_fail(ctx, SC_ERR_INTERNAL,

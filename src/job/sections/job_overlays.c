@@ -374,11 +374,9 @@ static sc_status add_captions(const sc_ctx *ctx, const caption_track *track, int
 /* Read a text that stands at a place, or key frames of such. */
 static sc_status read_at_place(const sc_ctx *ctx, const sc_yaml *node, int place, sc_job *job)
 {
-    SC_OWN(sc_free_at) void *block = NULL;
-    caption_track *track;
+    SC_OWN(sc_free_at) caption_track *track = NULL;
 
-    SC_PASS(sc_zalloc(ctx, 1, sizeof *track, &block));
-    track = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &track));
     track->count = 1;
     if (sc_is_track(node))
         SC_PASS(sc_read_key_frames(ctx, &line_key, node,
