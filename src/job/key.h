@@ -342,6 +342,12 @@ json_t *sc_list_schema(const char *type, double low, double high, int count);
 /* Store "file:line" of a node in @p where, for messages after the tree has been freed. Three dots
  * stand for the beginning of a path that is too long for where[size]. @p size is at least 32. */
 void sc_note_where(const sc_yaml *node, char *where, size_t size);
+/* Read the name of a tissue, a glob or the number of a label, and where it stands.
+ * @return as sc_wrong_type if @p item is no such text, or an empty one. */
+sc_status sc_read_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *item,
+                         char pattern[SC_NAME_BYTES], char where[160]);
+/* Append an item of a list, a text in quotes. *comma stands before it: "" or "[" at first. */
+sc_status sc_write_item(const sc_ctx *ctx, const char **comma, const char *value, sc_text *text);
 /* Store "file:line: key" of a node in @p where, for messages of what its value names; of a setting
  * the setting, and nothing of one that a command has made of its argument. @p size is at least 96.
  */

@@ -317,6 +317,23 @@ sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text)
     return status == SC_OK ? sc_text_add(ctx, text, "\"") : status;
 }
 
+sc_status sc_read_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *item,
+                         char pattern[SC_NAME_BYTES], char where[160])
+{
+    if (item->kind != SC_YAML_SCALAR || !item->text[0] || strlen(item->text) >= SC_NAME_BYTES)
+        return sc_wrong_type(ctx, item, key->type->expected);
+    strcpy(pattern, item->text);
+    sc_note_where(item, where, 160);
+    return SC_OK;
+}
+
+sc_status sc_write_item(const sc_ctx *ctx, const char **comma, const char *value, sc_text *text)
+{
+    SC_PASS(sc_text_add(ctx, text, "%s", *comma));
+    *comma = ", ";
+    return sc_write_quoted(ctx, value, text);
+}
+
 static sc_status write_text(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;

@@ -116,7 +116,7 @@ static sc_status read_corner(const sc_ctx *ctx, const sc_key *key, const sc_yaml
         const sc_key each = {.name = key->name, .type = &sc_type_plane_position};
         sc_yaml item = *node->items[c]->items[i];
 
-        item.key = node->key; /* for messages: items of a list have no key of their own */
+        item.key = node->key; /* for messages */
         status = each.type->read(ctx, &each, &item, &along[i]);
     }
     return status;
@@ -206,18 +206,13 @@ static sc_status write_exceptions(const sc_ctx *ctx, const sc_job *job, int plan
                                   sc_text *text)
 {
     const char *comma = "";
-    sc_status status = sc_text_add(ctx, text, "[");
 
-    for (size_t e = 0; e < job->exception_count && status == SC_OK; e++) {
-        if (job->exceptions[e].plane != plane || job->exceptions[e].span != span)
-            continue;
-        SC_TRY(sc_text_add(ctx, text, "%s", comma));
-        SC_TRY(sc_write_quoted(ctx, job->exceptions[e].pattern, text));
-        comma = ", ";
+    SC_PASS(sc_text_add(ctx, text, "["));
+    for (size_t e = 0; e < job->exception_count; e++) {
+        if (job->exceptions[e].plane == plane && job->exceptions[e].span == span)
+            SC_PASS(sc_write_item(ctx, &comma, job->exceptions[e].pattern, text));
     }
-    status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    return sc_text_add(ctx, text, "]");
 }
 
 /* Write the exceptions of the plane_entry @p value: a list of tissues, or a track of such. */
@@ -279,31 +274,22 @@ const sc_key sc_clip_keys[] = {
 static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int plane, int span,
                                  sc_job *job)
 {
-    void *grown;
+    static const sc_value_type type = {.expected = "the name of a tissue, or key frames alone"};
     sc_status status = SC_OK;
 
-    SC_PASS(sc_zalloc(ctx, job->exception_count + list->count, sizeof *job->exceptions, &grown));
-    if (job->exception_count)
-        memcpy(grown, job->exceptions, job->exception_count * sizeof *job->exceptions);
-    sc_free(job->exceptions);
-    job->exceptions = grown;
+    SC_PASS(
+        SC_RESIZE(ctx, job->exception_count, job->exception_count + list->count, &job->exceptions));
     for (size_t i = 0; i < list->count; i++) {
-        const sc_yaml *item = list->items[i];
-        sc_clip_exception *exception = &job->exceptions[job->exception_count];
+        const sc_yaml item = sc_yaml_item(list, i);
+        sc_clip_exception *to = &job->exceptions[job->exception_count];
+        const sc_status found =
+            sc_read_tissue(ctx, &(sc_key){.type = &type}, &item, to->pattern, to->where);
 
-        if (item->kind != SC_YAML_SCALAR || strlen(item->text) >= SC_NAME_BYTES) {
-            sc_yaml named = *item;
-
-            named.key = list->key; /* for the message: items of a list have no key of their own */
-            (void)sc_goes_on(
-                &status, sc_wrong_type(ctx, &named, "the name of a tissue, or key frames alone"));
-            continue;
-        }
-        exception->plane = plane;
-        exception->span = span;
-        strcpy(exception->pattern, item->text);
-        sc_note_where(item, exception->where, sizeof exception->where);
-        job->exception_count++;
+        to->plane = plane;
+        to->span = span;
+        job->exception_count += found == SC_OK;
+        if (!sc_goes_on(&status, found))
+            break;
     }
     return status;
 }

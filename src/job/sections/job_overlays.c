@@ -116,25 +116,6 @@ static int use_of(const sc_key *key)
     return strcmp(key->name, "names") == 0 ? SC_USE_NAMES : SC_USE_LEGEND;
 }
 
-/* Append one tissue to the job, which has room for it. @param list that holds it, or itself. */
-static sc_status add_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *list,
-                            const sc_yaml *item, const char *text, sc_job *job)
-{
-    sc_overlay_tissue *to = &job->overlay_tissues[job->overlay_tissue_count];
-
-    if (item->kind != SC_YAML_SCALAR || !text[0] || strlen(text) >= SC_NAME_BYTES) {
-        sc_yaml named = *item;
-
-        named.key = list->key; /* for the message: items of a list have no key of their own */
-        return sc_wrong_type(ctx, &named, key->type->expected);
-    }
-    *to = (sc_overlay_tissue){.use = use_of(key)};
-    strcpy(to->pattern, text);
-    sc_note_where(item, to->where, sizeof to->where);
-    job->overlay_tissue_count++;
-    return SC_OK;
-}
-
 /* Read "none", "all", a tissue or a list of tissues. @p value is the whole sc_job. @return the
  * first mistake; all are logged. */
 static sc_status read_overlay_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
@@ -142,29 +123,26 @@ static sc_status read_overlay_tissues(const sc_ctx *ctx, const sc_key *key, cons
 {
     const bool is_one = node->kind == SC_YAML_SCALAR;
     const bool may_be_none = use_of(key) == SC_USE_NAMES;
-    const size_t count = is_one ? 1 : node->count;
+    const size_t count = sc_yaml_length(node);
     sc_job *job = value;
-    void *grown;
-    sc_status status;
+    sc_status status = SC_OK;
 
     if (node->kind == SC_YAML_MAP || (!count && !may_be_none))
         return sc_wrong_type(ctx, node, key->type->expected);
     if (is_one && strcmp(node->text, "none") == 0)
         return may_be_none ? SC_OK : sc_wrong_type(ctx, node, key->type->expected);
-    status =
-        sc_zalloc(ctx, job->overlay_tissue_count + count, sizeof *job->overlay_tissues, &grown);
-    if (status != SC_OK)
-        return status;
-    if (job->overlay_tissue_count)
-        memcpy(grown, job->overlay_tissues,
-               job->overlay_tissue_count * sizeof *job->overlay_tissues);
-    sc_free(job->overlay_tissues);
-    job->overlay_tissues = grown;
+    SC_PASS(SC_RESIZE(ctx, job->overlay_tissue_count, job->overlay_tissue_count + count,
+                      &job->overlay_tissues));
     for (size_t i = 0; i < count; i++) {
-        const sc_yaml *item = is_one ? node : node->items[i];
-        const char *text = is_one && strcmp(item->text, "all") == 0 ? "*" : item->text;
+        const sc_yaml item = sc_yaml_item(node, i);
+        sc_overlay_tissue *to = &job->overlay_tissues[job->overlay_tissue_count];
+        const sc_status found = sc_read_tissue(ctx, key, &item, to->pattern, to->where);
 
-        if (!sc_goes_on(&status, add_tissue(ctx, key, node, item, text, job)))
+        to->use = use_of(key);
+        if (found == SC_OK && is_one && !strcmp(to->pattern, "all"))
+            strcpy(to->pattern, "*");
+        job->overlay_tissue_count += found == SC_OK;
+        if (!sc_goes_on(&status, found))
             break;
     }
     return status;
@@ -176,19 +154,13 @@ static sc_status write_overlay_tissues(const sc_ctx *ctx, const sc_key *key, con
 {
     const sc_job *job = value;
     const char *comma = "";
-    sc_status status = sc_text_add(ctx, text, "[");
 
-    for (size_t i = 0; i < job->overlay_tissue_count && status == SC_OK; i++) {
-        if (job->overlay_tissues[i].use != use_of(key))
-            continue;
-        SC_TRY(sc_text_add(ctx, text, "%s", comma));
-        SC_TRY(sc_write_quoted(ctx, job->overlay_tissues[i].pattern, text));
-        comma = ", ";
+    SC_PASS(sc_text_add(ctx, text, "["));
+    for (size_t i = 0; i < job->overlay_tissue_count; i++) {
+        if (job->overlay_tissues[i].use == use_of(key))
+            SC_PASS(sc_write_item(ctx, &comma, job->overlay_tissues[i].pattern, text));
     }
-    if (status == SC_OK)
-        status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    return sc_text_add(ctx, text, "]");
 }
 
 static json_t *overlay_tissues_schema(const sc_key *key)

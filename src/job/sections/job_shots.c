@@ -112,8 +112,7 @@ const sc_value_type sc_type_transition = {
 /* Read a title, or a list of a title and what is smaller below it, into an sc_card. */
 static sc_status read_card(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    const bool is_one = node->kind == SC_YAML_SCALAR;
-    const size_t count = is_one ? 1 : node->count;
+    const size_t count = sc_yaml_length(node);
     sc_card *card = value;
     sc_status status = SC_OK;
 
@@ -121,9 +120,8 @@ static sc_status read_card(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
         return sc_wrong_type(ctx, node, key->type->expected);
     card->has_subtitle = count == 2;
     for (size_t i = 0; i < count; i++) {
-        sc_yaml named = is_one ? *node : *node->items[i];
+        const sc_yaml named = sc_yaml_item(node, i);
 
-        named.key = node->key; /* for the message: items of a list have no key of their own */
         (void)sc_goes_on(
             &status, sc_type_caption_text.read(ctx, key, &named, i ? card->subtitle : card->title));
     }

@@ -19,25 +19,6 @@ typedef struct verb_entry {
 
 /* ---- types of values ---- */
 
-/* Append one tissue of the present verb to the job. */
-static sc_status add_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *list,
-                            const sc_yaml *item, const verb_entry *entry)
-{
-    sc_verb_tissue *to = &entry->job->verb_tissues[entry->job->verb_tissue_count];
-
-    if (item->kind != SC_YAML_SCALAR || !item->text[0] || strlen(item->text) >= SC_NAME_BYTES) {
-        sc_yaml named = *item;
-
-        named.key = list->key; /* for the message: items of a list have no key of their own */
-        return sc_wrong_type(ctx, &named, key->type->expected);
-    }
-    *to = (sc_verb_tissue){.verb = entry->index};
-    strcpy(to->pattern, item->text);
-    sc_note_where(item, to->where, sizeof to->where);
-    entry->job->verb_tissue_count++;
-    return SC_OK;
-}
-
 /* Read one tissue, or a list of them. @p value is the whole verb_entry. @return the first mistake;
  * all are logged. */
 static sc_status read_verb_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
@@ -45,20 +26,21 @@ static sc_status read_verb_tissues(const sc_ctx *ctx, const sc_key *key, const s
 {
     const verb_entry *entry = value;
     sc_job *job = entry->job;
-    const bool is_one = node->kind == SC_YAML_SCALAR;
-    const size_t count = is_one ? 1 : node->count;
-    void *grown;
+    const size_t count = sc_yaml_length(node);
     sc_status status = SC_OK;
 
     if (node->kind == SC_YAML_MAP || !count)
         return sc_wrong_type(ctx, node, key->type->expected);
-    SC_PASS(sc_zalloc(ctx, job->verb_tissue_count + count, sizeof *job->verb_tissues, &grown));
-    if (job->verb_tissue_count)
-        memcpy(grown, job->verb_tissues, job->verb_tissue_count * sizeof *job->verb_tissues);
-    sc_free(job->verb_tissues);
-    job->verb_tissues = grown;
+    SC_PASS(
+        SC_RESIZE(ctx, job->verb_tissue_count, job->verb_tissue_count + count, &job->verb_tissues));
     for (size_t i = 0; i < count; i++) {
-        if (!sc_goes_on(&status, add_tissue(ctx, key, node, is_one ? node : node->items[i], entry)))
+        const sc_yaml item = sc_yaml_item(node, i);
+        sc_verb_tissue *to = &job->verb_tissues[job->verb_tissue_count];
+        const sc_status found = sc_read_tissue(ctx, key, &item, to->pattern, to->where);
+
+        to->verb = entry->index;
+        job->verb_tissue_count += found == SC_OK;
+        if (!sc_goes_on(&status, found))
             break;
     }
     return status;
@@ -73,11 +55,8 @@ static sc_status write_verb_tissues(const sc_ctx *ctx, const sc_key *key, const 
 
     (void)key;
     for (size_t i = 0; i < entry->job->verb_tissue_count; i++) {
-        if (entry->job->verb_tissues[i].verb != entry->index)
-            continue;
-        SC_PASS(sc_text_add(ctx, text, "%s", comma));
-        SC_PASS(sc_write_quoted(ctx, entry->job->verb_tissues[i].pattern, text));
-        comma = ", ";
+        if (entry->job->verb_tissues[i].verb == entry->index)
+            SC_PASS(sc_write_item(ctx, &comma, entry->job->verb_tissues[i].pattern, text));
     }
     return sc_text_add(ctx, text, "]");
 }
@@ -161,9 +140,8 @@ static sc_status read_points(const sc_ctx *ctx, const sc_key *key, const sc_yaml
                             SC_THROUGH_MAX);
     verb->through_count = (int)node->count; /* also after a mistake: then no more is said */
     for (size_t i = 0; i < node->count; i++) {
-        sc_yaml named = *node->items[i];
+        const sc_yaml named = sc_yaml_item(node, i);
 
-        named.key = node->key; /* for messages: items of a list have no key of their own */
         SC_PASS(sc_type_point.read(ctx, &point, &named, &verb->through[i]));
         if (i && sc_vec3_length(sc_vec3_sub(verb->through[i], verb->through[i - 1])) < 1e-9)
             return sc_yaml_fail(ctx, &named, "points %zu and %zu are the same, expected others", i,

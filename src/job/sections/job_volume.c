@@ -45,11 +45,10 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
     if (node->kind != SC_YAML_LIST || node->count != 2)
         return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < 2; i++) {
-        sc_yaml named = *node->items[i];
+        const sc_yaml named = sc_yaml_item(node, i);
 
         if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
-        named.key = node->key; /* for the message: items of a list have no key of their own */
         SC_PASS(sc_read_numbers(ctx, key, &named, 3, corner));
         read[i] = (sc_vec3){corner[0], corner[1], corner[2]};
     }
@@ -131,11 +130,10 @@ static sc_status read_voxels(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     double pair[2];
 
     for (size_t i = 0; i < 3; i++) {
-        sc_yaml named = *node->items[i];
+        const sc_yaml named = sc_yaml_item(node, i);
 
         if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
-        named.key = node->key; /* for the message: items of a list have no key of their own */
         SC_PASS(sc_read_numbers(ctx, key, &named, 2, pair));
         if (pair[0] != floor(pair[0]) || pair[1] != floor(pair[1]) || pair[0] >= pair[1])
             return sc_wrong_type(ctx, node, key->type->expected);
@@ -289,18 +287,16 @@ static sc_status read_path(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
         return sc_wrong_type(ctx, node, key->type->expected);
     if (node->kind != SC_YAML_LIST)
         return sc_type_text.read(ctx, key, node, job->volume);
-    SC_TRY(sc_series_alloc(ctx, node, node->count, job));
+    SC_PASS(sc_series_alloc(ctx, node, node->count, job));
     for (size_t i = 0; i < node->count; i++) {
-        sc_yaml named = *node->items[i];
+        const sc_yaml named = sc_yaml_item(node, i);
 
-        named.key = node->key; /* for the message: items of a list have no key of their own */
         if (named.kind != SC_YAML_SCALAR || !named.text[0])
             (void)sc_goes_on(&status, sc_wrong_type(ctx, &named, "the path of a volume"));
         else
             (void)sc_goes_on(&status, sc_type_text.read(ctx, key, &named, job->phases[i].path));
     }
     snprintf(job->volume, sizeof job->volume, "%s", job->phases[0].path);
-out:
     return status;
 }
 
