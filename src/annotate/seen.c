@@ -116,7 +116,7 @@ sc_status sc_choose_tissues(const sc_ctx *ctx, const sc_annotations *a, sc_tissu
                             int *ids, int *all)
 {
     bool *is_wanted;
-    void *block;
+    SC_OWN(sc_free_at) void *block = NULL;
     const sc_status status =
         sc_zalloc(ctx, (size_t)a->volume->label_count, sizeof *is_wanted, &block);
 
@@ -134,7 +134,6 @@ sc_status sc_choose_tissues(const sc_ctx *ctx, const sc_annotations *a, sc_tissu
         is_wanted[best] = false;
         ids[count] = best;
     }
-    sc_free(block);
     return SC_OK;
 }
 

@@ -79,16 +79,11 @@ sc_status sc_store_key(const sc_ctx *ctx, sc_options *options, const sc_option *
 {
     sc_setting setting = {.value = value, .literal = true};
     sc_text origin = {0};
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
-    SC_TRY(own(ctx, options, &origin, &setting.origin));
-    SC_TRY(copy(ctx, options, option->key, strlen(option->key), &setting.path));
-    status = add_setting(ctx, options, setting);
-    return status;
-out:
-    sc_text_clear(&origin);
-    return status;
+    SC_PASS(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
+    SC_PASS(own(ctx, options, &origin, &setting.origin));
+    SC_PASS(copy(ctx, options, option->key, strlen(option->key), &setting.path));
+    return add_setting(ctx, options, setting);
 }
 
 sc_status sc_store_set(const sc_ctx *ctx, sc_options *options, const sc_option *option,

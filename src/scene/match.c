@@ -31,7 +31,7 @@ static sc_status fail_unknown(const sc_ctx *ctx, const sc_prepared *volume,
     char offered[OFFERED_MAX * (SC_NAME_BYTES + 8)] = "";
     bool has_names = false;
     size_t count, used = 0;
-    void *block;
+    SC_OWN(sc_free_at) void *block = NULL;
     sc_status status = SC_OK;
 
     SC_PASS(sc_zalloc(ctx, (size_t)volume->label_count, sizeof(const char *), &block));
@@ -53,7 +53,6 @@ static sc_status fail_unknown(const sc_ctx *ctx, const sc_prepared *volume,
     else
         status = sc_fail(ctx, SC_ERR_DATA, "%s%stissue \"%s\" matches no label of the volume%s%s",
                          where, colon, pattern->text, offered, count ? "?" : "");
-    sc_free(block);
     return status;
 }
 

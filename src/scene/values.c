@@ -190,7 +190,7 @@ static sc_status find_nearest_name(const assignment *a, const sc_value_row *row,
     const sc_prepared *volume = a->volume;
     char name[SC_NAME_BYTES + 1];
     const char **names;
-    void *block;
+    SC_OWN(sc_free_at) void *block = NULL;
     const sc_status status =
         sc_zalloc(a->ctx, (size_t)volume->label_count, sizeof(const char *), &block);
 
@@ -201,7 +201,6 @@ static sc_status find_nearest_name(const assignment *a, const sc_value_row *row,
         names[id] = volume->labels[id].name[0] ? volume->labels[id].name : NULL;
     snprintf(name, sizeof name, "%.*s", SC_NAME_BYTES, row->name);
     *out = sc_nearest_word(name, names, (size_t)volume->label_count);
-    sc_free(block);
     return SC_OK;
 }
 
@@ -237,8 +236,8 @@ static sc_status read_values(const sc_ctx *ctx, const sc_color_by *by, const sc_
                              double *values, char title[SC_NAME_BYTES])
 {
     assignment a = {.ctx = ctx, .path = by->table, .volume = volume, .values = values};
-    sc_value_table table = {0};
-    void *lines = NULL;
+    SC_OWN(sc_value_table_clear) sc_value_table table = {0};
+    SC_OWN(sc_free_at) void *lines = NULL;
     sc_status status;
 
     SC_TRY(sc_value_table_read(ctx, by->table, by->column, &table));
@@ -251,9 +250,7 @@ static sc_status read_values(const sc_ctx *ctx, const sc_color_by *by, const sc_
     tell_other_names(&a);
     memcpy(title, table.column, sizeof table.column);
 out:
-    sc_free(lines);
     sc_free(a.names);
-    sc_value_table_clear(&table);
     return status;
 }
 

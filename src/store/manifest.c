@@ -458,7 +458,7 @@ static void name_other_format(const char *text, size_t bytes, sc_manifest_data *
 
 sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data *data)
 {
-    char *text = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
     sc_status status;
 
@@ -466,7 +466,6 @@ sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data
     begin(data);
     status = read_text(ctx, text, bytes, INT32_MAX, data);
     name_other_format(text, bytes, data);
-    sc_free(text);
     return status;
 }
 
@@ -499,7 +498,7 @@ static sc_status read_first_line(const sc_ctx *ctx, const char *path, char **out
 
 sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest_data *data)
 {
-    char *text = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes = 0;
     sc_status status;
 
@@ -507,7 +506,6 @@ sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest
     begin(data);
     status = read_text(ctx, text, bytes, 1, data);
     name_other_format(text, bytes, data);
-    sc_free(text);
     return status;
 }
 

@@ -279,7 +279,7 @@ static sc_status add_extrap(const sc_ctx *ctx, const sc_design *design, const sc
         const char *name;
         double value;
     } metrics[] = {{"wall_s", item->wall_s}, {"cpu_s", item->cpu_s}};
-    sc_text path = {0};
+    SC_OWN(sc_text_clear) sc_text path = {0};
     json_t *params = parameters_of(ctx, design, item->cell, &path);
     sc_status status = SC_OK;
 
@@ -298,20 +298,18 @@ static sc_status add_extrap(const sc_ctx *ctx, const sc_design *design, const sc
         json_decref(json);
     }
     json_decref(params);
-    sc_text_clear(&path);
     return status;
 }
 
 sc_status sc_cells_write_extrap(const sc_ctx *ctx, const sc_measurements *measurements,
                                 const char *path)
 {
-    sc_text text = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
     sc_status status = SC_OK;
 
     for (size_t i = 0; i < measurements->count && status == SC_OK; i++)
         status = add_extrap(ctx, &measurements->design, &measurements->items[i], &text);
     if (status == SC_OK)
         status = sc_file_write(ctx, path, text.data ? text.data : "", text.length_bytes);
-    sc_text_clear(&text);
     return status;
 }

@@ -117,7 +117,7 @@ static int by_speed(const void *a, const void *b)
  * @return SC_ERR_MEMORY. */
 static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
 {
-    void *block;
+    SC_OWN(sc_free_at) void *block = NULL;
     sc_frame_result *sorted;
     sc_status status = SC_OK;
 
@@ -129,7 +129,6 @@ static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_tex
     for (int i = 0; i < run->frame_count && i < SLOWEST_SHOWN && status == SC_OK; i++)
         status = sc_text_add(ctx, text, "%s%d (%.3f s)", i ? ", " : "", sorted[i].frame,
                              sorted[i].render_cpu_s);
-    sc_free(block);
     return status;
 }
 
@@ -137,7 +136,7 @@ static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_tex
  * frame)". A frame that several ranks drew counts for the last one. @return SC_ERR_MEMORY. */
 static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
 {
-    rank_speed *speeds = NULL;
+    SC_OWN(sc_free_at) rank_speed *speeds = NULL;
     sc_status status = SC_OK;
 
     SC_PASS(SC_ZALLOC(ctx, (size_t)run->ranks, &speeds));
@@ -156,7 +155,6 @@ static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text
         status =
             sc_text_add(ctx, text, "%s%d on %s (%.3f s a frame)", i ? ", " : "", speeds[i].rank,
                         run->rank_records[speeds[i].rank].host, speeds[i].wall_s_per_frame);
-    sc_free(speeds);
     return status;
 }
 

@@ -172,13 +172,12 @@ static sc_status read_slices(const sc_run *run, sc_history *history)
     sc_status status = SC_OK;
 
     for (int i = 0; i < count; i++) {
-        char *path = NULL;
+        SC_OWN(sc_free_at) char *path = NULL;
 
         if (status == SC_OK)
             status = sc_path_join(run->app->ctx, run->root.directory, entries[i]->d_name, &path);
         if (status == SC_OK)
             status = sc_history_read(run->app->ctx, path, &job, history);
-        sc_free(path);
         free(entries[i]);
     }
     if (count >= 0)
@@ -207,7 +206,7 @@ static sc_status add_unmeasured(const sc_run *run, sc_history *history, int from
 {
     int count = 0, known = 0;
     sc_frame_result *frames;
-    void *block;
+    SC_OWN(sc_free_at) void *block = NULL;
     sc_status status =
         sc_alloc(run->app->ctx, (size_t)run->root.wanted_count, sizeof *frames, &block);
 
@@ -227,7 +226,6 @@ static sc_status add_unmeasured(const sc_run *run, sc_history *history, int from
             .frame = k, .rank = done->rank, .render_cpu_s = done->render_cpu_s, .hash = done->hash};
     }
     status = sc_history_add(run->app->ctx, history, frames, count, from);
-    sc_free(block);
     return status;
 }
 
@@ -387,8 +385,8 @@ static void write_page(const sc_run *run)
                             .write = keep_error,
                             .user = error,
                             .alloc_budget = ctx->alloc_budget};
-    char *path = NULL;
-    sc_text text = {0};
+    SC_OWN(sc_free_at) char *path = NULL;
+    SC_OWN(sc_text_clear) sc_text text = {0};
     sc_status status;
 
     SC_TRY(record_path(&keeping, run, "report", "html", &path));
@@ -400,8 +398,6 @@ out:
     if (status != SC_OK)
         sc_warn(ctx, "the page with the report was not made: %s; `segcast report %s` makes it",
                 error, run->root.directory);
-    sc_text_clear(&text);
-    sc_free(path);
 }
 
 sc_status sc_run_begin_records(sc_run *run)

@@ -96,7 +96,7 @@ static sc_status note(director *d, const sc_measurement *m)
     const sc_measurements *all = &d->records.results;
     sc_schedule *s = &d->schedule;
     sc_statistics statistics;
-    double *values = NULL;
+    SC_OWN(sc_free_at) double *values = NULL;
     size_t count = 0;
     sc_status status;
 
@@ -113,7 +113,6 @@ static sc_status note(director *d, const sc_measurement *m)
             (int)count >= study->most || ((int)count >= study->least &&
                                           sc_statistics_precision(&statistics) <= study->precision);
     }
-    sc_free(values);
     return status;
 }
 
@@ -335,7 +334,7 @@ static sc_status print_results(const director *d)
 {
     const sc_design *design = &d->records.results.design;
     const int cells = sc_design_cells(design);
-    sc_cell_result *results = NULL;
+    SC_OWN(sc_free_at) sc_cell_result *results = NULL;
     bool scales = false;
 
     SC_PASS(sc_cell_results(d->state->app->ctx, &d->records.results, &results));
@@ -344,7 +343,6 @@ static sc_status print_results(const director *d)
     print_head(design, scales);
     for (int i = 0; i < cells; i++)
         print_cell(design, results, i, scales);
-    sc_free(results);
     return SC_OK;
 }
 
@@ -410,7 +408,7 @@ static void write_page(const director *d)
 {
     const sc_ctx *ctx = d->state->app->ctx;
     const char *directory = d->records.directory;
-    sc_measurements all = {0};
+    SC_OWN(sc_measurements_clear) sc_measurements all = {0};
     sc_status status = sc_study_read(ctx, directory, &all);
 
     if (status == SC_OK)
@@ -418,7 +416,6 @@ static void write_page(const director *d)
     if (status != SC_OK)
         sc_warn(ctx, "the page with the report was not made; `segcast report %s` makes it",
                 directory);
-    sc_measurements_clear(&all);
 }
 
 /* On rank 0: write the tables, print the results and say how it ended. @return @p outcome, or a
