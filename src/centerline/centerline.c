@@ -122,21 +122,14 @@ static sc_status append_way(const sc_ctx *ctx, finder *f, uint32_t end)
 {
     way *w = &f->way;
     uint32_t more = 0, at;
-    void *block;
 
     for (uint32_t v = end; v != SC_NO_VOXEL; v = f->search.from[v])
         more++;
     if (w->count)
         more--;
     if (w->count + more > w->room) {
-        const uint32_t room = w->count + more;
-
-        SC_PASS(sc_alloc(ctx, room, sizeof *w->voxels, &block));
-        if (w->count)
-            memcpy(block, w->voxels, w->count * sizeof *w->voxels);
-        sc_free(w->voxels);
-        w->voxels = block;
-        w->room = room;
+        SC_PASS(SC_RESIZE(ctx, w->count, w->count + more, &w->voxels));
+        w->room = w->count + more;
     }
     at = w->count += more;
     for (uint32_t v = end; more > 0; v = f->search.from[v], more--)
@@ -246,7 +239,7 @@ static sc_status sample_way(const sc_ctx *ctx, const finder *f, sc_centerline *o
     sc_vec3 from, to = sc_affine_point(to_ras_mm, w->points[0]);
     uint32_t edge = 0;
     size_t steps;
-    void *block;
+    sc_centerline_point *points;
 
     for (uint32_t i = 1; i < w->count; i++) {
         from = to;
@@ -254,9 +247,11 @@ static sc_status sample_way(const sc_ctx *ctx, const finder *f, sc_centerline *o
         length_mm += sc_vec3_length(sc_vec3_sub(to, from));
     }
     steps = (size_t)fmax(1, ceil(length_mm / f->region.least_mm));
-    SC_PASS(sc_alloc(ctx, steps + 1, sizeof *out->points, &block));
-    *out = (sc_centerline){
-        .points = block, .count = steps + 1, .length_mm = length_mm, .parts = (int)f->region.parts};
+    SC_PASS(SC_ALLOC(ctx, steps + 1, &points));
+    *out = (sc_centerline){.points = points,
+                           .count = steps + 1,
+                           .length_mm = length_mm,
+                           .parts = (int)f->region.parts};
     for (size_t i = 0; i <= steps; i++) {
         const double at_mm = length_mm * (double)i / (double)steps;
         double share;

@@ -93,12 +93,11 @@ sc_status sc_cell_results(const sc_ctx *ctx, const sc_measurements *measurements
 {
     const sc_design *design = &measurements->design;
     const int cells = sc_design_cells(design);
-    SC_OWN(sc_free_at) void *times = NULL, *block = NULL;
-    sc_cell_result *results;
+    SC_OWN(sc_free_at) void *times = NULL;
+    SC_OWN(sc_free_at) sc_cell_result *results = NULL;
 
     SC_PASS(sc_alloc(ctx, measurements->count + 1, 2 * sizeof(double), &times));
-    SC_PASS(sc_zalloc(ctx, (size_t)cells, sizeof *results, &block));
-    results = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)cells, &results));
     for (int i = 0; i < cells; i++) {
         results[i].cell = i;
         SC_PASS(describe_cell(ctx, measurements, times, &results[i]));
@@ -117,8 +116,7 @@ sc_status sc_cell_results(const sc_ctx *ctx, const sc_measurements *measurements
                               : 0;
         r->cost = ratio(rays_per(base, &base->cpu_s), rays_per(r, &r->cpu_s));
     }
-    *out = results;
-    block = NULL;
+    SC_HAND_OVER(results, out);
     return SC_OK;
 }
 

@@ -117,12 +117,10 @@ static int by_speed(const void *a, const void *b)
  * @return SC_ERR_MEMORY. */
 static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
 {
-    SC_OWN(sc_free_at) void *block = NULL;
-    sc_frame_result *sorted;
+    SC_OWN(sc_free_at) sc_frame_result *sorted = NULL;
     sc_status status = SC_OK;
 
-    SC_PASS(sc_alloc(ctx, (size_t)run->frame_count + 1, sizeof(sc_frame_result), &block));
-    sorted = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)run->frame_count + 1, &sorted));
     for (int i = 0; i < run->frame_count; i++)
         sorted[i] = run->frames[i];
     qsort(sorted, (size_t)run->frame_count, sizeof *sorted, by_cost);

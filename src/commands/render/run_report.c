@@ -205,14 +205,9 @@ static void drop_lost_frames(const sc_run *run, sc_history *history)
 static sc_status add_unmeasured(const sc_run *run, sc_history *history, int from)
 {
     int count = 0, known = 0;
-    sc_frame_result *frames;
-    SC_OWN(sc_free_at) void *block = NULL;
-    sc_status status =
-        sc_alloc(run->app->ctx, (size_t)run->root.wanted_count, sizeof *frames, &block);
+    SC_OWN(sc_free_at) sc_frame_result *frames = NULL;
 
-    if (status != SC_OK)
-        return status;
-    frames = block;
+    SC_PASS(SC_ALLOC(run->app->ctx, (size_t)run->root.wanted_count, &frames));
     for (int i = 0; i < run->root.wanted_count; i++) {
         const int k = run->root.wanted[i];
         const sc_done_frame *done = sc_store_done(run->root.store, k);
@@ -225,8 +220,7 @@ static sc_status add_unmeasured(const sc_run *run, sc_history *history, int from
         frames[count++] = (sc_frame_result){
             .frame = k, .rank = done->rank, .render_cpu_s = done->render_cpu_s, .hash = done->hash};
     }
-    status = sc_history_add(run->app->ctx, history, frames, count, from);
-    return status;
+    return sc_history_add(run->app->ctx, history, frames, count, from);
 }
 
 /* Read into run->root.earlier, once and before the first frame, what earlier runs have measured of

@@ -324,13 +324,8 @@ typedef struct caption_track {
 static sc_status add_captions(const sc_ctx *ctx, const caption_track *track, int place, sc_job *job)
 {
     const size_t count = (size_t)track->count;
-    void *grown;
 
-    SC_PASS(sc_zalloc(ctx, job->caption_count + count, sizeof *job->captions, &grown));
-    if (job->caption_count)
-        memcpy(grown, job->captions, job->caption_count * sizeof *job->captions);
-    sc_free(job->captions);
-    job->captions = grown;
+    SC_PASS(SC_RESIZE(ctx, job->caption_count, job->caption_count + count, &job->captions));
     for (size_t i = 0; i < count; i++) {
         sc_caption *caption = &job->captions[job->caption_count];
 

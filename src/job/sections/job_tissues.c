@@ -144,16 +144,10 @@ const sc_key sc_tissue_keys[] = {
 static sc_status grow_tracks(const sc_ctx *ctx, sc_job *job)
 {
     const size_t count = job->tissue_track_count;
-    void *grown;
 
     if (count & (count - 1))
         return SC_OK; /* no power of two */
-    SC_PASS(sc_alloc(ctx, count ? 2 * count : 1, sizeof *job->tissue_tracks, &grown));
-    if (count)
-        memcpy(grown, job->tissue_tracks, count * sizeof *job->tissue_tracks);
-    sc_free(job->tissue_tracks);
-    job->tissue_tracks = grown;
-    return SC_OK;
+    return SC_RESIZE(ctx, count, count ? 2 * count : 1, &job->tissue_tracks);
 }
 
 /* Append key frames, if there are any, to the list of the job. @param number set to their number,
