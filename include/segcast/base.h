@@ -191,6 +191,8 @@ SC_MUST_USE sc_status sc_grow(const sc_ctx *ctx, size_t count, size_t *room, siz
 void sc_free(void *ptr);
 /** The same for what the pointer of any type points to that is at @p pointer. For SC_OWN. */
 void sc_free_at(void *pointer);
+/** Close the stream at @p stream unless it is NULL. For SC_OWN, of streams that are only read. */
+void sc_fclose_at(FILE **stream);
 
 /** A text that grows. Zero-initialise; ends with a NUL byte after the first sc_text_add. Owns its
  *  memory: sc_text_clear, or sc_free on data, which may be passed on. */

@@ -24,7 +24,7 @@ sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotations *annotat
 {
     const sc_overlays *o = annotations->overlays;
     sc_font_told nothing = {0}, *told = annotations->told ? annotations->told : &nothing;
-    sc_line_list list = {0};
+    SC_OWN(sc_lines_clear) sc_line_list list = {0};
     sc_font *font = NULL;
     sc_status status;
 
@@ -47,7 +47,6 @@ sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotations *annotat
     SC_TRY(sc_add_captions(ctx, annotations, font, &list));
     status = sc_lettering_make(ctx, font, list.lines, list.count, told, out);
 out:
-    sc_lines_clear(&list);
     sc_font_close(font);
     return status;
 }

@@ -257,7 +257,7 @@ sc_status sc_annotations_plan_names(const sc_ctx *ctx, const sc_annotations *ann
     sc_name_film film;
     planner p = {.ctx = ctx, .film = &film, .statuses = statuses};
     uint64_t bytes;
-    void *block = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
     sc_status status;
 
     SC_TRY(begin_film(ctx, annotations, &film));
@@ -278,7 +278,6 @@ sc_status sc_annotations_plan_names(const sc_ctx *ctx, const sc_annotations *ann
     *out = p.plan;
     block = NULL;
 out:
-    sc_free(block);
     sc_free(film.columns);
     sc_free(film.states);
     return status;

@@ -115,14 +115,9 @@ static int find_wanted(const sc_annotations *a, sc_tissue_use use, bool *is_want
 sc_status sc_choose_tissues(const sc_ctx *ctx, const sc_annotations *a, sc_tissue_use use, int room,
                             int *ids, int *all)
 {
-    bool *is_wanted;
-    void *block;
-    const sc_status status =
-        sc_zalloc(ctx, (size_t)a->volume->label_count, sizeof *is_wanted, &block);
+    SC_OWN(sc_free_at) bool *is_wanted = NULL;
 
-    if (status != SC_OK)
-        return status;
-    is_wanted = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)a->volume->label_count, &is_wanted));
     *all = find_wanted(a, use, is_wanted);
     for (int count = 0; count < room && count < *all; count++) {
         int best = 0;
@@ -134,7 +129,6 @@ sc_status sc_choose_tissues(const sc_ctx *ctx, const sc_annotations *a, sc_tissu
         is_wanted[best] = false;
         ids[count] = best;
     }
-    sc_free(block);
     return SC_OK;
 }
 

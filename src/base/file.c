@@ -27,14 +27,19 @@ sc_status sc_input_status(int error)
     }
 }
 
+void sc_fclose_at(FILE **stream)
+{
+    if (*stream)
+        fclose(*stream);
+}
+
 sc_status sc_file_read(const sc_ctx *ctx, const char *path, size_t max_bytes, char **out,
                        size_t *out_bytes)
 {
-    FILE *stream = NULL;
+    SC_OWN(sc_fclose_at) FILE *stream = NULL;
+    SC_OWN(sc_free_at) char *data = NULL;
     struct stat info;
-    void *data = NULL;
     size_t bytes;
-    sc_status status = SC_OK;
 
     if (stat(path, &info))
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
@@ -50,21 +55,15 @@ sc_status sc_file_read(const sc_ctx *ctx, const char *path, size_t max_bytes, ch
     stream = fopen(path, "rb");
     if (!stream)
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    SC_TRY(sc_alloc(ctx, (size_t)info.st_size + 1, 1, &data));
+    SC_PASS(SC_ALLOC(ctx, (size_t)info.st_size + 1, &data));
     bytes = fread(data, 1, (size_t)info.st_size, stream);
-    if (ferror(stream)) {
-        status =
-            sc_fail(ctx, sc_input_status(errno), "%s: cannot be read: %s", path, strerror(errno));
-        goto out;
-    }
-    ((char *)data)[bytes] = '\0';
-    *out = data;
+    if (ferror(stream))
+        return sc_fail(ctx, sc_input_status(errno), "%s: cannot be read: %s", path,
+                       strerror(errno));
+    data[bytes] = '\0';
+    SC_HAND_OVER(data, out);
     *out_bytes = bytes;
-    data = NULL;
-out:
-    fclose(stream);
-    sc_free(data);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_file_map(const sc_ctx *ctx, const char *path, const void **out, size_t *out_bytes)

@@ -122,21 +122,14 @@ static sc_status append_way(const sc_ctx *ctx, finder *f, uint32_t end)
 {
     way *w = &f->way;
     uint32_t more = 0, at;
-    void *block;
 
     for (uint32_t v = end; v != SC_NO_VOXEL; v = f->search.from[v])
         more++;
     if (w->count)
         more--;
     if (w->count + more > w->room) {
-        const uint32_t room = w->count + more;
-
-        SC_PASS(sc_alloc(ctx, room, sizeof *w->voxels, &block));
-        if (w->count)
-            memcpy(block, w->voxels, w->count * sizeof *w->voxels);
-        sc_free(w->voxels);
-        w->voxels = block;
-        w->room = room;
+        SC_PASS(SC_RESIZE(ctx, w->count, w->count + more, &w->voxels));
+        w->room = w->count + more;
     }
     at = w->count += more;
     for (uint32_t v = end; more > 0; v = f->search.from[v], more--)
@@ -246,7 +239,7 @@ static sc_status sample_way(const sc_ctx *ctx, const finder *f, sc_centerline *o
     sc_vec3 from, to = sc_affine_point(to_ras_mm, w->points[0]);
     uint32_t edge = 0;
     size_t steps;
-    void *block;
+    sc_centerline_point *points;
 
     for (uint32_t i = 1; i < w->count; i++) {
         from = to;
@@ -254,9 +247,11 @@ static sc_status sample_way(const sc_ctx *ctx, const finder *f, sc_centerline *o
         length_mm += sc_vec3_length(sc_vec3_sub(to, from));
     }
     steps = (size_t)fmax(1, ceil(length_mm / f->region.least_mm));
-    SC_PASS(sc_alloc(ctx, steps + 1, sizeof *out->points, &block));
-    *out = (sc_centerline){
-        .points = block, .count = steps + 1, .length_mm = length_mm, .parts = (int)f->region.parts};
+    SC_PASS(SC_ALLOC(ctx, steps + 1, &points));
+    *out = (sc_centerline){.points = points,
+                           .count = steps + 1,
+                           .length_mm = length_mm,
+                           .parts = (int)f->region.parts};
     for (size_t i = 0; i <= steps; i++) {
         const double at_mm = length_mm * (double)i / (double)steps;
         double share;
@@ -310,10 +305,9 @@ sc_status sc_centerline_middle(const sc_ctx *ctx, const sc_centerline_request *r
     sc_vec3 center_mm = {0, 0, 0};
     double least_mm = HUGE_VAL;
     float deepest_mm = 0;
-    sc_region region;
-    sc_status status;
+    SC_OWN(sc_region_clear) sc_region region = {0};
 
-    SC_TRY(sc_region_make(ctx, request, &region));
+    SC_PASS(sc_region_make(ctx, request, &region));
     for (uint32_t n = 0; n < region.count; n++) {
         deepest_mm = fmaxf(deepest_mm, region.depth_mm[n]);
         center_mm = sc_vec3_along(center_mm, 1.0 / region.count, sc_region_point(&region, n));
@@ -327,9 +321,7 @@ sc_status sc_centerline_middle(const sc_ctx *ctx, const sc_centerline_request *r
         least_mm = off_mm;
         *out = at_mm;
     }
-out:
-    sc_region_clear(&region);
-    return status;
+    return SC_OK;
 }
 
 void sc_centerline_clear(sc_centerline *line)

@@ -129,7 +129,7 @@ static void pass_along(sc_region *r, int axis, double *work)
 static sc_status find_depths(const sc_ctx *ctx, sc_region *r)
 {
     int longest = r->size[0];
-    void *work;
+    SC_OWN(sc_free_at) void *work = NULL;
 
     for (int i = 1; i < 3; i++)
         longest = r->size[i] > longest ? r->size[i] : longest;
@@ -138,7 +138,6 @@ static sc_status find_depths(const sc_ctx *ctx, sc_region *r)
         pass_along(r, axis, work);
     for (uint32_t n = 0; n < r->count; n++)
         r->depth_mm[n] = sqrtf(r->depth_mm[n]);
-    sc_free(work);
     return SC_OK;
 }
 

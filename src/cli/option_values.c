@@ -79,16 +79,11 @@ sc_status sc_store_key(const sc_ctx *ctx, sc_options *options, const sc_option *
 {
     sc_setting setting = {.value = value, .literal = true};
     sc_text origin = {0};
-    sc_status status;
 
-    SC_TRY(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
-    SC_TRY(own(ctx, options, &origin, &setting.origin));
-    SC_TRY(copy(ctx, options, option->key, strlen(option->key), &setting.path));
-    status = add_setting(ctx, options, setting);
-    return status;
-out:
-    sc_text_clear(&origin);
-    return status;
+    SC_PASS(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
+    SC_PASS(own(ctx, options, &origin, &setting.origin));
+    SC_PASS(copy(ctx, options, option->key, strlen(option->key), &setting.path));
+    return add_setting(ctx, options, setting);
 }
 
 sc_status sc_store_set(const sc_ctx *ctx, sc_options *options, const sc_option *option,
@@ -266,8 +261,7 @@ sc_status sc_store_view(const sc_ctx *ctx, sc_options *options, const sc_option 
     const char *const nearest = sc_nearest_word(value, words, count);
     char room[16];
     const char *angles = find_angles(value, room), *comma = strchr(angles, ','), *start = NULL;
-    sc_text origin = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text origin = {0};
 
     if (!comma)
         return sc_fail(ctx, SC_ERR_USAGE,
@@ -275,28 +269,22 @@ sc_status sc_store_view(const sc_ctx *ctx, sc_options *options, const sc_option 
                        "inferior, or two angles such as 30,15%s%s%s",
                        option->name, value, nearest ? "; did you mean \"" : "",
                        nearest ? nearest : "", nearest ? "\"?" : "");
-    SC_TRY(copy(ctx, options, angles, (size_t)(comma - angles), &start));
-    SC_TRY(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
-    SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.angle", start));
-    SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.elevation",
-                             comma + 1));
-out:
-    sc_text_clear(&origin);
-    return status;
+    SC_PASS(copy(ctx, options, angles, (size_t)(comma - angles), &start));
+    SC_PASS(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
+    SC_PASS(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.angle", start));
+    SC_PASS(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.elevation",
+                              comma + 1));
+    return SC_OK;
 }
 
 sc_status sc_store_framed(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                           const char *value)
 {
-    sc_text origin = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text origin = {0};
 
-    SC_TRY(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
-    SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.verbs.0.frame", value));
-    status = sc_store_set(ctx, options, option, "animation.verbs.0.during=[0%, 0%]");
-out:
-    sc_text_clear(&origin);
-    return status;
+    SC_PASS(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
+    SC_PASS(sc_options_set_as(ctx, options, origin.data, "animation.verbs.0.frame", value));
+    return sc_store_set(ctx, options, option, "animation.verbs.0.during=[0%, 0%]");
 }
 
 sc_status sc_store_text(const sc_ctx *ctx, sc_options *options, const sc_option *option,

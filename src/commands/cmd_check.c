@@ -95,7 +95,7 @@ static void print_phases(const sc_session *session)
 static sc_status print_key_frames(const sc_app *app, const sc_job *job)
 {
     enum { KEY_FRAMES_SHOWN = 100 };
-    sc_text text = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
     sc_status status = sc_job_list_key_frames(app->ctx, job, KEY_FRAMES_SHOWN, &text);
 
     if (status == SC_OK && text.length_bytes)
@@ -108,7 +108,6 @@ static sc_status print_key_frames(const sc_app *app, const sc_job *job)
         putchar('\n');
         line = end + 1;
     }
-    sc_text_clear(&text);
     return status;
 }
 
@@ -116,12 +115,11 @@ static sc_status print_key_frames(const sc_app *app, const sc_job *job)
  * told, too. */
 static sc_status check_logo(const sc_app *app, const sc_job *job)
 {
-    sc_image logo = {0};
+    SC_OWN(sc_image_clear) sc_image logo = {0};
     sc_status status = SC_OK;
 
     if (job->overlays.logo[0] && !job->shot_count)
         status = sc_image_load_png_alpha(app->ctx, job->overlays.logo, &logo);
-    sc_image_clear(&logo);
     return status;
 }
 
@@ -175,11 +173,11 @@ static sc_status check_all(const sc_app *app, sc_session *session)
 
 sc_status sc_cmd_check(sc_app *app)
 {
-    sc_session session = {0};
+    SC_OWN(sc_session_clear) sc_session session = {0};
     const sc_job *job = &session.job;
     const sc_prepared *volume;
-    sc_label_source source = {0};
-    sc_label_report report = {0};
+    SC_OWN(sc_label_source_clear) sc_label_source source = {0};
+    SC_OWN(sc_label_report_clear) sc_label_report report = {0};
     sc_status status;
 
     app->options.scan = !app->options.fast;
@@ -202,8 +200,5 @@ sc_status sc_cmd_check(sc_app *app)
     sc_label_report_print(&report, stdout);
 out:
     app->label_source = NULL;
-    sc_label_report_clear(&report);
-    sc_label_source_clear(&source);
-    sc_session_clear(&session);
     return status;
 }

@@ -229,10 +229,10 @@ static sc_status choose_phase(sc_app *app, info *in)
 
 sc_status sc_cmd_info(sc_app *app)
 {
-    sc_session session = {0};
-    sc_label_source source = {0};
-    sc_label_report report = {0};
-    sc_overlap_list overlaps = {0};
+    SC_OWN(sc_session_clear) sc_session session = {0};
+    SC_OWN(sc_label_source_clear) sc_label_source source = {0};
+    SC_OWN(sc_label_report_clear) sc_label_report report = {0};
+    SC_OWN(sc_overlap_list_clear) sc_overlap_list overlaps = {0};
     info in, file = {0};
     const sc_prepared *volume;
     sc_volume view;
@@ -267,9 +267,5 @@ sc_status sc_cmd_info(sc_app *app)
 out:
     app->label_source = NULL;
     app->overlaps = NULL;
-    sc_overlap_list_clear(&overlaps);
-    sc_label_report_clear(&report);
-    sc_label_source_clear(&source);
-    sc_session_clear(&session);
     return status;
 }

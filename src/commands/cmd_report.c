@@ -146,7 +146,7 @@ static sc_status compare_runs(const sc_app *app, sc_text *out)
 static sc_status compare_studies(const sc_app *app, sc_text *out)
 {
     const sc_options *o = &app->options;
-    sc_measurements *all = NULL;
+    SC_OWN(sc_free_at) sc_measurements *all = NULL;
     int read = 0;
     sc_status status;
 
@@ -158,7 +158,6 @@ static sc_status compare_studies(const sc_app *app, sc_text *out)
 out:
     for (int i = 0; i < read; i++)
         sc_measurements_clear(&all[i]);
-    sc_free(all);
     return status;
 }
 
@@ -219,8 +218,8 @@ static sc_status print_tables(const sc_app *app)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--markdown prints tables and makes no page; give either it or -o");
     for (int i = 0; i < o->input_count && status == SC_OK; i++) {
-        sc_measurements all = {0};
-        sc_text text = {0};
+        SC_OWN(sc_measurements_clear) sc_measurements all = {0};
+        SC_OWN(sc_text_clear) sc_text text = {0};
         bool is_study = false;
 
         status = sc_study_is_in(app->ctx, o->inputs[i], &is_study);
@@ -235,8 +234,6 @@ static sc_status print_tables(const sc_app *app)
             status = sc_report_study_markdown(app->ctx, &all, &text);
         if (status == SC_OK)
             printf("%s%s", i ? "\n" : "", text.data);
-        sc_text_clear(&text);
-        sc_measurements_clear(&all);
     }
     return status;
 }

@@ -72,25 +72,20 @@ sc_status sc_label_report_make(const sc_ctx *ctx, const sc_label_source *source,
 {
     const size_t count = source->table.count;
     size_t row_count = 0;
-    const sc_label **rows;
-    SC_OWN(sc_free_at) void *block = NULL, *lists = NULL;
-    void *gaps = NULL;
+    SC_OWN(sc_free_at) const sc_label **rows = NULL, **lists = NULL;
 
     *out = (sc_label_report){.source = source};
     if (!source->path[0])
         return SC_OK;
-    SC_PASS(sc_alloc(ctx, count + 1, sizeof *rows, &block));
-    rows = block;
-    SC_PASS(sc_alloc(ctx, 2 * count + (size_t)volume->label_count, sizeof *rows, &lists));
-    SC_PASS(sc_alloc(ctx, count + 1, sizeof *out->gaps, &gaps));
+    SC_PASS(SC_ALLOC(ctx, count + 1, &rows));
+    SC_PASS(SC_ALLOC(ctx, 2 * count + (size_t)volume->label_count, &lists));
+    SC_PASS(SC_ALLOC(ctx, count + 1, &out->gaps));
     for (size_t i = 0; i < count; i++) {
         if (source->table.rows[i].value) /* not that of background */
             rows[row_count++] = &source->table.rows[i];
     }
     qsort(rows, row_count, sizeof *rows, by_value);
-    out->owned = lists;
-    out->gaps = gaps;
-    lists = NULL;
+    SC_HAND_OVER(lists, &out->owned);
     out->doubled.labels = out->owned;
     out->without_voxels.labels = out->doubled.labels + count;
     out->without_row.labels = out->without_voxels.labels + count;

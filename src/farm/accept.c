@@ -39,18 +39,15 @@ void sc_accept_task_run(void *user, sc_task *task)
 
 sc_status sc_gop_new(const sc_ctx *ctx, const sc_frame_result *results, int count, sc_gop **out)
 {
-    void *block = NULL, *copy = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) sc_gop *gop = NULL;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof(sc_gop), &block));
-    SC_TRY(sc_alloc(ctx, (size_t)count, sizeof *results, &copy));
-    memcpy(copy, results, (size_t)count * sizeof *results);
-    *out = block;
-    **out = (sc_gop){.accept.is_gop = true, .results = copy, .count = count};
+    SC_PASS(SC_ZALLOC(ctx, 1, &gop));
+    SC_PASS(SC_ALLOC(ctx, (size_t)count, &gop->results));
+    memcpy(gop->results, results, (size_t)count * sizeof *results);
+    gop->accept.is_gop = true;
+    gop->count = count;
+    SC_HAND_OVER(gop, out);
     return SC_OK;
-out:
-    sc_free(block);
-    return status;
 }
 
 void sc_gop_free(sc_gop *gop)
@@ -63,21 +60,15 @@ void sc_gop_free(sc_gop *gop)
 sc_status sc_rescued_new(const sc_ctx *ctx, const sc_farm *farm, const sc_frame_result *result,
                          const void *rows, sc_frame_slot **out)
 {
-    sc_frame_slot *frame;
-    void *block = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) sc_frame_slot *frame = NULL;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *frame, &block));
-    frame = block;
-    SC_TRY(sc_image_init_alpha(ctx, farm->width_px, farm->height_px, farm->alpha, &frame->image));
+    SC_PASS(SC_ZALLOC(ctx, 1, &frame));
+    SC_PASS(sc_image_init_alpha(ctx, farm->width_px, farm->height_px, farm->alpha, &frame->image));
     memcpy(frame->image.rgb, rows, sc_image_bytes(&frame->image));
     frame->result = *result;
     frame->rescued = true;
-    *out = frame;
+    SC_HAND_OVER(frame, out);
     return SC_OK;
-out:
-    sc_free(block);
-    return status;
 }
 
 void sc_rescued_free(sc_frame_slot *frame)

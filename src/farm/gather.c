@@ -107,31 +107,25 @@ static sc_status add_gop(sc_gather *g, int index, gathered_gop **link)
     const int count = g->farm->gop_frames;
     const size_t message_bytes =
         sizeof(sc_result_message) + (size_t)count * sizeof(sc_frame_result) + sizeof(uint64_t);
-    gathered_gop *gop;
-    void *block = NULL;
+    gathered_gop *gop = NULL;
     sc_status status;
 
-    SC_TRY(sc_zalloc(g->ctx, 1, sizeof *gop, &block));
-    gop = block;
+    SC_PASS(SC_ZALLOC(g->ctx, 1, &gop));
     gop->index = index;
     gop->first = g->farm->gops[index];
     gop->count = count;
-    status = sc_zalloc(g->ctx, (size_t)count, sizeof *gop->frames, &block);
-    gop->frames = status == SC_OK ? block : NULL;
+    status = SC_ZALLOC(g->ctx, (size_t)count, &gop->frames);
     if (status == SC_OK)
-        status = sc_zalloc(g->ctx, (size_t)count, sizeof *gop->results, &block);
-    gop->results = status == SC_OK && gop->frames ? block : NULL;
+        status = SC_ZALLOC(g->ctx, (size_t)count, &gop->results);
     if (status == SC_OK)
-        status = sc_alloc(g->ctx, message_bytes, 1, &block);
+        status = sc_alloc(g->ctx, message_bytes, 1, &gop->message);
     if (status != SC_OK) {
         free_gop(gop);
         return status;
     }
-    gop->message = block;
     gop->next = *link;
     *link = gop;
-out:
-    return status;
+    return SC_OK;
 }
 
 /* Find the GOP of a work unit, or make it. */

@@ -342,7 +342,7 @@ sc_status sc_farm_draw(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, co
                        sc_farm_times *times)
 {
     worker w = {.ctx = ctx, .comm = comm, .farm = farm, .slots = slots, .times = times};
-    void *messages = NULL;
+    SC_OWN(sc_free_at) void *messages = NULL;
     /* Rank 0 agrees at the same point (sc_farm_serve), so that no rank sends before all can
      * receive.
      */
@@ -358,6 +358,5 @@ sc_status sc_farm_draw(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, co
         sc_free(w.buffers[i].task.results);
         sc_free(w.buffers[i].task.payload.data);
     }
-    sc_free(messages);
     return status;
 }

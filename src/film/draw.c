@@ -264,7 +264,7 @@ static void count_subjects(sc_session *session, int k, const int size_px[2], sc_
     const sc_ctx silent = {.rank = 0};
     const size_t pixels = (size_t)size_px[0] * (size_t)size_px[1];
     sc_places places;
-    void *room = NULL;
+    SC_OWN(sc_free_at) void *room = NULL;
 
     sc_place_subjects(&session->job, session->compare->captions, size_px, &places);
     if (sc_alloc(&silent, pixels, sizeof *out, &room) != SC_OK)
@@ -278,7 +278,6 @@ static void count_subjects(sc_session *session, int k, const int size_px[2], sc_
         count_subject(&session->panels[s], &scene, &places.panels[s], &columns, size_px[0], room,
                       out, stats);
     }
-    sc_free(room);
 }
 
 void sc_session_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,

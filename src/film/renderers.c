@@ -135,7 +135,7 @@ static void tell_alone(const sc_app *app, uint64_t bytes, bool alone)
     const sc_ctx silent = {.rank = 0};
     uint8_t mine = alone;
     int copies = 0;
-    void *all = NULL;
+    SC_OWN(sc_free_at) void *all = NULL;
     sc_status status = SC_OK;
 
     if (sc_comm_rank(app->comm) == 0)
@@ -151,7 +151,6 @@ static void tell_alone(const sc_app *app, uint64_t bytes, bool alone)
                 "%d of %d ranks hold a copy each; a larger /dev/shm (docker run --shm-size) saves "
                 "that memory",
                 sc_temporary_folder(), (double)bytes / 1e6, copies, ranks);
-    sc_free(all);
 }
 
 /* Make the renderer of a phase together with the other ranks. Should that fail, each tries to make

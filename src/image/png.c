@@ -143,41 +143,28 @@ static bool chunks_fit(FILE *stream)
 static sc_status load(const sc_ctx *ctx, const char *path, bool keeps_alpha, sc_image *out)
 {
     static const png_color black = {0, 0, 0};
-    png_image png = {.version = PNG_IMAGE_VERSION};
-    sc_image image = {0};
-    sc_status status;
-    FILE *stream = fopen(path, "rb");
+    SC_OWN(png_image_free) png_image png = {.version = PNG_IMAGE_VERSION};
+    SC_OWN(sc_image_clear) sc_image image = {0};
+    SC_OWN(sc_fclose_at) FILE *stream = fopen(path, "rb");
 
     if (!stream)
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    if (!chunks_fit(stream)) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: is no PNG file, or is cut off", path);
-        goto out;
-    }
-    if (!png_image_begin_read_from_stdio(&png, stream)) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, png.message);
-        goto out;
-    }
-    if (!can_hold(stream, &png)) {
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: says that it holds %u x %u pixels, but is too short for that", path,
-                         (unsigned)png.width, (unsigned)png.height);
-        goto out;
-    }
+    if (!chunks_fit(stream))
+        return sc_fail(ctx, SC_ERR_DATA, "%s: is no PNG file, or is cut off", path);
+    if (!png_image_begin_read_from_stdio(&png, stream))
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, png.message);
+    if (!can_hold(stream, &png))
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: says that it holds %u x %u pixels, but is too short for that", path,
+                       (unsigned)png.width, (unsigned)png.height);
     keeps_alpha = keeps_alpha && (png.format & PNG_FORMAT_FLAG_ALPHA);
     png.format = keeps_alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
-    SC_TRY(sc_image_init_alpha(ctx, (int)png.width, (int)png.height, keeps_alpha, &image));
-    if (!png_image_finish_read(&png, &black, image.rgb, 0, NULL)) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, png.message);
-        goto out;
-    }
+    SC_PASS(sc_image_init_alpha(ctx, (int)png.width, (int)png.height, keeps_alpha, &image));
+    if (!png_image_finish_read(&png, &black, image.rgb, 0, NULL))
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, png.message);
     *out = image;
     image.rgb = NULL;
-out:
-    png_image_free(&png);
-    sc_image_clear(&image);
-    fclose(stream);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)

@@ -87,13 +87,11 @@ static sc_status read_color(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
 }
 
 /* As a list of three levels. */
-static sc_status write_color(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                             sc_text *text)
+static sc_status write_color(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const uint8_t *rgb = value;
 
     (void)key;
-    (void)indent;
     return sc_text_add(ctx, text, "[%d, %d, %d]", rgb[0], rgb[1], rgb[2]);
 }
 
@@ -144,13 +142,13 @@ static void to_levels(sc_vec3 from, uint8_t rgb[3])
     rgb[2] = (uint8_t)from.z;
 }
 
-static sc_status write_levels(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_levels(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     uint8_t rgb[3];
 
     to_levels(*(const sc_vec3 *)value, rgb);
-    return write_color(ctx, key, rgb, indent, text);
+    return write_color(ctx, key, rgb, text);
 }
 
 const sc_value_type sc_type_color_levels = {
@@ -182,13 +180,13 @@ static sc_status read_tracked(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return status;
 }
 
-static sc_status write_tracked(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_tracked(const sc_ctx *ctx, const sc_key *key, const void *value,
                                sc_text *text)
 {
     const sc_track *track = (const sc_track *)((const char *)value + key->track);
 
     return track->count ? sc_write_track(ctx, key, track, text)
-                        : write_color(ctx, key, value, indent, text);
+                        : write_color(ctx, key, value, text);
 }
 
 static json_t *tracked_schema(const sc_key *key)
@@ -231,7 +229,7 @@ static sc_status read_background(const sc_ctx *ctx, const sc_key *key, const sc_
 
 /* "auto", "none", a list of three levels, or key frames of such. */
 static sc_status write_background(const sc_ctx *ctx, const sc_key *key, const void *value,
-                                  int indent, sc_text *text)
+                                  sc_text *text)
 {
     const sc_background *background = value;
 
@@ -241,7 +239,7 @@ static sc_status write_background(const sc_ctx *ctx, const sc_key *key, const vo
         return sc_text_add(ctx, text, "auto");
     if (background->is_none)
         return sc_text_add(ctx, text, "none");
-    return write_color(ctx, key, background->rgb, indent, text);
+    return write_color(ctx, key, background->rgb, text);
 }
 
 /* What color_schema allows, the words auto and none, or key frames of colours. */

@@ -34,12 +34,12 @@ typedef struct sc_value_type {
                                                   sc_vec3; NULL: a number */
     bool steps; /* of values of key frames: there is nothing between two of them, so that the first
                    holds until the time of the second; there is no ease */
-    /* Append the value to @p text as YAML that `read` accepts. @p indent: blanks before its key.
-     * NULL: the keys of the map are written as lines of their own. */
-    sc_status (*write)(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                       sc_text *text);
-    /* The same for a value of many lines that holds maps with keys of their own: each of its lines
-     * ends. @p parts as of sc_keys_write. NULL: write says how. */
+    /* Append the value to @p text as YAML that `read` accepts, in one line. NULL: the keys of the
+     * map are written as lines of their own. */
+    sc_status (*write)(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text);
+    /* The same for a value of many lines: it begins behind the colon of its key, before which stand
+     * @p indent blanks, and its last line ends. @p parts as of sc_keys_write. NULL: write says how.
+     */
     sc_status (*write_lines)(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                              unsigned parts, sc_text *text);
     /* @return a new JSON schema of the value, by which editors check it; NULL when out of memory.
@@ -342,6 +342,12 @@ json_t *sc_list_schema(const char *type, double low, double high, int count);
 /* Store "file:line" of a node in @p where, for messages after the tree has been freed. Three dots
  * stand for the beginning of a path that is too long for where[size]. @p size is at least 32. */
 void sc_note_where(const sc_yaml *node, char *where, size_t size);
+/* Read the name of a tissue, a glob or the number of a label, and where it stands.
+ * @return as sc_wrong_type if @p item is no such text, or an empty one. */
+sc_status sc_read_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *item,
+                         char pattern[SC_NAME_BYTES], char where[160]);
+/* Append an item of a list, a text in quotes. *comma stands before it: "" or "[" at first. */
+sc_status sc_write_item(const sc_ctx *ctx, const char **comma, const char *value, sc_text *text);
 /* Store "file:line: key" of a node in @p where, for messages of what its value names; of a setting
  * the setting, and nothing of one that a command has made of its argument. @p size is at least 96.
  */

@@ -200,11 +200,10 @@ sc_status sc_keys_write(const sc_ctx *ctx, const sc_key *keys, const void *from,
             continue;
         SC_PASS(sc_text_add(ctx, text, "%*s%s:", indent, "", key->name));
         if (key->type->write_lines) {
-            SC_PASS(sc_text_add(ctx, text, "\n"));
             SC_PASS(key->type->write_lines(ctx, key, stored_value(key, from), indent, parts, text));
         } else if (key->type->write) {
             SC_PASS(sc_text_add(ctx, text, " "));
-            SC_PASS(key->type->write(ctx, key, stored_value(key, from), indent, text));
+            SC_PASS(key->type->write(ctx, key, stored_value(key, from), text));
             SC_PASS(sc_text_add(ctx, text, "\n"));
         } else {
             SC_PASS(sc_text_add(ctx, text, "\n"));
@@ -223,7 +222,7 @@ sc_status sc_keys_write_flow(const sc_ctx *ctx, const sc_key *keys, const void *
         if (!sc_key_is_present(keys, key, from))
             continue;
         SC_PASS(sc_text_add(ctx, text, "%s%s: ", comma, key->name));
-        SC_PASS(key->type->write(ctx, key, stored_value(key, from), 0, text));
+        SC_PASS(key->type->write(ctx, key, stored_value(key, from), text));
         comma = ", ";
     }
     return sc_text_add(ctx, text, "%s}", comma[0] == '{' ? "{" : "");

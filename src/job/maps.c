@@ -9,10 +9,9 @@ static sc_status read_map(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
     return sc_keys_read(ctx, key->keys, node, value);
 }
 
-static sc_status write_flow_map(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_flow_map(const sc_ctx *ctx, const sc_key *key, const void *value,
                                 sc_text *text)
 {
-    (void)indent;
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }
 

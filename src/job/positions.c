@@ -46,12 +46,11 @@ static sc_status read_plane_position(const sc_ctx *ctx, const sc_key *key, const
 
 /* Write what read_plane_position reads: "40%" or "12 mm". */
 static sc_status write_plane_position(const sc_ctx *ctx, const sc_key *key, const void *value,
-                                      int indent, sc_text *text)
+                                      sc_text *text)
 {
     const sc_plane_position *position = value;
 
     (void)key;
-    (void)indent;
     return sc_write_number(ctx, position->value, 1, position->percent ? "%" : " mm", text);
 }
 
@@ -80,11 +79,9 @@ static sc_status read_share(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     return SC_OK;
 }
 
-static sc_status write_share(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                             sc_text *text)
+static sc_status write_share(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_write_number(ctx, *(const double *)value, 100, "%", text);
 }
 
@@ -111,13 +108,11 @@ static sc_status read_span(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 }
 
 /* Write two doubles from 0 to 1 as "[20%, 80%]". */
-static sc_status write_span(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_span(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const double *span = value;
 
     (void)key;
-    (void)indent;
     SC_PASS(sc_text_add(ctx, text, "["));
     SC_PASS(sc_write_number(ctx, span[0], 100, "%, ", text));
     return sc_write_number(ctx, span[1], 100, "%]", text);
@@ -221,11 +216,10 @@ static sc_status read_duration(const sc_ctx *ctx, const sc_key *key, const sc_ya
     return SC_OK;
 }
 
-static sc_status write_duration(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_duration(const sc_ctx *ctx, const sc_key *key, const void *value,
                                 sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_write_number(ctx, *(const double *)value, 1, " s", text);
 }
 

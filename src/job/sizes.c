@@ -100,13 +100,11 @@ static sc_status read_size(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 }
 
 /* As "[W, H]". */
-static sc_status write_size(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_size(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const int *size = value;
 
     (void)key;
-    (void)indent;
     return sc_text_add(ctx, text, "[%d, %d]", size[0], size[1]);
 }
 

@@ -41,13 +41,12 @@ static sc_status read_strength(const sc_ctx *ctx, const sc_key *key, const sc_ya
 }
 
 /* As one number if all three are the same, else as "[x, y, z]". */
-static sc_status write_strength(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_strength(const sc_ctx *ctx, const sc_key *key, const void *value,
                                 sc_text *text)
 {
     const sc_vec3 *s = value;
 
     (void)key;
-    (void)indent;
     if (sc_strength_is_same(*s, (sc_vec3){s->x, s->x, s->x}))
         return sc_write_number(ctx, s->x, 1, "", text);
     return sc_write_numbers(ctx, (double[]){s->x, s->y, s->z}, 3, text);
@@ -68,12 +67,11 @@ static sc_status read_smooth(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     return SC_OK;
 }
 
-static sc_status write_smooth(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_smooth(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
-    return sc_smooth_is_auto(*(const sc_vec3 *)value)
-               ? sc_text_add(ctx, text, "auto")
-               : write_strength(ctx, key, value, indent, text);
+    return sc_smooth_is_auto(*(const sc_vec3 *)value) ? sc_text_add(ctx, text, "auto")
+                                                      : write_strength(ctx, key, value, text);
 }
 
 static json_t *smooth_schema(const sc_key *key)

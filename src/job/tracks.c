@@ -36,13 +36,11 @@ static sc_status read_ease(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return SC_OK;
 }
 
-static sc_status write_ease(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_ease(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_ease *ease = value;
 
     (void)key;
-    (void)indent;
     if (ease->kind != SC_EASE_BEZIER)
         return sc_text_add(ctx, text, "%s", ease_words[ease->kind]);
     return sc_write_numbers(ctx, ease->bezier, 4, text);
@@ -227,11 +225,11 @@ sc_status sc_write_key_frames(const sc_ctx *ctx, const sc_key *key, const sc_tra
         SC_PASS(frame->at < 0 ? sc_write_number(ctx, -frame->at, 1, "s", text)
                               : sc_write_number(ctx, frame->at, 100, "%", text));
         SC_PASS(sc_text_add(ctx, text, "%s", is_eased ? ": {value: " : ": "));
-        SC_PASS(key->type->write(
-            ctx, key, (const char *)room->values + (size_t)i * room->value_bytes, 0, text));
+        SC_PASS(key->type->write(ctx, key,
+                                 (const char *)room->values + (size_t)i * room->value_bytes, text));
         if (is_eased) {
             SC_PASS(sc_text_add(ctx, text, ", ease: "));
-            SC_PASS(sc_type_ease.write(ctx, key, &frame->ease, 0, text));
+            SC_PASS(sc_type_ease.write(ctx, key, &frame->ease, text));
             SC_PASS(sc_text_add(ctx, text, "}"));
         }
     }
@@ -293,13 +291,13 @@ static sc_status read_tracked(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return type_of(key)->read(ctx, key, node, value);
 }
 
-static sc_status write_tracked(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_tracked(const sc_ctx *ctx, const sc_key *key, const void *value,
                                sc_text *text)
 {
     const sc_track *track = (const sc_track *)((const char *)value + key->track);
 
     return track->count ? sc_write_track(ctx, key, track, text)
-                        : type_of(key)->write(ctx, key, value, indent, text);
+                        : type_of(key)->write(ctx, key, value, text);
 }
 
 static json_t *tracked_schema(const sc_key *key)
@@ -345,12 +343,12 @@ static sc_status read_key_bool(const sc_ctx *ctx, const sc_key *key, const sc_ya
     return status;
 }
 
-static sc_status write_key_bool(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_key_bool(const sc_ctx *ctx, const sc_key *key, const void *value,
                                 sc_text *text)
 {
     const bool on = ((const sc_vec3 *)value)->x > 0;
 
-    return sc_type_bool.write(ctx, key, &on, indent, text);
+    return sc_type_bool.write(ctx, key, &on, text);
 }
 
 static json_t *key_bool_schema(const sc_key *key)
@@ -385,12 +383,12 @@ static sc_status read_tracked_bool(const sc_ctx *ctx, const sc_key *key, const s
 }
 
 static sc_status write_tracked_bool(const sc_ctx *ctx, const sc_key *key, const void *value,
-                                    int indent, sc_text *text)
+                                    sc_text *text)
 {
     const sc_track *track = (const sc_track *)((const char *)value + key->track);
 
     return track->count ? sc_write_track(ctx, key, track, text)
-                        : sc_type_bool.write(ctx, key, value, indent, text);
+                        : sc_type_bool.write(ctx, key, value, text);
 }
 
 const sc_value_type sc_type_tracked_bool = {
@@ -420,13 +418,12 @@ static sc_status read_strength(const sc_ctx *ctx, const sc_key *key, const sc_ya
 }
 
 /* As they have always been written, so that the identity of jobs stays the same. */
-static sc_status write_strength(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_strength(const sc_ctx *ctx, const sc_key *key, const void *value,
                                 sc_text *text)
 {
     const double number = *(const double *)value;
 
     (void)key;
-    (void)indent;
     if (number == 0 || number == 1)
         return sc_text_add(ctx, text, number > 0 ? "true" : "false");
     return sc_write_number(ctx, number, 1, "", text);

@@ -220,11 +220,9 @@ sc_status sc_write_numbers(const sc_ctx *ctx, const double *values, size_t count
     return sc_text_add(ctx, text, "]");
 }
 
-static sc_status write_real(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_real(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_write_number(ctx, *(const double *)value, 1, "", text);
 }
 
@@ -245,11 +243,9 @@ static sc_status read_int(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
     return SC_OK;
 }
 
-static sc_status write_int(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                           sc_text *text)
+static sc_status write_int(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_text_add(ctx, text, "%d", *(const int *)value);
 }
 
@@ -271,11 +267,9 @@ static sc_status read_bool(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return SC_OK;
 }
 
-static sc_status write_bool(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_bool(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_text_add(ctx, text, *(const bool *)value ? "true" : "false");
 }
 
@@ -323,11 +317,26 @@ sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text)
     return status == SC_OK ? sc_text_add(ctx, text, "\"") : status;
 }
 
-static sc_status write_text(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+sc_status sc_read_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *item,
+                         char pattern[SC_NAME_BYTES], char where[160])
+{
+    if (item->kind != SC_YAML_SCALAR || !item->text[0] || strlen(item->text) >= SC_NAME_BYTES)
+        return sc_wrong_type(ctx, item, key->type->expected);
+    strcpy(pattern, item->text);
+    sc_note_where(item, where, 160);
+    return SC_OK;
+}
+
+sc_status sc_write_item(const sc_ctx *ctx, const char **comma, const char *value, sc_text *text)
+{
+    SC_PASS(sc_text_add(ctx, text, "%s", *comma));
+    *comma = ", ";
+    return sc_write_quoted(ctx, value, text);
+}
+
+static sc_status write_text(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_write_quoted(ctx, value, text);
 }
 
@@ -365,13 +374,12 @@ static sc_status read_choice(const sc_ctx *ctx, const sc_key *key, const sc_yaml
 }
 
 /* @return SC_ERR_INTERNAL if no word stands for the number. */
-static sc_status write_choice(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_choice(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const char *word;
     int number;
 
-    (void)indent;
     for (size_t i = 0; (word = choice_word(key, i, &number)) != NULL; i++) {
         if (number == *(const int *)value)
             return sc_text_add(ctx, text, "%s", word);
@@ -438,13 +446,11 @@ static sc_status read_point(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
 }
 
 /* As "[x, y, z]". */
-static sc_status write_point(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                             sc_text *text)
+static sc_status write_point(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_vec3 *p = value;
 
     (void)key;
-    (void)indent;
     return sc_write_numbers(ctx, (double[]){p->x, p->y, p->z}, 3, text);
 }
 

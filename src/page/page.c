@@ -8,20 +8,16 @@ sc_status sc_page_make(const sc_ctx *ctx, const char *json, sc_text *out)
 {
     static const char mark[] = "@DATA@";
     const char *at = strstr(sc_page_html, mark);
-    sc_text text = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    SC_TRY(sc_text_add(ctx, &text, "%.*s", (int)(at - sc_page_html), sc_page_html));
+    SC_PASS(sc_text_add(ctx, &text, "%.*s", (int)(at - sc_page_html), sc_page_html));
     while (*json) {
         const size_t plain = strcspn(json, "<");
 
-        SC_TRY(sc_text_add(ctx, &text, "%.*s%s", (int)plain, json, json[plain] ? "\\u003c" : ""));
+        SC_PASS(sc_text_add(ctx, &text, "%.*s%s", (int)plain, json, json[plain] ? "\\u003c" : ""));
         json += plain + (json[plain] != '\0');
     }
-    SC_TRY(sc_text_add(ctx, &text, "%s", at + strlen(mark)));
-    *out = text;
-    text = (sc_text){0};
-out:
-    sc_text_clear(&text);
-    return status;
+    SC_PASS(sc_text_add(ctx, &text, "%s", at + strlen(mark)));
+    SC_HAND_OVER(text, out);
+    return SC_OK;
 }

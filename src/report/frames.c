@@ -227,7 +227,7 @@ static void read_png_files(gallery *g, const char *directory)
 
     for (int i = 0; i < g->count && g->status == SC_OK; i++) {
         char path[SC_REPORT_PATH_BYTES];
-        sc_image image = {0};
+        SC_OWN(sc_image_clear) sc_image image = {0};
         sc_status status;
 
         snprintf(path, sizeof path, "%s/frames/%06d.png", directory, g->wanted[i]);
@@ -236,7 +236,6 @@ static void read_png_files(gallery *g, const char *directory)
             (void)keep_frame(g, g->wanted[i], 0, &image); /* its error is in g->status */
         else if (!sc_is_of_input(status))
             g->status = status;
-        sc_image_clear(&image);
     }
 }
 

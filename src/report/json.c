@@ -88,7 +88,7 @@ static json_t *file_json(const sc_ctx *ctx, const char *path)
 {
     const sc_ctx looking = sc_quiet(ctx);
     json_t *json = NULL;
-    char *text = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
 
     if (sc_file_read(&looking, path, FILE_BYTES_MAX, &text, &bytes) == SC_OK) {
@@ -100,7 +100,6 @@ static json_t *file_json(const sc_ctx *ctx, const char *path)
         }
         json = json_stringn(text, bytes);
     }
-    sc_free(text);
     return json ? json : json_null();
 }
 

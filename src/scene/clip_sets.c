@@ -61,13 +61,11 @@ sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *volume,
                             const sc_clip_exception *exceptions, size_t exception_count,
                             sc_tissue *tissues, sc_clip_set *clip_sets, int *clip_set_count)
 {
-    sc_clip_set *sets = NULL;
-    SC_OWN(sc_free_at) void *block = NULL;
+    SC_OWN(sc_free_at) sc_clip_set *sets = NULL;
     int count = 1;
 
     SC_PASS(sc_clip_exceptions_check(ctx, volume, exceptions, exception_count));
-    SC_PASS(sc_zalloc(ctx, (size_t)volume->label_count, sizeof *sets, &block));
-    sets = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)volume->label_count, &sets));
     for (size_t i = 0; i < exception_count; i++)
         apply_exception(volume, &exceptions[i], sets);
     clip_sets[0] = (sc_clip_set){{0}};

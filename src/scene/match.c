@@ -27,15 +27,13 @@ static sc_status fail_nameless(const sc_ctx *ctx, const sc_prepared *volume, con
 static sc_status fail_unknown(const sc_ctx *ctx, const sc_prepared *volume,
                               const sc_pattern *pattern, const char *where)
 {
-    const char **names, *nearest[OFFERED_MAX], *colon = where[0] ? ": " : "";
+    const char *nearest[OFFERED_MAX], *colon = where[0] ? ": " : "";
     char offered[OFFERED_MAX * (SC_NAME_BYTES + 8)] = "";
     bool has_names = false;
     size_t count, used = 0;
-    void *block;
-    sc_status status = SC_OK;
+    SC_OWN(sc_free_at) const char **names = NULL;
 
-    SC_PASS(sc_zalloc(ctx, (size_t)volume->label_count, sizeof(const char *), &block));
-    names = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)volume->label_count, &names));
     for (int id = 1; id < volume->label_count; id++) {
         names[id] = volume->labels[id].name[0] ? volume->labels[id].name : NULL;
         has_names = has_names || names[id];
@@ -49,12 +47,9 @@ static sc_status fail_unknown(const sc_ctx *ctx, const sc_prepared *volume,
                                                   : ", ",
                                  nearest[i]);
     if (!has_names && !pattern->is_number)
-        status = fail_nameless(ctx, volume, pattern->text, where, colon);
-    else
-        status = sc_fail(ctx, SC_ERR_DATA, "%s%stissue \"%s\" matches no label of the volume%s%s",
-                         where, colon, pattern->text, offered, count ? "?" : "");
-    sc_free(block);
-    return status;
+        return fail_nameless(ctx, volume, pattern->text, where, colon);
+    return sc_fail(ctx, SC_ERR_DATA, "%s%stissue \"%s\" matches no label of the volume%s%s", where,
+                   colon, pattern->text, offered, count ? "?" : "");
 }
 
 /* Refuse a name that is not written as in the volume and could stand for labels of different names.

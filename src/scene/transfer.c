@@ -147,11 +147,9 @@ void sc_tissue_strengths(const sc_label *labels, int label_count, const sc_tissu
 sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels, int label_count,
                            const sc_tissue_rule *rules, size_t rule_count, bool *hidden)
 {
-    sc_tissue *looks;
-    void *block;
+    SC_OWN(sc_free_at) sc_tissue *looks = NULL;
 
-    SC_PASS(sc_alloc(ctx, (size_t)label_count, sizeof *looks, &block));
-    looks = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)label_count, &looks));
     find_looks(labels, label_count, rules, rule_count, looks);
     hidden[0] = false;
     for (int id = 1; id < label_count; id++) {
@@ -160,7 +158,6 @@ sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels, int label_
         hidden[id] =
             !t->visible || (!t->opacity_auto && !(t->opacity > 0) && !(t->interior_opacity > 0));
     }
-    sc_free(block);
     return SC_OK;
 }
 

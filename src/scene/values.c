@@ -48,13 +48,7 @@ typedef struct assignment {
 /* List the labels that have names. */
 static sc_status list_names(assignment *a)
 {
-    void *block;
-    const sc_status status =
-        sc_alloc(a->ctx, (size_t)a->volume->label_count, sizeof *a->names, &block);
-
-    if (status != SC_OK)
-        return status;
-    a->names = block;
+    SC_PASS(SC_ALLOC(a->ctx, (size_t)a->volume->label_count, &a->names));
     for (int id = 1; id < a->volume->label_count; id++) {
         if (a->volume->labels[id].name[0]) {
             named *to = &a->names[a->name_count++];
@@ -189,19 +183,13 @@ static sc_status find_nearest_name(const assignment *a, const sc_value_row *row,
 {
     const sc_prepared *volume = a->volume;
     char name[SC_NAME_BYTES + 1];
-    const char **names;
-    void *block;
-    const sc_status status =
-        sc_zalloc(a->ctx, (size_t)volume->label_count, sizeof(const char *), &block);
+    SC_OWN(sc_free_at) const char **names = NULL;
 
-    if (status != SC_OK)
-        return status;
-    names = block;
+    SC_PASS(SC_ZALLOC(a->ctx, (size_t)volume->label_count, &names));
     for (int id = 1; id < volume->label_count; id++)
         names[id] = volume->labels[id].name[0] ? volume->labels[id].name : NULL;
     snprintf(name, sizeof name, "%.*s", SC_NAME_BYTES, row->name);
     *out = sc_nearest_word(name, names, (size_t)volume->label_count);
-    sc_free(block);
     return SC_OK;
 }
 
@@ -237,8 +225,8 @@ static sc_status read_values(const sc_ctx *ctx, const sc_color_by *by, const sc_
                              double *values, char title[SC_NAME_BYTES])
 {
     assignment a = {.ctx = ctx, .path = by->table, .volume = volume, .values = values};
-    sc_value_table table = {0};
-    void *lines = NULL;
+    SC_OWN(sc_value_table_clear) sc_value_table table = {0};
+    SC_OWN(sc_free_at) void *lines = NULL;
     sc_status status;
 
     SC_TRY(sc_value_table_read(ctx, by->table, by->column, &table));
@@ -251,9 +239,7 @@ static sc_status read_values(const sc_ctx *ctx, const sc_color_by *by, const sc_
     tell_other_names(&a);
     memcpy(title, table.column, sizeof table.column);
 out:
-    sc_free(lines);
     sc_free(a.names);
-    sc_value_table_clear(&table);
     return status;
 }
 

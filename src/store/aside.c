@@ -78,10 +78,9 @@ sc_status sc_store_set_aside(const sc_ctx *ctx, const char *path, uint64_t bytes
 static bool is_picture(const char *path)
 {
     const sc_ctx silent = {.rank = 0};
-    sc_image image = {0};
+    SC_OWN(sc_image_clear) sc_image image = {0};
     const sc_status status = sc_image_load_png_alpha(&silent, path, &image);
 
-    sc_image_clear(&image);
     return status == SC_OK;
 }
 

@@ -133,14 +133,13 @@ sc_status sc_store_join(const sc_ctx *ctx, sc_store *store, const char *path, in
     for (int gop = 0; gop < gops && status == SC_OK; gop++) {
         char name[SC_FILE_BYTES];
         sc_segment segment = {0};
-        char *data = NULL;
+        SC_OWN(sc_free_at) char *data = NULL;
 
         /* Read, not mapped: the file may be cut meanwhile. */
         sc_store_path(store, name, "segments/%06d.seg", gop);
         SC_TRY(sc_file_read(ctx, name, SC_SEGMENT_MAX_BYTES, &data, &segment.bytes));
         segment.data = data;
         status = sc_muxer_add(ctx, muxer, &segment);
-        sc_free(data);
         sc_stage_add(ctx, 1);
     }
     if (status == SC_OK)

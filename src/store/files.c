@@ -137,13 +137,12 @@ sc_status sc_each_record(const sc_ctx *ctx, const char *slice, void *user,
     sc_status status = each(ctx, user, "job.yaml");
 
     for (size_t i = 0; i < SC_COUNT_OF(records) && status == SC_OK; i++) {
-        sc_text name = {0};
+        SC_OWN(sc_text_clear) sc_text name = {0};
 
         status = sc_text_add(ctx, &name, "%s%s%s.%s", records[i].stem, slice ? "." : "",
                              slice ? slice : "", records[i].ending);
         if (status == SC_OK)
             status = each(ctx, user, name.data);
-        sc_text_clear(&name);
     }
     return status;
 }

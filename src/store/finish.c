@@ -80,7 +80,7 @@ static int count_missing(const sc_store *store)
 static sc_status count_lines(const sc_ctx *ctx, void *user, const char *name)
 {
     sc_store *store = user;
-    sc_manifest_data data = {0};
+    SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {0};
     char path[SC_FILE_BYTES];
     sc_status status = SC_OK;
 
@@ -90,7 +90,6 @@ static sc_status count_lines(const sc_ctx *ctx, void *user, const char *name)
     if (access(path, R_OK) == 0)
         status = sc_manifest_read(ctx, path, &data);
     store->data.count += data.count;
-    sc_manifest_data_clear(&data);
     return status;
 }
 

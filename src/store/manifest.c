@@ -458,7 +458,7 @@ static void name_other_format(const char *text, size_t bytes, sc_manifest_data *
 
 sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data *data)
 {
-    char *text = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
     sc_status status;
 
@@ -466,7 +466,6 @@ sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data
     begin(data);
     status = read_text(ctx, text, bytes, INT32_MAX, data);
     name_other_format(text, bytes, data);
-    sc_free(text);
     return status;
 }
 
@@ -477,10 +476,9 @@ static sc_status read_first_line(const sc_ctx *ctx, const char *path, char **out
 {
     enum { FIRST_BYTES = 1 << 14, HEAD_MAX_BYTES = 1 << 24 };
     struct stat info;
-    FILE *stream = NULL;
-    char *text = NULL;
+    SC_OWN(sc_fclose_at) FILE *stream = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t used = 0;
-    sc_status status = SC_OK;
 
     if (stat(path, &info) || (S_ISREG(info.st_mode) && !(stream = fopen(path, "rb"))))
         return sc_fail(ctx, sc_input_status(errno), "%s: cannot be opened: %s", path,
@@ -488,23 +486,19 @@ static sc_status read_first_line(const sc_ctx *ctx, const char *path, char **out
     if (!stream)
         return sc_fail(ctx, SC_ERR_MISSING, "%s: is not a file", path);
     for (size_t room = FIRST_BYTES; room <= HEAD_MAX_BYTES; room *= 2) {
-        SC_TRY(SC_RESIZE(ctx, used, room, &text));
+        SC_PASS(SC_RESIZE(ctx, used, room, &text));
         used += fread(text + used, 1, room - used, stream);
         if (used < room || memchr(text, '\n', used))
             break;
     }
     *bytes = used;
-    *out = text;
-    text = NULL;
-out:
-    fclose(stream);
-    sc_free(text);
-    return status;
+    SC_HAND_OVER(text, out);
+    return SC_OK;
 }
 
 sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest_data *data)
 {
-    char *text = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes = 0;
     sc_status status;
 
@@ -512,7 +506,6 @@ sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest
     begin(data);
     status = read_text(ctx, text, bytes, 1, data);
     name_other_format(text, bytes, data);
-    sc_free(text);
     return status;
 }
 

@@ -87,17 +87,16 @@ static bool read_picture(const sc_partial_gops *partial, FILE *stream, picture_h
 sc_status sc_partial_scan(const sc_ctx *ctx, sc_partial_gops *partial, const char *path, int first,
                           int count)
 {
-    FILE *stream = fopen(path, "rb");
-    void *picture = NULL;
+    SC_OWN(sc_fclose_at) FILE *stream = fopen(path, "rb");
+    SC_OWN(sc_free_at) void *picture = NULL;
     picture_head head;
     long at = 0;
     int index;
-    sc_status status = SC_OK;
 
     if (!stream)
         return SC_OK; /* removed by a process that has written the segment meanwhile */
-    SC_TRY(sc_alloc(ctx, partial->picture_bytes, 1, &picture));
-    SC_TRY(add_file(ctx, partial, path, &index));
+    SC_PASS(sc_alloc(ctx, partial->picture_bytes, 1, &picture));
+    SC_PASS(add_file(ctx, partial, path, &index));
     partial->scanned_count = partial->file_count;
     while (read_picture(partial, stream, &head, picture) && head.frame >= first &&
            head.frame < first + count) {
@@ -105,10 +104,7 @@ sc_status sc_partial_scan(const sc_ctx *ctx, sc_partial_gops *partial, const cha
             (sc_picture_location){index, (uint64_t)at, head.pixel_hash};
         at = ftell(stream);
     }
-out:
-    fclose(stream);
-    sc_free(picture);
-    return status;
+    return SC_OK;
 }
 
 /* Make a new file of GOP @p gop, NNNNNN.HOST.PID.part or, if that is there already (of a process

@@ -16,7 +16,7 @@ static sc_status look_for_owner(const sc_ctx *ctx, void *user, const char *file)
 {
     const sc_ctx quiet = sc_quiet(ctx);
     owner_search *search = user;
-    sc_manifest_data data = {.frames = 0};
+    SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = 0};
     char path[SC_FILE_BYTES];
     sc_status status;
 
@@ -25,7 +25,6 @@ static sc_status look_for_owner(const sc_ctx *ctx, void *user, const char *file)
     sc_directory_path(search->directory, path, "%s", file);
     status = sc_manifest_read_head(&quiet, path, &data);
     search->found = status == SC_OK && sc_file_lines_has(&data.owned, search->name);
-    sc_manifest_data_clear(&data);
     return sc_is_of_input(status) ? SC_OK : status;
 }
 

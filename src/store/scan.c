@@ -110,7 +110,7 @@ static void scan_segment(const sc_ctx *ctx, sc_store *store, const char *path, i
     const sc_ctx silent = {.rank = 0};
     sc_segment segment = {0};
     sc_segment_info info;
-    char *data = NULL;
+    SC_OWN(sc_free_at) char *data = NULL;
     const bool is_read =
         sc_file_read(&silent, path, SC_SEGMENT_MAX_BYTES, &data, &segment.bytes) == SC_OK;
     bool ok = false;
@@ -127,7 +127,6 @@ static void scan_segment(const sc_ctx *ctx, sc_store *store, const char *path, i
     else
         sc_warn(ctx, "%s: is damaged or belongs to another job; its frames are drawn again", path);
     store->has_segment[gop] = ok;
-    sc_free(data);
 }
 
 /* For sc_each_file with the store as user and a file of segments/: scan NNNNNN.seg or

@@ -147,7 +147,7 @@ sc_status sc_store_check(const sc_ctx *ctx, const char *directory, const sc_stor
 static sc_status may_write_beside(const sc_ctx *ctx, const char *path, bool *may, bool *none)
 {
     const sc_ctx quiet = sc_quiet(ctx);
-    sc_manifest_data data = {.frames = 0};
+    SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = 0};
     const sc_status status =
         access(path, F_OK) == 0 ? sc_manifest_read(&quiet, path, &data) : SC_ERR_MISSING;
     const bool known = status == SC_OK && data.head.known;
@@ -155,7 +155,6 @@ static sc_status may_write_beside(const sc_ctx *ctx, const char *path, bool *may
 
     *none = !known || sc_head_has_no_hashes(&data.head);
     *may = !*none && !complete;
-    sc_manifest_data_clear(&data);
     return sc_is_of_input(status) ? SC_OK : status;
 }
 
@@ -302,11 +301,9 @@ static sc_status drop_record(const sc_ctx *ctx, void *user, const char *name)
 static sc_status begin_run(const sc_ctx *ctx, sc_store *store, const int *wanted, int wanted_count)
 {
     char path[SC_FILE_BYTES];
-    SC_OWN(sc_free_at) void *block = NULL;
-    bool *keep;
+    SC_OWN(sc_free_at) bool *keep = NULL;
 
-    SC_PASS(sc_zalloc(ctx, (size_t)store->job.frames, sizeof *keep, &block));
-    keep = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)store->job.frames, &keep));
     for (int k = 0; k < store->job.frames; k++)
         store->data.lines[k].known = sc_store_has(store, k);
     for (int i = 0; i < wanted_count; i++) {

@@ -130,7 +130,7 @@ static sc_status verify_video(const sc_ctx *ctx, const char *directory, const sc
 static sc_status verify_png_files(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
                                   sc_frame_line *lines)
 {
-    void *verified;
+    SC_OWN(sc_free_at) void *verified = NULL;
     sc_status status;
 
     SC_PASS(sc_alloc(ctx, (size_t)job->frames, sizeof(bool), &verified));
@@ -143,7 +143,6 @@ static sc_status verify_png_files(const sc_ctx *ctx, const char *directory, cons
                              "%016llx that the manifest names",
                              directory, k, (unsigned long long)lines[k].done.hash);
     }
-    sc_free(verified);
     return status;
 }
 

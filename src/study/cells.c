@@ -93,12 +93,11 @@ sc_status sc_cell_results(const sc_ctx *ctx, const sc_measurements *measurements
 {
     const sc_design *design = &measurements->design;
     const int cells = sc_design_cells(design);
-    SC_OWN(sc_free_at) void *times = NULL, *block = NULL;
-    sc_cell_result *results;
+    SC_OWN(sc_free_at) void *times = NULL;
+    SC_OWN(sc_free_at) sc_cell_result *results = NULL;
 
     SC_PASS(sc_alloc(ctx, measurements->count + 1, 2 * sizeof(double), &times));
-    SC_PASS(sc_zalloc(ctx, (size_t)cells, sizeof *results, &block));
-    results = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)cells, &results));
     for (int i = 0; i < cells; i++) {
         results[i].cell = i;
         SC_PASS(describe_cell(ctx, measurements, times, &results[i]));
@@ -117,8 +116,7 @@ sc_status sc_cell_results(const sc_ctx *ctx, const sc_measurements *measurements
                               : 0;
         r->cost = ratio(rays_per(base, &base->cpu_s), rays_per(r, &r->cpu_s));
     }
-    *out = results;
-    block = NULL;
+    SC_HAND_OVER(results, out);
     return SC_OK;
 }
 
@@ -279,7 +277,7 @@ static sc_status add_extrap(const sc_ctx *ctx, const sc_design *design, const sc
         const char *name;
         double value;
     } metrics[] = {{"wall_s", item->wall_s}, {"cpu_s", item->cpu_s}};
-    sc_text path = {0};
+    SC_OWN(sc_text_clear) sc_text path = {0};
     json_t *params = parameters_of(ctx, design, item->cell, &path);
     sc_status status = SC_OK;
 
@@ -298,20 +296,18 @@ static sc_status add_extrap(const sc_ctx *ctx, const sc_design *design, const sc
         json_decref(json);
     }
     json_decref(params);
-    sc_text_clear(&path);
     return status;
 }
 
 sc_status sc_cells_write_extrap(const sc_ctx *ctx, const sc_measurements *measurements,
                                 const char *path)
 {
-    sc_text text = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
     sc_status status = SC_OK;
 
     for (size_t i = 0; i < measurements->count && status == SC_OK; i++)
         status = add_extrap(ctx, &measurements->design, &measurements->items[i], &text);
     if (status == SC_OK)
         status = sc_file_write(ctx, path, text.data ? text.data : "", text.length_bytes);
-    sc_text_clear(&text);
     return status;
 }

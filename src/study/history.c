@@ -122,7 +122,7 @@ static sc_status merge(const sc_ctx *ctx, sc_history *to, sc_history *more)
 sc_status sc_history_add(const sc_ctx *ctx, sc_history *history, const sc_frame_result *frames,
                          int count, int run)
 {
-    sc_history more = {0};
+    SC_OWN(sc_history_clear) sc_history more = {0};
     sc_status status;
 
     SC_TRY(sc_history_allocate(ctx, 0, (size_t)count, &more));
@@ -140,7 +140,6 @@ sc_status sc_history_add(const sc_ctx *ctx, sc_history *history, const sc_frame_
         past->is_new = false;
     }
 out:
-    sc_history_clear(&more);
     return status;
 }
 
@@ -149,9 +148,9 @@ sc_status sc_history_read(const sc_ctx *ctx, const char *path, const sc_job_hash
 {
     const sc_ctx quiet = sc_quiet(ctx);
     const char *problem = NULL;
-    char *text = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
-    sc_history found = {0};
+    SC_OWN(sc_history_clear) sc_history found = {0};
     sc_status status = sc_file_read(&quiet, path, STATS_BYTES_MAX, &text, &bytes);
 
     if (status == SC_ERR_MISSING)
@@ -166,8 +165,6 @@ sc_status sc_history_read(const sc_ctx *ctx, const char *path, const sc_job_hash
         sc_warn(ctx, "%s: %s; what it says of earlier runs is left out", path, problem);
     else if (status == SC_OK)
         status = merge(ctx, history, &found);
-    sc_history_clear(&found);
-    sc_free(text);
     return status;
 }
 

@@ -230,9 +230,9 @@ sc_status sc_measurements_read(const sc_ctx *ctx, const char *path, sc_measureme
 sc_status sc_measurements_begin(const sc_ctx *ctx, const char *path, bool *out)
 {
     const sc_ctx silent = sc_quiet(ctx);
-    sc_design design = {0};
+    SC_OWN(sc_design_clear) sc_design design = {0};
     json_t *line = NULL;
-    char *text = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
     const char *end;
     size_t bytes;
     bool good = false;
@@ -248,8 +248,6 @@ out:
         status = SC_OK;
     if (status == SC_OK)
         *out = good;
-    sc_design_clear(&design);
     json_decref(line);
-    sc_free(text);
     return status;
 }

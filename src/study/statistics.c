@@ -48,16 +48,14 @@ sc_status sc_statistics_of(const sc_ctx *ctx, const double *values, size_t count
                            sc_statistics *out)
 {
     sc_statistics s = {.count = count};
-    double *sorted;
-    void *block;
+    double *sorted = NULL;
     size_t k;
 
     if (count == 0) {
         *out = s;
         return SC_OK;
     }
-    SC_PASS(sc_alloc(ctx, count, sizeof *sorted, &block));
-    sorted = block;
+    SC_PASS(SC_ALLOC(ctx, count, &sorted));
     memcpy(sorted, values, count * sizeof *sorted);
     qsort(sorted, count, sizeof *sorted, by_value);
     for (size_t i = 0; i < count; i++)
@@ -71,7 +69,7 @@ sc_status sc_statistics_of(const sc_ctx *ctx, const double *values, size_t count
     s.has_interval = k > 0;
     s.low = sorted[k > 0 ? k - 1 : 0];
     s.high = sorted[count - (k > 0 ? k : 1)];
-    sc_free(block);
+    sc_free(sorted);
     *out = s;
     return SC_OK;
 }

@@ -117,19 +117,16 @@ static int by_speed(const void *a, const void *b)
  * @return SC_ERR_MEMORY. */
 static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
 {
-    void *block;
-    sc_frame_result *sorted;
+    SC_OWN(sc_free_at) sc_frame_result *sorted = NULL;
     sc_status status = SC_OK;
 
-    SC_PASS(sc_alloc(ctx, (size_t)run->frame_count + 1, sizeof(sc_frame_result), &block));
-    sorted = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)run->frame_count + 1, &sorted));
     for (int i = 0; i < run->frame_count; i++)
         sorted[i] = run->frames[i];
     qsort(sorted, (size_t)run->frame_count, sizeof *sorted, by_cost);
     for (int i = 0; i < run->frame_count && i < SLOWEST_SHOWN && status == SC_OK; i++)
         status = sc_text_add(ctx, text, "%s%d (%.3f s)", i ? ", " : "", sorted[i].frame,
                              sorted[i].render_cpu_s);
-    sc_free(block);
     return status;
 }
 
@@ -137,12 +134,10 @@ static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_tex
  * frame)". A frame that several ranks drew counts for the last one. @return SC_ERR_MEMORY. */
 static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
 {
-    void *block;
-    rank_speed *speeds;
+    SC_OWN(sc_free_at) rank_speed *speeds = NULL;
     sc_status status = SC_OK;
 
-    SC_PASS(sc_zalloc(ctx, (size_t)run->ranks, sizeof *speeds, &block));
-    speeds = block;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)run->ranks, &speeds));
     for (int i = 0; i < run->ranks; i++)
         speeds[i].rank = i;
     for (int i = 0; i < run->frame_count; i++) {
@@ -158,7 +153,6 @@ static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text
         status =
             sc_text_add(ctx, text, "%s%d on %s (%.3f s a frame)", i ? ", " : "", speeds[i].rank,
                         run->rank_records[speeds[i].rank].host, speeds[i].wall_s_per_frame);
-    sc_free(block);
     return status;
 }
 

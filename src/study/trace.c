@@ -27,22 +27,14 @@ const char *sc_trace_kind_name(sc_trace_kind kind)
 
 sc_status sc_trace_new(const sc_ctx *ctx, size_t capacity, sc_trace **out)
 {
-    sc_trace *trace;
-    void *block, *events;
-    sc_status status;
+    SC_OWN(sc_free_at) sc_trace *trace = NULL;
 
-    SC_PASS(sc_zalloc(ctx, 1, sizeof *trace, &block));
-    status = sc_alloc(ctx, capacity, sizeof(sc_trace_event), &events);
-    if (status != SC_OK) {
-        sc_free(block);
-        return status;
-    }
-    trace = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &trace));
+    SC_PASS(SC_ALLOC(ctx, capacity, &trace->events));
     trace->zero_s = sc_wall_s();
-    trace->events = events;
     trace->capacity = capacity;
     atomic_init(&trace->added, 0);
-    *out = trace;
+    SC_HAND_OVER(trace, out);
     return SC_OK;
 }
 

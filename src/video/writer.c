@@ -56,7 +56,7 @@ static sc_status free_partial_name(const sc_ctx *ctx, const char *path, bool rep
 sc_status sc_video_writer_finish(const sc_ctx *ctx, sc_video_writer *writer, bool complete,
                                  bool replace)
 {
-    sc_text partial = {0};
+    SC_OWN(sc_text_clear) sc_text partial = {0};
     sc_status status = SC_OK;
 
     if (sc_encoder_count(writer->encoder) > 0)
@@ -67,7 +67,6 @@ sc_status sc_video_writer_finish(const sc_ctx *ctx, sc_video_writer *writer, boo
     if (status == SC_OK && !complete)
         sc_info(ctx, "%s: holds the frames so far", partial.data);
 out:
-    sc_text_clear(&partial);
     return status;
 }
 

@@ -135,11 +135,9 @@ static sc_status read_all(const sc_ctx *ctx, const char *path, const sc_source *
 {
     const size_t voxels = sc_source_voxels(source);
     SC_OWN(sc_stream_close_at) sc_voxel_stream *stream = NULL;
-    SC_OWN(sc_free_at) void *block = NULL;
-    double *values;
+    SC_OWN(sc_free_at) double *values = NULL;
 
-    SC_PASS(sc_alloc(ctx, SC_STREAM_BLOCK, sizeof *values, &block));
-    values = block;
+    SC_PASS(SC_ALLOC(ctx, SC_STREAM_BLOCK, &values));
     SC_PASS(sc_stream_open(ctx, path, source, &stream));
     for (size_t at = 0; at < voxels; at += SC_STREAM_BLOCK) {
         const size_t count = voxels - at < SC_STREAM_BLOCK ? voxels - at : SC_STREAM_BLOCK;
@@ -283,16 +281,14 @@ sc_status sc_grey_read(const sc_ctx *ctx, const char *path, const sc_grey_window
     sc_ctx errors = *ctx;
     SC_OWN(sc_source_clear) sc_source source = {0};
     sc_grey found = {.codes = grey->codes};
-    SC_OWN(sc_free_at) void *block = NULL;
-    pass *p;
+    SC_OWN(sc_free_at) pass *p = NULL;
 
     sc_stage_begin(ctx, "reading the image", 0, 0);
     errors.level = SC_LOG_ERROR; /* sc_grey_read_header has told the warnings */
     SC_PASS(open_grey(&errors, path, false, &source, &found));
     if (memcmp(found.size, grey->size, sizeof found.size) != 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: has changed while it was read", path);
-    SC_PASS(sc_zalloc(ctx, 1, sizeof *p, &block));
-    p = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &p));
     p->grey = &found;
     SC_PASS(fill_codes(ctx, path, &source, window, p));
     *grey = found;
@@ -340,14 +336,11 @@ sc_status sc_grey_auto_window(const sc_ctx *ctx, const sc_grey *grey, const sc_v
     const size_t stride = (sc_volume_voxels(labels) / WINDOW_VOXELS) | 1;
     double ends[2] = {grey->low, grey->low + grey->per_code * (CODES - 1)};
     sc_affine from_ras, to_grey;
-    void *block = NULL;
-    uint64_t *counts;
-    sc_status status;
+    SC_OWN(sc_free_at) uint64_t *counts = NULL;
 
     if (!sc_affine_invert(&grey->to_ras_mm, &from_ras))
         return sc_fail(ctx, SC_ERR_DATA, "the geometry of the image is singular");
-    SC_TRY(sc_zalloc(ctx, CODES, sizeof *counts, &block));
-    counts = block;
+    SC_PASS(SC_ZALLOC(ctx, CODES, &counts));
     to_grey = sc_affine_compose(&from_ras, &labels->to_ras_mm);
     *found = count_codes(grey, labels, &to_grey, stride, counts) ||
              (stride > 1 && count_codes(grey, labels, &to_grey, 1, counts));
@@ -357,9 +350,7 @@ sc_status sc_grey_auto_window(const sc_ctx *ctx, const sc_grey *grey, const sc_v
     }
     out->level = (ends[0] + ends[1]) / 2;
     out->width = fmax(fabs(ends[1] - ends[0]), fabs(grey->per_code) * CODES / 1000);
-out:
-    sc_free(block);
-    return status;
+    return SC_OK;
 }
 
 sc_box3 sc_grid_box_mm(const int size[3], const sc_affine *to_ras_mm)

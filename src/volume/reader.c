@@ -420,14 +420,13 @@ sc_status sc_volume_phases(const sc_ctx *ctx, const char *path, int *count, doub
 {
     const sc_ctx quiet = sc_quiet(ctx);
     const sc_read_choice first = {.phase = 1};
-    sc_source source = {0};
+    SC_OWN(sc_source_clear) sc_source source = {0};
     const sc_status status = sc_open_source(&quiet, path, &first, true, &source);
 
     if (status != SC_OK && !sc_is_of_input(status))
         return status;
     *count = status == SC_OK && source.phases > 1 ? source.phases : 1;
     *step_s = *count > 1 ? source.phase_step_s : 0;
-    sc_source_clear(&source);
     return SC_OK;
 }
 

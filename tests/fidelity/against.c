@@ -198,7 +198,7 @@ static sc_status measure_volumes(const sc_ctx *ctx, work *w, const stage *st)
     const size_t layers = (size_t)(w->in.high[2] - w->in.low[2] + 1), count = (size_t)w->count;
     const double mm3 = fabs(sc_affine_determinant(&w->truth.to_ras_mm));
     counting k = {.w = w, .st = st};
-    void *block = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
     sc_status status;
 
     SC_TRY(sc_zalloc(ctx, layers * count, sizeof *k.sums, &block));
@@ -218,7 +218,6 @@ static sc_status measure_volumes(const sc_ctx *ctx, work *w, const stage *st)
             w->tissues[n].kept = sum[0] > 0 ? sum[1] / sum[0] : NAN;
     }
 out:
-    sc_free(block);
     return status;
 }
 
@@ -279,7 +278,7 @@ static sc_status take_drawn(const sc_ctx *ctx, work *w, const sc_volume *volume,
                             bool is_truth)
 {
     const int *tissue_of = is_truth ? w->tissue_of_truth : w->tissue_of_volume;
-    stage st = {0};
+    SC_OWN(stage_close) stage st = {0};
     sc_status status;
 
     for (int n = 0; n < w->count; n++)
@@ -289,7 +288,6 @@ static sc_status take_drawn(const sc_ctx *ctx, work *w, const sc_volume *volume,
     if (!is_truth)
         SC_TRY(measure_volumes(ctx, w, &st));
 out:
-    stage_close(&st);
     return status;
 }
 
@@ -368,7 +366,7 @@ static sc_status measure_surfaces(const sc_ctx *ctx, work *w)
 
 sc_status compare_volumes(const sc_ctx *ctx, const comparison *c)
 {
-    work w = {.c = c};
+    SC_OWN(close_work) work w = {.c = c};
     drawing how = c->how;
     sc_status status;
 
@@ -389,6 +387,5 @@ sc_status compare_volumes(const sc_ctx *ctx, const comparison *c)
     SC_TRY(measure_surfaces(ctx, &w));
     print_comparison(c, w.tissues, w.count);
 out:
-    close_work(&w);
     return status;
 }

@@ -56,8 +56,8 @@ static sc_status probe_shape(const sc_ctx *ctx, const shape *s, sc_volume *voxel
                              const drawing *how, bool chosen, probe *probes, double *depths)
 {
     const size_t bytes = sc_volume_voxels(voxels);
-    void *clean = NULL;
-    stage st = {0};
+    SC_OWN(sc_free_at) void *clean = NULL;
+    SC_OWN(stage_close) stage st = {0};
     sc_status status;
 
     SC_TRY(sc_alloc(ctx, bytes, 1, &clean));
@@ -83,8 +83,6 @@ static sc_status probe_shape(const sc_ctx *ctx, const shape *s, sc_volume *voxel
         }
     }
 out:
-    stage_close(&st);
-    sc_free(clean);
     return status;
 }
 
@@ -129,9 +127,9 @@ sc_status measure_cliff(const sc_ctx *ctx, size_t n, const drawing *how, cliff *
     const int steps = by_noise ? NOISE_STEPS : STRENGTH_STEPS;
     shape s = *shape_find(names[n / 2]);
     drawing drawn = *how;
-    sc_volume voxels = {0};
+    SC_OWN(sc_volume_clear) sc_volume voxels = {0};
     double changes[STEPS_MAX], *depths[2];
-    void *probes = NULL, *block = NULL;
+    SC_OWN(sc_free_at) void *probes = NULL, *block = NULL;
     sc_status status;
 
     *out = (cliff){.shape = s.name, .by_noise = by_noise};
@@ -153,8 +151,5 @@ sc_status measure_cliff(const sc_ctx *ctx, size_t n, const drawing *how, cliff *
     }
     sum_up(changes, steps, out);
 out:
-    sc_volume_clear(&voxels);
-    sc_free(probes);
-    sc_free(block);
     return status;
 }

@@ -202,7 +202,7 @@ static int count_pieces(uint8_t *samples, size_t edge, size_t *waiting)
 static sc_status measure_pieces(const sc_ctx *ctx, const stage *st, survivors *out, double *volume)
 {
     const size_t edge = FINE * (EDGE - 1) + 1, count = edge * edge * edge;
-    void *samples = NULL, *waiting = NULL;
+    SC_OWN(sc_free_at) void *samples = NULL, *waiting = NULL;
     uint8_t *set;
     sc_status status;
 
@@ -223,19 +223,17 @@ static sc_status measure_pieces(const sc_ctx *ctx, const stage *st, survivors *o
     *volume /= FINE * FINE * FINE;
     out->pieces = count_pieces(set, edge, waiting);
 out:
-    sc_free(samples);
-    sc_free(waiting);
     return status;
 }
 
 sc_status measure_lines(const sc_ctx *ctx, size_t n, const drawing *how, survivors *out)
 {
     const line_kind *kind = &kinds[n];
-    sc_volume volume = {0};
-    stage st = {0};
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
+    SC_OWN(stage_close) stage st = {0};
     path p = {0};
     double kept = 0, links = 0, drawn;
-    void *block = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
     sc_status status;
 
     SC_TRY(sc_alloc(ctx, 4 * STEPS + 4, sizeof *p.at, &block));
@@ -263,8 +261,5 @@ sc_status measure_lines(const sc_ctx *ctx, size_t n, const drawing *how, survivo
     SC_TRY(measure_pieces(ctx, &st, out, &drawn));
     out->width = kind->at ? sqrt(drawn / p.length) : cbrt(drawn / (double)p.count);
 out:
-    stage_close(&st);
-    sc_volume_clear(&volume);
-    sc_free(block);
     return status;
 }

@@ -260,8 +260,8 @@ static void measure_kept(const stage *st, const shape *s, fidelity *out)
 
 sc_status measure_volume(const sc_ctx *ctx, const shape *s, const drawing *how, fidelity *out)
 {
-    sc_volume volume = {0};
-    stage st = {0};
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
+    SC_OWN(stage_close) stage st = {0};
     sc_status status;
 
     SC_TRY(shape_volume(ctx, s, how->threads, &volume));
@@ -277,7 +277,5 @@ sc_status measure_volume(const sc_ctx *ctx, const shape *s, const drawing *how, 
     for (int i = 0; i < 3600 && s->radius > 0; i++)
         out->gaps += owner_at(&st, shape_middle(s, i / 3600.0)) != 1;
 out:
-    stage_close(&st);
-    sc_volume_clear(&volume);
     return status;
 }

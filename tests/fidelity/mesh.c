@@ -308,7 +308,7 @@ static void sample_mesh(const shape *s, const mesh *m, const double *areas, doub
 
 sc_status mesh_read(const sc_ctx *ctx, const char *path, mesh *m)
 {
-    char *data = NULL;
+    SC_OWN(sc_free_at) char *data = NULL;
     size_t bytes = 0;
     sc_status status;
 
@@ -318,7 +318,6 @@ sc_status mesh_read(const sc_ctx *ctx, const char *path, mesh *m)
     else
         SC_TRY(read_stl(ctx, data, bytes, m));
 out:
-    sc_free(data);
     return status;
 }
 

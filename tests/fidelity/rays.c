@@ -142,9 +142,9 @@ sc_status stage_open(const sc_ctx *ctx, const sc_volume *volume, const drawing *
     const sc_prepare_settings settings = {.smooth = {how->smooth, how->smooth, how->smooth},
                                           .threads = how->threads};
     const size_t labels = (size_t)volume->label_count;
-    sc_volume resampled = {0};
+    SC_OWN(sc_volume_clear) sc_volume resampled = {0};
     sc_preparation *preparation = NULL;
-    uint8_t *show = NULL;
+    SC_OWN(sc_free_at) uint8_t *show = NULL;
     void *block;
     size_t bytes;
     sc_status status;
@@ -177,8 +177,6 @@ sc_status stage_open(const sc_ctx *ctx, const sc_volume *volume, const drawing *
     set_stage(st, how->surface, reach, step_mm);
 out:
     sc_preparation_free(preparation);
-    sc_volume_clear(&resampled);
-    sc_free(show);
     return status;
 }
 

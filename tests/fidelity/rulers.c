@@ -4,7 +4,7 @@
 
 sc_status print_wobble(const sc_ctx *ctx, const ruling *r)
 {
-    sc_volume volume = {0};
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
     wobble w;
     sc_status status;
 
@@ -23,7 +23,6 @@ sc_status print_wobble(const sc_ctx *ctx, const ruling *r)
                w.outline, w.outline_points, w.seam, w.seam_points, w.pairs);
     }
 out:
-    sc_volume_clear(&volume);
     return status;
 }
 
@@ -60,7 +59,7 @@ out:
 
 sc_status print_locality(const sc_ctx *ctx, const ruling *r)
 {
-    sc_volume volume = {0};
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
     locality l;
     sc_status status;
 
@@ -80,7 +79,6 @@ sc_status print_locality(const sc_ctx *ctx, const ruling *r)
                r->halo, l.points_off, l.points, l.rays_off, l.rays);
     }
 out:
-    sc_volume_clear(&volume);
     return status;
 }
 

@@ -243,8 +243,8 @@ static void copy_up(const sc_volume *coarse, int copied, sc_volume *v)
 
 sc_status shape_volume(const sc_ctx *ctx, const shape *s, int threads, sc_volume *out)
 {
-    sc_volume v = {.label_bytes = 1, .label_count = 2, .oriented = true};
-    sc_volume coarse = {.label_bytes = 1};
+    SC_OWN(sc_volume_clear) sc_volume v = {.label_bytes = 1, .label_count = 2, .oriented = true};
+    SC_OWN(sc_volume_clear) sc_volume coarse = {.label_bytes = 1};
     void *user[2] = {&coarse, (void *)(uintptr_t)s}, *block;
     sc_status status;
 
@@ -268,7 +268,5 @@ sc_status shape_volume(const sc_ctx *ctx, const shape *s, int threads, sc_volume
     *out = v;
     v = (sc_volume){0};
 out:
-    sc_volume_clear(&v);
-    sc_volume_clear(&coarse);
     return status;
 }

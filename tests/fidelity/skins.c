@@ -292,9 +292,9 @@ sc_status count_leaks(const sc_ctx *ctx, const sc_volume *volume, int id, const 
                       double reach, size_t rays, leaks *out)
 {
     const size_t batches = (rays + BATCH - 1) / BATCH;
-    stage st = {0};
+    SC_OWN(stage_close) stage st = {0};
     leak_work w = {.st = &st, .id = id};
-    void *block = NULL;
+    SC_OWN(sc_free_at) void *block = NULL;
     sc_status status;
 
     SC_TRY(stage_open(ctx, volume, how, reach, 0.1, &st));
@@ -308,8 +308,6 @@ sc_status count_leaks(const sc_ctx *ctx, const sc_volume *volume, int id, const 
         out->leaking += w.batches[n].leaking;
     }
 out:
-    sc_free(block);
-    stage_close(&st);
     return status;
 }
 

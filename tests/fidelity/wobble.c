@@ -110,7 +110,7 @@ static void make_around(field *f, const groups *g, size_t n, int a, int b)
 static void place_on_outline(void *user, size_t begin, size_t end, int thread)
 {
     const groups *g = user;
-    field f;
+    SC_OWN(field_free) field f = {0};
 
     (void)thread;
     field_open(g->volume, &f);
@@ -128,7 +128,6 @@ static void place_on_outline(void *user, size_t begin, size_t end, int thread)
                 fabs(off) < FARTHEST * f.unit && slope >= least ? (float)(off / slope) : (float)NAN;
         }
     }
-    field_free(&f);
 }
 
 /* Worker of sc_parallel_for: for the points of seams of groups [@p begin, @p end), which have
@@ -137,7 +136,7 @@ static void place_on_outline(void *user, size_t begin, size_t end, int thread)
 static void place_on_seams(void *user, size_t begin, size_t end, int thread)
 {
     const groups *g = user;
-    field f;
+    SC_OWN(field_free) field f = {0};
 
     (void)thread;
     field_open(g->volume, &f);
@@ -162,7 +161,6 @@ static void place_on_seams(void *user, size_t begin, size_t end, int thread)
                 p->off_mm = (float)off;
         }
     }
-    field_free(&f);
 }
 
 /* Points that have been placed, sorted by the cells of MEAN_REACH that hold them, and by pairs; and
@@ -290,7 +288,7 @@ sc_status measure_wobble(const sc_ctx *ctx, const sc_volume *volume, const drawi
                          wobble *out)
 {
     wobble_points outline = {0}, seams = {0};
-    stage st = {0};
+    SC_OWN(stage_close) stage st = {0};
     size_t ignored;
     groups g;
     sc_status status;
@@ -312,6 +310,5 @@ sc_status measure_wobble(const sc_ctx *ctx, const sc_volume *volume, const drawi
 out:
     free(outline.list);
     free(seams.list);
-    stage_close(&st);
     return status;
 }

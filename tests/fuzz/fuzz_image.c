@@ -30,7 +30,7 @@ static void repair(uint8_t *file, size_t bytes)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     uint8_t *copy = malloc(size + 1);
-    sc_image image = {0};
+    SC_OWN(sc_image_clear) sc_image image = {0};
     sc_status status;
 
     FUZZ_CHECK(copy);
@@ -42,7 +42,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         FUZZ_CHECK(image.width_px > 0 && image.height_px > 0);
         sc_image_hash(&image);
     }
-    sc_image_clear(&image);
     free(copy);
     return 0;
 }

@@ -8,7 +8,7 @@
 static bool load(const char *path, sc_text *identity, sc_text *whole)
 {
     const sc_job_sources sources = {.path = path};
-    sc_job job = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0};
     const sc_status status = sc_job_load(&fuzz_ctx, &sources, &job);
 
     FUZZ_CHECK(status != SC_ERR_INTERNAL && status != SC_ERR_MEMORY);
@@ -19,7 +19,6 @@ static bool load(const char *path, sc_text *identity, sc_text *whole)
         FUZZ_CHECK(sc_job_write(&fuzz_ctx, &job, true, identity) == SC_OK);
         FUZZ_CHECK(sc_job_write(&fuzz_ctx, &job, false, whole) == SC_OK);
     }
-    sc_job_clear(&job);
     return status == SC_OK;
 }
 

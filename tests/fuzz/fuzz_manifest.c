@@ -47,8 +47,8 @@ static void check(const sc_manifest_data *data)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     sc_frame_line lines[FRAMES] = {{.known = false}};
-    sc_manifest_data read = {.lines = lines, .frames = FRAMES};
-    sc_text text = {0}, names = {0};
+    SC_OWN(sc_manifest_data_clear) sc_manifest_data read = {.lines = lines, .frames = FRAMES};
+    SC_OWN(sc_text_clear) sc_text text = {0}, names = {0};
     sc_store_job job = {.video = "none"};
     sc_store_report report;
     char version[64];
@@ -64,8 +64,5 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         FUZZ_CHECK(read.head.known && job.frames == read.head.frames);
     if (sc_store_verify_records(&fuzz_ctx, fuzz_folder, &names) == SC_OK)
         FUZZ_CHECK(read.closed);
-    sc_text_clear(&names);
-    sc_text_clear(&text);
-    sc_manifest_data_clear(&read);
     return 0;
 }

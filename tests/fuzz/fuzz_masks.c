@@ -8,7 +8,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
                                  "space directions: (1,0,0) (0,1,0) (0,0,1)\n"
                                  "space origin: (0,0,0)\nencoding: raw\n\n"
                                  "0000000000000000000000000000000000000000000000000000000000000000";
-    sc_volume volume = {0};
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
     sc_status status;
 
     (void)fuzz_write("beside.nrrd", beside, sizeof beside - 1);
@@ -19,6 +19,5 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         fuzz_check_labels(&volume);
         FUZZ_CHECK(volume.label_count <= 3);
     }
-    sc_volume_clear(&volume);
     return 0;
 }

@@ -27,7 +27,7 @@ static void use(const sc_measurements *read)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     const char *path = fuzz_write("measurements.jsonl", data, size);
-    sc_measurements read = {0};
+    SC_OWN(sc_measurements_clear) sc_measurements read = {0};
     uint64_t whole_bytes = 0;
     const sc_status status = sc_measurements_read(&fuzz_ctx, path, &read, &whole_bytes);
 
@@ -36,6 +36,5 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         FUZZ_CHECK(whole_bytes <= size);
         use(&read);
     }
-    sc_measurements_clear(&read);
     return 0;
 }

@@ -37,7 +37,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     char *text = malloc(size + 1), *words[WORDS_MAX + 2] = {(char[]){"segcast"}};
     const char *environment[WORDS_MAX + 1] = {NULL};
     int argc = 1, variables = 0;
-    sc_options options = {0};
+    SC_OWN(sc_options_clear) sc_options options = {0};
     const sc_command *command;
 
     FUZZ_CHECK(text);
@@ -57,7 +57,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     optind = 0; /* getopt_long begins anew */
     if (command && sc_options_parse(&fuzz_ctx, command, argc, words, &options) == SC_OK)
         use(&options, environment);
-    sc_options_clear(&options);
     free(text);
     return 0;
 }

@@ -36,7 +36,7 @@ static void repair(uint8_t *file)
 static int scan(const char *path)
 {
     uint8_t picture[PICTURE_BYTES];
-    sc_partial_gops partial;
+    SC_OWN(sc_partial_close) sc_partial_gops partial = {0};
     int found = 0;
 
     FUZZ_CHECK(sc_partial_open(&fuzz_ctx, fuzz_folder, IDENTITY, PICTURE_BYTES, FRAMES, &partial) ==
@@ -49,7 +49,6 @@ static int scan(const char *path)
         FUZZ_CHECK(sc_partial_read(&fuzz_ctx, &partial, k, picture) == SC_OK);
         found++;
     }
-    sc_partial_close(&partial);
     return found;
 }
 

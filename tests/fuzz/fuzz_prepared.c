@@ -27,7 +27,7 @@ static void make_file(int wide, const char *path)
     float opacity[256] = {0}; /* as draw() gives it to all tissues, for one half of the inputs */
     sc_preparation *preparation;
     sc_phantom *phantom;
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     FUZZ_CHECK(sc_phantom_new(&fuzz_ctx, &phantom) == SC_OK);
     FUZZ_CHECK(sc_phantom_volume(&fuzz_ctx, phantom, size, 1, &v) == SC_OK);
@@ -47,7 +47,6 @@ static void make_file(int wide, const char *path)
     FUZZ_CHECK(sc_preparation_derive(&fuzz_ctx, preparation, opacity) == SC_OK);
     FUZZ_CHECK(sc_preparation_save(&fuzz_ctx, preparation, path, true, true) == SC_OK);
     sc_preparation_free(preparation);
-    sc_volume_clear(&v);
     sc_phantom_free(phantom);
 }
 
@@ -106,7 +105,7 @@ static void draw(const sc_prepared *v, int how)
         .frames = 8,
         .camera = {.axis = {0, 0, 1}, .turns = 1, .elevation_deg = 14, .fov_deg = 30, .zoom = 1}};
     sc_renderer *renderer;
-    void *tissues;
+    SC_OWN(sc_free_at) void *tissues = NULL;
 
     FUZZ_CHECK(sc_alloc(&fuzz_ctx, (size_t)v->label_count, sizeof(sc_tissue), &tissues) == SC_OK);
     FUZZ_CHECK(sc_transfer_resolve(&fuzz_ctx, v, &rule, how & 8 ? 1 : 0, SC_OPACITY_MEASURED,
@@ -117,7 +116,7 @@ static void draw(const sc_prepared *v, int how)
         sc_timeline timeline;
         sc_render_stats stats;
         sc_scene scene;
-        sc_image image;
+        SC_OWN(sc_image_clear) sc_image image = {0};
 
         if ((how & 0x70) != 0x40)
             set_camera(hull, count, &a.camera);
@@ -125,10 +124,8 @@ static void draw(const sc_prepared *v, int how)
         scene = sc_timeline_scene(&timeline, 1 + how / 16 % 4, NULL);
         FUZZ_CHECK(sc_image_init(&fuzz_ctx, WIDTH, HEIGHT, &image) == SC_OK);
         sc_render_frame(renderer, &scene, NULL, &image, &stats);
-        sc_image_clear(&image);
         sc_renderer_free(renderer);
     }
-    sc_free(tissues);
 }
 
 /* Make the checksum of a file fit its contents, if its header says where they are. */
@@ -156,7 +153,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     uint64_t bytes[SECTIONS];
     block_header h;
     sc_prepared v;
-    void *copy;
+    SC_OWN(sc_free_at) void *copy = NULL;
 
     FUZZ_CHECK(sc_alloc(&fuzz_ctx, file_bytes[wide], 1, &copy) == SC_OK);
     memcpy(copy, files[wide], file_bytes[wide]);
@@ -169,6 +166,5 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     repair(copy, file_bytes[wide]);
     if (sc_prepared_file_view(&fuzz_ctx, "p.segc", copy, file_bytes[wide], &v) == SC_OK)
         draw(&v, how);
-    sc_free(copy);
     return 0;
 }

@@ -14,7 +14,7 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
     const sc_video_settings settings = {
         .width_px = WIDTH, .height_px = HEIGHT, .fps = FPS, .crf = 20, .preset = "fast"};
     sc_encoder *encoder;
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
 
     (void)argc;
     (void)argv;
@@ -28,7 +28,6 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
     }
     FUZZ_CHECK(sc_encoder_finish(&fuzz_ctx, encoder, 99, 0, &valid) == SC_OK);
     sc_encoder_close(encoder);
-    sc_image_clear(&image);
     return 0;
 }
 

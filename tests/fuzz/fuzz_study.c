@@ -18,7 +18,7 @@ static void make_cell(const sc_study *study, int cell)
 /* Load the study @p path, and write all of it. @return false if it is refused. */
 static bool load(const char *path, sc_text *text)
 {
-    sc_study study = {0};
+    SC_OWN(sc_study_clear) sc_study study = {0};
     const sc_status status = sc_study_load(&fuzz_ctx, path, &study);
 
     FUZZ_CHECK(status != SC_ERR_INTERNAL && status != SC_ERR_MEMORY);
@@ -28,13 +28,12 @@ static bool load(const char *path, sc_text *text)
         make_cell(&study, sc_study_cells(&study) - 1);
         FUZZ_CHECK(sc_study_write(&fuzz_ctx, &study, text) == SC_OK);
     }
-    sc_study_clear(&study);
     return status == SC_OK;
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    sc_text first = {0}, again = {0};
+    SC_OWN(sc_text_clear) sc_text first = {0}, again = {0};
 
     if (load(fuzz_write("study.yaml", data, size), &first)) {
         FUZZ_CHECK(load(fuzz_write("again.yaml", first.data, first.length_bytes), &again));
@@ -42,7 +41,5 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             fprintf(stderr, "first:\n%sagain:\n%s", first.data, again.data);
         FUZZ_CHECK(!strcmp(first.data, again.data));
     }
-    sc_text_clear(&first);
-    sc_text_clear(&again);
     return 0;
 }

@@ -12,12 +12,11 @@
 static void print_all(const sc_label_table *table)
 {
     for (size_t i = 0; sc_table_writer_name(i); i++) {
-        sc_text text = {0};
+        SC_OWN(sc_text_clear) sc_text text = {0};
         const sc_status status = sc_label_table_print(
             &fuzz_ctx, "output", table, sc_table_writer_find(sc_table_writer_name(i)), &text);
 
         FUZZ_CHECK(status == SC_OK ? text.length_bytes > 0 : status == SC_ERR_DATA);
-        sc_text_clear(&text);
     }
 }
 
@@ -28,7 +27,7 @@ static void read_values(const char *path)
     static const char *const columns[] = {"", "x"};
 
     for (size_t i = 0; i < SC_COUNT_OF(columns); i++) {
-        sc_value_table table = {0};
+        SC_OWN(sc_value_table_clear) sc_value_table table = {0};
         const sc_status status = sc_value_table_read(&fuzz_ctx, path, columns[i], &table);
 
         FUZZ_CHECK(status == SC_OK || status == SC_ERR_DATA);
@@ -39,7 +38,6 @@ static void read_values(const char *path)
             FUZZ_CHECK(row->has_number || row->name[0]);
             FUZZ_CHECK(!isinf(row->value) && row->line > 0);
         }
-        sc_value_table_clear(&table);
     }
 }
 
@@ -49,7 +47,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 
     read_values(path);
     for (int format = SC_TABLE_AUTO; format <= SC_TABLE_JSON; format++) {
-        sc_label_table table = {0};
+        SC_OWN(sc_label_table_clear) sc_label_table table = {0};
         sc_volume volume = {.size = {1, 1, 1}, .label_bytes = 1, .label_count = 1};
         const sc_status status =
             sc_label_table_read(&fuzz_ctx, path, (sc_table_format)format, &table);
@@ -67,7 +65,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
                 fuzz_check_labels(&volume);
         }
         sc_volume_clear(&volume);
-        sc_label_table_clear(&table);
     }
     return 0;
 }

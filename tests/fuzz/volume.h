@@ -29,8 +29,8 @@ static inline void fuzz_check_labels(const sc_volume *v)
  * also be read in part, and what is read twice is the same. */
 static inline void fuzz_read_volume(const char *path)
 {
-    sc_label_scan header = {0}, scan = {0};
-    sc_volume volume = {0};
+    SC_OWN(sc_label_scan_clear) sc_label_scan header = {0}, scan = {0};
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
     const sc_status read_header = sc_volume_read_header(&fuzz_ctx, path, &header);
     const sc_status scanned = sc_volume_scan_labels(&fuzz_ctx, path, &scan);
     const sc_status read = sc_volume_read(&fuzz_ctx, path, &volume);
@@ -52,16 +52,13 @@ static inline void fuzz_read_volume(const char *path)
                             ? ((uint8_t *)volume.ids)[i]
                             : ((uint16_t *)volume.ids)[i]) < volume.label_count);
     }
-    sc_label_scan_clear(&header);
-    sc_label_scan_clear(&scan);
-    sc_volume_clear(&volume);
 }
 
 /* Read the volume as a grey one: whatever holds labels without layers or masks holds numbers. */
 static inline void fuzz_read_grey(const char *path)
 {
     sc_grey grey;
-    void *codes = NULL;
+    SC_OWN(sc_free_at) void *codes = NULL;
     sc_status read;
 
     if (sc_grey_read_header(&fuzz_ctx, path, &grey) != SC_OK ||
@@ -72,7 +69,6 @@ static inline void fuzz_read_grey(const char *path)
     FUZZ_CHECK(read != SC_ERR_INTERNAL && read != SC_ERR_MEMORY);
     FUZZ_CHECK(read != SC_OK || (isfinite(grey.low) && isfinite(grey.per_code)));
     FUZZ_CHECK(read != SC_OK || grey.per_code != 0);
-    sc_free(codes);
 }
 
 /* The same of an input that is a file. */

@@ -12,7 +12,7 @@ static sc_status prepare(const sc_ctx *ctx, sc_comm *comm)
     const int size[3] = {97, 90, 101};
     sc_prepare_settings settings = {.smooth = {1, 1, 1}, .local_thickness = true};
     sc_phantom *phantom = NULL;
-    sc_volume volume = {0};
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
     sc_preparation *p = NULL;
     void *block;
     sc_status status;
@@ -28,7 +28,6 @@ static sc_status prepare(const sc_ctx *ctx, sc_comm *comm)
 out:
     sc_preparation_free(p);
     sc_phantom_free(phantom);
-    sc_volume_clear(&volume);
     sc_team_close(settings.team);
     return status;
 }

@@ -128,7 +128,7 @@ static void prepare(const char *path, bool peers, bool opaque, prepared_set *out
 {
     sc_prepare_settings settings = {.smooth = {1, 1, 1}, .threads = atoi(lists[THREADS].values[0])};
     sc_preparation *preparation;
-    sc_volume volume;
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
     bool hidden[SC_LABELS_MAX] = {false};
     double begin_s;
     size_t bytes;
@@ -146,7 +146,6 @@ static void prepare(const char *path, bool peers, bool opaque, prepared_set *out
     out->cpu_s = process_cpu_s() - begin_s;
     out->opaque = opaque;
     sc_preparation_free(preparation);
-    sc_volume_clear(&volume);
 }
 
 /* The camera of the peers at frame @p frame of a turn around the middle of the heart. */
@@ -178,12 +177,11 @@ static void set_from_job(const char *skip, sc_render_settings *s)
     const sc_setting settings[] = {{"bench", "volume", "phantom", true},
                                    {"bench", "render.skip", skip, true}};
     const sc_job_sources sources = {.settings = settings, .setting_count = 2};
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     must(sc_job_load(&ctx, &sources, &job));
     s->light = job.light;
     s->skip = (sc_skip)job.render.skip;
-    sc_job_clear(&job);
 }
 
 /* Make the renderer, image and timeline of an entry whose values have been set, and draw a first

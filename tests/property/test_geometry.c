@@ -39,8 +39,7 @@ static sc_vec3 random_direction(uint64_t *seed)
 static sc_affine random_geometry(uint64_t *seed, const int size[3])
 {
     const double scale_mm = random_scale(seed, SC_SPACING_LEAST_MM, SC_SPACING_MOST_MM);
-    heard h;
-    const sc_ctx ctx = listening(&h);
+    const sc_ctx *ctx = listening_anew();
     sc_affine to_mm = {0};
 
     do {
@@ -57,7 +56,7 @@ static sc_affine random_geometry(uint64_t *seed, const int size[3])
             to_mm.m[2][i] = spacing_mm * axis.z;
             to_mm.m[i][3] = random_below(seed, 2) ? 0 : scale_mm * random_real(seed, -1e9, 1e9);
         }
-    } while (sc_geometry_check(&ctx, "random", size, &to_mm) != SC_OK);
+    } while (sc_geometry_check(ctx, "random", size, &to_mm) != SC_OK);
     return to_mm;
 }
 
@@ -142,7 +141,7 @@ static bool shows_something(const sc_image *image)
  * the first, the plain march. @return whether the picture shows anything. */
 static bool expect_same_by_all_kernels(small_scene *s, const sc_scene *scene, long number)
 {
-    sc_image plain;
+    SC_OWN(sc_image_clear) sc_image plain = {0};
     bool any;
 
     s->settings.skip = SC_SKIP_NONE;
@@ -150,7 +149,7 @@ static bool expect_same_by_all_kernels(small_scene *s, const sc_scene *scene, lo
     plain = draw_view(s, scene, NULL);
     for (sc_skip skip = SC_SKIP_INTERIOR; skip <= SC_SKIP_LEAP; skip++) {
         for (int i = 1; sc_cpu_names[i] && (i == 1 || sc_skip_is_wide(skip)); i++) {
-            sc_image other;
+            SC_OWN(sc_image_clear) sc_image other = {0};
             image_difference d;
 
             if (sc_skip_is_wide(skip) && !sc_cpu_has(sc_cpu_names[i]))
@@ -164,11 +163,9 @@ static bool expect_same_by_all_kernels(small_scene *s, const sc_scene *scene, lo
                          "pixels",
                          number, (int)skip, s->settings.cpu ? s->settings.cpu : "plain C",
                          d.differing_px);
-            sc_image_clear(&other);
         }
     }
     any = shows_something(&plain);
-    sc_image_clear(&plain);
     return any;
 }
 

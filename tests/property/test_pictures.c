@@ -37,7 +37,7 @@ static void expect_over(sc_render_settings change, const uint8_t behind[3], int 
 {
     small_scene s = make_scene(small_phantom(), 0.5);
     sc_scene scene;
-    sc_image clear, opaque;
+    SC_OWN(sc_image_clear) sc_image clear = {0}, opaque = {0};
     image_difference d;
     size_t empty = 0, full = 0;
 
@@ -65,8 +65,6 @@ static void expect_over(sc_render_settings change, const uint8_t behind[3], int 
     if (d.largest > largest || d.rms > rms)
         fail_msg("laid over a colour it differs: rms %.3f, largest %d", d.rms, d.largest);
     free_scene(&s);
-    sc_image_clear(&clear);
-    sc_image_clear(&opaque);
 }
 
 /* A transparent picture shows any background as if it had been drawn with it, without a rim of
@@ -131,8 +129,8 @@ TEST(all_orders_of_the_axes_give_the_same_picture)
 {
     static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
                                      {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
-    sc_volume original = small_phantom();
-    sc_image first = front_picture(stored_along(&original, orders[0], 0));
+    SC_OWN(sc_volume_clear) sc_volume original = small_phantom();
+    SC_OWN(sc_image_clear) sc_image first = front_picture(stored_along(&original, orders[0], 0));
 
     for (int i = 1; i < 48; i += 5) {
         sc_image other = front_picture(stored_along(&original, orders[i / 8], i % 8));
@@ -140,14 +138,12 @@ TEST(all_orders_of_the_axes_give_the_same_picture)
         expect_alike(&first, &other, 0.6); /* rounding may move a sample into the next voxel */
         sc_image_clear(&other);
     }
-    sc_image_clear(&first);
-    sc_volume_clear(&original);
 }
 
 TEST(mirrored_anatomy_gives_another_picture)
 {
     sc_volume original = small_phantom(), mirrored;
-    sc_image a, b;
+    SC_OWN(sc_image_clear) sc_image a = {0}, b = {0};
     image_difference d;
 
     mirrored = stored_along(&original, (const int[]){0, 1, 2}, 0);
@@ -157,8 +153,6 @@ TEST(mirrored_anatomy_gives_another_picture)
     a = front_picture(original);
     assert_true(compare_images(&a, &b, &d));
     assert_true(d.rms > 20);
-    sc_image_clear(&a);
-    sc_image_clear(&b);
 }
 
 /* The picture stays the same if tissues get other label numbers, and the label table as well. On
@@ -166,7 +160,7 @@ TEST(mirrored_anatomy_gives_another_picture)
 TEST(relabelling_volume_and_table_together_changes_nothing)
 {
     sc_volume original = small_phantom(), renamed;
-    sc_image a, b;
+    SC_OWN(sc_image_clear) sc_image a = {0}, b = {0};
 
     renamed = stored_along(&original, (const int[]){0, 1, 2}, 0);
     for (int id = 1; id < renamed.label_count; id++) { /* reverses the order of the ids */
@@ -181,8 +175,6 @@ TEST(relabelling_volume_and_table_together_changes_nothing)
     a = front_picture(original);
     b = front_picture(renamed);
     expect_alike(&a, &b, tested_surface == SC_SURFACE_SMOOTH ? 0.05 : 0);
-    sc_image_clear(&a);
-    sc_image_clear(&b);
 }
 
 static double difference_rms(const sc_image *a, const sc_image *b)
@@ -250,13 +242,12 @@ TEST(a_sweep_removes_more_with_every_frame)
     sc_renderer_free(r);
     for (int k = 0; k < 12; k++) {
         const sc_scene scene = sc_timeline_scene(&t, k, NULL);
-        sc_image image = draw_view(&s, &scene, NULL);
+        SC_OWN(sc_image_clear) sc_image image = draw_view(&s, &scene, NULL);
         const size_t now = covered(&image);
 
         assert_true(now <= last);
         assert_true(k == 0 ? now > 1000 : true);
         last = now;
-        sc_image_clear(&image);
     }
     assert_true(last < 60);
     free_scene(&s);
@@ -272,7 +263,7 @@ TEST(a_quarter_turn_equals_permuted_axes)
     sc_renderer *r;
     sc_timeline t;
     sc_scene scene;
-    sc_image first, second;
+    SC_OWN(sc_image_clear) sc_image first = {0}, second = {0};
 
     turned = stored_along(&original, (const int[]){0, 1, 2}, 0);
     for (int i = 0; i < 4; i++) { /* the patient turns by -90 degrees about z: (x, y) -> (y, -x) */
@@ -293,8 +284,6 @@ TEST(a_quarter_turn_equals_permuted_axes)
     scene = sc_timeline_scene(&t, 0, NULL);
     second = draw_view(&b, &scene, NULL);
     expect_alike(&first, &second, 1);
-    sc_image_clear(&first);
-    sc_image_clear(&second);
     free_scene(&a);
     free_scene(&b);
 }
@@ -306,7 +295,7 @@ TEST(counts_of_pixels_add_up_to_the_frame)
     small_scene s = make_scene(small_phantom(), 0.7);
     const sc_scene scene = front_view(&s);
     const size_t pixels = (size_t)s.settings.width_px * (size_t)s.settings.height_px;
-    sc_march_counters *counts;
+    SC_OWN(sc_free_at) sc_march_counters *counts = NULL;
     void *block;
 
     s.settings.samples = 1;
@@ -315,7 +304,7 @@ TEST(counts_of_pixels_add_up_to_the_frame)
     for (int skip = SC_SKIP_NONE; skip <= SC_SKIP_LEAP; skip++) {
         sc_render_stats frame, stats;
         sc_renderer *r;
-        sc_image image;
+        SC_OWN(sc_image_clear) sc_image image = {0};
         uint64_t samples = 0;
 
         s.settings.skip = (sc_skip)skip;
@@ -332,9 +321,7 @@ TEST(counts_of_pixels_add_up_to_the_frame)
         assert_int_equal(stats.counters.rays, frame.counters.rays);
         assert_int_equal(stats.counters.contributions, frame.counters.contributions);
         sc_renderer_free(r);
-        sc_image_clear(&image);
     }
-    sc_free(counts);
     free_scene(&s);
 }
 
@@ -361,7 +348,7 @@ static sc_scene faded_view(small_scene *s, float *factors)
 static void expect_same_by_all_ways(small_scene *s, const sc_scene *scene, const sc_image *first)
 {
     for (int i = 0; i < 2 * (SC_SKIP_LEAP + 1); i++) {
-        sc_image other;
+        SC_OWN(sc_image_clear) sc_image other = {0};
 
         s->settings.skip = (sc_skip)(i / 2);
         s->settings.cpu = i % 2 ? "c" : "auto";
@@ -370,7 +357,6 @@ static void expect_same_by_all_ways(small_scene *s, const sc_scene *scene, const
         s->settings.to_the_end = i % 5 == 0;
         other = draw_view(s, scene, NULL);
         expect_alike(first, &other, 0);
-        sc_image_clear(&other);
     }
 }
 
@@ -382,7 +368,7 @@ TEST(faded_pictures_do_not_depend_on_the_way_they_are_drawn)
     for (int local = 0; local < 2; local++) {
         small_scene s = make_scene(small_phantom(), 0.8);
         sc_scene scene = faded_view(&s, factors);
-        sc_image first;
+        SC_OWN(sc_image_clear) sc_image first = {0};
 
         s.settings.local_thickness = local;
         s.settings.light.shadows = local;
@@ -391,7 +377,6 @@ TEST(faded_pictures_do_not_depend_on_the_way_they_are_drawn)
         s.settings.skip = SC_SKIP_NONE;
         first = draw_view(&s, &scene, NULL);
         expect_same_by_all_ways(&s, &scene, &first);
-        sc_image_clear(&first);
         free_scene(&s);
     }
 }
@@ -487,7 +472,7 @@ TEST(moved_tissues_look_as_if_they_stood_there)
         small_scene here = make_scene(four_balls(nowhere), c & 1 ? 0.4 : 1);
         sc_scene scene = front_view(&there);
         sc_vec3 offsets_mm[4] = {{0, 0, 0}};
-        sc_image expected, drawn;
+        SC_OWN(sc_image_clear) sc_image expected = {0}, drawn = {0};
 
         scene.camera =
             sc_camera_look(c & 2 ? (sc_vec3){200, 56, 30} : (sc_vec3){32, 216, 30},
@@ -501,8 +486,6 @@ TEST(moved_tissues_look_as_if_they_stood_there)
         scene.offsets_mm = offsets_mm;
         drawn = draw_view(&here, &scene, NULL);
         expect_alike(&expected, &drawn, 0.6);
-        sc_image_clear(&expected);
-        sc_image_clear(&drawn);
         free_scene(&there);
         free_scene(&here);
     }
@@ -516,7 +499,7 @@ TEST(what_has_faded_leaves_no_trace)
     float factors[64];
     sc_scene scene = faded_view(&s, factors);
     sc_renderer *r;
-    sc_image full, again, faded, hidden;
+    SC_OWN(sc_image_clear) sc_image full = {0}, again = {0}, faded = {0}, hidden = {0};
     sc_render_stats stats, of_faded, of_hidden;
 
     for (int id = 1; id < s.prepared.view.label_count; id++)
@@ -539,10 +522,6 @@ TEST(what_has_faded_leaves_no_trace)
         assert_int_equal(of_faded.counters.contributions, of_hidden.counters.contributions);
     assert_true(difference_rms(&full, &faded) > 10);
     sc_renderer_free(r);
-    sc_image_clear(&full);
-    sc_image_clear(&again);
-    sc_image_clear(&faded);
-    sc_image_clear(&hidden);
     free_scene(&s);
 }
 

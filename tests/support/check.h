@@ -17,7 +17,6 @@
 
 static const sc_ctx quiet = {.level = SC_LOG_ERROR};
 
-#define assert_ok(call) assert_int_equal((call), SC_OK)
 #define assert_near(a, b, eps)                                                                     \
     do {                                                                                           \
         const double near_a = (a), near_b = (b);                                                   \
@@ -56,12 +55,23 @@ static inline void hear(void *user, sc_log_level level, const char *text)
     snprintf(h->text, sizeof h->text, "%s", text);
 }
 
-/* @return a context that keeps its messages in @p h, which is emptied. */
-static inline sc_ctx listening(heard *h)
+/* What `listening` has logged since the test began, or since listening_anew() was called. */
+static heard said;
+static const sc_ctx listening = {.level = SC_LOG_INFO, .write = hear, .user = &said};
+
+/* @return the context that keeps its messages in said, which is emptied. */
+static inline const sc_ctx *listening_anew(void)
 {
-    *h = (heard){0};
-    return (sc_ctx){.level = SC_LOG_INFO, .write = hear, .user = h};
+    said = (heard){0};
+    return &listening;
 }
+
+#define assert_ok(call)                                                                            \
+    do {                                                                                           \
+        const sc_status ok_ = (call);                                                              \
+        if (ok_ != SC_OK)                                                                          \
+            fail_msg("%s: status %d: %s", #call, ok_, said.text);                                  \
+    } while (0)
 
 /* Write a file that holds @p text, and behind it @p bytes bytes of @p data. */
 static inline void write_bytes(const char *path, const char *text, const void *data, size_t bytes)
@@ -79,6 +89,13 @@ static inline void write_text(const char *path, const char *text)
     write_bytes(path, text, "", 0);
 }
 
+static inline int forget(void **state)
+{
+    (void)state;
+    said = (heard){0};
+    return 0;
+}
+
 /* TEST(name) { ... } defines a test, and RUN_TESTS(setup, teardown), at the end of the file, a main
  * that runs all of them in their order; setup and teardown, of all together, may be NULL. A main of
  * its own calls run_all_tests. */
@@ -89,7 +106,8 @@ static inline void keep_test(const char *name, CMUnitTestFunction function)
 {
     if (tests_here_count == sizeof tests_here / sizeof tests_here[0])
         abort(); /* none is left out */
-    tests_here[tests_here_count++] = (struct CMUnitTest){.name = name, .test_func = function};
+    tests_here[tests_here_count++] =
+        (struct CMUnitTest){.name = name, .test_func = function, .setup_func = forget};
 }
 
 #define TEST(name)                                                                                 \

@@ -77,7 +77,7 @@ static inline prepared_copy prepare_random_fields(const sc_volume *volume, uint6
 {
     const sc_prepare_settings settings = {.local_thickness = true, .threads = 2};
     random_fields r = {.seed = seed};
-    void *number, *sides, *codes;
+    SC_OWN(sc_free_at) void *number = NULL, *sides = NULL, *codes = NULL;
     sc_preparation *p;
 
     assert_ok(sc_prepare(&quiet, volume, &settings, &p));
@@ -110,9 +110,6 @@ static inline prepared_copy prepare_random_fields(const sc_volume *volume, uint6
     assert_ok(sc_mark_borders(&quiet, p, &r.fields));
     for (size_t brick = 0; brick < p->brick_count; brick++)
         fill_brick(&r, brick);
-    sc_free(number);
-    sc_free(sides);
-    sc_free(codes);
     return pack_copy(p);
 }
 

@@ -113,7 +113,7 @@ static inline sc_image draw_by_all_kernels(const small_scene *scene_of, const sc
     first = draw_view(&s, scene, NULL);
     for (sc_skip skip = SC_SKIP_INTERIOR; skip <= SC_SKIP_LEAP; skip++) {
         for (int i = 1; sc_cpu_names[i]; i++) {
-            sc_image image;
+            SC_OWN(sc_image_clear) sc_image image = {0};
 
             if (!sc_cpu_has(sc_cpu_names[i]))
                 continue;
@@ -123,7 +123,6 @@ static inline sc_image draw_by_all_kernels(const small_scene *scene_of, const sc
             s.settings.tile_px = 8 + 13 * i;
             image = draw_view(&s, scene, NULL);
             assert_memory_equal(image.rgb, first.rgb, sc_image_bytes(&image));
-            sc_image_clear(&image);
         }
     }
     return first;

@@ -43,12 +43,17 @@ static inline sc_volume shape_volume(const int size[3], const double spacing_mm[
     return v;
 }
 
-/* A prepared volume: a block, which the test frees with sc_free, and the view of it. */
+/* A prepared volume: a block, which clear_copy frees, and the view of it. */
 typedef struct prepared_copy {
     void *block;
     size_t bytes;
     sc_prepared view;
 } prepared_copy;
+
+static inline void clear_copy(prepared_copy *copy)
+{
+    sc_free(copy->block);
+}
 
 /* @return a copy of @p p, which is freed. */
 static inline prepared_copy pack_copy(sc_preparation *p)

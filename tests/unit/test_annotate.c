@@ -75,12 +75,11 @@ static void letter_film(film *f)
 /* The words of a film cannot be lettered: so many errors, of which the last says @p text. */
 static void expect_refusal(film *f, int errors, const char *text)
 {
-    heard h;
-    const sc_ctx ctx = listening(&h);
+    const sc_ctx *ctx = listening_anew();
 
-    assert_int_equal(sc_annotations_letter(&ctx, &f->annotations, &f->lettering), SC_ERR_DATA);
-    assert_int_equal(h.errors, errors);
-    assert_non_null(strstr(h.text, text));
+    assert_int_equal(sc_annotations_letter(ctx, &f->annotations, &f->lettering), SC_ERR_DATA);
+    assert_int_equal(said.errors, errors);
+    assert_non_null(strstr(said.text, text));
 }
 
 static void end_film(film *f)
@@ -119,7 +118,7 @@ static const uint8_t *pixel(const sc_image *image, int x, int y)
  * right, bottom. @return how many they are. */
 static int ink(const film *f, int k, int box[4])
 {
-    sc_image image = draw(f, k, false, 255);
+    SC_OWN(sc_image_clear) sc_image image = draw(f, k, false, 255);
     int count = 0;
 
     box[0] = box[1] = 10000;
@@ -135,7 +134,6 @@ static int ink(const film *f, int k, int box[4])
             count++;
         }
     }
-    sc_image_clear(&image);
     return count;
 }
 
@@ -156,13 +154,13 @@ static void begin_full_film(film *f)
 
 TEST(rows_can_be_drawn_by_themselves)
 {
-    film f;
+    SC_OWN(end_film) film f = {0};
 
     begin_full_film(&f);
     f.scene.frame = 3;
     f.scene.time = sc_frame_time(3, FRAMES);
     for (int alpha = 0; alpha < 2; alpha++) {
-        sc_image whole = draw(&f, 3, alpha, 200), parts = blank(alpha, 200);
+        SC_OWN(sc_image_clear) sc_image whole = draw(&f, 3, alpha, 200), parts = blank(alpha, 200);
 
         for (int row = 0; row < HEIGHT; row += 7) {
             const sc_rows rows = {row, row + 7 < HEIGHT ? row + 7 : HEIGHT};
@@ -170,23 +168,18 @@ TEST(rows_can_be_drawn_by_themselves)
             assert_ok(sc_annotations_draw(&quiet, &f.annotations, &f.scene, &parts, &rows));
         }
         assert_int_equal(sc_image_hash(&whole), sc_image_hash(&parts));
-        sc_image_clear(&whole);
-        sc_image_clear(&parts);
     }
-    end_film(&f);
 }
 
 TEST(without_overlays_a_picture_stays_as_it_is)
 {
-    sc_image untouched = blank(false, 90), image;
+    SC_OWN(sc_image_clear) sc_image untouched = blank(false, 90), image = {0};
     film f;
 
     begin_film(&f, 0);
     assert_false(sc_annotations_any(&f.annotations));
     image = draw(&f, 0, false, 90);
     assert_int_equal(sc_image_hash(&image), sc_image_hash(&untouched));
-    sc_image_clear(&image);
-    sc_image_clear(&untouched);
 }
 
 /* Text holds both dark and light pixels, whatever lies behind it, and so does a scale bar. */
@@ -204,7 +197,7 @@ TEST(text_can_be_read_on_any_background)
         f.scene.dark_text = !dark;
         letter_film(&f);
         for (int level = 0; level < 256; level += 51) {
-            sc_image image = draw(&f, 3, false, level);
+            SC_OWN(sc_image_clear) sc_image image = draw(&f, 3, false, level);
             int darkest = 255, lightest = 0;
 
             for (size_t i = 0; i < sc_image_bytes(&image); i++) {
@@ -212,7 +205,6 @@ TEST(text_can_be_read_on_any_background)
                 lightest = image.rgb[i] > lightest ? image.rgb[i] : lightest;
             }
             assert_true(lightest - darkest > 150);
-            sc_image_clear(&image);
         }
         end_film(&f);
     }
@@ -220,8 +212,8 @@ TEST(text_can_be_read_on_any_background)
 
 TEST(over_transparency_text_is_opaque)
 {
-    sc_image image;
-    film f;
+    SC_OWN(sc_image_clear) sc_image image = {0};
+    SC_OWN(end_film) film f = {0};
     int opaque = 0, clear = 0;
 
     begin_full_film(&f);
@@ -233,14 +225,12 @@ TEST(over_transparency_text_is_opaque)
         }
     }
     assert_true(opaque > 1000 && clear > WIDTH * HEIGHT / 2);
-    sc_image_clear(&image);
-    end_film(&f);
 }
 
 /* The longest row of dark pixels of frame 0 on white. */
 static int longest_row(const film *f)
 {
-    sc_image image = draw(f, 0, false, 255);
+    SC_OWN(sc_image_clear) sc_image image = draw(f, 0, false, 255);
     int longest = 0;
 
     for (int y = 0; y < HEIGHT; y++) {
@@ -251,13 +241,12 @@ static int longest_row(const film *f)
             longest = run > longest ? run : longest;
         }
     }
-    sc_image_clear(&image);
     return longest;
 }
 
 TEST(a_scale_bar_is_as_long_as_it_says)
 {
-    film f;
+    SC_OWN(end_film) film f = {0};
 
     begin_film(&f, 0);
     f.overlays.scale_bar = SC_PLACE_BOTTOM_LEFT;
@@ -271,13 +260,12 @@ TEST(a_scale_bar_is_as_long_as_it_says)
     f.scene.camera.position_mm.y = -400; /* it looks away from all that is visible */
     f.scene.camera.forward.y = -1;
     assert_int_equal(longest_row(&f), 0);
-    end_film(&f);
 }
 
 TEST(captions_are_shown_in_their_time)
 {
     static const char seen[FRAMES + 1] = "00011100001"; /* frames 3 to 5; the last one */
-    film f;
+    SC_OWN(end_film) film f = {0};
 
     begin_film(&f, 2);
     strcpy(f.captions[0].text, "first");
@@ -291,7 +279,6 @@ TEST(captions_are_shown_in_their_time)
 
         assert_int_equal(ink(&f, k, box) > 0, seen[k] == '1');
     }
-    end_film(&f);
 }
 
 /* A long text is broken, also where it has no blanks, and stays within the picture. */
@@ -339,7 +326,7 @@ static int square(const sc_image *image, const film *f, int row, int *green)
 TEST(a_legend_shows_what_is_seen_now)
 {
     sc_image image;
-    film f;
+    SC_OWN(end_film) film f = {0};
     int green;
 
     begin_film(&f, 0);
@@ -366,7 +353,6 @@ TEST(a_legend_shows_what_is_seen_now)
     assert_true(square(&image, &f, 2, &green) > 50 && green == 0);
     assert_true(square(&image, &f, 3, &green) == 0);
     sc_image_clear(&image);
-    end_film(&f);
 }
 
 /* A legend of chosen tissues has rows for these alone; names that are chosen for the pictures do
@@ -377,9 +363,7 @@ TEST(a_legend_shows_chosen_tissues)
                                         {.use = SC_USE_NAMES, .pattern = "tissue_1"},
                                         {.use = SC_USE_LEGEND, .pattern = "4"}, /* the label */
                                         {.use = SC_USE_LEGEND, .pattern = "*_5"}};
-    heard h;
-    const sc_ctx ctx = listening(&h);
-    film f;
+    SC_OWN(end_film) film f = {0};
 
     begin_film(&f, 0);
     add_tissues(&f, 5);
@@ -395,24 +379,22 @@ TEST(a_legend_shows_chosen_tissues)
         assert_int_equal(sc_lettering_find(f.lettering, SC_WORD_NAME, id) != NULL, id == 1);
     }
     assert_null(sc_lettering_find(f.lettering, SC_WORD_MORE, 'm'));
-    assert_ok(sc_overlay_tissues_check(&ctx, &f.volume, chosen, SC_COUNT_OF(chosen)));
+    assert_ok(sc_overlay_tissues_check(&listening, &f.volume, chosen, SC_COUNT_OF(chosen)));
     strcpy(f.labels[4].name, "other");
-    assert_int_equal(sc_overlay_tissues_check(&ctx, &f.volume, chosen, SC_COUNT_OF(chosen)),
+    assert_int_equal(sc_overlay_tissues_check(&listening, &f.volume, chosen, SC_COUNT_OF(chosen)),
                      SC_ERR_DATA);
-    assert_int_equal(h.errors, 1);
-    end_film(&f);
+    assert_int_equal(said.errors, 1);
 }
 
 /* @return in how many rows of a legend in the upper left corner squares are red, as in square. */
 static int red_rows(film *f)
 {
     const int line_px = sc_lettering_find(f->lettering, SC_WORD_LEGEND, 1)->line_px;
-    sc_image image = draw(f, 0, false, 255);
+    SC_OWN(sc_image_clear) sc_image image = draw(f, 0, false, 255);
     int rows = 0, green;
 
     for (int row = 0; row < 0.8 * HEIGHT / line_px; row++)
         rows += square(&image, f, row, &green) > 5 && green == 0;
-    sc_image_clear(&image);
     return rows;
 }
 
@@ -482,9 +464,9 @@ static void blank_letter(film *f, char letter)
 /* @return whether the letter is drawn in a picture seen from @p from, up the direction @p up. */
 static bool shows_letter(char letter, sc_vec3 from, sc_vec3 up)
 {
-    sc_image with, without;
+    SC_OWN(sc_image_clear) sc_image with = {0}, without = {0};
     uint64_t hashes[2];
-    film f;
+    SC_OWN(end_film) film f = {0};
 
     begin_film(&f, 0);
     add_tissues(&f, 1);
@@ -497,9 +479,6 @@ static bool shows_letter(char letter, sc_vec3 from, sc_vec3 up)
     without = draw(&f, 0, false, 255);
     hashes[0] = sc_image_hash(&with);
     hashes[1] = sc_image_hash(&without);
-    sc_image_clear(&with);
-    sc_image_clear(&without);
-    end_film(&f);
     return hashes[0] != hashes[1];
 }
 
@@ -524,27 +503,24 @@ TEST(the_cube_shows_the_side_that_is_seen)
 
 TEST(without_orientation_there_is_no_cube)
 {
-    heard h;
-    const sc_ctx ctx = listening(&h);
-    film f;
+    SC_OWN(end_film) film f = {0};
     int box[4];
 
     begin_film(&f, 0);
     add_tissues(&f, 1);
     f.volume.oriented = false;
     f.overlays.orientation = SC_PLACE_BOTTOM_RIGHT;
-    assert_ok(sc_annotations_letter(&ctx, &f.annotations, &f.lettering));
-    assert_int_equal(h.warnings, 1);
+    assert_ok(sc_annotations_letter(&listening, &f.annotations, &f.lettering));
+    assert_int_equal(said.warnings, 1);
     f.annotations.lettering = f.lettering;
     assert_int_equal(ink(&f, 0, box), 0);
-    end_film(&f);
 }
 
 /* A logo is scaled to its size with its transparency, and no further than its own pixels. */
 TEST(a_logo_is_scaled_to_its_size)
 {
     sc_image logo, image;
-    film f;
+    SC_OWN(end_film) film f = {0};
     int red = 0, mixed = 0;
 
     begin_film(&f, 0);
@@ -580,7 +556,6 @@ TEST(a_logo_is_scaled_to_its_size)
     assert_int_equal(f.annotations.logo.height_px, 72);
     sc_image_clear(&f.annotations.logo);
     assert_int_equal(remove(f.overlays.logo), 0);
-    end_film(&f);
 }
 
 /* The text of a title card stands in the middle of the picture, and shrinks or is broken to fit. */
@@ -589,7 +564,7 @@ TEST(a_title_card_stands_in_the_middle)
     for (int kind = 0; kind < 3; kind++) {
         sc_card card = {.has_subtitle = kind > 0};
         int box[4];
-        film f;
+        SC_OWN(end_film) film f = {0};
 
         begin_film(&f, 0);
         strcpy(card.title, kind == 2 ? "A title that is so long that it has to stand in several "
@@ -603,7 +578,6 @@ TEST(a_title_card_stands_in_the_middle)
         assert_true(abs(box[0] + box[2] - WIDTH) <= 6);
         assert_true(abs(box[1] + box[3] - HEIGHT) <= 6);
         assert_true(box[0] > WIDTH / 20 && box[1] > HEIGHT / 20);
-        end_film(&f);
     }
 }
 
@@ -634,18 +608,16 @@ TEST(captions_that_cannot_fit_are_refused)
 
 TEST(a_missing_character_is_named_once)
 {
-    heard h;
-    const sc_ctx ctx = listening(&h);
     sc_font_told told = {0};
     film f;
 
     begin_film(&f, 2); /* U+F0000 is for private use */
     strcpy(f.captions[0].text, "a \363\260\200\200 b \363\260\200\200");
     strcpy(f.captions[1].text, "\363\260\200\200");
-    assert_ok(sc_annotations_letter(&ctx, &f.annotations, &f.lettering));
-    assert_int_equal(h.warnings, 1);
-    assert_non_null(strstr(h.text, "(U+F0000)"));
-    assert_null(strstr(strstr(h.text, "U+F0000") + 1, "U+F0000"));
+    assert_ok(sc_annotations_letter(&listening, &f.annotations, &f.lettering));
+    assert_int_equal(said.warnings, 1);
+    assert_non_null(strstr(said.text, "(U+F0000)"));
+    assert_null(strstr(strstr(said.text, "U+F0000") + 1, "U+F0000"));
     end_film(&f);
     /* Shots of one film: the second has one of its own. */
     for (int shot = 0; shot < 3; shot++) {
@@ -654,12 +626,12 @@ TEST(a_missing_character_is_named_once)
         strcpy(f.overlays.font, "DejaVu Sans");
         strcpy(f.captions[0].text, "\363\260\200\200");
         strcpy(f.captions[1].text, shot == 1 ? "\363\260\200\201" : "a");
-        h = (heard){0};
-        assert_ok(sc_annotations_letter(&ctx, &f.annotations, &f.lettering));
-        assert_int_equal(h.warnings, shot < 2);
-        assert_int_equal(strstr(h.text, "(U+F0000)") != NULL, shot == 0);
-        assert_int_equal(strstr(h.text, "(U+F0001)") != NULL, shot == 1);
-        assert_null(strstr(h.text, "in the font of")); /* h holds the last message alone */
+        said = (heard){0};
+        assert_ok(sc_annotations_letter(&listening, &f.annotations, &f.lettering));
+        assert_int_equal(said.warnings, shot < 2);
+        assert_int_equal(strstr(said.text, "(U+F0000)") != NULL, shot == 0);
+        assert_int_equal(strstr(said.text, "(U+F0001)") != NULL, shot == 1);
+        assert_null(strstr(said.text, "in the font of")); /* said holds the last message alone */
         end_film(&f);
     }
 }

@@ -86,14 +86,13 @@ static void expect_opacity(double spacing_mm, double place, double opacity)
     const sc_grey grey = even_grey(spacing_mm, (uint16_t)(4000 * place), codes);
     small_scene s = ball_scene(1);
     const sc_scene scene = from_front();
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.settings.grey = &grey;
     s.settings.grey_look = (sc_grey_look){{2000, 4000}, 0, 0, opacity};
     image = draw_view(&s, &scene, NULL);
     assert_near(pixel_at(&image, &scene, 8, 8)[0], level_of(tone_of(place, opacity, 30)), 1);
     assert_int_equal(pixel_at(&image, &scene, 2, 20)[0], 0);
-    sc_image_clear(&image);
     free_scene(&s);
 }
 
@@ -115,7 +114,7 @@ TEST(planes_cut_the_backdrop)
     for (int n = 0; n < 3; n++) {
         small_scene s = ball_scene(1);
         sc_scene scene = from_front();
-        sc_image image;
+        SC_OWN(sc_image_clear) sc_image image = {0};
         double left_mm[3] = {20, 12, 30 - 12}; /* one plane; what two keep; all but a slab */
 
         scene.plane_count = n ? 2 : 1;
@@ -131,7 +130,6 @@ TEST(planes_cut_the_backdrop)
         s.settings.grey_look = (sc_grey_look){{2000, 4000}, 0, 0, 0.2};
         image = draw_view(&s, &scene, NULL);
         assert_near(pixel_at(&image, &scene, 8, 8)[1], level_of(tone_of(1, 0.2, left_mm[n])), 1);
-        sc_image_clear(&image);
         free_scene(&s);
     }
 }
@@ -180,7 +178,7 @@ TEST(a_transparent_picture_is_covered_by_the_backdrop)
     for (int cue = 0; cue < 2; cue++) {
         small_scene s = ball_scene(1);
         const sc_scene scene = from_front();
-        sc_image image;
+        SC_OWN(sc_image_clear) sc_image image = {0};
 
         s.settings.transparent = true;
         s.settings.light.depth_cue = cue;
@@ -189,7 +187,6 @@ TEST(a_transparent_picture_is_covered_by_the_backdrop)
         image = draw_view(&s, &scene, NULL);
         assert_near(pixel_at(&image, &scene, 8, 8)[0], 255, 1);
         covers[cue] = pixel_at(&image, &scene, 8, 8)[3];
-        sc_image_clear(&image);
         free_scene(&s);
     }
     assert_near(covers[0], 255 * tone_of(1, 0.2, 30), 1);
@@ -226,7 +223,7 @@ TEST(all_ways_to_draw_give_the_same_bits)
             .to_ras_mm = {{{0.9, -0.35, 0.1, 3}, {0.3, 1.1, -0.2, -7}, {-0.15, 0.25, 1.3, -5}}},
             .per_code = n & 4 ? -1 : 1,
             .codes = codes};
-        sc_image plain;
+        SC_OWN(sc_image_clear) sc_image plain = {0};
 
         memcpy(grey.size, sizes[n / 4], sizeof grey.size);
         sparse_codes(&seed, codes, grey.size);
@@ -245,7 +242,6 @@ TEST(all_ways_to_draw_give_the_same_bits)
         scene.clip_mode = n & 1 ? SC_CLIP_CUT : SC_CLIP_KEEP;
         scene.clip_sets[0] = n & 2 ? 3 : 0;
         plain = draw_by_all_kernels(&s, &scene);
-        sc_image_clear(&plain);
         free_scene(&s);
     }
 }
@@ -277,7 +273,7 @@ static sc_backdrop_ray random_ray(uint64_t *seed, const int size[3])
 static void set_distances(sc_march_backdrop *b, sc_team *team, uint16_t limit)
 {
     const int *size = b->grey->size;
-    uint64_t *masks;
+    SC_OWN(sc_free_at) uint64_t *masks = NULL;
     uint8_t *distances;
     int framed[3];
     void *block;
@@ -301,7 +297,6 @@ static void set_distances(sc_march_backdrop *b, sc_team *team, uint16_t limit)
     }
     assert_ok(sc_brick_distances(&quiet, team, b->bricks, masks, &distances));
     b->distances = distances;
-    sc_free(masks);
 }
 
 TEST(wide_kernels_do_as_the_plain_one)

@@ -25,8 +25,7 @@ TEST(sizes_that_overflow_are_refused)
 TEST(the_nth_allocation_fails_on_purpose)
 {
     long budget = 1;
-    heard h;
-    sc_ctx ctx = listening(&h);
+    sc_ctx ctx = *listening_anew();
     void *first = NULL, *second = NULL;
 
     ctx.alloc_budget = &budget;
@@ -34,7 +33,7 @@ TEST(the_nth_allocation_fails_on_purpose)
     assert_int_equal(((char *)first)[23], 0);
     assert_int_equal((uintptr_t)first % 64, 0);
     assert_int_equal(sc_alloc(&ctx, 3, 8, &second), SC_ERR_MEMORY);
-    assert_int_equal(h.errors, 1);
+    assert_int_equal(said.errors, 1);
     sc_free(first);
 }
 
@@ -95,8 +94,8 @@ static bool exists(const char *path)
 
 TEST(a_file_appears_only_when_complete)
 {
-    sc_outfile file = {0};
-    char *text = NULL;
+    SC_OWN(sc_outfile_discard) sc_outfile file = {0};
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
 
     unlink("whole.txt");
@@ -107,11 +106,9 @@ TEST(a_file_appears_only_when_complete)
     assert_true(exists("whole.txt"));
     assert_ok(sc_file_read(&quiet, "whole.txt", 100, &text, &bytes));
     assert_string_equal(text, "contents");
-    sc_free(text);
     assert_int_equal(sc_file_read(&quiet, "whole.txt", 3, &text, &bytes), SC_ERR_DATA);
     unlink("whole.txt");
     assert_ok(sc_outfile_open(&quiet, "whole.txt", true, &file));
-    sc_outfile_discard(&file);
     assert_false(exists("whole.txt"));
     assert_int_equal(sc_outfile_open(&quiet, "no/such/folder/file", true, &file), SC_ERR_CREATE);
     assert_int_equal(sc_file_read(&quiet, "/", 100, &text, &bytes), SC_ERR_MISSING);
@@ -224,23 +221,20 @@ TEST(a_temporary_file_of_a_process_that_ended_is_removed)
 TEST(a_name_that_is_taken_is_refused)
 {
     sc_outfile file = {0};
-    heard h;
-    sc_ctx ctx = listening(&h);
-    char *text;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
 
     unlink("taken.txt");
     unlink("link.txt");
-    assert_ok(sc_outfile_check(&ctx, "taken.txt", false, ""));
-    assert_ok(sc_outfile_open(&ctx, "taken.txt", false, &file));
+    assert_ok(sc_outfile_check(&listening, "taken.txt", false, ""));
+    assert_ok(sc_outfile_open(&listening, "taken.txt", false, &file));
     fputs("new", file.stream);
-    assert_ok(sc_file_write(&ctx, "taken.txt", "old", 3)); /* appears meanwhile */
-    assert_int_equal(sc_outfile_commit(&ctx, &file), SC_ERR_CREATE);
-    assert_int_equal(h.errors, 1);
-    assert_non_null(strstr(h.text, "--overwrite"));
-    assert_ok(sc_file_read(&ctx, "taken.txt", 100, &text, &bytes));
+    assert_ok(sc_file_write(&listening, "taken.txt", "old", 3)); /* appears meanwhile */
+    assert_int_equal(sc_outfile_commit(&listening, &file), SC_ERR_CREATE);
+    assert_int_equal(said.errors, 1);
+    assert_non_null(strstr(said.text, "--overwrite"));
+    assert_ok(sc_file_read(&listening, "taken.txt", 100, &text, &bytes));
     assert_string_equal(text, "old");
-    sc_free(text);
     assert_int_equal(sc_outfile_check(&quiet, "taken.txt", false, ""), SC_ERR_CREATE);
     assert_ok(sc_outfile_check(&quiet, "taken.txt", true, ""));
     assert_int_equal(symlink("taken.txt", "link.txt"), 0);
@@ -258,19 +252,17 @@ TEST(a_name_that_is_taken_is_refused)
 TEST(a_full_disk_is_noticed)
 {
     sc_outfile file = {0};
-    heard h;
-    sc_ctx ctx = listening(&h);
 
-    assert_ok(sc_outfile_open(&ctx, "full.bin", true, &file));
+    assert_ok(sc_outfile_open(&listening, "full.bin", true, &file));
     fclose(file.stream);
     file.stream = fopen("/dev/full", "wb");
     if (!file.stream)
         skip();
     for (int i = 0; i < 100000; i++)
         fputc(i, file.stream);
-    assert_int_equal(sc_outfile_commit(&ctx, &file), SC_ERR_WRITE);
-    assert_int_equal(h.errors, 1);
-    assert_non_null(strstr(h.text, "No space left"));
+    assert_int_equal(sc_outfile_commit(&listening, &file), SC_ERR_WRITE);
+    assert_int_equal(said.errors, 1);
+    assert_non_null(strstr(said.text, "No space left"));
     assert_false(exists("full.bin"));
 }
 
@@ -445,7 +437,7 @@ TEST(the_roof_of_a_machine_is_measured)
 
 TEST(counters_grow_or_are_not_there)
 {
-    sc_counters counters = sc_counters_open();
+    SC_OWN(sc_counters_close) sc_counters counters = sc_counters_open();
     const double before = sc_counters_instructions(&counters);
     sc_roof roof;
 
@@ -455,7 +447,6 @@ TEST(counters_grow_or_are_not_there)
         assert_true(sc_counters_instructions(&counters) > before + 1e6);
     else
         print_message("the instructions of a process are not counted on this system\n");
-    sc_counters_close(&counters);
     assert_true(sc_counters_instructions(&counters) < 0);
     assert_true(sc_counters_memory_bytes(&counters) < 0);
 }

@@ -61,14 +61,14 @@ TEST(lines_keep_within_a_voxel_of_the_axes_of_vessels)
     const sc_ctx loud = {.level = SC_LOG_ERROR, .write = sc_log_to_stderr};
     const int size[3] = {235, 163, 244};
     sc_phantom *phantom;
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, &v));
     for (size_t n = 0; n < SC_COUNT_OF(vessels); n++) {
         const double voxel_mm = sc_vec3_length(sc_affine_column(&v.to_ras_mm, 0));
         const sc_vec3 *course;
-        sc_centerline line = {0};
+        SC_OWN(sc_centerline_clear) sc_centerline line = {0};
         double radius_mm[2], most = 0, wrong_mm = 0, squares = 0;
         int count, looked_at = 0;
         sc_vec3 ends[2];
@@ -92,9 +92,7 @@ TEST(lines_keep_within_a_voxel_of_the_axes_of_vessels)
         assert_true(most <= voxel_mm);
         assert_true(sqrt(squares / looked_at) <= 0.5 * voxel_mm);
         assert_true(wrong_mm <= voxel_mm);
-        sc_centerline_clear(&line);
     }
-    sc_volume_clear(&v);
     sc_phantom_free(phantom);
 }
 
@@ -130,7 +128,7 @@ static sc_volume small_volume(void)
 TEST(lines_without_points_run_from_end_to_end)
 {
     const sc_volume v = small_volume();
-    sc_centerline line = {0}, again = {0};
+    SC_OWN(sc_centerline_clear) sc_centerline line = {0}, again = {0};
 
     assert_ok(find(&quiet, &v, 1, NULL, 0, &line));
     assert_int_equal(line.parts, 1);
@@ -147,8 +145,6 @@ TEST(lines_without_points_run_from_end_to_end)
     assert_ok(find(&quiet, &v, 1, NULL, 0, &again));
     assert_int_equal(line.count, again.count);
     assert_memory_equal(line.points, again.points, line.count * sizeof *line.points);
-    sc_centerline_clear(&line);
-    sc_centerline_clear(&again);
 }
 
 TEST(what_has_no_way_is_refused_with_where_it_ends)
@@ -157,8 +153,6 @@ TEST(what_has_no_way_is_refused_with_where_it_ends)
     const sc_vec3 outside[] = {{6, 2, 16}, {20, 2, 16}}, apart[] = {{6, 2, 16}, {20, 20, 40}};
     const int both[] = {0, 1, 1}, in_turn[] = {0, 1, 2};
     const char *const names[] = {"tube", "slab"};
-    heard h;
-    const sc_ctx ctx = listening(&h);
     sc_centerline_request request = {.volume = &v,
                                      .order = both,
                                      .names = names,
@@ -169,22 +163,23 @@ TEST(what_has_no_way_is_refused_with_where_it_ends)
                                      .where = "job.yaml:7"};
     sc_centerline line = {0};
 
-    assert_int_equal(find(&ctx, &v, 1, outside, 2, &line), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "job.yaml:7: point 2 (20.0, 2.0, 16.0) lies outside of it; the "
-                                   "nearest place in it is (19.0, 10.0, 16.0), 8.1 mm away"));
-    assert_int_equal(sc_centerline_find(&ctx, &request, &line), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "there is no way within both from point 1"));
-    assert_non_null(strstr(h.text, "from there it ends at (20.0, "));
+    assert_int_equal(find(&listening, &v, 1, outside, 2, &line), SC_ERR_DATA);
+    assert_non_null(strstr(said.text,
+                           "job.yaml:7: point 2 (20.0, 2.0, 16.0) lies outside of it; the "
+                           "nearest place in it is (19.0, 10.0, 16.0), 8.1 mm away"));
+    assert_int_equal(sc_centerline_find(&listening, &request, &line), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "there is no way within both from point 1"));
+    assert_non_null(strstr(said.text, "from there it ends at (20.0, "));
     assert_null(line.points);
     /* Without points: one pattern for both means either of them, two mean one after the other. */
     request.through_count = 0;
-    assert_ok(sc_centerline_find(&ctx, &request, &line));
+    assert_ok(sc_centerline_find(&listening, &request, &line));
     assert_int_equal(line.parts, 2);
     sc_centerline_clear(&line);
     request.order = in_turn;
-    assert_int_equal(sc_centerline_find(&ctx, &request, &line), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "job.yaml:7: both do not touch one another"));
-    assert_non_null(strstr(h.text, "mm before \"tube\" at ("));
+    assert_int_equal(sc_centerline_find(&listening, &request, &line), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "job.yaml:7: both do not touch one another"));
+    assert_non_null(strstr(said.text, "mm before \"tube\" at ("));
     assert_null(line.points);
 }
 
@@ -192,8 +187,6 @@ TEST(the_middle_is_where_tissues_are_thickest)
 {
     const sc_volume v = small_volume();
     const int slab[] = {0, 0, 1}, tube[] = {0, 1, 0}, none[] = {0, 0, 0};
-    heard h;
-    const sc_ctx ctx = listening(&h);
     sc_centerline_request request = {
         .volume = &v, .order = slab, .what = "slab", .where = "job.yaml:7"};
     sc_vec3 at = {0, 0, 0};
@@ -211,15 +204,15 @@ TEST(the_middle_is_where_tissues_are_thickest)
     assert_near(at.z, 16, 0.01);
     request.order = none;
     request.what = "nothing";
-    assert_int_equal(sc_centerline_middle(&ctx, &request, &at), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "job.yaml:7: the volume has no voxel of nothing"));
+    assert_int_equal(sc_centerline_middle(&listening, &request, &at), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "job.yaml:7: the volume has no voxel of nothing"));
 }
 
 TEST(lines_take_no_more_memory_than_allowed)
 {
     const sc_volume v = small_volume();
     sc_ctx ctx = quiet;
-    sc_centerline line = {0};
+    SC_OWN(sc_centerline_clear) sc_centerline line = {0};
 
     ctx.memory_max_bytes = 1000;
     assert_int_equal(find(&ctx, &v, 1, NULL, 0, &line), SC_ERR_SYSTEM);
@@ -235,7 +228,6 @@ TEST(lines_take_no_more_memory_than_allowed)
         assert_int_equal(status, SC_ERR_MEMORY);
         assert_null(line.points);
     }
-    sc_centerline_clear(&line);
 }
 
 RUN_TESTS(NULL, NULL)

@@ -85,10 +85,10 @@ TEST(names_sort_by_numbers)
 
 /* Load the job @p text in an empty directory that holds the files of @p names, separated by blanks;
  * "@" before one: a link to nowhere. */
-static sc_status load(const char *names, const char *text, heard *h, sc_job *job)
+static sc_status load(const char *names, const char *text, sc_job *job)
 {
     const sc_job_sources sources = {.path = "cine-files/job.yaml", .check_inputs = true};
-    sc_ctx ctx = listening(h);
+    const sc_ctx *ctx = listening_anew();
     char copy[512], path[600];
     sc_status status;
 
@@ -105,7 +105,7 @@ static sc_status load(const char *names, const char *text, heard *h, sc_job *job
     }
     write_text("cine-files/job.yaml", text);
     *job = (sc_job){0};
-    status = sc_job_load(&ctx, &sources, job);
+    status = sc_job_load(ctx, &sources, job);
     assert_int_equal(system("rm -rf cine-files"), 0);
     return status;
 }
@@ -113,24 +113,21 @@ static sc_status load(const char *names, const char *text, heard *h, sc_job *job
 /* The job is refused with @p message. */
 static void expect_refused(const char *names, const char *text, const char *message)
 {
-    heard h = {0};
-    sc_job job;
-    const sc_status status = load(names, text, &h, &job);
+    SC_OWN(sc_job_clear) sc_job job = {0};
+    const sc_status status = load(names, text, &job);
 
-    if (status == SC_OK || !strstr(h.text, message))
-        print_error("expected \"%s\", found \"%s\"\n", message, h.text);
+    if (status == SC_OK || !strstr(said.text, message))
+        print_error("expected \"%s\", found \"%s\"\n", message, said.text);
     assert_int_not_equal(status, SC_OK);
-    assert_non_null(strstr(h.text, message));
-    sc_job_clear(&job);
+    assert_non_null(strstr(said.text, message));
 }
 
 /* A pattern finds the files in the order of their numbers, and a list keeps its own. */
 TEST(series_are_found)
 {
-    heard h = {0};
     sc_job job;
 
-    assert_int_equal(load("p10 p0 p5 p15", "volume: p*\ncine: {bpm: 72.5, loop: 3}\n", &h, &job),
+    assert_int_equal(load("p10 p0 p5 p15", "volume: p*\ncine: {bpm: 72.5, loop: 3}\n", &job),
                      SC_OK);
     assert_int_equal(job.phase_count, 4);
     assert_non_null(strstr(job.phases[1].path, "/cine-files/p5"));
@@ -138,14 +135,14 @@ TEST(series_are_found)
     assert_string_equal(job.volume, job.phases[0].path);
     assert_true(job.has_cine && job.cine.cine.bpm == 72.5 && job.cine.cine.beats == 3);
     sc_job_clear(&job);
-    assert_int_equal(load("a b c", "volume: {path: [c, a, b]}\ncine: {loop: false}\n", &h, &job),
+    assert_int_equal(load("a b c", "volume: {path: [c, a, b]}\ncine: {loop: false}\n", &job),
                      SC_OK);
     assert_int_equal(job.phase_count, 3);
     assert_non_null(strstr(job.phases[0].path, "/c"));
     assert_non_null(strstr(job.phases[2].path, "/b"));
     assert_int_equal(job.cine.cine.beats, 1);
     sc_job_clear(&job);
-    assert_int_equal(load("p*", "volume: p*\n", &h, &job), SC_OK); /* a file with such a name */
+    assert_int_equal(load("p*", "volume: p*\n", &job), SC_OK); /* a file with such a name */
     assert_int_equal(job.phase_count, 0);
     sc_job_clear(&job);
 }
@@ -153,42 +150,35 @@ TEST(series_are_found)
 /* Chosen phases stay, and the job as resolved is the same. */
 TEST(phases_are_chosen)
 {
-    heard h = {0};
-    sc_ctx ctx = listening(&h);
-    sc_job job, again;
-    sc_text text = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
     assert_int_equal(
         load("p1 p2 p3 p4 p5 p6",
-             "volume: p*\ncine: {phases: \"0-4:2,5\"}\nshots: [{name: a}, {name: b}]\n", &h, &job),
+             "volume: p*\ncine: {phases: \"0-4:2,5\"}\nshots: [{name: a}, {name: b}]\n", &job),
         SC_OK);
     assert_int_equal(job.phase_count, 4);
     assert_non_null(strstr(job.phases[1].path, "/p3"));
     assert_non_null(strstr(job.phases[3].path, "/p6"));
     assert_int_equal(job.shots[1].job.phase_count, 4);
-    assert_int_equal(sc_job_write(&ctx, &job, false, &text), SC_OK);
-    assert_int_equal(load("p1 p2 p3 p4 p5 p6", text.data, &h, &again), SC_OK);
+    assert_int_equal(sc_job_write(&listening, &job, false, &text), SC_OK);
+    assert_int_equal(load("p1 p2 p3 p4 p5 p6", text.data, &again), SC_OK);
     assert_int_equal(again.phase_count, 4);
     assert_memory_equal(again.phases, job.phases, 4 * sizeof *job.phases);
-    sc_text_clear(&text);
-    sc_job_clear(&again);
-    sc_job_clear(&job);
 }
 
 /* Phases are shown in the order in which they are chosen; the first of them is the volume. */
 TEST(chosen_phases_keep_their_order)
 {
     static const char order[] = "4612";
-    heard h = {0};
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
-    assert_int_equal(
-        load("p1 p2 p3 p4 p5 p6", "volume: p*\ncine: {phases: \"3-5:2,0,1\"}\n", &h, &job), SC_OK);
+    assert_int_equal(load("p1 p2 p3 p4 p5 p6", "volume: p*\ncine: {phases: \"3-5:2,0,1\"}\n", &job),
+                     SC_OK);
     assert_int_equal(job.phase_count, 4);
     for (int i = 0; i < 4; i++)
         assert_int_equal(strrchr(job.phases[i].path, 'p')[1], order[i]);
     assert_string_equal(job.volume, job.phases[0].path);
-    sc_job_clear(&job);
 }
 
 TEST(mistakes_are_told)

@@ -27,16 +27,16 @@ static sc_prepared make_volume(void)
 }
 
 /* Find the values of a table with this text. */
-static sc_status values_of(const char *text, heard *said, double values[LABELS])
+static sc_status values_of(const char *text, double values[LABELS])
 {
-    const sc_ctx ctx = listening(said);
+    const sc_ctx *ctx = listening_anew();
     const sc_color_by by = {.table = "c.csv"};
     const sc_prepared volume = make_volume();
     char title[SC_NAME_BYTES];
     sc_status status;
 
     write_text("c.csv", text);
-    status = sc_color_values(&ctx, &by, &volume, values, title);
+    status = sc_color_values(ctx, &by, &volume, values, title);
     unlink("c.csv");
     if (status == SC_OK)
         assert_string_equal(title, "x");
@@ -46,17 +46,16 @@ static sc_status values_of(const char *text, heard *said, double values[LABELS])
 TEST(rows_find_their_labels)
 {
     double v[LABELS];
-    heard said;
 
-    assert_int_equal(values_of("id,x\n21,5\n3,1\n0,9\n20,n/a\n", &said, v), SC_OK);
+    assert_int_equal(values_of("id,x\n21,5\n3,1\n0,9\n20,n/a\n", v), SC_OK);
     assert_true(v[1] == 1 && isnan(v[2]) && isnan(v[3]) && isnan(v[4]) && v[5] == 5);
     assert_int_equal(said.warnings, 0);
-    assert_int_equal(values_of("id,name,x\n3,LEFT ATRIUM,1\n7,fat,1\n", &said, v), SC_OK);
+    assert_int_equal(values_of("id,name,x\n3,LEFT ATRIUM,1\n7,fat,1\n", v), SC_OK);
     assert_non_null(strstr(said.text, "c.csv:3: label 7 is \"fat\" in the table, but \"aorta\""));
     /* Names: as they are written, or by their words. */
-    assert_int_equal(values_of("name,x\nleft-atrium,1\nAorta,2\naorta,3\n", &said, v), SC_OK);
+    assert_int_equal(values_of("name,x\nleft-atrium,1\nAorta,2\naorta,3\n", v), SC_OK);
     assert_true(v[1] == 1 && v[2] == 3 && v[3] == 2 && isnan(v[0]));
-    assert_int_equal(values_of("name,x\nAORTA,4\nliver,9\nspleen,9\n", &said, v), SC_OK);
+    assert_int_equal(values_of("name,x\nAORTA,4\nliver,9\nspleen,9\n", v), SC_OK);
     assert_true(v[2] == 4 && v[3] == 4 && isnan(v[1]));
     assert_non_null(strstr(said.text, "c.csv:3: \"liver\" is no label of the volume; 2 such rows"));
 }
@@ -64,13 +63,12 @@ TEST(rows_find_their_labels)
 TEST(mistakes_in_rows_are_told)
 {
     double v[LABELS];
-    heard said;
 
-    assert_int_equal(values_of("id,x\n3,1\n7,1\n3,2\n", &said, v), SC_ERR_DATA);
+    assert_int_equal(values_of("id,x\n3,1\n7,1\n3,2\n", v), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "c.csv:4: is a second row of \"Left_Atrium\" (label 3), "
                                       "which line 2 has already"));
-    assert_int_equal(values_of("name,x\nAORTA,1\naorta,2\n", &said, v), SC_ERR_DATA);
-    assert_int_equal(values_of("name,x\nliver,1\n", &said, v), SC_ERR_DATA);
+    assert_int_equal(values_of("name,x\nAORTA,1\naorta,2\n", v), SC_ERR_DATA);
+    assert_int_equal(values_of("name,x\nliver,1\n", v), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "nor is any other row"));
 }
 

@@ -161,7 +161,7 @@ static int faces_between(const sc_volume *v, int a, int b)
  * for everybody, whatever the number of threads. */
 TEST(labels_that_touch_differ)
 {
-    sc_volume v = voronoi(), again = voronoi();
+    SC_OWN(sc_volume_clear) sc_volume v = voronoi(), again = voronoi();
     double least = 1, least_full = 1;
     int touching = 0;
 
@@ -185,15 +185,13 @@ TEST(labels_that_touch_differ)
     assert_true(touching > 2 * SEEDS);
     assert_true(least_full > 0.11);
     assert_true(least > 0.06);
-    sc_volume_clear(&v);
-    sc_volume_clear(&again);
 }
 
 /* A colour depends on the labels with smaller values alone; one that a table gives stays, and
  * labels that touch it keep away from it. */
 TEST(colours_are_stable_and_heed_given_ones)
 {
-    sc_volume v = voronoi(), less = voronoi(), given = voronoi();
+    SC_OWN(sc_volume_clear) sc_volume v = voronoi(), less = voronoi(), given = voronoi();
     uint8_t *ids = less.ids;
     sc_seen_color fixed;
 
@@ -219,9 +217,6 @@ TEST(colours_are_stable_and_heed_given_ones)
                 assert_true(least_distance(&fixed, &seen) > 0.03);
         }
     }
-    sc_volume_clear(&v);
-    sc_volume_clear(&less);
-    sc_volume_clear(&given);
 }
 
 /* Clear the voxels of a Voronoi diagram for which keep() fails. */
@@ -261,12 +256,12 @@ static bool is_low(const int at[3], int id)
 TEST(halves_keep_their_colours)
 {
     bool (*const halves[])(const int[3], int) = {is_left, is_behind, is_low};
-    sc_volume v = voronoi();
+    SC_OWN(sc_volume_clear) sc_volume v = voronoi();
     int labels = 0, kept = 0;
 
     assert_ok(sc_volume_color(&quiet, &v, 0, SC_APPEARANCE_TABLE, 2));
     for (size_t i = 0; i < SC_COUNT_OF(halves); i++) {
-        sc_volume half = part_of_voronoi(halves[i]);
+        SC_OWN(sc_volume_clear) sc_volume half = part_of_voronoi(halves[i]);
         bool there[SEEDS + 1] = {false};
 
         for (int k = 0; k < SIDE * SIDE * SIDE; k++)
@@ -276,11 +271,9 @@ TEST(halves_keep_their_colours)
             labels += there[id];
             kept += there[id] && memcmp(half.labels[id].rgb, v.labels[id].rgb, 3) == 0;
         }
-        sc_volume_clear(&half);
     }
     printf("%d of %d labels of halves keep their colour\n", kept, labels);
     assert_true(kept > 0.75 * labels);
-    sc_volume_clear(&v);
 }
 
 enum { GAP_FROM = 20, GAP_TO = 28 };
@@ -391,7 +384,7 @@ TEST(labels_that_are_near_differ)
 TEST(what_encloses_all_is_pale)
 {
     const uint8_t given[3] = {10, 20, 30};
-    sc_volume v = voronoi();
+    SC_OWN(sc_volume_clear) sc_volume v = voronoi();
     sc_seen_color pale;
 
     assert_ok(sc_volume_color(&quiet, &v, 7, SC_APPEARANCE_TABLE, 2));
@@ -411,7 +404,6 @@ TEST(what_encloses_all_is_pale)
     memcpy(v.labels[7].rgb, given, 3);
     assert_ok(sc_volume_color(&quiet, &v, 7, SC_APPEARANCE_TABLE, 2));
     assert_memory_equal(v.labels[7].rgb, given, 3);
-    sc_volume_clear(&v);
 }
 
 /* Names as programs write them; the colours are looked at by hue, so that they may be tuned. */
@@ -573,7 +565,7 @@ TEST(neighbours_of_one_kind_have_shades)
 TEST(appearance_decides_between_table_and_anatomy)
 {
     static const uint8_t given[3] = {10, 200, 30};
-    sc_volume v = voronoi();
+    SC_OWN(sc_volume_clear) sc_volume v = voronoi();
     uint8_t liver[3], distinct[3];
 
     assert_true(sc_anatomy_color("liver", false, liver));
@@ -593,12 +585,11 @@ TEST(appearance_decides_between_table_and_anatomy)
     sc_label_base_color(v.labels[1].value, distinct);
     assert_memory_equal(v.labels[1].rgb, distinct, 3);
     assert_true(memcmp(v.labels[2].rgb, given, 3) != 0);
-    sc_volume_clear(&v);
 }
 
 TEST(an_allocation_that_fails_is_reported)
 {
-    sc_volume v = voronoi();
+    SC_OWN(sc_volume_clear) sc_volume v = voronoi();
     sc_status status = SC_ERR_MEMORY;
 
     for (long n = 0; status != SC_OK; n++) {
@@ -608,7 +599,6 @@ TEST(an_allocation_that_fails_is_reported)
         status = sc_volume_color(&ctx, &v, 0, SC_APPEARANCE_TABLE, 2);
         assert_true(status == SC_OK ? n == 7 : status == SC_ERR_MEMORY);
     }
-    sc_volume_clear(&v);
 }
 
 RUN_TESTS(NULL, NULL)

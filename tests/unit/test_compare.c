@@ -10,15 +10,15 @@
 #include <unistd.h>
 
 /* Load the job file @p text. */
-static sc_status load(const char *text, heard *h, sc_job *job)
+static sc_status load(const char *text, sc_job *job)
 {
     const sc_job_sources sources = {.path = "compare.yaml"};
-    sc_ctx ctx = listening(h);
+    const sc_ctx *ctx = listening_anew();
     sc_status status;
 
     write_text("compare.yaml", text);
     *job = (sc_job){0};
-    status = sc_job_load(&ctx, &sources, job);
+    status = sc_job_load(ctx, &sources, job);
     unlink("compare.yaml");
     return status;
 }
@@ -43,12 +43,10 @@ TEST(a_comparison_is_read_and_written)
                                "  align: none\n"
                                "  with: [{volume: phantom:20x14x21, name: \"after\\nall\"}]\n"
                                "  divider: {1 s: 10%, 3 s: 75%, ease: smooth}\n";
-    sc_text written = {0}, twice = {0};
-    sc_job job, again;
-    heard h;
+    SC_OWN(sc_text_clear) sc_text written = {0}, twice = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
 
-    if (load(text, &h, &job) != SC_OK)
-        fail_msg("%s", h.text);
+    assert_ok(load(text, &job));
     assert_int_equal(job.output.layout, SC_LAYOUT_COMPARE); /* which need not be said */
     assert_int_equal(sc_subject_count(&job), 2);
     assert_string_equal(job.compare.name, "before");
@@ -56,16 +54,11 @@ TEST(a_comparison_is_read_and_written)
     assert_string_equal(job.compare.others[0].name, "after\nall");
     assert_int_equal(job.compare.align, SC_ALIGN_NONE);
     assert_ok(sc_job_write(&quiet, &job, false, &written));
-    if (load(written.data, &h, &again) != SC_OK)
-        fail_msg("%s", h.text);
+    assert_ok(load(written.data, &again));
     assert_ok(sc_job_write(&quiet, &again, false, &twice));
     assert_string_equal(written.data, twice.data);
     for (int k = 0; k < job.animation.frames; k++)
         assert_int_equal(divider_px(&job, k, 1000), divider_px(&again, k, 1000));
-    sc_text_clear(&written);
-    sc_text_clear(&twice);
-    sc_job_clear(&job);
-    sc_job_clear(&again);
 }
 
 TEST(wrong_comparisons_are_refused)
@@ -92,14 +85,12 @@ TEST(wrong_comparisons_are_refused)
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         char text[512];
-        sc_job job;
-        heard h;
+        SC_OWN(sc_job_clear) sc_job job = {0};
 
         snprintf(text, sizeof text, "volume: phantom\n%s\n", cases[i].text);
-        assert_int_equal(load(text, &h, &job), SC_ERR_DATA);
-        if (h.errors != 1 || !strstr(h.text, cases[i].message))
-            fail_msg("%s: %d errors: %s", cases[i].text, h.errors, h.text);
-        sc_job_clear(&job);
+        assert_int_equal(load(text, &job), SC_ERR_DATA);
+        if (said.errors != 1 || !strstr(said.text, cases[i].message))
+            fail_msg("%s: %d errors: %s", cases[i].text, said.errors, said.text);
     }
 }
 
@@ -114,19 +105,16 @@ TEST(the_divider_moves_as_the_job_says)
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         char text[256];
-        sc_job job;
-        heard h;
+        SC_OWN(sc_job_clear) sc_job job = {0};
 
         snprintf(text, sizeof text,
                  "volume: phantom\nanimation: {frames: 11}\n"
                  "compare: {with: phantom, divider: %s}\n",
                  cases[i].divider);
-        if (load(text, &h, &job) != SC_OK)
-            fail_msg("%s", h.text);
+        assert_ok(load(text, &job));
         assert_int_equal(divider_px(&job, 0, 640), cases[i].first);
         assert_int_equal(divider_px(&job, 5, 640), cases[i].middle);
         assert_int_equal(divider_px(&job, 10, 640), cases[i].last);
-        sc_job_clear(&job);
     }
 }
 

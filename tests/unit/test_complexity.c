@@ -69,32 +69,29 @@ static void write_input(const parser *p, int n, int voxels, const char *path)
 /* Read the labels in the header of a volume, or the whole of one with so many labels. */
 static void read_header(const parser *p, const char *path)
 {
-    sc_label_scan scan = {0};
+    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
 
     sc_test_operations = 0;
     assert_int_equal(sc_volume_read_header(&ctx, path, &scan), p->wanted);
-    sc_label_scan_clear(&scan);
 }
 
 static void read_volume(const parser *p, const char *path, int labels)
 {
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     sc_test_operations = 0;
     assert_int_equal(sc_volume_read(&ctx, path, &v), p->wanted);
     if (labels)
         assert_int_equal(v.label_count, labels);
-    sc_volume_clear(&v);
 }
 
 static void parse_table(const parser *p, int n)
 {
-    sc_label_table table = {0};
+    SC_OWN(sc_label_table_clear) sc_label_table table = {0};
 
     write_input(p, n, 0, "c.txt");
     sc_test_operations = 0;
     assert_int_equal(sc_label_table_read(&ctx, "c.txt", p->format, &table), p->wanted);
-    sc_label_table_clear(&table);
     unlink("c.txt");
 }
 
@@ -161,36 +158,33 @@ static void parse_nifti(const parser *p, int n)
 
 static void parse_values(const parser *p, int n)
 {
-    sc_value_table table = {0};
+    SC_OWN(sc_value_table_clear) sc_value_table table = {0};
 
     write_input(p, n, 0, "c.csv");
     sc_test_operations = 0;
     assert_int_equal(sc_value_table_read(&ctx, "c.csv", "", &table), p->wanted);
-    sc_value_table_clear(&table);
     unlink("c.csv");
 }
 
 static void parse_study(const parser *p, int n)
 {
-    sc_study study = {0};
+    SC_OWN(sc_study_clear) sc_study study = {0};
 
     write_input(p, n, 0, "c.yaml");
     sc_test_operations = 0;
     assert_int_equal(sc_study_load(&ctx, "c.yaml", &study), p->wanted);
-    sc_study_clear(&study);
     unlink("c.yaml");
 }
 
 static void parse_measurements(const parser *p, int n)
 {
-    sc_measurements read = {0};
+    SC_OWN(sc_measurements_clear) sc_measurements read = {0};
     uint64_t bytes = 0;
 
     write_input(p, n, 0, "c.jsonl");
     sc_test_operations = 0;
     assert_int_equal(sc_measurements_read(&ctx, "c.jsonl", &read, &bytes), p->wanted);
     assert_int_equal(read.count, n);
-    sc_measurements_clear(&read);
     unlink("c.jsonl");
 }
 
@@ -399,7 +393,7 @@ static void parse_tiff(const parser *p, int n)
 {
     enum { LONG = 4, PAGE_BYTES = 2 + 7 * 12 + 4 + 64 };
     FILE *file = fopen("c.tif", "wb");
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_non_null(file);
     fwrite("II*\0\x08\0\0\0", 8, 1, file);
@@ -422,7 +416,6 @@ static void parse_tiff(const parser *p, int n)
     sc_test_operations = 0;
     assert_int_equal(sc_volume_read(&ctx, "c.tif", &v), p->wanted);
     assert_int_equal(v.size[2], n);
-    sc_volume_clear(&v);
     unlink("c.tif");
 }
 
@@ -526,7 +519,7 @@ static void parse_dicom(const parser *p, int n)
 {
     char frames[32];
     FILE *file = fopen("c.dcm", "wb");
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_non_null(file);
     for (int i = 0; i < 128; i++)
@@ -553,7 +546,6 @@ static void parse_dicom(const parser *p, int n)
     sc_test_operations = 0;
     assert_int_equal(sc_volume_read(&ctx, "c.dcm", &v), p->wanted);
     assert_int_equal(v.label_count, n + 1);
-    sc_volume_clear(&v);
     unlink("c.dcm");
 }
 
@@ -613,11 +605,10 @@ static void split_scattered(const parser *p, int n)
 /* Load a job; what it says may be wrong, but it is parsed to its end. */
 static void load(const sc_job_sources *sources, sc_status wanted)
 {
-    sc_job job = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     sc_test_operations = 0;
     assert_int_equal(sc_job_load(&ctx, sources, &job), wanted);
-    sc_job_clear(&job);
 }
 
 static void parse_job(const parser *p, int n)
@@ -671,7 +662,7 @@ static void parse_options(const parser *p, int n)
     static const sc_command command = {.name = "render", .argument = "JOB.yaml"};
     char **argv = calloc((size_t)n + 4, sizeof *argv);
     char(*texts)[64] = calloc((size_t)n, sizeof *texts);
-    sc_options options = {0};
+    SC_OWN(sc_options_clear) sc_options options = {0};
 
     assert_true(argv && texts);
     argv[0] = (char[]){"segcast"};
@@ -684,7 +675,6 @@ static void parse_options(const parser *p, int n)
     optind = 1; /* getopt_long begins anew */
     sc_test_operations = 0;
     assert_int_equal(sc_options_parse(&ctx, &command, n + 3, argv, &options), p->wanted);
-    sc_options_clear(&options);
     free(argv);
     free(texts);
 }
@@ -695,7 +685,7 @@ static void parse_manifest(const parser *p, int n)
 {
     const sc_store_job job = {
         .version = "1", .frames = n, .video = "none", .settings = {.width_px = 1, .height_px = 1}};
-    sc_manifest_data data = {.frames = n}, read = {.frames = n};
+    SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = n}, read = {.frames = n};
     char name[64];
 
     data.lines = calloc((size_t)n, sizeof *data.lines);
@@ -718,8 +708,6 @@ static void parse_manifest(const parser *p, int n)
     free(data.lines);
     free(read.lines);
     data.lines = read.lines = NULL;
-    sc_manifest_data_clear(&data);
-    sc_manifest_data_clear(&read);
     unlink("c.jsonl");
 }
 
@@ -736,7 +724,7 @@ static void write_proved(FILE *file, const sc_text *text, uint64_t *chain)
 static void parse_forged_manifest(const parser *p, int n)
 {
     const bool names = !strcmp(p->head, "names"), jobs = !strcmp(p->head, "jobs");
-    sc_manifest_data read = {.frames = n};
+    SC_OWN(sc_manifest_data_clear) sc_manifest_data read = {.frames = n};
     FILE *file = fopen("c.jsonl", "w");
     sc_text line = {0};
     uint64_t chain = 0;
@@ -766,14 +754,13 @@ static void parse_forged_manifest(const parser *p, int n)
     sc_test_operations = 0;
     assert_int_equal(sc_manifest_read(&ctx, "c.jsonl", &read), p->wanted);
     assert_int_equal(names ? read.owned.count : jobs ? read.jobs.count : read.files.count, n);
-    sc_manifest_data_clear(&read);
     unlink("c.jsonl");
 }
 
 /* Statistics of n runs, each of which drew a frame, read again into what they gave. */
 static void parse_statistics(const parser *p, int n)
 {
-    sc_history history = {0};
+    SC_OWN(sc_history_clear) sc_history history = {0};
     FILE *file = fopen("c.json", "w");
 
     assert_non_null(file);
@@ -799,7 +786,6 @@ static void parse_statistics(const parser *p, int n)
                          p->wanted);
     assert_int_equal(history.run_count, n);
     assert_int_equal(history.frame_count, n);
-    sc_history_clear(&history);
     unlink("c.json");
 }
 

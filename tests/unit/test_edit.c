@@ -99,9 +99,9 @@ TEST(labels_are_merged_and_left_out)
     const char *names[LABELS] = {[2] = "all"};
 
     for (int bytes = 1; bytes <= 2; bytes++) {
-        sc_relabel relabel = {0}, again = {0};
-        sc_label_scan scan, expected;
-        sc_volume v, before;
+        SC_OWN(sc_relabel_clear) sc_relabel relabel = {0}, again = {0};
+        SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0}, expected = {0};
+        SC_OWN(sc_volume_clear) sc_volume v = {0}, before = {0};
 
         make_volume(bytes, &before);
         make_volume(bytes, &v);
@@ -123,12 +123,6 @@ TEST(labels_are_merged_and_left_out)
         assert_ok(sc_label_scan_relabel(&quiet, &scan, &again));
         scan_of(&v, &expected);
         assert_same_scan(&scan, &expected);
-        sc_relabel_clear(&relabel);
-        sc_relabel_clear(&again);
-        sc_label_scan_clear(&scan);
-        sc_label_scan_clear(&expected);
-        sc_volume_clear(&v);
-        sc_volume_clear(&before);
     }
 }
 
@@ -136,7 +130,7 @@ TEST(a_box_holds_all_voxels_and_no_more)
 {
     const bool which[LABELS] = {[0] = true, [1] = true, [6] = true}, none[LABELS] = {[5] = true};
     sc_voxel_box box;
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     make_volume(1, &v);
     memset(v.ids, 0, VOXELS);
@@ -154,7 +148,6 @@ TEST(a_box_holds_all_voxels_and_no_more)
     assert_int_equal(box.high[2], 7);
     box = sc_volume_box(&v, none);
     assert_true(box.low[2] > box.high[2]);
-    sc_volume_clear(&v);
 }
 
 /* Each voxel that stays has its label, at its place in patient space. */
@@ -167,8 +160,8 @@ TEST(what_is_cropped_stays_where_it_was)
 
     for (size_t b = 0; b < SC_COUNT_OF(boxes) * 2; b++) {
         const sc_voxel_box *box = &boxes[b / 2];
-        sc_label_scan scan;
-        sc_volume v, before;
+        SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
+        SC_OWN(sc_volume_clear) sc_volume v = {0}, before = {0};
 
         make_volume(1 + (int)(b % 2), &before);
         make_volume(1 + (int)(b % 2), &v);
@@ -197,9 +190,6 @@ TEST(what_is_cropped_stays_where_it_was)
                                 v.size[axis] - 1);
             }
         }
-        sc_label_scan_clear(&scan);
-        sc_volume_clear(&v);
-        sc_volume_clear(&before);
     }
 }
 
@@ -207,7 +197,7 @@ TEST(what_is_cropped_stays_where_it_was)
 TEST(out_of_memory_is_told)
 {
     static const int into[LABELS] = {0, 1, 2, 3, 4, 5, 6};
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     make_volume(1, &v);
     for (long budget = 0; budget < 2; budget++) {
@@ -219,7 +209,6 @@ TEST(out_of_memory_is_told)
                          SC_ERR_MEMORY);
         assert_null(relabel.to);
     }
-    sc_volume_clear(&v);
 }
 
 RUN_TESTS(NULL, NULL)

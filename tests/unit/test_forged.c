@@ -31,17 +31,15 @@ static sc_tissue *looks_of(const sc_prepared *v)
 static void derive(sc_preparation *preparation)
 {
     const sc_prepared v = sc_preparation_view(preparation);
-    sc_tissue *tissues = looks_of(&v);
+    SC_OWN(sc_free_at) sc_tissue *tissues = looks_of(&v);
     float *opacity;
-    void *block;
+    SC_OWN(sc_free_at) void *block = NULL;
 
     assert_ok(sc_zalloc(&quiet, (size_t)v.label_count, sizeof *opacity, &block));
     opacity = block;
     for (int id = 1; id < v.label_count; id++)
         opacity[id] = tissues[id].visible ? (float)tissues[id].opacity : 0;
     assert_ok(sc_preparation_derive(&quiet, preparation, opacity));
-    sc_free(block);
-    sc_free(tissues);
 }
 
 static forged prepared_file(bool wide)
@@ -106,7 +104,7 @@ static void repair(forged *file)
 static uint64_t draw(const sc_prepared *v, const sc_render_settings *settings,
                      uint64_t *derived_bytes)
 {
-    sc_tissue *tissues = looks_of(v);
+    SC_OWN(sc_free_at) sc_tissue *tissues = looks_of(v);
     sc_animation a = {0};
     sc_renderer *renderer;
     sc_render_stats stats;
@@ -126,7 +124,6 @@ static uint64_t draw(const sc_prepared *v, const sc_render_settings *settings,
         sc_image_clear(&image);
         sc_renderer_free(renderer);
     }
-    sc_free(tissues);
     return hash;
 }
 
@@ -144,16 +141,15 @@ static bool use(const forged *file, bool every_way)
                                    .local_thickness = true,
                                    .tile_px = 8,
                                    .threads = 1};
-    heard h;
-    sc_ctx ctx = listening(&h);
+    const sc_ctx *ctx = listening_anew();
     sc_prepared v;
     const sc_status status =
-        sc_prepared_file_view(&ctx, "forged.segc", file->block, file->bytes, &v);
+        sc_prepared_file_view(ctx, "forged.segc", file->block, file->bytes, &v);
 
     if (status != SC_OK) {
         assert_int_equal(status, SC_ERR_DATA);
-        assert_int_equal(h.errors, 1);
-        assert_non_null(strstr(h.text, "forged.segc: "));
+        assert_int_equal(said.errors, 1);
+        assert_non_null(strstr(said.text, "forged.segc: "));
         return false;
     }
     for (int surface = 0; surface < 2; surface++) {
@@ -213,7 +209,7 @@ TEST(stored_and_derived_pictures_are_the_same)
         forged file = prepared_file(wide);
         uint64_t derived_bytes[3], hashes[3];
         float *opacity;
-        void *block;
+        SC_OWN(sc_free_at) void *block = NULL;
         sc_prepared v;
 
         assert_ok(sc_prepared_file_view(&quiet, "now.segc", file.block, file.bytes, &v));
@@ -231,7 +227,6 @@ TEST(stored_and_derived_pictures_are_the_same)
         for (int i = 1; i < 3; i++)
             assert_true(hashes[i] == hashes[0]);
         assert_true(derived_bytes[1] < derived_bytes[2] && derived_bytes[2] < derived_bytes[0]);
-        sc_free(block);
         sc_free(file.block);
     }
 }
@@ -244,22 +239,21 @@ TEST(files_of_other_versions_are_refused)
 
     for (size_t i = 0; i < SC_COUNT_OF(versions); i++) {
         char text[64];
-        heard h;
-        sc_ctx ctx = listening(&h);
+        const sc_ctx *ctx = listening_anew();
         sc_prepared v;
 
         memcpy(file.block + offsetof(block_header, version), &versions[i], 4);
         assert_int_equal(
-            sc_prepared_file_view(&ctx, "a.segc", file.block, i % 2 ? 64 : file.bytes, &v),
+            sc_prepared_file_view(ctx, "a.segc", file.block, i % 2 ? 64 : file.bytes, &v),
             SC_ERR_DATA);
         snprintf(text, sizeof text, "version %u, this segcast reads version %d; prepare it again",
                  (unsigned)versions[i], (int)VERSION);
-        assert_non_null(strstr(h.text, text));
+        assert_non_null(strstr(said.text, text));
     }
     for (size_t bytes = 0; bytes <= sizeof(block_header); bytes += 8) {
         const uint32_t version = bytes & 8 ? VERSION - 1 : VERSION;
         forged cut = {NULL, bytes};
-        void *block;
+        SC_OWN(sc_free_at) void *block = NULL;
 
         assert_ok(sc_alloc(&quiet, bytes + !bytes, 1, &block));
         cut.block = block;
@@ -267,7 +261,6 @@ TEST(files_of_other_versions_are_refused)
         if (bytes >= 12)
             memcpy(cut.block + offsetof(block_header, version), &version, 4);
         assert_false(use(&cut, false));
-        sc_free(block);
     }
     sc_free(file.block);
 }

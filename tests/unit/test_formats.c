@@ -22,9 +22,9 @@
     "<Label Key=\"9\" Red=\"1\" Green=\"1\" Blue=\"1\" Alpha=\"0\"/></LabelTable>"
 
 /* Expect what LABELS holds. @return whether XML can be read: if not, so it was said. */
-static bool expect_labels(sc_status status, const sc_label_table *table, const heard *said)
+static bool expect_labels(sc_status status, const sc_label_table *table)
 {
-    if (strstr(said->text, "built without Expat"))
+    if (strstr(said.text, "built without Expat"))
         return false;
     assert_ok(status);
     assert_int_equal(table->count, 3);
@@ -51,16 +51,14 @@ TEST(tables_in_xml_are_known_by_their_first_character)
         "\xef\xbb\xbf\r\n " LABELS};
 
     for (size_t i = 0; i < SC_COUNT_OF(documents); i++) {
-        heard said;
-        sc_ctx ctx = listening(&said);
-        sc_label_table table = {0};
+        const sc_ctx *ctx = listening_anew();
+        SC_OWN(sc_label_table_clear) sc_label_table table = {0};
         sc_status status;
 
         write_text("f.xml", documents[i]);
-        status = sc_label_table_read(&ctx, "f.xml", SC_TABLE_AUTO, &table);
-        if (expect_labels(status, &table, &said))
+        status = sc_label_table_read(ctx, "f.xml", SC_TABLE_AUTO, &table);
+        if (expect_labels(status, &table))
             assert_non_null(strstr(said.text, "read as a GIFTI"));
-        sc_label_table_clear(&table);
     }
     unlink("f.xml");
 }
@@ -79,13 +77,12 @@ TEST(bad_xml_is_refused_with_its_line)
          "line 1 of the XML: its DOCTYPE declares entities"},
         {"<!DOCTYPE a [<!ENTITY b SYSTEM \"/etc/passwd\">]><LabelTable/>", "declares entities"},
         {"<LabelTable><Label Key=\"1\">\xff</Label></LabelTable>", "not well-formed"}};
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_label_table table = {0};
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         write_text("f.xml", cases[i].document);
-        assert_int_equal(sc_label_table_read(&ctx, "f.xml", SC_TABLE_XML, &table), SC_ERR_DATA);
+        assert_int_equal(sc_label_table_read(&listening, "f.xml", SC_TABLE_XML, &table),
+                         SC_ERR_DATA);
         if (!strstr(said.text, cases[i].message) && !strstr(said.text, "built without Expat"))
             fail_msg("case %zu: \"%s\", expected \"%s\"", i, said.text, cases[i].message);
     }
@@ -94,16 +91,14 @@ TEST(bad_xml_is_refused_with_its_line)
 
 TEST(labels_that_cannot_be_read_are_left_out_with_one_warning)
 {
-    heard said;
-    sc_ctx ctx = listening(&said);
-    sc_label_table table = {0};
+    SC_OWN(sc_label_table_clear) sc_label_table table = {0};
     sc_status status;
 
     write_text("f.xml", "<LabelTable>\n<Label Key=\"one\">a</Label>\n"
                         "<Label Key=\"2\" Red=\"255\" Green=\"0\" Blue=\"0\">b</Label>\n"
                         "<Label Key=\"99999999999999999999\">c</Label>\n"
                         "<Label Key=\"4\" Alpha=\"nan\">d</Label></LabelTable>");
-    status = sc_label_table_read(&ctx, "f.xml", SC_TABLE_XML, &table);
+    status = sc_label_table_read(&listening, "f.xml", SC_TABLE_XML, &table);
     if (!strstr(said.text, "built without Expat")) {
         assert_ok(status);
         assert_int_equal(said.warnings, 1);
@@ -114,7 +109,6 @@ TEST(labels_that_cannot_be_read_are_left_out_with_one_warning)
         assert_string_equal(table.rows[1].name, "d");
         assert_true(table.rows[1].opacity < 0);
     }
-    sc_label_table_clear(&table);
     unlink("f.xml");
 }
 
@@ -185,19 +179,17 @@ TEST(names_come_from_an_extension_of_the_header)
     const extension two[] = {{6, 0, "a comment"}, caret};
 
     for (size_t skip = 0; skip < 2; skip++) {
-        heard said;
-        sc_ctx ctx = listening(&said);
-        sc_volume v = {0};
+        const sc_ctx *ctx = listening_anew();
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         write_nifti("f.nii", two + skip, 2 - skip);
-        assert_ok(sc_volume_read(&ctx, "f.nii", &v));
+        assert_ok(sc_volume_read(ctx, "f.nii", &v));
         assert_int_equal(v.label_count, 3);
         if (!strstr(said.text, "built without Expat")) {
             assert_string_equal(v.labels[1].name, "left & right");
             assert_true(v.labels[1].has_color && v.labels[1].rgb[1] == 128);
             assert_true(v.labels[2].hidden);
         }
-        sc_volume_clear(&v);
     }
     unlink("f.nii");
 }
@@ -215,15 +207,14 @@ TEST(damaged_extensions_give_a_warning)
                  {{0, 1 << 30, "<LabelTable/>"}, "has 1073741824 bytes"}};
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
-        heard said;
-        sc_ctx ctx = listening(&said);
+        sc_ctx ctx = *listening_anew();
         sc_label_scan scan = {0};
 
         write_nifti("f.nii", &cases[i].extension, 1);
         assert_ok(sc_volume_read_header(&ctx, "f.nii", &scan));
         assert_int_equal(scan.volume.label_count, 1);
         sc_label_scan_clear(&scan);
-        ctx = listening(&said);
+        ctx = *listening_anew();
         ctx.level = SC_LOG_WARN;
         assert_ok(sc_volume_scan_labels(&ctx, "f.nii", &scan));
         assert_int_equal(scan.volume.label_count, 3);
@@ -301,13 +292,12 @@ TEST(mgh_of_every_type_is_read)
     for (size_t i = 0; i < 2 * SC_COUNT_OF(types); i++) {
         const char *path = i % 2 ? "f.mgz" : "f.mgh";
         unsigned char h[MGH_HEAD];
-        heard said;
-        sc_ctx ctx = listening(&said);
-        sc_volume v = {0};
+        const sc_ctx *ctx = listening_anew();
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         mgh_header(h, types[i / 2].type);
         write_mgh(path, h, types[i / 2].bytes, i / 2 * 30000);
-        assert_ok(sc_volume_read(&ctx, path, &v));
+        assert_ok(sc_volume_read(ctx, path, &v));
         assert_int_equal(v.size[0], 3);
         assert_int_equal(v.label_count, 2);
         assert_int_equal(v.labels[1].value, 7);
@@ -316,7 +306,6 @@ TEST(mgh_of_every_type_is_read)
         assert_int_equal(said.warnings, 0);
         for (int k = 0; k < 12; k++)
             assert_near(v.to_ras_mm.m[k / 4][k % 4], to_ras[k], 1e-5);
-        sc_volume_clear(&v);
         unlink(path);
     }
 }
@@ -375,11 +364,11 @@ static size_t mgh_tags(unsigned char *tags, int version)
 }
 
 /* Write the labels 0, 0, 0, 0, 7, 8 with these tags to f.mgz, and read them. */
-static void read_tags(const unsigned char *tags, size_t count, heard *said, sc_volume *v)
+static void read_tags(const unsigned char *tags, size_t count, sc_volume *v)
 {
     static const unsigned char labels[6] = {0, 0, 0, 0, 7, 8};
     unsigned char h[MGH_HEAD];
-    sc_ctx ctx = listening(said);
+    const sc_ctx *ctx = listening_anew();
     gzFile file = gzopen("f.mgz", "wb");
 
     mgh_header(h, 0);
@@ -389,19 +378,18 @@ static void read_tags(const unsigned char *tags, size_t count, heard *said, sc_v
     gzwrite(file, tags, (unsigned)count);
     assert_int_equal(gzclose(file), Z_OK);
     *v = (sc_volume){0};
-    assert_ok(sc_volume_read(&ctx, "f.mgz", v));
+    assert_ok(sc_volume_read(ctx, "f.mgz", v));
 }
 
 TEST(the_colour_table_of_mgh_is_used)
 {
     unsigned char tags[4096] = {0};
-    heard said;
     sc_volume v;
 
     for (int version = 1; version <= 2; version++) {
         const size_t bytes = mgh_tags(tags, version);
 
-        read_tags(tags, bytes, &said, &v);
+        read_tags(tags, bytes, &v);
         assert_int_equal(said.warnings, 0);
         assert_string_equal(v.labels[1].name, "Left-Cerebellum-White-Matter");
         assert_true(v.labels[1].has_color && v.labels[1].opacity < 0);
@@ -410,12 +398,12 @@ TEST(the_colour_table_of_mgh_is_used)
         assert_int_equal(v.labels[2].rgb[2], 255);
         assert_near(v.labels[2].opacity, 0.8, 1e-6);
         sc_volume_clear(&v);
-        read_tags(tags, bytes - 3, &said, &v); /* the table ends early */
+        read_tags(tags, bytes - 3, &v); /* the table ends early */
         assert_int_equal(said.warnings, 1);
         assert_non_null(strstr(said.text, "colour table behind its voxels is damaged"));
         assert_string_equal(v.labels[1].name, "");
         sc_volume_clear(&v);
-        read_tags(tags, 50, &said, &v); /* the file ends in another tag, which is no fault */
+        read_tags(tags, 50, &v); /* the file ends in another tag, which is no fault */
         assert_int_equal(said.warnings, 0);
         sc_volume_clear(&v);
     }
@@ -425,21 +413,18 @@ TEST(the_colour_table_of_mgh_is_used)
 TEST(mgh_without_geometry_is_coronal)
 {
     unsigned char h[MGH_HEAD];
-    heard said;
-    sc_ctx ctx = listening(&said);
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     mgh_header(h, 0);
     h[29] = 0;
     write_mgh("f.mgh", h, 1, 0);
-    assert_ok(sc_volume_read(&ctx, "f.mgh", &v));
+    assert_ok(sc_volume_read(&listening, "f.mgh", &v));
     assert_int_equal(said.warnings, 1);
     assert_non_null(strstr(said.text, "does not give its geometry; read as FreeSurfer does"));
     assert_near(v.to_ras_mm.m[0][0], -1, 0);
     assert_near(v.to_ras_mm.m[1][2], 1, 0);
     assert_near(v.to_ras_mm.m[2][1], -1, 0);
     assert_near(v.to_ras_mm.m[0][3], 1.5, 0);
-    sc_volume_clear(&v);
     unlink("f.mgh");
 }
 
@@ -458,21 +443,19 @@ TEST(bad_mgh_is_refused)
                  {30, 0, "its voxels measure 0 to 4 mm"},
                  {78, 0x7fc00000, "geometry holds nan"}};
     unsigned char h[MGH_HEAD];
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_volume v = {0};
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         mgh_header(h, 0);
         put_big(h + cases[i].at, cases[i].value);
         write_mgh("f.mgz", h, 1, 0);
-        assert_int_equal(sc_volume_read(&ctx, "f.mgz", &v), SC_ERR_DATA);
+        assert_int_equal(sc_volume_read(&listening, "f.mgz", &v), SC_ERR_DATA);
         if (!strstr(said.text, cases[i].message))
             fail_msg("case %zu: \"%s\", expected \"%s\"", i, said.text, cases[i].message);
     }
     mgh_header(h, 1); /* voxels of four bytes are promised, and of one written */
     write_mgh("f.mgh", h, 1, 0);
-    assert_int_equal(sc_volume_read(&ctx, "f.mgh", &v), SC_ERR_DATA);
+    assert_int_equal(sc_volume_read(&listening, "f.mgh", &v), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "more than the file can hold"));
     unlink("f.mgz");
     unlink("f.mgh");
@@ -482,8 +465,6 @@ TEST(bad_mgh_is_refused)
 TEST(damage_behind_the_voxels_of_mgz_is_noticed)
 {
     unsigned char h[MGH_HEAD];
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_volume v = {0};
     FILE *file;
 
@@ -494,7 +475,7 @@ TEST(damage_behind_the_voxels_of_mgz_is_noticed)
     assert_int_equal(fseek(file, -8, SEEK_END), 0); /* the check sum, then the length */
     assert_true(fputs("1234", file) >= 0);
     assert_int_equal(fclose(file), 0);
-    assert_int_equal(sc_volume_read(&ctx, "f.mgz", &v), SC_ERR_DATA);
+    assert_int_equal(sc_volume_read(&listening, "f.mgz", &v), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "the compressed data are damaged"));
     unlink("f.mgz");
 }
@@ -528,8 +509,6 @@ static void expect_voxels(const sc_volume *v, const char *values)
 
 TEST(masks_of_a_directory_become_labels_by_their_names)
 {
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_label_scan scan = {0};
     sc_volume v = {0};
     bool reads = false;
@@ -541,7 +520,7 @@ TEST(masks_of_a_directory_become_labels_by_their_names)
     write_mask("m.dir/kidney left.nrrd", "500000", 3);
     write_text("m.dir/.liver.nrrd", "hidden");
     write_text("m.dir/statistics.json", "{}");
-    assert_ok(sc_volume_read(&ctx, "m.dir", &v));
+    assert_ok(sc_volume_read(&listening, "m.dir", &v));
     assert_int_equal(said.warnings, 0);
     assert_int_equal(v.label_count, 4); /* Spleen has 1, and no voxel */
     expect_voxels(&v, "344402");
@@ -551,17 +530,17 @@ TEST(masks_of_a_directory_become_labels_by_their_names)
     assert_near(v.to_ras_mm.m[0][3], 3, 1e-6);
     sc_volume_clear(&v);
     assert_non_null(strstr(said.text, "1 of 4 masks is empty: Spleen"));
-    assert_ok(sc_volume_scan_labels(&ctx, "m.dir/", &scan));
+    assert_ok(sc_volume_scan_labels(&listening, "m.dir/", &scan));
     assert_int_equal(scan.volume.label_count, 4);
     assert_int_equal(scan.tallies[3].voxels, 3);
     sc_label_scan_clear(&scan);
-    assert_ok(sc_volume_read_header(&ctx, "m.dir", &scan));
+    assert_ok(sc_volume_read_header(&listening, "m.dir", &scan));
     assert_int_equal(scan.volume.label_count, 5);
     assert_string_equal(scan.volume.labels[1].name, "Spleen");
     sc_label_scan_clear(&scan);
-    assert_ok(sc_volume_reads(&ctx, "m.dir", "m.dir/liver.nrrd", &reads));
+    assert_ok(sc_volume_reads(&listening, "m.dir", "m.dir/liver.nrrd", &reads));
     assert_true(reads);
-    assert_ok(sc_volume_reads(&ctx, "m.dir", "m.dir/statistics.json", &reads));
+    assert_ok(sc_volume_reads(&listening, "m.dir", "m.dir/statistics.json", &reads));
     assert_false(reads);
     (void)!system("rm -r m.dir");
 }
@@ -596,25 +575,22 @@ TEST(overlaps_are_resolved_by_a_rule_and_told)
     write_mask("m.dir/liver.nrrd", "011111", 0);
     write_mask("m.dir/tumour.nrrd", "000111", 0);
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
-        heard said;
-        sc_ctx ctx = listening(&said);
-        sc_volume v = {0};
+        const sc_ctx *ctx = listening_anew();
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         assert_ok(sc_volume_read_by(
-            &ctx, "m.dir",
+            ctx, "m.dir",
             &(sc_read_choice){.overlap = cases[i].overlap, .overlap_names = cases[i].names}, &v));
         /* of a tissue that has no voxel left, another warning tells */
         assert_int_equal(said.warnings, strchr(cases[i].labels, '3') ? 1 : 2);
         assert_string_equal(said.text, cases[i].message);
         expect_voxels(&v, cases[i].labels);
-        sc_volume_clear(&v);
     }
     {
-        heard said;
-        sc_ctx ctx = listening(&said);
+        const sc_ctx *ctx = listening_anew();
         sc_volume v = {0};
 
-        assert_int_equal(sc_volume_read_by(&ctx, "m.dir",
+        assert_int_equal(sc_volume_read_by(ctx, "m.dir",
                                            &(sc_read_choice){.overlap = SC_OVERLAP_NAMES,
                                                              .overlap_names = "liver\nspleen\n"},
                                            &v),
@@ -636,9 +612,8 @@ TEST(a_box_of_masks_is_as_if_cut_off)
     write_mask("m.dir/liver.nrrd", "011011", 7);
     write_mask("m.dir/tumour.nrrd", "000051", 7); /* two labels: refused by whichever thread */
     for (int threads = 1; threads < 4; threads++) {
-        heard said;
-        sc_ctx ctx = listening(&said);
-        sc_volume v = {0};
+        sc_ctx ctx = *listening_anew();
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         ctx.threads = threads;
         write_mask("m.dir/tumour.nrrd", "000051", 7);
@@ -653,21 +628,18 @@ TEST(a_box_of_masks_is_as_if_cut_off)
         assert_near(v.to_ras_mm.m[0][3], 9, 1e-9);
         for (int i = 0; i < 3; i++)
             assert_int_equal(v.labels[((const uint8_t *)v.ids)[i]].value, "103"[i] - '0');
-        sc_volume_clear(&v);
     }
     (void)!system("rm -r m.dir");
 }
 
 TEST(masks_of_parts_of_one_grid_are_united)
 {
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_volume v = {0};
 
     assert_int_equal(mkdir("m.dir", 0777), 0);
     write_mask("m.dir/a.nrrd", "100000", 0);
     write_mask("m.dir/b.nrrd", "01110", -2);
-    assert_ok(sc_volume_read(&ctx, "m.dir", &v));
+    assert_ok(sc_volume_read(&listening, "m.dir", &v));
     assert_int_equal(v.size[0], 8);
     assert_near(v.to_ras_mm.m[0][3], -2, 1e-9);
     for (int i = 0; i < 8; i++)
@@ -691,8 +663,7 @@ TEST(masks_that_do_not_fit_together_are_refused)
         {"m.dir/b.nrrd", "012000", "m.dir/b.nrrd: holds the labels 1 and 2, expected the mask", 0},
         {"m.dir/a.nii", "", "m.dir/a.nii and m.dir/a.nrrd name the same tissue", 0},
         {"m.dir/b.mha", "", "m.dir/b.mha:", 0}};
-    heard said;
-    sc_ctx ctx = listening(&said);
+    sc_ctx ctx = *listening_anew();
     sc_volume v = {0};
 
     assert_int_equal(mkdir("m.dir", 0777), 0);
@@ -779,13 +750,12 @@ TEST(segments_in_layers_become_labels)
          "f.seg.nrrd: 2 voxels of its layers hold a value that no segment has; they are left out"}};
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
-        heard said;
-        sc_ctx ctx = listening(&said);
-        sc_volume v = {0};
+        const sc_ctx *ctx = listening_anew();
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         write_layers("f.seg.nrrd", cases[i].segments, "111102", "003300");
         assert_ok(sc_volume_read_by(
-            &ctx, "f.seg.nrrd",
+            ctx, "f.seg.nrrd",
             &(sc_read_choice){.overlap = cases[i].overlap, .overlap_names = "liver\n"}, &v));
         assert_string_equal(said.text, cases[i].message);
         assert_int_equal(said.warnings,
@@ -796,7 +766,6 @@ TEST(segments_in_layers_become_labels)
             assert_string_equal(v.labels[k].name, cases[i].names[k - 1]);
             assert_int_equal(v.labels[k].rgb[0], 255);
         }
-        sc_volume_clear(&v);
     }
     unlink("f.seg.nrrd");
 }
@@ -804,43 +773,37 @@ TEST(segments_in_layers_become_labels)
 TEST(a_box_of_layers_is_as_if_cut_off)
 {
     const sc_read_choice box = {.box = SC_READ_VOXELS, .voxels = {{1, 4}, {0, 1}, {0, 1}}};
-    heard said;
-    sc_ctx ctx = listening(&said);
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     write_layers("f.seg.nrrd",
                  SEGMENT("0", "1", "0", "liver") SEGMENT("1", "2", "0", "aorta")
                      SEGMENT("2", "3", "1", "tumour"),
                  "111112", "000033");
-    assert_ok(sc_volume_read_by(&ctx, "f.seg.nrrd", &box, &v));
+    assert_ok(sc_volume_read_by(&listening, "f.seg.nrrd", &box, &v));
     assert_int_equal(said.warnings, 0); /* nothing overlaps in the box */
     assert_int_equal(v.size[0], 3);
     assert_int_equal(v.label_count, 2);
     assert_near(v.to_ras_mm.m[0][3], -1, 1e-9);
-    sc_volume_clear(&v);
     unlink("f.seg.nrrd");
 }
 
 /* As 3D Slicer writes them: it begins with 1 in each layer. */
 TEST(numbers_that_layers_share_are_given_anew)
 {
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_label_scan scan = {0};
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     write_layers("f.seg.nrrd",
                  SEGMENT("0", "1", "0", "liver") SEGMENT("1", "2", "0", "aorta")
                      SEGMENT("2", "1", "1", "spleen"),
                  "111002", "001100");
-    assert_ok(sc_volume_read(&ctx, "f.seg.nrrd", &v));
+    assert_ok(sc_volume_read(&listening, "f.seg.nrrd", &v));
     assert_int_equal(said.warnings, 1);
     expect_voxels(&v, "113302"); /* spleen is smaller than liver */
-    sc_volume_clear(&v);
-    assert_ok(sc_volume_scan_labels(&ctx, "f.seg.nrrd", &scan));
+    assert_ok(sc_volume_scan_labels(&listening, "f.seg.nrrd", &scan));
     assert_int_equal(scan.tallies[3].voxels, 2);
     sc_label_scan_clear(&scan);
-    assert_ok(sc_volume_read_header(&ctx, "f.seg.nrrd", &scan));
+    assert_ok(sc_volume_read_header(&listening, "f.seg.nrrd", &scan));
     assert_int_equal(scan.volume.label_count, 4);
     assert_int_equal(scan.volume.size[0], MASK_VOXELS);
     assert_string_equal(scan.volume.labels[3].name, "spleen");
@@ -851,23 +814,21 @@ TEST(numbers_that_layers_share_are_given_anew)
 
 TEST(layers_that_cannot_be_read_are_refused)
 {
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_volume v = {0};
 
     write_layers("f.seg.nrrd", "", "111102", "003300");
-    assert_int_equal(sc_volume_read(&ctx, "f.seg.nrrd", &v), SC_ERR_DATA);
+    assert_int_equal(sc_volume_read(&listening, "f.seg.nrrd", &v), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "holds 2 volumes, one for each time (4-D)"));
     write_layers("f.seg.nrrd", SEGMENT("0", "1", "0", "a"), "11", "00");
-    assert_int_equal(sc_volume_read(&ctx, "f.seg.nrrd", &v), SC_ERR_DATA);
+    assert_int_equal(sc_volume_read(&listening, "f.seg.nrrd", &v), SC_ERR_DATA);
     assert_int_equal(said.errors, 2);
     write_layers("f.seg.nrrd", SEGMENT("0", "x", "0", "a"), "111102", "003300");
-    assert_ok(
-        sc_volume_read(&ctx, "f.seg.nrrd", &v)); /* no segment can be used: all is background */
+    assert_ok(sc_volume_read(&listening, "f.seg.nrrd",
+                             &v)); /* no segment can be used: all is background */
     assert_int_equal(v.label_count, 1);
     sc_volume_clear(&v);
     write_layers("f.seg.nrrd", SEGMENT("0", "1", "-1", "a"), "111102", "003300");
-    assert_ok(sc_volume_read(&ctx, "f.seg.nrrd", &v));
+    assert_ok(sc_volume_read(&listening, "f.seg.nrrd", &v));
     assert_int_equal(v.label_count, 1);
     sc_volume_clear(&v);
     unlink("f.seg.nrrd");

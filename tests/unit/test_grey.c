@@ -117,8 +117,6 @@ TEST(what_is_no_number_is_the_lowest_and_told)
 {
     double values[VOXELS];
     uint16_t codes[VOXELS];
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_grey grey;
 
     for (int i = 0; i < VOXELS; i++)
@@ -127,7 +125,7 @@ TEST(what_is_no_number_is_the_lowest_and_told)
     values[8] = INFINITY;
     values[9] = -INFINITY;
     write_nrrd("double", "little", values, sizeof values);
-    assert_ok(read_nrrd(&ctx, NULL, codes, &grey));
+    assert_ok(read_nrrd(&listening, NULL, codes, &grey));
     assert_int_equal(said.warnings, 1);
     assert_non_null(strstr(said.text,
                            "no number (NaN): 1, shown as the lowest value; infinite ones: "
@@ -137,12 +135,12 @@ TEST(what_is_no_number_is_the_lowest_and_told)
     assert_near(value_at(&grey, 9), 0.5, 1e-3);
     values[7] = 7;
     write_nrrd("double", "little", values, sizeof values);
-    assert_ok(read_nrrd(&ctx, NULL, codes, &grey));
+    assert_ok(read_nrrd(&listening, NULL, codes, &grey));
     assert_non_null(strstr(said.text, "infinite voxels: 2, shown as the lowest or the highest"));
     for (int i = 0; i < VOXELS; i++)
         values[i] = NAN;
     write_nrrd("double", "little", values, sizeof values);
-    assert_int_equal(read_nrrd(&ctx, NULL, codes, &grey), SC_ERR_DATA);
+    assert_int_equal(read_nrrd(&listening, NULL, codes, &grey), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "no voxel holds a finite number"));
     unlink("grey.nrrd");
 }
@@ -179,8 +177,7 @@ TEST(extreme_values_cost_no_precision)
 TEST(colours_and_series_and_too_much_memory_are_refused)
 {
     const uint8_t data[3 * VOXELS] = {0};
-    heard said;
-    sc_ctx ctx = listening(&said);
+    sc_ctx ctx = *listening_anew();
     sc_grey grey;
 
     write_bytes(
@@ -229,8 +226,7 @@ TEST(an_allocation_that_fails_is_reported_and_frees_all)
     write_nrrd("uint8", "little", data, sizeof data);
     for (long n = 0;; n++) {
         long budget = n;
-        heard said;
-        sc_ctx ctx = listening(&said);
+        sc_ctx ctx = *listening_anew();
         sc_grey grey;
         sc_status status;
 

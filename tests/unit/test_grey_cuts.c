@@ -142,7 +142,7 @@ TEST(pictures_show_values_at_their_places)
                                   SC_ORTHOGRAPHIC, 25);
     scene.planes[0] = (sc_plane){{0, -1, 0}, 20};
     for (int slice = 0; slice < 2; slice++) {
-        sc_image image;
+        SC_OWN(sc_image_clear) sc_image image = {0};
         int seen = 0;
 
         scene.slice = slice;
@@ -165,7 +165,6 @@ TEST(pictures_show_values_at_their_places)
             }
         }
         assert_true(seen > 900);
-        sc_image_clear(&image);
     }
     free_scene(&s);
 }
@@ -184,7 +183,7 @@ TEST(the_share_mixes_colours_and_ends_at_the_image)
     const sc_grey grey = ramp_grey(&beside, codes);
     small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 1);
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
-    sc_image without, none, mixed;
+    SC_OWN(sc_image_clear) sc_image without = {0}, none = {0}, mixed = {0};
 
     scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
                                   SC_ORTHOGRAPHIC, 20);
@@ -205,9 +204,6 @@ TEST(the_share_mixes_colours_and_ends_at_the_image)
         else if (right_mm > 20 && right_mm < 29)
             assert_memory_not_equal(a, b, 3);
     }
-    sc_image_clear(&without);
-    sc_image_clear(&none);
-    sc_image_clear(&mixed);
     free_scene(&s);
 }
 
@@ -241,7 +237,7 @@ TEST(lines_on_the_image_have_the_colours_of_tissues)
                                   (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 10);
     scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
     for (int share = 0; share < 2; share++) {
-        sc_image image;
+        SC_OWN(sc_image_clear) sc_image image = {0};
         const int toward_x = scene.camera.right.x > 0 ? 1 : -1;
 
         s.settings.grey = share ? &grey : NULL;
@@ -257,7 +253,6 @@ TEST(lines_on_the_image_have_the_colours_of_tissues)
                 assert_true(rgb[id - 1] < 130 && rgb[id - 1] > 60);
             assert_true(rgb[2 - id] < 40 && rgb[2] < 40);
         }
-        sc_image_clear(&image);
     }
     free_scene(&s);
 }
@@ -275,7 +270,7 @@ TEST(all_ways_to_draw_give_the_same_bits)
     for (int n = 0; n < 8; n++) {
         small_scene s = make_scene(small_phantom(), n % 2 ? 0.4 : 1);
         sc_scene scene = front_view(&s);
-        sc_image plain;
+        SC_OWN(sc_image_clear) sc_image plain = {0};
 
         s.settings.surface = n & 2 ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH;
         s.settings.transparent = n & 1;
@@ -297,7 +292,6 @@ TEST(all_ways_to_draw_give_the_same_bits)
             scene.slice = true;
         }
         plain = draw_by_all_kernels(&s, &scene);
-        sc_image_clear(&plain);
         free_scene(&s);
     }
 }

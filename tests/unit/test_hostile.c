@@ -55,12 +55,11 @@ static void remove_folder(void)
 
 static sc_status read_volume(const sc_ctx *ctx, const char *path)
 {
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
     const sc_status status = sc_volume_read(ctx, path, &v);
 
     if (status == SC_OK)
         assert_int_equal(v.label_count, 5);
-    sc_volume_clear(&v);
     return status;
 }
 
@@ -68,19 +67,18 @@ static sc_status read_volume(const sc_ctx *ctx, const char *path)
 static void expect(const char *name, sc_status wanted, const char *said_wanted)
 {
     char text[PATH_MAX + 512];
-    heard said;
-    const sc_ctx ctx = listening(&said);
+    const sc_ctx *ctx = listening_anew();
 
     snprintf(text, sizeof text, "%sdata file: %s\n", nrrd, name);
     write_bytes("t.d/h.nhdr", text, "", 0);
-    assert_int_equal(read_volume(&ctx, "t.d/h.nhdr"), wanted);
+    assert_int_equal(read_volume(ctx, "t.d/h.nhdr"), wanted);
     if (wanted != SC_OK && !strstr(said.text, said_wanted))
         fail_msg("\"%s\", expected: %s", said.text, said_wanted);
     if (strchr(name, '\n') || strchr(name, '%'))
         return; /* lists and patterns are of NRRD only */
     snprintf(text, sizeof text, "%sElementDataFile = %s\n", meta, name);
     write_bytes("t.d/h.mhd", text, "", 0);
-    assert_int_equal(read_volume(&ctx, "t.d/h.mhd"), wanted);
+    assert_int_equal(read_volume(ctx, "t.d/h.mhd"), wanted);
     if (wanted != SC_OK && !strstr(said.text, said_wanted))
         fail_msg("\"%s\", expected: %s", said.text, said_wanted);
 }
@@ -144,14 +142,13 @@ TEST(a_volume_may_be_named_by_a_link)
 /* Opening a pipe would wait for its writer. */
 TEST(a_pipe_is_no_volume_and_no_table)
 {
-    heard said;
-    const sc_ctx ctx = listening(&said);
     sc_label_table table = {0};
 
     assert_int_equal(mkfifo("h.pipe", 0666), 0);
-    assert_int_equal(read_volume(&ctx, "h.pipe"), SC_ERR_MISSING);
+    assert_int_equal(read_volume(&listening, "h.pipe"), SC_ERR_MISSING);
     assert_non_null(strstr(said.text, "is a pipe"));
-    assert_int_equal(sc_label_table_read(&ctx, "h.pipe", SC_TABLE_AUTO, &table), SC_ERR_MISSING);
+    assert_int_equal(sc_label_table_read(&listening, "h.pipe", SC_TABLE_AUTO, &table),
+                     SC_ERR_MISSING);
     assert_non_null(strstr(said.text, "is a pipe"));
     unlink("h.pipe");
 }
@@ -162,8 +159,6 @@ TEST(numbers_in_text_are_bounded)
 {
     enum { DIGITS = 200000 };
     static char text[DIGITS + 1024];
-    heard said;
-    const sc_ctx ctx = listening(&said);
     size_t used;
 
     used = (size_t)snprintf(
@@ -172,17 +167,17 @@ TEST(numbers_in_text_are_bounded)
     memset(text + used, '1', DIGITS);
     strcpy(text + used + DIGITS, " 2 3");
     write_bytes("h.nrrd", text, "", 0);
-    assert_int_equal(read_volume(&ctx, "h.nrrd"), SC_ERR_DATA);
+    assert_int_equal(read_volume(&listening, "h.nrrd"), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "expected a whole number that fits"));
     strcpy(text + used, "256");
     for (int i = 2; i < VOXELS; i++)
         strcat(text, ",\t0");
     write_bytes("h.nrrd", text, "", 0);
-    assert_int_equal(read_volume(&ctx, "h.nrrd"), SC_ERR_DATA);
+    assert_int_equal(read_volume(&listening, "h.nrrd"), SC_ERR_DATA);
     memcpy(text + used, "  4", 3);
     memcpy(strrchr(text, '\t') - 7, ", 2, 3", 6);
     write_bytes("h.nrrd", text, "", 0);
-    assert_ok(read_volume(&ctx, "h.nrrd"));
+    assert_ok(read_volume(&listening, "h.nrrd"));
     unlink("h.nrrd");
 }
 
@@ -208,21 +203,19 @@ TEST(the_check_sum_of_zlib_is_verified)
     unsigned char data[VOXELS], packed[256];
     uLongf bytes = sizeof packed;
     char text[512];
-    heard said;
-    const sc_ctx ctx = listening(&said);
 
     for (int i = 0; i < VOXELS; i++)
         data[i] = (unsigned char)(i % 5);
     assert_int_equal(compress(packed, &bytes, data, sizeof data), Z_OK);
     snprintf(text, sizeof text, "%sCompressedData = True\nElementDataFile = LOCAL\n", meta);
     write_bytes("h.mha", text, packed, bytes);
-    assert_ok(read_volume(&ctx, "h.mha"));
+    assert_ok(read_volume(&listening, "h.mha"));
     write_bytes("h.mha", text, packed, bytes - 4);
-    assert_int_equal(read_volume(&ctx, "h.mha"), SC_ERR_DATA);
+    assert_int_equal(read_volume(&listening, "h.mha"), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "without check sum"));
     packed[bytes - 1] ^= 1;
     write_bytes("h.mha", text, packed, bytes);
-    assert_int_equal(read_volume(&ctx, "h.mha"), SC_ERR_DATA);
+    assert_int_equal(read_volume(&listening, "h.mha"), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "incorrect data check"));
     unlink("h.mha");
 }
@@ -238,14 +231,13 @@ TEST(names_survive_writing_and_reading)
                          .label_count = 2,
                          .labels = labels,
                          .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
-    sc_volume back;
+    SC_OWN(sc_volume_clear) sc_volume back = {0};
 
     ids[5] = 1;
     assert_ok(sc_volume_save_nrrd(&quiet, &v, "h.nrrd", true));
     assert_ok(sc_volume_read(&quiet, "h.nrrd", &back));
     assert_int_equal(back.label_count, 2);
     assert_string_equal(back.labels[1].name, labels[1].name);
-    sc_volume_clear(&back);
     unlink("h.nrrd");
 }
 
@@ -255,8 +247,7 @@ TEST(what_takes_more_memory_than_the_limit_is_refused)
 {
     static const char *const encodings[] = {"raw", "ascii"};
     char text[512], data[VOXELS];
-    heard said;
-    sc_ctx ctx = listening(&said);
+    sc_ctx ctx = *listening_anew();
     sc_label_scan scan;
 
     for (int i = 0; i < VOXELS; i++)

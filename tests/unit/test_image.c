@@ -21,7 +21,7 @@ static sc_image noise(int width, int height, uint64_t seed)
 
 TEST(a_png_file_keeps_every_pixel)
 {
-    sc_image image = noise(37, 23, 5), back;
+    SC_OWN(sc_image_clear) sc_image image = noise(37, 23, 5), back = {0};
     image_difference d;
 
     assert_ok(sc_image_save_png(&quiet, &image, "noise.png", true));
@@ -33,21 +33,17 @@ TEST(a_png_file_keeps_every_pixel)
     assert_int_equal(d.differing_px, 1);
     assert_int_equal(d.largest, 4);
     unlink("noise.png");
-    sc_image_clear(&image);
-    sc_image_clear(&back);
 }
 
 TEST(the_hash_depends_on_size_and_pixels)
 {
-    sc_image wide = noise(8, 4, 9), tall = noise(4, 8, 9);
+    SC_OWN(sc_image_clear) sc_image wide = noise(8, 4, 9), tall = noise(4, 8, 9);
     uint64_t before = sc_image_hash(&wide);
 
     assert_memory_equal(wide.rgb, tall.rgb, 96);
     assert_int_not_equal(sc_image_hash(&wide), sc_image_hash(&tall));
     wide.rgb[95] ^= 1;
     assert_int_not_equal(sc_image_hash(&wide), before);
-    sc_image_clear(&wide);
-    sc_image_clear(&tall);
 }
 
 /* A picture with alpha is another one than without, also where it is opaque. */
@@ -92,7 +88,7 @@ TEST(flattening_puts_a_colour_behind)
     static const uint8_t pixels[] = {10, 20, 30, 255, 200, 100, 0, 51, 0, 0, 0, 0};
     static const uint8_t behind[3] = {0, 200, 255};
     static const uint8_t expected[] = {10, 20, 30, 40, 180, 204, 0, 200, 255};
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
 
     assert_ok(sc_image_init_alpha(&quiet, 3, 1, true, &image));
     memcpy(image.rgb, pixels, sizeof pixels);
@@ -101,7 +97,6 @@ TEST(flattening_puts_a_colour_behind)
     assert_memory_equal(image.rgb, expected, sizeof expected);
     sc_image_flatten(&image, pixels); /* an opaque picture stays as it is */
     assert_memory_equal(image.rgb, expected, sizeof expected);
-    sc_image_clear(&image);
 }
 
 TEST(every_srgb_level_converts_to_linear_light_and_back)
@@ -139,7 +134,7 @@ TEST(a_transparent_png_is_read_on_black)
         0xff, 0xff, 0x3f, 0xc3, 0x89, 0x14, 0xa3, 0xff, 0x00, 0x1a, 0xa3, 0x05, 0x5b, 0x01, 0xd7,
         0x06, 0x2d, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82};
     static const uint8_t expected[] = {0, 0, 0, 200, 100, 50};
-    sc_image image = {0};
+    SC_OWN(sc_image_clear) sc_image image = {0};
 
     assert_ok(sc_file_write(&quiet, "alpha.png", png, sizeof png));
     fill_fresh_memory(85);
@@ -147,7 +142,6 @@ TEST(a_transparent_png_is_read_on_black)
     fill_fresh_memory(0);
     assert_int_equal(image.width_px, 2);
     assert_memory_equal(image.rgb, expected, sizeof expected);
-    sc_image_clear(&image);
     unlink("alpha.png");
 }
 
@@ -160,14 +154,13 @@ TEST(a_png_too_short_for_its_size_is_refused)
         0x00, 0xa8, 0xa9, 0x48, 0xef, 0x00, 0x00, 0x00, 0x09, 0x49, 0x44, 0x41, 0x54, 0x78,
         0x9c, 0x63, 0x00, 0x00, 0x00, 0x01, 0x00, 0x01, 0x5e, 0xff, 0x7d, 0xf9};
     long allocations = 0;
-    heard h;
-    sc_ctx ctx = listening(&h);
+    sc_ctx ctx = *listening_anew();
     sc_image image = {0};
 
     ctx.alloc_budget = &allocations;
     assert_ok(sc_file_write(&quiet, "huge.png", png, sizeof png));
     assert_int_equal(sc_image_load_png(&ctx, "huge.png", &image), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "60000 x 60000"));
+    assert_non_null(strstr(said.text, "60000 x 60000"));
     unlink("huge.png");
 }
 
@@ -178,19 +171,17 @@ TEST(a_png_with_a_chunk_beyond_its_end_is_refused)
         0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44,
         0x52, 0x00, 0x00, 0x00, 0x03, 0x00, 0x00, 0x00, 0x02, 0x08, 0x02, 0x00, 0x00, 0x00, 0x12,
         0x16, 0xf1, 0x4d, 0x73, 0x50, 0x4c, 0x54, 0x69, 0x54, 0x58, 0x74, 0x49, 0x44, 0x41, 0x54};
-    heard h;
-    sc_ctx ctx = listening(&h);
     sc_image image = {0};
 
     assert_ok(sc_file_write(&quiet, "chunk.png", png, sizeof png));
-    assert_int_equal(sc_image_load_png(&ctx, "chunk.png", &image), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "cut off"));
+    assert_int_equal(sc_image_load_png(&listening, "chunk.png", &image), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "cut off"));
     unlink("chunk.png");
 }
 
 TEST(pictures_mix_in_linear_light)
 {
-    sc_image a = noise(7, 5, 1), b = noise(7, 5, 2), mixed = noise(7, 5, 1);
+    SC_OWN(sc_image_clear) sc_image a = noise(7, 5, 1), b = noise(7, 5, 2), mixed = noise(7, 5, 1);
     const uint8_t grey[3] = {100, 150, 200};
     sc_mixer mixer;
 
@@ -213,9 +204,6 @@ TEST(pictures_mix_in_linear_light)
     sc_image_fade(&mixer, grey, 0, 0, 1, &mixed);
     assert_memory_equal(mixed.rgb, grey, 3);
     assert_memory_equal(mixed.rgb + 21, b.rgb + 21, 84);
-    sc_image_clear(&a);
-    sc_image_clear(&b);
-    sc_image_clear(&mixed);
 }
 
 /* Of pixels with alpha, what covers more counts more, and what covers nothing has no colour. */

@@ -11,8 +11,7 @@
 
 /* Load the job file @p text. @p setting: "key.path=value" or NULL. @p variable: of the environment,
  * or NULL. */
-static sc_status load(const char *text, heard *h, const char *setting, const char *variable,
-                      sc_job *job)
+static sc_status load(const char *text, const char *setting, const char *variable, sc_job *job)
 {
     const char *environment[] = {variable, NULL};
     char path[256] = "";
@@ -21,7 +20,7 @@ static sc_status load(const char *text, heard *h, const char *setting, const cha
                                     .settings = settings,
                                     .setting_count = setting != NULL,
                                     .environment = variable ? environment : NULL};
-    const sc_ctx ctx = listening(h);
+    const sc_ctx *ctx = listening_anew();
     sc_status status;
 
     if (setting) {
@@ -32,7 +31,7 @@ static sc_status load(const char *text, heard *h, const char *setting, const cha
     }
     write_text("job.yaml", text);
     *job = (sc_job){0};
-    status = sc_job_load(&ctx, &sources, job);
+    status = sc_job_load(ctx, &sources, job);
     unlink("job.yaml");
     if (status != SC_OK) /* what was right of it, which no caller looks at */
         sc_job_clear(job);
@@ -41,12 +40,11 @@ static sc_status load(const char *text, heard *h, const char *setting, const cha
 
 static void refuses(const char *text, const char *message)
 {
-    heard h;
     sc_job job;
-    const sc_status status = load(text, &h, NULL, NULL, &job);
+    const sc_status status = load(text, NULL, NULL, &job);
 
-    if (status != SC_ERR_DATA || h.errors != 1 || !strstr(h.text, message))
-        fail_msg("status %d, \"%s\"; expected \"%s\"", status, h.text, message);
+    if (status != SC_ERR_DATA || said.errors != 1 || !strstr(said.text, message))
+        fail_msg("status %d, \"%s\"; expected \"%s\"", status, said.text, message);
 }
 
 /* What is no YAML is told by line and column, with what stands there and what to write instead, not
@@ -132,14 +130,13 @@ TEST(what_is_changed_of_a_volume_is_read_and_written)
         "volume: {path: phantom, box: [[-1, 2.25, 3], [10, -20, 30]]}\n"};
 
     for (size_t i = 0; i < SC_COUNT_OF(jobs); i++) {
-        sc_text written = {0};
-        sc_job job, again;
-        heard h;
+        SC_OWN(sc_text_clear) sc_text written = {0};
+        SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
 
-        assert_ok(load(jobs[i], &h, NULL, NULL, &job));
+        assert_ok(load(jobs[i], NULL, NULL, &job));
         assert_string_equal(job.volume, "phantom");
         assert_ok(sc_job_write(&quiet, &job, false, &written));
-        assert_ok(load(written.data, &h, NULL, NULL, &again));
+        assert_ok(load(written.data, NULL, NULL, &again));
         assert_true(same_edits(&job, &again));
         if (i == 3) { /* those that are kept stand last, whatever came first */
             assert_int_equal(job.volume_tissue_count, 4);
@@ -147,9 +144,6 @@ TEST(what_is_changed_of_a_volume_is_read_and_written)
             assert_string_equal(job.volume_tissues[3].into, "");
             assert_string_equal(job.volume_tissues[2].into, "walls");
         }
-        sc_text_clear(&written);
-        sc_job_clear(&job);
-        sc_job_clear(&again);
     }
     refuses("volume: {keep: aorta}\n", "the key \"path\" is missing");
     refuses("volume: {path: phantom, keep: []}\n", "expected a list of tissues");
@@ -171,16 +165,14 @@ TEST(a_long_map_finds_all_its_members)
     enum { MEMBERS = 5000 };
     static char text[MEMBERS * 24 + 64];
     size_t used = (size_t)snprintf(text, sizeof text, "volume: phantom\ntissues:\n");
-    heard h;
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     for (int i = 0; i < MEMBERS; i++)
         used += (size_t)snprintf(text + used, sizeof text - used, "  t%d: {opacity: 0.5}\n", i);
-    assert_ok(load(text, &h, NULL, NULL, &job));
+    assert_ok(load(text, NULL, NULL, &job));
     assert_int_equal(job.rule_count, MEMBERS);
     for (int i = 0; i < MEMBERS; i++)
         assert_int_equal(atoi(job.rules[i].pattern + 1), i);
-    sc_job_clear(&job);
     snprintf(text + used, sizeof text - used, "  t77: {}\n");
     refuses(text, "job.yaml:5003: key \"t77\" is given twice (first in line 80)");
 }
@@ -240,54 +232,49 @@ TEST(mistakes_are_named_with_line_and_nearest_name)
 
 /* Load a job file with several mistakes, with a wrong setting beside it. @return how many errors
  * are logged. */
-static int count_mistakes(const char *text, const char *setting, sc_status expected, heard *h)
+static int count_mistakes(const char *text, const char *setting, sc_status expected)
 {
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
-    assert_int_equal(load(text, h, setting, NULL, &job), expected);
-    sc_job_clear(&job);
-    return h->errors;
+    assert_int_equal(load(text, setting, NULL, &job), expected);
+    return said.errors;
 }
 
 /* All mistakes of a job are told in one go: reading goes on after each of them. */
 TEST(all_mistakes_are_told)
 {
-    heard h;
-
     assert_int_equal(count_mistakes("volum: phantom\noutput: {fps: fast, size: [640], x: 1}\n"
                                     "tissues: {a: {color: rde, opactiy: 1}, b: 3}\n",
-                                    NULL, SC_ERR_DATA, &h),
+                                    NULL, SC_ERR_DATA),
                      7);
     assert_int_equal(
         count_mistakes("volume: phantom\nanimation:\n  frames: 0\n  clip:\n"
                        "    - {at: {0%: 0, 1%: 0.6}, except: [a, [b], {c: 1}]}\n"
                        "    - {normla: left, except: 3}\n    - {box: [[1, 2, 3], [0%, 0%, 0%]]}\n",
-                       NULL, SC_ERR_DATA, &h),
+                       NULL, SC_ERR_DATA),
         9);
     assert_int_equal(
-        count_mistakes("volume: phantom\nlight: {key: 9}\n", "rendr.x=1", SC_ERR_USAGE, &h), 2);
+        count_mistakes("volume: phantom\nlight: {key: 9}\n", "rendr.x=1", SC_ERR_USAGE), 2);
     /* Behind a key that is given twice, too, in the file and in a setting. */
     assert_int_equal(count_mistakes("volume: phantom\nvolume: x\nlight: {key: 9, key: 8, fil: 1}\n"
                                     "tissues: {a: {color: rde}, a: {color: red}}\n",
-                                    "output={fps: 1, fps: 2}", SC_ERR_DATA, &h),
+                                    "output={fps: 1, fps: 2}", SC_ERR_DATA),
                      7);
     assert_int_equal(count_mistakes("volume: phantom\noutput: {video: a.avi}\nlight: {key: 9}\n",
-                                    "animation.frames=0", SC_ERR_DATA, &h),
+                                    "animation.frames=0", SC_ERR_DATA),
                      3);
 }
 
 /* Of very many mistakes only the first are shown, and their number is told. */
 TEST(the_number_of_messages_is_bounded)
 {
-    sc_text text = {0};
-    heard h;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
     assert_ok(sc_text_add(&quiet, &text, "volume: phantom\n"));
     for (int i = 0; i < 500; i++)
         assert_ok(sc_text_add(&quiet, &text, "key%d: 1\n", i));
-    assert_int_equal(count_mistakes(text.data, NULL, SC_ERR_DATA, &h), 50);
-    assert_non_null(strstr(h.text, "450 further mistakes of the job are not shown"));
-    sc_text_clear(&text);
+    assert_int_equal(count_mistakes(text.data, NULL, SC_ERR_DATA), 50);
+    assert_non_null(strstr(said.text, "450 further mistakes of the job are not shown"));
 }
 
 /* Ways to write the same color, size or length give the same job, and so the same identity. */
@@ -313,7 +300,6 @@ TEST(values_are_written_in_many_ways)
         {"output: {fps: 24}\nanimation: {frames: 2160}",
          "animation: {frames: 1.5min}\noutput: {fps: 24}"},
     };
-    heard h;
     sc_job job;
 
     for (size_t i = 0; i < SC_COUNT_OF(same); i++) {
@@ -322,8 +308,8 @@ TEST(values_are_written_in_many_ways)
 
         for (int j = 0; j < 2; j++) {
             snprintf(text[j], sizeof text[j], "volume: phantom\n%s\n", same[i][j]);
-            if (load(text[j], &h, NULL, NULL, &job) != SC_OK || h.errors)
-                fail_msg("%s: %s", text[j], h.text);
+            if (load(text[j], NULL, NULL, &job) != SC_OK || said.errors)
+                fail_msg("%s: %s", text[j], said.text);
             assert_ok(sc_job_write(&quiet, &job, true, &written[j]));
             sc_job_clear(&job);
         }
@@ -336,7 +322,6 @@ TEST(values_are_written_in_many_ways)
 /* What was silently taken for something else is refused, with what was meant. */
 TEST(what_is_meant_otherwise_is_told)
 {
-    heard h;
     sc_job job;
 
     refuses("volume: phantom\nanimation: {camera: {orbit: {turns: 360}}}\n",
@@ -352,31 +337,29 @@ TEST(what_is_meant_otherwise_is_told)
     refuses("volume: phantom\nrender: {background: [1.0, .2, 200]}\n", "not both");
     refuses("volume: phantom\nrender: {background: #ff0000\n }\n", "needs quotes");
     refuses("volume: phantom\noutput: {directory: ~/out}\n", "only a shell replaces");
-    assert_ok(load("volume: phantom\nrender: {background: [1, 0, 0]}\n", &h, NULL, NULL, &job));
-    assert_non_null(strstr(h.text, "almost black"));
+    assert_ok(load("volume: phantom\nrender: {background: [1, 0, 0]}\n", NULL, NULL, &job));
+    assert_non_null(strstr(said.text, "almost black"));
     sc_job_clear(&job);
-    assert_ok(load("volume: phantom\n", &h, "tissues.a.color=#ff0000", NULL, &job));
+    assert_ok(load("volume: phantom\n", "tissues.a.color=#ff0000", NULL, &job));
     assert_int_equal(job.rules[0].rgb[0], 255);
     sc_job_clear(&job);
-    assert_ok(
-        load("volume: phantom\nanimation: {frames: 9}\n", &h, "animation.frames=1s", NULL, &job));
+    assert_ok(load("volume: phantom\nanimation: {frames: 9}\n", "animation.frames=1s", NULL, &job));
     assert_int_equal(job.animation.frames, 30);
     sc_job_clear(&job);
-    assert_ok(load("volume: phantom\nanimation: {camera: {orbit: {turns: 3}}, frames: 3}\n", &h,
-                   NULL, NULL, &job));
+    assert_ok(load("volume: phantom\nanimation: {camera: {orbit: {turns: 3}}, frames: 3}\n", NULL,
+                   NULL, &job));
     sc_job_clear(&job);
 }
 
 TEST(nesting_is_bounded)
 {
     char text[400] = "volume: ";
-    heard h;
     sc_job job;
 
     for (int i = 0; i < 100; i++)
         strcat(text, "[");
-    assert_int_equal(load(text, &h, NULL, NULL, &job), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "nested more than"));
+    assert_int_equal(load(text, NULL, NULL, &job), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "nested more than"));
 }
 
 static const char full[] =
@@ -584,26 +567,22 @@ TEST(parts_of_the_animation_may_be_times)
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         char text[256];
-        heard h;
-        sc_job job, again;
-        sc_text written = {0};
+        SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
+        SC_OWN(sc_text_clear) sc_text written = {0};
 
         snprintf(text, sizeof text,
                  "volume: phantom\noutput: {fps: 10}\nanimation: {frames: 10.1s, verbs: ["
                  "{zoom: 2, during: %s}]}\n",
                  cases[i].part);
-        assert_int_equal(load(text, &h, NULL, NULL, &job), SC_OK);
+        assert_int_equal(load(text, NULL, NULL, &job), SC_OK);
         assert_near(job.verbs[0].begin, cases[i].begin / 100, 1e-11);
         assert_near(job.verbs[0].end, cases[i].end / 100, 1e-11);
         assert_true(job.verbs[0].begin <=
                     cases[i].begin / 100); /* a jump there is not a frame late */
         assert_ok(sc_job_write(&quiet, &job, false, &written));
-        assert_int_equal(load(written.data, &h, NULL, NULL, &again), SC_OK);
+        assert_int_equal(load(written.data, NULL, NULL, &again), SC_OK);
         assert_near(again.verbs[0].begin, job.verbs[0].begin, 0);
         assert_near(again.verbs[0].end, job.verbs[0].end, 0);
-        sc_text_clear(&written);
-        sc_job_clear(&job);
-        sc_job_clear(&again);
     }
 }
 
@@ -631,11 +610,9 @@ TEST(wrong_times_are_refused)
 static void load_camera(const char *camera, sc_text *written, sc_job *job)
 {
     char text[512];
-    heard h;
 
     snprintf(text, sizeof text, "volume: phantom\nanimation: {frames: 101, camera: {%s}\n", camera);
-    if (load(text, &h, NULL, NULL, job) != SC_OK)
-        fail_msg("%s", h.text);
+    assert_ok(load(text, NULL, NULL, job));
     assert_ok(sc_job_write(&quiet, job, false, written));
 }
 
@@ -647,11 +624,9 @@ TEST(values_of_the_camera_may_have_key_frames)
         "distance_mm: 200}, fov: {0%: 20}, zoom: {20%: 1, 40%: 3, ease: out}}";
     sc_text text = {0}, twice = {0};
     sc_job job, again;
-    heard h;
 
     load_camera(camera, &text, &job);
-    if (load(text.data, &h, NULL, NULL, &again) != SC_OK)
-        fail_msg("%s", h.text);
+    assert_ok(load(text.data, NULL, NULL, &again));
     assert_ok(sc_job_write(&quiet, &again, false, &twice));
     assert_string_equal(text.data, twice.data);
     for (const sc_job *j = &job; j; j = j == &job ? &again : NULL) {
@@ -745,27 +720,20 @@ static const struct {
 TEST(values_of_the_scene_may_have_key_frames)
 {
     char text[2048];
-    heard h;
 
     for (size_t i = 0; i < SC_COUNT_OF(scene_parts); i++) {
-        sc_text first = {0}, twice = {0};
-        sc_job job, again;
+        SC_OWN(sc_text_clear) sc_text first = {0}, twice = {0};
+        SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
 
         snprintf(text, sizeof text, "volume: phantom\n%s\n%s", scene_parts[i].part,
                  strstr(scene_parts[i].part, "animation:") ? "" : "animation: {frames: 101}\n");
-        if (load(text, &h, NULL, NULL, &job) != SC_OK)
-            fail_msg("%s", h.text);
+        assert_ok(load(text, NULL, NULL, &job));
         assert_ok(sc_job_write(&quiet, &job, false, &first));
         if (!strstr(first.data, scene_parts[i].written))
             fail_msg("%s is not in\n%s", scene_parts[i].written, first.data);
-        if (load(first.data, &h, NULL, NULL, &again) != SC_OK)
-            fail_msg("%s", h.text);
+        assert_ok(load(first.data, NULL, NULL, &again));
         assert_ok(sc_job_write(&quiet, &again, false, &twice));
         assert_string_equal(first.data, twice.data);
-        sc_text_clear(&first);
-        sc_text_clear(&twice);
-        sc_job_clear(&job);
-        sc_job_clear(&again);
     }
 }
 
@@ -870,52 +838,44 @@ TEST(wrong_key_frames_are_refused)
 /* A job that is written as resolved and read again is the same job. */
 TEST(a_resolved_job_reads_back_the_same)
 {
-    heard h;
-    sc_job job, again;
-    sc_text text = {0}, twice = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0}, twice = {0};
 
-    if (load(full, &h, NULL, NULL, &job) != SC_OK)
-        fail_msg("%s", h.text);
+    assert_ok(load(full, NULL, NULL, &job));
     expect_full(&job);
     assert_ok(sc_job_write(&quiet, &job, false, &text));
-    if (load(text.data, &h, NULL, NULL, &again) != SC_OK)
-        fail_msg("%s", h.text);
+    assert_ok(load(text.data, NULL, NULL, &again));
     expect_full(&again);
     assert_ok(sc_job_write(&quiet, &again, false, &twice));
     assert_string_equal(text.data, twice.data);
-    sc_text_clear(&text);
-    sc_text_clear(&twice);
-    sc_job_clear(&job);
-    sc_job_clear(&again);
 }
 
 TEST(the_command_line_beats_the_environment_beats_the_file)
 {
     static const char text[] = "volume: phantom\nrender: {samples: 2}\n";
-    heard h;
     sc_job job;
 
-    assert_ok(load(text, &h, NULL, NULL, &job));
+    assert_ok(load(text, NULL, NULL, &job));
     assert_int_equal(job.render.samples, 2);
     sc_job_clear(&job);
-    assert_ok(load(text, &h, NULL, "SEGCAST_RENDER_SAMPLES=3", &job));
+    assert_ok(load(text, NULL, "SEGCAST_RENDER_SAMPLES=3", &job));
     assert_int_equal(job.render.samples, 3);
     sc_job_clear(&job);
-    assert_ok(load(text, &h, "render.samples=4", "SEGCAST_RENDER_SAMPLES=3", &job));
+    assert_ok(load(text, "render.samples=4", "SEGCAST_RENDER_SAMPLES=3", &job));
     assert_int_equal(job.render.samples, 4);
     sc_job_clear(&job);
-    assert_ok(load(text, &h, "tissues.\"left atrium\".opacity=0.25", NULL, &job));
+    assert_ok(load(text, "tissues.\"left atrium\".opacity=0.25", NULL, &job));
     assert_string_equal(job.rules[0].pattern, "left atrium");
     sc_job_clear(&job);
-    assert_ok(load(full, &h, "animation.clip.1.at=30%", NULL, &job));
+    assert_ok(load(full, "animation.clip.1.at=30%", NULL, &job));
     assert_near(job.animation.sweeps[1].from.value, 30, 0);
     sc_job_clear(&job);
-    assert_int_equal(load(text, &h, "render.samples=9", NULL, &job), SC_ERR_USAGE);
-    assert_non_null(strstr(h.text, "render.samples=9"));
-    assert_int_equal(load(text, &h, "render.smaples=2", NULL, &job), SC_ERR_USAGE);
-    assert_int_equal(load(full, &h, "animation.clip.5.at=30%", NULL, &job), SC_ERR_USAGE);
-    assert_ok(load(text, &h, NULL, "SEGCAST_RENDER_SAMPELS=3", &job));
-    assert_non_null(strstr(h.text, "names no key"));
+    assert_int_equal(load(text, "render.samples=9", NULL, &job), SC_ERR_USAGE);
+    assert_non_null(strstr(said.text, "render.samples=9"));
+    assert_int_equal(load(text, "render.smaples=2", NULL, &job), SC_ERR_USAGE);
+    assert_int_equal(load(full, "animation.clip.5.at=30%", NULL, &job), SC_ERR_USAGE);
+    assert_ok(load(text, NULL, "SEGCAST_RENDER_SAMPELS=3", &job));
+    assert_non_null(strstr(said.text, "names no key"));
     sc_job_clear(&job);
 }
 
@@ -960,21 +920,19 @@ TEST(every_row_is_complete)
 /* The text of a job as resolved, from the job file @p text and one setting or variable. */
 static void resolve(const char *text, const char *setting, const char *variable, sc_text *out)
 {
-    heard h;
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     sc_text_clear(out);
-    if (load(text, &h, setting, variable, &job) != SC_OK)
-        fail_msg("%s %s: %s", setting ? setting : "", variable ? variable : "", h.text);
+    if (load(text, setting, variable, &job) != SC_OK)
+        fail_msg("%s %s: %s", setting ? setting : "", variable ? variable : "", said.text);
     assert_ok(sc_job_write(&quiet, &job, false, out));
-    sc_job_clear(&job);
 }
 
 /* Check that a setting of the command line, an environment variable and a line of the file give the
  * same job. */
 static void expect_same_job(const char *setting, const char *variable, const char *file)
 {
-    sc_text a = {0}, b = {0};
+    SC_OWN(sc_text_clear) sc_text a = {0}, b = {0};
 
     resolve(file, NULL, NULL, &a);
     if (setting) {
@@ -985,8 +943,6 @@ static void expect_same_job(const char *setting, const char *variable, const cha
         resolve("volume: phantom\n", NULL, variable, &b);
         assert_string_equal(a.data, b.data);
     }
-    sc_text_clear(&a);
-    sc_text_clear(&b);
 }
 
 TEST(nested_keys_are_set_in_every_way)
@@ -1016,13 +972,11 @@ TEST(nested_keys_are_set_in_every_way)
 /* Check that the setting, applied to the job file @p before, gives the job of the file @p after. */
 static void expect_change(const char *before, const char *setting, const char *after)
 {
-    sc_text a = {0}, b = {0};
+    SC_OWN(sc_text_clear) sc_text a = {0}, b = {0};
 
     resolve(after, NULL, NULL, &a);
     resolve(before, setting, NULL, &b);
     assert_string_equal(a.data, b.data);
-    sc_text_clear(&a);
-    sc_text_clear(&b);
 }
 
 TEST(settings_merge_maps_and_replace_alternatives)
@@ -1072,21 +1026,16 @@ TEST(every_text_is_written_so_that_it_can_be_read)
     static const char text[] = "volume: phantom\ntissues: {'a \"b\" \\c: #': {opacity: 1}}\n"
                                "animation: {clip: [{normal: left, except: ['\"\\', "
                                "\"\\x01\\n\"]}]}\n";
-    heard h;
-    sc_job job, again;
-    sc_text written = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
+    SC_OWN(sc_text_clear) sc_text written = {0};
 
-    if (load(text, &h, NULL, NULL, &job) != SC_OK)
-        fail_msg("%s", h.text);
+    assert_ok(load(text, NULL, NULL, &job));
     assert_ok(sc_job_write(&quiet, &job, false, &written));
-    if (load(written.data, &h, NULL, NULL, &again) != SC_OK)
-        fail_msg("%s: %s", h.text, written.data);
+    if (load(written.data, NULL, NULL, &again) != SC_OK)
+        fail_msg("%s: %s", said.text, written.data);
     assert_string_equal(again.rules[0].pattern, "a \"b\" \\c: #");
     assert_string_equal(again.exceptions[0].pattern, "\"\\");
     assert_string_equal(again.exceptions[1].pattern, "\x01\n");
-    sc_text_clear(&written);
-    sc_job_clear(&job);
-    sc_job_clear(&again);
 }
 
 /* Only "phantom" and "phantom:WxDxH" stand for the phantom; the name of a file may begin in the
@@ -1094,15 +1043,12 @@ TEST(every_text_is_written_so_that_it_can_be_read)
 TEST(a_file_named_like_the_phantom_is_a_file)
 {
     const sc_job_sources sources = {.path = "jobs-below/job.yaml"};
-    heard h;
-    const sc_ctx ctx = listening(&h);
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     mkdir("jobs-below", 0777);
     write_text("jobs-below/job.yaml", "volume: phantom.nrrd\n");
-    assert_ok(sc_job_load(&ctx, &sources, &job));
+    assert_ok(sc_job_load(&listening, &sources, &job));
     assert_string_equal(job.volume, "jobs-below/phantom.nrrd");
-    sc_job_clear(&job);
     unlink("jobs-below/job.yaml");
     rmdir("jobs-below");
     assert_true(sc_job_is_phantom("phantom") && sc_job_is_phantom("phantom:9x9x9"));
@@ -1126,8 +1072,7 @@ TEST(no_allocation_that_fails_is_lost)
     write_text("job2.yaml", full);
     for (long n = 0;; n++) {
         long budget = n;
-        heard h;
-        sc_ctx ctx = listening(&h);
+        sc_ctx ctx = *listening_anew();
         sc_job job = {0};
         sc_text text = {0};
         sc_status status;
@@ -1165,15 +1110,13 @@ TEST(no_allocation_that_fails_hides_a_mistake)
         "  clip:\n    - {at: 3, except: [a, [b]]}\n    - {box: [[1], [2]]}\n");
     for (long n = 0; status == SC_ERR_MEMORY; n++) {
         long budget = n;
-        heard h;
-        sc_ctx ctx = listening(&h);
-        sc_job job = {0};
+        sc_ctx ctx = *listening_anew();
+        SC_OWN(sc_job_clear) sc_job job = {0};
 
         ctx.alloc_budget = &budget;
         status = sc_job_load(&ctx, &sources, &job);
-        sc_job_clear(&job);
         assert_true(status == SC_ERR_MEMORY || status == SC_ERR_USAGE);
-        assert_true(h.errors > 0);
+        assert_true(said.errors > 0);
     }
     unlink("job3.yaml");
 }
@@ -1192,19 +1135,17 @@ static void expect_frames(const char *text, int total, int count, int first, int
 /* A box becomes six planes whose normals point inwards. */
 TEST(a_box_is_six_planes)
 {
-    heard h;
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     assert_ok(load("volume: phantom\nanimation: {clip: [{box: [[10%, 5 mm, 0%], [60%, 30 "
                    "mm, 100%]], except: [a, b]}]}\n",
-                   &h, NULL, NULL, &job));
+                   NULL, NULL, &job));
     assert_int_equal(job.animation.sweep_count, 6);
     assert_int_equal(job.exception_count, 12);
     assert_true(job.animation.sweeps[0].normal.x == 1 && job.animation.sweeps[0].from.value == 10);
     assert_true(job.animation.sweeps[1].normal.x == -1 && job.animation.sweeps[1].from.value == 40);
     assert_true(job.animation.sweeps[3].normal.y == -1 &&
                 job.animation.sweeps[3].from.value == -30 && !job.animation.sweeps[3].from.percent);
-    sc_job_clear(&job);
 }
 
 TEST(ranges_of_frames)
@@ -1226,14 +1167,13 @@ TEST(a_setting_within_a_single_value_is_refused)
 {
     static const char *const settings[] = {"volume.x=2", "output.video.a.b=2",
                                            "tissues.t.opacity.x=2", "animation.clip.0.at.x=2"};
-    heard h;
     sc_job job;
 
     for (size_t i = 0; i < SC_COUNT_OF(settings); i++) {
         const char *text = i ? "volume: phantom\n" : "output: {directory: a}\n";
 
-        assert_int_equal(load(text, &h, settings[i], NULL, &job), SC_ERR_USAGE);
-        assert_int_equal(h.errors, i ? 1 : 2); /* the first job has no volume */
+        assert_int_equal(load(text, settings[i], NULL, &job), SC_ERR_USAGE);
+        assert_int_equal(said.errors, i ? 1 : 2); /* the first job has no volume */
         sc_job_clear(&job);
     }
 }

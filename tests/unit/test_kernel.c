@@ -190,7 +190,7 @@ TEST(columns_alone_are_those_of_the_whole)
     sc_render_stats stats;
     uint64_t rays = 0, all;
     sc_renderer *r;
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
 
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
     assert_ok(sc_image_init(&quiet, width + 2 * border, height + 2 * border, &image));
@@ -215,7 +215,6 @@ TEST(columns_alone_are_those_of_the_whole)
     sc_render_columns(r, &scene, &view, &(sc_columns_px){0, border}, NULL, &image, &stats);
     assert_int_equal(stats.counters.rays, 0);
     sc_renderer_free(r);
-    sc_image_clear(&image);
     sc_image_clear(&(sc_image){.rgb = first.rgb});
     free_scene(&s);
 }
@@ -254,7 +253,7 @@ TEST(the_counted_work_of_known_frames_does_not_change)
         small_scene *s = &scenes[way % 4 < 3];
         const sc_scene scene = front_view(s);
         sc_render_stats stats;
-        sc_image image;
+        SC_OWN(sc_image_clear) sc_image image = {0};
         uint64_t found[4];
 
         s->settings.surface = way % 4 ? SC_SURFACE_SMOOTH : SC_SURFACE_VOXEL;
@@ -278,7 +277,6 @@ TEST(the_counted_work_of_known_frames_does_not_change)
                          (unsigned long long)known[way][0], (unsigned long long)known[way][1],
                          (unsigned long long)known[way][2], (unsigned long long)known[way][3]);
         }
-        sc_image_clear(&image);
     }
     free_scene(&scenes[0]);
     free_scene(&scenes[1]);
@@ -297,7 +295,7 @@ TEST(the_counted_work_of_moved_tissues_does_not_change)
         small_scene s = make_scene(small_phantom(), way ? 0.3 : 1);
         sc_scene scene = front_view(&s);
         sc_render_stats stats;
-        sc_image image;
+        SC_OWN(sc_image_clear) sc_image image = {0};
 
         for (int id = 0; id < s.prepared.view.label_count; id++) {
             s.tissues[id].part = (uint8_t)(id % 4);
@@ -313,7 +311,6 @@ TEST(the_counted_work_of_moved_tissues_does_not_change)
                 fail_msg("way %d: found %llu %s, expected %llu", way, (unsigned long long)found,
                          i ? "cell visits" : "rays", (unsigned long long)known[way][i]);
         }
-        sc_image_clear(&image);
         free_scene(&s);
     }
 }

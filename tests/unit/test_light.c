@@ -52,7 +52,7 @@ TEST(holes_are_darker_than_open_surfaces)
 {
     sc_scene scene;
     small_scene s = plate_scene(1, &scene);
-    sc_image with, without;
+    SC_OWN(sc_image_clear) sc_image with = {0}, without = {0};
 
     with = draw_view(&s, &scene, NULL);
     s.settings.light.occlusion = 0;
@@ -60,8 +60,6 @@ TEST(holes_are_darker_than_open_surfaces)
     /* a point of the open plate, then the bottom of the hole */
     assert_true(brightness(&with, 20, 10) > brightness(&without, 20, 10) - 30);
     assert_true(brightness(&with, 40, 40) < brightness(&without, 40, 40) - 60);
-    sc_image_clear(&with);
-    sc_image_clear(&without);
     free_scene(&s);
 }
 
@@ -69,7 +67,7 @@ TEST(the_pillar_casts_a_shadow_away_from_the_key_light)
 {
     sc_scene scene;
     small_scene s = plate_scene(1, &scene);
-    sc_image with, without;
+    SC_OWN(sc_image_clear) sc_image with = {0}, without = {0};
     int darker_right = 0, darker_left = 0;
 
     s.settings.light.occlusion = 0;
@@ -87,8 +85,6 @@ TEST(the_pillar_casts_a_shadow_away_from_the_key_light)
         }
     }
     assert_true(darker_right > 80 && darker_left < 10);
-    sc_image_clear(&with);
-    sc_image_clear(&without);
     free_scene(&s);
 }
 
@@ -97,7 +93,7 @@ TEST(the_shadow_of_the_pillar_begins_at_its_foot)
 {
     sc_scene scene;
     small_scene s = plate_scene(1, &scene);
-    sc_image with, without;
+    SC_OWN(sc_image_clear) sc_image with = {0}, without = {0};
     int darker = 0;
 
     s.settings.light.occlusion = 0;
@@ -109,8 +105,6 @@ TEST(the_shadow_of_the_pillar_begins_at_its_foot)
             darker += brightness(&without, x, y) - brightness(&with, x, y) > 100;
     }
     assert_true(darker > 35);
-    sc_image_clear(&with);
-    sc_image_clear(&without);
     free_scene(&s);
 }
 
@@ -118,7 +112,7 @@ TEST(distance_fades_into_the_background)
 {
     sc_scene scene;
     small_scene s = plate_scene(1, &scene);
-    sc_image with, without;
+    SC_OWN(sc_image_clear) sc_image with = {0}, without = {0};
 
     s.settings.background[0] = s.settings.background[1] = s.settings.background[2] = 255;
     without = draw_view(&s, &scene, NULL);
@@ -128,8 +122,6 @@ TEST(distance_fades_into_the_background)
     assert_true(brightness(&with, 20, 10) > brightness(&without, 20, 10) + 20);
     assert_true(brightness(&with, 20, 10) - brightness(&without, 20, 10) >
                 brightness(&with, 66, 40) - brightness(&without, 66, 40) + 10);
-    sc_image_clear(&with);
-    sc_image_clear(&without);
     free_scene(&s);
 }
 
@@ -156,7 +148,7 @@ TEST(translucent_edges_stand_out)
 {
     sc_scene scene;
     small_scene s = ball_scene(0.2, &scene);
-    sc_image with, without;
+    SC_OWN(sc_image_clear) sc_image with = {0}, without = {0};
 
     s.settings.light.flat = true;
     s.settings.light.edges = 0;
@@ -165,8 +157,6 @@ TEST(translucent_edges_stand_out)
     with = draw_view(&s, &scene, NULL);
     assert_int_equal(brightness(&with, 50, 50), brightness(&without, 50, 50));
     assert_true(brightness(&with, 50 + 36, 50) < brightness(&without, 50 + 36, 50) - 40);
-    sc_image_clear(&with);
-    sc_image_clear(&without);
     free_scene(&s);
 }
 
@@ -174,13 +164,12 @@ TEST(flat_light_shows_plain_colours)
 {
     sc_scene scene;
     small_scene s = ball_scene(1, &scene);
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.settings.light.flat = true;
     image = draw_view(&s, &scene, NULL);
     for (int x = 18; x < 84; x++)
         assert_memory_equal(pixel(&image, x, 50), s.volume.labels[1].rgb, 3);
-    sc_image_clear(&image);
     free_scene(&s);
 }
 
@@ -191,7 +180,7 @@ TEST(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere)
     small_scene s = make_scene(small_phantom(), 1);
     const sc_scene scene = front_view(&s);
     sc_render_stats full, adaptive, single;
-    sc_image a, b, c;
+    SC_OWN(sc_image_clear) sc_image a = {0}, b = {0}, c = {0};
     image_difference close = {0}, far = {0};
 
     s.settings.width_px = 360;
@@ -206,9 +195,6 @@ TEST(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere)
     assert_true(close.rms < far.rms / 4);
     assert_true(3 * adaptive.counters.rays < full.counters.rays);
     assert_true(single.counters.rays < adaptive.counters.rays);
-    sc_image_clear(&a);
-    sc_image_clear(&b);
-    sc_image_clear(&c);
     free_scene(&s);
 }
 
@@ -279,7 +265,7 @@ TEST(cut_faces_have_outlines_where_tissues_meet)
     sc_volume volume = shape_volume(size, spacing, 1, 3, halves);
     small_scene s;
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
     int dark = 0;
 
     for (int id = 1; id < 3; id++) {
@@ -297,7 +283,6 @@ TEST(cut_faces_have_outlines_where_tissues_meet)
         dark += brightness(&image, 200, y) < 450;
     assert_in_range(dark, 5, 11);
     assert_int_equal(brightness(&image, 200, 120), brightness(&image, 200, 280));
-    sc_image_clear(&image);
     free_scene(&s);
 }
 
@@ -306,7 +291,7 @@ TEST(cut_faces_are_lit_and_have_a_rim)
 {
     sc_scene scene;
     small_scene s = ball_scene(1, &scene);
-    sc_image lit, dim, flat;
+    SC_OWN(sc_image_clear) sc_image lit = {0}, dim = {0}, flat = {0};
 
     scene.plane_count = 1;
     scene.clip_sets[0] = 1;
@@ -319,9 +304,6 @@ TEST(cut_faces_are_lit_and_have_a_rim)
     assert_true(brightness(&lit, 50, 50) > brightness(&dim, 50, 50) + 60);
     assert_true(brightness(&lit, 50, 50) > brightness(&lit, 50 + 35, 50) + 20);
     assert_int_equal(brightness(&flat, 50, 50), brightness(&flat, 50 + 35, 50));
-    sc_image_clear(&lit);
-    sc_image_clear(&dim);
-    sc_image_clear(&flat);
     free_scene(&s);
 }
 
@@ -339,7 +321,7 @@ TEST(thin_walls_keep_their_colour_on_cut_faces)
     const double spacing[3] = {1, 1, 1};
     small_scene s = make_scene(shape_volume(size, spacing, 1, 2, block_and_wall), 1);
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.settings.width_px = s.settings.height_px = 122; /* two pixels a voxel */
     scene.camera = sc_camera_look((sc_vec3){30, 30, 200}, (sc_vec3){30, 30, 30}, (sc_vec3){0, 1, 0},
@@ -349,7 +331,6 @@ TEST(thin_walls_keep_their_colour_on_cut_faces)
     for (int x = 94; x < 98; x++)
         assert_true(brightness(&image, x, 60) > brightness(&image, 40, 60) - 6);
     assert_true(brightness(&image, 69, 60) < brightness(&image, 40, 60) - 20);
-    sc_image_clear(&image);
     free_scene(&s);
 }
 
@@ -367,7 +348,7 @@ static int rim_px(int picture_px)
     const double spacing[3] = {1, 1, 1};
     small_scene s = make_scene(shape_volume(size, spacing, 1, 2, coarse_block), 1);
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
     int middle, begin = picture_px / 10, end = begin, dark = 0;
 
     s.settings.width_px = s.settings.height_px = picture_px;
@@ -382,7 +363,6 @@ static int rim_px(int picture_px)
     assert_in_range(end, picture_px * 7 / 10, picture_px * 8 / 10);
     for (int x = begin; x < end; x++)
         dark += brightness(&image, x, picture_px / 2) < middle - 8;
-    sc_image_clear(&image);
     free_scene(&s);
     return dark;
 }
@@ -413,7 +393,7 @@ TEST(tissue_at_the_border_of_the_volume_ends_in_a_flat_face)
     for (int i = 0; i < 2; i++) {
         small_scene s = make_scene(shape_volume(size, spacing, 1, 2, bar), 1);
         sc_scene scene = {.clip_set_count = 1};
-        sc_image image;
+        SC_OWN(sc_image_clear) sc_image image = {0};
 
         s.settings.width_px = s.settings.height_px = 101;
         s.settings.surface = surfaces[i];
@@ -426,7 +406,6 @@ TEST(tissue_at_the_border_of_the_volume_ends_in_a_flat_face)
                             brightness(&image, 50, 50) + 3);
         assert_int_equal(sc_kernel_owner(&s.prepared.view, inside), 1);
         assert_int_equal(sc_kernel_owner(&s.prepared.view, outside), 0);
-        sc_image_clear(&image);
         free_scene(&s);
     }
 }
@@ -447,7 +426,7 @@ TEST(faces_at_the_border_of_the_volume_have_a_rim)
     for (int occlusion = 0; occlusion < 2; occlusion++) {
         small_scene s = make_scene(shape_volume(size, spacing, 1, 2, dome), 1);
         sc_scene scene = {.clip_set_count = 1};
-        sc_image image;
+        SC_OWN(sc_image_clear) sc_image image = {0};
         int middle;
 
         s.settings.width_px = s.settings.height_px = 101;
@@ -474,7 +453,6 @@ TEST(faces_at_the_border_of_the_volume_have_a_rim)
             else
                 assert_true(darkest >= middle - 3);
         }
-        sc_image_clear(&image);
         free_scene(&s);
     }
 }
@@ -485,7 +463,7 @@ TEST(a_camera_inside_a_tissue_sees_its_walls)
 {
     sc_scene scene;
     small_scene s = ball_scene(1, &scene);
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
 
     scene.camera = sc_camera_look((sc_vec3){20, 20, 20}, (sc_vec3){20, 0, 20}, (sc_vec3){0, 0, 1},
                                   SC_PERSPECTIVE, 0.5);
@@ -494,7 +472,6 @@ TEST(a_camera_inside_a_tissue_sees_its_walls)
         for (int x = 0; x < 101; x += 10)
             assert_true(brightness(&image, x, y) < 740);
     }
-    sc_image_clear(&image);
     free_scene(&s);
 }
 
@@ -508,13 +485,12 @@ TEST(half_opaque_tissues_are_not_washed_out)
     s.settings.light = (sc_lighting){.flat = true};
     memset(s.tissues[1].rgb_linear, 0, sizeof s.tissues[1].rgb_linear);
     for (int n = 0; n < 4; n++) {
-        sc_image image;
+        SC_OWN(sc_image_clear) sc_image image = {0};
 
         s.settings.skip = n & 1 ? SC_SKIP_LEAP : SC_SKIP_NONE;
         s.settings.samples = n & 2 ? 4 : 1;
         image = draw_view(&s, &scene, NULL);
         assert_true(abs(pixel(&image, 20, 10)[0] - 71) <= 1);
-        sc_image_clear(&image);
     }
     free_scene(&s);
 }

@@ -59,7 +59,7 @@ static void write_file(const char *path)
 TEST(what_is_written_is_read)
 {
     const sc_measurement m = measured(1, 2.5, 5);
-    sc_measurements all;
+    SC_OWN(sc_measurements_clear) sc_measurements all = {0};
     uint64_t whole;
 
     write_file("m.jsonl");
@@ -80,7 +80,6 @@ TEST(what_is_written_is_read)
     assert_true(all.runs[0].roof.read_bytes_per_s > 2.4e10 &&
                 all.runs[0].roof.instructions_per_s < 1.6e10);
     assert_true(all.complete);
-    sc_measurements_clear(&all);
     unlink("m.jsonl");
 }
 
@@ -109,7 +108,7 @@ TEST(what_was_not_counted_once_is_unknown)
 {
     static const char *const keys[] = {"\"read_bytes_per_s\"", "\"instructions\"",
                                        "\"memory_bytes\""};
-    sc_measurements all;
+    SC_OWN(sc_measurements_clear) sc_measurements all = {0};
     uint64_t whole;
 
     write_file("m.jsonl");
@@ -119,7 +118,6 @@ TEST(what_was_not_counted_once_is_unknown)
     assert_int_equal(all.count, 1);
     assert_true(all.items[0].instructions < 0 && all.items[0].memory_bytes < 0);
     assert_true(all.runs[0].roof.read_bytes_per_s < 1 && all.runs[0].roof.instructions_per_s < 1);
-    sc_measurements_clear(&all);
     unlink("m.jsonl");
 }
 
@@ -130,8 +128,6 @@ TEST(a_killed_study_goes_on)
     const sc_measurement m = measured(5, 1, 4);
     sc_measurement_file *file, *second = NULL;
     sc_measurements all;
-    heard h;
-    const sc_ctx ctx = listening(&h);
     uint64_t whole, grown;
     FILE *stream;
 
@@ -145,9 +141,9 @@ TEST(a_killed_study_goes_on)
     assert_int_equal(grown, whole);
     sc_measurements_clear(&all);
     assert_ok(sc_measurement_file_resume(&quiet, "m.jsonl", whole, &run, &file));
-    assert_int_equal(sc_measurement_file_resume(&ctx, "m.jsonl", whole, &run, &second),
+    assert_int_equal(sc_measurement_file_resume(&listening, "m.jsonl", whole, &run, &second),
                      SC_ERR_CREATE);
-    assert_non_null(strstr(h.text, "another segcast study"));
+    assert_non_null(strstr(said.text, "another segcast study"));
     assert_ok(sc_measurement_file_add(&quiet, file, &m));
     sc_measurement_file_close(file);
     assert_ok(sc_measurements_read(&quiet, "m.jsonl", &all, &whole));
@@ -155,7 +151,7 @@ TEST(a_killed_study_goes_on)
     assert_int_equal(all.run_count, 2);
     assert_false(all.complete); /* of the earlier run only */
     sc_measurements_clear(&all);
-    assert_int_equal(sc_measurement_file_create(&ctx, "m.jsonl", &design, &run, &file),
+    assert_int_equal(sc_measurement_file_create(&listening, "m.jsonl", &design, &run, &file),
                      SC_ERR_CREATE);
     unlink("m.jsonl");
 }
@@ -163,16 +159,15 @@ TEST(a_killed_study_goes_on)
 static void refuses(const char *text, const char *message)
 {
     FILE *stream = fopen("bad.jsonl", "w");
-    heard h;
-    const sc_ctx ctx = listening(&h);
+    const sc_ctx *ctx = listening_anew();
     sc_measurements all;
     uint64_t whole;
 
     fputs(text, stream);
     fclose(stream);
-    assert_int_equal(sc_measurements_read(&ctx, "bad.jsonl", &all, &whole), SC_ERR_DATA);
-    if (!strstr(h.text, message))
-        fail_msg("\"%s\"; expected \"%s\"", h.text, message);
+    assert_int_equal(sc_measurements_read(ctx, "bad.jsonl", &all, &whole), SC_ERR_DATA);
+    if (!strstr(said.text, message))
+        fail_msg("\"%s\"; expected \"%s\"", said.text, message);
     unlink("bad.jsonl");
 }
 
@@ -193,7 +188,7 @@ TEST(damage_is_told)
 /* Weak scaling: four ranks draw four times as many rays in the time of one. */
 TEST(more_work_for_more_ranks)
 {
-    sc_measurements all = {.design = design};
+    SC_OWN(sc_measurements_clear) sc_measurements all = {.design = design};
     sc_measurement one = measured(0, 8, 8), four = measured(2, 10, 40);
     sc_cell_result *results;
 
@@ -206,12 +201,11 @@ TEST(more_work_for_more_ranks)
     assert_near(results[2].cost, 1.25, 1e-12);
     sc_free(results);
     all.design = (sc_design){0};
-    sc_measurements_clear(&all);
 }
 
 TEST(results_of_known_times)
 {
-    sc_measurements all = {.design = design};
+    SC_OWN(sc_measurements_clear) sc_measurements all = {.design = design};
     sc_cell_result *results;
     const double wall_s[2][3] = {{8, 4, 0}, {4, 3, 2}}; /* cell 2 has none */
 
@@ -245,7 +239,6 @@ TEST(results_of_known_times)
     assert_near(results[2].speedup, 0, 0);
     sc_free(results);
     all.design = (sc_design){0}; /* static */
-    sc_measurements_clear(&all);
 }
 
 /* The whole content of a small file. */
@@ -260,7 +253,7 @@ static void read_all(const char *path, char *text, size_t size)
 
 TEST(tables_can_be_read_elsewhere)
 {
-    sc_measurements all = {.design = design};
+    SC_OWN(sc_measurements_clear) sc_measurements all = {.design = design};
     const sc_measurement m = measured(4, 2, 3);
     sc_cell_result *results;
     char text[8192];
@@ -280,7 +273,6 @@ TEST(tables_can_be_read_elsewhere)
                               "\\\"fast\\\"\",\"metric\":\"cpu_s\",\"value\":3.0}\n");
     sc_free(results);
     all.design = (sc_design){0};
-    sc_measurements_clear(&all);
     unlink("cells.csv");
     unlink("extrap.jsonl");
 }
@@ -288,7 +280,7 @@ TEST(tables_can_be_read_elsewhere)
 TEST(other_pixels_are_found)
 {
     const uint64_t pictures[] = {1, 1, 2, 1, 2, 2};
-    sc_measurements all = {.design = design};
+    SC_OWN(sc_measurements_clear) sc_measurements all = {.design = design};
     sc_measurement a = measured(0, 1, 1), b = measured(2, 1, 1), c = measured(3, 1, 1);
     int other = -1;
 
@@ -302,7 +294,6 @@ TEST(other_pixels_are_found)
     assert_int_equal(sc_measurements_mismatch(&all, 3, pictures, &other), 3);
     assert_int_equal(other, 0);
     all.design = (sc_design){0};
-    sc_measurements_clear(&all);
 }
 
 /* The time of cores is split without a rest: drawing, waiting for work, and threads that waited. */

@@ -69,13 +69,12 @@ static void write_slices(size_t before, bool packed)
 /* Read m.mhd as labels, and as a grey image. */
 static void expect_values(void)
 {
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_int_equal(sc_volume_read(&ctx, "m.mhd", &v), SC_OK);
     assert_int_equal(v.size[2], NZ);
     for (int i = 0; i < VOXELS; i++)
         assert_int_equal(v.labels[((uint8_t *)v.ids)[i]].value, value_of(i));
-    sc_volume_clear(&v);
 }
 
 static void expect_refused(const char *lines, const char *why)
@@ -228,12 +227,11 @@ TEST(long_numbers_have_four_bytes)
 /* Read m.mhd, and check the length of a voxel along z. */
 static void expect_length(double mm)
 {
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     expect_values();
     assert_int_equal(sc_volume_read(&ctx, "m.mhd", &v), SC_OK);
     assert_near(v.to_ras_mm.m[2][2], mm, 1e-9);
-    sc_volume_clear(&v);
 }
 
 /* Keys in other capitals, other units, and axes of one voxel behind the third are read. */

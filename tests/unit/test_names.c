@@ -269,10 +269,10 @@ TEST(names_leave_room_for_what_is_written_over_all)
             const bool is_beside = corner % 2 == part;
             sc_overlays overlays = {.text_percent = 2.5, .legend = corners[corner]};
             sc_annotations over;
-            sc_lettering *legend;
+            SC_OWN(sc_free_at) sc_lettering *legend = NULL;
             sc_drawing d;
             const sc_viewport *taken = &d.taken[corners[corner]];
-            sc_name_plan *without;
+            SC_OWN(sc_free_at) sc_name_plan *without = NULL;
             sc_scene scene;
 
             begin_film(&f, 1);
@@ -296,8 +296,6 @@ TEST(names_leave_room_for_what_is_written_over_all)
             plan_film(&f, 2);
             assert_int_equal(count_covering(&f, taken), 0);
             assert_true((memcmp(without, f.plan, without->bytes) != 0) == is_beside);
-            sc_free(without);
-            sc_free(legend);
             end_film(&f);
         }
     }
@@ -362,7 +360,7 @@ TEST(names_stand_beside_a_divider)
 TEST(the_plan_does_not_depend_on_threads)
 {
     static film f;
-    sc_name_plan *one;
+    SC_OWN(sc_free_at) sc_name_plan *one = NULL;
 
     begin_film(&f, 3);
     plan_film(&f, 1);
@@ -370,7 +368,6 @@ TEST(the_plan_does_not_depend_on_threads)
     plan_film(&f, 3);
     assert_int_equal(one->bytes, f.plan->bytes);
     assert_memory_equal(one, f.plan, one->bytes);
-    sc_free(one);
     end_film(&f);
 }
 
@@ -492,17 +489,16 @@ TEST(rows_go_to_the_most_important)
 TEST(names_without_room_are_told)
 {
     static film f;
-    heard h;
-    const sc_ctx ctx = listening(&h);
 
     begin_film(&f, 2);
     sc_free(f.lettering);
     f.overlays.names_percent = 20;
-    assert_ok(sc_annotations_letter(&ctx, &f.annotations, &f.lettering));
+    assert_ok(sc_annotations_letter(&listening, &f.annotations, &f.lettering));
     f.annotations.lettering = f.lettering;
-    assert_int_equal(h.warnings, 1);
-    assert_non_null(strstr(h.text, "there is room for the names of 8 tissues; those of the 16 "));
-    assert_ok(sc_annotations_plan_names(&ctx, &f.annotations, 2, &f.plan));
+    assert_int_equal(said.warnings, 1);
+    assert_non_null(
+        strstr(said.text, "there is room for the names of 8 tissues; those of the 16 "));
+    assert_ok(sc_annotations_plan_names(&listening, &f.annotations, 2, &f.plan));
     assert_int_equal(f.plan->count, 8);
     end_film(&f);
 }
@@ -512,8 +508,6 @@ TEST(hidden_tissues_are_told)
 {
     static film f;
     const int middle[3] = {30, 30, 30}, large[3] = {20, 20, 20}, small[3] = {5, 5, 5};
-    heard h;
-    const sc_ctx ctx = listening(&h);
 
     begin_film(&f, 5);
     sc_free(f.lettering);
@@ -526,9 +520,9 @@ TEST(hidden_tissues_are_told)
     f.tissues[1].opacity = 1;
     assert_ok(sc_annotations_letter(&quiet, &f.annotations, &f.lettering));
     f.annotations.lettering = f.lettering;
-    assert_ok(sc_annotations_plan_names(&ctx, &f.annotations, 2, &f.plan));
-    assert_int_equal(h.warnings, 0);
-    assert_non_null(strstr(h.text, "their tissues are hidden: label 17"));
+    assert_ok(sc_annotations_plan_names(&listening, &f.annotations, 2, &f.plan));
+    assert_int_equal(said.warnings, 0);
+    assert_non_null(strstr(said.text, "their tissues are hidden: label 17"));
     end_film(&f);
 }
 
@@ -577,7 +571,7 @@ TEST(names_keep_clear_of_other_overlays)
 {
     static film f;
     const sc_scene scene = {.dark_text = 1};
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
     int bottom_px = 0, named = 0;
 
     begin_film(&f, 4);
@@ -602,7 +596,6 @@ TEST(names_keep_clear_of_other_overlays)
                     bottom_px + 4);
     }
     assert_true(named > FRAMES);
-    sc_image_clear(&image);
     end_film(&f);
 }
 

@@ -68,12 +68,10 @@ static double error_of_normals(const sc_prepared *v, const ellipsoid *e)
 static void check_normals(const ellipsoid *e, int (*inside)(double, double, double), int bytes)
 {
     const int size[3] = {81, 73, 77};
-    sc_volume volume = shape_volume(size, cube, bytes, 2, inside);
-    prepared_copy p = prepare_copy(&volume, 2);
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, bytes, 2, inside);
+    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
 
     assert_near(error_of_normals(&p.view, e), 0, e->degrees);
-    sc_free(p.block);
-    sc_volume_clear(&volume);
 }
 
 TEST(normals_of_ellipsoids_are_right_to_a_degree_or_two)
@@ -134,7 +132,7 @@ static double lean_of_normals(const sc_prepared *v, size_t *count)
 static void find_leans(int (*inside)(double, double, double), double lean[2])
 {
     const int size[3] = {64, 48, 40};
-    sc_volume volume = shape_volume(size, cube, 1, 2, inside);
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 2, inside);
     size_t count = 0;
 
     for (int smooth = 0; smooth < 2; smooth++) {
@@ -145,7 +143,6 @@ static void find_leans(int (*inside)(double, double, double), double lean[2])
         sc_free(p.block);
     }
     assert_true(count > 500);
-    sc_volume_clear(&volume);
 }
 
 /* Smoothing flattens the normals of a rippled shape: without it they lean by more than @p least,

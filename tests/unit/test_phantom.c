@@ -20,7 +20,7 @@ TEST(every_voxel_belongs_to_the_owner_of_its_centre)
     assert_ok(sc_phantom_new(&quiet, &phantom));
     for (size_t s = 0; s < SC_COUNT_OF(sizes); s++) {
         const int *size = sizes[s];
-        sc_volume v, again;
+        SC_OWN(sc_volume_clear) sc_volume v = {0}, again = {0};
 
         assert_ok(sc_phantom_volume(&quiet, phantom, size, 1, &v));
         assert_ok(sc_phantom_volume(&quiet, phantom, size, 3, &again));
@@ -31,8 +31,6 @@ TEST(every_voxel_belongs_to_the_owner_of_its_centre)
             assert_int_equal(((uint8_t *)v.ids)[i],
                              sc_phantom_owner(phantom, sc_affine_point(&v.to_ras_mm, index)));
         }
-        sc_volume_clear(&v);
-        sc_volume_clear(&again);
     }
     sc_phantom_free(phantom);
 }
@@ -42,7 +40,7 @@ TEST(all_tissues_are_there_with_names_and_colours)
     const int size[3] = {156, 108, 162};
     uint64_t voxels[256] = {0};
     sc_phantom *phantom;
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, &v));
@@ -54,7 +52,6 @@ TEST(all_tissues_are_there_with_names_and_colours)
         assert_true(v.labels[id].name[0] && v.labels[id].has_color);
         assert_int_equal(v.labels[id].value, id);
     }
-    sc_volume_clear(&v);
     sc_phantom_free(phantom);
 }
 
@@ -132,7 +129,7 @@ TEST(saving_and_reading_gives_the_same_volume)
 {
     const int size[3] = {30, 20, 31};
     sc_phantom *phantom;
-    sc_volume v, back;
+    SC_OWN(sc_volume_clear) sc_volume v = {0}, back = {0};
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 1, &v));
@@ -150,8 +147,6 @@ TEST(saving_and_reading_gives_the_same_volume)
     }
     assert_memory_equal(&v.to_ras_mm, &back.to_ras_mm, sizeof v.to_ras_mm);
     remove("p.nrrd");
-    sc_volume_clear(&v);
-    sc_volume_clear(&back);
     sc_phantom_free(phantom);
 }
 
@@ -161,8 +156,8 @@ TEST(a_scan_finds_the_boxes_of_the_tissues)
 {
     const int size[3] = {156, 108, 162};
     sc_phantom *phantom;
-    sc_label_scan scan;
-    sc_volume v;
+    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, &v));
@@ -188,8 +183,6 @@ TEST(a_scan_finds_the_boxes_of_the_tissues)
             assert_in_range(scan.tallies[id].high[axis] + 4, high[axis], high[axis] + 8);
         }
     }
-    sc_volume_clear(&v);
-    sc_label_scan_clear(&scan);
     sc_phantom_free(phantom);
 }
 
@@ -236,7 +229,7 @@ static int named(const sc_volume *v, const char *name)
 TEST(chambers_eject_and_walls_keep_their_volume)
 {
     double full[32], empty[32], late[32];
-    sc_volume v, w, x;
+    SC_OWN(sc_volume_clear) sc_volume v = {0}, w = {0}, x = {0};
     int left, right, wall, septum, atrium;
 
     count_at(0, full, &v);
@@ -254,9 +247,6 @@ TEST(chambers_eject_and_walls_keep_their_volume)
     assert_true(late[atrium] < 0.9 * full[atrium]);
     for (int id = 1; id < v.label_count; id++)
         assert_true(empty[id] > 100 && late[id] > 100);
-    sc_volume_clear(&v);
-    sc_volume_clear(&w);
-    sc_volume_clear(&x);
 }
 
 static size_t differing_voxels(const sc_volume *a, const sc_volume *b)

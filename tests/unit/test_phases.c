@@ -110,7 +110,7 @@ static int value_at(const sc_volume *v, int i)
 static void expect_phase(const sc_ctx *ctx, const char *path, int phase, sc_phase_store *store)
 {
     const sc_read_choice choice = {.phase = phase + 1, .store = store};
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
     sc_label_scan scan = {0};
 
     assert_ok(sc_volume_read_by(ctx, path, &choice, &v));
@@ -125,25 +125,23 @@ static void expect_phase(const sc_ctx *ctx, const char *path, int phase, sc_phas
     assert_ok(sc_volume_read_header_by(ctx, path, &choice, &scan));
     assert_int_equal(scan.volume.size[2], NZ);
     sc_label_scan_clear(&scan);
-    sc_volume_clear(&v);
 }
 
 /* All phases of a file, in an order that goes back, with and without a store. */
 static void expect_phases(const char *path, const char *folder)
 {
     static const int order[] = {3, 4, 5, 0, 1, 2, 5};
-    heard said;
-    sc_ctx ctx = listening(&said);
+    const sc_ctx *ctx = listening_anew();
     sc_phase_store *store = NULL;
     double step_s;
     int count = 0;
 
-    assert_ok(sc_volume_phases(&ctx, path, &count, &step_s));
+    assert_ok(sc_volume_phases(ctx, path, &count, &step_s));
     assert_int_equal(count, PHASES);
-    assert_ok(sc_phase_store_new(&ctx, folder, &store));
+    assert_ok(sc_phase_store_new(ctx, folder, &store));
     for (size_t i = 0; i < SC_COUNT_OF(order); i++) {
-        expect_phase(&ctx, path, order[i], NULL);
-        expect_phase(&ctx, path, order[i], store);
+        expect_phase(ctx, path, order[i], NULL);
+        expect_phase(ctx, path, order[i], store);
     }
     sc_phase_store_free(store);
     assert_int_equal(said.errors, 0);
@@ -179,14 +177,13 @@ TEST(phases_of_a_large_file_are_sorted)
     assert_ok(sc_phase_store_new(&quiet, ".", &store));
     for (int phase = 0; phase < PHASES; phase += 2) {
         const sc_read_choice choice = {.phase = phase + 1, .store = phase < 4 ? store : NULL};
-        sc_volume v = {0};
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
         int wrong = 0;
 
         assert_ok(sc_volume_read_by(&quiet, "large.nrrd", &choice, &v));
         for (int i = 0; i < LARGE; i++)
             wrong += value_at(&v, i) != value_of(phase, i);
         assert_int_equal(wrong, 0);
-        sc_volume_clear(&v);
     }
     sc_phase_store_free(store);
     unlink("large.nrrd");
@@ -209,16 +206,14 @@ TEST(phases_of_nifti_are_read)
 /* Without room for a store the phases are the same, and one warning tells of it. */
 TEST(a_store_without_room_is_told)
 {
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_phase_store *store = NULL;
 
     write_nrrd("phases.nrrd", true, "gzip");
-    assert_ok(sc_phase_store_new(&ctx, "no-such-folder", &store));
+    assert_ok(sc_phase_store_new(&listening, "no-such-folder", &store));
     said.warnings = 0;
-    expect_phase(&ctx, "phases.nrrd", 2, store);
+    expect_phase(&listening, "phases.nrrd", 2, store);
     assert_non_null(strstr(said.text, "its 6 phases cannot be unpacked to no-such-folder"));
-    expect_phase(&ctx, "phases.nrrd", 1, store);
+    expect_phase(&listening, "phases.nrrd", 1, store);
     assert_int_equal(said.warnings, 1);
     sc_phase_store_free(store);
     unlink("phases.nrrd");
@@ -226,12 +221,11 @@ TEST(a_store_without_room_is_told)
 
 static void expect_refused(const char *path, int phase, sc_phase_store *store, const char *message)
 {
-    heard said;
-    sc_ctx ctx = listening(&said);
+    const sc_ctx *ctx = listening_anew();
     sc_volume v = {0};
 
     assert_int_equal(
-        sc_volume_read_by(&ctx, path, &(sc_read_choice){.phase = phase, .store = store}, &v),
+        sc_volume_read_by(ctx, path, &(sc_read_choice){.phase = phase, .store = store}, &v),
         SC_ERR_DATA);
     if (!strstr(said.text, message))
         print_error("expected \"%s\", found \"%s\"\n", message, said.text);

@@ -77,8 +77,8 @@ TEST(the_boundary_follows_the_rule_of_the_paper)
     const int size[3] = {23, 9, 11};
 
     for (int bytes = 1; bytes <= 2; bytes++) {
-        sc_volume volume = shape_volume(size, cube, bytes, 4, random_id);
-        prepared_copy p = prepare_copy(&volume, 2);
+        SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, bytes, 4, random_id);
+        SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
         uint64_t counts[4] = {0}, voxels[4] = {0}, near = 0;
 
         for (int i = 0; i < (size[0] + 2) * (size[1] + 2) * (size[2] + 2); i++) {
@@ -101,8 +101,6 @@ TEST(the_boundary_follows_the_rule_of_the_paper)
             assert_int_equal(p.view.stats[id].voxels, voxels[id]);
         }
         assert_int_equal(p.view.boundary_count, counts[1] + counts[2] + counts[3]);
-        sc_free(p.block);
-        sc_volume_clear(&volume);
     }
 }
 
@@ -186,8 +184,8 @@ TEST(the_records_follow_the_rule)
     const int size[3] = {23, 9, 11};
 
     for (int bytes = 1; bytes <= 2; bytes++) {
-        sc_volume volume = shape_volume(size, cube, bytes, 4, random_id);
-        prepared_copy p = prepare_copy_smooth(&volume, 2, 0);
+        SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, bytes, 4, random_id);
+        SC_OWN(clear_copy) prepared_copy p = prepare_copy_smooth(&volume, 2, 0);
         const sc_prepared *v = &p.view;
         uint64_t counts[2] = {0, 0};
 
@@ -213,8 +211,6 @@ TEST(the_records_follow_the_rule)
         }
         assert_int_equal(v->outer.count, counts[0]);
         assert_int_equal(v->inner.count, counts[1]);
-        sc_free(p.block);
-        sc_volume_clear(&volume);
     }
 }
 
@@ -264,8 +260,8 @@ TEST(cells_are_marked_and_packed_by_the_rule)
 {
     const int size[3] = {23, 9, 11};
     const uint8_t show[2][4] = {{0, 1, 1, 1}, {0, 0, 1, 0}};
-    sc_volume volume = shape_volume(size, cube, 1, 4, random_id);
-    prepared_copy p = prepare_copy(&volume, 2);
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 4, random_id);
+    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
     const sc_prepared *v = &p.view;
     sc_team *team;
 
@@ -303,8 +299,6 @@ TEST(cells_are_marked_and_packed_by_the_rule)
         assert_true(count > 500);
     }
     sc_team_close(team);
-    sc_free(p.block);
-    sc_volume_clear(&volume);
 }
 
 static int slab_and_rod(double x, double y, double z)
@@ -322,8 +316,8 @@ TEST(a_slab_and_a_rod_have_their_thickness_and_surface)
 {
     const int size[3] = {60, 60, 200};
     const double spacing[3] = {1, 1, 0.5};
-    sc_volume volume = shape_volume(size, spacing, 1, 3, slab_and_rod);
-    prepared_copy p = prepare_copy(&volume, 3);
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, spacing, 1, 3, slab_and_rod);
+    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 3);
     const sc_label_stats *stats = p.view.stats;
     const double slab = 2 * 3600 + 4 * 60 * 4.5, rod = 2 * M_PI * 11 * 83 + 2 * M_PI * 121;
 
@@ -333,8 +327,6 @@ TEST(a_slab_and_a_rod_have_their_thickness_and_surface)
     assert_near(stats[2].thickness_mm, 2 * M_PI * 121 * 83 / rod, 0.2);
     assert_int_equal(stats[2].low[2], 34);
     assert_int_equal(stats[2].high[2], 199);
-    sc_free(p.block);
-    sc_volume_clear(&volume);
 }
 
 /* Labels 1 and 2: a ball of radius 12 with a core of radius 6. */
@@ -400,11 +392,10 @@ TEST(areas_are_those_of_the_shapes)
 
     for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++) {
         sc_volume volume = shape_volume((const int[3]){61, 61, 61}, cube, 1, 3, shapes[i].id_of);
-        prepared_copy p = prepare_copy_smooth(&volume, 2, shapes[i].smooth);
+        SC_OWN(clear_copy) prepared_copy p = prepare_copy_smooth(&volume, 2, shapes[i].smooth);
         const double share = p.view.stats[shapes[i].id].surface_mm2 / shapes[i].mm2;
 
         assert_true(share > 1 - shapes[i].less && share < 1 + shapes[i].more);
-        sc_free(p.block);
         sc_volume_clear(&volume);
     }
 }
@@ -412,14 +403,12 @@ TEST(areas_are_those_of_the_shapes)
 TEST(the_surface_of_an_ellipsoid_is_right)
 {
     const int size[3] = {81, 73, 77};
-    sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
-    prepared_copy p = prepare_copy(&volume, 1);
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
+    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 1);
     const double a = pow(30 * 26, 1.6), b = pow(30 * 33, 1.6), c = pow(26 * 33, 1.6);
 
     (void)state; /* Thomsen's formula, good to 1 % */
     assert_near(p.view.stats[1].surface_mm2 / (4 * M_PI * pow((a + b + c) / 3, 1 / 1.6)), 1, 0.02);
-    sc_free(p.block);
-    sc_volume_clear(&volume);
 }
 
 /* Bands of random labels, at least one among the bricks that a thread takes at a time. */
@@ -432,7 +421,7 @@ TEST(the_result_does_not_depend_on_threads)
 {
     const int size[3] = {96, 90, 100};            /* more bricks than the threads take at a time */
     const double spacing_mm[3] = {0.7, 1.1, 1.3}; /* areas that binary fractions do not hold */
-    sc_volume volume = shape_volume(size, spacing_mm, 1, 4, random_bands);
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, spacing_mm, 1, 4, random_bands);
     prepared_copy copies[2];
 
     for (int i = 0; i < 2; i++)
@@ -442,7 +431,6 @@ TEST(the_result_does_not_depend_on_threads)
     assert_memory_equal(copies[0].block, copies[1].block, copies[0].bytes);
     sc_free(copies[0].block);
     sc_free(copies[1].block);
-    sc_volume_clear(&volume);
 }
 
 TEST(masks_hold_the_visible_voxels_and_hull_points_their_corners)
@@ -451,8 +439,8 @@ TEST(masks_hold_the_visible_voxels_and_hull_points_their_corners)
     const uint8_t nothing[2] = {0, 0}, shell[2] = {0, SC_SHOW_BOUNDARY};
     const uint8_t all[2] = {0, SC_SHOW_BOUNDARY | SC_SHOW_INTERIOR};
     const uint8_t *const shows[] = {nothing, shell, all};
-    sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
-    prepared_copy p = prepare_copy(&volume, 1);
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
+    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 1);
     const sc_prepared *v = &p.view;
     const size_t masks =
         (size_t)sc_framed_layer(v->bricks) * (size_t)(v->bricks[2] + 2 * SC_BRICK_FRAME);
@@ -484,8 +472,6 @@ TEST(masks_hold_the_visible_voxels_and_hull_points_their_corners)
         }
         sc_team_close(team);
     }
-    sc_free(p.block);
-    sc_volume_clear(&volume);
 }
 
 static int everything(double x, double y, double z)
@@ -516,8 +502,8 @@ TEST(distances_and_the_pyramid_say_what_is_empty)
 {
     static const uint8_t show[4] = {0, SC_SHOW_BOUNDARY, 0, 0};
     const int size[3] = {75, 21, 18};
-    sc_volume volume = shape_volume(size, cube, 1, 4, corners_and_dots);
-    prepared_copy p = prepare_copy(&volume, 2);
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 4, corners_and_dots);
+    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
     const sc_prepared *v = &p.view;
     const int row = sc_framed_row(v->bricks), layer = sc_framed_layer(v->bricks);
     int framed[3], cells[512][3], count = 0;
@@ -603,8 +589,6 @@ TEST(distances_and_the_pyramid_say_what_is_empty)
         assert_int_equal(bits, expected); /* and the frame is empty */
     }
     sc_team_close(team);
-    sc_free(p.block);
-    sc_volume_clear(&volume);
 }
 
 /* Whether a volume was resampled, or has the grid on which it was drawn, is read back as it was
@@ -614,7 +598,7 @@ TEST(what_is_known_of_the_grid_is_kept)
     const int size[3] = {9, 8, 7};
 
     for (int i = 0; i < 3; i++) {
-        sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
+        SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
         const sc_prepare_settings settings = {
             .resampled = i == 1, .as_drawn = i == 2, .threads = 1};
         const prepared_copy p = prepare_as(&volume, &settings);
@@ -622,7 +606,6 @@ TEST(what_is_known_of_the_grid_is_kept)
         assert_int_equal(p.view.resampled, i == 1);
         assert_int_equal(p.view.as_drawn, i == 2);
         sc_free(p.block);
-        sc_volume_clear(&volume);
     }
 }
 
@@ -633,7 +616,7 @@ TEST(the_local_thickness_of_a_slab_is_that_of_the_slab)
     const int size[3] = {60, 60, 200};
     const double spacing[3] = {1, 1, 0.5};
     const sc_prepare_settings settings = {.local_thickness = true, .threads = 2};
-    sc_volume volume = shape_volume(size, spacing, 1, 3, slab_on_block);
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, spacing, 1, 3, slab_on_block);
     const prepared_copy p = prepare_as(&volume, &settings);
     const sc_prepared *v = &p.view;
 
@@ -646,7 +629,6 @@ TEST(the_local_thickness_of_a_slab_is_that_of_the_slab)
         assert_near(sc_thickness_mm(v->thickness[sc_near_index(v, q[0], q[1], q[2])]), 4.5, 0.6);
     }
     sc_free(p.block);
-    sc_volume_clear(&volume);
 }
 
 TEST(volumes_of_one_voxel_and_of_one_slice_are_prepared)
@@ -654,12 +636,10 @@ TEST(volumes_of_one_voxel_and_of_one_slice_are_prepared)
     static const int sizes[][3] = {{1, 1, 1}, {9, 7, 1}, {1, 300, 2}};
 
     for (int i = 0; i < 3; i++) {
-        sc_volume volume = shape_volume(sizes[i], cube, 1, 2, everything);
-        prepared_copy p = prepare_copy(&volume, 2);
+        SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(sizes[i], cube, 1, 2, everything);
+        SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
 
         assert_int_equal(p.view.boundary_count, sc_volume_voxels(&volume));
-        sc_free(p.block);
-        sc_volume_clear(&volume);
     }
 }
 
@@ -692,7 +672,7 @@ TEST(many_tissues_around_a_block_all_keep_their_places)
         const int along = MOSAIC / edge;
         sc_volume volume = shape_volume(size, cube, 2, 1 + along * along * along,
                                         edge == 2 ? cubes_of_two : cubes_of_four);
-        prepared_copy p = prepare_copy(&volume, 2);
+        SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
 
         for (int i = 0; i < MOSAIC * MOSAIC * MOSAIC; i++) {
             const int x = i % MOSAIC, y = i / MOSAIC % MOSAIC, z = i / (MOSAIC * MOSAIC);
@@ -703,7 +683,6 @@ TEST(many_tissues_around_a_block_all_keep_their_places)
                 assert_int_equal(sc_vertex_at(&p.view, x + 1, y + 1, z + 1).tissue,
                                  id_of_cube(x, y, z, edge));
         }
-        sc_free(p.block);
         sc_volume_clear(&volume);
     }
 }
@@ -719,8 +698,8 @@ static int line_upon_body(double x, double y, double z)
 TEST(a_line_upon_a_thick_tissue_is_not_smoothed_away)
 {
     static const int size[3] = {48, 48, 48};
-    sc_volume volume = shape_volume(size, cube, 1, 3, line_upon_body);
-    prepared_copy p = prepare_copy(&volume, 2);
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 3, line_upon_body);
+    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
 
     for (int i = 0; i < 48 * 48 * 2; i++) {
         const int x = i % 48, y = i / 48 % 48, z = 24 + i / (48 * 48);
@@ -732,8 +711,6 @@ TEST(a_line_upon_a_thick_tissue_is_not_smoothed_away)
             assert_int_equal(v.tissue, 2);
         }
     }
-    sc_free(p.block);
-    sc_volume_clear(&volume);
 }
 
 /* A rod of two by two voxels along a thick body of another tissue, with a gap of one voxel between
@@ -747,13 +724,11 @@ static int rod_before_body(double x, double y, double z)
 TEST(a_rod_is_not_pushed_off_by_the_body_behind_a_gap)
 {
     static const int size[3] = {48, 48, 48};
-    sc_volume volume = shape_volume(size, cube, 1, 3, rod_before_body);
-    prepared_copy p = prepare_copy(&volume, 2);
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 3, rod_before_body);
+    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
     const sc_vertex top = sc_vertex_at(&p.view, 21, 24, 27);
 
     assert_true(top.outer_value > SC_BORDER_STEPS / 15); /* 7 of 96; 5 from cells' answer */
-    sc_free(p.block);
-    sc_volume_clear(&volume);
 }
 
 RUN_TESTS(NULL, NULL)

@@ -65,7 +65,7 @@ out:
 /* Compare what 1, 2 and 3 ranks prepare with what one prepares without a team. */
 static void compare(const sc_volume *volume, sc_prepare_settings settings)
 {
-    prepared_copy alone;
+    SC_OWN(clear_copy) prepared_copy alone = {0};
 
     settings.threads = 1;
     alone = prepare_as(volume, &settings);
@@ -78,7 +78,6 @@ static void compare(const sc_volume *volume, sc_prepare_settings settings)
         assert_memory_equal(s.block, alone.block, alone.bytes);
         sc_free(s.block);
     }
-    sc_free(alone.block);
 }
 
 TEST(any_ranks_prepare_the_same_bytes)
@@ -109,12 +108,11 @@ static void free_block(void *user)
 TEST(a_rank_without_memory_ends_all)
 {
     const int small[3] = {9, 8, 10};
-    sc_volume volume = shape_volume(small, spacing_mm, 1, 4, random_id);
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(small, spacing_mm, 1, 4, random_id);
     scenario s = {.volume = &volume, .settings = {.smooth = {1, 1, 1}, .local_thickness = true}};
     thread_team team = {.work = prepare, .user = &s, .threads = 1};
 
     fail_every_allocation(&team, free_block);
-    sc_volume_clear(&volume);
 }
 
 RUN_TESTS(NULL, NULL)

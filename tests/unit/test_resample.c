@@ -79,7 +79,7 @@ TEST(copied_voxels_are_found_and_removed)
 
     for (size_t t = 0; t < SC_COUNT_OF(tries); t++) {
         sc_drawn_grid grid;
-        sc_volume v;
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
         int size[3];
 
         for (int i = 0; i < 3; i++) {
@@ -99,7 +99,6 @@ TEST(copied_voxels_are_found_and_removed)
         assert_ok(sc_resample(&quiet, &v, &grid, 2));
         assert_memory_equal(size, v.size, sizeof size);
         check_drawn(&v, spacing);
-        sc_volume_clear(&v);
     }
 }
 
@@ -114,20 +113,19 @@ static int random_id(double x, double y, double z)
 TEST(copies_are_found_among_many_planes)
 {
     const int size[3] = {480, 9, 9};
-    sc_volume v = shape_volume(size, (double[3]){1, 1, 1}, 1, 2, random_id);
+    SC_OWN(sc_volume_clear) sc_volume v = shape_volume(size, (double[3]){1, 1, 1}, 1, 2, random_id);
     sc_drawn_grid grid;
 
     assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
     assert_true(fabs(grid.copies[0] - 3.0781) < 0.001);
     assert_true(grid.copies[1] == 1 && grid.copies[2] == 1);
-    sc_volume_clear(&v);
 }
 
 TEST(volumes_that_were_not_copied_stay_as_they_are)
 {
     const double spacing[3] = {1, 1.2, 1.6};
     const int size[3] = {SIDE, SIDE, SIDE};
-    sc_volume v = shape_volume(size, spacing, 1, 4, drawn_id);
+    SC_OWN(sc_volume_clear) sc_volume v = shape_volume(size, spacing, 1, 4, drawn_id);
     const uint64_t hash = sc_volume_hash(&v);
     sc_drawn_grid grid;
 
@@ -138,7 +136,6 @@ TEST(volumes_that_were_not_copied_stay_as_they_are)
     memset(v.ids, 0, sc_volume_voxels(&v)); /* nothing to tell it by */
     assert_ok(sc_find_drawn_grid(&quiet, &v, 1, &grid));
     assert_false(sc_is_resampled(&grid));
-    sc_volume_clear(&v);
 }
 
 /* A tilted plane, a plate one voxel thin, and a column that is too thin for the filter. */
@@ -208,7 +205,7 @@ static double check_layers(const sc_volume *v, int axis, int split)
 TEST(layers_between_slices_keep_the_slices)
 {
     for (int axis = 0; axis < 3; axis++) {
-        sc_volume one = thick_volume(axis), three = thick_volume(axis);
+        SC_OWN(sc_volume_clear) sc_volume one = thick_volume(axis), three = thick_volume(axis);
         sc_drawn_grid grid;
         assert_ok(sc_find_drawn_grid(&quiet, &one, 1, &grid));
         assert_int_equal(grid.split[axis], 5);
@@ -219,8 +216,6 @@ TEST(layers_between_slices_keep_the_slices)
         /* Slices that are only copied put a tenth of the points near the plane on the wrong side.
          */
         assert_true(check_layers(&one, axis, grid.split[axis]) < 0.02);
-        sc_volume_clear(&one);
-        sc_volume_clear(&three);
     }
 }
 
@@ -253,7 +248,7 @@ static int skin_id(double x, double y, double z)
 static void check_skin(void)
 {
     const int size[3] = {42, 42, 11};
-    sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 3, skin_id);
+    SC_OWN(sc_volume_clear) sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 3, skin_id);
     double skin = 0, inside = 0;
     sc_drawn_grid grid;
     int at[3] = {0, 0, 0};
@@ -272,7 +267,6 @@ static void check_skin(void)
         }
     } while (next_voxel(&v, at));
     assert_true(inside > 3000 && skin > 1000 && skin < 12000);
-    sc_volume_clear(&v);
 }
 
 TEST(closed_skins_stay_closed)
@@ -321,7 +315,7 @@ static int patch_id(double x, double y, double z)
 TEST(sheets_end_between_slices)
 {
     const int size[3] = {30, 30, 9};
-    sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 3, patch_id);
+    SC_OWN(sc_volume_clear) sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 3, patch_id);
     sc_drawn_grid grid;
     int at[3] = {0, 0, 0}, patch = 0;
 
@@ -334,7 +328,6 @@ TEST(sheets_end_between_slices)
         assert_true(abs(at[2] - 4 * 5 - 2) < 4); /* layers from the slice: the next one is at 5 */
     } while (next_voxel(&v, at));
     assert_true(patch >= 19);
-    sc_volume_clear(&v);
 }
 
 /* A wall three pixels thick that moves by more than twice that from one slice to the next, between
@@ -349,7 +342,7 @@ static int wall_id(double x, double y, double z)
 TEST(walls_that_move_sideways_stay_whole)
 {
     const int size[3] = {80, 20, 9};
-    sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 4, wall_id);
+    SC_OWN(sc_volume_clear) sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 4, wall_id);
     sc_drawn_grid grid;
     char text[320];
 
@@ -368,7 +361,6 @@ TEST(walls_that_move_sideways_stay_whole)
             assert_in_range(wall, 2, 5);
         }
     }
-    sc_volume_clear(&v);
 }
 
 /* A tube in a wall, of one tissue below and another above. */
@@ -448,13 +440,12 @@ static int wide_id(double x, double y, double z)
 static double bytes_of(int slices, double slice_mm, int threads, int (*id)(double, double, double))
 {
     const int size[3] = {60, 60, slices};
-    sc_volume v = shape_volume(size, (double[3]){1, 1, slice_mm}, 1, 2, id);
+    SC_OWN(sc_volume_clear) sc_volume v = shape_volume(size, (double[3]){1, 1, slice_mm}, 1, 2, id);
     sc_drawn_grid grid;
     double bytes = -1;
 
     assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
     assert_ok(sc_resample_bytes(&quiet, &v, &grid, threads, &bytes));
-    sc_volume_clear(&v);
     return bytes;
 }
 
@@ -472,8 +463,8 @@ TEST(bytes_grow_with_boxes_slices_and_threads)
 TEST(boxes_of_labels_without_voxels_are_empty)
 {
     const int size[3] = {60, 60, 9};
-    sc_volume v = shape_volume(size, (double[3]){1, 1, 1}, 1, 3, small_id);
-    sc_label_tally *boxes = NULL;
+    SC_OWN(sc_volume_clear) sc_volume v = shape_volume(size, (double[3]){1, 1, 1}, 1, 3, small_id);
+    SC_OWN(sc_free_at) sc_label_tally *boxes = NULL;
 
     assert_ok(sc_resample_find_boxes(&quiet, &v, 2, &boxes));
     assert_int_equal(boxes[0].voxels, 60 * 60 * 9 - 1);
@@ -483,8 +474,6 @@ TEST(boxes_of_labels_without_voxels_are_empty)
     assert_int_equal(boxes[2].voxels, 0);
     for (int i = 0; i < 3; i++)
         assert_true(boxes[2].low[i] > boxes[2].high[i]);
-    sc_free(boxes);
-    sc_volume_clear(&v);
 }
 
 enum { JUMPING = 56 };
@@ -618,12 +607,11 @@ TEST(a_spacing_in_a_wrong_unit_gets_no_layers)
     const double spacings[][3] = {{1, 1, 1000}, {1, 1, 0.001}, {1000, 1, 1}};
 
     for (size_t i = 0; i < SC_COUNT_OF(spacings); i++) {
-        sc_volume v = shape_volume(size, spacings[i], 1, 4, drawn_id);
+        SC_OWN(sc_volume_clear) sc_volume v = shape_volume(size, spacings[i], 1, 4, drawn_id);
         sc_drawn_grid grid;
 
         assert_ok(sc_find_drawn_grid(&quiet, &v, 1, &grid));
         assert_false(sc_is_resampled(&grid));
-        sc_volume_clear(&v);
     }
 }
 
@@ -694,15 +682,14 @@ TEST(scattered_labels_are_copied)
     const sc_drawn_grid grid = {.copies = {1, 1, 1}, .drawn_mm = {0.2, 0.2, 1}, .split = {1, 1, 5}};
 
     for (size_t i = 0; i < SC_COUNT_OF(label_counts); i++) {
-        sc_volume drawn = scattered_volume(label_counts[i]);
-        sc_volume one = scattered_volume(label_counts[i]);
-        sc_volume three = scattered_volume(label_counts[i]);
+        SC_OWN(sc_volume_clear) sc_volume drawn = scattered_volume(label_counts[i]);
+        SC_OWN(sc_volume_clear) sc_volume one = scattered_volume(label_counts[i]);
+        SC_OWN(sc_volume_clear) sc_volume three = scattered_volume(label_counts[i]);
         const size_t pixels = 40 * 25;
         size_t copied = 0;
-        heard said;
-        sc_ctx ctx = listening(&said);
+        const sc_ctx *ctx = listening_anew();
 
-        assert_ok(sc_resample(&ctx, &one, &grid, 1));
+        assert_ok(sc_resample(ctx, &one, &grid, 1));
         assert_ok(sc_resample(&quiet, &three, &grid, 3));
         assert_int_equal(one.size[2], 30);
         assert_memory_equal(one.ids, three.ids, sc_volume_voxels(&one) * 2);
@@ -712,9 +699,6 @@ TEST(scattered_labels_are_copied)
         assert_int_equal(said.warnings, i);
         assert_true(!i || strstr(said.text, "of 400 labels are scattered over the slices"));
         assert_true((double)copied / (double)sc_volume_voxels(&one) > (i ? 0.85 : 0));
-        sc_volume_clear(&drawn);
-        sc_volume_clear(&one);
-        sc_volume_clear(&three);
     }
 }
 
@@ -737,8 +721,8 @@ TEST(resizing_keeps_the_nearest_label_and_the_place)
 
     for (int t = 0; t < (int)SC_COUNT_OF(sizes) * 2; t++) {
         const int *size = sizes[t / 2], bytes = 1 + t % 2;
-        sc_volume old = shape_volume(side, spacing, bytes, 4, drawn_id);
-        sc_volume v = shape_volume(side, spacing, bytes, 4, drawn_id);
+        SC_OWN(sc_volume_clear) sc_volume old = shape_volume(side, spacing, bytes, 4, drawn_id);
+        SC_OWN(sc_volume_clear) sc_volume v = shape_volume(side, spacing, bytes, 4, drawn_id);
         int at[3] = {0, 0, 0};
         sc_vec3 corner, old_corner;
 
@@ -755,8 +739,6 @@ TEST(resizing_keeps_the_nearest_label_and_the_place)
 
             assert_int_equal(id_at(&v, at), nearest_id(&old, p));
         } while (next_voxel(&v, at));
-        sc_volume_clear(&old);
-        sc_volume_clear(&v);
     }
 }
 

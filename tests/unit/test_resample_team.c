@@ -79,12 +79,11 @@ TEST(a_rank_without_memory_ends_all)
 
     for (int i = 0; i < 2; i++) {
         const int size[3] = {65, 64, ids[i] == jumping_id ? 240 : 66};
-        sc_volume volume = shape_volume(size, spacing_mm, 1, 4, ids[i]);
+        SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, spacing_mm, 1, 4, ids[i]);
         scenario s = {.volume = &volume};
         thread_team team = {.work = measure, .user = &s, .threads = 1};
 
         fail_every_allocation(&team, NULL);
-        sc_volume_clear(&volume);
     }
 }
 

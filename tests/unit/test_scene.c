@@ -109,8 +109,8 @@ static prepared_copy striped(sc_volume *volume)
 
 TEST(rules_match_by_name_glob_and_number_and_the_last_one_wins)
 {
-    sc_volume volume;
-    prepared_copy p = striped(&volume);
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
+    SC_OWN(clear_copy) prepared_copy p = striped(&volume);
     sc_tissue tissues[5];
     const sc_tissue_rule rules[] = {
         {.pattern = "*", .has_opacity = true, .opacity = 0.5},
@@ -129,25 +129,20 @@ TEST(rules_match_by_name_glob_and_number_and_the_last_one_wins)
     assert_false(tissues[4].visible); /* the table makes it invisible */
     assert_ok(sc_transfer_resolve(&quiet, &p.view, rules, 5, SC_OPACITY_MEASURED, tissues));
     assert_true(tissues[4].visible);
-    sc_free(p.block);
-    sc_volume_clear(&volume);
 }
 
 TEST(a_rule_that_matches_nothing_is_refused_with_the_nearest_name)
 {
-    sc_volume volume;
-    prepared_copy p = striped(&volume);
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
+    SC_OWN(clear_copy) prepared_copy p = striped(&volume);
     sc_tissue tissues[5];
-    heard h;
-    sc_ctx ctx = listening(&h);
     const sc_tissue_rule rule = {.pattern = "left ventrical", .where = "job.yaml:7"};
 
-    assert_int_equal(sc_transfer_resolve(&ctx, &p.view, &rule, 1, SC_OPACITY_MEASURED, tissues),
-                     SC_ERR_DATA);
-    assert_string_equal(h.text, "job.yaml:7: tissue \"left ventrical\" matches no label of the "
-                                "volume; did you mean \"left ventricle\"?");
-    sc_free(p.block);
-    sc_volume_clear(&volume);
+    assert_int_equal(
+        sc_transfer_resolve(&listening, &p.view, &rule, 1, SC_OPACITY_MEASURED, tissues),
+        SC_ERR_DATA);
+    assert_string_equal(said.text, "job.yaml:7: tissue \"left ventrical\" matches no label of the "
+                                   "volume; did you mean \"left ventricle\"?");
 }
 
 /* @return the values of the labels that a pattern means, as the digits of a decimal number. */
@@ -214,12 +209,11 @@ static void expect_message(const sc_label *labels, int count, const char *patter
                            const char *message)
 {
     const sc_prepared volume = {.label_count = count, .labels = labels};
-    heard h;
-    sc_ctx ctx = listening(&h);
-    const sc_status status = sc_pattern_check(&ctx, &volume, pattern, "job.yaml:7");
+    const sc_ctx *ctx = listening_anew();
+    const sc_status status = sc_pattern_check(ctx, &volume, pattern, "job.yaml:7");
 
     assert_int_equal(status, message ? SC_ERR_DATA : SC_OK);
-    assert_string_equal(h.text, message ? message : "");
+    assert_string_equal(said.text, message ? message : "");
 }
 
 TEST(a_tissue_that_is_not_clear_is_told)
@@ -259,14 +253,13 @@ TEST(all_unknown_tissues_are_told)
     const sc_clip_exception exceptions[] = {
         {0, 0, "z", "job.yaml:1"}, {1, 0, "z", "job.yaml:1"}, {2, 0, "z", "job.yaml:9"}};
     sc_tissue tissues[2];
-    heard h;
-    sc_ctx ctx = listening(&h);
 
-    assert_int_equal(sc_transfer_resolve(&ctx, &volume, rules, 3, SC_OPACITY_MEASURED, tissues),
-                     SC_ERR_DATA);
-    assert_int_equal(h.errors, 2);
-    assert_int_equal(sc_clip_exceptions_check(&ctx, &volume, exceptions, 3), SC_ERR_DATA);
-    assert_int_equal(h.errors, 4);
+    assert_int_equal(
+        sc_transfer_resolve(&listening, &volume, rules, 3, SC_OPACITY_MEASURED, tissues),
+        SC_ERR_DATA);
+    assert_int_equal(said.errors, 2);
+    assert_int_equal(sc_clip_exceptions_check(&listening, &volume, exceptions, 3), SC_ERR_DATA);
+    assert_int_equal(said.errors, 4);
 }
 
 TEST(thicker_tissues_are_more_opaque)
@@ -346,7 +339,7 @@ TEST(covers_step_back)
 {
     const sc_tissue_rule solid = {.pattern = "tissue 1", .has_opacity = true, .opacity = 1};
     sc_volume v = shape_volume((const int[3]){40, 40, 40}, (const double[3]){3, 3, 3}, 1, 5, onion);
-    prepared_copy p = prepare_copy(&v, 2);
+    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&v, 2);
     sc_tissue tissues[5];
 
     assert_int_equal(p.view.stats[1].cover_layer, 1);
@@ -363,7 +356,6 @@ TEST(covers_step_back)
     assert_near(tissues[1].opacity, 1, 0);
     assert_ok(sc_transfer_resolve(&quiet, &p.view, NULL, 0, SC_OPACITY_PAPER, tissues));
     assert_true(!tissues[1].is_cover && tissues[1].opacity >= 0.3);
-    sc_free(p.block);
     sc_volume_clear(&v);
 }
 
@@ -480,8 +472,8 @@ TEST(automatic_colours_can_be_told_from_any_background)
 
 TEST(tissues_with_the_same_exceptions_share_a_clip_set)
 {
-    sc_volume volume;
-    prepared_copy p = striped(&volume);
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
+    SC_OWN(clear_copy) prepared_copy p = striped(&volume);
     sc_tissue tissues[5] = {0};
     const sc_clip_exception exceptions[] = {{.plane = 0, .pattern = "left *"},
                                             {.plane = 1, .pattern = "left atrium"},
@@ -497,8 +489,6 @@ TEST(tissues_with_the_same_exceptions_share_a_clip_set)
     assert_int_equal(clip_sets[tissues[2].clip_set].spares[1], 0);
     assert_int_equal(tissues[3].clip_set, 0);
     assert_int_equal(clip_sets[0].spares[0], 0);
-    sc_free(p.block);
-    sc_volume_clear(&volume);
 }
 
 /* Labels that are invisible or have no opacity are hidden. */

@@ -121,17 +121,16 @@ static void map_file(sc_comm *comm, void *user)
 {
     mapping *m = user;
     const int rank = sc_comm_rank(comm);
-    sc_ctx ctx = listening(&m->said[rank]);
+    sc_ctx ctx = {.level = SC_LOG_INFO, .write = hear, .user = &m->said[rank]};
     sc_app app = {.ctx = &ctx, .comm = comm, .threads = 1};
     sc_job job = {.render.smooth = {1, 1, 1}};
-    sc_input input = {0};
+    SC_OWN(sc_input_clear) sc_input input = {0};
     bool usable = false;
 
     snprintf(job.volume, sizeof job.volume, "%s", m->files[rank]);
     m->outcomes[rank] = sc_input_map(&app, &job, &input, &usable);
     if (m->outcomes[rank] == SC_OK)
         assert_true(usable);
-    sc_input_clear(&input);
 }
 
 static void prepare_file(const char *path, int side)
@@ -139,7 +138,7 @@ static void prepare_file(const char *path, int side)
     const int size[3] = {side, side, side};
     const sc_prepare_settings settings = {.smooth = {1, 1, 1}, .threads = 1};
     sc_phantom *phantom;
-    sc_volume volume;
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
     sc_preparation *preparation;
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
@@ -147,7 +146,6 @@ static void prepare_file(const char *path, int side)
     assert_ok(sc_prepare(&quiet, &volume, &settings, &preparation));
     assert_ok(sc_preparation_save(&quiet, preparation, path, true, true));
     sc_preparation_free(preparation);
-    sc_volume_clear(&volume);
     sc_phantom_free(phantom);
 }
 
@@ -240,7 +238,7 @@ static void decide_looks(sc_comm *comm, void *user)
     sc_label_stats stats[3] = {{.voxels = 0}};
     sc_input input = {0};
     sc_inputs inputs = {.count = 1, .all = &input};
-    sc_session session;
+    SC_OWN(sc_session_clear) sc_session session = {0};
 
     l->outcomes[rank] = sc_session_job(&app, "session.yaml", &session);
     for (int id = 1; id < 3; id++) {
@@ -263,7 +261,6 @@ static void decide_looks(sc_comm *comm, void *user)
         l->distances_mm[rank] = panel->timeline.animation.camera.distance_mm;
     }
     session.inputs = NULL;
-    sc_session_clear(&session);
 }
 
 TEST(rank_0_decides_looks_and_framing)

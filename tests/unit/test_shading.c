@@ -24,7 +24,7 @@ TEST(shading_is_smooth)
     const double spacing[3] = {1, 1, 1};
     small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 1);
     sc_scene scene = {.clip_set_count = 1};
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.settings.width_px = s.settings.height_px = 201;
     scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
@@ -35,7 +35,6 @@ TEST(shading_is_smooth)
         for (int x = 60; x < 140; x++)
             assert_true(abs(pixel(&image, x, y)[0] - pixel(&image, x + 1, y)[0]) < 14);
     }
-    sc_image_clear(&image);
     free_scene(&s);
 }
 
@@ -88,7 +87,7 @@ static void check_shading_along_a_seam(double strength)
     small_scene s = make_scene(shape_volume(size, spacing, 1, 3, bent_seam), 1);
     sc_scene scene = {.clip_set_count = 1};
     sc_vec3 axes[3];
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
 
     sc_free(s.prepared.block);
     s.prepared = prepare_copy_smooth(&s.volume, 2, strength);
@@ -106,7 +105,6 @@ static void check_shading_along_a_seam(double strength)
 
         assert_true(variation_of_row(&image, y, 60, 140) < (near ? 3 : 1.8));
     }
-    sc_image_clear(&image);
     free_scene(&s);
 }
 
@@ -135,7 +133,7 @@ TEST(the_back_of_a_tissue_is_lit_evenly_beside_a_narrow_gap)
     small_scene s;
     sc_scene scene = {.clip_set_count = 1};
     double sum = 0, squares = 0, variance;
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
 
     for (int id = 1; id < 3; id++) {
         for (int i = 0; i < 3; i++)
@@ -153,7 +151,6 @@ TEST(the_back_of_a_tissue_is_lit_evenly_beside_a_narrow_gap)
     }
     variance = squares / 1e4 - sum * sum / 1e8;
     assert_true(variance < 4);
-    sc_image_clear(&image);
     free_scene(&s);
 }
 

@@ -10,10 +10,10 @@
 #include <unistd.h>
 
 /* Load the job file @p text. */
-static sc_status load(const char *text, heard *h, long *budget, sc_job *job)
+static sc_status load(const char *text, long *budget, sc_job *job)
 {
     const sc_job_sources sources = {.path = "shots.yaml"};
-    sc_ctx ctx = listening(h);
+    sc_ctx ctx = *listening_anew();
     sc_status status;
 
     write_text("shots.yaml", text);
@@ -95,14 +95,14 @@ static void expect_film(const sc_job *job)
 
 TEST(a_shot_has_the_keys_of_its_film)
 {
-    heard h;
     sc_job job, again;
     sc_text written = {0}, twice = {0};
 
     /* The film's keys have times behind the end of the first shot, which need other ones there. */
-    assert_int_equal(load(film, &h, NULL, &job), SC_ERR_DATA);
-    assert_non_null(strstr(h.text, "shots.yaml:5: caption: 2s is behind the end of the animation"));
-    assert_non_null(strstr(h.text, "1.2 s, by shots.yaml:11")); /* the shot that is too short */
+    assert_int_equal(load(film, NULL, &job), SC_ERR_DATA);
+    assert_non_null(
+        strstr(said.text, "shots.yaml:5: caption: 2s is behind the end of the animation"));
+    assert_non_null(strstr(said.text, "1.2 s, by shots.yaml:11")); /* the shot that is too short */
     sc_job_clear(&job);
     {
         char text[sizeof film + 64];
@@ -110,13 +110,11 @@ TEST(a_shot_has_the_keys_of_its_film)
 
         snprintf(text, sizeof text, "%.*soverlays: {caption: none}, animation: {frames: 12}%s",
                  (int)(at - film), film, at + strlen("animation: {frames: 12}"));
-        if (load(text, &h, NULL, &job) != SC_OK)
-            fail_msg("%s", h.text);
+        assert_ok(load(text, NULL, &job));
     }
     expect_film(&job);
     assert_ok(sc_job_write(&quiet, &job, false, &written));
-    if (load(written.data, &h, NULL, &again) != SC_OK)
-        fail_msg("%s", h.text);
+    assert_ok(load(written.data, NULL, &again));
     expect_film(&again);
     assert_ok(sc_job_write(&quiet, &again, false, &twice));
     assert_string_equal(written.data, twice.data);
@@ -180,32 +178,29 @@ TEST(wrong_shots_are_refused)
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         char text[512];
-        heard h;
         sc_job job;
         sc_status status;
 
         snprintf(text, sizeof text, "volume: phantom\noutput: {fps: 10}\nshots: %s\n",
                  cases[i].shots);
-        status = load(text, &h, NULL, &job);
+        status = load(text, NULL, &job);
         sc_job_clear(&job);
-        if (status != SC_ERR_DATA || h.errors != 1 || !strstr(h.text, cases[i].message))
-            fail_msg("status %d, \"%s\"; expected \"%s\"", status, h.text, cases[i].message);
+        if (status != SC_ERR_DATA || said.errors != 1 || !strstr(said.text, cases[i].message))
+            fail_msg("status %d, \"%s\"; expected \"%s\"", status, said.text, cases[i].message);
     }
 }
 
 /* A mistake of the film is found again in each of its shots, but told once. */
 TEST(a_mistake_of_the_film_is_told_once)
 {
-    heard h;
-    sc_job job;
+    SC_OWN(sc_job_clear) sc_job job = {0};
 
     assert_int_equal(load("volume: phantom\nrender: {samples: 99}\nanimation: {clip: 3}\n"
                           "shots: [{name: a}, {name: b}, {card: c}]\n",
-                          &h, NULL, &job),
+                          NULL, &job),
                      SC_ERR_DATA);
-    assert_int_equal(h.errors, 2);
-    assert_non_null(strstr(h.text, "yaml:3: clip is \"3\""));
-    sc_job_clear(&job);
+    assert_int_equal(said.errors, 2);
+    assert_non_null(strstr(said.text, "yaml:3: clip is \"3\""));
 }
 
 TEST(no_allocation_that_fails_is_lost)
@@ -214,11 +209,9 @@ TEST(no_allocation_that_fails_is_lost)
 
     for (long n = 0; status != SC_ERR_DATA; n += 3) {
         long budget = n;
-        heard h;
-        sc_job job;
+        SC_OWN(sc_job_clear) sc_job job = {0};
 
-        status = load(film, &h, &budget, &job);
-        sc_job_clear(&job);
+        status = load(film, &budget, &job);
         assert_true(status == SC_ERR_MEMORY || status == SC_ERR_DATA);
     }
 }

@@ -75,12 +75,11 @@ static sc_store *open_store(sc_store_mode mode)
 static void add_frames(sc_store *store, int first, int end)
 {
     for (int k = first; k < end; k++) {
-        sc_image image = make_picture(k);
+        SC_OWN(sc_image_clear) sc_image image = make_picture(k);
         const sc_done_frame done = {.frame = k, .hash = sc_image_hash(&image)};
 
         if (!sc_store_has(store, k))
             assert_ok(sc_store_add_frame(&quiet, store, &done, &image));
-        sc_image_clear(&image);
     }
 }
 
@@ -138,11 +137,10 @@ static sc_segment make_segment(int first)
 
     assert_ok(sc_encoder_open(&quiet, "v.mp4", &settings, &encoder));
     for (int k = first; k < first + FPS; k++) {
-        sc_image image = make_picture(k);
+        SC_OWN(sc_image_clear) sc_image image = make_picture(k);
 
         assert_ok(sc_encoder_push(&quiet, encoder, sc_encoder_convert(encoder, &image),
                                   sc_image_hash(&image)));
-        sc_image_clear(&image);
     }
     assert_ok(sc_encoder_finish(&quiet, encoder, 99, first, &segment));
     sc_encoder_close(encoder);
@@ -318,7 +316,7 @@ TEST(forged_parameters)
         {{7, 100, 0, 0, 0, true}, false},          {{6, 100, 0, 0, 0, false}, false},
         {{8, 100, 0, 0, 0, false}, false},
     };
-    sc_segment good = make_segment(0);
+    SC_OWN(sc_segment_free) sc_segment good = make_segment(0);
     sc_segment_info info;
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
@@ -337,7 +335,6 @@ TEST(forged_parameters)
             free(forged.data);
         }
     }
-    sc_segment_free(&good);
 }
 
 /* Segments with random changes and the right hash are refused, or joined, but never crash. */
@@ -414,14 +411,13 @@ static void resume_to(const char *video, size_t bytes)
 {
     sc_store *store = open_store(SC_STORE_RESUME);
     size_t found;
-    char *again;
+    SC_OWN(sc_free_at) char *again = NULL;
 
     add_frames(store, 0, FRAMES);
     finish(store);
     again = read_all(in_folder("v.mp4"), &found);
     assert_int_equal(found, bytes);
     assert_memory_equal(again, video, bytes);
-    sc_free(again);
 }
 
 /* Pictures with the right hash that are of no frame, or of another size, are not used; the result
@@ -467,11 +463,10 @@ TEST(pictures_that_are_gone)
     store = open_store(SC_STORE_RESUME);
     assert_int_equal(unlink(in_folder("segments/000000.host.1.part")), 0);
     for (int k = 2; k < FRAMES && status == SC_OK; k++) {
-        sc_image image = make_picture(k);
+        SC_OWN(sc_image_clear) sc_image image = make_picture(k);
         const sc_done_frame done = {.frame = k, .hash = sc_image_hash(&image)};
 
         status = sc_store_add_frame(&quiet, store, &done, &image);
-        sc_image_clear(&image);
     }
     assert_int_equal(status, SC_ERR_INCOMPLETE);
     sc_store_close(store);
@@ -533,7 +528,7 @@ TEST(torn_tail)
 /* Write manifest.jsonl with these lines, each with its proof. */
 static void write_manifest(const char *const *lines, size_t count)
 {
-    sc_text text = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
     uint64_t chain = 0;
 
     for (size_t i = 0; i < count; i++) {
@@ -544,7 +539,6 @@ static void write_manifest(const char *const *lines, size_t count)
                               (unsigned long long)chain));
     }
     write_quickly(in_folder("manifest.jsonl"), text.data, text.length_bytes);
-    sc_text_clear(&text);
 }
 
 #define HEAD(owns, rest)                                                                           \
@@ -628,7 +622,7 @@ TEST(forged_lines)
     for (size_t i = 0; i < SC_COUNT_OF(forged); i++) {
         const char *const lines[] = {HEAD("\"v.mp4\"", SIZES), forged[i]};
         sc_frame_line frames[FRAMES] = {{.known = false}};
-        sc_manifest_data data = {.lines = frames, .frames = FRAMES};
+        SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.lines = frames, .frames = FRAMES};
 
         empty_folder();
         write_manifest(lines, 2);
@@ -637,7 +631,6 @@ TEST(forged_lines)
         assert_int_equal(data.damaged_line, 2);
         assert_false(data.end.known);
         assert_int_equal(data.count + data.files.count + data.jobs.count, 0);
-        sc_manifest_data_clear(&data);
     }
 }
 
@@ -685,7 +678,7 @@ TEST(manifest_bytes)
 {
     sc_store_report report;
     size_t bytes;
-    char *text;
+    SC_OWN(sc_free_at) char *text = NULL;
 
     make_finished();
     text = read_all(in_folder("manifest.jsonl"), &bytes);
@@ -704,7 +697,6 @@ TEST(manifest_bytes)
         assert_ok(sc_store_status(&quiet, folder, NULL, 0, &report));
         assert_int_not_equal(report.condition, SC_STORE_COMPLETE);
     }
-    sc_free(text);
 }
 
 /* A directory of another job, version, size or volume is refused to a run that would go on. */
@@ -733,7 +725,7 @@ TEST(long_heads)
 {
     enum { NAMES = 5000 };
     const sc_store_job job = make_job();
-    sc_manifest_data data = {.frames = 0}, again = {.frames = 0};
+    SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = 0}, again = {.frames = 0};
     const char *path = in_folder("manifest.jsonl");
 
     empty_folder();
@@ -749,8 +741,6 @@ TEST(long_heads)
     assert_ok(sc_manifest_read_head(&quiet, path, &again));
     assert_true(again.head.known);
     assert_int_equal(again.owned.count, NAMES);
-    sc_manifest_data_clear(&data);
-    sc_manifest_data_clear(&again);
 }
 
 /* @return whether a list has exactly those of the names "0" to "count - 1" for which `wanted` is
@@ -775,7 +765,7 @@ static bool has_exactly(const sc_names *names, const bool *wanted, int count)
 TEST(lists_of_names)
 {
     enum { NAMES = 100, STEPS = 3000 };
-    sc_names names = {0};
+    SC_OWN(sc_file_lines_clear) sc_names names = {0};
     bool wanted[NAMES] = {false};
     uint32_t random = 1;
 
@@ -800,7 +790,6 @@ TEST(lists_of_names)
             assert_true(strcmp(names.lines[k - 1].name, names.lines[k].name) < 0);
         assert_true(has_exactly(&names, wanted, NAMES));
     }
-    sc_file_lines_clear(&names);
 }
 
 /* Open the finished directory again. */
@@ -818,11 +807,10 @@ static sc_status open_again(const sc_ctx *ctx, const sc_store_job *job)
 
 static sc_status verify_records(const sc_ctx *ctx, const sc_store_job *job)
 {
-    sc_text names = {0};
+    SC_OWN(sc_text_clear) sc_text names = {0};
     const sc_status status = sc_store_verify_records(ctx, folder, &names);
 
     (void)job;
-    sc_text_clear(&names);
     return status;
 }
 
@@ -845,8 +833,7 @@ TEST(want_of_memory)
 
         for (long n = 0; status != SC_OK; n++) {
             long budget = n;
-            heard said;
-            sc_ctx ctx = listening(&said);
+            sc_ctx ctx = *listening_anew();
 
             ctx.alloc_budget = &budget;
             status = calls[i](&ctx, &job);
@@ -912,7 +899,7 @@ TEST(refused_begin)
 TEST(the_last_run_in_a_directory_has_it)
 {
     for (int stage = 0; stage < 3; stage++) {
-        sc_image image = make_picture(FRAMES - 1);
+        SC_OWN(sc_image_clear) sc_image image = make_picture(FRAMES - 1);
         const sc_done_frame done = {.frame = FRAMES - 1, .hash = sc_image_hash(&image)};
         sc_store *first, *second;
         int missing;
@@ -937,7 +924,6 @@ TEST(the_last_run_in_a_directory_has_it)
         finish(second);
         sc_store_close(first);
         sc_store_close(open_store(SC_STORE_RESUME));
-        sc_image_clear(&image);
     }
 }
 
@@ -959,14 +945,13 @@ static sc_store *open_slice(const sc_ctx *ctx, int slice)
 static bool holds(const char *name, const char *text)
 {
     size_t bytes = 0;
-    char *data = NULL;
+    SC_OWN(sc_free_at) char *data = NULL;
     bool same;
 
     if (access(in_folder(name), F_OK) != 0)
         return !text;
     data = read_all(in_folder(name), &bytes);
     same = text && bytes == strlen(text) && !memcmp(data, text, bytes);
-    sc_free(data);
     return same;
 }
 
@@ -975,26 +960,24 @@ static bool holds(const char *name, const char *text)
  * kept, once. */
 TEST(job_of_slices)
 {
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_store *a, *b;
 
     empty_folder();
-    a = open_slice(&ctx, 0);
-    b = open_slice(&ctx, 1);
-    assert_ok(sc_store_write_job(&ctx, a, "one", 3));
-    assert_ok(sc_store_write_job(&ctx, b, "two", 3));
-    assert_ok(sc_store_write_job(&ctx, a, "one", 3));
+    a = open_slice(&listening, 0);
+    b = open_slice(&listening, 1);
+    assert_ok(sc_store_write_job(&listening, a, "one", 3));
+    assert_ok(sc_store_write_job(&listening, b, "two", 3));
+    assert_ok(sc_store_write_job(&listening, a, "one", 3));
     assert_string_equal(said.text, "");
     assert_true(holds("job.yaml", "one") && holds("job.yaml.changed", NULL));
     sc_store_close(a);
     sc_store_close(b);
     write_quickly(in_folder("job.yaml"), "mine", 4);
-    a = open_slice(&ctx, 0);
-    b = open_slice(&ctx, 1);
+    a = open_slice(&listening, 0);
+    b = open_slice(&listening, 1);
     assert_string_equal(said.text, "");
-    assert_ok(sc_store_write_job(&ctx, b, "two", 3));
-    assert_ok(sc_store_write_job(&ctx, a, "one", 3));
+    assert_ok(sc_store_write_job(&listening, b, "two", 3));
+    assert_ok(sc_store_write_job(&listening, a, "one", 3));
     assert_int_equal(said.warnings, 1);
     assert_non_null(strstr(said.text, "job.yaml: was changed after segcast had made it; that file "
                                       "is now"));
@@ -1009,20 +992,18 @@ TEST(job_is_noted_first)
 {
     sc_manifest_data data = {.frames = FRAMES};
     sc_store *store;
-    heard said;
-    sc_ctx ctx = listening(&said);
 
     empty_folder();
-    store = open_slice(&ctx, 0);
+    store = open_slice(&listening, 0);
     assert_int_equal(mkdir(in_folder("job.yaml"), 0777), 0); /* so that it cannot be written */
-    assert_int_equal(sc_store_write_job(&ctx, store, "one", 3), SC_ERR_WRITE);
+    assert_int_equal(sc_store_write_job(&listening, store, "one", 3), SC_ERR_WRITE);
     sc_store_close(store);
     assert_int_equal(rmdir(in_folder("job.yaml")), 0);
     assert_ok(sc_manifest_read(&quiet, in_folder("manifest.0of2.jsonl"), &data));
     assert_true(sc_job_texts_have(&data.jobs, 3, sc_store_hash_bytes("one", 3)));
     sc_manifest_data_clear(&data);
     /* The manifest of the next run of the slice names it, too. */
-    store = open_slice(&ctx, 0);
+    store = open_slice(&listening, 0);
     sc_store_close(store);
     assert_ok(sc_manifest_read(&quiet, in_folder("manifest.0of2.jsonl"), &data));
     assert_true(sc_job_texts_have(&data.jobs, 3, sc_store_hash_bytes("one", 3)));
@@ -1035,24 +1016,23 @@ TEST(job_of_others_is_not_proven)
 {
     for (int given = 0; given < 2; given++) {
         sc_store_job job = make_job();
-        sc_manifest_data data = {.frames = FRAMES};
+        SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = FRAMES};
         sc_store *store;
-        heard said;
-        sc_ctx ctx = listening(&said);
+        const sc_ctx *ctx = listening_anew();
         int missing;
 
         empty_folder();
         store = open_store(SC_STORE_NEW);
-        assert_ok(sc_store_write_job(&ctx, store, "one", 3));
+        assert_ok(sc_store_write_job(ctx, store, "one", 3));
         sc_store_close(store);
         job.keeps_job = given;
         assert_ok(
-            sc_store_open(&ctx, folder, &job, all_frames, FRAMES, NULL, SC_STORE_RESUME, &store));
+            sc_store_open(ctx, folder, &job, all_frames, FRAMES, NULL, SC_STORE_RESUME, &store));
         add_frames(store, 0, FRAMES);
         if (!given)
             write_quickly(in_folder("job.yaml"), "mine", 4);
-        assert_ok(sc_store_finish(&ctx, store, &missing));
-        assert_ok(sc_store_seal(&ctx, store));
+        assert_ok(sc_store_finish(ctx, store, &missing));
+        assert_ok(sc_store_seal(ctx, store));
         sc_store_close(store);
         assert_int_equal(said.warnings, !given);
         assert_true(given || strstr(said.text, "job.yaml: is missing, or not what segcast has"));
@@ -1060,7 +1040,6 @@ TEST(job_of_others_is_not_proven)
         assert_ok(sc_manifest_read(&quiet, in_folder("manifest.jsonl"), &data));
         assert_true(data.closed && sc_file_lines_has(&data.owned, "job.yaml"));
         assert_int_equal(data.jobs.count, 0);
-        sc_manifest_data_clear(&data);
     }
 }
 

@@ -25,7 +25,7 @@ static int nine_slabs(double x, double y, double z)
 TEST(more_strengths_than_tables_are_refused)
 {
     const int size[3] = {36, 6, 6};
-    sc_volume volume = shape_volume(size, cube, 1, 10, nine_slabs);
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 10, nine_slabs);
     sc_vec3 each[10] = {{0, 0, 0}};
     bool hidden[10] = {false};
     sc_prepare_settings settings = {.tissue_smooth = each, .hidden = hidden, .threads = 1};
@@ -37,7 +37,6 @@ TEST(more_strengths_than_tables_are_refused)
     hidden[4] = true; /* what is hidden needs no tables */
     assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
     sc_preparation_free(p);
-    sc_volume_clear(&volume);
 }
 
 RUN_TESTS(NULL, NULL)

@@ -132,20 +132,17 @@ static int count_lines(const char *path)
 
 TEST(earlier_runs_keep_what_they_measured)
 {
-    sc_history first = {0}, both = {0};
-    sc_ctx ctx;
-    heard h;
+    SC_OWN(sc_history_clear) sc_history first = {0}, both = {0};
 
-    ctx = listening(&h);
     unlink("stats.json");
-    assert_ok(sc_history_read(&ctx, "stats.json", &job, &first));
+    assert_ok(sc_history_read(&listening, "stats.json", &job, &first));
     assert_int_equal(first.run_count, 0);
     write_run(10, 0, 5, &first);
-    assert_ok(sc_history_read(&ctx, "stats.json", &job, &first));
+    assert_ok(sc_history_read(&listening, "stats.json", &job, &first));
     assert_int_equal(first.run_count, 1);
     assert_int_equal(first.frame_count, 5);
     write_run(20, 4, 6, &first); /* frames from 4 on are drawn again */
-    assert_ok(sc_history_read(&ctx, "stats.json", &job, &both));
+    assert_ok(sc_history_read(&listening, "stats.json", &job, &both));
     assert_int_equal(both.run_count, 2);
     assert_string_equal(both.runs[0].begin, "1970-01-01T00:00:10Z");
     assert_string_equal(both.runs[1].begin, "1970-01-01T00:00:20Z");
@@ -167,13 +164,11 @@ TEST(earlier_runs_keep_what_they_measured)
         assert_int_equal(both.frames[i].result.hash, 0xabcdef0000000000u + (uint64_t)i);
     }
     assert_int_equal(count_lines("frames.csv"), 11);
-    assert_ok(sc_history_read(&ctx, "stats.json", &job,
+    assert_ok(sc_history_read(&listening, "stats.json", &job,
                               &both)); /* reads the same runs again, which adds nothing */
     assert_int_equal(both.run_count, 2);
     assert_int_equal(both.frame_count, 10);
-    assert_string_equal(h.text, "");
-    sc_history_clear(&first);
-    sc_history_clear(&both);
+    assert_string_equal(said.text, "");
 }
 
 /* @return whether the file has a line that ends with @p ending. */
@@ -251,45 +246,40 @@ TEST(forged_statistics_are_left_out)
         {"\"run\": 0", "\"run\": null"}, /* it was measured, so the run is known */
         {"\"begin\": \"1970", "\"begin\": \"1\\u0000"},
         {"\"id\": \"0", "\"id\": \"X"}};
-    char *text;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
 
     write_run(10, 0, 5, NULL);
     assert_ok(sc_file_read(&quiet, "stats.json", 100000, &text, &bytes));
     for (size_t i = 0; i < SC_COUNT_OF(forged); i++) {
         const char *at = strstr(strstr(text, "\"runs\""), forged[i][0]);
-        sc_history history = {0};
-        sc_text changed = {0};
-        heard h;
-        const sc_ctx ctx = listening(&h);
+        SC_OWN(sc_history_clear) sc_history history = {0};
+        SC_OWN(sc_text_clear) sc_text changed = {0};
+        const sc_ctx *ctx = listening_anew();
 
         assert_non_null(at);
         assert_ok(sc_text_add(&quiet, &changed, "%.*s%s%s", (int)(at - text), text, forged[i][1],
                               at + strlen(forged[i][0])));
         assert_ok(sc_file_write(&quiet, "stats.json", changed.data, changed.length_bytes));
-        assert_ok(sc_history_read(&ctx, "stats.json", &job, &history));
-        if (history.run_count || !strstr(h.text, "stats.json: is damaged"))
-            fail_msg("%s was taken: %s", forged[i][1], h.text);
-        sc_history_clear(&history);
-        sc_text_clear(&changed);
+        assert_ok(sc_history_read(ctx, "stats.json", &job, &history));
+        if (history.run_count || !strstr(said.text, "stats.json: is damaged"))
+            fail_msg("%s was taken: %s", forged[i][1], said.text);
     }
-    sc_free(text);
 }
 
 /* Each damaged file gives a warning and adds nothing. */
 TEST(damaged_statistics_are_left_out)
 {
     const sc_job_hashes other = {0x1235, 0xfedcba9876543210};
-    char *text;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
 
     write_run(10, 0, 5, NULL);
     assert_ok(sc_file_read(&quiet, "stats.json", 100000, &text, &bytes));
     for (int way = 0; way < 5; way++) {
         char *run = strstr(text, "\"run\": 0"), *hash = strstr(text, "\"hash\": \"a");
-        sc_history history = {0};
-        heard h;
-        const sc_ctx ctx = listening(&h);
+        SC_OWN(sc_history_clear) sc_history history = {0};
+        const sc_ctx *ctx = listening_anew();
 
         assert_non_null(run);
         assert_non_null(hash);
@@ -299,14 +289,12 @@ TEST(damaged_statistics_are_left_out)
                                 way == 0   ? bytes / 2
                                 : way == 4 ? 2
                                            : bytes));
-        assert_ok(sc_history_read(&ctx, "stats.json", way == 3 ? &other : &job, &history));
+        assert_ok(sc_history_read(ctx, "stats.json", way == 3 ? &other : &job, &history));
         assert_int_equal(history.run_count, 0);
         assert_int_equal(history.frame_count, 0);
-        assert_int_equal(h.errors, 0);
-        assert_non_null(strstr(h.text, "stats.json: "));
-        sc_history_clear(&history);
+        assert_int_equal(said.errors, 0);
+        assert_non_null(strstr(said.text, "stats.json: "));
     }
-    sc_free(text);
     unlink("stats.json");
     unlink("frames.csv");
 }
@@ -333,7 +321,7 @@ TEST(statistics_are_read_back)
                                .volume_bytes = 100,
                                .prepared_bytes = 200,
                                .wrote_png = true};
-    sc_run_stats stats;
+    SC_OWN(sc_run_stats_clear) sc_run_stats stats = {0};
 
     strcpy(ranks[0].host, "n1");
     for (int p = 0; p < SC_PHASE_COUNT; p++)
@@ -350,7 +338,6 @@ TEST(statistics_are_read_back)
     assert_near(stats.frames_per_s, 0.25, 1e-9);
     assert_int_equal(sc_run_bottleneck(&stats.run), sc_run_bottleneck(&run));
     assert_int_equal(stats.heat.width_px, 0);
-    sc_run_stats_clear(&stats);
 }
 
 /* Counts keep their size within 3 percent, and 0 and the largest are told apart from all others. */
@@ -378,7 +365,7 @@ TEST(heat_is_read_back)
                                  "\"01ff80\"",    "\"01fg80\"",   "\"01ff80\"", "\"01ff8000\"",
                                  "\"height\": 2", "\"height\": 0"};
     sc_rank_record rank = {.threads = 1, .host = "n1"};
-    sc_heat heat;
+    SC_OWN(sc_heat_clear) sc_heat heat = {0};
     const sc_run_record run = {.version = "1",
                                .host = "n1",
                                .job = job,
@@ -387,7 +374,7 @@ TEST(heat_is_read_back)
                                .rank_records = &rank,
                                .heat = &heat};
     sc_run_stats stats = {0};
-    char *text;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
 
     assert_ok(sc_heat_new(&quiet, 3, 2, &heat));
@@ -414,8 +401,6 @@ TEST(heat_is_read_back)
         assert_int_equal(sc_run_stats_read(&quiet, "damaged.json", &stats), SC_ERR_DATA);
     }
     unlink("damaged.json");
-    sc_free(text);
-    sc_heat_clear(&heat);
 }
 
 /* Whatever byte of the file is another one, or where it ends: it is read or refused. */
@@ -429,7 +414,7 @@ TEST(damaged_statistics_are_refused)
     assert_ok(sc_file_read(&quiet, "stats.json", 1 << 20, &text, &bytes));
     for (size_t at = 0; at < bytes; at += 3) {
         const char was = text[at];
-        sc_run_stats stats = {0};
+        SC_OWN(sc_run_stats_clear) sc_run_stats stats = {0};
         FILE *file = fopen("damaged.json", "wb");
 
         text[at] = at % 2 ? '7' : '"';
@@ -437,7 +422,6 @@ TEST(damaged_statistics_are_refused)
         fclose(file);
         text[at] = was;
         refused += sc_run_stats_read(&quiet, "damaged.json", &stats) == SC_ERR_DATA;
-        sc_run_stats_clear(&stats);
     }
     assert_true(refused > 100);
     unlink("damaged.json");

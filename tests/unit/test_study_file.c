@@ -8,27 +8,25 @@
 #include <stdio.h>
 #include <unistd.h>
 
-static sc_status load(const char *text, heard *h, sc_study *study)
+static sc_status load(const char *text, sc_study *study)
 {
-    const sc_ctx ctx = listening(h);
+    const sc_ctx *ctx = listening_anew();
     sc_status status;
 
     write_text("study.yaml", text);
     *study = (sc_study){0};
-    status = sc_study_load(&ctx, "study.yaml", study);
+    status = sc_study_load(ctx, "study.yaml", study);
     unlink("study.yaml");
     return status;
 }
 
 static void refuses(const char *text, const char *message)
 {
-    heard h;
-    sc_study study;
-    const sc_status status = load(text, &h, &study);
+    SC_OWN(sc_study_clear) sc_study study = {0};
+    const sc_status status = load(text, &study);
 
-    if (status != SC_ERR_DATA || h.errors != 1 || !strstr(h.text, message))
-        fail_msg("status %d, \"%s\"; expected \"%s\"", status, h.text, message);
-    sc_study_clear(&study);
+    if (status != SC_ERR_DATA || said.errors != 1 || !strstr(said.text, message))
+        fail_msg("status %d, \"%s\"; expected \"%s\"", status, said.text, message);
 }
 
 static const char two_axes[] =
@@ -45,16 +43,14 @@ static const char two_axes[] =
 
 TEST(cells_are_all_combinations)
 {
-    heard h;
-    const sc_ctx ctx = listening(&h);
-    sc_study study;
+    SC_OWN(sc_study_clear) sc_study study = {0};
     sc_study_settings cell;
 
-    assert_int_equal(load(two_axes, &h, &study), SC_OK);
+    assert_int_equal(load(two_axes, &study), SC_OK);
     assert_int_equal(sc_study_cells(&study), 6);
     assert_string_equal(sc_study_value_of(&study, 4, 0)->name, "leap");
     assert_string_equal(sc_study_value_of(&study, 4, 1)->name, "all");
-    assert_int_equal(sc_study_cell(&ctx, &study, 4, &cell), SC_OK);
+    assert_int_equal(sc_study_cell(&listening, &study, 4, &cell), SC_OK);
     assert_int_equal(cell.count, 4);
     assert_string_equal(cell.items[0].path, "volume");
     assert_string_equal(cell.items[0].value, "heart.nrrd");
@@ -67,29 +63,26 @@ TEST(cells_are_all_combinations)
     assert_int_equal(cell.ranks, 0);
     assert_int_equal(cell.placement, SC_COMM_SPREAD);
     sc_free(cell.items);
-    assert_int_equal(sc_study_cell(&ctx, &study, 0, &cell), SC_OK);
+    assert_int_equal(sc_study_cell(&listening, &study, 0, &cell), SC_OK);
     assert_int_equal(cell.threads, 2);
     assert_int_equal(cell.placement, SC_COMM_PACKED);
     sc_free(cell.items);
     assert_true(study.budget_s == 120 && study.precision > 0.0499 && study.precision < 0.0501);
-    sc_study_clear(&study);
 }
 
 TEST(paths_are_relative_to_the_file)
 {
-    heard h;
-    const sc_ctx ctx = listening(&h);
     sc_study study;
     sc_study_settings cell;
 
     (void)!system("mkdir -p sub");
     write_text("sub/study.yaml", "job: a.yaml\nsweep: {volume: [phantom:16x16x16, b.nrrd]}\n");
-    assert_int_equal(sc_study_load(&ctx, "sub/study.yaml", &study), SC_OK);
+    assert_int_equal(sc_study_load(&listening, "sub/study.yaml", &study), SC_OK);
     assert_string_equal(study.job, "sub/a.yaml");
-    assert_int_equal(sc_study_cell(&ctx, &study, 0, &cell), SC_OK);
+    assert_int_equal(sc_study_cell(&listening, &study, 0, &cell), SC_OK);
     assert_string_equal(cell.items[0].value, "phantom:16x16x16");
     sc_free(cell.items);
-    assert_int_equal(sc_study_cell(&ctx, &study, 1, &cell), SC_OK);
+    assert_int_equal(sc_study_cell(&listening, &study, 1, &cell), SC_OK);
     assert_string_equal(cell.items[0].value, "sub/b.nrrd");
     sc_free(cell.items);
     sc_study_clear(&study);
@@ -98,21 +91,17 @@ TEST(paths_are_relative_to_the_file)
 
 TEST(what_is_written_is_read_as_the_same)
 {
-    heard h;
-    const sc_ctx ctx = listening(&h);
     sc_study study;
-    sc_text first = {0}, second = {0};
+    SC_OWN(sc_text_clear) sc_text first = {0}, second = {0};
 
-    assert_int_equal(load(two_axes, &h, &study), SC_OK);
-    assert_int_equal(sc_study_write(&ctx, &study, &first), SC_OK);
+    assert_int_equal(load(two_axes, &study), SC_OK);
+    assert_int_equal(sc_study_write(&listening, &study, &first), SC_OK);
     sc_study_clear(&study);
-    assert_int_equal(load(first.data, &h, &study), SC_OK);
+    assert_int_equal(load(first.data, &study), SC_OK);
     assert_int_equal(sc_study_cells(&study), 6);
-    assert_int_equal(sc_study_write(&ctx, &study, &second), SC_OK);
+    assert_int_equal(sc_study_write(&listening, &study, &second), SC_OK);
     assert_string_equal(first.data, second.data);
     sc_study_clear(&study);
-    sc_text_clear(&first);
-    sc_text_clear(&second);
 }
 
 TEST(mistakes_are_told)
@@ -135,7 +124,7 @@ TEST(mistakes_are_told)
 
 TEST(too_many_cells_are_refused)
 {
-    sc_text text = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
     const sc_ctx ctx = quiet;
 
     assert_int_equal(sc_text_add(&ctx, &text, "sweep:\n"), SC_OK);
@@ -145,7 +134,6 @@ TEST(too_many_cells_are_refused)
             assert_int_equal(sc_text_add(&ctx, &text, "    v%d: {threads: 1}\n", i), SC_OK);
     }
     refuses(text.data, "sweep has 10201 cells, expected at most 10000");
-    sc_text_clear(&text);
 }
 
 RUN_TESTS(NULL, NULL)

@@ -9,11 +9,9 @@
 
 enum { CORNERS = 8 };
 
-static void box_corners(sc_vec3 out[CORNERS])
-{
-    for (int i = 0; i < CORNERS; i++)
-        out[i] = (sc_vec3){i & 1 ? 40 : -20, i & 2 ? 25 : -35, i & 4 ? 90 : 10};
-}
+static const sc_vec3 corners[CORNERS] = {{-20, -35, 10}, {40, -35, 10},  {-20, 25, 10},
+                                         {40, 25, 10},   {-20, -35, 90}, {40, -35, 90},
+                                         {-20, 25, 90},  {40, 25, 90}};
 
 static sc_animation animation(int frames)
 {
@@ -26,10 +24,9 @@ TEST(an_orbit_begins_in_front_and_closes_without_repeating_a_frame)
 {
     enum { FRAMES = 12 };
     const sc_animation a = animation(FRAMES);
-    sc_vec3 corners[CORNERS], away;
+    sc_vec3 away;
     sc_timeline t;
 
-    box_corners(corners);
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
     for (int k = 0; k < FRAMES; k++) {
         const sc_camera c = sc_timeline_scene(&t, k, NULL).camera;
@@ -69,9 +66,6 @@ static void expect_in_view(const sc_camera *c, double aspect, const sc_vec3 *poi
 /* No corner leaves the picture in any frame, and some come near its edge. */
 TEST(framing_keeps_all_corners_in_the_picture)
 {
-    sc_vec3 corners[CORNERS];
-
-    box_corners(corners);
     for (int n = 0; n < 24; n++) {
         const double aspect = n % 3 == 0 ? 0.5 : n % 3 == 1 ? 1 : 2.4;
         sc_animation a = animation(36);
@@ -175,10 +169,8 @@ TEST(framing_heeds_what_the_job_says)
 TEST(a_sweep_is_monotone_and_reaches_both_ends)
 {
     sc_animation a = animation(50);
-    sc_vec3 corners[CORNERS];
     sc_timeline t;
 
-    box_corners(corners);
     a.sweep_count = 2;
     a.sweeps[0] =
         (sc_sweep){.normal = {0, -1, 0},
@@ -205,10 +197,8 @@ TEST(a_sweep_is_monotone_and_reaches_both_ends)
 TEST(a_plane_cuts_while_it_is_active)
 {
     sc_animation a = animation(11);
-    sc_vec3 corners[CORNERS];
     sc_timeline t;
 
-    box_corners(corners);
     a.sweep_count = 2;
     a.sweeps[1] = (sc_sweep){.normal = {0, 0, 1}};
     a.sweeps[0] =
@@ -239,10 +229,8 @@ TEST(a_plane_cuts_while_it_is_active)
 TEST(exceptions_of_a_plane_change_at_their_key_frames)
 {
     sc_animation a = animation(11);
-    sc_vec3 corners[CORNERS];
     sc_timeline t;
 
-    box_corners(corners);
     a.sweep_count = 2;
     a.sweeps[0] = (sc_sweep){.normal = {0, 0, 1}};
     a.sweeps[1] = (sc_sweep){.normal = {0, 1, 0}, .except_count = 3, .except_at = {0.2, 0.4, 0.8}};
@@ -276,11 +264,9 @@ TEST(a_plane_turns_about_its_line)
                                   .axis = {0, 0, 1},
                                   .has_point = true,
                                   .point_mm = line_mm}}};
-    sc_vec3 corners[CORNERS];
     sc_timeline t;
     sc_plane plane;
 
-    box_corners(corners);
     a.sweep_count = 2;
     for (int i = 0; i < 2; i++)
         a.sweeps[i] = (sc_sweep){.normal = {0, -1, 0},
@@ -371,11 +357,9 @@ TEST(a_camera_goes_over_the_pole_without_a_flip)
 
     for (int n = 0; n < 4; n++) {
         sc_animation a = animation(FRAMES);
-        sc_vec3 corners[CORNERS];
         sc_timeline t;
         double fill = 0;
 
-        box_corners(corners);
         a.camera.turns = 0;
         a.camera.projection = n & 1 ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
         a.camera.elevation_track =
@@ -489,7 +473,7 @@ TEST(colours_are_mixed_by_their_tones)
 TEST(planes_follow_their_key_frames)
 {
     enum { FRAMES = 101 };
-    const sc_vec3 corners[] = {{100, 200, -300}, {140, 260, -280}}; /* middle: 120, 230, -290 */
+    const sc_vec3 ends[] = {{100, 200, -300}, {140, 260, -280}}; /* middle: 120, 230, -290 */
     sc_animation a = {.frames = FRAMES, .sweep_count = 3, .camera = {.axis = {0, 0, 1}}};
     sc_timeline t;
 
@@ -502,7 +486,7 @@ TEST(planes_follow_their_key_frames)
     a.sweeps[2] = a.sweeps[1];
     a.sweeps[2].has_point = true;
     a.sweeps[2].point_mm = (sc_vec3){7, 8, 9};
-    sc_timeline_resolve(&a, corners, SC_COUNT_OF(corners), 1, &t);
+    sc_timeline_resolve(&a, ends, SC_COUNT_OF(ends), 1, &t);
     assert_near(sc_timeline_scene(&t, 0, NULL).planes[0].offset_mm, -110, 1e-9);
     assert_near(sc_timeline_scene(&t, 25, NULL).planes[0].offset_mm, -120, 1e-9);
     assert_near(sc_timeline_scene(&t, 50, NULL).planes[0].offset_mm, -130, 1e-9);
@@ -621,11 +605,9 @@ TEST(slices_follow_their_key_frames)
 TEST(key_frames_move_the_camera)
 {
     sc_animation a = animation(11);
-    sc_vec3 corners[CORNERS];
     sc_timeline t;
     double fill = 0;
 
-    box_corners(corners);
     a.camera.has_target = true;
     a.camera.turns = 0;
     a.camera.angle_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {90, 0, 0}}}};
@@ -680,11 +662,9 @@ TEST(a_camera_rocks_and_comes_back)
     for (int fixed = 0; fixed < 2; fixed++) {
         sc_animation a = animation(FRAMES);
         sc_move rock = move_of(SC_VERB_ROCK, 0.2, 0.6);
-        sc_vec3 corners[CORNERS];
         sc_camera first, quarter, last;
         sc_timeline t;
 
-        box_corners(corners);
         a.camera.turns = 0;
         a.camera.elevation_deg = 0;
         a.camera.fixed = fixed;
@@ -728,7 +708,6 @@ TEST(a_camera_flies_evenly_and_without_flips)
     static sc_way_point way[SC_WAY_POINTS];
     sc_animation a = animation(FRAMES);
     sc_move fly = move_of(SC_VERB_FLY, 0.2, 1);
-    sc_vec3 corners[CORNERS];
     const size_t count = sc_way_curve(through, POINTS, curve);
     double least = HUGE_VAL, most = 0;
     sc_timeline t;
@@ -747,7 +726,6 @@ TEST(a_camera_flies_evenly_and_without_flips)
         assert_true(sc_vec3_dot(way[i].forward, way[i - 1].forward) > 0.999);
     }
     assert_true(most < 1.01 * least);
-    box_corners(corners);
     fly.verb.fov_deg = 90;
     a.moves = &fly;
     a.move_count = 1;
@@ -770,11 +748,9 @@ TEST(an_orbit_pauses_and_turns_as_far)
     enum { FRAMES = 201 };
     sc_animation a = animation(FRAMES);
     sc_move holds[] = {move_of(SC_VERB_HOLD, 0.6, 0.7), move_of(SC_VERB_HOLD, 0.2, 0.5)};
-    sc_vec3 corners[CORNERS];
     sc_timeline t, plain;
     double step_before = -1;
 
-    box_corners(corners);
     sc_timeline_resolve(&a, corners, CORNERS, 1, &plain);
     holds[1].verb.soft = 0.25;
     holds[0].verb.soft = 0.5;
@@ -814,10 +790,8 @@ TEST(zooms_and_dollies_follow_one_another)
                        move_of(SC_VERB_ZOOM, 0.2, 0.4), move_of(SC_VERB_DOLLY, 0.8, 0.8)};
     static const double zooms[] = {1, 1, 1, 2, 4, 4, 2, 1, 1, 1, 1};
     static const double distances[] = {1, 1, M_SQRT1_2, 0.5, 0.5, 0.5, 0.5, 0.5, 1.5, 1.5, 1.5};
-    sc_vec3 corners[CORNERS];
     sc_timeline t;
 
-    box_corners(corners);
     moves[0].verb.to = 1;
     moves[1].verb.to = 0.5;
     moves[2].verb.to = 4;
@@ -861,12 +835,11 @@ TEST(tissues_come_to_fill_the_picture)
 
     for (int n = 0; n < 8; n++) {
         sc_animation a = animation(FRAMES);
-        sc_vec3 corners[CORNERS], small[CORNERS];
+        sc_vec3 small[CORNERS];
         sc_move moves[] = {move_of(SC_VERB_FRAME, 0.3, 0.5), move_of(SC_VERB_ZOOM, 0, 0.2)};
         double fill = 0;
         sc_timeline t;
 
-        box_corners(corners);
         for (int i = 0; i < CORNERS; i++) /* a long box, which is wide from the front only */
             small[i] = (sc_vec3){corners[i].x * 0.6, corners[i].y * 0.1 - 10, corners[i].z * 0.1};
         a.camera.projection = n & 1 ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
@@ -898,11 +871,9 @@ TEST(tissues_come_to_fill_the_picture)
 TEST(zoom_scales_the_picture)
 {
     sc_animation a = animation(11);
-    sc_vec3 corners[CORNERS];
     sc_timeline t;
     double first;
 
-    box_corners(corners);
     a.camera.zoom_track =
         (sc_track){2, {{.at = 0, .value = {1, 0, 0}}, {.at = 1, .value = {2, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
@@ -935,14 +906,13 @@ static sc_timeline fading(const sc_fade *fades, size_t count, const sc_tissue ti
 
 static void expect_factor(const sc_timeline *t, int k, int id, double factor)
 {
-    sc_scene_room room;
+    SC_OWN(sc_scene_room_clear) sc_scene_room room = {0};
     sc_scene scene;
 
     assert_ok(sc_scene_room_init(&quiet, t->looks.label_count, &room));
     scene = sc_timeline_scene(t, k, &room);
     assert_near(scene.fades[0], 1, 0);
     assert_near(scene.fades[id], factor, 1e-6);
-    sc_scene_room_clear(&room);
 }
 
 /* Fades follow one another, pulses multiply, and a tissue is not seen before it appears. */
@@ -1071,7 +1041,7 @@ TEST(tissues_appear_in_their_order)
                                 {.visible = true, .opacity = 1},
                                 {.visible = true, .opacity = 1}};
         const sc_verbs all = {&verb, 1, list, SC_COUNT_OF(list), NULL};
-        sc_fade *fades;
+        SC_OWN(sc_free_at) sc_fade *fades = NULL;
         size_t count;
 
         assert_ok(sc_verbs_resolve(&quiet, &volume, tissues, &all, &fades, &count));
@@ -1083,7 +1053,6 @@ TEST(tissues_appear_in_their_order)
             assert_true(tissues[i + 1].fade_group > 0);
         }
         assert_true((tissues[1].fade_group == tissues[2].fade_group) == (cases[c].stagger == 0));
-        sc_free(fades);
     }
 }
 
@@ -1120,7 +1089,7 @@ TEST(tissues_move_apart_and_come_together)
     sc_timeline t = {.animation = {.frames = FRAMES}, .looks = {tissues, 4}};
     sc_looks *looks = &t.looks;
     sc_vec3 reach[8 * 9];
-    sc_scene_room room;
+    SC_OWN(sc_scene_room_clear) sc_scene_room room = {0};
     const sc_vec3 *offsets;
     sc_shift *shifts;
 
@@ -1159,7 +1128,6 @@ TEST(tissues_move_apart_and_come_together)
     for (int id = 1; id < 4; id++)
         assert_int_equal(tissues[id].part, 1);
     sc_free(shifts);
-    sc_scene_room_clear(&room);
 }
 
 /* Offsets, constant or by key frames, add to what explodes do. */
@@ -1183,9 +1151,9 @@ TEST(tissues_have_offsets)
                             {.visible = false, .opacity = 1, .offset_mm = {1, 0, 0}},
                             {.visible = true, .opacity = 1, .offset_track = 1}};
     sc_timeline t = {.animation = {.frames = 101}, .looks = {tissues, 4}};
-    sc_scene_room room;
+    SC_OWN(sc_scene_room_clear) sc_scene_room room = {0};
     const sc_vec3 *offsets;
-    sc_shift *shifts;
+    SC_OWN(sc_free_at) sc_shift *shifts = NULL;
 
     assert_ok(sc_scene_room_init(&quiet, 4, &room));
     assert_ok(sc_explodes_resolve(&quiet, &volume, tissues, &all, &shifts, &t.looks.shift_count));
@@ -1206,8 +1174,6 @@ TEST(tissues_have_offsets)
     assert_near(offsets[3].x, 2, 0);
     assert_near(offsets[3].y, 6, 1e-12);
     assert_near(offsets[3].z, 4, 1e-12);
-    sc_free(shifts);
-    sc_scene_room_clear(&room);
 }
 
 /* A verb on what nobody sees is a mistake; a fade to an opacity depends on the tissue's own. */
@@ -1221,22 +1187,20 @@ TEST(verbs_need_tissues_that_are_shown)
     sc_label labels[4];
     sc_label_stats stats[4];
     const sc_prepared volume = three_tissues(labels, stats);
-    heard h;
-    const sc_ctx ctx = listening(&h);
     const sc_verbs all = {verbs, SC_COUNT_OF(verbs), list, SC_COUNT_OF(list), NULL};
-    sc_fade *fades = NULL;
+    SC_OWN(sc_free_at) sc_fade *fades = NULL;
     size_t count;
 
-    assert_int_equal(sc_verbs_resolve(&ctx, &volume, tissues, &all, &fades, &count), SC_ERR_DATA);
+    assert_int_equal(sc_verbs_resolve(&listening, &volume, tissues, &all, &fades, &count),
+                     SC_ERR_DATA);
     assert_null(fades);
-    assert_non_null(strstr(h.text, "job:1: no tissue of this verb is shown"));
+    assert_non_null(strstr(said.text, "job:1: no tissue of this verb is shown"));
     tissues[2] = (sc_tissue){.visible = true, .opacity = 0.4};
-    assert_ok(sc_verbs_resolve(&ctx, &volume, tissues, &all, &fades, &count));
+    assert_ok(sc_verbs_resolve(&listening, &volume, tissues, &all, &fades, &count));
     assert_int_equal(count, 2);
     assert_near(fades[0].to, 0.2, 1e-12);
     assert_near(fades[1].to, 0.5, 1e-12);
     assert_int_equal(tissues[3].fade_group, 0);
-    sc_free(fades);
 }
 
 /* What frame k of a film shows, found in another way: each shot lists its own frames. */
@@ -1298,7 +1262,7 @@ TEST(a_picture_alone_stands_in_the_middle)
     for (int i = 0; i < 32; i++) {
         const double aspect = i & 1 ? 1.8 : 0.5;
         sc_animation a = animation(12);
-        sc_vec3 corners[CORNERS];
+        sc_vec3 lumpy[CORNERS];
         double low[2] = {1, 1}, high[2] = {-1, -1};
         sc_timeline t;
         sc_camera c;
@@ -1307,12 +1271,12 @@ TEST(a_picture_alone_stands_in_the_middle)
         a.camera.elevation_deg = elevations[i / 2 % 4];
         a.camera.angle_deg = i & 8 ? 50 : 180;
         a.camera.projection = i & 16 ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
-        box_corners(corners);
-        corners[5].x += 70; /* not symmetric, so that nothing is centred by chance */
-        sc_timeline_resolve(&a, corners, CORNERS, aspect, &t);
+        memcpy(lumpy, corners, sizeof lumpy);
+        lumpy[5].x += 70; /* not symmetric, so that nothing is centred by chance */
+        sc_timeline_resolve(&a, lumpy, CORNERS, aspect, &t);
         c = sc_timeline_scene(&t, 0, NULL).camera;
         for (int k = 0; k < CORNERS; k++) {
-            const sc_vec3 d = sc_vec3_sub(corners[k], c.position_mm);
+            const sc_vec3 d = sc_vec3_sub(lumpy[k], c.position_mm);
             const double scale =
                 c.half_height * (c.projection == SC_PERSPECTIVE ? sc_vec3_dot(d, c.forward) : 1);
             const double at[2] = {sc_vec3_dot(d, c.right) / scale / aspect,

@@ -9,14 +9,13 @@
 #include <unistd.h>
 
 /* Read @p text of @p bytes bytes as a table of values. */
-static sc_status read_bytes(const char *text, size_t bytes, const char *column, heard *said,
-                            sc_value_table *out)
+static sc_status read_bytes(const char *text, size_t bytes, const char *column, sc_value_table *out)
 {
-    const sc_ctx ctx = listening(said);
+    const sc_ctx *ctx = listening_anew();
     sc_status status;
 
     write_bytes("v.csv", "", text, bytes);
-    status = sc_value_table_read(&ctx, "v.csv", column, out);
+    status = sc_value_table_read(ctx, "v.csv", column, out);
     unlink("v.csv");
     return status;
 }
@@ -25,10 +24,9 @@ static sc_status read_bytes(const char *text, size_t bytes, const char *column, 
  */
 static void expect_two(const char *text, const char *column, bool has_number)
 {
-    sc_value_table table = {0};
-    heard said;
+    SC_OWN(sc_value_table_clear) sc_value_table table = {0};
 
-    if (read_bytes(text, strlen(text), column, &said, &table) != SC_OK || table.count != 2)
+    if (read_bytes(text, strlen(text), column, &table) != SC_OK || table.count != 2)
         fail_msg("\"%s\": %zu rows: %s", text, table.count, said.text);
     for (size_t i = 0; i < 2; i++) {
         const sc_value_row *row = &table.rows[i];
@@ -40,7 +38,6 @@ static void expect_two(const char *text, const char *column, bool has_number)
             assert_string_equal(row->name, i ? "b" : "left atrium");
         assert_true(i ? isnan(row->value) : row->value == 2.5);
     }
-    sc_value_table_clear(&table);
 }
 
 TEST(the_tissue_is_told_by_number_or_name)
@@ -65,12 +62,11 @@ TEST(other_encodings_are_read)
                                 "4\0,\0"
                                 "1\0";
     sc_value_table table = {0};
-    heard said;
 
-    assert_int_equal(read_bytes(utf16, sizeof utf16 - 1, "", &said, &table), SC_OK);
+    assert_int_equal(read_bytes(utf16, sizeof utf16 - 1, "", &table), SC_OK);
     assert_true(table.count == 1 && table.rows[0].number == 4 && table.rows[0].value == 1);
     sc_value_table_clear(&table);
-    assert_int_equal(read_bytes("name,x\nh\xf6he,1\n", 14, "", &said, &table), SC_OK);
+    assert_int_equal(read_bytes("name,x\nh\xf6he,1\n", 14, "", &table), SC_OK);
     assert_string_equal(table.rows[0].name, "h\xc3\xb6he");
     assert_string_equal(table.column, "x");
     sc_value_table_clear(&table);
@@ -80,9 +76,8 @@ TEST(other_encodings_are_read)
 static void expect_refused(const char *text, const char *column, const char *words)
 {
     sc_value_table table = {0};
-    heard said;
 
-    assert_int_equal(read_bytes(text, strlen(text), column, &said, &table), SC_ERR_DATA);
+    assert_int_equal(read_bytes(text, strlen(text), column, &table), SC_ERR_DATA);
     if (said.errors != 1 || !strstr(said.text, words))
         fail_msg("\"%s\": expected \"%s\": %s", text, words, said.text);
     assert_true(!table.rows && !table.text);
@@ -90,8 +85,7 @@ static void expect_refused(const char *text, const char *column, const char *wor
 
 TEST(mistakes_are_told_with_their_line)
 {
-    sc_value_table table = {0};
-    heard said;
+    SC_OWN(sc_value_table_clear) sc_value_table table = {0};
 
     expect_refused("", "", "v.csv:1: is no line of headings");
     expect_refused("1,2,3\n4,5,6\n", "", "v.csv:1: is no line of headings");
@@ -104,10 +98,9 @@ TEST(mistakes_are_told_with_their_line)
     expect_refused("id;x\n4;1,5\n", "x", "expected a number with a decimal point");
     expect_refused("id,x\n4,inf\n", "x", "the value is \"inf\"");
     expect_refused("id,x\n", "x", "no tissues below them");
-    assert_int_equal(read_bytes("id,name,x\n,,1\n4,,2\n", 19, "x", &said, &table), SC_OK);
+    assert_int_equal(read_bytes("id,name,x\n,,1\n4,,2\n", 19, "x", &table), SC_OK);
     assert_int_equal(table.count, 1);
     assert_non_null(strstr(said.text, "v.csv:2: 1 line has neither number nor name"));
-    sc_value_table_clear(&table);
 }
 
 RUN_TESTS(NULL, NULL)

@@ -44,7 +44,7 @@ typedef struct decoded {
 static sc_status compare_frame(void *user, int k, double time_s, const sc_image *image)
 {
     decoded *d = user;
-    sc_image want = test_picture(image->width_px, image->height_px, k);
+    SC_OWN(sc_image_clear) sc_image want = test_picture(image->width_px, image->height_px, k);
 
     assert_near(time_s, k / 24.0, 5.1e-3); /* as sc_video_time_error_s says of GIF */
     d->count = k + 1;
@@ -61,7 +61,6 @@ static sc_status compare_frame(void *user, int k, double time_s, const sc_image 
             d->largest_error = step > d->largest_error ? step : d->largest_error;
         }
     }
-    sc_image_clear(&want);
     return SC_OK;
 }
 
@@ -100,10 +99,9 @@ static void write_kind(const char *path, sc_codec codec, int width, int height, 
 
     assert_ok(sc_video_writer_open(&quiet, path, &settings, &writer));
     for (int k = 0; k < frames; k++) {
-        sc_image image = test_picture(width, height, k);
+        SC_OWN(sc_image_clear) sc_image image = test_picture(width, height, k);
 
         assert_ok(sc_video_writer_push(&quiet, writer, &image));
-        sc_image_clear(&image);
     }
     assert_ok(sc_video_writer_finish(&quiet, writer, complete, true));
     sc_video_writer_close(writer);
@@ -174,7 +172,7 @@ static void write_transparent(const char *path)
     const sc_video_settings settings = {
         .width_px = 64, .height_px = 48, .fps = 4, .crf = 1, .preset = "fast", .alpha = true};
     sc_video_writer *writer;
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
 
     assert_ok(sc_image_init_alpha(&quiet, 64, 48, true, &image));
     assert_ok(sc_video_writer_open(&quiet, path, &settings, &writer));
@@ -189,7 +187,6 @@ static void write_transparent(const char *path)
     }
     assert_ok(sc_video_writer_finish(&quiet, writer, true, true));
     sc_video_writer_close(writer);
-    sc_image_clear(&image);
 }
 
 /* Each frame of an animated WebP says (bit 1 of the last byte of its head) that it is not laid over
@@ -197,7 +194,7 @@ static void write_transparent(const char *path)
 static void frames_replace_each_other(const char *path)
 {
     enum { HEAD_BYTES = 8, FLAGS_AT = 15 };
-    char *data;
+    SC_OWN(sc_free_at) char *data = NULL;
     size_t bytes;
     int frames = 0;
 
@@ -209,7 +206,6 @@ static void frames_replace_each_other(const char *path)
         frames++;
     }
     assert_int_equal(frames, 6);
-    sc_free(data);
 }
 
 /* What is transparent is black in the frames. */
@@ -247,7 +243,7 @@ TEST(what_is_transparent_has_the_colour_beside_it)
     const sc_video_settings settings = {
         .width_px = 64, .height_px = 48, .fps = 4, .crf = 18, .preset = "fast", .alpha = true};
     sc_encoder *encoder;
-    sc_image image;
+    SC_OWN(sc_image_clear) sc_image image = {0};
     const char *picture;
     uint16_t first, other;
 
@@ -269,7 +265,6 @@ TEST(what_is_transparent_has_the_colour_beside_it)
         assert_int_equal(other, first);
     }
     sc_encoder_close(encoder);
-    sc_image_clear(&image);
 }
 
 /* Keep the number of a frame of 64 x 64 pixels, and compare it with what was pushed. */
@@ -361,7 +356,7 @@ TEST(equal_frames_give_equal_bytes_and_the_index_comes_first)
 {
     for (size_t i = 0; i < SC_COUNT_OF(kinds); i++) {
         size_t bytes, moov = 0, mdat = 0;
-        char *video;
+        SC_OWN(sc_free_at) char *video = NULL;
 
         if (!can_encode(&kinds[i]))
             continue;
@@ -372,7 +367,6 @@ TEST(equal_frames_give_equal_bytes_and_the_index_comes_first)
         }
         if (!strcmp(kinds[i].name, "v.mp4"))
             assert_true(moov && mdat && moov < mdat);
-        sc_free(video);
     }
 }
 
@@ -389,7 +383,7 @@ TEST(an_unfinished_video_never_bears_the_final_name)
         .width_px = 64, .height_px = 64, .fps = 24, .crf = 16, .preset = "fast"};
     decoded d = {0};
     sc_video_writer *writer;
-    sc_image image = test_picture(64, 64, 0);
+    SC_OWN(sc_image_clear) sc_image image = test_picture(64, 64, 0);
 
     assert_ok(sc_video_writer_open(&quiet, "w.mp4", &settings, &writer));
     assert_ok(sc_video_writer_push(&quiet, writer, &image));
@@ -410,7 +404,6 @@ TEST(an_unfinished_video_never_bears_the_final_name)
     assert_int_equal(sc_video_writer_open(&quiet, "no/such/w.mp4", &settings, &writer),
                      SC_ERR_CREATE);
     assert_int_equal(sc_video_writer_open(&quiet, "w.avi", &settings, &writer), SC_ERR_USAGE);
-    sc_image_clear(&image);
 }
 
 /* Two GOPs that are encoded by two encoders, the second one first, join to the same video that one
@@ -435,11 +428,10 @@ static void join_gops(const kind *of)
     for (int g = 1; g >= 0; g--) {
         assert_ok(sc_encoder_open(&quiet, name, &settings, &encoder));
         for (int k = g * gop_frames; k < (g + 1) * gop_frames && k < FRAMES; k++) {
-            sc_image image = test_picture(192, 120, k);
+            SC_OWN(sc_image_clear) sc_image image = test_picture(192, 120, k);
 
             assert_ok(
                 sc_encoder_push(&quiet, encoder, sc_encoder_convert(encoder, &image), (uint64_t)k));
-            sc_image_clear(&image);
         }
         assert_ok(sc_encoder_finish(&quiet, encoder, 7, g * gop_frames, &segments[g]));
         sc_encoder_close(encoder);
@@ -478,7 +470,7 @@ TEST(a_damaged_segment_is_refused)
 {
     const sc_video_settings settings = {
         .width_px = 64, .height_px = 64, .fps = 24, .crf = 16, .preset = "fast"};
-    sc_image image = test_picture(64, 64, 3);
+    SC_OWN(sc_image_clear) sc_image image = test_picture(64, 64, 3);
     sc_segment segment, shorter;
     sc_segment_info info;
     sc_encoder *encoder;
@@ -502,7 +494,6 @@ TEST(a_damaged_segment_is_refused)
     sc_muxer_close(muxer);
     assert_false(exists("t.webm"));
     sc_segment_free(&segment);
-    sc_image_clear(&image);
 }
 
 /* Encode a second of large frames on a thread: glibc gives it an arena of its own, in which large
@@ -513,7 +504,7 @@ static void *write_large(void *user)
     const sc_video_settings settings = {
         .width_px = 1920, .height_px = 1080, .fps = 24, .crf = 16, .preset = "fast"};
     sc_status *status = user;
-    sc_image image = test_picture(settings.width_px, settings.height_px, 0);
+    SC_OWN(sc_image_clear) sc_image image = test_picture(settings.width_px, settings.height_px, 0);
     sc_video_writer *writer = NULL;
 
     *status = sc_video_writer_open(&quiet, "large.mp4", &settings, &writer);
@@ -522,7 +513,6 @@ static void *write_large(void *user)
     if (*status == SC_OK)
         *status = sc_video_writer_finish(&quiet, writer, true, true);
     sc_video_writer_close(writer);
-    sc_image_clear(&image);
     return NULL;
 }
 

@@ -27,7 +27,7 @@ static const uint8_t *pixel(const sc_image *image, int x, int y)
 
 TEST(lines_and_frames_are_drawn_at_their_coordinates)
 {
-    sc_image image = blank_image(60, 40);
+    SC_OWN(sc_image_clear) sc_image image = blank_image(60, 40);
     sc_overlay *overlay;
 
     assert_ok(sc_overlay_begin(&quiet, &image, &overlay));
@@ -42,7 +42,6 @@ TEST(lines_and_frames_are_drawn_at_their_coordinates)
         assert_memory_equal(pixel(&image, x, 2), black, 3);
         assert_memory_equal(pixel(&image, x, 36), black, 3);
     }
-    sc_image_clear(&image);
 }
 
 /* Find the bounding box of the dark pixels: left, top, right, bottom. */
@@ -67,7 +66,7 @@ TEST(text_is_anchored_and_sized_as_asked_for)
     const sc_letters letters = {.size_px = 30, .halo = {255, 255, 255}};
 
     for (int anchor = -1; anchor <= 1; anchor++) {
-        sc_image image = blank_image(200, 100);
+        SC_OWN(sc_image_clear) sc_image image = blank_image(200, 100);
         sc_overlay *overlay;
         int box[4];
 
@@ -78,7 +77,6 @@ TEST(text_is_anchored_and_sized_as_asked_for)
         assert_in_range(box[3] - box[1], 17, 27); /* the height of capitals */
         assert_near(box[0] + (anchor + 1) / 2.0 * (box[2] - box[0]), 100, 3);
         assert_near(box[1] + (anchor + 1) / 2.0 * (box[3] - box[1]), 50, 3);
-        sc_image_clear(&image);
     }
 }
 
@@ -107,7 +105,7 @@ TEST(slices_are_in_radiological_convention)
     sc_volume volume = shape_volume(size, spacing, 1, 4, rods);
     small_scene s;
     const sc_views views = {.high_mm = {40, 40, 40}, .oriented = true};
-    sc_image image = blank_image(400, 400);
+    SC_OWN(sc_image_clear) sc_image image = blank_image(400, 400);
     sc_renderer *r;
     const sc_viewport space = {200, 200, 200, 200};
     sc_render_stats stats, alone;
@@ -135,7 +133,6 @@ TEST(slices_are_in_radiological_convention)
     sc_render_view(r, &scene, &space, NULL, &image, &alone);
     assert_true(alone.counters.rays > 0 && stats.counters.rays > alone.counters.rays);
     sc_renderer_free(r);
-    sc_image_clear(&image);
     free_scene(&s);
 }
 
@@ -148,7 +145,7 @@ TEST(each_slice_has_the_scale_of_its_panel)
     static const double px_per_mm[3] = {4, 2, 2};
     small_scene s = make_scene(shape_volume(size, spacing, 1, 2, filled), 1);
     const sc_views views = {.high_mm = {40, 40, 80}};
-    sc_image image = blank_image(400, 400);
+    SC_OWN(sc_image_clear) sc_image image = blank_image(400, 400);
     sc_scene scene = front_view(&s);
     sc_render_stats stats;
     sc_renderer *r;
@@ -164,7 +161,6 @@ TEST(each_slice_has_the_scale_of_its_panel)
         assert_memory_equal(middle + 3 * (reach + 4), white, 3);
     }
     sc_renderer_free(r);
-    sc_image_clear(&image);
     free_scene(&s);
 }
 
@@ -186,14 +182,13 @@ TEST(work_and_times_are_added_up)
 
 TEST(a_failed_allocation_is_reported)
 {
-    sc_image image = blank_image(32, 32);
+    SC_OWN(sc_image_clear) sc_image image = blank_image(32, 32);
     long budget = 0;
     const sc_ctx poor = {.alloc_budget = &budget};
     sc_overlay *overlay = NULL;
 
     assert_int_equal(sc_overlay_begin(&poor, &image, &overlay), SC_ERR_MEMORY);
     assert_null(overlay);
-    sc_image_clear(&image);
 }
 
 static int solid(double x, double y, double z)
@@ -213,7 +208,7 @@ TEST(a_frame_that_is_given_up_is_not_measured)
     sc_render_stats stats;
     sc_render_span span;
     sc_renderer *r;
-    sc_image image = blank_image(s.settings.width_px, s.settings.height_px);
+    SC_OWN(sc_image_clear) sc_image image = blank_image(s.settings.width_px, s.settings.height_px);
 
     s.settings.threads = 1;
     s.settings.give_up = &give_up;
@@ -227,7 +222,6 @@ TEST(a_frame_that_is_given_up_is_not_measured)
     assert_int_equal(stats.counters.rays, 0);
     assert_true(span.begin_s == 0 && span.end_s == 0 && stats.cpu_s == 0);
     sc_renderer_free(r);
-    sc_image_clear(&image);
     free_scene(&s);
 }
 
@@ -237,7 +231,7 @@ TEST(drawing_over_a_transparent_picture_keeps_it_transparent)
 {
     static const uint8_t dark[3] = {20, 30, 40}, behind[3] = {250, 120, 0};
     const sc_letters letters = {20, {20, 20, 20}, {255, 255, 255}};
-    sc_image clear, opaque;
+    SC_OWN(sc_image_clear) sc_image clear = {0}, opaque = {0};
     sc_overlay *overlay;
     image_difference d;
 
@@ -261,8 +255,6 @@ TEST(drawing_over_a_transparent_picture_keeps_it_transparent)
     assert_true(compare_images(&clear, &opaque, &d));
     assert_true(d.largest <= 2); /* rounding */
     assert_in_range(d.differing_px, 0, 400);
-    sc_image_clear(&clear);
-    sc_image_clear(&opaque);
 }
 
 RUN_TESTS(NULL, NULL)

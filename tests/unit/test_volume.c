@@ -92,7 +92,7 @@ TEST(nrrd_of_every_type_encoding_and_byte_order_is_read)
         for (int variant = 0; variant < 4; variant++) {
             const bool swapped = variant & 1, packed = variant & 2;
             const size_t bytes = store(data, types[t], swapped);
-            sc_volume v;
+            SC_OWN(sc_volume_clear) sc_volume v = {0};
 
             snprintf(head, sizeof head,
                      "NRRD0004\ntype: %s\ndimension: 3\nspace: left-posterior-superior\n"
@@ -107,7 +107,6 @@ TEST(nrrd_of_every_type_encoding_and_byte_order_is_read)
             assert_near(v.to_ras_mm.m[1][3], -2, 0);
             assert_near(v.to_ras_mm.m[2][2], 2, 0);
             assert_true(v.oriented);
-            sc_volume_clear(&v);
         }
     }
     unlink("t.nrrd");
@@ -133,20 +132,18 @@ TEST(nrrd_units_are_read_of_the_space_and_of_axes)
     const size_t bytes = store(data, "int16", false);
 
     for (size_t c = 0; c < SC_COUNT_OF(cases); c++) {
-        heard said;
-        const sc_ctx ctx = listening(&said);
-        sc_volume v;
+        const sc_ctx *ctx = listening_anew();
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         snprintf(head, sizeof head,
                  "NRRD0004\ntype: int16\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
                  "endian: little\n%s\n",
                  cases[c].fields);
         write_file("t.nrrd", head, data, bytes, false);
-        assert_ok(sc_volume_read(&ctx, "t.nrrd", &v));
+        assert_ok(sc_volume_read(ctx, "t.nrrd", &v));
         for (int i = 0; i < 3; i++)
             assert_near(v.to_ras_mm.m[i][i], cases[c].mm, 1e-12);
         assert_int_equal(said.warnings > 3, cases[c].told); /* one for each axis */
-        sc_volume_clear(&v);
     }
     unlink("t.nrrd");
 }
@@ -166,21 +163,19 @@ TEST(an_nrrd_with_a_file_of_its_own_is_read)
                                             "encoding: raw\nendian: little\ndata file: t.raw\n",
                                             "encoding: gzip\nendian: little\ndata file: t.raw\n"};
         char header[256];
-        heard said;
-        const sc_ctx ctx = listening(&said);
-        sc_volume v;
+        const sc_ctx *ctx = listening_anew();
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         write_file("t.raw", "", data, bytes, i / 2 == 2);
         snprintf(header, sizeof header,
                  "NRRD0004\ntype: short\ndimension: 3\nsizes: 7 5 4\nspacings: 1 1 2\n%s%s",
                  files[i / 2], i % 2 ? "\n" : "");
         write_file("t.nhdr", header, "", 0, false);
-        assert_ok(sc_volume_read(&ctx, "t.nhdr", &v));
+        assert_ok(sc_volume_read(ctx, "t.nhdr", &v));
         expect_values(&v);
         assert_false(v.oriented);
         assert_near(v.to_ras_mm.m[2][2], 2, 0);
         assert_null(strstr(said.text, "gzip"));
-        sc_volume_clear(&v);
     }
     unlink("t.nhdr");
     unlink("t.txt");
@@ -290,7 +285,7 @@ TEST(nifti_of_the_other_byte_order_is_read)
     unsigned char h[352];
     char data[VOXELS * 8];
     const size_t bytes = store(data, "int16", true);
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     nifti_header(h, 4, 16);
     set_sform(h, m);
@@ -304,7 +299,6 @@ TEST(nifti_of_the_other_byte_order_is_read)
     assert_ok(sc_volume_read(&quiet, "t.nii", &v));
     expect_values(&v);
     assert_near(v.to_ras_mm.m[1][2], 3, 0);
-    sc_volume_clear(&v);
     unlink("t.nii");
 }
 
@@ -312,23 +306,20 @@ TEST(fractions_and_infinities_are_refused_with_their_voxel)
 {
     unsigned char h[352];
     float data[VOXELS] = {0};
-    heard said;
-    sc_ctx ctx = listening(&said);
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     nifti_header(h, 16, 32);
     data[NX * NY + 2] = 1.5f;
     write_nifti("t.nii", h, data, sizeof data, false);
-    assert_int_equal(sc_volume_read(&ctx, "t.nii", &v), SC_ERR_DATA);
+    assert_int_equal(sc_volume_read(&listening, "t.nii", &v), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "voxel (2, 0, 1) holds 1.5"));
     data[NX * NY + 2] = NAN;
     write_nifti("t.nii", h, data, sizeof data, false);
-    assert_int_equal(sc_volume_read(&ctx, "t.nii", &v), SC_ERR_DATA);
+    assert_int_equal(sc_volume_read(&listening, "t.nii", &v), SC_ERR_DATA);
     data[NX * NY + 2] = 3e9f;
     write_nifti("t.nii", h, data, sizeof data, false);
-    assert_ok(sc_volume_read(&ctx, "t.nii", &v));
+    assert_ok(sc_volume_read(&listening, "t.nii", &v));
     assert_int_equal(v.labels[1].value, 3000000000);
-    sc_volume_clear(&v);
     unlink("t.nii");
 }
 
@@ -348,9 +339,8 @@ TEST(whole_labels_with_a_slope_are_rounded_and_probabilities_are_not)
     for (size_t c = 0; c < SC_COUNT_OF(cases); c++) {
         const double slope = cases[c].labels[2] / (cases[c].bits == 8 ? 255 : 65535);
         unsigned char h[352], data[VOXELS * 2];
-        heard said;
-        sc_ctx ctx = listening(&said);
-        sc_volume v = {0};
+        const sc_ctx *ctx = listening_anew();
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         nifti_header(h, cases[c].datatype, cases[c].bits);
         put_real(h, 112, (float)slope);
@@ -366,17 +356,16 @@ TEST(whole_labels_with_a_slope_are_rounded_and_probabilities_are_not)
         }
         write_nifti("t.nii", h, data, VOXELS * (size_t)cases[c].bits / 8, false);
         if (cases[c].labels[0] < 1) {
-            assert_int_equal(sc_volume_read(&ctx, "t.nii", &v), SC_ERR_DATA);
+            assert_int_equal(sc_volume_read(ctx, "t.nii", &v), SC_ERR_DATA);
             assert_non_null(strstr(said.text, "a fraction"));
             assert_null(strstr(said.text, "rounded"));
             continue;
         }
-        assert_ok(sc_volume_read(&ctx, "t.nii", &v));
+        assert_ok(sc_volume_read(ctx, "t.nii", &v));
         assert_int_equal(v.label_count, 4);
         for (int i = 1; i < 4; i++)
             assert_int_equal(v.labels[i].value, (int)cases[c].labels[i - 1]);
         assert_non_null(strstr(said.text, "rounded to whole numbers"));
-        sc_volume_clear(&v);
     }
     unlink("t.nii");
 }
@@ -386,8 +375,7 @@ static sc_status read_labels(int distinct, sc_volume *out)
 {
     enum { SIDE = 300 };
     static int32_t data[SIDE * SIDE];
-    heard said;
-    sc_ctx ctx = listening(&said);
+    const sc_ctx *ctx = listening_anew();
 
     for (int i = 0; i < SIDE * SIDE; i++)
         data[i] = i % (distinct + 1) ? (i % (distinct + 1) - 40000) * 3 + 1 : 0;
@@ -395,7 +383,7 @@ static sc_status read_labels(int distinct, sc_volume *out)
                "NRRD0004\ntype: int\ndimension: 3\nsizes: 300 300 1\nencoding: raw\n"
                "endian: little\n\n",
                data, sizeof data, false);
-    return sc_volume_read(&ctx, "t.nrrd", out);
+    return sc_volume_read(ctx, "t.nrrd", out);
 }
 
 /* Write a volume of noise with long runs to t.nrrd: more than 256 labels, the first of those beyond
@@ -429,8 +417,8 @@ static void write_many(const char *encoding, size_t bad)
 TEST(threads_do_not_change_what_is_read)
 {
     for (int packed = 0; packed < 2; packed++) {
-        sc_volume first = {0};
-        sc_label_scan tallies = {0};
+        SC_OWN(sc_volume_clear) sc_volume first = {0};
+        SC_OWN(sc_label_scan_clear) sc_label_scan tallies = {0};
 
         write_many(packed ? "gzip" : "raw", MANY);
         assert_ok(sc_volume_read(&quiet, "t.nrrd", &first));
@@ -439,8 +427,8 @@ TEST(threads_do_not_change_what_is_read)
         assert_true(first.label_count > 2000);
         for (int threads = 2; threads < 6; threads++) {
             sc_ctx ctx = quiet;
-            sc_volume v;
-            sc_label_scan scan;
+            SC_OWN(sc_volume_clear) sc_volume v = {0};
+            SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
 
             ctx.threads = threads;
             assert_ok(sc_volume_read(&ctx, "t.nrrd", &v));
@@ -451,16 +439,11 @@ TEST(threads_do_not_change_what_is_read)
                 assert_int_equal(v.labels[id].value, first.labels[id].value);
             assert_memory_equal(scan.tallies, tallies.tallies,
                                 (size_t)v.label_count * sizeof *scan.tallies);
-            sc_volume_clear(&v);
-            sc_label_scan_clear(&scan);
         }
-        sc_label_scan_clear(&tallies);
-        sc_volume_clear(&first);
     }
     write_many("raw", MANY - 700000);
     for (int threads = 1; threads < 5; threads++) { /* the first of many fractions is named */
-        heard said;
-        sc_ctx ctx = listening(&said);
+        sc_ctx ctx = *listening_anew();
         sc_volume v;
         const int at = MANY - 700000;
         char voxel[64];
@@ -516,7 +499,7 @@ TEST(runs_of_every_type_are_found)
         write_file("t.nrrd", head, stored, COUNT * each, t % 2);
         for (int threads = 1; threads < 4; threads++) {
             sc_ctx ctx = quiet;
-            sc_volume v = {0}, part = {0};
+            SC_OWN(sc_volume_clear) sc_volume v = {0}, part = {0};
 
             ctx.threads = threads;
             assert_ok(sc_volume_read(&ctx, "t.nrrd", &v));
@@ -529,8 +512,6 @@ TEST(runs_of_every_type_are_found)
 
                 assert_int_equal(((const uint8_t *)part.ids)[i], labels[(z * Y + y) * X + x]);
             }
-            sc_volume_clear(&part);
-            sc_volume_clear(&v);
         }
     }
     free(labels);
@@ -551,8 +532,7 @@ TEST(damage_that_is_read_ahead_is_told)
         assert_int_equal(fputc(0xff, file), 0xff);
     assert_int_equal(fclose(file), 0);
     for (int threads = 1; threads < 4; threads++) {
-        heard said;
-        sc_ctx ctx = listening(&said);
+        sc_ctx ctx = *listening_anew();
         sc_volume v = {0};
 
         ctx.threads = threads;
@@ -590,7 +570,7 @@ TEST(there_may_be_65533_labels_of_any_value)
 TEST(slicer_keys_name_and_colour_labels)
 {
     char data[VOXELS];
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     memset(data, 3, sizeof data);
     data[0] = 9;
@@ -606,7 +586,6 @@ TEST(slicer_keys_name_and_colour_labels)
     assert_int_equal(v.labels[2].rgb[0], 255);
     assert_int_equal(v.labels[2].rgb[1], 128);
     assert_string_equal(v.labels[1].name, "");
-    sc_volume_clear(&v);
     unlink("t.seg.nrrd");
 }
 
@@ -632,8 +611,6 @@ TEST(groups_of_mitk_name_and_colour_labels)
 #undef LABEL
     char header[2048], data[2 * VOXELS];
     sc_volume v;
-    heard said;
-    const sc_ctx ctx = listening(&said);
 
     for (int several = 0; several < 2; several++) {
         memset(data, 0, sizeof data);
@@ -658,14 +635,14 @@ TEST(groups_of_mitk_name_and_colour_labels)
                "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
                "org.mitk.multilabel.segmentation.labelgroups:=[{\n\n",
                data, VOXELS, false);
-    assert_int_equal(sc_volume_read(&ctx, "t.nrrd", &v), SC_ERR_DATA);
+    assert_int_equal(sc_volume_read(&listening, "t.nrrd", &v), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "its label groups of MITK are no JSON"));
     unlink("t.nrrd");
 }
 
 static void expect_table(sc_table_format format, const char *text, float opacity, bool hidden)
 {
-    sc_label_table table = {0};
+    SC_OWN(sc_label_table_clear) sc_label_table table = {0};
 
     write_file("t.txt", text, "", 0, false);
     assert_ok(sc_label_table_read(&quiet, "t.txt", format, &table));
@@ -675,15 +652,12 @@ static void expect_table(sc_table_format format, const char *text, float opacity
     assert_int_equal(table.rows[0].rgb[2], 30);
     assert_near(table.rows[0].opacity, opacity, 0.003);
     assert_int_equal(table.rows[0].hidden, hidden);
-    sc_label_table_clear(&table);
 }
 
 /* The sixth number of a row is opacity in tables of Slicer, but transparency in those of
  * FreeSurfer. */
 TEST(tables_of_three_programs_are_read)
 {
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_label_table table = {0};
 
     expect_table(SC_TABLE_AUTO, "# x\n4 left_atrium 10 20 30 255\n", -1, false);
@@ -699,18 +673,19 @@ TEST(tables_of_three_programs_are_read)
     assert_string_equal(table.rows[0].name, "the \"left\" atrium \"A\"");
     sc_label_table_clear(&table);
     write_file("t.txt", "4 Left-Atrium 10 20 30 0\n5 b 1 2 3 0\n", "", 0, false);
-    assert_ok(sc_label_table_read(&ctx, "t.txt", SC_TABLE_AUTO, &table));
+    assert_ok(sc_label_table_read(&listening, "t.txt", SC_TABLE_AUTO, &table));
     assert_non_null(strstr(said.text, "FreeSurfer"));
     assert_false(table.rows[0].hidden);
     sc_label_table_clear(&table);
     write_file("t.txt", "4 left_atrium\nnonsense\n", "", 0, false);
-    assert_int_equal(sc_label_table_read(&ctx, "t.txt", SC_TABLE_SLICER, &table), SC_ERR_DATA);
+    assert_int_equal(sc_label_table_read(&listening, "t.txt", SC_TABLE_SLICER, &table),
+                     SC_ERR_DATA);
     assert_non_null(strstr(said.text, "t.txt:1:"));
     write_file("t.txt", "# no label\n\n", "", 0, false);
-    assert_int_equal(sc_label_table_read(&ctx, "t.txt", SC_TABLE_AUTO, &table), SC_ERR_DATA);
+    assert_int_equal(sc_label_table_read(&listening, "t.txt", SC_TABLE_AUTO, &table), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "has no labels"));
     write_file("t.txt", "0 background 0 0 0 0\n", "", 0, false);
-    assert_ok(sc_label_table_read(&ctx, "t.txt", SC_TABLE_AUTO, &table));
+    assert_ok(sc_label_table_read(&listening, "t.txt", SC_TABLE_AUTO, &table));
     assert_int_equal(table.count, 0);
     sc_label_table_clear(&table);
     unlink("t.txt");
@@ -721,24 +696,22 @@ TEST(names_are_valid_utf8_whatever_the_file_holds)
 {
     enum { NAME = SC_NAME_BYTES - 2 }; /* a character of two bytes behind so many has no room */
     char text[1024], letters[NAME + 1], data[VOXELS] = {0};
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_label_table table = {0};
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     memset(letters, 'x', NAME);
     letters[NAME] = '\0';
     snprintf(text, sizeof text,
              "1 %s\xc3\xa9\xc3\xa9 1 2 3 255\n2 \xff 1 2 3 255\n3 ok 1 2 3 255\n", letters);
     write_file("t.txt", text, "", 0, false);
-    assert_ok(sc_label_table_read(&ctx, "t.txt", SC_TABLE_SLICER, &table));
+    assert_ok(sc_label_table_read(&listening, "t.txt", SC_TABLE_SLICER, &table));
     assert_string_equal(table.rows[0].name, letters);
     assert_string_equal(table.rows[1].name, "\xef\xbf\xbd");
     assert_non_null(strstr(said.text, "2 names are not UTF-8 or longer"));
     sc_label_table_clear(&table);
     snprintf(text, sizeof text, "4 1 2 3 1 1 1 \"%s\xc3\xa9\"\n5 1 2 3 1 1 1 \"b\x9b\"\n", letters);
     write_file("t.txt", text, "", 0, false);
-    assert_ok(sc_label_table_read(&ctx, "t.txt", SC_TABLE_ITKSNAP, &table));
+    assert_ok(sc_label_table_read(&listening, "t.txt", SC_TABLE_ITKSNAP, &table));
     assert_string_equal(table.rows[0].name, letters);
     assert_string_equal(table.rows[1].name, "b\xef\xbf\xbd");
     sc_label_table_clear(&table);
@@ -750,11 +723,10 @@ TEST(names_are_valid_utf8_whatever_the_file_holds)
              "Segment0_ID:=a\nSegment0_Name:=%s\xc3\xa9\n\n",
              letters);
     write_file("t.seg.nrrd", text, data, sizeof data, false);
-    assert_ok(sc_volume_read(&ctx, "t.seg.nrrd", &v));
+    assert_ok(sc_volume_read(&listening, "t.seg.nrrd", &v));
     assert_int_equal(strlen(v.labels[1].name), 254);
     assert_string_equal(v.labels[1].name, letters);
     assert_non_null(strstr(said.text, "1 name is not UTF-8 or longer"));
-    sc_volume_clear(&v);
     unlink("t.seg.nrrd");
 }
 
@@ -769,8 +741,7 @@ TEST(an_allocation_that_fails_is_reported_and_frees_all)
                data, bytes, false);
     for (long n = 0;; n++) {
         long budget = n;
-        heard said;
-        sc_ctx ctx = listening(&said);
+        sc_ctx ctx = *listening_anew();
         sc_volume v = {0};
         sc_status status;
 
@@ -801,8 +772,7 @@ TEST(whether_a_volume_reads_a_file_is_never_guessed)
                "", 0, false);
     for (long n = 0; !reads; n++) {
         long budget = n;
-        heard said;
-        sc_ctx ctx = listening(&said);
+        sc_ctx ctx = *listening_anew();
 
         ctx.alloc_budget = &budget;
         if (sc_volume_reads(&ctx, "t.nhdr", "t.raw", &reads) == SC_OK) {
@@ -826,8 +796,8 @@ TEST(whether_a_volume_reads_a_file_is_never_guessed)
  * header finds the label table. */
 static void expect_same_scan(const char *path)
 {
-    sc_label_scan scan = {0}, header = {0};
-    sc_volume v;
+    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0}, header = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_ok(sc_volume_read(&quiet, path, &v));
     assert_ok(sc_volume_scan_labels(&quiet, path, &scan));
@@ -856,9 +826,6 @@ static void expect_same_scan(const char *path)
         assert_memory_equal(scan.tallies[id].low, t.low, sizeof t.low);
         assert_memory_equal(scan.tallies[id].high, t.high, sizeof t.high);
     }
-    sc_volume_clear(&v);
-    sc_label_scan_clear(&scan);
-    sc_label_scan_clear(&header);
 }
 
 TEST(a_scan_finds_the_labels_of_every_encoding)
@@ -931,7 +898,7 @@ TEST(a_header_and_a_table_name_labels_together)
                        {.value = 3, .name = "three", .opacity = -1},
                        {.value = 12, .name = "not this", .opacity = -1}};
     const sc_label_table table = {rows, SC_COUNT_OF(rows), SC_COUNT_OF(rows)};
-    sc_label_scan scan;
+    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
     char data[VOXELS] = {0};
 
     write_file("t.nrrd",
@@ -945,7 +912,6 @@ TEST(a_header_and_a_table_name_labels_together)
     assert_string_equal(scan.volume.labels[1].name, "three");
     assert_string_equal(scan.volume.labels[2].name, "seven");
     assert_string_equal(scan.volume.labels[3].name, "twelve");
-    sc_label_scan_clear(&scan);
     unlink("t.nrrd");
 }
 
@@ -954,7 +920,7 @@ TEST(a_scan_needs_little_memory)
 {
     enum { SIDE = 512, MOST_BYTES = 16 << 20 };
     uint64_t before;
-    sc_label_scan scan;
+    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
     FILE *file = fopen("t.nrrd", "wb");
 
     assert_non_null(file);
@@ -967,7 +933,6 @@ TEST(a_scan_needs_little_memory)
     assert_ok(sc_volume_scan_labels(&quiet, "t.nrrd", &scan));
     assert_true(sc_peak_rss() - before < MOST_BYTES);
     assert_int_equal(scan.tallies[0].voxels, SIDE * SIDE * SIDE / 2);
-    sc_label_scan_clear(&scan);
     unlink("t.nrrd");
 }
 
@@ -1022,7 +987,7 @@ TEST(background_takes_little_memory)
         const size_t voxels = (size_t)SIDE * SIDE * SIDE / 4;
         uint64_t before;
         size_t colored = 0;
-        sc_volume v;
+        SC_OWN(sc_volume_clear) sc_volume v = {0};
         FILE *file = fopen("t.nrrd", "wb");
 
         assert_non_null(file);
@@ -1046,7 +1011,6 @@ TEST(background_takes_little_memory)
         for (size_t i = 0; i < voxels; i++)
             colored += (v.label_bytes == 1 ? ((uint8_t *)v.ids)[i] : ((uint16_t *)v.ids)[i]) != 0;
         assert_int_equal(colored, labels);
-        sc_volume_clear(&v);
     }
     unlink("t.nrrd");
 }
@@ -1063,7 +1027,7 @@ static const char *warning_of(const int16_t *data, int nx, int ny, int nz, const
     static char text[512];
     const sc_ctx ctx = {.level = SC_LOG_INFO, .write = warned, .user = text};
     char head[512];
-    sc_volume v;
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     snprintf(head, sizeof head,
              "NRRD0004\ntype: int16\ndimension: 3\nspace: right-anterior-superior\nsizes: %d %d "
@@ -1072,7 +1036,6 @@ static const char *warning_of(const int16_t *data, int nx, int ny, int nz, const
     write_file("t.nrrd", head, data, (size_t)nx * (size_t)ny * (size_t)nz * 2, false);
     text[0] = '\0';
     assert_ok(sc_volume_read(&ctx, "t.nrrd", &v));
-    sc_volume_clear(&v);
     unlink("t.nrrd");
     return text;
 }
@@ -1134,31 +1097,29 @@ TEST(what_is_refused_is_told_what_to_do)
     };
     char dicom[140] = {0};
     unsigned char h[352];
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_volume v;
 
     for (size_t i = 0; i < SC_COUNT_OF(files); i++) {
         write_file("t.bin", "", files[i].bytes, files[i].count, false);
-        assert_int_equal(sc_volume_read(&ctx, "t.bin", &v), SC_ERR_DATA);
+        assert_int_equal(sc_volume_read(&listening, "t.bin", &v), SC_ERR_DATA);
         if (!strstr(said.text, files[i].advice))
             fail_msg("file %zu: \"%s\", expected advice with \"%s\"", i, said.text,
                      files[i].advice);
     }
     write_file("t.STL", "solid a", "", 0, false);
-    assert_int_equal(sc_volume_read(&ctx, "t.STL", &v), SC_ERR_DATA);
+    assert_int_equal(sc_volume_read(&listening, "t.STL", &v), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "t.STL: is a mesh"));
     unlink("t.STL");
     memcpy(dicom + 128, "DICM", 4);
     write_file("t.bin", "", dicom, sizeof dicom, false);
-    assert_int_equal(sc_volume_read(&ctx, "t.bin", &v), SC_ERR_DATA);
+    assert_int_equal(sc_volume_read(&listening, "t.bin", &v), SC_ERR_DATA);
     assert_true(strstr(said.text, "of the class (none is named), expected a segmentation") ||
                 strstr(said.text, "libdcmtk-dev"));
     nifti_header(h, 4, 16);
     put16(h, 40, 4);
     put16(h, 48, 2);
     write_nifti("t.nii", h, two, sizeof two, false);
-    assert_int_equal(sc_volume_read(&ctx, "t.nii", &v), SC_ERR_DATA);
+    assert_int_equal(sc_volume_read(&listening, "t.nii", &v), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "phase: N}"));
     unlink("t.bin");
     unlink("t.nii");
@@ -1169,14 +1130,12 @@ TEST(directories_are_told_what_to_do)
     static const struct {
         const char *file, *advice;
     } kinds[] = {{"t.dir/1.dcm", "dcm2niix"}, {"t.dir/x", "give the path"}};
-    heard said;
-    sc_ctx ctx = listening(&said);
     sc_volume v;
 
     assert_int_equal(mkdir("t.dir", 0777), 0);
     for (size_t i = 0; i < SC_COUNT_OF(kinds); i++) {
         write_file(kinds[i].file, "x", "", 0, false);
-        assert_int_equal(sc_volume_read(&ctx, "t.dir", &v), SC_ERR_MISSING);
+        assert_int_equal(sc_volume_read(&listening, "t.dir", &v), SC_ERR_MISSING);
         assert_non_null(strstr(said.text, "t.dir: is a directory"));
         assert_non_null(strstr(said.text, kinds[i].advice));
         unlink(kinds[i].file);
@@ -1198,7 +1157,7 @@ TEST(a_written_nrrd_holds_the_label_values)
                        .label_count = 3,
                        .labels = labels,
                        .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
-        sc_volume back;
+        SC_OWN(sc_volume_clear) sc_volume back = {0};
 
         for (int k = 0; k < VOXELS; k++)
             ids[k] = (uint8_t)(k % 3);
@@ -1206,7 +1165,6 @@ TEST(a_written_nrrd_holds_the_label_values)
         assert_ok(sc_volume_read(&quiet, "t.nrrd", &back));
         for (int k = 0; k < VOXELS; k++)
             assert_int_equal(back.labels[id_at(&back, k)].value, labels[k % 3].value);
-        sc_volume_clear(&back);
     }
     unlink("t.nrrd");
 }

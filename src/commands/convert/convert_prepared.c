@@ -35,7 +35,7 @@ static sc_status prepare_file(sc_app *app, const sc_job *job, sc_input *input, c
                               float **opacity)
 {
     const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
-    sc_edited edited = {0};
+    SC_OWN(sc_edited_clear) sc_edited edited = {0};
     sc_preparation *preparation = NULL;
     sc_status status;
 
@@ -57,7 +57,6 @@ static sc_status prepare_file(sc_app *app, const sc_job *job, sc_input *input, c
 out:
     input->volume = (sc_prepared){0};
     sc_preparation_free(preparation);
-    sc_edited_clear(&edited);
     return status;
 }
 
@@ -112,7 +111,7 @@ static sc_status prepare_phase(series *s, int phase)
 static sc_status map_phase(const series *s, int phase, const void **out, size_t *bytes,
                            sc_prepared *view)
 {
-    sc_text name = {0};
+    SC_OWN(sc_text_clear) sc_text name = {0};
     const void *mapped = NULL;
     sc_status status;
 
@@ -123,7 +122,6 @@ static sc_status map_phase(const series *s, int phase, const void **out, size_t 
     mapped = NULL;
 out:
     sc_file_unmap(mapped, mapped ? *bytes : 0);
-    sc_text_clear(&name);
     return status;
 }
 
@@ -181,7 +179,7 @@ static sc_status prepare_phases(sc_app *app, const sc_job *job, const char *path
                 .path = path,
                 .count = (int)job->phase_count,
                 .each = 1 + job->cine.cine.between};
-    sc_text name = {0};
+    SC_OWN(sc_text_clear) sc_text name = {0};
     sc_status status;
 
     SC_TRY(sc_begin_phase_store(app, job, &own));
@@ -196,7 +194,6 @@ static sc_status prepare_phases(sc_app *app, const sc_job *job, const char *path
 out:
     sc_stage_turn(app->ctx, 0, 0);
     sc_phase_store_free(own.phase_store);
-    sc_text_clear(&name);
     sc_free(s.opacity);
     return status;
 }

@@ -137,7 +137,7 @@ static const char *look_for_mark(const char *path)
 static const char *read_file(const char *path, sc_unit_costs *out)
 {
     const sc_ctx silent = {.rank = 0};
-    char *text = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
     const char *wrong = "it cannot be read";
     size_t bytes;
 
@@ -147,7 +147,6 @@ static const char *read_file(const char *path, sc_unit_costs *out)
         wrong = json ? read_costs(json, out) : "it is damaged";
         json_decref(json);
     }
-    sc_free(text);
     return wrong;
 }
 
@@ -156,7 +155,7 @@ sc_unit_costs sc_calibration_load(const sc_ctx *ctx)
     const sc_ctx silent = {.rank = ctx->rank};
     const sc_unit_costs assumed = sc_unit_costs_assumed();
     sc_unit_costs costs = assumed;
-    char *path = NULL;
+    SC_OWN(sc_free_at) char *path = NULL;
     const char *wrong, *foreign;
     bool missing;
 
@@ -172,7 +171,6 @@ sc_unit_costs sc_calibration_load(const sc_ctx *ctx)
                 path, foreign);
     else if (wrong)
         sc_warn(ctx, "%s is not used: %s; `segcast plan --calibrate` measures anew", path, wrong);
-    sc_free(path);
     return costs.measured ? costs : assumed;
 }
 

@@ -13,7 +13,7 @@ sc_status sc_cmd_join(sc_app *app)
 {
     const char *directory = app->options.input;
     char version[64];
-    sc_job job = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0};
     sc_store_job store_job;
     sc_store *store = NULL;
     int missing = 0;
@@ -38,7 +38,6 @@ sc_status sc_cmd_join(sc_app *app)
     }
 out:
     sc_store_close(store);
-    sc_job_clear(&job);
     return status;
 }
 

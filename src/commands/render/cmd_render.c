@@ -62,11 +62,10 @@ static sc_status add_resolved_job(const sc_run *run, sc_text *text)
 /* Set *out to whether job.yaml in the directory of the run is the very file that was given. */
 static sc_status is_job_given(const sc_run *run, bool *out)
 {
-    char *path = NULL;
+    SC_OWN(sc_free_at) char *path = NULL;
     const sc_status status = sc_path_join(run->app->ctx, run->root.directory, "job.yaml", &path);
 
     *out = status == SC_OK && run->root.job_path && sc_same_file(run->root.job_path, path);
-    sc_free(path);
     return status;
 }
 

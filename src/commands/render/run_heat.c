@@ -83,7 +83,7 @@ static sc_status draw_heat(const sc_ctx *ctx, sc_run *run, sc_heat *out)
  * @return SC_ERR_MEMORY. */
 static sc_status keep_heat(const sc_ctx *ctx, const sc_run *run, const char *path, sc_heat *out)
 {
-    sc_run_stats stats = {0};
+    SC_OWN(sc_run_stats_clear) sc_run_stats stats = {0};
     const sc_status status = sc_run_stats_read(ctx, path, &stats);
 
     if (status == SC_OK && stats.run.job.job == run->root.store_job.job_hash &&
@@ -91,7 +91,6 @@ static sc_status keep_heat(const sc_ctx *ctx, const sc_run *run, const char *pat
         *out = stats.heat;
         stats.heat = (sc_heat){0};
     }
-    sc_run_stats_clear(&stats);
     return sc_is_of_input(status) ? SC_OK : status;
 }
 

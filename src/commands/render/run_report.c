@@ -172,13 +172,12 @@ static sc_status read_slices(const sc_run *run, sc_history *history)
     sc_status status = SC_OK;
 
     for (int i = 0; i < count; i++) {
-        char *path = NULL;
+        SC_OWN(sc_free_at) char *path = NULL;
 
         if (status == SC_OK)
             status = sc_path_join(run->app->ctx, run->root.directory, entries[i]->d_name, &path);
         if (status == SC_OK)
             status = sc_history_read(run->app->ctx, path, &job, history);
-        sc_free(path);
         free(entries[i]);
     }
     if (count >= 0)
@@ -206,14 +205,9 @@ static void drop_lost_frames(const sc_run *run, sc_history *history)
 static sc_status add_unmeasured(const sc_run *run, sc_history *history, int from)
 {
     int count = 0, known = 0;
-    sc_frame_result *frames;
-    void *block;
-    sc_status status =
-        sc_alloc(run->app->ctx, (size_t)run->root.wanted_count, sizeof *frames, &block);
+    SC_OWN(sc_free_at) sc_frame_result *frames = NULL;
 
-    if (status != SC_OK)
-        return status;
-    frames = block;
+    SC_PASS(SC_ALLOC(run->app->ctx, (size_t)run->root.wanted_count, &frames));
     for (int i = 0; i < run->root.wanted_count; i++) {
         const int k = run->root.wanted[i];
         const sc_done_frame *done = sc_store_done(run->root.store, k);
@@ -226,9 +220,7 @@ static sc_status add_unmeasured(const sc_run *run, sc_history *history, int from
         frames[count++] = (sc_frame_result){
             .frame = k, .rank = done->rank, .render_cpu_s = done->render_cpu_s, .hash = done->hash};
     }
-    status = sc_history_add(run->app->ctx, history, frames, count, from);
-    sc_free(block);
-    return status;
+    return sc_history_add(run->app->ctx, history, frames, count, from);
 }
 
 /* Read into run->root.earlier, once and before the first frame, what earlier runs have measured of
@@ -387,8 +379,8 @@ static void write_page(const sc_run *run)
                             .write = keep_error,
                             .user = error,
                             .alloc_budget = ctx->alloc_budget};
-    char *path = NULL;
-    sc_text text = {0};
+    SC_OWN(sc_free_at) char *path = NULL;
+    SC_OWN(sc_text_clear) sc_text text = {0};
     sc_status status;
 
     SC_TRY(record_path(&keeping, run, "report", "html", &path));
@@ -400,8 +392,6 @@ out:
     if (status != SC_OK)
         sc_warn(ctx, "the page with the report was not made: %s; `segcast report %s` makes it",
                 error, run->root.directory);
-    sc_text_clear(&text);
-    sc_free(path);
 }
 
 sc_status sc_run_begin_records(sc_run *run)

@@ -96,13 +96,11 @@ static sc_status note(director *d, const sc_measurement *m)
     const sc_measurements *all = &d->records.results;
     sc_schedule *s = &d->schedule;
     sc_statistics statistics;
-    double *values;
+    SC_OWN(sc_free_at) double *values = NULL;
     size_t count = 0;
-    void *block;
     sc_status status;
 
-    SC_PASS(sc_alloc(d->state->app->ctx, all->count + 1, sizeof *values, &block));
-    values = block;
+    SC_PASS(SC_ALLOC(d->state->app->ctx, all->count + 1, &values));
     for (size_t i = 0; i < all->count; i++) {
         if (all->items[i].cell == m->cell)
             values[count++] =
@@ -115,7 +113,6 @@ static sc_status note(director *d, const sc_measurement *m)
             (int)count >= study->most || ((int)count >= study->least &&
                                           sc_statistics_precision(&statistics) <= study->precision);
     }
-    sc_free(block);
     return status;
 }
 
@@ -140,16 +137,14 @@ static void note_cost(director *d, const sc_measurement *m)
 static sc_status check_pixels(const director *d, size_t from)
 {
     const sc_ctx *ctx = d->state->app->ctx;
-    uint64_t *pictures;
-    void *block;
+    uint64_t *pictures = NULL;
     int cell, other = -1;
 
-    SC_PASS(sc_alloc(ctx, (size_t)d->state->cell_count, sizeof *pictures, &block));
-    pictures = block;
+    SC_PASS(SC_ALLOC(ctx, (size_t)d->state->cell_count, &pictures));
     for (int i = 0; i < d->state->cell_count; i++)
         pictures[i] = d->state->cells[i].picture;
     cell = sc_measurements_mismatch(&d->records.results, from, pictures, &other);
-    sc_free(block);
+    sc_free(pictures);
     if (cell < 0)
         return SC_OK;
     return sc_fail(ctx, SC_ERR_INTERNAL,
@@ -339,7 +334,7 @@ static sc_status print_results(const director *d)
 {
     const sc_design *design = &d->records.results.design;
     const int cells = sc_design_cells(design);
-    sc_cell_result *results = NULL;
+    SC_OWN(sc_free_at) sc_cell_result *results = NULL;
     bool scales = false;
 
     SC_PASS(sc_cell_results(d->state->app->ctx, &d->records.results, &results));
@@ -348,7 +343,6 @@ static sc_status print_results(const director *d)
     print_head(design, scales);
     for (int i = 0; i < cells; i++)
         print_cell(design, results, i, scales);
-    sc_free(results);
     return SC_OK;
 }
 
@@ -414,7 +408,7 @@ static void write_page(const director *d)
 {
     const sc_ctx *ctx = d->state->app->ctx;
     const char *directory = d->records.directory;
-    sc_measurements all = {0};
+    SC_OWN(sc_measurements_clear) sc_measurements all = {0};
     sc_status status = sc_study_read(ctx, directory, &all);
 
     if (status == SC_OK)
@@ -422,7 +416,6 @@ static void write_page(const director *d)
     if (status != SC_OK)
         sc_warn(ctx, "the page with the report was not made; `segcast report %s` makes it",
                 directory);
-    sc_measurements_clear(&all);
 }
 
 /* On rank 0: write the tables, print the results and say how it ended. @return @p outcome, or a

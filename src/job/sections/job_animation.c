@@ -86,10 +86,10 @@ static sc_status read_frames(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     return status;
 }
 
-static sc_status write_frames(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_frames(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
-    return sc_type_int.write(ctx, key, &((const sc_job *)value)->animation.frames, indent, text);
+    return sc_type_int.write(ctx, key, &((const sc_job *)value)->animation.frames, text);
 }
 
 static json_t *frames_schema(const sc_key *key)
@@ -145,7 +145,7 @@ static sc_status read_slices(const sc_ctx *ctx, const sc_key *key, const sc_yaml
                              : share_row.type->read(ctx, &share_row, node, &slices->share);
 }
 
-static sc_status write_slices(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_slices(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const sc_slices *slices = value;
@@ -153,9 +153,8 @@ static sc_status write_slices(const sc_ctx *ctx, const sc_key *key, const void *
     (void)key;
     if (!slices->are_shown)
         return sc_text_add(ctx, text, "none");
-    return slices->has_point
-               ? point_row.type->write(ctx, &point_row, &slices->point_mm, indent, text)
-               : share_row.type->write(ctx, &share_row, &slices->share, indent, text);
+    return slices->has_point ? point_row.type->write(ctx, &point_row, &slices->point_mm, text)
+                             : share_row.type->write(ctx, &share_row, &slices->share, text);
 }
 
 static json_t *slices_schema(const sc_key *key)

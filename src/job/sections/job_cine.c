@@ -23,13 +23,11 @@ static sc_status read_loop(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return SC_OK;
 }
 
-static sc_status write_loop(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_loop(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const int beats = *(const int *)value;
 
     (void)key;
-    (void)indent;
     return beats ? sc_text_add(ctx, text, "%d", beats) : sc_text_add(ctx, text, "true");
 }
 

@@ -40,11 +40,11 @@ static sc_plane_position position_of(sc_vec3 value)
 }
 
 static sc_status write_key_position(const sc_ctx *ctx, const sc_key *key, const void *value,
-                                    int indent, sc_text *text)
+                                    sc_text *text)
 {
     const sc_plane_position position = position_of(*(const sc_vec3 *)value);
 
-    return sc_type_plane_position.write(ctx, key, &position, indent, text);
+    return sc_type_plane_position.write(ctx, key, &position, text);
 }
 
 static json_t *position_schema(const sc_key *key)
@@ -78,17 +78,15 @@ static sc_status read_at(const sc_ctx *ctx, const sc_key *key, const sc_yaml *no
     return status;
 }
 
-static sc_status write_at(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                          sc_text *text)
+static sc_status write_at(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const plane_entry *entry = value;
     const sc_sweep *sweep = &entry->sweep;
 
     if (entry->has_point)
-        return sc_type_point.write(ctx, key, &entry->point_mm, indent, text);
-    return sweep->at_track.count
-               ? sc_write_track(ctx, key, &sweep->at_track, text)
-               : sc_type_plane_position.write(ctx, key, &sweep->from, indent, text);
+        return sc_type_point.write(ctx, key, &entry->point_mm, text);
+    return sweep->at_track.count ? sc_write_track(ctx, key, &sweep->at_track, text)
+                                 : sc_type_plane_position.write(ctx, key, &sweep->from, text);
 }
 
 static json_t *at_schema(const sc_key *key)
@@ -118,7 +116,7 @@ static sc_status read_corner(const sc_ctx *ctx, const sc_key *key, const sc_yaml
         const sc_key each = {.name = key->name, .type = &sc_type_plane_position};
         sc_yaml item = *node->items[c]->items[i];
 
-        item.key = node->key; /* for messages: items of a list have no key of their own */
+        item.key = node->key; /* for messages */
         status = each.type->read(ctx, &each, &item, &along[i]);
     }
     return status;
@@ -208,22 +206,17 @@ static sc_status write_exceptions(const sc_ctx *ctx, const sc_job *job, int plan
                                   sc_text *text)
 {
     const char *comma = "";
-    sc_status status = sc_text_add(ctx, text, "[");
 
-    for (size_t e = 0; e < job->exception_count && status == SC_OK; e++) {
-        if (job->exceptions[e].plane != plane || job->exceptions[e].span != span)
-            continue;
-        SC_TRY(sc_text_add(ctx, text, "%s", comma));
-        SC_TRY(sc_write_quoted(ctx, job->exceptions[e].pattern, text));
-        comma = ", ";
+    SC_PASS(sc_text_add(ctx, text, "["));
+    for (size_t e = 0; e < job->exception_count; e++) {
+        if (job->exceptions[e].plane == plane && job->exceptions[e].span == span)
+            SC_PASS(sc_write_item(ctx, &comma, job->exceptions[e].pattern, text));
     }
-    status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    return sc_text_add(ctx, text, "]");
 }
 
 /* Write the exceptions of the plane_entry @p value: a list of tissues, or a track of such. */
-static sc_status write_except(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_except(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const plane_entry *entry = value;
@@ -232,7 +225,6 @@ static sc_status write_except(const sc_ctx *ctx, const sc_key *key, const void *
     const int plane = entry->plane;
 
     (void)key;
-    (void)indent;
     if (!sweep->except_count)
         return write_exceptions(ctx, job, plane, 0, text);
     for (int i = 0; i < sweep->except_count; i++) {
@@ -282,31 +274,22 @@ const sc_key sc_clip_keys[] = {
 static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int plane, int span,
                                  sc_job *job)
 {
-    void *grown;
+    static const sc_value_type type = {.expected = "the name of a tissue, or key frames alone"};
     sc_status status = SC_OK;
 
-    SC_PASS(sc_zalloc(ctx, job->exception_count + list->count, sizeof *job->exceptions, &grown));
-    if (job->exception_count)
-        memcpy(grown, job->exceptions, job->exception_count * sizeof *job->exceptions);
-    sc_free(job->exceptions);
-    job->exceptions = grown;
+    SC_PASS(
+        SC_RESIZE(ctx, job->exception_count, job->exception_count + list->count, &job->exceptions));
     for (size_t i = 0; i < list->count; i++) {
-        const sc_yaml *item = list->items[i];
-        sc_clip_exception *exception = &job->exceptions[job->exception_count];
+        const sc_yaml item = sc_yaml_item(list, i);
+        sc_clip_exception *to = &job->exceptions[job->exception_count];
+        const sc_status found =
+            sc_read_tissue(ctx, &(sc_key){.type = &type}, &item, to->pattern, to->where);
 
-        if (item->kind != SC_YAML_SCALAR || strlen(item->text) >= SC_NAME_BYTES) {
-            sc_yaml named = *item;
-
-            named.key = list->key; /* for the message: items of a list have no key of their own */
-            (void)sc_goes_on(
-                &status, sc_wrong_type(ctx, &named, "the name of a tissue, or key frames alone"));
-            continue;
-        }
-        exception->plane = plane;
-        exception->span = span;
-        strcpy(exception->pattern, item->text);
-        sc_note_where(item, exception->where, sizeof exception->where);
-        job->exception_count++;
+        to->plane = plane;
+        to->span = span;
+        job->exception_count += found == SC_OK;
+        if (!sc_goes_on(&status, found))
+            break;
     }
     return status;
 }
@@ -433,12 +416,13 @@ static sc_status read_clip(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 
 /* Write every plane with the tissues that it leaves whole. @p value is the whole sc_job. */
 static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+                            unsigned parts, sc_text *text)
 {
     const sc_job *job = value;
-    sc_status status = sc_text_add(ctx, text, "%s", job->animation.sweep_count ? "" : "[]");
 
-    for (int i = 0; i < job->animation.sweep_count && status == SC_OK; i++) {
+    (void)parts;
+    SC_PASS(sc_text_add(ctx, text, job->animation.sweep_count ? " " : " []"));
+    for (int i = 0; i < job->animation.sweep_count; i++) {
         const sc_sweep *sweep = &job->animation.sweeps[i];
         const plane_entry entry = {.sweep = *sweep,
                                    .has_point = sweep->has_point,
@@ -446,11 +430,10 @@ static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *va
                                    .job = job,
                                    .plane = i};
 
-        SC_TRY(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
-        status = sc_keys_write_flow(ctx, key->keys, &entry, text);
+        SC_PASS(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
+        SC_PASS(sc_keys_write_flow(ctx, key->keys, &entry, text));
     }
-out:
-    return status;
+    return sc_text_add(ctx, text, "\n");
 }
 
 static json_t *clip_schema(const sc_key *key)
@@ -462,7 +445,7 @@ const sc_value_type sc_type_clip = {
     .name = "list of planes",
     .expected = "a list of planes and boxes",
     .read = read_clip,
-    .write = write_clip,
+    .write_lines = write_clip,
     .schema = clip_schema,
     .container = SC_CONTAINER_LIST,
 };

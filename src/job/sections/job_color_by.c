@@ -27,13 +27,11 @@ static sc_status read_range(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     return SC_OK;
 }
 
-static sc_status write_range(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                             sc_text *text)
+static sc_status write_range(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_color_by *by = value;
 
     (void)key;
-    (void)indent;
     return by->range_auto ? sc_text_add(ctx, text, "auto")
                           : sc_text_add(ctx, text, "[%.17g, %.17g]", by->low, by->high);
 }
@@ -89,7 +87,7 @@ static sc_status read_columns(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return status;
 }
 
-static sc_status write_columns(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_columns(const sc_ctx *ctx, const sc_key *key, const void *value,
                                sc_text *text)
 {
     sc_column_track track = *(const sc_column_track *)((const char *)value + key->track);
@@ -97,7 +95,7 @@ static sc_status write_columns(const sc_ctx *ctx, const sc_key *key, const void 
     const sc_key heading = heading_of(key);
 
     return track.steps.count ? sc_write_key_frames(ctx, &heading, &room, text)
-                             : sc_type_text.write(ctx, key, value, indent, text);
+                             : sc_type_text.write(ctx, key, value, text);
 }
 
 static json_t *columns_schema(const sc_key *key)
@@ -141,13 +139,13 @@ static sc_status read_values(const sc_ctx *ctx, const sc_key *key, const sc_yaml
                            : sc_type_text.read(ctx, key, node, by->table);
 }
 
-static sc_status write_values(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_values(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const sc_color_by *by = value;
 
-    return by->has_measure ? sc_type_choice.write(ctx, key, &by->measure, indent, text)
-                           : sc_type_text.write(ctx, key, by->table, indent, text);
+    return by->has_measure ? sc_type_choice.write(ctx, key, &by->measure, text)
+                           : sc_type_text.write(ctx, key, by->table, text);
 }
 
 static json_t *values_schema(const sc_key *key)

@@ -73,12 +73,11 @@ static sc_status read_subjects(const sc_ctx *ctx, const sc_key *key, const sc_ya
 }
 
 /* Write the subjects as a list in one line. */
-static sc_status write_subjects(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_subjects(const sc_ctx *ctx, const sc_key *key, const void *value,
                                 sc_text *text)
 {
     const sc_comparison *compare = value;
 
-    (void)indent;
     SC_PASS(sc_text_add(ctx, text, "["));
     for (int i = 0; i < compare->count; i++) {
         SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : ""));

@@ -23,13 +23,11 @@ static sc_status read_pair(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return SC_OK;
 }
 
-static sc_status write_pair(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_pair(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_vec3 *pair = value;
 
     (void)key;
-    (void)indent;
     return sc_text_add(ctx, text, "[%.17g, %.17g]", pair->x, pair->y);
 }
 
@@ -67,7 +65,7 @@ static sc_status read_window(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     return SC_OK;
 }
 
-static sc_status write_window(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_window(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const sc_grey_options *image = value;
@@ -75,8 +73,7 @@ static sc_status write_window(const sc_ctx *ctx, const sc_key *key, const void *
 
     if (image->shown.window_track.count)
         return sc_write_track(ctx, key, &image->shown.window_track, text);
-    return image->window_auto ? sc_text_add(ctx, text, "auto")
-                              : write_pair(ctx, key, &pair, indent, text);
+    return image->window_auto ? sc_text_add(ctx, text, "auto") : write_pair(ctx, key, &pair, text);
 }
 
 static json_t *window_schema(const sc_key *key)

@@ -22,11 +22,9 @@ static sc_status read_font(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return SC_OK;
 }
 
-static sc_status write_font(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_font(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_write_quoted(ctx, ((const sc_job *)value)->overlays.font, text);
 }
 
@@ -85,10 +83,9 @@ static sc_status read_caption_text(const sc_ctx *ctx, const sc_key *key, const s
 }
 
 static sc_status write_caption_text(const sc_ctx *ctx, const sc_key *key, const void *value,
-                                    int indent, sc_text *text)
+                                    sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_write_quoted(ctx, value, text);
 }
 
@@ -119,25 +116,6 @@ static int use_of(const sc_key *key)
     return strcmp(key->name, "names") == 0 ? SC_USE_NAMES : SC_USE_LEGEND;
 }
 
-/* Append one tissue to the job, which has room for it. @param list that holds it, or itself. */
-static sc_status add_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *list,
-                            const sc_yaml *item, const char *text, sc_job *job)
-{
-    sc_overlay_tissue *to = &job->overlay_tissues[job->overlay_tissue_count];
-
-    if (item->kind != SC_YAML_SCALAR || !text[0] || strlen(text) >= SC_NAME_BYTES) {
-        sc_yaml named = *item;
-
-        named.key = list->key; /* for the message: items of a list have no key of their own */
-        return sc_wrong_type(ctx, &named, key->type->expected);
-    }
-    *to = (sc_overlay_tissue){.use = use_of(key)};
-    strcpy(to->pattern, text);
-    sc_note_where(item, to->where, sizeof to->where);
-    job->overlay_tissue_count++;
-    return SC_OK;
-}
-
 /* Read "none", "all", a tissue or a list of tissues. @p value is the whole sc_job. @return the
  * first mistake; all are logged. */
 static sc_status read_overlay_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
@@ -145,29 +123,26 @@ static sc_status read_overlay_tissues(const sc_ctx *ctx, const sc_key *key, cons
 {
     const bool is_one = node->kind == SC_YAML_SCALAR;
     const bool may_be_none = use_of(key) == SC_USE_NAMES;
-    const size_t count = is_one ? 1 : node->count;
+    const size_t count = sc_yaml_length(node);
     sc_job *job = value;
-    void *grown;
-    sc_status status;
+    sc_status status = SC_OK;
 
     if (node->kind == SC_YAML_MAP || (!count && !may_be_none))
         return sc_wrong_type(ctx, node, key->type->expected);
     if (is_one && strcmp(node->text, "none") == 0)
         return may_be_none ? SC_OK : sc_wrong_type(ctx, node, key->type->expected);
-    status =
-        sc_zalloc(ctx, job->overlay_tissue_count + count, sizeof *job->overlay_tissues, &grown);
-    if (status != SC_OK)
-        return status;
-    if (job->overlay_tissue_count)
-        memcpy(grown, job->overlay_tissues,
-               job->overlay_tissue_count * sizeof *job->overlay_tissues);
-    sc_free(job->overlay_tissues);
-    job->overlay_tissues = grown;
+    SC_PASS(SC_RESIZE(ctx, job->overlay_tissue_count, job->overlay_tissue_count + count,
+                      &job->overlay_tissues));
     for (size_t i = 0; i < count; i++) {
-        const sc_yaml *item = is_one ? node : node->items[i];
-        const char *text = is_one && strcmp(item->text, "all") == 0 ? "*" : item->text;
+        const sc_yaml item = sc_yaml_item(node, i);
+        sc_overlay_tissue *to = &job->overlay_tissues[job->overlay_tissue_count];
+        const sc_status found = sc_read_tissue(ctx, key, &item, to->pattern, to->where);
 
-        if (!sc_goes_on(&status, add_tissue(ctx, key, node, item, text, job)))
+        to->use = use_of(key);
+        if (found == SC_OK && is_one && !strcmp(to->pattern, "all"))
+            strcpy(to->pattern, "*");
+        job->overlay_tissue_count += found == SC_OK;
+        if (!sc_goes_on(&status, found))
             break;
     }
     return status;
@@ -175,24 +150,17 @@ static sc_status read_overlay_tissues(const sc_ctx *ctx, const sc_key *key, cons
 
 /* Write the tissues of an overlay as a list, [a, "b*"]. */
 static sc_status write_overlay_tissues(const sc_ctx *ctx, const sc_key *key, const void *value,
-                                       int indent, sc_text *text)
+                                       sc_text *text)
 {
     const sc_job *job = value;
     const char *comma = "";
-    sc_status status = sc_text_add(ctx, text, "[");
 
-    (void)indent;
-    for (size_t i = 0; i < job->overlay_tissue_count && status == SC_OK; i++) {
-        if (job->overlay_tissues[i].use != use_of(key))
-            continue;
-        SC_TRY(sc_text_add(ctx, text, "%s", comma));
-        SC_TRY(sc_write_quoted(ctx, job->overlay_tissues[i].pattern, text));
-        comma = ", ";
+    SC_PASS(sc_text_add(ctx, text, "["));
+    for (size_t i = 0; i < job->overlay_tissue_count; i++) {
+        if (job->overlay_tissues[i].use == use_of(key))
+            SC_PASS(sc_write_item(ctx, &comma, job->overlay_tissues[i].pattern, text));
     }
-    if (status == SC_OK)
-        status = sc_text_add(ctx, text, "]");
-out:
-    return status;
+    return sc_text_add(ctx, text, "]");
 }
 
 static json_t *overlay_tissues_schema(const sc_key *key)
@@ -261,15 +229,15 @@ static sc_status read_legend(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     return read_overlay_tissues(ctx, key, &tissues, value);
 }
 
-static sc_status write_legend(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_legend(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const sc_job *job = value;
 
     if (!job->has_legend_tissues)
-        return sc_type_choice.write(ctx, key, &job->overlays.legend, indent, text);
+        return sc_type_choice.write(ctx, key, &job->overlays.legend, text);
     SC_PASS(sc_text_add(ctx, text, "{%s: ", place_word(job->overlays.legend)));
-    SC_PASS(write_overlay_tissues(ctx, key, value, indent, text));
+    SC_PASS(write_overlay_tissues(ctx, key, value, text));
     return sc_text_add(ctx, text, "}");
 }
 
@@ -299,13 +267,12 @@ static sc_status read_logo(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return sc_type_text.read(ctx, key, &path, overlays->logo);
 }
 
-static sc_status write_logo(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_logo(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_overlays *overlays = &((const sc_job *)value)->overlays;
 
     SC_PASS(sc_text_add(ctx, text, "{%s: ", place_word(overlays->logo_place)));
-    SC_PASS(sc_type_text.write(ctx, key, overlays->logo, indent, text));
+    SC_PASS(sc_type_text.write(ctx, key, overlays->logo, text));
     return sc_text_add(ctx, text, "}");
 }
 
@@ -357,13 +324,8 @@ typedef struct caption_track {
 static sc_status add_captions(const sc_ctx *ctx, const caption_track *track, int place, sc_job *job)
 {
     const size_t count = (size_t)track->count;
-    void *grown;
 
-    SC_PASS(sc_zalloc(ctx, job->caption_count + count, sizeof *job->captions, &grown));
-    if (job->caption_count)
-        memcpy(grown, job->captions, job->caption_count * sizeof *job->captions);
-    sc_free(job->captions);
-    job->captions = grown;
+    SC_PASS(SC_RESIZE(ctx, job->caption_count, job->caption_count + count, &job->captions));
     for (size_t i = 0; i < count; i++) {
         sc_caption *caption = &job->captions[job->caption_count];
 
@@ -379,24 +341,18 @@ static sc_status add_captions(const sc_ctx *ctx, const caption_track *track, int
 /* Read a text that stands at a place, or key frames of such. */
 static sc_status read_at_place(const sc_ctx *ctx, const sc_yaml *node, int place, sc_job *job)
 {
-    void *block = NULL;
-    caption_track *track;
-    sc_status status;
+    SC_OWN(sc_free_at) caption_track *track = NULL;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *track, &block));
-    track = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &track));
     track->count = 1;
     if (sc_is_track(node))
-        SC_TRY(sc_read_key_frames(ctx, &line_key, node,
-                                  &(sc_track_room){track->frames, track->captions,
-                                                   sizeof *track->captions, &track->count,
-                                                   SC_CAPTIONS_MAX}));
+        SC_PASS(sc_read_key_frames(ctx, &line_key, node,
+                                   &(sc_track_room){track->frames, track->captions,
+                                                    sizeof *track->captions, &track->count,
+                                                    SC_CAPTIONS_MAX}));
     else
-        SC_TRY(read_line(ctx, &line_key, node, &track->captions[0]));
-    status = add_captions(ctx, track, place, job);
-out:
-    sc_free(block);
-    return status;
+        SC_PASS(read_line(ctx, &line_key, node, &track->captions[0]));
+    return add_captions(ctx, track, place, job);
 }
 
 /* Read a text or key frames of texts, or such for each place. @p value is the whole sc_job. @return
@@ -456,14 +412,13 @@ static sc_status write_at_place(const sc_ctx *ctx, const sc_job *job, int place,
     return sc_text_add(ctx, text, "}");
 }
 
-static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void *value,
                                 sc_text *text)
 {
     const sc_job *job = value;
     const char *comma = "{";
 
     (void)key;
-    (void)indent;
     if (!job->caption_count)
         return sc_text_add(ctx, text, "none");
     for (size_t i = 0; i < job->caption_count; i++) { /* those of a place stand together */

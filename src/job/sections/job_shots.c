@@ -22,13 +22,13 @@ static sc_status read_length(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     return SC_OK;
 }
 
-static sc_status write_length(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_length(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const sc_length *length = value;
 
     if (!length->in_frames)
-        return sc_type_duration.write(ctx, key, &length->value, indent, text);
+        return sc_type_duration.write(ctx, key, &length->value, text);
     return sc_write_number(ctx, length->value, 1, "f", text);
 }
 
@@ -81,7 +81,7 @@ static sc_status read_transition(const sc_ctx *ctx, const sc_key *key, const sc_
 }
 
 static sc_status write_transition(const sc_ctx *ctx, const sc_key *key, const void *value,
-                                  int indent, sc_text *text)
+                                  sc_text *text)
 {
     const sc_shot_transition *transition = value;
 
@@ -91,7 +91,7 @@ static sc_status write_transition(const sc_ctx *ctx, const sc_key *key, const vo
         if (transitions[i].kind == transition->kind)
             SC_PASS(sc_text_add(ctx, text, "%s ", transitions[i].word));
     }
-    return write_length(ctx, key, &transition->length, indent, text);
+    return write_length(ctx, key, &transition->length, text);
 }
 
 static json_t *transition_schema(const sc_key *key)
@@ -112,8 +112,7 @@ const sc_value_type sc_type_transition = {
 /* Read a title, or a list of a title and what is smaller below it, into an sc_card. */
 static sc_status read_card(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    const bool is_one = node->kind == SC_YAML_SCALAR;
-    const size_t count = is_one ? 1 : node->count;
+    const size_t count = sc_yaml_length(node);
     sc_card *card = value;
     sc_status status = SC_OK;
 
@@ -121,26 +120,24 @@ static sc_status read_card(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
         return sc_wrong_type(ctx, node, key->type->expected);
     card->has_subtitle = count == 2;
     for (size_t i = 0; i < count; i++) {
-        sc_yaml named = is_one ? *node : *node->items[i];
+        const sc_yaml named = sc_yaml_item(node, i);
 
-        named.key = node->key; /* for the message: items of a list have no key of their own */
         (void)sc_goes_on(
             &status, sc_type_caption_text.read(ctx, key, &named, i ? card->subtitle : card->title));
     }
     return status;
 }
 
-static sc_status write_card(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_card(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_card *card = value;
 
     if (!card->has_subtitle)
-        return sc_type_caption_text.write(ctx, key, card->title, indent, text);
+        return sc_type_caption_text.write(ctx, key, card->title, text);
     SC_PASS(sc_text_add(ctx, text, "["));
-    SC_PASS(sc_type_caption_text.write(ctx, key, card->title, indent, text));
+    SC_PASS(sc_type_caption_text.write(ctx, key, card->title, text));
     SC_PASS(sc_text_add(ctx, text, ", "));
-    SC_PASS(sc_type_caption_text.write(ctx, key, card->subtitle, indent, text));
+    SC_PASS(sc_type_caption_text.write(ctx, key, card->subtitle, text));
     return sc_text_add(ctx, text, "]");
 }
 
@@ -221,17 +218,16 @@ static sc_status write_shots(const sc_ctx *ctx, const sc_key *key, const void *v
                              unsigned parts, sc_text *text)
 {
     const sc_job *job = value;
-    sc_status status = SC_OK;
 
-    for (size_t i = 0; i < job->shot_count && status == SC_OK; i++) {
+    SC_PASS(sc_text_add(ctx, text, "\n"));
+    for (size_t i = 0; i < job->shot_count; i++) {
         const size_t at = text->length_bytes;
 
-        status =
-            sc_keys_write(ctx, key->keys, &job->shots[i], indent + 4, parts | SC_WRITE_SHOT, text);
-        if (status == SC_OK)
-            text->data[at + (size_t)indent + 2] = '-'; /* in the blanks before its first key */
+        SC_PASS(
+            sc_keys_write(ctx, key->keys, &job->shots[i], indent + 4, parts | SC_WRITE_SHOT, text));
+        text->data[at + (size_t)indent + 2] = '-'; /* in the blanks before its first key */
     }
-    return status;
+    return SC_OK;
 }
 
 /* Remove from the schema of a map what a shot cannot have. */

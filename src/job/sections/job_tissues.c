@@ -40,13 +40,12 @@ static sc_status read_opacity(const sc_ctx *ctx, const sc_key *key, const sc_yam
 }
 
 /* Write what read_opacity reads: key frames, "auto" or a number. */
-static sc_status write_opacity(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_opacity(const sc_ctx *ctx, const sc_key *key, const void *value,
                                sc_text *text)
 {
     const rule_entry *entry = value;
     const sc_tissue_rule *rule = &entry->rule;
 
-    (void)indent;
     if (entry->opacity_track.count)
         return sc_write_track(ctx, key, &entry->opacity_track, text);
     if (rule->opacity_auto)
@@ -83,12 +82,12 @@ static sc_status read_interior(const sc_ctx *ctx, const sc_key *key, const sc_ya
     return SC_OK;
 }
 
-static sc_status write_interior(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_interior(const sc_ctx *ctx, const sc_key *key, const void *value,
                                 sc_text *text)
 {
     if (*(const double *)value < 0)
         return sc_text_add(ctx, text, "auto");
-    return sc_type_real.write(ctx, key, value, indent, text);
+    return sc_type_real.write(ctx, key, value, text);
 }
 
 static const sc_value_type type_interior = {
@@ -145,16 +144,10 @@ const sc_key sc_tissue_keys[] = {
 static sc_status grow_tracks(const sc_ctx *ctx, sc_job *job)
 {
     const size_t count = job->tissue_track_count;
-    void *grown;
 
     if (count & (count - 1))
         return SC_OK; /* no power of two */
-    SC_PASS(sc_alloc(ctx, count ? 2 * count : 1, sizeof *job->tissue_tracks, &grown));
-    if (count)
-        memcpy(grown, job->tissue_tracks, count * sizeof *job->tissue_tracks);
-    sc_free(job->tissue_tracks);
-    job->tissue_tracks = grown;
-    return SC_OK;
+    return SC_RESIZE(ctx, count, count ? 2 * count : 1, &job->tissue_tracks);
 }
 
 /* Append key frames, if there are any, to the list of the job. @param number set to their number,
@@ -234,15 +227,15 @@ static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yam
 }
 
 /* Write all rules of the sc_job @p value, but those that a shot has from its film, with the keys
- * that were given: each begins a new line, @p indent
- * + 2 blanks in, and none ends one; "{}" where there are no rules. */
+ * that were given, each in a line of its own; "{}" where there are no rules. */
 static sc_status write_tissues(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                               sc_text *text)
+                               unsigned parts, sc_text *text)
 {
     const sc_job *job = value;
     rule_entry entry;
 
-    SC_PASS(sc_text_add(ctx, text, "%s", job->rule_count > job->film_rules ? "" : "{}"));
+    (void)parts;
+    SC_PASS(sc_text_add(ctx, text, job->rule_count > job->film_rules ? " " : " {}"));
     for (size_t i = job->film_rules; i < job->rule_count; i++) {
         SC_PASS(sc_text_add(ctx, text, "\n%*s", indent + 2, ""));
         SC_PASS(sc_write_quoted(ctx, job->rules[i].pattern, text));
@@ -254,7 +247,7 @@ static sc_status write_tissues(const sc_ctx *ctx, const sc_key *key, const void 
         take_track(job, entry.rule.offset_track, &entry.offset_track);
         SC_PASS(sc_keys_write_flow(ctx, key->keys, &entry, text));
     }
-    return SC_OK;
+    return sc_text_add(ctx, text, "\n");
 }
 
 static json_t *tissues_schema(const sc_key *key)
@@ -267,7 +260,7 @@ const sc_value_type sc_type_tissues = {
     .name = "map of tissues",
     .expected = "a map of tissues",
     .read = read_tissues,
-    .write = write_tissues,
+    .write_lines = write_tissues,
     .schema = tissues_schema,
     .container = SC_CONTAINER_DICT,
 };

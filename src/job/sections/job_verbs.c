@@ -19,25 +19,6 @@ typedef struct verb_entry {
 
 /* ---- types of values ---- */
 
-/* Append one tissue of the present verb to the job. */
-static sc_status add_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *list,
-                            const sc_yaml *item, const verb_entry *entry)
-{
-    sc_verb_tissue *to = &entry->job->verb_tissues[entry->job->verb_tissue_count];
-
-    if (item->kind != SC_YAML_SCALAR || !item->text[0] || strlen(item->text) >= SC_NAME_BYTES) {
-        sc_yaml named = *item;
-
-        named.key = list->key; /* for the message: items of a list have no key of their own */
-        return sc_wrong_type(ctx, &named, key->type->expected);
-    }
-    *to = (sc_verb_tissue){.verb = entry->index};
-    strcpy(to->pattern, item->text);
-    sc_note_where(item, to->where, sizeof to->where);
-    entry->job->verb_tissue_count++;
-    return SC_OK;
-}
-
 /* Read one tissue, or a list of them. @p value is the whole verb_entry. @return the first mistake;
  * all are logged. */
 static sc_status read_verb_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
@@ -45,20 +26,21 @@ static sc_status read_verb_tissues(const sc_ctx *ctx, const sc_key *key, const s
 {
     const verb_entry *entry = value;
     sc_job *job = entry->job;
-    const bool is_one = node->kind == SC_YAML_SCALAR;
-    const size_t count = is_one ? 1 : node->count;
-    void *grown;
+    const size_t count = sc_yaml_length(node);
     sc_status status = SC_OK;
 
     if (node->kind == SC_YAML_MAP || !count)
         return sc_wrong_type(ctx, node, key->type->expected);
-    SC_PASS(sc_zalloc(ctx, job->verb_tissue_count + count, sizeof *job->verb_tissues, &grown));
-    if (job->verb_tissue_count)
-        memcpy(grown, job->verb_tissues, job->verb_tissue_count * sizeof *job->verb_tissues);
-    sc_free(job->verb_tissues);
-    job->verb_tissues = grown;
+    SC_PASS(
+        SC_RESIZE(ctx, job->verb_tissue_count, job->verb_tissue_count + count, &job->verb_tissues));
     for (size_t i = 0; i < count; i++) {
-        if (!sc_goes_on(&status, add_tissue(ctx, key, node, is_one ? node : node->items[i], entry)))
+        const sc_yaml item = sc_yaml_item(node, i);
+        sc_verb_tissue *to = &job->verb_tissues[job->verb_tissue_count];
+        const sc_status found = sc_read_tissue(ctx, key, &item, to->pattern, to->where);
+
+        to->verb = entry->index;
+        job->verb_tissue_count += found == SC_OK;
+        if (!sc_goes_on(&status, found))
             break;
     }
     return status;
@@ -66,19 +48,15 @@ static sc_status read_verb_tissues(const sc_ctx *ctx, const sc_key *key, const s
 
 /* Write the tissues of the verb, [a, "b*"], as read_verb_tissues reads them. */
 static sc_status write_verb_tissues(const sc_ctx *ctx, const sc_key *key, const void *value,
-                                    int indent, sc_text *text)
+                                    sc_text *text)
 {
     const verb_entry *entry = value;
     const char *comma = "[";
 
     (void)key;
-    (void)indent;
     for (size_t i = 0; i < entry->job->verb_tissue_count; i++) {
-        if (entry->job->verb_tissues[i].verb != entry->index)
-            continue;
-        SC_PASS(sc_text_add(ctx, text, "%s", comma));
-        SC_PASS(sc_write_quoted(ctx, entry->job->verb_tissues[i].pattern, text));
-        comma = ", ";
+        if (entry->job->verb_tissues[i].verb == entry->index)
+            SC_PASS(sc_write_item(ctx, &comma, entry->job->verb_tissues[i].pattern, text));
     }
     return sc_text_add(ctx, text, "]");
 }
@@ -123,13 +101,12 @@ static sc_status read_target(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     return SC_OK;
 }
 
-static sc_status write_target(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_target(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const sc_verb *verb = &((const verb_entry *)value)->verb;
 
     (void)key;
-    (void)indent;
     return sc_write_number(ctx, verb->to, verb->to_factor ? 100 : 1, verb->to_factor ? "%" : "",
                            text);
 }
@@ -163,9 +140,8 @@ static sc_status read_points(const sc_ctx *ctx, const sc_key *key, const sc_yaml
                             SC_THROUGH_MAX);
     verb->through_count = (int)node->count; /* also after a mistake: then no more is said */
     for (size_t i = 0; i < node->count; i++) {
-        sc_yaml named = *node->items[i];
+        const sc_yaml named = sc_yaml_item(node, i);
 
-        named.key = node->key; /* for messages: items of a list have no key of their own */
         SC_PASS(sc_type_point.read(ctx, &point, &named, &verb->through[i]));
         if (i && sc_vec3_length(sc_vec3_sub(verb->through[i], verb->through[i - 1])) < 1e-9)
             return sc_yaml_fail(ctx, &named, "points %zu and %zu are the same, expected others", i,
@@ -174,14 +150,14 @@ static sc_status read_points(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     return SC_OK;
 }
 
-static sc_status write_points(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_points(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const sc_verb *verb = &((const verb_entry *)value)->verb;
 
     for (int i = 0; i < verb->through_count; i++) {
         SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : "["));
-        SC_PASS(sc_type_point.write(ctx, key, &verb->through[i], indent, text));
+        SC_PASS(sc_type_point.write(ctx, key, &verb->through[i], text));
     }
     return sc_text_add(ctx, text, "%s]", verb->through_count ? "" : "[");
 }
@@ -202,11 +178,11 @@ static sc_status read_through(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return *middles ? SC_OK : read_points(ctx, key, node, value);
 }
 
-static sc_status write_through(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_through(const sc_ctx *ctx, const sc_key *key, const void *value,
                                sc_text *text)
 {
     return ((const verb_entry *)value)->verb.middles ? sc_text_add(ctx, text, "middles")
-                                                     : write_points(ctx, key, value, indent, text);
+                                                     : write_points(ctx, key, value, text);
 }
 
 static json_t *through_schema(const sc_key *key)
@@ -232,12 +208,11 @@ static sc_status read_fly(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
     return (verb->has_tissues ? read_verb_tissues : read_points)(ctx, key, node, value);
 }
 
-static sc_status write_fly(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                           sc_text *text)
+static sc_status write_fly(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const bool has_tissues = ((const verb_entry *)value)->verb.has_tissues;
 
-    return (has_tissues ? write_verb_tissues : write_points)(ctx, key, value, indent, text);
+    return (has_tissues ? write_verb_tissues : write_points)(ctx, key, value, text);
 }
 
 static json_t *fly_schema(const sc_key *key)
@@ -463,12 +438,13 @@ static sc_status read_verbs(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
 
 /* Write the verbs of the sc_job @p value, one to a line. */
 static sc_status write_verbs(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                             sc_text *text)
+                             unsigned parts, sc_text *text)
 {
     sc_job job = *(const sc_job *)value; /* borrows the arrays; they are only read */
 
     (void)key;
-    SC_PASS(sc_text_add(ctx, text, "%s", job.verb_count ? "" : "[]"));
+    (void)parts;
+    SC_PASS(sc_text_add(ctx, text, job.verb_count ? " " : " []"));
     for (size_t i = 0; i < job.verb_count; i++) {
         const verb_entry entry = {.verb = job.verbs[i],
                                   .job = &job,
@@ -480,7 +456,7 @@ static sc_status write_verbs(const sc_ctx *ctx, const sc_key *key, const void *v
         SC_PASS(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
         SC_PASS(sc_keys_write_flow(ctx, table.rows, &entry, text));
     }
-    return SC_OK;
+    return sc_text_add(ctx, text, "\n");
 }
 
 static json_t *verbs_schema(const sc_key *key)
@@ -493,7 +469,7 @@ const sc_value_type sc_type_verbs = {
     .name = "list of verbs",
     .expected = "a list of verbs, such as - {fade: skin, to: 0, during: [2s, 4s]}",
     .read = read_verbs,
-    .write = write_verbs,
+    .write_lines = write_verbs,
     .schema = verbs_schema,
     .container = SC_CONTAINER_LIST,
 };

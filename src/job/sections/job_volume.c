@@ -45,11 +45,10 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
     if (node->kind != SC_YAML_LIST || node->count != 2)
         return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < 2; i++) {
-        sc_yaml named = *node->items[i];
+        const sc_yaml named = sc_yaml_item(node, i);
 
         if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
-        named.key = node->key; /* for the message: items of a list have no key of their own */
         SC_PASS(sc_read_numbers(ctx, key, &named, 3, corner));
         read[i] = (sc_vec3){corner[0], corner[1], corner[2]};
     }
@@ -72,11 +71,9 @@ static sc_status read_level(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     return SC_OK;
 }
 
-static sc_status write_level(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                             sc_text *text)
+static sc_status write_level(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_text_add(ctx, text, "%d", ((const sc_job *)value)->volume_level);
 }
 
@@ -108,11 +105,9 @@ static sc_status read_phase(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     return SC_OK;
 }
 
-static sc_status write_phase(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                             sc_text *text)
+static sc_status write_phase(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;
-    (void)indent;
     return sc_text_add(ctx, text, "%d", ((const sc_job *)value)->volume_phase - 1);
 }
 
@@ -135,11 +130,10 @@ static sc_status read_voxels(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     double pair[2];
 
     for (size_t i = 0; i < 3; i++) {
-        sc_yaml named = *node->items[i];
+        const sc_yaml named = sc_yaml_item(node, i);
 
         if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
-        named.key = node->key; /* for the message: items of a list have no key of their own */
         SC_PASS(sc_read_numbers(ctx, key, &named, 2, pair));
         if (pair[0] != floor(pair[0]) || pair[1] != floor(pair[1]) || pair[0] >= pair[1])
             return sc_wrong_type(ctx, node, key->type->expected);
@@ -172,15 +166,13 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
                           : read_voxels(ctx, key, &box, job->box.voxels);
 }
 
-static sc_status write_box(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                           sc_text *text)
+static sc_status write_box(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_box *box = &((const sc_job *)value)->box;
     const sc_vec3 *a = &box->corners[0], *b = &box->corners[1];
     const int(*v)[2] = box->voxels;
 
     (void)key;
-    (void)indent;
     if (box->kind == SC_READ_MM)
         SC_PASS(sc_text_add(ctx, text, "[[%.17g, %.17g, %.17g], [%.17g, %.17g, %.17g]", a->x, a->y,
                             a->z, b->x, b->y, b->z));
@@ -251,7 +243,7 @@ static sc_status read_resample(const sc_ctx *ctx, const sc_key *key, const sc_ya
     return SC_OK;
 }
 
-static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void *value,
                                 sc_text *text)
 {
     const sc_job *job = value;
@@ -259,7 +251,6 @@ static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void
     const int *size = job->volume_size;
 
     (void)key;
-    (void)indent;
     if (job->has_volume_size)
         return sc_text_add(ctx, text, "%dx%dx%d", size[0], size[1], size[2]);
     if (mm[0] == mm[1] && mm[1] == mm[2])
@@ -296,28 +287,25 @@ static sc_status read_path(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
         return sc_wrong_type(ctx, node, key->type->expected);
     if (node->kind != SC_YAML_LIST)
         return sc_type_text.read(ctx, key, node, job->volume);
-    SC_TRY(sc_series_alloc(ctx, node, node->count, job));
+    SC_PASS(sc_series_alloc(ctx, node, node->count, job));
     for (size_t i = 0; i < node->count; i++) {
-        sc_yaml named = *node->items[i];
+        const sc_yaml named = sc_yaml_item(node, i);
 
-        named.key = node->key; /* for the message: items of a list have no key of their own */
         if (named.kind != SC_YAML_SCALAR || !named.text[0])
             (void)sc_goes_on(&status, sc_wrong_type(ctx, &named, "the path of a volume"));
         else
             (void)sc_goes_on(&status, sc_type_text.read(ctx, key, &named, job->phases[i].path));
     }
     snprintf(job->volume, sizeof job->volume, "%s", job->phases[0].path);
-out:
     return status;
 }
 
-static sc_status write_path(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_path(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_job *job = value;
 
     if (!job->phase_count || job->phases[0].phase) /* one file */
-        return sc_type_text.write(ctx, key, job->volume, indent, text);
+        return sc_type_text.write(ctx, key, job->volume, text);
     SC_PASS(sc_text_add(ctx, text, "["));
     for (size_t i = 0; i < job->phase_count; i++) {
         SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : ""));
@@ -417,14 +405,14 @@ static sc_status read_volume(const sc_ctx *ctx, const sc_key *key, const sc_yaml
 }
 
 /* As a path, where nothing is changed of the volume. */
-static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
     const sc_job *job = value;
 
     if (!job->volume_tissue_count && !job->has_level && !job->has_phase && !job->has_resample &&
         !job->has_box && !job->has_header && !job->has_threshold)
-        return write_path(ctx, &key->keys[0], job, indent, text);
+        return write_path(ctx, &key->keys[0], job, text);
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }
 

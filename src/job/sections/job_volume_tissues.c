@@ -8,43 +8,8 @@
 /* Make room for @p more tissues. */
 static sc_status grow(const sc_ctx *ctx, sc_job *job, size_t more)
 {
-    void *grown;
-    const sc_status status =
-        sc_zalloc(ctx, job->volume_tissue_count + more, sizeof *job->volume_tissues, &grown);
-
-    if (status != SC_OK)
-        return status;
-    if (job->volume_tissue_count)
-        memcpy(grown, job->volume_tissues, job->volume_tissue_count * sizeof *job->volume_tissues);
-    sc_free(job->volume_tissues);
-    job->volume_tissues = grown;
-    return SC_OK;
-}
-
-/* Write a tissue to place *at, for which there is room, and count *at up. */
-static sc_status put_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *list,
-                            const sc_yaml *item, const char *into, sc_job *job, size_t *at)
-{
-    sc_volume_tissue *tissue = &job->volume_tissues[*at];
-
-    if (item->kind != SC_YAML_SCALAR || !item->text[0] || strlen(item->text) >= SC_NAME_BYTES) {
-        sc_yaml named = *item;
-
-        named.key = list->key; /* for the message: items of a list have no key of their own */
-        return sc_wrong_type(ctx, &named, key->type->expected);
-    }
-    *tissue = (sc_volume_tissue){0};
-    strcpy(tissue->pattern, item->text);
-    strcpy(tissue->into, into);
-    sc_note_where(item, tissue->where, sizeof tissue->where);
-    ++*at;
-    return SC_OK;
-}
-
-/* @return how many tissues read_list writes at most. */
-static size_t list_length(const sc_yaml *node)
-{
-    return node->kind == SC_YAML_SCALAR ? 1 : node->count;
+    return SC_RESIZE(ctx, job->volume_tissue_count, job->volume_tissue_count + more,
+                     &job->volume_tissues);
 }
 
 /* Read a tissue or a list of some to place *at and behind it, for which there is room. @param into
@@ -52,38 +17,34 @@ static size_t list_length(const sc_yaml *node)
 static sc_status read_list(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                            const char *into, sc_job *job, size_t *at)
 {
-    const bool is_one = node->kind == SC_YAML_SCALAR;
-    const size_t count = list_length(node);
+    const size_t count = sc_yaml_length(node);
     sc_status status = SC_OK;
 
     if (node->kind == SC_YAML_MAP || !count)
         return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < count; i++) {
-        if (!sc_goes_on(&status,
-                        put_tissue(ctx, key, node, is_one ? node : node->items[i], into, job, at)))
+        const sc_yaml item = sc_yaml_item(node, i);
+        sc_volume_tissue *to = &job->volume_tissues[*at];
+        const sc_status found = sc_read_tissue(ctx, key, &item, to->pattern, to->where);
+
+        strcpy(to->into, into);
+        *at += found == SC_OK;
+        if (!sc_goes_on(&status, found))
             break;
     }
     return status;
 }
 
-/* Append the tissues from @p begin on that become parts of the same one, as a list. @return the
- * index of the first that does not. */
-static size_t write_list(const sc_ctx *ctx, const sc_job *job, size_t begin, sc_text *text,
-                         sc_status *status)
+/* Append the tissues from *i on that become parts of the same one, as a list. *i becomes the index
+ * of the first that does not. */
+static sc_status write_list(const sc_ctx *ctx, const sc_job *job, size_t *i, sc_text *text)
 {
-    const sc_volume_tissue *all = job->volume_tissues;
-    size_t i = begin;
+    const sc_volume_tissue *all = job->volume_tissues, *first = &all[*i];
+    const char *comma = "[";
 
-    *status = sc_text_add(ctx, text, "[");
-    for (; i < job->volume_tissue_count && !strcmp(all[i].into, all[begin].into); i++) {
-        if (*status == SC_OK && i > begin)
-            *status = sc_text_add(ctx, text, ", ");
-        if (*status == SC_OK)
-            *status = sc_write_quoted(ctx, all[i].pattern, text);
-    }
-    if (*status == SC_OK)
-        *status = sc_text_add(ctx, text, "]");
-    return i;
+    for (; *i < job->volume_tissue_count && !strcmp(all[*i].into, first->into); ++*i)
+        SC_PASS(sc_write_item(ctx, &comma, all[*i].pattern, text));
+    return sc_text_add(ctx, text, "]");
 }
 
 /* @p value is the whole sc_job, as of all types of this file. */
@@ -91,7 +52,7 @@ static sc_status read_keep(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 {
     sc_job *job = value;
 
-    SC_PASS(grow(ctx, job, list_length(node)));
+    SC_PASS(grow(ctx, job, sc_yaml_length(node)));
     return read_list(ctx, key, node, "", job, &job->volume_tissue_count);
 }
 
@@ -105,15 +66,12 @@ static size_t first_kept(const sc_job *job)
     return i;
 }
 
-static sc_status write_keep(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+static sc_status write_keep(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    sc_status status;
+    size_t i = first_kept(value);
 
     (void)key;
-    (void)indent;
-    (void)write_list(ctx, value, first_kept(value), text, &status);
-    return status;
+    return write_list(ctx, value, &i, text);
 }
 
 static json_t *tissues_schema(void)
@@ -172,7 +130,7 @@ static sc_status read_merge(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     if (node->kind != SC_YAML_MAP || !node->count)
         return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < node->count; i++)
-        most += list_length(node->items[i]);
+        most += sc_yaml_length(node->items[i]);
     SC_PASS(grow(ctx, job, most));
     behind = job->volume_tissues + begin + most;
     memmove(behind, job->volume_tissues + begin, kept * sizeof *behind);
@@ -182,25 +140,19 @@ static sc_status read_merge(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     return status;
 }
 
-static sc_status write_merge(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                             sc_text *text)
+static sc_status write_merge(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_job *job = value;
     const size_t end = first_kept(job);
-    sc_status status = SC_OK;
+    const char *comma = "{";
 
     (void)key;
-    (void)indent;
-    SC_PASS(sc_text_add(ctx, text, "{"));
-    for (size_t i = 0; i < end && status == SC_OK;) {
-        SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : ""));
-        SC_PASS(sc_write_quoted(ctx, job->volume_tissues[i].into, text));
+    for (size_t i = 0; i < end;) {
+        SC_PASS(sc_write_item(ctx, &comma, job->volume_tissues[i].into, text));
         SC_PASS(sc_text_add(ctx, text, ": "));
-        i = write_list(ctx, job, i, text, &status);
+        SC_PASS(write_list(ctx, job, &i, text));
     }
-    if (status == SC_OK)
-        status = sc_text_add(ctx, text, "}");
-    return status;
+    return sc_text_add(ctx, text, "}");
 }
 
 static json_t *merge_schema(const sc_key *key)
@@ -277,9 +229,8 @@ static sc_status read_overlap(const sc_ctx *ctx, const sc_key *key, const sc_yam
                                      : node->kind != SC_YAML_LIST || !node->count)
         return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < node->count && node->kind == SC_YAML_LIST; i++) {
-        sc_yaml named = *node->items[i];
+        const sc_yaml named = sc_yaml_item(node, i);
 
-        named.key = node->key; /* for the message: items of a list have no key of their own */
         if (named.kind != SC_YAML_SCALAR)
             return sc_wrong_type(ctx, &named, key->type->expected);
         if (!add_overlap_name(job, named.text, strlen(named.text), &used))
@@ -289,21 +240,19 @@ static sc_status read_overlap(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return SC_OK;
 }
 
-static sc_status write_overlap(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+static sc_status write_overlap(const sc_ctx *ctx, const sc_key *key, const void *value,
                                sc_text *text)
 {
     const sc_job *job = value;
     char name[SC_OVERLAP_NAMES_BYTES];
+    const char *comma = "[";
 
     (void)key;
-    (void)indent;
     if (job->overlap != SC_OVERLAP_NAMES)
         return sc_text_add(ctx, text, "%s", overlap_words[job->overlap]);
-    SC_PASS(sc_text_add(ctx, text, "["));
     for (const char *at = job->overlap_names; *at; at += strlen(name) + 1) {
         snprintf(name, sizeof name, "%.*s", (int)strcspn(at, "\n"), at);
-        SC_PASS(sc_text_add(ctx, text, "%s", at > job->overlap_names ? ", " : ""));
-        SC_PASS(sc_write_quoted(ctx, name, text));
+        SC_PASS(sc_write_item(ctx, &comma, name, text));
     }
     return sc_text_add(ctx, text, "]");
 }

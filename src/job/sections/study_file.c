@@ -218,11 +218,9 @@ static sc_status add_settings(const sc_ctx *ctx, const sc_study_settings *settin
     return sc_text_add(ctx, text, "}");
 }
 
-static sc_status write_set(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                           sc_text *text)
+static sc_status write_set(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;
-    (void)indent;
     return add_settings(ctx, value, text);
 }
 
@@ -338,12 +336,13 @@ static sc_status read_axes(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 }
 
 static sc_status write_axes(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
+                            unsigned parts, sc_text *text)
 {
     const sc_study *study = value;
 
     (void)key;
-    SC_PASS(sc_text_add(ctx, text, "%s", study->axis_count ? "" : "{}"));
+    (void)parts;
+    SC_PASS(sc_text_add(ctx, text, study->axis_count ? " " : " {}"));
     for (int i = 0; i < study->axis_count; i++) {
         const sc_study_axis *axis = &study->axes[i];
 
@@ -357,14 +356,14 @@ static sc_status write_axes(const sc_ctx *ctx, const sc_key *key, const void *va
             SC_PASS(add_settings(ctx, &axis->values[j].settings, text));
         }
     }
-    return SC_OK;
+    return sc_text_add(ctx, text, "\n");
 }
 
 static const sc_value_type type_axes = {
     .name = "map of axes",
     .expected = "a map of axes, such as {render.skip: [none, leap], ranks: [1, 2]}",
     .read = read_axes,
-    .write = write_axes,
+    .write_lines = write_axes,
     .schema = map_schema,
 };
 

@@ -48,6 +48,20 @@ static inline void sc_yaml_free_at(sc_yaml **node)
 sc_yaml *sc_yaml_member(const sc_yaml *map, const char *key);
 /* @return the index of that member; map->count if there is none, or @p map is no map. */
 size_t sc_yaml_index(const sc_yaml *map, const char *key);
+/* @return item @p i of @p list, or @p list itself if it is a scalar, which stands for a list of
+ * one; with the key of the list, for messages. It owns nothing. */
+static inline sc_yaml sc_yaml_item(const sc_yaml *list, size_t i)
+{
+    sc_yaml item = list->kind == SC_YAML_SCALAR ? *list : *list->items[i];
+
+    item.key = list->key;
+    return item;
+}
+/* @return how many items sc_yaml_item has. */
+static inline size_t sc_yaml_length(const sc_yaml *list)
+{
+    return list->kind == SC_YAML_SCALAR ? 1 : list->count;
+}
 /* Copy a node with all below it. Its origin stays borrowed. Caller owns *out: sc_yaml_free. */
 sc_status sc_yaml_copy(const sc_ctx *ctx, const sc_yaml *node, sc_yaml **out);
 /* Append to a map or list; takes ownership of @p child, also after an error. */

@@ -163,12 +163,10 @@ static sc_status read_size(const sc_ctx *ctx, const char *path, volume_file *f, 
 static sc_status check_segments(const sc_ctx *ctx, const char *path, const volume_file *f,
                                 const sc_label_table *table)
 {
-    void *block;
-    bool *named;
+    SC_OWN(sc_free_at) bool *named = NULL;
     sc_status status = SC_OK;
 
-    SC_PASS(sc_zalloc(ctx, SEGMENTS_MAX, sizeof *named, &block));
-    named = block;
+    SC_PASS(SC_ZALLOC(ctx, SEGMENTS_MAX, &named));
     for (size_t i = 0; i < table->count; i++)
         named[table->rows[i].value] = true;
     for (uint32_t i = 0; i < f->count && status == SC_OK; i++) {
@@ -178,7 +176,6 @@ static sc_status check_segments(const sc_ctx *ctx, const char *path, const volum
                              "the file (SegmentSequence); the file is damaged: write it anew",
                              path, f->frames[i].number + 1, f->frames[i].segment, table->count);
     }
-    sc_free(block);
     return status;
 }
 

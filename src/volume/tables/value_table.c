@@ -112,7 +112,7 @@ static size_t find_other(const value_reading *r, size_t count)
 static sc_status fail_column(const sc_ctx *ctx, const value_reading *r, size_t count,
                              const char *column)
 {
-    sc_text text = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
     char heading[104];
     size_t offered = 0;
     sc_status status = SC_OK;
@@ -131,7 +131,6 @@ static sc_status fail_column(const sc_ctx *ctx, const value_reading *r, size_t c
             r->path, r->line, *column ? "\"" : "that may hold the values", column,
             *column ? "\"" : "", count == FIELDS_MAX ? " among the first 4096, which are read" : "",
             offered ? text.data : "(none)");
-    sc_text_clear(&text);
     return status;
 }
 
