@@ -288,13 +288,19 @@ out:
 sc_status sc_store_framed(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                           const char *value)
 {
-    sc_text origin = {0};
+    /* So faint that ten layers before the tissue take a third of it away, and still seen. */
+    static const char faint[] = "0.04";
+    sc_text origin = {0}, path = {0};
     sc_status status;
 
     SC_TRY(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
+    SC_TRY(sc_text_add(ctx, &path, "tissues.\"%s\".opacity", value));
     SC_TRY(sc_options_set_as(ctx, options, origin.data, "animation.verbs.0.frame", value));
-    status = sc_store_set(ctx, options, option, "animation.verbs.0.during=[0%, 0%]");
+    SC_TRY(sc_store_set(ctx, options, option, "animation.verbs.0.during=[0%, 0%]"));
+    SC_TRY(sc_options_set_as(ctx, options, origin.data, "tissues.*.opacity", faint));
+    status = sc_options_set_as(ctx, options, origin.data, path.data, "1");
 out:
+    sc_text_clear(&path);
     sc_text_clear(&origin);
     return status;
 }
