@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Words in the names of tissues, and which of them say that a tissue lies around all others: skin,
- * or what a segmentation calls "other". */
+/* Words in the names of tissues, and the layers of those that lie around the others or are left
+ * over.
+ */
 #include "init/init.h"
 
 #include <ctype.h>
