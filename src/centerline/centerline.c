@@ -282,14 +282,15 @@ static sc_status sample_way(const sc_ctx *ctx, const finder *f, sc_centerline *o
 static bool ends_at_wall(const finder *f, const sc_centerline *line)
 {
     const sc_centerline_point *last = &line->points[line->count - 1], *before = last;
+    const double step_mm = 0.5 * f->region.least_mm;
     sc_vec3 ahead;
 
     while (before > line->points &&
            sc_vec3_length(sc_vec3_sub(last->at_mm, before->at_mm)) < last->radius_mm)
         before--;
     ahead = sc_vec3_unit(sc_vec3_sub(last->at_mm, before->at_mm));
-    for (double mm = 0; mm <= 2 * last->radius_mm; mm += 0.5 * f->region.least_mm) {
-        const sc_vec3 at_mm = sc_vec3_along(last->at_mm, mm, ahead);
+    for (int i = 0; i * step_mm <= 2 * last->radius_mm; i++) {
+        const sc_vec3 at_mm = sc_vec3_along(last->at_mm, i * step_mm, ahead);
 
         if (sc_region_voxel(&f->region, sc_affine_point(&f->to_voxel, at_mm)) == SC_NO_VOXEL)
             return true;
