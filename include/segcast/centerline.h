@@ -25,6 +25,7 @@ typedef struct sc_centerline {
     sc_centerline_point *points; /**< [count], evenly spaced along the line; owned */
     size_t count;                /**< at least 2 */
     double length_mm;            /**< along the line */
+    bool ends_at_wall;           /**< straight on from its end the tissues end within two radii */
     int parts; /**< how many pieces that do not touch the tissues are in; the line lies in one */
 } sc_centerline;
 

@@ -49,7 +49,7 @@ typedef struct sc_tissue {
     bool visible;   /**< false: nothing of it is shown, whatever its opacities */
     double opacity; /**< of the boundary, 0 to 1: per crossing (smooth), per voxel length (voxel) */
     bool opacity_auto;       /**< the opacity follows from what was measured: sc_opacity_rule */
-    bool is_cover;           /**< ... and it is that of a cover, whatever its thickness */
+    bool is_cover;           /**< ... as of a cover, or of what is left over, not by thickness */
     bool color_given;        /**< a label table, a value or a rule has set the colour */
     bool color_by_rule;      /**< a rule has, which goes before values */
     double interior_opacity; /**< of interior voxels, per voxel length; 0 unless a rule sets it,

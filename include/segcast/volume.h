@@ -433,15 +433,23 @@ void sc_label_scan_crop(sc_label_scan *scan, const sc_voxel_box *box);
 void sc_label_base_color(int64_t value, uint8_t rgb[3]);
 /** @return a label with sc_label_base_color and no more than its value. */
 sc_label sc_label_new(int64_t value);
-/** Find the colour that anatomists expect of a tissue, by the words of its name, in English,
- * however they are written together: "Left-Lateral-Ventricle", "heart_atrium_left", "LeftLung".
- * @param of_heart whether abbreviations of the heart are known, too, such as LA, which mean
- *  other things elsewhere (sc_names_are_of_heart). @param rgb sRGB; set if there is one. @return
- * whether there is one. */
-bool sc_anatomy_color(const char *name, bool of_heart, uint8_t rgb[3]);
-/** @return whether the names of @p labels [count] are abbreviations of the heart: LV and RV are
- * among them, alone or with other words. */
-bool sc_names_are_of_heart(const sc_label *labels, int count);
+/** What names are about: abbreviations mean other things in a heart (LA) and in a brain (SMA). */
+typedef enum sc_names_kind { SC_NAMES_BODY, SC_NAMES_HEART, SC_NAMES_BRAIN } sc_names_kind;
+/** @return the kind of the names of @p labels [count], background first: of a brain if half of
+ * those that have one are of its parts, of a heart if left and right ventricle (LV, RV) are among
+ * them. */
+sc_names_kind sc_names_kind_of(const sc_label *labels, int count);
+/** Find the colour that anatomists expect of a tissue, by the words of its name, in English or
+ * Latin, however they are written together: "Left-Lateral-Ventricle", "heart_atrium_left",
+ * "LeftLung". @param rgb sRGB; set if there is one. @return whether there is one. */
+bool sc_anatomy_color(const char *name, sc_names_kind kind, uint8_t rgb[3]);
+/** @return whether a name says that a tissue is the outside of all others (skin), or what is left
+ * over (other, rest, unclassified), which is not to hide the others. */
+bool sc_name_steps_back(const char *name);
+enum { SC_NAME_KEY_BYTES = 4 * SC_NAME_BYTES };
+/** Write the words of a name in English without those of its side, numbers with leading zeros, so
+ * that both sides of a pair have the same, and members of a series are in their order. */
+void sc_name_without_side(const char *name, sc_names_kind kind, char out[SC_NAME_KEY_BYTES]);
 /** Which colours the tissues of a volume get. */
 typedef enum sc_appearance {
     SC_APPEARANCE_TABLE,   /**< those of the table; those that it does not colour as below */

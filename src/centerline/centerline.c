@@ -272,6 +272,27 @@ static sc_status sample_way(const sc_ctx *ctx, const finder *f, sc_centerline *o
     return SC_OK;
 }
 
+/* @return whether the tissues end ahead of the last point of a line, straight on, within two of its
+ * radii. The way there is that from the last point a radius before. */
+static bool ends_at_wall(const finder *f, const sc_centerline *line)
+{
+    const sc_centerline_point *last = &line->points[line->count - 1], *before = last;
+    const double step_mm = 0.5 * f->region.least_mm;
+    sc_vec3 ahead;
+
+    while (before > line->points &&
+           sc_vec3_length(sc_vec3_sub(last->at_mm, before->at_mm)) < last->radius_mm)
+        before--;
+    ahead = sc_vec3_unit(sc_vec3_sub(last->at_mm, before->at_mm));
+    for (int i = 0; i * step_mm <= 2 * last->radius_mm; i++) {
+        const sc_vec3 at_mm = sc_vec3_along(last->at_mm, i * step_mm, ahead);
+
+        if (sc_region_voxel(&f->region, sc_affine_point(&f->to_voxel, at_mm)) == SC_NO_VOXEL)
+            return true;
+    }
+    return false;
+}
+
 sc_status sc_centerline_find(const sc_ctx *ctx, const sc_centerline_request *request,
                              sc_centerline *out)
 {
@@ -286,7 +307,8 @@ sc_status sc_centerline_find(const sc_ctx *ctx, const sc_centerline_request *req
     SC_TRY(find_ends(ctx, &f));
     SC_TRY(find_way(ctx, &f));
     smooth_way(&f);
-    status = sample_way(ctx, &f, out);
+    SC_TRY(sample_way(ctx, &f, out));
+    out->ends_at_wall = ends_at_wall(&f, out);
 out:
     sc_free(f.way.voxels);
     sc_free(f.way.points);

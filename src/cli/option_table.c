@@ -60,7 +60,8 @@ static const sc_option option_rows[] = {
      "or an angle around the patient, 0 in front and 90 at the left, and one above, such as 30,15",
      "orbit still", sc_store_view, 0, ""},
     {"tissue", 0, "NAME",
-     "let this tissue of a volume fill the picture: a name, a glob or a label number",
+     "let this tissue of a volume fill the picture, the others nearly transparent: a name, a glob "
+     "or a label number",
      "orbit still", sc_store_framed, 0, ""},
     {"set", 0, "KEY.PATH=VALUE", "set a key of the job, such as render.samples=2; may be repeated",
      JOB_COMMANDS " convert study info", sc_store_set, 0, ""},

@@ -280,11 +280,17 @@ sc_status sc_store_view(const sc_ctx *ctx, sc_options *options, const sc_option 
 sc_status sc_store_framed(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                           const char *value)
 {
+    /* So faint that ten layers before the tissue take a third of it away, and still seen. */
+    static const char faint[] = "0.04";
     SC_OWN(sc_text_clear) sc_text origin = {0};
+    SC_OWN(sc_text_clear) sc_text path = {0};
 
     SC_PASS(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
+    SC_PASS(sc_text_add(ctx, &path, "tissues.\"%s\".opacity", value));
     SC_PASS(sc_options_set_as(ctx, options, origin.data, "animation.verbs.0.frame", value));
-    return sc_store_set(ctx, options, option, "animation.verbs.0.during=[0%, 0%]");
+    SC_PASS(sc_store_set(ctx, options, option, "animation.verbs.0.during=[0%, 0%]"));
+    SC_PASS(sc_options_set_as(ctx, options, origin.data, "tissues.*.opacity", faint));
+    return sc_options_set_as(ctx, options, origin.data, path.data, "1");
 }
 
 sc_status sc_store_text(const sc_ctx *ctx, sc_options *options, const sc_option *option,

@@ -104,7 +104,7 @@ static size_t flown_points(const sc_verb *fly, const sc_centerline *line)
 {
     const double kept = 2 * line->points[line->count - 1].radius_mm / line->length_mm;
 
-    if (fly->through_count > 1 || fly->middles)
+    if (fly->middles || (fly->through_count > 1 && !line->ends_at_wall))
         return line->count;
     return line->count - (size_t)(fmin(kept, 0.5) * (double)(line->count - 1));
 }

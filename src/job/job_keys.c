@@ -318,7 +318,9 @@ const sc_key sc_job_keys[] = {
              "has that of anatomy, or else a distinct one. anatomy: those that anatomists expect, "
              "where the name of a tissue is known, also instead of the table's. distinct: colours "
              "that differ as much as possible",
-     .choices = appearances, .of_film = true},
+     .choices = appearances,
+     .option = &(const sc_key_option){"appearance", "NAME", LABEL_COMMANDS " render check plan"},
+     .of_film = true},
     {"cine", &sc_type_flow_map, offsetof(sc_job, cine), NULL,
      .help = "the volume is a series, a list of files, a pattern such as heart_*.nrrd, or a file "
              "that holds several volumes (4-D): phases of a beat, which follow each other in the "

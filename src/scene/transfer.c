@@ -14,7 +14,8 @@
 #define LEAST 0.5
 #define MOST 0.95
 #define HUMAN_MM 100.0
-/* Opacities of the outermost cover, and of those between it and what they enclose. */
+/* Opacities of the outermost cover, and of those between it and what they enclose, and of what the
+ * name calls left over. */
 #define OUTER_COVER 0.16
 #define INNER_COVER 0.06
 
@@ -214,23 +215,39 @@ sc_opacity_scale sc_opacity_scale_of(const sc_prepared *volume, const sc_tissue 
                               .thick_mm = share > 0 ? share * THICK_MM : THICK_MM};
 }
 
+/* @return whether a tissue is to be seen through, because it encloses others, or is what their
+ * names leave over, such as "heart other": scraps that would lie on what is shown. */
+static bool steps_back(const sc_prepared *volume, int id)
+{
+    return volume->stats[id].cover_layer > 0 || sc_name_steps_back(volume->labels[id].name);
+}
+
 /* Set opacity, and is_cover, where opacity_auto is set, by the measurements in the volume's stats;
- * 0 for invisible tissues. @param tissues [label_count]. */
+ * 0 for invisible tissues. Parts of a brain are opaque: they tile it, and one sees its surface.
+ * @param tissues [label_count]. */
 static void fill_auto(const sc_prepared *volume, sc_opacity_rule rule, sc_tissue *tissues)
 {
     const sc_opacity_scale scale = sc_opacity_scale_of(volume, tissues, rule);
+    const bool of_brain = rule == SC_OPACITY_MEASURED &&
+                          sc_names_kind_of(volume->labels, volume->label_count) == SC_NAMES_BRAIN;
+    bool others = false;
 
+    for (int id = 1; id < volume->label_count; id++)
+        others = others || (tissues[id].visible && !steps_back(volume, id));
     for (int id = 1; id < volume->label_count; id++) {
         const sc_label_stats *stats = &volume->stats[id];
         sc_tissue *tissue = &tissues[id];
 
         if (!tissue->opacity_auto)
             continue;
-        tissue->is_cover = rule == SC_OPACITY_MEASURED && stats->cover_layer > 0;
+        tissue->is_cover = rule == SC_OPACITY_MEASURED &&
+                           (others ? steps_back(volume, id) : stats->cover_layer > 0);
         if (!tissue->visible)
             tissue->opacity = 0;
         else if (tissue->is_cover)
             tissue->opacity = stats->cover_layer == 1 ? OUTER_COVER : INNER_COVER;
+        else if (of_brain)
+            tissue->opacity = 1;
         else
             tissue->opacity = sc_auto_opacity(&scale, stats->thickness_mm);
     }

@@ -17,6 +17,8 @@ sc_status sc_progress_write(const sc_ctx *ctx, const char *path, const sc_progre
 
     if (json && report->phase)
         json_object_set_new(json, "phase", json_string(report->phase));
+    if (json && report->run)
+        json_object_set_new(json, "run", json_string(report->run));
     if (json && report->phase && report->phase_share >= 0)
         json_object_set_new(json, "phase_share", json_real(report->phase_share));
     errno = 0;

@@ -6,21 +6,23 @@ sed -i 's/video: none/video: film.mp4, fps: 4/' job.yaml
 mkdir bin
 ln -s "$SEGCAST" bin/segcast
 export PATH=$PWD/bin:$PATH
-stub() { printf '#!/bin/bash\necho "%s $*" >>%s/calls\n%s\n' "$1" "$PWD" "$2" >bin/"$1"; chmod +x bin/"$1"; }
+stub() { printf '#!/bin/bash\necho "%s $* threads=$OMP_NUM_THREADS,$SRUN_CPUS_PER_TASK" >>%s/calls\n%s\n' "$1" "$PWD" "$2" >bin/"$1"; chmod +x bin/"$1"; }
 stub scontrol ''
 stub qsub ''
+stub sleep ''
 stub squeue 'date -d "+1 hour" +%Y-%m-%dT%H:%M:%S'
 # srun and mpirun: run the command after their options, or do not (LAUNCH=no); then end with CODE, if it is given.
 launch='while [ $# -gt 0 ] && [[ $1 != env && $1 != segcast && $1 != true ]]; do shift; done
-[ -z "$SIGNAL" ] || { trap "" USR1; kill -$SIGNAL $PPID; sleep 0.5; }
+[ -z "$SIGNAL" ] || { trap "" USR1; kill -$SIGNAL $PPID; /bin/sleep 0.5; }
 [ "$LAUNCH" = no ] || "$@" ${FRAMES:+--frames $FRAMES}
+[ -z "$OTHER" ] || echo "{\"run\": \"$OTHER\"}" >out/status.json
 exit ${CODE:-$?}'
 stub srun '[ "$1" = --mpi=list ] && { printf "MPI plugin types are...\n\tnone\n\t%s\n" $OFFERED; exit; }
 '"$launch"
 stub mpirun 'while [ $# -gt 0 ] && [[ $1 == -* || $1 == slot* ]]; do shift; done
 '"$launch"
 
-export SLURM_JOB_ID=17 SLURM_CPUS_PER_TASK=1 SLURM_NTASKS=2 OFFERED=pmix PBS_O_WORKDIR=$PWD JOB=job.yaml
+export SLURM_JOB_ID=17 SLURM_JOB_CPUS_PER_NODE='1(x2)' SLURM_NNODES=2 OFFERED=pmix PBS_O_WORKDIR=$PWD JOB=job.yaml
 # batch CODE QUEUED SCRIPT ARGUMENT...: the script ends with CODE, and is queued again or not.
 batch() {
     local want=$1 queued=$2 code=0 found=no
@@ -52,6 +54,16 @@ for name in one-node many-nodes requeue; do
     # Complete, and still so if the launcher then ends with an error of its own.
     batch 0 no "$script" job.yaml -o out
     CODE=137 batch 0 no "$script" job.yaml -o out
+    # Another run has begun in the directory meanwhile: two that queue themselves would take it from each other for ever.
+    rm -rf out
+    FRAMES=0-2 CODE=75 batch 75 yes "$script" job.yaml -o out
+    LAUNCH=no OTHER=19 CODE=75 batch 75 no "$script" job.yaml -o out
+    grep -q '^FAILED: another run (19) has begun' stderr.txt || { cat stderr.txt >&2; fail "not told of the other run"; }
+    LAUNCH=no OTHER=19 CODE=75 batch 75 yes "$script" job.yaml -o out    # it ended before this one
+    LAUNCH=no OTHER=17 CODE=75 batch 75 yes "$script" job.yaml -o out
+    rm -rf out
+    batch 0 no "$script" job.yaml -o out
+    grep -q '"run": "17"' out/status.json || fail "no run in status.json: $(cat out/status.json)"
     # The directory holds another job, which is complete.
     LAUNCH=no CODE=0 batch 75 yes "$script" job.yaml -o out --set render.samples=3
 done
@@ -67,20 +79,32 @@ expect 0 '' "$SEGCAST" status out
 script=$SOURCE/jobs/slurm/many-nodes.sbatch
 if "$SEGCAST" --version | grep -q 'Open MPI'; then
     OFFERED=pmix batch 0 no "$script" job.yaml -o out
-    grep -q 'srun --kill-on-bad-exit=1 --mpi=pmix env' calls || fail "not --mpi=pmix: $(cat calls)"
+    grep -q 'srun --kill-on-bad-exit=1 --ntasks=2 --ntasks-per-node=1 --mpi=pmix env' calls || fail "not --mpi=pmix: $(cat calls)"
     OFFERED=pmi2 batch 0 no "$script" job.yaml -o out
-    grep -q 'srun --kill-on-bad-exit=1 --mpi=pmi2 env' calls || fail "not --mpi=pmi2: $(cat calls)"
+    grep -q 'srun --kill-on-bad-exit=1 --ntasks=2 --ntasks-per-node=1 --mpi=pmi2 env' calls || fail "not --mpi=pmi2: $(cat calls)"
     OFFERED=openmpi batch 0 no "$script" job.yaml -o out
-    grep -q 'srun --kill-on-bad-exit=1 env' calls || fail "an --mpi that is not offered: $(cat calls)"
+    grep -q 'srun --kill-on-bad-exit=1 --ntasks=2 --ntasks-per-node=1 env' calls || fail "an --mpi that is not offered: $(cat calls)"
 fi
-SLURM_NTASKS=1 batch 0 no "$script" job.yaml -o out
-grep -q 'srun --kill-on-bad-exit=1 --mpi=none env' calls || fail "a single process with MPI: $(cat calls)"
+SLURM_NNODES=1 batch 0 no "$script" job.yaml -o out
+grep -q 'srun --kill-on-bad-exit=1 --ntasks=1 --ntasks-per-node=1 --mpi=none env' calls || fail "a single process with MPI: $(cat calls)"
+# Ranks and threads fill the CPUs that Slurm gave on the smallest node; what sbatch was told goes before.
+while read -r cpus told want; do
+    rm -f calls
+    # shellcheck disable=SC2086  # several words
+    SLURM_JOB_CPUS_PER_NODE=$cpus LAUNCH=no CODE=65 env ${told//;/ } bash "$script" job.yaml -o out >/dev/null 2>&1 || true
+    grep -qe "$want" calls || fail "$cpus, $told: $(cat calls)"
+done <<'SIZES'
+2(x2) A=1 --ntasks=2 --ntasks-per-node=1 .* threads=2,2
+32(x2),8 A=1 --ntasks=2 --ntasks-per-node=1 .* threads=8,8
+36(x2) A=1 --ntasks=10 --ntasks-per-node=5 .* threads=7,7
+16(x2) SLURM_NTASKS_PER_NODE=4;SLURM_CPUS_PER_TASK=3 --ntasks=8 --ntasks-per-node=4 .* threads=3,3
+SIZES
 # What a site fills in.
 sed 's/^container=()/container=(env IN_CONTAINER=1)/; s/^mpi=auto/mpi=pmix_v4/; s/^launcher=(srun/& --exact/; s/^modules=()/modules=(gcc segcast)/' "$script" >site.sbatch
 module() { echo "module $*" >>calls; }
 export -f module
 batch 0 no site.sbatch job.yaml -o out
-grep -q 'srun --exact --kill-on-bad-exit=1 --mpi=pmix_v4 env --block-signal=USR1 env IN_CONTAINER=1 segcast' calls || fail "the block for the site: $(cat calls)"
+grep -q 'srun --exact --kill-on-bad-exit=1 --ntasks=2 --ntasks-per-node=1 --mpi=pmix_v4 env --block-signal=USR1 env IN_CONTAINER=1 segcast' calls || fail "the block for the site: $(cat calls)"
 grep -q 'module load gcc segcast' calls || fail "no modules are loaded: $(cat calls)"
 
 # Studies: complete when the file of measurements says so.

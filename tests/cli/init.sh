@@ -11,7 +11,7 @@ jq -r '.labels[1:][] | "\(.name)\t\(.value)\t\(.volume_mm3)\t\(.thickness_mm)"' 
 while IFS=$'\t' read -r name value mm3 thickness; do
     line=$(grep "^  \"$name\": " heart.yaml) || fail "no line for $name"
     want=$(awk -v v="$mm3" -v t="$thickness" 'BEGIN {printf "%.3g ml, %.3g mm thick", v / 1000, t}')
-    [[ $line == *"# label $value, $want" ]] || fail "$name: \"$line\", expected label $value, $want"
+    [[ $line == *"}  # color: \"#"??????"\", label $value, $want" ]] || fail "$name: \"$line\", expected label $value, $want"
 done <labels.txt
 "$SEGCAST" check heart.yaml >/dev/null 2>check.txt || { cat check.txt; fail "check refuses what init has written"; }
 [ ! -s check.txt ] || { cat check.txt; fail "check warns of what init has written"; }
@@ -28,13 +28,25 @@ mkdir sub
 printf '1 heart_muscle 200 80 70 255\n2 heart_muscle 1 2 3 255\n3 7 1 2 3 255\n4 left_[*] 1 2 3 255\n5 "quoted"\\name 1 2 3 128\n' >table.ctbl
 "$SEGCAST" init heart.nrrd --labels table.ctbl -o sub/job.yaml -q >/dev/null 2>&1
 grep -q "^volume: \"$PWD/heart.nrrd\"" sub/job.yaml || fail "the volume of sub/job.yaml"
-for line in '  1: .*# "heart muscle", label 1,' '  3: .*# "7", label 3,' '  4: .*# "left \[\*\]", label 4,' \
-    '  "\\"quoted\\"\\\\name": *{opacity: 0.502, color: "#010203"}'; do
+for line in '  1: .*# color: "#c85046", "heart muscle", label 1,' '  3: .*, "7", label 3,' '  4: .*, "left \[\*\]", label 4,' \
+    '  "\\"quoted\\"\\\\name": *{opacity: 0.502}  # color: "#010203", label 5'; do
     grep -q "^$line" sub/job.yaml || { cat sub/job.yaml >&2; fail "no line $line"; }
 done
 expect 0 '' "$SEGCAST" check sub/job.yaml
 "$SEGCAST" init heart.nrrd -o - -q | diff <(sed '/^#   /d' heart.yaml) - >&2 || fail "-o - differs from the file"
 [ ! -e ./- ] || fail "a file named - was written"
+
+# The colours are comments, so that the appearance wins, also where a table has others; init keeps the word.
+"$SEGCAST" init heart.nrrd --labels table.ctbl --appearance distinct -o distinct.yaml -q >/dev/null 2>&1
+grep -q '^appearance: distinct$' distinct.yaml || fail "init has not kept --appearance"
+for job in sub/job.yaml distinct.yaml; do
+    "$SEGCAST" still $job --size 64x48 -o table.png --appearance table --overwrite -q >/dev/null 2>&1
+    "$SEGCAST" still $job --size 64x48 -o distinct.png --appearance distinct --overwrite -q >/dev/null 2>&1
+    ! cmp -s table.png distinct.png || fail "$job: --appearance changes nothing"
+done
+"$SEGCAST" still distinct.yaml --size 64x48 -o kept.png --overwrite -q >/dev/null 2>&1
+cmp kept.png distinct.png || fail "distinct.yaml has not the colours that init was asked for"
+expect 64 'unknown appearance "tabel"; did you mean "table"' "$SEGCAST" still heart.nrrd --appearance tabel -o bad.png; one_error
 
 # A name that YAML or a terminal would misread stands in the job so that they do not.
 "$SEGCAST" init heart.nrrd -o $'two\nlines.yaml' -q >/dev/null
@@ -86,7 +98,7 @@ PY
 command -v python3 >/dev/null || skip "no Python to make a nested volume with"
 python3 nested.py
 "$SEGCAST" init nested.nrrd -q >/dev/null 2>&1
-sed -n '/^tissues/,/^$/p' nested.yaml | cut -d, -f1 | tr -d '{' >looks.txt
+sed -n '/^tissues/,/^$/p' nested.yaml | cut -d, -f1 | cut -d} -f1 | tr -d '{' >looks.txt
 diff - looks.txt >&2 <<'LOOKS' || fail "covers are not found"
 tissues:
   # Around the others

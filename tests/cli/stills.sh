@@ -108,11 +108,14 @@ for view in anterior posterior left right superior inferior 45,20 135,20 -135,20
     "$IMAGE_DIFFERENCE" views.png word.png 0 0 $((44 + at % 4 * 172)) $((12 + at / 4 * 108)) || fail "$view is not on the sheet of views"
     at=$((at + 1))
 done
-# A tissue of a volume fills the picture as the verb frame lets it.
-"$SEGCAST" still volume.yaml --set animation.camera.orbit.turns=0 --view 0,30 --set 'animation.verbs=[{frame: aorta, during: [0%, 0%]}]' -o job.png --overwrite -q >/dev/null
+# A tissue of a volume fills the picture as the verb frame lets it, and what lies before it does not hide it.
+"$SEGCAST" still volume.yaml --set animation.camera.orbit.turns=0 --view 0,30 --set 'animation.verbs=[{frame: aorta, during: [0%, 0%]}]' \
+    --set tissues.*.opacity=0.04 --set tissues.aorta.opacity=1 -o job.png --overwrite -q >/dev/null
 expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --view 0,30 --tissue aorta -o framed.png
 "$IMAGE_DIFFERENCE" job.png framed.png || fail '--tissue does not frame the tissue'
 "$IMAGE_DIFFERENCE" alone.png framed.png >/dev/null 2>&1 && fail '--tissue frames all tissues'
+expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --view 0,30 --tissue 'left v*' --set tissues.aorta.visible=false -o framed.png --overwrite
+expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --tissue '*' -o framed.png --overwrite
 expect 64 'view is .superiour., expected anterior, .*did you mean .superior.' "$SEGCAST" still heart.nrrd --view superiour -o no.png; one_error
 expect 64 'view 0,400: .*from -360 to 360' "$SEGCAST" still heart.nrrd --view 0,400 -o no.png; one_error
 "$SEGCAST" render short.yaml -o made -q >/dev/null

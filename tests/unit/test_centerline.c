@@ -147,6 +147,25 @@ TEST(lines_without_points_run_from_end_to_end)
     assert_memory_equal(line.points, again.points, line.count * sizeof *line.points);
 }
 
+/* The wall is ahead of the end of a tube, be that a point or not, and not ahead of a point half
+ * way, although the tube is bent there. */
+TEST(lines_tell_whether_they_end_at_a_wall)
+{
+    const sc_vec3 half[] = {{6, 2, 16}, {20, 14, 16}}, whole[] = {{20, 14, 16}, {34, 2, 16}};
+    const sc_volume v = small_volume();
+    sc_centerline line = {0};
+
+    assert_ok(find(&quiet, &v, 1, NULL, 0, &line));
+    assert_true(line.ends_at_wall);
+    sc_centerline_clear(&line);
+    assert_ok(find(&quiet, &v, 1, half, 2, &line));
+    assert_false(line.ends_at_wall);
+    sc_centerline_clear(&line);
+    assert_ok(find(&quiet, &v, 1, whole, 2, &line));
+    assert_true(line.ends_at_wall);
+    sc_centerline_clear(&line);
+}
+
 TEST(what_has_no_way_is_refused_with_where_it_ends)
 {
     const sc_volume v = small_volume();

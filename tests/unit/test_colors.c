@@ -455,6 +455,15 @@ TEST(names_have_the_colours_of_anatomy)
         {"gluteus_maximus_left", "skeletal muscle"},
         {"gallbladder", "bile duct"},
         {"urinary_bladder", "Bladder"},
+        {"Postcava", "inferior vena cava"},
+        {"precava", "SVC"},
+        {"SMA", "superior mesenteric artery"},
+        {"SMV", "mesenteric vein"},
+        {"LAA", "atrial_appendage_left"},
+        {"Ventriculus sinister", "left ventricle"},
+        {"Os femoris", "vertebrae_L1"},
+        {"heart_other", "unclassified"},
+        {"Rest", "rest of the body"},
     };
     static const char *const unknown[] = {"",
                                           "label 7",
@@ -475,21 +484,23 @@ TEST(names_have_the_colours_of_anatomy)
     uint8_t one[3], other[3];
 
     for (size_t i = 0; i < SC_COUNT_OF(same); i++) {
-        if (!sc_anatomy_color(same[i][0], false, one) ||
-            !sc_anatomy_color(same[i][1], false, other) || memcmp(one, other, 3) != 0)
+        if (!sc_anatomy_color(same[i][0], SC_NAMES_BODY, one) ||
+            !sc_anatomy_color(same[i][1], SC_NAMES_BODY, other) || memcmp(one, other, 3) != 0)
             fail_msg("\"%s\" and \"%s\" have no colour, or not the same", same[i][0], same[i][1]);
     }
     for (size_t i = 0; i < SC_COUNT_OF(unknown); i++) {
-        if (sc_anatomy_color(unknown[i], false, one))
+        if (sc_anatomy_color(unknown[i], SC_NAMES_BODY, one))
             fail_msg("\"%s\" has a colour", unknown[i]);
     }
-    assert_true(sc_anatomy_color("pulmonary_vein", false, one) && one[0] > one[2] + 60);
-    assert_true(sc_anatomy_color("pulmonary_artery", false, one) && one[2] > one[0] + 60);
-    assert_true(sc_anatomy_color("Left Atrium", false, one) && one[0] > one[2] + 60);
-    assert_true(sc_anatomy_color("Auricular appendage, Left", false, one) && one[0] > one[2] + 60);
-    assert_true(sc_anatomy_color("Carpus", false, one) && sc_anatomy_color("Tibia", false, other));
+    assert_true(sc_anatomy_color("pulmonary_vein", SC_NAMES_BODY, one) && one[0] > one[2] + 60);
+    assert_true(sc_anatomy_color("pulmonary_artery", SC_NAMES_BODY, one) && one[2] > one[0] + 60);
+    assert_true(sc_anatomy_color("Left Atrium", SC_NAMES_BODY, one) && one[0] > one[2] + 60);
+    assert_true(sc_anatomy_color("Auricular appendage, Left", SC_NAMES_BODY, one) &&
+                one[0] > one[2] + 60);
+    assert_true(sc_anatomy_color("Carpus", SC_NAMES_BODY, one) &&
+                sc_anatomy_color("Tibia", SC_NAMES_BODY, other));
     assert_memory_equal(one, other, 3);
-    assert_true(sc_anatomy_color("right_atrium", false, one) && one[2] > one[0] + 60);
+    assert_true(sc_anatomy_color("right_atrium", SC_NAMES_BODY, one) && one[2] > one[0] + 60);
 }
 
 /* LA is the left atrium where there are LV and RV, and a nucleus of the amygdala elsewhere. */
@@ -503,16 +514,19 @@ TEST(abbreviations_are_of_the_heart_among_its_chambers)
     uint8_t one[3], other[3];
 
     for (size_t i = 0; i < SC_COUNT_OF(same); i++) {
-        assert_true(sc_anatomy_color(same[i][0], true, one));
-        assert_true(sc_anatomy_color(same[i][1], true, other));
+        assert_true(sc_anatomy_color(same[i][0], SC_NAMES_HEART, one));
+        assert_true(sc_anatomy_color(same[i][1], SC_NAMES_HEART, other));
         assert_memory_equal(one, other, 3);
     }
-    assert_false(sc_anatomy_color("LA", false, one));
-    assert_false(sc_names_are_of_heart(labels, 3));
+    assert_false(sc_anatomy_color("LA", SC_NAMES_BODY, one));
+    assert_int_equal(sc_names_kind_of(labels, 3), SC_NAMES_BODY);
     snprintf(labels[1].name, sizeof labels[1].name, "LV");
-    assert_false(sc_names_are_of_heart(labels, 3));
+    assert_int_equal(sc_names_kind_of(labels, 3), SC_NAMES_BODY);
     snprintf(labels[2].name, sizeof labels[2].name, "rv blood");
-    assert_true(sc_names_are_of_heart(labels, 3));
+    assert_int_equal(sc_names_kind_of(labels, 3), SC_NAMES_HEART);
+    snprintf(labels[1].name, sizeof labels[1].name, "Left-Lateral-Ventricle");
+    snprintf(labels[2].name, sizeof labels[2].name, "Right-Lateral-Ventricle");
+    assert_int_equal(sc_names_kind_of(labels, 3), SC_NAMES_BODY);
 }
 
 /* A name of the greatest length, each second letter large, is read within its room. */
@@ -524,7 +538,7 @@ TEST(a_long_name_is_read_within_its_room)
     for (int i = 0; i < SC_NAME_BYTES - 1; i++)
         name[i] = i % 2 ? 'B' : 'a';
     name[SC_NAME_BYTES - 1] = '\0';
-    assert_false(sc_anatomy_color(name, false, rgb));
+    assert_false(sc_anatomy_color(name, SC_NAMES_BODY, rgb));
 }
 
 /* Layers of two voxels along z. */
@@ -547,7 +561,7 @@ TEST(neighbours_of_one_kind_have_shades)
 
     for (int id = 1; id <= COUNT; id++)
         snprintf(v.labels[id].name, SC_NAME_BYTES, "vertebrae_L%d", id);
-    assert_true(sc_anatomy_color("vertebrae_L1", false, base));
+    assert_true(sc_anatomy_color("vertebrae_L1", SC_NAMES_BODY, base));
     assert_ok(sc_volume_color(&quiet, &v, 0, SC_APPEARANCE_TABLE, 2));
     for (int id = 1; id <= COUNT; id++) {
         const sc_seen_color seen = sc_see_color(v.labels[id].rgb),
@@ -568,7 +582,7 @@ TEST(appearance_decides_between_table_and_anatomy)
     SC_OWN(sc_volume_clear) sc_volume v = voronoi();
     uint8_t liver[3], distinct[3];
 
-    assert_true(sc_anatomy_color("liver", false, liver));
+    assert_true(sc_anatomy_color("liver", SC_NAMES_BODY, liver));
     snprintf(v.labels[1].name, SC_NAME_BYTES, "liver");
     snprintf(v.labels[2].name, SC_NAME_BYTES, "something");
     for (int id = 1; id <= 2; id++) {
@@ -587,6 +601,94 @@ TEST(appearance_decides_between_table_and_anatomy)
     assert_true(memcmp(v.labels[2].rgb, given, 3) != 0);
 }
 
+/* Give the labels of a volume names, and colours by them. */
+static void color_by_names(sc_volume *v, const char *const *names, sc_appearance appearance)
+{
+    for (int id = 1; id < v->label_count; id++)
+        snprintf(v->labels[id].name, SC_NAME_BYTES, "%s", names[id - 1]);
+    assert_ok(sc_volume_color(&quiet, v, 0, appearance, 1));
+}
+
+/* The tissue of layer_of at the same place, in a file that numbers from the other end. */
+static int layer_from_above(double x, double y, double z)
+{
+    return 5 - layer_of(x, y, z);
+}
+
+/* A single file and a directory of masks number the same tissues differently. */
+TEST(colours_of_anatomy_do_not_depend_on_numbers)
+{
+    static const char *const names[] = {"vertebrae_T12", "vertebrae_L1", "liver", "spleen"},
+                             *const turned[] = {"spleen", "liver", "vertebrae_L1", "vertebrae_T12"};
+    const int size[3] = {4, 4, 8};
+    const double spacing[3] = {1, 1, 1};
+    sc_volume v = shape_volume(size, spacing, 1, 5, layer_of),
+              w = shape_volume(size, spacing, 1, 5, layer_from_above);
+
+    color_by_names(&v, names, SC_APPEARANCE_TABLE);
+    color_by_names(&w, turned, SC_APPEARANCE_TABLE);
+    for (int id = 1; id <= 4; id++)
+        assert_memory_equal(v.labels[id].rgb, w.labels[5 - id].rgb, 3);
+    assert_true(memcmp(v.labels[1].rgb, v.labels[2].rgb, 3) != 0);
+    sc_volume_clear(&v);
+    sc_volume_clear(&w);
+}
+
+/* A muscle keeps its colour beside a heart that looks much like it. */
+TEST(other_kinds_beside_a_tissue_do_not_change_its_colour)
+{
+    static const char *const names[] = {"muscle", "heart", "liver", "kidney_left"};
+    sc_volume v = shape_volume((const int[3]){4, 4, 8}, (const double[3]){1, 1, 1}, 1, 5, layer_of);
+
+    color_by_names(&v, names, SC_APPEARANCE_ANATOMY);
+    for (int id = 1; id <= 4; id++) {
+        uint8_t base[3];
+
+        assert_true(sc_anatomy_color(names[id - 1], SC_NAMES_BODY, base));
+        assert_memory_equal(v.labels[id].rgb, base, 3);
+    }
+    sc_volume_clear(&v);
+}
+
+/* Both sides of a pair look the same, be their names known or not, also where they touch; the sides
+ * of a heart do not; and where all colours are to differ, none do. */
+TEST(left_looks_as_right)
+{
+    static const char *const names[] = {"Precentral_L", "Precentral_R", "lung left", "Lung, right"},
+                             *const chambers[] = {"left_atrium", "right_atrium", "a", "b"};
+    sc_volume v = shape_volume((const int[3]){4, 4, 8}, (const double[3]){1, 1, 1}, 1, 5, layer_of);
+
+    color_by_names(&v, names, SC_APPEARANCE_TABLE);
+    assert_memory_equal(v.labels[1].rgb, v.labels[2].rgb, 3);
+    assert_memory_equal(v.labels[3].rgb, v.labels[4].rgb, 3);
+    assert_true(memcmp(v.labels[2].rgb, v.labels[3].rgb, 3) != 0);
+    color_by_names(&v, names, SC_APPEARANCE_DISTINCT);
+    assert_true(memcmp(v.labels[1].rgb, v.labels[2].rgb, 3) != 0);
+    color_by_names(&v, chambers, SC_APPEARANCE_ANATOMY);
+    assert_true(v.labels[1].rgb[0] > v.labels[1].rgb[2] + 60);
+    assert_true(v.labels[2].rgb[2] > v.labels[2].rgb[0] + 60);
+    sc_volume_clear(&v);
+}
+
+/* What is left over, and what lies around all, is told by its name; a tumour of it is not. */
+TEST(names_tell_what_steps_back)
+{
+    static const char *const back[] = {"heart_other", "Other",       "unclassified", "rest",
+                                       "Unknown",     "soft tissue", "Skin",         "body",
+                                       "body_trunc",  "remainder"};
+    static const char *const stays[] = {"",           "heart",      "forest",        "mother cell",
+                                        "body of C2", "skin tumor", "vertebral body"};
+
+    for (size_t i = 0; i < SC_COUNT_OF(back); i++) {
+        if (!sc_name_steps_back(back[i]))
+            fail_msg("\"%s\" does not step back", back[i]);
+    }
+    for (size_t i = 0; i < SC_COUNT_OF(stays); i++) {
+        if (sc_name_steps_back(stays[i]))
+            fail_msg("\"%s\" steps back", stays[i]);
+    }
+}
+
 TEST(an_allocation_that_fails_is_reported)
 {
     SC_OWN(sc_volume_clear) sc_volume v = voronoi();
@@ -597,7 +699,7 @@ TEST(an_allocation_that_fails_is_reported)
         sc_ctx ctx = {.alloc_budget = &budget};
 
         status = sc_volume_color(&ctx, &v, 0, SC_APPEARANCE_TABLE, 2);
-        assert_true(status == SC_OK ? n == 7 : status == SC_ERR_MEMORY);
+        assert_true(status == SC_OK ? n == 9 : status == SC_ERR_MEMORY);
     }
 }
 

@@ -359,6 +359,41 @@ TEST(covers_step_back)
     sc_volume_clear(&v);
 }
 
+/* What a name calls left over does not hide the others, unless there are none, or a rule or a table
+ * says otherwise; and a brain, whose parts tile it, is opaque. */
+TEST(names_decide_what_steps_back_and_what_is_opaque)
+{
+    sc_label_stats stats[3] = {{0}};
+    sc_label labels[3] = {{0}, {.value = 1, .opacity = -1}, {.value = 2, .opacity = -1}};
+    const sc_prepared volume = {.label_count = 3, .labels = labels, .stats = stats};
+    const sc_tissue_rule all = {.pattern = "*", .has_opacity = true, .opacity = 1};
+    const sc_tissue_rule none = {.pattern = "aorta", .has_visible = true};
+    sc_tissue tissues[3];
+
+    for (int id = 1; id < 3; id++)
+        stats[id] = (sc_label_stats){.voxels = 9, .thickness_mm = 5, .high = {9, 9, 9}};
+    snprintf(labels[1].name, SC_NAME_BYTES, "aorta");
+    snprintf(labels[2].name, SC_NAME_BYTES, "heart_other");
+    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_MEASURED, tissues));
+    assert_true(!tissues[1].is_cover && tissues[1].opacity > 0.7 && tissues[1].opacity < 1);
+    assert_true(tissues[2].is_cover && tissues[2].opacity < 0.1);
+    assert_ok(sc_transfer_resolve(&quiet, &volume, &all, 1, SC_OPACITY_MEASURED, tissues));
+    assert_near(tissues[2].opacity, 1, 0);
+    assert_ok(sc_transfer_resolve(&quiet, &volume, &none, 1, SC_OPACITY_MEASURED, tissues));
+    assert_true(tissues[2].opacity > 0.7);
+    labels[2].opacity = 0.5F;
+    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_MEASURED, tissues));
+    assert_near(tissues[2].opacity, 0.5, 0);
+    labels[2].opacity = -1;
+    snprintf(labels[1].name, SC_NAME_BYTES, "ctx-lh-bankssts");
+    snprintf(labels[2].name, SC_NAME_BYTES, "Left-Cerebral-White-Matter");
+    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_MEASURED, tissues));
+    assert_near(tissues[1].opacity, 1, 0);
+    assert_near(tissues[2].opacity, 1, 0);
+    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_PAPER, tissues));
+    assert_true(tissues[1].opacity < 1);
+}
+
 /* A veil round a skull in two layers, each with openings, round two halves; or ribs, bands round an
  * axis, instead of the skull. */
 static int head(double x, double y, double z)

@@ -148,7 +148,8 @@ static sc_status add_look(const sc_ctx *ctx, const sc_label *label, int layer, s
     return sc_text_add(ctx, out, "opacity: %s", layer == 1 ? "0.12" : "1");
 }
 
-/* Append the line of a tissue: its look, and as a comment its number, volume and thickness. */
+/* Append the line of a tissue: its look, and as a comment its colour, which follows from table and
+ * appearance, its number, volume and thickness. */
 static sc_status add_tissue(const sc_ctx *ctx, const sc_prepared *v, const sc_place *place,
                             int width, sc_text *out)
 {
@@ -167,7 +168,7 @@ static sc_status add_tissue(const sc_ctx *ctx, const sc_prepared *v, const sc_pl
     used = (int)(out->length_bytes - begin);
     SC_PASS(sc_text_add(ctx, out, ":%*s{", used < width + 4 ? width + 4 - used + 1 : 1, ""));
     SC_PASS(add_look(ctx, label, place->layer, out));
-    SC_PASS(sc_text_add(ctx, out, ", color: \"#%02x%02x%02x\"}  # ", label->rgb[0], label->rgb[1],
+    SC_PASS(sc_text_add(ctx, out, "}  # color: \"#%02x%02x%02x\", ", label->rgb[0], label->rgb[1],
                         label->rgb[2]));
     if (!by_name && label->name[0])
         SC_PASS(sc_write_quoted(ctx, label->name, out));
@@ -191,7 +192,9 @@ static sc_status add_tissues(const sc_ctx *ctx, const sc_prepared *v, const sc_p
     }
     SC_PASS(sc_text_add(ctx, out,
                         "\n# All tissues: opacity is a number from 0 to 1, or auto (by thickness); "
-                        "visible: false hides one.\ntissues:%s\n",
+                        "visible: false hides one.\n"
+                        "# Behind # stands the colour by table and appearance; color between the "
+                        "braces gives another.\ntissues:%s\n",
                         count ? "" : " {}"));
     for (int i = 0; i < count; i++) {
         if (systems > 1 && (i == 0 || places[i].system != places[i - 1].system))
@@ -293,6 +296,7 @@ static sc_status add_head(const sc_app *app, const sc_job *job, const char *path
     const bool is_here = !strchr(path, '/');
     const char *labels = option_value(app, "labels"), *format = option_value(app, "labels_format");
     const char *overlap = option_value(app, "overlap");
+    const char *appearance = option_value(app, "appearance");
 
     SC_PASS(add_comments(ctx, path, out));
     if (job->phase_count)
@@ -307,6 +311,8 @@ static sc_status add_head(const sc_app *app, const sc_job *job, const char *path
         SC_PASS(sc_text_add(ctx, out, "labels_format: %s\n", format));
     if (overlap)
         SC_PASS(sc_text_add(ctx, out, "overlap: %s\n", overlap));
+    if (appearance)
+        SC_PASS(sc_text_add(ctx, out, "appearance: %s\n", appearance));
     SC_PASS(sc_text_add(ctx, out, "\noutput:\n"));
     SC_PASS(add_name(ctx, "directory", stem, "-out", out));
     SC_PASS(add_name(ctx, "video", stem, ".mp4", out));

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Words in the names of tissues, and which of them say that a tissue lies around all others: skin,
- * or what a segmentation calls "other". */
+/* Words in the names of tissues, and the layers of those that lie around the others or are left
+ * over.
+ */
 #include "init/init.h"
 
 #include <ctype.h>
@@ -40,23 +41,6 @@ bool sc_word_begins(const char *words, const char *beginning)
     return false;
 }
 
-/* Does the name say that a tissue is the outside, or what is left over? */
-static bool is_named_as_cover(const char *name)
-{
-    static const char *const beginnings[] = {"other",   "skin",       "unknown",  "background",
-                                             "unclass", "unlabel",    "rest of",  "remain",
-                                             "outside", "exterior",   "undefin",  "soft tissue",
-                                             "subcut",  "body trunc", "body extr"};
-    char words[SC_NAME_BYTES];
-
-    sc_plain_words(name, words);
-    for (size_t i = 0; i < SC_COUNT_OF(beginnings); i++) {
-        if (sc_word_begins(words, beginnings[i]))
-            return true;
-    }
-    return !strcmp(words, "body") || !strcmp(words, "head") || !strcmp(words, "rest");
-}
-
 sc_status sc_name_covers(const sc_ctx *ctx, const sc_prepared *volume, const bool *hidden,
                          int *layers)
 {
@@ -71,7 +55,7 @@ sc_status sc_name_covers(const sc_ctx *ctx, const sc_prepared *volume, const boo
     for (int id = 1; id < count && status == SC_OK; id++)
         deepest = layers[id] > deepest ? layers[id] : deepest;
     for (int id = 1; id < count && count > 2 && status == SC_OK; id++) {
-        if (!layers[id] && !hidden[id] && is_named_as_cover(volume->labels[id].name))
+        if (!layers[id] && !hidden[id] && sc_name_steps_back(volume->labels[id].name))
             layers[id] = deepest + 1;
     }
     return status;

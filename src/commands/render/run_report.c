@@ -28,9 +28,13 @@ static sc_status write_status(const sc_run *run, const sc_ctx *ctx,
                               const sc_progress_report *report)
 {
     SC_OWN(sc_free_at) char *path = NULL;
+    sc_progress_report signed_report = *report;
+    char process[sizeof run->session.times.host + 32];
 
+    snprintf(process, sizeof process, "%s:%ld", run->session.times.host, (long)getpid());
+    signed_report.run = sc_batch_job() ? sc_batch_job() : process;
     SC_PASS(record_path(ctx, run, "status", "json", &path));
-    return sc_progress_write(ctx, path, report);
+    return sc_progress_write(ctx, path, &signed_report);
 }
 
 void sc_run_on_progress(void *user, int done, int total)

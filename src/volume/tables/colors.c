@@ -10,6 +10,7 @@
 #include "source.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { PALETTE = 97 };
@@ -89,17 +90,26 @@ typedef struct fitness {
     float touching[PALETTE], near[PALETTE];
 } fitness;
 
+/* What the name of a tissue tells. */
+typedef struct tissue_name {
+    char
+        key[SC_NAME_KEY_BYTES]; /* of sc_name_without_side; empty where all colours are to differ */
+    bool has_base;              /* anatomists know it */
+    uint8_t base[3];            /* its colour of anatomy */
+    int id;
+} tissue_name;
+
 /* The assignment in work. Its arrays belong to sc_volume_color. */
 typedef struct coloring {
     const sc_volume *volume;
-    bool of_heart;           /* sc_names_are_of_heart */
-    const uint64_t *contact; /* of sc_count_contacts */
-    const uint32_t *near;    /* of sc_count_near */
-    double *total_contact;   /* [label_count]: of each label with all others */
-    fitness *fitness;        /* [label_count]: beside each label's colour; set for labels that have
-                                their final colour */
-    bool *colored;           /* [label_count]: the label has its final colour */
-    sc_appearance appearance;
+    tissue_name *names;           /* [label_count] */
+    const tissue_name **in_order; /* [label_count] the same, by key */
+    const uint64_t *contact;      /* of sc_count_contacts */
+    const uint32_t *near;         /* of sc_count_near */
+    double *total_contact;        /* [label_count]: of each label with all others */
+    fitness *fitness; /* [label_count]: beside each label's colour; set for labels that have
+                         their final colour */
+    bool *colored;    /* [label_count]: the label has its final colour */
     sc_seen_color places[PALETTE]; /* the palette */
 } coloring;
 
@@ -120,7 +130,28 @@ static void settle(coloring *c, int id)
     c->colored[id] = true;
 }
 
-/* Write to @p fits how well each colour of the palette goes beside those of the labels that touch a
+/* Are two labels the left and the right of a pair, or the same one? Both sides of a heart, whose
+ * colours differ, are none. */
+static bool is_same(const coloring *c, int a, int b)
+{
+    const tissue_name *x = &c->names[a], *y = &c->names[b];
+
+    return a == b || (x->key[0] && !strcmp(x->key, y->key) && x->has_base == y->has_base &&
+                      !memcmp(x->base, y->base, sizeof x->base));
+}
+
+/* Give a label its final colour, and with it those of the same pair that have none. */
+static void settle_all(coloring *c, int id, const uint8_t rgb[3])
+{
+    for (int other = id; other < c->volume->label_count; other++) {
+        if (!c->colored[other] && is_same(c, id, other)) {
+            memcpy(c->volume->labels[other].rgb, rgb, 3);
+            settle(c, other);
+        }
+    }
+}
+
+/* Lower @p fits to how well each colour of the palette goes beside those of the labels that touch a
  * label, and of those that are near it: the least of all. */
 static void look_around(const coloring *c, int id, fitness *fits)
 {
@@ -128,8 +159,6 @@ static void look_around(const coloring *c, int id, fitness *fits)
     const uint64_t *contact = c->contact + (size_t)id * (size_t)count;
     const uint32_t *near = c->near + (size_t)id * (size_t)count;
 
-    for (int i = 0; i < PALETTE; i++)
-        fits->touching[i] = fits->near[i] = HUGE_VALF;
     for (int other = 1; other < count; other++) {
         const double least = fmin(c->total_contact[id], c->total_contact[other]);
         const bool touches = (double)contact[other] > TOUCHING_SHARE * least;
@@ -170,7 +199,12 @@ static void choose(coloring *c, int id)
     fitness fits;
     int best = home;
 
-    look_around(c, id, &fits);
+    for (int i = 0; i < PALETTE; i++)
+        fits.touching[i] = fits.near[i] = HUGE_VALF;
+    for (int side = id; side < c->volume->label_count; side++) {
+        if (is_same(c, id, side))
+            look_around(c, side, &fits);
+    }
     if (fits.near[home] < SAME_SHARE)
         best = nearest_place(c, home, &fits, 1, 1);
     if (best < 0 || fits.touching[best] < 1)
@@ -182,7 +216,7 @@ static void choose(coloring *c, int id)
         for (int i = 0; i < PALETTE; i++)
             best = fits.touching[i] > fits.touching[best] ? i : best;
     }
-    memcpy(c->volume->labels[id].rgb, palette[best], 3);
+    settle_all(c, id, palette[best]);
 }
 
 /* How much of white, or, negative, of black is mixed into the colour of anatomy to tell tissues of
@@ -198,62 +232,87 @@ static void mix_shade(const uint8_t base[3], double shade, uint8_t rgb[3])
         rgb[i] = (uint8_t)(base[i] * (1 - share) + other * share + 0.5);
 }
 
-/* Give a label the shade of its colour of anatomy that differs most from the colours of those that
- * it touches; the colour itself unless that is hard to tell from one of them. */
-static void choose_shade(coloring *c, int id, const uint8_t base[3])
+/* @return how much contrast a colour lacks to those of the labels of the same kind, which have the
+ * same colour of anatomy, that touch a label. */
+static double lacking_beside(const coloring *c, int id, const uint8_t rgb[3])
 {
-    const double leave = 0.02; /* of leaving the colour, for each step of shades */
     const int count = c->volume->label_count;
     const uint64_t *contact = c->contact + (size_t)id * (size_t)count;
+    const sc_seen_color seen = sc_see_color(rgb);
+    double out = 0;
+
+    for (int other = 1; other < count; other++) {
+        const tissue_name *name = &c->names[other];
+
+        if (contact[other] && c->colored[other] && name->has_base &&
+            !memcmp(name->base, c->names[id].base, sizeof name->base)) {
+            const sc_seen_color beside = sc_see_color(c->volume->labels[other].rgb);
+            const double lacking = 1 - sc_color_contrast(&seen, &beside) / NEAR_CONTRAST;
+
+            out += lacking > 0 ? lacking * lacking : 0;
+        }
+    }
+    return out;
+}
+
+/* Give a label, and the other of its pair, the shade of its colour of anatomy that differs most
+ * from those of its kind that it touches; the colour itself unless that is hard to tell from one of
+ * them. Other neighbours do not matter: a liver looks the same in every volume. */
+static void choose_shade(coloring *c, int id)
+{
+    const double leave = 0.02; /* of leaving the colour, for each step of shades */
     double least = HUGE_VAL;
+    uint8_t best[3];
 
     for (size_t i = 0; i < SC_COUNT_OF(shades); i++) {
         double cost = leave * (double)i;
         uint8_t tried[3];
-        sc_seen_color seen;
 
-        mix_shade(base, shades[i], tried);
-        seen = sc_see_color(tried);
-        for (int other = 1; other < count; other++) {
-            if (contact[other] && c->colored[other]) {
-                const sc_seen_color beside = sc_see_color(c->volume->labels[other].rgb);
-
-                const double lacking = 1 - sc_color_contrast(&seen, &beside) / NEAR_CONTRAST;
-
-                cost += lacking > 0 ? lacking * lacking : 0;
-            }
-        }
+        mix_shade(c->names[id].base, shades[i], tried);
+        for (int side = 1; side < c->volume->label_count; side++)
+            cost += is_same(c, id, side) ? lacking_beside(c, side, tried) : 0;
         if (cost < least) {
             least = cost;
-            memcpy(c->volume->labels[id].rgb, tried, sizeof tried);
+            memcpy(best, tried, sizeof best);
         }
     }
+    settle_all(c, id, best);
 }
 
-/* Colour one label that has no colour yet. @param known whether tissues that anatomists know are to
- * be coloured, or the others. */
-static void color_label(coloring *c, int id, bool known)
+/* For qsort: by key, then by number. */
+static int by_key(const void *a, const void *b)
 {
-    uint8_t base[3];
-    const bool has_base = c->appearance != SC_APPEARANCE_DISTINCT &&
-                          sc_anatomy_color(c->volume->labels[id].name, c->of_heart, base);
+    const tissue_name *x = *(tissue_name *const *)a, *y = *(tissue_name *const *)b;
+    const int order = strcmp(x->key, y->key);
 
-    if (c->colored[id] || has_base != known)
-        return;
-    if (known)
-        choose_shade(c, id, base);
-    else
-        choose(c, id);
-    settle(c, id);
+    return order ? order : x->id - y->id;
 }
 
-/* Give a colour to all labels that have none, one after the other by value, first those that
- * anatomists know. */
+/* Find what the names tell, and their order. */
+static void read_names(coloring *c, sc_appearance appearance)
+{
+    const sc_volume *v = c->volume;
+    const sc_names_kind kind = sc_names_kind_of(v->labels, v->label_count);
+
+    for (int id = 0; id < v->label_count; id++) {
+        tissue_name *name = &c->names[id];
+
+        c->in_order[id] = name;
+        name->id = id;
+        if (appearance == SC_APPEARANCE_DISTINCT)
+            continue;
+        sc_name_without_side(v->labels[id].name, kind, name->key);
+        name->has_base = sc_anatomy_color(v->labels[id].name, kind, name->base);
+    }
+    qsort(c->in_order, (size_t)v->label_count, sizeof(const tissue_name *), by_key);
+}
+
+/* Give a colour to all labels that have none: first to those that anatomists know, by name, so that
+ * it does not depend on how a file numbers them; then to the others, by value. */
 static void color_all(coloring *c, int cover)
 {
     const int count = c->volume->label_count;
     sc_label *labels = c->volume->labels;
-    uint8_t base[3];
 
     for (int i = 0; i < PALETTE; i++)
         c->places[i] = sc_see_color(palette[i]);
@@ -261,38 +320,42 @@ static void color_all(coloring *c, int cover)
         for (int other = 1; other < count; other++)
             c->total_contact[id] += (double)c->contact[(size_t)id * (size_t)count + (size_t)other];
     }
-    if (cover > 0 && !labels[cover].has_color)
-        memcpy(labels[cover].rgb, cover_color, 3);
     for (int id = 1; id < count; id++) {
-        const bool is_pale = id == cover && (c->appearance == SC_APPEARANCE_DISTINCT ||
-                                             !sc_anatomy_color(labels[id].name, c->of_heart, base));
+        const bool is_pale = id == cover && !labels[id].has_color && !c->names[id].has_base;
 
+        if (is_pale)
+            memcpy(labels[id].rgb, cover_color, 3);
         if (labels[id].has_color || is_pale)
             settle(c, id);
     }
-    for (int known = 1; known >= 0; known--) {
-        for (int id = 1; id < count; id++)
-            color_label(c, id, known);
+    for (int i = 0; i < count; i++) {
+        const tissue_name *name = c->in_order[i];
+
+        if (name->id && name->has_base && !c->colored[name->id])
+            choose_shade(c, name->id);
+    }
+    for (int id = 1; id < count; id++) {
+        if (!c->colored[id])
+            choose(c, id);
     }
 }
 
-/* @return whether a label keeps the colour that a table gives it. @param of_heart as of
- * sc_anatomy_color. */
-static bool keeps_color(const sc_label *label, sc_appearance appearance, bool of_heart)
+/* @return whether a label keeps the colour that a table gives it. */
+static bool keeps_color(const sc_label *label, sc_appearance appearance, sc_names_kind kind)
 {
     uint8_t rgb[3];
 
     return label->has_color && appearance != SC_APPEARANCE_DISTINCT &&
-           !(appearance == SC_APPEARANCE_ANATOMY && sc_anatomy_color(label->name, of_heart, rgb));
+           !(appearance == SC_APPEARANCE_ANATOMY && sc_anatomy_color(label->name, kind, rgb));
 }
 
 bool sc_volume_lacks_colors(const sc_volume *volume, sc_appearance appearance)
 {
-    const bool of_heart = sc_names_are_of_heart(volume->labels, volume->label_count);
+    const sc_names_kind kind = sc_names_kind_of(volume->labels, volume->label_count);
     bool lacks = false;
 
     for (int id = 1; id < volume->label_count; id++)
-        lacks = lacks || !keeps_color(&volume->labels[id], appearance, of_heart);
+        lacks = lacks || !keeps_color(&volume->labels[id], appearance, kind);
     return lacks && volume->label_count <= SC_COLORED_LABELS_MAX;
 }
 
@@ -300,9 +363,10 @@ sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, sc_ap
                           int threads)
 {
     const size_t count = (size_t)volume->label_count;
-    coloring c = {.volume = volume,
-                  .of_heart = sc_names_are_of_heart(volume->labels, volume->label_count),
-                  .appearance = appearance};
+    const sc_names_kind kind = sc_names_kind_of(volume->labels, volume->label_count);
+    coloring c = {.volume = volume};
+    SC_OWN(sc_free_at) tissue_name *names = NULL;
+    SC_OWN(sc_free_at) const tissue_name **in_order = NULL;
     SC_OWN(sc_free_at) fitness *fitnesses = NULL;
     SC_OWN(sc_free_at) bool *colored = NULL;
     SC_OWN(sc_free_at) double *totals = NULL;
@@ -311,18 +375,23 @@ sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, sc_ap
 
     if (!sc_volume_lacks_colors(volume, appearance))
         return SC_OK;
+    SC_PASS(SC_ZALLOC(ctx, count, &names));
+    SC_PASS(SC_ALLOC(ctx, count, &in_order));
     SC_PASS(SC_ZALLOC(ctx, count, &fitnesses));
     SC_PASS(SC_ZALLOC(ctx, count, &colored));
     SC_PASS(SC_ZALLOC(ctx, count, &totals));
     SC_PASS(sc_count_contacts(ctx, volume, threads, &contact));
     SC_PASS(sc_count_near(ctx, volume, &near));
+    c.names = names;
+    c.in_order = in_order;
     c.fitness = fitnesses;
     c.total_contact = totals;
     c.colored = colored;
     c.contact = contact;
     c.near = near;
     for (int id = 1; id < volume->label_count; id++)
-        volume->labels[id].has_color = keeps_color(&volume->labels[id], appearance, c.of_heart);
+        volume->labels[id].has_color = keeps_color(&volume->labels[id], appearance, kind);
+    read_names(&c, appearance);
     color_all(&c, cover);
     return SC_OK;
 }
