@@ -258,15 +258,32 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
                    path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
 }
 
+/* @return which of the readers reads a file that begins with @p h; their number: none. */
+static size_t reader_of(const head *h)
+{
+    size_t which = 0;
+
+    while (which < SC_COUNT_OF(readers) && !readers[which].probe(h))
+        which++;
+    return which;
+}
+
+bool sc_is_volume_file(const char *path)
+{
+    const sc_ctx silent = {.rank = 0};
+    head h;
+
+    return read_head(&silent, path, &h) == SC_OK && reader_of(&h) < SC_COUNT_OF(readers);
+}
+
 /* Open the file at @p path, which is no voxels of a pair, by its own first bytes. */
 static sc_status open_by_mark(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
-    size_t which = 0;
+    size_t which;
     head h;
 
     SC_PASS(read_head(ctx, path, &h));
-    while (which < SC_COUNT_OF(readers) && !readers[which].probe(&h))
-        which++;
+    which = reader_of(&h);
     if (which == SC_COUNT_OF(readers))
         return refuse_file(ctx, path, &h);
     return readers[which].open(ctx, path, header_only, out);
