@@ -123,6 +123,15 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_d
         advice =
             " of Zarr, but its metadata are missing: there is neither zarr.json nor .zgroup nor "
             ".zarray in it; get the store anew, or give the path of an array or an image in it";
+    if (holds_file(path, "attributes.json"))
+        advice =
+            " of N5, which is not read; Fiji opens it (File > Import > HDF5/N5/Zarr/OME-NGFF) and "
+            "saves TIFF, and zarr-python 2 copies it to Zarr: "
+            "zarr.copy_store(zarr.N5Store(\"IN.n5\"), zarr.DirectoryStore(\"OUT.zarr\"))";
+    if (holds_file(path, "datasource-properties.json") || holds_file(path, "header.wkw"))
+        advice =
+            " of WEBKNOSSOS (WKW), which is not read; `webknossos export-as-tiff` of its Python "
+            "package writes a layer as a directory of TIFF slices, which is";
     if (is_dicom || holds_dicom(path))
         advice = " of DICOM files, none of them a segmentation (DICOM SEG; subdirectories are not "
                  "searched); RTSTRUCT contours and labels stored as a series are converted by 3D "
