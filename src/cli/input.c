@@ -76,7 +76,15 @@ bool sc_input_is_volume(const char *path)
     bool exists;
     const kind what = kind_of(path, &exists);
 
-    return what == KIND_VOLUME || what == KIND_DIRECTORY || what == KIND_OTHER;
+    return what == KIND_VOLUME || what == KIND_DIRECTORY;
+}
+
+bool sc_input_may_be_job(const char *path)
+{
+    bool exists;
+    const kind what = kind_of(path, &exists);
+
+    return what == KIND_JOB || what == KIND_FILE || what == KIND_UNKNOWN;
 }
 
 bool sc_input_is_job(const char *path)

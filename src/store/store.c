@@ -40,13 +40,6 @@ sc_store_times sc_store_time(const sc_store *store)
     return store->times;
 }
 
-uint64_t sc_identity_of(uint64_t job_hash, uint64_t volume_hash, int frames, const char *version)
-{
-    const uint64_t numbers[] = {job_hash, volume_hash, (uint64_t)frames};
-
-    return sc_hash_bytes(version, strlen(version), sc_hash_bytes(numbers, sizeof numbers, 0));
-}
-
 /* ---- opening ---- */
 
 /* Which manifests are in the directory: filled by find_manifest, from all false. */
