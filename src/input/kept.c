@@ -182,7 +182,8 @@ sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, const char *p
         sc_shared_publish(app->comm, input->shared);
         status = sc_comm_agree(app->comm, sc_prepared_view(app->ctx, sc_shared_data(input->shared),
                                                            bytes, &input->volume));
-        sc_info(app->ctx, "%s: the volume was prepared before, and kept", path ? path : "");
+        if (first)
+            sc_info(app->ctx, "%s: the volume was prepared before, and kept", path);
         (void)!(fd >= 0 && futimens(fd, NULL)); /* used now; else it only leaves earlier */
         *found = true;
     } else {
