@@ -84,6 +84,8 @@ sc_status sc_command_unknown(const sc_ctx *ctx, const sc_command *commands, cons
 /** @return whether a path names a volume, or a directory, which may hold masks: by the end of the
  * name, else by the first bytes. */
 bool sc_input_is_volume(const char *path);
+/** @return whether it is a job file by its name, or text, or not there. */
+bool sc_input_may_be_job(const char *path);
 /** @return whether @p path is named like a job file. */
 bool sc_input_is_job(const char *path);
 /** Log, where the first word of the command line is a job, a volume or a folder, which command

@@ -59,6 +59,19 @@ SC_MUST_USE sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_
 /** As sc_image_load_png, but a file that has alpha is read as a picture with alpha. */
 SC_MUST_USE sc_status sc_image_load_png_alpha(const sc_ctx *ctx, const char *path, sc_image *out);
 
+/** A picture whose pixels are numbers, as they stand in the file: grey levels, or the places of a
+ * palette. */
+typedef struct sc_levels {
+    int width_px, height_px;
+    int bytes;               /**< of each number: 1, or 2 in the byte order of this machine */
+    void *levels;            /**< [height_px][width_px], top row first; owned: sc_free */
+    int colors;              /**< of the palette; 0: the file has none */
+    uint8_t palette[256][3]; /**< [colors], sRGB */
+} sc_levels;
+/** Read a PNG file as numbers. @return SC_ERR_MISSING if it cannot be opened, SC_ERR_DATA if it is
+ * damaged or has a colour that is in no palette, SC_ERR_MEMORY. Caller owns out->levels. */
+SC_MUST_USE sc_status sc_image_load_levels(const sc_ctx *ctx, const char *path, sc_levels *out);
+
 /** Kinds of colour vision: with all three kinds of cones, or without those for long, middle or
  * short waves. */
 typedef enum sc_vision {

@@ -59,6 +59,7 @@ typedef struct sc_volume {
     sc_label_table outside; /**< labels all of whose voxels lie outside of the box that was read; of
                                  formats in chunks, which are not read there, none are known */
     bool is_part;           /**< such a box was read of a format in chunks */
+    bool looks_grey;        /**< its values are many and mixed as those of a CT or MR image */
 } sc_volume;
 
 /** Check that a volume of @p size voxels may be read and prepared within ctx->memory_max_bytes: its
@@ -117,6 +118,14 @@ size_t sc_volume_file_length(const char *path);
  *  errno. Caller owns: free(). */
 char *sc_volume_real_path(const char *path);
 
+/** What a file is, by its first bytes, and the ending of its name where it has no mark. */
+typedef enum sc_file_kind {
+    SC_FILE_TEXT,   /**< text of no known kind, or it cannot be read */
+    SC_FILE_VOLUME, /**< of a format that is read */
+    SC_FILE_OTHER   /**< neither; reading it as a volume says what it is and what to do */
+} sc_file_kind;
+/** @return the kind of a file. */
+sc_file_kind sc_file_kind_of(const char *path);
 /** Write the names of all formats that this build can read, separated by commas, to text[size], cut
  *  off if there is no room. */
 void sc_volume_formats(char *text, size_t size);

@@ -2,7 +2,7 @@
 /* What the argument of a command is, in order to tell users who give a volume where a job is
  * expected, or a file where a command is, which command they want. */
 #include "segcast/cli.h"
-#include "segcast/prepare.h"
+#include "segcast/volume.h"
 
 #include <string.h>
 #include <strings.h>
@@ -10,7 +10,14 @@
 #include <unistd.h>
 
 /* What a path names, or would name if it existed. */
-typedef enum kind { KIND_UNKNOWN, KIND_JOB, KIND_VOLUME, KIND_DIRECTORY, KIND_FILE } kind;
+typedef enum kind {
+    KIND_UNKNOWN,
+    KIND_JOB,
+    KIND_VOLUME,
+    KIND_DIRECTORY,
+    KIND_FILE, /* text, which may be a job */
+    KIND_OTHER /* neither, but the readers of volumes say what it is */
+} kind;
 
 /* Does @p path end with @p suffix, case ignored? */
 static bool ends_with(const char *path, const char *suffix)
@@ -18,23 +25,6 @@ static bool ends_with(const char *path, const char *suffix)
     const size_t length = strlen(path), n = strlen(suffix);
 
     return length > n && !strcasecmp(path + length - n, suffix);
-}
-
-/* Does the file begin as a volume does that has no telling name? */
-static bool begins_as_volume(const char *path)
-{
-    static const char nifti1[4] = {0x5c, 1, 0, 0}, nifti2[4] = {0x1c, 2, 0, 0}; /* 348 and 540 */
-    char head[16] = "";
-    FILE *file = fopen(path, "rb");
-    const size_t count = file ? fread(head, 1, sizeof head, file) : 0;
-
-    if (file)
-        fclose(file);
-    return count == sizeof head &&
-           (!memcmp(head, "NRRD000", 7) || !memcmp(head, nifti1, 4) || !memcmp(head, nifti2, 4) ||
-            !memcmp(head, "ObjectType", 10) || !memcmp(head, "II*\0", 4) ||
-            !memcmp(head, "\x89HDF\r\n\x1a\n", 8) || !memcmp(head, "MM\0*", 4) ||
-            !memcmp(head, "II+\0", 4) || !memcmp(head, "MM\0+", 4) || sc_is_prepared_file(path));
 }
 
 /* @return what @p path names: by the end of the name, else by the first bytes. @param exists
@@ -70,7 +60,15 @@ static kind kind_of(const char *path, bool *exists)
     }
     if (!*exists || !S_ISREG(info.st_mode))
         return KIND_UNKNOWN;
-    return begins_as_volume(path) ? KIND_VOLUME : KIND_FILE;
+    switch (sc_file_kind_of(path)) {
+    case SC_FILE_VOLUME:
+        return KIND_VOLUME;
+    case SC_FILE_OTHER:
+        return KIND_OTHER;
+    case SC_FILE_TEXT:
+        break;
+    }
+    return KIND_FILE;
 }
 
 bool sc_input_is_volume(const char *path)
@@ -79,6 +77,14 @@ bool sc_input_is_volume(const char *path)
     const kind what = kind_of(path, &exists);
 
     return what == KIND_VOLUME || what == KIND_DIRECTORY;
+}
+
+bool sc_input_may_be_job(const char *path)
+{
+    bool exists;
+    const kind what = kind_of(path, &exists);
+
+    return what == KIND_JOB || what == KIND_FILE || what == KIND_UNKNOWN;
 }
 
 bool sc_input_is_job(const char *path)

@@ -135,7 +135,7 @@ sc_status sc_cmd_still(sc_app *app)
     const char *path = app->options.output ? app->options.output : "still.png";
     const char *job = app->options.input;
 
-    if (sc_input_is_volume(job) || sc_job_is_phantom(job) ||
+    if (!sc_input_may_be_job(job) || sc_job_is_phantom(job) ||
         (is_given(&app->options, "--header ") && !sc_input_is_job(job))) {
         SC_PASS(sc_options_set_text(app->ctx, &app->options, "volume", job));
         SC_PASS(sc_expect_series(app));

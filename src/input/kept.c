@@ -57,13 +57,13 @@ static uint64_t add(uint64_t hash, const void *data, size_t bytes)
 }
 
 /* @return a hash of all that a preparation depends on but its voxels. */
-static uint64_t hash_of_settings(const sc_edited *edited)
+static uint64_t hash_of_settings(const sc_ctx *ctx, const sc_input *input, const sc_edited *edited)
 {
     const sc_volume *v = &edited->volume;
     const sc_prepare_settings *s = &edited->settings;
-    const int32_t numbers[] = {v->size[0],     v->size[1],        v->size[2],  v->label_bytes,
-                               v->label_count, v->oriented,       v->numbered, s->resampled,
-                               s->as_drawn,    s->local_thickness};
+    const int32_t numbers[] = {v->size[0],     v->size[1],         v->size[2],      v->label_bytes,
+                               v->label_count, v->oriented,        v->numbered,     s->resampled,
+                               s->as_drawn,    s->local_thickness, edited->resample};
     const size_t labels = (size_t)v->label_count;
     struct stat program;
     uint64_t hash = add(0, sc_version(), strlen(sc_version()));
@@ -73,17 +73,22 @@ static uint64_t hash_of_settings(const sc_edited *edited)
         hash = add(hash, &program.st_mtim, sizeof program.st_mtim);
     }
     hash = add(hash, numbers, sizeof numbers);
+    if (edited->resample) /* with less memory, to another grid */
+        hash = add(hash, &ctx->memory_max_bytes, sizeof ctx->memory_max_bytes);
+    if (edited->resample && input->drawn_known)
+        hash = add(hash, &input->drawn, sizeof input->drawn);
     hash = add(hash, &v->to_ras_mm, sizeof v->to_ras_mm);
     hash = add(hash, &s->smooth, sizeof s->smooth);
     hash = add(hash, s->tissue_smooth, labels * sizeof *s->tissue_smooth);
     return add(hash, s->hidden, labels * sizeof *s->hidden);
 }
 
-sc_status sc_kept_path(const sc_ctx *ctx, const sc_edited *edited, char **out)
+sc_status sc_kept_path(const sc_ctx *ctx, const sc_input *input, const sc_edited *edited,
+                       char **out)
 {
     const sc_volume *v = &edited->volume;
     const size_t bytes = sc_volume_voxels(v) * (size_t)v->label_bytes;
-    const uint64_t hash = hash_of_settings(edited);
+    const uint64_t hash = hash_of_settings(ctx, input, edited);
     char name[HASH_DIGITS + sizeof ENDING];
     SC_OWN(sc_free_at) char *directory = NULL;
 
@@ -116,46 +121,77 @@ static bool read_all(int fd, char *to, uint64_t bytes)
     return true;
 }
 
-/* @return whether what was found is the preparation of a volume: of its size and labels. */
-static bool is_of(const sc_prepared *found, const sc_volume *v)
+/* Open the file @p path, NULL for none, and write its size to *bytes. @return -1 if there is none,
+ * or if it is not this user's: others could have put anything there. */
+static int open_kept(const char *path, uint64_t *bytes)
 {
-    return !memcmp(found->size, v->size, sizeof v->size) && found->label_count == v->label_count &&
-           found->label_bytes == v->label_bytes;
+    const int fd = path ? open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK) : -1;
+    struct stat info;
+
+    *bytes = 0;
+    if (fd < 0)
+        return -1;
+    if (fstat(fd, &info) || !S_ISREG(info.st_mode) || info.st_uid != geteuid() ||
+        info.st_size <= 0) {
+        close(fd);
+        return -1;
+    }
+    *bytes = (uint64_t)info.st_size;
+    return fd;
+}
+
+/* Read the open file to the block of @p input, and check it. @return whether it is a preparation of
+ * the volume of @p edited, whose labels it has then. */
+static bool read_kept(const sc_ctx *quiet, const char *path, int fd, const sc_edited *edited,
+                      sc_input *input)
+{
+    const sc_volume *v = &edited->volume;
+    void *block = sc_shared_data(input->shared);
+    sc_prepared *found = &input->volume;
+
+    if (!read_all(fd, block, input->bytes) ||
+        sc_prepared_file_view(quiet, path, block, input->bytes, found) != SC_OK ||
+        found->label_count != v->label_count || found->label_bytes != v->label_bytes)
+        return false;
+    /* the block is nobody else's so far, and names and colours are those of today */
+    memcpy((void *)(uintptr_t)found->labels, v->labels, (size_t)v->label_count * sizeof *v->labels);
+    return true;
 }
 
 sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, const char *path,
                        sc_input *input, bool *found)
 {
     const sc_ctx quiet = sc_quiet(app->ctx);
-    const sc_volume *v = &edited->volume;
-    const int fd = path ? open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK) : -1;
-    struct stat info;
+    const bool first = sc_comm_rank(app->comm) == 0;
+    uint64_t bytes;
+    const int fd = open_kept(path, &bytes);
+    bool good = false;
     sc_status status = SC_OK;
 
     *found = false;
-    /* others could have put anything there */
-    if (fd < 0 || fstat(fd, &info) || !S_ISREG(info.st_mode) || info.st_uid != geteuid() ||
-        info.st_size <= 0)
-        goto out;
+    sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
+    if (!bytes)
+        return SC_OK;
     sc_stage_begin(app->ctx, "reading what was prepared", 0, 0);
-    SC_TRY(sc_shared_alloc(app->ctx, app->comm, (size_t)info.st_size, sc_temporary_folder(),
-                           &input->shared));
-    *found = read_all(fd, sc_shared_data(input->shared), (uint64_t)info.st_size) &&
-             sc_prepared_file_view(&quiet, path, sc_shared_data(input->shared),
-                                   (size_t)info.st_size, &input->volume) == SC_OK &&
-             is_of(&input->volume, v);
-    if (*found) {
-        /* the block is this process's own, and names and colours are those of today */
-        memcpy((void *)(uintptr_t)input->volume.labels, v->labels,
-               (size_t)v->label_count * sizeof *v->labels);
-        input->bytes = (size_t)info.st_size;
-        sc_info(app->ctx, "%s: the volume was prepared before, and kept", path);
-        (void)!futimens(fd, NULL); /* used now; else it only leaves earlier */
+    input->bytes = bytes;
+    SC_TRY(sc_shared_alloc(app->ctx, app->comm, bytes, sc_temporary_folder(), &input->shared));
+    if (first)
+        good = read_kept(&quiet, path, fd, edited, input);
+    sc_comm_broadcast(app->comm, &good, sizeof good);
+    if (good) {
+        sc_shared_publish(app->comm, input->shared);
+        status = sc_comm_agree(app->comm, sc_prepared_view(app->ctx, sc_shared_data(input->shared),
+                                                           bytes, &input->volume));
+        if (first)
+            sc_info(app->ctx, "%s: the volume was prepared before, and kept", path);
+        (void)!(fd >= 0 && futimens(fd, NULL)); /* used now; else it only leaves earlier */
+        *found = true;
     } else {
         sc_shared_free(input->shared);
         input->shared = NULL;
         input->volume = (sc_prepared){0};
-        unlink(path); /* broken, or of another layout; it is prepared anew */
+        if (first)
+            unlink(path); /* broken, or of another layout; it is prepared anew */
     }
 out:
     if (fd >= 0)
@@ -279,7 +315,7 @@ static const char *make_room(const sc_ctx *ctx, const char *path, uint64_t bytes
 void sc_kept_add(const sc_app *app, const char *path, const sc_preparation *preparation,
                  double cpu_s)
 {
-    const sc_ctx quiet = sc_quiet(app->ctx);
+    sc_ctx silent = sc_quiet(app->ctx);
     uint64_t bytes;
     const char *why;
 
@@ -288,8 +324,9 @@ void sc_kept_add(const sc_app *app, const char *path, const sc_preparation *prep
     bytes = sc_preparation_file_bytes(preparation);
     if (bytes > KEPT_BYTES_MOST / 2)
         return;
-    why = make_room(&quiet, path, bytes);
-    if (!why && sc_preparation_save(&quiet, preparation, path, true, false) != SC_OK)
+    silent.write = NULL; /* the reason is told below, and is no error */
+    why = make_room(&silent, path, bytes);
+    if (!why && sc_preparation_save(&silent, preparation, path, true, false) != SC_OK)
         why = "it cannot be written";
     if (why)
         sc_info(

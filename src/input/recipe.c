@@ -138,6 +138,24 @@ static sc_status color(sc_recipe *r)
     return sc_volume_color(r->app->ctx, r->volume, cover, appearance, r->app->threads);
 }
 
+/* @return SC_ERR_DATA, logged, for a volume that looks like a CT or MR image, unless a name or a
+ * key says that its values are tissues. */
+static sc_status check_labels(const sc_recipe *r, const sc_volume *v)
+{
+    bool named = r->job->labels[0] || r->job->rule_count || r->input->measure;
+
+    for (int id = 1; id < v->label_count && !named; id++)
+        named = v->labels[id].name[0];
+    if (!v->looks_grey || named)
+        return SC_OK;
+    return sc_fail(r->app->ctx, SC_ERR_DATA,
+                   "%s: would be drawn as %d tissues, one for each value; expected a segmentation, "
+                   "beside which an image is shown (image.path, --image FILE). If these values are "
+                   "labels, say so by a table of them (labels, --labels FILE) or a rule for them "
+                   "(--set 'tissues={\"*\": {visible: true}}')",
+                   r->job->volume, v->label_count - 1);
+}
+
 /* SC_STEP_CHECK: all mistakes in names of tissues are told, also in a run, of which otherwise only
  * the first error is shown. Those of a scan are looked for later. */
 static sc_status check(sc_recipe *r)
@@ -148,6 +166,7 @@ static sc_status check(sc_recipe *r)
 
     if (v->label_count == 1 && (r->volume || r->scan->tallies))
         sc_warn(r->app->ctx, "%s: holds background only; there is nothing to see", r->job->volume);
+    SC_PASS(check_labels(r, v));
     if (r->scan || r->job->has_compare) /* another subject may have what this one lacks */
         return SC_OK;
     one_error = r->app->terminal->one_error;

@@ -87,13 +87,13 @@ sc_status sc_input_resample(const sc_app *app, const sc_job *job, const sc_input
 
 /* ---- kept.c: what was prepared, kept for the next command ---- */
 
-/* Write the path under which the preparation of @p edited, which is not to be resampled any more,
- * is kept to *out; NULL: nothing is kept. @return SC_ERR_MEMORY. Caller owns *out: sc_free. */
-sc_status sc_kept_path(const sc_ctx *ctx, const sc_edited *edited, char **out);
-/* If there is what sc_kept_add has kept under @p path, fill input->shared, bytes and volume with
- * it, with the labels of @p edited. For a process that is the only rank. @param path NULL is
- * allowed.
- * @return SC_ERR_MEMORY. */
+/* Write the path under which the preparation of @p edited is kept to *out, on rank 0; NULL: nothing
+ * is kept. @return SC_ERR_MEMORY. Caller owns *out: sc_free. */
+sc_status sc_kept_path(const sc_ctx *ctx, const sc_input *input, const sc_edited *edited,
+                       char **out);
+/* If there is what sc_kept_add has kept under @p path, which rank 0 reads, fill input->shared,
+ * bytes and volume with it on all ranks, with the labels of @p edited. @param path of others than
+ * rank 0, and for nothing: NULL. Collective. @return SC_ERR_MEMORY, the same on all ranks. */
 sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, const char *path,
                        sc_input *input, bool *found);
 /* Keep a preparation under @p path, NULL for nowhere, if it is worth that. That it cannot be kept

@@ -225,18 +225,31 @@ static void clear_preparing(preparing *p)
     *p = (preparing){0};
 }
 
-/* As prepare_volume, where there is one rank: unless it was prepared before, and kept. @param kept
- * set to where; NULL: nowhere. @param found it was: input->shared, bytes and volume are filled. */
-static sc_status prepare_alone(const sc_app *app, const sc_job *job, sc_edited *edited,
-                               preparing *p, sc_input *input, char **kept, bool *found)
+/* Look for what was prepared before, and kept. @param edited filled on rank 0. @param kept set on
+ * rank 0 to where; NULL: nowhere. @param found it was: input->shared, bytes and volume are filled.
+ * Collective. @return the same on all ranks: SC_ERR_MEMORY. */
+static sc_status find_kept(const sc_app *app, const sc_job *job, sc_edited *edited, sc_input *input,
+                           char **kept, bool *found)
 {
-    if (edited->resample)
-        SC_PASS(sc_input_resample(app, job, input, NULL, edited));
-    SC_PASS(sc_kept_path(app->ctx, edited, kept));
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_status status = SC_OK;
+
+    if (app->measures)
+        return SC_OK;
+    if (first)
+        status = sc_kept_path(app->ctx, input, edited, kept);
+    SC_PASS(sc_comm_agree(app->comm, status));
     SC_PASS(sc_kept_find(app, edited, *kept, input, found));
     if (!*found)
-        return prepare_volume(app, job, input, edited, p);
-    return SC_OK;
+        return SC_OK;
+    if (first && job->phase_count && edited->resample) { /* the other phases have the same grid */
+        edited->drawn = input->drawn;
+        edited->drawn_known = true;
+        if (!input->drawn_known)
+            status = sc_find_drawn_grid(app->ctx, &edited->volume, app->threads, &edited->drawn);
+    }
+    SC_PASS(sc_comm_agree(app->comm, status));
+    return tell_place(app, job, input);
 }
 
 /* Read the volume on rank 0, prepare it on the ranks of its node while the others wait, and copy it
@@ -260,9 +273,8 @@ static sc_status share_volume(sc_app *app, const sc_job *job, sc_rank_record *ti
         sc_add_time(app, times, SC_PHASE_IDLE, wall_s, cpu_s);
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
-    if (sc_comm_size(app->comm) == 1 && !app->measures)
-        status = prepare_alone(app, job, &edited, &p, input, &kept, &found);
-    else if (near)
+    SC_PASS(find_kept(app, job, &edited, input, &kept, &found));
+    if (!found && near)
         status = prepare_volume(app, job, input, &edited, &p);
     SC_PASS(sc_comm_agree(app->comm, status));
     sc_add_time(app, times, p.preparation || found ? SC_PHASE_PREPARE : SC_PHASE_IDLE, wall_s,

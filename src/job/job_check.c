@@ -76,7 +76,8 @@ static sc_status check_video(const sc_ctx *ctx, const sc_job_sources *sources, c
         return sc_wrong_type(ctx, sc_key_node(root, "output.video"),
                              "a name ending in " SC_VIDEO_EXTENSIONS
                              ", of at most 140 bytes, without "
-                             "a directory, control characters or a dot at the beginning; or none");
+                             "a directory, control characters or a dot at the beginning; or none "
+                             "(PowerPoint and phones play .mp4)");
     if (!sc_video_codec_ok(video, codec))
         return sc_yaml_fail(ctx, sc_key_node(root, "output.codec"),
                             "%s cannot hold this codec; expected auto, %s, or another name of the "

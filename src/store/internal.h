@@ -57,6 +57,9 @@ typedef struct sc_manifest_head {
     int frames, size_px[2]; /* width and height */
 } sc_manifest_head;
 
+/* @return the hash of what sc_store_identity stands for. */
+uint64_t sc_identity_of(uint64_t job_hash, uint64_t volume_hash, int frames, const char *version);
+
 /* Is it the head of sc_store_begin, which knows neither hash yet? */
 static inline bool sc_head_has_no_hashes(const sc_manifest_head *head)
 {
@@ -288,6 +291,8 @@ sc_status sc_partial_add(const sc_ctx *ctx, sc_partial_gops *partial, int gop, i
  * is gone. */
 sc_status sc_partial_read(const sc_ctx *ctx, const sc_partial_gops *partial, int frame,
                           void *picture);
+/* @return whether the file @p path begins with a picture of the job @p identity, or is empty. */
+bool sc_is_partial_of(const char *path, uint64_t identity);
 /* Flush the file that is being written to disk and close it, also after an error. Does nothing if
  * there is none. @return SC_ERR_WRITE. */
 sc_status sc_partial_sync(const sc_ctx *ctx, sc_partial_gops *partial);

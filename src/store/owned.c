@@ -27,6 +27,7 @@ typedef struct search {
     int count, others;             /* others: how many more there are that need not be looked at */
     bool has_frames, has_segments; /* the folders exist */
     bool vanished;                 /* a manifest was removed while it was to be read */
+    uint64_t identity;             /* of the job of manifest.jsonl; 0: there is none */
 } search;
 
 /* Append an obstacle; one that has the same owner as an earlier one is only counted. */
@@ -156,6 +157,9 @@ static sc_status read_owned(const sc_ctx *ctx, void *user, const char *name)
     }
     status = sc_manifest_read_head(&quiet, path, &data);
     *s->owned = data.owned;
+    if (status == SC_OK && data.head.known && !strcmp(name, "manifest.jsonl"))
+        s->identity = sc_identity_of(data.head.job_hash, data.head.volume_hash, data.head.frames,
+                                     data.head.version);
     if (status == SC_ERR_MISSING && access(path, F_OK) != 0)
         return SC_OK;
     if (status == SC_OK && !data.head.known && !strcmp(name, own + 1))
@@ -166,6 +170,50 @@ static sc_status read_owned(const sc_ctx *ctx, void *user, const char *name)
     return status == SC_ERR_MISSING
                ? sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be read: %s", path, sc_reason(errno))
                : status;
+}
+
+/* @return whether the file @p name of segments/ is of the job of manifest.jsonl, by what
+ * it holds. */
+static bool is_of_job(const search *s, const char *name)
+{
+    const sc_ctx silent = {.rank = 0};
+    sc_segment segment = {0};
+    sc_segment_info info;
+    char path[SC_FILE_BYTES];
+    char *data = NULL;
+    bool ours = false;
+
+    sc_directory_path(s->place->directory, path, "segments/%s", name);
+    if (strstr(name, ".part"))
+        return sc_is_partial_of(path, s->identity);
+    if (sc_file_read(&silent, path, SC_SEGMENT_MAX_BYTES, &data, &segment.bytes) == SC_OK) {
+        segment.data = data;
+        ours = sc_segment_inspect(&segment, &info) && info.identity == s->identity;
+    }
+    sc_free(data);
+    return ours;
+}
+
+/* A run that another one has replaced may still give a segment its name when that has completed the
+ * job, whose manifest does not name segments any more. Own segments/ if all in it are of its job.
+ */
+static sc_status own_late_segments(const sc_ctx *ctx, search *s)
+{
+    bool exists, ours = true;
+    DIR *stream;
+    const struct dirent *entry;
+
+    if (!s->has_segments || !s->identity || sc_file_lines_has(s->owned, SC_OWN_SEGMENTS))
+        return SC_OK;
+    stream = open_folder(s, "segments", &exists);
+    while (stream && ours && (entry = readdir(stream)))
+        ours = !sc_is_segment_name(entry->d_name) || is_of_job(s, entry->d_name);
+    if (stream)
+        closedir(stream);
+    if (!stream || !ours)
+        return SC_OK;
+    SC_PASS(sc_names_add(ctx, s->owned, "segments/"));
+    return sc_names_add(ctx, s->owned, SC_OWN_SEGMENTS);
 }
 
 /* Fill s->found. What manifests name is read after the files were looked at: a run that began
@@ -189,7 +237,7 @@ static sc_status find_obstacles(const sc_ctx *ctx, search *s, const char *partia
     SC_PASS(sc_each_file(ctx, place->directory, s, read_owned));
     if (s->vanished) /* for a manifest that says the same and was not listed yet */
         SC_PASS(sc_each_file(ctx, place->directory, s, read_owned));
-    return SC_OK;
+    return own_late_segments(ctx, s);
 }
 
 /* For sc_each_record with an sc_names as user. */

@@ -107,6 +107,20 @@ sc_status sc_partial_scan(const sc_ctx *ctx, sc_partial_gops *partial, const cha
     return SC_OK;
 }
 
+bool sc_is_partial_of(const char *path, uint64_t identity)
+{
+    FILE *stream = fopen(path, "rb");
+    picture_head head;
+    size_t bytes;
+
+    if (!stream)
+        return false;
+    bytes = fread(&head, 1, sizeof head, stream);
+    fclose(stream);
+    return bytes == 0 || (bytes == sizeof head && !memcmp(head.magic, MAGIC, sizeof head.magic) &&
+                          head.identity == identity);
+}
+
 /* Make a new file of GOP @p gop, NNNNNN.HOST.PID.part or, if that is there already (of a process
  * that had the same number, and may have been killed while it wrote), NNNNNN.HOST.PID-N.part. Sets
  * stream and stream_file. */

@@ -141,6 +141,8 @@ static sc_status collect(const sc_ctx *ctx, void *user, const char *name)
 
 sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)
 {
+    /* what no manifest names, but sc_store_check_place has found to be of the job */
+    static const char *const late[] = {SC_OWN_SEGMENTS, "segments/"};
     all_owned all = {.store = store};
     const sc_names *owned = &all.data.owned;
     const int fd = open(store->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -148,6 +150,10 @@ sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)
     sc_status status;
 
     SC_TRY(sc_each_file(ctx, store->directory, &all, collect));
+    for (size_t i = 0; i < SC_COUNT_OF(late); i++) {
+        if (sc_file_lines_has(&store->data.owned, late[i]))
+            SC_TRY(sc_names_add(ctx, &all.data.owned, late[i]));
+    }
     SC_TRY(sc_job_texts_put_file(ctx, store->directory, &all.data.jobs));
     /* First of all a manifest of the new run, without a frame, that names all that is here: after
      * an accident the directory is that of an unfinished job. */

@@ -2,6 +2,15 @@
 /* What the store knows of frames and GOPs. */
 #include "internal.h"
 
+#include <string.h>
+
+uint64_t sc_identity_of(uint64_t job_hash, uint64_t volume_hash, int frames, const char *version)
+{
+    const uint64_t numbers[] = {job_hash, volume_hash, (uint64_t)frames};
+
+    return sc_hash_bytes(version, strlen(version), sc_hash_bytes(numbers, sizeof numbers, 0));
+}
+
 int sc_store_gop_frames(const sc_store *store, int gop)
 {
     const int left = store->job.frames - gop * store->gop_frames;

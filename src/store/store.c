@@ -40,15 +40,6 @@ sc_store_times sc_store_time(const sc_store *store)
     return store->times;
 }
 
-/* @return the hash of what sc_store_identity stands for: both hashes, number of frames, version. */
-static uint64_t identity_of(const sc_store_job *job)
-{
-    const uint64_t numbers[] = {job->job_hash, job->volume_hash, (uint64_t)job->frames};
-
-    return sc_hash_bytes(job->version, strlen(job->version),
-                         sc_hash_bytes(numbers, sizeof numbers, 0));
-}
-
 /* ---- opening ---- */
 
 /* Which manifests are in the directory: filled by find_manifest, from all false. */
@@ -363,7 +354,7 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
     store->slice = slice;
     store->joins = !wanted;
     store->has_video = strcmp(job->video, "none") != 0;
-    store->identity = identity_of(job);
+    store->identity = sc_identity_of(job->job_hash, job->volume_hash, job->frames, job->version);
     store->encoding = -1;
     store->gop_frames = sc_video_gop_frames(&job->settings);
     store->gop_count = (job->frames + store->gop_frames - 1) / store->gop_frames;
@@ -382,7 +373,9 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
     for (int i = 0; i < wanted_count; i++)
         store->takes_over = store->takes_over && sc_store_has(store, wanted[i]);
     SC_TRY(sc_store_set_all_aside(ctx, store));
-    if (store->complete && !store->sealed)
+    if (store->complete && store->sealed)
+        sc_store_remove_unfinished(ctx, store); /* what a run has left that the last one replaced */
+    else if (store->complete)
         SC_TRY(clean_up(ctx, store));
     if (!store->complete)
         SC_TRY(begin_run(ctx, store, wanted, wanted_count));

@@ -125,6 +125,10 @@ static const struct {
 } readers[] = {{is_dicom, sc_open_dicom}, {is_nrrd, sc_open_nrrd}, {is_nifti, sc_open_nifti},
                {is_mgh, sc_open_mgh},     {is_tiff, sc_open_tiff}, {is_meta, sc_open_meta}};
 
+static const char mesh_advice[] =
+    "is a mesh, a surface without voxels; give the segmentation from which it was made, or make "
+    "one of it in 3D Slicer (Add Data as a segmentation, then save as .seg.nrrd)";
+
 /* Files that are often given by mistake: the bytes at @p offset by which each is known, and for
  * the message what it is and what to do instead. */
 static const struct {
@@ -142,6 +146,9 @@ static const struct {
      "NRRD, for example in Python with h5py and pynrrd: nrrd.write(\"labels.nrrd\", "
      "h5py.File(\"FILE\")[\"NAME\"][:].T)"},
     {"PK\x03\x04", 4, 0, "is a ZIP archive; unpack it and use the volume in it"},
+    {"7z\xbc\xaf", 4, 0, "is a 7z archive; unpack it and use the volume in it"},
+    {"Rar!", 4, 0, "is a RAR archive; unpack it and use the volume in it"},
+    {"ustar", 5, 257, "is a tar archive; unpack it (tar xf) and use the volume in it"},
     {"BZh", 3, 0, "is packed by bzip2; unpack it with \"bunzip2\""},
     {"\xfd"
      "7zXZ",
@@ -157,13 +164,33 @@ static const struct {
      "which it was made"},
     {"<MRML", 5, 0,
      "is a scene of 3D Slicer, which names files; give the segmentation among them, a .seg.nrrd"},
+    {"MATLAB 5.0", 10, 0,
+     "is a MATLAB file of version 5, which is not read; write it in MATLAB as NIfTI, "
+     "niftiwrite(labels, \"labels.nii\"), or as version 7.3, which is HDF5: save(\"labels.mat\", "
+     "\"labels\", \"-v7.3\")"},
+    {"WKW", 3, 0,
+     "is a cube of WEBKNOSSOS (WKW), which is not read; `webknossos export-as-tiff` of its Python "
+     "package writes a layer as a directory of TIFF slices, which is"},
+    {"MAP ", 4, 208,
+     "is MRC, which is not read; `mrc2tif -s FILE labels.tif` of IMOD writes a TIFF stack of it"},
+    {"ply\n", 4, 0, mesh_advice},
+    {"ply\r", 4, 0, mesh_advice},
+    {"solid ", 6, 0, mesh_advice},
+    {"OFF\n", 4, 0, mesh_advice},
+    {"ZISRAWFILE", 10, 0, "is CZI of Zeiss; save it in Fiji as TIFF (File > Save As > Tiff)"},
+    {"\xff\xd8\xff", 3, 0,
+     "is a JPEG picture, which cannot hold labels: it changes them; give a volume, or a directory "
+     "of its slices as PNG or TIFF"},
+    {"%PDF", 4, 0, "is a PDF document, not a volume"},
+    {"<!DOCTYPE html", 14, 0,
+     "is a page of HTML, as servers send it instead of a file; download the volume anew"},
     {"<?xml", 5, 0,
      "is XML; a VTK image (.vti) is converted by opening it in 3D Slicer and saving as .nrrd"},
+    {"# Avizo", 7, 0, "is AmiraMesh; export the label field from Avizo as NRRD or NIfTI"},
     {"# AmiraMesh", 11, 0, "is AmiraMesh; export the label field from Amira as NRRD or NIfTI"},
     {"\x89PNG", 4, 0,
-     "is a PNG picture, not a volume; a stack of pictures becomes a volume in Fiji (File > Import "
-     "> "
-     "Image Sequence, then File > Save As > Nrrd)"},
+     "is one PNG picture; of the slices of a volume, give the directory that holds them all, named "
+     "by their numbers"},
 };
 
 /* @return the length of @p path without its ending, if that is one of the voxels of a pair of
@@ -224,27 +251,36 @@ static bool is_mesh(const char *path)
     return false;
 }
 
-/* Log that no reader accepts the file, with advice if its kind is known. @return SC_ERR_DATA
- * always. */
-static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
+/* @return what a file that no reader accepts is, and what to do, if its kind is known; else NULL.
+ */
+static const char *advice_for(const char *path, const head *h)
 {
-    const size_t stem = pair_stem_bytes(path);
-
+    if (is_mesh(path)) /* some are XML */
+        return mesh_advice;
     for (size_t i = 0; i < SC_COUNT_OF(known_files); i++) {
         const size_t end = known_files[i].offset + known_files[i].length;
 
         if (h->count >= end &&
             !memcmp(h->bytes + known_files[i].offset, known_files[i].magic, known_files[i].length))
-            return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, known_files[i].advice);
+            return known_files[i].advice;
     }
-    if (is_mesh(path))
-        return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: is a mesh, a surface without voxels; give the segmentation from which "
-                       "it was made, or make one of it in 3D Slicer (Add Data as a segmentation, "
-                       "then save as .seg.nrrd)",
-                       path);
+    return NULL;
+}
+
+/* Log that no reader accepts the file, with advice if its kind is known. @return SC_ERR_DATA
+ * always. */
+static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
+{
+    const size_t stem = pair_stem_bytes(path);
+    const char *advice = advice_for(path, h);
+
+    if (advice)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, advice);
     if (h->count == 0)
-        return sc_fail(ctx, SC_ERR_DATA, "%s: a broken gzip file", path);
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: is gzip, but cannot be unpacked: it is damaged or cut short; get it "
+                       "anew",
+                       path);
     if (stem)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: has no header of its own, as the voxels of a pair of NIfTI have none, "
@@ -258,15 +294,46 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
                    path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
 }
 
+/* @return which of the readers reads a file that begins with @p h; their number: none. */
+static size_t reader_of(const head *h)
+{
+    size_t which = 0;
+
+    while (which < SC_COUNT_OF(readers) && !readers[which].probe(h))
+        which++;
+    return which;
+}
+
+bool sc_is_volume_file(const char *path)
+{
+    const sc_ctx silent = {.rank = 0};
+    head h;
+
+    return read_head(&silent, path, &h) == SC_OK && reader_of(&h) < SC_COUNT_OF(readers);
+}
+
+sc_file_kind sc_file_kind_of(const char *path)
+{
+    const sc_ctx silent = {.rank = 0};
+    head h;
+
+    if (read_head(&silent, path, &h) != SC_OK)
+        return SC_FILE_TEXT;
+    if (reader_of(&h) < SC_COUNT_OF(readers) || starts_with(&h, "\x89HDF", 4) ||
+        starts_with(&h, "segc", 4))
+        return SC_FILE_VOLUME;
+    return advice_for(path, &h) || h.compressed || memchr(h.bytes, 0, h.count) ? SC_FILE_OTHER
+                                                                               : SC_FILE_TEXT;
+}
+
 /* Open the file at @p path, which is no voxels of a pair, by its own first bytes. */
 static sc_status open_by_mark(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
-    size_t which = 0;
+    size_t which;
     head h;
 
     SC_PASS(read_head(ctx, path, &h));
-    while (which < SC_COUNT_OF(readers) && !readers[which].probe(&h))
-        which++;
+    which = reader_of(&h);
     if (which == SC_COUNT_OF(readers))
         return refuse_file(ctx, path, &h);
     return readers[which].open(ctx, path, header_only, out);

@@ -67,15 +67,30 @@ static bool is_headless_zarr(const char *directory)
     return found;
 }
 
+/* @return advice for a directory whose first file ends in @p ending; empty: none. */
+static const char *advice_of(const char *ending)
+{
+    static const struct {
+        const char *ending, *advice;
+    } kinds[] = {{".png", ": expected slices of one volume, whose names differ in a number alone"},
+                 {".jpg", ": JPEG changes labels; expected slices as PNG or TIFF"},
+                 {".jpeg", ": JPEG changes labels; expected slices as PNG or TIFF"}};
+
+    for (size_t i = 0; ending && i < SC_COUNT_OF(kinds); i++) {
+        if (!strcasecmp(ending, kinds[i].ending))
+            return kinds[i].advice;
+    }
+    return "";
+}
+
 /* Append what a directory holds to @p text: how many entries, and the first of them by the bytes of
- * their names; of pictures, how slices of a volume are joined. */
+ * their names; of pictures, what they would have to be. */
 static sc_status add_contents(const sc_ctx *ctx, const char *directory, sc_text *text)
 {
     DIR *stream = opendir(directory);
     const struct dirent *entry;
     char first[256] = "";
     size_t count = 0;
-    const char *end;
 
     while (stream && (entry = readdir(stream))) {
         if (entry->d_name[0] == '.')
@@ -87,12 +102,8 @@ static sc_status add_contents(const sc_ctx *ctx, const char *directory, sc_text 
         closedir(stream);
     if (!count)
         return sc_text_add(ctx, text, "; this one is empty");
-    end = strrchr(first, '.');
     return sc_text_add(ctx, text, "; this one holds %zu entries, the first \"%s\"%s", count, first,
-                       end && (!strcasecmp(end, ".png") || !strcasecmp(end, ".jpg"))
-                           ? ": Fiji joins pictures of slices to one file (File > Import > Image "
-                             "Sequence, then File > Save As > Tiff)"
-                           : "");
+                       advice_of(strrchr(first, '.')));
 }
 
 /* Log that @p path is a directory, with advice by what it holds. @param is_dicom
@@ -112,6 +123,15 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_d
         advice =
             " of Zarr, but its metadata are missing: there is neither zarr.json nor .zgroup nor "
             ".zarray in it; get the store anew, or give the path of an array or an image in it";
+    if (holds_file(path, "attributes.json"))
+        advice =
+            " of N5, which is not read; Fiji opens it (File > Import > HDF5/N5/Zarr/OME-NGFF) and "
+            "saves TIFF, and zarr-python 2 copies it to Zarr: "
+            "zarr.copy_store(zarr.N5Store(\"IN.n5\"), zarr.DirectoryStore(\"OUT.zarr\"))";
+    if (holds_file(path, "datasource-properties.json") || holds_file(path, "header.wkw"))
+        advice =
+            " of WEBKNOSSOS (WKW), which is not read; `webknossos export-as-tiff` of its Python "
+            "package writes a layer as a directory of TIFF slices, which is";
     if (is_dicom || holds_dicom(path))
         advice = " of DICOM files, none of them a segmentation (DICOM SEG; subdirectories are not "
                  "searched); RTSTRUCT contours and labels stored as a series are converted by 3D "
@@ -123,7 +143,7 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_d
         ctx, SC_ERR_MISSING,
         "%s: is a directory; give the path of a NRRD, NIfTI, MGH, MetaImage, TIFF or DICOM "
         "SEG file in it, of a Zarr store, of a volume of Neuroglancer, or of a directory of "
-        "masks%s",
+        "masks or of slices%s",
         path, contents.data);
 }
 
@@ -276,9 +296,11 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
                        "of a file alone",
                        path);
     } else if (!stat(path, &info) && S_ISDIR(info.st_mode)) {
-        SC_PASS(sc_open_masks(ctx, path, &source));
+        SC_PASS(sc_open_slices(ctx, path, &source));
+        if (!source.slices)
+            SC_PASS(sc_open_masks(ctx, path, &source));
         source.threshold = choice->threshold;
-        if (source.mask_count == 0)
+        if (!source.slices && source.mask_count == 0)
             SC_PASS(open_dicom_in(ctx, path, header_only, &source));
     } else {
         SC_PASS(sc_open_file(ctx, path, header_only, &source));

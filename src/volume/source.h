@@ -256,6 +256,8 @@ sc_status sc_header_apply(const sc_ctx *ctx, const char *path, const sc_read_cho
  * that says; it may be a gzip file. @return the errors of sc_open_file. */
 sc_status sc_open_raw(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                       sc_source *out);
+/* @return whether a file, by its first bytes, is a volume of a format that has a mark. */
+bool sc_is_volume_file(const char *path);
 /* Does the file begin as a gzip file? False also if it cannot be read. */
 bool sc_is_gzip(const char *path);
 
@@ -276,6 +278,9 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
  * @return SC_ERR_DATA if two masks are of different grids or have the same name, or are more
  * than SC_LABELS_MAX - 1; the errors of sc_open_file. */
 sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out);
+/* As sc_open_file, of a directory with a picture for each slice: PNG, or TIFF of one page, whose
+ * names differ in their numbers. *out stays as it is, without voxels, if the directory is none. */
+sc_status sc_open_slices(const sc_ctx *ctx, const char *path, sc_source *out);
 /* Open the file of a mask, as sc_open_file does; of HDF5 the only array in it. */
 sc_status sc_open_mask(const sc_ctx *ctx, const char *file, bool header_only, sc_source *out);
 /* Check that mask @p i of @p source has voxels of the grid of the first, be it along other axes, or

@@ -28,6 +28,27 @@ printf '<MRML version="Slicer5.6">\n</MRML>\n' >scene.mrml
 head -c 900 /dev/zero >voxels.img
 printf 'NRRD0004\ntype: uint64\ndimension: 3\nsizes: 2 2 1\nspace: RAS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nendian: little\nencoding: raw\n\n' >large.nrrd
 printf '\5\0\0\0\0\0\0\200%.0s' 1 2 3 4 >>large.nrrd
+printf 'solid bone\n' >bone.stl
+printf 'ply\nformat ascii 1.0\n' >mesh
+printf '%-124s\0\1IM' 'MATLAB 5.0 MAT-file, Platform: GLNXA64' >labels.mat
+printf 'WKW\1\0\0\0\0' >x0.wkw
+{ head -c 208 /dev/zero; printf 'MAP '; } >map.mrc
+printf '# AmiraMesh BINARY-LITTLE-ENDIAN 2.1\n' >old.am
+printf '# Avizo BINARY-LITTLE-ENDIAN 2.1\n' >new.am
+printf '\377\330\377\340' >slice.jpg
+printf '<!DOCTYPE html>\n' >page.nrrd
+head -c 150 heart.nrrd >cut.nrrd
+gzip <heart.nrrd | head -c 12 >cut.nii.gz
+mkdir n5 wkw crackle empty
+printf '{"n5": "2.5.1"}' >n5/attributes.json
+printf '{}' >wkw/datasource-properties.json
+printf '{"@type": "neuroglancer_multiscale_volume", "type": "segmentation", "data_type": "uint64", "num_channels": 1, "scales": [{"key": "1",
+    "size": [4, 4, 4], "resolution": [8, 8, 8], "chunk_sizes": [[4, 4, 4]], "encoding": "crackle"}]}' >crackle/info
+ascii() { # ascii TYPE SIZES: the head of a NRRD whose voxels are numbers in text
+    printf 'NRRD0004\ntype: %s\ndimension: 3\nspace: RAS\nsizes: %s\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: ascii\n\n' "$@"
+}
+{ ascii int16 '20 20 20'; awk 'BEGIN {x = 1; for (i = 0; i < 8000; i++) {x = (x * 1103 + 12345) % 65536; print x % 2004 - 1000}}'; } >ct.nrrd
+{ ascii uint32 '100 100 7'; seq 70000; } >cells.nrrd
 mkdir sub
 mkfifo pipe
 cp heart.nrrd locked.nrrd

@@ -47,6 +47,8 @@ os.mkdir('soft')
 share = numpy.array([0, .2, .5, .7, 1, .4])[:, None, None] * numpy.ones((6, 5, 4))
 nibabel.save(nibabel.Nifti1Image(share.astype(numpy.float32), affine), 'soft/tract.nii.gz')
 nibabel.save(nibabel.Nifti1Image((share[::-1] * 250 * (numpy.arange(4) == 0)).astype(numpy.uint8), affine), 'soft/lobe.nii.gz')
+# A mask for each tissue along the fourth axis, without a time between them.
+nibabel.save(nibabel.Nifti1Image(numpy.stack([labels == v for v in (0, 17, 53)], -1).astype(numpy.uint8), affine), 'onehot.nii.gz')
 affine[0, 3] += 1
 nibabel.save(nibabel.Nifti1Image((labels > 0).astype(numpy.uint8), affine), 'shifted/z.nii.gz')
 affine[0, 3] -= 1
@@ -117,6 +119,7 @@ done <<'TABLE'
 0% 25 80
 100% 5 20
 TABLE
+expect 0 'onehot.nii.gz: holds 3 volumes, with 0 and 1 alone and no time between them; if each is a tissue' "$SEGCAST" info onehot.nii.gz
 expect 65 'threshold is for a directory of soft masks, and .*plain.nii is none' "$SEGCAST" info plain.nii --set volume.threshold=50%; one_error
 
 # What segcast writes as GIFTI, nibabel reads.

@@ -82,11 +82,12 @@ read_file ome_palette.ome.tif
 jq -e '[.labels[1:][].color] == [[255, 128, 0], [0, 255, 0]]' info.json >/dev/null ||
     fail "the colours of the palette are $(jq -c '[.labels[].color]' info.json)"
 
-# A directory of masks; one of slices would be drawn as so many tissues, each a slice thick.
+# A directory of masks, and one of slices.
 "$SEGCAST" info masks --json >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "masks cannot be read"; }
 jq -e '[.labels[1:][] | [.name, .voxels]] == [["nucleus", 1200], ["vacuole", 1140]] and .to_ras_mm[2][2] == 0.00125' info.json >/dev/null ||
     fail "masks: $(jq -c '[.to_ras_mm, [.labels[] | [.name, .voxels]]]' info.json)"
-expect 65 'slices: holds 4 files of one slice each, numbered as the slices of one volume, .*Image Sequence' "$SEGCAST" info slices
+"$SEGCAST" info slices --json -q 2>/dev/null | jq -e '.size == [60, 50, 4] and ([.labels[1:][] | [.value, .voxels]] == [[17, 1200], [530, 1140]])' >/dev/null ||
+    fail "slices: $("$SEGCAST" info slices 2>&1)"
 
 # Without spacing, a voxel has 1 mm, which is said; smaller copies of a page are left out.
 for file in plain.tif one_page.tif pyramid.tif; do
@@ -122,8 +123,8 @@ done
 
 # Slices as pictures, and an empty directory: it is told what is there, and what to do.
 mkdir pictures empty
-touch pictures/slice{0..3}.png
-expect 66 'pictures: is a directory; .*; this one holds 4 entries, the first "slice0.png": Fiji joins pictures of slices' "$SEGCAST" info pictures; one_error
+touch pictures/slice{0..3}.jpg
+expect 66 'pictures: is a directory; .*; this one holds 4 entries, the first "slice0.jpg": JPEG changes labels' "$SEGCAST" info pictures; one_error
 expect 66 'empty: is a directory; .*; this one is empty' "$SEGCAST" info empty; one_error
 
 # What cannot be shown is refused, with one message.

@@ -927,6 +927,51 @@ TEST(the_last_run_in_a_directory_has_it)
     }
 }
 
+/* A segment, and pictures of another, that a replaced run has written beside a sealed manifest are
+ * of its job: a run that goes on removes them, and one that begins anew is not stopped by them. A
+ * file of another job under such a name is in the way, and stays. */
+TEST(late_segments_are_removed)
+{
+    static const char *const names[] = {"segments/000000.seg", "segments/000001.host.1.part"};
+    const sc_store_job job = make_job();
+    char path[512], *data[2];
+    size_t bytes[2];
+    sc_segment other = make_segment(0);
+    sc_store *store;
+
+    make_partial(path);
+    data[1] = read_all(path, &bytes[1]);
+    store = open_store(SC_STORE_RESUME);
+    add_frames(store, 0, FPS);
+    data[0] = read_all(in_folder(names[0]), &bytes[0]);
+    add_frames(store, FPS, FRAMES);
+    finish(store);
+    for (int anew = 0; anew < 2; anew++) {
+        assert_int_equal(mkdir(in_folder("segments"), 0777), 0);
+        for (int i = 0; i < 2; i++)
+            write_quickly(in_folder(names[i]), data[i], bytes[i]);
+        store = open_store(anew ? SC_STORE_OVERWRITE : SC_STORE_RESUME);
+        assert_int_equal(sc_store_is_complete(store), !anew);
+        assert_int_equal(access(in_folder(names[0]), F_OK), -1);
+        assert_int_equal(access(in_folder(names[1]), F_OK), -1);
+        if (anew) {
+            add_frames(store, 0, FRAMES);
+            finish(store);
+        } else {
+            sc_store_close(store);
+        }
+    }
+    assert_int_equal(mkdir(in_folder("segments"), 0777), 0);
+    write_quickly(in_folder(names[0]), other.data, other.bytes);
+    assert_int_equal(
+        sc_store_open(&quiet, folder, &job, all_frames, FRAMES, NULL, SC_STORE_OVERWRITE, &store),
+        SC_ERR_CREATE);
+    assert_int_equal(access(in_folder(names[0]), F_OK), 0);
+    for (int i = 0; i < 2; i++)
+        sc_free(data[i]);
+    sc_segment_free(&other);
+}
+
 /* ---- job.yaml ---- */
 
 /* Open the folder for one of two slices, of three frames each. */

@@ -333,10 +333,9 @@ const sc_key sc_volume_keys[] = {
     {"path", &type_path, 0, NULL,
      .help =
          "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, DICOM SEG, HDF5 as FILE:/PATH, or prepared), "
-         "a Zarr store, a "
-         "volume of Neuroglancer, a directory of "
-         "masks, phantom, or for example phantom:128x96x128; for cine a list of them, a pattern "
-         "such as heart_*.nrrd, or a file with all phases (4-D)",
+         "a Zarr store, a volume of Neuroglancer, a directory of masks or of slices (PNG, TIFF), "
+         "phantom, or for example phantom:128x96x128; for cine a list of them, a pattern such as "
+         "heart_*.nrrd, or a file with all phases (4-D)",
      .bytes = SC_PATH_BYTES, .required = true},
     {"header", &sc_type_text, offsetof(sc_job, volume_header), NULL,
      .help =

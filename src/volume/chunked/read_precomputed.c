@@ -363,7 +363,8 @@ static sc_status read_encoding(const sc_ctx *ctx, const char *path, const json_t
         return sc_fail(
             ctx, SC_ERR_DATA,
             "%s/info: its \"encoding\" is \"%.40s\", which is not read; expected \"raw\" "
-            "or \"compressed_segmentation\"",
+            "or \"compressed_segmentation\", in which Igneous writes it: `igneous image xfer SRC "
+            "DEST --encoding compressed_segmentation`",
             path, encoding ? encoding : "");
     if (strcmp(encoding, "raw")) {
         if (type != SC_VOXEL_UINT32 && type != SC_VOXEL_UINT64)

@@ -181,9 +181,11 @@ static sc_status read_frames(placing *p, bool has_segments)
     uint32_t count = 0;
 
     if (sc_dicom_numbers(root, WHOLE_COLUMNS, &columns, 1))
-        return sc_fail(
-            p->ctx, SC_ERR_DATA,
-            "%s: is a segmentation of a slide, in tiles; expected the slices of a volume", p->path);
+        return sc_fail(p->ctx, SC_ERR_DATA,
+                       "%s: is a segmentation of a slide, in tiles (TILED_FULL or TILED_SPARSE), "
+                       "which has one "
+                       "slice; expected the slices of a volume",
+                       p->path);
     while (count < p->count && (own = sc_dicom_next(root, FRAME_GROUPS, own)) != NULL)
         SC_PASS(read_frame(p, count++, own, shared, has_segments));
     return SC_OK;

@@ -320,9 +320,12 @@ static sc_status visit_batch(label_pass *pass, size_t count)
             pass->stream,
             pass->batch + (bad - pass->begin) * sc_voxel_type_bytes(pass->source->type), bad);
     if (atomic_load(&pass->set.count) > SC_LABELS_MAX)
-        return sc_fail(pass->ctx, SC_ERR_DATA,
-                       "%s: more than %d different labels; is this a grey-value image?", pass->path,
-                       SC_LABELS_MAX - 1);
+        return sc_fail(
+            pass->ctx, SC_ERR_DATA,
+            "%s: holds more than %d different labels, expected at most so many; read a part of "
+            "it (--set volume.box=...), or merge labels where it was made; a grey-value "
+            "image, such as CT, is shown with a segmentation: --set image.path=FILE",
+            pass->path, SC_LABELS_MAX - 1);
     if (!atomic_load(&pass->too_wide))
         return SC_OK;
     SC_PASS(widen_ids(pass));
@@ -490,18 +493,18 @@ static bool looks_grey(const label_pass *pass, int count)
     return voxels < GREY_RUN_VOXELS * runs;
 }
 
-/* Warn if the volume looks like a grey-value image, or else if it has negative values.
+/* Note and warn if the volume looks like a grey-value image, or else if it has negative values.
  * @p volume has its labels in their final order. */
-static void warn_of_grey_values(const label_pass *pass, const sc_volume *volume)
+static void warn_of_grey_values(const label_pass *pass, sc_volume *volume)
 {
     const int64_t lowest = volume->label_count > 1 ? volume->labels[1].value : 0;
     const int64_t highest = volume->labels[volume->label_count - 1].value;
 
-    if (looks_grey(pass, volume->label_count))
+    volume->looks_grey = looks_grey(pass, volume->label_count);
+    if (volume->looks_grey)
         sc_warn(pass->ctx,
                 "%s: looks like a grey-value image, not like a segmentation: %d different values "
-                "from %lld to %lld, and equal ones seldom lie side by side; each value is shown as "
-                "a tissue of its own",
+                "from %lld to %lld, and equal ones seldom lie side by side",
                 pass->path, volume->label_count - 1, (long long)(lowest < 0 ? lowest : 0),
                 (long long)highest);
     else if (lowest < 0)

@@ -262,39 +262,6 @@ static sc_status unite(const sc_ctx *ctx, const char *path, sc_source *source)
     return SC_OK;
 }
 
-/* @return whether two names differ in nothing but their numbers. */
-static bool are_numbered_alike(const char *a, const char *b)
-{
-    static const char digits[] = "0123456789";
-
-    for (;; a++, b++) {
-        const size_t m = strspn(a, digits), n = strspn(b, digits);
-
-        if (!m != !n || a[m] != b[n])
-            return false;
-        if (!a[m])
-            return true;
-        a += m;
-        b += n;
-    }
-}
-
-/* @return SC_ERR_DATA, logged, for TIFF files of one slice each whose names are numbered: those of
- * one volume, not masks of tissues. Other formats, which are seldom used for slices, are masks. */
-static sc_status check_no_slices(const sc_ctx *ctx, const char *path, const sc_source *source)
-{
-    const sc_mask *masks = source->masks;
-
-    if (source->mask_count < 2 || source->size[2] > 1 || !strstr(masks[0].file, ".tif") ||
-        !are_numbered_alike(masks[0].file, masks[1].file))
-        return SC_OK;
-    return sc_fail(ctx, SC_ERR_DATA,
-                   "%s: holds %zu files of one slice each, numbered as the slices of one volume, "
-                   "expected masks of tissues; join them to one file, for example with Fiji: "
-                   "File > Import > Image Sequence, then File > Save As > Tiff",
-                   path, source->mask_count);
-}
-
 /* Tell how many masks are stored along other axes than the first, and how many have parts of the
  * grid. */
 static void tell_places(const sc_ctx *ctx, const char *path, const sc_source *source)
@@ -342,7 +309,6 @@ sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
         sc_source_clear(&mask);
         mask.slope = 1;
     }
-    SC_PASS(check_no_slices(ctx, path, &source));
     if (source.mask_count)
         SC_PASS(unite(ctx, path, &source));
     tell_places(ctx, path, &source);

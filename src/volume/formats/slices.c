@@ -1,0 +1,257 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A directory with a picture for each slice, PNG or TIFF of one page, whose names differ in their
+ * numbers alone. */
+#include "source.h"
+
+#include "segcast/image.h"
+
+#include <ctype.h>
+#include <dirent.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+
+/* The pictures of a directory, in the order of the slices. */
+typedef struct slice_files {
+    char **paths; /* [count], owned as each of them is */
+    size_t count, capacity;
+    bool are_png;
+} slice_files;
+
+static void clear(slice_files *files)
+{
+    for (size_t i = 0; i < files->count; i++)
+        sc_free(files->paths[i]);
+    sc_free(files->paths);
+    *files = (slice_files){0};
+}
+
+/* For sc_source.release. */
+static void release(void *data)
+{
+    clear(data);
+    sc_free(data);
+}
+
+/* ---- names ---- */
+
+/* Compare two names by the values of the numbers in them, else by their bytes. @param step set to
+ * the difference of the last two numbers that differ; 0 if none do. @param alike set to whether the
+ * names differ in nothing else. @return as of strcmp. */
+static int compare(const char *a, const char *b, long long *step, bool *alike)
+{
+    int order = 0;
+
+    *step = 0;
+    *alike = true;
+    while (*a && *b && *alike) {
+        if (isdigit((unsigned char)*a) && isdigit((unsigned char)*b)) {
+            char *ends[2];
+            const long long from = strtoll(a, &ends[0], 10), to = strtoll(b, &ends[1], 10);
+
+            if (from != to) {
+                order = order ? order : (from > to) - (from < to);
+                *step = to - from;
+            }
+            a = ends[0];
+            b = ends[1];
+        } else if (*a != *b) {
+            *alike = false;
+        } else {
+            a++;
+            b++;
+        }
+    }
+    *alike = *alike && !*a && !*b;
+    return order ? order : (unsigned char)*a - (unsigned char)*b;
+}
+
+/* For qsort of paths in one directory. */
+static int by_number(const void *a, const void *b)
+{
+    const char *x = *(const char *const *)a, *y = *(const char *const *)b;
+    long long step;
+    bool alike;
+    const int order = compare(x, y, &step, &alike);
+
+    return order ? order : strcmp(x, y);
+}
+
+/* Note a file of the directory. @param other set to true for a volume of another format, beside
+ * which pictures show something else. @return SC_ERR_MEMORY. */
+static sc_status note_file(const sc_ctx *ctx, const char *directory, const char *name,
+                           slice_files *files, bool *other)
+{
+    const char *dot = strrchr(name, '.');
+    const bool is_png = dot && !strcasecmp(dot, ".png");
+    const bool is_tiff = dot && (!strcasecmp(dot, ".tif") || !strcasecmp(dot, ".tiff"));
+    struct stat info;
+    SC_OWN(sc_text_clear) sc_text path = {0};
+
+    SC_PASS(sc_text_add(ctx, &path, "%s/%s", directory, name));
+    if (!is_png && !is_tiff) {
+        *other = sc_is_volume_file(path.data);
+        return SC_OK;
+    }
+    if (stat(path.data, &info) || !S_ISREG(info.st_mode)) /* a pipe would never end */
+        return SC_OK;
+    *other = files->count && files->are_png != is_png;
+    files->are_png = is_png;
+    SC_PASS(SC_GROW(ctx, files->count, &files->capacity, &files->paths));
+    files->paths[files->count++] = path.data;
+    path = (sc_text){0};
+    return SC_OK;
+}
+
+/* Find the pictures of a directory, in their order; none unless they are named as slices are.
+ * Caller owns *out, also after an error: clear. @return SC_ERR_MEMORY. */
+static sc_status find_slices(const sc_ctx *ctx, const char *directory, slice_files *out)
+{
+    DIR *stream = opendir(directory);
+    const struct dirent *entry;
+    sc_status status = SC_OK;
+    bool other = !stream, alike;
+    long long step;
+
+    while (!other && status == SC_OK && (entry = readdir(stream))) {
+        if (entry->d_name[0] != '.')
+            status = note_file(ctx, directory, entry->d_name, out, &other);
+    }
+    if (stream)
+        closedir(stream);
+    if (status == SC_OK && !other && out->count)
+        qsort(out->paths, out->count, sizeof *out->paths, by_number);
+    for (size_t i = 1; i < out->count && status == SC_OK && !other; i++) {
+        compare(out->paths[i - 1], out->paths[i], &step, &alike);
+        other = !alike || step == 0;
+    }
+    if (other || out->count < 2)
+        clear(out);
+    return status;
+}
+
+/* Warn of the first place where a number is left out: that slice is missing. */
+static void warn_of_gap(const sc_ctx *ctx, const char *path, const slice_files *files)
+{
+    long long first = 0, step = 0;
+    bool alike;
+
+    for (size_t i = 1; i < files->count && step == first; i++) {
+        compare(files->paths[i - 1], files->paths[i], &step, &alike);
+        first = i == 1 ? step : first;
+        if (step != first)
+            sc_warn(ctx,
+                    "%s: between %s and %s slices seem to be missing; the others are taken as if "
+                    "none were",
+                    path, strrchr(files->paths[i - 1], '/') + 1, strrchr(files->paths[i], '/') + 1);
+    }
+}
+
+/* ---- pixels ---- */
+
+/* Read a PNG file, as a volume of one slice. Caller owns *out: sc_source_clear. */
+static sc_status open_png(const sc_ctx *ctx, const char *file, sc_source *out)
+{
+    SC_OWN(sc_source_clear) sc_source source = {.slope = 1, .release = sc_free};
+    sc_levels levels;
+
+    SC_PASS(sc_image_load_levels(ctx, file, &levels));
+    source.data = levels.levels;
+    source.size[0] = levels.width_px;
+    source.size[1] = levels.height_px;
+    source.size[2] = 1;
+    source.type = levels.bytes == 2 ? SC_VOXEL_UINT16 : SC_VOXEL_UINT8;
+    for (int i = 0; i < 3; i++)
+        source.to_ras_mm.m[i][i] = 1;
+    for (int i = 1; i < levels.colors; i++) {
+        sc_label row = {.value = i, .opacity = -1, .has_color = true};
+
+        memcpy(row.rgb, levels.palette[i], sizeof row.rgb);
+        SC_PASS(sc_label_table_add(ctx, &source.table, &row));
+    }
+    SC_HAND_OVER(source, out);
+    return SC_OK;
+}
+
+/* Open slice @p i. Caller owns *out: sc_source_clear. */
+static sc_status open_slice(const sc_ctx *ctx, const slice_files *files, size_t i, sc_source *out)
+{
+    const char *file = files->paths[i];
+
+    return files->are_png ? open_png(ctx, file, out) : sc_open_file(ctx, file, false, out);
+}
+
+/* sc_slices_fn of this format: one slice at a time. */
+static sc_status read_slice(const sc_ctx *ctx, const char *path, const sc_source *source, int first,
+                            int count, void *out)
+{
+    const slice_files *files = source->data;
+    const int *size = source->size;
+    const size_t bytes = (size_t)size[0] * (size_t)size[1] * sc_voxel_type_bytes(source->type);
+
+    for (int i = 0; i < count; i++) {
+        SC_OWN(sc_source_clear) sc_source slice = {.slope = 1};
+        const char *file = files->paths[first + i];
+        unsigned char *to = (unsigned char *)out + (size_t)i * bytes;
+        sc_ctx errors = *ctx; /* what is warned of one slice, is so of all */
+
+        errors.level = SC_LOG_ERROR;
+        SC_PASS(open_slice(&errors, files, (size_t)(first + i), &slice));
+        if (slice.size[0] != size[0] || slice.size[1] != size[1] || slice.size[2] != 1 ||
+            slice.type != source->type)
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s has %d x %d x %d pixels of %zu bytes, but %s %d x %d of %zu; "
+                           "expected the slices of one volume, all of one size and type",
+                           file, slice.size[0], slice.size[1], slice.size[2],
+                           sc_voxel_type_bytes(slice.type), files->paths[0], size[0], size[1],
+                           sc_voxel_type_bytes(source->type));
+        if (slice.read_slices)
+            SC_PASS(slice.read_slices(ctx, path, &slice, 0, 1, to));
+        else
+            memcpy(to, slice.data, bytes);
+    }
+    return SC_OK;
+}
+
+sc_status sc_open_slices(const sc_ctx *ctx, const char *path, sc_source *out)
+{
+    SC_OWN(clear) slice_files files = {0};
+    SC_OWN(sc_source_clear) sc_source source = {.slope = 1}, first = {.slope = 1};
+    slice_files *data;
+    int64_t size[3];
+
+    SC_PASS(find_slices(ctx, path, &files));
+    if (!files.count)
+        return SC_OK;
+    SC_PASS(open_slice(ctx, &files, 0, &first));
+    if (first.size[2] > 1) /* masks, whose names have numbers */
+        return SC_OK;
+    size[0] = first.size[0];
+    size[1] = first.size[1];
+    size[2] = (int64_t)files.count;
+    source.type = first.type;
+    source.to_ras_mm = first.to_ras_mm;
+    SC_PASS(sc_grid_voxels(ctx, path, size, sc_voxel_type_bytes(source.type), source.size, NULL));
+    source.table = first.table;
+    first.table = (sc_label_table){0};
+    if (files.are_png)
+        sc_warn(ctx,
+                "%s: PNG does not give the spacing of its voxels; taken as 1 x 1 x 1 mm (--header "
+                "\"0.5x0.5x1 mm\" says another)",
+                path);
+    warn_of_gap(ctx, path, &files);
+    for (size_t i = 0; i < files.count; i++)
+        SC_PASS(sc_text_add(ctx, &source.data_files, "%s%c", files.paths[i], '\0'));
+    SC_PASS(SC_ZALLOC(ctx, 1, &data));
+    *data = files;
+    files = (slice_files){0};
+    source.data = data;
+    source.release = release;
+    source.encoding = SC_ENCODING_SLICES;
+    source.read_slices = read_slice;
+    source.slices = 1;
+    SC_HAND_OVER(source, out);
+    return SC_OK;
+}
