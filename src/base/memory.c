@@ -117,9 +117,9 @@ void sc_free_at(void *pointer)
 void sc_heap_return_large_blocks(void)
 {
 #ifdef __GLIBC__
-    enum { LARGE_BYTES = 1 << 20 };
+    enum { RETURNED_BYTES = 1 << 20 };
 
-    (void)mallopt(M_MMAP_THRESHOLD, LARGE_BYTES);
+    (void)mallopt(M_MMAP_THRESHOLD, RETURNED_BYTES);
 #endif
 }
 
