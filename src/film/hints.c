@@ -222,6 +222,38 @@ void sc_tell_shape(const sc_app *app, const sc_panel *panel)
             extent[0] / extent[1]);
 }
 
+/* ---- tissues that are hardly seen ---- */
+
+void sc_tell_thin(const sc_app *app, const sc_panel *panel)
+{
+    const sc_timeline *t = &panel->timeline;
+    const sc_camera camera = sc_timeline_scene(t, 0, NULL).camera;
+    const sc_vec3 middle = sc_vec3_scale(sc_vec3_add(t->low_mm, t->high_mm), 0.5);
+    const double depth = sc_vec3_dot(sc_vec3_sub(middle, camera.position_mm), camera.forward);
+    const double height_mm =
+        2 * camera.half_height * (camera.projection == SC_PERSPECTIVE ? depth : 1);
+    const double pixel_mm = height_mm / panel->job.output.size_px[1];
+    const sc_label *label = NULL;
+    int count = 0;
+
+    if (panel->job.output.layout != SC_LAYOUT_PICTURE || panel->group.count > 1 || shows_part(t))
+        return;
+    for (int i = 1; i < panel->volume.label_count; i++) {
+        const sc_tissue *tissue = &panel->looks.tissues[i];
+        const double width_mm = 2 * panel->volume.stats[i].thickness_mm; /* of a rod; 0: unknown */
+
+        if (tissue->visible && tissue->opacity > 0 && width_mm > 0 && width_mm < pixel_mm &&
+            !count++)
+            label = &panel->volume.labels[i];
+    }
+    if (count)
+        sc_info(app->ctx,
+                "%d tissue%s thinner than a pixel, which is %.3g mm wide, and hardly seen, such as "
+                "\"%s\" (label %lld): in a larger picture (--size), or where it alone is framed "
+                "(--tissue), more is seen of it",
+                count, count > 1 ? "s are" : " is", pixel_mm, label->name, (long long)label->value);
+}
+
 /* ---- warnings of clip planes that cut nothing or everything ---- */
 
 /* Find the extent of a box along the unit vector @p n. */

@@ -100,6 +100,9 @@ void sc_warn_of_planes(const sc_app *app, const sc_panel *panel);
 /* Propose a picture that is higher than wide for a job, not of several shots or subjects, that
  * shows something so long that it fills little of a wide one. Needs panel->timeline. */
 void sc_tell_shape(const sc_app *app, const sc_panel *panel);
+/* Tell which tissues are thinner than a pixel, of a picture of one subject. Needs panel->timeline.
+ */
+void sc_tell_thin(const sc_app *app, const sc_panel *panel);
 /* Warn if the zoom of panel->timeline moves some of @p points out of the picture, which would be in
  * it without the zoom. @param aspect width of the picture divided by its height. @return
  * SC_ERR_MEMORY. */

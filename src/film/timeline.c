@@ -131,6 +131,7 @@ sc_status sc_panel_timeline(sc_app *app, sc_panel *panel, const sc_vec3 *points,
     if (count > 0 && first) {
         sc_warn_of_planes(app, panel);
         sc_tell_shape(app, panel);
+        sc_tell_thin(app, panel);
     }
     return sc_comm_agree(
         app->comm, count > 0 && first

@@ -139,5 +139,17 @@ for more in '--size 48x64' '--view top' '--sheet slices' '--sheet views'; do
     grep -q 'times as high as wide' stderr.txt && fail "$more: $(cat stderr.txt)"
 done
 
+# A line one voxel wide is hardly seen where a pixel is wider, which is said; where it fills the picture, it is not.
+{
+    printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 40 40 40\nspace: right-anterior-superior\n'
+    printf 'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n'
+    awk 'BEGIN { for (i = 0; i < 64000; i++) { y = int(i / 40) % 40; printf i % 40 == 20 && y == 30 ? 2 : y < 20 } }' |
+        tr 012 '\0\1\2'
+} >thin.nrrd
+expect 0 '1 tissue is thinner than a pixel, which is 2.* mm wide, and hardly seen, such as "" .label 2.: ' \
+    "$SEGCAST" still thin.nrrd --size 32x24 -o thin.png
+"$SEGCAST" still thin.nrrd --size 640x480 -o thin.png --overwrite >/dev/null 2>stderr.txt
+grep -q 'thinner than a pixel' stderr.txt && fail "a line that is wider than a pixel: $(cat stderr.txt)"
+
 # The phantom by its name is a volume, too.
 "$SEGCAST" still phantom:24x18x24 --size 64x48 -q -o phantom.png >/dev/null || fail 'no picture of the phantom by its name'
