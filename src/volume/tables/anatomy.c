@@ -316,10 +316,11 @@ bool sc_anatomy_color(const char *name, sc_names_kind kind, uint8_t rgb[3])
 
 bool sc_name_steps_back(const char *name)
 {
-    static const char *const outsides[] = {
+    static const char one_word[] =
         "other|others|unknown|background|unclass*|unlabel*|unspecified|undefin*|remain*|rest|"
-        "outside|exterior|skin|subcut*",
-        "soft tissue|tissues", "body trunc|extremities"};
+        "outside|exterior|skin|subcut*";
+    static const char *const outsides[] = {one_word, "soft tissue|tissues",
+                                           "body trunc|extremities"};
     char words[WORDS_BYTES];
     bool found;
 
