@@ -1086,7 +1086,8 @@ TEST(tissues_move_apart_and_come_together)
                             {.visible = true, .opacity = 1},
                             {.visible = true, .opacity = 1},
                             {.visible = true, .opacity = 1}};
-    sc_timeline t = {.animation = {.frames = FRAMES}, .looks = {tissues, 4}};
+    sc_timeline t = {.animation = {.frames = FRAMES},
+                     .looks = {.tissues = tissues, .label_count = 4}};
     sc_looks *looks = &t.looks;
     sc_vec3 reach[8 * 9];
     SC_OWN(sc_scene_room_clear) sc_scene_room room = {0};
@@ -1150,7 +1151,7 @@ TEST(tissues_have_offsets)
                             {.visible = true, .opacity = 1, .offset_mm = {0, 3, 4}},
                             {.visible = false, .opacity = 1, .offset_mm = {1, 0, 0}},
                             {.visible = true, .opacity = 1, .offset_track = 1}};
-    sc_timeline t = {.animation = {.frames = 101}, .looks = {tissues, 4}};
+    sc_timeline t = {.animation = {.frames = 101}, .looks = {.tissues = tissues, .label_count = 4}};
     SC_OWN(sc_scene_room_clear) sc_scene_room room = {0};
     const sc_vec3 *offsets;
     SC_OWN(sc_free_at) sc_shift *shifts = NULL;
