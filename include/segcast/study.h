@@ -290,7 +290,7 @@ const char *sc_trace_kind_name(sc_trace_kind kind);
 typedef struct sc_progress_report {
     const char *state; /**< "running", "complete", "incomplete" or "failed"; borrowed */
     const char *run;   /**< which run has written it last: the number of its batch job, or else host
-                          and process; NULL: not told; borrowed */
+                          and process; NULL: unknown; borrowed */
     const char *phase; /**< what the run is at, such as "reading"; NULL: it has ended; borrowed */
     double phase_share;  /**< how much of the phase is done, 0 to 1; -1: unknown */
     int done, total;     /**< frames, those of earlier runs included */

@@ -184,7 +184,8 @@ sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, const char *p
                                                            bytes, &input->volume));
         if (first)
             sc_info(app->ctx, "%s: the volume was prepared before, and kept", path);
-        (void)!(fd >= 0 && futimens(fd, NULL)); /* used now; else it only leaves earlier */
+        /* Mark it as used now. If that fails, it is only removed from the cache earlier. */
+        (void)!(fd >= 0 && futimens(fd, NULL));
         *found = true;
     } else {
         sc_shared_free(input->shared);

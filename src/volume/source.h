@@ -279,7 +279,8 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
  * than SC_LABELS_MAX - 1; the errors of sc_open_file. */
 sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out);
 /* As sc_open_file, of a directory with a picture for each slice: PNG, or TIFF of one page, whose
- * names differ in their numbers. *out stays as it is, without voxels, if the directory is none. */
+ * names differ in their numbers. *out is not written if the directory
+ * holds no such pictures. */
 sc_status sc_open_slices(const sc_ctx *ctx, const char *path, sc_source *out);
 /* Open the file of a mask, as sc_open_file does; of HDF5 the only array in it. */
 sc_status sc_open_mask(const sc_ctx *ctx, const char *file, bool header_only, sc_source *out);

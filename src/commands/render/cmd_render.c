@@ -112,8 +112,8 @@ static bool next_line(const char **at, text_line *out)
     return out->length > 0;
 }
 
-/* The store was refused. Of the run of another job tell the first line in which its job.yaml
- * differs from this job; anything else the error has told. */
+/* The output directory was refused. If another job has run there, report the first line in which
+ * its job.yaml differs from this job. All other reasons have been reported by the error. */
 static void tell_difference(const sc_run *run)
 {
     const sc_ctx quiet = sc_quiet(run->app->ctx);
