@@ -63,6 +63,7 @@ typedef struct sc_march_light {
     float key_direction[3], fill_direction[3];
     float ambient, key, fill, head; /**< intensities: from everywhere, from the key light, from the
                                          fill light, and from the eye */
+    float sky;                      /**< intensity of the sky; 0: there is none */
     float edges;     /**< 0 to 1: how much more opaque a surface gets when seen from the side */
     float occlusion; /**< 0 to 1: how dark places enclosed by tissue get */
     float shadow;    /**< 0 to 1: how dark the shadows of the key light are; 0: it casts none */
@@ -71,6 +72,29 @@ typedef struct sc_march_light {
         cue_far_mm;   /**< distances from the eye between which that share grows from 0 */
     float cue_rgb[3]; /**< the background, linear */
 } sc_march_light;
+
+/** The sky, which stands to the volume: its radiance in a direction whose cosine with the superior
+ * one is u is SC_SKY_MEAN + SC_SKY_UP u, times the intensity of the frame. */
+#define SC_SKY_MEAN 0.7f
+#define SC_SKY_UP 0.6f
+/** Light as an integer: each component as a square root in 1023rds of SC_AROUND_ROOT, from the
+ * lowest bits on. */
+#define SC_AROUND_ROOT 1.5f
+enum { SC_AROUND_BITS = 10, SC_AROUND_MASK = 1023 };
+
+/** @return linear light, packed. */
+static inline uint32_t sc_around_pack(const float rgb[3])
+{
+    uint32_t packed = 0;
+
+    for (int i = 0; i < 3; i++) {
+        const float root =
+            sqrtf(rgb[i] > 0 ? rgb[i] : 0) * (SC_AROUND_MASK / SC_AROUND_ROOT) + 0.5f;
+
+        packed |= (root < SC_AROUND_MASK ? (uint32_t)root : SC_AROUND_MASK) << SC_AROUND_BITS * i;
+    }
+    return packed;
+}
 
 enum { SC_GREY_STEPS = 256 /**< of the table from a place in a window to a tone */ };
 
@@ -146,8 +170,12 @@ typedef struct sc_march {
     float step_mm;                  /**< distance between samples; voxel only */
     sc_march_light light;
     const sc_occlusion *occlusion; /**< NULL: none */
-    float thickness_alpha[256];    /**< boundary alpha for each code of sc_prepared.thickness */
-    float grid_per_mm[3][3];       /**< matrix: RAS vector in mm -> grid coordinates */
+    const uint32_t *around[2]; /**< [count of volume->outer, of volume->inner]: the light from all
+                                    around at each vertex that has a record, as of sc_around_pack.
+                                    NULL: it is not known, and the sky and the occlusion tell it */
+    float around_share; /**< 0 to 1: how much of the light around is told by it where it is known */
+    float thickness_alpha[256]; /**< boundary alpha for each code of sc_prepared.thickness */
+    float grid_per_mm[3][3];    /**< matrix: RAS vector in mm -> grid coordinates */
     float opaque_below; /**< a ray ends when its transmittance is below this: SC_OPAQUE (early ray
                              termination, Levoy 1990); 0: it goes on to its end, which takes longer
                              and gives the same bits */
@@ -311,6 +339,36 @@ typedef void sc_backdrop_fn(const sc_march_backdrop *backdrop, const sc_backdrop
  * kernels reach its codes by offsets of 31 bits, and two along x at once: larger and thinner ones
  * are left to plain C. @param cpu as of sc_kernel_find; this processor must have it. */
 sc_backdrop_fn *sc_backdrop_find(sc_skip skip, const int size[3], const char *cpu);
+/** A ray that looks for tissue. */
+typedef struct sc_gather_ray {
+    float origin[3];    /**< in grid coordinates */
+    float direction[3]; /**< in vertices, of about unit length */
+} sc_gather_ray;
+/** The vertex on the side of tissue that such a ray meets first. */
+typedef struct sc_gather_hit {
+    int32_t at[3]; /**< its grid coordinates; the first is -1 if there is none */
+} sc_gather_hit;
+/** What they look for it in. The caller owns what the pointers point to. */
+typedef struct sc_gather_march {
+    const sc_prepared *volume;
+    const uint64_t *masks; /**< the vertices on the side of tissue that is shown; with a frame, as
+                                of sc_visible_cells */
+    const uint8_t *distances; /**< sc_brick_distances of the masks */
+    int row, layer;           /**< steps in these arrays from a brick to the next along y and z */
+    float box_low[3], box_high[3]; /**< in grid coordinates plus 1/2: rays end outside of it */
+    int plane_count;               /**< of those that cut, as of sc_march; 0: nothing is cut */
+    bool cut_away;
+    const uint32_t
+        *cuts; /**< [label_count] which planes cut a tissue, as bits; not read without planes */
+    float plane_equations[SC_PLANES_MAX][4];
+} sc_gather_march;
+/** Follow @p count rays, each by itself, up to the first vertex that they meet; cannot fail. @param
+ *  out [count], overwritten. Threads: any number at once. */
+typedef void sc_gather_fn(const sc_gather_march *march, const sc_gather_ray *rays, size_t count,
+                          sc_gather_hit *out);
+/** @return the variant @p cpu, as of sc_kernel_find, of it, which this processor must have. All of
+ * them give the same bits. */
+sc_gather_fn *sc_gather_find(const char *cpu);
 /** All kernels of this build, also those that this processor cannot run. @return a constant
  *  table of *@p count entries. */
 const sc_kernel *sc_kernel_all(size_t *count);

@@ -6,6 +6,7 @@
  * A ray steps from cell to cell by whole numbers; the distances at which it crosses the planes
  * between them are computed from those numbers, never summed up, so that a step across an empty
  * brick ends in the very cell, and at the very distance, that single steps would have led to. */
+#include "around.h"
 #include "normal.h"
 #include "smooth_ray.h"
 #include "variants.h"
@@ -60,6 +61,8 @@ static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], cons
             spot.normal[i] =
                 length > SC_GRADIENT_LEAST ? spot.normal[i] / length : c->ray->toward_eye[i];
         sc_face_eye(c->ray->toward_eye, spot.normal);
+        spot.has_around = c->m->light.sky > 0 && sc_around(c->m, !x->left || !x->entered, c->cell.q,
+                                                           at, spot.normal, spot.around);
     }
     if (left)
         add_surface(c, x->left, at, &spot);

@@ -119,3 +119,15 @@ const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepa
     }
     return NULL;
 }
+
+sc_gather_fn *sc_gather_find(const char *cpu)
+{
+    const bool any = !cpu || strcmp(cpu, "auto") == 0;
+
+#define CHOOSE(name, supported)                                                                    \
+    if ((any || strcmp(cpu, #name) == 0) && (supported))                                           \
+        return sc_gather_wide_##name;
+
+    SC_EACH_BUILT_CPU(CHOOSE)
+    return sc_gather_wide_c;
+}

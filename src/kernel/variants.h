@@ -16,11 +16,13 @@
     SC_DECLARE_KERNELS(chessboard, cpu)
 
 #define SC_DECLARE_BACKDROP(cpu, supported) sc_backdrop_fn sc_backdrop_wide_##cpu;
+#define SC_DECLARE_GATHER(cpu, supported) sc_gather_fn sc_gather_wide_##cpu;
 
 SC_DECLARE_KERNELS(none, c)
 SC_DECLARE_KERNELS(interior, c)
 SC_EACH_BUILT_CPU(SC_DECLARE_LEAP_KERNELS)
 SC_EACH_RIVAL_CPU(SC_DECLARE_RIVAL_KERNELS)
 SC_EACH_BUILT_CPU(SC_DECLARE_BACKDROP)
+SC_EACH_BUILT_CPU(SC_DECLARE_GATHER)
 
 #endif

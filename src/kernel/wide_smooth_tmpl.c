@@ -6,6 +6,7 @@
  * for each other before the costly steps, so that these are done for as many of them as possible.
  * A step across empty space ends in the very cell, and at the very distance, that single steps
  * would have led to. */
+#include "around.h"
 #include "lanes/lanes_normal.h"
 #include "wide_smooth_walk.h"
 
@@ -222,6 +223,34 @@ static void set_faces(const packet *p, const crossings *x, const vf at[3], vm on
     }
 }
 
+/* Set the light around the spots of the lanes of @p on, as far as it is known. @return in which
+ * lanes it is. */
+static vm set_around(const packet *p, const crossings *x, const vf at[3], vm on, v_spot *spot)
+{
+    uint32_t known = 0;
+
+    for (int i = 0; i < 3; i++)
+        spot->around[i] = f_set(0);
+    for (uint32_t left = p->m->light.sky > 0 ? m_bits(on) : 0; left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        const int q[3] = {p->q[0][lane], p->q[1][lane], p->q[2][lane]};
+        float a[3], n[3], around[3];
+
+        if (x->face[lane])
+            continue;
+        for (int i = 0; i < 3; i++) {
+            a[i] = at[i][lane];
+            n[i] = spot->normal[i][lane];
+        }
+        if (!sc_around(p->m, !x->left[lane] || !x->entered[lane], q, a, n, around))
+            continue;
+        known |= 1u << lane;
+        for (int i = 0; i < 3; i++)
+            spot->around[i][lane] = around[i];
+    }
+    return m_of_bits(known);
+}
+
 /* Add the present crossing of x to the light of each lane of @p on, as far as its labels
  * contribute. */
 static void add_crossings(packet *p, const crossings *x, vm on)
@@ -247,6 +276,7 @@ static void add_crossings(packet *p, const crossings *x, vm on)
     v_face_eye(p->eye, spot.normal);
     spot.rim = f_set(0);
     set_faces(p, x, at, either, &spot);
+    spot.has_around = set_around(p, x, at, either, &spot);
     v_light_spot(p->m, &spot, either);
     v_add_surface(p, x->left, at, &spot, left);
     v_add_surface(p, x->entered, at, &spot, m_and(entered, v_sees_on(p)));

@@ -292,6 +292,9 @@ static void v_add_boundary(packet *p, vi label, const vf at[3], vi near, vm on)
     v_face_eye(p->eye, spot.normal);
     spot.depth_mm = p->base_mm + v_distance(p, p->k);
     spot.rim = f_set(0);
+    spot.has_around = m_of_bits(0);
+    for (int i = 0; i < 3; i++)
+        spot.around[i] = f_set(0);
     alpha = v_boundary_alpha(p->m, label, near, on);
     v_light_spot(p->m, &spot, on);
     v_light(p->m, label, &spot, on, rgb);

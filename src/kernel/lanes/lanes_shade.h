@@ -22,9 +22,11 @@ typedef struct v_radiance {
  * v_light_spot sets the rest. */
 typedef struct v_spot {
     vf point[3], normal[3], eye[3], depth_mm, rim; /* see sc_spot */
-    vf key, fill, head;                            /* cosines between the normal and the lights */
-    vf open, lit; /* how much of the light from all around, and of the key light, arrives */
-    vf shine;     /* cosine of the highlight */
+    vf around[3]; /* in the lanes of has_around, else 0; v_light_spot makes it sc_light_of_sky */
+    vm has_around;
+    vf key, fill, head; /* cosines between the normal and the lights */
+    vf open, lit;       /* how much of the light from all around, and of the key light, arrives */
+    vf shine;           /* cosine of the highlight */
 } v_spot;
 
 /* The radiance with which every ray begins: no light, transmittance 1, no surface met. */
@@ -318,6 +320,21 @@ static inline vf v_unshadowed(const sc_march *m, const v_spot *spot, vm on)
     return through + (1 - m->light.shadow) * (1 - through);
 }
 
+/* See sc_light_of_sky: sets spot->around to the light of the sky, and spot->open. */
+static inline void v_light_of_sky(const sc_march *m, v_spot *spot)
+{
+    const vf whole = SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2];
+    const vf share = f_pick(spot->has_around, f_set(m->around_share), f_set(0));
+    vf least = spot->around[0];
+
+    for (int i = 0; i < 3; i++) {
+        least = f_pick(f_below(spot->around[i], least), spot->around[i], least);
+        spot->around[i] =
+            m->light.sky * (share * spot->around[i] + (1 - share) * (whole * spot->open));
+    }
+    spot->open = share * f_clamp01(least / whole) + (1 - share) * spot->open;
+}
+
 /* The first half of sc_light, all that does not depend on the tissue: sets key, fill, head,
  * open, lit and shine of the spot. Does not change its other members. */
 static inline void v_light_spot(const sc_march *m, v_spot *spot, vm on)
@@ -339,7 +356,12 @@ static inline void v_light_spot(const sc_march *m, v_spot *spot, vm on)
     spot->fill = f_max0(f_dot(spot->normal, direction));
     spot->head = f_max0(f_dot(spot->normal, spot->eye));
     if (m->occlusion && l->occlusion > 0)
-        spot->open = 1 - l->occlusion * (1 - v_openness(m, spot, on));
+        spot->open =
+            1 - l->occlusion *
+                    (1 - v_openness(m, spot,
+                                    m->around_share == 1 ? m_without(on, spot->has_around) : on));
+    if (l->sky > 0)
+        v_light_of_sky(m, spot);
     if (m->occlusion && l->shadow > 0)
         spot->lit = v_unshadowed(m, spot, m_and(on, f_below(f_set(0), spot->key)));
     length = f_length(h);
@@ -380,7 +402,8 @@ static inline void v_light(const sc_march *m, vi label, const v_spot *spot, vm o
     around = (l->ambient + l->fill * spot->fill + l->head * spot->head) * spot->open;
     for (int i = 0; i < 3; i++)
         out[i] = out[i] * (diffuse * (1 - spot->rim)) *
-                     (around + l->key * spot->key * spot->lit * (0.5f + 0.5f * spot->open)) +
+                     ((l->sky > 0 ? around + spot->around[i] : around) +
+                      l->key * spot->key * spot->lit * (0.5f + 0.5f * spot->open)) +
                  shine;
     if (l->cue > 0)
         v_depth_cue(l, spot->depth_mm, out);

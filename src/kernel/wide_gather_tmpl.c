@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Template: rays that look for the first vertex on the side of tissue, each in a SIMD lane, with
+ * steps across empty bricks. Compiled once per variant, under the name MARCH_NAME. A lane whose ray
+ * is done gets the next one as soon as enough of them wait. */
+#include "variants.h"
+
+#include "lanes/lanes_brick.h"
+
+/* Steps end so far, in vertices, beyond the plane that they lead to, so that rounding leaves none
+ * before it. */
+#define BEYOND (1.0f / 256)
+enum {
+    STEPS_MAX = 4096, /* of a ray: far more than there are bricks along it */
+    FEW_LANES =
+        2 * LANES * 3 / 4 /* so many rays on their way are worth a step before others join them */
+};
+
+/* Rays on their way. */
+typedef struct packet {
+    const sc_gather_march *m;
+    vf origin[3], direction[3],
+        inverse[3]; /* origin: plus 1/2, so that rounding down gives the nearest vertex */
+    vf t;
+    vm forward[3], alive;
+    size_t ray[LANES]; /* which one is in each lane */
+} packet;
+enum { PACKETS = 2 /* while one waits for memory, the processor works on the other */ };
+
+/* Put a ray into a lane. */
+static void load(packet *p, int lane, const sc_gather_ray *ray)
+{
+    for (int i = 0; i < 3; i++) {
+        const float d = ray->direction[i];
+        const bool parallel = d > -1e-8f && d < 1e-8f;
+
+        p->origin[i][lane] = ray->origin[i] + 0.5f;
+        p->direction[i][lane] = parallel ? 0 : d;
+        p->inverse[i][lane] = parallel ? 1e30f : 1 / d;
+    }
+    p->t[lane] = 0;
+}
+
+/* Is the tissue at a vertex kept there? */
+static bool is_kept(const sc_gather_march *m, const int q[3])
+{
+    const uint32_t label = sc_vertex_at(m->volume, q[0], q[1], q[2]).tissue;
+    bool cut = false, kept = true;
+
+    for (int i = 0; i < m->plane_count; i++) {
+        const float *e = m->plane_equations[i];
+        const bool keeps = e[0] * (float)q[0] + e[1] * (float)q[1] + e[2] * (float)q[2] + e[3] >= 0;
+
+        if (!(m->cuts[label] >> i & 1))
+            continue;
+        cut = true;
+        kept = m->cut_away ? (i == 0 || !kept ? keeps : kept) : kept && keeps;
+    }
+    return !cut || kept;
+}
+
+/* Take the rays of the lanes @p on one step ahead, or note what they have met and let them end. */
+static inline void step(packet *p, sc_gather_hit *out)
+{
+    const sc_gather_march *m = p->m;
+    vi q[3], brick, far, mask, ahead, back;
+    vm on = p->alive, marked, leaps;
+    vf t = f_set(1e30f);
+
+    for (int i = 0; i < 3; i++) {
+        const vf at = p->origin[i] + p->direction[i] * p->t;
+
+        on = m_and(on,
+                   m_and(f_at_most(f_set(m->box_low[i]), at), f_below(at, f_set(m->box_high[i]))));
+        q[i] = i_of(at);
+    }
+    p->alive = on;
+    if (!m_any(on))
+        return;
+    brick = v_framed_index(m->row, m->layer, q[0], q[1], q[2]);
+    far = i_gather(m->distances, brick, on) & 255;
+    leaps = m_and(on, i_below(i_set(0), far));
+    marked = v_bit_set(v_half_mask(m->masks, brick, q[2], m_without(on, leaps)),
+                       v_half_bit(q[0], q[1], q[2]), m_without(on, leaps));
+    for (uint32_t left = m_bits(marked); left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        const int at[3] = {q[0][lane], q[1][lane], q[2][lane]};
+
+        if (m->plane_count && !is_kept(m, at))
+            continue;
+        for (int i = 0; i < 3; i++)
+            out[p->ray[lane]].at[i] = at[i];
+        p->alive = m_without(p->alive, m_of_bits(1u << lane));
+    }
+    mask = i_pick(leaps, i_set(~SC_BRICK_MASK), i_set(-1));
+    ahead = i_pick(leaps, far * SC_BRICK, i_set(1));
+    back = i_pick(leaps, (1 - far) * SC_BRICK, i_set(0));
+    for (int i = 0; i < 3; i++) {
+        const vi plane = (q[i] & mask) + i_pick(p->forward[i], ahead, back);
+        const vf mm = (f_of(plane) - p->origin[i]) * p->inverse[i];
+        const vf there = f_pick(f_below(mm, f_set(0)), f_set(1e30f), mm);
+
+        t = f_pick(f_below(there, t), there, t);
+    }
+    t += BEYOND;
+    p->t = f_pick(f_below(p->t, t), t, p->t + BEYOND);
+}
+
+/* Put rays from number @p next on into the lanes of a packet that have none. @return the number of
+ * the next one. */
+static size_t fill(packet *p, const sc_gather_ray *rays, size_t next, size_t count)
+{
+    uint32_t idle = ~m_bits(p->alive) & (uint32_t)((1ull << LANES) - 1);
+
+    for (; idle && next < count; idle &= idle - 1, next++) {
+        const int lane = __builtin_ctz(idle);
+
+        load(p, lane, &rays[next]);
+        p->ray[lane] = next;
+        p->alive = m_or(p->alive, m_of_bits(1u << lane));
+    }
+    for (int i = 0; i < 3; i++)
+        p->forward[i] = f_below(f_set(0), p->inverse[i]);
+    return next;
+}
+
+/* The kernel: see sc_gather_fn. */
+void MARCH_NAME(const sc_gather_march *march, const sc_gather_ray *rays, size_t count,
+                sc_gather_hit *out)
+{
+    packet p[PACKETS];
+    size_t next = 0;
+
+    for (int k = 0; k < PACKETS; k++) {
+        p[k].m = march;
+        p[k].alive = m_none();
+        p[k].t = f_set(0);
+        for (int i = 0; i < 3; i++) {
+            p[k].origin[i] = p[k].direction[i] = f_set(0);
+            p[k].inverse[i] = f_set(1);
+        }
+    }
+    for (size_t i = 0; i < count; i++)
+        out[i].at[0] = -1;
+    while (next < count || m_any(p[0].alive) || m_any(p[1].alive)) {
+        for (int k = 0; k < PACKETS; k++)
+            next = fill(&p[k], rays, next, count);
+        do {
+            step(&p[0], out);
+            step(&p[1], out);
+        } while ((m_any(p[0].alive) || m_any(p[1].alive)) &&
+                 (next == count || m_count(p[0].alive) + m_count(p[1].alive) >= FEW_LANES));
+    }
+}
