@@ -143,16 +143,24 @@ void sc_part_from_background(int label_count, const uint8_t background[3], sc_ti
 
 /* ---- light ---- */
 
+/** Where light comes from. */
+typedef enum sc_light_method {
+    SC_LIGHT_PLAIN, /**< from lamps; occlusion and shadows are estimated */
+    SC_LIGHT_FLAT,  /**< there is none: plain colours, as in the paper */
+    SC_LIGHT_GLOBAL /**< from lamps and a sky, whose light reaches surfaces also by way of others;
+                         of smooth surfaces. Voxel surfaces: as plain */
+} sc_light_method;
+
 /** The light of the whole picture. The lamps move with the camera. The strengths of ambient, key,
  *  fill and head light are shares of full brightness. */
 typedef struct sc_lighting {
-    bool flat;        /**< unlit: plain colours, as in the paper */
-    double ambient;   /**< the same from all directions */
-    double key;       /**< from above the viewer's left shoulder */
-    double fill;      /**< from the right, to soften the shade of the key light */
-    double head;      /**< from the eye */
-    double occlusion; /**< 0 to 1: how much cavities and folds are darkened */
-    double shadows;   /**< 0 to 1: how dark the soft shadows of the key light are */
+    sc_light_method method; /**< the same in all frames of a renderer */
+    double ambient;         /**< the same from all directions */
+    double key;             /**< from above the viewer's left shoulder */
+    double fill;            /**< from the right, to soften the shade of the key light */
+    double head;            /**< from the eye */
+    double occlusion;       /**< 0 to 1: how much cavities and folds are darkened */
+    double shadows;         /**< 0 to 1: how dark the soft shadows of the key light are */
     double edges;     /**< 0 to 1: how much opacity grows where a surface is seen from the side */
     double depth_cue; /**< 0 to 1: how much the far end fades into the background */
 } sc_lighting;
@@ -246,7 +254,7 @@ SC_MUST_USE sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *vo
 
 /** What of the settings of a renderer may change from frame to frame. */
 typedef struct sc_look {
-    sc_lighting light;     /**< flat as in the settings */
+    sc_lighting light;     /**< method as in the settings */
     uint8_t background[3]; /**< sRGB; not read if the settings are transparent */
     /** Shares, 0 to 1, of the grey volume in the colour of cut faces, and on slices, and the
      *  opacity of 10 mm of what is white in it, behind the tissues; not read without one. */

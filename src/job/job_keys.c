@@ -146,8 +146,17 @@ static const sc_key render_keys[] = {
     &sc_type_tracked, LIGHT(member),                                                               \
         .track = offsetof(sc_job, light_tracks.member) - offsetof(sc_job, light.member)
 
+static const sc_choice light_methods[] = {
+    {"plain", SC_LIGHT_PLAIN}, {"global", SC_LIGHT_GLOBAL}, {"flat", SC_LIGHT_FLAT}, {NULL, 0}};
+
 static const sc_key light_keys[] = {
-    {"flat", &sc_type_bool, LIGHT(flat), "false", .help = "no light at all: plain colours"},
+    {"method", &sc_type_choice, LIGHT(method), "plain",
+     .help = "plain: lamps that move with the camera, and cavities darkened by how much around "
+             "them is filled; global: most of "
+             "the light comes from a sky that stands to the body, brightest above the head, and "
+             "also by way of other tissues, "
+             "whose colours it takes along; flat: no light at all, plain colours",
+     .choices = light_methods},
     {"ambient", STRENGTH(ambient), .fallback = "0.12",
      .help = "strength of the light from everywhere", .low = 0, .high = 2},
     {"key", STRENGTH(key), .fallback = "0.76",

@@ -8,12 +8,32 @@
 #define RIM_SHARE 0.008
 #define RIM_LEAST_PX 4.0
 
+/* So much of the light of the lamps comes from the sky where light is gathered. Chosen by eye: with
+ * less, cavities are hardly darker than in plain light; with more, smooth surfaces look flat. */
+#define SKY_SHARE 0.6f
+
 /* Convert a vector to three floats. */
 static void to_floats(sc_vec3 v, float out[3])
 {
     out[0] = (float)v.x;
     out[1] = (float)v.y;
     out[2] = (float)v.z;
+}
+
+/* Where light is gathered, let the sky have a share of what the lamps give, and all that comes from
+ * everywhere. Within a vessel the sky is not seen. */
+static void set_sky(sc_renderer *r, bool inside)
+{
+    sc_march_light *light = &r->march.light;
+
+    light->sky = 0;
+    if (!r->gather || inside)
+        return;
+    light->sky = light->ambient + SKY_SHARE * (light->key + light->fill + light->head);
+    light->ambient = 0;
+    light->key *= 1 - SKY_SHARE;
+    light->fill *= 1 - SKY_SHARE;
+    light->head *= 1 - SKY_SHARE;
 }
 
 /* Set the lamps in r->march.light. The key light stands above the viewer's left shoulder, the fill
@@ -35,6 +55,7 @@ static void set_lamps(sc_renderer *r, const sc_scene *scene)
     r->march.light.head = (float)(inside ? l->key + l->fill + l->head : l->head);
     r->march.light.shadow = inside ? 0 : (float)l->shadows;
     r->march.light.occlusion = inside ? 0 : (float)l->occlusion;
+    set_sky(r, inside);
     if (inside) {
         to_floats(back, r->march.light.key_direction);
         to_floats(back, r->march.light.fill_direction);

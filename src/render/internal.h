@@ -3,6 +3,7 @@
 #ifndef SC_RENDER_INTERNAL_H
 #define SC_RENDER_INTERNAL_H
 
+#include "gather.h"
 #include "segcast/render.h"
 
 /* What the ray through the middle of a pixel has seen, and what its other rays add. A tone is the
@@ -84,6 +85,7 @@ struct sc_renderer {
     const uint32_t *cell_start;  /* as of sc_cells: smooth and wide kernels only, else NULL */
     const sc_packed_cell *cells; /* the same */
     sc_occlusion occlusion;      /* empty if the light does without; see also fades */
+    sc_gather *gather;           /* NULL: light from all around is not gathered; owned */
     sc_block *blocks;            /* [block_count] */
     size_t block_count;
     const sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */

@@ -304,6 +304,7 @@ static void begin_view(sc_renderer *r, int p, const sc_scene *scene, const sc_vi
     const double share = apartness(r, p, scene->offsets_mm);
 
     set_march(r, own);
+    own->march.around_share = (float)(1 - share); /* it was gathered where the tissues touch */
     sc_set_fades(own, scene->fades);
     sc_set_colors(own, scene->colors);
     sc_set_clip_sets(own, scene);

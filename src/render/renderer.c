@@ -49,8 +49,9 @@ static void fill_march(sc_renderer *r)
         .visible_layer = sc_framed_layer(v->bricks),
         .tissues = r->tissues,
         .step_mm = (float)(s->step_voxels * voxel_length_mm(v)),
-        .light = {.flat = l->flat},
+        .light = {.flat = l->method == SC_LIGHT_FLAT},
         .occlusion = r->occlusion.filled ? &r->occlusion : NULL,
+        .around_share = 1,
         .opaque_below = s->to_the_end ? 0 : SC_OPAQUE,
         .caps = s->caps,
         .cap_outline = (float)(s->cap_outline / 2),
@@ -128,7 +129,7 @@ static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
     else
         SC_PASS(find_hull_and_visible(ctx, r, show));
     measure_hull(r);
-    if (!light->flat && (light->occlusion > 0 || light->shadows > 0))
+    if (light->method != SC_LIGHT_FLAT && (light->occlusion > 0 || light->shadows > 0))
         SC_PASS(sc_occlusion_build(ctx, r->team, v, opacity, &r->occlusion));
     SC_PASS(sc_find_fades(ctx, r));
     SC_PASS(sc_find_backdrop(ctx, r));
@@ -188,6 +189,18 @@ static sc_status begin(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissu
     return sc_fill_grey(ctx, r);
 }
 
+/* @return whether surfaces between two tissues can be seen but where they are cut: some tissue lets
+ * light through, fades or moves away. */
+static bool shows_inner(const sc_renderer *r, const sc_tissue *tissues)
+{
+    for (int id = 1; id < r->volume->label_count; id++) {
+        if (r->volume->stats[id].voxels &&
+            (r->looks[id].opacity < 1 || r->looks[id].group || tissues[id].part))
+            return true;
+    }
+    return false;
+}
+
 sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
                           const sc_prepared *volume, const sc_tissue *tissues, sc_renderer **out)
 {
@@ -216,6 +229,8 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     SC_TRY(derive(ctx, r, show, opacity));
     fill_march(r);
     fill_thickness(r, tissues);
+    if (settings->light.method == SC_LIGHT_GLOBAL && settings->surface == SC_SURFACE_SMOOTH)
+        SC_TRY(sc_gather_new(ctx, r, shows_inner(r, tissues), &r->gather));
     SC_TRY(sc_parts_make(ctx, r, tissues));
     *out = r;
     r = NULL;
@@ -230,6 +245,7 @@ void sc_renderer_free(sc_renderer *r)
     if (!r)
         return;
     sc_parts_free(r);
+    sc_gather_free(r->gather);
     sc_team_close(r->team);
     sc_free(r->tissues);
     sc_free(r->looks);
@@ -264,8 +280,8 @@ uint64_t sc_renderer_bytes(const sc_renderer *r)
     const size_t threads = (size_t)r->settings.threads;
 
     return sizeof *r + (size_t)r->volume->label_count * (sizeof *r->tissues + sizeof *r->looks) +
-           sc_fades_bytes(r) + sc_parts_bytes(r) + (size_t)SC_COVER_SIDE * SC_COVER_SIDE +
-           threads * (sizeof *r->stats + sizeof *r->spans) +
+           sc_fades_bytes(r) + sc_parts_bytes(r) + sc_gather_bytes(r->gather) +
+           (size_t)SC_COVER_SIDE * SC_COVER_SIDE + threads * (sizeof *r->stats + sizeof *r->spans) +
            (r->settings.lender ? 0 : threads * side * side * sizeof *r->pixels);
 }
 

@@ -47,7 +47,7 @@ static bool cuts_differ(const sc_scene *a, const sc_scene *b)
            differ(a->clip_sets, b->clip_sets, sizeof a->clip_sets);
 }
 
-/* light.flat, which is the same in a film, is left out, with the gap behind it. */
+/* light.method, which is the same in a film, is left out, with the gap behind it. */
 unsigned sc_scene_changes(const sc_scene *a, const sc_scene *b, int label_count)
 {
     const size_t labels = (size_t)label_count;

@@ -212,7 +212,7 @@ static void start(entry *e, prepared_set *p)
     if (peers) /* in those programs 0.2 of the light is ambient, and 0.8 comes from the eye */
         s.light = (sc_lighting){.ambient = 0.2, .head = 0.8};
     if (strcmp(e->value[SCENE], "paper") == 0)
-        s.light.flat = true;
+        s.light.method = SC_LIGHT_FLAT;
     set_tissues(p, peers, voxel);
     e->derive_cpu_s = process_cpu_s();
     must(sc_renderer_new(&ctx, &s, &p->view, p->tissues, &e->renderer));

@@ -819,7 +819,7 @@ static void put_shadows(struct maker *maker, const char *arg)
 }
 
 static const struct row light_rows[] = {
-    {"flat", 15, put_flag, NULL},
+    {"method", 40, put_word, "plain|global|global|flat"},
     {"ambient", 20, put_scene_number, "0:1"},
     {"key", 20, put_scene_number, "0:1"},
     {"fill", 20, put_scene_number, "0:1"},

@@ -22,7 +22,7 @@ static small_scene ball_scene(double opacity)
     small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), opacity);
 
     s.settings.width_px = s.settings.height_px = 50;
-    s.settings.light = (sc_lighting){.flat = true};
+    s.settings.light = (sc_lighting){.method = SC_LIGHT_FLAT};
     memset(s.settings.background, 0, sizeof s.settings.background);
     return s;
 }

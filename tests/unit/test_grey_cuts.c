@@ -135,7 +135,7 @@ TEST(pictures_show_values_at_their_places)
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
 
     s.settings.width_px = s.settings.height_px = 100;
-    s.settings.light = (sc_lighting){.flat = true};
+    s.settings.light = (sc_lighting){.method = SC_LIGHT_FLAT};
     s.settings.grey = &grey;
     s.settings.grey_look = (sc_grey_look){{ramp((sc_vec3){20, 20, 20}), 400}, 1, 1, 0};
     scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},

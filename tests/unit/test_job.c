@@ -788,7 +788,7 @@ TEST(wrong_key_frames_of_the_scene_are_refused)
          "up: the directions of key frames 1 and 2 are opposite"},
         {"render: {background: {}}", "background has 0 key frames, expected 1 to 64"},
         {"render: {background: [1, 2]}", "background is [1, 2], expected auto, none, a name such"},
-        {"light: {flat: {0s: true}}", "flat is a map, expected true or false"},
+        {"light: {method: {0s: flat}}", "method is a map, expected a word"},
         {"light: {shadows: {0s: dark}}",
          "is \"dark\", expected true, false, or a number from 0 to 1"},
     };

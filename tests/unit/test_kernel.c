@@ -342,7 +342,7 @@ TEST(faint_tissues_stay_behind_what_hides_them)
         sc_render_stats stats;
         sc_scene scene;
 
-        s.settings.light = (sc_lighting){.flat = true};
+        s.settings.light = (sc_lighting){.method = SC_LIGHT_FLAT};
         scene = front_view(&s);
         scene.camera = sc_camera_look(eye_mm, middle_mm, (sc_vec3){0, 0, 1}, SC_PERSPECTIVE, 0.2);
         s.tissues[2].part = 1;

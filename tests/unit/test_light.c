@@ -150,7 +150,7 @@ TEST(translucent_edges_stand_out)
     small_scene s = ball_scene(0.2, &scene);
     SC_OWN(sc_image_clear) sc_image with = {0}, without = {0};
 
-    s.settings.light.flat = true;
+    s.settings.light.method = SC_LIGHT_FLAT;
     s.settings.light.edges = 0;
     without = draw_view(&s, &scene, NULL);
     s.settings.light.edges = 1;
@@ -166,7 +166,7 @@ TEST(flat_light_shows_plain_colours)
     small_scene s = ball_scene(1, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
 
-    s.settings.light.flat = true;
+    s.settings.light.method = SC_LIGHT_FLAT;
     image = draw_view(&s, &scene, NULL);
     for (int x = 18; x < 84; x++)
         assert_memory_equal(pixel(&image, x, 50), s.volume.labels[1].rgb, 3);
@@ -223,7 +223,7 @@ TEST(edges_have_even_shades_from_rays_that_are_marched_once)
     for (int i = 0; i < 3; i++)
         volume.labels[1].rgb[i] = 0;
     s = make_scene(volume, 1);
-    s.settings.light.flat = true;
+    s.settings.light.method = SC_LIGHT_FLAT;
     s.settings.width_px = s.settings.height_px = 81;
     scene.camera = sc_camera_look((sc_vec3){20, 300, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
                                   SC_ORTHOGRAPHIC, 12);
@@ -299,7 +299,7 @@ TEST(cut_faces_are_lit_and_have_a_rim)
     lit = draw_view(&s, &scene, NULL);
     s.settings.light.key = 0.2;
     dim = draw_view(&s, &scene, NULL);
-    s.settings.light.flat = true;
+    s.settings.light.method = SC_LIGHT_FLAT;
     flat = draw_view(&s, &scene, NULL);
     assert_true(brightness(&lit, 50, 50) > brightness(&dim, 50, 50) + 60);
     assert_true(brightness(&lit, 50, 50) > brightness(&lit, 50 + 35, 50) + 20);
@@ -482,7 +482,7 @@ TEST(half_opaque_tissues_are_not_washed_out)
     sc_scene scene;
     small_scene s = plate_scene(0.5, &scene);
 
-    s.settings.light = (sc_lighting){.flat = true};
+    s.settings.light = (sc_lighting){.method = SC_LIGHT_FLAT};
     memset(s.tissues[1].rgb_linear, 0, sizeof s.tissues[1].rgb_linear);
     for (int n = 0; n < 4; n++) {
         SC_OWN(sc_image_clear) sc_image image = {0};

@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to render: light from all around, gathered in the volume at the vertices near its
+ * surfaces, from which the kernels interpolate it (kernel/around.h). It follows from what is shown
+ * and from the clip planes, not from the camera: a film that turns around a volume pays once.
+ *
+ * The places are the vertices on the side of tissue beside which a surface passes: each stands for
+ * the point of the surface nearest to it. From each of them rays go out in a fixed set of
+ * directions; what they meet is noted as the place there. The light at a place is what its free
+ * rays bring from the sky, and what the others bring from the places that they have met, which a
+ * few iterations find (radiosity: Goral et al. 1984). Neighbouring places have different parts of
+ * one low-discrepancy net, so that what is interpolated between them stands for many more
+ * directions than each has (Keller and Heidrich 2001, "Interleaved sampling").
+ *
+ * What is kept by clip planes that cut all tissues alike is convex, apart from being tissue. So a
+ * ray whose first hit has been cut away has left for good, and no other one meets anything new:
+ * rays are traced without such planes, once, and a place that was cut away is free. */
+#ifndef SC_RENDER_GATHER_H
+#define SC_RENDER_GATHER_H
+
+#include "segcast/render.h"
+
+struct sc_renderer;
+
+enum {
+    SC_GATHER_PARTS = 64,      /* of the net of directions: one for each of 4 x 4 x 4 vertices */
+    SC_GATHER_DIRECTIONS = 32, /* of each place */
+    SC_GATHER_FREE = -1,       /* a ray that meets nothing ... */
+    SC_GATHER_LOST = -2,       /* ... and one whose hit has no place */
+    SC_GATHER_FIELDS = 2       /* the outer and the inner one */
+};
+
+/* What of one field is gathered. Owns its arrays; without masks nothing is. */
+typedef struct sc_gather_field {
+    const sc_border *border; /* of the volume */
+    uint64_t *masks;         /* [bricks z][y][x]: the vertices that are places */
+    uint32_t *start;         /* [bricks z][y][x]: number of the brick's first place */
+    uint32_t *around;        /* [border->count] for the kernels: see sc_march.around */
+} sc_gather_field;
+
+/* A place where light is gathered. */
+typedef struct sc_gather_place {
+    float at[3];     /* where rays begin, in grid coordinates */
+    float normal[3]; /* unit, RAS */
+    uint16_t tissue; /* dense id */
+    uint8_t part;    /* of the net of directions */
+} sc_gather_place;
+
+/* Light that is gathered. Owns what its pointers point to, unless they say otherwise. */
+typedef struct sc_gather {
+    const struct sc_renderer *renderer; /* borrowed */
+    sc_gather_field fields[SC_GATHER_FIELDS];
+    size_t count; /* of places: those of the outer field come first */
+    sc_gather_place *places;
+    float (*local)[SC_GATHER_DIRECTIONS][3]; /* [SC_GATHER_PARTS] about the z axis */
+    /* what rays can meet */
+    uint64_t *sides;    /* [bricks z][y][x]: the vertices on the side of tissue */
+    uint8_t *far;       /* sc_brick_distances of those that may be shown; of the team */
+    uint64_t *occupied; /* as of sc_gather_march: what is met now */
+    uint8_t *distances; /* the same */
+    bool *absent;   /* [SC_GATHER_DIRECTIONS][label_count]: what rays of a direction pass through */
+    uint32_t *cuts; /* [label_count] as of sc_gather_march */
+    sc_gather_march march; /* borrows them */
+    sc_gather_fn *follow;
+    const bool *absent_now; /* [label_count] of the present direction; borrowed */
+    int direction;          /* which is traced now */
+    int32_t *
+        hits[SC_GATHER_DIRECTIONS]; /* [count] the place that the ray of each meets, FREE or LOST */
+    /* light, as shares of the intensity of the sky; linear */
+    float (*sky)[3];       /* [count] straight from the sky */
+    float (*light)[3];     /* [count] all of it */
+    float (*radiosity)[3]; /* [count] what a place gives back */
+    bool *gone;            /* [count] the place is cut away */
+    /* of what it is */
+    bool is_traced, is_summed; /* hits, and light, are those of: */
+    bool is_convex;            /* the planes keep what is convex */
+    sc_scene scene;            /* for its planes */
+    sc_march_tissue *tissues;  /* [label_count] */
+} sc_gather;
+
+/* Find the places at which the light of a renderer is gathered, and what its rays can meet.
+ * Collective in its team.
+ * @return SC_ERR_MEMORY. Caller owns *out: sc_gather_free. */
+sc_status sc_gather_new(const sc_ctx *ctx, const struct sc_renderer *r, bool inner,
+                        sc_gather **out);
+/* Free it; NULL is allowed. */
+void sc_gather_free(sc_gather *g);
+/* @return the bytes of memory that the rank has for it. */
+uint64_t sc_gather_bytes(const sc_gather *g);
+/* Gather the light of a scene, for which @p r has been set up, as far as it differs from that of
+ * the last one, by all threads of the renderer; and set the light around of r->march. */
+void sc_gather_scene(sc_gather *g, struct sc_renderer *r, const sc_scene *scene);
+
+/* Note which vertices are places, number them, and fill them in once there is room for them. */
+void sc_gather_mark_places(sc_gather *g);
+void sc_gather_fill_places(sc_gather *g);
+/* Find what rays can meet. @return SC_ERR_MEMORY. */
+sc_status sc_gather_find_occupied(const sc_ctx *ctx, sc_gather *g);
+/* Follow the rays of all places through what @p scene shows: sets g->hits. */
+void sc_gather_trace(sc_gather *g, const sc_scene *scene);
+/* Find the light of all places from what their rays have met, and spread it to the vertices: sets
+ * the light of g->fields. */
+void sc_gather_sum(sc_gather *g);
+/* The direction number @p i of a place, unit, RAS, to @p out. */
+void sc_gather_direction(const sc_gather *g, const sc_gather_place *p, int i, float out[3]);
+
+/* @return the number of the place at vertex @p q, which is one of the grid; SC_GATHER_LOST if there
+ * is none. */
+int32_t sc_gather_place_at(const sc_gather *g, const sc_gather_field *f, const int q[3]);
+
+static inline float sc_dot(const float a[3], const float b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+#endif

@@ -1,0 +1,189 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The light of places, from what their rays have met, and that of the vertices between which
+ * kernels interpolate. */
+#include "gather.h"
+#include "internal.h"
+
+enum {
+    BOUNCES = 3, /* a fourth one would add less than 1 % where half of the light is given back */
+    BLOCK = 2048 /* places that are done together */
+};
+/* No surface gives back more. */
+#define ALBEDO_MOST 0.95f
+
+/* Sum up what free rays bring to places [begin, end), and begin the iteration with it: an
+ * sc_range_fn on a gather. */
+static void sum_sky(void *user, size_t begin, size_t end, int thread)
+{
+    sc_gather *g = user;
+
+    (void)thread;
+    for (size_t at = begin; at < end; at++)
+        g->sky[at][0] = 0;
+    for (int i = 0; i < SC_GATHER_DIRECTIONS; i++) {
+        const int32_t *hits = g->hits[i];
+
+        for (size_t at = begin; at < end; at++) {
+            float d[3];
+
+            if (hits[at] != SC_GATHER_FREE && (hits[at] < 0 || !g->gone[hits[at]]))
+                continue;
+            sc_gather_direction(g, &g->places[at], i, d);
+            g->sky[at][0] += (SC_SKY_MEAN + SC_SKY_UP * d[2]) / SC_GATHER_DIRECTIONS;
+        }
+    }
+    for (size_t at = begin; at < end; at++) {
+        for (int k = 0; k < 3; k++)
+            g->sky[at][k] = g->light[at][k] = g->sky[at][0];
+    }
+}
+
+/* Set what places [begin, end) give back of their light: an sc_range_fn on a gather. */
+static void reflect(void *user, size_t begin, size_t end, int thread)
+{
+    sc_gather *g = user;
+
+    (void)thread;
+    for (size_t at = begin; at < end; at++) {
+        const sc_march_tissue *tissue = &g->renderer->tissues[g->places[at].tissue];
+
+        for (int k = 0; k < 3; k++) {
+            const float albedo = tissue->rgb[k] * tissue->diffuse;
+
+            g->radiosity[at][k] = (albedo < ALBEDO_MOST ? albedo : ALBEDO_MOST) * g->light[at][k];
+        }
+    }
+}
+
+/* Set the light of places [begin, end), at most BLOCK, to that of the sky and what the places that
+ * they see give back: an sc_range_fn on a gather. A ray whose hit has no place brings what an
+ * average one of the others does. */
+static void bounce(void *user, size_t begin, size_t end, int thread)
+{
+    sc_gather *g = user;
+    float sums[BLOCK][3] = {{0}};
+    uint8_t found[BLOCK] = {0}, lost[BLOCK] = {0};
+
+    (void)thread;
+    for (int i = 0; i < SC_GATHER_DIRECTIONS; i++) {
+        const int32_t *hits = g->hits[i] + begin;
+
+        for (size_t at = 0; at < end - begin; at++) {
+            lost[at] += hits[at] == SC_GATHER_LOST;
+            if (hits[at] < 0 || g->gone[hits[at]])
+                continue;
+            found[at]++;
+            for (int k = 0; k < 3; k++)
+                sums[at][k] += g->radiosity[hits[at]][k];
+        }
+    }
+    for (size_t at = begin; at < end; at++) {
+        const float more =
+            found[at - begin] ? 1 + (float)lost[at - begin] / (float)found[at - begin] : 1;
+
+        for (int k = 0; k < 3; k++)
+            g->light[at][k] = g->sky[at][k] + sums[at - begin][k] * more / SC_GATHER_DIRECTIONS;
+    }
+}
+
+/* Note which of places [begin, end) are cut away: an sc_range_fn on a gather. */
+static void cut(void *user, size_t begin, size_t end, int thread)
+{
+    sc_gather *g = user;
+    const sc_march *m = &g->renderer->march;
+
+    (void)thread;
+    for (size_t at = begin; at < end; at++) {
+        const float *p = g->places[at].at;
+
+        g->gone[at] = false;
+        for (int i = 0; i < m->plane_count && g->is_convex; i++) {
+            const float *e = m->plane_equations[i];
+
+            g->gone[at] = g->gone[at] || e[0] * p[0] + e[1] * p[1] + e[2] * p[2] + e[3] < 0;
+        }
+    }
+}
+
+/* The mean light around vertex @p q of the places within a vertex of it along each axis, weighted
+ * by how near they are and how alike their normals are to @p n, to @p out. Also those that are cut
+ * away count, beside a plane: their light is what it would be there. Where none looks that way, as
+ * in creases, all count alike. */
+static void spread_to(const sc_gather *g, const sc_gather_field *f, const int q[3],
+                      const float n[3], float out[3])
+{
+    const int *size = g->renderer->volume->size;
+    float alike[3] = {0}, all[3] = {0}, alike_weights = 0, all_weights = 0;
+
+    for (int i = 0; i < 27; i++) {
+        const int d[3] = {i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
+        const int at[3] = {q[0] + d[0], q[1] + d[1], q[2] + d[2]};
+        const float near = 1 - 0.25f * (float)(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        float cosine, weight;
+        int32_t place;
+
+        if (at[0] < 0 || at[1] < 0 || at[2] < 0 || at[0] > size[0] + 1 || at[1] > size[1] + 1 ||
+            at[2] > size[2] + 1)
+            continue;
+        place = sc_gather_place_at(g, f, at);
+        if (place == SC_GATHER_LOST)
+            continue;
+        cosine = sc_dot(g->places[place].normal, n);
+        weight = cosine > 0 ? near * near * cosine * cosine : 0;
+        alike_weights += weight;
+        all_weights += near * near;
+        for (int k = 0; k < 3; k++) {
+            alike[k] += weight * g->light[place][k];
+            all[k] += near * near * g->light[place][k];
+        }
+    }
+    for (int k = 0; k < 3; k++)
+        out[k] = alike_weights > 0 ? alike[k] / alike_weights
+                 : all_weights > 0 ? all[k] / all_weights
+                                   : 0.5f * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * n[2]);
+}
+
+/* Spread the light of places to the records of bricks [begin, end): an sc_range_fn on a gather. */
+static void spread(void *user, size_t begin, size_t end, int thread)
+{
+    sc_gather *g = user;
+
+    (void)thread;
+    for (int k = 0; k < SC_GATHER_FIELDS; k++) {
+        const sc_gather_field *f = &g->fields[k];
+
+        for (size_t brick = begin; f->masks && brick < end; brick++) {
+            uint32_t at = f->border->start[brick];
+            int low[3];
+
+            sc_brick_low(g->renderer->volume->bricks, brick, low);
+            for (uint64_t left = f->border->masks[brick]; left; left &= left - 1, at++) {
+                const int bit = __builtin_ctzll(left);
+                const int q[3] = {low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
+                                  low[2] + sc_bit_z(bit)};
+                float n[3], light[3], length;
+
+                sc_record_normal(f->border->records[at], n);
+                length = sqrtf(sc_dot(n, n));
+                for (int i = 0; i < 3; i++)
+                    n[i] /= length;
+                spread_to(g, f, q, n, light);
+                f->around[at] = sc_around_pack(light);
+            }
+        }
+    }
+}
+
+void sc_gather_sum(sc_gather *g)
+{
+    const sc_renderer *r = g->renderer;
+    const int threads = r->settings.threads;
+
+    sc_parallel_for(threads, g->count, BLOCK, cut, g);
+    sc_parallel_for(threads, g->count, BLOCK, sum_sky, g);
+    for (int i = 0; i < BOUNCES; i++) {
+        sc_parallel_for(threads, g->count, BLOCK, reflect, g);
+        sc_parallel_for(threads, g->count, BLOCK, bounce, g);
+    }
+    sc_parallel_for(threads, sc_brick_count(r->volume->bricks), 1024, spread, g);
+}

@@ -1,0 +1,228 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The places at which light is gathered. */
+#include "gather.h"
+#include "internal.h"
+
+/* So far above the surface do rays begin, in voxels: the vertices that they could meet are as far
+ * as that beneath it, or behind it. */
+#define LIFT_VOXELS 0.6
+/* The surface is at most so many voxels from a vertex beside which it passes. */
+#define MOVED_MOST_VOXELS 1.5
+
+/* @return whether two vertex records look to opposite sides. */
+static bool look_apart(uint32_t a, uint32_t b)
+{
+    float n[3], other[3];
+
+    sc_record_octant(a, n);
+    sc_record_octant(b, other);
+    return sc_dot(n, other) < 0;
+}
+
+/* @return whether vertex @p q, which has a record, is a place: whether one of its six neighbours is
+ * on the other side of the surface. On the side of the background that neighbour must look the
+ * other way: it belongs to a sheet a voxel thick, which has a single normal there, but two sides.
+ */
+static bool is_place(const sc_prepared *v, bool inner, const int q[3], uint32_t record)
+{
+    const uint32_t tissue = inner ? sc_vertex_at(v, q[0], q[1], q[2]).tissue : 0;
+    const bool behind = !inner && sc_record_value(record) < 0;
+
+    for (int i = 0; i < 6; i++) {
+        int at[3] = {q[0], q[1], q[2]};
+        sc_vertex other;
+
+        at[i >> 1] += i & 1 ? 1 : -1;
+        if (at[i >> 1] < 0 || at[i >> 1] > v->size[i >> 1] + 1)
+            continue;
+        other = sc_vertex_at(v, at[0], at[1], at[2]);
+        if (behind  ? other.outer_value > 0 && other.outer && look_apart(record, other.outer)
+            : inner ? other.outer_value > 0 && other.tissue != tissue
+                    : other.outer_value < 0)
+            return true;
+    }
+    return false;
+}
+
+/* Note which vertices of bricks [begin, end) are places, and how many: an sc_range_fn on a gather.
+ */
+static void mark_places(void *user, size_t begin, size_t end, int thread)
+{
+    sc_gather *g = user;
+
+    (void)thread;
+    for (int k = 0; k < SC_GATHER_FIELDS; k++) {
+        sc_gather_field *f = &g->fields[k];
+
+        for (size_t brick = begin; f->masks && brick < end; brick++) {
+            uint64_t mask = 0;
+            uint32_t at = f->border->start[brick];
+            int low[3];
+
+            sc_brick_low(g->renderer->volume->bricks, brick, low);
+            for (uint64_t left = f->border->masks[brick]; left; left &= left - 1, at++) {
+                const int bit = __builtin_ctzll(left);
+                const int q[3] = {low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
+                                  low[2] + sc_bit_z(bit)};
+
+                if (is_place(g->renderer->volume, k == 1, q, f->border->records[at]))
+                    mask |= left & -left;
+            }
+            f->masks[brick] = mask;
+            f->start[brick] = sc_count_bits(mask);
+        }
+    }
+}
+
+/* The value of a field at a point of the grid and its slope, by the eight vertices around it. */
+static double field_at(const sc_prepared *v, bool inner, uint16_t tissue, const double p[3],
+                       double slope[3])
+{
+    int low[3];
+    double share[3], value = 0;
+
+    slope[0] = slope[1] = slope[2] = 0;
+    for (int i = 0; i < 3; i++) {
+        low[i] = (int)floor(p[i]);
+        low[i] = low[i] < 0 ? 0 : low[i] > v->size[i] ? v->size[i] : low[i];
+        share[i] = p[i] - low[i];
+    }
+    for (int corner = 0; corner < 8; corner++) {
+        const sc_vertex at = sc_vertex_at(v, low[0] + (corner & 1), low[1] + (corner >> 1 & 1),
+                                          low[2] + (corner >> 2));
+        const double of = !inner                ? at.outer_value
+                          : at.tissue == tissue ? at.inner_value
+                                                : -at.inner_value;
+        double weight[3];
+
+        for (int i = 0; i < 3; i++)
+            weight[i] = corner >> i & 1 ? share[i] : 1 - share[i];
+        value += of * weight[0] * weight[1] * weight[2];
+        for (int i = 0; i < 3; i++)
+            slope[i] += (corner >> i & 1 ? of : -of) * weight[(i + 1) % 3] * weight[(i + 2) % 3];
+    }
+    return value;
+}
+
+/* Move a point of the grid onto the surface along the direction @p n of the grid, at most
+ * MOVED_MOST_VOXELS. */
+static void move_to_surface(const sc_prepared *v, bool inner, uint16_t tissue, const double n[3],
+                            double p[3])
+{
+    const double start[3] = {p[0], p[1], p[2]};
+    double moved = 0;
+
+    for (int step = 0; step < 3; step++) {
+        double slope[3], along;
+        const double value = field_at(v, inner, tissue, p, slope);
+
+        along = slope[0] * n[0] + slope[1] * n[1] + slope[2] * n[2];
+        if (along > -1)
+            break; /* nothing falls that way: it stays where it is */
+        moved = fmin(fmax(moved - value / along, -MOVED_MOST_VOXELS), MOVED_MOST_VOXELS);
+        for (int i = 0; i < 3; i++)
+            p[i] = start[i] + moved * n[i];
+    }
+}
+
+/* Fill in the place at vertex @p q, whose record is @p record. */
+static void set_place(const sc_renderer *r, bool inner, const int q[3], uint32_t record,
+                      sc_gather_place *out)
+{
+    const sc_prepared *v = r->volume;
+    double direction[3], p[3] = {q[0], q[1], q[2]}, length = 0;
+    const sc_vertex vertex = sc_vertex_at(v, q[0], q[1], q[2]);
+    float n[3];
+
+    sc_record_normal(record, n);
+    for (int i = 0; i < 3; i++)
+        length += (double)n[i] * n[i];
+    length = sqrt(length);
+    for (int i = 0; i < 3; i++)
+        out->normal[i] = (float)(n[i] / length);
+    length = 0;
+    for (int i = 0; i < 3; i++) {
+        direction[i] = 0;
+        for (int j = 0; j < 3; j++)
+            direction[i] += r->to_voxel.m[i][j] * out->normal[j];
+        length += direction[i] * direction[i];
+    }
+    length = sqrt(length);
+    for (int i = 0; i < 3; i++)
+        direction[i] /= length;
+    out->tissue = (uint16_t)vertex.tissue;
+    move_to_surface(v, inner, out->tissue, direction, p);
+    for (int i = 0; i < 3; i++)
+        out->at[i] = (float)(p[i] + LIFT_VOXELS * direction[i]);
+    out->part = 0;
+    for (int bit = 0; bit < 6; bit++)
+        out->part |= (uint8_t)((q[bit % 3] >> (bit / 3) & 1) << bit);
+}
+
+/* Fill in the places of bricks [begin, end): an sc_range_fn on a gather. */
+static void fill_places(void *user, size_t begin, size_t end, int thread)
+{
+    sc_gather *g = user;
+    const sc_prepared *v = g->renderer->volume;
+
+    (void)thread;
+    for (int k = 0; k < SC_GATHER_FIELDS; k++) {
+        const sc_gather_field *f = &g->fields[k];
+
+        for (size_t brick = begin; f->masks && brick < end; brick++) {
+            uint32_t at = f->start[brick];
+            int low[3];
+
+            sc_brick_low(v->bricks, brick, low);
+            for (uint64_t left = f->masks[brick]; left; left &= left - 1, at++) {
+                const int bit = __builtin_ctzll(left);
+                const int q[3] = {low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
+                                  low[2] + sc_bit_z(bit)};
+
+                set_place(g->renderer, k == 1, q, sc_border_record(f->border, brick, bit),
+                          &g->places[at]);
+            }
+        }
+    }
+}
+
+/* Number the places, whose counts stand in the starts of the bricks. */
+static void number_places(sc_gather *g)
+{
+    const size_t bricks = sc_brick_count(g->renderer->volume->bricks);
+
+    for (int k = 0; k < SC_GATHER_FIELDS; k++) {
+        for (size_t brick = 0; g->fields[k].masks && brick < bricks; brick++) {
+            const uint32_t own = g->fields[k].start[brick];
+
+            g->fields[k].start[brick] = (uint32_t)g->count;
+            g->count += own;
+        }
+    }
+}
+
+void sc_gather_mark_places(sc_gather *g)
+{
+    const sc_renderer *r = g->renderer;
+
+    sc_parallel_for(r->settings.threads, sc_brick_count(r->volume->bricks), 1024, mark_places, g);
+    number_places(g);
+}
+
+void sc_gather_fill_places(sc_gather *g)
+{
+    const sc_renderer *r = g->renderer;
+
+    sc_parallel_for(r->settings.threads, sc_brick_count(r->volume->bricks), 1024, fill_places, g);
+}
+
+int32_t sc_gather_place_at(const sc_gather *g, const sc_gather_field *f, const int q[3])
+{
+    const int bit = sc_brick_bit(q[0], q[1], q[2]);
+    const size_t brick = sc_brick_index(g->renderer->volume->bricks, sc_brick_of(q[0]),
+                                        sc_brick_of(q[1]), sc_brick_of(q[2]));
+
+    if (!f->masks || !(f->masks[brick] >> bit & 1))
+        return SC_GATHER_LOST;
+    return (int32_t)(f->start[brick] + sc_brick_rank(f->masks[brick], bit));
+}
