@@ -5,6 +5,7 @@
 
 #include "segcast/video.h"
 
+#include <libavutil/imgutils.h>
 #include <malloc.h>
 #include <pthread.h>
 #include <sys/stat.h>
@@ -84,6 +85,24 @@ static bool can_encode(const kind *k)
     if (!can)
         print_message("not tested: no encoder of %s\n", sc_video_codec_name(k->name, k->codec));
     return can;
+}
+
+/* Which sizes libav takes is known without libav. */
+TEST(sizes_are_those_of_libav)
+{
+    for (int width = 64; width <= 16384; width += 64) {
+        const int edge = INT32_MAX / 8 / (width + 128) - 128; /* rows, about */
+
+        for (int height = edge < 16384 ? edge - 3 : 16381; height <= edge + 3 && height <= 16384;
+             height++) {
+            const int even = height + (height & 1);
+            const bool ok = av_image_check_size((unsigned)width, (unsigned)even, 0, NULL) >= 0;
+
+            assert_int_equal(sc_video_size_ok("a.mp4", width, height), ok);
+        }
+    }
+    assert_false(sc_video_size_ok("a.mp4", 16384, 16384));
+    assert_false(sc_video_size_ok("a.mp4", 16385, 64));
 }
 
 static void write_kind(const char *path, sc_codec codec, int width, int height, int frames,
