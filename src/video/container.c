@@ -178,7 +178,7 @@ bool sc_video_size_ok(const char *path, int width_px, int height_px)
     const int side_max_px = sc_video_side_max_px(path);
     /* As av_image_check_size, which is not asked: pictures without a video need no libav. It takes
      * pixels for 8 bytes each, and allows for 128 more along each side. */
-    const int64_t bytes = 8 * ((width_px + 1 & ~1) + 128LL) * ((height_px + 1 & ~1) + 128LL);
+    const int64_t bytes = 8 * (((width_px + 1) & ~1) + 128LL) * (((height_px + 1) & ~1) + 128LL);
 
     return width_px <= side_max_px && height_px <= side_max_px && bytes < INT_MAX;
 }
