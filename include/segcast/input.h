@@ -20,8 +20,9 @@ typedef struct sc_input {
     sc_drawn_grid drawn; /**< that is it */
     sc_shared *shared;   /**< the block that holds it, or NULL: it is in a file; owned */
     sc_watched_file *mapped; /**< the prepared file that the job names, or NULL; owned */
+    sc_watched_file *kept;   /**< the file of the cache that holds it, or NULL; owned */
     size_t bytes;            /**< size of what is prepared, wherever it is */
-    sc_label *labels;        /**< of a mapped or inspected volume, by the job's names; owned */
+    sc_label *labels;        /**< of a volume in a file, or inspected, by the job's names; owned */
     sc_label_stats *stats;   /**< of an inspected volume; owned */
     sc_prepared volume;      /**< a view of what the members above hold */
 } sc_input;

@@ -48,10 +48,11 @@ typedef struct sc_tissue_rule {
 typedef struct sc_tissue {
     bool visible;   /**< false: nothing of it is shown, whatever its opacities */
     double opacity; /**< of the boundary, 0 to 1: per crossing (smooth), per voxel length (voxel) */
-    bool opacity_auto;       /**< the opacity follows from what was measured: sc_opacity_rule */
-    bool is_cover;           /**< ... as of a cover, or of what is left over, not by thickness */
-    bool color_given;        /**< a label table, a value or a rule has set the colour */
-    bool color_by_rule;      /**< a rule has, which goes before values */
+    bool opacity_auto;  /**< the opacity follows from what was measured: sc_opacity_rule */
+    bool is_cover;      /**< ... as of a cover, or of what is left over, not by thickness */
+    bool is_rest;       /**< ... of what is left over: it is seen through where it is cut, too */
+    bool color_given;   /**< a label table, a value or a rule has set the colour */
+    bool color_by_rule; /**< a rule has, which goes before values */
     double interior_opacity; /**< of interior voxels, per voxel length; 0 unless a rule sets it,
                                   below 0 as of sc_tissue_rule until a session resolves it */
     float rgb_linear[3];     /**< colour in linear light, 0 to 1; of key frames that of the first */

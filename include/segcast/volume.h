@@ -445,8 +445,8 @@ sc_label sc_label_new(int64_t value);
 /** What names are about: abbreviations mean other things in a heart (LA) and in a brain (SMA). */
 typedef enum sc_names_kind { SC_NAMES_BODY, SC_NAMES_HEART, SC_NAMES_BRAIN } sc_names_kind;
 /** @return the kind of the names of @p labels [count], background first: of a brain if half of
- * those that have one are of its parts, of a heart if left and right ventricle (LV, RV) are among
- * them. */
+ * those that have one are of its parts, or if none has one and their numbers are FreeSurfer's; of a
+ * heart if left and right ventricle (LV, RV) are among them. */
 sc_names_kind sc_names_kind_of(const sc_label *labels, int count);
 /** Find the colour that anatomists expect of a tissue, by the words of its name, in English or
  * Latin, however they are written together: "Left-Lateral-Ventricle", "heart_atrium_left",

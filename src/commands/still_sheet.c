@@ -49,7 +49,8 @@ static grid make_grid(const int picture_px[2], int columns, int count)
 }
 
 /* Choose the grid on which @p count pictures leave few places empty, on a sheet about as wide as a
- * screen. */
+ * screen: the ten views stand in two rows of five, as two of twelve places look like something that
+ * lacks. */
 static grid choose_grid(const int picture_px[2], int count)
 {
     grid best = make_grid(picture_px, 1, count);
@@ -57,7 +58,7 @@ static grid choose_grid(const int picture_px[2], int count)
 
     for (int columns = 1; columns <= count; columns++) {
         const grid g = make_grid(picture_px, columns, count);
-        const double empty = (double)g.columns * g.rows / count - 1;
+        const double empty = 4 * ((double)g.columns * g.rows / count - 1);
         const double shape = fabs(log((double)g.sheet_px[0] / g.sheet_px[1] / 1.6));
 
         if (shape + empty < least) {

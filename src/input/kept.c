@@ -104,100 +104,70 @@ sc_status sc_kept_path(const sc_ctx *ctx, const sc_input *input, const sc_edited
 
 /* ---- finding ---- */
 
-/* Read a file of @p bytes bytes. @return whether all of it could be read. */
-static bool read_all(int fd, char *to, uint64_t bytes)
+/* @return whether there is a regular file @p path of this user: others could have put anything
+ * there. @param file that it is this one; NULL: any. */
+static bool is_own_file(const char *path, const sc_watched_file *file)
 {
-    uint64_t done = 0;
-
-    while (done < bytes) {
-        const ssize_t got = read(fd, to + done, bytes - done);
-
-        if (got < 0 && errno == EINTR)
-            continue;
-        if (got <= 0)
-            return false;
-        done += (uint64_t)got;
-    }
-    return true;
-}
-
-/* Open the file @p path, NULL for none, and write its size to *bytes. @return -1 if there is none,
- * or if it is not this user's: others could have put anything there. */
-static int open_kept(const char *path, uint64_t *bytes)
-{
-    const int fd = path ? open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK) : -1;
     struct stat info;
 
-    *bytes = 0;
-    if (fd < 0)
-        return -1;
-    if (fstat(fd, &info) || !S_ISREG(info.st_mode) || info.st_uid != geteuid() ||
-        info.st_size <= 0) {
-        close(fd);
-        return -1;
-    }
-    *bytes = (uint64_t)info.st_size;
-    return fd;
+    return !lstat(path, &info) && S_ISREG(info.st_mode) && info.st_uid == geteuid() &&
+           (!file || info.st_ino == file->identity.inode);
 }
 
-/* Read the open file to the block of @p input, and check it. @return whether it is a preparation of
- * the volume of @p edited, whose labels it has then. */
-static bool read_kept(const sc_ctx *quiet, const char *path, int fd, const sc_edited *edited,
-                      sc_input *input)
+/* Map the file @p path on this rank and all others. @return whether it is a preparation of the
+ * volume of @p edited, which is known on rank 0 alone. Collective. */
+static bool map_kept(const sc_app *app, const char *path, const sc_edited *edited, sc_input *input)
 {
+    sc_ctx silent = sc_quiet(app->ctx);
     const sc_volume *v = &edited->volume;
-    void *block = sc_shared_data(input->shared);
     sc_prepared *found = &input->volume;
 
-    if (!read_all(fd, block, input->bytes) ||
-        sc_prepared_file_view(quiet, path, block, input->bytes, found) != SC_OK ||
-        found->label_count != v->label_count || found->label_bytes != v->label_bytes)
-        return false;
-    /* the block is nobody else's so far, and names and colours are those of today */
-    memcpy((void *)(uintptr_t)found->labels, v->labels, (size_t)v->label_count * sizeof *v->labels);
-    return true;
+    silent.write = NULL; /* without the file the volume is prepared anew */
+    return sc_map_prepared(app, &silent, path, &input->kept, found) == SC_OK &&
+           is_own_file(path, input->kept) &&
+           (sc_comm_rank(app->comm) > 0 ||
+            (found->label_count == v->label_count && found->label_bytes == v->label_bytes));
 }
 
-sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, const char *path,
-                       sc_input *input, bool *found)
+sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, char **path, sc_input *input,
+                       bool *found)
 {
-    const sc_ctx quiet = sc_quiet(app->ctx);
     const bool first = sc_comm_rank(app->comm) == 0;
-    uint64_t bytes;
-    const int fd = open_kept(path, &bytes);
-    bool good = false;
-    sc_status status = SC_OK;
+    char shared[SC_PATH_BYTES] = ""; /* as systems open */
+    bool good;
+    uint64_t hash;
 
     *found = false;
-    sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
-    if (!bytes)
+    if (first && *path && is_own_file(*path, NULL))
+        snprintf(shared, sizeof shared, "%s", *path);
+    sc_comm_broadcast(app->comm, shared, sizeof shared);
+    if (!shared[0])
         return SC_OK;
-    sc_stage_begin(app->ctx, "reading what was prepared", 0, 0);
-    input->bytes = bytes;
-    SC_TRY(sc_shared_alloc(app->ctx, app->comm, bytes, sc_temporary_folder(), &input->shared));
-    if (first)
-        good = read_kept(&quiet, path, fd, edited, input);
-    sc_comm_broadcast(app->comm, &good, sizeof good);
-    if (good) {
-        sc_shared_publish(app->comm, input->shared);
-        status = sc_comm_agree(app->comm, sc_prepared_view(app->ctx, sc_shared_data(input->shared),
-                                                           bytes, &input->volume));
+    sc_stage_begin(app->ctx, "checking what was prepared", 0, 0);
+    good = map_kept(app, shared, edited, input);
+    hash = input->volume.file_hash;
+    sc_comm_broadcast(app->comm, &hash, sizeof hash);
+    if (sc_comm_agree(app->comm, good && hash == input->volume.file_hash ? SC_OK : SC_ERR_DATA) ==
+        SC_OK) {
+        SC_PASS(sc_share_labels(app, edited->volume.labels, input));
+        input->bytes = input->kept->bytes;
+        /* It is used now. If that cannot be noted, it is only removed from the cache earlier. What
+         * is noted is not the time of a change, by which those who map it know one. */
         if (first)
-            sc_info(app->ctx, "%s: the volume was prepared before, and kept", path);
-        /* Mark it as used now. If that fails, it is only removed from the cache earlier. */
-        (void)!(fd >= 0 && futimens(fd, NULL));
+            (void)!futimens(input->kept->file, (const struct timespec[]){{.tv_nsec = UTIME_NOW},
+                                                                         {.tv_nsec = UTIME_OMIT}});
         *found = true;
-    } else {
-        sc_shared_free(input->shared);
-        input->shared = NULL;
-        input->volume = (sc_prepared){0};
-        if (first)
-            unlink(path); /* broken, or of another layout; it is prepared anew */
+        return SC_OK;
     }
-out:
-    if (fd >= 0)
-        close(fd);
-    return status;
+    sc_unmap_prepared(&input->kept);
+    input->volume = (sc_prepared){0};
+    if (first && !good) {
+        unlink(*path);  /* broken, or of another layout; it is prepared anew */
+    } else if (first) { /* other nodes do not see it */
+        sc_free(*path);
+        *path = NULL;
+    }
+    return SC_OK;
 }
 
 /* ---- keeping ---- */
@@ -230,7 +200,7 @@ static bool is_kept(int directory, const char *name, kept_file *out)
         return false;
     memcpy(out->name, name, sizeof out->name); /* as long as it has to be */
     out->bytes = (uint64_t)info.st_size;
-    out->used = info.st_mtim;
+    out->used = info.st_atim;
     return true;
 }
 
@@ -313,26 +283,41 @@ static const char *make_room(const sc_ctx *ctx, const char *path, uint64_t bytes
     return why;
 }
 
-void sc_kept_add(const sc_app *app, const char *path, const sc_preparation *preparation,
-                 double cpu_s)
+/* Write a preparation to @p path. @return whether it is there. */
+static bool save(const sc_ctx *ctx, const char *path, const sc_preparation *preparation)
 {
-    sc_ctx silent = sc_quiet(app->ctx);
-    uint64_t bytes;
+    const uint64_t bytes = sc_preparation_file_bytes(preparation);
+    sc_ctx silent = sc_quiet(ctx);
     const char *why;
 
-    if (!path || cpu_s < WORTH_CPU_S) /* where others prepare, there is neither */
-        return;
-    bytes = sc_preparation_file_bytes(preparation);
     if (bytes > KEPT_BYTES_MOST / 2)
-        return;
+        return false;
     silent.write = NULL; /* the reason is told below, and is no error */
     why = make_room(&silent, path, bytes);
     if (!why && sc_preparation_save(&silent, preparation, path, true, false) != SC_OK)
         why = "it cannot be written";
     if (why)
         sc_info(
-            app->ctx,
+            ctx,
             "%s: what was prepared is not kept for the next command, as %s; SEGCAST_CACHE names "
             "another directory, or off",
             path, why);
+    return !why;
+}
+
+bool sc_kept_add(const sc_app *app, const char *path, sc_preparation *preparation, double cpu_s)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    bool is_kept = path && cpu_s >= WORTH_CPU_S; /* where others prepare, there is neither */
+
+    sc_comm_broadcast(app->comm, &is_kept, sizeof is_kept);
+    if (!is_kept)
+        return false;
+    /* Without what is derived, for which the memory may be too small, the file serves as well. */
+    if (preparation)
+        (void)!sc_preparation_derive(app->ctx, preparation, NULL);
+    if (first)
+        is_kept = save(app->ctx, path, preparation);
+    sc_comm_broadcast(app->comm, &is_kept, sizeof is_kept);
+    return is_kept;
 }

@@ -23,50 +23,6 @@ static const checked_file *word_of(const checked_file *all, int count)
     return &all[i];
 }
 
-/* View the mapped file of an input. It is checked by the first rank of a node; the others take its
- * word if they have mapped the same file, and check by themselves if they have not, or if the ranks
- * cannot share memory to talk by. @param mapped the return code of mapping on this rank. @return of
- * mapping, or of the check; what the first rank has found wrong, others find as well. Collective on
- * the node. */
-static sc_status view_file(const sc_app *app, const sc_ctx *ctx, const char *path, sc_input *input,
-                           sc_status mapped)
-{
-    const sc_ctx silent = {.rank = 0};
-    checked_file mine = {.word = 0};
-    const checked_file *told;
-    sc_team *team = NULL;
-    void *all = NULL;
-    bool first = true, trusted = false;
-    sc_status status = mapped;
-
-    if (mapped == SC_OK)
-        mine.identity = input->mapped->identity;
-    if (sc_team_open(&silent, app->comm, 1, NULL, &team) == SC_OK)
-        first = sc_team_is_first(team);
-    if (first && status == SC_OK)
-        status = sc_prepared_file_view(ctx, path, input->mapped->begin, input->mapped->bytes,
-                                       &input->volume);
-    if (first) {
-        mine.hash = input->volume.file_hash;
-        mine.word = status == SC_OK ? HAS_CHECKED : HAS_FAILED;
-    }
-    if (team && sc_team_collect(&silent, team, &mine, sizeof mine, &all) == SC_OK) {
-        told = word_of(all, sc_team_ranks(team));
-        trusted = told->word == HAS_CHECKED &&
-                  !memcmp(&told->identity, &mine.identity, sizeof mine.identity);
-        mine.hash = told->hash;
-    }
-    if (!first && status == SC_OK && trusted) {
-        status = sc_prepared_view(ctx, input->mapped->begin, input->mapped->bytes, &input->volume);
-        input->volume.file_hash = mine.hash;
-    } else if (!first && status == SC_OK) {
-        status = sc_prepared_file_view(ctx, path, input->mapped->begin, input->mapped->bytes,
-                                       &input->volume);
-    }
-    sc_team_close(team);
-    return status;
-}
-
 /* What a rank reports of the file that it has mapped. Sent as bytes. */
 typedef struct mapped_file {
     uint64_t hash;
@@ -126,25 +82,34 @@ static sc_status agree_on_file(const sc_app *app, const char *path, const sc_inp
     return sc_comm_agree(app->comm, status);
 }
 
-/* Give the labels of a mapped file the names and colours of the job's label table, which rank 0
- * reads: input->labels becomes a copy of them. Collective, the same result on all ranks. */
-static sc_status share_labels(const sc_app *app, const sc_job *job, sc_input *input)
+sc_status sc_share_labels(const sc_app *app, const sc_label *labels, sc_input *input)
 {
-    const size_t bytes = (size_t)input->volume.label_count * sizeof(sc_label);
+    const size_t bytes = (size_t)input->volume.label_count * sizeof *labels;
+    SC_OWN(sc_free_at) sc_label *copy = NULL;
+
+    SC_PASS(sc_comm_agree(app->comm, sc_alloc(app->ctx, bytes, 1, &copy)));
+    if (sc_comm_rank(app->comm) == 0)
+        memcpy(copy, labels, bytes);
+    sc_comm_broadcast(app->comm, copy, bytes);
+    sc_free(input->labels);
+    input->volume.labels = copy;
+    SC_HAND_OVER(copy, &input->labels);
+    return SC_OK;
+}
+
+/* Give the labels of a mapped file the names and colours of the job's label table, which rank 0
+ * reads. Collective, the same result on all ranks. */
+static sc_status name_labels(const sc_app *app, const sc_job *job, sc_input *input)
+{
     sc_volume named = sc_volume_of_prepared(&input->volume);
-    SC_OWN(sc_free_at) sc_label *labels = NULL;
     sc_status status = SC_OK;
 
-    SC_PASS(sc_comm_agree(app->comm, sc_alloc(app->ctx, bytes, 1, &labels)));
-    memcpy(labels, input->volume.labels, bytes);
-    named.labels = labels;
+    SC_PASS(sc_share_labels(app, input->volume.labels, input));
+    named.labels = input->labels;
     if (sc_comm_rank(app->comm) == 0)
         status = sc_name_mapped(app, job, input, &named);
     SC_PASS(sc_comm_agree(app->comm, status));
-    sc_comm_broadcast(app->comm, labels, bytes);
-    input->volume.labels = labels;
-    SC_HAND_OVER(labels, &input->labels);
-    return SC_OK;
+    return sc_share_labels(app, input->labels, input);
 }
 
 /* @return whether a mapped file holds the grid from which the job's surfaces are taken. */
@@ -211,8 +176,8 @@ static sc_status check_hidden(const sc_ctx *ctx, const char *path, const sc_inpu
     return SC_OK;
 }
 
-/* Map the prepared file of an input, and have a message name it, should it be changed meanwhile. */
-static sc_status map_file(const sc_ctx *ctx, const char *path, sc_input *input)
+/* Map a prepared file, and have a message name it, should it be changed meanwhile. */
+static sc_status map_file(const sc_ctx *ctx, const char *path, sc_watched_file **out)
 {
     const size_t bytes = 4 * strlen(path) + 1; /* a byte is shown by 4 characters at most */
     sc_watched_file file = {.file = -1};
@@ -226,9 +191,9 @@ static sc_status map_file(const sc_ctx *ctx, const char *path, sc_input *input)
     sc_printable(path, name, bytes);
     SC_TRY(sc_alloc(ctx, 1, sizeof file, &block));
     file.begin = begin;
-    input->mapped = block;
-    *input->mapped = file;
-    sc_signals_watch_file(input->mapped);
+    *out = block;
+    **out = file;
+    sc_signals_watch_file(*out);
     return SC_OK;
 out:
     sc_free(file.name);
@@ -238,10 +203,60 @@ out:
     return status;
 }
 
+sc_status sc_map_prepared(const sc_app *app, const sc_ctx *ctx, const char *path,
+                          sc_watched_file **file, sc_prepared *out)
+{
+    const sc_ctx silent = {.rank = 0};
+    checked_file mine = {.word = 0};
+    const checked_file *told;
+    sc_team *team = NULL;
+    void *all = NULL;
+    bool first = true, trusted = false;
+    sc_status status = map_file(ctx, path, file);
+
+    if (status == SC_OK)
+        mine.identity = (*file)->identity;
+    if (sc_team_open(&silent, app->comm, 1, NULL, &team) == SC_OK)
+        first = sc_team_is_first(team);
+    if (first && status == SC_OK)
+        status = sc_prepared_file_view(ctx, path, (*file)->begin, (*file)->bytes, out);
+    if (first) {
+        mine.hash = out->file_hash;
+        mine.word = status == SC_OK ? HAS_CHECKED : HAS_FAILED;
+    }
+    if (team && sc_team_collect(&silent, team, &mine, sizeof mine, &all) == SC_OK) {
+        told = word_of(all, sc_team_ranks(team));
+        trusted = told->word == HAS_CHECKED &&
+                  !memcmp(&told->identity, &mine.identity, sizeof mine.identity);
+        mine.hash = told->hash;
+    }
+    if (!first && status == SC_OK && trusted) {
+        status = sc_prepared_view(ctx, (*file)->begin, (*file)->bytes, out);
+        out->file_hash = mine.hash;
+    } else if (!first && status == SC_OK) {
+        status = sc_prepared_file_view(ctx, path, (*file)->begin, (*file)->bytes, out);
+    }
+    sc_team_close(team);
+    return status;
+}
+
+void sc_unmap_prepared(sc_watched_file **file)
+{
+    if (!*file)
+        return;
+    sc_signals_forget_file(*file);
+    sc_file_unmap((*file)->begin, (*file)->bytes);
+    close((*file)->file);
+    sc_free((*file)->name);
+    sc_free(*file);
+    *file = NULL;
+}
+
 sc_status sc_inputs_check_files(const sc_ctx *ctx, const sc_inputs *inputs)
 {
-    for (int i = 0; i < inputs->count; i++) {
-        const sc_watched_file *file = inputs->all[i].mapped;
+    for (int i = 0; i < 2 * inputs->count; i++) {
+        const sc_input *input = &inputs->all[i / 2];
+        const sc_watched_file *file = i % 2 ? input->kept : input->mapped;
 
         if (file && sc_watched_file_is_changed(file))
             return sc_fail(ctx, SC_ERR_WRITE,
@@ -278,10 +293,9 @@ sc_status sc_input_map(const sc_app *app, sc_job *job, sc_input *input, bool *us
             "from",
             path);
     sc_stage_begin(ctx, "checking the prepared volume", 0, 0);
-    status = map_file(ctx, path, input);
-    status = view_file(app, ctx, path, input, status);
+    status = sc_map_prepared(app, ctx, path, &input->mapped, &input->volume);
     SC_PASS(agree_on_file(app, path, input, status));
-    SC_PASS(share_labels(app, job, input));
+    SC_PASS(name_labels(app, job, input));
     status = sc_needs_find(app, job, input->measure, input->volume.labels,
                            input->volume.label_count, &n);
     SC_PASS(sc_comm_agree(app->comm, status));
@@ -298,9 +312,11 @@ sc_status sc_input_map(const sc_app *app, sc_job *job, sc_input *input, bool *us
     if (*usable)
         input->bytes = input->mapped->bytes;
     else if (first)
-        sc_warn(app->ctx,
-                "%s: was prepared with %s; that is done anew, which takes seconds each time: "
-                "`segcast convert` with the job instead of the volume makes a file that fits",
-                path, why);
+        sc_warn(
+            app->ctx,
+            "%s: was prepared with %s; that is done anew, and kept only where the cache is used "
+            "(SEGCAST_CACHE): `segcast convert` with the job instead of the volume makes a "
+            "file that fits",
+            path, why);
     return SC_OK;
 }

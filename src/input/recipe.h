@@ -91,15 +91,33 @@ sc_status sc_input_resample(const sc_app *app, const sc_job *job, const sc_input
  * is kept. @return SC_ERR_MEMORY. Caller owns *out: sc_free. */
 sc_status sc_kept_path(const sc_ctx *ctx, const sc_input *input, const sc_edited *edited,
                        char **out);
-/* If there is what sc_kept_add has kept under @p path, which rank 0 reads, fill input->shared,
- * bytes and volume with it on all ranks, with the labels of @p edited. @param path of others than
- * rank 0, and for nothing: NULL. Collective. @return SC_ERR_MEMORY, the same on all ranks. */
-sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, const char *path,
-                       sc_input *input, bool *found);
-/* Keep a preparation under @p path, NULL for nowhere, if it is worth that. That it cannot be kept
- * is no error. @param cpu_s what it has cost. */
-void sc_kept_add(const sc_app *app, const char *path, const sc_preparation *preparation,
-                 double cpu_s);
+/* If there is what sc_kept_add has kept under *path, which rank 0 names, map it on all ranks: fill
+ * input->kept, bytes and volume, with the labels of @p edited. Where the ranks do not see the same
+ * file, *path becomes NULL: it is of no use to them. @param path of others than rank 0, and for
+ * nothing: NULL. Collective. @return SC_ERR_MEMORY, the same on all ranks. */
+sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, char **path, sc_input *input,
+                       bool *found);
+/* Keep a preparation under @p path, NULL for nowhere, if it is worth that, with what pictures are
+ * drawn from. That it cannot be kept is no error. Collective in the team of the preparation.
+ * @param preparation NULL on ranks that have no part in it. @param cpu_s what it has cost rank 0.
+ * @return whether it is kept now, on all ranks. */
+bool sc_kept_add(const sc_app *app, const char *path, sc_preparation *preparation, double cpu_s);
+
+/* ---- map.c ---- */
+
+/* Map the prepared file @p path on every rank. It is checked by the first rank of a node; the
+ * others take its word if they have mapped the same file, and check by themselves if they have not,
+ * or if the ranks cannot share memory to talk by. Errors are told by @p ctx. Collective on the
+ * node.
+ * @return of mapping, or of the check; what the first rank has found wrong, others find as well.
+ * Caller owns *file, which is NULL before: sc_unmap_prepared. */
+sc_status sc_map_prepared(const sc_app *app, const sc_ctx *ctx, const char *path,
+                          sc_watched_file **file, sc_prepared *out);
+/* End that, and set *file to NULL; NULL is allowed. */
+void sc_unmap_prepared(sc_watched_file **file);
+/* Give the volume of an input the @p labels of rank 0: input->labels becomes a copy of them.
+ * Collective. @return SC_ERR_MEMORY, the same on all ranks. */
+sc_status sc_share_labels(const sc_app *app, const sc_label *labels, sc_input *input);
 
 /* ---- labels.c, sidecar.c: SC_STEP_NAME ---- */
 

@@ -97,6 +97,8 @@ void sc_input_advise(const sc_input *input, sc_memory_use use)
         sc_shared_advise(input->shared, use);
     if (input->mapped)
         sc_file_advise(input->mapped->begin, input->mapped->bytes, use);
+    if (input->kept)
+        sc_file_advise(input->kept->begin, input->kept->bytes, use);
 }
 
 void sc_inputs_free(sc_inputs *inputs)
@@ -235,7 +237,8 @@ static double bytes_of_all(const sc_job *job, const sc_input *first, bool files)
     const double count = (double)job->phase_count, all = count * (1 + between);
 
     /* Of prepared files, what lies between them and what is derived are made here. */
-    return each * (DERIVED_SHARE * all + (files && !first->shared ? count * between : all));
+    return each * (DERIVED_SHARE * all +
+                   (files && !first->shared && !first->kept ? count * between : all));
 }
 
 /* @return whether the phases can be held in files: the first is, and there is room for all of them.

@@ -226,8 +226,8 @@ static void clear_preparing(preparing *p)
 }
 
 /* Look for what was prepared before, and kept. @param edited filled on rank 0. @param kept set on
- * rank 0 to where; NULL: nowhere. @param found it was: input->shared, bytes and volume are filled.
- * Collective. @return the same on all ranks: SC_ERR_MEMORY. */
+ * rank 0 to where; NULL: nowhere. @param found it was: sc_kept_find. Collective. @return the same
+ * on all ranks: SC_ERR_MEMORY. */
 static sc_status find_kept(const sc_app *app, const sc_job *job, sc_edited *edited, sc_input *input,
                            char **kept, bool *found)
 {
@@ -239,17 +239,18 @@ static sc_status find_kept(const sc_app *app, const sc_job *job, sc_edited *edit
     if (first)
         status = sc_kept_path(app->ctx, input, edited, kept);
     SC_PASS(sc_comm_agree(app->comm, status));
-    SC_PASS(sc_kept_find(app, edited, *kept, input, found));
+    SC_PASS(sc_kept_find(app, edited, kept, input, found));
     if (!*found)
         return SC_OK;
+    if (first)
+        sc_info(app->ctx, "%s: the volume was prepared before, and kept", *kept);
     if (first && job->phase_count && edited->resample) { /* the other phases have the same grid */
         edited->drawn = input->drawn;
         edited->drawn_known = true;
         if (!input->drawn_known)
             status = sc_find_drawn_grid(app->ctx, &edited->volume, app->threads, &edited->drawn);
     }
-    SC_PASS(sc_comm_agree(app->comm, status));
-    return tell_place(app, job, input);
+    return sc_comm_agree(app->comm, status);
 }
 
 /* Read the volume on rank 0, prepare it on the ranks of its node while the others wait, and copy it
@@ -277,13 +278,15 @@ static sc_status share_volume(sc_app *app, const sc_job *job, sc_rank_record *ti
     if (!found && near)
         status = prepare_volume(app, job, input, &edited, &p);
     SC_PASS(sc_comm_agree(app->comm, status));
+    /* What is kept is drawn from the file, and not copied to memory once more. */
+    if (!found && sc_kept_add(app, kept, p.preparation, sc_cpu_s() - cpu_s))
+        SC_PASS(sc_kept_find(app, &edited, &kept, input, &found));
     sc_add_time(app, times, p.preparation || found ? SC_PHASE_PREPARE : SC_PHASE_IDLE, wall_s,
                 cpu_s);
     input->drawn = edited.drawn;
     input->drawn_known = edited.drawn_known;
     if (found)
         return SC_OK;
-    sc_kept_add(app, kept, p.preparation, sc_cpu_s() - cpu_s);
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
     bytes = first ? sc_preparation_bytes(p.preparation) : 0;
@@ -326,12 +329,7 @@ void sc_input_clear(sc_input *input)
     sc_shared_free(input->shared);
     sc_free(input->labels);
     sc_free(input->stats);
-    if (input->mapped) {
-        sc_signals_forget_file(input->mapped);
-        sc_file_unmap(input->mapped->begin, input->mapped->bytes);
-        close(input->mapped->file);
-        sc_free(input->mapped->name);
-        sc_free(input->mapped);
-    }
+    sc_unmap_prepared(&input->mapped);
+    sc_unmap_prepared(&input->kept);
     *input = (sc_input){0};
 }

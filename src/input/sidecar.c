@@ -134,43 +134,12 @@ static bool find_file(const char *directory, const char *name, char *out)
     return false;
 }
 
-/* @return how many labels of a volume lie between two values, inclusive. */
-static int count_between(const sc_volume *volume, int64_t low, int64_t high)
-{
-    int count = 0;
-
-    for (int id = 1; id < volume->label_count; id++)
-        count += volume->labels[id].value >= low && volume->labels[id].value <= high;
-    return count;
-}
-
-/* Are the numbers of a volume those of FreeSurfer: regions of the cortex, left from 1001 on and
- * right from 2001 on, or at least four structures below it on both sides, and none of the numbers
- * between them that its volumes never have? */
-static bool looks_like_freesurfer(const sc_volume *volume)
-{
-    static const int pairs[][2] = {{2, 41},  {3, 42},  {4, 43},  {7, 46},  {8, 47},  {10, 49},
-                                   {11, 50}, {12, 51}, {13, 52}, {17, 53}, {18, 54}, {26, 58}};
-    static const int never[][2] = {{6, 6},   {9, 9},   {19, 23},  {32, 40},
-                                   {45, 45}, {48, 48}, {256, 999}};
-    int both = 0;
-
-    for (size_t i = 0; i < SC_COUNT_OF(never); i++) {
-        if (count_between(volume, never[i][0], never[i][1]))
-            return false;
-    }
-    for (size_t i = 0; i < SC_COUNT_OF(pairs); i++)
-        both += sc_volume_label(volume, pairs[i][0]) && sc_volume_label(volume, pairs[i][1]);
-    return both >= 4 ||
-           (count_between(volume, 1001, 1035) >= 8 && count_between(volume, 2001, 2035) >= 8);
-}
-
 void sc_hint_labels(const sc_app *app, const char *path, const sc_volume *volume)
 {
     const char *home = getenv("FREESURFER_HOME");
     char table[SC_PATH_BYTES] = "";
 
-    if (!looks_like_freesurfer(volume))
+    if (sc_names_kind_of(volume->labels, volume->label_count) != SC_NAMES_BRAIN)
         return;
     if (home && *home)
         (void)find_file(home, "FreeSurferColorLUT.txt", table);

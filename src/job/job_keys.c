@@ -328,7 +328,8 @@ const sc_key sc_job_keys[] = {
              "where the name of a tissue is known, also instead of the table's. distinct: colours "
              "that differ as much as possible",
      .choices = appearances,
-     .option = &(const sc_key_option){"appearance", "NAME", LABEL_COMMANDS " render check plan"},
+     .option =
+         &(const sc_key_option){"appearance", "NAME", LABEL_COMMANDS " render check plan study"},
      .of_film = true},
     {"cine", &sc_type_flow_map, offsetof(sc_job, cine), NULL,
      .help = "the volume is a series, a list of files, a pattern such as heart_*.nrrd, or a file "

@@ -242,6 +242,7 @@ static void fill_auto(const sc_prepared *volume, sc_opacity_rule rule, sc_tissue
             continue;
         tissue->is_cover = rule == SC_OPACITY_MEASURED &&
                            (others ? steps_back(volume, id) : stats->cover_layer > 0);
+        tissue->is_rest = tissue->is_cover && stats->cover_layer == 0;
         if (!tissue->visible)
             tissue->opacity = 0;
         else if (tissue->is_cover)

@@ -37,7 +37,6 @@
     X(av_free)                                                                                     \
     X(av_freep)                                                                                    \
     X(av_get_cpu_flags)                                                                            \
-    X(av_image_check_size)                                                                         \
     X(av_image_copy)                                                                               \
     X(av_image_fill_arrays)                                                                        \
     X(av_image_get_buffer_size)                                                                    \

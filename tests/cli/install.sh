@@ -28,6 +28,10 @@ printf 'volume: phantom\noutput: {size: [64, 48], video: a.mp4}\nanimation: {fra
 mv to moved
 expect 0 '' moved/bin/segcast render job.yaml -o installed
 [ -s installed/a.mp4 ] || fail "the installed program wrote no video"
+LD_DEBUG=files LD_DEBUG_OUTPUT=$PWD/loaded moved/bin/segcast still phantom -o b.png -q >/dev/null
+if [ -n "$(find . -maxdepth 1 -name 'loaded.*')" ]; then # the loader is that of glibc
+    ! grep -q 'segcast-libav' loaded.* || fail "a picture loads libav"
+fi
 mv moved/libexec moved/other
 expect 73 'a.mp4: segcast-libav.so, by which segcast writes and reads videos, cannot be loaded: ' \
     moved/bin/segcast render job.yaml -o missing

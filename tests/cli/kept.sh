@@ -19,6 +19,17 @@ still first 1
 [ "$(stat -c %a kept)" = 700 ] || fail "others may look into what is kept: $(stat -c %a kept)"
 still first 1
 found first || { cat first.txt >&2; fail "what was kept is not found"; }
+# It holds what pictures are drawn from, and is marked as used by the time of reading: by that of writing, those who have mapped it
+# would know a change.
+SEGCAST_CACHE=off "$SEGCAST" convert job.yaml -o bare.segc --set render.surface=voxel -q >/dev/null
+[ "$(stat -c %s kept/*.segc)" -gt "$(stat -c %s bare.segc)" ] || fail "what is kept has to be derived each time: $(ls -l kept bare.segc)"
+touch -d '2001-02-03 UTC' kept/*.segc
+still first 1
+case $(stat -c '%Y %X' kept/*.segc) in
+981158400\ 981158400) fail "nobody can tell that it is used" ;;
+981158400\ *) ;;
+*) fail "to use it is to change it" ;;
+esac
 still colors 1 --set 'tissues={left ventricular myocardium: {color: "#123456", opacity: 0.4}}'
 found colors || fail "another colour prepares the volume anew"
 still cut 1 --set 'animation={clip: [{normal: posterior, at: 45%}]}'

@@ -105,7 +105,7 @@ EOF
 at=0
 for view in anterior posterior left right superior inferior 45,20 135,20 -135,20 -45,20; do
     "$SEGCAST" still heart.nrrd --size 96x72 --samples 3 --view "$view" -o word.png --overwrite -q >/dev/null
-    "$IMAGE_DIFFERENCE" views.png word.png 0 0 $((44 + at % 4 * 172)) $((12 + at / 4 * 108)) || fail "$view is not on the sheet of views"
+    "$IMAGE_DIFFERENCE" views.png word.png 0 0 $((44 + at % 5 * 172)) $((12 + at / 5 * 108)) || fail "$view is not on the sheet of views"
     at=$((at + 1))
 done
 # A tissue of a volume fills the picture as the verb frame lets it, and what lies before it does not hide it.

@@ -529,6 +529,24 @@ TEST(abbreviations_are_of_the_heart_among_its_chambers)
     assert_int_equal(sc_names_kind_of(labels, 3), SC_NAMES_BODY);
 }
 
+/* Volumes of FreeSurfer have no names of their own; where there are some, they decide. */
+TEST(numbers_of_freesurfer_are_of_a_brain)
+{
+    static const int values[] = {0, 2, 3, 4, 7, 41, 42, 43, 46};
+    enum { COUNT = SC_COUNT_OF(values) };
+    sc_label labels[COUNT];
+
+    for (int i = 0; i < COUNT; i++)
+        labels[i] = sc_label_new(values[i]);
+    assert_int_equal(sc_names_kind_of(labels, COUNT), SC_NAMES_BRAIN);
+    assert_int_equal(sc_names_kind_of(labels, COUNT - 1), SC_NAMES_BODY); /* three pairs */
+    labels[4].value = 6; /* a number that is none of FreeSurfer's */
+    assert_int_equal(sc_names_kind_of(labels, COUNT), SC_NAMES_BODY);
+    labels[4].value = 7;
+    snprintf(labels[1].name, sizeof labels[1].name, "liver");
+    assert_int_equal(sc_names_kind_of(labels, COUNT), SC_NAMES_BODY);
+}
+
 /* A name of the greatest length, each second letter large, is read within its room. */
 TEST(a_long_name_is_read_within_its_room)
 {

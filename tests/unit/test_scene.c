@@ -350,6 +350,7 @@ TEST(covers_step_back)
     assert_ok(sc_transfer_resolve(&quiet, &p.view, NULL, 0, SC_OPACITY_MEASURED, tissues));
     assert_true(tissues[1].is_cover && tissues[1].opacity > 0.1 && tissues[1].opacity < 0.2);
     assert_true(tissues[2].is_cover && tissues[2].opacity < 0.1);
+    assert_true(!tissues[1].is_rest && !tissues[2].is_rest);
     assert_true(!tissues[3].is_cover && tissues[3].opacity > 0.7);
     assert_near(tissues[3].opacity, tissues[4].opacity, 0.02);
     assert_ok(sc_transfer_resolve(&quiet, &p.view, &solid, 1, SC_OPACITY_MEASURED, tissues));
@@ -376,8 +377,9 @@ TEST(names_decide_what_steps_back_and_what_is_opaque)
     snprintf(labels[2].name, SC_NAME_BYTES, "heart_other");
     assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_MEASURED, tissues));
     assert_true(!tissues[1].is_cover && tissues[1].opacity > 0.7 && tissues[1].opacity < 1);
-    assert_true(tissues[2].is_cover && tissues[2].opacity < 0.1);
+    assert_true(tissues[2].is_cover && tissues[2].is_rest && tissues[2].opacity < 0.1);
     assert_ok(sc_transfer_resolve(&quiet, &volume, &all, 1, SC_OPACITY_MEASURED, tissues));
+    assert_true(!tissues[2].is_rest);
     assert_near(tissues[2].opacity, 1, 0);
     assert_ok(sc_transfer_resolve(&quiet, &volume, &none, 1, SC_OPACITY_MEASURED, tissues));
     assert_true(tissues[2].opacity > 0.7);

@@ -86,6 +86,15 @@ static bool can_encode(const kind *k)
     return can;
 }
 
+/* Which sizes libav takes is known without it: those of av_image_check_size. */
+TEST(sizes_are_those_of_libav)
+{
+    assert_true(sc_video_size_ok("a.mp4", 16384, 16128));
+    assert_false(sc_video_size_ok("a.mp4", 16384, 16129)); /* becomes even */
+    assert_true(sc_video_size_ok("a.mp4", 16129, 16382));
+    assert_false(sc_video_size_ok("a.mp4", 16385, 64));
+}
+
 static void write_kind(const char *path, sc_codec codec, int width, int height, int frames,
                        bool complete)
 {

@@ -335,7 +335,7 @@ static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *
                         (uint64_t)volume->size[2] * (uint64_t)volume->label_bytes,
         .prepared_bytes = sc_inputs_bytes(run->session.inputs),
         .wrote_png = job->output.frames == SC_FRAMES_PNG,
-        .from_prepared = input->mapped && !input->shared};
+        .from_prepared = input->mapped && !input->shared && !input->kept};
     record->renderer_bytes = sc_session_renderer_bytes(&run->session, &record->derived_bytes);
 }
 

@@ -331,6 +331,38 @@ bool sc_name_steps_back(const char *name)
     return found && !rule_fits(words, rules[0].words); /* a tumour of the skin */
 }
 
+/* @return how many @p labels [count] lie between two values, inclusive. */
+static int count_between(const sc_label *labels, int count, int64_t low, int64_t high)
+{
+    int found = 0;
+
+    for (int id = 1; id < count; id++)
+        found += labels[id].value >= low && labels[id].value <= high;
+    return found;
+}
+
+/* Are the numbers of @p labels [count] those of FreeSurfer: regions of the cortex, left from 1001
+ * on and right from 2001 on, or at least four structures below it on both sides, and none of the
+ * numbers between them that its volumes never have? */
+static bool has_numbers_of_freesurfer(const sc_label *labels, int count)
+{
+    static const int pairs[][2] = {{2, 41},  {3, 42},  {4, 43},  {7, 46},  {8, 47},  {10, 49},
+                                   {11, 50}, {12, 51}, {13, 52}, {17, 53}, {18, 54}, {26, 58}};
+    static const int never[][2] = {{6, 6},   {9, 9},   {19, 23},  {32, 40},
+                                   {45, 45}, {48, 48}, {256, 999}};
+    int both = 0;
+
+    for (size_t i = 0; i < SC_COUNT_OF(never); i++) {
+        if (count_between(labels, count, never[i][0], never[i][1]))
+            return false;
+    }
+    for (size_t i = 0; i < SC_COUNT_OF(pairs); i++)
+        both += count_between(labels, count, pairs[i][0], pairs[i][0]) &&
+                count_between(labels, count, pairs[i][1], pairs[i][1]);
+    return both >= 4 || (count_between(labels, count, 1001, 1035) >= 8 &&
+                         count_between(labels, count, 2001, 2035) >= 8);
+}
+
 sc_names_kind sc_names_kind_of(const sc_label *labels, int count)
 {
     int left = 0, right = 0, brain = 0, named = 0;
@@ -346,7 +378,7 @@ sc_names_kind sc_names_kind_of(const sc_label *labels, int count)
         brain += rule_fits(words, brain_words);
         named += labels[id].name[0] != '\0';
     }
-    if (named > 1 && 2 * brain >= named)
+    if (named ? named > 1 && 2 * brain >= named : has_numbers_of_freesurfer(labels, count))
         return SC_NAMES_BRAIN;
     return left && right ? SC_NAMES_HEART : SC_NAMES_BODY;
 }
