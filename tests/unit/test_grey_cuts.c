@@ -220,7 +220,7 @@ TEST(a_cut_through_what_is_left_over_is_seen_through)
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     int level[3]; /* in the middle: solid, seen through, with an image */
 
-    s.settings.light = (sc_lighting){.flat = true};
+    s.settings.light = (sc_lighting){.method = SC_LIGHT_FLAT};
     memset(s.tissues[1].rgb_linear, 0, sizeof s.tissues[1].rgb_linear);
     scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
                                   SC_ORTHOGRAPHIC, 20);
