@@ -326,6 +326,23 @@ sc_file_kind sc_file_kind_of(const char *path)
                                                                                : SC_FILE_TEXT;
 }
 
+size_t sc_volume_stem_bytes(const char *name, size_t bytes)
+{
+    static const char *const endings[] = {
+        ".gz",  ".nii", ".seg",  ".nrrd", ".nhdr", ".mgz",  ".mgh", ".mha",  ".mhd", ".hdr",
+        ".img", ".tif", ".tiff", ".ome",  ".am",   ".zarr", ".n5",  ".segc", ".dcm"};
+
+    for (size_t i = 0; i < SC_COUNT_OF(endings); i++) {
+        const size_t ending = strlen(endings[i]);
+
+        if (bytes > ending && !strncasecmp(name + bytes - ending, endings[i], ending)) {
+            bytes -= ending;
+            i = (size_t)-1; /* it may have another one before that */
+        }
+    }
+    return bytes;
+}
+
 /* Open the file at @p path, which is no voxels of a pair, by its own first bytes. */
 static sc_status open_by_mark(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
