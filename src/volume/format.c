@@ -373,7 +373,7 @@ void sc_volume_formats(char *text, size_t size)
                    {", TIFF", SC_HAVE_TIFF},
                    {", DICOM SEG", SC_HAVE_DICOM},
                    {", HDF5", SC_HAVE_HDF5},
-                   {", Zarr (gzip, zlib", true},
+                   {", Zarr and N5 (gzip, zlib", true},
                    {", blosc", SC_HAVE_BLOSC},
                    {", zstd", SC_HAVE_ZSTD},
                    {", lz4", SC_HAVE_LZ4},
