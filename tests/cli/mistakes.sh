@@ -33,8 +33,7 @@ printf 'ply\nformat ascii 1.0\n' >mesh
 printf '%-124s\0\1IM' 'MATLAB 5.0 MAT-file, Platform: GLNXA64' >labels.mat
 printf 'WKW\1\0\0\0\0' >x0.wkw
 { head -c 208 /dev/zero; printf 'MAP '; } >map.mrc
-printf '# AmiraMesh BINARY-LITTLE-ENDIAN 2.1\n' >old.am
-printf '# Avizo BINARY-LITTLE-ENDIAN 2.1\n' >new.am
+printf '# AmiraMesh BINARY-LITTLE-ENDIAN 2.1\ndefine VERTEX 9\n@1\n' >graph.am
 printf '\377\330\377\340' >slice.jpg
 printf '<!DOCTYPE html>\n' >page.nrrd
 head -c 150 heart.nrrd >cut.nrrd

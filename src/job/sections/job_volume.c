@@ -332,7 +332,7 @@ static const sc_value_type type_path = {
 const sc_key sc_volume_keys[] = {
     {"path", &type_path, 0, NULL,
      .help =
-         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, DICOM SEG, HDF5 as FILE:/PATH, or "
+         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, AmiraMesh, DICOM SEG, HDF5 as FILE:/PATH, or "
          "prepared), a Zarr or N5 store, a volume of Neuroglancer, a directory of masks or of "
          "slices (PNG, TIFF), "
          "phantom, or for example phantom:128x96x128; for cine a list of them, a pattern such as "
