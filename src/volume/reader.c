@@ -102,7 +102,8 @@ static sc_status add_contents(const sc_ctx *ctx, const char *directory, sc_text 
         closedir(stream);
     if (!count)
         return sc_text_add(ctx, text, "; this one is empty");
-    return sc_text_add(ctx, text, "; this one holds %zu entries, the first \"%s\"%s", count, first,
+    return sc_text_add(ctx, text, "; this one holds %zu %s \"%s\"%s", count,
+                       count == 1 ? "entry," : "entries, the first", first,
                        advice_of(strrchr(first, '.')));
 }
 
@@ -136,9 +137,9 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_d
     SC_PASS(add_contents(ctx, path, &contents));
     return sc_fail(
         ctx, SC_ERR_MISSING,
-        "%s: is a directory; give the path of a NRRD, NIfTI, MGH, MetaImage, TIFF or DICOM "
-        "SEG file in it, of a store of Zarr or N5, of a volume of Neuroglancer, or of a directory "
-        "of masks or of slices%s",
+        "%s: is a directory; give the path of a NRRD, NIfTI, MGH, MetaImage, TIFF, AmiraMesh or "
+        "DICOM SEG file in it, of a store of Zarr or N5, of a volume of Neuroglancer, or of a "
+        "directory of masks or of slices%s",
         path, contents.data);
 }
 

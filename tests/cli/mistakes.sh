@@ -38,7 +38,8 @@ printf '\377\330\377\340' >slice.jpg
 printf '<!DOCTYPE html>\n' >page.nrrd
 head -c 150 heart.nrrd >cut.nrrd
 gzip <heart.nrrd | head -c 12 >cut.nii.gz
-mkdir n5 wkw crackle empty
+mkdir n5 wkw crackle empty one
+cp notes.txt one
 printf '{"n5": "2.5.1"}' >n5/attributes.json
 printf '{}' >wkw/datasource-properties.json
 printf '{"@type": "neuroglancer_multiscale_volume", "type": "segmentation", "data_type": "uint64", "num_channels": 1, "scales": [{"key": "1",
