@@ -12,7 +12,7 @@ labels[2:5, 10:40, 31:50] = 530
 for name, codec in dict(zstd=numcodecs.Zstd(), gzip=numcodecs.GZip(), zlib=numcodecs.Zlib(), raw=None, lz4=numcodecs.LZ4(),
                         blosc=numcodecs.Blosc(cname='lz4', shuffle=1), bz2=numcodecs.BZ2()).items():
     root = zarr.group(zarr.n5.N5Store('python_%s.n5' % name))
-    root.create_dataset('labels', data=labels, chunks=(3, 16, 25), compressor=codec)
+    root.create_dataset('labels', data=labels, chunks=(2, 16, 25), compressor=codec)
 
 # By the specification.
 def lz4_java(data, mark=b'LZ4Block'):
@@ -28,7 +28,7 @@ def lz4_java(data, mark=b'LZ4Block'):
 packers = dict(raw=bytes, gzip=numcodecs.GZip().encode, zstd=numcodecs.Zstd().encode, lz4=lz4_java,
                blosc=numcodecs.Blosc(cname='zstd', shuffle=2).encode)
 
-def dataset(path, data, block=(25, 16, 3), packer='gzip', kind='uint16', **attributes): # block along x, y, z
+def dataset(path, data, block=(25, 16, 2), packer='gzip', kind='uint16', **attributes): # block along x, y, z
     os.makedirs(path)
     xyz = data.transpose()
     json.dump(dict(attributes, dimensions=xyz.shape, blockSize=block, dataType=kind, compression=dict(type=packer)),
@@ -51,7 +51,7 @@ for packer in packers:
     dataset('spec_%s.n5/ids' % packer, labels, packer=packer, **nm)
 for kind in 'int32', 'uint64', 'int64', 'float32', 'float64':
     dataset('spec_%s.n5/ids' % kind, labels, kind=kind, **nm)
-dataset('spec_four.n5/ids', labels[None], block=(25, 16, 3, 1), **nm)
+dataset('spec_four.n5/ids', labels[None], block=(25, 16, 2, 1), **nm)
 dataset('spec_one_block.n5/ids', labels, block=(64, 64, 64), **nm)
 # Levels, whose geometry stands in the levels, in the group, or in a transform for each.
 half = labels[:, ::2, ::2]
@@ -71,7 +71,7 @@ dataset('paintera.n5/cells/unique-labels/s0', labels)
 dataset('multiset.n5/s0', labels, isLabelMultiset=True)
 dataset('two.n5/a', labels)
 dataset('two.n5/b', labels)
-dataset('channels.n5/a', numpy.stack([labels, labels]), block=(25, 16, 3, 1))
+dataset('channels.n5/a', numpy.stack([labels, labels]), block=(25, 16, 2, 1))
 dataset('xz.n5/a', labels)
 PYTHON
 "$python" make.py 2>python.txt || { cat python.txt >&2; fail "the stores cannot be written"; }
@@ -108,9 +108,13 @@ for level in levels.n5:0 transforms.n5:0 grouped/cells:1000; do
 done
 "$SEGCAST" info grouped/cells/s1 --json >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "level 1 by its path"; }
 placed grouped/cells/s1 '[1000, 1000, 1250]' '[1250, 250, 0]'
-# A part of a dataset is that of the whole.
-"$SEGCAST" info spec_lz4.n5 --set 'volume={box: [[25, 50], [16, 32], [3, 6]]}' --json >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "no part can be read"; }
-jq -e '.labels[1:] | map(.voxels) == [160, 608]' info.json >/dev/null || fail "the labels of a part: $(jq -c .labels info.json)"
+# A part of a dataset is that of the whole, and every voxel is in its place.
+for box in '[[25, 50], [16, 32], [3, 6]]:160:608' '[[28, 33], [8, 12], [4, 7]]:4:4' '[[0, 11], [38, 50], [0, 3]]:2:null'; do
+    IFS=: read -r voxels first second <<<"$box"
+    "$SEGCAST" info spec_lz4.n5 --set "volume={box: $voxels}" --json >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "no part can be read"; }
+    jq -e --argjson first "$first" --argjson second "$second" '.labels | .[1].voxels == $first and .[2].voxels == $second' info.json >/dev/null ||
+        fail "the labels of $box: $(jq -c .labels info.json)"
+done
 "$SEGCAST" still levels.n5 --size 64x48 -o levels.png -q || fail "a dataset of N5 cannot be drawn"
 "$SEGCAST" init levels.n5/ -o init.yaml -q >stdout.txt 2>stderr.txt || fail "no job can be written for a store"
 grep -q 'video: "levels.mp4"' init.yaml || fail "the video has not the name of the store: $(grep video: init.yaml)"
@@ -157,13 +161,13 @@ while read -r code store pattern; do
     one_error
     ! grep -q $'\x1b' stderr.txt || fail "$store: an escape code is printed"
 done <<'TABLE'
-65 cut.n5 cut.n5/ids/1/1/1: has 84 bytes of values, expected 2400
+65 cut.n5 cut.n5/ids/1/1/1: has 84 bytes of values, expected 1600
 65 no_head.n5 no_head.n5/ids/1/1/1: does not begin as a block of N5 with 3 dimensions and one value for each voxel
 65 mode.n5 ids/1/1/1: does not begin as a block of N5
 65 rank.n5 ids/1/1/1: does not begin as a block of N5
 65 large.n5 ids/1/1/1: has 4294967295 voxels along dimension 0, expected 25 to 25
 65 small.n5 ids/1/1/1: has 24 voxels along dimension 0, expected 25 to 25
-65 long.n5 ids/1/1/1: has 1073741824 bytes, more than a chunk of 2400 bytes can take
+65 long.n5 ids/1/1/1: has 1073741824 bytes, more than a chunk of 1600 bytes can take
 65 damaged.n5 ids/1/1/1: 
 65 lz4.n5 ids/1/1/1: lz4: is damaged, or does not unpack to the size of a block
 65 lz4_cut.n5 ids/1/1/1: lz4: is damaged
