@@ -268,21 +268,23 @@ static sc_status look_above(const sc_ctx *ctx, sc_zarr_choice *out)
     return read_geometry(ctx, group.attributes, (int)level, out);
 }
 
-sc_status sc_n5_choose(const sc_ctx *ctx, sc_zarr_node *node, int level, sc_zarr_choice *out)
+sc_status sc_n5_choose(const sc_ctx *ctx, const char *path, int level, sc_zarr_choice *out)
 {
     SC_OWN(sc_zarr_choice_clear) sc_zarr_choice choice = {.array.fd = -1};
+    SC_OWN(sc_zarr_node_clear) sc_zarr_node node = {.fd = -1};
 
-    SC_PASS(go_down(ctx, node));
-    if (!node->is_array) {
-        SC_PASS(choose_level(ctx, node, level, &choice));
+    SC_PASS(sc_zarr_node_open(ctx, path, &node));
+    SC_PASS(go_down(ctx, &node));
+    if (!node.is_array) {
+        SC_PASS(choose_level(ctx, &node, level, &choice));
     } else if (level) {
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: is a dataset, and thus one resolution; expected level 0, or the path "
                        "of the group with s0, s1, ...",
-                       node->path);
+                       node.path);
     } else {
-        choice.array = *node;
-        *node = (sc_zarr_node){.fd = -1};
+        choice.array = node;
+        node = (sc_zarr_node){.fd = -1};
         SC_PASS(look_above(ctx, &choice));
     }
     if (json_is_true(json_object_get(choice.array.attributes, "isLabelMultiset")))

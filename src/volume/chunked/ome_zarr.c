@@ -375,8 +375,6 @@ sc_status sc_zarr_choose(const sc_ctx *ctx, const char *path, int level, sc_zarr
     SC_OWN(sc_zarr_node_clear) sc_zarr_node node = {.fd = -1};
 
     SC_PASS(sc_zarr_node_open(ctx, path, &node));
-    if (node.version == SC_ZARR_N5)
-        return sc_n5_choose(ctx, &node, level, out);
     if (!node.is_array)
         SC_PASS(find_image(ctx, &node));
     if (node.is_array && level)

@@ -452,7 +452,7 @@ sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice
     SC_TRY(SC_ZALLOC(ctx, 1, &r));
     source.data = r;
     r->node.fd = -1;
-    SC_TRY(sc_zarr_choose(ctx, path, read->level, &choice));
+    SC_TRY((sc_n5_is_node(path) ? sc_n5_choose : sc_zarr_choose)(ctx, path, read->level, &choice));
     SC_TRY(sc_zarr_array_read(ctx, &choice.array, &r->array));
     SC_TRY(find_axes(ctx, &choice, r));
     source.type = r->array.type;

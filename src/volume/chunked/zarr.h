@@ -137,9 +137,9 @@ void sc_zarr_choice_clear(sc_zarr_choice *choice);
 
 /* ---- N5 (n5.c) ---- */
 
-/* As sc_zarr_choose, of N5: @p node, which is taken over and cleared, is a dataset, a group with
- * the levels s0, s1, ..., or a group above, in which there is only one such. */
-sc_status sc_n5_choose(const sc_ctx *ctx, sc_zarr_node *node, int level, sc_zarr_choice *out);
+/* As sc_zarr_choose, of N5: a dataset, a group with the levels s0, s1, ..., or a group above, in
+ * which there is only one such. */
+sc_status sc_n5_choose(const sc_ctx *ctx, const char *path, int level, sc_zarr_choice *out);
 /* Read the header of the block @p at, by its place along the dimensions, in packed[packed_bytes].
  * @param shape receives its size along the dimensions: that of a chunk, or less at an end of the
  * array. *begin receives where the values begin. @param why receives the reason for false. */

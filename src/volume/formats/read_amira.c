@@ -57,7 +57,7 @@ typedef struct amira {
 /* Copy the next word to a->word; commas only separate words. */
 static amira_kind next_word(amira *a)
 {
-    const char *begin = a->at;
+    const char *begin;
     size_t length;
 
     for (;;) {
