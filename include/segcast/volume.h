@@ -114,6 +114,9 @@ SC_MUST_USE sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_vol
  *  and a path inside that file follow ("cells.h5:/labels", of HDF5). A file or directory of the
  *  whole name goes before. */
 size_t sc_volume_file_length(const char *path);
+/** @return how many of the first @p bytes bytes of the name of a volume are left without its
+ * endings, such as ".seg.nrrd": at least one. */
+size_t sc_volume_stem_bytes(const char *name, size_t bytes);
 /** As realpath, of the path of a volume, which may go on inside of its file. @return NULL with
  *  errno. Caller owns: free(). */
 char *sc_volume_real_path(const char *path);

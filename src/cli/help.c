@@ -93,15 +93,20 @@ static void print_option_roff(FILE *stream, const sc_option *row)
 
 sc_status sc_print_manual(const sc_ctx *ctx, const sc_command *commands, FILE *stream)
 {
-    fprintf(
-        stream,
-        ".TH SEGCAST 1 \"\" \"segcast %s\" \"User commands\"\n.SH NAME\n"
-        "segcast \\- videos of segmented volumes, ray\\-cast on CPUs\n.SH SYNOPSIS\n"
-        ".B segcast\n.I COMMAND\n[\\fIARGUMENT\\fR] [\\fIOPTION\\fR]...\n.SH DESCRIPTION\n"
-        "Every command runs alone; render and orbit also run under mpirun or srun. Results go to\n"
-        "standard output, messages to standard error. Keys of a job file are described in\n"
-        "segcast\\-job(5).\n.SH COMMANDS\n",
-        sc_version());
+    fprintf(stream,
+            ".TH SEGCAST 1 \"\" \"segcast %s\" \"User commands\"\n.SH NAME\n"
+            "segcast \\- videos of segmented volumes, ray\\-cast on CPUs\n.SH SYNOPSIS\n"
+            ".B segcast\n.I COMMAND\n[\\fIARGUMENT\\fR] [\\fIOPTION\\fR]...\n.SH DESCRIPTION\n"
+            "Every command runs alone. Under mpirun or srun all ranks work in ",
+            sc_version());
+    for (const sc_command *c = commands; c->name; c++) {
+        if (c->by_all)
+            fprintf(stream, "%s, ", c->name);
+    }
+    fputs("and plan \\-\\-calibrate, and one of them in the other commands. Results go to\n"
+          "standard output, messages to standard error. Keys of a job file are described in\n"
+          "segcast\\-job(5).\n.SH COMMANDS\n",
+          stream);
     for (const sc_command *c = commands; c->name; c++) {
         sc_option_list list;
 

@@ -34,16 +34,13 @@ static kind kind_of(const char *path, bool *exists)
     static const struct {
         const char *suffix;
         kind kind;
-    } suffixes[] = {{".yaml", KIND_JOB},      {".yml", KIND_JOB},
-                    {".nrrd", KIND_VOLUME},   {".nhdr", KIND_VOLUME},
-                    {".mgz", KIND_VOLUME},    {".mgh", KIND_VOLUME},
-                    {".nii", KIND_VOLUME},    {".nii.gz", KIND_VOLUME},
-                    {".mha", KIND_VOLUME},    {".mhd", KIND_VOLUME},
-                    {".segc", KIND_VOLUME},   {".hdr", KIND_VOLUME},
-                    {".img.gz", KIND_VOLUME}, {".img", KIND_VOLUME},
-                    {".tif", KIND_VOLUME},    {".tiff", KIND_VOLUME},
-                    {".dcm", KIND_VOLUME},    {".h5", KIND_VOLUME},
-                    {".hdf5", KIND_VOLUME},   {".mnc", KIND_VOLUME},
+    } suffixes[] = {{".yaml", KIND_JOB},      {".yml", KIND_JOB},       {".nrrd", KIND_VOLUME},
+                    {".nhdr", KIND_VOLUME},   {".mgz", KIND_VOLUME},    {".mgh", KIND_VOLUME},
+                    {".nii", KIND_VOLUME},    {".nii.gz", KIND_VOLUME}, {".mha", KIND_VOLUME},
+                    {".mhd", KIND_VOLUME},    {".segc", KIND_VOLUME},   {".hdr", KIND_VOLUME},
+                    {".img.gz", KIND_VOLUME}, {".img", KIND_VOLUME},    {".tif", KIND_VOLUME},
+                    {".tiff", KIND_VOLUME},   {".dcm", KIND_VOLUME},    {".h5", KIND_VOLUME},
+                    {".hdf5", KIND_VOLUME},   {".mnc", KIND_VOLUME},    {".am", KIND_VOLUME},
                     {".mrml", KIND_VOLUME}}; /* refused with advice */
     struct stat info;
 

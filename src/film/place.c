@@ -6,7 +6,6 @@
 
 #include <math.h>
 #include <string.h>
-#include <strings.h>
 
 /* ---- in space ---- */
 
@@ -186,9 +185,6 @@ void sc_place_subjects(const sc_job *job, const sc_caption *names, const int siz
 
 void sc_name_of_file(const char *volume, char out[SC_CAPTION_BYTES])
 {
-    static const char *const endings[] = {".gz",   ".nii",  ".seg", ".nrrd", ".nhdr",
-                                          ".mgz",  ".mgh",  ".mha", ".mhd",  ".tif",
-                                          ".tiff", ".zarr", ".ome", ".segc", ".dcm"};
     enum { LONGEST = 60 };
     size_t end = strlen(volume), begin, used = 0, bytes;
 
@@ -196,14 +192,7 @@ void sc_name_of_file(const char *volume, char out[SC_CAPTION_BYTES])
         end--;
     for (begin = end; begin > 0 && volume[begin - 1] != '/';)
         begin--;
-    for (size_t i = 0; i < SC_COUNT_OF(endings); i++) {
-        const size_t length = strlen(endings[i]);
-
-        if (end - begin > length && !strncasecmp(volume + end - length, endings[i], length)) {
-            end -= length;
-            i = (size_t)-1; /* it may have another one before that */
-        }
-    }
+    end = begin + sc_volume_stem_bytes(volume + begin, end - begin);
     for (size_t at = begin; at < end && used < LONGEST; at += bytes) {
         const size_t whole = sc_utf8_bytes(volume + at);
 

@@ -112,6 +112,11 @@ static bool is_tiff(const head *h)
                               starts_with(h, "II+\0", 4) || starts_with(h, "MM\0+", 4));
 }
 
+static bool is_amira(const head *h)
+{
+    return !h->compressed && (starts_with(h, "# AmiraMesh", 11) || starts_with(h, "# Avizo", 7));
+}
+
 /* DICOM has its mark behind 128 bytes for other programs, which may be those of another format. */
 static bool is_dicom(const head *h)
 {
@@ -123,7 +128,8 @@ static const struct {
     bool (*probe)(const head *h);
     sc_status (*open)(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 } readers[] = {{is_dicom, sc_open_dicom}, {is_nrrd, sc_open_nrrd}, {is_nifti, sc_open_nifti},
-               {is_mgh, sc_open_mgh},     {is_tiff, sc_open_tiff}, {is_meta, sc_open_meta}};
+               {is_mgh, sc_open_mgh},     {is_tiff, sc_open_tiff}, {is_amira, sc_open_amira},
+               {is_meta, sc_open_meta}};
 
 static const char mesh_advice[] =
     "is a mesh, a surface without voxels; give the segmentation from which it was made, or make "
@@ -186,8 +192,7 @@ static const struct {
      "is a page of HTML, as servers send it instead of a file; download the volume anew"},
     {"<?xml", 5, 0,
      "is XML; a VTK image (.vti) is converted by opening it in 3D Slicer and saving as .nrrd"},
-    {"# Avizo", 7, 0, "is AmiraMesh; export the label field from Avizo as NRRD or NIfTI"},
-    {"# AmiraMesh", 11, 0, "is AmiraMesh; export the label field from Amira as NRRD or NIfTI"},
+    {"# HyperSurface", 14, 0, mesh_advice},
     {"\x89PNG", 4, 0,
      "is one PNG picture; of the slices of a volume, give the directory that holds them all, named "
      "by their numbers"},
@@ -286,12 +291,13 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
                        "%s: has no header of its own, as the voxels of a pair of NIfTI have none, "
                        "and %.*s.hdr is no header of a pair; copy it beside the voxels",
                        path, (int)stem, path);
-    return sc_fail(ctx, SC_ERR_DATA,
-                   "%s: begins with bytes %02x %02x %02x %02x, expected NRRD (\"NRRD\"), NIfTI "
-                   "(348 or 540), MGH, TIFF, MetaImage or DICOM SEG; 3D Slicer and ITK-SNAP can "
-                   "save segmentations of many other formats as .nrrd or .nii.gz; voxels without "
-                   "a header are described by a line: --header \"uint8 256x256x128 1x1x1.5 mm\"",
-                   path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
+    return sc_fail(
+        ctx, SC_ERR_DATA,
+        "%s: begins with bytes %02x %02x %02x %02x, expected NRRD (\"NRRD\"), NIfTI "
+        "(348 or 540), MGH, TIFF, MetaImage, AmiraMesh or DICOM SEG; 3D Slicer and ITK-SNAP can "
+        "save segmentations of many other formats as .nrrd or .nii.gz; voxels without "
+        "a header are described by a line: --header \"uint8 256x256x128 1x1x1.5 mm\"",
+        path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
 }
 
 /* @return which of the readers reads a file that begins with @p h; their number: none. */
@@ -326,6 +332,23 @@ sc_file_kind sc_file_kind_of(const char *path)
                                                                                : SC_FILE_TEXT;
 }
 
+size_t sc_volume_stem_bytes(const char *name, size_t bytes)
+{
+    static const char *const endings[] = {
+        ".gz",  ".nii", ".seg",  ".nrrd", ".nhdr", ".mgz",  ".mgh", ".mha",  ".mhd", ".hdr",
+        ".img", ".tif", ".tiff", ".ome",  ".am",   ".zarr", ".n5",  ".segc", ".dcm"};
+
+    for (size_t i = 0; i < SC_COUNT_OF(endings); i++) {
+        const size_t ending = strlen(endings[i]);
+
+        if (bytes > ending && !strncasecmp(name + bytes - ending, endings[i], ending)) {
+            bytes -= ending;
+            i = (size_t)-1; /* it may have another one before that */
+        }
+    }
+    return bytes;
+}
+
 /* Open the file at @p path, which is no voxels of a pair, by its own first bytes. */
 static sc_status open_by_mark(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
@@ -352,11 +375,11 @@ void sc_volume_formats(char *text, size_t size)
     static const struct {
         const char *name;
         bool is_here;
-    } formats[] = {{"NRRD, NIfTI, MGH, MetaImage", true},
+    } formats[] = {{"NRRD, NIfTI, MGH, MetaImage, AmiraMesh", true},
                    {", TIFF", SC_HAVE_TIFF},
                    {", DICOM SEG", SC_HAVE_DICOM},
                    {", HDF5", SC_HAVE_HDF5},
-                   {", Zarr (gzip, zlib", true},
+                   {", Zarr and N5 (gzip, zlib", true},
                    {", blosc", SC_HAVE_BLOSC},
                    {", zstd", SC_HAVE_ZSTD},
                    {", lz4", SC_HAVE_LZ4},

@@ -102,7 +102,8 @@ static sc_status add_contents(const sc_ctx *ctx, const char *directory, sc_text 
         closedir(stream);
     if (!count)
         return sc_text_add(ctx, text, "; this one is empty");
-    return sc_text_add(ctx, text, "; this one holds %zu entries, the first \"%s\"%s", count, first,
+    return sc_text_add(ctx, text, "; this one holds %zu %s \"%s\"%s", count,
+                       count == 1 ? "entry," : "entries, the first", first,
                        advice_of(strrchr(first, '.')));
 }
 
@@ -123,11 +124,6 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_d
         advice =
             " of Zarr, but its metadata are missing: there is neither zarr.json nor .zgroup nor "
             ".zarray in it; get the store anew, or give the path of an array or an image in it";
-    if (holds_file(path, "attributes.json"))
-        advice =
-            " of N5, which is not read; Fiji opens it (File > Import > HDF5/N5/Zarr/OME-NGFF) and "
-            "saves TIFF, and zarr-python 2 copies it to Zarr: "
-            "zarr.copy_store(zarr.N5Store(\"IN.n5\"), zarr.DirectoryStore(\"OUT.zarr\"))";
     if (holds_file(path, "datasource-properties.json") || holds_file(path, "header.wkw"))
         advice =
             " of WEBKNOSSOS (WKW), which is not read; `webknossos export-as-tiff` of its Python "
@@ -141,9 +137,9 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_d
     SC_PASS(add_contents(ctx, path, &contents));
     return sc_fail(
         ctx, SC_ERR_MISSING,
-        "%s: is a directory; give the path of a NRRD, NIfTI, MGH, MetaImage, TIFF or DICOM "
-        "SEG file in it, of a Zarr store, of a volume of Neuroglancer, or of a directory of "
-        "masks or of slices%s",
+        "%s: is a directory; give the path of a NRRD, NIfTI, MGH, MetaImage, TIFF, AmiraMesh or "
+        "DICOM SEG file in it, of a store of Zarr or N5, of a volume of Neuroglancer, or of a "
+        "directory of masks or of slices%s",
         path, contents.data);
 }
 
@@ -279,14 +275,15 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
     SC_PASS(sc_header_check(ctx, path, choice, &is_raw));
     if (is_raw && !choice->level) {
         SC_PASS(sc_open_raw(ctx, path, choice, &source));
-    } else if (!stat(path, &info) && S_ISDIR(info.st_mode) && sc_zarr_is_node(path)) {
+    } else if (!stat(path, &info) && S_ISDIR(info.st_mode) &&
+               (sc_zarr_is_node(path) || sc_n5_is_node(path))) {
         SC_PASS(sc_open_zarr(ctx, path, choice, header_only, &source));
     } else if (!stat(path, &info) && S_ISDIR(info.st_mode) && sc_is_precomputed(path)) {
         SC_PASS(sc_open_precomputed(ctx, path, choice, header_only, &source));
     } else if (choice->level) {
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: level: %s has one resolution, expected level 0, or an image of "
-                       "OME-Zarr or Neuroglancer, which may have several",
+                       "OME-Zarr, N5 or Neuroglancer, which may have several",
                        sc_read_where(choice, path), path);
     } else if (sc_is_hdf5(path)) {
         SC_PASS(sc_open_hdf5(ctx, path, choice, header_only, &source));
@@ -469,7 +466,8 @@ sc_status sc_volume_reads(const sc_ctx *ctx, const char *volume, const char *pat
 {
     const sc_ctx quiet = sc_quiet(ctx);
     const sc_read_choice whole = {.phase = 1};
-    const bool is_store = sc_zarr_is_node(volume) || sc_is_precomputed(volume);
+    const bool is_store =
+        sc_zarr_is_node(volume) || sc_n5_is_node(volume) || sc_is_precomputed(volume);
     sc_source source = {0};
     sc_status status = SC_OK;
     bool reads = sc_same_file(volume, path) || (is_store && sc_is_below(path, volume));

@@ -226,10 +226,13 @@ sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc
 sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+/* A label field of Amira or Avizo. */
+sc_status sc_open_amira(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 /* A DICOM segmentation. */
 sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
-/* As the others, of a directory of Zarr: sc_zarr_is_node. The source is the part that @p read
- * wants, of the level that it wants: SC_ERR_DATA also if there is no such level or part. */
+/* As the others, of a directory of Zarr or N5: sc_zarr_is_node, sc_n5_is_node. The source is the
+ * part that @p read wants, of the level that it wants: SC_ERR_DATA also if there is no such level
+ * or part. */
 sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                        bool header_only, sc_source *out);
 /* Is the directory @p path one of Neuroglancer's precomputed format, by its file "info"? */

@@ -95,7 +95,7 @@ SEGCAST_CACHE=$PWD/shared "$SEGCAST" still job.yaml -o shared.png -q >/dev/null 
 [ -n "$(find .cache/segcast/prepared -name '*.segc')" ] || fail "nothing is kept in the user's cache directory"
 # Several at once.
 rm -f kept/*.segc
-many=8
+many=20
 case $BUILD in */asan) many=4 ;; esac
 for i in $(seq $many); do "$SEGCAST" still job.yaml -o "many$i.png" -q --threads 1 >/dev/null & done
 wait

@@ -33,13 +33,13 @@ printf 'ply\nformat ascii 1.0\n' >mesh
 printf '%-124s\0\1IM' 'MATLAB 5.0 MAT-file, Platform: GLNXA64' >labels.mat
 printf 'WKW\1\0\0\0\0' >x0.wkw
 { head -c 208 /dev/zero; printf 'MAP '; } >map.mrc
-printf '# AmiraMesh BINARY-LITTLE-ENDIAN 2.1\n' >old.am
-printf '# Avizo BINARY-LITTLE-ENDIAN 2.1\n' >new.am
+printf '# AmiraMesh BINARY-LITTLE-ENDIAN 2.1\ndefine VERTEX 9\n@1\n' >graph.am
 printf '\377\330\377\340' >slice.jpg
 printf '<!DOCTYPE html>\n' >page.nrrd
 head -c 150 heart.nrrd >cut.nrrd
 gzip <heart.nrrd | head -c 12 >cut.nii.gz
-mkdir n5 wkw crackle empty
+mkdir n5 wkw crackle empty one
+cp notes.txt one
 printf '{"n5": "2.5.1"}' >n5/attributes.json
 printf '{}' >wkw/datasource-properties.json
 printf '{"@type": "neuroglancer_multiscale_volume", "type": "segmentation", "data_type": "uint64", "num_channels": 1, "scales": [{"key": "1",

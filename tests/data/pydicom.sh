@@ -209,6 +209,8 @@ spoil('nearly', place(0, (0, 0, .05)))
 spoil('twice', twice)
 spoil('turned', turn)
 spoil('deep', nest)
+spoil('tiled_sparse', lambda d: setattr(d, 'TotalPixelMatrixColumns', 460))
+spoil('tiled_full', lambda d: (setattr(d, 'TotalPixelMatrixColumns', 460), delattr(d, 'PerFrameFunctionalGroupsSequence')))
 spoil('wrong_distance', lambda d: shared(d, 'PixelMeasuresSequence', 'SpacingBetweenSlices', .9))
 whole = open('binary_explicit.dcm', 'rb').read()
 for name, length in ('cut_meta', 200), ('cut_early', 900), ('cut_late', len(whole) - 20):
@@ -245,6 +247,8 @@ long_direction frame 1: ImageOrientationPatient has a direction of length 2, exp
 parallel frame 1: the directions of ImageOrientationPatient are not at right angles
 irregular frame [0-9]+ lies 0.[0-9]+ slices and [0-9.e-]+ pixels beside where slices at equal distances
 shifted frame 1 lies [0-9.e-]+ slices and 6 pixels beside where
+tiled_sparse is a segmentation of a slide, in tiles \(TILED_FULL or TILED_SPARSE\), which has one slice
+tiled_full is a segmentation of a slide, in tiles
 twice frames [0-9]+ and [0-9]+ show the same segment in one slice
 turned frame 3 has another orientation than frame 1
 deep attribute \(0062,0002\): sequences are nested deeper than 16 levels

@@ -6,32 +6,8 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 /* ---- names of files ---- */
-
-/* @return the length of the name of a volume's file, @p name, without its endings. */
-static size_t stem_length(const char *name)
-{
-    static const char *const endings[] = {".gz",   ".mgz", ".mgh",  ".nii",  ".seg", ".nrrd",
-                                          ".nhdr", ".mha", ".mhd",  ".hdr",  ".img", ".segc",
-                                          ".ome",  ".tif", ".tiff", ".zarr", ".dcm"};
-    size_t length = strlen(name);
-    bool again = true;
-
-    while (again) {
-        again = false;
-        for (size_t i = 0; i < SC_COUNT_OF(endings); i++) {
-            const size_t n = strlen(endings[i]);
-
-            if (length > n && !strncasecmp(name + length - n, endings[i], n)) {
-                length -= n;
-                again = true;
-            }
-        }
-    }
-    return length;
-}
 
 /* Remove from the name of a series, which may be a pattern, what stands for the number, and what is
  * before it: "heart-*" becomes "heart". */
@@ -84,7 +60,8 @@ static sc_status make_stem(const sc_ctx *ctx, const char *volume, char **out)
     if (sc_job_is_phantom(volume))
         SC_PASS(sc_text_add(ctx, &text, "phantom"));
     else
-        SC_PASS(sc_text_add(ctx, &text, "%.*s", (int)stem_length(name.data), name.data));
+        SC_PASS(sc_text_add(ctx, &text, "%.*s",
+                            (int)sc_volume_stem_bytes(name.data, name.length_bytes), name.data));
     strip_pattern(text.data);
     make_plain(&text);
     if (!text.length_bytes)

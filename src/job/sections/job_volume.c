@@ -332,8 +332,9 @@ static const sc_value_type type_path = {
 const sc_key sc_volume_keys[] = {
     {"path", &type_path, 0, NULL,
      .help =
-         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, DICOM SEG, HDF5 as FILE:/PATH, or prepared), "
-         "a Zarr store, a volume of Neuroglancer, a directory of masks or of slices (PNG, TIFF), "
+         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, AmiraMesh, DICOM SEG, HDF5 as FILE:/PATH, or "
+         "prepared), a Zarr or N5 store, a volume of Neuroglancer, a directory of masks or of "
+         "slices (PNG, TIFF), "
          "phantom, or for example phantom:128x96x128; for cine a list of them, a pattern such as "
          "heart_*.nrrd, or a file with all phases (4-D)",
      .bytes = SC_PATH_BYTES, .required = true},
@@ -350,8 +351,8 @@ const sc_key sc_volume_keys[] = {
      .without = "what the file says",
      .option = &(const sc_key_option){"header", "LINE", LABEL_COMMANDS}},
     {"level", &type_level, 0, NULL,
-     .help =
-         "of an image of OME-Zarr or Neuroglancer: which of its resolutions is read, 0 the finest",
+     .help = "of an image of OME-Zarr, N5 or Neuroglancer: which of its resolutions is read, 0 the "
+             "finest",
      .low = 0, .high = 63, .given = SC_GIVEN(sc_job, has_level), .without = "the finest"},
     {"phase", &type_phase, 0, NULL,
      .help =
@@ -369,7 +370,8 @@ const sc_key sc_volume_keys[] = {
      .help =
          "the part of the file that is read, in voxels of the level: the first along each axis, "
          "and the one behind the last; or by two corners in RAS mm, between which the centres of "
-         "its voxels lie. Of Zarr, Neuroglancer and HDF5 only the chunks in it are read. visible + "
+         "its voxels lie. Of Zarr, N5, Neuroglancer and HDF5 only the chunks in it are read. "
+         "visible + "
          "5 mm: the part that is drawn, the voxels around the tissues that are shown, with a "
          "margin; less memory, and less time to prepare; also as the last item of a box",
      .low = 0, .high = 2147483647, .given = SC_GIVEN(sc_job, has_box), .without = "all of it"},

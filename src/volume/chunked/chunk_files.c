@@ -3,6 +3,7 @@
  * followed, so that it cannot make segcast read other files of the machine, and only regular files
  * are opened. */
 #include "chunked/chunks.h"
+#include "tables/label_table.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -117,7 +118,7 @@ sc_status sc_chunk_read_json(const sc_ctx *ctx, int directory, const char *path,
     sc_free(text);
     if (*out && json_is_object(*out))
         return SC_OK;
-    if (!*out && json_error_code(&error) == json_error_out_of_memory)
+    if (!*out && sc_json_lacks_memory(&error))
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
     return *out ? sc_fail(ctx, SC_ERR_DATA, "%s/%s: is no JSON object", path, name)
                 : sc_fail(ctx, SC_ERR_DATA, "%s/%s:%d: is no JSON: %s", path, name, error.line,

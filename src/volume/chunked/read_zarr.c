@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Zarr, versions 2 and 3, and OME-Zarr: which chunks an array has, and where they are. */
+/* Zarr, versions 2 and 3, OME-Zarr, and N5: which chunks an array has, and where they are. */
 #include "chunked/zarr.h"
 
 #include <errno.h>
@@ -157,10 +157,11 @@ static void name_file(const zarr_reading *r, const size_t at[SC_ZARR_RANK_MAX],
     size_t used = (size_t)snprintf(key, SC_CHUNK_KEY_BYTES, "%s", a->prefix);
 
     *number = 0;
-    for (int i = 0; i < a->rank; i++) {
+    for (int k = 0; k < a->rank; k++) {
+        const int i = a->blocks ? a->rank - 1 - k : k;
         const size_t per_file = (size_t)(a->file_shape[i] / a->chunk[i]);
 
-        if (i > 0 || *a->prefix)
+        if (k > 0 || *a->prefix)
             used += (size_t)snprintf(key + used, SC_CHUNK_KEY_BYTES - used, "%c", a->separator);
         used += (size_t)snprintf(key + used, SC_CHUNK_KEY_BYTES - used, "%zu", at[i] / per_file);
         *number = *number * per_file + at[i] % per_file;
@@ -193,25 +194,29 @@ static bool read_packed(const zarr_reading *r, zarr_worker *w, sc_chunk_failure 
                          errno ? "cannot be read: I/O error" : "has become shorter");
 }
 
-/* How far apart neighbours along each dimension lie in an unpacked chunk, in values. */
-static void steps_of(const sc_zarr_array *a, size_t out[SC_ZARR_RANK_MAX])
+/* How far apart neighbours along each dimension lie in an unpacked chunk of this shape, in values.
+ */
+static void steps_of(const sc_zarr_array *a, const int64_t shape[SC_ZARR_RANK_MAX],
+                     size_t out[SC_ZARR_RANK_MAX])
 {
     size_t step = 1;
 
     for (int i = a->rank - 1; i >= 0; i--) {
         out[a->pipeline.order[i]] = step;
-        step *= (size_t)a->chunk[a->pipeline.order[i]];
+        step *= (size_t)shape[a->pipeline.order[i]];
     }
 }
 
-/* Describe the chunk unpacked at @p values to *out: its voxels in the phase that is read. */
-static void describe_chunk(const zarr_reading *r, const unsigned char *values, sc_chunk *out)
+/* Describe the chunk of this shape unpacked at @p values to *out: its voxels in the phase that is
+ * read. */
+static void describe_chunk(const zarr_reading *r, const int64_t shape[SC_ZARR_RANK_MAX],
+                           const unsigned char *values, sc_chunk *out)
 {
     const sc_zarr_array *a = &r->array;
     const int t = r->time_axis;
     size_t steps[SC_ZARR_RANK_MAX];
 
-    steps_of(a, steps);
+    steps_of(a, shape, steps);
     for (int i = 0; i < 3; i++)
         out->strides[i] = r->axis[i] < 0 ? 0 : steps[r->axis[i]];
     out->values = values;
@@ -221,12 +226,31 @@ static void describe_chunk(const zarr_reading *r, const unsigned char *values, s
     out->absent = false;
 }
 
+/* Unpack the chunk @p at, whose stored bytes are w->packed[bytes], and describe it to *out. @return
+ * false with why. */
+static bool unpack_chunk(const zarr_reading *r, zarr_worker *w, const size_t at[SC_ZARR_RANK_MAX],
+                         size_t bytes, sc_chunk *out, char why[SC_CHUNK_WHY_BYTES])
+{
+    const sc_zarr_array *a = &r->array;
+    const unsigned char *values;
+    int64_t shape[SC_ZARR_RANK_MAX];
+    size_t begin = 0;
+
+    memcpy(shape, a->chunk, sizeof shape);
+    if (a->blocks && !sc_n5_block_read(a, at, w->packed, bytes, shape, &begin, why))
+        return false;
+    if (!sc_zarr_unpack(&a->pipeline, w->packed + begin, bytes - begin, w->chunk,
+                        sc_zarr_values(a, shape) * r->chunked.voxel_bytes, &values, why))
+        return false;
+    describe_chunk(r, shape, values, out);
+    return true;
+}
+
 /* sc_chunk_load_fn of this format; @p user is a zarr_reading. */
 static bool load_chunk(void *user, int thread, const size_t at_xyz[3], sc_chunk_failure *failure,
                        sc_chunk *out)
 {
     const zarr_reading *r = user;
-    const unsigned char *values;
     zarr_worker *w = &r->workers[thread];
     size_t at[SC_ZARR_RANK_MAX] = {0}, number;
     char key[SC_CHUNK_KEY_BYTES], reason[SC_CHUNK_WHY_BYTES];
@@ -250,11 +274,8 @@ static bool load_chunk(void *user, int thread, const size_t at_xyz[3], sc_chunk_
     close(fd);
     if (!read || bytes == UINT64_MAX)
         return read;
-    if (!sc_zarr_unpack(&r->array.pipeline, w->packed, (size_t)bytes, w->chunk, r->chunk_bytes,
-                        &values, reason))
-        return sc_chunk_note(failure, SC_ERR_DATA, key, reason);
-    describe_chunk(r, values, out);
-    return true;
+    return unpack_chunk(r, w, at, (size_t)bytes, out, reason) ||
+           sc_chunk_note(failure, SC_ERR_DATA, key, reason);
 }
 
 /* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated release frees. */
@@ -355,10 +376,9 @@ static void geometry(const sc_ctx *ctx, const sc_zarr_choice *choice, const zarr
     if (r->axis[2] < 0) /* a picture */
         source->to_ras_mm.m[2][2] = source->to_ras_mm.m[0][0];
     if (!choice->scaled)
-        sc_warn(ctx,
-                "%s: nothing gives the spacing of its voxels (\"multiscales\" of OME-Zarr does); "
-                "taken as 1 mm",
-                path);
+        sc_warn(ctx, "%s: nothing gives the spacing of its voxels (%s does); taken as 1 mm", path,
+                r->array.blocks ? "\"pixelResolution\" or \"resolution\" in attributes.json"
+                                : "\"multiscales\" of OME-Zarr");
     else if (!unit)
         sc_warn(ctx,
                 "%s: its axes have no known unit of length (\"unit\", such as \"micrometer\"); "
@@ -432,7 +452,7 @@ sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice
     SC_TRY(SC_ZALLOC(ctx, 1, &r));
     source.data = r;
     r->node.fd = -1;
-    SC_TRY(sc_zarr_choose(ctx, path, read->level, &choice));
+    SC_TRY((sc_n5_is_node(path) ? sc_n5_choose : sc_zarr_choose)(ctx, path, read->level, &choice));
     SC_TRY(sc_zarr_array_read(ctx, &choice.array, &r->array));
     SC_TRY(find_axes(ctx, &choice, r));
     source.type = r->array.type;

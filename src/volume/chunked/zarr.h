@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to volume: the parts that Zarr stores are read with. Sources: the Zarr specifications,
- * version 2 and 3.0 (zarr-specs.readthedocs.io), the codec sharding_indexed 1.0, OME-Zarr 0.4 and
- * 0.5 (ngff.openmicroscopy.org). */
+/* Private to volume: the parts that stores of Zarr and N5 are read with. Sources: the Zarr
+ * specifications, version 2 and 3.0 (zarr-specs.readthedocs.io), the codec sharding_indexed 1.0,
+ * OME-Zarr 0.4 and 0.5 (ngff.openmicroscopy.org), the file-system specification of N5
+ * (github.com/saalfeldlab/n5). */
 #ifndef SC_VOLUME_ZARR_H
 #define SC_VOLUME_ZARR_H
 
 #include "chunked/chunks.h"
 
 enum {
-    SC_ZARR_RANK_MAX = 8,              /* dimensions of an array */
-    SC_ZARR_CHUNK_VALUES_MAX = 1 << 30 /* so are chunks of more values */
+    SC_ZARR_RANK_MAX = 8,               /* dimensions of an array */
+    SC_ZARR_CHUNK_VALUES_MAX = 1 << 30, /* so are chunks of more values */
+    SC_ZARR_N5 = 5 /* sc_zarr_node.version of N5, whose version is the store's */
 };
 
 /* ---- files (zarr_store.c) ---- */
@@ -17,26 +19,30 @@ enum {
 /* A directory of a store: a group or an array. Zero-initialise with fd -1; sc_zarr_node_clear
  * frees. */
 typedef struct sc_zarr_node {
-    int fd;                                  /* of the directory */
-    char *path;                              /* for messages, owned */
-    int version;                             /* 2 or 3 */
-    bool is_array;                           /* else a group */
-    json_t *meta;                            /* zarr.json, .zarray or .zgroup, owned */
-    json_t *attributes;                      /* those of the user; NULL: none; owned */
+    int fd;             /* of the directory */
+    char *path;         /* for messages, owned */
+    int version;        /* 2, 3 or SC_ZARR_N5 */
+    bool is_array;      /* else a group */
+    json_t *meta;       /* zarr.json, .zarray, .zgroup or attributes.json, owned */
+    json_t *attributes; /* those of the user; NULL: none; owned */
     const char *meta_name, *attributes_name; /* the files they are from; static */
 } sc_zarr_node;
 
 /* Is the directory @p path one of Zarr, by the metadata in it? */
 bool sc_zarr_is_node(const char *path);
+/* Is it one of N5, by its metadata, those of the level s0 in it, or its name? Groups of N5 need no
+ * metadata. */
+bool sc_n5_is_node(const char *path);
 /* Open the directory @p path, which may be a link, and read its metadata. @return SC_ERR_MISSING
- * if it is none of Zarr; SC_ERR_DATA for metadata that are broken; SC_ERR_MEMORY. Caller owns *out:
- * sc_zarr_node_clear. */
+ * if it is none of Zarr or N5; SC_ERR_DATA for metadata that are broken; SC_ERR_MEMORY. Caller owns
+ * *out: sc_zarr_node_clear. */
 sc_status sc_zarr_node_open(const sc_ctx *ctx, const char *path, sc_zarr_node *out);
 /* As sc_zarr_node_open for the directory @p name below @p parent, a path with "/" that comes from
  * a header: SC_ERR_DATA if it leads elsewhere. No part of it may be a link. */
 sc_status sc_zarr_node_open_below(const sc_ctx *ctx, const sc_zarr_node *parent, const char *name,
                                   sc_zarr_node *out);
-/* @return whether there is a directory of Zarr called @p name in @p parent. */
+/* @return whether there is a directory called @p name in @p parent with metadata of the same kind.
+ */
 bool sc_zarr_has(const sc_zarr_node *parent, const char *name);
 void sc_zarr_node_clear(sc_zarr_node *node);
 
@@ -47,7 +53,8 @@ typedef enum sc_zarr_codec {
     SC_ZARR_GZIP,
     SC_ZARR_ZLIB,
     SC_ZARR_ZSTD,
-    SC_ZARR_LZ4, /* of numcodecs: the size as four bytes, then one block */
+    SC_ZARR_LZ4,    /* of numcodecs: the size as four bytes, then one block */
+    SC_ZARR_LZ4_N5, /* of N5: blocks of lz4-java; some writers store that of numcodecs */
     SC_ZARR_BLOSC,
     SC_ZARR_CRC32C
 } sc_zarr_codec;
@@ -70,6 +77,8 @@ typedef struct sc_zarr_array {
     sc_voxel_type type;
     unsigned char fill[8]; /* the value of chunks that are not there, in this byte order */
     sc_zarr_pipeline pipeline;
+    bool blocks; /* N5: each file begins with the size of its block, and its name has the numbers of
+                    the dimensions in reverse order */
     bool sharded;
     bool index_first, index_big_endian, index_crc; /* of shards */
     const char *prefix;                            /* of the names of chunks: "" or "c" */
@@ -77,8 +86,8 @@ typedef struct sc_zarr_array {
     char names[SC_ZARR_RANK_MAX][32]; /* of the dimensions, if the array gives some; else empty */
 } sc_zarr_array;
 
-/* Read the metadata of the array @p node. @return SC_ERR_DATA for what cannot be read, with the
- * key, what was found and expected; SC_ERR_MEMORY. */
+/* Read the metadata of the array @p node, the dimensions slowest first. @return SC_ERR_DATA for
+ * what cannot be read, with the key, what was found and expected; SC_ERR_MEMORY. */
 sc_status sc_zarr_array_read(const sc_ctx *ctx, const sc_zarr_node *node, sc_zarr_array *out);
 /* Append codec @p config, an object whose name is @p name, to the pipeline of a chunk: compressions
  * and check sums. @return SC_ERR_DATA, logged, for codecs that are not known, or whose library this
@@ -125,5 +134,17 @@ typedef struct sc_zarr_choice {
  * there is no such one; the errors of sc_zarr_node_open. Caller owns *out: sc_zarr_choice_clear. */
 sc_status sc_zarr_choose(const sc_ctx *ctx, const char *path, int level, sc_zarr_choice *out);
 void sc_zarr_choice_clear(sc_zarr_choice *choice);
+
+/* ---- N5 (n5.c) ---- */
+
+/* As sc_zarr_choose, of N5: a dataset, a group with the levels s0, s1, ..., or a group above, in
+ * which there is only one such. */
+sc_status sc_n5_choose(const sc_ctx *ctx, const char *path, int level, sc_zarr_choice *out);
+/* Read the header of the block @p at, by its place along the dimensions, in packed[packed_bytes].
+ * @param shape receives its size along the dimensions: that of a chunk, or less at an end of the
+ * array. *begin receives where the values begin. @param why receives the reason for false. */
+bool sc_n5_block_read(const sc_zarr_array *array, const size_t at[SC_ZARR_RANK_MAX],
+                      const unsigned char *packed, size_t packed_bytes,
+                      int64_t shape[SC_ZARR_RANK_MAX], size_t *begin, char why[SC_CHUNK_WHY_BYTES]);
 
 #endif

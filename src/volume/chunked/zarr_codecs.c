@@ -22,7 +22,7 @@ const char *sc_zarr_codec_lacks(sc_zarr_codec codec)
         return "c-blosc (Debian: libblosc-dev)";
     if (codec == SC_ZARR_ZSTD && !SC_HAVE_ZSTD)
         return "zstd (Debian: libzstd-dev)";
-    if (codec == SC_ZARR_LZ4 && !SC_HAVE_LZ4)
+    if ((codec == SC_ZARR_LZ4 || codec == SC_ZARR_LZ4_N5) && !SC_HAVE_LZ4)
         return "lz4 (Debian: liblz4-dev)";
     return NULL;
 }
@@ -102,23 +102,58 @@ static bool unzstd(const unsigned char *in, size_t in_bytes, unsigned char *out,
     return false;
 }
 
-static bool unlz4(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t bytes,
-                  char *why)
+/* Unpack one block of LZ4. @return false if it does not unpack to just @p bytes bytes. */
+static bool unlz4_block(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t bytes)
 {
 #if SC_HAVE_LZ4
-    if (in_bytes >= 4 && little32(in) == bytes &&
-        LZ4_decompress_safe((const char *)in + 4, (char *)out, (int)(in_bytes - 4), (int)bytes) ==
-            (int)bytes)
-        return true;
-    snprintf(why, SC_CHUNK_WHY_BYTES, "lz4: is damaged, or does not unpack to the size of a chunk");
+    return LZ4_decompress_safe((const char *)in, (char *)out, (int)in_bytes, (int)bytes) ==
+           (int)bytes;
 #else
     (void)in;
     (void)in_bytes;
     (void)out;
     (void)bytes;
-    snprintf(why, SC_CHUNK_WHY_BYTES, "lz4 is not built in");
+    return false; /* sc_zarr_add_codec has refused it before */
 #endif
+}
+
+static bool unlz4(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t bytes,
+                  char *why)
+{
+    if (in_bytes >= 4 && little32(in) == bytes && unlz4_block(in + 4, in_bytes - 4, out, bytes))
+        return true;
+    snprintf(why, SC_CHUNK_WHY_BYTES, "lz4: is damaged, or does not unpack to the size of a chunk");
     return false;
+}
+
+/* Unpack the blocks of lz4-java's LZ4BlockOutputStream: each a mark, a byte that says how it is
+ * packed, its sizes packed and unpacked, a check sum, and its bytes. */
+static bool unlz4_blocks(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t bytes,
+                         char *why)
+{
+    enum { HEADER_BYTES = 21, STORED = 0x10, PACKED = 0x20 };
+    size_t at = 0, done = 0;
+
+    if (in_bytes < 8 || memcmp(in, "LZ4Block", 8) != 0)
+        return unlz4(in, in_bytes, out, bytes, why);
+    while (in_bytes - at >= HEADER_BYTES && !memcmp(in + at, "LZ4Block", 8) && done < bytes) {
+        const unsigned how = in[at + 8] & 0xf0u;
+        const size_t packed = little32(in + at + 9), most = little32(in + at + 13);
+
+        at += HEADER_BYTES;
+        if (packed > in_bytes - at || most > bytes - done || most == 0)
+            break;
+        if (how == STORED && packed == most)
+            memcpy(out + done, in + at, most);
+        else if (how != PACKED || !unlz4_block(in + at, packed, out + done, most))
+            break;
+        at += packed;
+        done += most;
+    }
+    if (done != bytes)
+        snprintf(why, SC_CHUNK_WHY_BYTES,
+                 "lz4: is damaged, or does not unpack to the size of a block");
+    return done == bytes;
 }
 
 static bool unblosc(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t bytes,
@@ -158,6 +193,8 @@ static bool unpack(sc_zarr_codec codec, const unsigned char *in, size_t in_bytes
         return unzstd(in, in_bytes, out, bytes, why);
     case SC_ZARR_LZ4:
         return unlz4(in, in_bytes, out, bytes, why);
+    case SC_ZARR_LZ4_N5:
+        return unlz4_blocks(in, in_bytes, out, bytes, why);
     case SC_ZARR_BLOSC:
         return unblosc(in, in_bytes, out, bytes, why);
     case SC_ZARR_CRC32C:

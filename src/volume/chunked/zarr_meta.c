@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The metadata of an array of Zarr: version 2 (.zarray) and version 3 (zarr.json). */
+/* The metadata of an array of Zarr, version 2 (.zarray) and version 3 (zarr.json), and of N5. */
 #include "chunked/zarr.h"
 
 #include <stdlib.h>
@@ -66,13 +66,14 @@ static sc_status check_chunk(const meta_reading *r, const char *key, const json_
 /* Read the shape of the array and, from it, its rank. */
 static sc_status read_array_shape(const meta_reading *r)
 {
-    const json_t *shape = json_object_get(r->node->meta, "shape");
+    const char *key = r->node->version == SC_ZARR_N5 ? "dimensions" : "shape";
+    const json_t *shape = json_object_get(r->node->meta, key);
     const size_t rank = json_array_size(shape);
 
     if (rank < 2 || rank > SC_ZARR_RANK_MAX)
-        return refuse(r->ctx, r->node, "shape", shape, "the sizes of 2 to 8 dimensions");
+        return refuse(r->ctx, r->node, key, shape, "the sizes of 2 to 8 dimensions");
     r->array->rank = (int)rank;
-    return read_shape(r, "shape", shape, r->array->shape);
+    return read_shape(r, key, shape, r->array->shape);
 }
 
 /* Read the name of a type of values: "uint16" of version 3, or "<u2" of version 2, which gives the
@@ -184,15 +185,11 @@ sc_status sc_zarr_add_codec(const sc_ctx *ctx, const sc_zarr_node *node, const c
     static const struct {
         const char *name;
         sc_zarr_codec codec;
-    } codecs[] = {{"gzip", SC_ZARR_GZIP},
-                  {"zlib", SC_ZARR_ZLIB},
-                  {"numcodecs.zlib", SC_ZARR_ZLIB},
-                  {"zstd", SC_ZARR_ZSTD},
-                  {"numcodecs.zstd", SC_ZARR_ZSTD},
-                  {"lz4", SC_ZARR_LZ4},
-                  {"numcodecs.lz4", SC_ZARR_LZ4},
-                  {"blosc", SC_ZARR_BLOSC},
-                  {"numcodecs.blosc", SC_ZARR_BLOSC},
+    } codecs[] = {{"gzip", SC_ZARR_GZIP},           {"zlib", SC_ZARR_ZLIB},
+                  {"numcodecs.zlib", SC_ZARR_ZLIB}, {"zstd", SC_ZARR_ZSTD},
+                  {"numcodecs.zstd", SC_ZARR_ZSTD}, {"lz4", SC_ZARR_LZ4},
+                  {"numcodecs.lz4", SC_ZARR_LZ4},   {"lz4 of N5", SC_ZARR_LZ4_N5},
+                  {"blosc", SC_ZARR_BLOSC},         {"numcodecs.blosc", SC_ZARR_BLOSC},
                   {"crc32c", SC_ZARR_CRC32C}};
     const char *lacks = NULL;
     bool compressed = false;
@@ -437,6 +434,44 @@ static sc_status read_v3(const meta_reading *r)
     return read_fill(r);
 }
 
+/* ---- N5 ---- */
+
+static void reverse(int count, int64_t values[SC_ZARR_RANK_MAX])
+{
+    for (int i = 0; i < count / 2; i++) {
+        const int64_t first = values[i];
+
+        values[i] = values[count - 1 - i];
+        values[count - 1 - i] = first;
+    }
+}
+
+static sc_status read_n5(const meta_reading *r)
+{
+    const json_t *meta = r->node->meta, *sizes = json_object_get(meta, "blockSize");
+    const json_t *compression = json_object_get(meta, "compression");
+    const json_t *type = compression ? json_object_get(compression, "type")
+                                     : json_object_get(meta, "compressionType"); /* before 1.1 */
+    const char *name = json_string_value(type);
+    sc_zarr_array *array = r->array;
+
+    SC_PASS(read_type(r, "dataType"));
+    SC_PASS(read_shape(r, "blockSize", sizes, array->chunk));
+    SC_PASS(check_chunk(r, "blockSize", sizes, array->chunk, SC_ZARR_CHUNK_VALUES_MAX));
+    reverse(array->rank, array->shape); /* N5 names x first */
+    reverse(array->rank, array->chunk);
+    memcpy(array->file_shape, array->chunk, sizeof array->chunk);
+    for (int i = 0; i < array->rank; i++)
+        array->pipeline.order[i] = i;
+    array->pipeline.big_endian = array->blocks = true;
+    array->prefix = "";
+    array->separator = '/';
+    if (name && !strcmp(name, "raw"))
+        return SC_OK;
+    return sc_zarr_add_codec(r->ctx, r->node, name && !strcmp(name, "lz4") ? "lz4 of N5" : name,
+                             &array->pipeline);
+}
+
 sc_status sc_zarr_array_read(const sc_ctx *ctx, const sc_zarr_node *node, sc_zarr_array *out)
 {
     sc_zarr_array array = {0};
@@ -447,7 +482,9 @@ sc_status sc_zarr_array_read(const sc_ctx *ctx, const sc_zarr_node *node, sc_zar
     sc_status status = read_array_shape(&r);
 
     if (status == SC_OK)
-        status = node->version == 2 ? read_v2(&r) : read_v3(&r);
+        status = node->version == SC_ZARR_N5 ? read_n5(&r)
+                 : node->version == 2        ? read_v2(&r)
+                                             : read_v3(&r);
     if (status != SC_OK)
         return status;
     for (int i = 0; i < array.rank; i++)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The directories and files of a Zarr store on disk. A store comes from anywhere: no link in it is
- * followed, so that it cannot make segcast read other files of the machine, and only regular files
- * are opened. */
+/* The directories and files of a store of Zarr or N5 on disk. A store comes from anywhere: no link
+ * in it is followed, so that it cannot make segcast read other files of the machine, and only
+ * regular files are opened. */
 #include "chunked/zarr.h"
 
 #include <errno.h>
@@ -12,22 +12,55 @@
 
 static const char *const meta_names[] = {"zarr.json", ".zarray", ".zgroup"};
 
+/* Is there a file or directory @p name in the directory @p path? */
+static bool holds(const char *path, const char *name)
+{
+    char file[4096];
+    struct stat info;
+
+    return snprintf(file, sizeof file, "%s/%s", path, name) < (int)sizeof file &&
+           !stat(file, &info);
+}
+
 bool sc_zarr_is_node(const char *path)
 {
     for (size_t i = 0; i < SC_COUNT_OF(meta_names); i++) {
-        char file[4096];
-        struct stat info;
-
-        if (snprintf(file, sizeof file, "%s/%s", path, meta_names[i]) < (int)sizeof file &&
-            !stat(file, &info))
+        if (holds(path, meta_names[i]))
             return true;
     }
     return false;
 }
 
+bool sc_n5_is_node(const char *path)
+{
+    const char *end = path + strlen(path);
+
+    while (end > path + 1 && end[-1] == '/')
+        end--;
+    return !sc_zarr_is_node(path) &&
+           (holds(path, "attributes.json") || holds(path, "s0/attributes.json") ||
+            (end - path > 3 && !strncmp(end - 3, ".n5", 3) && holds(path, ".")));
+}
+
+/* Read the metadata of a node of N5, whose directory is open: a group may have none. */
+static sc_status read_n5_node(const sc_ctx *ctx, sc_zarr_node *node)
+{
+    node->meta_name = node->attributes_name = "attributes.json";
+    SC_PASS(sc_chunk_read_json(ctx, node->fd, node->path, node->meta_name, &node->meta));
+    if (!node->meta)
+        node->meta = json_object();
+    if (!node->meta)
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", node->path);
+    node->attributes = json_incref(node->meta);
+    node->is_array = json_object_get(node->meta, "dimensions") != NULL;
+    return SC_OK;
+}
+
 /* Read the metadata of a node whose directory is open. */
 static sc_status read_node(const sc_ctx *ctx, sc_zarr_node *node)
 {
+    if (node->version == SC_ZARR_N5)
+        return read_n5_node(ctx, node);
     for (size_t i = 0; i < SC_COUNT_OF(meta_names) && !node->meta; i++) {
         node->meta_name = meta_names[i];
         SC_PASS(sc_chunk_read_json(ctx, node->fd, node->path, node->meta_name, &node->meta));
@@ -63,7 +96,8 @@ static sc_status read_node(const sc_ctx *ctx, sc_zarr_node *node)
 sc_status sc_zarr_node_open(const sc_ctx *ctx, const char *path, sc_zarr_node *out)
 {
     SC_OWN(sc_zarr_node_clear)
-    sc_zarr_node node = {.fd = open(path, O_RDONLY | O_CLOEXEC | O_DIRECTORY)};
+    sc_zarr_node node = {.fd = open(path, O_RDONLY | O_CLOEXEC | O_DIRECTORY),
+                         .version = sc_n5_is_node(path) ? SC_ZARR_N5 : 0};
 
     if (node.fd < 0)
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
@@ -78,7 +112,8 @@ sc_status sc_zarr_node_open_below(const sc_ctx *ctx, const sc_zarr_node *parent,
                                   sc_zarr_node *out)
 {
     const char *why = sc_bad_name(name);
-    SC_OWN(sc_zarr_node_clear) sc_zarr_node node = {.fd = -1};
+    SC_OWN(sc_zarr_node_clear)
+    sc_zarr_node node = {.fd = -1, .version = parent->version == SC_ZARR_N5 ? SC_ZARR_N5 : 0};
 
     if (why)
         return sc_fail(ctx, SC_ERR_DATA,
@@ -102,9 +137,10 @@ bool sc_zarr_has(const sc_zarr_node *parent, const char *name)
     bool found = false;
 
     for (size_t i = 0; i < SC_COUNT_OF(meta_names) && fd >= 0 && !found; i++) {
+        const char *file = parent->version == SC_ZARR_N5 ? "attributes.json" : meta_names[i];
         struct stat info;
 
-        found = !fstatat(fd, meta_names[i], &info, AT_SYMLINK_NOFOLLOW) && S_ISREG(info.st_mode);
+        found = !fstatat(fd, file, &info, AT_SYMLINK_NOFOLLOW) && S_ISREG(info.st_mode);
     }
     if (fd >= 0)
         close(fd);

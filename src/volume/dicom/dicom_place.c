@@ -18,7 +18,6 @@
 #define SLICE_THICKNESS SC_DICOM_TAG(0x0018, 0x0050)
 #define IDENTIFICATION SC_DICOM_TAG(0x0062, 0x000a)
 #define SEGMENT_NUMBER SC_DICOM_TAG(0x0062, 0x000b)
-#define WHOLE_COLUMNS SC_DICOM_TAG(0x0048, 0x0006)
 
 /* How far a frame may lie from its place: along the normal in distances of slices, and within the
  * slice in pixels. Beyond the first of each, it is told; beyond the second, refused. */
@@ -177,15 +176,8 @@ static sc_status read_frames(placing *p, bool has_segments)
 {
     const sc_dicom_item *root = sc_dicom_root(p->file), *own = NULL;
     const sc_dicom_item *shared = sc_dicom_next(root, SHARED_GROUPS, NULL);
-    double columns = 0;
     uint32_t count = 0;
 
-    if (sc_dicom_numbers(root, WHOLE_COLUMNS, &columns, 1))
-        return sc_fail(p->ctx, SC_ERR_DATA,
-                       "%s: is a segmentation of a slide, in tiles (TILED_FULL or TILED_SPARSE), "
-                       "which has one "
-                       "slice; expected the slices of a volume",
-                       p->path);
     while (count < p->count && (own = sc_dicom_next(root, FRAME_GROUPS, own)) != NULL)
         SC_PASS(read_frame(p, count++, own, shared, has_segments));
     return SC_OK;

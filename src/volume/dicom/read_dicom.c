@@ -17,6 +17,7 @@
 #define SAMPLES SC_DICOM_TAG(0x0028, 0x0002)
 #define BITS_ALLOCATED SC_DICOM_TAG(0x0028, 0x0100)
 #define PIXEL_SIGN SC_DICOM_TAG(0x0028, 0x0103)
+#define WHOLE_COLUMNS SC_DICOM_TAG(0x0048, 0x0006)
 #define PADDING SC_DICOM_TAG(0x0028, 0x0120)
 #define SEGMENTATION_TYPE SC_DICOM_TAG(0x0062, 0x0001)
 #define FRACTION_MOST SC_DICOM_TAG(0x0062, 0x000e)
@@ -132,6 +133,11 @@ static sc_status read_size(const sc_ctx *ctx, const char *path, volume_file *f, 
     const sc_dicom_item *frame = NULL;
     double described = 0;
 
+    if (number_of(f, WHOLE_COLUMNS, 0) > 0)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: is a segmentation of a slide, in tiles (TILED_FULL or TILED_SPARSE), "
+                       "which has one slice; expected the slices of a volume",
+                       path);
     if (columns < 1 || rows < 1 || frames < 1 || frames > FRAMES_MAX)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: has %g frames of %g x %g pixels, expected 1 to %d frames, and at least "

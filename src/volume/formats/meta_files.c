@@ -260,8 +260,7 @@ static sc_status read_numbers(const sc_ctx *ctx, const char *path, const sc_sour
     for (size_t i = 0; i < slice * (size_t)count; i++) {
         if (fscanf(numbers->stream, "%lf", &values[i]) != 1)
             return sc_fail(ctx, SC_ERR_DATA,
-                           "%s: voxel %zu of %zu: %s; expected numbers with blanks between them, "
-                           "as BinaryData is False",
+                           "%s: voxel %zu of %zu: %s; expected numbers with blanks between them",
                            path, (size_t)first * slice + i, sc_source_voxels(source),
                            feof(numbers->stream)     ? "the file ends"
                            : ferror(numbers->stream) ? strerror(errno)

@@ -25,8 +25,8 @@ bool sc_meta_is_series(const char *names);
 sc_status sc_meta_open_series(const sc_ctx *ctx, const char *header, const sc_meta_series *series,
                               sc_source *source);
 /* Let the voxels be read as numbers in decimal digits with blanks between them (BinaryData =
- * False), from source->offset_bytes in source->file on; sets encoding, type, data, release,
- * read_slices and slices. @return SC_ERR_MEMORY. */
+ * False, and AmiraMesh), from source->offset_bytes in source->file on; sets encoding, type, data,
+ * release, read_slices and slices. @return SC_ERR_MEMORY. */
 sc_status sc_meta_open_text(const sc_ctx *ctx, sc_source *source);
 
 #endif

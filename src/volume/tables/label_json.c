@@ -324,6 +324,11 @@ static void read_document(json_reading *r, json_t *root)
     }
 }
 
+bool sc_json_lacks_memory(const json_error_t *error)
+{
+    return !error->text[0] || json_error_code(error) == json_error_out_of_memory;
+}
+
 sc_status sc_label_json_parse(const sc_ctx *ctx, const char *path, const char *text, size_t bytes,
                               sc_label_table *table)
 {
@@ -340,7 +345,7 @@ sc_status sc_label_json_parse(const sc_ctx *ctx, const char *path, const char *t
     root = json_loadb(text, bytes, 0, &error);
     if (root)
         status = sc_label_json_read(ctx, path, root, table);
-    else if (json_error_code(&error) == json_error_out_of_memory)
+    else if (sc_json_lacks_memory(&error))
         status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
     else
         status = sc_fail(ctx, SC_ERR_DATA, "%s:%d: is no JSON: %s", path, error.line, error.text);
