@@ -87,6 +87,12 @@ static bool is_convex(const sc_scene *scene)
     return scene->clip_mode == SC_CLIP_KEEP || scene->plane_count < 2;
 }
 
+static bool same_plane(const sc_plane *a, const sc_plane *b)
+{
+    return a->normal.x == b->normal.x && a->normal.y == b->normal.y && a->normal.z == b->normal.z &&
+           a->offset_mm == b->offset_mm;
+}
+
 /* @return whether two scenes are cut in the same way. */
 static bool same_planes(const sc_scene *a, const sc_scene *b)
 {
@@ -94,10 +100,16 @@ static bool same_planes(const sc_scene *a, const sc_scene *b)
                 a->clip_set_count == b->clip_set_count;
 
     for (int i = 0; same && i < a->plane_count; i++)
-        same = memcmp(&a->planes[i], &b->planes[i], sizeof a->planes[i]) == 0;
+        same = same_plane(&a->planes[i], &b->planes[i]);
     for (int i = 0; same && i < a->clip_set_count; i++)
         same = a->clip_sets[i] == b->clip_sets[i];
     return same;
+}
+
+static bool same_color(const sc_march_tissue *a, const sc_march_tissue *b)
+{
+    return a->diffuse == b->diffuse && a->rgb[0] == b->rgb[0] && a->rgb[1] == b->rgb[1] &&
+           a->rgb[2] == b->rgb[2];
 }
 
 /* @return whether the tissues of the march let through as much light as those of the last scene; @p
@@ -111,9 +123,7 @@ static bool same_tissues(const sc_gather *g, bool colors_too)
         const sc_march_tissue *a = &r->tissues[id], *b = &g->tissues[id];
 
         same = a->show == b->show && a->clip_set == b->clip_set &&
-               a->boundary_alpha == b->boundary_alpha &&
-               (!colors_too ||
-                (a->diffuse == b->diffuse && memcmp(a->rgb, b->rgb, sizeof a->rgb) == 0));
+               a->boundary_alpha == b->boundary_alpha && (!colors_too || same_color(a, b));
     }
     return same;
 }
