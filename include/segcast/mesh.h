@@ -9,7 +9,7 @@
 
 /** What a mesh takes for each vertex and triangle while it is decimated and written, beside itself.
  */
-enum { SC_MESH_WORK_VERTEX_BYTES = 8, SC_MESH_WORK_TRIANGLE_BYTES = 24 };
+enum { SC_MESH_WORK_VERTEX_BYTES = 120, SC_MESH_WORK_TRIANGLE_BYTES = 120 };
 /** All surfaces of a volume together: a triangle lies between two labels and belongs to the
  * surfaces of both. */
 typedef struct sc_mesh {
@@ -32,7 +32,48 @@ typedef struct sc_mesh {
  *  has more vertices than 32 bits can count; SC_ERR_MEMORY. Caller owns *out: sc_mesh_clear. */
 SC_MUST_USE sc_status sc_mesh_build(const sc_ctx *ctx, const sc_prepared *volume,
                                     const bool *wanted, int threads, sc_mesh *out);
+/** @return whether this build can decimate: it has meshoptimizer. */
+bool sc_mesh_can_decimate(void);
+/** Leave out vertices as long as the new triangles are within @p error_mm of the old ones: the root
+ * of the mean square of the distances of a vertex from the planes of the triangles that it
+ * replaces, weighted by area (Garland and Heckbert 1997, "Surface simplification using quadric
+ * error metrics"). All vertices that stay are where they were, the surface of every tissue stays
+ * closed, and what two share stays shared. One thread does the work. @param error_mm 0: nothing is
+ * done.
+ *  @return SC_ERR_SYSTEM if more than a million pairs of tissues touch, SC_ERR_MEMORY;
+ * SC_ERR_INTERNAL in a build that cannot. */
+SC_MUST_USE sc_status sc_mesh_decimate(const sc_ctx *ctx, sc_mesh *mesh, double error_mm);
 /** Free what a mesh owns. */
 void sc_mesh_clear(sc_mesh *mesh);
+
+/** What a mesh is written as: files that end in .stl, .ply, .glb or .3mf. Positions are RAS mm, but
+ *  for glTF, which is in metres, with y up (superior) and z towards the viewer (anterior). */
+typedef enum sc_mesh_format {
+    SC_MESH_STL, /**< binary STL of one tissue, without name and colour */
+    SC_MESH_PLY, /**< binary PLY: vertices that tissues share, and for each face a colour and label
+                  */
+    SC_MESH_GLB, /**< binary glTF 2.0: a node, mesh and material for each tissue, with normals */
+    SC_MESH_3MF  /**< 3MF: an object and a material for each tissue */
+} sc_mesh_format;
+/** Tell the format by the ending of a file. @return false if it is that of no mesh. */
+bool sc_mesh_format_of(const char *path, sc_mesh_format *out);
+/** What a writer needs to know of a label. */
+typedef struct sc_mesh_tissue {
+    bool wanted; /**< it is written; never the background */
+    char name[SC_NAME_BYTES];
+    int64_t label;       /**< its number in the volume */
+    uint8_t rgb[3];      /**< sRGB */
+    float rgb_linear[3]; /**< the same in linear light, 0 to 1 */
+} sc_mesh_tissue;
+/** Write the wanted tissues of a mesh, each as a closed surface that is turned outward. The bytes
+ *  depend on the arguments alone.
+ *  @param tissues [label_count] by dense id; for STL one of them is wanted. @param path for
+ * messages.
+ *  @param stream new, and one that can be positioned; whether all was written is found when it is
+ *  closed (sc_outfile_commit). @return SC_ERR_SYSTEM if it does not fit the format, SC_ERR_MEMORY.
+ */
+SC_MUST_USE sc_status sc_mesh_write(const sc_ctx *ctx, const sc_mesh *mesh,
+                                    const sc_mesh_tissue *tissues, int label_count,
+                                    sc_mesh_format format, const char *path, FILE *stream);
 
 #endif

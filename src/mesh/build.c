@@ -3,7 +3,7 @@
  * grid whose ends have different owners a square between those of the four cells around it. Threads
  * count and then fill what belongs to a brick of cells; where that stands follows from the counts
  * alone. */
-#include "segcast/mesh.h"
+#include "internal.h"
 
 #include <string.h>
 
@@ -390,7 +390,7 @@ static sc_status build(const sc_ctx *ctx, builder *b, int threads)
     sc_stage_for(ctx, bricks, threads, bricks, BRICKS_AT_ONCE, find_lifts, b);
     sc_parallel_for(threads, all.vertices, VERTICES_AT_ONCE, lift, b);
     sc_stage_for(ctx, bricks, threads, bricks, BRICKS_AT_ONCE, fill_triangles, b);
-    return SC_OK;
+    return sc_mesh_compact(ctx, b->mesh); /* only of some tissues */
 }
 
 sc_status sc_mesh_build(const sc_ctx *ctx, const sc_prepared *volume, const bool *wanted,

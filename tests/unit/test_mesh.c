@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The mesh of all surfaces: closed around every tissue, where the surface is drawn, and the same for
- * any number of threads. */
+/* The mesh of all surfaces: closed around every tissue, where the surface is drawn, and the same
+ * for any number of threads. */
 #include "check.h"
 
 #include "segcast/mesh.h"
@@ -43,8 +43,8 @@ static int compare_edges(const void *a, const void *b)
     return x->from != y->from ? (x->from < y->from ? -1 : 1) : (x->to > y->to) - (x->to < y->to);
 }
 
-/* @return how many edges of a tissue have not as many triangles on one side as on the other, and the
- * volume that it encloses in *volume. */
+/* @return how many edges of a tissue have not as many triangles on one side as on the other, and
+ * the volume that it encloses in *volume. */
 static size_t open_edges(const sc_mesh *m, int tissue, double *volume)
 {
     edge *edges = calloc(6 * m->triangle_count + 1, sizeof *edges);
@@ -85,8 +85,8 @@ static size_t open_edges(const sc_mesh *m, int tissue, double *volume)
     return open;
 }
 
-/* @return the volume that a tissue has by the rule of the drawing, sampled at 6 x 6 x 6 points of each
- * voxel. */
+/* @return the volume that a tissue has by the rule of the drawing, sampled at 6 x 6 x 6 points of
+ * each voxel. */
 static double drawn_volume(const sc_prepared *v, uint32_t tissue)
 {
     enum { POINTS = 6 };
@@ -149,6 +149,80 @@ TEST(a_vessel_of_three_voxels_has_its_volume_to_two_percent)
 TEST(any_labels_give_closed_surfaces)
 {
     check_mesh(noise, cube, 4, 0);
+}
+
+TEST(decimating_keeps_surfaces_closed_and_volumes)
+{
+    const int size[3] = {24, 23, 26};
+    const bool wanted[3] = {false, true, true};
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 3, halves);
+    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
+    SC_OWN(sc_mesh_clear) sc_mesh mesh = {.vertex_count = 0};
+    double before[3], after;
+    size_t made;
+
+    if (!sc_mesh_can_decimate())
+        skip();
+    assert_ok(sc_mesh_build(&quiet, &p.view, wanted, 1, &mesh));
+    made = mesh.triangle_count;
+    assert_ok(sc_mesh_decimate(&quiet, &mesh, 0));
+    assert_int_equal(mesh.triangle_count, made);
+    for (int tissue = 1; tissue < 3; tissue++)
+        assert_int_equal(open_edges(&mesh, tissue, &before[tissue]), 0);
+    assert_ok(sc_mesh_decimate(&quiet, &mesh, 0.05));
+    assert_true(mesh.triangle_count < made / 2);
+    assert_true(mesh.triangle_count > made / 50);
+    for (int tissue = 1; tissue < 3; tissue++) {
+        assert_int_equal(open_edges(&mesh, tissue, &after), 0);
+        assert_near(after / before[tissue], 1, 0.005);
+    }
+}
+
+/* Meshes of one tissue have no vertices of others; and each failure of an allocation is one message
+ * and leaves nothing behind. */
+TEST(a_mesh_of_one_tissue_is_made_or_refused_as_a_whole)
+{
+    const int size[3] = {24, 23, 26};
+    const bool wanted[3] = {false, true, false};
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 3, halves);
+    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
+    sc_ctx ctx = quiet;
+    double enclosed;
+
+    for (int budget = 0;; budget++) {
+        long left = budget;
+        SC_OWN(sc_mesh_clear) sc_mesh mesh = {.vertex_count = 0};
+        sc_status status;
+
+        assert_true(budget < 1000);
+        ctx.alloc_budget = &left;
+        status = sc_mesh_build(&ctx, &p.view, wanted, 1, &mesh);
+        if (status == SC_OK)
+            status = sc_mesh_decimate(&ctx, &mesh, 0.02);
+        if (status != SC_OK) {
+            assert_int_equal(status, SC_ERR_MEMORY);
+            continue;
+        }
+        assert_int_equal(open_edges(&mesh, 1, &enclosed), 0);
+        for (size_t i = 0; i < mesh.triangle_count; i++)
+            assert_true(mesh.sides[i][0] == 1 || mesh.sides[i][1] == 1);
+        break;
+    }
+}
+
+TEST(a_mesh_beyond_the_memory_is_told_before)
+{
+    const int size[3] = {24, 23, 26};
+    const bool wanted[3] = {false, true, true};
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 3, halves);
+    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
+    SC_OWN(sc_mesh_clear) sc_mesh mesh = {.vertex_count = 0};
+    sc_ctx ctx = listening;
+
+    ctx.memory_max_bytes = 100000;
+    assert_int_equal(sc_mesh_build(&ctx, &p.view, wanted, 1, &mesh), SC_ERR_SYSTEM);
+    assert_non_null(strstr(said.text, "more than the limit of 97.7 KiB"));
+    assert_null(mesh.vertices);
 }
 
 RUN_TESTS(NULL, NULL)
