@@ -110,7 +110,8 @@ static void join_face(const sc_cell *c, const uint32_t owners[SC_CORNERS], int a
     join(group_of, edges[begin + 2], edges[(begin + 3) % FACE_EDGES]);
 }
 
-/* Number the groups of the crossed edges from 0, in the order of their first edges, in out->of_edge.
+/* Number the groups of the crossed edges from 0, in the order of their first edges, in
+ * out->of_edge.
  */
 static void find_groups(const sc_cell *c, sc_cell_points *out)
 {
@@ -216,10 +217,10 @@ static void solve(const float m[3][3], const float r[3], float x[3])
     }
     determinant = m[0][0] * cofactors[0][0] + m[0][1] * cofactors[0][1] + m[0][2] * cofactors[0][2];
     for (int k = 0; k < 3; k++)
-        x[k] = determinant > 0 ? (cofactors[0][k] * r[0] + cofactors[1][k] * r[1] +
-                                  cofactors[2][k] * r[2]) /
-                                     determinant
-                               : 0;
+        x[k] = determinant > 0
+                   ? (cofactors[0][k] * r[0] + cofactors[1][k] * r[1] + cofactors[2][k] * r[2]) /
+                         determinant
+                   : 0;
 }
 
 /* Move the point of a group by one step of Gauss and Newton to where all @p fields are zero, the

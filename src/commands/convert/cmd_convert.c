@@ -1,12 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast convert: what is written is told by the ending of the file, and by the options. */
 #include "commands.h"
+#include "segcast/mesh.h"
 
 #include <string.h>
 #include <strings.h>
 
 /* What segcast convert can write. */
-typedef enum target { TARGET_TABLE, TARGET_LINE, TARGET_PREPARED, TARGET_PHANTOM } target;
+typedef enum target {
+    TARGET_TABLE,
+    TARGET_LINE,
+    TARGET_MESH,
+    TARGET_PREPARED,
+    TARGET_PHANTOM
+} target;
 
 /* Is the argument a job file, judged by the end of its name? */
 static bool is_job(const char *path)
@@ -20,7 +27,10 @@ static bool is_job(const char *path)
 static target find_target(const sc_options *o)
 {
     const char *dot = strrchr(o->output, '.');
+    sc_mesh_format mesh;
 
+    if (sc_mesh_format_of(o->output, &mesh))
+        return TARGET_MESH;
     if (o->tissue || o->begin || o->end || o->middles)
         return TARGET_LINE;
     if (dot && !strcasecmp(dot, ".segc"))
@@ -53,7 +63,18 @@ static sc_status check_use(const sc_app *app, target wanted)
                        "%s: is a job file, of which only a prepared file (-o FILE.segc) is made; "
                        "expected a volume or a label table",
                        o->input);
-    if ((wanted == TARGET_PREPARED || wanted == TARGET_PHANTOM) && o->to)
+    if (wanted == TARGET_MESH && (o->begin || o->end || o->middles))
+        return sc_fail(app->ctx, SC_ERR_USAGE, "--%s is for a centre line, but %s is a mesh",
+                       o->begin ? "begin"
+                       : o->end ? "end"
+                                : "middles",
+                       o->output);
+    if (wanted != TARGET_MESH && o->error_mm)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--error-mm is for a mesh, but %s is none; expected a name that ends in "
+                       ".stl, .ply, .glb or .3mf",
+                       o->output);
+    if (wanted != TARGET_TABLE && wanted != TARGET_LINE && o->to)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--to names a format of label tables or centre lines, but %s is neither",
                        o->output);
@@ -68,6 +89,35 @@ static sc_status check_use(const sc_app *app, target wanted)
     if (wanted == TARGET_PHANTOM)
         return refuse_settings(app, NULL);
     return wanted == TARGET_TABLE ? refuse_settings(app, "labels_format") : SC_OK;
+}
+
+void sc_tissue_list_clear(sc_tissue_list *list)
+{
+    sc_text_clear(&list->text);
+}
+
+sc_status sc_tissue_list_read(const sc_ctx *ctx, const char *tissues, sc_tissue_list *out)
+{
+    if (!tissues || !tissues[0] || tissues[0] == ',')
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "no tissue: give one as --tissue NAME, or several with commas between them; "
+                       "`segcast info VOLUME` lists those of a volume");
+    SC_PASS(sc_text_add(ctx, &out->text, "%s", tissues));
+    for (char *at = out->text.data; at;) {
+        char *comma = strchr(at, ',');
+
+        if (comma)
+            *comma++ = '\0';
+        if (!at[0] || strlen(at) >= SC_NAME_BYTES || out->count == SC_TISSUES_MAX)
+            return sc_fail(ctx, SC_ERR_USAGE,
+                           "--tissue is \"%s\", expected up to %d names of tissues with commas "
+                           "between them; one with a comma in its name can be given by the number "
+                           "of its label",
+                           tissues, SC_TISSUES_MAX);
+        out->names[out->count++] = at;
+        at = comma;
+    }
+    return SC_OK;
 }
 
 sc_status sc_cmd_convert(sc_app *app)
@@ -85,6 +135,7 @@ sc_status sc_cmd_convert(sc_app *app)
         return sc_convert_prepared(app, is_job(o->input) ? o->input : NULL);
     SC_PASS(app->mistake);
     return wanted == TARGET_LINE      ? sc_convert_line(app)
+           : wanted == TARGET_MESH    ? sc_convert_mesh(app)
            : wanted == TARGET_PHANTOM ? sc_convert_phantom(app)
                                       : sc_convert_table(app);
 }
