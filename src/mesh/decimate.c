@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Fewer triangles, by meshoptimizer: it moves vertices onto neighbours, all surfaces together, so that
- * what two tissues share stays shared. To the surface of any tissue that is the same move of its
- * vertices, which leaves a closed surface closed. */
+/* Fewer triangles, by meshoptimizer: it moves vertices onto neighbours, all surfaces together, so
+ * that what two tissues share stays shared. To the surface of any tissue that is the same move of
+ * its vertices, which leaves a closed surface closed. */
 #include "internal.h"
 
 #include <string.h>
@@ -68,8 +68,8 @@ static void sort_by_sides(const sc_mesh *m, uint32_t *order, uint32_t *other)
 }
 
 /* What meshoptimizer gets. Its result names no triangles, but has them in the order in which they
- * were: so a marker, a triangle far outside whose vertices no other has, stands before those between
- * each two labels, and still does so in the result. */
+ * were: so a marker, a triangle far outside whose vertices no other has, stands before those
+ * between each two labels, and still does so in the result. */
 typedef struct marked {
     float (*vertices)[3]; /* those of the mesh, then three for each marker */
     uint32_t *indices;    /* three for each triangle */
@@ -87,7 +87,8 @@ static void clear_marked(marked *m)
 /* Place the markers in rows below and behind the box of the mesh. */
 static void place_markers(const sc_mesh *mesh, marked *out)
 {
-    float low[3] = {HUGE_VALF, HUGE_VALF, HUGE_VALF}, high[3] = {-HUGE_VALF, -HUGE_VALF, -HUGE_VALF};
+    float low[3] = {HUGE_VALF, HUGE_VALF, HUGE_VALF},
+          high[3] = {-HUGE_VALF, -HUGE_VALF, -HUGE_VALF};
     float size = 0;
 
     for (size_t i = 0; i < mesh->vertex_count; i++) {
@@ -109,8 +110,8 @@ static void place_markers(const sc_mesh *mesh, marked *out)
     }
 }
 
-/* Put a marker before the triangles between each two labels. @return SC_ERR_MEMORY; SC_ERR_SYSTEM if
- * more tissues touch each other than there is room for markers. Caller owns *out. */
+/* Put a marker before the triangles between each two labels. @return SC_ERR_MEMORY; SC_ERR_SYSTEM
+ * if more tissues touch each other than there is room for markers. Caller owns *out. */
 static sc_status mark(const sc_ctx *ctx, const sc_mesh *mesh, marked *out)
 {
     SC_OWN(sc_free_at) uint32_t *order = NULL, *other = NULL;
@@ -154,7 +155,8 @@ static int lowest_corner(const uint32_t t[3])
     return t[0] < t[1] ? (t[0] < t[2] ? 0 : 2) : t[1] < t[2] ? 1 : 2;
 }
 
-/* @return whether two triangles between the same labels are one and the same, seen from both sides. */
+/* @return whether two triangles between the same labels are one and the same, seen from both sides.
+ */
 static bool are_opposite(const sc_mesh *m, size_t a, size_t b)
 {
     const uint32_t *x = m->triangles[a], *y = m->triangles[b];
@@ -164,8 +166,8 @@ static bool are_opposite(const sc_mesh *m, size_t a, size_t b)
            x[(i + 1) % 3] == y[(k + 2) % 3] && x[(i + 2) % 3] == y[(k + 1) % 3];
 }
 
-/* Leave out the pairs of triangles that have become one and the same, seen from both sides: what was
- * between them is gone, and they would be a flap without thickness. @param table room, NO_ENTRY
+/* Leave out the pairs of triangles that have become one and the same, seen from both sides: what
+ * was between them is gone, and they would be a flap without thickness. @param table room, NO_ENTRY
  * everywhere, for the numbers of triangles by a hash of their vertices. */
 static void drop_flaps(sc_mesh *m, uint32_t *table, size_t table_mask)
 {

@@ -10,10 +10,8 @@ enum { STL_HEADER_BYTES = 80 };
 static const struct {
     const char *ending;
     sc_mesh_format format;
-} endings[] = {{".stl", SC_MESH_STL},
-               {".ply", SC_MESH_PLY},
-               {".glb", SC_MESH_GLB},
-               {".3mf", SC_MESH_3MF}};
+} endings[] = {
+    {".stl", SC_MESH_STL}, {".ply", SC_MESH_PLY}, {".glb", SC_MESH_GLB}, {".3mf", SC_MESH_3MF}};
 
 bool sc_mesh_format_of(const char *path, sc_mesh_format *out)
 {

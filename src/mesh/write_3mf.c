@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Meshes as 3MF, for printing: a ZIP archive of three XML files, the model among them, in mm. Its times
- * are those of no day, so that the same mesh is the same bytes. */
+/* Meshes as 3MF, for printing: a ZIP archive of three XML files, the model among them, in mm. Its
+ * times are those of no day, so that the same mesh is the same bytes. */
 #include "internal.h"
 
 #include <string.h>
@@ -210,9 +210,8 @@ static void put_model(archive *a, const sc_mesh_file *f)
 
 sc_status sc_write_3mf(const sc_ctx *ctx, const sc_mesh_file *f)
 {
-    part parts[PARTS] = {{.name = "[Content_Types].xml"},
-                         {.name = "_rels/.rels"},
-                         {.name = "3D/3dmodel.model"}};
+    part parts[PARTS] = {
+        {.name = "[Content_Types].xml"}, {.name = "_rels/.rels"}, {.name = "3D/3dmodel.model"}};
     SC_OWN(sc_free_at) archive *a = NULL;
     long end;
 

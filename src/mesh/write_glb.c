@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Meshes as glTF 2.0 in its binary form: a header, a chunk of JSON and a chunk of numbers. A tissue is
- * a node with a mesh and a material. glTF is in metres, with y up and the front towards +z: the patient
- * stands upright and looks at the viewer. */
+/* Meshes as glTF 2.0 in its binary form: a header, a chunk of JSON and a chunk of numbers. A tissue
+ * is a node with a mesh and a material. glTF is in metres, with y up and the front towards +z: the
+ * patient stands upright and looks at the viewer. */
 #include "internal.h"
 
 #include <jansson.h>
@@ -52,8 +52,8 @@ static json_int_t add_accessor(description *d, const char *type, int component, 
     const uint64_t bytes = (uint64_t)count * element_bytes;
 
     json_array_append_new(d->views, json_pack("{s:i, s:I, s:I, s:i}", "buffer", 0, "byteOffset",
-                                              (json_int_t)d->bytes, "byteLength",
-                                              (json_int_t)bytes, "target", target));
+                                              (json_int_t)d->bytes, "byteLength", (json_int_t)bytes,
+                                              "target", target));
     json_array_append_new(d->accessors,
                           json_pack("{s:I, s:i, s:I, s:s}", "bufferView",
                                     (json_int_t)json_array_size(d->views) - 1, "componentType",
@@ -92,39 +92,39 @@ static void describe(description *d, const sc_mesh *mesh, const sc_body *body,
     json_object_set_new(accessor, "min", triple(low));
     json_object_set_new(accessor, "max", triple(high));
     normals = add_accessor(d, "VEC3", TYPE_FLOAT, body->vertex_count, VECTOR_BYTES);
-    triangles =
-        add_accessor(d, "SCALAR", TYPE_UINT32, 3 * body->triangle_count, sizeof(uint32_t));
-    json_array_append_new(
-        d->materials,
-        json_pack("{s:s, s:{s:[f, f, f, i], s:i, s:f}}", "name", tissue->name,
-                  "pbrMetallicRoughness", "baseColorFactor", (double)tissue->rgb_linear[0],
-                  (double)tissue->rgb_linear[1], (double)tissue->rgb_linear[2], 1,
-                  "metallicFactor", 0, "roughnessFactor", 0.6));
-    json_array_append_new(
-        d->meshes, json_pack("{s:s, s:[{s:{s:I, s:I}, s:I, s:I}]}", "name", tissue->name,
-                             "primitives", "attributes", "POSITION", positions, "NORMAL", normals,
-                             "indices", triangles, "material", number));
-    json_array_append_new(d->nodes, json_pack("{s:s, s:I, s:{s:I}}", "name", tissue->name, "mesh",
-                                              number, "extras", "label", (json_int_t)tissue->label));
+    triangles = add_accessor(d, "SCALAR", TYPE_UINT32, 3 * body->triangle_count, sizeof(uint32_t));
+    json_array_append_new(d->materials,
+                          json_pack("{s:s, s:{s:[f, f, f, i], s:i, s:f}}", "name", tissue->name,
+                                    "pbrMetallicRoughness", "baseColorFactor",
+                                    (double)tissue->rgb_linear[0], (double)tissue->rgb_linear[1],
+                                    (double)tissue->rgb_linear[2], 1, "metallicFactor", 0,
+                                    "roughnessFactor", 0.6));
+    json_array_append_new(d->meshes,
+                          json_pack("{s:s, s:[{s:{s:I, s:I}, s:I, s:I}]}", "name", tissue->name,
+                                    "primitives", "attributes", "POSITION", positions, "NORMAL",
+                                    normals, "indices", triangles, "material", number));
+    json_array_append_new(d->nodes,
+                          json_pack("{s:s, s:I, s:{s:I}}", "name", tissue->name, "mesh", number,
+                                    "extras", "label", (json_int_t)tissue->label));
     json_array_append_new(d->scene, json_integer(number));
 }
 
-/* Make the description. @return its text, to be freed; NULL: there is no memory. @param bytes of the
- * chunk of numbers. */
+/* Make the description. @return its text, to be freed; NULL: there is no memory. @param bytes of
+ * the chunk of numbers. */
 static char *describe_all(const sc_mesh_file *f, uint64_t *bytes)
 {
-    json_t *root = json_pack("{s:{s:s, s:s}, s:i, s:[{s:[]}], s:[], s:[], s:[], s:[], s:[], s:[]}",
-                             "asset", "version", "2.0", "generator", "segcast", "scene", 0,
-                             "scenes", "nodes", "nodes", "meshes", "materials", "accessors",
-                             "bufferViews", "buffers");
-    description d = {.root = root,
-                     .accessors = json_object_get(root, "accessors"),
-                     .views = json_object_get(root, "bufferViews"),
-                     .meshes = json_object_get(root, "meshes"),
-                     .nodes = json_object_get(root, "nodes"),
-                     .materials = json_object_get(root, "materials"),
-                     .scene = json_object_get(json_array_get(json_object_get(root, "scenes"), 0),
-                                              "nodes")};
+    json_t *root =
+        json_pack("{s:{s:s, s:s}, s:i, s:[{s:[]}], s:[], s:[], s:[], s:[], s:[], s:[]}", "asset",
+                  "version", "2.0", "generator", "segcast", "scene", 0, "scenes", "nodes", "nodes",
+                  "meshes", "materials", "accessors", "bufferViews", "buffers");
+    description d = {
+        .root = root,
+        .accessors = json_object_get(root, "accessors"),
+        .views = json_object_get(root, "bufferViews"),
+        .meshes = json_object_get(root, "meshes"),
+        .nodes = json_object_get(root, "nodes"),
+        .materials = json_object_get(root, "materials"),
+        .scene = json_object_get(json_array_get(json_object_get(root, "scenes"), 0), "nodes")};
     char *text;
 
     for (int id = 1; id < f->label_count; id++) {

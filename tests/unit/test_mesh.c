@@ -225,4 +225,69 @@ TEST(a_mesh_beyond_the_memory_is_told_before)
     assert_null(mesh.vertices);
 }
 
+/* @return the number at @p at, lowest byte first. */
+static uint32_t u32_at(const uint8_t *at)
+{
+    return at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
+}
+
+/* Write a mesh of one tissue in a format. @return the bytes, to be freed. */
+static uint8_t *written(const sc_mesh *mesh, sc_mesh_format format, size_t *bytes)
+{
+    const sc_mesh_tissue tissues[3] = {
+        {.wanted = false},
+        {.wanted = true, .name = "<A> & \"B\"", .label = 7, .rgb = {1, 2, 3}},
+        {.wanted = false}};
+    FILE *stream = tmpfile();
+    uint8_t *block;
+
+    assert_non_null(stream);
+    assert_ok(sc_mesh_write(&quiet, mesh, tissues, 3, format, "it", stream));
+    fseek(stream, 0, SEEK_END);
+    *bytes = (size_t)ftell(stream);
+    rewind(stream);
+    block = calloc(1, *bytes + 1);
+    assert_non_null(block);
+    assert_int_equal(fread(block, 1, *bytes, stream), *bytes);
+    fclose(stream);
+    return block;
+}
+
+/* What the files say of their own lengths; data.meshes reads them by other programs. */
+TEST(files_have_the_lengths_that_they_tell)
+{
+    const int size[3] = {24, 23, 26};
+    const bool wanted[3] = {false, true, false};
+    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 3, halves);
+    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
+    SC_OWN(sc_mesh_clear) sc_mesh mesh = {.vertex_count = 0};
+    uint8_t *file;
+    char header[64];
+    size_t bytes;
+
+    assert_ok(sc_mesh_build(&quiet, &p.view, wanted, 1, &mesh));
+    file = written(&mesh, SC_MESH_STL, &bytes);
+    assert_int_equal(u32_at(file + 80), mesh.triangle_count);
+    assert_int_equal(bytes, 84 + 50 * mesh.triangle_count);
+    free(file);
+    file = written(&mesh, SC_MESH_PLY, &bytes);
+    snprintf(header, sizeof header, "element face %zu\n", mesh.triangle_count);
+    assert_non_null(strstr((char *)file, header));
+    assert_non_null(strstr((char *)file, "comment label 7 <A> & \"B\"\n"));
+    assert_int_equal(bytes, (size_t)(strstr((char *)file, "end_header\n") + 11 - (char *)file) +
+                                12 * mesh.vertex_count + 20 * mesh.triangle_count);
+    free(file);
+    file = written(&mesh, SC_MESH_GLB, &bytes);
+    assert_int_equal(u32_at(file + 8), bytes);
+    assert_int_equal(20 + u32_at(file + 12) + 8 + 24 * mesh.vertex_count + 12 * mesh.triangle_count,
+                     bytes);
+    free(file);
+    file = written(&mesh, SC_MESH_3MF, &bytes);
+    assert_int_equal(u32_at(file), 0x04034b50);
+    assert_int_equal(u32_at(file + bytes - 22), 0x06054b50);
+    assert_int_equal(u32_at(file + bytes - 10) + u32_at(file + bytes - 6), bytes - 22);
+    assert_int_equal(u32_at(file + u32_at(file + bytes - 6)), 0x02014b50);
+    free(file);
+}
+
 RUN_TESTS(NULL, NULL)

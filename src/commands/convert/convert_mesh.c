@@ -60,7 +60,8 @@ static sc_status check_format(const sc_app *app, const sc_prepared *v, sc_mesh_f
                    app->options.output, count);
 }
 
-/* Read how far decimating may move the surface. @param out 0 without --error-mm: all triangles are kept. */
+/* Read how far decimating may move the surface. @param out 0 without --error-mm: all triangles are
+ * kept. */
 static sc_status read_error(const sc_app *app, double *out)
 {
     const char *text = app->options.error_mm;
@@ -90,8 +91,9 @@ static void find_present(const sc_mesh *mesh, bool *has)
         has[mesh->sides[i][0]] = has[mesh->sides[i][1]] = true;
 }
 
-/* Tell that a tissue has no triangle: because its few voxels are drawn as those around, or because it
- * is so small that decimating has left nothing of it. That is an error if it was asked for by name.
+/* Tell that a tissue has no triangle: because its few voxels are drawn as those around, or because
+ * it is so small that decimating has left nothing of it. That is an error if it was asked for by
+ * name.
  * @param voxels of the tissue. @param had it had one before. */
 static sc_status tell_absent(const sc_app *app, const sc_mesh_tissue *tissue, uint64_t voxels,
                              bool had)
@@ -100,18 +102,21 @@ static sc_status tell_absent(const sc_app *app, const sc_mesh_tissue *tissue, ui
 
     SC_PASS(sc_text_add(app->ctx, &why, "\"%s\" (label %lld, %llu voxels) ", tissue->name,
                         (long long)tissue->label, (unsigned long long)voxels));
-    SC_PASS(had ? sc_text_add(app->ctx, &why, "is too small for the error that decimating may make "
-                                              "(without --error-mm it is kept)")
-                : sc_text_add(app->ctx, &why, "has no surface, as it is too small or too thin for "
-                                              "one (--set render.smooth=0 gives it that of its voxels)"));
+    SC_PASS(had ? sc_text_add(app->ctx, &why,
+                              "is too small for the error that decimating may make "
+                              "(without --error-mm it is kept)")
+                : sc_text_add(app->ctx, &why,
+                              "has no surface, as it is too small or too thin for "
+                              "one (--set render.smooth=0 gives it that of its voxels)"));
     if (app->options.tissue)
         return sc_fail(app->ctx, SC_ERR_DATA, "%s", why.data);
     sc_warn(app->ctx, "%s; it is left out", why.data);
     return SC_OK;
 }
 
-/* Describe the tissues for the writer: those that are wanted and have triangles. @param had [label_count]
- * those that had some before they were decimated. @param out [label_count], zeroed. */
+/* Describe the tissues for the writer: those that are wanted and have triangles. @param had
+ * [label_count] those that had some before they were decimated. @param out [label_count], zeroed.
+ */
 static sc_status describe(const sc_app *app, const sc_prepared *v, const sc_tissue *looks,
                           const bool *wanted, const bool *had, const sc_mesh *mesh,
                           sc_mesh_tissue *out)
