@@ -26,22 +26,6 @@ bool sc_mesh_format_of(const char *path, sc_mesh_format *out)
     return false;
 }
 
-void sc_put_u32(FILE *stream, uint32_t value)
-{
-    const uint8_t bytes[4] = {(uint8_t)value, (uint8_t)(value >> 8), (uint8_t)(value >> 16),
-                              (uint8_t)(value >> 24)};
-
-    fwrite(bytes, 1, sizeof bytes, stream);
-}
-
-void sc_put_float(FILE *stream, float value)
-{
-    uint32_t bits;
-
-    memcpy(&bits, &value, sizeof bits);
-    sc_put_u32(stream, bits);
-}
-
 /* Write the only tissue. The normals of triangles are left to the reader, as the format allows. */
 static void write_stl(const sc_mesh_file *f)
 {
