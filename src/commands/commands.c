@@ -44,7 +44,7 @@ const sc_command sc_commands[] = {
      "replaced; -o - writes to standard output.",
      sc_cmd_init, false},
     {NULL, "convert", "VOLUME|TABLE|JOB.yaml",
-     "write a mesh, prepared file, label table, centre line, phantom",
+     "write a mesh, prepared file, label table, line or phantom",
      "The ending of the file that -o names tells what is written. .segc: the volume, prepared. "
      "Preparing finds the surfaces, which takes seconds to minutes; a job whose volume is a "
      "prepared file begins at once. The file holds one strength of smoothing and one set of hidden "
