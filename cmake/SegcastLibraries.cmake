@@ -74,17 +74,6 @@ segcast_add_codec(Blosc::blosc BLOSC blosc>=1.21 libblosc-dev)
 segcast_add_codec(Zstd::zstd ZSTD libzstd>=1.4 libzstd-dev)
 segcast_add_codec(Lz::lz4 LZ4 liblz4>=1.9 liblz4-dev)
 
-# Optional: decimated meshes. SC_HAVE_MESHOPTIMIZER tells the code. Older versions have another meshopt_simplify.
-find_package(meshoptimizer 0.18 CONFIG QUIET)
-add_library(Meshoptimizer::meshoptimizer INTERFACE IMPORTED)
-if(meshoptimizer_FOUND)
-  target_link_libraries(Meshoptimizer::meshoptimizer INTERFACE meshoptimizer::meshoptimizer)
-  target_compile_definitions(Meshoptimizer::meshoptimizer INTERFACE SC_HAVE_MESHOPTIMIZER=1)
-else()
-  message(WARNING "meshoptimizer 0.18 or newer is not here (Debian: libmeshoptimizer-dev): meshes will not be decimated")
-  target_compile_definitions(Meshoptimizer::meshoptimizer INTERFACE SC_HAVE_MESHOPTIMIZER=0)
-endif()
-
 # segcast_read_version(VARIABLE FILE MACRO): the number that a header defines as MACRO; 0 if it does not.
 function(segcast_read_version variable file macro)
   set(line)

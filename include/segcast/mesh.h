@@ -7,9 +7,6 @@
 
 #include "segcast/kernel.h"
 
-/** What a mesh takes for each vertex and triangle while it is decimated and written, beside itself.
- */
-enum { SC_MESH_WORK_VERTEX_BYTES = 120, SC_MESH_WORK_TRIANGLE_BYTES = 120 };
 /** All surfaces of a volume together: a triangle lies between two labels and belongs to the
  * surfaces of both. */
 typedef struct sc_mesh {
@@ -32,17 +29,6 @@ typedef struct sc_mesh {
  *  has more vertices than 32 bits can count; SC_ERR_MEMORY. Caller owns *out: sc_mesh_clear. */
 SC_MUST_USE sc_status sc_mesh_build(const sc_ctx *ctx, const sc_prepared *volume,
                                     const bool *wanted, int threads, sc_mesh *out);
-/** @return whether this build can decimate: it has meshoptimizer. */
-bool sc_mesh_can_decimate(void);
-/** Leave out vertices as long as the new triangles are within @p error_mm of the old ones: the root
- * of the mean square of the distances of a vertex from the planes of the triangles that it
- * replaces, weighted by area (Garland and Heckbert 1997, "Surface simplification using quadric
- * error metrics"). All vertices that stay are where they were, the surface of every tissue stays
- * closed, and what two share stays shared. One thread does the work. @param error_mm 0: nothing is
- * done.
- *  @return SC_ERR_SYSTEM if more than a million pairs of tissues touch, SC_ERR_MEMORY;
- * SC_ERR_INTERNAL in a build that cannot. */
-SC_MUST_USE sc_status sc_mesh_decimate(const sc_ctx *ctx, sc_mesh *mesh, double error_mm);
 /** Free what a mesh owns. */
 void sc_mesh_clear(sc_mesh *mesh);
 

@@ -83,10 +83,6 @@ static const sc_option option_rows[] = {
      "label "
      "numbers",
      "convert", sc_store_text, AT(tissue), ""},
-    {"error-mm", 0, "MM",
-     "of a mesh: leave out vertices as long as the surface moves by no more than this, as a root "
-     "mean square, for example 0.02 (default: 0, all are kept)",
-     "convert", sc_store_text, AT(error_mm), ""},
     {"begin", 0, "X,Y,Z", "where the line begins, in RAS mm (default: at the end of the tissue)",
      "convert", sc_store_text, AT(begin), ""},
     {"end", 0, "X,Y,Z", "where it ends (default: as far as possible from where it begins)",

@@ -346,8 +346,8 @@ static sc_status add_up(const sc_ctx *ctx, const builder *b, brick_counts *all)
 static sc_status check_memory(const sc_ctx *ctx, const brick_counts *all)
 {
     const sc_mesh *m = NULL;
-    const double vertex = sizeof *m->vertices + sizeof *m->normals + SC_MESH_WORK_VERTEX_BYTES;
-    const double triangle = sizeof *m->triangles + sizeof *m->sides + SC_MESH_WORK_TRIANGLE_BYTES;
+    const double vertex = sizeof *m->vertices + sizeof *m->normals + WORK_VERTEX_BYTES;
+    const double triangle = sizeof *m->triangles + sizeof *m->sides + WORK_TRIANGLE_BYTES;
     const double bytes =
         all->vertices * vertex + all->triangles * triangle + (double)all->cells * sizeof(mesh_cell);
 
@@ -359,6 +359,28 @@ static sc_status check_memory(const sc_ctx *ctx, const brick_counts *all)
                    "limit where there is more memory: --max-memory",
                    all->triangles, sc_size_text(bytes, (char[24]){0}),
                    sc_size_text((double)ctx->memory_max_bytes, (char[24]){0}));
+}
+
+/* Leave out the vertices that no triangle has. @return SC_ERR_MEMORY. */
+static sc_status compact(const sc_ctx *ctx, sc_mesh *mesh)
+{
+    SC_OWN(sc_free_at) uint32_t *number = NULL;
+    uint32_t next = 0;
+
+    SC_PASS(SC_ZALLOC(ctx, mesh->vertex_count, &number));
+    for (size_t i = 0; i < 3 * mesh->triangle_count; i++)
+        number[mesh->triangles[i / 3][i % 3]] = 1;
+    for (size_t i = 0; i < mesh->vertex_count; i++) {
+        if (!number[i])
+            continue;
+        memmove(mesh->vertices[next], mesh->vertices[i], sizeof *mesh->vertices);
+        memmove(mesh->normals[next], mesh->normals[i], sizeof *mesh->normals);
+        number[i] = next++;
+    }
+    for (size_t i = 0; i < 3 * mesh->triangle_count; i++)
+        mesh->triangles[i / 3][i % 3] = number[mesh->triangles[i / 3][i % 3]];
+    mesh->vertex_count = next;
+    return SC_OK;
 }
 
 /* Fill the mesh from b->masks. */
@@ -390,7 +412,7 @@ static sc_status build(const sc_ctx *ctx, builder *b, int threads)
     sc_stage_for(ctx, bricks, threads, bricks, BRICKS_AT_ONCE, find_lifts, b);
     sc_parallel_for(threads, all.vertices, VERTICES_AT_ONCE, lift, b);
     sc_stage_for(ctx, bricks, threads, bricks, BRICKS_AT_ONCE, fill_triangles, b);
-    return sc_mesh_compact(ctx, b->mesh); /* only of some tissues */
+    return compact(ctx, b->mesh); /* only of some tissues */
 }
 
 sc_status sc_mesh_build(const sc_ctx *ctx, const sc_prepared *volume, const bool *wanted,

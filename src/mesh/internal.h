@@ -5,8 +5,9 @@
 
 #include "segcast/mesh.h"
 
-/* Leave out the vertices that no triangle has. @return SC_ERR_MEMORY. */
-sc_status sc_mesh_compact(const sc_ctx *ctx, sc_mesh *mesh);
+/* What a mesh takes for each vertex and triangle while it is written, beside itself: sc_bodies, and
+ * normals. */
+enum { WORK_VERTEX_BYTES = 16, WORK_TRIANGLE_BYTES = 32 };
 
 /* The surface of one tissue, turned outward. */
 typedef struct sc_body {

@@ -25,7 +25,6 @@ name_library() {
     Zstd::zstd) echo zstd ;;
     Lz::lz4) echo lz4 ;;
     ZLIB::ZLIB) echo zlib ;;
-    Meshoptimizer::meshoptimizer) echo meshoptimizer ;;
     PkgConfig::LIBAV) echo libav ;;
     Libavfilter::libavfilter) echo libavfilter ;;
     PkgConfig::YAML) echo libyaml ;;

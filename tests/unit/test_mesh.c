@@ -151,33 +151,6 @@ TEST(any_labels_give_closed_surfaces)
     check_mesh(noise, cube, 4, 0);
 }
 
-TEST(decimating_keeps_surfaces_closed_and_volumes)
-{
-    const int size[3] = {24, 23, 26};
-    const bool wanted[3] = {false, true, true};
-    SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(size, cube, 1, 3, halves);
-    SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
-    SC_OWN(sc_mesh_clear) sc_mesh mesh = {.vertex_count = 0};
-    double before[3], after;
-    size_t made;
-
-    if (!sc_mesh_can_decimate())
-        skip();
-    assert_ok(sc_mesh_build(&quiet, &p.view, wanted, 1, &mesh));
-    made = mesh.triangle_count;
-    assert_ok(sc_mesh_decimate(&quiet, &mesh, 0));
-    assert_int_equal(mesh.triangle_count, made);
-    for (int tissue = 1; tissue < 3; tissue++)
-        assert_int_equal(open_edges(&mesh, tissue, &before[tissue]), 0);
-    assert_ok(sc_mesh_decimate(&quiet, &mesh, 0.05));
-    assert_true(mesh.triangle_count < made / 2);
-    assert_true(mesh.triangle_count > made / 50);
-    for (int tissue = 1; tissue < 3; tissue++) {
-        assert_int_equal(open_edges(&mesh, tissue, &after), 0);
-        assert_near(after / before[tissue], 1, 0.005);
-    }
-}
-
 /* Meshes of one tissue have no vertices of others; and each failure of an allocation is one message
  * and leaves nothing behind. */
 TEST(a_mesh_of_one_tissue_is_made_or_refused_as_a_whole)
@@ -197,8 +170,6 @@ TEST(a_mesh_of_one_tissue_is_made_or_refused_as_a_whole)
         assert_true(budget < 1000);
         ctx.alloc_budget = &left;
         status = sc_mesh_build(&ctx, &p.view, wanted, 1, &mesh);
-        if (status == SC_OK)
-            status = sc_mesh_decimate(&ctx, &mesh, 0.02);
         if (status != SC_OK) {
             assert_int_equal(status, SC_ERR_MEMORY);
             continue;

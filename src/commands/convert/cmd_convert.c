@@ -69,11 +69,6 @@ static sc_status check_use(const sc_app *app, target wanted)
                        : o->end ? "end"
                                 : "middles",
                        o->output);
-    if (wanted != TARGET_MESH && o->error_mm)
-        return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--error-mm is for a mesh, but %s is none; expected a name that ends in "
-                       ".stl, .ply, .glb or .3mf",
-                       o->output);
     if (wanted != TARGET_TABLE && wanted != TARGET_LINE && o->to)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--to names a format of label tables or centre lines, but %s is neither",

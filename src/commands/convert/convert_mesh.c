@@ -3,9 +3,6 @@
 #include "commands.h"
 #include "segcast/mesh.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 /* Set wanted[id] for the tissues that a name of --tissue means. @param wanted [label_count]. */
 static sc_status add_named(const sc_ctx *ctx, const sc_prepared *v, const char *name, bool *wanted)
 {
@@ -60,30 +57,6 @@ static sc_status check_format(const sc_app *app, const sc_prepared *v, sc_mesh_f
                    app->options.output, count);
 }
 
-/* Read how far decimating may move the surface. @param out 0 without --error-mm: all triangles are
- * kept. */
-static sc_status read_error(const sc_app *app, double *out)
-{
-    const char *text = app->options.error_mm;
-    char *end;
-
-    *out = 0;
-    if (!text)
-        return SC_OK;
-    *out = strtod(text, &end);
-    if (end == text || *end || !(*out >= 0 && *out <= 1e12))
-        return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--error-mm is \"%s\", expected millimetres such as 0.1, or 0 to keep all "
-                       "triangles",
-                       text);
-    if (*out > 0 && !sc_mesh_can_decimate())
-        return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--error-mm %s: this build cannot decimate, as it was made without "
-                       "meshoptimizer; leave the option out to keep all triangles",
-                       text);
-    return SC_OK;
-}
-
 /* Set has[id] for the tissues that have triangles. @param has [label_count], zeroed. */
 static void find_present(const sc_mesh *mesh, bool *has)
 {
@@ -91,35 +64,27 @@ static void find_present(const sc_mesh *mesh, bool *has)
         has[mesh->sides[i][0]] = has[mesh->sides[i][1]] = true;
 }
 
-/* Tell that a tissue has no triangle: because its few voxels are drawn as those around, or because
- * it is so small that decimating has left nothing of it. That is an error if it was asked for by
- * name.
- * @param voxels of the tissue. @param had it had one before. */
-static sc_status tell_absent(const sc_app *app, const sc_mesh_tissue *tissue, uint64_t voxels,
-                             bool had)
+/* Tell that a tissue has no triangle, because its few voxels are drawn as those around. That is an
+ * error if it was asked for by name. @param voxels of the tissue. */
+static sc_status tell_absent(const sc_app *app, const sc_mesh_tissue *tissue, uint64_t voxels)
 {
     SC_OWN(sc_text_clear) sc_text why = {0};
 
-    SC_PASS(sc_text_add(app->ctx, &why, "\"%s\" (label %lld, %llu voxels) ", tissue->name,
-                        (long long)tissue->label, (unsigned long long)voxels));
-    SC_PASS(had ? sc_text_add(app->ctx, &why,
-                              "is too small for the error that decimating may make "
-                              "(without --error-mm it is kept)")
-                : sc_text_add(app->ctx, &why,
-                              "has no surface, as it is too small or too thin for "
-                              "one (--set render.smooth=0 gives it that of its voxels)"));
+    SC_PASS(
+        sc_text_add(app->ctx, &why,
+                    "\"%s\" (label %lld, %llu voxels) has no surface, as it is too small or too "
+                    "thin for one (--set render.smooth=0 gives it that of its voxels)",
+                    tissue->name, (long long)tissue->label, (unsigned long long)voxels));
     if (app->options.tissue)
         return sc_fail(app->ctx, SC_ERR_DATA, "%s", why.data);
     sc_warn(app->ctx, "%s; it is left out", why.data);
     return SC_OK;
 }
 
-/* Describe the tissues for the writer: those that are wanted and have triangles. @param had
- * [label_count] those that had some before they were decimated. @param out [label_count], zeroed.
- */
+/* Describe the tissues for the writer: those that are wanted and have triangles. @param out
+ * [label_count], zeroed. */
 static sc_status describe(const sc_app *app, const sc_prepared *v, const sc_tissue *looks,
-                          const bool *wanted, const bool *had, const sc_mesh *mesh,
-                          sc_mesh_tissue *out)
+                          const bool *wanted, const sc_mesh *mesh, sc_mesh_tissue *out)
 {
     SC_OWN(sc_free_at) sc_srgb_table *levels = NULL;
     SC_OWN(sc_free_at) bool *has = NULL;
@@ -144,7 +109,7 @@ static sc_status describe(const sc_app *app, const sc_prepared *v, const sc_tiss
         }
         count += out[id].wanted ? 1 : 0;
         if (wanted[id] && !has[id])
-            SC_PASS(tell_absent(app, &out[id], v->stats[id].voxels, had[id]));
+            SC_PASS(tell_absent(app, &out[id], v->stats[id].voxels));
     }
     if (!count)
         return sc_fail(app->ctx, SC_ERR_DATA,
@@ -155,32 +120,27 @@ static sc_status describe(const sc_app *app, const sc_prepared *v, const sc_tiss
 
 /* Make the mesh and write it. @param looks [label_count] of the tissues. */
 static sc_status write_mesh(const sc_app *app, const sc_prepared *v, const sc_tissue *looks,
-                            sc_mesh_format format, double error_mm)
+                            sc_mesh_format format)
 {
     const size_t labels = (size_t)v->label_count;
     const double wall_s = sc_wall_s();
     SC_OWN(sc_mesh_clear) sc_mesh mesh = {.vertex_count = 0};
-    SC_OWN(sc_free_at) bool *wanted = NULL, *had = NULL;
+    SC_OWN(sc_free_at) bool *wanted = NULL;
     SC_OWN(sc_free_at) sc_mesh_tissue *tissues = NULL;
     SC_OWN(sc_outfile_discard) sc_outfile file = {0};
-    size_t made;
 
     SC_PASS(SC_ZALLOC(app->ctx, labels, &wanted));
-    SC_PASS(SC_ZALLOC(app->ctx, labels, &had));
     SC_PASS(SC_ZALLOC(app->ctx, labels, &tissues));
     SC_PASS(find_wanted(app, v, looks, wanted));
     SC_PASS(check_format(app, v, format, wanted));
     SC_PASS(sc_mesh_build(app->ctx, v, wanted, app->threads, &mesh));
-    made = mesh.triangle_count;
-    find_present(&mesh, had);
-    SC_PASS(sc_mesh_decimate(app->ctx, &mesh, error_mm));
-    SC_PASS(describe(app, v, looks, wanted, had, &mesh, tissues));
+    SC_PASS(describe(app, v, looks, wanted, &mesh, tissues));
     SC_PASS(sc_outfile_open(app->ctx, app->options.output, app->options.overwrite, &file));
     SC_PASS(sc_mesh_write(app->ctx, &mesh, tissues, v->label_count, format, app->options.output,
                           file.stream));
     SC_PASS(sc_outfile_commit(app->ctx, &file));
-    sc_info(app->ctx, "%s: %zu of %zu triangles, made and written in %.2f s", app->options.output,
-            mesh.triangle_count, made, sc_wall_s() - wall_s);
+    sc_info(app->ctx, "%s: %zu triangles, made and written in %.2f s", app->options.output,
+            mesh.triangle_count, sc_wall_s() - wall_s);
     return SC_OK;
 }
 
@@ -191,9 +151,7 @@ sc_status sc_convert_mesh(sc_app *app)
     SC_OWN(sc_input_clear) sc_input input = {0};
     SC_OWN(sc_free_at) sc_tissue *looks = NULL;
     sc_mesh_format format;
-    double error_mm = 0;
 
-    SC_PASS(read_error(app, &error_mm));
     if (!sc_mesh_format_of(path, &format))
         return sc_fail(app->ctx, SC_ERR_INTERNAL, "%s: is no mesh", path);
     SC_PASS(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
@@ -203,7 +161,7 @@ sc_status sc_convert_mesh(sc_app *app)
     SC_PASS(SC_ZALLOC(app->ctx, (size_t)input.volume.label_count, &looks));
     SC_PASS(sc_transfer_resolve(app->ctx, &input.volume, session.job.rules, session.job.rule_count,
                                 sc_job_opacity_rule(&session.job), looks));
-    SC_PASS(write_mesh(app, &input.volume, looks, format, error_mm));
+    SC_PASS(write_mesh(app, &input.volume, looks, format));
     sc_display_end_stage(app);
     sc_print_made(path);
     return SC_OK;
