@@ -324,6 +324,30 @@ const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepa
  *  of equal votes the lowest id. @param point in grid coordinates. @return dense id; 0
  *  (background) outside of the grid. Threads: any number at once. */
 uint32_t sc_kernel_owner(const sc_prepared *volume, const float point[3]);
+/** Edges of a cell: edge 4 d + a + 2 b leads along axis d, at a of the next axis and b of the one
+ *  after that, in cyclic order; corners: x + 2 y + 4 z. */
+enum { SC_CELL_EDGES = 12, SC_CELL_CORNERS = 8, SC_CELL_POINTS_MAX = 4 };
+/** Where the smooth surface passes through a cell: a point for each part of it that is not joined
+ * to another within the cell. */
+typedef struct sc_cell_points {
+    int count;                        /**< of the points, 0 to SC_CELL_POINTS_MAX */
+    uint32_t owners[SC_CELL_CORNERS]; /**< dense ids: sc_kernel_vertex_owner */
+    int8_t of_edge[SC_CELL_EDGES];   /**< the point of the part that crosses the edge; -1: none does
+                                          as both ends have one owner */
+    float at[SC_CELL_POINTS_MAX][3]; /**< in voxels from the lowest vertex, 0 to 1: on the surface,
+                                        or where more than two labels meet */
+    float normals[SC_CELL_POINTS_MAX][3]; /**< RAS, unit length, from the lower of two labels to the
+                                           other; 0 where more meet, or at a face of the volume */
+} sc_cell_points;
+/** @return the dense id of the label that owns a grid vertex; 0 outside of the volume. Threads: any
+ *  number at once. */
+uint32_t sc_kernel_vertex_owner(const sc_prepared *volume, int x, int y, int z);
+/** Find the points of a cell. Two cells agree about a face that they share: the edges of it that
+ * have one point in one of them have one point in the other. @param q its lowest grid vertex, 0 to
+ * the size of the volume along each axis. @param placed false: at and normals are not wanted.
+ * Threads: any number at once. */
+void sc_kernel_cell_points(const sc_prepared *volume, const int q[3], bool placed,
+                           sc_cell_points *out);
 /** The colour that march->grey, which must not be NULL, has at a point of a slice, beside all
  * tissues: as that of a cut face there, with the depth cue. @param point in grid coordinates.
  * @param depth_mm from the eye. @param tone [3] square roots of linear light; written only if there

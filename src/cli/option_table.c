@@ -79,8 +79,10 @@ static const sc_option option_rows[] = {
      "of the file)",
      "convert", sc_store_text, AT(to), ""},
     {"tissue", 0, "NAME[,NAME]",
-     "write the centre line through these tissues: names, globs or label numbers", "convert",
-     sc_store_text, AT(tissue), ""},
+     "of a mesh: write only these tissues; else the centre line through them: names, globs or "
+     "label "
+     "numbers",
+     "convert", sc_store_text, AT(tissue), ""},
     {"begin", 0, "X,Y,Z", "where the line begins, in RAS mm (default: at the end of the tissue)",
      "convert", sc_store_text, AT(begin), ""},
     {"end", 0, "X,Y,Z", "where it ends (default: as far as possible from where it begins)",

@@ -44,11 +44,14 @@ const sc_command sc_commands[] = {
      "replaced; -o - writes to standard output.",
      sc_cmd_init, false},
     {NULL, "convert", "VOLUME|TABLE|JOB.yaml",
-     "write a prepared file, label table, centre line or phantom",
+     "write a mesh, prepared file, label table, line or phantom",
      "The ending of the file that -o names tells what is written. .segc: the volume, prepared. "
      "Preparing finds the surfaces, which takes seconds to minutes; a job whose volume is a "
      "prepared file begins at once. The file holds one strength of smoothing and one set of hidden "
-     "tissues; give the job instead of the volume to get the file that fits the job. .ctbl "
+     "tissues; give the job instead of the volume to get the file that fits the job. .glb, .3mf, "
+     ".ply, .stl: the smooth surfaces that are drawn, as a closed mesh for each tissue, or for "
+     "those "
+     "of --tissue, in RAS mm; GLB in metres, with superior up and anterior to the front. .ctbl "
      "(slicer), .csv, .tsv (bids), .xml, .gii (gifti), .json, or the format of --to: the names, "
      "colours and opacities of a label table, or those in the header of a volume; what the format "
      "cannot hold is told. With --tissue, .csv or .json: the centre line of a vessel, through the "

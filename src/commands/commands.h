@@ -36,10 +36,23 @@ sc_status sc_write_text(const sc_app *app, const sc_text *text, const char *path
 
 /* ---- what segcast convert writes, each to app->options.output; @return as the command ---- */
 
+/* The tissues of --tissue. Zero-initialise; owns text. */
+enum { SC_TISSUES_MAX = 64 };
+typedef struct sc_tissue_list {
+    sc_text text;
+    const char *names[SC_TISSUES_MAX]; /* [count] names, globs and label numbers, in text */
+    size_t count;
+} sc_tissue_list;
+/* Take the value of --tissue apart at commas. @return SC_ERR_USAGE, SC_ERR_MEMORY. Caller owns *out
+ * also after an error: sc_tissue_list_clear. */
+sc_status sc_tissue_list_read(const sc_ctx *ctx, const char *tissues, sc_tissue_list *out);
+void sc_tissue_list_clear(sc_tissue_list *list);
 /* A label table in the format of another program. */
 sc_status sc_convert_table(sc_app *app);
 /* The centre line of a vessel. */
 sc_status sc_convert_line(sc_app *app);
+/* The surfaces of tissues as a mesh, in the format that the name of the file tells. */
+sc_status sc_convert_mesh(sc_app *app);
 /* The built-in heart, or the phases of its beat. */
 sc_status sc_convert_phantom(sc_app *app);
 /* The prepared volume of the job file @p job; NULL: of app->options.input, which is a volume. */

@@ -1,12 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast convert: what is written is told by the ending of the file, and by the options. */
 #include "commands.h"
+#include "segcast/mesh.h"
 
 #include <string.h>
 #include <strings.h>
 
 /* What segcast convert can write. */
-typedef enum target { TARGET_TABLE, TARGET_LINE, TARGET_PREPARED, TARGET_PHANTOM } target;
+typedef enum target {
+    TARGET_TABLE,
+    TARGET_LINE,
+    TARGET_MESH,
+    TARGET_PREPARED,
+    TARGET_PHANTOM
+} target;
 
 /* Is the argument a job file, judged by the end of its name? */
 static bool is_job(const char *path)
@@ -20,7 +27,10 @@ static bool is_job(const char *path)
 static target find_target(const sc_options *o)
 {
     const char *dot = strrchr(o->output, '.');
+    sc_mesh_format mesh;
 
+    if (sc_mesh_format_of(o->output, &mesh))
+        return TARGET_MESH;
     if (o->tissue || o->begin || o->end || o->middles)
         return TARGET_LINE;
     if (dot && !strcasecmp(dot, ".segc"))
@@ -53,7 +63,13 @@ static sc_status check_use(const sc_app *app, target wanted)
                        "%s: is a job file, of which only a prepared file (-o FILE.segc) is made; "
                        "expected a volume or a label table",
                        o->input);
-    if ((wanted == TARGET_PREPARED || wanted == TARGET_PHANTOM) && o->to)
+    if (wanted == TARGET_MESH && (o->begin || o->end || o->middles))
+        return sc_fail(app->ctx, SC_ERR_USAGE, "--%s is for a centre line, but %s is a mesh",
+                       o->begin ? "begin"
+                       : o->end ? "end"
+                                : "middles",
+                       o->output);
+    if (wanted != TARGET_TABLE && wanted != TARGET_LINE && o->to)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--to names a format of label tables or centre lines, but %s is neither",
                        o->output);
@@ -85,6 +101,7 @@ sc_status sc_cmd_convert(sc_app *app)
         return sc_convert_prepared(app, is_job(o->input) ? o->input : NULL);
     SC_PASS(app->mistake);
     return wanted == TARGET_LINE      ? sc_convert_line(app)
+           : wanted == TARGET_MESH    ? sc_convert_mesh(app)
            : wanted == TARGET_PHANTOM ? sc_convert_phantom(app)
                                       : sc_convert_table(app);
 }

@@ -6,45 +6,16 @@
 #include <string.h>
 #include <strings.h>
 
-enum { TISSUES_MAX = 64 };
-
-/* What the command line asks for. Owns text. */
+/* What the command line asks for. Owns tissues. */
 typedef struct wish {
-    sc_text text; /* --tissue, taken apart */
-    const char *patterns[TISSUES_MAX];
+    sc_tissue_list tissues; /* --tissue, taken apart */
     sc_vec3 through[2];
     sc_line_wish line;
 } wish;
 
 static void clear_wish(wish *w)
 {
-    sc_text_clear(&w->text);
-}
-
-/* Take the names of --tissue apart at commas. */
-static sc_status read_tissues(const sc_ctx *ctx, const char *tissues, wish *w)
-{
-    if (!tissues || !tissues[0] || tissues[0] == ',')
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "no tissue: give one as --tissue NAME, or several with commas between them; "
-                       "`segcast info VOLUME` lists those of a volume");
-    SC_PASS(sc_text_add(ctx, &w->text, "%s", tissues));
-    for (char *at = w->text.data; at;) {
-        char *comma = strchr(at, ',');
-
-        if (comma)
-            *comma++ = '\0';
-        if (!at[0] || strlen(at) >= SC_NAME_BYTES || w->line.pattern_count == TISSUES_MAX)
-            return sc_fail(ctx, SC_ERR_USAGE,
-                           "--tissue is \"%s\", expected up to %d names of tissues with commas "
-                           "between them; one with a comma in its name can be given by the number "
-                           "of its label",
-                           tissues, TISSUES_MAX);
-        w->patterns[w->line.pattern_count++] = at;
-        at = comma;
-    }
-    w->line.patterns = w->patterns;
-    return SC_OK;
+    sc_tissue_list_clear(&w->tissues);
 }
 
 /* Read three numbers with commas between them. */
@@ -72,7 +43,9 @@ static sc_status read_wish(const sc_app *app, wish *w)
 {
     const sc_options *o = &app->options;
 
-    SC_PASS(read_tissues(app->ctx, o->tissue, w));
+    SC_PASS(sc_tissue_list_read(app->ctx, o->tissue, &w->tissues));
+    w->line.patterns = w->tissues.names;
+    w->line.pattern_count = w->tissues.count;
     if (o->end && !o->begin)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--end needs --begin: a line that ends at a point has to begin at one");
