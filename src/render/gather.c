@@ -61,18 +61,29 @@ static void free_at(sc_gather **g)
     sc_gather_free(*g);
 }
 
-sc_status sc_gather_new(const sc_ctx *ctx, const sc_renderer *r, bool inner, sc_gather **out)
+/* Do what a rank does for itself. */
+static sc_status begin(const sc_ctx *ctx, bool inner, sc_gather *g)
 {
-    SC_OWN(free_at) sc_gather *g = NULL;
-
-    SC_PASS(SC_ZALLOC(ctx, 1, &g));
-    g->renderer = r;
     SC_PASS(allocate_fields(ctx, inner, g));
     make_directions(g);
     sc_gather_mark_places(g);
     SC_PASS(allocate_places(ctx, g));
     sc_gather_fill_places(g);
-    SC_PASS(sc_gather_find_occupied(ctx, g));
+    return sc_gather_mark_occupied(ctx, g);
+}
+
+sc_status sc_gather_new(const sc_ctx *ctx, const sc_renderer *r, bool inner, sc_gather **out)
+{
+    SC_OWN(free_at) sc_gather *g = NULL;
+    sc_status status = SC_ZALLOC(ctx, 1, &g);
+
+    if (status == SC_OK) {
+        g->renderer = r;
+        status = begin(ctx, inner, g);
+    }
+    /* No rank begins what all do together before all have come as far. */
+    SC_PASS(sc_team_agree(r->team, status));
+    SC_PASS(sc_gather_find_distances(ctx, g));
     SC_HAND_OVER(g, out);
     return SC_OK;
 }

@@ -93,8 +93,10 @@ void sc_gather_scene(sc_gather *g, struct sc_renderer *r, const sc_scene *scene)
 /* Note which vertices are places, number them, and fill them in once there is room for them. */
 void sc_gather_mark_places(sc_gather *g);
 void sc_gather_fill_places(sc_gather *g);
-/* Find what rays can meet. @return SC_ERR_MEMORY. */
-sc_status sc_gather_find_occupied(const sc_ctx *ctx, sc_gather *g);
+/* Find what rays can meet, and after that how far it is from where nothing is. The second one is
+ * collective in the team of the renderer. @return SC_ERR_MEMORY. */
+sc_status sc_gather_mark_occupied(const sc_ctx *ctx, sc_gather *g);
+sc_status sc_gather_find_distances(const sc_ctx *ctx, sc_gather *g);
 /* Follow the rays of all places through what @p scene shows: sets g->hits. */
 void sc_gather_trace(sc_gather *g, const sc_scene *scene);
 /* Find the light of all places from what their rays have met, and spread it to the vertices: sets

@@ -223,13 +223,13 @@ static void set_planes(sc_gather *g, const sc_scene *scene)
         g->cuts[id] = scene->clip_sets[r->tissues[id].clip_set];
 }
 
-sc_status sc_gather_find_occupied(const sc_ctx *ctx, sc_gather *g)
+sc_status sc_gather_mark_occupied(const sc_ctx *ctx, sc_gather *g)
 {
     const sc_renderer *r = g->renderer;
     const sc_prepared *v = r->volume;
     const size_t bricks = sc_brick_count(v->bricks);
-    size_t count;
     int framed[3];
+    size_t count;
 
     sc_framed_size(v->bricks, framed);
     count = sc_brick_count(framed);
@@ -242,8 +242,15 @@ sc_status sc_gather_find_occupied(const sc_ctx *ctx, sc_gather *g)
     g->absent_now = g->absent;
     g->far = g->distances; /* not yet known */
     sc_parallel_for(r->settings.threads, bricks, 1024, mark_occupied, g);
+    return SC_OK;
+}
+
+sc_status sc_gather_find_distances(const sc_ctx *ctx, sc_gather *g)
+{
+    const sc_renderer *r = g->renderer;
+    const sc_prepared *v = r->volume;
+
     SC_PASS(sc_brick_distances(ctx, r->team, v->bricks, g->occupied, &g->far));
-    memcpy(g->distances, g->far, count);
     g->march = (sc_gather_march){.volume = v,
                                  .masks = g->occupied,
                                  .distances = g->distances,
