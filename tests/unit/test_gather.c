@@ -230,4 +230,24 @@ TEST(all_kernels_show_the_same_light)
     free_scene(&s);
 }
 
+/* Memory that is not there ends the renderer, not the program. */
+TEST(want_of_memory_is_told)
+{
+    sc_scene scene;
+    small_scene s = sky_scene(corner, false, &scene);
+    sc_status status = SC_ERR_MEMORY;
+    sc_renderer *r = NULL;
+
+    for (long n = 0; status != SC_OK; n++) {
+        long budget = n;
+        const sc_ctx ctx = {.alloc_budget = &budget};
+
+        status = sc_renderer_new(&ctx, &s.settings, &s.prepared.view, s.tissues, &r);
+        assert_true(status == SC_OK || status == SC_ERR_MEMORY);
+        assert_true(n < 200);
+    }
+    sc_renderer_free(r);
+    free_scene(&s);
+}
+
 RUN_TESTS(NULL, NULL)
