@@ -499,7 +499,7 @@ static void begin_view(frame *f)
     sc_set_colors(r, f->scene->colors);
     sc_set_clip_sets(r, f->scene);
     sc_begin_scene(r, f->scene, f->viewport->height_px);
-    if (r->gather && !f->scene->slice)
+    if (r->gather && !f->scene->slice && !f->scene->inside)
         sc_gather_scene(r->gather, r, f->scene);
     if (sc_fades_away(r)) {
         r->on_white = r->march;

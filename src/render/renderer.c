@@ -189,6 +189,15 @@ static sc_status begin(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissu
     return sc_fill_grey(ctx, r);
 }
 
+/* @return whether light is gathered: for smooth surfaces, if the kernel that does it can reach all
+ * of the volume, as one of those that draw can. */
+static bool gathers_light(const sc_renderer *r)
+{
+    return r->settings.light.method == SC_LIGHT_GLOBAL &&
+           r->settings.surface == SC_SURFACE_SMOOTH &&
+           sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, r->volume, NULL);
+}
+
 /* @return whether surfaces between two tissues can be seen but where they are cut: some tissue lets
  * light through, fades or moves away. */
 static bool shows_inner(const sc_renderer *r, const sc_tissue *tissues)
@@ -229,7 +238,7 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     SC_TRY(derive(ctx, r, show, opacity));
     fill_march(r);
     fill_thickness(r, tissues);
-    if (settings->light.method == SC_LIGHT_GLOBAL && settings->surface == SC_SURFACE_SMOOTH)
+    if (gathers_light(r))
         SC_TRY(sc_gather_new(ctx, r, shows_inner(r, tissues), &r->gather));
     SC_TRY(sc_parts_make(ctx, r, tissues));
     *out = r;
