@@ -7,9 +7,9 @@
 
 #include <string.h>
 
-/* So much of each ray is free, in voxels: the vertices beside that at which it begins stand in its
- * way only from there. */
-#define START_VOXELS 0.4f
+/* So much of each ray is free, in voxels: vertices reach out from the surface that they belong to
+ * by half the diagonal of a voxel. */
+#define START_VOXELS 0.9f
 
 /* Note which vertices of bricks [begin, end) are on the side of tissue: an sc_range_fn on a gather.
  */

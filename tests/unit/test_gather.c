@@ -250,4 +250,166 @@ TEST(want_of_memory_is_told)
     free_scene(&s);
 }
 
+/* ---- the truth: paths through the smooth surface ---- */
+
+/* What paths need of a scene whose tissues are opaque. */
+typedef struct truth {
+    const small_scene *s;
+    const sc_kernel *kernel;
+    sc_affine to_voxel;
+    sc_march_tissue tissues[32];
+    sc_march march;
+    uint64_t seed;
+} truth;
+
+/* Set up the march of paths. @param cells of sc_visible_cells. */
+static void begin_truth(truth *t, const small_scene *s, const uint64_t *cells)
+{
+    const sc_prepared *v = &s->prepared.view;
+
+    *t = (truth){
+        .s = s, .kernel = sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_INTERIOR, v, NULL), .seed = 5};
+    assert_true(sc_affine_invert(&v->to_ras_mm, &t->to_voxel));
+    t->march = (sc_march){
+        .volume = v,
+        .visible = cells,
+        .visible_row = sc_framed_row(v->bricks),
+        .visible_layer = sc_framed_layer(v->bricks),
+        .box_low = {-1.5F, -1.5F, -1.5F},
+        .box_high = {(float)v->size[0] + 2.5F, (float)v->size[1] + 2.5F, (float)v->size[2] + 2.5F},
+        .tissues = t->tissues,
+        .opaque_below = SC_OPAQUE,
+        .light = {.flat = true}};
+    for (int i = 0; i < 9; i++)
+        t->march.grid_per_mm[i / 3][i % 3] = (float)t->to_voxel.m[i / 3][i % 3];
+    for (int id = 0; id < v->label_count; id++)
+        t->tissues[id] = (sc_march_tissue){.boundary_alpha = 1,
+                                           .thickness_factor = 1,
+                                           .show = id ? SC_SHOW_BOUNDARY : 0,
+                                           .shininess = 1};
+}
+
+/* Follow a ray to the first surface. @return its label; 0 if there is none. @param at moved there,
+ * RAS mm. */
+static uint32_t follow(const truth *t, sc_vec3 *at, sc_vec3 d, sc_vec3 *normal)
+{
+    const sc_vec3 from = sc_affine_point(&t->to_voxel, *at),
+                  along = sc_affine_vector(&t->to_voxel, d);
+    const sc_ray ray = {.origin = {(float)from.x + 1, (float)from.y + 1, (float)from.z + 1},
+                        .direction = {(float)along.x, (float)along.y, (float)along.z},
+                        .toward_eye = {(float)-d.x, (float)-d.y, (float)-d.z},
+                        .clip_sets = 1,
+                        .part_count = {1},
+                        .parts = {{{.end_mm = 1e4F, .cap_plane = -1}}}};
+    sc_march_counters counters = {0};
+    sc_radiance light;
+
+    t->kernel->march(&t->march, &ray, NULL, 1, &light, &counters);
+    if (!light.label)
+        return 0;
+    *at = sc_vec3_along(*at, light.depth_mm, d);
+    *normal = (sc_vec3){light.normal[0], light.normal[1], light.normal[2]};
+    return light.label;
+}
+
+/* @return a direction about a normal, with a density as its cosine: a point of the unit sphere
+ * around the normal's end. */
+static sc_vec3 scattered(truth *t, sc_vec3 normal)
+{
+    const double z = random_real(&t->seed, -1, 1),
+                 angle = random_real(&t->seed, 0, 6.283185307179586);
+    const double r = sqrt(1 - z * z);
+
+    return sc_vec3_unit(sc_vec3_add(normal, (sc_vec3){r * cos(angle), r * sin(angle), z}));
+}
+
+/* Add to @p sum the light, for each component, that one path from a point of a surface brings to
+ * it. */
+static void add_path(truth *t, sc_vec3 at, sc_vec3 normal, double sum[3])
+{
+    double share[3] = {1, 1, 1};
+
+    for (int bounce = 0; bounce < 8; bounce++) {
+        const sc_vec3 d = scattered(t, normal);
+        uint32_t label;
+
+        at = sc_vec3_along(at, 0.02 * t->march.volume->to_ras_mm.m[0][0], normal);
+        label = follow(t, &at, d, &normal);
+        for (int i = 0; i < 3; i++) {
+            if (!label)
+                sum[i] += share[i] * (SC_SKY_MEAN + SC_SKY_UP * d.z);
+            share[i] *= t->s->tissues[label].rgb_linear[i];
+        }
+        if (!label)
+            return;
+    }
+}
+
+/* Three balls of different colours, which nearly touch, on a plate. */
+static int balls(double x, double y, double z)
+{
+    static const double middles[3][4] = {{26, 30, 30, 15}, {56, 34, 29, 14}, {40, 58, 27, 12}};
+
+    for (int i = 0; i < 3; i++) {
+        const double dx = x - middles[i][0], dy = y - middles[i][1], dz = z - middles[i][2];
+
+        if (dx * dx + dy * dy + dz * dz < middles[i][3] * middles[i][3])
+            return i ? i : 1;
+    }
+    return z < 14 ? 2 : 0;
+}
+
+/* Gathered light is that which paths bring to the smooth surface itself, but for their noise, the
+ * rounding of pixels, and that its rays meet vertices instead. */
+TEST(gathered_light_is_that_of_paths)
+{
+    enum { PATHS = 800, STEP = 11 };
+    sc_scene scene;
+    small_scene s = sky_scene(balls, false, &scene);
+    const uint8_t show[3] = {0, SC_SHOW_BOUNDARY, SC_SHOW_BOUNDARY};
+    SC_OWN(sc_image_clear) sc_image image = {0};
+    double squares = 0, bias = 0, mean = 0;
+    int count = 0;
+    sc_team *team;
+    uint64_t *cells;
+    truth t;
+
+    s.tissues[1].rgb_linear[1] = 0.15F;
+    scene.camera = sc_camera_look((sc_vec3){120, 250, 160}, (sc_vec3){MIDDLE, MIDDLE, 24},
+                                  (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, SIDE / 2.0);
+    image = draw_view(&s, &scene, NULL);
+    assert_ok(sc_team_open(&quiet, NULL, 1, NULL, &team));
+    assert_ok(sc_visible_cells(&quiet, team, &s.prepared.view, show, &cells));
+    begin_truth(&t, &s, cells);
+    /* Crevices are darker than by paths, because vertices reach out from the surface. */
+    for (int pixel = 0; pixel < SIDE * SIDE; pixel += STEP) {
+        const int x = pixel % SIDE, y = pixel / SIDE;
+        const sc_camera *c = &scene.camera;
+        double sum[3] = {0};
+        sc_vec3 at = sc_vec3_along(sc_vec3_along(c->position_mm, x + 0.5 - SIDE / 2.0, c->right),
+                                   SIDE / 2.0 - y - 0.5, c->up);
+        sc_vec3 normal;
+        const uint32_t label = follow(&t, &at, c->forward, &normal);
+
+        if (!label || normal.x * normal.x == 1 || normal.y * normal.y == 1)
+            continue; /* faces of the volume have no light of their own */
+        for (int n = 0; n < PATHS; n++)
+            add_path(&t, at, normal, sum);
+        for (int i = 0; i < 2; i++) {
+            const double albedo = s.tissues[label].rgb_linear[i];
+            const double error = light_at(&image, x, y, i) * ALBEDO / albedo - sum[i] / PATHS;
+
+            squares += error * error;
+            bias += error;
+            mean += sum[i] / PATHS;
+            count++;
+        }
+    }
+    assert_true(count > 300);
+    assert_true(sqrt(squares / count) < 0.04 * mean / count);
+    assert_true(fabs(bias) < 0.02 * mean);
+    sc_team_close(team);
+    free_scene(&s);
+}
+
 RUN_TESTS(NULL, NULL)
