@@ -73,8 +73,8 @@ typedef struct sc_march_light {
     float cue_rgb[3]; /**< the background, linear */
 } sc_march_light;
 
-/** The sky, which stands to the volume: its radiance in a direction whose cosine with the superior
- * one is u is SC_SKY_MEAN + SC_SKY_UP u, times the intensity of the frame. */
+/** The sky, which is fixed to the volume: its radiance in a direction whose cosine with the
+ * superior one is u is SC_SKY_MEAN + SC_SKY_UP u, times the intensity of the frame. */
 #define SC_SKY_MEAN 0.7f
 #define SC_SKY_UP 0.6f
 /** Light as an integer: each component as a square root in 1023rds of SC_AROUND_ROOT, from the

@@ -142,10 +142,9 @@ static bool same_tissues(const sc_gather *g, bool colors_too)
 void sc_gather_scene(sc_gather *g, sc_renderer *r, const sc_scene *scene)
 {
     const bool convex = is_convex(scene);
-    const bool traced = g->is_traced && same_tissues(g, false) && convex == g->is_convex &&
+    const bool traced = g->is_known && same_tissues(g, false) && convex == g->is_convex &&
                         (convex || same_planes(scene, &g->scene));
-    const bool summed =
-        g->is_summed && traced && same_tissues(g, true) && same_planes(scene, &g->scene);
+    const bool summed = traced && same_tissues(g, true) && same_planes(scene, &g->scene);
 
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         r->march.around[k] = g->fields[k].around;
@@ -157,7 +156,7 @@ void sc_gather_scene(sc_gather *g, sc_renderer *r, const sc_scene *scene)
     sc_gather_sum(g);
     memcpy(g->tissues, r->tissues, (size_t)r->volume->label_count * sizeof *r->tissues);
     g->scene = *scene;
-    g->is_traced = g->is_summed = true;
+    g->is_known = true;
 }
 
 void sc_gather_free(sc_gather *g)

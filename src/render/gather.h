@@ -70,15 +70,16 @@ typedef struct sc_gather {
     float (*light)[3];     /* [count] all of it */
     float (*radiosity)[3]; /* [count] what a place gives back */
     bool *gone;            /* [count] the place is cut away */
-    /* of what it is */
-    bool is_traced, is_summed; /* hits, and light, are those of: */
-    bool is_convex;            /* the planes keep what is convex */
-    sc_scene scene;            /* for its planes */
-    sc_march_tissue *tissues;  /* [label_count] */
+    /* the scene for which all of this was found, as far as it depends on one */
+    bool is_known;            /* there has been one */
+    bool is_convex;           /* what its planes keep is convex, and the same for all tissues */
+    sc_scene scene;           /* only its planes and clip sets are read */
+    sc_march_tissue *tissues; /* [label_count] as the march had them */
 } sc_gather;
 
 /* Find the places at which the light of a renderer is gathered, and what its rays can meet.
- * Collective in its team.
+ * Collective in its team. @param inner whether surfaces between two tissues can be seen: places are
+ * found beside these, too.
  * @return SC_ERR_MEMORY. Caller owns *out: sc_gather_free. */
 sc_status sc_gather_new(const sc_ctx *ctx, const struct sc_renderer *r, bool inner,
                         sc_gather **out);
@@ -93,8 +94,8 @@ void sc_gather_scene(sc_gather *g, struct sc_renderer *r, const sc_scene *scene)
 /* Note which vertices are places, number them, and fill them in once there is room for them. */
 void sc_gather_mark_places(sc_gather *g);
 void sc_gather_fill_places(sc_gather *g);
-/* Find what rays can meet, and after that how far it is from where nothing is. The second one is
- * collective in the team of the renderer. @return SC_ERR_MEMORY. */
+/* Mark the vertices that rays can meet, and then find the distance of each empty brick from these.
+ * The second one is collective in the team of the renderer. @return SC_ERR_MEMORY. */
 sc_status sc_gather_mark_occupied(const sc_ctx *ctx, sc_gather *g);
 sc_status sc_gather_find_distances(const sc_ctx *ctx, sc_gather *g);
 /* Follow the rays of all places through what @p scene shows: sets g->hits. */
