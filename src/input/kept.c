@@ -104,14 +104,10 @@ sc_status sc_kept_path(const sc_ctx *ctx, const sc_input *input, const sc_edited
 
 /* ---- finding ---- */
 
-/* @return whether there is a regular file @p path of this user: others could have put anything
- * there. @param file that it is this one; NULL: any. */
-static bool is_own_file(const char *path, const sc_watched_file *file)
+/* @return whether @p info is of a regular file of this user: others could have put anything there. */
+static bool is_own_file(const struct stat *info)
 {
-    struct stat info;
-
-    return !lstat(path, &info) && S_ISREG(info.st_mode) && info.st_uid == geteuid() &&
-           (!file || info.st_ino == file->identity.inode);
+    return S_ISREG(info->st_mode) && info->st_uid == geteuid();
 }
 
 /* Map the file @p path on this rank and all others. @return whether it is a preparation of the
@@ -121,10 +117,12 @@ static bool map_kept(const sc_app *app, const char *path, const sc_edited *edite
     sc_ctx silent = sc_quiet(app->ctx);
     const sc_volume *v = &edited->volume;
     sc_prepared *found = &input->volume;
+    struct stat info;
 
     silent.write = NULL; /* without the file the volume is prepared anew */
+    /* The file that was opened: another process may have put a new one in its place. */
     return sc_map_prepared(app, &silent, path, &input->kept, found) == SC_OK &&
-           is_own_file(path, input->kept) &&
+           !fstat(input->kept->file, &info) && is_own_file(&info) &&
            (sc_comm_rank(app->comm) > 0 ||
             (found->label_count == v->label_count && found->label_bytes == v->label_bytes));
 }
@@ -134,11 +132,12 @@ sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, char **path, 
 {
     const bool first = sc_comm_rank(app->comm) == 0;
     char shared[SC_PATH_BYTES] = ""; /* as systems open */
+    struct stat info;
     bool good;
     uint64_t hash;
 
     *found = false;
-    if (first && *path && is_own_file(*path, NULL))
+    if (first && *path && !lstat(*path, &info) && is_own_file(&info))
         snprintf(shared, sizeof shared, "%s", *path);
     sc_comm_broadcast(app->comm, shared, sizeof shared);
     if (!shared[0])
@@ -161,9 +160,9 @@ sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, char **path, 
     }
     sc_unmap_prepared(&input->kept);
     input->volume = (sc_prepared){0};
-    if (first && !good) {
-        unlink(*path);  /* broken, or of another layout; it is prepared anew */
-    } else if (first) { /* other nodes do not see it */
+    /* What is broken, or of another layout, is prepared anew and replaced. It is not removed: another
+     * process may just have replaced it. */
+    if (first && good) { /* other nodes do not see it */
         sc_free(*path);
         *path = NULL;
     }
