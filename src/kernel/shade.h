@@ -59,7 +59,7 @@ typedef struct sc_spot {
     const float *eye; /* [3] unit, RAS, towards the eye; borrowed from the ray */
     float depth_mm;   /* from the eye */
     float rim;        /* share of its light that the rim of a cut face takes there, 0 elsewhere */
-    float around[3];  /* the light of the sky that has been gathered there, if has_around; else 0 */
+    float around[3];  /* the light that has been gathered there, if has_around; else 0 */
     bool has_around;
 } sc_spot;
 
@@ -314,22 +314,22 @@ static inline void sc_depth_cue(const sc_march_light *light, float depth_mm, flo
         rgb[i] += share * (light->cue_rgb[i] - rgb[i]);
 }
 
-/* The light of the sky that reaches a spot, to @p out: what has been gathered, as far as it is
- * known; the rest is that of the whole sky above the surface, as far as the spot is open. @return
- * how open, 0 to 1, it is by both: by the component of which least has been gathered. @param open
- * how open it is by the occlusion. */
-static inline float sc_light_of_sky(const sc_march *m, const sc_spot *spot, float open,
+/* The light of the sky and of the lamp that reaches a spot, to @p out: the share @p known of what
+ * has been gathered; the rest is that of the whole sky above the surface, as far as the spot is
+ * open. @return how open, 0 to 1, it is by both: by the component of which least has been gathered.
+ * @param open how open it is by the occlusion. */
+static inline float sc_light_of_sky(const sc_march *m, const sc_spot *spot, float known, float open,
                                     float out[3])
 {
-    const float whole = SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2];
-    const float share = spot->has_around ? m->around_share : 0;
+    const float whole =
+        m->light.sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
     float least = spot->around[0];
 
     for (int i = 0; i < 3; i++) {
         least = spot->around[i] < least ? spot->around[i] : least;
-        out[i] = m->light.sky * (share * spot->around[i] + (1 - share) * (whole * open));
+        out[i] = known * spot->around[i] + (1 - known) * (whole * open);
     }
-    return share * sc_clamp01(least / whole) + (1 - share) * open;
+    return known * sc_clamp01(least / whole) + (1 - known) * open;
 }
 
 /* The linear colour of a tissue at a spot, to @p out: Blinn-Phong with a key light, a fill light
@@ -339,6 +339,7 @@ static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, co
                             float out[3])
 {
     const sc_march_light *l = &m->light;
+    const float known = spot->has_around ? m->around_share : 0;
     float key, fill, head, open = 1, lit = 1, h[3], shine = 0, length, sky[3] = {0};
 
     if (l->flat) {
@@ -352,10 +353,10 @@ static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, co
     key = key > 0 ? key : 0;
     fill = fill > 0 ? fill : 0;
     head = head > 0 ? head : 0;
-    if (m->occlusion && l->occlusion > 0 && !(spot->has_around && m->around_share == 1))
+    if (m->occlusion && l->occlusion > 0 && known < 1)
         open = 1 - l->occlusion * (1 - sc_openness(m, spot));
     if (l->sky > 0)
-        open = sc_light_of_sky(m, spot, open, sky);
+        open = sc_light_of_sky(m, spot, known, open, sky);
     if (m->occlusion && l->shadow > 0 && key > 0)
         lit = sc_unshadowed(m, spot);
     for (int i = 0; i < 3; i++)
@@ -364,6 +365,7 @@ static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, co
     if (length > 0 && key > 0)
         shine = sc_dot3(spot->normal, h) / length;
     shine = shine > 0 ? sc_power(shine, tissue->shininess) : 0;
+    key *= 1 - known; /* the rest of the key light has been gathered */
     for (int i = 0; i < 3; i++) {
         const float around = (l->ambient + l->fill * fill + l->head * head) * open + sky[i];
 

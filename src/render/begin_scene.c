@@ -1,16 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What the rays of a frame meet beside the volume: lamps, depth cue, rims of cut faces and clip
  * planes, from its scene. */
+#include "gather.h"
 #include "internal.h"
+
+#include <string.h>
 
 /* Width of the dark rims of cut faces, as a share of the height of the picture, but not less than
  * so many pixels, where voxels are larger than that. */
 #define RIM_SHARE 0.008
 #define RIM_LEAST_PX 4.0
 
-/* So much of the light of the lamps comes from the sky where light is gathered. Chosen by eye: with
- * less, cavities are hardly darker than in plain light; with more, smooth surfaces look flat. */
-#define SKY_SHARE 0.6f
+/* The least intensity of a sky, which is seen by nobody: shares of it are taken. */
+#define SKY_LEAST 1e-6f
 
 /* Convert a vector to three floats. */
 static void to_floats(sc_vec3 v, float out[3])
@@ -20,20 +22,19 @@ static void to_floats(sc_vec3 v, float out[3])
     out[2] = (float)v.z;
 }
 
-/* Where light is gathered, let the sky have a share of what the lamps give, and all that comes from
- * everywhere. Within a vessel the sky is not seen. */
+/* Where light is gathered, the key light is a lamp that stands to the volume, and what comes from
+ * everywhere or fills the shadows comes from the sky. Within a vessel neither is seen. */
 static void set_sky(sc_renderer *r, bool inside)
 {
     sc_march_light *light = &r->march.light;
 
-    light->sky = 0;
+    light->sky = light->lamp = 0;
     if (!r->gather || inside)
         return;
-    light->sky = light->ambient + SKY_SHARE * (light->key + light->fill + light->head);
-    light->ambient = 0;
-    light->key *= 1 - SKY_SHARE;
-    light->fill *= 1 - SKY_SHARE;
-    light->head *= 1 - SKY_SHARE;
+    light->sky = fmaxf(light->ambient + light->fill, SKY_LEAST);
+    light->lamp = light->key;
+    light->ambient = light->fill = 0;
+    memcpy(light->key_direction, sc_lamp_direction, sizeof light->key_direction);
 }
 
 /* Set the lamps in r->march.light. The key light stands above the viewer's left shoulder, the fill
@@ -55,16 +56,13 @@ static void set_lamps(sc_renderer *r, const sc_scene *scene)
     r->march.light.head = (float)(inside ? l->key + l->fill + l->head : l->head);
     r->march.light.shadow = inside ? 0 : (float)l->shadows;
     r->march.light.occlusion = inside ? 0 : (float)l->occlusion;
-    set_sky(r, inside);
-    if (inside) {
-        to_floats(back, r->march.light.key_direction);
-        to_floats(back, r->march.light.fill_direction);
-        return;
-    }
-    to_floats(sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, -0.55, c->right), 0.75, c->up)),
+    to_floats(inside ? back
+                     : sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, -0.55, c->right), 0.75, c->up)),
               r->march.light.key_direction);
-    to_floats(sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, 1.1, c->right), -0.35, c->up)),
+    to_floats(inside ? back
+                     : sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, 1.1, c->right), -0.35, c->up)),
               r->march.light.fill_direction);
+    set_sky(r, inside);
 }
 
 /* Set the colour behind the tissues, into which depth cueing fades; there may be none. */

@@ -7,16 +7,44 @@
 
 #include <string.h>
 
+/* The radius of the lamp, as a tangent: as a window of two metres seen from three. */
+#define LAMP_RADIUS 0.3
+
+const float sc_lamp_direction[3] = {0.52F, 0.48F, 0.70655F};
+
+/* The direction to the point of the lamp that belongs to a point of the unit square, to @p out. */
+static void lamp_direction(const double point[2], double out[3])
+{
+    double n[3], t[3], b[3], disc[3], length = 0;
+
+    for (int k = 0; k < 3; k++)
+        n[k] = sc_lamp_direction[k];
+    sc_frame_about(n, t, b);
+    sc_cosine_direction(point, disc); /* whose shadow on the disc is even */
+    for (int k = 0; k < 3; k++) {
+        out[k] = n[k] + LAMP_RADIUS * (disc[0] * t[k] + disc[1] * b[k]);
+        length += out[k] * out[k];
+    }
+    for (int k = 0; k < 3; k++)
+        out[k] /= sqrt(length);
+}
+
 /* Make the directions of all parts. */
 static void make_directions(sc_gather *g)
 {
-    for (uint32_t i = 0; i < SC_GATHER_PARTS * SC_GATHER_DIRECTIONS; i++) {
+    for (uint32_t i = 0; i < SC_GATHER_PARTS * SC_GATHER_RAYS; i++) {
+        const uint32_t part = i / SC_GATHER_RAYS, ray = i % SC_GATHER_RAYS;
         double point[2], direction[3];
 
-        sc_sobol_point(i, 1, point);
-        sc_cosine_direction(point, direction);
+        if (ray < SC_GATHER_DIRECTIONS) {
+            sc_sobol_point(part * SC_GATHER_DIRECTIONS + ray, 1, point);
+            sc_cosine_direction(point, direction);
+        } else {
+            sc_sobol_point(part * SC_GATHER_LAMP + ray - SC_GATHER_DIRECTIONS, 3, point);
+            lamp_direction(point, direction);
+        }
         for (int k = 0; k < 3; k++)
-            g->local[i / SC_GATHER_DIRECTIONS][i % SC_GATHER_DIRECTIONS][k] = (float)direction[k];
+            g->directions[part][ray][k] = (float)direction[k];
     }
 }
 
@@ -27,8 +55,8 @@ static sc_status allocate_fields(const sc_ctx *ctx, bool inner, sc_gather *g)
     const size_t bricks = sc_brick_count(r->volume->bricks),
                  labels = (size_t)r->volume->label_count;
 
-    SC_PASS(SC_ALLOC(ctx, SC_GATHER_PARTS, &g->local));
-    SC_PASS(SC_ALLOC(ctx, SC_GATHER_DIRECTIONS * labels, &g->absent));
+    SC_PASS(SC_ALLOC(ctx, SC_GATHER_PARTS, &g->directions));
+    SC_PASS(SC_ALLOC(ctx, SC_GATHER_RAYS * labels, &g->absent));
     SC_PASS(SC_ALLOC(ctx, labels, &g->cuts));
     SC_PASS(SC_ZALLOC(ctx, labels, &g->tissues));
     g->fields[0].border = &r->volume->outer;
@@ -47,7 +75,7 @@ static sc_status allocate_places(const sc_ctx *ctx, sc_gather *g)
     const size_t count = g->count + 1; /* there may be none */
 
     SC_PASS(SC_ALLOC(ctx, count, &g->places));
-    for (int i = 0; i < SC_GATHER_DIRECTIONS; i++)
+    for (int i = 0; i < SC_GATHER_RAYS; i++)
         SC_PASS(SC_ALLOC(ctx, count, &g->hits[i]));
     SC_PASS(SC_ALLOC(ctx, count, &g->sky));
     SC_PASS(SC_ALLOC(ctx, count, &g->light));
@@ -141,16 +169,21 @@ static bool same_tissues(const sc_gather *g, bool colors_too)
 
 void sc_gather_scene(sc_gather *g, sc_renderer *r, const sc_scene *scene)
 {
+    const sc_march_light *light = &r->march.light;
     const bool convex = is_convex(scene);
     const bool traced = g->is_known && same_tissues(g, false) && convex == g->is_convex &&
-                        (convex || same_planes(scene, &g->scene));
-    const bool summed = traced && same_tissues(g, true) && same_planes(scene, &g->scene);
+                        (convex || same_planes(scene, &g->scene)) &&
+                        (light->lamp > 0) == (g->lamp_strength > 0);
+    const bool summed = traced && same_tissues(g, true) && same_planes(scene, &g->scene) &&
+                        light->sky == g->sky_strength && light->lamp == g->lamp_strength;
 
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         r->march.around[k] = g->fields[k].around;
     if (summed)
         return;
     g->is_convex = convex;
+    g->sky_strength = light->sky;
+    g->lamp_strength = light->lamp;
     if (!traced)
         sc_gather_trace(g, scene);
     sc_gather_sum(g);
@@ -168,7 +201,7 @@ void sc_gather_free(sc_gather *g)
         sc_free(g->fields[k].start);
         sc_free(g->fields[k].around);
     }
-    sc_free(g->local);
+    sc_free(g->directions);
     sc_free(g->absent);
     sc_free(g->cuts);
     sc_free(g->sides);
@@ -176,7 +209,7 @@ void sc_gather_free(sc_gather *g)
     sc_free(g->distances);
     sc_free(g->tissues);
     sc_free(g->places);
-    for (int i = 0; i < SC_GATHER_DIRECTIONS; i++)
+    for (int i = 0; i < SC_GATHER_RAYS; i++)
         sc_free(g->hits[i]);
     sc_free(g->sky);
     sc_free(g->light);
@@ -195,7 +228,7 @@ uint64_t sc_gather_bytes(const sc_gather *g)
             bytes += sc_brick_count(v->bricks) * (sizeof(uint64_t) + sizeof(uint32_t)) +
                      g->fields[k].border->count * sizeof(uint32_t);
     }
-    return g ? bytes + g->count * (sizeof *g->places + SC_GATHER_DIRECTIONS * sizeof *g->hits[0] +
+    return g ? bytes + g->count * (sizeof *g->places + SC_GATHER_RAYS * sizeof *g->hits[0] +
                                    3 * sizeof *g->sky + sizeof *g->gone)
              : 0;
 }

@@ -7,9 +7,10 @@
  * the point of the surface nearest to it. From each of them rays go out in a fixed set of
  * directions; what they meet is noted as the place there. The light at a place is what its free
  * rays bring from the sky, and what the others bring from the places that they have met, which a
- * few iterations find (radiosity: Goral et al. 1984). Neighbouring places have different parts of
- * one low-discrepancy net, so that what is interpolated between them stands for many more
- * directions than each has (Keller and Heidrich 2001, "Interleaved sampling").
+ * few iterations find (radiosity: Goral et al. 1984). Further rays go to a lamp, a disc in the sky:
+ * few of the others would meet it. Neighbouring places have different parts of one low-discrepancy
+ * net, so that what is interpolated between them stands for many more directions than each has
+ * (Keller and Heidrich 2001, "Interleaved sampling").
  *
  * What is kept by clip planes that cut all tissues alike is convex, apart from being tissue. So a
  * ray whose first hit has been cut away has left for good, and no other one meets anything new:
@@ -23,7 +24,9 @@ struct sc_renderer;
 
 enum {
     SC_GATHER_PARTS = 64,      /* of the net of directions: one for each of 4 x 4 x 4 vertices */
-    SC_GATHER_DIRECTIONS = 32, /* of each place */
+    SC_GATHER_DIRECTIONS = 32, /* of each place, all around; */
+    SC_GATHER_LAMP = 16,       /* further ones, to the lamp */
+    SC_GATHER_RAYS = SC_GATHER_DIRECTIONS + SC_GATHER_LAMP,
     SC_GATHER_FREE = -1,       /* a ray that meets nothing ... */
     SC_GATHER_LOST = -2,       /* ... and one whose hit has no place */
     SC_GATHER_FIELDS = 2       /* the outer and the inner one */
@@ -51,28 +54,29 @@ typedef struct sc_gather {
     sc_gather_field fields[SC_GATHER_FIELDS];
     size_t count; /* of places: those of the outer field come first */
     sc_gather_place *places;
-    float (*local)[SC_GATHER_DIRECTIONS][3]; /* [SC_GATHER_PARTS] about the z axis */
+    /* [SC_GATHER_PARTS] those all around about the z axis, those to the lamp as they are, RAS */
+    float (*directions)[SC_GATHER_RAYS][3];
     /* what rays can meet */
     uint64_t *sides;    /* [bricks z][y][x]: the vertices on the side of tissue */
     uint8_t *far;       /* sc_brick_distances of those that may be shown; of the team */
     uint64_t *occupied; /* as of sc_gather_march: what is met now */
     uint8_t *distances; /* the same */
-    bool *absent;   /* [SC_GATHER_DIRECTIONS][label_count]: what rays of a direction pass through */
+    bool *absent;   /* [SC_GATHER_RAYS][label_count]: what rays of a direction pass through */
     uint32_t *cuts; /* [label_count] as of sc_gather_march */
     sc_gather_march march; /* borrows them */
     sc_gather_fn *follow;
     const bool *absent_now; /* [label_count] of the present direction; borrowed */
     int direction;          /* which is traced now */
-    int32_t *
-        hits[SC_GATHER_DIRECTIONS]; /* [count] the place that the ray of each meets, FREE or LOST */
-    /* light, as shares of the intensity of the sky; linear */
-    float (*sky)[3];       /* [count] straight from the sky */
+    int32_t *hits[SC_GATHER_RAYS]; /* [count] the place that the ray of each meets, FREE or LOST */
+    /* light, linear */
+    float (*sky)[3];       /* [count] straight from the sky and the lamp */
     float (*light)[3];     /* [count] all of it */
     float (*radiosity)[3]; /* [count] what a place gives back */
     bool *gone;            /* [count] the place is cut away */
     /* the scene for which all of this was found, as far as it depends on one */
     bool is_known;            /* there has been one */
     bool is_convex;           /* what its planes keep is convex, and the same for all tissues */
+    float sky_strength, lamp_strength; /* intensities */
     sc_scene scene;           /* only its planes and clip sets are read */
     sc_march_tissue *tissues; /* [label_count] as the march had them */
 } sc_gather;
@@ -100,15 +104,24 @@ sc_status sc_gather_mark_occupied(const sc_ctx *ctx, sc_gather *g);
 sc_status sc_gather_find_distances(const sc_ctx *ctx, sc_gather *g);
 /* Follow the rays of all places through what @p scene shows: sets g->hits. */
 void sc_gather_trace(sc_gather *g, const sc_scene *scene);
+/* @return how many rays each place has: none goes to a lamp that is out. */
+static inline int sc_gather_rays(const sc_gather *g)
+{
+    return g->lamp_strength > 0 ? SC_GATHER_RAYS : SC_GATHER_DIRECTIONS;
+}
 /* Find the light of all places from what their rays have met, and spread it to the vertices: sets
  * the light of g->fields. */
 void sc_gather_sum(sc_gather *g);
-/* The direction number @p i of a place, unit, RAS, to @p out. */
+/* The direction number @p i, less than SC_GATHER_RAYS, of a place, unit, RAS, to @p out. */
 void sc_gather_direction(const sc_gather *g, const sc_gather_place *p, int i, float out[3]);
 
 /* @return the number of the place at vertex @p q, which is one of the grid; SC_GATHER_LOST if there
  * is none. */
 int32_t sc_gather_place_at(const sc_gather *g, const sc_gather_field *f, const int q[3]);
+
+/* The direction, unit, RAS, to the middle of the lamp, which stands to the volume: before it, high
+ * up and to its right, as that of the viewer stands who looks at it from before. */
+extern const float sc_lamp_direction[3];
 
 static inline float sc_dot(const float a[3], const float b[3])
 {

@@ -12,6 +12,18 @@ enum {
 /* No surface gives back more. */
 #define ALBEDO_MOST 0.95f
 
+/* @return what a ray number @p i of a place in direction @p d brings, if it is free. Those that go
+ * all around are the denser the steeper they are; those to the lamp are not. */
+static inline float brings(const sc_gather *g, const sc_gather_place *p, int i, const float d[3])
+{
+    float cosine;
+
+    if (i < SC_GATHER_DIRECTIONS)
+        return g->sky_strength * (SC_SKY_MEAN + SC_SKY_UP * d[2]) / SC_GATHER_DIRECTIONS;
+    cosine = sc_dot(p->normal, d);
+    return cosine > 0 ? g->lamp_strength * cosine / SC_GATHER_LAMP : 0;
+}
+
 /* Sum up what free rays bring to places [begin, end), and begin the iteration with it: an
  * sc_range_fn on a gather. */
 static void sum_sky(void *user, size_t begin, size_t end, int thread)
@@ -21,7 +33,7 @@ static void sum_sky(void *user, size_t begin, size_t end, int thread)
     (void)thread;
     for (size_t at = begin; at < end; at++)
         g->sky[at][0] = 0;
-    for (int i = 0; i < SC_GATHER_DIRECTIONS; i++) {
+    for (int i = 0; i < sc_gather_rays(g); i++) {
         const int32_t *hits = g->hits[i];
 
         for (size_t at = begin; at < end; at++) {
@@ -30,7 +42,7 @@ static void sum_sky(void *user, size_t begin, size_t end, int thread)
             if (hits[at] != SC_GATHER_FREE && (hits[at] < 0 || !g->gone[hits[at]]))
                 continue;
             sc_gather_direction(g, &g->places[at], i, d);
-            g->sky[at][0] += (SC_SKY_MEAN + SC_SKY_UP * d[2]) / SC_GATHER_DIRECTIONS;
+            g->sky[at][0] += brings(g, &g->places[at], i, d);
         }
     }
     for (size_t at = begin; at < end; at++) {
@@ -141,7 +153,8 @@ static void spread_to(const sc_gather *g, const sc_gather_field *f, const int q[
     for (int k = 0; k < 3; k++)
         out[k] = alike_weights > 0 ? alike[k] / alike_weights
                  : all_weights > 0 ? all[k] / all_weights
-                                   : 0.5f * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * n[2]);
+                                   : 0.5f * g->sky_strength *
+                                         (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * n[2]);
 }
 
 /* Spread the light of places to the records of bricks [begin, end): an sc_range_fn on a gather. */

@@ -98,12 +98,13 @@ typedef struct volley {
 void sc_gather_direction(const sc_gather *g, const sc_gather_place *p, int i, float out[3])
 {
     const double n[3] = {p->normal[0], p->normal[1], p->normal[2]};
-    const float *local = g->local[p->part][i];
+    const float *own = g->directions[p->part][i];
     double t[3], b[3];
 
     sc_frame_about(n, t, b);
     for (int k = 0; k < 3; k++)
-        out[k] = (float)(local[0] * t[k] + local[1] * b[k] + local[2] * n[k]);
+        out[k] = i < SC_GATHER_DIRECTIONS ? (float)(own[0] * t[k] + own[1] * b[k] + own[2] * n[k])
+                                          : own[k];
 }
 
 /* Fill in the ray number @p i of a place. */
@@ -178,12 +179,16 @@ static void trace(void *user, size_t begin, size_t end, int thread)
     (void)thread;
     v.count = 0;
     for (size_t at = begin; at < end; at++) {
-        if (!r->tissues[g->places[at].tissue].show) {
+        const sc_gather_place *p = &g->places[at];
+
+        if (!r->tissues[p->tissue].show ||
+            (g->direction >= SC_GATHER_DIRECTIONS &&
+             sc_dot(g->directions[p->part][g->direction], p->normal) <= 0)) {
             g->hits[g->direction][at] = SC_GATHER_FREE;
             continue;
         }
         v.from[v.count] = (uint32_t)at;
-        make_ray(g, &g->places[at], g->direction, &v.rays[v.count++]);
+        make_ray(g, p, g->direction, &v.rays[v.count++]);
         if (v.count == SC_RAY_BATCH)
             follow_volley(g, &g->march, g->direction, &v);
     }
@@ -196,7 +201,7 @@ static void set_absent(sc_gather *g)
 {
     const sc_renderer *r = g->renderer;
 
-    for (int i = 0; i < SC_GATHER_DIRECTIONS; i++) {
+    for (int i = 0; i < SC_GATHER_RAYS; i++) {
         bool *absent = g->absent + (size_t)i * (size_t)r->volume->label_count;
 
         absent[0] = false;
@@ -271,7 +276,7 @@ void sc_gather_trace(sc_gather *g, const sc_scene *scene)
 
     set_absent(g);
     set_planes(g, scene);
-    for (g->direction = 0; g->direction < SC_GATHER_DIRECTIONS; g->direction++) {
+    for (g->direction = 0; g->direction < sc_gather_rays(g); g->direction++) {
         const bool *absent = g->absent + (size_t)g->direction * labels;
 
         if (!g->direction || memcmp(absent, absent - labels, labels) != 0) {

@@ -121,6 +121,31 @@ TEST(colour_goes_from_wall_to_floor)
     free_scene(&s);
 }
 
+/* A floor before a wall that stands between it and the lamp. */
+static int screen(double x, double y, double z)
+{
+    (void)y;
+    return z < 20 ? 1 : x > 64 && z < 50 ? 2 : 0;
+}
+
+/* The lamp stands to the volume, on the side of larger x: behind the wall the floor has none of its
+ * light, and far from it that of a disc, nearly its cosine. */
+TEST(the_lamp_casts_shadows)
+{
+    sc_scene scene;
+    small_scene s = sky_scene(screen, true, &scene);
+    SC_OWN(sc_image_clear) sc_image image = {0};
+    const double upward = 0.707, square = 0.3 * 0.3; /* of the lamp's middle; of its radius */
+
+    s.settings.light.ambient = 0;
+    s.settings.light.key = 1;
+    memset(s.tissues[2].rgb_linear, 0, sizeof s.tissues[2].rgb_linear);
+    image = draw_view(&s, &scene, NULL);
+    assert_true(light_at(&image, 58, MIDDLE, 0) < 0.02);
+    assert_true(fabs(light_at(&image, 14, MIDDLE, 0) / (upward * (1 - square / 4)) - 1) < 0.03);
+    free_scene(&s);
+}
+
 /* A hollow ball with a wall of a voxel and a half, open above. */
 static int shell(double x, double y, double z)
 {

@@ -320,19 +320,17 @@ static inline vf v_unshadowed(const sc_march *m, const v_spot *spot, vm on)
     return through + (1 - m->light.shadow) * (1 - through);
 }
 
-/* See sc_light_of_sky: sets spot->around to the light of the sky, and spot->open. */
-static inline void v_light_of_sky(const sc_march *m, v_spot *spot)
+/* See sc_light_of_sky: sets spot->around to the light of the sky and the lamp, and spot->open. */
+static inline void v_light_of_sky(const sc_march *m, vf known, v_spot *spot)
 {
-    const vf whole = SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2];
-    const vf share = f_pick(spot->has_around, f_set(m->around_share), f_set(0));
+    const vf whole = m->light.sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
     vf least = spot->around[0];
 
     for (int i = 0; i < 3; i++) {
         least = f_pick(f_below(spot->around[i], least), spot->around[i], least);
-        spot->around[i] =
-            m->light.sky * (share * spot->around[i] + (1 - share) * (whole * spot->open));
+        spot->around[i] = known * spot->around[i] + (1 - known) * (whole * spot->open);
     }
-    spot->open = share * f_clamp01(least / whole) + (1 - share) * spot->open;
+    spot->open = known * f_clamp01(least / whole) + (1 - known) * spot->open;
 }
 
 /* The first half of sc_light, all that does not depend on the tissue: sets key, fill, head,
@@ -340,6 +338,7 @@ static inline void v_light_of_sky(const sc_march *m, v_spot *spot)
 static inline void v_light_spot(const sc_march *m, v_spot *spot, vm on)
 {
     const sc_march_light *l = &m->light;
+    const vf known = f_pick(spot->has_around, f_set(m->around_share), f_set(0));
     vf direction[3], h[3], length;
 
     spot->key = spot->fill = spot->head = spot->shine = f_set(0);
@@ -361,12 +360,13 @@ static inline void v_light_spot(const sc_march *m, v_spot *spot, vm on)
                     (1 - v_openness(m, spot,
                                     m->around_share == 1 ? m_without(on, spot->has_around) : on));
     if (l->sky > 0)
-        v_light_of_sky(m, spot);
+        v_light_of_sky(m, known, spot);
     if (m->occlusion && l->shadow > 0)
         spot->lit = v_unshadowed(m, spot, m_and(on, f_below(f_set(0), spot->key)));
     length = f_length(h);
     spot->shine = f_pick(m_and(f_below(f_set(0), length), f_below(f_set(0), spot->key)),
                          f_max0(f_dot(spot->normal, h) / length), f_set(0));
+    spot->key *= 1 - known;
 }
 
 /* See sc_depth_cue: blend the colours @p rgb with the background, in place, by distance from the
