@@ -64,7 +64,7 @@ typedef struct sc_march_light {
     float ambient, key, fill, head; /**< intensities: from everywhere, from the key light, from the
                                          fill light, and from the eye */
     float sky;                      /**< intensity of the sky; 0: no light is gathered */
-    float lamp;                     /**< intensity of the lamp that stands to the volume, gathered */
+    float lamp;      /**< intensity of the lamp that stands to the volume, gathered */
     float edges;     /**< 0 to 1: how much more opaque a surface gets when seen from the side */
     float occlusion; /**< 0 to 1: how dark places enclosed by tissue get */
     float shadow;    /**< 0 to 1: how dark the shadows of the key light are; 0: it casts none */

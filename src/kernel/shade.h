@@ -321,8 +321,7 @@ static inline void sc_depth_cue(const sc_march_light *light, float depth_mm, flo
 static inline float sc_light_of_sky(const sc_march *m, const sc_spot *spot, float known, float open,
                                     float out[3])
 {
-    const float whole =
-        m->light.sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
+    const float whole = m->light.sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
     float least = spot->around[0];
 
     for (int i = 0; i < 3; i++) {

@@ -56,11 +56,13 @@ static void set_lamps(sc_renderer *r, const sc_scene *scene)
     r->march.light.head = (float)(inside ? l->key + l->fill + l->head : l->head);
     r->march.light.shadow = inside ? 0 : (float)l->shadows;
     r->march.light.occlusion = inside ? 0 : (float)l->occlusion;
-    to_floats(inside ? back
-                     : sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, -0.55, c->right), 0.75, c->up)),
+    to_floats(inside
+                  ? back
+                  : sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, -0.55, c->right), 0.75, c->up)),
               r->march.light.key_direction);
-    to_floats(inside ? back
-                     : sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, 1.1, c->right), -0.35, c->up)),
+    to_floats(inside
+                  ? back
+                  : sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, 1.1, c->right), -0.35, c->up)),
               r->march.light.fill_direction);
     set_sky(r, inside);
 }

@@ -63,6 +63,7 @@ static sc_status allocate_fields(const sc_ctx *ctx, bool inner, sc_gather *g)
     g->fields[1].border = &r->volume->inner;
     for (int k = 0; k < (inner ? SC_GATHER_FIELDS : 1); k++) {
         SC_PASS(SC_ALLOC(ctx, bricks, &g->fields[k].masks));
+        SC_PASS(SC_ALLOC(ctx, bricks, &g->fields[k].thinned));
         SC_PASS(SC_ALLOC(ctx, bricks, &g->fields[k].start));
         SC_PASS(SC_ZALLOC(ctx, g->fields[k].border->count + 1, &g->fields[k].around));
     }
@@ -198,13 +199,15 @@ void sc_gather_free(sc_gather *g)
         return;
     for (int k = 0; k < SC_GATHER_FIELDS; k++) {
         sc_free(g->fields[k].masks);
+        sc_free(g->fields[k].thinned);
         sc_free(g->fields[k].start);
         sc_free(g->fields[k].around);
     }
     sc_free(g->directions);
     sc_free(g->absent);
     sc_free(g->cuts);
-    sc_free(g->sides);
+    sc_free(g->first_part);
+    sc_free(g->parts);
     sc_free(g->occupied);
     sc_free(g->distances);
     sc_free(g->tissues);

@@ -3,8 +3,9 @@
  * surfaces, from which the kernels interpolate it (kernel/around.h). It follows from what is shown
  * and from the clip planes, not from the camera: a film that turns around a volume pays once.
  *
- * The places are the vertices on the side of tissue beside which a surface passes: each stands for
- * the point of the surface nearest to it. From each of them rays go out in a fixed set of
+ * The places are vertices on the side of tissue beside which a surface passes, about every other
+ * one, so that each vertex is one or has one beside it. Each stands for the point of the surface
+ * nearest to it. From each of them rays go out in a fixed set of
  * directions; what they meet is noted as the place there. The light at a place is what its free
  * rays bring from the sky, and what the others bring from the places that they have met, which a
  * few iterations find (radiosity: Goral et al. 1984). Further rays go to a lamp, a disc in the sky:
@@ -27,18 +28,25 @@ enum {
     SC_GATHER_DIRECTIONS = 32, /* of each place, all around; */
     SC_GATHER_LAMP = 16,       /* further ones, to the lamp */
     SC_GATHER_RAYS = SC_GATHER_DIRECTIONS + SC_GATHER_LAMP,
-    SC_GATHER_FREE = -1,       /* a ray that meets nothing ... */
-    SC_GATHER_LOST = -2,       /* ... and one whose hit has no place */
-    SC_GATHER_FIELDS = 2       /* the outer and the inner one */
+    SC_GATHER_FREE = -1, /* a ray that meets nothing ... */
+    SC_GATHER_LOST = -2, /* ... and one whose hit has no place */
+    SC_GATHER_FIELDS = 2 /* the outer and the inner one */
 };
 
 /* What of one field is gathered. Owns its arrays; without masks nothing is. */
 typedef struct sc_gather_field {
     const sc_border *border; /* of the volume */
     uint64_t *masks;         /* [bricks z][y][x]: the vertices that are places */
+    uint64_t *thinned;       /* the same, while they are being found; else NULL */
     uint32_t *start;         /* [bricks z][y][x]: number of the brick's first place */
     uint32_t *around;        /* [border->count] for the kernels: see sc_march.around */
 } sc_gather_field;
+
+/* The vertices of a brick on the side of tissue that have one label. */
+typedef struct sc_gather_part {
+    uint64_t mask;
+    uint16_t label; /* dense id */
+} sc_gather_part;
 
 /* A place where light is gathered. */
 typedef struct sc_gather_place {
@@ -57,16 +65,17 @@ typedef struct sc_gather {
     /* [SC_GATHER_PARTS] those all around about the z axis, those to the lamp as they are, RAS */
     float (*directions)[SC_GATHER_RAYS][3];
     /* what rays can meet */
-    uint64_t *sides;    /* [bricks z][y][x]: the vertices on the side of tissue */
-    uint8_t *far;       /* sc_brick_distances of those that may be shown; of the team */
-    uint64_t *occupied; /* as of sc_gather_march: what is met now */
-    uint8_t *distances; /* the same */
+    uint32_t *first_part;  /* [bricks z][y][x] and one more: where the parts of a brick begin */
+    sc_gather_part *parts; /* of all bricks */
+    uint8_t *far;          /* sc_brick_distances of those that may be shown; of the team */
+    uint64_t *occupied;    /* as of sc_gather_march: what is met now */
+    uint8_t *distances;    /* the same */
     bool *absent;   /* [SC_GATHER_RAYS][label_count]: what rays of a direction pass through */
     uint32_t *cuts; /* [label_count] as of sc_gather_march */
     sc_gather_march march; /* borrows them */
     sc_gather_fn *follow;
-    const bool *absent_now; /* [label_count] of the present direction; borrowed */
-    int direction;          /* which is traced now */
+    const bool *absent_now;        /* [label_count] of the present direction; borrowed */
+    int direction;                 /* which is traced now */
     int32_t *hits[SC_GATHER_RAYS]; /* [count] the place that the ray of each meets, FREE or LOST */
     /* light, linear */
     float (*sky)[3];       /* [count] straight from the sky and the lamp */
@@ -74,11 +83,11 @@ typedef struct sc_gather {
     float (*radiosity)[3]; /* [count] what a place gives back */
     bool *gone;            /* [count] the place is cut away */
     /* the scene for which all of this was found, as far as it depends on one */
-    bool is_known;            /* there has been one */
-    bool is_convex;           /* what its planes keep is convex, and the same for all tissues */
+    bool is_known;  /* there has been one */
+    bool is_convex; /* what its planes keep is convex, and the same for all tissues */
     float sky_strength, lamp_strength; /* intensities */
-    sc_scene scene;           /* only its planes and clip sets are read */
-    sc_march_tissue *tissues; /* [label_count] as the march had them */
+    sc_scene scene;                    /* only its planes and clip sets are read */
+    sc_march_tissue *tissues;          /* [label_count] as the march had them */
 } sc_gather;
 
 /* Find the places at which the light of a renderer is gathered, and what its rays can meet.

@@ -152,9 +152,9 @@ static void spread_to(const sc_gather *g, const sc_gather_field *f, const int q[
     }
     for (int k = 0; k < 3; k++)
         out[k] = alike_weights > 0 ? alike[k] / alike_weights
-                 : all_weights > 0 ? all[k] / all_weights
-                                   : 0.5f * g->sky_strength *
-                                         (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * n[2]);
+                 : all_weights > 0
+                     ? all[k] / all_weights
+                     : 0.5f * g->sky_strength * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * n[2]);
 }
 
 /* Spread the light of places to the records of bricks [begin, end): an sc_range_fn on a gather. */

@@ -44,8 +44,7 @@ static bool is_place(const sc_prepared *v, bool inner, const int q[3], uint32_t 
     return false;
 }
 
-/* Note which vertices of bricks [begin, end) are places, and how many: an sc_range_fn on a gather.
- */
+/* Note which vertices of bricks [begin, end) may be places: an sc_range_fn on a gather. */
 static void mark_places(void *user, size_t begin, size_t end, int thread)
 {
     sc_gather *g = user;
@@ -69,6 +68,59 @@ static void mark_places(void *user, size_t begin, size_t end, int thread)
                     mask |= left & -left;
             }
             f->masks[brick] = mask;
+        }
+    }
+}
+
+/* @return whether a place at vertex @p q, with a record, can be left out: one of its six neighbours
+ * is a place that looks the same way. Those with an even sum of coordinates always stay: half of
+ * all vertices, of which every other one is a neighbour. */
+static bool is_spare(const sc_gather *g, const sc_gather_field *f, const int q[3], uint32_t record)
+{
+    const int *size = g->renderer->volume->size;
+
+    for (int i = 0; i < 6 && (q[0] + q[1] + q[2]) % 2; i++) {
+        int at[3] = {q[0], q[1], q[2]};
+        size_t brick;
+        int bit;
+
+        at[i >> 1] += i & 1 ? 1 : -1;
+        if (at[i >> 1] < 0 || at[i >> 1] > size[i >> 1] + 1)
+            continue;
+        brick = sc_brick_index(g->renderer->volume->bricks, sc_brick_of(at[0]), sc_brick_of(at[1]),
+                               sc_brick_of(at[2]));
+        bit = sc_brick_bit(at[0], at[1], at[2]);
+        if (f->masks[brick] >> bit & 1 &&
+            !look_apart(record, sc_border_record(f->border, brick, bit)))
+            return true;
+    }
+    return false;
+}
+
+/* Set f->thinned to the places of bricks [begin, end) that stay, and count them: an sc_range_fn on
+ * a gather. */
+static void thin_places(void *user, size_t begin, size_t end, int thread)
+{
+    sc_gather *g = user;
+
+    (void)thread;
+    for (int k = 0; k < SC_GATHER_FIELDS; k++) {
+        sc_gather_field *f = &g->fields[k];
+
+        for (size_t brick = begin; f->masks && brick < end; brick++) {
+            uint64_t mask = f->masks[brick];
+            int low[3];
+
+            sc_brick_low(g->renderer->volume->bricks, brick, low);
+            for (uint64_t left = mask; left; left &= left - 1) {
+                const int bit = __builtin_ctzll(left);
+                const int q[3] = {low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
+                                  low[2] + sc_bit_z(bit)};
+
+                if (is_spare(g, f, q, sc_border_record(f->border, brick, bit)))
+                    mask &= ~(left & -left);
+            }
+            f->thinned[brick] = mask;
             f->start[brick] = sc_count_bits(mask);
         }
     }
@@ -206,6 +258,12 @@ void sc_gather_mark_places(sc_gather *g)
     const sc_renderer *r = g->renderer;
 
     sc_parallel_for(r->settings.threads, sc_brick_count(r->volume->bricks), 1024, mark_places, g);
+    sc_parallel_for(r->settings.threads, sc_brick_count(r->volume->bricks), 1024, thin_places, g);
+    for (int k = 0; k < SC_GATHER_FIELDS; k++) {
+        sc_free(g->fields[k].masks);
+        g->fields[k].masks = g->fields[k].thinned;
+        g->fields[k].thinned = NULL;
+    }
     number_places(g);
 }
 

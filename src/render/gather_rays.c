@@ -11,59 +11,75 @@
  * by half the diagonal of a voxel. */
 #define START_VOXELS 0.9f
 
-/* Note which vertices of bricks [begin, end) are on the side of tissue: an sc_range_fn on a gather.
- */
-static void mark_sides(void *user, size_t begin, size_t end, int thread)
+/* @return the vertices of a brick that are on the side of tissue. */
+static uint64_t tissue_side(const sc_prepared *v, size_t brick, const int low[3])
 {
-    const sc_gather *g = user;
-    const sc_prepared *v = g->renderer->volume;
+    const bool uniform = !v->near[brick] && !v->outer.masks[brick];
+    uint64_t mask = 0;
+
+    for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
+        const int x = low[0] + sc_bit_x(bit), y = low[1] + sc_bit_y(bit),
+                  z = low[2] + sc_bit_z(bit);
+
+        if (!sc_is_voxel(v, x, y, z))
+            continue;
+        if (uniform ? sc_id_at_vertex(v, x, y, z) : sc_vertex_at(v, x, y, z).outer_value > 0)
+            mask |= 1ull << bit;
+        else if (uniform)
+            break;
+    }
+    return mask;
+}
+
+/* Sort the vertices of @p brick on the side of tissue by label, as parts. Of tissue that the
+ * smoothing has put where none was, label 0 is met always. @return how many parts there are. */
+static uint32_t find_parts(const sc_prepared *v, size_t brick, sc_gather_part *out)
+{
+    uint64_t left;
+    uint32_t count = 0;
+    int low[3];
+
+    sc_brick_low(v->bricks, brick, low);
+    for (left = tissue_side(v, brick, low); left; left &= left - 1) {
+        const int bit = __builtin_ctzll(left);
+        const uint16_t label = (uint16_t)sc_id_at_vertex(
+            v, low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit), low[2] + sc_bit_z(bit));
+        uint32_t i = 0;
+
+        if (!v->near[brick]) {
+            out[0] = (sc_gather_part){left, label};
+            return 1;
+        }
+        while (i < count && out[i].label != label)
+            i++;
+        if (i == count)
+            out[count++] = (sc_gather_part){0, label};
+        out[i].mask |= left & -left;
+    }
+    return count;
+}
+
+/* Count the parts of bricks [begin, end): an sc_range_fn on a gather. */
+static void count_parts(void *user, size_t begin, size_t end, int thread)
+{
+    sc_gather *g = user;
+    sc_gather_part parts[SC_BRICK_VERTICES];
+
+    (void)thread;
+    for (size_t brick = begin; brick < end; brick++)
+        g->first_part[brick] = find_parts(g->renderer->volume, brick, parts);
+}
+
+/* Fill in the parts of bricks [begin, end): an sc_range_fn on a gather. */
+static void fill_parts(void *user, size_t begin, size_t end, int thread)
+{
+    sc_gather *g = user;
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
-        const bool uniform = !v->near[brick] && !v->outer.masks[brick];
-        uint64_t mask = 0;
-        int low[3];
-
-        sc_brick_low(v->bricks, brick, low);
-        for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
-            const int x = low[0] + sc_bit_x(bit), y = low[1] + sc_bit_y(bit),
-                      z = low[2] + sc_bit_z(bit);
-
-            if (sc_is_voxel(v, x, y, z) &&
-                (uniform ? sc_id_at_vertex(v, x, y, z) : sc_vertex_at(v, x, y, z).outer_value > 0))
-                mask |= 1ull << bit;
-            else if (uniform && sc_is_voxel(v, x, y, z))
-                break;
-        }
-        g->sides[brick] = mask;
+        if (g->first_part[brick] < g->first_part[brick + 1])
+            (void)find_parts(g->renderer->volume, brick, g->parts + g->first_part[brick]);
     }
-}
-
-/* @return the vertices of a brick that are on the side of tissue that is met. */
-static uint64_t occupied(const sc_gather *g, size_t brick, const int low[3])
-{
-    const sc_prepared *v = g->renderer->volume;
-    uint64_t mask = g->sides[brick];
-
-    if (!g->absent_now || !mask)
-        return mask;
-    if (!v->near[brick]) {
-        const int bit = __builtin_ctzll(mask);
-
-        return g->absent_now[sc_id_at_vertex(v, low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
-                                             low[2] + sc_bit_z(bit))]
-                   ? 0
-                   : mask;
-    }
-    for (uint64_t left = mask; left; left &= left - 1) {
-        const int bit = __builtin_ctzll(left);
-        const uint32_t id = sc_id_at_vertex(v, low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
-                                            low[2] + sc_bit_z(bit));
-
-        if (g->absent_now[id]) /* tissue that the smoothing has put where none was counts as met */
-            mask &= ~(1ull << bit);
-    }
-    return mask;
 }
 
 /* Set the masks of bricks [begin, end) to what is met now, and where one is empty let rays step
@@ -75,15 +91,20 @@ static void mark_occupied(void *user, size_t begin, size_t end, int thread)
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
-        int low[3], at[3];
+        const uint32_t first = g->first_part[brick], last = g->first_part[brick + 1];
+        uint64_t mask = 0;
+        int at[3];
         size_t framed;
 
+        if (g->far != g->distances && first == last)
+            continue; /* it stays empty */
+        for (uint32_t i = first; i < last; i++)
+            mask |= g->absent_now[g->parts[i].label] ? 0 : g->parts[i].mask;
         sc_brick_at(bricks, brick, at);
-        sc_brick_low(bricks, brick, low);
         framed = (size_t)sc_framed_index(sc_framed_row(bricks), sc_framed_layer(bricks), at[0],
                                          at[1], at[2]);
-        g->occupied[framed] = occupied(g, brick, low);
-        g->distances[framed] = g->occupied[framed] ? 0 : g->far[framed] ? g->far[framed] : 1;
+        g->occupied[framed] = mask;
+        g->distances[framed] = mask ? 0 : g->far[framed] ? g->far[framed] : 1;
     }
 }
 
@@ -91,7 +112,8 @@ static void mark_occupied(void *user, size_t begin, size_t end, int thread)
 typedef struct volley {
     sc_gather_ray rays[SC_RAY_BATCH];
     sc_gather_hit hits[SC_RAY_BATCH];
-    uint32_t from[SC_RAY_BATCH]; /* places */
+    float directions[SC_RAY_BATCH][3]; /* unit, RAS */
+    uint32_t from[SC_RAY_BATCH];       /* places */
     size_t count;
 } volley;
 
@@ -107,12 +129,12 @@ void sc_gather_direction(const sc_gather *g, const sc_gather_place *p, int i, fl
                                           : own[k];
 }
 
-/* Fill in the ray number @p i of a place. */
-static void make_ray(const sc_gather *g, const sc_gather_place *p, int i, sc_gather_ray *ray)
+/* Fill in the ray of a place in direction @p d (RAS). */
+static void make_ray(const sc_gather *g, const sc_gather_place *p, const float d[3],
+                     sc_gather_ray *ray)
 {
-    float d[3], length;
+    float length;
 
-    sc_gather_direction(g, p, i, d);
     for (int k = 0; k < 3; k++)
         ray->direction[k] = sc_dot(g->renderer->march.grid_per_mm[k], d);
     length = sqrtf(sc_dot(ray->direction, ray->direction));
@@ -157,14 +179,8 @@ static void follow_volley(sc_gather *g, const sc_gather_march *march, int i, vol
 {
     g->follow(march, v->rays, v->count, v->hits);
     for (size_t k = 0; k < v->count; k++) {
-        const uint32_t from = v->from[k];
-        float d[3];
-
-        g->hits[i][from] = SC_GATHER_FREE;
-        if (v->hits[k].at[0] < 0)
-            continue;
-        sc_gather_direction(g, &g->places[from], i, d);
-        g->hits[i][from] = place_met(g, v->hits[k].at, d);
+        g->hits[i][v->from[k]] =
+            v->hits[k].at[0] < 0 ? SC_GATHER_FREE : place_met(g, v->hits[k].at, v->directions[k]);
     }
     v->count = 0;
 }
@@ -188,7 +204,9 @@ static void trace(void *user, size_t begin, size_t end, int thread)
             continue;
         }
         v.from[v.count] = (uint32_t)at;
-        make_ray(g, p, g->direction, &v.rays[v.count++]);
+        sc_gather_direction(g, p, g->direction, v.directions[v.count]);
+        make_ray(g, p, v.directions[v.count], &v.rays[v.count]);
+        v.count++;
         if (v.count == SC_RAY_BATCH)
             follow_volley(g, &g->march, g->direction, &v);
     }
@@ -234,16 +252,25 @@ sc_status sc_gather_mark_occupied(const sc_ctx *ctx, sc_gather *g)
     const sc_prepared *v = r->volume;
     const size_t bricks = sc_brick_count(v->bricks);
     int framed[3];
+    uint32_t total = 0;
     size_t count;
 
     sc_framed_size(v->bricks, framed);
     count = sc_brick_count(framed);
-    SC_PASS(SC_ALLOC(ctx, bricks, &g->sides));
+    SC_PASS(SC_ALLOC(ctx, bricks + 1, &g->first_part));
     SC_PASS(SC_ZALLOC(ctx, count, &g->occupied));
     SC_PASS(SC_ZALLOC(ctx, count + SC_GATHER_BYTES, &g->distances));
-    sc_parallel_for(r->settings.threads, bricks, 1024, mark_sides, g);
+    sc_parallel_for(r->settings.threads, bricks, 1024, count_parts, g);
+    for (size_t brick = 0; brick <= bricks; brick++) {
+        const uint32_t own = brick < bricks ? g->first_part[brick] : 0;
+
+        g->first_part[brick] = total;
+        total += own;
+    }
+    SC_PASS(SC_ALLOC(ctx, total + 1, &g->parts));
+    sc_parallel_for(r->settings.threads, bricks, 1024, fill_parts, g);
     for (int id = 0; id < v->label_count; id++)
-        g->absent[id] = !r->looks[id].show;
+        g->absent[id] = id && !r->looks[id].show;
     g->absent_now = g->absent;
     g->far = g->distances; /* not yet known */
     sc_parallel_for(r->settings.threads, bricks, 1024, mark_occupied, g);
@@ -255,7 +282,11 @@ sc_status sc_gather_find_distances(const sc_ctx *ctx, sc_gather *g)
     const sc_renderer *r = g->renderer;
     const sc_prepared *v = r->volume;
 
+    int framed[3];
+
     SC_PASS(sc_brick_distances(ctx, r->team, v->bricks, g->occupied, &g->far));
+    sc_framed_size(v->bricks, framed);
+    memcpy(g->distances, g->far, sc_brick_count(framed));
     g->march = (sc_gather_march){.volume = v,
                                  .masks = g->occupied,
                                  .distances = g->distances,
