@@ -10,10 +10,13 @@
 
 /** The most settings of a command line, and the most options of a command. */
 enum { SC_SETTINGS_MAX = 256, SC_OPTIONS_MAX = 64 };
-/** The number of cameras of --sheet views. */
-enum { SC_SHEET_VIEWS = 10 };
-/** These cameras, each as --view takes it. */
-extern const char *const sc_sheet_views[SC_SHEET_VIEWS];
+/** A sheet of one picture for each value of an option. */
+typedef struct sc_sheet {
+    const char *name;         /**< --sheet views, looks */
+    const char *option;       /**< view, look */
+    const char *const *words; /**< [count]: the values, as the option takes them */
+    int count;
+} sc_sheet;
 /** The most pictures on a sheet that segcast still draws. */
 enum { SC_PICTURES_MAX = 1000 };
 /** How a moment of the film is given: not at all, in seconds, or as a share of the film. */
@@ -40,13 +43,14 @@ typedef struct sc_options {
     int nodes, ranks;          /**< --nodes, --ranks of segcast plan; 0: not given */
     uint64_t max_memory_bytes; /**< --max-memory or SEGCAST_MAX_MEMORY; 0: not given */
     bool json, quiet, resume, overwrite;
-    bool fast;                      /**< --fast of segcast check */
-    bool clear;                     /**< --clear of segcast help */
-    bool middles;                   /**< --middles of a centre line */
-    bool sheet_slices, sheet_views; /**< --sheet slices and --sheet views of segcast still */
-    bool calibrate;                 /**< --calibrate of segcast plan */
-    bool scan;     /**< the command reads all voxels, and tells all mistakes against them */
-    bool no_video; /**< the command makes no video, whatever the job says */
+    bool fast;             /**< --fast of segcast check */
+    bool clear;            /**< --clear of segcast help */
+    bool middles;          /**< --middles of a centre line */
+    bool sheet_slices;     /**< --sheet slices of segcast still */
+    const sc_sheet *sheet; /**< --sheet views, looks; NULL: neither */
+    bool calibrate;        /**< --calibrate of segcast plan */
+    bool scan;             /**< the command reads all voxels, and tells all mistakes against them */
+    bool no_video;         /**< the command makes no video, whatever the job says */
     bool help, version;
     bool markdown, schema, study, man, bash, zsh, fish;
     double time_limit_s; /**< --time-limit; 0: none */

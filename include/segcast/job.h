@@ -162,6 +162,15 @@ typedef struct sc_grey_options {
     sc_grey_tracks shown;
 } sc_grey_options;
 
+/** Sets of values for keys that a job does not give; they are in the job once it is loaded. */
+typedef enum sc_look_name {
+    SC_LOOK_PLAIN,
+    SC_LOOK_STUDIO,
+    SC_LOOK_CINEMATIC,
+    SC_LOOK_ATLAS,
+    SC_LOOK_XRAY
+} sc_look_name;
+
 /** A job. Plain data but for its arrays, so that it can be sent to other ranks. */
 typedef struct sc_job {
     char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH"; of a series that of
@@ -200,6 +209,7 @@ typedef struct sc_job {
     int overlap;                           /**< sc_overlap */
     char overlap_names[SC_OVERLAP_NAMES_BYTES]; /**< SC_OVERLAP_NAMES: as of sc_read_choice */
     int appearance;                             /**< sc_appearance */
+    int look;                                   /**< sc_look_name */
     sc_comparison compare;                      /**< if has_compare */
     sc_color_by color_by;                       /**< if has_color_by */
     sc_column_track color_columns; /**< key frames, which replace color_by.column; values between

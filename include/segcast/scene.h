@@ -148,17 +148,18 @@ void sc_part_from_background(int label_count, const uint8_t background[3], sc_ti
 typedef enum sc_light_method {
     SC_LIGHT_PLAIN, /**< from lamps; occlusion and shadows are estimated */
     SC_LIGHT_FLAT,  /**< there is none: plain colours, as in the paper */
-    SC_LIGHT_GLOBAL /**< from lamps and a sky, whose light reaches surfaces also by way of others;
-                         of smooth surfaces. Voxel surfaces: as plain */
+    SC_LIGHT_GLOBAL /**< from a lamp and a sky that stand to the volume, whose light reaches
+                       surfaces also by way of others; of smooth surfaces. Voxel surfaces: as plain
+                     */
 } sc_light_method;
 
-/** The light of the whole picture. The lamps move with the camera. The strengths of ambient, key,
- *  fill and head light are shares of full brightness. */
+/** The light of the whole picture. The lamps move with the camera, unless the light is global; a
+ *  weak one from the right softens the shade of the key light. The strengths of ambient, key and
+ *  head light are shares of full brightness. */
 typedef struct sc_lighting {
     sc_light_method method; /**< the same in all frames of a renderer */
     double ambient;         /**< the same from all directions */
     double key;             /**< from above the viewer's left shoulder */
-    double fill;            /**< from the right, to soften the shade of the key light */
     double head;            /**< from the eye */
     double occlusion;       /**< 0 to 1: how much cavities and folds are darkened */
     double shadows;         /**< 0 to 1: how dark the soft shadows of the key light are */

@@ -46,7 +46,7 @@ typedef struct sc_track {
 
 /** Key frames of the light; those that have any replace the member of sc_lighting of that name. */
 typedef struct sc_light_tracks {
-    sc_track ambient, key, fill, head, occlusion, shadows, edges, depth_cue;
+    sc_track ambient, key, head, occlusion, shadows, edges, depth_cue;
 } sc_light_tracks;
 
 /** The colour behind the tissues. */

@@ -48,10 +48,10 @@ static const sc_option option_rows[] = {
     {"time", 0, "T",
      "draw the frame at this time: seconds, MM:SS, or a share of the film such as 50%", "still",
      sc_store_moment, 0, ""},
-    {"sheet", 0, "N|views|slices",
+    {"sheet", 0, "N|views|looks|slices",
      "draw N frames, from the first to the last, on one sheet; views: the six sides and four "
-     "obliques instead, each with the --view that gets it; slices: the three regular slices beside "
-     "the picture",
+     "obliques instead, each with the --view that gets it; looks: one picture in each look; "
+     "slices: the three regular slices beside the picture",
      "still", sc_store_sheet, 0, ""},
     {"view", 0, "WORD|DEG,DEG",
      "where the camera stands, at the beginning of a turn: anterior (or ventral, front), posterior "

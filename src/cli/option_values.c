@@ -193,9 +193,11 @@ sc_status sc_store_frame(const sc_ctx *ctx, sc_options *options, const sc_option
     return read_number(ctx, "--frame", value, 0, 1000000, &options->frame);
 }
 
-const char *const sc_sheet_views[SC_SHEET_VIEWS] = {"anterior", "posterior", "left",  "right",
-                                                    "superior", "inferior",  "45,20", "135,20",
-                                                    "-135,20",  "-45,20"};
+static const char *const views[] = {"anterior", "posterior", "left",   "right",   "superior",
+                                    "inferior", "45,20",     "135,20", "-135,20", "-45,20"};
+static const char *const look_names[] = {"plain", "studio", "cinematic", "atlas", "xray"};
+static const sc_sheet sheets[] = {{"views", "view", views, SC_COUNT_OF(views)},
+                                  {"looks", "look", look_names, SC_COUNT_OF(look_names)}};
 
 /* @return the angles of an orbit, around the patient and above, that a value of --view stands for:
  * of a word those at which the camera stands on that side, in @p room, else the value. */
@@ -209,26 +211,35 @@ static const char *find_angles(const char *view, char room[16])
     return room;
 }
 
-/* Let the job be a film of one shot for each of sc_sheet_views, whose camera stands there. */
-static sc_status set_views(const sc_ctx *ctx, sc_options *options, const sc_option *option)
+/* Append a shot of a sheet, for the value @p word of its option. */
+static sc_status add_shot(const sc_ctx *ctx, const sc_sheet *sheet, const char *word, sc_text *out)
 {
     char room[16];
+    const char *angles = find_angles(word, room), *comma = strchr(angles, ',');
+
+    if (strcmp(sheet->option, "view") != 0)
+        return sc_text_add(ctx, out, "{%s: %s}", sheet->option, word);
+    return sc_text_add(ctx, out,
+                       "{animation: {camera: {orbit: {turns: 0, angle: %.*s, elevation: %s}}}}",
+                       (int)(comma - angles), angles, comma + 1);
+}
+
+/* Let the job be a film of one shot for each picture of a sheet. */
+static sc_status set_shots(const sc_ctx *ctx, sc_options *options, const sc_option *option)
+{
+    const sc_sheet *sheet = options->sheet;
     const char *value = NULL;
     SC_OWN(sc_text_clear) sc_text shots = {0};
 
-    for (int i = 0; i < SC_SHEET_VIEWS; i++) {
-        const char *angles = find_angles(sc_sheet_views[i], room), *comma = strchr(angles, ',');
-
-        SC_PASS(sc_text_add(ctx, &shots,
-                            "%s{animation: {camera: {orbit: {turns: 0, angle: %.*s, elevation: "
-                            "%s}}}}",
-                            i ? ", " : "shots=[", (int)(comma - angles), angles, comma + 1));
+    for (int i = 0; i < sheet->count; i++) {
+        SC_PASS(sc_text_add(ctx, &shots, "%s", i ? ", " : "shots=["));
+        SC_PASS(add_shot(ctx, sheet, sheet->words[i], &shots));
     }
     SC_PASS(sc_text_add(ctx, &shots, "]"));
     SC_PASS(own(ctx, options, &shots, &value));
     shots.data = NULL; /* the options have it */
     SC_PASS(sc_store_set(ctx, options, option, value));
-    options->settings[options->setting_count - 1].origin = "--sheet views";
+    options->settings[options->setting_count - 1].origin = "--sheet";
     return SC_OK;
 }
 
@@ -239,16 +250,19 @@ sc_status sc_store_sheet(const sc_ctx *ctx, sc_options *options, const sc_option
     const long count = strtol(value, &end, 10);
 
     options->sheet_slices = !strcmp(value, "slices");
-    options->sheet_views = !strcmp(value, "views");
-    options->pictures = options->sheet_views ? SC_SHEET_VIEWS : 0;
+    options->sheet = NULL;
+    for (size_t i = 0; i < SC_COUNT_OF(sheets); i++)
+        options->sheet = strcmp(value, sheets[i].name) ? options->sheet : &sheets[i];
+    options->pictures = options->sheet ? options->sheet->count : 0;
     if (options->sheet_slices)
         return SC_OK;
-    if (options->sheet_views)
-        return set_views(ctx, options, option);
+    if (options->sheet)
+        return set_shots(ctx, options, option);
     if (end == value || *end || count < 1 || count > SC_PICTURES_MAX)
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "--%s is \"%s\", expected a whole number from 1 to %d, views or slices",
-                       option->name, value, SC_PICTURES_MAX);
+        return sc_fail(
+            ctx, SC_ERR_USAGE,
+            "--%s is \"%s\", expected a whole number from 1 to %d, views, looks or slices",
+            option->name, value, SC_PICTURES_MAX);
     options->pictures = (int)count;
     return SC_OK;
 }

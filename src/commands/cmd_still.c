@@ -118,6 +118,7 @@ static sc_status set_defaults(sc_app *app)
     const bool of_turn = is_of_moment(&app->options) || draws_sheet(&app->options);
 
     SC_PASS(sc_options_default(app->ctx, &app->options, "output.size", "[1440, 1080]"));
+    SC_PASS(sc_options_default(app->ctx, &app->options, "look", "studio"));
     if (!of_turn)
         SC_PASS(sc_options_default(app->ctx, &app->options, "animation.camera.orbit.turns", "0"));
     return SC_OK;

@@ -26,7 +26,8 @@ const sc_command sc_commands[] = {
      "small, with few rays per pixel, so that the sheet takes a second or two once the volume is "
      "prepared; below each stand its number and its time in the film, which --frame and --time "
      "take. --sheet views draws what is seen from ten places, and below each the --view that gets "
-     "it. --sheet slices draws transverse, coronal and sagittal slices beside the picture, in "
+     "it; --sheet looks the same picture in each look. --sheet slices draws transverse, coronal "
+     "and sagittal slices beside the picture, in "
      "radiological convention (the patient's right is on the left). Examples: segcast still "
      "heart.yaml --time 50% -o middle.png, segcast still heart.yaml --sheet 12 -o sheet.png, "
      "segcast still heart.nrrd --sheet slices --size 4k -o slices.png",

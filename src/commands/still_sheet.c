@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast still --sheet N and --sheet views: small pictures on one sheet, of frames of the whole
- * film or of what is seen from several places. */
+/* segcast still --sheet N, views and looks: small pictures on one sheet, of frames of the whole
+ * film, of what is seen from several places, or as each look draws it. */
 #include "commands.h"
 #include "segcast/annotate.h"
 
@@ -70,8 +70,8 @@ static grid choose_grid(const int picture_px[2], int count)
 }
 
 /* List the frames of the sheet: those of --frames, or --sheet of them evenly from the first to the
- * last, or the first of each shot, which are the views. Caller owns *out, also after an error:
- * sc_free. */
+ * last, or the first of each shot, which are the views or looks. Caller owns *out, also after an
+ * error: sc_free. */
 static sc_status choose_frames(const sc_app *app, const sc_job *job, int **out, int *count)
 {
     const sc_options *o = &app->options;
@@ -88,9 +88,9 @@ static sc_status choose_frames(const sc_app *app, const sc_job *job, int **out, 
     }
     SC_PASS(SC_ALLOC(app->ctx, (size_t)n, out));
     for (int i = 0; i < n; i++)
-        (*out)[i] = o->sheet_views ? job->shots[i].span.first
-                    : n > 1        ? (int)floor((double)i * (total - 1) / (n - 1) + 0.5)
-                                   : 0;
+        (*out)[i] = o->sheet ? job->shots[i].span.first
+                    : n > 1  ? (int)floor((double)i * (total - 1) / (n - 1) + 0.5)
+                             : 0;
     *count = n;
     return SC_OK;
 }
@@ -128,12 +128,13 @@ static sc_status draw_pictures(sc_app *app, sc_session *session, const grid *g, 
     return SC_OK;
 }
 
-/* Write number and time of each frame, or the option that gets each view, below its picture. */
+/* Write number and time of each frame, or the option that gets each picture, below it. */
 static sc_status draw_captions(const sc_app *app, const grid *g, const int *frames, int count,
                                int fps, sc_image *sheet)
 {
     const sc_letters letters = {13, {40, 40, 40}, {paper[0], paper[1], paper[2]}};
     const uint8_t line[3] = {150, 150, 150};
+    const sc_sheet *of = app->options.sheet;
     sc_overlay *overlay;
     char caption[64];
     int at_px[2];
@@ -144,8 +145,8 @@ static sc_status draw_captions(const sc_app *app, const grid *g, const int *fram
 
         find_place(g, i, at_px);
         sc_time_code(frames[i], fps, time);
-        if (app->options.sheet_views)
-            snprintf(caption, sizeof caption, "--view %s", sc_sheet_views[i]);
+        if (of)
+            snprintf(caption, sizeof caption, "--%s %s", of->option, of->words[i]);
         else
             snprintf(caption, sizeof caption, "%d   %s", frames[i], time);
         sc_overlay_frame(overlay, at_px[0] - 0.5, at_px[1] - 0.5, g->picture_px[0] + 1,
@@ -179,7 +180,7 @@ sc_status sc_draw_sheet(sc_app *app, const char *job_path, const char *path)
     draw_fast(&job->render);
     for (size_t i = 0; i < job->shot_count; i++) {
         draw_fast(&job->shots[i].job.render);
-        job->shots[i].job.animation.camera.alone = app->options.sheet_views;
+        job->shots[i].job.animation.camera.alone = app->options.sheet != NULL;
     }
     g = choose_grid(job->output.size_px, count);
     SC_PASS(sc_session_volume(app, &session));
@@ -188,9 +189,9 @@ sc_status sc_draw_sheet(sc_app *app, const char *job_path, const char *path)
     SC_PASS(draw_pictures(app, &session, &g, frames, count, &sheet));
     SC_PASS(draw_captions(app, &g, frames, count, job->output.fps, &sheet));
     SC_PASS(sc_image_save_png(app->ctx, &sheet, path, app->options.overwrite));
-    if (app->options.sheet_views)
-        sc_info(app->ctx, "%s: %d views, %d x %d pixels each", path, count, g.picture_px[0],
-                g.picture_px[1]);
+    if (app->options.sheet)
+        sc_info(app->ctx, "%s: %d %s, %d x %d pixels each", path, count, app->options.sheet->name,
+                g.picture_px[0], g.picture_px[1]);
     else
         sc_info(app->ctx, "%s: %d of %d frames, %d x %d pixels each", path, count,
                 job->animation.frames, g.picture_px[0], g.picture_px[1]);

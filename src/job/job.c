@@ -157,6 +157,7 @@ static sc_status read_job(const sc_ctx *ctx, const sc_job_sources *sources, sc_y
         sc_goes_on(&status,
                    apply_settings(ctx, sources->settings, sources->setting_count, false, root)) &&
         sc_goes_on(&status, part_shots(ctx, root, &base)) &&
+        sc_goes_on(&status, sc_look_apply(ctx, root)) &&
         sc_goes_on(&status, sc_times_resolve(ctx, job, base != NULL, root)) &&
         sc_goes_on(&status, sc_tell_misplaced(ctx, root)) &&
         sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, root, job)) &&

@@ -151,18 +151,19 @@ static const sc_choice light_methods[] = {
 
 static const sc_key light_keys[] = {
     {"method", &sc_type_choice, LIGHT(method), "plain",
-     .help = "plain: lamps that move with the camera, and cavities darkened by how much around "
-             "them is filled; global: most of "
-             "the light comes from a sky that stands to the body, brightest above the head, and "
-             "also by way of other tissues, "
-             "whose colours it takes along; flat: no light at all, plain colours",
+     .help =
+         "plain: lamps that move with the camera, and cavities darkened by how much around "
+         "them is filled; global: a soft lamp and a sky that stand to the body, whose light also "
+         "comes by way of other tissues and takes their colours along; flat: no light at all, "
+         "plain colours",
      .choices = light_methods},
     {"ambient", STRENGTH(ambient), .fallback = "0.12",
-     .help = "strength of the light from everywhere", .low = 0, .high = 2},
-    {"key", STRENGTH(key), .fallback = "0.76",
-     .help = "strength of the light from above the left shoulder of the viewer", .low = 0,
+     .help = "strength of the light from everywhere; with method: global from the sky", .low = 0,
      .high = 2},
-    {"fill", STRENGTH(fill), .fallback = "0.1", .help = "strength of the light from the right",
+    {"key", STRENGTH(key), .fallback = "0.76",
+     .help =
+         "strength of the light from above the left shoulder of the viewer; with method: global "
+         "that of the lamp before the body",
      .low = 0, .high = 2},
     {"head", STRENGTH(head), .fallback = "0.3", .help = "strength of the light from the eye",
      .low = 0, .high = 2},
@@ -260,6 +261,18 @@ static const sc_choice appearances[] = {{"table", SC_APPEARANCE_TABLE},
                                         {"distinct", SC_APPEARANCE_DISTINCT},
                                         {NULL, 0}};
 
+static const sc_choice look_names[] = {{"plain", SC_LOOK_PLAIN},         {"studio", SC_LOOK_STUDIO},
+                                       {"cinematic", SC_LOOK_CINEMATIC}, {"atlas", SC_LOOK_ATLAS},
+                                       {"xray", SC_LOOK_XRAY},           {NULL, 0}};
+#define LOOK_ROW                                                                                   \
+    "look", &sc_type_choice, offsetof(sc_job, look), "plain",                                      \
+        .help = "a set of values for the keys of light, background and tissues that the job does " \
+                "not give itself. plain: those that these lists name; studio: a large soft lamp "  \
+                "on white; cinematic: the same by night, with deep shadows; atlas: even light, "   \
+                "true colours, lines between tissues on cut faces; xray: veils with dense "        \
+                "outlines. orbit and still draw a volume in studio",                               \
+        .choices = look_names, .outside_identity = true
+
 #define SHOT(member) offsetof(sc_shot, member)
 
 /* The keys of a shot. Those of the job have the same place in sc_shot as in sc_job, which it begins
@@ -289,6 +302,7 @@ const sc_key sc_shot_keys[] = {
      .help = "the shot is a title card: a text in the middle of the background, or [title, "
              "subtitle], and no tissues; \\n in double quotes begins a new line",
      .given = SC_GIVEN(sc_shot, has_card), .without = "tissues are shown"},
+    {LOOK_ROW, .of_job = true},
     OF_JOB("color_by", flow_map, offsetof(sc_job, color_by), sc_color_by_keys,
            SC_GIVEN(sc_job, has_color_by)),
     OF_JOB("image", map, offsetof(sc_job, image), sc_image_keys, SC_GIVEN(sc_job, has_image)),
@@ -331,6 +345,8 @@ const sc_key sc_job_keys[] = {
      .option =
          &(const sc_key_option){"appearance", "NAME", LABEL_COMMANDS " render check plan study"},
      .of_film = true},
+    {LOOK_ROW,
+     .option = &(const sc_key_option){"look", "NAME", LABEL_COMMANDS " render check plan study"}},
     {"cine", &sc_type_flow_map, offsetof(sc_job, cine), NULL,
      .help = "the volume is a series, a list of files, a pattern such as heart_*.nrrd, or a file "
              "that holds several volumes (4-D): phases of a beat, which follow each other in the "
@@ -365,7 +381,7 @@ const sc_key sc_job_keys[] = {
     {"shots", &sc_type_shots, 0, NULL,
      .help =
          "the film as a list of shots, one after the other: each is a map of keys of its own, and "
-         "of color_by, image, render, light, tissues, animation and overlays "
+         "of look, color_by, image, render, light, tissues, animation and overlays "
          "as in the file, which are merged over those outside of the list",
      .keys = sc_shot_keys, .given = SC_GIVEN(sc_job, has_shots), .of_film = true,
      .without = "one shot"},

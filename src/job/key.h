@@ -296,6 +296,12 @@ bool sc_setting_path(const sc_key *keys, const char *variable, char *path, size_
  * ownership of @p value, also after an error. @return SC_ERR_MEMORY. */
 sc_status sc_settings_merge(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, sc_yaml *value);
 
+/* ---- looks.c ---- */
+
+/* Put the values of the look that the tree of a job names into it, but those of keys that it has.
+ * @return SC_ERR_MEMORY. */
+sc_status sc_look_apply(const sc_ctx *ctx, sc_yaml *root);
+
 /* ---- shots.c ---- */
 
 /* Read the shots of a job, whose own keys have been read, with what they take from the film, and

@@ -11,6 +11,8 @@
 #define RIM_SHARE 0.008
 #define RIM_LEAST_PX 4.0
 
+/* The fill light, as a share of the key light, whose shades it softens: 0.1 of the usual 0.76. */
+#define FILL_SHARE (5.0 / 38)
 /* The least intensity of a sky, which is seen by nobody: shares of it are taken. */
 #define SKY_LEAST 1e-6f
 
@@ -23,7 +25,7 @@ static void to_floats(sc_vec3 v, float out[3])
 }
 
 /* Where light is gathered, the key light is a lamp that stands to the volume, and what comes from
- * everywhere or fills the shadows comes from the sky. Within a vessel neither is seen. */
+ * everywhere comes from the sky, which fills the shadows, too. Within a vessel neither is seen. */
 static void set_sky(sc_renderer *r, bool inside)
 {
     sc_march_light *light = &r->march.light;
@@ -31,7 +33,7 @@ static void set_sky(sc_renderer *r, bool inside)
     light->sky = light->lamp = 0;
     if (!r->gather || inside)
         return;
-    light->sky = fmaxf(light->ambient + light->fill, SKY_LEAST);
+    light->sky = fmaxf(light->ambient, SKY_LEAST);
     light->lamp = light->key;
     light->ambient = light->fill = 0;
     memcpy(light->key_direction, sc_lamp_direction, sizeof light->key_direction);
@@ -47,13 +49,14 @@ static void set_lamps(sc_renderer *r, const sc_scene *scene)
     const sc_lighting *l = scene->has_look ? &scene->look.light : &r->settings.light;
     const sc_vec3 back = sc_vec3_scale(c->forward, -1);
     const bool inside = scene->inside;
+    const double fill = l->key * FILL_SHARE;
 
     r->march.light.ambient = (float)l->ambient;
     r->march.light.edges = (float)l->edges;
     r->march.light.cue = (float)l->depth_cue;
     r->march.light.key = inside ? 0 : (float)l->key;
-    r->march.light.fill = inside ? 0 : (float)l->fill;
-    r->march.light.head = (float)(inside ? l->key + l->fill + l->head : l->head);
+    r->march.light.fill = inside ? 0 : (float)fill;
+    r->march.light.head = (float)(inside ? l->key + fill + l->head : l->head);
     r->march.light.shadow = inside ? 0 : (float)l->shadows;
     r->march.light.occlusion = inside ? 0 : (float)l->occlusion;
     to_floats(inside

@@ -142,7 +142,6 @@ sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks,
 
     out.ambient = sc_number_at(&tracks->ambient, light->ambient, at);
     out.key = sc_number_at(&tracks->key, light->key, at);
-    out.fill = sc_number_at(&tracks->fill, light->fill, at);
     out.head = sc_number_at(&tracks->head, light->head, at);
     out.occlusion = sc_number_at(&tracks->occlusion, light->occlusion, at);
     out.shadows = sc_number_at(&tracks->shadows, light->shadows, at);

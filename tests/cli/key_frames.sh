@@ -30,7 +30,7 @@ as_constant() {
 
 # Light: frame 2 is in the middle, where each strength is the mean of both.
 strengths() { # strengths VALUE: a map with this value for each
-    printf '{ambient: %s, key: %s, fill: %s, head: %s, occlusion: %s, edges: %s, depth_cue: %s}' "$1" "$1" "$1" "$1" "$1" "$1" "$1"
+    printf '{ambient: %s, key: %s, head: %s, occlusion: %s, edges: %s, depth_cue: %s}' "$1" "$1" "$1" "$1" "$1" "$1"
 }
 as_constant shadows light.shadows '{0%: false, 4f: 1}' 0 0 2 0.5 4 true
 as_constant light light "$(strengths '{0%: 0, 4f: 0.5}')" \
@@ -177,7 +177,7 @@ EOF
 lists mixed.txt --set 'shots=[{tissues: {"left atrium": {color: red, opacity: {10%: 0.5}}}}]'
 "$SEGCAST" check list.yaml --set 'shots=[{tissues: {"left atrium": {color: red}}}]' 2>&1 >/dev/null | grep error && fail 'check tells an error that a job has not'
 many=$(seq -s, 0 59 | sed 's/[0-9]*/&f: 1/g')
-"$SEGCAST" check list.yaml --set "light.key={$many}" --set "light.fill={$many}" 2>/dev/null >many.txt
+"$SEGCAST" check list.yaml --set "light.key={$many}" --set "light.head={$many}" 2>/dev/null >many.txt
 [ "$(grep -c '^  ' many.txt)" = 101 ] || fail 'not a hundred key frames are listed'
 grep -q '^  and 25 more$' many.txt || fail 'it is not said how many key frames there are'
 

@@ -73,7 +73,7 @@ expect 0 '' "$SEGCAST" check shots.yaml --set 'shots.2.overlays.font=DejaVu Sans
 
 # Of a volume, without a job, still draws what orbit does; a directory that a job has made is told from one of masks.
 "$SEGCAST" convert phantom:59x41x61 -o heart.nrrd -q >/dev/null
-printf 'volume: heart.nrrd\noutput: {size: [96, 72]}\nanimation: {camera: {orbit: {elevation: 30}}}\n' >volume.yaml
+printf 'volume: heart.nrrd\nlook: studio\noutput: {size: [96, 72]}\nanimation: {camera: {orbit: {elevation: 30}}}\n' >volume.yaml
 "$SEGCAST" still volume.yaml --time 25% -o job.png -q >/dev/null
 expect 0 '' "$SEGCAST" still heart.nrrd --size 96x72 --view 0,30 --time 25% -o volume.png
 "$IMAGE_DIFFERENCE" job.png volume.png || fail 'the picture of a volume is not that of a job'
@@ -96,6 +96,7 @@ done
 "$SEGCAST" still heart.nrrd --size 96x72 --sheet views -o views.png --overwrite -q >/dev/null
 cat >still.yaml <<'EOF'
 volume: heart.nrrd
+look: studio
 output: {size: [96, 72]}
 animation: {camera: {fixed: {position_mm: [0, 400, 0], target_mm: [0, 0, 0]}}}
 shots: [{animation: {frames: 2}}]
@@ -108,6 +109,21 @@ for view in anterior posterior left right superior inferior 45,20 135,20 -135,20
     "$IMAGE_DIFFERENCE" views.png word.png 0 0 $((44 + at % 5 * 172)) $((12 + at / 5 * 108)) || fail "$view is not on the sheet of views"
     at=$((at + 1))
 done
+# That of looks, likewise; the job's own keys go before its look, in each shot, and what is resolved says all of it.
+"$SEGCAST" still heart.nrrd --size 96x72 --sheet looks -o looks.png --overwrite -q >/dev/null
+at=0
+for look in plain studio cinematic atlas xray; do
+    "$SEGCAST" still heart.nrrd --size 96x72 --samples 3 --look "$look" -o word.png --overwrite -q >/dev/null
+    "$IMAGE_DIFFERENCE" looks.png word.png 0 0 $((44 + at % 3 * 172)) $((12 + at / 3 * 108)) || fail "$look is not on the sheet of looks"
+    at=$((at + 1))
+done
+printf 'volume: heart.nrrd\noutput: {size: [96, 72]}\nlook: xray\nrender: {background: "#203040"}\ntissues: {"*": {opacity: 1}}\n' >look.yaml
+printf 'volume: heart.nrrd\noutput: {size: [96, 72]}\nlight: {method: flat, edges: 1}\nrender: {background: "#203040"}\ntissues: {"*": {opacity: 1}}\n' >bare.yaml
+printf 'volume: heart.nrrd\noutput: {size: [96, 72]}\nlook: atlas\nshots: [{look: xray, render: {background: "#203040"}, tissues: {"*": {opacity: 1}}}]\n' >shot.yaml
+for job in look bare shot; do "$SEGCAST" still $job.yaml -o $job.png --overwrite -q >/dev/null; done
+"$IMAGE_DIFFERENCE" bare.png look.png || fail "a look goes before the keys of a job"
+"$IMAGE_DIFFERENCE" bare.png shot.png || fail "a shot has something of the look of the film beside its own"
+expect 64 'unknown look "rainbow"; expected one of: plain, studio, cinematic, atlas, xray' "$SEGCAST" still heart.nrrd --look rainbow -o word.png
 # A tissue of a volume fills the picture as the verb frame lets it, and what lies before it does not hide it.
 "$SEGCAST" still volume.yaml --set animation.camera.orbit.turns=0 --view 0,30 --set 'animation.verbs=[{frame: aorta, during: [0%, 0%]}]' \
     --set tissues.*.opacity=0.04 --set tissues.aorta.opacity=1 -o job.png --overwrite -q >/dev/null

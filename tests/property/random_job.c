@@ -822,7 +822,6 @@ static const struct row light_rows[] = {
     {"method", 40, put_word, "plain|global|global|flat"},
     {"ambient", 20, put_scene_number, "0:1"},
     {"key", 20, put_scene_number, "0:1"},
-    {"fill", 20, put_scene_number, "0:1"},
     {"head", 20, put_scene_number, "0:1"},
     {"occlusion", 40, put_scene_number, "0:1"},
     {"shadows", 40, put_shadows, NULL},

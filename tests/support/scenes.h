@@ -38,25 +38,22 @@ static sc_surface tested_surface = SC_SURFACE_SMOOTH;
 /* A scene in which every tissue has the given opacity. Takes ownership of @p volume. */
 static inline small_scene make_scene(sc_volume volume, double opacity)
 {
-    small_scene s = {.volume = volume,
-                     .prepared = prepare_copy(&volume, 2),
-                     .settings = {.width_px = 90,
-                                  .height_px = 70,
-                                  .surface = tested_surface,
-                                  .skip = SC_SKIP_INTERIOR,
-                                  .samples = 1,
-                                  .step_voxels = 0.5,
-                                  .caps = true,
-                                  .everywhere = true,
-                                  .light = {.ambient = 0.28,
-                                            .key = 0.62,
-                                            .fill = 0.16,
-                                            .head = 0.22,
-                                            .occlusion = 0.8,
-                                            .edges = 0.5},
-                                  .background = {255, 255, 255},
-                                  .tile_px = 32,
-                                  .threads = 1}};
+    small_scene s = {
+        .volume = volume,
+        .prepared = prepare_copy(&volume, 2),
+        .settings = {
+            .width_px = 90,
+            .height_px = 70,
+            .surface = tested_surface,
+            .skip = SC_SKIP_INTERIOR,
+            .samples = 1,
+            .step_voxels = 0.5,
+            .caps = true,
+            .everywhere = true,
+            .light = {.ambient = 0.28, .key = 0.62, .head = 0.22, .occlusion = 0.8, .edges = 0.5},
+            .background = {255, 255, 255},
+            .tile_px = 32,
+            .threads = 1}};
     const sc_tissue_rule rule = {.pattern = "*", .has_opacity = true, .opacity = opacity};
 
     assert_ok(sc_transfer_resolve(&quiet, &s.prepared.view, &rule, 1, SC_OPACITY_PAPER, s.tissues));

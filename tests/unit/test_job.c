@@ -671,7 +671,7 @@ static const struct {
 } scene_parts[] = {
     {"light: {key: {10f: 0.5, 100%: 1, ease: in}, head: 0.25, "
      "depth_cue: {0:01: 1}}",
-     "  key: {10%: 0.5, 100%: {value: 1, ease: in}}\n  fill: 0.1\n"
+     "  key: {10%: 0.5, 100%: {value: 1, ease: in}}\n"
      "  head: 0.25\n"},
     {"tissues: {aorta: {color: {50%: red, 2s: [1, 2, 3], ease: out}, "
      "opacity: 1}, \"*\": {color: blue}, wall: {color: {0:01: red}}}",

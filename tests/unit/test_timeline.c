@@ -383,7 +383,7 @@ TEST(a_camera_goes_over_the_pole_without_a_flip)
 
 TEST(light_follows_its_key_frames)
 {
-    const sc_lighting light = {.key = 0.5, .fill = 0.1, .occlusion = 1};
+    const sc_lighting light = {.key = 0.5, .head = 0.1, .occlusion = 1};
     const sc_light_tracks tracks = {
         .key = {2, {{0.25, {0}, {1, 0, 0}}, {0.75, {0}, {0, 0, 0}}}},
         .occlusion = {2, {{0, {0}, {0.25, 0, 0}}, {1, {0}, {0.75, 0, 0}}}},
@@ -394,7 +394,7 @@ TEST(light_follows_its_key_frames)
     assert_near(sc_light_at(&light, &tracks, 0.5).key, 0.5, 1e-12);
     assert_near(sc_light_at(&light, &tracks, 1).key, 0, 0);
     assert_near(sc_light_at(&light, &tracks, 0.5).occlusion, 0.5, 1e-12);
-    assert_near(sc_light_at(&light, &tracks, 0.5).fill, 0.1, 0);
+    assert_near(sc_light_at(&light, &tracks, 0.5).head, 0.1, 0);
     assert_near(sc_light_at(&light, &none, 0.5).key, 0.5, 0);
     /* What is made once has to do for all frames. */
     assert_near(sc_light_of_all(&light, &tracks).occlusion, 0.75, 0);

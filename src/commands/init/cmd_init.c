@@ -273,7 +273,7 @@ static sc_status add_head(const sc_app *app, const sc_job *job, const char *path
     const bool is_here = !strchr(path, '/');
     const char *labels = option_value(app, "labels"), *format = option_value(app, "labels_format");
     const char *overlap = option_value(app, "overlap");
-    const char *appearance = option_value(app, "appearance");
+    const char *appearance = option_value(app, "appearance"), *look = option_value(app, "look");
 
     SC_PASS(add_comments(ctx, path, out));
     if (job->phase_count)
@@ -290,6 +290,8 @@ static sc_status add_head(const sc_app *app, const sc_job *job, const char *path
         SC_PASS(sc_text_add(ctx, out, "overlap: %s\n", overlap));
     if (appearance)
         SC_PASS(sc_text_add(ctx, out, "appearance: %s\n", appearance));
+    SC_PASS(sc_text_add(ctx, out, "look: %s  # or plain, cinematic, atlas, xray\n",
+                        look ? look : "studio"));
     SC_PASS(sc_text_add(ctx, out, "\noutput:\n"));
     SC_PASS(add_name(ctx, "directory", stem, "-out", out));
     SC_PASS(add_name(ctx, "video", stem, ".mp4", out));

@@ -661,6 +661,7 @@ sc_status sc_cmd_orbit(sc_app *app)
                        slash ? output : "."));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_expect_series(app));
+    SC_TRY(sc_options_default(app->ctx, &app->options, "look", "studio"));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.directory", directory.data));
     SC_TRY(sc_text_add(app->ctx, &origin, "--output %s", output));
     SC_TRY(sc_options_set_as(app->ctx, &app->options, origin.data, "output.video",
