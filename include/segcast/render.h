@@ -88,6 +88,23 @@ void sc_render_stats_add(sc_render_stats *sum, const sc_render_stats *more);
 SC_MUST_USE sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
                                       const sc_prepared *volume, const sc_tissue *tissues,
                                       sc_renderer **out);
+/** How much of the light that is gathered differs between the scenes of a renderer. */
+typedef enum sc_light_change {
+    SC_LIGHT_STAYS,    /**< nothing: the camera may */
+    SC_LIGHT_NEW_SUMS, /**< what light comes along the rays, as where a plane moves */
+    SC_LIGHT_NEW_RAYS  /**< the rays themselves, as where tissue fades */
+} sc_light_change;
+/** @return how much differs between the light of two scenes of a film. @param label_count of the
+ *  volume. Pure. */
+sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label_count);
+/** With light.method SC_LIGHT_GLOBAL: prepare to gather light, and as far as the frames have it in
+ *  common do so for a first scene, with all ranks that made the renderer together, which are then
+ *  done with it and hold it once. Frames that are drawn without have no light from the sky. To be
+ *  called once, before the first frame, by all these ranks. @param first that of a frame which is
+ *  neither a slice nor within a vessel. @param change the most that any two scenes of the renderer
+ *  differ by. @return SC_ERR_MEMORY, the same on all these ranks: SC_LIGHT_NEW_RAYS shares less. */
+SC_MUST_USE sc_status sc_renderer_gather(const sc_ctx *ctx, sc_renderer *r, const sc_scene *first,
+                                         sc_light_change change);
 /** Free a renderer and everything it owns, on this rank alone; NULL is allowed. The volume stays
  * the caller's. */
 void sc_renderer_free(sc_renderer *renderer);

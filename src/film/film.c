@@ -368,6 +368,7 @@ sc_status sc_session_scene(sc_app *app, sc_session *session)
     sc_stage_begin(app->ctx, "preparing the light", 0, 0);
     SC_PASS(sc_session_tissues(app, session));
     SC_PASS(sc_session_timelines(app, session, NULL));
+    SC_PASS(sc_panels_gather(app, session));
     for (int i = 0; i < session->panel_count; i++)
         sc_panel_unload(&session->panels[i], 0); /* names and flights look into its voxels */
     sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);

@@ -65,6 +65,9 @@ sc_status sc_share_column_values(sc_app *app, sc_panel *panel);
 /* Make the renderers of a panel, after sc_panel_tissues, together with the other ranks of the node.
  */
 sc_status sc_panel_renderers(const sc_app *app, sc_panel *panel);
+/* Gather light for the renderers of all panels, after their timelines are made, as far as frames
+ * have it in common. */
+sc_status sc_panels_gather(sc_app *app, sc_session *session);
 /* @return the renderer of the phase that frame @p k of a panel shows, which is going to be drawn:
  * the other phases leave the memory of this rank, but for the one that was drawn before, and the
  * system is told which one may be next. Not collective. */

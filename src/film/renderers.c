@@ -209,3 +209,85 @@ sc_status sc_panel_renderers(const sc_app *app, sc_panel *panel)
     tell_kernel(app, panel);
     return SC_OK;
 }
+
+/* ---- light ---- */
+
+/* How much of the light differs between the frames of panels that have the same renderers. */
+typedef struct light_frames {
+    sc_panel *lit; /* the first one with a frame out of vessels; NULL: there is none */
+    int frame;     /* that frame */
+    sc_light_change change;
+} light_frames;
+
+/* @return the most that the tissues of a panel alone may change light. */
+static sc_light_change change_of_tissues(const sc_panel *panel)
+{
+    const sc_looks *looks = &panel->timeline.looks;
+    sc_light_change change =
+        looks->color_tones || looks->column_values ? SC_LIGHT_NEW_SUMS : SC_LIGHT_STAYS;
+
+    for (int id = 1; id < panel->volume.label_count; id++) {
+        if (panel->looks.tissues[id].fade_group)
+            change = SC_LIGHT_NEW_RAYS;
+    }
+    return change;
+}
+
+/* Add the frames of a panel. */
+static void add_frames(sc_panel *panel, light_frames *f)
+{
+    const sc_light_change tissues = change_of_tissues(panel);
+    sc_scene first;
+
+    f->change = tissues > f->change ? tissues : f->change;
+    if (f->lit)
+        first = sc_timeline_scene(&f->lit->timeline, f->frame, NULL);
+    for (int k = 0; k < panel->job.animation.frames; k++) {
+        const sc_scene scene = sc_timeline_scene(&panel->timeline, k, NULL);
+        sc_light_change change;
+
+        if (scene.inside)
+            continue;
+        if (!f->lit) {
+            f->lit = panel;
+            f->frame = k;
+            first = scene;
+        }
+        change = sc_light_between(&first, &scene, panel->volume.label_count);
+        f->change = change > f->change ? change : f->change;
+    }
+}
+
+/* Gather light for the renderers of a panel. */
+static sc_status gather(sc_app *app, const sc_panel *panel, const light_frames *f)
+{
+    const sc_scene first = sc_timeline_scene(&f->lit->timeline, f->frame, &f->lit->room);
+
+    for (int i = 0; i < panel->phases; i++) {
+        sc_stage_turn(app->ctx, i + 1, panel->phases);
+        SC_PASS(sc_comm_agree(
+            app->comm, sc_renderer_gather(app->ctx, panel->renderers[i], &first, f->change)));
+        sc_panel_unload(panel, i);
+    }
+    sc_stage_turn(app->ctx, 0, 0);
+    return SC_OK;
+}
+
+sc_status sc_panels_gather(sc_app *app, sc_session *session)
+{
+    for (int i = 0; i < session->panel_count; i++) {
+        const sc_panel *panel = &session->panels[i];
+        light_frames f = {.lit = NULL};
+
+        if (!panel->renderers || panel->borrows_renderers ||
+            panel->job.light.method != SC_LIGHT_GLOBAL)
+            continue;
+        for (int j = i; j < session->panel_count; j++) {
+            if (session->panels[j].renderers == panel->renderers)
+                add_frames(&session->panels[j], &f);
+        }
+        if (f.lit)
+            SC_PASS(gather(app, panel, &f));
+    }
+    return SC_OK;
+}

@@ -139,6 +139,13 @@ static void set_planes(sc_renderer *r, const sc_scene *scene)
     }
 }
 
+void sc_begin_tissues(sc_renderer *r, const sc_scene *scene)
+{
+    sc_set_fades(r, scene->fades);
+    sc_set_colors(r, scene->colors);
+    sc_set_clip_sets(r, scene);
+}
+
 void sc_begin_scene(sc_renderer *r, const sc_scene *scene, int height_px)
 {
     set_lamps(r, scene);

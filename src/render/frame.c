@@ -495,9 +495,7 @@ static void begin_view(frame *f)
 {
     sc_renderer *r = f->renderer;
 
-    sc_set_fades(r, f->scene->fades);
-    sc_set_colors(r, f->scene->colors);
-    sc_set_clip_sets(r, f->scene);
+    sc_begin_tissues(r, f->scene);
     sc_begin_scene(r, f->scene, f->viewport->height_px);
     if (r->gather && !f->scene->slice && !f->scene->inside)
         sc_gather_scene(r->gather, r, f->scene);

@@ -48,40 +48,86 @@ static void make_directions(sc_gather *g)
     }
 }
 
-/* Allocate what does not depend on the number of places. */
-static sc_status allocate_fields(const sc_ctx *ctx, bool inner, sc_gather *g)
+/* Allocate what each rank has for itself, whatever changes. */
+static sc_status allocate_own(const sc_ctx *ctx, sc_gather *g)
 {
-    const sc_renderer *r = g->renderer;
-    const size_t bricks = sc_brick_count(r->volume->bricks),
-                 labels = (size_t)r->volume->label_count;
+    const size_t labels = (size_t)g->renderer->volume->label_count;
 
     SC_PASS(SC_ALLOC(ctx, SC_GATHER_PARTS, &g->directions));
     SC_PASS(SC_ALLOC(ctx, SC_GATHER_RAYS * labels, &g->absent));
     SC_PASS(SC_ALLOC(ctx, labels, &g->cuts));
-    SC_PASS(SC_ZALLOC(ctx, labels, &g->tissues));
-    g->fields[0].border = &r->volume->outer;
-    g->fields[1].border = &r->volume->inner;
-    for (int k = 0; k < (inner ? SC_GATHER_FIELDS : 1); k++) {
-        SC_PASS(SC_ALLOC(ctx, bricks, &g->fields[k].masks));
-        SC_PASS(SC_ALLOC(ctx, bricks, &g->fields[k].thinned));
-        SC_PASS(SC_ALLOC(ctx, bricks, &g->fields[k].start));
-        SC_PASS(SC_ZALLOC(ctx, g->fields[k].border->count + 1, &g->fields[k].around));
+    return SC_ZALLOC(ctx, labels, &g->tissues);
+}
+
+static inline bool shares_hits(const sc_gather *g)
+{
+    return g->change < SC_LIGHT_NEW_RAYS;
+}
+
+static inline bool shares_light(const sc_gather *g)
+{
+    return g->change < SC_LIGHT_NEW_SUMS;
+}
+
+/* Allocate an array at @p out: of the team, or of this rank alone. */
+static sc_status allocate(const sc_ctx *ctx, const sc_gather *g, bool shared, size_t count,
+                          size_t size, void *out)
+{
+    void *data = NULL;
+
+    SC_PASS(shared ? sc_team_alloc(ctx, g->renderer->team, count, size, &data)
+                   : sc_zalloc(ctx, count, size, &data));
+    memcpy(out, &data, sizeof data);
+    return SC_OK;
+}
+
+/* Allocate hits and light. @return SC_ERR_MEMORY. */
+static sc_status allocate_light(const sc_ctx *ctx, sc_gather *g)
+{
+    const bool hits = shares_hits(g), light = shares_light(g);
+    const size_t count = g->count + 1; /* there may be none */
+    int framed[3];
+    size_t bricks;
+
+    sc_framed_size(g->renderer->volume->bricks, framed);
+    bricks = sc_brick_count(framed);
+    SC_PASS(allocate(ctx, g, hits, bricks, sizeof *g->occupied, &g->occupied));
+    SC_PASS(allocate(ctx, g, hits, bricks + SC_GATHER_BYTES, 1, &g->distances));
+    for (int i = 0; i < SC_GATHER_RAYS; i++)
+        SC_PASS(allocate(ctx, g, hits, count, sizeof *g->hits[i], &g->hits[i]));
+    SC_PASS(allocate(ctx, g, light, count, sizeof *g->sky, &g->sky));
+    SC_PASS(allocate(ctx, g, light, count, sizeof *g->light, &g->light));
+    SC_PASS(allocate(ctx, g, light, count, sizeof *g->radiosity, &g->radiosity));
+    SC_PASS(allocate(ctx, g, light, count, sizeof *g->gone, &g->gone));
+    for (int k = 0; k < SC_GATHER_FIELDS; k++) {
+        sc_gather_field *f = &g->fields[k];
+
+        SC_PASS(allocate(ctx, g, light, (f->masks ? f->border->count : 0) + 1, sizeof *f->around,
+                         &f->around));
     }
     return SC_OK;
 }
 
-/* Allocate what belongs to places. */
-static sc_status allocate_places(const sc_ctx *ctx, sc_gather *g)
+/* Set what rays are followed through, where nothing that is not shown is met. */
+static void begin_march(sc_gather *g)
 {
-    const size_t count = g->count + 1; /* there may be none */
+    const sc_renderer *r = g->renderer;
+    const sc_prepared *v = r->volume;
+    int framed[3];
 
-    SC_PASS(SC_ALLOC(ctx, count, &g->places));
-    for (int i = 0; i < SC_GATHER_RAYS; i++)
-        SC_PASS(SC_ALLOC(ctx, count, &g->hits[i]));
-    SC_PASS(SC_ALLOC(ctx, count, &g->sky));
-    SC_PASS(SC_ALLOC(ctx, count, &g->light));
-    SC_PASS(SC_ALLOC(ctx, count, &g->radiosity));
-    return SC_ZALLOC(ctx, count, &g->gone);
+    sc_framed_size(v->bricks, framed);
+    if (!shares_hits(g) || sc_team_is_first(r->team))
+        memcpy(g->distances, g->far, sc_brick_count(framed));
+    g->march = (sc_gather_march){.volume = v,
+                                 .masks = g->occupied,
+                                 .distances = g->distances,
+                                 .row = sc_framed_row(v->bricks),
+                                 .layer = sc_framed_layer(v->bricks)};
+    for (int i = 0; i < 3; i++) {
+        g->march.box_low[i] = fmaxf(r->march.box_low[i], 0);
+        g->march.box_high[i] = fminf(r->march.box_high[i] + 1, (float)(v->size[i] + 2));
+    }
+    g->follow = sc_gather_find(r->settings.cpu);
 }
 
 /* Free the gather at @p g. For SC_OWN. */
@@ -90,31 +136,54 @@ static void free_at(sc_gather **g)
     sc_gather_free(*g);
 }
 
-/* Do what a rank does for itself. */
-static sc_status begin(const sc_ctx *ctx, bool inner, sc_gather *g)
-{
-    SC_PASS(allocate_fields(ctx, inner, g));
-    make_directions(g);
-    sc_gather_mark_places(g);
-    SC_PASS(allocate_places(ctx, g));
-    sc_gather_fill_places(g);
-    return sc_gather_mark_occupied(ctx, g);
-}
-
-sc_status sc_gather_new(const sc_ctx *ctx, const sc_renderer *r, bool inner, sc_gather **out)
+sc_status sc_gather_new(const sc_ctx *ctx, const sc_renderer *r, sc_light_change change,
+                        sc_gather **out)
 {
     SC_OWN(free_at) sc_gather *g = NULL;
     sc_status status = SC_ZALLOC(ctx, 1, &g);
 
     if (status == SC_OK) {
         g->renderer = r;
-        status = begin(ctx, inner, g);
+        g->change = change;
+        g->together = true;
+        status = allocate_own(ctx, g);
     }
     /* No rank begins what all do together before all have come as far. */
     SC_PASS(sc_team_agree(r->team, status));
-    SC_PASS(sc_gather_find_distances(ctx, g));
+    make_directions(g);
+    g->fields[0].border = &r->volume->outer;
+    g->fields[1].border = &r->volume->inner;
+    SC_PASS(sc_gather_find_places(ctx, g));
+    SC_PASS(sc_gather_find_parts(ctx, g));
+    SC_PASS(sc_team_agree(r->team, allocate_light(ctx, g)));
+    begin_march(g);
+    g->together = false;
     SC_HAND_OVER(g, out);
     return SC_OK;
+}
+
+void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body)
+{
+    if (g->together)
+        sc_team_for(g->renderer->team, count, chunk, body, g);
+    else
+        sc_parallel_for(g->renderer->settings.threads, count, chunk, body, g);
+}
+
+uint32_t sc_gather_number(const sc_gather *g, uint32_t first, uint32_t *counts)
+{
+    const size_t bricks = sc_brick_count(g->renderer->volume->bricks);
+
+    if (sc_team_is_first(g->renderer->team)) {
+        for (size_t brick = 0; brick <= bricks; brick++) {
+            const uint32_t own = counts[brick];
+
+            counts[brick] = first;
+            first += own;
+        }
+    }
+    (void)!sc_team_agree(g->renderer->team, SC_OK); /* all wait until it is done */
+    return counts[bricks];
 }
 
 /* @return whether what the planes of a scene keep is convex, the same for all tissues. */
@@ -168,7 +237,8 @@ static bool same_tissues(const sc_gather *g, bool colors_too)
     return same;
 }
 
-void sc_gather_scene(sc_gather *g, sc_renderer *r, const sc_scene *scene)
+/* As sc_gather_scene. @param ctx as of sc_gather_trace. */
+static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_scene *scene)
 {
     const sc_march_light *light = &r->march.light;
     const bool convex = is_convex(scene);
@@ -186,52 +256,82 @@ void sc_gather_scene(sc_gather *g, sc_renderer *r, const sc_scene *scene)
     g->sky_strength = light->sky;
     g->lamp_strength = light->lamp;
     if (!traced)
-        sc_gather_trace(g, scene);
+        sc_gather_trace(ctx, g, scene);
+    g->together = g->together && shares_light(g);
     sc_gather_sum(g);
     memcpy(g->tissues, r->tissues, (size_t)r->volume->label_count * sizeof *r->tissues);
     g->scene = *scene;
     g->is_known = true;
 }
 
-void sc_gather_free(sc_gather *g)
+void sc_gather_scene(sc_gather *g, sc_renderer *r, const sc_scene *scene)
 {
-    if (!g)
+    gather(NULL, g, r, scene);
+}
+
+void sc_gather_first(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_scene *scene)
+{
+    if (!shares_hits(g))
         return;
-    for (int k = 0; k < SC_GATHER_FIELDS; k++) {
-        sc_free(g->fields[k].masks);
-        sc_free(g->fields[k].thinned);
-        sc_free(g->fields[k].start);
-        sc_free(g->fields[k].around);
+    g->together = true;
+    gather(ctx, g, r, scene);
+    g->together = false;
+}
+
+sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label_count)
+{
+    const unsigned changes = sc_scene_changes(a, b, label_count);
+    const bool light = (changes & SC_CHANGED_LIGHT) != 0;
+    const bool cuts = changes & SC_CHANGED_CUTS && !same_planes(a, b);
+
+    if (changes & SC_CHANGED_OPACITIES || (cuts && !(is_convex(a) && is_convex(b))) ||
+        (light && (a->look.light.key > 0) != (b->look.light.key > 0)))
+        return SC_LIGHT_NEW_RAYS;
+    return cuts || light || changes & SC_CHANGED_COLORS ? SC_LIGHT_NEW_SUMS : SC_LIGHT_STAYS;
+}
+
+/* Free hits and light, unless they are the team's. */
+static void free_light(sc_gather *g)
+{
+    if (!shares_hits(g)) {
+        sc_free(g->occupied);
+        sc_free(g->distances);
+        for (int i = 0; i < SC_GATHER_RAYS; i++)
+            sc_free(g->hits[i]);
     }
-    sc_free(g->directions);
-    sc_free(g->absent);
-    sc_free(g->cuts);
-    sc_free(g->first_part);
-    sc_free(g->parts);
-    sc_free(g->occupied);
-    sc_free(g->distances);
-    sc_free(g->tissues);
-    sc_free(g->places);
-    for (int i = 0; i < SC_GATHER_RAYS; i++)
-        sc_free(g->hits[i]);
+    if (shares_light(g))
+        return;
     sc_free(g->sky);
     sc_free(g->light);
     sc_free(g->radiosity);
     sc_free(g->gone);
+    for (int k = 0; k < SC_GATHER_FIELDS; k++)
+        sc_free(g->fields[k].around);
+}
+
+void sc_gather_free(sc_gather *g)
+{
+    if (!g)
+        return;
+    free_light(g);
+    sc_free(g->directions);
+    sc_free(g->absent);
+    sc_free(g->cuts);
+    sc_free(g->tissues);
     sc_free(g);
 }
 
 uint64_t sc_gather_bytes(const sc_gather *g)
 {
-    const sc_prepared *v = g ? g->renderer->volume : NULL;
     uint64_t bytes = 0;
 
-    for (int k = 0; g && k < SC_GATHER_FIELDS; k++) {
-        if (g->fields[k].masks)
-            bytes += sc_brick_count(v->bricks) * (sizeof(uint64_t) + sizeof(uint32_t)) +
-                     g->fields[k].border->count * sizeof(uint32_t);
-    }
-    return g ? bytes + g->count * (sizeof *g->places + SC_GATHER_RAYS * sizeof *g->hits[0] +
-                                   3 * sizeof *g->sky + sizeof *g->gone)
-             : 0;
+    if (!g)
+        return 0;
+    if (!shares_hits(g))
+        bytes += g->count * SC_GATHER_RAYS * sizeof *g->hits[0];
+    if (shares_light(g))
+        return bytes;
+    for (int k = 0; k < SC_GATHER_FIELDS; k++)
+        bytes += g->fields[k].masks ? g->fields[k].border->count * sizeof(uint32_t) : 0;
+    return bytes + g->count * (3 * sizeof *g->sky + sizeof *g->gone);
 }

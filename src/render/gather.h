@@ -33,12 +33,12 @@ enum {
     SC_GATHER_FIELDS = 2 /* the outer and the inner one */
 };
 
-/* What of one field is gathered. Owns its arrays; without masks nothing is. */
+/* What of one field is gathered. The team owns masks and start; without masks nothing is. */
 typedef struct sc_gather_field {
     const sc_border *border; /* of the volume */
     uint64_t *masks;         /* [bricks z][y][x]: the vertices that are places */
     uint64_t *thinned;       /* the same, while they are being found; else NULL */
-    uint32_t *start;         /* [bricks z][y][x]: number of the brick's first place */
+    uint32_t *start;         /* [bricks z][y][x] and one more: number of its first place */
     uint32_t *around;        /* [border->count] for the kernels: see sc_march.around */
 } sc_gather_field;
 
@@ -56,9 +56,13 @@ typedef struct sc_gather_place {
     uint8_t part;    /* of the net of directions */
 } sc_gather_place;
 
-/* Light that is gathered. Owns what its pointers point to, unless they say otherwise. */
+/* Light that is gathered. What does not depend on a scene is made by the ranks of the team, which
+ * owns it, together. So are the hits, unless a frame may need rays of its own; and so is the light,
+ * unless a frame may need its own sums: then each rank has arrays for itself. */
 typedef struct sc_gather {
     const struct sc_renderer *renderer; /* borrowed */
+    sc_light_change change;             /* how much differs between the frames */
+    bool together;                      /* loops are those of the team now */
     sc_gather_field fields[SC_GATHER_FIELDS];
     size_t count; /* of places: those of the outer field come first */
     sc_gather_place *places;
@@ -67,8 +71,9 @@ typedef struct sc_gather {
     /* what rays can meet */
     uint32_t *first_part;  /* [bricks z][y][x] and one more: where the parts of a brick begin */
     sc_gather_part *parts; /* of all bricks */
-    uint8_t *far;          /* sc_brick_distances of those that may be shown; of the team */
-    uint64_t *occupied;    /* as of sc_gather_march: what is met now */
+    uint64_t *shown;       /* masks of the vertices that may be shown */
+    uint8_t *far;          /* sc_brick_distances of these */
+    uint64_t *occupied;    /* as of sc_gather_march: what is met now; goes with the hits */
     uint8_t *distances;    /* the same */
     bool *absent;   /* [SC_GATHER_RAYS][label_count]: what rays of a direction pass through */
     uint32_t *cuts; /* [label_count] as of sc_gather_march */
@@ -90,11 +95,10 @@ typedef struct sc_gather {
     sc_march_tissue *tissues;          /* [label_count] as the march had them */
 } sc_gather;
 
-/* Find the places at which the light of a renderer is gathered, and what its rays can meet.
- * Collective in its team. @param inner whether surfaces between two tissues can be seen: places are
- * found beside these, too.
- * @return SC_ERR_MEMORY. Caller owns *out: sc_gather_free. */
-sc_status sc_gather_new(const sc_ctx *ctx, const struct sc_renderer *r, bool inner,
+/* Find the places at which the light of a renderer is gathered, and what its rays can meet, and
+ * make room for the rest. Collective in its team. @return SC_ERR_MEMORY. Caller owns *out:
+ * sc_gather_free. */
+sc_status sc_gather_new(const sc_ctx *ctx, const struct sc_renderer *r, sc_light_change change,
                         sc_gather **out);
 /* Free it; NULL is allowed. */
 void sc_gather_free(sc_gather *g);
@@ -104,15 +108,22 @@ uint64_t sc_gather_bytes(const sc_gather *g);
  * the last one, by all threads of the renderer; and set the light around of r->march. */
 void sc_gather_scene(sc_gather *g, struct sc_renderer *r, const sc_scene *scene);
 
-/* Note which vertices are places, number them, and fill them in once there is room for them. */
-void sc_gather_mark_places(sc_gather *g);
-void sc_gather_fill_places(sc_gather *g);
-/* Mark the vertices that rays can meet, and then find the distance of each empty brick from these.
- * The second one is collective in the team of the renderer. @return SC_ERR_MEMORY. */
-sc_status sc_gather_mark_occupied(const sc_ctx *ctx, sc_gather *g);
-sc_status sc_gather_find_distances(const sc_ctx *ctx, sc_gather *g);
-/* Follow the rays of all places through what @p scene shows: sets g->hits. */
-void sc_gather_trace(sc_gather *g, const sc_scene *scene);
+/* Do the same for the first scene together with the other ranks, as far as its arrays are the
+ * team's. Collective. @param ctx as of sc_gather_trace. */
+void sc_gather_first(const sc_ctx *ctx, sc_gather *g, struct sc_renderer *r, const sc_scene *scene);
+
+/* Find the places, and what rays can meet: arrays of the team. Collective. @return SC_ERR_MEMORY.
+ */
+sc_status sc_gather_find_places(const sc_ctx *ctx, sc_gather *g);
+sc_status sc_gather_find_parts(const sc_ctx *ctx, sc_gather *g);
+/* Replace the counts that bricks have, and that of one more, which is 0, by the sum of @p first and
+ * those before. Collective. @return the sum of all. */
+uint32_t sc_gather_number(const sc_gather *g, uint32_t first, uint32_t *counts);
+/* Call @p body for all of [0, count): together, or by the threads of this rank alone. */
+void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body);
+/* Follow the rays of all places through what @p scene shows: sets g->hits. @param ctx its stage
+ * counts the rays of a place; NULL: there is none. */
+void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene);
 /* @return how many rays each place has: none goes to a lamp that is out. */
 static inline int sc_gather_rays(const sc_gather *g)
 {

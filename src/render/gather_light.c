@@ -190,14 +190,11 @@ static void spread(void *user, size_t begin, size_t end, int thread)
 
 void sc_gather_sum(sc_gather *g)
 {
-    const sc_renderer *r = g->renderer;
-    const int threads = r->settings.threads;
-
-    sc_parallel_for(threads, g->count, BLOCK, cut, g);
-    sc_parallel_for(threads, g->count, BLOCK, sum_sky, g);
+    sc_gather_for(g, g->count, BLOCK, cut);
+    sc_gather_for(g, g->count, BLOCK, sum_sky);
     for (int i = 0; i < BOUNCES; i++) {
-        sc_parallel_for(threads, g->count, BLOCK, reflect, g);
-        sc_parallel_for(threads, g->count, BLOCK, bounce, g);
+        sc_gather_for(g, g->count, BLOCK, reflect);
+        sc_gather_for(g, g->count, BLOCK, bounce);
     }
-    sc_parallel_for(threads, sc_brick_count(r->volume->bricks), 1024, spread, g);
+    sc_gather_for(g, sc_brick_count(g->renderer->volume->bricks), 1024, spread);
 }

@@ -238,40 +238,44 @@ static void fill_places(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Number the places, whose counts stand in the starts of the bricks. */
-static void number_places(sc_gather *g)
+/* Allocate the masks of a field, and the numbers of its places. */
+static sc_status allocate_field(const sc_ctx *ctx, const sc_gather *g, sc_gather_field *f)
 {
     const size_t bricks = sc_brick_count(g->renderer->volume->bricks);
+    sc_team *team = g->renderer->team;
+    void *data;
 
-    for (int k = 0; k < SC_GATHER_FIELDS; k++) {
-        for (size_t brick = 0; g->fields[k].masks && brick < bricks; brick++) {
-            const uint32_t own = g->fields[k].start[brick];
-
-            g->fields[k].start[brick] = (uint32_t)g->count;
-            g->count += own;
-        }
-    }
+    SC_PASS(sc_team_alloc(ctx, team, bricks, sizeof *f->masks, &data));
+    f->masks = data;
+    SC_PASS(sc_team_alloc(ctx, team, bricks, sizeof *f->thinned, &data));
+    f->thinned = data;
+    SC_PASS(sc_team_alloc(ctx, team, bricks + 1, sizeof *f->start, &data));
+    f->start = data;
+    return SC_OK;
 }
 
-void sc_gather_mark_places(sc_gather *g)
+sc_status sc_gather_find_places(const sc_ctx *ctx, sc_gather *g)
 {
     const sc_renderer *r = g->renderer;
+    const size_t bricks = sc_brick_count(r->volume->bricks);
+    void *data;
 
-    sc_parallel_for(r->settings.threads, sc_brick_count(r->volume->bricks), 1024, mark_places, g);
-    sc_parallel_for(r->settings.threads, sc_brick_count(r->volume->bricks), 1024, thin_places, g);
-    for (int k = 0; k < SC_GATHER_FIELDS; k++) {
-        sc_free(g->fields[k].masks);
-        g->fields[k].masks = g->fields[k].thinned;
-        g->fields[k].thinned = NULL;
+    for (int k = 0; k < (r->shows_inner ? SC_GATHER_FIELDS : 1); k++)
+        SC_PASS(allocate_field(ctx, g, &g->fields[k]));
+    sc_gather_for(g, bricks, 1024, mark_places);
+    sc_gather_for(g, bricks, 1024, thin_places);
+    for (int k = 0; k < SC_GATHER_FIELDS && g->fields[k].masks; k++) {
+        sc_gather_field *f = &g->fields[k];
+
+        sc_team_free(r->team, f->masks);
+        f->masks = f->thinned;
+        f->thinned = NULL;
+        g->count = sc_gather_number(g, (uint32_t)g->count, f->start);
     }
-    number_places(g);
-}
-
-void sc_gather_fill_places(sc_gather *g)
-{
-    const sc_renderer *r = g->renderer;
-
-    sc_parallel_for(r->settings.threads, sc_brick_count(r->volume->bricks), 1024, fill_places, g);
+    SC_PASS(sc_team_alloc(ctx, r->team, g->count + 1, sizeof *g->places, &data));
+    g->places = data;
+    sc_gather_for(g, bricks, 1024, fill_places);
+    return SC_OK;
 }
 
 int32_t sc_gather_place_at(const sc_gather *g, const sc_gather_field *f, const int q[3])

@@ -96,7 +96,7 @@ static void mark_occupied(void *user, size_t begin, size_t end, int thread)
         int at[3];
         size_t framed;
 
-        if (g->far != g->distances && first == last)
+        if (first == last)
             continue; /* it stays empty */
         for (uint32_t i = first; i < last; i++)
             mask |= g->absent_now[g->parts[i].label] ? 0 : g->parts[i].mask;
@@ -246,61 +246,53 @@ static void set_planes(sc_gather *g, const sc_scene *scene)
         g->cuts[id] = scene->clip_sets[r->tissues[id].clip_set];
 }
 
-sc_status sc_gather_mark_occupied(const sc_ctx *ctx, sc_gather *g)
+/* Mark what may be shown in bricks [begin, end): an sc_range_fn on a gather. */
+static void mark_shown(void *user, size_t begin, size_t end, int thread)
 {
+    sc_gather *g = user;
     const sc_renderer *r = g->renderer;
-    const sc_prepared *v = r->volume;
-    const size_t bricks = sc_brick_count(v->bricks);
-    int framed[3];
-    uint32_t total = 0;
-    size_t count;
+    const int *bricks = r->volume->bricks;
 
-    sc_framed_size(v->bricks, framed);
-    count = sc_brick_count(framed);
-    SC_PASS(SC_ALLOC(ctx, bricks + 1, &g->first_part));
-    SC_PASS(SC_ZALLOC(ctx, count, &g->occupied));
-    SC_PASS(SC_ZALLOC(ctx, count + SC_GATHER_BYTES, &g->distances));
-    sc_parallel_for(r->settings.threads, bricks, 1024, count_parts, g);
-    for (size_t brick = 0; brick <= bricks; brick++) {
-        const uint32_t own = brick < bricks ? g->first_part[brick] : 0;
+    (void)thread;
+    for (size_t brick = begin; brick < end; brick++) {
+        uint64_t mask = 0;
+        int at[3];
 
-        g->first_part[brick] = total;
-        total += own;
+        for (uint32_t i = g->first_part[brick]; i < g->first_part[brick + 1]; i++) {
+            const uint16_t label = g->parts[i].label;
+
+            mask |= !label || r->looks[label].show ? g->parts[i].mask : 0;
+        }
+        sc_brick_at(bricks, brick, at);
+        g->shown[sc_framed_index(sc_framed_row(bricks), sc_framed_layer(bricks), at[0], at[1],
+                                 at[2])] = mask;
     }
-    SC_PASS(SC_ALLOC(ctx, total + 1, &g->parts));
-    sc_parallel_for(r->settings.threads, bricks, 1024, fill_parts, g);
-    for (int id = 0; id < v->label_count; id++)
-        g->absent[id] = id && !r->looks[id].show;
-    g->absent_now = g->absent;
-    g->far = g->distances; /* not yet known */
-    sc_parallel_for(r->settings.threads, bricks, 1024, mark_occupied, g);
-    return SC_OK;
 }
 
-sc_status sc_gather_find_distances(const sc_ctx *ctx, sc_gather *g)
+sc_status sc_gather_find_parts(const sc_ctx *ctx, sc_gather *g)
 {
     const sc_renderer *r = g->renderer;
-    const sc_prepared *v = r->volume;
-
+    const int *size = r->volume->bricks;
+    const size_t bricks = sc_brick_count(size);
+    uint32_t total;
     int framed[3];
+    void *data;
 
-    SC_PASS(sc_brick_distances(ctx, r->team, v->bricks, g->occupied, &g->far));
-    sc_framed_size(v->bricks, framed);
-    memcpy(g->distances, g->far, sc_brick_count(framed));
-    g->march = (sc_gather_march){.volume = v,
-                                 .masks = g->occupied,
-                                 .distances = g->distances,
-                                 .row = sc_framed_row(v->bricks),
-                                 .layer = sc_framed_layer(v->bricks)};
-    for (int i = 0; i < 3; i++) {
-        g->march.box_low[i] = fmaxf(r->march.box_low[i], 0);
-        g->march.box_high[i] = fminf(r->march.box_high[i] + 1, (float)(v->size[i] + 2));
-    }
-    g->follow = sc_gather_find(r->settings.cpu);
-    return SC_OK;
+    SC_PASS(sc_team_alloc(ctx, r->team, bricks + 1, sizeof *g->first_part, &data));
+    g->first_part = data;
+    sc_gather_for(g, bricks, 1024, count_parts);
+    total = sc_gather_number(g, 0, g->first_part);
+    SC_PASS(sc_team_alloc(ctx, r->team, (size_t)total + 1, sizeof *g->parts, &data));
+    g->parts = data;
+    sc_gather_for(g, bricks, 1024, fill_parts);
+    sc_framed_size(size, framed);
+    SC_PASS(sc_team_alloc(ctx, r->team, sc_brick_count(framed), sizeof *g->shown, &data));
+    g->shown = data;
+    sc_gather_for(g, bricks, 1024, mark_shown);
+    return sc_brick_distances(ctx, r->team, size, g->shown, &g->far);
 }
 
-void sc_gather_trace(sc_gather *g, const sc_scene *scene)
+void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene)
 {
     const sc_renderer *r = g->renderer;
     const size_t labels = (size_t)r->volume->label_count;
@@ -312,9 +304,10 @@ void sc_gather_trace(sc_gather *g, const sc_scene *scene)
 
         if (!g->direction || memcmp(absent, absent - labels, labels) != 0) {
             g->absent_now = absent;
-            sc_parallel_for(r->settings.threads, sc_brick_count(r->volume->bricks), 4096,
-                            mark_occupied, g);
+            sc_gather_for(g, sc_brick_count(r->volume->bricks), 4096, mark_occupied);
         }
-        sc_parallel_for(r->settings.threads, g->count, 4096, trace, g);
+        sc_gather_for(g, g->count, 4096, trace);
+        if (ctx)
+            sc_stage_add(ctx, 1);
     }
 }

@@ -87,6 +87,7 @@ struct sc_renderer {
     const sc_packed_cell *cells; /* the same */
     sc_occlusion occlusion;      /* empty if the light does without; see also fades */
     sc_gather *gather;           /* NULL: light from all around is not gathered; owned */
+    bool shows_inner;            /* surfaces between two tissues can be seen */
     sc_block *blocks;            /* [block_count] */
     size_t block_count;
     const sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */
@@ -294,6 +295,8 @@ static inline float sc_alpha_of(const sc_render_settings *s, double opacity)
 /* Find what each group of tissues that fade alike adds to the occlusion: sets r->fades, from
  * r->looks and r->occlusion. Collective in r->team. @return SC_ERR_MEMORY. */
 sc_status sc_find_fades(const sc_ctx *ctx, sc_renderer *r);
+/* Set what of the tissues a scene says: how far they have faded, their colours, what cuts them. */
+void sc_begin_tissues(sc_renderer *r, const sc_scene *scene);
 /* Set light, background, clip planes and the width of rims in r->march, for a picture of @p
  * height_px that shows
  * @p scene. */

@@ -238,8 +238,7 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     SC_TRY(derive(ctx, r, show, opacity));
     fill_march(r);
     fill_thickness(r, tissues);
-    if (gathers_light(r))
-        SC_TRY(sc_gather_new(ctx, r, shows_inner(r, tissues), &r->gather));
+    r->shows_inner = shows_inner(r, tissues);
     SC_TRY(sc_parts_make(ctx, r, tissues));
     *out = r;
     r = NULL;
@@ -247,6 +246,19 @@ out:
     sc_renderer_free(r);
     sc_team_close(team);
     return status;
+}
+
+sc_status sc_renderer_gather(const sc_ctx *ctx, sc_renderer *r, const sc_scene *first,
+                             sc_light_change change)
+{
+    if (!gathers_light(r))
+        return SC_OK;
+    sc_stage_begin(ctx, "gathering light", 0, SC_GATHER_RAYS);
+    SC_PASS(sc_gather_new(ctx, r, change, &r->gather));
+    sc_begin_tissues(r, first);
+    sc_begin_scene(r, first, r->settings.height_px);
+    sc_gather_first(ctx, r->gather, r, first);
+    return SC_OK;
 }
 
 void sc_renderer_free(sc_renderer *r)

@@ -92,6 +92,7 @@ static inline sc_image draw_view(const small_scene *s, const sc_scene *scene,
     sc_render_stats local;
 
     assert_ok(sc_renderer_new(&quiet, &s->settings, &s->prepared.view, s->tissues, &r));
+    assert_ok(sc_renderer_gather(&quiet, r, scene, SC_LIGHT_STAYS));
     assert_ok(sc_image_init_alpha(&quiet, s->settings.width_px, s->settings.height_px,
                                   s->settings.transparent, &image));
     sc_render_frame(r, scene, NULL, &image, stats ? stats : &local);

@@ -216,6 +216,7 @@ TEST(light_does_not_depend_on_what_was_drawn_before)
     cut.plane_count = 1;
     cut.cuts = cut.clip_sets[0] = 1;
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+    assert_ok(sc_renderer_gather(&quiet, r, &scene, SC_LIGHT_NEW_RAYS));
     first = draw_after(r, &scene);
     opened = draw_after(r, &cut);
     cut.fades = faded;
@@ -274,17 +275,23 @@ TEST(want_of_memory_is_told)
     sc_scene scene;
     small_scene s = sky_scene(corner, false, &scene);
     sc_status status = SC_ERR_MEMORY;
-    sc_renderer *r = NULL;
 
     for (long n = 0; status != SC_OK; n++) {
-        long budget = n;
-        const sc_ctx ctx = {.alloc_budget = &budget};
+        status = SC_OK;
+        for (int change = SC_LIGHT_STAYS; status == SC_OK && change <= SC_LIGHT_NEW_RAYS;
+             change++) {
+            long budget = n;
+            const sc_ctx ctx = {.alloc_budget = &budget};
+            sc_renderer *r = NULL;
 
-        status = sc_renderer_new(&ctx, &s.settings, &s.prepared.view, s.tissues, &r);
-        assert_true(status == SC_OK || status == SC_ERR_MEMORY);
+            status = sc_renderer_new(&ctx, &s.settings, &s.prepared.view, s.tissues, &r);
+            if (status == SC_OK)
+                status = sc_renderer_gather(&ctx, r, &scene, (sc_light_change)change);
+            sc_renderer_free(r);
+            assert_true(status == SC_OK || status == SC_ERR_MEMORY);
+        }
         assert_true(n < 200);
     }
-    sc_renderer_free(r);
     free_scene(&s);
 }
 
