@@ -270,6 +270,7 @@ typedef struct sc_verb {
 /** A place on the way of a camera that flies, and how it looks from there. */
 typedef struct sc_way_point {
     sc_vec3 at_mm;       /**< RAS */
+    double around_mm;    /**< radius of the space around it; 0: not known */
     sc_vec3 forward, up; /**< unit, perpendicular */
 } sc_way_point;
 /** Places of one way, and points of a curve between two that it passes through. */
@@ -282,7 +283,8 @@ typedef struct sc_move {
      * the line that the camera follows; see sc_way_make. */
     const sc_vec3 *points;
     size_t point_count;
-    int way; /**< of a fly, in a timeline: its index among the ways */
+    const double *around_mm; /**< of a fly, with the points: see sc_way_make */
+    int way;                 /**< of a fly, in a timeline: its index among the ways */
     /** Of a frame, in a timeline: what the camera looks at in the end, from where, and how much of
      * it it shows, as of sc_timeline.half_height; the last of a fly, too. */
     sc_vec3 target_mm;
@@ -430,9 +432,12 @@ size_t sc_way_curve(const sc_vec3 *through, int count, sc_vec3 *out);
 /** Find the way of a camera along a line, of even speed. It looks at a place further along the
  *  line; what is up is carried along without turning about the direction of view (parallel
  *  transport), so that the picture never flips. It begins with the patient's head, or front, up.
- *  @param points [count] of the line, at least 1, RAS mm. @param ahead how far ahead it looks, as a
+ *  @param points [count] of the line, at least 1, RAS mm. @param around_mm [count] the radius of
+ * the space around each, of which the mean over a part of the line is taken, so that it changes
+ *  smoothly; NULL: not known. @param ahead how far ahead it looks, as a
  *  share of the line, 0 to 1. @param out [SC_WAY_POINTS]. */
-void sc_way_make(const sc_vec3 *points, size_t count, double ahead, sc_way_point *out);
+void sc_way_make(const sc_vec3 *points, const double *around_mm, size_t count, double ahead,
+                 sc_way_point *out);
 
 /** Write a copy of @p animation to @p out, with what it leaves open filled in from the extent of
  * the visible tissues, and with its moves, which it does not point to any more. One framing holds

@@ -30,9 +30,10 @@ static sc_status share_ways(sc_app *app, sc_panel *panel)
         if (move->verb.kind != SC_VERB_FLY)
             continue;
         if (first)
-            sc_way_make(move->points, move->point_count, move->verb.ahead,
+            sc_way_make(move->points, move->around_mm, move->point_count, move->verb.ahead,
                         (sc_way_point *)block + ways * SC_WAY_POINTS);
         move->points = NULL;
+        move->around_mm = NULL;
         move->way = (int)ways++;
     }
     status = sc_broadcast_array(app, &block, ways * SC_WAY_POINTS, sizeof *panel->ways);

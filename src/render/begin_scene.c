@@ -8,6 +8,12 @@
 #define RIM_SHARE 0.008
 #define RIM_LEAST_PX 4.0
 
+/* Within a vessel of known radius: how far the lamp at the eye reaches before its light falls off,
+ * in radii, and how much brighter it is than the others together. So a wall beside the camera is as
+ * bright as one outside of vessels, and one ten radii ahead can still be seen. */
+#define LAMP_RADII 2.0
+#define LAMP_GAIN 1.3f
+
 /* So much of the light of the lamps comes from the sky where light is gathered. Chosen by eye: with
  * less, cavities are hardly darker than in plain light; with more, smooth surfaces look flat. */
 #define SKY_SHARE 0.6f
@@ -38,8 +44,9 @@ static void set_sky(sc_renderer *r, bool inside)
 
 /* Set the lamps in r->march.light. The key light stands above the viewer's left shoulder, the fill
  * light low on the right. Within a vessel they would stand behind its wall: there the light at the
- * eye has the strength of all three, and highlights are its. What is blurred for shades and
- * occlusion is wider than many vessels, which would be dark throughout. */
+ * eye has the strength of all three, and highlights are its; if the radius there is known, its
+ * light falls off with it, so that what is far is dark, and the wall tells how far it is. What is
+ * blurred for shades and occlusion is wider than many vessels, which would be dark throughout. */
 static void set_lamps(sc_renderer *r, const sc_scene *scene)
 {
     const sc_camera *c = &scene->camera;
@@ -53,6 +60,9 @@ static void set_lamps(sc_renderer *r, const sc_scene *scene)
     r->march.light.key = inside ? 0 : (float)l->key;
     r->march.light.fill = inside ? 0 : (float)l->fill;
     r->march.light.head = (float)(inside ? l->key + l->fill + l->head : l->head);
+    r->march.light.lamp_mm = inside ? (float)(LAMP_RADII * scene->around_mm) : 0;
+    if (r->march.light.lamp_mm > 0)
+        r->march.light.head *= LAMP_GAIN;
     r->march.light.shadow = inside ? 0 : (float)l->shadows;
     r->march.light.occlusion = inside ? 0 : (float)l->occlusion;
     set_sky(r, inside);

@@ -52,6 +52,20 @@ static double moved_by_camera(const sc_camera *from, const sc_camera *to, int he
     return most;
 }
 
+/* @return by how many pixels the wall of a vessel moves in which the camera flies: what of it is as
+ * far ahead as it is wide, when the camera goes there, and all of it when the camera turns. */
+static double moved_by_flight(const sc_scene *from, const sc_scene *to, int height_px)
+{
+    const sc_camera *a = &from->camera, *b = &to->camera;
+    const double way_mm = sc_vec3_length(sc_vec3_sub(b->position_mm, a->position_mm));
+    const double turn = sc_vec3_length(sc_vec3_sub(b->forward, a->forward)) +
+                        sc_vec3_length(sc_vec3_sub(b->up, a->up));
+    const double around_mm = fmin(from->around_mm, to->around_mm);
+
+    return height_px / (2 * a->half_height) *
+           (turn + (around_mm > 0 ? way_mm / (2 * around_mm) : 0));
+}
+
 /* @return by how many millimetres a clip plane that cuts at one of two times moves, at most, within
  * the box around what is visible. */
 static double moved_plane_mm(const sc_timeline *t, int plane, double from, double to)
@@ -124,6 +138,8 @@ int sc_timeline_moments(const sc_timeline *t, int k, const sc_vec3 *points, size
     }
     if (sc_scene_changes(&scenes[0], &scenes[1], 0) & SC_CHANGED_CAMERA)
         moved_px = moved_by_camera(&scenes[0].camera, &scenes[1].camera, height_px, points, count);
+    if (scenes[0].inside && scenes[1].inside)
+        moved_px = fmax(moved_px, moved_by_flight(&scenes[0], &scenes[1], height_px));
     mm = moved_mm(t, sc_frame_time(ends[0], t->animation.frames),
                   sc_frame_time(ends[1], t->animation.frames));
     if (mm > 0)

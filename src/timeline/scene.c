@@ -61,9 +61,9 @@ static void apply_moves(const sc_timeline *t, double at, view *v)
     }
 }
 
-/* @return the camera of frame @p k, which need not be whole. @param inside set to whether it flies.
- */
-static sc_camera camera_at(const sc_timeline *t, double k, bool *inside)
+/* @return the camera of frame @p k, which need not be whole. @param inside set to whether it flies,
+ * @param around_mm then as of sc_scene. */
+static sc_camera camera_at(const sc_timeline *t, double k, bool *inside, double *around_mm)
 {
     const sc_orbit *orbit = &t->animation.camera;
     const double at = sc_frame_time(k, t->animation.frames);
@@ -77,7 +77,7 @@ static sc_camera camera_at(const sc_timeline *t, double k, bool *inside)
     base_mm = v.sight.target_mm;
     apply_moves(t, at, &v);
     half_height = v.half_height / v.zoom;
-    *inside = sc_fly_camera(t, at, v.zoom, &camera);
+    *inside = sc_fly_camera(t, at, v.zoom, &camera, around_mm);
     if (*inside)
         return camera;
     if (orbit->fixed && !t->animation.move_count) {
@@ -238,7 +238,7 @@ sc_scene sc_timeline_scene(const sc_timeline *t, double k, const sc_scene_room *
     const int frame = (int)floor(k + 0.5);
     sc_scene scene = {.frame = frame, .time = at, .point_mm = point_at(t, at)};
 
-    scene.camera = camera_at(t, k, &scene.inside);
+    scene.camera = camera_at(t, k, &scene.inside, &scene.around_mm);
     set_planes(t, at, &scene);
     if (t->looks.light) {
         set_look(t, at, &scene);

@@ -221,6 +221,49 @@ TEST(balls_on_all_sides_are_seen_in_their_directions)
     free_scene(&s);
 }
 
+/* ---- inside ---- */
+
+enum { TUBE_MM = 20 };
+
+static int tube(double x, double y, double z)
+{
+    const double dx = x - MIDDLE, dz = z - MIDDLE;
+
+    (void)y;
+    return dx * dx + dz * dz > TUBE_MM * TUBE_MM;
+}
+
+/* In a tube the light of the lamp at the eye falls off as that of a real one: to a half at twice
+ * the radius, where it has the strength of the other lamps and a little more. */
+TEST(light_falls_off_along_a_tube)
+{
+    small_scene s = black_scene(tube);
+    sc_scene scene = scene_from(28, 56); /* within its end, with a field of view of 90 degrees */
+    SC_OWN(sc_image_clear) sc_image image = {0};
+    const double lamp_mm = 2 * TUBE_MM, gain = 1.3, head = 0.7;
+
+    s.settings.light = (sc_lighting){.method = SC_LIGHT_PLAIN, .head = head};
+    s.settings.background[0] = s.settings.background[1] = s.settings.background[2] = 0;
+    s.settings.lens_samples = 0;
+    s.tissues[1].material = (sc_material){1, 0, 1};
+    for (int i = 0; i < 3; i++)
+        s.tissues[1].rgb_linear[i] = 1;
+    scene.inside = true;
+    scene.around_mm = TUBE_MM;
+    image = draw_by_all_kernels(&s, &scene);
+    for (int x = 8; x < PX / 2 - 40; x += 4) {
+        const double across = (PX / 2.0 - (x + 0.5)) / (PX / 2.0) * scene.camera.half_height;
+        const double sine = across / sqrt(1 + across * across), far_mm = TUBE_MM / sine;
+        const double expected =
+            gain * head * sine * lamp_mm * lamp_mm / (lamp_mm * lamp_mm + far_mm * far_mm);
+
+        if (fabs(free_at(&image, x, PX / 2) / expected - 1) > 0.06)
+            fail_msg("pixel %d, %.1f mm away: %.3f instead of %.3f", x, far_mm,
+                     free_at(&image, x, PX / 2), expected);
+    }
+    free_scene(&s);
+}
+
 /* ---- shutter ---- */
 
 enum { FRAMES = 5 };
