@@ -138,7 +138,9 @@ int sc_timeline_moments(const sc_timeline *t, int k, const sc_vec3 *points, size
     }
     if (sc_scene_changes(&scenes[0], &scenes[1], 0) & SC_CHANGED_CAMERA)
         moved_px = moved_by_camera(&scenes[0].camera, &scenes[1].camera, height_px, points, count);
-    if (scenes[0].inside && scenes[1].inside)
+    if (scenes[0].inside != scenes[1].inside) /* a cut: two pictures would be mixed */
+        return 1;
+    if (scenes[0].inside)
         moved_px = fmax(moved_px, moved_by_flight(&scenes[0], &scenes[1], height_px));
     mm = moved_mm(t, sc_frame_time(ends[0], t->animation.frames),
                   sc_frame_time(ends[1], t->animation.frames));

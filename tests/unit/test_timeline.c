@@ -740,6 +740,11 @@ TEST(a_camera_flies_evenly_and_without_flips)
                     1e-9);
         assert_near(c.half_height, 1, 1e-12);
     }
+    /* With an open shutter the frame in which the flight begins is not mixed with what was before.
+     */
+    t.animation.camera.optics.shutter = 0.5;
+    assert_int_equal(sc_timeline_moments(&t, 60, corners, CORNERS, 720), 1);
+    assert_in_range(sc_timeline_moments(&t, 150, corners, CORNERS, 720), 2, SC_MOMENTS_MAX);
 }
 
 /* The radius around a camera that flies is that of the line, but changes smoothly where that jumps,
