@@ -96,10 +96,12 @@ typedef struct sc_session {
                             written below each, then what is written over all; or one */
     int panel_count;     /**< of them */
     sc_shot_span *spans; /**< [panel_count] of a film of shots; NULL: there are none; owned */
-    sc_mixer mixer;      /**< of shots, the same on all ranks */
+    sc_mixer mixer;      /**< the same on all ranks */
     sc_compare *compare; /**< NULL: there is one volume at a time; owned */
     sc_image other;      /**< the second picture of a cross-fade or beside a divider; empty until it
                             is needed; owned */
+    sc_image moment;     /**< a picture at one moment of a frame with motion blur; likewise */
+    float *light;        /**< sums of such, as of sc_image_add; likewise */
 } sc_session;
 
 /** Begin @p session: read the job on rank 0, into session->job, and send it to all others. @param

@@ -149,5 +149,11 @@ void sc_image_mix(const sc_mixer *mixer, const sc_image *other, float share, int
  */
 void sc_image_fade(const sc_mixer *mixer, const uint8_t rgb[3], float share, int first, int end,
                    sc_image *image);
+/** Add the linear light of rows [first, end) of a picture to @p sums, [height_px][width_px][3], or
+ *  [4] of one with alpha, whose colours count as much as they cover. */
+void sc_image_add(const sc_mixer *mixer, const sc_image *image, int first, int end, float *sums);
+/** Set these rows of a picture to the mean of @p count that have been added. */
+void sc_image_mean(const sc_mixer *mixer, const float *sums, int count, int first, int end,
+                   sc_image *image);
 
 #endif

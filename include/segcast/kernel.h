@@ -65,6 +65,9 @@ typedef struct sc_march_light {
                                          fill light, and from the eye */
     float sky;                      /**< intensity of the sky; 0: no light is gathered */
     float lamp;      /**< intensity of the lamp that stands to the volume, gathered */
+    float lamp_mm;   /**< the light from the eye falls off with the square of the distance, beyond
+                        about so much: to a half there. What it throws back, as ambient light, falls
+                        off   with the distance. 0: neither does */
     float edges;     /**< 0 to 1: how much more opaque a surface gets when seen from the side */
     float occlusion; /**< 0 to 1: how dark places enclosed by tissue get */
     float shadow;    /**< 0 to 1: how dark the shadows of the key light are; 0: it casts none */

@@ -12,7 +12,7 @@
 #include "segcast/image.h"
 #include "segcast/kernel.h"
 
-enum { SC_SAMPLES_MAX = 8 };
+enum { SC_SAMPLES_MAX = 8, SC_LENS_SAMPLES_MAX = 1024 };
 
 /** How a grey volume is shown. */
 typedef struct sc_grey_look {
@@ -31,10 +31,12 @@ typedef struct sc_render_settings {
     int width_px, height_px;
     sc_surface surface;
     sc_skip skip;
-    const char *cpu; /**< variant of the kernels, one of sc_cpu_names; NULL: the best that this
-                          processor can run */
-    int samples;     /**< rays in a pixel that gets more than one, 1 to SC_SAMPLES_MAX; 1: every
-                          pixel gets one */
+    const char *cpu;  /**< variant of the kernels, one of sc_cpu_names; NULL: the best that this
+                           processor can run */
+    int samples;      /**< rays in a pixel that gets more than one, 1 to SC_SAMPLES_MAX; 1: every
+                           pixel gets one */
+    int lens_samples; /**< rays in a pixel of a scene whose camera has an aperture: a power of two,
+                           at most SC_LENS_SAMPLES_MAX; 0: no scene has one */
     bool everywhere; /**< true: every pixel gets that many rays; false: only pixels that differ from
                           a neighbour do, all others one */
     bool to_the_end; /**< rays go on behind what is opaque: the same picture, more work */

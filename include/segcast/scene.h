@@ -170,7 +170,12 @@ typedef struct sc_lighting {
 /* ---- camera ---- */
 
 /** How points are projected into the picture. */
-typedef enum sc_projection { SC_PERSPECTIVE, SC_ORTHOGRAPHIC } sc_projection;
+typedef enum sc_projection {
+    SC_PERSPECTIVE,
+    SC_ORTHOGRAPHIC,
+    SC_EQUIRECTANGULAR /**< all directions: columns are longitudes about the up direction, rows are
+                            latitudes, and the middle of the picture is the direction of view */
+} sc_projection;
 
 /** A camera. */
 typedef struct sc_camera {
@@ -178,7 +183,10 @@ typedef struct sc_camera {
     sc_vec3 position_mm;
     sc_vec3 right, up, forward; /**< unit, orthogonal: of the picture, and the direction of view */
     double half_height; /**< half the height of the picture: the tangent of half the field of view
-                             (perspective), or mm (orthographic) */
+                             (perspective), mm (orthographic), or pi / 2 (equirectangular) */
+    double aperture_mm; /**< diameter of the lens of a perspective view; 0: all is sharp */
+    double focus_mm;    /**< with an aperture: how far from the eye along forward things are sharp;
+                             above 0 */
 } sc_camera;
 
 /** @return a camera at @p position_mm that looks towards @p target_mm, a different point. @p up, of
@@ -273,7 +281,11 @@ typedef struct sc_scene {
     bool has_look; /**< look is that of this frame; false: it is that of the renderer's settings */
     bool inside;   /**< the camera is within a vessel or chamber: all lamps are at the eye, and
                         nothing shades */
-    bool slice;    /**< draw nothing but the cut faces: a slice through the volume */
+    double around_mm;    /**< inside: radius of the space around the camera, which changes smoothly
+                            from    frame to frame; 0: it is not known */
+    bool slice;          /**< draw nothing but the cut faces: a slice through the volume */
+    int moment, moments; /**< of the moments at which a frame with motion blur is drawn: which one
+                              it is, and how many there are; 0 and 0: the only one */
     sc_camera camera;
     sc_look look;
     sc_plane planes[SC_PLANES_MAX]; /**< [plane_count] of them */

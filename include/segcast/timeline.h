@@ -75,6 +75,25 @@ typedef struct sc_plane_position {
                        tissues; false: mm along the normal from the origin of RAS space */
 } sc_plane_position;
 
+/** What a camera with an aperture is focused on. */
+typedef enum sc_focus {
+    SC_FOCUS_MIDDLE, /**< on what is visible, half way between its middle and its near side */
+    SC_FOCUS_POINT,
+    SC_FOCUS_TISSUE /**< the same of one tissue, which may be moved */
+} sc_focus;
+/** What of a picture is sharp: what is in focus, and what does not move while it is taken. */
+typedef struct sc_optics {
+    double aperture_mm; /**< diameter of the lens; 0: everything is in focus */
+    double shutter; /**< how long it is open, as a share of the time from a frame to the next, in
+                         whose middle the frame is, 0 to 1; 0: only for a moment */
+    sc_focus focus;
+    sc_vec3 focus_mm;            /**< the point, RAS; in a timeline the middle of what it is on */
+    sc_vec3 half_mm;             /**< in a timeline: half the edges of the box around that, RAS */
+    int tissue;                  /**< of SC_FOCUS_TISSUE, in a timeline: a dense id */
+    char pattern[SC_NAME_BYTES]; /**< of SC_FOCUS_TISSUE: as sc_tissue_rule.pattern */
+    char where[160];             /**< "file:line" for messages; may be empty */
+} sc_optics;
+
 /** The way of the camera: an orbit about an axis, or a still camera. */
 typedef struct sc_orbit {
     bool fixed;           /**< a still camera at position_mm, which looks at target_mm; by key
@@ -95,6 +114,7 @@ typedef struct sc_orbit {
     double fov_deg;                /**< vertical field of view */
     sc_projection projection;
     double zoom; /**< scales the picture; above 0; 1: as framed */
+    sc_optics optics;
     /** Key frames; those that have any replace the member of that name. */
     sc_track angle_track, elevation_track, target_track, distance_track, fov_track, zoom_track;
     sc_track position_track, up_track; /**< likewise, of a still camera, as is target_track */
@@ -250,6 +270,7 @@ typedef struct sc_verb {
 /** A place on the way of a camera that flies, and how it looks from there. */
 typedef struct sc_way_point {
     sc_vec3 at_mm;       /**< RAS */
+    double around_mm;    /**< radius of the space around it; 0: not known */
     sc_vec3 forward, up; /**< unit, perpendicular */
 } sc_way_point;
 /** Places of one way, and points of a curve between two that it passes through. */
@@ -262,7 +283,8 @@ typedef struct sc_move {
      * the line that the camera follows; see sc_way_make. */
     const sc_vec3 *points;
     size_t point_count;
-    int way; /**< of a fly, in a timeline: its index among the ways */
+    const double *around_mm; /**< of a fly, with the points: see sc_way_make */
+    int way;                 /**< of a fly, in a timeline: its index among the ways */
     /** Of a frame, in a timeline: what the camera looks at in the end, from where, and how much of
      * it it shows, as of sc_timeline.half_height; the last of a fly, too. */
     sc_vec3 target_mm;
@@ -410,9 +432,12 @@ size_t sc_way_curve(const sc_vec3 *through, int count, sc_vec3 *out);
 /** Find the way of a camera along a line, of even speed. It looks at a place further along the
  *  line; what is up is carried along without turning about the direction of view (parallel
  *  transport), so that the picture never flips. It begins with the patient's head, or front, up.
- *  @param points [count] of the line, at least 1, RAS mm. @param ahead how far ahead it looks, as a
+ *  @param points [count] of the line, at least 1, RAS mm. @param around_mm [count] the radius of
+ * the space around each, of which the mean over a part of the line is taken, so that it changes
+ *  smoothly; NULL: not known. @param ahead how far ahead it looks, as a
  *  share of the line, 0 to 1. @param out [SC_WAY_POINTS]. */
-void sc_way_make(const sc_vec3 *points, size_t count, double ahead, sc_way_point *out);
+void sc_way_make(const sc_vec3 *points, const double *around_mm, size_t count, double ahead,
+                 sc_way_point *out);
 
 /** Write a copy of @p animation to @p out, with what it leaves open filled in from the extent of
  * the visible tissues, and with its moves, which it does not point to any more. One framing holds
@@ -424,12 +449,27 @@ void sc_way_make(const sc_vec3 *points, size_t count, double ahead, sc_way_point
  */
 void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, size_t point_count,
                          double aspect, sc_timeline *out);
-/** @return the scene of frame @p k in [0, frames); its slice is false. It holds the planes that
+/** @return the scene of frame @p k in [0, frames); between two frames @p k is not whole, and with a
+ * shutter the first and the last are open beyond their times, where what has an end stays as it is
+ * there. Its slice is false. It holds the planes that
  * cut then alone, in their order. An orbit of one turn in N
  * frames stands at 360 k / N degrees, so that no direction comes twice when the video loops. Ramps
  * reach their end in the last frame. @param room as of the label count of sc_looks, for colours,
  * opacities and places of tissues, which the scene borrows; NULL: it says nothing of these. */
-sc_scene sc_timeline_scene(const sc_timeline *timeline, int k, const sc_scene_room *room);
+sc_scene sc_timeline_scene(const sc_timeline *timeline, double k, const sc_scene_room *room);
+/** @return at how many moments a frame with motion blur is drawn: so often that what is visible
+ * moves by about a pixel at most from one to the next, but not more than SC_MOMENTS_MAX times; 1 if
+ * the shutter is not open, or nothing moves. A power of two, if the camera has an aperture. It
+ * depends on the scenes alone. What only changes its colour or opacity does not move: its mean is
+ * as it is in the middle. @param points [count] some of what is visible, RAS mm, among them its
+ * outermost.
+ * @param height_px of the picture in space. */
+int sc_timeline_moments(const sc_timeline *timeline, int k, const sc_vec3 *points, size_t count,
+                        int height_px);
+enum { SC_MOMENTS_MAX = 64 };
+/** @return the time, as a frame that need not be whole, of moment @p i of @p moments of frame @p k.
+ */
+double sc_timeline_moment(const sc_timeline *timeline, int k, int i, int moments);
 
 /** @return the share of its way, 0 to 1, that what happens in the part [begin, end] of an animation
  * (see sc_verb) has covered at a time, 0 to 1. */

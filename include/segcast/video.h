@@ -45,6 +45,8 @@ typedef struct sc_video_settings {
                               it nor they are written */
     uint64_t job_hash, volume_hash; /**< of what the film shows */
     bool alpha;                     /**< frames have alpha, which the codec has to hold */
+    bool spherical; /**< frames show all directions (equirectangular), which is noted in files whose
+                         format can say so, for players */
     int chapter_count;
     sc_video_chapter chapters[SC_CHAPTERS_MAX]; /**< [chapter_count] of them, which follow one
                                                      another; players can jump to each */

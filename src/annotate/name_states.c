@@ -40,6 +40,21 @@ static sc_vec3 moved_mm(const sc_scene *scene, int id)
     return scene->offsets_mm ? scene->offsets_mm[id] : (sc_vec3){0, 0, 0};
 }
 
+/* As project(), in a picture of all directions. @param at from the camera. */
+static double project_around(const sc_viewport *within, const sc_camera *camera, sc_vec3 at,
+                             double out[2])
+{
+    const double px_per_rad = within->height_px / M_PI, length_mm = sc_vec3_length(at);
+    const double right = sc_vec3_dot(at, camera->right), ahead = sc_vec3_dot(at, camera->forward);
+
+    if (length_mm <= 0)
+        return 0;
+    out[0] = within->x_px + within->width_px / 2.0 + px_per_rad * atan2(right, ahead);
+    out[1] = within->y_px + within->height_px / 2.0 -
+             px_per_rad * asin(fmax(-1, fmin(1, sc_vec3_dot(at, camera->up) / length_mm)));
+    return px_per_rad / length_mm;
+}
+
 /* Find where a point lies in the picture. @return pixels for a mm at its depth; 0 if it does not
  * lie before the camera. */
 static double project(const sc_viewport *within, const sc_camera *camera, sc_vec3 point_mm,
@@ -51,6 +66,8 @@ static double project(const sc_viewport *within, const sc_camera *camera, sc_vec
         camera->projection == SC_PERSPECTIVE ? camera->half_height * depth_mm : camera->half_height;
     const double scale = within->height_px / 2.0 / half_mm;
 
+    if (camera->projection == SC_EQUIRECTANGULAR)
+        return project_around(within, camera, at, out);
     if (depth_mm <= 0)
         return 0;
     out[0] = within->x_px + within->width_px / 2.0 + scale * sc_vec3_dot(at, camera->right);

@@ -47,8 +47,9 @@ void sc_draw_scale_bar(sc_drawing *d, const sc_scene *scene)
     char text[32];
     int length_px, text_px;
 
-    /* Inside of a vessel no depth stands for the picture. */
-    if (!a->overlays->scale_bar || scene->inside || !(scale > 0) || !(length_mm > 0))
+    /* Inside of a vessel no depth stands for the picture, nor where all directions are seen. */
+    if (!a->overlays->scale_bar || scene->inside ||
+        scene->camera.projection == SC_EQUIRECTANGULAR || !(scale > 0) || !(length_mm > 0))
         return;
     unit = sc_length_unit_for(length_mm);
     snprintf(text, sizeof text, "%.6g %s", length_mm / unit.mm, unit.name);

@@ -61,30 +61,104 @@ static sc_status make_other(const sc_app *app, sc_session *session, const sc_ima
                                                     image->alpha, &session->other);
 }
 
-/* ---- shots ---- */
+/* ---- motion blur ---- */
 
-/* Draw a panel that fills the picture. @param stats set, unlike those of subjects. */
-static sc_status draw_shot(const sc_app *app, const sc_panel *panel, const sc_scene *scene,
-                           const sc_rows *rows, sc_image *image, sc_render_stats *stats)
+/* What is drawn of a panel. */
+typedef struct drawn_part {
+    const sc_columns_px *columns; /* of the picture, where they are few; NULL: all */
+    sc_rows rows;
+} drawn_part;
+
+/* Draw a panel in space, with slices beside it if the job has them, without overlays. */
+static sc_status draw_space(const sc_app *app, sc_renderer *renderer, const sc_panel *panel,
+                            const sc_scene *scene, const drawn_part *what, sc_image *image,
+                            sc_render_stats *stats)
 {
     const sc_timeline *timeline = &panel->timeline;
-    const sc_annotations annotations = sc_panel_annotations(panel);
     const sc_views views = {.low_mm = timeline->low_mm,
                             .high_mm = timeline->high_mm,
                             .oriented = panel->volume.oriented};
-    const sc_rows part = rows_in(rows, image);
-    sc_renderer *renderer;
+
+    if (panel->job.output.layout == SC_LAYOUT_VIEWS)
+        return sc_views_draw(app->ctx, renderer, &views, scene, &what->rows, image, stats);
+    if (panel->place.space.width_px)
+        sc_render_columns(renderer, scene, &panel->place.space, what->columns, &what->rows, image,
+                          stats);
+    else
+        sc_render_frame(renderer, scene, &what->rows, image, stats);
+    return SC_OK;
+}
+
+/* Make what is needed to add pictures up, and let it be empty in some rows. */
+static sc_status begin_sums(const sc_app *app, sc_session *session, const sc_rows *rows,
+                            const sc_image *image)
+{
+    const size_t row = (size_t)image->width_px * sc_pixel_bytes(image->alpha);
+
+    if (!session->light)
+        SC_PASS(SC_ALLOC(app->ctx, row * (size_t)image->height_px, &session->light));
+    if (!session->moment.rgb)
+        SC_PASS(sc_image_init_alpha(app->ctx, image->width_px, image->height_px, image->alpha,
+                                    &session->moment));
+    for (size_t i = row * (size_t)rows->first; i < row * (size_t)rows->end; i++)
+        session->light[i] = 0;
+    return SC_OK;
+}
+
+/* Draw a panel as draw_space() does while its shutter is open: the mean of the linear light of
+ * several moments, if it moves. @param scene of the frame; it is the same afterwards, in
+ * panel->room. */
+static sc_status draw_open(const sc_app *app, sc_session *session, sc_panel *panel,
+                           const sc_scene *scene, const drawn_part *what, sc_image *image,
+                           sc_render_stats *stats)
+{
+    sc_renderer *renderer = sc_panel_begin_frame(panel, scene->frame);
+    const int height_px =
+        panel->place.space.width_px ? panel->place.space.height_px : image->height_px;
+    const int first = what->rows.first, end = what->rows.end;
+    size_t points;
+    const sc_vec3 *hull = sc_renderer_hull(renderer, &points);
+    const int moments =
+        sc_timeline_moments(&panel->timeline, scene->frame, hull, points, height_px);
 
     *stats = (sc_render_stats){0};
-    if (!panel->phases) { /* a title card */
-        draw_background(scene, &part, image);
-        return sc_annotations_draw(app->ctx, &annotations, scene, image, rows);
+    if (moments == 1 || first >= end)
+        return draw_space(app, renderer, panel, scene, what, image, stats);
+    SC_PASS(begin_sums(app, session, &what->rows, image));
+    for (int i = 0; i < moments; i++) {
+        sc_scene at = sc_timeline_scene(
+            &panel->timeline, sc_timeline_moment(&panel->timeline, scene->frame, i, moments),
+            &panel->room);
+        sc_render_stats more;
+
+        at.moment = i;
+        at.moments = moments;
+        if (panel->place.space.width_px) /* beside others */
+            memcpy(session->moment.rgb, image->rgb, sc_image_bytes(image));
+        SC_PASS(draw_space(app, renderer, panel, &at, what, &session->moment, &more));
+        sc_render_stats_add(stats, &more);
+        sc_image_add(&session->mixer, &session->moment, first, end, session->light);
     }
-    renderer = sc_panel_begin_frame(panel, scene->frame);
-    if (panel->job.output.layout == SC_LAYOUT_PICTURE)
-        sc_render_frame(renderer, scene, rows, image, stats);
+    sc_image_mean(&session->mixer, session->light, moments, first, end, image);
+    (void)scene_at(panel, scene->frame);
+    return SC_OK;
+}
+
+/* ---- shots ---- */
+
+/* Draw a panel that fills the picture. @param stats set, unlike those of subjects. */
+static sc_status draw_shot(const sc_app *app, sc_session *session, sc_panel *panel,
+                           const sc_scene *scene, const sc_rows *rows, sc_image *image,
+                           sc_render_stats *stats)
+{
+    const sc_annotations annotations = sc_panel_annotations(panel);
+    const drawn_part what = {NULL, rows_in(rows, image)};
+
+    *stats = (sc_render_stats){0};
+    if (!panel->phases) /* a title card */
+        draw_background(scene, &what.rows, image);
     else
-        SC_PASS(sc_views_draw(app->ctx, renderer, &views, scene, rows, image, stats));
+        SC_PASS(draw_open(app, session, panel, scene, &what, image, stats));
     return sc_annotations_draw(app->ctx, &annotations, scene, image, rows);
 }
 
@@ -105,7 +179,7 @@ static sc_status draw_shots(const sc_app *app, sc_session *session, int k, const
     sc_scene scene = scene_at(shot, at.frame);
     sc_render_stats more;
 
-    SC_PASS(draw_shot(app, shot, &scene, rows, image, stats));
+    SC_PASS(draw_shot(app, session, shot, &scene, rows, image, stats));
     if (at.before < 0 && at.share < 1)
         sc_image_fade(&session->mixer, scene.look.background, at.share, part.first, part.end,
                       image);
@@ -114,7 +188,7 @@ static sc_status draw_shots(const sc_app *app, sc_session *session, int k, const
     before = &session->panels[at.before];
     scene = scene_at(before, at.before_frame);
     SC_PASS(make_other(app, session, image));
-    SC_PASS(draw_shot(app, before, &scene, &part, &session->other, &more));
+    SC_PASS(draw_shot(app, session, before, &scene, &part, &session->other, &more));
     sc_render_stats_add(stats, &more);
     sc_image_mix(&session->mixer, &session->other, at.share, part.first, part.end, image);
     return SC_OK;
@@ -124,17 +198,17 @@ static sc_status draw_shots(const sc_app *app, sc_session *session, int k, const
 
 /* Draw @p columns, NULL: all, of subject @p s with its names, and add what that took to @p stats.
  */
-static sc_status draw_subject(const sc_app *app, const sc_session *session, int s,
-                              const sc_scene *scene, const sc_columns_px *columns,
-                              const sc_rows *rows, sc_image *image, sc_render_stats *stats)
+static sc_status draw_subject(const sc_app *app, sc_session *session, int s, const sc_scene *scene,
+                              const sc_columns_px *columns, const sc_rows *rows, sc_image *image,
+                              sc_render_stats *stats)
 {
-    const sc_panel *subject = &session->panels[s], *plate = subject + subject->group.count;
+    sc_panel *subject = &session->panels[s], *plate = subject + subject->group.count;
+    const drawn_part what = {columns, rows_in(rows, image)};
     const sc_annotations names = sc_panel_annotations(subject);
     const sc_annotations name = sc_panel_annotations(plate);
     sc_render_stats more;
 
-    sc_render_columns(subject->renderers[0], scene, &subject->place.space, columns, rows, image,
-                      &more);
+    SC_PASS(draw_open(app, session, subject, scene, &what, image, &more));
     sc_render_stats_add(stats, &more);
     SC_PASS(sc_annotations_draw(app->ctx, &names, scene, image, rows));
     return sc_annotations_draw(app->ctx, &name, scene, image, rows);

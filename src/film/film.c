@@ -392,6 +392,8 @@ void sc_session_clear(sc_session *session)
 {
     sc_panels_free(session);
     sc_image_clear(&session->other);
+    sc_image_clear(&session->moment);
+    sc_free(session->light);
     sc_inputs_free(session->inputs);
     sc_job_clear(&session->job);
     *session = (sc_session){0};

@@ -12,7 +12,8 @@ sc_status sc_check_job_tissues(sc_app *app, sc_job *job)
     sc_app quieter = *app;
 
     if (!job->volume[0] || job->has_compare || /* others may have the tissues */
-        job->rule_count + job->exception_count + job->verb_tissue_count + job->shot_count == 0 ||
+        (job->rule_count + job->exception_count + job->verb_tissue_count + job->shot_count == 0 &&
+         job->animation.camera.optics.focus != SC_FOCUS_TISSUE) ||
         (sc_is_prepared_file(job->volume) && sc_comm_size(app->comm) > 1))
         return SC_OK;
     errors.level = SC_LOG_ERROR;

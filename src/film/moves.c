@@ -109,9 +109,12 @@ static size_t flown_points(const sc_verb *fly, const sc_centerline *line)
     return line->count - (size_t)(fmin(kept, 0.5) * (double)(line->count - 1));
 }
 
-/* Find the line of a fly. @param read as of get_voxels. @param points caller owns. */
+/* Find the line of a fly, and the radius of the space around it, if it leads through tissues.
+ * @param read as of get_voxels. @param points, around_mm caller owns; the latter may stay as it is.
+ */
 static sc_status find_line(const sc_app *app, const sc_panel *panel, size_t v,
-                           const char **patterns, sc_volume *read, sc_vec3 **points, size_t *count)
+                           const char **patterns, sc_volume *read, sc_vec3 **points,
+                           double **around_mm, size_t *count)
 {
     const sc_job *job = &panel->job;
     const sc_verb *fly = &job->verbs[v];
@@ -130,8 +133,12 @@ static sc_status find_line(const sc_app *app, const sc_panel *panel, size_t v,
         room = line.count;
     }
     SC_PASS(SC_ZALLOC(app->ctx, room, points));
-    for (size_t i = 0; i < line.count; i++)
+    if (line.count)
+        SC_PASS(SC_ZALLOC(app->ctx, room, around_mm));
+    for (size_t i = 0; i < line.count; i++) {
         (*points)[i] = line.points[i].at_mm;
+        (*around_mm)[i] = line.points[i].radius_mm;
+    }
     *count = unknown         ? 1
              : pattern_count ? flown_points(fly, &line)
                              : sc_way_curve(fly->through, fly->through_count, *points);
@@ -175,16 +182,19 @@ sc_status sc_find_moves(const sc_app *app, const sc_panel *panel, sc_moves *out)
     for (size_t v = 0; v < job->verb_count; v++) {
         sc_move *move = &out->moves[out->count];
         sc_vec3 **points = &out->points[out->count];
+        double **around_mm = &out->around_mm[out->count];
 
         if (!sc_verb_is_move(job->verbs[v].kind))
             continue;
         *move = (sc_move){.verb = job->verbs[v]};
         out->count++;
         if (move->verb.kind == SC_VERB_FLY)
-            SC_PASS(find_line(app, panel, v, patterns, &read, points, &move->point_count));
+            SC_PASS(
+                find_line(app, panel, v, patterns, &read, points, around_mm, &move->point_count));
         for (int i = 0; move->verb.kind == SC_VERB_FRAME && i < panel->group.count; i++)
             SC_PASS(add_framed(app, &panel->group.all[i], v, points, &move->point_count));
         move->points = *points;
+        move->around_mm = *around_mm;
     }
     return SC_OK;
 }
@@ -193,5 +203,7 @@ void sc_moves_clear(sc_moves *moves)
 {
     for (int i = 0; i < moves->count; i++)
         sc_free(moves->points[i]);
+    for (int i = 0; i < moves->count; i++)
+        sc_free(moves->around_mm[i]);
     *moves = (sc_moves){0};
 }

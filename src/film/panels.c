@@ -225,6 +225,9 @@ sc_status sc_session_panels(sc_app *app, sc_session *session)
     const sc_job *job = &session->job;
 
     SC_PASS(sc_comm_agree(app->comm, make_room(app->ctx, session)));
+    if (sc_comm_rank(app->comm) == 0)
+        sc_mixer_init(&session->mixer);
+    sc_comm_broadcast(app->comm, &session->mixer, sizeof session->mixer);
     if (session->compare) {
         begin_subjects(session);
         return join_subjects(app, session);
@@ -233,11 +236,6 @@ sc_status sc_session_panels(sc_app *app, sc_session *session)
         begin_shot(session, job->shot_count ? &job->shots[i] : NULL, &session->panels[i]);
     for (int i = 0; i < (int)job->shot_count; i++)
         session->spans[i] = job->shots[i].span;
-    if (!job->shot_count)
-        return SC_OK;
-    if (sc_comm_rank(app->comm) == 0)
-        sc_mixer_init(&session->mixer);
-    sc_comm_broadcast(app->comm, &session->mixer, sizeof session->mixer);
     return SC_OK;
 }
 

@@ -85,7 +85,8 @@ void sc_inputs_unload(sc_inputs *inputs);
 typedef struct sc_moves {
     sc_move moves[SC_VERBS_MAX]; /* [count] of them */
     int count;
-    sc_vec3 *points[SC_VERBS_MAX]; /* [count] of them, those of the moves or NULL; owned */
+    sc_vec3 *points[SC_VERBS_MAX];   /* [count] of them, those of the moves or NULL; owned */
+    double *around_mm[SC_VERBS_MAX]; /* likewise */
 } sc_moves;
 /* Find the moves of a panel, after sc_panel_tissues: with the lines along which they fly, and all
  * corners of the tissues that they frame, or those of boxes around them if there is no renderer

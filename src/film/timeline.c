@@ -30,9 +30,10 @@ static sc_status share_ways(sc_app *app, sc_panel *panel)
         if (move->verb.kind != SC_VERB_FLY)
             continue;
         if (first)
-            sc_way_make(move->points, move->point_count, move->verb.ahead,
+            sc_way_make(move->points, move->around_mm, move->point_count, move->verb.ahead,
                         (sc_way_point *)block + ways * SC_WAY_POINTS);
         move->points = NULL;
+        move->around_mm = NULL;
         move->way = (int)ways++;
     }
     status = sc_broadcast_array(app, &block, ways * SC_WAY_POINTS, sizeof *panel->ways);
@@ -78,6 +79,43 @@ static void warn_of_nothing(const sc_app *app, const sc_panel *panel)
             *where ? ": " : "", panel->shot ? " in this shot; its" : "; the");
 }
 
+/* Find the box around the tissue that the camera is focused on, if it is on one. */
+static sc_status find_focus(const sc_app *app, const sc_panel *panel, sc_optics *o)
+{
+    const sc_pattern pattern = sc_pattern_of(o->pattern);
+    const sc_prepared *v = &panel->volume;
+    const sc_match best = sc_pattern_match(v->labels, v->label_count, &pattern);
+    sc_vec3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+    if (!(o->aperture_mm > 0) || o->focus != SC_FOCUS_TISSUE)
+        return SC_OK;
+    o->tissue = 0;
+    for (int id = 1; id < v->label_count; id++) {
+        const sc_label_stats *s = &v->stats[id];
+
+        if (best == SC_MATCH_NONE || sc_label_match(&v->labels[id], &pattern) != best ||
+            !panel->looks.tissues[id].visible)
+            continue;
+        for (int corner = 0; corner < 8 && s->low[0] <= s->high[0]; corner++) {
+            const sc_vec3 p =
+                sc_affine_point(&v->to_ras_mm, (sc_vec3){corner & 1 ? s->high[0] : s->low[0],
+                                                         corner & 2 ? s->high[1] : s->low[1],
+                                                         corner & 4 ? s->high[2] : s->low[2]});
+
+            low = (sc_vec3){fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z)};
+            high = (sc_vec3){fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z)};
+            o->tissue = id;
+        }
+    }
+    if (!o->tissue)
+        return sc_fail(app->ctx, SC_ERR_DATA,
+                       "%s%sfocus: nothing of \"%s\" is visible; expected a tissue that is shown",
+                       o->where, o->where[0] ? ": " : "", o->pattern);
+    o->focus_mm = sc_vec3_scale(sc_vec3_add(low, high), 0.5);
+    o->half_mm = sc_vec3_scale(sc_vec3_sub(high, low), 0.5);
+    return SC_OK;
+}
+
 void sc_panel_set_looks(sc_panel *panel)
 {
     const sc_job *job = &panel->job;
@@ -117,6 +155,8 @@ sc_status sc_panel_timeline(sc_app *app, sc_panel *panel, const sc_vec3 *points,
     if (count == 0 && panel->volume.label_count > 1 && first)
         warn_of_nothing(app, panel);
     SC_PASS(sc_comm_agree(app->comm, first ? sc_find_moves(app, panel, &moves) : SC_OK));
+    SC_PASS(
+        sc_comm_agree(app->comm, first ? find_focus(app, panel, &animation.camera.optics) : SC_OK));
     animation.moves = moves.moves;
     animation.move_count = moves.count;
     SC_PASS(sc_comm_agree(

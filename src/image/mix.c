@@ -63,3 +63,43 @@ void sc_image_fade(const sc_mixer *mixer, const uint8_t rgb[3], float share, int
                first < end ? (size_t)(end - first) * width : 0,
                image->rgb + (size_t)first * width * bytes);
 }
+
+void sc_image_add(const sc_mixer *mixer, const sc_image *image, int first, int end, float *sums)
+{
+    const size_t bytes = sc_pixel_bytes(image->alpha);
+    const size_t begin = (size_t)first * (size_t)image->width_px;
+    const uint8_t *from = image->rgb + begin * bytes;
+    float *to = sums + begin * bytes;
+
+    for (size_t i = (size_t)(end - first) * (size_t)image->width_px; i; i--) {
+        const float share = image->alpha ? (float)from[3] : 1;
+
+        for (int c = 0; c < 3; c++)
+            to[c] += share * mixer->linear[from[c]];
+        if (image->alpha)
+            to[3] += share;
+        from += bytes;
+        to += bytes;
+    }
+}
+
+void sc_image_mean(const sc_mixer *mixer, const float *sums, int count, int first, int end,
+                   sc_image *image)
+{
+    const size_t bytes = sc_pixel_bytes(image->alpha);
+    const size_t begin = (size_t)first * (size_t)image->width_px;
+    const float *from = sums + begin * bytes;
+    uint8_t *to = image->rgb + begin * bytes;
+
+    for (size_t i = (size_t)(end - first) * (size_t)image->width_px; i; i--) {
+        const int alpha = image->alpha ? (int)(from[3] / (float)count + 0.5F) : 255;
+        const float whole = image->alpha ? from[3] : (float)count;
+
+        for (int c = 0; c < 3; c++)
+            to[c] = alpha ? sc_srgb_level(&mixer->levels, from[c] / whole) : 0;
+        if (image->alpha)
+            to[3] = (uint8_t)alpha;
+        from += bytes;
+        to += bytes;
+    }
+}

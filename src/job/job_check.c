@@ -149,6 +149,44 @@ static sc_status check_fixed(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
     return SC_OK;
 }
 
+/* An aperture needs rays that meet in an eye, and a picture of all directions its size, and neither
+ * parts beside it nor what tells a scale. */
+static sc_status check_projection(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+{
+    const sc_orbit *camera = &job->animation.camera;
+    const int *size_px = job->output.size_px;
+    sc_status status = SC_OK;
+
+    if (camera->optics.aperture_mm > 0 && camera->projection != SC_PERSPECTIVE)
+        (void)sc_goes_on(
+            &status,
+            sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.aperture_mm"),
+                         "aperture_mm: an %s picture is sharp everywhere; expected projection: "
+                         "perspective, or aperture_mm: 0",
+                         camera->projection == SC_ORTHOGRAPHIC ? "orthographic"
+                                                               : "equirectangular"));
+    if (camera->projection != SC_EQUIRECTANGULAR)
+        return status;
+    if (size_px[0] != 2 * size_px[1])
+        (void)sc_goes_on(
+            &status, sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.projection"),
+                                  "projection: an equirectangular picture is twice as wide as "
+                                  "high, but output.size is %d x %d; expected for example "
+                                  "size: [%d, %d]",
+                                  size_px[0], size_px[1], 2 * (size_px[0] / 2), size_px[0] / 2));
+    if (job->animation.slices.are_shown || job->has_compare)
+        (void)sc_goes_on(&status,
+                         sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.projection"),
+                                      "projection: an equirectangular picture fills the frame; "
+                                      "expected no %s, or another projection",
+                                      job->has_compare ? "compare" : "slices"));
+    if (job->overlays.scale_bar)
+        (void)sc_goes_on(&status, sc_yaml_fail(ctx, sc_key_node(root, "overlays.scale_bar"),
+                                               "scale_bar: an equirectangular picture has no "
+                                               "scale; expected scale_bar: none"));
+    return status;
+}
+
 /* ---- verbs of the camera ---- */
 
 /* Log what is wrong with a verb. */
@@ -547,6 +585,7 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     (void)sc_goes_on(&status, check_color_by(ctx, root, job));
     (void)sc_goes_on(&status, resolve_subjects(ctx, sources, root, job));
     (void)sc_goes_on(&status, check_compare(ctx, root, job));
+    (void)sc_goes_on(&status, check_projection(ctx, root, job));
     if (inputs != SC_OK || is_source_misspelt(root))
         job->volume[0] = '\0'; /* so that nobody looks for its tissues */
     (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "output.directory", SC_PATH_OUTPUT,

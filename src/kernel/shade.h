@@ -340,6 +340,7 @@ static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, co
     const sc_march_light *l = &m->light;
     const float known = spot->has_around ? m->around_share : 0;
     float key, fill, head, open = 1, lit = 1, h[3], shine = 0, length, sky[3] = {0};
+    float near = 1, back = 1; /* of the light from the eye: what comes, and what is thrown back */
 
     if (l->flat) {
         for (int i = 0; i < 3; i++)
@@ -358,15 +359,21 @@ static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, co
         open = sc_light_of_sky(m, spot, known, open, sky);
     if (m->occlusion && l->shadow > 0 && key > 0)
         lit = sc_unshadowed(m, spot);
+    if (l->lamp_mm > 0) {
+        near =
+            l->lamp_mm * l->lamp_mm / (l->lamp_mm * l->lamp_mm + spot->depth_mm * spot->depth_mm);
+        back = sqrtf(near);
+    }
     for (int i = 0; i < 3; i++)
         h[i] = l->key_direction[i] + spot->eye[i];
     length = sqrtf(sc_dot3(h, h));
     if (length > 0 && key > 0)
         shine = sc_dot3(spot->normal, h) / length;
-    shine = shine > 0 ? sc_power(shine, tissue->shininess) : 0;
+    shine = shine > 0 ? sc_power(shine, tissue->shininess) * near : 0;
     key *= 1 - known; /* the rest of the key light has been gathered */
     for (int i = 0; i < 3; i++) {
-        const float around = (l->ambient + l->fill * fill + l->head * head) * open + sky[i];
+        const float around =
+            (l->ambient * back + l->fill * fill + l->head * (head * near)) * open + sky[i];
 
         out[i] = tissue->rgb[i] * (tissue->diffuse * (1 - spot->rim)) *
                      (around + l->key * key * lit * (0.5f + 0.5f * open)) +

@@ -16,6 +16,12 @@
 /* The least intensity of a sky, which is seen by nobody: shares of it are taken. */
 #define SKY_LEAST 1e-6f
 
+/* Within a vessel of known radius: how far the lamp at the eye reaches before its light falls off,
+ * in radii, and how much brighter it is than the others together. So a wall beside the camera is as
+ * bright as one outside of vessels, and one ten radii ahead can still be seen. */
+#define LAMP_RADII 2.0
+#define LAMP_GAIN 1.3f
+
 /* Convert a vector to three floats. */
 static void to_floats(sc_vec3 v, float out[3])
 {
@@ -41,8 +47,9 @@ static void set_sky(sc_renderer *r, bool inside)
 
 /* Set the lamps in r->march.light. The key light stands above the viewer's left shoulder, the fill
  * light low on the right. Within a vessel they would stand behind its wall: there the light at the
- * eye has the strength of all three, and highlights are its. What is blurred for shades and
- * occlusion is wider than many vessels, which would be dark throughout. */
+ * eye has the strength of all three, and highlights are its; if the radius there is known, its
+ * light falls off with it, so that what is far is dark, and the wall tells how far it is. What is
+ * blurred for shades and occlusion is wider than many vessels, which would be dark throughout. */
 static void set_lamps(sc_renderer *r, const sc_scene *scene)
 {
     const sc_camera *c = &scene->camera;
@@ -57,6 +64,9 @@ static void set_lamps(sc_renderer *r, const sc_scene *scene)
     r->march.light.key = inside ? 0 : (float)l->key;
     r->march.light.fill = inside ? 0 : (float)fill;
     r->march.light.head = (float)(inside ? l->key + fill + l->head : l->head);
+    r->march.light.lamp_mm = inside ? (float)(LAMP_RADII * scene->around_mm) : 0;
+    if (r->march.light.lamp_mm > 0)
+        r->march.light.head *= LAMP_GAIN;
     r->march.light.shadow = inside ? 0 : (float)l->shadows;
     r->march.light.occlusion = inside ? 0 : (float)l->occlusion;
     to_floats(inside

@@ -266,6 +266,15 @@ static sc_cover empty_cover(const sc_viewport *viewport, uint8_t *squares, uint8
     return cover;
 }
 
+/* @return by how much what lies between two depths is blurred, in pixels to each side: the most is
+ * at one of them. @param factors pixels per mm there. */
+static double blur_px(const sc_camera *c, double scale, const double factors[2])
+{
+    const double sharp = c->aperture_mm > 0 ? scale / c->focus_mm : 0;
+
+    return c->aperture_mm / 2 * fmax(fabs(sharp - factors[0]), fabs(sharp - factors[1]));
+}
+
 void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
                    const sc_viewport *viewport, uint8_t *squares)
 {
@@ -274,12 +283,13 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
                       down = make_axis(r, c, sc_vec3_scale(c->up, -1)),
                       deep = make_axis(r, c, c->forward);
     const double scale = viewport->height_px / (2 * c->half_height);
-    const double margin_px = r->has_tight_blocks ? TIGHT_MARGIN_PX : WIDE_MARGIN_PX;
+    const double least_px = r->has_tight_blocks ? TIGHT_MARGIN_PX : WIDE_MARGIN_PX;
+    const bool is_all = r->covers_all || c->projection == SC_EQUIRECTANGULAR;
 
-    *cover = empty_cover(viewport, squares, r->covers_all);
-    if (!r->covers_all)
+    *cover = empty_cover(viewport, squares, is_all);
+    if (!is_all)
         set_levels(cover, r, &deep);
-    for (size_t i = 0; i < r->block_count && !r->covers_all; i++) {
+    for (size_t i = 0; i < r->block_count && !is_all; i++) {
         const sc_block *block = &r->blocks[i];
         const double x = along(&right, block), y = along(&down, block), z = along(&deep, block);
         const double aside = reach_of(&right, block), below = reach_of(&down, block);
@@ -287,6 +297,7 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
         const double across[2] = {x - aside, x + aside}, downward[2] = {y - below, y + below};
         double factors[2] = {
             scale, scale}; /* from mm to pixels, at the near and the far side of the block */
+        double margin_px = least_px;
         int columns[2], rows[2];
 
         if (c->projection == SC_PERSPECTIVE) {
@@ -298,6 +309,7 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
             }
             factors[0] = scale / (z - behind);
             factors[1] = scale / (z + behind);
+            margin_px += blur_px(c, scale, factors);
         }
         squares_between(across, factors, viewport->width_px / 2.0, margin_px, 1 << cover->shift,
                         cover->columns, columns);

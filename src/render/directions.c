@@ -63,6 +63,21 @@ static void sine_and_cosine(double angle, double *sine, double *cosine)
     *cosine = 1 - x / 2 * (1 - x / 12 * (1 - x / 30 * (1 - x / 56 * (1 - x / 90 * (1 - x / 132)))));
 }
 
+void sc_sine_cosine(double angle, double *sine, double *cosine)
+{
+    const double quarters = floor(angle / (2 * QUARTER_PI) + 0.5); /* -2 to 2 */
+    double s, c;
+
+    sine_and_cosine(angle - quarters * (2 * QUARTER_PI), &s, &c);
+    *sine = quarters == 0 ? s : quarters == 1 ? c : quarters == -1 ? -c : -s;
+    *cosine = quarters == 0 ? c : quarters == 1 ? -s : quarters == -1 ? s : -c;
+}
+
+uint32_t sc_shuffled(uint32_t index, uint32_t count, uint32_t seed)
+{
+    return scramble(index, seed) & (count - 1);
+}
+
 void sc_cosine_direction(const double point[2], double out[3])
 {
     const double a = 2 * point[0] - 1, b = 2 * point[1] - 1;

@@ -15,6 +15,12 @@ void sc_sobol_point(uint32_t index, uint32_t seed, double out[2]);
 /* The unit vector about the z axis, with a density as its cosine, that belongs to a point of the
  * unit square, to @p out (Shirley and Chiu 1997). */
 void sc_cosine_direction(const double point[2], double out[3]);
+/* Sine and cosine of an angle from -pi to pi, in radians. */
+void sc_sine_cosine(double angle, double *sine, double *cosine);
+/* Where among @p count points, a power of two, stands the one at place @p index of another order:
+ * halves, halves of these and so on are swapped by @p seed, so that aligned runs stay such. It lets
+ * a net of points lie in several squares without that those belong together. */
+uint32_t sc_shuffled(uint32_t index, uint32_t count, uint32_t seed);
 /* A hash of two numbers, of which all bits are as good as random. */
 uint32_t sc_mix(uint32_t a, uint32_t b);
 /* Two unit vectors across the unit vector @p n and across each other (Duff et al. 2017), to @p t

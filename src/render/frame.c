@@ -2,46 +2,9 @@
 /* Draws one frame, tile by tile. First one ray goes through the middle of every pixel of the tile
  * and of a border one pixel wide. Pixels that differ from a neighbour then get more rays. The
  * colour of a pixel depends on it and its four neighbours alone, not on the division into tiles. */
-#include "internal.h"
+#include "tile.h"
 
 #include <string.h>
-
-/* The frame being drawn, which all threads share. Pointers are borrowed. */
-typedef struct frame {
-    sc_renderer *renderer;
-    const sc_scene *scene;
-    const sc_viewport *viewport;
-    sc_image *image;
-    sc_lens lens;
-    sc_cover cover;         /* a copy of renderer->last_cover */
-    sc_pixel_state nothing; /* what a pixel without a ray has seen */
-    int tiles_x;            /* tiles in a row of tiles */
-    int column0, column1;   /* columns [column0, column1) of the viewport are to be drawn */
-    int row0, row1;         /* rows [row0, row1) of the viewport are to be drawn */
-} frame;
-
-/* Rays waiting to be marched together, or where parts are apart the points of the viewport that
- * they go through, and for each the index of its pixel in tile.pixels. */
-typedef struct batch {
-    sc_ray rays[SC_RAY_BATCH];
-    double at_px[SC_APART_BATCH][2];
-    sc_radiance light[SC_APART_BATCH]; /* what they bring back */
-    sc_radiance
-        white[SC_RAY_BATCH]; /* room for what they bring back where the far end fades to white */
-    uint32_t target[SC_APART_BATCH];
-    size_t count, most; /* how many there are, and at most can be: set by the caller */
-} batch;
-
-/* A tile, pixels [x0, x1) by [y0, y1) of the viewport, and what a thread needs to draw it. */
-typedef struct tile {
-    const frame *f;
-    int x0, y0, x1, y1;
-    sc_pixel_state *pixels; /* [y1 - y0 + 2][stride]: with a border one pixel wide; borrowed */
-    int stride;
-    int thread; /* that draws it */
-    sc_march_counters counters;
-    batch rays;
-} tile;
 
 /* Positions of the n rays in a pixel, on an n x n grid: there is one in each column, and this is
  * its row. No two are in one row, either (N-rooks sampling), so that edges that are nearly
@@ -74,73 +37,13 @@ static bool has_middle_ray(int samples)
     return at[0] == 0.5 && at[1] == 0.5;
 }
 
-/* March the rays waiting into t->rays.light and add to the tile's counters. The caller empties
- * the batch. */
-static void march_batch(tile *t)
-{
-    const sc_renderer *r = t->f->renderer;
-
-    if (sc_parts_apart(r))
-        sc_march_apart(r, t->rays.at_px, t->rays.count, t->thread, t->rays.light, &t->counters);
-    else
-        sc_march_rays(r, t->rays.rays, t->rays.count, t->rays.light, t->rays.white, &t->counters);
-    if (r->grey_behind)
-        sc_put_grey_behind(&t->f->lens, t->rays.at_px, t->rays.count, t->rays.light);
-}
-
-/* Can a pixel of the viewport, or of a border around it, show a tissue? */
-static bool may_show_tissue(const frame *f, int x_px, int y_px)
-{
-    const sc_parts *parts = f->renderer->parts;
-
-    if (sc_parts_apart(f->renderer))
-        return parts->met[sc_cover_square(&parts->layout, x_px, y_px)];
-    return sc_is_covered(&f->cover, x_px, y_px);
-}
-
-/* Can it show anything? */
-static bool may_show(const frame *f, int x_px, int y_px)
-{
-    return f->renderer->grey_behind || may_show_tissue(f, x_px, y_px);
-}
-
-/* A ray that meets no tissue: nothing of it is kept. */
-static const sc_ray empty_ray = {.direction = {1, 0, 0}};
-
-/* Add the ray through a point of the viewport to those waiting, for which there is room, unless it
- * meets nothing, nor has a grey volume behind it. @param target index of its pixel in t->pixels. */
-static void add_ray(tile *t, double x_px, double y_px, uint32_t target)
-{
-    const frame *f = t->f;
-    batch *rays = &t->rays;
-
-    rays->at_px[rays->count][0] = x_px;
-    rays->at_px[rays->count][1] = y_px;
-    rays->target[rays->count] = target;
-    if (sc_parts_apart(f->renderer) ||
-        ((!f->renderer->grey_behind || may_show_tissue(f, (int)floor(x_px), (int)floor(y_px))) &&
-         sc_make_ray(&f->lens, x_px, y_px, &rays->rays[rays->count]))) {
-        rays->count++;
-    } else if (f->renderer->grey_behind) {
-        rays->rays[rays->count] = empty_ray;
-        rays->count++;
-    }
-}
-
-/* @return the share of what is behind the picture that a ray hides; 0 where there is a background.
- */
-static float cover_of(const sc_renderer *r, const sc_radiance *light)
-{
-    return r->settings.transparent ? 1 - light->transmittance : 0;
-}
-
 /* March the rays queued by queue_first_ray, store what each pixel has seen in t->pixels, and
  * empty the queue. */
-static void flush_first_rays(tile *t)
+static void flush_first_rays(sc_tile *t)
 {
     const float *behind = t->f->renderer->tone;
 
-    march_batch(t);
+    sc_tile_march(t);
     for (size_t i = 0; i < t->rays.count; i++) {
         const sc_radiance *light = &t->rays.light[i];
         sc_pixel_state *g = &t->pixels[t->rays.target[i]];
@@ -149,7 +52,7 @@ static void flush_first_rays(tile *t)
             g->tone[c] = light->rgb[c] + light->transmittance * behind[c];
             g->normal[c] = light->normal[c];
         }
-        g->cover = cover_of(t->f->renderer, light);
+        g->cover = sc_cover_of(t->f->renderer, light);
         g->label = light->label;
         g->signature = light->signature;
         g->nothing = light->transmittance == 1;
@@ -160,22 +63,22 @@ static void flush_first_rays(tile *t)
 /* Set the state of a pixel of the tile or its border to that of one that shows nothing, and
  * queue the ray through its middle unless nothing can be seen there. Marches the queue when it
  * is full. */
-static void queue_first_ray(tile *t, int x, int y)
+static void queue_first_ray(sc_tile *t, int x, int y)
 {
-    const uint32_t at = (uint32_t)((y - t->y0 + 1) * t->stride + (x - t->x0 + 1));
+    const uint32_t at = sc_tile_index(t, x, y);
 
     t->pixels[at] = t->f->nothing;
-    if (!may_show(t->f, x, y))
+    if (!sc_may_show(t->f, x, y))
         return;
     if (t->rays.count == t->rays.most)
         flush_first_rays(t);
-    add_ray(t, x + 0.5, y + 0.5, at);
+    sc_tile_add_ray(t, &(sc_aim){x + 0.5, y + 0.5, 0, 0}, at);
 }
 
 /* One ray through every pixel of the tile, and of its border if neighbours will be compared:
  * sets t->pixels. In squares of 4 x 4 pixels and in these in squares of 2 x 2, so that rays that
  * are marched side by side go through the same part of the volume. */
-static void cast_first_rays(tile *t)
+static void cast_first_rays(sc_tile *t)
 {
     const int apron =
         t->f->renderer->settings.samples > 1; /* neighbours are needed for comparison */
@@ -224,7 +127,7 @@ static bool differ(const sc_pixel_state *a, const sc_pixel_state *b)
 
 /* Does a pixel of the tile differ from one of the four beside it? @param pixel one of t->pixels,
  * not of the border. */
-static bool differs_from_neighbours(const tile *t, const sc_pixel_state *pixel)
+static bool differs_from_neighbours(const sc_tile *t, const sc_pixel_state *pixel)
 {
     return differ(pixel, pixel - 1) || differ(pixel, pixel + 1) ||
            differ(pixel, pixel - t->stride) || differ(pixel, pixel + t->stride);
@@ -232,11 +135,11 @@ static bool differs_from_neighbours(const tile *t, const sc_pixel_state *pixel)
 
 /* March the rays queued by sample_pixel, add what each adds to the tone of the background to that
  * of its pixel, and empty the queue. */
-static void flush_samples(tile *t)
+static void flush_samples(sc_tile *t)
 {
     const float *behind = t->f->renderer->tone;
 
-    march_batch(t);
+    sc_tile_march(t);
     for (size_t i = 0; i < t->rays.count; i++) {
         const sc_radiance *light = &t->rays.light[i];
         sc_pixel_state *pixel = &t->pixels[t->rays.target[i]];
@@ -245,7 +148,7 @@ static void flush_samples(tile *t)
         /* What the ray adds to the background: exactly nothing if it has met nothing. */
         for (int c = 0; c < 3; c++)
             added[c] += light->rgb[c] + light->transmittance * behind[c] - behind[c];
-        pixel->added_cover += cover_of(t->f->renderer, light);
+        pixel->added_cover += sc_cover_of(t->f->renderer, light);
     }
     t->rays.count = 0;
 }
@@ -253,7 +156,7 @@ static void flush_samples(tile *t)
 /* Queue the rays of a pixel that have not been marched yet, unless nothing can be seen there, and
  * begin the sum of what they add. Marches the queue when it is full. @param target index in
  * t->pixels of the pixel at (x, y) of the viewport. */
-static void sample_pixel(tile *t, int x, int y, uint32_t target)
+static void sample_pixel(sc_tile *t, int x, int y, uint32_t target)
 {
     const sc_render_settings *s = &t->f->renderer->settings;
     const bool has_first = !s->everywhere && has_middle_ray(s->samples);
@@ -262,7 +165,7 @@ static void sample_pixel(tile *t, int x, int y, uint32_t target)
     for (int c = 0; c < 3; c++)
         pixel->added[c] = has_first ? pixel->tone[c] - t->f->renderer->tone[c] : 0;
     pixel->added_cover = has_first ? pixel->cover : 0;
-    if (!may_show(t->f, x, y))
+    if (!sc_may_show(t->f, x, y))
         return;
     for (int i = has_first; i < s->samples; i++) {
         double at[2];
@@ -270,14 +173,14 @@ static void sample_pixel(tile *t, int x, int y, uint32_t target)
         sample_position(s->samples, i, at);
         if (t->rays.count == t->rays.most)
             flush_samples(t);
-        add_ray(t, x + at[0], y + at[1], target);
+        sc_tile_add_ray(t, &(sc_aim){x + at[0], y + at[1], 0, 0}, target);
     }
 }
 
 /* Mark the pixels that differ from a neighbour, or all (settings.everywhere), as sampled, and
  * march settings.samples rays in each, less the one through the middle if it is one of them and has
  * been marched. */
-static void refine(tile *t)
+static void refine(sc_tile *t)
 {
     const sc_render_settings *s = &t->f->renderer->settings;
 
@@ -322,7 +225,7 @@ static void store_transparent(const sc_renderer *r, const sc_pixel_state *g, uin
  * mean of several rays is that of their tones, nearly as the eye sees them: in linear light, an
  * edge of a dark tissue on white looks as jagged as without antialiasing, because half of the light
  * is three fourths of the lightness. */
-static void store_row(const tile *t, int y)
+static void store_row(const sc_tile *t, int y)
 {
     const sc_renderer *r = t->f->renderer;
     const sc_viewport *viewport = t->f->viewport;
@@ -352,7 +255,7 @@ static void store_row(const tile *t, int y)
 
 /* Is nothing visible in the tile, by the map, or by those of all parts? Its border is not examined.
  */
-static bool is_empty(const tile *t)
+static bool is_empty(const sc_tile *t)
 {
     const bool apart = sc_parts_apart(t->f->renderer);
     const sc_parts *parts = t->f->renderer->parts;
@@ -372,7 +275,7 @@ static bool is_empty(const tile *t)
 }
 
 /* Write the background to all pixels of the tile in the image. */
-static void fill_empty(const tile *t)
+static void fill_empty(const sc_tile *t)
 {
     const sc_viewport *viewport = t->f->viewport;
     const sc_image *image = t->f->image;
@@ -390,12 +293,16 @@ static void fill_empty(const tile *t)
 /* Draw one tile into the image: the background alone where nothing can be seen; else one ray in
  * each pixel and more where pixels differ, or with settings.everywhere all rays of each pixel at
  * once. The caller has set its pixels, bounds and empty queue. */
-static void draw_tile(tile *t)
+static void draw_tile(sc_tile *t)
 {
     const sc_render_settings *s = &t->f->renderer->settings;
 
     if (is_empty(t)) {
         fill_empty(t);
+        return;
+    }
+    if (sc_is_blurred(t->f->renderer, t->f->scene)) {
+        sc_tile_draw_blurred(t);
         return;
     }
     if (!s->everywhere)
@@ -412,7 +319,7 @@ static int least(int a, int b)
 }
 
 /* Is the frame to be given up? */
-static bool is_given_up(const frame *f)
+static bool is_given_up(const sc_frame *f)
 {
     const sc_render_settings *s = &f->renderer->settings;
 
@@ -423,18 +330,21 @@ static bool is_given_up(const frame *f)
  * be given up. Adds to the stats and the span of the thread in the renderer. */
 static void draw_and_measure(void *user, size_t begin, size_t end, int thread)
 {
-    const frame *f = user;
+    const sc_frame *f = user;
     const sc_render_settings *s = &f->renderer->settings;
     const double begin_s = sc_thread_cpu_s();
     sc_render_span *span = &f->renderer->spans[thread];
     const int side = s->tile_px + 2;
     sc_render_stats *stats = &f->renderer->stats[thread];
-    tile t; /* not initialised as a whole, because it is large */
+    sc_tile t; /* not initialised as a whole, because it is large */
 
     if (span->begin_s == 0)
         span->begin_s = sc_wall_s();
     t.f = f;
     t.pixels = f->renderer->pixels + (size_t)thread * (size_t)side * (size_t)side;
+    t.blurred = f->renderer->blurred
+                    ? f->renderer->blurred + (size_t)thread * (size_t)side * (size_t)side
+                    : NULL;
     t.stride = side;
     t.thread = thread;
     t.counters = (sc_march_counters){0};
@@ -491,7 +401,7 @@ static int within(int value, int high)
 }
 
 /* Set up light, clip planes, lens, map and parts for a frame whose scene and viewport are set. */
-static void begin_view(frame *f)
+static void begin_view(sc_frame *f)
 {
     sc_renderer *r = f->renderer;
 
@@ -524,16 +434,16 @@ void sc_render_columns(sc_renderer *r, const sc_scene *scene, const sc_viewport 
     const int row0 = rows ? within(rows->first - viewport->y_px, height_px) : 0;
     const int row1 = rows ? within(rows->end - viewport->y_px, height_px) : height_px;
     const int tiles_y = (row1 - row0 + px - 1) / px;
-    frame f = {.renderer = r,
-               .scene = scene,
-               .viewport = viewport,
-               .image = image,
-               .nothing = {.nothing = true},
-               .tiles_x = (column1 - column0 + px - 1) / px,
-               .column0 = column0,
-               .column1 = column1,
-               .row0 = row0,
-               .row1 = row1};
+    sc_frame f = {.renderer = r,
+                  .scene = scene,
+                  .viewport = viewport,
+                  .image = image,
+                  .nothing = {.nothing = true},
+                  .tiles_x = (column1 - column0 + px - 1) / px,
+                  .column0 = column0,
+                  .column1 = column1,
+                  .row0 = row0,
+                  .row1 = row1};
 
     *stats = (sc_render_stats){0};
     if (row0 >= row1 || column0 >= column1)
@@ -560,7 +470,7 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
 
 /* A frame whose work is counted pixel by pixel, into out [height of the viewport][width]. */
 typedef struct counting {
-    frame f;
+    sc_frame f;
     sc_march_counters *out;
 } counting;
 
@@ -568,23 +478,23 @@ typedef struct counting {
 static void count_rows(void *user, size_t begin, size_t end, int thread)
 {
     const counting *c = user;
-    const frame *f = &c->f;
+    const sc_frame *f = &c->f;
     const sc_renderer *r = f->renderer;
     const int width = f->viewport->width_px;
     const double begin_s = sc_thread_cpu_s();
 
     for (size_t y = begin; y < end && !is_given_up(f); y++) {
         for (int x = 0; x < width; x++) {
-            const double at_px[1][2] = {{x + 0.5, (double)y + 0.5}};
+            const sc_aim aim = {x + 0.5, (double)y + 0.5, 0, 0};
             sc_march_counters *out = &c->out[y * (size_t)width + (size_t)x];
             sc_ray ray;
             sc_radiance light;
 
-            if (!may_show_tissue(f, x, (int)y))
+            if (!sc_may_show_tissue(f, x, (int)y))
                 continue;
             if (sc_parts_apart(r))
-                sc_march_apart(r, at_px, 1, thread, &light, out);
-            else if (sc_make_ray(&f->lens, at_px[0][0], at_px[0][1], &ray))
+                sc_march_apart(r, &aim, 1, thread, &light, out);
+            else if (sc_make_ray(&f->lens, &aim, &ray))
                 r->kernel->march(&r->march, &ray, NULL, 1, &light, out);
         }
     }

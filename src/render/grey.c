@@ -205,8 +205,7 @@ static float slice_point(const sc_lens *lens, double x_px, double y_px, float po
 }
 
 /* Put a slice of the grey volume behind what rays bring back: see sc_put_grey_behind. */
-static void put_slice(const sc_lens *lens, const double (*at_px)[2], size_t count,
-                      sc_radiance *light)
+static void put_slice(const sc_lens *lens, const sc_aim *aims, size_t count, sc_radiance *light)
 {
     const sc_renderer *r = lens->renderer;
 
@@ -216,7 +215,7 @@ static void put_slice(const sc_lens *lens, const double (*at_px)[2], size_t coun
 
         if (!(here->transmittance > 0))
             continue;
-        depth_mm = slice_point(lens, at_px[i][0], at_px[i][1], point);
+        depth_mm = slice_point(lens, aims[i].x_px, aims[i].y_px, point);
         if (!sc_kernel_grey(&r->march, point, depth_mm, tone))
             continue;
         if (sc_fades_away(r) && sc_kernel_grey(&r->on_white, point, depth_mm, on_white))
@@ -249,13 +248,13 @@ static bool clip_to_box(const sc_march_grey *g, sc_vec3 from, sc_vec3 along, dou
     return ends[0] < ends[1];
 }
 
-/* Make the ray through the backdrop at a point of the viewport. Every clip plane cuts the backdrop,
+/* Make the ray through the backdrop. Every clip plane cuts the backdrop,
  * as it does tissues that are in no exception. @return false if it meets nothing of it. */
-static bool make_backdrop_ray(const sc_lens *lens, const double at_px[2], sc_backdrop_ray *ray)
+static bool make_backdrop_ray(const sc_lens *lens, const sc_aim *aim, sc_backdrop_ray *ray)
 {
     const sc_renderer *r = lens->renderer;
     const sc_scene *scene = lens->scene;
-    const sc_sight sight = sc_line_of_sight(lens, at_px[0], at_px[1]);
+    const sc_sight sight = sc_line_of_sight(lens, aim);
     const sc_vec3 eye = sc_affine_point(&r->to_grey, sight.eye_mm);
     const sc_vec3 along = sc_affine_vector(&r->to_grey, sight.direction);
     double ends[2] = {0, HUGE_VAL};
@@ -284,8 +283,7 @@ static bool make_backdrop_ray(const sc_lens *lens, const double at_px[2], sc_bac
 
 /* Put the backdrop behind what rays bring back: see sc_put_grey_behind. Those that end at something
  * opaque see nothing of it. @param count at most SC_RAY_BATCH. */
-static void put_backdrop(const sc_lens *lens, const double (*at_px)[2], size_t count,
-                         sc_radiance *light)
+static void put_backdrop(const sc_lens *lens, const sc_aim *aims, size_t count, sc_radiance *light)
 {
     const sc_renderer *r = lens->renderer;
     sc_backdrop_ray rays[SC_RAY_BATCH];
@@ -293,7 +291,7 @@ static void put_backdrop(const sc_lens *lens, const double (*at_px)[2], size_t c
     size_t target[SC_RAY_BATCH], found = 0;
 
     for (size_t i = 0; i < count; i++) {
-        if (light[i].transmittance >= SC_OPAQUE && make_backdrop_ray(lens, at_px[i], &rays[found]))
+        if (light[i].transmittance >= SC_OPAQUE && make_backdrop_ray(lens, &aims[i], &rays[found]))
             target[found++] = i;
     }
     if (!found)
@@ -308,14 +306,13 @@ static void put_backdrop(const sc_lens *lens, const double (*at_px)[2], size_t c
     }
 }
 
-void sc_put_grey_behind(const sc_lens *lens, const double (*at_px)[2], size_t count,
-                        sc_radiance *light)
+void sc_put_grey_behind(const sc_lens *lens, const sc_aim *aims, size_t count, sc_radiance *light)
 {
     if (lens->scene->slice) {
-        put_slice(lens, at_px, count, light);
+        put_slice(lens, aims, count, light);
         return;
     }
     for (size_t first = 0; first < count; first += SC_RAY_BATCH) /* batches of parts are larger */
-        put_backdrop(lens, at_px + first,
+        put_backdrop(lens, aims + first,
                      count - first < SC_RAY_BATCH ? count - first : SC_RAY_BATCH, light + first);
 }

@@ -20,6 +20,22 @@ typedef struct sc_pixel_state {
     bool sampled; /* the pixel has several rays */
 } sc_pixel_state;
 
+/* What the rays of a pixel have seen from all over the aperture: sums over them of linear light and
+ * of the share of what lies behind the picture that they hide, and the least and the greatest of
+ * their tones and of that share. */
+typedef struct sc_blurred_pixel {
+    float light[3], cover;
+    float low[4], high[4];
+    int rays; /* how many there were */
+} sc_blurred_pixel;
+
+enum { SC_LENS_BLOCK = 4 /* edge of a square of pixels whose samples are points of one net */ };
+/* Where a ray of a picture with an aperture goes: a point in the pixel, and one in the square
+ * around the aperture, each in 2^-16 of the edge. */
+typedef struct sc_lens_sample {
+    uint16_t at[4];
+} sc_lens_sample;
+
 /* What of a tissue changes from frame to frame, as it is when it does not. */
 typedef struct sc_full_look {
     double opacity, interior_opacity;
@@ -110,10 +126,13 @@ struct sc_renderer {
                               fewer rays miss. So it is with parts, whose edges are longer */
     bool colors_are_set;   /* the colours of tissues may be other than those of looks */
     bool covers_all; /* the map is of no use: any pixel may show something; see sc_decide_cover() */
-    sc_render_stats *stats; /* [threads], of the present frame */
-    sc_render_span *spans;  /* [threads] */
-    sc_pixel_state *pixels; /* [threads][(tile + 2)^2]: a tile within a frame of one pixel; of
-                               settings.lender, if there is one */
+    sc_render_stats *stats;       /* [threads], of the present frame */
+    sc_render_span *spans;        /* [threads] */
+    sc_pixel_state *pixels;       /* [threads][(tile + 2)^2]: a tile within a frame of one pixel; of
+                                     settings.lender, if there is one */
+    sc_blurred_pixel *blurred;    /* the same of pictures with an aperture, else NULL; owned */
+    sc_lens_sample *lens_samples; /* [SC_LENS_BLOCK^2][settings.lens_samples]: of each pixel of a
+                                     square of them; NULL if there are none; owned */
 };
 
 /* What all rays of a view share. Its vectors are in voxels: the eye's position, and directions per
@@ -132,20 +151,27 @@ typedef struct sc_lens {
  * viewport does not. */
 void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
                   const sc_viewport *viewport);
-/* Where and which way a picture looks through a point of the viewport. */
+/* Where a ray begins and where it goes: from a point of the aperture, as shares of its radius to
+ * the right and up (0 without one), through a point of the viewport, in pixels from its upper left
+ * corner. */
+typedef struct sc_aim {
+    double x_px, y_px, right, up;
+} sc_aim;
+
+/* Where and which way a ray of a picture looks. */
 typedef struct sc_sight {
-    double across, upward; /* from the middle of the viewport, in units of sc_camera.half_height */
-    double shorten;        /* what makes the direction a unit vector, in a perspective view */
-    sc_vec3 eye_mm, direction; /* RAS; direction of unit length */
+    double aside[2]; /* from the eye to its beginning, to the right and up, in mm */
+    /* its direction along those of the camera, not of unit length in a perspective view */
+    double across, upward, ahead;
+    double shorten;            /* what makes it a unit vector */
+    sc_vec3 eye_mm, direction; /* its beginning and direction, RAS; direction of unit length */
 } sc_sight;
 
-/* @return the line of sight through a point of the viewport, in pixels from its upper left corner.
- */
-sc_sight sc_line_of_sight(const sc_lens *lens, double x_px, double y_px);
-/* Fill in *@p ray for a point of the viewport, in pixels from its upper left corner: origin,
- * direction and the parts that each clip set keeps. @return false if no part of it is kept
- * within the sphere around the volume; *@p ray must then not be marched. */
-bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray);
+/* @return the line of sight of a ray. */
+sc_sight sc_line_of_sight(const sc_lens *lens, const sc_aim *aim);
+/* Fill in *@p ray: origin, direction and the parts that each clip set keeps. @return false if no
+ * part of it is kept within the sphere around the volume; *@p ray must then not be marched. */
+bool sc_make_ray(const sc_lens *lens, const sc_aim *aim, sc_ray *ray);
 
 /* Set r->grey from the settings, if they have a grey volume. @return SC_ERR_DATA if its geometry is
  * singular. */
@@ -155,14 +181,12 @@ sc_status sc_fill_grey(const sc_ctx *ctx, sc_renderer *r);
 sc_status sc_find_backdrop(const sc_ctx *ctx, sc_renderer *r);
 /* Set what of the grey volume the pictures of a scene show: in r->march, and r->grey_behind. */
 void sc_set_grey(sc_renderer *r, const sc_scene *scene);
-/* Put the grey volume, a slice of it or the backdrop, behind what rays through points of a view
- * bring back, if r->grey_behind.
- * @param at_px [count] points of the viewport, in pixels. @param light [count] of the rays. */
-void sc_put_grey_behind(const sc_lens *lens, const double (*at_px)[2], size_t count,
-                        sc_radiance *light);
-/* @return how much longer the way along the ray through a point of the viewport is than its share
- * along the direction of view. */
-double sc_ray_longer(const sc_lens *lens, double x_px, double y_px);
+/* Put the grey volume, a slice of it or the backdrop, behind what the rays of a view bring back, if
+ * r->grey_behind. @param aims, light [count] of the rays. */
+void sc_put_grey_behind(const sc_lens *lens, const sc_aim *aims, size_t count, sc_radiance *light);
+/* @return how much longer the way along a ray is than its share along the direction of view; 1
+ * where all directions are seen. */
+double sc_ray_longer(const sc_lens *lens, const sc_aim *aim);
 
 enum {
     SC_RAY_BATCH = 256,   /* rays that are marched together */
@@ -248,11 +272,10 @@ static inline bool sc_parts_apart(const sc_renderer *r)
  * added to. */
 void sc_march_rays(const sc_renderer *r, const sc_ray *rays, size_t count, sc_radiance *out,
                    sc_radiance *white, sc_march_counters *counters);
-/* The same for rays through points of a view whose parts are apart: what a ray meets in them is
- * blended in its order along the ray. @param at_px
- * [count] points of the viewport, in pixels, at most SC_APART_BATCH. @param thread whose room is
- * used. */
-void sc_march_apart(const sc_renderer *r, const double (*at_px)[2], size_t count, int thread,
+/* The same for rays of a view whose parts are apart: what a ray meets in them is blended in its
+ * order along the ray. @param aims [count] of the rays, at most SC_APART_BATCH. @param thread whose
+ * room is used. */
+void sc_march_apart(const sc_renderer *r, const sc_aim *aims, size_t count, int thread,
                     sc_radiance *out, sc_march_counters *counters);
 
 /* Does the far end fade into a background that is not there? */

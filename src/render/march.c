@@ -47,7 +47,7 @@ void sc_march_rays(const sc_renderer *r, const sc_ray *rays, size_t count, sc_ra
 /* A batch of rays on their way through the parts. */
 typedef struct bundle {
     const sc_renderer *renderer;
-    const double (*at_px)[2];
+    const sc_aim *aims;
     sc_part_room *room;
     sc_radiance *out;
     sc_march_counters *counters;
@@ -211,7 +211,7 @@ static void follow(bundle *b, int p)
 
         b->first[p] = room->after[i];
         b->waiting[p]--;
-        if (sc_make_ray(lens, b->at_px[i][0], b->at_px[i][1], &room->rays[count])) {
+        if (sc_make_ray(lens, &b->aims[i], &room->rays[count])) {
             room->target[count++] = (uint32_t)i;
             continue;
         }
@@ -233,9 +233,7 @@ static void follow_alone(bundle *b, int p)
         size_t count = 0;
 
         for (; b->alone[p] >= 0 && count < SC_RAY_BATCH; b->alone[p] = room->after[b->alone[p]]) {
-            const double *at_px = b->at_px[b->alone[p]];
-
-            if (sc_make_ray(&part->lens, at_px[0], at_px[1], &room->rays[count]))
+            if (sc_make_ray(&part->lens, &b->aims[b->alone[p]], &room->rays[count]))
                 room->target[count++] = (uint32_t)b->alone[p];
         }
         part->renderer->kernel->march(&part->renderer->march, room->rays, NULL, count, room->light,
@@ -257,8 +255,9 @@ static void begin_ray(bundle *b, size_t i)
 {
     const sc_parts *parts = b->renderer->parts;
     sc_part_room *room = b->room;
-    const double *at_px = b->at_px[i];
-    const int square = sc_cover_square(&parts->layout, (int)floor(at_px[0]), (int)floor(at_px[1]));
+    const sc_aim *aim = &b->aims[i];
+    const int square =
+        sc_cover_square(&parts->layout, (int)floor(aim->x_px), (int)floor(aim->y_px));
     double longer;
 
     b->out[i] = room->white[i] = sc_no_light();
@@ -273,7 +272,7 @@ static void begin_ray(bundle *b, size_t i)
         b->alone[p] = (int)i;
         return;
     }
-    longer = sc_ray_longer(&parts->list[parts->shown[0]].lens, at_px[0], at_px[1]);
+    longer = sc_ray_longer(&parts->list[parts->shown[0]].lens, aim);
     for (uint64_t left = room->left[i]; left; left &= left - 1) {
         const int p = __builtin_ctzll(left);
         const sc_cover *cover = &parts->list[p].cover;
@@ -298,11 +297,11 @@ static int busiest(const bundle *b)
     return most;
 }
 
-void sc_march_apart(const sc_renderer *r, const double (*at_px)[2], size_t count, int thread,
+void sc_march_apart(const sc_renderer *r, const sc_aim *aims, size_t count, int thread,
                     sc_radiance *out, sc_march_counters *counters)
 {
     bundle b = {.renderer = r,
-                .at_px = at_px,
+                .aims = aims,
                 .room = &r->parts->rooms[thread],
                 .out = out,
                 .counters = counters,

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Makes rays from pixels: from the camera's geometry and the clip planes, in double precision. */
+#include "directions.h"
 #include "internal.h"
 
 void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
@@ -68,38 +69,78 @@ static bool fill_parts(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, doub
     return any;
 }
 
-sc_sight sc_line_of_sight(const sc_lens *lens, double x_px, double y_px)
+/* @return the sum of the directions of the camera, each by its share of the direction of a ray. */
+static sc_vec3 sum_of(const sc_sight *s, sc_vec3 forward, sc_vec3 right, sc_vec3 up)
+{
+    return sc_vec3_scale(
+        sc_vec3_along(sc_vec3_along(sc_vec3_scale(forward, s->ahead), s->across, right), s->upward,
+                      up),
+        s->shorten);
+}
+
+/* Let a ray begin at a point of the aperture, and cross the plane in focus where it would from the
+ * eye. */
+static void look_through_aperture(const sc_camera *c, const sc_aim *aim, sc_sight *s)
+{
+    s->aside[0] = aim->right * c->aperture_mm / 2;
+    s->aside[1] = aim->up * c->aperture_mm / 2;
+    s->across -= s->aside[0] / c->focus_mm;
+    s->upward -= s->aside[1] / c->focus_mm;
+}
+
+/* Turn the longitude and the latitude of a line of sight, in radians, into shares of its direction.
+ */
+static void look_around(sc_sight *s)
+{
+    double east, ahead, up, level;
+
+    sc_sine_cosine(s->across, &east, &ahead);
+    sc_sine_cosine(s->upward, &up, &level);
+    s->across = level * east;
+    s->ahead = level * ahead;
+    s->upward = up;
+}
+
+sc_sight sc_line_of_sight(const sc_lens *lens, const sc_aim *aim)
 {
     const sc_camera *c = &lens->scene->camera;
-    sc_sight s = {(x_px - lens->middle_px[0]) * lens->px_scale,
-                  (lens->middle_px[1] - y_px) * lens->px_scale, 1, c->position_mm, c->forward};
+    sc_sight s = {.across = (aim->x_px - lens->middle_px[0]) * lens->px_scale,
+                  .upward = (lens->middle_px[1] - aim->y_px) * lens->px_scale,
+                  .ahead = 1,
+                  .shorten = 1,
+                  .eye_mm = c->position_mm,
+                  .direction = c->forward};
 
     if (c->projection == SC_ORTHOGRAPHIC) {
-        s.eye_mm = sc_vec3_along(sc_vec3_along(s.eye_mm, s.across, c->right), s.upward, c->up);
-        return s;
+        s.aside[0] = s.across;
+        s.aside[1] = s.upward;
+    } else if (c->projection == SC_EQUIRECTANGULAR) {
+        look_around(&s);
+        s.direction = sum_of(&s, c->forward, c->right, c->up);
+    } else {
+        if (c->aperture_mm > 0)
+            look_through_aperture(c, aim, &s);
+        s.shorten = 1 / sqrt(1 + s.across * s.across + s.upward * s.upward);
+        s.direction = sum_of(&s, c->forward, c->right, c->up);
     }
-    s.shorten = 1 / sqrt(1 + s.across * s.across + s.upward * s.upward);
-    s.direction = sc_vec3_scale(
-        sc_vec3_along(sc_vec3_along(s.direction, s.across, c->right), s.upward, c->up), s.shorten);
+    s.eye_mm = sc_vec3_along(sc_vec3_along(s.eye_mm, s.aside[0], c->right), s.aside[1], c->up);
     return s;
 }
 
-bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
+bool sc_make_ray(const sc_lens *lens, const sc_aim *aim, sc_ray *ray)
 {
-    const sc_sight sight = sc_line_of_sight(lens, x_px, y_px);
+    const sc_sight sight = sc_line_of_sight(lens, aim);
     const sc_vec3 eye = sight.eye_mm, direction = sight.direction;
-    sc_vec3 origin = lens->eye, along = lens->forward; /* the same in voxels */
+    /* the same in voxels */
+    const sc_vec3 origin = sc_vec3_along(sc_vec3_along(lens->eye, sight.aside[0], lens->right),
+                                         sight.aside[1], lens->up);
     const double radius = lens->renderer->radius_mm, step = lens->renderer->march.step_mm;
+    sc_vec3 along = lens->forward;
     double middle, begin, base;
     sc_vec3 beside;
 
-    if (lens->scene->camera.projection == SC_ORTHOGRAPHIC)
-        origin =
-            sc_vec3_along(sc_vec3_along(origin, sight.across, lens->right), sight.upward, lens->up);
-    else
-        along = sc_vec3_scale(
-            sc_vec3_along(sc_vec3_along(along, sight.across, lens->right), sight.upward, lens->up),
-            sight.shorten);
+    if (lens->scene->camera.projection != SC_ORTHOGRAPHIC)
+        along = sum_of(&sight, lens->forward, lens->right, lens->up);
     /* The ray lies within the sphere around the volume between these distances, or in less of it.
      */
     beside = sc_vec3_sub(lens->renderer->middle_mm, eye);
@@ -124,12 +165,11 @@ bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
     return fill_parts(lens, eye, direction, begin, middle + radius, base, ray);
 }
 
-double sc_ray_longer(const sc_lens *lens, double x_px, double y_px)
+double sc_ray_longer(const sc_lens *lens, const sc_aim *aim)
 {
-    const double across = (x_px - lens->middle_px[0]) * lens->px_scale;
-    const double upward = (lens->middle_px[1] - y_px) * lens->px_scale;
+    const sc_sight sight = sc_line_of_sight(lens, aim);
 
-    if (lens->scene->camera.projection == SC_ORTHOGRAPHIC)
+    if (lens->scene->camera.projection != SC_PERSPECTIVE)
         return 1;
-    return sqrt(1 + across * across + upward * upward);
+    return sqrt(1 + sight.across * sight.across + sight.upward * sight.upward);
 }

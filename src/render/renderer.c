@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Creation of a renderer: everything that does not change from frame to frame. */
-#include "internal.h"
+#include "tile.h"
 
 #include <string.h>
 
@@ -155,6 +155,7 @@ static sc_status allocate(const sc_ctx *ctx, sc_renderer *r)
     } else {
         SC_PASS(SC_ALLOC(ctx, threads * side * side, &r->pixels));
     }
+    SC_PASS(sc_lens_samples_make(ctx, r));
     return sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &r->cover);
 }
 
@@ -274,6 +275,8 @@ void sc_renderer_free(sc_renderer *r)
     sc_free(r->cover);
     sc_free(r->stats);
     sc_free(r->spans);
+    sc_free(r->blurred);
+    sc_free(r->lens_samples);
     if (!r->settings.lender)
         sc_free(r->pixels);
     sc_free(r);
@@ -303,7 +306,10 @@ uint64_t sc_renderer_bytes(const sc_renderer *r)
     return sizeof *r + (size_t)r->volume->label_count * (sizeof *r->tissues + sizeof *r->looks) +
            sc_fades_bytes(r) + sc_parts_bytes(r) + sc_gather_bytes(r->gather) +
            (size_t)SC_COVER_SIDE * SC_COVER_SIDE + threads * (sizeof *r->stats + sizeof *r->spans) +
-           (r->settings.lender ? 0 : threads * side * side * sizeof *r->pixels);
+           (r->settings.lender ? 0 : threads * side * side * sizeof *r->pixels) +
+           (r->blurred ? threads * side * side * sizeof *r->blurred : 0) +
+           (size_t)SC_LENS_BLOCK * SC_LENS_BLOCK * (size_t)r->settings.lens_samples *
+               sizeof *r->lens_samples;
 }
 
 uint64_t sc_renderer_derived_bytes(const sc_renderer *r)

@@ -44,8 +44,31 @@ size_t sc_way_curve(const sc_vec3 *through, int count, sc_vec3 *out)
     return n;
 }
 
+/* How far to both sides along the way the mean of radii is taken, in radii there: further than most
+ * openings are long, so that it is not seen that light follows them. */
+#define SMOOTH_RADII 2.0
+
+/* Smooth the radii along the way: the mean over SMOOTH_RADII to both sides, twice. @param step from
+ * a place to the next, in mm. */
+static void smooth_radii(double step, sc_way_point *out)
+{
+    double sums[SC_WAY_POINTS + 1] = {0};
+
+    for (int turn = 0; turn < 2 && step > 0; turn++) {
+        for (int i = 0; i <= LAST; i++)
+            sums[i + 1] = sums[i] + out[i].around_mm;
+        for (int i = 0; i <= LAST; i++) {
+            const int reach = (int)fmin(SMOOTH_RADII * out[i].around_mm / step, LAST);
+            const int first = i > reach ? i - reach : 0, end = i + reach < LAST ? i + reach : LAST;
+
+            out[i].around_mm = (sums[end + 1] - sums[first]) / (end + 1 - first);
+        }
+    }
+}
+
 /* Set the places of @p out, evenly along the line. @return its length. */
-static double set_places(const sc_vec3 *points, size_t count, sc_way_point *out)
+static double set_places(const sc_vec3 *points, const double *around_mm, size_t count,
+                         sc_way_point *out)
 {
     double length = 0, done = 0, edge = 0;
     size_t at = 0;
@@ -61,10 +84,12 @@ static double set_places(const sc_vec3 *points, size_t count, sc_way_point *out)
             edge = sc_vec3_length(sc_vec3_sub(points[at], points[at - 1]));
         }
         out[i].at_mm = points[0];
+        out[i].around_mm = around_mm ? around_mm[at] : 0;
         if (edge > 0)
             out[i].at_mm = sc_vec3_along(points[at - 1], fmin((target - done) / edge, 1),
                                          sc_vec3_sub(points[at], points[at - 1]));
     }
+    smooth_radii(length / LAST, out);
     return length;
 }
 
@@ -82,9 +107,11 @@ static sc_vec3 place_at(const sc_way_point *way, double i, double part)
     return sc_vec3_along(end, (i - LAST) / back, sc_vec3_sub(end, way[(int)(LAST - back)].at_mm));
 }
 
-void sc_way_make(const sc_vec3 *points, size_t count, double ahead, sc_way_point *out)
+void sc_way_make(const sc_vec3 *points, const double *around_mm, size_t count, double ahead,
+                 sc_way_point *out)
 {
-    const double step = set_places(points, count, out) / LAST, reach = fmax(1, ahead * LAST);
+    const double step = set_places(points, around_mm, count, out) / LAST,
+                 reach = fmax(1, ahead * LAST);
     sc_vec3 up = {0, 0, 1};
 
     for (int i = 0; i <= LAST; i++) {
@@ -118,7 +145,7 @@ static const sc_move *flight_at(const sc_timeline *t, double at)
     return flight;
 }
 
-bool sc_fly_camera(const sc_timeline *t, double at, double zoom, sc_camera *out)
+bool sc_fly_camera(const sc_timeline *t, double at, double zoom, sc_camera *out, double *around_mm)
 {
     const sc_move *flight = flight_at(t, at);
     const sc_way_point *way, *from, *to;
@@ -135,6 +162,7 @@ bool sc_fly_camera(const sc_timeline *t, double at, double zoom, sc_camera *out)
     forward = sc_vec3_along(from->forward, at, sc_vec3_sub(to->forward, from->forward));
     if (sc_vec3_length(forward) < 1e-6) /* half way between opposite directions */
         forward = from->forward;
+    *around_mm = from->around_mm + at * (to->around_mm - from->around_mm);
     up = sc_vec3_along(from->up, at, sc_vec3_sub(to->up, from->up));
     *out = sc_camera_look(place, sc_vec3_add(place, forward), up, SC_PERSPECTIVE,
                           flight->half_height / zoom);

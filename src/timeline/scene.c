@@ -13,7 +13,7 @@ static double half_height_at(const sc_timeline *t, const sc_sight *sight)
 
     if (!orbit->fov_track.count && !orbit->distance_track.count)
         return t->half_height;
-    if (orbit->projection == SC_PERSPECTIVE)
+    if (orbit->projection != SC_ORTHOGRAPHIC)
         return sight->tangent;
     if (orbit->distance_track.count)
         scale *= sight->distance_mm / orbit->distance_track.keys[0].value.x;
@@ -30,7 +30,7 @@ typedef struct view {
  * the target moves with its size, so that what is between the two targets stays in the picture. */
 static void go_to_frame(const sc_timeline *t, const sc_move *move, double share, view *v)
 {
-    const bool is_perspective = t->animation.camera.projection == SC_PERSPECTIVE;
+    const bool is_perspective = t->animation.camera.projection != SC_ORTHOGRAPHIC;
     const double distance_mm = is_perspective ? v->sight.distance_mm : 1;
     const double size = v->half_height / v->zoom * distance_mm;
     const double ratio = move->half_height * (is_perspective ? move->distance_mm : 1) / size;
@@ -61,8 +61,9 @@ static void apply_moves(const sc_timeline *t, double at, view *v)
     }
 }
 
-/* @return the camera of frame @p k, in [0, frames). @param inside set to whether it flies. */
-static sc_camera camera_at(const sc_timeline *t, int k, bool *inside)
+/* @return the camera of frame @p k, which need not be whole. @param inside set to whether it flies,
+ * @param around_mm then as of sc_scene. */
+static sc_camera camera_at(const sc_timeline *t, double k, bool *inside, double *around_mm)
 {
     const sc_orbit *orbit = &t->animation.camera;
     const double at = sc_frame_time(k, t->animation.frames);
@@ -76,7 +77,7 @@ static sc_camera camera_at(const sc_timeline *t, int k, bool *inside)
     base_mm = v.sight.target_mm;
     apply_moves(t, at, &v);
     half_height = v.half_height / v.zoom;
-    *inside = sc_fly_camera(t, at, v.zoom, &camera);
+    *inside = sc_fly_camera(t, at, v.zoom, &camera, around_mm);
     if (*inside)
         return camera;
     if (orbit->fixed && !t->animation.move_count) {
@@ -89,6 +90,32 @@ static sc_camera camera_at(const sc_timeline *t, int k, bool *inside)
     position_mm = sc_vec3_along(v.sight.target_mm, v.sight.distance_mm, v.sight.away);
     return sc_camera_look(position_mm, v.sight.target_mm, v.sight.up, orbit->projection,
                           half_height);
+}
+
+/* Let a camera look in all directions, or give it its aperture, and focus it on what the job asks
+ * for: on a plane across its direction of view. Of what has a size that is half way between its
+ * middle and the side of the box around it which faces the camera: what is seen of it lies there.
+ */
+static void set_optics(const sc_timeline *t, const sc_scene *scene, sc_camera *camera)
+{
+    const sc_optics *o = &t->animation.camera.optics;
+    const sc_vec3 half = o->half_mm, forward = camera->forward;
+    const double reach_mm =
+        fabs(half.x * forward.x) + fabs(half.y * forward.y) + fabs(half.z * forward.z);
+    sc_vec3 focus_mm = o->focus_mm;
+
+    if (t->animation.camera.projection == SC_EQUIRECTANGULAR) {
+        camera->projection = SC_EQUIRECTANGULAR;
+        camera->half_height = M_PI / 2;
+    }
+    if (camera->projection != SC_PERSPECTIVE || !(o->aperture_mm > 0))
+        return;
+    if (o->focus == SC_FOCUS_TISSUE && scene->offsets_mm)
+        focus_mm = sc_vec3_add(focus_mm, scene->offsets_mm[o->tissue]);
+    camera->aperture_mm = o->aperture_mm;
+    camera->focus_mm =
+        fmax(sc_vec3_dot(sc_vec3_sub(focus_mm, camera->position_mm), forward) - reach_mm / 2,
+             o->aperture_mm); /* a lens cannot be focused on what lies within it */
 }
 
 /* @return the point in which the slices meet at a time. */
@@ -205,19 +232,21 @@ static void set_tissues(const sc_looks *l, double at, const sc_scene_room *room,
         scene->offsets_mm = room->offsets_mm;
 }
 
-sc_scene sc_timeline_scene(const sc_timeline *t, int k, const sc_scene_room *room)
+sc_scene sc_timeline_scene(const sc_timeline *t, double k, const sc_scene_room *room)
 {
     const double at = sc_frame_time(k, t->animation.frames);
-    sc_scene scene = {.frame = k, .time = at, .point_mm = point_at(t, at)};
+    const int frame = (int)floor(k + 0.5);
+    sc_scene scene = {.frame = frame, .time = at, .point_mm = point_at(t, at)};
 
-    scene.camera = camera_at(t, k, &scene.inside);
+    scene.camera = camera_at(t, k, &scene.inside, &scene.around_mm);
     set_planes(t, at, &scene);
     if (t->looks.light) {
         set_look(t, at, &scene);
-        scene.dark_text = sc_find_dark_text(t, k);
+        scene.dark_text = sc_find_dark_text(t, frame);
     }
     if (room)
         set_tissues(&t->looks, at, room, &scene);
+    set_optics(t, &scene, &scene.camera);
     if (t->looks.divider)
         scene.divider = sc_number_at(t->looks.divider_track, *t->looks.divider, at);
     return scene;

@@ -80,7 +80,7 @@ static void place_frame(const sc_timeline *t, double aspect, int i, sc_move *mov
     move->target_mm = orbit.target_mm;
     move->distance_mm =
         fmax(orbit.distance_mm, camera->fixed ? sights[0].distance_mm : camera->distance_mm);
-    if (orbit.projection == SC_PERSPECTIVE && move->point_count)
+    if (orbit.projection != SC_ORTHOGRAPHIC && move->point_count)
         move->half_height = sc_fit_height(sights, count, move->target_mm, move->distance_mm,
                                           move->points, move->point_count, aspect);
     move->points = NULL;
@@ -172,5 +172,9 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
                  animation->framed ? animation->framed_count : point_count, aspect, &t);
     for (int i = 0; i < animation->sweep_count; i++)
         place_plane(points, point_count, i, &t);
+    if (animation->camera.optics.focus == SC_FOCUS_MIDDLE) {
+        t.animation.camera.optics.focus_mm = sc_vec3_scale(sc_vec3_add(t.low_mm, t.high_mm), 0.5);
+        t.animation.camera.optics.half_mm = sc_vec3_scale(sc_vec3_sub(t.high_mm, t.low_mm), 0.5);
+    }
     *out = t;
 }

@@ -15,11 +15,20 @@
 #include <libavutil/imgutils.h>
 #include <libavutil/opt.h>
 #include <libavutil/pixdesc.h>
+#include <libavutil/spherical.h>
 #include <libswscale/swscale.h>
 #if SC_HAVE_AVFILTER
 #include <libavfilter/avfilter.h>
 #include <libavfilter/buffersink.h>
 #include <libavfilter/buffersrc.h>
+#endif
+
+/* What is said of a whole stream belongs to its parameters since FFmpeg 6.1. */
+#define SC_HAVE_CODED_SIDE_DATA (LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 31, 102))
+#if SC_HAVE_CODED_SIDE_DATA
+#define SC_LIBAV_SIDE_DATA(X) X(av_packet_side_data_add)
+#else
+#define SC_LIBAV_SIDE_DATA(X) X(av_stream_add_side_data)
 #endif
 
 /* Expands to X(NAME) for each function. Those of libavfilter are there if it was when segcast was
@@ -58,6 +67,8 @@
     X(av_realloc_array)                                                                            \
     X(av_rescale_q)                                                                                \
     X(av_seek_frame)                                                                               \
+    X(av_spherical_alloc)                                                                          \
+    SC_LIBAV_SIDE_DATA(X)                                                                          \
     X(av_strerror)                                                                                 \
     X(av_write_frame)                                                                              \
     X(av_write_trailer)                                                                            \

@@ -9,8 +9,9 @@ struct sc_muxer {
     char *path;      /* given to sc_muxer_open; owned */
     sc_outfile file; /* zero once it has got its final name */
     const sc_container *container;
-    bool alpha; /* the pictures have it */
-    bool begun; /* the header of the file has been written */
+    bool alpha;     /* the pictures have it */
+    bool spherical; /* they show all directions */
+    bool begun;     /* the header of the file has been written */
     AVFormatContext *format;
     AVStream *stream;       /* borrowed from format; NULL until begun */
     AVPacket *packet;       /* scratch of add_packet */
@@ -113,6 +114,7 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_sett
     SC_TRY(SC_ZALLOC(ctx, 1, &m));
     m->container = container;
     m->alpha = settings->alpha;
+    m->spherical = settings->spherical;
     SC_TRY(sc_text_copy(ctx, path, &m->path));
     SC_TRY(sc_outfile_open(ctx, path, true, &m->file));
     describe(settings, &m->about);
@@ -128,6 +130,32 @@ out:
     return status;
 }
 
+/* Note in the metadata of m->stream that its pictures show all directions, with the direction of
+ * view in their middle. MP4 and Matroska hold that; for MP4 libav asks to allow what is not in its
+ * standard. @return false when out of memory. */
+static bool note_spherical(sc_muxer *m)
+{
+    size_t bytes;
+    AVSphericalMapping *mapping = sc_av->av_spherical_alloc(&bytes);
+
+    if (!mapping)
+        return false;
+    mapping->projection = AV_SPHERICAL_EQUIRECTANGULAR;
+    m->format->strict_std_compliance = FF_COMPLIANCE_UNOFFICIAL;
+#if SC_HAVE_CODED_SIDE_DATA
+    if (sc_av->av_packet_side_data_add(&m->stream->codecpar->coded_side_data,
+                                       &m->stream->codecpar->nb_coded_side_data,
+                                       AV_PKT_DATA_SPHERICAL, mapping, bytes, 0))
+        return true;
+#else
+    if (sc_av->av_stream_add_side_data(m->stream, AV_PKT_DATA_SPHERICAL, (uint8_t *)mapping,
+                                       bytes) >= 0)
+        return true;
+#endif
+    sc_av->av_free(mapping);
+    return false;
+}
+
 /* Make m->stream, describe it as the first segment does, which goes to m->codec, and write the
  * header of the file. @return SC_ERR_WRITE, SC_ERR_MEMORY. */
 static sc_status begin(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment)
@@ -141,7 +169,7 @@ static sc_status begin(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     p = m->stream ? m->stream->codecpar : NULL;
     if (p)
         p->extradata = sc_av->av_mallocz(m->codec.extradata_bytes + AV_INPUT_BUFFER_PADDING_SIZE);
-    if (!p || !p->extradata)
+    if (!p || !p->extradata || (m->spherical && !note_spherical(m)))
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", m->path);
     memcpy(p->extradata, m->codec.extradata, m->codec.extradata_bytes);
     p->extradata_size = (int)m->codec.extradata_bytes;

@@ -85,6 +85,11 @@ done
     --set output.title=Turning >/dev/null
 grep -aq Turning titled.mp4 || fail "orbit: no title"
 grep -aEq 'segcast [0-9.]+[^,]*, job [0-9a-f]{16}, volume [0-9a-f]{16}' titled.mp4 || fail "orbit: no hashes of job and volume"
+# A video of all directions says so to players.
+"$SEGCAST" orbit phantom:59x41x61 -o around.mp4 --frames 2 --size 64x32 -q \
+    --set animation.camera.projection=equirectangular >/dev/null
+grep -aq sv3d around.mp4 || fail "a video of all directions does not say that it is one"
+! grep -aq sv3d titled.mp4 || fail "a video says that it shows all directions, which it does not"
 
 
 # Where and with what the run was made.

@@ -535,6 +535,18 @@ static void add_camera(struct maker *maker)
         add(maker, ", zoom: ");
         put_track(maker, "0.6:3");
     }
+    if (!maker->is_orthographic && chance(maker, 25)) {
+        add(maker, ", aperture_mm: ");
+        put_number(maker, "1:40");
+    }
+    if (chance(maker, 25)) {
+        add(maker, ", focus: ");
+        put_word(maker, "middle|[10, 0, 20]|\"*\"");
+    }
+    if (chance(maker, 25)) {
+        add(maker, ", shutter: ");
+        put_number(maker, "0:1");
+    }
     add(maker, "}");
 }
 

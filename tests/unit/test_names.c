@@ -546,7 +546,7 @@ TEST(names_of_other_shots_and_in_flights_are_left_out)
     begin_film(&f, 2);
     f.annotations.nameless[0] = 20;
     f.annotations.nameless[1] = 30;
-    sc_way_make(line, 2, 0.1, ways);
+    sc_way_make(line, NULL, 2, 0.1, ways);
     f.timeline.ways = ways;
     f.timeline.animation.move_count = 1;
     f.timeline.moves[0] = (sc_move){

@@ -715,7 +715,7 @@ TEST(a_camera_flies_evenly_and_without_flips)
     assert_int_equal(count, (POINTS - 1) * SC_WAY_STEPS + 1);
     for (int i = 0; i < POINTS; i++)
         assert_near(sc_vec3_length(sc_vec3_sub(curve[i * SC_WAY_STEPS], through[i])), 0, 1e-9);
-    sc_way_make(curve, count, 0.1, way);
+    sc_way_make(curve, NULL, count, 0.1, way);
     for (int i = 1; i < SC_WAY_POINTS; i++) {
         const double step = sc_vec3_length(sc_vec3_sub(way[i].at_mm, way[i - 1].at_mm));
 
@@ -740,6 +740,45 @@ TEST(a_camera_flies_evenly_and_without_flips)
                     1e-9);
         assert_near(c.half_height, 1, 1e-12);
     }
+    /* With an open shutter the frame in which the flight begins is not mixed with what was before.
+     */
+    t.animation.camera.optics.shutter = 0.5;
+    assert_int_equal(sc_timeline_moments(&t, 60, corners, CORNERS, 720), 1);
+    assert_in_range(sc_timeline_moments(&t, 150, corners, CORNERS, 720), 2, SC_MOMENTS_MAX);
+}
+
+/* The radius around a camera that flies is that of the line, but changes smoothly where that jumps,
+ * as from a vessel into a chamber, so that the light that follows it does not blink. */
+TEST(the_space_around_a_flight_changes_smoothly)
+{
+    enum { POINTS = 201, FRAMES = 101 };
+    static sc_way_point way[SC_WAY_POINTS];
+    sc_vec3 line[POINTS];
+    double around_mm[POINTS];
+    sc_animation a = animation(FRAMES);
+    sc_move fly = move_of(SC_VERB_FLY, 0, 1);
+    sc_timeline t;
+
+    for (int i = 0; i < POINTS; i++) {
+        line[i] = (sc_vec3){i, 0, 0};
+        around_mm[i] = i < POINTS / 2 ? 5 : 15;
+    }
+    sc_way_make(line, around_mm, POINTS, 0.1, way);
+    fly.verb.fov_deg = 90;
+    a.moves = &fly;
+    a.move_count = 1;
+    sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
+    t.ways = way;
+    assert_near(sc_timeline_scene(&t, 0, NULL).around_mm, 5, 1e-9);
+    assert_near(sc_timeline_scene(&t, FRAMES - 1, NULL).around_mm, 15, 1e-9);
+    for (int k = 1; k < FRAMES; k++) { /* 2 mm from frame to frame */
+        const double more =
+            sc_timeline_scene(&t, k, NULL).around_mm - sc_timeline_scene(&t, k - 1, NULL).around_mm;
+
+        assert_true(more > -1e-9 && more < 0.8);
+    }
+    sc_way_make(line, NULL, POINTS, 0.1, way);
+    assert_near(sc_timeline_scene(&t, 50, NULL).around_mm, 0, 0);
 }
 
 /* A hold brings the camera to rest without a jolt; the orbit gets as far as without. */

@@ -34,6 +34,16 @@ static void find_chapters(const sc_job *job, sc_video_settings *settings)
     }
 }
 
+/* @return whether all pictures of a job show all directions. */
+static bool shows_all_directions(const sc_job *job)
+{
+    bool all = job->shot_count > 0 || job->animation.camera.projection == SC_EQUIRECTANGULAR;
+
+    for (size_t i = 0; i < job->shot_count; i++)
+        all = all && job->shots[i].job.animation.camera.projection == SC_EQUIRECTANGULAR;
+    return all;
+}
+
 sc_video_settings sc_run_video_settings(const sc_job *job)
 {
     sc_video_settings settings = {.width_px = job->output.size_px[0],
@@ -44,7 +54,8 @@ sc_video_settings sc_run_video_settings(const sc_job *job)
                                   .preset = sc_job_preset(job),
                                   .title = job->output.title,
                                   .author = job->output.author,
-                                  .alpha = job->render.background.is_none};
+                                  .alpha = job->render.background.is_none,
+                                  .spherical = shows_all_directions(job)};
 
     find_chapters(job, &settings);
     return settings;

@@ -5,8 +5,57 @@
 
 #include <string.h>
 
-static const sc_choice projections[] = {
-    {"perspective", SC_PERSPECTIVE}, {"orthographic", SC_ORTHOGRAPHIC}, {NULL, 0}};
+static const sc_choice projections[] = {{"perspective", SC_PERSPECTIVE},
+                                        {"orthographic", SC_ORTHOGRAPHIC},
+                                        {"equirectangular", SC_EQUIRECTANGULAR},
+                                        {NULL, 0}};
+
+/* ---- focus ---- */
+
+static const sc_key focus_row = {.name = "focus", .type = &sc_type_point, .low = -1e6, .high = 1e6};
+
+/* sc_optics: middle, the name of a tissue, or a point. */
+static sc_status read_focus(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_optics *o = value;
+
+    if (node->kind == SC_YAML_LIST) {
+        o->focus = SC_FOCUS_POINT;
+        return focus_row.type->read(ctx, &focus_row, node, &o->focus_mm);
+    }
+    o->focus = SC_FOCUS_MIDDLE;
+    if (node->kind == SC_YAML_SCALAR && !strcmp(node->text, "middle"))
+        return SC_OK;
+    o->focus = SC_FOCUS_TISSUE;
+    return sc_read_tissue(ctx, key, node, o->pattern, o->where);
+}
+
+static sc_status write_focus(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
+{
+    const sc_optics *o = value;
+    const char *comma = "";
+
+    (void)key;
+    if (o->focus == SC_FOCUS_POINT)
+        return focus_row.type->write(ctx, &focus_row, &o->focus_mm, text);
+    return o->focus == SC_FOCUS_MIDDLE ? sc_text_add(ctx, text, "middle")
+                                       : sc_write_item(ctx, &comma, o->pattern, text);
+}
+
+static json_t *focus_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[{s:[ss]}, o]}", "anyOf", "type", "string", "integer",
+                     focus_row.type->schema(&focus_row));
+}
+
+static const sc_value_type focus_type = {
+    .name = "middle, tissue or [R, A, S]",
+    .expected = "middle, the name or the number of a tissue, or a point [R, A, S]",
+    .read = read_focus,
+    .write = write_focus,
+    .schema = focus_schema,
+};
 
 /* ---- camera ---- */
 
@@ -60,13 +109,25 @@ const sc_key sc_camera_keys[] = {
      .help = "a camera without an orbit, which stands still or goes by key frames",
      .keys = fixed_keys, .alternative = "orbit or fixed", .given = SC_GIVEN(sc_orbit, fixed)},
     {"projection", &sc_type_choice, CAMERA(projection), "perspective",
-     .help = "perspective, or orthographic: parallel rays", .choices = projections},
+     .help = "perspective; orthographic: parallel rays; or equirectangular: all 360 degrees around "
+             "the camera, for a size twice as wide as high",
+     .choices = projections},
     {"fov", &sc_type_tracked, CAMERA(fov_deg), "30",
      .help = "vertical angle of view; for projection: perspective", .low = 0.1, .high = 170,
      .unit = "degrees", .track = TRACK(fov_deg, fov_track)},
     {"zoom", &sc_type_tracked, CAMERA(zoom), "1", .help = "scale of the picture; 1: as framed",
      .low = 0.01, .high = 1000, .track = TRACK(zoom, zoom_track),
      .option = &(const sc_key_option){"zoom", "FACTOR", "orbit still"}},
+    {"aperture_mm", &sc_type_real, CAMERA(optics.aperture_mm), "0",
+     .help = "diameter of the lens: the larger, the more is blurred what is nearer or farther than "
+             "the focus; 0: everything is sharp; for projection: perspective",
+     .high = 1e4, .unit = "mm"},
+    {"focus", &focus_type, CAMERA(optics), "middle",
+     .help = "what is sharp with an aperture: the middle of what is visible, a tissue, or a point"},
+    {"shutter", &sc_type_real, CAMERA(optics.shutter), "0",
+     .help = "how long the shutter is open, as a share of the time from a frame to the next: what "
+             "moves is blurred; 0: nothing is, 0.5: as films are used to",
+     .high = 1},
     {0}};
 
 /* ---- how long ---- */
