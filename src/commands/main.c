@@ -64,6 +64,8 @@ int main(int argc, char **argv)
                   .terminal = &terminal,
                   .commands = sc_commands,
                   .environment = (const char *const *)environ,
+                  .argc = argc,
+                  .argv = argv,
                   .begin_s = sc_wall_s()};
     sc_status status;
 

@@ -104,7 +104,8 @@ sc_status sc_kept_path(const sc_ctx *ctx, const sc_input *input, const sc_edited
 
 /* ---- finding ---- */
 
-/* @return whether @p info is of a regular file of this user: others could have put anything there. */
+/* @return whether @p info is of a regular file of this user: others could have put anything there.
+ */
 static bool is_own_file(const struct stat *info)
 {
     return S_ISREG(info->st_mode) && info->st_uid == geteuid();
@@ -160,8 +161,8 @@ sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, char **path, 
     }
     sc_unmap_prepared(&input->kept);
     input->volume = (sc_prepared){0};
-    /* What is broken, or of another layout, is prepared anew and replaced. It is not removed: another
-     * process may just have replaced it. */
+    /* What is broken, or of another layout, is prepared anew and replaced. It is not removed:
+     * another process may just have replaced it. */
     if (first && good) { /* other nodes do not see it */
         sc_free(*path);
         *path = NULL;

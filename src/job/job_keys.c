@@ -47,7 +47,9 @@ static const sc_key output_keys[] = {
      .help = "title of the film, in the metadata of the video",
      .bytes = sizeof(((sc_output *)0)->title)},
     {"author", &sc_type_text, OUTPUT(author), "\"\"",
-     .help = "who made the film, in the metadata of the video, beside the hashes of job and volume",
+     .help =
+         "who made the film, in the metadata of the video, beside the hashes of job and volume; "
+         "behind it perhaps the licence of the film, as in \"A. Author; CC-BY-4.0\"",
      .bytes = sizeof(((sc_output *)0)->author)},
     {"frames", &sc_type_choice, OUTPUT(frames), "none",
      .help = "png: every frame also as a file frames/000000.png", .choices = frame_files,
