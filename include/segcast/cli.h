@@ -183,6 +183,9 @@ sc_status sc_print_completion(const sc_ctx *ctx, const sc_command *commands, con
 
 /** Print the version, the commit, the compiler and the libraries. */
 void sc_print_version(FILE *stream);
+/** @return how segcast was built, as a JSON object: `compiler`, `build_type`, `processor`,
+ * `options` and `libraries`, the latter with the versions that they had then. Static text. */
+const char *sc_build_json(void);
 /** @return the version of segcast. */
 const char *sc_version(void);
 /** @return the commit of these sources, or "unknown". */

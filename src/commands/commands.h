@@ -12,6 +12,10 @@ void sc_processor_name(char *text, int size);
 /* @return the id that the batch system has given to this job, or NULL. */
 const char *sc_batch_job(void);
 
+/* Print on one line as JSON what `segcast --version` prints, the options of the build, and the
+ * libraries that it was built with. @return SC_ERR_MEMORY. */
+sc_status sc_print_version_json(const sc_ctx *ctx);
+
 /* ---- output.c: the file that a command is to write, and those that its job reads ---- */
 
 /* Called with a file or directory that a job reads, and what it is, in words (static). Both are

@@ -19,6 +19,8 @@ static sc_status execute(sc_app *app, int argc, char **argv)
     sc_status status = SC_OK;
 
     if (name && (!strcmp(name, "--version") || !strcmp(name, "-V"))) {
+        if (is_root && argc > 2 && !strcmp(argv[2], "--json"))
+            return sc_print_version_json(ctx);
         if (is_root)
             sc_print_version(stdout);
         return SC_OK;

@@ -31,12 +31,11 @@ static const struct {
 /* Formats of files, by the end of their names. */
 static const struct {
     const char *ending, *format;
-} formats[] = {{".mp4", "video/mp4"},         {".mkv", "video/x-matroska"},
-               {".webm", "video/webm"},       {".mov", "video/quicktime"},
-               {".gif", "image/gif"},         {".webp", "image/webp"},
-               {".json", "application/json"}, {".jsonl", "application/jsonl"},
-               {".csv", "text/csv"},          {".html", "text/html"},
-               {".yaml", "application/yaml"}};
+} formats[] = {
+    {".mp4", "video/mp4"},         {".mkv", "video/x-matroska"},    {".webm", "video/webm"},
+    {".mov", "video/quicktime"},   {".gif", "image/gif"},           {".webp", "image/webp"},
+    {".json", "application/json"}, {".jsonl", "application/jsonl"}, {".csv", "text/csv"},
+    {".html", "text/html"},        {".yaml", "application/yaml"}};
 
 /* What is being made. An array is NULL once there was no memory for it. */
 typedef struct crate_draft {
@@ -59,8 +58,7 @@ static void add_entity(crate_draft *d, json_t *entity)
     const char *id = json_string_value(json_object_get(entity, "@id"));
 
     for (size_t i = 0; id && i < json_array_size(d->graph); i++) {
-        if (!strcmp(id, json_string_value(
-                            json_object_get(json_array_get(d->graph, i), "@id")))) {
+        if (!strcmp(id, json_string_value(json_object_get(json_array_get(d->graph, i), "@id")))) {
             json_decref(entity);
             return;
         }
@@ -119,8 +117,8 @@ static json_t *licence_json(crate_draft *d)
     const char *licence = licence_of(d->crate->author);
     const bool is_address =
         licence && (!strncmp(licence, "https://", 8) || !strncmp(licence, "http://", 7));
-    const bool is_spdx = licence && !is_address && strlen(licence) < 64 &&
-                         strchr(licence, '-') && !strpbrk(licence, " /:\"<>\\");
+    const bool is_spdx = licence && !is_address && strlen(licence) < 64 && strchr(licence, '-') &&
+                         !strpbrk(licence, " /:\"<>\\");
     char id[512];
 
     if (!licence)
@@ -128,7 +126,8 @@ static json_t *licence_json(crate_draft *d)
     if (!is_address && !is_spdx)
         return json_string(licence);
     snprintf(id, sizeof id, "%s%s", is_spdx ? "https://spdx.org/licenses/" : "", licence);
-    add_entity(d, json_pack("{s:s, s:s, s:s}", "@id", id, "@type", "CreativeWork", "name", licence));
+    add_entity(d,
+               json_pack("{s:s, s:s, s:s}", "@id", id, "@type", "CreativeWork", "name", licence));
     return reference_json(id);
 }
 
@@ -151,12 +150,13 @@ static const char *purpose_of(const crate_draft *d, const char *name)
 /* Write the name of a file as an address that is relative to the directory. */
 static void format_address(const char *name, char out[3 * 256])
 {
-    static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~/";
+    static const char plain[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~/";
     size_t used = 0;
 
     for (const char *c = name; *c && used + 4 < 3 * 256; c++)
-        used += (size_t)snprintf(out + used, 4, strchr(plain, *c) ? "%c" : "%%%02X",
-                                 (unsigned char)*c);
+        used +=
+            (size_t)snprintf(out + used, 4, strchr(plain, *c) ? "%c" : "%%%02X", (unsigned char)*c);
     out[used] = '\0';
 }
 
@@ -172,9 +172,9 @@ static void add_parts(crate_draft *d)
         json_t *part;
 
         format_address(name, id);
-        part = json_pack("{s:s, s:s, s:s, s:s}", "@id", id, "@type",
-                         is_directory ? "Dataset" : "File", "name", name, "description",
-                         purpose_of(d, name));
+        part =
+            json_pack("{s:s, s:s, s:s, s:s}", "@id", id, "@type", is_directory ? "Dataset" : "File",
+                      "name", name, "description", purpose_of(d, name));
         for (size_t f = 0; f < SC_COUNT_OF(formats); f++) {
             const size_t ending = strlen(formats[f].ending);
 
@@ -182,9 +182,9 @@ static void add_parts(crate_draft *d)
                 part = sc_json_with_key(part, "encodingFormat", json_string(formats[f].format));
         }
         if (is_video && d->crate->video_bytes)
-            part = sc_json_with_key(part, "contentSize",
-                                    json_sprintf("%llu",
-                                                 (unsigned long long)d->crate->video_bytes));
+            part =
+                sc_json_with_key(part, "contentSize",
+                                 json_sprintf("%llu", (unsigned long long)d->crate->video_bytes));
         add_entity(d, part);
         add_reference(&d->parts, id);
         if (is_video || is_directory)
@@ -246,7 +246,8 @@ static void add_hashes(crate_draft *d, json_t **objects)
 }
 
 /* @return the id of the program that did a run; an entity of it is added. */
-static const char *add_program(crate_draft *d, const sc_run_entry *run, char id[SC_RUN_TEXT_BYTES + 16])
+static const char *add_program(crate_draft *d, const sc_run_entry *run,
+                               char id[SC_RUN_TEXT_BYTES + 16])
 {
     json_t *program;
 
@@ -280,8 +281,8 @@ static void add_action(crate_draft *d, const sc_run_entry *run)
         json_sprintf("Command: %s. Machine: %s, %d nodes, %d ranks, %d threads on rank 0. "
                      "Kernel: %s. MPI: %s.",
                      command ? command : "unknown", run->processor[0] ? run->processor : "unknown",
-                     run->nodes, run->ranks, run->threads,
-                     run->kernel[0] ? run->kernel : "unknown", run->mpi[0] ? run->mpi : "none"),
+                     run->nodes, run->ranks, run->threads, run->kernel[0] ? run->kernel : "unknown",
+                     run->mpi[0] ? run->mpi : "none"),
         "instrument", reference_json(add_program(d, run, program)), "object", objects, "startTime",
         run->begin, "actionStatus", "@id",
         run->ended ? "http://schema.org/CompletedActionStatus"
@@ -337,12 +338,13 @@ static json_t *root_json(crate_draft *d, const sc_history *history)
     if (!published[0]) /* the statistics are lost */
         format_time(time(NULL), published);
     published[strcspn(published, "T")] = '\0';
-    root = json_pack("{s:s, s:s, s:{s:s}, s:s, s:o, s:s, s:o, s:o, s:o}", "@id", "./", "@type",
-                     "Dataset", "conformsTo", "@id", CRATE_PROFILE, "name",
-                     c->title[0] ? c->title : "Film of a segmented volume", "description",
-                     json_sprintf("A film of %d frames, drawn by segcast %s", c->frames, c->version),
-                     "datePublished", published, "license", licence_json(d), "hasPart", d->parts,
-                     "mentions", d->mentions);
+    root =
+        json_pack("{s:s, s:s, s:{s:s}, s:s, s:o, s:s, s:o, s:o, s:o}", "@id", "./", "@type",
+                  "Dataset", "conformsTo", "@id", CRATE_PROFILE, "name",
+                  c->title[0] ? c->title : "Film of a segmented volume", "description",
+                  json_sprintf("A film of %d frames, drawn by segcast %s", c->frames, c->version),
+                  "datePublished", published, "license", licence_json(d), "hasPart", d->parts,
+                  "mentions", d->mentions);
     if (author_bytes) {
         add_entity(d, json_pack("{s:s, s:s, s:s%}", "@id", "#author", "@type", "Person", "name",
                                 c->author, author_bytes));
@@ -381,8 +383,8 @@ sc_status sc_crate_make(const sc_ctx *ctx, const sc_crate *crate, sc_text *out)
     json_decref(d.results);
     text = all ? json_dumps(all, JSON_INDENT(1)) : NULL;
     if (status == SC_OK && (!text || errno == ENOMEM))
-        status = sc_fail(ctx, SC_ERR_MEMORY, "%s/%s: out of memory", crate->directory,
-                         SC_CRATE_NAME);
+        status =
+            sc_fail(ctx, SC_ERR_MEMORY, "%s/%s: out of memory", crate->directory, SC_CRATE_NAME);
     if (status == SC_OK)
         status = sc_text_add(ctx, out, "%s\n", text);
     free(text);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where a film comes from: what it is made from, noted with its statistics, and the RO-Crate that is
- * made of those. */
+/* Where a film comes from: what it is made from, noted with its statistics, and the RO-Crate that
+ * is made of those. */
 #include "render/run.h"
 
 #include <errno.h>
@@ -75,7 +75,7 @@ sc_status sc_run_note_inputs(sc_run *run)
 
 /* The names of what is in a directory. */
 typedef struct part_list {
-    sc_text names;  /* each with a NUL byte behind it */
+    sc_text names; /* each with a NUL byte behind it */
     int count;
 } part_list;
 
