@@ -58,7 +58,8 @@ fi
 # The bill of materials is that of this build, as SPDX demands it; versions stand in one place, and in the citation.
 to/bin/segcast --version --json >version.json || fail "--version --json"
 jq -e '.schema == "segcast-version-1" and .options.hdf5 == (.volumes | contains("HDF5")) and .options.mpi == (.libraries | has("mpi"))
-    and .libraries.zlib != "" and .compiler != "" and (.commit | length > 0)' version.json >/dev/null || fail "$(cat version.json)"
+    and .libraries.zlib != "" and (.libraries.teem | test("^1[.][0-9]+[.][0-9]+$"))
+    and (.libraries.hdf5 // "1." | startswith("1.")) and .compiler != "" and (.commit | length > 0)' version.json >/dev/null || fail "$(cat version.json)"
 jq -e --slurpfile version version.json '.spdxVersion == "SPDX-2.3" and .dataLicense == "CC0-1.0" and .SPDXID == "SPDXRef-DOCUMENT"
     and (.name | length > 0) and (.documentNamespace | test("^[a-z]+:[^#]+$")) and (.creationInfo.creators | length > 0)
     and (.creationInfo.created | test("^[0-9-]{10}T[0-9:]{8}Z$")) and ([.packages[].SPDXID] | length == (unique | length))
