@@ -16,11 +16,11 @@ sc_status sc_print_version_json(const sc_ctx *ctx)
     sc_video_libraries(video, sizeof video);
     sc_video_kinds(kinds, sizeof kinds);
     sc_volume_formats(volumes, sizeof volumes);
-    runs = json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:s}", "schema", "segcast-version-1", "version",
-                     sc_version(), "commit", sc_commit(), "mpi", mpi, "libav", video, "videos",
-                     kinds, "volumes", volumes);
+    runs = json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:s}", "schema", "segcast-version-1",
+                     "version", sc_version(), "commit", sc_commit(), "mpi", mpi, "libav", video,
+                     "videos", kinds, "volumes", volumes);
     text = json && runs && !json_object_update_missing(runs, json) ? json_dumps(runs, JSON_COMPACT)
-                                                                  : NULL;
+                                                                   : NULL;
     json_decref(json);
     json_decref(runs);
     if (!text)

@@ -106,7 +106,7 @@ static const sc_key render_keys[] = {
      .choices = skips, .outside_identity = true, .of_film = true},
     {"cpu", &sc_type_choice, RENDER(cpu), "auto",
      .help = "instruction set of the program that draws: auto (the best that the processor has), "
-             "avx512, avx2, sse4, or c for plain C; same pictures",
+             "avx512, avx2, sse4, neon, or c for plain C; same pictures",
      .words = sc_cpu_names, .outside_identity = true,
      .option = &(const sc_key_option){"cpu", "NAME", "render check plan still orbit"},
      .of_film = true},
