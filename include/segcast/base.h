@@ -251,6 +251,12 @@ size_t sc_nearest_words(const char *word, const char *const *candidates, size_t 
 /** Hash of @p bytes bytes (XXH3, 64 bits): the same on every machine. @param seed 0, or the hash of
  *  what precedes these bytes, so that several pieces get one hash. */
 uint64_t sc_hash_bytes(const void *data, size_t bytes, uint64_t seed);
+/** A SHA-256 as 64 hexadecimal digits, terminator included. */
+enum { SC_SHA256_BYTES = 65 };
+/** Compute the SHA-256 of a regular file, and its size. @return SC_ERR_MISSING, SC_ERR_WRITE if it
+ * cannot be read, SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_sha256_file(const sc_ctx *ctx, const char *path, char out[SC_SHA256_BYTES],
+                                     uint64_t *out_bytes);
 /** @return a random seed of sc_hash_bytes, for hash tables in memory: nobody can choose names for a
  *  file so that all of them share one slot. */
 uint64_t sc_hash_seed(void);

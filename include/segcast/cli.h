@@ -144,6 +144,10 @@ sc_status sc_options_find_owners(const sc_ctx *ctx, const char *option, sc_optio
 sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
                            sc_options *out);
 void sc_options_clear(sc_options *options);
+/** Append a command line, which was read without a mistake, as it can be shown to anybody: names of
+ * files and directories, and texts, are replaced by what help calls them. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_command_shown(const sc_ctx *ctx, const sc_command *command, int argc,
+                                       char *const *argv, sc_text *text);
 /** Has the command the option --threads? */
 bool sc_command_has_threads(const sc_command *command);
 /** Add a setting of the job, as if --set had been given. Both texts are copied; @p value is used as
@@ -183,6 +187,9 @@ sc_status sc_print_completion(const sc_ctx *ctx, const sc_command *commands, con
 
 /** Print the version, the commit, the compiler and the libraries. */
 void sc_print_version(FILE *stream);
+/** @return how segcast was built, as a JSON object: `compiler`, `build_type`, `processor`,
+ * `options` and `libraries`, the latter with the versions that they had then. Static text. */
+const char *sc_build_json(void);
 /** @return the version of segcast. */
 const char *sc_version(void);
 /** @return the commit of these sources, or "unknown". */

@@ -58,6 +58,8 @@ struct sc_app {
     const char *const *environment; /**< the variables, ended by NULL */
     const sc_command *commands;     /**< the table; ended by a row without a name */
     sc_options options;             /**< of the command line */
+    int argc;                       /**< the words of the command line, */
+    char *const *argv;              /**< [argc], as main got them */
     sc_status mistake;             /**< SC_ERR_USAGE: the command line has a mistake, which is told;
                                       the job that is read returns it, once the job's are told, too */
     int threads;                   /**< number of threads of this rank */

@@ -19,6 +19,9 @@
 
 #include "segcast/video.h"
 
+/** The name of the file that says where a film comes from, as RO-Crates have it: one for all slices
+ *  of a job. */
+#define SC_CRATE_NAME "ro-crate-metadata.json"
 /** The longest name of a video, in bytes, so that its temporary names fit (NAME_MAX is 255). */
 enum { SC_VIDEO_NAME_MAX = 140 };
 /** @return whether a video in the directory of a job can have this name: not too long, without a
@@ -228,6 +231,13 @@ SC_MUST_USE sc_status sc_store_verify_records(const sc_ctx *ctx, const char *dir
  *  sc_store_identify and the job file have it; its hashes and version are not compared. */
 SC_MUST_USE sc_status sc_store_verify(const sc_ctx *ctx, const char *directory,
                                       const sc_store_job *job);
+
+/** Call @p each for all that is in @p directory and that its manifests name as made by segcast, but
+ * for segments: names of files, manifest.jsonl among them, and "frames/", in the order of names.
+ * @return SC_ERR_MEMORY, the errors of listing, or the first error of @p each. */
+SC_MUST_USE sc_status sc_store_each_part(const sc_ctx *ctx, const char *directory, void *user,
+                                         sc_status (*each)(const sc_ctx *ctx, void *user,
+                                                           const char *name));
 
 /** Write a record of a run, such as report.html, anew: after the run, or while nobody runs it. The
  *  manifest of a finished job gets its new size and hash, so that it stays proven.

@@ -67,6 +67,7 @@ typedef struct sc_run_entry {
     char (*hosts)[SC_HOST_BYTES]; /**< [host_count], each once, in the order of ranks; owned */
     int host_count;
     int *rank_hosts; /**< [ranks], indices into hosts; owned. NULL: unknown */
+    char *made_from; /**< see sc_run_record; owned. NULL: unknown */
 } sc_run_entry;
 
 /** A frame that an earlier run drew. */
@@ -99,6 +100,9 @@ SC_MUST_USE sc_status sc_history_read(const sc_ctx *ctx, const char *path, const
  * history untouched. */
 SC_MUST_USE sc_status sc_history_add(const sc_ctx *ctx, sc_history *history,
                                      const sc_frame_result *frames, int count, int run);
+/** As sc_history_read, of all files stats.SLICE.json in a directory, those of slices. */
+SC_MUST_USE sc_status sc_history_read_slices(const sc_ctx *ctx, const char *directory,
+                                             const sc_job_hashes *job, sc_history *history);
 /** Free both arrays; the history is empty then. An empty one is allowed. */
 void sc_history_clear(sc_history *history);
 
@@ -146,8 +150,12 @@ typedef struct sc_run_record {
     const char *commit, *processor, *kernel, *mpi;
     const char *batch_job; /**< id of the batch job, or NULL */
     const char *settings;  /**< the keys of the job with their values as JSON; NULL: unknown */
-    uint64_t id;           /**< another one for each run */
-    bool ended;            /**< false: the run is about to draw; then nothing is measured yet */
+    /** A JSON object: `command`, the command line without what names persons or places, and
+     * `inputs`, an array of objects, each with `use` (a text), and where they are known `bytes`
+     * and `sha256`. NULL: unknown. */
+    const char *made_from;
+    uint64_t id; /**< another one for each run */
+    bool ended;  /**< false: the run is about to draw; then nothing is measured yet */
     sc_job_hashes job;
     int64_t begin_unix_s;      /**< when the run began, in seconds since 1970 (UTC) */
     const sc_history *earlier; /**< or NULL */
@@ -302,5 +310,27 @@ typedef struct sc_progress_report {
  *  sc_file_write. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_progress_write(const sc_ctx *ctx, const char *path,
                                         const sc_progress_report *report);
+
+/* ---- provenance: where a film comes from ---- */
+
+/** What is known of a film beside its statistics. All texts are borrowed. */
+typedef struct sc_crate {
+    const char *directory; /**< where stats.json is, and what slices have written */
+    const char *version;   /**< of segcast */
+    sc_job_hashes job;
+    const char *title, *author; /**< of the film; empty: not given. Behind the last "; " of the
+                                   author stands the licence of the film */
+    const char *video;          /**< name of the video, or "none" */
+    int frames;                 /**< of the film */
+    const char *const *parts; /**< [part_count], names of what segcast has made in the directory, in
+                                 the order of names; directories end in "/" */
+    int part_count;
+    uint64_t video_bytes; /**< size of the finished video; 0: it is not there */
+} sc_crate;
+/** Make the text of an RO-Crate (1.1, of the profile Process Run Crate 0.5): the film, what it was
+ * made from, by which program, and an action for each run. It names no person but the author, no
+ * host, and nothing outside of the directory. The same statistics give the same bytes. @return
+ * SC_ERR_MEMORY. Caller owns @p out: sc_text_clear. */
+SC_MUST_USE sc_status sc_crate_make(const sc_ctx *ctx, const sc_crate *crate, sc_text *out);
 
 #endif

@@ -16,6 +16,11 @@ const char *sc_commit(void)
     return SC_COMMIT;
 }
 
+const char *sc_build_json(void)
+{
+    return SC_BUILD_JSON;
+}
+
 void sc_print_version(FILE *stream)
 {
     char mpi[256], video[256], kinds[512], volumes[256];

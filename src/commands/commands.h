@@ -12,7 +12,21 @@ void sc_processor_name(char *text, int size);
 /* @return the id that the batch system has given to this job, or NULL. */
 const char *sc_batch_job(void);
 
-/* ---- output.c: the file that a command is to write ---- */
+/* Print on one line as JSON what `segcast --version` prints, the options of the build, and the
+ * libraries that it was built with. @return SC_ERR_MEMORY. */
+sc_status sc_print_version_json(const sc_ctx *ctx);
+
+/* ---- output.c: the file that a command is to write, and those that its job reads ---- */
+
+/* Called with a file or directory that a job reads, and what it is, in words (static). Both are
+ * borrowed. */
+typedef struct sc_input_visit {
+    sc_status (*each)(void *user, const char *use, const char *path, bool is_volume);
+    void *user;
+} sc_input_visit;
+/* Visit all that a job reads, also what is not there, such as a phantom, in the order of its keys.
+ * Not collective. @return the first error of the visit. */
+sc_status sc_each_input(const sc_app *app, const sc_job *job, const sc_input_visit *visit);
 
 /* Check, before any work, that @p path can become the output file of a command: nothing has this
  * name, or with --overwrite a regular file at most, which is none of the inputs. @param job

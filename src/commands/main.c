@@ -19,6 +19,8 @@ static sc_status execute(sc_app *app, int argc, char **argv)
     sc_status status = SC_OK;
 
     if (name && (!strcmp(name, "--version") || !strcmp(name, "-V"))) {
+        if (is_root && argc > 2 && !strcmp(argv[2], "--json"))
+            return sc_print_version_json(ctx);
         if (is_root)
             sc_print_version(stdout);
         return SC_OK;
@@ -64,6 +66,8 @@ int main(int argc, char **argv)
                   .terminal = &terminal,
                   .commands = sc_commands,
                   .environment = (const char *const *)environ,
+                  .argc = argc,
+                  .argv = argv,
                   .begin_s = sc_wall_s()};
     sc_status status;
 

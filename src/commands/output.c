@@ -28,10 +28,17 @@ static sc_status check_input(const sc_app *app, const char *path, const char *in
     return SC_OK;
 }
 
-/* Refuse the name of a volume, of a file that belongs to it, or of its label table.
- * @param labels the table that the job names; NULL or empty: one beside the volume counts. */
-static sc_status check_volume(const sc_app *app, const char *path, const char *volume,
-                              const char *labels)
+/* Pass on a file that a job reads, if there is one. */
+static sc_status pass_on(const sc_input_visit *visit, const char *use, const char *path,
+                         bool is_volume)
+{
+    return path && path[0] ? visit->each(visit->user, use, path, is_volume) : SC_OK;
+}
+
+/* Pass on a volume and its label table. @param labels the table that the job names; NULL or empty:
+ * one beside the volume counts. */
+static sc_status pass_on_volume(const sc_app *app, const sc_input_visit *visit, const char *volume,
+                                const char *labels)
 {
     sc_ctx quiet_ctx = sc_quiet(app->ctx);
     sc_app quiet = *app;
@@ -40,41 +47,59 @@ static sc_status check_volume(const sc_app *app, const char *path, const char *v
     quiet.ctx = &quiet_ctx;
     if (volume && !(labels && *labels))
         sc_find_labels(&quiet, volume, beside);
-    SC_PASS(check_input(app, path, volume, true));
-    return check_input(app, path, *beside ? beside : labels, false);
+    SC_PASS(pass_on(visit, "label volume", volume, true));
+    return pass_on(visit, "label table", *beside ? beside : labels, false);
 }
 
-/* Refuse the names of those files that each shot may have its own of. */
-static sc_status check_looks(const sc_app *app, const char *path, const sc_job *job)
+/* Pass on those files that each shot may have its own of. */
+static sc_status pass_on_looks(const sc_input_visit *visit, const sc_job *job)
 {
-    SC_PASS(check_input(app, path, job->has_color_by ? job->color_by.table : NULL, false));
-    return check_input(app, path, job->overlays.logo, false);
+    SC_PASS(
+        pass_on(visit, "table of values", job->has_color_by ? job->color_by.table : NULL, false));
+    return pass_on(visit, "logo", job->overlays.logo, false);
 }
 
-/* Refuse the names of all files that a job reads. */
-static sc_status check_job(const sc_app *app, const char *path, const sc_job *job)
+sc_status sc_each_input(const sc_app *app, const sc_job *job, const sc_input_visit *visit)
 {
-    SC_PASS(check_volume(app, path, job->volume, job->labels));
-    SC_PASS(check_input(app, path, job->has_image ? job->image.path : NULL, true));
+    SC_PASS(pass_on_volume(app, visit, job->volume, job->labels));
+    SC_PASS(pass_on(visit, "grey volume", job->has_image ? job->image.path : NULL, true));
     for (size_t i = 0; i < job->phase_count; i++)
-        SC_PASS(check_input(app, path, job->phases[i].path, true));
+        SC_PASS(pass_on(visit, "label volume of a phase", job->phases[i].path, true));
     for (int i = 0; i < job->compare.count; i++) {
-        SC_PASS(
-            check_volume(app, path, job->compare.others[i].volume, job->compare.others[i].labels));
-        SC_PASS(check_input(app, path, job->compare.others[i].image, true));
+        SC_PASS(pass_on_volume(app, visit, job->compare.others[i].volume,
+                               job->compare.others[i].labels));
+        SC_PASS(pass_on(visit, "grey volume", job->compare.others[i].image, true));
     }
-    SC_PASS(check_looks(app, path, job));
+    SC_PASS(pass_on_looks(visit, job));
     for (size_t i = 0; i < job->shot_count; i++)
-        SC_PASS(check_looks(app, path, &job->shots[i].job));
+        SC_PASS(pass_on_looks(visit, &job->shots[i].job));
     return SC_OK;
+}
+
+/* For check_visited. */
+typedef struct output_check {
+    const sc_app *app;
+    const char *path; /* of the output */
+} output_check;
+
+/* For sc_each_input with an output_check as user. */
+static sc_status check_visited(void *user, const char *use, const char *path, bool is_volume)
+{
+    const output_check *check = user;
+
+    (void)use;
+    return check_input(check->app, check->path, path, is_volume);
 }
 
 sc_status sc_check_output(const sc_app *app, const sc_job *job, const char *path, bool can_replace)
 {
+    output_check check = {app, path};
+    const sc_input_visit visit = {check_visited, &check};
+
     if (access(path, F_OK) == 0) {
         SC_PASS(check_input(app, path, app->options.input, true));
         if (job)
-            SC_PASS(check_job(app, path, job));
+            SC_PASS(sc_each_input(app, job, &visit));
     }
     return sc_outfile_check(app->ctx, path, app->options.overwrite,
                             can_replace ? ", or --overwrite to replace it" : "");

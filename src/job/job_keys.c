@@ -47,7 +47,9 @@ static const sc_key output_keys[] = {
      .help = "title of the film, in the metadata of the video",
      .bytes = sizeof(((sc_output *)0)->title)},
     {"author", &sc_type_text, OUTPUT(author), "\"\"",
-     .help = "who made the film, in the metadata of the video, beside the hashes of job and volume",
+     .help =
+         "who made the film, in the metadata of the video, beside the hashes of job and volume; "
+         "behind it perhaps the licence of the film, as in \"A. Author; CC-BY-4.0\"",
      .bytes = sizeof(((sc_output *)0)->author)},
     {"frames", &sc_type_choice, OUTPUT(frames), "none",
      .help = "png: every frame also as a file frames/000000.png", .choices = frame_files,
@@ -104,7 +106,7 @@ static const sc_key render_keys[] = {
      .choices = skips, .outside_identity = true, .of_film = true},
     {"cpu", &sc_type_choice, RENDER(cpu), "auto",
      .help = "instruction set of the program that draws: auto (the best that the processor has), "
-             "avx512, avx2, sse4, or c for plain C; same pictures",
+             "avx512, avx2, sse4, neon, or c for plain C; same pictures",
      .words = sc_cpu_names, .outside_identity = true,
      .option = &(const sc_key_option){"cpu", "NAME", "render check plan still orbit"},
      .of_film = true},

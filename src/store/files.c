@@ -88,7 +88,7 @@ bool sc_store_video_ok(const char *name)
 bool sc_own_name(const char *name)
 {
     if (!strcmp(name, "frames/") || !strcmp(name, "segments/") || !strcmp(name, SC_OWN_PNG) ||
-        !strcmp(name, SC_OWN_SEGMENTS) || !strcmp(name, "job.yaml"))
+        !strcmp(name, SC_OWN_SEGMENTS) || !strcmp(name, "job.yaml") || !strcmp(name, SC_CRATE_NAME))
         return true;
     if (strchr(name, '/') || name[0] == '.' || strlen(name) >= 256 || holds_control(name))
         return false;
@@ -136,6 +136,8 @@ sc_status sc_each_record(const sc_ctx *ctx, const char *slice, void *user,
 {
     sc_status status = each(ctx, user, "job.yaml");
 
+    if (status == SC_OK)
+        status = each(ctx, user, SC_CRATE_NAME);
     for (size_t i = 0; i < SC_COUNT_OF(records) && status == SC_OK; i++) {
         SC_OWN(sc_text_clear) sc_text name = {0};
 

@@ -146,20 +146,25 @@ typedef struct record_list {
     sc_file_lines *files;
 } record_list;
 
-/* For sc_each_record with a record_list as user: add size and hash of a record, if it is there; of
- * job.yaml there are lines already. */
-static sc_status prove_record(const sc_ctx *ctx, void *user, const char *name)
+/* Add size and hash of a record, if it is there. */
+static sc_status prove_file(const sc_ctx *ctx, const record_list *list, const char *name)
 {
-    const record_list *list = user;
     char path[SC_FILE_BYTES];
     uint64_t bytes, hash;
-    sc_status status;
 
     sc_store_path(list->store, path, "%s", name);
-    if (!strcmp(name, "job.yaml") || access(path, F_OK) != 0)
+    if (access(path, F_OK) != 0)
         return SC_OK;
-    status = sc_store_hash_file(ctx, path, &bytes, &hash);
-    return status == SC_OK ? sc_file_lines_put(ctx, list->files, name, bytes, hash) : status;
+    SC_PASS(sc_store_hash_file(ctx, path, &bytes, &hash));
+    return sc_file_lines_put(ctx, list->files, name, bytes, hash);
+}
+
+/* For sc_each_record with a record_list as user: prove a record of this process. Of job.yaml there
+ * are lines already, and what slices have in common is proven when the job is complete. */
+static sc_status prove_record(const sc_ctx *ctx, void *user, const char *name)
+{
+    return !strcmp(name, "job.yaml") || !strcmp(name, SC_CRATE_NAME) ? SC_OK
+                                                                     : prove_file(ctx, user, name);
 }
 
 sc_status sc_store_end_slice(const sc_ctx *ctx, sc_store *store)
@@ -235,6 +240,8 @@ static sc_status prove_records(const sc_ctx *ctx, sc_store *store)
 
     if (status == SC_OK)
         status = prove_job(ctx, store);
+    if (status == SC_OK)
+        status = prove_file(ctx, &list, SC_CRATE_NAME);
     if (status == SC_OK && !store->joins)
         status = sc_each_record(ctx, store->slice, &list, prove_record);
     return status;

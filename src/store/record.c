@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Replaces a record of a run after the run. */
+/* What a directory holds after a run: lists it, and replaces a record of it. */
 #include "internal.h"
 
 #include <string.h>
@@ -103,4 +103,52 @@ sc_status sc_store_replace_record(const sc_ctx *ctx, const char *directory, cons
     SC_PASS(sc_names_add(ctx, &data.owned, name));
     SC_PASS(sc_file_lines_put(ctx, &data.files, name, bytes, sc_store_hash_bytes(text, bytes)));
     return sc_manifest_create(ctx, manifest, &job, &data, NULL, true, NULL);
+}
+
+/* For collect_owned. */
+typedef struct own_search {
+    const char *directory;
+    sc_manifest_data data; /* the result is data.owned */
+} own_search;
+
+/* For sc_each_file with an own_search as user: add the names in the head of a manifest, and its
+ * own, unless it is that of a slice, which goes when the job is complete. */
+static sc_status collect_owned(const sc_ctx *ctx, void *user, const char *file)
+{
+    const sc_ctx quiet = sc_quiet(ctx);
+    own_search *search = user;
+    char path[SC_FILE_BYTES];
+    sc_status status;
+
+    if (!sc_is_manifest_name(file))
+        return SC_OK;
+    sc_directory_path(search->directory, path, "%s", file);
+    status = sc_manifest_read_head(&quiet, path, &search->data);
+    if (status == SC_OK && search->data.head.known && !strcmp(file, "manifest.jsonl"))
+        return sc_names_add(ctx, &search->data.owned, file);
+    return sc_is_of_input(status) ? SC_OK : status;
+}
+
+sc_status sc_store_each_part(const sc_ctx *ctx, const char *directory, void *user,
+                             sc_status (*each)(const sc_ctx *ctx, void *user, const char *name))
+{
+    own_search search = {.directory = directory};
+    sc_names *owned = &search.data.owned;
+    sc_status status = sc_each_file(ctx, directory, &search, collect_owned);
+
+    sc_file_lines_sort(owned);
+    for (int i = 0; i < owned->count && status == SC_OK; i++) {
+        const char *name = owned->lines[i].name;
+        const bool is_png = !strcmp(name, SC_OWN_PNG);
+        char path[SC_FILE_BYTES];
+        struct stat info;
+
+        if (is_png)
+            name = "frames/";
+        sc_directory_path(directory, path, "%s", name);
+        if (!lstat(path, &info) && (is_png ? S_ISDIR(info.st_mode) : S_ISREG(info.st_mode)))
+            status = each(ctx, user, name);
+    }
+    sc_manifest_data_clear(&search.data);
+    return status;
 }

@@ -3,6 +3,7 @@
  * can write it again. */
 #include "internal.h"
 
+#include <dirent.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -56,6 +57,7 @@ static void move_run(sc_run_entry *from, sc_run_entry *to)
     *to = *from;
     from->hosts = NULL;
     from->rank_hosts = NULL;
+    from->made_from = NULL;
 }
 
 /* Move the runs of both histories to the empty history @p all, each once: of entries of the same
@@ -168,10 +170,41 @@ sc_status sc_history_read(const sc_ctx *ctx, const char *path, const sc_job_hash
     return status;
 }
 
+/* Is it the name of a file "stats.SLICE.json"? For scandir. */
+static int is_stats_of_slice(const struct dirent *entry)
+{
+    const size_t length = strlen(entry->d_name), around = strlen("stats.") + strlen(".json");
+
+    return length > around && !strncmp(entry->d_name, "stats.", strlen("stats.")) &&
+           !strcmp(entry->d_name + length - strlen(".json"), ".json");
+}
+
+sc_status sc_history_read_slices(const sc_ctx *ctx, const char *directory, const sc_job_hashes *job,
+                                 sc_history *history)
+{
+    struct dirent **entries;
+    const int count = scandir(directory, &entries, is_stats_of_slice, alphasort);
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < count; i++) {
+        SC_OWN(sc_free_at) char *path = NULL;
+
+        if (status == SC_OK)
+            status = sc_path_join(ctx, directory, entries[i]->d_name, &path);
+        if (status == SC_OK)
+            status = sc_history_read(ctx, path, job, history);
+        free(entries[i]);
+    }
+    if (count >= 0)
+        free(entries);
+    return status;
+}
+
 void sc_run_entry_clear(sc_run_entry *run)
 {
     sc_free(run->hosts);
     sc_free(run->rank_hosts);
+    sc_free(run->made_from);
     *run = (sc_run_entry){0};
 }
 

@@ -184,6 +184,8 @@ static sc_status fill_entry(const sc_ctx *ctx, const sc_run_record *run, sc_run_
     copy_text(run->batch_job, entry->batch_job);
     if (gmtime_r(&begin, &utc))
         strftime(entry->begin, sizeof entry->begin, "%Y-%m-%dT%H:%M:%SZ", &utc);
+    if (run->made_from)
+        SC_PASS(sc_text_copy(ctx, run->made_from, &entry->made_from));
     SC_PASS(sc_alloc(ctx, (size_t)run->ranks, SC_HOST_BYTES, &entry->hosts));
     SC_PASS(sc_alloc(ctx, (size_t)run->ranks, sizeof(int), &entry->rank_hosts));
     find_hosts(run, entry);
@@ -231,6 +233,8 @@ static json_t *entry_json(const sc_run_entry *run)
                      run->farm_wall_s, "frames", run->frames, "processor", known(run->processor),
                      "kernel", known(run->kernel), "mpi", known(run->mpi), "commit",
                      known(run->commit), "batch_job", known(run->batch_job));
+    if (run->made_from)
+        json = sc_json_with_key(json, "made_from", json_loads(run->made_from, 0, NULL));
     return run->rank_hosts ? sc_json_with_key(json, "rank_hosts", rank_hosts_json(run)) : json;
 }
 

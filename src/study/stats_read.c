@@ -5,6 +5,7 @@
 #include "internal.h"
 #include "json_values.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 sc_status sc_history_allocate(const sc_ctx *ctx, size_t runs, size_t frames, sc_history *out)
@@ -81,6 +82,16 @@ static uint64_t id_of(const sc_run_entry *run)
     return sc_hash_bytes(&run->wall_s, sizeof run->wall_s, id);
 }
 
+/* Keep the object `made_from` as text, if there is one. */
+static sc_status keep_made_from(const sc_ctx *ctx, const json_t *json, sc_run_entry *out)
+{
+    char *text = json_is_object(json) ? json_dumps(json, JSON_COMPACT) : NULL;
+    const sc_status status = text ? sc_text_copy(ctx, text, &out->made_from) : SC_OK;
+
+    free(text);
+    return status;
+}
+
 /* Read an element of `runs`. @param out zeroed; owns what is allocated, also after an error.
  * @return SC_OK with *good set, or SC_ERR_MEMORY. */
 static sc_status read_run(const sc_ctx *ctx, const json_t *json, sc_run_entry *out, bool *good)
@@ -115,6 +126,7 @@ static sc_status read_run(const sc_ctx *ctx, const json_t *json, sc_run_entry *o
     out->ended = !ended || json_is_true(ended);
     if (!id)
         out->id = id_of(out);
+    SC_PASS(keep_made_from(ctx, json_object_get(json, "made_from"), out));
     return read_hosts(ctx, json, out, good);
 }
 

@@ -9,7 +9,7 @@ for file in bin/segcast share/man/man1/segcast.1 share/man/man5/segcast-job.5 \
     share/doc/segcast/docs/job.md; do
     [ -s "to/$file" ] || fail "$file is not installed: $(find to -type f | sort | tr '\n' ' ')"
 done
-to/bin/segcast --version | grep -q '^segcast 0' || fail "the installed program does not run"
+to/bin/segcast --version | grep -q '^segcast 1' || fail "the installed program does not run"
 
 # The program that reads HDF5, where segcast has it, is found from the place of segcast.
 if to/bin/segcast --version | grep -q '^volumes .*HDF5'; then
@@ -54,6 +54,22 @@ if command -v groff >/dev/null; then
         [ ! -s warnings.txt ] || fail "$page: $(cat warnings.txt)"
     done
 fi
+
+# The bill of materials is that of this build, as SPDX demands it; versions stand in one place, and in the citation.
+to/bin/segcast --version --json >version.json || fail "--version --json"
+jq -e '.schema == "segcast-version-1" and .options.hdf5 == (.volumes | contains("HDF5")) and .options.mpi == (.libraries | has("mpi"))
+    and .libraries.zlib != "" and (.libraries.teem | test("^1[.][0-9]+[.][0-9]+$"))
+    and (.libraries.hdf5 // "1." | startswith("1.")) and .compiler != "" and (.commit | length > 0)' version.json >/dev/null || fail "$(cat version.json)"
+jq -e --slurpfile version version.json '.spdxVersion == "SPDX-2.3" and .dataLicense == "CC0-1.0" and .SPDXID == "SPDXRef-DOCUMENT"
+    and (.name | length > 0) and (.documentNamespace | test("^[a-z]+:[^#]+$")) and (.creationInfo.creators | length > 0)
+    and (.creationInfo.created | test("^[0-9-]{10}T[0-9:]{8}Z$")) and ([.packages[].SPDXID] | length == (unique | length))
+    and all(.packages[]; (.SPDXID | test("^SPDXRef-[A-Za-z0-9.-]+$")) and .name and .downloadLocation and (.filesAnalyzed == false))
+    and ([.relationships[].relatedSpdxElement] | sort) == ([.packages[].SPDXID] | sort)
+    and ([.packages[] | select(.name != "segcast") | {(.name): (.versionInfo // "")}] | add) == $version[0].libraries
+    and .packages[0].versionInfo == $version[0].version' to/share/doc/segcast/segcast.spdx.json >/dev/null ||
+    fail "the bill of materials is not right: $(cat to/share/doc/segcast/segcast.spdx.json)"
+grep -qx "version: $(jq -r .version version.json)" "$SOURCE/CITATION.cff" || fail "CITATION.cff names another version"
+grep -q "^## \[$(jq -r .version version.json)\]" "$SOURCE/CHANGELOG.md" || fail "CHANGELOG.md does not name the version"
 
 # Completions.
 bash -n to/share/bash-completion/completions/segcast || fail "bash completion"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Options: every command has help and version; mistakes are named, with exit code 64.
-"$SEGCAST" --version | grep -q '^segcast 0' || fail "no version"
+"$SEGCAST" --version | grep -q '^segcast 1' || fail "no version"
 for word in commit compiler MPI libav videos; do "$SEGCAST" --version | grep -q "^$word" || fail "$word"; done
 "$SEGCAST" --help | grep -q 'Exit codes' || fail "no help"
 "$SEGCAST" --help | head -1 | grep -q '^Usage: ' || fail "the help does not begin with Usage"
@@ -11,7 +11,7 @@ for command in $("$SEGCAST" --help | sed -nE 's/^([a-z]+)? {2,}([a-z]+) +[][A-Z]
         # shellcheck disable=SC2086
         "$SEGCAST" $way | sed -n 1p | grep -q "^Usage: segcast $command" || fail "$way"
     done
-    "$SEGCAST" "$command" --version | grep -q '^segcast 0' || fail "$command --version"
+    "$SEGCAST" "$command" --version | grep -q '^segcast 1' || fail "$command --version"
 done
 # One word for one thing: no message, help or document says folder, but for the glossary.
 ! LC_ALL=C grep -aoiE '[^"]{0,40} folders?[ ,:.;]' "$SEGCAST" || fail "the program says folder"

@@ -3,7 +3,7 @@
 small_job job.yaml
 "$SEGCAST" render job.yaml -o out -q --set output.video=film.mp4 --set output.frames=png >said.txt
 [ "$(cat said.txt)" = out/film.mp4 ] || fail "standard output is not the path of the video: $(cat said.txt)"
-[ "$(ls out | tr '\n' ' ')" = "film.mp4 frames frames.csv job.yaml manifest.jsonl report.html stats.json status.json trace.json " ] ||
+[ "$(ls out | tr '\n' ' ')" = "film.mp4 frames frames.csv job.yaml manifest.jsonl report.html ro-crate-metadata.json stats.json status.json trace.json " ] ||
     fail "unexpected files in the output directory: $(ls -a out)"
 [ -z "$(find out -name '.*.tmp.*')" ] || fail "temporary files are left"
 "$VIDEO_PROBE" out/film.mp4 | grep -q '7 frames of 96 x 72, last at 0.2000 s' || fail "the video does not hold 7 frames of 96 x 72"

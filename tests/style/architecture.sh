@@ -35,14 +35,14 @@ name_library() {
     *) echo "$1 (name it in tests/style/architecture.sh)" ;;
     esac
 }
-# docs/cluster.md names the oldest versions that CMake asks for.
+# docs/install.md names the oldest versions that CMake asks for.
 {
     grep -oE '[A-Za-z0-9.-]+>=[0-9.]+' cmake/SegcastLibraries.cmake | tr -s '>=' ' '
     sed -nE 's/^ *find_package\((PNG|ZLIB|MPI|EXPAT) ([0-9.]+).*/\1 \2/p' cmake/SegcastLibraries.cmake | sed 's/PNG/libpng/; s/ZLIB/zlib/; s/EXPAT/Expat/'
 } >"$OLDPWD/versions.txt"
 [ "$(wc -l <"$OLDPWD/versions.txt")" -gt 15 ] || fail "no versions were found in cmake/SegcastLibraries.cmake"
 while read -r library; do
-    grep -q "^|.*\b$library\b" docs/cluster.md || fail "docs/cluster.md: the table of libraries lacks \"$library\""
+    grep -q "^|.*\b$library\b" docs/install.md || fail "docs/install.md: the table of libraries lacks \"$library\""
 done <"$OLDPWD/versions.txt"
 
 while read -r module; do

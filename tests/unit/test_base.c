@@ -37,6 +37,38 @@ TEST(the_nth_allocation_fails_on_purpose)
     sc_free(first);
 }
 
+TEST(sha256_is_that_of_the_standard)
+{
+    /* of the examples of FIPS 180-4, and of files whose end fits into a block just so, or not */
+    static const struct {
+        size_t count;
+        const char *text, *sha256;
+    } cases[] = {
+        {1, "", "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855"},
+        {1, "abc", "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"},
+        {1, "abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq",
+         "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1"},
+        {55, "a", "9f4390f8d30c2dd92ec9f095b65e2b9ae9b0a925a5258e241c9f1e910f734318"},
+        {64, "a", "ffe054fe7ae0cb6dc65c3af9b61d5209f439851db43d0ba5997337df154668eb"},
+        {1000000, "a", "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0"}};
+    char out[SC_SHA256_BYTES];
+    uint64_t bytes;
+
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        FILE *file = fopen("sha256.txt", "w");
+
+        assert_non_null(file);
+        for (size_t n = 0; n < cases[i].count; n++)
+            fputs(cases[i].text, file);
+        fclose(file);
+        assert_ok(sc_sha256_file(&quiet, "sha256.txt", out, &bytes));
+        assert_string_equal(out, cases[i].sha256);
+        assert_int_equal(bytes, cases[i].count * strlen(cases[i].text));
+    }
+    unlink("sha256.txt");
+    assert_int_equal(sc_sha256_file(&quiet, "sha256.txt", out, &bytes), SC_ERR_MISSING);
+}
+
 TEST(text_grows)
 {
     sc_text text = {0};

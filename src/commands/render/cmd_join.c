@@ -23,6 +23,8 @@ sc_status sc_cmd_join(sc_app *app)
     SC_TRY(
         sc_store_open(app->ctx, directory, &store_job, NULL, 0, "join", SC_STORE_RESUME, &store));
     SC_TRY(sc_store_finish(app->ctx, store, &missing));
+    if (missing == 0 && !sc_store_is_sealed(store))
+        SC_TRY(sc_write_crate(app->ctx, directory, &job, &store_job, true));
     SC_TRY(sc_store_seal(app->ctx, store));
     sc_display_end_stage(app);
     if (missing > 0)

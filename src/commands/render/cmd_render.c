@@ -3,6 +3,7 @@
 #include "render/run.h"
 
 #include <signal.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -333,6 +334,9 @@ static sc_status close_outputs(sc_run *run)
         SC_TRY(sc_store_finish(ctx, run->root.store, &run->root.missing));
     }
     run->plan.complete = sc_store_is_complete(run->root.store);
+    if (run->plan.complete || !run->root.slice[0])
+        SC_TRY(sc_write_crate(ctx, run->root.directory, &run->session.job, &run->root.store_job,
+                              run->plan.complete));
     status = sc_store_seal(ctx, run->root.store);
 out:
     return status == SC_ERR_INCOMPLETE ? give_way(run) : status;
@@ -405,6 +409,7 @@ static void clear_run(sc_run *run)
     run->app->trace = NULL;
     sc_trace_free(run->trace);
     sc_free(run->worker.spans);
+    free(run->root.made_from);
     sc_free(run->root.video_path);
     sc_free(run->root.results);
     sc_free(run->frames);

@@ -59,6 +59,7 @@ typedef struct sc_run_root {
     uint64_t id;            /* see sc_run_record */
     sc_history earlier;     /* what earlier runs have measured; owned */
     bool has_earlier;       /* it was read */
+    char *made_from;        /* see sc_run_record; owned, by free() */
 } sc_run_root;
 
 /* The state of a run on one rank. */
@@ -145,6 +146,17 @@ SC_MUST_USE sc_status sc_run_check_encode_key(const sc_ctx *ctx, const sc_job *j
  * SC_ERR_MISSING if it holds no run, SC_ERR_DATA. */
 sc_status sc_read_directory(const sc_app *app, const char *directory, sc_job *job,
                             sc_store_job *out, char *version);
+
+/* ---- run_crate.c: where the film comes from ---- */
+
+/* On rank 0, before the first frame: fill run->root.made_from; reads all input files. @return
+ * SC_ERR_MEMORY. */
+sc_status sc_run_note_inputs(sc_run *run);
+/* Write the RO-Crate of a directory by what it holds now. @param store_job of which version, hashes
+ * and number of frames are read. @param is_complete the video is finished. Not collective. @return
+ * SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
+sc_status sc_write_crate(const sc_ctx *ctx, const char *directory, const sc_job *job,
+                         const sc_store_job *store_job, bool is_complete);
 
 /* ---- run_heat.c ---- */
 

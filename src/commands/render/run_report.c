@@ -158,37 +158,6 @@ static sc_status gather_trace(sc_run *run, const sc_rank_record *records)
     return first ? write_trace(run, records, all, counts, largest) : SC_OK;
 }
 
-/* Is it the name of a file "stats.SLICE.json"? For scandir. */
-static int is_stats_of_slice(const struct dirent *entry)
-{
-    const size_t length = strlen(entry->d_name), around = strlen("stats.") + strlen(".json");
-
-    return length > around && !strncmp(entry->d_name, "stats.", strlen("stats.")) &&
-           !strcmp(entry->d_name + length - strlen(".json"), ".json");
-}
-
-/* Add to @p history what the statistics of all slices in the directory hold. */
-static sc_status read_slices(const sc_run *run, sc_history *history)
-{
-    const sc_job_hashes job = {run->root.store_job.job_hash, run->root.store_job.volume_hash};
-    struct dirent **entries;
-    const int count = scandir(run->root.directory, &entries, is_stats_of_slice, alphasort);
-    sc_status status = SC_OK;
-
-    for (int i = 0; i < count; i++) {
-        SC_OWN(sc_free_at) char *path = NULL;
-
-        if (status == SC_OK)
-            status = sc_path_join(run->app->ctx, run->root.directory, entries[i]->d_name, &path);
-        if (status == SC_OK)
-            status = sc_history_read(run->app->ctx, path, &job, history);
-        free(entries[i]);
-    }
-    if (count >= 0)
-        free(entries);
-    return status;
-}
-
 /* Drop from @p history the frames that are not there any more, such as those of damaged segments.
  */
 static void drop_lost_frames(const sc_run *run, sc_history *history)
@@ -241,7 +210,7 @@ static sc_status read_history(sc_run *run, const char *path)
     SC_PASS(sc_history_read(run->app->ctx, path, &job, history));
     last = history->run_count - 1;
     if (!run->root.slice[0])
-        SC_PASS(read_slices(run, history));
+        SC_PASS(sc_history_read_slices(run->app->ctx, run->root.directory, &job, history));
     drop_lost_frames(run, history);
     /* Each run puts itself into the statistics before it draws. So frames of which they say nothing
      * were drawn by the last run of this file if it was killed, unless a slice may have done it. */
@@ -325,6 +294,7 @@ static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *
         .kernel = sc_renderer_kernel(sc_session_renderer(&run->session, 0))->cpu,
         .mpi = texts->mpi,
         .batch_job = sc_batch_job(),
+        .made_from = run->root.made_from,
         .id = run->root.id,
         .ranks = sc_comm_size(run->app->comm),
         .nodes = sc_comm_node_count(run->app->comm),
@@ -398,6 +368,19 @@ out:
                 error, run->root.directory);
 }
 
+/* On rank 0: write the crate of a run that begins. That of a slice leaves alone what another slice
+ * has written, which may have completed the job meanwhile. */
+static sc_status begin_crate(const sc_run *run)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    SC_OWN(sc_free_at) char *path = NULL;
+
+    SC_PASS(sc_path_join(ctx, run->root.directory, SC_CRATE_NAME, &path));
+    if (run->root.slice[0] && !access(path, F_OK))
+        return SC_OK;
+    return sc_write_crate(ctx, run->root.directory, &run->session.job, &run->root.store_job, false);
+}
+
 sc_status sc_run_begin_records(sc_run *run)
 {
     sc_app *app = run->app;
@@ -412,6 +395,9 @@ sc_status sc_run_begin_records(sc_run *run)
     run->root.id = sc_hash_bytes(run->session.times.host, strlen(run->session.times.host),
                                  (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec);
     run->root.id ^= (uint64_t)getpid() << 32;
+    if (run->keep_records && !run->plan.sealed && sc_comm_rank(app->comm) == 0)
+        status = sc_run_note_inputs(run);
+    SC_PASS(sc_comm_agree(app->comm, status));
     if (!run->keep_records || run->plan.complete)
         return SC_OK;
     SC_PASS(gather_ranks(run, &all));
@@ -419,6 +405,8 @@ sc_status sc_run_begin_records(sc_run *run)
         describe_run(run, &texts, &record);
         record.rank_records = all;
         status = write_run(run, &record);
+        if (status == SC_OK)
+            status = begin_crate(run);
     }
     return sc_comm_agree(app->comm, status);
 }

@@ -18,6 +18,8 @@
 
 #if defined MARCH_CPU_AVX512 || defined MARCH_CPU_AVX2 || defined MARCH_CPU_SSE4
 #include <immintrin.h>
+#elif defined MARCH_CPU_NEON
+#include <arm_neon.h>
 #endif
 
 #if defined MARCH_CPU_AVX512
@@ -26,6 +28,8 @@ _Static_assert(MARCH_LANES == 16, "registers of AVX-512 hold 16 SIMD lanes");
 _Static_assert(MARCH_LANES == 8, "registers of AVX2 hold 8 SIMD lanes");
 #elif defined MARCH_CPU_SSE4
 _Static_assert(MARCH_LANES == 4, "registers of SSE hold 4 SIMD lanes");
+#elif defined MARCH_CPU_NEON
+_Static_assert(MARCH_LANES == 4, "registers of NEON hold 4 SIMD lanes");
 #elif !defined MARCH_CPU_C
 #error "the build must define MARCH_CPU_<NAME> for a variant that this file knows"
 #endif
@@ -71,6 +75,8 @@ static inline vi i_of(vf x)
     return (vi)_mm256_cvttps_epi32((__m256)x);
 #elif defined MARCH_CPU_SSE4
     return (vi)_mm_cvttps_epi32((__m128)x);
+#elif defined MARCH_CPU_NEON
+    return (vi)vcvtq_s32_f32((float32x4_t)x);
 #else
     vi out;
 
@@ -218,6 +224,8 @@ static inline vi i_pick(vm m, vi yes, vi no)
     return (vi)_mm256_blendv_epi8((__m256i)no, (__m256i)yes, (__m256i)m);
 #elif defined MARCH_CPU_SSE4
     return (vi)_mm_blendv_epi8((__m128i)no, (__m128i)yes, (__m128i)m);
+#elif defined MARCH_CPU_NEON
+    return (vi)vbslq_s32((uint32x4_t)m, (int32x4_t)yes, (int32x4_t)no);
 #else
     return (yes & m) | (no & ~m);
 #endif
@@ -235,6 +243,8 @@ static inline uint32_t m_bits(vm m)
     return (uint32_t)_mm256_movemask_ps((__m256)m);
 #elif defined MARCH_CPU_SSE4
     return (uint32_t)_mm_movemask_ps((__m128)m);
+#elif defined MARCH_CPU_NEON
+    return vaddvq_u32((uint32x4_t)((vu)m & (vu){1, 2, 4, 8}));
 #else
     uint32_t bits = 0;
 
@@ -278,6 +288,8 @@ static inline vf f_sqrt(vf x)
     return (vf)_mm256_sqrt_ps((__m256)x);
 #elif defined MARCH_CPU_SSE4
     return (vf)_mm_sqrt_ps((__m128)x);
+#elif defined MARCH_CPU_NEON
+    return (vf)vsqrtq_f32((float32x4_t)x);
 #else
     for (int i = 0; i < LANES; i++)
         x[i] = sqrtf(x[i]);

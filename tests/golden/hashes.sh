@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Six frames have these very bits on every processor: x86-64 in each instruction set, and arm64 (tools/arm64-check).
+# After a change of pictures that is meant, GOLDEN_UPDATE=1 writes the new hashes into this file.
+declare -A expected=(
+    [smooth]=23a64c382faeae8d
+    [voxel]=f7f418981b63c3cf
+    [parallel]=0c1d55123342390b
+    [clear]=2441d2249ed4e389
+    [shadows]=36a68b2deb67cb54
+    [global]=3891ccdcaea2373d
+)
+declare -A settings=(
+    [smooth]=render.samples=5
+    [voxel]=render.surface=voxel
+    [parallel]=animation.camera.projection=orthographic
+    [clear]=render.background=none
+    [shadows]=light.shadows=true
+    [global]=light.method=global
+)
+read -ra cpus <<<"${HASHES_CPUS:-auto}"
+small_job job.yaml
+[ -n "${GOLDEN_UPDATE:-}" ] || [ "$(printf '%s\n' "${expected[@]}" | sort -u | wc -l)" = 6 ] || fail "two frames have the same hash"
+for kind in smooth voxel parallel clear shadows global; do
+    for cpu in "${cpus[@]}"; do
+        "$SEGCAST" render job.yaml -o "$kind-$cpu" -q --frames 3 --cpu "$cpu" --set "${settings[$kind]}" >/dev/null 2>&1
+        hash=$(hashes "$kind-$cpu" | cut -d' ' -f2)
+        if [ -n "${GOLDEN_UPDATE:-}" ]; then
+            sed -i "s/^    \[$kind\]=[0-9a-f]*$/    [$kind]=$hash/" "$SOURCE/tests/golden/hashes.sh"
+        elif [ "$hash" != "${expected[$kind]}" ]; then
+            fail "the frame $kind has the hash $hash by --cpu $cpu, expected ${expected[$kind]}"
+        fi
+    done
+done
