@@ -281,9 +281,9 @@ typedef struct sc_scene {
     bool has_look; /**< look is that of this frame; false: it is that of the renderer's settings */
     bool inside;   /**< the camera is within a vessel or chamber: all lamps are at the eye, and
                         nothing shades */
+    bool slice;    /**< draw nothing but the cut faces: a slice through the volume */
     double around_mm;    /**< inside: radius of the space around the camera, which changes smoothly
-                            from    frame to frame; 0: it is not known */
-    bool slice;          /**< draw nothing but the cut faces: a slice through the volume */
+                              from frame to frame; 0: it is not known */
     int moment, moments; /**< of the moments at which a frame with motion blur is drawn: which one
                               it is, and how many there are; 0 and 0: the only one */
     sc_camera camera;
