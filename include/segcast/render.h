@@ -136,6 +136,19 @@ void sc_render_columns(sc_renderer *renderer, const sc_scene *scene, const sc_vi
 void sc_render_frame(sc_renderer *renderer, const sc_scene *scene, const sc_rows *rows,
                      sc_image *image, sc_render_stats *stats);
 
+/** Let a renderer draw in a hurry, or not any more: one ray in each pixel, and no light is
+ * gathered. Not while a frame is being drawn. */
+void sc_renderer_hurry(sc_renderer *renderer, bool hurries);
+/** What is seen in a point of a picture. */
+typedef struct sc_pick {
+    int id;        /**< dense id of the tissue that is seen first; 0: none */
+    sc_vec3 at_mm; /**< where, RAS; not set if there is none */
+} sc_pick;
+/** Find what the ray through a point of a picture of @p size_px meets first. @param x_px, y_px from
+ *  the upper left corner. Threads: as sc_render_frame. */
+sc_pick sc_render_pick(sc_renderer *renderer, const sc_scene *scene, const int size_px[2],
+                       double x_px, double y_px);
+
 /** Count what the ray through the middle of each pixel takes, in a picture of the scene of any
  * size. Rays are marched one by one, so that wide kernels take longer for each than in a frame.
  * Blocks until it is done; cannot fail. @param out [height_px][width_px], overwritten; 0 where

@@ -113,7 +113,7 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .opacity_rule = sc_job_opacity_rule(job),
         .tile_px = job->farm.tile_px,
         .threads = app->threads,
-        .give_up = sc_signals_give_up(),
+        .give_up = panel->give_up ? panel->give_up : sc_signals_give_up(),
         .comm = comm,
         .folder = sc_temporary_folder(),
         .lender = phase ? panel->renderers[0] : NULL, /* frames are drawn one after the other */

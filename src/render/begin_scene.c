@@ -27,7 +27,7 @@ static void set_sky(sc_renderer *r, bool inside)
     sc_march_light *light = &r->march.light;
 
     light->sky = 0;
-    if (!r->gather || inside)
+    if (!r->gather || r->hurries || inside)
         return;
     light->sky = light->ambient + SKY_SHARE * (light->key + light->fill + light->head);
     light->ambient = 0;

@@ -177,8 +177,8 @@ static void queue_first_ray(tile *t, int x, int y)
  * are marched side by side go through the same part of the volume. */
 static void cast_first_rays(tile *t)
 {
-    const int apron =
-        t->f->renderer->settings.samples > 1; /* neighbours are needed for comparison */
+    const int apron = t->f->renderer->settings.samples > 1 &&
+                      !t->f->renderer->hurries; /* neighbours are needed for comparison */
     const int x1 = t->x1 + apron, y1 = t->y1 + apron;
 
     for (int y = t->y0 - apron; y < y1; y += 4) {
@@ -394,13 +394,15 @@ static void draw_tile(tile *t)
 {
     const sc_render_settings *s = &t->f->renderer->settings;
 
+    const bool once = t->f->renderer->hurries;
+
     if (is_empty(t)) {
         fill_empty(t);
         return;
     }
-    if (!s->everywhere)
+    if (!s->everywhere || once)
         cast_first_rays(t);
-    if (s->everywhere || s->samples > 1)
+    if (!once && (s->everywhere || s->samples > 1))
         refine(t);
     for (int y = t->y0; y < t->y1; y++)
         store_row(t, y);
@@ -499,8 +501,10 @@ static void begin_view(frame *f)
     sc_set_colors(r, f->scene->colors);
     sc_set_clip_sets(r, f->scene);
     sc_begin_scene(r, f->scene, f->viewport->height_px);
-    if (r->gather && !f->scene->slice && !f->scene->inside)
+    if (r->gather && !r->hurries && !f->scene->slice && !f->scene->inside)
         sc_gather_scene(r->gather, r, f->scene);
+    else if (r->hurries)
+        memset(r->march.around, 0, sizeof r->march.around);
     if (sc_fades_away(r)) {
         r->on_white = r->march;
         for (int i = 0; i < 3; i++)
@@ -556,6 +560,36 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
                     const sc_rows *rows, sc_image *image, sc_render_stats *stats)
 {
     sc_render_columns(r, scene, viewport, NULL, rows, image, stats);
+}
+
+void sc_renderer_hurry(sc_renderer *r, bool hurries)
+{
+    r->hurries = hurries;
+}
+
+sc_pick sc_render_pick(sc_renderer *r, const sc_scene *scene, const int size_px[2], double x_px,
+                       double y_px)
+{
+    const sc_viewport viewport = {0, 0, size_px[0], size_px[1]};
+    frame f = {.renderer = r, .scene = scene, .viewport = &viewport};
+    const double at_px[1][2] = {{x_px, y_px}};
+    sc_march_counters counters = {0};
+    sc_radiance light = sc_no_light();
+    sc_pick pick = {0};
+    sc_sight sight;
+    sc_ray ray;
+
+    begin_view(&f);
+    if (sc_parts_apart(r))
+        sc_march_apart(r, at_px, 1, 0, &light, &counters);
+    else if (sc_make_ray(&f.lens, x_px, y_px, &ray))
+        r->kernel->march(&r->march, &ray, NULL, 1, &light, &counters);
+    if (!light.label)
+        return pick;
+    pick.id = (int)light.label;
+    sight = sc_line_of_sight(&f.lens, x_px, y_px);
+    pick.at_mm = sc_vec3_along(sight.eye_mm, light.depth_mm, sight.direction);
+    return pick;
 }
 
 /* ---- counts for each pixel ---- */

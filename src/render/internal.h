@@ -64,6 +64,7 @@ typedef struct sc_cover {
 /* Owns what its pointers point to, except the volume and the kernel. */
 struct sc_renderer {
     sc_render_settings settings;
+    bool hurries;              /* see sc_renderer_hurry */
     const sc_prepared *volume; /* borrowed */
     const sc_kernel *kernel;   /* of the constant table */
     sc_march march;     /* points to the members below; light, background, depth cue and clip planes

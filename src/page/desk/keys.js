@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Keys of the job, and key frames.
+import { desk } from "./server.js";
+
+// What stands in the job at a path such as "animation.clip[0].at"; undefined: nothing.
+export const given = (path) => {
+  const parts = path.match(/"[^"]*"|[^.[\]]+/g) ?? [];
+  return parts.reduce((node, part) => node?.[part.replace(/^"|"$/g, "")], desk.state.job);
+};
+// With several shots, keys of the animation are those of the shot that is looked at.
+export const prefix = () => (desk.state.job?.shots ? `shots[${desk.state.shot}].` : "");
+
+export const isTrack = (value) => value !== null && typeof value === "object" && !Array.isArray(value);
+// The time that a key frame names, as a share of the animation.
+export const timeOf = (text) => {
+  const { frames, fps } = desk.state, last = Math.max(1, frames - 1);
+  const clock = /^(?:(\d+):)?(\d+):([\d.]+)$/.exec(text);
+  const number = parseFloat(text);
+  if (clock) return ((+(clock[1] ?? 0) * 60 + +clock[2]) * 60 + +clock[3]) * fps / last;
+  if (/%\s*$/.test(text)) return number / 100;
+  if (/ms\s*$/.test(text)) return number / 1000 * fps / last;
+  if (/min\s*$/.test(text)) return number * 60 * fps / last;
+  if (/f(rames?)?\s*$/.test(text)) return number / last;
+  return number * fps / last;
+};
+export const here = () => desk.state.frame / Math.max(1, desk.state.frames - 1);
+export const timeText = (share) => `${Number((100 * share).toFixed(2))}%`;
+const quoted = (value) => JSON.stringify(value);
+// Key frames as the job writes them: { time: value } or { time: { value, ease } }.
+export const trackText = (track) => `{${Object.entries(track).sort((a, b) => timeOf(a[0]) - timeOf(b[0]))
+  .map(([time, value]) => `${time}: ${typeof value === "string" ? quoted(value) : JSON.stringify(value)}`).join(", ")}}`;
+// The key of a track at the time that is looked at; undefined: there is none.
+export const keyAt = (track, share = here()) => Object.keys(track).find((time) => Math.abs(timeOf(time) - share) < 0.5 / Math.max(1, desk.state.frames - 1));
+// A change of a key: where the key has key frames, of that at the time that is looked at.
+export const keyed = (path, value) => {
+  const old = given(path);
+  if (!isTrack(old)) return [path, value];
+  const at = keyAt(old), before = at ? old[at] : undefined;
+  const track = { ...old, [at ?? timeText(here())]: isTrack(before) ? { ...before, value } : value };
+  return [path, trackText(track)];
+};
