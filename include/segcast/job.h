@@ -336,6 +336,12 @@ SC_MUST_USE sc_status sc_job_write_json(const sc_ctx *ctx, const sc_job *job, sc
  * checked; SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_job_write_tree(const sc_ctx *ctx, const sc_job_sources *sources,
                                         sc_text *text);
+/** Append the text of a job file in which the value of a key is another one, and all else stands as
+ * it did: comments, order, quotes. @param text read before without a mistake. @param setting its
+ * value is written between braces if there are some. @return SC_ERR_USAGE for a path that is none;
+ * SC_ERR_DATA; SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_job_rewrite(const sc_ctx *ctx, const char *text, const sc_setting *setting,
+                                     sc_text *out);
 /** @return whether a frame of the job, or of one of its shots, has the layout views. */
 bool sc_job_has_views(const sc_job *job);
 /** Append @p value to @p text as a value or key of YAML: in double quotes, with all escapes that

@@ -233,3 +233,13 @@ sc_status sc_job_write(const sc_ctx *ctx, const sc_job *job, bool identity, sc_t
     return sc_keys_write(ctx, sc_job_keys, job, 0, identity ? SC_WRITE_IDENTITY : SC_WRITE_ALL,
                          text);
 }
+
+sc_status sc_job_write_json(const sc_ctx *ctx, const sc_job *job, sc_text *text)
+{
+    SC_OWN(sc_text_clear) sc_text yaml = {0};
+    SC_OWN(sc_yaml_free_at) sc_yaml *root = NULL;
+
+    SC_PASS(sc_job_write(ctx, job, false, &yaml));
+    SC_PASS(sc_yaml_parse(ctx, "job", yaml.data, yaml.length_bytes, &root));
+    return sc_tree_to_json(ctx, root, text);
+}

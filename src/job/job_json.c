@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Writes a job as JSON: the tree of what sc_job_write writes. */
+/* Writes the tree of a job as JSON. */
 #include "key.h"
 
 #include <stdlib.h>
@@ -54,14 +54,4 @@ sc_status sc_tree_to_json(const sc_ctx *ctx, const sc_yaml *root, sc_text *text)
     written = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     return written ? sc_text_add(ctx, text, "%s", written)
                    : sc_fail(ctx, SC_ERR_MEMORY, "out of memory while a job was written as JSON");
-}
-
-sc_status sc_job_write_json(const sc_ctx *ctx, const sc_job *job, sc_text *text)
-{
-    SC_OWN(sc_text_clear) sc_text yaml = {0};
-    SC_OWN(sc_yaml_free_at) sc_yaml *root = NULL;
-
-    SC_PASS(sc_job_write(ctx, job, false, &yaml));
-    SC_PASS(sc_yaml_parse(ctx, "job", yaml.data, yaml.length_bytes, &root));
-    return sc_tree_to_json(ctx, root, text);
 }
