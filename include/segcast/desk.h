@@ -10,12 +10,12 @@
 
 /** What is looked at, and how it is served. All borrowed. */
 typedef struct sc_desk_plan {
-    const char *path;   /**< of the job file, to which the desk saves; it need not be there yet */
-    const char *text;   /**< what stands in it, or is to stand there */
-    bool is_new;        /**< there is no file yet */
-    const char *listen; /**< address of this machine; NULL: only this machine can connect */
-    int port;           /**< 0: one that is free */
-    int idle_min;       /**< end when nobody has done anything for so many minutes; 0: never */
+    const char *path;    /**< of the job file, to which the desk saves; it need not be there yet */
+    const char *text;    /**< what stands in it, or is to stand there */
+    bool is_new;         /**< there is no file yet */
+    const char *listen;  /**< address of this machine; NULL: only this machine can connect */
+    int port;            /**< 0: one that is free */
+    int idle_min;        /**< end when nobody has done anything for so many minutes; 0: never */
     const char *command; /**< how segcast was called, for commands that the page shows */
 } sc_desk_plan;
 

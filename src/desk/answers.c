@@ -7,11 +7,10 @@ enum { SIDE_LEAST_PX = 16, SIDE_MOST_PX = 7680 };
 
 void sc_desk_refuse(sc_desk *desk, sc_call *call, const char *why)
 {
-    json_t *json =
-        desk->notes.errors
-            ? json_pack("{s:o, s:i}", "notes", json_deep_copy(desk->notes.list), "revision",
-                        (int)desk->revision)
-            : json_pack("{s:[s], s:i}", "notes", why, "revision", (int)desk->revision);
+    json_t *json = desk->notes.errors
+                       ? json_pack("{s:o, s:i}", "notes", json_deep_copy(desk->notes.list),
+                                   "revision", (int)desk->revision)
+                       : json_pack("{s:[s], s:i}", "notes", why, "revision", (int)desk->revision);
 
     sc_http_answer_json(call, 422, json);
 }

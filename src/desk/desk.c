@@ -49,7 +49,8 @@ static bool resize(sc_desk *desk, sc_call *call)
     return false;
 }
 
-/* @return a value of JSON as YAML, of which JSON is a part; the caller frees it; NULL: no memory. */
+/* @return a value of JSON as YAML, of which JSON is a part; the caller frees it; NULL: no memory.
+ */
 static char *to_yaml(const json_t *value)
 {
     return json_is_string(value) ? strdup(json_string_value(value))
@@ -162,6 +163,31 @@ static void do_pick(clerk *c, sc_call *call)
     sc_desk_pick(&c->desk, call);
 }
 
+static void do_slice(clerk *c, sc_call *call)
+{
+    sc_desk_slice(&c->desk, call);
+}
+
+static void do_save(clerk *c, sc_call *call)
+{
+    sc_desk_save(&c->desk, call);
+}
+
+static void do_render(clerk *c, sc_call *call)
+{
+    sc_desk_render(&c->desk, call);
+}
+
+static void do_rendering(clerk *c, sc_call *call)
+{
+    sc_desk_rendering(&c->desk, call);
+}
+
+static void do_film(clerk *c, sc_call *call)
+{
+    sc_desk_film(&c->desk, call);
+}
+
 /* ---- calls ---- */
 
 /* @return whether a call wants what is newer than what it has. */
@@ -187,8 +213,10 @@ static void take(clerk *c, sc_call *call)
     static const struct {
         const char *verb;
         void (*answer)(clerk *, sc_call *);
-    } verbs[] = {{"move", do_move}, {"edit", do_edit}, {"undo", do_undo}, {"redo", do_redo},
-                 {"pick", do_pick}, {"picture", wait_for_news}, {"state", wait_for_news}};
+    } verbs[] = {{"move", do_move}, {"edit", do_edit},          {"undo", do_undo},
+                 {"redo", do_redo}, {"pick", do_pick},          {"slice", do_slice},
+                 {"save", do_save}, {"render", do_render},      {"rendering", do_rendering},
+                 {"film", do_film}, {"picture", wait_for_news}, {"state", wait_for_news}};
 
     for (size_t i = 0; i < SC_COUNT_OF(verbs); i++) {
         if (!strcmp(verbs[i].verb, sc_call_verb(call))) {
@@ -313,13 +341,17 @@ sc_status sc_desk_serve(sc_app *app, const sc_desk_plan *plan)
     desk->plan = plan;
     desk->notes.list = json_array();
     sc_signals_stop_in_order(true);
-    status = desk->notes.list ? open_and_serve(c, stop)
+    status = desk->notes.list ? sc_desk_open_file(desk)
                               : sc_fail(app->ctx, SC_ERR_MEMORY, "out of memory");
+    if (status == SC_OK)
+        status = open_and_serve(c, stop);
     sc_http_stop(desk->http);
     sc_desk_close(desk);
     sc_steps_clear(&desk->steps);
     json_decref(desk->notes.list);
-    json_decref(desk->saved);
+    sc_desk_end_rendering(desk);
+    sc_free(desk->file.path);
+    sc_free(desk->file.on_disk);
     sc_free(c);
     return status;
 }

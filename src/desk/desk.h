@@ -46,7 +46,7 @@ bool sc_steps_redo(sc_steps *steps);
 /* A picture that is shown. */
 typedef struct sc_shown {
     int size_px[2];
-    double scale; /* of a sketch: its size as a share of this */
+    double scale;    /* of a sketch: its size as a share of this */
     double s_per_px; /* what a pixel of a sketch has taken lately */
 } sc_shown;
 
@@ -56,8 +56,22 @@ typedef struct sc_notes {
     int errors;
 } sc_notes;
 
+/* The file of the job. */
+typedef struct sc_job_file {
+    char *path;     /* owned */
+    char *on_disk;  /* what stood there when it was read or written last; NULL: nothing; owned */
+    uint64_t saved; /* hash of the changes that were saved */
+} sc_job_file;
+
+/* A run of segcast that the page has started. */
+typedef struct sc_rendering {
+    pid_t process; /* 0: none */
+    FILE *said;    /* what it writes to standard error; NULL: none was started */
+    int exit_code; /* of the last one */
+} sc_rendering;
+
 typedef struct sc_desk {
-    sc_app app;  /* whose context collects messages in notes */
+    sc_app app; /* whose context collects messages in notes */
     sc_ctx ctx;
     const sc_ctx *outer; /* that of the command */
     const sc_desk_plan *plan;
@@ -72,7 +86,8 @@ typedef struct sc_desk {
     sc_job prepared;  /* as which job the volumes are prepared */
     bool fits;        /* they are prepared as the job asks now */
     sc_shown shown;
-    json_t *saved; /* what is told of saving and rendering */
+    sc_job_file file; /* where the job is saved */
+    sc_rendering rendering;
 } sc_desk;
 
 /* ---- session.c ---- */
@@ -91,6 +106,8 @@ void sc_desk_close(sc_desk *desk);
 
 /* @return all that pages show of the job; NULL: no memory. */
 json_t *sc_desk_state(sc_desk *desk);
+/* @return what a picture of a scene shows; NULL: no memory. */
+json_t *sc_desk_view_of(const sc_desk *desk, const sc_scene *scene);
 /* @return what a picture shows: the camera and the planes of its frame; NULL: no memory. */
 json_t *sc_desk_view(sc_desk *desk);
 
@@ -105,6 +122,26 @@ bool sc_desk_refine(sc_desk *desk, sc_call *call);
 void sc_desk_pick(sc_desk *desk, sc_call *call);
 /* Draw one of the three slices. */
 void sc_desk_slice(sc_desk *desk, sc_call *call);
+
+/* ---- save.c ---- */
+
+/* Begin with the file that the plan names. */
+sc_status sc_desk_open_file(sc_desk *desk);
+/* @return whether there are changes that were not saved. */
+bool sc_desk_is_unsaved(const sc_desk *desk);
+/* Save the job, or tell what would change in the file that is there. */
+void sc_desk_save(sc_desk *desk, sc_call *call);
+
+/* ---- rendering.c ---- */
+
+/* Start `segcast render` of the saved job. */
+void sc_desk_render(sc_desk *desk, sc_call *call);
+/* Tell how far that is. */
+void sc_desk_rendering(sc_desk *desk, sc_call *call);
+/* Answer with the video. */
+void sc_desk_film(sc_desk *desk, sc_call *call);
+/* End what was started. */
+void sc_desk_end_rendering(sc_desk *desk);
 
 /* ---- answers.c ---- */
 

@@ -68,7 +68,8 @@ struct sc_http {
 
 /* ---- who may ask ---- */
 
-/* @return whether @p text begins with the secret. The time does not tell how much of it is right. */
+/* @return whether @p text begins with the secret. The time does not tell how much of it is right.
+ */
 static bool has_secret(const sc_http *http, const char *text)
 {
     unsigned differ = 0;
@@ -227,8 +228,8 @@ static enum MHD_Result send_response(struct MHD_Connection *connection, int code
 static enum MHD_Result refuse(struct MHD_Connection *connection, int code)
 {
     static const char text[] = "refused\n";
-    struct MHD_Response *response =
-        MHD_create_response_from_buffer(sizeof text - 1, (void *)(uintptr_t)text, MHD_RESPMEM_PERSISTENT);
+    struct MHD_Response *response = MHD_create_response_from_buffer(
+        sizeof text - 1, (void *)(uintptr_t)text, MHD_RESPMEM_PERSISTENT);
 
     if (response)
         MHD_add_response_header(response, "Connection", "close");
@@ -366,9 +367,9 @@ static enum MHD_Result begin_call(sc_http *http, struct MHD_Connection *connecti
     know(http, connection);
     if (!strcmp(method, "GET"))
         return send_response(connection, MHD_HTTP_OK, "text/html; charset=utf-8",
-                             MHD_create_response_from_buffer(
-                                 strlen(http->settings.page),
-                                 (void *)(uintptr_t)http->settings.page, MHD_RESPMEM_PERSISTENT));
+                             MHD_create_response_from_buffer(strlen(http->settings.page),
+                                                             (void *)(uintptr_t)http->settings.page,
+                                                             MHD_RESPMEM_PERSISTENT));
     if (strlen(verb) >= sizeof call->verb ||
         verb[strspn(verb, "abcdefghijklmnopqrstuvwxyz")] != '\0')
         return refuse(connection, MHD_HTTP_NOT_FOUND);
@@ -541,9 +542,9 @@ static sc_status start_daemon(const sc_ctx *ctx, sc_http *http, int file)
         return sc_fail(ctx, SC_ERR_SYSTEM, "the server cannot be started: %s", sc_reason(errno));
     }
     http->has_guard = !pthread_create(&http->guard, NULL, guard, http);
-    return http->has_guard ? SC_OK
-                           : sc_fail(ctx, SC_ERR_SYSTEM, "a thread cannot be started: %s",
-                                     sc_reason(errno));
+    return http->has_guard
+               ? SC_OK
+               : sc_fail(ctx, SC_ERR_SYSTEM, "a thread cannot be started: %s", sc_reason(errno));
 }
 
 sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_http **out)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to desk: what pages ask over HTTP, as calls that one thread answers one after the other. */
+/* Private to desk: what pages ask over HTTP, as calls that one thread answers one after the other.
+ */
 #ifndef SC_DESK_HTTP_H
 #define SC_DESK_HTTP_H
 
@@ -25,10 +26,10 @@ typedef struct sc_http sc_http;
 
 /* How to serve. All borrowed. */
 typedef struct sc_http_settings {
-    const char *listen;     /* address of this machine; NULL: 127.0.0.1 */
-    int port;               /* 0: one that is free */
-    const char *page;       /* HTML */
-    const sc_stage *stage;  /* whose progress is told while no call can be answered */
+    const char *listen;              /* address of this machine; NULL: 127.0.0.1 */
+    int port;                        /* 0: one that is free */
+    const char *page;                /* HTML */
+    const sc_stage *stage;           /* whose progress is told while no call can be answered */
     const atomic_int *may_interrupt; /* when this is set, ... */
     atomic_int *interrupt;           /* ... this is set as somebody asks for anything but news */
 } sc_http_settings;

@@ -2,6 +2,8 @@
 /* The pictures that pages show. */
 #include "desk.h"
 
+#include "segcast/views.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,13 +15,15 @@
 /* The quality of JPEG: lower, smooth surfaces show steps; higher, it takes more of the line. */
 enum { JPEG_QUALITY = 80 };
 
+/* Pixels of a slice, which are asked for side by side. */
+#define SLICE_MOST_PX 4e6
+
 /* What shines through where a picture has no background. */
 static const uint8_t paper[3] = {200, 200, 200};
 
-/* Answer with a picture, whose data are taken. */
-static void answer_picture(sc_desk *desk, sc_call *call, const char *type, char *data, size_t bytes)
+/* Answer with a picture, whose data are taken. @param view what it shows; taken, too. */
+static void answer_picture(sc_call *call, json_t *view, const char *type, char *data, size_t bytes)
 {
-    json_t *view = sc_desk_view(desk);
     char *text = view ? json_dumps(view, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
 
     json_decref(view);
@@ -48,8 +52,8 @@ static sc_status draw_sketch(sc_desk *desk, sc_image *image)
     sc_status status;
     double begin_s;
 
-    SC_PASS(sc_image_init_alpha(&desk->ctx, width, height,
-                                desk->now->job.render.background.is_none, image));
+    SC_PASS(sc_image_init_alpha(&desk->ctx, width, height, desk->now->job.render.background.is_none,
+                                image));
     sc_session_hurry(desk->now, true);
     begin_s = sc_wall_s();
     status = sc_session_sketch(&desk->app, desk->now, desk->frame, image, &stats);
@@ -71,7 +75,7 @@ void sc_desk_sketch(sc_desk *desk, sc_call *call)
         sc_image_compress_jpeg(&desk->ctx, &image, JPEG_QUALITY, &data, &bytes) != SC_OK)
         sc_desk_refuse(desk, call, "the picture could not be drawn");
     else
-        answer_picture(desk, call, "image/jpeg", data, bytes);
+        answer_picture(call, sc_desk_view(desk), "image/jpeg", data, bytes);
 }
 
 bool sc_desk_refine(sc_desk *desk, sc_call *call)
@@ -95,10 +99,57 @@ bool sc_desk_refine(sc_desk *desk, sc_call *call)
     if (status == SC_OK)
         status = sc_image_compress_png(&desk->ctx, &image, "the picture", &data, &bytes);
     if (status == SC_OK)
-        answer_picture(desk, call, "image/png", data, bytes);
+        answer_picture(call, sc_desk_view(desk), "image/png", data, bytes);
     else
         sc_desk_refuse(desk, call, "the picture could not be drawn");
     return true;
+}
+
+/* Read a point in mm from a member of what is asked. @return whether it is one. */
+static bool read_point(const json_t *point, sc_vec3 *out)
+{
+    if (json_array_size(point) != 3)
+        return false;
+    *out = (sc_vec3){json_number_value(json_array_get(point, 0)),
+                     json_number_value(json_array_get(point, 1)),
+                     json_number_value(json_array_get(point, 2))};
+    return true;
+}
+
+void sc_desk_slice(sc_desk *desk, sc_call *call)
+{
+    const json_t *body = sc_call_body(call);
+    const json_int_t which = json_integer_value(json_object_get(body, "which"));
+    SC_OWN(sc_image_clear) sc_image image = {0};
+    int size_px[2], frame;
+    sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
+    sc_render_stats stats;
+    sc_scene scene, slice;
+    sc_views views;
+    char *data = NULL;
+    size_t bytes = 0;
+
+    if (!sc_desk_size(body, size_px) || which < 0 || which > 2 || !panel->phases ||
+        (double)size_px[0] * size_px[1] > SLICE_MOST_PX) {
+        sc_desk_refuse(desk, call, "there is no such slice");
+        return;
+    }
+    scene = sc_panel_scene(panel, frame);
+    (void)read_point(json_object_get(body, "point"), &scene.point_mm);
+    views = (sc_views){.low_mm = panel->timeline.low_mm,
+                       .high_mm = panel->timeline.high_mm,
+                       .oriented = panel->volume.oriented};
+    slice = sc_views_slice(&views, (int)which, size_px, &scene);
+    if (sc_image_init(&desk->ctx, size_px[0], size_px[1], &image) != SC_OK) {
+        sc_desk_refuse(desk, call, "out of memory");
+        return;
+    }
+    sc_render_view(panel->renderers[0], &slice, &(sc_viewport){0, 0, size_px[0], size_px[1]}, NULL,
+                   &image, &stats);
+    if (sc_image_compress_png(&desk->ctx, &image, "the slice", &data, &bytes) != SC_OK)
+        sc_desk_refuse(desk, call, "the slice could not be drawn");
+    else
+        answer_picture(call, sc_desk_view_of(desk, &slice), "image/png", data, bytes);
 }
 
 void sc_desk_pick(sc_desk *desk, sc_call *call)

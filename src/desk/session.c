@@ -8,10 +8,9 @@
 sc_job_sources sc_desk_sources(const sc_desk *desk, const sc_edits *edits, sc_setting *settings)
 {
     for (size_t i = 0; i < edits->count; i++)
-        settings[i] = (sc_setting){.origin = edits->all[i].path,
-                                   .path = edits->all[i].path,
-                                   .value = edits->all[i].value};
-    return (sc_job_sources){.path = desk->plan->path,
+        settings[i] = (sc_setting){
+            .origin = edits->all[i].path, .path = edits->all[i].path, .value = edits->all[i].value};
+    return (sc_job_sources){.path = desk->file.path,
                             .text = desk->plan->text,
                             .settings = settings,
                             .setting_count = edits->count,

@@ -20,8 +20,9 @@ static json_t *of_planes(const sc_scene *scene)
 
         if (!(scene->cuts >> i & 1u))
             continue;
-        json_array_append_new(list, json_pack("{s:i, s:o, s:f}", "index", i, "normal",
-                                              of_vector(plane->normal), "offset", plane->offset_mm));
+        json_array_append_new(list,
+                              json_pack("{s:i, s:o, s:f}", "index", i, "normal",
+                                        of_vector(plane->normal), "offset", plane->offset_mm));
         at++;
     }
     return list;
@@ -35,15 +36,20 @@ static json_t *of_camera(const sc_camera *c)
                      c->projection == SC_ORTHOGRAPHIC);
 }
 
+json_t *sc_desk_view_of(const sc_desk *desk, const sc_scene *scene)
+{
+    return json_pack("{s:i, s:i, s:o, s:o, s:o}", "revision", (int)desk->revision, "frame",
+                     desk->frame, "camera", of_camera(&scene->camera), "planes", of_planes(scene),
+                     "point", of_vector(scene->point_mm));
+}
+
 json_t *sc_desk_view(sc_desk *desk)
 {
     int frame;
     sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
     const sc_scene scene = sc_panel_scene(panel, frame);
 
-    return json_pack("{s:i, s:i, s:o, s:o, s:o}", "revision", (int)desk->revision, "frame",
-                     desk->frame, "camera", of_camera(&scene.camera), "planes", of_planes(&scene),
-                     "point", of_vector(scene.point_mm));
+    return sc_desk_view_of(desk, &scene);
 }
 
 /* @return the key by which a job calls a tissue, as a part of a path. */
@@ -72,13 +78,24 @@ static json_t *color_of(const sc_tissue *tissue)
     return json_sprintf("#%02x%02x%02x", (unsigned)rgb[0], (unsigned)rgb[1], (unsigned)rgb[2]);
 }
 
+/* @return which planes do not cut a tissue: a bit for each. */
+static int spared_by(const sc_panel *panel, const sc_tissue *tissue)
+{
+    int spared = 0;
+
+    for (int i = 0; i < SC_PLANES_MAX && tissue->clip_set < panel->looks.clip_set_count; i++)
+        spared |= (panel->looks.clip_sets[tissue->clip_set].spares[i] != 0) << i;
+    return spared;
+}
+
 /* @return a tissue of a panel. */
 static json_t *of_tissue(const sc_panel *panel, int id)
 {
     const sc_prepared *v = &panel->volume;
     const sc_label *label = &v->labels[id];
     const sc_tissue *t = &panel->looks.tissues[id];
-    const double ml = (double)v->stats[id].voxels * fabs(sc_affine_determinant(&v->to_ras_mm)) / 1e3;
+    const double ml =
+        (double)v->stats[id].voxels * fabs(sc_affine_determinant(&v->to_ras_mm)) / 1e3;
     json_t *name = json_string(label->name);
 
     if (!name || !label->name[0]) {
@@ -88,7 +105,7 @@ static json_t *of_tissue(const sc_panel *panel, int id)
     return json_pack("{s:i, s:o, s:o, s:I, s:o, s:f, s:b, s:b, s:i, s:f, s:f}", "id", id, "name",
                      name, "key", key_of(v, id), "label", (json_int_t)label->value, "color",
                      color_of(t), "opacity", t->opacity, "auto", t->opacity_auto, "visible",
-                     t->visible, "clipSet", t->clip_set, "ml", ml, "mm",
+                     t->visible, "spared", spared_by(panel, t), "ml", ml, "mm",
                      (double)v->stats[id].thickness_mm);
 }
 
@@ -111,16 +128,17 @@ static json_t *of_orbit(const sc_panel *panel, int frame)
 {
     const sc_orbit *o = &panel->timeline.animation.camera;
     const double at = sc_frame_time(frame, panel->timeline.animation.frames);
+    const double turned = 360 * o->turns * frame / panel->timeline.animation.frames;
 
-    return json_pack(
-        "{s:b, s:o, s:f, s:f, s:f, s:o, s:f, s:f, s:f, s:b, s:b}", "fixed", o->fixed, "axis",
-        of_vector(o->axis), "angle", sc_number_at(&o->angle_track, o->angle_deg, at), "elevation",
-        sc_number_at(&o->elevation_track, o->elevation_deg, at), "turns", o->turns, "target",
-        of_vector(sc_value_at(&o->target_track, o->target_mm, at)), "distance",
-        sc_number_at(&o->distance_track, o->distance_mm, at), "zoom",
-        sc_number_at(&o->zoom_track, o->zoom, at), "fov",
-        sc_number_at(&o->fov_track, o->fov_deg, at), "hasTarget", o->has_target, "hasDistance",
-        o->has_distance);
+    return json_pack("{s:f, s:b, s:o, s:f, s:f, s:f, s:o, s:f, s:f, s:f, s:b, s:b}", "turned",
+                     o->fixed ? 0 : turned, "fixed", o->fixed, "axis", of_vector(o->axis), "angle",
+                     sc_number_at(&o->angle_track, o->angle_deg, at), "elevation",
+                     sc_number_at(&o->elevation_track, o->elevation_deg, at), "turns", o->turns,
+                     "target", of_vector(sc_value_at(&o->target_track, o->target_mm, at)),
+                     "distance", sc_number_at(&o->distance_track, o->distance_mm, at), "zoom",
+                     sc_number_at(&o->zoom_track, o->zoom, at), "fov",
+                     sc_number_at(&o->fov_track, o->fov_deg, at), "hasTarget", o->has_target,
+                     "hasDistance", o->has_distance);
 }
 
 /* @return what stands in the job, as it is written there; null after a mistake. */
@@ -144,15 +162,17 @@ json_t *sc_desk_state(sc_desk *desk)
     int frame;
     sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
     const sc_job *job = &desk->now->job;
-    const char *name = strrchr(desk->plan->path, '/');
+    const char *path = desk->file.path, *name = strrchr(path, '/');
 
     return json_pack(
-        "{s:i, s:s, s:b, s:i, s:i, s:i, s:i, s:i, s:[ii], s:o, s:o, s:o, s:o, s:o, s:O, s:b, s:O*}",
-        "revision", (int)desk->revision, "name", name ? name + 1 : desk->plan->path, "isNew",
-        desk->plan->is_new, "undo", desk->steps.undo_count, "redo", desk->steps.redo_count,
-        "frame", desk->frame, "frames", job->animation.frames, "fps", job->output.fps, "size",
-        desk->prepared.output.size_px[0], desk->prepared.output.size_px[1], "job", tree_of(desk),
-        "tissues", of_tissues(panel), "orbit", of_orbit(panel, frame), "low",
+        "{s:i, s:s, s:s, s:b, s:b, s:i, s:i, s:i, s:i, s:i, s:i, s:[ii], s:o, s:o, s:o, s:o, s:o, "
+        "s:O, s:b}",
+        "revision", (int)desk->revision, "name", name ? name + 1 : path, "path", path, "isNew",
+        desk->file.on_disk == NULL, "unsaved", sc_desk_is_unsaved(desk), "shot",
+        (int)(panel - desk->now->panels), "undo", desk->steps.undo_count, "redo",
+        desk->steps.redo_count, "frame", desk->frame, "frames", job->animation.frames, "fps",
+        job->output.fps, "size", desk->prepared.output.size_px[0], desk->prepared.output.size_px[1],
+        "job", tree_of(desk), "tissues", of_tissues(panel), "orbit", of_orbit(panel, frame), "low",
         of_vector(panel->timeline.low_mm), "high", of_vector(panel->timeline.high_mm), "notes",
-        desk->notes.list, "fits", desk->fits, "saved", desk->saved);
+        desk->notes.list, "fits", desk->fits);
 }

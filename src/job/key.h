@@ -366,7 +366,8 @@ sc_status sc_tell_input(const sc_ctx *ctx, const sc_yaml *node, const char *key,
 sc_status sc_tell_missing(const sc_ctx *ctx, const sc_yaml *node, const char *key, const char *path,
                           int error);
 
-/* Copy the first element of the path of a setting into @p element, which has room for @p size bytes.
+/* Copy the first element of the path of a setting into @p element, which has room for @p size
+ * bytes.
  * @return the rest of the path, or NULL if the path is malformed or the element too long. */
 const char *sc_setting_element(const char *path, char *element, size_t size);
 

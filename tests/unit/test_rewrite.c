@@ -56,8 +56,7 @@ TEST(lists_and_key_frames)
     becomes("animation:\n  clip:\n    - normal: left  # a\n      at: 50%  # half\n  frames: 9\n",
             "animation.clip", "[]", "animation:\n  clip: []  # half\n  frames: 9\n");
     becomes("animation: {camera: {zoom: {0%: 1, 50%: 2}}}\n", "animation.camera.zoom",
-            "{0%: 1, 50%: 2, 100%: 1}",
-            "animation: {camera: {zoom: {0%: 1, 50%: 2, 100%: 1}}}\n");
+            "{0%: 1, 50%: 2, 100%: 1}", "animation: {camera: {zoom: {0%: 1, 50%: 2, 100%: 1}}}\n");
     becomes("overlays:\n  captions:\n    - text: >\n        long\n        text\n  time: none\n",
             "overlays.captions[0].text", "a, b: c",
             "overlays:\n  captions:\n    - text: \"a, b: c\"\n  time: none\n");

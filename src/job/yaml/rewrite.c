@@ -46,7 +46,8 @@ static yaml_node_t *node_at(rewriting *r, int number)
 /* @return the last item of a collection; NULL: it has none. */
 static yaml_node_t *last_item(rewriting *r, yaml_node_t *node)
 {
-    if (node->type == YAML_MAPPING_NODE && node->data.mapping.pairs.top > node->data.mapping.pairs.start)
+    if (node->type == YAML_MAPPING_NODE &&
+        node->data.mapping.pairs.top > node->data.mapping.pairs.start)
         return node_at(r, node->data.mapping.pairs.top[-1].value);
     if (node->type == YAML_SEQUENCE_NODE &&
         node->data.sequence.items.top > node->data.sequence.items.start)
@@ -83,10 +84,12 @@ static size_t end_of(rewriting *r, yaml_node_t *node)
 static sc_status add_value(const rewriting *r, sc_text *out)
 {
     const char *value = r->value;
-    const size_t plain = strspn(value, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.+-%/ ");
+    const size_t plain =
+        strspn(value, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.+-%/ ");
 
     if (value[0] == '{' || value[0] == '[' || value[0] == '"' ||
-        (value[0] && !value[plain] && value[0] != '%' && value[0] != ' ' && value[plain - 1] != ' '))
+        (value[0] && !value[plain] && value[0] != '%' && value[0] != ' ' &&
+         value[plain - 1] != ' '))
         return sc_text_add(r->ctx, out, "%s", value);
     return sc_write_quoted(r->ctx, value, out);
 }
@@ -130,8 +133,8 @@ static yaml_node_t *find(rewriting *r, yaml_node_t *node, int i, yaml_node_t **k
 
     *key = NULL;
     if (node->type == YAML_MAPPING_NODE) {
-        for (yaml_node_pair_t *p = node->data.mapping.pairs.start;
-             p < node->data.mapping.pairs.top; p++) {
+        for (yaml_node_pair_t *p = node->data.mapping.pairs.start; p < node->data.mapping.pairs.top;
+             p++) {
             yaml_node_t *at = node_at(r, p->key);
 
             if (at->type == YAML_SCALAR_NODE && !strcmp((char *)at->data.scalar.value, name)) {

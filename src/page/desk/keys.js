@@ -25,12 +25,20 @@ export const timeOf = (text) => {
 };
 export const here = () => desk.state.frame / Math.max(1, desk.state.frames - 1);
 export const timeText = (share) => `${Number((100 * share).toFixed(2))}%`;
-const quoted = (value) => JSON.stringify(value);
-// Key frames as the job writes them: { time: value } or { time: { value, ease } }.
-export const trackText = (track) => `{${Object.entries(track).sort((a, b) => timeOf(a[0]) - timeOf(b[0]))
-  .map(([time, value]) => `${time}: ${typeof value === "string" ? quoted(value) : JSON.stringify(value)}`).join(", ")}}`;
+// A value as YAML between braces: quotes only where they are needed.
+export const flow = (value) => {
+  if (Array.isArray(value)) return `[${value.map(flow).join(", ")}]`;
+  if (value !== null && typeof value === "object") return `{${Object.entries(value).map(([k, v]) => `${flow(k)}: ${flow(v)}`).join(", ")}}`;
+  if (typeof value !== "string") return JSON.stringify(value);
+  return /^-?[\w.][\w.%+/-]*( [\w.%+/-]+)*$/.test(value) && !/^(true|false|yes|no|on|off|null|y|n)$/i.test(value) ? value : JSON.stringify(value);
+};
+// Key frames as the job writes them: { time: value } or { time: { value, ease } }; what is no time, such as ease, stays behind.
+export const isTime = (text) => /^[\d.:]+ *(%|s|ms|min|f|frames?)?$/.test(text);
+export const trackText = (track) => flow(Object.fromEntries([
+  ...Object.entries(track).filter(([k]) => isTime(k)).sort((a, b) => timeOf(a[0]) - timeOf(b[0])),
+  ...Object.entries(track).filter(([k]) => !isTime(k))]));
 // The key of a track at the time that is looked at; undefined: there is none.
-export const keyAt = (track, share = here()) => Object.keys(track).find((time) => Math.abs(timeOf(time) - share) < 0.5 / Math.max(1, desk.state.frames - 1));
+export const keyAt = (track, share = here()) => Object.keys(track).find((time) => isTime(time) && Math.abs(timeOf(time) - share) < 0.5 / Math.max(1, desk.state.frames - 1));
 // A change of a key: where the key has key frames, of that at the time that is looked at.
 export const keyed = (path, value) => {
   const old = given(path);

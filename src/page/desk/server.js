@@ -6,10 +6,17 @@ const address = location.pathname;
 export const desk = { state: null, view: null, size: null, revision: 0, seen: 0 };
 const listeners = { state: [], view: [], picture: [], status: [] };
 export const on = (what, listener) => listeners[what].push(listener);
-const tell = (what, ...news) => listeners[what].forEach((listener) => listener(...news));
+// A mistake in one listener is told in the console, and hides nothing from the others.
+const tell = (what, ...news) => listeners[what].forEach((listener) => {
+  try {
+    listener(...news);
+  } catch (mistake) {
+    reportError(mistake);
+  }
+});
 export const say = (text, kind = "") => tell("status", text, kind);
 
-const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+export const wait = (ms) => new Promise((done) => setTimeout(done, ms));
 
 const post = (verb, body) => fetch(address + verb, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
 

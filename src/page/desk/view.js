@@ -3,7 +3,7 @@
 import { el } from "./dom.js";
 import { desk, on, change, ask, isMoving } from "./server.js";
 import { add, sub, scale, dot, cross, unit, rotate, length } from "./vector.js";
-import { keyed, prefix } from "./keys.js";
+import { flow, keyed, prefix } from "./keys.js";
 
 export const canvas = el("canvas", { id: "picture", tabindex: "0", role: "img", "aria-label": "The picture. Arrow keys turn it, plus and minus zoom, Shift with arrow keys moves it." });
 export const layer = el("div", { id: "layer" });
@@ -53,7 +53,7 @@ const set = (values, group) => {
   for (const [name, value] of Object.entries(values)) {
     const plain = typeof value === "number" ? Number(value.toFixed(name === "zoom" ? 4 : 2)) : value.map((v) => Number(v.toFixed(name === "up" ? 5 : 2)));
     now()[name] = value;
-    edits.push(keyed(camera() + names[name], plain));
+    edits.push(keyed(camera() + names[name], typeof plain === "number" ? plain : flow(plain)));
   }
   change(edits, group);
 };
