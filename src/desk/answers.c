@@ -7,12 +7,10 @@ enum { SIDE_LEAST_PX = 16, SIDE_MOST_PX = 7680 };
 
 void sc_desk_refuse(sc_desk *desk, sc_call *call, const char *why)
 {
-    json_t *json = desk->notes.errors
-                       ? json_pack("{s:o, s:i}", "notes", json_deep_copy(desk->notes.list),
-                                   "revision", (int)desk->revision)
-                       : json_pack("{s:[s], s:i}", "notes", why, "revision", (int)desk->revision);
+    json_t *list = desk->notes.errors ? json_deep_copy(desk->notes.list) : json_pack("[s]", why);
 
-    sc_http_answer_json(call, 422, json);
+    /* A mistake in a value is no failure of the server, of which browsers would complain. */
+    sc_http_answer_json(call, 200, json_pack("{s:b, s:o}", "refused", 1, "notes", list));
 }
 
 bool sc_desk_size(const json_t *body, int out[2])

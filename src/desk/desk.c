@@ -13,6 +13,7 @@ enum {
     WAITING_MAX = 64, /* calls that wait for news: as many pages may look on */
     NEWS_MAX_S = 20   /* so long one waits; then it is answered without, and the page asks again */
 };
+#define WAKE_S 0.04 /* it is looked so often whether those that wait can be answered */
 #define REST_S 0.12 /* after the last change the picture is refined, if none follows meanwhile */
 
 /* A call that waits for news. */
@@ -107,6 +108,7 @@ static bool change(clerk *c, sc_call *call)
         sc_steps_begin(&desk->steps, group ? group : "", &next);
     }
     desk->revision++;
+    desk->preparing_failed = false;
     c->changed_s = sc_wall_s();
     return true;
 }
@@ -143,6 +145,7 @@ static void go(clerk *c, sc_call *call, bool (*step)(sc_steps *), bool (*back)(s
             return;
         }
         desk->revision++;
+        desk->preparing_failed = false;
         c->changed_s = sc_wall_s();
     }
     answer_revision(desk, call);
@@ -287,10 +290,14 @@ static void serve(clerk *c, const atomic_int *stop)
     const double idle_s = 60.0 * c->desk.plan->idle_min;
 
     while (!*stop && !(idle_s > 0 && sc_http_idle_s(c->desk.http) > idle_s)) {
-        sc_call *call = sc_http_next(c->desk.http, c->count ? 0.04 : 0.25);
+        sc_call *call = sc_http_next(c->desk.http, WAKE_S);
 
         for (; call; call = sc_http_next(c->desk.http, 0))
             take(c, call);
+        if (sc_wall_s() - c->changed_s > REST_S)
+            sc_desk_begin_preparing(&c->desk);
+        if (sc_desk_take_prepared(&c->desk))
+            c->desk.revision++;
         tell_all(c);
     }
     for (int i = 0; i < c->count; i++)
@@ -339,6 +346,7 @@ sc_status sc_desk_serve(sc_app *app, const sc_desk_plan *plan)
     desk->app = *app;
     desk->app.ctx = &desk->ctx;
     desk->plan = plan;
+    desk->give_up = &desk->interrupt;
     desk->notes.list = json_array();
     sc_signals_stop_in_order(true);
     status = desk->notes.list ? sc_desk_open_file(desk)
@@ -346,6 +354,7 @@ sc_status sc_desk_serve(sc_app *app, const sc_desk_plan *plan)
     if (status == SC_OK)
         status = open_and_serve(c, stop);
     sc_http_stop(desk->http);
+    sc_desk_drop_preparing(desk);
     sc_desk_close(desk);
     sc_steps_clear(&desk->steps);
     json_decref(desk->notes.list);

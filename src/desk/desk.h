@@ -77,6 +77,9 @@ typedef struct sc_desk {
     const sc_desk_plan *plan;
     sc_http *http;
     atomic_int may_interrupt, interrupt; /* see sc_http_settings */
+    const atomic_int *give_up;           /* the latter; of sessions */
+    struct sc_preparing *preparing;      /* NULL: nothing is being prepared */
+    bool preparing_failed;               /* and will again, until something is changed */
     sc_steps steps;
     sc_notes notes;
     sc_session *base; /* owns volumes, and what is drawn from them; NULL: not loaded yet */
@@ -97,10 +100,19 @@ sc_job_sources sc_desk_sources(const sc_desk *desk, const sc_edits *edits, sc_se
 /* Make desk->now anew, for the job with these edits and the size of the picture. It stays as it was
  * after an error, which is in the notes. */
 sc_status sc_desk_follow(sc_desk *desk, const sc_edits *edits);
-/* Prepare the volumes anew as the job asks, if they do not fit. */
-sc_status sc_desk_prepare(sc_desk *desk);
 /* Free both sessions. */
 void sc_desk_close(sc_desk *desk);
+
+/* ---- prepare.c ---- */
+
+/* If the volumes do not fit, begin to prepare them anew as the job asks now, on a thread of its own;
+ * meanwhile those that there are are drawn. */
+void sc_desk_begin_preparing(sc_desk *desk);
+/* Take what that thread has prepared, if it has ended. @return whether there is anything new to
+ * see. */
+bool sc_desk_take_prepared(sc_desk *desk);
+/* Wait for the thread, and drop what it has prepared. */
+void sc_desk_drop_preparing(sc_desk *desk);
 
 /* ---- state.c ---- */
 

@@ -27,7 +27,7 @@ static sc_status begin(sc_desk *desk, const sc_edits *edits, sc_session *out)
 
     SC_PASS(SC_ALLOC(&desk->ctx, edits->count + 1, &settings));
     sources = sc_desk_sources(desk, edits, settings);
-    *out = (sc_session){.times = {.threads = desk->app.threads}, .give_up = &desk->interrupt};
+    *out = (sc_session){.times = {.threads = desk->app.threads}, .give_up = desk->give_up};
     SC_PASS(sc_job_load(&desk->ctx, &sources, &out->job));
     if (desk->shown.size_px[0])
         memcpy(out->job.output.size_px, desk->shown.size_px, sizeof desk->shown.size_px);
@@ -130,25 +130,6 @@ sc_status sc_desk_follow(sc_desk *desk, const sc_edits *edits)
     if (desk->frame >= next->job.animation.frames)
         desk->frame = next->job.animation.frames - 1;
     return SC_OK;
-}
-
-sc_status sc_desk_prepare(sc_desk *desk)
-{
-    sc_session *next = NULL, *base = desk->base;
-    sc_status status;
-
-    if (desk->fits)
-        return SC_OK;
-    desk->base = NULL;
-    desk->ctx.stage = desk->outer->stage;
-    status = make(desk, &desk->steps.now, false, &next);
-    sc_display_end_stage(&desk->app);
-    desk->ctx.stage = NULL;
-    desk->base = base;
-    SC_PASS(status);
-    sc_desk_close(desk);
-    desk->base = desk->now = next;
-    return note_prepared(desk, &desk->steps.now);
 }
 
 void sc_desk_close(sc_desk *desk)

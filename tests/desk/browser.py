@@ -40,10 +40,11 @@ class Page:
         end = time.time() + seconds
         while time.time() < end:
             value = self.run(script)
-            if value:
+            if value or value == {}:  # an element
                 return value
             time.sleep(0.05)
-        raise AssertionError("in %d s this did not become true: %s; %s" % (seconds, script, self.errors))
+        self.shoot("failed.png")
+        raise AssertionError("in %d s this did not become true (failed.png): %s; %s" % (seconds, script, self.errors))
 
     def window(self, width, height, dark=False, touch=False):
         self.call("Emulation.setDeviceMetricsOverride",

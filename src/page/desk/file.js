@@ -100,7 +100,7 @@ const ended = async (now) => {
   }
   say(`Rendered: ${now.directory}`);
   const answer = await fetch(`${location.pathname}film`, { method: "POST", headers: { "Content-Type": "application/json" }, body: "{}" });
-  if (!answer.ok) return;
+  if (answer.headers.get("Content-Type") === "application/json") return;
   const film = URL.createObjectURL(await answer.blob()), moving = answer.headers.get("Content-Type").startsWith("video");
   const box = dialog("The film", moving ? el("video", { src: film, controls: "", autoplay: "", loop: "", id: "made" }) : el("img", { src: film, alt: "The film", id: "made" }),
     el("p", {}, now.directory), el("div", { class: "line end" }, button("Close", "Close", () => box.close())));

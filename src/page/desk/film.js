@@ -149,7 +149,7 @@ const drawTracks = () => {
 
 // What can get a key: its path, and its value now.
 const settable = () => {
-  const o = desk.state.orbit, camera = `${prefix()}animation.camera.`, r = (v) => Array.isArray(v) ? v.map((x) => Number(x.toFixed(2))) : Number(v.toFixed(3));
+  const o = desk.state.orbit, camera = `${prefix()}animation.camera.`, r = (v) => Array.isArray(v) ? v.map((x) => Number(x.toFixed(2))) : Number(v.toFixed(4));
   const all = { zoom: [["zoom", o.zoom]], view: o.fixed ? [["fixed.position_mm", desk.view.camera.position], ["fixed.target_mm", o.target]] : [["orbit.angle", o.angle], ["orbit.elevation", o.elevation]],
     centre: [[o.fixed ? "fixed.target_mm" : "orbit.target_mm", o.target]] };
   const out = Object.fromEntries(Object.entries(all).map(([name, list]) => [name, list.map(([key, value]) => [camera + key, r(value)])]));

@@ -53,9 +53,9 @@ on("state", (state) => {
 // ---- all of it ----
 
 on("state", (state) => {
-  title.textContent = `${state.unsaved ? "• " : ""}${state.name}`;
+  title.textContent = state.name;
   title.title = state.path;
-  document.title = `${state.name} – segcast desk`;
+  document.title = `${state.unsaved ? "• " : ""}${state.name} – segcast desk`;
   undo.disabled = !state.undo;
   redo.disabled = !state.redo;
   notes.hidden = !state.notes.length;

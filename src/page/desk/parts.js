@@ -18,8 +18,9 @@ export const field = (label, ...controls) => el("label", { class: "field" }, el(
 // Tabs: [[name, element], ...]; arrow keys go from one to the next.
 export const tabs = (where, pages) => {
   const heads = pages.map(([name, page], i) => {
-    const head = el("button", { type: "button", role: "tab", id: `tab-${name}`, "aria-controls": `page-${name}` }, name);
-    page.id = `page-${name}`;
+    const head = el("button", { type: "button", role: "tab", id: `tab-${name}` }, name);
+    page.id ||= `page-${name}`;
+    head.setAttribute("aria-controls", page.id);
     page.setAttribute("role", "tabpanel");
     page.setAttribute("aria-labelledby", head.id);
     head.addEventListener("click", () => show(i));

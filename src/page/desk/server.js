@@ -25,22 +25,27 @@ export const ask = async (verb, body = {}) => {
   try {
     const answer = await post(verb, body);
     const json = await answer.json();
-    if (!answer.ok) say(json.notes.join("\n"), "error");
-    return answer.ok ? json : null;
+    if (json.refused) say(json.notes.join("\n"), "error");
+    return answer.ok && !json.refused ? json : null;
   } catch {
     say("The desk does not answer.", "error");
     return null;
   }
 };
 
+// Show a picture; what was refused is told instead.
 const show = async (answer, final) => {
+  if (!answer.headers.has("X-View")) {
+    say((await answer.json()).notes.join("\n"), "error");
+    return true;
+  }
   const view = JSON.parse(answer.headers.get("X-View"));
   const picture = await createImageBitmap(await answer.blob());
   if (view.revision < desk.revision) return false; // something newer was shown meanwhile
   desk.revision = view.revision;
   desk.view = view;
   tell("view", view);
-  tell("picture", picture, final);
+  tell("picture", picture, final && view.fits);
   return true;
 };
 
@@ -53,9 +58,7 @@ const pump = async () => {
   wanted = null;
   busy = true;
   try {
-    const answer = await post("move", move);
-    if (answer.ok) await show(answer, false);
-    else say((await answer.json()).notes.join("\n"), "error");
+    await show(await post("move", move), false);
   } catch {
     say("The desk does not answer.", "error");
   }
@@ -76,10 +79,11 @@ export const isMoving = () => busy || wanted !== null;
 // Ask again and again for what is newer than what there is.
 const follow = async (verb, body, use) => {
   for (let fails = 0; ;) {
+    // A browser has few connections to a server, for all its windows together.
+    while (document.hidden) await new Promise((seen) => document.addEventListener("visibilitychange", seen, { once: true }));
     try {
       const answer = await post(verb, body());
       if (answer.status === 200) await use(answer);
-      else if (answer.status === 422) say((await answer.json()).notes.join("\n"), "error");
       if (answer.status !== 200 && answer.status !== 204) await wait(500);
       if (fails) say("");
       fails = 0;
@@ -90,14 +94,20 @@ const follow = async (verb, body, use) => {
   }
 };
 
+// Tell how far the volume is prepared, until it is as the job asks.
+let watching = false;
+const isReady = () => desk.state?.fits;
 const progress = async () => {
-  while (!desk.state) {
+  if (watching) return;
+  watching = true;
+  while (!isReady()) {
     try {
       const { stage, share } = await (await post("progress", {})).json();
-      if (stage && !desk.state) say(`${stage}${share >= 0 ? ` ${Math.round(100 * share)} %` : ""} …`);
+      if (stage && !isReady()) say(`${stage}${share >= 0 ? ` ${Math.round(100 * share)} %` : ""} …`);
     } catch { /* the others tell it */ }
     await wait(250);
   }
+  watching = false;
   say("");
 };
 
@@ -106,6 +116,7 @@ export const begin = () => {
   follow("state", () => ({ after: desk.state?.revision ?? 0 }), async (answer) => {
     desk.state = await answer.json();
     tell("state", desk.state);
+    if (!desk.state.fits) progress();
   });
   follow("picture", () => ({ after: desk.seen, size: desk.size }), async (answer) => {
     if (await show(answer, true)) desk.seen = desk.revision;

@@ -20,7 +20,7 @@ export const slicePanel = el("section", { id: "slices", "aria-label": "Three sli
 
 const load = async (slice) => {
   const box = slice.box.getBoundingClientRect();
-  if (box.width < 40 || !desk.state || !point) return;
+  if (box.width < 40 || box.height < 40 || !desk.state || !point) return;
   const dense = Math.min(2, devicePixelRatio || 1), size = [Math.round(box.width * dense), Math.round(box.height * dense)];
   const wanted = `${desk.revision} ${size} ${point[AXES[slice.which]].toFixed(2)}`;
   if (wanted === slice.shown) return;
@@ -28,7 +28,7 @@ const load = async (slice) => {
   slice.busy = true;
   try {
     const answer = await fetch(`${location.pathname}slice`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ which: slice.which, size, point }) });
-    if (answer.ok) {
+    if (answer.headers.has("X-View")) {
       slice.view = JSON.parse(answer.headers.get("X-View"));
       slice.shown = wanted;
       const picture = await createImageBitmap(await answer.blob());

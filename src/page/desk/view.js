@@ -42,8 +42,10 @@ const fit = () => {
 const camera = () => `${prefix()}animation.camera.`;
 // What a hand has done since the server told its state last.
 let orbit = null;
-const now = () => orbit ?? (orbit = structuredClone(desk.state.orbit));
-on("state", (state) => { if (!isMoving()) orbit = null; });
+const now = () => {
+  if (!orbit || (!isMoving() && desk.state.revision >= desk.revision)) orbit = structuredClone(desk.state.orbit);
+  return orbit;
+};
 
 const set = (values, group) => {
   const kind = now().fixed ? "fixed." : "orbit.";
