@@ -126,7 +126,7 @@ class Browser:
         what, told = message.get("method"), message.get("params", {})
         if what == "Runtime.exceptionThrown" or (what == "Runtime.consoleAPICalled" and told["type"] in ("error", "warning")) \
                 or (what == "Log.entryAdded" and told["entry"]["level"] in ("error", "warning")):
-            self.errors.setdefault(message.get("sessionId"), []).append(json.dumps(told)[:400])
+            self.errors.setdefault(message.get("sessionId"), []).append(json.dumps(told)[-900:])
 
     def call(self, method, parameters, session=None):
         self.number += 1

@@ -5,6 +5,7 @@ import { desk, on, change, isMoving, say } from "./server.js";
 import { flow, given, here, isTime, isTrack, keyAt, prefix, timeOf, timeText, trackText } from "./keys.js";
 import { button, choice, field } from "./parts.js";
 import { selection, tissueOf } from "./tissues.js";
+import { now } from "./view.js";
 
 const EASES = ["linear", "smooth", "in", "out", "in-out", "hold"];
 
@@ -149,7 +150,7 @@ const drawTracks = () => {
 
 // What can get a key: its path, and its value now.
 const settable = () => {
-  const o = desk.state.orbit, camera = `${prefix()}animation.camera.`, r = (v) => Array.isArray(v) ? v.map((x) => Number(x.toFixed(2))) : Number(v.toFixed(4));
+  const o = now(), camera = `${prefix()}animation.camera.`, r = (v) => Array.isArray(v) ? v.map((x) => Number(x.toFixed(2))) : Number(v.toFixed(4));
   const all = { zoom: [["zoom", o.zoom]], view: o.fixed ? [["fixed.position_mm", desk.view.camera.position], ["fixed.target_mm", o.target]] : [["orbit.angle", o.angle], ["orbit.elevation", o.elevation]],
     centre: [[o.fixed ? "fixed.target_mm" : "orbit.target_mm", o.target]] };
   const out = Object.fromEntries(Object.entries(all).map(([name, list]) => [name, list.map(([key, value]) => [camera + key, r(value)])]));
@@ -159,7 +160,7 @@ const settable = () => {
     out["visible or not"] = [[`${prefix()}tissues.${tissue.key}.visible`, tissue.visible]];
   }
   (given(`${prefix()}animation.clip`) ?? []).forEach((plane, i) => {
-    const seen = desk.view.planes[i];
+    const seen = desk.view.planes.find((one) => one.index === i);
     if (!plane.box && seen) out[`plane ${i + 1}`] = [[`${prefix()}animation.clip[${i}].at`, `${(-seen.offset).toFixed(1)} mm`]];
   });
   return out;
@@ -179,6 +180,7 @@ const setKey = (name) => {
 };
 const what = choice("What gets a key", [["view", "view"]], () => {});
 const drawWhat = () => {
+  if (!desk.state || !desk.view) return;
   const names = Object.keys(settable());
   if (names.join() === [...what.options].map((option) => option.value).join()) return;
   const value = what.value;
@@ -224,6 +226,7 @@ on("state", (state) => {
   drawTracks();
 });
 selection.listeners.push(drawWhat);
+on("picture", drawWhat);
 addEventListener("keydown", (event) => {
   if (event.key === " " && event.target === document.body) { play.click(); event.preventDefault(); }
 });

@@ -42,7 +42,7 @@ const fit = () => {
 const camera = () => `${prefix()}animation.camera.`;
 // What a hand has done since the server told its state last.
 let orbit = null;
-const now = () => {
+export const now = () => {
   if (!orbit || (!isMoving() && desk.state.revision >= desk.revision)) orbit = structuredClone(desk.state.orbit);
   return orbit;
 };
