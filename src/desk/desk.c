@@ -99,8 +99,9 @@ static bool change(clerk *c, sc_call *call)
         desk->notes.errors = 0;
         if (status == SC_OK)
             status = add_pairs(&desk->ctx, pairs, &next);
-        if (status == SC_OK)
+        if (status == SC_OK && !(group && *group && sc_desk_nudge(desk, pairs))) {
             status = sc_desk_follow(desk, &next);
+        }
         if (status != SC_OK) {
             sc_desk_refuse(desk, call, "the change could not be made");
             return false;
@@ -223,6 +224,8 @@ static void take(clerk *c, sc_call *call)
 
     for (size_t i = 0; i < SC_COUNT_OF(verbs); i++) {
         if (!strcmp(verbs[i].verb, sc_call_verb(call))) {
+            if (verbs[i].answer != do_move && verbs[i].answer != wait_for_news)
+                sc_desk_settle(&c->desk);
             verbs[i].answer(c, call);
             return;
         }
@@ -236,7 +239,9 @@ static bool tell_news(clerk *c, const waiting *w)
     const bool is_picture = !strcmp(sc_call_verb(w->call), "picture");
     const bool rests = sc_wall_s() - c->changed_s >= REST_S;
 
-    if (!is_picture && wants(c, w->call)) {
+    if (rests)
+        sc_desk_settle(&c->desk);
+    if (!is_picture && wants(c, w->call) && rests) {
         sc_http_answer_json(w->call, 200, sc_desk_state(&c->desk));
         return true;
     }

@@ -86,6 +86,7 @@ typedef struct sc_desk {
     sc_session *now;  /* that of the job as it is now; may borrow from base, or be base */
     long revision;    /* counts changes */
     int frame;        /* at which the film is looked at */
+    bool is_nudged;   /* changes were put into the session as it is: see sc_desk_settle */
     sc_job prepared;  /* as which job the volumes are prepared */
     bool fits;        /* they are prepared as the job asks now */
     sc_shown shown;
@@ -103,10 +104,18 @@ sc_status sc_desk_follow(sc_desk *desk, const sc_edits *edits);
 /* Free both sessions. */
 void sc_desk_close(sc_desk *desk);
 
+/* ---- nudge.c ---- */
+
+/* Put changes, pairs of key and value, into the session as it is, if they are of the camera or of
+ * planes alone. @return false, with nothing changed, if they are not so simple. */
+bool sc_desk_nudge(sc_desk *desk, const json_t *pairs);
+/* Make the session anew if that was done. */
+void sc_desk_settle(sc_desk *desk);
+
 /* ---- prepare.c ---- */
 
-/* If the volumes do not fit, begin to prepare them anew as the job asks now, on a thread of its own;
- * meanwhile those that there are are drawn. */
+/* If the volumes do not fit, begin to prepare them anew as the job asks now, on a thread of its
+ * own; meanwhile those that there are are drawn. */
 void sc_desk_begin_preparing(sc_desk *desk);
 /* Take what that thread has prepared, if it has ended. @return whether there is anything new to
  * see. */

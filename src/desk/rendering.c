@@ -31,8 +31,8 @@ static void look(sc_rendering *r)
 static sc_status start(sc_desk *desk, bool overwrites)
 {
     sc_rendering *r = &desk->rendering;
-    char *const arguments[] = {"segcast", "render", desk->file.path, "--quiet",
-                               overwrites ? "--overwrite" : NULL, NULL};
+    char *const arguments[] = {
+        "segcast", "render", desk->file.path, "--quiet", overwrites ? "--overwrite" : NULL, NULL};
     posix_spawn_file_actions_t actions;
     int error;
 
@@ -89,8 +89,8 @@ static json_t *said(FILE *file)
     return json_string(shown);
 }
 
-/* @return the file @p name of the output directory, in memory; NULL: there is none. The caller frees
- * it. */
+/* @return the file @p name of the output directory, in memory; NULL: there is none. The caller
+ * frees it. */
 static char *read_output(const sc_desk *desk, const char *name, size_t most, size_t *bytes)
 {
     const sc_ctx quiet = sc_quiet(&desk->ctx);
@@ -125,7 +125,10 @@ void sc_desk_film(sc_desk *desk, sc_call *call)
     char *data = read_output(desk, name, FILM_MAX_BYTES, &bytes);
 
     if (data)
-        sc_http_answer(call, 200, is_image ? "image/gif" : is_webm ? "video/webm" : "video/mp4",
+        sc_http_answer(call, 200,
+                       is_image  ? "image/gif"
+                       : is_webm ? "video/webm"
+                                 : "video/mp4",
                        data, bytes, NULL);
     else
         sc_desk_refuse(desk, call, "there is no video yet");

@@ -124,8 +124,7 @@ static sc_status read_file(const sc_desk *desk, const char *path, char **out)
     size_t bytes;
 
     *out = NULL;
-    return access(path, F_OK) ? SC_OK
-                              : sc_file_read(&desk->ctx, path, FILE_MAX_BYTES, out, &bytes);
+    return access(path, F_OK) ? SC_OK : sc_file_read(&desk->ctx, path, FILE_MAX_BYTES, out, &bytes);
 }
 
 /* A file is written: note it. */
@@ -170,10 +169,12 @@ static sc_status save(sc_desk *desk, sc_call *call, const char *name, const char
                     &text));
     if (there)
         snprintf(seen, sizeof seen, "%016llx",
-                 (unsigned long long)sc_hash_bytes(there, strlen(there), sc_hash_bytes(text, strlen(text), 0)));
+                 (unsigned long long)sc_hash_bytes(there, strlen(there),
+                                                   sc_hash_bytes(text, strlen(text), 0)));
     if (there && strcmp(there, text) != 0 && (!confirm || strcmp(confirm, seen) != 0)) {
-        sc_http_answer_json(call, 200, json_pack("{s:s, s:s, s:s, s:s}", "path", path, "old", there,
-                                                 "new", text, "confirm", seen));
+        sc_http_answer_json(call, 200,
+                            json_pack("{s:s, s:s, s:s, s:s}", "path", path, "old", there, "new",
+                                      text, "confirm", seen));
         return SC_OK;
     }
     SC_PASS(write_file(desk, path, text));

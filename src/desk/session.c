@@ -127,6 +127,7 @@ sc_status sc_desk_follow(sc_desk *desk, const sc_edits *edits)
         SC_PASS(note_prepared(desk, edits));
     }
     replace(desk, next);
+    desk->is_nudged = false;
     if (desk->frame >= next->job.animation.frames)
         desk->frame = next->job.animation.frames - 1;
     return SC_OK;

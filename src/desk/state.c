@@ -38,9 +38,9 @@ static json_t *of_camera(const sc_camera *c)
 
 json_t *sc_desk_view_of(const sc_desk *desk, const sc_scene *scene)
 {
-    return json_pack("{s:i, s:b, s:i, s:o, s:o, s:o}", "revision", (int)desk->revision, "fits", desk->fits, "frame",
-                     desk->frame, "camera", of_camera(&scene->camera), "planes", of_planes(scene),
-                     "point", of_vector(scene->point_mm));
+    return json_pack("{s:i, s:b, s:i, s:o, s:o, s:o}", "revision", (int)desk->revision, "fits",
+                     desk->fits, "frame", desk->frame, "camera", of_camera(&scene->camera),
+                     "planes", of_planes(scene), "point", of_vector(scene->point_mm));
 }
 
 json_t *sc_desk_view(sc_desk *desk)
