@@ -58,6 +58,22 @@ static char *to_yaml(const json_t *value)
                                  : json_dumps(value, JSON_ENCODE_ANY | JSON_REAL_PRECISION(9));
 }
 
+/* @return whether pages may change a key: none that names a file. */
+static bool is_open(const char *path)
+{
+    static const char *const keys[] = {"animation.", "tissues.",    "light.",    "render.",
+                                       "appearance", "output.size", "output.fps"};
+    int shot, used = 0;
+
+    if (sscanf(path, "shots[%d].%n", &shot, &used) == 1)
+        path += used;
+    for (size_t i = 0; i < SC_COUNT_OF(keys); i++) {
+        if (!strncmp(path, keys[i], strlen(keys[i])))
+            return true;
+    }
+    return false;
+}
+
 /* Add the pairs of key and value that a call holds. */
 static sc_status add_pairs(const sc_ctx *ctx, const json_t *pairs, sc_edits *edits)
 {
@@ -67,7 +83,9 @@ static sc_status add_pairs(const sc_ctx *ctx, const json_t *pairs, sc_edits *edi
         char *value = to_yaml(json_array_get(pair, 1));
         sc_status status = SC_ERR_DATA;
 
-        if (path && value)
+        if (path && value && !is_open(path))
+            status = sc_fail(ctx, SC_ERR_USAGE, "\"%s\": pages do not change this key", path);
+        else if (path && value)
             status = sc_edits_add(ctx, edits, path, value);
         free(value);
         if (status != SC_OK)
@@ -86,6 +104,7 @@ static bool change(clerk *c, sc_call *call)
     const json_t *pairs = json_object_get(body, "edits");
     const char *group = json_string_value(json_object_get(body, "group"));
     SC_OWN(sc_edits_clear) sc_edits next = {0};
+    bool done = false;
 
     if (json_is_integer(frame)) {
         const json_int_t last = desk->now->job.animation.frames - 1, k = json_integer_value(frame);
@@ -99,9 +118,10 @@ static bool change(clerk *c, sc_call *call)
         desk->notes.errors = 0;
         if (status == SC_OK)
             status = add_pairs(&desk->ctx, pairs, &next);
-        if (status == SC_OK && !(group && *group && sc_desk_nudge(desk, pairs))) {
+        if (status == SC_OK && group && *group)
+            status = sc_desk_nudge(desk, pairs, &next, &done);
+        if (status == SC_OK && !done)
             status = sc_desk_follow(desk, &next);
-        }
         if (status != SC_OK) {
             sc_desk_refuse(desk, call, "the change could not be made");
             return false;

@@ -98,6 +98,9 @@ typedef struct sc_desk {
 
 /* Fill @p out with the sources of the job with @p edits. @param settings room for as many. */
 sc_job_sources sc_desk_sources(const sc_desk *desk, const sc_edits *edits, sc_setting *settings);
+/* Read and check the job with these edits. @param out caller owns: sc_job_clear. @return as
+ * sc_job_load. */
+sc_status sc_desk_read(sc_desk *desk, const sc_edits *edits, sc_job *out);
 /* Make desk->now anew, for the job with these edits and the size of the picture. It stays as it was
  * after an error, which is in the notes. */
 sc_status sc_desk_follow(sc_desk *desk, const sc_edits *edits);
@@ -106,9 +109,10 @@ void sc_desk_close(sc_desk *desk);
 
 /* ---- nudge.c ---- */
 
-/* Put changes, pairs of key and value, into the session as it is, if they are of the camera or of
- * planes alone. @return false, with nothing changed, if they are not so simple. */
-bool sc_desk_nudge(sc_desk *desk, const json_t *pairs);
+/* If changes, pairs of key and value, are of the camera or of planes alone, put the job of @p
+ * edits, which holds them, into the session as it is. @param done whether that was so simple;
+ * otherwise nothing has changed. @return as sc_job_load. */
+sc_status sc_desk_nudge(sc_desk *desk, const json_t *pairs, const sc_edits *edits, bool *done);
 /* Make the session anew if that was done. */
 void sc_desk_settle(sc_desk *desk);
 

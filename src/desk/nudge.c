@@ -1,134 +1,97 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Lets the camera and planes follow a hand. To make the session of a job anew takes tens of
- * milliseconds, most of them for framing. While a hand moves, the values that it changes are put
- * into the timeline, and the framing stays; when it rests, the session is made anew. */
+ * milliseconds, most of them for framing. While a hand moves, the job is read and checked, and what
+ * it says of camera and planes is put into the timeline as it is, with the framing that there is;
+ * when the hand rests, the session is made anew. */
 #include "desk.h"
 
-#include <stdlib.h>
 #include <string.h>
 
-/* @return whether a value of JSON is a number, or a text that holds nothing but one and @p unit. */
-static bool read_number(const json_t *value, const char *unit, double *out)
+/* @return whether changes are of camera and planes alone. */
+static bool are_simple(const json_t *pairs)
 {
-    const char *text = json_string_value(value);
-    char *end;
+    static const char *const prefixes[] = {"animation.camera.", "animation.clip["};
 
-    if (json_is_number(value) && !unit[0]) {
-        *out = json_number_value(value);
-        return true;
+    for (size_t i = 0; i < json_array_size(pairs); i++) {
+        const char *path = json_string_value(json_array_get(json_array_get(pairs, i), 0));
+        bool found = false;
+
+        for (size_t k = 0; k < SC_COUNT_OF(prefixes) && path; k++)
+            found = found || strstr(path, prefixes[k]);
+        if (!found)
+            return false;
     }
-    if (!text)
-        return false;
-    *out = strtod(text, &end);
-    return end != text && !strcmp(end, unit);
-}
-
-/* @return whether a value is a text such as "[1, 2, 3]". */
-static bool read_vector(const json_t *value, sc_vec3 *out)
-{
-    const char *text = json_string_value(value);
-    int used = 0;
-
-    return text && sscanf(text, "[%lf, %lf, %lf]%n", &out->x, &out->y, &out->z, &used) == 3 &&
-           used && !text[used];
-}
-
-/* Set a number of the camera, unless it has key frames. */
-static bool set_number(const sc_track *track, const json_t *value, double *out)
-{
-    return !track->count && read_number(value, "", out);
-}
-
-/* Change a key of the camera. @return false if that is not so simple. */
-static bool nudge_camera(sc_orbit *c, const char *key, const json_t *value)
-{
-    const bool is_free = !c->fixed && c->projection == SC_PERSPECTIVE;
-
-    if (!strcmp(key, "zoom"))
-        return set_number(&c->zoom_track, value, &c->zoom);
-    if (!strcmp(key, "orbit.angle") && !c->fixed)
-        return set_number(&c->angle_track, value, &c->angle_deg);
-    if (!strcmp(key, "orbit.elevation") && !c->fixed)
-        return set_number(&c->elevation_track, value, &c->elevation_deg);
-    if (!strcmp(key, "orbit.distance_mm") && is_free)
-        return set_number(&c->distance_track, value, &c->distance_mm);
-    if (!strcmp(key, "orbit.target_mm") && is_free && !c->target_track.count)
-        return read_vector(value, &c->target_mm);
-    if (!strcmp(key, "fixed.target_mm") && c->fixed && !c->target_track.count)
-        return read_vector(value, &c->target_mm);
-    return !strcmp(key, "fixed.position_mm") && c->fixed && !c->position_track.count &&
-           read_vector(value, &c->position_mm);
-}
-
-/* @return whether some entry of the list of planes is a box, or may be: then the numbers of the list
- * are not those of planes. */
-static bool may_have_box(const sc_desk *desk)
-{
-    bool found = strstr(desk->plan->text, "box") != NULL;
-
-    for (size_t i = 0; i < desk->steps.now.count; i++)
-        found = found || strstr(desk->steps.now.all[i].value, "box");
-    return found;
-}
-
-/* Change a key of a plane. @param path what follows "animation.clip". */
-static bool nudge_plane(sc_timeline *t, const char *path, const json_t *value)
-{
-    int i = -1, used = 0;
-    sc_sweep *sweep;
-    sc_vec3 normal;
-
-    if (sscanf(path, "[%d].%n", &i, &used) != 1 || !used || i < 0 || i >= t->animation.sweep_count)
-        return false;
-    sweep = &t->animation.sweeps[i];
-    if (sweep->at_track.count || sweep->normal_track.count)
-        return false;
-    if (!strcmp(path + used, "at") && read_number(value, " mm", &t->from_mm[i])) {
-        t->to_mm[i] = t->from_mm[i];
-        return true;
-    }
-    if (strcmp(path + used, "normal") != 0 || !read_vector(value, &normal) ||
-        !(sc_vec3_length(normal) > 0))
-        return false;
-    sweep->normal = sc_vec3_unit(normal);
     return true;
 }
 
-/* Change a key. */
-static bool nudge(const sc_desk *desk, sc_timeline *t, const char *path, const json_t *value)
+/* Put the camera of a job into a timeline. @return false if its framing would be another one. */
+static bool take_camera(const sc_orbit *from, sc_orbit *to)
 {
-    static const char camera[] = "animation.camera.", clip[] = "animation.clip";
+    const sc_orbit old = *to;
 
-    if (!strncmp(path, camera, sizeof camera - 1))
-        return nudge_camera(&t->animation.camera, path + sizeof camera - 1, value);
-    return !strncmp(path, clip, sizeof clip - 1) && !may_have_box(desk) &&
-           nudge_plane(t, path + sizeof clip - 1, value);
+    if (from->fixed != old.fixed || from->projection != SC_PERSPECTIVE ||
+        old.projection != SC_PERSPECTIVE || from->fov_track.count || old.fov_track.count ||
+        from->distance_track.count || old.distance_track.count || from->fov_deg != old.fov_deg)
+        return false;
+    *to = *from;
+    if (!from->fixed && !from->has_target)
+        to->target_mm = old.target_mm;
+    if (!from->has_distance)
+        to->distance_mm = old.distance_mm;
+    return true;
 }
 
-bool sc_desk_nudge(sc_desk *desk, const json_t *pairs)
+/* Put a plane of a job into a timeline. @param from_mm, to_mm where it lies there. @return false if
+ * that needs the extent of what is visible. */
+static bool take_plane(const sc_sweep *from, sc_sweep *to, double *from_mm, double *to_mm)
 {
-    int frame, shot = -1, used;
+    const bool stays = from->from.percent == to->from.percent && from->from.value == to->from.value;
+
+    if (from->at_track.count || from->normal_track.count || to->at_track.count ||
+        to->normal_track.count || from->except_count != to->except_count ||
+        (from->from.percent && !stays))
+        return false;
+    if (!from->from.percent)
+        *from_mm = *to_mm = from->from.value;
+    *to = *from;
+    return true;
+}
+
+/* Put what an animation says of camera and planes into a timeline. @return false if it is more. */
+static bool take(const sc_animation *from, sc_timeline *to)
+{
+    sc_animation *own = &to->animation;
+
+    if (from->frames != own->frames || from->sweep_count != own->sweep_count ||
+        from->clip_mode != own->clip_mode || !take_camera(&from->camera, &own->camera))
+        return false;
+    for (int i = 0; i < own->sweep_count; i++) {
+        if (!take_plane(&from->sweeps[i], &own->sweeps[i], &to->from_mm[i], &to->to_mm[i]))
+            return false;
+    }
+    return true;
+}
+
+sc_status sc_desk_nudge(sc_desk *desk, const json_t *pairs, const sc_edits *edits, bool *done)
+{
+    SC_OWN(sc_job_clear) sc_job job = {0};
+    int frame;
     sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
+    const size_t shot = (size_t)(panel - desk->now->panels);
     sc_timeline before = panel->timeline;
 
-    if (desk->now->compare || panel->phases != 1)
-        return false;
-    for (size_t i = 0; i < json_array_size(pairs); i++) {
-        const json_t *pair = json_array_get(pairs, i);
-        const char *path = json_string_value(json_array_get(pair, 0));
-
-        used = 0;
-        if (path && desk->now->spans && sscanf(path, "shots[%d].%n", &shot, &used) == 1 &&
-            shot != (int)(panel - desk->now->panels))
-            path = NULL;
-        if (!path || (desk->now->spans && !used) ||
-            !nudge(desk, &panel->timeline, path + used, json_array_get(pair, 1))) {
-            panel->timeline = before;
-            return false;
-        }
-    }
-    desk->is_nudged = true;
-    return true;
+    *done = false;
+    if (!are_simple(pairs) || desk->now->compare || panel->phases != 1)
+        return SC_OK;
+    SC_PASS(sc_desk_read(desk, edits, &job));
+    if (desk->now->spans && shot >= job.shot_count)
+        return SC_OK;
+    *done =
+        take(desk->now->spans ? &job.shots[shot].job.animation : &job.animation, &panel->timeline);
+    if (!*done)
+        panel->timeline = before;
+    desk->is_nudged = desk->is_nudged || *done;
+    return SC_OK;
 }
 
 void sc_desk_settle(sc_desk *desk)
@@ -138,7 +101,7 @@ void sc_desk_settle(sc_desk *desk)
     desk->is_nudged = false;
     if (sc_desk_follow(desk, &desk->steps.now) == SC_OK)
         return;
-    if (sc_steps_undo(&desk->steps)) /* a value was none; as before it was set */
+    if (sc_steps_undo(&desk->steps)) /* such a job has no pictures: as before the hand moved */
         (void)sc_desk_follow(desk, &desk->steps.now);
     desk->revision++;
 }

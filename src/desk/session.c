@@ -19,16 +19,21 @@ sc_job_sources sc_desk_sources(const sc_desk *desk, const sc_edits *edits, sc_se
                             .check_inputs = true};
 }
 
-/* Begin a session with the job of these edits at the size of the picture. */
-static sc_status begin(sc_desk *desk, const sc_edits *edits, sc_session *out)
+sc_status sc_desk_read(sc_desk *desk, const sc_edits *edits, sc_job *out)
 {
     SC_OWN(sc_free_at) sc_setting *settings = NULL;
     sc_job_sources sources;
 
     SC_PASS(SC_ALLOC(&desk->ctx, edits->count + 1, &settings));
     sources = sc_desk_sources(desk, edits, settings);
+    return sc_job_load(&desk->ctx, &sources, out);
+}
+
+/* Begin a session with the job of these edits at the size of the picture. */
+static sc_status begin(sc_desk *desk, const sc_edits *edits, sc_session *out)
+{
     *out = (sc_session){.times = {.threads = desk->app.threads}, .give_up = desk->give_up};
-    SC_PASS(sc_job_load(&desk->ctx, &sources, &out->job));
+    SC_PASS(sc_desk_read(desk, edits, &out->job));
     if (desk->shown.size_px[0])
         memcpy(out->job.output.size_px, desk->shown.size_px, sizeof desk->shown.size_px);
     return SC_OK;
