@@ -300,6 +300,12 @@ static void print_address(const sc_desk *desk)
     char name[SC_HOST_BYTES];
 
     sc_host_name(name);
+    if (desk->plan->listen && strcmp(host, "127.0.0.1") != 0 && strcmp(host, "::1") != 0)
+        sc_warn(desk->outer,
+                "others can connect to %s, unencrypted: whoever reads the address on its way sees "
+                "and changes the job; without --listen only this machine can, and ssh -L leads "
+                "there",
+                host);
     printf("http://%s%s%s:%d/%s/\n", is_six ? "[" : "", host, is_six ? "]" : "", port,
            sc_http_secret(desk->http));
     fflush(stdout);

@@ -413,14 +413,6 @@ static int least(int a, int b)
     return a < b ? a : b;
 }
 
-/* Is the frame to be given up? */
-static bool is_given_up(const frame *f)
-{
-    const sc_render_settings *s = &f->renderer->settings;
-
-    return s->give_up && *s->give_up;
-}
-
 /* Draw tiles [@p begin, @p end) of the frame @p user, numbered row by row, as far as it is not to
  * be given up. Adds to the stats and the span of the thread in the renderer. */
 static void draw_and_measure(void *user, size_t begin, size_t end, int thread)
@@ -442,7 +434,7 @@ static void draw_and_measure(void *user, size_t begin, size_t end, int thread)
     t.counters = (sc_march_counters){0};
     t.rays.count = 0;
     t.rays.most = sc_parts_apart(f->renderer) ? SC_APART_BATCH : SC_RAY_BATCH;
-    for (size_t i = begin; i < end && !is_given_up(f); i++) {
+    for (size_t i = begin; i < end && !sc_is_given_up(f->renderer); i++) {
         t.x0 = f->column0 + (int)(i % (size_t)f->tiles_x) * s->tile_px;
         t.y0 = f->row0 + (int)(i / (size_t)f->tiles_x) * s->tile_px;
         t.x1 = least(t.x0 + s->tile_px, f->column1);
@@ -459,7 +451,7 @@ static void draw_and_measure(void *user, size_t begin, size_t end, int thread)
  */
 static void draw_tiles(void *user, size_t begin, size_t end, int thread)
 {
-    if (!is_given_up(user))
+    if (!sc_is_given_up(((const frame *)user)->renderer))
         draw_and_measure(user, begin, end, thread);
 }
 
@@ -609,7 +601,7 @@ static void count_rows(void *user, size_t begin, size_t end, int thread)
     const int width = f->viewport->width_px;
     const double begin_s = sc_thread_cpu_s();
 
-    for (size_t y = begin; y < end && !is_given_up(f); y++) {
+    for (size_t y = begin; y < end && !sc_is_given_up(f->renderer); y++) {
         for (int x = 0; x < width; x++) {
             const double at_px[1][2] = {{x + 0.5, (double)y + 0.5}};
             sc_march_counters *out = &c->out[y * (size_t)width + (size_t)x];

@@ -151,8 +151,11 @@ void sc_gather_scene(sc_gather *g, sc_renderer *r, const sc_scene *scene)
     if (summed)
         return;
     g->is_convex = convex;
+    g->is_known = false;
     if (!traced)
         sc_gather_trace(g, scene);
+    if (sc_is_given_up(r))
+        return;
     sc_gather_sum(g);
     memcpy(g->tissues, r->tissues, (size_t)r->volume->label_count * sizeof *r->tissues);
     g->scene = *scene;

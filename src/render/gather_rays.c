@@ -271,7 +271,8 @@ void sc_gather_trace(sc_gather *g, const sc_scene *scene)
 
     set_absent(g);
     set_planes(g, scene);
-    for (g->direction = 0; g->direction < SC_GATHER_DIRECTIONS; g->direction++) {
+    for (g->direction = 0; g->direction < SC_GATHER_DIRECTIONS && !sc_is_given_up(r);
+         g->direction++) {
         const bool *absent = g->absent + (size_t)g->direction * labels;
 
         if (!g->direction || memcmp(absent, absent - labels, labels) != 0) {

@@ -116,6 +116,12 @@ struct sc_renderer {
                                settings.lender, if there is one */
 };
 
+/* @return whether what is being drawn is to be given up: see sc_render_settings. */
+static inline bool sc_is_given_up(const sc_renderer *r)
+{
+    return r->settings.give_up && *r->settings.give_up;
+}
+
 /* What all rays of a view share. Its vectors are in voxels: the eye's position, and directions per
  * mm. */
 typedef struct sc_lens {

@@ -23,8 +23,8 @@ const difference = (old, now) => {
   const lines = compare(old.split("\n"), now.split("\n"));
   const near = lines.map((_, i) => lines.slice(Math.max(0, i - 2), i + 3).some(([mark]) => mark !== " "));
   return el("pre", { class: "difference", id: "difference" }, lines.flatMap(([mark, text], i) => {
-    if (!near[i]) return near[i - 1] ? [el("span", {}, "…\n")] : [];
-    return [el("span", { class: { "+": "more", "-": "less" }[mark] ?? "" }, `${mark} ${text}\n`)];
+    if (!near[i]) return near[i - 1] ? [el("span", {}, "…")] : [];
+    return [el("span", { class: { "+": "more", "-": "less" }[mark] ?? "" }, `${mark} ${text}`)];
   }));
 };
 
