@@ -88,6 +88,7 @@ bool sc_desk_refine(sc_desk *desk, sc_call *call)
     bool gives_up;
 
     desk->may_interrupt = 1;
+    sc_session_hurry(desk->now, false);
     gives_up = sc_http_waits(desk->http);
     if (status == SC_OK && !gives_up)
         status = sc_session_draw(&desk->app, desk->now, desk->frame, NULL, &image, &stats);

@@ -557,6 +557,7 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
 void sc_renderer_hurry(sc_renderer *r, bool hurries)
 {
     r->hurries = hurries;
+    r->last_viewport = (sc_viewport){0}; /* what scenes point to may have changed meanwhile */
 }
 
 sc_pick sc_render_pick(sc_renderer *r, const sc_scene *scene, const int size_px[2], double x_px,

@@ -52,6 +52,9 @@ while read -r picture frame size; do
 done <seen.txt
 [ "$(wc -l <seen.txt)" -ge 2 ] || fail "the page has shown no pictures"
 
+# What was rendered from the page is right.
+"$SEGCAST" verify out -q >/dev/null || fail "what the page has rendered is not right"
+
 # Ctrl-C ends it in order.
 kill -INT $desk
 code=0

@@ -70,6 +70,24 @@ def use(page):
     expect(first["undo"] == 0 and not first["unsaved"], "something was changed before a hand did anything")
     x, y = page.middle("#picture")
 
+    # The keyboard reaches everything, and everything has a name that can be read aloud.
+    silent = page.run("[...document.querySelectorAll('button, input, select, summary, [tabindex]')].filter((e) => !(e.getAttribute('aria-label')"
+                      " || e.textContent.trim() || e.labels?.length || e.title)).map((e) => e.outerHTML.slice(0, 80))")
+    expect(not silent, "these have no name: %s" % silent)
+    reached = set()
+    for _ in range(200):
+        page.key("Tab")
+        reached.add(page.run("document.activeElement.id || document.activeElement.getAttribute('aria-label') || document.activeElement.textContent.trim()"))
+    wanted = {"picture", "save", "render", "search", "playhead", "tab-Tissues", "transverse slice", "length"}
+    expect(wanted <= reached, "the keyboard does not reach %s, only %s" % (wanted - reached, reached))
+    page.run("document.querySelector('#picture').focus()")
+    page.key("ArrowLeft")
+    keyed = rest(page)
+    expect(keyed["orbit"]["angle"] == 5 and keyed["undo"] == 1, "an arrow key does not turn by five degrees: %s" % keyed["orbit"])
+    page.key("z", modifiers=2)
+    page.until("document.querySelector('#undo:disabled')")
+    rest(page)
+
     # Turn, zoom, undo, redo.
     page.drag((x - 60, y), (x + 60, y - 20))
     turned = rest(page)
@@ -167,6 +185,13 @@ def use(page):
     page.press("#confirm")
     page.until("document.querySelector('#status')?.textContent.startsWith('Saved')")
     expect(not state(page)["unsaved"], "the job was not saved")
+
+    # Render it here.
+    page.press("#render")
+    page.until("document.querySelector('#here')")
+    page.press("#here")
+    page.until("document.querySelector('#status')?.textContent.startsWith('Rendered')")
+    expect(os.path.exists(os.path.join(directory, "out", "frames", "000011.png")), "there are no frames")
     for one in (page, other):
         expect(not one.errors, "the console complains: %s" % one.errors)
 

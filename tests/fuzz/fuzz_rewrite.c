@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The input is what a page of the desk asks for, as the line "key.path=value", and a job file behind
- * it. What is not a change of the file is refused, and a second change of the same key to the same
- * value changes nothing more. */
+/* The input is what a page of the desk asks for, as the line "key.path=value", and a job file
+ * behind it. What is not a change of the file is refused, and a second change of the same key to
+ * the same value changes nothing more. */
 #include "fuzz.h"
 #include "segcast/job.h"
 
@@ -32,7 +32,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     *value++ = '\0';
     setting.path = input;
     setting.value = value;
-    if (!is_job(text) || sc_job_rewrite(&fuzz_ctx, text, &setting, &once) != SC_OK || !is_job(once.data))
+    if (!is_job(text) || sc_job_rewrite(&fuzz_ctx, text, &setting, &once) != SC_OK ||
+        !is_job(once.data))
         return 0;
     if (sc_job_rewrite(&fuzz_ctx, once.data, &setting, &twice) == SC_OK)
         FUZZ_CHECK(strlen(twice.data) <= strlen(once.data) + strlen(value) + 64);

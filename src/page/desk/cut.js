@@ -52,14 +52,33 @@ export const cutPanel = el("section", { class: "panel" },
     button("left | right", "Add a sagittal plane", () => addPlane("left")),
     button("front | back", "Add a coronal plane", () => addPlane("posterior")),
     button("head | feet", "Add a transverse plane", () => addPlane("inferior")),
+    button("box", "Add a box", () => addBox()),
     button("facing", "Add a plane that faces the viewer", () => addPlane(rounded(desk.view.camera.forward)))),
   mode, list,
   el("p", { class: "hint" }, "In the picture: drag the round handle to move a plane, its arrow to turn it."));
 
 const wordOf = (normal) => Object.entries(WORDS).find(([, v]) => dot(v, normal) > 0.9999)?.[0] ?? "any";
+// A box, whose corners are shares of what is visible, with a slider for each side.
+const drawBox = (plane) => {
+  const corners = plane.entry.box, shares = corners.flat().every((value) => /%$/.test(String(value)));
+  return el("li", {}, el("div", { class: "line" }, el("strong", {}, "Box"), button("remove", `Remove box ${plane.i + 1}`, () => removePlane(plane), { class: "small" })),
+    ...(shares ? ["left – right", "back – front", "feet – head"] : []).map((words, axis) => el("div", { class: "line" }, el("span", { class: "hint" }, words), corners.map((corner, end) => {
+      const side = el("input", { type: "range", min: 0, max: 100, step: 1, value: parseFloat(corner[axis]), "aria-label": `Box, ${words}, ${end ? "end" : "begin"}`, "data-name": `box${plane.i}${axis}${end}` });
+      side.addEventListener("input", () => {
+        const next = corners.map((one) => [...one]), other = parseFloat(corners[1 - end][axis]);
+        next[end][axis] = `${end ? Math.max(+side.value, other + 1) : Math.min(+side.value, other - 1)}%`;
+        change([[`${clip()}[${plane.i}].box`, flow(next)]], `box ${plane.i} ${axis} ${end}`);
+      });
+      return side;
+    }))));
+};
+const addBox = () => {
+  const entry = { box: [["20%", "20%", "20%"], ["80%", "80%", "80%"]] };
+  change([entries().length ? [`${clip()}[${entries().length}]`, flow(entry)] : [clip(), flow([entry])]]);
+};
 const drawPlane = (plane) => {
   const seen = seenAs(plane), name = `Plane ${plane.i + 1}`;
-  if (plane.entry.box) return el("li", {}, el("strong", {}, "Box"), button("remove", `Remove box ${plane.i + 1}`, () => removePlane(plane), { class: "small" }));
+  if (plane.entry.box) return drawBox(plane);
   const active = el("input", { type: "checkbox", "aria-label": `${name} cuts`, title: `${name} cuts`, "data-name": `active${plane.i}`, ...(seen ? { checked: "" } : {}) });
   active.addEventListener("change", () => change([keyed(`${clip()}[${plane.i}].active`, active.checked)]));
   const head = el("div", { class: "line" }, active, el("strong", {}, name));
