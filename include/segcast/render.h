@@ -136,8 +136,9 @@ void sc_render_columns(sc_renderer *renderer, const sc_scene *scene, const sc_vi
 void sc_render_frame(sc_renderer *renderer, const sc_scene *scene, const sc_rows *rows,
                      sc_image *image, sc_render_stats *stats);
 
-/** Let a renderer draw in a hurry, or not any more: one ray in each pixel, and no light is gathered.
- *  Nothing that it has kept of the last scene counts then. Not while a frame is being drawn. */
+/** Let a renderer draw in a hurry, or not any more: one ray in each pixel, and no light is
+ * gathered. Nothing that it has kept of the last scene counts then. Not while a frame is being
+ * drawn. */
 void sc_renderer_hurry(sc_renderer *renderer, bool hurries);
 /** What is seen in a point of a picture. */
 typedef struct sc_pick {

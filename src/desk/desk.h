@@ -85,6 +85,7 @@ typedef struct sc_desk {
     sc_session *base; /* owns volumes, and what is drawn from them; NULL: not loaded yet */
     sc_session *now;  /* that of the job as it is now; may borrow from base, or be base */
     long revision;    /* counts changes */
+    int size_px[2];   /* of the frames of the job, whatever the pictures that are shown have */
     int frame;        /* at which the film is looked at */
     bool is_nudged;   /* changes were put into the session as it is: see sc_desk_settle */
     sc_job prepared;  /* as which job the volumes are prepared */

@@ -34,6 +34,7 @@ static sc_status begin(sc_desk *desk, const sc_edits *edits, sc_session *out)
 {
     *out = (sc_session){.times = {.threads = desk->app.threads}, .give_up = desk->give_up};
     SC_PASS(sc_desk_read(desk, edits, &out->job));
+    memcpy(desk->size_px, out->job.output.size_px, sizeof desk->size_px);
     if (desk->shown.size_px[0])
         memcpy(out->job.output.size_px, desk->shown.size_px, sizeof desk->shown.size_px);
     return SC_OK;
