@@ -80,12 +80,13 @@ static sc_status add_pairs(const sc_ctx *ctx, const json_t *pairs, sc_edits *edi
     for (size_t i = 0; i < json_array_size(pairs); i++) {
         const json_t *pair = json_array_get(pairs, i);
         const char *path = json_string_value(json_array_get(pair, 0));
-        char *value = to_yaml(json_array_get(pair, 1));
+        const bool removes = json_is_null(json_array_get(pair, 1));
+        char *value = removes ? NULL : to_yaml(json_array_get(pair, 1));
         sc_status status = SC_ERR_DATA;
 
-        if (path && value && !is_open(path))
+        if (path && (value || removes) && !is_open(path))
             status = sc_fail(ctx, SC_ERR_USAGE, "\"%s\": pages do not change this key", path);
-        else if (path && value)
+        else if (path && (value || removes))
             status = sc_edits_add(ctx, edits, path, value);
         free(value);
         if (status != SC_OK)

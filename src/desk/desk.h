@@ -23,7 +23,8 @@ typedef struct sc_edits {
 void sc_edits_clear(sc_edits *edits);
 /* Copy all. @param out empty; cleared by the caller also after an error. */
 sc_status sc_edits_copy(const sc_ctx *ctx, const sc_edits *from, sc_edits *out);
-/* Add a change, which replaces those before it of the same key, or of keys within it. */
+/* Add a change, which replaces those before it of the same key, or of keys within it. @param value
+ * NULL: only remove those, so that the key is what the file says. */
 sc_status sc_edits_add(const sc_ctx *ctx, sc_edits *edits, const char *path, const char *value);
 
 /* The changes, and those before each step and after it, for undo and redo. */

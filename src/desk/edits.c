@@ -57,7 +57,7 @@ sc_status sc_edits_add(const sc_ctx *ctx, sc_edits *edits, const char *path, con
         }
     }
     edits->count = kept;
-    return append(ctx, edits, path, value);
+    return value ? append(ctx, edits, path, value) : SC_OK;
 }
 
 /* ---- undo and redo ---- */

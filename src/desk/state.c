@@ -102,24 +102,22 @@ static json_t *of_tissue(const sc_panel *panel, int id)
         json_decref(name);
         name = json_sprintf("label %lld", (long long)label->value);
     }
-    return json_pack("{s:i, s:o, s:o, s:I, s:o, s:f, s:b, s:b, s:i, s:f, s:f}", "id", id, "name",
-                     name, "key", key_of(v, id), "label", (json_int_t)label->value, "color",
-                     color_of(t), "opacity", t->opacity, "auto", t->opacity_auto, "visible",
-                     t->visible, "spared", spared_by(panel, t), "ml", ml, "mm",
+    return json_pack("{s:b, s:i, s:o, s:o, s:I, s:o, s:f, s:b, s:b, s:i, s:f, s:f}", "known",
+                     v->stats[id].voxels > 0 || !t->visible, "id", id, "name", name, "key",
+                     key_of(v, id), "label", (json_int_t)label->value, "color", color_of(t),
+                     "opacity", t->opacity, "auto", t->opacity_auto, "visible", t->visible,
+                     "spared", spared_by(panel, t), "ml", ml, "mm",
                      (double)v->stats[id].thickness_mm);
 }
 
-/* @return the tissues of a panel that have voxels, or have lost them because they are hidden. */
+/* @return the tissues of a panel. Those are known that have voxels, or have lost them because they
+ * are hidden; of the others that is known once the volume is prepared as the job asks. */
 static json_t *of_tissues(const sc_panel *panel)
 {
     json_t *list = json_array();
 
-    for (int id = 1; id < panel->volume.label_count && panel->looks.tissues; id++) {
-        const sc_label_stats *s = &panel->volume.stats[id];
-
-        if (s->voxels || !panel->looks.tissues[id].visible)
-            json_array_append_new(list, of_tissue(panel, id));
-    }
+    for (int id = 1; id < panel->volume.label_count && panel->looks.tissues; id++)
+        json_array_append_new(list, of_tissue(panel, id));
     return list;
 }
 

@@ -119,6 +119,16 @@ def use(page):
     expect(not [t for t in hidden["tissues"] if t["id"] == int(picked)][0]["visible"], "the tissue is still shown")
     shoot(page, "hidden")
 
+    # Show one alone, and all again: nothing of it stays in the job.
+    page.press("#tissues li.selected button.small")
+    page.until("!document.querySelector('.banner').hidden")
+    alone = state(page)
+    expect([t["id"] for t in alone["tissues"] if t["visible"]] == [int(picked)], "solo shows others, too")
+    page.press("#tissues li.selected button.small")
+    page.until("document.querySelector('.banner').hidden")
+    expect(state(page)["job"]["tissues"] == hidden["job"]["tissues"], "what solo has changed stays in the job")
+    rest(page)
+
     # Cut by the handle.
     page.press("#tab-Cut")
     page.press("button[aria-label='Add a sagittal plane']")

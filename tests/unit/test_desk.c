@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What pages of the desk have changed: the later change of a key replaces the earlier, and each step
- * is undone and done again. */
+/* What pages of the desk have changed: the later change of a key replaces the earlier, and each
+ * step is undone and done again. */
 #include "check.h"
 
 #include "desk.h"
@@ -32,6 +32,8 @@ TEST(a_change_replaces_those_of_its_key_and_within_it)
     are(&edits, "a.bc=2 c[0].at=3 a.b=4");
     assert_int_equal(sc_edits_add(listening_anew(), &edits, "c", "[]"), SC_OK);
     are(&edits, "a.bc=2 a.b=4 c=[]");
+    assert_int_equal(sc_edits_add(listening_anew(), &edits, "a.b", NULL), SC_OK);
+    are(&edits, "a.bc=2 c=[]");
     sc_edits_clear(&edits);
 }
 

@@ -114,7 +114,10 @@ const progress = async () => {
 export const begin = () => {
   progress();
   follow("state", () => ({ after: desk.state?.revision ?? 0 }), async (answer) => {
-    desk.state = await answer.json();
+    const state = await answer.json(), before = new Set(desk.state?.tissues.map((tissue) => tissue.id));
+    // Of a tissue that is shown again nothing is known until the volume is prepared anew.
+    state.tissues = state.tissues.filter((tissue) => tissue.known || (!state.fits && before.has(tissue.id)));
+    desk.state = state;
     tell("state", desk.state);
     if (!desk.state.fits) progress();
   });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The list of tissues, and the one that is selected.
 import { el, digits } from "./dom.js";
-import { desk, on, change, say } from "./server.js";
+import { desk, on, change, isMoving, say } from "./server.js";
 import { flow, given, keyed, prefix } from "./keys.js";
 import { button, choice } from "./parts.js";
 import { onPick } from "./view.js";
@@ -25,20 +25,19 @@ const setTissue = (tissue, name, value, group = "") => change([keyed(`${prefix()
 
 // ---- solo: what is hidden for it comes back ----
 
-let solo = null; // { id, hidden: tissues that it has hidden }
+let solo = null; // { id, before: what stood in the job of each tissue that it has changed, by its key }
+const visiblePath = (key) => `${prefix()}tissues.${key}.visible`;
 const setSolo = (id) => {
-  const edits = [];
-  if (solo) edits.push(...solo.hidden.map((key) => [`${prefix()}tissues.${key}.visible`, true]));
-  if (!solo || solo.id !== id) {
-    const shown = new Set(solo?.hidden ?? []);
-    const hidden = desk.state.tissues.filter((t) => t.id !== id && (t.visible || shown.has(t.key))).map((t) => t.key);
-    edits.splice(0, edits.length, ...hidden.map((key) => [`${prefix()}tissues.${key}.visible`, false]));
-    if (!tissueOf(id).visible || shown.has(tissueOf(id).key)) edits.push([`${prefix()}tissues.${tissueOf(id).key}.visible`, true]);
-    solo = { id, hidden };
-  } else {
-    solo = null;
-  }
-  change(edits);
+  const back = (solo?.before ?? []).map(([key, value]) => [visiblePath(key), value]), was = solo?.id;
+  const shown = new Set(solo?.before.filter(([, , visible]) => visible).map(([key]) => key));
+  solo = null;
+  if (was === id) { change(back); return; }
+  const before = desk.state.tissues.filter((t) => (t.visible || shown.has(t.key)) !== (t.id === id))
+    .map((t) => [t.key, back.find(([path]) => path === visiblePath(t.key))?.[1] ?? given(visiblePath(t.key)) ?? null, t.visible || shown.has(t.key)]);
+  solo = { id, before, since: desk.state.revision };
+  const edits = new Map(back);
+  for (const [key] of before) edits.set(visiblePath(key), key === tissueOf(id).key);
+  change([...edits]);
 };
 
 // ---- cuts ----
@@ -100,7 +99,8 @@ const drawDetail = (at) => {
 
 search.addEventListener("input", drawTissues);
 on("state", (state) => {
-  if (solo && !solo.hidden.every((key) => state.tissues.some((t) => t.key === key && !t.visible))) solo = null;
+  // News from before it do not count.
+  if (solo && !isMoving() && state.revision > solo.since && state.revision >= desk.revision && !solo.before.every(([key]) => state.tissues.some((t) => t.key === key && t.visible === (t.id === solo.id)))) solo = null;
   palette.value = state.job?.appearance ?? "table";
   drawTissues();
   drawDetail();
