@@ -53,6 +53,8 @@ typedef struct sc_options {
     bool no_video;         /**< the command makes no video, whatever the job says */
     bool help, version;
     bool markdown, schema, study, man, bash, zsh, fish;
+    const char *listen;  /**< --listen of segcast desk; NULL: not given */
+    int port, idle_min;  /**< its --port and --idle; 0: not given */
     double time_limit_s; /**< --time-limit; 0: none */
     sc_setting settings[SC_SETTINGS_MAX];
     size_t setting_count;

@@ -62,23 +62,24 @@ typedef struct sc_panel_group {
 
 /** What is drawn, or only written, in one place of some frames. */
 typedef struct sc_panel {
-    sc_job job;              /**< what it draws; its arrays are those of the session's job */
-    const sc_shot *shot;     /**< whose frames it shows; NULL: all */
-    int nameless[2];         /**< as of sc_annotations */
-    sc_inputs *inputs;       /**< of the session, borrowed */
-    int input;               /**< the first of them that it shows, */
-    int phases;              /**< of so many, in turn; 0: it only writes */
-    sc_prepared volume;      /**< a view of that: with the labels of all subjects, and moved */
-    sc_grey_input grey;      /**< the grey volume */
-    sc_renderer **renderers; /**< [phases]; NULL: not yet */
-    bool borrows_renderers;  /**< from a panel that draws in the same way */
-    sc_panel_looks looks;    /**< of its tissues */
-    sc_scene_room room;      /**< of the frame being drawn; owned */
-    sc_timeline timeline;    /**< what it shows in each frame */
-    sc_way_point *ways;      /**< of the timeline, the same on all ranks; owned */
-    sc_panel_text text;      /**< what is written onto it */
-    sc_panel_place place;    /**< where it lies */
-    sc_panel_group group;    /**< with which it has the camera in common */
+    sc_job job;                /**< what it draws; its arrays are those of the session's job */
+    const sc_shot *shot;       /**< whose frames it shows; NULL: all */
+    int nameless[2];           /**< as of sc_annotations */
+    sc_inputs *inputs;         /**< of the session, borrowed */
+    int input;                 /**< the first of them that it shows, */
+    int phases;                /**< of so many, in turn; 0: it only writes */
+    const atomic_int *give_up; /**< as of sc_session; borrowed */
+    sc_prepared volume;        /**< a view of that: with the labels of all subjects, and moved */
+    sc_grey_input grey;        /**< the grey volume */
+    sc_renderer **renderers;   /**< [phases]; NULL: not yet */
+    bool borrows_renderers;    /**< from a panel that draws in the same way */
+    sc_panel_looks looks;      /**< of its tissues */
+    sc_scene_room room;        /**< of the frame being drawn; owned */
+    sc_timeline timeline;      /**< what it shows in each frame */
+    sc_way_point *ways;        /**< of the timeline, the same on all ranks; owned */
+    sc_panel_text text;        /**< what is written onto it */
+    sc_panel_place place;      /**< where it lies */
+    sc_panel_group group;      /**< with which it has the camera in common */
 } sc_panel;
 
 typedef struct sc_compare sc_compare; /**< what only a comparison has; see panels.h */
@@ -89,6 +90,11 @@ typedef struct sc_compare sc_compare; /**< what only a comparison has; see panel
  * an error of any of them only sc_session_clear may be called. */
 typedef struct sc_session {
     bool measure; /**< set between job and volume: measure all labels, so that none is hidden */
+    const atomic_int *give_up; /**< set likewise: that which sc_render_settings has; NULL: that of
+                                    sc_signals_give_up. Borrowed */
+    struct sc_session *lender; /**< set likewise: NULL, or a session whose volumes are as this one's
+                                    job needs them, which are borrowed, and so are its renderers by
+                                    panels that draw in the same way; it is cleared later */
     sc_job job;
     sc_inputs *inputs;    /**< its volumes; owned */
     sc_rank_record times; /**< what this rank did how long */
@@ -151,6 +157,22 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
  * are the farm's. @return SC_ERR_INCOMPLETE if the frame was given up (sc_signals_give_up). */
 sc_status sc_session_draw_frame(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                                 sc_image *image, sc_frame_result *result);
+/** Let all renderers draw in a hurry, or not any more: sc_renderer_hurry. Not collective. */
+void sc_session_hurry(sc_session *session, bool hurries);
+/** Make room for light that is gathered, of a session whose frames can be given up: each of those
+ * that are drawn without hurry then gathers what it needs. Not collective: such sessions belong to
+ * one process. @return SC_ERR_MEMORY. */
+sc_status sc_session_light(const sc_app *app, sc_session *session);
+/** Draw frame @p k into @p image, of any size with about the shape of the job's, without what is
+ * written onto it, and of a cross-fade the shot that comes. A comparison is drawn as by
+ * sc_session_draw, at the size of the job, for which @p image has to be. Not collective. */
+sc_status sc_session_sketch(const sc_app *app, sc_session *session, int k, sc_image *image,
+                            sc_render_stats *stats);
+/** @return the panel that frame @p k shows: of a cross-fade the one that comes, of a comparison the
+ * first; and in *frame the number of the frame in it. Not collective. */
+sc_panel *sc_session_panel(sc_session *session, int k, int *frame);
+/** @return the scene of frame @p k of a panel, which borrows from it. Not collective. */
+sc_scene sc_panel_scene(sc_panel *panel, int k);
 /** Count the work of each pixel in a picture of frame @p k in space, of @p size_px; see
  * sc_render_counts. Not collective. */
 void sc_session_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,

@@ -47,6 +47,10 @@ SC_MUST_USE sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *imag
  *  sc_image_write_png; *data is NULL then. */
 SC_MUST_USE sc_status sc_image_compress_png(const sc_ctx *ctx, const sc_image *image,
                                             const char *name, char **data, size_t *bytes);
+/** Compress a picture as a JPEG file in memory, as sc_image_compress_png. @param quality 1 to 100.
+ *  @param image without alpha. @return SC_ERR_MEMORY; SC_ERR_INTERNAL, logged. */
+SC_MUST_USE sc_status sc_image_compress_jpeg(const sc_ctx *ctx, const sc_image *image, int quality,
+                                             char **data, size_t *bytes);
 /** Write a PNG file that appears under @p path only when it is complete. @param replace as of
  *  sc_outfile_open.
  *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */

@@ -56,6 +56,10 @@ void sc_job_keep_tissues(sc_job *job, sc_tissue_use use);
  * logged, also if phases differ in their grids or labels. */
 sc_status sc_inputs_load(sc_app *app, sc_job *job, bool measure, sc_rank_record *times,
                          sc_inputs **out);
+/** Find out whether the volumes of a job, @p inputs, which were prepared as @p of asks, are
+ * prepared as @p job asks, too. Both have been loaded. @return SC_ERR_MEMORY. Not collective. */
+sc_status sc_inputs_fit(const sc_app *app, const sc_inputs *inputs, const sc_job *of,
+                        const sc_job *job, bool *fits);
 /** @return SC_ERR_WRITE, logged, if something has written into a prepared file from which frames
  * are drawn, and which must not change meanwhile (sc_watched_file_is_changed). */
 sc_status sc_inputs_check_files(const sc_ctx *ctx, const sc_inputs *inputs);

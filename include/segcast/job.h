@@ -306,6 +306,7 @@ typedef struct sc_setting {
  * `defaults`, the file, the environment, `settings`. */
 typedef struct sc_job_sources {
     const char *path;           /**< job file; NULL: none */
+    const char *text;           /**< what stands in it, which is not read then; NULL: it is read */
     const char *name;           /**< what messages call a job without a file; NULL: command line */
     const sc_setting *defaults; /**< [default_count] */
     size_t default_count;
@@ -340,6 +341,17 @@ SC_MUST_USE sc_status sc_job_list_key_frames(const sc_ctx *ctx, const sc_job *jo
  *  numbers and truth values as such, all others as strings. @return SC_ERR_MEMORY; SC_ERR_DATA, not
  * logged, if a path is not UTF-8. */
 SC_MUST_USE sc_status sc_job_write_json(const sc_ctx *ctx, const sc_job *job, sc_text *text);
+/** Append what stands in a job to @p text as JSON: the keys that its sources give, as they write
+ * them, in their order, without defaults. @return as sc_job_load, but what the values are is not
+ * checked; SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_job_write_tree(const sc_ctx *ctx, const sc_job_sources *sources,
+                                        sc_text *text);
+/** Append the text of a job file in which the value of a key is another one, and all else stands as
+ * it did: comments, order, quotes. @param text read before without a mistake. @param setting its
+ * value is written between braces if there are some. @return SC_ERR_USAGE for a path that is none;
+ * SC_ERR_DATA; SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_job_rewrite(const sc_ctx *ctx, const char *text, const sc_setting *setting,
+                                     sc_text *out);
 /** @return whether a frame of the job, or of one of its shots, has the layout views. */
 bool sc_job_has_views(const sc_job *job);
 /** Append @p value to @p text as a value or key of YAML: in double quotes, with all escapes that

@@ -102,9 +102,10 @@ sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label
 /** With light.method SC_LIGHT_GLOBAL: prepare to gather light, and as far as the frames have it in
  *  common do so for a first scene, with all ranks that made the renderer together, which are then
  *  done with it and hold it once. Frames that are drawn without have no light from the sky. To be
- *  called once, before the first frame, by all these ranks. @param first that of a frame which is
- *  neither a slice nor within a vessel. @param change the most that any two scenes of the renderer
- *  differ by. @return SC_ERR_MEMORY, the same on all these ranks: SC_LIGHT_NEW_RAYS shares less. */
+ *  called before the first frame, by all these ranks; more calls do nothing. @param first that of a
+ * frame which is neither a slice nor within a vessel. @param change the most that any two scenes of
+ * the renderer differ by. @return SC_ERR_MEMORY, the same on all these ranks: SC_LIGHT_NEW_RAYS
+ * shares less. */
 SC_MUST_USE sc_status sc_renderer_gather(const sc_ctx *ctx, sc_renderer *r, const sc_scene *first,
                                          sc_light_change change);
 /** Free a renderer and everything it owns, on this rank alone; NULL is allowed. The volume stays
@@ -154,6 +155,20 @@ void sc_render_columns(sc_renderer *renderer, const sc_scene *scene, const sc_vi
  *  threads of its settings. */
 void sc_render_frame(sc_renderer *renderer, const sc_scene *scene, const sc_rows *rows,
                      sc_image *image, sc_render_stats *stats);
+
+/** Let a renderer draw in a hurry, or not any more: one ray in each pixel, and no light is
+ * gathered. Nothing that it has kept of the last scene counts then. Not while a frame is being
+ * drawn. */
+void sc_renderer_hurry(sc_renderer *renderer, bool hurries);
+/** What is seen in a point of a picture. */
+typedef struct sc_pick {
+    int id;        /**< dense id of the tissue that is seen first; 0: none */
+    sc_vec3 at_mm; /**< where, RAS; not set if there is none */
+} sc_pick;
+/** Find what the ray through a point of a picture of @p size_px meets first. @param x_px, y_px from
+ *  the upper left corner. Threads: as sc_render_frame. */
+sc_pick sc_render_pick(sc_renderer *renderer, const sc_scene *scene, const int size_px[2],
+                       double x_px, double y_px);
 
 /** Count what the ray through the middle of each pixel takes, in a picture of the scene of any
  * size. Rays are marched one by one, so that wide kernels take longer for each than in a frame.

@@ -20,6 +20,10 @@ sc_viewport sc_views_space(int width_px, int height_px);
 /** @return width divided by height of the panel that holds the picture in space, in a picture of
  * the given size. */
 double sc_views_aspect(int width_px, int height_px);
+/** @return the scene of a slice alone in a picture of that size. @param which 0: transverse, 1:
+ *  coronal, 2: sagittal. @param scene as of sc_views_draw. */
+sc_scene sc_views_slice(const sc_views *views, int which, const int size_px[2],
+                        const sc_scene *scene);
 /** Draw all four panels into @p image, slices with lines and text over them. @param scene of the
  *  picture in space, for a picture of sc_views_aspect; all three slices go through its point.
  * @param rows the rows of @p image that are needed, or NULL for all; other rows are unspecified.

@@ -345,6 +345,9 @@ sc_match sc_label_match(const sc_label *label, const sc_pattern *pattern);
  *  which is skipped. The pattern means the labels for which sc_label_match gives the same, unless
  *  that is SC_MATCH_NONE. */
 sc_match sc_pattern_match(const sc_label *labels, int label_count, const sc_pattern *pattern);
+/** @return whether the name of a label leads to it alone in a job; otherwise its number has to.
+ *  @param labels [label_count], background first. */
+bool sc_label_name_is_clear(const sc_label *labels, int label_count, int id);
 /** Append a label to a list for a message: its name, or else its number; of more than 8 labels
  * "..." follows.
  *  @param before how many labels stand there. @return SC_ERR_MEMORY. */

@@ -29,6 +29,8 @@ class Segcast(CMakePackage):
     depends_on("cairo@1.16: +ft +fc +png")
     depends_on("fontconfig@2.13:")
     depends_on("libpng@1.6:")
+    depends_on("jpeg")
+    depends_on("libmicrohttpd")
     depends_on("zlib-api")
     depends_on("libyaml@0.2.2:")
     depends_on("jansson@2.13:")

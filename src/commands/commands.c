@@ -44,6 +44,16 @@ const sc_command sc_commands[] = {
      "others come first and are nearly transparent, or hidden. A file that exists is never "
      "replaced; -o - writes to standard output.",
      sc_cmd_init, false},
+    {NULL, "desk", "JOB.yaml|VOLUME", "look at a job in a browser and change it by hand",
+     "Prints an address for a browser on this machine, and the ssh -L line that makes it reachable "
+     "from another. There the picture turns, zooms and is cut by hand, tissues are coloured, shown "
+     "and hidden, and key frames of the film are set; all of it can be undone. Pictures are drawn "
+     "by the same renderer as frames: when nothing moves, the picture is that of segcast still, "
+     "byte for byte. What is changed are keys of the job, which is saved as a job file: comments "
+     "and order of an opened file stay. Of a volume, the job is that of segcast init. The address "
+     "holds a secret, without which nothing is served. Ends with Ctrl-C, or by --idle. Example: "
+     "segcast desk heart.yaml --idle 60",
+     sc_cmd_desk, false},
     {NULL, "convert", "VOLUME|TABLE|JOB.yaml",
      "write a mesh, prepared file, label table, line or phantom",
      "The ending of the file that -o names tells what is written. .segc: the volume, prepared. "

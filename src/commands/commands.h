@@ -91,6 +91,7 @@ sc_status sc_cmd_check(sc_app *app);
 sc_status sc_cmd_plan(sc_app *app);
 sc_status sc_cmd_info(sc_app *app);
 sc_status sc_cmd_init(sc_app *app);
+sc_status sc_cmd_desk(sc_app *app);
 sc_status sc_cmd_convert(sc_app *app);
 sc_status sc_cmd_help(sc_app *app);
 

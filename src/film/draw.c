@@ -23,8 +23,7 @@ sc_status sc_session_image(const sc_app *app, const sc_session *session, sc_imag
                                job->render.background.is_none, out);
 }
 
-/* @return the scene of frame @p k of a panel, in panel->room. */
-static sc_scene scene_at(sc_panel *panel, int k)
+sc_scene sc_panel_scene(sc_panel *panel, int k)
 {
     return sc_timeline_scene(&panel->timeline, k, &panel->room);
 }
@@ -63,6 +62,14 @@ static sc_status make_other(const sc_app *app, sc_session *session, const sc_ima
 
 /* ---- motion blur ---- */
 
+/* @return what the slices of a panel show. */
+static sc_views views_of(const sc_panel *panel)
+{
+    return (sc_views){.low_mm = panel->timeline.low_mm,
+                      .high_mm = panel->timeline.high_mm,
+                      .oriented = panel->volume.oriented};
+}
+
 /* What is drawn of a panel. */
 typedef struct drawn_part {
     const sc_columns_px *columns; /* of the picture, where they are few; NULL: all */
@@ -74,10 +81,7 @@ static sc_status draw_space(const sc_app *app, sc_renderer *renderer, const sc_p
                             const sc_scene *scene, const drawn_part *what, sc_image *image,
                             sc_render_stats *stats)
 {
-    const sc_timeline *timeline = &panel->timeline;
-    const sc_views views = {.low_mm = timeline->low_mm,
-                            .high_mm = timeline->high_mm,
-                            .oriented = panel->volume.oriented};
+    const sc_views views = views_of(panel);
 
     if (panel->job.output.layout == SC_LAYOUT_VIEWS)
         return sc_views_draw(app->ctx, renderer, &views, scene, &what->rows, image, stats);
@@ -85,7 +89,8 @@ static sc_status draw_space(const sc_app *app, sc_renderer *renderer, const sc_p
         sc_render_columns(renderer, scene, &panel->place.space, what->columns, &what->rows, image,
                           stats);
     else
-        sc_render_frame(renderer, scene, &what->rows, image, stats);
+        sc_render_view(renderer, scene, &(sc_viewport){0, 0, image->width_px, image->height_px},
+                       &what->rows, image, stats);
     return SC_OK;
 }
 
@@ -140,7 +145,7 @@ static sc_status draw_open(const sc_app *app, sc_session *session, sc_panel *pan
         sc_image_add(&session->mixer, &session->moment, first, end, session->light);
     }
     sc_image_mean(&session->mixer, session->light, moments, first, end, image);
-    (void)scene_at(panel, scene->frame);
+    (void)sc_panel_scene(panel, scene->frame);
     return SC_OK;
 }
 
@@ -176,7 +181,7 @@ static sc_status draw_shots(const sc_app *app, sc_session *session, int k, const
     const sc_rows part = rows_in(rows, image);
     const sc_film_frame at = shots_at(session, k);
     sc_panel *shot = &session->panels[at.shot], *before;
-    sc_scene scene = scene_at(shot, at.frame);
+    sc_scene scene = sc_panel_scene(shot, at.frame);
     sc_render_stats more;
 
     SC_PASS(draw_shot(app, session, shot, &scene, rows, image, stats));
@@ -186,7 +191,7 @@ static sc_status draw_shots(const sc_app *app, sc_session *session, int k, const
     if (at.before < 0)
         return SC_OK;
     before = &session->panels[at.before];
-    scene = scene_at(before, at.before_frame);
+    scene = sc_panel_scene(before, at.before_frame);
     SC_PASS(make_other(app, session, image));
     SC_PASS(draw_shot(app, session, before, &scene, &part, &session->other, &more));
     sc_render_stats_add(stats, &more);
@@ -275,13 +280,58 @@ static sc_status draw_subjects(const sc_app *app, sc_session *session, int k, co
 
     *stats = (sc_render_stats){0};
     for (int s = 0; s < group->count; s++)
-        scenes[s] = scene_at(&group->all[s], k);
+        scenes[s] = sc_panel_scene(&group->all[s], k);
     draw_background(scenes, &part, image);
     if (is_divided)
         SC_PASS(draw_divided(app, session, scenes, &part, image, stats));
     for (int s = 0; s < group->count && !is_divided; s++)
         SC_PASS(draw_subject(app, session, s, &scenes[s], NULL, &part, image, stats));
     return sc_annotations_draw(app->ctx, &over, scenes, image, &part);
+}
+
+/* ---- in a hurry ---- */
+
+void sc_session_hurry(sc_session *session, bool hurries)
+{
+    for (int p = 0; p < session->panel_count; p++) {
+        const sc_panel *panel = &session->panels[p];
+
+        for (int i = 0; panel->renderers && i < panel->phases; i++)
+            sc_renderer_hurry(panel->renderers[i], hurries);
+    }
+}
+
+sc_panel *sc_session_panel(sc_session *session, int k, int *frame)
+{
+    const sc_film_frame at = shots_at(session, k);
+
+    *frame = at.frame;
+    return &session->panels[at.shot];
+}
+
+sc_status sc_session_sketch(const sc_app *app, sc_session *session, int k, sc_image *image,
+                            sc_render_stats *stats)
+{
+    const sc_viewport whole = {0, 0, image->width_px, image->height_px};
+    const sc_rows rows = {0, image->height_px};
+    sc_panel *panel;
+    sc_views views;
+    sc_scene scene;
+
+    if (session->compare)
+        return draw_subjects(app, session, k, NULL, image, stats);
+    panel = sc_session_panel(session, k, &k);
+    scene = sc_panel_scene(panel, k);
+    views = views_of(panel);
+    *stats = (sc_render_stats){0};
+    if (!panel->phases)
+        draw_background(&scene, &rows, image);
+    else if (panel->job.output.layout == SC_LAYOUT_PICTURE)
+        sc_render_view(sc_panel_begin_frame(panel, k), &scene, &whole, NULL, image, stats);
+    else
+        return sc_views_draw(app->ctx, sc_panel_begin_frame(panel, k), &views, &scene, NULL, image,
+                             stats);
+    return SC_OK;
 }
 
 /* ---- frames ---- */
@@ -345,7 +395,7 @@ static void count_subjects(sc_session *session, int k, const int size_px[2], sc_
         return; /* a picture of the work without any */
     for (int s = 0; s < session->panels[0].group.count; s++) {
         const bool divided = session->job.compare.has_divider;
-        const sc_scene scene = scene_at(&session->panels[s], k);
+        const sc_scene scene = sc_panel_scene(&session->panels[s], k);
         const int x = sc_divider_px(scene.divider, size_px[0]);
         const sc_columns_px columns = {divided && s ? x : 0, divided && !s ? x : size_px[0]};
 
@@ -366,7 +416,7 @@ void sc_session_counts(sc_session *session, int k, const int size_px[2], sc_marc
     if (session->compare) {
         count_subjects(session, k, size_px, out, stats);
     } else if (shot->phases) { /* no title card */
-        scene = scene_at(shot, at.frame);
+        scene = sc_panel_scene(shot, at.frame);
         sc_render_counts(sc_panel_begin_frame(shot, at.frame), &scene, size_px[0], size_px[1], out,
                          stats);
     }

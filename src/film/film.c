@@ -86,17 +86,25 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session)
 
 /* ---- grey volumes ---- */
 
-/* @return the panel before @p i that has the same grey volume; NULL: none. */
-static const sc_panel *lender_of(const sc_session *session, int i)
+/* @return the first of @p count panels that has the grey volume @p path; NULL: none. */
+static const sc_panel *find_grey(const sc_panel *panels, int count, const char *path)
 {
-    for (int j = 0; j < i; j++) {
-        const sc_panel *panel = &session->panels[j];
-
-        if (panel->phases && panel->job.has_image &&
-            !strcmp(panel->job.image.path, session->panels[i].job.image.path))
-            return panel;
+    for (int i = 0; i < count; i++) {
+        if (panels[i].phases && panels[i].job.has_image && !strcmp(panels[i].job.image.path, path))
+            return &panels[i];
     }
     return NULL;
+}
+
+/* @return a panel before @p i, or of the lender, that has the same grey volume; NULL: none. */
+static const sc_panel *lender_of(const sc_session *session, int i)
+{
+    const char *path = session->panels[i].job.image.path;
+    const sc_panel *found = find_grey(session->panels, i, path);
+
+    return found || !session->lender
+               ? found
+               : find_grey(session->lender->panels, session->lender->panel_count, path);
 }
 
 /* Read the grey volumes of all panels, those of the same file once. */
@@ -167,20 +175,37 @@ static bool draws_alike(const sc_panel *a, const sc_panel *b)
                           (size_t)a->volume.label_count * sizeof *a->looks.tissues);
 }
 
-/* Fill the renderers of panel @p i: those of an earlier one, if it draws in the same way. */
-static sc_status find_renderers(sc_app *app, sc_session *session, int i)
+/* @return the first of @p count panels that draws as @p panel does; @p count: none. */
+static int find_alike(const sc_panel *panels, int count, const sc_panel *panel)
 {
-    sc_panel *panel = &session->panels[i];
     int same = 0;
 
-    if (sc_comm_rank(app->comm) == 0) {
-        while (same < i && !draws_alike(&session->panels[same], panel))
-            same++;
-    }
+    while (same < count && !(panels[same].renderers && draws_alike(&panels[same], panel)))
+        same++;
+    return same;
+}
+
+/* Fill the renderers of panel @p i: those of an earlier one, or of one of the lender's, if it draws
+ * in the same way. */
+static sc_status find_renderers(sc_app *app, sc_session *session, int i)
+{
+    const sc_session *lender = session->lender;
+    sc_panel *panel = &session->panels[i];
+    const sc_panel *from = session->panels;
+    int same = i;
+
+    if (sc_comm_rank(app->comm) == 0)
+        same = find_alike(from, i, panel);
     sc_comm_broadcast(app->comm, &same, sizeof same);
-    if (same == i)
+    if (same == i && lender) { /* of one process */
+        same = find_alike(lender->panels, lender->panel_count, panel);
+        from = same < lender->panel_count ? lender->panels : NULL;
+    } else if (same == i) {
+        from = NULL;
+    }
+    if (!from)
         return sc_panel_renderers(app, panel);
-    panel->renderers = session->panels[same].renderers;
+    panel->renderers = from[same].renderers;
     panel->borrows_renderers = true;
     return SC_OK;
 }
@@ -356,6 +381,10 @@ sc_status sc_session_timelines(sc_app *app, sc_session *session, sc_points_fn *f
 
 sc_status sc_session_load(sc_app *app, sc_session *session)
 {
+    if (session->lender) {
+        session->inputs = session->lender->inputs;
+        return SC_OK;
+    }
     return sc_inputs_load(app, &session->job, session->measure, &session->times, &session->inputs);
 }
 
@@ -368,7 +397,8 @@ sc_status sc_session_scene(sc_app *app, sc_session *session)
     sc_stage_begin(app->ctx, "preparing the light", 0, 0);
     SC_PASS(sc_session_tissues(app, session));
     SC_PASS(sc_session_timelines(app, session, NULL));
-    SC_PASS(sc_panels_gather(app, session));
+    if (!session->give_up) /* else a picture is wanted at once: sc_session_light */
+        SC_PASS(sc_panels_gather(app, session));
     for (int i = 0; i < session->panel_count; i++)
         sc_panel_unload(&session->panels[i], 0); /* names and flights look into its voxels */
     sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
@@ -386,6 +416,16 @@ void sc_session_move_inputs(sc_session *from, sc_session *to)
     sc_inputs_unload(from->inputs);
     to->inputs = from->inputs;
     from->inputs = NULL;
+    for (int i = 0; i < from->panel_count; i++) {
+        sc_grey_input *grey = &from->panels[i].grey;
+
+        for (int j = 0; j < to->panel_count && grey->codes; j++) {
+            if (to->panels[j].grey.grey.codes != grey->grey.codes || to->panels[j].grey.codes)
+                continue;
+            to->panels[j].grey.codes = grey->codes;
+            grey->codes = NULL;
+        }
+    }
 }
 
 void sc_session_clear(sc_session *session)
@@ -394,7 +434,8 @@ void sc_session_clear(sc_session *session)
     sc_image_clear(&session->other);
     sc_image_clear(&session->moment);
     sc_free(session->light);
-    sc_inputs_free(session->inputs);
+    if (!session->lender)
+        sc_inputs_free(session->inputs);
     sc_job_clear(&session->job);
     *session = (sc_session){0};
 }

@@ -14,6 +14,7 @@ static void show(sc_session *session, int input, int count, sc_panel *panel)
     panel->inputs = session->inputs;
     panel->input = input;
     panel->phases = count;
+    panel->give_up = session->give_up;
     panel->volume = session->inputs->all[input].volume;
 }
 

@@ -114,7 +114,7 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .opacity_rule = sc_job_opacity_rule(job),
         .tile_px = job->farm.tile_px,
         .threads = app->threads,
-        .give_up = sc_signals_give_up(),
+        .give_up = panel->give_up ? panel->give_up : sc_signals_give_up(),
         .comm = comm,
         .folder = sc_temporary_folder(),
         .lender = phase ? panel->renderers[0] : NULL, /* frames are drawn one after the other */
@@ -271,6 +271,18 @@ static sc_status gather(sc_app *app, const sc_panel *panel, const light_frames *
         sc_panel_unload(panel, i);
     }
     sc_stage_turn(app->ctx, 0, 0);
+    return SC_OK;
+}
+
+sc_status sc_session_light(const sc_app *app, sc_session *session)
+{
+    for (int i = 0; i < session->panel_count; i++) {
+        sc_panel *panel = &session->panels[i];
+        const sc_scene first = sc_timeline_scene(&panel->timeline, 0, &panel->room);
+
+        for (int k = 0; panel->renderers && k < panel->phases; k++)
+            SC_PASS(sc_renderer_gather(app->ctx, panel->renderers[k], &first, SC_LIGHT_NEW_RAYS));
+    }
     return SC_OK;
 }
 

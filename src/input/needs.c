@@ -56,3 +56,48 @@ sc_status sc_needs_find(const sc_app *app, const sc_job *job, bool measure, cons
     SC_HAND_OVER(n, out);
     return SC_OK;
 }
+
+/* Append what a job says of its volumes, as it would be written: all but the keys that only the
+ * drawing depends on. What tissues ask of the preparation is in the needs. */
+static sc_status write_volumes(const sc_app *app, const sc_job *job, sc_text *out)
+{
+    static const char *const others[] = {
+        "output:",   "render:", "light:",   "animation:", "overlays:",
+        "color_by:", "farm:",   "tissues:", "shots:"};
+    SC_OWN(sc_text_clear) sc_text text = {0};
+    bool counts = true;
+
+    SC_PASS(sc_job_write(app->ctx, job, false, &text));
+    for (const char *line = text.data, *end; line && *line; line = end) {
+        end = strchr(line, '\n');
+        end = end ? end + 1 : line + strlen(line);
+        if (*line != ' ') { /* a key of the whole job */
+            counts = true;
+            for (size_t i = 0; i < SC_COUNT_OF(others); i++)
+                counts = counts && strncmp(line, others[i], strlen(others[i])) != 0;
+        }
+        if (counts)
+            SC_PASS(sc_text_add(app->ctx, out, "%.*s", (int)(end - line), line));
+    }
+    return SC_OK;
+}
+
+sc_status sc_inputs_fit(const sc_app *app, const sc_inputs *inputs, const sc_job *of,
+                        const sc_job *job, bool *fits)
+{
+    const sc_prepared *v = &inputs->all[0].volume;
+    const size_t labels = (size_t)v->label_count;
+    SC_OWN(sc_text_clear) sc_text first = {0}, second = {0};
+    SC_OWN(sc_needs_clear) sc_needs a = {0}, b = {0};
+
+    SC_PASS(write_volumes(app, of, &first));
+    SC_PASS(write_volumes(app, job, &second));
+    SC_PASS(sc_needs_find(app, of, false, v->labels, v->label_count, &a));
+    SC_PASS(sc_needs_find(app, job, false, v->labels, v->label_count, &b));
+    *fits = !strcmp(first.data, second.data) && of->render.surface == job->render.surface &&
+            a.resample == b.resample && a.local_thickness == b.local_thickness &&
+            !memcmp(a.hidden, b.hidden, labels * sizeof *a.hidden) &&
+            !memcmp(a.tissue_smooth, b.tissue_smooth, labels * sizeof *a.tissue_smooth) &&
+            a.smooth.x == b.smooth.x && a.smooth.y == b.smooth.y && a.smooth.z == b.smooth.z;
+    return SC_OK;
+}

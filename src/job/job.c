@@ -114,9 +114,15 @@ static sc_status read_root(const sc_ctx *ctx, const sc_job_sources *sources, cha
                                          : "command line";
     size_t bytes = 0;
 
-    if (sources->path)
+    if (sources->path && !sources->text)
         SC_PASS(sc_file_read(ctx, sources->path, JOB_MAX_BYTES, text, &bytes));
-    SC_PASS(sc_yaml_parse(ctx, origin, *text ? *text : "", bytes, out));
+    else if (sources->text)
+        bytes = strlen(sources->text);
+    SC_PASS(sc_yaml_parse(ctx, origin,
+                          sources->text ? sources->text
+                          : *text       ? *text
+                                        : "",
+                          bytes, out));
     if (!sources->path)
         (*out)->line = 0;
     if ((*out)->kind != SC_YAML_MAP)
@@ -203,6 +209,17 @@ void sc_job_clear(sc_job *job)
     *job = (sc_job){0};
 }
 
+sc_status sc_job_write_tree(const sc_ctx *ctx, const sc_job_sources *sources, sc_text *out)
+{
+    SC_OWN(sc_free_at) char *text = NULL;
+    SC_OWN(sc_yaml_free_at) sc_yaml *root = NULL;
+
+    SC_PASS(read_root(ctx, sources, &text, &root));
+    SC_PASS(apply_settings(ctx, sources->defaults, sources->default_count, true, root));
+    SC_PASS(apply_settings(ctx, sources->settings, sources->setting_count, false, root));
+    return sc_tree_to_json(ctx, root, out);
+}
+
 bool sc_job_has_views(const sc_job *job)
 {
     bool has_views = job->output.layout == SC_LAYOUT_VIEWS && !job->shot_count;
@@ -216,4 +233,14 @@ sc_status sc_job_write(const sc_ctx *ctx, const sc_job *job, bool identity, sc_t
 {
     return sc_keys_write(ctx, sc_job_keys, job, 0, identity ? SC_WRITE_IDENTITY : SC_WRITE_ALL,
                          text);
+}
+
+sc_status sc_job_write_json(const sc_ctx *ctx, const sc_job *job, sc_text *text)
+{
+    SC_OWN(sc_text_clear) sc_text yaml = {0};
+    SC_OWN(sc_yaml_free_at) sc_yaml *root = NULL;
+
+    SC_PASS(sc_job_write(ctx, job, false, &yaml));
+    SC_PASS(sc_yaml_parse(ctx, "job", yaml.data, yaml.length_bytes, &root));
+    return sc_tree_to_json(ctx, root, text);
 }

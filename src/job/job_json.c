@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Writes a job as JSON: the tree of what sc_job_write writes. */
-#include "segcast/job.h"
-#include "yaml/yaml_tree.h"
+/* Writes the tree of a job as JSON. */
+#include "key.h"
 
-#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -48,16 +46,11 @@ static json_t *to_json(const sc_yaml *node)
     return json;
 }
 
-sc_status sc_job_write_json(const sc_ctx *ctx, const sc_job *job, sc_text *text)
+sc_status sc_tree_to_json(const sc_ctx *ctx, const sc_yaml *root, sc_text *text)
 {
-    SC_OWN(sc_text_clear) sc_text yaml = {0};
-    SC_OWN(sc_yaml_free_at) sc_yaml *root = NULL;
-    json_auto_t *json = NULL;
+    json_auto_t *json = to_json(root);
     SC_OWN(sc_free_at) char *written = NULL;
 
-    SC_PASS(sc_job_write(ctx, job, false, &yaml));
-    SC_PASS(sc_yaml_parse(ctx, "job", yaml.data, yaml.length_bytes, &root));
-    json = to_json(root);
     written = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     return written ? sc_text_add(ctx, text, "%s", written)
                    : sc_fail(ctx, SC_ERR_MEMORY, "out of memory while a job was written as JSON");

@@ -150,6 +150,11 @@ const sc_key *sc_key_find(const sc_key *keys, const char *name);
  * node->key_told. @return as sc_yaml_fail. */
 sc_status sc_key_unknown(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node);
 
+/* ---- job_json.c ---- */
+
+/* Append a tree to @p text as JSON. @return SC_ERR_MEMORY. */
+sc_status sc_tree_to_json(const sc_ctx *ctx, const sc_yaml *root, sc_text *text);
+
 /* ---- misplaced.c ---- */
 
 /* Log the keys in the maps of a job that belong into other maps, and mark them by key_told.
@@ -366,6 +371,11 @@ sc_status sc_tell_input(const sc_ctx *ctx, const sc_yaml *node, const char *key,
  * it has one. @param error the errno that tells why. @return as sc_input_status. */
 sc_status sc_tell_missing(const sc_ctx *ctx, const sc_yaml *node, const char *key, const char *path,
                           int error);
+
+/* Copy the first element of the path of a setting into @p element, which has room for @p size
+ * bytes.
+ * @return the rest of the path, or NULL if the path is malformed or the element too long. */
+const char *sc_setting_element(const char *path, char *element, size_t size);
 
 /* ---- schema.c ---- */
 

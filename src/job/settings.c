@@ -117,9 +117,7 @@ static size_t name_length(const char *path)
     return length;
 }
 
-/* Copy the first element of @p path into @p element, which has room for @p size bytes. @return the
- * rest of the path, or NULL if the path is malformed or the element too long. */
-static const char *path_element(const char *path, char *element, size_t size)
+const char *sc_setting_element(const char *path, char *element, size_t size)
 {
     const size_t index = bracketed(path);
     const bool is_quoted = *path == '"';
@@ -275,7 +273,7 @@ static sc_status put(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const
         sc_yaml *parent = at.node;
         size_t index = 0;
 
-        path = path_element(path, element, sizeof element);
+        path = sc_setting_element(path, element, sizeof element);
         if (!path) {
             status = sc_fail(ctx, SC_ERR_USAGE,
                              "%s: expected key.path=value, where each key has at most %zu "

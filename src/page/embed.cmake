@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# cmake -DPARTS="page.html;style.css;dom.js;..." -DOUTPUT=page_html.c -P embed.cmake: puts the style and the modules,
+# cmake -DPARTS="page.html;style.css;dom.js;..." -DNAME=sc_page_html -DOUTPUT=page_html.c -P embed.cmake: puts the style and the modules,
 # without what they import and export, into the HTML, and that into a C array.
 set(scripts "")
 foreach(part IN LISTS PARTS)
@@ -18,4 +18,4 @@ string(REPLACE "@SCRIPTS@" "${scripts}" page "${page}")
 file(WRITE ${OUTPUT}.html "${page}")
 file(READ ${OUTPUT}.html bytes HEX)
 string(REGEX REPLACE "(..)" "0x\\1," bytes "${bytes}")
-file(WRITE ${OUTPUT} "/* Made by embed.cmake. */\n#include \"segcast/page.h\"\n\nconst char sc_page_html[] = {\n${bytes}0};\n")
+file(WRITE ${OUTPUT} "/* Made by embed.cmake. */\n#include \"segcast/page.h\"\n\nconst char ${NAME}[] = {\n${bytes}0};\n")

@@ -37,7 +37,7 @@ static void set_sky(sc_renderer *r, bool inside)
     sc_march_light *light = &r->march.light;
 
     light->sky = light->lamp = 0;
-    if (!r->gather || inside)
+    if (!r->gather || r->hurries || inside)
         return;
     light->sky = fmaxf(light->ambient, SKY_LEAST);
     light->lamp = light->key;

@@ -80,8 +80,8 @@ static void queue_first_ray(sc_tile *t, int x, int y)
  * are marched side by side go through the same part of the volume. */
 static void cast_first_rays(sc_tile *t)
 {
-    const int apron =
-        t->f->renderer->settings.samples > 1; /* neighbours are needed for comparison */
+    const int apron = t->f->renderer->settings.samples > 1 &&
+                      !t->f->renderer->hurries; /* neighbours are needed for comparison */
     const int x1 = t->x1 + apron, y1 = t->y1 + apron;
 
     for (int y = t->y0 - apron; y < y1; y += 4) {
@@ -297,17 +297,19 @@ static void draw_tile(sc_tile *t)
 {
     const sc_render_settings *s = &t->f->renderer->settings;
 
+    const bool once = t->f->renderer->hurries;
+
     if (is_empty(t)) {
         fill_empty(t);
         return;
     }
-    if (sc_is_blurred(t->f->renderer, t->f->scene)) {
+    if (!once && sc_is_blurred(t->f->renderer, t->f->scene)) {
         sc_tile_draw_blurred(t);
         return;
     }
-    if (!s->everywhere)
+    if (!s->everywhere || once)
         cast_first_rays(t);
-    if (s->everywhere || s->samples > 1)
+    if (!once && (s->everywhere || s->samples > 1))
         refine(t);
     for (int y = t->y0; y < t->y1; y++)
         store_row(t, y);
@@ -316,14 +318,6 @@ static void draw_tile(sc_tile *t)
 static int least(int a, int b)
 {
     return a < b ? a : b;
-}
-
-/* Is the frame to be given up? */
-static bool is_given_up(const sc_frame *f)
-{
-    const sc_render_settings *s = &f->renderer->settings;
-
-    return s->give_up && *s->give_up;
 }
 
 /* Draw tiles [@p begin, @p end) of the frame @p user, numbered row by row, as far as it is not to
@@ -350,7 +344,7 @@ static void draw_and_measure(void *user, size_t begin, size_t end, int thread)
     t.counters = (sc_march_counters){0};
     t.rays.count = 0;
     t.rays.most = sc_parts_apart(f->renderer) ? SC_APART_BATCH : SC_RAY_BATCH;
-    for (size_t i = begin; i < end && !is_given_up(f); i++) {
+    for (size_t i = begin; i < end && !sc_is_given_up(f->renderer); i++) {
         t.x0 = f->column0 + (int)(i % (size_t)f->tiles_x) * s->tile_px;
         t.y0 = f->row0 + (int)(i / (size_t)f->tiles_x) * s->tile_px;
         t.x1 = least(t.x0 + s->tile_px, f->column1);
@@ -367,7 +361,7 @@ static void draw_and_measure(void *user, size_t begin, size_t end, int thread)
  */
 static void draw_tiles(void *user, size_t begin, size_t end, int thread)
 {
-    if (!is_given_up(user))
+    if (!sc_is_given_up(((const sc_frame *)user)->renderer))
         draw_and_measure(user, begin, end, thread);
 }
 
@@ -407,8 +401,10 @@ static void begin_view(sc_frame *f)
 
     sc_begin_tissues(r, f->scene);
     sc_begin_scene(r, f->scene, f->viewport->height_px);
-    if (r->gather && !f->scene->slice && !f->scene->inside)
+    if (r->gather && !r->hurries && !f->scene->slice && !f->scene->inside)
         sc_gather_scene(r->gather, r, f->scene);
+    else if (r->hurries)
+        memset(r->march.around, 0, sizeof r->march.around);
     if (sc_fades_away(r)) {
         r->on_white = r->march;
         for (int i = 0; i < 3; i++)
@@ -466,6 +462,37 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
     sc_render_columns(r, scene, viewport, NULL, rows, image, stats);
 }
 
+void sc_renderer_hurry(sc_renderer *r, bool hurries)
+{
+    r->hurries = hurries;
+    r->last_viewport = (sc_viewport){0}; /* what scenes point to may have changed meanwhile */
+}
+
+sc_pick sc_render_pick(sc_renderer *r, const sc_scene *scene, const int size_px[2], double x_px,
+                       double y_px)
+{
+    const sc_viewport viewport = {0, 0, size_px[0], size_px[1]};
+    sc_frame f = {.renderer = r, .scene = scene, .viewport = &viewport};
+    const sc_aim aim = {x_px, y_px, 0, 0};
+    sc_march_counters counters = {0};
+    sc_radiance light = sc_no_light();
+    sc_pick pick = {0};
+    sc_sight sight;
+    sc_ray ray;
+
+    begin_view(&f);
+    if (sc_parts_apart(r))
+        sc_march_apart(r, &aim, 1, 0, &light, &counters);
+    else if (sc_make_ray(&f.lens, &aim, &ray))
+        r->kernel->march(&r->march, &ray, NULL, 1, &light, &counters);
+    if (!light.label)
+        return pick;
+    pick.id = (int)light.label;
+    sight = sc_line_of_sight(&f.lens, &aim);
+    pick.at_mm = sc_vec3_along(sight.eye_mm, light.depth_mm, sight.direction);
+    return pick;
+}
+
 /* ---- counts for each pixel ---- */
 
 /* A frame whose work is counted pixel by pixel, into out [height of the viewport][width]. */
@@ -483,7 +510,7 @@ static void count_rows(void *user, size_t begin, size_t end, int thread)
     const int width = f->viewport->width_px;
     const double begin_s = sc_thread_cpu_s();
 
-    for (size_t y = begin; y < end && !is_given_up(f); y++) {
+    for (size_t y = begin; y < end && !sc_is_given_up(f->renderer); y++) {
         for (int x = 0; x < width; x++) {
             const sc_aim aim = {x + 0.5, (double)y + 0.5, 0, 0};
             sc_march_counters *out = &c->out[y * (size_t)width + (size_t)x];

@@ -170,6 +170,11 @@ void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body)
         sc_parallel_for(g->renderer->settings.threads, count, chunk, body, g);
 }
 
+bool sc_gather_ends(const sc_gather *g)
+{
+    return !g->together && sc_is_given_up(g->renderer);
+}
+
 uint32_t sc_gather_number(const sc_gather *g, uint32_t first, uint32_t *counts)
 {
     const size_t bricks = sc_brick_count(g->renderer->volume->bricks);
@@ -255,8 +260,11 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
     g->is_convex = convex;
     g->sky_strength = light->sky;
     g->lamp_strength = light->lamp;
+    g->is_known = false;
     if (!traced)
         sc_gather_trace(ctx, g, scene);
+    if (sc_gather_ends(g))
+        return;
     g->together = g->together && shares_light(g);
     sc_gather_sum(g);
     memcpy(g->tissues, r->tissues, (size_t)r->volume->label_count * sizeof *r->tissues);

@@ -119,6 +119,8 @@ sc_status sc_gather_find_parts(const sc_ctx *ctx, sc_gather *g);
 /* Replace the counts that bricks have, and that of one more, which is 0, by the sum of @p first and
  * those before. Collective. @return the sum of all. */
 uint32_t sc_gather_number(const sc_gather *g, uint32_t first, uint32_t *counts);
+/* @return whether gathering is to be given up, as the frame is; not while others would wait. */
+bool sc_gather_ends(const sc_gather *g);
 /* Call @p body for all of [0, count): together, or by the threads of this rank alone. */
 void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body);
 /* Follow the rays of all places through what @p scene shows: sets g->hits. @param ctx its stage

@@ -299,7 +299,7 @@ void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene)
 
     set_absent(g);
     set_planes(g, scene);
-    for (g->direction = 0; g->direction < sc_gather_rays(g); g->direction++) {
+    for (g->direction = 0; g->direction < sc_gather_rays(g) && !sc_gather_ends(g); g->direction++) {
         const bool *absent = g->absent + (size_t)g->direction * labels;
 
         if (!g->direction || memcmp(absent, absent - labels, labels) != 0) {

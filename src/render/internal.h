@@ -80,6 +80,7 @@ typedef struct sc_cover {
 /* Owns what its pointers point to, except the volume and the kernel. */
 struct sc_renderer {
     sc_render_settings settings;
+    bool hurries;              /* see sc_renderer_hurry */
     const sc_prepared *volume; /* borrowed */
     const sc_kernel *kernel;   /* of the constant table */
     sc_march march;     /* points to the members below; light, background, depth cue and clip planes
@@ -134,6 +135,12 @@ struct sc_renderer {
     sc_lens_sample *lens_samples; /* [SC_LENS_BLOCK^2][settings.lens_samples]: of each pixel of a
                                      square of them; NULL if there are none; owned */
 };
+
+/* @return whether what is being drawn is to be given up: see sc_render_settings. */
+static inline bool sc_is_given_up(const sc_renderer *r)
+{
+    return r->settings.give_up && *r->settings.give_up;
+}
 
 /* What all rays of a view share. Its vectors are in voxels: the eye's position, and directions per
  * mm. */

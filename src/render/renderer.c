@@ -252,7 +252,7 @@ out:
 sc_status sc_renderer_gather(const sc_ctx *ctx, sc_renderer *r, const sc_scene *first,
                              sc_light_change change)
 {
-    if (!gathers_light(r))
+    if (!gathers_light(r) || r->gather)
         return SC_OK;
     sc_stage_begin(ctx, "gathering light", 0, SC_GATHER_RAYS);
     SC_PASS(sc_gather_new(ctx, r, change, &r->gather));

@@ -92,6 +92,15 @@ static sc_scene slice_scene(const sc_views *v, const struct view *kind, double h
     return scene;
 }
 
+sc_scene sc_views_slice(const sc_views *views, int which, const int size_px[2],
+                        const sc_scene *scene)
+{
+    const sc_viewport whole = {0, 0, size_px[0], size_px[1]};
+
+    return slice_scene(views, &slice_views[which], scale_of(views, which, whole) * size_px[1] / 2,
+                       scene);
+}
+
 /* What all functions draw_* need. Each draws one thing over panel @p p, a part of the picture. */
 typedef struct drawing {
     const sc_views *v;

@@ -14,6 +14,8 @@ name_library() {
     OpenMP::OpenMP_C) echo OpenMP ;;
     MPI::MPI_C) echo MPI ;;
     PNG::PNG) echo libpng ;;
+    JPEG::JPEG) echo libjpeg ;;
+    PkgConfig::MICROHTTPD) echo libmicrohttpd ;;
     PkgConfig::XXHASH) echo xxHash ;;
     Teem::teem) echo Teem ;;
     Nifti::nifti2) echo nifticlib ;;

@@ -98,20 +98,6 @@ static sc_status add_path(const sc_ctx *ctx, const char *key, const char *path, 
 
 /* ---- tissues ---- */
 
-/* Does the name lead to this label alone, in a job? Otherwise its number has to. */
-static bool is_clear(const sc_prepared *v, int id)
-{
-    const sc_pattern pattern = sc_pattern_of(v->labels[id].name);
-
-    if (!v->labels[id].name[0] || pattern.is_number || pattern.is_glob)
-        return false;
-    for (int other = 1; other < v->label_count; other++) {
-        if (other != id && sc_label_match(&v->labels[other], &pattern) == SC_MATCH_EXACT)
-            return false;
-    }
-    return true;
-}
-
 /* Append how a tissue looks at first: what the label table says; else opaque, and covers nearly
  * transparent, or hidden if another cover lies around them. */
 static sc_status add_look(const sc_ctx *ctx, const sc_label *label, int layer, sc_text *out)
@@ -134,7 +120,7 @@ static sc_status add_tissue(const sc_ctx *ctx, const sc_prepared *v, const sc_pl
     const sc_label_stats *s = &v->stats[place->id];
     const double ml = (double)s->voxels * fabs(sc_affine_determinant(&v->to_ras_mm)) / 1000;
     const size_t begin = out->length_bytes;
-    const bool by_name = is_clear(v, place->id);
+    const bool by_name = sc_label_name_is_clear(v->labels, v->label_count, place->id);
     int used;
 
     SC_PASS(sc_text_add(ctx, out, "  "));
@@ -351,26 +337,32 @@ static sc_status write_job(const sc_app *app, const char *path, const sc_text *t
     return SC_OK;
 }
 
-sc_status sc_cmd_init(sc_app *app)
+sc_status sc_init_write(sc_app *app, sc_text *path, sc_text *out)
 {
     SC_OWN(sc_session_clear) sc_session session = {0};
     SC_OWN(sc_input_clear) sc_input input = {.measure = true};
-    SC_OWN(sc_text_clear) sc_text text = {0}, path = {0};
     SC_OWN(sc_free_at) char *stem = NULL;
 
     SC_PASS(make_stem(app->ctx, app->options.input, &stem));
     if (app->options.output)
-        SC_PASS(sc_text_add(app->ctx, &path, "%s", app->options.output));
+        SC_PASS(sc_text_add(app->ctx, path, "%s", app->options.output));
     else
-        SC_PASS(sc_text_add(app->ctx, &path, "%s.yaml", stem));
+        SC_PASS(sc_text_add(app->ctx, path, "%s.yaml", stem));
     SC_PASS(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_PASS(sc_expect_series(app));
     SC_PASS(sc_session_job(app, NULL, &session));
-    if (strcmp(path.data, "-"))
-        SC_PASS(sc_check_output(app, &session.job, path.data, false));
-    SC_PASS(add_head(app, &session.job, path.data, stem, &text));
+    if (strcmp(path->data, "-"))
+        SC_PASS(sc_check_output(app, &session.job, path->data, false));
+    SC_PASS(add_head(app, &session.job, path->data, stem, out));
     /* Of a series, the first phase tells enough. */
     SC_PASS(sc_input_load(app, &session.job, &session.times, &input));
-    SC_PASS(add_body(app, &input.volume, &text));
+    return add_body(app, &input.volume, out);
+}
+
+sc_status sc_cmd_init(sc_app *app)
+{
+    SC_OWN(sc_text_clear) sc_text text = {0}, path = {0};
+
+    SC_PASS(sc_init_write(app, &path, &text));
     return write_job(app, path.data, &text);
 }

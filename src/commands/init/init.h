@@ -3,7 +3,7 @@
 #ifndef SC_COMMANDS_INIT_H
 #define SC_COMMANDS_INIT_H
 
-#include "segcast/prepare.h"
+#include "segcast/process.h"
 
 /* A system of the body, as anatomical atlases are divided; in the order of a job file. */
 typedef enum sc_system {
@@ -53,5 +53,10 @@ sc_status sc_name_covers(const sc_ctx *ctx, const sc_prepared *volume, const boo
 void sc_plain_words(const char *name, char *to);
 /* @return whether a word of @p words, which sc_plain_words has made, begins with @p beginning. */
 bool sc_word_begins(const char *words, const char *beginning);
+
+/* Write a job to begin with to @p out, and the name of its file, which is not there yet, to @p
+ * path: that of --output, or one that follows from the volume. Both are empty before, and cleared
+ * by the caller also after an error. @return as the command. */
+sc_status sc_init_write(struct sc_app *app, sc_text *path, sc_text *out);
 
 #endif

@@ -92,6 +92,19 @@ sc_match sc_label_match(const sc_label *label, const sc_pattern *p)
     return SC_MATCH_NONE;
 }
 
+bool sc_label_name_is_clear(const sc_label *labels, int label_count, int id)
+{
+    const sc_pattern pattern = sc_pattern_of(labels[id].name);
+
+    if (!labels[id].name[0] || pattern.is_number || pattern.is_glob)
+        return false;
+    for (int other = 1; other < label_count; other++) {
+        if (other != id && sc_label_match(&labels[other], &pattern) == SC_MATCH_EXACT)
+            return false;
+    }
+    return true;
+}
+
 sc_match sc_pattern_match(const sc_label *labels, int label_count, const sc_pattern *pattern)
 {
     sc_match best = SC_MATCH_NONE;

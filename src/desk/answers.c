@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What all answers have in common: sizes that are asked for, messages, refusals. */
+#include "desk.h"
+
+/* The most a page may ask for: 8 K. */
+enum { SIDE_LEAST_PX = 16, SIDE_MOST_PX = 7680 };
+
+void sc_desk_refuse(sc_desk *desk, sc_call *call, const char *why)
+{
+    json_t *list = desk->notes.errors ? json_deep_copy(desk->notes.list) : json_pack("[s]", why);
+
+    /* A mistake in a value is no failure of the server, of which browsers would complain. */
+    sc_http_answer_json(call, 200, json_pack("{s:b, s:o}", "refused", 1, "notes", list));
+}
+
+bool sc_desk_size(const json_t *body, int out[2])
+{
+    const json_t *size = json_object_get(body, "size");
+
+    for (size_t i = 0; i < 2; i++) {
+        const json_t *side = json_array_get(size, i);
+
+        if (!json_is_integer(side) || json_integer_value(side) < SIDE_LEAST_PX ||
+            json_integer_value(side) > SIDE_MOST_PX)
+            return false;
+        out[i] = (int)json_integer_value(side);
+    }
+    return true;
+}
+
+void sc_desk_note(void *user, sc_log_level level, const char *text)
+{
+    sc_notes *notes = user;
+
+    if (level > SC_LOG_WARN || json_array_size(notes->list) >= SC_MISTAKES_MAX)
+        return;
+    if (level == SC_LOG_ERROR)
+        notes->errors++;
+    json_array_append_new(notes->list, json_string(text));
+}

@@ -1,0 +1,606 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The server; the only user of libmicrohttpd. A thread of that library reads requests. A request is
+ * "POST /SECRET/VERB" with an object of JSON, or "GET /SECRET/", the page. Everything else is
+ * refused before its body is read. A request that is queued is suspended until it is answered. */
+#include "http.h"
+
+#include "segcast/process.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <microhttpd.h>
+#include <netdb.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+enum {
+    BODY_MAX_BYTES = 1 << 18, /* of a request: some thousand changes of a job */
+    CONNECTIONS_MAX = 512,    /* more are not accepted */
+    QUIET_MAX_S = 30,         /* a connection that sends nothing for so long is closed */
+    STRANGER_MAX_S = 10       /* and one that has not shown the secret by then, whatever it sends */
+};
+
+struct sc_call {
+    sc_http *http;
+    struct MHD_Connection *connection;
+    sc_call *next;
+    char verb[24];
+    char *text; /* of the body */
+    size_t bytes, room;
+    json_t *body;
+    bool is_queued;
+    /* the answer */
+    int code;
+    const char *type;
+    void *data;
+    size_t data_bytes;
+    char *view;
+};
+
+/* A connection, from when it is accepted to when it is closed. */
+typedef struct stranger {
+    struct stranger *next;
+    int socket;
+    double since_s;
+    bool is_known; /* it has shown the secret */
+} stranger;
+
+struct sc_http {
+    struct MHD_Daemon *daemon;
+    sc_http_settings settings;
+    char secret[SC_SECRET_DIGITS + 1];
+    int port;
+    pthread_mutex_t lock; /* of all below */
+    pthread_cond_t queued;
+    sc_call *first, **last;
+    bool is_stopping;
+    _Atomic double active_s;
+    pthread_mutex_t strangers_lock;
+    stranger *strangers;
+    pthread_t guard;
+    bool has_guard;
+};
+
+/* ---- who may ask ---- */
+
+/* @return whether @p text begins with the secret. The time does not tell how much of it is right.
+ */
+static bool has_secret(const sc_http *http, const char *text)
+{
+    unsigned differ = 0;
+
+    if (strnlen(text, SC_SECRET_DIGITS) < SC_SECRET_DIGITS) /* its length is no secret */
+        return false;
+    for (size_t i = 0; i < SC_SECRET_DIGITS; i++)
+        differ |= (unsigned)(text[i] ^ http->secret[i]);
+    return differ == 0;
+}
+
+/* @return whether the value of a Host header, with or without a port, names this machine by a name
+ * that no other can have: another name could be that of a foreign page that leads here. */
+static bool is_own_host(const sc_http *http, const char *host)
+{
+    const char *const names[] = {"localhost", "127.0.0.1", "[::1]", http->settings.listen};
+
+    for (size_t i = 0; host && i < SC_COUNT_OF(names); i++) {
+        const size_t length = names[i] ? strlen(names[i]) : 0;
+
+        if (length && !strncmp(host, names[i], length) &&
+            (!host[length] ||
+             (host[length] == ':' && !host[length + 1 + strspn(host + length + 1, "0123456789")])))
+            return true;
+    }
+    return false;
+}
+
+/* @return whether a request comes from the page of this server, not from a foreign one. */
+static bool is_own_origin(struct MHD_Connection *connection, const char *host, bool is_post)
+{
+    static const char scheme[] = "http://";
+    const char *origin = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, "Origin");
+
+    if (!origin)
+        return !is_post;
+    return !strncmp(origin, scheme, sizeof scheme - 1) && !strcmp(origin + sizeof scheme - 1, host);
+}
+
+/* @return the code by which a request is refused before its body is read; 0: it is not. */
+static int refusal(const sc_http *http, struct MHD_Connection *connection, const char *url,
+                   const char *method)
+{
+    const char *host = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, "Host");
+    const char *length = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, "Content-Length");
+    const bool is_post = !strcmp(method, "POST"), is_get = !strcmp(method, "GET");
+
+    if (!is_own_host(http, host) || !is_own_origin(connection, host, is_post) || url[0] != '/' ||
+        !has_secret(http, url + 1) || url[1 + SC_SECRET_DIGITS] != '/')
+        return MHD_HTTP_FORBIDDEN;
+    if (!is_post && !is_get)
+        return MHD_HTTP_METHOD_NOT_ALLOWED;
+    if (is_get && url[2 + SC_SECRET_DIGITS])
+        return MHD_HTTP_NOT_FOUND;
+    if (length && (strlen(length) > 9 || atol(length) > BODY_MAX_BYTES))
+        return MHD_HTTP_CONTENT_TOO_LARGE;
+    return 0;
+}
+
+/* ---- strangers ---- */
+
+/* Note that a connection begins or ends. */
+static void on_connection(void *user, struct MHD_Connection *connection, void **mine,
+                          enum MHD_ConnectionNotificationCode code)
+{
+    sc_http *http = user;
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    stranger *s = *mine;
+
+    pthread_mutex_lock(&http->strangers_lock);
+    if (code == MHD_CONNECTION_NOTIFY_STARTED) {
+        s = calloc(1, sizeof *s);
+        if (s && info) {
+            *s = (stranger){http->strangers, info->connect_fd, sc_wall_s(), false};
+            http->strangers = s;
+            *mine = s;
+        } else {
+            free(s);
+        }
+    } else if (s) {
+        stranger **at = &http->strangers;
+
+        while (*at != s)
+            at = &(*at)->next;
+        *at = s->next;
+        free(s);
+        *mine = NULL;
+    }
+    pthread_mutex_unlock(&http->strangers_lock);
+}
+
+/* Note that a connection has shown the secret. */
+static void know(sc_http *http, struct MHD_Connection *connection)
+{
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+
+    pthread_mutex_lock(&http->strangers_lock);
+    if (info && info->socket_context)
+        ((stranger *)info->socket_context)->is_known = true;
+    pthread_mutex_unlock(&http->strangers_lock);
+}
+
+/* Thread: shut down connections that send a byte now and then and never show the secret. */
+static void *guard(void *user)
+{
+    sc_http *http = user;
+    bool stops = false;
+
+    while (!stops) {
+        const double before_s = sc_wall_s() - STRANGER_MAX_S;
+
+        sc_sleep_s(0.25);
+        pthread_mutex_lock(&http->strangers_lock);
+        for (stranger *s = http->strangers; s; s = s->next) {
+            if (!s->is_known && s->since_s < before_s)
+                (void)shutdown(s->socket, SHUT_RDWR);
+        }
+        pthread_mutex_unlock(&http->strangers_lock);
+        pthread_mutex_lock(&http->lock);
+        stops = http->is_stopping;
+        pthread_mutex_unlock(&http->lock);
+    }
+    return NULL;
+}
+
+/* ---- answers ---- */
+
+static enum MHD_Result send_response(struct MHD_Connection *connection, int code, const char *type,
+                                     struct MHD_Response *response)
+{
+    static const char *const headers[][2] = {
+        {"Cache-Control", "no-store"},
+        {"X-Content-Type-Options", "nosniff"},
+        {"X-Frame-Options", "DENY"},
+        {"Referrer-Policy", "no-referrer"},
+        {"Cross-Origin-Resource-Policy", "same-origin"},
+        {"Content-Security-Policy",
+         "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: "
+         "data:; media-src blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; "
+         "frame-ancestors 'none'"}};
+    enum MHD_Result result;
+
+    if (!response)
+        return MHD_NO;
+    for (size_t i = 0; i < SC_COUNT_OF(headers); i++)
+        MHD_add_response_header(response, headers[i][0], headers[i][1]);
+    MHD_add_response_header(response, "Content-Type", type);
+    result = MHD_queue_response(connection, (unsigned)code, response);
+    MHD_destroy_response(response);
+    return result;
+}
+
+/* Refuse a request, without words: who has the secret does not need them. */
+static enum MHD_Result refuse(struct MHD_Connection *connection, int code)
+{
+    static const char text[] = "refused\n";
+    struct MHD_Response *response = MHD_create_response_from_buffer(
+        sizeof text - 1, (void *)(uintptr_t)text, MHD_RESPMEM_PERSISTENT);
+
+    if (response)
+        MHD_add_response_header(response, "Connection", "close");
+    return send_response(connection, code, "text/plain", response);
+}
+
+static enum MHD_Result send_answer(sc_call *call)
+{
+    struct MHD_Response *response =
+        MHD_create_response_from_buffer(call->data_bytes, call->data, MHD_RESPMEM_MUST_FREE);
+
+    if (response)
+        call->data = NULL;
+    if (response && call->view)
+        MHD_add_response_header(response, "X-View", call->view);
+    return send_response(call->connection, call->code, call->type, response);
+}
+
+void sc_http_answer(sc_call *call, int code, const char *type, void *data, size_t bytes,
+                    const char *view)
+{
+    call->code = code;
+    call->type = type;
+    call->data = data;
+    call->data_bytes = data ? bytes : 0;
+    call->view = view ? strdup(view) : NULL;
+    MHD_resume_connection(call->connection); /* from here on it is the other thread's */
+}
+
+void sc_http_answer_json(sc_call *call, int code, json_t *json)
+{
+    char *text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(12)) : NULL;
+
+    json_decref(json);
+    sc_http_answer(call, text ? code : MHD_HTTP_INTERNAL_SERVER_ERROR, "application/json", text,
+                   text ? strlen(text) : 0, NULL);
+}
+
+/* ---- calls ---- */
+
+const char *sc_call_verb(const sc_call *call)
+{
+    return call->verb;
+}
+
+const json_t *sc_call_body(const sc_call *call)
+{
+    return call->body;
+}
+
+static void free_call(sc_call *call)
+{
+    json_decref(call->body);
+    free(call->text);
+    free(call->data);
+    free(call->view);
+    free(call);
+}
+
+/* Only asks for news: nothing that is being drawn has to stop for it, and nobody does anything. */
+static bool is_poll(const char *verb)
+{
+    return !strcmp(verb, "picture") || !strcmp(verb, "state");
+}
+
+/* Queue a call whose body is complete. */
+static enum MHD_Result queue_call(sc_call *call)
+{
+    sc_http *http = call->http;
+    bool is_news;
+
+    call->body = json_loadb(call->text ? call->text : "{}", call->text ? call->bytes : 2, 0, NULL);
+    if (!json_is_object(call->body))
+        return refuse(call->connection, MHD_HTTP_BAD_REQUEST);
+    call->is_queued = true;
+    is_news = is_poll(call->verb);
+    if (!is_news)
+        http->active_s = sc_wall_s();
+    MHD_suspend_connection(call->connection);
+    pthread_mutex_lock(&http->lock);
+    *http->last = call;
+    http->last = &call->next;
+    pthread_cond_signal(&http->queued);
+    pthread_mutex_unlock(&http->lock);
+    if (!is_news && *http->settings.may_interrupt) /* see sc_http_waits: after it was queued */
+        *http->settings.interrupt = 1;
+    return MHD_YES;
+}
+
+/* Answer what the thread that draws is not needed for: how far it is. */
+static enum MHD_Result send_progress(sc_call *call)
+{
+    const sc_ctx ctx = {.stage = (sc_stage *)(uintptr_t)call->http->settings.stage};
+    const sc_stage_view view = sc_stage_look(&ctx);
+    json_t *json = json_pack("{s:s, s:f, s:f}", "stage", view.name ? view.text : "", "share",
+                             view.share, "left_s", view.left_s);
+
+    call->type = "application/json";
+    call->code = MHD_HTTP_OK;
+    call->data = json ? json_dumps(json, JSON_COMPACT) : NULL;
+    call->data_bytes = call->data ? strlen(call->data) : 0;
+    json_decref(json);
+    return send_answer(call);
+}
+
+/* Keep a part of a body. */
+static bool add_body(sc_call *call, const char *data, size_t bytes)
+{
+    if (bytes > BODY_MAX_BYTES - call->bytes)
+        return false;
+    if (call->bytes + bytes > call->room) {
+        const size_t room = 2 * (call->bytes + bytes);
+        char *text = realloc(call->text, room);
+
+        if (!text)
+            return false;
+        call->text = text;
+        call->room = room;
+    }
+    memcpy(call->text + call->bytes, data, bytes);
+    call->bytes += bytes;
+    return true;
+}
+
+/* Begin a request: its head is complete. */
+static enum MHD_Result begin_call(sc_http *http, struct MHD_Connection *connection, const char *url,
+                                  const char *method, void **mine)
+{
+    const int code = refusal(http, connection, url, method);
+    const char *verb = url + 2 + SC_SECRET_DIGITS;
+    sc_call *call;
+
+    if (code)
+        return refuse(connection, code);
+    know(http, connection);
+    if (!strcmp(method, "GET"))
+        return send_response(connection, MHD_HTTP_OK, "text/html; charset=utf-8",
+                             MHD_create_response_from_buffer(strlen(http->settings.page),
+                                                             (void *)(uintptr_t)http->settings.page,
+                                                             MHD_RESPMEM_PERSISTENT));
+    if (strlen(verb) >= sizeof call->verb ||
+        verb[strspn(verb, "abcdefghijklmnopqrstuvwxyz")] != '\0')
+        return refuse(connection, MHD_HTTP_NOT_FOUND);
+    call = calloc(1, sizeof *call);
+    if (!call)
+        return MHD_NO;
+    call->http = http;
+    call->connection = connection;
+    strcpy(call->verb, verb);
+    *mine = call;
+    return MHD_YES;
+}
+
+/* The callback of the library: called when the head of a request is there, with each part of its
+ * body, when that is complete, and when the connection is resumed. */
+static enum MHD_Result on_request(void *user, struct MHD_Connection *connection, const char *url,
+                                  const char *method, const char *version, const char *data,
+                                  size_t *bytes, void **mine)
+{
+    sc_call *call = *mine;
+
+    (void)version;
+    if (!call)
+        return begin_call(user, connection, url, method, mine);
+    if (*bytes) {
+        const bool fits = add_body(call, data, *bytes);
+
+        *bytes = 0;
+        return fits ? MHD_YES : MHD_NO;
+    }
+    if (call->is_queued)
+        return send_answer(call);
+    if (!strcmp(call->verb, "progress"))
+        return send_progress(call);
+    return queue_call(call);
+}
+
+/* The callback for the end of a request, however it ends. */
+static void on_completed(void *user, struct MHD_Connection *connection, void **mine,
+                         enum MHD_RequestTerminationCode code)
+{
+    (void)user;
+    (void)connection;
+    (void)code;
+    if (*mine)
+        free_call(*mine);
+    *mine = NULL;
+}
+
+sc_call *sc_http_next(sc_http *http, double wait_s)
+{
+    struct timespec until;
+    sc_call *call;
+    double whole;
+
+    clock_gettime(CLOCK_REALTIME, &until);
+    wait_s += (double)until.tv_nsec / 1e9;
+    whole = (double)(long)wait_s;
+    until.tv_sec += (time_t)whole;
+    until.tv_nsec = (long)((wait_s - whole) * 1e9);
+    pthread_mutex_lock(&http->lock);
+    while (!http->first && !pthread_cond_timedwait(&http->queued, &http->lock, &until))
+        ;
+    call = http->first;
+    if (call) {
+        http->first = call->next;
+        if (!http->first)
+            http->last = &http->first;
+        call->next = NULL;
+    }
+    pthread_mutex_unlock(&http->lock);
+    return call;
+}
+
+bool sc_http_waits(sc_http *http)
+{
+    bool waits = false;
+
+    pthread_mutex_lock(&http->lock);
+    for (const sc_call *call = http->first; call; call = call->next)
+        waits = waits || !is_poll(call->verb);
+    pthread_mutex_unlock(&http->lock);
+    return waits;
+}
+
+double sc_http_idle_s(const sc_http *http)
+{
+    return sc_wall_s() - http->active_s;
+}
+
+/* ---- beginning and end ---- */
+
+/* Make a secret of random digits. */
+static sc_status make_secret(const sc_ctx *ctx, char out[SC_SECRET_DIGITS + 1])
+{
+    unsigned char bytes[SC_SECRET_DIGITS / 2];
+
+    if (getrandom(bytes, sizeof bytes, 0) != (ssize_t)sizeof bytes)
+        return sc_fail(ctx, SC_ERR_SYSTEM, "the system gives no random numbers: %s",
+                       sc_reason(errno));
+    for (size_t i = 0; i < sizeof bytes; i++)
+        snprintf(out + 2 * i, 3, "%02x", bytes[i]);
+    return SC_OK;
+}
+
+/* Open the socket that is listened to. */
+static sc_status open_socket(const sc_ctx *ctx, const sc_http_settings *s, int *out)
+{
+    const char *host = s->listen ? s->listen : "127.0.0.1";
+    const struct addrinfo hints = {.ai_family = AF_UNSPEC,
+                                   .ai_socktype = SOCK_STREAM,
+                                   .ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE};
+    struct addrinfo *found = NULL;
+    const int yes = 1;
+    char port[16];
+    int file;
+
+    snprintf(port, sizeof port, "%d", s->port);
+    if (getaddrinfo(host, port, &hints, &found))
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--listen is \"%s\", expected an address of this machine, such as 127.0.0.1 "
+                       "or ::1",
+                       host);
+    file = socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (file >= 0)
+        (void)setsockopt(file, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    if (file < 0 || bind(file, found->ai_addr, found->ai_addrlen) || listen(file, 64)) {
+        const int error = errno;
+
+        if (file >= 0)
+            close(file);
+        freeaddrinfo(found);
+        return error == EADDRINUSE
+                   ? sc_fail(ctx, SC_ERR_CREATE,
+                             "port %d of %s is used by another program, perhaps another desk; give "
+                             "another --port, or none for one that is free",
+                             s->port, host)
+                   : sc_fail(ctx, SC_ERR_CREATE, "%s, port %d: cannot be listened to: %s", host,
+                             s->port, sc_reason(error));
+    }
+    freeaddrinfo(found);
+    *out = file;
+    return SC_OK;
+}
+
+/* @return the port of a socket; 0: unknown. */
+static int port_of(int file)
+{
+    struct sockaddr_storage address;
+    socklen_t bytes = sizeof address;
+
+    if (getsockname(file, (struct sockaddr *)&address, &bytes))
+        return 0;
+    return address.ss_family == AF_INET6 ? ntohs(((struct sockaddr_in6 *)&address)->sin6_port)
+                                         : ntohs(((struct sockaddr_in *)&address)->sin_port);
+}
+
+/* Let the library serve a socket, which is the library's then. */
+static sc_status start_daemon(const sc_ctx *ctx, sc_http *http, int file)
+{
+    http->port = port_of(file);
+    http->daemon = MHD_start_daemon(
+        MHD_USE_AUTO_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME, 0, NULL, NULL, on_request, http,
+        MHD_OPTION_LISTEN_SOCKET, file, MHD_OPTION_CONNECTION_LIMIT, (unsigned)CONNECTIONS_MAX,
+        MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)QUIET_MAX_S, MHD_OPTION_NOTIFY_COMPLETED,
+        on_completed, http, MHD_OPTION_NOTIFY_CONNECTION, on_connection, http,
+        MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)(32 << 10), MHD_OPTION_END);
+    if (!http->daemon) {
+        close(file);
+        return sc_fail(ctx, SC_ERR_SYSTEM, "the server cannot be started: %s", sc_reason(errno));
+    }
+    http->has_guard = !pthread_create(&http->guard, NULL, guard, http);
+    return http->has_guard
+               ? SC_OK
+               : sc_fail(ctx, SC_ERR_SYSTEM, "a thread cannot be started: %s", sc_reason(errno));
+}
+
+sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_http **out)
+{
+    sc_http *http = NULL;
+    int file = -1;
+    sc_status status;
+
+    SC_PASS(SC_ZALLOC(ctx, 1, &http));
+    http->settings = *settings;
+    http->last = &http->first;
+    http->active_s = sc_wall_s();
+    pthread_mutex_init(&http->lock, NULL);
+    pthread_mutex_init(&http->strangers_lock, NULL);
+    pthread_cond_init(&http->queued, NULL);
+    status = make_secret(ctx, http->secret);
+    if (status == SC_OK)
+        status = open_socket(ctx, settings, &file);
+    if (status == SC_OK)
+        status = start_daemon(ctx, http, file);
+    if (status == SC_OK)
+        *out = http;
+    else
+        sc_http_stop(http);
+    return status;
+}
+
+void sc_http_stop(sc_http *http)
+{
+    sc_call *call;
+
+    if (!http)
+        return;
+    pthread_mutex_lock(&http->lock);
+    http->is_stopping = true;
+    pthread_mutex_unlock(&http->lock);
+    if (http->has_guard)
+        pthread_join(http->guard, NULL);
+    if (http->daemon)
+        close(MHD_quiesce_daemon(http->daemon));
+    while ((call = sc_http_next(http, 0)) != NULL)
+        sc_http_answer(call, MHD_HTTP_SERVICE_UNAVAILABLE, "text/plain", NULL, 0, NULL);
+    if (http->daemon)
+        MHD_stop_daemon(http->daemon);
+    pthread_mutex_destroy(&http->lock);
+    pthread_mutex_destroy(&http->strangers_lock);
+    pthread_cond_destroy(&http->queued);
+    sc_free(http);
+}
+
+int sc_http_port(const sc_http *http)
+{
+    return http->port;
+}
+
+const char *sc_http_secret(const sc_http *http)
+{
+    return http->secret;
+}

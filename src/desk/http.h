@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to desk: what pages ask over HTTP, as calls that one thread answers one after the other.
+ */
+#ifndef SC_DESK_HTTP_H
+#define SC_DESK_HTTP_H
+
+#include "segcast/base.h"
+
+#include <jansson.h>
+#include <stdatomic.h>
+
+/* Digits of the secret in the address. */
+enum { SC_SECRET_DIGITS = 32 };
+
+/* What a page asks for: a verb and an object of JSON. Between sc_http_next and sc_http_answer it
+ * belongs to the thread that answers. */
+typedef struct sc_call sc_call;
+/* @return the verb, such as "move". */
+const char *sc_call_verb(const sc_call *call);
+/* @return what it is asked with; borrowed. */
+const json_t *sc_call_body(const sc_call *call);
+
+/* The server: a thread of its own reads requests, refuses those without the secret, of other pages,
+ * or malformed, and queues the others. */
+typedef struct sc_http sc_http;
+
+/* How to serve. All borrowed. */
+typedef struct sc_http_settings {
+    const char *listen;              /* address of this machine; NULL: 127.0.0.1 */
+    int port;                        /* 0: one that is free */
+    const char *page;                /* HTML */
+    const sc_stage *stage;           /* whose progress is told while no call can be answered */
+    const atomic_int *may_interrupt; /* when this is set, ... */
+    atomic_int *interrupt;           /* ... this is set as somebody asks for anything but news */
+} sc_http_settings;
+
+/* Begin to serve. @return SC_ERR_CREATE, logged, if the port is in use or the address not of this
+ * machine; SC_ERR_SYSTEM, SC_ERR_MEMORY. Caller owns *out: sc_http_stop. */
+sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_http **out);
+/* End: all calls that were not answered are. NULL is allowed. */
+void sc_http_stop(sc_http *http);
+/* @return the port. */
+int sc_http_port(const sc_http *http);
+/* @return the secret; static as long as the server is. */
+const char *sc_http_secret(const sc_http *http);
+/* @return the seconds since a page has asked for something but news. */
+double sc_http_idle_s(const sc_http *http);
+
+/* @return the next call, waiting at most @p wait_s for one; NULL: none. */
+sc_call *sc_http_next(sc_http *http, double wait_s);
+/* @return whether a call waits that asks for something but news. */
+bool sc_http_waits(sc_http *http);
+/* Answer with @p data, of malloc, which is freed. @param code of HTTP. @param type such as
+ * "image/png". @param view one line of JSON that goes with it as a header; NULL: none. */
+void sc_http_answer(sc_call *call, int code, const char *type, void *data, size_t bytes,
+                    const char *view);
+/* Answer with JSON, whose reference is taken; NULL: there was no memory. */
+void sc_http_answer_json(sc_call *call, int code, json_t *json);
+
+#endif

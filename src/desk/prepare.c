@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Prepares volumes anew beside the thread that answers: a tissue that is hidden becomes background,
+ * so that other surfaces are smoothed where it was, which takes seconds. */
+#include "desk.h"
+
+#include <pthread.h>
+#include <string.h>
+
+struct sc_preparing {
+    pthread_t thread;
+    atomic_int is_done;
+    sc_desk desk; /* that of the thread: the job that it prepares for, and nothing that is served */
+    sc_edits edits;
+    sc_status status;
+};
+
+/* Body of the thread. */
+static void *run(void *user)
+{
+    struct sc_preparing *p = user;
+
+    p->status = sc_desk_follow(&p->desk, &p->edits);
+    p->is_done = 1;
+    return NULL;
+}
+
+/* Begin the desk of the thread. */
+static sc_status begin(const sc_desk *desk, struct sc_preparing *p)
+{
+    sc_desk *own = &p->desk;
+
+    own->outer = desk->outer;
+    own->plan = desk->plan;
+    own->shown = desk->shown;
+    own->give_up = desk->give_up;
+    own->ctx = desk->ctx;
+    own->ctx.stage = desk->outer->stage;
+    own->ctx.user = &own->notes;
+    own->app = desk->app;
+    own->app.ctx = &own->ctx;
+    own->notes.list = json_array();
+    SC_PASS(own->notes.list ? SC_OK : SC_ERR_MEMORY);
+    SC_PASS(sc_text_copy(&desk->ctx, desk->file.path, &own->file.path));
+    return sc_edits_copy(&desk->ctx, &desk->steps.now, &p->edits);
+}
+
+/* Free a thread that has ended, or never begun, and what it has prepared. */
+static void drop(struct sc_preparing *p)
+{
+    sc_desk_close(&p->desk);
+    sc_edits_clear(&p->edits);
+    json_decref(p->desk.notes.list);
+    sc_free(p->desk.file.path);
+    sc_free(p);
+}
+
+void sc_desk_begin_preparing(sc_desk *desk)
+{
+    struct sc_preparing *p = NULL;
+
+    if (desk->fits || desk->preparing || desk->preparing_failed)
+        return;
+    desk->preparing_failed = SC_ZALLOC(&desk->ctx, 1, &p) != SC_OK;
+    if (desk->preparing_failed)
+        return;
+    if (begin(desk, p) == SC_OK && !pthread_create(&p->thread, NULL, run, p)) {
+        desk->preparing = p;
+    } else {
+        drop(p);
+        desk->preparing_failed = true;
+    }
+}
+
+/* Take over what was prepared if it is what the job asks for now. @return whether it is. */
+static bool adopt(sc_desk *desk, struct sc_preparing *p)
+{
+    bool fits = false;
+
+    if (sc_inputs_fit(&desk->app, p->desk.base->inputs, &p->desk.prepared, &desk->now->job,
+                      &fits) != SC_OK ||
+        !fits)
+        return false;
+    sc_desk_close(desk);
+    desk->base = desk->now = p->desk.base;
+    desk->prepared = p->desk.prepared;
+    desk->fits = true;
+    p->desk.base = p->desk.now = NULL;
+    p->desk.prepared = (sc_job){0};
+    return true;
+}
+
+bool sc_desk_take_prepared(sc_desk *desk)
+{
+    struct sc_preparing *p = desk->preparing;
+    bool adopted = false;
+
+    if (!p || !p->is_done)
+        return false;
+    pthread_join(p->thread, NULL);
+    desk->preparing = NULL;
+    sc_display_end_stage(&p->desk.app);
+    if (p->status == SC_OK)
+        adopted = adopt(desk, p);
+    else
+        json_array_extend(desk->notes.list, p->desk.notes.list);
+    desk->preparing_failed = p->status != SC_OK;
+    drop(p);
+    if (adopted) /* for the camera of now */
+        (void)sc_desk_follow(desk, &desk->steps.now);
+    return adopted || desk->preparing_failed;
+}
+
+void sc_desk_drop_preparing(sc_desk *desk)
+{
+    if (!desk->preparing)
+        return;
+    pthread_join(desk->preparing->thread, NULL);
+    drop(desk->preparing);
+    desk->preparing = NULL;
+}
