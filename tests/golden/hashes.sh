@@ -7,7 +7,7 @@ declare -A expected=(
     [parallel]=0c1d55123342390b
     [clear]=2441d2249ed4e389
     [shadows]=36a68b2deb67cb54
-    [global]=3891ccdcaea2373d
+    [global]=a2e2e5ef70bcea2a
 )
 declare -A settings=(
     [smooth]=render.samples=5

@@ -41,12 +41,12 @@ const background = choice("Background", [["auto", "automatic"], ["white", "white
 const shape = choice("Size of the film", [["720p", "1280 × 720"], ["1080p", "1920 × 1080"], ["4k", "3840 × 2160"], ["square", "1080 × 1080"], ["vertical", "1080 × 1920"]], (value) => change([["output.size", value]]));
 const fps = el("input", { type: "number", min: 1, max: 120, step: 1 });
 fps.addEventListener("change", () => change([["output.fps", +fps.value]]));
-const look = choice("Look", ["plain", "studio", "cinematic", "atlas", "xray"].map((name) => [name, name]), (value) => change([["look", value]]));
-const lookPanel = el("section", { class: "panel" }, field("look", look), field("light", light), field("shadows", shadows), field("background", background), field("film", shape), field("frames per second", fps));
+const lookChoice = choice("Look", ["plain", "studio", "cinematic", "atlas", "xray"].map((name) => [name, name]), (value) => change([["look", value]]));
+const lookPanel = el("section", { class: "panel" }, field("look", lookChoice), field("light", light), field("shadows", shadows), field("background", background), field("film", shape), field("frames per second", fps));
 on("state", (state) => {
   light.value = key("light.method", "plain");
   if (document.activeElement !== shadows) shadows.value = key("light.shadows", 0) === true ? 1 : Number(key("light.shadows", 0)) || 0;
-  look.value = String(key("look", "plain"));
+  lookChoice.value = String(key("look", "plain"));
   background.value = String(key("render.background", "auto"));
   shape.value = ["720p", "1080p", "4k", "square", "vertical"].find((name) => name === key("output.size")) ?? { "1280 720": "720p", "1920 1080": "1080p", "3840 2160": "4k", "1080 1080": "square", "1080 1920": "vertical" }[state.size.join(" ")] ?? "";
   if (document.activeElement !== fps) fps.value = state.fps;
