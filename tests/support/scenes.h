@@ -50,7 +50,7 @@ static inline small_scene make_scene(sc_volume volume, double opacity)
             .step_voxels = 0.5,
             .caps = true,
             .everywhere = true,
-            .light = {.ambient = 0.28, .key = 0.62, .head = 0.22, .occlusion = 0.8, .edges = 0.5},
+            .light = {.ambient = 0.36, .key = 0.62, .head = 0.22, .occlusion = 0.8, .edges = 0.5},
             .background = {255, 255, 255},
             .tile_px = 32,
             .threads = 1}};
@@ -92,7 +92,7 @@ static inline sc_image draw_view(const small_scene *s, const sc_scene *scene,
     sc_render_stats local;
 
     assert_ok(sc_renderer_new(&quiet, &s->settings, &s->prepared.view, s->tissues, &r));
-    assert_ok(sc_renderer_gather(&quiet, r, scene, SC_LIGHT_STAYS));
+    assert_ok(sc_renderer_gather(&quiet, r, scene, SC_LIGHT_STAYS, NULL));
     assert_ok(sc_image_init_alpha(&quiet, s->settings.width_px, s->settings.height_px,
                                   s->settings.transparent, &image));
     sc_render_frame(r, scene, NULL, &image, stats ? stats : &local);
