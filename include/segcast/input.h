@@ -116,8 +116,9 @@ void sc_edited_clear(sc_edited *edited);
  * that of SEGCAST_CACHE, or else in the user's cache directory, but not in a batch job. NULL:
  * nothing is kept. @return SC_ERR_MEMORY. Caller owns *out: sc_free. */
 sc_status sc_kept_directory(const sc_ctx *ctx, char **out);
-/** Remove prepared volumes from the directory in which they are kept, those not used for longest
- * first, until all have at most @p most_bytes bytes. @param files, bytes of those that stay.
+/** Remove prepared volumes, and light, from the directory in which they are kept, those not used
+ * for longest first, until all have at most @p most_bytes bytes. @param files how many volumes
+ * stay. @param bytes of all that does.
  * @return SC_ERR_MEMORY. */
 sc_status sc_kept_trim(const sc_ctx *ctx, const char *directory, uint64_t most_bytes, int *files,
                        uint64_t *bytes);

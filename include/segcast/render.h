@@ -104,10 +104,11 @@ sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label
  *  done with it and hold it once. Frames that are drawn without have no light from the sky. To be
  *  called before the first frame, by all these ranks; more calls do nothing. @param first that of a
  * frame which is neither a slice nor within a vessel. @param change the most that any two scenes of
- * the renderer differ by. @return SC_ERR_MEMORY, the same on all these ranks: SC_LIGHT_NEW_RAYS
- * shares less. */
+ * the renderer differ by. @param prepared the file of the cache that holds the prepared volume:
+ * where nothing differs, one rank alone keeps the light beside it, and finds what was kept; NULL:
+ * none. @return SC_ERR_MEMORY, the same on all these ranks: SC_LIGHT_NEW_RAYS shares less. */
 SC_MUST_USE sc_status sc_renderer_gather(const sc_ctx *ctx, sc_renderer *r, const sc_scene *first,
-                                         sc_light_change change);
+                                         sc_light_change change, const char *prepared);
 /** Free a renderer and everything it owns, on this rank alone; NULL is allowed. The volume stays
  * the caller's. */
 void sc_renderer_free(sc_renderer *renderer);

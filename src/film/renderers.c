@@ -265,9 +265,13 @@ static sc_status gather(sc_app *app, const sc_panel *panel, const light_frames *
     const sc_scene first = sc_timeline_scene(&f->lit->timeline, f->frame, &f->lit->room);
 
     for (int i = 0; i < panel->phases; i++) {
+        const sc_watched_file *kept = panel->inputs->all[panel->input + i].kept;
+        sc_status status;
+
         sc_stage_turn(app->ctx, i + 1, panel->phases);
-        SC_PASS(sc_comm_agree(
-            app->comm, sc_renderer_gather(app->ctx, panel->renderers[i], &first, f->change)));
+        status = sc_renderer_gather(app->ctx, panel->renderers[i], &first, f->change,
+                                    kept ? kept->name : NULL);
+        SC_PASS(sc_comm_agree(app->comm, status));
         sc_panel_unload(panel, i);
     }
     sc_stage_turn(app->ctx, 0, 0);
@@ -281,7 +285,8 @@ sc_status sc_session_light(const sc_app *app, sc_session *session)
         const sc_scene first = sc_timeline_scene(&panel->timeline, 0, &panel->room);
 
         for (int k = 0; panel->renderers && k < panel->phases; k++)
-            SC_PASS(sc_renderer_gather(app->ctx, panel->renderers[k], &first, SC_LIGHT_NEW_RAYS));
+            SC_PASS(
+                sc_renderer_gather(app->ctx, panel->renderers[k], &first, SC_LIGHT_NEW_RAYS, NULL));
     }
     return SC_OK;
 }

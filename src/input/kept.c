@@ -19,6 +19,8 @@
 /* What takes less CPU seconds to prepare is not worth the disk. */
 #define WORTH_CPU_S 0.5
 #define ENDING ".segc"
+/* Of the light that was gathered in such a volume: render/gather_kept.c. */
+#define LIGHT_ENDING ".light"
 enum { HASH_DIGITS = 32 };
 
 /* ---- names ---- */
@@ -174,9 +176,10 @@ sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, char **path, 
 
 /* A file that is kept. */
 typedef struct kept_file {
-    char name[HASH_DIGITS + sizeof ENDING];
+    char name[HASH_DIGITS + sizeof LIGHT_ENDING];
     uint64_t bytes;
     struct timespec used;
+    bool is_light;
 } kept_file;
 
 /* For qsort: the one that was not used for longest first. */
@@ -194,11 +197,14 @@ static bool is_kept(int directory, const char *name, kept_file *out)
 {
     struct stat info;
 
-    if (strspn(name, "0123456789abcdef") != HASH_DIGITS || strcmp(name + HASH_DIGITS, ENDING) ||
+    if (strspn(name, "0123456789abcdef") != HASH_DIGITS)
+        return false;
+    out->is_light = !strcmp(name + HASH_DIGITS, LIGHT_ENDING);
+    if ((!out->is_light && strcmp(name + HASH_DIGITS, ENDING) != 0) ||
         fstatat(directory, name, &info, AT_SYMLINK_NOFOLLOW) || !S_ISREG(info.st_mode) ||
         info.st_uid != geteuid())
         return false;
-    memcpy(out->name, name, sizeof out->name); /* as long as it has to be */
+    strcpy(out->name, name); /* which has room for it */
     out->bytes = (uint64_t)info.st_size;
     out->used = info.st_atim;
     return true;
@@ -244,7 +250,8 @@ sc_status sc_kept_trim(const sc_ctx *ctx, const char *directory, uint64_t most_b
         if (!unlinkat(dirfd(stream), all[i].name, 0) || errno == ENOENT)
             *bytes -= all[i].bytes;
     }
-    *files = (int)(count - i);
+    for (; i < count; i++)
+        *files += !all[i].is_light;
 out:
     sc_free(all);
     closedir(stream);

@@ -162,6 +162,22 @@ sc_status sc_gather_new(const sc_ctx *ctx, const sc_renderer *r, sc_light_change
     return SC_OK;
 }
 
+sc_status sc_gather_new_kept(const sc_ctx *ctx, const sc_renderer *r, sc_gather **out)
+{
+    SC_OWN(free_at) sc_gather *g = NULL;
+
+    SC_PASS(SC_ZALLOC(ctx, 1, &g));
+    g->renderer = r;
+    g->change = SC_LIGHT_NEW_RAYS; /* arrays are its own */
+    g->is_kept = true;
+    g->fields[0].border = &r->volume->outer;
+    g->fields[1].border = &r->volume->inner;
+    for (int k = 0; k < SC_GATHER_FIELDS; k++)
+        SC_PASS(SC_ZALLOC(ctx, g->fields[k].border->count + 1, &g->fields[k].around));
+    SC_HAND_OVER(g, out);
+    return SC_OK;
+}
+
 void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body)
 {
     if (g->together)
@@ -255,7 +271,7 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
 
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         r->march.around[k] = g->fields[k].around;
-    if (summed)
+    if (summed || g->is_kept)
         return;
     g->is_convex = convex;
     g->sky_strength = light->sky;

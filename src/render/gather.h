@@ -63,6 +63,7 @@ typedef struct sc_gather {
     const struct sc_renderer *renderer; /* borrowed */
     sc_light_change change;             /* how much differs between the frames */
     bool together;                      /* loops are those of the team now */
+    bool is_kept;                       /* the light was read, and there is nothing else */
     sc_gather_field fields[SC_GATHER_FIELDS];
     size_t count; /* of places: those of the outer field come first */
     sc_gather_place *places;
@@ -100,6 +101,18 @@ typedef struct sc_gather {
  * sc_gather_free. */
 sc_status sc_gather_new(const sc_ctx *ctx, const struct sc_renderer *r, sc_light_change change,
                         sc_gather **out);
+/* Begin one whose light was gathered before: sc_gather_load. Only of a rank that is a team of its
+ * own, for scenes between which light stays. @return SC_ERR_MEMORY. Caller owns *out. */
+sc_status sc_gather_new_kept(const sc_ctx *ctx, const struct sc_renderer *r, sc_gather **out);
+/* Write the name of the file in which the light of a scene, for which @p r has been set up, is kept
+ * to *out, NULL: nowhere. @param prepared that of the prepared volume in the cache; NULL: none.
+ * Caller owns *out: sc_free. */
+sc_status sc_gather_kept_path(const sc_ctx *ctx, const struct sc_renderer *r, const sc_scene *scene,
+                              const char *prepared, char **out);
+/* Read light from such a file. @return whether it was there, and whole. */
+bool sc_gather_load(sc_gather *g, const char *path);
+/* Write light to such a file; if that cannot be done, there is none. */
+void sc_gather_save(const sc_ctx *ctx, const sc_gather *g, const char *path);
 /* Free it; NULL is allowed. */
 void sc_gather_free(sc_gather *g);
 /* @return the bytes of memory that the rank has for it. */

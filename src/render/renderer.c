@@ -249,16 +249,34 @@ out:
     return status;
 }
 
+/* Light that takes less CPU seconds to gather is not worth the disk. */
+#define LIGHT_WORTH_CPU_S 0.3
+
 sc_status sc_renderer_gather(const sc_ctx *ctx, sc_renderer *r, const sc_scene *first,
-                             sc_light_change change)
+                             sc_light_change change, const char *prepared)
 {
+    SC_OWN(sc_free_at) char *path = NULL;
+    double begin_s;
+
     if (!gathers_light(r) || r->gather)
         return SC_OK;
+    sc_begin_tissues(r, first);
+    if (change == SC_LIGHT_STAYS && sc_team_ranks(r->team) == 1)
+        SC_PASS(sc_gather_kept_path(ctx, r, first, prepared, &path));
+    if (path) {
+        SC_PASS(sc_gather_new_kept(ctx, r, &r->gather));
+        if (sc_gather_load(r->gather, path))
+            return SC_OK;
+        sc_gather_free(r->gather);
+        r->gather = NULL;
+    }
+    begin_s = sc_cpu_s();
     sc_stage_begin(ctx, "gathering light", 0, SC_GATHER_RAYS);
     SC_PASS(sc_gather_new(ctx, r, change, &r->gather));
-    sc_begin_tissues(r, first);
     sc_begin_scene(r, first, r->settings.height_px);
     sc_gather_first(ctx, r->gather, r, first);
+    if (path && sc_cpu_s() - begin_s > LIGHT_WORTH_CPU_S)
+        sc_gather_save(ctx, r->gather, path);
     return SC_OK;
 }
 

@@ -40,12 +40,23 @@ still smooth 3 --smooth 0.5
 still first 3
 found first || fail "what was kept first is not found any more"
 
+# Light that was gathered in a volume is kept beside it, for the same colours; what is damaged is not believed.
+still lit 3 --look atlas
+[ "$(find kept -name '*.light' | wc -l)" = 1 ] || fail "the light of a picture is not kept: $(ls kept)"
+for damage in 'true' 'printf X | dd of="$file" bs=1 seek=5000 conv=notrunc status=none' 'truncate -s 3000 "$file"'; do
+    file=$(ls kept/*.light)
+    eval "$damage"
+    still lit 3 --look atlas
+done
+still lit-red 3 --look atlas --set 'tissues={left ventricular myocardium: {color: "#ff0000"}}'
+[ "$(find kept -name '*.light' | wc -l)" = 2 ] || fail "another colour has the same light: $(ls kept)"
+
 # What is said and removed; files of others stay.
 echo mine >kept/notes.txt
 expect 0 '' "$SEGCAST" help cache
 grep -q 'kept holds 3 prepared volumes of' stdout.txt || { cat stdout.txt >&2; fail "what is kept is not told"; }
 expect 0 '' "$SEGCAST" help cache --clear
-[ "$(kept)" = 0 ] && [ -e kept/notes.txt ] || fail "help cache --clear: $(ls kept)"
+[ "$(kept)" = 0 ] && [ -z "$(find kept -name '*.light')" ] && [ -e kept/notes.txt ] || fail "help cache --clear: $(ls kept)"
 expect 64 'help cache' "$SEGCAST" help keys --clear
 
 # Files that are damaged, cut off, empty, a link, or not ours are not believed.

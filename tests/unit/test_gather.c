@@ -216,7 +216,7 @@ TEST(light_does_not_depend_on_what_was_drawn_before)
     cut.plane_count = 1;
     cut.cuts = cut.clip_sets[0] = 1;
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
-    assert_ok(sc_renderer_gather(&quiet, r, &scene, SC_LIGHT_NEW_RAYS));
+    assert_ok(sc_renderer_gather(&quiet, r, &scene, SC_LIGHT_NEW_RAYS, NULL));
     first = draw_after(r, &scene);
     opened = draw_after(r, &cut);
     cut.fades = faded;
@@ -286,7 +286,7 @@ TEST(want_of_memory_is_told)
 
             status = sc_renderer_new(&ctx, &s.settings, &s.prepared.view, s.tissues, &r);
             if (status == SC_OK)
-                status = sc_renderer_gather(&ctx, r, &scene, (sc_light_change)change);
+                status = sc_renderer_gather(&ctx, r, &scene, (sc_light_change)change, NULL);
             sc_renderer_free(r);
             assert_true(status == SC_OK || status == SC_ERR_MEMORY);
         }
