@@ -292,8 +292,9 @@ static void tell_all(clerk *c)
 
 /* ---- beginning and end ---- */
 
-/* Print the address, and how to reach it from another machine. */
-static void print_address(const sc_desk *desk)
+/* Print the address, and how to reach it from another machine. @return false if that cannot be
+ * done, which is told when the program ends. */
+static bool print_address(const sc_desk *desk)
 {
     const int port = sc_http_port(desk->http);
     const char *host = desk->plan->listen ? desk->plan->listen : "127.0.0.1";
@@ -309,11 +310,13 @@ static void print_address(const sc_desk *desk)
                 host);
     printf("http://%s%s%s:%d/%s/\n", is_six ? "[" : "", host, is_six ? "]" : "", port,
            sc_http_secret(desk->http));
-    fflush(stdout);
+    if (fflush(stdout))
+        return false;
     sc_info(desk->outer,
             "the desk is at this address, on this machine only; from another one: ssh -L "
             "%d:127.0.0.1:%d %s, and then the same address there. Ctrl-C ends it",
             port, port, name);
+    return true;
 }
 
 /* Answer calls until it is to end. */
@@ -349,7 +352,8 @@ static sc_status open_and_serve(clerk *c, const atomic_int *stop)
     sc_status status;
 
     SC_PASS(sc_http_start(desk->outer, &settings, &desk->http));
-    print_address(desk);
+    if (!print_address(desk))
+        return SC_OK;
     desk->ctx.write = desk->outer->write; /* what is wrong with the job is told at the terminal */
     desk->ctx.user = desk->outer->user;
     status = sc_desk_follow(desk, &desk->steps.now);

@@ -31,9 +31,10 @@ static uint64_t hash_of(const sc_renderer *r, const sc_scene *scene)
     hash = sc_hash_bytes(&r->march.box_high, sizeof r->march.box_high, hash);
     for (int id = 0; id < v->label_count; id++) {
         const sc_march_tissue *t = &r->tissues[id];
-        const float numbers[] = {t->rgb[0],         t->rgb[1],  t->rgb[2],
-                                 t->boundary_alpha, t->diffuse, (float)scene->clip_sets[t->clip_set],
-                                 (float)t->show,    (float)r->looks[id].show};
+        const float numbers[] = {t->rgb[0],      t->rgb[1],
+                                 t->rgb[2],      t->boundary_alpha,
+                                 t->diffuse,     (float)scene->clip_sets[t->clip_set],
+                                 (float)t->show, (float)r->looks[id].show};
 
         hash = sc_hash_bytes(numbers, sizeof numbers, hash);
     }
@@ -92,8 +93,8 @@ bool sc_gather_load(sc_gather *g, const char *path)
                head.counts[k];
     good = good && head_of(g).checksum == head.checksum;
     if (good) /* it is used now: see kept.c */
-        (void)!futimens(file, (const struct timespec[]){{.tv_nsec = UTIME_NOW},
-                                                        {.tv_nsec = UTIME_OMIT}});
+        (void)!futimens(file,
+                        (const struct timespec[]){{.tv_nsec = UTIME_NOW}, {.tv_nsec = UTIME_OMIT}});
     if (stream)
         fclose(stream);
     else if (file >= 0)
