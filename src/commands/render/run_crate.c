@@ -30,20 +30,23 @@ static bool is_to_be_hashed(const char *path, const struct stat *info)
 static sc_status note_input(void *user, const char *use, const char *path, bool is_volume)
 {
     input_list *list = user;
-    const sc_ctx quiet = sc_quiet(list->ctx);
+    sc_ctx silent = sc_quiet(list->ctx);
     json_t *input = json_pack("{s:s}", "use", use);
     char sha256[SC_SHA256_BYTES];
     struct stat info;
     uint64_t bytes;
+    sc_status status = SC_ERR_MISSING;
     int failed = 0;
 
     (void)is_volume;
-    if (!stat(path, &info) && is_to_be_hashed(path, &info) &&
-        sc_sha256_file(&quiet, path, sha256, &bytes) == SC_OK) {
+    silent.write = NULL; /* that a file cannot be read is told where it is needed */
+    if (!stat(path, &info) && is_to_be_hashed(path, &info))
+        status = sc_sha256_file(&silent, path, sha256, &bytes);
+    if (status == SC_OK) {
         failed = json_object_set_new(input, "bytes", json_integer((json_int_t)bytes)) ||
                  json_object_set_new(input, "sha256", json_string(sha256));
     }
-    if (json_array_append_new(list->inputs, input) || failed)
+    if (json_array_append_new(list->inputs, input) || failed || status == SC_ERR_MEMORY)
         return sc_fail(list->ctx, SC_ERR_MEMORY, "out of memory for the list of inputs");
     return SC_OK;
 }
