@@ -102,8 +102,8 @@ static sc_status allocate_light(const sc_ctx *ctx, sc_gather *g)
     for (int k = 0; k < SC_GATHER_FIELDS; k++) {
         sc_gather_field *f = &g->fields[k];
 
-        SC_PASS(allocate(ctx, g, light, (f->masks ? f->border->count : 0) + 1, sizeof *f->around,
-                         &f->around));
+        if (f->masks)
+            SC_PASS(allocate(ctx, g, light, f->border->count + 1, sizeof *f->around, &f->around));
     }
     return SC_OK;
 }
@@ -172,7 +172,7 @@ sc_status sc_gather_new_kept(const sc_ctx *ctx, const sc_renderer *r, sc_gather 
     g->is_kept = true;
     g->fields[0].border = &r->volume->outer;
     g->fields[1].border = &r->volume->inner;
-    for (int k = 0; k < SC_GATHER_FIELDS; k++)
+    for (int k = 0; k < (r->shows_inner ? SC_GATHER_FIELDS : 1); k++)
         SC_PASS(SC_ZALLOC(ctx, g->fields[k].border->count + 1, &g->fields[k].around));
     SC_HAND_OVER(g, out);
     return SC_OK;

@@ -88,7 +88,7 @@ bool sc_gather_load(sc_gather *g, const char *path)
                 info.st_uid == geteuid() && fread(&head, sizeof head, 1, stream) == 1 &&
                 !memcmp(head.counts, expected.counts, sizeof head.counts);
 
-    for (int k = 0; good && k < SC_GATHER_FIELDS; k++)
+    for (int k = 0; good && k < SC_GATHER_FIELDS && g->fields[k].around; k++)
         good = fread(g->fields[k].around, sizeof *g->fields[k].around, head.counts[k], stream) ==
                head.counts[k];
     good = good && head_of(g).checksum == head.checksum;
@@ -113,7 +113,7 @@ void sc_gather_save(const sc_ctx *ctx, const sc_gather *g, const char *path)
         return;
     file.fleeting = true;
     fwrite(&head, sizeof head, 1, file.stream);
-    for (int k = 0; k < SC_GATHER_FIELDS; k++)
+    for (int k = 0; k < SC_GATHER_FIELDS && g->fields[k].around; k++)
         fwrite(g->fields[k].around, sizeof *g->fields[k].around, head.counts[k], file.stream);
     (void)!sc_outfile_commit(&silent, &file);
 }

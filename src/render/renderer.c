@@ -200,13 +200,18 @@ static bool gathers_light(const sc_renderer *r)
 }
 
 /* @return whether surfaces between two tissues can be seen but where they are cut: some tissue lets
- * light through, fades or moves away. */
+ * light through, fades, moves away, or is spared by a plane that cuts others. */
 static bool shows_inner(const sc_renderer *r, const sc_tissue *tissues)
 {
+    int clip_set = -1;
+
     for (int id = 1; id < r->volume->label_count; id++) {
-        if (r->volume->stats[id].voxels &&
-            (r->looks[id].opacity < 1 || r->looks[id].group || tissues[id].part))
+        if (!r->volume->stats[id].voxels || !r->looks[id].show)
+            continue;
+        if (r->looks[id].opacity < 1 || r->looks[id].group || tissues[id].part ||
+            (clip_set >= 0 && tissues[id].clip_set != clip_set))
             return true;
+        clip_set = tissues[id].clip_set;
     }
     return false;
 }

@@ -254,6 +254,27 @@ TEST(a_cut_gives_the_light_of_rays_that_see_it)
     free_scene(&s);
 }
 
+/* Light reaches what a plane lays bare between two tissues, of which it cuts only one. */
+TEST(what_a_cut_lays_bare_is_lit)
+{
+    sc_scene scene;
+    small_scene s = sky_scene(corner, true, &scene);
+    SC_OWN(sc_image_clear) sc_image image = {0};
+
+    s.tissues[1].clip_set = 1;
+    scene.planes[0] = (sc_plane){{0, 0, 1}, -21};
+    scene.plane_count = 1;
+    scene.clip_set_count = 2;
+    scene.cuts = scene.clip_sets[1] = 1;
+    scene.camera =
+        sc_camera_look((sc_vec3){MIDDLE, MIDDLE, -300}, (sc_vec3){MIDDLE, MIDDLE, MIDDLE},
+                       (sc_vec3){0, 1, 0}, SC_ORTHOGRAPHIC, SIDE / 2.0);
+    image = draw_view(&s, &scene, NULL);
+    assert_true(fabs(light_at(&image, SIDE - 11, MIDDLE, 0) - (SC_SKY_MEAN - SC_SKY_UP * 2 / 3)) <
+                0.08);
+    free_scene(&s);
+}
+
 /* All kernels show the same light, also behind what lets some of it through. */
 TEST(all_kernels_show_the_same_light)
 {
