@@ -157,6 +157,7 @@ sc_status sc_gather_new(const sc_ctx *ctx, const sc_renderer *r, sc_light_change
     SC_PASS(sc_gather_find_parts(ctx, g));
     SC_PASS(sc_team_agree(r->team, allocate_light(ctx, g)));
     begin_march(g);
+    SC_PASS(sc_team_agree(r->team, SC_OK)); /* no rank traces before the distances are there */
     g->together = false;
     SC_HAND_OVER(g, out);
     return SC_OK;
@@ -243,6 +244,10 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         r->march.around[k] = g->fields[k].around;
     if (summed || g->is_kept)
+        return;
+    /* What is shared is never written by one rank: moments between frames, which alone may differ
+     * where frames do not, have the light of the frames. */
+    if (!g->together && (traced ? shares_light(g) : shares_hits(g)))
         return;
     g->is_convex = convex;
     g->sky_strength = light->sky;
