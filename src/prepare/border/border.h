@@ -179,6 +179,23 @@ static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
         }                                                                                          \
     }                                                                                              \
                                                                                                    \
+    typedef type name##_row_from __attribute__((vector_size((each) * sizeof(type))));              \
+    typedef wide name##_row_wide __attribute__((vector_size((each) * sizeof(wide))));              \
+    typedef result name##_row_to __attribute__((vector_size((each) * sizeof(result))));            \
+                                                                                                   \
+    SC_ALWAYS_INLINE void name##_row(const type *from, result by, result *out)                     \
+    {                                                                                              \
+        name##_row_from row;                                                                       \
+        name##_row_to product;                                                                     \
+                                                                                                   \
+        memcpy(&row, from, sizeof row);                                                            \
+        product =                                                                                  \
+            times(__builtin_convertvector(__builtin_convertvector(row, name##_row_wide),           \
+                                          name##_row_to),                                          \
+                  by);                                                                             \
+        memcpy(out, &product, sizeof product);                                                     \
+    }                                                                                              \
+                                                                                                   \
     SC_ALWAYS_INLINE void name(const sc_borders *b, const type *array, size_t tile, int halo,      \
                                const type constants[SC_BESIDE_CONSTANTS], result *out)             \
     {                                                                                              \
@@ -214,7 +231,7 @@ static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
             const type *high = from[n + 2] + row * step[n + 2];                                    \
                                                                                                    \
             name##_part(from[n] + row * step[n] + (each)-halo, by[n], part, out);                  \
-            name##_part(from[n + 1] + row * step[n + 1], by[n + 1], each, out + halo);             \
+            name##_row(from[n + 1] + row * step[n + 1], by[n + 1], out + halo);                    \
             if (k + 1 < edge * edge)                                                               \
                 name##_part(high, by[n + 2], part, out + halo + (each));                           \
             else                                                                                   \
@@ -290,12 +307,23 @@ static inline float sc_cell_share(float strength)
     return share < 0 ? 0 : share > 1 ? 1 : share;
 }
 
-/* @return the distance of a voxel to the border of a field, by its number in sc_borders.squares. */
-static inline float sc_distance_of(int8_t square)
+/* Write the distances of a row of voxels to the border of a field, by their numbers in
+ * sc_borders.squares. @param count a multiple of eight. */
+SC_ALWAYS_INLINE void sc_distances_of(const int8_t *squares, int count, float *out)
 {
-    const float length = sqrtf((float)(square < 0 ? -square : square)) - 0.5f;
+    typedef int8_t bytes __attribute__((vector_size(8)));
+    typedef float floats __attribute__((vector_size(8 * sizeof(float))));
 
-    return (float)(square < 0 ? -1 : 1) * length; /* no branch: it is vectorized */
+    for (int x = 0; x < count; x += 8) {
+        bytes eight;
+        floats wide;
+
+        memcpy(&eight, squares + x, sizeof eight);
+        wide = __builtin_convertvector(eight, floats);
+        memcpy(out + x, &wide, sizeof wide);
+    }
+    for (int x = 0; x < count; x++) /* no branch: it is vectorized */
+        out[x] = copysignf(1, out[x]) * (sqrtf(fabsf(out[x])) - 0.5f);
 }
 
 /* Do cells alone make the field of all of a tile? */
@@ -345,13 +373,29 @@ SC_ALWAYS_INLINE void sc_binomial(const float *in, int edge, float *out)
     }
 }
 
+/* Interpolate between five cells of a row: to eight voxels, or twice @p count if that is less. */
+SC_ALWAYS_INLINE void sc_upsample_four(const float *row, int count, float *out)
+{
+    typedef float four __attribute__((vector_size(4 * sizeof(float))));
+    typedef int32_t order __attribute__((vector_size(4 * sizeof(int32_t))));
+    four low, high, even, odd, pairs[2];
+
+    memcpy(&low, row, sizeof low);
+    memcpy(&high, row + 1, sizeof high);
+    even = 0.75f * low + 0.25f * high;
+    odd = 0.25f * low + 0.75f * high;
+    pairs[0] = __builtin_shuffle(even, odd, (order){0, 4, 1, 5});
+    pairs[1] = __builtin_shuffle(even, odd, (order){2, 6, 3, 7});
+    memcpy(out, pairs, (size_t)(count < 4 ? 2 * count : 8) * sizeof *out);
+}
+
 /* Interpolate a region of @p edge cells to twice as many voxels, less two: number i of the result
  * lies between cells i / 2 and i / 2 + 1. */
 SC_ALWAYS_INLINE void sc_upsample(const float *in, int edge, float *out)
 {
     enum { MOST = 16 };
     const int twice = 2 * edge - 2, layer = edge * edge;
-    float plane[MOST * MOST], rows[2][MOST * MOST];
+    float plane[MOST * MOST], rows[2][MOST * MOST + 4]; /* reads go beyond the last row */
 
     for (int z = 0; z < twice; z++) {
         const float share = z & 1 ? 0.75f : 0.25f; /* of the next cell */
@@ -367,10 +411,8 @@ SC_ALWAYS_INLINE void sc_upsample(const float *in, int edge, float *out)
             const float *row = rows[y & 1] + y / 2 * edge;
             float *to = out + (z * twice + y) * twice;
 
-            for (int x = 0; x + 1 < edge; x++) {
-                to[2 * x] = 0.75f * row[x] + 0.25f * row[x + 1];
-                to[2 * x + 1] = 0.25f * row[x] + 0.75f * row[x + 1];
-            }
+            for (int x = 0; x + 1 < edge; x += 4)
+                sc_upsample_four(row + x, edge - 1 - x, to + 2 * x);
         }
     }
 }

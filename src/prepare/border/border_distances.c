@@ -171,7 +171,7 @@ static inline row16 lower(row16 row, const uint8_t *other, uint8_t square)
 
 /* Find the squared distances of the voxels of a block to the nearest voxel of @p label, or of any
  * tissue (SC_MANY_TISSUES). */
-static void measure(const measurer *m, uint32_t label, workspace *w, square_block *out)
+SC_WIDE_VECTORS static void measure(const measurer *m, uint32_t label, workspace *w, square_block *out)
 {
     static const uint8_t none[SC_CUBE] = {0};
     uint8_t any[EDGE][SC_CUBE];
@@ -231,7 +231,7 @@ static void go_on(float (*voxels)[SC_CUBE][SC_CUBE], const int begin[3], const i
 /* Set data and box of a tile from the distances of its voxels: the mean of the eight of a cell. A
  * cell is free if most of its voxels are; it is frozen if all voxels are out of reach.
  * @param moving [voxels]: 0 for those. */
-static void average(const sc_borders *b, size_t tile, float (*voxels)[SC_CUBE][SC_CUBE],
+SC_WIDE_VECTORS static void average(const sc_borders *b, size_t tile, float (*voxels)[SC_CUBE][SC_CUBE],
                     const uint8_t *moving)
 {
     const int8_t *squares = b->squares[tile];
@@ -275,7 +275,7 @@ static void average(const sc_borders *b, size_t tile, float (*voxels)[SC_CUBE][S
 
 /* Set squares of a tile and w->moving. @param inside, outside squared distances, of voxels on the
  * positive side and of others. @param is [voxels]: 1 on the positive side, 0 elsewhere. */
-static void set_squares(const uint8_t *restrict inside, const uint8_t *restrict outside,
+SC_WIDE_VECTORS static void set_squares(const uint8_t *restrict inside, const uint8_t *restrict outside,
                         const int8_t *restrict is, int8_t *restrict squares, workspace *restrict w)
 {
     float *voxels = (float *)w->voxels;
@@ -287,8 +287,7 @@ static void set_squares(const uint8_t *restrict inside, const uint8_t *restrict 
         squares[i] = (int8_t)(high - low);
         w->moving[i] = high + low < FAR_SQUARED;
     }
-    for (int i = 0; i < SC_TILE_VOXELS; i++)
-        voxels[i] = sc_distance_of(squares[i]);
+    sc_distances_of(squares, SC_TILE_VOXELS, voxels);
 }
 
 /* Limit squared distances to the background by those to where the volume ends, beyond which all is
@@ -323,7 +322,7 @@ static void limit_to_volume(const sc_borders *b, size_t tile, square_block *back
 }
 
 /* Set squares and data of the tile of background against all tissue. */
-static void set_outer(const measurer *m, size_t tile, workspace *w)
+SC_WIDE_VECTORS static void set_outer(const measurer *m, size_t tile, workspace *w)
 {
     int8_t *squares = m->b->squares[tile];
 
@@ -339,43 +338,58 @@ static void set_outer(const measurer *m, size_t tile, workspace *w)
     average(m->b, tile, w->voxels, w->moving);
 }
 
+/* Write the squared distances to the nearest tissue that is not @p label. @param nearest, second to
+ * the nearest tissue, @p nearest_id, and to the nearest other one. */
+SC_ALWAYS_INLINE void find_other(const uint16_t *restrict nearest_id, uint16_t label,
+                                 const uint8_t *restrict nearest, const uint8_t *restrict second,
+                                 uint8_t *restrict out)
+{
+    for (int i = 0; i < SC_TILE_VOXELS; i++)
+        out[i] = nearest_id[i] == label ? second[i] : nearest[i];
+}
+
+/* Let the field of a tissue be free in the background: there its voxels are half of the difference
+ * of the distances to the others and to it, and squares are 0. @param moving set for all voxels.
+ */
+SC_ALWAYS_INLINE void set_free(const uint16_t *restrict ids, const uint8_t *restrict own,
+                               const uint8_t *restrict other, int8_t *restrict squares,
+                               float *restrict voxels, uint8_t *restrict moving)
+{
+    for (int i = 0; i < SC_TILE_VOXELS; i++) {
+        const float between = 0.5f * (sqrtf((float)other[i]) - sqrtf((float)own[i]));
+        const float far = own[i] < FAR_SQUARED ? SC_FAR : 0;
+        const float near = own[i] < FAR_SQUARED ? between : -SC_FAR;
+        const bool free = (uint16_t)(ids[i] + 1) < 2; /* 0 or SC_NO_LABEL */
+
+        voxels[i] = free ? other[i] < FAR_SQUARED ? near : far : voxels[i];
+    }
+    for (int i = 0; i < SC_TILE_VOXELS; i++) {
+        moving[i] = (own[i] < FAR_SQUARED) & (other[i] < FAR_SQUARED);
+        squares[i] = (uint16_t)(ids[i] + 1) < 2 ? 0 : squares[i];
+    }
+}
+
 /* Set squares and data of the tile of a tissue against the others. w->nearest, w->second and
  * w->nearest_id are known. @param number of the tissue among those of the block. */
-static void set_inner(const measurer *m, size_t tile, int number, workspace *w)
+SC_WIDE_VECTORS static void set_inner(const measurer *m, size_t tile, int number, workspace *w)
 {
     const uint16_t label = m->b->labels[tile];
     const uint8_t *own = w->own[number < CACHED ? number : CACHED].at[0][0];
-    const uint8_t *nearest = w->nearest.at[0][0], *second = w->second.at[0][0];
     int8_t *squares = m->b->squares[tile];
-    uint8_t *other = w->other.at[0][0];
-    float *voxels = (float *)w->voxels;
 
     if (number >= CACHED)
         measure(m, label, w, &w->own[CACHED]);
-    for (int i = 0; i < SC_TILE_VOXELS; i++) {
-        other[i] = w->nearest_id[i] == label ? second[i] : nearest[i];
+    find_other(w->nearest_id, label, w->nearest.at[0][0], w->second.at[0][0], w->other.at[0][0]);
+    for (int i = 0; i < SC_TILE_VOXELS; i++)
         w->is[i] = w->own_ids[i] == label;
-    }
-    set_squares(other, own, w->is, squares, w);
-    for (int i = 0; i < SC_TILE_VOXELS; i++) {
-        const float away = sqrtf((float)own[i]), within = sqrtf((float)other[i]);
-        const bool free = !w->own_ids[i] || w->own_ids[i] == SC_NO_LABEL;
-
-        const float between = other[i] < FAR_SQUARED
-                                  ? own[i] < FAR_SQUARED ? 0.5f * (within - away) : -SC_FAR
-                              : own[i] < FAR_SQUARED ? SC_FAR
-                                                     : 0;
-
-        voxels[i] = free ? between : voxels[i];
-        w->moving[i] = own[i] < FAR_SQUARED && other[i] < FAR_SQUARED;
-        squares[i] = free ? 0 : squares[i];
-    }
+    set_squares(w->other.at[0][0], own, w->is, squares, w);
+    set_free(w->own_ids, own, w->other.at[0][0], squares, (float *)w->voxels, w->moving);
     average(m->b, tile, w->voxels, w->moving);
 }
 
 /* Take a tissue, whose squared distances are @p own, into account in w->nearest, nearest_id and
  * second. */
-static void rank_tissue(workspace *w, uint16_t label, const uint8_t *restrict own)
+SC_WIDE_VECTORS static void rank_tissue(workspace *w, uint16_t label, const uint8_t *restrict own)
 {
     uint8_t *restrict nearest = w->nearest.at[0][0], *restrict second = w->second.at[0][0];
 

@@ -117,7 +117,7 @@ typedef struct refining {
     int8_t squares[FINE_EDGE * FINE_EDGE * FINE_EDGE];
     float low[FINE_EDGE * FINE_EDGE * FINE_EDGE], high[FINE_EDGE * FINE_EDGE * FINE_EDGE];
     float region[FINE_EDGE * FINE_EDGE * FINE_EDGE];
-    uint8_t slender[SC_SLENDER_CELLS]; /* around block */
+    float slender[SC_SLENDER_EDGE * SC_SLENDER_EDGE][FINE_EDGE]; /* around block: 1, or 0 */
     uint32_t block;
 } refining;
 _Static_assert(2 * (int)SC_SLENDER_EDGE == (int)FINE_EDGE, "cells of all voxels");
@@ -134,18 +134,34 @@ SC_ALWAYS_INLINE void find_boxes(const sc_borders *b, size_t tile, refining *r)
     for (int k = 0; k < FINE_EDGE * FINE_EDGE; k++) {
         const float *row = strengths + (k / FINE_EDGE / 2 * CELLS + k % FINE_EDGE / 2) * CELLS;
         const int8_t *squares = r->squares + (size_t)(k * FINE_EDGE);
-        float half[FINE_EDGE];
+        float half[FINE_EDGE], middle[FINE_EDGE];
 
         for (int x = 0; x < FINE_EDGE; x++)
             half[x] = SC_VOXEL_BOX * sc_voxel_share(b->strengths ? row[x / 2] : b->strength);
+        sc_distances_of(squares, FINE_EDGE, middle);
         for (int x = 0; x < FINE_EDGE; x++) {
-            const float middle = sc_distance_of(squares[x]);
             const float width = squares[x] ? half[x] : SC_BOX_FREE;
 
-            r->low[k * FINE_EDGE + x] = middle - width;
-            r->high[k * FINE_EDGE + x] = middle + width;
+            r->low[k * FINE_EDGE + x] = middle[x] - width;
+            r->high[k * FINE_EDGE + x] = middle[x] + width;
         }
     }
+}
+
+/* Find slender tissue around a block, if that is another one than before: r->slender. */
+static void find_slender_voxels(const sc_borders *b, uint32_t block, refining *r)
+{
+    uint8_t cells[SC_SLENDER_CELLS];
+
+    if (block == r->block)
+        return;
+    sc_find_slender(b, block, cells);
+    for (int i = 0; i < SC_SLENDER_CELLS; i++) {
+        float *voxels = r->slender[i / SC_SLENDER_EDGE] + 2 * (i % SC_SLENDER_EDGE);
+
+        voxels[0] = voxels[1] = cells[i];
+    }
+    r->block = block;
 }
 
 /* Store the field at voxels of a tile that cells alone make. */
@@ -161,12 +177,13 @@ SC_ALWAYS_INLINE void store_coarse(const sc_borders *b, size_t tile, refining *r
     for (int k = 0; k < SC_CUBE * SC_CUBE; k++) {
         const float *from = r->wide + ((k / SC_CUBE + 1) * VOXELS + k % SC_CUBE + 1) * VOXELS + 1;
 
-        for (int x = 0; x < SC_CUBE; x++) {
-            const int8_t square = squares[k * SC_CUBE + x];
-            const float width = square ? SC_CELL_BOX : SC_BOX_FREE;
-            const float middle = sc_distance_of(square);
+        float middle[SC_CUBE];
 
-            to[k * SC_CUBE + x] = sc_to_fine(clip(from[x], middle - width, middle + width));
+        sc_distances_of(squares + k * SC_CUBE, SC_CUBE, middle);
+        for (int x = 0; x < SC_CUBE; x++) {
+            const float width = squares[k * SC_CUBE + x] ? SC_CELL_BOX : SC_BOX_FREE;
+
+            to[k * SC_CUBE + x] = sc_to_fine(clip(from[x], middle[x] - width, middle[x] + width));
         }
     }
 }
@@ -189,22 +206,18 @@ SC_ALWAYS_INLINE void store_blend(const sc_borders *b, size_t tile, refining *r)
     sc_upsample(r->sharp, 14, r->wide); /* voxels -5 to 20 */
     sc_read_tile_squares(b, b->squares[0], tile, FINE_HALO, constants, r->squares);
     find_boxes(b, tile, r);
-    if (r->block != b->cube_of[tile])
-        sc_find_slender(b, b->cube_of[tile], r->slender);
-    r->block = b->cube_of[tile];
+    find_slender_voxels(b, b->cube_of[tile], r);
     for (int k = 0; k < FINE_EDGE * FINE_EDGE; k++) {
         const int at = k * FINE_EDGE;
         float *from = r->wide + ((k / FINE_EDGE + 1) * WIDE + k % FINE_EDGE + 1) * WIDE + 1;
-        const uint8_t *slender =
-            r->slender +
-            (k / FINE_EDGE / 2 * SC_SLENDER_EDGE + k % FINE_EDGE / 2) * SC_SLENDER_EDGE;
+        const float *slender = r->slender[k / FINE_EDGE / 2 * SC_SLENDER_EDGE + k % FINE_EDGE / 2];
 
         for (int x = 0; x < FINE_EDGE; x++) {
             const float more = SC_CELL_BOX - SC_VOXEL_BOX;
             const float low = r->low[at + x], high = r->high[at + x];
             const float half = 0.5f * (high - low), middle = 0.5f * (low + high);
             const float off = from[x] - middle;
-            const float back = slender[x / 2] ? clip(2 * half - fabsf(off), 0, half) : half;
+            const float back = slender[x] > 0 ? clip(2 * half - fabsf(off), 0, half) : half;
 
             from[x] = clip(from[x], low - more, high + more);
             r->region[at + x] = clip(middle + clip(off, -back, back), low, high);

@@ -181,7 +181,7 @@ SC_WIDE_VECTORS static void count_voxels(void *user, size_t begin, size_t end, i
 SC_ALWAYS_INLINE void move_row(const sc_borders *b, size_t tile, int cell, const int8_t *squares,
                                const float *by, int16_t *fine)
 {
-    float share[SC_CUBE], half[SC_CUBE], moved[SC_CUBE];
+    float share[SC_CUBE], half[SC_CUBE], middle[SC_CUBE], moved[SC_CUBE];
 
     for (int x = 0; x < SC_CUBE; x++) {
         const float strength = sc_strength_at(b, tile, cell + x / 2);
@@ -190,10 +190,10 @@ SC_ALWAYS_INLINE void move_row(const sc_borders *b, size_t tile, int cell, const
         share[x] = b->coarse[tile][cell + x / 2];
         half[x] = narrow + share[x] * (SC_CELL_BOX - narrow);
     }
+    sc_distances_of(squares, SC_CUBE, middle);
     for (int x = 0; x < SC_CUBE; x++) {
         const float width = squares[x] ? half[x] : SC_BOX_FREE;
-        const float low = sc_distance_of(squares[x]) - width;
-        const float high = sc_distance_of(squares[x]) + width;
+        const float low = middle[x] - width, high = middle[x] + width;
         const float to = sc_of_fine(fine[x]) + (1 - share[x]) * by[x];
         const float above = to < low ? low : to;
 
