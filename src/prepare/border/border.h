@@ -157,8 +157,7 @@ static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
  * @p constants [SC_BESIDE_CONSTANTS] stand for tiles that do not exist. Numbers are converted to
  * @p wide first, for which processors have an instruction. @p plain and @p mirror are the factors
  * that
- * @p times gets for numbers of the field and of the opposite one. Four numbers are copied at once,
- * which may be more than the halo: those too many are overwritten by what is copied next. */
+ * @p times gets for numbers of the field and of the opposite one. */
 /* NOLINTBEGIN(bugprone-macro-parentheses): arguments are types and names */
 #define SC_DEFINE_READ_TILE(name, type, each, wide, result, times, plain, mirror)                  \
     typedef type name##_from __attribute__((vector_size(4 * sizeof(type))));                       \
@@ -199,8 +198,9 @@ static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
     SC_ALWAYS_INLINE void name(const sc_borders *b, const type *array, size_t tile, int halo,      \
                                const type constants[SC_BESIDE_CONSTANTS], result *out)             \
     {                                                                                              \
-        const int edge = (each) + 2 * halo, part = halo > 4 ? 8 : 4;                               \
+        const int edge = (each) + 2 * halo;                                                        \
         const result factors[2] = {(plain), (mirror)};                                             \
+        const int ends[4] = {-halo, 0, (each), (each) + halo};                                     \
         type rows[SC_BESIDE_CONSTANTS][(each) + 8];                                                \
         const type *from[27];                                                                      \
         result by[27];                                                                             \
@@ -218,24 +218,21 @@ static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
             by[n] = factors[!constant && other & SC_MIRRORED];                                     \
             step[n] = constant ? 0 : (each);                                                       \
         }                                                                                          \
-        for (int k = 0; k < edge * edge; k++, out += edge) {                                       \
-            const int y = k % edge - halo, z = k / edge - halo;                                    \
-            const int n = ((z < 0        ? 0                                                       \
-                            : z < (each) ? 3                                                       \
-                                         : 6) +                                                    \
-                           (y < 0        ? 0                                                       \
-                            : y < (each) ? 1                                                       \
-                                         : 2)) *                                                   \
-                          3;                                                                       \
-            const int row = (z & ((each)-1)) * (each) + (y & ((each)-1));                          \
-            const type *high = from[n + 2] + row * step[n + 2];                                    \
+        for (int k = 0; k < 9; k++) {                                                              \
+            const type *const *three = from + 3 * k;                                               \
+            const int *steps = step + 3 * k;                                                       \
+            const result *factor = by + 3 * k;                                                     \
                                                                                                    \
-            name##_part(from[n] + row * step[n] + (each)-halo, by[n], part, out);                  \
-            name##_row(from[n + 1] + row * step[n + 1], by[n + 1], out + halo);                    \
-            if (k + 1 < edge * edge)                                                               \
-                name##_part(high, by[n + 2], part, out + halo + (each));                           \
-            else                                                                                   \
-                name##_part(high, by[n + 2], halo, out + halo + (each));                           \
+            for (int z = ends[k / 3]; z < ends[k / 3 + 1]; z++) {                                  \
+                for (int y = ends[k % 3]; y < ends[k % 3 + 1]; y++) {                              \
+                    const int row = (z & ((each)-1)) * (each) + (y & ((each)-1));                  \
+                    result *to = out + ((z + halo) * edge + y + halo) * edge;                      \
+                                                                                                   \
+                    name##_part(three[0] + row * steps[0] + (each)-halo, factor[0], halo, to);     \
+                    name##_row(three[1] + row * steps[1], factor[1], to + halo);                   \
+                    name##_part(three[2] + row * steps[2], factor[2], halo, to + halo + (each));   \
+                }                                                                                  \
+            }                                                                                      \
         }                                                                                          \
     }
 /* NOLINTEND(bugprone-macro-parentheses) */
@@ -347,6 +344,21 @@ static inline bool sc_is_coarse(const sc_borders *b, size_t tile)
 #define SC_BOX_FREE 1e6f
 #define SC_BOX_FROZEN 0.0f
 
+/* Write sums of three neighbours along x, the middle one times @p middle and the others times @p
+ * beside, to @p out. @param rows [less][edge]; @p out [less][less], two less. Rows follow each
+ * other, so that all sums are found side by side; those across two rows are of no use. */
+SC_ALWAYS_INLINE void sc_sum_rows(const float *rows, int edge, float beside, float middle,
+                                  float *out)
+{
+    const int less = edge - 2;
+    float sums[24 * 24];
+
+    for (int i = 0; i < less * edge - 2; i++)
+        sums[i] = beside * (rows[i] + rows[i + 2]) + middle * rows[i + 1];
+    for (int y = 0; y < less; y++)
+        memcpy(out + (size_t)(y * less), sums + (size_t)(y * edge), (size_t)less * sizeof *out);
+}
+
 /* Filter a region of @p edge elements along each axis by the binomial 1-2-1, to @p out, with two
  * elements less along each axis; it may be @p in. Loops have constant lengths once it is inlined.
  */
@@ -363,13 +375,7 @@ SC_ALWAYS_INLINE void sc_binomial(const float *in, int edge, float *out)
             plane[i] = 0.25f * (low[i] + high[i]) + 0.5f * middle[i];
         for (int i = 0; i < less * edge; i++)
             rows[i] = 0.25f * (plane[i] + plane[i + 2 * edge]) + 0.5f * plane[i + edge];
-        for (int y = 0; y < less; y++) {
-            const float *row = rows + y * edge;
-            float *to = out + (z * less + y) * less;
-
-            for (int x = 0; x < less; x++)
-                to[x] = 0.25f * (row[x] + row[x + 2]) + 0.5f * row[x + 1];
-        }
+        sc_sum_rows(rows, edge, 0.25f, 0.5f, out + (size_t)(z * less * less));
     }
 }
 
@@ -431,13 +437,7 @@ SC_ALWAYS_INLINE void sc_sharpen(const float *in, int edge, float *out)
             plane[i] = 1.25f * middle[i] - 0.125f * (low[i] + high[i]);
         for (int i = 0; i < less * edge; i++)
             rows[i] = 1.25f * plane[i + edge] - 0.125f * (plane[i] + plane[i + 2 * edge]);
-        for (int y = 0; y < less; y++) {
-            const float *row = rows + y * edge;
-            float *to = out + (z * less + y) * less;
-
-            for (int x = 0; x < less; x++)
-                to[x] = 1.25f * row[x + 1] - 0.125f * (row[x] + row[x + 2]);
-        }
+        sc_sum_rows(rows, edge, -0.125f, 1.25f, out + (size_t)(z * less * less));
     }
 }
 

@@ -38,15 +38,17 @@ static inline float clip(float value, float low, float high)
 static inline void step_row(const stepper *s, size_t tile, int row, const float *once,
                             const float *twice)
 {
-    const float *restrict data = s->b->data[tile] + row, *restrict box = s->b->box[tile] + row;
-    float *restrict value = s->b->value[tile] + row, *restrict to = s->to[tile] + row;
+    const float *data = s->b->data[tile] + row, *box = s->b->box[tile] + row;
+    float *value = s->b->value[tile] + row;
+    const float momentum = s->momentum;
+    float now[SC_CUBE_CELLS], next[SC_CUBE_CELLS];
 
     for (int x = 0; x < SC_CUBE_CELLS; x++) {
-        const float now = clip(2 * once[x] - twice[x], data[x] - box[x], data[x] + box[x]);
-
-        to[x] = now + s->momentum * (now - value[x]);
-        value[x] = now;
+        now[x] = clip(2 * once[x] - twice[x], data[x] - box[x], data[x] + box[x]);
+        next[x] = now[x] + momentum * (now[x] - value[x]);
     }
+    memcpy(value, now, sizeof now);
+    memcpy(s->to[tile] + row, next, sizeof next);
 }
 
 /* Take a step with the cells of tiles [begin, end); an sc_range_fn on a stepper. */

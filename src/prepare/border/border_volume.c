@@ -24,6 +24,27 @@ static inline float limited(float share)
     return above > 0.5f ? 0.5f : above;
 }
 
+typedef float four_floats __attribute__((vector_size(4 * sizeof(float))));
+typedef int32_t four_places __attribute__((vector_size(4 * sizeof(int32_t))));
+
+/* @return the sums of the pairs of neighbours in a and c. */
+static inline four_floats add_pairs(four_floats a, four_floats c)
+{
+    return __builtin_shuffle(a, c, (four_places){0, 2, 4, 6}) +
+           __builtin_shuffle(a, c, (four_places){1, 3, 5, 7});
+}
+
+/* Add the sums of each four of a row to the quarters of the row. */
+static inline void add_fours(const float row[SC_CUBE], float out[SC_CUBE_QUARTERS])
+{
+    four_floats fours[SC_CUBE_QUARTERS], sum;
+
+    memcpy(fours, row, sizeof fours);
+    memcpy(&sum, out, sizeof sum);
+    sum += add_pairs(add_pairs(fours[0], fours[1]), add_pairs(fours[2], fours[3]));
+    memcpy(out, &sum, sizeof sum);
+}
+
 /* Add what is missing in a row of voxels, and the area, to the quarters of the row. Written so that
  * the opposite field gets the opposite numbers.
  * @param squares of the voxels. @param share of each voxel on the positive side, less one half. */
@@ -37,10 +58,8 @@ static inline void add_row(const int8_t *squares, const float *share, float *mis
         less[x] = squares[x] > 0 ? 0.5f - all : squares[x] < 0 ? -0.5f - all : 0;
         part[x] = squares[x] != 0 && share[x] > -0.5f && share[x] < 0.5f ? 1 : 0;
     }
-    for (int q = 0; q < SC_CUBE_QUARTERS; q++) {
-        missing[q] += (less[4 * q] + less[4 * q + 1]) + (less[4 * q + 2] + less[4 * q + 3]);
-        area[q] += (part[4 * q] + part[4 * q + 1]) + (part[4 * q + 2] + part[4 * q + 3]);
-    }
+    add_fours(less, missing);
+    add_fours(part, area);
 }
 
 /* May any of @p count voxels be less than full, or more than empty? Not where all are farther from
@@ -106,36 +125,48 @@ SC_WIDE_VECTORS static void move_cells(void *user, size_t begin, size_t end, int
                 moves + ((k / SC_CUBE_CELLS + 1) * CELLS + k % SC_CUBE_CELLS + 1) * CELLS + 1;
             const float *data = b->data[tile] + k * SC_CUBE_CELLS;
             const float *box = b->box[tile] + k * SC_CUBE_CELLS;
-            float *value = b->value[tile] + k * SC_CUBE_CELLS;
+            float *value = b->value[tile] + k * SC_CUBE_CELLS, to[SC_CUBE_CELLS];
 
             for (int x = 0; x < SC_CUBE_CELLS; x++) {
                 const float moved = value[x] + by[x];
                 const float low = data[x] - box[x], high = data[x] + box[x];
                 const float above = moved < low ? low : moved;
 
-                value[x] = above > high ? high : above;
+                to[x] = above > high ? high : above;
             }
+            memcpy(value, to, sizeof to);
         }
+    }
+}
+
+/* A layer of rows, a quarter of the way to the row before, and to the next one. */
+typedef float between_rows[2][ROWS];
+
+/* Write a layer of a region between its rows to @p out. @param at as of find_shares. */
+SC_ALWAYS_INLINE void find_between(const float *at, between_rows out)
+{
+    for (int i = 0; i < ROWS; i++) {
+        out[0][i] = 0.75f * at[i] + 0.25f * at[i - VOXELS];
+        out[1][i] = 0.75f * at[i] + 0.25f * at[i + VOXELS];
     }
 }
 
 /* Write to @p out the share, less one half, of each voxel of a layer that is on the positive side,
  * by the field at eight points in it. Rows follow each other, two numbers longer than the tile's,
  * which are of no use, so that all are found side by side.
- * @param at the voxel before the first one in a region of @p VOXELS voxels along each axis. */
-SC_ALWAYS_INLINE void find_shares(const float *at, float out[ROWS])
+ * @param layers of the layer in the middle and those on both sides: find_between of the voxel
+ * before the first one in a region of VOXELS voxels along each axis. */
+SC_ALWAYS_INLINE void find_shares(between_rows *const layers[3], float out[ROWS])
 {
-    enum { LAYER = VOXELS * VOXELS };
-
     for (int i = 0; i < ROWS; i++)
         out[i] = 0;
     for (int corner = 0; corner < 4; corner++) {
-        const int dy = corner & 1 ? VOXELS : -VOXELS, dz = corner & 2 ? LAYER : -LAYER;
+        const float *middle = (*layers[1])[corner & 1];
+        const float *beside = (*layers[corner & 2])[corner & 1];
         float line[ROWS];
 
         for (int i = 0; i < ROWS; i++)
-            line[i] = 0.75f * (0.75f * at[i] + 0.25f * at[i + dy]) +
-                      0.25f * (0.75f * at[i + dz] + 0.25f * at[i + dz + dy]);
+            line[i] = 0.75f * middle[i] + 0.25f * beside[i];
         for (int i = 0; i < ROWS - 2; i++) /* the two points along x */
             out[i] += limited(1.5f * line[i + 1] + 0.5f * line[i]) +
                       limited(1.5f * line[i + 1] + 0.5f * line[i + 2]);
@@ -154,18 +185,22 @@ SC_WIDE_VECTORS static void count_voxels(void *user, size_t begin, size_t end, i
     for (size_t tile = begin; tile < end; tile++) {
         const int8_t *squares = b->squares[tile];
         float region[VOXELS * VOXELS * VOXELS], shares[ROWS];
+        between_rows between[3]; /* of layers z - 1 to z + 1, by their number */
 
         memset(b->missing[tile], 0, sizeof *b->missing);
         memset(b->area[tile], 0, sizeof *b->area);
         if (sc_is_coarse(b, tile) || !is_near(squares, SC_TILE_VOXELS))
             continue;
         sc_read_voxels(b, tile, 1, region);
-        for (int z = 0; z < SC_CUBE; z++) {
+        for (int z = -2; z < SC_CUBE; z++) {
             const int8_t *layer = squares + z * SC_CUBE * SC_CUBE;
 
-            if (!is_near(layer, SC_CUBE * SC_CUBE))
+            find_between(region + ((z + 2) * VOXELS + 1) * VOXELS, between[(z + 2) % 3]);
+            if (z < 0 || !is_near(layer, SC_CUBE * SC_CUBE))
                 continue;
-            find_shares(region + ((z + 1) * VOXELS + 1) * VOXELS, shares);
+            find_shares((between_rows *[3]){&between[z % 3], &between[(z + 1) % 3],
+                                            &between[(z + 2) % 3]},
+                        shares);
             for (int y = 0; y < SC_CUBE; y++) {
                 const int at = quarters_of(z * SC_CUBE + y);
 
@@ -183,12 +218,12 @@ SC_ALWAYS_INLINE void move_row(const sc_borders *b, size_t tile, int cell, const
 {
     float share[SC_CUBE], half[SC_CUBE], middle[SC_CUBE], moved[SC_CUBE];
 
-    for (int x = 0; x < SC_CUBE; x++) {
+    for (int x = 0; x < SC_CUBE; x += 2) {
         const float strength = sc_strength_at(b, tile, cell + x / 2);
         const float narrow = SC_VOXEL_BOX * sc_voxel_share(strength);
 
-        share[x] = b->coarse[tile][cell + x / 2];
-        half[x] = narrow + share[x] * (SC_CELL_BOX - narrow);
+        share[x] = share[x + 1] = b->coarse[tile][cell + x / 2];
+        half[x] = half[x + 1] = narrow + share[x] * (SC_CELL_BOX - narrow);
     }
     sc_distances_of(squares, SC_CUBE, middle);
     for (int x = 0; x < SC_CUBE; x++) {
