@@ -58,6 +58,22 @@ static inline float sc_field_at(const sc_borders *b, size_t block, int place, ui
  * of them. */
 bool sc_read_field(const sc_borders *b, uint32_t label, const int low[3], int edge, float *out);
 
+/* @return the least label around a group that is larger than @p last; UINT16_MAX if there is none.
+ */
+SC_ALWAYS_INLINE uint16_t sc_next_label(const sc_group_ids *ids, uint16_t last)
+{
+    uint16_t next = UINT16_MAX;
+
+    for (int k = 0; k < SC_IDS_EDGE * SC_IDS_EDGE; k++) {
+        for (int x = 0; x < SC_IDS_EDGE; x++) {
+            const uint16_t id = ids->at[k / SC_IDS_EDGE][k % SC_IDS_EDGE][x];
+
+            next = id > last && id < next ? id : next;
+        }
+    }
+    return next;
+}
+
 /* Read the labels of a group whose lowest voxel is @p low, and of those around. */
 void sc_read_group_ids(const sc_volume *v, const int low[3], sc_group_ids *out);
 

@@ -211,22 +211,6 @@ static void clear_inner(const sc_record_writer *w, const int low[3])
     }
 }
 
-/* @return the least label around a group that is larger than @p last; UINT16_MAX if there is none.
- */
-static uint16_t next_label(const sc_group_ids *ids, uint16_t last)
-{
-    uint16_t next = UINT16_MAX;
-
-    for (int k = 0; k < SC_IDS_EDGE * SC_IDS_EDGE; k++) {
-        for (int x = 0; x < SC_IDS_EDGE; x++) {
-            const uint16_t id = ids->at[k / SC_IDS_EDGE][k % SC_IDS_EDGE][x];
-
-            next = id > last && id < next ? id : next;
-        }
-    }
-    return next;
-}
-
 /* Write the records of groups [begin, end); an sc_range_fn on a writer. */
 SC_WIDE_VECTORS static void write_groups(void *user, size_t begin, size_t end, int thread)
 {
@@ -249,7 +233,7 @@ SC_WIDE_VECTORS static void write_groups(void *user, size_t begin, size_t end, i
             continue;
         clear_inner(w, low);
         sc_read_group_ids(w->p->volume, voxel, &ids);
-        for (uint16_t id = next_label(&ids, 0); id != UINT16_MAX; id = next_label(&ids, id))
+        for (uint16_t id = sc_next_label(&ids, 0); id != UINT16_MAX; id = sc_next_label(&ids, id))
             write_inner(w, id, low, &ids, &f);
     }
 }

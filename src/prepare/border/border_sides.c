@@ -85,12 +85,13 @@ static inline eight_ids larger(eight_ids a, eight_ids c)
     return ~lesser(~a, ~c);
 }
 
-/* Write, for the bricks of a group, masks of the vertices around which there is tissue, and of
- * those around which there are different ones. */
-static void find_tissues(const sc_group_ids *ids, uint64_t any[SC_GROUP_BRICKS],
-                         uint64_t several[SC_GROUP_BRICKS])
+/* Vertices of a group, as bits: x of each row along y and z. */
+typedef uint16_t vertex_rows[SC_CUBE][SC_CUBE];
+
+/* Write of which vertices of a group there is tissue around, and of which there are different ones. */
+static void find_tissues(const sc_group_ids *ids, vertex_rows any, vertex_rows several)
 {
-    enum { EIGHT = 8, PER_EIGHT = EIGHT / SC_BRICK };
+    enum { EIGHT = 8 };
     eight_ids least[SC_CUBE / EIGHT][SC_IDS_EDGE]
                    [SC_IDS_EDGE]; /* less 1, so that none is larger than all */
     eight_ids most[SC_CUBE / EIGHT][SC_IDS_EDGE][SC_IDS_EDGE];
@@ -105,28 +106,120 @@ static void find_tissues(const sc_group_ids *ids, uint64_t any[SC_GROUP_BRICKS],
         least[part][z][y] = lesser(lesser(row[0] - 1, row[1] - 1), row[2] - 1);
         most[part][z][y] = larger(larger(row[0], row[1]), row[2]);
     }
-    memset(any, 0, SC_GROUP_BRICKS * sizeof *any);
-    memset(several, 0, SC_GROUP_BRICKS * sizeof *several);
+    memset(any, 0, sizeof(vertex_rows));
+    memset(several, 0, sizeof(vertex_rows));
     for (int k = 0; k < SC_CUBE / EIGHT * SC_CUBE * SC_CUBE; k++) {
         const int y = k % SC_CUBE, z = k / SC_CUBE % SC_CUBE, part = k / (SC_CUBE * SC_CUBE);
-        const int brick =
-            (z / SC_BRICK * SC_GROUP_EDGE + y / SC_BRICK) * SC_GROUP_EDGE + PER_EIGHT * part;
         eight_ids low = (eight_ids){0} - 1, high = {0};
-        uint32_t none, same;
 
         for (int n = 0; n < 9; n++) {
             low = lesser(low, least[part][z + n / 3][y + n % 3]);
             high = larger(high, most[part][z + n / 3][y + n % 3]);
         }
         low = (low + 1) ^ high;
-        none = sc_equal_bits((const uint16_t *)&high, 0);
-        same = sc_equal_bits((const uint16_t *)&low, 0);
-        for (int i = 0; i < PER_EIGHT; i++) {
-            const int bit = sc_brick_bit(0, y, z), first = i * SC_BRICK;
+        any[z][y] |= (uint16_t)((~sc_equal_bits((const uint16_t *)&high, 0) & 0xff)
+                                << (EIGHT * part));
+        several[z][y] |= (uint16_t)((~sc_equal_bits((const uint16_t *)&low, 0) & 0xff)
+                                    << (EIGHT * part));
+    }
+}
 
-            any[brick + i] |= (uint64_t)(~none >> first & SC_BRICK_ROW_BITS) << bit;
-            several[brick + i] |= (uint64_t)(~same >> first & SC_BRICK_ROW_BITS) << bit;
+/* What is known of a group while its bricks are looked at. */
+typedef struct group_sides {
+    sc_group_ids ids;
+    vertex_rows any, several;      /* tissue around; different ones */
+    vertex_rows own;               /* of several those whose own tissue is the one */
+    uint8_t inner[SC_TILE_VOXELS]; /* of those, the value of the record */
+    float field[SIDED * SIDED * SIDED]; /* outer, from BEFORE voxels before the group on */
+    bool has_field;                     /* or sides are those of the labels */
+} group_sides;
+
+/* The two largest fields at the vertices of a group, of the tissues around each, and the field of
+ * its own tissue. */
+typedef struct rivals {
+    float most[SC_TILE_VOXELS], next[SC_TILE_VOXELS], own[SC_TILE_VOXELS];
+} rivals;
+
+/* Find the vertices of a group, as bits, around which @p label is, to @p around. */
+static void find_around(const sc_group_ids *ids, uint16_t label, vertex_rows around)
+{
+    uint32_t rows[SC_IDS_EDGE][SC_IDS_EDGE];
+
+    for (int k = 0; k < SC_IDS_EDGE * SC_IDS_EDGE; k++) {
+        const uint16_t *row = ids->at[k / SC_IDS_EDGE][k % SC_IDS_EDGE];
+        const uint32_t bits = sc_equal_bits(row, label) | sc_equal_bits(row + 8, label) << 8 |
+                              sc_equal_bits(row + 16, label) << 16;
+
+        rows[k / SC_IDS_EDGE][k % SC_IDS_EDGE] = bits | bits >> 1 | bits >> 2;
+    }
+    for (int z = 0; z < SC_CUBE; z++) {
+        for (int y = 0; y < SC_CUBE; y++) {
+            uint32_t bits = 0;
+
+            for (int n = 0; n < 9; n++)
+                bits |= rows[z + n / 3][y + n % 3];
+            around[z][y] = (uint16_t)bits;
         }
+    }
+}
+
+/* Take the field of a tissue into account where that is around. @param field [SC_CUBE] along each
+ * axis. @param around of vertices as bits. */
+SC_ALWAYS_INLINE void rank_field(const group_sides *g, uint16_t label, const float *field,
+                                 const vertex_rows around, rivals *r)
+{
+    for (int k = 0; k < SC_CUBE * SC_CUBE; k++) {
+        const int y = k % SC_CUBE, z = k / SC_CUBE, at = k * SC_CUBE;
+        const uint16_t *ids = g->ids.at[z + 1][y + 1] + 1;
+        const int32_t bits = around[z][y];
+        float value[SC_CUBE], less[SC_CUBE];
+
+        if (!(bits & g->several[z][y]))
+            continue;
+        for (int x = 0; x < SC_CUBE; x++) {
+            value[x] = bits >> x & 1 ? field[at + x] : -2 * SC_FAR;
+            r->own[at + x] = ids[x] == label ? value[x] : r->own[at + x];
+        }
+        for (int x = 0; x < SC_CUBE; x++) {
+            less[x] = value[x] < r->most[at + x] ? value[x] : r->most[at + x];
+            r->most[at + x] = value[x] > r->most[at + x] ? value[x] : r->most[at + x];
+        }
+        for (int x = 0; x < SC_CUBE; x++)
+            r->next[at + x] = less[x] > r->next[at + x] ? less[x] : r->next[at + x];
+    }
+}
+
+/* Find at which vertices of a group the tissue of its own label has the largest field, of those
+ * around: g->own, and inner there; which are most vertices between tissues. Where that is asked for
+ * beyond the volume none is found. @param voxel the lowest of the group. */
+SC_ALWAYS_INLINE void find_own(const sc_borders *b, const int voxel[3], group_sides *g)
+{
+    const int *size = b->p->volume->size;
+    float field[SC_TILE_VOXELS];
+    vertex_rows around;
+    rivals r;
+
+    memset(g->own, 0, sizeof g->own);
+    for (int i = 0; i < 3; i++) {
+        if (voxel[i] < 0 || voxel[i] + SC_CUBE > size[i])
+            return;
+    }
+    for (int i = 0; i < SC_TILE_VOXELS; i++)
+        r.most[i] = r.next[i] = r.own[i] = -2 * SC_FAR;
+    for (uint16_t label = sc_next_label(&g->ids, 0); label != UINT16_MAX;
+         label = sc_next_label(&g->ids, label)) {
+        (void)sc_read_field(b, label, voxel, SC_CUBE, field);
+        find_around(&g->ids, label, around);
+        rank_field(g, label, field, (const uint16_t(*)[SC_CUBE])around, &r);
+    }
+    for (int i = 0; i < SC_TILE_VOXELS; i++) {
+        const int x = i % SC_CUBE, y = i / SC_CUBE % SC_CUBE, z = i / (SC_CUBE * SC_CUBE);
+
+        if (!(g->several[z][y] >> x & 1) || !g->ids.at[z + 1][y + 1][x + 1] ||
+            r.own[i] < r.most[i])
+            continue;
+        g->own[z][y] |= (uint16_t)(1u << x);
+        g->inner[i] = sc_inner_value((const float[2]){r.most[i], r.next[i]});
     }
 }
 
@@ -142,49 +235,62 @@ static inline int sided(const int at[3])
     return ((at[2] + BEFORE) * SIDED + at[1] + BEFORE) * SIDED + at[0] + BEFORE;
 }
 
-/* Find sides and codes of one brick of a group. @param field [SIDED] along each axis, of the outer
- * field from BEFORE voxels before the group on; NULL: sides are those of the labels. */
-static void find_brick(const sc_record_writer *w, const sc_group_ids *ids, const int low[3], int n,
-                       const float *field, uint64_t any, uint64_t several)
+/* Find the code of vertex @p at of a group, around which there is tissue, and the value of its
+ * record of the inner field; that only if there are several. */
+static uint8_t find_code(const sc_record_writer *w, const group_sides *g, const int voxel[3],
+                         const int at[3], uint8_t *inner)
+{
+    const int place = (at[2] * SC_CUBE + at[1]) * SC_CUBE + at[0];
+    int k = 0;
+
+    if (g->own[at[2]][at[1]] >> at[0] & 1) {
+        *inner = g->inner[place];
+        return SC_TISSUE_OWN;
+    }
+    if (g->several[at[2]][at[1]] >> at[0] & 1) {
+        const int here[3] = {voxel[0] + at[0], voxel[1] + at[1], voxel[2] + at[2]};
+        float values[2];
+        const int code = sc_largest_tissue(w->b, &g->ids, at, here, values);
+
+        *inner = sc_inner_value(values);
+        return (uint8_t)code;
+    }
+    while (!sc_id_around(&g->ids, at[0], at[1], at[2], nearest_first[k]))
+        k++;
+    return nearest_first[k];
+}
+
+/* Find sides and codes of brick @p n of a group, whose lowest vertex is @p low. */
+static void find_brick(const sc_record_writer *w, const group_sides *g, const int low[3], int n)
 {
     const size_t brick = sc_brick_of_group(w, low, n);
     const int corner[3] = {n % SC_GROUP_EDGE * SC_BRICK,
                            n / SC_GROUP_EDGE % SC_GROUP_EDGE * SC_BRICK,
                            n / (SC_GROUP_EDGE * SC_GROUP_EDGE) * SC_BRICK};
-    uint8_t *codes;
-    uint8_t *inner;
+    const int voxel[3] = {low[0] - 1, low[1] - 1, low[2] - 1};
     sc_brick_sides sides = {0, 0};
+    uint8_t *codes, *inner;
 
     if (brick == SIZE_MAX || !w->number[brick])
         return;
     codes = w->codes[w->number[brick] - 1];
     inner = w->inner[w->number[brick] - 1];
+    memset(codes, SC_TISSUE_OWN, SC_BRICK_VERTICES);
     for (int row = 0; row < SC_BRICK_LAYER; row++) {
-        const int at[3] = {corner[0], corner[1] + row % SC_BRICK, corner[2] + row / SC_BRICK};
-        const uint16_t *own = ids->at[at[2] + 1][at[1] + 1] + at[0] + 1;
+        const int y = corner[1] + row % SC_BRICK, z = corner[2] + row / SC_BRICK;
+        const uint16_t *own = g->ids.at[z + 1][y + 1] + corner[0] + 1;
+        const float *field = g->field + sided((const int[3]){corner[0], y, z});
+        const unsigned any = g->any[z][y] >> corner[0] & SC_BRICK_ROW_BITS;
 
         for (int x = 0; x < SC_BRICK; x++)
-            sides.tissue |= (uint64_t)(field ? is_tissue(field[sided(at) + x]) : own[x] != 0)
+            sides.tissue |= (uint64_t)(g->has_field ? is_tissue(field[x]) : own[x] != 0)
                             << (row * SC_BRICK + x);
-    }
-    memset(codes, SC_TISSUE_OWN, SC_BRICK_VERTICES);
-    for (uint64_t left = any; left; left &= left - 1) {
-        const int bit = __builtin_ctzll(left);
-        const int at[3] = {corner[0] + sc_bit_x(bit), corner[1] + sc_bit_y(bit),
-                           corner[2] + sc_bit_z(bit)};
-        const int voxel[3] = {low[0] + at[0] - 1, low[1] + at[1] - 1, low[2] + at[2] - 1};
-        float values[2];
+        for (unsigned left = any; left; left &= left - 1) {
+            const int x = __builtin_ctz(left), bit = row * SC_BRICK + x;
 
-        if (several >> bit & 1) {
-            codes[bit] = (uint8_t)sc_largest_tissue(w->b, ids, at, voxel, values);
-            inner[bit] = sc_inner_value(values);
-        } else if (!ids->at[at[2] + 1][at[1] + 1][at[0] + 1]) {
-            for (int k = 1; codes[bit] == SC_TISSUE_OWN; k++)
-                codes[bit] = sc_id_around(ids, at[0], at[1], at[2], nearest_first[k])
-                                 ? nearest_first[k]
-                                 : SC_TISSUE_OWN;
+            codes[bit] = find_code(w, g, voxel, (const int[3]){corner[0] + x, y, z}, &inner[bit]);
+            sides.moved |= (uint64_t)(codes[bit] != SC_TISSUE_OWN) << bit;
         }
-        sides.moved |= (uint64_t)(codes[bit] != SC_TISSUE_OWN) << bit;
     }
     w->sides[w->number[brick] - 1] = sides;
 }
@@ -194,14 +300,11 @@ SC_WIDE_VECTORS static void find_groups(void *user, size_t begin, size_t end, in
 {
     const sc_record_writer *w = user;
     const uint64_t *masks[2] = {w->wanted, w->wanted};
+    group_sides g;
 
     (void)thread;
     for (size_t group = begin; group < end; group++) {
-        uint64_t any[SC_GROUP_BRICKS], several[SC_GROUP_BRICKS];
-        float field[SIDED * SIDED * SIDED];
-        sc_group_ids ids;
         int low[3], voxel[3], before[3];
-        bool is;
 
         if (!sc_begin_group(w, masks, group, low))
             continue;
@@ -209,11 +312,12 @@ SC_WIDE_VECTORS static void find_groups(void *user, size_t begin, size_t end, in
             voxel[i] = low[i] - 1;
             before[i] = voxel[i] - BEFORE;
         }
-        sc_read_group_ids(w->p->volume, voxel, &ids);
-        find_tissues(&ids, any, several);
-        is = sc_read_field(w->b, 0, before, SIDED, field);
+        sc_read_group_ids(w->p->volume, voxel, &g.ids);
+        find_tissues(&g.ids, g.any, g.several);
+        find_own(w->b, voxel, &g);
+        g.has_field = sc_read_field(w->b, 0, before, SIDED, g.field);
         for (int n = 0; n < SC_GROUP_BRICKS; n++)
-            find_brick(w, &ids, low, n, is ? field : NULL, any[n], several[n]);
+            find_brick(w, &g, low, n);
     }
 }
 
