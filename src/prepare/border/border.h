@@ -98,9 +98,12 @@ typedef struct sc_borders {
                                order of x, y, z; or SC_BESIDE */
     int8_t (*squares)[SC_TILE_VOXELS];  /* squared distance to the other side, with the sign of the
                                            field; 0 where the field is free */
+    int16_t (*fine)[SC_TILE_VOXELS];    /* the field at voxels, in units of 1 / SC_FINE_STEPS; before
+                                           there is any, the memory of data, box and spare */
     float (*data)[SC_TILE_CELLS];       /* the distance to the border */
-    float (*value)[SC_TILE_CELLS];      /* the field */
-    float (*box)[SC_TILE_CELLS];        /* how far it may be from the data */
+    float (*box)[SC_TILE_CELLS];        /* how far the field may be from the data */
+    float (*spare[2])[SC_TILE_CELLS];   /* of no use but to the stage that writes it */
+    float (*value)[SC_TILE_CELLS];      /* the field at cells */
     uint8_t *still;                     /* 1 if no cell of the tile moves */
     float strength;                     /* of the smoothing of all tissues, */
     float (*strengths)[SC_TILE_CELLS];  /* or at each cell; NULL if all are the same */
@@ -108,7 +111,6 @@ typedef struct sc_borders {
     float (*missing)[SC_TILE_QUARTERS]; /* volume that is missing of a quarter, */
     float (*area)[SC_TILE_QUARTERS]; /* and the area over which that is to be spread, in voxels */
     sc_wide_slope (*wide)[SC_TILE_QUARTERS]; /* gradients of the filtered field */
-    int16_t (*fine)[SC_TILE_VOXELS]; /* the field at voxels, in units of 1 / SC_FINE_STEPS */
 } sc_borders;
 #define SC_FINE_STEPS 1024.0f
 
@@ -503,7 +505,8 @@ sc_status sc_keep_volume_of_cells(const sc_ctx *ctx, sc_borders *b);
 sc_status sc_smooth_quarters(const sc_ctx *ctx, sc_borders *b);
 /* box is of no use afterwards. */
 sc_status sc_weigh_cells(const sc_ctx *ctx, sc_borders *b);
-sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b);
+/* Writes over data, box and spare. */
+void sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b);
 /* Instead of the stages before, where nothing is smoothed: let data be the field of cells, which
  * decide nowhere. */
 sc_status sc_take_data(const sc_ctx *ctx, sc_borders *b);

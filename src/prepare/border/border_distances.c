@@ -493,6 +493,19 @@ SC_WIDE_VECTORS static void measure_cubes(void *user, size_t begin, size_t end, 
     }
 }
 
+/* Place the arrays of cells that no stage after sc_weigh_cells reads in the memory of those of
+ * voxels. */
+static void share_fine(sc_borders *b)
+{
+    float(*cells)[SC_TILE_CELLS] = (void *)b->fine;
+    float(**const arrays[])[SC_TILE_CELLS] = {&b->data, &b->box, &b->spare[0], &b->spare[1]};
+    enum { ARRAYS = sizeof arrays / sizeof arrays[0] };
+
+    _Static_assert(ARRAYS * sizeof *cells == sizeof *b->fine, "they fill it");
+    for (size_t i = 0; i < ARRAYS; i++)
+        *arrays[i] = cells + i * (b->tile_count + 1);
+}
+
 sc_status sc_measure_distances(const sc_ctx *ctx, sc_borders *b)
 {
     measurer m = {.b = b};
@@ -511,10 +524,9 @@ sc_status sc_measure_distances(const sc_ctx *ctx, sc_borders *b)
         SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->strengths, &block));
         b->strengths = block;
     }
-    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->data, &block));
-    b->data = block;
-    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->box, &block));
-    b->box = block;
+    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->fine, &block));
+    b->fine = block;
+    share_fine(b);
     sc_team_stage_for(ctx, SC_WORTH_DISTANCES, b->p->team, b->cube_count, 16, measure_cubes, &m);
     return sc_find_beside(ctx, b);
 }

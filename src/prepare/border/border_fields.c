@@ -25,62 +25,97 @@ static void lift_beyond(const sc_borders *b, const int low[3], int edge, float *
     }
 }
 
-/* Read the part of a region that lies in the cube at @p at, in cubes. @return whether it has a tile
- * of the field of @p label. */
-static bool read_cube(const sc_borders *b, uint32_t label, const int at[3], const int low[3],
-                      int edge, float *out)
+/* The part of a row of a region that lies in one cube. */
+typedef struct row_part {
+    const int16_t *from; /* numbers of the first row of the cube */
+    int step;            /* 1; 0 if all rows are the same */
+    int at, count;       /* where it stands in the row of the region */
+    float by;            /* what numbers are multiplied by */
+} row_part;
+
+enum { PARTS = 4 /* of a row of up to 3 SC_CUBE voxels */ };
+
+/* Rows of the numbers that stand for fields without a tile: what is far on the positive side, far on
+ * the other one, or free. */
+typedef int16_t far_rows[3][SC_CUBE];
+
+/* Write the numbers of a part of a row to @p out: SC_CUBE of them, which may be too many, unless it
+ * is the last of a region. */
+SC_ALWAYS_INLINE void read_part(const row_part *part, int row, bool last, float *out)
 {
-    const uint32_t tile = sc_tile_of(b, sc_brick_index(b->cubes, at[0], at[1], at[2]), label);
-    const bool is = tile < SC_BESIDE(0);
-    const float sign = is && tile & SC_MIRRORED ? -1 / SC_FINE_STEPS : 1 / SC_FINE_STEPS;
-    const float far = sc_beside_value(tile);
-    int begin[3], end[3];
+    const int16_t *from = part->from + part->step * row * SC_CUBE;
+    float numbers[SC_CUBE];
 
-    for (int i = 0; i < 3; i++) {
-        const int first = at[i] * SC_CUBE - b->phase[i];
-
-        begin[i] = first > low[i] ? first : low[i];
-        end[i] = first + SC_CUBE < low[i] + edge ? first + SC_CUBE : low[i] + edge;
-    }
-    for (int z = begin[2]; z < end[2]; z++) {
-        for (int y = begin[1]; y < end[1]; y++) {
-            float *to = out + ((z - low[2]) * edge + y - low[1]) * edge + begin[0] - low[0];
-            const int16_t *from =
-                b->fine[is ? tile & ~SC_MIRRORED : 0] +
-                ((z + b->phase[2]) % SC_CUBE * SC_CUBE + (y + b->phase[1]) % SC_CUBE) * SC_CUBE +
-                (begin[0] + b->phase[0]) % SC_CUBE;
-
-            for (int x = 0; x < end[0] - begin[0]; x++)
-                to[x] = is ? sign * (float)from[x] : far;
-        }
-    }
-    return is;
+    for (int x = 0; x < SC_CUBE; x++)
+        numbers[x] = part->by * (float)from[x];
+    if (last)
+        memcpy(out + part->at, numbers, (size_t)part->count * sizeof *out);
+    else
+        memcpy(out + part->at, numbers, sizeof numbers);
 }
 
-bool sc_read_field(const sc_borders *b, uint32_t label, const int low[3], int edge, float *out)
+/* Find the parts of rows of a region along x, in the cubes at (y, z). @return how many there are.
+ * @param end of the region, or of the volume. @param any set to true if one of them has a tile of
+ * the field. */
+static int find_parts(const sc_borders *b, uint32_t label, const int low[3], const int end[3],
+                      const int yz[2], const far_rows far, row_part parts[PARTS], bool *any)
+{
+    int count = 0;
+
+    for (int x = low[0] < 0 ? 0 : low[0]; x < end[0];) {
+        const int cube = (x + b->phase[0]) / SC_CUBE, within = (x + b->phase[0]) % SC_CUBE;
+        const uint32_t tile =
+            sc_tile_of(b, sc_brick_index(b->cubes, cube, yz[0], yz[1]), label);
+        const bool is = tile < SC_BESIDE(0);
+        row_part *part = &parts[count++];
+
+        part->from = is ? b->fine[tile & ~SC_MIRRORED] + within
+                        : far[tile == SC_BESIDE(SC_BESIDE_HIGH)  ? 0
+                              : tile == SC_BESIDE(SC_BESIDE_LOW) ? 1
+                                                                 : 2];
+        part->step = is;
+        part->by = is && tile & SC_MIRRORED ? -1 / SC_FINE_STEPS : 1 / SC_FINE_STEPS;
+        part->at = x - low[0];
+        part->count = SC_CUBE - within < end[0] - x ? SC_CUBE - within : end[0] - x;
+        *any = *any || is;
+        x += part->count;
+    }
+    return count;
+}
+
+SC_WIDE_VECTORS bool sc_read_field(const sc_borders *b, uint32_t label, const int low[3], int edge,
+                                   float *out)
 {
     const int *size = b->p->volume->size;
-    int first[3], count[3];
+    int end[3], parts_at[2] = {-1, -1}, count = 0;
+    row_part parts[PARTS];
+    far_rows far = {{0}};
     bool any = false;
 
-    for (int i = 0; i < 3; i++) {
-        const int high = low[i] + edge - 1 < size[i] ? low[i] + edge - 1 : size[i] - 1;
-
-        first[i] = ((low[i] < 0 ? 0 : low[i]) + b->phase[i]) / SC_CUBE;
-        count[i] = (high + b->phase[i]) / SC_CUBE - first[i] + 1;
+    for (int x = 0; x < SC_CUBE; x++) {
+        far[0][x] = (int16_t)(SC_FAR * SC_FINE_STEPS);
+        far[1][x] = -(int16_t)(SC_FAR * SC_FINE_STEPS);
     }
-    for (int n = 0; n < count[0] * count[1] * count[2]; n++) {
-        const int at[3] = {first[0] + n % count[0], first[1] + n / count[0] % count[1],
-                           first[2] + n / (count[0] * count[1])};
+    for (int i = 0; i < 3; i++)
+        end[i] = low[i] + edge < size[i] ? low[i] + edge : size[i];
+    for (int z = low[2] < 0 ? 0 : low[2]; z < end[2]; z++) {
+        for (int y = low[1] < 0 ? 0 : low[1]; y < end[1]; y++) {
+            const int yz[2] = {(y + b->phase[1]) / SC_CUBE, (z + b->phase[2]) / SC_CUBE};
+            const int row = (z + b->phase[2]) % SC_CUBE * SC_CUBE + (y + b->phase[1]) % SC_CUBE;
 
-        any = read_cube(b, label, at, low, edge, out) || any;
+            if (yz[0] != parts_at[0] || yz[1] != parts_at[1])
+                count = find_parts(b, label, low, end, yz, (const int16_t(*)[SC_CUBE])far, parts, &any);
+            memcpy(parts_at, yz, sizeof yz);
+            for (int i = 0; i < count; i++)
+                read_part(&parts[i], row, z + 1 == end[2] && y + 1 == end[1],
+                          out + ((z - low[2]) * edge + y - low[1]) * edge);
+        }
     }
     for (int axis = 0; axis < 3 && any; axis++) {
         const int begin = low[axis] < 0 ? -low[axis] : 0;
-        const int end = low[axis] + edge < size[axis] ? edge : size[axis] - low[axis];
 
-        if (begin > 0 || end < edge)
-            sc_extrapolate_along(out, edge, axis, begin, end);
+        if (begin > 0 || end[axis] < low[axis] + edge)
+            sc_extrapolate_along(out, edge, axis, begin, end[axis] - low[axis]);
     }
     if (any && !label)
         lift_beyond(b, low, edge, out);

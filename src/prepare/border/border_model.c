@@ -5,9 +5,9 @@
 /* Free the arrays of the fields. */
 static void clear_borders(sc_borders *b)
 {
-    void *const arrays[] = {b->around, b->lists,     b->blocks,  b->start, b->labels, b->cube_of,
-                            b->beside, b->squares,   b->data,    b->value, b->box,    b->still,
-                            b->coarse, b->strengths, b->missing, b->area,  b->fine,   b->wide};
+    void *const arrays[] = {b->around, b->lists,   b->blocks, b->start,     b->labels,  b->cube_of,
+                            b->beside, b->squares, b->fine,   b->value,     b->still,   b->coarse,
+                            b->wide,   b->missing, b->area,   b->strengths};
 
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++)
         sc_team_free(b->p->team, arrays[i]);
@@ -36,9 +36,7 @@ sc_status sc_smooth_borders(const sc_ctx *ctx, sc_preparation *p)
     } else {
         SC_TRY(sc_take_data(ctx, &b));
     }
-    drop((void **)&b.data, p);
-    drop((void **)&b.box, p);
-    SC_TRY(sc_smooth_voxels(ctx, &b));
+    sc_smooth_voxels(ctx, &b);
     drop((void **)&b.value, p);
     drop((void **)&b.lists, p);
     drop((void **)&b.blocks, p);

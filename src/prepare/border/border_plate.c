@@ -269,56 +269,51 @@ SC_WIDE_VECTORS static void refine_tiles(void *user, size_t begin, size_t end, i
     }
 }
 
+/* Let the fields of cells be their data: value and spare. Allocates still, too. */
+static sc_status begin_cells(const sc_ctx *ctx, stepper *s)
+{
+    sc_team *team = s->b->p->team;
+    void *block;
+
+    SC_PASS(sc_team_alloc(ctx, team, s->b->tile_count + 1, sizeof *s->b->value, &block));
+    s->b->value = block;
+    SC_PASS(sc_team_alloc(ctx, team, s->b->tile_count + 1, 1, &block));
+    s->b->still = block;
+    sc_team_for(team, s->b->tile_count, 64, begin_tiles, s);
+    return SC_OK;
+}
+
 sc_status sc_smooth_cells(const sc_ctx *ctx, sc_borders *b)
 {
-    stepper s = {.b = b};
+    stepper s = {.b = b, .to = b->spare[0], .other = b->spare[1]};
     sc_team *team = b->p->team;
-    void *arrays[2] = {NULL, NULL}, *block;
     float pace = 1;
-    sc_status status;
 
-    for (int i = 0; i < 2; i++)
-        SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->value, &arrays[i]));
-    SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->value, &block));
-    b->value = block;
-    SC_TRY(sc_team_alloc(ctx, team, b->tile_count + 1, 1, &block));
-    b->still = block;
-    s.to = arrays[0];
-    s.other = arrays[1];
-    sc_team_for(team, b->tile_count, 64, begin_tiles, &s);
+    SC_PASS(begin_cells(ctx, &s));
     for (int i = 0; i < STEPS; i++) {
         const float next = 0.5f * (1 + sqrtf(1 + 4 * pace * pace));
 
-        s.from = arrays[i % 2];
-        s.to = arrays[(i + 1) % 2];
+        s.from = (cell_array *)b->spare[i % 2];
+        s.to = b->spare[(i + 1) % 2];
         s.momentum = (pace - 1) / next;
         pace = next;
         sc_team_stage_for(ctx, SC_WORTH_STEPS / STEPS, team, b->tile_count, 64, step_tiles, &s);
     }
-out:
-    for (int i = 0; i < 2; i++)
-        sc_team_free(team, arrays[i]);
-    return status;
+    return SC_OK;
 }
 
-sc_status sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b)
+void sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b)
 {
-    void *block;
-
-    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->fine, &block));
-    b->fine = block;
     sc_team_stage_for(ctx, SC_WORTH_REFINING, b->p->team, b->tile_count, 16, refine_tiles, b);
-    return SC_OK;
 }
 
 sc_status sc_take_data(const sc_ctx *ctx, sc_borders *b)
 {
+    stepper s = {.b = b, .to = b->spare[0], .other = b->spare[1]};
     void *block;
 
     SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->coarse, &block));
     b->coarse = block; /* all 0 */
-    b->value = b->data;
-    b->data = NULL;
     sc_stage_add(ctx, SC_WORTH_STEPS + SC_WORTH_VOLUME + SC_WORTH_WEIGHING);
-    return SC_OK;
+    return begin_cells(ctx, &s);
 }

@@ -14,6 +14,7 @@ typedef struct group_field {
     float at[WIDE * WIDE * WIDE], once[(WIDE - 2) * (WIDE - 2) * (WIDE - 2)],
         flat[FLAT * FLAT * FLAT];
     sc_wide_slope wide[QUARTERS * QUARTERS * QUARTERS];
+    bool is_wide; /* any of these has a share */
 } group_field;
 
 /* Where a vertex lies between quarters. */
@@ -37,11 +38,13 @@ static inline quarter_place place_of(const sc_borders *b, const int voxel[3])
 }
 
 /* Read the gradients of the filtered field of @p label at the quarters between which a group lies,
- * whose lowest voxel is @p voxel; beyond the volume those of the nearest ones. */
-static void read_wide_slopes(const sc_borders *b, uint32_t label, const int voxel[3],
+ * whose lowest voxel is @p voxel; beyond the volume those of the nearest ones. @return whether any
+ * has a share. */
+static bool read_wide_slopes(const sc_borders *b, uint32_t label, const int voxel[3],
                              sc_wide_slope *out)
 {
     const quarter_place first = place_of(b, voxel);
+    bool any = false;
 
     for (int n = 0; n < QUARTERS * QUARTERS * QUARTERS; n++) {
         const int place[3] = {n % QUARTERS, n / QUARTERS % QUARTERS, n / (QUARTERS * QUARTERS)};
@@ -63,7 +66,9 @@ static void read_wide_slopes(const sc_borders *b, uint32_t label, const int voxe
                         [(at[2] * SC_CUBE_QUARTERS + at[1]) * SC_CUBE_QUARTERS + at[0]];
         for (int i = 0; i < 3 && tile & SC_MIRRORED; i++)
             out[n].slope[i] = -out[n].slope[i];
+        any = any || out[n].share > 0;
     }
+    return any;
 }
 
 /* Read the field of @p label around a group. @return false if its border is out of reach. */
@@ -76,7 +81,8 @@ static bool read_group(const sc_record_writer *w, uint32_t label, const int low[
         return false;
     sc_binomial(out->at, WIDE, out->once);
     sc_binomial(out->once, WIDE - 2, out->flat);
-    read_wide_slopes(w->b, label, (const int[3]){low[0] - 1, low[1] - 1, low[2] - 1}, out->wide);
+    out->is_wide = read_wide_slopes(
+        w->b, label, (const int[3]){low[0] - 1, low[1] - 1, low[2] - 1}, out->wide);
     return true;
 }
 
@@ -86,22 +92,25 @@ static bool read_group(const sc_record_writer *w, uint32_t label, const int low[
 static inline void blend_wide(const sc_record_writer *w, const group_field *f, const int low[3],
                               const int voxel[3], float slope[3])
 {
+    typedef float four __attribute__((vector_size(sizeof(sc_wide_slope))));
     const quarter_place first = place_of(w->b, low), place = place_of(w->b, voxel);
-    sc_wide_slope wide = {.share = 0};
+    four sum = {0};
+    sc_wide_slope wide;
 
     for (int n = 0; n < 8; n++) {
         const int corner[3] = {n & 1, n >> 1 & 1, n >> 2};
         float weight = 1;
         int at = 0;
+        four here;
 
         for (int i = 2; i >= 0; i--) {
             at = at * QUARTERS + place.low[i] - first.low[i] + corner[i];
             weight *= corner[i] ? place.share[i] : 1 - place.share[i];
         }
-        for (int i = 0; i < 3; i++)
-            wide.slope[i] += weight * f->wide[at].slope[i];
-        wide.share += weight * f->wide[at].share;
+        memcpy(&here, &f->wide[at], sizeof here);
+        sum += weight * here;
     }
+    memcpy(&wide, &sum, sizeof wide);
     for (int i = 0; i < 3; i++)
         slope[i] += wide.share * (wide.slope[i] - slope[i]);
 }
@@ -118,8 +127,8 @@ static uint32_t pack(const sc_record_writer *w, const group_field *f, const int 
                       0.5f * (flat[FLAT * FLAT] - flat[-FLAT * FLAT])};
     sc_vec3 outward = {0, 0, 0};
 
-    blend_wide(w, f, lowest, voxel, slope);
-
+    if (f->is_wide)
+        blend_wide(w, f, lowest, voxel, slope);
     for (int i = 0; i < 3; i++) {
         const double *row = w->to_voxel.m[i];
 
@@ -163,7 +172,7 @@ static void write_inner(const sc_record_writer *w, uint32_t label, const int low
 
     if (!is) {
         memset(f->flat, 0, sizeof f->flat);
-        memset(f->wide, 0, sizeof f->wide);
+        f->is_wide = false;
     }
     for (int n = 0; n < SC_GROUP_BRICKS; n++) {
         const size_t brick = sc_brick_of_group(w, low, n);
