@@ -149,39 +149,6 @@ enum {
     SC_WORTH_SURFACE = 1000,
     SC_WORTH_THICKNESS = 30000
 };
-/* What the fields say of the vertices of a brick, as bits. */
-typedef struct sc_brick_sides {
-    uint64_t tissue; /* those on the side of tissue */
-    uint64_t moved; /* those whose tissue is that of another place: its code is not SC_TISSUE_OWN */
-} sc_brick_sides;
-
-/* The two fields, by which sc_mark_borders finds the vertices with records. The arrays are
- * borrowed. */
-typedef struct sc_fields {
-    const uint32_t *number; /* [brick_count]: which of the others a brick has, from 1 on; 0: all its
-                               vertices, and those around it, have the same label, side by it, and
-                               tissue */
-    const sc_brick_sides *sides;               /* by number - 1 */
-    const uint8_t (*codes)[SC_BRICK_VERTICES]; /* by number - 1 and bit: the tissue of a vertex, see
-                                                  sc_tissue_code */
-} sc_fields;
-
-/* What the fields say around a brick: of its vertices and of those around it, [z and y][x]. */
-enum { SC_BLOCK = SC_BRICK + 2, SC_BLOCK_ROWS = SC_BLOCK * SC_BLOCK, SC_BLOCK_ROOM = 8 };
-typedef struct sc_block {
-    uint16_t tissue[SC_BLOCK_ROWS][SC_BLOCK_ROOM]; /* dense ids; 0: none */
-    uint8_t sides[SC_BLOCK_ROWS];                  /* bit x: on the side of tissue */
-    uint64_t labelled; /* the vertices of the brick whose label is not the background */
-    uint64_t moved;    /* those whose tissue is at another place */
-} sc_block;
-
-/* Write the dense ids around brick @p brick to @p ids, [z and y][x], as of sc_block; outside of the
- * volume those of the nearest voxels. Any thread. */
-void sc_fetch_ids(const sc_preparation *p, size_t brick,
-                  uint16_t ids[SC_BLOCK_ROWS][SC_BLOCK_ROOM]);
-/* Fill @p out for brick @p brick. Any thread. */
-void sc_fetch_block(const sc_preparation *p, const sc_fields *fields, size_t brick, sc_block *out);
-
 /* The stages, in their order. Each allocates and fills what it names, in the preparation, and may
  * read what the ones before it filled. They are collective in the team, and block until its threads
  * are done. Returns on all ranks the same: SC_ERR_MEMORY; after an error the preparation can only
@@ -210,9 +177,6 @@ sc_status sc_find_strengths(const sc_ctx *ctx, sc_preparation *p);
 /* Make the records of both fields from the smoothest surfaces that could have been drawn as these
  * voxels (border.h): outer and inner. Needs near. */
 sc_status sc_smooth_borders(const sc_ctx *ctx, sc_preparation *p);
-/* Find which vertices have records and number them: outer and inner, whose records are allocated.
- */
-sc_status sc_mark_borders(const sc_ctx *ctx, sc_preparation *p, const sc_fields *fields);
 /* Find the covers, and what is seen from outside: cover_layer and shown of stats. */
 sc_status sc_measure_covers(const sc_ctx *ctx, sc_preparation *p);
 /* Measure the surface and the mean thickness of each label: surface_mm2 and thickness_mm of stats.

@@ -14,6 +14,12 @@ enum {
     SC_IDS_ROW = 24            /* numbers for which a row of ids has room */
 };
 
+/* What the fields say of the vertices of a brick, as bits. */
+typedef struct sc_brick_sides {
+    uint64_t tissue; /* those on the side of tissue */
+    uint64_t moved; /* those whose tissue is that of another place: its code is not SC_TISSUE_OWN */
+} sc_brick_sides;
+
 /* What the threads share: the fields, and the numbers of wanted bricks, by which the arrays below
  * are sorted. */
 typedef struct sc_record_writer {
@@ -22,9 +28,11 @@ typedef struct sc_record_writer {
     sc_affine to_voxel; /* RAS mm -> voxel */
     int groups[3];
     uint64_t *wanted; /* [brick_count]: not 0 for bricks that hold, or touch, a vertex near one */
-    const uint32_t *number;
+    const uint32_t *number; /* [brick_count]: which of the arrays below a brick has, from 1 on; 0:
+                               all its vertices, and those around it, have the same label, side by
+                               it, and tissue */
     sc_brick_sides *sides;
-    uint8_t (*codes)[SC_BRICK_VERTICES];
+    uint8_t (*codes)[SC_BRICK_VERTICES]; /* the tissue of a vertex, see sc_tissue_code */
     uint8_t (*inner)[SC_BRICK_VERTICES]; /* value of the record; 0 if it has not been found */
 } sc_record_writer;
 
@@ -137,5 +145,8 @@ int sc_largest_tissue(const sc_borders *b, const sc_group_ids *ids, const int at
                       const int voxel[3], float values[2]);
 /* Find sides, codes and inner of all groups; collective in the team. */
 void sc_find_sides(const sc_ctx *ctx, sc_record_writer *w);
+/* Find which vertices have records and number them: outer and inner of the preparation, whose
+ * records are allocated. Needs sides. Collective in the team. Returns SC_ERR_MEMORY. */
+sc_status sc_mark_borders(const sc_ctx *ctx, const sc_record_writer *w);
 
 #endif

@@ -281,7 +281,6 @@ sc_status sc_write_records(const sc_ctx *ctx, sc_preparation *p, const sc_border
     void *wanted = NULL, *sides = NULL, *codes = NULL, *inner = NULL;
     uint32_t *number = NULL;
     uint64_t count;
-    sc_fields fields;
     sc_status status;
 
     (void)sc_affine_invert(&p->volume->to_ras_mm, &w.to_voxel); /* geometry has been checked */
@@ -299,9 +298,7 @@ sc_status sc_write_records(const sc_ctx *ctx, sc_preparation *p, const sc_border
     SC_TRY(sc_team_alloc(ctx, p->team, count + 1, sizeof *w.inner, &inner));
     w.inner = inner;
     sc_find_sides(ctx, &w);
-    fields = (sc_fields){
-        .number = number, .sides = w.sides, .codes = (const uint8_t(*)[SC_BRICK_VERTICES])codes};
-    SC_TRY(sc_mark_borders(ctx, p, &fields));
+    SC_TRY(sc_mark_borders(ctx, &w));
     sc_team_stage_for(ctx, SC_WORTH_BORDERS / 2, p->team, sc_brick_count(w.groups), 4, write_groups,
                       &w);
 out:
