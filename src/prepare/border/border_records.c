@@ -72,7 +72,7 @@ static bool read_wide_slopes(const sc_borders *b, uint32_t label, const int voxe
 }
 
 /* Read the field of @p label around a group. @return false if its border is out of reach. */
-static bool read_group(const sc_record_writer *w, uint32_t label, const int low[3],
+SC_WIDE_VECTORS static bool read_group(const sc_record_writer *w, uint32_t label, const int low[3],
                        group_field *out)
 {
     const int voxel[3] = {low[0] - 1 - HALO, low[1] - 1 - HALO, low[2] - 1 - HALO};
@@ -164,16 +164,20 @@ static void write_outer(const sc_record_writer *w, const int low[3], group_field
     }
 }
 
-/* Write the records of the inner field, of vertices with the tissue @p label, of a group. */
-static void write_inner(const sc_record_writer *w, uint32_t label, const int low[3],
-                        const sc_group_ids *ids, group_field *f)
-{
-    const bool is = read_group(w, label, low, f);
+/* A vertex of a group with a record of the inner field. */
+typedef struct inner_vertex {
+    uint32_t *record;
+    uint16_t label; /* its tissue; 0 if it has none */
+    uint8_t at[3], code, value;
+} inner_vertex;
 
-    if (!is) {
-        memset(f->flat, 0, sizeof f->flat);
-        f->is_wide = false;
-    }
+/* List the vertices of a group that have a record of the inner field, to @p out. @return how many
+ * there are. */
+static int list_inner(const sc_record_writer *w, const int low[3], const sc_group_ids *ids,
+                      inner_vertex out[SC_TILE_VOXELS])
+{
+    int count = 0;
+
     for (int n = 0; n < SC_GROUP_BRICKS; n++) {
         const size_t brick = sc_brick_of_group(w, low, n);
         uint32_t *record;
@@ -181,43 +185,57 @@ static void write_inner(const sc_record_writer *w, uint32_t label, const int low
         if (brick == SIZE_MAX || !w->p->inner.masks[brick])
             continue;
         record = (uint32_t *)(uintptr_t)w->p->inner.records + w->p->inner.start[brick];
-        for (uint64_t left = w->p->inner.masks[brick]; left; left &= left - 1, record++) {
+        for (uint64_t left = w->p->inner.masks[brick]; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
-            const int at[3] = {n % SC_GROUP_EDGE * SC_BRICK + sc_bit_x(bit),
-                               n / SC_GROUP_EDGE % SC_GROUP_EDGE * SC_BRICK + sc_bit_y(bit),
-                               n / (SC_GROUP_EDGE * SC_GROUP_EDGE) * SC_BRICK + sc_bit_z(bit)};
-            const int voxel[3] = {low[0] + at[0] - 1, low[1] + at[1] - 1, low[2] + at[2] - 1};
-            const int code = w->codes[w->number[brick] - 1][bit];
-            int value = w->inner[w->number[brick] - 1][bit];
-            float values[2];
+            const int x = n % SC_GROUP_EDGE * SC_BRICK + sc_bit_x(bit),
+                      y = n / SC_GROUP_EDGE % SC_GROUP_EDGE * SC_BRICK + sc_bit_y(bit),
+                      z = n / (SC_GROUP_EDGE * SC_GROUP_EDGE) * SC_BRICK + sc_bit_z(bit);
+            const uint8_t code = w->codes[w->number[brick] - 1][bit];
 
-            if (sc_id_around(ids, at[0], at[1], at[2], code) != label)
-                continue;
-            if (!value) {
-                (void)sc_largest_tissue(w->b, ids, at, voxel, values);
-                value = sc_inner_value(values);
-            }
-            *record = pack(w, f, low, at, code, value);
+            out[count++] = (inner_vertex){.record = record++,
+                                          .label = sc_id_around(ids, x, y, z, code),
+                                          .at = {(uint8_t)x, (uint8_t)y, (uint8_t)z},
+                                          .code = code,
+                                          .value = w->inner[w->number[brick] - 1][bit]};
         }
     }
+    return count;
 }
 
-/* Write records without a vote for the vertices of a group: those keep them that have no tissue. */
-static void clear_inner(const sc_record_writer *w, const int low[3])
+/* Write the records of the inner field of those of @p count vertices of a group that have the
+ * tissue @p label. @return the least larger one that some have; UINT16_MAX if there is none. */
+static uint16_t write_inner(const sc_record_writer *w, uint16_t label, const int low[3],
+                            const sc_group_ids *ids, const inner_vertex *vertices, int count,
+                            group_field *f)
 {
-    const uint32_t none = sc_record_pack(1, (sc_vec3){0, 0, 0}, 0) | (uint32_t)SC_TISSUE_OWN
-                                                                         << SC_RECORD_TISSUE_SHIFT;
+    uint16_t next = UINT16_MAX;
 
-    for (int n = 0; n < SC_GROUP_BRICKS; n++) {
-        const size_t brick = sc_brick_of_group(w, low, n);
-        uint32_t *record;
-
-        if (brick == SIZE_MAX)
-            continue;
-        record = (uint32_t *)(uintptr_t)w->p->inner.records + w->p->inner.start[brick];
-        for (unsigned i = 0; i < sc_count_bits(w->p->inner.masks[brick]); i++)
-            record[i] = none;
+    if (label && !read_group(w, label, low, f)) {
+        memset(f->flat, 0, sizeof f->flat);
+        f->is_wide = false;
     }
+    for (int i = 0; i < count; i++) {
+        const inner_vertex *v = &vertices[i];
+        const int at[3] = {v->at[0], v->at[1], v->at[2]};
+        const int voxel[3] = {low[0] + at[0] - 1, low[1] + at[1] - 1, low[2] + at[2] - 1};
+        int value = v->value;
+        float values[2];
+
+        next = v->label > label && v->label < next ? v->label : next;
+        if (v->label != label)
+            continue;
+        if (!label) { /* no vote */
+            *v->record = sc_record_pack(1, (sc_vec3){0, 0, 0}, 0) |
+                         (uint32_t)SC_TISSUE_OWN << SC_RECORD_TISSUE_SHIFT;
+            continue;
+        }
+        if (!value) {
+            (void)sc_largest_tissue(w->b, ids, at, voxel, values);
+            value = sc_inner_value(values);
+        }
+        *v->record = pack(w, f, low, at, v->code, value);
+    }
+    return next;
 }
 
 /* Write the records of groups [begin, end); an sc_range_fn on a writer. */
@@ -226,12 +244,13 @@ SC_WIDE_VECTORS static void write_groups(void *user, size_t begin, size_t end, i
     const sc_record_writer *w = user;
     const uint64_t *masks[2] = {w->p->outer.masks, w->p->inner.masks};
     const uint64_t *inner[2] = {w->p->inner.masks, w->p->inner.masks};
+    inner_vertex vertices[SC_TILE_VOXELS];
     group_field f;
 
     (void)thread;
     for (size_t group = begin; group < end; group++) {
         sc_group_ids ids;
-        int low[3], voxel[3];
+        int low[3], voxel[3], count;
 
         if (!sc_begin_group(w, masks, group, low))
             continue;
@@ -240,10 +259,10 @@ SC_WIDE_VECTORS static void write_groups(void *user, size_t begin, size_t end, i
         write_outer(w, low, &f);
         if (!sc_begin_group(w, inner, group, low))
             continue;
-        clear_inner(w, low);
         sc_read_group_ids(w->p->volume, voxel, &ids);
-        for (uint16_t id = sc_next_label(&ids, 0); id != UINT16_MAX; id = sc_next_label(&ids, id))
-            write_inner(w, id, low, &ids, &f);
+        count = list_inner(w, low, &ids, vertices);
+        for (uint16_t id = 0; id != UINT16_MAX;)
+            id = write_inner(w, id, low, &ids, vertices, count, &f);
     }
 }
 
