@@ -70,57 +70,64 @@ int sc_largest_tissue(const sc_borders *b, const sc_group_ids *ids, const int at
     return best;
 }
 
-/* Eight ids, side by side. */
-typedef uint16_t eight_ids __attribute__((vector_size(8 * sizeof(uint16_t))));
-
-static inline eight_ids lesser(eight_ids a, eight_ids c)
-{
-    const eight_ids is = (eight_ids)(a < c);
-
-    return (a & is) | (c & ~is);
-}
-
-static inline eight_ids larger(eight_ids a, eight_ids c)
-{
-    return ~lesser(~a, ~c);
-}
-
 /* Vertices of a group, as bits: x of each row along y and z. */
 typedef uint16_t vertex_rows[SC_CUBE][SC_CUBE];
 
-/* Write of which vertices of a group there is tissue around, and of which there are different ones. */
-static void find_tissues(const sc_group_ids *ids, vertex_rows any, vertex_rows several)
+enum { LAYER = SC_IDS_EDGE * SC_IDS_ROW /* ids of a layer of a group */ };
+
+static inline uint16_t lesser(uint16_t a, uint16_t c)
 {
-    enum { EIGHT = 8 };
-    eight_ids least[SC_CUBE / EIGHT][SC_IDS_EDGE]
-                   [SC_IDS_EDGE]; /* less 1, so that none is larger than all */
-    eight_ids most[SC_CUBE / EIGHT][SC_IDS_EDGE][SC_IDS_EDGE];
+    return a < c ? a : c;
+}
 
-    for (int k = 0; k < SC_CUBE / EIGHT * SC_IDS_EDGE * SC_IDS_EDGE; k++) {
-        const int y = k % SC_IDS_EDGE, z = k / SC_IDS_EDGE % SC_IDS_EDGE,
-                  part = k / (SC_IDS_EDGE * SC_IDS_EDGE);
-        eight_ids row[3];
+static inline uint16_t larger(uint16_t a, uint16_t c)
+{
+    return a > c ? a : c;
+}
 
-        for (int x = 0; x < 3; x++)
-            memcpy(&row[x], ids->at[z][y] + EIGHT * part + x, sizeof row[x]);
-        least[part][z][y] = lesser(lesser(row[0] - 1, row[1] - 1), row[2] - 1);
-        most[part][z][y] = larger(larger(row[0], row[1]), row[2]);
+/* Write the least of the ids of 3 x 3 places from each of a layer on, less one, by which background
+ * is larger than all, and the largest. Rows follow each other, so that all are found side by side;
+ * what lies beyond a row is of no use. */
+SC_ALWAYS_INLINE void find_extremes(const uint16_t *ids, uint16_t least[LAYER],
+                                    uint16_t most[LAYER])
+{
+    enum { ROW = SC_IDS_ROW };
+    uint16_t low[LAYER], high[LAYER];
+
+    for (int i = 0; i < LAYER - 2; i++) {
+        const uint16_t a = (uint16_t)(ids[i] - 1), c = (uint16_t)(ids[i + 1] - 1);
+
+        low[i] = lesser(lesser(a, c), (uint16_t)(ids[i + 2] - 1));
+        high[i] = larger(larger(ids[i], ids[i + 1]), ids[i + 2]);
     }
-    memset(any, 0, sizeof(vertex_rows));
-    memset(several, 0, sizeof(vertex_rows));
-    for (int k = 0; k < SC_CUBE / EIGHT * SC_CUBE * SC_CUBE; k++) {
-        const int y = k % SC_CUBE, z = k / SC_CUBE % SC_CUBE, part = k / (SC_CUBE * SC_CUBE);
-        eight_ids low = (eight_ids){0} - 1, high = {0};
+    for (int i = 0; i < LAYER - 2 * ROW - 2; i++) {
+        least[i] = lesser(lesser(low[i], low[i + ROW]), low[i + 2 * ROW]);
+        most[i] = larger(larger(high[i], high[i + ROW]), high[i + 2 * ROW]);
+    }
+}
 
-        for (int n = 0; n < 9; n++) {
-            low = lesser(low, least[part][z + n / 3][y + n % 3]);
-            high = larger(high, most[part][z + n / 3][y + n % 3]);
+/* Write of which vertices of a group there is tissue around, and of which there are different ones.
+ */
+SC_ALWAYS_INLINE void find_tissues(const sc_group_ids *ids, vertex_rows any, vertex_rows several)
+{
+    uint16_t least[3][LAYER] = {{0}}, most[3][LAYER] = {{0}}, differ[LAYER], all[LAYER];
+
+    for (int z = -2; z < SC_CUBE; z++) {
+        find_extremes(ids->at[z + 2][0], least[(z + 2) % 3], most[(z + 2) % 3]);
+        if (z < 0)
+            continue;
+        for (int i = 0; i < LAYER; i++) {
+            const uint16_t low = lesser(lesser(least[0][i], least[1][i]), least[2][i]);
+
+            all[i] = larger(larger(most[0][i], most[1][i]), most[2][i]);
+            differ[i] = (uint16_t)(low + 1) ^ all[i];
         }
-        low = (low + 1) ^ high;
-        any[z][y] |= (uint16_t)((~sc_equal_bits((const uint16_t *)&high, 0) & 0xff)
-                                << (EIGHT * part));
-        several[z][y] |= (uint16_t)((~sc_equal_bits((const uint16_t *)&low, 0) & 0xff)
-                                    << (EIGHT * part));
+        for (int y = 0; y < SC_CUBE; y++) {
+            const uint16_t *some = all + y * SC_IDS_ROW, *other = differ + y * SC_IDS_ROW;
+
+            any[z][y] = (uint16_t)~(sc_equal_bits(some, 0) | sc_equal_bits(some + 8, 0) << 8);
+            several[z][y] = (uint16_t)~(sc_equal_bits(other, 0) | sc_equal_bits(other + 8, 0) << 8);
+        }
     }
 }
 
@@ -129,7 +136,7 @@ typedef struct group_sides {
     sc_group_ids ids;
     vertex_rows any, several;      /* tissue around; different ones */
     vertex_rows own;               /* of several those whose own tissue is the one */
-    uint8_t inner[SC_TILE_VOXELS]; /* of those, the value of the record */
+    uint8_t inner[SC_TILE_VOXELS]; /* of those, the value of the record; 0 of others */
     float field[SIDED * SIDED * SIDED]; /* outer, from BEFORE voxels before the group on */
     bool has_field;                     /* or sides are those of the labels */
 } group_sides;
@@ -200,6 +207,7 @@ SC_ALWAYS_INLINE void find_own(const sc_borders *b, const int voxel[3], group_si
     rivals r;
 
     memset(g->own, 0, sizeof g->own);
+    memset(g->inner, 0, sizeof g->inner);
     for (int i = 0; i < 3; i++) {
         if (voxel[i] < 0 || voxel[i] + SC_CUBE > size[i])
             return;
@@ -235,18 +243,13 @@ static inline int sided(const int at[3])
     return ((at[2] + BEFORE) * SIDED + at[1] + BEFORE) * SIDED + at[0] + BEFORE;
 }
 
-/* Find the code of vertex @p at of a group, around which there is tissue, and the value of its
- * record of the inner field; that only if there are several. */
+/* @return the code of vertex @p at of a group, around which there is tissue. @param inner set to the
+ * value of its record of the inner field if there are several. */
 static uint8_t find_code(const sc_record_writer *w, const group_sides *g, const int voxel[3],
                          const int at[3], uint8_t *inner)
 {
-    const int place = (at[2] * SC_CUBE + at[1]) * SC_CUBE + at[0];
     int k = 0;
 
-    if (g->own[at[2]][at[1]] >> at[0] & 1) {
-        *inner = g->inner[place];
-        return SC_TISSUE_OWN;
-    }
     if (g->several[at[2]][at[1]] >> at[0] & 1) {
         const int here[3] = {voxel[0] + at[0], voxel[1] + at[1], voxel[2] + at[2]};
         float values[2];
@@ -258,6 +261,16 @@ static uint8_t find_code(const sc_record_writer *w, const group_sides *g, const 
     while (!sc_id_around(&g->ids, at[0], at[1], at[2], nearest_first[k]))
         k++;
     return nearest_first[k];
+}
+
+/* @return which of the labels of a row of a brick are not background, as bits. */
+static inline unsigned labelled_bits(const uint16_t ids[SC_BRICK])
+{
+    unsigned bits = 0;
+
+    for (int x = 0; x < SC_BRICK; x++)
+        bits |= (unsigned)(ids[x] != 0) << x;
+    return bits;
 }
 
 /* Find sides and codes of brick @p n of a group, whose lowest vertex is @p low. */
@@ -280,12 +293,17 @@ static void find_brick(const sc_record_writer *w, const group_sides *g, const in
         const int y = corner[1] + row % SC_BRICK, z = corner[2] + row / SC_BRICK;
         const uint16_t *own = g->ids.at[z + 1][y + 1] + corner[0] + 1;
         const float *field = g->field + sided((const int[3]){corner[0], y, z});
-        const unsigned any = g->any[z][y] >> corner[0] & SC_BRICK_ROW_BITS;
+        const unsigned is = labelled_bits(own);
+        /* where the tissue may be another one than that of the label */
+        const unsigned open = (g->any[z][y] & ~g->own[z][y]) >> corner[0] &
+                              (g->several[z][y] >> corner[0] | ~is) & SC_BRICK_ROW_BITS;
 
         for (int x = 0; x < SC_BRICK; x++)
-            sides.tissue |= (uint64_t)(g->has_field ? is_tissue(field[x]) : own[x] != 0)
+            sides.tissue |= (uint64_t)(g->has_field ? is_tissue(field[x]) : is >> x & 1)
                             << (row * SC_BRICK + x);
-        for (unsigned left = any; left; left &= left - 1) {
+        memcpy(inner + row * SC_BRICK, g->inner + (z * SC_CUBE + y) * SC_CUBE + corner[0],
+               SC_BRICK);
+        for (unsigned left = open; left; left &= left - 1) {
             const int x = __builtin_ctz(left), bit = row * SC_BRICK + x;
 
             codes[bit] = find_code(w, g, voxel, (const int[3]){corner[0] + x, y, z}, &inner[bit]);
