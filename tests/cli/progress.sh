@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Progress from the first second, never wider than the terminal; status.json with the phase; a signal ends
 # every phase within a second or so, with exit code 75, and leaves nothing behind.
+export SEGCAST_CACHE=off
 slow=phantom:640x640x640 # takes some seconds to make and to prepare
 cat >slow.yaml <<YAML
 volume: $slow
