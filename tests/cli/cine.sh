@@ -52,7 +52,7 @@ expect 71 'the 4 phases take about .*, more than the memory of [0-9]+ KiB' mpi 2
 
 # A rank with 12 phases needs about the memory of one with 3
 peak() { jq '.memory.peak_rss_bytes | max' "$1/stats.json"; }
-"$SEGCAST" convert phantom:110x77x114 --beating 12 -o many.nrrd -q >/dev/null
+"$SEGCAST" convert phantom:88x62x91 --beating 12 -o many.nrrd -q >/dev/null
 sed 's/beat-/many-/' job.yaml >many.yaml
 "$SEGCAST" render many.yaml -o many -q --set output.fps=36 --set animation.frames=24 >/dev/null
 "$SEGCAST" render many.yaml -o few -q --set output.fps=36 --set animation.frames=24 --set cine.phases=0-11:4 >/dev/null
