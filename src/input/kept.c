@@ -16,7 +16,8 @@
 
 /* So many bytes are kept, some ten volumes of everyday size; those not used for longest leave. */
 #define KEPT_BYTES_MOST ((uint64_t)4 << 30)
-/* What takes less CPU seconds to prepare is not worth the disk. */
+/* What takes less CPU seconds to prepare is not worth the disk, unless the user names a directory
+ * for it: there it is kept whatever the machine does meanwhile. */
 #define WORTH_CPU_S 0.5
 #define ENDING ".segc"
 /* Of the light that was gathered in such a volume: render/gather_kept.c. */
@@ -315,7 +316,8 @@ static bool save(const sc_ctx *ctx, const char *path, const sc_preparation *prep
 bool sc_kept_add(const sc_app *app, const char *path, sc_preparation *preparation, double cpu_s)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
-    bool is_kept = path && cpu_s >= WORTH_CPU_S; /* where others prepare, there is neither */
+    /* where others prepare, there is neither */
+    bool is_kept = path && (getenv("SEGCAST_CACHE") || cpu_s >= WORTH_CPU_S);
 
     sc_comm_broadcast(app->comm, &is_kept, sizeof is_kept);
     if (!is_kept)

@@ -24,11 +24,11 @@ if to/bin/segcast --version | grep -q '^volumes .*HDF5'; then
 fi
 
 # So is what loads libav, with the first video; nothing else needs it.
-printf 'volume: phantom\noutput: {size: [64, 48], video: a.mp4}\nanimation: {frames: 2}\n' >job.yaml
+printf 'volume: phantom:40x28x41\noutput: {size: [64, 48], video: a.mp4}\nanimation: {frames: 2}\n' >job.yaml
 mv to moved
 expect 0 '' moved/bin/segcast render job.yaml -o installed
 [ -s installed/a.mp4 ] || fail "the installed program wrote no video"
-LD_DEBUG=files LD_DEBUG_OUTPUT=$PWD/loaded moved/bin/segcast still phantom -o b.png -q >/dev/null
+LD_DEBUG=files LD_DEBUG_OUTPUT=$PWD/loaded moved/bin/segcast still phantom:40x28x41 -o b.png -q >/dev/null
 if [ -n "$(find . -maxdepth 1 -name 'loaded.*')" ]; then # the loader is that of glibc
     ! grep -q 'segcast-libav' loaded.* || fail "a picture loads libav"
 fi
@@ -37,7 +37,7 @@ expect 73 'a.mp4: segcast-libav.so, by which segcast writes and reads videos, ca
     moved/bin/segcast render job.yaml -o missing
 [ ! -e missing ] || fail "a directory was made for nothing: $(find missing)"
 moved/bin/segcast --version | grep -q '^libav *cannot be loaded' || fail "version without libav"
-expect 0 '' moved/bin/segcast still phantom -o a.png
+expect 0 '' moved/bin/segcast still phantom:40x28x41 -o a.png
 [ -s a.png ] || fail "no picture without libav"
 if command -v ldd >/dev/null && ldd moved/bin/segcast | grep -q libavcodec; then
     fail "segcast is linked with libav, which takes most of the time of a start"

@@ -2,7 +2,7 @@
 # A volume that was prepared is kept for the next command: other names, colours and opacities find it again; what changes a
 # voxel or a surface does not. Whatever happens to the files, the pictures are those of a volume that was just prepared.
 export SEGCAST_CACHE=$PWD/kept
-printf 'volume: phantom:224x180x240\noutput: {size: [96, 64]}\n' >job.yaml # takes more than half a second to prepare
+printf 'volume: phantom:40x32x42\noutput: {size: [48, 32]}\n' >job.yaml
 kept() { find kept -name '*.segc' 2>/dev/null | wc -l; }
 # still NAME FILES [OPTION...]: the picture is that of a new preparation, and so many are kept then.
 still() {
@@ -41,20 +41,21 @@ still first 3
 found first || fail "what was kept first is not found any more"
 
 # Light that was gathered in a volume is kept beside it, for the same colours; what is damaged is not believed.
-still lit 3 --look atlas
+atlas=(--look atlas --set volume=phantom:144x116x152) # takes more than a third of a second to gather
+still lit 4 "${atlas[@]}"
 [ "$(find kept -name '*.light' | wc -l)" = 1 ] || fail "the light of a picture is not kept: $(ls kept)"
 for damage in 'true' 'printf X | dd of="$file" bs=1 seek=5000 conv=notrunc status=none' 'truncate -s 3000 "$file"'; do
     file=$(ls kept/*.light)
     eval "$damage"
-    still lit 3 --look atlas
+    still lit 4 "${atlas[@]}"
 done
-still lit-red 3 --look atlas --set 'tissues={left ventricular myocardium: {color: "#ff0000"}}'
+still lit-red 4 "${atlas[@]}" --set 'tissues={left ventricular myocardium: {color: "#ff0000"}}'
 [ "$(find kept -name '*.light' | wc -l)" = 2 ] || fail "another colour has the same light: $(ls kept)"
 
 # What is said and removed; files of others stay.
 echo mine >kept/notes.txt
 expect 0 '' "$SEGCAST" help cache
-grep -q 'kept holds 3 prepared volumes of' stdout.txt || { cat stdout.txt >&2; fail "what is kept is not told"; }
+grep -q 'kept holds 4 prepared volumes of' stdout.txt || { cat stdout.txt >&2; fail "what is kept is not told"; }
 expect 0 '' "$SEGCAST" help cache --clear
 [ "$(kept)" = 0 ] && [ -z "$(find kept -name '*.light')" ] && [ -e kept/notes.txt ] || fail "help cache --clear: $(ls kept)"
 expect 64 'help cache' "$SEGCAST" help keys --clear
@@ -88,7 +89,7 @@ lost() { # lost DIRECTORY REASON COMMAND...: what is prepared is not kept there,
 }
 lost "$PWD/no-directory" 'its directory cannot be made' env
 # shellcheck disable=SC2016 # for the other shell
-lost "$PWD/full" 'it cannot be written' bash -c 'ulimit -f 1000; exec "$@"' bash
+lost "$PWD/full" 'it cannot be written' bash -c 'ulimit -f 100; exec "$@"' bash
 [ -z "$(ls full)" ] || fail "a file that could not be written is left: $(ls full)"
 mkdir -m 555 locked
 [ "$(id -u)" != 0 ] || unprivileged=(setpriv --bounding-set=-dac_override,-dac_read_search)
@@ -102,7 +103,10 @@ SEGCAST_CACHE=$PWD/shared "$SEGCAST" still job.yaml -o shared.png -q >/dev/null 
 # In a batch job nothing is kept, unless a directory is named.
 (unset SEGCAST_CACHE && SLURM_JOB_ID=1 "$SEGCAST" still job.yaml -o batch.png -q >/dev/null) || fail "no picture in a batch job"
 [ ! -e .cache/segcast/prepared ] || fail "a batch job has kept something"
+# In the user's cache directory only what takes more than half a second to prepare.
 (unset SEGCAST_CACHE && "$SEGCAST" still job.yaml -o home.png -q >/dev/null) || fail "no picture with the cache of the user"
+[ ! -e .cache/segcast/prepared ] || fail "a small volume is kept in the user's cache directory"
+(unset SEGCAST_CACHE && "$SEGCAST" still phantom:224x180x240 --size 48x32 -o home.png --overwrite -q >/dev/null) || fail "no picture of a larger volume"
 [ -n "$(find .cache/segcast/prepared -name '*.segc')" ] || fail "nothing is kept in the user's cache directory"
 # Several at once.
 rm -f kept/*.segc

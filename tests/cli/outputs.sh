@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # The files of a finished job are those that the documentation promises.
 small_job job.yaml
-"$SEGCAST" render job.yaml -o out -q --set output.video=film.mp4 --set output.frames=png >said.txt
+SEGCAST_CACHE=off "$SEGCAST" render job.yaml -o out -q --set output.video=film.mp4 --set output.frames=png >said.txt
 [ "$(cat said.txt)" = out/film.mp4 ] || fail "standard output is not the path of the video: $(cat said.txt)"
 [ "$(ls out | tr '\n' ' ')" = "film.mp4 frames frames.csv job.yaml manifest.jsonl report.html ro-crate-metadata.json stats.json status.json trace.json " ] ||
     fail "unexpected files in the output directory: $(ls -a out)"

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Progress from the first second, never wider than the terminal; status.json with the phase; a signal ends
 # every phase within a second or so, with exit code 75, and leaves nothing behind.
-slow=phantom:640x640x640 # takes some seconds to make and to prepare
+export SEGCAST_CACHE=off
+slow=phantom:512x512x512 # takes some seconds to make and to prepare
 cat >slow.yaml <<YAML
 volume: $slow
 output: {directory: out, size: [320, 240], video: film.mp4}
@@ -44,7 +45,7 @@ stop() {
     diff before.txt after.txt || fail "$*: $signal leaves files behind"
 }
 touch before.txt after.txt stderr.txt
-"$SEGCAST" convert phantom:640x640x640 -o slow.nrrd -q >/dev/null # packed
+"$SEGCAST" convert $slow -o slow.nrrd -q >/dev/null # packed
 "$SEGCAST" convert phantom:64x64x64 -o small.nrrd -q >/dev/null
 stop 1 INT convert phantom:800x800x800 -o new.nrrd
 stop 1 TERM info slow.nrrd
@@ -87,18 +88,29 @@ if [ -e "${ENDLESS_DEFLATE:-}" ]; then
     rm -rf png
 fi
 
-# In a log a line appears now and then, and none with -q.
-timeout -s INT 8 "$SEGCAST" info slow.nrrd >/dev/null 2>log.txt || true
-grep -qE '^segcast: (reading|preparing): [0-9]+ %  [0-9:]+( left)?$' log.txt || [ "$(wc -l <log.txt)" = 0 ] || fail "log: $(cat log.txt)"
-timeout -s KILL 6 "$SEGCAST" info slow.nrrd -q >/dev/null 2>log.txt || true
-[ ! -s log.txt ] || fail "-q: $(cat log.txt)"
+# In a log a line appears after five seconds, and none with -q. They pass while both stand still.
+"$SEGCAST" info slow.nrrd >/dev/null 2>log.txt &
+pid=$!
+"$SEGCAST" info slow.nrrd -q >/dev/null 2>quiet.txt &
+quiet=$!
+trap 'kill -KILL $pid $quiet 2>/dev/null || true' EXIT
+sleep 0.5
+kill -STOP $pid $quiet
+sleep 5
+kill -CONT $pid $quiet
+for _ in $(seq 200); do [ ! -s log.txt ] || break; sleep 0.05; done
+sleep 0.2
+kill -KILL $pid $quiet
+wait $pid $quiet || true
+grep -qE '^segcast: (reading|preparing): [0-9]+ %  [0-9:]+( left)?$' log.txt || fail "log: $(cat log.txt)"
+[ ! -s quiet.txt ] || fail "-q: $(cat quiet.txt)"
 
 # On a terminal no line is wider than the terminal, whatever it is called.
 command -v script >/dev/null || skip "the rest needs script(1)"
 name="ein sehr langer Name mit äöü und 心臓 für eine Datei, die kein Terminal fasst.nrrd"
 cp slow.nrrd "$name"
 for columns in 20 50 132; do
-    TERM=xterm script -qc "stty cols $columns; timeout --foreground -s INT 4 '$SEGCAST' info '$name'" typescript.txt >/dev/null </dev/null || true
+    TERM=xterm script -qc "stty cols $columns; timeout --foreground -s INT 2.5 '$SEGCAST' info '$name'" typescript.txt >/dev/null </dev/null || true
     tr '\r' '\n' <typescript.txt | sed 's/\x1b\[[0-9]*[A-Za-z]//g' | grep -E '^(reading|preparing)' >bars.txt ||
         fail "no progress in $columns columns"
     widest=$(LC_ALL=C.UTF-8 wc -L <bars.txt)

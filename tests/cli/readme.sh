@@ -9,15 +9,18 @@
 #   (words in capitals, such as read_FORMAT.c, stand for a name that the reader chooses).
 documents=("$SOURCE/README.md" "$SOURCE/CONTRIBUTING.md" "$SOURCE/CHANGELOG.md" "$SOURCE"/docs/*.md)
 
-# Small pictures of a small volume, set in the environment. A size that a command sets itself is used,
-# because the command line wins over the environment.
+# Small pictures of a small volume, set in the environment; in bin/segcast what a command sets itself.
 export SEGCAST_VOLUME=phantom:59x41x61 SEGCAST_OUTPUT_SIZE='[96, 72]' SEGCAST_ANIMATION_FRAMES=96
 export SEGCAST_OUTPUT_FPS=24
 mkdir bin
 cat >bin/segcast <<'SH'
 #!/usr/bin/env bash
-[ "$1 ${2-}" != "convert phantom" ] || set -- convert phantom:59x41x61 "${@:3}"
-exec "$SEGCAST" "$@"
+[ "${2-}" != phantom ] || set -- "$1" phantom:59x41x61 "${@:3}"
+words=("$@")
+for ((i = 1; i < $#; i++)); do
+    [ "${words[i - 1]}" != --size ] || words[i]=192x108
+done
+exec "$SEGCAST" "${words[@]}"
 SH
 cat >bin/have <<'SH'
 #!/usr/bin/env bash

@@ -22,6 +22,7 @@
 [ -e "${FAULT_SHIM:-}" ] || skip "the library that makes calls fail is built on Linux with glibc only, without sanitizers"
 command -v jq >/dev/null || skip "jq is not installed"
 
+export SEGCAST_CACHE=off # every run prepares the volume
 distinct=${FAULT_DISTINCT:-1}
 read -ra steps <<<"${FAULT_STEP:-30 331}"
 offset=${FAULT_OFFSET:-0}
@@ -34,13 +35,6 @@ if [ -n "${FAULT_FUNCTION:-}" ]; then
         while read -r begin size; do printf '%x-%x' $((16#$begin)) $((16#$begin + 16#$size)); done)
     [ -n "$FAULT_WITHIN" ] || fail "$SEGCAST has no function $FAULT_FUNCTION"
     export FAULT_WITHIN
-fi
-
-# Files are forced to the disk some hundred times a run: where there is room in memory, they are there.
-if [ "$(df --output=avail /dev/shm 2>/dev/null | tail -n 1)" -gt 1000000 ] 2>/dev/null; then
-    memory=$(mktemp -d /dev/shm/faults.XXXXXX)
-    trap 'rm -rf "$memory"' EXIT
-    cd "$memory"
 fi
 
 # A volume of two tissues, compressed, and a job of a few GOPs.

@@ -35,7 +35,7 @@ ln -s "$SEGCAST" "$name"
 trap 'kill -KILL $(pgrep -x "$name") 2>/dev/null || true' EXIT
 interrupt() {
     local launcher pid code=0
-    mpirun -n 3 "./$name" render job.yaml -o "$1" --set farm.encode=gather --set output.size=320x240 >/dev/null 2>stderr.txt &
+    mpirun -n 3 "./$name" render job.yaml -o "$1" --set farm.encode=gather --set output.size=192x144 >/dev/null 2>stderr.txt &
     launcher=$!
     for _ in $(seq 600); do
         [ "$( (grep -c 'frame"' "$1/manifest.jsonl" 2>/dev/null) || true)" -ge "$3" ] 2>/dev/null && break
@@ -48,18 +48,18 @@ interrupt() {
     echo $code
 }
 rm -rf one
-"$SEGCAST" render job.yaml -o one -q --set output.size=320x240 >/dev/null
+"$SEGCAST" render job.yaml -o one -q --set output.size=192x144 >/dev/null
 
 code=$(interrupt stopped USR1 10)
 [ "$code" = 75 ] || { cat stderr.txt >&2; fail "exit $code after USR1, expected 75"; }
 done=$(jq .done stopped/status.json)
 [ "$(hashes stopped | wc -l)" = "$done" ] || fail "manifest and status.json disagree"
 [ "$done" -lt 47 ] || fail "the run was not stopped"
-mpi 2 "$SEGCAST" render job.yaml -o stopped -q --resume --set farm.encode=gather --set output.size=320x240 >/dev/null
+mpi 2 "$SEGCAST" render job.yaml -o stopped -q --resume --set farm.encode=gather --set output.size=192x144 >/dev/null
 compare stopped "stopped and resumed"
 
 code=$(interrupt killed KILL 6)
 [ "$code" != 0 ] || fail "the run was not killed"
 for _ in $(seq 200); do pgrep -r R,S,D -x "$name" >/dev/null || break; sleep 0.05; done
-mpi 4 "$SEGCAST" render job.yaml -o killed -q --resume --set farm.encode=gather --set output.size=320x240 >/dev/null
+mpi 4 "$SEGCAST" render job.yaml -o killed -q --resume --set farm.encode=gather --set output.size=192x144 >/dev/null
 compare killed "killed and resumed"

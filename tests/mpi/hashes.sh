@@ -22,8 +22,9 @@ for ranks in 1 2 4; do
         for skip in none interior octree proximity chessboard leap; do
             n=$((n + 1)) threads=$(((n + turn + n / 6) % 3 + 1))
             kind=${kinds[(n + n / 5) % 5]} setting=${settings[(n + n / 5) % 5]}
-            [ "$ranks" = 2 ] && kind=smooth setting=render.surface=smooth
-            OMP_NUM_THREADS=$threads mpi "$ranks" "$SEGCAST" render job.yaml -o "run$n" -q \
+            cache=$SEGCAST_CACHE
+            [ "$ranks" = 2 ] && kind=smooth setting=render.surface=smooth cache=off # both prepare
+            SEGCAST_CACHE=$cache OMP_NUM_THREADS=$threads mpi "$ranks" "$SEGCAST" render job.yaml -o "run$n" -q \
                 --set render.skip=$skip --cpu "$([ $(((n + n / 6) % 2)) = 0 ] && echo c || echo auto)" --set farm.tile=$((8 + 13 * n % 120)) \
                 --set farm.share=$([ $((n / 2 % 2)) = 0 ] && echo true || echo false) \
                 --set "farm.partition=${partitions[(n + n / 9) % 3]}" --set "$setting" >/dev/null

@@ -2,7 +2,6 @@
 # What several ranks have prepared together is kept once, by rank 0, and the file is that of one rank; all ranks read it.
 export SEGCAST_CACHE=$PWD/kept
 small_job job.yaml
-sed -i 's/phantom:59x41x61/phantom:224x180x240/' job.yaml # takes more than half a second to prepare
 film() { # film RANKS FOUND: so many ranks draw the frames of one that keeps nothing, and find what was kept, or not
     local found
     rm -rf out
@@ -24,7 +23,7 @@ film 2 0
 film 1 1
 # Thick slices, which become layers, are prepared and found by the voxels as they were read.
 rm -r kept new
-sed -i 's/phantom:224x180x240/phantom:224x180x30/' job.yaml
+sed -i 's/phantom:59x41x61/phantom:118x82x16/' job.yaml
 SEGCAST_CACHE=off "$SEGCAST" render job.yaml -o new -q >/dev/null
 film 2 0
 film 1 1

@@ -2,6 +2,7 @@
 # What is derived from the volume for drawing stands in memory once per node: every rank maps all of it, and has
 # next to nothing for itself. The bytes are those that the system counts of the files that ranks map.
 [ -r /proc/self/maps ] || skip "no /proc/PID/maps"
+export SEGCAST_CACHE=off # what is kept is mapped by all anyhow
 small_job job.yaml
 sed -i 's/phantom:59x41x61/phantom:200x160x200/; s/frames: 7/frames: 4000/' job.yaml
 name=sc_memory_$$ # to find the ranks by, under any launcher

@@ -7,6 +7,7 @@ for ranks in 1 2 3; do
 done
 
 # A whole run: the pictures, and that rank 1 has prepared before it prepared the light, too.
+export SEGCAST_CACHE=off
 small_job job.yaml
 sed -i 's/phantom:59x41x61/phantom:200x160x200/' job.yaml
 mpi 2 "$SEGCAST" render job.yaml -o together -q >/dev/null

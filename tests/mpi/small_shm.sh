@@ -3,6 +3,10 @@
 # in a file, or each has a copy. No run hangs, the user is told, and the frames stay the same.
 [ "$(uname -s)" = Linux ] || skip "/dev/shm is a matter of Linux"
 unshare --mount true 2>/dev/null || skip "mount namespaces are not permitted here"
+disk=$(mktemp -d /tmp/segcast.XXXXXX)
+trap 'rm -rf "$disk"' EXIT
+cd "$disk" # which no other /dev/shm hides
+export SEGCAST_CACHE=off
 mkdir tmp full
 unshare --mount mount -t tmpfs -o size=64k tmpfs full 2>/dev/null || skip "mounting a tmpfs is not permitted here"
 

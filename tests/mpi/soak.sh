@@ -4,7 +4,7 @@
 kills=${SOAK_KILLS:-6}
 RANDOM=${SOAK_SEED:-1}
 small_job job.yaml
-sed -i 's/size: \[96, 72\], video: none/size: [480, 360], fps: 6, frames: png, video: film.mp4/; s/frames: 7/frames: 60/' job.yaml
+sed -i 's/size: \[96, 72\], video: none/size: [320, 240], fps: 6, frames: png, video: film.mp4/; s/frames: 7/frames: 60/' job.yaml
 begin_ms=$(($(date +%s%N) / 1000000))
 "$SEGCAST" render job.yaml -o ref -q --threads 2 >/dev/null
 whole_ms=$(($(date +%s%N) / 1000000 - begin_ms)) # duration of an undisturbed run

@@ -44,7 +44,7 @@ window.addEventListener("load", () => {
   };
   const all = (selector) => [...document.querySelectorAll(selector)];
   parent.postMessage({
-    width: innerWidth, scroll: document.documentElement.scrollWidth, title: document.title, text: document.querySelector("main").innerText,
+    file: location.pathname, width: innerWidth, scroll: document.documentElement.scrollWidth, title: document.title, text: document.querySelector("main").innerText,
     out: all("main *").filter((e) => {
       const box = e.getBoundingClientRect();
       return box.width > 0 && (box.right > innerWidth + 1 || box.left < -1);
@@ -60,14 +60,20 @@ window.addEventListener("load", () => {
   }, "*");
 });
 JS
-# The page at all widths: the window of a browser is not narrower than some 500 pixels.
-cat >frame.html <<'HTML'
+pages=(out/report scaling/report methods/report studies compared)
+# All pages at all widths: the window of a browser is not narrower than some 500 pixels.
+{
+    cat <<'HTML'
 <!DOCTYPE html><html><body style="margin: 0">
 <script>const found = []; addEventListener("message", (e) => { found.push(e.data); document.documentElement.dataset.found = JSON.stringify(found); });</script>
-<iframe src="measured.html" style="width: 390px; height: 900px"></iframe><iframe src="measured.html" style="width: 1440px; height: 900px"></iframe>
-<iframe src="measured.html" style="width: 2560px; height: 900px"></iframe></body></html>
 HTML
-sed -i 's/height: 900px/&; border: 0/g' frame.html
+    for page in "${pages[@]}"; do
+        { sed '/^<\/body>$/,$d' "$page.html"; echo "<script>$(cat measure.js)</script></body></html>"; } >"$page.measured.html"
+        for width in 390 1440 2560; do
+            echo "<iframe src=\"$page.measured.html\" style=\"width: ${width}px; height: 900px; border: 0\"></iframe>"
+        done
+    done
+} >frame.html
 open_page() { # open_page FILE OPTION...: run the browser on a file, with what it says in browser.txt
     local file=$1
     shift
@@ -78,35 +84,34 @@ open_page() { # open_page FILE OPTION...: run the browser on a file, with what i
 echo '<!DOCTYPE html><p>here</p>' >empty.html
 open_page "$PWD/empty.html" --dump-dom | grep -q here || skip "the browser does not run here: $(tail -n 1 browser.txt)"
 
+for scheme in 0 1; do # dark, light
+    open_page "$PWD/frame.html" --blink-settings=preferredColorScheme=$scheme --window-size=2600,900 --dump-dom >dom.html ||
+        { cat browser.txt >&2; fail "the browser fails"; }
+    sed -n 's/.*data-found="\([^"]*\)".*/\1/p' dom.html | sed 's/&quot;/"/g; s/&nbsp;/ /g; s/&lt;/</g; s/&gt;/>/g; s/&amp;/\&/g' >found$scheme.json
+    ! grep -q CONSOLE browser.txt || fail "scheme $scheme: $(grep CONSOLE browser.txt)"
+done
+
 # shows PAGE CONDITION: the page shows what it should, at all widths, light and dark, and prints.
 shows() {
-    local page=$1 condition=$2 folder
-    folder=$PWD/$(dirname "$page")
-    sed '/^<\/body>$/,$d' "$page" >"$folder/measured.html"
-    echo "<script>$(cat measure.js)</script></body></html>" >>"$folder/measured.html"
-    [ "$folder/frame.html" -ef frame.html ] || cp frame.html "$folder/frame.html"
-    for scheme in 0 1; do # dark, light
-        open_page "$folder/frame.html" --blink-settings=preferredColorScheme=$scheme --window-size=2600,900 --dump-dom >dom.html ||
-            { cat browser.txt >&2; fail "$page: the browser fails"; }
-        sed -n 's/.*data-found="\([^"]*\)".*/\1/p' dom.html | sed 's/&quot;/"/g; s/&nbsp;/ /g; s/&lt;/</g; s/&gt;/>/g; s/&amp;/\&/g' >found.json
+    local page=$1 condition=$2
+    for scheme in 0 1; do
+        jq --arg file "/$page.measured.html" 'map(select(.file | endswith($file)))' found$scheme.json >found.json
         jq -e --argjson dark "$([ $scheme = 0 ] && echo true || echo false)" '
             (map(.width) | sort) == [390, 1440, 2560] and all(.[]; .scroll <= .width and .out == [] and .dark == $dark and
             (if $dark then .page < 0.05 else .page > 0.8 end) and ([.contrasts[] >= 4.5] | all) and
             ([.fetched[] | startswith("file:") or startswith("data:")] | all) and .silent == 0 and .numbers == 0 and .scripts == 3 and
             '"$condition"')' found.json >/dev/null || fail "$page, scheme $scheme: $(jq -c 'map(del(.text))' found.json) $(jq -r '.[0].text' found.json)"
-        ! grep -q CONSOLE browser.txt || fail "$page: $(grep CONSOLE browser.txt)"
     done
-    rm "$folder/measured.html"
-    open_page "$PWD/$page" --no-pdf-header-footer --print-to-pdf="$PWD/page.pdf" >/dev/null || fail "$page does not print"
+    open_page "$PWD/$page.html" --no-pdf-header-footer --print-to-pdf="$PWD/page.pdf" >/dev/null || fail "$page does not print"
     [ "$(head -c 5 page.pdf)" = %PDF- ] || fail "$page: what was printed is no PDF"
-    grep -q '<noscript><p>A script draws this page' "$page" || fail "$page says nothing without scripts"
+    grep -q '<noscript><p>A script draws this page' "$page.html" || fail "$page says nothing without scripts"
 }
 named='(.title | endswith("onerror=alert(1)>")) and (.text | contains("onerror=alert(1)>"))'
-shows out/report.html "$named"' and .pictures == 7 and .heats == 2 and .plots == 2 and .focusable == 8 and (.text | test("7 frames in .*Limited by")) and
+shows out/report "$named"' and .pictures == 7 and .heats == 2 and .plots == 2 and .focusable == 8 and (.text | test("7 frames in .*Limited by")) and
     .heads == ["The film", "The run", "Where the time went", "Ranks over time", "Cost along the film", "Work of each pixel", "Runs on this job", "Settings and files"]'
-shows scaling/report.html "$named"' and .plots == 2 and .focusable == 5 and (.text | test("4: needs 4000 threads|6: needs 4000 threads")) and
+shows scaling/report "$named"' and .plots == 2 and .focusable == 5 and (.text | test("4: needs 4000 threads|6: needs 4000 threads")) and
     (.heads | index("Scaling") != null and index("Not measured") != null) and (.text | contains("All pixels agree"))'
-shows methods/report.html "$named"' and .rows == 12 and .dots == 36 and .bold >= 2 and (.text | contains("the paper, its heart and computer")) and
+shows methods/report "$named"' and .rows == 12 and .dots == 36 and .bold >= 2 and (.text | contains("the paper, its heart and computer")) and
     (.text | test("render.skip: [a-z]+ (is fastest|has the lowest median)")) and (.heads | index("Values of render.skip") != null and index("What limited the cells") != null)'
-shows studies.html '(.text | contains("scaling and methods have no measured cell") or contains("no measured cell of the same name")) and .focusable == 0'
-shows compared.html '.rows == 8 and .focusable == 0 and (.text | contains("another/directory with/a/rather/long/name")) and (.text | contains("All have drawn the same pictures"))'
+shows studies '(.text | contains("scaling and methods have no measured cell") or contains("no measured cell of the same name")) and .focusable == 0'
+shows compared '.rows == 8 and .focusable == 0 and (.text | contains("another/directory with/a/rather/long/name")) and (.text | contains("All have drawn the same pictures"))'

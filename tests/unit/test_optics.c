@@ -70,11 +70,11 @@ TEST(an_edge_out_of_focus_has_the_profile_of_the_circle_of_confusion)
     static const struct {
         double focus_mm, aperture_mm;
     } cases[] = {{200, 20}, {80, 20}, {150, 40}, {100, 20}};
-    enum { DISTANCE = 100, HEIGHT_MM = 40 };
+    enum { DISTANCE = 100, HEIGHT_MM = 40, ROWS = 16 /* which are all alike */ };
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         small_scene s = black_scene(left_half);
-        sc_scene scene = scene_from(DISTANCE, HEIGHT_MM);
+        sc_scene scene = scene_from(DISTANCE, (double)HEIGHT_MM * ROWS / PX);
         SC_OWN(sc_image_clear) sc_image image = {0};
         /* the edge in perspective: that of the near face */
         const double d = DISTANCE - 1.5, px_per_mm = (double)PX / HEIGHT_MM * DISTANCE / d;
@@ -83,12 +83,13 @@ TEST(an_edge_out_of_focus_has_the_profile_of_the_circle_of_confusion)
         double worst = 0, squares = 0;
         int count = 0;
 
+        s.settings.height_px = ROWS;
         scene.camera.aperture_mm = cases[i].aperture_mm;
         scene.camera.focus_mm = cases[i].focus_mm;
         image = draw_view(&s, &scene, NULL);
         /* Patient's left is right in the picture: the shape is left of the edge at x = 29.5. The
          * camera looks from the front, so that x grows to the left. */
-        for (int y = PX / 4; y < 3 * PX / 4; y++) {
+        for (int y = 0; y < ROWS; y++) {
             for (int x = PX / 2 - 30; x < PX / 2 + 30; x++) {
                 const double edge_px = PX / 2.0 + 0.5 * px_per_mm;
                 const double off = (edge_px - (x + 0.5)) / fmax(radius_px, 0.5);
@@ -131,10 +132,11 @@ static int grains(double x, double y, double z)
 TEST(blur_is_smooth)
 {
     small_scene s = black_scene(grains);
-    sc_scene scene = scene_from(100, 50);
+    sc_scene scene = scene_from(100, 25);
     SC_OWN(sc_image_clear) sc_image few = {0}, many = {0};
     image_difference d;
 
+    s.settings.width_px = s.settings.height_px = PX / 2;
     scene.camera.aperture_mm = 16;
     scene.camera.focus_mm = 70;
     few = draw_view(&s, &scene, NULL);
@@ -243,12 +245,15 @@ static int tube(double x, double y, double z)
  * the radius, where it has the strength of the other lamps and a little more. */
 TEST(light_falls_off_along_a_tube)
 {
+    enum { ROWS = 8 };
     small_scene s = black_scene(tube);
-    sc_scene scene = scene_from(28, 56); /* within its end, with a field of view of 90 degrees */
+    /* within its end, with a field of view of 90 degrees across */
+    sc_scene scene = scene_from(28, 56.0 * ROWS / PX);
     SC_OWN(sc_image_clear) sc_image image = {0};
     const double lamp_mm = 2 * TUBE_MM, gain = 1.3, head = 0.7;
 
     s.settings.light = (sc_lighting){.method = SC_LIGHT_PLAIN, .head = head};
+    s.settings.height_px = ROWS;
     s.settings.background[0] = s.settings.background[1] = s.settings.background[2] = 0;
     s.settings.lens_samples = 0;
     s.tissues[1].material = (sc_material){1, 0, 1};
@@ -258,14 +263,14 @@ TEST(light_falls_off_along_a_tube)
     scene.around_mm = TUBE_MM;
     image = draw_by_all_kernels(&s, &scene);
     for (int x = 8; x < PX / 2 - 40; x += 4) {
-        const double across = (PX / 2.0 - (x + 0.5)) / (PX / 2.0) * scene.camera.half_height;
+        const double across = (PX / 2.0 - (x + 0.5)) / (PX / 2.0);
         const double sine = across / sqrt(1 + across * across), far_mm = TUBE_MM / sine;
         const double expected =
             gain * head * sine * lamp_mm * lamp_mm / (lamp_mm * lamp_mm + far_mm * far_mm);
 
-        if (fabs(free_at(&image, x, PX / 2) / expected - 1) > 0.06)
+        if (fabs(free_at(&image, x, ROWS / 2) / expected - 1) > 0.06)
             fail_msg("pixel %d, %.1f mm away: %.3f instead of %.3f", x, far_mm,
-                     free_at(&image, x, PX / 2), expected);
+                     free_at(&image, x, ROWS / 2), expected);
     }
     free_scene(&s);
 }
