@@ -32,6 +32,11 @@ typedef struct sc_value_type {
     sc_status (*read)(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value);
     const struct sc_value_type *of_key_frames; /* the type of the values of key frames, each in an
                                                   sc_vec3; NULL: a number */
+    const struct sc_value_type *constant; /* of a value that may have key frames: its type without
+                                             them; NULL: that of the values of key frames */
+    /* Of such a value: set what follows for @p value from its key frames, which have been read.
+     * NULL: nothing does. @return the mistake, which is logged. */
+    sc_status (*take_track)(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value);
     bool steps; /* of values of key frames: there is nothing between two of them, so that the first
                    holds until the time of the second; there is no ease */
     /* Append the value to @p text as YAML that `read` accepts, in one line. NULL: the keys of the
@@ -152,6 +157,8 @@ sc_status sc_key_unknown(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *n
 
 /* ---- job_json.c ---- */
 
+/* @return a node, with all below it, as JSON; NULL when out of memory. */
+json_t *sc_node_to_json(const sc_yaml *node);
 /* Append a tree to @p text as JSON. @return SC_ERR_MEMORY. */
 sc_status sc_tree_to_json(const sc_ctx *ctx, const sc_yaml *root, sc_text *text);
 
@@ -260,6 +267,12 @@ sc_status sc_write_track(const sc_ctx *ctx, const sc_key *value, const struct sc
                          sc_text *text);
 /* @return the schema of a track; NULL when out of memory. */
 json_t *sc_track_schema(const sc_key *value);
+/* Read, write and describe a value that may have key frames: for sc_value_type. */
+sc_status sc_read_tracked(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value);
+sc_status sc_write_tracked(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text);
+json_t *sc_tracked_schema(const sc_key *key);
+/* @return the track of a row of such a value. */
+sc_track *sc_track_of(const sc_key *key, void *value);
 
 /* ---- positions.c ---- */
 
