@@ -176,14 +176,8 @@ static const sc_comm_ops self_ops = {
 
 sc_status sc_comm_self_open(const sc_ctx *ctx, sc_comm **out)
 {
-    void *block;
-    sc_status status = sc_zalloc(ctx, 1, sizeof(sc_comm), &block);
-    sc_comm *comm = block;
-
-    if (status != SC_OK)
-        return status;
-    *comm =
+    SC_PASS(SC_ZALLOC(ctx, 1, out));
+    **out =
         (sc_comm){.ops = &self_ops, .size = 1, .node_size = 1, .node_count = 1, .near_root = true};
-    *out = comm;
     return SC_OK;
 }

@@ -251,7 +251,7 @@ static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
     int tissues = 0;
 
     for (size_t i = 0; i < job->verb_tissue_count; i++)
-        tissues += job->verb_tissues[i].verb == (int)index;
+        tissues += job->verb_tissues[i].of == (int)index;
     if (fly->middles && tissues < 2)
         return fail_verb(ctx, fly,
                          "fly: from middle to middle there have to be two tissues or more; "

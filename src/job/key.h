@@ -370,6 +370,16 @@ void sc_note_where(const sc_yaml *node, char *where, size_t size);
  * @return as sc_wrong_type if @p item is no such text, or an empty one. */
 sc_status sc_read_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *item,
                          char pattern[SC_NAME_BYTES], char where[160]);
+/* Append a tissue or a list of tissues to *list [*count], all named for @p of. @return the first
+ * mistake; all are logged. */
+sc_status sc_read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, int of,
+                          sc_named_tissue **list, size_t *count);
+/* Append those of list[count] that are named for @p of as a list, [a, "b*"]. */
+sc_status sc_write_tissues(const sc_ctx *ctx, const sc_named_tissue *list, size_t count, int of,
+                           sc_text *text);
+/* @return a new JSON schema of a tissue or of a list of them, at least @p least; NULL when out of
+ * memory. */
+json_t *sc_tissues_schema(int least);
 /* Append an item of a list, a text in quotes. *comma stands before it: "" or "[" at first. */
 sc_status sc_write_item(const sc_ctx *ctx, const char **comma, const char *value, sc_text *text);
 /* Store "file:line: key" of a node in @p where, for messages of what its value names; of a setting

@@ -334,6 +334,45 @@ sc_status sc_write_item(const sc_ctx *ctx, const char **comma, const char *value
     return sc_write_quoted(ctx, value, text);
 }
 
+sc_status sc_read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, int of,
+                          sc_named_tissue **list, size_t *count)
+{
+    const size_t more = sc_yaml_length(node);
+    sc_status status = SC_OK;
+
+    SC_PASS(SC_RESIZE(ctx, *count, *count + more, list));
+    for (size_t i = 0; i < more; i++) {
+        const sc_yaml item = sc_yaml_item(node, i);
+        sc_named_tissue *to = &(*list)[*count];
+        const sc_status found = sc_read_tissue(ctx, key, &item, to->pattern, to->where);
+
+        to->of = of;
+        *count += found == SC_OK;
+        if (!sc_goes_on(&status, found))
+            break;
+    }
+    return status;
+}
+
+sc_status sc_write_tissues(const sc_ctx *ctx, const sc_named_tissue *list, size_t count, int of,
+                           sc_text *text)
+{
+    const char *comma = "";
+
+    SC_PASS(sc_text_add(ctx, text, "["));
+    for (size_t i = 0; i < count; i++) {
+        if (list[i].of == of)
+            SC_PASS(sc_write_item(ctx, &comma, list[i].pattern, text));
+    }
+    return sc_text_add(ctx, text, "]");
+}
+
+json_t *sc_tissues_schema(int least)
+{
+    return json_pack("{s:[{s:[ss]}, {s:s, s:i, s:{s:[ss]}}]}", "anyOf", "type", "string", "integer",
+                     "type", "array", "minItems", least, "items", "type", "string", "integer");
+}
+
 static sc_status write_text(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     (void)key;

@@ -14,23 +14,24 @@ sc_status sc_agree_aloud(const sc_app *app, sc_status mine)
     return agreed;
 }
 
-sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size)
+sc_status sc_broadcast_array(sc_app *app, void *array, size_t count, size_t size)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
     void *mine = NULL;
     sc_status status = SC_OK;
 
-    if (!first)
+    if (first)
+        memcpy(&mine, array, sizeof mine);
+    else
         status = sc_alloc(app->ctx, count, size, &mine);
     status = sc_comm_agree(app->comm, status);
     if (status == SC_OK && count)
-        sc_comm_broadcast(app->comm, first ? *array : mine, count * size);
-    if (status != SC_OK) {
+        sc_comm_broadcast(app->comm, mine, count * size);
+    if (status != SC_OK && !first) {
         sc_free(mine);
         mine = NULL;
     }
-    if (!first)
-        *array = mine;
+    memcpy(array, &mine, sizeof mine); /* pointers of all types are alike: POSIX */
     return status;
 }
 

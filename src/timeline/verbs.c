@@ -11,8 +11,8 @@
  * appear. */
 #define LEAST_FACTOR 1e-6
 
-sc_status sc_verb_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
-                                const sc_verb_tissue *list, size_t count)
+sc_status sc_named_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
+                                 const sc_named_tissue *list, size_t count)
 {
     sc_status status = SC_OK;
 
@@ -94,7 +94,7 @@ static size_t each_member(const sc_prepared *volume, const sc_tissue *tissues,
     memset(taken, 0, (size_t)volume->label_count);
     for (size_t i = 0; i < verbs->list_count; i++) {
         const sc_pattern pattern = sc_pattern_of(verbs->list[i].pattern);
-        const sc_match best = verbs->list[i].verb == (int)v
+        const sc_match best = verbs->list[i].of == (int)v
                                   ? sc_pattern_match(volume->labels, volume->label_count, &pattern)
                                   : SC_MATCH_NONE;
 
@@ -357,7 +357,7 @@ sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tiss
 
     for (int id = 0; id < volume->label_count; id++)
         tissues[id].fade_group = 0;
-    SC_PASS(sc_verb_tissues_check(ctx, volume, verbs->list, verbs->list_count));
+    SC_PASS(sc_named_tissues_check(ctx, volume, verbs->list, verbs->list_count));
     SC_PASS(SC_ALLOC(ctx, labels, &r.taken));
     SC_PASS(SC_ALLOC(ctx, labels, &r.members));
     SC_PASS(SC_ALLOC(ctx, labels, &tracks));

@@ -268,14 +268,10 @@ static sc_status make_plan(sc_run *run)
 static sc_status share_plan(sc_run *run)
 {
     sc_app *app = run->app;
-    void *frames = run->frames, *gops = run->gops;
 
     sc_comm_broadcast(app->comm, &run->plan, sizeof run->plan);
-    SC_PASS(sc_broadcast_array(app, &frames, (size_t)run->plan.frame_count, sizeof(int)));
-    run->frames = frames;
-    SC_PASS(sc_broadcast_array(app, &gops, (size_t)run->plan.gop_count, sizeof(int)));
-    run->gops = gops;
-    return SC_OK;
+    SC_PASS(SC_BROADCAST(app, (size_t)run->plan.frame_count, &run->frames));
+    return SC_BROADCAST(app, (size_t)run->plan.gop_count, &run->gops);
 }
 
 /* ---- the run ---- */
@@ -522,14 +518,9 @@ static sc_status allocate_records(sc_run *run)
 {
     const sc_app *app = run->app;
     const size_t events = (size_t)TRACE_EVENTS / (size_t)sc_comm_size(app->comm) + 256;
-    void *spans;
-    sc_status status = sc_trace_new(app->ctx, events, &run->trace);
 
-    if (status == SC_OK)
-        status = sc_alloc(app->ctx, (size_t)app->threads, sizeof *run->worker.spans, &spans);
-    if (status == SC_OK)
-        run->worker.spans = spans;
-    return status;
+    SC_PASS(sc_trace_new(app->ctx, events, &run->trace));
+    return SC_ALLOC(app->ctx, (size_t)app->threads, &run->worker.spans);
 }
 
 /* Everything before the first frame: job, volume, outputs, plan. Collective. */

@@ -220,15 +220,14 @@ sc_status sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,
 static sc_status add_block(const sc_ctx *ctx, sc_payload *payload, const void *data, size_t bytes)
 {
     const uint64_t size = bytes;
-    void *grown;
+    char *end;
 
-    SC_PASS(sc_alloc(ctx, payload->bytes + sizeof size + bytes, 1, &grown));
-    if (payload->bytes)
-        memcpy(grown, payload->data, payload->bytes);
-    memcpy((char *)grown + payload->bytes, &size, sizeof size);
-    memcpy((char *)grown + payload->bytes + sizeof size, data, bytes);
-    sc_free(payload->data);
-    *payload = (sc_payload){grown, payload->bytes + sizeof size + bytes};
+    SC_PASS(sc_resize(ctx, payload->bytes, payload->bytes + sizeof size + bytes, 1,
+                      &payload->data));
+    end = (char *)payload->data + payload->bytes;
+    memcpy(end, &size, sizeof size);
+    memcpy(end + sizeof size, data, bytes);
+    payload->bytes += sizeof size + bytes;
     return SC_OK;
 }
 

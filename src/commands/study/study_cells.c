@@ -366,16 +366,13 @@ sc_status sc_study_list_cells(sc_study_state *state)
     const bool first = sc_comm_rank(app->comm) == 0;
     int32_t count;
     uint8_t whole_jobs = state->study.measure == SC_STUDY_JOB;
-    void *cells;
 
     sc_comm_broadcast(app->comm, &whole_jobs, sizeof whole_jobs);
     state->whole_jobs = whole_jobs != 0;
     SC_PASS(sc_comm_agree(app->comm, first ? list_cells(state) : SC_OK));
     count = state->cell_count;
     sc_comm_broadcast(app->comm, &count, sizeof count);
-    cells = state->cells;
-    SC_PASS(sc_broadcast_array(app, &cells, (size_t)count, sizeof *state->cells));
-    state->cells = cells;
+    SC_PASS(SC_BROADCAST(app, (size_t)count, &state->cells));
     state->cell_count = count;
     return SC_OK;
 }

@@ -191,7 +191,7 @@ static sc_status read_shot(const sc_ctx *ctx, const sc_key *keys, const sc_yaml 
 static sc_status read_shots(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_job *job = value;
-    void *shots;
+
     sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_LIST)
@@ -201,8 +201,7 @@ static sc_status read_shots(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
                             "shots has %zu items, expected 1 to %d; without shots, the "
                             "key is left out",
                             node->count, SC_SHOTS_MAX);
-    SC_PASS(sc_zalloc(ctx, node->count, sizeof *job->shots, &shots));
-    job->shots = shots;
+    SC_PASS(SC_ZALLOC(ctx, node->count, &job->shots));
     job->shot_count = node->count;
     for (size_t i = 0; i < node->count; i++) {
         if (!sc_goes_on(&status, read_shot(ctx, key->keys, node->items[i], &job->shots[i])))

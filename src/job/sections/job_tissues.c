@@ -209,13 +209,12 @@ static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yam
                               void *value)
 {
     sc_job *job = value;
-    void *rules;
+
     sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_MAP)
         return sc_wrong_type(ctx, node, key->type->expected);
-    SC_PASS(sc_zalloc(ctx, node->count, sizeof *job->rules, &rules));
-    job->rules = rules;
+    SC_PASS(SC_ZALLOC(ctx, node->count, &job->rules));
     for (size_t i = 0; i < node->count; i++) {
         if (!sc_goes_on(&status,
                         read_rule(ctx, key, node->items[i], job, &job->rules[job->rule_count])))

@@ -25,47 +25,27 @@ static sc_status read_verb_tissues(const sc_ctx *ctx, const sc_key *key, const s
                                    void *value)
 {
     const verb_entry *entry = value;
-    sc_job *job = entry->job;
-    const size_t count = sc_yaml_length(node);
-    sc_status status = SC_OK;
 
-    if (node->kind == SC_YAML_MAP || !count)
+    if (node->kind == SC_YAML_MAP || !sc_yaml_length(node))
         return sc_wrong_type(ctx, node, key->type->expected);
-    SC_PASS(
-        SC_RESIZE(ctx, job->verb_tissue_count, job->verb_tissue_count + count, &job->verb_tissues));
-    for (size_t i = 0; i < count; i++) {
-        const sc_yaml item = sc_yaml_item(node, i);
-        sc_verb_tissue *to = &job->verb_tissues[job->verb_tissue_count];
-        const sc_status found = sc_read_tissue(ctx, key, &item, to->pattern, to->where);
-
-        to->verb = entry->index;
-        job->verb_tissue_count += found == SC_OK;
-        if (!sc_goes_on(&status, found))
-            break;
-    }
-    return status;
+    return sc_read_tissues(ctx, key, node, entry->index, &entry->job->verb_tissues,
+                           &entry->job->verb_tissue_count);
 }
 
-/* Write the tissues of the verb, [a, "b*"], as read_verb_tissues reads them. */
 static sc_status write_verb_tissues(const sc_ctx *ctx, const sc_key *key, const void *value,
                                     sc_text *text)
 {
     const verb_entry *entry = value;
-    const char *comma = "[";
 
     (void)key;
-    for (size_t i = 0; i < entry->job->verb_tissue_count; i++) {
-        if (entry->job->verb_tissues[i].verb == entry->index)
-            SC_PASS(sc_write_item(ctx, &comma, entry->job->verb_tissues[i].pattern, text));
-    }
-    return sc_text_add(ctx, text, "]");
+    return sc_write_tissues(ctx, entry->job->verb_tissues, entry->job->verb_tissue_count,
+                            entry->index, text);
 }
 
 static json_t *verb_tissues_schema(const sc_key *key)
 {
     (void)key;
-    return json_pack("{s:[{s:[ss]}, {s:s, s:i, s:{s:[ss]}}]}", "anyOf", "type", "string", "integer",
-                     "type", "array", "minItems", 1, "items", "type", "string", "integer");
+    return sc_tissues_schema(1);
 }
 
 static const sc_value_type type_verb_tissues = {

@@ -40,7 +40,6 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
                               sc_vec3 corners[2])
 {
     sc_vec3 read[2];
-    double corner[3];
 
     if (node->kind != SC_YAML_LIST || node->count != 2)
         return sc_wrong_type(ctx, node, key->type->expected);
@@ -49,8 +48,7 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
 
         if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
-        SC_PASS(sc_read_numbers(ctx, key, &named, 3, corner));
-        read[i] = (sc_vec3){corner[0], corner[1], corner[2]};
+        SC_PASS(key->type->read(ctx, key, &named, &read[i]));
     }
     memcpy(corners, read, sizeof read);
     return SC_OK;
@@ -61,26 +59,20 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
 static sc_status read_level(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_job *job = value;
-    double level;
 
-    SC_PASS(sc_read_real(ctx, node, key->low, key->high, &level));
-    if (level != floor(level))
-        return sc_wrong_type(ctx, node, key->type->expected);
-    job->volume_level = (int)level;
+    SC_PASS(sc_type_int.read(ctx, key, node, &job->volume_level));
     sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
     return SC_OK;
 }
 
 static sc_status write_level(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    (void)key;
-    return sc_text_add(ctx, text, "%d", ((const sc_job *)value)->volume_level);
+    return sc_type_int.write(ctx, key, &((const sc_job *)value)->volume_level, text);
 }
 
 static json_t *level_schema(const sc_key *key)
 {
-    return json_pack("{s:s, s:f, s:f}", "type", "integer", "minimum", key->low, "maximum",
-                     key->high);
+    return sc_type_int.schema(key);
 }
 
 static const sc_value_type type_level = {
@@ -95,12 +87,10 @@ static const sc_value_type type_level = {
 static sc_status read_phase(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_job *job = value;
-    double phase;
+    int phase;
 
-    SC_PASS(sc_read_real(ctx, node, key->low, key->high, &phase));
-    if (phase != floor(phase))
-        return sc_wrong_type(ctx, node, key->type->expected);
-    job->volume_phase = (int)phase + 1;
+    SC_PASS(sc_type_int.read(ctx, key, node, &phase));
+    job->volume_phase = phase + 1;
     sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
     return SC_OK;
 }
