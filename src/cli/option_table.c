@@ -92,6 +92,10 @@ static const sc_option option_rows[] = {
      "convert", sc_store_flag, AT(middles), ""},
     {"fast", 0, NULL, "read only the header of the volume, not its voxels", "check", sc_store_flag,
      AT(fast), ""},
+    {"expand", 0, NULL,
+     "print the job with all its keys, and verbs as the key frames that they stand for where "
+     "frames stay the same to the last bit",
+     "check", sc_store_flag, AT(expand), ""},
     {"nodes", 0, "N",
      "number of nodes like this one to estimate for (1, 4 and 16, and a table up to 64)", "plan",
      sc_store_count, AT(nodes), ""},
