@@ -88,11 +88,11 @@ static sc_status write_job(const sc_run *run, sc_store *store)
     if (is_given && run->app->options.overwrite) {
         SC_PASS(sc_file_read(ctx, path, (size_t)64 << 20, &given, &bytes));
         if (bytes != text.length_bytes || memcmp(given, text.data, bytes) != 0)
-            return sc_fail(ctx, SC_ERR_CREATE,
-                           "%s: is the job that was given, and --overwrite would replace it by "
-                           "the job as resolved; copy it to another place first, or choose "
-                           "another directory with -o",
-                           path);
+            return sc_fail(
+                ctx, SC_ERR_CREATE,
+                "%s: is the job that was given, and --overwrite would replace it by the job as "
+                "resolved; copy it to another place first, or choose another directory with -o",
+                path);
     }
     if (store && (!is_given || run->app->options.overwrite))
         return sc_store_write_job(ctx, store, text.data, text.length_bytes);
@@ -434,8 +434,8 @@ static void report_outcome(const sc_run *run, sc_status outcome)
         sc_warn(ctx, "stopped %s after %d of %d frames; %s", reason,
                 run->plan.kept + run->root.result_count, run->root.wanted_count,
                 run->keep_records ? "run again with --resume for the rest"
-                                  : "the next run begins anew: what can go on is a job "
-                                    "(`segcast init`, `segcast render`)");
+                                  : "the next run begins anew: what can go on is a job (`segcast "
+                                    "init`, `segcast render`)");
     else if (outcome == SC_OK && run->root.store && run->root.missing == 0 &&
              !sc_store_is_complete(run->root.store))
         sc_info(ctx,
@@ -644,11 +644,10 @@ sc_status sc_cmd_orbit(sc_app *app)
     sc_status status = SC_OK;
 
     if (slash && !slash[1])
-        status =
-            sc_fail(app->ctx, SC_ERR_USAGE,
-                    "--output is \"%s\", a directory; expected the name of a video in it, such "
-                    "as %sorbit.mp4",
-                    output, output);
+        status = sc_fail(app->ctx, SC_ERR_USAGE,
+                         "--output is \"%s\", a directory; expected the name of a video in it, "
+                         "such as %sorbit.mp4",
+                         output, output);
     SC_TRY(status);
     SC_TRY(sc_text_add(app->ctx, &directory, "%.*s",
                        slash == output ? 1

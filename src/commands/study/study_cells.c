@@ -162,10 +162,10 @@ sc_status sc_study_frames(const sc_study_state *state, const sc_job *job, int **
     if (state->study.frames[0] && !whole) {
         status = sc_frames_parse(&silent, state->study.frames, total, out, count);
         if (status == SC_ERR_USAGE)
-            return sc_fail(ctx, SC_ERR_DATA,
-                           "%s: frames is \"%s\", expected frames of the animation, 0 to %d, such "
-                           "as 0-179:45",
-                           state->app->options.input, state->study.frames, total - 1);
+            return sc_fail(
+                ctx, SC_ERR_DATA,
+                "%s: frames is \"%s\", expected frames of the animation, 0 to %d, such as 0-179:45",
+                state->app->options.input, state->study.frames, total - 1);
         if (status == SC_OK && *count > SC_STUDY_FRAMES_MAX) {
             sc_free(*out);
             *out = NULL;

@@ -54,7 +54,6 @@ static sc_status accept_frame(void *user, const sc_frame_result *result, const s
 {
     visit *v = user;
 
-    (void)image;
     v->rays += result->rays;
     v->samples += result->samples;
     v->contributions += result->contributions;
