@@ -317,7 +317,8 @@ typedef struct sc_fade {
     double to;     /**< what the opacity of the tissue, of key frames the greatest, is multiplied by
                         then, at least 0 */
     int times;     /**< pulse */
-    bool replaces; /**< the opacity is the same then, whatever the key frames of the tissue say */
+    bool replaces; /**< the opacity is the same then, whatever the key frames say that the tissue
+                      has */
 } sc_fade;
 
 /** How one verb moves one tissue, or its offset does, or the way from a key frame of that to the

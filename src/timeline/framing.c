@@ -57,7 +57,8 @@ static size_t make_blocks(const sc_vec3 *points, size_t count, block blocks[BLOC
 /* @return the largest value of n . p in the box of a block. */
 static double bound_of(const block *b, sc_vec3 n)
 {
-    return n.x * (n.x > 0 ? b->box.high.x : b->box.low.x) + n.y * (n.y > 0 ? b->box.high.y : b->box.low.y) +
+    return n.x * (n.x > 0 ? b->box.high.x : b->box.low.x) +
+           n.y * (n.y > 0 ? b->box.high.y : b->box.low.y) +
            n.z * (n.z > 0 ? b->box.high.z : b->box.low.z);
 }
 
