@@ -91,7 +91,6 @@ static sc_status write_color(const sc_ctx *ctx, const sc_key *key, const void *v
 {
     const uint8_t *rgb = value;
 
-    (void)key;
     return sc_text_add(ctx, text, "[%d, %d, %d]", rgb[0], rgb[1], rgb[2]);
 }
 
@@ -100,7 +99,6 @@ static json_t *color_schema(const sc_key *key)
 {
     const char *words[SC_COLOR_NAMES];
 
-    (void)key;
     sc_color_names(words);
     return json_pack("{s:[o, {s:s, s:s}, o]}", "anyOf", sc_words_schema(words, SC_COLOR_NAMES),
                      "type", "string", "pattern", "^#([0-9a-fA-F]{3}|[0-9a-fA-F]{6})$",
@@ -121,17 +119,15 @@ static sc_status read_levels(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     const bool is_word = node->kind == SC_YAML_SCALAR &&
                          (!strcmp(node->text, "auto") || !strcmp(node->text, "none"));
     uint8_t rgb[3];
-    sc_status status;
 
     if (is_word)
-        return sc_yaml_fail(ctx, node,
-                            "%s is \"%s\", expected a colour in key frames: auto and none hold for "
-                            "all frames",
-                            key->name, node->text);
-    status = read_color(ctx, key, node, rgb);
-    if (status == SC_OK)
-        *(sc_vec3 *)value = (sc_vec3){rgb[0], rgb[1], rgb[2]};
-    return status;
+        return sc_yaml_fail(
+            ctx, node,
+            "%s is \"%s\", expected a colour in key frames: auto and none hold for all frames",
+            key->name, node->text);
+    SC_PASS(read_color(ctx, key, node, rgb));
+    *(sc_vec3 *)value = (sc_vec3){rgb[0], rgb[1], rgb[2]};
+    return SC_OK;
 }
 
 /* Split a colour of key frames into three levels. */
@@ -162,8 +158,6 @@ const sc_value_type sc_type_color_levels = {
 /* A colour becomes the first of its key frames. */
 static sc_status take_first(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    (void)ctx;
-    (void)node;
     to_levels(sc_track_of(key, value)->keys[0].value, value);
     return SC_OK;
 }

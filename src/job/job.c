@@ -43,7 +43,6 @@ static sc_status add_variable(const sc_ctx *ctx, void *user, const sc_key_visit 
     variables *v = user;
     char *name = v->names[v->count];
 
-    (void)ctx;
     if (v->count == VARIABLES_MAX || strstr(visit->path, ".NAME"))
         return SC_OK;
     snprintf(name, VARIABLE_BYTES, "SEGCAST_%s", visit->path);

@@ -190,6 +190,9 @@ sc_status sc_job_check(const sc_ctx *ctx, const struct sc_job_sources *sources, 
 /* What a path of a job leads to: an input that is a file or a directory, one that has to be a file,
  * or something that is to be written. */
 typedef enum sc_path_use { SC_PATH_INPUT, SC_PATH_FILE, SC_PATH_OUTPUT } sc_path_use;
+/* Join @p path to the directory of @p file, NULL: none. Caller owns *out: sc_free. @return
+ * SC_ERR_MEMORY. */
+sc_status sc_path_beside(const sc_ctx *ctx, const char *file, const char *path, char **out);
 /* Resolve a path in place, which has room for SC_PATH_BYTES. In the job file it is relative to that
  * file, in a setting to the working directory. If something exists there the path becomes absolute,
  * so that the resolved job can be read from any directory. @param node where it stands; NULL: it is
@@ -396,8 +399,7 @@ sc_status sc_tell_missing(const sc_ctx *ctx, const sc_yaml *node, const char *ke
                           int error);
 
 /* Copy the first element of the path of a setting into @p element, which has room for @p size
- * bytes.
- * @return the rest of the path, or NULL if the path is malformed or the element too long. */
+ * bytes. @return the rest of the path, or NULL if the path is malformed or the element too long. */
 const char *sc_setting_element(const char *path, char *element, size_t size);
 
 /* ---- schema.c ---- */

@@ -40,7 +40,6 @@ static sc_status write_ease(const sc_ctx *ctx, const sc_key *key, const void *va
 {
     const sc_ease *ease = value;
 
-    (void)key;
     if (ease->kind != SC_EASE_BEZIER)
         return sc_text_add(ctx, text, "%s", ease_words[ease->kind]);
     return sc_write_numbers(ctx, ease->bezier, 4, text);
@@ -48,15 +47,14 @@ static sc_status write_ease(const sc_ctx *ctx, const sc_key *key, const void *va
 
 static json_t *ease_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:[o, o]}", "anyOf", sc_words_schema(ease_words, SC_COUNT_OF(ease_words)),
                      sc_list_schema("number", 0, 1, 4));
 }
 
 const sc_value_type sc_type_ease = {
     .name = "linear, smooth, in, out or [x1, y1, x2, y2]",
-    .expected = "linear, smooth, in, out, or the points [x1, y1, x2, y2] of a curve, each from 0 "
-                "to 1",
+    .expected =
+        "linear, smooth, in, out, or the points [x1, y1, x2, y2] of a curve, each from 0 to 1",
     .read = read_ease,
     .write = write_ease,
     .schema = ease_schema,
@@ -76,8 +74,6 @@ typedef struct eased {
 
 static sc_status keep_node(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    (void)ctx;
-    (void)key;
     *(const sc_yaml **)value = node;
     return SC_OK;
 }
@@ -126,8 +122,8 @@ static sc_status read_time(const sc_ctx *ctx, const sc_yaml *track, const sc_yam
         *at = strtod(item->key, &unit) / 100;
         if (unit == item->key || strcmp(unit + strspn(unit, " "), "%") || !(*at >= 0 && *at <= 1))
             return sc_yaml_fail(ctx, item,
-                                "%s: \"%s\" is no time of the animation with its unit, such as "
-                                "2s, 0:10, 45f or 50%%",
+                                "%s: \"%s\" is no time of the animation with its unit, such as 2s, "
+                                "0:10, 45f or 50%%",
                                 track->key, given_time(item));
     }
     if (before && !rises(last, *at))
@@ -338,12 +334,11 @@ const sc_value_type sc_type_tracked_point = {
 static sc_status read_key_bool(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                void *value)
 {
-    bool on = false;
-    const sc_status status = sc_type_bool.read(ctx, key, node, &on);
+    bool on;
 
-    if (status == SC_OK)
-        *(sc_vec3 *)value = (sc_vec3){on, 0, 0};
-    return status;
+    SC_PASS(sc_type_bool.read(ctx, key, node, &on));
+    *(sc_vec3 *)value = (sc_vec3){on, 0, 0};
+    return SC_OK;
 }
 
 static sc_status write_key_bool(const sc_ctx *ctx, const sc_key *key, const void *value,
@@ -374,8 +369,6 @@ static sc_status take_any(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
     const sc_track *track = sc_track_of(key, value);
     bool any = false;
 
-    (void)ctx;
-    (void)node;
     for (int i = 0; i < track->count; i++)
         any = any || track->keys[i].value.x > 0;
     *(bool *)value = any;
@@ -416,7 +409,6 @@ static sc_status write_strength(const sc_ctx *ctx, const sc_key *key, const void
 {
     const double number = *(const double *)value;
 
-    (void)key;
     if (number == 0 || number == 1)
         return sc_text_add(ctx, text, number > 0 ? "true" : "false");
     return sc_write_number(ctx, number, 1, "", text);
@@ -457,8 +449,7 @@ static sc_status take_first(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
         if (sc_vec3_length(sc_vec3_add(keys[i].value, keys[i - 1].value)) < 1e-6)
             return sc_yaml_fail(ctx, node,
                                 "%s: the directions of key frames %d and %d are opposite, so that "
-                                "no way between them is the shortest; put another one between "
-                                "them",
+                                "no way between them is the shortest; put another one between them",
                                 key->name, i, i + 1);
     }
     *(sc_vec3 *)value = keys[0].value;

@@ -24,13 +24,11 @@ static sc_status read_font(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 
 static sc_status write_font(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    (void)key;
     return sc_write_quoted(ctx, ((const sc_job *)value)->overlays.font, text);
 }
 
 static json_t *word_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:s}", "type", "string");
 }
 
@@ -85,7 +83,6 @@ static sc_status read_caption_text(const sc_ctx *ctx, const sc_key *key, const s
 static sc_status write_caption_text(const sc_ctx *ctx, const sc_key *key, const void *value,
                                     sc_text *text)
 {
-    (void)key;
     return sc_write_quoted(ctx, value, text);
 }
 
@@ -398,7 +395,6 @@ static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void
     const sc_job *job = value;
     const char *comma = "{";
 
-    (void)key;
     if (!job->caption_count)
         return sc_text_add(ctx, text, "none");
     for (size_t i = 0; i < job->caption_count; i++) { /* those of a place stand together */
@@ -421,8 +417,8 @@ static json_t *captions_schema(const sc_key *key)
 
 static const sc_value_type type_captions = {
     .name = "text, key frames, or {place: these}",
-    .expected = "a text, key frames such as {0s: The heart, 4s: none}, or {top: a text or key "
-                "frames}",
+    .expected =
+        "a text, key frames such as {0s: The heart, 4s: none}, or {top: a text or key frames}",
     .read = read_captions,
     .write = write_captions,
     .schema = captions_schema,
@@ -463,8 +459,8 @@ const sc_key sc_overlays_keys[] = {
      .help = "family of the font of all text on pictures, in bold; other fonts stand in for "
              "characters that it lacks"},
     {"text_size", &sc_type_real, OVERLAYS(text_percent), "2.8",
-     .help = "size of the font, in percent of the height of the picture; captions are a quarter "
-             "larger",
+     .help =
+         "size of the font, in percent of the height of the picture; captions are a quarter larger",
      .low = 1, .high = 20, .unit = "percent"},
     {"caption", &type_captions, 0, NULL,
      .help = "text that is shown, below, or key frames of texts: {0s: The heart, 4s: none}; or "

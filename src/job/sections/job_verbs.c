@@ -37,14 +37,12 @@ static sc_status write_verb_tissues(const sc_ctx *ctx, const sc_key *key, const 
 {
     const verb_entry *entry = value;
 
-    (void)key;
     return sc_write_tissues(ctx, entry->job->verb_tissues, entry->job->verb_tissue_count,
                             entry->index, text);
 }
 
 static json_t *verb_tissues_schema(const sc_key *key)
 {
-    (void)key;
     return sc_tissues_schema(1);
 }
 
@@ -86,14 +84,12 @@ static sc_status write_target(const sc_ctx *ctx, const sc_key *key, const void *
 {
     const sc_verb *verb = &((const verb_entry *)value)->verb;
 
-    (void)key;
     return sc_write_number(ctx, verb->to, verb->to_factor ? 100 : 1, verb->to_factor ? "%" : "",
                            text);
 }
 
 static json_t *target_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:[{s:s, s:i, s:i}, {s:s, s:s}]}", "anyOf", "type", "number", "minimum", 0,
                      "maximum", 1, "type", "string", "pattern", "^[0-9.]+ *%$");
 }
@@ -202,8 +198,8 @@ static json_t *fly_schema(const sc_key *key)
 
 static const sc_value_type type_fly = {
     .name = "tissues or points",
-    .expected = "a tissue, a list of tissues, or a list of points in RAS millimetres, such as "
-                "[[0, 0, 10], [5, 0, 40]]",
+    .expected = "a tissue, a list of tissues, or a list of points in RAS millimetres, such as [[0, "
+                "0, 10], [5, 0, 40]]",
     .read = read_fly,
     .write = write_fly,
     .schema = fly_schema,
@@ -302,8 +298,8 @@ const sc_key sc_verb_keys[] = {
     {"fov", &sc_type_real, VERB(fov_deg), "80", .help = "fly: vertical field of view", .low = 1,
      .high = 170, .unit = "degrees", .verbs = OF(FLY)},
     {"plane", &sc_type_int, VERB(plane), "1",
-     .help = "turn: number of the clip plane, counted from 1 in the order of clip; a box "
-             "counts as six: left, right, back, front, bottom, top",
+     .help = "turn: number of the clip plane, counted from 1 in the order of clip; a box counts as "
+             "six: left, right, back, front, bottom, top",
      .low = 1, .high = SC_PLANES_MAX, .verbs = OF(TURN)},
     {"axis", &sc_type_direction, VERB(axis), NULL, .given = SC_GIVEN(verb_entry, verb.has_axis),
      .without = "turn: upwards in the picture, or for a plane across that to the front; explode: "
@@ -422,8 +418,6 @@ static sc_status write_verbs(const sc_ctx *ctx, const sc_key *key, const void *v
 {
     sc_job job = *(const sc_job *)value; /* borrows the arrays; they are only read */
 
-    (void)key;
-    (void)parts;
     SC_PASS(sc_text_add(ctx, text, job.verb_count ? " " : " []"));
     for (size_t i = 0; i < job.verb_count; i++) {
         const verb_entry entry = {.verb = job.verbs[i],

@@ -172,10 +172,10 @@ static sc_status refuse_alias(const reader *r, const yaml_event_t *event)
 {
     const char *name = (const char *)event->data.alias.anchor;
 
-    return sc_fail(r->ctx, SC_ERR_DATA,
-                   "%s:%zu: aliases (*%s) are not allowed; a name that begins with * needs quotes: "
-                   "\"*%s\"",
-                   r->origin, event->start_mark.line + 1, name, name);
+    return sc_fail(
+        r->ctx, SC_ERR_DATA,
+        "%s:%zu: aliases (*%s) are not allowed; a name that begins with * needs quotes: \"*%s\"",
+        r->origin, event->start_mark.line + 1, name, name);
 }
 
 /* @return where in a plain key a map or a list opens and does not close, as in "aorta {opacity" or
