@@ -209,26 +209,3 @@ one_error
 expect 64 'the key frame at 5f does not come after that at 0.6s' "$SEGCAST" check film.yaml \
     --set 'tissues.aorta.color={0.6s: red, 5f: blue}'
 one_error
-
-# check --expand prints verbs as key frames, and the frames are the same bits. Verbs that key frames cannot say, stay.
-expand() { # expand NAME OPTIONS...: expand the job of a verb; write both, NAME.yaml with the key frames
-    local job=$SOURCE/jobs/verbs/$1.yaml to=$1.yaml
-    shift
-    "$SEGCAST" check "$job" -q --expand --set volume=phantom:64x48x65 --set output.size=96x72 "$@" >"$to" ||
-        fail "check $job --expand: exit code $?"
-    for time in 0% 7% 20% 33% 52% 61% 74% 90% 100%; do
-        "$SEGCAST" still "$job" -q --set volume=phantom:64x48x65 --set output.size=96x72 "$@" --time $time --overwrite -o verbs.png >/dev/null
-        "$SEGCAST" still "$to" -q --time $time --overwrite -o tracks.png >/dev/null
-        cmp -s verbs.png tracks.png || fail "$to: the frame at $time is another one than with verbs"
-    done
-}
-for verb in orbit fade appear; do
-    expand $verb
-    grep -q "verbs: \[\]" $verb.yaml || fail "$verb.yaml: verbs are left: $(grep -A3 verbs: $verb.yaml)"
-done
-expand orbit --set animation.camera.orbit.turns=0.3 --set animation.camera.orbit.angle=12
-grep -q -- "- {orbit: " orbit.yaml || fail "orbit.yaml: a sum of four angles is no longer rounded as it was"
-for verb in pulse zoom; do
-    expand $verb
-    grep -q -- "- {$verb: " $verb.yaml || fail "$verb.yaml: the verb is gone"
-done
