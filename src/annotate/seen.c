@@ -129,9 +129,8 @@ sc_status sc_name_of(const sc_ctx *ctx, const sc_annotations *a, int id, const c
         if (why)
             return sc_fail(
                 ctx, SC_ERR_DATA,
-                "the name of tissue \"%s\" (label %lld) cannot be written onto pictures: "
-                "U+%04X %s; give it another name in a label table (labels), or leave "
-                "out %s",
+                "the name of tissue \"%s\" (label %lld) cannot be written onto pictures: U+%04X "
+                "%s; give it another name in a label table (labels), or leave out %s",
                 label->name, (long long)label->value,
                 sc_utf8_code(label->name + at, bytes ? bytes : 1), why, key);
     }

@@ -250,12 +250,13 @@ static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, const
     status = mpi_agree(base, find_place((mpi_comm *)base, folder, shared));
     if (status != SC_OK) {
         mpi_unshare(shared);
-        return base->rank > 0 ? status
-                              : sc_fail(ctx, status,
-                                        "there is no room for %zu bytes that the ranks of a node "
-                                        "share, neither in " SHARED_MEMORY " nor in %s nor in the "
-                                        "memory of every rank; use fewer ranks per node",
-                                        bytes, folder ? folder : "a directory");
+        return base->rank > 0
+                   ? status
+                   : sc_fail(ctx, status,
+                             "there is no room for %zu bytes that the ranks of a node share, "
+                             "neither in " SHARED_MEMORY
+                             " nor in %s nor in the memory of every rank; use fewer ranks per node",
+                             bytes, folder ? folder : "a directory");
     }
     *out = shared;
     return SC_OK;

@@ -212,8 +212,6 @@ static void claim_chunks(void *user, size_t begin, size_t end, int thread)
     team_loop *loop = user;
     const size_t chunks = (loop->count + loop->chunk - 1) / loop->chunk;
 
-    (void)begin;
-    (void)end;
     for (;;) {
         const uint64_t mine = atomic_fetch_add(loop->next, 1);
         const size_t first = (size_t)mine * loop->chunk;

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Verbs as the key frames that they stand for. A verb stays as it is where key frames cannot say the
- * same, or would be rounded otherwise: the frames must be the same to the last bit. */
+/* Verbs as the key frames that they stand for. A verb stays as it is where key frames cannot say
+ * the same, or would be rounded otherwise: the frames must be the same to the last bit. */
 #include "panels.h"
 
 #include <string.h>
 
 /* Append a change by @p by to a track, of a value that was @p from before the first. @return false,
- * nothing appended, if it overlaps with the one before, is done at once, finds no room, or if the sum
- * is rounded. */
+ * nothing appended, if it overlaps with the one before, is done at once, finds no room, or if the
+ * sum is rounded. */
 static bool add_ramp(double from, double by, double begin, double end, sc_ease ease,
                      sc_track *track)
 {

@@ -252,9 +252,8 @@ static sc_label_stats stats_for(const sc_prepared *from, const sc_label_stats *s
     if (!stats->voxels || !sc_affine_invert(&to->to_ras_mm, &to_voxel))
         return out;
     for (int i = 0; i < 8; i++)
-        sc_box3_hold(&there,
-                     sc_affine_point(&to_voxel, sc_affine_point(&from->to_ras_mm,
-                                                                sc_box3_corner(&box, i))));
+        sc_box3_hold(&there, sc_affine_point(&to_voxel, sc_affine_point(&from->to_ras_mm,
+                                                                        sc_box3_corner(&box, i))));
     for (int i = 0; i < 3; i++) {
         const double low = ((const double[]){there.low.x, there.low.y, there.low.z})[i];
         const double high = ((const double[]){there.high.x, there.high.y, there.high.z})[i];

@@ -22,8 +22,6 @@ sc_status sc_check_job_tissues(sc_app *app, sc_job *job)
     return sc_check_tissues(&errors, job, input.volume.labels, input.volume.label_count);
 }
 
-
-
 /* Let a job have no arrays. */
 static void drop_arrays(sc_job *job)
 {

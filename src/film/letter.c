@@ -90,8 +90,7 @@ sc_status sc_panel_letter(sc_app *app, sc_panel *panel)
     if (first)
         status = sc_annotations_letter(app->ctx, &annotations, &panel->text.lettering);
     SC_PASS(sc_comm_agree(app->comm, status));
-    SC_PASS(
-        share_block(app, &panel->text.lettering, first ? panel->text.lettering->bytes : 0));
+    SC_PASS(share_block(app, &panel->text.lettering, first ? panel->text.lettering->bytes : 0));
     if (panel->job.overlays.logo[0])
         SC_PASS(share_logo(app, &annotations, panel));
     annotations = sc_panel_annotations(panel);

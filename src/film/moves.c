@@ -62,9 +62,8 @@ static size_t find_patterns(const sc_job *job, size_t v, const char **out)
 
 /* Get the voxels for a line: those that are drawn, so that it is the same for a prepared file, but
  * those of the volume file if the drawn ones lack a tissue of the line, which is hidden, or if the
- * volume was only inspected. A prepared file that lacks them is refused.
- * @param read what was read of the file already; the caller owns it.
- * @param out borrows from the panel or from @p read. */
+ * volume was only inspected. A prepared file that lacks them is refused. @param read what was read
+ * of the file already; the caller owns it. @param out borrows from the panel or from @p read. */
 static sc_status get_voxels(const sc_app *app, const sc_panel *panel, const sc_line_wish *wish,
                             sc_volume *read, sc_volume *out)
 {

@@ -113,10 +113,10 @@ static sc_status warn_of_missing(const sc_ctx *ctx, const sc_font *font, const s
         }
     }
     if (found)
-        sc_warn(ctx,
-                "no font here has %s: a box stands for %s in the pictures; install a font that "
-                "has %s",
-                text.data, found > 1 ? "each of them" : "it", found > 1 ? "them" : "it");
+        sc_warn(
+            ctx,
+            "no font here has %s: a box stands for %s in the pictures; install a font that has %s",
+            text.data, found > 1 ? "each of them" : "it", found > 1 ? "them" : "it");
     return SC_OK;
 }
 

@@ -59,10 +59,9 @@ sc_status sc_cache_path(const sc_ctx *ctx, const char *name, char **out)
     if (cache && cache[0] != '/')
         cache = NULL;
     if (!cache && (!home || home[0] != '/'))
-        return sc_fail(
-            ctx, SC_ERR_CREATE,
-            "there is no cache directory: neither XDG_CACHE_HOME nor HOME is an absolute "
-            "path; set one of them");
+        return sc_fail(ctx, SC_ERR_CREATE,
+                       "there is no cache directory: neither XDG_CACHE_HOME nor HOME is an "
+                       "absolute path; set one of them");
     SC_PASS(sc_text_add(ctx, &path, "%s%s/segcast/%s", cache ? cache : home, cache ? "" : "/.cache",
                         name));
     SC_HAND_OVER(path.data, out);
