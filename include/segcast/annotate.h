@@ -55,7 +55,6 @@ typedef enum sc_tissue_use {
     SC_USE_LEGEND /**< they have a row in the legend; if none are listed, all have one */
 } sc_tissue_use;
 
-
 /** The most tissues whose names are written beside them. */
 enum { SC_NAMES_MAX = 60 };
 /** Where the name of a tissue stands in one frame, and the point of the tissue that it names. All

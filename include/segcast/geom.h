@@ -96,9 +96,9 @@ sc_affine sc_affine_compose(const sc_affine *then, const sc_affine *first);
 bool sc_affine_invert(const sc_affine *a, sc_affine *out);
 
 /** A box that holds nothing. */
-#define SC_BOX3_EMPTY                                                                              \
-    ((sc_box3){{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}})
-/** @return corner @p i, 0 to 7, of a box: its lowest three bits tell which side along x, y and z. */
+#define SC_BOX3_EMPTY ((sc_box3){{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}})
+/** @return corner @p i, 0 to 7, of a box: its lowest three bits tell which side along x, y and z.
+ */
 static inline sc_vec3 sc_box3_corner(const sc_box3 *box, int i)
 {
     return (sc_vec3){i & 1 ? box->high.x : box->low.x, i & 2 ? box->high.y : box->low.y,

@@ -235,7 +235,8 @@ typedef struct sc_job {
     size_t verb_tissue_count;
     sc_caption *captions; /**< [caption_count], owned */
     size_t caption_count;
-    sc_named_tissue *overlay_tissues; /**< [overlay_tissue_count], owned; of an sc_tissue_use each */
+    sc_named_tissue
+        *overlay_tissues; /**< [overlay_tissue_count], owned; of an sc_tissue_use each */
     size_t overlay_tissue_count;
     bool has_verbs, has_captions;       /**< these lists are given, even if they are empty */
     bool has_names, has_legend_tissues; /**< likewise */

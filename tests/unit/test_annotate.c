@@ -360,9 +360,9 @@ TEST(a_legend_shows_what_is_seen_now)
 TEST(a_legend_shows_chosen_tissues)
 {
     const sc_named_tissue chosen[] = {{.of = SC_USE_LEGEND, .pattern = "tissue_4"},
-                                        {.of = SC_USE_NAMES, .pattern = "tissue_1"},
-                                        {.of = SC_USE_LEGEND, .pattern = "4"}, /* the label */
-                                        {.of = SC_USE_LEGEND, .pattern = "*_5"}};
+                                      {.of = SC_USE_NAMES, .pattern = "tissue_1"},
+                                      {.of = SC_USE_LEGEND, .pattern = "4"}, /* the label */
+                                      {.of = SC_USE_LEGEND, .pattern = "*_5"}};
     SC_OWN(end_film) film f = {0};
 
     begin_film(&f, 0);

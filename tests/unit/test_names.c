@@ -625,8 +625,8 @@ TEST(lines_keep_clear_of_a_wide_legend)
 
     for (int corner = 0; corner < 4; corner++) {
         static const sc_named_tissue chosen[] = {{.of = SC_USE_NAMES, .pattern = "?"},
-                                                   {.of = SC_USE_NAMES, .pattern = "??"},
-                                                   {.of = SC_USE_LEGEND, .pattern = "a*"}};
+                                                 {.of = SC_USE_NAMES, .pattern = "??"},
+                                                 {.of = SC_USE_LEGEND, .pattern = "a*"}};
         static film f;
         const sc_viewport *taken;
         sc_scene scene;

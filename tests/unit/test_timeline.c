@@ -1161,9 +1161,10 @@ TEST(tissues_move_apart_and_come_together)
     assert_near(reach[0].x, 9.5 + 0.5 * (14.5 - 18), 1e-12); /* when the first explode ends */
     sc_free(shifts);
     /* Tissues that do the same move as one part. */
-    assert_ok(sc_explodes_resolve(&quiet, &volume, tissues,
-                                  &(sc_verbs){verbs + 1, 1, &(sc_named_tissue){0, "*", ""}, 1, NULL},
-                                  &shifts, &looks->shift_count));
+    assert_ok(
+        sc_explodes_resolve(&quiet, &volume, tissues,
+                            &(sc_verbs){verbs + 1, 1, &(sc_named_tissue){0, "*", ""}, 1, NULL},
+                            &shifts, &looks->shift_count));
     assert_int_equal(looks->shift_count, 3);
     for (int id = 1; id < 4; id++)
         assert_int_equal(tissues[id].part, 1);
