@@ -10,7 +10,8 @@ target_compile_features(segcast_options INTERFACE c_std_17)
 # No fused multiply-add and no fast-math: pixels must not depend on compiler or processor.
 target_compile_options(segcast_options INTERFACE
   -Wall -Wextra -Wshadow $<$<COMPILE_LANGUAGE:C>:-Wstrict-prototypes> $<$<COMPILE_LANGUAGE:C>:-Wmissing-prototypes>
-  -Wpointer-arith -Wvla -Wundef -Wformat=2 -ffp-contract=off -fno-math-errno -fno-trapping-math
+  # A function that is called by its address has the parameters of its type, also those that it has no use for.
+  -Wno-unused-parameter -Wpointer-arith -Wvla -Wundef -Wformat=2 -ffp-contract=off -fno-math-errno -fno-trapping-math
   $<$<BOOL:${SC_WERROR}>:-Werror>)
 target_compile_definitions(segcast_options INTERFACE _XOPEN_SOURCE=700)
 target_include_directories(segcast_options INTERFACE ${PROJECT_SOURCE_DIR}/include)

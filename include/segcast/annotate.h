@@ -54,16 +54,6 @@ typedef enum sc_tissue_use {
     SC_USE_NAMES, /**< names are written beside them; if none are listed, there are no names */
     SC_USE_LEGEND /**< they have a row in the legend; if none are listed, all have one */
 } sc_tissue_use;
-/** Tissues that the user has chosen for an overlay. */
-typedef struct sc_overlay_tissue {
-    int use;                     /**< sc_tissue_use */
-    char pattern[SC_NAME_BYTES]; /**< as sc_tissue_rule.pattern */
-    char where[160];             /**< "file:line" for messages; may be empty */
-} sc_overlay_tissue;
-/** Log all chosen tissues that match no label, or not clearly one (sc_pattern_check).
- *  @return SC_ERR_DATA if there are any, SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_overlay_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
-                                               const sc_overlay_tissue *list, size_t count);
 
 /** The most tissues whose names are written beside them. */
 enum { SC_NAMES_MAX = 60 };
@@ -104,7 +94,7 @@ typedef struct sc_annotations {
     const sc_overlays *overlays;
     const sc_caption *captions; /**< [caption_count] */
     size_t caption_count;
-    const sc_overlay_tissue *chosen; /**< [chosen_count] */
+    const sc_named_tissue *chosen; /**< [chosen_count], of an sc_tissue_use each */
     size_t chosen_count;
     const sc_prepared *volume; /**< of which only labels, geometry and statistics are read, and by
                                     sc_annotations_plan_names the ids */

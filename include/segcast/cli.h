@@ -43,7 +43,7 @@ typedef struct sc_options {
     int nodes, ranks;          /**< --nodes, --ranks of segcast plan; 0: not given */
     uint64_t max_memory_bytes; /**< --max-memory or SEGCAST_MAX_MEMORY; 0: not given */
     bool json, quiet, resume, overwrite;
-    bool fast;             /**< --fast of segcast check */
+    bool fast, expand;     /**< --fast, --expand of segcast check */
     bool clear;            /**< --clear of segcast help */
     bool middles;          /**< --middles of a centre line */
     bool sheet_slices;     /**< --sheet slices of segcast still */

@@ -127,6 +127,10 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session);
 /** Find points that a panel has to show, on rank 0 at least. Caller owns *out: sc_free. */
 typedef sc_status sc_points_fn(const sc_app *app, const sc_panel *panel, sc_vec3 **out,
                                size_t *count);
+/** Replace verbs of the job by the key frames that they stand for, after sc_session_tissues: orbit,
+ *  and fade and appear of tissues that are opaque; where frames would not be the same to the last
+ *  bit, verbs stay. Afterwards only the job may be used. Not collective. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_session_expand(const sc_ctx *ctx, sc_session *session);
 /** Fill the timelines, after sc_session_tissues, each framed on what @p find finds in the panels of
  * its group, and what is written onto the panels. @param find NULL: the renderers are made, which
  * know what is seen. */

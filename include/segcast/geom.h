@@ -95,6 +95,21 @@ sc_affine sc_affine_compose(const sc_affine *then, const sc_affine *first);
  * of the parallelepiped of its columns is at most 1e-9 of the product of their lengths. */
 bool sc_affine_invert(const sc_affine *a, sc_affine *out);
 
+/** A box that holds nothing. */
+#define SC_BOX3_EMPTY ((sc_box3){{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}})
+/** @return corner @p i, 0 to 7, of a box: its lowest three bits tell which side along x, y and z.
+ */
+static inline sc_vec3 sc_box3_corner(const sc_box3 *box, int i)
+{
+    return (sc_vec3){i & 1 ? box->high.x : box->low.x, i & 2 ? box->high.y : box->low.y,
+                     i & 4 ? box->high.z : box->low.z};
+}
+/** Let a box hold a point, too. */
+static inline void sc_box3_hold(sc_box3 *box, sc_vec3 p)
+{
+    box->low = (sc_vec3){fmin(box->low.x, p.x), fmin(box->low.y, p.y), fmin(box->low.z, p.z)};
+    box->high = (sc_vec3){fmax(box->high.x, p.x), fmax(box->high.y, p.y), fmax(box->high.z, p.z)};
+}
 /** Clip the line origin + t direction to @p box: shorten the interval [*begin, *end] of t to the
  * part inside. A line parallel to a face is inside if it lies between that face and the opposite
  * one, or in one of them. @return false if nothing is left; *begin and *end are unspecified then.

@@ -231,11 +231,12 @@ typedef struct sc_job {
     size_t exception_count;
     sc_verb *verbs; /**< [verb_count], owned */
     size_t verb_count;
-    sc_verb_tissue *verb_tissues; /**< [verb_tissue_count], owned, in the order of the verbs */
+    sc_named_tissue *verb_tissues; /**< [verb_tissue_count], owned, in the order of the verbs */
     size_t verb_tissue_count;
     sc_caption *captions; /**< [caption_count], owned */
     size_t caption_count;
-    sc_overlay_tissue *overlay_tissues; /**< [overlay_tissue_count], owned */
+    sc_named_tissue
+        *overlay_tissues; /**< [overlay_tissue_count], owned; of an sc_tissue_use each */
     size_t overlay_tissue_count;
     bool has_verbs, has_captions;       /**< these lists are given, even if they are empty */
     bool has_names, has_legend_tissues; /**< likewise */
@@ -327,6 +328,13 @@ typedef struct sc_job_sources {
 SC_MUST_USE sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *out);
 /** Free the arrays; harmless on a zeroed struct. */
 void sc_job_clear(sc_job *job);
+/** How many arrays a job has. */
+enum { SC_JOB_ARRAYS = 10 };
+/** @return array number @p i of a job. @param count how many elements it has, @param bytes and of
+ * what size. */
+void *sc_job_array(const sc_job *job, int i, size_t *count, size_t *bytes);
+/** Let array number @p i of a job, which may point anywhere, be another one of as many elements. */
+void sc_job_set_array(sc_job *job, int i, void *array);
 /** Append the job to @p text as YAML, every key with its value; sc_job_load reads it back as the
  * same job. @param identity only keys on which the pictures depend. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_job_write(const sc_ctx *ctx, const sc_job *job, bool identity,

@@ -18,9 +18,12 @@
 /** As sc_comm_agree, for what all ranks do in the same way, so that rank 0 alone logs errors in it:
  * a rank that has failed for want of memory, which it can do alone, says so. Collective. */
 sc_status sc_agree_aloud(const struct sc_app *app, sc_status mine);
-/** Send an array of rank 0, @p count elements of @p size bytes, to the other ranks: *array becomes
- * a copy there, which they own, or NULL after an error. On rank 0 it stays what it was. */
-sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size);
+/** Send an array of rank 0, @p count elements of @p size bytes, to the other ranks. @param array
+ * the address of a pointer of any type, which on rank 0 points to the array, and stays what it was;
+ * elsewhere it becomes a copy, which they own, or NULL after an error. */
+sc_status sc_broadcast_array(sc_app *app, void *array, size_t count, size_t size);
+/** The same for an array of what the pointer at @p array points to. */
+#define SC_BROADCAST(app, count, array) sc_broadcast_array(app, array, count, sizeof **(array))
 typedef struct sc_display sc_display; /**< shows the progress */
 
 /** The stage in which frames are drawn; its progress is shown in frames. */

@@ -42,20 +42,20 @@ SC_MUST_USE sc_status sc_team_agree(sc_team *team, sc_status mine);
 bool sc_team_has_room(sc_team *team, uint64_t bytes);
 /** Allocate an array of @p count elements of @p size bytes that all ranks of the team see, aligned
  *  to 64 bytes, all bytes 0. Collective. @return SC_ERR_MEMORY, logged, the same on all ranks: they
- *  can still be told to do without each other. The team owns *out; each rank may free it before:
- *  sc_team_free. */
+ *  can still be told to do without each other. @param out address of a pointer of any type. The
+ *  team owns the array; each rank may free it before: sc_team_free. */
 SC_MUST_USE sc_status sc_team_alloc(const sc_ctx *ctx, sc_team *team, size_t count, size_t size,
-                                    void **out);
+                                    void *out);
 /** Tell the system what this rank will do with all arrays of the team: see sc_shared_advise. Not
  *  collective. */
 void sc_team_advise(sc_team *team, sc_memory_use use);
 /** Free @p data, an array of the team, on this rank. Not collective; NULL is allowed. */
 void sc_team_free(sc_team *team, void *data);
-/** Copy @p bytes (the same number on all ranks) of each rank's @p mine to *all, [ranks][bytes], in
- *  an order of ranks that is the same on all of them. Collective. @return as of sc_team_alloc, and
- *  *all is owned as there. */
+/** Copy @p bytes (the same number on all ranks) of each rank's @p mine to an array [ranks][bytes],
+ *  in an order of ranks that is the same on all of them. Collective. @param all as out of
+ *  sc_team_alloc. @return as of that. */
 SC_MUST_USE sc_status sc_team_collect(const sc_ctx *ctx, sc_team *team, const void *mine,
-                                      size_t bytes, void **all);
+                                      size_t bytes, void *all);
 /** Call @p body for all of [0, count), in chunks of @p chunk items that all threads of all ranks
  *  claim one after the other; returns when all items are done on all ranks, and what @p body wrote
  *  to arrays of the team can be read by all. Which rank and thread does which chunk differs from

@@ -291,18 +291,18 @@ typedef struct sc_move {
     double distance_mm, half_height;
 } sc_move;
 
-/** Tissues of a verb. */
-typedef struct sc_verb_tissue {
-    int verb;                    /**< index of the verb */
+/** Tissues that a job names for something. */
+typedef struct sc_named_tissue {
+    int of;                      /**< for what: the index of a verb, or an sc_tissue_use */
     char pattern[SC_NAME_BYTES]; /**< as sc_tissue_rule.pattern */
     char where[160];             /**< "file:line" for messages; may be empty */
-} sc_verb_tissue;
+} sc_named_tissue;
 
 /** The verbs of an animation with their tissues, and the key frames of tissues. Borrows all. */
 typedef struct sc_verbs {
     const sc_verb *verbs; /**< [verb_count] */
     size_t verb_count;
-    const sc_verb_tissue *list; /**< [list_count], in the order of the verbs */
+    const sc_named_tissue *list; /**< [list_count], of verbs by their index, in their order */
     size_t list_count;
     const sc_track *tracks; /**< those that tissues name by their numbers; NULL: none does */
 } sc_verbs;
@@ -317,7 +317,8 @@ typedef struct sc_fade {
     double to;     /**< what the opacity of the tissue, of key frames the greatest, is multiplied by
                         then, at least 0 */
     int times;     /**< pulse */
-    bool replaces; /**< the opacity is the same then, whatever the key frames of the tissue say */
+    bool replaces; /**< the opacity is the same then, whatever the key frames say that the tissue
+                      has */
 } sc_fade;
 
 /** How one verb moves one tissue, or its offset does, or the way from a key frame of that to the
@@ -387,10 +388,10 @@ typedef struct sc_timeline {
     const sc_way_point *ways;    /**< [SC_WAY_POINTS] for each fly, borrowed; set by the caller */
 } sc_timeline;
 
-/** Log all tissues of verbs that match no label, or not clearly one (sc_pattern_check).
+/** Log all named tissues that match no label, or not clearly one (sc_pattern_check).
  *  @return SC_ERR_DATA if there are any, SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_verb_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
-                                            const sc_verb_tissue *list, size_t count);
+SC_MUST_USE sc_status sc_named_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
+                                             const sc_named_tissue *list, size_t count);
 
 /** Find the tissues of verb @p v that can be seen: out[id] is set for these and cleared for all
  * others. @param out [label_count] by dense id. @return how many there are. */
@@ -402,7 +403,7 @@ int sc_verb_members(const sc_prepared *volume, const sc_tissue *tissues, const s
  *  frames.
  *  @param out [*count], by rising id and, of one tissue, by the time at which they begin. Caller
  *  owns: sc_free.
- *  @return SC_ERR_DATA as of sc_verb_tissues_check, or if nothing of the tissues of a verb is
+ *  @return SC_ERR_DATA as of sc_named_tissues_check, or if nothing of the tissues of a verb is
  *  visible (all are logged); SC_ERR_MEMORY. Nothing is written to @p out then. */
 SC_MUST_USE sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume,
                                        sc_tissue *tissues, const sc_verbs *verbs, sc_fade **out,
@@ -417,6 +418,8 @@ SC_MUST_USE sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *vol
 SC_MUST_USE sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *volume,
                                           sc_tissue *tissues, const sc_verbs *verbs, sc_shift **out,
                                           size_t *count);
+/** @return corner @p i, as of sc_box3_corner, of the box around a tissue in its place, RAS mm. */
+sc_vec3 sc_tissue_corner(const sc_prepared *volume, int id, int i);
 /** Find the corners of the boxes around tissues where each shift has brought them when it ends.
  *  @param shifts [count] of sc_explodes_resolve. @param out room for 8 @p count points, RAS mm. */
 void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t count, sc_vec3 *out);

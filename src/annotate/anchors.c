@@ -54,13 +54,11 @@ static void set_grid(grid *g, double step_mm)
 /* Set the depth of all cells of the tissue to a large one. @return how many there are. */
 static size_t fill_grid(const sc_ctx *ctx, grid *g, sc_status *status)
 {
-    void *block;
     size_t count = 0;
 
-    *status = sc_zalloc(ctx, cell_index(g, 0, 0, g->size[2]), sizeof *g->depth_mm, &block);
+    *status = SC_ZALLOC(ctx, cell_index(g, 0, 0, g->size[2]), &g->depth_mm);
     if (*status != SC_OK)
         return 0;
-    g->depth_mm = block;
     for (int z = 1; z < g->size[2] - 1; z++) {
         for (int y = 1; y < g->size[1] - 1; y++) {
             for (int x = 1; x < g->size[0] - 1; x++) {

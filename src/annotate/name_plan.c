@@ -23,7 +23,6 @@ static void find_anchors(void *user, size_t begin, size_t end, int thread)
 {
     const planner *p = user;
 
-    (void)thread;
     for (size_t n = begin; n < end; n++)
         p->statuses[n] = sc_find_anchors(p->ctx, p->film->a->volume, p->film->words[n]->number,
                                          &p->film->anchors[n]);
@@ -96,7 +95,6 @@ static void place_frames(void *user, size_t begin, size_t end, int thread)
 {
     const planner *p = user;
 
-    (void)thread;
     for (size_t k = begin; k < end; k++) {
         double shown[SC_NAMES_MAX];
 
@@ -193,11 +191,11 @@ static sc_status tell_left_out(const sc_ctx *ctx, const sc_name_film *film,
     SC_OWN(sc_text_clear) sc_text text = {0};
 
     if (film->count && !is_wide_enough(film)) {
-        sc_warn(ctx,
-                "overlays.names: a picture of %d x %d pixels has no room for names of tissues "
-                "beside what it shows, so that none is shown; make it larger, or "
-                "overlays.names_size smaller",
-                film->a->within.width_px, film->a->within.height_px);
+        sc_warn(
+            ctx,
+            "overlays.names: a picture of %d x %d pixels has no room for names of tissues beside "
+            "what it shows, so that none is shown; make it larger, or overlays.names_size smaller",
+            film->a->within.width_px, film->a->within.height_px);
         return SC_OK;
     }
     for (int n = 0; n < film->count; n++) {

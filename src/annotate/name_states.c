@@ -335,7 +335,6 @@ static void find_changes(void *user, size_t begin, size_t end, int thread)
     const survey *s = user;
     const sc_name_film *film = s->film;
 
-    (void)thread;
     for (size_t k = begin > 0 ? begin : 1; k < end; k++) {
         for (int n = 0; n < film->count; n++)
             film->states[k * (size_t)film->count + (size_t)n].changes = changes(film, (int)k, n);

@@ -75,8 +75,8 @@ sc_status sc_add_orientation(const sc_ctx *ctx, const sc_annotations *a, sc_line
     static const char text[] = "RLAPSI";
 
     if (!a->volume->oriented)
-        sc_warn(ctx, "overlays.orientation is not drawn: the volume does not say which side is "
-                     "left");
+        sc_warn(ctx,
+                "overlays.orientation is not drawn: the volume does not say which side is left");
     for (size_t i = 0; a->volume->oriented && text[i]; i++)
         SC_PASS(sc_add_line(ctx, list,
                             &(sc_text_line){.kind = SC_WORD_ORIENTATION,

@@ -10,17 +10,12 @@
 /* @return how far one clip plane has left a tissue: 1 if much of it, 0 if nothing. */
 static double share_kept(const sc_prepared *volume, int id, const sc_plane *plane)
 {
-    const sc_label_stats *s = &volume->stats[id];
     double most = -HUGE_VAL, least = HUGE_VAL;
 
     for (int corner = 0; corner < 8; corner++) {
-        double at[3], distance;
+        const double distance =
+            sc_vec3_dot(plane->normal, sc_tissue_corner(volume, id, corner)) + plane->offset_mm;
 
-        for (int i = 0; i < 3; i++)
-            at[i] = corner >> i & 1 ? s->high[i] + 0.5 : s->low[i] - 0.5;
-        distance = sc_vec3_dot(plane->normal, sc_affine_point(&volume->to_ras_mm,
-                                                              (sc_vec3){at[0], at[1], at[2]})) +
-                   plane->offset_mm;
         most = fmax(most, distance);
         least = fmin(least, distance);
     }
@@ -68,22 +63,10 @@ static bool is_before(const sc_prepared *volume, int a, int b)
 bool sc_annotations_names(const sc_annotations *annotations)
 {
     for (size_t i = 0; i < annotations->chosen_count; i++) {
-        if (annotations->chosen[i].use == SC_USE_NAMES)
+        if (annotations->chosen[i].of == SC_USE_NAMES)
             return true;
     }
     return false;
-}
-
-sc_status sc_overlay_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
-                                   const sc_overlay_tissue *list, size_t count)
-{
-    sc_status status = SC_OK;
-
-    for (size_t i = 0; i < count; i++) {
-        if (!sc_goes_on(&status, sc_pattern_check(ctx, volume, list[i].pattern, list[i].where)))
-            break;
-    }
-    return status;
 }
 
 /* Find the tissues that are chosen for an overlay and are seen in the film.
@@ -98,7 +81,7 @@ static int find_wanted(const sc_annotations *a, sc_tissue_use use, bool *is_want
         const sc_pattern pattern = sc_pattern_of(a->chosen[i].pattern);
         const sc_match best = sc_pattern_match(volume->labels, volume->label_count, &pattern);
 
-        if (a->chosen[i].use != (int)use)
+        if (a->chosen[i].of != (int)use)
             continue;
         is_listed = true;
         for (int id = 1; id < volume->label_count && best != SC_MATCH_NONE; id++)
@@ -146,9 +129,8 @@ sc_status sc_name_of(const sc_ctx *ctx, const sc_annotations *a, int id, const c
         if (why)
             return sc_fail(
                 ctx, SC_ERR_DATA,
-                "the name of tissue \"%s\" (label %lld) cannot be written onto pictures: "
-                "U+%04X %s; give it another name in a label table (labels), or leave "
-                "out %s",
+                "the name of tissue \"%s\" (label %lld) cannot be written onto pictures: U+%04X "
+                "%s; give it another name in a label table (labels), or leave out %s",
                 label->name, (long long)label->value,
                 sc_utf8_code(label->name + at, bytes ? bytes : 1), why, key);
     }

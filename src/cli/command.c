@@ -23,10 +23,10 @@ sc_status sc_command_unknown(const sc_ctx *ctx, const sc_command *commands, cons
     if (!name)
         return sc_fail(ctx, SC_ERR_USAGE, "no command; try `segcast --help`");
     if (name[0] == '-')
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "the command comes first: segcast COMMAND %s; `segcast --help` lists the "
-                       "commands",
-                       name);
+        return sc_fail(
+            ctx, SC_ERR_USAGE,
+            "the command comes first: segcast COMMAND %s; `segcast --help` lists the commands",
+            name);
     if (sc_input_as_command(ctx, name) != SC_OK)
         return SC_ERR_USAGE;
     for (; commands[count].name && count < COMMANDS_MAX; count++)

@@ -123,17 +123,15 @@ sc_status sc_print_manual(const sc_ctx *ctx, const sc_command *commands, FILE *s
     fputs(".SH EXIT STATUS\n", stream);
     for (const sc_exit_code *row = sc_exit_codes; row->meaning; row++)
         fprintf(stream, ".TP\n%d\n%s\n", row->code, row->meaning);
-    fputs(
-        ".SH ENVIRONMENT\n.TP\nSEGCAST_THREADS\nthreads of each rank\n.TP\nSEGCAST_MAX_MEMORY\nas "
-        "\\-\\-max\\-memory\n"
-        ".TP\nSEGCAST_MPI\nyes: start MPI; no: work alone; auto: as the launcher\\(aqs variables "
-        "say\n"
-        ".TP\nSEGCAST_CACHE\nthe directory in which prepared volumes are kept for the next "
-        "command, "
-        "or off\n"
-        ".TP\nSEGCAST_\\fIKEY\\fR\n"
-        "any key of a job file, for example SEGCAST_RENDER_SAMPLES=4\n.SH SEE ALSO\n"
-        "segcast\\-job(5)\n",
-        stream);
+    fputs(".SH ENVIRONMENT\n.TP\nSEGCAST_THREADS\nthreads of each "
+          "rank\n.TP\nSEGCAST_MAX_MEMORY\nas \\-\\-max\\-memory\n"
+          ".TP\nSEGCAST_MPI\nyes: start MPI; no: work alone; auto: as the launcher\\(aqs variables "
+          "say\n"
+          ".TP\nSEGCAST_CACHE\nthe directory in which prepared volumes are kept for the next "
+          "command, or off\n"
+          ".TP\nSEGCAST_\\fIKEY\\fR\n"
+          "any key of a job file, for example SEGCAST_RENDER_SAMPLES=4\n.SH SEE ALSO\n"
+          "segcast\\-job(5)\n",
+          stream);
     return SC_OK;
 }

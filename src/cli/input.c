@@ -103,18 +103,17 @@ sc_status sc_input_as_command(const sc_ctx *ctx, const char *name)
                        "`segcast check %s` says whether it can run",
                        name, is, name, name);
     if (what == KIND_VOLUME)
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "\"%s\" %s a volume, not a command: `segcast orbit %s` makes a video of it, "
-                       "`segcast info %s` tells what it holds, `segcast init %s` writes a job file "
-                       "for it",
-                       name, is, name, name, name);
-    if (what == KIND_DIRECTORY)
         return sc_fail(
             ctx, SC_ERR_USAGE,
-            "\"%s\" is a directory, not a command: `segcast status %s` and `segcast verify "
-            "%s` tell of the job in it; if it holds masks of tissues, `segcast orbit %s` makes a "
-            "video of it",
-            name, name, name, name);
+            "\"%s\" %s a volume, not a command: `segcast orbit %s` makes a video of it, `segcast "
+            "info %s` tells what it holds, `segcast init %s` writes a job file for it",
+            name, is, name, name, name);
+    if (what == KIND_DIRECTORY)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "\"%s\" is a directory, not a command: `segcast status %s` and `segcast "
+                       "verify %s` tell of the job in it; if it holds masks of tissues, `segcast "
+                       "orbit %s` makes a video of it",
+                       name, name, name, name);
     return SC_OK;
 }
 
@@ -149,34 +148,33 @@ sc_status sc_input_check(const sc_ctx *ctx, const sc_command *command, const cha
     const kind what = input ? kind_of(input, &exists) : KIND_UNKNOWN;
 
     if (what == KIND_VOLUME && takes_job && !takes_volume)
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "segcast %s takes a job file, but \"%s\" %s a volume: `segcast orbit %s` "
-                       "makes a video of it without a job, `segcast init %s` writes a job file for "
-                       "it",
-                       command->name, input, exists ? "is" : "is named like", input, input);
+        return sc_fail(
+            ctx, SC_ERR_USAGE,
+            "segcast %s takes a job file, but \"%s\" %s a volume: `segcast orbit %s` makes a video "
+            "of it without a job, `segcast init %s` writes a job file for it",
+            command->name, input, exists ? "is" : "is named like", input, input);
     if (what == KIND_DIRECTORY && takes_job && !takes_volume && !takes_directory)
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "segcast %s takes a job file, but \"%s\" is a directory: if it holds masks "
-                       "of tissues, `segcast orbit %s` makes a video of it without a job, and "
-                       "`segcast init %s` writes a job file for it; if a job has made it, give "
-                       "that job",
-                       command->name, input, input, input);
+        return sc_fail(
+            ctx, SC_ERR_USAGE,
+            "segcast %s takes a job file, but \"%s\" is a directory: if it holds masks of tissues, "
+            "`segcast orbit %s` makes a video of it without a job, and `segcast init %s` writes a "
+            "job file for it; if a job has made it, give that job",
+            command->name, input, input, input);
     if (what == KIND_DIRECTORY && takes_job && takes_volume && holds_run(input))
         return sc_fail(ctx, SC_ERR_USAGE,
                        "segcast %s takes a job file or a volume, but \"%s\" is the directory that "
                        "a job has made: `segcast %s %s/job.yaml` takes that job",
                        command->name, input, command->name, input);
     if (what == KIND_JOB && takes_volume && !takes_job)
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "segcast %s takes a volume, but \"%s\" %s a job file: `segcast %s %s` takes "
-                       "one",
-                       command->name, input, exists ? "is" : "is named like",
-                       job_command_for(command->name), input);
-    if (takes_directory && !takes_job && exists && what != KIND_DIRECTORY && what != KIND_UNKNOWN)
         return sc_fail(
             ctx, SC_ERR_USAGE,
-            "segcast %s takes the directory that a job has made (its output.directory), but "
-            "\"%s\" is a file",
-            command->name, input);
+            "segcast %s takes a volume, but \"%s\" %s a job file: `segcast %s %s` takes one",
+            command->name, input, exists ? "is" : "is named like", job_command_for(command->name),
+            input);
+    if (takes_directory && !takes_job && exists && what != KIND_DIRECTORY && what != KIND_UNKNOWN)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "segcast %s takes the directory that a job has made (its output.directory), "
+                       "but \"%s\" is a file",
+                       command->name, input);
     return SC_OK;
 }

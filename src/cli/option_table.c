@@ -56,8 +56,8 @@ static const sc_option option_rows[] = {
     {"view", 0, "WORD|DEG,DEG",
      "where the camera stands, at the beginning of a turn: anterior (or ventral, front), posterior "
      "(dorsal, back), left, right, superior (cranial, top), inferior (caudal, bottom), x, -x, y "
-     "..., "
-     "or an angle around the patient, 0 in front and 90 at the left, and one above, such as 30,15",
+     "..., or an angle around the patient, 0 in front and 90 at the left, and one above, such as "
+     "30,15",
      "orbit still", sc_store_view, 0, ""},
     {"tissue", 0, "NAME",
      "let this tissue of a volume fill the picture, the others nearly transparent: a name, a glob "
@@ -67,21 +67,18 @@ static const sc_option option_rows[] = {
      JOB_COMMANDS " convert study info", sc_store_set, 0, ""},
     {"beating", 0, "N",
      "of the phantom: write N phases of its beat, files with -00, -01 ... before their ending, "
-     "from the end of "
-     "diastole on; to a name that ends in .seq.nrrd all in one file (4-D)",
+     "from the end of diastole on; to a name that ends in .seq.nrrd all in one file (4-D)",
      "convert", sc_store_count, AT(beating), ""},
     {"ct", 0, NULL, "of the phantom: write its synthetic CT image instead of the labels", "convert",
      sc_store_flag, AT(ct), ""},
     {"to", 0, "NAME",
-     "format of the table: slicer, freesurfer, itksnap, xml, csv, bids, json, neuroglancer, "
-     "gifti, "
+     "format of the table: slicer, freesurfer, itksnap, xml, csv, bids, json, neuroglancer, gifti, "
      "workbench, names, nnunet or ome-zarr; of a centre line: csv or json (default: by the ending "
      "of the file)",
      "convert", sc_store_text, AT(to), ""},
     {"tissue", 0, "NAME[,NAME]",
      "of a mesh: write only these tissues; else the centre line through them: names, globs or "
-     "label "
-     "numbers",
+     "label numbers",
      "convert", sc_store_text, AT(tissue), ""},
     {"begin", 0, "X,Y,Z", "where the line begins, in RAS mm (default: at the end of the tissue)",
      "convert", sc_store_text, AT(begin), ""},
@@ -92,6 +89,10 @@ static const sc_option option_rows[] = {
      "convert", sc_store_flag, AT(middles), ""},
     {"fast", 0, NULL, "read only the header of the volume, not its voxels", "check", sc_store_flag,
      AT(fast), ""},
+    {"expand", 0, NULL,
+     "print the job with all its keys, and verbs as the key frames that they stand for where "
+     "frames stay the same to the last bit",
+     "check", sc_store_flag, AT(expand), ""},
     {"nodes", 0, "N",
      "number of nodes like this one to estimate for (1, 4 and 16, and a table up to 64)", "plan",
      sc_store_count, AT(nodes), ""},

@@ -100,8 +100,8 @@ sc_status sc_store_set(const sc_ctx *ctx, sc_options *options, const sc_option *
     }
     if (!*equals)
         return sc_fail(ctx, SC_ERR_USAGE,
-                       "--%s is \"%s\", expected KEY.PATH=VALUE, for example "
-                       "render.samples=4; `segcast help keys` lists all",
+                       "--%s is \"%s\", expected KEY.PATH=VALUE, for example render.samples=4; "
+                       "`segcast help keys` lists all",
                        option->name, value);
     setting.value = equals + 1;
     status = copy(ctx, options, value, (size_t)(equals - value), &setting.path);
@@ -128,17 +128,15 @@ sc_status sc_options_set_threads(const sc_ctx *ctx, sc_options *options, const c
                                  const char *value)
 {
     long threads = 0;
-    sc_status status = read_number(ctx, name, value, 1, 4096, &threads);
 
-    if (status == SC_OK)
-        options->threads = (int)threads;
-    return status;
+    SC_PASS(read_number(ctx, name, value, 1, 4096, &threads));
+    options->threads = (int)threads;
+    return SC_OK;
 }
 
 sc_status sc_store_threads(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                            const char *value)
 {
-    (void)option;
     return sc_options_set_threads(ctx, options, "--threads", value);
 }
 
@@ -147,15 +145,11 @@ sc_status sc_store_count(const sc_ctx *ctx, sc_options *options, const sc_option
 {
     char name[32];
     long number = 0;
-    int count;
-    sc_status status;
 
     snprintf(name, sizeof name, "--%s", option->name);
-    status = read_number(ctx, name, value, 1, 65536, &number);
-    count = (int)number;
-    if (status == SC_OK)
-        memcpy((char *)options + option->offset, &count, sizeof count);
-    return status;
+    SC_PASS(read_number(ctx, name, value, 1, 65536, &number));
+    memcpy((char *)options + option->offset, &(int){(int)number}, sizeof(int));
+    return SC_OK;
 }
 
 sc_status sc_options_set_max_memory(const sc_ctx *ctx, sc_options *options, const char *name,
@@ -182,14 +176,12 @@ sc_status sc_options_set_max_memory(const sc_ctx *ctx, sc_options *options, cons
 sc_status sc_store_max_memory(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                               const char *value)
 {
-    (void)option;
     return sc_options_set_max_memory(ctx, options, "--max-memory", value);
 }
 
 sc_status sc_store_frame(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                          const char *value)
 {
-    (void)option;
     return read_number(ctx, "--frame", value, 0, 1000000, &options->frame);
 }
 
@@ -286,9 +278,8 @@ sc_status sc_store_view(const sc_ctx *ctx, sc_options *options, const sc_option 
     SC_PASS(copy(ctx, options, angles, (size_t)(comma - angles), &start));
     SC_PASS(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
     SC_PASS(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.angle", start));
-    SC_PASS(sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.elevation",
-                              comma + 1));
-    return SC_OK;
+    return sc_options_set_as(ctx, options, origin.data, "animation.camera.orbit.elevation",
+                             comma + 1);
 }
 
 sc_status sc_store_framed(const sc_ctx *ctx, sc_options *options, const sc_option *option,
@@ -310,7 +301,6 @@ sc_status sc_store_framed(const sc_ctx *ctx, sc_options *options, const sc_optio
 sc_status sc_store_text(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                         const char *value)
 {
-    (void)ctx;
     memcpy((char *)options + option->offset, &value, sizeof value);
     return SC_OK;
 }
@@ -332,8 +322,8 @@ sc_status sc_check_tilde(const sc_ctx *ctx, const char *what, const char *path)
     if (path[0] != '~' || (path[1] && path[1] != '/'))
         return SC_OK;
     return sc_fail(ctx, SC_ERR_USAGE,
-                   "%s is \"%s\", but only a shell replaces \"~\", and only outside of quotes "
-                   "and at the beginning of a word; write %s%s",
+                   "%s is \"%s\", but only a shell replaces \"~\", and only outside of quotes and "
+                   "at the beginning of a word; write %s%s",
                    what, path, home ? home : "$HOME", path + 1);
 }
 
@@ -357,8 +347,6 @@ sc_status sc_store_flag(const sc_ctx *ctx, sc_options *options, const sc_option 
 {
     const bool set = true;
 
-    (void)ctx;
-    (void)value;
     memcpy((char *)options + option->offset, &set, sizeof set);
     return SC_OK;
 }
@@ -391,11 +379,10 @@ sc_status sc_store_time_limit(const sc_ctx *ctx, sc_options *options, const sc_o
     double seconds;
 
     if (!read_seconds(value, &seconds))
-        return sc_fail(
-            ctx, SC_ERR_USAGE,
-            "--%s is \"%s\", expected seconds, MM:SS or HH:MM:SS, with two digits up to 59 behind "
-            "each colon",
-            option->name, value);
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--%s is \"%s\", expected seconds, MM:SS or HH:MM:SS, with two digits up to "
+                       "59 behind each colon",
+                       option->name, value);
     options->time_limit_s = seconds > 0 ? seconds : 1e-3;
     return SC_OK;
 }

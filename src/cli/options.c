@@ -153,10 +153,10 @@ static sc_status read_arguments(const sc_ctx *ctx, const sc_command *command, in
                            "unexpected argument \"%s\"; `segcast help %s` explains the command",
                            argv[i], command->name);
         if (!argv[i][0])
-            return sc_fail(ctx, SC_ERR_USAGE,
-                           "the argument is empty, expected %s; is a variable of the script not "
-                           "set?",
-                           command->argument);
+            return sc_fail(
+                ctx, SC_ERR_USAGE,
+                "the argument is empty, expected %s; is a variable of the script not set?",
+                command->argument);
         if (sc_check_tilde(ctx, "the argument", argv[i]) != SC_OK)
             return SC_ERR_USAGE;
         options->input = options->input ? options->input : argv[i];

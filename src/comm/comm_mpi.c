@@ -239,25 +239,24 @@ static sc_status find_place(mpi_comm *comm, const char *folder, sc_shared *share
 static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, const char *folder,
                            sc_shared **out)
 {
-    void *block = NULL;
-    sc_shared *shared;
-    sc_status status = mpi_agree(base, sc_zalloc(ctx, 1, sizeof *shared, &block));
+    sc_shared *shared = NULL;
+    sc_status status = mpi_agree(base, SC_ZALLOC(ctx, 1, &shared));
 
     if (status != SC_OK) {
-        sc_free(block);
+        sc_free(shared);
         return status;
     }
-    shared = block;
     *shared = (sc_shared){.bytes = bytes, .free = mpi_unshare};
     status = mpi_agree(base, find_place((mpi_comm *)base, folder, shared));
     if (status != SC_OK) {
         mpi_unshare(shared);
-        return base->rank > 0 ? status
-                              : sc_fail(ctx, status,
-                                        "there is no room for %zu bytes that the ranks of a node "
-                                        "share, neither in " SHARED_MEMORY " nor in %s nor in the "
-                                        "memory of every rank; use fewer ranks per node",
-                                        bytes, folder ? folder : "a directory");
+        return base->rank > 0
+                   ? status
+                   : sc_fail(ctx, status,
+                             "there is no room for %zu bytes that the ranks of a node share, "
+                             "neither in " SHARED_MEMORY
+                             " nor in %s nor in the memory of every rank; use fewer ranks per node",
+                             bytes, folder ? folder : "a directory");
     }
     *out = shared;
     return SC_OK;
@@ -277,19 +276,17 @@ static sc_status mpi_node_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, 
                                 sc_shared **out)
 {
     mpi_comm *comm = (mpi_comm *)base;
-    void *block = NULL;
-    sc_shared *shared;
-    sc_status status = agree_in(comm->node, sc_zalloc(ctx, 1, sizeof *shared, &block));
+    sc_shared *shared = NULL;
+    sc_status status = agree_in(comm->node, SC_ZALLOC(ctx, 1, &shared));
 
     if (status == SC_OK) {
-        shared = block;
         *shared = (sc_shared){.bytes = bytes, .free = mpi_unshare};
         status = find_common_place(comm, folder, shared);
     }
     if (status == SC_OK)
         *out = shared;
     else
-        sc_free(block);
+        sc_free(shared);
     return status;
 }
 

@@ -19,35 +19,26 @@ static void self_close(sc_comm *comm)
 static sc_status self_part(const sc_ctx *ctx, sc_comm *comm, int count, sc_comm_choice choice,
                            sc_comm **out)
 {
-    (void)comm;
-    (void)count;
-    (void)choice;
     return sc_comm_self_open(ctx, out);
 }
 
 static sc_status self_agree(sc_comm *comm, sc_status mine)
 {
-    (void)comm;
     return mine;
 }
 
 static void self_broadcast(sc_comm *comm, void *data, size_t bytes)
 {
-    (void)comm;
-    (void)data;
-    (void)bytes;
 }
 
 /* The only rank is rank 0, so that @p all is never NULL. */
 static void self_gather(sc_comm *comm, const void *mine, size_t bytes, void *all)
 {
-    (void)comm;
     memcpy(all, mine, bytes);
 }
 
 static void self_nothing(sc_comm *comm)
 {
-    (void)comm;
 }
 
 static void self_unshare(sc_shared *shared)
@@ -114,46 +105,31 @@ static sc_status self_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, cons
 
 static void self_publish(sc_comm *comm, sc_shared *shared)
 {
-    (void)comm;
-    (void)shared;
 }
 
 /* There is no rank to send to. */
 static void self_post(sc_comm *comm, int target, int tag, const void *data, size_t bytes)
 {
-    (void)comm;
-    (void)target;
-    (void)tag;
-    (void)data;
-    (void)bytes;
 }
 
 static int self_pending(sc_comm *comm)
 {
-    (void)comm;
     return 0;
 }
 
 /* Find no message: there is nobody who could send one, so that self_receive is never called. */
 static bool self_has_room(const sc_comm *comm, uint64_t bytes)
 {
-    (void)comm;
-    (void)bytes;
     return true;
 }
 
 static bool self_poll(sc_comm *comm, sc_message *out)
 {
-    (void)comm;
-    (void)out;
     return false;
 }
 
 static void self_receive(sc_comm *comm, const sc_message *message, void *data)
 {
-    (void)comm;
-    (void)message;
-    (void)data;
 }
 
 static const sc_comm_ops self_ops = {
@@ -176,14 +152,8 @@ static const sc_comm_ops self_ops = {
 
 sc_status sc_comm_self_open(const sc_ctx *ctx, sc_comm **out)
 {
-    void *block;
-    sc_status status = sc_zalloc(ctx, 1, sizeof(sc_comm), &block);
-    sc_comm *comm = block;
-
-    if (status != SC_OK)
-        return status;
-    *comm =
+    SC_PASS(SC_ZALLOC(ctx, 1, out));
+    **out =
         (sc_comm){.ops = &self_ops, .size = 1, .node_size = 1, .node_count = 1, .near_root = true};
-    *out = comm;
     return SC_OK;
 }

@@ -17,10 +17,9 @@ typedef struct sc_shared_name {
  * What they cannot do errno tells; that there is no room, as ENOSPC.
  *
  * Make an empty temporary file, like those of sc_outfile, of a name that nobody can guess, for this
- * user alone, if the file system of
- * @p folder has room for @p bytes and keeps @p spare_bytes, or half of its room if that is less.
- * Those that killed processes of this host have left in @p folder are removed before.
- * @return SC_ERR_MEMORY if it has not, SC_ERR_CREATE. Caller removes the file
+ * user alone, if the file system of @p folder has room for @p bytes and keeps @p spare_bytes, or
+ * half of its room if that is less. Those that killed processes of this host have left in @p folder
+ * are removed before. @return SC_ERR_MEMORY if it has not, SC_ERR_CREATE. Caller removes the file
  * (sc_shared_file_remove) as soon as all have opened it, and closes *out. */
 sc_status sc_shared_file_make(const char *folder, size_t bytes, size_t spare_bytes,
                               sc_shared_name *name, int *out);

@@ -92,20 +92,18 @@ static sc_status share_array(const sc_ctx *ctx, sc_team *team, team_array *array
     return SC_OK;
 }
 
-sc_status sc_team_alloc(const sc_ctx *ctx, sc_team *team, size_t count, size_t size, void **out)
+sc_status sc_team_alloc(const sc_ctx *ctx, sc_team *team, size_t count, size_t size, void *out)
 {
     team_array *array = NULL;
     size_t bytes = 0;
-    void *block = NULL;
     sc_status status = SC_OK;
 
     if (!sc_mul_size(count, size, &bytes))
         status =
             sc_fail(ctx, SC_ERR_MEMORY, "a size overflows: %zu elements of %zu bytes", count, size);
     if (status == SC_OK)
-        status = sc_zalloc(ctx, 1, sizeof *array, &block);
+        status = SC_ZALLOC(ctx, 1, &array);
     SC_TRY(sc_team_agree(team, status));
-    array = block;
     array->bytes = bytes;
     if (team->comm)
         SC_TRY(share_array(ctx, team, array));
@@ -113,10 +111,10 @@ sc_status sc_team_alloc(const sc_ctx *ctx, sc_team *team, size_t count, size_t s
         SC_TRY(sc_zalloc(ctx, count, size, &array->data));
     array->next = team->arrays;
     team->arrays = array;
-    *out = array->data;
-    block = NULL;
+    memcpy(out, &array->data, sizeof array->data); /* as sc_alloc does */
+    return SC_OK;
 out:
-    sc_free(block);
+    sc_free(array);
     return status;
 }
 
@@ -142,14 +140,14 @@ void sc_team_free(sc_team *team, void *data)
 }
 
 sc_status sc_team_collect(const sc_ctx *ctx, sc_team *team, const void *mine, size_t bytes,
-                          void **all)
+                          void *all)
 {
     const size_t rank = team->comm ? (size_t)team->comm->node_rank : 0;
-    void *block;
+    char *block;
 
     SC_PASS(sc_team_alloc(ctx, team, (size_t)sc_team_ranks(team), bytes, &block));
-    memcpy((char *)block + rank * bytes, mine, bytes);
-    *all = block;
+    memcpy(block + rank * bytes, mine, bytes);
+    memcpy(all, &block, sizeof block);
     return sc_team_agree(team, SC_OK);
 }
 
@@ -159,22 +157,16 @@ sc_status sc_team_open(const sc_ctx *ctx, sc_comm *comm, int threads, const char
     /* A rank that is alone needs no communicator, unless for files. */
     sc_comm *several = comm && (comm->node_size > 1 || comm->prefers_files) ? comm : NULL;
     sc_team *team = NULL;
-    void *block = NULL;
-    sc_status status = sc_zalloc(ctx, 1, sizeof *team, &block);
+    sc_status status = SC_ZALLOC(ctx, 1, &team);
 
     SC_TRY(several ? several->ops->node_agree(several, status) : status);
-    team = block;
     *team = (sc_team){.comm = several, .threads = threads, .folder = folder};
-    if (several) {
-        void *counters;
-
-        SC_TRY(sc_team_alloc(ctx, team, 1, sizeof *team->counters, &counters));
-        team->counters = counters;
-    }
+    if (several)
+        SC_TRY(sc_team_alloc(ctx, team, 1, sizeof *team->counters, &team->counters));
     *out = team;
     return SC_OK;
 out:
-    sc_free(block);
+    sc_free(team);
     return status;
 }
 
@@ -220,8 +212,6 @@ static void claim_chunks(void *user, size_t begin, size_t end, int thread)
     team_loop *loop = user;
     const size_t chunks = (loop->count + loop->chunk - 1) / loop->chunk;
 
-    (void)begin;
-    (void)end;
     for (;;) {
         const uint64_t mine = atomic_fetch_add(loop->next, 1);
         const size_t first = (size_t)mine * loop->chunk;

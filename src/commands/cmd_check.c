@@ -171,6 +171,17 @@ static sc_status check_all(const sc_app *app, sc_session *session)
     return first;
 }
 
+/* Print the job with verbs as key frames. */
+static sc_status print_expanded(const sc_app *app, sc_session *session)
+{
+    SC_OWN(sc_text_clear) sc_text text = {0};
+
+    SC_PASS(sc_session_expand(app->ctx, session));
+    SC_PASS(sc_job_write(app->ctx, &session->job, false, &text));
+    fputs(text.data, stdout);
+    return SC_OK;
+}
+
 sc_status sc_cmd_check(sc_app *app)
 {
     SC_OWN(sc_session_clear) sc_session session = {0};
@@ -188,6 +199,10 @@ sc_status sc_cmd_check(sc_app *app)
     SC_TRY(sc_label_report_make(app->ctx, &source, volume,
                                 !app->options.fast && !job->volume_tissue_count, &report));
     sc_display_end_stage(app);
+    if (app->options.expand) {
+        status = print_expanded(app, &session);
+        goto out;
+    }
     sc_print(stdout, app->options.input);
     printf(": ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d label%s%s\n",
            job->animation.frames, job->output.size_px[0], job->output.size_px[1], volume->size[0],

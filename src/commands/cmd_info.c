@@ -2,6 +2,7 @@
 /* segcast info: what is in a volume. */
 #include "commands.h"
 #include "label_report.h"
+#include "segcast/json_values.h"
 #include "segcast/resample.h"
 
 #include <jansson.h>
@@ -73,13 +74,10 @@ static json_t *overlaps_json(const sc_overlap_list *list)
     for (size_t i = 0; i < list->count; i++) {
         const sc_overlap_pair *pair = &list->pairs[i];
 
-        if (json_array_append_new(array, json_pack("{s:s, s:s, s:I}", "shown",
-                                                   list->tissues.rows[pair->winner].name, "covered",
-                                                   list->tissues.rows[pair->loser].name, "voxels",
-                                                   (json_int_t)pair->voxels)) != 0) {
-            json_decref(array);
-            return NULL;
-        }
+        array = sc_json_with(array, json_pack("{s:s, s:s, s:I}", "shown",
+                                              list->tissues.rows[pair->winner].name, "covered",
+                                              list->tissues.rows[pair->loser].name, "voxels",
+                                              (json_int_t)pair->voxels));
     }
     return array;
 }
@@ -90,21 +88,18 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
 {
     const sc_prepared *v = in->volume;
     json_t *labels = json_array(), *matrix = json_array(), *json;
-    bool failed = false;
     char *text;
 
     for (int row = 0; row < 3; row++) {
         const double *m = v->to_ras_mm.m[row];
 
-        failed |=
-            json_array_append_new(matrix, json_pack("[f,f,f,f]", m[0], m[1], m[2], m[3])) != 0;
+        matrix = sc_json_with(matrix, json_pack("[f,f,f,f]", m[0], m[1], m[2], m[3]));
     }
     for (int id = 0; id < v->label_count; id++)
-        failed |= json_array_append_new(labels, label_json(in, id)) != 0;
+        labels = sc_json_with(labels, label_json(in, id));
     json = json_pack(
-        "{s:s, s:i, s:i, s:f, s:[i,i,i], s:[f,f,f], s:[f,f,f], s:[i,i,i], s:s, s:b, s:o, "
-        "s:I, "
-        "s:o, s:o, s:o}",
+        "{s:s, s:i, s:i, s:f, s:[i,i,i], s:[f,f,f], s:[f,f,f], s:[i,i,i], s:s, s:b, s:o, s:I, s:o, "
+        "s:o, s:o}",
         "schema", "segcast-info-1", "phases", in->phases, "phase", in->phase, "phase_step_s",
         in->step_s, "size", v->size[0], v->size[1], v->size[2], "spacing_mm", in->spacing_mm[0],
         in->spacing_mm[1], in->spacing_mm[2], "drawn_mm", in->drawn.drawn_mm[0],
@@ -112,12 +107,12 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
         in->drawn.moved[1], in->drawn.moved[2], "axes", in->axes, "oriented", v->oriented,
         "to_ras_mm", matrix, "boundary_voxels", (json_int_t)v->boundary_count, "labels", labels,
         "label_table", sc_label_report_json(in->report), "overlaps", overlaps_json(in->overlaps));
-    text = json && !failed ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
+    text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(json);
     if (!text)
-        return sc_fail(ctx, SC_ERR_INTERNAL,
-                       "the labels cannot be written as JSON: out of memory, or a name is not "
-                       "UTF-8");
+        return sc_fail(
+            ctx, SC_ERR_INTERNAL,
+            "the labels cannot be written as JSON: out of memory, or a name is not UTF-8");
     printf("%s\n", text);
     free(text);
     return SC_OK;

@@ -112,10 +112,10 @@ static sc_status report_one(sc_app *app)
         return make_page(ctx, directory, &job, NULL);
     SC_PASS(make_slices(ctx, directory, &job, &slices));
     if (slices <= 0)
-        return sc_fail(ctx, SC_ERR_INCOMPLETE,
-                       "%s: has no stats.json: no run has begun to draw there yet; run again "
-                       "with --resume",
-                       directory);
+        return sc_fail(
+            ctx, SC_ERR_INCOMPLETE,
+            "%s: has no stats.json: no run has begun to draw there yet; run again with --resume",
+            directory);
     return SC_OK;
 }
 
@@ -177,11 +177,10 @@ static sc_status are_studies(const sc_app *app, bool *out)
             other = i;
     }
     if (study >= 0 && other >= 0)
-        return sc_fail(
-            app->ctx, SC_ERR_USAGE,
-            "%s holds a timing study, and %s does not: a page compares either studies or "
-            "runs; name directories of one kind",
-            o->inputs[study], o->inputs[other]);
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "%s holds a timing study, and %s does not: a page compares either studies "
+                       "or runs; name directories of one kind",
+                       o->inputs[study], o->inputs[other]);
     *out = study >= 0;
     return SC_OK;
 }

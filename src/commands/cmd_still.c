@@ -143,9 +143,9 @@ sc_status sc_cmd_still(sc_app *app)
         SC_PASS(set_defaults(app));
         job = NULL;
     } else if (is_given(&app->options, "--tissue ")) {
-        SC_PASS(sc_fail(app->ctx, SC_ERR_USAGE,
-                        "--tissue is for a volume; a job has the verb {frame: NAME, during: [0%%, "
-                        "0%%]}"));
+        SC_PASS(sc_fail(
+            app->ctx, SC_ERR_USAGE,
+            "--tissue is for a volume; a job has the verb {frame: NAME, during: [0%%, 0%%]}"));
     }
     SC_PASS(sc_defer(app, sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG")));
     SC_PASS(sc_defer(app, check_use(app)));

@@ -4,6 +4,8 @@
  * that the table leaves out. */
 #include "label_report.h"
 
+#include "segcast/json_values.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -154,12 +156,8 @@ static json_t *values(const sc_label_list *list)
 {
     json_t *array = json_array();
 
-    for (size_t i = 0; i < list->count; i++) {
-        if (json_array_append_new(array, json_integer((json_int_t)list->labels[i]->value)) != 0) {
-            json_decref(array);
-            return NULL;
-        }
-    }
+    for (size_t i = 0; i < list->count; i++)
+        array = sc_json_with(array, json_integer((json_int_t)list->labels[i]->value));
     return array;
 }
 
@@ -168,13 +166,9 @@ static json_t *gaps(const sc_label_report *report)
 {
     json_t *array = json_array();
 
-    for (size_t i = 0; i < report->gap_count; i++) {
-        if (json_array_append_new(array, json_pack("[I, I]", (json_int_t)report->gaps[i].first,
-                                                   (json_int_t)report->gaps[i].last)) != 0) {
-            json_decref(array);
-            return NULL;
-        }
-    }
+    for (size_t i = 0; i < report->gap_count; i++)
+        array = sc_json_with(array, json_pack("[I, I]", (json_int_t)report->gaps[i].first,
+                                              (json_int_t)report->gaps[i].last));
     return array;
 }
 

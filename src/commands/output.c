@@ -87,7 +87,6 @@ static sc_status check_visited(void *user, const char *use, const char *path, bo
 {
     const output_check *check = user;
 
-    (void)use;
     return check_input(check->app, check->path, path, is_volume);
 }
 
@@ -114,7 +113,6 @@ static bool takes_no_files(const char *directory)
     return !statfs(directory, &info) &&
            (info.f_type == PROC_SUPER_MAGIC || info.f_type == SYSFS_MAGIC);
 #else
-    (void)directory;
     return false;
 #endif
 }

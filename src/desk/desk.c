@@ -183,36 +183,6 @@ static void do_redo(clerk *c, sc_call *call)
     go(c, call, sc_steps_redo, sc_steps_undo);
 }
 
-static void do_pick(clerk *c, sc_call *call)
-{
-    sc_desk_pick(&c->desk, call);
-}
-
-static void do_slice(clerk *c, sc_call *call)
-{
-    sc_desk_slice(&c->desk, call);
-}
-
-static void do_save(clerk *c, sc_call *call)
-{
-    sc_desk_save(&c->desk, call);
-}
-
-static void do_render(clerk *c, sc_call *call)
-{
-    sc_desk_render(&c->desk, call);
-}
-
-static void do_rendering(clerk *c, sc_call *call)
-{
-    sc_desk_rendering(&c->desk, call);
-}
-
-static void do_film(clerk *c, sc_call *call)
-{
-    sc_desk_film(&c->desk, call);
-}
-
 /* ---- calls ---- */
 
 /* @return whether a call wants what is newer than what it has. */
@@ -237,17 +207,29 @@ static void take(clerk *c, sc_call *call)
 {
     static const struct {
         const char *verb;
-        void (*answer)(clerk *, sc_call *);
-    } verbs[] = {{"move", do_move}, {"edit", do_edit},          {"undo", do_undo},
-                 {"redo", do_redo}, {"pick", do_pick},          {"slice", do_slice},
-                 {"save", do_save}, {"render", do_render},      {"rendering", do_rendering},
-                 {"film", do_film}, {"picture", wait_for_news}, {"state", wait_for_news}};
+        void (*answer)(clerk *, sc_call *); /* or: */
+        void (*pass)(sc_desk *, sc_call *);
+    } verbs[] = {{"move", do_move, NULL},
+                 {"edit", do_edit, NULL},
+                 {"undo", do_undo, NULL},
+                 {"redo", do_redo, NULL},
+                 {"pick", NULL, sc_desk_pick},
+                 {"slice", NULL, sc_desk_slice},
+                 {"save", NULL, sc_desk_save},
+                 {"render", NULL, sc_desk_render},
+                 {"rendering", NULL, sc_desk_rendering},
+                 {"film", NULL, sc_desk_film},
+                 {"picture", wait_for_news, NULL},
+                 {"state", wait_for_news, NULL}};
 
     for (size_t i = 0; i < SC_COUNT_OF(verbs); i++) {
         if (!strcmp(verbs[i].verb, sc_call_verb(call))) {
             if (verbs[i].answer != do_move && verbs[i].answer != wait_for_news)
                 sc_desk_settle(&c->desk);
-            verbs[i].answer(c, call);
+            if (verbs[i].answer)
+                verbs[i].answer(c, call);
+            else
+                verbs[i].pass(&c->desk, call);
             return;
         }
     }
@@ -303,11 +285,11 @@ static bool print_address(const sc_desk *desk)
 
     sc_host_name(name);
     if (desk->plan->listen && strcmp(host, "127.0.0.1") != 0 && strcmp(host, "::1") != 0)
-        sc_warn(desk->outer,
-                "others can connect to %s, unencrypted: whoever reads the address on its way sees "
-                "and changes the job; without --listen only this machine can, and ssh -L leads "
-                "there",
-                host);
+        sc_warn(
+            desk->outer,
+            "others can connect to %s, unencrypted: whoever reads the address on its way sees and "
+            "changes the job; without --listen only this machine can, and ssh -L leads there",
+            host);
     printf("http://%s%s%s:%d/%s/\n", is_six ? "[" : "", host, is_six ? "]" : "", port,
            sc_http_secret(desk->http));
     if (fflush(stdout))

@@ -391,7 +391,6 @@ static enum MHD_Result on_request(void *user, struct MHD_Connection *connection,
 {
     sc_call *call = *mine;
 
-    (void)version;
     if (!call)
         return begin_call(user, connection, url, method, mine);
     if (*bytes) {
@@ -411,9 +410,6 @@ static enum MHD_Result on_request(void *user, struct MHD_Connection *connection,
 static void on_completed(void *user, struct MHD_Connection *connection, void **mine,
                          enum MHD_RequestTerminationCode code)
 {
-    (void)user;
-    (void)connection;
-    (void)code;
     if (*mine)
         free_call(*mine);
     *mine = NULL;
@@ -489,10 +485,10 @@ static sc_status open_socket(const sc_ctx *ctx, const sc_http_settings *s, int *
 
     snprintf(port, sizeof port, "%d", s->port);
     if (getaddrinfo(host, port, &hints, &found))
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "--listen is \"%s\", expected an address of this machine, such as 127.0.0.1 "
-                       "or ::1",
-                       host);
+        return sc_fail(
+            ctx, SC_ERR_USAGE,
+            "--listen is \"%s\", expected an address of this machine, such as 127.0.0.1 or ::1",
+            host);
     file = socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (file >= 0)
         (void)setsockopt(file, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);

@@ -88,11 +88,10 @@ static sc_status prove(const sc_desk *desk, const char *from, const sc_setting *
 
     SC_PASS(resolve(desk, &before, &wanted));
     SC_PASS(resolve(desk, &after, &found));
-    return !strcmp(wanted.data, found.data)
-               ? SC_OK
-               : sc_fail(&desk->ctx, SC_ERR_INTERNAL,
-                         "the changes cannot be written into this file as it stands; nothing was "
-                         "saved");
+    return !strcmp(wanted.data, found.data) ? SC_OK
+                                            : sc_fail(&desk->ctx, SC_ERR_INTERNAL,
+                                                      "the changes cannot be written into this "
+                                                      "file as it stands; nothing was saved");
 }
 
 /* Make the changes in the text of a job file. Caller owns *out: sc_free. */
@@ -138,16 +137,6 @@ static void note_saved(sc_desk *desk, char **path, char **text)
     desk->revision++;
 }
 
-/* Write a job file, in the place of another one if there is one. */
-static sc_status write_file(const sc_desk *desk, const char *path, const char *text)
-{
-    SC_OWN(sc_outfile_discard) sc_outfile file = {0};
-
-    SC_PASS(sc_outfile_open(&desk->ctx, path, true, &file));
-    fwrite(text, 1, strlen(text), file.stream);
-    return sc_outfile_commit(&desk->ctx, &file);
-}
-
 /* Save, or answer with both texts if the file is another one than the page has seen. @param
  * confirm the hash of what it has seen; NULL: nothing. */
 static sc_status save(sc_desk *desk, sc_call *call, const char *name, const char *confirm)
@@ -177,7 +166,7 @@ static sc_status save(sc_desk *desk, sc_call *call, const char *name, const char
                                       text, "confirm", seen));
         return SC_OK;
     }
-    SC_PASS(write_file(desk, path, text));
+    SC_PASS(sc_file_write(&desk->ctx, path, text, strlen(text)));
     note_saved(desk, &path, &text);
     sc_http_answer_json(call, 200, json_pack("{s:s, s:b}", "path", desk->file.path, "saved", 1));
     return SC_OK;

@@ -162,15 +162,15 @@ json_t *sc_desk_state(sc_desk *desk)
     const sc_job *job = &desk->now->job;
     const char *path = desk->file.path, *name = strrchr(path, '/');
 
-    return json_pack(
-        "{s:i, s:s, s:s, s:b, s:b, s:i, s:i, s:i, s:i, s:i, s:i, s:[ii], s:o, s:o, s:o, s:o, s:o, "
-        "s:O, s:b}",
-        "revision", (int)desk->revision, "name", name ? name + 1 : path, "path", path, "isNew",
-        desk->file.on_disk == NULL, "unsaved", sc_desk_is_unsaved(desk), "shot",
-        (int)(panel - desk->now->panels), "undo", desk->steps.undo_count, "redo",
-        desk->steps.redo_count, "frame", desk->frame, "frames", job->animation.frames, "fps",
-        job->output.fps, "size", desk->size_px[0], desk->size_px[1], "job", tree_of(desk),
-        "tissues", of_tissues(panel), "orbit", of_orbit(panel, frame), "low",
-        of_vector(panel->timeline.low_mm), "high", of_vector(panel->timeline.high_mm), "notes",
-        desk->notes.list, "fits", desk->fits);
+    return json_pack("{s:i, s:s, s:s, s:b, s:b, s:i, s:i, s:i, s:i, s:i, s:i, s:[ii], s:o, s:o, "
+                     "s:o, s:o, s:o, s:O, s:b}",
+                     "revision", (int)desk->revision, "name", name ? name + 1 : path, "path", path,
+                     "isNew", desk->file.on_disk == NULL, "unsaved", sc_desk_is_unsaved(desk),
+                     "shot", (int)(panel - desk->now->panels), "undo", desk->steps.undo_count,
+                     "redo", desk->steps.redo_count, "frame", desk->frame, "frames",
+                     job->animation.frames, "fps", job->output.fps, "size", desk->size_px[0],
+                     desk->size_px[1], "job", tree_of(desk), "tissues", of_tissues(panel), "orbit",
+                     of_orbit(panel, frame), "low", of_vector(panel->timeline.low_mm), "high",
+                     of_vector(panel->timeline.high_mm), "notes", desk->notes.list, "fits",
+                     desk->fits);
 }

@@ -132,15 +132,13 @@ static sc_status add_gop(sc_gather *g, int index, gathered_gop **link)
 static sc_status find_gop(sc_gather *g, const sc_work_unit *unit, gathered_gop **out)
 {
     gathered_gop **link = &g->gops;
-    sc_status status = SC_OK;
 
     while (*link && (*link)->index < unit->gop)
         link = &(*link)->next;
     if (!*link || (*link)->index != unit->gop)
-        status = add_gop(g, unit->gop, link);
-    if (status == SC_OK)
-        *out = *link;
-    return status;
+        SC_PASS(add_gop(g, unit->gop, link));
+    *out = *link;
+    return SC_OK;
 }
 
 /* Make room for the pixels of a frame. */
@@ -148,18 +146,19 @@ static sc_status begin_frame(sc_gather *g, const sc_work_unit *unit, gathered_go
 {
     gathered_frame *frame = &gop->frames[unit->place];
     const sc_farm *farm = g->farm;
-    void *block;
+    char *message;
 
     if (frame->message)
         return SC_OK;
-    SC_PASS(sc_alloc(g->ctx, sizeof(sc_result_message) + sc_farm_frame_bytes(farm), 1, &block));
-    *frame = (gathered_frame){.gop = gop,
-                              .message = block,
-                              .index = unit->index,
-                              .rows_missing = farm->height_px,
-                              .in_bands = unit->kind == SC_UNIT_BAND};
-    frame->image = (sc_image){farm->width_px, farm->height_px,
-                              (uint8_t *)frame->message + sizeof(sc_result_message), farm->alpha};
+    SC_PASS(SC_ALLOC(g->ctx, sizeof(sc_result_message) + sc_farm_frame_bytes(farm), &message));
+    *frame =
+        (gathered_frame){.gop = gop,
+                         .message = message,
+                         .image = {farm->width_px, farm->height_px,
+                                   (uint8_t *)message + sizeof(sc_result_message), farm->alpha},
+                         .index = unit->index,
+                         .rows_missing = farm->height_px,
+                         .in_bands = unit->kind == SC_UNIT_BAND};
     gop->results[unit->place].frame = gop->first + unit->place;
     return SC_OK;
 }

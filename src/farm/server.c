@@ -107,8 +107,7 @@ static void learn_encoding(server *s, double wall_s)
 
 /* Collect one frame or GOP that the accepting thread is done with, and free its slot or memory. One
  * that it could not accept stops the farm; a frame makes room in the window all the same, but only
- * what was accepted is counted as such. @return false if there
- * is none. */
+ * what was accepted is counted as such. @return false if there is none. */
 static bool collect_accepted(server *s)
 {
     sc_accept_task *accept = (sc_accept_task *)sc_worker_thread_collect(s->accepting);

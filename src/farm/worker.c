@@ -321,7 +321,6 @@ static sc_status open_worker(worker *w, void **messages)
 {
     const sc_farm *farm = w->farm;
     const size_t each = (sc_farm_message_bytes(farm) + 63) / 64 * 64; /* whole cache lines */
-    void *results;
 
     SC_PASS(sc_alloc(w->ctx, SC_WORKER_BUFFERS, each, messages));
     for (int i = 0; i < SC_WORKER_BUFFERS; i++) {
@@ -330,8 +329,7 @@ static sc_status open_worker(worker *w, void **messages)
         b->message = (char *)*messages + (size_t)i * each;
         b->image = (sc_image){farm->width_px, farm->height_px,
                               (uint8_t *)b->message + sizeof(sc_result_message), farm->alpha};
-        SC_PASS(sc_alloc(w->ctx, (size_t)farm->gop_frames + 1, sizeof *b->task.results, &results));
-        b->task.results = results;
+        SC_PASS(SC_ALLOC(w->ctx, (size_t)farm->gop_frames + 1, &b->task.results));
     }
     if (sc_farm_gathers(farm, sc_comm_size(w->comm)))
         SC_PASS(sc_gather_open(w->ctx, w->comm, farm, &w->gather));

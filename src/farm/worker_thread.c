@@ -93,9 +93,9 @@ sc_status sc_worker_thread_start(const sc_ctx *ctx, sc_task_fn *run, void *user,
         pthread_cond_destroy(&t->given);
         pthread_mutex_destroy(&t->lock);
         sc_free(t);
-        return sc_fail(ctx, SC_ERR_SYSTEM,
-                       "a worker thread could not be started; is the number of "
-                       "threads limited (ulimit -u)?");
+        return sc_fail(
+            ctx, SC_ERR_SYSTEM,
+            "a worker thread could not be started; is the number of threads limited (ulimit -u)?");
     }
     *out = t;
     return SC_OK;

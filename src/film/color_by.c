@@ -82,8 +82,6 @@ sc_status sc_color_labels(const sc_ctx *ctx, sc_panel *panel, sc_label **out)
 sc_status sc_share_column_values(sc_app *app, sc_panel *panel)
 {
     const size_t count = (size_t)panel->job.color_columns.steps.count;
-    void *values = panel->looks.column_values;
-    sc_status status;
 
     if (!count)
         return SC_OK;
@@ -92,8 +90,6 @@ sc_status sc_share_column_values(sc_app *app, sc_panel *panel)
             panel->looks.level_linear[level] = (float)sc_srgb_to_linear(level / 255.0);
     }
     sc_comm_broadcast(app->comm, panel->looks.level_linear, sizeof panel->looks.level_linear);
-    status = sc_broadcast_array(app, &values, count * (size_t)panel->volume.label_count,
-                                sizeof *panel->looks.column_values);
-    panel->looks.column_values = values;
-    return status;
+    return SC_BROADCAST(app, count * (size_t)panel->volume.label_count,
+                        &panel->looks.column_values);
 }

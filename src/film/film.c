@@ -243,27 +243,23 @@ uint64_t sc_session_renderer_bytes(const sc_session *session, uint64_t *derived)
 static sc_label_stats stats_for(const sc_prepared *from, const sc_label_stats *stats,
                                 const sc_prepared *to)
 {
+    const sc_box3 box = {{stats->low[0], stats->low[1], stats->low[2]},
+                         {stats->high[0], stats->high[1], stats->high[2]}};
     sc_label_stats out = *stats;
     sc_affine to_voxel;
-    double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    sc_box3 there = SC_BOX3_EMPTY;
 
     if (!stats->voxels || !sc_affine_invert(&to->to_ras_mm, &to_voxel))
         return out;
-    for (int corner = 0; corner < 8; corner++) {
-        const sc_vec3 at = {corner & 1 ? stats->high[0] : stats->low[0],
-                            corner & 2 ? stats->high[1] : stats->low[1],
-                            corner & 4 ? stats->high[2] : stats->low[2]};
-        const sc_vec3 there = sc_affine_point(&to_voxel, sc_affine_point(&from->to_ras_mm, at));
-        const double place[3] = {there.x, there.y, there.z};
-
-        for (int i = 0; i < 3; i++) {
-            low[i] = fmin(low[i], place[i]);
-            high[i] = fmax(high[i], place[i]);
-        }
-    }
+    for (int i = 0; i < 8; i++)
+        sc_box3_hold(&there, sc_affine_point(&to_voxel, sc_affine_point(&from->to_ras_mm,
+                                                                        sc_box3_corner(&box, i))));
     for (int i = 0; i < 3; i++) {
-        out.low[i] = (int)floor(fmax(low[i], -1e6));
-        out.high[i] = (int)ceil(fmin(high[i], 1e6));
+        const double low = ((const double[]){there.low.x, there.low.y, there.low.z})[i];
+        const double high = ((const double[]){there.high.x, there.high.y, there.high.z})[i];
+
+        out.low[i] = (int)floor(fmax(low, -1e6));
+        out.high[i] = (int)ceil(fmin(high, 1e6));
     }
     return out;
 }

@@ -346,15 +346,14 @@ static void tell_position(const sc_app *app, const sc_panel *panel, int plane,
     if (t->from_mm[plane] != t->to_mm[plane])
         snprintf(at + strlen(at), sizeof at - strlen(at), " to %.1f",
                  sc_no_negative_zero(t->to_mm[plane] / unit.mm, 1));
-    sc_warn(
-        app->ctx,
-        "%s%sclip plane %d, at %s %s along its normal (%.3f, %.3f, %.3f), %s: what is shown lies "
-        "from %.1f to %.1f %s along that normal; a plane through a point in patient "
-        "coordinates, as `segcast still --sheet slices` prints them, is at: [R, A, S]",
-        where, where[0] ? ": " : "", plane + 1, at, unit.name, sc_no_negative_zero(n.x, 3),
-        sc_no_negative_zero(n.y, 3), sc_no_negative_zero(n.z, 3), what,
-        sc_no_negative_zero(effect->from_mm / unit.mm, 1),
-        sc_no_negative_zero(effect->to_mm / unit.mm, 1), unit.name);
+    sc_warn(app->ctx,
+            "%s%sclip plane %d, at %s %s along its normal (%.3f, %.3f, %.3f), %s: what is shown "
+            "lies from %.1f to %.1f %s along that normal; a plane through a point in patient "
+            "coordinates, as `segcast still --sheet slices` prints them, is at: [R, A, S]",
+            where, where[0] ? ": " : "", plane + 1, at, unit.name, sc_no_negative_zero(n.x, 3),
+            sc_no_negative_zero(n.y, 3), sc_no_negative_zero(n.z, 3), what,
+            sc_no_negative_zero(effect->from_mm / unit.mm, 1),
+            sc_no_negative_zero(effect->to_mm / unit.mm, 1), unit.name);
 }
 
 void sc_warn_of_planes(const sc_app *app, const sc_panel *panel)
@@ -377,8 +376,8 @@ void sc_warn_of_planes(const sc_app *app, const sc_panel *panel)
     }
     if (empty && keeps && t->clip_set_count == 1)
         sc_warn(app->ctx,
-                "%s%sthe clip plane removes everything in %d frame%s, from frame %d on: "
-                "they will be empty",
+                "%s%sthe clip plane removes everything in %d frame%s, from frame %d on: they will "
+                "be empty",
                 where, where[0] ? ": " : "", empty, empty == 1 ? "" : "s",
                 first + (panel->shot ? panel->shot->span.first : 0));
 }

@@ -22,67 +22,31 @@ sc_status sc_check_job_tissues(sc_app *app, sc_job *job)
     return sc_check_tissues(&errors, job, input.volume.labels, input.volume.label_count);
 }
 
-/* The arrays of a job. */
-enum { ARRAYS = 10 };
-typedef struct job_array {
-    void *data;
-    size_t count, size;
-} job_array;
-
-static void get_arrays(const sc_job *job, job_array out[ARRAYS])
+/* Let a job have no arrays. */
+static void drop_arrays(sc_job *job)
 {
-    const job_array arrays[ARRAYS] = {
-        {job->rules, job->rule_count, sizeof *job->rules},
-        {job->exceptions, job->exception_count, sizeof *job->exceptions},
-        {job->verbs, job->verb_count, sizeof *job->verbs},
-        {job->verb_tissues, job->verb_tissue_count, sizeof *job->verb_tissues},
-        {job->captions, job->caption_count, sizeof *job->captions},
-        {job->overlay_tissues, job->overlay_tissue_count, sizeof *job->overlay_tissues},
-        {job->volume_tissues, job->volume_tissue_count, sizeof *job->volume_tissues},
-        {job->shots, job->shot_count, sizeof *job->shots},
-        {job->phases, job->phase_count, sizeof *job->phases},
-        {job->tissue_tracks, job->tissue_track_count, sizeof *job->tissue_tracks}};
-
-    memcpy(out, arrays, sizeof arrays);
-}
-
-static void set_arrays(sc_job *job, const job_array arrays[ARRAYS])
-{
-    job->rules = arrays[0].data;
-    job->exceptions = arrays[1].data;
-    job->verbs = arrays[2].data;
-    job->verb_tissues = arrays[3].data;
-    job->captions = arrays[4].data;
-    job->overlay_tissues = arrays[5].data;
-    job->volume_tissues = arrays[6].data;
-    job->shots = arrays[7].data;
-    job->phases = arrays[8].data;
-    job->tissue_tracks = arrays[9].data;
+    for (int i = 0; i < SC_JOB_ARRAYS; i++)
+        sc_job_set_array(job, i, NULL);
 }
 
 /* Send a job of rank 0, without the jobs of its shots, to the others. Collective. */
 static sc_status share_job_alone(sc_app *app, sc_job *job)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
-    const job_array nothing[ARRAYS] = {0};
-    job_array arrays[ARRAYS];
     sc_status status = SC_OK;
 
-    if (first)
-        get_arrays(job, arrays);
     sc_comm_broadcast(app->comm, job, sizeof *job);
-    /* The pointers in the job that was received are addresses of rank 0. They are replaced by this
-     * rank's own: NULL at first, then the copies of the arrays. */
-    if (!first) {
-        set_arrays(job, nothing);
-        get_arrays(job, arrays);
-    }
-    for (int i = 0; i < ARRAYS && status == SC_OK; i++) {
-        status = sc_broadcast_array(app, &arrays[i].data, arrays[i].count, arrays[i].size);
-        set_arrays(job, arrays);
+    if (!first) /* the pointers that were received are addresses of rank 0 */
+        drop_arrays(job);
+    for (int i = 0; i < SC_JOB_ARRAYS && status == SC_OK; i++) {
+        size_t count, bytes;
+        void *array = sc_job_array(job, i, &count, &bytes);
+
+        status = sc_broadcast_array(app, &array, count, bytes);
+        sc_job_set_array(job, i, array);
     }
     for (size_t i = 0; i < job->shot_count && !first && job->shots; i++)
-        set_arrays(&job->shots[i].job, nothing);
+        drop_arrays(&job->shots[i].job);
     return status;
 }
 

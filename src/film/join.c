@@ -97,18 +97,19 @@ static void add_subject(const sc_prepared *v, int s, catalog *c, int *numbers)
     }
 }
 
-/* Make an array with the @p count elements of @p size bytes of @p from and room for @p more,
- * zeroed.
- * @param owned where it is noted, to be freed. @param out NULL if @p from is. */
-static sc_status extend(const sc_ctx *ctx, const void *from, int count, int more, size_t size,
-                        void **owned, void **out)
+/* Give an array of @p count elements of @p size bytes room for @p more, zeroed. @param owned where
+ * the new one is noted, to be freed. @param array the address of the pointer to it; NULL stays. */
+static sc_status extend(const sc_ctx *ctx, int count, int more, size_t size, void **owned,
+                        void *array)
 {
-    *out = NULL;
+    void *from;
+
+    memcpy(&from, array, sizeof from);
     if (!from)
         return SC_OK;
     SC_PASS(sc_zalloc(ctx, (size_t)count + (size_t)more, size, owned));
     memcpy(*owned, from, (size_t)count * size);
-    *out = *owned;
+    memcpy(array, owned, sizeof *owned);
     return SC_OK;
 }
 
@@ -120,7 +121,9 @@ static sc_status join(const sc_ctx *ctx, const catalog *c, const int *numbers, s
     sc_prepared *v = &subject->volume;
     const int own = v->label_count;
     int more = c->count;
-    void *labels, *stats, *smooth, *hidden, *opacity, *owners;
+    sc_label *labels;
+    sc_label_stats *stats;
+    sc_tissue_owner *owners;
     SC_OWN(sc_free_at) bool *has = NULL;
 
     SC_PASS(SC_ZALLOC(ctx, (size_t)c->count, &has));
@@ -128,35 +131,30 @@ static sc_status join(const sc_ctx *ctx, const catalog *c, const int *numbers, s
         more -= !has[numbers[id]];
         has[numbers[id]] = true;
     }
-    SC_PASS(extend(ctx, v->labels, own, more, sizeof *v->labels, &out->owned[0], &labels));
-    SC_PASS(extend(ctx, v->stats, own, more, sizeof *v->stats, &out->owned[1], &stats));
-    SC_PASS(extend(ctx, v->smooth, own, more, sizeof *v->smooth, &out->owned[2], &smooth));
-    SC_PASS(extend(ctx, v->hidden, own, more, sizeof *v->hidden, &out->owned[3], &hidden));
-    SC_PASS(extend(ctx, v->stored.opacity, own, more, sizeof *v->stored.opacity, &out->owned[4],
-                   &opacity));
-    SC_PASS(sc_zalloc(ctx, (size_t)own + (size_t)more, sizeof(sc_tissue_owner), &owners));
+    SC_PASS(extend(ctx, own, more, sizeof *v->labels, &out->owned[0], &v->labels));
+    SC_PASS(extend(ctx, own, more, sizeof *v->stats, &out->owned[1], &v->stats));
+    SC_PASS(extend(ctx, own, more, sizeof *v->smooth, &out->owned[2], &v->smooth));
+    SC_PASS(extend(ctx, own, more, sizeof *v->hidden, &out->owned[3], &v->hidden));
+    SC_PASS(extend(ctx, own, more, sizeof *v->stored.opacity, &out->owned[4], &v->stored.opacity));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)own + (size_t)more, &owners));
+    labels = out->owned[0];
+    stats = out->owned[1];
     out->owned[5] = owners;
     for (int id = 1; id < own; id++) {
         const entry *e = &c->entries[numbers[id]];
-        sc_label *label = &((sc_label *)labels)[id];
 
-        ((sc_tissue_owner *)owners)[id] = e->owner;
-        if (!label->name[0])
-            memcpy(label->name, e->label->name, sizeof label->name);
+        owners[id] = e->owner;
+        if (!labels[id].name[0])
+            memcpy(labels[id].name, e->label->name, sizeof labels[id].name);
     }
     for (int i = 0, id = own; i < c->count; i++) {
         if (has[i])
             continue;
-        ((sc_label *)labels)[id] = *c->entries[i].label;
-        ((sc_label_stats *)stats)[id] = (sc_label_stats){.high = {-1, -1, -1}};
-        ((sc_tissue_owner *)owners)[id++] = c->entries[i].owner;
+        labels[id] = *c->entries[i].label;
+        stats[id] = (sc_label_stats){.high = {-1, -1, -1}};
+        owners[id++] = c->entries[i].owner;
     }
     out->added = more;
-    v->labels = labels;
-    v->stats = stats;
-    v->smooth = smooth;
-    v->hidden = hidden;
-    v->stored.opacity = opacity;
     v->label_count = own + more;
     subject->group.owners = owners;
     return SC_OK;

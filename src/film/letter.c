@@ -40,9 +40,9 @@ sc_annotations sc_panel_annotations(const sc_panel *panel)
     return out;
 }
 
-/* Send a block of rank 0 to the others: *block becomes a copy there, which they own. @param bytes
- * its length; read on rank 0. Collective. */
-static sc_status share_block(sc_app *app, void **block, uint64_t bytes)
+/* Send a block of rank 0, and of how many bytes it is. @param block as of sc_broadcast_array.
+ * Collective. */
+static sc_status share_block(sc_app *app, void *block, uint64_t bytes)
 {
     sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
     return sc_broadcast_array(app, block, bytes, 1);
@@ -53,7 +53,7 @@ static sc_status share_logo(sc_app *app, const sc_annotations *annotations, sc_p
 {
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_image *logo = &panel->text.logo;
-    void *pixels;
+    uint8_t *pixels;
     sc_status status = SC_OK;
 
     if (first)
@@ -62,33 +62,26 @@ static sc_status share_logo(sc_app *app, const sc_annotations *annotations, sc_p
     pixels = logo->rgb;
     sc_comm_broadcast(app->comm, logo, sizeof *logo);
     logo->rgb = pixels; /* that which was received is an address of rank 0 */
-    SC_PASS(sc_broadcast_array(app, &pixels, sc_image_bytes(logo), 1));
-    logo->rgb = pixels;
-    return SC_OK;
+    return sc_broadcast_array(app, &logo->rgb, sc_image_bytes(logo), 1);
 }
 
 /* Fill panel->text.names. Collective. */
 static sc_status share_names(sc_app *app, const sc_annotations *annotations, sc_panel *panel)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
-    void *names;
     sc_status status = SC_OK;
 
     sc_stage_begin(app->ctx, "placing the names", 0, 0);
     if (first)
         status = sc_annotations_plan_names(app->ctx, annotations, app->threads, &panel->text.names);
     SC_PASS(sc_comm_agree(app->comm, status));
-    names = panel->text.names;
-    SC_PASS(share_block(app, &names, first ? panel->text.names->bytes : 0));
-    panel->text.names = names;
-    return SC_OK;
+    return share_block(app, &panel->text.names, first ? panel->text.names->bytes : 0);
 }
 
 sc_status sc_panel_letter(sc_app *app, sc_panel *panel)
 {
     sc_annotations annotations = sc_panel_annotations(panel), over;
     const bool first = sc_comm_rank(app->comm) == 0;
-    void *lettering;
     sc_status status = SC_OK;
 
     if (!sc_annotations_any(&annotations))
@@ -97,9 +90,7 @@ sc_status sc_panel_letter(sc_app *app, sc_panel *panel)
     if (first)
         status = sc_annotations_letter(app->ctx, &annotations, &panel->text.lettering);
     SC_PASS(sc_comm_agree(app->comm, status));
-    lettering = panel->text.lettering;
-    SC_PASS(share_block(app, &lettering, first ? panel->text.lettering->bytes : 0));
-    panel->text.lettering = lettering;
+    SC_PASS(share_block(app, &panel->text.lettering, first ? panel->text.lettering->bytes : 0));
     if (panel->job.overlays.logo[0])
         SC_PASS(share_logo(app, &annotations, panel));
     annotations = sc_panel_annotations(panel);

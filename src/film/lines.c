@@ -43,12 +43,12 @@ sc_status sc_check_line_voxels(const sc_ctx *ctx, const char *path, const sc_pre
 
     if (!hidden)
         return SC_OK;
-    return sc_fail(
-        ctx, SC_ERR_DATA,
-        "%s%s%s: was prepared while \"%s\" (label %lld) was hidden, so that it lacks the "
-        "voxels through which the line leads; prepare it with this tissue shown, or give "
-        "the volume that it was made from",
-        wish->where, wish->where[0] ? ": " : "", path, hidden->name, (long long)hidden->value);
+    return sc_fail(ctx, SC_ERR_DATA,
+                   "%s%s%s: was prepared while \"%s\" (label %lld) was hidden, so that it lacks "
+                   "the voxels through which the line leads; prepare it with this tissue shown, or "
+                   "give the volume that it was made from",
+                   wish->where, wish->where[0] ? ": " : "", path, hidden->name,
+                   (long long)hidden->value);
 }
 
 /* Find the middle of the tissues of each pattern. @param order as of find_order. @param points

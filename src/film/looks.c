@@ -87,16 +87,10 @@ static sc_status resolve_tissues(sc_app *app, sc_panel *panel)
 /* Send how verbs move tissues to all ranks. Collective. */
 static sc_status share_shifts(sc_app *app, sc_panel *panel)
 {
-    void *shifts = panel->looks.shifts;
-    sc_status status;
-
     sc_comm_broadcast(app->comm, &panel->looks.shift_count, sizeof panel->looks.shift_count);
-    if (!panel->looks.shift_count)
-        return SC_OK;
-    status =
-        sc_broadcast_array(app, &shifts, panel->looks.shift_count, sizeof *panel->looks.shifts);
-    panel->looks.shifts = shifts;
-    return status;
+    return panel->looks.shift_count
+               ? SC_BROADCAST(app, panel->looks.shift_count, &panel->looks.shifts)
+               : SC_OK;
 }
 
 /* @return whether the colour of any tissue has key frames of its own. */
@@ -113,45 +107,33 @@ static bool has_color_tracks(const sc_panel *panel)
 static sc_status share_tones(sc_app *app, sc_panel *panel)
 {
     const sc_job *job = &panel->job;
-    const size_t labels = (size_t)panel->volume.label_count;
-    void *tones = NULL;
+    sc_track **tones = &panel->looks.color_tones;
     sc_status status = SC_OK;
 
     if (!has_color_tracks(panel))
         return SC_OK;
     if (sc_comm_rank(app->comm) == 0)
-        status =
-            sc_zalloc(app->ctx, job->tissue_track_count, sizeof *panel->looks.color_tones, &tones);
-    for (size_t id = 0; id < labels && tones; id++) {
+        status = SC_ZALLOC(app->ctx, job->tissue_track_count, tones);
+    for (int id = 0; id < panel->volume.label_count && *tones; id++) {
         const int track = panel->looks.tissues[id].color_track;
 
         if (track)
-            sc_track_tones(&job->tissue_tracks[track - 1], (sc_track *)tones + track - 1);
+            sc_track_tones(&job->tissue_tracks[track - 1], *tones + track - 1);
     }
-    panel->looks.color_tones = tones;
     SC_PASS(sc_comm_agree(app->comm, status));
-    status =
-        sc_broadcast_array(app, &tones, job->tissue_track_count, sizeof *panel->looks.color_tones);
-    panel->looks.color_tones = tones;
-    return status;
+    return SC_BROADCAST(app, job->tissue_track_count, tones);
 }
 
 sc_status sc_panel_tissues(sc_app *app, sc_panel *panel)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
-    void *tissues = NULL, *fades = NULL;
 
     /* Colours and opacities are decided with floating point, in which the libraries of two hosts
      * could differ. */
     SC_PASS(sc_comm_agree(app->comm, first ? resolve_tissues(app, panel) : SC_OK));
-    tissues = panel->looks.tissues;
-    SC_PASS(sc_broadcast_array(app, &tissues, (size_t)panel->volume.label_count,
-                               sizeof *panel->looks.tissues));
-    panel->looks.tissues = tissues;
+    SC_PASS(SC_BROADCAST(app, (size_t)panel->volume.label_count, &panel->looks.tissues));
     sc_comm_broadcast(app->comm, &panel->looks.fade_count, sizeof panel->looks.fade_count);
-    fades = panel->looks.fades;
-    SC_PASS(sc_broadcast_array(app, &fades, panel->looks.fade_count, sizeof *panel->looks.fades));
-    panel->looks.fades = fades;
+    SC_PASS(SC_BROADCAST(app, panel->looks.fade_count, &panel->looks.fades));
     SC_PASS(share_shifts(app, panel));
     SC_PASS(share_tones(app, panel));
     SC_PASS(sc_share_column_values(app, panel));

@@ -18,10 +18,7 @@ static sc_status find_boxes(const sc_ctx *ctx, const sc_prepared *volume, const 
         const sc_label_stats *s = &volume->stats[id];
 
         for (int corner = 0; corner < 8 && members[id] && s->low[0] <= s->high[0]; corner++)
-            (*points)[(*count)++] = sc_affine_point(
-                &volume->to_ras_mm, (sc_vec3){corner & 1 ? s->high[0] + 0.5 : s->low[0] - 0.5,
-                                              corner & 2 ? s->high[1] + 0.5 : s->low[1] - 0.5,
-                                              corner & 4 ? s->high[2] + 0.5 : s->low[2] - 0.5});
+            (*points)[(*count)++] = sc_tissue_corner(volume, id, corner);
     }
     return SC_OK;
 }
@@ -31,24 +28,20 @@ static sc_status find_hull(const sc_app *app, const sc_prepared *volume, const b
                            sc_vec3 **points, size_t *count)
 {
     sc_team *team = NULL;
-    void *show = NULL, *copy = NULL;
+    SC_OWN(sc_free_at) uint8_t *show = NULL;
     sc_vec3 *hull;
-    size_t found;
     sc_status status;
 
-    SC_TRY(sc_zalloc(app->ctx, (size_t)volume->label_count, 1, &show));
+    SC_TRY(SC_ZALLOC(app->ctx, (size_t)volume->label_count, &show));
     for (int id = 1; id < volume->label_count; id++)
-        ((uint8_t *)show)[id] = members[id] ? SC_SHOW_BOUNDARY : 0;
+        show[id] = members[id] ? SC_SHOW_BOUNDARY : 0;
     SC_TRY(sc_team_open(app->ctx, NULL, app->threads, sc_temporary_folder(), &team));
-    SC_TRY(sc_hull_points(app->ctx, team, volume, show, &hull, &found));
-    SC_TRY(sc_alloc(app->ctx, found, sizeof *hull, &copy)); /* the team owns the hull */
-    if (found)
-        memcpy(copy, hull, found * sizeof *hull);
-    *points = copy;
-    *count = found;
+    SC_TRY(sc_hull_points(app->ctx, team, volume, show, &hull, count));
+    SC_TRY(SC_ALLOC(app->ctx, *count, points)); /* the team owns the hull */
+    if (*count)
+        memcpy(*points, hull, *count * sizeof *hull);
 out:
     sc_team_close(team);
-    sc_free(show);
     return status;
 }
 
@@ -61,7 +54,7 @@ static size_t find_patterns(const sc_job *job, size_t v, const char **out)
     size_t count = 0;
 
     for (size_t i = 0; i < job->verb_tissue_count; i++) {
-        if (job->verb_tissues[i].verb == (int)v)
+        if (job->verb_tissues[i].of == (int)v)
             out[count++] = job->verb_tissues[i].pattern;
     }
     return count;
@@ -69,9 +62,8 @@ static size_t find_patterns(const sc_job *job, size_t v, const char **out)
 
 /* Get the voxels for a line: those that are drawn, so that it is the same for a prepared file, but
  * those of the volume file if the drawn ones lack a tissue of the line, which is hidden, or if the
- * volume was only inspected. A prepared file that lacks them is refused.
- * @param read what was read of the file already; the caller owns it.
- * @param out borrows from the panel or from @p read. */
+ * volume was only inspected. A prepared file that lacks them is refused. @param read what was read
+ * of the file already; the caller owns it. @param out borrows from the panel or from @p read. */
 static sc_status get_voxels(const sc_app *app, const sc_panel *panel, const sc_line_wish *wish,
                             sc_volume *read, sc_volume *out)
 {

@@ -91,8 +91,7 @@ typedef struct sc_moves {
 /* Find the moves of a panel, after sc_panel_tissues: with the lines along which they fly, and all
  * corners of the tissues that they frame, or those of boxes around them if there is no renderer
  * yet, and so perhaps no voxels. Not collective. Caller owns *out, also after an error:
- * sc_moves_clear.
- * @return as sc_input_voxels and sc_find_line. */
+ * sc_moves_clear. @return as sc_input_voxels and sc_find_line. */
 sc_status sc_find_moves(const sc_app *app, const sc_panel *panel, sc_moves *out);
 void sc_moves_clear(sc_moves *moves);
 

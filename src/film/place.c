@@ -9,40 +9,23 @@
 
 /* ---- in space ---- */
 
-/* Let a box hold the box of voxels from @p low to @p high of a volume. */
-static void hold(const sc_prepared *v, const int low[3], const int high[3], sc_box3 *box)
-{
-    for (int corner = 0; corner < 8; corner++) {
-        const sc_vec3 at =
-            sc_affine_point(&v->to_ras_mm, (sc_vec3){corner & 1 ? high[0] + 0.5 : low[0] - 0.5,
-                                                     corner & 2 ? high[1] + 0.5 : low[1] - 0.5,
-                                                     corner & 4 ? high[2] + 0.5 : low[2] - 0.5});
-
-        box->low =
-            (sc_vec3){fmin(box->low.x, at.x), fmin(box->low.y, at.y), fmin(box->low.z, at.z)};
-        box->high =
-            (sc_vec3){fmax(box->high.x, at.x), fmax(box->high.y, at.y), fmax(box->high.z, at.z)};
-    }
-}
-
 /* Find the middle, RAS mm, of the box around the tissues that a subject shows; of its whole volume
  * if it shows none, or if its voxels were not read. */
 static sc_status find_middle(const sc_ctx *ctx, const sc_panel *subject, sc_vec3 *out)
 {
     const sc_prepared *v = &subject->volume;
-    const int first[3] = {0, 0, 0}, last[3] = {v->size[0] - 1, v->size[1] - 1, v->size[2] - 1};
-    sc_box3 box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+    sc_box3 box = SC_BOX3_EMPTY;
     SC_OWN(sc_free_at) bool *hidden = NULL;
 
     SC_PASS(SC_ZALLOC(ctx, (size_t)v->label_count, &hidden));
     SC_PASS(sc_hidden_labels(ctx, v->labels, v->label_count, subject->job.rules,
                              subject->job.rule_count, hidden));
     for (int id = 1; id < v->label_count; id++) {
-        if (!hidden[id] && v->stats[id].voxels)
-            hold(v, v->stats[id].low, v->stats[id].high, &box);
+        for (int corner = 0; corner < 8 && !hidden[id] && v->stats[id].voxels; corner++)
+            sc_box3_hold(&box, sc_tissue_corner(v, id, corner));
     }
     if (box.low.x > box.high.x)
-        hold(v, first, last, &box);
+        box = sc_grid_box_mm(v->size, &v->to_ras_mm);
     *out = sc_vec3_scale(sc_vec3_add(box.low, box.high), 0.5);
     return SC_OK;
 }

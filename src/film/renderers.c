@@ -128,8 +128,7 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
 }
 
 /* Tell on rank 0 how many ranks hold for themselves what is derived from the volume, @p bytes in
- * all.
- * @param alone whether this one does, for want of room. Collective. */
+ * all. @param alone whether this one does, for want of room. Collective. */
 static void tell_alone(const sc_app *app, uint64_t bytes, bool alone)
 {
     const int ranks = sc_comm_size(app->comm);

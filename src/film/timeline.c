@@ -5,14 +5,13 @@
 
 #include <string.h>
 
-/* Find the ways of the moves of panel->timeline that fly, on rank 0, which has their lines, and
- * send them to the others. Collective. */
+/* Make the ways of flights on rank 0, and send them to the others. Collective. */
 static sc_status share_ways(sc_app *app, sc_panel *panel)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_timeline *t = &panel->timeline;
     size_t ways = 0;
-    void *block = NULL;
+    sc_way_point *all = NULL;
     sc_status status = SC_OK;
 
     for (int i = 0; i < t->animation.move_count; i++)
@@ -21,7 +20,7 @@ static sc_status share_ways(sc_app *app, sc_panel *panel)
     if (!ways)
         return SC_OK;
     if (first)
-        status = sc_alloc(app->ctx, ways * SC_WAY_POINTS, sizeof *panel->ways, &block);
+        status = SC_ALLOC(app->ctx, ways * SC_WAY_POINTS, &all);
     SC_PASS(sc_comm_agree(app->comm, status));
     ways = 0;
     for (int i = 0; i < t->animation.move_count; i++) {
@@ -31,15 +30,15 @@ static sc_status share_ways(sc_app *app, sc_panel *panel)
             continue;
         if (first)
             sc_way_make(move->points, move->around_mm, move->point_count, move->verb.ahead,
-                        (sc_way_point *)block + ways * SC_WAY_POINTS);
+                        all + ways * SC_WAY_POINTS);
         move->points = NULL;
         move->around_mm = NULL;
         move->way = (int)ways++;
     }
-    status = sc_broadcast_array(app, &block, ways * SC_WAY_POINTS, sizeof *panel->ways);
+    status = sc_broadcast_array(app, &all, ways * SC_WAY_POINTS, sizeof *all);
     sc_free(panel->ways);
-    panel->ways = block;
-    t->ways = block;
+    panel->ways = all;
+    t->ways = all;
     return status;
 }
 
@@ -85,34 +84,29 @@ static sc_status find_focus(const sc_app *app, const sc_panel *panel, sc_optics 
     const sc_pattern pattern = sc_pattern_of(o->pattern);
     const sc_prepared *v = &panel->volume;
     const sc_match best = sc_pattern_match(v->labels, v->label_count, &pattern);
-    sc_vec3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    sc_box3 box = SC_BOX3_EMPTY;
 
     if (!(o->aperture_mm > 0) || o->focus != SC_FOCUS_TISSUE)
         return SC_OK;
     o->tissue = 0;
     for (int id = 1; id < v->label_count; id++) {
         const sc_label_stats *s = &v->stats[id];
+        const sc_box3 own = {{s->low[0], s->low[1], s->low[2]},
+                             {s->high[0], s->high[1], s->high[2]}};
 
         if (best == SC_MATCH_NONE || sc_label_match(&v->labels[id], &pattern) != best ||
-            !panel->looks.tissues[id].visible)
+            !panel->looks.tissues[id].visible || s->low[0] > s->high[0])
             continue;
-        for (int corner = 0; corner < 8 && s->low[0] <= s->high[0]; corner++) {
-            const sc_vec3 p =
-                sc_affine_point(&v->to_ras_mm, (sc_vec3){corner & 1 ? s->high[0] : s->low[0],
-                                                         corner & 2 ? s->high[1] : s->low[1],
-                                                         corner & 4 ? s->high[2] : s->low[2]});
-
-            low = (sc_vec3){fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z)};
-            high = (sc_vec3){fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z)};
-            o->tissue = id;
-        }
+        o->tissue = id;
+        for (int i = 0; i < 8; i++)
+            sc_box3_hold(&box, sc_affine_point(&v->to_ras_mm, sc_box3_corner(&own, i)));
     }
     if (!o->tissue)
         return sc_fail(app->ctx, SC_ERR_DATA,
                        "%s%sfocus: nothing of \"%s\" is visible; expected a tissue that is shown",
                        o->where, o->where[0] ? ": " : "", o->pattern);
-    o->focus_mm = sc_vec3_scale(sc_vec3_add(low, high), 0.5);
-    o->half_mm = sc_vec3_scale(sc_vec3_sub(high, low), 0.5);
+    o->focus_mm = sc_vec3_scale(sc_vec3_add(box.low, box.high), 0.5);
+    o->half_mm = sc_vec3_scale(sc_vec3_sub(box.high, box.low), 0.5);
     return SC_OK;
 }
 

@@ -69,10 +69,10 @@ static sc_status check_tissues_of(const sc_ctx *ctx, const sc_job *job, const sc
     (void)(sc_goes_on(&status, check_focus(ctx, job, view)) &&
            sc_goes_on(&status,
                       sc_clip_exceptions_check(ctx, view, job->exceptions, job->exception_count)) &&
-           sc_goes_on(&status, sc_verb_tissues_check(ctx, view, job->verb_tissues,
-                                                     job->verb_tissue_count)) &&
-           sc_goes_on(&status, sc_overlay_tissues_check(ctx, view, job->overlay_tissues,
-                                                        job->overlay_tissue_count)));
+           sc_goes_on(&status, sc_named_tissues_check(ctx, view, job->verb_tissues,
+                                                      job->verb_tissue_count)) &&
+           sc_goes_on(&status, sc_named_tissues_check(ctx, view, job->overlay_tissues,
+                                                      job->overlay_tissue_count)));
     return status;
 }
 

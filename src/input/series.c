@@ -33,10 +33,10 @@ void sc_job_keep_tissues(sc_job *job, sc_tissue_use use)
 {
     size_t first = 0, count = 0;
 
-    while (first < job->overlay_tissue_count && job->overlay_tissues[first].use != (int)use)
+    while (first < job->overlay_tissue_count && job->overlay_tissues[first].of != (int)use)
         first++;
     while (first + count < job->overlay_tissue_count &&
-           job->overlay_tissues[first + count].use == (int)use)
+           job->overlay_tissues[first + count].of == (int)use)
         count++;
     job->overlay_tissues += first;
     job->overlay_tissue_count = count;

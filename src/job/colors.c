@@ -91,7 +91,6 @@ static sc_status write_color(const sc_ctx *ctx, const sc_key *key, const void *v
 {
     const uint8_t *rgb = value;
 
-    (void)key;
     return sc_text_add(ctx, text, "[%d, %d, %d]", rgb[0], rgb[1], rgb[2]);
 }
 
@@ -100,7 +99,6 @@ static json_t *color_schema(const sc_key *key)
 {
     const char *words[SC_COLOR_NAMES];
 
-    (void)key;
     sc_color_names(words);
     return json_pack("{s:[o, {s:s, s:s}, o]}", "anyOf", sc_words_schema(words, SC_COLOR_NAMES),
                      "type", "string", "pattern", "^#([0-9a-fA-F]{3}|[0-9a-fA-F]{6})$",
@@ -121,17 +119,15 @@ static sc_status read_levels(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     const bool is_word = node->kind == SC_YAML_SCALAR &&
                          (!strcmp(node->text, "auto") || !strcmp(node->text, "none"));
     uint8_t rgb[3];
-    sc_status status;
 
     if (is_word)
-        return sc_yaml_fail(ctx, node,
-                            "%s is \"%s\", expected a colour in key frames: auto and none hold for "
-                            "all frames",
-                            key->name, node->text);
-    status = read_color(ctx, key, node, rgb);
-    if (status == SC_OK)
-        *(sc_vec3 *)value = (sc_vec3){rgb[0], rgb[1], rgb[2]};
-    return status;
+        return sc_yaml_fail(
+            ctx, node,
+            "%s is \"%s\", expected a colour in key frames: auto and none hold for all frames",
+            key->name, node->text);
+    SC_PASS(read_color(ctx, key, node, rgb));
+    *(sc_vec3 *)value = (sc_vec3){rgb[0], rgb[1], rgb[2]};
+    return SC_OK;
 }
 
 /* Split a colour of key frames into three levels. */
@@ -159,87 +155,48 @@ const sc_value_type sc_type_color_levels = {
     .schema = color_schema,
 };
 
-/* @return the track of a row. */
-static sc_track *track_of(const sc_key *key, void *value)
+/* A colour becomes the first of its key frames. */
+static sc_status take_first(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    return (sc_track *)((char *)value + key->track);
-}
-
-/* uint8_t[3], sRGB: a colour; or key frames of colours, of which it becomes the first. */
-static sc_status read_tracked(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
-                              void *value)
-{
-    sc_track *track = track_of(key, value);
-    sc_status status;
-
-    if (!sc_is_track(node))
-        return read_color(ctx, key, node, value);
-    status = sc_read_track(ctx, key, node, track);
-    if (status == SC_OK)
-        to_levels(track->keys[0].value, value);
-    return status;
-}
-
-static sc_status write_tracked(const sc_ctx *ctx, const sc_key *key, const void *value,
-                               sc_text *text)
-{
-    const sc_track *track = (const sc_track *)((const char *)value + key->track);
-
-    return track->count ? sc_write_track(ctx, key, track, text)
-                        : write_color(ctx, key, value, text);
-}
-
-static json_t *tracked_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, o]}", "anyOf", color_schema(key), sc_track_schema(key));
+    to_levels(sc_track_of(key, value)->keys[0].value, value);
+    return SC_OK;
 }
 
 const sc_value_type sc_type_tracked_color = {
     .name = "colour or key frames",
     .of_key_frames = &sc_type_color_levels,
+    .constant = &sc_type_color,
+    .take_track = take_first,
     .expected = COLOR_EXPECTED ", or key frames of colours",
-    .read = read_tracked,
-    .write = write_tracked,
-    .schema = tracked_schema,
+    .read = sc_read_tracked,
+    .write = sc_write_tracked,
+    .schema = sc_tracked_schema,
 };
+
+_Static_assert(offsetof(sc_background, rgb) == 0, "a background is read as its colour");
 
 /* sc_background: a colour, auto, none, or key frames of colours. */
 static sc_status read_background(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                  void *value)
 {
     sc_background *background = value;
-    sc_status status = SC_OK;
 
-    if (sc_is_track(node)) {
-        status = sc_read_track(ctx, key, node, &background->track);
-        if (status == SC_OK) {
-            background->is_auto = background->is_none = false;
-            to_levels(background->track.keys[0].value, background->rgb);
-        }
-        return status;
-    }
     background->is_auto = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto");
     background->is_none = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "none");
     if (background->is_none)
         memset(background->rgb, 255, sizeof background->rgb);
-    else if (!background->is_auto)
-        status = read_color(ctx, key, node, background->rgb);
-    return status;
+    return background->is_auto || background->is_none ? SC_OK
+                                                      : sc_read_tracked(ctx, key, node, value);
 }
 
-/* "auto", "none", a list of three levels, or key frames of such. */
 static sc_status write_background(const sc_ctx *ctx, const sc_key *key, const void *value,
                                   sc_text *text)
 {
     const sc_background *background = value;
 
-    if (background->track.count)
-        return sc_write_track(ctx, key, &background->track, text);
-    if (background->is_auto)
-        return sc_text_add(ctx, text, "auto");
-    if (background->is_none)
-        return sc_text_add(ctx, text, "none");
-    return write_color(ctx, key, background->rgb, text);
+    if (background->is_auto || background->is_none)
+        return sc_text_add(ctx, text, background->is_auto ? "auto" : "none");
+    return sc_write_tracked(ctx, key, value, text);
 }
 
 /* What color_schema allows, the words auto and none, or key frames of colours. */
@@ -252,6 +209,8 @@ static json_t *background_schema(const sc_key *key)
 const sc_value_type sc_type_background = {
     .name = "colour, auto, none or key frames",
     .of_key_frames = &sc_type_color_levels,
+    .constant = &sc_type_color,
+    .take_track = take_first,
     .expected = "auto, none, " COLOR_EXPECTED ", or key frames of colours",
     .read = read_background,
     .write = write_background,

@@ -156,8 +156,7 @@ static sc_status write_schema(const sc_ctx *ctx, const sc_key *keys, const char 
 }
 
 /* Append all rows whose path begins with @p prefix, as text or as JSON; without one as a short
- * text. @return SC_ERR_USAGE if
- * there is none. */
+ * text. @return SC_ERR_USAGE if there is none. */
 static sc_status list_keys(const sc_ctx *ctx, const char *prefix, sc_keys_format format,
                            sc_text *out)
 {

@@ -43,7 +43,6 @@ static sc_status add_variable(const sc_ctx *ctx, void *user, const sc_key_visit 
     variables *v = user;
     char *name = v->names[v->count];
 
-    (void)ctx;
     if (v->count == VARIABLES_MAX || strstr(visit->path, ".NAME"))
         return SC_OK;
     snprintf(name, VARIABLE_BYTES, "SEGCAST_%s", visit->path);
@@ -192,20 +191,48 @@ sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *
     return status;
 }
 
+#define ARRAY(member, number)                                                                      \
+    {                                                                                              \
+        offsetof(sc_job, member), offsetof(sc_job, number), sizeof *((sc_job *)0)->member          \
+    }
+
+static const struct {
+    size_t array, count; /* where the job has its address, and its number of elements */
+    size_t bytes;        /* of an element */
+} arrays[SC_JOB_ARRAYS] = {ARRAY(rules, rule_count),
+                           ARRAY(exceptions, exception_count),
+                           ARRAY(verbs, verb_count),
+                           ARRAY(verb_tissues, verb_tissue_count),
+                           ARRAY(captions, caption_count),
+                           ARRAY(overlay_tissues, overlay_tissue_count),
+                           ARRAY(volume_tissues, volume_tissue_count),
+                           ARRAY(shots, shot_count),
+                           ARRAY(phases, phase_count),
+                           ARRAY(tissue_tracks, tissue_track_count)};
+
+void *sc_job_array(const sc_job *job, int i, size_t *count, size_t *bytes)
+{
+    void *array;
+
+    memcpy(&array, (const char *)job + arrays[i].array, sizeof array);
+    memcpy(count, (const char *)job + arrays[i].count, sizeof *count);
+    *bytes = arrays[i].bytes;
+    return array;
+}
+
+void sc_job_set_array(sc_job *job, int i, void *array)
+{
+    memcpy((char *)job + arrays[i].array, &array, sizeof array);
+}
+
 void sc_job_clear(sc_job *job)
 {
-    sc_free(job->phases);
-    sc_free(job->rules);
-    sc_free(job->tissue_tracks);
-    sc_free(job->exceptions);
-    sc_free(job->verbs);
-    sc_free(job->verb_tissues);
-    sc_free(job->captions);
-    sc_free(job->overlay_tissues);
-    sc_free(job->volume_tissues);
+    size_t count, bytes;
+
     for (size_t i = 0; i < job->shot_count && job->shots; i++)
         sc_job_clear(&job->shots[i].job); /* which has no shots */
-    sc_free(job->shots);
+    for (int i = 0; i < SC_JOB_ARRAYS; i++)
+        sc_free(sc_job_array(job, i, &count, &bytes));
     *job = (sc_job){0};
 }
 

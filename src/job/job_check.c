@@ -33,9 +33,9 @@ static sc_status check_alpha(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
         return SC_OK;
     return sc_yaml_fail(
         ctx, sc_key_node(root, "render.background"),
-        "background is \"none\", but the video %s is %s, which has no transparency; "
-        "expected output.video: none with output.frames: png, or a name ending in .webp, .webm or "
-        ".mkv (with codec: vp9), or .mov (with codec: prores)",
+        "background is \"none\", but the video %s is %s, which has no transparency; expected "
+        "output.video: none with output.frames: png, or a name ending in .webp, .webm or .mkv "
+        "(with codec: vp9), or .mov (with codec: prores)",
         video, sc_video_codec_name(video, codec));
 }
 
@@ -75,20 +75,21 @@ static sc_status check_video(const sc_ctx *ctx, const sc_job_sources *sources, c
     if (!sc_store_video_ok(video))
         return sc_wrong_type(ctx, sc_key_node(root, "output.video"),
                              "a name ending in " SC_VIDEO_EXTENSIONS
-                             ", of at most 140 bytes, without "
-                             "a directory, control characters or a dot at the beginning; or none "
-                             "(PowerPoint and phones play .mp4)");
+                             ", of at most 140 bytes, without a directory, control characters or a "
+                             "dot at the beginning; or none (PowerPoint and phones play .mp4)");
     if (!sc_video_codec_ok(video, codec))
-        return sc_yaml_fail(ctx, sc_key_node(root, "output.codec"),
-                            "%s cannot hold this codec; expected auto, %s, or another name of the "
-                            "video",
-                            video, sc_video_codec_words(video));
+        return sc_yaml_fail(
+            ctx, sc_key_node(root, "output.codec"),
+            "%s cannot hold this codec; expected auto, %s, or another name of the video", video,
+            sc_video_codec_words(video));
     if (!sources->no_video)
         (void)sc_goes_on(&status, check_alpha(ctx, root, job));
     if (job->output.crf < sc_video_crf_least(video, codec))
-        (void)sc_goes_on(&status, sc_wrong_type(ctx, sc_key_node(root, "output.crf"),
-                                                "a number from 1 to 51 for H.264 and H.265; "
-                                                "without losses there is frames: png"));
+        (void)sc_goes_on(
+            &status,
+            sc_wrong_type(
+                ctx, sc_key_node(root, "output.crf"),
+                "a number from 1 to 51 for H.264 and H.265; without losses there is frames: png"));
     (void)sc_goes_on(&status, check_limits(ctx, root, job));
     return status;
 }
@@ -158,22 +159,21 @@ static sc_status check_projection(const sc_ctx *ctx, const sc_yaml *root, const 
     sc_status status = SC_OK;
 
     if (camera->optics.aperture_mm > 0 && camera->projection != SC_PERSPECTIVE)
-        (void)sc_goes_on(
-            &status,
-            sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.aperture_mm"),
-                         "aperture_mm: an %s picture is sharp everywhere; expected projection: "
-                         "perspective, or aperture_mm: 0",
-                         camera->projection == SC_ORTHOGRAPHIC ? "orthographic"
-                                                               : "equirectangular"));
+        (void)sc_goes_on(&status,
+                         sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.aperture_mm"),
+                                      "aperture_mm: an %s picture is sharp everywhere; expected "
+                                      "projection: perspective, or aperture_mm: 0",
+                                      camera->projection == SC_ORTHOGRAPHIC ? "orthographic"
+                                                                            : "equirectangular"));
     if (camera->projection != SC_EQUIRECTANGULAR)
         return status;
     if (size_px[0] != 2 * size_px[1])
         (void)sc_goes_on(
-            &status, sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.projection"),
-                                  "projection: an equirectangular picture is twice as wide as "
-                                  "high, but output.size is %d x %d; expected for example "
-                                  "size: [%d, %d]",
-                                  size_px[0], size_px[1], 2 * (size_px[0] / 2), size_px[0] / 2));
+            &status,
+            sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.projection"),
+                         "projection: an equirectangular picture is twice as wide as high, but "
+                         "output.size is %d x %d; expected for example size: [%d, %d]",
+                         size_px[0], size_px[1], 2 * (size_px[0] / 2), size_px[0] / 2));
     if (job->animation.slices.are_shown || job->has_compare)
         (void)sc_goes_on(&status,
                          sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.projection"),
@@ -181,9 +181,11 @@ static sc_status check_projection(const sc_ctx *ctx, const sc_yaml *root, const 
                                       "expected no %s, or another projection",
                                       job->has_compare ? "compare" : "slices"));
     if (job->overlays.scale_bar)
-        (void)sc_goes_on(&status, sc_yaml_fail(ctx, sc_key_node(root, "overlays.scale_bar"),
-                                               "scale_bar: an equirectangular picture has no "
-                                               "scale; expected scale_bar: none"));
+        (void)sc_goes_on(
+            &status,
+            sc_yaml_fail(
+                ctx, sc_key_node(root, "overlays.scale_bar"),
+                "scale_bar: an equirectangular picture has no scale; expected scale_bar: none"));
     return status;
 }
 
@@ -207,19 +209,19 @@ static sc_status check_hold(const sc_ctx *ctx, const sc_job *job, size_t index)
                          "whose turning it can pause");
     if (hold->soft > 0.5)
         return fail_verb(ctx, hold,
-                         "hold: soft is more than 50%, so that the camera would start "
-                         "again before it stands; expected 0% to 50%");
+                         "hold: soft is more than 50%, so that the camera would start again before "
+                         "it stands; expected 0% to 50%");
     if (hold->end - hold->begin >= 1)
         return fail_verb(ctx, hold,
-                         "hold: it lasts for the whole animation, so that there is no "
-                         "time to turn; expected a part of it, or turns: 0");
+                         "hold: it lasts for the whole animation, so that there is no time to "
+                         "turn; expected a part of it, or turns: 0");
     for (size_t i = 0; i < index; i++) {
         const sc_verb *other = &job->verbs[i];
 
         if (other->kind == SC_VERB_HOLD && other->begin < hold->end && hold->begin < other->end)
             return fail_verb(ctx, hold,
-                             "hold: it overlaps with another hold; expected one that "
-                             "begins when the other has ended, or one for both");
+                             "hold: it overlaps with another hold; expected one that begins when "
+                             "the other has ended, or one for both");
     }
     return SC_OK;
 }
@@ -238,8 +240,8 @@ static void warn_of_flight(const sc_ctx *ctx, const sc_job *job, const sc_verb *
 
         if (name && verb->begin >= fly->begin)
             sc_warn(ctx,
-                    "%s%s%s: it does nothing, because the camera flies by then, or stays where "
-                    "the flight has ended; another shot may begin with it",
+                    "%s%s%s: it does nothing, because the camera flies by then, or stays where the "
+                    "flight has ended; another shot may begin with it",
                     verb->where, verb->where[0] ? ": " : "", name);
     }
 }
@@ -251,7 +253,7 @@ static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
     int tissues = 0;
 
     for (size_t i = 0; i < job->verb_tissue_count; i++)
-        tissues += job->verb_tissues[i].verb == (int)index;
+        tissues += job->verb_tissues[i].of == (int)index;
     if (fly->middles && tissues < 2)
         return fail_verb(ctx, fly,
                          "fly: from middle to middle there have to be two tissues or more; "
@@ -327,10 +329,10 @@ static sc_status check_verbs(const sc_ctx *ctx, const sc_job *job)
         if (verb->kind == SC_VERB_TURN)
             (void)sc_goes_on(&status, check_turn(ctx, job, i));
         if (verb->kind == SC_VERB_DOLLY && camera->projection == SC_ORTHOGRAPHIC)
-            (void)sc_goes_on(&status, fail_verb(ctx, verb,
-                                                "dolly: it changes nothing in an orthographic "
-                                                "picture; expected the verb zoom, or "
-                                                "projection: perspective"));
+            (void)sc_goes_on(&status,
+                             fail_verb(ctx, verb,
+                                       "dolly: it changes nothing in an orthographic picture; "
+                                       "expected the verb zoom, or projection: perspective"));
     }
     return status;
 }
@@ -344,10 +346,10 @@ static sc_status apply_duration(const sc_ctx *ctx, const sc_yaml *root, sc_job *
         return SC_OK;
     job->has_duration = false;
     if (frames < 1 || frames > SC_JOB_FRAMES_MAX)
-        return sc_yaml_fail(ctx, sc_key_node(root, "animation.frames"),
-                            "frames is %g s, which makes %.0f frames at %d frames per second, "
-                            "expected 1 to %d",
-                            job->duration_s, frames, job->output.fps, SC_JOB_FRAMES_MAX);
+        return sc_yaml_fail(
+            ctx, sc_key_node(root, "animation.frames"),
+            "frames is %g s, which makes %.0f frames at %d frames per second, expected 1 to %d",
+            job->duration_s, frames, job->output.fps, SC_JOB_FRAMES_MAX);
     job->animation.frames = (int)frames;
     return SC_OK;
 }
@@ -367,9 +369,8 @@ static sc_status check_turns(const sc_ctx *ctx, const sc_yaml *root, sc_job *job
         return SC_OK;
     return sc_yaml_fail(
         ctx, node,
-        "turns is %g, so that the camera would turn by %.0f degrees from each frame "
-        "to the next; expected a number of turns, not of degrees: %g degrees are "
-        "turns: %.6g",
+        "turns is %g, so that the camera would turn by %.0f degrees from each frame to the next; "
+        "expected a number of turns, not of degrees: %g degrees are turns: %.6g",
         turns, step_deg, turns, turns / 360);
 }
 
@@ -414,27 +415,26 @@ static sc_status check_compare(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
         return SC_OK;
     sc_note_where(node, job->compare.where, sizeof job->compare.where);
     if (job->animation.slices.are_shown)
-        (void)sc_goes_on(&status, sc_yaml_fail(ctx, sc_key_node(root, "animation.slices"),
-                                               "slices: a comparison has none; expected slices: "
-                                               "none, or no compare"));
+        (void)sc_goes_on(
+            &status,
+            sc_yaml_fail(ctx, sc_key_node(root, "animation.slices"),
+                         "slices: a comparison has none; expected slices: none, or no compare"));
     job->output.layout = SC_LAYOUT_COMPARE;
     if (job->has_shots)
-        (void)sc_goes_on(&status,
-                         sc_yaml_fail(ctx, node,
-                                      "compare: a film of shots shows one volume; expected a job "
-                                      "without shots, or no compare"));
+        (void)sc_goes_on(&status, sc_yaml_fail(ctx, node,
+                                               "compare: a film of shots shows one volume; "
+                                               "expected a job without shots, or no compare"));
     if (job->phase_count)
-        (void)sc_goes_on(&status,
-                         sc_yaml_fail(ctx, node,
-                                      "compare: a series of volumes (cine) cannot be compared; "
-                                      "expected one volume, or no compare"));
+        (void)sc_goes_on(&status, sc_yaml_fail(ctx, node,
+                                               "compare: a series of volumes (cine) cannot be "
+                                               "compared; expected one volume, or no compare"));
     for (int i = 0; i < job->compare.count && !job->has_image; i++) {
         if (job->compare.others[i].image[0])
             (void)sc_goes_on(
-                &status, sc_yaml_fail(ctx, compare_node(root, i, "image"),
-                                      "image: the job itself has none, which says how it is "
-                                      "shown; expected for example image: {path: before.nii.gz} "
-                                      "at the top of the job"));
+                &status,
+                sc_yaml_fail(ctx, compare_node(root, i, "image"),
+                             "image: the job itself has none, which says how it is shown; expected "
+                             "for example image: {path: before.nii.gz} at the top of the job"));
     }
     if (job->has_color_by)
         (void)sc_goes_on(&status,
@@ -512,22 +512,31 @@ static sc_status resolve_key(const sc_ctx *ctx, const sc_job_sources *sources, c
     return sc_resolve_path(ctx, sources, sc_key_node(root, key), key, use, path);
 }
 
-/* As sc_note_key, of the key @p key of the tree @p root, if it is there. */
-static void note_key(const sc_yaml *root, const char *key, char where[SC_WHERE_BYTES])
+/* Note where keys stand that messages name later. */
+static void note_places(const sc_yaml *root, sc_job *job)
 {
-    const sc_yaml *node = sc_key_node(root, key);
+    const struct {
+        const char *key;
+        char *where;
+        bool with_key; /* as sc_note_key, else as sc_note_where */
+    } places[] = {{volume_key(root), job->volume_where, true},
+                  {"image.path", job->image_where, true},
+                  {"output.directory", job->directory_where, true},
+                  {"output.video", job->video_where, false},
+                  {"output.size", job->size_where, false},
+                  {"output.fps", job->fps_where, false},
+                  {"tissues", job->tissues_where, false},
+                  {"volume.header", job->volume_box_where, false},
+                  {"animation.camera.zoom", job->zoom_where, false}};
 
-    if (node)
-        sc_note_key(node, key, where, SC_WHERE_BYTES);
-}
+    for (size_t i = 0; i < SC_COUNT_OF(places); i++) {
+        const sc_yaml *node = sc_key_node(root, places[i].key);
 
-/* As sc_note_where, of the key @p key of the tree @p root, if it is there. */
-static void note_line(const sc_yaml *root, const char *key, char where[SC_WHERE_BYTES])
-{
-    const sc_yaml *node = sc_key_node(root, key);
-
-    if (node)
-        sc_note_where(node, where, SC_WHERE_BYTES);
+        if (node && places[i].with_key)
+            sc_note_key(node, places[i].key, places[i].where, SC_WHERE_BYTES);
+        else if (node)
+            sc_note_where(node, places[i].where, SC_WHERE_BYTES);
+    }
 }
 
 /* Resolve the path of the logo, which may stand at a place. */
@@ -546,15 +555,7 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
 {
     sc_status status = SC_OK, inputs = SC_OK;
 
-    note_key(root, volume_key(root), job->volume_where);
-    note_key(root, "image.path", job->image_where);
-    note_key(root, "output.directory", job->directory_where);
-    note_line(root, "output.video", job->video_where);
-    note_line(root, "output.size", job->size_where);
-    note_line(root, "output.fps", job->fps_where);
-    note_line(root, "tissues", job->tissues_where);
-    note_line(root, "volume.header", job->volume_box_where);
-    note_line(root, "animation.camera.zoom", job->zoom_where);
+    note_places(root, job);
     (void)sc_goes_on(&status, check_not_empty(ctx, root, volume_key(root)));
     (void)sc_goes_on(&status, check_not_empty(ctx, root, "output.directory"));
     (void)sc_goes_on(&status, check_video(ctx, sources, root, job));

@@ -23,20 +23,18 @@ static json_t *scalar_to_json(const sc_yaml *node)
     return strpbrk(text, ".eE") ? json_real(number) : json_integer(strtoll(text, NULL, 10));
 }
 
-/* @return a node, with all below it, as JSON. The caller owns it; NULL: no memory. The depth of a
- * tree is bounded. */
-static json_t *to_json(const sc_yaml *node)
+json_t *sc_node_to_json(const sc_yaml *node)
 {
     json_t *json;
 
     if (node->kind == SC_YAML_SCALAR)
         return scalar_to_json(node);
     json = node->kind == SC_YAML_MAP ? json_object() : json_array();
-    for (size_t i = 0; i < node->count && json; i++) {
+    for (size_t i = 0; i < node->count && json; i++) { /* the depth of a tree is bounded */
         const sc_yaml *item = node->items[i];
         const int failed = node->kind == SC_YAML_MAP
-                               ? json_object_set_new(json, item->key, to_json(item))
-                               : json_array_append_new(json, to_json(item));
+                               ? json_object_set_new(json, item->key, sc_node_to_json(item))
+                               : json_array_append_new(json, sc_node_to_json(item));
 
         if (failed) {
             json_decref(json);
@@ -48,7 +46,7 @@ static json_t *to_json(const sc_yaml *node)
 
 sc_status sc_tree_to_json(const sc_ctx *ctx, const sc_yaml *root, sc_text *text)
 {
-    json_auto_t *json = to_json(root);
+    json_auto_t *json = sc_node_to_json(root);
     SC_OWN(sc_free_at) char *written = NULL;
 
     written = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;

@@ -47,17 +47,16 @@ static const sc_key output_keys[] = {
      .help = "title of the film, in the metadata of the video",
      .bytes = sizeof(((sc_output *)0)->title)},
     {"author", &sc_type_text, OUTPUT(author), "\"\"",
-     .help =
-         "who made the film, in the metadata of the video, beside the hashes of job and volume; "
-         "behind it perhaps the licence of the film, as in \"A. Author; CC-BY-4.0\"",
+     .help = "who made the film, in the metadata of the video, beside the hashes of job and "
+             "volume; behind it perhaps the licence of the film, as in \"A. Author; CC-BY-4.0\"",
      .bytes = sizeof(((sc_output *)0)->author)},
     {"frames", &sc_type_choice, OUTPUT(frames), "none",
      .help = "png: every frame also as a file frames/000000.png", .choices = frame_files,
      .outside_identity = true},
     {"crf", &sc_type_int, OUTPUT(crf), "18",
-     .help = "quality of the encoder: constant rate factor, smaller is better and larger; 0 "
-             "not for H.264 and H.265; ProRes has always the same; of WebP 0 loses nothing, and 18 "
-             "is its quality 88",
+     .help = "quality of the encoder: constant rate factor, smaller is better and larger; 0 not "
+             "for H.264 and H.265; ProRes has always the same; of WebP 0 loses nothing, and 18 is "
+             "its quality 88",
      .low = 0, .high = 51},
     {"preset", &sc_type_choice, OUTPUT(preset), "medium",
      .help = "speed of the encoders of H.264 and H.265: slower makes smaller files",
@@ -100,9 +99,8 @@ static const sc_key render_keys[] = {
      .option = &(const sc_key_option){"smooth", "S", PICTURE_COMMANDS}, .of_film = true},
     {"skip", &sc_type_choice, RENDER(skip), "leap",
      .help = "how empty space is skipped: leap (fast, with little memory), none or interior (the "
-             "paper's plain and "
-             "accelerated methods), octree, proximity or chessboard (methods of others, to compare "
-             "with); same pictures",
+             "paper's plain and accelerated methods), octree, proximity or chessboard (methods of "
+             "others, to compare with); same pictures",
      .choices = skips, .outside_identity = true, .of_film = true},
     {"cpu", &sc_type_choice, RENDER(cpu), "auto",
      .help = "instruction set of the program that draws: auto (the best that the processor has), "
@@ -154,18 +152,16 @@ static const sc_choice light_methods[] = {
 static const sc_key light_keys[] = {
     {"method", &sc_type_choice, LIGHT(method), "plain",
      .help =
-         "plain: lamps that move with the camera, and cavities darkened by how much around "
-         "them is filled; global: a soft lamp and a sky that stand to the body, whose light also "
-         "comes by way of other tissues and takes their colours along; flat: no light at all, "
-         "plain colours",
+         "plain: lamps that move with the camera, and cavities darkened by how much around them is "
+         "filled; global: a soft lamp and a sky that stand to the body, whose light also comes by "
+         "way of other tissues and takes their colours along; flat: no light at all, plain colours",
      .choices = light_methods},
     {"ambient", STRENGTH(ambient), .fallback = "0.12",
      .help = "strength of the light from everywhere; with method: global from the sky", .low = 0,
      .high = 2},
     {"key", STRENGTH(key), .fallback = "0.76",
-     .help =
-         "strength of the light from above the left shoulder of the viewer; with method: global "
-         "that of the lamp before the body",
+     .help = "strength of the light from above the left shoulder of the viewer; with method: "
+             "global that of the lamp before the body",
      .low = 0, .high = 2},
     {"head", STRENGTH(head), .fallback = "0.3", .help = "strength of the light from the eye",
      .low = 0, .high = 2},
@@ -203,9 +199,8 @@ static const sc_key animation_keys[] = {
      .keys = sc_verb_keys, .without = "none", .given = SC_GIVEN(sc_job, has_verbs)},
     {"slices", &sc_type_slices, offsetof(sc_job, animation.slices), NULL,
      .help =
-         "the three regular slices beside the picture, and where they cross: a point in RAS mm, "
-         "or how far they are on the way through what is visible; through: they go all of that "
-         "way",
+         "the three regular slices beside the picture, and where they cross: a point in RAS mm, or "
+         "how far they are on the way through what is visible; through: they go all of that way",
      .given = SC_GIVEN(sc_job, animation.slices.is_given), .without = "none",
      .option = &(const sc_key_option){"point", "R,A,S", "still"}},
     {0}};
@@ -239,8 +234,7 @@ static const sc_key farm_keys[] = {
      .choices = encodes},
     {"share", &sc_type_bool, FARM(share), "true",
      .help = "ranks on the node of rank 0 draw into its memory where /dev/shm has room; false: "
-             "they send "
-             "their pixels"},
+             "they send their pixels"},
     {"tile", &sc_type_int, FARM(tile_px), "32", .help = "side of the squares that threads draw",
      .low = 8, .high = 256, .unit = "pixels"},
     {0}};
@@ -290,16 +284,14 @@ const sc_key sc_shot_keys[] = {
      .help = "name of the shot; each shot that has one begins a chapter of the video",
      .bytes = sizeof(((sc_shot *)0)->name), .without = "none"},
     {"transition", &sc_type_transition, SHOT(transition), "cut",
-     .help =
-         "how the shot follows the one before: cut; cross_fade 1s: the one before is replaced "
-         "step by step, in linear light, and both overlap for this long, by which the film is "
-         "shorter; or fade 1s: half of this time the one before fades to the background, and in "
-         "the other half the shot appears from its own (the first shot only appears)"},
+     .help = "how the shot follows the one before: cut; cross_fade 1s: the one before is replaced "
+             "step by step, in linear light, and both overlap for this long, by which the film is "
+             "shorter; or fade 1s: half of this time the one before fades to the background, and "
+             "in the other half the shot appears from its own (the first shot only appears)"},
     {"fade_out", &sc_type_length, SHOT(fade_out), NULL, .given = SC_GIVEN(sc_shot, has_fade_out),
      .without = "it does not",
-     .help =
-         "how long it fades to the background at its end; for the last shot, and those before a "
-         "cut"},
+     .help = "how long it fades to the background at its end; for the last shot, and those before "
+             "a cut"},
     {"card", &sc_type_card, SHOT(card), NULL,
      .help = "the shot is a title card: a text in the middle of the background, or [title, "
              "subtitle], and no tissues; \\n in double quotes begins a new line",
@@ -332,10 +324,10 @@ const sc_key sc_job_keys[] = {
      .choices = table_formats, .outside_identity = true,
      .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS}, .of_film = true},
     {"overlap", &sc_type_overlap, 0, "smaller",
-     .help = "which tissue has a voxel that several masks of a directory, or segments of a "
-             ".seg.nrrd or DICOM SEG, cover; smaller: the one with fewer voxels, order: the last "
-             "of them, [tumour, \"*artery\"]: the one that this list names first, or else the "
-             "smaller",
+     .help =
+         "which tissue has a voxel that several masks of a directory, or segments of a .seg.nrrd "
+         "or DICOM SEG, cover; smaller: the one with fewer voxels, order: the last of them, "
+         "[tumour, \"*artery\"]: the one that this list names first, or else the smaller",
      .outside_identity = true, .option = &(const sc_key_option){"overlap", "NAME", LABEL_COMMANDS},
      .of_film = true},
     {"appearance", &sc_type_choice, offsetof(sc_job, appearance), "table",
@@ -350,9 +342,9 @@ const sc_key sc_job_keys[] = {
     {LOOK_ROW,
      .option = &(const sc_key_option){"look", "NAME", LABEL_COMMANDS " render check plan study"}},
     {"cine", &sc_type_flow_map, offsetof(sc_job, cine), NULL,
-     .help = "the volume is a series, a list of files, a pattern such as heart_*.nrrd, or a file "
-             "that holds several volumes (4-D): phases of a beat, which follow each other in the "
-             "film",
+     .help =
+         "the volume is a series, a list of files, a pattern such as heart_*.nrrd, or a file that "
+         "holds several volumes (4-D): phases of a beat, which follow each other in the film",
      .keys = sc_cine_keys, .given = SC_GIVEN(sc_job, has_cine), .of_film = true,
      .without = "the volume is one"},
     {"color_by", &sc_type_flow_map, offsetof(sc_job, color_by), NULL,
@@ -381,10 +373,9 @@ const sc_key sc_job_keys[] = {
     {"overlays", &sc_type_map, 0, NULL, .help = "what is written onto the pictures",
      .keys = sc_overlays_keys},
     {"shots", &sc_type_shots, 0, NULL,
-     .help =
-         "the film as a list of shots, one after the other: each is a map of keys of its own, and "
-         "of look, color_by, image, render, light, tissues, animation and overlays "
-         "as in the file, which are merged over those outside of the list",
+     .help = "the film as a list of shots, one after the other: each is a map of keys of its own, "
+             "and of look, color_by, image, render, light, tissues, animation and overlays as in "
+             "the file, which are merged over those outside of the list",
      .keys = sc_shot_keys, .given = SC_GIVEN(sc_job, has_shots), .of_film = true,
      .without = "one shot"},
     {"farm", &sc_type_map, offsetof(sc_job, farm), NULL,

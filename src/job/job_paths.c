@@ -54,14 +54,24 @@ static sc_status refuse_shell(const sc_ctx *ctx, const sc_job_sources *sources, 
                                            : 1 + strspn(part + 1, WORD);
 
     if (home && *part == '~' && (!path[1] || path[1] == '/'))
-        return sc_yaml_fail(ctx, node,
-                            "%s is \"%s\", but only a shell replaces \"~\", and only outside of "
-                            "quotes; write %s%s",
-                            key, path, home, path + 1);
+        return sc_yaml_fail(
+            ctx, node,
+            "%s is \"%s\", but only a shell replaces \"~\", and only outside of quotes; write %s%s",
+            key, path, home, path + 1);
     return sc_yaml_fail(ctx, node,
                         "%s is \"%s\", but only a shell replaces \"%.*s\", and only outside of "
                         "%squotes; write the whole path",
                         key, path, (int)length, part, *part == '~' ? "" : "single ");
+}
+
+sc_status sc_path_beside(const sc_ctx *ctx, const char *file, const char *path, char **out)
+{
+    const char *slash = file ? strrchr(file, '/') : NULL;
+    SC_OWN(sc_text_clear) sc_text directory = {0};
+
+    if (slash)
+        SC_PASS(sc_text_add(ctx, &directory, "%.*s", slash > file ? (int)(slash - file) : 1, file));
+    return sc_path_join(ctx, directory.data, path, out);
 }
 
 /* Write @p path, as it stands in @p node, to *out: in the job file it is relative to that file, in
@@ -69,14 +79,7 @@ static sc_status refuse_shell(const sc_ctx *ctx, const sc_job_sources *sources, 
 static sc_status locate(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
                         const char *path, char **out)
 {
-    const char *slash = sources->path ? strrchr(sources->path, '/') : NULL;
-    SC_OWN(sc_text_clear) sc_text directory = {0};
-
-    if (node->line > 0 && slash)
-        SC_PASS(sc_text_add(ctx, &directory, "%.*s",
-                            slash > sources->path ? (int)(slash - sources->path) : 1,
-                            sources->path));
-    return sc_path_join(ctx, directory.data, path, out);
+    return sc_path_beside(ctx, node->line > 0 ? sources->path : NULL, path, out);
 }
 
 /* Refuse an input that cannot be read, or is not of the kind that is expected. @param shown the

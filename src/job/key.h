@@ -32,6 +32,11 @@ typedef struct sc_value_type {
     sc_status (*read)(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value);
     const struct sc_value_type *of_key_frames; /* the type of the values of key frames, each in an
                                                   sc_vec3; NULL: a number */
+    const struct sc_value_type *constant; /* of a value that may have key frames: its type without
+                                             them; NULL: that of the values of key frames */
+    /* Of such a value: set what follows for @p value from its key frames, which have been read.
+     * NULL: nothing does. @return the mistake, which is logged. */
+    sc_status (*take_track)(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value);
     bool steps; /* of values of key frames: there is nothing between two of them, so that the first
                    holds until the time of the second; there is no ease */
     /* Append the value to @p text as YAML that `read` accepts, in one line. NULL: the keys of the
@@ -152,6 +157,8 @@ sc_status sc_key_unknown(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *n
 
 /* ---- job_json.c ---- */
 
+/* @return a node, with all below it, as JSON; NULL when out of memory. */
+json_t *sc_node_to_json(const sc_yaml *node);
 /* Append a tree to @p text as JSON. @return SC_ERR_MEMORY. */
 sc_status sc_tree_to_json(const sc_ctx *ctx, const sc_yaml *root, sc_text *text);
 
@@ -183,6 +190,9 @@ sc_status sc_job_check(const sc_ctx *ctx, const struct sc_job_sources *sources, 
 /* What a path of a job leads to: an input that is a file or a directory, one that has to be a file,
  * or something that is to be written. */
 typedef enum sc_path_use { SC_PATH_INPUT, SC_PATH_FILE, SC_PATH_OUTPUT } sc_path_use;
+/* Join @p path to the directory of @p file, NULL: none. Caller owns *out: sc_free. @return
+ * SC_ERR_MEMORY. */
+sc_status sc_path_beside(const sc_ctx *ctx, const char *file, const char *path, char **out);
 /* Resolve a path in place, which has room for SC_PATH_BYTES. In the job file it is relative to that
  * file, in a setting to the working directory. If something exists there the path becomes absolute,
  * so that the resolved job can be read from any directory. @param node where it stands; NULL: it is
@@ -260,6 +270,12 @@ sc_status sc_write_track(const sc_ctx *ctx, const sc_key *value, const struct sc
                          sc_text *text);
 /* @return the schema of a track; NULL when out of memory. */
 json_t *sc_track_schema(const sc_key *value);
+/* Read, write and describe a value that may have key frames: for sc_value_type. */
+sc_status sc_read_tracked(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value);
+sc_status sc_write_tracked(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text);
+json_t *sc_tracked_schema(const sc_key *key);
+/* @return the track of a row of such a value. */
+sc_track *sc_track_of(const sc_key *key, void *value);
 
 /* ---- positions.c ---- */
 
@@ -357,6 +373,16 @@ void sc_note_where(const sc_yaml *node, char *where, size_t size);
  * @return as sc_wrong_type if @p item is no such text, or an empty one. */
 sc_status sc_read_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *item,
                          char pattern[SC_NAME_BYTES], char where[160]);
+/* Append a tissue or a list of tissues to *list [*count], all named for @p of. @return the first
+ * mistake; all are logged. */
+sc_status sc_read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, int of,
+                          sc_named_tissue **list, size_t *count);
+/* Append those of list[count] that are named for @p of as a list, [a, "b*"]. */
+sc_status sc_write_tissues(const sc_ctx *ctx, const sc_named_tissue *list, size_t count, int of,
+                           sc_text *text);
+/* @return a new JSON schema of a tissue or of a list of them, at least @p least; NULL when out of
+ * memory. */
+json_t *sc_tissues_schema(int least);
 /* Append an item of a list, a text in quotes. *comma stands before it: "" or "[" at first. */
 sc_status sc_write_item(const sc_ctx *ctx, const char **comma, const char *value, sc_text *text);
 /* Store "file:line: key" of a node in @p where, for messages of what its value names; of a setting
@@ -373,8 +399,7 @@ sc_status sc_tell_missing(const sc_ctx *ctx, const sc_yaml *node, const char *ke
                           int error);
 
 /* Copy the first element of the path of a setting into @p element, which has room for @p size
- * bytes.
- * @return the rest of the path, or NULL if the path is malformed or the element too long. */
+ * bytes. @return the rest of the path, or NULL if the path is malformed or the element too long. */
 const char *sc_setting_element(const char *path, char *element, size_t size);
 
 /* ---- schema.c ---- */

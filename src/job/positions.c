@@ -50,20 +50,17 @@ static sc_status write_plane_position(const sc_ctx *ctx, const sc_key *key, cons
 {
     const sc_plane_position *position = value;
 
-    (void)key;
     return sc_write_number(ctx, position->value, 1, position->percent ? "%" : " mm", text);
 }
 
 static json_t *plane_position_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:s, s:s}", "type", "string", "pattern",
                      "^-?[0-9.]+([eE][-+]?[0-9]+)? *(%|mm)$");
 }
 
 static json_t *share_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:s, s:s}", "type", "string", "pattern", "^[0-9.]+ *%$");
 }
 
@@ -81,7 +78,6 @@ static sc_status read_share(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
 
 static sc_status write_share(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    (void)key;
     return sc_write_number(ctx, *(const double *)value, 100, "%", text);
 }
 
@@ -112,7 +108,6 @@ static sc_status write_span(const sc_ctx *ctx, const sc_key *key, const void *va
 {
     const double *span = value;
 
-    (void)key;
     SC_PASS(sc_text_add(ctx, text, "["));
     SC_PASS(sc_write_number(ctx, span[0], 100, "%, ", text));
     return sc_write_number(ctx, span[1], 100, "%]", text);
@@ -120,7 +115,6 @@ static sc_status write_span(const sc_ctx *ctx, const sc_key *key, const void *va
 
 static json_t *span_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:s, s:{s:s, s:s}, s:i, s:i}", "type", "array", "items", "type", "string",
                      "pattern", "^([0-9.]+ *(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$",
                      "minItems", 2, "maxItems", 2);
@@ -219,13 +213,11 @@ static sc_status read_duration(const sc_ctx *ctx, const sc_key *key, const sc_ya
 static sc_status write_duration(const sc_ctx *ctx, const sc_key *key, const void *value,
                                 sc_text *text)
 {
-    (void)key;
     return sc_write_number(ctx, *(const double *)value, 1, " s", text);
 }
 
 static json_t *duration_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:[{s:s}, {s:s, s:s}]}", "anyOf", "type", "number", "type", "string",
                      "pattern", "^([0-9.]+ *(ms|s|min)?|([0-9]+:)?[0-9]+:[0-5][0-9](\\.[0-9]*)?)$");
 }

@@ -7,33 +7,7 @@
  * and then the whole becomes NULL, too. */
 #include "key.h"
 
-#include <math.h>
-#include <stdlib.h>
 #include <string.h>
-
-/* A YAML value as JSON: "true" and "false" as booleans, numbers as numbers, all else as strings.
- * Not for maps, which no default is. */
-static json_t *json_of(const sc_yaml *node)
-{
-    json_t *list;
-
-    if (node->kind == SC_YAML_SCALAR) {
-        char *end;
-        const double number = strtod(node->text, &end);
-
-        if (!strcmp(node->text, "true") || !strcmp(node->text, "false"))
-            return json_boolean(node->text[0] == 't');
-        if (end == node->text || *end)
-            return json_string(node->text);
-        if (fabs(number) < 1e9 && number == floor(number))
-            return json_integer((json_int_t)number);
-        return json_real(number);
-    }
-    list = json_array();
-    for (size_t i = 0; i < node->count; i++)
-        json_array_append_new(list, json_of(node->items[i]));
-    return list;
-}
 
 /* @return the default as JSON; NULL if there is none. */
 static json_t *default_of(const sc_key *key)
@@ -44,7 +18,7 @@ static json_t *default_of(const sc_key *key)
 
     if (key->fallback &&
         sc_yaml_parse(&silent, key->name, key->fallback, strlen(key->fallback), &node) == SC_OK)
-        json = json_of(node);
+        json = sc_node_to_json(node);
     sc_yaml_free(node);
     return json;
 }

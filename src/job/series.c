@@ -101,11 +101,11 @@ static sc_status check_numbers(const sc_ctx *ctx, const sc_yaml *node, const cha
     }
     for (size_t i = 0; i + 1 < count; i++) {
         if (step_between(paths[i], paths[i + 1], at) > least)
-            return sc_yaml_fail(ctx, node,
-                                "%s: there is no file between %s and %s, while the numbers of "
-                                "others differ by %.0f; expected all files of the series, or a "
-                                "list of those that are to be shown",
-                                key, name_of(paths[i]), name_of(paths[i + 1]), least);
+            return sc_yaml_fail(
+                ctx, node,
+                "%s: there is no file between %s and %s, while the numbers of others differ by "
+                "%.0f; expected all files of the series, or a list of those that are to be shown",
+                key, name_of(paths[i]), name_of(paths[i + 1]), least);
     }
     return SC_OK;
 }

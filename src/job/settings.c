@@ -164,11 +164,10 @@ static sc_status find_item(const sc_ctx *ctx, sc_yaml *list, const char *element
     const long number = strtol(element, &end, 10);
 
     if (*end || end == element || number < 0 || (size_t)number > list->count)
-        return sc_fail(
-            ctx, SC_ERR_USAGE,
-            "%s: \"%s\" is not an item of a list of %zu; expected a number from 0, or %zu "
-            "to append one",
-            origin, element, list->count, list->count);
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "%s: \"%s\" is not an item of a list of %zu; expected a number from 0, or "
+                       "%zu to append one",
+                       origin, element, list->count, list->count);
     *index = (size_t)number;
     return SC_OK;
 }
@@ -275,10 +274,10 @@ static sc_status put(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const
 
         path = sc_setting_element(path, element, sizeof element);
         if (!path) {
-            status = sc_fail(ctx, SC_ERR_USAGE,
-                             "%s: expected key.path=value, where each key has at most %zu "
-                             "characters",
-                             origin, sizeof element - 1);
+            status =
+                sc_fail(ctx, SC_ERR_USAGE,
+                        "%s: expected key.path=value, where each key has at most %zu characters",
+                        origin, sizeof element - 1);
             break;
         }
         status = enter(ctx, &at, element, origin, &index);

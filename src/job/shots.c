@@ -12,10 +12,10 @@
 /* Log that a key holds for the whole film. @return as sc_yaml_fail. */
 static sc_status refuse_film_key(const sc_ctx *ctx, const sc_yaml *item)
 {
-    return sc_yaml_fail(ctx, item,
-                        "%s holds for the whole film, not for one of its shots; write it outside "
-                        "of shots",
-                        item->key);
+    return sc_yaml_fail(
+        ctx, item,
+        "%s holds for the whole film, not for one of its shots; write it outside of shots",
+        item->key);
 }
 
 /* Refuse keys in and below @p node that hold for the whole film. @param keys, container as of
@@ -160,9 +160,9 @@ static sc_status check_background(const sc_ctx *ctx, const sc_yaml *node, const 
     if (job->render.background.is_none == film->render.background.is_none)
         return SC_OK;
     job->render.background = film->render.background;
-    return sc_yaml_fail(ctx, sc_key_node(node, "render.background"),
-                        "background: either all shots have none, or no shot has; write none "
-                        "outside of shots");
+    return sc_yaml_fail(
+        ctx, sc_key_node(node, "render.background"),
+        "background: either all shots have none, or no shot has; write none outside of shots");
 }
 
 /* Read the job of a shot. @return the first mistake; all are logged. */
@@ -222,18 +222,16 @@ static sc_status find_fade_out(const sc_ctx *ctx, const sc_job *film, size_t i, 
     if (!shot->has_fade_out)
         return SC_OK;
     if (i + 1 < film->shot_count && next->kind != SC_TRANSITION_CUT)
-        return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: shot %zu has a fade_out, but shot %zu follows with a %s; leave one of "
-                       "the two out",
-                       shot->where, i + 1, i + 2,
-                       next->kind == SC_TRANSITION_FADE ? "fade" : "cross_fade");
-    if (frames < 1 || frames > SC_JOB_FRAMES_MAX)
         return sc_fail(
             ctx, SC_ERR_DATA,
-            "%s: the fade_out of shot %zu is %g %s, which makes %.0f frames at %d frames "
-            "per second, expected 1 or more",
-            shot->where, i + 1, shot->fade_out.value, unit_of(&shot->fade_out), frames,
-            film->output.fps);
+            "%s: shot %zu has a fade_out, but shot %zu follows with a %s; leave one of the two out",
+            shot->where, i + 1, i + 2, next->kind == SC_TRANSITION_FADE ? "fade" : "cross_fade");
+    if (frames < 1 || frames > SC_JOB_FRAMES_MAX)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: the fade_out of shot %zu is %g %s, which makes %.0f frames at %d "
+                       "frames per second, expected 1 or more",
+                       shot->where, i + 1, shot->fade_out.value, unit_of(&shot->fade_out), frames,
+                       film->output.fps);
     span->fade_out_frames = (int)frames;
     return SC_OK;
 }
@@ -273,14 +271,13 @@ static sc_status check_lengths(const sc_ctx *ctx, const sc_job *film, const sc_s
         const int used = sc_shot_transitions(spans, (int)film->shot_count, (int)i);
 
         if (used > spans[i].frames)
-            (void)sc_goes_on(&status,
-                             sc_fail(ctx, SC_ERR_DATA,
-                                     "%s: shot %zu has %d frame%s (%.3g s), but the transitions at "
-                                     "its beginning and its end take %d; make it longer, or them "
-                                     "shorter",
-                                     film->shots[i].where, i + 1, spans[i].frames,
-                                     spans[i].frames > 1 ? "s" : "",
-                                     (double)spans[i].frames / film->output.fps, used));
+            (void)sc_goes_on(
+                &status, sc_fail(ctx, SC_ERR_DATA,
+                                 "%s: shot %zu has %d frame%s (%.3g s), but the transitions at its "
+                                 "beginning and its end take %d; make it longer, or them shorter",
+                                 film->shots[i].where, i + 1, spans[i].frames,
+                                 spans[i].frames > 1 ? "s" : "",
+                                 (double)spans[i].frames / film->output.fps, used));
     }
     return status;
 }
@@ -303,9 +300,10 @@ static sc_status place_shots(const sc_ctx *ctx, const sc_yaml *node, sc_job *fil
         return sc_yaml_fail(ctx, node, "the shots have %.0f frames, expected at most %d", frames,
                             SC_JOB_FRAMES_MAX);
     if (all_cards)
-        (void)sc_goes_on(&status, sc_yaml_fail(ctx, node,
-                                               "all shots are title cards; expected at least one "
-                                               "that shows the volume"));
+        (void)sc_goes_on(
+            &status,
+            sc_yaml_fail(ctx, node,
+                         "all shots are title cards; expected at least one that shows the volume"));
     if (status == SC_OK)
         status = check_lengths(ctx, film, spans);
     if (status != SC_OK)

@@ -104,7 +104,6 @@ static sc_status write_size(const sc_ctx *ctx, const sc_key *key, const void *va
 {
     const int *size = value;
 
-    (void)key;
     return sc_text_add(ctx, text, "[%d, %d]", size[0], size[1]);
 }
 

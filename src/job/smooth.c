@@ -24,20 +24,16 @@ static bool is_list(const sc_yaml *node)
 static sc_status read_strength(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                void *value)
 {
-    double along[3] = {0};
-    sc_status status = SC_OK;
+    double along[3];
 
-    if (is_list(node)) {
-        status = sc_read_numbers(ctx, key, node, 3, along);
-    } else if (!sc_parse_number(node, &along[0]) ||
-               !(along[0] >= key->low && along[0] <= key->high)) {
+    if (is_list(node))
+        SC_PASS(sc_read_numbers(ctx, key, node, 3, along));
+    else if (!sc_parse_number(node, &along[0]) || !(along[0] >= key->low && along[0] <= key->high))
         return sc_wrong_type(ctx, node, key->type->expected);
-    } else {
+    else
         along[1] = along[2] = along[0];
-    }
-    if (status == SC_OK)
-        *(sc_vec3 *)value = (sc_vec3){along[0], along[1], along[2]};
-    return status;
+    *(sc_vec3 *)value = (sc_vec3){along[0], along[1], along[2]};
+    return SC_OK;
 }
 
 /* As one number if all three are the same, else as "[x, y, z]". */
@@ -46,7 +42,6 @@ static sc_status write_strength(const sc_ctx *ctx, const sc_key *key, const void
 {
     const sc_vec3 *s = value;
 
-    (void)key;
     if (sc_strength_is_same(*s, (sc_vec3){s->x, s->x, s->x}))
         return sc_write_number(ctx, s->x, 1, "", text);
     return sc_write_numbers(ctx, (double[]){s->x, s->y, s->z}, 3, text);

@@ -40,7 +40,6 @@ static sc_status write_ease(const sc_ctx *ctx, const sc_key *key, const void *va
 {
     const sc_ease *ease = value;
 
-    (void)key;
     if (ease->kind != SC_EASE_BEZIER)
         return sc_text_add(ctx, text, "%s", ease_words[ease->kind]);
     return sc_write_numbers(ctx, ease->bezier, 4, text);
@@ -48,15 +47,14 @@ static sc_status write_ease(const sc_ctx *ctx, const sc_key *key, const void *va
 
 static json_t *ease_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:[o, o]}", "anyOf", sc_words_schema(ease_words, SC_COUNT_OF(ease_words)),
                      sc_list_schema("number", 0, 1, 4));
 }
 
 const sc_value_type sc_type_ease = {
     .name = "linear, smooth, in, out or [x1, y1, x2, y2]",
-    .expected = "linear, smooth, in, out, or the points [x1, y1, x2, y2] of a curve, each from 0 "
-                "to 1",
+    .expected =
+        "linear, smooth, in, out, or the points [x1, y1, x2, y2] of a curve, each from 0 to 1",
     .read = read_ease,
     .write = write_ease,
     .schema = ease_schema,
@@ -76,8 +74,6 @@ typedef struct eased {
 
 static sc_status keep_node(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    (void)ctx;
-    (void)key;
     *(const sc_yaml **)value = node;
     return SC_OK;
 }
@@ -126,8 +122,8 @@ static sc_status read_time(const sc_ctx *ctx, const sc_yaml *track, const sc_yam
         *at = strtod(item->key, &unit) / 100;
         if (unit == item->key || strcmp(unit + strspn(unit, " "), "%") || !(*at >= 0 && *at <= 1))
             return sc_yaml_fail(ctx, item,
-                                "%s: \"%s\" is no time of the animation with its unit, such as "
-                                "2s, 0:10, 45f or 50%%",
+                                "%s: \"%s\" is no time of the animation with its unit, such as 2s, "
+                                "0:10, 45f or 50%%",
                                 track->key, given_time(item));
     }
     if (before && !rises(last, *at))
@@ -271,10 +267,15 @@ json_t *sc_track_schema(const sc_key *value)
 
 /* ---- values that may have key frames ---- */
 
-/* @return the track of a row. */
-static sc_track *track_of(const sc_key *key, void *value)
+sc_track *sc_track_of(const sc_key *key, void *value)
 {
     return (sc_track *)((char *)value + key->track);
+}
+
+/* @return the type of the value of a row without key frames. */
+static const sc_value_type *constant_of(const sc_key *key)
+{
+    return key->type->constant ? key->type->constant : type_of(key);
 }
 
 bool sc_is_track(const sc_yaml *node)
@@ -282,51 +283,49 @@ bool sc_is_track(const sc_yaml *node)
     return node->kind == SC_YAML_MAP;
 }
 
-/* A number or a point, or key frames of it. */
-static sc_status read_tracked(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
-                              void *value)
+sc_status sc_read_tracked(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    if (sc_is_track(node))
-        return sc_read_track(ctx, key, node, track_of(key, value));
-    return type_of(key)->read(ctx, key, node, value);
+    if (!sc_is_track(node))
+        return constant_of(key)->read(ctx, key, node, value);
+    SC_PASS(sc_read_track(ctx, key, node, sc_track_of(key, value)));
+    return key->type->take_track ? key->type->take_track(ctx, key, node, value) : SC_OK;
 }
 
-static sc_status write_tracked(const sc_ctx *ctx, const sc_key *key, const void *value,
-                               sc_text *text)
+sc_status sc_write_tracked(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_track *track = (const sc_track *)((const char *)value + key->track);
 
     return track->count ? sc_write_track(ctx, key, track, text)
-                        : type_of(key)->write(ctx, key, value, text);
+                        : constant_of(key)->write(ctx, key, value, text);
 }
 
-static json_t *tracked_schema(const sc_key *key)
+json_t *sc_tracked_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, o]}", "anyOf", type_of(key)->schema(key), sc_track_schema(key));
+    return json_pack("{s:[o, o]}", "anyOf", constant_of(key)->schema(key), sc_track_schema(key));
 }
 
 const sc_value_type sc_type_tracked = {
     .name = "number or key frames",
     .expected = "a number, or key frames such as {0s: 10, 4s: 60}",
-    .read = read_tracked,
-    .write = write_tracked,
-    .schema = tracked_schema,
+    .read = sc_read_tracked,
+    .write = sc_write_tracked,
+    .schema = sc_tracked_schema,
 };
 const sc_value_type sc_type_tracked_share = {
     .name = "share or key frames",
     .of_key_frames = &sc_type_share,
     .expected = "a share from 0% to 100%, or key frames such as {0s: 0%, 4s: 60%}",
-    .read = read_tracked,
-    .write = write_tracked,
-    .schema = tracked_schema,
+    .read = sc_read_tracked,
+    .write = sc_write_tracked,
+    .schema = sc_tracked_schema,
 };
 const sc_value_type sc_type_tracked_point = {
     .name = "[R, A, S] or key frames",
     .of_key_frames = &sc_type_point,
     .expected = "[R, A, S] in millimetres, or key frames such as {0s: [0, 0, 10], 4s: [0, 0, 60]}",
-    .read = read_tracked,
-    .write = write_tracked,
-    .schema = tracked_schema,
+    .read = sc_read_tracked,
+    .write = sc_write_tracked,
+    .schema = sc_tracked_schema,
 };
 
 /* ---- true or false ---- */
@@ -335,12 +334,11 @@ const sc_value_type sc_type_tracked_point = {
 static sc_status read_key_bool(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                void *value)
 {
-    bool on = false;
-    const sc_status status = sc_type_bool.read(ctx, key, node, &on);
+    bool on;
 
-    if (status == SC_OK)
-        *(sc_vec3 *)value = (sc_vec3){on, 0, 0};
-    return status;
+    SC_PASS(sc_type_bool.read(ctx, key, node, &on));
+    *(sc_vec3 *)value = (sc_vec3){on, 0, 0};
+    return SC_OK;
 }
 
 static sc_status write_key_bool(const sc_ctx *ctx, const sc_key *key, const void *value,
@@ -365,39 +363,27 @@ const sc_value_type sc_type_key_bool = {
     .schema = key_bool_schema,
 };
 
-/* bool; or key frames of such, of which it becomes whether any of them is true. */
-static sc_status read_tracked_bool(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
-                                   void *value)
+/* A bool becomes whether any of its key frames is true. */
+static sc_status take_any(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    sc_track *track = track_of(key, value);
+    const sc_track *track = sc_track_of(key, value);
     bool any = false;
-    sc_status status;
 
-    if (!sc_is_track(node))
-        return sc_type_bool.read(ctx, key, node, value);
-    status = sc_read_track(ctx, key, node, track);
     for (int i = 0; i < track->count; i++)
         any = any || track->keys[i].value.x > 0;
     *(bool *)value = any;
-    return status;
-}
-
-static sc_status write_tracked_bool(const sc_ctx *ctx, const sc_key *key, const void *value,
-                                    sc_text *text)
-{
-    const sc_track *track = (const sc_track *)((const char *)value + key->track);
-
-    return track->count ? sc_write_track(ctx, key, track, text)
-                        : sc_type_bool.write(ctx, key, value, text);
+    return SC_OK;
 }
 
 const sc_value_type sc_type_tracked_bool = {
     .name = "true, false or key frames",
     .expected = "true, false, or key frames such as {0s: true, 4s: false}",
     .of_key_frames = &sc_type_key_bool,
-    .read = read_tracked_bool,
-    .write = write_tracked_bool,
-    .schema = tracked_schema,
+    .constant = &sc_type_bool,
+    .take_track = take_any,
+    .read = sc_read_tracked,
+    .write = sc_write_tracked,
+    .schema = sc_tracked_schema,
 };
 
 /* double: a number, or true for 1 and false for 0. */
@@ -423,7 +409,6 @@ static sc_status write_strength(const sc_ctx *ctx, const sc_key *key, const void
 {
     const double number = *(const double *)value;
 
-    (void)key;
     if (number == 0 || number == 1)
         return sc_text_add(ctx, text, number > 0 ? "true" : "false");
     return sc_write_number(ctx, number, 1, "", text);
@@ -446,44 +431,37 @@ const sc_value_type sc_type_tracked_strength = {
     .name = "true, false, number or key frames",
     .expected = "true, false, a number from 0 to 1, or key frames such as {0s: 0, 4s: 1}",
     .of_key_frames = &type_strength,
-    .read = read_tracked,
-    .write = write_tracked,
-    .schema = tracked_schema,
+    .read = sc_read_tracked,
+    .write = sc_write_tracked,
+    .schema = sc_tracked_schema,
 };
 
 /* ---- directions ---- */
 
-/* sc_vec3 of length 1: a direction; or key frames of directions, of which it becomes the first, and
- * none of which is the opposite of the one before. */
-static sc_status read_tracked_direction(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
-                                        void *value)
+/* A direction becomes the first of its key frames, none of which is the opposite of the one before.
+ */
+static sc_status take_first(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    sc_track *track = track_of(key, value);
+    const sc_track *track = sc_track_of(key, value);
     const sc_key_frame *keys = track->keys;
-    sc_status status;
 
-    if (!sc_is_track(node))
-        return sc_type_direction.read(ctx, key, node, value);
-    status = sc_read_track(ctx, key, node, track);
-    for (int i = 1; i < track->count && status == SC_OK; i++) {
+    for (int i = 1; i < track->count; i++) {
         if (sc_vec3_length(sc_vec3_add(keys[i].value, keys[i - 1].value)) < 1e-6)
-            status =
-                sc_yaml_fail(ctx, node,
-                             "%s: the directions of key frames %d and %d are opposite, so that "
-                             "no way between them is the shortest; put another one between "
-                             "them",
-                             key->name, i, i + 1);
+            return sc_yaml_fail(ctx, node,
+                                "%s: the directions of key frames %d and %d are opposite, so that "
+                                "no way between them is the shortest; put another one between them",
+                                key->name, i, i + 1);
     }
-    if (status == SC_OK)
-        *(sc_vec3 *)value = keys[0].value;
-    return status;
+    *(sc_vec3 *)value = keys[0].value;
+    return SC_OK;
 }
 
 const sc_value_type sc_type_tracked_direction = {
     .name = "direction or key frames",
     .expected = "an anatomical word, [x, y, z], or key frames of such",
     .of_key_frames = &sc_type_direction,
-    .read = read_tracked_direction,
-    .write = write_tracked,
-    .schema = tracked_schema,
+    .take_track = take_first,
+    .read = sc_read_tracked,
+    .write = sc_write_tracked,
+    .schema = sc_tracked_schema,
 };

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The types of values that any table may use. The comment of each read_... names the C type to
- * which its
- * @p value points and what it accepts; what it refuses is logged with file and line, and leaves the
- * value as it was. write_... writes what read_... accepts. */
+ * which its @p value points and what it accepts; what it refuses is logged with file and line, and
+ * leaves the value as it was. write_... writes what read_... accepts. */
 #include "key.h"
 #include "segcast/job.h"
 #include "segcast/timeline.h"
@@ -222,7 +221,6 @@ sc_status sc_write_numbers(const sc_ctx *ctx, const double *values, size_t count
 
 static sc_status write_real(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    (void)key;
     return sc_write_number(ctx, *(const double *)value, 1, "", text);
 }
 
@@ -245,7 +243,6 @@ static sc_status read_int(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
 
 static sc_status write_int(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    (void)key;
     return sc_text_add(ctx, text, "%d", *(const int *)value);
 }
 
@@ -269,13 +266,11 @@ static sc_status read_bool(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 
 static sc_status write_bool(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    (void)key;
     return sc_text_add(ctx, text, *(const bool *)value ? "true" : "false");
 }
 
 static json_t *bool_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:s}", "type", "boolean");
 }
 
@@ -334,9 +329,47 @@ sc_status sc_write_item(const sc_ctx *ctx, const char **comma, const char *value
     return sc_write_quoted(ctx, value, text);
 }
 
+sc_status sc_read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, int of,
+                          sc_named_tissue **list, size_t *count)
+{
+    const size_t more = sc_yaml_length(node);
+    sc_status status = SC_OK;
+
+    SC_PASS(SC_RESIZE(ctx, *count, *count + more, list));
+    for (size_t i = 0; i < more; i++) {
+        const sc_yaml item = sc_yaml_item(node, i);
+        sc_named_tissue *to = &(*list)[*count];
+        const sc_status found = sc_read_tissue(ctx, key, &item, to->pattern, to->where);
+
+        to->of = of;
+        *count += found == SC_OK;
+        if (!sc_goes_on(&status, found))
+            break;
+    }
+    return status;
+}
+
+sc_status sc_write_tissues(const sc_ctx *ctx, const sc_named_tissue *list, size_t count, int of,
+                           sc_text *text)
+{
+    const char *comma = "";
+
+    SC_PASS(sc_text_add(ctx, text, "["));
+    for (size_t i = 0; i < count; i++) {
+        if (list[i].of == of)
+            SC_PASS(sc_write_item(ctx, &comma, list[i].pattern, text));
+    }
+    return sc_text_add(ctx, text, "]");
+}
+
+json_t *sc_tissues_schema(int least)
+{
+    return json_pack("{s:[{s:[ss]}, {s:s, s:i, s:{s:[ss]}}]}", "anyOf", "type", "string", "integer",
+                     "type", "array", "minItems", least, "items", "type", "string", "integer");
+}
+
 static sc_status write_text(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    (void)key;
     return sc_write_quoted(ctx, value, text);
 }
 
@@ -437,12 +470,11 @@ json_t *sc_list_schema(const char *type, double low, double high, int count)
 /* sc_vec3: "[x, y, z]" or "x,y,z". */
 static sc_status read_point(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    double p[3] = {0};
-    sc_status status = sc_read_numbers(ctx, key, node, 3, p);
+    double p[3];
 
-    if (status == SC_OK)
-        *(sc_vec3 *)value = (sc_vec3){p[0], p[1], p[2]};
-    return status;
+    SC_PASS(sc_read_numbers(ctx, key, node, 3, p));
+    *(sc_vec3 *)value = (sc_vec3){p[0], p[1], p[2]};
+    return SC_OK;
 }
 
 /* As "[x, y, z]". */
@@ -450,7 +482,6 @@ static sc_status write_point(const sc_ctx *ctx, const sc_key *key, const void *v
 {
     const sc_vec3 *p = value;
 
-    (void)key;
     return sc_write_numbers(ctx, (double[]){p->x, p->y, p->z}, 3, text);
 }
 

@@ -174,15 +174,11 @@ static sc_status check_memory(const sc_ctx *ctx)
 sc_status sc_font_open(const sc_ctx *ctx, const char *family, const char *where, sc_font **out)
 {
     sc_font *font;
-    void *block;
     bool found;
-    sc_status status = check_memory(ctx);
+    sc_status status = SC_OK;
 
-    if (status == SC_OK)
-        status = sc_zalloc(ctx, 1, sizeof *font, &block);
-    if (status != SC_OK)
-        return status;
-    font = block;
+    SC_PASS(check_memory(ctx));
+    SC_PASS(SC_ZALLOC(ctx, 1, &font));
     found = find_fonts(font, family);
     if (found &&
         !is_found(font, family)) /* without memory fontconfig leaves out fonts, in silence */

@@ -113,10 +113,10 @@ static sc_status warn_of_missing(const sc_ctx *ctx, const sc_font *font, const s
         }
     }
     if (found)
-        sc_warn(ctx,
-                "no font here has %s: a box stands for %s in the pictures; install a font that "
-                "has %s",
-                text.data, found > 1 ? "each of them" : "it", found > 1 ? "them" : "it");
+        sc_warn(
+            ctx,
+            "no font here has %s: a box stands for %s in the pictures; install a font that has %s",
+            text.data, found > 1 ? "each of them" : "it", found > 1 ? "them" : "it");
     return SC_OK;
 }
 
@@ -127,12 +127,10 @@ static sc_status pack(const sc_ctx *ctx, const drawn_line *drawn, const sc_text_
     uint64_t bytes = sizeof(sc_lettering) + count * sizeof(sc_word);
     uint64_t at = bytes;
     sc_lettering *lettering;
-    void *block;
 
     for (size_t i = 0; i < count; i++)
         bytes += 2 * (uint64_t)drawn[i].word.width_px * (uint64_t)drawn[i].word.height_px;
-    SC_PASS(sc_zalloc(ctx, bytes, 1, &block));
-    lettering = block;
+    SC_PASS(sc_zalloc(ctx, bytes, 1, &lettering));
     lettering->bytes = bytes;
     lettering->count = count;
     for (size_t i = 0; i < count; i++) {
@@ -141,9 +139,9 @@ static sc_status pack(const sc_ctx *ctx, const drawn_line *drawn, const sc_text_
 
         *word = drawn[i].word;
         word->at = at;
-        if (!fill_mask(&drawn[i], lines[i].size_px, true, (uint8_t *)block + at) ||
-            !fill_mask(&drawn[i], lines[i].size_px, false, (uint8_t *)block + at + pixels)) {
-            sc_free(block);
+        if (!fill_mask(&drawn[i], lines[i].size_px, true, (uint8_t *)lettering + at) ||
+            !fill_mask(&drawn[i], lines[i].size_px, false, (uint8_t *)lettering + at + pixels)) {
+            sc_free(lettering);
             return sc_fail(ctx, SC_ERR_MEMORY, "drawing a text of %d x %d pixels: out of memory",
                            word->width_px, word->height_px);
         }

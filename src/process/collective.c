@@ -14,23 +14,24 @@ sc_status sc_agree_aloud(const sc_app *app, sc_status mine)
     return agreed;
 }
 
-sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size)
+sc_status sc_broadcast_array(sc_app *app, void *array, size_t count, size_t size)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
     void *mine = NULL;
     sc_status status = SC_OK;
 
-    if (!first)
+    if (first)
+        memcpy(&mine, array, sizeof mine);
+    else
         status = sc_alloc(app->ctx, count, size, &mine);
     status = sc_comm_agree(app->comm, status);
     if (status == SC_OK && count)
-        sc_comm_broadcast(app->comm, first ? *array : mine, count * size);
-    if (status != SC_OK) {
+        sc_comm_broadcast(app->comm, mine, count * size);
+    if (status != SC_OK && !first) {
         sc_free(mine);
         mine = NULL;
     }
-    if (!first)
-        *array = mine;
+    memcpy(array, &mine, sizeof mine); /* pointers of all types are alike: POSIX */
     return status;
 }
 
@@ -58,10 +59,9 @@ sc_status sc_cache_path(const sc_ctx *ctx, const char *name, char **out)
     if (cache && cache[0] != '/')
         cache = NULL;
     if (!cache && (!home || home[0] != '/'))
-        return sc_fail(
-            ctx, SC_ERR_CREATE,
-            "there is no cache directory: neither XDG_CACHE_HOME nor HOME is an absolute "
-            "path; set one of them");
+        return sc_fail(ctx, SC_ERR_CREATE,
+                       "there is no cache directory: neither XDG_CACHE_HOME nor HOME is an "
+                       "absolute path; set one of them");
     SC_PASS(sc_text_add(ctx, &path, "%s%s/segcast/%s", cache ? cache : home, cache ? "" : "/.cache",
                         name));
     SC_HAND_OVER(path.data, out);

@@ -94,11 +94,11 @@ sc_status sc_check_communicator(const sc_ctx *ctx, const sc_comm *comm)
                        "mpirun; SEGCAST_MPI=no lets each work alone",
                        size, where);
     if (rank > 0)
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "this is process %d of several (%s), but they cannot see each other; use "
-                       "the launcher that belongs to the MPI of segcast; SEGCAST_MPI=no lets each "
-                       "work alone",
-                       rank, rank_name);
+        return sc_fail(
+            ctx, SC_ERR_USAGE,
+            "this is process %d of several (%s), but they cannot see each other; use the launcher "
+            "that belongs to the MPI of segcast; SEGCAST_MPI=no lets each work alone",
+            rank, rank_name);
     return SC_OK;
 }
 
@@ -140,12 +140,11 @@ static sc_status bound_threads(sc_app *app)
     if (status != SC_OK)
         return status;
     if (started < needed(1))
-        status =
-            sc_fail(app->ctx, SC_ERR_SYSTEM,
-                    "only %d threads can be started beside the first, and %d are needed; raise "
-                    "the limit of processes (ulimit -u), of the control group (pids.max) or of "
-                    "memory (ulimit -v)",
-                    started, needed(1));
+        status = sc_fail(
+            app->ctx, SC_ERR_SYSTEM,
+            "only %d threads can be started beside the first, and %d are needed; raise the limit "
+            "of processes (ulimit -u), of the control group (pids.max) or of memory (ulimit -v)",
+            started, needed(1));
     else if (started < needed(app->threads)) {
         app->threads = (started - OTHER_THREADS) / 2 + 1;
         rest = "the system allows no more (ulimit -u, pids.max of the control group, ulimit -v)";

@@ -108,12 +108,12 @@ static void warn_of_sharing(const sc_app *app, const placement *all, int count)
             return;
         }
         if (sum.threads > sum.cores) {
-            sc_warn(app->ctx,
-                    "%d ranks with %d threads in all share %d core%s of %s; use fewer ranks or "
-                    "--threads %d, and mpirun --map-by slot:PE=THREADS or srun "
-                    "--cpus-per-task=THREADS",
-                    sum.ranks, sum.threads, sum.cores, sum.cores == 1 ? "" : "s", p->host,
-                    each > 0 ? each : 1);
+            sc_warn(
+                app->ctx,
+                "%d ranks with %d threads in all share %d core%s of %s; use fewer ranks or "
+                "--threads %d, and mpirun --map-by slot:PE=THREADS or srun --cpus-per-task=THREADS",
+                sum.ranks, sum.threads, sum.cores, sum.cores == 1 ? "" : "s", p->host,
+                each > 0 ? each : 1);
             return;
         }
     }

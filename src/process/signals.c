@@ -63,7 +63,6 @@ static void stop_at_once(void)
 
 static void on_alarm(int number)
 {
-    (void)number;
     gives_up = 1;
     if (++alarms >= LAST_ALARM && expendable > 0)
         stop_at_once();
@@ -89,9 +88,10 @@ static void on_stop(int number)
     stop_requested = number;
     if (is_urgent)
         arm_timer();
-    tell(is_urgent ? "segcast: stopping; what is drawn is kept. Ctrl-C again stops at once\n"
-                   : "segcast: stopping when the frames that were begun are done; Ctrl-C stops at "
-                     "once\n");
+    tell(
+        is_urgent
+            ? "segcast: stopping; what is drawn is kept. Ctrl-C again stops at once\n"
+            : "segcast: stopping when the frames that were begun are done; Ctrl-C stops at once\n");
 }
 
 /* A command other than those that can stop in order has used up its CPU time. */
@@ -99,7 +99,6 @@ static void on_cpu_limit(int number)
 {
     static const char text[] = "segcast: error: the limit of CPU time is reached (ulimit -t)\n";
 
-    (void)number;
     sc_unfinished_remove();
     if (write(STDERR_FILENO, text, sizeof text - 1) < 0)
         _exit(71); /* nobody can be told */
@@ -131,12 +130,12 @@ bool sc_watched_file_is_changed(const sc_watched_file *file)
 static void on_lost_memory(int number, siginfo_t *info, void *context)
 {
     static const char file[] = "segcast: error: ",
-                      lost[] = ": cannot be read any more: the file was changed while it was "
-                               "mapped into memory, or its disk failed; run again when it is "
-                               "whole\n",
-                      other[] = "segcast: error: a file that is mapped into memory was cut off "
-                                "meanwhile or cannot be read, or there is no room for shared "
-                                "memory (/dev/shm)\n";
+                      lost[] =
+                          ": cannot be read any more: the file was changed while it was mapped "
+                          "into memory, or its disk failed; run again when it is whole\n",
+                      other[] =
+                          "segcast: error: a file that is mapped into memory was cut off meanwhile "
+                          "or cannot be read, or there is no room for shared memory (/dev/shm)\n";
     const char *at = info->si_addr;
     const sc_watched_file *w = watched;
     const bool known = w && (number == SIGSEGV ? sc_watched_file_is_changed(w)
@@ -145,7 +144,6 @@ static void on_lost_memory(int number, siginfo_t *info, void *context)
                                   {w ? w->name : NULL, w ? strlen(w->name) : 0},
                                   {(void *)(uintptr_t)lost, sizeof lost - 1}};
 
-    (void)context;
     if (number == SIGSEGV && !known) { /* an error inside segcast */
         signal(SIGSEGV, SIG_DFL);      /* comes again when this handler returns */
         return;

@@ -33,17 +33,15 @@ sc_status sc_ensure_stack(const sc_ctx *ctx)
         limit.rlim_cur >= needed)
         return SC_OK;
     if (limit.rlim_max != RLIM_INFINITY && limit.rlim_max < needed)
-        return sc_fail(
-            ctx, SC_ERR_SYSTEM,
-            "the stack is limited to %llu KiB, and cannot be enlarged; expected %d KiB or "
-            "more: raise the hard limit, which `ulimit -H -s` shows",
-            (unsigned long long)limit.rlim_max >> 10, STACK_KIB);
+        return sc_fail(ctx, SC_ERR_SYSTEM,
+                       "the stack is limited to %llu KiB, and cannot be enlarged; expected %d KiB "
+                       "or more: raise the hard limit, which `ulimit -H -s` shows",
+                       (unsigned long long)limit.rlim_max >> 10, STACK_KIB);
     limit.rlim_cur = needed;
     if (setrlimit(RLIMIT_STACK, &limit))
         return sc_fail(
             ctx, SC_ERR_SYSTEM,
-            "the limit of the stack cannot be raised to %d KiB: %s; raise it with `ulimit "
-            "-s %d`",
+            "the limit of the stack cannot be raised to %d KiB: %s; raise it with `ulimit -s %d`",
             STACK_KIB, sc_reason(errno), STACK_KIB);
 #ifdef __GLIBC__
     /* glibc took the default size of the stacks of threads from the limit when the process began.
@@ -54,7 +52,6 @@ sc_status sc_ensure_stack(const sc_ctx *ctx)
         (void)pthread_attr_destroy(&attributes);
     }
 #else
-    (void)attributes;
 #endif
     return SC_OK;
 }

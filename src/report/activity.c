@@ -115,11 +115,11 @@ static json_t *rows_json(const activity *a)
         encodes = number == a->stats->ranks[rank].threads;
         if (encodes && rank > 0 && !(a->rows[i].kind_s[SC_TRACE_ENCODE] > 0))
             continue;
-        rows = sc_json_append(rows, json_pack("{s:i, s:o, s:o, s:o, s:o}", "rank", rank, "host",
-                                              sc_json_text(a->stats->ranks[rank].host), "thread",
-                                              encodes ? json_null() : json_integer(number),
-                                              "seconds", seconds_json(&a->rows[i]), "strip",
-                                              strip_json(&a->rows[i], a->part_s)));
+        rows = sc_json_with(rows, json_pack("{s:i, s:o, s:o, s:o, s:o}", "rank", rank, "host",
+                                            sc_json_text(a->stats->ranks[rank].host), "thread",
+                                            encodes ? json_null() : json_integer(number), "seconds",
+                                            seconds_json(&a->rows[i]), "strip",
+                                            strip_json(&a->rows[i], a->part_s)));
     }
     return rows;
 }

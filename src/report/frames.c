@@ -49,9 +49,9 @@ static sc_status set_curve(const sc_ctx *ctx, const sc_history *history, int fra
             sum += cpu_s;
             found++;
         }
-        curves[0] = sc_json_append(curves[0], sc_json_number(sum / found));
-        curves[1] = sc_json_append(curves[1], sc_json_number(low));
-        curves[2] = sc_json_append(curves[2], sc_json_number(high));
+        curves[0] = sc_json_with(curves[0], sc_json_number(sum / found));
+        curves[1] = sc_json_with(curves[1], sc_json_number(low));
+        curves[2] = sc_json_with(curves[2], sc_json_number(high));
     }
     status = sc_json_set(ctx, cost, "each", json_integer(each));
     for (int i = 0; i < CURVES; i++) {
@@ -92,7 +92,7 @@ static sc_status add_cost(const sc_ctx *ctx, const sc_history *history, int fram
     if (known == 0)
         return SC_OK;
     for (int i = 0; i < known && i < SLOWEST; i++)
-        names = sc_json_append(names, frame_json(slowest[i]));
+        names = sc_json_with(names, frame_json(slowest[i]));
     SC_PASS(set_curve(ctx, history, frames, json));
     SC_PASS(sc_json_set(ctx, json, "slowest", json_incref(names)));
     SC_PASS(sc_json_set(ctx, json, "least", frame_json(least)));
@@ -115,7 +115,7 @@ static sc_status add_dots(const sc_ctx *ctx, const sc_history *history, json_t *
 
         if (!past->measured || !is_known(past))
             continue;
-        points = sc_json_append(points, json_pack("[f, f]", x, y));
+        points = sc_json_with(points, json_pack("[f, f]", x, y));
         sums[0] += x;
         sums[1] += y;
         squares[0] += x * x;
@@ -201,7 +201,6 @@ static sc_status keep_frame(void *user, int k, double time_s, const sc_image *im
 {
     gallery *g = user;
 
-    (void)time_s;
     if (g->found == SC_REPORT_PICTURES)
         return SC_OK;
     g->status = shrink(g->ctx, image, &g->images[g->found]);
@@ -273,9 +272,9 @@ sc_status sc_report_frames(const sc_ctx *ctx, const sc_report_run *run, const sc
     SC_TRY(g.status);
     for (int i = 0; i < g.found; i++) {
         SC_TRY(sc_json_png(ctx, &g.images[i], &png));
-        pictures = sc_json_append(pictures, json_pack("{s:i, s:i, s:i, s:o}", "frame", g.shown[i],
-                                                      "width", g.images[i].width_px, "height",
-                                                      g.images[i].height_px, "png", png));
+        pictures = sc_json_with(pictures, json_pack("{s:i, s:i, s:i, s:o}", "frame", g.shown[i],
+                                                    "width", g.images[i].width_px, "height",
+                                                    g.images[i].height_px, "png", png));
     }
     status = sc_json_set(ctx, data, "pictures", pictures ? json_incref(pictures) : NULL);
 out:

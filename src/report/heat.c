@@ -45,7 +45,7 @@ static sc_status add_kind(const sc_ctx *ctx, const sc_heat *heat, int kind, json
     }
     if (any) {
         SC_PASS(sc_json_png(ctx, &image, &png));
-        *kinds = sc_json_append(*kinds, describe(names[kind], heat->codes[kind], pixels, png));
+        *kinds = sc_json_with(*kinds, describe(names[kind], heat->codes[kind], pixels, png));
     }
     return SC_OK;
 }

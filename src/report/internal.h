@@ -7,6 +7,7 @@
 #define SC_REPORT_INTERNAL_H
 
 #include "segcast/core_time.h"
+#include "segcast/json_values.h"
 #include "segcast/report.h"
 
 #include <jansson.h>
@@ -31,8 +32,7 @@ sc_status sc_report_heat(const sc_ctx *ctx, const sc_heat *heat, json_t *data);
 json_t *sc_json_text(const char *text);
 /* @return a number, or null if it is not finite. */
 json_t *sc_json_number(double value);
-/* Append to an array; both are the function's. @return the array. */
-json_t *sc_json_append(json_t *array, json_t *item);
+
 /* Set a member of @p data; @p value is the function's. @return SC_ERR_MEMORY also if one of them is
  * NULL. */
 sc_status sc_json_set(const sc_ctx *ctx, json_t *data, const char *key, json_t *value);

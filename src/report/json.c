@@ -28,14 +28,6 @@ json_t *sc_json_number(double value)
     return isfinite(value) ? json_real(value) : json_null();
 }
 
-json_t *sc_json_append(json_t *array, json_t *item)
-{
-    if (json_array_append_new(array, item) == 0)
-        return array;
-    json_decref(array);
-    return NULL;
-}
-
 sc_status sc_json_set(const sc_ctx *ctx, json_t *data, const char *key, json_t *value)
 {
     return json_object_set_new(data, key, value) == 0
@@ -114,7 +106,7 @@ sc_status sc_json_sources(const sc_ctx *ctx, const char *directory, const char *
     for (size_t i = 0; i < count; i++) {
         snprintf(path, sizeof path, "%s/%s", directory, names[i]);
         if (access(path, R_OK) == 0)
-            files = sc_json_append(files, sc_json_text(names[i]));
+            files = sc_json_with(files, sc_json_text(names[i]));
     }
     return sc_json_set(ctx, data, "files", json_incref(files));
 }

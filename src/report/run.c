@@ -64,10 +64,10 @@ static json_t *ranks_json(const sc_run_stats *stats)
         json_t *wall_s = json_array();
 
         for (int p = 0; p < SC_PHASE_COUNT; p++)
-            wall_s = sc_json_append(wall_s, json_real(stats->ranks[rank].phases[p].wall_s));
-        json = sc_json_append(json,
-                              json_pack("{s:i, s:o, s:o}", "rank", rank, "host",
-                                        sc_json_text(stats->ranks[rank].host), "wall_s", wall_s));
+            wall_s = sc_json_with(wall_s, json_real(stats->ranks[rank].phases[p].wall_s));
+        json =
+            sc_json_with(json, json_pack("{s:i, s:o, s:o}", "rank", rank, "host",
+                                         sc_json_text(stats->ranks[rank].host), "wall_s", wall_s));
     }
     return json;
 }
@@ -79,7 +79,7 @@ static json_t *runs_json(const sc_history *history)
     json_t *json = json_array();
 
     for (int i = first; i < history->run_count; i++)
-        json = sc_json_append(json, entry_json(&history->runs[i]));
+        json = sc_json_with(json, entry_json(&history->runs[i]));
     return json;
 }
 
@@ -177,7 +177,7 @@ static json_t *compared_json(const char *name, const sc_run_stats *stats)
     json_t *wall_s = json_array();
 
     for (int p = 0; p < SC_PHASE_COUNT; p++)
-        wall_s = sc_json_append(wall_s, json_real(sc_run_phase(&stats->run, p).wall_s));
+        wall_s = sc_json_with(wall_s, json_real(sc_run_phase(&stats->run, p).wall_s));
     return json_pack(
         "{s:o, s:b, s:o, s:f, s:f, s:f, s:f, s:f, s:I, s:s, s:o}", "name", sc_json_text(name),
         "drew", drew, "run", entry_json(last), "frames_per_s", drew ? stats->frames_per_s : 0,
@@ -201,7 +201,7 @@ sc_status sc_report_compare(const sc_ctx *ctx, const char *const *directories, i
 
         snprintf(path, sizeof path, "%s/stats.json", directories[i]);
         SC_PASS(sc_run_stats_read(ctx, path, i ? &stats : &first));
-        runs = sc_json_append(runs, compared_json(directories[i], i ? &stats : &first));
+        runs = sc_json_with(runs, compared_json(directories[i], i ? &stats : &first));
         if (i && !differing)
             frame = differing_frame(&first.history, &stats.history, &common);
         if (frame >= 0)

@@ -41,7 +41,7 @@ static json_t *times_json(const sc_study_view *view, int cell, int most)
         const sc_measurement *m = &view->m->items[i];
 
         if (m->cell == cell && json_array_size(times) < (size_t)most)
-            times = sc_json_append(times, json_real((wall ? m->wall_s : m->cpu_s) / m->frames));
+            times = sc_json_with(times, json_real((wall ? m->wall_s : m->cpu_s) / m->frames));
     }
     return times;
 }
@@ -134,7 +134,7 @@ static json_t *cells_json(const sc_study_view *view)
 
     for (int i = 0; i < view->count && found < shown; i++) {
         if (sc_study_has(view, i)) {
-            cells = sc_json_append(cells, cell_json(view, i, TIMES_SHOWN / shown));
+            cells = sc_json_with(cells, cell_json(view, i, TIMES_SHOWN / shown));
             found++;
         }
     }
@@ -151,10 +151,9 @@ static json_t *axes_json(const sc_design *design)
         json_t *values = json_array();
 
         for (int v = 0; v < design->axes[a].value_count; v++)
-            values = sc_json_append(values, sc_json_text(design->axes[a].values[v]));
-        axes =
-            sc_json_append(axes, json_pack("{s:o, s:o}", "name", sc_json_text(design->axes[a].name),
-                                           "values", values));
+            values = sc_json_with(values, sc_json_text(design->axes[a].values[v]));
+        axes = sc_json_with(axes, json_pack("{s:o, s:o}", "name",
+                                            sc_json_text(design->axes[a].name), "values", values));
     }
     return axes;
 }
@@ -207,7 +206,7 @@ static json_t *runs_json(const sc_measurements *m)
 
     for (size_t i = m->run_count > RUNS_SHOWN ? m->run_count - RUNS_SHOWN : 0; i < m->run_count;
          i++)
-        runs = sc_json_append(runs, sc_study_run_json(&m->runs[i]));
+        runs = sc_json_with(runs, sc_study_run_json(&m->runs[i]));
     return runs;
 }
 
@@ -227,8 +226,8 @@ static json_t *skipped_json(const sc_measurements *m)
             same += equal;
         }
         if (is_new)
-            json = sc_json_append(json, json_pack("{s:i, s:o}", "count", same, "reason",
-                                                  sc_json_text(m->skipped[i].reason)));
+            json = sc_json_with(json, json_pack("{s:i, s:o}", "count", same, "reason",
+                                                sc_json_text(m->skipped[i].reason)));
     }
     return json;
 }

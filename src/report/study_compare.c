@@ -118,7 +118,7 @@ static json_t *cell_json(const studies *s, int cell)
     for (int i = 0; i < s->count; i++) {
         const int same = find_same(s, i, cell);
 
-        times = sc_json_append(times, same < 0 ? json_null() : json_real(time_s(s, i, same)));
+        times = sc_json_with(times, same < 0 ? json_null() : json_real(time_s(s, i, same)));
     }
     return json_pack("{s:o, s:o}", "name", sc_json_text(name), "times", times);
 }
@@ -133,10 +133,10 @@ sc_status sc_report_compare_studies(const sc_ctx *ctx, const char *const *direct
     for (; s.count < count; s.count++)
         SC_PASS(sc_study_view_open(ctx, &measurements[s.count], &s.views[s.count]));
     for (int i = 0; i < count; i++)
-        list = sc_json_append(list, study_json(&s, i));
+        list = sc_json_with(list, study_json(&s, i));
     for (int i = 0; i < s.views[0].count && json_array_size(cells) < CELLS_SHOWN; i++) {
         if (sc_study_has(&s.views[0], i))
-            cells = sc_json_append(cells, cell_json(&s, i));
+            cells = sc_json_with(cells, cell_json(&s, i));
     }
     data = json_pack("{s:s, s:s, s:s, s:i, s:O, s:O}", "kind", "studies", "title",
                      "Comparison of studies", "unit", sc_study_unit(&s.views[0]), "cell_count",

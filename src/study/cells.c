@@ -158,13 +158,12 @@ static sc_status add_statistics(const sc_ctx *ctx, sc_text *text, const sc_stati
 
 /* The columns that follow the axes. */
 static const char columns[] =
-    "state,measurements,frames,ranks,threads,nodes,"
-    "cpu_s_median,cpu_s_low,cpu_s_high,cpu_s_least,cpu_s_quartile_1,cpu_s_quartile_3,cpu_s_most,"
-    "wall_s_median,wall_s_low,wall_s_high,wall_s_least,wall_s_quartile_1,wall_s_quartile_3,"
-    "wall_s_most,frames_per_s,mrays_per_cpu_s,samples_per_ray,imbalance,speedup,efficiency,"
-    "serial_share,cost,draw_cpu_s,idle_mean_s,gather_mean_s,accept_s,read_s,prepare_s,share_s,"
-    "prepare_cpu_s,derive_s,derive_cpu_s,prepared_bytes,peak_rss_most_bytes,peak_rss_sum_bytes,"
-    "energy_j,instructions,memory_bytes,pixels_hash,core_s";
+    "state,measurements,frames,ranks,threads,nodes,cpu_s_median,cpu_s_low,cpu_s_high,cpu_s_least,"
+    "cpu_s_quartile_1,cpu_s_quartile_3,cpu_s_most,wall_s_median,wall_s_low,wall_s_high,wall_s_"
+    "least,wall_s_quartile_1,wall_s_quartile_3,wall_s_most,frames_per_s,mrays_per_cpu_s,samples_"
+    "per_ray,imbalance,speedup,efficiency,serial_share,cost,draw_cpu_s,idle_mean_s,gather_mean_s,"
+    "accept_s,read_s,prepare_s,share_s,prepare_cpu_s,derive_s,derive_cpu_s,prepared_bytes,peak_rss_"
+    "most_bytes,peak_rss_sum_bytes,energy_j,instructions,memory_bytes,pixels_hash,core_s";
 
 /* Append the row of a cell. */
 static sc_status add_cell(const sc_ctx *ctx, const sc_design *design, const sc_cell_result *r,

@@ -4,7 +4,7 @@
  * reference that the caller owns, or NULL if there is no memory. */
 #define _GNU_SOURCE /* timegm */
 #include "internal.h"
-#include "json_values.h"
+#include "segcast/json_values.h"
 #include "segcast/store.h"
 
 #include <errno.h>
@@ -278,8 +278,8 @@ static void add_action(crate_draft *d, const sc_run_entry *run)
     action = json_pack(
         "{s:s, s:s, s:o, s:o, s:o, s:o, s:s, s:{s:s}}", "@id", id, "@type", "CreateAction", "name",
         json_sprintf("Drawing %d frames", run->frames), "description",
-        json_sprintf("Command: %s. Machine: %s, %d nodes, %d ranks, %d threads on rank 0. "
-                     "Kernel: %s. MPI: %s.",
+        json_sprintf("Command: %s. Machine: %s, %d nodes, %d ranks, %d threads on rank 0. Kernel: "
+                     "%s. MPI: %s.",
                      command ? command : "unknown", run->processor[0] ? run->processor : "unknown",
                      run->nodes, run->ranks, run->threads, run->kernel[0] ? run->kernel : "unknown",
                      run->mpi[0] ? run->mpi : "none"),

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Heat pictures: counts for each pixel of a small picture, and how stats.json holds them. */
 #include "heat_json.h"
-#include "json_values.h"
+#include "segcast/json_values.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "json_values.h"
+#include "segcast/json_values.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Writes the file of measurements: JSON Lines, each flushed to disk before the next measurement. */
-#include "json_values.h"
 #include "measurement_rows.h"
+#include "segcast/json_values.h"
 
 #include <errno.h>
 #include <fcntl.h>

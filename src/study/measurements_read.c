@@ -2,8 +2,8 @@
 /* Reads a file of measurements. Nothing in it is trusted: numbers are checked against their ranges,
  * cells against the design. */
 #include "internal.h"
-#include "json_values.h"
 #include "measurement_rows.h"
+#include "segcast/json_values.h"
 
 #include <jansson.h>
 #include <math.h>
@@ -198,12 +198,12 @@ static sc_status read_lines(const sc_ctx *ctx, const char *path, const char *tex
         json_decref(line);
         number++;
         if (status == SC_OK && !good)
-            return sc_fail(ctx, SC_ERR_DATA,
-                           number == 1 ? "%s:%d: this is not the first line of a file that segcast "
-                                         "study writes"
-                                       : "%s:%d: this is no line that segcast study writes; the "
-                                         "file is damaged",
-                           path, number);
+            return sc_fail(
+                ctx, SC_ERR_DATA,
+                number == 1
+                    ? "%s:%d: this is not the first line of a file that segcast study writes"
+                    : "%s:%d: this is no line that segcast study writes; the file is damaged",
+                path, number);
         *whole += (uint64_t)(end + 1 - at);
     }
     if (status == SC_OK && number == 0)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The records of ranks in stats.json: written and read here, from one list of members. */
 #include "rank_json.h"
-#include "json_values.h"
+#include "segcast/json_values.h"
 
 #include <stddef.h>
 

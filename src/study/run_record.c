@@ -3,9 +3,9 @@
  * new reference that the caller owns, or NULL if there is no memory. */
 #include "heat_json.h"
 #include "internal.h"
-#include "json_values.h"
 #include "rank_json.h"
 #include "segcast/core_time.h"
+#include "segcast/json_values.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -275,9 +275,8 @@ static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
         rays += (double)run->frames[i].rays;
     return json_pack(
         "{s:s, s:s, s:s, s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:o, s:o, s:o, s:{s:I, s:I, s:I, s:I, "
-        "s:o}, "
-        "s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f, s:b, s:b, s:o, s:o, s:o, "
-        "s:o}",
+        "s:o}, s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f, s:b, s:b, s:o, s:o, "
+        "s:o, s:o}",
         "schema", SC_STATS_SCHEMA, "version", run->version, "job_hash", job_hash, "volume_hash",
         volume_hash, "host", entry->host, "ranks", run->ranks, "threads",
         run->rank_records[0].threads, "nodes", run->nodes, "wall_s", run->wall_s, "cpu_s",
@@ -363,9 +362,9 @@ static sc_status write_csv(const sc_ctx *ctx, const sc_run_record *run, const sc
     sc_past_frame past;
     SC_OWN(sc_text_clear) sc_text text = {0};
 
-    SC_PASS(sc_text_add(ctx, &text,
-                        "frame,rank,render_wall_s,render_cpu_s,wait_s,rays,samples,"
-                        "contributions,hash,run,host\n"));
+    SC_PASS(sc_text_add(
+        ctx, &text,
+        "frame,rank,render_wall_s,render_cpu_s,wait_s,rays,samples,contributions,hash,run,host\n"));
     while (next_frame(&cursor, &past))
         SC_PASS(add_row(ctx, &past,
                         past.run < 0          ? NULL

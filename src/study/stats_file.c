@@ -3,8 +3,8 @@
  * the runs and frames. */
 #include "heat_json.h"
 #include "internal.h"
-#include "json_values.h"
 #include "rank_json.h"
+#include "segcast/json_values.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
  * it. The readers below return false, with @p out untouched or partly filled, if a value is
  * missing, of another type or out of range. */
 #include "internal.h"
-#include "json_values.h"
+#include "segcast/json_values.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -72,24 +72,20 @@ const char *sc_bottleneck_advice(sc_bottleneck bottleneck)
     static const char *const texts[] = {
         [SC_BOTTLENECK_DRAW] = "drawing: more ranks or threads make it faster",
         [SC_BOTTLENECK_PREPARE] =
-            "reading and preparing the volume: `segcast convert` does that once "
-            "for all jobs",
+            "reading and preparing the volume: `segcast convert` does that once for all jobs",
         [SC_BOTTLENECK_START] =
             "the start: checking the prepared file and making the renderer took longer than "
             "drawing; more frames in one run make better use of it",
-        [SC_BOTTLENECK_ENCODE] =
-            "encoding on rank 0: a faster output.preset, or farm.encode: segments "
-            "with several ranks, makes it faster",
+        [SC_BOTTLENECK_ENCODE] = "encoding on rank 0: a faster output.preset, or farm.encode: "
+                                 "segments with several ranks, makes it faster",
         [SC_BOTTLENECK_WRITE] = "writing frames on rank 0: output.frames: none, or farm.encode: "
                                 "segments with several ranks, makes it faster",
         [SC_BOTTLENECK_GATHER] = "gathering on rank 0: fewer ranks with more threads each, or "
                                  "farm.encode: segments, make it faster",
         [SC_BOTTLENECK_BALANCE] =
-            "ranks that waited for others: farm.partition: auto or tiles makes it "
-            "faster",
-        [SC_BOTTLENECK_CORES] =
-            "shared cores: threads waited for a core for much of the time; cores of their own, or "
-            "fewer threads, make it faster"};
+            "ranks that waited for others: farm.partition: auto or tiles makes it faster",
+        [SC_BOTTLENECK_CORES] = "shared cores: threads waited for a core for much of the time; "
+                                "cores of their own, or fewer threads, make it faster"};
 
     return texts[bottleneck];
 }

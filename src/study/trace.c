@@ -85,8 +85,8 @@ static void name_thread(FILE *stream, int rank, int thread, int encoder)
 
     snprintf(name, sizeof name, "thread %d", thread);
     fprintf(stream,
-            ",\n{\"ph\":\"M\",\"pid\":%d,\"tid\":%d,\"name\":\"thread_name\",\"args\":{"
-            "\"name\":\"%s\"}}",
+            ",\n{\"ph\":\"M\",\"pid\":%d,\"tid\":%d,\"name\":\"thread_name\",\"args\":{\"name\":\"%"
+            "s\"}}",
             rank + 1, thread + 1, thread == encoder ? "encode, write" : name);
 }
 
@@ -98,8 +98,8 @@ static void write_rank(FILE *stream, int rank, const sc_rank_record *record,
     char *quoted = host ? json_dumps(host, JSON_ENCODE_ANY) : NULL;
 
     fprintf(stream,
-            "%s{\"ph\":\"M\",\"pid\":%d,\"name\":\"process_name\",\"args\":{\"name\":\"rank %d\","
-            "\"host\":%s}}",
+            "%s{\"ph\":\"M\",\"pid\":%d,\"name\":\"process_name\",\"args\":{\"name\":\"rank "
+            "%d\",\"host\":%s}}",
             rank ? ",\n" : "", rank + 1, rank, quoted ? quoted : "\"\"");
     for (int thread = 0; thread <= record->threads; thread++)
         name_thread(stream, rank, thread, record->threads);

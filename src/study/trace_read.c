@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reads a trace.json back. It may hold a million events, so each line, which is one of them, is
  * parsed by itself. Nothing in it is trusted. */
-#include "json_values.h"
+#include "segcast/json_values.h"
 #include "segcast/study.h"
 
 #include <errno.h>

@@ -290,16 +290,13 @@ static sc_vec3 offset_at(const sc_shift *shifts, size_t count, double at)
     return out;
 }
 
-/* @return a corner of the box around a tissue in its place. @param i the corner, 0 to 7, by its
- * lowest three bits. */
-static sc_vec3 corner_of(const sc_prepared *volume, int id, size_t i)
+sc_vec3 sc_tissue_corner(const sc_prepared *volume, int id, int i)
 {
     const sc_label_stats *s = &volume->stats[id];
-    const sc_vec3 corner = {i & 1 ? s->high[0] + 0.5 : s->low[0] - 0.5,
-                            i & 2 ? s->high[1] + 0.5 : s->low[1] - 0.5,
-                            i & 4 ? s->high[2] + 0.5 : s->low[2] - 0.5};
+    const sc_box3 box = {{s->low[0] - 0.5, s->low[1] - 0.5, s->low[2] - 0.5},
+                         {s->high[0] + 0.5, s->high[1] + 0.5, s->high[2] + 0.5}};
 
-    return sc_affine_point(&volume->to_ras_mm, corner);
+    return sc_affine_point(&volume->to_ras_mm, sc_box3_corner(&box, i));
 }
 
 void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t count, sc_vec3 *out)
@@ -311,7 +308,7 @@ void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t c
         for (size_t i = 0; i < 8 * n; i++) {
             const sc_vec3 offset = offset_at(shifts + at, n, shifts[at + i / 8].end);
 
-            *out++ = sc_vec3_add(corner_of(volume, shifts[at].id, i), offset);
+            *out++ = sc_vec3_add(sc_tissue_corner(volume, shifts[at].id, (int)i), offset);
         }
     }
 }
@@ -327,7 +324,7 @@ size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, siz
         n = count_of_first(shifts + at, count - at);
         offset = offset_at(shifts + at, n, time);
         for (size_t i = 0; i < 8 && sc_vec3_length(offset) > 0; i++)
-            out[found++] = sc_vec3_add(corner_of(volume, shifts[at].id, i), offset);
+            out[found++] = sc_vec3_add(sc_tissue_corner(volume, shifts[at].id, (int)i), offset);
     }
     return found;
 }

@@ -35,7 +35,7 @@ void sc_extent(const sc_vec3 *points, size_t count, sc_vec3 direction, double *l
 /* Consecutive points, and the box around them. */
 typedef struct block {
     size_t begin, end;
-    sc_vec3 low, high;
+    sc_box3 box;
 } block;
 
 /* Divide the points into @p blocks. @return how many there are, at most BLOCKS. */
@@ -45,15 +45,10 @@ static size_t make_blocks(const sc_vec3 *points, size_t count, block blocks[BLOC
     size_t n = 0;
 
     for (size_t begin = 0; begin < count; begin += each, n++) {
-        block b = {begin, begin + each < count ? begin + each : count, points[begin],
-                   points[begin]};
+        block b = {begin, begin + each < count ? begin + each : count, SC_BOX3_EMPTY};
 
-        for (size_t i = begin; i < b.end; i++) {
-            const sc_vec3 p = points[i];
-
-            b.low = (sc_vec3){fmin(b.low.x, p.x), fmin(b.low.y, p.y), fmin(b.low.z, p.z)};
-            b.high = (sc_vec3){fmax(b.high.x, p.x), fmax(b.high.y, p.y), fmax(b.high.z, p.z)};
-        }
+        for (size_t i = begin; i < b.end; i++)
+            sc_box3_hold(&b.box, points[i]);
         blocks[n] = b;
     }
     return n;
@@ -62,8 +57,9 @@ static size_t make_blocks(const sc_vec3 *points, size_t count, block blocks[BLOC
 /* @return the largest value of n . p in the box of a block. */
 static double bound_of(const block *b, sc_vec3 n)
 {
-    return n.x * (n.x > 0 ? b->high.x : b->low.x) + n.y * (n.y > 0 ? b->high.y : b->low.y) +
-           n.z * (n.z > 0 ? b->high.z : b->low.z);
+    return n.x * (n.x > 0 ? b->box.high.x : b->box.low.x) +
+           n.y * (n.y > 0 ? b->box.high.y : b->box.low.y) +
+           n.z * (n.z > 0 ? b->box.high.z : b->box.low.z);
 }
 
 /* @return the larger of @p most and n . p of all points p of a block. */

@@ -74,9 +74,7 @@ static double moved_plane_mm(const sc_timeline *t, int plane, double from, doubl
     double most = 0;
 
     for (int i = 0; i < 8; i++) {
-        const sc_vec3 corner = {i & 1 ? t->high_mm.x : t->low_mm.x,
-                                i & 2 ? t->high_mm.y : t->low_mm.y,
-                                i & 4 ? t->high_mm.z : t->low_mm.z};
+        const sc_vec3 corner = sc_box3_corner(&(sc_box3){t->low_mm, t->high_mm}, i);
 
         most = fmax(most, fabs(sc_vec3_dot(sc_vec3_sub(a.normal, b.normal), corner) + a.offset_mm -
                                b.offset_mm));

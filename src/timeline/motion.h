@@ -24,8 +24,7 @@ sc_vec3 sc_orbit_reference(sc_vec3 axis);
  * key frames and the verbs orbit, rock and hold decide. */
 sc_sight sc_sight_at(const sc_timeline *timeline, double k);
 /* Set *out to the camera of a time, 0 to 1, if it flies then, and *around_mm as of sc_scene. @param
- * zoom what the picture is scaled by.
- * @return false, with nothing written, if it does not. */
+ * zoom what the picture is scaled by. @return false, with nothing written, if it does not. */
 bool sc_fly_camera(const sc_timeline *timeline, double at, double zoom, sc_camera *out,
                    double *around_mm);
 /* @return plane @p plane of the animation at a time, as its sweep and the verbs turn place it. */

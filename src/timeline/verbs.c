@@ -11,8 +11,8 @@
  * appear. */
 #define LEAST_FACTOR 1e-6
 
-sc_status sc_verb_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
-                                const sc_verb_tissue *list, size_t count)
+sc_status sc_named_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
+                                 const sc_named_tissue *list, size_t count)
 {
     sc_status status = SC_OK;
 
@@ -94,7 +94,7 @@ static size_t each_member(const sc_prepared *volume, const sc_tissue *tissues,
     memset(taken, 0, (size_t)volume->label_count);
     for (size_t i = 0; i < verbs->list_count; i++) {
         const sc_pattern pattern = sc_pattern_of(verbs->list[i].pattern);
-        const sc_match best = verbs->list[i].verb == (int)v
+        const sc_match best = verbs->list[i].of == (int)v
                                   ? sc_pattern_match(volume->labels, volume->label_count, &pattern)
                                   : SC_MATCH_NONE;
 
@@ -160,7 +160,8 @@ static sc_status add_fades(const sc_ctx *ctx, resolving *r, const sc_verb *verb,
                       .ease = verb->ease,
                       .to = factor_of(verb, &r->tissues[r->members[i].id]),
                       .times = verb->times,
-                      .replaces = verb->kind != SC_VERB_APPEAR && !verb->to_factor};
+                      .replaces = verb->kind != SC_VERB_APPEAR && !verb->to_factor &&
+                                  r->tissues[r->members[i].id].opacity_track};
     }
     return SC_OK;
 }
@@ -238,8 +239,7 @@ static bool is_same(const track *a, const track *b)
 
         same = x->kind == y->kind && fabs(x->begin - y->begin) < 1e-9 &&
                fabs(x->end - y->end) < 1e-9 && is_same_ease(&x->ease, &y->ease) &&
-               fabs(x->to - y->to) < 1e-9 && x->times == y->times &&
-               (!a->keys[0] || x->replaces == y->replaces);
+               fabs(x->to - y->to) < 1e-9 && x->times == y->times && x->replaces == y->replaces;
     }
     return same;
 }
@@ -357,7 +357,7 @@ sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tiss
 
     for (int id = 0; id < volume->label_count; id++)
         tissues[id].fade_group = 0;
-    SC_PASS(sc_verb_tissues_check(ctx, volume, verbs->list, verbs->list_count));
+    SC_PASS(sc_named_tissues_check(ctx, volume, verbs->list, verbs->list_count));
     SC_PASS(SC_ALLOC(ctx, labels, &r.taken));
     SC_PASS(SC_ALLOC(ctx, labels, &r.members));
     SC_PASS(SC_ALLOC(ctx, labels, &tracks));
@@ -382,32 +382,10 @@ static double pulse_at(const sc_fade *fade, double at)
     return sc_ease_value(fade->ease, beat < 0.5 ? 2 * beat : 2 - 2 * beat);
 }
 
-/* @return what the opacity of a tissue is multiplied by. @param fades [count] all of it. */
-static double factor_at(const sc_fade *fades, size_t count, double at)
-{
-    double factor = 1, pulses = 1;
-    bool first = true;
-
-    for (size_t i = 0; i < count; i++) {
-        const sc_fade *f = &fades[i];
-
-        if (f->kind == SC_VERB_PULSE) {
-            pulses *= 1 + (f->to - 1) * pulse_at(f, at);
-            continue;
-        }
-        if (first && f->kind == SC_VERB_APPEAR)
-            factor = 0;
-        first = false;
-        factor += (f->to - factor) * sc_progress(f->begin, f->end, f->ease, at);
-    }
-    factor *= pulses;
-    return factor < LEAST_FACTOR ? 0 : factor;
-}
-
-/* @return the opacity of a tissue with key frames, which give @p own at that time. Fades leave a
- * share of it, and put an opacity in the place of the rest. Pulses multiply both, and those to an
- * opacity reach that, as far as fades leave the tissue there. @param greatest of the key frames,
- * above 0. @param fades [count] all of the tissue. */
+/* @return the opacity of a tissue, which without verbs is @p own at that time. Fades leave a share
+ * of it, and put an opacity in the place of the rest. Pulses multiply both, and those to an opacity
+ * reach that, as far as fades leave the tissue there. @param greatest of its key frames, above 0.
+ * @param fades [count] all of the tissue. */
 static double opacity_at(double own, double greatest, const sc_fade *fades, size_t count, double at)
 {
     double share = 1, put = 0, beaten = 1, beats = 0;
@@ -443,15 +421,11 @@ static double factor_of_tissue(const sc_looks *looks, int id, const sc_fade *fad
     const sc_tissue *tissue = &looks->tissues[id];
     const sc_track *key = track_of(looks->tissue_tracks, tissue->opacity_track);
     const sc_track *visible = track_of(looks->tissue_tracks, tissue->visible_track);
-    double factor;
+    const double greatest = key ? tissue->opacity : 1;
+    const double own = key ? sc_track_value(key, at).x : 1;
+    const double factor = opacity_at(own, greatest, fades, count, at) / greatest;
 
-    if (visible && !(sc_track_step(visible, at).x > 0))
-        return 0;
-    if (!key)
-        return count ? factor_at(fades, count, at) : 1;
-    factor =
-        opacity_at(sc_track_value(key, at).x, tissue->opacity, fades, count, at) / tissue->opacity;
-    return factor < LEAST_FACTOR ? 0 : factor;
+    return factor < LEAST_FACTOR || (visible && !(sc_track_step(visible, at).x > 0)) ? 0 : factor;
 }
 
 void sc_fades_at(const sc_looks *looks, double time, float *out)

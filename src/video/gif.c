@@ -348,28 +348,20 @@ bool sc_gif_is_possible(void)
 
 sc_status sc_gif_open(const sc_ctx *ctx, const char *path, sc_gif **out)
 {
-    (void)out;
     return sc_fail(ctx, SC_ERR_CREATE, "%s: this segcast was built without libavfilter", path);
 }
 
 sc_status sc_gif_add(sc_gif *gif, const sc_segment_codec *codec, const void *data, size_t bytes)
 {
-    (void)gif;
-    (void)codec;
-    (void)data;
-    (void)bytes;
     return SC_ERR_INTERNAL;
 }
 
 sc_status sc_gif_finish(sc_gif *gif, AVFormatContext *format)
 {
-    (void)gif;
-    (void)format;
     return SC_ERR_INTERNAL;
 }
 
 void sc_gif_close(sc_gif *gif)
 {
-    (void)gif;
 }
 #endif

@@ -120,8 +120,6 @@ static int open_reader(AVFormatContext *format, AVIOContext **out, const char *u
 {
     const sc_outfile *file = format->opaque;
 
-    (void)url;
-    (void)options;
     *out = NULL;
     if (flags & AVIO_FLAG_WRITE)
         return AVERROR(EPERM);
@@ -133,10 +131,6 @@ static int open_reader(AVFormatContext *format, AVIOContext **out, const char *u
 static int open_nothing(AVFormatContext *format, AVIOContext **out, const char *url, int flags,
                         AVDictionary **options)
 {
-    (void)format;
-    (void)url;
-    (void)flags;
-    (void)options;
     *out = NULL;
     return AVERROR(EPERM);
 }
@@ -154,14 +148,12 @@ static void free_reader(AVIOContext *context)
 #if LIBAVFORMAT_VERSION_MAJOR >= 59
 static int close_reader(AVFormatContext *format, AVIOContext *context)
 {
-    (void)format;
     free_reader(context);
     return 0;
 }
 #else
 static void close_reader(AVFormatContext *format, AVIOContext *context)
 {
-    (void)format;
     free_reader(context);
 }
 #endif

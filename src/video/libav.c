@@ -70,9 +70,8 @@ sc_status sc_libav_load(const sc_ctx *ctx, const char *path)
         return SC_OK;
     if (loading.no_memory)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
-    return sc_fail(
-        ctx, SC_ERR_CREATE,
-        "%s: %s, by which segcast writes and reads videos, cannot be loaded: %s; install "
-        "segcast anew, or choose video: none with frames: png",
-        path, SC_LIBAV_FILE, loading.reason);
+    return sc_fail(ctx, SC_ERR_CREATE,
+                   "%s: %s, by which segcast writes and reads videos, cannot be loaded: %s; "
+                   "install segcast anew, or choose video: none with frames: png",
+                   path, SC_LIBAV_FILE, loading.reason);
 }

@@ -32,35 +32,28 @@ typedef struct packet_head {
     uint32_t unused;       /* 0 */
 } packet_head;
 
-/* Make room for @p needed bytes in *data, which is of sc_alloc or NULL and has room for
- * *capacity bytes; the first @p used are kept, and what *data pointed to may be freed. @return
- * SC_ERR_MEMORY, nothing changed. */
-static sc_status grow(const sc_ctx *ctx, void **data, size_t used, size_t *capacity, size_t needed)
+/* Make room for @p needed bytes in the array at @p data, the address of a pointer of any type,
+ * which has room for *capacity bytes; the first @p used are kept. @return SC_ERR_MEMORY, nothing
+ * changed. */
+static sc_status grow(const sc_ctx *ctx, void *data, size_t used, size_t *capacity, size_t needed)
 {
     size_t larger = *capacity ? *capacity : 4096;
-    void *block;
 
     if (needed <= *capacity)
         return SC_OK;
     while (larger < needed)
         larger *= 2;
-    SC_PASS(sc_alloc(ctx, larger, 1, &block));
-    if (used)
-        memcpy(block, *data, used);
-    sc_free(*data);
-    *data = block;
+    SC_PASS(sc_resize(ctx, used, larger, 1, data));
     *capacity = larger;
     return SC_OK;
 }
 
 sc_status sc_segment_add_hash(const sc_ctx *ctx, sc_segment_builder *b, uint64_t hash)
 {
-    void *hashes = b->hashes;
     size_t capacity = (size_t)b->hash_capacity * sizeof hash;
     const size_t used = (size_t)b->frames * sizeof hash;
 
-    SC_PASS(grow(ctx, &hashes, used, &capacity, used + sizeof hash));
-    b->hashes = hashes;
+    SC_PASS(grow(ctx, &b->hashes, used, &capacity, used + sizeof hash));
     b->hash_capacity = (int)(capacity / sizeof hash);
     b->hashes[b->frames++] = hash;
     return SC_OK;
@@ -88,10 +81,8 @@ sc_status sc_segment_add_packet(const sc_ctx *ctx, sc_segment_builder *b, const 
                               .alpha_bytes =
                                   alpha ? (uint32_t)(alpha->size - SC_BLOCK_NUMBER_BYTES) : 0};
     const size_t more = sizeof head + head.bytes + head.alpha_bytes;
-    void *packets = b->packets;
 
-    SC_PASS(grow(ctx, &packets, b->bytes, &b->capacity, b->bytes + more));
-    b->packets = packets;
+    SC_PASS(grow(ctx, &b->packets, b->bytes, &b->capacity, b->bytes + more));
     memcpy(b->packets + b->bytes, &head, sizeof head);
     memcpy(b->packets + b->bytes + sizeof head, packet->data, head.bytes);
     if (alpha)
@@ -127,7 +118,6 @@ sc_status sc_segment_build(const sc_ctx *ctx, const sc_segment_builder *b,
                          .packet_count = b->packet_count,
                          .extradata_bytes = (uint32_t)codec->extradata_size};
     const size_t hash_bytes = (size_t)b->frames * sizeof *b->hashes;
-    void *block;
     char *to;
 
     if (b->packet_count != b->frames)
@@ -136,8 +126,7 @@ sc_status sc_segment_build(const sc_ctx *ctx, const sc_segment_builder *b,
             "%s: the encoder made %d packets from %d frames; one packet for each was expected",
             name, b->packet_count, b->frames);
     head.bytes = sizeof head + hash_bytes + head.extradata_bytes + b->bytes;
-    SC_PASS(sc_alloc(ctx, head.bytes, 1, &block));
-    to = block;
+    SC_PASS(SC_ALLOC(ctx, head.bytes, &to));
     memcpy(to, &head, sizeof head);
     memcpy(to + sizeof head, b->hashes, hash_bytes);
     if (head.extradata_bytes)
@@ -145,7 +134,7 @@ sc_status sc_segment_build(const sc_ctx *ctx, const sc_segment_builder *b,
     memcpy(to + head.bytes - b->bytes, b->packets, b->bytes);
     head.hash = hash_of(to, head.bytes);
     memcpy(to, &head, sizeof head);
-    *out = (sc_segment){.data = block, .bytes = head.bytes};
+    *out = (sc_segment){.data = to, .bytes = head.bytes};
     return SC_OK;
 }
 

@@ -108,6 +108,11 @@ bool sc_webp_is_picture(const void *data, size_t bytes)
 
 /* ---- writing ---- */
 
+static sc_status fail_writing(const sc_ctx *ctx, const char *path)
+{
+    return sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
+}
+
 sc_status sc_webp_begin(const sc_ctx *ctx, sc_webp *w, const char *path)
 {
     /* The head is written again when all is known. */
@@ -115,7 +120,7 @@ sc_status sc_webp_begin(const sc_ctx *ctx, sc_webp *w, const char *path)
 
     w->bytes = sizeof room;
     if (fwrite(room, 1, sizeof room, w->stream) != sizeof room)
-        return sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
+        return fail_writing(ctx, path);
     return SC_OK;
 }
 
@@ -159,8 +164,7 @@ sc_status sc_webp_add(const sc_ctx *ctx, sc_webp *w, const char *path, const voi
             ok = write_padded(w, c.tag, HEAD_BYTES + (size_t)c.bytes);
     }
     w->frames++;
-    return ok ? SC_OK
-              : sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
+    return ok ? SC_OK : fail_writing(ctx, path);
 }
 
 /* Append a text as the content of an XML element. */
@@ -209,7 +213,7 @@ static sc_status write_metadata(const sc_ctx *ctx, sc_webp *w, const char *path,
     put_head(head, "XMP ", (uint32_t)xml.length_bytes);
     w->has_metadata = true;
     if (!write_padded(w, head, sizeof head) || !write_padded(w, xml.data, xml.length_bytes))
-        return sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
+        return fail_writing(ctx, path);
     return SC_OK;
 }
 
@@ -229,7 +233,7 @@ sc_status sc_webp_end(const sc_ctx *ctx, sc_webp *w, const char *path, const sc_
     put_head(loop, "ANIM", LOOP_BYTES); /* shown again and again: the number of times is 0 */
     if (fflush(w->stream) || fseeko(w->stream, 0, SEEK_SET) ||
         fwrite(head, 1, sizeof head, w->stream) != sizeof head || fflush(w->stream))
-        return sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
+        return fail_writing(ctx, path);
     return SC_OK;
 }
 

@@ -110,8 +110,7 @@ typedef struct drawing {
     uint8_t text_rgb[3], halo_rgb[3];
 } drawing;
 
-/* Letters of @p size times the size of text, in colour @p rgb, or in that of text if it is
- * NULL. */
+/* Letters of @p size times the size of text, in colour @p rgb, or in that of text if it is NULL. */
 static sc_letters letters_of(const drawing *d, double size, const uint8_t *rgb)
 {
     sc_letters out = {.size_px = size * d->text_px};

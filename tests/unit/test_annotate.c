@@ -359,10 +359,10 @@ TEST(a_legend_shows_what_is_seen_now)
  * not matter. */
 TEST(a_legend_shows_chosen_tissues)
 {
-    const sc_overlay_tissue chosen[] = {{.use = SC_USE_LEGEND, .pattern = "tissue_4"},
-                                        {.use = SC_USE_NAMES, .pattern = "tissue_1"},
-                                        {.use = SC_USE_LEGEND, .pattern = "4"}, /* the label */
-                                        {.use = SC_USE_LEGEND, .pattern = "*_5"}};
+    const sc_named_tissue chosen[] = {{.of = SC_USE_LEGEND, .pattern = "tissue_4"},
+                                      {.of = SC_USE_NAMES, .pattern = "tissue_1"},
+                                      {.of = SC_USE_LEGEND, .pattern = "4"}, /* the label */
+                                      {.of = SC_USE_LEGEND, .pattern = "*_5"}};
     SC_OWN(end_film) film f = {0};
 
     begin_film(&f, 0);
@@ -379,9 +379,9 @@ TEST(a_legend_shows_chosen_tissues)
         assert_int_equal(sc_lettering_find(f.lettering, SC_WORD_NAME, id) != NULL, id == 1);
     }
     assert_null(sc_lettering_find(f.lettering, SC_WORD_MORE, 'm'));
-    assert_ok(sc_overlay_tissues_check(&listening, &f.volume, chosen, SC_COUNT_OF(chosen)));
+    assert_ok(sc_named_tissues_check(&listening, &f.volume, chosen, SC_COUNT_OF(chosen)));
     strcpy(f.labels[4].name, "other");
-    assert_int_equal(sc_overlay_tissues_check(&listening, &f.volume, chosen, SC_COUNT_OF(chosen)),
+    assert_int_equal(sc_named_tissues_check(&listening, &f.volume, chosen, SC_COUNT_OF(chosen)),
                      SC_ERR_DATA);
     assert_int_equal(said.errors, 1);
 }

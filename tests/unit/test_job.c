@@ -392,8 +392,8 @@ static void expect_verbs(const sc_job *job)
     assert_int_equal(job->verb_tissue_count, 5);
     assert_string_equal(job->verb_tissues[0].pattern, "myo*");
     assert_string_equal(job->verb_tissues[2].pattern, "a: b");
-    assert_int_equal(job->verb_tissues[2].verb, 1);
-    assert_int_equal(job->verb_tissues[3].verb, 2);
+    assert_int_equal(job->verb_tissues[2].of, 1);
+    assert_int_equal(job->verb_tissues[3].of, 2);
     assert_int_equal(job->verbs[0].kind, SC_VERB_FADE);
     assert_near(job->verbs[0].to, 0.25, 0);
     assert_true(!job->verbs[0].to_factor);

@@ -15,7 +15,7 @@ typedef struct film {
     sc_tissue tissues[LABELS];
     sc_prepared volume;
     sc_overlays overlays;
-    sc_overlay_tissue chosen;
+    sc_named_tissue chosen;
     sc_timeline timeline;
     sc_annotations annotations;
     sc_lettering *lettering;
@@ -99,7 +99,7 @@ static void begin_film(film *f, uint64_t seed)
         corners[i] = (sc_vec3){i & 1 ? SIZE : 0, i & 2 ? SIZE : 0, i & 4 ? SIZE : 0};
     sc_timeline_resolve(&animation, corners, 8, (double)WIDTH / HEIGHT, &f->timeline);
     f->overlays = (sc_overlays){.font = "DejaVu Sans", .text_percent = 3, .names_percent = 3};
-    f->chosen = (sc_overlay_tissue){.use = SC_USE_NAMES, .pattern = "*"};
+    f->chosen = (sc_named_tissue){.of = SC_USE_NAMES, .pattern = "*"};
     f->annotations = (sc_annotations){.overlays = &f->overlays,
                                       .chosen = &f->chosen,
                                       .chosen_count = 1,
@@ -624,9 +624,9 @@ TEST(lines_keep_clear_of_a_wide_legend)
                                   SC_PLACE_BOTTOM_RIGHT};
 
     for (int corner = 0; corner < 4; corner++) {
-        static const sc_overlay_tissue chosen[] = {{.use = SC_USE_NAMES, .pattern = "?"},
-                                                   {.use = SC_USE_NAMES, .pattern = "??"},
-                                                   {.use = SC_USE_LEGEND, .pattern = "a*"}};
+        static const sc_named_tissue chosen[] = {{.of = SC_USE_NAMES, .pattern = "?"},
+                                                 {.of = SC_USE_NAMES, .pattern = "??"},
+                                                 {.of = SC_USE_LEGEND, .pattern = "a*"}};
         static film f;
         const sc_viewport *taken;
         sc_scene scene;

@@ -1067,7 +1067,7 @@ TEST(tissues_appear_in_their_order)
     } cases[] = {{SC_ORDER_LIST, 1, {24, 12, 0}, 12},     {SC_ORDER_LARGEST, 1, {0, 24, 12}, 12},
                  {SC_ORDER_SMALLEST, 1, {24, 0, 12}, 12}, {SC_ORDER_RIGHT, 1, {12, 0, 24}, 12},
                  {SC_ORDER_LEFT, 0.5, {9, 18, 0}, 18},    {SC_ORDER_SUPERIOR, 0, {0, 0, 0}, 36}};
-    sc_verb_tissue list[3] = {{0, "right", ""}, {0, "left", ""}, {0, "*", ""}};
+    sc_named_tissue list[3] = {{0, "right", ""}, {0, "left", ""}, {0, "*", ""}};
     sc_label labels[4];
     sc_label_stats stats[4];
     const sc_prepared volume = three_tissues(labels, stats);
@@ -1100,7 +1100,7 @@ TEST(tissues_appear_in_their_order)
 TEST(tissues_move_apart_and_come_together)
 {
     enum { FRAMES = 101 };
-    const sc_verb_tissue list[] = {
+    const sc_named_tissue list[] = {
         {0, "*", ""}, {1, "left", ""}, {1, "right", ""}, {2, "*", ""}, {3, "middle", ""}};
     const sc_verb verbs[] = {{.kind = SC_VERB_EXPLODE, .end = 0.2, .by = {50, true}},
                              {.kind = SC_VERB_EXPLODE,
@@ -1161,9 +1161,10 @@ TEST(tissues_move_apart_and_come_together)
     assert_near(reach[0].x, 9.5 + 0.5 * (14.5 - 18), 1e-12); /* when the first explode ends */
     sc_free(shifts);
     /* Tissues that do the same move as one part. */
-    assert_ok(sc_explodes_resolve(&quiet, &volume, tissues,
-                                  &(sc_verbs){verbs + 1, 1, &(sc_verb_tissue){0, "*", ""}, 1, NULL},
-                                  &shifts, &looks->shift_count));
+    assert_ok(
+        sc_explodes_resolve(&quiet, &volume, tissues,
+                            &(sc_verbs){verbs + 1, 1, &(sc_named_tissue){0, "*", ""}, 1, NULL},
+                            &shifts, &looks->shift_count));
     assert_int_equal(looks->shift_count, 3);
     for (int id = 1; id < 4; id++)
         assert_int_equal(tissues[id].part, 1);
@@ -1179,7 +1180,7 @@ TEST(tissues_have_offsets)
                                  .has_axis = true,
                                  .axis = {0, 0, 1},
                                  .by = {8, false}};
-    static const sc_verb_tissue list[] = {{0, "right", ""}};
+    static const sc_named_tissue list[] = {{0, "right", ""}};
     static const sc_track tracks[] = {
         {2, {{0.2, {0}, {2, 0, 0}}, {0.4, {.kind = SC_EASE_LINEAR}, {2, 6, 0}}}}};
     const sc_verbs all = {&verb, 1, list, 1, tracks};
@@ -1219,7 +1220,7 @@ TEST(tissues_have_offsets)
 /* A verb on what nobody sees is a mistake; a fade to an opacity depends on the tissue's own. */
 TEST(verbs_need_tissues_that_are_shown)
 {
-    const sc_verb_tissue list[] = {{0, "left", "job:1"}, {1, "mid*", "job:2"}};
+    const sc_named_tissue list[] = {{0, "left", "job:1"}, {1, "mid*", "job:2"}};
     const sc_verb verbs[] = {{.kind = SC_VERB_FADE, .end = 1, .to = 0.2, .where = "job:1"},
                              {.kind = SC_VERB_FADE, .end = 1, .to = 0.2, .to_factor = true}};
     sc_tissue tissues[4] = {

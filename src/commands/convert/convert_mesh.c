@@ -70,11 +70,10 @@ static sc_status tell_absent(const sc_app *app, const sc_mesh_tissue *tissue, ui
 {
     SC_OWN(sc_text_clear) sc_text why = {0};
 
-    SC_PASS(
-        sc_text_add(app->ctx, &why,
-                    "\"%s\" (label %lld, %llu voxels) has no surface, as it is too small or too "
-                    "thin for one (--set render.smooth=0 gives it that of its voxels)",
-                    tissue->name, (long long)tissue->label, (unsigned long long)voxels));
+    SC_PASS(sc_text_add(app->ctx, &why,
+                        "\"%s\" (label %lld, %llu voxels) has no surface, as it is too small or "
+                        "too thin for one (--set render.smooth=0 gives it that of its voxels)",
+                        tissue->name, (long long)tissue->label, (unsigned long long)voxels));
     if (app->options.tissue)
         return sc_fail(app->ctx, SC_ERR_DATA, "%s", why.data);
     sc_warn(app->ctx, "%s; it is left out", why.data);

@@ -94,10 +94,11 @@ static sc_status write_series(sc_app *app, const char *path, const int size[3], 
     const sc_volume_series series = {count, BEAT_S / count, make_phase, &b};
 
     if (app->options.ct)
-        return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--ct: an image holds one volume, expected another name than %s, such as "
-                       "ct" ENDING " for a file for each phase",
-                       path);
+        return sc_fail(
+            app->ctx, SC_ERR_USAGE,
+            "--ct: an image holds one volume, expected another name than %s, such as ct" ENDING
+            " for a file for each phase",
+            path);
     SC_PASS(sc_volume_save_series_nrrd(app->ctx, &series, path, app->options.overwrite));
     sc_display_end_stage(app);
     sc_print_made(path);

@@ -21,12 +21,11 @@ static sc_status choose_writer(const sc_app *app, const sc_table_writer **out)
     if (*out)
         return SC_OK;
     if (!app->options.to)
-        return sc_fail(
-            app->ctx, SC_ERR_USAGE,
-            "%s: its ending does not tell what to write; the format of a label table can "
-            "be given as --to NAME, for example --to freesurfer (`segcast help convert` "
-            "lists formats and endings)",
-            app->options.output);
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "%s: its ending does not tell what to write; the format of a label table "
+                       "can be given as --to NAME, for example --to freesurfer (`segcast help "
+                       "convert` lists formats and endings)",
+                       app->options.output);
     nearest = sc_nearest_word(app->options.to, names, count);
     return sc_fail(app->ctx, SC_ERR_USAGE, "--to is \"%s\"; %s%s%s", app->options.to,
                    nearest ? "did you mean \"" : "`segcast help convert` lists the formats",

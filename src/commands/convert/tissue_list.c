@@ -22,11 +22,11 @@ sc_status sc_tissue_list_read(const sc_ctx *ctx, const char *tissues, sc_tissue_
         if (comma)
             *comma++ = '\0';
         if (!at[0] || strlen(at) >= SC_NAME_BYTES || out->count == SC_TISSUES_MAX)
-            return sc_fail(ctx, SC_ERR_USAGE,
-                           "--tissue is \"%s\", expected up to %d names of tissues with commas "
-                           "between them; one with a comma in its name can be given by the number "
-                           "of its label",
-                           tissues, SC_TISSUES_MAX);
+            return sc_fail(
+                ctx, SC_ERR_USAGE,
+                "--tissue is \"%s\", expected up to %d names of tissues with commas between them; "
+                "one with a comma in its name can be given by the number of its label",
+                tissues, SC_TISSUES_MAX);
         out->names[out->count++] = at;
         at = comma;
     }

@@ -245,10 +245,9 @@ static sc_status add_series(const sc_app *app, const sc_job *job, const char *pa
     }
     SC_PASS(sc_text_add(ctx, out, "%s\n", is_here ? "" : "]"));
     SC_PASS(add_header(app, out));
-    return sc_text_add(ctx, out,
-                       "cine: {bpm: %g}  # beats per minute: the %zu volumes are the phases of "
-                       "one\n",
-                       job->cine.cine.bpm, job->phase_count);
+    return sc_text_add(
+        ctx, out, "cine: {bpm: %g}  # beats per minute: the %zu volumes are the phases of one\n",
+        job->cine.cine.bpm, job->phase_count);
 }
 
 /* Append everything before the tissues. @param path where the job is written. */

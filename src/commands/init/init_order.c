@@ -39,20 +39,21 @@ static const struct {
      SC_SYSTEM_UROGENITAL},
     {"adrenal|thyroid|parathyroid|pituitar|spleen|thymus|lymph|tonsil|salivar|parotid|submandib",
      SC_SYSTEM_GLANDS},
-    {"arter|aort|vein|vena|venous|vessel|vascul|portal|carotid|subclavian|brachiocephalic|"
-     "azygos|sinus|blood|pulmonary trunk|pulmonary vein",
+    {"arter|aort|vein|vena|venous|vessel|vascul|portal|carotid|subclavian|brachiocephalic|azygos|"
+     "sinus|blood|pulmonary trunk|pulmonary vein",
      SC_SYSTEM_VESSELS},
     {"liver|hepat|stomach|gastr|duoden|jejun|ileum|bowel|intestin|colon|rectum|esophag|oesophag|"
      "pancrea|gallblad|tongue|appendix|bile|caecum|cecum|pharyn",
      SC_SYSTEM_DIGESTIVE},
-    {"lateral ventricle|third ventricle|fourth ventricle|3rd ventricle|4th ventricle|5th ventricle|"
-     "inf lat vent|cerebr|cerebel|brain|gyrus|sulcus|thalam|hypothal|hippocamp|amygdal|putamen|"
-     "caudate|pallid|globus|corpus callos|white matter|gray matter|grey matter|csf|nerve|spinal "
+    {"lateral ventricle|third ventricle|fourth ventricle|3rd ventricle|4th ventricle|5th "
+     "ventricle|inf lat "
+     "vent|cerebr|cerebel|brain|gyrus|sulcus|thalam|hypothal|hippocamp|amygdal|putamen|caudate|"
+     "pallid|globus|corpus callos|white matter|gray matter|grey matter|csf|nerve|spinal "
      "cord|pons|medulla|fornix|nucle|insula|optic|cortex|accumbens|vermis|choroid|eye|lens|retina|"
      "ctx|dura|temporal pole|frontal pole|claustrum|fasciculus|tract|lobule|precuneus|cuneus",
      SC_SYSTEM_NERVES},
-    {"heart|atri|ventric|myocard|pericard|endocard|epicard|valve|septum|cardiac|papillary|"
-     "mitral|tricuspid|auricle",
+    {"heart|atri|ventric|myocard|pericard|endocard|epicard|valve|septum|cardiac|papillary|mitral|"
+     "tricuspid|auricle",
      SC_SYSTEM_HEART},
     {"lung|trache|bronch|laryn|airway|pulmonary|pleura|nasal|nose|diaphragm", SC_SYSTEM_AIRWAYS},
     {"musc|glute|iliopsoas|psoas|autochthon|quadricep|thigh|sartorius|deltoid|pector|tendon",

@@ -22,9 +22,8 @@ typedef struct sc_unit_costs {
 /* @return costs of a usual machine of a cluster, for where nothing was measured. */
 sc_unit_costs sc_unit_costs_assumed(void);
 
-/* Find the file for this processor and version in the user's cache directory. @return
- * SC_ERR_CREATE if the environment names no such directory, SC_ERR_MEMORY. Caller owns *out:
- * sc_free. */
+/* Find the file for this processor and version in the user's cache directory. @return SC_ERR_CREATE
+ * if the environment names no such directory, SC_ERR_MEMORY. Caller owns *out: sc_free. */
 sc_status sc_calibration_path(const sc_ctx *ctx, char **out);
 /* Read the costs of this machine; not collective. What is damaged, or is not a file of this user
  * for this processor and version, is told in a warning. @return the assumed costs, if there is no

@@ -2,6 +2,7 @@
 /* segcast plan: what a job will take, measured on some of its frames. */
 #include "plan/plan.h"
 #include "render/run.h"
+#include "segcast/json_values.h"
 
 #include <jansson.h>
 #include <stdlib.h>
@@ -72,10 +73,7 @@ static json_t *runs_json(const job_plan *plan)
             "first_node_bytes", (json_int_t)run->first_node_bytes, "other_node_bytes",
             (json_int_t)run->other_node_bytes);
 
-        if (!item || json_array_append_new(runs, item)) {
-            json_decref(runs);
-            runs = NULL;
-        }
+        runs = sc_json_with(runs, item);
     }
     return runs;
 }
@@ -104,10 +102,7 @@ static json_t *scaling_json(const job_plan *plan)
             "wall_s", run->wall_s, "core_hours", row->core_hours, "efficiency", run->efficiency,
             "limited_by", run->limit, "first_node_bytes", (json_int_t)run->first_node_bytes);
 
-        if (!item || json_array_append_new(rows, item)) {
-            json_decref(rows);
-            rows = NULL;
-        }
+        rows = sc_json_with(rows, item);
     }
     return json_pack("{s:b, s:i, s:o}", "costs_measured", plan->costs.measured, "pays_to_nodes",
                      scale->pays_to, "nodes", rows);
@@ -180,9 +175,8 @@ static void print_scaling(const job_plan *plan)
 {
     const sc_plan_scale *scale = &plan->scale;
 
-    printf(
-        "scaling           nodes  ranks x threads   encode    wall time  core hours  efficiency  "
-        "limited by\n");
+    printf("scaling           nodes  ranks x threads   encode    wall time  core hours  efficiency "
+           " limited by\n");
     for (int i = 0; i < scale->count; i++) {
         const sc_plan_row *row = &scale->rows[i];
         const sc_plan_run *run = &row->run;
@@ -251,8 +245,7 @@ sc_status sc_cmd_plan(sc_app *app)
         return sc_calibrate(app);
     if (ranks > SC_PLAN_RANKS_MOST)
         return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "%ld ranks in all, expected at most %d; choose fewer by "
-                       "--nodes or --ranks",
+                       "%ld ranks in all, expected at most %d; choose fewer by --nodes or --ranks",
                        ranks, SC_PLAN_RANKS_MOST);
     SC_PASS(sc_session_job(app, app->options.input, &session));
     SC_PASS(sc_run_check_encoder(app->ctx, &session.job));

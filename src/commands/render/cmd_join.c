@@ -185,8 +185,8 @@ static sc_status report_study(const sc_app *app, const char *directory, bool *fo
         return SC_OK;
     SC_PASS(sc_measurements_read(app->ctx, path, &all, &whole));
     if (app->options.json) {
-        printf("{\"schema\":\"segcast-directory-1\",\"condition\":\"%s\",\"done\":%zu,"
-               "\"cells\":%d,\"skipped\":%zu}\n",
+        printf("{\"schema\":\"segcast-directory-1\",\"condition\":\"%s\",\"done\":%zu,\"cells\":%d,"
+               "\"skipped\":%zu}\n",
                all.complete ? "complete" : "incomplete", all.count, sc_design_cells(&all.design),
                all.skipped_count);
     } else {

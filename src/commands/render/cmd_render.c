@@ -88,11 +88,11 @@ static sc_status write_job(const sc_run *run, sc_store *store)
     if (is_given && run->app->options.overwrite) {
         SC_PASS(sc_file_read(ctx, path, (size_t)64 << 20, &given, &bytes));
         if (bytes != text.length_bytes || memcmp(given, text.data, bytes) != 0)
-            return sc_fail(ctx, SC_ERR_CREATE,
-                           "%s: is the job that was given, and --overwrite would replace it by "
-                           "the job as resolved; copy it to another place first, or choose "
-                           "another directory with -o",
-                           path);
+            return sc_fail(
+                ctx, SC_ERR_CREATE,
+                "%s: is the job that was given, and --overwrite would replace it by the job as "
+                "resolved; copy it to another place first, or choose another directory with -o",
+                path);
     }
     if (store && (!is_given || run->app->options.overwrite))
         return sc_store_write_job(ctx, store, text.data, text.length_bytes);
@@ -268,14 +268,10 @@ static sc_status make_plan(sc_run *run)
 static sc_status share_plan(sc_run *run)
 {
     sc_app *app = run->app;
-    void *frames = run->frames, *gops = run->gops;
 
     sc_comm_broadcast(app->comm, &run->plan, sizeof run->plan);
-    SC_PASS(sc_broadcast_array(app, &frames, (size_t)run->plan.frame_count, sizeof(int)));
-    run->frames = frames;
-    SC_PASS(sc_broadcast_array(app, &gops, (size_t)run->plan.gop_count, sizeof(int)));
-    run->gops = gops;
-    return SC_OK;
+    SC_PASS(SC_BROADCAST(app, (size_t)run->plan.frame_count, &run->frames));
+    return SC_BROADCAST(app, (size_t)run->plan.gop_count, &run->gops);
 }
 
 /* ---- the run ---- */
@@ -438,8 +434,8 @@ static void report_outcome(const sc_run *run, sc_status outcome)
         sc_warn(ctx, "stopped %s after %d of %d frames; %s", reason,
                 run->plan.kept + run->root.result_count, run->root.wanted_count,
                 run->keep_records ? "run again with --resume for the rest"
-                                  : "the next run begins anew: what can go on is a job "
-                                    "(`segcast init`, `segcast render`)");
+                                  : "the next run begins anew: what can go on is a job (`segcast "
+                                    "init`, `segcast render`)");
     else if (outcome == SC_OK && run->root.store && run->root.missing == 0 &&
              !sc_store_is_complete(run->root.store))
         sc_info(ctx,
@@ -522,14 +518,9 @@ static sc_status allocate_records(sc_run *run)
 {
     const sc_app *app = run->app;
     const size_t events = (size_t)TRACE_EVENTS / (size_t)sc_comm_size(app->comm) + 256;
-    void *spans;
-    sc_status status = sc_trace_new(app->ctx, events, &run->trace);
 
-    if (status == SC_OK)
-        status = sc_alloc(app->ctx, (size_t)app->threads, sizeof *run->worker.spans, &spans);
-    if (status == SC_OK)
-        run->worker.spans = spans;
-    return status;
+    SC_PASS(sc_trace_new(app->ctx, events, &run->trace));
+    return SC_ALLOC(app->ctx, (size_t)app->threads, &run->worker.spans);
 }
 
 /* Everything before the first frame: job, volume, outputs, plan. Collective. */
@@ -653,11 +644,10 @@ sc_status sc_cmd_orbit(sc_app *app)
     sc_status status = SC_OK;
 
     if (slash && !slash[1])
-        status =
-            sc_fail(app->ctx, SC_ERR_USAGE,
-                    "--output is \"%s\", a directory; expected the name of a video in it, such "
-                    "as %sorbit.mp4",
-                    output, output);
+        status = sc_fail(app->ctx, SC_ERR_USAGE,
+                         "--output is \"%s\", a directory; expected the name of a video in it, "
+                         "such as %sorbit.mp4",
+                         output, output);
     SC_TRY(status);
     SC_TRY(sc_text_add(app->ctx, &directory, "%.*s",
                        slash == output ? 1

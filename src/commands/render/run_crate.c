@@ -38,7 +38,6 @@ static sc_status note_input(void *user, const char *use, const char *path, bool 
     sc_status status = SC_ERR_MISSING;
     int failed = 0;
 
-    (void)is_volume;
     silent.write = NULL; /* that a file cannot be read is told where it is needed */
     if (!stat(path, &info) && is_to_be_hashed(path, &info))
         status = sc_sha256_file(&silent, path, sha256, &bytes);

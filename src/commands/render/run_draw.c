@@ -73,9 +73,9 @@ sc_status sc_run_check_encoder(const sc_ctx *ctx, const sc_job *job)
     if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
         return SC_OK;
     return sc_fail(ctx, SC_ERR_SYSTEM,
-                   "output.size is %d x %d: to encode a video of that size takes %s of memory "
-                   "or more, over the limit of %s; choose a smaller one, or video: none with "
-                   "frames: png, or raise the limit where there is more memory: --max-memory %.0fG",
+                   "output.size is %d x %d: to encode a video of that size takes %s of memory or "
+                   "more, over the limit of %s; choose a smaller one, or video: none with frames: "
+                   "png, or raise the limit where there is more memory: --max-memory %.0fG",
                    settings.width_px, settings.height_px, sc_size_text(bytes, (char[24]){0}),
                    sc_size_text((double)ctx->memory_max_bytes, (char[24]){0}), ceil(bytes / gib));
 }
@@ -149,19 +149,18 @@ sc_status sc_run_check_gathering(const sc_ctx *ctx, const sc_job *job, int gathe
     if (encoders_allowed(job, gathered, where) >= encoders_least(gathered))
         return SC_OK;
     if (job->farm.encode == SC_ENCODE_GATHER)
-        return sc_fail(ctx, SC_ERR_SYSTEM,
-                       "farm.encode is gather: each rank that encodes holds frames of %d x %d for "
-                       "%s with its encoder, and %d of them on a node are over the limit of "
-                       "%s; choose farm.encode: auto, or raise the limit where there is more "
-                       "memory: --max-memory %.0fG",
-                       job->output.size_px[0], job->output.size_px[1],
-                       sc_size_text(each, (char[24]){0}), least, sc_size_text(limit, (char[24]){0}),
-                       ceil(least * each / gib));
-    sc_warn(ctx,
-            "farm.encode: frames of a second are not gathered to be encoded by several ranks: each "
-            "of these would hold %s, and %d of them on a node are over the limit of %s "
-            "(--max-memory)",
-            sc_size_text(each, (char[24]){0}), least, sc_size_text(limit, (char[24]){0}));
+        return sc_fail(
+            ctx, SC_ERR_SYSTEM,
+            "farm.encode is gather: each rank that encodes holds frames of %d x %d for %s with its "
+            "encoder, and %d of them on a node are over the limit of %s; choose farm.encode: auto, "
+            "or raise the limit where there is more memory: --max-memory %.0fG",
+            job->output.size_px[0], job->output.size_px[1], sc_size_text(each, (char[24]){0}),
+            least, sc_size_text(limit, (char[24]){0}), ceil(least * each / gib));
+    sc_warn(
+        ctx,
+        "farm.encode: frames of a second are not gathered to be encoded by several ranks: each of "
+        "these would hold %s, and %d of them on a node are over the limit of %s (--max-memory)",
+        sc_size_text(each, (char[24]){0}), least, sc_size_text(limit, (char[24]){0}));
     return SC_OK;
 }
 
@@ -220,15 +219,14 @@ sc_status sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,
 static sc_status add_block(const sc_ctx *ctx, sc_payload *payload, const void *data, size_t bytes)
 {
     const uint64_t size = bytes;
-    void *grown;
+    char *end;
 
-    SC_PASS(sc_alloc(ctx, payload->bytes + sizeof size + bytes, 1, &grown));
-    if (payload->bytes)
-        memcpy(grown, payload->data, payload->bytes);
-    memcpy((char *)grown + payload->bytes, &size, sizeof size);
-    memcpy((char *)grown + payload->bytes + sizeof size, data, bytes);
-    sc_free(payload->data);
-    *payload = (sc_payload){grown, payload->bytes + sizeof size + bytes};
+    SC_PASS(
+        sc_resize(ctx, payload->bytes, payload->bytes + sizeof size + bytes, 1, &payload->data));
+    end = (char *)payload->data + payload->bytes;
+    memcpy(end, &size, sizeof size);
+    memcpy(end + sizeof size, data, bytes);
+    payload->bytes += sizeof size + bytes;
     return SC_OK;
 }
 

@@ -15,12 +15,11 @@ static sc_status record_path(const sc_ctx *ctx, const sc_run *run, const char *n
                              const char *ending, char **out)
 {
     sc_text text = {0};
-    sc_status status = sc_text_add(ctx, &text, "%s/%s%s%s.%s", run->root.directory, name,
-                                   run->root.slice[0] ? "." : "", run->root.slice, ending);
 
-    if (status == SC_OK)
-        *out = text.data;
-    return status;
+    SC_PASS(sc_text_add(ctx, &text, "%s/%s%s%s.%s", run->root.directory, name,
+                        run->root.slice[0] ? "." : "", run->root.slice, ending));
+    *out = text.data;
+    return SC_OK;
 }
 
 /* Write status.json. @param ctx where errors go. */
@@ -42,7 +41,6 @@ void sc_run_on_progress(void *user, int done, int total)
     sc_run *run = user;
     const int before = atomic_exchange(&run->root.frames_done, run->plan.kept + done);
 
-    (void)total;
     sc_stage_add(run->app->ctx, (uint64_t)(run->plan.kept + done - before));
 }
 

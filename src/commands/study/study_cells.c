@@ -162,10 +162,10 @@ sc_status sc_study_frames(const sc_study_state *state, const sc_job *job, int **
     if (state->study.frames[0] && !whole) {
         status = sc_frames_parse(&silent, state->study.frames, total, out, count);
         if (status == SC_ERR_USAGE)
-            return sc_fail(ctx, SC_ERR_DATA,
-                           "%s: frames is \"%s\", expected frames of the animation, 0 to %d, such "
-                           "as 0-179:45",
-                           state->app->options.input, state->study.frames, total - 1);
+            return sc_fail(
+                ctx, SC_ERR_DATA,
+                "%s: frames is \"%s\", expected frames of the animation, 0 to %d, such as 0-179:45",
+                state->app->options.input, state->study.frames, total - 1);
         if (status == SC_OK && *count > SC_STUDY_FRAMES_MAX) {
             sc_free(*out);
             *out = NULL;
@@ -366,16 +366,13 @@ sc_status sc_study_list_cells(sc_study_state *state)
     const bool first = sc_comm_rank(app->comm) == 0;
     int32_t count;
     uint8_t whole_jobs = state->study.measure == SC_STUDY_JOB;
-    void *cells;
 
     sc_comm_broadcast(app->comm, &whole_jobs, sizeof whole_jobs);
     state->whole_jobs = whole_jobs != 0;
     SC_PASS(sc_comm_agree(app->comm, first ? list_cells(state) : SC_OK));
     count = state->cell_count;
     sc_comm_broadcast(app->comm, &count, sizeof count);
-    cells = state->cells;
-    SC_PASS(sc_broadcast_array(app, &cells, (size_t)count, sizeof *state->cells));
-    state->cells = cells;
+    SC_PASS(SC_BROADCAST(app, (size_t)count, &state->cells));
     state->cell_count = count;
     return SC_OK;
 }

@@ -34,10 +34,9 @@ static sc_status refuse_path(const sc_ctx *ctx, const char *path)
 
     if (lstat(path, &info))
         return SC_OK;
-    return sc_fail(ctx, SC_ERR_CREATE,
-                   "%s: is in the way, and was not made by a study; choose another directory with "
-                   "-o",
-                   path);
+    return sc_fail(
+        ctx, SC_ERR_CREATE,
+        "%s: is in the way, and was not made by a study; choose another directory with -o", path);
 }
 
 /* Refuse a directory in which anything has one of the names that the study will write. */

@@ -54,7 +54,6 @@ static sc_status accept_frame(void *user, const sc_frame_result *result, const s
 {
     visit *v = user;
 
-    (void)image;
     v->rays += result->rays;
     v->samples += result->samples;
     v->contributions += result->contributions;
@@ -190,18 +189,13 @@ static sc_status open_session(visit *v, int cell, bool keeps)
 static sc_status share_frames(visit *v)
 {
     sc_app *app = v->app;
-    void *frames = NULL;
     sc_status status = SC_OK;
 
-    if (sc_comm_rank(app->comm) == 0) {
+    if (sc_comm_rank(app->comm) == 0)
         status = sc_study_frames(v->state, &v->session->job, &v->frames, &v->frame_count);
-        frames = v->frames;
-    }
     SC_PASS(sc_comm_agree(app->comm, status));
     sc_comm_broadcast(app->comm, &v->frame_count, sizeof v->frame_count);
-    SC_PASS(sc_broadcast_array(app, &frames, (size_t)v->frame_count, sizeof *v->frames));
-    v->frames = frames;
-    return SC_OK;
+    return SC_BROADCAST(app, (size_t)v->frame_count, &v->frames);
 }
 
 /* ---- results ---- */

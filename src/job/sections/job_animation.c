@@ -35,7 +35,6 @@ static sc_status write_focus(const sc_ctx *ctx, const sc_key *key, const void *v
     const sc_optics *o = value;
     const char *comma = "";
 
-    (void)key;
     if (o->focus == SC_FOCUS_POINT)
         return focus_row.type->write(ctx, &focus_row, &o->focus_mm, text);
     return o->focus == SC_FOCUS_MIDDLE ? sc_text_add(ctx, text, "middle")
@@ -44,7 +43,6 @@ static sc_status write_focus(const sc_ctx *ctx, const sc_key *key, const void *v
 
 static json_t *focus_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:[{s:[ss]}, o]}", "anyOf", "type", "string", "integer",
                      focus_row.type->schema(&focus_row));
 }
@@ -68,9 +66,8 @@ static const sc_key orbit_keys[] = {
      .help = "axis about which the camera turns; it points up in the picture", .low = -1e6,
      .high = 1e6, .option = &(const sc_key_option){"axis", "WORD", "orbit still"}},
     {"turns", &sc_type_real, CAMERA(turns), "1",
-     .help =
-         "number of turns; negative ones go the other way; 0 where angle has key frames, unless "
-         "it is given",
+     .help = "number of turns; negative ones go the other way; 0 where angle has key frames, "
+             "unless it is given",
      .low = -1000, .high = 1000, .option = &(const sc_key_option){"turns", "N", "orbit"}},
     {"angle", &sc_type_tracked, CAMERA(angle_deg), "0",
      .help = "where the camera is, or begins to turn: 0 is in front of the patient, 90 at the "
@@ -195,7 +192,6 @@ static sc_status read_slices(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     const char *word = node->kind == SC_YAML_SCALAR ? node->text : "";
     sc_slices *slices = value;
 
-    (void)key;
     slices->are_shown = strcmp(word, "none") != 0;
     if (!strcmp(word, "through"))
         slices->share_track = all;
@@ -211,7 +207,6 @@ static sc_status write_slices(const sc_ctx *ctx, const sc_key *key, const void *
 {
     const sc_slices *slices = value;
 
-    (void)key;
     if (!slices->are_shown)
         return sc_text_add(ctx, text, "none");
     return slices->has_point ? point_row.type->write(ctx, &point_row, &slices->point_mm, text)
@@ -220,7 +215,6 @@ static sc_status write_slices(const sc_ctx *ctx, const sc_key *key, const void *
 
 static json_t *slices_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:[{s:[ss]}, o, o]}", "anyOf", "enum", "none", "through",
                      point_row.type->schema(&point_row), share_row.type->schema(&share_row));
 }

@@ -27,7 +27,6 @@ static sc_status write_loop(const sc_ctx *ctx, const sc_key *key, const void *va
 {
     const int beats = *(const int *)value;
 
-    (void)key;
     return beats ? sc_text_add(ctx, text, "%d", beats) : sc_text_add(ctx, text, "true");
 }
 
@@ -51,8 +50,8 @@ const sc_key sc_cine_keys[] = {
              "phases take (4-D), that is the default, if it makes 20 to 300 beats per minute",
      .low = 0.1, .high = 1000},
     {"loop", &type_loop, offsetof(sc_cine_options, cine.beats), "true",
-     .help = "true: beat follows beat; false, or a number: after one, or so many, the last phase "
-             "stays",
+     .help =
+         "true: beat follows beat; false, or a number: after one, or so many, the last phase stays",
      .low = 1, .high = 1000000},
     {"between", &sc_type_int, offsetof(sc_cine_options, cine.between), "0",
      .help = "so many phases more between each two, and between the last and the first: borders "
@@ -158,21 +157,21 @@ sc_status sc_cine_check(const sc_ctx *ctx, const sc_job_sources *sources, const 
     if (!job->phase_count && cine && sources->check_inputs && !sc_job_is_phantom(job->volume))
         SC_PASS(find_phases(ctx, volume, job, &step_s));
     if (!job->phase_count && cine)
-        return sc_yaml_fail(ctx, cine,
-                            "cine: volume is one file, which holds one volume; expected a series "
-                            "of phases, such as volume: heart_*.nrrd, a list of files, or a file "
-                            "that holds several (4-D)");
+        return sc_yaml_fail(
+            ctx, cine,
+            "cine: volume is one file, which holds one volume; expected a series of phases, such "
+            "as volume: heart_*.nrrd, a list of files, or a file that holds several (4-D)");
     if (!job->has_cine) /* which may have a mistake of its own */
         return SC_OK;
     SC_PASS(select_phases(ctx, root, job));
     if (job->phase_count < 2)
         return sc_yaml_fail(ctx, cine, "cine: there is one phase, expected 2 or more");
     if (job->phase_count * (size_t)(1 + job->cine.cine.between) > SC_PHASES_MAX)
-        return sc_yaml_fail(ctx, sc_yaml_member(cine, "between"),
-                            "cine: %zu phases, and %d between each two, are %zu; expected at most "
-                            "%d",
-                            job->phase_count, job->cine.cine.between,
-                            job->phase_count * (size_t)(1 + job->cine.cine.between), SC_PHASES_MAX);
+        return sc_yaml_fail(
+            ctx, sc_yaml_member(cine, "between"),
+            "cine: %zu phases, and %d between each two, are %zu; expected at most %d",
+            job->phase_count, job->cine.cine.between,
+            job->phase_count * (size_t)(1 + job->cine.cine.between), SC_PHASES_MAX);
     choose_bpm(ctx, cine, step_s, job);
     job->volume_phase = job->phases[0].phase;
     if (job->box.visible)

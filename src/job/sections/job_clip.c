@@ -27,11 +27,10 @@ static sc_status read_key_position(const sc_ctx *ctx, const sc_key *key, const s
                                    void *value)
 {
     sc_plane_position position;
-    const sc_status status = sc_type_plane_position.read(ctx, key, node, &position);
 
-    if (status == SC_OK)
-        *(sc_vec3 *)value = (sc_vec3){position.value, position.percent, 0};
-    return status;
+    SC_PASS(sc_type_plane_position.read(ctx, key, node, &position));
+    *(sc_vec3 *)value = (sc_vec3){position.value, position.percent, 0};
+    return SC_OK;
 }
 
 static sc_plane_position position_of(sc_vec3 value)
@@ -165,7 +164,6 @@ static const sc_value_type type_corners = {
 
 static json_t *tissue_list_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:s, s:{s:s}}", "type", "array", "items", "type", "string");
 }
 
@@ -224,7 +222,6 @@ static sc_status write_except(const sc_ctx *ctx, const sc_key *key, const void *
     const sc_sweep *sweep = &entry->sweep;
     const int plane = entry->plane;
 
-    (void)key;
     if (!sweep->except_count)
         return write_exceptions(ctx, job, plane, 0, text);
     for (int i = 0; i < sweep->except_count; i++) {
@@ -253,9 +250,9 @@ const sc_key sc_clip_keys[] = {
              "and feet, and that at the right, front and head",
      .given = SC_GIVEN(plane_entry, has_box), .alternative = "normal or box", .required = true},
     {"at", &type_at, 0, "50%",
-     .help = "where the plane stands: a share of the way through what is visible, mm along its "
-             "normal, or a point of it in patient coordinates, as segcast still --sheet slices "
-             "prints them",
+     .help =
+         "where the plane stands: a share of the way through what is visible, mm along its normal, "
+         "or a point of it in patient coordinates, as segcast still --sheet slices prints them",
      .low = -1e6, .high = 1e6},
     {"active", &sc_type_tracked_bool, PLANE(sweep.active), NULL,
      .help = "whether the plane, or the box, cuts; may have key frames, such as {0s: false, 2s: "
@@ -420,7 +417,6 @@ static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *va
 {
     const sc_job *job = value;
 
-    (void)parts;
     SC_PASS(sc_text_add(ctx, text, job->animation.sweep_count ? " " : " []"));
     for (int i = 0; i < job->animation.sweep_count; i++) {
         const sc_sweep *sweep = &job->animation.sweeps[i];

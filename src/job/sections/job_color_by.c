@@ -18,10 +18,10 @@ static sc_status read_range(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
         !sc_parse_number(node->items[0], &ends[0]) || !sc_parse_number(node->items[1], &ends[1]))
         return sc_wrong_type(ctx, node, key->type->expected);
     if (!(ends[0] < ends[1]))
-        return sc_yaml_fail(ctx, node,
-                            "range is [%.12g, %.12g], expected the smaller value first and another "
-                            "one behind it",
-                            ends[0], ends[1]);
+        return sc_yaml_fail(
+            ctx, node,
+            "range is [%.12g, %.12g], expected the smaller value first and another one behind it",
+            ends[0], ends[1]);
     by->low = ends[0];
     by->high = ends[1];
     return SC_OK;
@@ -31,14 +31,12 @@ static sc_status write_range(const sc_ctx *ctx, const sc_key *key, const void *v
 {
     const sc_color_by *by = value;
 
-    (void)key;
     return by->range_auto ? sc_text_add(ctx, text, "auto")
                           : sc_text_add(ctx, text, "[%.17g, %.17g]", by->low, by->high);
 }
 
 static json_t *range_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:[{s:[s]}, {s:s, s:{s:s}, s:i, s:i}]}", "anyOf", "enum", "auto", "type",
                      "array", "items", "type", "number", "minItems", 2, "maxItems", 2);
 }
@@ -166,10 +164,9 @@ _Static_assert(sizeof(((sc_color_by *)0)->table) == SC_PATH_BYTES, "a path of a 
 
 const sc_key sc_color_by_keys[] = {
     {"values", &type_values, 0, NULL,
-     .help =
-         "what segcast measures itself: volume, (mean) thickness or surface of the tissue; or a "
-         "table of values (CSV or TSV) with a line of headings, one of which names the number "
-         "or the name of the tissue",
+     .help = "what segcast measures itself: volume, (mean) thickness or surface of the tissue; or "
+             "a table of values (CSV or TSV) with a line of headings, one of which names the "
+             "number or the name of the tissue",
      .bytes = SC_PATH_BYTES, .choices = measures, .required = true, .outside_identity = true},
     {"column", &type_columns, BY(column), "\"\"",
      .help = "heading of the values in the table; empty: the only column that can hold them; may "
@@ -179,9 +176,8 @@ const sc_key sc_color_by_keys[] = {
      .track = offsetof(sc_job, color_columns) - offsetof(sc_job, color_by) - BY(column),
      .outside_identity = true},
     {"map", &sc_type_choice, BY(map), "viridis",
-     .help =
-         "colours from the least to the greatest value; coolwarm is for values on both sides of "
-         "a middle, such as changes",
+     .help = "colours from the least to the greatest value; coolwarm is for values on both sides "
+             "of a middle, such as changes",
      .choices = color_maps},
     {"range", &type_range, 0, "auto",
      .help = "values of the ends of the map; auto: those of the tissues that are shown, with 0 in "

@@ -59,10 +59,10 @@ static sc_status read_subjects(const sc_ctx *ctx, const sc_key *key, const sc_ya
     if (node->kind == SC_YAML_MAP)
         return sc_wrong_type(ctx, node, key->type->expected);
     if (count < 1 || count >= SC_SUBJECTS_MAX)
-        return sc_yaml_fail(ctx, node,
-                            "%s has %zu volumes, expected 1 to %d, which are shown beside that of "
-                            "the job",
-                            key->name, count, SC_SUBJECTS_MAX - 1);
+        return sc_yaml_fail(
+            ctx, node,
+            "%s has %zu volumes, expected 1 to %d, which are shown beside that of the job",
+            key->name, count, SC_SUBJECTS_MAX - 1);
     compare->count = 0;
     for (size_t i = 0; i < count; i++) {
         if (!sc_goes_on(&status,
@@ -95,8 +95,8 @@ static json_t *subjects_schema(const sc_key *key)
 
 static const sc_value_type type_subjects = {
     .name = "path or list of volumes",
-    .expected = "the path of a volume, or a list of volumes, such as - {volume: after.nrrd, name: "
-                "after}",
+    .expected =
+        "the path of a volume, or a list of volumes, such as - {volume: after.nrrd, name: after}",
     .read = read_subjects,
     .write = write_subjects,
     .schema = subjects_schema,
@@ -123,10 +123,9 @@ const sc_key sc_compare_keys[] = {
              "they lie as their files place them",
      .choices = aligns},
     {"divider", &sc_type_tracked_share, COMPARE(divider), NULL,
-     .help =
-         "instead of side by side: two volumes in one picture, the job's own left of an upright "
-         "line and the other right of it; where the line stands, as a share of the width from the "
-         "left",
+     .help = "instead of side by side: two volumes in one picture, the job's own left of an "
+             "upright line and the other right of it; where the line stands, as a share of the "
+             "width from the left",
      .track = offsetof(sc_comparison, divider_track) - offsetof(sc_comparison, divider),
      .given = SC_GIVEN(sc_comparison, has_divider), .without = "side by side"},
     {0}};

@@ -15,10 +15,10 @@ static sc_status read_pair(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
         !sc_parse_number(node->items[1], &numbers[1]))
         return sc_wrong_type(ctx, node, key->type->expected);
     if (!(numbers[1] > 0) || numbers[1] > 1e30 || numbers[0] > 1e30 || numbers[0] < -1e30)
-        return sc_yaml_fail(ctx, node,
-                            "%s is [%.12g, %.12g], expected [level, width] with a width above "
-                            "0, such as [40, 400]",
-                            key->name, numbers[0], numbers[1]);
+        return sc_yaml_fail(
+            ctx, node,
+            "%s is [%.12g, %.12g], expected [level, width] with a width above 0, such as [40, 400]",
+            key->name, numbers[0], numbers[1]);
     *(sc_vec3 *)value = (sc_vec3){numbers[0], numbers[1], 0};
     return SC_OK;
 }
@@ -27,13 +27,11 @@ static sc_status write_pair(const sc_ctx *ctx, const sc_key *key, const void *va
 {
     const sc_vec3 *pair = value;
 
-    (void)key;
     return sc_text_add(ctx, text, "[%.17g, %.17g]", pair->x, pair->y);
 }
 
 static json_t *pair_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:s, s:{s:s}, s:i, s:i}", "type", "array", "items", "type", "number",
                      "minItems", 2, "maxItems", 2);
 }
@@ -85,9 +83,8 @@ static json_t *window_schema(const sc_key *key)
 static const sc_value_type type_window = {
     .name = "auto, [level, width] or key frames",
     .of_key_frames = &type_pair,
-    .expected =
-        "auto, level and width of the values from black to white, such as [40, 400], or key "
-        "frames such as {0s: [40, 400], 4s: [300, 1500]}",
+    .expected = "auto, level and width of the values from black to white, such as [40, 400], or "
+                "key frames such as {0s: [40, 400], 4s: [300, 1500]}",
     .read = read_window,
     .write = write_window,
     .schema = window_schema,
@@ -114,12 +111,11 @@ const sc_key sc_image_keys[] = {
              "is not shown there",
      .low = 0, .high = 1},
     {"slices", SHARE(slices), .fallback = "0.7",
-     .help = "share of the image in the colour of tissues on slices (animation.slices), which "
-             "show nothing else beside them; 0: slices do not show it",
+     .help = "share of the image in the colour of tissues on slices (animation.slices), which show "
+             "nothing else beside them; 0: slices do not show it",
      .low = 0, .high = 1},
     {"backdrop", SHARE(backdrop), .fallback = "0",
-     .help =
-         "opacity of 10 mm of what is white, as a translucent volume behind all tissues; darker "
-         "values have less, black has none; 0: it is not shown there",
+     .help = "opacity of 10 mm of what is white, as a translucent volume behind all tissues; "
+             "darker values have less, black has none; 0: it is not shown there",
      .low = 0, .high = 1},
     {0}};

@@ -24,13 +24,11 @@ static sc_status read_font(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 
 static sc_status write_font(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    (void)key;
     return sc_write_quoted(ctx, ((const sc_job *)value)->overlays.font, text);
 }
 
 static json_t *word_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:s}", "type", "string");
 }
 
@@ -85,7 +83,6 @@ static sc_status read_caption_text(const sc_ctx *ctx, const sc_key *key, const s
 static sc_status write_caption_text(const sc_ctx *ctx, const sc_key *key, const void *value,
                                     sc_text *text)
 {
-    (void)key;
     return sc_write_quoted(ctx, value, text);
 }
 
@@ -121,53 +118,33 @@ static int use_of(const sc_key *key)
 static sc_status read_overlay_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                       void *value)
 {
-    const bool is_one = node->kind == SC_YAML_SCALAR;
+    const char *word = node->kind == SC_YAML_SCALAR ? node->text : "";
     const bool may_be_none = use_of(key) == SC_USE_NAMES;
-    const size_t count = sc_yaml_length(node);
     sc_job *job = value;
-    sc_status status = SC_OK;
 
-    if (node->kind == SC_YAML_MAP || (!count && !may_be_none))
+    if (node->kind == SC_YAML_MAP || (!sc_yaml_length(node) && !may_be_none))
         return sc_wrong_type(ctx, node, key->type->expected);
-    if (is_one && strcmp(node->text, "none") == 0)
+    if (!strcmp(word, "none"))
         return may_be_none ? SC_OK : sc_wrong_type(ctx, node, key->type->expected);
-    SC_PASS(SC_RESIZE(ctx, job->overlay_tissue_count, job->overlay_tissue_count + count,
-                      &job->overlay_tissues));
-    for (size_t i = 0; i < count; i++) {
-        const sc_yaml item = sc_yaml_item(node, i);
-        sc_overlay_tissue *to = &job->overlay_tissues[job->overlay_tissue_count];
-        const sc_status found = sc_read_tissue(ctx, key, &item, to->pattern, to->where);
-
-        to->use = use_of(key);
-        if (found == SC_OK && is_one && !strcmp(to->pattern, "all"))
-            strcpy(to->pattern, "*");
-        job->overlay_tissue_count += found == SC_OK;
-        if (!sc_goes_on(&status, found))
-            break;
-    }
-    return status;
+    SC_PASS(sc_read_tissues(ctx, key, node, use_of(key), &job->overlay_tissues,
+                            &job->overlay_tissue_count));
+    if (!strcmp(word, "all"))
+        strcpy(job->overlay_tissues[job->overlay_tissue_count - 1].pattern, "*");
+    return SC_OK;
 }
 
-/* Write the tissues of an overlay as a list, [a, "b*"]. */
 static sc_status write_overlay_tissues(const sc_ctx *ctx, const sc_key *key, const void *value,
                                        sc_text *text)
 {
     const sc_job *job = value;
-    const char *comma = "";
 
-    SC_PASS(sc_text_add(ctx, text, "["));
-    for (size_t i = 0; i < job->overlay_tissue_count; i++) {
-        if (job->overlay_tissues[i].use == use_of(key))
-            SC_PASS(sc_write_item(ctx, &comma, job->overlay_tissues[i].pattern, text));
-    }
-    return sc_text_add(ctx, text, "]");
+    return sc_write_tissues(ctx, job->overlay_tissues, job->overlay_tissue_count, use_of(key),
+                            text);
 }
 
 static json_t *overlay_tissues_schema(const sc_key *key)
 {
-    return json_pack("{s:[{s:[ss]}, {s:s, s:i, s:{s:[ss]}}]}", "anyOf", "type", "string", "integer",
-                     "type", "array", "minItems", use_of(key) == SC_USE_LEGEND, "items", "type",
-                     "string", "integer");
+    return sc_tissues_schema(use_of(key) == SC_USE_LEGEND);
 }
 
 static const sc_value_type type_named_tissues = {
@@ -418,7 +395,6 @@ static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void
     const sc_job *job = value;
     const char *comma = "{";
 
-    (void)key;
     if (!job->caption_count)
         return sc_text_add(ctx, text, "none");
     for (size_t i = 0; i < job->caption_count; i++) { /* those of a place stand together */
@@ -441,8 +417,8 @@ static json_t *captions_schema(const sc_key *key)
 
 static const sc_value_type type_captions = {
     .name = "text, key frames, or {place: these}",
-    .expected = "a text, key frames such as {0s: The heart, 4s: none}, or {top: a text or key "
-                "frames}",
+    .expected =
+        "a text, key frames such as {0s: The heart, 4s: none}, or {top: a text or key frames}",
     .read = read_captions,
     .write = write_captions,
     .schema = captions_schema,
@@ -483,8 +459,8 @@ const sc_key sc_overlays_keys[] = {
      .help = "family of the font of all text on pictures, in bold; other fonts stand in for "
              "characters that it lacks"},
     {"text_size", &sc_type_real, OVERLAYS(text_percent), "2.8",
-     .help = "size of the font, in percent of the height of the picture; captions are a quarter "
-             "larger",
+     .help =
+         "size of the font, in percent of the height of the picture; captions are a quarter larger",
      .low = 1, .high = 20, .unit = "percent"},
     {"caption", &type_captions, 0, NULL,
      .help = "text that is shown, below, or key frames of texts: {0s: The heart, 4s: none}; or "

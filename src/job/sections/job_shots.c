@@ -96,7 +96,6 @@ static sc_status write_transition(const sc_ctx *ctx, const sc_key *key, const vo
 
 static json_t *transition_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:s, s:s}", "type", "string", "pattern",
                      "^(cut|(cross_fade|fade) +[0-9].*)$");
 }
@@ -143,7 +142,6 @@ static sc_status write_card(const sc_ctx *ctx, const sc_key *key, const void *va
 
 static json_t *card_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:[{s:s}, {s:s, s:i, s:i, s:{s:s}}]}", "anyOf", "type", "string", "type",
                      "array", "minItems", 1, "maxItems", 2, "items", "type", "string");
 }
@@ -191,18 +189,16 @@ static sc_status read_shot(const sc_ctx *ctx, const sc_key *keys, const sc_yaml 
 static sc_status read_shots(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_job *job = value;
-    void *shots;
+
     sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_LIST)
         return sc_wrong_type(ctx, node, key->type->expected);
     if (node->count == 0 || node->count > SC_SHOTS_MAX)
-        return sc_yaml_fail(ctx, node,
-                            "shots has %zu items, expected 1 to %d; without shots, the "
-                            "key is left out",
-                            node->count, SC_SHOTS_MAX);
-    SC_PASS(sc_zalloc(ctx, node->count, sizeof *job->shots, &shots));
-    job->shots = shots;
+        return sc_yaml_fail(
+            ctx, node, "shots has %zu items, expected 1 to %d; without shots, the key is left out",
+            node->count, SC_SHOTS_MAX);
+    SC_PASS(SC_ZALLOC(ctx, node->count, &job->shots));
     job->shot_count = node->count;
     for (size_t i = 0; i < node->count; i++) {
         if (!sc_goes_on(&status, read_shot(ctx, key->keys, node->items[i], &job->shots[i])))

@@ -139,35 +139,39 @@ const sc_key sc_tissue_keys[] = {
      HAS(shininess), .without = TEXT(SC_MATERIAL_SHININESS)},
     {0}};
 
-/* Make room for one more list of key frames: there is always room for a power of two, so that the
- * lists, which take kilobytes, are copied a few times only. */
-static sc_status grow_tracks(const sc_ctx *ctx, sc_job *job)
-{
-    const size_t count = job->tissue_track_count;
+/* The key frames of an entry, and where a rule has their numbers. */
+static const struct {
+    size_t track, number;
+} tracks[] = {{offsetof(rule_entry, color_track), RULE(color_track)},
+              {offsetof(rule_entry, opacity_track), RULE(opacity_track)},
+              {offsetof(rule_entry, visible_track), RULE(visible_track)},
+              {offsetof(rule_entry, offset_track), RULE(offset_track)}};
 
-    if (count & (count - 1))
-        return SC_OK; /* no power of two */
-    return SC_RESIZE(ctx, count, count ? 2 * count : 1, &job->tissue_tracks);
+static sc_track *track_at(rule_entry *entry, size_t i)
+{
+    return (sc_track *)((char *)entry + tracks[i].track);
 }
 
-/* Append key frames, if there are any, to the list of the job. @param number set to their number,
- * from 1, in that list. */
-static sc_status keep_track(const sc_ctx *ctx, const sc_track *track, sc_job *job, int *number)
+static int *number_at(rule_entry *entry, size_t i)
 {
-    if (!track->count)
-        return SC_OK;
-    SC_PASS(grow_tracks(ctx, job));
-    job->tissue_tracks[job->tissue_track_count] = *track;
-    job->tissue_track_count++;
-    *number = (int)job->tissue_track_count;
+    return (int *)((char *)entry + tracks[i].number);
+}
+
+/* Append the key frames that an entry has to the list of the job. There is always room for a power
+ * of two, so that the lists, which take kilobytes, are copied a few times only. */
+static sc_status keep_tracks(const sc_ctx *ctx, rule_entry *entry, sc_job *job)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(tracks); i++) {
+        const size_t count = job->tissue_track_count;
+
+        if (!track_at(entry, i)->count)
+            continue;
+        if (!(count & (count - 1)))
+            SC_PASS(SC_RESIZE(ctx, count, count ? 2 * count : 1, &job->tissue_tracks));
+        job->tissue_tracks[job->tissue_track_count++] = *track_at(entry, i);
+        *number_at(entry, i) = (int)job->tissue_track_count;
+    }
     return SC_OK;
-}
-
-/* Take key frames from the list of the job, if @p number says that there are any. */
-static void take_track(const sc_job *job, int number, sc_track *track)
-{
-    if (number)
-        *track = job->tissue_tracks[number - 1];
 }
 
 /* Read the look of one tissue into @p rule, which is zero, and its key frames into the job. */
@@ -178,10 +182,9 @@ static sc_status read_rule(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     sc_status status;
 
     if (!item->key[0])
-        return sc_yaml_fail(
-            ctx, item,
-            "a tissue has no name (\"\"), expected a name, a glob such as \"*\", or "
-            "the number of a label");
+        return sc_yaml_fail(ctx, item,
+                            "a tissue has no name (\"\"), expected a name, a glob such as \"*\", "
+                            "or the number of a label");
     if (strlen(item->key) >= SC_NAME_BYTES)
         return sc_yaml_fail(ctx, item, "a tissue's name has %zu bytes, expected less than %d",
                             strlen(item->key), SC_NAME_BYTES);
@@ -192,13 +195,7 @@ static sc_status read_rule(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     entry = (rule_entry){.rule = *rule};
     status = sc_keys_read(ctx, key->keys, item, &entry);
     if (status == SC_OK)
-        status = keep_track(ctx, &entry.color_track, job, &entry.rule.color_track);
-    if (status == SC_OK)
-        status = keep_track(ctx, &entry.opacity_track, job, &entry.rule.opacity_track);
-    if (status == SC_OK)
-        status = keep_track(ctx, &entry.visible_track, job, &entry.rule.visible_track);
-    if (status == SC_OK)
-        status = keep_track(ctx, &entry.offset_track, job, &entry.rule.offset_track);
+        status = keep_tracks(ctx, &entry, job);
     *rule = entry.rule;
     return status;
 }
@@ -209,13 +206,12 @@ static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yam
                               void *value)
 {
     sc_job *job = value;
-    void *rules;
+
     sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_MAP)
         return sc_wrong_type(ctx, node, key->type->expected);
-    SC_PASS(sc_zalloc(ctx, node->count, sizeof *job->rules, &rules));
-    job->rules = rules;
+    SC_PASS(SC_ZALLOC(ctx, node->count, &job->rules));
     for (size_t i = 0; i < node->count; i++) {
         if (!sc_goes_on(&status,
                         read_rule(ctx, key, node->items[i], job, &job->rules[job->rule_count])))
@@ -234,17 +230,16 @@ static sc_status write_tissues(const sc_ctx *ctx, const sc_key *key, const void 
     const sc_job *job = value;
     rule_entry entry;
 
-    (void)parts;
     SC_PASS(sc_text_add(ctx, text, job->rule_count > job->film_rules ? " " : " {}"));
     for (size_t i = job->film_rules; i < job->rule_count; i++) {
         SC_PASS(sc_text_add(ctx, text, "\n%*s", indent + 2, ""));
         SC_PASS(sc_write_quoted(ctx, job->rules[i].pattern, text));
         SC_PASS(sc_text_add(ctx, text, ": "));
         entry = (rule_entry){.rule = job->rules[i]};
-        take_track(job, entry.rule.color_track, &entry.color_track);
-        take_track(job, entry.rule.opacity_track, &entry.opacity_track);
-        take_track(job, entry.rule.visible_track, &entry.visible_track);
-        take_track(job, entry.rule.offset_track, &entry.offset_track);
+        for (size_t t = 0; t < SC_COUNT_OF(tracks); t++) {
+            if (*number_at(&entry, t))
+                *track_at(&entry, t) = job->tissue_tracks[*number_at(&entry, t) - 1];
+        }
         SC_PASS(sc_keys_write_flow(ctx, key->keys, &entry, text));
     }
     return sc_text_add(ctx, text, "\n");

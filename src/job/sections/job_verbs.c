@@ -25,47 +25,25 @@ static sc_status read_verb_tissues(const sc_ctx *ctx, const sc_key *key, const s
                                    void *value)
 {
     const verb_entry *entry = value;
-    sc_job *job = entry->job;
-    const size_t count = sc_yaml_length(node);
-    sc_status status = SC_OK;
 
-    if (node->kind == SC_YAML_MAP || !count)
+    if (node->kind == SC_YAML_MAP || !sc_yaml_length(node))
         return sc_wrong_type(ctx, node, key->type->expected);
-    SC_PASS(
-        SC_RESIZE(ctx, job->verb_tissue_count, job->verb_tissue_count + count, &job->verb_tissues));
-    for (size_t i = 0; i < count; i++) {
-        const sc_yaml item = sc_yaml_item(node, i);
-        sc_verb_tissue *to = &job->verb_tissues[job->verb_tissue_count];
-        const sc_status found = sc_read_tissue(ctx, key, &item, to->pattern, to->where);
-
-        to->verb = entry->index;
-        job->verb_tissue_count += found == SC_OK;
-        if (!sc_goes_on(&status, found))
-            break;
-    }
-    return status;
+    return sc_read_tissues(ctx, key, node, entry->index, &entry->job->verb_tissues,
+                           &entry->job->verb_tissue_count);
 }
 
-/* Write the tissues of the verb, [a, "b*"], as read_verb_tissues reads them. */
 static sc_status write_verb_tissues(const sc_ctx *ctx, const sc_key *key, const void *value,
                                     sc_text *text)
 {
     const verb_entry *entry = value;
-    const char *comma = "[";
 
-    (void)key;
-    for (size_t i = 0; i < entry->job->verb_tissue_count; i++) {
-        if (entry->job->verb_tissues[i].verb == entry->index)
-            SC_PASS(sc_write_item(ctx, &comma, entry->job->verb_tissues[i].pattern, text));
-    }
-    return sc_text_add(ctx, text, "]");
+    return sc_write_tissues(ctx, entry->job->verb_tissues, entry->job->verb_tissue_count,
+                            entry->index, text);
 }
 
 static json_t *verb_tissues_schema(const sc_key *key)
 {
-    (void)key;
-    return json_pack("{s:[{s:[ss]}, {s:s, s:i, s:{s:[ss]}}]}", "anyOf", "type", "string", "integer",
-                     "type", "array", "minItems", 1, "items", "type", "string", "integer");
+    return sc_tissues_schema(1);
 }
 
 static const sc_value_type type_verb_tissues = {
@@ -106,14 +84,12 @@ static sc_status write_target(const sc_ctx *ctx, const sc_key *key, const void *
 {
     const sc_verb *verb = &((const verb_entry *)value)->verb;
 
-    (void)key;
     return sc_write_number(ctx, verb->to, verb->to_factor ? 100 : 1, verb->to_factor ? "%" : "",
                            text);
 }
 
 static json_t *target_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:[{s:s, s:i, s:i}, {s:s, s:s}]}", "anyOf", "type", "number", "minimum", 0,
                      "maximum", 1, "type", "string", "pattern", "^[0-9.]+ *%$");
 }
@@ -222,8 +198,8 @@ static json_t *fly_schema(const sc_key *key)
 
 static const sc_value_type type_fly = {
     .name = "tissues or points",
-    .expected = "a tissue, a list of tissues, or a list of points in RAS millimetres, such as "
-                "[[0, 0, 10], [5, 0, 40]]",
+    .expected = "a tissue, a list of tissues, or a list of points in RAS millimetres, such as [[0, "
+                "0, 10], [5, 0, 40]]",
     .read = read_fly,
     .write = write_fly,
     .schema = fly_schema,
@@ -322,8 +298,8 @@ const sc_key sc_verb_keys[] = {
     {"fov", &sc_type_real, VERB(fov_deg), "80", .help = "fly: vertical field of view", .low = 1,
      .high = 170, .unit = "degrees", .verbs = OF(FLY)},
     {"plane", &sc_type_int, VERB(plane), "1",
-     .help = "turn: number of the clip plane, counted from 1 in the order of clip; a box "
-             "counts as six: left, right, back, front, bottom, top",
+     .help = "turn: number of the clip plane, counted from 1 in the order of clip; a box counts as "
+             "six: left, right, back, front, bottom, top",
      .low = 1, .high = SC_PLANES_MAX, .verbs = OF(TURN)},
     {"axis", &sc_type_direction, VERB(axis), NULL, .given = SC_GIVEN(verb_entry, verb.has_axis),
      .without = "turn: upwards in the picture, or for a plane across that to the front; explode: "
@@ -442,8 +418,6 @@ static sc_status write_verbs(const sc_ctx *ctx, const sc_key *key, const void *v
 {
     sc_job job = *(const sc_job *)value; /* borrows the arrays; they are only read */
 
-    (void)key;
-    (void)parts;
     SC_PASS(sc_text_add(ctx, text, job.verb_count ? " " : " []"));
     for (size_t i = 0; i < job.verb_count; i++) {
         const verb_entry entry = {.verb = job.verbs[i],

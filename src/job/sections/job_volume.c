@@ -40,7 +40,6 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
                               sc_vec3 corners[2])
 {
     sc_vec3 read[2];
-    double corner[3];
 
     if (node->kind != SC_YAML_LIST || node->count != 2)
         return sc_wrong_type(ctx, node, key->type->expected);
@@ -49,8 +48,7 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
 
         if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
-        SC_PASS(sc_read_numbers(ctx, key, &named, 3, corner));
-        read[i] = (sc_vec3){corner[0], corner[1], corner[2]};
+        SC_PASS(key->type->read(ctx, key, &named, &read[i]));
     }
     memcpy(corners, read, sizeof read);
     return SC_OK;
@@ -61,26 +59,20 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
 static sc_status read_level(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_job *job = value;
-    double level;
 
-    SC_PASS(sc_read_real(ctx, node, key->low, key->high, &level));
-    if (level != floor(level))
-        return sc_wrong_type(ctx, node, key->type->expected);
-    job->volume_level = (int)level;
+    SC_PASS(sc_type_int.read(ctx, key, node, &job->volume_level));
     sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
     return SC_OK;
 }
 
 static sc_status write_level(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    (void)key;
-    return sc_text_add(ctx, text, "%d", ((const sc_job *)value)->volume_level);
+    return sc_type_int.write(ctx, key, &((const sc_job *)value)->volume_level, text);
 }
 
 static json_t *level_schema(const sc_key *key)
 {
-    return json_pack("{s:s, s:f, s:f}", "type", "integer", "minimum", key->low, "maximum",
-                     key->high);
+    return sc_type_int.schema(key);
 }
 
 static const sc_value_type type_level = {
@@ -95,19 +87,16 @@ static const sc_value_type type_level = {
 static sc_status read_phase(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_job *job = value;
-    double phase;
+    int phase;
 
-    SC_PASS(sc_read_real(ctx, node, key->low, key->high, &phase));
-    if (phase != floor(phase))
-        return sc_wrong_type(ctx, node, key->type->expected);
-    job->volume_phase = (int)phase + 1;
+    SC_PASS(sc_type_int.read(ctx, key, node, &phase));
+    job->volume_phase = phase + 1;
     sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
     return SC_OK;
 }
 
 static sc_status write_phase(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    (void)key;
     return sc_text_add(ctx, text, "%d", ((const sc_job *)value)->volume_phase - 1);
 }
 
@@ -172,7 +161,6 @@ static sc_status write_box(const sc_ctx *ctx, const sc_key *key, const void *val
     const sc_vec3 *a = &box->corners[0], *b = &box->corners[1];
     const int(*v)[2] = box->voxels;
 
-    (void)key;
     if (box->kind == SC_READ_MM)
         SC_PASS(sc_text_add(ctx, text, "[[%.17g, %.17g, %.17g], [%.17g, %.17g, %.17g]", a->x, a->y,
                             a->z, b->x, b->y, b->z));
@@ -198,9 +186,9 @@ static json_t *box_schema(const sc_key *key)
 
 static const sc_value_type type_box = {
     .name = "voxels, corners in mm, visible + mm",
-    .expected = "visible, visible + 5 mm, two corners in RAS mm: [[x, y, z], [x, y, z]], or [[x0, "
-                "x1], [y0, y1], [z0, z1]]: along each axis the first voxel, and the one behind the "
-                "last",
+    .expected =
+        "visible, visible + 5 mm, two corners in RAS mm: [[x, y, z], [x, y, z]], or [[x0, x1], "
+        "[y0, y1], [z0, z1]]: along each axis the first voxel, and the one behind the last",
     .read = read_box,
     .write = write_box,
     .schema = box_schema,
@@ -250,7 +238,6 @@ static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void
     const double *mm = job->volume_resample_mm;
     const int *size = job->volume_size;
 
-    (void)key;
     if (job->has_volume_size)
         return sc_text_add(ctx, text, "%dx%dx%d", size[0], size[1], size[2]);
     if (mm[0] == mm[1] && mm[1] == mm[2])
@@ -316,7 +303,6 @@ static sc_status write_path(const sc_ctx *ctx, const sc_key *key, const void *va
 
 static json_t *path_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:[{s:s}, {s:s, s:i, s:{s:s}}]}", "anyOf", "type", "string", "type", "array",
                      "minItems", 1, "items", "type", "string");
 }
@@ -331,22 +317,17 @@ static const sc_value_type type_path = {
 
 const sc_key sc_volume_keys[] = {
     {"path", &type_path, 0, NULL,
-     .help =
-         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, AmiraMesh, DICOM SEG, HDF5 as FILE:/PATH, or "
-         "prepared), a Zarr or N5 store, a volume of Neuroglancer, a directory of masks or of "
-         "slices (PNG, TIFF), "
-         "phantom, or for example phantom:128x96x128; for cine a list of them, a pattern such as "
-         "heart_*.nrrd, or a file with all phases (4-D)",
+     .help = "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, AmiraMesh, DICOM SEG, HDF5 as FILE:/PATH, "
+             "or prepared), a Zarr or N5 store, a volume of Neuroglancer, a directory of masks or "
+             "of slices (PNG, TIFF), phantom, or for example phantom:128x96x128; for cine a list "
+             "of them, a pattern such as heart_*.nrrd, or a file with all phases (4-D)",
      .bytes = SC_PATH_BYTES, .required = true},
     {"header", &sc_type_text, offsetof(sc_job, volume_header), NULL,
-     .help =
-         "what the file does not say, or says wrongly: the spacing of its voxels with a unit (mm), "
-         "and where x, y and z lead, such as \"0.5x0.5x2 um LPS\"; of a file without a header "
-         "first "
-         "type and size, and as far as needed big for numbers with the highest byte first, and "
-         "skip "
-         "N for N bytes before them: \"uint16 512x512x300 0.5x0.5x1 mm LPS big skip 1024\"; such a "
-         "file may be packed by gzip",
+     .help = "what the file does not say, or says wrongly: the spacing of its voxels with a unit "
+             "(mm), and where x, y and z lead, such as \"0.5x0.5x2 um LPS\"; of a file without a "
+             "header first type and size, and as far as needed big for numbers with the highest "
+             "byte first, and skip N for N bytes before them: \"uint16 512x512x300 0.5x0.5x1 mm "
+             "LPS big skip 1024\"; such a file may be packed by gzip",
      .bytes = sizeof(((sc_job *)0)->volume_header), .given = SC_GIVEN(sc_job, has_header),
      .without = "what the file says",
      .option = &(const sc_key_option){"header", "LINE", LABEL_COMMANDS}},
@@ -356,14 +337,13 @@ const sc_key sc_volume_keys[] = {
      .low = 0, .high = 63, .given = SC_GIVEN(sc_job, has_level), .without = "the finest"},
     {"phase", &type_phase, 0, NULL,
      .help =
-         "of a file that holds several volumes, one for each time (4-D NIfTI or NRRD, a Zarr "
-         "store with an axis t): which is read, counted from 0; with cine all are shown instead",
+         "of a file that holds several volumes, one for each time (4-D NIfTI or NRRD, a Zarr store "
+         "with an axis t): which is read, counted from 0; with cine all are shown instead",
      .low = 0, .high = 2147483646, .given = SC_GIVEN(sc_job, has_phase),
      .without = "the file holds one"},
     {"threshold", &sc_type_share, offsetof(sc_job, volume_threshold), NULL,
-     .help =
-         "of a directory of soft masks, which hold probabilities or degrees: a voxel belongs to a "
-         "tissue from this share of the largest value of its file on",
+     .help = "of a directory of soft masks, which hold probabilities or degrees: a voxel belongs "
+             "to a tissue from this share of the largest value of its file on",
      .low = 0.001, .high = 1, .given = SC_GIVEN(sc_job, has_threshold),
      .without = "masks hold one value beside 0"},
     {"box", &type_box, 0, NULL,
@@ -371,14 +351,13 @@ const sc_key sc_volume_keys[] = {
          "the part of the file that is read, in voxels of the level: the first along each axis, "
          "and the one behind the last; or by two corners in RAS mm, between which the centres of "
          "its voxels lie. Of Zarr, N5, Neuroglancer and HDF5 only the chunks in it are read. "
-         "visible + "
-         "5 mm: the part that is drawn, the voxels around the tissues that are shown, with a "
-         "margin; less memory, and less time to prepare; also as the last item of a box",
+         "visible + 5 mm: the part that is drawn, the voxels around the tissues that are shown, "
+         "with a margin; less memory, and less time to prepare; also as the last item of a box",
      .low = 0, .high = 2147483647, .given = SC_GIVEN(sc_job, has_box), .without = "all of it"},
     {"merge", &sc_type_merged_tissues, 0, NULL,
-     .help = "tissues that become one: as if they had been drawn with one label. The name is that "
-             "of the map, the number the least of theirs, the colour that of the first that has "
-             "one",
+     .help =
+         "tissues that become one: as if they had been drawn with one label. The name is that of "
+         "the map, the number the least of theirs, the colour that of the first that has one",
      .given = SC_GIVEN(sc_job, has_merge), .without = "every tissue is by itself"},
     {"keep", &sc_type_kept_tissues, 0, NULL,
      .help = "tissues that are kept, merged ones under their new name; all others are left out, as "
@@ -425,8 +404,7 @@ static json_t *volume_schema(const sc_key *key)
 const sc_value_type sc_type_volume = {
     .name = "text, list or map",
     .expected = "the path of a volume, a list of paths, or a map with path, header, level, phase, "
-                "threshold, "
-                "box, merge, keep and resample",
+                "threshold, box, merge, keep and resample",
     .read = read_volume,
     .write = write_volume,
     .schema = volume_schema,

@@ -70,7 +70,6 @@ static sc_status write_keep(const sc_ctx *ctx, const sc_key *key, const void *va
 {
     size_t i = first_kept(value);
 
-    (void)key;
     return write_list(ctx, value, &i, text);
 }
 
@@ -82,7 +81,6 @@ static json_t *tissues_schema(void)
 
 static json_t *keep_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:[{s:s}, o]}", "anyOf", "type", "integer", tissues_schema());
 }
 
@@ -146,7 +144,6 @@ static sc_status write_merge(const sc_ctx *ctx, const sc_key *key, const void *v
     const size_t end = first_kept(job);
     const char *comma = "{";
 
-    (void)key;
     for (size_t i = 0; i < end;) {
         SC_PASS(sc_write_item(ctx, &comma, job->volume_tissues[i].into, text));
         SC_PASS(sc_text_add(ctx, text, ": "));
@@ -157,15 +154,14 @@ static sc_status write_merge(const sc_ctx *ctx, const sc_key *key, const void *v
 
 static json_t *merge_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:s, s:i, s:o}", "type", "object", "minProperties", 1,
                      "additionalProperties", keep_schema(key));
 }
 
 const sc_value_type sc_type_merged_tissues = {
     .name = "map of lists of tissues",
-    .expected = "{name: [tissues], ...}: names, globs or label numbers under the name of what they "
-                "become",
+    .expected =
+        "{name: [tissues], ...}: names, globs or label numbers under the name of what they become",
     .read = read_merge,
     .write = write_merge,
     .schema = merge_schema,
@@ -247,7 +243,6 @@ static sc_status write_overlap(const sc_ctx *ctx, const sc_key *key, const void 
     char name[SC_OVERLAP_NAMES_BYTES];
     const char *comma = "[";
 
-    (void)key;
     if (job->overlap != SC_OVERLAP_NAMES)
         return sc_text_add(ctx, text, "%s", overlap_words[job->overlap]);
     for (const char *at = job->overlap_names; *at; at += strlen(name) + 1) {
@@ -259,7 +254,6 @@ static sc_status write_overlap(const sc_ctx *ctx, const sc_key *key, const void 
 
 static json_t *overlap_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:[{s:[ss]}, {s:s, s:i, s:{s:s}}]}", "anyOf", "enum", overlap_words[0],
                      overlap_words[1], "type", "array", "minItems", 1, "items", "type", "string");
 }

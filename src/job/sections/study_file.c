@@ -18,8 +18,9 @@ static const char *const placements[] = {[SC_COMM_PACKED] = "packed", [SC_COMM_S
 static bool is_plain(const sc_yaml *node)
 {
     return !node->quoted && node->text[0] &&
-           strspn(node->text, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                              "0123456789_.%+/ ") == strlen(node->text);
+           strspn(node->text,
+                  "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.%+/ ") ==
+               strlen(node->text);
 }
 
 /* Append @p node as YAML in one line. */
@@ -59,13 +60,7 @@ static sc_status text_of(const sc_ctx *ctx, const sc_yaml *node, char **out)
 /* Copy a path of the study file, which is relative to that file. Caller owns *out. */
 static sc_status path_of(const sc_ctx *ctx, const sc_yaml *node, const char *path, char **out)
 {
-    const char *slash = strrchr(node->origin, '/');
-    SC_OWN(sc_text_clear) sc_text directory = {0};
-
-    if (slash)
-        SC_PASS(sc_text_add(ctx, &directory, "%.*s",
-                            slash > node->origin ? (int)(slash - node->origin) : 1, node->origin));
-    return sc_path_join(ctx, directory.data, path, out);
+    return sc_path_beside(ctx, node->origin, path, out);
 }
 
 /* ---- settings ---- */
@@ -107,14 +102,9 @@ static sc_status fill_setting(const sc_ctx *ctx, const char *path, const sc_yaml
 /* Read a whole number from 1 to @p most. */
 static sc_status read_count(const sc_ctx *ctx, const sc_yaml *node, int most, int *out)
 {
-    double number = 0;
-    sc_status status = sc_read_real(ctx, node, 1, most, &number);
+    const sc_key key = {.type = &sc_type_int, .low = 1, .high = most};
 
-    if (status == SC_OK && number != (int)number)
-        return sc_wrong_type(ctx, node, "a whole number");
-    if (status == SC_OK)
-        *out = (int)number;
-    return status;
+    return sc_type_int.read(ctx, &key, node, out);
 }
 
 /* Read what @p path, a key of the machine or of the job, is set to by @p node. @p out has room for
@@ -186,7 +176,6 @@ static sc_status read_settings_of(const sc_ctx *ctx, const sc_yaml *node, sc_stu
 /* sc_study_settings: the settings of all cells. */
 static sc_status read_set(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    (void)key;
     return read_settings_of(ctx, node, value);
 }
 
@@ -220,13 +209,11 @@ static sc_status add_settings(const sc_ctx *ctx, const sc_study_settings *settin
 
 static sc_status write_set(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    (void)key;
     return add_settings(ctx, value, text);
 }
 
 static json_t *map_schema(const sc_key *key)
 {
-    (void)key;
     return json_pack("{s:s}", "type", "object");
 }
 
@@ -340,8 +327,6 @@ static sc_status write_axes(const sc_ctx *ctx, const sc_key *key, const void *va
 {
     const sc_study *study = value;
 
-    (void)key;
-    (void)parts;
     SC_PASS(sc_text_add(ctx, text, study->axis_count ? " " : " {}"));
     for (int i = 0; i < study->axis_count; i++) {
         const sc_study_axis *axis = &study->axes[i];

@@ -8,38 +8,29 @@
 /* The rules that hold for all keys, one paragraph each; `text` in backquotes is code. */
 static const char *const introduction[] = {
     "A job file is YAML with the keys below. Unknown keys, keys given twice, wrong types and "
-    "values "
-    "out of range are errors that name the file, the line, what stood there and the nearest valid "
-    "name; aliases (`*name`) are refused. `segcast check JOB.yaml` tells all of them in one go, "
-    "before a job is submitted. `segcast init VOLUME` writes a job to begin with.",
+    "values out of range are errors that name the file, the line, what stood there and the nearest "
+    "valid name; aliases (`*name`) are refused. `segcast check JOB.yaml` tells all of them in one "
+    "go, before a job is submitted. `segcast init VOLUME` writes a job to begin with.",
     "Every key can also be set on the command line, `--set render.samples=4`, and in the "
-    "environment, "
-    "`SEGCAST_RENDER_SAMPLES=4`. The command line wins over the environment, that over the file, "
-    "and "
-    "the file over the defaults. The value is YAML. A map is merged into what is there; a list is "
-    "replaced. Names with dots or spaces are quoted: `--set 'tissues.\"left "
-    "atrium\".opacity=0.5'`. "
-    "Items of a list have their index: `--set animation.clip.0.at=40%` or "
+    "environment, `SEGCAST_RENDER_SAMPLES=4`. The command line wins over the environment, that "
+    "over the file, and the file over the defaults. The value is YAML. A map is merged into what "
+    "is there; a list is replaced. Names with dots or spaces are quoted: `--set 'tissues.\"left "
+    "atrium\".opacity=0.5'`. Items of a list have their index: `--set animation.clip.0.at=40%` or "
     "`animation.clip[0].at`; the index after the last one appends. Of keys that exclude each "
-    "other, such as orbit and fixed, a setting removes the "
-    "other.",
+    "other, such as orbit and fixed, a setting removes the other.",
     "Paths in the file are relative to the file, those of settings to the working directory. `~` "
     "and variables such as `$HOME` are not replaced: shells do that, outside of quotes.",
     "A colour is a name of CSS (`red`, `dark orange`), `\"#f00\"` or `\"#ff0000\"` (in quotes, "
-    "because "
-    "in YAML # begins a comment), or a list of levels from 0 to 255, `[255, 128, 0]`, or of shares "
-    "with a decimal point, `[1.0, 0.5, 0]`.",
+    "because in YAML # begins a comment), or a list of levels from 0 to 255, `[255, 128, 0]`, or "
+    "of shares with a decimal point, `[1.0, 0.5, 0]`.",
     "Directions are words or vectors `[x, y, z]`. The words are `left`, `right`, `anterior` (or "
     "`ventral`, `front`), `posterior` (`dorsal`, `back`), `superior` (`cranial`, `head`, `top`), "
     "`inferior` (`caudal`, `feet`, `bottom`), and the axes `x`, `y`, `z`, `-x`, `-y`, `-z`. Points "
-    "are `[R, A, S]`; both are in patient coordinates, RAS+ (right, anterior "
-    "and "
-    "superior are positive), in millimetres.",
+    "are `[R, A, S]`; both are in patient coordinates, RAS+ (right, anterior and superior are "
+    "positive), in millimetres.",
     "Positions of planes are a share of the way through what is visible (`40%`) or millimetres "
-    "along the "
-    "plane's normal (`12 mm`, measured from the origin of the patient coordinates); a number "
-    "without "
-    "a unit is refused.",
+    "along the plane's normal (`12 mm`, measured from the origin of the patient coordinates); a "
+    "number without a unit is refused.",
     "`during: [20%, 80%]` is the part of the animation in which something changes. Both ends are "
     "shares of the animation (`20%`: 0% is its first frame, 100% its last), seconds (`1.5s`, "
     "`500ms`, `2 min`), minutes and seconds (`1:05`), or numbers of frames (`30f`), counted from "
@@ -47,8 +38,7 @@ static const char *const introduction[] = {
     "Tissues are named by their name, by a glob (`\"*atri*\"`) or by their label number. Case is "
     "ignored, and where no name fits exactly, also whether words are separated by blanks, `_` or "
     "`-`: left_atrium finds \"left atrium\". A name that could stand for several tissues is an "
-    "error. "
-    "Of several entries that match one tissue the later wins, key by key.",
+    "error. Of several entries that match one tissue the later wins, key by key.",
 };
 
 /* ---- Markdown ---- */
@@ -90,10 +80,9 @@ static sc_status add_markdown_row(const sc_ctx *ctx, void *user, const sc_key_vi
 
 sc_status sc_keys_markdown(const sc_ctx *ctx, sc_text *out)
 {
-    SC_PASS(sc_text_add(
-        ctx, out,
-        "<!-- Made by `segcast help keys --markdown` from the table of keys; do not edit. "
-        "-->\n# The job file\n"));
+    SC_PASS(sc_text_add(ctx, out,
+                        "<!-- Made by `segcast help keys --markdown` from the table of keys; do "
+                        "not edit. -->\n# The job file\n"));
     for (size_t i = 0; i < SC_COUNT_OF(introduction); i++)
         SC_PASS(sc_text_add(ctx, out, "\n%s\n", introduction[i]));
     SC_PASS(sc_text_add(ctx, out, "\n## The file\n"));

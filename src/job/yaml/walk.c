@@ -54,7 +54,6 @@ static sc_status visit_info(const sc_ctx *ctx, void *user, const sc_key_visit *v
                               .commands = key->option ? key->option->commands : NULL,
                               .is_value = !key->keys || key->shorthand};
 
-    (void)ctx;
     return v->visit(v->user, &info);
 }
 

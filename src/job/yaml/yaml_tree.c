@@ -57,29 +57,13 @@ sc_status sc_yaml_fail(const sc_ctx *ctx, const sc_yaml *node, const char *fmt, 
     return status;
 }
 
-/* A copy of a string. Caller owns *out: sc_free. */
-static sc_status copy_text(const sc_ctx *ctx, const char *from, char **out)
-{
-    sc_text text = {0};
-    sc_status status = sc_text_add(ctx, &text, "%s", from);
-
-    if (status == SC_OK)
-        *out = text.data;
-    return status;
-}
-
 /* An empty node without key and text. @p origin is borrowed. Caller owns: sc_yaml_free. */
 static sc_status new_node(const sc_ctx *ctx, sc_yaml_kind kind, const char *origin, int line,
                           sc_yaml **out)
 {
-    void *block;
-    sc_status status = sc_zalloc(ctx, 1, sizeof(sc_yaml), &block);
-
-    if (status == SC_OK) {
-        *out = block;
-        **out = (sc_yaml){.kind = kind, .origin = origin, .line = line};
-    }
-    return status;
+    SC_PASS(SC_ZALLOC(ctx, 1, out));
+    **out = (sc_yaml){.kind = kind, .origin = origin, .line = line};
+    return SC_OK;
 }
 
 /* ---- the members of a map by their key ----
@@ -110,11 +94,11 @@ static void fill_slots(sc_yaml *map)
 static sc_status make_slots(const sc_ctx *ctx, sc_yaml *map)
 {
     enum { SHORT = 16 };
-    void *slots;
+    uint32_t *slots;
 
     if (map->capacity <= SHORT || map->kind != SC_YAML_MAP)
         return SC_OK;
-    SC_PASS(sc_alloc(ctx, 2 * map->capacity, sizeof *map->slots, &slots));
+    SC_PASS(SC_ALLOC(ctx, 2 * map->capacity, &slots));
     sc_free(map->slots);
     map->slots = slots;
     map->slot_count = 2 * map->capacity; /* a power of two, since the capacity is one */
@@ -122,27 +106,25 @@ static sc_status make_slots(const sc_ctx *ctx, sc_yaml *map)
     return SC_OK;
 }
 
+/* Make room for one more child. */
+static sc_status grow(const sc_ctx *ctx, sc_yaml *parent)
+{
+    const size_t capacity = parent->capacity ? 2 * parent->capacity : 8;
+
+    if (parent->count < parent->capacity)
+        return SC_OK;
+    SC_PASS(SC_RESIZE(ctx, parent->count, capacity, &parent->items));
+    parent->capacity = capacity;
+    return make_slots(ctx, parent);
+}
+
 sc_status sc_yaml_append(const sc_ctx *ctx, sc_yaml *parent, sc_yaml *child)
 {
-    if (parent->count == parent->capacity) {
-        const size_t capacity = parent->capacity ? 2 * parent->capacity : 8;
-        void *items;
-        sc_status status = sc_alloc(ctx, capacity, sizeof *parent->items, &items);
+    const sc_status status = grow(ctx, parent);
 
-        if (status != SC_OK) {
-            sc_yaml_free(child);
-            return status;
-        }
-        if (parent->count)
-            memcpy(items, parent->items, parent->count * sizeof *parent->items);
-        sc_free(parent->items);
-        parent->items = items;
-        parent->capacity = capacity;
-        status = make_slots(ctx, parent);
-        if (status != SC_OK) {
-            sc_yaml_free(child);
-            return status;
-        }
+    if (status != SC_OK) {
+        sc_yaml_free(child);
+        return status;
     }
     parent->items[parent->count++] = child;
     if (parent->slots)
@@ -180,7 +162,7 @@ static sc_status copy_scalar(const reader *r, const yaml_event_t *event, char **
                        "%s:%zu: \"%s\\0...\" holds a NUL byte (\\0); no key and no value has one; "
                        "write \\\\ for a backslash",
                        r->origin, event->start_mark.line + 1, text);
-    return copy_text(r->ctx, text, out);
+    return sc_text_copy(r->ctx, text, out);
 }
 
 static sc_status build(reader *r, const yaml_event_t *event, sc_yaml **out);
@@ -190,10 +172,10 @@ static sc_status refuse_alias(const reader *r, const yaml_event_t *event)
 {
     const char *name = (const char *)event->data.alias.anchor;
 
-    return sc_fail(r->ctx, SC_ERR_DATA,
-                   "%s:%zu: aliases (*%s) are not allowed; a name that begins with * needs quotes: "
-                   "\"*%s\"",
-                   r->origin, event->start_mark.line + 1, name, name);
+    return sc_fail(
+        r->ctx, SC_ERR_DATA,
+        "%s:%zu: aliases (*%s) are not allowed; a name that begins with * needs quotes: \"*%s\"",
+        r->origin, event->start_mark.line + 1, name, name);
 }
 
 /* @return where in a plain key a map or a list opens and does not close, as in "aorta {opacity" or
@@ -419,7 +401,7 @@ sc_status sc_yaml_scalar(const sc_ctx *ctx, const char *origin, const char *text
     SC_OWN(sc_yaml_free_at) sc_yaml *node = NULL;
 
     SC_PASS(new_node(ctx, SC_YAML_SCALAR, origin, 0, &node));
-    SC_PASS(copy_text(ctx, text, &node->text));
+    SC_PASS(sc_text_copy(ctx, text, &node->text));
     SC_HAND_OVER(node, out);
     return SC_OK;
 }
@@ -431,7 +413,7 @@ sc_status sc_yaml_add(const sc_ctx *ctx, sc_yaml *parent, sc_yaml_kind kind, con
     sc_status status = new_node(ctx, kind, origin, 0, &child);
 
     if (status == SC_OK && key)
-        status = copy_text(ctx, key, &child->key);
+        status = sc_text_copy(ctx, key, &child->key);
     if (status == SC_OK)
         return sc_yaml_append(ctx, parent, child);
     sc_yaml_free(child);
@@ -446,13 +428,13 @@ sc_status sc_yaml_copy(const sc_ctx *ctx, const sc_yaml *node, sc_yaml **out)
     SC_PASS(new_node(ctx, node->kind, node->origin, node->line, &copy));
     copy->quoted = node->quoted;
     if (node->key)
-        SC_PASS(copy_text(ctx, node->key, &copy->key));
+        SC_PASS(sc_text_copy(ctx, node->key, &copy->key));
     if (node->key_given)
-        SC_PASS(copy_text(ctx, node->key_given, &copy->key_given));
+        SC_PASS(sc_text_copy(ctx, node->key_given, &copy->key_given));
     if (node->text)
-        SC_PASS(copy_text(ctx, node->text, &copy->text));
+        SC_PASS(sc_text_copy(ctx, node->text, &copy->text));
     if (node->given)
-        SC_PASS(copy_text(ctx, node->given, &copy->given));
+        SC_PASS(sc_text_copy(ctx, node->given, &copy->given));
     for (size_t i = 0; i < node->count; i++) { /* the depth of a tree is bounded */
         SC_PASS(sc_yaml_copy(ctx, node->items[i], &child));
         SC_PASS(sc_yaml_append(ctx, copy, child));

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/** @file
+ *  Values of JSON that come from a file, which may hold anything, and arrays and objects that are
+ *  made. Any thread may call these functions. */
+#ifndef SEGCAST_JSON_VALUES_H
+#define SEGCAST_JSON_VALUES_H
+
+#include "segcast/base.h"
+
+#include <jansson.h>
+
+/** The readers return false if the value is missing, of another type or out of range; @p out may be
+ * written then, too. A whole number from @p low to @p high, which fit into @p out. */
+bool sc_json_int(const json_t *value, json_int_t low, json_int_t high, int32_t *out);
+/** A whole number that is not negative. */
+bool sc_json_count(const json_t *value, uint64_t *out);
+/** A number of at least @p low and below @p most. */
+bool sc_json_real(const json_t *value, double low, double most, double *out);
+/** 16 hexadecimal digits in lower case. */
+bool sc_json_hash(const json_t *value, uint64_t *out);
+
+/** Append to an array; @p item and @p to are the function's, and NULL stands for no memory.
+ *  @return @p to, or NULL once there was no memory. */
+json_t *sc_json_with(json_t *to, json_t *item);
+/** The same for a member of an object, which is set. */
+json_t *sc_json_with_key(json_t *to, const char *key, json_t *item);
+
+#endif
