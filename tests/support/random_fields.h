@@ -4,14 +4,13 @@
 #ifndef SC_TEST_RANDOM_FIELDS_H
 #define SC_TEST_RANDOM_FIELDS_H
 
-#include "../../src/prepare/internal.h"
+#include "border/border_group.h"
 #include "shapes.h"
 
 /* What is random at a vertex is a function of the seed and of the vertex. */
 typedef struct random_fields {
-    const sc_preparation *p;
     uint64_t seed;
-    sc_fields fields;
+    sc_record_writer fields;
 } random_fields;
 
 static inline uint64_t bits_of_vertex(uint64_t seed, size_t brick, int bit)
@@ -51,7 +50,7 @@ static inline bool may_change(const sc_volume *v, int x, int y, int z)
 /* Write random records to the vertices of a brick that have one. */
 static inline void fill_brick(const random_fields *r, size_t brick)
 {
-    const sc_border *const borders[2] = {&r->p->outer, &r->p->inner};
+    const sc_border *const borders[2] = {&r->fields.p->outer, &r->fields.p->inner};
     const uint32_t number = r->fields.number[brick] - 1;
 
     for (int i = 0; i < 2; i++) {
@@ -77,17 +76,19 @@ static inline prepared_copy prepare_random_fields(const sc_volume *volume, uint6
 {
     const sc_prepare_settings settings = {.local_thickness = true, .threads = 2};
     random_fields r = {.seed = seed};
-    SC_OWN(sc_free_at) void *number = NULL, *sides = NULL, *codes = NULL;
+    SC_OWN(sc_free_at) void *number = NULL, *sides = NULL, *codes = NULL, *wanted = NULL;
     sc_preparation *p;
 
     assert_ok(sc_prepare(&quiet, volume, &settings, &p));
     assert_ok(sc_alloc(&quiet, p->brick_count, sizeof(uint32_t), &number));
+    assert_ok(sc_alloc(&quiet, p->brick_count, sizeof(uint64_t), &wanted));
     assert_ok(sc_zalloc(&quiet, p->brick_count, sizeof(sc_brick_sides), &sides));
     assert_ok(sc_alloc(&quiet, p->brick_count, SC_BRICK_VERTICES, &codes));
     for (size_t brick = 0; brick < p->brick_count; brick++) {
         int low[3];
 
         ((uint32_t *)number)[brick] = (uint32_t)brick + 1;
+        ((uint64_t *)wanted)[brick] = 1;
         sc_brick_low(p->bricks, brick, low);
         for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
             const uint64_t bits = bits_of_vertex(seed, brick, bit);
@@ -104,10 +105,11 @@ static inline prepared_copy prepare_random_fields(const sc_volume *volume, uint6
                 (uint8_t)(code < 0 ? SC_TISSUE_OWN : code);
         }
     }
-    r.p = p;
-    r.fields = (sc_fields){
-        .number = number, .sides = sides, .codes = (const uint8_t(*)[SC_BRICK_VERTICES])codes};
-    assert_ok(sc_mark_borders(&quiet, p, &r.fields));
+    r.fields = (sc_record_writer){
+        .p = p, .wanted = wanted, .number = number, .sides = sides, .codes = codes};
+    for (int i = 0; i < 3; i++)
+        r.fields.groups[i] = (p->bricks[i] + SC_GROUP_EDGE - 1) / SC_GROUP_EDGE;
+    assert_ok(sc_mark_borders(&quiet, &r.fields));
     for (size_t brick = 0; brick < p->brick_count; brick++)
         fill_brick(&r, brick);
     return pack_copy(p);
