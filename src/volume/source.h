@@ -136,6 +136,11 @@ void sc_source_keep_part(sc_source *source);
  * for a box that lies outside, or in voxels reaches beyond them. */
 sc_status sc_source_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                         sc_source *source);
+/* Make a source of the whole volume, from which parts can be read alone, one of the part that is
+ * wanted. @param low receives its first voxel. @return the errors of sc_geometry_check and
+ * sc_source_cut. */
+sc_status sc_source_take_part(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                              int low[3], sc_source *source);
 /* Of a source of several phases, whose size is that of one: let it be of that which is chosen, and
  * fill the store of the choice where that saves time. @return SC_ERR_DATA, logged, for a phase that
  * the file has not, or if none is chosen; the errors of reading. */

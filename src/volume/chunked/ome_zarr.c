@@ -5,6 +5,7 @@
 #include "formats/length_units.h"
 #include "tables/label_table.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -76,18 +77,6 @@ static sc_status read_axes(const sc_ctx *ctx, const sc_zarr_node *group, const j
     return SC_OK;
 }
 
-/* Read as many numbers as there are axes. */
-static bool read_numbers(const json_t *list, int count, double out[SC_ZARR_RANK_MAX])
-{
-    bool good = json_array_size(list) == (size_t)count;
-
-    for (int i = 0; i < count && good; i++) {
-        out[i] = json_number_value(json_array_get(list, (size_t)i));
-        good = json_is_number(json_array_get(list, (size_t)i)) && isfinite(out[i]);
-    }
-    return good;
-}
-
 /* Apply a list of transformations, "scale" and "translation", to those so far. */
 static sc_status read_transformations(const sc_ctx *ctx, const sc_zarr_node *group,
                                       const json_t *list, sc_zarr_choice *out)
@@ -101,7 +90,9 @@ static sc_status read_transformations(const sc_ctx *ctx, const sc_zarr_node *gro
 
         if (type && !strcmp(type, "identity"))
             continue;
-        if ((!scale && !shift) || !read_numbers(json_object_get(step, type), out->axes, values))
+        if ((!scale && !shift) ||
+            json_array_size(json_object_get(step, type)) != (size_t)out->axes ||
+            !sc_chunk_numbers(json_object_get(step, type), out->axes, -DBL_MAX, DBL_MAX, values))
             return refuse(ctx, group, "coordinateTransformations",
                           "a \"scale\" or \"translation\" with a number for each axis");
         for (int k = 0; k < out->axes; k++) {

@@ -62,3 +62,16 @@ void sc_source_keep_part(sc_source *source)
         source->low[i] = 0;
     }
 }
+
+sc_status sc_source_take_part(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                              int low[3], sc_source *source)
+{
+    SC_PASS(sc_geometry_check(ctx, path, source->size, &source->to_ras_mm));
+    SC_PASS(sc_source_cut(ctx, path, choice, source));
+    for (int i = 0; i < 3; i++) {
+        low[i] = source->low[i];
+        source->is_part = source->is_part || source->part[i] < source->size[i];
+    }
+    sc_source_keep_part(source);
+    return SC_OK;
+}

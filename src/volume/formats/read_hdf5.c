@@ -176,16 +176,12 @@ static sc_status cut(const sc_ctx *ctx, const char *path, const sc_read_choice *
 {
     const double slab_bytes = 4 << 20;
     double slice_bytes;
+    int low[3];
 
-    SC_PASS(sc_geometry_check(ctx, path, source->size, &source->to_ras_mm));
-    SC_PASS(sc_source_cut(ctx, path, choice, source));
-    source->to_ras_mm = sc_source_part_to_ras(source);
+    SC_PASS(sc_source_take_part(ctx, path, choice, low, source));
     for (int i = 0; i < 3; i++) {
-        r->voxels[i][0] = source->low[i];
+        r->voxels[i][0] = low[i];
         r->voxels[i][1] = source->part[i];
-        source->is_part = source->is_part || source->part[i] < source->size[i];
-        source->size[i] = source->part[i];
-        source->low[i] = 0;
     }
     slice_bytes =
         (double)source->size[0] * source->size[1] * (double)sc_voxel_type_bytes(source->type);
