@@ -43,24 +43,19 @@ static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
     count = gzread(file, out->bytes, HEAD_BYTES);
     out->compressed = !gzdirect(file);
     out->count = count > 0 ? (size_t)count : 0;
-    status = sc_gzip_status(file);
+    status = sc_gzip_check(ctx, path, file);
     gzclose_r(file);
-    if (status == SC_ERR_MEMORY || status == SC_ERR_WRITE)
-        return sc_fail(ctx, status, "%s: cannot be read: %s", path,
-                       status == SC_ERR_MEMORY ? "out of memory" : "I/O error");
-    return SC_OK;
+    return status;
 }
 
 bool sc_is_gzip(const char *path)
 {
     static const unsigned char mark[2] = {0x1f, 0x8b};
     unsigned char begin[2] = {0};
-    FILE *file = fopen(path, "rb");
-    const bool is_read = file && fread(begin, 1, sizeof begin, file) == sizeof begin;
+    SC_OWN(sc_fclose_at) FILE *file = fopen(path, "rb");
 
-    if (file)
-        fclose(file);
-    return is_read && !memcmp(begin, mark, sizeof mark);
+    return file && fread(begin, 1, sizeof begin, file) == sizeof begin &&
+           !memcmp(begin, mark, sizeof mark);
 }
 
 static bool starts_with(const head *h, const char *magic, size_t length)

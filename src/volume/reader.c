@@ -371,23 +371,20 @@ static sc_status add_left_out(const sc_ctx *ctx, const sc_label_table *table,
                               sc_label_tally **tallies)
 {
     sc_label_scan scan = {.volume = *volume, .tallies = *tallies};
-    sc_label_table left_out = {0};
-    sc_relabel relabel = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_label_table_clear) sc_label_table left_out = {0};
+    SC_OWN(sc_relabel_clear) sc_relabel relabel = {0};
+    sc_status status;
 
     for (size_t i = 0; rule->left_out && i < table->count; i++) {
         if (rule->left_out[i])
-            SC_TRY(sc_label_table_add(ctx, &left_out, &table->rows[i]));
+            SC_PASS(sc_label_table_add(ctx, &left_out, &table->rows[i]));
     }
     if (!left_out.count)
-        goto out;
-    SC_TRY(sc_relabel_with(ctx, volume->labels, volume->label_count, &left_out, &relabel));
+        return SC_OK;
+    SC_PASS(sc_relabel_with(ctx, volume->labels, volume->label_count, &left_out, &relabel));
     status = sc_label_scan_relabel(ctx, &scan, &relabel);
-out:
     *volume = scan.volume;
     *tallies = scan.tallies;
-    sc_relabel_clear(&relabel);
-    sc_label_table_clear(&left_out);
     return status;
 }
 

@@ -22,6 +22,7 @@ typedef enum sc_voxel_type {
     SC_VOXEL_FLOAT,
     SC_VOXEL_DOUBLE
 } sc_voxel_type;
+enum { SC_VOXEL_TYPES = SC_VOXEL_DOUBLE + 1 };
 
 /* How the voxels are stored in the file that holds them. */
 typedef enum sc_encoding {
@@ -129,9 +130,9 @@ static inline const char *sc_read_where(const sc_read_choice *choice, const char
 {
     return choice->where && choice->where[0] ? choice->where : path;
 }
-/* From now on the source has only the part that was wanted, since its voxels have just been loaded.
- */
-void sc_source_keep_part(sc_source *source);
+/* Let a source have the labels [part] in memory in the place of the voxels of its file, and only the
+ * part that was wanted. @param labels which the source owns now: sc_free. */
+void sc_source_set_labels(sc_source *source, sc_voxel_type type, void *labels);
 /* Set which voxels of a source are wanted, by its size and geometry. @return SC_ERR_DATA, logged,
  * for a box that lies outside, or in voxels reaches beyond them. */
 sc_status sc_source_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
@@ -214,6 +215,24 @@ sc_status sc_name_pattern_write(const sc_ctx *ctx, const sc_name_pattern *patter
 
 /* Is the file @p path, by its path without links, in the directory @p folder or below it? */
 bool sc_is_below(const char *path, const char *folder);
+
+/* Open a file for reading. Caller owns *out: sc_fclose_at. @return SC_ERR_MISSING, logged. */
+sc_status sc_open_input(const sc_ctx *ctx, const char *path, FILE **out);
+/* Find how many bytes a file has. @return as sc_open_input. */
+sc_status sc_input_bytes(const sc_ctx *ctx, const char *path, uint64_t *bytes);
+/* Read the first @p bytes bytes of a file, unpacked if it is a gzip file, to @p out. *count is how
+ * many there are. @return SC_ERR_MISSING; SC_ERR_DATA for fewer than @p least, the bytes of a
+ * header of @p format; SC_ERR_MEMORY, SC_ERR_WRITE. */
+sc_status sc_read_header_bytes(const sc_ctx *ctx, const char *path, const char *format, void *out,
+                               size_t bytes, size_t least, size_t *count);
+/* Check that reading a gzip file, which may have ended too early, has not failed for want of memory
+ * or because the system cannot read it. @return SC_ERR_MEMORY, SC_ERR_WRITE, logged. */
+sc_status sc_gzip_check(const sc_ctx *ctx, const char *path, struct gzFile_s *file);
+/* Find which type @p name means, one of names[SC_VOXEL_TYPES], in the order of the types; NULL: int8
+ * to uint64, float32, float64. @return false if it is none. */
+bool sc_voxel_type_named(const char *name, const char *const *names, sc_voxel_type *out);
+/* The same of a number; -1 stands for types that the format has not. */
+bool sc_voxel_type_coded(int code, const int codes[SC_VOXEL_TYPES], sc_voxel_type *out);
 
 /* Check that a file, which may be a gzip file, can hold @p needed bytes even if it is compressed as
  * well as possible. @return SC_ERR_DATA if not; SC_ERR_MISSING if it cannot be opened,
@@ -332,9 +351,31 @@ sc_status sc_overlap_count_begin(const sc_ctx *ctx, size_t rows, sc_overlap_coun
  * @return SC_ERR_MEMORY. */
 sc_status sc_overlap_add(const sc_ctx *ctx, size_t winner, size_t loser, uint64_t voxels,
                          sc_overlap_count *count);
-/* The same of all pairs: @p voxels [rows][rows] by winner and loser; NULL is allowed. */
-sc_status sc_overlap_add_all(const sc_ctx *ctx, const uint64_t *voxels, size_t rows,
-                             sc_overlap_count *count);
+
+/* Segments of a source that may overlap, while they are painted: the first pass counts their
+ * voxels, the second gives each voxel to one of them. Owns its arrays: sc_claims_clear. */
+typedef struct sc_claims {
+    const sc_ctx *ctx;
+    const char *path;
+    const sc_overlap_rule *rule;
+    sc_source *source;
+    size_t rows;      /* of the table: the segments */
+    bool by_number;   /* the order of segments is that of their numbers, not of the rows */
+    uint64_t *voxels; /* [rows]: how many each covers */
+    uint64_t *pairs;  /* [rows][rows]: voxels that the first took from the second; NULL: too many */
+    uint16_t *labels; /* [the part of the source that is wanted] */
+} sc_claims;
+/* Begin. @return SC_ERR_MEMORY, and SC_ERR_SYSTEM as sc_volume_memory_check; sc_claims_clear frees.
+ */
+sc_status sc_claims_begin(const sc_ctx *ctx, const char *path, const sc_overlap_rule *rule,
+                          sc_source *source, sc_claims *out);
+/* Note that the segment in row @p row covers a voxel that that in row @p before has so far. @return
+ * the row of the one that has it. */
+size_t sc_claims_settle(sc_claims *claims, size_t row, size_t before);
+/* When all voxels have been painted: put the labels in the place of the voxels of the source, and
+ * note what overlaps. @return SC_ERR_MEMORY. */
+sc_status sc_claims_end(sc_claims *claims);
+void sc_claims_clear(sc_claims *claims);
 void sc_overlap_count_clear(sc_overlap_count *count);
 /* Warn of tissues of which nothing is left because others cover them, and of overlaps. @param
  * volume that was made of the source. @return SC_ERR_MEMORY. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The voxels of a volume file, block by block, as they are stored, but unpacked. stream_values.c
  * makes labels and numbers of them. */
+#include "bytes.h"
 #include "stream.h"
 
 #include <errno.h>
@@ -71,11 +72,8 @@ static sc_status open_file(sc_voxel_stream *s)
 /* SC_ENCODING_ZLIB: sets s->plain, s->packed and s->zlib. */
 static sc_status open_zlib(sc_voxel_stream *s)
 {
-    void *packed;
-
     SC_PASS(open_file(s));
-    SC_PASS(sc_alloc(s->ctx, PACKED_BYTES, 1, &packed));
-    s->packed = packed;
+    SC_PASS(sc_alloc(s->ctx, PACKED_BYTES, 1, &s->packed));
     if (inflateInit2(&s->zlib, MAX_WBITS + 32) != Z_OK) /* + 32: zlib or gzip, by its header */
         return sc_fail(s->ctx, SC_ERR_MEMORY, "%s: out of memory", s->source->file);
     s->zlib_open = true;
@@ -90,8 +88,6 @@ static sc_status open_slices(sc_voxel_stream *s)
     const sc_source *source = s->source;
     const size_t each = sc_voxel_type_bytes(source->type);
     const double bytes = (double)source->size[0] * source->size[1] * source->slices * (double)each;
-    void *slab;
-    sc_status status;
 
     if (s->ctx->memory_max_bytes && bytes > (double)s->ctx->memory_max_bytes)
         return sc_fail(s->ctx, SC_ERR_SYSTEM,
@@ -102,11 +98,8 @@ static sc_status open_slices(sc_voxel_stream *s)
                        sc_size_text(bytes, (char[24]){0}),
                        sc_size_text((double)s->ctx->memory_max_bytes, (char[24]){0}),
                        ceil(bytes / gib));
-    status = sc_alloc(s->ctx, (size_t)source->size[0] * (size_t)source->size[1],
-                      (size_t)source->slices * each, &slab);
-    if (status == SC_OK)
-        s->slab = slab;
-    return status;
+    return sc_alloc(s->ctx, (size_t)source->size[0] * (size_t)source->size[1],
+                    (size_t)source->slices * each, &s->slab);
 }
 
 /* Read the slices from voxel @p at on, which is the first of one, into s->slab. @return the errors
@@ -135,10 +128,8 @@ static sc_status next_of_slices(sc_voxel_stream *s, size_t count)
     for (size_t done = 0, part; done < count; done += part) {
         const size_t at = s->position + done;
 
-        if (at >= s->slab_begin + s->slab_voxels) {
-
+        if (at >= s->slab_begin + s->slab_voxels)
             SC_PASS(read_slab(s, at));
-        }
         part = s->slab_begin + s->slab_voxels - at;
         part = part < count - done ? part : count - done;
         memcpy(s->raw + done * each, s->slab + (at - s->slab_begin) * each, part * each);
@@ -181,17 +172,6 @@ void sc_stream_close(sc_voxel_stream *s)
     sc_free(s->batch);
     sc_free(s->ahead);
     sc_free(s);
-}
-
-sc_status sc_gzip_status(gzFile file)
-{
-    int error;
-
-    gzerror(file, &error);
-    return error == Z_MEM_ERROR ? SC_ERR_MEMORY
-           : error == Z_ERRNO   ? SC_ERR_WRITE
-           : error < 0          ? SC_ERR_DATA
-                                : SC_OK;
 }
 
 /* Unpack the next @p bytes bytes to @p to. @return how many there were: fewer at the end of
@@ -325,12 +305,10 @@ static sc_status finish_zlib(sc_voxel_stream *s)
 static bool ends_with_length(FILE *file, uint64_t unpacked)
 {
     unsigned char last[4];
-    uint32_t length;
 
     if (fseeko(file, -(off_t)sizeof last, SEEK_END) || fread(last, 1, sizeof last, file) != 4)
         return false;
-    length = last[0] | (uint32_t)last[1] << 8 | (uint32_t)last[2] << 16 | (uint32_t)last[3] << 24;
-    return length == (uint32_t)unpacked;
+    return sc_number_at(last, 4, false) == (uint32_t)unpacked;
 }
 
 /* Go through the gzip members of a file from its place on. @return how many bytes stand behind the
@@ -439,15 +417,11 @@ void sc_stream_read_ahead(sc_voxel_stream *s)
 {
     const sc_ctx quiet = sc_quiet(s->ctx);
     const size_t bytes = batch_voxels(s) * sc_voxel_type_bytes(s->source->type);
-    void *block;
 
     if (!s->batch || s->is_ahead || bytes == 0) /* sc_stream_next_raw works in another way */
         return;
-    if (!s->ahead) {
-        if (sc_alloc(&quiet, SC_BATCH_BYTES, 1, &block) != SC_OK)
-            return; /* it is read when it is needed */
-        s->ahead = block;
-    }
+    if (!s->ahead && sc_alloc(&quiet, SC_BATCH_BYTES, 1, &s->ahead) != SC_OK)
+        return; /* it is read when it is needed */
     s->ahead_bytes = pull_bytes(s, s->ahead, bytes);
     s->is_ahead = true;
 }
@@ -458,9 +432,8 @@ static sc_status next_batch(sc_voxel_stream *s, const void **raw, size_t *count)
     const size_t voxels = batch_voxels(s), bytes = voxels * sc_voxel_type_bytes(s->source->type);
     size_t got = s->ahead_bytes;
 
-    if (!s->batch) {
+    if (!s->batch)
         SC_PASS(sc_alloc(s->ctx, SC_BATCH_BYTES, 1, &s->batch));
-    }
     if (s->is_ahead) {
         unsigned char *done = s->batch;
 

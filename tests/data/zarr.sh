@@ -349,9 +349,9 @@ done <<'TABLE'
 65 loop.zarr 0/1/1/1: is no regular file; links in the directory of a volume are not followed
 65 link.zarr 0/1/0/0: is no regular file; links in the directory of a volume are not followed
 65 label_link.zarr labels/cells: is no directory, but .*labels/.z[a-z]* names it; expected a directory, no link
-65 parent.zarr metadata name ".*zstd.zarr/labels/cells": outside the header's directory
-65 absolute.zarr metadata name "/etc": an absolute path
-65 gone.zarr metadata name "no\\x1bne": not a name of a file
+65 parent.zarr \.z[a-z]* names ".*zstd.zarr/labels/cells": outside the header's directory
+65 absolute.zarr \.z[a-z]* names "/etc": an absolute path
+65 gone.zarr \.z[a-z]* names "no\\x1bne": not a name of a file
 66 no_level.zarr labels/cells/0: is not there, but .*labels/cells/.z[a-z]* names it
 66 no_meta.zarr labels/cells/0: holds neither zarr.json nor .zarray nor .zgroup
 65 no_json.zarr \.zarray:2: is no JSON: 

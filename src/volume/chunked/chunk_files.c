@@ -192,3 +192,20 @@ bool sc_chunk_numbers(const json_t *list, int count, double least, double most, 
     }
     return good;
 }
+
+sc_status sc_chunk_describe_level(const sc_ctx *ctx, sc_text *levels, size_t i, const char *name,
+                                  const json_t *size)
+{
+    SC_OWN(sc_free_at) char *text = size ? json_dumps(size, JSON_ENCODE_ANY) : NULL;
+
+    return sc_text_add(ctx, levels, "%s%zu (\"%.80s\"%s%.60s)", i ? ", " : "", i, name ? name : "",
+                       text ? " of " : "", text ? text : "");
+}
+
+sc_status sc_chunk_refuse_level(const sc_ctx *ctx, const char *path, int level, size_t count,
+                                const sc_text *levels)
+{
+    return sc_fail(ctx, SC_ERR_DATA,
+                   "%s: has no resolution level %d, expected one of %zu: %s; 0 is the finest", path,
+                   level, count, levels->data ? levels->data : "none");
+}

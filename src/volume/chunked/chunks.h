@@ -54,6 +54,14 @@ sc_status sc_chunk_refuse_key(const sc_ctx *ctx, const char *path, const char *n
  * @return false if there are fewer, or others. */
 bool sc_chunk_numbers(const json_t *list, int count, double least, double most, double *out);
 
+/* Append level @p i, whose directory is called @p name (NULL: it has none), to a list of levels.
+ * @param size of it, as the file has it; NULL: not known. @return SC_ERR_MEMORY. */
+sc_status sc_chunk_describe_level(const sc_ctx *ctx, sc_text *levels, size_t i, const char *name,
+                                  const json_t *size);
+/* Log that there is no level @p level, but those in the list. @return SC_ERR_DATA always. */
+sc_status sc_chunk_refuse_level(const sc_ctx *ctx, const char *path, int level, size_t count,
+                                const sc_text *levels);
+
 /* ---- slices (chunks.c) ---- */
 
 /* A chunk in memory. */

@@ -168,24 +168,18 @@ static bool read_integers(const json_t *list, int64_t least, int64_t most, int64
 static sc_status read_kind(const sc_ctx *ctx, const char *path, const json_t *info,
                            sc_voxel_type *type)
 {
-    static const char *const types[] = {"int8",   "uint8", "int16",  "uint16",  "int32",
-                                        "uint32", "int64", "uint64", "float32", "float64"};
     const char *kind = json_string_value(json_object_get(info, "@type"));
     const char *name = json_string_value(json_object_get(info, "data_type"));
-    size_t which = 0;
 
     if (kind && strcmp(kind, "neuroglancer_multiscale_volume"))
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s/info: is of type \"%s\", expected \"neuroglancer_multiscale_volume\": "
                        "meshes, skeletons and annotations of Neuroglancer have no voxels",
                        path, kind);
-    while (which < SC_COUNT_OF(types) && (!name || strcmp(name, types[which])))
-        which++;
-    if (which == SC_COUNT_OF(types))
+    if (!sc_voxel_type_named(name, NULL, type))
         return refuse(ctx, path, "data_type",
                       "uint8, uint16, uint32, uint64, or another type of "
                       "numbers");
-    *type = (sc_voxel_type)which;
     if (json_integer_value(json_object_get(info, "num_channels")) != 1)
         return refuse(ctx, path, "num_channels", "1");
     return SC_OK;
@@ -195,25 +189,15 @@ static sc_status read_kind(const sc_ctx *ctx, const char *path, const json_t *in
  * SC_ERR_MEMORY. */
 static sc_status refuse_level(const sc_ctx *ctx, const char *path, const json_t *scales, int level)
 {
-    sc_text text = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
     for (size_t i = 0; i < json_array_size(scales) && i < SCALES_SHOWN; i++) {
         const json_t *scale = json_array_get(scales, i);
         const char *key = json_string_value(json_object_get(scale, "key"));
-        char *size = json_dumps(json_object_get(scale, "size"), JSON_ENCODE_ANY);
 
-        status = sc_text_add(ctx, &text, "%s%zu (\"%.80s\" of %.60s)", i ? ", " : "", i,
-                             key ? key : "", size ? size : "?");
-        free(size);
-        SC_TRY(status);
+        SC_PASS(sc_chunk_describe_level(ctx, &text, i, key, json_object_get(scale, "size")));
     }
-    status = sc_fail(ctx, SC_ERR_DATA,
-                     "%s: has no resolution level %d, expected one of %zu: %s; 0 is the finest",
-                     path, level, json_array_size(scales), text.data ? text.data : "none");
-out:
-    sc_text_clear(&text);
-    return status;
+    return sc_chunk_refuse_level(ctx, path, level, json_array_size(scales), &text);
 }
 
 /* Read how the chunks of a scale are encoded. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What a DICOM file is, and whether its data set is whole: one pass over it without a library. */
+#include "bytes.h"
 #include "dicom/dicom.h"
 
 #include <errno.h>
@@ -167,11 +168,7 @@ static sc_status coding_of(const sc_ctx *ctx, const char *path, const char *uid,
 
 static uint32_t number_at(const unsigned char *bytes, int count, bool is_big)
 {
-    uint32_t number = 0;
-
-    for (int i = 0; i < count; i++)
-        number |= (uint32_t)bytes[i] << 8 * (is_big ? count - 1 - i : i);
-    return number;
+    return (uint32_t)sc_number_at(bytes, count, is_big);
 }
 
 /* @return whether the two letters of a type stand before a length of four bytes; *known: whether
@@ -518,44 +515,34 @@ static sc_status check_data_set(reader *r)
 
 sc_status sc_dicom_check(const sc_ctx *ctx, const char *path, sc_dicom_kind *out)
 {
-    reader r = {.ctx = ctx, .path = path, .file = fopen(path, "rb")};
+    reader r = {.ctx = ctx, .path = path};
     char class_uid[UID_BYTES], syntax_uid[UID_BYTES];
-    void *buffer = NULL;
-    sc_status status;
+    SC_OWN(sc_fclose_at) FILE *file = NULL;
+    SC_OWN(sc_free_at) unsigned char *buffer = NULL;
 
-    if (!r.file)
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    SC_TRY(sc_alloc(ctx, 2, BUFFER_BYTES, &buffer));
+    SC_PASS(sc_open_input(ctx, path, &file));
+    SC_PASS(sc_alloc(ctx, 2, BUFFER_BYTES, &buffer));
+    r.file = file;
     r.buffer = buffer;
-    if (!read_meta(r.file, class_uid, syntax_uid)) {
-        status =
-            sc_fail(ctx, SC_ERR_DATA,
-                    "%s: the first group of its attributes cannot be read; the file is damaged "
-                    "or cut short: get it anew",
-                    path);
-        goto out;
-    }
-    if (!is_segmentation(class_uid)) {
-        status = refuse_class(ctx, path, class_uid);
-        goto out;
-    }
-    SC_TRY(coding_of(ctx, path, syntax_uid, &r.coding));
-    SC_TRY(check_data_set(&r));
+    if (!read_meta(file, class_uid, syntax_uid))
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: the first group of its attributes cannot be read; the file is damaged "
+                       "or cut short: get it anew",
+                       path);
+    if (!is_segmentation(class_uid))
+        return refuse_class(ctx, path, class_uid);
+    SC_PASS(coding_of(ctx, path, syntax_uid, &r.coding));
+    SC_PASS(check_data_set(&r));
     out->is_labels = strstr(class_uid, "66.7") != NULL;
     out->is_compressed = r.coding.is_compressed;
-out:
-    fclose(r.file);
-    sc_free(buffer);
-    return status;
+    return SC_OK;
 }
 
 bool sc_dicom_is_segmentation(const char *path, bool *is_dicom)
 {
-    FILE *file = fopen(path, "rb");
+    SC_OWN(sc_fclose_at) FILE *file = fopen(path, "rb");
     char class_uid[UID_BYTES], syntax_uid[UID_BYTES];
 
     *is_dicom = file && read_meta(file, class_uid, syntax_uid);
-    if (file)
-        fclose(file);
     return *is_dicom && is_segmentation(class_uid);
 }

@@ -41,7 +41,7 @@ typedef struct label_worker {
     size_t bad;              /* the first voxel met that is no label; SIZE_MAX: none */
 } label_worker;
 
-/* The pass over the voxels. The arrays are owned by sc_read_labels. */
+/* The pass over the voxels. Owns its arrays: clear_pass. */
 typedef struct label_pass {
     const sc_ctx *ctx;
     const char *path;
@@ -367,26 +367,22 @@ static void add_up(label_pass *pass)
  * of visit_batch. */
 static sc_status visit_voxels(label_pass *pass)
 {
-    sc_voxel_stream *stream = NULL;
-    sc_status status;
+    SC_OWN(sc_stream_close_at) sc_voxel_stream *stream = NULL;
 
     (void)id_of(&pass->set, 0);
-    SC_TRY(sc_stream_open(pass->ctx, pass->path, pass->source, &stream));
+    SC_PASS(sc_stream_open(pass->ctx, pass->path, pass->source, &stream));
     pass->stream = stream;
     pass->ahead = pass->threads > 1;
     sc_stage_begin(pass->ctx, "reading", 0, pass->voxels);
     for (size_t count; pass->begin < pass->voxels; pass->begin += count) {
         const void *raw;
 
-        SC_TRY(sc_stream_next_raw(stream, &raw, &count));
+        SC_PASS(sc_stream_next_raw(stream, &raw, &count));
         pass->batch = raw;
-        SC_TRY(visit_batch(pass, count));
+        SC_PASS(visit_batch(pass, count));
     }
-    status = sc_stream_finish(stream);
     add_up(pass);
-out:
-    sc_stream_close(stream);
-    return status;
+    return sc_stream_finish(stream);
 }
 
 /* For qsort of sc_label: rising by value. */
@@ -514,7 +510,7 @@ static void warn_of_grey_values(const label_pass *pass, sc_volume *volume)
                 pass->path, (long long)lowest);
 }
 
-/* Allocate an empty set. @return SC_ERR_MEMORY; what was allocated end_set frees. */
+/* Allocate an empty set. @return SC_ERR_MEMORY; what was allocated clear_pass frees. */
 static sc_status begin_set(const sc_ctx *ctx, value_set *set)
 {
     SC_PASS(SC_ALLOC(ctx, SLOTS, &set->values));
@@ -548,8 +544,7 @@ static sc_status list_outside(const label_pass *pass, sc_volume *volume)
     return SC_OK;
 }
 
-/* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated end_workers frees.
- */
+/* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated clear_pass frees. */
 static sc_status begin_workers(label_pass *pass)
 {
     SC_PASS(SC_ZALLOC(pass->ctx, (size_t)pass->threads, &pass->workers));
@@ -564,7 +559,8 @@ static sc_status begin_workers(label_pass *pass)
     return SC_OK;
 }
 
-static void end_workers(label_pass *pass)
+/* For SC_OWN. */
+static void clear_pass(label_pass *pass)
 {
     for (int i = 0; i < pass->threads && pass->workers; i++) {
         sc_free(pass->workers[i].tallies);
@@ -572,6 +568,9 @@ static void end_workers(label_pass *pass)
         sc_free(pass->workers[i].values);
     }
     sc_free(pass->workers);
+    sc_free(pass->ids);
+    end_set(&pass->set);
+    end_set(&pass->outside);
 }
 
 /* @return how many threads look for labels: as many as may, if there is enough for each. */
@@ -586,6 +585,7 @@ static int threads_for(const sc_ctx *ctx, size_t voxels)
 sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *source,
                          bool keep_ids, sc_volume *volume, sc_label_tally **tallies)
 {
+    SC_OWN(clear_pass)
     label_pass pass = {.ctx = ctx,
                        .path = path,
                        .source = source,
@@ -596,38 +596,27 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
                        .keep_ids = keep_ids,
                        .id_bytes = 1,
                        .as_stored = sc_stream_is_plain(source)};
+    SC_OWN(sc_volume_clear)
     sc_volume found = {.size = {source->part[0], source->part[1], source->part[2]}};
-    sc_label_tally *final_tallies = NULL;
-    void *final = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) sc_label_tally *final_tallies = NULL;
+    SC_OWN(sc_free_at) uint16_t *final = NULL;
 
-    SC_TRY(begin_set(ctx, &pass.set));
+    SC_PASS(begin_set(ctx, &pass.set));
     if (pass.wanted < pass.voxels)
-        SC_TRY(begin_set(ctx, &pass.outside));
-    SC_TRY(sc_alloc(ctx, SC_LABELS_MAX, sizeof(uint16_t), &final));
-    SC_TRY(begin_workers(&pass));
+        SC_PASS(begin_set(ctx, &pass.outside));
+    SC_PASS(SC_ALLOC(ctx, SC_LABELS_MAX, &final));
+    SC_PASS(begin_workers(&pass));
     if (keep_ids)
-        SC_TRY(sc_zalloc(ctx, pass.wanted, 1, &pass.ids));
-    SC_TRY(visit_voxels(&pass));
-    SC_TRY(order_labels(&pass, &found, &final_tallies, final));
-    SC_TRY(list_outside(&pass, &found));
+        SC_PASS(sc_zalloc(ctx, pass.wanted, 1, &pass.ids));
+    SC_PASS(visit_voxels(&pass));
+    SC_PASS(order_labels(&pass, &found, &final_tallies, final));
+    SC_PASS(list_outside(&pass, &found));
     warn_of_grey_values(&pass, &found);
     if (keep_ids)
         renumber(&pass, found.label_count, final);
     found.label_bytes = found.label_count <= NARROW_LABELS ? 1 : 2;
-    found.ids = pass.ids;
-    pass.ids = NULL;
-    *volume = found;
-    found = (sc_volume){0};
-    *tallies = final_tallies;
-    final_tallies = NULL;
-out:
-    sc_volume_clear(&found);
-    sc_free(final_tallies);
-    sc_free(pass.ids);
-    end_workers(&pass);
-    end_set(&pass.set);
-    end_set(&pass.outside);
-    sc_free(final);
-    return status;
+    SC_HAND_OVER(pass.ids, &found.ids);
+    SC_HAND_OVER(found, volume);
+    SC_HAND_OVER(final_tallies, tallies);
+    return SC_OK;
 }

@@ -10,11 +10,10 @@
 sc_status sc_relabel_make(const sc_ctx *ctx, const sc_label *labels, int count, const int *into,
                           const char *const *names, sc_relabel *out)
 {
-    sc_relabel made = {0};
-    sc_status status;
+    SC_OWN(sc_relabel_clear) sc_relabel made = {0};
 
-    SC_TRY(SC_ZALLOC(ctx, (size_t)count, &made.to));
-    SC_TRY(SC_ALLOC(ctx, (size_t)count, &made.labels));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)count, &made.to));
+    SC_PASS(SC_ALLOC(ctx, (size_t)count, &made.labels));
     for (int id = 0; id < count; id++) {
         if (into[id] != id)
             continue;
@@ -36,11 +35,8 @@ sc_status sc_relabel_make(const sc_ctx *ctx, const sc_label *labels, int count, 
             label->has_color = true;
         }
     }
-    *out = made;
+    SC_HAND_OVER(made, out);
     return SC_OK;
-out:
-    sc_relabel_clear(&made);
-    return status;
 }
 
 void sc_relabel_clear(sc_relabel *relabel)
@@ -73,14 +69,12 @@ sc_status sc_relabel_with(const sc_ctx *ctx, const sc_label *labels, int label_c
 {
     const size_t most = (size_t)label_count + more->count;
     SC_OWN(sc_relabel_clear) sc_relabel made = {.label_count = 1};
-    candidate *all;
-    SC_OWN(sc_free_at) void *owned = NULL;
+    SC_OWN(sc_free_at) candidate *all = NULL;
     size_t count = 0;
 
     SC_PASS(SC_ZALLOC(ctx, (size_t)label_count, &made.to));
     SC_PASS(SC_ALLOC(ctx, most, &made.labels));
-    SC_PASS(sc_alloc(ctx, most, sizeof *all, &owned));
-    all = owned;
+    SC_PASS(SC_ALLOC(ctx, most, &all));
     for (int id = 1; id < label_count; id++)
         all[count++] = (candidate){&labels[id], id};
     for (size_t i = 0; i < more->count; i++) {

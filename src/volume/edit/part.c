@@ -54,7 +54,8 @@ sc_affine sc_source_part_to_ras(const sc_source *source)
     return map;
 }
 
-void sc_source_keep_part(sc_source *source)
+/* From now on the source has only the part that was wanted. */
+static void keep_part(sc_source *source)
 {
     source->to_ras_mm = sc_source_part_to_ras(source);
     for (int i = 0; i < 3; i++) {
@@ -72,6 +73,19 @@ sc_status sc_source_take_part(const sc_ctx *ctx, const char *path, const sc_read
         low[i] = source->low[i];
         source->is_part = source->is_part || source->part[i] < source->size[i];
     }
-    sc_source_keep_part(source);
+    keep_part(source);
     return SC_OK;
+}
+
+void sc_source_set_labels(sc_source *source, sc_voxel_type type, void *labels)
+{
+    keep_part(source);
+    if (source->release && source->data)
+        source->release(source->data);
+    source->encoding = SC_ENCODING_LOADED;
+    source->type = type;
+    source->swapped = false;
+    source->data = labels;
+    source->release = sc_free;
+    source->layers = 1;
 }

@@ -3,6 +3,7 @@
  * colour table of labels is read. All numbers have the highest byte first. Source: FreeSurfer's
  * description of its formats (MghFormat, LabelsClutsAnnotationFiles), and files that mri_convert
  * and recon-all of FreeSurfer 7 have written. */
+#include "bytes.h"
 #include "formats/mgh_tags.h"
 
 #include "tables/label_table.h"
@@ -63,17 +64,17 @@ static bool read_whole(tag_reading *r, int32_t *out)
 
     if (!read_bytes(r, b, sizeof b))
         return false;
-    *out = (int32_t)((uint32_t)b[0] << 24 | (uint32_t)b[1] << 16 | (uint32_t)b[2] << 8 | b[3]);
+    *out = (int32_t)sc_number_at(b, 4, true);
     return true;
 }
 
 static bool read_long(tag_reading *r, int64_t *out)
 {
-    int32_t high, low;
+    unsigned char b[8];
 
-    if (!read_whole(r, &high) || !read_whole(r, &low))
+    if (!read_bytes(r, b, sizeof b))
         return false;
-    *out = (int64_t)((uint64_t)(uint32_t)high << 32 | (uint32_t)low);
+    *out = (int64_t)sc_number_at(b, 8, true);
     return true;
 }
 
@@ -191,10 +192,8 @@ sc_status sc_mgh_labels(const sc_ctx *ctx, const char *path, uint64_t end, sc_la
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     if (gzseek(r.file, (z_off_t)end, SEEK_SET) >= 0)
         status = read_tags(&r);
-    if (status == SC_OK &&
-        (sc_gzip_status(r.file) == SC_ERR_MEMORY || sc_gzip_status(r.file) == SC_ERR_WRITE))
-        status = sc_fail(ctx, sc_gzip_status(r.file), "%s: the file cannot be read: %s", path,
-                         sc_gzip_status(r.file) == SC_ERR_MEMORY ? "out of memory" : "I/O error");
+    if (status == SC_OK)
+        status = sc_gzip_check(ctx, path, r.file);
     gzclose_r(r.file);
     if (status == SC_OK)
         sc_name_warn(ctx, path, &r.names);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "formats/nifti_extension.h"
 
+#include "bytes.h"
 #include "tables/label_table.h"
 
 #include <errno.h>
@@ -16,16 +17,6 @@ static size_t read_bytes(gzFile file, void *out, size_t bytes)
     const int count = gzread(file, out, (unsigned)bytes);
 
     return count > 0 ? (size_t)count : 0;
-}
-
-/* @return the number in @p bytes, which are swapped if asked for. */
-static int64_t whole(const unsigned char bytes[4], bool swapped)
-{
-    const unsigned char other[4] = {bytes[3], bytes[2], bytes[1], bytes[0]};
-    int32_t number;
-
-    memcpy(&number, swapped ? other : bytes, sizeof number);
-    return number;
 }
 
 /* Append the rows of the label table in the extension text[bytes], behind which a NUL byte stands,
@@ -63,7 +54,7 @@ static sc_status read_extensions(const sc_ctx *ctx, const char *path, gzFile fil
 
     while (!found && status == SC_OK && left >= HEAD_BYTES &&
            read_bytes(file, head, HEAD_BYTES) == HEAD_BYTES) {
-        const int64_t size = whole(head, swapped);
+        const int64_t size = (int32_t)sc_number_at(head, 4, swapped == SC_IS_LITTLE_ENDIAN);
         size_t count;
         void *text;
 
@@ -100,10 +91,8 @@ sc_status sc_nifti_labels(const sc_ctx *ctx, const char *path, uint64_t begin, u
     if (gzseek(file, (z_off_t)begin, SEEK_SET) >= 0 &&
         read_bytes(file, extender, sizeof extender) == sizeof extender && extender[0])
         status = read_extensions(ctx, path, file, end - begin - sizeof extender, swapped, table);
-    if (status == SC_OK &&
-        (sc_gzip_status(file) == SC_ERR_MEMORY || sc_gzip_status(file) == SC_ERR_WRITE))
-        status = sc_fail(ctx, sc_gzip_status(file), "%s: the header cannot be read: %s", path,
-                         sc_gzip_status(file) == SC_ERR_MEMORY ? "out of memory" : "I/O error");
+    if (status == SC_OK)
+        status = sc_gzip_check(ctx, path, file);
     gzclose_r(file);
     return status;
 }
