@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Which reader a file needs, found by its first bytes, and what to do with files of other kinds. */
+#include "packed_file.h"
 #include "source.h"
 
 #include <errno.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
-#include <zlib.h>
 
 enum { HEAD_BYTES = 1024 };
 
@@ -23,9 +23,7 @@ typedef struct head {
 static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
 {
     struct stat info;
-    gzFile file;
-    int count;
-    sc_status status;
+    SC_OWN(sc_packed_close) sc_packed_file *file = NULL;
 
     if (stat(path, &info))
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
@@ -36,16 +34,10 @@ static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
                        path);
     if (info.st_size == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: is empty, expected a volume", path);
-    file = gzopen(path, "rb");
-    if (!file)
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    *out = (head){0};
-    count = gzread(file, out->bytes, HEAD_BYTES);
-    out->compressed = !gzdirect(file);
-    out->count = count > 0 ? (size_t)count : 0;
-    status = sc_gzip_check(ctx, path, file);
-    gzclose_r(file);
-    return status;
+    SC_PASS(sc_packed_open(ctx, path, 0, SC_PACKING_GZIP, &file));
+    *out = (head){.compressed = sc_packed_is_packed(file)};
+    out->count = sc_packed_read(file, out->bytes, HEAD_BYTES);
+    return sc_packed_check(ctx, file);
 }
 
 bool sc_is_gzip(const char *path)

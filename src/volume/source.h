@@ -173,10 +173,6 @@ void sc_name_warn(const sc_ctx *ctx, const char *path, const sc_name_count *coun
 
 /* Most bytes a volume may have once read, whatever its header claims. */
 #define SC_VOLUME_BYTES_MAX ((uint64_t)1 << 40)
-/* @return why reading a file failed that zlib reads: SC_ERR_MEMORY, SC_ERR_WRITE if the system
- * cannot read it, SC_ERR_DATA if it cannot be unpacked; SC_OK if it did not fail. */
-struct gzFile_s;
-sc_status sc_gzip_status(struct gzFile_s *file);
 /* A deflate stream cannot expand by more than this (zlib's technical details: 1032 to 1). */
 #define SC_DEFLATE_RATIO_MAX 1032.0
 
@@ -225,9 +221,6 @@ sc_status sc_input_bytes(const sc_ctx *ctx, const char *path, uint64_t *bytes);
  * header of @p format; SC_ERR_MEMORY, SC_ERR_WRITE. */
 sc_status sc_read_header_bytes(const sc_ctx *ctx, const char *path, const char *format, void *out,
                                size_t bytes, size_t least, size_t *count);
-/* Check that reading a gzip file, which may have ended too early, has not failed for want of memory
- * or because the system cannot read it. @return SC_ERR_MEMORY, SC_ERR_WRITE, logged. */
-sc_status sc_gzip_check(const sc_ctx *ctx, const char *path, struct gzFile_s *file);
 /* Find which type @p name means, one of names[SC_VOXEL_TYPES], in the order of the types; NULL: int8
  * to uint64, float32, float64. @return false if it is none. */
 bool sc_voxel_type_named(const char *name, const char *const *names, sc_voxel_type *out);

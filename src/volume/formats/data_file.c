@@ -3,13 +3,13 @@
  * its header must not make segcast read another file of the machine, wait on standard input or
  * open a device: a name, also an absolute one or one with "..", leads to a regular file in the
  * folder of the header or below it. */
+#include "packed_file.h"
 #include "source.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <zlib.h>
 
 enum { PATTERN_WIDTH_MAX = 100 };
 
@@ -29,41 +29,14 @@ sc_status sc_input_bytes(const sc_ctx *ctx, const char *path, uint64_t *bytes)
     return SC_OK;
 }
 
-sc_status sc_gzip_status(gzFile file)
-{
-    int error;
-
-    gzerror(file, &error);
-    return error == Z_MEM_ERROR ? SC_ERR_MEMORY
-           : error == Z_ERRNO   ? SC_ERR_WRITE
-           : error < 0          ? SC_ERR_DATA
-                                : SC_OK;
-}
-
-sc_status sc_gzip_check(const sc_ctx *ctx, const char *path, gzFile file)
-{
-    const sc_status status = sc_gzip_status(file);
-
-    if (status != SC_ERR_MEMORY && status != SC_ERR_WRITE)
-        return SC_OK;
-    return sc_fail(ctx, status, "%s: cannot be read: %s", path,
-                   status == SC_ERR_MEMORY ? "out of memory" : "I/O error");
-}
-
 sc_status sc_read_header_bytes(const sc_ctx *ctx, const char *path, const char *format, void *out,
                                size_t bytes, size_t least, size_t *count)
 {
-    gzFile file = gzopen(path, "rb");
-    sc_status status;
-    int got;
+    SC_OWN(sc_packed_close) sc_packed_file *file = NULL;
 
-    if (!file)
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    got = gzread(file, out, (unsigned)bytes);
-    status = sc_gzip_check(ctx, path, file);
-    gzclose_r(file);
-    SC_PASS(status);
-    *count = got > 0 ? (size_t)got : 0;
+    SC_PASS(sc_packed_open(ctx, path, 0, SC_PACKING_GZIP, &file));
+    *count = sc_packed_read(file, out, bytes);
+    SC_PASS(sc_packed_check(ctx, file));
     if (*count < least)
         return sc_fail(ctx, SC_ERR_DATA, "%s: ends after %zu bytes, expected a header of %zu (%s)",
                        path, *count, least, format);
