@@ -435,13 +435,13 @@ static inline void sc_stream_close_at(sc_voxel_stream **stream)
 
 /* One pass over the voxels of the wanted part, by ctx->threads threads; the result does not depend
  * on their number: the distinct labels, what they cover, and, if @p keep_ids, the voxels as dense
- * ids. Fills size, label_count, label_bytes, labels (values only) and ids (NULL without keep_ids)
- * of *volume and sets the rest to zero; *tallies is [label_count] by dense id. The caller owns both
- * (sc_volume_clear, sc_free); both are untouched after an error. Warns of what looks like a
+ * ids. Fills size, label_count, label_bytes, labels (values only), and ids or, without
+ * keep_ids, tallies of *volume and sets the rest to zero. The caller owns it: sc_volume_clear; it is
+ * untouched after an error. Warns of what looks like a
  * grey-value image. @return the errors of sc_stream_next; SC_ERR_DATA for more than SC_LABELS_MAX
  * labels; SC_ERR_MEMORY. */
 sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *source,
-                         bool keep_ids, sc_volume *volume, sc_label_tally **tallies);
+                         bool keep_ids, sc_volume *volume);
 
 /* Measure the area on which every two labels of a volume touch across faces of voxels, background
  * left out, with up to @p threads threads. @param out [label_count][label_count], symmetric; the

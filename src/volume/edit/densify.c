@@ -393,11 +393,10 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Make the labels in their final order: labels and label_count of @p volume, and *tallies,
- * [label_count]. The caller owns and frees them, also after an error. @param final
+/* Make the labels in their final order: labels and label_count of @p volume, and its tallies, if it
+ * gets no ids. @param final
  * [SC_LABELS_MAX], receives the dense id of each first id. @return SC_ERR_MEMORY. */
-static sc_status order_labels(label_pass *pass, sc_volume *volume, sc_label_tally **tallies,
-                              uint16_t *final)
+static sc_status order_labels(label_pass *pass, sc_volume *volume, uint16_t *final)
 {
     value_set *set = &pass->set;
     const int count = atomic_load(&set->count);
@@ -406,7 +405,8 @@ static sc_status order_labels(label_pass *pass, sc_volume *volume, sc_label_tall
     SC_PASS(SC_ZALLOC(pass->ctx, (size_t)count, &labels));
     volume->labels = labels;
     volume->label_count = count;
-    SC_PASS(SC_ALLOC(pass->ctx, (size_t)count, tallies));
+    if (!pass->keep_ids)
+        SC_PASS(SC_ALLOC(pass->ctx, (size_t)count, &volume->tallies));
     for (size_t slot = 0; slot < SLOTS; slot++) {
         const int32_t id = atomic_load_explicit(&set->ids[slot], memory_order_relaxed);
 
@@ -418,7 +418,8 @@ static sc_status order_labels(label_pass *pass, sc_volume *volume, sc_label_tall
         const int32_t first = id_of(set, labels[i].value);
 
         final[first] = (uint16_t)i;
-        (*tallies)[i] = pass->workers[0].tallies[first];
+        if (volume->tallies)
+            volume->tallies[i] = pass->workers[0].tallies[first];
     }
     return SC_OK;
 }
@@ -583,7 +584,7 @@ static int threads_for(const sc_ctx *ctx, size_t voxels)
 }
 
 sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *source,
-                         bool keep_ids, sc_volume *volume, sc_label_tally **tallies)
+                         bool keep_ids, sc_volume *volume)
 {
     SC_OWN(clear_pass)
     label_pass pass = {.ctx = ctx,
@@ -598,7 +599,6 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
                        .as_stored = sc_stream_is_plain(source)};
     SC_OWN(sc_volume_clear)
     sc_volume found = {.size = {source->part[0], source->part[1], source->part[2]}};
-    SC_OWN(sc_free_at) sc_label_tally *final_tallies = NULL;
     SC_OWN(sc_free_at) uint16_t *final = NULL;
 
     SC_PASS(begin_set(ctx, &pass.set));
@@ -609,7 +609,7 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
     if (keep_ids)
         SC_PASS(sc_zalloc(ctx, pass.wanted, 1, &pass.ids));
     SC_PASS(visit_voxels(&pass));
-    SC_PASS(order_labels(&pass, &found, &final_tallies, final));
+    SC_PASS(order_labels(&pass, &found, final));
     SC_PASS(list_outside(&pass, &found));
     warn_of_grey_values(&pass, &found);
     if (keep_ids)
@@ -617,6 +617,5 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
     found.label_bytes = found.label_count <= NARROW_LABELS ? 1 : 2;
     SC_HAND_OVER(pass.ids, &found.ids);
     SC_HAND_OVER(found, volume);
-    SC_HAND_OVER(final_tallies, tallies);
     return SC_OK;
 }

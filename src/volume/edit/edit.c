@@ -99,7 +99,9 @@ sc_status sc_relabel_with(const sc_ctx *ctx, const sc_label *labels, int label_c
     return SC_OK;
 }
 
-/* What the threads of sc_volume_relabel share. */
+static const sc_label_tally no_voxels = {0, {0, 0, 0}, {-1, -1, -1}};
+
+/* What the threads share that give voxels other ids. */
 typedef struct relabel_work {
     const void *from;
     void *to;                 /* the same, or ids of two bytes instead of one */
@@ -121,13 +123,18 @@ static void relabel_range(void *user, size_t begin, size_t end, int thread)
         ((uint16_t *)w->to)[i] = (uint16_t)w->map[w->from_bytes == 1 ? narrow[i] : wide[i]];
 }
 
-/* Move the labels of @p relabel to the volume. */
-static void take_labels(sc_volume *volume, sc_relabel *relabel)
+void sc_volume_hide(sc_volume *volume, const bool *hidden, int threads)
 {
-    sc_free(volume->labels);
-    volume->labels = relabel->labels;
-    volume->label_count = relabel->label_count;
-    relabel->labels = NULL;
+    int map[SC_LABELS_MAX];
+    const relabel_work w = {volume->ids, volume->ids, volume->label_bytes, volume->label_bytes, map};
+    bool any = false;
+
+    for (int id = 0; id < volume->label_count; id++) {
+        map[id] = hidden[id] ? 0 : id;
+        any = any || (id && hidden[id]);
+    }
+    if (any)
+        sc_parallel_for(threads, sc_volume_voxels(volume), 1 << 20, relabel_range, (void *)&w);
 }
 
 /* Give the voxels of a volume new ids. @return SC_ERR_MEMORY, nothing changed. */
@@ -151,49 +158,42 @@ static sc_status relabel_ids(const sc_ctx *ctx, sc_volume *volume, const sc_rela
     return SC_OK;
 }
 
-sc_status sc_volume_relabel(const sc_ctx *ctx, sc_volume *volume, sc_relabel *relabel, int threads)
+/* Add up the tallies of a volume by their new labels, in tallies[relabel->label_count]. */
+static void relabel_tallies(const sc_volume *volume, const sc_relabel *relabel,
+                            sc_label_tally *tallies)
 {
-    const sc_status status = relabel_ids(ctx, volume, relabel, threads);
+    for (int id = 0; id < relabel->label_count; id++)
+        tallies[id] = no_voxels;
+    for (int id = 0; id < volume->label_count; id++) {
+        const sc_label_tally *from = &volume->tallies[id];
+        sc_label_tally *to = &tallies[relabel->to[id]];
+        const bool is_first = to->voxels == 0;
 
-    if (status == SC_OK)
-        take_labels(volume, relabel);
-    return status;
+        for (int axis = 0; axis < 3 && from->voxels; axis++) {
+            if (is_first || from->low[axis] < to->low[axis])
+                to->low[axis] = from->low[axis];
+            if (is_first || from->high[axis] > to->high[axis])
+                to->high[axis] = from->high[axis];
+        }
+        to->voxels += from->voxels;
+    }
 }
 
-sc_status sc_label_scan_relabel(const sc_ctx *ctx, sc_label_scan *scan, sc_relabel *relabel)
+sc_status sc_volume_relabel(const sc_ctx *ctx, sc_volume *volume, sc_relabel *relabel, int threads)
 {
-    const sc_label_tally nothing = {0, {0, 0, 0}, {-1, -1, -1}};
-    const int count = scan->volume.label_count;
-    sc_label_tally *tallies;
-    SC_OWN(sc_free_at) void *block = NULL;
+    SC_OWN(sc_free_at) sc_label_tally *tallies = NULL;
 
-    if (scan->tallies) {
-        SC_PASS(sc_alloc(ctx, (size_t)relabel->label_count, sizeof *tallies, &block));
-        tallies = block;
-        for (int id = 0; id < relabel->label_count; id++)
-            tallies[id] = nothing;
-        for (int id = 0; id < count; id++) {
-            const sc_label_tally *from = &scan->tallies[id];
-            sc_label_tally *to = &tallies[relabel->to[id]];
-            const bool is_first = to->voxels == 0;
-
-            for (int axis = 0; axis < 3 && from->voxels; axis++) {
-                if (is_first || from->low[axis] < to->low[axis])
-                    to->low[axis] = from->low[axis];
-                if (is_first || from->high[axis] > to->high[axis])
-                    to->high[axis] = from->high[axis];
-            }
-            to->voxels += from->voxels;
-        }
+    if (volume->tallies) {
+        SC_PASS(SC_ALLOC(ctx, (size_t)relabel->label_count, &tallies));
+        relabel_tallies(volume, relabel, tallies);
     }
-    if (scan->volume.ids)
-        SC_PASS(relabel_ids(ctx, &scan->volume, relabel, ctx->threads));
-    if (scan->tallies) {
-        sc_free(scan->tallies);
-        scan->tallies = block;
-        block = NULL;
-    }
-    take_labels(&scan->volume, relabel);
+    if (volume->ids)
+        SC_PASS(relabel_ids(ctx, volume, relabel, threads));
+    sc_free(volume->tallies);
+    SC_HAND_OVER(tallies, &volume->tallies);
+    sc_free(volume->labels);
+    SC_HAND_OVER(relabel->labels, &volume->labels);
+    volume->label_count = relabel->label_count;
     return SC_OK;
 }
 
@@ -273,21 +273,8 @@ sc_voxel_box sc_volume_box(const sc_volume *volume, const bool *which)
     return box;
 }
 
-/* Set size and geometry of a volume to those of a box in it. */
-static void set_box(sc_volume *volume, const sc_voxel_box *box)
-{
-    const sc_vec3 first =
-        sc_affine_point(&volume->to_ras_mm,
-                        (sc_vec3){(double)box->low[0], (double)box->low[1], (double)box->low[2]});
-
-    volume->to_ras_mm.m[0][3] = first.x;
-    volume->to_ras_mm.m[1][3] = first.y;
-    volume->to_ras_mm.m[2][3] = first.z;
-    for (int axis = 0; axis < 3; axis++)
-        volume->size[axis] = box->high[axis] - box->low[axis] + 1;
-}
-
-void sc_volume_crop(sc_volume *volume, const sc_voxel_box *box)
+/* Keep only the ids of the voxels of a box. */
+static void crop_ids(sc_volume *volume, const sc_voxel_box *box)
 {
     const size_t bytes = (size_t)volume->label_bytes;
     const size_t row = (size_t)(box->high[0] - box->low[0] + 1) * bytes;
@@ -304,13 +291,13 @@ void sc_volume_crop(sc_volume *volume, const sc_voxel_box *box)
             memmove(to, ids + voxel * bytes, row);
         }
     }
-    set_box(volume, box);
 }
 
-void sc_label_scan_crop(sc_label_scan *scan, const sc_voxel_box *box)
+/* Cut off the boxes of labels at a box. */
+static void crop_tallies(sc_volume *volume, const sc_voxel_box *box)
 {
-    for (int id = 0; id < scan->volume.label_count && scan->tallies; id++) {
-        sc_label_tally *tally = &scan->tallies[id];
+    for (int id = 0; id < volume->label_count; id++) {
+        sc_label_tally *tally = &volume->tallies[id];
         bool is_empty = tally->voxels == 0;
 
         for (int axis = 0; axis < 3; axis++) {
@@ -323,7 +310,23 @@ void sc_label_scan_crop(sc_label_scan *scan, const sc_voxel_box *box)
             is_empty = is_empty || low > high;
         }
         if (is_empty)
-            *tally = (sc_label_tally){0, {0, 0, 0}, {-1, -1, -1}};
+            *tally = no_voxels;
     }
-    set_box(&scan->volume, box);
+}
+
+void sc_volume_crop(sc_volume *volume, const sc_voxel_box *box)
+{
+    const sc_vec3 first =
+        sc_affine_point(&volume->to_ras_mm,
+                        (sc_vec3){(double)box->low[0], (double)box->low[1], (double)box->low[2]});
+
+    if (volume->ids)
+        crop_ids(volume, box);
+    if (volume->tallies)
+        crop_tallies(volume, box);
+    volume->to_ras_mm.m[0][3] = first.x;
+    volume->to_ras_mm.m[1][3] = first.y;
+    volume->to_ras_mm.m[2][3] = first.z;
+    for (int axis = 0; axis < 3; axis++)
+        volume->size[axis] = box->high[axis] - box->low[axis] + 1;
 }
