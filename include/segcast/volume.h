@@ -83,6 +83,12 @@ SC_MUST_USE sc_status sc_volume_memory_check(const sc_ctx *ctx, const char *path
 
 /** Free what the volume owns and set it to zero. A zeroed volume is allowed. */
 void sc_volume_clear(sc_volume *volume);
+/** @return the dense id of a voxel, by its place in the ids. */
+static inline uint32_t sc_volume_id(const sc_volume *volume, size_t voxel)
+{
+    return volume->label_bytes == 1 ? ((const uint8_t *)volume->ids)[voxel]
+                                    : ((const uint16_t *)volume->ids)[voxel];
+}
 /** @return the number of voxels, from the size alone. */
 size_t sc_volume_voxels(const sc_volume *volume);
 /** @return a hash of ids, label values, size and geometry, independent of names, colours and
@@ -410,9 +416,6 @@ typedef struct sc_voxel_box {
  *  inverse. */
 sc_voxel_box sc_voxels_between(const int size[3], const sc_affine *to_ras_mm,
                                const sc_vec3 corners[2]);
-/** Write the corners of the box along the axes of RAS, in mm, that holds a volume to @p low and
- *  @p high. */
-void sc_volume_extent(const int size[3], const sc_affine *to_ras_mm, sc_vec3 *low, sc_vec3 *high);
 /** @return the smallest box with all voxels of some labels. @param which [label_count] by dense id;
  * that of background is not read. One thread reads all ids. */
 sc_voxel_box sc_volume_box(const sc_volume *volume, const bool *which);

@@ -3,6 +3,8 @@
  * out, and parts cut off. The same is done to what a scan of the voxels has found. */
 #include "recipe.h"
 
+#include "segcast/grey.h"
+
 #include <string.h>
 
 /* ---- tissues ---- */
@@ -202,8 +204,7 @@ static sc_status find_present(const sc_recipe *s, void **out)
     SC_PASS(sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof *present, out));
     present = *out;
     for (size_t i = 0; i < voxels; i++)
-        present[v->label_bytes == 1 ? ((const uint8_t *)v->ids)[i]
-                                    : ((const uint16_t *)v->ids)[i]] = true;
+        present[sc_volume_id(v, i)] = true;
     for (int id = 0; id < v->label_count && v->tallies; id++)
         present[id] = v->tallies[id].voxels > 0;
     return SC_OK;
@@ -303,13 +304,12 @@ static sc_status box_of_visible(const sc_recipe *s, sc_voxel_box *out, bool *emp
 static sc_status fail_outside(const sc_recipe *s)
 {
     const sc_volume *v = s->volume;
-    sc_vec3 low, high;
-
-    sc_volume_extent(v->size, &v->to_ras_mm, &low, &high);
+    const sc_box3 all = sc_grid_box_mm(v->size, &v->to_ras_mm);
     return sc_fail(s->app->ctx, SC_ERR_DATA,
                    "%s: box: the volume has no voxel in the box; it reaches from [%.4g, %.4g, "
                    "%.4g] to [%.4g, %.4g, %.4g] in RAS mm",
-                   s->job->volume_box_where, low.x, low.y, low.z, high.x, high.y, high.z);
+                   s->job->volume_box_where, all.low.x, all.low.y, all.low.z, all.high.x,
+                   all.high.y, all.high.z);
 }
 
 /* Leave what is visible, or, of a computed volume, what lies between two corners. */

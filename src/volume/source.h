@@ -298,6 +298,22 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
  * @return SC_ERR_DATA if two masks are of different grids or have the same name, or are more
  * than SC_LABELS_MAX - 1; the errors of sc_open_file. */
 sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out);
+/* A volume of a file for each slice. */
+typedef struct sc_slice_files {
+    char **paths; /* [count], in the order of the slices; owned, as each of them is */
+    size_t count, capacity;
+    /* Open a slice as a volume. Caller owns *out: sc_source_clear. */
+    sc_status (*open)(const sc_ctx *ctx, const struct sc_slice_files *files, size_t i,
+                      sc_source *out);
+    bool is_packed; /* of pictures: they are PNG; of MetaImage: each is a zlib stream, and */
+    int size[2];    /* columns and rows of each, */
+    sc_voxel_type type;
+    int64_t header_bytes; /* and as in sc_meta_series */
+} sc_slice_files;
+void sc_slice_files_clear(sc_slice_files *files);
+/* Let @p source, whose size and type are set, be read from the files, which it owns then: sets
+ * encoding, data, release, read_slices, slices, and data_files. @return SC_ERR_MEMORY. */
+sc_status sc_slice_files_use(const sc_ctx *ctx, sc_slice_files *files, sc_source *source);
 /* As sc_open_file, of a directory with a picture for each slice: PNG, or TIFF of one page, whose
  * names differ in their numbers. *out is not written if the directory
  * holds no such pictures. */
@@ -385,6 +401,11 @@ enum {
     SC_BATCH_BYTES = 8 << 20 /* most bytes that sc_stream_next_raw delivers of a file that is
                                 streamed; few enough to stay in a cache */
 };
+
+/* Replace the ids of voxels by map[id]. @param bytes of an id, which become @p to_bytes, at least as
+ * many; *ids is replaced then. @return SC_ERR_MEMORY for wider ids, nothing changed. */
+sc_status sc_ids_map(const sc_ctx *ctx, size_t voxels, const int *map, int to_bytes, int threads,
+                     int *bytes, void **ids);
 
 /* Begin at the first voxel. @p source was filled with header_only false. @p path: the volume as
  * the user named it, for messages. Both are borrowed until sc_stream_close, as is @p ctx.

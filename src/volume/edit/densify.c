@@ -268,38 +268,16 @@ static void read_or_visit(void *user, size_t begin, size_t end, int thread)
         visit_range(pass, begin - RANGE_VOXELS, end - RANGE_VOXELS, thread);
 }
 
-/* Ids while they become wider. */
-typedef struct widening {
-    const uint8_t *narrow;
-    uint16_t *wide;
-} widening;
-
-/* sc_range_fn: copy ids [begin, end). */
-static void widen_range(void *user, size_t begin, size_t end, int thread)
-{
-    const widening *w = user;
-
-    (void)thread;
-    for (size_t i = begin; i < end; i++) {
-        if (w->narrow[i])
-            w->wide[i] = w->narrow[i];
-    }
-}
-
 /* Replace pass->ids by ids of two bytes, since one byte per id no longer suffices. @return
  * SC_ERR_MEMORY; nothing has changed then. */
 static sc_status widen_ids(label_pass *pass)
 {
-    widening w = {.narrow = pass->ids};
-    void *block;
+    int same[NARROW_LABELS];
 
-    SC_PASS(sc_zalloc(pass->ctx, pass->wanted, sizeof(uint16_t), &block));
-    w.wide = block;
-    sc_parallel_for(pass->threads, pass->wanted, RANGE_VOXELS, widen_range, &w);
-    sc_free(pass->ids);
-    pass->ids = block;
-    pass->id_bytes = sizeof(uint16_t);
-    return SC_OK;
+    for (int id = 0; id < NARROW_LABELS; id++)
+        same[id] = id;
+    return sc_ids_map(pass->ctx, pass->wanted, same, sizeof(uint16_t), pass->threads,
+                      &pass->id_bytes, &pass->ids);
 }
 
 /* Tally the @p count voxels of the batch and set their ids. @return SC_ERR_DATA for the first voxel
@@ -396,7 +374,7 @@ static int by_value(const void *a, const void *b)
 /* Make the labels in their final order: labels and label_count of @p volume, and its tallies, if it
  * gets no ids. @param final
  * [SC_LABELS_MAX], receives the dense id of each first id. @return SC_ERR_MEMORY. */
-static sc_status order_labels(label_pass *pass, sc_volume *volume, uint16_t *final)
+static sc_status order_labels(label_pass *pass, sc_volume *volume, int *final)
 {
     value_set *set = &pass->set;
     const int count = atomic_load(&set->count);
@@ -417,51 +395,24 @@ static sc_status order_labels(label_pass *pass, sc_volume *volume, uint16_t *fin
     for (int i = 0; i < count; i++) {
         const int32_t first = id_of(set, labels[i].value);
 
-        final[first] = (uint16_t)i;
+        final[first] = i;
         if (volume->tallies)
             volume->tallies[i] = pass->workers[0].tallies[first];
     }
     return SC_OK;
 }
 
-/* Ids while they are put into the final order. */
-typedef struct renumbering {
-    void *ids;
-    int id_bytes;
-    const uint16_t *final; /* of order_labels */
-} renumbering;
-
-/* sc_range_fn: renumber ids [begin, end). */
-static void renumber_range(void *user, size_t begin, size_t end, int thread)
-{
-    const renumbering *r = user;
-
-    (void)thread;
-    for (size_t i = begin; i < end && r->id_bytes == 1; i++) {
-        uint8_t *id = (uint8_t *)r->ids + i;
-
-        if (*id) /* background keeps its id, and its pages stay untouched */
-            *id = (uint8_t)r->final[*id];
-    }
-    for (size_t i = begin; i < end && r->id_bytes == 2; i++) {
-        uint16_t *id = (uint16_t *)r->ids + i;
-
-        if (*id)
-            *id = r->final[*id];
-    }
-}
-
 /* Turn the first ids in pass->ids, which is not NULL, into dense ids by @p final (of
  * order_labels). */
-static void renumber(label_pass *pass, int count, const uint16_t *final)
+static sc_status renumber(label_pass *pass, int count, const int *final)
 {
-    renumbering r = {.ids = pass->ids, .id_bytes = pass->id_bytes, .final = final};
     bool in_order = true;
 
     for (int i = 0; i < count; i++)
         in_order = in_order && final[i] == i;
-    if (!in_order)
-        sc_parallel_for(pass->threads, pass->wanted, RANGE_VOXELS, renumber_range, &r);
+    return in_order ? SC_OK
+                    : sc_ids_map(pass->ctx, pass->wanted, final, pass->id_bytes, pass->threads,
+                                 &pass->id_bytes, &pass->ids);
 }
 
 /* The marks of a grey-value image: more labels than this, and shorter runs, in voxels, than this.
@@ -599,7 +550,7 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
                        .as_stored = sc_stream_is_plain(source)};
     SC_OWN(sc_volume_clear)
     sc_volume found = {.size = {source->part[0], source->part[1], source->part[2]}};
-    SC_OWN(sc_free_at) uint16_t *final = NULL;
+    SC_OWN(sc_free_at) int *final = NULL;
 
     SC_PASS(begin_set(ctx, &pass.set));
     if (pass.wanted < pass.voxels)
@@ -613,7 +564,7 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
     SC_PASS(list_outside(&pass, &found));
     warn_of_grey_values(&pass, &found);
     if (keep_ids)
-        renumber(&pass, found.label_count, final);
+        SC_PASS(renumber(&pass, found.label_count, final));
     found.label_bytes = found.label_count <= NARROW_LABELS ? 1 : 2;
     SC_HAND_OVER(pass.ids, &found.ids);
     SC_HAND_OVER(found, volume);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Changes of a volume that was read: labels left out or merged, and parts cut off. */
-#include "segcast/volume.h"
+#include "segcast/grey.h"
+#include "source.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -109,24 +110,49 @@ typedef struct relabel_work {
     const int *map;
 } relabel_work;
 
-/* An sc_range_fn over voxels: replaces their ids. @p user is a relabel_work. */
+/* An sc_range_fn over voxels: replaces their ids. @p user is a relabel_work. What stays as it is, is
+ * not written, so that pages of background alone are never touched. */
 static void relabel_range(void *user, size_t begin, size_t end, int thread)
 {
     const relabel_work *w = user;
-    const uint8_t *narrow = w->from;
-    const uint16_t *wide = w->from;
 
     (void)thread;
-    for (size_t i = begin; i < end && w->to_bytes == 1; i++)
-        ((uint8_t *)w->to)[i] = (uint8_t)w->map[narrow[i]];
-    for (size_t i = begin; i < end && w->to_bytes == 2; i++)
-        ((uint16_t *)w->to)[i] = (uint16_t)w->map[w->from_bytes == 1 ? narrow[i] : wide[i]];
+    for (size_t i = begin; i < end && w->to_bytes == 1; i++) {
+        uint8_t *id = (uint8_t *)w->to + i;
+        const int becomes = w->map[*id];
+
+        if (becomes != *id)
+            *id = (uint8_t)becomes;
+    }
+    for (size_t i = begin; i < end && w->to_bytes == 2; i++) {
+        uint16_t *id = (uint16_t *)w->to + i;
+        const int becomes = w->map[w->from_bytes == 1 ? ((const uint8_t *)w->from)[i]
+                                                      : ((const uint16_t *)w->from)[i]];
+
+        if (becomes != *id)
+            *id = (uint16_t)becomes;
+    }
+}
+
+sc_status sc_ids_map(const sc_ctx *ctx, size_t voxels, const int *map, int to_bytes, int threads,
+                     int *bytes, void **ids)
+{
+    relabel_work w = {*ids, *ids, *bytes, to_bytes, map};
+
+    if (to_bytes > *bytes)
+        SC_PASS(sc_zalloc(ctx, voxels, (size_t)to_bytes, &w.to));
+    sc_parallel_for(threads, voxels, 1 << 20, relabel_range, &w);
+    if (w.to != *ids)
+        sc_free(*ids);
+    *ids = w.to;
+    *bytes = to_bytes;
+    return SC_OK;
 }
 
 void sc_volume_hide(sc_volume *volume, const bool *hidden, int threads)
 {
     int map[SC_LABELS_MAX];
-    const relabel_work w = {volume->ids, volume->ids, volume->label_bytes, volume->label_bytes, map};
+    const sc_ctx quiet = {.rank = 0};
     bool any = false;
 
     for (int id = 0; id < volume->label_count; id++) {
@@ -134,28 +160,8 @@ void sc_volume_hide(sc_volume *volume, const bool *hidden, int threads)
         any = any || (id && hidden[id]);
     }
     if (any)
-        sc_parallel_for(threads, sc_volume_voxels(volume), 1 << 20, relabel_range, (void *)&w);
-}
-
-/* Give the voxels of a volume new ids. @return SC_ERR_MEMORY, nothing changed. */
-static sc_status relabel_ids(const sc_ctx *ctx, sc_volume *volume, const sc_relabel *relabel,
-                             int threads)
-{
-    const bool widens = volume->label_bytes == 1 && relabel->label_count > UINT8_MAX + 1;
-    relabel_work w = {.from = volume->ids,
-                      .to = volume->ids,
-                      .from_bytes = volume->label_bytes,
-                      .to_bytes = widens ? 2 : volume->label_bytes,
-                      .map = relabel->to};
-
-    if (widens)
-        SC_PASS(sc_alloc(ctx, sc_volume_voxels(volume), sizeof(uint16_t), &w.to));
-    sc_parallel_for(threads, sc_volume_voxels(volume), 1 << 20, relabel_range, &w);
-    if (widens)
-        sc_free(volume->ids);
-    volume->ids = w.to;
-    volume->label_bytes = w.to_bytes;
-    return SC_OK;
+        (void)sc_ids_map(&quiet, sc_volume_voxels(volume), map, volume->label_bytes, threads,
+                         &volume->label_bytes, &volume->ids); /* which needs no memory */
 }
 
 /* Add up the tallies of a volume by their new labels, in tallies[relabel->label_count]. */
@@ -188,7 +194,9 @@ sc_status sc_volume_relabel(const sc_ctx *ctx, sc_volume *volume, sc_relabel *re
         relabel_tallies(volume, relabel, tallies);
     }
     if (volume->ids)
-        SC_PASS(relabel_ids(ctx, volume, relabel, threads));
+        SC_PASS(sc_ids_map(ctx, sc_volume_voxels(volume), relabel->to,
+                           relabel->label_count > UINT8_MAX + 1 ? 2 : volume->label_bytes, threads,
+                           &volume->label_bytes, &volume->ids));
     sc_free(volume->tallies);
     SC_HAND_OVER(tallies, &volume->tallies);
     sc_free(volume->labels);
@@ -198,12 +206,6 @@ sc_status sc_volume_relabel(const sc_ctx *ctx, sc_volume *volume, sc_relabel *re
 }
 
 /* ---- boxes ---- */
-
-static uint32_t id_at(const sc_volume *volume, size_t voxel)
-{
-    return volume->label_bytes == 1 ? ((const uint8_t *)volume->ids)[voxel]
-                                    : ((const uint16_t *)volume->ids)[voxel];
-}
 
 sc_voxel_box sc_voxels_between(const int size[3], const sc_affine *to_ras_mm,
                                const sc_vec3 corners[2])
@@ -231,18 +233,19 @@ sc_voxel_box sc_voxels_between(const int size[3], const sc_affine *to_ras_mm,
     return box;
 }
 
-void sc_volume_extent(const int size[3], const sc_affine *to_ras_mm, sc_vec3 *low, sc_vec3 *high)
+sc_box3 sc_grid_box_mm(const int size[3], const sc_affine *to_ras_mm)
 {
-    *low = (sc_vec3){HUGE_VAL, HUGE_VAL, HUGE_VAL};
-    *high = (sc_vec3){-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-    for (int corner = 0; corner < 8; corner++) {
-        const sc_vec3 p = sc_affine_point(to_ras_mm, (sc_vec3){corner & 1 ? size[0] - 0.5 : -0.5,
-                                                               corner & 2 ? size[1] - 0.5 : -0.5,
-                                                               corner & 4 ? size[2] - 0.5 : -0.5});
+    sc_box3 box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
 
-        *low = (sc_vec3){fmin(low->x, p.x), fmin(low->y, p.y), fmin(low->z, p.z)};
-        *high = (sc_vec3){fmax(high->x, p.x), fmax(high->y, p.y), fmax(high->z, p.z)};
+    for (int corner = 0; corner < 8; corner++) {
+        const sc_vec3 at = {corner & 1 ? size[0] - 0.5 : -0.5, corner & 2 ? size[1] - 0.5 : -0.5,
+                            corner & 4 ? size[2] - 0.5 : -0.5};
+        const sc_vec3 p = sc_affine_point(to_ras_mm, at);
+
+        box.low = (sc_vec3){fmin(box.low.x, p.x), fmin(box.low.y, p.y), fmin(box.low.z, p.z)};
+        box.high = (sc_vec3){fmax(box.high.x, p.x), fmax(box.high.y, p.y), fmax(box.high.z, p.z)};
     }
+    return box;
 }
 
 sc_voxel_box sc_volume_box(const sc_volume *volume, const bool *which)
@@ -255,12 +258,12 @@ sc_voxel_box sc_volume_box(const sc_volume *volume, const bool *which)
         for (int y = 0; y < size[1]; y++, row += (size_t)size[0]) {
             int first = 0, last = size[0] - 1;
 
-            while (first < size[0] && !(id_at(volume, row + (size_t)first) &&
-                                        which[id_at(volume, row + (size_t)first)]))
+            while (first < size[0] && !(sc_volume_id(volume, row + (size_t)first) &&
+                                        which[sc_volume_id(volume, row + (size_t)first)]))
                 first++;
             if (first == size[0])
                 continue;
-            while (!(id_at(volume, row + (size_t)last) && which[id_at(volume, row + (size_t)last)]))
+            while (!(sc_volume_id(volume, row + (size_t)last) && which[sc_volume_id(volume, row + (size_t)last)]))
                 last--;
             box.low[0] = first < box.low[0] ? first : box.low[0];
             box.high[0] = last > box.high[0] ? last : box.high[0];

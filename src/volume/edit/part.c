@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Which voxels of a file are wanted. */
+#include "segcast/grey.h"
 #include "source.h"
 
 /* Log that the volume has no voxel in the box in mm of @p choice. @return SC_ERR_DATA always. */
 static sc_status refuse_box_mm(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                                const sc_source *source)
 {
-    sc_vec3 low, high;
-
-    sc_volume_extent(source->size, &source->to_ras_mm, &low, &high);
+    const sc_box3 all = sc_grid_box_mm(source->size, &source->to_ras_mm);
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: box: the volume has no voxel in the box; it reaches from [%.4g, %.4g, "
                    "%.4g] to [%.4g, %.4g, %.4g] in RAS mm",
-                   sc_read_where(choice, path), low.x, low.y, low.z, high.x, high.y, high.z);
+                   sc_read_where(choice, path), all.low.x, all.low.y, all.low.z, all.high.x,
+                   all.high.y, all.high.z);
 }
 
 sc_status sc_source_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
