@@ -110,11 +110,12 @@ static bool is_dicom(const head *h)
     return !h->compressed && h->count >= 132 && !memcmp(h->bytes + 128, "DICM", 4);
 }
 
-/* The formats that can be read; the first whose probe accepts a file reads it. */
+/* The formats that can be read; the first whose probe accepts a file reads it. All leave the voxels in
+ * the file but NRRD, which has a function of another kind. */
 static const struct {
     bool (*probe)(const head *h);
-    sc_status (*open)(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
-} readers[] = {{is_dicom, sc_open_dicom}, {is_nrrd, sc_open_nrrd}, {is_nifti, sc_open_nifti},
+    sc_status (*open)(const sc_ctx *ctx, const char *path, sc_source *out);
+} readers[] = {{is_dicom, sc_open_dicom}, {is_nrrd, NULL},         {is_nifti, sc_open_nifti},
                {is_mgh, sc_open_mgh},     {is_tiff, sc_open_tiff}, {is_amira, sc_open_amira},
                {is_meta, sc_open_meta}};
 
@@ -346,7 +347,8 @@ static sc_status open_by_mark(const sc_ctx *ctx, const char *path, bool header_o
     which = reader_of(&h);
     if (which == SC_COUNT_OF(readers))
         return refuse_file(ctx, path, &h);
-    return readers[which].open(ctx, path, header_only, out);
+    return readers[which].open ? readers[which].open(ctx, path, out)
+                               : sc_open_nrrd(ctx, path, header_only, out);
 }
 
 sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)

@@ -183,8 +183,7 @@ static sc_status note_dicom(const sc_ctx *ctx, const char *directory, const char
  * its image. The names of files say nothing. @return also SC_ERR_MISSING if there is none or
  * several.
  */
-static sc_status open_dicom_in(const sc_ctx *ctx, const char *path, bool header_only,
-                               sc_source *out)
+static sc_status open_dicom_in(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     DIR *stream = opendir(path);
     const struct dirent *entry;
@@ -210,7 +209,7 @@ static sc_status open_dicom_in(const sc_ctx *ctx, const char *path, bool header_
         sc_info(ctx, "%s: of %zu DICOM files, %s is a segmentation, and read", path,
                 files.others + 1, files.first.data);
     if (status == SC_OK)
-        status = sc_open_dicom(ctx, files.first.data, header_only, out);
+        status = sc_open_dicom(ctx, files.first.data, out);
     sc_text_clear(&files.first);
     sc_text_clear(&files.last);
     return status;
@@ -298,7 +297,7 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
             SC_PASS(sc_open_masks(ctx, path, &source));
         source.threshold = choice->threshold;
         if (!source.slices && source.mask_count == 0)
-            SC_PASS(open_dicom_in(ctx, path, header_only, &source));
+            SC_PASS(open_dicom_in(ctx, path, &source));
     } else {
         SC_PASS(sc_open_file(ctx, path, header_only, &source));
     }

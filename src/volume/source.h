@@ -51,7 +51,8 @@ typedef struct sc_overlap_count {
 
 struct sc_source;
 /* Unpack slices [first, first + count) of a source to @p out, x fastest, in the byte order that
- * source->swapped tells. The stream asks for them in rising order, each once. @return SC_ERR_DATA,
+ * source->swapped tells. The stream asks for them in rising order, each once, and for no more than
+ * source->slices at a time. @return SC_ERR_DATA,
  * SC_ERR_MISSING, SC_ERR_WRITE, SC_ERR_MEMORY, all logged under @p path or that of a file of the
  * volume. */
 typedef sc_status sc_slices_fn(const sc_ctx *ctx, const char *path, const struct sc_source *source,
@@ -240,13 +241,13 @@ sc_status sc_check_file_bytes(const sc_ctx *ctx, const char *path, double needed
  * @return SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_MEMORY, all logged. */
 sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
-sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
-sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
-sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, sc_source *out);
+sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, sc_source *out);
+sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, sc_source *out);
 /* A label field of Amira or Avizo. */
-sc_status sc_open_amira(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+sc_status sc_open_amira(const sc_ctx *ctx, const char *path, sc_source *out);
 /* A DICOM segmentation. */
-sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, sc_source *out);
 /* As the others, of a directory of Zarr or N5: sc_zarr_is_node, sc_n5_is_node. The source is the
  * part that @p read wants, of the level that it wants: SC_ERR_DATA also if there is no such level
  * or part. */
@@ -263,7 +264,7 @@ bool sc_is_hdf5(const char *path);
  * SC_ERR_SYSTEM if the program that reads it cannot be started. */
 sc_status sc_open_hdf5(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                        bool header_only, sc_source *out);
-sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+sc_status sc_open_meta(const sc_ctx *ctx, const char *path, sc_source *out);
 /* Check the header line of a choice, if it has one. *is_raw: it describes a file without a header,
  * as it names a type. @return SC_ERR_DATA, logged. */
 sc_status sc_header_check(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,

@@ -407,7 +407,7 @@ static sc_status read_header(const sc_ctx *ctx, const char *path, volume_file *f
     return sc_path_join(ctx, "", path, &source->file);
 }
 
-sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
@@ -417,7 +417,6 @@ sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, s
                         .slices = 1,
                         .release = release};
 
-    (void)header_only; /* the voxels are read later */
     SC_PASS(sc_zalloc(ctx, 1, sizeof(volume_file), &source.data));
     SC_PASS(read_header(ctx, path, source.data, &source));
     if (!((volume_file *)source.data)->kind.is_labels)
@@ -428,9 +427,8 @@ sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, s
 
 #else
 
-sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, sc_source *out)
 {
-    (void)header_only;
     (void)out;
     return sc_fail(
         ctx, SC_ERR_DATA,

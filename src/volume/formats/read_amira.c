@@ -407,13 +407,12 @@ static sc_status geometry(const amira *a, sc_source *source)
     return SC_OK;
 }
 
-sc_status sc_open_amira(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_amira(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     amira a = {.ctx = ctx, .path = path};
     SC_OWN(sc_source_clear) sc_source source = {.slope = 1};
     sc_status status = read_header(&a);
 
-    (void)header_only; /* the voxels are always streamed */
     source.table = a.table;
     sc_free(a.text);
     SC_PASS(status);

@@ -149,12 +149,10 @@ static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_sourc
 static sc_status use_answer(const sc_ctx *ctx, const char *path, const sc_hdf5_answer *answer,
                             sc_source *source)
 {
-    static const sc_voxel_type types[SC_HDF5_TYPES] = {
-        SC_VOXEL_INT8,   SC_VOXEL_UINT8, SC_VOXEL_INT16,  SC_VOXEL_UINT16, SC_VOXEL_INT32,
-        SC_VOXEL_UINT32, SC_VOXEL_INT64, SC_VOXEL_UINT64, SC_VOXEL_FLOAT,  SC_VOXEL_DOUBLE};
+    _Static_assert((int)SC_HDF5_TYPES == (int)SC_VOXEL_TYPES, "both lists have one order");
     int64_t size[3];
 
-    source->type = types[answer->type];
+    source->type = (sc_voxel_type)answer->type;
     for (int i = 0; i < 3; i++)
         size[i] = (int64_t)answer->size[i];
     SC_PASS(sc_grid_voxels(ctx, path, size, sc_voxel_type_bytes(source->type), source->size, NULL));

@@ -288,14 +288,13 @@ static void clear(meta *m)
     sc_free(m->text);
 }
 
-sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_meta(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     SC_OWN(clear)
     meta m = {
         .ctx = ctx, .path = path, .dimensions = 3, .unit_mm = 1, .anatomy = "", .element_type = ""};
     SC_OWN(sc_source_clear) sc_source source = {.slope = 1};
 
-    (void)header_only; /* the voxels are always streamed */
     SC_PASS(read_text(&m));
     SC_PASS(parse_header(&m));
     if (m.dimensions < 3 || m.is_series || !m.has_size)

@@ -93,14 +93,13 @@ static void geometry(const sc_ctx *ctx, const char *path, const unsigned char *h
     }
 }
 
-sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     unsigned char h[HEADER_BYTES] = {0};
     size_t count;
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1, .encoding = SC_ENCODING_GZIP, .skip_bytes = HEADER_BYTES};
 
-    (void)header_only; /* the voxels are always streamed */
     SC_PASS(sc_read_header_bytes(ctx, path, "MGH", h, HEADER_BYTES, HEADER_BYTES, &count));
     SC_PASS(voxel_type(ctx, path, whole_at(h, AT_TYPE), &source.type));
     SC_PASS(find_voxels(ctx, path, h, &source));

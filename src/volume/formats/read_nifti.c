@@ -314,7 +314,7 @@ static void free_image(nifti_image **nim)
     nifti_image_free(*nim);
 }
 
-sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     fields f = {0};
     SC_OWN(sc_source_clear) sc_source source = {.slope = 1};
@@ -322,7 +322,6 @@ sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, s
     int64_t size[3];
     bool pair = false, swapped;
 
-    (void)header_only; /* the voxels are always streamed */
     nifti_set_debug_level(0);
     SC_PASS(parse_header(ctx, path, &f));
     SC_PASS(check_magic(ctx, path, &f, &pair));

@@ -299,26 +299,17 @@ static sc_status read_tiles(const sc_ctx *ctx, const char *path, tiff_file *file
     return SC_OK;
 }
 
-/* sc_slices_fn of this format. */
-static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_source *source,
-                             int first, int count, void *out)
+/* sc_slices_fn of this format: one at a time. */
+static sc_status read_slice(const sc_ctx *ctx, const char *path, const sc_source *source, int page,
+                            int count, void *out)
 {
     tiff_file *file = source->data;
-    const size_t slice =
-        (size_t)source->size[0] * (size_t)source->size[1] * sc_voxel_type_bytes(source->type);
 
-    for (int i = 0; i < count; i++) {
-        unsigned char *to = (unsigned char *)out + (size_t)i * slice;
-        const int page = first + i;
-
-        file->why[0] = '\0';
-        if (!TIFFSetSubDirectory(file->tiff, file->pages[page]))
-            return sc_fail(ctx, SC_ERR_DATA, "%s: page %d cannot be read: %s", path, page,
-                           file->why);
-        SC_PASS(TIFFIsTiled(file->tiff) ? read_tiles(ctx, path, file, source, page, to)
-                                        : read_strips(ctx, path, file, source, page, to));
-    }
-    return SC_OK;
+    (void)count;
+    file->why[0] = '\0';
+    if (!TIFFSetSubDirectory(file->tiff, file->pages[page]))
+        return sc_fail(ctx, SC_ERR_DATA, "%s: page %d cannot be read: %s", path, page, file->why);
+    return (TIFFIsTiled(file->tiff) ? read_tiles : read_strips)(ctx, path, file, source, page, out);
 }
 
 /* ---- header ---- */
@@ -463,17 +454,16 @@ static sc_status read_header(const sc_ctx *ctx, const char *path, sc_source *sou
     return sc_path_join(ctx, "", path, &source->file);
 }
 
-sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
                         .encoding = SC_ENCODING_SLICES,
-                        .read_slices = read_slices,
+                        .read_slices = read_slice,
                         .slices = 1,
                         .release = release};
     tiff_file *file = NULL;
 
-    (void)header_only; /* the voxels are always streamed */
     SC_PASS(open_tiff(ctx, path, &file));
     source.data = file;
     SC_PASS(read_header(ctx, path, &source));
@@ -483,9 +473,8 @@ sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc
 
 #else
 
-sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, sc_source *out)
 {
-    (void)header_only;
     (void)out;
     return sc_fail(
         ctx, SC_ERR_DATA,
