@@ -52,16 +52,16 @@ typedef struct sc_label_tally {
 /** A segmented volume, or what is known of it without its voxels; owns ids, tallies, labels and the
  *  tables. Zero-initialise; sc_volume_clear frees. */
 typedef struct sc_volume {
-    int size[3];      /**< voxels along x (fastest), y, z */
-    int label_bytes;  /**< width of a dense id: 1 for up to 256 labels, else 2 */
-    void *ids;        /**< dense ids, [size z][size y][size x]; id 0 is the label 0, background;
-                           NULL: not in memory */
-    sc_label_tally *tallies; /**< [label_count], of a volume without ids whose voxels were looked at;
-                                  else NULL */
-    int label_count;  /**< background included: 1 to SC_LABELS_MAX */
-    sc_label *labels; /**< by dense id: background, then the other values in rising order */
-    sc_affine to_ras_mm; /**< voxel index (centres at whole numbers) -> patient mm, RAS+ */
-    bool oriented;       /**< false: the file does not say where left is; RAS was taken */
+    int size[3];     /**< voxels along x (fastest), y, z */
+    int label_bytes; /**< width of a dense id: 1 for up to 256 labels, else 2 */
+    void *ids;       /**< dense ids, [size z][size y][size x]; id 0 is the label 0, background;
+                          NULL: not in memory */
+    sc_label_tally *tallies; /**< [label_count], of a volume without ids whose voxels were looked
+                                at; else NULL */
+    int label_count;         /**< background included: 1 to SC_LABELS_MAX */
+    sc_label *labels;        /**< by dense id: background, then the other values in rising order */
+    sc_affine to_ras_mm;     /**< voxel index (centres at whole numbers) -> patient mm, RAS+ */
+    bool oriented;           /**< false: the file does not say where left is; RAS was taken */
     bool numbered; /**< the numbers of its labels are segcast's own: the file names tissues without
                         numbers, or gives one number to several */
     sc_label_table table;  /**< the rows of the file's own label table, as they stand there; none if
@@ -196,7 +196,8 @@ typedef enum sc_read_depth {
     SC_READ_TALLIES, /**< what labels cover, from one pass over the voxels in bounded memory (a few
                           MB; masks of a directory take up to 2.25 bytes for each voxel; NRRD files
                           in a rare form, in encoding ascii, hex or bzip2, in several data files or
-                          counted from the end of a compressed file, are read whole by Teem first) */
+                          counted from the end of a compressed file, are read whole by Teem first)
+                      */
     SC_READ_HEADER   /**< the header: the labels are background and those that the file's own label
                           table names, which need not occur in the voxels; damage behind the header
                           is not noticed */

@@ -41,8 +41,7 @@ static sc_status do_plan(const sc_recipe *s, const plan *p)
 {
     SC_OWN(sc_relabel_clear) sc_relabel relabel = {0};
 
-    SC_PASS(
-        sc_relabel_make(s->app->ctx, s->volume->labels, p->count, p->into, p->names, &relabel));
+    SC_PASS(sc_relabel_make(s->app->ctx, s->volume->labels, p->count, p->into, p->names, &relabel));
     return sc_volume_relabel(s->app->ctx, s->volume, &relabel, s->app->threads);
 }
 

@@ -4,8 +4,8 @@
 
 #include <string.h>
 
-/* Fill the volume of an input, its labels and stats from a volume without voxels. Takes ownership of
- * the labels of @p v. */
+/* Fill the volume of an input, its labels and stats from a volume without voxels. Takes ownership
+ * of the labels of @p v. */
 static sc_status fill(const sc_app *app, sc_volume *v, sc_input *input)
 {
     const size_t count = (size_t)v->label_count;

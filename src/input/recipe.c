@@ -173,7 +173,8 @@ static sc_status check(sc_recipe *r)
     if (v->label_count == 1 && (v->ids || v->tallies))
         sc_warn(r->app->ctx, "%s: holds background only; there is nothing to see", r->job->volume);
     SC_PASS(check_labels(r, v));
-    if (r->depth != SC_READ_IDS || r->job->has_compare) /* another subject may have what this one lacks */
+    if (r->depth != SC_READ_IDS ||
+        r->job->has_compare) /* another subject may have what this one lacks */
         return SC_OK;
     one_error = r->app->terminal->one_error;
     r->app->terminal->one_error = false;

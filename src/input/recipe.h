@@ -56,11 +56,11 @@ typedef struct sc_recipe {
     const sc_job *job;
     const sc_input *input; /* what is given or held of it already */
     sc_volume *volume;
-    sc_read_depth depth;   /* what is known of it: without ids the last steps are not done */
-    bool is_fixed;         /* of a volume: it is mapped, so that its voxels do not change */
-    bool tell;             /* what is edited */
-    sc_edited *edited;     /* what SC_STEP_HIDE fills in; else NULL */
-    unsigned done;         /* the steps that were done before: bits by sc_step */
+    sc_read_depth depth; /* what is known of it: without ids the last steps are not done */
+    bool is_fixed;       /* of a volume: it is mapped, so that its voxels do not change */
+    bool tell;           /* what is edited */
+    sc_edited *edited;   /* what SC_STEP_HIDE fills in; else NULL */
+    unsigned done;       /* the steps that were done before: bits by sc_step */
 } sc_recipe;
 /* Do all steps that are not done. @return the first error, logged. */
 sc_status sc_recipe_follow(sc_recipe *r);

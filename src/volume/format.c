@@ -110,8 +110,8 @@ static bool is_dicom(const head *h)
     return !h->compressed && h->count >= 132 && !memcmp(h->bytes + 128, "DICM", 4);
 }
 
-/* The formats that can be read; the first whose probe accepts a file reads it. All leave the voxels in
- * the file but NRRD, which has a function of another kind. */
+/* The formats that can be read; the first whose probe accepts a file reads it. All leave the voxels
+ * in the file but NRRD, which has a function of another kind. */
 static const struct {
     bool (*probe)(const head *h);
     sc_status (*open)(const sc_ctx *ctx, const char *path, sc_source *out);

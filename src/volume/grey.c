@@ -313,8 +313,8 @@ static uint64_t count_codes(const sc_grey *grey, const sc_volume *labels, const 
         const sc_vec3 p = sc_affine_point(to_grey, at);
         const double x = floor(p.x + 0.5), y = floor(p.y + 0.5), z = floor(p.z + 0.5);
 
-        if (!sc_volume_id(labels, i) || !(x >= 0 && x < grey->size[0]) || !(y >= 0 && y < grey->size[1]) ||
-            !(z >= 0 && z < grey->size[2]))
+        if (!sc_volume_id(labels, i) || !(x >= 0 && x < grey->size[0]) ||
+            !(y >= 0 && y < grey->size[1]) || !(z >= 0 && z < grey->size[2]))
             continue;
         counts[grey->codes[((size_t)z * (size_t)grey->size[1] + (size_t)y) * (size_t)grey->size[0] +
                            (size_t)x]]++;

@@ -131,8 +131,8 @@ static inline const char *sc_read_where(const sc_read_choice *choice, const char
 {
     return choice->where && choice->where[0] ? choice->where : path;
 }
-/* Let a source have the labels [part] in memory in the place of the voxels of its file, and only the
- * part that was wanted. @param labels which the source owns now: sc_free. */
+/* Let a source have the labels [part] in memory in the place of the voxels of its file, and only
+ * the part that was wanted. @param labels which the source owns now: sc_free. */
 void sc_source_set_labels(sc_source *source, sc_voxel_type type, void *labels);
 /* Set which voxels of a source are wanted, by its size and geometry. @return SC_ERR_DATA, logged,
  * for a box that lies outside, or in voxels reaches beyond them. */
@@ -222,8 +222,8 @@ sc_status sc_input_bytes(const sc_ctx *ctx, const char *path, uint64_t *bytes);
  * header of @p format; SC_ERR_MEMORY, SC_ERR_WRITE. */
 sc_status sc_read_header_bytes(const sc_ctx *ctx, const char *path, const char *format, void *out,
                                size_t bytes, size_t least, size_t *count);
-/* Find which type @p name means, one of names[SC_VOXEL_TYPES], in the order of the types; NULL: int8
- * to uint64, float32, float64. @return false if it is none. */
+/* Find which type @p name means, one of names[SC_VOXEL_TYPES], in the order of the types; NULL:
+ * int8 to uint64, float32, float64. @return false if it is none. */
 bool sc_voxel_type_named(const char *name, const char *const *names, sc_voxel_type *out);
 /* The same of a number; -1 stands for types that the format has not. */
 bool sc_voxel_type_coded(int code, const int codes[SC_VOXEL_TYPES], sc_voxel_type *out);
@@ -403,8 +403,8 @@ enum {
                                 streamed; few enough to stay in a cache */
 };
 
-/* Replace the ids of voxels by map[id]. @param bytes of an id, which become @p to_bytes, at least as
- * many; *ids is replaced then. @return SC_ERR_MEMORY for wider ids, nothing changed. */
+/* Replace the ids of voxels by map[id]. @param bytes of an id, which become @p to_bytes, at least
+ * as many; *ids is replaced then. @return SC_ERR_MEMORY for wider ids, nothing changed. */
 sc_status sc_ids_map(const sc_ctx *ctx, size_t voxels, const int *map, int to_bytes, int threads,
                      int *bytes, void **ids);
 
@@ -458,10 +458,9 @@ static inline void sc_stream_close_at(sc_voxel_stream **stream)
 /* One pass over the voxels of the wanted part, by ctx->threads threads; the result does not depend
  * on their number: the distinct labels, what they cover, and, if @p keep_ids, the voxels as dense
  * ids. Fills size, label_count, label_bytes, labels (values only), and ids or, without
- * keep_ids, tallies of *volume and sets the rest to zero. The caller owns it: sc_volume_clear; it is
- * untouched after an error. Warns of what looks like a
- * grey-value image. @return the errors of sc_stream_next; SC_ERR_DATA for more than SC_LABELS_MAX
- * labels; SC_ERR_MEMORY. */
+ * keep_ids, tallies of *volume and sets the rest to zero. The caller owns it: sc_volume_clear; it
+ * is untouched after an error. Warns of what looks like a grey-value image. @return the errors of
+ * sc_stream_next; SC_ERR_DATA for more than SC_LABELS_MAX labels; SC_ERR_MEMORY. */
 sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *source,
                          bool keep_ids, sc_volume *volume);
 

@@ -37,8 +37,8 @@ static sc_status open_file(sc_voxel_stream *s)
     FILE *file = copy >= 0 ? fdopen(copy, "rb") : NULL;
 
     if (file)
-        SC_PASS(sc_packed_begin(s->ctx, source->file, file, source->offset_bytes, packing,
-                                &s->file));
+        SC_PASS(
+            sc_packed_begin(s->ctx, source->file, file, source->offset_bytes, packing, &s->file));
     else if (copy >= 0)
         close(copy);
     if (!file)

@@ -31,8 +31,10 @@ static inline void fuzz_read_volume(const char *path)
 {
     SC_OWN(sc_volume_clear) sc_volume header = {0}, scan = {0};
     SC_OWN(sc_volume_clear) sc_volume volume = {0};
-    const sc_status read_header = sc_volume_read_by(&fuzz_ctx, path, &(sc_read_choice){.depth = SC_READ_HEADER}, &header);
-    const sc_status scanned = sc_volume_read_by(&fuzz_ctx, path, &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan);
+    const sc_status read_header =
+        sc_volume_read_by(&fuzz_ctx, path, &(sc_read_choice){.depth = SC_READ_HEADER}, &header);
+    const sc_status scanned =
+        sc_volume_read_by(&fuzz_ctx, path, &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan);
     const sc_status read = sc_volume_read(&fuzz_ctx, path, &volume);
 
     FUZZ_CHECK(read != SC_ERR_INTERNAL && read != SC_ERR_MEMORY);

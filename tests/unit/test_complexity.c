@@ -72,7 +72,9 @@ static void read_header(const parser *p, const char *path)
     SC_OWN(sc_volume_clear) sc_volume scan = {0};
 
     sc_test_operations = 0;
-    assert_int_equal(sc_volume_read_by(&ctx, path, &(sc_read_choice){.depth = SC_READ_HEADER}, &scan), p->wanted);
+    assert_int_equal(
+        sc_volume_read_by(&ctx, path, &(sc_read_choice){.depth = SC_READ_HEADER}, &scan),
+        p->wanted);
 }
 
 static void read_volume(const parser *p, const char *path, int labels)

@@ -211,12 +211,14 @@ TEST(damaged_extensions_give_a_warning)
         sc_volume scan = {0};
 
         write_nifti("f.nii", &cases[i].extension, 1);
-        assert_ok(sc_volume_read_by(&ctx, "f.nii", &(sc_read_choice){.depth = SC_READ_HEADER}, &scan));
+        assert_ok(
+            sc_volume_read_by(&ctx, "f.nii", &(sc_read_choice){.depth = SC_READ_HEADER}, &scan));
         assert_int_equal(scan.label_count, 1);
         sc_volume_clear(&scan);
         ctx = *listening_anew();
         ctx.level = SC_LOG_WARN;
-        assert_ok(sc_volume_read_by(&ctx, "f.nii", &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
+        assert_ok(
+            sc_volume_read_by(&ctx, "f.nii", &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
         assert_int_equal(scan.label_count, 3);
         assert_int_equal(said.warnings, cases[i].message != NULL);
         if (cases[i].message && !strstr(said.text, cases[i].message) &&
@@ -530,11 +532,13 @@ TEST(masks_of_a_directory_become_labels_by_their_names)
     assert_near(v.to_ras_mm.m[0][3], 3, 1e-6);
     sc_volume_clear(&v);
     assert_non_null(strstr(said.text, "1 of 4 masks is empty: Spleen"));
-    assert_ok(sc_volume_read_by(&listening, "m.dir/", &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
+    assert_ok(sc_volume_read_by(&listening, "m.dir/", &(sc_read_choice){.depth = SC_READ_TALLIES},
+                                &scan));
     assert_int_equal(scan.label_count, 4);
     assert_int_equal(scan.tallies[3].voxels, 3);
     sc_volume_clear(&scan);
-    assert_ok(sc_volume_read_by(&listening, "m.dir", &(sc_read_choice){.depth = SC_READ_HEADER}, &scan));
+    assert_ok(
+        sc_volume_read_by(&listening, "m.dir", &(sc_read_choice){.depth = SC_READ_HEADER}, &scan));
     assert_int_equal(scan.label_count, 5);
     assert_string_equal(scan.labels[1].name, "Spleen");
     sc_volume_clear(&scan);
@@ -800,10 +804,12 @@ TEST(numbers_that_layers_share_are_given_anew)
     assert_ok(sc_volume_read(&listening, "f.seg.nrrd", &v));
     assert_int_equal(said.warnings, 1);
     expect_voxels(&v, "113302"); /* spleen is smaller than liver */
-    assert_ok(sc_volume_read_by(&listening, "f.seg.nrrd", &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
+    assert_ok(sc_volume_read_by(&listening, "f.seg.nrrd",
+                                &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
     assert_int_equal(scan.tallies[3].voxels, 2);
     sc_volume_clear(&scan);
-    assert_ok(sc_volume_read_by(&listening, "f.seg.nrrd", &(sc_read_choice){.depth = SC_READ_HEADER}, &scan));
+    assert_ok(sc_volume_read_by(&listening, "f.seg.nrrd",
+                                &(sc_read_choice){.depth = SC_READ_HEADER}, &scan));
     assert_int_equal(scan.label_count, 4);
     assert_int_equal(scan.size[0], MASK_VOXELS);
     assert_string_equal(scan.labels[3].name, "spleen");

@@ -259,7 +259,8 @@ TEST(what_takes_more_memory_than_the_limit_is_refused)
     ctx.memory_max_bytes--;
     assert_int_equal(read_volume(&ctx, "h.nrrd"), SC_ERR_SYSTEM);
     assert_non_null(strstr(said.text, "--max-memory"));
-    assert_ok(sc_volume_read_by(&ctx, "h.nrrd", &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
+    assert_ok(
+        sc_volume_read_by(&ctx, "h.nrrd", &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
     sc_volume_clear(&scan);
     ctx.memory_max_bytes = 1 << 20;
     for (size_t i = 0; i < SC_COUNT_OF(encodings); i++) {

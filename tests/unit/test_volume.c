@@ -422,7 +422,8 @@ TEST(threads_do_not_change_what_is_read)
 
         write_many(packed ? "gzip" : "raw", MANY);
         assert_ok(sc_volume_read(&quiet, "t.nrrd", &first));
-        assert_ok(sc_volume_read_by(&quiet, "t.nrrd", &(sc_read_choice){.depth = SC_READ_TALLIES}, &tallies));
+        assert_ok(sc_volume_read_by(&quiet, "t.nrrd", &(sc_read_choice){.depth = SC_READ_TALLIES},
+                                    &tallies));
         assert_int_equal(first.label_bytes, 2);
         assert_true(first.label_count > 2000);
         for (int threads = 2; threads < 6; threads++) {
@@ -432,7 +433,8 @@ TEST(threads_do_not_change_what_is_read)
 
             ctx.threads = threads;
             assert_ok(sc_volume_read(&ctx, "t.nrrd", &v));
-            assert_ok(sc_volume_read_by(&ctx, "t.nrrd", &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
+            assert_ok(sc_volume_read_by(&ctx, "t.nrrd", &(sc_read_choice){.depth = SC_READ_TALLIES},
+                                        &scan));
             assert_int_equal(v.label_count, first.label_count);
             assert_memory_equal(v.ids, first.ids, 2 * (size_t)MANY);
             for (int id = 0; id < v.label_count; id++)
@@ -905,7 +907,8 @@ TEST(a_header_and_a_table_name_labels_together)
                "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
                "Segment0_ID:=a\nSegment0_Name:=seven\nSegment0_LabelValue:=7\n\n",
                data, sizeof data, false);
-    assert_ok(sc_volume_read_by(&quiet, "t.nrrd", &(sc_read_choice){.depth = SC_READ_HEADER}, &scan));
+    assert_ok(
+        sc_volume_read_by(&quiet, "t.nrrd", &(sc_read_choice){.depth = SC_READ_HEADER}, &scan));
     assert_int_equal(scan.label_count, 2);
     assert_ok(sc_volume_add_labels(&quiet, &scan, &table));
     assert_int_equal(scan.label_count, 4);
@@ -930,7 +933,8 @@ TEST(a_scan_needs_little_memory)
     assert_int_equal(ftruncate(fileno(file), ftell(file) + (off_t)SIDE * SIDE * SIDE / 2), 0);
     fclose(file);
     before = sc_peak_rss();
-    assert_ok(sc_volume_read_by(&quiet, "t.nrrd", &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
+    assert_ok(
+        sc_volume_read_by(&quiet, "t.nrrd", &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
     assert_true(sc_peak_rss() - before < MOST_BYTES);
     assert_int_equal(scan.tallies[0].voxels, SIDE * SIDE * SIDE / 2);
     unlink("t.nrrd");

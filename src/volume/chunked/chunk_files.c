@@ -92,8 +92,8 @@ bool sc_chunk_inflate(const unsigned char *in, size_t in_bytes, unsigned char *o
                   .avail_in = (uInt)in_bytes,
                   .next_out = out,
                   .avail_out = (uInt)most};
-    int result = in_bytes > UINT_MAX || most > UINT_MAX ? Z_BUF_ERROR
-                                                        : inflateInit2(&z, MAX_WBITS + 32);
+    int result =
+        in_bytes > UINT_MAX || most > UINT_MAX ? Z_BUF_ERROR : inflateInit2(&z, MAX_WBITS + 32);
 
     if (result != Z_OK) {
         snprintf(why, SC_CHUNK_WHY_BYTES, "gzip: out of memory");

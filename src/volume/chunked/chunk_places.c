@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where chunks are in files that hold many of them, and an index of these: all chunks that are to be
- * read are found before the first, side by side by several threads, in the order of the files, so
- * that each index is read once. */
+/* Where chunks are in files that hold many of them, and an index of these: all chunks that are to
+ * be read are found before the first, side by side by several threads, in the order of the files,
+ * so that each index is read once. */
 #include "chunked/chunks.h"
 
 #include <errno.h>

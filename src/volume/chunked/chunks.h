@@ -29,14 +29,15 @@ int sc_chunk_open_file(int directory, const char *name, uint64_t *bytes);
 /* Read bytes [begin, + bytes) of a file. @return false, with errno, 0 at the end of the file.
  * Threads: any. */
 bool sc_chunk_read_at(int fd, uint64_t begin, size_t bytes, unsigned char *out);
-/* Unpack in[in_bytes], a stream of zlib or gzip by its header, to out[most]. *bytes receives how many
- * bytes it held. @return false, with @p why, if it is damaged or holds more. Threads: any. */
+/* Unpack in[in_bytes], a stream of zlib or gzip by its header, to out[most]. *bytes receives how
+ * many bytes it held. @return false, with @p why, if it is damaged or holds more. Threads: any. */
 bool sc_chunk_inflate(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t most,
                       size_t *bytes, char why[SC_CHUNK_WHY_BYTES]);
-/* Open the directory @p name below the directory @p directory, which messages call @p path; the file
+/* Open the directory @p name below the directory @p directory, which messages call @p path; the
+ * file
  * @p from in it names it. No part of the name may be a link. @return SC_ERR_DATA for a name that
- * leads elsewhere, SC_ERR_MISSING if it is not there, SC_ERR_MEMORY. Caller owns *full, the path for
- * messages, also after an error, and *fd. */
+ * leads elsewhere, SC_ERR_MISSING if it is not there, SC_ERR_MEMORY. Caller owns *full, the path
+ * for messages, also after an error, and *fd. */
 sc_status sc_chunk_open_below(const sc_ctx *ctx, int directory, const char *path, const char *from,
                               const char *name, char **full, int *fd);
 /* Read the JSON file @p name, an object, below the directory @p directory, which messages call
@@ -50,7 +51,8 @@ sc_status sc_chunk_read_json(const sc_ctx *ctx, int directory, const char *path,
  * SC_ERR_DATA always. */
 sc_status sc_chunk_refuse_key(const sc_ctx *ctx, const char *path, const char *name,
                               const char *key, const char *expected);
-/* Read the first @p count entries of a list, finite numbers from @p least to @p most, to out[count].
+/* Read the first @p count entries of a list, finite numbers from @p least to @p most, to
+ * out[count].
  * @return false if there are fewer, or others. */
 bool sc_chunk_numbers(const json_t *list, int count, double least, double most, double *out);
 
@@ -133,9 +135,10 @@ typedef struct sc_chunked {
     const char *ending;     /* that the names of files may have beside their own; NULL: none */
     size_t chunk[3];        /* voxels of a chunk along x, y, z */
     size_t low[3], part[3]; /* the first voxel that is read, and how many: sc_chunked_begin */
-    size_t voxel_bytes, chunk_bytes, packed_bytes; /* of a chunk: unpacked, and the most as stored */
-    size_t room_bytes[2];                          /* that a thread needs to unpack it */
-    int threads;                                   /* that read side by side */
+    size_t voxel_bytes, chunk_bytes,
+        packed_bytes;     /* of a chunk: unpacked, and the most as stored */
+    size_t room_bytes[2]; /* that a thread needs to unpack it */
+    int threads;          /* that read side by side */
     sc_chunk_name_fn *name;
     sc_chunk_load_fn *load;
     const sc_chunk_finder *finder; /* NULL: each chunk is a file */
@@ -152,8 +155,8 @@ size_t sc_chunk_packed_most(size_t bytes);
 /* Set how many threads may read. @param more_bytes that each needs beside the sizes in @p chunked.
  * @return SC_ERR_SYSTEM, logged, if the limit of memory does not allow one. */
 sc_status sc_chunked_threads(const sc_ctx *ctx, double more_bytes, sc_chunked *chunked);
-/* Make @p source, of the whole array, one of the part that @p choice wants; check that it lies in no
- * more than SC_CHUNKS_MAX chunks, and fits into memory unless @p header_only; and set how many
+/* Make @p source, of the whole array, one of the part that @p choice wants; check that it lies in
+ * no more than SC_CHUNKS_MAX chunks, and fits into memory unless @p header_only; and set how many
  * slices of it are read at a time: those of whole layers of chunks, so that each chunk is unpacked
  * once. @return the errors of sc_source_take_part and sc_volume_memory_check. */
 sc_status sc_chunked_begin(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,

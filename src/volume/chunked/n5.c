@@ -7,8 +7,8 @@
 #include "formats/length_units.h"
 
 #include <dirent.h>
-#include <float.h>
 #include <fcntl.h>
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>

@@ -7,14 +7,15 @@
 
 enum { SHARD_CHUNKS_MAX = 1 << 22 };
 
-/* The array while its voxels are read: sc_source.data. A thread unpacks chunks to the first room. */
+/* The array while its voxels are read: sc_source.data. A thread unpacks chunks to the first room.
+ */
 typedef struct zarr_reading {
     sc_chunked chunked;
     sc_zarr_node node;
     sc_zarr_array array;
-    int axis[3];   /* the dimensions that are x, y, z; -1: z of a picture */
-    int time_axis; /* the dimension along which phases follow each other; -1: none */
-    size_t phase;  /* that which is read */
+    int axis[3];         /* the dimensions that are x, y, z; -1: z of a picture */
+    int time_axis;       /* the dimension along which phases follow each other; -1: none */
+    size_t phase;        /* that which is read */
     size_t shard_chunks; /* chunks of a file; 1 without shards */
 } zarr_reading;
 
@@ -79,7 +80,8 @@ static void want(const void *user, const size_t number[3], sc_chunk_wanted *out)
     for (int i = 0; i < a->rank; i++) {
         const size_t along = chunks_along(a, i);
 
-        out->file = out->file * (uint64_t)((a->shape[i] - 1) / a->file_shape[i] + 1) + at[i] / along;
+        out->file =
+            out->file * (uint64_t)((a->shape[i] - 1) / a->file_shape[i] + 1) + at[i] / along;
         out->chunk = out->chunk * along + at[i] % along;
     }
 }
@@ -100,8 +102,7 @@ static const char *find(const void *user, int fd, const sc_chunk_wanted *wanted,
         return sc_chunk_no_memory;
     if (!sc_chunk_read_at(fd, a->index_first ? 0 : *left - bytes, bytes, index))
         return "the index of the shard cannot be read";
-    if (a->index_crc &&
-        sc_zarr_crc32c(index, entries) != sc_number_at(index + entries, 4, false))
+    if (a->index_crc && sc_zarr_crc32c(index, entries) != sc_number_at(index + entries, 4, false))
         return "the check sum of the index of the shard is wrong";
     for (size_t i = 0; i < count; i++) {
         const unsigned char *entry = index + 16 * wanted[i].chunk;

@@ -112,8 +112,8 @@ sc_status sc_zarr_node_open_below(const sc_ctx *ctx, const sc_zarr_node *parent,
     SC_OWN(sc_zarr_node_clear)
     sc_zarr_node node = {.fd = -1, .version = parent->version == SC_ZARR_N5 ? SC_ZARR_N5 : 0};
 
-    SC_PASS(sc_chunk_open_below(ctx, parent->fd, parent->path, parent->attributes_name, name, &node.path,
-                                &node.fd));
+    SC_PASS(sc_chunk_open_below(ctx, parent->fd, parent->path, parent->attributes_name, name,
+                                &node.path, &node.fd));
     SC_PASS(read_node(ctx, &node));
     *out = node;
     node = (sc_zarr_node){.fd = -1};

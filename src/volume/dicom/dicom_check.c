@@ -8,9 +8,9 @@
 #include <string.h>
 
 enum {
-    META_AT = 132,      /* behind 128 bytes for other programs, and "DICM" */
-    UID_BYTES = 65,     /* with the terminator */
-    DEPTH_MAX = 16,     /* levels of sequences and items, of which segmentations have six */
+    META_AT = 132,     /* behind 128 bytes for other programs, and "DICM" */
+    UID_BYTES = 65,    /* with the terminator */
+    DEPTH_MAX = 16,    /* levels of sequences and items, of which segmentations have six */
     ELEMENT_COST = 256 /* bytes of memory that DCMTK takes for an attribute or an item */
 };
 #define UNDEFINED UINT32_MAX /* as a length: up to a delimiter */
@@ -33,7 +33,7 @@ typedef struct reader {
     FILE *file;
     coding coding;
     sc_packed_file *deflated; /* NULL: it is not */
-    uint64_t at, end;    /* place in the data set; its bytes, NO_END: not known */
+    uint64_t at, end;         /* place in the data set; its bytes, NO_END: not known */
     uint64_t elements;
 } reader;
 

@@ -23,11 +23,7 @@
 #define FRACTION_MOST SC_DICOM_TAG(0x0062, 0x000e)
 #define FRACTION_TYPE SC_DICOM_TAG(0x0062, 0x0010)
 
-enum {
-    FRAMES_MAX = 1 << 24,
-    SEGMENTS_MAX = 65536,
-    TYPE_BYTES = 32
-};
+enum { FRAMES_MAX = 1 << 24, SEGMENTS_MAX = 65536, TYPE_BYTES = 32 };
 
 /* How a frame holds what it shows. */
 typedef enum pixel_form {

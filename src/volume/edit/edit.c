@@ -110,8 +110,8 @@ typedef struct relabel_work {
     const int *map;
 } relabel_work;
 
-/* An sc_range_fn over voxels: replaces their ids. @p user is a relabel_work. What stays as it is, is
- * not written, so that pages of background alone are never touched. */
+/* An sc_range_fn over voxels: replaces their ids. @p user is a relabel_work. What stays as it is,
+ * is not written, so that pages of background alone are never touched. */
 static void relabel_range(void *user, size_t begin, size_t end, int thread)
 {
     const relabel_work *w = user;
@@ -263,7 +263,8 @@ sc_voxel_box sc_volume_box(const sc_volume *volume, const bool *which)
                 first++;
             if (first == size[0])
                 continue;
-            while (!(sc_volume_id(volume, row + (size_t)last) && which[sc_volume_id(volume, row + (size_t)last)]))
+            while (!(sc_volume_id(volume, row + (size_t)last) &&
+                     which[sc_volume_id(volume, row + (size_t)last)]))
                 last--;
             box.low[0] = first < box.low[0] ? first : box.low[0];
             box.high[0] = last > box.high[0] ? last : box.high[0];

@@ -210,8 +210,9 @@ sc_status sc_overlap_warn(const sc_ctx *ctx, const char *path, const sc_source *
         most = count->pairs.pairs[i].voxels > most->voxels ? &count->pairs.pairs[i] : most;
     if (most)
         SC_PASS(sc_text_add(ctx, &pair, ", most often as \"%s\" and not \"%s\" (%llu)",
-                           source->table.rows[most->winner].name,
-                           source->table.rows[most->loser].name, (unsigned long long)most->voxels));
+                            source->table.rows[most->winner].name,
+                            source->table.rows[most->loser].name,
+                            (unsigned long long)most->voxels));
     sc_warn(ctx, "%s: %llu voxel%s to several %s; each is shown as %s (overlap: %s)%s", path,
             (unsigned long long)count->voxels, count->voxels == 1 ? " belongs" : "s belong",
             source->mask_count ? "masks" : "segments", rules[rule->overlap].shown,

@@ -45,8 +45,8 @@ sc_status sc_read_header_bytes(const sc_ctx *ctx, const char *path, const char *
 
 bool sc_voxel_type_named(const char *name, const char *const *names, sc_voxel_type *out)
 {
-    static const char *const usual[SC_VOXEL_TYPES] = {"int8",   "uint8", "int16",  "uint16",
-                                                      "int32",  "uint32", "int64", "uint64",
+    static const char *const usual[SC_VOXEL_TYPES] = {"int8",    "uint8",  "int16", "uint16",
+                                                      "int32",   "uint32", "int64", "uint64",
                                                       "float32", "float64"};
 
     names = names ? names : usual;
@@ -141,7 +141,9 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
                                  "both into one directory, or "
                                  "save the volume as one file (.nrrd, .mha, .nii.gz)";
     const char *why = why_no_file(name), *outside = why_outside(name);
-    SC_OWN(sc_free_at) char *target = NULL, *own = NULL, *behind = NULL, *joined = NULL, *real = NULL;
+    SC_OWN(sc_free_at)
+    char *target = NULL,
+         *own = NULL, *behind = NULL, *joined = NULL, *real = NULL;
     const char *directories[2];
     struct stat info;
     bool below;
@@ -155,8 +157,9 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
     for (int i = 0; i < 2 && !real && directories[i]; i++) {
         sc_free(joined);
         joined = NULL;
-        SC_PASS(sc_path_join(ctx, *name == '/' || !strcmp(directories[i], ".") ? "" : directories[i],
-                            name, &joined));
+        SC_PASS(sc_path_join(ctx,
+                             *name == '/' || !strcmp(directories[i], ".") ? "" : directories[i],
+                             name, &joined));
         real = realpath(joined, NULL);
     }
     below = real && (is_below(real, directories[0]) || is_below(real, directories[1]));

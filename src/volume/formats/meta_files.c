@@ -41,10 +41,11 @@ static sc_status add_file(const sc_ctx *ctx, const char *header, const char *nam
     uint64_t bytes;
 
     if (files->count == (size_t)source->size[2])
-        return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: ElementDataFile names more than %zu files; expected one for each of the "
-                       "slices, of which DimSize tells %d",
-                       header, files->count, source->size[2]);
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s: ElementDataFile names more than %zu files; expected one for each of the "
+            "slices, of which DimSize tells %d",
+            header, files->count, source->size[2]);
     SC_PASS(sc_data_file(ctx, header, "ElementDataFile", name, &path, &bytes));
     if (slice_begin(files, bytes, slice_bytes) < 0)
         return sc_fail(ctx, SC_ERR_DATA,

@@ -35,8 +35,8 @@ static sc_status read_table(const sc_ctx *ctx, const char *path, const char *tex
 }
 
 /* Read the extensions one by one until one holds a label table. */
-static sc_status read_extensions(const sc_ctx *ctx, const char *path, sc_packed_file *file, uint64_t left,
-                                 bool swapped, sc_label_table *table)
+static sc_status read_extensions(const sc_ctx *ctx, const char *path, sc_packed_file *file,
+                                 uint64_t left, bool swapped, sc_label_table *table)
 {
     unsigned char head[HEAD_BYTES];
     bool found = false;

@@ -324,8 +324,8 @@ static sc_status open_rle(const amira *a, sc_source *source)
 static sc_status field_type(const amira *a, sc_voxel_type *out)
 {
     static const char *const names[SC_VOXEL_TYPES] = {
-        [SC_VOXEL_UINT8] = "byte", [SC_VOXEL_INT16] = "short", [SC_VOXEL_UINT16] = "ushort",
-        [SC_VOXEL_INT32] = "int",  [SC_VOXEL_UINT32] = "uint", [SC_VOXEL_FLOAT] = "float",
+        [SC_VOXEL_UINT8] = "byte",   [SC_VOXEL_INT16] = "short", [SC_VOXEL_UINT16] = "ushort",
+        [SC_VOXEL_INT32] = "int",    [SC_VOXEL_UINT32] = "uint", [SC_VOXEL_FLOAT] = "float",
         [SC_VOXEL_DOUBLE] = "double"};
     const char *name = strcmp(a->field.type, "int32") ? a->field.type : "int";
 

@@ -74,8 +74,8 @@ static sc_status parse_header(const sc_ctx *ctx, const char *path, fields *out)
     int32_t size;
     size_t count = 0;
 
-    SC_PASS(sc_read_header_bytes(ctx, path, "NIfTI", out->bytes, HEADER2_BYTES, HEADER1_BYTES,
-                                 &count));
+    SC_PASS(
+        sc_read_header_bytes(ctx, path, "NIfTI", out->bytes, HEADER2_BYTES, HEADER1_BYTES, &count));
     memcpy(&size, bytes, sizeof size);
     if (size == HEADER1_BYTES || size == 0x5c010000)
         fields_of_header1(bytes, size != HEADER1_BYTES, out);
@@ -92,8 +92,8 @@ static sc_status parse_header(const sc_ctx *ctx, const char *path, fields *out)
 static sc_status check_type(const sc_ctx *ctx, const char *path, const fields *f,
                             sc_voxel_type *out)
 {
-    static const int types[SC_VOXEL_TYPES] = {DT_INT8,   DT_UINT8, DT_INT16,  DT_UINT16,
-                                              DT_INT32,  DT_UINT32, DT_INT64, DT_UINT64,
+    static const int types[SC_VOXEL_TYPES] = {DT_INT8,    DT_UINT8,  DT_INT16, DT_UINT16,
+                                              DT_INT32,   DT_UINT32, DT_INT64, DT_UINT64,
                                               DT_FLOAT32, DT_FLOAT64};
 
     if (sc_voxel_type_coded(f->datatype, types, out)) {
@@ -276,8 +276,8 @@ static void scaling(const nifti_image *nim, sc_source *source)
     source->intercept = scaled && isfinite(nim->scl_inter) ? nim->scl_inter : 0;
 }
 
-/* Set size, encoding and skip_bytes of @p source, whose type and file are set, after a check that the
- * file can hold as many voxels as the header promises. @return SC_ERR_DATA, SC_ERR_MISSING. */
+/* Set size, encoding and skip_bytes of @p source, whose type and file are set, after a check that
+ * the file can hold as many voxels as the header promises. @return SC_ERR_DATA, SC_ERR_MISSING. */
 static sc_status find_voxels(const sc_ctx *ctx, const fields *f, const int64_t size[3],
                              sc_source *source)
 {

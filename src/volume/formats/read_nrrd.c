@@ -38,10 +38,9 @@ static sc_status teem_error(const sc_ctx *ctx, const char *path, int error)
  * no numbers. */
 static sc_status voxel_type(const sc_ctx *ctx, const char *path, int type, sc_voxel_type *out)
 {
-    static const int types[SC_VOXEL_TYPES] = {nrrdTypeChar,  nrrdTypeUChar, nrrdTypeShort,
-                                              nrrdTypeUShort, nrrdTypeInt,  nrrdTypeUInt,
-                                              nrrdTypeLLong, nrrdTypeULLong, nrrdTypeFloat,
-                                              nrrdTypeDouble};
+    static const int types[SC_VOXEL_TYPES] = {
+        nrrdTypeChar, nrrdTypeUChar, nrrdTypeShort,  nrrdTypeUShort, nrrdTypeInt,
+        nrrdTypeUInt, nrrdTypeLLong, nrrdTypeULLong, nrrdTypeFloat,  nrrdTypeDouble};
 
     if (sc_voxel_type_coded(type, types, out))
         return SC_OK;

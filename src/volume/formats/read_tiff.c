@@ -125,10 +125,16 @@ static sc_status voxel_type(const sc_ctx *ctx, const char *path, const page_form
                             sc_voxel_type *type)
 {
     enum { INTEGERS = SAMPLEFORMAT_INT << 8, NATURAL = SAMPLEFORMAT_UINT << 8 };
-    static const int types[SC_VOXEL_TYPES] = {
-        INTEGERS | 8,  NATURAL | 8,   INTEGERS | 16,  NATURAL | 16,
-        INTEGERS | 32, NATURAL | 32,  INTEGERS | 64,  NATURAL | 64,
-        SAMPLEFORMAT_IEEEFP << 8 | 32, SAMPLEFORMAT_IEEEFP << 8 | 64};
+    static const int types[SC_VOXEL_TYPES] = {INTEGERS | 8,
+                                              NATURAL | 8,
+                                              INTEGERS | 16,
+                                              NATURAL | 16,
+                                              INTEGERS | 32,
+                                              NATURAL | 32,
+                                              INTEGERS | 64,
+                                              NATURAL | 64,
+                                              SAMPLEFORMAT_IEEEFP << 8 | 32,
+                                              SAMPLEFORMAT_IEEEFP << 8 | 64};
 
     if (form->samples != 1)
         return sc_fail(ctx, SC_ERR_DATA,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Volumes of a file for each slice, and a directory of such: pictures, PNG or TIFF of one page, whose
- * names differ in their numbers alone. */
+/* Volumes of a file for each slice, and a directory of such: pictures, PNG or TIFF of one page,
+ * whose names differ in their numbers alone. */
 #include "source.h"
 
 #include "segcast/image.h"
@@ -216,7 +216,8 @@ static sc_status open_png(const sc_ctx *ctx, const char *file, sc_source *out)
 }
 
 /* Open slice @p i. Caller owns *out: sc_source_clear. */
-static sc_status open_slice(const sc_ctx *ctx, const sc_slice_files *files, size_t i, sc_source *out)
+static sc_status open_slice(const sc_ctx *ctx, const sc_slice_files *files, size_t i,
+                            sc_source *out)
 {
     const char *file = files->paths[i];
 
