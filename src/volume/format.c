@@ -40,16 +40,6 @@ static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
     return sc_packed_check(ctx, file);
 }
 
-bool sc_is_gzip(const char *path)
-{
-    static const unsigned char mark[2] = {0x1f, 0x8b};
-    unsigned char begin[2] = {0};
-    SC_OWN(sc_fclose_at) FILE *file = fopen(path, "rb");
-
-    return file && fread(begin, 1, sizeof begin, file) == sizeof begin &&
-           !memcmp(begin, mark, sizeof mark);
-}
-
 static bool starts_with(const head *h, const char *magic, size_t length)
 {
     return h->count >= length && !memcmp(h->bytes, magic, length);

@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <zlib.h>
 
 enum { PACKED_BYTES = 1 << 18, SKIP_BYTES = 1 << 16 };
@@ -18,6 +19,32 @@ struct sc_packed_file {
     z_stream z;
     unsigned char packed[PACKED_BYTES];
 };
+
+sc_status sc_open_input(const sc_ctx *ctx, const char *path, FILE **out)
+{
+    *out = fopen(path, "rbe");
+    return *out ? SC_OK : sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+}
+
+sc_status sc_input_bytes(const sc_ctx *ctx, const char *path, uint64_t *bytes)
+{
+    struct stat info;
+
+    if (stat(path, &info))
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+    *bytes = (uint64_t)info.st_size;
+    return SC_OK;
+}
+
+bool sc_is_gzip(const char *path)
+{
+    static const unsigned char mark[2] = {0x1f, 0x8b};
+    unsigned char begin[2] = {0};
+    SC_OWN(sc_fclose_at) FILE *file = fopen(path, "rb");
+
+    return file && fread(begin, 1, sizeof begin, file) == sizeof begin &&
+           !memcmp(begin, mark, sizeof mark);
+}
 
 /* Read more of the file behind what is left of p->packed. */
 static void fill(sc_packed_file *p)

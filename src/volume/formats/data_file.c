@@ -13,22 +13,6 @@
 
 enum { PATTERN_WIDTH_MAX = 100 };
 
-sc_status sc_open_input(const sc_ctx *ctx, const char *path, FILE **out)
-{
-    *out = fopen(path, "rbe");
-    return *out ? SC_OK : sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-}
-
-sc_status sc_input_bytes(const sc_ctx *ctx, const char *path, uint64_t *bytes)
-{
-    struct stat info;
-
-    if (stat(path, &info))
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    *bytes = (uint64_t)info.st_size;
-    return SC_OK;
-}
-
 sc_status sc_read_header_bytes(const sc_ctx *ctx, const char *path, const char *format, void *out,
                                size_t bytes, size_t least, size_t *count)
 {
@@ -142,8 +126,7 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
                                  "save the volume as one file (.nrrd, .mha, .nii.gz)";
     const char *why = why_no_file(name), *outside = why_outside(name);
     SC_OWN(sc_free_at)
-    char *target = NULL,
-         *own = NULL, *behind = NULL, *joined = NULL, *real = NULL;
+    char *target = NULL, *own = NULL, *behind = NULL, *joined = NULL, *real = NULL;
     const char *directories[2];
     struct stat info;
     bool below;
