@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where chunks are in files that hold many of them, and an index of these: all chunks that are to
- * be read are found before the first, side by side by several threads, in the order of the files,
- * so that each index is read once. */
+/* What went wrong with chunks, and where these are in files that hold many of them, and an index:
+ * all chunks that are to be read are found before the first, side by side by several threads, in
+ * the order of the files, so that each index is read once. */
 #include "chunked/chunks.h"
 
 #include <errno.h>
@@ -10,6 +10,48 @@
 #include <unistd.h>
 
 const char sc_chunk_no_memory[] = "out of memory";
+
+bool sc_chunk_note(sc_chunk_failure *failure, sc_status status, const char *why)
+{
+    if (failure->now < failure->chunk) {
+        failure->chunk = failure->now;
+        failure->status = status;
+        memcpy(failure->file, failure->key, sizeof failure->file);
+        snprintf(failure->why, sizeof failure->why, "%s", why);
+    }
+    return false;
+}
+
+bool sc_chunk_note_unopened(sc_chunk_failure *failure)
+{
+    return sc_chunk_note(
+        failure, errno == EACCES ? SC_ERR_MISSING : SC_ERR_DATA,
+        errno == ELOOP || errno == ENOTDIR || errno == EINVAL
+            ? "is no regular file; links in the directory of a volume are not followed"
+        : errno == EACCES ? "may not be read"
+                          : "cannot be opened");
+}
+
+sc_status sc_chunked_failed(const sc_ctx *ctx, const sc_chunked *chunked)
+{
+    const sc_chunk_failure *worst = chunked->failures;
+
+    for (int i = 1; i < chunked->threads; i++) {
+        if (chunked->failures[i].chunk < worst->chunk)
+            worst = &chunked->failures[i];
+    }
+    if (worst->chunk == SIZE_MAX)
+        return SC_OK;
+    return sc_fail(ctx, worst->status, "%s/%s: %s", chunked->path, worst->file, worst->why);
+}
+
+void sc_chunked_box(const sc_chunked *chunked, size_t first[3], size_t count[3])
+{
+    for (int i = 0; i < 3; i++) {
+        first[i] = chunked->low[i] / chunked->chunk[i];
+        count[i] = (chunked->low[i] + chunked->part[i] - 1) / chunked->chunk[i] - first[i] + 1;
+    }
+}
 
 /* The chunks while they are looked for. */
 typedef struct finding {

@@ -32,27 +32,6 @@ void sc_chunked_clear(sc_chunked *chunked)
     *chunked = (sc_chunked){0};
 }
 
-bool sc_chunk_note(sc_chunk_failure *failure, sc_status status, const char *why)
-{
-    if (failure->now < failure->chunk) {
-        failure->chunk = failure->now;
-        failure->status = status;
-        memcpy(failure->file, failure->key, sizeof failure->file);
-        snprintf(failure->why, sizeof failure->why, "%s", why);
-    }
-    return false;
-}
-
-bool sc_chunk_note_unopened(sc_chunk_failure *failure)
-{
-    return sc_chunk_note(
-        failure, errno == EACCES ? SC_ERR_MISSING : SC_ERR_DATA,
-        errno == ELOOP || errno == ENOTDIR || errno == EINVAL
-            ? "is no regular file; links in the directory of a volume are not followed"
-        : errno == EACCES ? "may not be read"
-                          : "cannot be opened");
-}
-
 /* Copy @p count values of @p each bytes, the first at @p from and the others @p step values apart;
  * @p swap: with their bytes reversed. */
 static void copy_values(const unsigned char *from, size_t step, size_t count, size_t each,
@@ -114,27 +93,6 @@ static void read_chunks(void *user, size_t begin, size_t end, int thread)
         if (chunked->load(chunked->user, &chunked->rooms[thread], number, failure, &chunk))
             copy_chunk(s, &chunk, low, high);
         failure->absent += chunk.absent;
-    }
-}
-
-sc_status sc_chunked_failed(const sc_ctx *ctx, const sc_chunked *chunked)
-{
-    const sc_chunk_failure *worst = chunked->failures;
-
-    for (int i = 1; i < chunked->threads; i++) {
-        if (chunked->failures[i].chunk < worst->chunk)
-            worst = &chunked->failures[i];
-    }
-    if (worst->chunk == SIZE_MAX)
-        return SC_OK;
-    return sc_fail(ctx, worst->status, "%s/%s: %s", chunked->path, worst->file, worst->why);
-}
-
-void sc_chunked_box(const sc_chunked *chunked, size_t first[3], size_t count[3])
-{
-    for (int i = 0; i < 3; i++) {
-        first[i] = chunked->low[i] / chunked->chunk[i];
-        count[i] = (chunked->low[i] + chunked->part[i] - 1) / chunked->chunk[i] - first[i] + 1;
     }
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Volumes of a file for each slice, and a directory of such: pictures, PNG or TIFF of one page,
- * whose names differ in their numbers alone. */
+/* A directory with a picture for each slice, PNG or TIFF of one page, whose names differ in their
+ * numbers alone. */
 #include "source.h"
 
 #include "segcast/image.h"
