@@ -76,8 +76,8 @@ sc_affine sc_phantom_geometry(const int size[3]);
 /** The labels of a phantom volume of @p size and where they lie, without making it: from a grid
  *  of at most 64 voxels along each axis, so that the bounding boxes are exact only to a voxel of
  *  that grid and the numbers of voxels are estimates. Size, threads and errors as of
- *  sc_phantom_volume. Caller owns *out: sc_label_scan_clear. */
+ *  sc_phantom_volume. Caller owns *out, which has tallies: sc_volume_clear. */
 SC_MUST_USE sc_status sc_phantom_scan_labels(const sc_ctx *ctx, const sc_phantom *phantom,
-                                             const int size[3], int threads, sc_label_scan *out);
+                                             const int size[3], int threads, sc_volume *out);
 
 #endif

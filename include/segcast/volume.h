@@ -42,15 +42,26 @@ typedef struct sc_label_table {
     size_t count, capacity; /**< in rows */
 } sc_label_table;
 
-/** A segmented volume; owns ids, labels and the tables. Zero-initialise; sc_volume_clear frees. */
+/** What one label of a volume covers. */
+typedef struct sc_label_tally {
+    uint64_t voxels;
+    int low[3],
+        high[3]; /**< bounding box in voxels, inclusive: x, y, z; low > high if there are none */
+} sc_label_tally;
+
+/** A segmented volume, or what is known of it without its voxels; owns ids, tallies, labels and the
+ *  tables. Zero-initialise; sc_volume_clear frees. */
 typedef struct sc_volume {
-    int size[3];      /**< voxels along x (fastest), y, z */
-    int label_bytes;  /**< width of a dense id: 1 for up to 256 labels, else 2 */
-    void *ids;        /**< dense ids, [size z][size y][size x]; id 0 is the label 0, background */
-    int label_count;  /**< background included: 1 to SC_LABELS_MAX */
-    sc_label *labels; /**< by dense id: background, then the other values in rising order */
-    sc_affine to_ras_mm; /**< voxel index (centres at whole numbers) -> patient mm, RAS+ */
-    bool oriented;       /**< false: the file does not say where left is; RAS was taken */
+    int size[3];     /**< voxels along x (fastest), y, z */
+    int label_bytes; /**< width of a dense id: 1 for up to 256 labels, else 2 */
+    void *ids;       /**< dense ids, [size z][size y][size x]; id 0 is the label 0, background;
+                          NULL: not in memory */
+    sc_label_tally *tallies; /**< [label_count], of a volume without ids whose voxels were looked
+                                at; else NULL */
+    int label_count;         /**< background included: 1 to SC_LABELS_MAX */
+    sc_label *labels;        /**< by dense id: background, then the other values in rising order */
+    sc_affine to_ras_mm;     /**< voxel index (centres at whole numbers) -> patient mm, RAS+ */
+    bool oriented;           /**< false: the file does not say where left is; RAS was taken */
     bool numbered; /**< the numbers of its labels are segcast's own: the file names tissues without
                         numbers, or gives one number to several */
     sc_label_table table;  /**< the rows of the file's own label table, as they stand there; none if
@@ -72,6 +83,12 @@ SC_MUST_USE sc_status sc_volume_memory_check(const sc_ctx *ctx, const char *path
 
 /** Free what the volume owns and set it to zero. A zeroed volume is allowed. */
 void sc_volume_clear(sc_volume *volume);
+/** @return the dense id of a voxel, by its place in the ids. */
+static inline uint32_t sc_volume_id(const sc_volume *volume, size_t voxel)
+{
+    return volume->label_bytes == 1 ? ((const uint8_t *)volume->ids)[voxel]
+                                    : ((const uint16_t *)volume->ids)[voxel];
+}
 /** @return the number of voxels, from the size alone. */
 size_t sc_volume_voxels(const sc_volume *volume);
 /** @return a hash of ids, label values, size and geometry, independent of names, colours and
@@ -173,8 +190,21 @@ SC_MUST_USE sc_status sc_phase_store_new(const sc_ctx *ctx, const char *folder,
 /** Free the store, and the file with it; NULL is allowed. */
 void sc_phase_store_free(sc_phase_store *store);
 
+/** What is kept of a volume file. */
+typedef enum sc_read_depth {
+    SC_READ_IDS,     /**< the voxels */
+    SC_READ_TALLIES, /**< what labels cover, from one pass over the voxels in bounded memory (a few
+                          MB; masks of a directory take up to 2.25 bytes for each voxel; NRRD files
+                          in a rare form, in encoding ascii, hex or bzip2, in several data files or
+                          counted from the end of a compressed file, are read whole by Teem first)
+                      */
+    SC_READ_HEADER   /**< the header: the labels are background and those that the file's own label
+                          table names, which need not occur in the voxels; damage behind the header
+                          is not noticed */
+} sc_read_depth;
 /** What of a volume file is read. Zeroed: all of it, in its finest resolution. */
 typedef struct sc_read_choice {
+    sc_read_depth depth;       /**< but for it, names, colours, warnings and errors are the same */
     sc_overlap overlap;        /**< of masks and segments */
     const char *overlap_names; /**< SC_OVERLAP_NAMES: names or globs (* ? [...]) of tissues, each
                                   ended by a newline; borrowed */
@@ -247,42 +277,6 @@ typedef struct sc_volume_series {
  *  the slowest. Two volumes are held at a time at most. @return the errors of make, too. */
 SC_MUST_USE sc_status sc_volume_save_series_nrrd(const sc_ctx *ctx, const sc_volume_series *series,
                                                  const char *path, bool replace);
-
-/** What one label of a volume covers. */
-typedef struct sc_label_tally {
-    uint64_t voxels;
-    int low[3],
-        high[3]; /**< bounding box in voxels, inclusive: x, y, z; low > high if there are none */
-} sc_label_tally;
-
-/** What can be known of a volume file without keeping its voxels; owns both members.
- *  Zero-initialise; sc_label_scan_clear frees. */
-typedef struct sc_label_scan {
-    sc_volume volume;        /**< ids is NULL */
-    sc_label_tally *tallies; /**< [volume.label_count]; NULL if the voxels were not read */
-} sc_label_scan;
-/** Free the volume and the tallies, and set the scan to zero. A zeroed scan is allowed. */
-void sc_label_scan_clear(sc_label_scan *scan);
-
-/** Find the labels of a volume file in one pass over its voxels, in bounded memory (a few MB).
- *  Masks of a directory take up to 2.25 bytes for each voxel.
- *  NRRD files in a rare form (encoding ascii, hex or bzip2; several data files; data counted
- *  from the end of a compressed file) are read whole by Teem first. Names, colours, warnings,
- *  errors and threads as of sc_volume_read: what the one refuses, the other refuses. Caller owns
- *  *out: sc_label_scan_clear. */
-SC_MUST_USE sc_status sc_volume_scan_labels(const sc_ctx *ctx, const char *path,
-                                            sc_label_scan *out);
-/** As sc_volume_scan_labels, of what sc_volume_read_by would read. */
-SC_MUST_USE sc_status sc_volume_scan_by(const sc_ctx *ctx, const char *path,
-                                        const sc_read_choice *choice, sc_label_scan *out);
-/** Read the header of a volume file only: tallies stays NULL. The labels are background and
- *  those that the file's own label table names, which need not occur in the voxels; damage
- *  behind the header is not noticed. Else as sc_volume_scan_labels. */
-SC_MUST_USE sc_status sc_volume_read_header(const sc_ctx *ctx, const char *path,
-                                            sc_label_scan *out);
-/** As sc_volume_read_header, of what sc_volume_read_by would read. */
-SC_MUST_USE sc_status sc_volume_read_header_by(const sc_ctx *ctx, const char *path,
-                                               const sc_read_choice *choice, sc_label_scan *out);
 
 /** How a label table is written: one label a line, XML, columns with headings, or JSON. */
 typedef enum sc_table_format {
@@ -361,7 +355,7 @@ sc_label *sc_volume_label(const sc_volume *volume, int64_t value);
  *  that the volume has not, or of 0, are ignored. */
 void sc_volume_apply_table(sc_volume *volume, const sc_label_table *table);
 /** Give @p volume also those labels of the rows that it has not, sorted in, and then apply the
- *  table. For a volume without voxels (sc_volume_read_header), since dense ids change; it has
+ *  table. For a volume without voxels (SC_READ_HEADER), since dense ids change; it has
  *  background at least. @return SC_ERR_MEMORY, the volume unchanged. */
 SC_MUST_USE sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume,
                                            const sc_label_table *table);
@@ -391,16 +385,11 @@ void sc_relabel_clear(sc_relabel *relabel);
  *  *out. */
 SC_MUST_USE sc_status sc_relabel_with(const sc_ctx *ctx, const sc_label *labels, int label_count,
                                       const sc_label_table *more, sc_relabel *out);
-/** Give a volume new labels. Takes the labels of @p relabel, which keeps its ids.
- *  @param threads as of sc_parallel_for. @return SC_ERR_MEMORY if ids have to become wider, for
- *  more labels than before; nothing has changed then. */
+/** Give a volume new labels: ids become others, and tallies are added up. Takes the labels of
+ *  @p relabel, which keeps its ids. @param threads as of sc_parallel_for. @return SC_ERR_MEMORY, of
+ *  ids if they have to become wider, for more labels than before; nothing has changed then. */
 SC_MUST_USE sc_status sc_volume_relabel(const sc_ctx *ctx, sc_volume *volume, sc_relabel *relabel,
                                         int threads);
-/** The same for what a scan has found: voxels are added up, and boxes united; and for its ids, if
- * it has some. @return SC_ERR_MEMORY, nothing changed. */
-SC_MUST_USE sc_status sc_label_scan_relabel(const sc_ctx *ctx, sc_label_scan *scan,
-                                            sc_relabel *relabel);
-
 /** Find for each row of a table the label that it names, by the words of the names
  *  (sc_words_of_name); of several rows of a name the first has the label. @param label_of
  *  [table->count] set to dense ids; 0: none. @param found how many rows have one. @return
@@ -428,19 +417,14 @@ typedef struct sc_voxel_box {
  *  inverse. */
 sc_voxel_box sc_voxels_between(const int size[3], const sc_affine *to_ras_mm,
                                const sc_vec3 corners[2]);
-/** Write the corners of the box along the axes of RAS, in mm, that holds a volume to @p low and
- *  @p high. */
-void sc_volume_extent(const int size[3], const sc_affine *to_ras_mm, sc_vec3 *low, sc_vec3 *high);
 /** @return the smallest box with all voxels of some labels. @param which [label_count] by dense id;
  * that of background is not read. One thread reads all ids. */
 sc_voxel_box sc_volume_box(const sc_volume *volume, const bool *which);
 /** Keep only the voxels of @p box, which lies within the volume and is not empty. The labels stay,
- * and each voxel stays where it was in patient space. */
+ * and each voxel stays where it was in patient space. Boxes of tallies are cut off at @p box; how
+ * many voxels labels have beyond it is not known, so that numbers stay what they were where a label
+ * reaches into the box, and become 0 where it does not. */
 void sc_volume_crop(sc_volume *volume, const sc_voxel_box *box);
-/** The same for what a scan has found: boxes of labels are cut off at @p box; how many voxels they
- *  have beyond it is not known, so that numbers stay what they were where a label reaches into the
- *  box, and become 0 where it does not. */
-void sc_label_scan_crop(sc_label_scan *scan, const sc_voxel_box *box);
 /** Write the colour that a label value has in the palette to @p rgb (sRGB). The palette has 24
  *  colours that sit together: about the same chroma, five steps of lightness, and as far apart as
  *  possible for everybody, the colour-blind included. Values from 1 to 24 have them in their order,

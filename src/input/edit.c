@@ -3,13 +3,9 @@
  * out, and parts cut off. The same is done to what a scan of the voxels has found. */
 #include "recipe.h"
 
-#include <string.h>
+#include "segcast/grey.h"
 
-/* @return labels, size and geometry of a recipe. */
-static sc_volume *volume_of(const sc_recipe *s)
-{
-    return s->volume ? s->volume : &s->scan->volume;
-}
+#include <string.h>
 
 /* ---- tissues ---- */
 
@@ -32,7 +28,7 @@ static sc_status make_plan(const sc_recipe *s, bool nothing, plan *out)
 {
     const sc_ctx *ctx = s->app->ctx;
 
-    *out = (plan){.count = volume_of(s)->label_count};
+    *out = (plan){.count = s->volume->label_count};
     SC_PASS(SC_ZALLOC(ctx, (size_t)out->count, &out->into));
     SC_PASS(SC_ZALLOC(ctx, (size_t)out->count, &out->names));
     for (int id = 0; id < out->count; id++)
@@ -45,11 +41,8 @@ static sc_status do_plan(const sc_recipe *s, const plan *p)
 {
     SC_OWN(sc_relabel_clear) sc_relabel relabel = {0};
 
-    SC_PASS(
-        sc_relabel_make(s->app->ctx, volume_of(s)->labels, p->count, p->into, p->names, &relabel));
-    if (s->volume)
-        return sc_volume_relabel(s->app->ctx, s->volume, &relabel, s->app->threads);
-    return sc_label_scan_relabel(s->app->ctx, s->scan, &relabel);
+    SC_PASS(sc_relabel_make(s->app->ctx, s->volume->labels, p->count, p->into, p->names, &relabel));
+    return sc_volume_relabel(s->app->ctx, s->volume, &relabel, s->app->threads);
 }
 
 /* Note in group[id] that the labels which row @p row of the job's tissues means become a part of
@@ -57,7 +50,7 @@ static sc_status do_plan(const sc_recipe *s, const plan *p)
 static sc_status group_labels(const sc_recipe *s, size_t row, size_t first, int *group)
 {
     const sc_volume_tissue *all = s->job->volume_tissues, *tissue = &all[row];
-    const sc_volume *v = volume_of(s);
+    const sc_volume *v = s->volume;
     const sc_prepared view = {.label_count = v->label_count, .labels = v->labels};
     const sc_pattern pattern = sc_pattern_of(tissue->pattern);
     const sc_match best = sc_pattern_match(v->labels, v->label_count, &pattern);
@@ -82,7 +75,7 @@ static sc_status group_labels(const sc_recipe *s, size_t row, size_t first, int 
 static sc_status plan_group(const sc_recipe *s, size_t first, const int *group, bool tell, plan *p)
 {
     const sc_volume_tissue *tissue = &s->job->volume_tissues[first];
-    const sc_label *labels = volume_of(s)->labels;
+    const sc_label *labels = s->volume->labels;
     int least = 0, parts = 0;
 
     for (int id = 1; id < p->count; id++) {
@@ -126,7 +119,7 @@ static sc_status check_kept(const sc_recipe *s, const sc_label *labels, int coun
  * the labels of the volume, and those that volume.merge would have made of them. */
 static sc_status check_kept_unmerged(const sc_recipe *s)
 {
-    const sc_volume *v = volume_of(s);
+    const sc_volume *v = s->volume;
     const size_t rows = s->job->volume_tissue_count;
     int count = v->label_count;
     SC_OWN(sc_free_at) sc_label *labels = NULL;
@@ -174,7 +167,7 @@ static sc_status merge_tissues(const sc_recipe *s)
 static sc_status keep_tissues(const sc_recipe *s)
 {
     const sc_volume_tissue *all = s->job->volume_tissues;
-    const sc_label *labels = volume_of(s)->labels;
+    const sc_label *labels = s->volume->labels;
     int kept = 0;
     SC_OWN(clear_plan) plan p = {0};
 
@@ -203,17 +196,16 @@ static sc_status keep_tissues(const sc_recipe *s)
 /* Find which labels have voxels: *out is bool[label_count]. Caller owns it: sc_free. */
 static sc_status find_present(const sc_recipe *s, void **out)
 {
-    const sc_volume *v = volume_of(s);
-    const size_t voxels = s->volume ? sc_volume_voxels(v) : 0;
+    const sc_volume *v = s->volume;
+    const size_t voxels = v->ids ? sc_volume_voxels(v) : 0;
     bool *present;
 
     SC_PASS(sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof *present, out));
     present = *out;
     for (size_t i = 0; i < voxels; i++)
-        present[v->label_bytes == 1 ? ((const uint8_t *)v->ids)[i]
-                                    : ((const uint16_t *)v->ids)[i]] = true;
-    for (int id = 0; id < v->label_count && s->scan && s->scan->tallies; id++)
-        present[id] = s->scan->tallies[id].voxels > 0;
+        present[sc_volume_id(v, i)] = true;
+    for (int id = 0; id < v->label_count && v->tallies; id++)
+        present[id] = v->tallies[id].voxels > 0;
     return SC_OK;
 }
 
@@ -222,7 +214,7 @@ static sc_status find_present(const sc_recipe *s, void **out)
 static sc_status tell_lost(const sc_recipe *s, const bool *before, const char *key,
                            const char *advice)
 {
-    const sc_volume *v = volume_of(s);
+    const sc_volume *v = s->volume;
     SC_OWN(sc_text_clear) sc_text names = {0};
     int lost = 0;
     SC_OWN(sc_free_at) void *after = NULL;
@@ -244,7 +236,7 @@ static sc_status tell_lost(const sc_recipe *s, const bool *before, const char *k
  * [label_count] of the volume, zeroed. */
 static sc_status find_shown(const sc_recipe *s, bool *shown)
 {
-    const sc_volume *v = volume_of(s);
+    const sc_volume *v = s->volume;
     const sc_job *job = s->job;
     SC_OWN(sc_free_at) bool *hidden = NULL;
 
@@ -272,16 +264,16 @@ enum {
  * if there are none. */
 static sc_status box_of_visible(const sc_recipe *s, sc_voxel_box *out, bool *empty)
 {
-    const sc_volume *v = volume_of(s);
+    const sc_volume *v = s->volume;
     sc_voxel_box box = {{v->size[0], v->size[1], v->size[2]}, {-1, -1, -1}};
     SC_OWN(sc_free_at) bool *shown = NULL;
 
     SC_PASS(SC_ZALLOC(s->app->ctx, (size_t)v->label_count, &shown));
     SC_PASS(find_shown(s, shown));
-    if (s->volume)
+    if (v->ids)
         box = sc_volume_box(v, shown);
-    for (int id = 1; id < v->label_count && s->scan; id++) {
-        const sc_label_tally *tally = &s->scan->tallies[id];
+    for (int id = 1; id < v->label_count && v->tallies; id++) {
+        const sc_label_tally *tally = &v->tallies[id];
 
         for (int axis = 0; axis < 3 && shown[id] && tally->voxels; axis++) {
             box.low[axis] = tally->low[axis] < box.low[axis] ? tally->low[axis] : box.low[axis];
@@ -310,20 +302,19 @@ static sc_status box_of_visible(const sc_recipe *s, sc_voxel_box *out, bool *emp
 /* Refuse a box in which a computed volume has no voxel. */
 static sc_status fail_outside(const sc_recipe *s)
 {
-    const sc_volume *v = volume_of(s);
-    sc_vec3 low, high;
-
-    sc_volume_extent(v->size, &v->to_ras_mm, &low, &high);
+    const sc_volume *v = s->volume;
+    const sc_box3 all = sc_grid_box_mm(v->size, &v->to_ras_mm);
     return sc_fail(s->app->ctx, SC_ERR_DATA,
                    "%s: box: the volume has no voxel in the box; it reaches from [%.4g, %.4g, "
                    "%.4g] to [%.4g, %.4g, %.4g] in RAS mm",
-                   s->job->volume_box_where, low.x, low.y, low.z, high.x, high.y, high.z);
+                   s->job->volume_box_where, all.low.x, all.low.y, all.low.z, all.high.x,
+                   all.high.y, all.high.z);
 }
 
 /* Leave what is visible, or, of a computed volume, what lies between two corners. */
 static sc_status crop_volume(const sc_recipe *s, bool to_visible)
 {
-    sc_volume *v = volume_of(s);
+    sc_volume *v = s->volume;
     const int before[3] = {v->size[0], v->size[1], v->size[2]};
     bool empty = false;
     sc_voxel_box box;
@@ -341,10 +332,7 @@ static sc_status crop_volume(const sc_recipe *s, bool to_visible)
     }
     if (s->tell)
         SC_PASS(find_present(s, &present));
-    if (s->volume)
-        sc_volume_crop(s->volume, &box);
-    else
-        sc_label_scan_crop(s->scan, &box);
+    sc_volume_crop(v, &box);
     if (s->tell)
         sc_info(s->app->ctx, "volume.box: %d x %d x %d of %d x %d x %d voxels are drawn",
                 v->size[0], v->size[1], v->size[2], before[0], before[1], before[2]);
@@ -357,15 +345,14 @@ static sc_status crop_volume(const sc_recipe *s, bool to_visible)
 
 /* Bring what a scan has found to another grid, about: how many voxels labels have there is only
  * known from the voxels. */
-static void scale_scan(sc_label_scan *scan, const int size[3], const sc_affine *to_ras_mm)
+static void scale_tallies(sc_volume *v, const int size[3], const sc_affine *to_ras_mm)
 {
-    sc_volume *v = &scan->volume;
     double ratio = 1;
 
     for (int i = 0; i < 3; i++)
         ratio *= (double)size[i] / v->size[i];
-    for (int id = 0; id < v->label_count && scan->tallies; id++) {
-        sc_label_tally *tally = &scan->tallies[id];
+    for (int id = 0; id < v->label_count && v->tallies; id++) {
+        sc_label_tally *tally = &v->tallies[id];
 
         for (int i = 0; i < 3 && tally->voxels; i++) {
             const double scale = (double)size[i] / v->size[i];
@@ -396,12 +383,12 @@ static bool may_vanish(const sc_label_tally *tally, const double scale[3])
  * many new voxels there are for an old one along each axis. */
 static sc_status tell_small(const sc_recipe *s, const double scale[3])
 {
-    const sc_volume *v = volume_of(s);
+    const sc_volume *v = s->volume;
     SC_OWN(sc_text_clear) sc_text names = {0};
     int small = 0;
 
-    for (int id = 1; id < v->label_count && s->scan->tallies; id++) {
-        if (may_vanish(&s->scan->tallies[id], scale))
+    for (int id = 1; id < v->label_count && v->tallies; id++) {
+        if (may_vanish(&v->tallies[id], scale))
             SC_PASS(sc_label_list_add(s->app->ctx, &names, (size_t)small++, &v->labels[id]));
     }
     if (small)
@@ -416,7 +403,7 @@ static sc_status tell_small(const sc_recipe *s, const double scale[3])
 static sc_status resample_volume(const sc_recipe *s)
 {
     const double *mm = s->job->volume_resample_mm;
-    sc_volume *v = volume_of(s);
+    sc_volume *v = s->volume;
     const sc_volume before = *v;
     const double old_bytes = (double)sc_volume_voxels(v) * v->label_bytes;
     SC_OWN(sc_free_at) void *present = NULL;
@@ -435,12 +422,12 @@ static sc_status resample_volume(const sc_recipe *s)
                 "%d of %.4g x %.4g x %.4g mm",
                 before.size[0], before.size[1], before.size[2], old_mm[0], old_mm[1], old_mm[2],
                 size[0], size[1], size[2], mm[0], mm[1], mm[2]);
-    if (s->scan) {
+    if (!v->ids) {
         for (int i = 0; i < 3; i++)
             scale[i] = (double)size[i] / before.size[i];
         if (s->tell)
             SC_PASS(tell_small(s, scale));
-        scale_scan(s->scan, size, &to_ras_mm);
+        scale_tallies(v, size, &to_ras_mm);
         return SC_OK;
     }
     SC_PASS(find_present(s, &present));
@@ -518,7 +505,8 @@ sc_status sc_read_choice_of(sc_recipe *r, sc_read_choice *out)
     const sc_app *app = r->app;
     const sc_job *job = r->job;
     const bool is_computed = sc_job_is_phantom(job->volume);
-    sc_read_choice choice = {.overlap = (sc_overlap)job->overlap,
+    sc_read_choice choice = {.depth = r->depth,
+                             .overlap = (sc_overlap)job->overlap,
                              .overlap_names = job->overlap_names,
                              .level = job->volume_level,
                              .phase = job->volume_phase,
@@ -553,7 +541,7 @@ sc_status sc_read_choice_of(sc_recipe *r, sc_read_choice *out)
 sc_status sc_edit_volume(sc_recipe *r)
 {
     const sc_job *job = r->job;
-    const bool knows_voxels = r->volume || r->scan->tallies;
+    const bool knows_voxels = r->volume->ids || r->volume->tallies;
 
     if (job->has_merge)
         SC_PASS(merge_tissues(r));

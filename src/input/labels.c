@@ -19,17 +19,18 @@ static bool has_names(const sc_volume *volume)
 sc_status sc_read_label_table(const sc_app *app, const char *path, sc_table_format format,
                               const sc_volume *volume, sc_label_table *out)
 {
-    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
+    const sc_read_choice header = {.phase = 1, .depth = SC_READ_HEADER};
+    SC_OWN(sc_volume_clear) sc_volume other = {0};
 
     if (!sc_input_is_volume(path))
         return sc_label_table_read(app->ctx, path, format, out);
-    SC_PASS(sc_volume_read_header_by(app->ctx, path, &(sc_read_choice){.phase = 1}, &scan));
-    for (int id = 1; id < scan.volume.label_count; id++)
-        SC_PASS(sc_label_table_add(app->ctx, out, &scan.volume.labels[id]));
+    SC_PASS(sc_volume_read_by(app->ctx, path, &header, &other));
+    for (int id = 1; id < other.label_count; id++)
+        SC_PASS(sc_label_table_add(app->ctx, out, &other.labels[id]));
     if (out->count == 0)
         return sc_fail(app->ctx, SC_ERR_DATA,
                        "%s: has no label table in its header; give a label table instead", path);
-    if (scan.volume.numbered && volume && !volume->numbered)
+    if (other.numbered && volume && !volume->numbered)
         return sc_fail(app->ctx, SC_ERR_DATA,
                        "%s: names its tissues without numbers, so that it is not known which "
                        "labels of another volume they are; give a label table instead",
@@ -93,24 +94,16 @@ static void warn_of_numbers(const sc_app *app, const sc_job *job, const sc_label
             source->path, job->volume, (long long)volume->labels[1].value, volume->labels[1].name);
 }
 
-/* Give the labels of a volume those of a relabelling. @param scan that @p volume is of, or NULL. */
-static sc_status relabel_volume(const sc_app *app, sc_relabel *relabel, sc_volume *volume,
-                                sc_label_scan *scan)
-{
-    return scan ? sc_label_scan_relabel(app->ctx, scan, relabel)
-                : sc_volume_relabel(app->ctx, volume, relabel, app->threads);
-}
-
 /* Give the labels of a volume the numbers of the rows that name them. @param label_of of
  * sc_label_table_match; set to the dense ids that they have then. */
 static sc_status renumber(const sc_app *app, const sc_label_source *source, int *label_of,
-                          sc_volume *volume, sc_label_scan *scan)
+                          sc_volume *volume)
 {
     SC_OWN(sc_relabel_clear) sc_relabel relabel = {0};
 
     SC_PASS(sc_relabel_by_table(app->ctx, volume->labels, volume->label_count, &source->table,
                                 label_of, &relabel));
-    SC_PASS(relabel_volume(app, &relabel, volume, scan));
+    SC_PASS(sc_volume_relabel(app->ctx, volume, &relabel, app->threads));
     for (size_t i = 0; i < source->table.count; i++)
         label_of[i] = relabel.to[label_of[i]];
     volume->numbered = false;
@@ -160,7 +153,7 @@ static sc_status match_labels(const sc_recipe *r, sc_label_source *source, sc_vo
         return SC_OK;
     }
     if (!r->is_fixed)
-        SC_PASS(renumber(app, source, label_of, volume, r->scan));
+        SC_PASS(renumber(app, source, label_of, volume));
     SC_PASS(tell_match(app, r->job, source, volume, label_of, found));
     if (volume->numbered)
         sc_label_table_number(volume->labels, label_of, &source->table);
@@ -310,15 +303,14 @@ static sc_status tell_unread(const sc_app *app, const sc_job *job, const sc_labe
 }
 
 /* Give a volume labels without voxels. */
-static sc_status add_labels(const sc_app *app, const sc_label_table *more, sc_volume *volume,
-                            sc_label_scan *scan)
+static sc_status add_labels(const sc_app *app, const sc_label_table *more, sc_volume *volume)
 {
     SC_OWN(sc_relabel_clear) sc_relabel relabel = {0};
 
     if (!more->count)
         return SC_OK;
     SC_PASS(sc_relabel_with(app->ctx, volume->labels, volume->label_count, more, &relabel));
-    return relabel_volume(app, &relabel, volume, scan);
+    return sc_volume_relabel(app->ctx, volume, &relabel, app->threads);
 }
 
 /* Let a volume that has no numbers of its own meet the table by names, those of its tissues
@@ -330,7 +322,7 @@ static sc_status meet_by_name(const sc_recipe *r, sc_label_source *source, sc_vo
     const sc_label_source nothing = {0};
 
     SC_PASS(find_absent(r->app, r->job, &nothing, volume, absent));
-    SC_PASS(add_labels(r->app, source->table.count ? &volume->absent : absent, volume, r->scan));
+    SC_PASS(add_labels(r->app, source->table.count ? &volume->absent : absent, volume));
     sc_label_table_clear(&volume->absent);
     return match_labels(r, source, volume);
 }
@@ -352,7 +344,7 @@ static sc_status name_known(const sc_recipe *r, sc_volume *volume, sc_label_sour
         SC_PASS(match_labels(r, source, volume));
     if (!r->is_fixed)
         SC_PASS(find_absent(app, job, source, volume, &more));
-    SC_PASS(add_labels(app, &more, volume, r->scan));
+    SC_PASS(add_labels(app, &more, volume));
     for (size_t i = 0; i < more.count; i++)
         SC_PASS(sc_label_table_add(app->ctx, &absent, &more.rows[i]));
     SC_PASS(warn_of_absent(app, job, &absent));
@@ -412,11 +404,11 @@ static sc_status name_unknown(const sc_recipe *r, sc_volume *volume, sc_label_so
 
 sc_status sc_name_labels(sc_recipe *r)
 {
-    sc_volume *volume = r->volume ? r->volume : &r->scan->volume;
+    sc_volume *volume = r->volume;
     SC_OWN(sc_label_source_clear) sc_label_source source = {0};
 
     SC_PASS(read_labels_of(r->app, r->job, volume, &source));
-    SC_PASS((r->volume || r->scan->tallies ? name_known : name_unknown)(r, volume, &source));
+    SC_PASS((volume->ids || volume->tallies ? name_known : name_unknown)(r, volume, &source));
     keep_source(r->app, r->job, volume, &source);
     return SC_OK;
 }

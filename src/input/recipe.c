@@ -31,11 +31,11 @@ static sc_status take_phantom(sc_recipe *r)
     int size[3];
 
     SC_PASS(sc_phantom_size(ctx, "volume", r->job->volume, size));
-    if (r->volume)
+    if (r->depth == SC_READ_IDS)
         SC_PASS(sc_volume_memory_check(ctx, r->job->volume, size, 0));
     SC_PASS(sc_phantom_new(ctx, &phantom));
-    return r->volume ? sc_phantom_volume(ctx, phantom, size, r->app->threads, r->volume)
-                     : sc_phantom_scan_labels(ctx, phantom, size, r->app->threads, r->scan);
+    return (r->depth == SC_READ_IDS ? sc_phantom_volume : sc_phantom_scan_labels)(
+        ctx, phantom, size, r->app->threads, r->volume);
 }
 
 sc_status sc_copy_prepared(const sc_ctx *ctx, const sc_prepared *from, sc_volume *out)
@@ -117,10 +117,7 @@ static sc_status take(sc_recipe *r)
     }
     if (sc_job_is_phantom(job->volume))
         return take_phantom(r);
-    if (r->volume)
-        return sc_volume_read_by(&ctx, job->volume, &choice, r->volume);
-    return (r->header_only ? sc_volume_read_header_by : sc_volume_scan_by)(&ctx, job->volume,
-                                                                           &choice, r->scan);
+    return sc_volume_read_by(&ctx, job->volume, &choice, r->volume);
 }
 
 /* SC_STEP_RESIZE */
@@ -169,14 +166,15 @@ static sc_status check_labels(const sc_recipe *r, const sc_volume *v)
  * the first error is shown. Those of a scan are looked for later. */
 static sc_status check(sc_recipe *r)
 {
-    const sc_volume *v = r->volume ? r->volume : &r->scan->volume;
+    const sc_volume *v = r->volume;
     bool one_error;
     sc_status status;
 
-    if (v->label_count == 1 && (r->volume || r->scan->tallies))
+    if (v->label_count == 1 && (v->ids || v->tallies))
         sc_warn(r->app->ctx, "%s: holds background only; there is nothing to see", r->job->volume);
     SC_PASS(check_labels(r, v));
-    if (r->scan || r->job->has_compare) /* another subject may have what this one lacks */
+    if (r->depth != SC_READ_IDS ||
+        r->job->has_compare) /* another subject may have what this one lacks */
         return SC_OK;
     one_error = r->app->terminal->one_error;
     r->app->terminal->one_error = false;
@@ -272,13 +270,13 @@ sc_status sc_name_mapped(const sc_app *app, const sc_job *job, const sc_input *i
 }
 
 sc_status sc_scan_labels(const sc_app *app, const sc_job *job, const sc_input *input,
-                         bool header_only, sc_label_scan *out)
+                         bool header_only, sc_volume *out)
 {
     sc_recipe r = {.app = app,
                    .job = job,
                    .input = input,
-                   .scan = out,
-                   .header_only = header_only,
+                   .volume = out,
+                   .depth = header_only ? SC_READ_HEADER : SC_READ_TALLIES,
                    .tell = true,
                    .done = DONE(SC_STEP_RESIZE) | DONE(SC_STEP_COLOR) | DONE(SC_STEP_HIDE)};
 

@@ -50,18 +50,17 @@ typedef enum sc_step {
     SC_STEP_HIDE,   /* what the job does not show, and decide how to prepare the rest */
     SC_STEP_COUNT
 } sc_step;
-/* A volume on its way. Either its voxels are known, or what a scan of them or a header tells. */
+/* A volume on its way. */
 typedef struct sc_recipe {
     const sc_app *app;
     const sc_job *job;
     const sc_input *input; /* what is given or held of it already */
-    sc_volume *volume;     /* with its voxels */
-    sc_label_scan *scan;   /* else; the other is NULL */
-    bool header_only;      /* of a scan: without the voxels */
-    bool is_fixed;         /* of a volume: it is mapped, so that its voxels do not change */
-    bool tell;             /* what is edited */
-    sc_edited *edited;     /* what SC_STEP_HIDE fills in; else NULL */
-    unsigned done;         /* the steps that were done before: bits by sc_step */
+    sc_volume *volume;
+    sc_read_depth depth; /* what is known of it: without ids the last steps are not done */
+    bool is_fixed;       /* of a volume: it is mapped, so that its voxels do not change */
+    bool tell;           /* what is edited */
+    sc_edited *edited;   /* what SC_STEP_HIDE fills in; else NULL */
+    unsigned done;       /* the steps that were done before: bits by sc_step */
 } sc_recipe;
 /* Do all steps that are not done. @return the first error, logged. */
 sc_status sc_recipe_follow(sc_recipe *r);
@@ -70,9 +69,9 @@ sc_status sc_recipe_follow(sc_recipe *r);
 sc_status sc_name_mapped(const sc_app *app, const sc_job *job, const sc_input *input,
                          sc_volume *labels);
 /* Find what is known of a volume that is not prepared without its voxels in memory, and name and
- * edit it. Caller owns *out, also after an error: sc_label_scan_clear. */
+ * edit it. Caller owns *out, also after an error: sc_volume_clear. */
 sc_status sc_scan_labels(const sc_app *app, const sc_job *job, const sc_input *input,
-                         bool header_only, sc_label_scan *out);
+                         bool header_only, sc_volume *out);
 /* On this rank alone: read the volume of a job, and hide what the job does not show of it, none if
  * input->measure. @param times the durations are added to it, unless NULL. @param out caller owns,
  * also after an error: sc_edited_clear. */
@@ -138,7 +137,7 @@ void sc_forget_volume_edits(sc_job *job);
  * SC_ERR_DATA, logged, for a level or a box of what is no file. */
 sc_status sc_read_choice_of(sc_recipe *r, sc_read_choice *out);
 /* Merge and leave out tissues of a volume, which has its names, and cut parts off, as the job says.
- * Without tallies of a scan nothing is cropped to what is visible. @return SC_ERR_DATA: the job
+ * Without ids and tallies nothing is cropped to what is visible. @return SC_ERR_DATA: the job
  * names tissues that are not there, all are logged, or a box outside of the volume; SC_ERR_MEMORY.
  */
 sc_status sc_edit_volume(sc_recipe *r);

@@ -180,18 +180,15 @@ static bool is_of_job(const search *s, const char *name)
     sc_segment segment = {0};
     sc_segment_info info;
     char path[SC_FILE_BYTES];
-    char *data = NULL;
-    bool ours = false;
+    SC_OWN(sc_free_at) char *data = NULL;
 
     sc_directory_path(s->place->directory, path, "segments/%s", name);
     if (strstr(name, ".part"))
         return sc_is_partial_of(path, s->identity);
-    if (sc_file_read(&silent, path, SC_SEGMENT_MAX_BYTES, &data, &segment.bytes) == SC_OK) {
-        segment.data = data;
-        ours = sc_segment_inspect(&segment, &info) && info.identity == s->identity;
-    }
-    sc_free(data);
-    return ours;
+    if (sc_file_read(&silent, path, SC_SEGMENT_MAX_BYTES, &data, &segment.bytes) != SC_OK)
+        return false;
+    segment.data = data;
+    return sc_segment_inspect(&segment, &info) && info.identity == s->identity;
 }
 
 /* A run that another one has replaced may still give a segment its name when that has completed the
@@ -284,20 +281,18 @@ sc_status sc_store_check_place(const sc_ctx *ctx, const sc_store_place *place, s
                                bool *more)
 {
     search s = {.place = place, .owned = owned};
-    sc_text partial = {0};
+    SC_OWN(sc_text_clear) sc_text partial = {0};
     const obstacle *first = NULL;
     int foreign = 0, named;
     sc_status status;
 
-    SC_TRY(check_video_name(ctx, place));
-    SC_TRY(sc_text_add(ctx, &partial, "%s", ""));
+    SC_PASS(check_video_name(ctx, place));
+    SC_PASS(sc_text_add(ctx, &partial, "%s", ""));
     if (strcmp(place->video, "none") != 0)
-        SC_TRY(sc_video_partial_name(ctx, place->video, &partial));
+        SC_PASS(sc_video_partial_name(ctx, place->video, &partial));
     status = find_obstacles(ctx, &s, partial.data);
-    if (status == SC_ERR_MISSING) /* what cannot be listed is an output */
-        status = SC_ERR_CREATE;
-    if (status != SC_OK)
-        goto out;
+    if (status != SC_OK) /* what cannot be listed is an output */
+        return status == SC_ERR_MISSING ? SC_ERR_CREATE : status;
     for (int i = 0; i < s.count; i++) {
         const bool ours = s.found[i].owner[0] && sc_file_lines_has(owned, s.found[i].owner);
 
@@ -309,16 +304,13 @@ sc_status sc_store_check_place(const sc_ctx *ctx, const sc_store_place *place, s
 
         if (foreign + s.others > 1)
             snprintf(rest, sizeof rest, " (and %d more)", foreign + s.others - 1);
-        status = sc_fail(ctx, SC_ERR_CREATE,
-                         "%s/%s%s: is %s that was not made by segcast, and in the way; choose "
-                         "another directory with -o, or move it away",
-                         place->directory, first->name, rest, first->what);
-        goto out;
+        return sc_fail(ctx, SC_ERR_CREATE,
+                       "%s/%s%s: is %s that was not made by segcast, and in the way; choose "
+                       "another directory with -o, or move it away",
+                       place->directory, first->name, rest, first->what);
     }
     named = owned->count;
     status = own_what_is_made(ctx, &s, partial.data);
     *more = owned->count > named;
-out:
-    sc_text_clear(&partial);
     return status;
 }

@@ -21,19 +21,17 @@ static sc_status read_one(const sc_ctx *ctx, void *user, const char *name)
 {
     const sc_ctx quiet = sc_quiet(ctx);
     manifest_reader *reader = user;
-    char *path = NULL;
-    sc_status status = SC_OK;
+    char path[SC_FILE_BYTES];
+    sc_status status;
 
     if (!sc_is_manifest_name(name))
         return SC_OK;
-    SC_TRY(sc_path_join(ctx, reader->directory, name, &path));
+    sc_directory_path(reader->directory, path, "%s", name);
     status = sc_manifest_read(&quiet, path, &reader->data);
-    if (status == SC_ERR_MISSING) {
-        status = SC_OK; /* the process that completed the job has removed it */
-        goto out;
-    }
+    if (status == SC_ERR_MISSING)
+        return SC_OK; /* the process that completed the job has removed it */
     if (!reader->data.head.known && strcmp(name, "manifest.jsonl") != 0)
-        goto out; /* not of segcast */
+        return status; /* not of segcast */
     reader->manifests++;
     if (!reader->data.head.known)
         snprintf(reader->problem, sizeof reader->problem, "%.40s: %.100s", name,
@@ -43,9 +41,14 @@ static sc_status read_one(const sc_ctx *ctx, void *user, const char *name)
                  "line %d of %.100s is not what was written", reader->data.damaged_line, name);
     if (!strcmp(name, "manifest.jsonl"))
         reader->closed = reader->data.closed;
-out:
-    sc_free(path);
     return status;
+}
+
+/* For SC_OWN. */
+static void clear_reader(manifest_reader *reader)
+{
+    sc_free(reader->data.lines);
+    sc_manifest_data_clear(&reader->data);
 }
 
 /* Set the report to damaged, for the given reason. */
@@ -113,38 +116,30 @@ static void count_frames(const sc_manifest_data *data, bool closed, const int *w
 sc_status sc_store_status(const sc_ctx *ctx, const char *directory, const int *wanted, int count,
                           sc_store_report *out)
 {
-    manifest_reader reader = {.directory = directory};
+    SC_OWN(clear_reader) manifest_reader reader = {.directory = directory};
     sc_store_report report = {.condition = SC_STORE_INCOMPLETE};
-    void *lines = NULL;
-    sc_status status;
 
     if (strlen(directory) > SC_DIRECTORY_MAX)
         return sc_fail(ctx, SC_ERR_MISSING, "%.60s...: the path is longer than %d bytes", directory,
                        SC_DIRECTORY_MAX);
-    SC_TRY(sc_each_file(ctx, directory, &reader, read_one));
-    if (reader.manifests == 0) {
-        status = sc_fail_no_run(ctx, directory);
-        goto out;
-    }
+    SC_PASS(sc_each_file(ctx, directory, &reader, read_one));
+    if (reader.manifests == 0)
+        return sc_fail_no_run(ctx, directory);
     report.frames = reader.data.head.frames;
     if (report.frames == 0) { /* that of the whole job, which is read last, is none */
         damaged(&report, "%s", reader.problem);
         *out = report;
-        goto out;
+        return SC_OK;
     }
     sc_manifest_data_clear(&reader.data);
-    SC_TRY(sc_zalloc(ctx, (size_t)report.frames, sizeof *reader.data.lines, &lines));
-    reader = (manifest_reader){.directory = directory,
-                               .data = {.lines = lines, .frames = report.frames}};
-    SC_TRY(sc_each_file(ctx, directory, &reader, read_one));
+    reader = (manifest_reader){.directory = directory, .data = {.frames = report.frames}};
+    SC_PASS(SC_ZALLOC(ctx, (size_t)report.frames, &reader.data.lines));
+    SC_PASS(sc_each_file(ctx, directory, &reader, read_one));
     count_frames(&reader.data, reader.closed, wanted, count, &report);
     if (reader.problem[0])
         damaged(&report, "%s", reader.problem);
     else if (reader.closed && reader.data.end.known)
         judge_closed(directory, &reader.data, &report);
     *out = report;
-out:
-    sc_manifest_data_clear(&reader.data);
-    sc_free(lines);
-    return status;
+    return SC_OK;
 }

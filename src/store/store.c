@@ -55,18 +55,15 @@ static sc_status find_manifest(const sc_ctx *ctx, void *user, const char *name)
 {
     const sc_ctx quiet = sc_quiet(ctx);
     manifest_search *search = user;
-    sc_manifest_data data = {.frames = 0};
+    SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = 0};
     char path[SC_FILE_BYTES];
     sc_status status;
-    bool known;
 
     sc_store_path(search->store, path, "%s", name);
     if (!sc_is_manifest_name(name))
         return SC_OK;
     status = sc_manifest_read_head(&quiet, path, &data);
-    known = status == SC_OK && data.head.known && !sc_head_has_no_hashes(&data.head);
-    sc_manifest_data_clear(&data);
-    if (!known)
+    if (status != SC_OK || !data.head.known || sc_head_has_no_hashes(&data.head))
         return sc_is_of_input(status) ? SC_OK : status;
     sc_store_manifest_path(search->store, path);
     search->any = true;
@@ -118,16 +115,19 @@ static sc_status set_directory(const sc_ctx *ctx, sc_store *store, const char *d
     return SC_OK;
 }
 
+/* For SC_OWN, of a store that was not opened. */
+static void clear_probe(sc_store *store)
+{
+    sc_manifest_data_clear(&store->data);
+}
+
 sc_status sc_store_check(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
                          const char *slice, sc_store_mode mode)
 {
-    sc_store probe = {.job = *job, .slice = slice};
-    sc_status status = set_directory(ctx, &probe, directory);
+    SC_OWN(clear_probe) sc_store probe = {.job = *job, .slice = slice};
 
-    if (status == SC_OK)
-        status = check(ctx, &probe, mode, false);
-    sc_manifest_data_clear(&probe.data);
-    return status;
+    SC_PASS(set_directory(ctx, &probe, directory));
+    return check(ctx, &probe, mode, false);
 }
 
 /* ---- before the volume is read ---- */
@@ -174,39 +174,34 @@ static sc_status note_begun(const sc_ctx *ctx, const sc_store *store, sc_store_b
 sc_status sc_store_begin(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
                          const char *slice, sc_store_mode mode, sc_store_begun *out)
 {
-    sc_store store = {.job = *job, .slice = slice};
-    sc_store_begun begun = {.numbers = {-1, -1, -1}};
+    SC_OWN(clear_probe) sc_store store = {.job = *job, .slice = slice};
+    SC_OWN(sc_store_unbegin) sc_store_begun begun = {.numbers = {-1, -1, -1}};
     char path[SC_FILE_BYTES];
     bool none, none_whole, may;
-    sc_status status;
 
-    SC_TRY(set_directory(ctx, &store, directory));
+    SC_PASS(set_directory(ctx, &store, directory));
     begun.made_directory = access(directory, F_OK) != 0;
     sc_store_manifest_path(&store, path);
-    SC_TRY(may_write_beside(ctx, path, &may, &none));
+    SC_PASS(may_write_beside(ctx, path, &may, &none));
     begun.may_write = may && mode == SC_STORE_RESUME;
     if (slice) { /* the records beside the manifest of a complete job are proven by that */
         sc_store_path(&store, path, "manifest.jsonl");
-        SC_TRY(may_write_beside(ctx, path, &may, &none_whole));
+        SC_PASS(may_write_beside(ctx, path, &may, &none_whole));
         begun.may_write = begun.may_write && none_whole;
         none = none && none_whole;
         sc_store_manifest_path(&store, path);
     }
     if (none) {
         /* First the check: what is noted as begun is removed after an error. */
-        SC_TRY(check(ctx, &store, mode, false));
-        SC_TRY(note_begun(ctx, &store, &begun));
-        SC_TRY(sc_make_directory(ctx, directory));
+        SC_PASS(check(ctx, &store, mode, false));
+        SC_PASS(note_begun(ctx, &store, &begun));
+        SC_PASS(sc_make_directory(ctx, directory));
         store.job.job_hash = store.job.volume_hash = 0;
-        SC_TRY(sc_manifest_create(ctx, path, &store.job, &store.data, NULL, false, NULL));
+        SC_PASS(sc_manifest_create(ctx, path, &store.job, &store.data, NULL, false, NULL));
         begun.may_write = true;
     }
-    *out = begun;
-    begun = (sc_store_begun){0};
-out:
-    sc_store_unbegin(&begun);
-    sc_manifest_data_clear(&store.data);
-    return status;
+    SC_HAND_OVER(begun, out);
+    return SC_OK;
 }
 
 void sc_store_unbegin(sc_store_begun *begun)

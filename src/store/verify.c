@@ -45,17 +45,21 @@ static sc_status find_head(const sc_ctx *ctx, const char *directory, head_search
     return status;
 }
 
+/* For SC_OWN. */
+static void clear_search(head_search *search)
+{
+    sc_manifest_data_clear(&search->data);
+}
+
 sc_status sc_store_identify(const sc_ctx *ctx, const char *directory, sc_store_job *job,
                             char *version)
 {
-    head_search search = {.directory = NULL};
+    SC_OWN(clear_search) head_search search = {.directory = NULL};
     const sc_manifest_head *head = &search.data.head;
-    const sc_status status = find_head(ctx, directory, &search);
 
-    if (status != SC_OK || !head->known) {
-        sc_manifest_data_clear(&search.data);
-        return status == SC_OK ? sc_fail_no_run(ctx, directory) : status;
-    }
+    SC_PASS(find_head(ctx, directory, &search));
+    if (!head->known)
+        return sc_fail_no_run(ctx, directory);
     snprintf(version, 64, "%s", head->version);
     job->version = version;
     job->job_hash = head->job_hash;
@@ -63,7 +67,6 @@ sc_status sc_store_identify(const sc_ctx *ctx, const char *directory, sc_store_j
     job->frames = head->frames;
     job->settings.width_px = head->size_px[0];
     job->settings.height_px = head->size_px[1];
-    sc_manifest_data_clear(&search.data);
     return SC_OK;
 }
 
@@ -130,20 +133,19 @@ static sc_status verify_video(const sc_ctx *ctx, const char *directory, const sc
 static sc_status verify_png_files(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
                                   sc_frame_line *lines)
 {
-    SC_OWN(sc_free_at) void *verified = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) bool *verified = NULL;
 
-    SC_PASS(sc_alloc(ctx, (size_t)job->frames, sizeof(bool), &verified));
+    SC_PASS(SC_ALLOC(ctx, (size_t)job->frames, &verified));
     sc_stage_begin(ctx, "verifying frames", 0, (uint64_t)job->frames);
-    status = sc_verify_png_files(ctx, directory, lines, job->frames, job->threads, verified);
-    for (int k = 0; k < job->frames && status == SC_OK; k++) {
-        if (!((bool *)verified)[k])
-            status = sc_fail(ctx, SC_ERR_DATA,
-                             "%s/frames/%06d.png: is missing, damaged, or not the picture of hash "
-                             "%016llx that the manifest names",
-                             directory, k, (unsigned long long)lines[k].done.hash);
+    SC_PASS(sc_verify_png_files(ctx, directory, lines, job->frames, job->threads, verified));
+    for (int k = 0; k < job->frames; k++) {
+        if (!verified[k])
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s/frames/%06d.png: is missing, damaged, or not the picture of hash "
+                           "%016llx that the manifest names",
+                           directory, k, (unsigned long long)lines[k].done.hash);
     }
-    return status;
+    return SC_OK;
 }
 
 /* Read the manifest of a finished job. @return SC_ERR_DATA if it is damaged, SC_ERR_INCOMPLETE if
@@ -209,9 +211,9 @@ sc_status sc_store_verify_records(const sc_ctx *ctx, const char *directory, sc_t
 sc_status sc_store_verify(const sc_ctx *ctx, const char *directory, const sc_store_job *job)
 {
     SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = job->frames};
-    SC_OWN(sc_free_at) void *lines = NULL;
+    SC_OWN(sc_free_at) sc_frame_line *lines = NULL;
 
-    SC_PASS(sc_zalloc(ctx, (size_t)job->frames, sizeof *data.lines, &lines));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)job->frames, &lines));
     data.lines = lines;
     SC_PASS(read_closed(ctx, directory, &data));
     for (int k = 0; k < job->frames; k++) {

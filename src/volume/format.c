@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Which reader a file needs, found by its first bytes, and what to do with files of other kinds. */
+#include "packed_file.h"
 #include "source.h"
 
 #include <errno.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
-#include <zlib.h>
 
 enum { HEAD_BYTES = 1024 };
 
@@ -23,9 +23,7 @@ typedef struct head {
 static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
 {
     struct stat info;
-    gzFile file;
-    int count;
-    sc_status status;
+    SC_OWN(sc_packed_close) sc_packed_file *file = NULL;
 
     if (stat(path, &info))
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
@@ -36,31 +34,10 @@ static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
                        path);
     if (info.st_size == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: is empty, expected a volume", path);
-    file = gzopen(path, "rb");
-    if (!file)
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    *out = (head){0};
-    count = gzread(file, out->bytes, HEAD_BYTES);
-    out->compressed = !gzdirect(file);
-    out->count = count > 0 ? (size_t)count : 0;
-    status = sc_gzip_status(file);
-    gzclose_r(file);
-    if (status == SC_ERR_MEMORY || status == SC_ERR_WRITE)
-        return sc_fail(ctx, status, "%s: cannot be read: %s", path,
-                       status == SC_ERR_MEMORY ? "out of memory" : "I/O error");
-    return SC_OK;
-}
-
-bool sc_is_gzip(const char *path)
-{
-    static const unsigned char mark[2] = {0x1f, 0x8b};
-    unsigned char begin[2] = {0};
-    FILE *file = fopen(path, "rb");
-    const bool is_read = file && fread(begin, 1, sizeof begin, file) == sizeof begin;
-
-    if (file)
-        fclose(file);
-    return is_read && !memcmp(begin, mark, sizeof mark);
+    SC_PASS(sc_packed_open(ctx, path, 0, SC_PACKING_GZIP, &file));
+    *out = (head){.compressed = sc_packed_is_packed(file)};
+    out->count = sc_packed_read(file, out->bytes, HEAD_BYTES);
+    return sc_packed_check(ctx, file);
 }
 
 static bool starts_with(const head *h, const char *magic, size_t length)
@@ -123,11 +100,12 @@ static bool is_dicom(const head *h)
     return !h->compressed && h->count >= 132 && !memcmp(h->bytes + 128, "DICM", 4);
 }
 
-/* The formats that can be read; the first whose probe accepts a file reads it. */
+/* The formats that can be read; the first whose probe accepts a file reads it. All leave the voxels
+ * in the file but NRRD, which has a function of another kind. */
 static const struct {
     bool (*probe)(const head *h);
-    sc_status (*open)(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
-} readers[] = {{is_dicom, sc_open_dicom}, {is_nrrd, sc_open_nrrd}, {is_nifti, sc_open_nifti},
+    sc_status (*open)(const sc_ctx *ctx, const char *path, sc_source *out);
+} readers[] = {{is_dicom, sc_open_dicom}, {is_nrrd, NULL},         {is_nifti, sc_open_nifti},
                {is_mgh, sc_open_mgh},     {is_tiff, sc_open_tiff}, {is_amira, sc_open_amira},
                {is_meta, sc_open_meta}};
 
@@ -359,7 +337,8 @@ static sc_status open_by_mark(const sc_ctx *ctx, const char *path, bool header_o
     which = reader_of(&h);
     if (which == SC_COUNT_OF(readers))
         return refuse_file(ctx, path, &h);
-    return readers[which].open(ctx, path, header_only, out);
+    return readers[which].open ? readers[which].open(ctx, path, out)
+                               : sc_open_nrrd(ctx, path, header_only, out);
 }
 
 sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)

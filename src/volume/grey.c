@@ -297,12 +297,6 @@ sc_status sc_grey_read(const sc_ctx *ctx, const char *path, const sc_grey_window
 
 /* ---- windows ---- */
 
-/* @return the dense id of voxel number @p i. */
-static int id_of(const sc_volume *v, size_t i)
-{
-    return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[i] : ((const uint16_t *)v->ids)[i];
-}
-
 /* Count the codes nearest to the centres of voxels of tissues, of every @p stride th voxel, in
  * counts[CODES]. @return how many were counted. */
 static uint64_t count_codes(const sc_grey *grey, const sc_volume *labels, const sc_affine *to_grey,
@@ -319,8 +313,8 @@ static uint64_t count_codes(const sc_grey *grey, const sc_volume *labels, const 
         const sc_vec3 p = sc_affine_point(to_grey, at);
         const double x = floor(p.x + 0.5), y = floor(p.y + 0.5), z = floor(p.z + 0.5);
 
-        if (!id_of(labels, i) || !(x >= 0 && x < grey->size[0]) || !(y >= 0 && y < grey->size[1]) ||
-            !(z >= 0 && z < grey->size[2]))
+        if (!sc_volume_id(labels, i) || !(x >= 0 && x < grey->size[0]) ||
+            !(y >= 0 && y < grey->size[1]) || !(z >= 0 && z < grey->size[2]))
             continue;
         counts[grey->codes[((size_t)z * (size_t)grey->size[1] + (size_t)y) * (size_t)grey->size[0] +
                            (size_t)x]]++;
@@ -351,19 +345,4 @@ sc_status sc_grey_auto_window(const sc_ctx *ctx, const sc_grey *grey, const sc_v
     out->level = (ends[0] + ends[1]) / 2;
     out->width = fmax(fabs(ends[1] - ends[0]), fabs(grey->per_code) * CODES / 1000);
     return SC_OK;
-}
-
-sc_box3 sc_grid_box_mm(const int size[3], const sc_affine *to_ras_mm)
-{
-    sc_box3 box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
-
-    for (int corner = 0; corner < 8; corner++) {
-        const sc_vec3 at = {corner & 1 ? size[0] - 0.5 : -0.5, corner & 2 ? size[1] - 0.5 : -0.5,
-                            corner & 4 ? size[2] - 0.5 : -0.5};
-        const sc_vec3 p = sc_affine_point(to_ras_mm, at);
-
-        box.low = (sc_vec3){fmin(box.low.x, p.x), fmin(box.low.y, p.y), fmin(box.low.z, p.z)};
-        box.high = (sc_vec3){fmax(box.high.x, p.x), fmax(box.high.y, p.y), fmax(box.high.z, p.z)};
-    }
-    return box;
 }

@@ -22,14 +22,14 @@ struct sc_phase_store {
 sc_status sc_phase_store_new(const sc_ctx *ctx, const char *folder, sc_phase_store **out)
 {
     sc_phase_store *store = NULL;
-    sc_status status;
+    sc_status status = SC_ZALLOC(ctx, 1, &store);
 
-    SC_TRY(SC_ZALLOC(ctx, 1, &store));
-    SC_TRY(sc_text_copy(ctx, folder, &store->folder));
-    *out = store;
-    store = NULL;
-out:
-    sc_phase_store_free(store);
+    if (status == SC_OK)
+        status = sc_text_copy(ctx, folder, &store->folder);
+    if (status == SC_OK)
+        *out = store;
+    else
+        sc_phase_store_free(store);
     return status;
 }
 

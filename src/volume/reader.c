@@ -183,8 +183,7 @@ static sc_status note_dicom(const sc_ctx *ctx, const char *directory, const char
  * its image. The names of files say nothing. @return also SC_ERR_MISSING if there is none or
  * several.
  */
-static sc_status open_dicom_in(const sc_ctx *ctx, const char *path, bool header_only,
-                               sc_source *out)
+static sc_status open_dicom_in(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     DIR *stream = opendir(path);
     const struct dirent *entry;
@@ -210,7 +209,7 @@ static sc_status open_dicom_in(const sc_ctx *ctx, const char *path, bool header_
         sc_info(ctx, "%s: of %zu DICOM files, %s is a segmentation, and read", path,
                 files.others + 1, files.first.data);
     if (status == SC_OK)
-        status = sc_open_dicom(ctx, files.first.data, header_only, out);
+        status = sc_open_dicom(ctx, files.first.data, out);
     sc_text_clear(&files.first);
     sc_text_clear(&files.last);
     return status;
@@ -298,7 +297,7 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
             SC_PASS(sc_open_masks(ctx, path, &source));
         source.threshold = choice->threshold;
         if (!source.slices && source.mask_count == 0)
-            SC_PASS(open_dicom_in(ctx, path, header_only, &source));
+            SC_PASS(open_dicom_in(ctx, path, &source));
     } else {
         SC_PASS(sc_open_file(ctx, path, header_only, &source));
     }
@@ -355,6 +354,15 @@ static void warn_of_channels(const sc_ctx *ctx, const char *path, const sc_sourc
                 path, source->phases);
 }
 
+/* Set what a volume has of its source, but for size and labels. */
+static void describe(const sc_source *source, sc_volume *volume)
+{
+    volume->to_ras_mm = sc_source_part_to_ras(source);
+    volume->oriented = source->oriented;
+    volume->numbered = source->numbered;
+    volume->is_part = source->is_part;
+}
+
 /* Move the table of a source to its volume, unless its numbers are segcast's own. */
 static void keep_table(sc_source *source, sc_volume *volume)
 {
@@ -364,45 +372,51 @@ static void keep_table(sc_source *source, sc_volume *volume)
     source->table = (sc_label_table){0};
 }
 
-/* Give a volume, and its tallies, the labels of those rows that took no voxels because they are
- * left out. */
+/* Give a volume the labels of those rows that took no voxels because they are left out. */
 static sc_status add_left_out(const sc_ctx *ctx, const sc_label_table *table,
-                              const sc_overlap_rule *rule, sc_volume *volume,
-                              sc_label_tally **tallies)
+                              const sc_overlap_rule *rule, sc_volume *volume)
 {
-    sc_label_scan scan = {.volume = *volume, .tallies = *tallies};
-    sc_label_table left_out = {0};
-    sc_relabel relabel = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_label_table_clear) sc_label_table left_out = {0};
+    SC_OWN(sc_relabel_clear) sc_relabel relabel = {0};
 
     for (size_t i = 0; rule->left_out && i < table->count; i++) {
         if (rule->left_out[i])
-            SC_TRY(sc_label_table_add(ctx, &left_out, &table->rows[i]));
+            SC_PASS(sc_label_table_add(ctx, &left_out, &table->rows[i]));
     }
     if (!left_out.count)
-        goto out;
-    SC_TRY(sc_relabel_with(ctx, volume->labels, volume->label_count, &left_out, &relabel));
-    status = sc_label_scan_relabel(ctx, &scan, &relabel);
-out:
-    *volume = scan.volume;
-    *tallies = scan.tallies;
-    sc_relabel_clear(&relabel);
-    sc_label_table_clear(&left_out);
-    return status;
+        return SC_OK;
+    SC_PASS(sc_relabel_with(ctx, volume->labels, volume->label_count, &left_out, &relabel));
+    return sc_volume_relabel(ctx, volume, &relabel, ctx->threads);
 }
 
-/* Read a whole file or directory: the volume, without ids unless @p keep_ids, and *tallies,
- * [label_count]. The caller owns both (sc_volume_clear, sc_free); both are untouched after an
- * error.
- */
-static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
-                             bool keep_ids, sc_volume *out, sc_label_tally **tallies)
+/* Fill *out by the header of a volume alone. */
+static sc_status read_header(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                             sc_volume *out)
 {
+    SC_OWN(sc_source_clear) sc_source source = {0};
+    SC_OWN(sc_volume_clear) sc_volume volume = {.label_count = 1};
+
+    SC_PASS(sc_open_source(ctx, path, choice, true, &source));
+    SC_PASS(SC_ZALLOC(ctx, 1, &volume.labels));
+    volume.labels[0].opacity = -1;
+    memcpy(volume.size, source.part, sizeof source.part);
+    describe(&source, &volume);
+    SC_PASS(sc_volume_add_labels(ctx, &volume, &source.table));
+    keep_table(&source, &volume);
+    SC_HAND_OVER(volume, out);
+    return SC_OK;
+}
+
+sc_status sc_volume_read_by(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                            sc_volume *out)
+{
+    const bool keep_ids = choice->depth == SC_READ_IDS;
     SC_OWN(sc_source_clear) sc_source source = {0};
     SC_OWN(sc_volume_clear) sc_volume volume = {0};
     SC_OWN(sc_overlap_rule_clear) sc_overlap_rule rule = {0};
-    SC_OWN(sc_free_at) sc_label_tally *found = NULL;
 
+    if (choice->depth == SC_READ_HEADER)
+        return read_header(ctx, path, choice, out);
     sc_stage_begin(ctx, "reading", 0, 0); /* some formats are unpacked as a whole before */
     SC_PASS(sc_open_source(ctx, path, choice, false, &source));
     if (keep_ids)
@@ -415,23 +429,17 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_
         SC_PASS(source.load(ctx, path, &rule, &source));
     else if (source.layers > 1)
         SC_PASS(sc_load_layers(ctx, path, &rule, &source));
-    SC_PASS(sc_read_labels(ctx, path, &source, keep_ids, &volume, &found));
-    volume.to_ras_mm = sc_source_part_to_ras(&source);
-    volume.oriented = source.oriented;
-    volume.numbered = source.numbered;
-    volume.is_part = source.is_part;
+    SC_PASS(sc_read_labels(ctx, path, &source, keep_ids, &volume));
+    describe(&source, &volume);
     sc_volume_apply_table(&volume, &source.table);
     warn_of_channels(ctx, path, &source, &volume);
     SC_PASS(sc_overlap_warn(ctx, path, &source, &rule, &volume));
     if (choice->overlaps)
         SC_PASS(sc_overlap_list_take(ctx, &source, choice->overlaps));
-    SC_PASS(add_left_out(ctx, &source.table, &rule, &volume, &found));
+    SC_PASS(add_left_out(ctx, &source.table, &rule, &volume));
     SC_PASS(note_absent(ctx, &source, &volume));
     keep_table(&source, &volume);
-    *out = volume;
-    *tallies = found;
-    volume = (sc_volume){0};
-    found = NULL;
+    SC_HAND_OVER(volume, out);
     return SC_OK;
 }
 
@@ -486,56 +494,4 @@ sc_status sc_volume_reads(const sc_ctx *ctx, const char *volume, const char *pat
 sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out)
 {
     return sc_volume_read_by(ctx, path, &(sc_read_choice){0}, out);
-}
-
-sc_status sc_volume_read_by(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
-                            sc_volume *out)
-{
-    SC_OWN(sc_free_at) sc_label_tally *tallies = NULL;
-
-    return read_voxels(ctx, path, choice, true, out, &tallies);
-}
-
-sc_status sc_volume_scan_labels(const sc_ctx *ctx, const char *path, sc_label_scan *out)
-{
-    return sc_volume_scan_by(ctx, path, &(sc_read_choice){0}, out);
-}
-
-sc_status sc_volume_scan_by(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
-                            sc_label_scan *out)
-{
-    sc_label_scan scan = {0};
-    const sc_status status = read_voxels(ctx, path, choice, false, &scan.volume, &scan.tallies);
-
-    if (status == SC_OK)
-        *out = scan;
-    return status;
-}
-
-sc_status sc_volume_read_header(const sc_ctx *ctx, const char *path, sc_label_scan *out)
-{
-    return sc_volume_read_header_by(ctx, path, &(sc_read_choice){0}, out);
-}
-
-sc_status sc_volume_read_header_by(const sc_ctx *ctx, const char *path,
-                                   const sc_read_choice *choice, sc_label_scan *out)
-{
-    SC_OWN(sc_source_clear) sc_source source = {0};
-    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
-    void *labels;
-
-    SC_PASS(sc_open_source(ctx, path, choice, true, &source));
-    SC_PASS(sc_zalloc(ctx, 1, sizeof(sc_label), &labels));
-    scan.volume = (sc_volume){.label_count = 1,
-                              .labels = labels,
-                              .to_ras_mm = sc_source_part_to_ras(&source),
-                              .oriented = source.oriented,
-                              .numbered = source.numbered,
-                              .is_part = source.is_part};
-    scan.volume.labels[0].opacity = -1;
-    memcpy(scan.volume.size, source.part, sizeof source.part);
-    SC_PASS(sc_volume_add_labels(ctx, &scan.volume, &source.table));
-    keep_table(&source, &scan.volume);
-    SC_HAND_OVER(scan, out);
-    return SC_OK;
 }

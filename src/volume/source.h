@@ -22,6 +22,7 @@ typedef enum sc_voxel_type {
     SC_VOXEL_FLOAT,
     SC_VOXEL_DOUBLE
 } sc_voxel_type;
+enum { SC_VOXEL_TYPES = SC_VOXEL_DOUBLE + 1 };
 
 /* How the voxels are stored in the file that holds them. */
 typedef enum sc_encoding {
@@ -50,7 +51,8 @@ typedef struct sc_overlap_count {
 
 struct sc_source;
 /* Unpack slices [first, first + count) of a source to @p out, x fastest, in the byte order that
- * source->swapped tells. The stream asks for them in rising order, each once. @return SC_ERR_DATA,
+ * source->swapped tells. The stream asks for them in rising order, each once, and for no more than
+ * source->slices at a time. @return SC_ERR_DATA,
  * SC_ERR_MISSING, SC_ERR_WRITE, SC_ERR_MEMORY, all logged under @p path or that of a file of the
  * volume. */
 typedef sc_status sc_slices_fn(const sc_ctx *ctx, const char *path, const struct sc_source *source,
@@ -129,13 +131,18 @@ static inline const char *sc_read_where(const sc_read_choice *choice, const char
 {
     return choice->where && choice->where[0] ? choice->where : path;
 }
-/* From now on the source has only the part that was wanted, since its voxels have just been loaded.
- */
-void sc_source_keep_part(sc_source *source);
+/* Let a source have the labels [part] in memory in the place of the voxels of its file, and only
+ * the part that was wanted. @param labels which the source owns now: sc_free. */
+void sc_source_set_labels(sc_source *source, sc_voxel_type type, void *labels);
 /* Set which voxels of a source are wanted, by its size and geometry. @return SC_ERR_DATA, logged,
  * for a box that lies outside, or in voxels reaches beyond them. */
 sc_status sc_source_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                         sc_source *source);
+/* Make a source of the whole volume, from which parts can be read alone, one of the part that is
+ * wanted. @param low receives its first voxel. @return the errors of sc_geometry_check and
+ * sc_source_cut. */
+sc_status sc_source_take_part(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                              int low[3], sc_source *source);
 /* Of a source of several phases, whose size is that of one: let it be of that which is chosen, and
  * fill the store of the choice where that saves time. @return SC_ERR_DATA, logged, for a phase that
  * the file has not, or if none is chosen; the errors of reading. */
@@ -167,10 +174,6 @@ void sc_name_warn(const sc_ctx *ctx, const char *path, const sc_name_count *coun
 
 /* Most bytes a volume may have once read, whatever its header claims. */
 #define SC_VOLUME_BYTES_MAX ((uint64_t)1 << 40)
-/* @return why reading a file failed that zlib reads: SC_ERR_MEMORY, SC_ERR_WRITE if the system
- * cannot read it, SC_ERR_DATA if it cannot be unpacked; SC_OK if it did not fail. */
-struct gzFile_s;
-sc_status sc_gzip_status(struct gzFile_s *file);
 /* A deflate stream cannot expand by more than this (zlib's technical details: 1032 to 1). */
 #define SC_DEFLATE_RATIO_MAX 1032.0
 
@@ -210,6 +213,21 @@ sc_status sc_name_pattern_write(const sc_ctx *ctx, const sc_name_pattern *patter
 /* Is the file @p path, by its path without links, in the directory @p folder or below it? */
 bool sc_is_below(const char *path, const char *folder);
 
+/* Open a file for reading. Caller owns *out: sc_fclose_at. @return SC_ERR_MISSING, logged. */
+sc_status sc_open_input(const sc_ctx *ctx, const char *path, FILE **out);
+/* Find how many bytes a file has. @return as sc_open_input. */
+sc_status sc_input_bytes(const sc_ctx *ctx, const char *path, uint64_t *bytes);
+/* Read the first @p bytes bytes of a file, unpacked if it is a gzip file, to @p out. *count is how
+ * many there are. @return SC_ERR_MISSING; SC_ERR_DATA for fewer than @p least, the bytes of a
+ * header of @p format; SC_ERR_MEMORY, SC_ERR_WRITE. */
+sc_status sc_read_header_bytes(const sc_ctx *ctx, const char *path, const char *format, void *out,
+                               size_t bytes, size_t least, size_t *count);
+/* Find which type @p name means, one of names[SC_VOXEL_TYPES], in the order of the types; NULL:
+ * int8 to uint64, float32, float64. @return false if it is none. */
+bool sc_voxel_type_named(const char *name, const char *const *names, sc_voxel_type *out);
+/* The same of a number; -1 stands for types that the format has not. */
+bool sc_voxel_type_coded(int code, const int codes[SC_VOXEL_TYPES], sc_voxel_type *out);
+
 /* Check that a file, which may be a gzip file, can hold @p needed bytes even if it is compressed as
  * well as possible. @return SC_ERR_DATA if not; SC_ERR_MISSING if it cannot be opened,
  * SC_ERR_MEMORY; all logged. */
@@ -223,13 +241,13 @@ sc_status sc_check_file_bytes(const sc_ctx *ctx, const char *path, double needed
  * @return SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_MEMORY, all logged. */
 sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
-sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
-sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
-sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, sc_source *out);
+sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, sc_source *out);
+sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, sc_source *out);
 /* A label field of Amira or Avizo. */
-sc_status sc_open_amira(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+sc_status sc_open_amira(const sc_ctx *ctx, const char *path, sc_source *out);
 /* A DICOM segmentation. */
-sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, sc_source *out);
 /* As the others, of a directory of Zarr or N5: sc_zarr_is_node, sc_n5_is_node. The source is the
  * part that @p read wants, of the level that it wants: SC_ERR_DATA also if there is no such level
  * or part. */
@@ -246,7 +264,7 @@ bool sc_is_hdf5(const char *path);
  * SC_ERR_SYSTEM if the program that reads it cannot be started. */
 sc_status sc_open_hdf5(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                        bool header_only, sc_source *out);
-sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+sc_status sc_open_meta(const sc_ctx *ctx, const char *path, sc_source *out);
 /* Check the header line of a choice, if it has one. *is_raw: it describes a file without a header,
  * as it names a type. @return SC_ERR_DATA, logged. */
 sc_status sc_header_check(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
@@ -281,6 +299,22 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
  * @return SC_ERR_DATA if two masks are of different grids or have the same name, or are more
  * than SC_LABELS_MAX - 1; the errors of sc_open_file. */
 sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out);
+/* A volume of a file for each slice. */
+typedef struct sc_slice_files {
+    char **paths; /* [count], in the order of the slices; owned, as each of them is */
+    size_t count, capacity;
+    /* Open a slice as a volume. Caller owns *out: sc_source_clear. */
+    sc_status (*open)(const sc_ctx *ctx, const struct sc_slice_files *files, size_t i,
+                      sc_source *out);
+    bool is_packed; /* of pictures: they are PNG; of MetaImage: each is a zlib stream, and */
+    int size[2];    /* columns and rows of each, */
+    sc_voxel_type type;
+    int64_t header_bytes; /* and as in sc_meta_series */
+} sc_slice_files;
+void sc_slice_files_clear(sc_slice_files *files);
+/* Let @p source, whose size and type are set, be read from the files, which it owns then: sets
+ * encoding, data, release, read_slices, slices, and data_files. @return SC_ERR_MEMORY. */
+sc_status sc_slice_files_use(const sc_ctx *ctx, sc_slice_files *files, sc_source *source);
 /* As sc_open_file, of a directory with a picture for each slice: PNG, or TIFF of one page, whose
  * names differ in their numbers. *out is not written if the directory
  * holds no such pictures. */
@@ -327,9 +361,31 @@ sc_status sc_overlap_count_begin(const sc_ctx *ctx, size_t rows, sc_overlap_coun
  * @return SC_ERR_MEMORY. */
 sc_status sc_overlap_add(const sc_ctx *ctx, size_t winner, size_t loser, uint64_t voxels,
                          sc_overlap_count *count);
-/* The same of all pairs: @p voxels [rows][rows] by winner and loser; NULL is allowed. */
-sc_status sc_overlap_add_all(const sc_ctx *ctx, const uint64_t *voxels, size_t rows,
-                             sc_overlap_count *count);
+
+/* Segments of a source that may overlap, while they are painted: the first pass counts their
+ * voxels, the second gives each voxel to one of them. Owns its arrays: sc_claims_clear. */
+typedef struct sc_claims {
+    const sc_ctx *ctx;
+    const char *path;
+    const sc_overlap_rule *rule;
+    sc_source *source;
+    size_t rows;      /* of the table: the segments */
+    bool by_number;   /* the order of segments is that of their numbers, not of the rows */
+    uint64_t *voxels; /* [rows]: how many each covers */
+    uint64_t *pairs;  /* [rows][rows]: voxels that the first took from the second; NULL: too many */
+    uint16_t *labels; /* [the part of the source that is wanted] */
+} sc_claims;
+/* Begin. @return SC_ERR_MEMORY, and SC_ERR_SYSTEM as sc_volume_memory_check; sc_claims_clear frees.
+ */
+sc_status sc_claims_begin(const sc_ctx *ctx, const char *path, const sc_overlap_rule *rule,
+                          sc_source *source, sc_claims *out);
+/* Note that the segment in row @p row covers a voxel that that in row @p before has so far. @return
+ * the row of the one that has it. */
+size_t sc_claims_settle(sc_claims *claims, size_t row, size_t before);
+/* When all voxels have been painted: put the labels in the place of the voxels of the source, and
+ * note what overlaps. @return SC_ERR_MEMORY. */
+sc_status sc_claims_end(sc_claims *claims);
+void sc_claims_clear(sc_claims *claims);
 void sc_overlap_count_clear(sc_overlap_count *count);
 /* Warn of tissues of which nothing is left because others cover them, and of overlaps. @param
  * volume that was made of the source. @return SC_ERR_MEMORY. */
@@ -346,6 +402,11 @@ enum {
     SC_BATCH_BYTES = 8 << 20 /* most bytes that sc_stream_next_raw delivers of a file that is
                                 streamed; few enough to stay in a cache */
 };
+
+/* Replace the ids of voxels by map[id]. @param bytes of an id, which become @p to_bytes, at least
+ * as many; *ids is replaced then. @return SC_ERR_MEMORY for wider ids, nothing changed. */
+sc_status sc_ids_map(const sc_ctx *ctx, size_t voxels, const int *map, int to_bytes, int threads,
+                     int *bytes, void **ids);
 
 /* Begin at the first voxel. @p source was filled with header_only false. @p path: the volume as
  * the user named it, for messages. Both are borrowed until sc_stream_close, as is @p ctx.
@@ -396,13 +457,12 @@ static inline void sc_stream_close_at(sc_voxel_stream **stream)
 
 /* One pass over the voxels of the wanted part, by ctx->threads threads; the result does not depend
  * on their number: the distinct labels, what they cover, and, if @p keep_ids, the voxels as dense
- * ids. Fills size, label_count, label_bytes, labels (values only) and ids (NULL without keep_ids)
- * of *volume and sets the rest to zero; *tallies is [label_count] by dense id. The caller owns both
- * (sc_volume_clear, sc_free); both are untouched after an error. Warns of what looks like a
- * grey-value image. @return the errors of sc_stream_next; SC_ERR_DATA for more than SC_LABELS_MAX
- * labels; SC_ERR_MEMORY. */
+ * ids. Fills size, label_count, label_bytes, labels (values only), and ids or, without
+ * keep_ids, tallies of *volume and sets the rest to zero. The caller owns it: sc_volume_clear; it
+ * is untouched after an error. Warns of what looks like a grey-value image. @return the errors of
+ * sc_stream_next; SC_ERR_DATA for more than SC_LABELS_MAX labels; SC_ERR_MEMORY. */
 sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *source,
-                         bool keep_ids, sc_volume *volume, sc_label_tally **tallies);
+                         bool keep_ids, sc_volume *volume);
 
 /* Measure the area on which every two labels of a volume touch across faces of voxels, background
  * left out, with up to @p threads threads. @param out [label_count][label_count], symmetric; the

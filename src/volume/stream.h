@@ -4,12 +4,11 @@
 #ifndef SC_VOLUME_STREAM_H
 #define SC_VOLUME_STREAM_H
 
+#include "packed_file.h"
 #include "source.h"
 
 #include <stdatomic.h>
 #include <stddef.h>
-#include <stdio.h>
-#include <zlib.h>
 
 /* The most bytes of a voxel. */
 enum { SC_VOXEL_BYTES_MAX = 8 };
@@ -18,15 +17,9 @@ struct sc_voxel_stream {
     const sc_ctx *ctx;
     const char *path;
     const sc_source *source;
-    size_t position; /* voxels delivered so far */
-    FILE *plain;     /* open for SC_ENCODING_PLAIN, and for the packed bytes of SC_ENCODING_ZLIB */
-    gzFile gzip;     /* open for SC_ENCODING_GZIP */
-    z_stream zlib;
-    bool zlib_open;        /* zlib is in use, and has to be ended */
-    bool zlib_end;         /* the end was read, its check sum right */
-    bool zlib_memory;      /* there was no memory to unpack */
-    unsigned char *packed; /* [PACKED_BYTES], of SC_ENCODING_ZLIB */
-    unsigned char *slab;   /* of SC_ENCODING_SLICES: the slices that were read last; owned */
+    size_t position;      /* voxels delivered so far */
+    sc_packed_file *file; /* of all encodings but SC_ENCODING_LOADED and SC_ENCODING_SLICES */
+    unsigned char *slab;  /* of SC_ENCODING_SLICES: the slices that were read last; owned */
     size_t slab_begin, slab_voxels; /* which voxels these are */
     unsigned char
         *batch; /* [SC_BATCH_BYTES], of sc_stream_next_raw; NULL until it is called; owned */

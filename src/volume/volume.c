@@ -7,6 +7,7 @@
 void sc_volume_clear(sc_volume *volume)
 {
     sc_free(volume->ids);
+    sc_free(volume->tallies);
     sc_free(volume->labels);
     sc_label_table_clear(&volume->table);
     sc_label_table_clear(&volume->absent);
@@ -44,13 +45,6 @@ uint64_t sc_volume_hash(const sc_volume *volume)
     for (int i = 0; i < volume->label_count; i++)
         hash = sc_hash_bytes(&volume->labels[i].value, sizeof(int64_t), hash);
     return sc_hash_bytes(volume->ids, sc_volume_voxels(volume) * (size_t)volume->label_bytes, hash);
-}
-
-void sc_label_scan_clear(sc_label_scan *scan)
-{
-    sc_volume_clear(&scan->volume);
-    sc_free(scan->tallies);
-    *scan = (sc_label_scan){0};
 }
 
 void sc_source_clear(sc_source *source)
@@ -167,43 +161,4 @@ sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const int size[
                 path, line_mm, line_mm * per_mm, i, 1 / per_mm, SC_EXTENT_MOST_VOXELS);
     }
     return SC_OK;
-}
-
-/* What the threads of sc_volume_hide share. */
-typedef struct hide_work {
-    sc_volume *volume;
-    uint16_t *becomes; /* [SC_LABELS_MAX]: the id by which each dense id is replaced */
-} hide_work;
-
-/* An sc_range_fn over voxels: replaces their ids. @p user is a hide_work. */
-static void hide_range(void *user, size_t begin, size_t end, int thread)
-{
-    const hide_work *w = user;
-
-    (void)thread;
-    if (w->volume->label_bytes == 1) {
-        uint8_t *ids = w->volume->ids;
-
-        for (size_t i = begin; i < end; i++)
-            ids[i] = (uint8_t)w->becomes[ids[i]];
-    } else {
-        uint16_t *ids = w->volume->ids;
-
-        for (size_t i = begin; i < end; i++)
-            ids[i] = w->becomes[ids[i]];
-    }
-}
-
-void sc_volume_hide(sc_volume *volume, const bool *hidden, int threads)
-{
-    uint16_t becomes[SC_LABELS_MAX];
-    hide_work w = {volume, becomes};
-    bool any = false;
-
-    for (int id = 0; id < volume->label_count; id++) {
-        becomes[id] = hidden[id] ? 0 : (uint16_t)id;
-        any = any || (id && hidden[id]);
-    }
-    if (any)
-        sc_parallel_for(threads, sc_volume_voxels(volume), 1 << 20, hide_range, &w);
 }

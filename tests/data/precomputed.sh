@@ -247,8 +247,8 @@ done <<'TABLE'
 65 gz_bomb .*\.gz: gzip: unpacks to more bytes than are expected
 65 br .*\.br: is packed in a way that is not read, expected chunks as they are, or packed by gzip
 65 link 500_500_1250/-.*: is no regular file; links in the directory of a volume are not followed
-65 scale_link scale_link/500_500_1250: is no directory, but .*/info names it; expected a directory, no link
-66 no_scale no_scale/500_500_1250: is not there, but .*/info names it
+65 scale_link scale_link/500_500_1250: is no directory, but .*/info: "key" of a scale names it; expected a directory, no link
+66 no_scale no_scale/500_500_1250: is not there, but .*/info: "key" of a scale names it
 65 blocks_cut compressed_segmentation: has fewer bytes than its blocks need
 65 blocks_word compressed_segmentation: has another first word than 1
 65 blocks_bits compressed_segmentation: has a block whose bits for each voxel are not 0, 1, 2, 4, 8, 16 or 32
@@ -270,7 +270,7 @@ done <<'TABLE'
 71 huge 7000 x 5000 x 2000 voxels take about .* GiB of memory, more than the limit .* --max-memory
 65 huge_chunks has chunks of up to 800000000000 bytes, expected at most
 65 many_chunks what is to be read lies in 2097152 chunks of 1 x 1 x 1 voxels, expected at most 1048576; choose a part
-65 parent "key" of a scale is "../raw/500_500_1250": outside the header's directory
+65 parent "key" of a scale names "../raw/500_500_1250": outside the header's directory
 65 names_parent "segment_properties" is "/etc": an absolute path
 65 mesh is of type "neuroglancer_legacy_mesh", expected "neuroglancer_multiscale_volume": meshes
 65 channels "num_channels" is not as expected: 1

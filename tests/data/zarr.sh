@@ -341,18 +341,18 @@ done <<'TABLE'
 65 wrong_codec.zarr wrong_codec.zarr/labels/cells/0/0/0/0: zstd: 
 65 raw_cut.zarr raw_cut.zarr/labels/cells/0/0/0/0: has 100 bytes of values, expected 2400
 65 raw_long.zarr 0/0/0: has 1073741824 bytes, more than a chunk of 2400 bytes can take
-65 small_chunks.zarr 0/0/0/0: unpacks to more bytes than the chunk has
+65 small_chunks.zarr 0/0/0/0: gzip: unpacks to more bytes than are expected
 65 negative.zarr \.zarray: "shape" is \[7,-50,60\], expected a number from 1 to 2147483647
 71 huge.zarr 2000 x 5000 x 7000 voxels take about .* GiB of memory, more than the limit .* --max-memory
 65 huge_chunks.zarr \.zarray: "chunks" is \[70000,50000,60000\], expected chunks of at most 2\^30 values
 65 many_chunks.zarr what is to be read lies in 100000000 chunks of 1 x 1 x 1 voxels, expected at most 1048576
 65 loop.zarr 0/1/1/1: is no regular file; links in the directory of a volume are not followed
 65 link.zarr 0/1/0/0: is no regular file; links in the directory of a volume are not followed
-65 label_link.zarr labels/cells: is no directory, but .*labels names it; expected a directory, no link
-65 parent.zarr metadata name ".*zstd.zarr/labels/cells": outside the header's directory
-65 absolute.zarr metadata name "/etc": an absolute path
-65 gone.zarr metadata name "no\\x1bne": not a name of a file
-66 no_level.zarr labels/cells/0: is not there, but .*labels/cells names it
+65 label_link.zarr labels/cells: is no directory, but .*labels/.z[a-z]* names it; expected a directory, no link
+65 parent.zarr \.z[a-z]* names ".*zstd.zarr/labels/cells": outside the header's directory
+65 absolute.zarr \.z[a-z]* names "/etc": an absolute path
+65 gone.zarr \.z[a-z]* names "no\\x1bne": not a name of a file
+66 no_level.zarr labels/cells/0: is not there, but .*labels/cells/.z[a-z]* names it
 66 no_meta.zarr labels/cells/0: holds neither zarr.json nor .zarray nor .zgroup
 65 no_json.zarr \.zarray:2: is no JSON: 
 65 mirrored.zarr labels/cells/\.zattrs: the "scale" of axis "y" is -[0-9.]*, expected the distance of voxels

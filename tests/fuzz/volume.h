@@ -29,24 +29,26 @@ static inline void fuzz_check_labels(const sc_volume *v)
  * also be read in part, and what is read twice is the same. */
 static inline void fuzz_read_volume(const char *path)
 {
-    SC_OWN(sc_label_scan_clear) sc_label_scan header = {0}, scan = {0};
+    SC_OWN(sc_volume_clear) sc_volume header = {0}, scan = {0};
     SC_OWN(sc_volume_clear) sc_volume volume = {0};
-    const sc_status read_header = sc_volume_read_header(&fuzz_ctx, path, &header);
-    const sc_status scanned = sc_volume_scan_labels(&fuzz_ctx, path, &scan);
+    const sc_status read_header =
+        sc_volume_read_by(&fuzz_ctx, path, &(sc_read_choice){.depth = SC_READ_HEADER}, &header);
+    const sc_status scanned =
+        sc_volume_read_by(&fuzz_ctx, path, &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan);
     const sc_status read = sc_volume_read(&fuzz_ctx, path, &volume);
 
     FUZZ_CHECK(read != SC_ERR_INTERNAL && read != SC_ERR_MEMORY);
     FUZZ_CHECK(read != SC_OK || (read_header == SC_OK && scanned == SC_OK));
     FUZZ_CHECK(scanned != SC_OK || read == SC_OK || read == SC_ERR_SYSTEM);
     if (read_header == SC_OK)
-        fuzz_check_labels(&header.volume);
+        fuzz_check_labels(&header);
     if (scanned == SC_OK)
-        fuzz_check_labels(&scan.volume);
+        fuzz_check_labels(&scan);
     if (read == SC_OK) {
         const size_t voxels = sc_volume_voxels(&volume);
 
         fuzz_check_labels(&volume);
-        FUZZ_CHECK(volume.label_count == scan.volume.label_count);
+        FUZZ_CHECK(volume.label_count == scan.label_count);
         for (size_t i = 0; i < voxels; i++)
             FUZZ_CHECK((volume.label_bytes == 1
                             ? ((uint8_t *)volume.ids)[i]

@@ -69,10 +69,12 @@ static void write_input(const parser *p, int n, int voxels, const char *path)
 /* Read the labels in the header of a volume, or the whole of one with so many labels. */
 static void read_header(const parser *p, const char *path)
 {
-    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
+    SC_OWN(sc_volume_clear) sc_volume scan = {0};
 
     sc_test_operations = 0;
-    assert_int_equal(sc_volume_read_header(&ctx, path, &scan), p->wanted);
+    assert_int_equal(
+        sc_volume_read_by(&ctx, path, &(sc_read_choice){.depth = SC_READ_HEADER}, &scan),
+        p->wanted);
 }
 
 static void read_volume(const parser *p, const char *path, int labels)

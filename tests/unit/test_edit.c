@@ -48,15 +48,15 @@ static int id_of(const sc_volume *v, int x, int y, int z)
 }
 
 /* Find what a scan of the voxels would. */
-static void scan_of(const sc_volume *v, sc_label_scan *out)
+static void scan_of(const sc_volume *v, sc_volume *out)
 {
     void *block;
 
-    *out = (sc_label_scan){.volume = *v};
-    out->volume.ids = NULL;
+    *out = *v;
+    out->ids = NULL;
     assert_ok(sc_alloc(&quiet, (size_t)v->label_count, sizeof(sc_label), &block));
     memcpy(block, v->labels, (size_t)v->label_count * sizeof(sc_label));
-    out->volume.labels = block;
+    out->labels = block;
     assert_ok(sc_zalloc(&quiet, (size_t)v->label_count, sizeof(sc_label_tally), &block));
     out->tallies = block;
     for (int id = 0; id < v->label_count; id++) {
@@ -79,10 +79,10 @@ static void scan_of(const sc_volume *v, sc_label_scan *out)
 }
 
 /* Compare what two scans have found of all tissues. */
-static void assert_same_scan(const sc_label_scan *a, const sc_label_scan *b)
+static void assert_same_scan(const sc_volume *a, const sc_volume *b)
 {
-    assert_int_equal(a->volume.label_count, b->volume.label_count);
-    for (int id = 1; id < a->volume.label_count; id++) {
+    assert_int_equal(a->label_count, b->label_count);
+    for (int id = 1; id < a->label_count; id++) {
         assert_int_equal(a->tallies[id].voxels, b->tallies[id].voxels);
         assert_memory_equal(a->tallies[id].low, b->tallies[id].low, sizeof a->tallies[id].low);
         assert_memory_equal(a->tallies[id].high, b->tallies[id].high, sizeof a->tallies[id].high);
@@ -100,7 +100,7 @@ TEST(labels_are_merged_and_left_out)
 
     for (int bytes = 1; bytes <= 2; bytes++) {
         SC_OWN(sc_relabel_clear) sc_relabel relabel = {0}, again = {0};
-        SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0}, expected = {0};
+        SC_OWN(sc_volume_clear) sc_volume scan = {0}, expected = {0};
         SC_OWN(sc_volume_clear) sc_volume v = {0}, before = {0};
 
         make_volume(bytes, &before);
@@ -120,7 +120,7 @@ TEST(labels_are_merged_and_left_out)
 
             assert_int_equal(id_of(&v, x, y, z), to[id_of(&before, x, y, z)]);
         }
-        assert_ok(sc_label_scan_relabel(&quiet, &scan, &again));
+        assert_ok(sc_volume_relabel(&quiet, &scan, &again, 1));
         scan_of(&v, &expected);
         assert_same_scan(&scan, &expected);
     }
@@ -160,7 +160,7 @@ TEST(what_is_cropped_stays_where_it_was)
 
     for (size_t b = 0; b < SC_COUNT_OF(boxes) * 2; b++) {
         const sc_voxel_box *box = &boxes[b / 2];
-        SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
+        SC_OWN(sc_volume_clear) sc_volume scan = {0};
         SC_OWN(sc_volume_clear) sc_volume v = {0}, before = {0};
 
         make_volume(1 + (int)(b % 2), &before);
@@ -180,9 +180,9 @@ TEST(what_is_cropped_stays_where_it_was)
         }
         for (int axis = 0; axis < 3; axis++)
             assert_int_equal(v.size[axis], box->high[axis] - box->low[axis] + 1);
-        sc_label_scan_crop(&scan, box);
-        assert_memory_equal(scan.volume.size, v.size, sizeof v.size);
-        assert_memory_equal(&scan.volume.to_ras_mm, &v.to_ras_mm, sizeof v.to_ras_mm);
+        sc_volume_crop(&scan, box);
+        assert_memory_equal(scan.size, v.size, sizeof v.size);
+        assert_memory_equal(&scan.to_ras_mm, &v.to_ras_mm, sizeof v.to_ras_mm);
         for (int id = 1; id < LABELS; id++) {
             for (int axis = 0; axis < 3 && scan.tallies[id].voxels; axis++) {
                 assert_in_range(scan.tallies[id].low[axis], 0, v.size[axis] - 1);

@@ -208,21 +208,23 @@ TEST(damaged_extensions_give_a_warning)
 
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         sc_ctx ctx = *listening_anew();
-        sc_label_scan scan = {0};
+        sc_volume scan = {0};
 
         write_nifti("f.nii", &cases[i].extension, 1);
-        assert_ok(sc_volume_read_header(&ctx, "f.nii", &scan));
-        assert_int_equal(scan.volume.label_count, 1);
-        sc_label_scan_clear(&scan);
+        assert_ok(
+            sc_volume_read_by(&ctx, "f.nii", &(sc_read_choice){.depth = SC_READ_HEADER}, &scan));
+        assert_int_equal(scan.label_count, 1);
+        sc_volume_clear(&scan);
         ctx = *listening_anew();
         ctx.level = SC_LOG_WARN;
-        assert_ok(sc_volume_scan_labels(&ctx, "f.nii", &scan));
-        assert_int_equal(scan.volume.label_count, 3);
+        assert_ok(
+            sc_volume_read_by(&ctx, "f.nii", &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
+        assert_int_equal(scan.label_count, 3);
         assert_int_equal(said.warnings, cases[i].message != NULL);
         if (cases[i].message && !strstr(said.text, cases[i].message) &&
             !strstr(said.text, "built without Expat"))
             fail_msg("case %zu: \"%s\", expected \"%s\"", i, said.text, cases[i].message);
-        sc_label_scan_clear(&scan);
+        sc_volume_clear(&scan);
     }
     unlink("f.nii");
 }
@@ -509,7 +511,7 @@ static void expect_voxels(const sc_volume *v, const char *values)
 
 TEST(masks_of_a_directory_become_labels_by_their_names)
 {
-    sc_label_scan scan = {0};
+    sc_volume scan = {0};
     sc_volume v = {0};
     bool reads = false;
 
@@ -530,14 +532,16 @@ TEST(masks_of_a_directory_become_labels_by_their_names)
     assert_near(v.to_ras_mm.m[0][3], 3, 1e-6);
     sc_volume_clear(&v);
     assert_non_null(strstr(said.text, "1 of 4 masks is empty: Spleen"));
-    assert_ok(sc_volume_scan_labels(&listening, "m.dir/", &scan));
-    assert_int_equal(scan.volume.label_count, 4);
+    assert_ok(sc_volume_read_by(&listening, "m.dir/", &(sc_read_choice){.depth = SC_READ_TALLIES},
+                                &scan));
+    assert_int_equal(scan.label_count, 4);
     assert_int_equal(scan.tallies[3].voxels, 3);
-    sc_label_scan_clear(&scan);
-    assert_ok(sc_volume_read_header(&listening, "m.dir", &scan));
-    assert_int_equal(scan.volume.label_count, 5);
-    assert_string_equal(scan.volume.labels[1].name, "Spleen");
-    sc_label_scan_clear(&scan);
+    sc_volume_clear(&scan);
+    assert_ok(
+        sc_volume_read_by(&listening, "m.dir", &(sc_read_choice){.depth = SC_READ_HEADER}, &scan));
+    assert_int_equal(scan.label_count, 5);
+    assert_string_equal(scan.labels[1].name, "Spleen");
+    sc_volume_clear(&scan);
     assert_ok(sc_volume_reads(&listening, "m.dir", "m.dir/liver.nrrd", &reads));
     assert_true(reads);
     assert_ok(sc_volume_reads(&listening, "m.dir", "m.dir/statistics.json", &reads));
@@ -790,7 +794,7 @@ TEST(a_box_of_layers_is_as_if_cut_off)
 /* As 3D Slicer writes them: it begins with 1 in each layer. */
 TEST(numbers_that_layers_share_are_given_anew)
 {
-    sc_label_scan scan = {0};
+    sc_volume scan = {0};
     SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     write_layers("f.seg.nrrd",
@@ -800,15 +804,17 @@ TEST(numbers_that_layers_share_are_given_anew)
     assert_ok(sc_volume_read(&listening, "f.seg.nrrd", &v));
     assert_int_equal(said.warnings, 1);
     expect_voxels(&v, "113302"); /* spleen is smaller than liver */
-    assert_ok(sc_volume_scan_labels(&listening, "f.seg.nrrd", &scan));
+    assert_ok(sc_volume_read_by(&listening, "f.seg.nrrd",
+                                &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
     assert_int_equal(scan.tallies[3].voxels, 2);
-    sc_label_scan_clear(&scan);
-    assert_ok(sc_volume_read_header(&listening, "f.seg.nrrd", &scan));
-    assert_int_equal(scan.volume.label_count, 4);
-    assert_int_equal(scan.volume.size[0], MASK_VOXELS);
-    assert_string_equal(scan.volume.labels[3].name, "spleen");
+    sc_volume_clear(&scan);
+    assert_ok(sc_volume_read_by(&listening, "f.seg.nrrd",
+                                &(sc_read_choice){.depth = SC_READ_HEADER}, &scan));
+    assert_int_equal(scan.label_count, 4);
+    assert_int_equal(scan.size[0], MASK_VOXELS);
+    assert_string_equal(scan.labels[3].name, "spleen");
     assert_non_null(strstr(said.text, "numbered anew"));
-    sc_label_scan_clear(&scan);
+    sc_volume_clear(&scan);
     unlink("f.seg.nrrd");
 }
 

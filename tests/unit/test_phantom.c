@@ -156,15 +156,15 @@ TEST(a_scan_finds_the_boxes_of_the_tissues)
 {
     const int size[3] = {156, 108, 162};
     sc_phantom *phantom;
-    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
+    SC_OWN(sc_volume_clear) sc_volume scan = {0};
     SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, &v));
     assert_ok(sc_phantom_scan_labels(&quiet, phantom, size, 2, &scan));
-    assert_memory_equal(scan.volume.size, v.size, sizeof v.size);
-    assert_memory_equal(&scan.volume.to_ras_mm, &v.to_ras_mm, sizeof v.to_ras_mm);
-    assert_int_equal(scan.volume.label_count, v.label_count);
+    assert_memory_equal(scan.size, v.size, sizeof v.size);
+    assert_memory_equal(&scan.to_ras_mm, &v.to_ras_mm, sizeof v.to_ras_mm);
+    assert_int_equal(scan.label_count, v.label_count);
     for (int id = 0; id < v.label_count; id++) {
         int low[3] = {size[0], size[1], size[2]}, high[3] = {-1, -1, -1};
 
@@ -176,7 +176,7 @@ TEST(a_scan_finds_the_boxes_of_the_tissues)
                 high[axis] = at[axis] > high[axis] ? at[axis] : high[axis];
             }
         }
-        assert_string_equal(scan.volume.labels[id].name, v.labels[id].name);
+        assert_string_equal(scan.labels[id].name, v.labels[id].name);
         assert_true(scan.tallies[id].voxels > 0);
         for (int axis = 0; axis < 3; axis++) {
             assert_in_range(scan.tallies[id].low[axis] + 4, low[axis], low[axis] + 8);

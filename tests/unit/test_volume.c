@@ -418,21 +418,23 @@ TEST(threads_do_not_change_what_is_read)
 {
     for (int packed = 0; packed < 2; packed++) {
         SC_OWN(sc_volume_clear) sc_volume first = {0};
-        SC_OWN(sc_label_scan_clear) sc_label_scan tallies = {0};
+        SC_OWN(sc_volume_clear) sc_volume tallies = {0};
 
         write_many(packed ? "gzip" : "raw", MANY);
         assert_ok(sc_volume_read(&quiet, "t.nrrd", &first));
-        assert_ok(sc_volume_scan_labels(&quiet, "t.nrrd", &tallies));
+        assert_ok(sc_volume_read_by(&quiet, "t.nrrd", &(sc_read_choice){.depth = SC_READ_TALLIES},
+                                    &tallies));
         assert_int_equal(first.label_bytes, 2);
         assert_true(first.label_count > 2000);
         for (int threads = 2; threads < 6; threads++) {
             sc_ctx ctx = quiet;
             SC_OWN(sc_volume_clear) sc_volume v = {0};
-            SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
+            SC_OWN(sc_volume_clear) sc_volume scan = {0};
 
             ctx.threads = threads;
             assert_ok(sc_volume_read(&ctx, "t.nrrd", &v));
-            assert_ok(sc_volume_scan_labels(&ctx, "t.nrrd", &scan));
+            assert_ok(sc_volume_read_by(&ctx, "t.nrrd", &(sc_read_choice){.depth = SC_READ_TALLIES},
+                                        &scan));
             assert_int_equal(v.label_count, first.label_count);
             assert_memory_equal(v.ids, first.ids, 2 * (size_t)MANY);
             for (int id = 0; id < v.label_count; id++)
@@ -796,19 +798,19 @@ TEST(whether_a_volume_reads_a_file_is_never_guessed)
  * header finds the label table. */
 static void expect_same_scan(const char *path)
 {
-    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0}, header = {0};
+    SC_OWN(sc_volume_clear) sc_volume scan = {0}, header = {0};
     SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_ok(sc_volume_read(&quiet, path, &v));
-    assert_ok(sc_volume_scan_labels(&quiet, path, &scan));
-    assert_ok(sc_volume_read_header(&quiet, path, &header));
-    assert_null(scan.volume.ids);
-    assert_memory_equal(scan.volume.size, v.size, sizeof v.size);
-    assert_memory_equal(header.volume.size, v.size, sizeof v.size);
-    assert_memory_equal(&scan.volume.to_ras_mm, &v.to_ras_mm, sizeof v.to_ras_mm);
-    assert_memory_equal(&header.volume.to_ras_mm, &v.to_ras_mm, sizeof v.to_ras_mm);
-    assert_int_equal(scan.volume.label_count, v.label_count);
-    assert_memory_equal(scan.volume.labels, v.labels, (size_t)v.label_count * sizeof *v.labels);
+    assert_ok(sc_volume_read_by(&quiet, path, &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
+    assert_ok(sc_volume_read_by(&quiet, path, &(sc_read_choice){.depth = SC_READ_HEADER}, &header));
+    assert_null(scan.ids);
+    assert_memory_equal(scan.size, v.size, sizeof v.size);
+    assert_memory_equal(header.size, v.size, sizeof v.size);
+    assert_memory_equal(&scan.to_ras_mm, &v.to_ras_mm, sizeof v.to_ras_mm);
+    assert_memory_equal(&header.to_ras_mm, &v.to_ras_mm, sizeof v.to_ras_mm);
+    assert_int_equal(scan.label_count, v.label_count);
+    assert_memory_equal(scan.labels, v.labels, (size_t)v.label_count * sizeof *v.labels);
     assert_null(header.tallies);
     for (int id = 0; id < v.label_count; id++) {
         sc_label_tally t = {0, {NX, NY, NZ}, {-1, -1, -1}};
@@ -898,20 +900,21 @@ TEST(a_header_and_a_table_name_labels_together)
                        {.value = 3, .name = "three", .opacity = -1},
                        {.value = 12, .name = "not this", .opacity = -1}};
     const sc_label_table table = {rows, SC_COUNT_OF(rows), SC_COUNT_OF(rows)};
-    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
+    SC_OWN(sc_volume_clear) sc_volume scan = {0};
     char data[VOXELS] = {0};
 
     write_file("t.nrrd",
                "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
                "Segment0_ID:=a\nSegment0_Name:=seven\nSegment0_LabelValue:=7\n\n",
                data, sizeof data, false);
-    assert_ok(sc_volume_read_header(&quiet, "t.nrrd", &scan));
-    assert_int_equal(scan.volume.label_count, 2);
-    assert_ok(sc_volume_add_labels(&quiet, &scan.volume, &table));
-    assert_int_equal(scan.volume.label_count, 4);
-    assert_string_equal(scan.volume.labels[1].name, "three");
-    assert_string_equal(scan.volume.labels[2].name, "seven");
-    assert_string_equal(scan.volume.labels[3].name, "twelve");
+    assert_ok(
+        sc_volume_read_by(&quiet, "t.nrrd", &(sc_read_choice){.depth = SC_READ_HEADER}, &scan));
+    assert_int_equal(scan.label_count, 2);
+    assert_ok(sc_volume_add_labels(&quiet, &scan, &table));
+    assert_int_equal(scan.label_count, 4);
+    assert_string_equal(scan.labels[1].name, "three");
+    assert_string_equal(scan.labels[2].name, "seven");
+    assert_string_equal(scan.labels[3].name, "twelve");
     unlink("t.nrrd");
 }
 
@@ -920,7 +923,7 @@ TEST(a_scan_needs_little_memory)
 {
     enum { SIDE = 512, MOST_BYTES = 16 << 20 };
     uint64_t before;
-    SC_OWN(sc_label_scan_clear) sc_label_scan scan = {0};
+    SC_OWN(sc_volume_clear) sc_volume scan = {0};
     FILE *file = fopen("t.nrrd", "wb");
 
     assert_non_null(file);
@@ -930,7 +933,8 @@ TEST(a_scan_needs_little_memory)
     assert_int_equal(ftruncate(fileno(file), ftell(file) + (off_t)SIDE * SIDE * SIDE / 2), 0);
     fclose(file);
     before = sc_peak_rss();
-    assert_ok(sc_volume_scan_labels(&quiet, "t.nrrd", &scan));
+    assert_ok(
+        sc_volume_read_by(&quiet, "t.nrrd", &(sc_read_choice){.depth = SC_READ_TALLIES}, &scan));
     assert_true(sc_peak_rss() - before < MOST_BYTES);
     assert_int_equal(scan.tallies[0].voxels, SIDE * SIDE * SIDE / 2);
     unlink("t.nrrd");

@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <string.h>
+#include <unistd.h>
 
 /* So many bytes of slices are read at a time, or one layer of chunks. */
 enum { SLICES_BYTES = 32 << 20 };
@@ -20,29 +21,15 @@ typedef struct chunk_slices {
 
 void sc_chunked_clear(sc_chunked *chunked)
 {
-    sc_free(chunked->failures);
-    *chunked = (sc_chunked){0};
-}
-
-bool sc_chunk_note(sc_chunk_failure *failure, sc_status status, const char *file, const char *why)
-{
-    if (failure->now < failure->chunk) {
-        failure->chunk = failure->now;
-        failure->status = status;
-        snprintf(failure->file, sizeof failure->file, "%s", file);
-        snprintf(failure->why, sizeof failure->why, "%s", why);
+    for (int i = 0; i < chunked->threads && chunked->rooms; i++) {
+        sc_free(chunked->rooms[i].packed);
+        sc_free(chunked->rooms[i].unpacked[0]);
+        sc_free(chunked->rooms[i].unpacked[1]);
     }
-    return false;
-}
-
-bool sc_chunk_note_unopened(sc_chunk_failure *failure, const char *file)
-{
-    return sc_chunk_note(
-        failure, errno == EACCES ? SC_ERR_MISSING : SC_ERR_DATA, file,
-        errno == ELOOP || errno == ENOTDIR || errno == EINVAL
-            ? "is no regular file; links in the directory of a volume are not followed"
-        : errno == EACCES ? "may not be read"
-                          : "cannot be opened");
+    sc_free(chunked->rooms);
+    sc_free(chunked->failures);
+    sc_free(chunked->places);
+    *chunked = (sc_chunked){0};
 }
 
 /* Copy @p count values of @p each bytes, the first at @p from and the others @p step values apart;
@@ -103,52 +90,123 @@ static void read_chunks(void *user, size_t begin, size_t end, int thread)
             high[i] = behind < s->high[i] ? behind : s->high[i];
         }
         failure->now = item;
-        if (chunked->load(chunked->user, thread, number, failure, &chunk))
+        if (chunked->load(chunked->user, &chunked->rooms[thread], number, failure, &chunk))
             copy_chunk(s, &chunk, low, high);
         failure->absent += chunk.absent;
     }
 }
 
-sc_status sc_chunked_read(const sc_ctx *ctx, sc_chunked *chunked, int first, int count, void *out)
+/* @return the place of a chunk among all that are read. */
+static size_t item_of(const sc_chunked *chunked, const size_t number[3])
 {
-    chunk_slices s = {.chunked = chunked, .out = out};
-    const sc_chunk_failure *worst = NULL;
-    size_t absent = 0;
-    void *block;
+    size_t first[3], count[3];
 
-    if (!chunked->failures) {
-        if (sc_zalloc(ctx, (size_t)chunked->threads, sizeof *chunked->failures, &block) != SC_OK)
-            return SC_ERR_MEMORY;
-        chunked->failures = block;
+    sc_chunked_box(chunked, first, count);
+    return ((number[2] - first[2]) * count[1] + number[1] - first[1]) * count[0] + number[0] -
+           first[0];
+}
+
+/* Open the file of the chunk that is being read, or the same name with chunked->ending. */
+static int open_stored(const sc_chunked *chunked, sc_chunk_failure *failure, uint64_t *bytes)
+{
+    const size_t length = strlen(failure->key);
+    int fd = sc_chunk_open_file(chunked->directory, failure->key, bytes);
+
+    if (fd < 0 && errno == ENOENT && chunked->ending && !chunked->places) {
+        snprintf(failure->key + length, sizeof failure->key - length, "%s", chunked->ending);
+        fd = sc_chunk_open_file(chunked->directory, failure->key, bytes);
     }
+    return fd;
+}
+
+bool sc_chunk_read_stored(const sc_chunked *chunked, const sc_chunk_room *room,
+                          const size_t number[3], sc_chunk_failure *failure, size_t *bytes)
+{
+    const sc_chunk_place *found =
+        chunked->places ? &chunked->places[item_of(chunked, number)] : NULL;
+    char why[SC_CHUNK_WHY_BYTES] = "";
+    sc_chunk_place place;
+    uint64_t file_bytes = 0;
+    sc_status status = SC_ERR_DATA;
+    int fd;
+
+    *bytes = SIZE_MAX;
+    if (found && found->bytes == UINT64_MAX)
+        return true;
+    chunked->name(chunked->user, number, failure->key);
+    fd = open_stored(chunked, failure, &file_bytes);
+    if (fd < 0)
+        return (errno == ENOENT && !found) || sc_chunk_note_unopened(failure);
+    place = found ? *found : (sc_chunk_place){0, file_bytes};
+    if (place.begin > file_bytes || place.bytes > file_bytes - place.begin) {
+        snprintf(why, sizeof why, "the index of the shard leads behind the end of the file");
+    } else if (place.bytes > chunked->packed_bytes) {
+        snprintf(why, sizeof why, "has %llu bytes, more than a chunk of %zu bytes can take",
+                 (unsigned long long)place.bytes, chunked->chunk_bytes);
+    } else if (!sc_chunk_read_at(fd, place.begin, (size_t)place.bytes, room->packed)) {
+        status = errno ? SC_ERR_WRITE : SC_ERR_DATA;
+        snprintf(why, sizeof why, "%s", errno ? "cannot be read: I/O error" : "has become shorter");
+    }
+    close(fd);
+    *bytes = (size_t)place.bytes;
+    return !why[0] || sc_chunk_note(failure, status, why);
+}
+
+/* Allocate what the threads work on, and find the chunks. What was allocated sc_chunked_clear
+ * frees. */
+static sc_status begin_rooms(const sc_ctx *ctx, sc_chunked *chunked)
+{
+    if (chunked->rooms)
+        return SC_OK;
+    SC_PASS(SC_ZALLOC(ctx, (size_t)chunked->threads, &chunked->failures));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)chunked->threads, &chunked->rooms));
+    for (int i = 0; i < chunked->threads; i++) {
+        SC_PASS(sc_alloc(ctx, chunked->packed_bytes, 1, &chunked->rooms[i].packed));
+        for (int k = 0; k < 2; k++) {
+            if (chunked->room_bytes[k])
+                SC_PASS(sc_alloc(ctx, chunked->room_bytes[k], 1, &chunked->rooms[i].unpacked[k]));
+        }
+        chunked->failures[i].chunk = SIZE_MAX;
+    }
+    return chunked->finder ? sc_chunked_find(ctx, chunked) : SC_OK;
+}
+
+sc_status sc_chunked_slices(const sc_ctx *ctx, const char *path, const sc_source *source, int first,
+                            int count, void *out)
+{
+    sc_chunked *chunked = source->data;
+    chunk_slices s = {.chunked = chunked, .out = out};
+    size_t absent = 0;
+
+    (void)path; /* messages name the file of the chunk */
+    SC_PASS(begin_rooms(ctx, chunked));
     for (int i = 0; i < 3; i++) {
         s.low[i] = chunked->low[i] + (i == 2 ? (size_t)first : 0);
         s.high[i] = s.low[i] + (i == 2 ? (size_t)count : chunked->part[i]);
         s.first_chunk[i] = s.low[i] / chunked->chunk[i];
         s.grid[i] = (s.high[i] - 1) / chunked->chunk[i] - s.first_chunk[i] + 1;
     }
-    for (int i = 0; i < chunked->threads; i++)
-        chunked->failures[i].chunk = SIZE_MAX;
     sc_parallel_for(chunked->threads, s.grid[0] * s.grid[1] * s.grid[2], 1, read_chunks, &s);
     chunked->done += s.grid[0] * s.grid[1] * s.grid[2];
-    for (int i = 0; i < chunked->threads; i++) {
+    SC_PASS(sc_chunked_failed(ctx, chunked));
+    for (int i = 0; i < chunked->threads; i++)
         absent += chunked->failures[i].absent;
-        if (!worst || chunked->failures[i].chunk < worst->chunk)
-            worst = &chunked->failures[i];
-    }
-    if (worst->chunk == SIZE_MAX) {
-        if (absent && (size_t)first + (size_t)count == chunked->part[2])
-            sc_info(ctx, "%s: %zu of %zu chunks are not there; they count as %s", chunked->path,
-                    absent, chunked->done, chunked->absent);
-        return SC_OK;
-    }
-    return sc_fail(ctx, worst->status, "%s/%s: %s", chunked->path, worst->file, worst->why);
+    if (absent && (size_t)first + (size_t)count == chunked->part[2])
+        sc_info(ctx, "%s: %zu of %zu chunks are not there; they count as %s", chunked->path, absent,
+                chunked->done, chunked->absent);
+    return SC_OK;
 }
 
-sc_status sc_chunked_threads(const sc_ctx *ctx, double chunk_bytes, double needed_bytes,
-                             sc_chunked *chunked)
+size_t sc_chunk_packed_most(size_t bytes)
+{
+    return bytes + bytes / 8 + 65536; /* more than any codec adds to what it cannot compress */
+}
+
+sc_status sc_chunked_threads(const sc_ctx *ctx, double more_bytes, sc_chunked *chunked)
 {
     const double limit = (double)ctx->memory_max_bytes, gib = 1024.0 * 1024 * 1024;
+    const double needed_bytes = (double)chunked->packed_bytes + (double)chunked->room_bytes[0] +
+                                (double)chunked->room_bytes[1] + more_bytes;
 
     chunked->threads = ctx->threads > 1 ? ctx->threads : 1;
     while (chunked->threads > 1 && limit > 0 && chunked->threads * needed_bytes > limit / 4)
@@ -157,7 +215,7 @@ sc_status sc_chunked_threads(const sc_ctx *ctx, double chunk_bytes, double neede
         return sc_fail(ctx, SC_ERR_SYSTEM,
                        "%s: has chunks of %s, more than the limit of memory of %s; "
                        "raise it where there is more memory: --max-memory %.0fG",
-                       chunked->path, sc_size_text(chunk_bytes, (char[24]){0}),
+                       chunked->path, sc_size_text((double)chunked->chunk_bytes, (char[24]){0}),
                        sc_size_text(limit, (char[24]){0}), ceil(needed_bytes / gib));
     return SC_OK;
 }
@@ -176,39 +234,37 @@ static void choose_slices(const sc_chunked *chunked, sc_source *source)
         source->first_slices = (int)(slices - (int64_t)(chunked->low[2] % chunked->chunk[2]));
 }
 
-sc_status sc_chunked_count_check(const sc_ctx *ctx, const char *path, const sc_chunked *chunked)
+/* Check that the part does not lie in more than SC_CHUNKS_MAX chunks. */
+static sc_status check_count(const sc_ctx *ctx, const char *path, const sc_chunked *chunked)
 {
-    double count = 1;
+    size_t first[3], count[3];
+    double chunks = 1;
 
-    for (int i = 0; i < 3; i++) {
-        const size_t first = chunked->low[i] / chunked->chunk[i];
-        const size_t last = (chunked->low[i] + chunked->part[i] - 1) / chunked->chunk[i];
-
-        count *= (double)(last - first + 1);
-    }
-    if (count <= SC_CHUNKS_MAX)
+    sc_chunked_box(chunked, first, count);
+    for (int i = 0; i < 3; i++)
+        chunks *= (double)count[i];
+    if (chunks <= SC_CHUNKS_MAX)
         return SC_OK;
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: what is to be read lies in %.0f chunks of %zu x %zu x %zu voxels, expected "
                    "at most %d; choose a part (volume.box) or a coarser level (volume.level), or "
                    "write it anew with larger chunks",
-                   path, count, chunked->chunk[0], chunked->chunk[1], chunked->chunk[2],
+                   path, chunks, chunked->chunk[0], chunked->chunk[1], chunked->chunk[2],
                    SC_CHUNKS_MAX);
 }
 
-sc_status sc_chunked_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
-                         sc_chunked *chunked, sc_source *source)
+sc_status sc_chunked_begin(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                           bool header_only, sc_chunked *chunked, sc_source *source)
 {
-    SC_PASS(sc_geometry_check(ctx, path, source->size, &source->to_ras_mm));
-    SC_PASS(sc_source_cut(ctx, path, choice, source));
-    source->to_ras_mm = sc_source_part_to_ras(source);
+    int low[3];
+
+    SC_PASS(sc_source_take_part(ctx, path, choice, low, source));
     for (int i = 0; i < 3; i++) {
-        chunked->low[i] = (size_t)source->low[i];
+        chunked->low[i] = (size_t)low[i];
         chunked->part[i] = (size_t)source->part[i];
-        source->is_part = source->is_part || source->part[i] < source->size[i];
-        source->size[i] = source->part[i];
-        source->low[i] = 0;
     }
     choose_slices(chunked, source);
-    return SC_OK;
+    if (!header_only) /* what has no chunk at all may promise a tebibyte */
+        SC_PASS(sc_volume_memory_check(ctx, path, source->size, 0));
+    return check_count(ctx, path, chunked);
 }

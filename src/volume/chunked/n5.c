@@ -2,11 +2,13 @@
 /* Which dataset of a store of N5 is shown, what attributes say of its geometry, and the header of
  * its blocks. Levels of resolution are datasets s0, s1, ... of one group, as n5-viewer, Paintera,
  * BigDataViewer and CellMap write them; attributes name x first. */
+#include "bytes.h"
 #include "chunked/zarr.h"
 #include "formats/length_units.h"
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -22,23 +24,14 @@ enum {
 /* Log what is wrong with the attribute @p key. @return SC_ERR_DATA always. */
 static sc_status refuse(const sc_ctx *ctx, const char *path, const char *key, const char *expected)
 {
-    return sc_fail(ctx, SC_ERR_DATA, "%s/attributes.json: \"%s\" is not as expected: %s", path, key,
-                   expected);
+    return sc_chunk_refuse_key(ctx, path, "attributes.json", key, expected);
 }
 
 /* Read a list of @p count numbers to out[count]; @p positive: all above 0. A longer list counts as
  * far, as those of channels do that the array has not. */
 static bool read_numbers(const json_t *list, int count, bool positive, double *out)
 {
-    bool good = json_array_size(list) >= (size_t)count;
-
-    for (int i = 0; i < count && good; i++) {
-        const json_t *number = json_array_get(list, (size_t)i);
-
-        out[i] = json_number_value(number);
-        good = json_is_number(number) && isfinite(out[i]) && (!positive || out[i] > 0);
-    }
-    return good;
+    return sc_chunk_numbers(list, count, positive ? DBL_TRUE_MIN : -DBL_MAX, DBL_MAX, out);
 }
 
 /* Read "transform", of the level itself, whose lists follow the axes that it names. */
@@ -299,23 +292,13 @@ sc_status sc_n5_choose(const sc_ctx *ctx, const char *path, int level, sc_zarr_c
 
 /* ---- blocks ---- */
 
-/* @return the number of @p bytes bytes at @p at, the highest first. */
-static uint32_t big(const unsigned char *at, int bytes)
-{
-    uint32_t value = 0;
-
-    for (int i = 0; i < bytes; i++)
-        value = value << 8 | at[i];
-    return value;
-}
-
 bool sc_n5_block_read(const sc_zarr_array *array, const size_t at[SC_ZARR_RANK_MAX],
                       const unsigned char *packed, size_t packed_bytes,
                       int64_t shape[SC_ZARR_RANK_MAX], size_t *begin, char why[SC_CHUNK_WHY_BYTES])
 {
     *begin = 4 + 4 * (size_t)array->rank;
-    if (packed_bytes < *begin || big(packed, 2) != 0 ||
-        big(packed + 2, 2) != (uint32_t)array->rank) {
+    if (packed_bytes < *begin || sc_number_at(packed, 2, true) != 0 ||
+        sc_number_at(packed + 2, 2, true) != (uint64_t)array->rank) {
         snprintf(why, SC_CHUNK_WHY_BYTES,
                  "does not begin as a block of N5 with %d dimensions and one value for each voxel",
                  array->rank);
@@ -325,7 +308,7 @@ bool sc_n5_block_read(const sc_zarr_array *array, const size_t at[SC_ZARR_RANK_M
         const int64_t left = array->shape[i] - (int64_t)at[i] * array->chunk[i];
         const int64_t least = left < array->chunk[i] ? left : array->chunk[i];
 
-        shape[i] = big(packed + 4 + 4 * (array->rank - 1 - i), 4);
+        shape[i] = (int64_t)sc_number_at(packed + 4 + 4 * (array->rank - 1 - i), 4, true);
         if (shape[i] < least || shape[i] > array->chunk[i]) {
             snprintf(why, SC_CHUNK_WHY_BYTES,
                      "has %lld voxels along dimension %d, expected %lld to %lld",

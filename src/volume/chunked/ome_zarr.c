@@ -5,6 +5,7 @@
 #include "formats/length_units.h"
 #include "tables/label_table.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -76,18 +77,6 @@ static sc_status read_axes(const sc_ctx *ctx, const sc_zarr_node *group, const j
     return SC_OK;
 }
 
-/* Read as many numbers as there are axes. */
-static bool read_numbers(const json_t *list, int count, double out[SC_ZARR_RANK_MAX])
-{
-    bool good = json_array_size(list) == (size_t)count;
-
-    for (int i = 0; i < count && good; i++) {
-        out[i] = json_number_value(json_array_get(list, (size_t)i));
-        good = json_is_number(json_array_get(list, (size_t)i)) && isfinite(out[i]);
-    }
-    return good;
-}
-
 /* Apply a list of transformations, "scale" and "translation", to those so far. */
 static sc_status read_transformations(const sc_ctx *ctx, const sc_zarr_node *group,
                                       const json_t *list, sc_zarr_choice *out)
@@ -101,7 +90,9 @@ static sc_status read_transformations(const sc_ctx *ctx, const sc_zarr_node *gro
 
         if (type && !strcmp(type, "identity"))
             continue;
-        if ((!scale && !shift) || !read_numbers(json_object_get(step, type), out->axes, values))
+        if ((!scale && !shift) ||
+            json_array_size(json_object_get(step, type)) != (size_t)out->axes ||
+            !sc_chunk_numbers(json_object_get(step, type), out->axes, -DBL_MAX, DBL_MAX, values))
             return refuse(ctx, group, "coordinateTransformations",
                           "a \"scale\" or \"translation\" with a number for each axis");
         for (int k = 0; k < out->axes; k++) {
@@ -325,29 +316,18 @@ static sc_status look_above(const sc_ctx *ctx, const char *path, sc_zarr_choice 
 static sc_status refuse_level(const sc_ctx *ctx, const sc_zarr_node *group, const json_t *image,
                               int level)
 {
-    sc_text levels = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_text_clear) sc_text levels = {0};
 
     for (size_t i = 0; i < NAMES_SHOWN && dataset_path(image, i); i++) {
         const sc_ctx quiet = sc_quiet(ctx);
-        sc_zarr_node node = {.fd = -1};
-        char *shape = NULL;
+        SC_OWN(sc_zarr_node_clear) sc_zarr_node node = {.fd = -1};
 
-        if (sc_zarr_node_open_below(&quiet, group, dataset_path(image, i), &node) == SC_OK)
-            shape = json_dumps(json_object_get(node.meta, "shape"), 0);
-        status = sc_text_add(ctx, &levels, "%s%zu (\"%s\"%s%.60s)", i ? ", " : "", i,
-                             dataset_path(image, i), shape ? " of " : "", shape ? shape : "");
-        free(shape);
-        sc_zarr_node_clear(&node);
-        SC_TRY(status);
+        (void)sc_zarr_node_open_below(&quiet, group, dataset_path(image, i), &node);
+        SC_PASS(sc_chunk_describe_level(ctx, &levels, i, dataset_path(image, i),
+                                        json_object_get(node.meta, "shape")));
     }
-    status = sc_fail(ctx, SC_ERR_DATA,
-                     "%s: has no resolution level %d, expected one of %zu: %s; 0 is the finest",
-                     group->path, level, json_array_size(json_object_get(image, "datasets")),
-                     levels.data);
-out:
-    sc_text_clear(&levels);
-    return status;
+    return sc_chunk_refuse_level(ctx, group->path, level,
+                                 json_array_size(json_object_get(image, "datasets")), &levels);
 }
 
 /* Open the dataset @p level of the image that the group @p node holds. */

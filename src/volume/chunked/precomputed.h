@@ -42,30 +42,12 @@ uint64_t sc_precomputed_chunk_number(const uint64_t grid[3], const size_t at[3])
 /* Write the name of the shard that holds the chunk with the number @p chunk. */
 void sc_precomputed_shard_name(const sc_precomputed_sharding *sharding, uint64_t chunk,
                                char out[SC_CHUNK_KEY_BYTES]);
-
-/* Where a chunk is in its shard. */
-typedef struct sc_precomputed_place {
-    uint64_t begin, bytes; /* UINT64_MAX bytes: there is no such chunk */
-} sc_precomputed_place;
-/* A box of chunks. */
-typedef struct sc_precomputed_box {
-    uint64_t grid[3];          /* the chunks of the whole scale along x, y, z */
-    size_t first[3], count[3]; /* those of the box */
-} sc_precomputed_box;
-/* Find all chunks of a box below the directory @p directory, which messages call @p path. Each
- * index is read once, and no byte of a shard is taken for an index twice, so that the time grows
- * with the chunks and the bytes of the shards. @param out [the chunks of the box], x fastest;
- * caller owns: sc_free. @return SC_ERR_DATA, SC_ERR_MISSING, of the first shard that cannot be read
- * whatever the threads; SC_ERR_MEMORY; all logged. */
-sc_status sc_precomputed_find_all(const sc_ctx *ctx, const sc_precomputed_sharding *sharding,
-                                  int directory, const char *path, const sc_precomputed_box *box,
-                                  int threads, sc_precomputed_place **out);
-
-/* ---- bytes (precomputed_shards.c) ---- */
-
-/* Unpack the gzip file packed[packed_bytes] to out[most]. *bytes receives how many bytes it held.
- * @return false, with @p why, if it is damaged or holds more. Threads: any. */
-bool sc_precomputed_gunzip(const unsigned char *packed, size_t packed_bytes, unsigned char *out,
-                           size_t most, size_t *bytes, char why[SC_CHUNK_WHY_BYTES]);
+/* As sc_chunk_finder.want: a part is a minishard. */
+void sc_precomputed_want(const sc_precomputed_sharding *sharding, const uint64_t grid[3],
+                         const size_t at[3], sc_chunk_wanted *out);
+/* As sc_chunk_finder.find. */
+const char *sc_precomputed_find(const sc_precomputed_sharding *sharding, int fd,
+                                const sc_chunk_wanted *wanted, size_t count, uint64_t *left,
+                                sc_chunk_place *places);
 
 #endif

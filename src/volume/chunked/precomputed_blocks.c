@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Neuroglancer's compressed segmentation: a chunk is cut into blocks, each of which has a table of
  * its labels and a few bits for each voxel, the place of its label in that table. */
+#include "bytes.h"
 #include "chunked/precomputed.h"
 
 #include <string.h>
@@ -9,7 +10,7 @@ enum { HEADER_WORDS = 2 }; /* of a block */
 
 static uint32_t word32(const unsigned char *at)
 {
-    return at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
+    return (uint32_t)sc_number_at(at, 4, false);
 }
 
 /* The blocks of a chunk along x, y, z. */

@@ -1,34 +1,22 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Zarr, versions 2 and 3, OME-Zarr, and N5: which chunks an array has, and where they are. */
+#include "bytes.h"
 #include "chunked/zarr.h"
 
-#include <errno.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { SHARD_CHUNKS_MAX = 1 << 22 };
 
-/* What one thread works on. */
-typedef struct zarr_worker {
-    unsigned char *packed; /* [packed_bytes], owned */
-    unsigned char *chunk;  /* [chunk_bytes + 64], owned */
-    unsigned char *index;  /* of the shard index_of, as stored; owned; NULL without shards */
-    char index_of[SC_CHUNK_KEY_BYTES];
-    size_t shard;  /* the number, of those that are read, of the one that is being read */
-    bool *checked; /* [shards that are read]: this thread has read their index; owned */
-} zarr_worker;
-
-/* The array while its voxels are read: sc_source.data. */
+/* The array while its voxels are read: sc_source.data. A thread unpacks chunks to the first room.
+ */
 typedef struct zarr_reading {
+    sc_chunked chunked;
     sc_zarr_node node;
     sc_zarr_array array;
-    int axis[3];   /* the dimensions that are x, y, z; -1: z of a picture */
-    int time_axis; /* the dimension along which phases follow each other; -1: none */
-    size_t phase;  /* that which is read */
-    size_t packed_bytes, chunk_bytes;
+    int axis[3];         /* the dimensions that are x, y, z; -1: z of a picture */
+    int time_axis;       /* the dimension along which phases follow each other; -1: none */
+    size_t phase;        /* that which is read */
     size_t shard_chunks; /* chunks of a file; 1 without shards */
-    sc_chunked chunked;
-    zarr_worker *workers; /* [chunked.threads], owned; NULL until the first slices are read */
 } zarr_reading;
 
 static void release(void *data)
@@ -37,162 +25,98 @@ static void release(void *data)
 
     if (!r)
         return;
-    for (int i = 0; i < r->chunked.threads && r->workers; i++) {
-        sc_free(r->workers[i].packed);
-        sc_free(r->workers[i].chunk);
-        sc_free(r->workers[i].index);
-        sc_free(r->workers[i].checked);
-    }
-    sc_free(r->workers);
     sc_chunked_clear(&r->chunked);
     sc_zarr_node_clear(&r->node);
     sc_free(r);
 }
 
-/* ---- the bytes of a chunk ---- */
+/* ---- where a chunk is ---- */
 
-static uint64_t word64(const unsigned char *at, bool big)
+/* Write the place of the chunk @p number, counted along x, y, z, along the dimensions to @p at. */
+static void place_of(const zarr_reading *r, const size_t number[3], size_t at[SC_ZARR_RANK_MAX])
 {
-    uint64_t value = 0;
-
-    for (int i = 0; i < 8; i++)
-        value |= (uint64_t)at[i] << 8 * (big ? 7 - i : i);
-    return value;
-}
-
-/* Read the index of a shard, the file @p key, to w->index. @return false, with why, if it is
- * damaged. */
-static bool read_index(const zarr_reading *r, zarr_worker *w, int fd, uint64_t file_bytes,
-                       const char *key, const char **why)
-{
-    const sc_zarr_array *a = &r->array;
-    const size_t entries = 16 * r->shard_chunks, bytes = entries + (a->index_crc ? 4 : 0);
-    uint32_t sum = 0;
-
-    w->index_of[0] = '\0';
-    *why = "is shorter than the index of a shard";
-    if (file_bytes < bytes)
-        return false;
-    *why = "the index of the shard cannot be read";
-    if (!sc_chunk_read_at(fd, a->index_first ? 0 : file_bytes - bytes, bytes, w->index))
-        return false;
-    for (int i = 0; i < 4 && a->index_crc; i++)
-        sum |= (uint32_t)w->index[entries + (size_t)i] << 8 * i;
-    *why = "the check sum of the index of the shard is wrong";
-    if (a->index_crc && sc_zarr_crc32c(w->index, entries) != sum)
-        return false;
-    snprintf(w->index_of, sizeof w->index_of, "%s", key);
-    w->checked[w->shard] = true;
-    return true;
-}
-
-/* Find chunk @p number of a shard, the file @p key, in its index: place is where it begins and how
- * many bytes it has, UINT64_MAX if the shard has it not. A thread reads each index as a whole once,
- * and of one that it has left then single entries, so that shards which alternate along a row cost
- * no more than others. @return false, with why, if the index is damaged. */
-static bool find_in_shard(const zarr_reading *r, zarr_worker *w, int fd, uint64_t file_bytes,
-                          const char *key, size_t number, uint64_t place[2], const char **why)
-{
-    const sc_zarr_array *a = &r->array;
-    const size_t bytes = 16 * r->shard_chunks + (a->index_crc ? 4 : 0);
-    const unsigned char *entry = w->index + 16 * number;
-    unsigned char again[16];
-
-    if (strcmp(w->index_of, key) && w->checked[w->shard]) {
-        *why = "the index of the shard cannot be read";
-        if (file_bytes < bytes ||
-            !sc_chunk_read_at(fd, (a->index_first ? 0 : file_bytes - bytes) + 16 * number,
-                              sizeof again, again))
-            return false;
-        entry = again;
-    } else if (strcmp(w->index_of, key) && !read_index(r, w, fd, file_bytes, key, why)) {
-        return false;
-    }
-    for (size_t i = 0; i < 2; i++)
-        place[i] = word64(entry + 8 * i, a->index_big_endian);
-    if (place[0] == UINT64_MAX && place[1] == UINT64_MAX)
-        return true;
-    *why = "the index of the shard leads behind the end of the file";
-    return place[0] <= file_bytes && place[1] <= file_bytes - place[0];
-}
-
-/* @return how many chunks a file has along x, y or z, as @p i is 0, 1 or 2. */
-static size_t chunks_along(const zarr_reading *r, int i)
-{
-    const sc_zarr_array *a = &r->array;
-
-    return r->axis[i] < 0 ? 1 : (size_t)(a->file_shape[r->axis[i]] / a->chunk[r->axis[i]]);
-}
-
-/* Find which files are read: the first of them along x, y, z, and how many. */
-static void files_of(const zarr_reading *r, size_t first[3], size_t count[3])
-{
-    const sc_chunked *c = &r->chunked;
-
+    memset(at, 0, SC_ZARR_RANK_MAX * sizeof *at);
     for (int i = 0; i < 3; i++) {
-        const size_t of_file = c->chunk[i] * chunks_along(r, i);
-
-        first[i] = c->low[i] / of_file;
-        count[i] = (c->low[i] + c->part[i] - 1) / of_file - first[i] + 1;
+        if (r->axis[i] >= 0)
+            at[r->axis[i]] = number[i];
     }
+    if (r->time_axis >= 0)
+        at[r->time_axis] = r->phase / (size_t)r->array.chunk[r->time_axis];
 }
 
-/* @return the number, of those that are read, of the file that holds the chunk @p at_xyz. */
-static size_t file_number(const zarr_reading *r, const size_t at_xyz[3])
+/* @return how many chunks a file has along dimension @p i. */
+static size_t chunks_along(const sc_zarr_array *a, int i)
 {
-    size_t first[3], count[3], number = 0;
-
-    files_of(r, first, count);
-    for (int i = 2; i >= 0; i--)
-        number = number * count[i] + at_xyz[i] / chunks_along(r, i) - first[i];
-    return number;
+    return (size_t)(a->file_shape[i] / a->chunk[i]);
 }
 
-/* Write the name of the file that holds chunk @p at (along the dimensions) to @p key, and the
- * number of the chunk within it to *number. */
-static void name_file(const zarr_reading *r, const size_t at[SC_ZARR_RANK_MAX],
-                      char key[SC_CHUNK_KEY_BYTES], size_t *number)
+/* The functions of a sc_chunked; @p user is a zarr_reading. */
+static void name_file(const void *user, const size_t number[3], char key[SC_CHUNK_KEY_BYTES])
 {
+    const zarr_reading *r = user;
     const sc_zarr_array *a = &r->array;
     size_t used = (size_t)snprintf(key, SC_CHUNK_KEY_BYTES, "%s", a->prefix);
+    size_t at[SC_ZARR_RANK_MAX];
 
-    *number = 0;
+    place_of(r, number, at);
     for (int k = 0; k < a->rank; k++) {
         const int i = a->blocks ? a->rank - 1 - k : k;
-        const size_t per_file = (size_t)(a->file_shape[i] / a->chunk[i]);
 
         if (k > 0 || *a->prefix)
             used += (size_t)snprintf(key + used, SC_CHUNK_KEY_BYTES - used, "%c", a->separator);
-        used += (size_t)snprintf(key + used, SC_CHUNK_KEY_BYTES - used, "%zu", at[i] / per_file);
-        *number = *number * per_file + at[i] % per_file;
+        used += (size_t)snprintf(key + used, SC_CHUNK_KEY_BYTES - used, "%zu",
+                                 at[i] / chunks_along(a, i));
     }
 }
 
-/* Read the stored bytes of chunk @p number of the open file @p key, which has *bytes bytes, to
- * w->packed. *bytes becomes their number, UINT64_MAX if the file, a shard, has it not. @return
- * false if they cannot be read, noted. */
-static bool read_packed(const zarr_reading *r, zarr_worker *w, sc_chunk_failure *failure, int fd,
-                        const char *key, size_t number, uint64_t *bytes)
+static void want(const void *user, const size_t number[3], sc_chunk_wanted *out)
 {
-    uint64_t place[2] = {0, *bytes};
-    const char *why = NULL;
-    char reason[SC_CHUNK_WHY_BYTES];
+    const zarr_reading *r = user;
+    const sc_zarr_array *a = &r->array;
+    size_t at[SC_ZARR_RANK_MAX];
 
-    if (r->array.sharded && !find_in_shard(r, w, fd, *bytes, key, number, place, &why))
-        return sc_chunk_note(failure, SC_ERR_DATA, key, why);
-    *bytes = place[1];
-    if (*bytes == UINT64_MAX)
-        return true;
-    if (*bytes > r->packed_bytes) {
-        snprintf(reason, sizeof reason, "has %llu bytes, more than a chunk of %zu bytes can take",
-                 (unsigned long long)*bytes, r->chunk_bytes);
-        return sc_chunk_note(failure, SC_ERR_DATA, key, reason);
+    place_of(r, number, at);
+    *out = (sc_chunk_wanted){.file = 0};
+    for (int i = 0; i < a->rank; i++) {
+        const size_t along = chunks_along(a, i);
+
+        out->file =
+            out->file * (uint64_t)((a->shape[i] - 1) / a->file_shape[i] + 1) + at[i] / along;
+        out->chunk = out->chunk * along + at[i] % along;
     }
-    if (sc_chunk_read_at(fd, place[0], (size_t)*bytes, w->packed))
-        return true;
-    return sc_chunk_note(failure, errno ? SC_ERR_WRITE : SC_ERR_DATA, key,
-                         errno ? "cannot be read: I/O error" : "has become shorter");
 }
+
+static const char *find(const void *user, int fd, const sc_chunk_wanted *wanted, size_t count,
+                        uint64_t *left, sc_chunk_place *places)
+{
+    static const sc_ctx silent = {.level = SC_LOG_ERROR};
+    const sc_ctx quiet = sc_quiet(&silent);
+    const zarr_reading *r = user;
+    const sc_zarr_array *a = &r->array;
+    const size_t entries = 16 * r->shard_chunks, bytes = entries + (a->index_crc ? 4 : 0);
+    SC_OWN(sc_free_at) unsigned char *index = NULL;
+
+    if (*left < bytes)
+        return "is shorter than the index of a shard";
+    if (sc_alloc(&quiet, bytes, 1, &index) != SC_OK)
+        return sc_chunk_no_memory;
+    if (!sc_chunk_read_at(fd, a->index_first ? 0 : *left - bytes, bytes, index))
+        return "the index of the shard cannot be read";
+    if (a->index_crc && sc_zarr_crc32c(index, entries) != sc_number_at(index + entries, 4, false))
+        return "the check sum of the index of the shard is wrong";
+    for (size_t i = 0; i < count; i++) {
+        const unsigned char *entry = index + 16 * wanted[i].chunk;
+        const sc_chunk_place place = {sc_number_at(entry, 8, a->index_big_endian),
+                                      sc_number_at(entry + 8, 8, a->index_big_endian)};
+
+        if (place.bytes == UINT64_MAX && place.begin != UINT64_MAX)
+            return "the index of the shard leads behind the end of the file";
+        places[wanted[i].item] = place;
+    }
+    return NULL;
+}
+
+/* ---- the bytes of a chunk ---- */
 
 /* How far apart neighbours along each dimension lie in an unpacked chunk of this shape, in values.
  */
@@ -226,88 +150,29 @@ static void describe_chunk(const zarr_reading *r, const int64_t shape[SC_ZARR_RA
     out->absent = false;
 }
 
-/* Unpack the chunk @p at, whose stored bytes are w->packed[bytes], and describe it to *out. @return
- * false with why. */
-static bool unpack_chunk(const zarr_reading *r, zarr_worker *w, const size_t at[SC_ZARR_RANK_MAX],
-                         size_t bytes, sc_chunk *out, char why[SC_CHUNK_WHY_BYTES])
-{
-    const sc_zarr_array *a = &r->array;
-    const unsigned char *values;
-    int64_t shape[SC_ZARR_RANK_MAX];
-    size_t begin = 0;
-
-    memcpy(shape, a->chunk, sizeof shape);
-    if (a->blocks && !sc_n5_block_read(a, at, w->packed, bytes, shape, &begin, why))
-        return false;
-    if (!sc_zarr_unpack(&a->pipeline, w->packed + begin, bytes - begin, w->chunk,
-                        sc_zarr_values(a, shape) * r->chunked.voxel_bytes, &values, why))
-        return false;
-    describe_chunk(r, shape, values, out);
-    return true;
-}
-
-/* sc_chunk_load_fn of this format; @p user is a zarr_reading. */
-static bool load_chunk(void *user, int thread, const size_t at_xyz[3], sc_chunk_failure *failure,
-                       sc_chunk *out)
+static bool load_chunk(const void *user, const sc_chunk_room *room, const size_t number[3],
+                       sc_chunk_failure *failure, sc_chunk *out)
 {
     const zarr_reading *r = user;
-    zarr_worker *w = &r->workers[thread];
-    size_t at[SC_ZARR_RANK_MAX] = {0}, number;
-    char key[SC_CHUNK_KEY_BYTES], reason[SC_CHUNK_WHY_BYTES];
-    uint64_t bytes = 0;
-    bool read;
-    int fd;
+    const sc_zarr_array *a = &r->array;
+    const unsigned char *values;
+    size_t at[SC_ZARR_RANK_MAX], begin = 0, bytes;
+    int64_t shape[SC_ZARR_RANK_MAX];
+    char why[SC_CHUNK_WHY_BYTES];
 
-    for (int i = 0; i < 3; i++) {
-        if (r->axis[i] >= 0)
-            at[r->axis[i]] = at_xyz[i];
-    }
-    if (r->time_axis >= 0)
-        at[r->time_axis] = r->phase / (size_t)r->array.chunk[r->time_axis];
-    *out = (sc_chunk){.values = r->array.fill, .absent = true};
-    name_file(r, at, key, &number);
-    w->shard = file_number(r, at_xyz);
-    fd = sc_chunk_open_file(r->node.fd, key, &bytes);
-    if (fd < 0)
-        return errno == ENOENT || sc_chunk_note_unopened(failure, key);
-    read = read_packed(r, w, failure, fd, key, number, &bytes);
-    close(fd);
-    if (!read || bytes == UINT64_MAX)
-        return read;
-    return unpack_chunk(r, w, at, (size_t)bytes, out, reason) ||
-           sc_chunk_note(failure, SC_ERR_DATA, key, reason);
-}
-
-/* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated release frees. */
-static sc_status begin_workers(const sc_ctx *ctx, zarr_reading *r)
-{
-    size_t first[3], count[3];
-
-    if (r->workers)
-        return SC_OK;
-    files_of(r, first, count);
-    SC_PASS(SC_ZALLOC(ctx, (size_t)r->chunked.threads, &r->workers));
-    for (int i = 0; i < r->chunked.threads; i++) {
-        SC_PASS(sc_alloc(ctx, r->packed_bytes, 1, &r->workers[i].packed));
-        SC_PASS(sc_alloc(ctx, r->chunk_bytes + 64, 1, &r->workers[i].chunk));
-        if (r->array.sharded) {
-            SC_PASS(sc_alloc(ctx, 16 * r->shard_chunks + 4, 1, &r->workers[i].index));
-            SC_PASS(sc_zalloc(ctx, count[0] * count[1] * count[2], sizeof(bool),
-                              &r->workers[i].checked));
-        }
-    }
-    return SC_OK;
-}
-
-/* sc_slices_fn of this format. */
-static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_source *source,
-                             int first, int count, void *out)
-{
-    zarr_reading *r = source->data;
-    const sc_status status = begin_workers(ctx, r);
-
-    (void)path;
-    return status == SC_OK ? sc_chunked_read(ctx, &r->chunked, first, count, out) : status;
+    *out = (sc_chunk){.values = a->fill, .absent = true};
+    if (!sc_chunk_read_stored(&r->chunked, room, number, failure, &bytes))
+        return false;
+    if (bytes == SIZE_MAX)
+        return true;
+    place_of(r, number, at);
+    memcpy(shape, a->chunk, sizeof shape);
+    if ((a->blocks && !sc_n5_block_read(a, at, room->packed, bytes, shape, &begin, why)) ||
+        !sc_zarr_unpack(&a->pipeline, room->packed + begin, bytes - begin, room->unpacked[0],
+                        sc_zarr_values(a, shape) * r->chunked.voxel_bytes, &values, why))
+        return sc_chunk_note(failure, SC_ERR_DATA, why);
+    describe_chunk(r, shape, values, out);
+    return true;
 }
 
 /* ---- header ---- */
@@ -414,73 +279,74 @@ static sc_status array_size(const sc_ctx *ctx, const zarr_reading *r, sc_source 
 /* Set what is needed to unpack chunks. */
 static sc_status layout(const sc_ctx *ctx, zarr_reading *r)
 {
+    static const sc_chunk_finder finder = {want, find};
     const sc_zarr_array *a = &r->array;
-    const char *path = r->node.path;
+    const size_t each = sc_voxel_type_bytes(a->type), bytes = sc_zarr_values(a, a->chunk) * each;
 
-    r->chunked = (sc_chunked){.path = path,
+    r->chunked = (sc_chunked){.path = r->node.path,
+                              .directory = r->node.fd,
                               .absent = "full of the fill value",
-                              .voxel_bytes = sc_voxel_type_bytes(a->type),
+                              .voxel_bytes = each,
+                              .chunk_bytes = bytes,
+                              .packed_bytes = sc_chunk_packed_most(bytes),
+                              .room_bytes = {bytes + 64, 0},
+                              .name = name_file,
                               .load = load_chunk,
+                              .finder = a->sharded ? &finder : NULL,
                               .user = r};
     for (int i = 0; i < 3; i++)
         r->chunked.chunk[i] = r->axis[i] < 0 ? 1 : (size_t)a->chunk[r->axis[i]];
-    r->chunk_bytes = sc_zarr_values(a, a->chunk) * r->chunked.voxel_bytes;
-    r->packed_bytes = (size_t)sc_zarr_packed_most(r->chunk_bytes);
     r->shard_chunks = 1;
     for (int i = 0; i < a->rank; i++)
-        r->shard_chunks *= (size_t)(a->file_shape[i] / a->chunk[i]);
-    if (r->chunk_bytes > SC_CHUNK_BYTES_MAX || r->shard_chunks > SHARD_CHUNKS_MAX)
+        r->shard_chunks *= chunks_along(a, i);
+    if (bytes > SC_CHUNK_BYTES_MAX || r->shard_chunks > SHARD_CHUNKS_MAX)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: has chunks of %zu bytes, %zu of them in a file, expected at most %d "
                        "bytes and %d in a file; write it anew with other chunks",
-                       path, r->chunk_bytes, r->shard_chunks, SC_CHUNK_BYTES_MAX, SHARD_CHUNKS_MAX);
-    return sc_chunked_threads(
-        ctx, (double)r->chunk_bytes,
-        (double)(r->chunk_bytes + r->packed_bytes + (a->sharded ? 16 * r->shard_chunks : 0)),
-        &r->chunked);
+                       r->node.path, bytes, r->shard_chunks, SC_CHUNK_BYTES_MAX, SHARD_CHUNKS_MAX);
+    return sc_chunked_threads(ctx, a->sharded ? 16.0 * (double)r->shard_chunks : 0, &r->chunked);
+}
+
+/* Fill @p source, whose data is @p r, by the array that was chosen, which @p r takes. */
+static sc_status describe(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
+                          bool header_only, sc_zarr_choice *choice, zarr_reading *r,
+                          sc_source *source)
+{
+    SC_PASS(sc_zarr_array_read(ctx, &choice->array, &r->array));
+    SC_PASS(find_axes(ctx, choice, r));
+    source->type = r->array.type;
+    geometry(ctx, choice, r, source);
+    r->node = choice->array;
+    choice->array = (sc_zarr_node){.fd = -1};
+    SC_PASS(array_size(ctx, r, source));
+    SC_PASS(layout(ctx, r));
+    choose_phase(choice, read, r, source);
+    SC_PASS(sc_chunked_begin(ctx, path, read, header_only, &r->chunked, source));
+    source->table = choice->table;
+    choice->table = (sc_label_table){0};
+    return sc_path_join(ctx, r->node.path, r->node.meta_name, &source->file);
 }
 
 sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                        bool header_only, sc_source *out)
 {
-    sc_source source = {
-        .slope = 1, .encoding = SC_ENCODING_SLICES, .read_slices = read_slices, .release = release};
-    sc_zarr_choice choice = {.array.fd = -1};
+    SC_OWN(sc_source_clear)
+    sc_source source = {.slope = 1,
+                        .encoding = SC_ENCODING_SLICES,
+                        .read_slices = sc_chunked_slices,
+                        .release = release};
+    SC_OWN(sc_zarr_choice_clear) sc_zarr_choice choice = {.array.fd = -1};
     zarr_reading *r;
     sc_status status;
 
-    SC_TRY(SC_ZALLOC(ctx, 1, &r));
+    SC_PASS(SC_ZALLOC(ctx, 1, &r));
     source.data = r;
     r->node.fd = -1;
-    SC_TRY((sc_n5_is_node(path) ? sc_n5_choose : sc_zarr_choose)(ctx, path, read->level, &choice));
-    SC_TRY(sc_zarr_array_read(ctx, &choice.array, &r->array));
-    SC_TRY(find_axes(ctx, &choice, r));
-    source.type = r->array.type;
-    r->node = choice.array;
-    choice.array = (sc_zarr_node){.fd = -1, .path = r->node.path}; /* lent for messages */
-    status = array_size(ctx, r, &source);
-    if (status == SC_OK)
-        status = layout(ctx, r);
-    if (status == SC_OK)
-        geometry(ctx, &choice, r, &source);
-    choose_phase(&choice, read, r, &source);
-    if (status == SC_OK)
-        status = sc_chunked_cut(ctx, path, read, &r->chunked, &source);
-    if (status == SC_OK && !header_only) /* a store without any chunk may promise a tebibyte */
-        status = sc_volume_memory_check(ctx, path, source.size, 0);
-    if (status == SC_OK)
-        status = sc_chunked_count_check(ctx, path, &r->chunked);
+    SC_PASS((sc_n5_is_node(path) ? sc_n5_choose : sc_zarr_choose)(ctx, path, read->level, &choice));
+    status = describe(ctx, path, read, header_only, &choice, r, &source);
     if (status == SC_ERR_SYSTEM && choice.coarser)
         sc_info(ctx, "%s is a coarser level of the same image, and may fit", choice.coarser);
-    choice.array.path = NULL;
-    SC_TRY(status);
-    SC_TRY(sc_path_join(ctx, r->node.path, r->node.meta_name, &source.file));
-    source.table = choice.table;
-    choice.table = (sc_label_table){0};
-    *out = source;
-    source = (sc_source){0};
-out:
-    sc_zarr_choice_clear(&choice);
-    sc_source_clear(&source);
-    return status;
+    SC_PASS(status);
+    SC_HAND_OVER(source, out);
+    return SC_OK;
 }

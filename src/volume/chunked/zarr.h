@@ -101,9 +101,6 @@ size_t sc_zarr_values(const sc_zarr_array *array, const int64_t shape[SC_ZARR_RA
 
 /* @return the package without which segcast was built and which @p codec needs; NULL: none. */
 const char *sc_zarr_codec_lacks(sc_zarr_codec codec);
-/* @return the most bytes that a chunk of @p bytes bytes may have when it is stored; more is refused
- * before it is read. */
-uint64_t sc_zarr_packed_most(uint64_t bytes);
 /* Undo the codecs of @p pipeline: packed[packed_bytes], which is changed, becomes the @p bytes
  * bytes of a chunk in *out, which is within @p packed or is @p room (of bytes + 64). @param why
  * receives the reason for false. Threads: any, on memory of their own. */

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The codecs of Zarr: chunks are unpacked by the libraries of their formats, each of which is
  * optional but for zlib. Nothing is written beyond what the metadata promise of a chunk. */
+#include "bytes.h"
 #include "chunked/zarr.h"
 
 #include <string.h>
-#include <zlib.h>
 
 #if SC_HAVE_BLOSC
 #include <blosc.h>
@@ -27,11 +27,6 @@ const char *sc_zarr_codec_lacks(sc_zarr_codec codec)
     return NULL;
 }
 
-uint64_t sc_zarr_packed_most(uint64_t bytes)
-{
-    return bytes + bytes / 8 + 65536; /* more than any codec adds to what it cannot compress */
-}
-
 uint32_t sc_zarr_crc32c(const unsigned char *data, size_t bytes)
 {
     /* By half bytes, of the polynomial 0x82f63b78, bits reversed. */
@@ -51,34 +46,19 @@ uint32_t sc_zarr_crc32c(const unsigned char *data, size_t bytes)
 
 static uint32_t little32(const unsigned char *at)
 {
-    return at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
+    return (uint32_t)sc_number_at(at, 4, false);
 }
 
 /* Unpack in[in_bytes], a stream of zlib or gzip by its header, to out[bytes]. */
 static bool inflate_all(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t bytes,
                         char *why)
 {
-    z_stream z = {.next_in = (unsigned char *)(uintptr_t)in,
-                  .avail_in = (uInt)in_bytes,
-                  .next_out = out,
-                  .avail_out = (uInt)bytes};
-    int result = inflateInit2(&z, MAX_WBITS + 32);
-    bool good;
+    size_t got;
 
-    if (result != Z_OK) {
-        snprintf(why, SC_CHUNK_WHY_BYTES, "zlib: out of memory");
+    if (!sc_chunk_inflate(in, in_bytes, out, bytes, &got, why))
         return false;
-    }
-    result = inflate(&z, Z_FINISH);
-    good = result == Z_STREAM_END && z.avail_out == 0;
-    if (!good)
-        snprintf(why, SC_CHUNK_WHY_BYTES, "%s",
-                 z.msg                    ? z.msg
-                 : result == Z_STREAM_END ? "unpacks to fewer bytes than the chunk has"
-                 : z.avail_out == 0       ? "unpacks to more bytes than the chunk has"
-                                          : "ends too early");
-    inflateEnd(&z);
-    return good;
+    snprintf(why, SC_CHUNK_WHY_BYTES, "gzip: unpacks to fewer bytes than the chunk has");
+    return got == bytes;
 }
 
 static bool unzstd(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t bytes,

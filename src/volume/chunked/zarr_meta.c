@@ -80,15 +80,8 @@ static sc_status read_array_shape(const meta_reading *r)
  * byte order, too. */
 static sc_status read_type(const meta_reading *r, const char *key)
 {
-    static const struct {
-        const char *v3, *v2;
-        sc_voxel_type type;
-    } types[] = {{"bool", "b1", SC_VOXEL_UINT8},    {"int8", "i1", SC_VOXEL_INT8},
-                 {"uint8", "u1", SC_VOXEL_UINT8},   {"int16", "i2", SC_VOXEL_INT16},
-                 {"uint16", "u2", SC_VOXEL_UINT16}, {"int32", "i4", SC_VOXEL_INT32},
-                 {"uint32", "u4", SC_VOXEL_UINT32}, {"int64", "i8", SC_VOXEL_INT64},
-                 {"uint64", "u8", SC_VOXEL_UINT64}, {"float32", "f4", SC_VOXEL_FLOAT},
-                 {"float64", "f8", SC_VOXEL_DOUBLE}};
+    static const char *const short_names[SC_VOXEL_TYPES] = {"i1", "u1", "i2", "u2", "i4",
+                                                            "u4", "i8", "u8", "f4", "f8"};
     const json_t *found = json_object_get(r->node->meta, key);
     const char *name = json_string_value(found);
     const bool v2 = r->node->version == 2;
@@ -99,12 +92,10 @@ static sc_status read_type(const meta_reading *r, const char *key)
     } else if (v2) {
         name = NULL;
     }
-    for (size_t i = 0; name && i < SC_COUNT_OF(types); i++) {
-        if (!strcmp(name, v2 ? types[i].v2 : types[i].v3)) {
-            r->array->type = types[i].type;
-            return SC_OK;
-        }
-    }
+    if (name && !strcmp(name, v2 ? "b1" : "bool"))
+        name = v2 ? "u1" : "uint8";
+    if (sc_voxel_type_named(name, v2 ? short_names : NULL, &r->array->type))
+        return SC_OK;
     return refuse(r->ctx, r->node, key, found,
                   v2 ? "integers or floats, such as \"<u2\""
                      : "integers or floats, such as \"uint16\"");

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The directories and files of a store of Zarr or N5 on disk. A store comes from anywhere: no link
- * in it is followed, so that it cannot make segcast read other files of the machine, and only
- * regular files are opened. */
+/* The directories and files of a store of Zarr or N5 on disk. */
 #include "chunked/zarr.h"
 
 #include <errno.h>
@@ -111,20 +109,11 @@ sc_status sc_zarr_node_open(const sc_ctx *ctx, const char *path, sc_zarr_node *o
 sc_status sc_zarr_node_open_below(const sc_ctx *ctx, const sc_zarr_node *parent, const char *name,
                                   sc_zarr_node *out)
 {
-    const char *why = sc_bad_name(name);
     SC_OWN(sc_zarr_node_clear)
     sc_zarr_node node = {.fd = -1, .version = parent->version == SC_ZARR_N5 ? SC_ZARR_N5 : 0};
 
-    if (why)
-        return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: its metadata name \"%s\": %s; expected the name of a directory in it",
-                       parent->path, name, why);
-    SC_PASS(sc_path_join(ctx, parent->path, name, &node.path));
-    node.fd = sc_chunk_open_directory(parent->fd, name);
-    if (node.fd < 0)
-        return sc_fail(ctx, errno == ENOENT ? SC_ERR_MISSING : SC_ERR_DATA,
-                       "%s: %s, but %s names it; expected a directory, no link", node.path,
-                       errno == ENOENT ? "is not there" : "is no directory", parent->path);
+    SC_PASS(sc_chunk_open_below(ctx, parent->fd, parent->path, parent->attributes_name, name,
+                                &node.path, &node.fd));
     SC_PASS(read_node(ctx, &node));
     *out = node;
     node = (sc_zarr_node){.fd = -1};

@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What a DICOM file is, and whether its data set is whole: one pass over it without a library. */
+#include "bytes.h"
 #include "dicom/dicom.h"
+#include "packed_file.h"
 
 #include <errno.h>
 #include <string.h>
-#include <zlib.h>
 
 enum {
-    META_AT = 132,      /* behind 128 bytes for other programs, and "DICM" */
-    UID_BYTES = 65,     /* with the terminator */
-    DEPTH_MAX = 16,     /* levels of sequences and items, of which segmentations have six */
-    ELEMENT_COST = 256, /* bytes of memory that DCMTK takes for an attribute or an item */
-    BUFFER_BYTES = 1 << 16
+    META_AT = 132,     /* behind 128 bytes for other programs, and "DICM" */
+    UID_BYTES = 65,    /* with the terminator */
+    DEPTH_MAX = 16,    /* levels of sequences and items, of which segmentations have six */
+    ELEMENT_COST = 256 /* bytes of memory that DCMTK takes for an attribute or an item */
 };
 #define UNDEFINED UINT32_MAX /* as a length: up to a delimiter */
 #define NO_END UINT64_MAX
@@ -32,12 +32,8 @@ typedef struct reader {
     const char *path;
     FILE *file;
     coding coding;
-    z_stream zlib;
-    bool zlib_open, zlib_end;
-    unsigned char
-        *buffer;         /* [2 * BUFFER_BYTES], owned; deflated: what is packed, then what is not */
-    size_t ready, taken; /* deflated: bytes unpacked, and how many of them were taken */
-    uint64_t at, end;    /* place in the data set; its bytes, NO_END: not known */
+    sc_packed_file *deflated; /* NULL: it is not */
+    uint64_t at, end;         /* place in the data set; its bytes, NO_END: not known */
     uint64_t elements;
 } reader;
 
@@ -167,11 +163,7 @@ static sc_status coding_of(const sc_ctx *ctx, const char *path, const char *uid,
 
 static uint32_t number_at(const unsigned char *bytes, int count, bool is_big)
 {
-    uint32_t number = 0;
-
-    for (int i = 0; i < count; i++)
-        number |= (uint32_t)bytes[i] << 8 * (is_big ? count - 1 - i : i);
-    return number;
+    return (uint32_t)sc_number_at(bytes, count, is_big);
 }
 
 /* @return whether the two letters of a type stand before a length of four bytes; *known: whether
@@ -232,52 +224,22 @@ static bool read_meta(FILE *file, char class_uid[UID_BYTES], char syntax_uid[UID
 
 /* ---- bytes of the data set ---- */
 
-/* Deflated: unpack more. @return whether there is more; false also for damaged data. */
-static bool unpack(reader *r)
-{
-    r->ready = r->taken = 0;
-    while (r->ready == 0 && !r->zlib_end) {
-        int code;
-
-        if (r->zlib.avail_in == 0) {
-            r->zlib.next_in = r->buffer;
-            r->zlib.avail_in = (uInt)fread(r->buffer, 1, BUFFER_BYTES, r->file);
-            if (r->zlib.avail_in == 0)
-                return false;
-        }
-        r->zlib.next_out = r->buffer + BUFFER_BYTES;
-        r->zlib.avail_out = BUFFER_BYTES;
-        code = inflate(&r->zlib, Z_NO_FLUSH);
-        if (code != Z_OK && code != Z_STREAM_END)
-            return false;
-        r->zlib_end = code == Z_STREAM_END;
-        r->ready = BUFFER_BYTES - r->zlib.avail_out;
-    }
-    return r->ready > 0;
-}
-
 /* Read up to @p count bytes to @p out, or, if that is NULL, pass over them. @return how many there
  * were. */
 static uint64_t take(reader *r, unsigned char *out, uint64_t count)
 {
     uint64_t done = 0;
 
-    if (!r->coding.is_deflated) {
+    if (r->deflated) {
+        done = out ? sc_packed_read(r->deflated, out, (size_t)count)
+                   : sc_packed_skip(r->deflated, count);
+    } else {
         const uint64_t left = r->end - r->at, some = count < left ? count : left;
 
         if (out)
             done = fread(out, 1, (size_t)some, r->file);
         else if (fseeko(r->file, (off_t)some, SEEK_CUR) == 0)
             done = some;
-    }
-    while (r->coding.is_deflated && done < count && (r->taken < r->ready || unpack(r))) {
-        const size_t ready = r->ready - r->taken;
-        const size_t some = count - done < ready ? (size_t)(count - done) : ready;
-
-        if (out)
-            memcpy(out + done, r->buffer + BUFFER_BYTES + r->taken, some);
-        r->taken += some;
-        done += some;
     }
     r->at += done;
     return done;
@@ -493,7 +455,7 @@ static sc_status walk(reader *r)
 static sc_status check_data_set(reader *r)
 {
     const off_t begin = ftello(r->file);
-    sc_status status;
+    SC_OWN(sc_packed_close) sc_packed_file *deflated = NULL;
 
     r->end = NO_END;
     if (!r->coding.is_deflated) {
@@ -503,59 +465,45 @@ static sc_status check_data_set(reader *r)
             return sc_fail(r->ctx, SC_ERR_WRITE, "%s: %s", r->path, strerror(errno));
         return walk(r);
     }
-    if (inflateInit2(&r->zlib, -MAX_WBITS) != Z_OK)
-        return sc_fail(r->ctx, SC_ERR_MEMORY, "%s: out of memory", r->path);
-    status = walk(r);
-    inflateEnd(&r->zlib);
-    if (status == SC_OK && !r->zlib_end)
+    SC_PASS(sc_packed_open(r->ctx, r->path, (uint64_t)begin, SC_PACKING_DEFLATE, &deflated));
+    r->deflated = deflated;
+    SC_PASS(walk(r));
+    if (!sc_packed_has_ended(deflated))
         return sc_fail(
             r->ctx, SC_ERR_DATA,
             "%s: its deflated data set cannot be unpacked to its end; the file is damaged "
             "or cut short: get it anew",
             r->path);
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_dicom_check(const sc_ctx *ctx, const char *path, sc_dicom_kind *out)
 {
-    reader r = {.ctx = ctx, .path = path, .file = fopen(path, "rb")};
+    reader r = {.ctx = ctx, .path = path};
     char class_uid[UID_BYTES], syntax_uid[UID_BYTES];
-    void *buffer = NULL;
-    sc_status status;
+    SC_OWN(sc_fclose_at) FILE *file = NULL;
 
-    if (!r.file)
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    SC_TRY(sc_alloc(ctx, 2, BUFFER_BYTES, &buffer));
-    r.buffer = buffer;
-    if (!read_meta(r.file, class_uid, syntax_uid)) {
-        status =
-            sc_fail(ctx, SC_ERR_DATA,
-                    "%s: the first group of its attributes cannot be read; the file is damaged "
-                    "or cut short: get it anew",
-                    path);
-        goto out;
-    }
-    if (!is_segmentation(class_uid)) {
-        status = refuse_class(ctx, path, class_uid);
-        goto out;
-    }
-    SC_TRY(coding_of(ctx, path, syntax_uid, &r.coding));
-    SC_TRY(check_data_set(&r));
+    SC_PASS(sc_open_input(ctx, path, &file));
+    r.file = file;
+    if (!read_meta(file, class_uid, syntax_uid))
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: the first group of its attributes cannot be read; the file is damaged "
+                       "or cut short: get it anew",
+                       path);
+    if (!is_segmentation(class_uid))
+        return refuse_class(ctx, path, class_uid);
+    SC_PASS(coding_of(ctx, path, syntax_uid, &r.coding));
+    SC_PASS(check_data_set(&r));
     out->is_labels = strstr(class_uid, "66.7") != NULL;
     out->is_compressed = r.coding.is_compressed;
-out:
-    fclose(r.file);
-    sc_free(buffer);
-    return status;
+    return SC_OK;
 }
 
 bool sc_dicom_is_segmentation(const char *path, bool *is_dicom)
 {
-    FILE *file = fopen(path, "rb");
+    SC_OWN(sc_fclose_at) FILE *file = fopen(path, "rb");
     char class_uid[UID_BYTES], syntax_uid[UID_BYTES];
 
     *is_dicom = file && read_meta(file, class_uid, syntax_uid);
-    if (file)
-        fclose(file);
     return *is_dicom && is_segmentation(class_uid);
 }

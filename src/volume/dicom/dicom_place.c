@@ -373,19 +373,25 @@ static void add_ends(const placing *p, fit *f)
                 p->path, p->images.count);
 }
 
+/* For SC_OWN. */
+static void clear_placing(placing *p)
+{
+    sc_dicom_images_clear(&p->images);
+}
+
 sc_status sc_dicom_place_frames(const sc_ctx *ctx, const char *path, const sc_dicom *file,
                                 bool has_segments, const int size_px[2], sc_dicom_frame *frames,
                                 uint32_t count, sc_source *source)
 {
+    SC_OWN(clear_placing)
     placing p = {.ctx = ctx, .path = path, .file = file, .frames = frames, .count = count};
     sc_vec3 axes_mm[4]; /* and where the first voxel lies */
     fit found = {0};
-    sc_status status;
 
-    SC_TRY(sc_dicom_images_read(ctx, file, &p.images));
-    SC_TRY(read_frames(&p, has_segments));
+    SC_PASS(sc_dicom_images_read(ctx, file, &p.images));
+    SC_PASS(read_frames(&p, has_segments));
     qsort(frames, count, sizeof *frames, by_position);
-    SC_TRY(find_slices(&p, &found));
+    SC_PASS(find_slices(&p, &found));
     found.first_mm = frames[0].position_mm;
     add_ends(&p, &found);
     for (int i = 0; i < 2; i++)
@@ -398,11 +404,8 @@ sc_status sc_dicom_place_frames(const sc_ctx *ctx, const char *path, const sc_di
         source->to_ras_mm.m[2][column] = axes_mm[column].z;
     }
     source->oriented = true;
-    SC_TRY(sc_grid_voxels(ctx, path, (int64_t[3]){size_px[0], size_px[1], (int64_t)found.slices}, 2,
-                          source->size, NULL));
+    SC_PASS(sc_grid_voxels(ctx, path, (int64_t[3]){size_px[0], size_px[1], (int64_t)found.slices},
+                           2, source->size, NULL));
     qsort(frames, count, sizeof *frames, by_slice);
-    status = check_doubles(&p);
-out:
-    sc_dicom_images_clear(&p.images);
-    return status;
+    return check_doubles(&p);
 }

@@ -23,12 +23,7 @@
 #define FRACTION_MOST SC_DICOM_TAG(0x0062, 0x000e)
 #define FRACTION_TYPE SC_DICOM_TAG(0x0062, 0x0010)
 
-enum {
-    FRAMES_MAX = 1 << 24,
-    SEGMENTS_MAX = 65536,
-    PAIRS_MAX = 1024, /* for so many segments, voxels are counted for each two */
-    TYPE_BYTES = 32
-};
+enum { FRAMES_MAX = 1 << 24, SEGMENTS_MAX = 65536, TYPE_BYTES = 32 };
 
 /* How a frame holds what it shows. */
 typedef enum pixel_form {
@@ -198,10 +193,8 @@ static sc_status read_frame(const sc_ctx *ctx, const char *path, volume_file *f,
     sc_dicom_result result;
 
     *shift = 0;
-    if (!f->packed) { /* not before the memory for such a slice was found to be there */
-
+    if (!f->packed) /* not before the memory for such a slice was found to be there */
         SC_PASS(sc_alloc(ctx, bytes + 1, 1, &f->packed));
-    }
     if (f->form == FORM_BITS) { /* frames follow each other without a gap between their bits */
         offset = pixel / 8;
         *shift = (unsigned)(pixel % 8);
@@ -286,122 +279,93 @@ static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_sourc
 
 /* The segments while they are read. The arrays belong to load. */
 typedef struct painting {
-    const sc_ctx *ctx;
-    const char *path;
+    sc_claims *claims;
     volume_file *file;
-    const sc_overlap_rule *rule;
-    uint16_t *labels; /* [voxels] */
-    uint64_t *voxels; /* [SEGMENTS_MAX], of each segment */
-    uint8_t *twice;   /* [pixels] of a slice: whether more than one segment covers it */
-    size_t *rows;     /* [SEGMENTS_MAX]: in the table, of each segment */
-    size_t segments;
-    uint64_t *pairs; /* [segments][segments]: voxels that the first row has and the second not; or
-                        NULL */
-    sc_overlap_count *overlaps;
+    size_t *rows;   /* [SEGMENTS_MAX]: in the table, of each segment */
+    uint8_t *twice; /* [pixels] of a slice: whether more than one segment covers it */
 } painting;
 
-/* Count the voxels of each segment. */
-static sc_status count_voxels(painting *p)
+/* Give the voxels of a frame, which is in the memory of the file, to the segment in row @p row. */
+static void paint_frame(const painting *p, int slice, size_t row, unsigned shift)
 {
-    volume_file *f = p->file;
+    const volume_file *f = p->file;
+    const sc_label *rows = p->claims->source->table.rows;
+    uint16_t *labels = p->claims->labels + (size_t)slice * f->pixels;
 
-    for (uint32_t i = 0; i < f->count; i++) {
-        const sc_dicom_frame *frame = &f->frames[i];
-        unsigned shift;
+    for (size_t k = 0; k < f->pixels; k++) {
+        size_t winner = row;
 
-        SC_PASS(read_frame(p->ctx, p->path, f, frame->number, &shift));
-        for (size_t k = 0; k < f->pixels; k++)
-            p->voxels[frame->segment] += is_inside(f, shift, k);
-        sc_stage_add(p->ctx, f->pixels);
+        if (!is_inside(f, shift, k))
+            continue;
+        if (labels[k]) {
+            winner = sc_claims_settle(p->claims, row, p->rows[labels[k]]);
+            p->claims->source->overlaps.voxels += !p->twice[k];
+            p->twice[k] = 1;
+        }
+        labels[k] = (uint16_t)rows[winner].value;
     }
-    return SC_OK;
 }
 
-/* Note that pixel @p k of a slice belongs to the segments @p one and @p other. @return the one that
- * has it. */
-static int settle(painting *p, size_t k, int one, int other)
+/* Go once through the frames: count the voxels of segments, or, if @p paints, give them labels. */
+static sc_status pass(const painting *p, bool paints)
 {
-    const bool wins =
-        sc_overlap_wins(p->rule, (sc_contender){p->voxels[one], (size_t)one, p->rows[one]},
-                        (sc_contender){p->voxels[other], (size_t)other, p->rows[other]});
-    const size_t winner = p->rows[wins ? one : other], loser = p->rows[wins ? other : one];
-
-    p->overlaps->voxels += !p->twice[k];
-    p->overlaps->lost[loser] = true;
-    p->twice[k] = 1;
-    if (p->pairs)
-        p->pairs[winner * p->segments + loser]++;
-    return wins ? one : other;
-}
-
-/* Give the voxels of the frames to their segments. */
-static sc_status paint(painting *p)
-{
+    const sc_claims *c = p->claims;
     volume_file *f = p->file;
 
     for (uint32_t i = 0; i < f->count; i++) {
         const sc_dicom_frame *frame = &f->frames[i];
-        uint16_t *slice = p->labels + (size_t)frame->slice * f->pixels;
+        const size_t row = p->rows[frame->segment];
         unsigned shift;
 
         if (i == 0 || frame->slice != frame[-1].slice)
             memset(p->twice, 0, f->pixels);
-        if (p->rule->left_out[p->rows[frame->segment]])
+        if (paints && c->rule->left_out[row])
             continue;
-        SC_PASS(read_frame(p->ctx, p->path, f, frame->number, &shift));
-        for (size_t k = 0; k < f->pixels; k++) {
-            if (is_inside(f, shift, k))
-                slice[k] =
-                    (uint16_t)(slice[k] ? settle(p, k, frame->segment, slice[k]) : frame->segment);
-        }
-        sc_stage_add(p->ctx, f->pixels);
+        SC_PASS(read_frame(c->ctx, c->path, f, frame->number, &shift));
+        if (paints)
+            paint_frame(p, frame->slice, row, shift);
+        for (size_t k = 0; k < f->pixels && !paints; k++)
+            c->voxels[row] += is_inside(f, shift, k);
+        sc_stage_add(c->ctx, f->pixels);
     }
     return SC_OK;
 }
 
-/* sc_load_fn of segments in frames of their own. */
+/* sc_load_fn of segments in frames of their own, which are read as a whole. */
 static sc_status load(const sc_ctx *ctx, const char *path, const sc_overlap_rule *rule,
                       sc_source *source)
 {
     volume_file *f = source->data;
     const sc_label_table *table = &source->table;
-    const size_t voxels = sc_source_voxels(source);
-    painting p = {.ctx = ctx, .path = path, .file = f, .rule = rule, .segments = table->count};
-    SC_OWN(sc_free_at)
-    void *labels = NULL, *counts = NULL, *twice = NULL, *rows = NULL, *pairs = NULL;
+    SC_OWN(sc_claims_clear) sc_claims claims = {0};
+    SC_OWN(sc_free_at) size_t *rows = NULL;
+    SC_OWN(sc_free_at) uint8_t *twice = NULL;
+    painting p = {.claims = &claims, .file = f};
+    int part[3], low[3];
 
-    SC_PASS(sc_volume_memory_check(ctx, path, source->size, (double)voxels * sizeof(uint16_t)));
-    SC_PASS(sc_zalloc(ctx, voxels, sizeof(uint16_t), &labels));
-    SC_PASS(sc_zalloc(ctx, SEGMENTS_MAX, sizeof(uint64_t), &counts));
-    SC_PASS(sc_zalloc(ctx, SEGMENTS_MAX, sizeof(size_t), &rows));
-    SC_PASS(sc_alloc(ctx, f->pixels, 1, &twice));
-    if (table->count <= PAIRS_MAX)
-        SC_PASS(sc_zalloc(ctx, table->count * table->count, sizeof(uint64_t), &pairs));
-    SC_PASS(sc_overlap_count_begin(ctx, table->count, &source->overlaps));
-    p.overlaps = &source->overlaps;
-    p.labels = labels;
-    p.voxels = counts;
-    p.twice = twice;
+    memcpy(part, source->part, sizeof part);
+    memcpy(low, source->low, sizeof low);
+    memcpy(source->part, source->size, sizeof source->part);
+    memset(source->low, 0, sizeof source->low);
+    SC_PASS(sc_claims_begin(ctx, path, rule, source, &claims));
+    claims.by_number = true;
+    SC_PASS(SC_ZALLOC(ctx, SEGMENTS_MAX, &rows));
+    SC_PASS(SC_ALLOC(ctx, f->pixels, &twice));
     p.rows = rows;
-    p.pairs = pairs;
+    p.twice = twice;
     for (size_t i = 0; i < table->count; i++)
-        p.rows[table->rows[i].value] = i;
+        rows[table->rows[i].value] = i;
     if (f->form == FORM_SHARES)
         sc_info(ctx,
                 "%s: holds fractions%s%s; a voxel belongs to a segment from half of the largest on "
                 "(MaximumFractionalValue), %g",
                 path, *f->type ? " of the type " : "", f->type, f->half);
     sc_stage_begin(ctx, "reading", 0, 2 * (uint64_t)f->count * f->pixels);
-    SC_PASS(count_voxels(&p));
-    SC_PASS(paint(&p));
-    for (size_t i = 0; i < table->count; i++)
-        p.overlaps->covers[i] = p.voxels[table->rows[i].value] > 0;
-    SC_PASS(sc_overlap_add_all(ctx, p.pairs, p.segments, p.overlaps));
-    release(f);
-    source->encoding = SC_ENCODING_LOADED;
-    source->data = labels;
-    source->release = sc_free;
-    labels = NULL;
+    SC_PASS(pass(&p, false));
+    SC_PASS(pass(&p, true));
+    SC_PASS(sc_claims_end(&claims));
+    memcpy(source->part, part, sizeof part);
+    memcpy(source->low, low, sizeof low);
     return SC_OK;
 }
 
@@ -439,7 +403,7 @@ static sc_status read_header(const sc_ctx *ctx, const char *path, volume_file *f
     return sc_path_join(ctx, "", path, &source->file);
 }
 
-sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
@@ -449,7 +413,6 @@ sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, s
                         .slices = 1,
                         .release = release};
 
-    (void)header_only; /* the voxels are read later */
     SC_PASS(sc_zalloc(ctx, 1, sizeof(volume_file), &source.data));
     SC_PASS(read_header(ctx, path, source.data, &source));
     if (!((volume_file *)source.data)->kind.is_labels)
@@ -460,9 +423,8 @@ sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, s
 
 #else
 
-sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, sc_source *out)
 {
-    (void)header_only;
     (void)out;
     return sc_fail(
         ctx, SC_ERR_DATA,

@@ -14,13 +14,6 @@ typedef struct counter {
     uint64_t weight[3]; /* of a face across each axis */
 } counter;
 
-/* The dense id of a voxel. */
-static uint32_t id_at(const sc_volume *v, size_t index)
-{
-    return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[index]
-                               : ((const uint16_t *)v->ids)[index];
-}
-
 /* Add @p weight to the areas of every two different labels, neither of them background, of voxels
  * a + i and b + i, i being 0 to n - 1. */
 static void compare_rows(const sc_volume *v, size_t a, size_t b, size_t n, uint64_t weight,
@@ -41,7 +34,7 @@ static void compare_rows(const sc_volume *v, size_t a, size_t b, size_t n, uint6
                 continue;
         }
         for (size_t k = i; k < i + some; k++) {
-            const uint32_t p = id_at(v, a + k), q = id_at(v, b + k);
+            const uint32_t p = sc_volume_id(v, a + k), q = sc_volume_id(v, b + k);
 
             if (p != q && p && q)
                 areas[p < q ? p * (size_t)v->label_count + q : q * (size_t)v->label_count + p] +=
@@ -147,7 +140,7 @@ static void fill_blocks(const sc_volume *v, blocks *b)
                                      b->size[0];
 
             for (int x = 0; x < v->size[0]; x += b->step[0]) {
-                const uint32_t id = id_at(v, row + (size_t)x);
+                const uint32_t id = sc_volume_id(v, row + (size_t)x);
                 const size_t block = block_row + (size_t)(x / b->step[0] / SAMPLES);
 
                 b->sets[block * b->words + id / 64] |= (uint64_t)1 << id % 64;

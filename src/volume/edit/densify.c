@@ -41,7 +41,7 @@ typedef struct label_worker {
     size_t bad;              /* the first voxel met that is no label; SIZE_MAX: none */
 } label_worker;
 
-/* The pass over the voxels. The arrays are owned by sc_read_labels. */
+/* The pass over the voxels. Owns its arrays: clear_pass. */
 typedef struct label_pass {
     const sc_ctx *ctx;
     const char *path;
@@ -268,38 +268,16 @@ static void read_or_visit(void *user, size_t begin, size_t end, int thread)
         visit_range(pass, begin - RANGE_VOXELS, end - RANGE_VOXELS, thread);
 }
 
-/* Ids while they become wider. */
-typedef struct widening {
-    const uint8_t *narrow;
-    uint16_t *wide;
-} widening;
-
-/* sc_range_fn: copy ids [begin, end). */
-static void widen_range(void *user, size_t begin, size_t end, int thread)
-{
-    const widening *w = user;
-
-    (void)thread;
-    for (size_t i = begin; i < end; i++) {
-        if (w->narrow[i])
-            w->wide[i] = w->narrow[i];
-    }
-}
-
 /* Replace pass->ids by ids of two bytes, since one byte per id no longer suffices. @return
  * SC_ERR_MEMORY; nothing has changed then. */
 static sc_status widen_ids(label_pass *pass)
 {
-    widening w = {.narrow = pass->ids};
-    void *block;
+    int same[NARROW_LABELS];
 
-    SC_PASS(sc_zalloc(pass->ctx, pass->wanted, sizeof(uint16_t), &block));
-    w.wide = block;
-    sc_parallel_for(pass->threads, pass->wanted, RANGE_VOXELS, widen_range, &w);
-    sc_free(pass->ids);
-    pass->ids = block;
-    pass->id_bytes = sizeof(uint16_t);
-    return SC_OK;
+    for (int id = 0; id < NARROW_LABELS; id++)
+        same[id] = id;
+    return sc_ids_map(pass->ctx, pass->wanted, same, sizeof(uint16_t), pass->threads,
+                      &pass->id_bytes, &pass->ids);
 }
 
 /* Tally the @p count voxels of the batch and set their ids. @return SC_ERR_DATA for the first voxel
@@ -367,26 +345,22 @@ static void add_up(label_pass *pass)
  * of visit_batch. */
 static sc_status visit_voxels(label_pass *pass)
 {
-    sc_voxel_stream *stream = NULL;
-    sc_status status;
+    SC_OWN(sc_stream_close_at) sc_voxel_stream *stream = NULL;
 
     (void)id_of(&pass->set, 0);
-    SC_TRY(sc_stream_open(pass->ctx, pass->path, pass->source, &stream));
+    SC_PASS(sc_stream_open(pass->ctx, pass->path, pass->source, &stream));
     pass->stream = stream;
     pass->ahead = pass->threads > 1;
     sc_stage_begin(pass->ctx, "reading", 0, pass->voxels);
     for (size_t count; pass->begin < pass->voxels; pass->begin += count) {
         const void *raw;
 
-        SC_TRY(sc_stream_next_raw(stream, &raw, &count));
+        SC_PASS(sc_stream_next_raw(stream, &raw, &count));
         pass->batch = raw;
-        SC_TRY(visit_batch(pass, count));
+        SC_PASS(visit_batch(pass, count));
     }
-    status = sc_stream_finish(stream);
     add_up(pass);
-out:
-    sc_stream_close(stream);
-    return status;
+    return sc_stream_finish(stream);
 }
 
 /* For qsort of sc_label: rising by value. */
@@ -397,11 +371,10 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Make the labels in their final order: labels and label_count of @p volume, and *tallies,
- * [label_count]. The caller owns and frees them, also after an error. @param final
+/* Make the labels in their final order: labels and label_count of @p volume, and its tallies, if it
+ * gets no ids. @param final
  * [SC_LABELS_MAX], receives the dense id of each first id. @return SC_ERR_MEMORY. */
-static sc_status order_labels(label_pass *pass, sc_volume *volume, sc_label_tally **tallies,
-                              uint16_t *final)
+static sc_status order_labels(label_pass *pass, sc_volume *volume, int *final)
 {
     value_set *set = &pass->set;
     const int count = atomic_load(&set->count);
@@ -410,7 +383,8 @@ static sc_status order_labels(label_pass *pass, sc_volume *volume, sc_label_tall
     SC_PASS(SC_ZALLOC(pass->ctx, (size_t)count, &labels));
     volume->labels = labels;
     volume->label_count = count;
-    SC_PASS(SC_ALLOC(pass->ctx, (size_t)count, tallies));
+    if (!pass->keep_ids)
+        SC_PASS(SC_ALLOC(pass->ctx, (size_t)count, &volume->tallies));
     for (size_t slot = 0; slot < SLOTS; slot++) {
         const int32_t id = atomic_load_explicit(&set->ids[slot], memory_order_relaxed);
 
@@ -421,50 +395,24 @@ static sc_status order_labels(label_pass *pass, sc_volume *volume, sc_label_tall
     for (int i = 0; i < count; i++) {
         const int32_t first = id_of(set, labels[i].value);
 
-        final[first] = (uint16_t)i;
-        (*tallies)[i] = pass->workers[0].tallies[first];
+        final[first] = i;
+        if (volume->tallies)
+            volume->tallies[i] = pass->workers[0].tallies[first];
     }
     return SC_OK;
 }
 
-/* Ids while they are put into the final order. */
-typedef struct renumbering {
-    void *ids;
-    int id_bytes;
-    const uint16_t *final; /* of order_labels */
-} renumbering;
-
-/* sc_range_fn: renumber ids [begin, end). */
-static void renumber_range(void *user, size_t begin, size_t end, int thread)
-{
-    const renumbering *r = user;
-
-    (void)thread;
-    for (size_t i = begin; i < end && r->id_bytes == 1; i++) {
-        uint8_t *id = (uint8_t *)r->ids + i;
-
-        if (*id) /* background keeps its id, and its pages stay untouched */
-            *id = (uint8_t)r->final[*id];
-    }
-    for (size_t i = begin; i < end && r->id_bytes == 2; i++) {
-        uint16_t *id = (uint16_t *)r->ids + i;
-
-        if (*id)
-            *id = r->final[*id];
-    }
-}
-
 /* Turn the first ids in pass->ids, which is not NULL, into dense ids by @p final (of
  * order_labels). */
-static void renumber(label_pass *pass, int count, const uint16_t *final)
+static sc_status renumber(label_pass *pass, int count, const int *final)
 {
-    renumbering r = {.ids = pass->ids, .id_bytes = pass->id_bytes, .final = final};
     bool in_order = true;
 
     for (int i = 0; i < count; i++)
         in_order = in_order && final[i] == i;
-    if (!in_order)
-        sc_parallel_for(pass->threads, pass->wanted, RANGE_VOXELS, renumber_range, &r);
+    return in_order ? SC_OK
+                    : sc_ids_map(pass->ctx, pass->wanted, final, pass->id_bytes, pass->threads,
+                                 &pass->id_bytes, &pass->ids);
 }
 
 /* The marks of a grey-value image: more labels than this, and shorter runs, in voxels, than this.
@@ -514,7 +462,7 @@ static void warn_of_grey_values(const label_pass *pass, sc_volume *volume)
                 pass->path, (long long)lowest);
 }
 
-/* Allocate an empty set. @return SC_ERR_MEMORY; what was allocated end_set frees. */
+/* Allocate an empty set. @return SC_ERR_MEMORY; what was allocated clear_pass frees. */
 static sc_status begin_set(const sc_ctx *ctx, value_set *set)
 {
     SC_PASS(SC_ALLOC(ctx, SLOTS, &set->values));
@@ -548,8 +496,7 @@ static sc_status list_outside(const label_pass *pass, sc_volume *volume)
     return SC_OK;
 }
 
-/* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated end_workers frees.
- */
+/* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated clear_pass frees. */
 static sc_status begin_workers(label_pass *pass)
 {
     SC_PASS(SC_ZALLOC(pass->ctx, (size_t)pass->threads, &pass->workers));
@@ -564,7 +511,8 @@ static sc_status begin_workers(label_pass *pass)
     return SC_OK;
 }
 
-static void end_workers(label_pass *pass)
+/* For SC_OWN. */
+static void clear_pass(label_pass *pass)
 {
     for (int i = 0; i < pass->threads && pass->workers; i++) {
         sc_free(pass->workers[i].tallies);
@@ -572,6 +520,9 @@ static void end_workers(label_pass *pass)
         sc_free(pass->workers[i].values);
     }
     sc_free(pass->workers);
+    sc_free(pass->ids);
+    end_set(&pass->set);
+    end_set(&pass->outside);
 }
 
 /* @return how many threads look for labels: as many as may, if there is enough for each. */
@@ -584,8 +535,9 @@ static int threads_for(const sc_ctx *ctx, size_t voxels)
 }
 
 sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *source,
-                         bool keep_ids, sc_volume *volume, sc_label_tally **tallies)
+                         bool keep_ids, sc_volume *volume)
 {
+    SC_OWN(clear_pass)
     label_pass pass = {.ctx = ctx,
                        .path = path,
                        .source = source,
@@ -596,38 +548,25 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
                        .keep_ids = keep_ids,
                        .id_bytes = 1,
                        .as_stored = sc_stream_is_plain(source)};
+    SC_OWN(sc_volume_clear)
     sc_volume found = {.size = {source->part[0], source->part[1], source->part[2]}};
-    sc_label_tally *final_tallies = NULL;
-    void *final = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) int *final = NULL;
 
-    SC_TRY(begin_set(ctx, &pass.set));
+    SC_PASS(begin_set(ctx, &pass.set));
     if (pass.wanted < pass.voxels)
-        SC_TRY(begin_set(ctx, &pass.outside));
-    SC_TRY(sc_alloc(ctx, SC_LABELS_MAX, sizeof(uint16_t), &final));
-    SC_TRY(begin_workers(&pass));
+        SC_PASS(begin_set(ctx, &pass.outside));
+    SC_PASS(SC_ALLOC(ctx, SC_LABELS_MAX, &final));
+    SC_PASS(begin_workers(&pass));
     if (keep_ids)
-        SC_TRY(sc_zalloc(ctx, pass.wanted, 1, &pass.ids));
-    SC_TRY(visit_voxels(&pass));
-    SC_TRY(order_labels(&pass, &found, &final_tallies, final));
-    SC_TRY(list_outside(&pass, &found));
+        SC_PASS(sc_zalloc(ctx, pass.wanted, 1, &pass.ids));
+    SC_PASS(visit_voxels(&pass));
+    SC_PASS(order_labels(&pass, &found, final));
+    SC_PASS(list_outside(&pass, &found));
     warn_of_grey_values(&pass, &found);
     if (keep_ids)
-        renumber(&pass, found.label_count, final);
+        SC_PASS(renumber(&pass, found.label_count, final));
     found.label_bytes = found.label_count <= NARROW_LABELS ? 1 : 2;
-    found.ids = pass.ids;
-    pass.ids = NULL;
-    *volume = found;
-    found = (sc_volume){0};
-    *tallies = final_tallies;
-    final_tallies = NULL;
-out:
-    sc_volume_clear(&found);
-    sc_free(final_tallies);
-    sc_free(pass.ids);
-    end_workers(&pass);
-    end_set(&pass.set);
-    end_set(&pass.outside);
-    sc_free(final);
-    return status;
+    SC_HAND_OVER(pass.ids, &found.ids);
+    SC_HAND_OVER(found, volume);
+    return SC_OK;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Changes of a volume that was read: labels left out or merged, and parts cut off. */
-#include "segcast/volume.h"
+#include "segcast/grey.h"
+#include "source.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -10,11 +11,10 @@
 sc_status sc_relabel_make(const sc_ctx *ctx, const sc_label *labels, int count, const int *into,
                           const char *const *names, sc_relabel *out)
 {
-    sc_relabel made = {0};
-    sc_status status;
+    SC_OWN(sc_relabel_clear) sc_relabel made = {0};
 
-    SC_TRY(SC_ZALLOC(ctx, (size_t)count, &made.to));
-    SC_TRY(SC_ALLOC(ctx, (size_t)count, &made.labels));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)count, &made.to));
+    SC_PASS(SC_ALLOC(ctx, (size_t)count, &made.labels));
     for (int id = 0; id < count; id++) {
         if (into[id] != id)
             continue;
@@ -36,11 +36,8 @@ sc_status sc_relabel_make(const sc_ctx *ctx, const sc_label *labels, int count, 
             label->has_color = true;
         }
     }
-    *out = made;
+    SC_HAND_OVER(made, out);
     return SC_OK;
-out:
-    sc_relabel_clear(&made);
-    return status;
 }
 
 void sc_relabel_clear(sc_relabel *relabel)
@@ -73,14 +70,12 @@ sc_status sc_relabel_with(const sc_ctx *ctx, const sc_label *labels, int label_c
 {
     const size_t most = (size_t)label_count + more->count;
     SC_OWN(sc_relabel_clear) sc_relabel made = {.label_count = 1};
-    candidate *all;
-    SC_OWN(sc_free_at) void *owned = NULL;
+    SC_OWN(sc_free_at) candidate *all = NULL;
     size_t count = 0;
 
     SC_PASS(SC_ZALLOC(ctx, (size_t)label_count, &made.to));
     SC_PASS(SC_ALLOC(ctx, most, &made.labels));
-    SC_PASS(sc_alloc(ctx, most, sizeof *all, &owned));
-    all = owned;
+    SC_PASS(SC_ALLOC(ctx, most, &all));
     for (int id = 1; id < label_count; id++)
         all[count++] = (candidate){&labels[id], id};
     for (size_t i = 0; i < more->count; i++) {
@@ -105,7 +100,9 @@ sc_status sc_relabel_with(const sc_ctx *ctx, const sc_label *labels, int label_c
     return SC_OK;
 }
 
-/* What the threads of sc_volume_relabel share. */
+static const sc_label_tally no_voxels = {0, {0, 0, 0}, {-1, -1, -1}};
+
+/* What the threads share that give voxels other ids. */
 typedef struct relabel_work {
     const void *from;
     void *to;                 /* the same, or ids of two bytes instead of one */
@@ -113,103 +110,102 @@ typedef struct relabel_work {
     const int *map;
 } relabel_work;
 
-/* An sc_range_fn over voxels: replaces their ids. @p user is a relabel_work. */
+/* An sc_range_fn over voxels: replaces their ids. @p user is a relabel_work. What stays as it is,
+ * is not written, so that pages of background alone are never touched. */
 static void relabel_range(void *user, size_t begin, size_t end, int thread)
 {
     const relabel_work *w = user;
-    const uint8_t *narrow = w->from;
-    const uint16_t *wide = w->from;
 
     (void)thread;
-    for (size_t i = begin; i < end && w->to_bytes == 1; i++)
-        ((uint8_t *)w->to)[i] = (uint8_t)w->map[narrow[i]];
-    for (size_t i = begin; i < end && w->to_bytes == 2; i++)
-        ((uint16_t *)w->to)[i] = (uint16_t)w->map[w->from_bytes == 1 ? narrow[i] : wide[i]];
+    for (size_t i = begin; i < end && w->to_bytes == 1; i++) {
+        uint8_t *id = (uint8_t *)w->to + i;
+        const int becomes = w->map[*id];
+
+        if (becomes != *id)
+            *id = (uint8_t)becomes;
+    }
+    for (size_t i = begin; i < end && w->to_bytes == 2; i++) {
+        uint16_t *id = (uint16_t *)w->to + i;
+        const int becomes = w->map[w->from_bytes == 1 ? ((const uint8_t *)w->from)[i]
+                                                      : ((const uint16_t *)w->from)[i]];
+
+        if (becomes != *id)
+            *id = (uint16_t)becomes;
+    }
 }
 
-/* Move the labels of @p relabel to the volume. */
-static void take_labels(sc_volume *volume, sc_relabel *relabel)
+sc_status sc_ids_map(const sc_ctx *ctx, size_t voxels, const int *map, int to_bytes, int threads,
+                     int *bytes, void **ids)
 {
-    sc_free(volume->labels);
-    volume->labels = relabel->labels;
-    volume->label_count = relabel->label_count;
-    relabel->labels = NULL;
-}
+    relabel_work w = {*ids, *ids, *bytes, to_bytes, map};
 
-/* Give the voxels of a volume new ids. @return SC_ERR_MEMORY, nothing changed. */
-static sc_status relabel_ids(const sc_ctx *ctx, sc_volume *volume, const sc_relabel *relabel,
-                             int threads)
-{
-    const bool widens = volume->label_bytes == 1 && relabel->label_count > UINT8_MAX + 1;
-    relabel_work w = {.from = volume->ids,
-                      .to = volume->ids,
-                      .from_bytes = volume->label_bytes,
-                      .to_bytes = widens ? 2 : volume->label_bytes,
-                      .map = relabel->to};
-
-    if (widens)
-        SC_PASS(sc_alloc(ctx, sc_volume_voxels(volume), sizeof(uint16_t), &w.to));
-    sc_parallel_for(threads, sc_volume_voxels(volume), 1 << 20, relabel_range, &w);
-    if (widens)
-        sc_free(volume->ids);
-    volume->ids = w.to;
-    volume->label_bytes = w.to_bytes;
+    if (to_bytes > *bytes)
+        SC_PASS(sc_zalloc(ctx, voxels, (size_t)to_bytes, &w.to));
+    sc_parallel_for(threads, voxels, 1 << 20, relabel_range, &w);
+    if (w.to != *ids)
+        sc_free(*ids);
+    *ids = w.to;
+    *bytes = to_bytes;
     return SC_OK;
+}
+
+void sc_volume_hide(sc_volume *volume, const bool *hidden, int threads)
+{
+    int map[SC_LABELS_MAX];
+    const sc_ctx quiet = {.rank = 0};
+    bool any = false;
+
+    for (int id = 0; id < volume->label_count; id++) {
+        map[id] = hidden[id] ? 0 : id;
+        any = any || (id && hidden[id]);
+    }
+    if (any)
+        (void)sc_ids_map(&quiet, sc_volume_voxels(volume), map, volume->label_bytes, threads,
+                         &volume->label_bytes, &volume->ids); /* which needs no memory */
+}
+
+/* Add up the tallies of a volume by their new labels, in tallies[relabel->label_count]. */
+static void relabel_tallies(const sc_volume *volume, const sc_relabel *relabel,
+                            sc_label_tally *tallies)
+{
+    for (int id = 0; id < relabel->label_count; id++)
+        tallies[id] = no_voxels;
+    for (int id = 0; id < volume->label_count; id++) {
+        const sc_label_tally *from = &volume->tallies[id];
+        sc_label_tally *to = &tallies[relabel->to[id]];
+        const bool is_first = to->voxels == 0;
+
+        for (int axis = 0; axis < 3 && from->voxels; axis++) {
+            if (is_first || from->low[axis] < to->low[axis])
+                to->low[axis] = from->low[axis];
+            if (is_first || from->high[axis] > to->high[axis])
+                to->high[axis] = from->high[axis];
+        }
+        to->voxels += from->voxels;
+    }
 }
 
 sc_status sc_volume_relabel(const sc_ctx *ctx, sc_volume *volume, sc_relabel *relabel, int threads)
 {
-    const sc_status status = relabel_ids(ctx, volume, relabel, threads);
+    SC_OWN(sc_free_at) sc_label_tally *tallies = NULL;
 
-    if (status == SC_OK)
-        take_labels(volume, relabel);
-    return status;
-}
-
-sc_status sc_label_scan_relabel(const sc_ctx *ctx, sc_label_scan *scan, sc_relabel *relabel)
-{
-    const sc_label_tally nothing = {0, {0, 0, 0}, {-1, -1, -1}};
-    const int count = scan->volume.label_count;
-    sc_label_tally *tallies;
-    SC_OWN(sc_free_at) void *block = NULL;
-
-    if (scan->tallies) {
-        SC_PASS(sc_alloc(ctx, (size_t)relabel->label_count, sizeof *tallies, &block));
-        tallies = block;
-        for (int id = 0; id < relabel->label_count; id++)
-            tallies[id] = nothing;
-        for (int id = 0; id < count; id++) {
-            const sc_label_tally *from = &scan->tallies[id];
-            sc_label_tally *to = &tallies[relabel->to[id]];
-            const bool is_first = to->voxels == 0;
-
-            for (int axis = 0; axis < 3 && from->voxels; axis++) {
-                if (is_first || from->low[axis] < to->low[axis])
-                    to->low[axis] = from->low[axis];
-                if (is_first || from->high[axis] > to->high[axis])
-                    to->high[axis] = from->high[axis];
-            }
-            to->voxels += from->voxels;
-        }
+    if (volume->tallies) {
+        SC_PASS(SC_ALLOC(ctx, (size_t)relabel->label_count, &tallies));
+        relabel_tallies(volume, relabel, tallies);
     }
-    if (scan->volume.ids)
-        SC_PASS(relabel_ids(ctx, &scan->volume, relabel, ctx->threads));
-    if (scan->tallies) {
-        sc_free(scan->tallies);
-        scan->tallies = block;
-        block = NULL;
-    }
-    take_labels(&scan->volume, relabel);
+    if (volume->ids)
+        SC_PASS(sc_ids_map(ctx, sc_volume_voxels(volume), relabel->to,
+                           relabel->label_count > UINT8_MAX + 1 ? 2 : volume->label_bytes, threads,
+                           &volume->label_bytes, &volume->ids));
+    sc_free(volume->tallies);
+    SC_HAND_OVER(tallies, &volume->tallies);
+    sc_free(volume->labels);
+    SC_HAND_OVER(relabel->labels, &volume->labels);
+    volume->label_count = relabel->label_count;
     return SC_OK;
 }
 
 /* ---- boxes ---- */
-
-static uint32_t id_at(const sc_volume *volume, size_t voxel)
-{
-    return volume->label_bytes == 1 ? ((const uint8_t *)volume->ids)[voxel]
-                                    : ((const uint16_t *)volume->ids)[voxel];
-}
 
 sc_voxel_box sc_voxels_between(const int size[3], const sc_affine *to_ras_mm,
                                const sc_vec3 corners[2])
@@ -237,18 +233,19 @@ sc_voxel_box sc_voxels_between(const int size[3], const sc_affine *to_ras_mm,
     return box;
 }
 
-void sc_volume_extent(const int size[3], const sc_affine *to_ras_mm, sc_vec3 *low, sc_vec3 *high)
+sc_box3 sc_grid_box_mm(const int size[3], const sc_affine *to_ras_mm)
 {
-    *low = (sc_vec3){HUGE_VAL, HUGE_VAL, HUGE_VAL};
-    *high = (sc_vec3){-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-    for (int corner = 0; corner < 8; corner++) {
-        const sc_vec3 p = sc_affine_point(to_ras_mm, (sc_vec3){corner & 1 ? size[0] - 0.5 : -0.5,
-                                                               corner & 2 ? size[1] - 0.5 : -0.5,
-                                                               corner & 4 ? size[2] - 0.5 : -0.5});
+    sc_box3 box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
 
-        *low = (sc_vec3){fmin(low->x, p.x), fmin(low->y, p.y), fmin(low->z, p.z)};
-        *high = (sc_vec3){fmax(high->x, p.x), fmax(high->y, p.y), fmax(high->z, p.z)};
+    for (int corner = 0; corner < 8; corner++) {
+        const sc_vec3 at = {corner & 1 ? size[0] - 0.5 : -0.5, corner & 2 ? size[1] - 0.5 : -0.5,
+                            corner & 4 ? size[2] - 0.5 : -0.5};
+        const sc_vec3 p = sc_affine_point(to_ras_mm, at);
+
+        box.low = (sc_vec3){fmin(box.low.x, p.x), fmin(box.low.y, p.y), fmin(box.low.z, p.z)};
+        box.high = (sc_vec3){fmax(box.high.x, p.x), fmax(box.high.y, p.y), fmax(box.high.z, p.z)};
     }
+    return box;
 }
 
 sc_voxel_box sc_volume_box(const sc_volume *volume, const bool *which)
@@ -261,12 +258,13 @@ sc_voxel_box sc_volume_box(const sc_volume *volume, const bool *which)
         for (int y = 0; y < size[1]; y++, row += (size_t)size[0]) {
             int first = 0, last = size[0] - 1;
 
-            while (first < size[0] && !(id_at(volume, row + (size_t)first) &&
-                                        which[id_at(volume, row + (size_t)first)]))
+            while (first < size[0] && !(sc_volume_id(volume, row + (size_t)first) &&
+                                        which[sc_volume_id(volume, row + (size_t)first)]))
                 first++;
             if (first == size[0])
                 continue;
-            while (!(id_at(volume, row + (size_t)last) && which[id_at(volume, row + (size_t)last)]))
+            while (!(sc_volume_id(volume, row + (size_t)last) &&
+                     which[sc_volume_id(volume, row + (size_t)last)]))
                 last--;
             box.low[0] = first < box.low[0] ? first : box.low[0];
             box.high[0] = last > box.high[0] ? last : box.high[0];
@@ -279,21 +277,8 @@ sc_voxel_box sc_volume_box(const sc_volume *volume, const bool *which)
     return box;
 }
 
-/* Set size and geometry of a volume to those of a box in it. */
-static void set_box(sc_volume *volume, const sc_voxel_box *box)
-{
-    const sc_vec3 first =
-        sc_affine_point(&volume->to_ras_mm,
-                        (sc_vec3){(double)box->low[0], (double)box->low[1], (double)box->low[2]});
-
-    volume->to_ras_mm.m[0][3] = first.x;
-    volume->to_ras_mm.m[1][3] = first.y;
-    volume->to_ras_mm.m[2][3] = first.z;
-    for (int axis = 0; axis < 3; axis++)
-        volume->size[axis] = box->high[axis] - box->low[axis] + 1;
-}
-
-void sc_volume_crop(sc_volume *volume, const sc_voxel_box *box)
+/* Keep only the ids of the voxels of a box. */
+static void crop_ids(sc_volume *volume, const sc_voxel_box *box)
 {
     const size_t bytes = (size_t)volume->label_bytes;
     const size_t row = (size_t)(box->high[0] - box->low[0] + 1) * bytes;
@@ -310,13 +295,13 @@ void sc_volume_crop(sc_volume *volume, const sc_voxel_box *box)
             memmove(to, ids + voxel * bytes, row);
         }
     }
-    set_box(volume, box);
 }
 
-void sc_label_scan_crop(sc_label_scan *scan, const sc_voxel_box *box)
+/* Cut off the boxes of labels at a box. */
+static void crop_tallies(sc_volume *volume, const sc_voxel_box *box)
 {
-    for (int id = 0; id < scan->volume.label_count && scan->tallies; id++) {
-        sc_label_tally *tally = &scan->tallies[id];
+    for (int id = 0; id < volume->label_count; id++) {
+        sc_label_tally *tally = &volume->tallies[id];
         bool is_empty = tally->voxels == 0;
 
         for (int axis = 0; axis < 3; axis++) {
@@ -329,7 +314,23 @@ void sc_label_scan_crop(sc_label_scan *scan, const sc_voxel_box *box)
             is_empty = is_empty || low > high;
         }
         if (is_empty)
-            *tally = (sc_label_tally){0, {0, 0, 0}, {-1, -1, -1}};
+            *tally = no_voxels;
     }
-    set_box(&scan->volume, box);
+}
+
+void sc_volume_crop(sc_volume *volume, const sc_voxel_box *box)
+{
+    const sc_vec3 first =
+        sc_affine_point(&volume->to_ras_mm,
+                        (sc_vec3){(double)box->low[0], (double)box->low[1], (double)box->low[2]});
+
+    if (volume->ids)
+        crop_ids(volume, box);
+    if (volume->tallies)
+        crop_tallies(volume, box);
+    volume->to_ras_mm.m[0][3] = first.x;
+    volume->to_ras_mm.m[1][3] = first.y;
+    volume->to_ras_mm.m[2][3] = first.z;
+    for (int axis = 0; axis < 3; axis++)
+        volume->size[axis] = box->high[axis] - box->low[axis] + 1;
 }

@@ -7,19 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PAIRS_MAX = 1024 /* for so many segments, voxels are counted for each two */ };
-
 /* The segments while they are read. The arrays belong to sc_load_layers. */
 typedef struct layering {
-    const sc_ctx *ctx;
-    const char *path;
-    const sc_overlap_rule *rule;
+    sc_claims *claims;
     sc_source *source;
     size_t count;     /* of segments */
     int64_t *last;    /* [layers]: the value that was looked up last in each layer, */
     size_t *found;    /* [layers]: and its segment; count: none has it */
-    uint16_t *label;  /* [voxels of the part that is wanted] */
-    uint64_t *pairs;  /* [count][count]: voxels that the first took from the second; or NULL */
     uint64_t unnamed; /* values that no segment has */
 } layering;
 
@@ -63,42 +57,31 @@ static size_t find_segment(layering *l, int layer, int64_t value)
 }
 
 /* Count the values of one voxel. */
-static void count_voxel(layering *l, const int64_t *values, uint64_t *voxels)
+static void count_voxel(layering *l, const int64_t *values)
 {
     for (int i = 0; i < l->source->layers; i++) {
         const size_t segment = values[i] ? find_segment(l, i, values[i]) : l->count;
 
         if (segment < l->count)
-            voxels[segment]++;
+            l->claims->voxels[segment]++;
         else
             l->unnamed += values[i] != 0;
     }
 }
 
 /* @return the row of the segment that gets a voxel with these values; l->count if none. */
-static size_t paint_voxel(layering *l, const int64_t *values, const uint64_t *voxels)
+static size_t paint_voxel(layering *l, const int64_t *values)
 {
     size_t best = l->count;
     bool several = false;
 
     for (int i = 0; i < l->source->layers; i++) {
         const size_t segment = values[i] ? find_segment(l, i, values[i]) : l->count;
-        size_t loser = best;
 
-        if (segment == l->count || segment == best || l->rule->left_out[segment])
+        if (segment == l->count || segment == best || l->claims->rule->left_out[segment])
             continue;
-        if (best == l->count ||
-            sc_overlap_wins(l->rule, (sc_contender){voxels[segment], segment, segment},
-                            (sc_contender){voxels[best], best, best}))
-            best = segment;
-        else
-            loser = segment;
-        if (loser == l->count)
-            continue;
-        several = true;
-        l->source->overlaps.lost[loser] = true;
-        if (l->pairs)
-            l->pairs[best * l->count + loser]++;
+        several = several || best < l->count;
+        best = best < l->count ? sc_claims_settle(l->claims, segment, best) : segment;
     }
     l->source->overlaps.voxels += several;
     return best;
@@ -118,101 +101,60 @@ static size_t place_in_part(const sc_source *source, size_t at)
 }
 
 /* Go once through the voxels: count them, or, if @p paints, give them labels. */
-static sc_status pass(layering *l, bool paints, uint64_t *voxels, int64_t *block)
+static sc_status pass(layering *l, bool paints, int64_t *block)
 {
+    const sc_ctx *ctx = l->claims->ctx;
     const int layers = l->source->layers;
     const size_t total = sc_source_voxels(l->source), most = (size_t)(SC_STREAM_BLOCK / layers);
     sc_source stored = *l->source; /* a row of it holds the layers of each voxel side by side */
-    sc_voxel_stream *stream = NULL;
-    sc_status status;
+    SC_OWN(sc_stream_close_at) sc_voxel_stream *stream = NULL;
 
     stored.size[0] *= layers;
-    SC_TRY(sc_stream_open(l->ctx, l->path, &stored, &stream));
+    SC_PASS(sc_stream_open(ctx, l->claims->path, &stored, &stream));
     for (size_t begin = 0; begin < total; begin += most) {
         const size_t count = total - begin < most ? total - begin : most;
 
-        SC_TRY(sc_stream_next(stream, count * (size_t)layers, block));
+        SC_PASS(sc_stream_next(stream, count * (size_t)layers, block));
         for (size_t i = 0; i < count; i++) {
             const int64_t *values = block + i * (size_t)layers;
-            const size_t place = place_in_part(l->source, begin + i);
-            size_t row;
+            const size_t place = paints ? place_in_part(l->source, begin + i) : SIZE_MAX;
+            size_t row = l->count;
 
-            if (!paints) {
-                count_voxel(l, values, voxels);
-                continue;
-            }
-            if (place == SIZE_MAX)
-                continue;
-            row = paint_voxel(l, values, voxels);
+            if (!paints)
+                count_voxel(l, values);
+            if (place != SIZE_MAX)
+                row = paint_voxel(l, values);
             if (row < l->count)
-                l->label[place] = (uint16_t)l->source->table.rows[row].value;
+                l->claims->labels[place] = (uint16_t)l->source->table.rows[row].value;
         }
-        sc_stage_add(l->ctx, count);
+        sc_stage_add(ctx, count);
     }
-    status = sc_stream_finish(stream);
-out:
-    sc_stream_close(stream);
-    return status;
-}
-
-/* Put the labels in the place of the layers. @p source takes ownership of them. */
-static void replace_voxels(sc_source *source, void *labels)
-{
-    if (source->release)
-        source->release(source->data);
-    source->encoding = SC_ENCODING_LOADED;
-    source->type = SC_VOXEL_UINT16;
-    source->swapped = false;
-    source->data = labels;
-    source->release = sc_free;
-    source->layers = 1;
+    return sc_stream_finish(stream);
 }
 
 sc_status sc_load_layers(const sc_ctx *ctx, const char *path, const sc_overlap_rule *rule,
                          sc_source *source)
 {
-    const size_t voxels = sc_source_voxels(source), count = source->table.count;
     const size_t layers = (size_t)source->layers;
-    const size_t wanted =
-        (size_t)source->part[0] * (size_t)source->part[1] * (size_t)source->part[2];
-    layering l = {.ctx = ctx, .path = path, .rule = rule, .source = source, .count = count};
-    void *last = NULL, *found = NULL, *counts = NULL, *block = NULL, *labels = NULL, *pairs = NULL;
-    sc_status status;
+    SC_OWN(sc_claims_clear) sc_claims claims = {0};
+    layering l = {.claims = &claims, .source = source, .count = source->table.count};
+    SC_OWN(sc_free_at) int64_t *last = NULL, *block = NULL;
+    SC_OWN(sc_free_at) size_t *found = NULL;
 
-    SC_TRY(sc_volume_memory_check(ctx, path, source->part, (double)wanted * sizeof(uint16_t)));
-    SC_TRY(sc_zalloc(ctx, wanted, sizeof(uint16_t), &labels));
-    SC_TRY(sc_zalloc(ctx, layers, sizeof(int64_t), &last)); /* 0, which is not looked up */
-    SC_TRY(sc_zalloc(ctx, layers, sizeof(size_t), &found));
-    SC_TRY(sc_zalloc(ctx, count, sizeof(uint64_t), &counts));
-    SC_TRY(sc_alloc(ctx, SC_STREAM_BLOCK, sizeof(int64_t), &block));
-    if (count <= PAIRS_MAX)
-        SC_TRY(sc_zalloc(ctx, count * count, sizeof(uint64_t), &pairs));
-    SC_TRY(sc_overlap_count_begin(ctx, count, &source->overlaps));
+    SC_PASS(sc_claims_begin(ctx, path, rule, source, &claims));
+    SC_PASS(SC_ZALLOC(ctx, layers, &last)); /* 0, which is not looked up */
+    SC_PASS(SC_ZALLOC(ctx, layers, &found));
+    SC_PASS(SC_ALLOC(ctx, SC_STREAM_BLOCK, &block));
     l.last = last;
     l.found = found;
-    l.label = labels;
-    l.pairs = pairs;
-    qsort(source->segments, count, sizeof *source->segments, by_place);
-    sc_stage_begin(ctx, "reading", 0, 2 * voxels);
-    SC_TRY(pass(&l, false, counts, block));
-    SC_TRY(pass(&l, true, counts, block));
-    for (size_t i = 0; i < count; i++)
-        source->overlaps.covers[i] = ((const uint64_t *)counts)[i] > 0;
-    SC_TRY(sc_overlap_add_all(ctx, l.pairs, count, &source->overlaps));
+    qsort(source->segments, l.count, sizeof *source->segments, by_place);
+    sc_stage_begin(ctx, "reading", 0, 2 * sc_source_voxels(source));
+    SC_PASS(pass(&l, false, block));
+    SC_PASS(pass(&l, true, block));
     if (l.unnamed)
         sc_warn(ctx,
                 "%s: %llu voxels of its layers hold a value that no segment has; they are "
                 "left out",
                 path, (unsigned long long)l.unnamed);
-    sc_source_keep_part(source);
-    replace_voxels(source, labels);
-    labels = NULL;
-out:
-    sc_free(labels);
-    sc_free(last);
-    sc_free(found);
-    sc_free(counts);
-    sc_free(block);
-    sc_free(pairs);
-    return status;
+    return sc_claims_end(&claims);
 }

@@ -17,7 +17,7 @@ typedef struct mask_reading {
     sc_status status;
 } mask_reading;
 
-/* The masks while they are read. The arrays belong to sc_load_masks. */
+/* The masks while they are read. Owns its arrays: clear_painting. */
 typedef struct painting {
     const sc_ctx *ctx;
     const char *path;
@@ -183,13 +183,12 @@ static sc_status pass_soft(const painting *p, const sc_ctx *ctx, sc_mask *mask, 
 {
     const size_t voxels = voxels_of(mask);
     double *values = (double *)(void *)r->block; /* as wide as its numbers */
-    sc_voxel_stream *stream = NULL;
-    sc_status status;
+    SC_OWN(sc_stream_close_at) sc_voxel_stream *stream = NULL;
 
-    SC_TRY(sc_stream_open(ctx, mask->file, &r->source, &stream));
+    SC_PASS(sc_stream_open(ctx, mask->file, &r->source, &stream));
     for (size_t begin = 0, count; begin < voxels; begin += count) {
         count = voxels - begin < SC_STREAM_BLOCK ? voxels - begin : SC_STREAM_BLOCK;
-        SC_TRY(sc_stream_next_numbers(stream, count, values));
+        SC_PASS(sc_stream_next_numbers(stream, count, values));
         for (size_t i = 0, end; i < count; i = end) {
             end = i + 1;
             if (!covers)
@@ -201,22 +200,36 @@ static sc_status pass_soft(const painting *p, const sc_ctx *ctx, sc_mask *mask, 
             cover(p, mask, r->bits, begin + i, begin + end);
         }
     }
-    status = sc_stream_finish(stream);
-out:
-    sc_stream_close(stream);
-    return status;
+    return sc_stream_finish(stream);
 }
 
-/* Read a soft mask: as read_mask. */
+/* Read a soft mask, in two passes. */
 static sc_status read_soft(const painting *p, const sc_ctx *ctx, sc_mask *mask, mask_reading *r)
 {
     double most = 0;
-    sc_status status = pass_soft(p, ctx, mask, r, false, 0, &most);
 
-    if (status == SC_OK && most > 0)
-        status = pass_soft(p, ctx, mask, r, true, p->source->threshold * most, &most);
+    SC_PASS(pass_soft(p, ctx, mask, r, false, 0, &most));
+    if (most > 0)
+        SC_PASS(pass_soft(p, ctx, mask, r, true, p->source->threshold * most, &most));
     sc_stage_add(p->ctx, voxels_of(mask));
-    return status;
+    return SC_OK;
+}
+
+/* Read a mask of labels, in one pass. */
+static sc_status read_labels(const painting *p, const sc_ctx *ctx, sc_mask *mask, mask_reading *r)
+{
+    const size_t voxels = sc_source_voxels(&r->source);
+    SC_OWN(sc_stream_close_at) sc_voxel_stream *stream = NULL;
+
+    SC_PASS(sc_stream_open(ctx, mask->file, &r->source, &stream));
+    for (size_t begin = 0, count; begin < voxels; begin += count) {
+        const void *raw;
+
+        SC_PASS(sc_stream_next_raw(stream, &raw, &count));
+        SC_PASS(add_batch(p, ctx, mask, r, stream, raw, begin, count));
+        sc_stage_add(p->ctx, count);
+    }
+    return sc_stream_finish(stream);
 }
 
 /* Read mask @p i, whose header has been read, into the bits of @p r, and count its voxels; the
@@ -224,28 +237,12 @@ static sc_status read_soft(const painting *p, const sc_ctx *ctx, sc_mask *mask, 
 static sc_status read_mask(const painting *p, const sc_ctx *ctx, size_t i, mask_reading *r)
 {
     sc_mask *mask = &p->source->masks[i];
-    const size_t voxels = sc_source_voxels(&r->source);
-    sc_voxel_stream *stream = NULL;
     sc_status status;
 
     memset(r->bits, 0, words_of(p->voxels) * sizeof *r->bits);
     mask->voxels = 0;
     r->value = 0;
-    if (p->source->threshold > 0) {
-        status = read_soft(p, ctx, mask, r);
-        goto out;
-    }
-    SC_TRY(sc_stream_open(ctx, mask->file, &r->source, &stream));
-    for (size_t begin = 0, count; begin < voxels; begin += count) {
-        const void *raw;
-
-        SC_TRY(sc_stream_next_raw(stream, &raw, &count));
-        SC_TRY(add_batch(p, ctx, mask, r, stream, raw, begin, count));
-        sc_stage_add(p->ctx, count);
-    }
-    status = sc_stream_finish(stream);
-out:
-    sc_stream_close(stream);
+    status = (p->source->threshold > 0 ? read_soft : read_labels)(p, ctx, mask, r);
     sc_source_clear(&r->source);
     return status;
 }
@@ -280,22 +277,20 @@ static void read_some(void *user, size_t begin, size_t end, int thread)
 static sc_status read_masks(painting *p, size_t count)
 {
     sc_ctx errors = *p->ctx;
-    sc_status status = SC_OK;
 
     errors.level = SC_LOG_ERROR;
     for (size_t k = 0; k < count; k++)
-        SC_TRY(open_mask(p, p->wanted[p->first + k], &p->readings[k]));
+        SC_PASS(open_mask(p, p->wanted[p->first + k], &p->readings[k]));
     sc_parallel_for((int)p->threads, count, 1, read_some, p);
     for (size_t k = 0; k < count; k++) {
         mask_reading *r = &p->readings[k];
 
         if (r->status == SC_OK)
             continue;
-        SC_TRY(open_mask(p, p->wanted[p->first + k], r));
-        SC_TRY(read_mask(p, &errors, p->wanted[p->first + k], r));
+        SC_PASS(open_mask(p, p->wanted[p->first + k], r));
+        SC_PASS(read_mask(p, &errors, p->wanted[p->first + k], r));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* @return whether mask @p i has what it and mask @p other cover. */
@@ -362,23 +357,21 @@ static sc_status report(painting *p)
     return SC_OK;
 }
 
-/* Allocate what each of the threads works on. What was allocated free_readings frees. */
-static sc_status alloc_readings(painting *p)
+/* Allocate what the threads work on, and share. */
+static sc_status alloc_all(painting *p)
 {
-    void *block;
-
-    SC_PASS(sc_zalloc(p->ctx, p->threads, sizeof *p->readings, &block));
-    p->readings = block;
+    SC_PASS(SC_ZALLOC(p->ctx, p->threads, &p->readings));
     for (size_t k = 0; k < p->threads; k++) {
-        SC_PASS(sc_alloc(p->ctx, words_of(p->voxels), sizeof(uint64_t), &block));
-        p->readings[k].bits = block;
-        SC_PASS(sc_alloc(p->ctx, SC_STREAM_BLOCK, 2 * sizeof(int64_t), &block));
-        p->readings[k].block = block;
+        SC_PASS(SC_ALLOC(p->ctx, words_of(p->voxels), &p->readings[k].bits));
+        SC_PASS(SC_ALLOC(p->ctx, 2 * SC_STREAM_BLOCK, &p->readings[k].block));
     }
-    return SC_OK;
+    SC_PASS(sc_zalloc(p->ctx, p->voxels, (size_t)p->bytes, &p->labels));
+    SC_PASS(SC_ZALLOC(p->ctx, words_of(p->voxels), &p->twice));
+    return SC_ALLOC(p->ctx, p->source->mask_count + 1, &p->lost);
 }
 
-static void free_readings(painting *p)
+/* For SC_OWN. */
+static void clear_painting(painting *p)
 {
     for (size_t k = 0; k < p->threads && p->readings; k++) {
         sc_source_clear(&p->readings[k].source);
@@ -386,6 +379,10 @@ static void free_readings(painting *p)
         sc_free(p->readings[k].block);
     }
     sc_free(p->readings);
+    sc_free(p->labels);
+    sc_free(p->twice);
+    sc_free(p->lost);
+    sc_free(p->wanted);
 }
 
 /* @return how many masks are read at a time. */
@@ -401,50 +398,33 @@ sc_status sc_load_masks(const sc_ctx *ctx, const char *path, const sc_overlap_ru
 {
     const int *part = source->part;
     size_t masks = 0, voxels_of_masks = 0;
+    SC_OWN(clear_painting)
     painting p = {.ctx = ctx,
                   .path = path,
                   .rule = rule,
                   .source = source,
                   .voxels = (size_t)part[0] * (size_t)part[1] * (size_t)part[2],
                   .bytes = source->mask_count > UINT8_MAX ? 2 : 1};
-    void *twice = NULL, *lost = NULL, *wanted = NULL;
-    sc_status status;
 
-    SC_TRY(sc_alloc(ctx, source->mask_count, sizeof *p.wanted, &wanted));
-    p.wanted = wanted;
+    SC_PASS(SC_ALLOC(ctx, source->mask_count, &p.wanted));
     for (size_t i = 0; i < source->mask_count; i++) {
         if (!rule->left_out[i])
             voxels_of_masks += voxels_of(&source->masks[p.wanted[masks++] = i]);
     }
     p.threads = threads_for(ctx, masks);
-    SC_TRY(sc_volume_memory_check(ctx, path, part,
-                                  (double)p.voxels * (p.bytes + 0.125 * (double)(1 + p.threads))));
-    SC_TRY(sc_zalloc(ctx, p.voxels, (size_t)p.bytes, &p.labels));
-    SC_TRY(sc_zalloc(ctx, words_of(p.voxels), sizeof(uint64_t), &twice));
-    SC_TRY(sc_alloc(ctx, source->mask_count + 1, sizeof(uint64_t), &lost));
-    SC_TRY(sc_overlap_count_begin(ctx, source->mask_count, &source->overlaps));
-    SC_TRY(alloc_readings(&p));
-    p.twice = twice;
-    p.lost = lost;
+    SC_PASS(sc_volume_memory_check(ctx, path, part,
+                                   (double)p.voxels * (p.bytes + 0.125 * (double)(1 + p.threads))));
+    SC_PASS(sc_overlap_count_begin(ctx, source->mask_count, &source->overlaps));
+    SC_PASS(alloc_all(&p));
     sc_stage_begin(ctx, "reading", 0, voxels_of_masks);
     for (size_t count; p.first < masks; p.first += count) {
         count = masks - p.first < p.threads ? masks - p.first : p.threads;
-        SC_TRY(read_masks(&p, count));
+        SC_PASS(read_masks(&p, count));
         for (size_t k = 0; k < count; k++)
-            SC_TRY(paint(&p, p.wanted[p.first + k], p.readings[k].bits));
+            SC_PASS(paint(&p, p.wanted[p.first + k], p.readings[k].bits));
     }
-    SC_TRY(report(&p));
-    sc_source_keep_part(source);
-    source->encoding = SC_ENCODING_LOADED;
-    source->type = p.bytes == 1 ? SC_VOXEL_UINT8 : SC_VOXEL_UINT16;
-    source->data = p.labels;
-    source->release = sc_free;
+    SC_PASS(report(&p));
+    sc_source_set_labels(source, p.bytes == 1 ? SC_VOXEL_UINT8 : SC_VOXEL_UINT16, p.labels);
     p.labels = NULL;
-out:
-    sc_free(p.labels);
-    sc_free(twice);
-    sc_free(lost);
-    sc_free(wanted);
-    free_readings(&p);
-    return status;
+    return SC_OK;
 }

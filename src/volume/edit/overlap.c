@@ -97,14 +97,6 @@ sc_status sc_overlap_add(const sc_ctx *ctx, size_t winner, size_t loser, uint64_
     return SC_OK;
 }
 
-sc_status sc_overlap_add_all(const sc_ctx *ctx, const uint64_t *voxels, size_t rows,
-                             sc_overlap_count *count)
-{
-    for (size_t i = 0; voxels && i < rows * rows; i++)
-        SC_PASS(sc_overlap_add(ctx, i / rows, i % rows, voxels[i], count));
-    return SC_OK;
-}
-
 void sc_overlap_list_clear(sc_overlap_list *list)
 {
     sc_free(list->pairs);
@@ -150,25 +142,23 @@ sc_status sc_overlap_warn(const sc_ctx *ctx, const char *path, const sc_source *
                  [SC_OVERLAP_NAMES] = {"that which is named first, or else the smallest", "names"}};
     const sc_overlap_count *count = &source->overlaps;
     const sc_overlap_pair *most = count->pairs.pairs;
-    sc_text pair = {0};
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text pair = {0};
 
     if (!count->voxels)
         return SC_OK;
-    SC_TRY(warn_of_covered(ctx, path, source, volume));
+    SC_PASS(warn_of_covered(ctx, path, source, volume));
     for (size_t i = 0; i < count->pairs.count; i++)
         most = count->pairs.pairs[i].voxels > most->voxels ? &count->pairs.pairs[i] : most;
     if (most)
-        SC_TRY(sc_text_add(ctx, &pair, ", most often as \"%s\" and not \"%s\" (%llu)",
-                           source->table.rows[most->winner].name,
-                           source->table.rows[most->loser].name, (unsigned long long)most->voxels));
+        SC_PASS(sc_text_add(ctx, &pair, ", most often as \"%s\" and not \"%s\" (%llu)",
+                            source->table.rows[most->winner].name,
+                            source->table.rows[most->loser].name,
+                            (unsigned long long)most->voxels));
     sc_warn(ctx, "%s: %llu voxel%s to several %s; each is shown as %s (overlap: %s)%s", path,
             (unsigned long long)count->voxels, count->voxels == 1 ? " belongs" : "s belong",
             source->mask_count ? "masks" : "segments", rules[rule->overlap].shown,
             rules[rule->overlap].name, pair.data ? pair.data : "");
-out:
-    sc_text_clear(&pair);
-    return status;
+    return SC_OK;
 }
 
 /* For qsort of sc_overlap_pair: most voxels first, then in the order of the rows. */

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Which voxels of a file are wanted. */
+#include "segcast/grey.h"
 #include "source.h"
 
 /* Log that the volume has no voxel in the box in mm of @p choice. @return SC_ERR_DATA always. */
 static sc_status refuse_box_mm(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                                const sc_source *source)
 {
-    sc_vec3 low, high;
-
-    sc_volume_extent(source->size, &source->to_ras_mm, &low, &high);
+    const sc_box3 all = sc_grid_box_mm(source->size, &source->to_ras_mm);
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: box: the volume has no voxel in the box; it reaches from [%.4g, %.4g, "
                    "%.4g] to [%.4g, %.4g, %.4g] in RAS mm",
-                   sc_read_where(choice, path), low.x, low.y, low.z, high.x, high.y, high.z);
+                   sc_read_where(choice, path), all.low.x, all.low.y, all.low.z, all.high.x,
+                   all.high.y, all.high.z);
 }
 
 sc_status sc_source_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
@@ -54,11 +54,38 @@ sc_affine sc_source_part_to_ras(const sc_source *source)
     return map;
 }
 
-void sc_source_keep_part(sc_source *source)
+/* From now on the source has only the part that was wanted. */
+static void keep_part(sc_source *source)
 {
     source->to_ras_mm = sc_source_part_to_ras(source);
     for (int i = 0; i < 3; i++) {
         source->size[i] = source->part[i];
         source->low[i] = 0;
     }
+}
+
+sc_status sc_source_take_part(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                              int low[3], sc_source *source)
+{
+    SC_PASS(sc_geometry_check(ctx, path, source->size, &source->to_ras_mm));
+    SC_PASS(sc_source_cut(ctx, path, choice, source));
+    for (int i = 0; i < 3; i++) {
+        low[i] = source->low[i];
+        source->is_part = source->is_part || source->part[i] < source->size[i];
+    }
+    keep_part(source);
+    return SC_OK;
+}
+
+void sc_source_set_labels(sc_source *source, sc_voxel_type type, void *labels)
+{
+    keep_part(source);
+    if (source->release && source->data)
+        source->release(source->data);
+    source->encoding = SC_ENCODING_LOADED;
+    source->type = type;
+    source->swapped = false;
+    source->data = labels;
+    source->release = sc_free;
+    source->layers = 1;
 }

@@ -3,15 +3,56 @@
  * its header must not make segcast read another file of the machine, wait on standard input or
  * open a device: a name, also an absolute one or one with "..", leads to a regular file in the
  * folder of the header or below it. */
+#include "packed_file.h"
 #include "source.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <zlib.h>
 
 enum { PATTERN_WIDTH_MAX = 100 };
+
+sc_status sc_read_header_bytes(const sc_ctx *ctx, const char *path, const char *format, void *out,
+                               size_t bytes, size_t least, size_t *count)
+{
+    SC_OWN(sc_packed_close) sc_packed_file *file = NULL;
+
+    SC_PASS(sc_packed_open(ctx, path, 0, SC_PACKING_GZIP, &file));
+    *count = sc_packed_read(file, out, bytes);
+    SC_PASS(sc_packed_check(ctx, file));
+    if (*count < least)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: ends after %zu bytes, expected a header of %zu (%s)",
+                       path, *count, least, format);
+    return SC_OK;
+}
+
+bool sc_voxel_type_named(const char *name, const char *const *names, sc_voxel_type *out)
+{
+    static const char *const usual[SC_VOXEL_TYPES] = {"int8",    "uint8",  "int16", "uint16",
+                                                      "int32",   "uint32", "int64", "uint64",
+                                                      "float32", "float64"};
+
+    names = names ? names : usual;
+    for (int i = 0; name && i < SC_VOXEL_TYPES; i++) {
+        if (names[i] && !strcmp(name, names[i])) {
+            *out = (sc_voxel_type)i;
+            return true;
+        }
+    }
+    return false;
+}
+
+bool sc_voxel_type_coded(int code, const int codes[SC_VOXEL_TYPES], sc_voxel_type *out)
+{
+    for (int i = 0; i < SC_VOXEL_TYPES; i++) {
+        if (code >= 0 && codes[i] == code) {
+            *out = (sc_voxel_type)i;
+            return true;
+        }
+    }
+    return false;
+}
 
 /* @return why no file can be called @p name; NULL if one can. */
 static const char *why_no_file(const char *name)
@@ -84,50 +125,42 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
                                  "both into one directory, or "
                                  "save the volume as one file (.nrrd, .mha, .nii.gz)";
     const char *why = why_no_file(name), *outside = why_outside(name);
-    char *target = NULL, *directories[2] = {NULL, NULL}, *joined = NULL, *real = NULL;
+    SC_OWN(sc_free_at)
+    char *target = NULL, *own = NULL, *behind = NULL, *joined = NULL, *real = NULL;
+    const char *directories[2];
     struct stat info;
     bool below;
-    sc_status status = SC_OK;
 
     if (why)
         return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\": %s; %s", header, field, name, why,
                        advice);
     target = realpath(header, NULL); /* where the header lies if the user has named a link to it */
-    directories[0] = folder_of(header);
-    directories[1] = target ? folder_of(target) : NULL;
+    directories[0] = own = folder_of(header);
+    directories[1] = behind = target ? folder_of(target) : NULL;
     for (int i = 0; i < 2 && !real && directories[i]; i++) {
         sc_free(joined);
         joined = NULL;
-        SC_TRY(sc_path_join(ctx, *name == '/' || !strcmp(directories[i], ".") ? "" : directories[i],
-                            name, &joined));
+        SC_PASS(sc_path_join(ctx,
+                             *name == '/' || !strcmp(directories[i], ".") ? "" : directories[i],
+                             name, &joined));
         real = realpath(joined, NULL);
     }
     below = real && (is_below(real, directories[0]) || is_below(real, directories[1]));
     if (outside && !below) /* whether there is such a file is nobody's business */
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\": %s; %s", header, field, name, outside,
-                         advice);
-    else if (!real || stat(real, &info))
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: the file of its voxels, %s: %s", header,
-                         joined ? joined : name, strerror(errno));
-    else if (!below)
-        status =
-            sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", a link out of the directory to %s; %s",
-                    header, field, name, real, advice);
-    else if (!S_ISREG(info.st_mode))
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", which is no regular file; %s", header,
-                         field, name, advice);
-    if (status != SC_OK)
-        goto out;
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\": %s; %s", header, field, name, outside,
+                       advice);
+    if (!real || stat(real, &info))
+        return sc_fail(ctx, SC_ERR_DATA, "%s: the file of its voxels, %s: %s", header,
+                       joined ? joined : name, strerror(errno));
+    if (!below)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", a link out of the directory to %s; %s",
+                       header, field, name, real, advice);
+    if (!S_ISREG(info.st_mode))
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", which is no regular file; %s", header,
+                       field, name, advice);
     *bytes = (uint64_t)info.st_size;
-    *out = joined;
-    joined = NULL;
-out:
-    free(real);
-    free(target);
-    free(directories[0]);
-    free(directories[1]);
-    sc_free(joined);
-    return status;
+    SC_HAND_OVER(joined, out);
+    return SC_OK;
 }
 
 bool sc_name_pattern_read(char *text, sc_name_pattern *out)
@@ -158,24 +191,13 @@ sc_status sc_name_pattern_write(const sc_ctx *ctx, const sc_name_pattern *patter
 
 sc_status sc_check_file_bytes(const sc_ctx *ctx, const char *path, double needed)
 {
-    struct stat info;
-    gzFile file = gzopen(path, "rb");
-    sc_status status;
-    bool plain;
+    const bool packed = sc_is_gzip(path);
+    uint64_t bytes;
 
-    if (!file || stat(path, &info)) {
-        if (file)
-            gzclose_r(file);
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    }
-    plain = gzdirect(file);
-    status = sc_gzip_status(file);
-    gzclose_r(file);
-    if (status == SC_ERR_MEMORY)
-        return sc_fail(ctx, status, "%s: out of memory", path);
-    if (needed > (double)info.st_size * (plain ? 1 : SC_DEFLATE_RATIO_MAX))
+    SC_PASS(sc_input_bytes(ctx, path, &bytes));
+    if (needed > (double)bytes * (packed ? SC_DEFLATE_RATIO_MAX : 1))
         return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: the header promises %.0f bytes, more than the file can hold (%lld%s)",
-                       path, needed, (long long)info.st_size, plain ? "" : ", compressed");
+                       "%s: the header promises %.0f bytes, more than the file can hold (%llu%s)",
+                       path, needed, (unsigned long long)bytes, packed ? ", compressed" : "");
     return SC_OK;
 }

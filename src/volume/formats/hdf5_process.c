@@ -329,14 +329,13 @@ sc_status sc_hdf5_read_voxels(const sc_ctx *ctx, sc_hdf5_process *process, size_
         size_t part;
 
         if (!process->block_bytes)
-            SC_TRY(next_block(ctx, process));
+            SC_PASS(next_block(ctx, process));
         part = process->block_bytes < bytes ? (size_t)process->block_bytes : bytes;
         if (!read_bytes(ctx, process, part, to, &status))
-            goto out;
+            return status;
         to += part;
         bytes -= part;
         process->block_bytes -= part;
     }
-out:
-    return status;
+    return SC_OK;
 }

@@ -4,12 +4,10 @@
  * description of its formats (MghFormat, LabelsClutsAnnotationFiles), and files that mri_convert
  * and recon-all of FreeSurfer 7 have written. */
 #include "formats/mgh_tags.h"
+#include "bytes.h"
 
+#include "packed_file.h"
 #include "tables/label_table.h"
-
-#include <errno.h>
-#include <string.h>
-#include <zlib.h>
 
 enum {
     SCAN_BYTES = 20, /* repetition time, flip angle, echo time, inversion time, field of view */
@@ -27,7 +25,7 @@ enum {
 typedef struct tag_reading {
     const sc_ctx *ctx;
     const char *path;
-    gzFile file;
+    sc_packed_file *file;
     uint64_t left; /* bytes that may still be unpacked */
     sc_name_count names;
     sc_label_table *table;
@@ -37,7 +35,7 @@ typedef struct tag_reading {
  * which the reader of the voxels notices. */
 static bool read_bytes(tag_reading *r, void *out, size_t bytes)
 {
-    if (bytes > r->left || gzread(r->file, out, (unsigned)bytes) != (int)bytes)
+    if (bytes > r->left || sc_packed_read(r->file, out, bytes) != bytes)
         return false;
     r->left -= bytes;
     return true;
@@ -45,16 +43,11 @@ static bool read_bytes(tag_reading *r, void *out, size_t bytes)
 
 static bool skip_bytes(tag_reading *r, int64_t bytes)
 {
-    unsigned char room[TEXT_BYTES];
-
-    while (bytes > 0) {
-        const size_t part = bytes < (int64_t)sizeof room ? (size_t)bytes : sizeof room;
-
-        if (!read_bytes(r, room, part))
-            return false;
-        bytes -= (int64_t)part;
-    }
-    return bytes == 0;
+    if (bytes < 0 || (uint64_t)bytes > r->left ||
+        sc_packed_skip(r->file, (uint64_t)bytes) != (uint64_t)bytes)
+        return false;
+    r->left -= (uint64_t)bytes;
+    return true;
 }
 
 static bool read_whole(tag_reading *r, int32_t *out)
@@ -63,17 +56,17 @@ static bool read_whole(tag_reading *r, int32_t *out)
 
     if (!read_bytes(r, b, sizeof b))
         return false;
-    *out = (int32_t)((uint32_t)b[0] << 24 | (uint32_t)b[1] << 16 | (uint32_t)b[2] << 8 | b[3]);
+    *out = (int32_t)sc_number_at(b, 4, true);
     return true;
 }
 
 static bool read_long(tag_reading *r, int64_t *out)
 {
-    int32_t high, low;
+    unsigned char b[8];
 
-    if (!read_whole(r, &high) || !read_whole(r, &low))
+    if (!read_bytes(r, b, sizeof b))
         return false;
-    *out = (int64_t)((uint64_t)(uint32_t)high << 32 | (uint32_t)low);
+    *out = (int64_t)sc_number_at(b, 8, true);
     return true;
 }
 
@@ -184,19 +177,14 @@ static sc_status read_tags(tag_reading *r)
 
 sc_status sc_mgh_labels(const sc_ctx *ctx, const char *path, uint64_t end, sc_label_table *table)
 {
-    tag_reading r = {ctx, path, gzopen(path, "rb"), SC_TABLE_BYTES_MAX, {0}, table};
-    sc_status status = SC_OK;
+    SC_OWN(sc_packed_close) sc_packed_file *file = NULL;
+    tag_reading r = {.ctx = ctx, .path = path, .left = SC_TABLE_BYTES_MAX, .table = table};
 
-    if (!r.file)
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    if (gzseek(r.file, (z_off_t)end, SEEK_SET) >= 0)
-        status = read_tags(&r);
-    if (status == SC_OK &&
-        (sc_gzip_status(r.file) == SC_ERR_MEMORY || sc_gzip_status(r.file) == SC_ERR_WRITE))
-        status = sc_fail(ctx, sc_gzip_status(r.file), "%s: the file cannot be read: %s", path,
-                         sc_gzip_status(r.file) == SC_ERR_MEMORY ? "out of memory" : "I/O error");
-    gzclose_r(r.file);
-    if (status == SC_OK)
-        sc_name_warn(ctx, path, &r.names);
-    return status;
+    SC_PASS(sc_packed_open(ctx, path, 0, SC_PACKING_GZIP, &file));
+    r.file = file;
+    if (sc_packed_skip(file, end) == end)
+        SC_PASS(read_tags(&r));
+    SC_PASS(sc_packed_check(ctx, file));
+    sc_name_warn(ctx, path, &r.names);
+    return SC_OK;
 }

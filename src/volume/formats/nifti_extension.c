@@ -1,32 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "formats/nifti_extension.h"
 
+#include "bytes.h"
+#include "packed_file.h"
 #include "tables/label_table.h"
 
-#include <errno.h>
 #include <string.h>
-#include <zlib.h>
 
 enum { HEAD_BYTES = 8 /* of an extension: its size with this head, and its code */ };
-
-/* Read @p bytes bytes to @p out. @return how many there were: fewer at the end of the file, or
- * where it cannot be unpacked, which the reader of the voxels notices. */
-static size_t read_bytes(gzFile file, void *out, size_t bytes)
-{
-    const int count = gzread(file, out, (unsigned)bytes);
-
-    return count > 0 ? (size_t)count : 0;
-}
-
-/* @return the number in @p bytes, which are swapped if asked for. */
-static int64_t whole(const unsigned char bytes[4], bool swapped)
-{
-    const unsigned char other[4] = {bytes[3], bytes[2], bytes[1], bytes[0]};
-    int32_t number;
-
-    memcpy(&number, swapped ? other : bytes, sizeof number);
-    return number;
-}
 
 /* Append the rows of the label table in the extension text[bytes], behind which a NUL byte stands,
  * to @p table; *found tells whether there is one. @return SC_ERR_MEMORY only. */
@@ -54,16 +35,16 @@ static sc_status read_table(const sc_ctx *ctx, const char *path, const char *tex
 }
 
 /* Read the extensions one by one until one holds a label table. */
-static sc_status read_extensions(const sc_ctx *ctx, const char *path, gzFile file, uint64_t left,
-                                 bool swapped, sc_label_table *table)
+static sc_status read_extensions(const sc_ctx *ctx, const char *path, sc_packed_file *file,
+                                 uint64_t left, bool swapped, sc_label_table *table)
 {
     unsigned char head[HEAD_BYTES];
     bool found = false;
     sc_status status = SC_OK;
 
     while (!found && status == SC_OK && left >= HEAD_BYTES &&
-           read_bytes(file, head, HEAD_BYTES) == HEAD_BYTES) {
-        const int64_t size = whole(head, swapped);
+           sc_packed_read(file, head, HEAD_BYTES) == HEAD_BYTES) {
+        const int64_t size = (int32_t)sc_number_at(head, 4, swapped == SC_IS_LITTLE_ENDIAN);
         size_t count;
         void *text;
 
@@ -77,7 +58,7 @@ static sc_status read_extensions(const sc_ctx *ctx, const char *path, gzFile fil
         }
         left -= (uint64_t)size;
         SC_PASS(sc_zalloc(ctx, (size_t)size - HEAD_BYTES + 1, 1, &text));
-        count = read_bytes(file, text, (size_t)size - HEAD_BYTES);
+        count = sc_packed_read(file, text, (size_t)size - HEAD_BYTES);
         status = read_table(ctx, path, text, count, table, &found);
         sc_free(text);
     }
@@ -88,22 +69,14 @@ sc_status sc_nifti_labels(const sc_ctx *ctx, const char *path, uint64_t begin, u
                           bool swapped, sc_label_table *table)
 {
     unsigned char extender[4] = {0};
-    gzFile file;
-    sc_status status = SC_OK;
+    SC_OWN(sc_packed_close) sc_packed_file *file = NULL;
 
     if (end < begin + sizeof extender)
         return SC_OK;
-    file = gzopen(path, "rb");
-    if (!file)
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+    SC_PASS(sc_packed_open(ctx, path, 0, SC_PACKING_GZIP, &file));
     /* The first of four bytes says whether there are extensions. */
-    if (gzseek(file, (z_off_t)begin, SEEK_SET) >= 0 &&
-        read_bytes(file, extender, sizeof extender) == sizeof extender && extender[0])
-        status = read_extensions(ctx, path, file, end - begin - sizeof extender, swapped, table);
-    if (status == SC_OK &&
-        (sc_gzip_status(file) == SC_ERR_MEMORY || sc_gzip_status(file) == SC_ERR_WRITE))
-        status = sc_fail(ctx, sc_gzip_status(file), "%s: the header cannot be read: %s", path,
-                         sc_gzip_status(file) == SC_ERR_MEMORY ? "out of memory" : "I/O error");
-    gzclose_r(file);
-    return status;
+    if (sc_packed_skip(file, begin) == begin &&
+        sc_packed_read(file, extender, sizeof extender) == sizeof extender && extender[0])
+        SC_PASS(read_extensions(ctx, path, file, end - begin - sizeof extender, swapped, table));
+    return sc_packed_check(ctx, file);
 }

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "formats/nrrd_header.h"
+#include "tables/label_table.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/stat.h>
 #include <teem/nrrd.h>
 
 enum {
@@ -94,13 +94,9 @@ static sc_status read_text(const reading *r, FILE *stream, size_t *bytes)
 /* Cut off the line at @p line. @return the next one; NULL behind the last. */
 static char *cut_line(char *line)
 {
-    char *end = line + strcspn(line, "\r\n");
-    const bool both = end[0] == '\r' && end[1] == '\n';
+    char *next = sc_label_cut_line(line);
 
-    if (!*end)
-        return NULL;
-    *end = '\0';
-    return end[1 + both] ? end + 1 + both : NULL;
+    return next && *next ? next : NULL;
 }
 
 /* ---- data files ---- */
@@ -110,8 +106,7 @@ static sc_status add_file(reading *r, const char *name)
 {
     sc_nrrd_header *h = r->header;
     uint64_t bytes = 0;
-    char *path = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) char *path = NULL;
 
     if (h->file_count == FILES_MAX)
         return sc_fail(r->ctx, SC_ERR_DATA,
@@ -119,15 +114,9 @@ static sc_status add_file(reading *r, const char *name)
                        "`unu join -a 2 -i FILE... -o labels.nrrd`",
                        r->path, r->line, FILES_MAX);
     SC_PASS(sc_data_file(r->ctx, r->path, "data file", name, &path, &bytes));
-    status = sc_text_add(r->ctx, &h->paths, "%s%c", path, '\0');
-    if (status != SC_OK) {
-        sc_free(path);
-        return status;
-    }
+    SC_PASS(sc_text_add(r->ctx, &h->paths, "%s%c", path, '\0'));
     if (!h->first_file)
-        h->first_file = path;
-    else
-        sc_free(path);
+        SC_HAND_OVER(path, &h->first_file);
     h->file_count++;
     h->file_bytes += bytes;
     return sc_text_add(r->ctx, &h->list, "%s\n", name);
@@ -377,49 +366,36 @@ static sc_status read_line(reading *r, char *line, char **next)
 
 sc_status sc_nrrd_header_read(const sc_ctx *ctx, const char *path, sc_nrrd_header *out)
 {
-    sc_nrrd_header header = {0};
+    SC_OWN(sc_nrrd_header_clear) sc_nrrd_header header = {0};
     reading r = {.ctx = ctx, .path = path, .header = &header};
-    FILE *stream = fopen(path, "rb");
-    struct stat info;
+    SC_OWN(sc_fclose_at) FILE *stream = NULL;
+    uint64_t file_bytes;
     size_t bytes = 0;
-    sc_status status;
 
-    if (!stream || fstat(fileno(stream), &info)) {
-        status = sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-        goto out;
-    }
-    SC_TRY(read_text(&r, stream, &bytes));
-    if (strlen(header.text) != bytes) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: byte %zu of its header is NUL, expected text", path,
-                         strlen(header.text));
-        goto out;
-    }
+    SC_PASS(sc_open_input(ctx, path, &stream));
+    SC_PASS(sc_input_bytes(ctx, path, &file_bytes));
+    SC_PASS(read_text(&r, stream, &bytes));
+    if (strlen(header.text) != bytes)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: byte %zu of its header is NUL, expected text", path,
+                       strlen(header.text));
     for (char *line = header.text, *next; line && *line; line = next) {
         r.line++;
         next = cut_line(line);
         if (*line)
-            SC_TRY(read_line(&r, line, &next));
+            SC_PASS(read_line(&r, line, &next));
     }
-    SC_TRY(add_spacings(&r));
+    SC_PASS(add_spacings(&r));
     if (header.file_count) { /* also if an empty line follows, as pynrrd writes it */
         header.attached = false;
         header.end_bytes = 0;
     } else {
-        header.file_bytes = (uint64_t)info.st_size;
+        header.file_bytes = file_bytes;
     }
-    if (!header.file_count && !header.attached) {
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: not a readable NRRD: its header has neither an empty line, behind "
-                         "which the voxels begin, "
-                         "nor a data file",
-                         path);
-        goto out;
-    }
-    *out = header;
-    header = (sc_nrrd_header){0};
-out:
-    if (stream)
-        fclose(stream);
-    sc_nrrd_header_clear(&header);
-    return status;
+    if (!header.file_count && !header.attached)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: not a readable NRRD: its header has neither an empty line, behind "
+                       "which the voxels begin, nor a data file",
+                       path);
+    SC_HAND_OVER(header, out);
+    return SC_OK;
 }

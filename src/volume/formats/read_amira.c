@@ -10,7 +10,6 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 enum {
     HEADER_MAX_BYTES = 1 << 20, /* a longer header is refused */
@@ -223,17 +222,12 @@ static sc_status read_words(amira *a)
 /* Read the begin of the file and what it says. */
 static sc_status read_header(amira *a)
 {
-    FILE *stream = fopen(a->path, "rb");
+    SC_OWN(sc_fclose_at) FILE *stream = NULL;
     size_t line;
 
-    if (!stream)
-        return sc_fail(a->ctx, sc_input_status(errno), "%s: %s", a->path, strerror(errno));
-    if (sc_alloc(a->ctx, HEADER_MAX_BYTES + 1, 1, &a->text) != SC_OK) {
-        fclose(stream);
-        return SC_ERR_MEMORY;
-    }
+    SC_PASS(sc_open_input(a->ctx, a->path, &stream));
+    SC_PASS(sc_alloc(a->ctx, HEADER_MAX_BYTES + 1, 1, &a->text));
     a->text[fread(a->text, 1, HEADER_MAX_BYTES, stream)] = '\0';
-    fclose(stream);
     line = strcspn(a->text, "\n");
     snprintf(a->word, sizeof a->word, "%.*s", (int)(line < WORD_BYTES ? line : WORD_BYTES),
              a->text);
@@ -329,24 +323,19 @@ static sc_status open_rle(const amira *a, sc_source *source)
 /* Write the type of the voxels to *out. */
 static sc_status field_type(const amira *a, sc_voxel_type *out)
 {
-    static const struct {
-        const char *name;
-        sc_voxel_type type;
-    } types[] = {{"byte", SC_VOXEL_UINT8},  {"short", SC_VOXEL_INT16},  {"ushort", SC_VOXEL_UINT16},
-                 {"int", SC_VOXEL_INT32},   {"int32", SC_VOXEL_INT32},  {"uint", SC_VOXEL_UINT32},
-                 {"float", SC_VOXEL_FLOAT}, {"double", SC_VOXEL_DOUBLE}};
+    static const char *const names[SC_VOXEL_TYPES] = {
+        [SC_VOXEL_UINT8] = "byte",   [SC_VOXEL_INT16] = "short", [SC_VOXEL_UINT16] = "ushort",
+        [SC_VOXEL_INT32] = "int",    [SC_VOXEL_UINT32] = "uint", [SC_VOXEL_FLOAT] = "float",
+        [SC_VOXEL_DOUBLE] = "double"};
+    const char *name = strcmp(a->field.type, "int32") ? a->field.type : "int";
 
     if (!a->size[0] || !a->field.type[0])
         return sc_fail(a->ctx, SC_ERR_DATA,
                        "%s: is AmiraMesh without a lattice of labels as its first data, such as a "
                        "surface or a graph; expected a label field",
                        a->path);
-    for (size_t i = 0; i < SC_COUNT_OF(types); i++) {
-        if (!strcmp(a->field.type, types[i].name)) {
-            *out = types[i].type;
-            return SC_OK;
-        }
-    }
+    if (sc_voxel_type_named(name, names, out))
+        return SC_OK;
     return sc_fail(a->ctx, SC_ERR_DATA,
                    "%s: has voxels of the type %s, expected those of a label field: byte, ushort "
                    "or int",
@@ -361,7 +350,6 @@ static sc_status find_voxels(const amira *a, sc_source *source)
                          : a->field.encoding == SC_ENCODING_ZLIB ? SC_DEFLATE_RATIO_MAX
                                                                  : 1;
     uint64_t bytes;
-    struct stat info;
     size_t voxels;
 
     SC_PASS(sc_grid_voxels(a->ctx, a->path, a->size, each, source->size, &voxels));
@@ -370,9 +358,8 @@ static sc_status find_voxels(const amira *a, sc_source *source)
                        "%s: its voxels are packed in a way that is not known, expected HxByteRLE "
                        "or HxZip of binary voxels; save it anew as AmiraMesh binary",
                        a->path);
-    if (stat(a->path, &info))
-        return sc_fail(a->ctx, sc_input_status(errno), "%s: %s", a->path, strerror(errno));
-    bytes = (uint64_t)info.st_size > a->data_bytes ? (uint64_t)info.st_size - a->data_bytes : 0;
+    SC_PASS(sc_input_bytes(a->ctx, a->path, &bytes));
+    bytes = bytes > a->data_bytes ? bytes - a->data_bytes : 0;
     if (ratio > 1 && bytes > a->field.packed_bytes)
         bytes = a->field.packed_bytes;
     if ((double)voxels * (a->is_text ? 1 : (double)each) > (double)bytes * ratio)
@@ -420,13 +407,12 @@ static sc_status geometry(const amira *a, sc_source *source)
     return SC_OK;
 }
 
-sc_status sc_open_amira(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_amira(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     amira a = {.ctx = ctx, .path = path};
     SC_OWN(sc_source_clear) sc_source source = {.slope = 1};
     sc_status status = read_header(&a);
 
-    (void)header_only; /* the voxels are always streamed */
     source.table = a.table;
     sc_free(a.text);
     SC_PASS(status);

@@ -149,12 +149,10 @@ static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_sourc
 static sc_status use_answer(const sc_ctx *ctx, const char *path, const sc_hdf5_answer *answer,
                             sc_source *source)
 {
-    static const sc_voxel_type types[SC_HDF5_TYPES] = {
-        SC_VOXEL_INT8,   SC_VOXEL_UINT8, SC_VOXEL_INT16,  SC_VOXEL_UINT16, SC_VOXEL_INT32,
-        SC_VOXEL_UINT32, SC_VOXEL_INT64, SC_VOXEL_UINT64, SC_VOXEL_FLOAT,  SC_VOXEL_DOUBLE};
+    _Static_assert((int)SC_HDF5_TYPES == (int)SC_VOXEL_TYPES, "both lists have one order");
     int64_t size[3];
 
-    source->type = types[answer->type];
+    source->type = (sc_voxel_type)answer->type;
     for (int i = 0; i < 3; i++)
         size[i] = (int64_t)answer->size[i];
     SC_PASS(sc_grid_voxels(ctx, path, size, sc_voxel_type_bytes(source->type), source->size, NULL));
@@ -176,16 +174,12 @@ static sc_status cut(const sc_ctx *ctx, const char *path, const sc_read_choice *
 {
     const double slab_bytes = 4 << 20;
     double slice_bytes;
+    int low[3];
 
-    SC_PASS(sc_geometry_check(ctx, path, source->size, &source->to_ras_mm));
-    SC_PASS(sc_source_cut(ctx, path, choice, source));
-    source->to_ras_mm = sc_source_part_to_ras(source);
+    SC_PASS(sc_source_take_part(ctx, path, choice, low, source));
     for (int i = 0; i < 3; i++) {
-        r->voxels[i][0] = source->low[i];
+        r->voxels[i][0] = low[i];
         r->voxels[i][1] = source->part[i];
-        source->is_part = source->is_part || source->part[i] < source->size[i];
-        source->size[i] = source->part[i];
-        source->low[i] = 0;
     }
     slice_bytes =
         (double)source->size[0] * source->size[1] * (double)sc_voxel_type_bytes(source->type);

@@ -5,12 +5,11 @@
  */
 #include "formats/length_units.h"
 #include "formats/meta_files.h"
+#include "tables/label_table.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/stat.h>
 
 enum {
     HEADER_MAX_BYTES = 1 << 20, /* a longer header is refused */
@@ -136,23 +135,12 @@ static bool parse_field(meta *m, const char *key, char *value)
     return true;
 }
 
-/* Cut off the blanks at both ends of @p text, which is changed. @return its first character
- * that is not blank. */
-static char *trim(char *text)
-{
-    char *end;
-
-    while (*text == ' ' || *text == '\t')
-        text++;
-    end = text + strlen(text);
-    while (end > text && strchr(" \t\r\n", end[-1]))
-        *--end = '\0';
-    return text;
-}
-
 /* Read the first HEADER_MAX_BYTES bytes of the file into m->text, with a NUL byte behind them. */
-static sc_status read_text(meta *m, FILE *stream)
+static sc_status read_text(meta *m)
 {
+    SC_OWN(sc_fclose_at) FILE *stream = NULL;
+
+    SC_PASS(sc_open_input(m->ctx, m->path, &stream));
     SC_PASS(sc_alloc(m->ctx, HEADER_MAX_BYTES + 1, 1, &m->text));
     m->text[fread(m->text, 1, HEADER_MAX_BYTES, stream)] = '\0';
     return SC_OK;
@@ -177,8 +165,8 @@ static sc_status parse_header(meta *m)
         if (!equals)
             return sc_fail(m->ctx, SC_ERR_DATA, "%s:%d: expected \"Key = value\"", m->path, number);
         *equals = '\0';
-        key = trim(line);
-        value = trim(equals + 1);
+        key = sc_label_trim(line);
+        value = sc_label_trim(equals + 1);
         if (!parse_field(m, key, value))
             return sc_fail(m->ctx, SC_ERR_DATA, "%s:%d: %.60s is \"%.60s\", which is not supported",
                            m->path, number, key, value);
@@ -196,21 +184,17 @@ static sc_status parse_header(meta *m)
  * known. */
 static sc_status element_type(const meta *m, sc_voxel_type *out)
 {
-    static const char *const names[] = {"MET_CHAR",  "MET_UCHAR", "MET_SHORT",     "MET_USHORT",
-                                        "MET_INT",   "MET_UINT",  "MET_LONG_LONG", "MET_ULONG_LONG",
-                                        "MET_FLOAT", "MET_DOUBLE"};
+    static const char *const names[SC_VOXEL_TYPES] = {
+        "MET_CHAR", "MET_UCHAR",     "MET_SHORT",      "MET_USHORT", "MET_INT",
+        "MET_UINT", "MET_LONG_LONG", "MET_ULONG_LONG", "MET_FLOAT",  "MET_DOUBLE"};
     const char *nearest, *name = m->element_type;
 
     if (!strcmp(name, "MET_LONG")) /* MetaIO: four bytes on every machine */
         name = "MET_INT";
     else if (!strcmp(name, "MET_ULONG"))
         name = "MET_UINT";
-    for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
-        if (!strcmp(name, names[i])) {
-            *out = (sc_voxel_type)i; /* the enum has this order */
-            return SC_OK;
-        }
-    }
+    if (sc_voxel_type_named(name, names, out))
+        return SC_OK;
     nearest = sc_nearest_word(m->element_type, names, SC_COUNT_OF(names));
     return sc_fail(m->ctx, SC_ERR_DATA, "%s: ElementType is \"%.60s\"; expected for example %s",
                    m->path, m->element_type, nearest ? nearest : "MET_UCHAR");
@@ -249,13 +233,9 @@ static void geometry(const meta *m, sc_source *source)
  * what sc_data_file refuses. Caller owns *out: sc_free. */
 static sc_status data_path(const meta *m, char **out, uint64_t *bytes)
 {
-    struct stat info;
-
     if (!is_local(m))
         return sc_data_file(m->ctx, m->path, "ElementDataFile", m->data_file, out, bytes);
-    if (stat(m->path, &info))
-        return sc_fail(m->ctx, sc_input_status(errno), "%s: %s", m->path, strerror(errno));
-    *bytes = (uint64_t)info.st_size;
+    SC_PASS(sc_input_bytes(m->ctx, m->path, bytes));
     return sc_path_join(m->ctx, "", m->path, out);
 }
 
@@ -302,36 +282,30 @@ static sc_status find_voxels(const meta *m, sc_source *source)
                                            : find_file(m, voxels, source);
 }
 
-sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+/* For SC_OWN. */
+static void clear(meta *m)
 {
+    sc_free(m->text);
+}
+
+sc_status sc_open_meta(const sc_ctx *ctx, const char *path, sc_source *out)
+{
+    SC_OWN(clear)
     meta m = {
         .ctx = ctx, .path = path, .dimensions = 3, .unit_mm = 1, .anatomy = "", .element_type = ""};
-    sc_source source = {.slope = 1};
-    FILE *stream = fopen(path, "rb");
-    sc_status status;
+    SC_OWN(sc_source_clear) sc_source source = {.slope = 1};
 
-    (void)header_only; /* the voxels are always streamed */
-    if (!stream)
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    SC_TRY(read_text(&m, stream));
-    SC_TRY(parse_header(&m));
-    if (m.dimensions < 3 || m.is_series || !m.has_size) {
-        status =
-            sc_fail(ctx, SC_ERR_DATA, "%s: NDims is %d and DimSize is %s; expected 3 axes%s", path,
-                    m.dimensions, m.has_size ? "given" : "missing",
-                    m.dimensions > 3 ? "; save the one volume wanted of the series, for example "
-                                       "in 3D Slicer or with SimpleITK: image[:, :, :, 0]"
-                                     : "");
-        goto out;
-    }
-    SC_TRY(element_type(&m, &source.type));
+    SC_PASS(read_text(&m));
+    SC_PASS(parse_header(&m));
+    if (m.dimensions < 3 || m.is_series || !m.has_size)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: NDims is %d and DimSize is %s; expected 3 axes%s",
+                       path, m.dimensions, m.has_size ? "given" : "missing",
+                       m.dimensions > 3 ? "; save the one volume wanted of the series, for example "
+                                          "in 3D Slicer or with SimpleITK: image[:, :, :, 0]"
+                                        : "");
+    SC_PASS(element_type(&m, &source.type));
     geometry(&m, &source);
-    SC_TRY(find_voxels(&m, &source));
-    *out = source;
-    source = (sc_source){0};
-out:
-    fclose(stream);
-    sc_free(m.text);
-    sc_source_clear(&source);
-    return status;
+    SC_PASS(find_voxels(&m, &source));
+    SC_HAND_OVER(source, out);
+    return SC_OK;
 }

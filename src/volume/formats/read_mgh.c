@@ -2,11 +2,10 @@
 /* FreeSurfer's MGH (.mgh) and the same compressed (.mgz): a header of 284 bytes, the voxels, and
  * tags (mgh_tags.c); all numbers have the highest byte first. Source: FreeSurfer's
  * description of the format (FsTutorial, MghFormat). */
+#include "bytes.h"
 #include "formats/mgh_tags.h"
 
-#include <errno.h>
 #include <string.h>
-#include <zlib.h>
 
 enum {
     HEADER_BYTES = 284,
@@ -18,65 +17,27 @@ enum {
     AT_CENTRE = 78      /* 3 floats: where voxel (width, height, depth) / 2 lies, in RAS mm */
 };
 
-static uint32_t bits_at(const unsigned char *h, size_t at)
-{
-    return (uint32_t)h[at] << 24 | (uint32_t)h[at + 1] << 16 | (uint32_t)h[at + 2] << 8 | h[at + 3];
-}
-
 static int32_t whole_at(const unsigned char *h, size_t at)
 {
-    return (int32_t)bits_at(h, at);
+    return (int32_t)sc_number_at(h + at, 4, true);
 }
 
 static double real_at(const unsigned char *h, size_t at)
 {
-    const uint32_t bits = bits_at(h, at);
+    const uint32_t bits = (uint32_t)sc_number_at(h + at, 4, true);
     float value;
 
     memcpy(&value, &bits, sizeof value);
     return value;
 }
 
-/* Read the header, unpacked. @return SC_ERR_MISSING, SC_ERR_DATA if the file is too short,
- * SC_ERR_MEMORY, SC_ERR_WRITE. */
-static sc_status read_header(const sc_ctx *ctx, const char *path, unsigned char h[HEADER_BYTES])
-{
-    gzFile file = gzopen(path, "rb");
-    sc_status status;
-    int count;
-
-    if (!file)
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    count = gzread(file, h, HEADER_BYTES);
-    status = sc_gzip_status(file);
-    gzclose_r(file);
-    if (status == SC_ERR_MEMORY || status == SC_ERR_WRITE)
-        return sc_fail(ctx, status, "%s: the header cannot be read: %s", path,
-                       status == SC_ERR_MEMORY ? "out of memory" : "I/O error");
-    if (count < HEADER_BYTES)
-        return sc_fail(ctx, SC_ERR_DATA, "%s: ends after %d bytes, expected a header of %d (MGH)",
-                       path, count < 0 ? 0 : count, HEADER_BYTES);
-    return SC_OK;
-}
-
 /* Write the type of the voxels to *out. @return SC_ERR_DATA for types that hold no labels. */
 static sc_status voxel_type(const sc_ctx *ctx, const char *path, int32_t type, sc_voxel_type *out)
 {
-    static const struct {
-        int32_t mgh;
-        sc_voxel_type type;
-    } types[] = {{0, SC_VOXEL_UINT8},
-                 {1, SC_VOXEL_INT32},
-                 {3, SC_VOXEL_FLOAT},
-                 {4, SC_VOXEL_INT16},
-                 {10, SC_VOXEL_UINT16}};
+    static const int types[SC_VOXEL_TYPES] = {-1, 0, 4, 10, 1, -1, -1, -1, 3, -1};
 
-    for (size_t i = 0; i < SC_COUNT_OF(types); i++) {
-        if (types[i].mgh == type) {
-            *out = types[i].type;
-            return SC_OK;
-        }
-    }
+    if (sc_voxel_type_coded(type, types, out))
+        return SC_OK;
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: its type is %d, expected 0, 1, 3, 4 or 10 (MGH: bytes, integers, floats, "
                    "short integers); convert it with `mri_convert -odt int -rt nearest IN OUT.mgz`",
@@ -132,14 +93,14 @@ static void geometry(const sc_ctx *ctx, const char *path, const unsigned char *h
     }
 }
 
-sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     unsigned char h[HEADER_BYTES] = {0};
+    size_t count;
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1, .encoding = SC_ENCODING_GZIP, .skip_bytes = HEADER_BYTES};
 
-    (void)header_only; /* the voxels are always streamed */
-    SC_PASS(read_header(ctx, path, h));
+    SC_PASS(sc_read_header_bytes(ctx, path, "MGH", h, HEADER_BYTES, HEADER_BYTES, &count));
     SC_PASS(voxel_type(ctx, path, whole_at(h, AT_TYPE), &source.type));
     SC_PASS(find_voxels(ctx, path, h, &source));
     geometry(ctx, path, h, &source);

@@ -4,12 +4,9 @@
  * that a short or damaged stream is noticed and no value is changed silently. */
 #include "formats/nifti_extension.h"
 
-#include <errno.h>
 #include <nifti2_io.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <zlib.h>
 
 enum { HEADER1_BYTES = 348, HEADER2_BYTES = 540 };
 
@@ -24,28 +21,6 @@ typedef struct fields {
     char magic[4];
     unsigned char bytes[HEADER2_BYTES]; /* the header as it stands in the file */
 } fields;
-
-/* Read the first bytes of a file, unpacked if it is a gzip file, into bytes[HEADER2_BYTES];
- * *count is how many there are. @return SC_ERR_MISSING if it cannot be opened, SC_ERR_DATA if
- * there are fewer than HEADER1_BYTES, SC_ERR_MEMORY, SC_ERR_WRITE if they cannot be read. */
-static sc_status read_header(const sc_ctx *ctx, const char *path, unsigned char *bytes, int *count)
-{
-    gzFile file = gzopen(path, "rb");
-    sc_status status;
-
-    if (!file)
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    *count = gzread(file, bytes, HEADER2_BYTES);
-    status = sc_gzip_status(file);
-    gzclose_r(file);
-    if (status == SC_ERR_MEMORY || status == SC_ERR_WRITE)
-        return sc_fail(ctx, status, "%s: the header cannot be read: %s", path,
-                       status == SC_ERR_MEMORY ? "out of memory" : "I/O error");
-    if (*count < HEADER1_BYTES)
-        return sc_fail(ctx, SC_ERR_DATA, "%s: ends after %d bytes, expected a header of %d", path,
-                       *count < 0 ? 0 : *count, HEADER1_BYTES);
-    return SC_OK;
-}
 
 /* Copy the fields of a header of either version, which have the same names. */
 #define COPY_FIELDS(header, out)                                                                   \
@@ -97,16 +72,17 @@ static sc_status parse_header(const sc_ctx *ctx, const char *path, fields *out)
 {
     const unsigned char *bytes = out->bytes;
     int32_t size;
-    int count = 0;
+    size_t count = 0;
 
-    SC_PASS(read_header(ctx, path, out->bytes, &count));
+    SC_PASS(
+        sc_read_header_bytes(ctx, path, "NIfTI", out->bytes, HEADER2_BYTES, HEADER1_BYTES, &count));
     memcpy(&size, bytes, sizeof size);
     if (size == HEADER1_BYTES || size == 0x5c010000)
         fields_of_header1(bytes, size != HEADER1_BYTES, out);
     else if (count == HEADER2_BYTES)
         fields_of_header2(bytes, size != HEADER2_BYTES, out);
     else
-        return sc_fail(ctx, SC_ERR_DATA, "%s: ends after %d bytes, expected a header of %d", path,
+        return sc_fail(ctx, SC_ERR_DATA, "%s: ends after %zu bytes, expected a header of %d", path,
                        count, HEADER2_BYTES);
     return SC_OK;
 }
@@ -116,22 +92,16 @@ static sc_status parse_header(const sc_ctx *ctx, const char *path, fields *out)
 static sc_status check_type(const sc_ctx *ctx, const char *path, const fields *f,
                             sc_voxel_type *out)
 {
-    static const struct {
-        int nifti;
-        sc_voxel_type type;
-    } types[] = {{DT_INT8, SC_VOXEL_INT8},     {DT_UINT8, SC_VOXEL_UINT8},
-                 {DT_INT16, SC_VOXEL_INT16},   {DT_UINT16, SC_VOXEL_UINT16},
-                 {DT_INT32, SC_VOXEL_INT32},   {DT_UINT32, SC_VOXEL_UINT32},
-                 {DT_INT64, SC_VOXEL_INT64},   {DT_UINT64, SC_VOXEL_UINT64},
-                 {DT_FLOAT32, SC_VOXEL_FLOAT}, {DT_FLOAT64, SC_VOXEL_DOUBLE}};
+    static const int types[SC_VOXEL_TYPES] = {DT_INT8,    DT_UINT8,  DT_INT16, DT_UINT16,
+                                              DT_INT32,   DT_UINT32, DT_INT64, DT_UINT64,
+                                              DT_FLOAT32, DT_FLOAT64};
 
-    for (size_t i = 0; i < SC_COUNT_OF(types); i++) {
-        if (types[i].nifti != f->datatype)
-            continue;
-        if (f->bitpix != 8 * (int)sc_voxel_type_bytes(types[i].type))
+    if (sc_voxel_type_coded(f->datatype, types, out)) {
+        const int bits = 8 * (int)sc_voxel_type_bytes(*out);
+
+        if (f->bitpix != bits)
             sc_warn(ctx, "%s: bitpix is %d, datatype %d has %d; the datatype is used", path,
-                    f->bitpix, f->datatype, 8 * (int)sc_voxel_type_bytes(types[i].type));
-        *out = types[i].type;
+                    f->bitpix, f->datatype, bits);
         return SC_OK;
     }
     return sc_fail(ctx, SC_ERR_DATA, "%s: datatype is %d (%s), expected integers or floats", path,
@@ -209,22 +179,18 @@ static sc_status voxel_file(const sc_ctx *ctx, const char *path, bool pair, char
     const char *dot = strstr(strrchr(path, '/') ? strrchr(path, '/') : path, ".hdr");
     struct stat info;
     uint64_t bytes;
-    sc_text text = {0};
-    sc_status status = SC_OK;
 
     if (!pair)
         return sc_path_join(ctx, "", path, out);
     for (size_t i = 0; dot && i < SC_COUNT_OF(endings); i++) {
-        SC_PASS(sc_text_add(ctx, &text, "%.*s%s", (int)(dot - path), path, endings[i]));
-        if (!stat(text.data, &info)) {
-            const char *slash = strrchr(text.data, '/');
+        SC_OWN(sc_text_clear) sc_text text = {0};
+        const char *slash;
 
-            status = sc_data_file(ctx, path, "the file of the voxels",
-                                  slash ? slash + 1 : text.data, out, &bytes);
-            sc_text_clear(&text);
-            return status;
-        }
-        sc_text_clear(&text);
+        SC_PASS(sc_text_add(ctx, &text, "%.*s%s", (int)(dot - path), path, endings[i]));
+        slash = strrchr(text.data, '/');
+        if (!stat(text.data, &info))
+            return sc_data_file(ctx, path, "the file of the voxels", slash ? slash + 1 : text.data,
+                                out, &bytes);
     }
     return sc_fail(ctx, SC_ERR_DATA, "%s: is the header of a pair, but its .img is not there",
                    path);
@@ -310,18 +276,16 @@ static void scaling(const nifti_image *nim, sc_source *source)
     source->intercept = scaled && isfinite(nim->scl_inter) ? nim->scl_inter : 0;
 }
 
-/* Set file, size, encoding and skip_bytes of @p source, whose type is set, after a
- * check that the file can hold as many voxels as the header promises. @p source takes ownership
- * of @p file (of sc_alloc), also on an error. @return SC_ERR_DATA, SC_ERR_MISSING. */
-static sc_status find_voxels(const sc_ctx *ctx, char *file, const fields *f, const int64_t size[3],
+/* Set size, encoding and skip_bytes of @p source, whose type and file are set, after a check that
+ * the file can hold as many voxels as the header promises. @return SC_ERR_DATA, SC_ERR_MISSING. */
+static sc_status find_voxels(const sc_ctx *ctx, const fields *f, const int64_t size[3],
                              sc_source *source)
 {
     const size_t each = sc_voxel_type_bytes(source->type);
     size_t voxels;
 
-    source->file = file;
-    SC_PASS(sc_grid_voxels(ctx, file, size, each, source->size, &voxels));
-    SC_PASS(sc_check_file_bytes(ctx, file,
+    SC_PASS(sc_grid_voxels(ctx, source->file, size, each, source->size, &voxels));
+    SC_PASS(sc_check_file_bytes(ctx, source->file,
                                 f->voxel_offset + (double)voxels * (double)each * source->phases));
     source->encoding = SC_ENCODING_GZIP;
     source->skip_bytes = (uint64_t)f->voxel_offset;
@@ -344,41 +308,38 @@ static nifti_image *interpret(const fields *f, const char *path)
     return nifti_convert_n2hdr2nim(header2, path);
 }
 
-sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+/* For SC_OWN. */
+static void free_image(nifti_image **nim)
+{
+    nifti_image_free(*nim);
+}
+
+sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     fields f = {0};
-    sc_source source = {.slope = 1};
-    nifti_image *nim = NULL;
-    char *file = NULL;
+    SC_OWN(sc_source_clear) sc_source source = {.slope = 1};
+    SC_OWN(free_image) nifti_image *nim = NULL;
     int64_t size[3];
-    bool pair = false;
-    sc_status status;
+    bool pair = false, swapped;
 
-    (void)header_only; /* the voxels are always streamed */
     nifti_set_debug_level(0);
-    SC_TRY(parse_header(ctx, path, &f));
-    SC_TRY(check_magic(ctx, path, &f, &pair));
-    SC_TRY(check_dims(ctx, path, &f, size, &source.phases));
-    SC_TRY(check_type(ctx, path, &f, &source.type));
-    SC_TRY(check_offset(ctx, path, &f, pair));
-    SC_TRY(voxel_file(ctx, path, pair, &file));
-    SC_TRY(find_voxels(ctx, file, &f, size, &source));
+    SC_PASS(parse_header(ctx, path, &f));
+    SC_PASS(check_magic(ctx, path, &f, &pair));
+    SC_PASS(check_dims(ctx, path, &f, size, &source.phases));
+    SC_PASS(check_type(ctx, path, &f, &source.type));
+    SC_PASS(check_offset(ctx, path, &f, pair));
+    SC_PASS(voxel_file(ctx, path, pair, &source.file));
+    SC_PASS(find_voxels(ctx, &f, size, &source));
     nim = interpret(&f, path);
-    if (!nim) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: not a readable NIfTI header", path);
-        goto out;
-    }
-    source.swapped = nim->byteorder != nifti_short_order() && sc_voxel_type_bytes(source.type) > 1;
+    if (!nim)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: not a readable NIfTI header", path);
+    swapped = nim->byteorder != nifti_short_order();
+    source.swapped = swapped && sc_voxel_type_bytes(source.type) > 1;
     source.phase_step_s = step_s(nim);
     geometry(ctx, path, &f, nim, &source);
     scaling(nim, &source);
-    SC_TRY(sc_nifti_labels(ctx, path, f.version == 1 ? HEADER1_BYTES : HEADER2_BYTES,
-                           pair ? UINT64_MAX : (uint64_t)f.voxel_offset,
-                           nim->byteorder != nifti_short_order(), &source.table));
-    *out = source;
-    source = (sc_source){0};
-out:
-    nifti_image_free(nim);
-    sc_source_clear(&source);
-    return status;
+    SC_PASS(sc_nifti_labels(ctx, path, f.version == 1 ? HEADER1_BYTES : HEADER2_BYTES,
+                            pair ? UINT64_MAX : (uint64_t)f.voxel_offset, swapped, &source.table));
+    SC_HAND_OVER(source, out);
+    return SC_OK;
 }

@@ -38,21 +38,12 @@ static sc_status teem_error(const sc_ctx *ctx, const char *path, int error)
  * no numbers. */
 static sc_status voxel_type(const sc_ctx *ctx, const char *path, int type, sc_voxel_type *out)
 {
-    static const struct {
-        int teem;
-        sc_voxel_type type;
-    } types[] = {{nrrdTypeChar, SC_VOXEL_INT8},   {nrrdTypeUChar, SC_VOXEL_UINT8},
-                 {nrrdTypeShort, SC_VOXEL_INT16}, {nrrdTypeUShort, SC_VOXEL_UINT16},
-                 {nrrdTypeInt, SC_VOXEL_INT32},   {nrrdTypeUInt, SC_VOXEL_UINT32},
-                 {nrrdTypeLLong, SC_VOXEL_INT64}, {nrrdTypeULLong, SC_VOXEL_UINT64},
-                 {nrrdTypeFloat, SC_VOXEL_FLOAT}, {nrrdTypeDouble, SC_VOXEL_DOUBLE}};
+    static const int types[SC_VOXEL_TYPES] = {
+        nrrdTypeChar, nrrdTypeUChar, nrrdTypeShort,  nrrdTypeUShort, nrrdTypeInt,
+        nrrdTypeUInt, nrrdTypeLLong, nrrdTypeULLong, nrrdTypeFloat,  nrrdTypeDouble};
 
-    for (size_t i = 0; i < SC_COUNT_OF(types); i++) {
-        if (types[i].teem == type) {
-            *out = types[i].type;
-            return SC_OK;
-        }
-    }
+    if (sc_voxel_type_coded(type, types, out))
+        return SC_OK;
     return sc_fail(ctx, SC_ERR_DATA, "%s: type is %s, expected integers or floats", path,
                    airEnumStr(nrrdType, type));
 }
@@ -294,11 +285,10 @@ static bool is_streamable(const sc_nrrd_header *header, const NrrdIoState *nio)
 static sc_status skip_lines(const sc_ctx *ctx, const char *file, unsigned lines,
                             uint64_t *offset_bytes)
 {
-    FILE *stream = fopen(file, "rb");
+    SC_OWN(sc_fclose_at) FILE *stream = NULL;
     int c = 0, last = 0;
 
-    if (!stream)
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", file, strerror(errno));
+    SC_PASS(sc_open_input(ctx, file, &stream));
     (void)fseeko(stream, (off_t)*offset_bytes, SEEK_SET); /* reading notices an error */
     for (; c != EOF; last = c) {
         c = getc(stream);
@@ -311,7 +301,6 @@ static sc_status skip_lines(const sc_ctx *ctx, const char *file, unsigned lines,
         ++*offset_bytes;
         lines -= c == '\n' || c == '\r';
     }
-    fclose(stream);
     return lines ? sc_fail(ctx, SC_ERR_DATA, "%s: ends before the lines that line skip skips", file)
                  : SC_OK;
 }
@@ -321,7 +310,7 @@ static void check_gzip(const sc_ctx *ctx, const char *path, const sc_source *sou
 {
     static const unsigned char mark[2] = {0x1f, 0x8b};
     unsigned char first[2];
-    FILE *stream = fopen(source->file, "rb"); /* reading notices an error */
+    SC_OWN(sc_fclose_at) FILE *stream = fopen(source->file, "rb"); /* reading notices an error */
 
     if (stream && !fseeko(stream, (off_t)source->offset_bytes, SEEK_SET) &&
         fread(first, 1, sizeof first, stream) == sizeof first &&
@@ -331,8 +320,6 @@ static void check_gzip(const sc_ctx *ctx, const char *path, const sc_source *sou
             "%s: says that its encoding is gzip, but its voxels are not compressed; they are read "
             "as they are",
             path);
-    if (stream)
-        fclose(stream);
 }
 
 /* Set encoding, file, offset_bytes, skip_bytes and swapped of @p source, whose type and size are
@@ -371,29 +358,44 @@ static sc_status file_for_teem(const sc_ctx *ctx, const char *path, const sc_nrr
                                char **out, size_t *out_bytes)
 {
     const size_t begin = header->fields.length_bytes;
-    char *file = NULL;
+    SC_OWN(sc_free_at) char *file = NULL;
     size_t file_bytes = 0, bytes;
-    sc_status status = SC_OK;
+    sc_text text = {0};
 
     if (!header->attached) {
-        sc_text text = {0};
-
-        status = sc_text_add(ctx, &text, "%s%s", header->fields.data, header->list.data);
+        SC_PASS(sc_text_add(ctx, &text, "%s%s", header->fields.data, header->list.data));
         *out = text.data;
         *out_bytes = text.length_bytes;
-        return status;
+        return SC_OK;
     }
-    SC_TRY(sc_file_read(ctx, path, SIZE_MAX / 2, &file, &file_bytes));
+    SC_PASS(sc_file_read(ctx, path, SIZE_MAX / 2, &file, &file_bytes));
     bytes = file_bytes > header->end_bytes ? file_bytes - header->end_bytes : 0;
-    SC_TRY(sc_alloc(ctx, begin + 1 + bytes, 1, out));
+    SC_PASS(sc_alloc(ctx, begin + 1 + bytes, 1, out));
     *out_bytes = begin + 1 + bytes;
     memcpy(*out, header->fields.data, begin);
     (*out)[begin] = '\n';
     if (bytes)
         memcpy(*out + begin + 1, file + header->end_bytes, bytes);
-out:
-    sc_free(file);
-    return status;
+    return SC_OK;
+}
+
+/* What Teem works on. Owns both: clear_teem. */
+typedef struct teem_reading {
+    Nrrd *nrrd;
+    NrrdIoState *nio;
+} teem_reading;
+
+/* For SC_OWN. */
+static void clear_teem(teem_reading *t)
+{
+    nrrdNuke(t->nrrd);
+    nrrdIoStateNix(t->nio);
+}
+
+static sc_status begin_teem(const sc_ctx *ctx, const char *path, teem_reading *t)
+{
+    *t = (teem_reading){nrrdNew(), nrrdIoStateNew()};
+    return t->nrrd && t->nio ? SC_OK : sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
 }
 
 /* Let Teem read all voxels, for encodings that cannot be streamed. Sets data and release of @p
@@ -402,38 +404,27 @@ out:
 static sc_status load_voxels(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,
                              sc_source *source)
 {
-    Nrrd *nrrd = nrrdNew();
-    NrrdIoState *nio = nrrdIoStateNew();
+    SC_OWN(clear_teem) teem_reading t = {0};
     const char *slash = strrchr(path, '/');
-    char *text = NULL;
+    SC_OWN(sc_free_at) char *text = NULL;
+    SC_OWN(sc_fclose_at) FILE *stream = NULL;
     size_t bytes = 0;
-    FILE *stream = NULL;
-    sc_status status;
 
-    SC_TRY(file_for_teem(ctx, path, header, &text, &bytes));
+    SC_PASS(begin_teem(ctx, path, &t));
+    SC_PASS(file_for_teem(ctx, path, header, &text, &bytes));
     stream = fmemopen(text, bytes, "r");
-    if (nrrd && nio && stream) /* Teem frees this path, and names are relative to it */
-        nio->path = slash ? strndup(path, (size_t)(slash - path) + (slash == path)) : strdup(".");
-    if (!nrrd || !nio || !stream || !nio->path) {
-        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
-        goto out;
-    }
+    if (stream) /* Teem frees this path, and names are relative to it */
+        t.nio->path = slash ? strndup(path, (size_t)(slash - path) + (slash == path)) : strdup(".");
+    if (!stream || !t.nio->path)
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
     errno = 0;
-    if (nrrdRead(nrrd, stream, nio)) {
-        status = teem_error(ctx, path, errno);
-        goto out;
-    }
-    source->data = nrrd->data;
+    if (nrrdRead(t.nrrd, stream, t.nio))
+        return teem_error(ctx, path, errno);
+    source->data = t.nrrd->data;
     source->release = free;
-    nrrdNix(nrrd); /* keeps the voxels, frees the rest */
-    nrrd = NULL;
-out:
-    if (stream)
-        fclose(stream);
-    sc_free(text);
-    nrrdNuke(nrrd);
-    nrrdIoStateNix(nio);
-    return status;
+    nrrdNix(t.nrrd); /* keeps the voxels, frees the rest */
+    t.nrrd = NULL;
+    return SC_OK;
 }
 
 /* Read the numbers of encoding ascii from byte @p begin of @p text, which ends with a NUL byte,
@@ -517,39 +508,28 @@ static sc_status check_loaded(const sc_ctx *ctx, const char *path, const sc_nrrd
 
 sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
-    Nrrd *nrrd = nrrdNew();
-    NrrdIoState *nio = nrrdIoStateNew();
-    sc_nrrd_header header = {0};
-    sc_source source = {.slope = 1};
-    sc_status status;
+    SC_OWN(clear_teem) teem_reading t = {0};
+    SC_OWN(sc_nrrd_header_clear) sc_nrrd_header header = {0};
+    SC_OWN(sc_source_clear) sc_source source = {.slope = 1};
 
-    if (!nrrd || !nio) {
-        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
-        goto out;
-    }
-    SC_TRY(sc_nrrd_header_read(ctx, path, &header));
-    SC_TRY(read_fields(ctx, path, &header, nrrd, nio));
-    SC_TRY(voxel_type(ctx, path, nrrd->type, &source.type));
-    SC_TRY(check_sizes(ctx, path, &header, nrrd, nio, &source));
-    SC_TRY(sc_nrrd_read_segments(ctx, path, &header, &source));
-    if (is_streamable(&header, nio))
-        SC_TRY(find_voxels(ctx, path, &header, nio, &source));
+    SC_PASS(begin_teem(ctx, path, &t));
+    SC_PASS(sc_nrrd_header_read(ctx, path, &header));
+    SC_PASS(read_fields(ctx, path, &header, t.nrrd, t.nio));
+    SC_PASS(voxel_type(ctx, path, t.nrrd->type, &source.type));
+    SC_PASS(check_sizes(ctx, path, &header, t.nrrd, t.nio, &source));
+    SC_PASS(sc_nrrd_read_segments(ctx, path, &header, &source));
+    if (is_streamable(&header, t.nio))
+        SC_PASS(find_voxels(ctx, path, &header, t.nio, &source));
     else if (!header_only)
-        SC_TRY(check_loaded(ctx, path, &header, nio, &source));
-    if (!header_only && !source.file && nio->encoding == nrrdEncodingAscii)
-        SC_TRY(load_ascii(ctx, path, &header, nio, &source));
+        SC_PASS(check_loaded(ctx, path, &header, t.nio, &source));
+    if (!header_only && !source.file && t.nio->encoding == nrrdEncodingAscii)
+        SC_PASS(load_ascii(ctx, path, &header, t.nio, &source));
     else if (!header_only && !source.file)
-        SC_TRY(load_voxels(ctx, path, &header, &source));
+        SC_PASS(load_voxels(ctx, path, &header, &source));
     if (source.layers > 1)
         source.size[0] /= source.layers; /* from now on they do not count */
     source.data_files = header.paths;
     header.paths = (sc_text){0};
-    *out = source;
-    source = (sc_source){0};
-out:
-    sc_source_clear(&source);
-    sc_nrrd_header_clear(&header);
-    nrrdNuke(nrrd);
-    nrrdIoStateNix(nio);
-    return status;
+    SC_HAND_OVER(source, out);
+    return SC_OK;
 }

@@ -124,27 +124,25 @@ static page_form form_of(TIFF *tiff)
 static sc_status voxel_type(const sc_ctx *ctx, const char *path, const page_form *form,
                             sc_voxel_type *type)
 {
-    static const struct {
-        uint16_t format, bits;
-        sc_voxel_type type;
-    } types[] = {
-        {SAMPLEFORMAT_INT, 8, SC_VOXEL_INT8},      {SAMPLEFORMAT_UINT, 8, SC_VOXEL_UINT8},
-        {SAMPLEFORMAT_INT, 16, SC_VOXEL_INT16},    {SAMPLEFORMAT_UINT, 16, SC_VOXEL_UINT16},
-        {SAMPLEFORMAT_INT, 32, SC_VOXEL_INT32},    {SAMPLEFORMAT_UINT, 32, SC_VOXEL_UINT32},
-        {SAMPLEFORMAT_INT, 64, SC_VOXEL_INT64},    {SAMPLEFORMAT_UINT, 64, SC_VOXEL_UINT64},
-        {SAMPLEFORMAT_IEEEFP, 32, SC_VOXEL_FLOAT}, {SAMPLEFORMAT_IEEEFP, 64, SC_VOXEL_DOUBLE}};
+    enum { INTEGERS = SAMPLEFORMAT_INT << 8, NATURAL = SAMPLEFORMAT_UINT << 8 };
+    static const int types[SC_VOXEL_TYPES] = {INTEGERS | 8,
+                                              NATURAL | 8,
+                                              INTEGERS | 16,
+                                              NATURAL | 16,
+                                              INTEGERS | 32,
+                                              NATURAL | 32,
+                                              INTEGERS | 64,
+                                              NATURAL | 64,
+                                              SAMPLEFORMAT_IEEEFP << 8 | 32,
+                                              SAMPLEFORMAT_IEEEFP << 8 | 64};
 
     if (form->samples != 1)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: has %d values for each pixel, a colour picture; expected one, the "
                        "number of a label: save the labels, not their colours",
                        path, form->samples);
-    for (size_t i = 0; i < SC_COUNT_OF(types); i++) {
-        if (types[i].format == form->format && types[i].bits == form->bits) {
-            *type = types[i].type;
-            return SC_OK;
-        }
-    }
+    if (form->bits <= 64 && sc_voxel_type_coded(form->format << 8 | form->bits, types, type))
+        return SC_OK;
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: has pixels of %d bits of sample format %d, expected 8, 16, 32 or 64 bits "
                    "of integers (1, 2) or 32 or 64 of floats (3); convert it in Fiji: Image > Type",
@@ -289,8 +287,7 @@ static sc_status read_tiles(const sc_ctx *ctx, const char *path, tiff_file *file
         sc_free(file->tile);
         file->tile = NULL;
         file->tile_bytes = 0;
-        if (sc_alloc(ctx, (size_t)bytes, 1, &file->tile) != SC_OK)
-            return SC_ERR_MEMORY;
+        SC_PASS(sc_alloc(ctx, (size_t)bytes, 1, &file->tile));
         file->tile_bytes = (size_t)bytes;
     }
     for (uint32_t y = 0; y < height; y += down) {
@@ -308,26 +305,17 @@ static sc_status read_tiles(const sc_ctx *ctx, const char *path, tiff_file *file
     return SC_OK;
 }
 
-/* sc_slices_fn of this format. */
-static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_source *source,
-                             int first, int count, void *out)
+/* sc_slices_fn of this format: one at a time. */
+static sc_status read_slice(const sc_ctx *ctx, const char *path, const sc_source *source, int page,
+                            int count, void *out)
 {
     tiff_file *file = source->data;
-    const size_t slice =
-        (size_t)source->size[0] * (size_t)source->size[1] * sc_voxel_type_bytes(source->type);
 
-    for (int i = 0; i < count; i++) {
-        unsigned char *to = (unsigned char *)out + (size_t)i * slice;
-        const int page = first + i;
-
-        file->why[0] = '\0';
-        if (!TIFFSetSubDirectory(file->tiff, file->pages[page]))
-            return sc_fail(ctx, SC_ERR_DATA, "%s: page %d cannot be read: %s", path, page,
-                           file->why);
-        SC_PASS(TIFFIsTiled(file->tiff) ? read_tiles(ctx, path, file, source, page, to)
-                                        : read_strips(ctx, path, file, source, page, to));
-    }
-    return SC_OK;
+    (void)count;
+    file->why[0] = '\0';
+    if (!TIFFSetSubDirectory(file->tiff, file->pages[page]))
+        return sc_fail(ctx, SC_ERR_DATA, "%s: page %d cannot be read: %s", path, page, file->why);
+    return (TIFFIsTiled(file->tiff) ? read_tiles : read_strips)(ctx, path, file, source, page, out);
 }
 
 /* ---- header ---- */
@@ -472,17 +460,16 @@ static sc_status read_header(const sc_ctx *ctx, const char *path, sc_source *sou
     return sc_path_join(ctx, "", path, &source->file);
 }
 
-sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
                         .encoding = SC_ENCODING_SLICES,
-                        .read_slices = read_slices,
+                        .read_slices = read_slice,
                         .slices = 1,
                         .release = release};
     tiff_file *file = NULL;
 
-    (void)header_only; /* the voxels are always streamed */
     SC_PASS(open_tiff(ctx, path, &file));
     source.data = file;
     SC_PASS(read_header(ctx, path, &source));
@@ -492,9 +479,8 @@ sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc
 
 #else
 
-sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, sc_source *out)
 {
-    (void)header_only;
     (void)out;
     return sc_fail(
         ctx, SC_ERR_DATA,

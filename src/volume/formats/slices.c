@@ -13,28 +13,6 @@
 #include <strings.h>
 #include <sys/stat.h>
 
-/* The pictures of a directory, in the order of the slices. */
-typedef struct slice_files {
-    char **paths; /* [count], owned as each of them is */
-    size_t count, capacity;
-    bool are_png;
-} slice_files;
-
-static void clear(slice_files *files)
-{
-    for (size_t i = 0; i < files->count; i++)
-        sc_free(files->paths[i]);
-    sc_free(files->paths);
-    *files = (slice_files){0};
-}
-
-/* For sc_source.release. */
-static void release(void *data)
-{
-    clear(data);
-    sc_free(data);
-}
-
 /* ---- names ---- */
 
 /* Compare two names by the values of the numbers in them, else by their bytes. @param step set to
@@ -82,32 +60,31 @@ static int by_number(const void *a, const void *b)
 /* Note a file of the directory. @param other set to true for a volume of another format, beside
  * which pictures show something else. @return SC_ERR_MEMORY. */
 static sc_status note_file(const sc_ctx *ctx, const char *directory, const char *name,
-                           slice_files *files, bool *other)
+                           sc_slice_files *files, bool *other)
 {
     const char *dot = strrchr(name, '.');
     const bool is_png = dot && !strcasecmp(dot, ".png");
     const bool is_tiff = dot && (!strcasecmp(dot, ".tif") || !strcasecmp(dot, ".tiff"));
     struct stat info;
-    SC_OWN(sc_text_clear) sc_text path = {0};
+    SC_OWN(sc_free_at) char *path = NULL;
 
-    SC_PASS(sc_text_add(ctx, &path, "%s/%s", directory, name));
+    SC_PASS(sc_path_join(ctx, directory, name, &path));
     if (!is_png && !is_tiff) {
-        *other = sc_is_volume_file(path.data);
+        *other = sc_is_volume_file(path);
         return SC_OK;
     }
-    if (stat(path.data, &info) || !S_ISREG(info.st_mode)) /* a pipe would never end */
+    if (stat(path, &info) || !S_ISREG(info.st_mode)) /* a pipe would never end */
         return SC_OK;
-    *other = files->count && files->are_png != is_png;
-    files->are_png = is_png;
+    *other = files->count && files->is_packed != is_png;
+    files->is_packed = is_png;
     SC_PASS(SC_GROW(ctx, files->count, &files->capacity, &files->paths));
-    files->paths[files->count++] = path.data;
-    path = (sc_text){0};
+    SC_HAND_OVER(path, &files->paths[files->count++]);
     return SC_OK;
 }
 
 /* Find the pictures of a directory, in their order; none unless they are named as slices are.
- * Caller owns *out, also after an error: clear. @return SC_ERR_MEMORY. */
-static sc_status find_slices(const sc_ctx *ctx, const char *directory, slice_files *out)
+ * Caller owns *out, also after an error. @return SC_ERR_MEMORY. */
+static sc_status find_slices(const sc_ctx *ctx, const char *directory, sc_slice_files *out)
 {
     DIR *stream = opendir(directory);
     const struct dirent *entry;
@@ -128,12 +105,12 @@ static sc_status find_slices(const sc_ctx *ctx, const char *directory, slice_fil
         other = !alike || step == 0;
     }
     if (other || out->count < 2)
-        clear(out);
+        sc_slice_files_clear(out);
     return status;
 }
 
 /* Warn of the first place where a number is left out: that slice is missing. */
-static void warn_of_gap(const sc_ctx *ctx, const char *path, const slice_files *files)
+static void warn_of_gap(const sc_ctx *ctx, const char *path, const sc_slice_files *files)
 {
     long long first = 0, step = 0;
     bool alike;
@@ -176,50 +153,18 @@ static sc_status open_png(const sc_ctx *ctx, const char *file, sc_source *out)
 }
 
 /* Open slice @p i. Caller owns *out: sc_source_clear. */
-static sc_status open_slice(const sc_ctx *ctx, const slice_files *files, size_t i, sc_source *out)
+static sc_status open_slice(const sc_ctx *ctx, const sc_slice_files *files, size_t i,
+                            sc_source *out)
 {
     const char *file = files->paths[i];
 
-    return files->are_png ? open_png(ctx, file, out) : sc_open_file(ctx, file, false, out);
-}
-
-/* sc_slices_fn of this format: one slice at a time. */
-static sc_status read_slice(const sc_ctx *ctx, const char *path, const sc_source *source, int first,
-                            int count, void *out)
-{
-    const slice_files *files = source->data;
-    const int *size = source->size;
-    const size_t bytes = (size_t)size[0] * (size_t)size[1] * sc_voxel_type_bytes(source->type);
-
-    for (int i = 0; i < count; i++) {
-        SC_OWN(sc_source_clear) sc_source slice = {.slope = 1};
-        const char *file = files->paths[first + i];
-        unsigned char *to = (unsigned char *)out + (size_t)i * bytes;
-        sc_ctx errors = *ctx; /* what is warned of one slice, is so of all */
-
-        errors.level = SC_LOG_ERROR;
-        SC_PASS(open_slice(&errors, files, (size_t)(first + i), &slice));
-        if (slice.size[0] != size[0] || slice.size[1] != size[1] || slice.size[2] != 1 ||
-            slice.type != source->type)
-            return sc_fail(ctx, SC_ERR_DATA,
-                           "%s has %d x %d x %d pixels of %zu bytes, but %s %d x %d of %zu; "
-                           "expected the slices of one volume, all of one size and type",
-                           file, slice.size[0], slice.size[1], slice.size[2],
-                           sc_voxel_type_bytes(slice.type), files->paths[0], size[0], size[1],
-                           sc_voxel_type_bytes(source->type));
-        if (slice.read_slices)
-            SC_PASS(slice.read_slices(ctx, path, &slice, 0, 1, to));
-        else
-            memcpy(to, slice.data, bytes);
-    }
-    return SC_OK;
+    return files->is_packed ? open_png(ctx, file, out) : sc_open_file(ctx, file, false, out);
 }
 
 sc_status sc_open_slices(const sc_ctx *ctx, const char *path, sc_source *out)
 {
-    SC_OWN(clear) slice_files files = {0};
+    SC_OWN(sc_slice_files_clear) sc_slice_files files = {.open = open_slice};
     SC_OWN(sc_source_clear) sc_source source = {.slope = 1}, first = {.slope = 1};
-    slice_files *data;
     int64_t size[3];
 
     SC_PASS(find_slices(ctx, path, &files));
@@ -236,22 +181,13 @@ sc_status sc_open_slices(const sc_ctx *ctx, const char *path, sc_source *out)
     SC_PASS(sc_grid_voxels(ctx, path, size, sc_voxel_type_bytes(source.type), source.size, NULL));
     source.table = first.table;
     first.table = (sc_label_table){0};
-    if (files.are_png)
+    if (files.is_packed)
         sc_warn(ctx,
                 "%s: PNG does not give the spacing of its voxels; taken as 1 x 1 x 1 mm (--header "
                 "\"0.5x0.5x1 mm\" says another)",
                 path);
     warn_of_gap(ctx, path, &files);
-    for (size_t i = 0; i < files.count; i++)
-        SC_PASS(sc_text_add(ctx, &source.data_files, "%s%c", files.paths[i], '\0'));
-    SC_PASS(SC_ZALLOC(ctx, 1, &data));
-    *data = files;
-    files = (slice_files){0};
-    source.data = data;
-    source.release = release;
-    source.encoding = SC_ENCODING_SLICES;
-    source.read_slices = read_slice;
-    source.slices = 1;
+    SC_PASS(sc_slice_files_use(ctx, &files, &source));
     SC_HAND_OVER(source, out);
     return SC_OK;
 }

@@ -94,9 +94,7 @@ static sc_status header_text(const sc_ctx *ctx, const sc_volume *volume,
 static void values_of(const sc_volume *volume, size_t begin, size_t count, size_t type, void *out)
 {
     for (size_t i = 0; i < count; i++) {
-        const int id = volume->label_bytes == 1 ? ((const uint8_t *)volume->ids)[begin + i]
-                                                : ((const uint16_t *)volume->ids)[begin + i];
-        const int64_t value = volume->labels[id].value;
+        const int64_t value = volume->labels[sc_volume_id(volume, begin + i)].value;
 
         switch (types[type].bytes) {
         case 1:

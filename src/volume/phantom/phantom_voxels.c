@@ -239,22 +239,19 @@ static void tally_labels(const sc_volume *coarse, const int size[3], sc_label_ta
 }
 
 sc_status sc_phantom_scan_labels(const sc_ctx *ctx, const sc_phantom *phantom, const int size[3],
-                                 int threads, sc_label_scan *out)
+                                 int threads, sc_volume *out)
 {
-    sc_volume grid = {0};
-    SC_OWN(sc_volume_clear) sc_volume coarse = {0};
-    void *tallies = NULL;
+    SC_OWN(sc_volume_clear) sc_volume grid = {0}, coarse = {0};
     int coarse_size[3];
 
     SC_PASS(make_grid(ctx, size, &grid));
     for (int i = 0; i < 3; i++)
         coarse_size[i] = size[i] < SCAN_VOXELS ? size[i] : SCAN_VOXELS;
     SC_PASS(sc_phantom_volume(ctx, phantom, coarse_size, threads, &coarse));
-    SC_PASS(sc_alloc(ctx, (size_t)coarse.label_count, sizeof(sc_label_tally), &tallies));
-    tally_labels(&coarse, size, tallies);
-    grid.labels = coarse.labels;
+    SC_PASS(SC_ALLOC(ctx, (size_t)coarse.label_count, &grid.tallies));
+    tally_labels(&coarse, size, grid.tallies);
     grid.label_count = coarse.label_count;
-    coarse.labels = NULL;
-    *out = (sc_label_scan){grid, tallies};
+    SC_HAND_OVER(coarse.labels, &grid.labels);
+    SC_HAND_OVER(grid, out);
     return SC_OK;
 }
