@@ -218,6 +218,11 @@ typedef struct sc_ray {
     float direction[3];  /**< in grid coordinates per mm */
     float toward_eye[3]; /**< unit, RAS */
     float base_mm;       /**< distance of the origin from the eye */
+    float ends_below;    /**< 0; or a transmittance, at least SC_OPAQUE: the ray ends at the surface
+                              behind which less than that is left, and brings back that surface
+                              alone: label, depth and normal, and its colour, in a march that is
+                              flat. With a number by chance, from 0 to 1, it is each surface by the
+                              share that this hides of what is behind the picture. Smooth only */
     uint8_t clip_sets;   /**< how many there are */
     uint8_t part_count[SC_CLIP_SETS_MAX];   /**< by clip set: 0, 1 or 2 */
     sc_ray_part parts[SC_CLIP_SETS_MAX][2]; /**< by clip set, in order along the ray */

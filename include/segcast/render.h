@@ -35,8 +35,9 @@ typedef struct sc_render_settings {
                            processor can run */
     int samples;      /**< rays in a pixel that gets more than one, 1 to SC_SAMPLES_MAX; 1: every
                            pixel gets one */
-    int lens_samples; /**< rays in a pixel of a scene whose camera has an aperture: a power of two,
-                           at most SC_LENS_SAMPLES_MAX; 0: no scene has one */
+    int lens_samples; /**< rays in a pixel of a scene whose camera has an aperture, or whose light
+                           comes by paths: a power of two, at most SC_LENS_SAMPLES_MAX; 0: there is
+                           no such scene */
     bool everywhere; /**< true: every pixel gets that many rays; false: only pixels that differ from
                           a neighbour do, all others one */
     bool to_the_end; /**< rays go on behind what is opaque: the same picture, more work */

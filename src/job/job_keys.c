@@ -149,14 +149,17 @@ static const sc_key render_keys[] = {
         .track = offsetof(sc_job, light_tracks.member) - offsetof(sc_job, light.member)
 
 static const sc_choice light_methods[] = {
-    {"plain", SC_LIGHT_PLAIN}, {"global", SC_LIGHT_GLOBAL}, {"flat", SC_LIGHT_FLAT}, {NULL, 0}};
+    {"plain", SC_LIGHT_PLAIN}, {"global", SC_LIGHT_GLOBAL}, {"path", SC_LIGHT_PATH},
+    {"flat", SC_LIGHT_FLAT}, {NULL, 0}};
 
 static const sc_key light_keys[] = {
     {"method", &sc_type_choice, LIGHT(method), "plain",
      .help =
          "plain: lamps that move with the camera, and cavities darkened by how much around "
          "them is filled; global: a soft lamp and a sky that stand to the body, whose light also "
-         "comes by way of other tissues and takes their colours along; flat: no light at all, "
+         "comes by way of other tissues and takes their colours along; path: the same light to the "
+         "last detail, by following it anew in each frame, which takes a thousand times as long; "
+         "flat: no light at all, "
          "plain colours",
      .choices = light_methods},
     {"ambient", STRENGTH(ambient), .fallback = "0.12",

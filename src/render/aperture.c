@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Draws tiles of pictures with depth of field. The rays of a pixel begin all over the aperture, and
+/* Draws tiles of pictures with depth of field, or with light by paths. The rays of a pixel begin all over the aperture, and
  * meet again in the plane in focus; the mean of the linear light that they bring back is the colour
  * of the pixel.
  *
@@ -34,6 +34,13 @@ static uint32_t z_order(int x, int y)
     for (int bit = 0; 1 << bit < SC_LENS_BLOCK; bit++)
         place |= (uint32_t)((x >> bit & 1) | (y >> bit & 1) << 1) << 2 * bit;
     return place;
+}
+
+uint32_t sc_lens_number(const sc_renderer *r, int x, int y, int i)
+{
+    const int last = SC_LENS_BLOCK - 1;
+
+    return (uint32_t)r->settings.lens_samples * z_order(x & last, y & last) + (uint32_t)i;
 }
 
 /* Set the samples of a square of pixels. */
@@ -79,7 +86,7 @@ static sc_aim aim_of(const sc_renderer *r, int x, int y, int i)
     for (int c = 0; c < 4; c++)
         at[c] = (sample->at[c] + 0.5) * 0x1p-16;
     sc_cosine_direction(at + 2, lens);
-    return (sc_aim){x + at[0], y + at[1], lens[0], lens[1]};
+    return (sc_aim){x + at[0], y + at[1], lens[0], lens[1], i};
 }
 
 /* March the rays waiting, add what they bring back to that of their pixels, and empty the queue. */
@@ -182,7 +189,10 @@ static int find_rays(const sc_renderer *r, const sc_scene *scene, int *first, in
 
     *first = scene->moment * each % all;
     *end = *first + each;
-    return r->settings.everywhere || each < PILOT_SHARE * PILOT_LEAST ? each : each / PILOT_SHARE;
+    /* Paths always differ. */
+    return r->settings.everywhere || r->traces || each < PILOT_SHARE * PILOT_LEAST
+               ? each
+               : each / PILOT_SHARE;
 }
 
 void sc_tile_draw_blurred(sc_tile *t)

@@ -4,30 +4,9 @@
 
 #include "directions.h"
 #include "internal.h"
+#include "sky.h"
 
 #include <string.h>
-
-/* The radius of the lamp, as a tangent: as a window of two metres seen from three. */
-#define LAMP_RADIUS 0.3
-
-const float sc_lamp_direction[3] = {0.52F, 0.48F, 0.70655F};
-
-/* The direction to the point of the lamp that belongs to a point of the unit square, to @p out. */
-static void lamp_direction(const double point[2], double out[3])
-{
-    double n[3], t[3], b[3], disc[3], length = 0;
-
-    for (int k = 0; k < 3; k++)
-        n[k] = sc_lamp_direction[k];
-    sc_frame_about(n, t, b);
-    sc_cosine_direction(point, disc); /* whose shadow on the disc is even */
-    for (int k = 0; k < 3; k++) {
-        out[k] = n[k] + LAMP_RADIUS * (disc[0] * t[k] + disc[1] * b[k]);
-        length += out[k] * out[k];
-    }
-    for (int k = 0; k < 3; k++)
-        out[k] /= sqrt(length);
-}
 
 /* Make the directions of all parts. */
 static void make_directions(sc_gather *g)
@@ -41,7 +20,7 @@ static void make_directions(sc_gather *g)
             sc_cosine_direction(point, direction);
         } else {
             sc_sobol_point(part * SC_GATHER_LAMP + ray - SC_GATHER_DIRECTIONS, 3, point);
-            lamp_direction(point, direction);
+            sc_lamp_point(point, direction);
         }
         for (int k = 0; k < 3; k++)
             g->directions[part][ray][k] = (float)direction[k];
