@@ -11,6 +11,7 @@
 #include "segcast/grey.h"
 #include "segcast/image.h"
 #include "segcast/kernel.h"
+#include "segcast/panorama.h"
 
 enum { SC_SAMPLES_MAX = 8, SC_LENS_SAMPLES_MAX = 1024 };
 
@@ -48,6 +49,11 @@ typedef struct sc_render_settings {
     const sc_grey *grey;    /**< NULL, or a grey volume that cut faces and slices show; borrowed */
     sc_grey_look grey_look; /**< not read without */
     sc_lighting light;      /**< where scenes have a look of their own: sc_light_of_all of them */
+    /** NULL, or what stands in place of the sky where light is gathered or comes by paths;
+     *  borrowed. And by how much it is turned about the axis of the body, against the clock as seen
+     *  from above. */
+    const sc_panorama *environment;
+    double environment_turn_deg;
     bool
         local_thickness; /**< automatic opacity follows the local thickness, not the label's mean */
     sc_opacity_rule opacity_rule; /**< of the tissues, for their local thickness */

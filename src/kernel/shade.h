@@ -321,10 +321,14 @@ static inline void sc_depth_cue(const sc_march_light *light, float depth_mm, flo
 static inline float sc_light_of_sky(const sc_march *m, const sc_spot *spot, float known, float open,
                                     float out[3])
 {
-    const float whole = m->light.sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
+    const sc_march_light *l = &m->light;
+    float whole = l->sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
     float least = spot->around[0];
 
     for (int i = 0; i < 3; i++) {
+        const float mapped = l->sky * (l->around[i][0] + sc_dot3(l->around[i] + 1, spot->normal));
+
+        whole = !l->has_map ? whole : mapped > 1e-6f ? mapped : 1e-6f;
         least = spot->around[i] < least ? spot->around[i] : least;
         out[i] = known * spot->around[i] + (1 - known) * (whole * open);
     }

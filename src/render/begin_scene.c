@@ -2,7 +2,6 @@
 /* What the rays of a frame meet beside the volume: lamps, depth cue, rims of cut faces and clip
  * planes, from its scene. */
 #include "internal.h"
-#include "sky.h"
 
 #include <string.h>
 
@@ -40,6 +39,8 @@ static void set_sky(sc_renderer *r, bool inside)
     if ((!r->gather && !r->traces) || r->hurries || inside)
         return;
     light->sky = fmaxf(light->ambient, SKY_LEAST);
+    light->has_map = r->sky.map;
+    memcpy(light->around, r->sky.around, sizeof light->around);
     light->lamp = light->key;
     light->ambient = light->fill = 0;
     memcpy(light->key_direction, sc_lamp_direction, sizeof light->key_direction);

@@ -4,7 +4,6 @@
 
 #include "directions.h"
 #include "internal.h"
-#include "sky.h"
 
 #include <string.h>
 

@@ -4,7 +4,6 @@
 #include "path.h"
 
 #include "directions.h"
-#include "sky.h"
 
 #include <string.h>
 
@@ -16,7 +15,8 @@ enum {
     DIRECTION, /* in which the path goes on, */
     LIGHT,     /* to which point of the lamp a ray goes, */
     CHOICE,    /* whether the face reflects, and whether the path goes on at all, */
-    ARRIVAL,   /* and at which of the surfaces that let light through it has arrived */
+    ARRIVAL,   /* and at which of the surfaces that let light through it has arrived; and whether the
+                  lamp or the sky is looked at */
     PAIRS,
     TABLED = 4 * PAIRS, /* of the first surfaces pairs are points of nets, of others just random */
     SEED = 97,          /* any: of these nets */
@@ -145,15 +145,16 @@ static void to_array(sc_vec3 v, double out[3])
 /* Let a path see what is behind all tissue: it ends there. Its own eye sees the background. */
 static void leave(const tracer *t, path *p, uint32_t bounce)
 {
-    const sc_march_light *light = &t->tile->f->renderer->march.light;
+    const sc_renderer *r = t->tile->f->renderer;
+    const sc_march_light *light = &r->march.light;
     double d[3], seen[3] = {0};
     double weight;
 
     if (!bounce)
         return;
     to_array(p->direction, d);
-    sc_add_light_from(light, d, seen);
-    weight = p->density / (p->density + sc_light_density(light, d));
+    sc_add_light_from(&r->sky, light, d, seen);
+    weight = p->density / (p->density + sc_light_density(&r->sky, light, d));
     for (int i = 0; i < 3; i++)
         p->light[i] += p->share[i] * weight * seen[i];
 }
@@ -200,20 +201,21 @@ static void arrive(const sc_renderer *r, path *p, const sc_radiance *hit, meetin
                           (sc_vec3){hit->normal[0], hit->normal[1], hit->normal[2]});
 }
 
-/* Choose a point of the lamp, and note what comes from there if nothing is between. */
+/* Choose a point of the lamp or of the sky, and note what comes from there if nothing is between. */
 static void look_to_light(const sc_renderer *r, path *p, uint32_t bounce, const meeting *m)
 {
     const sc_march_light *light = &r->march.light;
-    double pair[2], d[3], in[3], share[3], seen[3] = {0}, density, weight;
+    double pair[2], point[2], d[3], in[3], share[3], seen[3] = {0}, density, weight;
 
     p->waiting[0] = p->waiting[1] = p->waiting[2] = 0;
-    take_pair(r, p, bounce, LIGHT, pair);
-    density = sc_choose_light(light, pair, d);
+    take_pair(r, p, bounce, LIGHT, point);
+    take_pair(r, p, bounce, ARRIVAL, pair);
+    density = sc_choose_light(&r->sky, light, pair[1], point, d);
     if (!(density > 0))
         return;
     into_frame(m, d, in);
     weight = 1 / (density + sc_reflector_share(&m->reflector, in, share));
-    sc_add_light_from(light, d, seen);
+    sc_add_light_from(&r->sky, light, d, seen);
     p->to_light = (sc_vec3){d[0], d[1], d[2]};
     for (int i = 0; i < 3; i++)
         p->waiting[i] = p->share[i] * share[i] * seen[i] * weight;

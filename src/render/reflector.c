@@ -24,14 +24,19 @@ static void make_unit(double v[3])
         v[i] /= length;
 }
 
+/* @return the share that the face reflects of what comes along it. */
+static double whole(const sc_reflector *s)
+{
+    return fmin(s->face / FACE_WHOLE, 1);
+}
+
 /* @return the share of light that the face reflects, by the cosine at which it comes (Schlick
  * 1994). */
 static double fresnel(const sc_reflector *s, double cosine)
 {
     const double less = 1 - fmin(fmax(cosine, 0), 1), square = less * less;
-    const double whole = fmin(s->face / FACE_WHOLE, 1);
 
-    return s->face + (whole - s->face) * square * square * less;
+    return s->face + (whole(s) - s->face) * square * square * less;
 }
 
 /* @return how likely it is that the face is chosen. */
@@ -68,7 +73,11 @@ sc_reflector sc_reflector_of(const sc_march_tissue *tissue, const double rgb[3],
 double sc_reflector_share(const sc_reflector *s, const double in[3], double share[3])
 {
     const double chance = face_chance(s), square = s->roughness * s->roughness;
-    const double below = (1 - fresnel(s, s->out[2])) * (1 - fresnel(s, in[2])) * in[2] / PI;
+    /* What the face lets in comes out again through it, on the way both to and fro; the last factor
+     * is 1 over the mean of one of them, so that white below the face gives back all that comes in
+     * (Kelemen and Szirmay-Kalos 2001). */
+    const double below = (1 - fresnel(s, s->out[2])) * (1 - fresnel(s, in[2])) * in[2] /
+                         (PI * (1 - s->face - (whole(s) - s->face) / 21));
     double half[3], normals, seen, face, lambda;
 
     for (int i = 0; i < 3; i++)

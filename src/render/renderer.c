@@ -188,6 +188,7 @@ static sc_status begin(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissu
     sc_fill_tissues(r, tissues, show, opacity);
     sc_fill_boxes(r);
     sc_srgb_table_init(&r->srgb);
+    SC_PASS(sc_sky_init(ctx, r->settings.environment, r->settings.environment_turn_deg, &r->sky));
     return sc_fill_grey(ctx, r);
 }
 
@@ -303,6 +304,7 @@ void sc_renderer_free(sc_renderer *r)
     sc_free(r->blurred);
     sc_free(r->lens_samples);
     sc_free(r->path_numbers);
+    sc_sky_clear(&r->sky);
     if (!r->settings.lender)
         sc_free(r->pixels);
     sc_free(r);
@@ -336,7 +338,7 @@ uint64_t sc_renderer_bytes(const sc_renderer *r)
            (r->blurred ? threads * side * side * sizeof *r->blurred : 0) +
            (size_t)SC_LENS_BLOCK * SC_LENS_BLOCK * (size_t)r->settings.lens_samples *
                sizeof *r->lens_samples +
-           sc_path_numbers_bytes(r);
+           sc_path_numbers_bytes(r) + sc_sky_bytes(&r->sky);
 }
 
 uint64_t sc_renderer_derived_bytes(const sc_renderer *r)

@@ -323,10 +323,18 @@ static inline vf v_unshadowed(const sc_march *m, const v_spot *spot, vm on)
 /* See sc_light_of_sky: sets spot->around to the light of the sky and the lamp, and spot->open. */
 static inline void v_light_of_sky(const sc_march *m, vf known, v_spot *spot)
 {
-    const vf whole = m->light.sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
+    const sc_march_light *l = &m->light;
+    vf whole = l->sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
     vf least = spot->around[0];
 
     for (int i = 0; i < 3; i++) {
+        const float *by = l->around[i];
+
+        if (l->has_map) {
+            whole = l->sky * (by[0] + (by[1] * spot->normal[0] + by[2] * spot->normal[1] +
+                                       by[3] * spot->normal[2]));
+            whole = f_pick(f_below(f_set(1e-6f), whole), whole, f_set(1e-6f));
+        }
         least = f_pick(f_below(spot->around[i], least), spot->around[i], least);
         spot->around[i] = known * spot->around[i] + (1 - known) * (whole * spot->open);
     }
