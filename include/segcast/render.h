@@ -50,8 +50,7 @@ typedef struct sc_render_settings {
     sc_grey_look grey_look; /**< not read without */
     sc_lighting light;      /**< where scenes have a look of their own: sc_light_of_all of them */
     /** NULL, or what stands in place of the sky where light is gathered or comes by paths;
-     *  borrowed. And by how much it is turned about the axis of the body, against the clock as seen
-     *  from above. */
+     *  borrowed. And by how much it is turned about the axis of the body, to its right. */
     const sc_panorama *environment;
     double environment_turn_deg;
     bool

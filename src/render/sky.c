@@ -88,7 +88,7 @@ static double pixel_angle(int y, int width, int height)
 typedef struct blurred_pixel {
     double light[3], d[3];
 } blurred_pixel;
-enum { BLUR_POWER = 16 };
+enum { BLUR_POWER = 8 };
 
 /* Sum up the light of the picture, and where it comes from: sets gain and around. @param sent all 0.
  */
@@ -127,7 +127,7 @@ static void measure(sc_sky *sky, blurred_pixel sent[SC_SKY_ROWS * SC_SKY_COLUMNS
 }
 
 /* Set the blurred picture from what each of its pixels sends, which is in @p sent: the mean around
- * each direction, weighted by a power of the cosine. Its width, 14 degrees, is that which each of the
+ * each direction, weighted by a power of the cosine. Its width, 20 degrees, is that which each of the
  * 32 rays of a place stands for: with less the light of small lamps is spotted. */
 static void blur(sc_sky *sky, const blurred_pixel sent[SC_SKY_ROWS * SC_SKY_COLUMNS])
 {

@@ -16,10 +16,10 @@ enum { SC_SKY_COLUMNS = 64, SC_SKY_ROWS = 32 };
 typedef struct sc_sky {
     const sc_panorama *map; /* borrowed */
     float gain;             /* what its pixels are multiplied by */
-    double turn;            /* part of a turn by which it is turned, against the clock from above */
+    double turn;            /* part of a turn by which it is turned to the right of the body */
     float *rows;            /* [height + 1] light of the rows above each, from 0 to 1; owned */
     float *columns;         /* [height][width + 1] the same in each row; owned */
-    float coarse[SC_SKY_ROWS][SC_SKY_COLUMNS][3]; /* the picture, blurred: a pixel is 6 degrees */
+    float coarse[SC_SKY_ROWS][SC_SKY_COLUMNS][3]; /* the picture, blurred */
     float around[3][4]; /* the light of all of it on a surface, by component: the mean, and what is
                            multiplied by the normal */
 } sc_sky;

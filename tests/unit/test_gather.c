@@ -62,19 +62,94 @@ static int ball(double x, double y, double z)
     return dx * dx + dy * dy + dz * dz < 30 * 30;
 }
 
-/* Nothing hides the sky from a ball: its light is the integral over the hemisphere of each normal.
+/* A picture of all directions. */
+enum { MAP_WIDTH = 64, MAP_HEIGHT = 32 };
+static float map_pixels[MAP_HEIGHT * MAP_WIDTH][3];
+static const sc_panorama map = {MAP_WIDTH, MAP_HEIGHT, map_pixels};
+
+/* Let it show what @p light says of each direction, twice as bright: its brightness does not count.
  */
+static void paint_map(double light(double right, double before, double up))
+{
+    for (int i = 0; i < MAP_HEIGHT * MAP_WIDTH; i++) {
+        const double down = (i / MAP_WIDTH + 0.5) / MAP_HEIGHT * 3.14159265;
+        const double turn = ((i % MAP_WIDTH + 0.5) / MAP_WIDTH - 0.5) * 2 * 3.14159265;
+
+        for (int k = 0; k < 3; k++)
+            map_pixels[i][k] =
+                (float)(2 * light(sin(down) * sin(turn), sin(down) * cos(turn), cos(down)));
+    }
+}
+
+static double sky_light(double right, double before, double up)
+{
+    (void)right;
+    (void)before;
+    return SC_SKY_MEAN + SC_SKY_UP * up;
+}
+
+static double even_light(double right, double before, double up)
+{
+    (void)right;
+    (void)before;
+    (void)up;
+    return 1;
+}
+
+static double light_from_the_right(double right, double before, double up)
+{
+    (void)before;
+    (void)up;
+    return right > 0.5 ? 3 : 0.3;
+}
+
+/* Light comes from where the picture shows it, and goes round with it. */
+static void light_comes_from_a_picture_once(void)
+{
+    sc_scene scene;
+    small_scene s = sky_scene(ball, false, &scene);
+
+    paint_map(light_from_the_right);
+    s.settings.environment = &map;
+    for (int turned = 0; turned < 2; turned++) {
+        SC_OWN(sc_image_clear) sc_image image = {0};
+        double right, left;
+
+        s.settings.environment_turn_deg = 180 * turned;
+        image = draw_view(&s, &scene, NULL); /* seen from before: its right side is on the left */
+        right = light_at(&image, MIDDLE - 26, MIDDLE, 0);
+        left = light_at(&image, MIDDLE + 26, MIDDLE, 0);
+        assert_true(turned ? left > 2 * right : right > 2 * left);
+    }
+    free_scene(&s);
+}
+
+TEST(light_comes_from_a_picture)
+{
+    do
+        light_comes_from_a_picture_once();
+    while (next_method());
+}
+
+/* Nothing hides the sky from a ball: its light is the integral over the hemisphere of each normal.
+ * A picture of the sky gives the same light as it. */
 static void a_ball_is_lit_by_half_of_the_sky_once(void)
 {
     sc_scene scene;
     small_scene s = sky_scene(ball, false, &scene);
-    SC_OWN(sc_image_clear) sc_image image = draw_view(&s, &scene, NULL);
 
-    for (int y = MIDDLE - 24; y <= MIDDLE + 24; y += 8) {
-        const double up = (MIDDLE - y) / 30.0;
+    paint_map(sky_light);
+    for (int mapped = 0; mapped < 2; mapped++) {
+        SC_OWN(sc_image_clear) sc_image image = {0};
 
-        assert_true(fabs(light_at(&image, MIDDLE, y, 0) - (SC_SKY_MEAN + SC_SKY_UP * 2 / 3 * up)) <
-                    0.03);
+        s.settings.environment = mapped ? &map : NULL;
+        image = draw_view(&s, &scene, NULL);
+        for (int y = MIDDLE - 24; y <= MIDDLE + 24; y += 8) {
+            const double up = (MIDDLE - y) / 30.0;
+
+            assert_near(light_at(&image, MIDDLE, y, 0), SC_SKY_MEAN + SC_SKY_UP * 2 / 3 * up,
+                        mapped && method == SC_LIGHT_GLOBAL ? 0.06 : 0.03);
+        }
     }
     free_scene(&s);
 }
@@ -464,6 +539,43 @@ static bool is_smooth(sc_renderer *r, const sc_scene *scene, int x, int y)
         id = pick.id;
     }
     return fmax(first.x, first.y) < SIDE - 1;
+}
+
+/* Where light comes evenly from everywhere, and all of it is given back, nothing can be seen: paths
+ * lose none of it, and make none. */
+TEST(white_in_a_white_room_is_not_seen)
+{
+    sc_scene scene;
+    small_scene s;
+    SC_OWN(sc_image_clear) sc_image image = {0};
+    double sum = 0;
+    sc_renderer *r;
+    int count = 0;
+
+    method = SC_LIGHT_PATH;
+    s = sky_scene(balls, false, &scene);
+    method = SC_LIGHT_GLOBAL;
+    paint_map(even_light);
+    s.settings.environment = &map;
+    for (int i = 0; i < 6; i++)
+        s.tissues[1 + i / 3].rgb_linear[i % 3] = 1;
+    scene.camera = sc_camera_look((sc_vec3){120, 250, 160}, (sc_vec3){MIDDLE, MIDDLE, 24},
+                                  (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, SIDE / 2.0);
+    image = draw_view(&s, &scene, NULL);
+    assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+    for (int pixel = 0; pixel < SIDE * SIDE; pixel++) {
+        const int x = pixel % SIDE, y = pixel / SIDE;
+        const double light = light_at(&image, x, y, 0) * ALBEDO / SC_SKY_MEAN;
+
+        if (!is_smooth(r, &scene, x, y))
+            continue;
+        assert_near(light, 1, 0.2);
+        sum += light;
+        count++;
+    }
+    assert_near(sum / count, 1, 0.004);
+    sc_renderer_free(r);
+    free_scene(&s);
 }
 
 /* Gathered light is that which paths bring to the smooth surface itself, but for the noise of
