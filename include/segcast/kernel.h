@@ -393,7 +393,8 @@ typedef struct sc_gather_march {
     const uint8_t *distances; /**< sc_brick_distances of the masks */
     int row, layer;           /**< steps in these arrays from a brick to the next along y and z */
     float box_low[3], box_high[3]; /**< in grid coordinates plus 1/2: rays end outside of it */
-    int plane_count;               /**< of those that cut, as of sc_march; 0: nothing is cut */
+    float step[3][3]; /**< the vector, RAS, from a vertex to the next along each axis, in voxels */
+    int plane_count;  /**< of those that cut, as of sc_march; 0: nothing is cut */
     bool cut_away;
     const uint32_t
         *cuts; /**< [label_count] which planes cut a tissue, as bits; not read without planes */

@@ -91,6 +91,7 @@ static void begin_march(sc_gather *g)
 {
     const sc_renderer *r = g->renderer;
     const sc_prepared *v = r->volume;
+    double voxel_mm = 0;
     int framed[3];
 
     sc_framed_size(v->bricks, framed);
@@ -102,9 +103,17 @@ static void begin_march(sc_gather *g)
                                  .row = sc_framed_row(v->bricks),
                                  .layer = sc_framed_layer(v->bricks)};
     for (int i = 0; i < 3; i++) {
+        const sc_vec3 step = sc_affine_column(&v->to_ras_mm, i);
+
+        g->march.step[i][0] = (float)step.x;
+        g->march.step[i][1] = (float)step.y;
+        g->march.step[i][2] = (float)step.z;
+        voxel_mm += sc_vec3_length(step) / 3;
         g->march.box_low[i] = fmaxf(r->march.box_low[i], 0);
         g->march.box_high[i] = fminf(r->march.box_high[i] + 1, (float)(v->size[i] + 2));
     }
+    for (int i = 0; i < 9; i++)
+        g->march.step[i / 3][i % 3] /= (float)voxel_mm;
     g->follow = sc_gather_find(r->settings.cpu);
 }
 
