@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reads Radiance files (Ward 1991): a header of text, and rows of pixels of four bytes, three
- * numbers and their common exponent. Nothing in them is trusted. */
+ * numbers and their common exponent: none is negative. Nothing in them is trusted; files with the
+ * runs of before 1991 have too few rows. */
 #include "segcast/panorama.h"
 
 #include <errno.h>
@@ -56,7 +57,8 @@ static sc_status read_header(hdr_file *f)
     }
     if (!is_rgbe)
         return fail(f, "has no pixels of the format 32-bit_rle_rgbe, the only one that is read");
-    if (!read_line(f, line) || sscanf(line, "-Y %9d +X %9d%c", &f->size[1], &f->size[0], &more) != 2)
+    if (!read_line(f, line) ||
+        sscanf(line, "-Y %9d +X %9d%c", &f->size[1], &f->size[0], &more) != 2)
         return fail(f, "does not give its size as \"-Y HEIGHT +X WIDTH\"");
     if (f->size[0] < 2 || f->size[0] > WIDTH_MOST || f->size[0] != 2 * (int64_t)f->size[1])
         return sc_fail(f->ctx, SC_ERR_DATA,
@@ -86,45 +88,23 @@ static bool read_runs(const hdr_file *f, int component)
     return true;
 }
 
-/* Read a row as whole pixels, of which the first has been read. One of 1, 1, 1 says how often the
- * one before is repeated, and such ones that follow each other are the digits of that number.
- * @return whether it was there. */
-static bool read_pixels(const hdr_file *f)
-{
-    int shift = 0;
-
-    for (int x = 0, have = 1; x < f->size[0]; have = 0) {
-        uint8_t *pixel = f->row[x];
-
-        if (!have && fread(pixel, 1, 4, f->stream) != 4)
-            return false;
-        if (pixel[0] != 1 || pixel[1] != 1 || pixel[2] != 1) {
-            shift = 0;
-            x++;
-            continue;
-        }
-        if (!x || shift > 16 || (int64_t)pixel[3] << shift > f->size[0] - x)
-            return false;
-        for (int left = pixel[3] << shift; left > 0; left--, x++)
-            memcpy(f->row[x], f->row[x - 1], 4);
-        shift += 8;
-    }
-    return true;
-}
-
 /* Read the next row. @return whether it was there. */
 static bool read_row(const hdr_file *f)
 {
     const uint8_t *first = f->row[0];
-    bool there = fread(f->row[0], 1, 4, f->stream) == 4;
+    const size_t rest = (size_t)f->size[0] - 1;
 
-    if (there && f->size[0] >= 8 && first[0] == 2 && first[1] == 2 && first[2] < 128) {
-        there = (first[2] << 8 | first[3]) == f->size[0];
-        for (int component = 0; there && component < 4; component++)
-            there = read_runs(f, component);
-        return there;
+    if (fread(f->row[0], 4, 1, f->stream) != 1)
+        return false;
+    if (f->size[0] < 8 || first[0] != 2 || first[1] != 2 || first[2] >= 128) /* no runs */
+        return fread(f->row[1], 4, rest, f->stream) == rest;
+    if ((first[2] << 8 | first[3]) != f->size[0])
+        return false;
+    for (int component = 0; component < 4; component++) {
+        if (!read_runs(f, component))
+            return false;
     }
-    return there && read_pixels(f);
+    return true;
 }
 
 /* Add a row of pixels to the sums of the row of squares @p to. @param share of each pixel in them.
