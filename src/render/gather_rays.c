@@ -7,6 +7,11 @@
 
 #include <string.h>
 
+/* So much of each ray is free, in voxels: between tissues, where rays are not let past the corners
+ * of vertices, these reach out by half the diagonal of a voxel from the border that they belong to.
+ */
+#define START_VOXELS 0.9f
+
 /* @return the vertices of a brick that are on the side of tissue. */
 static uint64_t tissue_side(const sc_prepared *v, size_t brick, const int low[3])
 {
@@ -136,7 +141,7 @@ static void make_ray(const sc_gather *g, const sc_gather_place *p, const float d
     length = sqrtf(sc_dot(ray->direction, ray->direction));
     for (int k = 0; k < 3; k++) {
         ray->direction[k] /= length;
-        ray->origin[k] = p->at[k];
+        ray->origin[k] = p->at[k] + START_VOXELS * ray->direction[k];
     }
 }
 
