@@ -376,6 +376,31 @@ TEST(a_cut_gives_the_light_of_rays_that_see_it)
     free_scene(&s);
 }
 
+/* A ball in a veil of another tissue. */
+static int veiled(double x, double y, double z)
+{
+    const double dx = x - MIDDLE, dy = y - MIDDLE, dz = z - MIDDLE,
+                 square = dx * dx + dy * dy + dz * dz;
+
+    return square < 20 * 20 ? 1 : square < 30 * 30 ? 2 : 0;
+}
+
+/* Light reaches the border between two tissues through one that lets it pass, evenly: no ray ends
+ * at the vertices beside which it begins. */
+TEST(what_is_behind_a_veil_is_lit_evenly)
+{
+    sc_scene scene;
+    small_scene s = sky_scene(veiled, false, &scene);
+    SC_OWN(sc_image_clear) sc_image image = {0};
+
+    s.tissues[2].opacity = 0.05;
+    image = draw_view(&s, &scene, NULL);
+    for (int x = MIDDLE - 12; x <= MIDDLE + 12; x++)
+        assert_near(light_at(&image, x, MIDDLE, 0), light_at(&image, MIDDLE, MIDDLE, 0), 0.08);
+    assert_true(light_at(&image, MIDDLE, MIDDLE, 0) > 0.6);
+    free_scene(&s);
+}
+
 /* Light reaches what a plane lays bare between two tissues, of which it cuts only one. */
 static void what_a_cut_lays_bare_is_lit_once(void)
 {
