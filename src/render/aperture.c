@@ -36,13 +36,6 @@ static uint32_t z_order(int x, int y)
     return place;
 }
 
-uint32_t sc_lens_number(const sc_renderer *r, int x, int y, int i)
-{
-    const int last = SC_LENS_BLOCK - 1;
-
-    return (uint32_t)r->settings.lens_samples * z_order(x & last, y & last) + (uint32_t)i;
-}
-
 /* Set the samples of a square of pixels. */
 static void set_samples(sc_lens_sample *out, int each)
 {
@@ -86,7 +79,8 @@ static sc_aim aim_of(const sc_renderer *r, int x, int y, int i)
     for (int c = 0; c < 4; c++)
         at[c] = (sample->at[c] + 0.5) * 0x1p-16;
     sc_cosine_direction(at + 2, lens);
-    return (sc_aim){x + at[0], y + at[1], lens[0], lens[1], i};
+    return (sc_aim){x + at[0], y + at[1], lens[0], lens[1],
+                    r->settings.lens_samples * (int)z_order(column, row) + i};
 }
 
 /* March the rays waiting, add what they bring back to that of their pixels, and empty the queue. */

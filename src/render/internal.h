@@ -168,7 +168,7 @@ void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
  * corner. */
 typedef struct sc_aim {
     double x_px, y_px, right, up;
-    int number; /* of the ray among those of its pixel, of a picture with many of them; else 0 */
+    int number; /* of the ray among those of its square of SC_LENS_BLOCK pixels, if it has many */
 } sc_aim;
 
 /* Where and which way a ray of a picture looks. */

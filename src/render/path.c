@@ -120,7 +120,7 @@ static void begin(tracer *t)
                     .depth_mm = HUGE_VALF};
         p->seed = sc_mix(sc_mix((uint32_t)(x & -SC_LENS_BLOCK), (uint32_t)(y & -SC_LENS_BLOCK)),
                          (uint32_t)f->scene->frame);
-        p->index = sc_lens_number(f->renderer, x, y, aim->number);
+        p->index = (uint32_t)aim->number;
         choose_end(f->renderer, p, 0);
         t->batch->rays[i].ends_below = p->ends_below;
         t->of[i] = (uint32_t)i;

@@ -69,8 +69,6 @@ float sc_cover_of(const sc_renderer *r, const sc_radiance *light);
 /* Make the samples of a renderer whose scenes have apertures: sets r->lens_samples and r->blurred.
  * @return SC_ERR_MEMORY. */
 sc_status sc_lens_samples_make(const sc_ctx *ctx, sc_renderer *r);
-/* @return the number, among those of its square of pixels, of sample @p i of a pixel. */
-uint32_t sc_lens_number(const sc_renderer *r, int x, int y, int i);
 /* Does light come by paths in the present view, whose scene is @p scene? */
 static inline bool sc_traces_paths(const sc_renderer *r, const sc_scene *scene)
 {
