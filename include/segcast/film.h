@@ -71,6 +71,7 @@ typedef struct sc_panel {
     const atomic_int *give_up; /**< as of sc_session; borrowed */
     sc_prepared volume;        /**< a view of that: with the labels of all subjects, and moved */
     sc_grey_input grey;        /**< the grey volume */
+    sc_panorama environment;   /**< what stands in place of the sky; empty: nothing; owned */
     sc_renderer **renderers;   /**< [phases]; NULL: not yet */
     bool borrows_renderers;    /**< from a panel that draws in the same way */
     sc_panel_looks looks;      /**< of its tissues */
@@ -225,5 +226,9 @@ sc_status sc_check_line_voxels(const sc_ctx *ctx, const char *path, const sc_pre
  * @return as sc_pattern_check and sc_centerline_find. Caller owns *out: sc_centerline_clear. */
 sc_status sc_find_line(const sc_app *app, const sc_volume *volume, const sc_line_wish *wish,
                        sc_centerline *out);
+
+/** Read what stands in place of the sky of a job or shot, if anything does, and warn if no light
+ *  comes from anywhere. @return as of sc_panorama_load. Caller owns *out: sc_panorama_clear. */
+SC_MUST_USE sc_status sc_environment_load(const sc_ctx *ctx, const sc_job *job, sc_panorama *out);
 
 #endif

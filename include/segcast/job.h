@@ -219,6 +219,10 @@ typedef struct sc_job {
     sc_render_options render;
     sc_lighting light;
     sc_light_tracks light_tracks; /**< key frames, which replace values of light */
+    struct {
+        char file[SC_PATH_BYTES]; /**< a picture in place of the sky; empty: none */
+        double turn_deg;          /**< by which it is turned to the right */
+    } environment;
     sc_animation animation;
     sc_overlays overlays;
     sc_farm_options farm;

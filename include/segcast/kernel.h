@@ -64,6 +64,10 @@ typedef struct sc_march_light {
     float ambient, key, fill, head; /**< intensities: from everywhere, from the key light, from the
                                          fill light, and from the eye */
     float sky;                      /**< intensity of the sky; 0: no light is gathered */
+    bool has_map; /**< a picture of all directions stands in place of the sky: then the light of
+                     all of it on a surface, of intensity 1, is for each component the first
+                     number of around, and the normal times the others */
+    float around[3][4];
     float lamp;      /**< intensity of the lamp that stands to the volume, gathered */
     float lamp_mm;   /**< the light from the eye falls off with the square of the distance, beyond
                         about so much: to a half there. What it throws back, as ambient light, falls
@@ -218,6 +222,11 @@ typedef struct sc_ray {
     float direction[3];  /**< in grid coordinates per mm */
     float toward_eye[3]; /**< unit, RAS */
     float base_mm;       /**< distance of the origin from the eye */
+    float ends_below;    /**< 0; or a transmittance, at least SC_OPAQUE: the ray ends at the surface
+                              behind which less than that is left, and brings back that surface
+                              alone: label, depth and normal, and its colour, in a march that is
+                              flat. With a number by chance, from 0 to 1, it is each surface by the
+                              share that this hides of what is behind the picture. Smooth only */
     uint8_t clip_sets;   /**< how many there are */
     uint8_t part_count[SC_CLIP_SETS_MAX];   /**< by clip set: 0, 1 or 2 */
     sc_ray_part parts[SC_CLIP_SETS_MAX][2]; /**< by clip set, in order along the ray */
@@ -384,7 +393,8 @@ typedef struct sc_gather_march {
     const uint8_t *distances; /**< sc_brick_distances of the masks */
     int row, layer;           /**< steps in these arrays from a brick to the next along y and z */
     float box_low[3], box_high[3]; /**< in grid coordinates plus 1/2: rays end outside of it */
-    int plane_count;               /**< of those that cut, as of sc_march; 0: nothing is cut */
+    float step[3][3]; /**< the vector, RAS, from a vertex to the next along each axis, in voxels */
+    int plane_count;  /**< of those that cut, as of sc_march; 0: nothing is cut */
     bool cut_away;
     const uint32_t
         *cuts; /**< [label_count] which planes cut a tissue, as bits; not read without planes */

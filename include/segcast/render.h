@@ -11,6 +11,7 @@
 #include "segcast/grey.h"
 #include "segcast/image.h"
 #include "segcast/kernel.h"
+#include "segcast/panorama.h"
 
 enum { SC_SAMPLES_MAX = 8, SC_LENS_SAMPLES_MAX = 1024 };
 
@@ -35,8 +36,9 @@ typedef struct sc_render_settings {
                            processor can run */
     int samples;      /**< rays in a pixel that gets more than one, 1 to SC_SAMPLES_MAX; 1: every
                            pixel gets one */
-    int lens_samples; /**< rays in a pixel of a scene whose camera has an aperture: a power of two,
-                           at most SC_LENS_SAMPLES_MAX; 0: no scene has one */
+    int lens_samples; /**< rays in a pixel of a scene whose camera has an aperture, or whose light
+                           comes by paths: a power of two, at most SC_LENS_SAMPLES_MAX; 0: there is
+                           no such scene */
     bool everywhere; /**< true: every pixel gets that many rays; false: only pixels that differ from
                           a neighbour do, all others one */
     bool to_the_end; /**< rays go on behind what is opaque: the same picture, more work */
@@ -47,6 +49,10 @@ typedef struct sc_render_settings {
     const sc_grey *grey;    /**< NULL, or a grey volume that cut faces and slices show; borrowed */
     sc_grey_look grey_look; /**< not read without */
     sc_lighting light;      /**< where scenes have a look of their own: sc_light_of_all of them */
+    /** NULL, or what stands in place of the sky where light is gathered or comes by paths;
+     *  borrowed. And by how much it is turned about the axis of the body, to its right. */
+    const sc_panorama *environment;
+    double environment_turn_deg;
     bool
         local_thickness; /**< automatic opacity follows the local thickness, not the label's mean */
     sc_opacity_rule opacity_rule; /**< of the tissues, for their local thickness */

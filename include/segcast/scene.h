@@ -146,11 +146,13 @@ void sc_part_from_background(int label_count, const uint8_t background[3], sc_ti
 
 /** Where light comes from. */
 typedef enum sc_light_method {
-    SC_LIGHT_PLAIN, /**< from lamps; occlusion and shadows are estimated */
-    SC_LIGHT_FLAT,  /**< there is none: plain colours, as in the paper */
-    SC_LIGHT_GLOBAL /**< from a lamp and a sky that stand to the volume, whose light reaches
-                       surfaces also by way of others; of smooth surfaces. Voxel surfaces: as plain
-                     */
+    SC_LIGHT_PLAIN,  /**< from lamps; occlusion and shadows are estimated */
+    SC_LIGHT_FLAT,   /**< there is none: plain colours, as in the paper */
+    SC_LIGHT_GLOBAL, /**< from a lamp and a sky that stand to the volume, whose light reaches
+                        surfaces also by way of others; of smooth surfaces. Voxel surfaces: as plain
+                      */
+    SC_LIGHT_PATH    /**< the same light, found by following paths of it in each frame: the truth,
+                        which takes a thousand times as long */
 } sc_light_method;
 
 /** The light of the whole picture. The lamps move with the camera, unless the light is global; a

@@ -123,6 +123,14 @@ static sc_status check_logo(const sc_app *app, const sc_job *job)
     return status;
 }
 
+/* Read what stands in place of the sky. */
+static sc_status check_light(const sc_app *app, const sc_job *job)
+{
+    SC_OWN(sc_panorama_clear) sc_panorama map = {0};
+
+    return sc_environment_load(app->ctx, job, &map);
+}
+
 /* Check all of a job that depends on its volumes, of which the panels are made. */
 static sc_status check_panels(sc_app *app, sc_session *session)
 {
@@ -165,6 +173,10 @@ static sc_status check_all(const sc_app *app, sc_session *session)
                                    is_elsewhere ? app->options.output : job->output.directory));
     if (first == SC_OK)
         sc_warn_of_outputs(&own, job);
+    for (size_t i = 0; i < job->shot_count; i++)
+        (void)sc_goes_on(&first, check_light(&own, &job->shots[i].job));
+    if (!job->shot_count)
+        (void)sc_goes_on(&first, check_light(&own, job));
     (void)sc_goes_on(&first, check_volumes(&own, session));
     if (first != SC_OK)
         (void)sc_goes_on(&first, check_logo(&own, job));

@@ -166,6 +166,8 @@ static bool draws_alike(const sc_panel *a, const sc_panel *b)
     return a->phases && a->input == b->input &&
            are_same_bytes(&a->job.render, &b->job.render, sizeof a->job.render) &&
            are_same_bytes(&a->job.light, &b->job.light, sizeof a->job.light) &&
+           a->job.environment.turn_deg == b->job.environment.turn_deg &&
+           !strcmp(a->job.environment.file, b->job.environment.file) &&
            are_same_bytes(&a->job.light_tracks, &b->job.light_tracks, sizeof a->job.light_tracks) &&
            are_same_bytes(&grey->caps, &other->caps, sizeof grey->caps) &&
            are_same_bytes(&grey->slices, &other->slices, sizeof grey->slices) &&
@@ -390,6 +392,8 @@ sc_status sc_session_scene(sc_app *app, sc_session *session)
 
     SC_PASS(sc_session_panels(app, session));
     SC_PASS(load_grey(app, session));
+    for (int i = 0; i < session->panel_count; i++)
+        SC_PASS(sc_panel_environment(app, &session->panels[i]));
     sc_stage_begin(app->ctx, "preparing the light", 0, 0);
     SC_PASS(sc_session_tissues(app, session));
     SC_PASS(sc_session_timelines(app, session, NULL));

@@ -267,8 +267,10 @@ void sc_panels_free(sc_session *session)
 
     for (int i = 0; i < count; i++)
         clear(&session->panels[i]); /* those that lend renderers do not use them any more */
-    for (int i = 0; i < count; i++)
+    for (int i = 0; i < count; i++) {
+        sc_panorama_clear(&session->panels[i].environment);
         sc_shared_free(session->panels[i].grey.codes);
+    }
     for (int s = 0; session->compare && s < SC_SUBJECTS_MAX; s++)
         sc_joined_clear(&session->compare->joined[s]);
     if (session->compare)

@@ -62,6 +62,9 @@ sc_status sc_share_column_values(sc_app *app, sc_panel *panel);
 
 /* ---- renderers.c ---- */
 
+/* Read what stands in place of the sky of a panel, if its light has something: rank 0 does it.
+ * Collective. */
+sc_status sc_panel_environment(sc_app *app, sc_panel *panel);
 /* Make the renderers of a panel, after sc_panel_tissues, together with the other ranks of the node.
  */
 sc_status sc_panel_renderers(const sc_app *app, sc_panel *panel);

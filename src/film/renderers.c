@@ -100,7 +100,10 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .skip = (sc_skip)job->render.skip,
         .cpu = sc_cpu_names[job->render.cpu],
         .samples = job->render.samples,
-        .lens_samples = job->animation.camera.optics.aperture_mm > 0 ? 4 << job->render.samples : 0,
+        .lens_samples =
+            job->animation.camera.optics.aperture_mm > 0 || job->light.method == SC_LIGHT_PATH
+                ? 4 << job->render.samples
+                : 0,
         .to_the_end = !job->render.early_termination,
         .everywhere = job->render.antialiasing != 0,
         .step_voxels = job->render.step_voxels,
@@ -110,6 +113,8 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .grey_look = {panel->grey.window, job->image.shown.caps, job->image.shown.slices,
                       sc_track_most(&job->image.shown.backdrop_track, job->image.shown.backdrop)},
         .light = sc_light_of_all(&job->light, &job->light_tracks),
+        .environment = panel->environment.rgb ? &panel->environment : NULL,
+        .environment_turn_deg = job->environment.turn_deg,
         .local_thickness = (job->render.auto_opacity & SC_OPACITY_LOCAL) != 0,
         .opacity_rule = sc_job_opacity_rule(job),
         .tile_px = job->farm.tile_px,
@@ -187,6 +192,37 @@ static void tell_kernel(const sc_app *app, const sc_panel *panel)
                 "kernel %s, %s: this segcast has none for render.skip and render.cpu as given, or "
                 "the volume is too large for it; the pictures are the same",
                 kernel->name, kernel->cpu);
+}
+
+sc_status sc_environment_load(const sc_ctx *ctx, const sc_job *job, sc_panorama *out)
+{
+    const sc_lighting all = sc_light_of_all(&job->light, &job->light_tracks);
+
+    if (all.method != SC_LIGHT_FLAT && !(all.ambient + all.key + all.head > 0))
+        sc_warn(ctx, "light.ambient, light.key and light.head are 0: all tissues are black");
+    return job->environment.file[0] ? sc_panorama_load(ctx, job->environment.file, out) : SC_OK;
+}
+
+sc_status sc_panel_environment(sc_app *app, sc_panel *panel)
+{
+    sc_panorama *map = &panel->environment;
+    void *pixels;
+    sc_status status = SC_OK;
+
+    if (!panel->phases)
+        return SC_OK; /* it does not draw */
+    if (sc_comm_rank(app->comm) == 0)
+        status = sc_environment_load(app->ctx, &panel->job, map);
+    SC_PASS(sc_comm_agree(app->comm, status));
+    if (!panel->job.environment.file[0])
+        return SC_OK;
+    pixels = map->rgb;
+    sc_comm_broadcast(app->comm, map, sizeof *map);
+    map->rgb = NULL; /* what was received is an address of rank 0 */
+    SC_PASS(sc_broadcast_array(app, &pixels, (size_t)map->width_px * (size_t)map->height_px,
+                               sizeof *map->rgb));
+    map->rgb = pixels;
+    return SC_OK;
 }
 
 sc_status sc_panel_renderers(const sc_app *app, sc_panel *panel)

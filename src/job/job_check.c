@@ -583,6 +583,8 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     if (!sc_job_is_phantom(job->image.path))
         (void)sc_goes_on(
             &status, resolve_key(ctx, sources, root, "image.path", SC_PATH_INPUT, job->image.path));
+    (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "light.environment", SC_PATH_FILE,
+                                          job->environment.file));
     (void)sc_goes_on(&status, check_color_by(ctx, root, job));
     (void)sc_goes_on(&status, resolve_subjects(ctx, sources, root, job));
     (void)sc_goes_on(&status, check_compare(ctx, root, job));

@@ -146,19 +146,34 @@ static const sc_key render_keys[] = {
     &sc_type_tracked, LIGHT(member),                                                               \
         .track = offsetof(sc_job, light_tracks.member) - offsetof(sc_job, light.member)
 
-static const sc_choice light_methods[] = {
-    {"plain", SC_LIGHT_PLAIN}, {"global", SC_LIGHT_GLOBAL}, {"flat", SC_LIGHT_FLAT}, {NULL, 0}};
+static const sc_choice light_methods[] = {{"plain", SC_LIGHT_PLAIN},
+                                          {"global", SC_LIGHT_GLOBAL},
+                                          {"path", SC_LIGHT_PATH},
+                                          {"flat", SC_LIGHT_FLAT},
+                                          {NULL, 0}};
+
+#define ENVIRONMENT(member) offsetof(sc_job, environment.member) - offsetof(sc_job, light)
 
 static const sc_key light_keys[] = {
     {"method", &sc_type_choice, LIGHT(method), "plain",
      .help =
          "plain: lamps that move with the camera, and cavities darkened by how much around them is "
          "filled; global: a soft lamp and a sky that stand to the body, whose light also comes by "
-         "way of other tissues and takes their colours along; flat: no light at all, plain colours",
+         "way of other tissues and takes their colours along; path: the same light to the last "
+         "detail, by following it anew in each frame, which takes a thousand times as long; flat: "
+         "no light at all, plain colours",
      .choices = light_methods},
     {"ambient", STRENGTH(ambient), .fallback = "0.12",
      .help = "strength of the light from everywhere; with method: global from the sky", .low = 0,
      .high = 2},
+    {"environment", &sc_type_text, ENVIRONMENT(file), NULL,
+     .help = "a Radiance file (.hdr), a picture of all directions in place of the sky, twice as "
+             "wide as high, whose middle stands before the body; for method: global and path. Its "
+             "brightness is that of the sky, whatever its exposure",
+     .bytes = SC_PATH_BYTES, .outside_identity = true, .without = "the sky"},
+    {"environment_turn", &sc_type_real, ENVIRONMENT(turn_deg), "0",
+     .help = "how far that is turned about the axis of the body, to its right", .low = -360,
+     .high = 360, .unit = "degrees"},
     {"key", STRENGTH(key), .fallback = "0.76",
      .help = "strength of the light from above the left shoulder of the viewer; with method: "
              "global that of the lamp before the body",

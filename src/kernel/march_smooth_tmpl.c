@@ -21,8 +21,8 @@ static void add_surface(cursor *c, uint32_t label, const float at[3], const sc_s
     float rgb[3];
 
     sc_light(c->m, tissue, spot, rgb);
-    sc_remember_surface(&c->light, label, alpha, spot->depth_mm, spot->normal);
-    sc_blend(&c->light, rgb, alpha);
+    sc_remember_surface(&c->light, label, alpha, spot->depth_mm, spot->normal, c->ray->ends_below);
+    sc_blend(&c->light, rgb, alpha, c->ray->ends_below);
     c->contributions++;
 }
 
@@ -66,7 +66,7 @@ static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], cons
     }
     if (left)
         add_surface(c, x->left, at, &spot);
-    if (entered && c->light.transmittance >= c->m->opaque_below)
+    if (entered && !is_over(c))
         add_surface(c, x->entered, at, &spot);
 }
 
@@ -83,7 +83,7 @@ static bool add_cell_crossings(cursor *c, float t1, int axis, uint32_t active)
     local_at(c, c->t, c->axis, false, a);
     local_at(c, t1, axis, true, b);
     count = sc_cell_crossings(&c->cell, a, b, crossings);
-    for (int i = 0; i < count && c->light.transmittance >= c->m->opaque_below; i++) {
+    for (int i = 0; i < count && !is_over(c); i++) {
         const sc_crossing *x = &crossings[i];
         const float t = c->t + (t1 - c->t) * x->u;
 
@@ -175,7 +175,7 @@ static bool walk(cursor *c, float begin, float end, uint32_t active)
     if (!(begin < end))
         return true;
     begin_walk(c, begin);
-    while (c->t < end && c->light.transmittance >= c->m->opaque_below) {
+    while (c->t < end && !is_over(c)) {
         float t[3];
         int axis;
 
@@ -214,8 +214,7 @@ static void march_ray(cursor *c)
 
     start_walk(c);
     sc_clip_to_box(c->m, c->ray->origin, c->inverse, 0, &near, &far);
-    while (c->light.transmittance >= c->m->opaque_below &&
-           next_stretch(c->ray, from, &begin, &end, &active)) {
+    while (!is_over(c) && next_stretch(c->ray, from, &begin, &end, &active)) {
         const bool goes_on = c->way && c->way->walks;
 
         if (c->way)

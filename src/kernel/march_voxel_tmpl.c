@@ -109,8 +109,8 @@ static void add_boundary(cursor *c, int k, const sc_march_tissue *tissue, const 
         spot.point[i] = p[i] - 0.5f;
     sc_face_eye(c->ray->toward_eye, spot.normal);
     sc_light(m, tissue, &spot, rgb);
-    sc_remember_surface(&c->light, label, alpha, spot.depth_mm, spot.normal);
-    sc_blend(&c->light, rgb, alpha);
+    sc_remember_surface(&c->light, label, alpha, spot.depth_mm, spot.normal, 0);
+    sc_blend(&c->light, rgb, alpha, 0);
 }
 
 /* Classify sample @p k and add it to c->light, unless it is not shown or its clip set does not
@@ -140,7 +140,7 @@ static bool add_sample(cursor *c, int k)
         return false;
     c->contributions++;
     if (kind == SC_SHOW_INTERIOR)
-        sc_blend(&c->light, tissue->rgb, tissue->interior_alpha);
+        sc_blend(&c->light, tissue->rgb, tissue->interior_alpha, 0);
     else
         add_boundary(c, k, tissue, p);
     return true;

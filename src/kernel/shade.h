@@ -321,10 +321,14 @@ static inline void sc_depth_cue(const sc_march_light *light, float depth_mm, flo
 static inline float sc_light_of_sky(const sc_march *m, const sc_spot *spot, float known, float open,
                                     float out[3])
 {
-    const float whole = m->light.sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
+    const sc_march_light *l = &m->light;
+    float whole = l->sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
     float least = spot->around[0];
 
     for (int i = 0; i < 3; i++) {
+        const float mapped = l->sky * (l->around[i][0] + sc_dot3(l->around[i] + 1, spot->normal));
+
+        whole = !l->has_map ? whole : mapped > 1e-6f ? mapped : 1e-6f;
         least = spot->around[i] < least ? spot->around[i] : least;
         out[i] = known * spot->around[i] + (1 - known) * (whole * open);
     }
@@ -577,28 +581,30 @@ static inline float sc_edge_alpha(const sc_march_light *light, float alpha, floa
  * operator, front to back): adds to light->rgb and lowers light->transmittance. Square roots are
  * blended, nearly as the eye sees them and as the levels of sRGB are: in linear light a half-opaque
  * tissue on white looks washed out, because half of the light is three fourths of the lightness.
- * Nothing is added behind what is opaque, which only rays meet that do not end there. */
-static inline void sc_blend(sc_radiance *light, const float rgb[3], float alpha)
+ * Nothing is added behind what is opaque, which only rays meet that do not end there. @param
+ * ends_below of the ray: if it is not 0, the surface replaces what the ray has met. */
+static inline void sc_blend(sc_radiance *light, const float rgb[3], float alpha, float ends_below)
 {
-    const float share = light->transmittance * alpha;
+    const float share = ends_below > 0 ? 1 : light->transmittance * alpha;
 
     if (light->transmittance < SC_OPAQUE)
         return;
     for (int i = 0; i < 3; i++)
-        light->rgb[i] += share * sqrtf(rgb[i]);
+        light->rgb[i] = (ends_below > 0 ? 0 : light->rgb[i]) + share * sqrtf(rgb[i]);
     light->transmittance *= 1 - alpha;
 }
 
 /* Note a surface in light->signature, and the first one in light->label, depth_mm and normal as
- * well. A surface that takes less than SC_SIGNIFICANT of the light is ignored. @p n: unit,
- * towards the eye. To be called before sc_blend, which lowers the transmittance. */
+ * well. A surface that takes less than SC_SIGNIFICANT of the light is ignored, but of a ray with
+ * @p ends_below the last one is noted, whatever it takes. @p n: unit, towards the eye. To be called
+ * before sc_blend, which lowers the transmittance. */
 static inline void sc_remember_surface(sc_radiance *light, uint32_t label, float alpha,
-                                       float depth_mm, const float n[3])
+                                       float depth_mm, const float n[3], float ends_below)
 {
-    if (light->transmittance * alpha < SC_SIGNIFICANT)
+    if (!(ends_below > 0) && light->transmittance * alpha < SC_SIGNIFICANT)
         return;
     light->signature = light->signature * 31 + label + 1;
-    if (light->label)
+    if (light->label && !(ends_below > 0))
         return;
     light->label = label;
     light->depth_mm = depth_mm;

@@ -43,6 +43,13 @@ static inline float exit_mm(const cursor *c, int axis)
     return plane_mm(c, axis, c->cell.q[axis] + (c->step[axis] > 0));
 }
 
+/* Is the ray at its end, because it is opaque, or has met the surface that it looks for? */
+static inline bool is_over(const cursor *c)
+{
+    return c->light.transmittance < c->m->opaque_below ||
+           c->light.transmittance < c->ray->ends_below;
+}
+
 /* Set direction, inverse and step of the cursor from its ray, before anything else is done with
  * it. */
 static inline void start_walk(cursor *c)
@@ -180,8 +187,9 @@ static inline void add_cap(cursor *c, int clip_set, int plane, float t)
         sc_set_cut_rim(m, &c->cell, mixed, owner, a, &spot);
     shows_grey = sc_light_cut(m, &m->tissues[owner], &spot, rgb);
     draw_outline(m, &m->tissues[owner], shows_grey, line, rgb);
-    sc_remember_surface(&c->light, owner, m->tissues[owner].cap_alpha, spot.depth_mm, spot.normal);
-    sc_blend(&c->light, rgb, m->tissues[owner].cap_alpha);
+    sc_remember_surface(&c->light, owner, m->tissues[owner].cap_alpha, spot.depth_mm, spot.normal,
+                        c->ray->ends_below);
+    sc_blend(&c->light, rgb, m->tissues[owner].cap_alpha, c->ray->ends_below);
     c->contributions++;
 }
 
@@ -247,7 +255,7 @@ static inline void add_caps(cursor *c, float begin)
     for (int g = 0; g < ray->clip_sets; g++) {
         for (int i = 0; i < ray->part_count[g]; i++) {
             if (ray->parts[g][i].cap_plane >= 0 && ray->parts[g][i].begin_mm == begin &&
-                c->light.transmittance >= c->m->opaque_below)
+                !is_over(c))
                 add_cap(c, g, ray->parts[g][i].cap_plane, begin);
         }
     }

@@ -92,8 +92,9 @@ static inline void add_cap(cursor *c, int clip_set, int part)
         spot.rim = sc_rim(m, &m->tissues[label], &spot);
     (void)sc_light_cut(m, &m->tissues[label], &spot, rgb);
     c->contributions++;
-    sc_remember_surface(&c->light, label, m->tissues[label].cap_alpha, spot.depth_mm, spot.normal);
-    sc_blend(&c->light, rgb, m->tissues[label].cap_alpha);
+    sc_remember_surface(&c->light, label, m->tissues[label].cap_alpha, spot.depth_mm, spot.normal,
+                        0);
+    sc_blend(&c->light, rgb, m->tissues[label].cap_alpha, 0);
 }
 
 /* Find the first sample from @p k on that any clip set keeps, to @p first, and the end of the

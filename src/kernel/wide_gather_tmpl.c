@@ -58,6 +58,32 @@ static bool is_kept(const sc_gather_march *m, const int q[3])
     return !cut || kept;
 }
 
+/* Does a ray meet tissue on its way from @p a to @p b beside vertex @p q, which is on the side of
+ * tissue? The surface that passes there is taken as the plane that the record of the vertex tells
+ * of: else rays would end at corners of vertices that reach out from it. */
+static bool meets_tissue(const sc_gather_march *m, const int q[3], const float a[3],
+                         const float b[3])
+{
+    const sc_border *outer = &m->volume->outer;
+    const size_t brick =
+        sc_brick_index(m->volume->bricks, sc_brick_of(q[0]), sc_brick_of(q[1]), sc_brick_of(q[2]));
+    const uint32_t record = sc_border_record(outer, brick, sc_brick_bit(q[0], q[1], q[2]));
+    float n[3], above[2] = {0, 0};
+
+    if (!record)
+        return true;
+    sc_record_normal(record, n);
+    for (int i = 0; i < 3; i++) {
+        const float along = (n[0] * m->step[i][0] + n[1] * m->step[i][1] + n[2] * m->step[i][2]) /
+                            SC_RECORD_LENGTH_STEPS;
+
+        above[0] += along * (a[i] - (float)q[i]);
+        above[1] += along * (b[i] - (float)q[i]);
+    }
+    return (above[0] < above[1] ? above[0] : above[1]) * SC_BORDER_STEPS <=
+           (float)sc_record_value(record);
+}
+
 /* Take the rays of the lanes @p on one step ahead, or note what they have met and let them end. */
 static inline void step(packet *p, sc_gather_hit *out)
 {
@@ -81,16 +107,6 @@ static inline void step(packet *p, sc_gather_hit *out)
     leaps = m_and(on, i_below(i_set(0), far));
     marked = v_bit_set(v_half_mask(m->masks, brick, q[2], m_without(on, leaps)),
                        v_half_bit(q[0], q[1], q[2]), m_without(on, leaps));
-    for (uint32_t left = m_bits(marked); left; left &= left - 1) {
-        const int lane = __builtin_ctz(left);
-        const int at[3] = {q[0][lane], q[1][lane], q[2][lane]};
-
-        if (m->plane_count && !is_kept(m, at))
-            continue;
-        for (int i = 0; i < 3; i++)
-            out[p->ray[lane]].at[i] = at[i];
-        p->alive = m_without(p->alive, m_of_bits(1u << lane));
-    }
     mask = i_pick(leaps, i_set(~SC_BRICK_MASK), i_set(-1));
     ahead = i_pick(leaps, far * SC_BRICK, i_set(1));
     back = i_pick(leaps, (1 - far) * SC_BRICK, i_set(0));
@@ -100,6 +116,22 @@ static inline void step(packet *p, sc_gather_hit *out)
         const vf there = f_pick(f_below(mm, f_set(0)), f_set(1e30f), mm);
 
         t = f_pick(f_below(there, t), there, t);
+    }
+    for (uint32_t left = m_bits(marked); left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        const int at[3] = {q[0][lane], q[1][lane], q[2][lane]};
+
+        float a[3], b[3];
+
+        for (int i = 0; i < 3; i++) {
+            a[i] = p->origin[i][lane] - 0.5f + p->direction[i][lane] * p->t[lane];
+            b[i] = p->origin[i][lane] - 0.5f + p->direction[i][lane] * t[lane];
+        }
+        if ((m->plane_count && !is_kept(m, at)) || !meets_tissue(m, at, a, b))
+            continue;
+        for (int i = 0; i < 3; i++)
+            out[p->ray[lane]].at[i] = at[i];
+        p->alive = m_without(p->alive, m_of_bits(1u << lane));
     }
     t += BEYOND;
     p->t = f_pick(f_below(p->t, t), t, p->t + BEYOND);

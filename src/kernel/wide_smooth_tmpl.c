@@ -180,8 +180,8 @@ static void v_add_surface(packet *p, vi label, const vf at[3], const v_spot *spo
     alpha = v_edge_alpha(&p->m->light, v_surface_alpha(p, label, at, on),
                          f_dot(spot->normal, spot->eye));
     v_light(p->m, label, spot, on, rgb);
-    v_remember_surface(&p->light, label, alpha, spot, on);
-    v_blend(&p->light, rgb, alpha, on);
+    v_remember_surface(&p->light, label, alpha, spot, p->seeks, on);
+    v_blend(&p->light, rgb, alpha, p->seeks, on);
     p->counters.contributions += m_count(on);
 }
 
@@ -196,7 +196,7 @@ static inline vm v_contributes(const packet *p, vi label, vm on)
 /* Rays that are not yet opaque, of all lanes. */
 static inline vm v_sees_on(const packet *p)
 {
-    return f_at_most(f_set(p->m->opaque_below), p->light.transmittance);
+    return f_at_most(p->ends_below, p->light.transmittance);
 }
 
 /* Set the normals and rims of the spots of the lanes of @p on whose crossings are faces of the
@@ -340,7 +340,7 @@ static void begin_stretches(packet *p, vm on)
         float begin, end;
         uint32_t active;
 
-        if (p->light.transmittance[lane] < p->m->opaque_below ||
+        if (p->light.transmittance[lane] < p->ends_below[lane] ||
             !next_stretch(&p->rays[lane], p->last_end[lane], &begin, &end, &active))
             continue;
         if (p->ways)
@@ -352,7 +352,7 @@ static void begin_stretches(packet *p, vm on)
         p->last_end[lane] = end;
         begin = begin > p->near[lane] ? begin : p->near[lane];
         end = end < p->far[lane] ? end : p->far[lane];
-        if (!(begin < end) || p->m->only_caps || p->light.transmittance[lane] < p->m->opaque_below)
+        if (!(begin < end) || p->m->only_caps || p->light.transmittance[lane] < p->ends_below[lane])
             begin = end = 0; /* there is nothing to walk through */
         p->t[lane] = begin;
         p->end[lane] = end;
@@ -432,6 +432,10 @@ static void start_packet(packet *p, const sc_ray *rays, sc_way *ways, const sc_r
         p->eye[i] = v_ray_floats(rays, offsetof(sc_ray, toward_eye) + at, all);
     }
     p->base_mm = v_ray_floats(rays, offsetof(sc_ray, base_mm), all);
+    p->ends_below = v_ray_floats(rays, offsetof(sc_ray, ends_below), all);
+    p->seeks = f_below(f_set(0), p->ends_below);
+    p->ends_below = f_pick(f_below(p->ends_below, f_set(p->m->opaque_below)),
+                           f_set(p->m->opaque_below), p->ends_below);
     for (int i = 0; i < 3; i++) {
         const vf d = p->direction[i];
         const vm back = f_below(d, f_set(0));

@@ -245,7 +245,8 @@ static void add_interior(packet *p, vi label, vm on)
         rgb[i] = v_tissue_floats(p->m, label,
                                  offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
     v_blend(&p->light, rgb,
-            v_tissue_floats(p->m, label, offsetof(sc_march_tissue, interior_alpha), on), on);
+            v_tissue_floats(p->m, label, offsetof(sc_march_tissue, interior_alpha), on), m_none(),
+            on);
 }
 
 /* See sc_voxel_normal: the normals of boundary voxels, to @p n. */
@@ -298,8 +299,8 @@ static void v_add_boundary(packet *p, vi label, const vf at[3], vi near, vm on)
     alpha = v_boundary_alpha(p->m, label, near, on);
     v_light_spot(p->m, &spot, on);
     v_light(p->m, label, &spot, on, rgb);
-    v_remember_surface(&p->light, label, alpha, &spot, on);
-    v_blend(&p->light, rgb, alpha, on);
+    v_remember_surface(&p->light, label, alpha, &spot, m_none(), on);
+    v_blend(&p->light, rgb, alpha, m_none(), on);
 }
 
 /* Stop the rays of the lanes of @p on before their present samples. */

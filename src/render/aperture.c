@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Draws tiles of pictures with depth of field. The rays of a pixel begin all over the aperture, and
- * meet again in the plane in focus; the mean of the linear light that they bring back is the colour
- * of the pixel.
+/* Draws tiles of pictures with depth of field, or with light by paths. The rays of a pixel begin
+ * all over the aperture, and meet again in the plane in focus; the mean of the linear light that
+ * they bring back is the colour of the pixel.
  *
  * Which points of the aperture they are decides how the picture looks before there are very many:
  * the same for all pixels would show every edge out of focus as often as there are points, and
@@ -79,7 +79,8 @@ static sc_aim aim_of(const sc_renderer *r, int x, int y, int i)
     for (int c = 0; c < 4; c++)
         at[c] = (sample->at[c] + 0.5) * 0x1p-16;
     sc_cosine_direction(at + 2, lens);
-    return (sc_aim){x + at[0], y + at[1], lens[0], lens[1]};
+    return (sc_aim){x + at[0], y + at[1], lens[0], lens[1],
+                    r->settings.lens_samples * (int)z_order(column, row) + i};
 }
 
 /* March the rays waiting, add what they bring back to that of their pixels, and empty the queue. */
@@ -182,7 +183,10 @@ static int find_rays(const sc_renderer *r, const sc_scene *scene, int *first, in
 
     *first = scene->moment * each % all;
     *end = *first + each;
-    return r->settings.everywhere || each < PILOT_SHARE * PILOT_LEAST ? each : each / PILOT_SHARE;
+    /* Paths always differ. */
+    return r->settings.everywhere || r->traces || each < PILOT_SHARE * PILOT_LEAST
+               ? each
+               : each / PILOT_SHARE;
 }
 
 void sc_tile_draw_blurred(sc_tile *t)

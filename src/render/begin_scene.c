@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What the rays of a frame meet beside the volume: lamps, depth cue, rims of cut faces and clip
  * planes, from its scene. */
-#include "gather.h"
 #include "internal.h"
 
 #include <string.h>
@@ -30,16 +29,19 @@ static void to_floats(sc_vec3 v, float out[3])
     out[2] = (float)v.z;
 }
 
-/* Where light is gathered, the key light is a lamp that stands to the volume, and what comes from
- * everywhere comes from the sky, which fills the shadows, too. Within a vessel neither is seen. */
+/* Where light is gathered or comes by paths, the key light is a lamp that stands to the volume, and
+ * what comes from everywhere comes from the sky, which fills the shadows, too. Within a vessel
+ * neither is seen. */
 static void set_sky(sc_renderer *r, bool inside)
 {
     sc_march_light *light = &r->march.light;
 
     light->sky = light->lamp = 0;
-    if (!r->gather || r->hurries || inside)
+    if ((!r->gather && !r->traces) || r->hurries || inside)
         return;
     light->sky = fmaxf(light->ambient, SKY_LEAST);
+    light->has_map = r->sky.map;
+    memcpy(light->around, r->sky.around, sizeof light->around);
     light->lamp = light->key;
     light->ambient = light->fill = 0;
     memcpy(light->key_direction, sc_lamp_direction, sizeof light->key_direction);

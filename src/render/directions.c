@@ -73,6 +73,24 @@ void sc_sine_cosine(double angle, double *sine, double *cosine)
     *cosine = quarters == 0 ? c : quarters == 1 ? -s : quarters == -1 ? s : -c;
 }
 
+double sc_part_of_turn(double y, double x)
+{
+    const double high = fmax(fabs(x), fabs(y)), low = fmin(fabs(x), fabs(y));
+    double t = high > 0 ? low / high : 0, turn;
+
+    /* the tangent of a quarter of the angle, at most pi / 16; then the series of its angle */
+    for (int i = 0; i < 2; i++)
+        t /= 1 + sqrt(1 + t * t);
+    turn = 4 * t *
+           (1 - t * t *
+                    (1.0 / 3 -
+                     t * t * (1.0 / 5 - t * t * (1.0 / 7 - t * t * (1.0 / 9 - t * t / 11))))) /
+           (8 * QUARTER_PI);
+    turn = fabs(y) > fabs(x) ? 0.25 - turn : turn;
+    turn = x < 0 ? 0.5 - turn : turn;
+    return y < 0 ? -turn : turn;
+}
+
 uint32_t sc_shuffled(uint32_t index, uint32_t count, uint32_t seed)
 {
     return scramble(index, seed) & (count - 1);

@@ -17,6 +17,8 @@ void sc_sobol_point(uint32_t index, uint32_t seed, double out[2]);
 void sc_cosine_direction(const double point[2], double out[3]);
 /* Sine and cosine of an angle from -pi to pi, in radians. */
 void sc_sine_cosine(double angle, double *sine, double *cosine);
+/* @return the angle from the direction of @p x to (@p x, @p y), a part of a turn, -1/2 to 1/2. */
+double sc_part_of_turn(double y, double x);
 /* Where among @p count points, a power of two, stands the one at place @p index of another order:
  * halves, halves of these and so on are swapped by @p seed, so that aligned runs stay such. It lets
  * a net of points lie in several squares without that those belong together. */

@@ -2,7 +2,7 @@
 /* Draws one frame, tile by tile. First one ray goes through the middle of every pixel of the tile
  * and of a border one pixel wide. Pixels that differ from a neighbour then get more rays. The
  * colour of a pixel depends on it and its four neighbours alone, not on the division into tiles. */
-#include "tile.h"
+#include "path.h"
 
 #include <string.h>
 
@@ -72,7 +72,7 @@ static void queue_first_ray(sc_tile *t, int x, int y)
         return;
     if (t->rays.count == t->rays.most)
         flush_first_rays(t);
-    sc_tile_add_ray(t, &(sc_aim){x + 0.5, y + 0.5, 0, 0}, at);
+    sc_tile_add_ray(t, &(sc_aim){x + 0.5, y + 0.5, 0, 0, 0}, at);
 }
 
 /* One ray through every pixel of the tile, and of its border if neighbours will be compared:
@@ -173,7 +173,7 @@ static void sample_pixel(sc_tile *t, int x, int y, uint32_t target)
         sample_position(s->samples, i, at);
         if (t->rays.count == t->rays.most)
             flush_samples(t);
-        sc_tile_add_ray(t, &(sc_aim){x + at[0], y + at[1], 0, 0}, target);
+        sc_tile_add_ray(t, &(sc_aim){x + at[0], y + at[1], 0, 0, 0}, target);
     }
 }
 
@@ -416,6 +416,8 @@ static void begin_view(sc_frame *f)
     sc_cover_view(r, f->scene, f->viewport);
     f->cover = r->last_cover;
     sc_parts_begin(r, f->scene, f->viewport);
+    if (sc_traces_paths(r, f->scene))
+        sc_paths_begin(r);
 }
 
 void sc_render_columns(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
@@ -473,7 +475,7 @@ sc_pick sc_render_pick(sc_renderer *r, const sc_scene *scene, const int size_px[
 {
     const sc_viewport viewport = {0, 0, size_px[0], size_px[1]};
     sc_frame f = {.renderer = r, .scene = scene, .viewport = &viewport};
-    const sc_aim aim = {x_px, y_px, 0, 0};
+    const sc_aim aim = {x_px, y_px, 0, 0, 0};
     sc_march_counters counters = {0};
     sc_radiance light = sc_no_light();
     sc_pick pick = {0};
@@ -512,7 +514,7 @@ static void count_rows(void *user, size_t begin, size_t end, int thread)
 
     for (size_t y = begin; y < end && !sc_is_given_up(f->renderer); y++) {
         for (int x = 0; x < width; x++) {
-            const sc_aim aim = {x + 0.5, (double)y + 0.5, 0, 0};
+            const sc_aim aim = {x + 0.5, (double)y + 0.5, 0, 0, 0};
             sc_march_counters *out = &c->out[y * (size_t)width + (size_t)x];
             sc_ray ray;
             sc_radiance light;

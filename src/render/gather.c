@@ -7,28 +7,6 @@
 
 #include <string.h>
 
-/* The radius of the lamp, as a tangent: as a window of two metres seen from three. */
-#define LAMP_RADIUS 0.3
-
-const float sc_lamp_direction[3] = {0.52F, 0.48F, 0.70655F};
-
-/* The direction to the point of the lamp that belongs to a point of the unit square, to @p out. */
-static void lamp_direction(const double point[2], double out[3])
-{
-    double n[3], t[3], b[3], disc[3], length = 0;
-
-    for (int k = 0; k < 3; k++)
-        n[k] = sc_lamp_direction[k];
-    sc_frame_about(n, t, b);
-    sc_cosine_direction(point, disc); /* whose shadow on the disc is even */
-    for (int k = 0; k < 3; k++) {
-        out[k] = n[k] + LAMP_RADIUS * (disc[0] * t[k] + disc[1] * b[k]);
-        length += out[k] * out[k];
-    }
-    for (int k = 0; k < 3; k++)
-        out[k] /= sqrt(length);
-}
-
 /* Make the directions of all parts. */
 static void make_directions(sc_gather *g)
 {
@@ -41,7 +19,7 @@ static void make_directions(sc_gather *g)
             sc_cosine_direction(point, direction);
         } else {
             sc_sobol_point(part * SC_GATHER_LAMP + ray - SC_GATHER_DIRECTIONS, 3, point);
-            lamp_direction(point, direction);
+            sc_lamp_point(point, direction);
         }
         for (int k = 0; k < 3; k++)
             g->directions[part][ray][k] = (float)direction[k];
@@ -113,6 +91,7 @@ static void begin_march(sc_gather *g)
 {
     const sc_renderer *r = g->renderer;
     const sc_prepared *v = r->volume;
+    double voxel_mm = 0;
     int framed[3];
 
     sc_framed_size(v->bricks, framed);
@@ -124,9 +103,17 @@ static void begin_march(sc_gather *g)
                                  .row = sc_framed_row(v->bricks),
                                  .layer = sc_framed_layer(v->bricks)};
     for (int i = 0; i < 3; i++) {
+        const sc_vec3 step = sc_affine_column(&v->to_ras_mm, i);
+
+        g->march.step[i][0] = (float)step.x;
+        g->march.step[i][1] = (float)step.y;
+        g->march.step[i][2] = (float)step.z;
+        voxel_mm += sc_vec3_length(step) / 3;
         g->march.box_low[i] = fmaxf(r->march.box_low[i], 0);
         g->march.box_high[i] = fminf(r->march.box_high[i] + 1, (float)(v->size[i] + 2));
     }
+    for (int i = 0; i < 9; i++)
+        g->march.step[i / 3][i % 3] /= (float)voxel_mm;
     g->follow = sc_gather_find(r->settings.cpu);
 }
 

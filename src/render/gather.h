@@ -154,10 +154,6 @@ void sc_gather_direction(const sc_gather *g, const sc_gather_place *p, int i, fl
  * is none. */
 int32_t sc_gather_place_at(const sc_gather *g, const sc_gather_field *f, const int q[3]);
 
-/* The direction, unit, RAS, to the middle of the lamp, which stands to the volume: before it, high
- * up and to its right, as that of the viewer stands who looks at it from before. */
-extern const float sc_lamp_direction[3];
-
 static inline float sc_dot(const float a[3], const float b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

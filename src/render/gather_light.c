@@ -12,16 +12,21 @@ enum {
 /* No surface gives back more. */
 #define ALBEDO_MOST 0.95f
 
-/* @return what a ray number @p i of a place in direction @p d brings, if it is free. Those that go
- * all around are the denser the steeper they are; those to the lamp are not. */
-static inline float brings(const sc_gather *g, const sc_gather_place *p, int i, const float d[3])
+/* Add what a ray number @p i of a place in direction @p d brings, if it is free, to @p sum. Those
+ * that go all around are the denser the steeper they are; those to the lamp are not. */
+static inline void add_free(const sc_gather *g, const sc_gather_place *p, int i, const float d[3],
+                            float sum[3])
 {
-    float cosine;
+    const float cosine = i < SC_GATHER_DIRECTIONS ? 0 : sc_dot(p->normal, d);
+    float rgb[3];
 
-    if (i < SC_GATHER_DIRECTIONS)
-        return g->sky_strength * (SC_SKY_MEAN + SC_SKY_UP * d[2]) / SC_GATHER_DIRECTIONS;
-    cosine = sc_dot(p->normal, d);
-    return cosine > 0 ? g->lamp_strength * cosine / SC_GATHER_LAMP : 0;
+    for (int k = 0; k < 3 && cosine > 0; k++)
+        sum[k] += g->lamp_strength * cosine / SC_GATHER_LAMP;
+    if (i >= SC_GATHER_DIRECTIONS)
+        return;
+    sc_sky_blurred(&g->renderer->sky, d, rgb);
+    for (int k = 0; k < 3; k++)
+        sum[k] += g->sky_strength * rgb[k] / SC_GATHER_DIRECTIONS;
 }
 
 /* Sum up what free rays bring to places [begin, end), and begin the iteration with it: an
@@ -32,7 +37,7 @@ static void sum_sky(void *user, size_t begin, size_t end, int thread)
 
     (void)thread;
     for (size_t at = begin; at < end; at++)
-        g->sky[at][0] = 0;
+        g->sky[at][0] = g->sky[at][1] = g->sky[at][2] = 0;
     for (int i = 0; i < sc_gather_rays(g); i++) {
         const int32_t *hits = g->hits[i];
 
@@ -42,12 +47,12 @@ static void sum_sky(void *user, size_t begin, size_t end, int thread)
             if (hits[at] != SC_GATHER_FREE && (hits[at] < 0 || !g->gone[hits[at]]))
                 continue;
             sc_gather_direction(g, &g->places[at], i, d);
-            g->sky[at][0] += brings(g, &g->places[at], i, d);
+            add_free(g, &g->places[at], i, d, g->sky[at]);
         }
     }
     for (size_t at = begin; at < end; at++) {
         for (int k = 0; k < 3; k++)
-            g->sky[at][k] = g->light[at][k] = g->sky[at][0];
+            g->light[at][k] = g->sky[at][k];
     }
 }
 

@@ -5,7 +5,7 @@
 
 /* So far above the surface do rays begin, in voxels. With more of it crevices are lit too much, and
  * all of it is farther from what the paths of unit.gather bring. */
-#define LIFT_VOXELS 0.3
+#define LIFT_VOXELS 0.2
 /* The surface is at most so many voxels from a vertex beside which it passes. */
 #define MOVED_MOST_VOXELS 1.5
 

@@ -7,8 +7,9 @@
 
 #include <string.h>
 
-/* So much of each ray is free, in voxels: vertices reach out from the surface that they belong to
- * by half the diagonal of a voxel. */
+/* So much of each ray is free, in voxels: between tissues, where rays are not let past the corners
+ * of vertices, these reach out by half the diagonal of a voxel from the border that they belong to.
+ */
 #define START_VOXELS 0.9f
 
 /* @return the vertices of a brick that are on the side of tissue. */

@@ -5,6 +5,7 @@
 
 #include "gather.h"
 #include "segcast/render.h"
+#include "sky.h"
 
 /* What the ray through the middle of a pixel has seen, and what its other rays add. A tone is the
  * square root of linear light, over the background (over black, if there is none): differences of
@@ -103,6 +104,10 @@ struct sc_renderer {
     const uint32_t *cell_start;  /* as of sc_cells: smooth and wide kernels only, else NULL */
     const sc_packed_cell *cells; /* the same */
     sc_occlusion occlusion;      /* empty if the light does without; see also fades */
+    sc_sky sky;                  /* owned */
+    bool traces;     /* light comes by paths, where the view allows for it: sc_traces_paths */
+    sc_march traced; /* what paths march through, of the present view */
+    uint32_t (*path_numbers)[2]; /* as of sc_path_numbers_make; NULL: no paths are traced; owned */
     sc_gather *gather;           /* NULL: light from all around is not gathered; owned */
     bool shows_inner;            /* surfaces between two tissues can be seen */
     sc_block *blocks;            /* [block_count] */
@@ -163,6 +168,7 @@ void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
  * corner. */
 typedef struct sc_aim {
     double x_px, y_px, right, up;
+    int number; /* of the ray among those of its square of SC_LENS_BLOCK pixels, if it has many */
 } sc_aim;
 
 /* Where and which way a ray of a picture looks. */
@@ -179,6 +185,8 @@ sc_sight sc_line_of_sight(const sc_lens *lens, const sc_aim *aim);
 /* Fill in *@p ray: origin, direction and the parts that each clip set keeps. @return false if no
  * part of it is kept within the sphere around the volume; *@p ray must then not be marched. */
 bool sc_make_ray(const sc_lens *lens, const sc_aim *aim, sc_ray *ray);
+/* The same for a ray from a point in a direction of unit length, both RAS mm. */
+bool sc_make_ray_from(const sc_lens *lens, sc_vec3 from_mm, sc_vec3 direction, sc_ray *ray);
 
 /* Set r->grey from the settings, if they have a grey volume. @return SC_ERR_DATA if its geometry is
  * singular. */

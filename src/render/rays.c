@@ -127,20 +127,14 @@ sc_sight sc_line_of_sight(const sc_lens *lens, const sc_aim *aim)
     return s;
 }
 
-bool sc_make_ray(const sc_lens *lens, const sc_aim *aim, sc_ray *ray)
+/* As sc_make_ray_from. @param origin, along the point and the direction in voxels. */
+static bool make_ray(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, sc_vec3 origin,
+                     sc_vec3 along, sc_ray *ray)
 {
-    const sc_sight sight = sc_line_of_sight(lens, aim);
-    const sc_vec3 eye = sight.eye_mm, direction = sight.direction;
-    /* the same in voxels */
-    const sc_vec3 origin = sc_vec3_along(sc_vec3_along(lens->eye, sight.aside[0], lens->right),
-                                         sight.aside[1], lens->up);
     const double radius = lens->renderer->radius_mm, step = lens->renderer->march.step_mm;
-    sc_vec3 along = lens->forward;
     double middle, begin, base;
     sc_vec3 beside;
 
-    if (lens->scene->camera.projection != SC_ORTHOGRAPHIC)
-        along = sum_of(&sight, lens->forward, lens->right, lens->up);
     /* The ray lies within the sphere around the volume between these distances, or in less of it.
      */
     beside = sc_vec3_sub(lens->renderer->middle_mm, eye);
@@ -153,6 +147,7 @@ bool sc_make_ray(const sc_lens *lens, const sc_aim *aim, sc_ray *ray)
     if (lens->from_eye)
         base = begin > STEPS_FROM_EYE_MOST * step ? floor(begin / step) * step : 0;
     ray->base_mm = (float)base;
+    ray->ends_below = 0;
     ray->origin[0] = (float)(origin.x + base * along.x + lens->shift);
     ray->origin[1] = (float)(origin.y + base * along.y + lens->shift);
     ray->origin[2] = (float)(origin.z + base * along.z + lens->shift);
@@ -163,6 +158,26 @@ bool sc_make_ray(const sc_lens *lens, const sc_aim *aim, sc_ray *ray)
     ray->toward_eye[1] = (float)-direction.y;
     ray->toward_eye[2] = (float)-direction.z;
     return fill_parts(lens, eye, direction, begin, middle + radius, base, ray);
+}
+
+bool sc_make_ray(const sc_lens *lens, const sc_aim *aim, sc_ray *ray)
+{
+    const sc_sight sight = sc_line_of_sight(lens, aim);
+    const sc_vec3 origin = sc_vec3_along(sc_vec3_along(lens->eye, sight.aside[0], lens->right),
+                                         sight.aside[1], lens->up);
+    const sc_vec3 along = lens->scene->camera.projection == SC_ORTHOGRAPHIC
+                              ? lens->forward
+                              : sum_of(&sight, lens->forward, lens->right, lens->up);
+
+    return make_ray(lens, sight.eye_mm, sight.direction, origin, along, ray);
+}
+
+bool sc_make_ray_from(const sc_lens *lens, sc_vec3 from_mm, sc_vec3 direction, sc_ray *ray)
+{
+    const sc_affine *to_voxel = &lens->renderer->to_voxel;
+
+    return make_ray(lens, from_mm, direction, sc_affine_point(to_voxel, from_mm),
+                    sc_affine_vector(to_voxel, direction), ray);
 }
 
 double sc_ray_longer(const sc_lens *lens, const sc_aim *aim)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Creation of a renderer: everything that does not change from frame to frame. */
-#include "tile.h"
+#include "path.h"
 
 #include <string.h>
 
@@ -156,6 +156,7 @@ static sc_status allocate(const sc_ctx *ctx, sc_renderer *r)
         SC_PASS(SC_ALLOC(ctx, threads * side * side, &r->pixels));
     }
     SC_PASS(sc_lens_samples_make(ctx, r));
+    SC_PASS(sc_path_numbers_make(ctx, r));
     return sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &r->cover);
 }
 
@@ -187,6 +188,7 @@ static sc_status begin(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissu
     sc_fill_tissues(r, tissues, show, opacity);
     sc_fill_boxes(r);
     sc_srgb_table_init(&r->srgb);
+    SC_PASS(sc_sky_init(ctx, r->settings.environment, r->settings.environment_turn_deg, &r->sky));
     return sc_fill_grey(ctx, r);
 }
 
@@ -235,6 +237,8 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     if (status == SC_OK) {
         r->settings = *settings;
         r->volume = volume;
+        r->traces =
+            settings->light.method == SC_LIGHT_PATH && settings->surface == SC_SURFACE_SMOOTH;
         status = begin(ctx, r, tissues, show, opacity);
     }
     /* No rank begins what all do together before all have come as far. */
@@ -300,6 +304,8 @@ void sc_renderer_free(sc_renderer *r)
     sc_free(r->spans);
     sc_free(r->blurred);
     sc_free(r->lens_samples);
+    sc_free(r->path_numbers);
+    sc_sky_clear(&r->sky);
     if (!r->settings.lender)
         sc_free(r->pixels);
     sc_free(r);
@@ -332,7 +338,8 @@ uint64_t sc_renderer_bytes(const sc_renderer *r)
            (r->settings.lender ? 0 : threads * side * side * sizeof *r->pixels) +
            (r->blurred ? threads * side * side * sizeof *r->blurred : 0) +
            (size_t)SC_LENS_BLOCK * SC_LENS_BLOCK * (size_t)r->settings.lens_samples *
-               sizeof *r->lens_samples;
+               sizeof *r->lens_samples +
+           sc_path_numbers_bytes(r) + sc_sky_bytes(&r->sky);
 }
 
 uint64_t sc_renderer_derived_bytes(const sc_renderer *r)

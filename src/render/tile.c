@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The rays of a tile: which are worth marching, and marching those that wait. */
-#include "tile.h"
+#include "path.h"
 
 void sc_tile_march(sc_tile *t)
 {
     const sc_renderer *r = t->f->renderer;
 
-    if (sc_parts_apart(r))
+    if (sc_traces_paths(r, t->f->scene))
+        sc_tile_trace(t);
+    else if (sc_parts_apart(r))
         sc_march_apart(r, t->rays.aims, t->rays.count, t->thread, t->rays.light, &t->counters);
     else
         sc_march_rays(r, t->rays.rays, t->rays.count, t->rays.light, t->rays.white, &t->counters);

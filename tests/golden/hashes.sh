@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Six frames have these very bits on every processor: x86-64 in each instruction set, and arm64 (tools/arm64-check).
+# Seven frames have these very bits on every processor: x86-64 in each instruction set, and arm64 (tools/arm64-check).
 # After a change of pictures that is meant, GOLDEN_UPDATE=1 writes the new hashes into this file.
 declare -A expected=(
     [smooth]=23a64c382faeae8d
@@ -7,7 +7,8 @@ declare -A expected=(
     [parallel]=0c1d55123342390b
     [clear]=2441d2249ed4e389
     [shadows]=36a68b2deb67cb54
-    [global]=a2e2e5ef70bcea2a
+    [global]=87518bf5b7554b61
+    [path]=fdb226cf47052ba6
 )
 declare -A settings=(
     [smooth]=render.samples=5
@@ -16,11 +17,12 @@ declare -A settings=(
     [clear]=render.background=none
     [shadows]=light.shadows=true
     [global]=light.method=global
+    [path]=light.method=path
 )
 read -ra cpus <<<"${HASHES_CPUS:-auto}"
 small_job job.yaml
-[ -n "${GOLDEN_UPDATE:-}" ] || [ "$(printf '%s\n' "${expected[@]}" | sort -u | wc -l)" = 6 ] || fail "two frames have the same hash"
-for kind in smooth voxel parallel clear shadows global; do
+[ -n "${GOLDEN_UPDATE:-}" ] || [ "$(printf '%s\n' "${expected[@]}" | sort -u | wc -l)" = 7 ] || fail "two frames have the same hash"
+for kind in smooth voxel parallel clear shadows global path; do
     for cpu in "${cpus[@]}"; do
         "$SEGCAST" render job.yaml -o "$kind-$cpu" -q --frames 3 --cpu "$cpu" --set "${settings[$kind]}" >/dev/null 2>&1
         hash=$(hashes "$kind-$cpu" | cut -d' ' -f2)

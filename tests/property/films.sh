@@ -17,6 +17,10 @@ subjects+='light\.|tissues\.NAME\.|color_by\.|image\.|cine\.|compare\.with\.N\.'
 "$SEGCAST" convert phantom:24x18x24 --beating 3 -o beat.nrrd -q >/dev/null
 "$SEGCAST" convert phantom:22x17x20 -o other.nrrd -q >/dev/null
 "$SEGCAST" convert phantom:20x16x20 --ct -o ct.nrrd -q >/dev/null
+{
+    printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n'
+    printf '\200\100\040%b' '\0201' '\0177' '\0203' '\0200' '\0177' '\0176' '\0201' '\0201'
+} >sky.hdr
 printf '6 aorta 10 200 10 255\n8 left_ventricle 200 10 200 255\n' >other.ctbl
 printf 'name,change,weight\naorta,-0.5,12\nleft ventricle,3.5,80\nright atrium,,40\n7,1,\n' >values.csv
 printf 'volume: phantom:24x18x24\noutput: {size: [24, 16]}\n' >logo.yaml
@@ -24,7 +28,7 @@ printf 'volume: phantom:24x18x24\noutput: {size: [24, 16]}\n' >logo.yaml
 
 failed() { # failed WHAT: keep the job
     mkdir -p "$BUILD/failed-films"
-    cp -r job.yaml beat-*.nrrd other.* ct.nrrd values.csv logo.png "$BUILD/failed-films"
+    cp -r job.yaml beat-*.nrrd other.* ct.nrrd sky.hdr values.csv logo.png "$BUILD/failed-films"
     cp job.yaml "$BUILD/failed-films/$seed-$n.yaml"
     cat job.yaml stderr.txt >&2
     fail "job $n of seed $seed ($BUILD/failed-films/$seed-$n.yaml; PROPERTY_SEED=$seed PROPERTY_FIRST=$n PROPERTY_JOBS=1): $1"

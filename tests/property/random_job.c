@@ -831,7 +831,9 @@ static void put_shadows(struct maker *maker, const char *arg)
 }
 
 static const struct row light_rows[] = {
-    {"method", 40, put_word, "plain|global|global|flat"},
+    {"method", 40, put_word, "plain|global|global|global|flat|path"},
+    {"environment", 20, put_word, "sky.hdr"},
+    {"environment_turn", 20, put_number, "-90:90"},
     {"ambient", 20, put_scene_number, "0:1"},
     {"key", 20, put_scene_number, "0:1"},
     {"head", 20, put_scene_number, "0:1"},

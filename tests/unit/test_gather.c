@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Light that is gathered (light.method: global): against closed forms, and how it follows from a
- * scene. */
+/* Light that is gathered (light.method: global), and light by paths: against closed forms, against
+ * each other, and how they follow from a scene. */
 #include "check.h"
 
+#include "path.h"
 #include "scenes.h"
 
 #include <math.h>
@@ -11,6 +12,15 @@
 
 enum { SIDE = 81, MIDDLE = SIDE / 2 };
 #define ALBEDO 0.5
+
+/* How the light of a test is found; most tests go through both. */
+static sc_light_method method = SC_LIGHT_GLOBAL;
+/* Take the next one. @return false after the last. */
+static bool next_method(void)
+{
+    method = method == SC_LIGHT_GLOBAL ? SC_LIGHT_PATH : SC_LIGHT_GLOBAL;
+    return method != SC_LIGHT_GLOBAL;
+}
 
 /* A scene of a shape, seen along y or z without perspective, a pixel to a voxel, lit by nothing but
  * the sky. */
@@ -23,7 +33,9 @@ static small_scene sky_scene(int shape(double, double, double), bool from_above,
 
     s.settings.width_px = s.settings.height_px = SIDE;
     s.settings.samples = 1;
-    s.settings.light = (sc_lighting){.method = SC_LIGHT_GLOBAL, .ambient = 1};
+    s.settings.light = (sc_lighting){.method = method, .ambient = 1};
+    s.settings.lens_samples = method == SC_LIGHT_PATH ? 64 : 0;
+    s.settings.skip = SC_SKIP_LEAP;
     for (int id = 1; id < 3; id++) {
         s.tissues[id].material.specular = 0;
         for (int i = 0; i < 3; i++)
@@ -50,21 +62,103 @@ static int ball(double x, double y, double z)
     return dx * dx + dy * dy + dz * dz < 30 * 30;
 }
 
-/* Nothing hides the sky from a ball: its light is the integral over the hemisphere of each normal.
+/* A picture of all directions. */
+enum { MAP_WIDTH = 64, MAP_HEIGHT = 32 };
+static float map_pixels[MAP_HEIGHT * MAP_WIDTH][3];
+static const sc_panorama map = {MAP_WIDTH, MAP_HEIGHT, map_pixels};
+
+/* Let it show what @p light says of each direction, twice as bright: its brightness does not count.
  */
-TEST(a_ball_is_lit_by_half_of_the_sky)
+static void paint_map(double light(double right, double before, double up))
+{
+    for (int i = 0; i < MAP_HEIGHT * MAP_WIDTH; i++) {
+        const double down = (i / MAP_WIDTH + 0.5) / MAP_HEIGHT * 3.14159265;
+        const double turn = ((i % MAP_WIDTH + 0.5) / MAP_WIDTH - 0.5) * 2 * 3.14159265;
+
+        for (int k = 0; k < 3; k++)
+            map_pixels[i][k] =
+                (float)(2 * light(sin(down) * sin(turn), sin(down) * cos(turn), cos(down)));
+    }
+}
+
+static double sky_light(double right, double before, double up)
+{
+    (void)right;
+    (void)before;
+    return SC_SKY_MEAN + SC_SKY_UP * up;
+}
+
+static double even_light(double right, double before, double up)
+{
+    (void)right;
+    (void)before;
+    (void)up;
+    return 1;
+}
+
+static double light_from_the_right(double right, double before, double up)
+{
+    (void)before;
+    (void)up;
+    return right > 0.5 ? 3 : 0.3;
+}
+
+/* Light comes from where the picture shows it, and goes round with it. */
+static void light_comes_from_a_picture_once(void)
 {
     sc_scene scene;
     small_scene s = sky_scene(ball, false, &scene);
-    SC_OWN(sc_image_clear) sc_image image = draw_view(&s, &scene, NULL);
 
-    for (int y = MIDDLE - 24; y <= MIDDLE + 24; y += 8) {
-        const double up = (MIDDLE - y) / 30.0;
+    paint_map(light_from_the_right);
+    s.settings.environment = &map;
+    for (int turned = 0; turned < 2; turned++) {
+        SC_OWN(sc_image_clear) sc_image image = {0};
+        double right, left;
 
-        assert_true(fabs(light_at(&image, MIDDLE, y, 0) - (SC_SKY_MEAN + SC_SKY_UP * 2 / 3 * up)) <
-                    0.03);
+        s.settings.environment_turn_deg = 180 * turned;
+        image = draw_view(&s, &scene, NULL); /* seen from before: its right side is on the left */
+        right = light_at(&image, MIDDLE - 26, MIDDLE, 0);
+        left = light_at(&image, MIDDLE + 26, MIDDLE, 0);
+        assert_true(turned ? left > 2 * right : right > 2 * left);
     }
     free_scene(&s);
+}
+
+TEST(light_comes_from_a_picture)
+{
+    do
+        light_comes_from_a_picture_once();
+    while (next_method());
+}
+
+/* Nothing hides the sky from a ball: its light is the integral over the hemisphere of each normal.
+ * A picture of the sky gives the same light as it. */
+static void a_ball_is_lit_by_half_of_the_sky_once(void)
+{
+    sc_scene scene;
+    small_scene s = sky_scene(ball, false, &scene);
+
+    paint_map(sky_light);
+    for (int mapped = 0; mapped < 2; mapped++) {
+        SC_OWN(sc_image_clear) sc_image image = {0};
+
+        s.settings.environment = mapped ? &map : NULL;
+        image = draw_view(&s, &scene, NULL);
+        for (int y = MIDDLE - 24; y <= MIDDLE + 24; y += 8) {
+            const double up = (MIDDLE - y) / 30.0;
+
+            assert_near(light_at(&image, MIDDLE, y, 0), SC_SKY_MEAN + SC_SKY_UP * 2 / 3 * up,
+                        mapped && method == SC_LIGHT_GLOBAL ? 0.06 : 0.03);
+        }
+    }
+    free_scene(&s);
+}
+
+TEST(a_ball_is_lit_by_half_of_the_sky)
+{
+    do
+        a_ball_is_lit_by_half_of_the_sky_once();
+    while (next_method());
 }
 
 /* A well of radius 12 and depth 24 in a black block, with a grey floor. */
@@ -78,7 +172,7 @@ static int well(double x, double y, double z)
 }
 
 /* To the middle of the floor the sky is a cone, whose light has a closed form. */
-TEST(the_floor_of_a_well_sees_a_cone_of_the_sky)
+static void the_floor_of_a_well_sees_a_cone_of_the_sky_once(void)
 {
     sc_scene scene;
     small_scene s = sky_scene(well, true, &scene);
@@ -96,6 +190,13 @@ TEST(the_floor_of_a_well_sees_a_cone_of_the_sky)
     }
     assert_true(fabs(sum / expected - 1) < 0.08);
     free_scene(&s);
+}
+
+TEST(the_floor_of_a_well_sees_a_cone_of_the_sky)
+{
+    do
+        the_floor_of_a_well_sees_a_cone_of_the_sky_once();
+    while (next_method());
 }
 
 /* A floor beside a wall of another tissue. */
@@ -119,7 +220,7 @@ static double redness(const sc_image *image, int x)
 }
 
 /* Light takes the colour of a wall to the floor beside it, and no light becomes more. */
-TEST(colour_goes_from_wall_to_floor)
+static void colour_goes_from_wall_to_floor_once(void)
 {
     sc_scene scene;
     small_scene s = sky_scene(corner, true, &scene);
@@ -134,6 +235,13 @@ TEST(colour_goes_from_wall_to_floor)
     free_scene(&s);
 }
 
+TEST(colour_goes_from_wall_to_floor)
+{
+    do
+        colour_goes_from_wall_to_floor_once();
+    while (next_method());
+}
+
 /* A floor before a wall that stands between it and the lamp. */
 static int screen(double x, double y, double z)
 {
@@ -143,7 +251,7 @@ static int screen(double x, double y, double z)
 
 /* The lamp stands to the volume, on the side of larger x: behind the wall the floor has none of its
  * light, and far from it that of a disc, nearly its cosine. */
-TEST(the_lamp_casts_shadows)
+static void the_lamp_casts_shadows_once(void)
 {
     sc_scene scene;
     small_scene s = sky_scene(screen, true, &scene);
@@ -159,6 +267,13 @@ TEST(the_lamp_casts_shadows)
     free_scene(&s);
 }
 
+TEST(the_lamp_casts_shadows)
+{
+    do
+        the_lamp_casts_shadows_once();
+    while (next_method());
+}
+
 /* A hollow ball with a wall of a voxel and a half, open above. */
 static int shell(double x, double y, double z)
 {
@@ -169,7 +284,7 @@ static int shell(double x, double y, double z)
 }
 
 /* Light does not go through a thin wall: inside it is darker than outside. */
-TEST(a_thin_wall_keeps_its_sides_apart)
+static void a_thin_wall_keeps_its_sides_apart_once(void)
 {
     sc_scene scene;
     small_scene s = sky_scene(shell, true, &scene);
@@ -188,6 +303,13 @@ TEST(a_thin_wall_keeps_its_sides_apart)
     assert_true(light_at(&inside, MIDDLE, MIDDLE, 0) * ALBEDO / 0.1 < 0.45);
     assert_true(light_at(&inside, MIDDLE, MIDDLE, 0) * ALBEDO / 0.1 > 0.15);
     free_scene(&s);
+}
+
+TEST(a_thin_wall_keeps_its_sides_apart)
+{
+    do
+        a_thin_wall_keeps_its_sides_apart_once();
+    while (next_method());
 }
 
 /* Draw with a renderer that has drawn something else before. */
@@ -254,8 +376,33 @@ TEST(a_cut_gives_the_light_of_rays_that_see_it)
     free_scene(&s);
 }
 
+/* A ball in a veil of another tissue. */
+static int veiled(double x, double y, double z)
+{
+    const double dx = x - MIDDLE, dy = y - MIDDLE, dz = z - MIDDLE,
+                 square = dx * dx + dy * dy + dz * dz;
+
+    return square < 20 * 20 ? 1 : square < 30 * 30 ? 2 : 0;
+}
+
+/* Light reaches the border between two tissues through one that lets it pass, evenly: no ray ends
+ * at the vertices beside which it begins. */
+TEST(what_is_behind_a_veil_is_lit_evenly)
+{
+    sc_scene scene;
+    small_scene s = sky_scene(veiled, false, &scene);
+    SC_OWN(sc_image_clear) sc_image image = {0};
+
+    s.tissues[2].opacity = 0.05;
+    image = draw_view(&s, &scene, NULL);
+    for (int x = MIDDLE - 12; x <= MIDDLE + 12; x++)
+        assert_near(light_at(&image, x, MIDDLE, 0), light_at(&image, MIDDLE, MIDDLE, 0), 0.08);
+    assert_true(light_at(&image, MIDDLE, MIDDLE, 0) > 0.6);
+    free_scene(&s);
+}
+
 /* Light reaches what a plane lays bare between two tissues, of which it cuts only one. */
-TEST(what_a_cut_lays_bare_is_lit)
+static void what_a_cut_lays_bare_is_lit_once(void)
 {
     sc_scene scene;
     small_scene s = sky_scene(corner, true, &scene);
@@ -273,6 +420,13 @@ TEST(what_a_cut_lays_bare_is_lit)
     assert_true(fabs(light_at(&image, SIDE - 11, MIDDLE, 0) - (SC_SKY_MEAN - SC_SKY_UP * 2 / 3)) <
                 0.08);
     free_scene(&s);
+}
+
+TEST(what_a_cut_lays_bare_is_lit)
+{
+    do
+        what_a_cut_lays_bare_is_lit_once();
+    while (next_method());
 }
 
 /* All kernels show the same light, also behind what lets some of it through. */
@@ -316,99 +470,65 @@ TEST(want_of_memory_is_told)
     free_scene(&s);
 }
 
-/* ---- the truth: paths through the smooth surface ---- */
+/* ---- paths ---- */
 
-/* What paths need of a scene whose tissues are opaque. */
-typedef struct truth {
-    const small_scene *s;
-    const sc_kernel *kernel;
-    sc_affine to_voxel;
-    sc_march_tissue tissues[32];
-    sc_march march;
-    uint64_t seed;
-} truth;
-
-/* Set up the march of paths. @param cells of sc_visible_cells. */
-static void begin_truth(truth *t, const small_scene *s, const uint64_t *cells)
+/* A surface gives back no more light than comes, however it stands and however rough it is, and
+ * directions are chosen as often as is said. */
+TEST(no_surface_gives_back_more_than_comes)
 {
-    const sc_prepared *v = &s->prepared.view;
+    enum { ANGLES = 4, ROUGH = 4, COUNT = 40000 };
+    static const int shininess[ROUGH] = {1, 6, 24, 120};
+    uint64_t seed = 7;
 
-    *t = (truth){
-        .s = s, .kernel = sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_INTERIOR, v, NULL), .seed = 5};
-    assert_true(sc_affine_invert(&v->to_ras_mm, &t->to_voxel));
-    t->march = (sc_march){
-        .volume = v,
-        .visible = cells,
-        .visible_row = sc_framed_row(v->bricks),
-        .visible_layer = sc_framed_layer(v->bricks),
-        .box_low = {-1.5F, -1.5F, -1.5F},
-        .box_high = {(float)v->size[0] + 2.5F, (float)v->size[1] + 2.5F, (float)v->size[2] + 2.5F},
-        .tissues = t->tissues,
-        .opaque_below = SC_OPAQUE,
-        .light = {.flat = true}};
-    for (int i = 0; i < 9; i++)
-        t->march.grid_per_mm[i / 3][i % 3] = (float)t->to_voxel.m[i / 3][i % 3];
-    for (int id = 0; id < v->label_count; id++)
-        t->tissues[id] = (sc_march_tissue){.boundary_alpha = 1,
-                                           .thickness_factor = 1,
-                                           .show = id ? SC_SHOW_BOUNDARY : 0,
-                                           .shininess = 1};
-}
+    for (int i = 0; i < ANGLES * ROUGH; i++) {
+        const double cosine = (i % ANGLES + 0.5) / ANGLES, white[3] = {1, 1, 1};
+        const sc_march_tissue tissue = {
+            .diffuse = 1, .specular = 1, .shininess = shininess[i / ANGLES]};
+        const sc_reflector s =
+            sc_reflector_of(&tissue, white, (double[3]){sqrt(1 - cosine * cosine), 0, cosine});
+        double chosen = 0, even = 0, density = 0;
 
-/* Follow a ray to the first surface. @return its label; 0 if there is none. @param at moved there,
- * RAS mm. */
-static uint32_t follow(const truth *t, sc_vec3 *at, sc_vec3 d, sc_vec3 *normal)
-{
-    const sc_vec3 from = sc_affine_point(&t->to_voxel, *at),
-                  along = sc_affine_vector(&t->to_voxel, d);
-    const sc_ray ray = {.origin = {(float)from.x + 1, (float)from.y + 1, (float)from.z + 1},
-                        .direction = {(float)along.x, (float)along.y, (float)along.z},
-                        .toward_eye = {(float)-d.x, (float)-d.y, (float)-d.z},
-                        .clip_sets = 1,
-                        .part_count = {1},
-                        .parts = {{{.end_mm = 1e4F, .cap_plane = -1}}}};
-    sc_march_counters counters = {0};
-    sc_radiance light;
+        for (int n = 0; n < COUNT; n++) {
+            const double point[2] = {random_real(&seed, 0, 1), random_real(&seed, 0, 1)};
+            const double z = random_real(&seed, 0, 1), a = random_real(&seed, 0, 6.283185307);
+            const double r = sqrt(1 - z * z);
+            double in[3], share[3];
+            double d;
 
-    t->kernel->march(&t->march, &ray, NULL, 1, &light, &counters);
-    if (!light.label)
-        return 0;
-    *at = sc_vec3_along(*at, light.depth_mm, d);
-    *normal = (sc_vec3){light.normal[0], light.normal[1], light.normal[2]};
-    return light.label;
-}
-
-/* @return a direction about a normal, with a density as its cosine: a point of the unit sphere
- * around the normal's end. */
-static sc_vec3 scattered(truth *t, sc_vec3 normal)
-{
-    const double z = random_real(&t->seed, -1, 1),
-                 angle = random_real(&t->seed, 0, 6.283185307179586);
-    const double r = sqrt(1 - z * z);
-
-    return sc_vec3_unit(sc_vec3_add(normal, (sc_vec3){r * cos(angle), r * sin(angle), z}));
-}
-
-/* Add to @p sum the light, for each component, that one path from a point of a surface brings to
- * it. */
-static void add_path(truth *t, sc_vec3 at, sc_vec3 normal, double sum[3])
-{
-    double share[3] = {1, 1, 1};
-
-    for (int bounce = 0; bounce < 8; bounce++) {
-        const sc_vec3 d = scattered(t, normal);
-        uint32_t label;
-
-        at = sc_vec3_along(at, 0.02 * t->march.volume->to_ras_mm.m[0][0], normal);
-        label = follow(t, &at, d, &normal);
-        for (int i = 0; i < 3; i++) {
-            if (!label)
-                sum[i] += share[i] * (SC_SKY_MEAN + SC_SKY_UP * d.z);
-            share[i] *= t->s->tissues[label].rgb_linear[i];
+            sc_reflector_choose(&s, random_real(&seed, 0, 1), point, in);
+            d = sc_reflector_share(&s, in, share);
+            chosen += d > 0 ? share[0] / d / COUNT : 0;
+            d = sc_reflector_share(&s, (double[3]){r * cos(a), r * sin(a), z}, share);
+            even += share[0] * 6.283185307 / COUNT;
+            density += d * 6.283185307 / COUNT;
         }
-        if (!label)
-            return;
+        assert_true(chosen < 1.002 && chosen > 0.5);
+        assert_near(chosen, even, 0.06 * even);
+        assert_true(density < 1.06); /* of what does not go below the surface */
     }
+}
+
+/* All kernels, threads and tiles draw the same paths, past a plane and what lets light through. */
+TEST(all_kernels_follow_the_same_paths)
+{
+    sc_scene scene;
+    small_scene s;
+    SC_OWN(sc_image_clear) sc_image image = {0};
+
+    method = SC_LIGHT_PATH;
+    s = sky_scene(corner, false, &scene);
+    method = SC_LIGHT_GLOBAL;
+    s.settings.lens_samples = 4;
+    s.settings.light.key = 0.5;
+    s.tissues[2].opacity = 0.5;
+    s.tissues[1].material.specular = 0.3;
+    scene.planes[0] = (sc_plane){{0, 0.6, 0.8}, -40};
+    scene.plane_count = 1;
+    scene.cuts = scene.clip_sets[0] = 1;
+    scene.camera = sc_camera_look((sc_vec3){150, 200, 120}, (sc_vec3){MIDDLE, MIDDLE, 30},
+                                  (sc_vec3){0, 0, 1}, SC_PERSPECTIVE, 0.3);
+    image = draw_by_all_kernels(&s, &scene);
+    free_scene(&s);
 }
 
 /* Three balls of different colours, which nearly touch, on a plate. */
@@ -425,56 +545,100 @@ static int balls(double x, double y, double z)
     return z < 14 ? 2 : 0;
 }
 
-/* Gathered light is that which paths bring to the smooth surface itself, but for their noise, the
- * rounding of pixels, and that its rays meet vertices instead. */
+/* @return whether a pixel shows one smooth surface from edge to edge, and no face of the volume,
+ * which has no light of its own: as seen by rays through its middle and its corners. */
+static bool is_smooth(sc_renderer *r, const sc_scene *scene, int x, int y)
+{
+    static const double at[5][2] = {{0.5, 0.5}, {0, 0}, {1, 0}, {0, 1}, {1, 1}};
+    const int size_px[2] = {SIDE, SIDE};
+    sc_vec3 first = {0, 0, 0};
+    int id = 0;
+
+    for (int i = 0; i < 5; i++) {
+        const sc_pick pick = sc_render_pick(r, scene, size_px, x + at[i][0], y + at[i][1]);
+
+        if (!pick.id ||
+            (i && (pick.id != id || sc_vec3_length(sc_vec3_sub(pick.at_mm, first)) > 2.5)))
+            return false;
+        first = i ? first : pick.at_mm;
+        id = pick.id;
+    }
+    return fmax(first.x, first.y) < SIDE - 1;
+}
+
+/* Where light comes evenly from everywhere, and all of it is given back, nothing can be seen: paths
+ * lose none of it, and make none. */
+TEST(white_in_a_white_room_is_not_seen)
+{
+    sc_scene scene;
+    small_scene s;
+    SC_OWN(sc_image_clear) sc_image image = {0};
+    double sum = 0;
+    sc_renderer *r;
+    int count = 0;
+
+    method = SC_LIGHT_PATH;
+    s = sky_scene(balls, false, &scene);
+    method = SC_LIGHT_GLOBAL;
+    paint_map(even_light);
+    s.settings.environment = &map;
+    for (int i = 0; i < 6; i++)
+        s.tissues[1 + i / 3].rgb_linear[i % 3] = 1;
+    scene.camera = sc_camera_look((sc_vec3){120, 250, 160}, (sc_vec3){MIDDLE, MIDDLE, 24},
+                                  (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, SIDE / 2.0);
+    image = draw_view(&s, &scene, NULL);
+    assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+    for (int pixel = 0; pixel < SIDE * SIDE; pixel++) {
+        const int x = pixel % SIDE, y = pixel / SIDE;
+        const double light = light_at(&image, x, y, 0) * ALBEDO / SC_SKY_MEAN;
+
+        if (!is_smooth(r, &scene, x, y))
+            continue;
+        assert_near(light, 1, 0.2);
+        sum += light;
+        count++;
+    }
+    assert_near(sum / count, 1, 0.004);
+    sc_renderer_free(r);
+    free_scene(&s);
+}
+
+/* Gathered light is that which paths bring to the smooth surface itself, but for the noise of
+ * these, the rounding of pixels, and that its rays meet vertices instead. */
 TEST(gathered_light_is_that_of_paths)
 {
-    enum { PATHS = 800, STEP = 11 };
     sc_scene scene;
     small_scene s = sky_scene(balls, false, &scene);
-    const uint8_t show[3] = {0, SC_SHOW_BOUNDARY, SC_SHOW_BOUNDARY};
-    SC_OWN(sc_image_clear) sc_image image = {0};
+    SC_OWN(sc_image_clear) sc_image gathered = {0}, truth = {0};
     double squares = 0, bias = 0, mean = 0;
+    sc_renderer *r;
     int count = 0;
-    sc_team *team;
-    uint64_t *cells;
-    truth t;
 
     s.tissues[1].rgb_linear[1] = 0.15F;
     scene.camera = sc_camera_look((sc_vec3){120, 250, 160}, (sc_vec3){MIDDLE, MIDDLE, 24},
                                   (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, SIDE / 2.0);
-    image = draw_view(&s, &scene, NULL);
-    assert_ok(sc_team_open(&quiet, NULL, 1, NULL, &team));
-    assert_ok(sc_visible_cells(&quiet, team, &s.prepared.view, show, &cells));
-    begin_truth(&t, &s, cells);
-    /* Crevices are darker than by paths, because vertices reach out from the surface. */
-    for (int pixel = 0; pixel < SIDE * SIDE; pixel += STEP) {
+    gathered = draw_view(&s, &scene, NULL);
+    s.settings.light.method = SC_LIGHT_PATH;
+    s.settings.lens_samples = 256;
+    s.settings.threads = 2;
+    truth = draw_view(&s, &scene, NULL);
+    assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+    for (int pixel = 0; pixel < SIDE * SIDE; pixel++) {
         const int x = pixel % SIDE, y = pixel / SIDE;
-        const sc_camera *c = &scene.camera;
-        double sum[3] = {0};
-        sc_vec3 at = sc_vec3_along(sc_vec3_along(c->position_mm, x + 0.5 - SIDE / 2.0, c->right),
-                                   SIDE / 2.0 - y - 0.5, c->up);
-        sc_vec3 normal;
-        const uint32_t label = follow(&t, &at, c->forward, &normal);
 
-        if (!label || normal.x * normal.x == 1 || normal.y * normal.y == 1)
-            continue; /* faces of the volume have no light of their own */
-        for (int n = 0; n < PATHS; n++)
-            add_path(&t, at, normal, sum);
-        for (int i = 0; i < 2; i++) {
-            const double albedo = s.tissues[label].rgb_linear[i];
-            const double error = light_at(&image, x, y, i) * ALBEDO / albedo - sum[i] / PATHS;
+        for (int i = 0; i < 2 && is_smooth(r, &scene, x, y); i++) {
+            const double error = light_at(&gathered, x, y, i) - light_at(&truth, x, y, i);
 
             squares += error * error;
             bias += error;
-            mean += sum[i] / PATHS;
+            mean += light_at(&truth, x, y, i);
             count++;
         }
     }
-    assert_true(count > 300);
-    assert_true(sqrt(squares / count) < 0.04 * mean / count);
-    assert_true(fabs(bias) < 0.02 * mean);
-    sc_team_close(team);
+    assert_true(count > 2000);
+    assert_true(sqrt(squares / count) < 0.025 * mean / count);
+    assert_true(fabs(bias) < 0.006 * mean);
+    sc_renderer_free(r);
     free_scene(&s);
 }
 

@@ -323,10 +323,18 @@ static inline vf v_unshadowed(const sc_march *m, const v_spot *spot, vm on)
 /* See sc_light_of_sky: sets spot->around to the light of the sky and the lamp, and spot->open. */
 static inline void v_light_of_sky(const sc_march *m, vf known, v_spot *spot)
 {
-    const vf whole = m->light.sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
+    const sc_march_light *l = &m->light;
+    vf whole = l->sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
     vf least = spot->around[0];
 
     for (int i = 0; i < 3; i++) {
+        const float *by = l->around[i];
+
+        if (l->has_map) {
+            whole = l->sky * (by[0] + (by[1] * spot->normal[0] + by[2] * spot->normal[1] +
+                                       by[3] * spot->normal[2]));
+            whole = f_pick(f_below(f_set(1e-6f), whole), whole, f_set(1e-6f));
+        }
         least = f_pick(f_below(spot->around[i], least), spot->around[i], least);
         spot->around[i] = known * spot->around[i] + (1 - known) * (whole * spot->open);
     }
@@ -426,27 +434,29 @@ static inline vf v_edge_alpha(const sc_march_light *light, vf alpha, vf toward)
 }
 
 /* See sc_blend: composite surfaces behind what the rays have met; lanes outside of @p on keep
- * their light. */
-static inline void v_blend(v_radiance *light, const vf rgb[3], vf alpha, vm on)
+ * their light. @param seeks the lanes whose rays have ends_below. */
+static inline void v_blend(v_radiance *light, const vf rgb[3], vf alpha, vm seeks, vm on)
 {
-    const vf share = light->transmittance * alpha;
+    const vf share = f_pick(seeks, f_set(1), light->transmittance * alpha);
 
     on = m_and(on, f_at_most(f_set(SC_OPAQUE), light->transmittance));
     for (int i = 0; i < 3; i++)
-        light->rgb[i] = f_pick(on, light->rgb[i] + share * f_sqrt(rgb[i]), light->rgb[i]);
+        light->rgb[i] = f_pick(on, f_pick(seeks, f_set(0), light->rgb[i]) + share * f_sqrt(rgb[i]),
+                               light->rgb[i]);
     light->transmittance = f_pick(on, light->transmittance * (1 - alpha), light->transmittance);
 }
 
 /* See sc_remember_surface: note a surface in the radiance, before v_blend; lanes outside of @p
  * on keep theirs. */
 static inline void v_remember_surface(v_radiance *light, vi label, vf alpha, const v_spot *spot,
-                                      vm on)
+                                      vm seeks, vm on)
 {
     vm first;
 
-    on = m_without(on, f_below(light->transmittance * alpha, f_set(SC_SIGNIFICANT)));
+    on = m_without(on,
+                   m_without(f_below(light->transmittance * alpha, f_set(SC_SIGNIFICANT)), seeks));
     light->signature = i_pick(on, (vi)((vu)light->signature * 31u) + label + 1, light->signature);
-    first = m_and(on, i_equal(light->label, i_set(0)));
+    first = m_and(on, m_or(seeks, i_equal(light->label, i_set(0))));
     light->label = i_pick(first, label, light->label);
     light->depth_mm = f_pick(first, spot->depth_mm, light->depth_mm);
     for (int i = 0; i < 3; i++)
