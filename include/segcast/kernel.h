@@ -64,9 +64,9 @@ typedef struct sc_march_light {
     float ambient, key, fill, head; /**< intensities: from everywhere, from the key light, from the
                                          fill light, and from the eye */
     float sky;                      /**< intensity of the sky; 0: no light is gathered */
-    bool has_map;    /**< a picture of all directions stands in place of the sky: then the light of
-                        all of it on a surface, of intensity 1, is for each component the first
-                        number of around, and the normal times the others */
+    bool has_map; /**< a picture of all directions stands in place of the sky: then the light of
+                     all of it on a surface, of intensity 1, is for each component the first
+                     number of around, and the normal times the others */
     float around[3][4];
     float lamp;      /**< intensity of the lamp that stands to the volume, gathered */
     float lamp_mm;   /**< the light from the eye falls off with the square of the distance, beyond

@@ -146,8 +146,8 @@ void sc_part_from_background(int label_count, const uint8_t background[3], sc_ti
 
 /** Where light comes from. */
 typedef enum sc_light_method {
-    SC_LIGHT_PLAIN, /**< from lamps; occlusion and shadows are estimated */
-    SC_LIGHT_FLAT,  /**< there is none: plain colours, as in the paper */
+    SC_LIGHT_PLAIN,  /**< from lamps; occlusion and shadows are estimated */
+    SC_LIGHT_FLAT,   /**< there is none: plain colours, as in the paper */
     SC_LIGHT_GLOBAL, /**< from a lamp and a sky that stand to the volume, whose light reaches
                         surfaces also by way of others; of smooth surfaces. Voxel surfaces: as plain
                       */

@@ -100,10 +100,10 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .skip = (sc_skip)job->render.skip,
         .cpu = sc_cpu_names[job->render.cpu],
         .samples = job->render.samples,
-        .lens_samples = job->animation.camera.optics.aperture_mm > 0 ||
-                                job->light.method == SC_LIGHT_PATH
-                            ? 4 << job->render.samples
-                            : 0,
+        .lens_samples =
+            job->animation.camera.optics.aperture_mm > 0 || job->light.method == SC_LIGHT_PATH
+                ? 4 << job->render.samples
+                : 0,
         .to_the_end = !job->render.early_termination,
         .everywhere = job->render.antialiasing != 0,
         .step_voxels = job->render.step_voxels,

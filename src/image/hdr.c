@@ -56,7 +56,8 @@ static sc_status read_header(hdr_file *f)
     }
     if (!is_rgbe)
         return fail(f, "has no pixels of the format 32-bit_rle_rgbe, the only one that is read");
-    if (!read_line(f, line) || sscanf(line, "-Y %9d +X %9d%c", &f->size[1], &f->size[0], &more) != 2)
+    if (!read_line(f, line) ||
+        sscanf(line, "-Y %9d +X %9d%c", &f->size[1], &f->size[0], &more) != 2)
         return fail(f, "does not give its size as \"-Y HEIGHT +X WIDTH\"");
     if (f->size[0] < 2 || f->size[0] > WIDTH_MOST || f->size[0] != 2 * (int64_t)f->size[1])
         return sc_fail(f->ctx, SC_ERR_DATA,

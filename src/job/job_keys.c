@@ -148,9 +148,11 @@ static const sc_key render_keys[] = {
     &sc_type_tracked, LIGHT(member),                                                               \
         .track = offsetof(sc_job, light_tracks.member) - offsetof(sc_job, light.member)
 
-static const sc_choice light_methods[] = {
-    {"plain", SC_LIGHT_PLAIN}, {"global", SC_LIGHT_GLOBAL}, {"path", SC_LIGHT_PATH},
-    {"flat", SC_LIGHT_FLAT}, {NULL, 0}};
+static const sc_choice light_methods[] = {{"plain", SC_LIGHT_PLAIN},
+                                          {"global", SC_LIGHT_GLOBAL},
+                                          {"path", SC_LIGHT_PATH},
+                                          {"flat", SC_LIGHT_FLAT},
+                                          {NULL, 0}};
 
 #define ENVIRONMENT(member) offsetof(sc_job, environment.member) - offsetof(sc_job, light)
 

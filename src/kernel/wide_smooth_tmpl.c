@@ -434,7 +434,8 @@ static void start_packet(packet *p, const sc_ray *rays, sc_way *ways, const sc_r
     p->base_mm = v_ray_floats(rays, offsetof(sc_ray, base_mm), all);
     p->ends_below = v_ray_floats(rays, offsetof(sc_ray, ends_below), all);
     p->seeks = f_below(f_set(0), p->ends_below);
-    p->ends_below = f_pick(f_below(p->ends_below, f_set(p->m->opaque_below)), f_set(p->m->opaque_below), p->ends_below);
+    p->ends_below = f_pick(f_below(p->ends_below, f_set(p->m->opaque_below)),
+                           f_set(p->m->opaque_below), p->ends_below);
     for (int i = 0; i < 3; i++) {
         const vf d = p->direction[i];
         const vm back = f_below(d, f_set(0));

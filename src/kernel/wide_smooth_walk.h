@@ -40,8 +40,8 @@ typedef struct packet {
     v_radiance light;
     /* the rays */
     vf origin[3], direction[3], inverse[3], eye[3], base_mm; /* eye: sc_ray.toward_eye */
-    vf ends_below; /* the transmittance below which the rays end */
-    vm seeks;      /* those that look for the surface at which they do: see sc_ray */
+    vf ends_below;        /* the transmittance below which the rays end */
+    vm seeks;             /* those that look for the surface at which they do: see sc_ray */
     vm forward[3];        /* the coordinate grows along the ray, or does not change */
     vm parallel[3];       /* it does not change: the ray never crosses a grid plane of this axis */
     vf near, far;         /* distances at which the ray enters and leaves the box of the march */

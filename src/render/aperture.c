@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Draws tiles of pictures with depth of field, or with light by paths. The rays of a pixel begin all over the aperture, and
- * meet again in the plane in focus; the mean of the linear light that they bring back is the colour
- * of the pixel.
+/* Draws tiles of pictures with depth of field, or with light by paths. The rays of a pixel begin
+ * all over the aperture, and meet again in the plane in focus; the mean of the linear light that
+ * they bring back is the colour of the pixel.
  *
  * Which points of the aperture they are decides how the picture looks before there are very many:
  * the same for all pixels would show every edge out of focus as often as there are points, and

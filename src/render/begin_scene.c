@@ -29,8 +29,9 @@ static void to_floats(sc_vec3 v, float out[3])
     out[2] = (float)v.z;
 }
 
-/* Where light is gathered or comes by paths, the key light is a lamp that stands to the volume, and what comes from
- * everywhere comes from the sky, which fills the shadows, too. Within a vessel neither is seen. */
+/* Where light is gathered or comes by paths, the key light is a lamp that stands to the volume, and
+ * what comes from everywhere comes from the sky, which fills the shadows, too. Within a vessel
+ * neither is seen. */
 static void set_sky(sc_renderer *r, bool inside)
 {
     sc_march_light *light = &r->march.light;

@@ -82,7 +82,9 @@ double sc_part_of_turn(double y, double x)
     for (int i = 0; i < 2; i++)
         t /= 1 + sqrt(1 + t * t);
     turn = 4 * t *
-           (1 - t * t * (1.0 / 3 - t * t * (1.0 / 5 - t * t * (1.0 / 7 - t * t * (1.0 / 9 - t * t / 11))))) /
+           (1 - t * t *
+                    (1.0 / 3 -
+                     t * t * (1.0 / 5 - t * t * (1.0 / 7 - t * t * (1.0 / 9 - t * t / 11))))) /
            (8 * QUARTER_PI);
     turn = fabs(y) > fabs(x) ? 0.25 - turn : turn;
     turn = x < 0 ? 0.5 - turn : turn;

@@ -104,8 +104,8 @@ struct sc_renderer {
     const uint32_t *cell_start;  /* as of sc_cells: smooth and wide kernels only, else NULL */
     const sc_packed_cell *cells; /* the same */
     sc_occlusion occlusion;      /* empty if the light does without; see also fades */
-    sc_sky sky;  /* owned */
-    bool traces; /* light comes by paths, where the view allows for it: sc_traces_paths */
+    sc_sky sky;                  /* owned */
+    bool traces;     /* light comes by paths, where the view allows for it: sc_traces_paths */
     sc_march traced; /* what paths march through, of the present view */
     uint32_t (*path_numbers)[2]; /* as of sc_path_numbers_make; NULL: no paths are traced; owned */
     sc_gather *gather;           /* NULL: light from all around is not gathered; owned */

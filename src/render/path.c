@@ -7,16 +7,16 @@
 
 #include <string.h>
 
-/* Rays begin so far above a surface, in voxels: far more than a float leaves open, and far less than
- * what the smallest crevice is wide. */
+/* Rays begin so far above a surface, in voxels: far more than a float leaves open, and far less
+ * than what the smallest crevice is wide. */
 #define LIFT_VOXELS 0.02
 enum {
     /* Numbers by chance come in pairs, of which each surface of a path takes these: */
     DIRECTION, /* in which the path goes on, */
     LIGHT,     /* to which point of the lamp a ray goes, */
     CHOICE,    /* whether the face reflects, and whether the path goes on at all, */
-    ARRIVAL,   /* and at which of the surfaces that let light through it has arrived; and whether the
-                  lamp or the sky is looked at */
+    ARRIVAL, /* and at which of the surfaces that let light through it has arrived; and whether the
+                lamp or the sky is looked at */
     PAIRS,
     TABLED = 4 * PAIRS, /* of the first surfaces pairs are points of nets, of others just random */
     SEED = 97,          /* any: of these nets */
@@ -201,7 +201,8 @@ static void arrive(const sc_renderer *r, path *p, const sc_radiance *hit, meetin
                           (sc_vec3){hit->normal[0], hit->normal[1], hit->normal[2]});
 }
 
-/* Choose a point of the lamp or of the sky, and note what comes from there if nothing is between. */
+/* Choose a point of the lamp or of the sky, and note what comes from there if nothing is between.
+ */
 static void look_to_light(const sc_renderer *r, path *p, uint32_t bounce, const meeting *m)
 {
     const sc_march_light *light = &r->march.light;
@@ -325,8 +326,7 @@ static size_t send_on(tracer *t, uint32_t bounce)
 static void finish(const sc_renderer *r, const path *p, sc_radiance *out)
 {
     const sc_march_light *light = &r->march.light;
-    const float far =
-        (p->depth_mm - light->cue_near_mm) / (light->cue_far_mm - light->cue_near_mm);
+    const float far = (p->depth_mm - light->cue_near_mm) / (light->cue_far_mm - light->cue_near_mm);
     const double cue = light->cue > 0 ? light->cue * fmin(fmax(far, 0), 1) : 0;
 
     *out = sc_no_light();

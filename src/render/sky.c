@@ -90,7 +90,8 @@ typedef struct blurred_pixel {
 } blurred_pixel;
 enum { BLUR_POWER = 8 };
 
-/* Sum up the light of the picture, and where it comes from: sets gain and around. @param sent all 0.
+/* Sum up the light of the picture, and where it comes from: sets gain and around. @param sent all
+ * 0.
  */
 static void measure(sc_sky *sky, blurred_pixel sent[SC_SKY_ROWS * SC_SKY_COLUMNS])
 {
@@ -127,8 +128,8 @@ static void measure(sc_sky *sky, blurred_pixel sent[SC_SKY_ROWS * SC_SKY_COLUMNS
 }
 
 /* Set the blurred picture from what each of its pixels sends, which is in @p sent: the mean around
- * each direction, weighted by a power of the cosine. Its width, 20 degrees, is that which each of the
- * 32 rays of a place stands for: with less the light of small lamps is spotted. */
+ * each direction, weighted by a power of the cosine. Its width, 20 degrees, is that which each of
+ * the 32 rays of a place stands for: with less the light of small lamps is spotted. */
 static void blur(sc_sky *sky, const blurred_pixel sent[SC_SKY_ROWS * SC_SKY_COLUMNS])
 {
     for (int to = 0; to < SC_SKY_ROWS * SC_SKY_COLUMNS; to++) {
@@ -163,7 +164,7 @@ static void set_sums(sc_sky *sky)
     sky->rows[0] = 0;
     for (int y = 0; y < height; y++) {
         float *sums = sky->columns + (size_t)y * (size_t)(width + 1);
-        const float (*rgb)[3] = (const float(*)[3])sky->map->rgb + (size_t)y * (size_t)width;
+        const float(*rgb)[3] = (const float(*)[3])sky->map->rgb + (size_t)y * (size_t)width;
         double sum = 0;
 
         sums[0] = 0;
@@ -248,8 +249,7 @@ static void choose_by_map(const sc_sky *sky, const double point[2], double out[3
     const int width = sky->map->width_px, height = sky->map->height_px;
     double x = point[0], y = point[1], sine, upper, lower, scale;
     const int row = find_part(sky->rows, height, &y);
-    const int column =
-        find_part(sky->columns + (size_t)row * (size_t)(width + 1), width, &x);
+    const int column = find_part(sky->columns + (size_t)row * (size_t)(width + 1), width, &x);
 
     direction_to(sky, (column + x) / width, (row + 0.5) / height, out);
     /* evenly in solid angle */
@@ -290,8 +290,8 @@ void sc_add_light_from(const sc_sky *sky, const sc_march_light *light, const dou
 
         place_of(sky, d, sky->map->width_px, sky->map->height_px, at);
         for (int i = 0; i < 3; i++)
-            rgb[i] =
-                sky->gain * sky->map->rgb[(size_t)at[1] * (size_t)sky->map->width_px + (size_t)at[0]][i];
+            rgb[i] = sky->gain *
+                     sky->map->rgb[(size_t)at[1] * (size_t)sky->map->width_px + (size_t)at[0]][i];
     }
     for (int i = 0; i < 3; i++)
         sum[i] += lamp + light->sky * rgb[i];

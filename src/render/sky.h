@@ -34,8 +34,8 @@ uint64_t sc_sky_bytes(const sc_sky *sky);
 /* The direction to the point of the lamp, a disc, that belongs to a point of the unit square, to
  * @p out. */
 void sc_lamp_point(const double point[2], double out[3]);
-/* The radiance of the sky of intensity 1 in a direction, to @p out: blurred, for few rays that stand
- * for many. */
+/* The radiance of the sky of intensity 1 in a direction, to @p out: blurred, for few rays that
+ * stand for many. */
 void sc_sky_blurred(const sc_sky *sky, const float d[3], float out[3]);
 /* Add the radiance of lamp and sky in a direction, by their intensities in @p light, to @p sum. */
 void sc_add_light_from(const sc_sky *sky, const sc_march_light *light, const double d[3],

@@ -441,8 +441,8 @@ static inline void v_blend(v_radiance *light, const vf rgb[3], vf alpha, vm seek
 
     on = m_and(on, f_at_most(f_set(SC_OPAQUE), light->transmittance));
     for (int i = 0; i < 3; i++)
-        light->rgb[i] =
-            f_pick(on, f_pick(seeks, f_set(0), light->rgb[i]) + share * f_sqrt(rgb[i]), light->rgb[i]);
+        light->rgb[i] = f_pick(on, f_pick(seeks, f_set(0), light->rgb[i]) + share * f_sqrt(rgb[i]),
+                               light->rgb[i]);
     light->transmittance = f_pick(on, light->transmittance * (1 - alpha), light->transmittance);
 }
 
@@ -453,7 +453,8 @@ static inline void v_remember_surface(v_radiance *light, vi label, vf alpha, con
 {
     vm first;
 
-    on = m_without(on, m_without(f_below(light->transmittance * alpha, f_set(SC_SIGNIFICANT)), seeks));
+    on = m_without(on,
+                   m_without(f_below(light->transmittance * alpha, f_set(SC_SIGNIFICANT)), seeks));
     light->signature = i_pick(on, (vi)((vu)light->signature * 31u) + label + 1, light->signature);
     first = m_and(on, m_or(seeks, i_equal(light->label, i_set(0))));
     light->label = i_pick(first, label, light->label);
