@@ -33,6 +33,7 @@ static sc_status allocate_own(const sc_ctx *ctx, sc_gather *g)
 
     SC_PASS(SC_ALLOC(ctx, SC_GATHER_PARTS, &g->directions));
     SC_PASS(SC_ALLOC(ctx, SC_GATHER_RAYS * labels, &g->absent));
+    SC_PASS(SC_ALLOC(ctx, SC_GATHER_RAYS * labels, &g->absent_before));
     SC_PASS(SC_ALLOC(ctx, labels, &g->cuts));
     return SC_ZALLOC(ctx, labels, &g->tissues);
 }
@@ -77,6 +78,8 @@ static sc_status allocate_light(const sc_ctx *ctx, sc_gather *g)
     SC_PASS(allocate(ctx, g, light, count, sizeof *g->light, &g->light));
     SC_PASS(allocate(ctx, g, light, count, sizeof *g->radiosity, &g->radiosity));
     SC_PASS(allocate(ctx, g, light, count, sizeof *g->gone, &g->gone));
+    if (!hits)
+        SC_PASS(SC_ALLOC(ctx, count, &g->kept));
     for (int k = 0; k < SC_GATHER_FIELDS; k++) {
         sc_gather_field *f = &g->fields[k];
 
@@ -182,16 +185,24 @@ static bool same_plane(const sc_plane *a, const sc_plane *b)
            a->offset_mm == b->offset_mm;
 }
 
-/* @return whether two scenes are cut in the same way. */
-static bool same_planes(const sc_scene *a, const sc_scene *b)
+/* @return whether two scenes are cut by as many planes, and these cut the same tissues. */
+static bool same_cuts(const sc_scene *a, const sc_scene *b)
 {
     bool same = a->plane_count == b->plane_count && a->clip_mode == b->clip_mode &&
                 a->clip_set_count == b->clip_set_count;
 
-    for (int i = 0; same && i < a->plane_count; i++)
-        same = same_plane(&a->planes[i], &b->planes[i]);
     for (int i = 0; same && i < a->clip_set_count; i++)
         same = a->clip_sets[i] == b->clip_sets[i];
+    return same;
+}
+
+/* @return whether two scenes are cut in the same way. */
+static bool same_planes(const sc_scene *a, const sc_scene *b)
+{
+    bool same = same_cuts(a, b);
+
+    for (int i = 0; same && i < a->plane_count; i++)
+        same = same_plane(&a->planes[i], &b->planes[i]);
     return same;
 }
 
@@ -201,9 +212,12 @@ static bool same_color(const sc_march_tissue *a, const sc_march_tissue *b)
            a->rgb[2] == b->rgb[2];
 }
 
-/* @return whether the tissues of the march let through as much light as those of the last scene; @p
- * colors_too: and have their colours. */
-static bool same_tissues(const sc_gather *g, bool colors_too)
+/* How much of the tissues of two scenes is compared: what is shown and cut; also how much light
+ * they let through; also their colours. */
+typedef enum tissue_share { SHOWN, OPACITIES, COLORS } tissue_share;
+
+/* @return whether the tissues of the march are those of the last scene. */
+static bool same_tissues(const sc_gather *g, tissue_share share)
 {
     const sc_renderer *r = g->renderer;
     bool same = true;
@@ -212,7 +226,8 @@ static bool same_tissues(const sc_gather *g, bool colors_too)
         const sc_march_tissue *a = &r->tissues[id], *b = &g->tissues[id];
 
         same = a->show == b->show && a->clip_set == b->clip_set &&
-               a->boundary_alpha == b->boundary_alpha && (!colors_too || same_color(a, b));
+               (share < OPACITIES || a->boundary_alpha == b->boundary_alpha) &&
+               (share < COLORS || same_color(a, b));
     }
     return same;
 }
@@ -222,10 +237,12 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
 {
     const sc_march_light *light = &r->march.light;
     const bool convex = is_convex(scene);
-    const bool traced = g->is_known && same_tissues(g, false) && convex == g->is_convex &&
-                        (convex || same_planes(scene, &g->scene)) &&
-                        (light->lamp > 0) == (g->lamp_strength > 0);
-    const bool summed = traced && same_tissues(g, true) && same_planes(scene, &g->scene) &&
+    const bool again = g->is_known && same_tissues(g, SHOWN) && convex == g->is_convex &&
+                       (convex || same_cuts(scene, &g->scene)) &&
+                       (light->lamp > 0) == (g->lamp_strength > 0);
+    const bool traced =
+        again && same_tissues(g, OPACITIES) && (convex || same_planes(scene, &g->scene));
+    const bool summed = traced && same_tissues(g, COLORS) && same_planes(scene, &g->scene) &&
                         light->sky == g->sky_strength && light->lamp == g->lamp_strength;
 
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
@@ -241,7 +258,7 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
     g->lamp_strength = light->lamp;
     g->is_known = false;
     if (!traced)
-        sc_gather_trace(ctx, g, scene);
+        sc_gather_trace(ctx, g, scene, again);
     if (sc_gather_ends(g))
         return;
     g->together = g->together && shares_light(g);
@@ -303,6 +320,8 @@ void sc_gather_free(sc_gather *g)
     free_light(g);
     sc_free(g->directions);
     sc_free(g->absent);
+    sc_free(g->absent_before);
+    sc_free(g->kept);
     sc_free(g->cuts);
     sc_free(g->tissues);
     sc_free(g);

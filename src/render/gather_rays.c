@@ -204,6 +204,8 @@ static void trace(void *user, size_t begin, size_t end, int thread)
             g->hits[g->direction][at] = SC_GATHER_FREE;
             continue;
         }
+        if (g->stay && sc_gather_hit_stays(g, g->scene_now, at, g->direction))
+            continue;
         v.from[v.count] = (uint32_t)at;
         sc_gather_direction(g, p, g->direction, v.directions[v.count]);
         make_ray(g, p, v.directions[v.count], &v.rays[v.count]);
@@ -239,6 +241,7 @@ static void set_planes(sc_gather *g, const sc_scene *scene)
     const sc_renderer *r = g->renderer;
     const sc_march *m = &r->march;
 
+    memcpy(g->planes_before, g->march.plane_equations, sizeof g->planes_before);
     g->march.plane_count = g->is_convex ? 0 : m->plane_count;
     g->march.cut_away = m->cut_away;
     g->march.cuts = g->cuts;
@@ -293,22 +296,35 @@ sc_status sc_gather_find_parts(const sc_ctx *ctx, sc_gather *g)
     return sc_brick_distances(ctx, r->team, size, g->shown, &g->far);
 }
 
-void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene)
+void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, bool again)
 {
     const sc_renderer *r = g->renderer;
     const size_t labels = (size_t)r->volume->label_count;
+    const bool *marked = NULL; /* what is met now */
+    bool moved;
 
     set_absent(g);
     set_planes(g, scene);
+    g->scene_now = scene;
+    moved = !g->is_convex &&
+            memcmp(g->planes_before, g->march.plane_equations, sizeof g->planes_before) != 0;
+    if (again && moved)
+        sc_gather_compare_planes(g);
     for (g->direction = 0; g->direction < sc_gather_rays(g) && !sc_gather_ends(g); g->direction++) {
-        const bool *absent = g->absent + (size_t)g->direction * labels;
+        const size_t first = (size_t)g->direction * labels;
+        const bool *absent = g->absent + first;
 
-        if (!g->direction || memcmp(absent, absent - labels, labels) != 0) {
-            g->absent_now = absent;
-            sc_gather_for(g, sc_brick_count(r->volume->bricks), 4096, mark_occupied);
+        g->stay = again && !memcmp(absent, g->absent_before + first, labels);
+        if (!g->stay || moved) {
+            if (!marked || memcmp(absent, marked, labels) != 0) {
+                g->absent_now = absent;
+                sc_gather_for(g, sc_brick_count(r->volume->bricks), 4096, mark_occupied);
+            }
+            marked = absent;
+            sc_gather_for(g, g->count, 4096, trace);
         }
-        sc_gather_for(g, g->count, 4096, trace);
         if (ctx)
             sc_stage_add(ctx, 1);
     }
+    memcpy(g->absent_before, g->absent, SC_GATHER_RAYS * labels * sizeof *g->absent);
 }

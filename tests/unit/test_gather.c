@@ -545,6 +545,55 @@ static int balls(double x, double y, double z)
     return z < 14 ? 2 : 0;
 }
 
+/* Let the plane of step @p i cut the first of the tissues of balls, and fade the other one. */
+static void set_step(int i, sc_scene *scene, float fades[3])
+{
+    /* on, far on, back, aslant, farther aslant, back, the same again, and fading without a cut */
+    static const double steps[][5] = {{0, 0, 1, -30, 1},           {0, 0, 1, -26, 1},
+                                      {0, 0, 1, -17, 1},           {0, 0, 1, -33, 0.7},
+                                      {0.28, 0, 0.96, -35, 0.7},   {0.28, 0.6, 0.75, -60, 0.7},
+                                      {0.28, 0.6, 0.75, -70, 0.5}, {0.28, 0.6, 0.75, -70, 0.45},
+                                      {0, 0, 1, 90, 0.3},          {0, 0, 1, 90, 1}};
+    const double *step = steps[i];
+
+    scene->planes[0] = (sc_plane){{-step[0], -step[1], -step[2]}, -step[3]};
+    fades[0] = 1;
+    fades[1] = (float)step[4];
+    fades[2] = 1;
+    scene->fades = fades;
+}
+
+/* While a plane that spares a tissue moves, and while one fades, only rays are followed anew that
+ * may meet something else: light is that of all of them. */
+TEST(rays_that_stay_give_the_light_of_new_ones)
+{
+    sc_scene scene;
+    small_scene s = sky_scene(balls, true, &scene);
+    float fades[3];
+    sc_renderer *r;
+
+    s.settings.light.key = 0.5;
+    s.tissues[1].clip_set = 1;
+    s.tissues[2].fade_group = 1;
+    s.tissues[2].opacity = 0.9;
+    scene.plane_count = 1;
+    scene.clip_set_count = 2;
+    scene.cuts = scene.clip_sets[1] = 1;
+    set_step(0, &scene, fades);
+    assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+    assert_ok(sc_renderer_gather(&quiet, r, &scene, SC_LIGHT_NEW_RAYS, NULL));
+    for (int i = 0; i < 10; i++) {
+        SC_OWN(sc_image_clear) sc_image after = {0}, fresh = {0};
+
+        set_step(i, &scene, fades);
+        after = draw_after(r, &scene);
+        fresh = draw_view(&s, &scene, NULL);
+        assert_memory_equal(fresh.rgb, after.rgb, (size_t)SIDE * SIDE * 3);
+    }
+    sc_renderer_free(r);
+    free_scene(&s);
+}
+
 /* @return whether a pixel shows one smooth surface from edge to edge, and no face of the volume,
  * which has no light of its own: as seen by rays through its middle and its corners. */
 static bool is_smooth(sc_renderer *r, const sc_scene *scene, int x, int y)
