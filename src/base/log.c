@@ -112,6 +112,5 @@ void sc_log_to_stderr(void *user, sc_log_level level, const char *text)
 {
     static const char *const names[] = {"error: ", "warning: ", "", "debug: "};
 
-    (void)user;
     fprintf(stderr, "segcast: %s%s\n", names[level], text);
 }

@@ -36,7 +36,6 @@ static void write_words(void *user, size_t begin, size_t end, int thread)
 {
     const reading *r = user;
 
-    (void)thread;
     for (size_t i = begin; i < end; i++)
         r->words[i] = i;
 }
@@ -49,7 +48,6 @@ static void read_words(void *user, size_t begin, size_t end, int thread)
     uint64_t sums[CHAINS] = {0};
     size_t at = begin;
 
-    (void)thread;
     for (; at + CHAINS <= end; at += CHAINS) {
         for (size_t i = 0; i < CHAINS; i++)
             sums[i] += words[at + i];
@@ -66,7 +64,6 @@ static void add_numbers(void *user, size_t begin, size_t end, int thread)
     reading *r = user;
     uint64_t sums[CHAINS] = {0};
 
-    (void)thread;
     for (size_t turn = 0; turn < (end - begin) * TURNS; turn++) {
         for (int repeat = 0; repeat < REPEATS; repeat++) {
 #define SC_ADD(i)                                                                                  \

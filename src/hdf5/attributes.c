@@ -10,13 +10,6 @@
 static herr_t refuse_link(const char *file, const char *group, const char *other,
                           const char *object, unsigned *flags, hid_t access, void *user)
 {
-    (void)file;
-    (void)group;
-    (void)other;
-    (void)object;
-    (void)flags;
-    (void)access;
-    (void)user;
     return -1;
 }
 

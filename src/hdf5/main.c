@@ -104,7 +104,6 @@ void limit_memory(double bytes)
     if (bytes < 1e18)
         limit(RLIMIT_AS, (rlim_t)bytes);
 #else
-    (void)bytes;
 #endif
 }
 

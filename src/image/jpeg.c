@@ -21,7 +21,6 @@ static void on_error(j_common_ptr jpeg)
 /* Its callback for messages, which are dropped. */
 static void on_message(j_common_ptr jpeg)
 {
-    (void)jpeg;
 }
 
 /* Compress all rows. An error leaves by longjmp. */

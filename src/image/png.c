@@ -29,8 +29,6 @@ static void on_error(png_structp png, png_const_charp message)
 /* Its callback for warnings, which are dropped. */
 static void on_warning(png_structp png, png_const_charp message)
 {
-    (void)png;
-    (void)message;
 }
 
 /* Write header and pixels. An error leaves by longjmp: the caller has called setjmp. */

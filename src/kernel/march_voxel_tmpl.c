@@ -79,8 +79,6 @@ static inline int find_sample(cursor *c, int k, int last)
         k++;
     c->cell_visits += (uint64_t)(k - begin);
 #else
-    (void)c;
-    (void)last;
 #endif
     return k;
 }

@@ -75,7 +75,6 @@ static void count_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const builder *b = user;
 
-    (void)thread;
     for (size_t i = begin; i < end; i++) {
         brick_counts *counts = &b->bricks[i];
         int at[3];
@@ -129,7 +128,6 @@ static void fill_cells(void *user, size_t begin, size_t end, int thread)
 {
     const builder *b = user;
 
-    (void)thread;
     for (size_t i = begin; i < end; i++) {
         uint32_t first = b->bricks[i].vertices;
         mesh_cell *cell = b->cells + b->bricks[i].cells;
@@ -212,7 +210,6 @@ static void find_lifts(void *user, size_t begin, size_t end, int thread)
 {
     const builder *b = user;
 
-    (void)thread;
     for (size_t i = begin; i < end; i++) {
         const mesh_cell *cell = b->cells + b->bricks[i].cells;
         int at[3];
@@ -233,7 +230,6 @@ static void lift(void *user, size_t begin, size_t end, int thread)
 {
     const builder *b = user;
 
-    (void)thread;
     for (size_t i = begin; i < end; i++) {
         for (int k = 0; k < 3; k++)
             b->mesh->vertices[i][k] += b->lifts[i] * b->mesh->normals[i][k];
@@ -291,7 +287,6 @@ static void fill_triangles(void *user, size_t begin, size_t end, int thread)
 {
     const builder *b = user;
 
-    (void)thread;
     for (size_t i = begin; i < end; i++) {
         uint32_t next = b->bricks[i].triangles;
         int at[3];

@@ -315,7 +315,6 @@ static void count_bricks(void *user, size_t begin, size_t end, int thread)
     const numbering *n = user;
     uint64_t count = 0;
 
-    (void)thread;
     for (size_t brick = begin; brick < end; brick++)
         count += count_of(n, brick);
     n->counts[begin / NUMBERED] = count;
@@ -327,7 +326,6 @@ static void number_chunk(void *user, size_t begin, size_t end, int thread)
     const numbering *n = user;
     uint64_t count = 0;
 
-    (void)thread;
     for (size_t chunk = 0; chunk < begin / NUMBERED; chunk++)
         count += n->counts[chunk];
     for (size_t brick = begin; brick < end; brick++) {

@@ -143,9 +143,6 @@ static void measure_cells(void *user, size_t begin, size_t end, int thread)
 {
     cell_job *job = user;
 
-    (void)begin;
-    (void)end;
-    (void)thread;
     begin_cells(job->masks, job->bricks, job->distances);
     job->sweep.step = 1;
     sweep_cells(&job->sweep, job->distances, job->planes);

@@ -140,7 +140,6 @@ static void count_cells(void *user, size_t begin, size_t end, int thread)
     const cell_packer *p = user;
     uint64_t count = 0;
 
-    (void)thread;
     for (size_t i = begin; i < end; i++)
         count += sc_count_bits(p->masks[i]);
     p->counts[begin / CHUNK] = count;
@@ -154,7 +153,6 @@ static void pack_bricks(void *user, size_t begin, size_t end, int thread)
     uint64_t at = 0;
     int framed[3];
 
-    (void)thread;
     sc_framed_size(p->volume->bricks, framed);
     for (size_t chunk = 0; chunk < begin / CHUNK; chunk++)
         at += p->counts[chunk];

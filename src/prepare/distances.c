@@ -31,7 +31,6 @@ static void measure_rows(void *user, size_t begin, size_t end, int thread)
     const distance_pass *p = user;
     const int nx = p->size[0];
 
-    (void)thread;
     for (size_t row = begin; row < end; row++) {
         const uint64_t *masks = p->masks + row * (size_t)nx;
         uint8_t *to = p->to + row * (size_t)nx;
@@ -74,7 +73,6 @@ static void widen_rows(void *user, size_t begin, size_t end, int thread)
     const size_t nx = (size_t)p->size[0], ny = (size_t)p->size[1];
     const size_t step = p->axis == 1 ? nx : nx * ny;
 
-    (void)thread;
     for (size_t row = begin; row < end; row++) {
         const int place = (int)(p->axis == 1 ? row % ny : row / ny);
         const int after = p->size[p->axis] - 1 - place;

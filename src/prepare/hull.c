@@ -108,7 +108,6 @@ static void find_corners(void *user, size_t begin, size_t end, int thread)
     const hull_finder *h = user;
     const int rows = h->volume->size[1];
 
-    (void)thread;
     for (size_t z = begin; z < end; z++) {
         int32_t(*ends)[2] = h->ends + z * (size_t)rows;
         /* The room of the layer in the second half of the array. */
@@ -142,7 +141,6 @@ static void store_corners(void *user, size_t begin, size_t end, int thread)
     const sc_prepared *v = h->volume;
     size_t at = 0;
 
-    (void)thread;
     for (size_t z = 0; z < begin; z++)
         at += (size_t)h->counts[z] * OUTER;
     for (size_t z = begin; z < end; z++) {

@@ -69,7 +69,6 @@ static void fill_occupancy(void *user, size_t begin, size_t end, int thread)
 {
     const blur *b = user;
 
-    (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
         int at[3], low[3];
 
@@ -88,7 +87,6 @@ static void blur_rows(void *user, size_t begin, size_t end, int thread)
     const blur *b = user;
     const ptrdiff_t nx = b->size[0], strides[3] = {1, nx, nx * b->size[1]};
 
-    (void)thread;
     for (size_t row = begin; row < end; row++) {
         const int y = (int)(row % (size_t)b->size[1]), z = (int)(row / (size_t)b->size[1]);
         const int at = b->axis == 1 ? y : z;
@@ -115,7 +113,6 @@ static void store_rows(void *user, size_t begin, size_t end, int thread)
 {
     const blur *b = user;
 
-    (void)thread;
     for (size_t at = begin * (size_t)b->size[0]; at < end * (size_t)b->size[0]; at++)
         b->filled[at][b->which] = (uint8_t)(b->from[at] * 255 + 0.5f);
 }

@@ -218,7 +218,6 @@ static void copy_bytes(void *user, size_t begin, size_t end, int thread)
 {
     const copying *c = user;
 
-    (void)thread;
     memcpy(c->to + begin, c->from + begin, end - begin);
 }
 

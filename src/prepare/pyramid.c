@@ -56,9 +56,6 @@ static void raise_levels(void *user, size_t begin, size_t end, int thread)
 {
     const pyramid_job *job = user;
 
-    (void)begin;
-    (void)end;
-    (void)thread;
     memcpy(job->masks, job->lowest, job->lowest_count * sizeof *job->masks);
     for (int level = 1; level < SC_PYRAMID_LEVELS; level++)
         raise_level(job->pyramid, level, job->sizes[level - 1], job->masks);

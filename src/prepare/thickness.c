@@ -48,7 +48,6 @@ static void rows_pass(void *user, size_t begin, size_t end, int thread)
     const sc_volume *v = t->p->volume;
     const size_t nx = (size_t)v->size[0];
 
-    (void)thread;
     for (size_t row = begin; row < end; row++) {
         for (size_t x = row * nx, stop; x < (row + 1) * nx; x = stop) {
             const uint32_t id = sc_id_at(v, x);
@@ -324,7 +323,6 @@ static void local_bricks(void *user, size_t begin, size_t end, int thread)
     const transform *t = user;
     const sc_preparation *p = t->p;
 
-    (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
         uint8_t *thickness = p->thickness + p->near_start[brick];
         int low[3];

@@ -56,7 +56,6 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
     const mask_builder *b = user;
     const sc_prepared *v = b->volume;
 
-    (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
         int low[3];
         const uint64_t boundary = v->near[brick];
@@ -164,7 +163,6 @@ static void build_cells(void *user, size_t begin, size_t end, int thread)
     const mask_builder *b = user;
     const sc_prepared *v = b->volume;
 
-    (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
         sc_corner_fields fields;
         uint64_t mask = 0, border;

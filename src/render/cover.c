@@ -99,7 +99,6 @@ static void find_in_layers(void *user, size_t begin, size_t end, int thread)
     const int *bricks = r->volume->bricks;
     const int edge = r->has_tight_blocks ? 1 : BLOCK;
 
-    (void)thread;
     for (size_t layer = begin; layer < end; layer++) {
         const int z = (int)layer * edge;
         uint64_t before = 0, found = 0;

@@ -71,7 +71,6 @@ static void mix_bricks(void *user, size_t begin, size_t end, int thread)
     enum { CHUNK = 1024 };
     int32_t sum[CHUNK];
 
-    (void)thread;
     for (size_t at = 0; at < count; at += CHUNK) {
         const size_t n = count - at < CHUNK ? count - at : CHUNK;
 

@@ -33,7 +33,6 @@ static void find_kept(void *user, size_t begin, size_t end, int thread)
     sc_gather *g = user;
     const int count = g->march.plane_count;
 
-    (void)thread;
     for (size_t at = begin; at < end; at++) {
         const float *p = g->places[at].at;
         const bool now = is_deep((const float(*)[4])g->march.plane_equations, count, p);

@@ -35,7 +35,6 @@ static void sum_sky(void *user, size_t begin, size_t end, int thread)
 {
     sc_gather *g = user;
 
-    (void)thread;
     for (size_t at = begin; at < end; at++)
         g->sky[at][0] = g->sky[at][1] = g->sky[at][2] = 0;
     for (int i = 0; i < sc_gather_rays(g); i++) {
@@ -61,7 +60,6 @@ static void reflect(void *user, size_t begin, size_t end, int thread)
 {
     sc_gather *g = user;
 
-    (void)thread;
     for (size_t at = begin; at < end; at++) {
         const sc_march_tissue *tissue = &g->renderer->tissues[g->places[at].tissue];
 
@@ -82,7 +80,6 @@ static void bounce(void *user, size_t begin, size_t end, int thread)
     float sums[BLOCK][3] = {{0}};
     uint8_t found[BLOCK] = {0}, lost[BLOCK] = {0};
 
-    (void)thread;
     for (int i = 0; i < SC_GATHER_DIRECTIONS; i++) {
         const int32_t *hits = g->hits[i] + begin;
 
@@ -110,7 +107,6 @@ static void cut(void *user, size_t begin, size_t end, int thread)
     sc_gather *g = user;
     const sc_march *m = &g->renderer->march;
 
-    (void)thread;
     for (size_t at = begin; at < end; at++) {
         const float *p = g->places[at].at;
 
@@ -167,7 +163,6 @@ static void spread(void *user, size_t begin, size_t end, int thread)
 {
     sc_gather *g = user;
 
-    (void)thread;
     for (int k = 0; k < SC_GATHER_FIELDS; k++) {
         const sc_gather_field *f = &g->fields[k];
 

@@ -49,7 +49,6 @@ static void mark_places(void *user, size_t begin, size_t end, int thread)
 {
     sc_gather *g = user;
 
-    (void)thread;
     for (int k = 0; k < SC_GATHER_FIELDS; k++) {
         sc_gather_field *f = &g->fields[k];
 
@@ -103,7 +102,6 @@ static void thin_places(void *user, size_t begin, size_t end, int thread)
 {
     sc_gather *g = user;
 
-    (void)thread;
     for (int k = 0; k < SC_GATHER_FIELDS; k++) {
         sc_gather_field *f = &g->fields[k];
 
@@ -217,7 +215,6 @@ static void fill_places(void *user, size_t begin, size_t end, int thread)
     sc_gather *g = user;
     const sc_prepared *v = g->renderer->volume;
 
-    (void)thread;
     for (int k = 0; k < SC_GATHER_FIELDS; k++) {
         const sc_gather_field *f = &g->fields[k];
 

@@ -66,7 +66,6 @@ static void count_parts(void *user, size_t begin, size_t end, int thread)
     sc_gather *g = user;
     sc_gather_part parts[SC_BRICK_VERTICES];
 
-    (void)thread;
     for (size_t brick = begin; brick < end; brick++)
         g->first_part[brick] = find_parts(g->renderer->volume, brick, parts);
 }
@@ -76,7 +75,6 @@ static void fill_parts(void *user, size_t begin, size_t end, int thread)
 {
     sc_gather *g = user;
 
-    (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
         if (g->first_part[brick] < g->first_part[brick + 1])
             (void)find_parts(g->renderer->volume, brick, g->parts + g->first_part[brick]);
@@ -90,7 +88,6 @@ static void mark_occupied(void *user, size_t begin, size_t end, int thread)
     const sc_gather *g = user;
     const int *bricks = g->renderer->volume->bricks;
 
-    (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
         const uint32_t first = g->first_part[brick], last = g->first_part[brick + 1];
         uint64_t mask = 0;
@@ -193,7 +190,6 @@ static void trace(void *user, size_t begin, size_t end, int thread)
     const sc_renderer *r = g->renderer;
     volley v;
 
-    (void)thread;
     v.count = 0;
     for (size_t at = begin; at < end; at++) {
         const sc_gather_place *p = &g->places[at];
@@ -257,7 +253,6 @@ static void mark_shown(void *user, size_t begin, size_t end, int thread)
     const sc_renderer *r = g->renderer;
     const int *bricks = r->volume->bricks;
 
-    (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
         uint64_t mask = 0;
         int at[3];

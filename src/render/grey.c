@@ -88,7 +88,6 @@ static void mark_bricks(void *user, size_t begin, size_t end, int thread)
     const brick_finder *f = user;
     const int row = sc_framed_row(f->bricks), layer = sc_framed_layer(f->bricks);
 
-    (void)thread;
     for (size_t z = begin; z < end; z++) {
         for (int y = 0; y < f->bricks[1]; y++) {
             for (int x = 0; x < f->bricks[0]; x++)

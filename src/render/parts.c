@@ -198,7 +198,6 @@ static void mix_bricks(void *user, size_t begin, size_t end, int thread)
     /* Together at most WHOLE: so 16 bits are enough, and the loop is vectorised. */
     const uint16_t all_weight = (uint16_t)m->all_weight, own_weight = (uint16_t)m->own_weight;
 
-    (void)thread;
     for (size_t i = 0; i < 2 * (end - begin); i++) {
         to[i] =
             (uint8_t)((uint16_t)(all[i] * all_weight + own[i] * own_weight + WHOLE / 2) / WHOLE);

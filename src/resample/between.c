@@ -101,7 +101,6 @@ static void measure_rows(void *user, size_t begin, size_t end, int thread)
     const between_work *w = user;
     const int nx = w->field.size[0];
 
-    (void)thread;
     for (size_t row = begin; row < end; row++) {
         const size_t at = row_begin(w, row);
         float *out = w->field.squared + row * (size_t)nx;
@@ -511,7 +510,6 @@ static void refine(void *user, size_t begin, size_t end, int thread)
     const between_work *w = user;
     const ball b = make_ball(w->step_mm);
 
-    (void)thread;
     for (size_t i = begin; i < end; i++) {
         change *c = &w->result->all[i];
 

@@ -22,7 +22,6 @@ static void fill_rows(void *user, size_t begin, size_t end, int thread)
     const nearest_work *w = user;
     const sc_volume *from = w->from;
 
-    (void)thread;
     for (size_t row = begin; row < end; row++) {
         const int y = plane_of((int)(row % (size_t)w->size[1]), from->size[1], w->size[1]);
         const int z = plane_of((int)(row / (size_t)w->size[1]), from->size[2], w->size[2]);

@@ -159,7 +159,6 @@ static void find_sheets(void *user, size_t begin, size_t end, int thread)
     const thick_work *w = user;
     const stack *s = w->s;
 
-    (void)thread;
     for (int z = (int)begin; z < (int)end; z++) {
         for (int y = 0; y < s->size[1]; y++) {
             for (int x = 0; x < s->size[0]; x++) {

@@ -127,7 +127,6 @@ static void verify_png_range(void *user, size_t begin, size_t end, int thread)
 {
     png_check *check = user;
 
-    (void)thread;
     for (size_t k = begin; k < end; k++) {
         char path[SC_FILE_BYTES];
         sc_status status;

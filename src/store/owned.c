@@ -73,7 +73,6 @@ static void look_for_file(search *s, const char *name, const char *owner)
 /* For sc_each_record with a search as user: look whether a record is there. */
 static sc_status look_for_record(const sc_ctx *ctx, void *user, const char *name)
 {
-    (void)ctx;
     look_for_file(user, name, name);
     return SC_OK;
 }

@@ -275,7 +275,6 @@ static sc_status drop_record(const sc_ctx *ctx, void *user, const char *name)
 {
     sc_store *store = user;
 
-    (void)ctx;
     sc_file_lines_remove(&store->data.files, name);
     return SC_OK;
 }

@@ -165,7 +165,6 @@ static void count_layers(void *user, size_t begin, size_t end, int thread)
     const region *r = &k->w->in;
     const sc_volume *v = &k->w->truth;
 
-    (void)thread;
     for (size_t n = begin; n < end; n++) {
         const int z = r->low[2] + (int)n;
         double(*sums)[3] = k->sums + n * (size_t)k->w->count;
@@ -306,7 +305,6 @@ static void query(void *user, size_t begin, size_t end, int thread)
 {
     const querying *q = user;
 
-    (void)thread;
     for (size_t i = begin; i < end; i++) {
         const float *m = q->points->list[i * q->stride].middle;
         const sc_vec3 p = {(double)m[0], (double)m[1], (double)m[2]};

@@ -167,7 +167,6 @@ static void search_layers(void *user, size_t begin, size_t end, int thread)
     const search *s = user;
     const int *size = s->st->voxels->size;
 
-    (void)thread;
     for (int z = (int)begin; z < (int)end; z++) {
         if (z < MARGIN || z >= size[2] - MARGIN)
             continue;

@@ -167,7 +167,6 @@ static void fill_layers(void *user, size_t begin, size_t end, int thread)
     const double offset = (s->copied - 1) / 2.0; /* of the middle of a voxel from its corner's */
     uint8_t *ids = v->ids;
 
-    (void)thread;
     for (size_t z = begin; z < end; z++) {
         for (int y = 0; y < v->size[1]; y++) {
             for (int x = 0; x < v->size[0]; x++) {

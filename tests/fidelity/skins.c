@@ -27,7 +27,6 @@ static double ellipsoid(uint64_t seed, double scale, sc_vec3 p)
     const sc_vec3 axis = random_direction(&seed);
     const sc_vec3 q = sc_vec3_rotate(p, axis, 2 * M_PI * random_of(&seed));
 
-    (void)scale;
     return 40 * (sc_vec3_length((sc_vec3){q.x / 46, q.y / 34, q.z / 40}) - 1);
 }
 
@@ -36,7 +35,6 @@ static double balls(uint64_t seed, double scale, sc_vec3 p)
 {
     double least = HUGE_VAL;
 
-    (void)scale;
     for (int n = 0; n < BALLS; n++) {
         const sc_vec3 middle = sc_vec3_scale(random_point(&seed), 17);
         const double radius = 8 + 12 * random_of(&seed);
@@ -51,7 +49,6 @@ static double cut_by_planes(uint64_t seed, double scale, sc_vec3 p)
 {
     double most = sc_vec3_length(p) - 48;
 
-    (void)scale;
     for (int n = 0; n < PLANES; n++) {
         const sc_vec3 normal = random_direction(&seed);
 
@@ -262,7 +259,6 @@ static void leak_batches(void *user, size_t begin, size_t end, int thread)
 {
     const leak_work *w = user;
 
-    (void)thread;
     for (size_t n = begin; n < end; n++) {
         uint64_t seed = 7919 * (n + 1);
         leaks *met = &w->batches[n];

@@ -153,7 +153,6 @@ static void find_crossings(void *user, size_t begin, size_t end, int thread)
 {
     const search *s = user;
 
-    (void)thread;
     for (size_t n = begin; n < end; n++) {
         uint64_t seed = 104729 * (n + 1);
 

@@ -112,7 +112,6 @@ static void place_on_outline(void *user, size_t begin, size_t end, int thread)
     const groups *g = user;
     SC_OWN(field_free) field f = {0};
 
-    (void)thread;
     field_open(g->volume, &f);
     for (size_t n = begin; n < end; n++) {
         make_around(&f, g, n, FIELD_TISSUE, 0);
@@ -138,7 +137,6 @@ static void place_on_seams(void *user, size_t begin, size_t end, int thread)
     const groups *g = user;
     SC_OWN(field_free) field f = {0};
 
-    (void)thread;
     field_open(g->volume, &f);
     for (size_t n = begin; n < end; n++) {
         const uint32_t pair = g->points[g->starts[n]].point->pair;
@@ -202,7 +200,6 @@ static void take_means(void *user, size_t begin, size_t end, int thread)
     const double scale = 0.5 / (MEAN_SIGMA * m->unit * MEAN_SIGMA * m->unit);
     const double most = MEAN_REACH * m->unit * MEAN_REACH * m->unit;
 
-    (void)thread;
     for (size_t n = begin; n < end; n++) {
         const wobble_point *p = m->points[n].point;
         double sum = 0, weights = 0;

@@ -31,7 +31,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
  * environment, show it. */
 static inline void fuzz_hear(void *user, sc_log_level level, const char *text)
 {
-    (void)user;
     for (const char *at = text; *at; at++)
         FUZZ_CHECK((unsigned char)*at >= ' ' && *at != 0x7f);
     if (getenv("FUZZ_TELL"))

@@ -9,8 +9,6 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
 {
     static const char *const directories[] = {"store", "store/s0", "store/s0/0", "store/s0/0/0"};
 
-    (void)argc;
-    (void)argv;
     for (size_t i = 0; i < SC_COUNT_OF(directories); i++) {
         const char *path = fuzz_path(directories[i]);
 

@@ -10,8 +10,6 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
 {
     static const char *const directories[] = {"volume", "volume/s", "volume/names"};
 
-    (void)argc;
-    (void)argv;
     for (size_t i = 0; i < SC_COUNT_OF(directories); i++) {
         const char *path = fuzz_path(directories[i]);
 

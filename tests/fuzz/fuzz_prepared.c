@@ -54,8 +54,6 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
 {
     static const char *const names[2] = {"narrow.segc", "wide.segc"};
 
-    (void)argc;
-    (void)argv;
     for (int wide = 0; wide < 2; wide++) {
         const char *path = fuzz_kept_path(names[wide]);
 

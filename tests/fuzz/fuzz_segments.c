@@ -16,8 +16,6 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
     sc_encoder *encoder;
     SC_OWN(sc_image_clear) sc_image image = {0};
 
-    (void)argc;
-    (void)argv;
     FUZZ_CHECK(sc_encoder_open(&fuzz_ctx, "v.mp4", &settings, &encoder) == SC_OK);
     FUZZ_CHECK(sc_image_init(&fuzz_ctx, WIDTH, HEIGHT, &image) == SC_OK);
     for (int k = 0; k < FPS; k++) {

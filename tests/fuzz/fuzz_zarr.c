@@ -20,8 +20,6 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
                                               "store/0/c/0/0"};
     static const char group[] = "{\"zarr_format\": 2}";
 
-    (void)argc;
-    (void)argv;
     for (size_t i = 0; i < SC_COUNT_OF(directories); i++)
         make_directory(directories[i]);
     (void)fuzz_write("store/.zgroup", group, sizeof group - 1);

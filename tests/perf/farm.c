@@ -34,7 +34,6 @@ typedef struct sim_comm {
 /* All simulated ranks agree with rank 0. */
 static sc_status sim_agree(sc_comm *comm, sc_status mine)
 {
-    (void)comm;
     return mine;
 }
 
@@ -47,7 +46,6 @@ static void sim_post(sc_comm *comm, int target, int tag, const void *data, size_
     const double now_s = sc_wall_s();
     sc_work_unit unit;
 
-    (void)tag;
     memcpy(&unit, data, bytes);
     if (unit.kind == SC_UNIT_NONE) {
         push_event(&c->mail, (event){now_s, target, SC_TAG_BYE, unit});
@@ -60,13 +58,11 @@ static void sim_post(sc_comm *comm, int target, int tag, const void *data, size_
 /* Messages are delivered at once: none is ever pending. */
 static int sim_pending(sc_comm *comm)
 {
-    (void)comm;
     return 0;
 }
 
 static void sim_flush(sc_comm *comm)
 {
-    (void)comm;
 }
 
 /* Describe the earliest message in @p out, if it is due by now; it stays until sim_receive
@@ -105,10 +101,6 @@ static void sim_receive(sc_comm *comm, const sc_message *message, void *data)
 static sc_status sim_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, const char *folder,
                            sc_shared **out)
 {
-    (void)comm;
-    (void)bytes;
-    (void)folder;
-    (void)out;
     return sc_fail(ctx, SC_ERR_MEMORY, "nothing is shared");
 }
 
@@ -144,9 +136,6 @@ static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
 {
     load *l = user;
 
-    (void)row;
-    (void)image;
-    (void)result;
     l->units++;
     if (l->draw_s > 0)
         sc_sleep_s(frame_s(l, frame) * rows / HEIGHT_PX);
@@ -156,8 +145,6 @@ static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
 /* Count the frame. See sc_farm.accept_frame. */
 static sc_status accept_frame(void *user, const sc_frame_result *result, const sc_image *image)
 {
-    (void)result;
-    (void)image;
     ((load *)user)->accepted++;
     return SC_OK;
 }

@@ -123,7 +123,6 @@ static void put_word(struct maker *maker, const char *arg)
 
 static void put_flag(struct maker *maker, const char *arg)
 {
-    (void)arg;
     put_word(maker, "true|false");
 }
 
@@ -196,7 +195,6 @@ static void put_during(struct maker *maker, const char *arg)
 
 static void put_ease(struct maker *maker, const char *arg)
 {
-    (void)arg;
     if (chance(maker, 70))
         put_word(maker, "linear|smooth|in|out");
     else
@@ -235,7 +233,6 @@ static void put_track(struct maker *maker, const char *arg)
 /* A tissue, or some of them. */
 static void put_tissues(struct maker *maker, const char *arg)
 {
-    (void)arg;
     if (chance(maker, 25)) {
         add(maker, "\"*\"");
     } else if (chance(maker, 40)) {
@@ -251,7 +248,6 @@ static void put_tissues(struct maker *maker, const char *arg)
 
 static void put_tissue_list(struct maker *maker, const char *arg)
 {
-    (void)arg;
     add(maker, "[");
     put_word(maker, TISSUES);
     add(maker, "]");
@@ -259,7 +255,6 @@ static void put_tissue_list(struct maker *maker, const char *arg)
 
 static void put_names(struct maker *maker, const char *arg)
 {
-    (void)arg;
     if (chance(maker, 60))
         put_word(maker, "all|none|all");
     else
@@ -287,7 +282,6 @@ static void put_position(struct maker *maker, const char *arg)
 /* A direction whose components are all unlike 0, so that it is none of the words. */
 static void put_vector(struct maker *maker, const char *arg)
 {
-    (void)arg;
     add(maker, "[0.%d, -0.%d, 0.%d]", whole(maker, 1, 9), whole(maker, 1, 9), whole(maker, 1, 9));
 }
 
@@ -301,7 +295,6 @@ static void put_direction(struct maker *maker, const char *arg)
 
 static void put_point(struct maker *maker, const char *arg)
 {
-    (void)arg;
     add(maker, "[%d, %d, %d]", whole(maker, -40, 40), whole(maker, -30, 30), whole(maker, -40, 40));
 }
 
@@ -325,7 +318,6 @@ static void put_point_track(struct maker *maker, const char *arg)
 
 static void put_color(struct maker *maker, const char *arg)
 {
-    (void)arg;
     if (chance(maker, 50))
         put_word(maker, "red|dark orange|\"#0f8\"|\"#102030\"|[1.0, 0.5, 0]");
     else
@@ -335,7 +327,6 @@ static void put_color(struct maker *maker, const char *arg)
 
 static void put_text(struct maker *maker, const char *arg)
 {
-    (void)arg;
     put_word(maker, "The heart|\"Cœur\"|\"two\\nlines\"|\"心\"|\"1 %: [b]\"");
 }
 
@@ -384,7 +375,6 @@ static void put_color_bar(struct maker *maker, const char *arg)
 
 static void put_plane(struct maker *maker, const char *arg)
 {
-    (void)arg;
     add(maker, "%d", whole(maker, 1, maker->planes));
 }
 
@@ -405,7 +395,6 @@ static void put_fly(struct maker *maker, const char *arg)
 
 static void put_through(struct maker *maker, const char *arg)
 {
-    (void)arg;
     if (maker->way == 1)
         add(maker, "middles");
 }
@@ -610,7 +599,6 @@ static void put_position_track(struct maker *maker, const char *arg)
 /* A list of tissues, or key frames of two. */
 static void put_exceptions(struct maker *maker, const char *arg)
 {
-    (void)arg;
     if (chance(maker, 60)) {
         put_tissue_list(maker, NULL);
         return;
@@ -750,7 +738,6 @@ static void put_legend(struct maker *maker, const char *arg)
 
 static void put_logo(struct maker *maker, const char *arg)
 {
-    (void)arg;
     if (chance(maker, 50)) {
         add(maker, "logo.png");
         return;
@@ -888,7 +875,6 @@ static void put_coming(struct maker *maker, const char *arg)
     const bool comes = chance(maker, 50);
     const int from = 10 * whole(maker, 0, 4), to = 10 * whole(maker, 5, 10);
 
-    (void)arg;
     add(maker, "{%d%%: %s, %d%%: %s}", from, comes ? "false" : "true", to,
         comes ? "true" : "false");
 }
@@ -932,7 +918,6 @@ static const struct row color_by_rows[] = {
 /* Level and width of a window. */
 static void put_pair(struct maker *maker, const char *arg)
 {
-    (void)arg;
     add(maker, "[%d, %d]", whole(maker, -100, 300), whole(maker, 1, 500));
 }
 
@@ -1029,7 +1014,6 @@ static void put_two_frames(struct maker *maker, const char *arg)
 {
     const double seconds = 2.0 / maker->fps;
 
-    (void)arg;
     if (chance(maker, 30))
         add(maker, "2f");
     else if (chance(maker, 50))

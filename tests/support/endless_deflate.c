@@ -11,8 +11,6 @@ int deflate(void *stream, int flush);
  * returns. */
 int deflate(void *stream, int flush)
 {
-    (void)stream;
-    (void)flush;
     close(open(getenv("DEFLATE_BEGINS"), O_WRONLY | O_CREAT, 0600));
     for (;;)
         pause();

@@ -109,8 +109,6 @@ static sc_status thread_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, co
     thread_world *w = ((thread_comm *)comm)->world;
     thread_shared *shared;
 
-    (void)ctx;
-    (void)folder;
     if (!w->shares)
         return SC_ERR_MEMORY;
     if (comm->rank == 0)
@@ -130,7 +128,6 @@ static bool thread_has_room(const sc_comm *comm, uint64_t bytes)
 
 static void thread_publish(sc_comm *comm, sc_shared *shared)
 {
-    (void)shared;
     (void)thread_agree(comm, SC_OK);
 }
 
@@ -183,7 +180,6 @@ static void thread_receive(sc_comm *comm, const sc_message *message, void *data)
     thread_world *w = ((thread_comm *)comm)->world;
     thread_post *post;
 
-    (void)message;
     pthread_mutex_lock(&w->lock);
     post = w->inbox[comm->rank];
     w->inbox[comm->rank] = post->next;

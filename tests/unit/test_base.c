@@ -300,7 +300,6 @@ TEST(a_full_disk_is_noticed)
 
 static void add_range(void *user, size_t begin, size_t end, int thread)
 {
-    (void)thread;
     for (size_t i = begin; i < end; i++)
         ((int *)user)[i]++;
 }
@@ -342,7 +341,6 @@ TEST(zero_is_never_negative)
 /* For sc_ctx.write: copy the whole message to @p user. */
 static void keep_all(void *user, sc_log_level level, const char *text)
 {
-    (void)level;
     strcpy(user, text);
 }
 

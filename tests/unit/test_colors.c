@@ -236,19 +236,16 @@ static sc_volume part_of_voronoi(bool (*keep)(const int at[3], int id))
 
 static bool is_left(const int at[3], int id)
 {
-    (void)id;
     return at[0] < SIDE / 2;
 }
 
 static bool is_behind(const int at[3], int id)
 {
-    (void)id;
     return at[1] >= SIDE / 2;
 }
 
 static bool is_low(const int at[3], int id)
 {
-    (void)id;
     return at[2] < SIDE / 2;
 }
 
@@ -345,7 +342,6 @@ static int above_the_first(double x, double y, double z)
 {
     const int block = (int)x / PITCH, within = (int)x % PITCH;
 
-    (void)z;
     if (within >= PITCH / 2)
         return 0;
     return y < 4 ? block + 1 : y >= 8 && block == 0 ? BLOCKS : 0;
@@ -562,8 +558,6 @@ TEST(a_long_name_is_read_within_its_room)
 /* Layers of two voxels along z. */
 static int layer_of(double x, double y, double z)
 {
-    (void)x;
-    (void)y;
     return (int)z / 2 + 1;
 }
 

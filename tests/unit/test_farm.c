@@ -301,7 +301,6 @@ static sc_status draw_gop(void *user, int first, int count, sc_frame_result *res
 {
     void *data;
 
-    (void)user;
     for (int i = 0; i < count; i++)
         results[i].frame = first + i;
     assert_ok(sc_alloc(&quiet, 1, sizeof first, &data));
@@ -341,7 +340,6 @@ static void note_progress(void *user, int done, int total)
 {
     probe *p = user;
 
-    (void)total;
     p->most_done = done > p->most_done ? done : p->most_done;
 }
 

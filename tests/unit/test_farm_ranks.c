@@ -305,12 +305,6 @@ TEST(a_gathered_frame_that_cannot_be_encoded_ends_all_ranks)
 static sc_status fail_to_encode(void *user, int first, int count, const sc_frame_result *result,
                                 const sc_image *image, sc_payload *out)
 {
-    (void)user;
-    (void)first;
-    (void)count;
-    (void)result;
-    (void)image;
-    (void)out;
     return SC_ERR_MEMORY;
 }
 

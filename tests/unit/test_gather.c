@@ -83,23 +83,16 @@ static void paint_map(double light(double right, double before, double up))
 
 static double sky_light(double right, double before, double up)
 {
-    (void)right;
-    (void)before;
     return SC_SKY_MEAN + SC_SKY_UP * up;
 }
 
 static double even_light(double right, double before, double up)
 {
-    (void)right;
-    (void)before;
-    (void)up;
     return 1;
 }
 
 static double light_from_the_right(double right, double before, double up)
 {
-    (void)before;
-    (void)up;
     return right > 0.5 ? 3 : 0.3;
 }
 
@@ -202,7 +195,6 @@ TEST(the_floor_of_a_well_sees_a_cone_of_the_sky)
 /* A floor beside a wall of another tissue. */
 static int corner(double x, double y, double z)
 {
-    (void)y;
     return z < 20 ? 1 : x < 20 && z < 70 ? 2 : 0;
 }
 
@@ -245,7 +237,6 @@ TEST(colour_goes_from_wall_to_floor)
 /* A floor before a wall that stands between it and the lamp. */
 static int screen(double x, double y, double z)
 {
-    (void)y;
     return z < 20 ? 1 : x > 64 && z < 50 ? 2 : 0;
 }
 

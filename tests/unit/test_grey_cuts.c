@@ -242,8 +242,6 @@ TEST(a_cut_through_what_is_left_over_is_seen_through)
 /* Red, and green, each half of the volume. */
 static int halves(double x, double y, double z)
 {
-    (void)y;
-    (void)z;
     return x < 20 ? 1 : 2;
 }
 

@@ -11,8 +11,6 @@ static char message[1024];
 
 static void keep(void *user, sc_log_level level, const char *text)
 {
-    (void)user;
-    (void)level;
     snprintf(message, sizeof message, "%s", text);
 }
 

@@ -120,7 +120,6 @@ static void fill_fresh_memory(int byte)
 #ifdef __GLIBC__
     mallopt(M_PERTURB, byte);
 #else
-    (void)byte;
 #endif
 }
 

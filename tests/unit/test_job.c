@@ -888,7 +888,6 @@ static sc_status check_row(const sc_ctx *ctx, void *user, const sc_key_visit *vi
     char variable[256], path[256];
     size_t used = 0;
 
-    (void)ctx;
     ++*(int *)user;
     if (!key->help || !key->help[0] || key->help[strlen(key->help) - 1] == '.')
         fail_msg("%s: help \"%s\"", visit->path, key->help ? key->help : "");

@@ -429,7 +429,6 @@ static sc_radiance trace(const small_scene *s, const uint64_t *cells, float alph
 
 static int wall(double x, double y, double z)
 {
-    (void)x;
     return fabs(0.3 * y + 0.95 * z - 16.1) < 0.56 || (y == 9 && z == 9);
 }
 

@@ -200,9 +200,6 @@ TEST(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere)
 
 static int solid(double x, double y, double z)
 {
-    (void)x;
-    (void)y;
-    (void)z;
     return 1;
 }
 
@@ -377,7 +374,6 @@ TEST(rims_follow_the_picture_where_voxels_are_large)
 
 static int bar(double x, double y, double z)
 {
-    (void)y;
     return (x - 20) * (x - 20) + (z - 20) * (z - 20) < 144;
 }
 

@@ -85,14 +85,12 @@ TEST(normals_of_ellipsoids_are_right_to_a_degree_or_two)
 /* A plane with steps, as in a segmentation that was drawn on coarser voxels. */
 static int rippled(double x, double y, double z)
 {
-    (void)y;
     return z < 20 + 0.8 * sin(x * 0.55);
 }
 
 /* Folds higher than voxels, as those of a brain. */
 static int folded(double x, double y, double z)
 {
-    (void)y;
     return z < 20 + 2.5 * sin(x * 0.35);
 }
 

@@ -51,7 +51,6 @@ static double free_at(const sc_image *image, int x, int y)
 
 static int left_half(double x, double y, double z)
 {
-    (void)z;
     return x < 30 && fabs(y - 30) < 2 ? 1 : 0;
 }
 
@@ -237,7 +236,6 @@ static int tube(double x, double y, double z)
 {
     const double dx = x - MIDDLE, dz = z - MIDDLE;
 
-    (void)y;
     return dx * dx + dz * dz > TUBE_MM * TUBE_MM;
 }
 

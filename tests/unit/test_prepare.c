@@ -476,9 +476,6 @@ TEST(masks_hold_the_visible_voxels_and_hull_points_their_corners)
 
 static int everything(double x, double y, double z)
 {
-    (void)x;
-    (void)y;
-    (void)z;
     return 1;
 }
 
@@ -491,8 +488,6 @@ static int corners_and_dots(double x, double y, double z)
 
 static int slab_on_block(double x, double y, double z)
 {
-    (void)x;
-    (void)y;
     return z < 20 ? 0 : z < 29 ? 1 : 2;
 }
 
@@ -717,7 +712,6 @@ TEST(a_line_upon_a_thick_tissue_is_not_smoothed_away)
  * them. */
 static int rod_before_body(double x, double y, double z)
 {
-    (void)y;
     return z < 24 ? 1 : z >= 25 && z < 27 && x >= 20 && x < 22 ? 2 : 0;
 }
 

@@ -278,7 +278,6 @@ TEST(closed_skins_stay_closed)
 /* A steep plane: in each slice its border is four pixels farther along x. */
 static int steep_id(double x, double y, double z)
 {
-    (void)y;
     return x < 4 * z + 3.5;
 }
 

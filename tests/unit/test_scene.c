@@ -89,8 +89,6 @@ TEST(one_plane_cuts_the_same_in_both_modes)
 
 static int stripes(double x, double y, double z)
 {
-    (void)y;
-    (void)z;
     return (int)x / 4;
 }
 

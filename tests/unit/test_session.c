@@ -215,7 +215,6 @@ static sc_status find_points(const sc_app *app, const sc_panel *panel, sc_vec3 *
 {
     void *block;
 
-    (void)panel;
     assert_ok(sc_alloc(app->ctx, 2, sizeof **out, &block));
     *out = block;
     (*out)[0] = (sc_vec3){0, 0, 0};

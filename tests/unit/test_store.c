@@ -810,7 +810,6 @@ static sc_status verify_records(const sc_ctx *ctx, const sc_store_job *job)
     SC_OWN(sc_text_clear) sc_text names = {0};
     const sc_status status = sc_store_verify_records(ctx, folder, &names);
 
-    (void)job;
     return status;
 }
 
@@ -1090,7 +1089,6 @@ TEST(job_of_others_is_not_proven)
 
 static int make_folder(void **state)
 {
-    (void)state;
     /* in memory where there is such a place: files are forced to the disk a thousand times */
     snprintf(folder, sizeof folder, "%s/segcast-store-XXXXXX",
              access("/dev/shm", W_OK) == 0 ? "/dev/shm" : "/tmp");
@@ -1101,7 +1099,6 @@ static int remove_folder(void **state)
 {
     char command[128];
 
-    (void)state;
     snprintf(command, sizeof command, "rm -rf %s", folder);
     return system(command);
 }

@@ -17,8 +17,6 @@ static sc_vec3 same(double strength)
 /* Nine slabs along x. */
 static int nine_slabs(double x, double y, double z)
 {
-    (void)y;
-    (void)z;
     return 1 + (int)x / 4;
 }
 

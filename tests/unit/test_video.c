@@ -162,7 +162,6 @@ static sc_status compare_alpha(void *user, int k, double time_s, const sc_image 
 {
     alpha_check *check = user;
 
-    (void)time_s;
     assert_true(image->alpha);
     for (int i = 0; i < 64 * 48; i++) {
         const uint8_t *p = image->rgb + 4 * (size_t)i;
@@ -336,7 +335,6 @@ static void fill_fresh_memory(int byte)
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_PERTURB, byte);
 #else
-    (void)byte;
 #endif
 }
 

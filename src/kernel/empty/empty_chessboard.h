@@ -13,7 +13,6 @@ static inline v_empty v_look(const sc_march *m, const vi at[3], v_place *place, 
 {
     const vi far = v_cell_distance(m, at, on);
 
-    (void)place;
     return (v_empty){.marked = m_and(on, i_equal(far, i_set(0))),
                      .leaps = m_and(on, i_below(i_set(1), far)),
                      .mask = i_set(-1),

@@ -26,7 +26,6 @@ static inline v_empty v_look(const sc_march *m, const vi at[3], v_place *place, 
     const vi half = v_half_mask(m->visible, brick, at[2], on);
     const vm leaps = m_and(on, i_below(i_set(0), far));
 
-    (void)place;
     return (v_empty){.marked = v_bit_set(half, v_half_bit(at[0], at[1], at[2]), on),
                      .leaps = leaps,
                      .mask = i_pick(leaps, i_set(~SC_BRICK_MASK), i_set(-1)),

@@ -96,18 +96,18 @@ typedef struct sc_borders {
     uint32_t *cube_of;      /* [tile_count] */
     uint32_t (*beside)[27]; /* tiles of the same field around a tile, itself in the middle, in the
                                order of x, y, z; or SC_BESIDE */
-    int8_t (*squares)[SC_TILE_VOXELS];  /* squared distance to the other side, with the sign of the
-                                           field; 0 where the field is free */
-    int16_t (*fine)[SC_TILE_VOXELS];    /* the field at voxels, in units of 1 / SC_FINE_STEPS; before
-                                           there is any, the memory of data, box and spare */
-    float (*data)[SC_TILE_CELLS];       /* the distance to the border */
-    float (*box)[SC_TILE_CELLS];        /* how far the field may be from the data */
-    float (*spare[2])[SC_TILE_CELLS];   /* of no use but to the stage that writes it */
-    float (*value)[SC_TILE_CELLS];      /* the field at cells */
-    uint8_t *still;                     /* 1 if no cell of the tile moves */
-    float strength;                     /* of the smoothing of all tissues, */
-    float (*strengths)[SC_TILE_CELLS];  /* or at each cell; NULL if all are the same */
-    float (*coarse)[SC_TILE_CELLS];     /* share, 0 to 1, in which cells alone make the field */
+    int8_t (*squares)[SC_TILE_VOXELS]; /* squared distance to the other side, with the sign of the
+                                          field; 0 where the field is free */
+    int16_t (*fine)[SC_TILE_VOXELS];   /* the field at voxels, in units of 1 / SC_FINE_STEPS; before
+                                          there is any, the memory of data, box and spare */
+    float (*data)[SC_TILE_CELLS];      /* the distance to the border */
+    float (*box)[SC_TILE_CELLS];       /* how far the field may be from the data */
+    float (*spare[2])[SC_TILE_CELLS];  /* of no use but to the stage that writes it */
+    float (*value)[SC_TILE_CELLS];     /* the field at cells */
+    uint8_t *still;                    /* 1 if no cell of the tile moves */
+    float strength;                    /* of the smoothing of all tissues, */
+    float (*strengths)[SC_TILE_CELLS]; /* or at each cell; NULL if all are the same */
+    float (*coarse)[SC_TILE_CELLS];    /* share, 0 to 1, in which cells alone make the field */
     float (*missing)[SC_TILE_QUARTERS]; /* volume that is missing of a quarter, */
     float (*area)[SC_TILE_QUARTERS]; /* and the area over which that is to be spread, in voxels */
     sc_wide_slope (*wide)[SC_TILE_QUARTERS]; /* gradients of the filtered field */
@@ -190,10 +190,9 @@ static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
         name##_row_to product;                                                                     \
                                                                                                    \
         memcpy(&row, from, sizeof row);                                                            \
-        product =                                                                                  \
-            times(__builtin_convertvector(__builtin_convertvector(row, name##_row_wide),           \
-                                          name##_row_to),                                          \
-                  by);                                                                             \
+        product = times(                                                                           \
+            __builtin_convertvector(__builtin_convertvector(row, name##_row_wide), name##_row_to), \
+            by);                                                                                   \
         memcpy(out, &product, sizeof product);                                                     \
     }                                                                                              \
                                                                                                    \

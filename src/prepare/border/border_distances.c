@@ -171,7 +171,8 @@ static inline row16 lower(row16 row, const uint8_t *other, uint8_t square)
 
 /* Find the squared distances of the voxels of a block to the nearest voxel of @p label, or of any
  * tissue (SC_MANY_TISSUES). */
-SC_WIDE_VECTORS static void measure(const measurer *m, uint32_t label, workspace *w, square_block *out)
+SC_WIDE_VECTORS static void measure(const measurer *m, uint32_t label, workspace *w,
+                                    square_block *out)
 {
     static const uint8_t none[SC_CUBE] = {0};
     uint8_t any[EDGE][SC_CUBE];
@@ -231,8 +232,8 @@ static void go_on(float (*voxels)[SC_CUBE][SC_CUBE], const int begin[3], const i
 /* Set data and box of a tile from the distances of its voxels: the mean of the eight of a cell. A
  * cell is free if most of its voxels are; it is frozen if all voxels are out of reach.
  * @param moving [voxels]: 0 for those. */
-SC_WIDE_VECTORS static void average(const sc_borders *b, size_t tile, float (*voxels)[SC_CUBE][SC_CUBE],
-                    const uint8_t *moving)
+SC_WIDE_VECTORS static void average(const sc_borders *b, size_t tile,
+                                    float (*voxels)[SC_CUBE][SC_CUBE], const uint8_t *moving)
 {
     const int8_t *squares = b->squares[tile];
     float *data = b->data[tile], *box = b->box[tile];
@@ -275,8 +276,9 @@ SC_WIDE_VECTORS static void average(const sc_borders *b, size_t tile, float (*vo
 
 /* Set squares of a tile and w->moving. @param inside, outside squared distances, of voxels on the
  * positive side and of others. @param is [voxels]: 1 on the positive side, 0 elsewhere. */
-SC_WIDE_VECTORS static void set_squares(const uint8_t *restrict inside, const uint8_t *restrict outside,
-                        const int8_t *restrict is, int8_t *restrict squares, workspace *restrict w)
+SC_WIDE_VECTORS static void set_squares(const uint8_t *restrict inside,
+                                        const uint8_t *restrict outside, const int8_t *restrict is,
+                                        int8_t *restrict squares, workspace *restrict w)
 {
     float *voxels = (float *)w->voxels;
 
@@ -466,7 +468,6 @@ SC_WIDE_VECTORS static void measure_cubes(void *user, size_t begin, size_t end, 
     const sc_borders *b = m->b;
     workspace w;
 
-    (void)thread;
     for (size_t block = begin; block < end; block++) {
         const size_t first = b->start[block], last = b->start[block + 1];
         int low[3], number = 0;

@@ -35,8 +35,8 @@ typedef struct row_part {
 
 enum { PARTS = 4 /* of a row of up to 3 SC_CUBE voxels */ };
 
-/* Rows of the numbers that stand for fields without a tile: what is far on the positive side, far on
- * the other one, or free. */
+/* Rows of the numbers that stand for fields without a tile: what is far on the positive side, far
+ * on the other one, or free. */
 typedef int16_t far_rows[3][SC_CUBE];
 
 /* Write the numbers of a part of a row to @p out: SC_CUBE of them, which may be too many, unless it
@@ -64,8 +64,7 @@ static int find_parts(const sc_borders *b, uint32_t label, const int low[3], con
 
     for (int x = low[0] < 0 ? 0 : low[0]; x < end[0];) {
         const int cube = (x + b->phase[0]) / SC_CUBE, within = (x + b->phase[0]) % SC_CUBE;
-        const uint32_t tile =
-            sc_tile_of(b, sc_brick_index(b->cubes, cube, yz[0], yz[1]), label);
+        const uint32_t tile = sc_tile_of(b, sc_brick_index(b->cubes, cube, yz[0], yz[1]), label);
         const bool is = tile < SC_BESIDE(0);
         row_part *part = &parts[count++];
 
@@ -104,7 +103,8 @@ SC_WIDE_VECTORS bool sc_read_field(const sc_borders *b, uint32_t label, const in
             const int row = (z + b->phase[2]) % SC_CUBE * SC_CUBE + (y + b->phase[1]) % SC_CUBE;
 
             if (yz[0] != parts_at[0] || yz[1] != parts_at[1])
-                count = find_parts(b, label, low, end, yz, (const int16_t(*)[SC_CUBE])far, parts, &any);
+                count =
+                    find_parts(b, label, low, end, yz, (const int16_t(*)[SC_CUBE])far, parts, &any);
             memcpy(parts_at, yz, sizeof yz);
             for (int i = 0; i < count; i++)
                 read_part(&parts[i], row, z + 1 == end[2] && y + 1 == end[1],

@@ -143,7 +143,6 @@ SC_WIDE_VECTORS static void link_tiles(void *user, size_t begin, size_t end, int
     const linker *l = user;
     const sc_borders *b = l->b;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         int8_t squares[EDGE * EDGE * EDGE];
         uint32_t sides[EDGE][EDGE], thin[EDGE][EDGE];

@@ -4,10 +4,10 @@
 #include "border/border_group.h"
 
 enum {
-    VERTICES = SC_IDS_EDGE, /* of a group and around it, along an axis; */
-    CELLS = VERTICES - 1,   /* cells between them; */
+    VERTICES = SC_IDS_EDGE,     /* of a group and around it, along an axis; */
+    CELLS = VERTICES - 1,       /* cells between them; */
     BRICKS = SC_GROUP_EDGE + 2, /* and bricks that hold them */
-    BEFORE = SC_BRICK - 1,      /* bits of a row before the first vertex: so a row is one of bricks */
+    BEFORE = SC_BRICK - 1, /* bits of a row before the first vertex: so a row is one of bricks */
     ROWS = SC_IDS_EDGE * SC_IDS_ROW /* ids of a layer */
 };
 
@@ -101,8 +101,10 @@ static void find_outer_cells(const bit_rows sides, bit_rows outer, bit_rows tiss
 {
     for (int z = 0; z < CELLS; z++) {
         for (int y = 0; y < CELLS; y++) {
-            const uint32_t any = sides[z][y] | sides[z][y + 1] | sides[z + 1][y] | sides[z + 1][y + 1];
-            const uint32_t all = sides[z][y] & sides[z][y + 1] & sides[z + 1][y] & sides[z + 1][y + 1];
+            const uint32_t any =
+                sides[z][y] | sides[z][y + 1] | sides[z + 1][y] | sides[z + 1][y + 1];
+            const uint32_t all =
+                sides[z][y] & sides[z][y + 1] & sides[z + 1][y] & sides[z + 1][y + 1];
 
             tissue[z][y] = any | any >> 1;
             outer[z][y] = tissue[z][y] & ~(all & all >> 1);
@@ -141,8 +143,8 @@ SC_ALWAYS_INLINE void find_inner_cells(const sc_group_ids *ids, bit_rows inner)
         for (int i = 0; i < ROWS - SC_IDS_ROW - 1; i++) { /* and of z and z + 1 */
             const uint16_t a = low_before[i], c = high_before[i];
 
-            differ[i] = (uint16_t)((uint16_t)((low[i] < a ? low[i] : a) + 1) ^
-                                   (high[i] > c ? high[i] : c));
+            differ[i] =
+                (uint16_t)((uint16_t)((low[i] < a ? low[i] : a) + 1) ^ (high[i] > c ? high[i] : c));
         }
         for (int y = 0; y < CELLS; y++)
             inner[z - 1][y] = labelled_bits(differ + y * SC_IDS_ROW);
@@ -181,8 +183,7 @@ static void keep_within(bit_rows rows, const int low[3], const int last[3])
                    z = places_within(low[2], VERTICES, last[2]);
 
     for (int k = 0; k < VERTICES * VERTICES; k++)
-        rows[k / VERTICES][k % VERTICES] &=
-            y >> (k % VERTICES) & z >> (k / VERTICES) & 1 ? x : 0;
+        rows[k / VERTICES][k % VERTICES] &= y >> (k % VERTICES) & z >> (k / VERTICES) & 1 ? x : 0;
 }
 
 /* What the threads share. */
@@ -206,8 +207,9 @@ static void store_masks(const marking *m, const int low[3], int field, const bit
         if (brick == SIZE_MAX || !w->number[brick])
             continue;
         for (int row = 0; row < SC_BRICK_LAYER; row++)
-            mask |= (uint64_t)(rows[z + row / SC_BRICK][y + row % SC_BRICK] >> x & SC_BRICK_ROW_BITS)
-                    << (row * SC_BRICK);
+            mask |=
+                (uint64_t)(rows[z + row / SC_BRICK][y + row % SC_BRICK] >> x & SC_BRICK_ROW_BITS)
+                << (row * SC_BRICK);
         m->masks[field][brick] = mask;
     }
 }
@@ -222,7 +224,6 @@ SC_WIDE_VECTORS static void find_records(void *user, size_t begin, size_t end, i
     const int grid[3] = {size[0] + 1, size[1] + 1, size[2] + 1};
     const uint64_t *wanted[2] = {w->wanted, w->wanted};
 
-    (void)thread;
     for (size_t group = begin; group < end; group++) {
         bit_rows outer = {{0}}, inner = {{0}}, tissue = {{0}}, out[2] = {{{0}}};
         group_vertices g;

@@ -5,8 +5,8 @@
 /* Free the arrays of the fields. */
 static void clear_borders(sc_borders *b)
 {
-    void *const arrays[] = {b->around, b->lists,   b->blocks, b->start,     b->labels,  b->cube_of,
-                            b->beside, b->squares, b->fine,   b->value,     b->still,   b->coarse,
+    void *const arrays[] = {b->around, b->lists,   b->blocks, b->start,    b->labels, b->cube_of,
+                            b->beside, b->squares, b->fine,   b->value,    b->still,  b->coarse,
                             b->wide,   b->missing, b->area,   b->strengths};
 
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++)

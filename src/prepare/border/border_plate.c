@@ -56,7 +56,6 @@ SC_WIDE_VECTORS static void step_tiles(void *user, size_t begin, size_t end, int
 {
     const stepper *s = user;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         float region[EDGE * EDGE * EDGE], once[ONCE * ONCE * ONCE], twice[SC_TILE_CELLS];
 
@@ -79,7 +78,6 @@ static void begin_tiles(void *user, size_t begin, size_t end, int thread)
 {
     const stepper *s = user;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         float most = SC_BOX_FROZEN;
 
@@ -260,7 +258,6 @@ SC_WIDE_VECTORS static void refine_tiles(void *user, size_t begin, size_t end, i
     refining r;
 
     r.block = UINT32_MAX;
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         if (sc_is_coarse(b, tile) || !is_at_border(b->squares[tile]))
             store_coarse(b, tile, &r);

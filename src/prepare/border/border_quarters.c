@@ -60,7 +60,6 @@ static void average_tiles(void *user, size_t begin, size_t end, int thread)
     const smoother *s = user;
     const sc_borders *b = s->b;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         for (int i = 0; i < SC_TILE_QUARTERS; i++) {
             const float *low = b->value[tile] +
@@ -84,7 +83,6 @@ SC_WIDE_VECTORS static void filter_tiles(void *user, size_t begin, size_t end, i
     const smoother *s = user;
     const sc_borders *b = s->b;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         float region[BLURRED * BLURRED * BLURRED];
 
@@ -141,7 +139,6 @@ SC_WIDE_VECTORS static void sum_tiles(void *user, size_t begin, size_t end, int 
     const smoother *s = user;
     const sc_borders *b = s->b;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         float wide[WIDE * WIDE * WIDE], cells[SC_TILE_CELLS];
 
@@ -177,7 +174,6 @@ SC_WIDE_VECTORS static void compare_tiles(void *user, size_t begin, size_t end, 
 {
     const smoother *s = user;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         float wide[WIDE * WIDE * WIDE], smooth[SC_TILE_CELLS];
 
@@ -264,7 +260,6 @@ SC_WIDE_VECTORS static void find_slopes(void *user, size_t begin, size_t end, in
     const smoother *s = user;
     const sc_borders *b = s->b;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         float wide[WIDE * WIDE * WIDE], differences[SC_TILE_QUARTERS];
 
@@ -297,7 +292,6 @@ SC_WIDE_VECTORS static void blend_tiles(void *user, size_t begin, size_t end, in
     const smoother *s = user;
     const sc_borders *b = s->b;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         float wide[WIDE * WIDE * WIDE], smooth[SC_TILE_CELLS], most = 0;
         float shares[INNER * INNER * INNER], share[CELLS * CELLS * CELLS];

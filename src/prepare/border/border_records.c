@@ -73,7 +73,7 @@ static bool read_wide_slopes(const sc_borders *b, uint32_t label, const int voxe
 
 /* Read the field of @p label around a group. @return false if its border is out of reach. */
 SC_WIDE_VECTORS static bool read_group(const sc_record_writer *w, uint32_t label, const int low[3],
-                       group_field *out)
+                                       group_field *out)
 {
     const int voxel[3] = {low[0] - 1 - HALO, low[1] - 1 - HALO, low[2] - 1 - HALO};
 
@@ -81,8 +81,8 @@ SC_WIDE_VECTORS static bool read_group(const sc_record_writer *w, uint32_t label
         return false;
     sc_binomial(out->at, WIDE, out->once);
     sc_binomial(out->once, WIDE - 2, out->flat);
-    out->is_wide = read_wide_slopes(
-        w->b, label, (const int[3]){low[0] - 1, low[1] - 1, low[2] - 1}, out->wide);
+    out->is_wide = read_wide_slopes(w->b, label, (const int[3]){low[0] - 1, low[1] - 1, low[2] - 1},
+                                    out->wide);
     return true;
 }
 
@@ -225,8 +225,8 @@ static uint16_t write_inner(const sc_record_writer *w, uint16_t label, const int
         if (v->label != label)
             continue;
         if (!label) { /* no vote */
-            *v->record = sc_record_pack(1, (sc_vec3){0, 0, 0}, 0) |
-                         (uint32_t)SC_TISSUE_OWN << SC_RECORD_TISSUE_SHIFT;
+            *v->record = sc_record_pack(1, (sc_vec3){0, 0, 0}, 0) | (uint32_t)SC_TISSUE_OWN
+                                                                        << SC_RECORD_TISSUE_SHIFT;
             continue;
         }
         if (!value) {
@@ -247,7 +247,6 @@ SC_WIDE_VECTORS static void write_groups(void *user, size_t begin, size_t end, i
     inner_vertex vertices[SC_TILE_VOXELS];
     group_field f;
 
-    (void)thread;
     for (size_t group = begin; group < end; group++) {
         sc_group_ids ids;
         int low[3], voxel[3], count;
@@ -273,7 +272,6 @@ static void want_bricks(void *user, size_t begin, size_t end, int thread)
     const sc_record_writer *w = user;
     const int *bricks = w->p->bricks;
 
-    (void)thread;
     for (size_t row = begin; row < end; row++) {
         uint64_t *wanted = w->wanted + row * (size_t)bricks[0], before = 0;
 

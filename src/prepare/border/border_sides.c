@@ -125,8 +125,9 @@ SC_ALWAYS_INLINE void find_tissues(const sc_group_ids *ids, vertex_rows any, ver
         for (int y = 0; y < SC_CUBE; y++) {
             const uint16_t *some = all + y * SC_IDS_ROW, *other = differ + y * SC_IDS_ROW;
 
-            any[z][y] = (uint16_t)~(sc_equal_bits(some, 0) | sc_equal_bits(some + 8, 0) << 8);
-            several[z][y] = (uint16_t)~(sc_equal_bits(other, 0) | sc_equal_bits(other + 8, 0) << 8);
+            any[z][y] = (uint16_t) ~(sc_equal_bits(some, 0) | sc_equal_bits(some + 8, 0) << 8);
+            several[z][y] =
+                (uint16_t) ~(sc_equal_bits(other, 0) | sc_equal_bits(other + 8, 0) << 8);
         }
     }
 }
@@ -134,9 +135,9 @@ SC_ALWAYS_INLINE void find_tissues(const sc_group_ids *ids, vertex_rows any, ver
 /* What is known of a group while its bricks are looked at. */
 typedef struct group_sides {
     sc_group_ids ids;
-    vertex_rows any, several;      /* tissue around; different ones */
-    vertex_rows own;               /* of several those whose own tissue is the one */
-    uint8_t inner[SC_TILE_VOXELS]; /* of those, the value of the record; 0 of others */
+    vertex_rows any, several;           /* tissue around; different ones */
+    vertex_rows own;                    /* of several those whose own tissue is the one */
+    uint8_t inner[SC_TILE_VOXELS];      /* of those, the value of the record; 0 of others */
     float field[SIDED * SIDED * SIDED]; /* outer, from BEFORE voxels before the group on */
     bool has_field;                     /* or sides are those of the labels */
 } group_sides;
@@ -223,8 +224,7 @@ SC_ALWAYS_INLINE void find_own(const sc_borders *b, const int voxel[3], group_si
     for (int i = 0; i < SC_TILE_VOXELS; i++) {
         const int x = i % SC_CUBE, y = i / SC_CUBE % SC_CUBE, z = i / (SC_CUBE * SC_CUBE);
 
-        if (!(g->several[z][y] >> x & 1) || !g->ids.at[z + 1][y + 1][x + 1] ||
-            r.own[i] < r.most[i])
+        if (!(g->several[z][y] >> x & 1) || !g->ids.at[z + 1][y + 1][x + 1] || r.own[i] < r.most[i])
             continue;
         g->own[z][y] |= (uint16_t)(1u << x);
         g->inner[i] = sc_inner_value((const float[2]){r.most[i], r.next[i]});
@@ -243,8 +243,8 @@ static inline int sided(const int at[3])
     return ((at[2] + BEFORE) * SIDED + at[1] + BEFORE) * SIDED + at[0] + BEFORE;
 }
 
-/* @return the code of vertex @p at of a group, around which there is tissue. @param inner set to the
- * value of its record of the inner field if there are several. */
+/* @return the code of vertex @p at of a group, around which there is tissue. @param inner set to
+ * the value of its record of the inner field if there are several. */
 static uint8_t find_code(const sc_record_writer *w, const group_sides *g, const int voxel[3],
                          const int at[3], uint8_t *inner)
 {
@@ -320,7 +320,6 @@ SC_WIDE_VECTORS static void find_groups(void *user, size_t begin, size_t end, in
     const uint64_t *masks[2] = {w->wanted, w->wanted};
     group_sides g;
 
-    (void)thread;
     for (size_t group = begin; group < end; group++) {
         int low[3], voxel[3], before[3];
 

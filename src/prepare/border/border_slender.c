@@ -85,7 +85,6 @@ static void find_blocks(void *user, size_t begin, size_t end, int thread)
 {
     const sc_borders *b = user;
 
-    (void)thread;
     for (size_t sub = begin; sub < end; sub++) {
         int low[3];
 

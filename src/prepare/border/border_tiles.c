@@ -93,7 +93,6 @@ static void list_cubes(void *user, size_t begin, size_t end, int thread)
     const finder *f = user;
     const sc_volume *v = f->b->p->volume;
 
-    (void)thread;
     for (size_t i = begin; i < end; i++) {
         sc_sub_labels *list = &f->b->lists[i];
         label_set set = {.count = 0};
@@ -192,7 +191,6 @@ static void count_tiles(void *user, size_t begin, size_t end, int thread)
 {
     const finder *f = user;
 
-    (void)thread;
     for (size_t block = begin; block < end; block++) {
         sc_cube *around = &f->b->around[block];
         label_set set;
@@ -209,7 +207,6 @@ static void name_tiles(void *user, size_t begin, size_t end, int thread)
 {
     const finder *f = user;
 
-    (void)thread;
     for (size_t block = begin; block < end; block++) {
         uint32_t tile = f->b->start[block];
         label_set set;
@@ -231,7 +228,6 @@ static void find_beside(void *user, size_t begin, size_t end, int thread)
 {
     const sc_borders *b = user;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         int at[3];
 

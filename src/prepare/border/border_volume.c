@@ -85,7 +85,6 @@ SC_WIDE_VECTORS static void count_cells(void *user, size_t begin, size_t end, in
 {
     const sc_borders *b = user;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         float cells[AROUND * AROUND * AROUND], sharp[CELLS * CELLS * CELLS];
         float voxels[VOXELS * VOXELS * VOXELS];
@@ -113,7 +112,6 @@ SC_WIDE_VECTORS static void move_cells(void *user, size_t begin, size_t end, int
 {
     const sc_borders *b = user;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         float moves[CELLS * CELLS * CELLS];
 
@@ -181,7 +179,6 @@ SC_WIDE_VECTORS static void count_voxels(void *user, size_t begin, size_t end, i
 {
     const sc_borders *b = user;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         const int8_t *squares = b->squares[tile];
         float region[VOXELS * VOXELS * VOXELS], shares[ROWS];
@@ -198,9 +195,9 @@ SC_WIDE_VECTORS static void count_voxels(void *user, size_t begin, size_t end, i
             find_between(region + ((z + 2) * VOXELS + 1) * VOXELS, between[(z + 2) % 3]);
             if (z < 0 || !is_near(layer, SC_CUBE * SC_CUBE))
                 continue;
-            find_shares((between_rows *[3]){&between[z % 3], &between[(z + 1) % 3],
-                                            &between[(z + 2) % 3]},
-                        shares);
+            find_shares(
+                (between_rows *[3]){&between[z % 3], &between[(z + 1) % 3], &between[(z + 2) % 3]},
+                shares);
             for (int y = 0; y < SC_CUBE; y++) {
                 const int at = quarters_of(z * SC_CUBE + y);
 
@@ -244,7 +241,6 @@ SC_WIDE_VECTORS static void move_voxels(void *user, size_t begin, size_t end, in
 {
     const sc_borders *b = user;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         float moves[CELLS * CELLS * CELLS], voxels[VOXELS * VOXELS * VOXELS];
 

@@ -62,7 +62,6 @@ static void copy_tiles(void *user, size_t begin, size_t end, int thread)
 {
     const weigher *w = user;
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         for (int i = 0; i < SC_TILE_CELLS; i++) {
             const int free = free_voxels(w->b, tile, i);
@@ -210,7 +209,6 @@ SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, in
     uint8_t slender[SC_SLENDER_CELLS];
     uint32_t block = UINT32_MAX; /* of slender */
 
-    (void)thread;
     for (size_t tile = begin; tile < end; tile++) {
         float field[DEEP_EDGE * DEEP_EDGE * DEEP_EDGE], share[BORDER_CELLS], weight[BORDER_CELLS];
         bool any = false;

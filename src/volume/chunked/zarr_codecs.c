@@ -73,10 +73,6 @@ static bool unzstd(const unsigned char *in, size_t in_bytes, unsigned char *out,
              ZSTD_isError(got) ? ZSTD_getErrorName(got)
                                : "unpacks to fewer bytes than the chunk has");
 #else
-    (void)in;
-    (void)in_bytes;
-    (void)out;
-    (void)bytes;
     snprintf(why, SC_CHUNK_WHY_BYTES, "zstd is not built in");
 #endif
     return false;
@@ -89,10 +85,6 @@ static bool unlz4_block(const unsigned char *in, size_t in_bytes, unsigned char 
     return LZ4_decompress_safe((const char *)in, (char *)out, (int)in_bytes, (int)bytes) ==
            (int)bytes;
 #else
-    (void)in;
-    (void)in_bytes;
-    (void)out;
-    (void)bytes;
     return false; /* sc_zarr_add_codec has refused it before */
 #endif
 }
@@ -152,10 +144,6 @@ static bool unblosc(const unsigned char *in, size_t in_bytes, unsigned char *out
     else
         return true;
 #else
-    (void)in;
-    (void)in_bytes;
-    (void)out;
-    (void)bytes;
     snprintf(why, SC_CHUNK_WHY_BYTES, "c-blosc is not built in");
 #endif
     return false;

@@ -425,7 +425,6 @@ sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, sc_source *out)
 
 sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, sc_source *out)
 {
-    (void)out;
     return sc_fail(
         ctx, SC_ERR_DATA,
         "%s: is DICOM, and segcast was built without DCMTK, which reads segmentations in it "

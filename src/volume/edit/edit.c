@@ -116,7 +116,6 @@ static void relabel_range(void *user, size_t begin, size_t end, int thread)
 {
     const relabel_work *w = user;
 
-    (void)thread;
     for (size_t i = begin; i < end && w->to_bytes == 1; i++) {
         uint8_t *id = (uint8_t *)w->to + i;
         const int becomes = w->map[*id];

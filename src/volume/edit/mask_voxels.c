@@ -267,7 +267,6 @@ static void read_some(void *user, size_t begin, size_t end, int thread)
     painting *p = user;
     const sc_ctx quiet = sc_quiet(p->ctx);
 
-    (void)thread;
     for (size_t k = begin; k < end; k++)
         p->readings[k].status = read_mask(p, &quiet, p->wanted[p->first + k], &p->readings[k]);
 }

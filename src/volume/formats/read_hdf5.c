@@ -240,9 +240,6 @@ sc_status sc_open_hdf5(const sc_ctx *ctx, const char *path, const sc_read_choice
 sc_status sc_open_hdf5(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                        bool header_only, sc_source *out)
 {
-    (void)read;
-    (void)header_only;
-    (void)out;
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: is HDF5, and segcast was built without libhdf5 1.10 or newer, which reads "
                    "it (Debian: libhdf5-dev); install it and build again, or write the labels as "

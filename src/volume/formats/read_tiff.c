@@ -37,8 +37,6 @@ static int on_error(TIFF *tiff, void *user, const char *module, const char *form
 {
     tiff_file *file = user;
 
-    (void)tiff;
-    (void)module;
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wformat-nonliteral" /* the formats are those of libtiff */
     vsnprintf(file->why, sizeof file->why, format, values);
@@ -50,11 +48,6 @@ static int on_error(TIFF *tiff, void *user, const char *module, const char *form
 static int on_warning(TIFF *tiff, void *user, const char *module, const char *format,
                       va_list values)
 {
-    (void)tiff;
-    (void)user;
-    (void)module;
-    (void)format;
-    (void)values;
     return 1;
 }
 
@@ -311,7 +304,6 @@ static sc_status read_slice(const sc_ctx *ctx, const char *path, const sc_source
 {
     tiff_file *file = source->data;
 
-    (void)count;
     file->why[0] = '\0';
     if (!TIFFSetSubDirectory(file->tiff, file->pages[page]))
         return sc_fail(ctx, SC_ERR_DATA, "%s: page %d cannot be read: %s", path, page, file->why);
@@ -481,7 +473,6 @@ sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, sc_source *out)
 
 sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, sc_source *out)
 {
-    (void)out;
     return sc_fail(
         ctx, SC_ERR_DATA,
         "%s: is TIFF, and segcast was built without libtiff 4.5 or newer, which reads it "

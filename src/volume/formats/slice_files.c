@@ -33,7 +33,6 @@ static sc_status read_slice(const sc_ctx *ctx, const char *path, const sc_source
     const void *raw;
 
     (void)path; /* messages name the file of the slice */
-    (void)count;
     errors.level = SC_LOG_ERROR;
     SC_PASS(files->open(&errors, files, (size_t)first, &slice));
     if (slice.size[0] != size[0] || slice.size[1] != size[1] || slice.size[2] != 1 ||

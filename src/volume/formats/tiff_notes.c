@@ -173,9 +173,6 @@ static void XMLCALL on_doctype(void *user, const XML_Char *name, const XML_Char 
 {
     ome_reading *r = user;
 
-    (void)name;
-    (void)system_id;
-    (void)public_id;
     if (!has_internal_subset)
         return;
     r->refused = "its DOCTYPE declares entities, which OME-XML does not need";
@@ -211,8 +208,6 @@ static sc_status read_ome(const sc_ctx *ctx, const char *path, const char *text,
 
 static sc_status read_ome(const sc_ctx *ctx, const char *path, const char *text, sc_tiff_notes *out)
 {
-    (void)text;
-    (void)out;
     sc_warn(ctx,
             "%s: its OME-XML, which may give the spacing, is not read: segcast was built without "
             "Expat (Debian: libexpat1-dev)",

@@ -361,7 +361,6 @@ static sc_vec3 gradient(field_fn *field, const sc_phantom *phantom, int which, s
 /* surface_field as a field_fn; @p which is ignored. */
 static double outer_surface(const sc_phantom *phantom, int which, sc_vec3 p)
 {
-    (void)which;
     return surface_field(phantom, p);
 }
 
@@ -492,7 +491,6 @@ void sc_phantom_free(sc_phantom *phantom)
 
 int sc_phantom_tissue_count(const sc_phantom *phantom)
 {
-    (void)phantom;
     return TISSUES;
 }
 

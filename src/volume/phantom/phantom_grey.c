@@ -66,7 +66,6 @@ static void fill_voxels(void *user, size_t begin, size_t end, int thread)
 {
     const image *m = user;
 
-    (void)thread;
     for (size_t i = begin; i < end; i++)
         m->codes[i] = (uint16_t)(m->hu[m->ids[i]] + grain(i) - LOWEST_HU);
 }
@@ -90,7 +89,6 @@ static void blur_slices(void *user, size_t begin, size_t end, int thread)
     const image *m = user;
     const size_t nx = m->size[0], ny = m->size[1];
 
-    (void)thread;
     for (size_t z = begin; z < end; z++) {
         for (size_t y = 0; y < ny; y++)
             blur_line(m->codes + (z * ny + y) * nx, nx, 1);
@@ -104,7 +102,6 @@ static void blur_across(void *user, size_t begin, size_t end, int thread)
     const image *m = user;
     const size_t nx = m->size[0], slice = nx * m->size[1];
 
-    (void)thread;
     for (size_t y = begin; y < end; y++) {
         for (size_t x = 0; x < nx; x++)
             blur_line(m->codes + y * nx + x, m->size[2], slice);

@@ -110,7 +110,6 @@ static void voxelise_blocks(void *user, size_t begin, size_t end, int thread)
     uint8_t all[TISSUES_MAX];
     const int count = sc_phantom_tissue_count(v->phantom);
 
-    (void)thread;
     for (int i = 0; i < count; i++)
         all[i] = (uint8_t)(i + 1);
     for (size_t n = begin; n < end; n++) {

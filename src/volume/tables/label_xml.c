@@ -155,9 +155,6 @@ static void XMLCALL on_text(void *user, const XML_Char *text, int bytes)
 static void XMLCALL on_doctype(void *user, const XML_Char *name, const XML_Char *system_id,
                                const XML_Char *public_id, int has_internal_subset)
 {
-    (void)name;
-    (void)system_id;
-    (void)public_id;
     if (has_internal_subset)
         stop(user, SC_ERR_DATA, "its DOCTYPE declares entities, which no label table needs");
 }
@@ -230,11 +227,6 @@ sc_status sc_label_xml_parse(const sc_ctx *ctx, const char *path, const char *te
 sc_status sc_label_xml_parse(const sc_ctx *ctx, const char *path, const char *text, size_t bytes,
                              sc_label_table *table, char why[SC_XML_WHY_BYTES])
 {
-    (void)ctx;
-    (void)path;
-    (void)text;
-    (void)bytes;
-    (void)table;
     snprintf(why, SC_XML_WHY_BYTES,
              "segcast was built without Expat, which reads XML (Debian: libexpat1-dev)");
     return SC_ERR_DATA;
