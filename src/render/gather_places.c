@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The places at which light is gathered. */
+#include "directions.h"
 #include "gather.h"
 #include "internal.h"
 
@@ -284,4 +285,16 @@ int32_t sc_gather_place_at(const sc_gather *g, const sc_gather_field *f, const i
     if (!f->masks || !(f->masks[brick] >> bit & 1))
         return SC_GATHER_LOST;
     return (int32_t)(f->start[brick] + sc_brick_rank(f->masks[brick], bit));
+}
+
+void sc_gather_direction(const sc_gather *g, const sc_gather_place *p, int i, float out[3])
+{
+    const double n[3] = {p->normal[0], p->normal[1], p->normal[2]};
+    const float *own = g->directions[p->part][i];
+    double t[3], b[3];
+
+    sc_frame_about(n, t, b);
+    for (int k = 0; k < 3; k++)
+        out[k] = i < SC_GATHER_DIRECTIONS ? (float)(own[0] * t[k] + own[1] * b[k] + own[2] * n[k])
+                                          : own[k];
 }

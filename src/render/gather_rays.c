@@ -115,18 +115,6 @@ typedef struct volley {
     size_t count;
 } volley;
 
-void sc_gather_direction(const sc_gather *g, const sc_gather_place *p, int i, float out[3])
-{
-    const double n[3] = {p->normal[0], p->normal[1], p->normal[2]};
-    const float *own = g->directions[p->part][i];
-    double t[3], b[3];
-
-    sc_frame_about(n, t, b);
-    for (int k = 0; k < 3; k++)
-        out[k] = i < SC_GATHER_DIRECTIONS ? (float)(own[0] * t[k] + own[1] * b[k] + own[2] * n[k])
-                                          : own[k];
-}
-
 /* Fill in the ray of a place in direction @p d (RAS). */
 static void make_ray(const sc_gather *g, const sc_gather_place *p, const float d[3],
                      sc_gather_ray *ray)
