@@ -8,7 +8,11 @@
 #include <sys/stat.h>
 #include <zlib.h>
 
-enum { PACKED_BYTES = 1 << 18, SKIP_BYTES = 1 << 16 };
+enum {
+    PACKED_BYTES = 1 << 18,
+    SKIP_BYTES = 1 << 16,
+    PART_BYTES = 1 << 30 /* that are asked for at a time: zlib counts in 32 bits */
+};
 
 struct sc_packed_file {
     const char *path; /* for messages, borrowed */
@@ -130,11 +134,17 @@ bool sc_packed_is_packed(const sc_packed_file *p)
 
 size_t sc_packed_read(sc_packed_file *p, void *out, size_t bytes)
 {
+    size_t left = bytes; /* that have not been asked for */
+
     if (!p->inflates)
         return fread(out, 1, bytes, p->file);
     p->z.next_out = out;
-    p->z.avail_out = (uInt)bytes;
-    while (p->z.avail_out && p->code == Z_OK) {
+    p->z.avail_out = 0;
+    while ((p->z.avail_out || left) && p->code == Z_OK) {
+        if (p->z.avail_out == 0) {
+            p->z.avail_out = left < PART_BYTES ? (uInt)left : (uInt)PART_BYTES;
+            left -= p->z.avail_out;
+        }
         if (p->z.avail_in == 0)
             fill(p);
         if (p->z.avail_in == 0)
@@ -143,7 +153,7 @@ size_t sc_packed_read(sc_packed_file *p, void *out, size_t bytes)
         if (p->code == Z_STREAM_END && p->packing == SC_PACKING_GZIP && has_member(p))
             p->code = inflateReset(&p->z);
     }
-    return bytes - p->z.avail_out;
+    return bytes - left - p->z.avail_out;
 }
 
 uint64_t sc_packed_skip(sc_packed_file *p, uint64_t bytes)
