@@ -169,8 +169,7 @@ sc_status sc_panorama_load(const sc_ctx *ctx, const char *path, sc_panorama *out
     f.row = row;
     f.result = result;
     SC_PASS(read_rows(&f));
-    *out = result;
-    result = (sc_panorama){0};
+    SC_HAND_OVER(result, out);
     return SC_OK;
 }
 

@@ -148,8 +148,9 @@ void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body);
  * rays that must meet the same now are not followed anew. @param ctx its stage counts the rays of a
  * place; NULL: there is none. */
 void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, bool again);
-/* Find which places the planes of g->march, and g->planes_before, keep. */
-void sc_gather_compare_planes(sc_gather *g);
+/* Find which places the planes of g->march, and g->planes_before, keep. @return whether any has
+ * moved, without which nothing is found. */
+bool sc_gather_compare_planes(sc_gather *g);
 /* @return whether ray number @p i of place @p at meets what it met for g->scene; of not all that do
  * is that known. Needs sc_gather_compare_planes. */
 bool sc_gather_hit_stays(const sc_gather *g, const sc_scene *scene, size_t at, int i);

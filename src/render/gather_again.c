@@ -6,8 +6,6 @@
 #include "gather.h"
 #include "internal.h"
 
-#include <string.h>
-
 /* So far from a plane, in voxels, a place lies on its side for sure together with the vertex that a
  * ray meets there: that may be one beside the vertex of the place, which lies up to 0.9 away. */
 #define SAFE_VOXELS 4.0f
@@ -48,16 +46,24 @@ static bool only_cut_more(const sc_gather *g)
     for (int i = 0; i < g->march.plane_count; i++) {
         const float *now = g->march.plane_equations[i], *before = g->planes_before[i];
 
-        if (memcmp(now, before, 3 * sizeof *now) != 0 || !(now[3] <= before[3]))
+        if (now[0] != before[0] || now[1] != before[1] || now[2] != before[2] ||
+            !(now[3] <= before[3]))
             return false;
     }
     return true;
 }
 
-void sc_gather_compare_planes(sc_gather *g)
+bool sc_gather_compare_planes(sc_gather *g)
 {
+    bool moved = false;
+
+    for (int i = 0; i < 4 * g->march.plane_count; i++)
+        moved = moved || g->march.plane_equations[i / 4][i % 4] != g->planes_before[i / 4][i % 4];
+    if (!moved)
+        return false;
     g->cuts_more = only_cut_more(g);
     sc_gather_for(g, g->count, 4096, find_kept);
+    return true;
 }
 
 /* @return whether a direction, RAS, leads away from what a plane takes. */

@@ -289,10 +289,7 @@ void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, boo
     set_absent(g);
     set_planes(g, scene);
     g->scene_now = scene;
-    moved = !g->is_convex &&
-            memcmp(g->planes_before, g->march.plane_equations, sizeof g->planes_before) != 0;
-    if (again && moved)
-        sc_gather_compare_planes(g);
+    moved = again && sc_gather_compare_planes(g);
     for (g->direction = 0; g->direction < sc_gather_rays(g) && !sc_gather_ends(g); g->direction++) {
         const size_t first = (size_t)g->direction * labels;
         const bool *absent = g->absent + first;

@@ -119,9 +119,11 @@ static void measure(sc_sky *sky, blurred_pixel sent[SC_SKY_ROWS * SC_SKY_COLUMNS
             }
         }
     }
-    for (int i = 0; i < SC_SKY_ROWS * SC_SKY_COLUMNS; i++)
-        direction_to(sky, (i % SC_SKY_COLUMNS + 0.5) / SC_SKY_COLUMNS,
-                     ((i / SC_SKY_COLUMNS) + 0.5) / SC_SKY_ROWS, sent[i].d);
+    for (int i = 0; i < SC_SKY_ROWS * SC_SKY_COLUMNS; i++) {
+        const int column = i % SC_SKY_COLUMNS, row = i / SC_SKY_COLUMNS;
+
+        direction_to(sky, (column + 0.5) / SC_SKY_COLUMNS, (row + 0.5) / SC_SKY_ROWS, sent[i].d);
+    }
     sky->gain = (float)(SC_SKY_MEAN / mean);
     for (int i = 0; i < 12; i++)
         sky->around[i / 4][i % 4] *= sky->gain;

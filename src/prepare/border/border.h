@@ -380,19 +380,27 @@ SC_ALWAYS_INLINE void sc_binomial(const float *in, int edge, float *out)
     }
 }
 
+/* Numbers of two vectors of four, by their places in both. Clang has no __builtin_shuffle, and GCC
+ * before 12 nothing else. */
+#if defined __clang__ || __GNUC__ >= 12
+#define SC_SHUFFLE(a, c, ...) __builtin_shufflevector(a, c, __VA_ARGS__)
+#else
+typedef int32_t sc_four_places __attribute__((vector_size(4 * sizeof(int32_t))));
+#define SC_SHUFFLE(a, c, ...) __builtin_shuffle(a, c, (sc_four_places){__VA_ARGS__})
+#endif
+
 /* Interpolate between five cells of a row: to eight voxels, or twice @p count if that is less. */
 SC_ALWAYS_INLINE void sc_upsample_four(const float *row, int count, float *out)
 {
     typedef float four __attribute__((vector_size(4 * sizeof(float))));
-    typedef int32_t order __attribute__((vector_size(4 * sizeof(int32_t))));
     four low, high, even, odd, pairs[2];
 
     memcpy(&low, row, sizeof low);
     memcpy(&high, row + 1, sizeof high);
     even = 0.75f * low + 0.25f * high;
     odd = 0.25f * low + 0.75f * high;
-    pairs[0] = __builtin_shuffle(even, odd, (order){0, 4, 1, 5});
-    pairs[1] = __builtin_shuffle(even, odd, (order){2, 6, 3, 7});
+    pairs[0] = SC_SHUFFLE(even, odd, 0, 4, 1, 5);
+    pairs[1] = SC_SHUFFLE(even, odd, 2, 6, 3, 7);
     memcpy(out, pairs, (size_t)(count < 4 ? 2 * count : 8) * sizeof *out);
 }
 

@@ -25,13 +25,11 @@ static inline float limited(float share)
 }
 
 typedef float four_floats __attribute__((vector_size(4 * sizeof(float))));
-typedef int32_t four_places __attribute__((vector_size(4 * sizeof(int32_t))));
 
 /* @return the sums of the pairs of neighbours in a and c. */
 static inline four_floats add_pairs(four_floats a, four_floats c)
 {
-    return __builtin_shuffle(a, c, (four_places){0, 2, 4, 6}) +
-           __builtin_shuffle(a, c, (four_places){1, 3, 5, 7});
+    return SC_SHUFFLE(a, c, 0, 2, 4, 6) + SC_SHUFFLE(a, c, 1, 3, 5, 7);
 }
 
 /* Add the sums of each four of a row to the quarters of the row. */

@@ -125,42 +125,50 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
                                  "both into one directory, or "
                                  "save the volume as one file (.nrrd, .mha, .nii.gz)";
     const char *why = why_no_file(name), *outside = why_outside(name);
-    SC_OWN(sc_free_at)
-    char *target = NULL, *own = NULL, *behind = NULL, *joined = NULL, *real = NULL;
-    const char *directories[2];
+    char *target = NULL, *directories[2] = {NULL, NULL}, *joined = NULL, *real = NULL;
     struct stat info;
     bool below;
+    sc_status status = SC_OK;
 
     if (why)
         return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\": %s; %s", header, field, name, why,
                        advice);
     target = realpath(header, NULL); /* where the header lies if the user has named a link to it */
-    directories[0] = own = folder_of(header);
-    directories[1] = behind = target ? folder_of(target) : NULL;
+    directories[0] = folder_of(header);
+    directories[1] = target ? folder_of(target) : NULL;
     for (int i = 0; i < 2 && !real && directories[i]; i++) {
         sc_free(joined);
         joined = NULL;
-        SC_PASS(sc_path_join(ctx,
-                             *name == '/' || !strcmp(directories[i], ".") ? "" : directories[i],
-                             name, &joined));
+        SC_TRY(sc_path_join(ctx, *name == '/' || !strcmp(directories[i], ".") ? "" : directories[i],
+                            name, &joined));
         real = realpath(joined, NULL);
     }
     below = real && (is_below(real, directories[0]) || is_below(real, directories[1]));
     if (outside && !below) /* whether there is such a file is nobody's business */
-        return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\": %s; %s", header, field, name, outside,
-                       advice);
-    if (!real || stat(real, &info))
-        return sc_fail(ctx, SC_ERR_DATA, "%s: the file of its voxels, %s: %s", header,
-                       joined ? joined : name, strerror(errno));
-    if (!below)
-        return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", a link out of the directory to %s; %s",
-                       header, field, name, real, advice);
-    if (!S_ISREG(info.st_mode))
-        return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", which is no regular file; %s", header,
-                       field, name, advice);
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\": %s; %s", header, field, name, outside,
+                         advice);
+    else if (!real || stat(real, &info))
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: the file of its voxels, %s: %s", header,
+                         joined ? joined : name, strerror(errno));
+    else if (!below)
+        status =
+            sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", a link out of the directory to %s; %s",
+                    header, field, name, real, advice);
+    else if (!S_ISREG(info.st_mode))
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", which is no regular file; %s", header,
+                         field, name, advice);
+    if (status != SC_OK)
+        goto out;
     *bytes = (uint64_t)info.st_size;
-    SC_HAND_OVER(joined, out);
-    return SC_OK;
+    *out = joined;
+    joined = NULL;
+out:
+    free(real);
+    free(target);
+    free(directories[0]);
+    free(directories[1]);
+    sc_free(joined);
+    return status;
 }
 
 bool sc_name_pattern_read(char *text, sc_name_pattern *out)
