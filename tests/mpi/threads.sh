@@ -13,6 +13,7 @@ expect 0 '' "$SEGCAST" help keys
 command -v setpriv >/dev/null || skip "no setpriv"
 user=54321 # who has no other processes
 chmod 777 .
+chmod a+x .. # the way to it
 as_user() { (ulimit -u "$1"; shift; exec setpriv --reuid $user --regid $user --clear-groups env HOME="$PWD" TMPDIR="$PWD" "$@"); }
 as_user 100 "$SEGCAST" --version >/dev/null || skip "another user cannot run segcast where it was built"
 video=(--set output.video=film.mp4 --set output.fps=5)
