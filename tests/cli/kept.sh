@@ -104,8 +104,12 @@ SEGCAST_CACHE=$PWD/shared "$SEGCAST" still job.yaml -o shared.png -q >/dev/null 
 (unset SEGCAST_CACHE && SLURM_JOB_ID=1 "$SEGCAST" still job.yaml -o batch.png -q >/dev/null) || fail "no picture in a batch job"
 [ ! -e .cache/segcast/prepared ] || fail "a batch job has kept something"
 # In the user's cache directory only what takes more than half a second to prepare.
-(unset SEGCAST_CACHE && "$SEGCAST" still job.yaml -o home.png -q >/dev/null) || fail "no picture with the cache of the user"
-[ ! -e .cache/segcast/prepared ] || fail "a small volume is kept in the user's cache directory"
+# Threads that wait for a core that others have taken count, too.
+(unset SEGCAST_CACHE && "$SEGCAST" still phantom:8x8x8 --threads 1 -o home.png -q >/dev/null) || fail "no picture with the cache of the user"
+case $BUILD in
+*/asan) ;; # with sanitizers the smallest takes longer
+*) [ ! -e .cache/segcast/prepared ] || fail "a small volume is kept in the user's cache directory" ;;
+esac
 (unset SEGCAST_CACHE && "$SEGCAST" still phantom:224x180x240 --size 48x32 -o home.png --overwrite -q >/dev/null) || fail "no picture of a larger volume"
 [ -n "$(find .cache/segcast/prepared -name '*.segc')" ] || fail "nothing is kept in the user's cache directory"
 # Several at once.
