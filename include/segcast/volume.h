@@ -324,8 +324,8 @@ typedef enum sc_match {
     SC_MATCH_EXACT  /**< the same bytes, the number of the label, or the pattern "*" */
 } sc_match;
 /** A pattern, taken apart for comparing: a whole number means the label of that value only, "*"
- *  every label, and everything else a name or a glob for names (* ? [...]), which a label without a
- *  name never fits. */
+ *  (or "**") every label, and everything else a name or a glob for names (* ? [...]), which a label
+ * without a name never fits. */
 typedef struct sc_pattern {
     char text[SC_NAME_BYTES], folded[SC_NAME_BYTES], words[SC_NAME_BYTES]; /**< by sc_match */
     bool is_number, is_all, is_glob;

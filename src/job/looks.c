@@ -5,9 +5,9 @@
 
 #include <string.h>
 
-/* A look, as a part of a job file. A rule for tissues has the glob of all names that is least
- * likely to be in the job, too, where a later entry would have to win over earlier ones. The
- * values were chosen by eye, on hearts, bodies and brains. */
+/* A look, as a part of a job file. A rule for tissues has the glob of all tissues that is least
+ * likely to be in the job, too, where a later entry would have to win over earlier ones; those
+ * without a name are meant, too. The values were chosen by eye, on hearts, bodies and brains. */
 static const struct {
     const char *name;
     const char *job;
@@ -17,15 +17,15 @@ static const struct {
     /* Night, and a lamp whose shadows tell the shape. */
     {"cinematic", "light: {method: global, ambient: 0.28, key: 1, head: 0.04}\n"
                   "render: {background: '#14161a'}\n"
-                  "tissues: {'?*': {specular: 0.2, shininess: 60}}"},
+                  "tissues: {'**': {specular: 0.2, shininess: 60}}"},
     /* An overcast sky, without highlights: colours are those of the table nearly everywhere. */
     {"atlas", "light: {method: global, ambient: 0.95, key: 0, head: 0.2}\n"
               "render: {background: white, cap_outline: 0.3}\n"
-              "tissues: {'?*': {specular: 0}}"},
+              "tissues: {'**': {specular: 0}}"},
     /* Veils whose outlines are dense, as those of a radiograph. */
     {"xray", "light: {method: flat, edges: 1}\n"
              "render: {background: '#05070a'}\n"
-             "tissues: {'?*': {opacity: 0.08}}"},
+             "tissues: {'**': {opacity: 0.08}}"},
 };
 
 /* @return the part of a job of the look that a tree names; NULL: it names none of these. */

@@ -124,6 +124,9 @@ for job in look bare shot; do "$SEGCAST" still $job.yaml -o $job.png --overwrite
 "$IMAGE_DIFFERENCE" bare.png look.png || fail "a look goes before the keys of a job"
 "$IMAGE_DIFFERENCE" bare.png shot.png || fail "a shot has something of the look of the film beside its own"
 expect 64 'unknown look "rainbow"; expected one of: plain, studio, cinematic, atlas, xray' "$SEGCAST" still heart.nrrd --look rainbow -o word.png
+# Names are not needed for a look.
+{ printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 6 6 6\nencoding: raw\nspacings: 1 1 1\n\n' && head -c 216 /dev/zero | tr '\0' '\3'; } >nameless.nrrd
+"$SEGCAST" still nameless.nrrd --size 96x72 --sheet looks -o nameless.png -q >/dev/null || fail 'tissues without names have no looks'
 # A tissue of a volume fills the picture as the verb frame lets it, and what lies before it does not hide it.
 "$SEGCAST" still volume.yaml --set animation.camera.orbit.turns=0 --view 0,30 --set 'animation.verbs=[{frame: aorta, during: [0%, 0%]}]' \
     --set tissues.*.opacity=0.04 --set tissues.aorta.opacity=1 -o job.png --overwrite -q >/dev/null

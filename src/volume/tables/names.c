@@ -59,7 +59,8 @@ sc_status sc_label_list_add(const sc_ctx *ctx, sc_text *list, size_t before, con
 
 sc_pattern sc_pattern_of(const char *text)
 {
-    sc_pattern p = {.is_glob = strpbrk(text, "*?[") != NULL, .is_all = !strcmp(text, "*")};
+    sc_pattern p = {.is_glob = strpbrk(text, "*?[") != NULL,
+                    .is_all = *text && !text[strspn(text, "*")]};
     char *end;
 
     p.number = strtoll(text, &end, 10);
