@@ -163,7 +163,7 @@ sc_status sc_chunk_read_json(const sc_ctx *ctx, int directory, const char *path,
                        "not followed",
                        path, name, errno == EINVAL ? "is none" : strerror(errno));
     SC_PASS(read_whole(ctx, path, name, fd, bytes, &text));
-    *out = json_loadb(text, (size_t)bytes, 0, &error);
+    *out = sc_json_load(text, (size_t)bytes, &error);
     if (*out && json_is_object(*out))
         return SC_OK;
     if (!*out && sc_json_lacks_memory(&error))

@@ -7,6 +7,7 @@
 #include "formats/length_units.h"
 
 #include <dirent.h>
+#include <errno.h>
 #include <fcntl.h>
 #include <float.h>
 #include <stdlib.h>
@@ -252,6 +253,8 @@ static sc_status look_above(const sc_ctx *ctx, sc_zarr_choice *out)
     char *slash = real ? strrchr(real, '/') : NULL, *end = NULL;
     const long level = slash && slash[1] == 's' ? strtol(slash + 2, &end, 10) : 0;
 
+    if (!real && errno == ENOMEM)
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", out->array.path);
     if (!end || *end || end == slash + 2 || slash == real || level < 0 || level >= LEVELS_MAX)
         return read_geometry(ctx, NULL, 0, out);
     *slash = '\0';

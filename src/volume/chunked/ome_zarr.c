@@ -5,6 +5,7 @@
 #include "formats/length_units.h"
 #include "tables/label_table.h"
 
+#include <errno.h>
 #include <float.h>
 #include <stdlib.h>
 #include <string.h>
@@ -297,6 +298,8 @@ static sc_status look_above(const sc_ctx *ctx, const char *path, sc_zarr_choice 
     const json_t *image;
     size_t level;
 
+    if (!real && errno == ENOMEM)
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
     if (!slash || slash == real)
         return SC_OK;
     *slash = '\0';

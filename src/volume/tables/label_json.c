@@ -6,7 +6,9 @@
 #include "tables/label_table.h"
 
 #include <jansson.h>
+#include <stdlib.h>
 #include <string.h>
+#include <threads.h>
 
 /* The table while the document is read. */
 typedef struct json_reading {
@@ -324,9 +326,35 @@ static void read_document(json_reading *r, json_t *root)
     }
 }
 
+/* Whether jansson has been denied memory since the thread last began to read a document: it calls
+ * that an invalid document. */
+static _Thread_local bool is_denied;
+
+static void *note_denied(size_t bytes)
+{
+    void *block = malloc(bytes);
+
+    is_denied = is_denied || !block;
+    return block;
+}
+
+static void set_functions(void)
+{
+    json_set_alloc_funcs(note_denied, free);
+}
+
+json_t *sc_json_load(const char *text, size_t bytes, json_error_t *error)
+{
+    static once_flag once = ONCE_FLAG_INIT;
+
+    call_once(&once, set_functions);
+    is_denied = false;
+    return json_loadb(text, bytes, 0, error);
+}
+
 bool sc_json_lacks_memory(const json_error_t *error)
 {
-    return !error->text[0] || json_error_code(error) == json_error_out_of_memory;
+    return is_denied || !error->text[0] || json_error_code(error) == json_error_out_of_memory;
 }
 
 sc_status sc_label_json_parse(const sc_ctx *ctx, const char *path, const char *text, size_t bytes,
@@ -342,7 +370,7 @@ sc_status sc_label_json_parse(const sc_ctx *ctx, const char *path, const char *t
             "%s: has %zu bytes of JSON; expected at most %d: keep the rows of the labels "
             "in the volume",
             path, bytes, SC_JSON_BYTES_MAX);
-    root = json_loadb(text, bytes, 0, &error);
+    root = sc_json_load(text, bytes, &error);
     if (root)
         status = sc_label_json_read(ctx, path, root, table);
     else if (sc_json_lacks_memory(&error))

@@ -166,11 +166,12 @@ char *sc_label_trim(char *text);
  * @return SC_ERR_DATA, logged under @p path; SC_ERR_MEMORY. */
 sc_status sc_label_json_parse(const sc_ctx *ctx, const char *path, const char *text, size_t bytes,
                               sc_label_table *table);
-/* Did jansson fail to read a document for want of memory? It does not always say so, but tells what
- * is wrong with one only if it has read it. */
 struct json_error_t;
-bool sc_json_lacks_memory(const struct json_error_t *error);
 struct json_t; /* of jansson */
+/* Read a document, as json_loadb without flags does. The caller owns it. Any thread. */
+struct json_t *sc_json_load(const char *text, size_t bytes, struct json_error_t *error);
+/* Did the last sc_json_load of this thread fail for want of memory? */
+bool sc_json_lacks_memory(const struct json_error_t *error);
 /* As sc_label_json_parse, of a document that has been read. */
 sc_status sc_label_json_read(const sc_ctx *ctx, const char *path, struct json_t *root,
                              sc_label_table *table);
