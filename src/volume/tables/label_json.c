@@ -8,7 +8,6 @@
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
-#include <threads.h>
 
 /* The table while the document is read. */
 typedef struct json_reading {
@@ -338,16 +337,14 @@ static void *note_denied(size_t bytes)
     return block;
 }
 
-static void set_functions(void)
-{
-    json_set_alloc_funcs(note_denied, free);
-}
-
 json_t *sc_json_load(const char *text, size_t bytes, json_error_t *error)
 {
-    static once_flag once = ONCE_FLAG_INIT;
+    json_malloc_t now;
+    json_free_t other;
 
-    call_once(&once, set_functions);
+    json_get_alloc_funcs(&now, &other);
+    if (now != note_denied) /* once in a process: blocks of both are freed alike */
+        json_set_alloc_funcs(note_denied, free);
     is_denied = false;
     return json_loadb(text, bytes, 0, error);
 }
