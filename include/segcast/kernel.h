@@ -42,13 +42,13 @@ static inline bool sc_skip_has_cell_distances(sc_skip skip)
 
 /** What a kernel knows of a label. Opacities (alpha) and the weights of the light are 0 to 1. */
 typedef struct sc_march_tissue {
-    float rgb[3];            /**< linear light */
-    float boundary_alpha;    /**< of one crossing (smooth) or one sample (voxel) */
-    float interior_alpha;    /**< of one sample; voxel only */
-    float cap_alpha;         /**< opacity of a cut face, 0 to 1: below 1 only while the tissue fades
-                                  and of what is left over, and 0 if it is not shown at all */
-    float thickness_factor;  /**< with by_thickness: what sc_march.thickness_alpha is multiplied by:
-                                  1, but less or more while the tissue fades */
+    float rgb[3];           /**< linear light */
+    float boundary_alpha;   /**< of one crossing (smooth) or one sample (voxel) */
+    float interior_alpha;   /**< of one sample; voxel only */
+    float cap_alpha;        /**< opacity of a cut face, 0 to 1: below 1 only while the tissue fades,
+                                 and 0 if it is not shown at all */
+    float thickness_factor; /**< with by_thickness: what sc_march.thickness_alpha is multiplied by:
+                                 1, but less or more while the tissue fades */
     float diffuse, specular; /**< weights of the diffuse light and of the highlight */
     int shininess;           /**< exponent of the highlight */
     uint8_t show;            /**< SC_SHOW_* */

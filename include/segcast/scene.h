@@ -48,11 +48,12 @@ typedef struct sc_tissue_rule {
 typedef struct sc_tissue {
     bool visible;   /**< false: nothing of it is shown, whatever its opacities */
     double opacity; /**< of the boundary, 0 to 1: per crossing (smooth), per voxel length (voxel) */
-    bool opacity_auto;  /**< the opacity follows from what was measured: sc_opacity_rule */
-    bool is_cover;      /**< ... as of a cover, or of what is left over, not by thickness */
-    bool is_rest;       /**< ... of what is left over: it is seen through where it is cut, too */
-    bool color_given;   /**< a label table, a value or a rule has set the colour */
-    bool color_by_rule; /**< a rule has, which goes before values */
+    bool opacity_auto; /**< the opacity follows from what was measured: sc_opacity_rule */
+    bool is_cover;     /**< ... as of a cover, not by thickness */
+    bool is_rest;      /**< hidden, because its name calls it left over and nothing else says how it
+                            looks */
+    bool color_given;  /**< a label table, a value or a rule has set the colour */
+    bool color_by_rule;      /**< a rule has, which goes before values */
     double interior_opacity; /**< of interior voxels, per voxel length; 0 unless a rule sets it,
                                   below 0 as of sc_tissue_rule until a session resolves it */
     float rgb_linear[3];     /**< colour in linear light, 0 to 1; of key frames that of the first */
@@ -117,7 +118,8 @@ SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *
                                           const sc_tissue_rule *rules, size_t rule_count,
                                           sc_opacity_rule opacity, sc_tissue *out);
 
-/** Find the hidden labels: those that table and rules make invisible or give no opacity. They are
+/** Find the hidden labels: those that table and rules make invisible or give no opacity, and those
+ *  that are left over by their names (sc_tissue.is_rest). They are
  *  treated as background, because otherwise surfaces would be drawn between a visible tissue and
  *  each of the tissues around it that nobody sees. A rule that matches no label is no error here.
  *  @param labels [label_count] by dense id.

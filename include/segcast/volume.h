@@ -442,9 +442,10 @@ sc_names_kind sc_names_kind_of(const sc_label *labels, int count);
  * Latin, however they are written together: "Left-Lateral-Ventricle", "heart_atrium_left",
  * "LeftLung". @param rgb sRGB; set if there is one. @return whether there is one. */
 bool sc_anatomy_color(const char *name, sc_names_kind kind, uint8_t rgb[3]);
-/** @return whether a name says that a tissue is the outside of all others (skin), or what is left
- * over (other, rest, unclassified), which is not to hide the others. */
-bool sc_name_steps_back(const char *name);
+/** What the words of its name say of a tissue: one among others, the outside of all others (skin),
+ * or what is left over (other, rest, unclassified). */
+typedef enum sc_name_role { SC_NAME_PART, SC_NAME_OUTSIDE, SC_NAME_REST } sc_name_role;
+sc_name_role sc_name_role_of(const char *name);
 enum { SC_NAME_KEY_BYTES = 4 * SC_NAME_BYTES };
 /** Write the words of a name in English without those of its side, numbers with leading zeros, so
  * that both sides of a pair have the same, and members of a series are in their order. */

@@ -254,6 +254,21 @@ void sc_tell_thin(const sc_app *app, const sc_panel *panel)
                 count, count > 1 ? "s are" : " is", pixel_mm, label->name, (long long)label->value);
 }
 
+/* ---- tissues that are hidden by their names ---- */
+
+void sc_tell_rests(const sc_app *app, const sc_panel *panel)
+{
+    for (int i = 1; i < panel->volume.label_count; i++) {
+        const sc_label *label = &panel->volume.labels[i];
+
+        if (panel->looks.tissues[i].is_rest)
+            sc_info(app->ctx,
+                    "\"%s\" (label %lld) is hidden, because its name calls it left over: 'tissues: "
+                    "{%lld: {visible: true}}' shows it",
+                    label->name, (long long)label->value, (long long)label->value);
+    }
+}
+
 /* ---- warnings of clip planes that cut nothing or everything ---- */
 
 /* Find the extent of a box along the unit vector @p n. */

@@ -109,6 +109,8 @@ void sc_tell_shape(const sc_app *app, const sc_panel *panel);
 /* Tell which tissues are thinner than a pixel, of a picture of one subject. Needs panel->timeline.
  */
 void sc_tell_thin(const sc_app *app, const sc_panel *panel);
+/* Tell which tissues are hidden because of their names (sc_tissue.is_rest). */
+void sc_tell_rests(const sc_app *app, const sc_panel *panel);
 /* Warn if the zoom of panel->timeline moves some of @p points out of the picture, which would be in
  * it without the zoom. @param aspect width of the picture divided by its height. @return
  * SC_ERR_MEMORY. */

@@ -166,6 +166,7 @@ sc_status sc_panel_timeline(sc_app *app, sc_panel *panel, const sc_vec3 *points,
         sc_warn_of_planes(app, panel);
         sc_tell_shape(app, panel);
         sc_tell_thin(app, panel);
+        sc_tell_rests(app, panel);
     }
     return sc_comm_agree(
         app->comm, count > 0 && first

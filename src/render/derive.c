@@ -23,9 +23,6 @@ void sc_fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, fl
 
     for (int id = 0; id < r->volume->label_count; id++) {
         sc_march_tissue *to = &r->tissues[id];
-        /* Solid faces of scraps would lie before what they are the rest of; but they show an image.
-         */
-        const float cap = tissues[id].is_rest && !s->grey ? (float)tissues[id].opacity : 1;
 
         memcpy(to->rgb, tissues[id].rgb_linear, sizeof to->rgb);
         to->boundary_alpha = sc_alpha_of(s, tissues[id].opacity);
@@ -35,13 +32,12 @@ void sc_fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, fl
         to->specular = (float)tissues[id].material.specular;
         to->shininess = tissues[id].material.shininess;
         to->show = show[id] = id ? shown(s, &tissues[id]) : 0;
-        to->cap_alpha = !id || show[id] ? cap : 0;
+        to->cap_alpha = !id || show[id] ? 1 : 0;
         to->clip_set = tissues[id].clip_set;
         to->by_thickness = s->local_thickness && tissues[id].opacity_auto && !tissues[id].is_cover;
         opacity[id] = show[id] ? (float)tissues[id].opacity : 0;
         r->looks[id] = (sc_full_look){.opacity = tissues[id].opacity,
                                       .interior_opacity = tissues[id].interior_opacity,
-                                      .cap = cap,
                                       .show = show[id],
                                       .group = show[id] ? tissues[id].fade_group : 0,
                                       .clip_set = tissues[id].clip_set};

@@ -138,7 +138,7 @@ static void set_tissue(sc_renderer *r, int id, float factor, float measured_max)
 
     to->boundary_alpha = sc_alpha_of(s, fmin(look->opacity * factor, 1));
     to->interior_alpha = sc_alpha_of(s, fmin(look->interior_opacity * factor, 1));
-    to->cap_alpha = fminf(look->cap * factor, 1);
+    to->cap_alpha = fminf(factor, 1);
     to->thickness_factor = factor * measured_max > 1 ? 1 / measured_max : factor;
     to->show = factor > 0 ? look->show : 0;
 }

@@ -40,7 +40,6 @@ typedef struct sc_lens_sample {
 /* What of a tissue changes from frame to frame, as it is when it does not. */
 typedef struct sc_full_look {
     double opacity, interior_opacity;
-    float cap;     /* opacity of cut faces */
     float rgb[3];  /* linear */
     uint8_t show;  /* SC_SHOW_* */
     uint8_t group; /* as of sc_tissue.fade_group */

@@ -14,8 +14,7 @@
 #define LEAST 0.5
 #define MOST 0.95
 #define HUMAN_MM 100.0
-/* Opacities of the outermost cover, and of those between it and what they enclose, and of what the
- * name calls left over. */
+/* Opacities of the outermost cover, and of those between it and what they enclose. */
 #define OUTER_COVER 0.16
 #define INNER_COVER 0.06
 
@@ -55,6 +54,8 @@ static sc_tissue tissue_of_table(const sc_label *label)
                                      .specular = SC_MATERIAL_SPECULAR,
                                      .shininess = SC_MATERIAL_SHININESS}};
 
+    tissue.is_rest =
+        tissue.visible && tissue.opacity_auto && sc_name_role_of(label->name) == SC_NAME_REST;
     tissue.color_given = label->has_color;
     color_of(label->rgb, tissue.rgb_linear);
     return tissue;
@@ -67,6 +68,7 @@ static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
         tissue->visible = rule->visible;
         tissue->visible_track = rule->visible_track;
     }
+    tissue->is_rest = tissue->is_rest && !rule->has_visible && !rule->has_opacity;
     if (rule->has_offset) {
         tissue->offset_mm = rule->offset_mm;
         tissue->offset_track = rule->offset_track;
@@ -116,8 +118,24 @@ static void apply_look(void *user, const sc_tissue_rule *rule, int id)
     apply_rule(rule, &looks[id]);
 }
 
-/* Find the looks of all labels by table and rules, of which later ones win. Where an opacity is
- * automatic, the value is still to be filled in: that takes the measured thickness of all tissues.
+/* Hide what is left over, such as "heart other", whose scraps would lie on what is shown, unless
+ * nothing else is. @param looks [label_count]: is_rest if the name says so and nothing else how the
+ * tissue looks. */
+static void hide_rests(int label_count, sc_tissue *looks)
+{
+    bool has_parts = false;
+
+    for (int id = 1; id < label_count; id++)
+        has_parts = has_parts || (looks[id].visible && !looks[id].is_rest);
+    for (int id = 1; id < label_count; id++) {
+        looks[id].is_rest = looks[id].is_rest && has_parts;
+        looks[id].visible = looks[id].visible && !looks[id].is_rest;
+    }
+}
+
+/* Find the looks of all labels by table, names and rules, of which later ones win. Where an opacity
+ * is automatic, the value is still to be filled in: that takes the measured thickness of all
+ * tissues.
  * @param out [label_count]; that of the background is zero. */
 static void find_looks(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
                        size_t rule_count, sc_tissue *out)
@@ -126,6 +144,7 @@ static void find_looks(const sc_label *labels, int label_count, const sc_tissue_
     for (int id = 1; id < label_count; id++)
         out[id] = tissue_of_table(&labels[id]);
     each_match(labels, label_count, rules, rule_count, apply_look, out);
+    hide_rests(label_count, out);
 }
 
 /* Give a label the strength of smoothing that a rule gives; @p user [label_count] sc_vec3. */
@@ -215,11 +234,12 @@ sc_opacity_scale sc_opacity_scale_of(const sc_prepared *volume, const sc_tissue 
                               .thick_mm = share > 0 ? share * THICK_MM : THICK_MM};
 }
 
-/* @return whether a tissue is to be seen through, because it encloses others, or is what their
- * names leave over, such as "heart other": scraps that would lie on what is shown. */
-static bool steps_back(const sc_prepared *volume, int id)
+/* @return whether a tissue is to be seen through, because it encloses others, by rays or by its
+ * name. */
+static bool encloses(const sc_prepared *volume, int id)
 {
-    return volume->stats[id].cover_layer > 0 || sc_name_steps_back(volume->labels[id].name);
+    return volume->stats[id].cover_layer > 0 ||
+           sc_name_role_of(volume->labels[id].name) == SC_NAME_OUTSIDE;
 }
 
 /* Set opacity, and is_cover, where opacity_auto is set, by the measurements in the volume's stats;
@@ -233,16 +253,15 @@ static void fill_auto(const sc_prepared *volume, sc_opacity_rule rule, sc_tissue
     bool others = false;
 
     for (int id = 1; id < volume->label_count; id++)
-        others = others || (tissues[id].visible && !steps_back(volume, id));
+        others = others || (tissues[id].visible && !encloses(volume, id));
     for (int id = 1; id < volume->label_count; id++) {
         const sc_label_stats *stats = &volume->stats[id];
         sc_tissue *tissue = &tissues[id];
 
         if (!tissue->opacity_auto)
             continue;
-        tissue->is_cover = rule == SC_OPACITY_MEASURED &&
-                           (others ? steps_back(volume, id) : stats->cover_layer > 0);
-        tissue->is_rest = tissue->is_cover && stats->cover_layer == 0;
+        tissue->is_cover =
+            rule == SC_OPACITY_MEASURED && (others ? encloses(volume, id) : stats->cover_layer > 0);
         if (!tissue->visible)
             tissue->opacity = 0;
         else if (tissue->is_cover)

@@ -683,21 +683,23 @@ TEST(left_looks_as_right)
 }
 
 /* What is left over, and what lies around all, is told by its name; a tumour of it is not. */
-TEST(names_tell_what_steps_back)
+TEST(names_tell_what_is_left_over_and_what_lies_outside)
 {
-    static const char *const back[] = {"heart_other", "Other",       "unclassified", "rest",
-                                       "Unknown",     "soft tissue", "Skin",         "body",
-                                       "body_trunc",  "remainder"};
-    static const char *const stays[] = {"",           "heart",      "forest",        "mother cell",
-                                        "body of C2", "skin tumor", "vertebral body"};
+    static const struct {
+        sc_name_role role;
+        const char *names[8];
+    } known[] = {
+        {SC_NAME_REST, {"heart_other", "Other", "unclassified", "rest", "Unknown", "remainder"}},
+        {SC_NAME_OUTSIDE, {"soft tissue", "Skin", "body", "body_trunc"}},
+        {SC_NAME_PART,
+         {"", "heart", "forest", "mother cell", "body of C2", "skin tumor", "vertebral body"}},
+    };
 
-    for (size_t i = 0; i < SC_COUNT_OF(back); i++) {
-        if (!sc_name_steps_back(back[i]))
-            fail_msg("\"%s\" does not step back", back[i]);
-    }
-    for (size_t i = 0; i < SC_COUNT_OF(stays); i++) {
-        if (sc_name_steps_back(stays[i]))
-            fail_msg("\"%s\" steps back", stays[i]);
+    for (size_t i = 0; i < SC_COUNT_OF(known); i++) {
+        for (int k = 0; k < 8 && known[i].names[k]; k++) {
+            if (sc_name_role_of(known[i].names[k]) != known[i].role)
+                fail_msg("\"%s\" is not of role %d", known[i].names[k], known[i].role);
+        }
     }
 }
 

@@ -207,38 +207,6 @@ TEST(the_share_mixes_colours_and_ends_at_the_image)
     free_scene(&s);
 }
 
-/* Where a plane cuts what is left over, one sees through it as through its surface, but an image is
- * shown whole. */
-TEST(a_cut_through_what_is_left_over_is_seen_through)
-{
-    static uint16_t codes[VOXELS];
-    const int size[3] = {41, 41, 41};
-    const double spacing[3] = {1, 1, 1};
-    const sc_affine all = {{{1.5, 0, 0, -9}, {0, 1.5, 0, -9}, {0, 0, 1.5, -9}}};
-    const sc_grey grey = ramp_grey(&all, codes);
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 0.06);
-    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
-    int level[3]; /* in the middle: solid, seen through, with an image */
-
-    s.settings.light = (sc_lighting){.method = SC_LIGHT_FLAT};
-    memset(s.tissues[1].rgb_linear, 0, sizeof s.tissues[1].rgb_linear);
-    scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
-                                  SC_ORTHOGRAPHIC, 20);
-    scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
-    for (int i = 0; i < 3; i++) {
-        SC_OWN(sc_image_clear) sc_image image = {0};
-
-        s.tissues[1].is_rest = i > 0;
-        s.settings.grey = i == 2 ? &grey : NULL;
-        image = draw_view(&s, &scene, NULL);
-        level[i] = image.rgb[(35 * 90 + 45) * 3];
-    }
-    assert_int_equal(level[0], 0);
-    assert_true(level[1] > 200 && level[1] < 250); /* of the background, 255 */
-    assert_int_equal(level[2], 0);
-    free_scene(&s);
-}
-
 /* Red, and green, each half of the volume. */
 static int halves(double x, double y, double z)
 {

@@ -348,7 +348,6 @@ TEST(covers_step_back)
     assert_ok(sc_transfer_resolve(&quiet, &p.view, NULL, 0, SC_OPACITY_MEASURED, tissues));
     assert_true(tissues[1].is_cover && tissues[1].opacity > 0.1 && tissues[1].opacity < 0.2);
     assert_true(tissues[2].is_cover && tissues[2].opacity < 0.1);
-    assert_true(!tissues[1].is_rest && !tissues[2].is_rest);
     assert_true(!tissues[3].is_cover && tissues[3].opacity > 0.7);
     assert_near(tissues[3].opacity, tissues[4].opacity, 0.02);
     assert_ok(sc_transfer_resolve(&quiet, &p.view, &solid, 1, SC_OPACITY_MEASURED, tissues));
@@ -358,16 +357,18 @@ TEST(covers_step_back)
     sc_volume_clear(&v);
 }
 
-/* What a name calls left over does not hide the others, unless there are none, or a rule or a table
- * says otherwise; and a brain, whose parts tile it, is opaque. */
-TEST(names_decide_what_steps_back_and_what_is_opaque)
+/* What a name calls left over is hidden, unless there is nothing else, or a rule or a table says
+ * how it looks; and a brain, whose parts tile it, is opaque. */
+TEST(names_decide_what_is_hidden_and_what_is_opaque)
 {
     sc_label_stats stats[3] = {{0}};
     sc_label labels[3] = {{0}, {.value = 1, .opacity = -1}, {.value = 2, .opacity = -1}};
     const sc_prepared volume = {.label_count = 3, .labels = labels, .stats = stats};
     const sc_tissue_rule all = {.pattern = "*", .has_opacity = true, .opacity = 1};
     const sc_tissue_rule none = {.pattern = "aorta", .has_visible = true};
+    const sc_tissue_rule shown = {.pattern = "*other", .has_visible = true, .visible = true};
     sc_tissue tissues[3];
+    bool hidden[3];
 
     for (int id = 1; id < 3; id++)
         stats[id] = (sc_label_stats){.voxels = 9, .thickness_mm = 5, .high = {9, 9, 9}};
@@ -375,12 +376,16 @@ TEST(names_decide_what_steps_back_and_what_is_opaque)
     snprintf(labels[2].name, SC_NAME_BYTES, "heart_other");
     assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_MEASURED, tissues));
     assert_true(!tissues[1].is_cover && tissues[1].opacity > 0.7 && tissues[1].opacity < 1);
-    assert_true(tissues[2].is_cover && tissues[2].is_rest && tissues[2].opacity < 0.1);
+    assert_true(tissues[2].is_rest && !tissues[2].visible && tissues[2].opacity == 0);
+    assert_ok(sc_hidden_labels(&quiet, labels, 3, NULL, 0, hidden));
+    assert_true(!hidden[1] && hidden[2]);
     assert_ok(sc_transfer_resolve(&quiet, &volume, &all, 1, SC_OPACITY_MEASURED, tissues));
-    assert_true(!tissues[2].is_rest);
+    assert_true(!tissues[2].is_rest && tissues[2].visible);
     assert_near(tissues[2].opacity, 1, 0);
+    assert_ok(sc_transfer_resolve(&quiet, &volume, &shown, 1, SC_OPACITY_MEASURED, tissues));
+    assert_true(tissues[2].visible && tissues[2].opacity > 0.7);
     assert_ok(sc_transfer_resolve(&quiet, &volume, &none, 1, SC_OPACITY_MEASURED, tissues));
-    assert_true(tissues[2].opacity > 0.7);
+    assert_true(!tissues[1].visible && tissues[2].visible && tissues[2].opacity > 0.7);
     labels[2].opacity = 0.5F;
     assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_MEASURED, tissues));
     assert_near(tissues[2].opacity, 0.5, 0);

@@ -99,7 +99,7 @@ static sc_status add_path(const sc_ctx *ctx, const char *key, const char *path, 
 /* ---- tissues ---- */
 
 /* Append how a tissue looks at first: what the label table says; else opaque, and covers nearly
- * transparent, or hidden if another cover lies around them. */
+ * transparent, or hidden if another cover lies around them, as is what is left over. */
 static sc_status add_look(const sc_ctx *ctx, const sc_label *label, int layer, sc_text *out)
 {
     if (label->hidden)
@@ -311,8 +311,7 @@ static sc_status add_body(const sc_app *app, const sc_prepared *v, sc_text *out)
 
     SC_PASS(SC_ZALLOC(app->ctx, (size_t)v->label_count, &hidden));
     SC_PASS(SC_ALLOC(app->ctx, (size_t)v->label_count, &layers));
-    for (int id = 1; id < v->label_count; id++)
-        hidden[id] = v->labels[id].hidden;
+    SC_PASS(sc_hidden_labels(app->ctx, v->labels, v->label_count, NULL, 0, hidden));
     SC_PASS(sc_name_covers(app->ctx, v, hidden, layers));
     SC_PASS(sc_places_find(app->ctx, v, layers, &places, &count));
     SC_PASS(add_tissues(app->ctx, v, places, count, out));

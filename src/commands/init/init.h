@@ -42,9 +42,9 @@ sc_status sc_places_find(const sc_ctx *ctx, const sc_prepared *volume, const int
                          sc_place **out, int *count);
 
 /* Find the tissues that hide what they enclose, as sc_find_covers does, and those whose name says
- * that they are what is left over, or skin, as one more layer. @param hidden [label_count] by dense
- * id: as if they were not there. @param layers [label_count]: 1 for the outermost cover, 0 for all
- * that are none. @return SC_ERR_MEMORY. */
+ * that they are skin, or what is left over, as one more layer. @param hidden [label_count] of
+ * sc_hidden_labels: as if they were not there. @param layers [label_count]: 1 for the outermost
+ * cover, 0 for all that are none. @return SC_ERR_MEMORY. */
 sc_status sc_name_covers(const sc_ctx *ctx, const sc_prepared *volume, const bool *hidden,
                          int *layers);
 

@@ -55,7 +55,11 @@ sc_status sc_name_covers(const sc_ctx *ctx, const sc_prepared *volume, const boo
     for (int id = 1; id < count && status == SC_OK; id++)
         deepest = layers[id] > deepest ? layers[id] : deepest;
     for (int id = 1; id < count && count > 2 && status == SC_OK; id++) {
-        if (!layers[id] && !hidden[id] && sc_name_steps_back(volume->labels[id].name))
+        const sc_name_role role = sc_name_role_of(volume->labels[id].name);
+
+        if (role == SC_NAME_REST && hidden[id])
+            layers[id] = deepest ? deepest + 1 : 2;
+        else if (role == SC_NAME_OUTSIDE && !hidden[id] && !layers[id])
             layers[id] = deepest + 1;
     }
     return status;

@@ -314,21 +314,24 @@ bool sc_anatomy_color(const char *name, sc_names_kind kind, uint8_t rgb[3])
     return false;
 }
 
-bool sc_name_steps_back(const char *name)
+sc_name_role sc_name_role_of(const char *name)
 {
-    static const char one_word[] =
-        "other|others|unknown|background|unclass*|unlabel*|unspecified|undefin*|remain*|rest|"
-        "outside|exterior|skin|subcut*";
-    static const char *const outsides[] = {one_word, "soft tissue|tissues",
+    static const char rest[] = "other|others|unknown|background|unclass*|unlabel*|unspecified|"
+                               "undefin*|remain*|rest|exterior";
+    static const char *const outsides[] = {"skin|subcut*|outside", "soft tissue|tissues",
                                            "body trunc|extremities"};
     char words[WORDS_BYTES];
     bool found;
 
     split_words(name, SC_NAMES_BODY, words);
+    if (rule_fits(words, rules[0].words)) /* a tumour of the skin */
+        return SC_NAME_PART;
+    if (rule_fits(words, rest))
+        return SC_NAME_REST;
     found = !strcmp(words, " body ") || !strcmp(words, " head ");
     for (size_t i = 0; i < SC_COUNT_OF(outsides); i++)
         found = found || rule_fits(words, outsides[i]);
-    return found && !rule_fits(words, rules[0].words); /* a tumour of the skin */
+    return found ? SC_NAME_OUTSIDE : SC_NAME_PART;
 }
 
 /* @return how many @p labels [count] lie between two values, inclusive. */
