@@ -20,6 +20,8 @@ static const char usage[] =
     "                                               how outlines and seams waver, in voxels\n"
     "       fidelity [--json] [--surface smooth|voxel] [--smooth S|auto] --lines\n"
     "                                               lines and points one voxel thick\n"
+    "       fidelity [--json] [--surface smooth|voxel] [--smooth S|auto] --edges\n"
+    "                                               sharp edges, and thin tissue on thick one\n"
     "       fidelity [--json] [--smooth S] --locality HALO VOLUME\n"
     "                                               crops of a volume, HALO voxels larger than "
     "what\n"
@@ -252,21 +254,15 @@ static bool parse_smooth(const char *text, drawing *how)
  * they are wrong, or an option that takes one argument comes with another number of them. */
 static bool parse(int argc, char **argv, options *o)
 {
-    static const struct option known[] = {{"json", no_argument, NULL, 'j'},
-                                          {"surface", required_argument, NULL, 'f'},
-                                          {"smooth", required_argument, NULL, 's'},
-                                          {"rays", required_argument, NULL, 'r'},
-                                          {"mesh", required_argument, NULL, 'm'},
-                                          {"write", required_argument, NULL, 'w'},
-                                          {"skin", required_argument, NULL, 'k'},
-                                          {"against", required_argument, NULL, 'a'},
-                                          {"truth", required_argument, NULL, 't'},
-                                          {"wobble", no_argument, NULL, 'o'},
-                                          {"lines", no_argument, NULL, 'l'},
-                                          {"locality", required_argument, NULL, 'c'},
-                                          {"cliffs", no_argument, NULL, 'i'},
-                                          {"help", no_argument, NULL, 'h'},
-                                          {0}};
+    static const struct option known[] = {
+        {"json", no_argument, NULL, 'j'},           {"surface", required_argument, NULL, 'f'},
+        {"smooth", required_argument, NULL, 's'},   {"rays", required_argument, NULL, 'r'},
+        {"mesh", required_argument, NULL, 'm'},     {"write", required_argument, NULL, 'w'},
+        {"skin", required_argument, NULL, 'k'},     {"against", required_argument, NULL, 'a'},
+        {"truth", required_argument, NULL, 't'},    {"wobble", no_argument, NULL, 'o'},
+        {"lines", no_argument, NULL, 'l'},          {"edges", no_argument, NULL, 'e'},
+        {"locality", required_argument, NULL, 'c'}, {"cliffs", no_argument, NULL, 'i'},
+        {"help", no_argument, NULL, 'h'},           {0}};
     char *end;
     int c;
 
@@ -295,6 +291,8 @@ static bool parse(int argc, char **argv, options *o)
             o->ruler = print_wobble;
         else if (c == 'l')
             o->ruler = print_lines;
+        else if (c == 'e')
+            o->ruler = print_edges;
         else if (c == 'i')
             o->ruler = print_cliffs;
         else if (c == 'c' && (o->halo = (int)strtol(optarg, &end, 10), !*end && o->halo > 0))

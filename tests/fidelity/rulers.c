@@ -57,6 +57,34 @@ out:
     return status;
 }
 
+sc_status print_edges(const sc_ctx *ctx, const ruling *r)
+{
+    sc_status status = SC_OK;
+
+    if (r->json)
+        printf("{\"schema\": \"segcast-edges-1\", \"edges\": [\n");
+    else
+        printf("%-38s %9s %9s %9s\n", "edges", "retreat", "wobble", "voxels %");
+    for (size_t n = 0; n < edge_count(); n++) {
+        sharp_edge e;
+
+        SC_TRY(measure_edge(ctx, n, &r->how, &e));
+        if (r->json) {
+            printf("%s  {\"edge\": \"%s\", ", n ? ",\n" : "", e.name);
+            print_value("retreat_voxels", e.retreat, false);
+            print_value("wobble_voxels", e.wobble, false);
+            print_value("voxels_share", e.voxels, true);
+            printf("}");
+        } else {
+            printf("%-38s %9.3f %9.3f %9.2f\n", e.name, e.retreat, e.wobble, 100 * e.voxels);
+        }
+    }
+    if (r->json)
+        printf("\n]}\n");
+out:
+    return status;
+}
+
 sc_status print_locality(const sc_ctx *ctx, const ruling *r)
 {
     SC_OWN(sc_volume_clear) sc_volume volume = {0};

@@ -97,6 +97,21 @@ typedef struct survivors {
  * errors of preparing. */
 sc_status measure_lines(const sc_ctx *ctx, size_t n, const drawing *how, survivors *out);
 
+/* The number of volumes with sharp edges, and with thin tissue on thick one. */
+size_t edge_count(void);
+/* What is drawn of one of them. */
+typedef struct sharp_edge {
+    const char *name;
+    double
+        retreat;   /* of a sharp edge: how far inside of the true one it is drawn, in voxels, and */
+    double wobble; /* the standard deviation along it; NAN without one */
+    double voxels; /* share of the voxels of the wedge, or of thin tissue, whose centres are drawn
+                      as they are labelled */
+} sharp_edge;
+/* Make number @p n of these volumes, draw it as @p how says, and measure. @return errors of
+ * preparing. */
+sc_status measure_edge(const sc_ctx *ctx, size_t n, const drawing *how, sharp_edge *out);
+
 /* How much of what is drawn depends on voxels farther away than a halo. */
 typedef struct locality {
     int crops;
@@ -139,6 +154,7 @@ typedef struct ruling {
 /* Measure and print as a line or JSON. @return errors of reading and preparing. */
 sc_status print_wobble(const sc_ctx *ctx, const ruling *r);
 sc_status print_lines(const sc_ctx *ctx, const ruling *r);
+sc_status print_edges(const sc_ctx *ctx, const ruling *r);
 sc_status print_locality(const sc_ctx *ctx, const ruling *r);
 sc_status print_cliffs(const sc_ctx *ctx, const ruling *r);
 
