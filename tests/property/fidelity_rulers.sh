@@ -34,6 +34,20 @@ check lines.json '[.lines[] | select(.voxels_share != 1 or .width_voxels < 0.73 
 check lines.json '[.lines[] | select(.pieces != .true_pieces) | "\(.lines) \(.pieces - .true_pieces)"]
     == ["helix half in tissue, 26-connected 2"]' 'smooth lines fall apart'
 
+# Sharp edges of thick tissue waver less than their voxels and go back little; gaps stay open; what is thin stays whole
+# down to the thick tissue that it grows out of.
+"$FIDELITY" --json --smooth 1 --edges >edges.json || fail 'edges were not measured'
+while read -r angle retreat wobble; do
+    check edges.json ".edges[] | select(.edge == \"wedge of $angle degrees\")
+        | .retreat_voxels < $retreat and .wobble_voxels < $wobble" "an edge of $angle degrees"
+done <<'TXT'
+40 1.1 0.5
+70 1.9 0.15
+100 1.6 0.15
+TXT
+check edges.json '.edges[] | select(.edge | test("^gap")) | .voxels_share > 0.984' 'a gap is filled'
+check edges.json '.edges[] | select(.edge | test("^sheet")) | .voxels_share == 1' 'what grows out of thick tissue is torn off'
+
 # At strength 0 surfaces depend on few voxels around: crops show the same bits, unless the halo is too small.
 for halo in 24 1; do
     "$FIDELITY" --json --smooth 0 --locality "$halo" heart.nrrd >"halo-$halo.json" ||

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* In which share the fields of cells are taken, where voxels could make them, too: all of it where
- * both sides of the border are thick. That is asked of the smoothed field, in which noise no longer
- * looks like thin tissue, and tissue too thin for cells is thin or gone. Slender tissue upon other
- * tissue counts as thin, too (border_slender.c). */
+ * both sides of the border are thick, up to their sharp edges, along which voxels would leave a
+ * thorn or a notch each. That is asked of the smoothed field, in which noise no longer looks like
+ * thin tissue, and tissue too thin for cells is thin or gone. Around what it has lost, and in
+ * slender tissue upon other tissue (border_slender.c), cells have no share. */
 #include "border/border.h"
 
 #ifdef __SSE2__
@@ -10,7 +11,7 @@
 #endif
 
 enum {
-    BALL_REACH = 2, /* cells that a ball reaches from its middle: (DEEP_ALL + ROUNDING) / 2 */
+    BALL_REACH = 4, /* cells that a ball reaches from its middle: EDGE_REACH / 2 */
     BALL_ROWS = 2 * BALL_REACH + 1,
     FIT_REACH = 2, /* cells around its middle that tell whether it fits */
     DEEP_REACH = BALL_REACH + FIT_REACH,
@@ -22,10 +23,10 @@ enum {
     LENGTHS = 5 /* of the ways from the middle of a ball to the cells that tell whether it fits */
 };
 _Static_assert((int)BORDER_CELLS == (int)SC_SLENDER_CELLS, "slender tissue is told of all of them");
-_Static_assert(DEEP_EDGE == 20, "find_cells takes five times four cells of a row");
-/* A side of the border is thick at a cell if that lies in a ball that fits into the side. So deep,
+_Static_assert(DEEP_EDGE == 24, "find_cells takes six times four cells of a row");
+/* A side of the border is thick at a cell near which a ball lies that fits into the side. So deep,
  * in voxels, has the middle of the largest one to be on both sides that cells count, and that they
- * decide alone. A gap is thin up to its mouth, however open it is beyond. */
+ * decide alone. */
 #define DEEP_FROM 2.6f
 #define DEEP_ALL 3.8f
 /* So far from the border, in voxels, the field tells the distance; deeper inside it is less where
@@ -33,6 +34,16 @@ _Static_assert(DEEP_EDGE == 20, "find_cells takes five times four cells of a row
 #define KNOWN 1.8f
 /* Balls reach so much farther, since the border is not known better. */
 #define ROUNDING 1.7f
+/* But tissue is thick up to so many voxels from the middle of all but the largest ball, of the
+ * smallest up to an edge of 40 degrees: DEEP_FROM / sin 20. Background is not: a gap is thin up to
+ * its mouth, however open it is beyond. */
+#define EDGE_REACH 8.0f
+/* Smoothing takes from sharp edges. What touches a cell, with data above -TOUCHED, is lost if no
+ * cell with a field of KEPT lies within it and two steps away, the first of which may go across
+ * edges and corners. Around it, LOST_AROUND voxels far, no cells decide. */
+#define TOUCHED 0.65f
+#define KEPT 0.6f
+#define LOST_AROUND 5.5f
 /* Cells with data below this, in voxels, lie at the border. */
 #define AT_BORDER 1.0f
 
@@ -74,11 +85,12 @@ static void copy_tiles(void *user, size_t begin, size_t end, int thread)
 
 /* Rows of a region, whose cells are bits. */
 typedef uint32_t cell_rows[DEEP_EDGE][DEEP_EDGE];
+typedef uint32_t border_rows[BORDER_EDGE * BORDER_EDGE];
 
-/* Find the cells of a region whose field, times @p sign, is as many numbers or more, or is not
- * known, to one of @p out each. */
-SC_ALWAYS_INLINE void find_cells(const float *field, float sign, const float least[LENGTHS],
-                                 cell_rows out[LENGTHS])
+/* Find the cells of a region whose field, times @p sign, is as much as one of @p count numbers or
+ * more, or is not known, to one of @p out each. */
+SC_ALWAYS_INLINE void find_cells(const float *field, float sign, int count, const float *least,
+                                 cell_rows *out)
 {
     for (int k = 0; k < DEEP_EDGE * DEEP_EDGE; k++) {
         const float *row = field + k * DEEP_EDGE;
@@ -88,18 +100,18 @@ SC_ALWAYS_INLINE void find_cells(const float *field, float sign, const float lea
 
         for (int n = 0; n < FOURS; n++)
             values[n] = _mm_mul_ps(_mm_set1_ps(sign), _mm_loadu_ps(row + 4 * n));
-        for (int i = 0; i < LENGTHS; i++) {
+        for (int i = 0; i < count; i++) {
             __m128i is[FOURS];
 
             for (int n = 0; n < FOURS; n++)
                 is[n] = _mm_castps_si128(_mm_cmpnlt_ps(values[n], _mm_set1_ps(least[i])));
             is[0] = _mm_packs_epi16(_mm_packs_epi32(is[0], is[1]), _mm_packs_epi32(is[2], is[3]));
+            is[4] = _mm_packs_epi16(_mm_packs_epi32(is[4], is[5]), _mm_setzero_si128());
             out[i][k / DEEP_EDGE][k % DEEP_EDGE] =
-                (uint32_t)_mm_movemask_epi8(is[0]) |
-                (uint32_t)_mm_movemask_ps(_mm_castsi128_ps(is[4])) << 16;
+                (uint32_t)_mm_movemask_epi8(is[0]) | (uint32_t)_mm_movemask_epi8(is[4]) << 16;
         }
 #else
-        for (int i = 0; i < LENGTHS; i++) {
+        for (int i = 0; i < count; i++) {
             uint32_t bits = 0;
 
             for (int x = 0; x < DEEP_EDGE; x++)
@@ -122,7 +134,7 @@ SC_ALWAYS_INLINE void find_deep(const float *field, float sign, float radius, ce
 
     for (int i = 0; i < LENGTHS; i++)
         least[i] = radius - lengths[i] < KNOWN ? radius - lengths[i] : KNOWN;
-    find_cells(field, sign, least, far);
+    find_cells(field, sign, LENGTHS, least, far);
     memset(out, 0, sizeof(cell_rows));
     for (int z = FIT_REACH; z < DEEP_EDGE - FIT_REACH; z++) {
         for (int y = FIT_REACH; y < DEEP_EDGE - FIT_REACH; y++) {
@@ -169,32 +181,109 @@ SC_ALWAYS_INLINE void spread(const cell_rows in, float radius, cell_rows out)
     }
 }
 
-/* Write to @p share, for the cells of a region [BORDER_EDGE] that lie at the border, in which part
- * of DEEP_LEVELS balls fit into both sides there, and 0 for others. @param at_border 1 and 0 for
- * them. @param field [DEEP_EDGE]. */
-SC_ALWAYS_INLINE void find_thick(const float *field, const float *at_border, float *share)
+/* Add to @p rows those cells of @p within that share a face with one of them, or with @p corners an
+ * edge or a corner, too. Not right along the edge of the region. */
+SC_ALWAYS_INLINE void grow(cell_rows rows, const cell_rows within, bool corners)
 {
-    cell_rows sides[2], reached[2];
+    enum { ROWS = DEEP_EDGE * DEEP_EDGE };
+    uint32_t along[ROWS], across[ROWS], *to = &rows[0][0];
 
+    for (int k = 0; k < ROWS; k++)
+        along[k] = to[k] | to[k] << 1 | to[k] >> 1;
+    for (int k = 1; k < ROWS - 1; k++)
+        across[k] = along[k] | (corners ? along[k - 1] | along[k + 1] : to[k - 1] | to[k + 1]);
+    across[0] = across[ROWS - 1] = 0;
+    memcpy(along, corners ? across : to, sizeof along);
+    for (int k = DEEP_EDGE; k < ROWS - DEEP_EDGE; k++)
+        to[k] |= (across[k] | along[k - DEEP_EDGE] | along[k + DEEP_EDGE]) & (&within[0][0])[k];
+}
+
+/* Find the cells at the border that touch a side of which the field has lost what they touch:
+ * tissue, or a gap, too thin for cells, but not sharp edges. Not right along the edge of the
+ * region.
+ * @param field, data [DEEP_EDGE] along each axis. */
+SC_ALWAYS_INLINE void find_lost(const float *field, const float *data, cell_rows lost)
+{
+    enum { ROWS = DEEP_EDGE * DEEP_EDGE };
+    static const float kept_least[] = {-KEPT}, none[] = {SC_FAR + 1};
+    static const float touched_least[] = {-TOUCHED, AT_BORDER};
+    cell_rows unknown[1], inside[2];
+
+    memset(lost, 0, sizeof(cell_rows));
+    memset(inside, 0, sizeof inside);
+    find_cells(field, 1, 1, none, unknown);
+    for (int side = 0; side < 2; side++) {
+        cell_rows kept[1], found[2];
+        uint32_t *own = &kept[0][0][0], *touched = &found[0][0][0];
+
+        find_cells(field, side ? 1 : -1, 1, kept_least, kept);
+        find_cells(data, side ? -1 : 1, 2, touched_least, found);
+        for (int k = 0; k < ROWS; k++) {
+            own[k] = ~own[k];
+            touched[k] &= ~(&unknown[0][0][0])[k];
+            (&inside[0][0][0])[k] |= (&found[1][0][0])[k];
+        }
+        grow(kept[0], (const uint32_t(*)[DEEP_EDGE])found[0], true);
+        grow(kept[0], (const uint32_t(*)[DEEP_EDGE])found[0], false);
+        for (int k = 0; k < ROWS; k++)
+            (&lost[0][0])[k] |= touched[k] & ~own[k];
+    }
+    for (int k = 0; k < ROWS; k++)
+        (&lost[0][0])[k] &= ~(&inside[0][0][0])[k];
+}
+
+/* Find those cells of @p within [BORDER_EDGE] near which balls of one size fit into both sides.
+ * @return whether there are any. @param outer whether it is the field of background. */
+SC_ALWAYS_INLINE bool find_fitting(const float *field, int level, bool outer,
+                                   const border_rows within, border_rows out)
+{
+    const float deep = DEEP_FROM + (DEEP_ALL - DEEP_FROM) * (float)level / (DEEP_LEVELS - 1);
+    const float to_edges = level + 1 < DEEP_LEVELS ? EDGE_REACH : deep + ROUNDING;
+    cell_rows cells, reached[2];
+    uint32_t any = 0;
+
+    for (int side = 0; side < 2; side++) {
+        find_deep(field, side ? -1 : 1, deep, cells);
+        spread((const uint32_t(*)[DEEP_EDGE])cells,
+               0.5f * (side && outer ? deep + ROUNDING : to_edges), reached[side]);
+    }
+    for (int k = 0; k < BORDER_EDGE * BORDER_EDGE; k++) {
+        const int y = k % BORDER_EDGE + DEEP_REACH, z = k / BORDER_EDGE + DEEP_REACH;
+
+        out[k] = (reached[0][z][y] & reached[1][z][y]) >> DEEP_REACH & within[k];
+        any |= out[k];
+    }
+    return any;
+}
+
+/* Write to @p share, for the cells of a region [BORDER_EDGE] that lie at the border, in which part
+ * of DEEP_LEVELS balls fit into both sides there, and 0 for others. @param field, data [DEEP_EDGE].
+ * @param at_border 1 and 0 for them. @param outer whether it is the field of background. */
+SC_ALWAYS_INLINE void find_thick(const float *field, const float *data, const float *at_border,
+                                 bool outer, float *share)
+{
+    cell_rows lost, around;
+    border_rows within, fits[DEEP_LEVELS];
+
+    find_lost(field, data, lost);
+    spread((const uint32_t(*)[DEEP_EDGE])lost, 0.5f * LOST_AROUND, around);
+    for (int k = 0; k < BORDER_EDGE * BORDER_EDGE; k++)
+        within[k] =
+            ~around[k / BORDER_EDGE + DEEP_REACH][k % BORDER_EDGE + DEEP_REACH] >> DEEP_REACH &
+            ((1u << BORDER_EDGE) - 1);
     for (int i = 0; i < BORDER_CELLS; i++)
         share[i] = 0;
+    if (!find_fitting(field, 0, outer, within, fits[0]))
+        return;
+    find_fitting(field, 2, outer, fits[0], fits[2]);
+    memcpy(fits[1], fits[0], sizeof fits[1]);
+    if (memcmp(fits[2], fits[0], sizeof fits[2]) != 0) /* else what lies between fits, too */
+        find_fitting(field, 1, outer, fits[0], fits[1]);
     for (int level = 0; level < DEEP_LEVELS; level++) {
-        const float deep = DEEP_FROM + (DEEP_ALL - DEEP_FROM) * (float)level / (DEEP_LEVELS - 1);
-
-        for (int side = 0; side < 2; side++) {
-            find_deep(field, side ? -1 : 1, deep, sides[side]);
-            spread((const uint32_t(*)[DEEP_EDGE])sides[side], 0.5f * (deep + ROUNDING),
-                   reached[side]);
-        }
-        for (int k = 0; k < BORDER_EDGE * BORDER_EDGE; k++) {
-            const int y = k % BORDER_EDGE + DEEP_REACH, z = k / BORDER_EDGE + DEEP_REACH;
-            const uint32_t both = reached[0][z][y] & reached[1][z][y];
-
-            for (int x = 0; x < BORDER_EDGE; x++)
-                share[k * BORDER_EDGE + x] += at_border[k * BORDER_EDGE + x] *
-                                              (float)(both >> (x + DEEP_REACH) & 1) *
-                                              (1.0f / DEEP_LEVELS);
-        }
+        for (int i = 0; i < BORDER_CELLS; i++)
+            share[i] += at_border[i] *
+                        (float)(fits[level][i / BORDER_EDGE] >> i % BORDER_EDGE & 1) *
+                        (1.0f / DEEP_LEVELS);
     }
 }
 
@@ -210,7 +299,8 @@ SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, in
     uint32_t block = UINT32_MAX; /* of slender */
 
     for (size_t tile = begin; tile < end; tile++) {
-        float field[DEEP_EDGE * DEEP_EDGE * DEEP_EDGE], share[BORDER_CELLS], weight[BORDER_CELLS];
+        float field[DEEP_EDGE * DEEP_EDGE * DEEP_EDGE], data[DEEP_EDGE * DEEP_EDGE * DEEP_EDGE];
+        float share[BORDER_CELLS], weight[BORDER_CELLS];
         bool any = false;
 
         for (int i = 0; i < SC_TILE_CELLS; i++)
@@ -227,7 +317,9 @@ SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, in
             continue;
         sc_read_tile_cells(b, w->field[0], tile, DEEP_REACH + BORDER_BLURS, unknown, field);
         sc_extrapolate(b, tile, SC_CUBE_CELLS, DEEP_REACH + BORDER_BLURS, field);
-        find_thick(field, weight, share);
+        sc_read_tile_cells(b, b->data[0], tile, DEEP_REACH + BORDER_BLURS, far, data);
+        sc_extrapolate(b, tile, SC_CUBE_CELLS, DEEP_REACH + BORDER_BLURS, data);
+        find_thick(field, data, weight, !b->labels[tile], share);
         if (b->cube_of[tile] != block)
             sc_find_slender(b, b->cube_of[tile], slender);
         block = b->cube_of[tile];
