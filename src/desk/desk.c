@@ -279,25 +279,33 @@ static void tell_all(clerk *c)
 static bool print_address(const sc_desk *desk)
 {
     const int port = sc_http_port(desk->http);
-    const char *host = desk->plan->listen ? desk->plan->listen : "127.0.0.1";
+    const char *path = sc_http_socket(desk->http);
+    const char *host = desk->plan->listen && !path ? desk->plan->listen : "127.0.0.1";
     const bool is_six = strchr(host, ':') != NULL;
-    char name[SC_HOST_BYTES];
+    char name[SC_HOST_BYTES], at[100];
+    SC_OWN(sc_free_at) char *socket = path ? realpath(path, NULL) : NULL;
 
     sc_host_name(name);
-    if (desk->plan->listen && strcmp(host, "127.0.0.1") != 0 && strcmp(host, "::1") != 0)
+    snprintf(at, sizeof at, "%s%s%s:%d", is_six ? "[" : "", host, is_six ? "]" : "", port);
+    if (strcmp(host, "127.0.0.1") != 0 && strcmp(host, "::1") != 0)
         sc_warn(
             desk->outer,
             "others can connect to %s, unencrypted: whoever reads the address on its way sees and "
             "changes the job; without --listen only this machine can, and ssh -L leads there",
             host);
-    printf("http://%s%s%s:%d/%s/\n", is_six ? "[" : "", host, is_six ? "]" : "", port,
-           sc_http_secret(desk->http));
+    printf("http://%s/%s/\n", at, sc_http_secret(desk->http));
     if (fflush(stdout))
         return false;
-    sc_info(desk->outer,
-            "the desk is at this address, on this machine only; from another one: ssh -L "
-            "%d:127.0.0.1:%d %s, and then the same address there. Ctrl-C ends it",
-            port, port, name);
+    if (path)
+        sc_info(desk->outer,
+                "the desk listens to a socket that only you can use; where the browser is: ssh -L "
+                "%d:%s %s, and then this address there. Ctrl-C ends it",
+                port, socket ? socket : path, name);
+    else
+        sc_info(desk->outer,
+                "the desk is at this address, on this machine; from another one: ssh -L %d:%s %s, "
+                "and then the same address there. Ctrl-C ends it",
+                port, at, name);
     return true;
 }
 

@@ -15,14 +15,17 @@
 #include <string.h>
 #include <sys/random.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 #include <time.h>
 #include <unistd.h>
 
 enum {
     BODY_MAX_BYTES = 1 << 18, /* of a request: some thousand changes of a job */
     CONNECTIONS_MAX = 512,    /* more are not accepted */
+    STRANGERS_MAX = 256,      /* of them that have not shown the secret yet */
     QUIET_MAX_S = 30,         /* a connection that sends nothing for so long is closed */
-    STRANGER_MAX_S = 10       /* and one that has not shown the secret by then, whatever it sends */
+    FORWARDED_PORT = 8765     /* that ssh listens to for a Unix socket, if none was chosen */
 };
 
 struct sc_call {
@@ -46,8 +49,6 @@ struct sc_call {
 typedef struct stranger {
     struct stranger *next;
     int socket;
-    double since_s;
-    bool is_known; /* it has shown the secret */
 } stranger;
 
 struct sc_http {
@@ -55,15 +56,12 @@ struct sc_http {
     sc_http_settings settings;
     char secret[SC_SECRET_DIGITS + 1];
     int port;
+    _Atomic double active_s;
+    stranger *strangers; /* those that have not shown the secret yet, the newest first */
+    int stranger_count;
     pthread_mutex_t lock; /* of all below */
     pthread_cond_t queued;
     sc_call *first, **last;
-    bool is_stopping;
-    _Atomic double active_s;
-    pthread_mutex_t strangers_lock;
-    stranger *strangers;
-    pthread_t guard;
-    bool has_guard;
 };
 
 /* ---- who may ask ---- */
@@ -131,7 +129,20 @@ static int refusal(const sc_http *http, struct MHD_Connection *connection, const
 
 /* ---- strangers ---- */
 
-/* Note that a connection begins or ends. */
+/* Take a connection from the list, if it is there. */
+static void unlist(sc_http *http, const stranger *s)
+{
+    for (stranger **at = &http->strangers; *at; at = &(*at)->next) {
+        if (*at == s) {
+            *at = s->next;
+            http->stranger_count--;
+            return;
+        }
+    }
+}
+
+/* Note that a connection begins or ends. With too many strangers, the oldest has to go: so the room
+ * that a browser needs is never taken by connections that send a byte now and then. */
 static void on_connection(void *user, struct MHD_Connection *connection, void **mine,
                           enum MHD_ConnectionNotificationCode code)
 {
@@ -140,61 +151,23 @@ static void on_connection(void *user, struct MHD_Connection *connection, void **
         MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
     stranger *s = *mine;
 
-    pthread_mutex_lock(&http->strangers_lock);
-    if (code == MHD_CONNECTION_NOTIFY_STARTED) {
-        s = calloc(1, sizeof *s);
-        if (s && info) {
-            *s = (stranger){http->strangers, info->connect_fd, sc_wall_s(), false};
-            http->strangers = s;
-            *mine = s;
-        } else {
-            free(s);
-        }
-    } else if (s) {
-        stranger **at = &http->strangers;
-
-        while (*at != s)
-            at = &(*at)->next;
-        *at = s->next;
+    if (code != MHD_CONNECTION_NOTIFY_STARTED) {
+        unlist(http, s);
         free(s);
-        *mine = NULL;
+        return;
     }
-    pthread_mutex_unlock(&http->strangers_lock);
-}
-
-/* Note that a connection has shown the secret. */
-static void know(sc_http *http, struct MHD_Connection *connection)
-{
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
-
-    pthread_mutex_lock(&http->strangers_lock);
-    if (info && info->socket_context)
-        ((stranger *)info->socket_context)->is_known = true;
-    pthread_mutex_unlock(&http->strangers_lock);
-}
-
-/* Thread: shut down connections that send a byte now and then and never show the secret. */
-static void *guard(void *user)
-{
-    sc_http *http = user;
-    bool stops = false;
-
-    while (!stops) {
-        const double before_s = sc_wall_s() - STRANGER_MAX_S;
-
-        sc_sleep_s(0.25);
-        pthread_mutex_lock(&http->strangers_lock);
-        for (stranger *s = http->strangers; s; s = s->next) {
-            if (!s->is_known && s->since_s < before_s)
-                (void)shutdown(s->socket, SHUT_RDWR);
-        }
-        pthread_mutex_unlock(&http->strangers_lock);
-        pthread_mutex_lock(&http->lock);
-        stops = http->is_stopping;
-        pthread_mutex_unlock(&http->lock);
-    }
-    return NULL;
+    s = calloc(1, sizeof *s);
+    *mine = s;
+    if (!s || !info)
+        return;
+    *s = (stranger){http->strangers, info->connect_fd};
+    http->strangers = s;
+    if (++http->stranger_count <= STRANGERS_MAX)
+        return;
+    while (s->next)
+        s = s->next;
+    (void)shutdown(s->socket, SHUT_RDWR);
+    unlist(http, s);
 }
 
 /* ---- answers ---- */
@@ -360,11 +333,14 @@ static enum MHD_Result begin_call(sc_http *http, struct MHD_Connection *connecti
 {
     const int code = refusal(http, connection, url, method);
     const char *verb = url + 2 + SC_SECRET_DIGITS;
+    const union MHD_ConnectionInfo *info;
     sc_call *call;
 
     if (code)
         return refuse(connection, code);
-    know(http, connection);
+    info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    if (info)
+        unlist(http, info->socket_context);
     if (!strcmp(method, "GET"))
         return send_response(connection, MHD_HTTP_OK, "text/html; charset=utf-8",
                              MHD_create_response_from_buffer(strlen(http->settings.page),
@@ -471,44 +447,94 @@ static sc_status make_secret(const sc_ctx *ctx, char out[SC_SECRET_DIGITS + 1])
     return SC_OK;
 }
 
-/* Open the socket that is listened to. */
-static sc_status open_socket(const sc_ctx *ctx, const sc_http_settings *s, int *out)
+/* @return the path of the Unix socket that is listened to; NULL: it is none. */
+static const char *unix_path(const sc_http_settings *s)
+{
+    return s->listen && !strncmp(s->listen, "unix:", 5) ? s->listen + 5 : NULL;
+}
+
+/* Find the address that is listened to, a Unix socket. One that no process listens to any more is
+ * removed. */
+static sc_status find_path(const sc_ctx *ctx, const char *path, struct sockaddr_un *out)
+{
+    struct stat info;
+    int file;
+
+    if (!path[0] || strlen(path) >= sizeof out->sun_path)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--listen is \"unix:%s\", expected a path of 1 to %zu bytes", path,
+                       sizeof out->sun_path - 1);
+    out->sun_family = AF_UNIX;
+    strcpy(out->sun_path, path);
+    if (lstat(path, &info) || !S_ISSOCK(info.st_mode))
+        return SC_OK;
+    file = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (file >= 0 && connect(file, (struct sockaddr *)out, sizeof *out) && errno == ECONNREFUSED)
+        (void)unlink(path);
+    if (file >= 0)
+        close(file);
+    return SC_OK;
+}
+
+/* Find the address that is listened to, of this machine. */
+static sc_status find_address(const sc_ctx *ctx, const sc_http_settings *s,
+                              struct sockaddr_storage *out)
 {
     const char *host = s->listen ? s->listen : "127.0.0.1";
     const struct addrinfo hints = {.ai_family = AF_UNSPEC,
                                    .ai_socktype = SOCK_STREAM,
                                    .ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE};
     struct addrinfo *found = NULL;
-    const int yes = 1;
     char port[16];
-    int file;
 
     snprintf(port, sizeof port, "%d", s->port);
     if (getaddrinfo(host, port, &hints, &found))
-        return sc_fail(
-            ctx, SC_ERR_USAGE,
-            "--listen is \"%s\", expected an address of this machine, such as 127.0.0.1 or ::1",
-            host);
-    file = socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--listen is \"%s\", expected an address of this machine, such as "
+                       "127.0.0.1 or ::1, or unix:PATH",
+                       host);
+    memcpy(out, found->ai_addr, found->ai_addrlen);
+    freeaddrinfo(found);
+    return SC_OK;
+}
+
+/* Open the socket that is listened to. A Unix socket is for its owner alone. */
+static sc_status open_socket(const sc_ctx *ctx, const sc_http_settings *s, int *out)
+{
+    const char *path = unix_path(s);
+    struct sockaddr_storage address = {0};
+    const int yes = 1;
+    socklen_t bytes;
+    char name[200];
+    int file, error;
+
+    SC_PASS(path ? find_path(ctx, path, (struct sockaddr_un *)&address)
+                 : find_address(ctx, s, &address));
+    bytes = address.ss_family == AF_UNIX    ? sizeof(struct sockaddr_un)
+            : address.ss_family == AF_INET6 ? sizeof(struct sockaddr_in6)
+                                            : sizeof(struct sockaddr_in);
+    file = socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (file >= 0)
         (void)setsockopt(file, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    if (file < 0 || bind(file, found->ai_addr, found->ai_addrlen) || listen(file, 64)) {
-        const int error = errno;
-
-        if (file >= 0)
-            close(file);
-        freeaddrinfo(found);
-        return error == EADDRINUSE
-                   ? sc_fail(ctx, SC_ERR_CREATE,
-                             "port %d of %s is used by another program, perhaps another desk; give "
-                             "another --port, or none for one that is free",
-                             s->port, host)
-                   : sc_fail(ctx, SC_ERR_CREATE, "%s, port %d: cannot be listened to: %s", host,
-                             s->port, sc_reason(error));
+    if (file >= 0 && !bind(file, (struct sockaddr *)&address, bytes) &&
+        !(path && chmod(path, S_IRUSR | S_IWUSR)) && !listen(file, SOMAXCONN)) {
+        *out = file;
+        return SC_OK;
     }
-    freeaddrinfo(found);
-    *out = file;
-    return SC_OK;
+    error = errno;
+    if (file >= 0)
+        close(file);
+    if (path)
+        snprintf(name, sizeof name, "%s", path);
+    else
+        snprintf(name, sizeof name, "port %d of %s", s->port, s->listen ? s->listen : "127.0.0.1");
+    if (error == EADDRINUSE)
+        return sc_fail(ctx, SC_ERR_CREATE,
+                       path ? "%s is there already, perhaps as the socket of another desk"
+                            : "%s is used by another program, perhaps another desk; give another "
+                              "--port, or none for one that is free",
+                       name);
+    return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be listened to: %s", name, sc_reason(error));
 }
 
 /* @return the port of a socket; 0: unknown. */
@@ -523,12 +549,16 @@ static int port_of(int file)
                                          : ntohs(((struct sockaddr_in *)&address)->sin_port);
 }
 
-/* Let the library serve a socket, which is the library's then. */
+/* Let the library serve a socket, which is the library's then. By poll: with epoll it would not see
+ * the end of a connection that comes with its last bytes, and keep it until it was quiet for long.
+ */
 static sc_status start_daemon(const sc_ctx *ctx, sc_http *http, int file)
 {
-    http->port = port_of(file);
+    http->port = !unix_path(&http->settings) ? port_of(file)
+                 : http->settings.port       ? http->settings.port
+                                             : FORWARDED_PORT;
     http->daemon = MHD_start_daemon(
-        MHD_USE_AUTO_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME, 0, NULL, NULL, on_request, http,
+        MHD_USE_POLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME, 0, NULL, NULL, on_request, http,
         MHD_OPTION_LISTEN_SOCKET, file, MHD_OPTION_CONNECTION_LIMIT, (unsigned)CONNECTIONS_MAX,
         MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)QUIET_MAX_S, MHD_OPTION_NOTIFY_COMPLETED,
         on_completed, http, MHD_OPTION_NOTIFY_CONNECTION, on_connection, http,
@@ -537,10 +567,7 @@ static sc_status start_daemon(const sc_ctx *ctx, sc_http *http, int file)
         close(file);
         return sc_fail(ctx, SC_ERR_SYSTEM, "the server cannot be started: %s", sc_reason(errno));
     }
-    http->has_guard = !pthread_create(&http->guard, NULL, guard, http);
-    return http->has_guard
-               ? SC_OK
-               : sc_fail(ctx, SC_ERR_SYSTEM, "a thread cannot be started: %s", sc_reason(errno));
+    return SC_OK;
 }
 
 sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_http **out)
@@ -554,7 +581,6 @@ sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_
     http->last = &http->first;
     http->active_s = sc_wall_s();
     pthread_mutex_init(&http->lock, NULL);
-    pthread_mutex_init(&http->strangers_lock, NULL);
     pthread_cond_init(&http->queued, NULL);
     status = make_secret(ctx, http->secret);
     if (status == SC_OK)
@@ -574,21 +600,23 @@ void sc_http_stop(sc_http *http)
 
     if (!http)
         return;
-    pthread_mutex_lock(&http->lock);
-    http->is_stopping = true;
-    pthread_mutex_unlock(&http->lock);
-    if (http->has_guard)
-        pthread_join(http->guard, NULL);
     if (http->daemon)
         close(MHD_quiesce_daemon(http->daemon));
     while ((call = sc_http_next(http, 0)) != NULL)
         sc_http_answer(call, MHD_HTTP_SERVICE_UNAVAILABLE, "text/plain", NULL, 0, NULL);
-    if (http->daemon)
+    if (http->daemon) {
         MHD_stop_daemon(http->daemon);
+        if (unix_path(&http->settings))
+            (void)unlink(unix_path(&http->settings));
+    }
     pthread_mutex_destroy(&http->lock);
-    pthread_mutex_destroy(&http->strangers_lock);
     pthread_cond_destroy(&http->queued);
     sc_free(http);
+}
+
+const char *sc_http_socket(const sc_http *http)
+{
+    return unix_path(&http->settings);
 }
 
 int sc_http_port(const sc_http *http)

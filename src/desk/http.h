@@ -26,7 +26,7 @@ typedef struct sc_http sc_http;
 
 /* How to serve. All borrowed. */
 typedef struct sc_http_settings {
-    const char *listen;              /* address of this machine; NULL: 127.0.0.1 */
+    const char *listen;              /* address of this machine, or unix:PATH; NULL: 127.0.0.1 */
     int port;                        /* 0: one that is free */
     const char *page;                /* HTML */
     const sc_stage *stage;           /* whose progress is told while no call can be answered */
@@ -39,7 +39,9 @@ typedef struct sc_http_settings {
 sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_http **out);
 /* End: all calls that were not answered are. NULL is allowed. */
 void sc_http_stop(sc_http *http);
-/* @return the port. */
+/* @return the path of the Unix socket; NULL: it is none. */
+const char *sc_http_socket(const sc_http *http);
+/* @return the port; of a Unix socket, that to which ssh shall listen. */
 int sc_http_port(const sc_http *http);
 /* @return the secret; static as long as the server is. */
 const char *sc_http_secret(const sc_http *http);
