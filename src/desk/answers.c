@@ -13,6 +13,14 @@ void sc_desk_refuse(sc_desk *desk, sc_call *call, const char *why)
     sc_http_answer_json(call, 200, json_pack("{s:b, s:o}", "refused", 1, "notes", list));
 }
 
+int sc_desk_frame(const sc_desk *desk, const json_t *body)
+{
+    const json_t *frame = json_object_get(body, "frame");
+    const json_int_t last = desk->now->job.animation.frames - 1, k = json_integer_value(frame);
+
+    return !json_is_integer(frame) ? desk->frame : (int)(k < 0 ? 0 : k > last ? last : k);
+}
+
 bool sc_desk_size(const json_t *body, int out[2])
 {
     const json_t *size = json_object_get(body, "size");

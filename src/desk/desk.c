@@ -101,17 +101,13 @@ static sc_status add_pairs(const sc_ctx *ctx, const json_t *pairs, sc_edits *edi
 static bool change(clerk *c, sc_call *call)
 {
     sc_desk *desk = &c->desk;
-    const json_t *body = sc_call_body(call), *frame = json_object_get(body, "frame");
+    const json_t *body = sc_call_body(call);
     const json_t *pairs = json_object_get(body, "edits");
     const char *group = json_string_value(json_object_get(body, "group"));
     SC_OWN(sc_edits_clear) sc_edits next = {0};
     bool done = false;
 
-    if (json_is_integer(frame)) {
-        const json_int_t last = desk->now->job.animation.frames - 1, k = json_integer_value(frame);
-
-        desk->frame = (int)(k < 0 ? 0 : k > last ? last : k);
-    }
+    desk->frame = sc_desk_frame(desk, body);
     if (json_array_size(pairs)) {
         sc_status status = sc_edits_copy(&desk->ctx, &desk->steps.now, &next);
 
@@ -220,6 +216,7 @@ static void take(clerk *c, sc_call *call)
                  {"rendering", NULL, sc_desk_rendering},
                  {"film", NULL, sc_desk_film},
                  {"picture", wait_for_news, NULL},
+                 {"sheet", wait_for_news, NULL},
                  {"state", wait_for_news, NULL}};
 
     for (size_t i = 0; i < SC_COUNT_OF(verbs); i++) {
@@ -239,17 +236,17 @@ static void take(clerk *c, sc_call *call)
 /* Answer a call that waits, if there are news for it. @return whether it is answered. */
 static bool tell_news(clerk *c, const waiting *w)
 {
-    const bool is_picture = !strcmp(sc_call_verb(w->call), "picture");
+    const char *verb = sc_call_verb(w->call);
     const bool rests = sc_wall_s() - c->changed_s >= REST_S;
 
     if (rests)
         sc_desk_settle(&c->desk);
-    if (!is_picture && wants(c, w->call) && rests) {
-        sc_http_answer_json(w->call, 200, sc_desk_state(&c->desk));
-        return true;
-    }
-    if (is_picture && wants(c, w->call) && rests) {
-        if (!resize(&c->desk, w->call)) {
+    if (rests && wants(c, w->call)) {
+        if (!strcmp(verb, "state")) {
+            sc_http_answer_json(w->call, 200, sc_desk_state(&c->desk));
+            return true;
+        }
+        if (!strcmp(verb, "picture") && !resize(&c->desk, w->call)) {
             sc_desk_refuse(&c->desk, w->call, "there is no picture of this size");
             return true;
         }

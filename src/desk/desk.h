@@ -142,8 +142,8 @@ json_t *sc_desk_view(sc_desk *desk);
 
 /* Draw a picture in a hurry, and answer @p call with it as JPEG. */
 void sc_desk_sketch(sc_desk *desk, sc_call *call);
-/* Draw the picture as `segcast still` does, and answer @p call with it as PNG. @return false if it
- * was given up, and not answered. */
+/* Draw the picture as `segcast still` does, or for a sheet a small one of another frame, and answer
+ * @p call with it as PNG. @return false if it was given up, and not answered. */
 bool sc_desk_refine(sc_desk *desk, sc_call *call);
 /* Tell what is seen at a point of the picture. */
 void sc_desk_pick(sc_desk *desk, sc_call *call);
@@ -177,6 +177,8 @@ void sc_desk_note(void *user, sc_log_level level, const char *text);
 
 /* Answer that something is not as it has to be: with the messages, or @p why. */
 void sc_desk_refuse(sc_desk *desk, sc_call *call, const char *why);
+/* @return the frame that is asked for, within the film; without one that which is looked at. */
+int sc_desk_frame(const sc_desk *desk, const json_t *body);
 /* Read a size in pixels from the member "size" of what is asked. @return whether it is one. */
 bool sc_desk_size(const json_t *body, int out[2]);
 

@@ -265,7 +265,7 @@ static void free_call(sc_call *call)
 /* Only asks for news: nothing that is being drawn has to stop for it, and nobody does anything. */
 static bool is_poll(const char *verb)
 {
-    return !strcmp(verb, "picture") || !strcmp(verb, "state");
+    return !strcmp(verb, "picture") || !strcmp(verb, "state") || !strcmp(verb, "sheet");
 }
 
 /* Queue a call whose body is complete. */

@@ -78,22 +78,42 @@ void sc_desk_sketch(sc_desk *desk, sc_call *call)
         answer_picture(call, sc_desk_view(desk), "image/jpeg", data, bytes);
 }
 
+/* Draw what is asked for as the job is lit: the picture, or a small one for a sheet, which of a
+ * comparison is not small. */
+static sc_status draw_lit(sc_desk *desk, sc_call *call, sc_image *image)
+{
+    const sc_job *job = &desk->now->job;
+    sc_render_stats stats;
+    int size_px[2];
+
+    SC_PASS(sc_session_light(&desk->app, desk->now));
+    if (strcmp(sc_call_verb(call), "sheet") != 0) {
+        SC_PASS(sc_session_image(&desk->app, desk->now, image));
+        return sc_session_draw(&desk->app, desk->now, desk->frame, NULL, image, &stats);
+    }
+    if (!sc_desk_size(sc_call_body(call), size_px))
+        return sc_fail(&desk->ctx, SC_ERR_USAGE, "there is no picture of this size");
+    if (desk->now->compare)
+        memcpy(size_px, job->output.size_px, sizeof size_px);
+    SC_PASS(sc_image_init_alpha(&desk->ctx, size_px[0], size_px[1], job->render.background.is_none,
+                                image));
+    return sc_session_sketch(&desk->app, desk->now, sc_desk_frame(desk, sc_call_body(call)), image,
+                             &stats);
+}
+
 bool sc_desk_refine(sc_desk *desk, sc_call *call)
 {
     SC_OWN(sc_image_clear) sc_image image = {0};
-    sc_render_stats stats;
     char *data = NULL;
     size_t bytes = 0;
-    sc_status status = sc_session_image(&desk->app, desk->now, &image);
+    sc_status status = SC_OK;
     bool gives_up;
 
     desk->may_interrupt = 1;
     sc_session_hurry(desk->now, false);
     gives_up = sc_http_waits(desk->http);
-    if (status == SC_OK && !gives_up)
-        status = sc_session_light(&desk->app, desk->now);
-    if (status == SC_OK && !gives_up)
-        status = sc_session_draw(&desk->app, desk->now, desk->frame, NULL, &image, &stats);
+    if (!gives_up)
+        status = draw_lit(desk, call, &image);
     desk->may_interrupt = 0;
     gives_up = gives_up || desk->interrupt;
     desk->interrupt = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Saving the job, and rendering it.
 import { el } from "./dom.js";
-import { desk, on, ask, say, wait } from "./server.js";
+import { desk, on, ask, post, say, wait } from "./server.js";
 import { button, dialog, field } from "./parts.js";
 
 // ---- what would change ----
@@ -99,7 +99,7 @@ const ended = async (now) => {
     return;
   }
   say(`Rendered: ${now.directory}`);
-  const answer = await fetch(`${location.pathname}film`, { method: "POST", headers: { "Content-Type": "application/json" }, body: "{}" });
+  const answer = await post("film", {});
   if (answer.headers.get("Content-Type") === "application/json") return;
   const film = URL.createObjectURL(await answer.blob()), moving = answer.headers.get("Content-Type").startsWith("video");
   const box = dialog("The film", moving ? el("video", { src: film, controls: "", autoplay: "", loop: "", id: "made" }) : el("img", { src: film, alt: "The film", id: "made" }),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Three slices beside the picture, which meet in one point.
 import { el, svg } from "./dom.js";
-import { desk, on } from "./server.js";
+import { desk, on, post } from "./server.js";
 import { add, sub, scale, dot } from "./vector.js";
 import { seenPlanes, movePlane } from "./cut.js";
 
@@ -27,7 +27,7 @@ const load = async (slice) => {
   if (slice.busy) { slice.again = true; return; }
   slice.busy = true;
   try {
-    const answer = await fetch(`${location.pathname}slice`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ which: slice.which, size, point }) });
+    const answer = await post("slice", { which: slice.which, size, point });
     if (answer.headers.has("X-View")) {
       slice.view = JSON.parse(answer.headers.get("X-View"));
       slice.shown = wanted;
