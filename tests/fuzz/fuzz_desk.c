@@ -306,7 +306,8 @@ static void check_files(void)
         if (!strcmp(entry->d_name, ".") || !strcmp(entry->d_name, ".."))
             continue;
         FUZZ_CHECK(ending && entry->d_name[0] != '.' &&
-                   (!strcmp(ending, ".yaml") || !strcmp(ending, ".yml")));
+                   (!strcmp(ending, ".yaml") || !strcmp(ending, ".yml") ||
+                    !strcmp(entry->d_name, "volume.seg.nrrd")));
         FUZZ_CHECK(!unlinkat(dirfd(folder), entry->d_name, 0));
     }
     closedir(folder);
@@ -319,13 +320,34 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
     return 0;
 }
 
+/* Write a small volume with three tissues. */
+static void write_volume(void)
+{
+    static const char head[] =
+        "NRRD0004\ntype: uchar\ndimension: 3\nspace: left-posterior-superior\nsizes: 12 10 12\n"
+        "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nkinds: domain domain "
+        "domain\nencoding: raw\nSegment0_Name:=aorta\nSegment0_LabelValue:=1\n"
+        "Segment1_Name:=epicardial fat\nSegment1_LabelValue:=2\nSegment2_Name:=wall\n"
+        "Segment2_LabelValue:=3\n\n";
+    static char file[sizeof head - 1 + 12 * 10 * 12];
+
+    memcpy(file, head, sizeof head - 1);
+    for (int k = 0; k < 12 * 10 * 12; k++) {
+        const int x = k % 12, y = k / 12 % 10, z = k / 120;
+        const bool inside = x > 1 && x < 10 && y > 1 && y < 8 && z > 1 && z < 10;
+
+        file[sizeof head - 1 + (size_t)k] = (char)(inside ? x < 5 ? 1 : z < 6 ? 2 : 3 : 0);
+    }
+    (void)fuzz_write("volume.seg.nrrd", file, sizeof file);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    static const char job[] =
-        "volume: phantom:12x10x12\n"
-        "output: {size: [32, 24], video: none} # small\n"
-        "tissues: {\"epicardial fat\": {visible: false}}\n"
-        "animation: {frames: 4, camera: {zoom: {0%: 1, 100%: 2}}, clip: [{normal: left}]}\n";
+    static const char job[] = "volume: volume.seg.nrrd\n"
+                              "output: {size: [32, 24], video: none} # small\n"
+                              "tissues: {\"epicardial fat\": {visible: false}}\n"
+                              "animation: {frames: 4, camera: {orbit: {turns: 0}, zoom: {0%: 1, "
+                              "100%: 2}}, clip: [{normal: left}]}\n";
     const char *const environment[] = {"SEGCAST_CACHE=off", NULL};
     static char urls[REQUESTS_MAX][100];
     char *text = malloc(size + 1);
@@ -336,6 +358,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const sc_desk_plan plan = {.path = fuzz_write("job.yaml", job, sizeof job - 1), .text = job};
 
     FUZZ_CHECK(text);
+    write_volume();
     memcpy(text, data, size);
     text[size] = '\0';
     request_count = 0;
