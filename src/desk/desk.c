@@ -152,13 +152,14 @@ static void do_edit(clerk *c, sc_call *call)
 }
 
 /* Go to the job as it was before a step, or after it. */
-static void go(clerk *c, sc_call *call, bool (*step)(sc_steps *), bool (*back)(sc_steps *))
+static void do_step(clerk *c, sc_call *call)
 {
+    const bool back = !strcmp(sc_call_verb(call), "undo");
     sc_desk *desk = &c->desk;
 
-    if (step(&desk->steps)) {
+    if (sc_steps_go(&desk->steps, back)) {
         if (sc_desk_follow(desk, &desk->steps.now) != SC_OK) {
-            (void)back(&desk->steps);
+            (void)sc_steps_go(&desk->steps, !back);
             sc_desk_refuse(desk, call, "the step could not be made");
             return;
         }
@@ -167,16 +168,6 @@ static void go(clerk *c, sc_call *call, bool (*step)(sc_steps *), bool (*back)(s
         c->changed_s = sc_wall_s();
     }
     answer_revision(desk, call);
-}
-
-static void do_undo(clerk *c, sc_call *call)
-{
-    go(c, call, sc_steps_undo, sc_steps_redo);
-}
-
-static void do_redo(clerk *c, sc_call *call)
-{
-    go(c, call, sc_steps_redo, sc_steps_undo);
 }
 
 /* ---- calls ---- */
@@ -207,8 +198,8 @@ static void take(clerk *c, sc_call *call)
         void (*pass)(sc_desk *, sc_call *);
     } verbs[] = {{"move", do_move, NULL},
                  {"edit", do_edit, NULL},
-                 {"undo", do_undo, NULL},
-                 {"redo", do_redo, NULL},
+                 {"undo", do_step, NULL},
+                 {"redo", do_step, NULL},
                  {"pick", NULL, sc_desk_pick},
                  {"slice", NULL, sc_desk_slice},
                  {"save", NULL, sc_desk_save},
@@ -271,41 +262,6 @@ static void tell_all(clerk *c)
 
 /* ---- beginning and end ---- */
 
-/* Print the address, and how to reach it from another machine. @return false if that cannot be
- * done, which is told when the program ends. */
-static bool print_address(const sc_desk *desk)
-{
-    const int port = sc_http_port(desk->http);
-    const char *path = sc_http_socket(desk->http);
-    const char *host = desk->plan->listen && !path ? desk->plan->listen : "127.0.0.1";
-    const bool is_six = strchr(host, ':') != NULL;
-    char name[SC_HOST_BYTES], at[100];
-    SC_OWN(sc_free_at) char *socket = path ? realpath(path, NULL) : NULL;
-
-    sc_host_name(name);
-    snprintf(at, sizeof at, "%s%s%s:%d", is_six ? "[" : "", host, is_six ? "]" : "", port);
-    if (strcmp(host, "127.0.0.1") != 0 && strcmp(host, "::1") != 0)
-        sc_warn(
-            desk->outer,
-            "others can connect to %s, unencrypted: whoever reads the address on its way sees and "
-            "changes the job; without --listen only this machine can, and ssh -L leads there",
-            host);
-    printf("http://%s/%s/\n", at, sc_http_secret(desk->http));
-    if (fflush(stdout))
-        return false;
-    if (path)
-        sc_info(desk->outer,
-                "the desk listens to a socket that only you can use; where the browser is: ssh -L "
-                "%d:%s %s, and then this address there. Ctrl-C ends it",
-                port, socket ? socket : path, name);
-    else
-        sc_info(desk->outer,
-                "the desk is at this address, on this machine; from another one: ssh -L %d:%s %s, "
-                "and then the same address there. Ctrl-C ends it",
-                port, at, name);
-    return true;
-}
-
 /* Answer calls until it is to end. */
 static void serve(clerk *c, const atomic_int *stop)
 {
@@ -339,7 +295,7 @@ static sc_status open_and_serve(clerk *c, const atomic_int *stop)
     sc_status status;
 
     SC_PASS(sc_http_start(desk->outer, &settings, &desk->http));
-    if (!print_address(desk))
+    if (!sc_http_print_address(desk->http, desk->outer))
         return SC_OK;
     desk->ctx.write = desk->outer->write; /* what is wrong with the job is told at the terminal */
     desk->ctx.user = desk->outer->user;

@@ -39,8 +39,7 @@ void sc_steps_clear(sc_steps *steps);
 /* Begin a step whose result is *next, which the history takes over. @param group see sc_steps. */
 void sc_steps_begin(sc_steps *steps, const char *group, sc_edits *next);
 /* Go a step back, or forward. @return whether there was one. */
-bool sc_steps_undo(sc_steps *steps);
-bool sc_steps_redo(sc_steps *steps);
+bool sc_steps_go(sc_steps *steps, bool back);
 
 /* ---- the desk ---- */
 

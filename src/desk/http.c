@@ -37,12 +37,8 @@ struct sc_call {
     size_t bytes, room;
     json_t *body;
     bool is_queued;
-    /* the answer */
-    int code;
-    const char *type;
-    void *data;
-    size_t data_bytes;
-    char *view;
+    int code; /* of the answer */
+    struct MHD_Response *answer;
 };
 
 /* A connection, from when it is accepted to when it is closed. */
@@ -172,10 +168,12 @@ static void on_connection(void *user, struct MHD_Connection *connection, void **
 
 /* ---- answers ---- */
 
-static enum MHD_Result send_response(struct MHD_Connection *connection, int code, const char *type,
-                                     struct MHD_Response *response)
+/* @return a response; NULL: no memory. @param mode who owns the data. */
+static struct MHD_Response *make_response(const char *type, const void *data, size_t bytes,
+                                          enum MHD_ResponseMemoryMode mode)
 {
-    static const char *const headers[][2] = {
+    const char *const headers[][2] = {
+        {"Content-Type", type},
         {"Cache-Control", "no-store"},
         {"X-Content-Type-Options", "nosniff"},
         {"X-Frame-Options", "DENY"},
@@ -185,58 +183,69 @@ static enum MHD_Result send_response(struct MHD_Connection *connection, int code
          "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: "
          "data:; media-src blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; "
          "frame-ancestors 'none'"}};
-    enum MHD_Result result;
+    struct MHD_Response *response =
+        MHD_create_response_from_buffer(bytes, (void *)(uintptr_t)data, mode);
 
-    if (!response)
-        return MHD_NO;
-    for (size_t i = 0; i < SC_COUNT_OF(headers); i++)
+    for (size_t i = 0; response && i < SC_COUNT_OF(headers); i++)
         MHD_add_response_header(response, headers[i][0], headers[i][1]);
-    MHD_add_response_header(response, "Content-Type", type);
-    result = MHD_queue_response(connection, (unsigned)code, response);
-    MHD_destroy_response(response);
+    return response;
+}
+
+/* Send a response, which is taken; NULL: close the connection. */
+static enum MHD_Result send_response(struct MHD_Connection *connection, int code,
+                                     struct MHD_Response *response)
+{
+    enum MHD_Result result = MHD_NO;
+
+    if (response) {
+        result = MHD_queue_response(connection, (unsigned)code, response);
+        MHD_destroy_response(response);
+    }
     return result;
 }
 
 /* Refuse a request, without words: who has the secret does not need them. */
 static enum MHD_Result refuse(struct MHD_Connection *connection, int code)
 {
-    static const char text[] = "refused\n";
-    struct MHD_Response *response = MHD_create_response_from_buffer(
-        sizeof text - 1, (void *)(uintptr_t)text, MHD_RESPMEM_PERSISTENT);
+    struct MHD_Response *response =
+        make_response("text/plain", "refused\n", 8, MHD_RESPMEM_PERSISTENT);
 
     if (response)
         MHD_add_response_header(response, "Connection", "close");
-    return send_response(connection, code, "text/plain", response);
+    return send_response(connection, code, response);
 }
 
-static enum MHD_Result send_answer(sc_call *call)
+/* Make an answer of @p data, of malloc, which is freed. */
+static void make_answer(sc_call *call, int code, const char *type, void *data, size_t bytes)
 {
-    struct MHD_Response *response =
-        MHD_create_response_from_buffer(call->data_bytes, call->data, MHD_RESPMEM_MUST_FREE);
-
-    if (response)
-        call->data = NULL;
-    if (response && call->view)
-        MHD_add_response_header(response, "X-View", call->view);
-    return send_response(call->connection, call->code, call->type, response);
+    call->code = code;
+    call->answer = make_response(type, data, data ? bytes : 0, MHD_RESPMEM_MUST_FREE);
+    if (!call->answer)
+        free(data);
 }
 
 void sc_http_answer(sc_call *call, int code, const char *type, void *data, size_t bytes,
                     const char *view)
 {
-    call->code = code;
-    call->type = type;
-    call->data = data;
-    call->data_bytes = data ? bytes : 0;
-    call->view = view ? strdup(view) : NULL;
+    make_answer(call, code, type, data, bytes);
+    if (call->answer && view)
+        MHD_add_response_header(call->answer, "X-View", view);
     MHD_resume_connection(call->connection); /* from here on it is the other thread's */
 }
 
-void sc_http_answer_json(sc_call *call, int code, json_t *json)
+/* @return JSON, whose reference is taken, as text, which the caller frees; NULL: no memory. */
+static char *text_of(json_t *json)
 {
     char *text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(12)) : NULL;
 
     json_decref(json);
+    return text;
+}
+
+void sc_http_answer_json(sc_call *call, int code, json_t *json)
+{
+    char *text = text_of(json);
+
     sc_http_answer(call, text ? code : MHD_HTTP_INTERNAL_SERVER_ERROR, "application/json", text,
                    text ? strlen(text) : 0, NULL);
 }
@@ -257,9 +266,18 @@ static void free_call(sc_call *call)
 {
     json_decref(call->body);
     free(call->text);
-    free(call->data);
-    free(call->view);
+    if (call->answer)
+        MHD_destroy_response(call->answer);
     free(call);
+}
+
+/* Send the answer of a call. */
+static enum MHD_Result send_answer(sc_call *call)
+{
+    struct MHD_Response *answer = call->answer;
+
+    call->answer = NULL;
+    return send_response(call->connection, call->code, answer);
 }
 
 /* Only asks for news: nothing that is being drawn has to stop for it, and nobody does anything. */
@@ -297,14 +315,10 @@ static enum MHD_Result send_progress(sc_call *call)
 {
     const sc_ctx ctx = {.stage = (sc_stage *)(uintptr_t)call->http->settings.stage};
     const sc_stage_view view = sc_stage_look(&ctx);
-    json_t *json = json_pack("{s:s, s:f, s:f}", "stage", view.name ? view.text : "", "share",
-                             view.share, "left_s", view.left_s);
+    char *text = text_of(json_pack("{s:s, s:f, s:f}", "stage", view.name ? view.text : "", "share",
+                                   view.share, "left_s", view.left_s));
 
-    call->type = "application/json";
-    call->code = MHD_HTTP_OK;
-    call->data = json ? json_dumps(json, JSON_COMPACT) : NULL;
-    call->data_bytes = call->data ? strlen(call->data) : 0;
-    json_decref(json);
+    make_answer(call, MHD_HTTP_OK, "application/json", text, text ? strlen(text) : 0);
     return send_answer(call);
 }
 
@@ -342,10 +356,9 @@ static enum MHD_Result begin_call(sc_http *http, struct MHD_Connection *connecti
     if (info)
         unlist(http, info->socket_context);
     if (!strcmp(method, "GET"))
-        return send_response(connection, MHD_HTTP_OK, "text/html; charset=utf-8",
-                             MHD_create_response_from_buffer(strlen(http->settings.page),
-                                                             (void *)(uintptr_t)http->settings.page,
-                                                             MHD_RESPMEM_PERSISTENT));
+        return send_response(connection, MHD_HTTP_OK,
+                             make_response("text/html; charset=utf-8", http->settings.page,
+                                           strlen(http->settings.page), MHD_RESPMEM_PERSISTENT));
     if (strlen(verb) >= sizeof call->verb ||
         verb[strspn(verb, "abcdefghijklmnopqrstuvwxyz")] != '\0')
         return refuse(connection, MHD_HTTP_NOT_FOUND);
@@ -395,13 +408,11 @@ sc_call *sc_http_next(sc_http *http, double wait_s)
 {
     struct timespec until;
     sc_call *call;
-    double whole;
 
     clock_gettime(CLOCK_REALTIME, &until);
-    wait_s += (double)until.tv_nsec / 1e9;
-    whole = (double)(long)wait_s;
-    until.tv_sec += (time_t)whole;
-    until.tv_nsec = (long)((wait_s - whole) * 1e9);
+    until.tv_nsec += (long)(wait_s * 1e9);
+    until.tv_sec += until.tv_nsec / 1000000000;
+    until.tv_nsec %= 1000000000;
     pthread_mutex_lock(&http->lock);
     while (!http->first && !pthread_cond_timedwait(&http->queued, &http->lock, &until))
         ;
@@ -614,17 +625,28 @@ void sc_http_stop(sc_http *http)
     sc_free(http);
 }
 
-const char *sc_http_socket(const sc_http *http)
+bool sc_http_print_address(const sc_http *http, const sc_ctx *ctx)
 {
-    return unix_path(&http->settings);
-}
+    const char *path = unix_path(&http->settings);
+    const char *host = http->settings.listen && !path ? http->settings.listen : "127.0.0.1";
+    const bool is_six = strchr(host, ':') != NULL;
+    char name[SC_HOST_BYTES], at[100];
+    SC_OWN(sc_free_at) char *whole = path ? realpath(path, NULL) : NULL;
 
-int sc_http_port(const sc_http *http)
-{
-    return http->port;
-}
-
-const char *sc_http_secret(const sc_http *http)
-{
-    return http->secret;
+    sc_host_name(name);
+    snprintf(at, sizeof at, "%s%s%s:%d", is_six ? "[" : "", host, is_six ? "]" : "", http->port);
+    if (strcmp(host, "127.0.0.1") != 0 && strcmp(host, "::1") != 0)
+        sc_warn(
+            ctx,
+            "others can connect to %s, unencrypted: whoever reads the address on its way sees and "
+            "changes the job; without --listen only this machine can, and ssh -L leads there",
+            host);
+    printf("http://%s/%s/\n", at, http->secret);
+    if (fflush(stdout))
+        return false;
+    sc_info(ctx, "the desk is at this address%s; from another machine: ssh -L %d:%s %s, and then "
+            "the same address there. Ctrl-C ends it",
+            path ? ", once a tunnel leads to its socket, which only you can use" : "", http->port,
+            path ? (whole ? whole : path) : at, name);
+    return true;
 }

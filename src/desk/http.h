@@ -39,16 +39,13 @@ typedef struct sc_http_settings {
 sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_http **out);
 /* End: all calls that were not answered are. NULL is allowed. */
 void sc_http_stop(sc_http *http);
-/* @return the path of the Unix socket; NULL: it is none. */
-const char *sc_http_socket(const sc_http *http);
-/* @return the port; of a Unix socket, that to which ssh shall listen. */
-int sc_http_port(const sc_http *http);
-/* @return the secret; static as long as the server is. */
-const char *sc_http_secret(const sc_http *http);
+/* Print the address to standard output, and tell how to reach it from another machine. @return
+ * false if that cannot be done, which is told when the program ends. */
+bool sc_http_print_address(const sc_http *http, const sc_ctx *ctx);
 /* @return the seconds since a page has asked for something but news. */
 double sc_http_idle_s(const sc_http *http);
 
-/* @return the next call, waiting at most @p wait_s for one; NULL: none. */
+/* @return the next call, waiting at most @p wait_s, less than a second, for one; NULL: none. */
 sc_call *sc_http_next(sc_http *http, double wait_s);
 /* @return whether a call waits that asks for something but news. */
 bool sc_http_waits(sc_http *http);

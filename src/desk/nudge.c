@@ -101,7 +101,7 @@ void sc_desk_settle(sc_desk *desk)
     desk->is_nudged = false;
     if (sc_desk_follow(desk, &desk->steps.now) == SC_OK)
         return;
-    if (sc_steps_undo(&desk->steps)) /* such a job has no pictures: as before the hand moved */
+    if (sc_steps_go(&desk->steps, true)) /* such a job has no pictures: as before the hand moved */
         (void)sc_desk_follow(desk, &desk->steps.now);
     desk->revision++;
 }
