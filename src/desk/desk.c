@@ -10,25 +10,10 @@
 #include <unistd.h>
 
 enum {
-    WAITING_MAX = 64, /* calls that wait for news: as many pages may look on */
-    NEWS_MAX_S = 20   /* so long one waits; then it is answered without, and the page asks again */
+    NEWS_MAX_S = 20 /* so long one waits; then it is answered without, and the page asks again */
 };
 #define WAKE_S 0.04 /* it is looked so often whether those that wait can be answered */
 #define REST_S 0.12 /* after the last change the picture is refined, if none follows meanwhile */
-
-/* A call that waits for news. */
-typedef struct waiting {
-    sc_call *call;
-    double since_s;
-} waiting;
-
-/* What the thread that answers has at hand. */
-typedef struct clerk {
-    sc_desk desk;
-    waiting waits[WAITING_MAX];
-    int count;
-    double changed_s; /* when something was changed for the last time */
-} clerk;
 
 /* ---- what pages do ---- */
 
@@ -98,9 +83,8 @@ static sc_status add_pairs(const sc_ctx *ctx, const json_t *pairs, sc_edits *edi
 }
 
 /* Change the job as a call says. @return false, and the call is answered, if that cannot be. */
-static bool change(clerk *c, sc_call *call)
+static bool change(sc_desk *desk, sc_call *call)
 {
-    sc_desk *desk = &c->desk;
     const json_t *body = sc_call_body(call);
     const json_t *pairs = json_object_get(body, "edits");
     const char *group = json_string_value(json_object_get(body, "group"));
@@ -127,7 +111,7 @@ static bool change(clerk *c, sc_call *call)
     }
     desk->revision++;
     desk->preparing_failed = false;
-    c->changed_s = sc_wall_s();
+    desk->changed_s = sc_wall_s();
     return true;
 }
 
@@ -137,25 +121,24 @@ static void answer_revision(const sc_desk *desk, sc_call *call)
 }
 
 /* A change whose picture is wanted at once. */
-static void do_move(clerk *c, sc_call *call)
+static void do_move(sc_desk *desk, sc_call *call)
 {
-    if (!resize(&c->desk, call))
-        sc_desk_refuse(&c->desk, call, "there is no picture of this size");
-    else if (change(c, call))
-        sc_desk_sketch(&c->desk, call);
+    if (!resize(desk, call))
+        sc_desk_refuse(desk, call, "there is no picture of this size");
+    else if (change(desk, call))
+        sc_desk_sketch(desk, call);
 }
 
-static void do_edit(clerk *c, sc_call *call)
+static void do_edit(sc_desk *desk, sc_call *call)
 {
-    if (change(c, call))
-        answer_revision(&c->desk, call);
+    if (change(desk, call))
+        answer_revision(desk, call);
 }
 
 /* Go to the job as it was before a step, or after it. */
-static void do_step(clerk *c, sc_call *call)
+static void do_step(sc_desk *desk, sc_call *call)
 {
     const bool back = !strcmp(sc_call_verb(call), "undo");
-    sc_desk *desk = &c->desk;
 
     if (sc_steps_go(&desk->steps, back)) {
         if (sc_desk_follow(desk, &desk->steps.now) != SC_OK) {
@@ -165,7 +148,7 @@ static void do_step(clerk *c, sc_call *call)
         }
         desk->revision++;
         desk->preparing_failed = false;
-        c->changed_s = sc_wall_s();
+        desk->changed_s = sc_wall_s();
     }
     answer_revision(desk, call);
 }
@@ -173,51 +156,40 @@ static void do_step(clerk *c, sc_call *call)
 /* ---- calls ---- */
 
 /* @return whether a call wants what is newer than what it has. */
-static bool wants(const clerk *c, const sc_call *call)
+static bool wants(const sc_desk *desk, const sc_call *call)
 {
     const json_t *after = json_object_get(sc_call_body(call), "after");
 
-    return !json_is_integer(after) || json_integer_value(after) != c->desk.revision;
+    return !json_is_integer(after) || json_integer_value(after) != desk->revision;
 }
 
 /* Let a call wait for news. */
-static void wait_for_news(clerk *c, sc_call *call)
+static void wait_for_news(sc_desk *desk, sc_call *call)
 {
-    if (c->count == WAITING_MAX) {
+    if (desk->wait_count == SC_WAITING_MAX) {
         sc_http_answer(call, 503, "text/plain", NULL, 0, NULL);
         return;
     }
-    c->waits[c->count++] = (waiting){call, sc_wall_s()};
+    desk->waits[desk->wait_count++] = (sc_waiting){call, sc_wall_s()};
 }
 
-static void take(clerk *c, sc_call *call)
+static void take(sc_desk *desk, sc_call *call)
 {
     static const struct {
         const char *verb;
-        void (*answer)(clerk *, sc_call *); /* or: */
-        void (*pass)(sc_desk *, sc_call *);
-    } verbs[] = {{"move", do_move, NULL},
-                 {"edit", do_edit, NULL},
-                 {"undo", do_step, NULL},
-                 {"redo", do_step, NULL},
-                 {"pick", NULL, sc_desk_pick},
-                 {"slice", NULL, sc_desk_slice},
-                 {"save", NULL, sc_desk_save},
-                 {"render", NULL, sc_desk_render},
-                 {"rendering", NULL, sc_desk_rendering},
-                 {"film", NULL, sc_desk_film},
-                 {"picture", wait_for_news, NULL},
-                 {"sheet", wait_for_news, NULL},
-                 {"state", wait_for_news, NULL}};
+        void (*answer)(sc_desk *, sc_call *);
+    } verbs[] = {
+        {"move", do_move},       {"edit", do_edit},          {"undo", do_step},
+        {"redo", do_step},       {"pick", sc_desk_pick},     {"slice", sc_desk_slice},
+        {"save", sc_desk_save},  {"render", sc_desk_render}, {"rendering", sc_desk_rendering},
+        {"film", sc_desk_film},  {"picture", wait_for_news}, {"sheet", wait_for_news},
+        {"state", wait_for_news}};
 
     for (size_t i = 0; i < SC_COUNT_OF(verbs); i++) {
         if (!strcmp(verbs[i].verb, sc_call_verb(call))) {
             if (verbs[i].answer != do_move && verbs[i].answer != wait_for_news)
-                sc_desk_settle(&c->desk);
-            if (verbs[i].answer)
-                verbs[i].answer(c, call);
-            else
-                verbs[i].pass(&c->desk, call);
+                sc_desk_settle(desk);
+            verbs[i].answer(desk, call);
             return;
         }
     }
@@ -225,23 +197,23 @@ static void take(clerk *c, sc_call *call)
 }
 
 /* Answer a call that waits, if there are news for it. @return whether it is answered. */
-static bool tell_news(clerk *c, const waiting *w)
+static bool tell_news(sc_desk *desk, const sc_waiting *w)
 {
     const char *verb = sc_call_verb(w->call);
-    const bool rests = sc_wall_s() - c->changed_s >= REST_S;
+    const bool rests = sc_wall_s() - desk->changed_s >= REST_S;
 
     if (rests)
-        sc_desk_settle(&c->desk);
-    if (rests && wants(c, w->call)) {
+        sc_desk_settle(desk);
+    if (rests && wants(desk, w->call)) {
         if (!strcmp(verb, "state")) {
-            sc_http_answer_json(w->call, 200, sc_desk_state(&c->desk));
+            sc_http_answer_json(w->call, 200, sc_desk_state(desk));
             return true;
         }
-        if (!strcmp(verb, "picture") && !resize(&c->desk, w->call)) {
-            sc_desk_refuse(&c->desk, w->call, "there is no picture of this size");
+        if (!strcmp(verb, "picture") && !resize(desk, w->call)) {
+            sc_desk_refuse(desk, w->call, "there is no picture of this size");
             return true;
         }
-        return sc_desk_refine(&c->desk, w->call);
+        return sc_desk_refine(desk, w->call);
     }
     if (sc_wall_s() - w->since_s < NEWS_MAX_S)
         return false;
@@ -250,11 +222,11 @@ static bool tell_news(clerk *c, const waiting *w)
 }
 
 /* Answer those that wait, as far as there are news, until something else is asked for. */
-static void tell_all(clerk *c)
+static void tell_all(sc_desk *desk)
 {
-    for (int i = 0; i < c->count && !sc_http_waits(c->desk.http);) {
-        if (tell_news(c, &c->waits[i]))
-            c->waits[i] = c->waits[--c->count];
+    for (int i = 0; i < desk->wait_count && !sc_http_waits(desk->http);) {
+        if (tell_news(desk, &desk->waits[i]))
+            desk->waits[i] = desk->waits[--desk->wait_count];
         else
             i++;
     }
@@ -263,29 +235,28 @@ static void tell_all(clerk *c)
 /* ---- beginning and end ---- */
 
 /* Answer calls until it is to end. */
-static void serve(clerk *c, const atomic_int *stop)
+static void serve(sc_desk *desk, const atomic_int *stop)
 {
-    const double idle_s = 60.0 * c->desk.plan->idle_min;
+    const double idle_s = 60.0 * desk->plan->idle_min;
 
-    while (!*stop && !(idle_s > 0 && sc_http_idle_s(c->desk.http) > idle_s)) {
-        sc_call *call = sc_http_next(c->desk.http, WAKE_S);
+    while (!*stop && !(idle_s > 0 && sc_http_idle_s(desk->http) > idle_s)) {
+        sc_call *call = sc_http_next(desk->http, WAKE_S);
 
-        for (; call; call = sc_http_next(c->desk.http, 0))
-            take(c, call);
-        if (sc_wall_s() - c->changed_s > REST_S)
-            sc_desk_begin_preparing(&c->desk);
-        if (sc_desk_take_prepared(&c->desk))
-            c->desk.revision++;
-        tell_all(c);
+        for (; call; call = sc_http_next(desk->http, 0))
+            take(desk, call);
+        if (sc_wall_s() - desk->changed_s > REST_S)
+            sc_desk_begin_preparing(desk);
+        if (sc_desk_take_prepared(desk))
+            desk->revision++;
+        tell_all(desk);
     }
-    for (int i = 0; i < c->count; i++)
-        sc_http_answer(c->waits[i].call, 503, "text/plain", NULL, 0, NULL);
+    for (int i = 0; i < desk->wait_count; i++)
+        sc_http_answer(desk->waits[i].call, 503, "text/plain", NULL, 0, NULL);
 }
 
 /* Load the job and serve it. */
-static sc_status open_and_serve(clerk *c, const atomic_int *stop)
+static sc_status open_and_serve(sc_desk *desk, const atomic_int *stop)
 {
-    sc_desk *desk = &c->desk;
     const sc_http_settings settings = {.listen = desk->plan->listen,
                                        .port = desk->plan->port,
                                        .page = sc_desk_html,
@@ -307,31 +278,28 @@ static sc_status open_and_serve(clerk *c, const atomic_int *stop)
     sc_display_end_stage(&desk->app);
     desk->ctx.stage = NULL; /* what follows takes moments */
     desk->revision = 1;
-    serve(c, stop);
+    serve(desk, stop);
     return SC_OK;
 }
 
 sc_status sc_desk_serve(sc_app *app, const sc_desk_plan *plan)
 {
     const atomic_int *stop = sc_signals_catch_stop();
-    clerk *c = NULL;
-    sc_desk *desk;
+    sc_desk own = {.app = *app,
+                   .ctx = *app->ctx,
+                   .outer = app->ctx,
+                   .plan = plan,
+                   .notes = {.list = json_array()}};
+    sc_desk *desk = &own;
     sc_status status;
 
-    SC_PASS(SC_ZALLOC(app->ctx, 1, &c));
-    desk = &c->desk;
-    desk->outer = app->ctx;
-    desk->ctx = *app->ctx;
-    desk->app = *app;
     desk->app.ctx = &desk->ctx;
-    desk->plan = plan;
     desk->give_up = &desk->interrupt;
-    desk->notes.list = json_array();
     sc_signals_stop_in_order(true);
     status = desk->notes.list ? sc_desk_open_file(desk)
                               : sc_fail(app->ctx, SC_ERR_MEMORY, "out of memory");
     if (status == SC_OK)
-        status = open_and_serve(c, stop);
+        status = open_and_serve(desk, stop);
     sc_http_stop(desk->http);
     sc_desk_drop_preparing(desk);
     sc_desk_close(desk);
@@ -340,6 +308,5 @@ sc_status sc_desk_serve(sc_app *app, const sc_desk_plan *plan)
     sc_desk_end_rendering(desk);
     sc_free(desk->file.path);
     sc_free(desk->file.on_disk);
-    sc_free(c);
     return status;
 }

@@ -70,6 +70,13 @@ typedef struct sc_rendering {
     int exit_code; /* of the last one */
 } sc_rendering;
 
+/* A call that waits for news. */
+typedef struct sc_waiting {
+    sc_call *call;
+    double since_s;
+} sc_waiting;
+enum { SC_WAITING_MAX = 64 }; /* as many pages may look on */
+
 typedef struct sc_desk {
     sc_app app; /* whose context collects messages in notes */
     sc_ctx ctx;
@@ -93,6 +100,9 @@ typedef struct sc_desk {
     sc_shown shown;
     sc_job_file file; /* where the job is saved */
     sc_rendering rendering;
+    sc_waiting waits[SC_WAITING_MAX];
+    int wait_count;
+    double changed_s; /* when something was changed for the last time */
 } sc_desk;
 
 /* ---- session.c ---- */

@@ -644,7 +644,8 @@ bool sc_http_print_address(const sc_http *http, const sc_ctx *ctx)
     printf("http://%s/%s/\n", at, http->secret);
     if (fflush(stdout))
         return false;
-    sc_info(ctx, "the desk is at this address%s; from another machine: ssh -L %d:%s %s, and then "
+    sc_info(ctx,
+            "the desk is at this address%s; from another machine: ssh -L %d:%s %s, and then "
             "the same address there. Ctrl-C ends it",
             path ? ", once a tunnel leads to its socket, which only you can use" : "", http->port,
             path ? (whole ? whole : path) : at, name);

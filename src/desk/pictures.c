@@ -21,13 +21,26 @@ enum { JPEG_QUALITY = 80 };
 /* What shines through where a picture has no background. */
 static const uint8_t paper[3] = {200, 200, 200};
 
-/* Answer with a picture, whose data are taken. @param view what it shows; taken, too. */
-static void answer_picture(sc_call *call, json_t *view, const char *type, char *data, size_t bytes)
+/* Answer with a picture, if it could be drawn. @param scene what it shows; NULL: what is looked at.
+ * @param moves it is one of many that follow each other. */
+static void answer_picture(sc_desk *desk, sc_call *call, sc_status drawn, const sc_image *image,
+                           const sc_scene *scene, bool moves)
 {
-    char *text = view ? json_dumps(view, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
+    char *data = NULL, *text;
+    size_t bytes = 0;
+    json_t *view;
 
+    if (drawn == SC_OK)
+        drawn = moves ? sc_image_compress_jpeg(&desk->ctx, image, JPEG_QUALITY, &data, &bytes)
+                      : sc_image_compress_png(&desk->ctx, image, "the picture", &data, &bytes);
+    if (drawn != SC_OK) {
+        sc_desk_refuse(desk, call, "the picture could not be drawn");
+        return;
+    }
+    view = scene ? sc_desk_view_of(desk, scene) : sc_desk_view(desk);
+    text = view ? json_dumps(view, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
     json_decref(view);
-    sc_http_answer(call, 200, type, data, bytes, text);
+    sc_http_answer(call, 200, moves ? "image/jpeg" : "image/png", data, bytes, text);
     free(text);
 }
 
@@ -68,14 +81,8 @@ static sc_status draw_sketch(sc_desk *desk, sc_image *image)
 void sc_desk_sketch(sc_desk *desk, sc_call *call)
 {
     SC_OWN(sc_image_clear) sc_image image = {0};
-    char *data = NULL;
-    size_t bytes = 0;
 
-    if (draw_sketch(desk, &image) != SC_OK ||
-        sc_image_compress_jpeg(&desk->ctx, &image, JPEG_QUALITY, &data, &bytes) != SC_OK)
-        sc_desk_refuse(desk, call, "the picture could not be drawn");
-    else
-        answer_picture(call, sc_desk_view(desk), "image/jpeg", data, bytes);
+    answer_picture(desk, call, draw_sketch(desk, &image), &image, NULL, true);
 }
 
 /* Draw what is asked for as the job is lit: the picture, or a small one for a sheet, which of a
@@ -104,8 +111,6 @@ static sc_status draw_lit(sc_desk *desk, sc_call *call, sc_image *image)
 bool sc_desk_refine(sc_desk *desk, sc_call *call)
 {
     SC_OWN(sc_image_clear) sc_image image = {0};
-    char *data = NULL;
-    size_t bytes = 0;
     sc_status status = SC_OK;
     bool gives_up;
 
@@ -119,12 +124,7 @@ bool sc_desk_refine(sc_desk *desk, sc_call *call)
     desk->interrupt = 0;
     if (gives_up)
         return false;
-    if (status == SC_OK)
-        status = sc_image_compress_png(&desk->ctx, &image, "the picture", &data, &bytes);
-    if (status == SC_OK)
-        answer_picture(call, sc_desk_view(desk), "image/png", data, bytes);
-    else
-        sc_desk_refuse(desk, call, "the picture could not be drawn");
+    answer_picture(desk, call, status, &image, NULL, false);
     return true;
 }
 
@@ -149,8 +149,7 @@ void sc_desk_slice(sc_desk *desk, sc_call *call)
     sc_render_stats stats;
     sc_scene scene, slice;
     sc_views views;
-    char *data = NULL;
-    size_t bytes = 0;
+    sc_status status;
 
     if (!sc_desk_size(body, size_px) || which < 0 || which > 2 || !panel->phases ||
         (double)size_px[0] * size_px[1] > SLICE_MOST_PX) {
@@ -163,16 +162,11 @@ void sc_desk_slice(sc_desk *desk, sc_call *call)
                        .high_mm = panel->timeline.high_mm,
                        .oriented = panel->volume.oriented};
     slice = sc_views_slice(&views, (int)which, size_px, &scene);
-    if (sc_image_init(&desk->ctx, size_px[0], size_px[1], &image) != SC_OK) {
-        sc_desk_refuse(desk, call, "out of memory");
-        return;
-    }
-    sc_render_view(panel->renderers[0], &slice, &(sc_viewport){0, 0, size_px[0], size_px[1]}, NULL,
-                   &image, &stats);
-    if (sc_image_compress_png(&desk->ctx, &image, "the slice", &data, &bytes) != SC_OK)
-        sc_desk_refuse(desk, call, "the slice could not be drawn");
-    else
-        answer_picture(call, sc_desk_view_of(desk, &slice), "image/png", data, bytes);
+    status = sc_image_init(&desk->ctx, size_px[0], size_px[1], &image);
+    if (status == SC_OK)
+        sc_render_view(panel->renderers[0], &slice, &(sc_viewport){0, 0, size_px[0], size_px[1]},
+                       NULL, &image, &stats);
+    answer_picture(desk, call, status, &image, &slice, false);
 }
 
 void sc_desk_pick(sc_desk *desk, sc_call *call)
