@@ -9,10 +9,8 @@
 #include <string.h>
 #include <unistd.h>
 
-enum {
-    NEWS_MAX_S = 20 /* so long one waits; then it is answered without, and the page asks again */
-};
-#define WAKE_S 0.04 /* it is looked so often whether those that wait can be answered */
+#define NEWS_MAX_S 20.0 /* so long a call waits; then it is answered, and the page asks again */
+#define WAKE_S 0.04     /* it is looked so often whether those that wait can be answered */
 #define REST_S 0.12 /* after the last change the picture is refined, if none follows meanwhile */
 
 /* ---- what pages do ---- */
@@ -21,17 +19,17 @@ enum {
  * picture of that size. */
 static bool resize(sc_desk *desk, sc_call *call)
 {
-    int before[2], size_px[2];
+    const sc_shown before = desk->shown;
+    int size_px[2];
 
-    if (!sc_desk_size(sc_call_body(call), size_px))
+    if (!sc_desk_size(call->body, size_px))
         return false;
     if (!memcmp(size_px, desk->shown.size_px, sizeof size_px))
         return true;
-    memcpy(before, desk->shown.size_px, sizeof before);
     memcpy(desk->shown.size_px, size_px, sizeof size_px);
     if (sc_desk_follow(desk, &desk->steps.now) == SC_OK)
         return true;
-    memcpy(desk->shown.size_px, before, sizeof before);
+    desk->shown = before;
     return false;
 }
 
@@ -52,6 +50,8 @@ static bool is_open(const char *path)
 
     if (sscanf(path, "shots[%d].%n", &shot, &used) == 1)
         path += used;
+    if (!strcmp(path, "light.environment"))
+        return false;
     for (size_t i = 0; i < SC_COUNT_OF(keys); i++) {
         if (!strncmp(path, keys[i], strlen(keys[i])))
             return true;
@@ -85,7 +85,7 @@ static sc_status add_pairs(const sc_ctx *ctx, const json_t *pairs, sc_edits *edi
 /* Change the job as a call says. @return false, and the call is answered, if that cannot be. */
 static bool change(sc_desk *desk, sc_call *call)
 {
-    const json_t *body = sc_call_body(call);
+    const json_t *body = call->body;
     const json_t *pairs = json_object_get(body, "edits");
     const char *group = json_string_value(json_object_get(body, "group"));
     SC_OWN(sc_edits_clear) sc_edits next = {0};
@@ -138,7 +138,7 @@ static void do_edit(sc_desk *desk, sc_call *call)
 /* Go to the job as it was before a step, or after it. */
 static void do_step(sc_desk *desk, sc_call *call)
 {
-    const bool back = !strcmp(sc_call_verb(call), "undo");
+    const bool back = !strcmp(call->verb, "undo");
 
     if (sc_steps_go(&desk->steps, back)) {
         if (sc_desk_follow(desk, &desk->steps.now) != SC_OK) {
@@ -158,7 +158,7 @@ static void do_step(sc_desk *desk, sc_call *call)
 /* @return whether a call wants what is newer than what it has. */
 static bool wants(const sc_desk *desk, const sc_call *call)
 {
-    const json_t *after = json_object_get(sc_call_body(call), "after");
+    const json_t *after = json_object_get(call->body, "after");
 
     return !json_is_integer(after) || json_integer_value(after) != desk->revision;
 }
@@ -186,7 +186,7 @@ static void take(sc_desk *desk, sc_call *call)
         {"state", wait_for_news}};
 
     for (size_t i = 0; i < SC_COUNT_OF(verbs); i++) {
-        if (!strcmp(verbs[i].verb, sc_call_verb(call))) {
+        if (!strcmp(verbs[i].verb, call->verb)) {
             if (verbs[i].answer != do_move && verbs[i].answer != wait_for_news)
                 sc_desk_settle(desk);
             verbs[i].answer(desk, call);
@@ -199,7 +199,7 @@ static void take(sc_desk *desk, sc_call *call)
 /* Answer a call that waits, if there are news for it. @return whether it is answered. */
 static bool tell_news(sc_desk *desk, const sc_waiting *w)
 {
-    const char *verb = sc_call_verb(w->call);
+    const char *verb = w->call->verb;
     const bool rests = sc_wall_s() - desk->changed_s >= REST_S;
 
     if (rests)

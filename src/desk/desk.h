@@ -189,6 +189,6 @@ void sc_desk_refuse(sc_desk *desk, sc_call *call, const char *why);
 /* @return the frame that is asked for, within the film; without one that which is looked at. */
 int sc_desk_frame(const sc_desk *desk, const json_t *body);
 /* Read a size in pixels from the member "size" of what is asked. @return whether it is one. */
-bool sc_desk_size(const json_t *body, int out[2]);
+bool sc_desk_size(json_t *body, int out[2]);
 
 #endif

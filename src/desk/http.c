@@ -28,19 +28,6 @@ enum {
     FORWARDED_PORT = 8765     /* that ssh listens to for a Unix socket, if none was chosen */
 };
 
-struct sc_call {
-    sc_http *http;
-    struct MHD_Connection *connection;
-    sc_call *next;
-    char verb[24];
-    char *text; /* of the body */
-    size_t bytes, room;
-    json_t *body;
-    bool is_queued;
-    int code; /* of the answer */
-    struct MHD_Response *answer;
-};
-
 /* A connection, from when it is accepted to when it is closed. */
 typedef struct stranger {
     struct stranger *next;
@@ -251,16 +238,6 @@ void sc_http_answer_json(sc_call *call, int code, json_t *json)
 }
 
 /* ---- calls ---- */
-
-const char *sc_call_verb(const sc_call *call)
-{
-    return call->verb;
-}
-
-const json_t *sc_call_body(const sc_call *call)
-{
-    return call->body;
-}
 
 static void free_call(sc_call *call)
 {

@@ -12,13 +12,20 @@
 /* Digits of the secret in the address. */
 enum { SC_SECRET_DIGITS = 32 };
 
-/* What a page asks for: a verb and an object of JSON. Between sc_http_next and sc_http_answer it
- * belongs to the thread that answers. */
-typedef struct sc_call sc_call;
-/* @return the verb, such as "move". */
-const char *sc_call_verb(const sc_call *call);
-/* @return what it is asked with; borrowed. */
-const json_t *sc_call_body(const sc_call *call);
+/* What a page asks for. Between sc_http_next and sc_http_answer it belongs to the thread that
+ * answers, which reads the first two members. */
+typedef struct sc_call {
+    char verb[24]; /* such as "move" */
+    json_t *body;  /* an object: what it is asked with */
+    struct sc_http *http;
+    struct MHD_Connection *connection;
+    struct sc_call *next;
+    char *text; /* of the body */
+    size_t bytes, room;
+    bool is_queued;
+    int code; /* of the answer */
+    struct MHD_Response *answer;
+} sc_call;
 
 /* The server: a thread of its own reads requests, refuses those without the secret, of other pages,
  * or malformed, and queues the others. */

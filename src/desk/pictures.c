@@ -94,18 +94,17 @@ static sc_status draw_lit(sc_desk *desk, sc_call *call, sc_image *image)
     int size_px[2];
 
     SC_PASS(sc_session_light(&desk->app, desk->now));
-    if (strcmp(sc_call_verb(call), "sheet") != 0) {
+    if (strcmp(call->verb, "sheet") != 0) {
         SC_PASS(sc_session_image(&desk->app, desk->now, image));
         return sc_session_draw(&desk->app, desk->now, desk->frame, NULL, image, &stats);
     }
-    if (!sc_desk_size(sc_call_body(call), size_px))
+    if (!sc_desk_size(call->body, size_px))
         return sc_fail(&desk->ctx, SC_ERR_USAGE, "there is no picture of this size");
     if (desk->now->compare)
         memcpy(size_px, job->output.size_px, sizeof size_px);
     SC_PASS(sc_image_init_alpha(&desk->ctx, size_px[0], size_px[1], job->render.background.is_none,
                                 image));
-    return sc_session_sketch(&desk->app, desk->now, sc_desk_frame(desk, sc_call_body(call)), image,
-                             &stats);
+    return sc_session_sketch(&desk->app, desk->now, sc_desk_frame(desk, call->body), image, &stats);
 }
 
 bool sc_desk_refine(sc_desk *desk, sc_call *call)
@@ -128,36 +127,26 @@ bool sc_desk_refine(sc_desk *desk, sc_call *call)
     return true;
 }
 
-/* Read a point in mm from a member of what is asked. @return whether it is one. */
-static bool read_point(const json_t *point, sc_vec3 *out)
-{
-    if (json_array_size(point) != 3)
-        return false;
-    *out = (sc_vec3){json_number_value(json_array_get(point, 0)),
-                     json_number_value(json_array_get(point, 1)),
-                     json_number_value(json_array_get(point, 2))};
-    return true;
-}
-
 void sc_desk_slice(sc_desk *desk, sc_call *call)
 {
-    const json_t *body = sc_call_body(call);
-    const json_int_t which = json_integer_value(json_object_get(body, "which"));
+    const json_int_t which = json_integer_value(json_object_get(call->body, "which"));
     SC_OWN(sc_image_clear) sc_image image = {0};
     int size_px[2], frame;
     sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
     sc_render_stats stats;
     sc_scene scene, slice;
     sc_views views;
+    sc_vec3 at;
     sc_status status;
 
-    if (!sc_desk_size(body, size_px) || which < 0 || which > 2 || !panel->phases ||
+    if (!sc_desk_size(call->body, size_px) || which < 0 || which > 2 || !panel->phases ||
         (double)size_px[0] * size_px[1] > SLICE_MOST_PX) {
         sc_desk_refuse(desk, call, "there is no such slice");
         return;
     }
     scene = sc_panel_scene(panel, frame);
-    (void)read_point(json_object_get(body, "point"), &scene.point_mm);
+    if (!json_unpack(call->body, "{s:[F,F,F]}", "point", &at.x, &at.y, &at.z))
+        scene.point_mm = at;
     views = (sc_views){.low_mm = panel->timeline.low_mm,
                        .high_mm = panel->timeline.high_mm,
                        .oriented = panel->volume.oriented};
@@ -173,12 +162,12 @@ void sc_desk_pick(sc_desk *desk, sc_call *call)
 {
     int size_px[2], frame;
     sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
-    const double x = json_number_value(json_object_get(sc_call_body(call), "x"));
-    const double y = json_number_value(json_object_get(sc_call_body(call), "y"));
+    const double x = json_number_value(json_object_get(call->body, "x"));
+    const double y = json_number_value(json_object_get(call->body, "y"));
     sc_pick pick;
     sc_scene scene;
 
-    if (!sc_desk_size(sc_call_body(call), size_px) || !panel->phases) {
+    if (!sc_desk_size(call->body, size_px) || !panel->phases) {
         sc_desk_refuse(desk, call, "there is nothing to point at");
         return;
     }

@@ -25,7 +25,7 @@ const extent = (normal) => {
 // ---- changes ----
 
 const addPlane = (normal) => addTo(clip(), { normal, at: "50%" });
-const movePlane = (plane, mm, group) => change([keyed(`${clip()}[${plane.i}].at`, millimetres(mm))], group);
+export const movePlane = (plane, mm, group) => change([keyed(`${clip()}[${plane.i}].at`, millimetres(mm))], group);
 const turnPlane = (plane, normal, point, group) => change([
   keyed(`${clip()}[${plane.i}].normal`, flow(rounded(unit(normal)))), keyed(`${clip()}[${plane.i}].at`, millimetres(dot(unit(normal), point)))], group);
 const removePlane = (plane) => change([[clip(), flow(entries().filter((_, i) => i !== plane.i))]]);
@@ -143,4 +143,3 @@ new ResizeObserver(drawHandles).observe(layer);
 
 // What slices show of the planes: [normal, offset, entry].
 export const seenPlanes = () => planes().filter(seenAs).map((plane) => ({ plane, seen: seenAs(plane) }));
-export { movePlane };

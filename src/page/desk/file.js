@@ -30,21 +30,18 @@ const difference = (old, now) => {
 
 // ---- saving ----
 
-const saved = async (answer) => {
-  say(`Saved: ${answer.path}`);
-  return true;
-};
 const save = async (name) => {
   const answer = await ask("save", name ? { name } : {});
   if (!answer) return false;
-  if (answer.saved) return saved(answer);
+  if (answer.saved) say(`Saved: ${answer.path}`);
+  if (answer.saved) return true;
   return new Promise((done) => {
     const box = dialog(`Save ${answer.path}?`, el("p", {}, "These lines of the file change:"), difference(answer.old, answer.new));
     let result = false;
     box.append(el("div", { class: "line end" }, button("Cancel", "Cancel", () => box.close()), button("Save", "Save these changes", async () => {
       const next = await ask("save", { ...(name ? { name } : {}), confirm: answer.confirm });
-      result = Boolean(next?.saved) && await saved(next);
-      if (next && !next.saved) say("The file was changed meanwhile; save again.", "warn");
+      result = Boolean(next?.saved);
+      if (next) say(...(result ? [`Saved: ${next.path}`] : ["The file was changed meanwhile; save again.", "warn"]));
       box.close();
     }, { id: "confirm", class: "main" })));
     box.addEventListener("close", () => done(result));
