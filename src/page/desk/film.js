@@ -169,8 +169,8 @@ const drawVerb = (verb, i) => {
   slides(bar, begin, [0, 1 - (end - begin)], (at) => show(at, at + end - begin), (at) => set(at, at + end - begin), visit, remove);
   slides(ends[0], begin, [0, end], (at) => show(at, end), (at) => set(at, end), visit, remove);
   slides(ends[1], end, [begin, 1], (at) => show(begin, at), (at) => set(begin, at), visit, remove);
-  return el("div", { class: "track" }, el("span", { title: `${name}` }, `${name} ${[verb[name]].flat().join(", ")}`),
-    el("div", { class: "way" }, bar, ends), button("×", `Remove ${name}`, remove, { class: "small" }));
+  return el("div", { class: "track" }, el("span", { title: name }, button("×", `Remove ${name}`, remove, { class: "small" }), ` ${name} ${[verb[name]].flat().join(", ")}`),
+    el("div", { class: "way" }, bar, ends));
 };
 const drawTracks = () => {
   const root = desk.state.job;

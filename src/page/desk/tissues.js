@@ -57,7 +57,7 @@ const exemption = (tissue, words, which) => {
   const made = el("input", { type: "checkbox", "data-name": `exempt ${words}`, ...(spared && spared === which.length ? { checked: "" } : {}) });
   made.indeterminate = spared > 0 && spared < which.length;
   made.addEventListener("change", () => spare(tissue, made.checked, which));
-  return el("label", {}, made, words);
+  return el("label", { class: "line" }, made, words);
 };
 
 // ---- tissueRows ----
