@@ -56,8 +56,7 @@ static double choose_scale(const sc_shown *shown)
 /* Draw a sketch to @p image. */
 static sc_status draw_sketch(sc_desk *desk, sc_image *image)
 {
-    const bool whole = desk->now->compare != NULL;
-    const double scale = whole ? 1 : choose_scale(&desk->shown);
+    const double scale = desk->now->compare ? 1 : choose_scale(&desk->shown);
     const int *size_px = desk->shown.size_px;
     const int width = (int)fmax(16, floor(scale * size_px[0] + 0.5));
     const int height = (int)fmax(16, floor(scale * size_px[1] + 0.5));
