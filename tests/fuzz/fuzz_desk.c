@@ -303,7 +303,8 @@ static void check_files(void)
     while ((entry = readdir(folder)) != NULL) {
         const char *ending = strrchr(entry->d_name, '.');
 
-        if (!strcmp(entry->d_name, ".") || !strcmp(entry->d_name, ".."))
+        if (!strcmp(entry->d_name, ".") || !strcmp(entry->d_name, "..") ||
+            !strcmp(entry->d_name, "prepared"))
             continue;
         FUZZ_CHECK(ending && entry->d_name[0] != '.' &&
                    (!strcmp(ending, ".yaml") || !strcmp(ending, ".yml") ||
@@ -316,6 +317,7 @@ static void check_files(void)
 int LLVMFuzzerInitialize(int *argc, char ***argv)
 {
     FUZZ_CHECK(freopen("/dev/null", "w", stdout)); /* where addresses are printed */
+    FUZZ_CHECK(!setenv("SEGCAST_CACHE", fuzz_kept_path("prepared"), 1)); /* it is prepared once */
     FUZZ_CHECK(sc_comm_open(&fuzz_ctx, false, &comm) == SC_OK);
     return 0;
 }
@@ -343,12 +345,14 @@ static void write_volume(void)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    static const char job[] = "volume: volume.seg.nrrd\n"
-                              "output: {size: [32, 24], video: none} # small\n"
-                              "tissues: {\"epicardial fat\": {visible: false}}\n"
-                              "animation: {frames: 4, camera: {orbit: {turns: 0}, zoom: {0%: 1, "
-                              "100%: 2}}, clip: [{normal: left}]}\n";
-    const char *const environment[] = {"SEGCAST_CACHE=off", NULL};
+    static const char job[] =
+        "volume: volume.seg.nrrd\n"
+        "output: {size: [32, 24], video: none} # small\n"
+        "tissues: {\"epicardial fat\": {visible: false}}\n"
+        "animation: {frames: 4, clip: [{normal: left}], camera: {zoom: {0%: 1, "
+        "100%: 2},\n  orbit: {turns: 0, target_mm: [-6, -5, 6], "
+        "distance_mm: 40}}}\n";
+    const char *const environment[] = {NULL};
     static char urls[REQUESTS_MAX][100];
     char *text = malloc(size + 1);
     sc_ctx ctx = fuzz_ctx;
