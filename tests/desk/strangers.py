@@ -124,9 +124,12 @@ def main():
         expect(refused({"name": name}, "save"), "a job was saved as " + name)
     expect(sorted(os.listdir(directory)) == before, "files were written")
     for edits in ([["animation.camera.zoom", -5]], [["nothing", 1]], [["", 1]], [["animation", "*x"]], [[1, 2]], ["x"], [["a" * 9000, "b"]],
-                  [["animation.clip[99999999999999999999].at", "1 mm"]], [["tissues.\"", "1"]], [["output.size", [1, 1]]], [["volume", "/etc/passwd"]], [["light.environment", "/etc/passwd"]]):
+                  [["animation.clip[99999999999999999999].at", "1 mm"]], [["tissues.\"", "1"]], [["output.size", [1, 1]]], [["volume", "/etc/passwd"]]):
         expect(refused({"edits": edits}), "a mistake was taken: %s" % edits)
         expect(refused({"edits": edits, "size": [64, 48], "group": "g" * 500}, "move"), "a mistake was taken by a hand: %s" % edits)
+    for key in ("volume", "labels", "light.environment", "shots[0].light.environment", "output.directory"):
+        answer = request(path="/%s/edit" % secret, body=json.dumps({"edits": [[key, "x"]]}).encode())
+        expect(b"pages do not change this key" in answer, "a page has named a file by %s" % key)
     for size in ([0, 0], [99999, 99999], [64], "64x48", None):
         expect(refused({"size": size}, "move"), "a size was taken: %s" % size)
         expect(refused({"size": size, "x": 1, "y": 1}, "pick"), "a size was taken: %s" % size)
