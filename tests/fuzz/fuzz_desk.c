@@ -18,7 +18,7 @@
 #define SECRET "00000000000000000000000000000000"
 #define HOST "127.0.0.1:1"
 
-enum { REQUESTS_MAX = 24 };
+enum { REQUESTS_MAX = 16 };
 
 struct MHD_Connection {
     char *method, *url, *host, *origin, *length, *body;
