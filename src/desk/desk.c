@@ -115,11 +115,6 @@ static bool change(sc_desk *desk, sc_call *call)
     return true;
 }
 
-static void answer_revision(const sc_desk *desk, sc_call *call)
-{
-    sc_http_answer_json(call, 200, json_pack("{s:i}", "revision", (int)desk->revision));
-}
-
 /* A change whose picture is wanted at once. */
 static void do_move(sc_desk *desk, sc_call *call)
 {
@@ -129,28 +124,28 @@ static void do_move(sc_desk *desk, sc_call *call)
         sc_desk_sketch(desk, call);
 }
 
-static void do_edit(sc_desk *desk, sc_call *call)
-{
-    if (change(desk, call))
-        answer_revision(desk, call);
-}
-
-/* Go to the job as it was before a step, or after it. */
-static void do_step(sc_desk *desk, sc_call *call)
+/* Go to the job as it was before a step, or after it. @return as change. */
+static bool step(sc_desk *desk, sc_call *call)
 {
     const bool back = !strcmp(call->verb, "undo");
 
-    if (sc_steps_go(&desk->steps, back)) {
-        if (sc_desk_follow(desk, &desk->steps.now) != SC_OK) {
-            (void)sc_steps_go(&desk->steps, !back);
-            sc_desk_refuse(desk, call, "the step could not be made");
-            return;
-        }
-        desk->revision++;
-        desk->preparing_failed = false;
-        desk->changed_s = sc_wall_s();
+    if (!sc_steps_go(&desk->steps, back))
+        return true;
+    if (sc_desk_follow(desk, &desk->steps.now) != SC_OK) {
+        (void)sc_steps_go(&desk->steps, !back);
+        sc_desk_refuse(desk, call, "the step could not be made");
+        return false;
     }
-    answer_revision(desk, call);
+    desk->revision++;
+    desk->preparing_failed = false;
+    desk->changed_s = sc_wall_s();
+    return true;
+}
+
+static void do_edit(sc_desk *desk, sc_call *call)
+{
+    if (!strcmp(call->verb, "edit") ? change(desk, call) : step(desk, call))
+        sc_http_answer_json(call, 200, json_pack("{s:i}", "revision", (int)desk->revision));
 }
 
 /* ---- calls ---- */
@@ -179,8 +174,8 @@ static void take(sc_desk *desk, sc_call *call)
         const char *verb;
         void (*answer)(sc_desk *, sc_call *);
     } verbs[] = {
-        {"move", do_move},       {"edit", do_edit},          {"undo", do_step},
-        {"redo", do_step},       {"pick", sc_desk_pick},     {"slice", sc_desk_slice},
+        {"move", do_move},       {"edit", do_edit},          {"undo", do_edit},
+        {"redo", do_edit},       {"pick", sc_desk_pick},     {"slice", sc_desk_slice},
         {"save", sc_desk_save},  {"render", sc_desk_render}, {"rendering", sc_desk_rendering},
         {"film", sc_desk_film},  {"picture", wait_for_news}, {"sheet", wait_for_news},
         {"state", wait_for_news}};

@@ -161,12 +161,12 @@ void sc_desk_pick(sc_desk *desk, sc_call *call)
 {
     int size_px[2], frame;
     sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
-    const double x = json_number_value(json_object_get(call->body, "x"));
-    const double y = json_number_value(json_object_get(call->body, "y"));
+    double x, y;
     sc_pick pick;
     sc_scene scene;
 
-    if (!sc_desk_size(call->body, size_px) || !panel->phases) {
+    if (!sc_desk_size(call->body, size_px) || !panel->phases ||
+        json_unpack(call->body, "{s:F, s:F}", "x", &x, "y", &y)) {
         sc_desk_refuse(desk, call, "there is nothing to point at");
         return;
     }

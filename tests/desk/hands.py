@@ -210,7 +210,14 @@ def use(page):
     shoot(page, "exempt")
     page.press("[data-name^='exempt stays']")
     expect(all(len(plane["except"]) == 1 for plane in rest(page)["job"]["animation"]["clip"]), "all planes were to spare the tissue")
-    for _ in range(3):
+    # Of a pattern that names it, the others stay.
+    page.run("document.querySelector('#tissues li.selected .name').focus()")
+    ask(page, "edit", {"edits": [["animation.clip[1].except", ["*valve", "aorta"]]]})
+    rest(page)
+    page.press("[data-name='exempt Plane 2']")
+    left = rest(page)["job"]["animation"]["clip"][1]["except"]
+    expect(sorted(left) == ["aorta", "aortic valve", "mitral valve", "tricuspid valve"], "the pattern becomes %s" % left)
+    for _ in range(5):
         page.press("#undo")
         rest(page)
 

@@ -4,7 +4,7 @@ import { el } from "./dom.js";
 import { desk, on, change, isMoving, post, say } from "./server.js";
 import { addTo, flow, given, here, isTime, isTrack, keyAt, prefix, timeOf, timeText, trackText } from "./keys.js";
 import { button, choice, dialog, field, keepFocus } from "./parts.js";
-import { selection, tissueOf } from "./tissues.js";
+import { nameInJob, selection, tissueOf } from "./tissues.js";
 import { now } from "./view.js";
 
 const EASES = ["linear", "smooth", "in", "out", "in-out", "hold"];
@@ -231,7 +231,7 @@ const during = () => { const at = here() < 0.9 ? here() : 0; return [timeText(at
 const named = () => {
   const tissue = tissueOf(selection.id);
   if (!tissue) say("Select a tissue first.", "warn");
-  return tissue && [tissue.key.startsWith('"') ? tissue.name : tissue.label];
+  return tissue && [nameInJob(tissue)];
 };
 const MOVES = {
   "turn once": () => change([[`${prefix()}animation.camera.orbit.turns`, 1]]),

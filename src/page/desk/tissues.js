@@ -42,11 +42,15 @@ const setSolo = (id) => {
 
 // ---- cuts ----
 
-// Let planes spare a tissue, or cut it.
+export const nameInJob = (tissue) => (tissue.key.startsWith('"') ? tissue.name : tissue.label);
+const isNamedBy = (pattern, tissue) => String(pattern) === String(tissue.label) ||
+  new RegExp(`^${String(pattern).replace(/[.+^${}()|[\]\\]/g, "\\$&").replace(/\*/g, ".*").replace(/\?/g, ".")}$`, "i").test(tissue.name);
+// Let planes spare a tissue, or cut it; of a pattern that names it, the other tissues stay.
 const spare = (tissue, spared, which) => {
+  const others = (pattern) => (isNamedBy(pattern, tissue) ? desk.state.tissues.filter((one) => one.id !== tissue.id && isNamedBy(pattern, one)).map(nameInJob) : [pattern]);
   const edits = which.map(({ entry, i }) => {
-    const except = [entry.except ?? []].flat().filter((name) => String(name).toLowerCase() !== tissue.name.toLowerCase() && String(name) !== String(tissue.label));
-    return [`${prefix()}animation.clip[${i}].except`, flow(spared ? [...except, tissue.key.startsWith('"') ? tissue.name : tissue.label] : except)];
+    const except = [entry.except ?? []].flat();
+    return [`${prefix()}animation.clip[${i}].except`, flow(spared ? [...new Set([...except, nameInJob(tissue)])] : except.flatMap(others))];
   });
   if (edits.length) change(edits);
   else say("There is no cut yet from which it could be exempt.", "warn");
