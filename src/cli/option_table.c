@@ -104,8 +104,8 @@ static const sc_option option_rows[] = {
     {"port", 0, "N", "port of the address (default: one that is free)", "desk", sc_store_count,
      AT(port), ""},
     {"listen", 0, "ADDRESS",
-     "address of this machine at which others can connect, too (default: 127.0.0.1, where only "
-     "this machine can)",
+     "address of this machine at which others can connect, too, or unix:PATH, a socket that only "
+     "you can use (default: 127.0.0.1, where all of this machine can)",
      "desk", sc_store_text, AT(listen), ""},
     {"idle", 0, "MINUTES", "end when nobody has done anything for so long", "desk", sc_store_count,
      AT(idle_min), ""},

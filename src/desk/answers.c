@@ -13,19 +13,23 @@ void sc_desk_refuse(sc_desk *desk, sc_call *call, const char *why)
     sc_http_answer_json(call, 200, json_pack("{s:b, s:o}", "refused", 1, "notes", list));
 }
 
-bool sc_desk_size(const json_t *body, int out[2])
+int sc_desk_frame(const sc_desk *desk, const json_t *body)
 {
-    const json_t *size = json_object_get(body, "size");
+    const json_t *frame = json_object_get(body, "frame");
+    const json_int_t last = desk->now->job.animation.frames - 1, k = json_integer_value(frame);
 
-    for (size_t i = 0; i < 2; i++) {
-        const json_t *side = json_array_get(size, i);
+    return !json_is_integer(frame) ? desk->frame : (int)(k < 0 ? 0 : k > last ? last : k);
+}
 
-        if (!json_is_integer(side) || json_integer_value(side) < SIDE_LEAST_PX ||
-            json_integer_value(side) > SIDE_MOST_PX)
-            return false;
-        out[i] = (int)json_integer_value(side);
-    }
-    return true;
+bool sc_desk_size(json_t *body, int out[2])
+{
+    json_int_t size[2];
+
+    if (json_unpack(body, "{s:[I,I]}", "size", &size[0], &size[1]))
+        return false;
+    out[0] = size[0] <= SIDE_MOST_PX ? (int)size[0] : 0;
+    out[1] = size[1] <= SIDE_MOST_PX ? (int)size[1] : 0;
+    return out[0] >= SIDE_LEAST_PX && out[1] >= SIDE_LEAST_PX;
 }
 
 void sc_desk_note(void *user, sc_log_level level, const char *text)

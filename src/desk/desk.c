@@ -9,26 +9,9 @@
 #include <string.h>
 #include <unistd.h>
 
-enum {
-    WAITING_MAX = 64, /* calls that wait for news: as many pages may look on */
-    NEWS_MAX_S = 20   /* so long one waits; then it is answered without, and the page asks again */
-};
-#define WAKE_S 0.04 /* it is looked so often whether those that wait can be answered */
+#define NEWS_MAX_S 20.0 /* so long a call waits; then it is answered, and the page asks again */
+#define WAKE_S 0.04     /* it is looked so often whether those that wait can be answered */
 #define REST_S 0.12 /* after the last change the picture is refined, if none follows meanwhile */
-
-/* A call that waits for news. */
-typedef struct waiting {
-    sc_call *call;
-    double since_s;
-} waiting;
-
-/* What the thread that answers has at hand. */
-typedef struct clerk {
-    sc_desk desk;
-    waiting waits[WAITING_MAX];
-    int count;
-    double changed_s; /* when something was changed for the last time */
-} clerk;
 
 /* ---- what pages do ---- */
 
@@ -36,17 +19,17 @@ typedef struct clerk {
  * picture of that size. */
 static bool resize(sc_desk *desk, sc_call *call)
 {
-    int before[2], size_px[2];
+    const sc_shown before = desk->shown;
+    int size_px[2];
 
-    if (!sc_desk_size(sc_call_body(call), size_px))
+    if (!sc_desk_size(call->body, size_px))
         return false;
     if (!memcmp(size_px, desk->shown.size_px, sizeof size_px))
         return true;
-    memcpy(before, desk->shown.size_px, sizeof before);
     memcpy(desk->shown.size_px, size_px, sizeof size_px);
     if (sc_desk_follow(desk, &desk->steps.now) == SC_OK)
         return true;
-    memcpy(desk->shown.size_px, before, sizeof before);
+    desk->shown = before;
     return false;
 }
 
@@ -67,6 +50,8 @@ static bool is_open(const char *path)
 
     if (sscanf(path, "shots[%d].%n", &shot, &used) == 1)
         path += used;
+    if (!strcmp(path, "light.environment"))
+        return false;
     for (size_t i = 0; i < SC_COUNT_OF(keys); i++) {
         if (!strncmp(path, keys[i], strlen(keys[i])))
             return true;
@@ -98,20 +83,15 @@ static sc_status add_pairs(const sc_ctx *ctx, const json_t *pairs, sc_edits *edi
 }
 
 /* Change the job as a call says. @return false, and the call is answered, if that cannot be. */
-static bool change(clerk *c, sc_call *call)
+static bool change(sc_desk *desk, sc_call *call)
 {
-    sc_desk *desk = &c->desk;
-    const json_t *body = sc_call_body(call), *frame = json_object_get(body, "frame");
+    const json_t *body = call->body;
     const json_t *pairs = json_object_get(body, "edits");
     const char *group = json_string_value(json_object_get(body, "group"));
     SC_OWN(sc_edits_clear) sc_edits next = {0};
     bool done = false;
 
-    if (json_is_integer(frame)) {
-        const json_int_t last = desk->now->job.animation.frames - 1, k = json_integer_value(frame);
-
-        desk->frame = (int)(k < 0 ? 0 : k > last ? last : k);
-    }
+    desk->frame = sc_desk_frame(desk, body);
     if (json_array_size(pairs)) {
         sc_status status = sc_edits_copy(&desk->ctx, &desk->steps.now, &next);
 
@@ -131,105 +111,80 @@ static bool change(clerk *c, sc_call *call)
     }
     desk->revision++;
     desk->preparing_failed = false;
-    c->changed_s = sc_wall_s();
+    desk->changed_s = sc_wall_s();
     return true;
 }
 
-static void answer_revision(const sc_desk *desk, sc_call *call)
-{
-    sc_http_answer_json(call, 200, json_pack("{s:i}", "revision", (int)desk->revision));
-}
-
 /* A change whose picture is wanted at once. */
-static void do_move(clerk *c, sc_call *call)
+static void do_move(sc_desk *desk, sc_call *call)
 {
-    if (!resize(&c->desk, call))
-        sc_desk_refuse(&c->desk, call, "there is no picture of this size");
-    else if (change(c, call))
-        sc_desk_sketch(&c->desk, call);
+    if (!resize(desk, call))
+        sc_desk_refuse(desk, call, "there is no picture of this size");
+    else if (change(desk, call))
+        sc_desk_sketch(desk, call);
 }
 
-static void do_edit(clerk *c, sc_call *call)
+/* Go to the job as it was before a step, or after it. @return as change. */
+static bool step(sc_desk *desk, sc_call *call)
 {
-    if (change(c, call))
-        answer_revision(&c->desk, call);
-}
+    const bool back = !strcmp(call->verb, "undo");
 
-/* Go to the job as it was before a step, or after it. */
-static void go(clerk *c, sc_call *call, bool (*step)(sc_steps *), bool (*back)(sc_steps *))
-{
-    sc_desk *desk = &c->desk;
-
-    if (step(&desk->steps)) {
-        if (sc_desk_follow(desk, &desk->steps.now) != SC_OK) {
-            (void)back(&desk->steps);
-            sc_desk_refuse(desk, call, "the step could not be made");
-            return;
-        }
-        desk->revision++;
-        desk->preparing_failed = false;
-        c->changed_s = sc_wall_s();
+    if (!sc_steps_go(&desk->steps, back))
+        return true;
+    if (sc_desk_follow(desk, &desk->steps.now) != SC_OK) {
+        (void)sc_steps_go(&desk->steps, !back);
+        sc_desk_refuse(desk, call, "the step could not be made");
+        return false;
     }
-    answer_revision(desk, call);
+    desk->revision++;
+    desk->preparing_failed = false;
+    desk->changed_s = sc_wall_s();
+    return true;
 }
 
-static void do_undo(clerk *c, sc_call *call)
+static void do_edit(sc_desk *desk, sc_call *call)
 {
-    go(c, call, sc_steps_undo, sc_steps_redo);
-}
-
-static void do_redo(clerk *c, sc_call *call)
-{
-    go(c, call, sc_steps_redo, sc_steps_undo);
+    if (!strcmp(call->verb, "edit") ? change(desk, call) : step(desk, call))
+        sc_http_answer_json(call, 200, json_pack("{s:i}", "revision", (int)desk->revision));
 }
 
 /* ---- calls ---- */
 
 /* @return whether a call wants what is newer than what it has. */
-static bool wants(const clerk *c, const sc_call *call)
+static bool wants(const sc_desk *desk, const sc_call *call)
 {
-    const json_t *after = json_object_get(sc_call_body(call), "after");
+    const json_t *after = json_object_get(call->body, "after");
 
-    return !json_is_integer(after) || json_integer_value(after) != c->desk.revision;
+    return !json_is_integer(after) || json_integer_value(after) != desk->revision;
 }
 
 /* Let a call wait for news. */
-static void wait_for_news(clerk *c, sc_call *call)
+static void wait_for_news(sc_desk *desk, sc_call *call)
 {
-    if (c->count == WAITING_MAX) {
+    if (desk->wait_count == SC_WAITING_MAX) {
         sc_http_answer(call, 503, "text/plain", NULL, 0, NULL);
         return;
     }
-    c->waits[c->count++] = (waiting){call, sc_wall_s()};
+    desk->waits[desk->wait_count++] = (sc_waiting){call, sc_wall_s()};
 }
 
-static void take(clerk *c, sc_call *call)
+static void take(sc_desk *desk, sc_call *call)
 {
     static const struct {
         const char *verb;
-        void (*answer)(clerk *, sc_call *); /* or: */
-        void (*pass)(sc_desk *, sc_call *);
-    } verbs[] = {{"move", do_move, NULL},
-                 {"edit", do_edit, NULL},
-                 {"undo", do_undo, NULL},
-                 {"redo", do_redo, NULL},
-                 {"pick", NULL, sc_desk_pick},
-                 {"slice", NULL, sc_desk_slice},
-                 {"save", NULL, sc_desk_save},
-                 {"render", NULL, sc_desk_render},
-                 {"rendering", NULL, sc_desk_rendering},
-                 {"film", NULL, sc_desk_film},
-                 {"picture", wait_for_news, NULL},
-                 {"state", wait_for_news, NULL}};
+        void (*answer)(sc_desk *, sc_call *);
+    } verbs[] = {
+        {"move", do_move},       {"edit", do_edit},          {"undo", do_edit},
+        {"redo", do_edit},       {"pick", sc_desk_pick},     {"slice", sc_desk_slice},
+        {"save", sc_desk_save},  {"render", sc_desk_render}, {"rendering", sc_desk_rendering},
+        {"film", sc_desk_film},  {"picture", wait_for_news}, {"sheet", wait_for_news},
+        {"state", wait_for_news}};
 
     for (size_t i = 0; i < SC_COUNT_OF(verbs); i++) {
-        if (!strcmp(verbs[i].verb, sc_call_verb(call))) {
+        if (!strcmp(verbs[i].verb, call->verb)) {
             if (verbs[i].answer != do_move && verbs[i].answer != wait_for_news)
-                sc_desk_settle(&c->desk);
-            if (verbs[i].answer)
-                verbs[i].answer(c, call);
-            else
-                verbs[i].pass(&c->desk, call);
+                sc_desk_settle(desk);
+            verbs[i].answer(desk, call);
             return;
         }
     }
@@ -237,23 +192,23 @@ static void take(clerk *c, sc_call *call)
 }
 
 /* Answer a call that waits, if there are news for it. @return whether it is answered. */
-static bool tell_news(clerk *c, const waiting *w)
+static bool tell_news(sc_desk *desk, const sc_waiting *w)
 {
-    const bool is_picture = !strcmp(sc_call_verb(w->call), "picture");
-    const bool rests = sc_wall_s() - c->changed_s >= REST_S;
+    const char *verb = w->call->verb;
+    const bool rests = sc_wall_s() - desk->changed_s >= REST_S;
 
     if (rests)
-        sc_desk_settle(&c->desk);
-    if (!is_picture && wants(c, w->call) && rests) {
-        sc_http_answer_json(w->call, 200, sc_desk_state(&c->desk));
-        return true;
-    }
-    if (is_picture && wants(c, w->call) && rests) {
-        if (!resize(&c->desk, w->call)) {
-            sc_desk_refuse(&c->desk, w->call, "there is no picture of this size");
+        sc_desk_settle(desk);
+    if (rests && wants(desk, w->call)) {
+        if (!strcmp(verb, "state")) {
+            sc_http_answer_json(w->call, 200, sc_desk_state(desk));
             return true;
         }
-        return sc_desk_refine(&c->desk, w->call);
+        if (!strcmp(verb, "picture") && !resize(desk, w->call)) {
+            sc_desk_refuse(desk, w->call, "there is no picture of this size");
+            return true;
+        }
+        return sc_desk_refine(desk, w->call);
     }
     if (sc_wall_s() - w->since_s < NEWS_MAX_S)
         return false;
@@ -262,11 +217,11 @@ static bool tell_news(clerk *c, const waiting *w)
 }
 
 /* Answer those that wait, as far as there are news, until something else is asked for. */
-static void tell_all(clerk *c)
+static void tell_all(sc_desk *desk)
 {
-    for (int i = 0; i < c->count && !sc_http_waits(c->desk.http);) {
-        if (tell_news(c, &c->waits[i]))
-            c->waits[i] = c->waits[--c->count];
+    for (int i = 0; i < desk->wait_count && !sc_http_waits(desk->http);) {
+        if (tell_news(desk, &desk->waits[i]))
+            desk->waits[i] = desk->waits[--desk->wait_count];
         else
             i++;
     }
@@ -274,57 +229,29 @@ static void tell_all(clerk *c)
 
 /* ---- beginning and end ---- */
 
-/* Print the address, and how to reach it from another machine. @return false if that cannot be
- * done, which is told when the program ends. */
-static bool print_address(const sc_desk *desk)
-{
-    const int port = sc_http_port(desk->http);
-    const char *host = desk->plan->listen ? desk->plan->listen : "127.0.0.1";
-    const bool is_six = strchr(host, ':') != NULL;
-    char name[SC_HOST_BYTES];
-
-    sc_host_name(name);
-    if (desk->plan->listen && strcmp(host, "127.0.0.1") != 0 && strcmp(host, "::1") != 0)
-        sc_warn(
-            desk->outer,
-            "others can connect to %s, unencrypted: whoever reads the address on its way sees and "
-            "changes the job; without --listen only this machine can, and ssh -L leads there",
-            host);
-    printf("http://%s%s%s:%d/%s/\n", is_six ? "[" : "", host, is_six ? "]" : "", port,
-           sc_http_secret(desk->http));
-    if (fflush(stdout))
-        return false;
-    sc_info(desk->outer,
-            "the desk is at this address, on this machine only; from another one: ssh -L "
-            "%d:127.0.0.1:%d %s, and then the same address there. Ctrl-C ends it",
-            port, port, name);
-    return true;
-}
-
 /* Answer calls until it is to end. */
-static void serve(clerk *c, const atomic_int *stop)
+static void serve(sc_desk *desk, const atomic_int *stop)
 {
-    const double idle_s = 60.0 * c->desk.plan->idle_min;
+    const double idle_s = 60.0 * desk->plan->idle_min;
 
-    while (!*stop && !(idle_s > 0 && sc_http_idle_s(c->desk.http) > idle_s)) {
-        sc_call *call = sc_http_next(c->desk.http, WAKE_S);
+    while (!*stop && !(idle_s > 0 && sc_http_idle_s(desk->http) > idle_s)) {
+        sc_call *call = sc_http_next(desk->http, WAKE_S);
 
-        for (; call; call = sc_http_next(c->desk.http, 0))
-            take(c, call);
-        if (sc_wall_s() - c->changed_s > REST_S)
-            sc_desk_begin_preparing(&c->desk);
-        if (sc_desk_take_prepared(&c->desk))
-            c->desk.revision++;
-        tell_all(c);
+        for (; call; call = sc_http_next(desk->http, 0))
+            take(desk, call);
+        if (sc_wall_s() - desk->changed_s > REST_S)
+            sc_desk_begin_preparing(desk);
+        if (sc_desk_take_prepared(desk))
+            desk->revision++;
+        tell_all(desk);
     }
-    for (int i = 0; i < c->count; i++)
-        sc_http_answer(c->waits[i].call, 503, "text/plain", NULL, 0, NULL);
+    for (int i = 0; i < desk->wait_count; i++)
+        sc_http_answer(desk->waits[i].call, 503, "text/plain", NULL, 0, NULL);
 }
 
 /* Load the job and serve it. */
-static sc_status open_and_serve(clerk *c, const atomic_int *stop)
+static sc_status open_and_serve(sc_desk *desk, const atomic_int *stop)
 {
-    sc_desk *desk = &c->desk;
     const sc_http_settings settings = {.listen = desk->plan->listen,
                                        .port = desk->plan->port,
                                        .page = sc_desk_html,
@@ -334,7 +261,7 @@ static sc_status open_and_serve(clerk *c, const atomic_int *stop)
     sc_status status;
 
     SC_PASS(sc_http_start(desk->outer, &settings, &desk->http));
-    if (!print_address(desk))
+    if (!sc_http_print_address(desk->http, desk->outer))
         return SC_OK;
     desk->ctx.write = desk->outer->write; /* what is wrong with the job is told at the terminal */
     desk->ctx.user = desk->outer->user;
@@ -346,31 +273,28 @@ static sc_status open_and_serve(clerk *c, const atomic_int *stop)
     sc_display_end_stage(&desk->app);
     desk->ctx.stage = NULL; /* what follows takes moments */
     desk->revision = 1;
-    serve(c, stop);
+    serve(desk, stop);
     return SC_OK;
 }
 
 sc_status sc_desk_serve(sc_app *app, const sc_desk_plan *plan)
 {
     const atomic_int *stop = sc_signals_catch_stop();
-    clerk *c = NULL;
-    sc_desk *desk;
+    sc_desk own = {.app = *app,
+                   .ctx = *app->ctx,
+                   .outer = app->ctx,
+                   .plan = plan,
+                   .notes = {.list = json_array()}};
+    sc_desk *desk = &own;
     sc_status status;
 
-    SC_PASS(SC_ZALLOC(app->ctx, 1, &c));
-    desk = &c->desk;
-    desk->outer = app->ctx;
-    desk->ctx = *app->ctx;
-    desk->app = *app;
     desk->app.ctx = &desk->ctx;
-    desk->plan = plan;
     desk->give_up = &desk->interrupt;
-    desk->notes.list = json_array();
     sc_signals_stop_in_order(true);
     status = desk->notes.list ? sc_desk_open_file(desk)
                               : sc_fail(app->ctx, SC_ERR_MEMORY, "out of memory");
     if (status == SC_OK)
-        status = open_and_serve(c, stop);
+        status = open_and_serve(desk, stop);
     sc_http_stop(desk->http);
     sc_desk_drop_preparing(desk);
     sc_desk_close(desk);
@@ -379,6 +303,5 @@ sc_status sc_desk_serve(sc_app *app, const sc_desk_plan *plan)
     sc_desk_end_rendering(desk);
     sc_free(desk->file.path);
     sc_free(desk->file.on_disk);
-    sc_free(c);
     return status;
 }

@@ -39,8 +39,7 @@ void sc_steps_clear(sc_steps *steps);
 /* Begin a step whose result is *next, which the history takes over. @param group see sc_steps. */
 void sc_steps_begin(sc_steps *steps, const char *group, sc_edits *next);
 /* Go a step back, or forward. @return whether there was one. */
-bool sc_steps_undo(sc_steps *steps);
-bool sc_steps_redo(sc_steps *steps);
+bool sc_steps_go(sc_steps *steps, bool back);
 
 /* ---- the desk ---- */
 
@@ -71,6 +70,13 @@ typedef struct sc_rendering {
     int exit_code; /* of the last one */
 } sc_rendering;
 
+/* A call that waits for news. */
+typedef struct sc_waiting {
+    sc_call *call;
+    double since_s;
+} sc_waiting;
+enum { SC_WAITING_MAX = 64 }; /* as many pages may look on */
+
 typedef struct sc_desk {
     sc_app app; /* whose context collects messages in notes */
     sc_ctx ctx;
@@ -94,6 +100,9 @@ typedef struct sc_desk {
     sc_shown shown;
     sc_job_file file; /* where the job is saved */
     sc_rendering rendering;
+    sc_waiting waits[SC_WAITING_MAX];
+    int wait_count;
+    double changed_s; /* when something was changed for the last time */
 } sc_desk;
 
 /* ---- session.c ---- */
@@ -142,8 +151,8 @@ json_t *sc_desk_view(sc_desk *desk);
 
 /* Draw a picture in a hurry, and answer @p call with it as JPEG. */
 void sc_desk_sketch(sc_desk *desk, sc_call *call);
-/* Draw the picture as `segcast still` does, and answer @p call with it as PNG. @return false if it
- * was given up, and not answered. */
+/* Draw the picture as `segcast still` does, or for a sheet a small one of another frame, and answer
+ * @p call with it as PNG. @return false if it was given up, and not answered. */
 bool sc_desk_refine(sc_desk *desk, sc_call *call);
 /* Tell what is seen at a point of the picture. */
 void sc_desk_pick(sc_desk *desk, sc_call *call);
@@ -177,7 +186,9 @@ void sc_desk_note(void *user, sc_log_level level, const char *text);
 
 /* Answer that something is not as it has to be: with the messages, or @p why. */
 void sc_desk_refuse(sc_desk *desk, sc_call *call, const char *why);
+/* @return the frame that is asked for, within the film; without one that which is looked at. */
+int sc_desk_frame(const sc_desk *desk, const json_t *body);
 /* Read a size in pixels from the member "size" of what is asked. @return whether it is one. */
-bool sc_desk_size(const json_t *body, int out[2]);
+bool sc_desk_size(json_t *body, int out[2]);
 
 #endif

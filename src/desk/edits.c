@@ -98,24 +98,16 @@ void sc_steps_begin(sc_steps *steps, const char *group, sc_edits *next)
     SC_HAND_OVER(*next, &steps->now);
 }
 
-/* Exchange the changes for those on top of a pile. */
-static bool go(sc_steps *steps, sc_edits *from, int *from_count, sc_edits *to, int *to_count)
+bool sc_steps_go(sc_steps *steps, bool back)
 {
+    sc_edits *from = back ? steps->undo : steps->redo, *to = back ? steps->redo : steps->undo;
+    int *from_count = back ? &steps->undo_count : &steps->redo_count;
+
     if (!*from_count)
         return false;
-    push(to, to_count, &steps->now);
+    push(to, back ? &steps->redo_count : &steps->undo_count, &steps->now);
     --*from_count;
     SC_HAND_OVER(from[*from_count], &steps->now);
     steps->group[0] = '\0';
     return true;
-}
-
-bool sc_steps_undo(sc_steps *steps)
-{
-    return go(steps, steps->undo, &steps->undo_count, steps->redo, &steps->redo_count);
-}
-
-bool sc_steps_redo(sc_steps *steps)
-{
-    return go(steps, steps->redo, &steps->redo_count, steps->undo, &steps->undo_count);
 }

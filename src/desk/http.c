@@ -15,39 +15,23 @@
 #include <string.h>
 #include <sys/random.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 #include <time.h>
 #include <unistd.h>
 
 enum {
     BODY_MAX_BYTES = 1 << 18, /* of a request: some thousand changes of a job */
     CONNECTIONS_MAX = 512,    /* more are not accepted */
+    STRANGERS_MAX = 256,      /* of them that have not shown the secret yet */
     QUIET_MAX_S = 30,         /* a connection that sends nothing for so long is closed */
-    STRANGER_MAX_S = 10       /* and one that has not shown the secret by then, whatever it sends */
-};
-
-struct sc_call {
-    sc_http *http;
-    struct MHD_Connection *connection;
-    sc_call *next;
-    char verb[24];
-    char *text; /* of the body */
-    size_t bytes, room;
-    json_t *body;
-    bool is_queued;
-    /* the answer */
-    int code;
-    const char *type;
-    void *data;
-    size_t data_bytes;
-    char *view;
+    FORWARDED_PORT = 8765     /* that ssh listens to for a Unix socket, if none was chosen */
 };
 
 /* A connection, from when it is accepted to when it is closed. */
 typedef struct stranger {
     struct stranger *next;
     int socket;
-    double since_s;
-    bool is_known; /* it has shown the secret */
 } stranger;
 
 struct sc_http {
@@ -55,15 +39,12 @@ struct sc_http {
     sc_http_settings settings;
     char secret[SC_SECRET_DIGITS + 1];
     int port;
+    _Atomic double active_s;
+    stranger *strangers; /* those that have not shown the secret yet, the newest first */
+    int stranger_count;
     pthread_mutex_t lock; /* of all below */
     pthread_cond_t queued;
     sc_call *first, **last;
-    bool is_stopping;
-    _Atomic double active_s;
-    pthread_mutex_t strangers_lock;
-    stranger *strangers;
-    pthread_t guard;
-    bool has_guard;
 };
 
 /* ---- who may ask ---- */
@@ -131,7 +112,20 @@ static int refusal(const sc_http *http, struct MHD_Connection *connection, const
 
 /* ---- strangers ---- */
 
-/* Note that a connection begins or ends. */
+/* Take a connection from the list, if it is there. */
+static void unlist(sc_http *http, const stranger *s)
+{
+    for (stranger **at = &http->strangers; *at; at = &(*at)->next) {
+        if (*at == s) {
+            *at = s->next;
+            http->stranger_count--;
+            return;
+        }
+    }
+}
+
+/* Note that a connection begins or ends. With too many strangers, the oldest has to go: so the room
+ * that a browser needs is never taken by connections that send a byte now and then. */
 static void on_connection(void *user, struct MHD_Connection *connection, void **mine,
                           enum MHD_ConnectionNotificationCode code)
 {
@@ -140,69 +134,33 @@ static void on_connection(void *user, struct MHD_Connection *connection, void **
         MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
     stranger *s = *mine;
 
-    pthread_mutex_lock(&http->strangers_lock);
-    if (code == MHD_CONNECTION_NOTIFY_STARTED) {
-        s = calloc(1, sizeof *s);
-        if (s && info) {
-            *s = (stranger){http->strangers, info->connect_fd, sc_wall_s(), false};
-            http->strangers = s;
-            *mine = s;
-        } else {
-            free(s);
-        }
-    } else if (s) {
-        stranger **at = &http->strangers;
-
-        while (*at != s)
-            at = &(*at)->next;
-        *at = s->next;
+    if (code != MHD_CONNECTION_NOTIFY_STARTED) {
+        unlist(http, s);
         free(s);
-        *mine = NULL;
+        return;
     }
-    pthread_mutex_unlock(&http->strangers_lock);
-}
-
-/* Note that a connection has shown the secret. */
-static void know(sc_http *http, struct MHD_Connection *connection)
-{
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
-
-    pthread_mutex_lock(&http->strangers_lock);
-    if (info && info->socket_context)
-        ((stranger *)info->socket_context)->is_known = true;
-    pthread_mutex_unlock(&http->strangers_lock);
-}
-
-/* Thread: shut down connections that send a byte now and then and never show the secret. */
-static void *guard(void *user)
-{
-    sc_http *http = user;
-    bool stops = false;
-
-    while (!stops) {
-        const double before_s = sc_wall_s() - STRANGER_MAX_S;
-
-        sc_sleep_s(0.25);
-        pthread_mutex_lock(&http->strangers_lock);
-        for (stranger *s = http->strangers; s; s = s->next) {
-            if (!s->is_known && s->since_s < before_s)
-                (void)shutdown(s->socket, SHUT_RDWR);
-        }
-        pthread_mutex_unlock(&http->strangers_lock);
-        pthread_mutex_lock(&http->lock);
-        stops = http->is_stopping;
-        pthread_mutex_unlock(&http->lock);
-    }
-    return NULL;
+    s = calloc(1, sizeof *s);
+    *mine = s;
+    if (!s || !info)
+        return;
+    *s = (stranger){http->strangers, info->connect_fd};
+    http->strangers = s;
+    if (++http->stranger_count <= STRANGERS_MAX)
+        return;
+    while (s->next)
+        s = s->next;
+    (void)shutdown(s->socket, SHUT_RDWR);
+    unlist(http, s);
 }
 
 /* ---- answers ---- */
 
-static enum MHD_Result send_response(struct MHD_Connection *connection, int code, const char *type,
-                                     struct MHD_Response *response)
+/* @return a response; NULL: no memory. @param mode who owns the data. */
+static struct MHD_Response *make_response(const char *type, const void *data, size_t bytes,
+                                          enum MHD_ResponseMemoryMode mode)
 {
-    static const char *const headers[][2] = {
+    const char *const headers[][2] = {
+        {"Content-Type", type},
         {"Cache-Control", "no-store"},
         {"X-Content-Type-Options", "nosniff"},
         {"X-Frame-Options", "DENY"},
@@ -212,87 +170,97 @@ static enum MHD_Result send_response(struct MHD_Connection *connection, int code
          "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: "
          "data:; media-src blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; "
          "frame-ancestors 'none'"}};
-    enum MHD_Result result;
+    struct MHD_Response *response =
+        MHD_create_response_from_buffer(bytes, (void *)(uintptr_t)data, mode);
 
-    if (!response)
-        return MHD_NO;
-    for (size_t i = 0; i < SC_COUNT_OF(headers); i++)
+    for (size_t i = 0; response && i < SC_COUNT_OF(headers); i++)
         MHD_add_response_header(response, headers[i][0], headers[i][1]);
-    MHD_add_response_header(response, "Content-Type", type);
-    result = MHD_queue_response(connection, (unsigned)code, response);
-    MHD_destroy_response(response);
+    return response;
+}
+
+/* Send a response, which is taken; NULL: close the connection. */
+static enum MHD_Result send_response(struct MHD_Connection *connection, int code,
+                                     struct MHD_Response *response)
+{
+    enum MHD_Result result = MHD_NO;
+
+    if (response) {
+        result = MHD_queue_response(connection, (unsigned)code, response);
+        MHD_destroy_response(response);
+    }
     return result;
 }
 
 /* Refuse a request, without words: who has the secret does not need them. */
 static enum MHD_Result refuse(struct MHD_Connection *connection, int code)
 {
-    static const char text[] = "refused\n";
-    struct MHD_Response *response = MHD_create_response_from_buffer(
-        sizeof text - 1, (void *)(uintptr_t)text, MHD_RESPMEM_PERSISTENT);
+    struct MHD_Response *response =
+        make_response("text/plain", "refused\n", 8, MHD_RESPMEM_PERSISTENT);
 
     if (response)
         MHD_add_response_header(response, "Connection", "close");
-    return send_response(connection, code, "text/plain", response);
+    return send_response(connection, code, response);
 }
 
-static enum MHD_Result send_answer(sc_call *call)
+/* Make an answer of @p data, of malloc, which is freed. */
+static void make_answer(sc_call *call, int code, const char *type, void *data, size_t bytes)
 {
-    struct MHD_Response *response =
-        MHD_create_response_from_buffer(call->data_bytes, call->data, MHD_RESPMEM_MUST_FREE);
-
-    if (response)
-        call->data = NULL;
-    if (response && call->view)
-        MHD_add_response_header(response, "X-View", call->view);
-    return send_response(call->connection, call->code, call->type, response);
+    call->code = code;
+    call->answer = make_response(type, data, data ? bytes : 0, MHD_RESPMEM_MUST_FREE);
+    if (!call->answer)
+        free(data);
 }
 
 void sc_http_answer(sc_call *call, int code, const char *type, void *data, size_t bytes,
                     const char *view)
 {
-    call->code = code;
-    call->type = type;
-    call->data = data;
-    call->data_bytes = data ? bytes : 0;
-    call->view = view ? strdup(view) : NULL;
+    make_answer(call, code, type, data, bytes);
+    if (call->answer && view)
+        MHD_add_response_header(call->answer, "X-View", view);
     MHD_resume_connection(call->connection); /* from here on it is the other thread's */
 }
 
-void sc_http_answer_json(sc_call *call, int code, json_t *json)
+/* @return JSON, whose reference is taken, as text, which the caller frees; NULL: no memory. */
+static char *text_of(json_t *json)
 {
     char *text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(12)) : NULL;
 
     json_decref(json);
+    return text;
+}
+
+void sc_http_answer_json(sc_call *call, int code, json_t *json)
+{
+    char *text = text_of(json);
+
     sc_http_answer(call, text ? code : MHD_HTTP_INTERNAL_SERVER_ERROR, "application/json", text,
                    text ? strlen(text) : 0, NULL);
 }
 
 /* ---- calls ---- */
 
-const char *sc_call_verb(const sc_call *call)
-{
-    return call->verb;
-}
-
-const json_t *sc_call_body(const sc_call *call)
-{
-    return call->body;
-}
-
 static void free_call(sc_call *call)
 {
     json_decref(call->body);
     free(call->text);
-    free(call->data);
-    free(call->view);
+    if (call->answer)
+        MHD_destroy_response(call->answer);
     free(call);
+}
+
+/* Send the answer of a call. */
+static enum MHD_Result send_answer(sc_call *call)
+{
+    struct MHD_Response *answer = call->answer;
+
+    call->answer = NULL;
+    return send_response(call->connection, call->code, answer);
 }
 
 /* Only asks for news: nothing that is being drawn has to stop for it, and nobody does anything. */
 static bool is_poll(const char *verb)
 {
-    return !strcmp(verb, "picture") || !strcmp(verb, "state");
+    return !strcmp(verb, "picture") || !strcmp(verb, "state") || !strcmp(verb, "sheet");
 }
 
 /* Queue a call whose body is complete. */
@@ -324,14 +292,10 @@ static enum MHD_Result send_progress(sc_call *call)
 {
     const sc_ctx ctx = {.stage = (sc_stage *)(uintptr_t)call->http->settings.stage};
     const sc_stage_view view = sc_stage_look(&ctx);
-    json_t *json = json_pack("{s:s, s:f, s:f}", "stage", view.name ? view.text : "", "share",
-                             view.share, "left_s", view.left_s);
+    char *text = text_of(json_pack("{s:s, s:f, s:f}", "stage", view.name ? view.text : "", "share",
+                                   view.share, "left_s", view.left_s));
 
-    call->type = "application/json";
-    call->code = MHD_HTTP_OK;
-    call->data = json ? json_dumps(json, JSON_COMPACT) : NULL;
-    call->data_bytes = call->data ? strlen(call->data) : 0;
-    json_decref(json);
+    make_answer(call, MHD_HTTP_OK, "application/json", text, text ? strlen(text) : 0);
     return send_answer(call);
 }
 
@@ -360,16 +324,18 @@ static enum MHD_Result begin_call(sc_http *http, struct MHD_Connection *connecti
 {
     const int code = refusal(http, connection, url, method);
     const char *verb = url + 2 + SC_SECRET_DIGITS;
+    const union MHD_ConnectionInfo *info;
     sc_call *call;
 
     if (code)
         return refuse(connection, code);
-    know(http, connection);
+    info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    if (info)
+        unlist(http, info->socket_context);
     if (!strcmp(method, "GET"))
-        return send_response(connection, MHD_HTTP_OK, "text/html; charset=utf-8",
-                             MHD_create_response_from_buffer(strlen(http->settings.page),
-                                                             (void *)(uintptr_t)http->settings.page,
-                                                             MHD_RESPMEM_PERSISTENT));
+        return send_response(connection, MHD_HTTP_OK,
+                             make_response("text/html; charset=utf-8", http->settings.page,
+                                           strlen(http->settings.page), MHD_RESPMEM_PERSISTENT));
     if (strlen(verb) >= sizeof call->verb ||
         verb[strspn(verb, "abcdefghijklmnopqrstuvwxyz")] != '\0')
         return refuse(connection, MHD_HTTP_NOT_FOUND);
@@ -419,13 +385,11 @@ sc_call *sc_http_next(sc_http *http, double wait_s)
 {
     struct timespec until;
     sc_call *call;
-    double whole;
 
     clock_gettime(CLOCK_REALTIME, &until);
-    wait_s += (double)until.tv_nsec / 1e9;
-    whole = (double)(long)wait_s;
-    until.tv_sec += (time_t)whole;
-    until.tv_nsec = (long)((wait_s - whole) * 1e9);
+    until.tv_nsec += (long)(wait_s * 1e9);
+    until.tv_sec += until.tv_nsec / 1000000000;
+    until.tv_nsec %= 1000000000;
     pthread_mutex_lock(&http->lock);
     while (!http->first && !pthread_cond_timedwait(&http->queued, &http->lock, &until))
         ;
@@ -471,44 +435,94 @@ static sc_status make_secret(const sc_ctx *ctx, char out[SC_SECRET_DIGITS + 1])
     return SC_OK;
 }
 
-/* Open the socket that is listened to. */
-static sc_status open_socket(const sc_ctx *ctx, const sc_http_settings *s, int *out)
+/* @return the path of the Unix socket that is listened to; NULL: it is none. */
+static const char *unix_path(const sc_http_settings *s)
+{
+    return s->listen && !strncmp(s->listen, "unix:", 5) ? s->listen + 5 : NULL;
+}
+
+/* Find the address that is listened to, a Unix socket. One that no process listens to any more is
+ * removed. */
+static sc_status find_path(const sc_ctx *ctx, const char *path, struct sockaddr_un *out)
+{
+    struct stat info;
+    int file;
+
+    if (!path[0] || strlen(path) >= sizeof out->sun_path)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--listen is \"unix:%s\", expected a path of 1 to %zu bytes", path,
+                       sizeof out->sun_path - 1);
+    out->sun_family = AF_UNIX;
+    strcpy(out->sun_path, path);
+    if (lstat(path, &info) || !S_ISSOCK(info.st_mode))
+        return SC_OK;
+    file = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (file >= 0 && connect(file, (struct sockaddr *)out, sizeof *out) && errno == ECONNREFUSED)
+        (void)unlink(path);
+    if (file >= 0)
+        close(file);
+    return SC_OK;
+}
+
+/* Find the address that is listened to, of this machine. */
+static sc_status find_address(const sc_ctx *ctx, const sc_http_settings *s,
+                              struct sockaddr_storage *out)
 {
     const char *host = s->listen ? s->listen : "127.0.0.1";
     const struct addrinfo hints = {.ai_family = AF_UNSPEC,
                                    .ai_socktype = SOCK_STREAM,
                                    .ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE};
     struct addrinfo *found = NULL;
-    const int yes = 1;
     char port[16];
-    int file;
 
     snprintf(port, sizeof port, "%d", s->port);
     if (getaddrinfo(host, port, &hints, &found))
-        return sc_fail(
-            ctx, SC_ERR_USAGE,
-            "--listen is \"%s\", expected an address of this machine, such as 127.0.0.1 or ::1",
-            host);
-    file = socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--listen is \"%s\", expected an address of this machine, such as "
+                       "127.0.0.1 or ::1, or unix:PATH",
+                       host);
+    memcpy(out, found->ai_addr, found->ai_addrlen);
+    freeaddrinfo(found);
+    return SC_OK;
+}
+
+/* Open the socket that is listened to. A Unix socket is for its owner alone. */
+static sc_status open_socket(const sc_ctx *ctx, const sc_http_settings *s, int *out)
+{
+    const char *path = unix_path(s);
+    struct sockaddr_storage address = {0};
+    const int yes = 1;
+    socklen_t bytes;
+    char name[200];
+    int file, error;
+
+    SC_PASS(path ? find_path(ctx, path, (struct sockaddr_un *)&address)
+                 : find_address(ctx, s, &address));
+    bytes = address.ss_family == AF_UNIX    ? sizeof(struct sockaddr_un)
+            : address.ss_family == AF_INET6 ? sizeof(struct sockaddr_in6)
+                                            : sizeof(struct sockaddr_in);
+    file = socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (file >= 0)
         (void)setsockopt(file, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    if (file < 0 || bind(file, found->ai_addr, found->ai_addrlen) || listen(file, 64)) {
-        const int error = errno;
-
-        if (file >= 0)
-            close(file);
-        freeaddrinfo(found);
-        return error == EADDRINUSE
-                   ? sc_fail(ctx, SC_ERR_CREATE,
-                             "port %d of %s is used by another program, perhaps another desk; give "
-                             "another --port, or none for one that is free",
-                             s->port, host)
-                   : sc_fail(ctx, SC_ERR_CREATE, "%s, port %d: cannot be listened to: %s", host,
-                             s->port, sc_reason(error));
+    if (file >= 0 && !bind(file, (struct sockaddr *)&address, bytes) &&
+        !(path && chmod(path, S_IRUSR | S_IWUSR)) && !listen(file, SOMAXCONN)) {
+        *out = file;
+        return SC_OK;
     }
-    freeaddrinfo(found);
-    *out = file;
-    return SC_OK;
+    error = errno;
+    if (file >= 0)
+        close(file);
+    if (path)
+        snprintf(name, sizeof name, "%s", path);
+    else
+        snprintf(name, sizeof name, "port %d of %s", s->port, s->listen ? s->listen : "127.0.0.1");
+    if (error == EADDRINUSE)
+        return sc_fail(ctx, SC_ERR_CREATE,
+                       path ? "%s is there already, perhaps as the socket of another desk"
+                            : "%s is used by another program, perhaps another desk; give another "
+                              "--port, or none for one that is free",
+                       name);
+    return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be listened to: %s", name, sc_reason(error));
 }
 
 /* @return the port of a socket; 0: unknown. */
@@ -523,12 +537,16 @@ static int port_of(int file)
                                          : ntohs(((struct sockaddr_in *)&address)->sin_port);
 }
 
-/* Let the library serve a socket, which is the library's then. */
+/* Let the library serve a socket, which is the library's then. By poll: with epoll it would not see
+ * the end of a connection that comes with its last bytes, and keep it until it was quiet for long.
+ */
 static sc_status start_daemon(const sc_ctx *ctx, sc_http *http, int file)
 {
-    http->port = port_of(file);
+    http->port = !unix_path(&http->settings) ? port_of(file)
+                 : http->settings.port       ? http->settings.port
+                                             : FORWARDED_PORT;
     http->daemon = MHD_start_daemon(
-        MHD_USE_AUTO_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME, 0, NULL, NULL, on_request, http,
+        MHD_USE_POLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME, 0, NULL, NULL, on_request, http,
         MHD_OPTION_LISTEN_SOCKET, file, MHD_OPTION_CONNECTION_LIMIT, (unsigned)CONNECTIONS_MAX,
         MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)QUIET_MAX_S, MHD_OPTION_NOTIFY_COMPLETED,
         on_completed, http, MHD_OPTION_NOTIFY_CONNECTION, on_connection, http,
@@ -537,10 +555,7 @@ static sc_status start_daemon(const sc_ctx *ctx, sc_http *http, int file)
         close(file);
         return sc_fail(ctx, SC_ERR_SYSTEM, "the server cannot be started: %s", sc_reason(errno));
     }
-    http->has_guard = !pthread_create(&http->guard, NULL, guard, http);
-    return http->has_guard
-               ? SC_OK
-               : sc_fail(ctx, SC_ERR_SYSTEM, "a thread cannot be started: %s", sc_reason(errno));
+    return SC_OK;
 }
 
 sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_http **out)
@@ -554,7 +569,6 @@ sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_
     http->last = &http->first;
     http->active_s = sc_wall_s();
     pthread_mutex_init(&http->lock, NULL);
-    pthread_mutex_init(&http->strangers_lock, NULL);
     pthread_cond_init(&http->queued, NULL);
     status = make_secret(ctx, http->secret);
     if (status == SC_OK)
@@ -574,29 +588,43 @@ void sc_http_stop(sc_http *http)
 
     if (!http)
         return;
-    pthread_mutex_lock(&http->lock);
-    http->is_stopping = true;
-    pthread_mutex_unlock(&http->lock);
-    if (http->has_guard)
-        pthread_join(http->guard, NULL);
     if (http->daemon)
         close(MHD_quiesce_daemon(http->daemon));
     while ((call = sc_http_next(http, 0)) != NULL)
         sc_http_answer(call, MHD_HTTP_SERVICE_UNAVAILABLE, "text/plain", NULL, 0, NULL);
-    if (http->daemon)
+    if (http->daemon) {
         MHD_stop_daemon(http->daemon);
+        if (unix_path(&http->settings))
+            (void)unlink(unix_path(&http->settings));
+    }
     pthread_mutex_destroy(&http->lock);
-    pthread_mutex_destroy(&http->strangers_lock);
     pthread_cond_destroy(&http->queued);
     sc_free(http);
 }
 
-int sc_http_port(const sc_http *http)
+bool sc_http_print_address(const sc_http *http, const sc_ctx *ctx)
 {
-    return http->port;
-}
+    const char *path = unix_path(&http->settings);
+    const char *host = http->settings.listen && !path ? http->settings.listen : "127.0.0.1";
+    const bool is_six = strchr(host, ':') != NULL;
+    char name[SC_HOST_BYTES], at[100];
+    SC_OWN(sc_free_at) char *whole = path ? realpath(path, NULL) : NULL;
 
-const char *sc_http_secret(const sc_http *http)
-{
-    return http->secret;
+    sc_host_name(name);
+    snprintf(at, sizeof at, "%s%s%s:%d", is_six ? "[" : "", host, is_six ? "]" : "", http->port);
+    if (strcmp(host, "127.0.0.1") != 0 && strcmp(host, "::1") != 0)
+        sc_warn(
+            ctx,
+            "others can connect to %s, unencrypted: whoever reads the address on its way sees and "
+            "changes the job; without --listen only this machine can, and ssh -L leads there",
+            host);
+    printf("http://%s/%s/\n", at, http->secret);
+    if (fflush(stdout))
+        return false;
+    sc_info(ctx,
+            "the desk is at this address%s; from another machine: ssh -L %d:%s %s, and then "
+            "the same address there. Ctrl-C ends it",
+            path ? ", once a tunnel leads to its socket, which only you can use" : "", http->port,
+            path ? (whole ? whole : path) : at, name);
+    return true;
 }

@@ -12,13 +12,20 @@
 /* Digits of the secret in the address. */
 enum { SC_SECRET_DIGITS = 32 };
 
-/* What a page asks for: a verb and an object of JSON. Between sc_http_next and sc_http_answer it
- * belongs to the thread that answers. */
-typedef struct sc_call sc_call;
-/* @return the verb, such as "move". */
-const char *sc_call_verb(const sc_call *call);
-/* @return what it is asked with; borrowed. */
-const json_t *sc_call_body(const sc_call *call);
+/* What a page asks for. Between sc_http_next and sc_http_answer it belongs to the thread that
+ * answers, which reads the first two members. */
+typedef struct sc_call {
+    char verb[24]; /* such as "move" */
+    json_t *body;  /* an object: what it is asked with */
+    struct sc_http *http;
+    struct MHD_Connection *connection;
+    struct sc_call *next;
+    char *text; /* of the body */
+    size_t bytes, room;
+    bool is_queued;
+    int code; /* of the answer */
+    struct MHD_Response *answer;
+} sc_call;
 
 /* The server: a thread of its own reads requests, refuses those without the secret, of other pages,
  * or malformed, and queues the others. */
@@ -26,7 +33,7 @@ typedef struct sc_http sc_http;
 
 /* How to serve. All borrowed. */
 typedef struct sc_http_settings {
-    const char *listen;              /* address of this machine; NULL: 127.0.0.1 */
+    const char *listen;              /* address of this machine, or unix:PATH; NULL: 127.0.0.1 */
     int port;                        /* 0: one that is free */
     const char *page;                /* HTML */
     const sc_stage *stage;           /* whose progress is told while no call can be answered */
@@ -39,14 +46,13 @@ typedef struct sc_http_settings {
 sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_http **out);
 /* End: all calls that were not answered are. NULL is allowed. */
 void sc_http_stop(sc_http *http);
-/* @return the port. */
-int sc_http_port(const sc_http *http);
-/* @return the secret; static as long as the server is. */
-const char *sc_http_secret(const sc_http *http);
+/* Print the address to standard output, and tell how to reach it from another machine. @return
+ * false if that cannot be done, which is told when the program ends. */
+bool sc_http_print_address(const sc_http *http, const sc_ctx *ctx);
 /* @return the seconds since a page has asked for something but news. */
 double sc_http_idle_s(const sc_http *http);
 
-/* @return the next call, waiting at most @p wait_s for one; NULL: none. */
+/* @return the next call, waiting at most @p wait_s, less than a second, for one; NULL: none. */
 sc_call *sc_http_next(sc_http *http, double wait_s);
 /* @return whether a call waits that asks for something but news. */
 bool sc_http_waits(sc_http *http);

@@ -10,15 +10,10 @@
 /* @return whether changes are of camera and planes alone. */
 static bool are_simple(const json_t *pairs)
 {
-    static const char *const prefixes[] = {"animation.camera.", "animation.clip["};
-
     for (size_t i = 0; i < json_array_size(pairs); i++) {
         const char *path = json_string_value(json_array_get(json_array_get(pairs, i), 0));
-        bool found = false;
 
-        for (size_t k = 0; k < SC_COUNT_OF(prefixes) && path; k++)
-            found = found || strstr(path, prefixes[k]);
-        if (!found)
+        if (!path || (!strstr(path, "animation.camera.") && !strstr(path, "animation.clip[")))
             return false;
     }
     return true;
@@ -101,7 +96,7 @@ void sc_desk_settle(sc_desk *desk)
     desk->is_nudged = false;
     if (sc_desk_follow(desk, &desk->steps.now) == SC_OK)
         return;
-    if (sc_steps_undo(&desk->steps)) /* such a job has no pictures: as before the hand moved */
+    if (sc_steps_go(&desk->steps, true)) /* such a job has no pictures: as before the hand moved */
         (void)sc_desk_follow(desk, &desk->steps.now);
     desk->revision++;
 }

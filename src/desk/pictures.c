@@ -21,13 +21,26 @@ enum { JPEG_QUALITY = 80 };
 /* What shines through where a picture has no background. */
 static const uint8_t paper[3] = {200, 200, 200};
 
-/* Answer with a picture, whose data are taken. @param view what it shows; taken, too. */
-static void answer_picture(sc_call *call, json_t *view, const char *type, char *data, size_t bytes)
+/* Answer with a picture, if it could be drawn. @param scene what it shows; NULL: what is looked at.
+ * @param moves it is one of many that follow each other. */
+static void answer_picture(sc_desk *desk, sc_call *call, sc_status drawn, const sc_image *image,
+                           const sc_scene *scene, bool moves)
 {
-    char *text = view ? json_dumps(view, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
+    char *data = NULL, *text;
+    size_t bytes = 0;
+    json_t *view;
 
+    if (drawn == SC_OK)
+        drawn = moves ? sc_image_compress_jpeg(&desk->ctx, image, JPEG_QUALITY, &data, &bytes)
+                      : sc_image_compress_png(&desk->ctx, image, "the picture", &data, &bytes);
+    if (drawn != SC_OK) {
+        sc_desk_refuse(desk, call, "the picture could not be drawn");
+        return;
+    }
+    view = scene ? sc_desk_view_of(desk, scene) : sc_desk_view(desk);
+    text = view ? json_dumps(view, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
     json_decref(view);
-    sc_http_answer(call, 200, type, data, bytes, text);
+    sc_http_answer(call, 200, moves ? "image/jpeg" : "image/png", data, bytes, text);
     free(text);
 }
 
@@ -43,8 +56,7 @@ static double choose_scale(const sc_shown *shown)
 /* Draw a sketch to @p image. */
 static sc_status draw_sketch(sc_desk *desk, sc_image *image)
 {
-    const bool whole = desk->now->compare != NULL;
-    const double scale = whole ? 1 : choose_scale(&desk->shown);
+    const double scale = desk->now->compare ? 1 : choose_scale(&desk->shown);
     const int *size_px = desk->shown.size_px;
     const int width = (int)fmax(16, floor(scale * size_px[0] + 0.5));
     const int height = (int)fmax(16, floor(scale * size_px[1] + 0.5));
@@ -68,103 +80,93 @@ static sc_status draw_sketch(sc_desk *desk, sc_image *image)
 void sc_desk_sketch(sc_desk *desk, sc_call *call)
 {
     SC_OWN(sc_image_clear) sc_image image = {0};
-    char *data = NULL;
-    size_t bytes = 0;
 
-    if (draw_sketch(desk, &image) != SC_OK ||
-        sc_image_compress_jpeg(&desk->ctx, &image, JPEG_QUALITY, &data, &bytes) != SC_OK)
-        sc_desk_refuse(desk, call, "the picture could not be drawn");
-    else
-        answer_picture(call, sc_desk_view(desk), "image/jpeg", data, bytes);
+    answer_picture(desk, call, draw_sketch(desk, &image), &image, NULL, true);
+}
+
+/* Draw what is asked for as the job is lit: the picture, or a small one for a sheet, which of a
+ * comparison is not small. */
+static sc_status draw_lit(sc_desk *desk, sc_call *call, sc_image *image)
+{
+    const sc_job *job = &desk->now->job;
+    sc_render_stats stats;
+    int size_px[2];
+
+    SC_PASS(sc_session_light(&desk->app, desk->now));
+    if (strcmp(call->verb, "sheet") != 0) {
+        SC_PASS(sc_session_image(&desk->app, desk->now, image));
+        return sc_session_draw(&desk->app, desk->now, desk->frame, NULL, image, &stats);
+    }
+    if (!sc_desk_size(call->body, size_px))
+        return sc_fail(&desk->ctx, SC_ERR_USAGE, "there is no picture of this size");
+    if (desk->now->compare)
+        memcpy(size_px, job->output.size_px, sizeof size_px);
+    SC_PASS(sc_image_init_alpha(&desk->ctx, size_px[0], size_px[1], job->render.background.is_none,
+                                image));
+    return sc_session_sketch(&desk->app, desk->now, sc_desk_frame(desk, call->body), image, &stats);
 }
 
 bool sc_desk_refine(sc_desk *desk, sc_call *call)
 {
     SC_OWN(sc_image_clear) sc_image image = {0};
-    sc_render_stats stats;
-    char *data = NULL;
-    size_t bytes = 0;
-    sc_status status = sc_session_image(&desk->app, desk->now, &image);
+    sc_status status = SC_OK;
     bool gives_up;
 
     desk->may_interrupt = 1;
     sc_session_hurry(desk->now, false);
     gives_up = sc_http_waits(desk->http);
-    if (status == SC_OK && !gives_up)
-        status = sc_session_light(&desk->app, desk->now);
-    if (status == SC_OK && !gives_up)
-        status = sc_session_draw(&desk->app, desk->now, desk->frame, NULL, &image, &stats);
+    if (!gives_up)
+        status = draw_lit(desk, call, &image);
     desk->may_interrupt = 0;
     gives_up = gives_up || desk->interrupt;
     desk->interrupt = 0;
     if (gives_up)
         return false;
-    if (status == SC_OK)
-        status = sc_image_compress_png(&desk->ctx, &image, "the picture", &data, &bytes);
-    if (status == SC_OK)
-        answer_picture(call, sc_desk_view(desk), "image/png", data, bytes);
-    else
-        sc_desk_refuse(desk, call, "the picture could not be drawn");
-    return true;
-}
-
-/* Read a point in mm from a member of what is asked. @return whether it is one. */
-static bool read_point(const json_t *point, sc_vec3 *out)
-{
-    if (json_array_size(point) != 3)
-        return false;
-    *out = (sc_vec3){json_number_value(json_array_get(point, 0)),
-                     json_number_value(json_array_get(point, 1)),
-                     json_number_value(json_array_get(point, 2))};
+    answer_picture(desk, call, status, &image, NULL, false);
     return true;
 }
 
 void sc_desk_slice(sc_desk *desk, sc_call *call)
 {
-    const json_t *body = sc_call_body(call);
-    const json_int_t which = json_integer_value(json_object_get(body, "which"));
+    const json_int_t which = json_integer_value(json_object_get(call->body, "which"));
     SC_OWN(sc_image_clear) sc_image image = {0};
     int size_px[2], frame;
     sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
     sc_render_stats stats;
     sc_scene scene, slice;
     sc_views views;
-    char *data = NULL;
-    size_t bytes = 0;
+    sc_vec3 at;
+    sc_status status;
 
-    if (!sc_desk_size(body, size_px) || which < 0 || which > 2 || !panel->phases ||
+    if (!sc_desk_size(call->body, size_px) || which < 0 || which > 2 || !panel->phases ||
         (double)size_px[0] * size_px[1] > SLICE_MOST_PX) {
         sc_desk_refuse(desk, call, "there is no such slice");
         return;
     }
     scene = sc_panel_scene(panel, frame);
-    (void)read_point(json_object_get(body, "point"), &scene.point_mm);
+    if (!json_unpack(call->body, "{s:[F,F,F]}", "point", &at.x, &at.y, &at.z))
+        scene.point_mm = at;
     views = (sc_views){.low_mm = panel->timeline.low_mm,
                        .high_mm = panel->timeline.high_mm,
                        .oriented = panel->volume.oriented};
     slice = sc_views_slice(&views, (int)which, size_px, &scene);
-    if (sc_image_init(&desk->ctx, size_px[0], size_px[1], &image) != SC_OK) {
-        sc_desk_refuse(desk, call, "out of memory");
-        return;
-    }
-    sc_render_view(panel->renderers[0], &slice, &(sc_viewport){0, 0, size_px[0], size_px[1]}, NULL,
-                   &image, &stats);
-    if (sc_image_compress_png(&desk->ctx, &image, "the slice", &data, &bytes) != SC_OK)
-        sc_desk_refuse(desk, call, "the slice could not be drawn");
-    else
-        answer_picture(call, sc_desk_view_of(desk, &slice), "image/png", data, bytes);
+    status = sc_image_init(&desk->ctx, size_px[0], size_px[1], &image);
+    if (status == SC_OK)
+        sc_render_view(panel->renderers[0], &slice, &(sc_viewport){0, 0, size_px[0], size_px[1]},
+                       NULL, &image, &stats);
+    answer_picture(desk, call, status, &image, &slice, false);
 }
 
 void sc_desk_pick(sc_desk *desk, sc_call *call)
 {
     int size_px[2], frame;
     sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
-    const double x = json_number_value(json_object_get(sc_call_body(call), "x"));
-    const double y = json_number_value(json_object_get(sc_call_body(call), "y"));
+    double x, y;
     sc_pick pick;
     sc_scene scene;
 
-    if (!sc_desk_size(sc_call_body(call), size_px) || !panel->phases) {
+    if (!sc_desk_size(call->body, size_px) || !panel->phases ||
+        json_unpack(call->body, "{s:F, s:F}", "x", &x, "y", &y)) {
         sc_desk_refuse(desk, call, "there is nothing to point at");
         return;
     }

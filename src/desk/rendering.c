@@ -64,7 +64,7 @@ void sc_desk_render(sc_desk *desk, sc_call *call)
         sc_desk_refuse(desk, call, "the job is being rendered already");
     else if (!desk->file.on_disk)
         sc_desk_refuse(desk, call, "the job has not been saved yet");
-    else if (start(desk, json_is_true(json_object_get(sc_call_body(call), "overwrite"))) != SC_OK)
+    else if (start(desk, json_is_true(json_object_get(call->body, "overwrite"))) != SC_OK)
         sc_desk_refuse(desk, call, "the job could not be started");
     else
         sc_http_answer_json(call, 200, json_pack("{s:b}", "started", 1));

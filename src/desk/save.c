@@ -174,7 +174,7 @@ static sc_status save(sc_desk *desk, sc_call *call, const char *name, const char
 
 void sc_desk_save(sc_desk *desk, sc_call *call)
 {
-    const json_t *body = sc_call_body(call);
+    const json_t *body = call->body;
 
     json_array_clear(desk->notes.list);
     desk->notes.errors = 0;

@@ -289,7 +289,7 @@ static size_t find_tracks(const resolving *r, const sc_fade *fades, size_t count
     for (int id = 1; id < r->volume->label_count; id++) {
         const sc_tissue *tissue = &r->tissues[id];
         track t = {.id = id,
-                   .fades = fades + i,
+                   .fades = count ? fades + i : NULL,
                    .numbers = {tissue->opacity_track, tissue->visible_track}};
 
         for (; i < count && fades[i].id == id; i++)

@@ -88,6 +88,7 @@ class Page:
         self.click(*self.middle(selector), count=count)
 
     def shoot(self, path):
+        self.call("Page.bringToFront")  # a page that is behind another draws nothing, and would be waited for
         shot = self.call("Page.captureScreenshot", {"format": "png"})
         with open(path, "wb") as file:
             file.write(base64.b64decode(shot["data"]))

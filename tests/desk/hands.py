@@ -167,6 +167,60 @@ def use(page):
     shoot(page, "film")
     keep(page, "last.png")
 
+    # A verb is dragged in time, and so are its ends; the keyboard does it, too. The sheet shows all of the film.
+    page.run("(() => { const s = [...document.querySelectorAll('#timeline select')].find((one) => one.value === ''); s.value = 'rock'; s.dispatchEvent(new Event('change')); })()")
+    page.until("document.querySelector('.bar')")
+    place = lambda: [float(time.rstrip("%")) for time in rest(page)["job"]["animation"]["verbs"][0]["during"]]
+    label = "document.querySelector('.bar').getAttribute('aria-label')"
+    way = page.run("document.querySelector('.bar').parentElement.clientWidth")
+    for selector, by, wanted in ((".bar", 20, (20, 20)), ("[aria-label='end of rock']", -10, (0, -10)), ("[aria-label='begin of rock']", 10, (10, 0))):
+        before, told, at = place(), page.run(label), page.middle(selector)
+        page.drag(at, (at[0] + way * by / 100, at[1]))
+        page.until("%s !== %s" % (label, json.dumps(told)))
+        after = place()
+        expect(all(abs(b + w - a) < 1.5 for a, b, w in zip(after, before, wanted)), "%s was dragged from %s to %s" % (selector, before, after))
+    page.run("document.querySelector('.bar').focus()")
+    before = place()
+    page.key("ArrowLeft")
+    page.until("document.querySelector('.bar').style.left.startsWith('%d')" % round(before[0] - 1))
+    expect(page.run("document.activeElement.className") == "bar", "the keyboard loses what it moves")
+    shoot(page, "verb")
+    page.press("button[aria-label='Remove rock']")
+    page.until("!document.querySelector('.bar')")
+    page.press("button[aria-label='Small pictures of all of the film']")
+    page.until("[...document.querySelectorAll('#sheet img')].every((one) => one.naturalWidth > 100)")
+    expect(page.run("document.querySelectorAll('#sheet img').length") == 12, "the sheet does not show 12 frames")
+    different = page.run("new Set([...document.querySelectorAll('#sheet img')].map((one) => { const c = document.createElement('canvas');"
+                         " c.getContext('2d').drawImage(one, 0, 0); return c.toDataURL(); })).size")
+    expect(different == 12, "the sheet shows %d different frames" % different)
+    shoot(page, "sheet")
+    page.press("#sheet button:nth-child(12)")
+    expect(rest(page)["frame"] == 11, "the sheet does not lead to its frames")
+
+    # Exempt a tissue from one plane of two.
+    page.press("#tab-Cut")
+    page.press("button[aria-label='Add a coronal plane']")
+    page.until("document.querySelectorAll('#planes > li').length === 2")
+    page.press("#tab-Tissues")
+    page.press("#tissues li:nth-child(2) .name")
+    page.press("[data-name='exempt Plane 2']")
+    spared = rest(page)["job"]["animation"]["clip"]
+    expect("except" not in spared[0] and len(spared[1]["except"]) == 1, "one plane was to spare the tissue: %s" % spared)
+    expect(page.run("document.querySelector(\"[data-name^='exempt stays']\").indeterminate"), "that some planes spare it is not shown")
+    shoot(page, "exempt")
+    page.press("[data-name^='exempt stays']")
+    expect(all(len(plane["except"]) == 1 for plane in rest(page)["job"]["animation"]["clip"]), "all planes were to spare the tissue")
+    # Of a pattern that names it, the others stay.
+    page.run("document.querySelector('#tissues li.selected .name').focus()")
+    ask(page, "edit", {"edits": [["animation.clip[1].except", ["*valve", "aorta"]]]})
+    rest(page)
+    page.press("[data-name='exempt Plane 2']")
+    left = rest(page)["job"]["animation"]["clip"][1]["except"]
+    expect(sorted(left) == ["aorta", "aortic valve", "mitral valve", "tricuspid valve"], "the pattern becomes %s" % left)
+    for _ in range(5):
+        page.press("#undo")
+        rest(page)
+
     # A mistake is told, and changes nothing.
     length = page.middle("#length")
     page.click(*length, count=3)

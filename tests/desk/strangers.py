@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Asks the desk what it must refuse: strangers.py ADDRESS DIRECTORY. STRANGERS: how many requests (default 3000)."""
+"""Asks the desk what it must refuse: strangers.py ADDRESS DIRECTORY. STRANGERS: how many requests (default 10000)."""
 import json
 import os
 import random
@@ -10,7 +10,7 @@ import time
 address, directory = sys.argv[1:3]
 host, secret = address.split("//")[1].split("/")[:2]
 port = int(host.split(":")[1])
-count = int(os.environ.get("STRANGERS", "3000"))
+count = int(os.environ.get("STRANGERS", "10000"))
 seed = int(os.environ.get("STRANGERS_SEED", str(random.randrange(1 << 30))))
 dice = random.Random(seed)
 
@@ -58,12 +58,12 @@ def expect(condition, what):
         raise SystemExit("%s (STRANGERS_SEED=%d)" % (what, seed))
 
 
-def good():
+def good(seconds=60):
     """Is a page of the desk answered? With a sanitizer that may take its time."""
-    end = time.time() + 60
+    end = time.time() + seconds
     while time.time() < end:
         try:
-            answer = request(wait=20)
+            answer = request(wait=min(20, seconds))
         except OSError:
             answer = b""
         if code(answer) == 200 and b'"revision"' in answer:
@@ -127,22 +127,36 @@ def main():
                   [["animation.clip[99999999999999999999].at", "1 mm"]], [["tissues.\"", "1"]], [["output.size", [1, 1]]], [["volume", "/etc/passwd"]]):
         expect(refused({"edits": edits}), "a mistake was taken: %s" % edits)
         expect(refused({"edits": edits, "size": [64, 48], "group": "g" * 500}, "move"), "a mistake was taken by a hand: %s" % edits)
+    for key in ("volume", "labels", "light.environment", "shots[0].light.environment", "output.directory"):
+        answer = request(path="/%s/edit" % secret, body=json.dumps({"edits": [[key, "x"]]}).encode())
+        expect(b"pages do not change this key" in answer, "a page has named a file by %s" % key)
     for size in ([0, 0], [99999, 99999], [64], "64x48", None):
         expect(refused({"size": size}, "move"), "a size was taken: %s" % size)
         expect(refused({"size": size, "x": 1, "y": 1}, "pick"), "a size was taken: %s" % size)
         expect(refused({"size": size, "which": 0}, "slice"), "a size was taken: %s" % size)
     expect(refused({"size": [64, 48], "which": 7}, "slice"), "a slice was taken that is none")
-    # Some lines send a byte now and then and never more: they starve nobody, and are closed.
-    slow = [socket.create_connection(("127.0.0.1", port)) for _ in range(60)]
+    # More lines than the desk accepts send a byte and never show the secret: they starve nobody, the oldest have to go.
+    slow = [socket.create_connection(("127.0.0.1", port)) for _ in range(700)]
     for line in slow:
-        line.sendall(b"POST /")
+        try:
+            line.sendall(b"POST /")
+        except ConnectionError:
+            pass
+    expect(good(15), "lines that never show the secret keep others out")
+    # Who goes in the middle of a request leaves nothing behind: not even until lines are closed that send nothing for 30 s.
+    half = ("POST /%s/state HTTP/1.1\r\nHost: %s\r\nOrigin: http://%s\r\nContent-Length: 9\r\n\r\n{" % (secret, host, host)).encode()
+    for _ in range(600):
+        with socket.create_connection(("127.0.0.1", port), timeout=5) as line:
+            line.setsockopt(socket.IPPROTO_TCP, socket.TCP_CORK, 1)  # the end comes with the data
+            line.sendall(half)
+    expect(good(15), "half requests keep others out")
     for i in range(count):
         throw(noise())
-        if i % 500 == 0:
+        if i % 1000 == 0:
             expect(good(), "after %d malformed requests the desk does not answer" % i)
     expect(good(), "in the end the desk does not answer")
-    for line in slow:
-        line.settimeout(20)
+    for line in slow[:400]:
+        line.settimeout(5)
         try:
             while line.recv(1000):
                 pass

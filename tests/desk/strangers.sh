@@ -17,11 +17,42 @@ kill -0 $desk || { cat desk.txt >&2; fail "the desk has ended"; }
 port=$(sed 's|.*:\([0-9]*\)/.*|\1|' address.txt)
 expect 73 "port $port .* is used by another program" "$SEGCAST" desk job.yaml --port "$port"
 expect 64 "address of this machine" "$SEGCAST" desk job.yaml --listen nowhere
+expect 64 "expected a path of 1 to" "$SEGCAST" desk job.yaml --listen unix:
+expect 73 "job.yaml is there already" "$SEGCAST" desk job.yaml --listen unix:job.yaml
 expect 66 "none.yaml" "$SEGCAST" desk none.yaml
 printf 'volume: phantom:24x20x24\noutputs: {}\n' >wrong.yaml
 expect 65 "wrong.yaml:2: " "$SEGCAST" desk wrong.yaml
-kill -TERM $desk
-code=0
-wait $desk || code=$?
-trap - EXIT
-[ $code = 0 ] || { cat desk.txt >&2; fail "the desk has ended with exit code $code"; }
+end_desk() {
+    local code=0
+    kill -TERM $desk
+    wait $desk || code=$?
+    trap - EXIT
+    [ $code = 0 ] || { cat desk.txt >&2; fail "the desk has ended with exit code $code"; }
+}
+end_desk
+
+# A Unix socket is for its owner alone; one that a killed desk has left is replaced, one that is used is not.
+python3 -c 'import socket; socket.socket(socket.AF_UNIX).bind("here")'
+"$SEGCAST" desk job.yaml --threads 1 --listen unix:here --port 4711 >unix.txt 2>desk.txt &
+desk=$!
+trap 'kill $desk 2>/dev/null || true' EXIT
+for _ in $(seq 600); do
+    [ ! -s unix.txt ] || break
+    sleep 0.1
+done
+grep -q "ssh -L 4711:$(pwd -P)/here " desk.txt || fail "how to reach the socket is not told: $(cat desk.txt)"
+[ "$(stat -c %a here)" = 600 ] || fail "others may use the socket: $(stat -c %a here)"
+expect 73 "here is there already" "$SEGCAST" desk job.yaml --listen unix:here
+python3 - "$(cat unix.txt)" <<'PYTHON' || fail "the desk is not there behind its socket"
+import socket
+import sys
+
+host, secret = sys.argv[1].split("/")[2:4]
+for address, code in ((secret, b"200"), ("0" * len(secret), b"403")):
+    line = socket.socket(socket.AF_UNIX)
+    line.connect("here")
+    line.sendall(("GET /%s/ HTTP/1.1\r\nHost: %s\r\nConnection: close\r\n\r\n" % (address, host)).encode())
+    assert line.recv(100).split(b" ")[1] == code, code
+PYTHON
+end_desk
+[ ! -e here ] || fail "the socket stays behind"

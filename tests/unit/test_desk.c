@@ -55,18 +55,18 @@ TEST(steps_are_undone_and_done_again)
     step(steps, "drag", "2");
     step(steps, "drag", "3");
     are(&steps->now, "k=3");
-    assert_true(sc_steps_undo(steps));
+    assert_true(sc_steps_go(steps, true));
     are(&steps->now, "k=1"); /* a drag is one step */
-    assert_true(sc_steps_undo(steps));
+    assert_true(sc_steps_go(steps, true));
     are(&steps->now, "");
-    assert_false(sc_steps_undo(steps));
-    assert_true(sc_steps_redo(steps) && sc_steps_redo(steps));
+    assert_false(sc_steps_go(steps, true));
+    assert_true(sc_steps_go(steps, false) && sc_steps_go(steps, false));
     are(&steps->now, "k=3");
-    assert_false(sc_steps_redo(steps));
-    assert_true(sc_steps_undo(steps));
+    assert_false(sc_steps_go(steps, false));
+    assert_true(sc_steps_go(steps, true));
     step(steps, "drag", "4"); /* what was undone is gone; another drag is another step */
-    assert_false(sc_steps_redo(steps));
-    assert_true(sc_steps_undo(steps));
+    assert_false(sc_steps_go(steps, false));
+    assert_true(sc_steps_go(steps, true));
     are(&steps->now, "k=1");
     for (int i = 0; i < 2 * SC_STEPS_MAX; i++)
         step(steps, "", i % 2 ? "a" : "b");

@@ -3,7 +3,7 @@
 import { el, svg } from "./dom.js";
 import { desk, on, change } from "./server.js";
 import { add, sub, scale, dot, cross, unit, length } from "./vector.js";
-import { flow, given, keyed, prefix } from "./keys.js";
+import { addTo, flow, given, keyed, planes, prefix } from "./keys.js";
 import { button, choice, keepFocus } from "./parts.js";
 import { layer, project, perPixel } from "./view.js";
 
@@ -12,16 +12,7 @@ const clip = () => `${prefix()}animation.clip`;
 const entries = () => given(clip()) ?? [];
 const rounded = (v, decimals = 4) => v.map((x) => Number(x.toFixed(decimals)));
 const millimetres = (mm) => `${mm.toFixed(1)} mm`;
-// The planes of the list that are no boxes, with their numbers in the scene, in which a box is six.
-const planes = () => {
-  let scene = 0;
-  return entries().map((entry, i) => {
-    const made = { entry, i, scene: entry.box ? -1 : scene };
-    scene += entry.box ? 6 : 1;
-    return made;
-  });
-};
-const seenAs = (plane) => desk.view?.planes.find((seen) => seen.index === plane.scene);
+const seenAs = (plane) => desk.view?.planes.find((seen) => !plane.entry.box && seen.index === plane.scene);
 const middle = () => scale(add(desk.state.low, desk.state.high), 0.5);
 // The point of a plane at which its handle is: that which is nearest to the middle of what is visible.
 const anchor = (seen) => sub(middle(), scale(seen.normal, dot(seen.normal, middle()) + seen.offset));
@@ -33,11 +24,8 @@ const extent = (normal) => {
 
 // ---- changes ----
 
-export const addPlane = (normal, at = "50%") => {
-  const entry = { normal, at };
-  change([entries().length ? [`${clip()}[${entries().length}]`, flow(entry)] : [clip(), flow([entry])]]);
-};
-const movePlane = (plane, mm, group) => change([keyed(`${clip()}[${plane.i}].at`, millimetres(mm))], group);
+const addPlane = (normal) => addTo(clip(), { normal, at: "50%" });
+export const movePlane = (plane, mm, group) => change([keyed(`${clip()}[${plane.i}].at`, millimetres(mm))], group);
 const turnPlane = (plane, normal, point, group) => change([
   keyed(`${clip()}[${plane.i}].normal`, flow(rounded(unit(normal)))), keyed(`${clip()}[${plane.i}].at`, millimetres(dot(unit(normal), point)))], group);
 const removePlane = (plane) => change([[clip(), flow(entries().filter((_, i) => i !== plane.i))]]);
@@ -61,7 +49,7 @@ const wordOf = (normal) => Object.entries(WORDS).find(([, v]) => dot(v, normal) 
 // A box, whose corners are shares of what is visible, with a slider for each side.
 const drawBox = (plane) => {
   const corners = plane.entry.box, shares = corners.flat().every((value) => /%$/.test(String(value)));
-  return el("li", {}, el("div", { class: "line" }, el("strong", {}, "Box"), button("remove", `Remove box ${plane.i + 1}`, () => removePlane(plane), { class: "small" })),
+  return el("li", {}, el("div", { class: "line" }, el("strong", {}, plane.name), button("remove", `Remove ${plane.name}`, () => removePlane(plane), { class: "small" })),
     ...(shares ? ["left – right", "back – front", "feet – head"] : []).map((words, axis) => el("div", { class: "line" }, el("span", { class: "hint" }, words), corners.map((corner, end) => {
       const side = el("input", { type: "range", min: 0, max: 100, step: 1, value: parseFloat(corner[axis]), "aria-label": `Box, ${words}, ${end ? "end" : "begin"}`, "data-name": `box${plane.i}${axis}${end}` });
       side.addEventListener("input", () => {
@@ -72,12 +60,9 @@ const drawBox = (plane) => {
       return side;
     }))));
 };
-const addBox = () => {
-  const entry = { box: [["20%", "20%", "20%"], ["80%", "80%", "80%"]] };
-  change([entries().length ? [`${clip()}[${entries().length}]`, flow(entry)] : [clip(), flow([entry])]]);
-};
+const addBox = () => addTo(clip(), { box: [["20%", "20%", "20%"], ["80%", "80%", "80%"]] });
 const drawPlane = (plane) => {
-  const seen = seenAs(plane), name = `Plane ${plane.i + 1}`;
+  const seen = seenAs(plane), { name } = plane;
   if (plane.entry.box) return drawBox(plane);
   const active = el("input", { type: "checkbox", "aria-label": `${name} cuts`, title: `${name} cuts`, "data-name": `active${plane.i}`, ...(seen ? { checked: "" } : {}) });
   active.addEventListener("change", () => change([keyed(`${clip()}[${plane.i}].active`, active.checked)]));
@@ -158,4 +143,3 @@ new ResizeObserver(drawHandles).observe(layer);
 
 // What slices show of the planes: [normal, offset, entry].
 export const seenPlanes = () => planes().filter(seenAs).map((plane) => ({ plane, seen: seenAs(plane) }));
-export { movePlane };

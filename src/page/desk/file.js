@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Saving the job, and rendering it.
 import { el } from "./dom.js";
-import { desk, on, ask, say, wait } from "./server.js";
+import { desk, on, ask, post, say, wait } from "./server.js";
 import { button, dialog, field } from "./parts.js";
 
 // ---- what would change ----
@@ -30,21 +30,18 @@ const difference = (old, now) => {
 
 // ---- saving ----
 
-const saved = async (answer) => {
-  say(`Saved: ${answer.path}`);
-  return true;
-};
 const save = async (name) => {
   const answer = await ask("save", name ? { name } : {});
   if (!answer) return false;
-  if (answer.saved) return saved(answer);
+  if (answer.saved) say(`Saved: ${answer.path}`);
+  if (answer.saved) return true;
   return new Promise((done) => {
     const box = dialog(`Save ${answer.path}?`, el("p", {}, "These lines of the file change:"), difference(answer.old, answer.new));
     let result = false;
     box.append(el("div", { class: "line end" }, button("Cancel", "Cancel", () => box.close()), button("Save", "Save these changes", async () => {
       const next = await ask("save", { ...(name ? { name } : {}), confirm: answer.confirm });
-      result = Boolean(next?.saved) && await saved(next);
-      if (next && !next.saved) say("The file was changed meanwhile; save again.", "warn");
+      result = Boolean(next?.saved);
+      if (next) say(...(result ? [`Saved: ${next.path}`] : ["The file was changed meanwhile; save again.", "warn"]));
       box.close();
     }, { id: "confirm", class: "main" })));
     box.addEventListener("close", () => done(result));
@@ -99,7 +96,7 @@ const ended = async (now) => {
     return;
   }
   say(`Rendered: ${now.directory}`);
-  const answer = await fetch(`${location.pathname}film`, { method: "POST", headers: { "Content-Type": "application/json" }, body: "{}" });
+  const answer = await post("film", {});
   if (answer.headers.get("Content-Type") === "application/json") return;
   const film = URL.createObjectURL(await answer.blob()), moving = answer.headers.get("Content-Type").startsWith("video");
   const box = dialog("The film", moving ? el("video", { src: film, controls: "", autoplay: "", loop: "", id: "made" }) : el("img", { src: film, alt: "The film", id: "made" }),

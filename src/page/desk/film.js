@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The film: its length, the place at which it is looked at, key frames, ready moves, playing.
 import { el } from "./dom.js";
-import { desk, on, change, isMoving, say } from "./server.js";
-import { flow, given, here, isTime, isTrack, keyAt, prefix, timeOf, timeText, trackText } from "./keys.js";
-import { button, choice, field } from "./parts.js";
-import { selection, tissueOf } from "./tissues.js";
+import { desk, on, change, isMoving, post, say } from "./server.js";
+import { addTo, flow, given, here, isTime, isTrack, keyAt, prefix, timeOf, timeText, trackText } from "./keys.js";
+import { button, choice, dialog, field, keepFocus } from "./parts.js";
+import { nameInJob, selection, tissueOf } from "./tissues.js";
 import { now } from "./view.js";
 
 const EASES = ["linear", "smooth", "in", "out", "in-out", "hold"];
@@ -47,6 +47,26 @@ const step = () => {
   setTimeout(step, 8);
 };
 
+// ---- sheet ----
+
+const SHEET_MOST = 12, SHEET_PIXELS = 320 * 180;
+// Small pictures of frames from all of the film, one after the other; each leads to its frame.
+const showSheet = async () => {
+  const { frames, fps, size } = desk.state, count = Math.min(SHEET_MOST, frames), small = Math.min(1, Math.sqrt(SHEET_PIXELS / (size[0] * size[1])));
+  const cells = Array.from({ length: count }, (_, i) => Math.round(i * (frames - 1) / Math.max(1, count - 1))).map((frame) => {
+    const picture = el("img", { alt: "", width: Math.max(16, Math.round(size[0] * small)), height: Math.max(16, Math.round(size[1] * small)) });
+    return { frame, picture, cell: button(picture, `Go to frame ${frame}`, () => { box.close(); go(frame); }, { class: "cell" }) };
+  });
+  cells.forEach(({ frame, cell }) => cell.append(el("span", {}, `${frame} · ${(frame / fps).toFixed(2)} s`)));
+  const box = dialog("The film", el("div", { id: "sheet" }, cells.map(({ cell }) => cell)), el("div", { class: "line end" }, button("Close", "Close", () => box.close())));
+  for (const { frame, picture } of cells) {
+    const answer = box.open && await post("sheet", { frame, size: [picture.width, picture.height] });
+    if (!answer || answer.headers.get("Content-Type") !== "image/png") return;
+    picture.src = URL.createObjectURL(await answer.blob());
+    picture.onload = () => URL.revokeObjectURL(picture.src);
+  }
+};
+
 // ---- tracks ----
 
 const trackRows = el("div", { id: "tracks" });
@@ -70,31 +90,36 @@ const tracksIn = (node, path, out = []) => {
 let chosen = null; // { path, time }
 const write = (path, track, group = "") => change([[path, trackText(track)]], group);
 
-const drawKey = (path, track, time) => {
-  const share = timeOf(time);
-  const key = el("button", { type: "button", class: "key", style: `left: ${100 * share}%`, title: `${titleOf(path)} at ${time}`, "aria-label": `Key of ${titleOf(path)} at ${time}`, "aria-pressed": chosen?.path === path && chosen.time === time });
-  let drag = null;
-  key.addEventListener("pointerdown", (event) => { key.setPointerCapture(event.pointerId); drag = { x: event.clientX, to: share }; });
-  key.addEventListener("pointermove", (event) => {
-    if (!drag) return;
-    drag.to = Math.max(0, Math.min(1, share + (event.clientX - drag.x) / key.parentElement.clientWidth));
-    key.style.left = `${100 * drag.to}%`;
+// Let a button be dragged along its way, or moved by arrow keys, within limits: show(to) while it is dragged, drop(to) then.
+const slides = (part, share, [low, high], show, drop, act, remove) => {
+  const within = (to) => Math.max(low, Math.min(high, to));
+  let held = null;
+  part.addEventListener("pointerdown", (event) => { part.setPointerCapture(event.pointerId); held = { x: event.clientX, to: share }; });
+  part.addEventListener("pointermove", (event) => {
+    if (!held) return;
+    held.to = within(share + (event.clientX - held.x) / part.parentElement.clientWidth);
+    show(held.to);
   });
-  const drop = () => {
-    const to = drag?.to;
-    drag = null;
-    if (to === undefined || Math.abs(to - share) * key.parentElement.clientWidth < 3) { choose(path, time); return; }
-    moveKey(path, track, time, to);
-  };
-  key.addEventListener("pointerup", drop);
-  key.addEventListener("keydown", (event) => {
+  part.addEventListener("pointerup", () => {
+    const to = held?.to ?? share;
+    held = null;
+    if (Math.abs(to - share) * part.parentElement.clientWidth < 3) act();
+    else drop(to);
+  });
+  part.addEventListener("keydown", (event) => {
     const by = { ArrowLeft: -0.01, ArrowRight: 0.01 }[event.key];
-    if (by) moveKey(path, track, time, Math.max(0, Math.min(1, share + by)));
-    else if (event.key === "Delete" || event.key === "Backspace") removeKey(path, track, time);
-    else if (event.key === "Enter" || event.key === " ") choose(path, time);
+    if (by) drop(within(share + by));
+    else if (event.key === "Delete" || event.key === "Backspace") remove();
+    else if (event.key === "Enter" || event.key === " ") act();
     else return;
     event.preventDefault();
   });
+};
+const drawKey = (path, track, time, i) => {
+  const share = timeOf(time);
+  const key = el("button", { type: "button", class: "key", style: `left: ${100 * share}%`, title: `${titleOf(path)} at ${time}`, "aria-label": `Key of ${titleOf(path)} at ${time}`, "aria-pressed": chosen?.path === path && chosen.time === time, "data-name": `${path} ${i}` });
+  slides(key, share, [0, 1], (to) => { key.style.left = `${100 * to}%`; }, (to) => moveKey(path, track, time, to),
+    () => choose(path, time), () => removeKey(path, track, time));
   return key;
 };
 const moveKey = (path, track, time, to) => {
@@ -127,22 +152,33 @@ const drawEditor = () => {
     button("remove key", "Remove this key", () => removeKey(chosen.path, track, chosen.time), { class: "small" }));
 };
 
-// A verb of the animation as a bar.
+// A verb of the animation as a bar, which is dragged in time; so are its ends.
 const drawVerb = (verb, i) => {
   const name = Object.keys(verb).find((key) => !["during", "ease", "to", "order", "stagger", "times", "elevation", "soft", "through", "ahead", "at"].includes(key)) ?? "verb";
   const [begin, end] = (verb.during ?? ["0%", "100%"]).map((time) => timeOf(String(time)));
-  const list = `${prefix()}animation.verbs`;
-  return el("div", { class: "track" }, el("span", { title: `${name}` }, `${name} ${[verb[name]].flat().join(", ")}`),
-    el("div", { class: "way" }, el("i", { style: `left: ${100 * begin}%; width: ${Math.max(0.5, 100 * (end - begin))}%` })),
-    button("×", `Remove ${name}`, () => change([[list, flow(given(list).filter((_, k) => k !== i))]]), { class: "small" }));
+  const list = `${prefix()}animation.verbs`, remove = () => change([[list, flow(given(list).filter((_, k) => k !== i))]]);
+  const bar = el("button", { type: "button", class: "bar", title: `${name}: drag it in time`, "aria-label": `${name}, from ${timeText(begin)} to ${timeText(end)}`, "data-name": `verb ${i}` });
+  const ends = ["begin", "end"].map((side) => el("button", { type: "button", class: "edge", title: `${name}: its ${side}`, "aria-label": `${side} of ${name}`, "data-name": `verb ${i} ${side}` }));
+  const show = (from, to) => {
+    Object.assign(bar.style, { left: `${100 * from}%`, width: `${Math.max(0.5, 100 * (to - from))}%` });
+    ends.forEach((part, side) => { part.style.left = `${100 * (side ? to : from)}%`; });
+  };
+  const set = (from, to) => change([[`${list}[${i}].during`, flow([timeText(from), timeText(to)])]]);
+  const visit = () => go(Math.round(begin * (desk.state.frames - 1)));
+  show(begin, end);
+  slides(bar, begin, [0, 1 - (end - begin)], (at) => show(at, at + end - begin), (at) => set(at, at + end - begin), visit, remove);
+  slides(ends[0], begin, [0, end], (at) => show(at, end), (at) => set(at, end), visit, remove);
+  slides(ends[1], end, [begin, 1], (at) => show(begin, at), (at) => set(begin, at), visit, remove);
+  return el("div", { class: "track" }, el("span", { title: name }, button("×", `Remove ${name}`, remove, { class: "small" }), ` ${name} ${[verb[name]].flat().join(", ")}`),
+    el("div", { class: "way" }, bar, ends));
 };
 const drawTracks = () => {
   const root = desk.state.job;
   if (!root) return;
   const own = prefix() ? root.shots[desk.state.shot] : root;
   const found = tracksIn({ light: own.light, render: own.render, tissues: own.tissues, animation: { ...own.animation, verbs: undefined } }, "").map(([path, track]) => [prefix() + path, track]);
-  trackRows.replaceChildren(...found.map(([path, track]) => el("div", { class: "track" }, el("span", { title: path }, titleOf(path.slice(prefix().length))),
-    el("div", { class: "way" }, Object.keys(track).filter(isTime).map((time) => drawKey(path, track, time))))), ...(own.animation?.verbs ?? []).map(drawVerb));
+  keepFocus(trackRows, () => trackRows.replaceChildren(...found.map(([path, track]) => el("div", { class: "track" }, el("span", { title: path }, titleOf(path.slice(prefix().length))),
+    el("div", { class: "way" }, Object.keys(track).filter(isTime).map((time, i) => drawKey(path, track, time, i))))), ...(own.animation?.verbs ?? []).map(drawVerb)));
   drawEditor();
 };
 
@@ -190,24 +226,18 @@ const drawWhat = () => {
 
 // ---- ready moves ----
 
-const addVerb = (verb) => {
-  const list = given(`${prefix()}animation.verbs`) ?? [];
-  change([list.length ? [`${prefix()}animation.verbs[${list.length}]`, flow(verb)] : [`${prefix()}animation.verbs`, flow([verb])]]);
-};
+const addVerb = (verb) => addTo(`${prefix()}animation.verbs`, verb);
 const during = () => { const at = here() < 0.9 ? here() : 0; return [timeText(at), timeText(Math.min(1, at + 0.4))]; };
 const named = () => {
   const tissue = tissueOf(selection.id);
   if (!tissue) say("Select a tissue first.", "warn");
-  return tissue && [tissue.key.startsWith('"') ? tissue.name : tissue.label];
+  return tissue && [nameInJob(tissue)];
 };
 const MOVES = {
   "turn once": () => change([[`${prefix()}animation.camera.orbit.turns`, 1]]),
   "stand still": () => change([[`${prefix()}animation.camera.orbit.turns`, 0]]),
   rock: () => addVerb({ rock: 20, during: during() }),
-  "sweep a plane": () => {
-    const entry = { normal: "posterior", at: { "0%": "0%", "100%": "50%", ease: "smooth" } }, list = given(`${prefix()}animation.clip`) ?? [];
-    change([list.length ? [`${prefix()}animation.clip[${list.length}]`, flow(entry)] : [`${prefix()}animation.clip`, flow([entry])]]);
-  },
+  "sweep a plane": () => addTo(`${prefix()}animation.clip`, { normal: "posterior", at: { "0%": "0%", "100%": "50%", ease: "smooth" } }),
   "frame the tissue": () => named() && addVerb({ frame: named(), during: during() }),
   "fly through the tissue": () => named() && addVerb({ fly: named(), during: during() }),
   "fade the tissue": () => named() && addVerb({ fade: named(), to: 0.1, during: during() }),
@@ -216,7 +246,7 @@ const MOVES = {
 const moves = choice("Ready moves", [["", "ready moves …"], ...Object.keys(MOVES).map((name) => [name, name])], (name, select) => { MOVES[name]?.(); select.value = ""; });
 
 export const filmPanel = el("section", { id: "timeline", "aria-label": "The film" },
-  el("div", { class: "line" }, play, head, clock, field("length", frames)),
+  el("div", { class: "line" }, play, head, clock, field("length", frames), button("sheet", "Small pictures of all of the film", showSheet)),
   el("div", { class: "line" }, button("◆ set a key", "Set a key of this at the place that is looked at", () => setKey(what.value)), what, moves, editor),
   el("div", { id: "lanes" }, trackRows, el("div", { class: "track", id: "ruler", "aria-hidden": "true" }, el("span", {}), el("div", { class: "way" }, cursor))));
 on("state", (state) => {

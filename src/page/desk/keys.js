@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Keys of the job, and key frames.
-import { desk } from "./server.js";
+import { desk, change } from "./server.js";
 
 // What stands in the job at a path such as "animation.clip[0].at"; undefined: nothing.
 export const given = (path) => {
@@ -9,6 +9,16 @@ export const given = (path) => {
 };
 // With several shots, keys of the animation are those of the shot that is looked at.
 export const prefix = () => (desk.state.job?.shots ? `shots[${desk.state.shot}].` : "");
+
+// The planes of the job, with the number that the first plane of each has in the scene, in which a box is six.
+export const planes = () => {
+  let scene = 0;
+  return (given(`${prefix()}animation.clip`) ?? []).map((entry, i) => {
+    const made = { entry, i, scene, name: `${entry.box ? "Box" : "Plane"} ${i + 1}` };
+    scene += entry.box ? 6 : 1;
+    return made;
+  });
+};
 
 export const isTrack = (value) => value !== null && typeof value === "object" && !Array.isArray(value);
 // The time that a key frame names, as a share of the animation.
@@ -46,4 +56,9 @@ export const keyed = (path, value) => {
   const at = keyAt(old), before = at ? old[at] : undefined;
   const track = { ...old, [at ?? timeText(here())]: isTrack(before) ? { ...before, value } : value };
   return [path, trackText(track)];
+};
+// Add an entry to a list of the job, which may not be there yet.
+export const addTo = (path, entry) => {
+  const list = given(path) ?? [];
+  change([list.length ? [`${path}[${list.length}]`, flow(entry)] : [path, flow([entry])]]);
 };

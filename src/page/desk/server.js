@@ -18,7 +18,7 @@ export const say = (text, kind = "") => tell("status", text, kind);
 
 export const wait = (ms) => new Promise((done) => setTimeout(done, ms));
 
-const post = (verb, body) => fetch(address + verb, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+export const post = (verb, body) => fetch(address + verb, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
 
 // Ask for something whose answer is JSON; null after a mistake, which is told.
 export const ask = async (verb, body = {}) => {

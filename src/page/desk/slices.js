@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Three slices beside the picture, which meet in one point.
 import { el, svg } from "./dom.js";
-import { desk, on } from "./server.js";
+import { desk, on, post } from "./server.js";
 import { add, sub, scale, dot } from "./vector.js";
 import { seenPlanes, movePlane } from "./cut.js";
 
@@ -27,7 +27,7 @@ const load = async (slice) => {
   if (slice.busy) { slice.again = true; return; }
   slice.busy = true;
   try {
-    const answer = await fetch(`${location.pathname}slice`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ which: slice.which, size, point }) });
+    const answer = await post("slice", { which: slice.which, size, point });
     if (answer.headers.has("X-View")) {
       slice.view = JSON.parse(answer.headers.get("X-View"));
       slice.shown = wanted;
@@ -64,8 +64,8 @@ const drawLines = (slice) => {
   const cuts = seenPlanes().flatMap(({ seen }) => {
     const n = [dot(seen.normal, c.right), dot(seen.normal, c.up)], size = Math.hypot(...n);
     if (size < 1e-3) return [];
-    const px = scaleOf(slice), from = limitOnSlice(slice, seen, n, size), way = [-n[1] / size, n[0] / size], far = 2 * (w + h);
-    return [svg("line", { x1: from[0] - way[0] * far, y1: from[1] + way[1] * far, x2: from[0] + way[0] * far, y2: from[1] - way[1] * far, class: "cut", "data-px": px })];
+    const from = limitOnSlice(slice, seen, n, size), way = [-n[1] / size, n[0] / size], far = 2 * (w + h);
+    return [svg("line", { x1: from[0] - way[0] * far, y1: from[1] + way[1] * far, x2: from[0] + way[0] * far, y2: from[1] - way[1] * far, class: "cut" })];
   });
   slice.lines.replaceChildren(...cuts,
     svg("line", { x1: x, x2: x, y1: 0, y2: h, stroke: COLORS[upright] }), svg("line", { x1: 0, x2: w, y1: y, y2: y, stroke: COLORS[level] }));

@@ -2,8 +2,8 @@
 // The list of tissues, and the one that is selected.
 import { el, digits } from "./dom.js";
 import { desk, on, change, isMoving, say } from "./server.js";
-import { flow, given, keyed, prefix } from "./keys.js";
-import { button, choice } from "./parts.js";
+import { flow, given, keyed, planes, prefix } from "./keys.js";
+import { button, choice, keepFocus } from "./parts.js";
 import { onPick } from "./view.js";
 
 export const selection = { id: 0, listeners: [] };
@@ -42,15 +42,26 @@ const setSolo = (id) => {
 
 // ---- cuts ----
 
-// Let all planes spare a tissue, or cut it.
-const spare = (tissue, spared) => {
-  const list = given(`${prefix()}animation.clip`) ?? [];
-  const edits = list.map((plane, i) => {
-    const except = [plane.except ?? []].flat().filter((name) => String(name).toLowerCase() !== tissue.name.toLowerCase() && String(name) !== String(tissue.label));
-    return [`${prefix()}animation.clip[${i}].except`, flow(spared ? [...except, tissue.key.startsWith('"') ? tissue.name : tissue.label] : except)];
+export const nameInJob = (tissue) => (tissue.key.startsWith('"') ? tissue.name : tissue.label);
+const isNamedBy = (pattern, tissue) => String(pattern) === String(tissue.label) ||
+  new RegExp(`^${String(pattern).replace(/[.+^${}()|[\]\\]/g, "\\$&").replace(/\*/g, ".*").replace(/\?/g, ".")}$`, "i").test(tissue.name);
+// Let planes spare a tissue, or cut it; of a pattern that names it, the other tissues stay.
+const spare = (tissue, spared, which) => {
+  const others = (pattern) => (isNamedBy(pattern, tissue) ? desk.state.tissues.filter((one) => one.id !== tissue.id && isNamedBy(pattern, one)).map(nameInJob) : [pattern]);
+  const edits = which.map(({ entry, i }) => {
+    const except = [entry.except ?? []].flat();
+    return [`${prefix()}animation.clip[${i}].except`, flow(spared ? [...new Set([...except, nameInJob(tissue)])] : except.flatMap(others))];
   });
   if (edits.length) change(edits);
   else say("There is no cut yet from which it could be exempt.", "warn");
+};
+// A choice whether a tissue stays whole where some planes cut; neither is chosen where that differs between them.
+const exemption = (tissue, words, which) => {
+  const spared = which.filter(({ scene }) => tissue.spared >> scene & 1).length;
+  const made = el("input", { type: "checkbox", "data-name": `exempt ${words}`, ...(spared && spared === which.length ? { checked: "" } : {}) });
+  made.indeterminate = spared > 0 && spared < which.length;
+  made.addEventListener("change", () => spare(tissue, made.checked, which));
+  return el("label", { class: "line" }, made, words);
 };
 
 // ---- tissueRows ----
@@ -58,10 +69,9 @@ const spare = (tissue, spared) => {
 const drawTissues = () => {
   const wanted = search.value.trim().toLowerCase();
   const shown = desk.state.tissues.filter((tissue) => tissue.name.toLowerCase().includes(wanted) || String(tissue.label) === wanted);
-  const focused = document.activeElement?.dataset?.name;
   banner.hidden = !solo;
   if (solo) banner.textContent = `Only ${tissueOf(solo.id)?.name} is shown.`;
-  tissueRows.replaceChildren(...shown.map((tissue) => {
+  keepFocus(tissueRows, () => tissueRows.replaceChildren(...shown.map((tissue) => {
     const color = el("input", { type: "color", value: tissue.color, title: `Colour of ${tissue.name}`, "aria-label": `Colour of ${tissue.name}`, "data-name": `color${tissue.id}` });
     color.addEventListener("input", () => setTissue(tissue, "color", color.value, `color ${tissue.id}`));
     const seen = el("input", { type: "checkbox", title: `Show ${tissue.name}`, "aria-label": `Show ${tissue.name}`, "data-name": `seen${tissue.id}`, ...(tissue.visible ? { checked: "" } : {}) });
@@ -69,16 +79,15 @@ const drawTissues = () => {
     const name = button(tissue.name, `Select ${tissue.name}`, () => selectTissue(tissue.id), { class: "name", "data-name": `name${tissue.id}`, "aria-pressed": tissue.id === selection.id });
     const only = button("solo", `Show only ${tissue.name}`, () => setSolo(tissue.id), { class: "small", "data-name": `solo${tissue.id}`, "aria-pressed": solo?.id === tissue.id });
     return el("li", { class: tissue.id === selection.id ? "selected" : "", "data-id": tissue.id }, seen, color, name, only);
-  }));
+  })));
   if (!shown.length) tissueRows.append(el("li", {}, "No tissue has this name."));
-  if (focused) tissueRows.querySelector(`[data-name=${CSS.escape(focused)}]`)?.focus();
 };
 
 let slider = null; // the opacity that a hand moves just now
 const drawDetail = (at) => {
   const tissue = tissueOf(selection.id);
   if (!tissue || slider) return;
-  const opacity = el("input", { type: "range", min: 0, max: 1, step: 0.01, value: tissue.opacity, "aria-label": `Opacity of ${tissue.name}`, id: "opacity" });
+  const opacity = el("input", { type: "range", min: 0, max: 1, step: 0.01, value: tissue.opacity, "aria-label": `Opacity of ${tissue.name}`, id: "opacity", "data-name": "opacity" });
   const number = el("output", {}, tissue.auto ? `${digits(tissue.opacity)} (automatic)` : digits(tissue.opacity));
   opacity.addEventListener("pointerdown", () => { slider = opacity; });
   opacity.addEventListener("pointerup", () => { slider = null; });
@@ -87,14 +96,12 @@ const drawDetail = (at) => {
     setTissue(tissue, "opacity", Number(opacity.value), `opacity ${tissue.id}`);
   });
   const auto = button("auto", "Opacity by thickness", () => setTissue(tissue, "opacity", "auto"), { "aria-pressed": tissue.auto, class: "small" });
-  const exempt = el("input", { type: "checkbox", ...(tissue.spared ? { checked: "" } : {}) });
-  exempt.addEventListener("change", () => spare(tissue, exempt.checked));
-  const focused = document.activeElement?.id === "opacity";
-  detail.replaceChildren(el("h2", {}, el("i", { style: `background: ${tissue.color}` }), tissue.name),
+  const cuts = planes();
+  keepFocus(detail, () => detail.replaceChildren(el("h2", {}, el("i", { style: `background: ${tissue.color}` }), tissue.name),
     el("p", {}, `label ${tissue.label} · ${digits(tissue.ml)} ml · ${digits(tissue.mm)} mm thick`, at ? el("span", { id: "place" }, ` · at ${at.map((v) => v.toFixed(1)).join(", ")} mm`) : null),
     el("label", { class: "line" }, "Opacity", opacity, number, auto),
-    el("label", { class: "line" }, exempt, "stays whole where planes cut"));
-  if (focused) opacity.focus();
+    el("div", { class: "line", role: "group" }, exemption(tissue, "stays whole where planes cut", cuts),
+      cuts.length > 1 ? cuts.map((plane) => exemption(tissue, plane.name, [plane])) : [])));
 };
 
 search.addEventListener("input", drawTissues);

@@ -218,7 +218,7 @@ static void go_on(float (*voxels)[SC_CUBE][SC_CUBE], const int begin[3], const i
         const bool more = end[axis] - begin[axis] > 1;
 
         for (int k = 0; k < SC_CUBE * SC_CUBE; k++) {
-            float *line = voxels[0][0] + k % SC_CUBE * a + k / SC_CUBE * c;
+            float *line = (float *)voxels + k % SC_CUBE * a + k / SC_CUBE * c;
             float *last = line + (end[axis] - 1) * step, *first = line + begin[axis] * step;
 
             if (end[axis] % 2)

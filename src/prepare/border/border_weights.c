@@ -173,7 +173,7 @@ SC_ALWAYS_INLINE void spread(const cell_rows in, float radius, cell_rows out)
         const float left = radius * radius - (float)(dy * dy + dz * dz);
 
         for (int z = DEEP_REACH; z < DEEP_EDGE - DEEP_REACH && left >= 0; z++) {
-            const uint32_t *from = rows[(int)sqrtf(left)][z + dz] + dy;
+            const uint32_t *from = &rows[(int)sqrtf(left)][z + dz][0] + dy;
 
             for (int y = DEEP_REACH; y < DEEP_EDGE - DEEP_REACH; y++)
                 out[z][y] |= from[y];
