@@ -5,6 +5,8 @@
 
 #include "segcast/film.h"
 
+#include <jansson.h>
+
 /* Warn of a run that keeps no picture. Not collective. */
 void sc_warn_of_outputs(const sc_app *app, const sc_job *job);
 /* Write the name of the processor as the system has it into @p text; empty if it has none. */
@@ -16,7 +18,7 @@ const char *sc_batch_job(void);
  * libraries that it was built with. @return SC_ERR_MEMORY. */
 sc_status sc_print_version_json(const sc_ctx *ctx);
 
-/* ---- output.c: the file that a command is to write, and those that its job reads ---- */
+/* ---- output.c: the files that a job reads ---- */
 
 /* Called with a file or directory that a job reads, and what it is, in words (static). Both are
  * borrowed. */
@@ -27,6 +29,25 @@ typedef struct sc_input_visit {
 /* Visit all that a job reads, also what is not there, such as a phantom, in the order of its keys.
  * Not collective. @return the first error of the visit. */
 sc_status sc_each_input(const sc_app *app, const sc_job *job, const sc_input_visit *visit);
+
+/* ---- made_from.c: what a film or a study is made from ---- */
+
+/* All that jobs read. Zero-initialise but for the first two; on rank 0: sc_made_from_clear. */
+typedef struct sc_made_from {
+    const sc_app *app;
+    uint64_t store_most_bytes; /* see sc_volume_files */
+    json_t *inputs;
+    sc_text noted; /* their paths, each with a NUL byte behind it */
+} sc_made_from;
+/* Note what a job reads, but for what was noted before; reads it all. @return SC_ERR_MEMORY. */
+sc_status sc_made_from_add(sc_made_from *m, const sc_job *job);
+/* Write it, with the command, as sc_run_record says. @return SC_ERR_MEMORY. Caller owns *out:
+ * free().
+ */
+sc_status sc_made_from_text(const sc_made_from *m, char **out);
+void sc_made_from_clear(sc_made_from *m);
+
+/* ---- output.c: the file that a command is to write ---- */
 
 /* Check, before any work, that @p path can become the output file of a command: nothing has this
  * name, or with --overwrite a regular file at most, which is none of the inputs. @param job

@@ -3,8 +3,10 @@
 #include "study/study.h"
 
 #include "segcast/kernel.h"
+#include "segcast/store.h"
 
 #include <errno.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <time.h>
@@ -13,7 +15,8 @@
 /* The files of a study's directory. */
 static const char measurements_name[] = SC_STUDY_MEASUREMENTS;
 static const char *const file_names[] = {measurements_name, "cells.csv",   "extrap.jsonl",
-                                         "study.yaml",      "status.json", SC_STUDY_PAGE};
+                                         "study.yaml",      "status.json", SC_STUDY_PAGE,
+                                         SC_CRATE_NAME};
 
 /* ---- the directory ---- */
 
@@ -107,6 +110,7 @@ static sc_study_run describe_run(const sc_study_state *state)
     snprintf(run.kernel, sizeof run.kernel, "%s",
              state->cpu ? state->cpu
                         : sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, NULL, NULL)->cpu);
+    run.made_from = state->made_from;
     snprintf(run.batch_job, sizeof run.batch_job, "%s", batch_job ? batch_job : "");
     if (sc_roof_measure(&silent, run.cores, &run.roof) != SC_OK)
         run.roof = (sc_roof){0}; /* no memory for it: the study does without */
@@ -194,6 +198,52 @@ sc_status sc_study_write_state(const sc_study_records *r, const sc_progress_repo
 
     SC_PASS(sc_path_join(ctx, r->directory, "status.json", &path));
     return sc_progress_write(ctx, path, report);
+}
+
+/* For qsort of names. */
+static int by_name(const void *a, const void *b)
+{
+    return strcmp(*(const char *const *)a, *(const char *const *)b);
+}
+
+sc_status sc_study_crate(const sc_ctx *ctx, const char *directory, sc_text *out)
+{
+    SC_OWN(sc_measurements_clear) sc_measurements all = {0};
+    SC_OWN(sc_history_clear) sc_history runs = {0};
+    const char *parts[SC_COUNT_OF(file_names)];
+    char about[64];
+    sc_crate crate = {.runs = &runs,
+                      .name = "Timing study",
+                      .about = about,
+                      .done = "measurements made",
+                      .author = "",
+                      .video = "none",
+                      .parts = parts};
+
+    SC_PASS(sc_study_read(ctx, directory, &all));
+    SC_PASS(sc_measurements_history(ctx, &all, &runs));
+    for (size_t i = 0; i < SC_COUNT_OF(file_names); i++) {
+        SC_OWN(sc_free_at) char *path = NULL;
+
+        SC_PASS(sc_path_join(ctx, directory, file_names[i], &path));
+        if (strcmp(file_names[i], SC_CRATE_NAME) && access(path, F_OK) == 0)
+            parts[crate.part_count++] = file_names[i];
+    }
+    qsort(parts, (size_t)crate.part_count, sizeof *parts, by_name);
+    snprintf(about, sizeof about, "%d cells, measured", sc_design_cells(&all.design));
+    if (all.design.title[0])
+        crate.name = all.design.title;
+    crate.job.job = all.design.hash;
+    crate.version = all.run_count ? all.runs[all.run_count - 1].version : "";
+    return sc_crate_make(ctx, &crate, out);
+}
+
+sc_status sc_study_write_crate(const sc_study_records *r)
+{
+    SC_OWN(sc_text_clear) sc_text text = {0};
+
+    SC_PASS(sc_study_crate(r->state->app->ctx, r->directory, &text));
+    return write_text(r, SC_CRATE_NAME, &text);
 }
 
 void sc_study_close(sc_study_records *r)
