@@ -4,8 +4,7 @@
 #define SC_COMMANDS_COMMANDS_H
 
 #include "segcast/film.h"
-
-#include <jansson.h>
+#include "segcast/json_values.h"
 
 /* Warn of a run that keeps no picture. Not collective. */
 void sc_warn_of_outputs(const sc_app *app, const sc_job *job);
@@ -41,10 +40,8 @@ typedef struct sc_made_from {
 } sc_made_from;
 /* Note what a job reads, but for what was noted before; reads it all. @return SC_ERR_MEMORY. */
 sc_status sc_made_from_add(sc_made_from *m, const sc_job *job);
-/* Write it, with the command, as sc_run_record says. @return SC_ERR_MEMORY. Caller owns *out:
- * free().
- */
-sc_status sc_made_from_text(const sc_made_from *m, char **out);
+/* Write it, with the command, as sc_run_record says. @return SC_ERR_MEMORY. */
+sc_status sc_made_from_text(const sc_made_from *m, sc_text *out);
 void sc_made_from_clear(sc_made_from *m);
 
 /* ---- output.c: the file that a command is to write ---- */
@@ -65,6 +62,8 @@ sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *endin
 /* Print the path of what a command has made, on a line of its own: as it is for scripts, and on a
  * terminal so that it is not obeyed. */
 void sc_print_made(const char *path);
+/* Print an object, which is taken, to standard output; as sc_json_add_text. */
+sc_status sc_print_json(const sc_ctx *ctx, json_t *json, size_t flags, const char *what);
 /* Write a text to the file @p path and print that path, or to standard output for "-". Not
  * collective. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 sc_status sc_write_text(const sc_app *app, const sc_text *text, const char *path);

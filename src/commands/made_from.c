@@ -3,8 +3,6 @@
  * files that are read, with their SHA-256. */
 #include "commands.h"
 
-#include <errno.h>
-#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -109,7 +107,7 @@ sc_status sc_made_from_add(sc_made_from *m, const sc_job *job)
     return sc_each_input(m->app, job, &visit);
 }
 
-sc_status sc_made_from_text(const sc_made_from *m, char **out)
+sc_status sc_made_from_text(const sc_made_from *m, sc_text *out)
 {
     const sc_app *app = m->app;
     const sc_command *command = sc_command_find(app->commands, app->argv[1]);
@@ -118,14 +116,9 @@ sc_status sc_made_from_text(const sc_made_from *m, char **out)
 
     if (command)
         SC_PASS(sc_command_shown(app->ctx, command, app->argc, app->argv, &shown));
-    errno = 0;
     all = json_pack("{s:s, s:O*}", "command", shown.data ? shown.data : "segcast", "inputs",
                     m->inputs);
-    *out = all ? json_dumps(all, JSON_COMPACT) : NULL;
-    json_decref(all);
-    if (!*out || errno == ENOMEM)
-        return sc_fail(app->ctx, SC_ERR_MEMORY, "out of memory for the list of inputs");
-    return SC_OK;
+    return sc_json_add_text(app->ctx, all, JSON_COMPACT, "the list of inputs", out);
 }
 
 void sc_made_from_clear(sc_made_from *m)

@@ -366,10 +366,7 @@ sc_status sc_crate_make(const sc_ctx *ctx, const sc_crate *crate, sc_text *out)
 {
     crate_draft d = {crate, json_array(), json_array(), json_array(), json_array()};
     json_t *root, *all;
-    char *text;
-    sc_status status;
 
-    errno = 0;
     add_frame(&d);
     add_parts(&d);
     for (int i = 0; i < crate->runs->run_count; i++)
@@ -379,12 +376,5 @@ sc_status sc_crate_make(const sc_ctx *ctx, const sc_crate *crate, sc_text *out)
     all = json_pack("{s:[s,s], s:o}", "@context", CRATE_SPECIFICATION "/context", CRATE_TERMS,
                     "@graph", d.graph);
     json_decref(d.results);
-    text = all ? json_dumps(all, JSON_INDENT(1)) : NULL;
-    if (!text || errno == ENOMEM)
-        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", SC_CRATE_NAME);
-    else
-        status = sc_text_add(ctx, out, "%s\n", text);
-    free(text);
-    json_decref(all);
-    return status;
+    return sc_json_add_text(ctx, all, JSON_INDENT(1), SC_CRATE_NAME, out);
 }

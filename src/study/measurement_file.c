@@ -104,15 +104,8 @@ static sc_status write_all(const sc_ctx *ctx, const sc_measurement_file *file, c
 static sc_status write_line(const sc_ctx *ctx, sc_measurement_file *file, json_t *json)
 {
     SC_OWN(sc_text_clear) sc_text line = {0};
-    SC_OWN(sc_free_at) char *text = NULL;
 
-    errno = 0;
-    text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
-    json_decref(json);
-    if (!text || errno == ENOMEM) { /* jansson leaves out what it has no memory for */
-        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", file->path);
-    }
-    SC_PASS(sc_text_add(ctx, &line, "%s\n", text));
+    SC_PASS(sc_json_add_text(ctx, json, JSON_COMPACT | JSON_REAL_PRECISION(9), file->path, &line));
     SC_PASS(write_all(ctx, file, line.data, line.length_bytes));
     if (fsync(file->fd) && errno != EINVAL && errno != EROFS)
         return sc_fail(ctx, SC_ERR_WRITE, "%s: %s", file->path, sc_reason(errno));

@@ -4,7 +4,6 @@
 #include "render/run.h"
 #include "study/study.h"
 
-#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -124,7 +123,6 @@ static sc_status print_status_json(const sc_ctx *ctx, const char *directory,
     json_t *json =
         json_pack("{s:s, s:s, s:i, s:i}", "schema", "segcast-directory-1", "condition",
                   conditions[report->condition], "done", report->done, "frames", report->frames);
-    char *text;
 
     /* Names that are not UTF-8 cannot stand in JSON; they are left out. */
     if (json)
@@ -133,13 +131,7 @@ static sc_status print_status_json(const sc_ctx *ctx, const char *directory,
         (void)json_object_set_new(json, "video", json_string(report->video));
     if (json && report->reason[0])
         (void)json_object_set_new(json, "reason", json_string(report->reason));
-    text = json ? json_dumps(json, JSON_COMPACT) : NULL;
-    json_decref(json);
-    if (!text)
-        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while the status was written as JSON");
-    printf("%s\n", text);
-    free(text);
-    return SC_OK;
+    return sc_print_json(ctx, json, JSON_COMPACT, "status");
 }
 
 /* Compare the keys of a job on which the pictures depend with those of the job in a directory.

@@ -11,6 +11,7 @@ sc_status sc_run_note_inputs(sc_run *run)
 {
     const sc_inputs *inputs = run->session.inputs;
     SC_OWN(sc_made_from_clear) sc_made_from from = {.app = run->app};
+    sc_text text = {0};
     sc_status status;
 
     /* A store of which a part or a coarser level is read may be too large to be read as a whole: no
@@ -23,7 +24,10 @@ sc_status sc_run_note_inputs(sc_run *run)
     sc_stage_begin(run->app->ctx, "hashing inputs", 0, 0);
     status = sc_made_from_add(&from, &run->session.job);
     sc_stage_end(run->app->ctx);
-    return status == SC_OK ? sc_made_from_text(&from, &run->root.made_from) : status;
+    if (status == SC_OK)
+        status = sc_made_from_text(&from, &text);
+    run->root.made_from = text.data;
+    return status;
 }
 
 /* The names of what is in a directory. */

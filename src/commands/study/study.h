@@ -48,7 +48,7 @@ typedef struct sc_study_state {
     sc_counters counters; /* of this rank */
     /* on rank 0 */
     sc_study study;
-    char *made_from; /* see sc_run_record; owned, by free() */
+    char *made_from; /* see sc_run_record; owned */
     char *work;      /* the directory of the jobs that are measured as a whole */
     sc_design design;
     const char *cpu; /* the best variant that the skip methods of all cells with any_cpu have, which

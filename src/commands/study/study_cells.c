@@ -16,7 +16,7 @@ void sc_study_clear_cells(sc_study_state *state)
     sc_free(state->cells);
     sc_free(state->told);
     sc_free(state->work);
-    free(state->made_from);
+    sc_free(state->made_from);
     sc_design_clear(&state->design);
     sc_study_clear(&state->study);
 }
@@ -363,6 +363,7 @@ static sc_status list_cells(sc_study_state *state)
 sc_status sc_study_note_inputs(sc_study_state *state)
 {
     SC_OWN(sc_made_from_clear) sc_made_from from = {.app = state->app};
+    sc_text text = {0};
 
     for (int i = 0; i < state->cell_count; i++) {
         SC_OWN(sc_job_clear) sc_job job = {0};
@@ -372,7 +373,9 @@ sc_status sc_study_note_inputs(sc_study_state *state)
         SC_PASS(load_job(state, i, &job));
         SC_PASS(sc_made_from_add(&from, &job));
     }
-    return sc_made_from_text(&from, &state->made_from);
+    SC_PASS(sc_made_from_text(&from, &text));
+    state->made_from = text.data;
+    return SC_OK;
 }
 
 sc_status sc_study_list_cells(sc_study_state *state)
