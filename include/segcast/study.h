@@ -320,11 +320,10 @@ typedef struct sc_crate {
     const char *version;             /**< of segcast */
     const char *name, *about, *done; /**< such as "My heart", "A film of 9 frames, drawn", and what
                                         is done behind the frames of a run: "frames drawn" */
-    const char *author;       /**< empty: not given. Behind the last "; " stands the licence */
-    const char *video;        /**< name of the video, or "none" */
-    const char *const *parts; /**< [part_count], names of what segcast has made in the directory, in
-                                 the order of names; directories end in "/" */
-    int part_count;
+    const char *author; /**< empty: not given. Behind the last "; " stands the licence */
+    const char *video;  /**< name of the video, or "none" */
+    sc_text parts; /**< names of what segcast has made in the directory, each with a NUL byte behind
+                        it; directories end in "/" */
     uint64_t video_bytes; /**< size of the finished video; 0: it is not there */
 } sc_crate;
 /** Make the text of an RO-Crate (1.1, of the profile Process Run Crate 0.5): the film, what it was

@@ -35,8 +35,7 @@ sc_status sc_each_input(const sc_app *app, const sc_job *job, const sc_input_vis
 typedef struct sc_made_from {
     const sc_app *app;
     uint64_t store_most_bytes; /* see sc_volume_files */
-    json_t *inputs;
-    sc_text noted; /* their paths, each with a NUL byte behind it */
+    json_t *inputs;            /* by their paths */
 } sc_made_from;
 /* Note what a job reads, but for what was noted before; reads it all. @return SC_ERR_MEMORY. */
 sc_status sc_made_from_add(sc_made_from *m, const sc_job *job);

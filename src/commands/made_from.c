@@ -74,7 +74,7 @@ static sc_status add_input(sc_made_from *m, const char *use, const char *path, c
             json_object_set_new(input, "sha256", json_string(sha256)) ||
             (count > 1 && json_object_set_new(input, "files", json_integer((json_int_t)count)));
     }
-    if (json_array_append_new(m->inputs, input) || failed || status == SC_ERR_MEMORY)
+    if (json_object_set_new_nocheck(m->inputs, path, input) || failed || status == SC_ERR_MEMORY)
         return sc_fail(m->app->ctx, SC_ERR_MEMORY, "out of memory for the list of inputs");
     return SC_OK;
 }
@@ -86,11 +86,8 @@ static sc_status note_input(void *user, const char *use, const char *path, bool 
     const sc_ctx *ctx = m->app->ctx;
     SC_OWN(sc_text_clear) sc_text files = {0};
 
-    for (size_t at = 0; at < m->noted.length_bytes; at += strlen(m->noted.data + at) + 1) {
-        if (!strcmp(m->noted.data + at, path))
-            return SC_OK;
-    }
-    SC_PASS(sc_text_add(ctx, &m->noted, "%s%c", path, '\0'));
+    if (json_object_get(m->inputs, path))
+        return SC_OK;
     if (is_volume)
         SC_PASS(sc_volume_files(ctx, path, m->store_most_bytes, &files));
     else
@@ -103,7 +100,7 @@ sc_status sc_made_from_add(sc_made_from *m, const sc_job *job)
     const sc_input_visit visit = {note_input, m};
 
     if (!m->inputs)
-        m->inputs = json_array();
+        m->inputs = json_object();
     return sc_each_input(m->app, job, &visit);
 }
 
@@ -112,17 +109,19 @@ sc_status sc_made_from_text(const sc_made_from *m, sc_text *out)
     const sc_app *app = m->app;
     const sc_command *command = sc_command_find(app->commands, app->argv[1]);
     SC_OWN(sc_text_clear) sc_text shown = {0};
-    json_t *all;
+    json_t *inputs = json_array(), *input;
+    const char *path;
 
+    json_object_foreach(m->inputs, path, input) inputs = sc_json_with(inputs, json_incref(input));
     if (command)
         SC_PASS(sc_command_shown(app->ctx, command, app->argc, app->argv, &shown));
-    all = json_pack("{s:s, s:O*}", "command", shown.data ? shown.data : "segcast", "inputs",
-                    m->inputs);
-    return sc_json_add_text(app->ctx, all, JSON_COMPACT, "the list of inputs", out);
+    return sc_json_add_text(
+        app->ctx,
+        json_pack("{s:s, s:o}", "command", shown.data ? shown.data : "segcast", "inputs", inputs),
+        JSON_COMPACT, "the list of inputs", out);
 }
 
 void sc_made_from_clear(sc_made_from *m)
 {
     json_decref(m->inputs);
-    sc_text_clear(&m->noted);
 }

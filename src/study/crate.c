@@ -177,14 +177,18 @@ static void format_address(const char *name, char out[3 * 256])
 /* Add what was made in the directory. */
 static void add_parts(crate_draft *d)
 {
-    for (int i = 0; i < d->crate->part_count; i++) {
-        const char *name = d->crate->parts[i];
+    const sc_text *names = &d->crate->parts;
+
+    for (size_t at = 0; at < names->length_bytes; at += strlen(names->data + at) + 1) {
+        const char *name = names->data + at;
         const size_t length = strlen(name);
         const bool is_directory = length > 0 && name[length - 1] == '/';
         const bool is_video = !strcmp(name, d->crate->video);
         char id[3 * 256];
         json_t *part;
 
+        if (!strcmp(name, SC_CRATE_NAME)) /* which is no part of itself */
+            continue;
         format_address(name, id);
         part =
             json_pack("{s:s, s:s, s:s, s:s}", "@id", id, "@type", is_directory ? "Dataset" : "File",

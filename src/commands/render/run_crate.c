@@ -30,23 +30,6 @@ sc_status sc_run_note_inputs(sc_run *run)
     return status;
 }
 
-/* The names of what is in a directory. */
-typedef struct part_list {
-    sc_text names; /* each with a NUL byte behind it */
-    int count;
-} part_list;
-
-/* For sc_store_each_part with a part_list as user. The crate is no part of itself. */
-static sc_status note_part(const sc_ctx *ctx, void *user, const char *name)
-{
-    part_list *list = user;
-
-    if (!strcmp(name, SC_CRATE_NAME))
-        return SC_OK;
-    list->count++;
-    return sc_text_add(ctx, &list->names, "%s%c", name, '\0');
-}
-
 /* For qsort of sc_run_entry: by the time at which they began. */
 static int by_begin(const void *a, const void *b)
 {
@@ -73,40 +56,29 @@ static sc_status read_runs(const sc_ctx *ctx, const char *directory, const sc_jo
 sc_status sc_write_crate(const sc_ctx *ctx, const char *directory, const sc_job *job,
                          const sc_store_job *store_job, bool is_complete)
 {
-    SC_OWN(sc_text_clear) sc_text text = {0};
+    const sc_output *output = &job->output;
+    SC_OWN(sc_text_clear) sc_text text = {0}, parts = {0};
     SC_OWN(sc_free_at) char *path = NULL, *video = NULL;
-    SC_OWN(sc_free_at) const char **names = NULL;
     SC_OWN(sc_history_clear) sc_history runs = {0};
-    part_list parts = {.count = 0};
     char about[64];
     sc_crate crate = {.runs = &runs,
                       .job = {store_job->job_hash, store_job->volume_hash},
                       .version = store_job->version,
-                      .name =
-                          job->output.title[0] ? job->output.title : "Film of a segmented volume",
+                      .name = output->title[0] ? output->title : "Film of a segmented volume",
                       .about = about,
                       .done = "frames drawn",
-                      .author = job->output.author,
-                      .video = job->output.video};
+                      .author = output->author,
+                      .video = output->video};
     struct stat info;
-    sc_status status = sc_store_each_part(ctx, directory, &parts, note_part);
 
     snprintf(about, sizeof about, "A film of %d frames, drawn", store_job->frames);
-    if (status == SC_OK)
-        status = SC_ALLOC(ctx, (size_t)parts.count + 1, &names);
-    for (const char *name = parts.names.data; status == SC_OK && crate.part_count < parts.count;
-         name += strlen(name) + 1)
-        names[crate.part_count++] = name;
-    crate.parts = names;
-    SC_TRY(status);
-    SC_TRY(read_runs(ctx, directory, &crate.job, &runs));
-    SC_TRY(sc_path_join(ctx, directory, job->output.video, &video));
+    SC_PASS(sc_store_parts(ctx, directory, &parts));
+    crate.parts = parts;
+    SC_PASS(read_runs(ctx, directory, &crate.job, &runs));
+    SC_PASS(sc_path_join(ctx, directory, output->video, &video));
     if (is_complete && !stat(video, &info))
         crate.video_bytes = (uint64_t)info.st_size;
-    SC_TRY(sc_crate_make(ctx, &crate, &text));
-    SC_TRY(sc_path_join(ctx, directory, SC_CRATE_NAME, &path));
-    status = sc_file_write(ctx, path, text.data, text.length_bytes);
-out:
-    sc_text_clear(&parts.names);
-    return status;
+    SC_PASS(sc_crate_make(ctx, &crate, &text));
+    SC_PASS(sc_path_join(ctx, directory, SC_CRATE_NAME, &path));
+    return sc_file_write(ctx, path, text.data, text.length_bytes);
 }

@@ -6,7 +6,6 @@
 #include "segcast/store.h"
 
 #include <errno.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <time.h>
@@ -200,25 +199,18 @@ sc_status sc_study_write_state(const sc_study_records *r, const sc_progress_repo
     return sc_progress_write(ctx, path, report);
 }
 
-/* For qsort of names. */
-static int by_name(const void *a, const void *b)
-{
-    return strcmp(*(const char *const *)a, *(const char *const *)b);
-}
-
 sc_status sc_study_crate(const sc_ctx *ctx, const char *directory, sc_text *out)
 {
     SC_OWN(sc_measurements_clear) sc_measurements all = {0};
     SC_OWN(sc_history_clear) sc_history runs = {0};
-    const char *parts[SC_COUNT_OF(file_names)];
+    SC_OWN(sc_text_clear) sc_text parts = {0};
     char about[64];
     sc_crate crate = {.runs = &runs,
                       .name = "Timing study",
                       .about = about,
                       .done = "measurements made",
                       .author = "",
-                      .video = "none",
-                      .parts = parts};
+                      .video = "none"};
 
     SC_PASS(sc_study_read(ctx, directory, &all));
     SC_PASS(sc_measurements_history(ctx, &all, &runs));
@@ -226,10 +218,10 @@ sc_status sc_study_crate(const sc_ctx *ctx, const char *directory, sc_text *out)
         SC_OWN(sc_free_at) char *path = NULL;
 
         SC_PASS(sc_path_join(ctx, directory, file_names[i], &path));
-        if (strcmp(file_names[i], SC_CRATE_NAME) && access(path, F_OK) == 0)
-            parts[crate.part_count++] = file_names[i];
+        if (access(path, F_OK) == 0)
+            SC_PASS(sc_text_add(ctx, &parts, "%s%c", file_names[i], '\0'));
     }
-    qsort(parts, (size_t)crate.part_count, sizeof *parts, by_name);
+    crate.parts = parts;
     snprintf(about, sizeof about, "%d cells, measured", sc_design_cells(&all.design));
     if (all.design.title[0])
         crate.name = all.design.title;
