@@ -363,14 +363,19 @@ static sc_status list_cells(sc_study_state *state)
 sc_status sc_study_note_inputs(sc_study_state *state)
 {
     SC_OWN(sc_made_from_clear) sc_made_from from = {.app = state->app};
+    sc_ctx quiet = sc_quiet(state->app->ctx); /* what is to be said of the jobs was said */
+    sc_study_state silent = *state;
+    sc_app app = *state->app;
     sc_text text = {0};
 
+    app.ctx = &quiet;
+    silent.app = &app;
     for (int i = 0; i < state->cell_count; i++) {
         SC_OWN(sc_job_clear) sc_job job = {0};
 
         if (!has_new_volume(state, i))
             continue;
-        SC_PASS(load_job(state, i, &job));
+        SC_PASS(load_job(&silent, i, &job));
         SC_PASS(sc_made_from_add(&from, &job));
     }
     SC_PASS(sc_made_from_text(&from, &text));
