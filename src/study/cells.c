@@ -3,7 +3,6 @@
 #include "segcast/core_time.h"
 #include "segcast/measurements.h"
 
-#include <errno.h>
 #include <jansson.h>
 #include <math.h>
 #include <stdlib.h>

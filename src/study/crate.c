@@ -2,14 +2,12 @@
 /* Where a film or a study comes from, as an RO-Crate: https://w3id.org/ro/crate/1.1, with the
  * profile https://w3id.org/ro/wfrun/process/0.5 for runs of a program. All functions *_json return
  * a new reference that the caller owns, or NULL if there is no memory. */
-#define _GNU_SOURCE /* timegm */
+#define _GNU_SOURCE /* timegm, strptime */
 #include "internal.h"
 #include "segcast/json_values.h"
 #include "segcast/store.h"
 
-#include <errno.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -93,14 +91,10 @@ static void format_time(time_t seconds, char out[32])
 bool sc_parse_time(const char *text, time_t *out)
 {
     struct tm utc = {0};
+    const bool is_time = strptime(text, "%Y-%m-%dT%H:%M:%SZ", &utc) != NULL;
 
-    if (sscanf(text, "%4d-%2d-%2dT%2d:%2d:%2dZ", &utc.tm_year, &utc.tm_mon, &utc.tm_mday,
-               &utc.tm_hour, &utc.tm_min, &utc.tm_sec) != 6)
-        return false;
-    utc.tm_year -= 1900;
-    utc.tm_mon--;
     *out = timegm(&utc);
-    return true;
+    return is_time;
 }
 
 /* Find when a run has ended, to the second. @return false if it has not, or if its times are not

@@ -7,8 +7,6 @@
 #include "segcast/core_time.h"
 #include "segcast/json_values.h"
 
-#include <errno.h>
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
