@@ -4,8 +4,6 @@
 #include "label_report.h"
 #include "segcast/resample.h"
 
-#include <stdlib.h>
-
 typedef struct info {
     const sc_prepared *volume;
     const sc_tissue *tissues;
@@ -80,8 +78,8 @@ static json_t *overlaps_json(const sc_overlap_list *list)
     return array;
 }
 
-/* Print the object that `info --json` promises to standard output. @return SC_ERR_INTERNAL if it
- * cannot be made: nothing is printed then, rather than an object that lacks a label. */
+/* Print the object that `info --json` promises to standard output. @return SC_ERR_MEMORY:
+ * nothing is printed then, rather than an object that lacks a label. */
 static sc_status print_json(const sc_ctx *ctx, const info *in)
 {
     const sc_prepared *v = in->volume;

@@ -3,8 +3,6 @@
 #include "commands.h"
 #include "segcast/video.h"
 
-#include <stdlib.h>
-
 sc_status sc_print_version_json(const sc_ctx *ctx)
 {
     char mpi[256], video[256], kinds[512], volumes[256];

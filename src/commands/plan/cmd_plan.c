@@ -3,8 +3,6 @@
 #include "plan/plan.h"
 #include "render/run.h"
 
-#include <stdlib.h>
-
 /* The numbers of nodes that are told unless --nodes says otherwise. */
 static const int usual_nodes[] = {1, 4, 16};
 enum { RUNS = SC_COUNT_OF(usual_nodes) };

@@ -4,7 +4,6 @@
 #include "render/run.h"
 #include "study/study.h"
 
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
