@@ -28,6 +28,7 @@ done
 "$SEGCAST" convert $heart -o few.ply --simplify 0.1 -q >/dev/null || skip 'this segcast has no meshoptimizer (Debian: libmeshoptimizer-dev)'
 "$SEGCAST" convert $heart -o few.glb --simplify 0.1 -q --threads 3 >/dev/null
 expect 64 '--simplify is "0", expected a length in mm' "$SEGCAST" convert $heart -o none.ply --simplify 0; one_error
+expect 64 '--simplify is for a mesh, but heart.segc is none' "$SEGCAST" convert $heart -o heart.segc --simplify 0.1; one_error
 expect 71 'the mesh of .* triangles takes about' "$SEGCAST" convert $heart -o none.ply --simplify 0.1 --max-memory 40M; one_error
 # A file may be one that assimp has no name for; -tri keeps triangles as they are.
 for ending in glb 3mf; do
