@@ -59,6 +59,17 @@ else()
   target_compile_definitions(Tiff::tiff INTERFACE SC_HAVE_TIFF=0)
 endif()
 
+# Optional: meshes of fewer triangles. SC_HAVE_MESHOPTIMIZER tells the code. From 0.18 on its scale of errors can be asked for.
+find_package(meshoptimizer 0.18 QUIET CONFIG)
+add_library(Meshoptimizer::meshoptimizer INTERFACE IMPORTED)
+if(meshoptimizer_FOUND)
+  target_link_libraries(Meshoptimizer::meshoptimizer INTERFACE meshoptimizer::meshoptimizer)
+  target_compile_definitions(Meshoptimizer::meshoptimizer INTERFACE SC_HAVE_MESHOPTIMIZER=1)
+else()
+  message(WARNING "meshoptimizer 0.18 or newer is not here (Debian: libmeshoptimizer-dev): meshes cannot be simplified")
+  target_compile_definitions(Meshoptimizer::meshoptimizer INTERFACE SC_HAVE_MESHOPTIMIZER=0)
+endif()
+
 # Optional: codecs of Zarr. SC_HAVE_BLOSC, SC_HAVE_ZSTD and SC_HAVE_LZ4 tell the code.
 # segcast_add_codec(TARGET MACRO MODULE PACKAGE): TARGET links what pkg-config knows as MODULE, if it is there.
 function(segcast_add_codec target macro module package)

@@ -257,6 +257,9 @@ enum { SC_SHA256_BYTES = 65 };
  * cannot be read, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_sha256_file(const sc_ctx *ctx, const char *path, char out[SC_SHA256_BYTES],
                                      uint64_t *out_bytes);
+/** The same of a text, which is not empty. */
+SC_MUST_USE sc_status sc_sha256_text(const sc_ctx *ctx, const sc_text *text,
+                                     char out[SC_SHA256_BYTES]);
 /** @return a random seed of sc_hash_bytes, for hash tables in memory: nobody can choose names for a
  *  file so that all of them share one slot. */
 uint64_t sc_hash_seed(void);

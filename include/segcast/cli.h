@@ -33,6 +33,7 @@ typedef struct sc_options {
     const char *to;            /**< --to of segcast convert */
     const char *begin, *end;   /**< --begin and --end of a centre line */
     const char *tissue;        /**< --tissue of a centre line or mesh */
+    const char *simplify;      /**< --simplify of a mesh */
     bool ct;                   /**< --ct of the phantom: its synthetic CT image */
     int beating;               /**< --beating of the phantom: phases of its beat; 0: not given */
     long frame;                /**< --frame; -1: not given */

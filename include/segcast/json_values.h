@@ -25,4 +25,10 @@ json_t *sc_json_with(json_t *to, json_t *item);
 /** The same for a member of an object, which is set. */
 json_t *sc_json_with_key(json_t *to, const char *key, json_t *item);
 
+/** Append an object as text, and a line break, to @p out. @param json taken; NULL stands for no
+ *  memory, as the errno ENOMEM does: jansson leaves out what it has no memory for. @param what is
+ *  written, for the message. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_json_add_text(const sc_ctx *ctx, json_t *json, size_t flags,
+                                       const char *what, sc_text *out);
+
 #endif

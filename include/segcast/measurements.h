@@ -5,8 +5,10 @@
 #ifndef SEGCAST_MEASUREMENTS_H
 #define SEGCAST_MEASUREMENTS_H
 
+#include "segcast/json_values.h"
 #include "segcast/roof.h"
 #include "segcast/statistics.h"
+#include "segcast/study.h"
 
 /** An axis of a study as its results name it. */
 typedef struct sc_design_axis {
@@ -71,7 +73,12 @@ typedef struct sc_study_run {
                       */
     int32_t ranks, nodes, cores; /**< cores: that rank 0 may use */
     sc_roof roof;                /**< of these cores, measured when the run began; 0: unknown */
+    char *made_from;             /**< see sc_run_record; NULL: unknown */
+    size_t first;                /**< its first measurement, as an index */
 } sc_study_run;
+
+/** @return its texts and numbers as an object, a new reference, or NULL if there is no memory. */
+json_t *sc_study_run_json(const sc_study_run *run);
 
 /** A cell that could not be measured. */
 typedef struct sc_skipped_cell {
@@ -79,7 +86,8 @@ typedef struct sc_skipped_cell {
     char *reason; /**< owned */
 } sc_skipped_cell;
 
-/** Everything a file of measurements holds. Zero-initialise; owns all: sc_measurements_clear. */
+/** Everything a file of measurements holds. Zero-initialise; owns all, also what runs were made
+ * from: sc_measurements_clear. */
 typedef struct sc_measurements {
     sc_design design;
     sc_measurement *items;
@@ -108,6 +116,11 @@ SC_MUST_USE sc_status sc_measurements_read(const sc_ctx *ctx, const char *path,
 /** Find out whether @p path begins as a file of measurements, which may be damaged further on.
  *  @return SC_ERR_MEMORY, SC_ERR_WRITE; a file that is missing or another one is no error. */
 SC_MUST_USE sc_status sc_measurements_begin(const sc_ctx *ctx, const char *path, bool *out);
+
+/** Make of the runs of a study, and of what they have measured, the history of a directory, without
+ * frames. @return SC_ERR_MEMORY. Caller owns *out: sc_history_clear. */
+SC_MUST_USE sc_status sc_measurements_history(const sc_ctx *ctx, const sc_measurements *from,
+                                              sc_history *out);
 
 /** A file of measurements that is being written. */
 typedef struct sc_measurement_file sc_measurement_file;

@@ -29,6 +29,13 @@ typedef struct sc_mesh {
  *  has more vertices than 32 bits can count; SC_ERR_MEMORY. Caller owns *out: sc_mesh_clear. */
 SC_MUST_USE sc_status sc_mesh_build(const sc_ctx *ctx, const sc_prepared *volume,
                                     const bool *wanted, int threads, sc_mesh *out);
+/** Leave out vertices and triangles, as far as the error is no more than @p error_mm that the
+ *  quadrics of meshoptimizer measure: the surface moves by a third of it on average, and by a few
+ *  times as much at the most. Lines where more than two labels meet stay as they are, so that
+ *  tissues that touch have the same vertices, and surfaces are closed.
+ *  @return SC_ERR_USAGE in a build without that library, SC_ERR_SYSTEM if it takes more than
+ *  ctx->memory_max_bytes, SC_ERR_MEMORY; @p mesh untouched. */
+SC_MUST_USE sc_status sc_mesh_simplify(const sc_ctx *ctx, sc_mesh *mesh, double error_mm);
 /** Free what a mesh owns. */
 void sc_mesh_clear(sc_mesh *mesh);
 

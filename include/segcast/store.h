@@ -232,12 +232,10 @@ SC_MUST_USE sc_status sc_store_verify_records(const sc_ctx *ctx, const char *dir
 SC_MUST_USE sc_status sc_store_verify(const sc_ctx *ctx, const char *directory,
                                       const sc_store_job *job);
 
-/** Call @p each for all that is in @p directory and that its manifests name as made by segcast, but
- * for segments: names of files, manifest.jsonl among them, and "frames/", in the order of names.
- * @return SC_ERR_MEMORY, the errors of listing, or the first error of @p each. */
-SC_MUST_USE sc_status sc_store_each_part(const sc_ctx *ctx, const char *directory, void *user,
-                                         sc_status (*each)(const sc_ctx *ctx, void *user,
-                                                           const char *name));
+/** Append to @p out, each with a NUL byte behind it, what is in @p directory and what its manifests
+ * name as made by segcast, but for segments: names of files, manifest.jsonl among them, and
+ * "frames/", in the order of names. @return SC_ERR_MEMORY, the errors of listing. */
+SC_MUST_USE sc_status sc_store_parts(const sc_ctx *ctx, const char *directory, sc_text *out);
 
 /** Write a record of a run, such as report.html, anew: after the run, or while nobody runs it. The
  *  manifest of a finished job gets its new size and hash, so that it stays proven.

@@ -311,20 +311,19 @@ typedef struct sc_progress_report {
 SC_MUST_USE sc_status sc_progress_write(const sc_ctx *ctx, const char *path,
                                         const sc_progress_report *report);
 
-/* ---- provenance: where a film comes from ---- */
+/* ---- provenance: where a film or a study comes from ---- */
 
-/** What is known of a film beside its statistics. All texts are borrowed. */
+/** What is known of a directory beside what its runs have measured. All texts are borrowed. */
 typedef struct sc_crate {
-    const char *directory; /**< where stats.json is, and what slices have written */
-    const char *version;   /**< of segcast */
-    sc_job_hashes job;
-    const char *title, *author; /**< of the film; empty: not given. Behind the last "; " of the
-                                   author stands the licence of the film */
-    const char *video;          /**< name of the video, or "none" */
-    int frames;                 /**< of the film */
-    const char *const *parts; /**< [part_count], names of what segcast has made in the directory, in
-                                 the order of names; directories end in "/" */
-    int part_count;
+    const sc_history *runs;          /**< whose frames are not used */
+    sc_job_hashes job;               /**< volume: 0: there are many */
+    const char *version;             /**< of segcast */
+    const char *name, *about, *done; /**< such as "My heart", "A film of 9 frames, drawn", and what
+                                        is done behind the frames of a run: "frames drawn" */
+    const char *author; /**< empty: not given. Behind the last "; " stands the licence */
+    const char *video;  /**< name of the video, or "none" */
+    sc_text parts; /**< names of what segcast has made in the directory, each with a NUL byte behind
+                        it; directories end in "/" */
     uint64_t video_bytes; /**< size of the finished video; 0: it is not there */
 } sc_crate;
 /** Make the text of an RO-Crate (1.1, of the profile Process Run Crate 0.5): the film, what it was

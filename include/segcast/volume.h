@@ -247,12 +247,15 @@ SC_MUST_USE sc_status sc_volume_phases(const sc_ctx *ctx, const char *path, int 
 SC_MUST_USE sc_status sc_volume_read_by(const sc_ctx *ctx, const char *path,
                                         const sc_read_choice *choice, sc_volume *out);
 
-/** Set *out to whether the volume file @p volume, or a file that its header names for the voxels,
- * is
- *  @p path, by whatever symbolic or hard links; or whether @p path is a mask of a directory of
- *  masks, or any file in a Zarr store or a volume of Neuroglancer. False, without a message, for a
- *  volume that is missing or broken. @return SC_ERR_MEMORY, or that another part of
- *  the machine failed, logged. Threads as of sc_volume_read. */
+/** Append to @p out, each with a NUL byte behind it, the paths of the files that a volume is read
+ * from: its own, those that its header names for the voxels, the masks of a directory; of a store
+ * of Zarr, N5 or Neuroglancer all that it holds, but none if that is more than @p store_most_bytes.
+ * A file may be listed twice. No message, for a volume that is missing or broken. @return
+ * SC_ERR_MEMORY, or that another part of the machine failed, logged. Threads as of sc_volume_read.
+ */
+SC_MUST_USE sc_status sc_volume_files(const sc_ctx *ctx, const char *path,
+                                      uint64_t store_most_bytes, sc_text *out);
+/** Set *out to whether @p path is one of these files, by whatever symbolic or hard links. */
 SC_MUST_USE sc_status sc_volume_reads(const sc_ctx *ctx, const char *volume, const char *path,
                                       bool *out);
 

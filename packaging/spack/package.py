@@ -39,6 +39,7 @@ class Segcast(CMakePackage):
     depends_on("nifticlib@3.0:")
     depends_on("expat@2.2:")
     depends_on("libtiff@4.5:")
+    depends_on("meshoptimizer@0.18:")
     depends_on("c-blosc@1.21:")
     depends_on("zstd@1.4:")
     depends_on("lz4@1.9:")

@@ -77,13 +77,14 @@ static void take_end(uint32_t state[8], const uint8_t *data, size_t bytes, uint6
         take_block(state, end + at);
 }
 
-sc_status sc_sha256_file(const sc_ctx *ctx, const char *path, char out[SC_SHA256_BYTES],
-                         uint64_t *out_bytes)
+/* As sc_sha256_file, of what @p opened has, which is closed; NULL: it could not be opened. */
+static sc_status hash_stream(const sc_ctx *ctx, FILE *opened, const char *path,
+                             char out[SC_SHA256_BYTES], uint64_t *out_bytes)
 {
     /* the first 32 bits of the fractional parts of the square roots of the first 8 primes */
     uint32_t state[8] = {0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
                          0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
-    SC_OWN(sc_fclose_at) FILE *stream = fopen(path, "rb");
+    SC_OWN(sc_fclose_at) FILE *stream = opened;
     SC_OWN(sc_free_at) uint8_t *data = NULL;
     uint64_t all_bytes = 0;
     size_t bytes, at;
@@ -105,4 +106,18 @@ sc_status sc_sha256_file(const sc_ctx *ctx, const char *path, char out[SC_SHA256
         snprintf(out + 8 * i, 9, "%08x", (unsigned)state[i]);
     *out_bytes = all_bytes;
     return SC_OK;
+}
+
+sc_status sc_sha256_file(const sc_ctx *ctx, const char *path, char out[SC_SHA256_BYTES],
+                         uint64_t *out_bytes)
+{
+    return hash_stream(ctx, fopen(path, "rb"), path, out, out_bytes);
+}
+
+sc_status sc_sha256_text(const sc_ctx *ctx, const sc_text *text, char out[SC_SHA256_BYTES])
+{
+    uint64_t bytes;
+
+    return hash_stream(ctx, fmemopen(text->data, text->length_bytes, "rb"), "a text in memory", out,
+                       &bytes);
 }

@@ -80,6 +80,11 @@ static const sc_option option_rows[] = {
      "of a mesh: write only these tissues; else the centre line through them: names, globs or "
      "label numbers",
      "convert", sc_store_text, AT(tissue), ""},
+    {"simplify", 0, "MM",
+     "of a mesh: leave out triangles, up to this error in mm: the surface moves by a third of it "
+     "on "
+     "average, but stays where tissues meet",
+     "convert", sc_store_text, AT(simplify), ""},
     {"begin", 0, "X,Y,Z", "where the line begins, in RAS mm (default: at the end of the tissue)",
      "convert", sc_store_text, AT(begin), ""},
     {"end", 0, "X,Y,Z", "where it ends (default: as far as possible from where it begins)",

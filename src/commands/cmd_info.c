@@ -2,11 +2,7 @@
 /* segcast info: what is in a volume. */
 #include "commands.h"
 #include "label_report.h"
-#include "segcast/json_values.h"
 #include "segcast/resample.h"
-
-#include <jansson.h>
-#include <stdlib.h>
 
 typedef struct info {
     const sc_prepared *volume;
@@ -82,13 +78,12 @@ static json_t *overlaps_json(const sc_overlap_list *list)
     return array;
 }
 
-/* Print the object that `info --json` promises to standard output. @return SC_ERR_INTERNAL if it
- * cannot be made: nothing is printed then, rather than an object that lacks a label. */
+/* Print the object that `info --json` promises to standard output. @return SC_ERR_MEMORY:
+ * nothing is printed then, rather than an object that lacks a label. */
 static sc_status print_json(const sc_ctx *ctx, const info *in)
 {
     const sc_prepared *v = in->volume;
     json_t *labels = json_array(), *matrix = json_array(), *json;
-    char *text;
 
     for (int row = 0; row < 3; row++) {
         const double *m = v->to_ras_mm.m[row];
@@ -107,15 +102,7 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
         in->drawn.moved[1], in->drawn.moved[2], "axes", in->axes, "oriented", v->oriented,
         "to_ras_mm", matrix, "boundary_voxels", (json_int_t)v->boundary_count, "labels", labels,
         "label_table", sc_label_report_json(in->report), "overlaps", overlaps_json(in->overlaps));
-    text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
-    json_decref(json);
-    if (!text)
-        return sc_fail(
-            ctx, SC_ERR_INTERNAL,
-            "the labels cannot be written as JSON: out of memory, or a name is not UTF-8");
-    printf("%s\n", text);
-    free(text);
-    return SC_OK;
+    return sc_print_json(ctx, json, JSON_INDENT(1) | JSON_REAL_PRECISION(17), "labels");
 }
 
 /* Print size, axes and matrix, in lines of the text output. */

@@ -74,8 +74,9 @@ const sc_command sc_commands[] = {
      sc_cmd_check, false},
     {NULL, "verify", "DIR", "prove every frame and the video of a finished job",
      "DIR is the output directory of segcast render. Compares the hashes of all files, and decodes "
-     "the PNG files and the video. The exit code is 0 if all is right, 65 if something is changed "
-     "or missing, 75 if the job is incomplete.",
+     "the PNG files and the video; of a study, compares its crate with what its measurements say. "
+     "The exit code is 0 if all is right, 65 if something is changed or missing, 75 if the job is "
+     "incomplete.",
      sc_cmd_verify, false},
     {"cluster", "plan", "JOB.yaml", "estimate core hours, wall time, memory and disk of a job",
      "Prepares the volume, draws and encodes a few frames of the job itself, and computes what all "

@@ -4,6 +4,7 @@
 #define SC_COMMANDS_COMMANDS_H
 
 #include "segcast/film.h"
+#include "segcast/json_values.h"
 
 /* Warn of a run that keeps no picture. Not collective. */
 void sc_warn_of_outputs(const sc_app *app, const sc_job *job);
@@ -16,7 +17,7 @@ const char *sc_batch_job(void);
  * libraries that it was built with. @return SC_ERR_MEMORY. */
 sc_status sc_print_version_json(const sc_ctx *ctx);
 
-/* ---- output.c: the file that a command is to write, and those that its job reads ---- */
+/* ---- output.c: the files that a job reads ---- */
 
 /* Called with a file or directory that a job reads, and what it is, in words (static). Both are
  * borrowed. */
@@ -27,6 +28,22 @@ typedef struct sc_input_visit {
 /* Visit all that a job reads, also what is not there, such as a phantom, in the order of its keys.
  * Not collective. @return the first error of the visit. */
 sc_status sc_each_input(const sc_app *app, const sc_job *job, const sc_input_visit *visit);
+
+/* ---- made_from.c: what a film or a study is made from ---- */
+
+/* All that jobs read. Zero-initialise but for the first two; on rank 0: sc_made_from_clear. */
+typedef struct sc_made_from {
+    const sc_app *app;
+    uint64_t store_most_bytes; /* see sc_volume_files */
+    json_t *inputs;            /* by their paths */
+} sc_made_from;
+/* Note what a job reads, but for what was noted before; reads it all. @return SC_ERR_MEMORY. */
+sc_status sc_made_from_add(sc_made_from *m, const sc_job *job);
+/* Write it, with the command, as sc_run_record says. @return SC_ERR_MEMORY. */
+sc_status sc_made_from_text(const sc_made_from *m, sc_text *out);
+void sc_made_from_clear(sc_made_from *m);
+
+/* ---- output.c: the file that a command is to write ---- */
 
 /* Check, before any work, that @p path can become the output file of a command: nothing has this
  * name, or with --overwrite a regular file at most, which is none of the inputs. @param job
@@ -44,6 +61,8 @@ sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *endin
 /* Print the path of what a command has made, on a line of its own: as it is for scripts, and on a
  * terminal so that it is not obeyed. */
 void sc_print_made(const char *path);
+/* Print an object, which is taken, to standard output; as sc_json_add_text. */
+sc_status sc_print_json(const sc_ctx *ctx, json_t *json, size_t flags, const char *what);
 /* Write a text to the file @p path and print that path, or to standard output for "-". Not
  * collective. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 sc_status sc_write_text(const sc_app *app, const sc_text *text, const char *path);

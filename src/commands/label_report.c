@@ -4,8 +4,6 @@
  * that the table leaves out. */
 #include "label_report.h"
 
-#include "segcast/json_values.h"
-
 #include <stdlib.h>
 #include <string.h>
 

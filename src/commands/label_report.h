@@ -5,8 +5,6 @@
 
 #include "commands.h"
 
-#include <jansson.h>
-
 /* Some labels, in rising order of their values; of a table or a volume, which are borrowed. */
 typedef struct sc_label_list {
     const sc_label **labels; /* [count] */

@@ -176,6 +176,15 @@ void sc_print_made(const char *path)
     printf("\n");
 }
 
+sc_status sc_print_json(const sc_ctx *ctx, json_t *json, size_t flags, const char *what)
+{
+    SC_OWN(sc_text_clear) sc_text text = {0};
+
+    SC_PASS(sc_json_add_text(ctx, json, flags, what, &text));
+    fputs(text.data, stdout);
+    return SC_OK;
+}
+
 sc_status sc_write_text(const sc_app *app, const sc_text *text, const char *path)
 {
     SC_OWN(sc_outfile_discard) sc_outfile file = {0};

@@ -3,14 +3,10 @@
 #include "commands.h"
 #include "segcast/video.h"
 
-#include <jansson.h>
-#include <stdlib.h>
-
 sc_status sc_print_version_json(const sc_ctx *ctx)
 {
     char mpi[256], video[256], kinds[512], volumes[256];
     json_t *json = json_loads(sc_build_json(), 0, NULL), *runs;
-    char *text;
 
     sc_comm_library(mpi, sizeof mpi);
     sc_video_libraries(video, sizeof video);
@@ -19,13 +15,10 @@ sc_status sc_print_version_json(const sc_ctx *ctx)
     runs = json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:s}", "schema", "segcast-version-1",
                      "version", sc_version(), "commit", sc_commit(), "mpi", mpi, "libav", video,
                      "videos", kinds, "volumes", volumes);
-    text = json && runs && !json_object_update_missing(runs, json) ? json_dumps(runs, JSON_COMPACT)
-                                                                   : NULL;
+    if (!json || json_object_update_missing(runs, json)) {
+        json_decref(runs);
+        runs = NULL;
+    }
     json_decref(json);
-    json_decref(runs);
-    if (!text)
-        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while the version was written as JSON");
-    printf("%s\n", text);
-    free(text);
-    return SC_OK;
+    return sc_print_json(ctx, runs, JSON_COMPACT, "version");
 }

@@ -337,27 +337,19 @@ static sc_status add_up(const sc_ctx *ctx, const builder *b, brick_counts *all)
     return SC_OK;
 }
 
-/* Refuse a mesh that takes more memory than there may be taken. */
-static sc_status check_memory(const sc_ctx *ctx, const brick_counts *all)
+sc_status sc_mesh_check_memory(const sc_ctx *ctx, size_t triangles, double bytes)
 {
-    const sc_mesh *m = NULL;
-    const double vertex = sizeof *m->vertices + sizeof *m->normals + WORK_VERTEX_BYTES;
-    const double triangle = sizeof *m->triangles + sizeof *m->sides + WORK_TRIANGLE_BYTES;
-    const double bytes =
-        all->vertices * vertex + all->triangles * triangle + (double)all->cells * sizeof(mesh_cell);
-
     if (!ctx->memory_max_bytes || bytes <= (double)ctx->memory_max_bytes)
         return SC_OK;
     return sc_fail(ctx, SC_ERR_SYSTEM,
-                   "the mesh of %u triangles takes about %s of memory, more than the limit of %s; "
+                   "the mesh of %zu triangles takes about %s of memory, more than the limit of %s; "
                    "choose fewer tissues (--tissue), crop or resample the volume, or raise the "
                    "limit where there is more memory: --max-memory",
-                   all->triangles, sc_size_text(bytes, (char[24]){0}),
+                   triangles, sc_size_text(bytes, (char[24]){0}),
                    sc_size_text((double)ctx->memory_max_bytes, (char[24]){0}));
 }
 
-/* Leave out the vertices that no triangle has. @return SC_ERR_MEMORY. */
-static sc_status compact(const sc_ctx *ctx, sc_mesh *mesh)
+sc_status sc_mesh_compact(const sc_ctx *ctx, sc_mesh *mesh)
 {
     SC_OWN(sc_free_at) uint32_t *number = NULL;
     uint32_t next = 0;
@@ -382,6 +374,9 @@ static sc_status compact(const sc_ctx *ctx, sc_mesh *mesh)
 static sc_status build(const sc_ctx *ctx, builder *b, int threads)
 {
     const size_t bricks = sc_brick_count(b->volume->bricks);
+    const double vertex = sizeof *b->mesh->vertices + sizeof *b->mesh->normals + WORK_VERTEX_BYTES;
+    const double triangle =
+        sizeof *b->mesh->triangles + sizeof *b->mesh->sides + WORK_TRIANGLE_BYTES;
     SC_OWN(sc_free_at) brick_counts *counts = NULL;
     SC_OWN(sc_free_at) mesh_cell *cells = NULL;
     SC_OWN(sc_free_at) float *lifts = NULL;
@@ -392,7 +387,9 @@ static sc_status build(const sc_ctx *ctx, builder *b, int threads)
     sc_stage_begin(ctx, "making the mesh", 0, 4 * bricks);
     sc_stage_for(ctx, bricks, threads, bricks, BRICKS_AT_ONCE, count_bricks, b);
     SC_PASS(add_up(ctx, b, &all));
-    SC_PASS(check_memory(ctx, &all));
+    SC_PASS(sc_mesh_check_memory(ctx, all.triangles,
+                                 all.vertices * vertex + all.triangles * triangle +
+                                     (double)all.cells * sizeof *cells));
     SC_PASS(SC_ALLOC(ctx, all.cells, &cells));
     SC_PASS(SC_ALLOC(ctx, all.vertices, &b->mesh->vertices));
     SC_PASS(SC_ALLOC(ctx, all.vertices, &b->mesh->normals));
@@ -407,7 +404,7 @@ static sc_status build(const sc_ctx *ctx, builder *b, int threads)
     sc_stage_for(ctx, bricks, threads, bricks, BRICKS_AT_ONCE, find_lifts, b);
     sc_parallel_for(threads, all.vertices, VERTICES_AT_ONCE, lift, b);
     sc_stage_for(ctx, bricks, threads, bricks, BRICKS_AT_ONCE, fill_triangles, b);
-    return compact(ctx, b->mesh); /* only of some tissues */
+    return sc_mesh_compact(ctx, b->mesh); /* only of some tissues */
 }
 
 sc_status sc_mesh_build(const sc_ctx *ctx, const sc_prepared *volume, const bool *wanted,

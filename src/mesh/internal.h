@@ -9,6 +9,11 @@
  * normals. */
 enum { WORK_VERTEX_BYTES = 16, WORK_TRIANGLE_BYTES = 32 };
 
+/* Refuse a mesh that takes more memory than there may be taken. @return SC_ERR_SYSTEM. */
+sc_status sc_mesh_check_memory(const sc_ctx *ctx, size_t triangles, double bytes);
+/* Leave out the vertices that no triangle has. @return SC_ERR_MEMORY. */
+sc_status sc_mesh_compact(const sc_ctx *ctx, sc_mesh *mesh);
+
 /* The surface of one tissue, turned outward. */
 typedef struct sc_body {
     const uint32_t *vertices; /* [vertex_count] indices of vertices of the mesh */

@@ -188,18 +188,6 @@ static sc_status add_mismatch(const sc_ctx *ctx, const sc_study_view *view, json
                        cell < 0 ? json_null() : json_pack("[i, i]", cell, other));
 }
 
-json_t *sc_study_run_json(const sc_study_run *run)
-{
-    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:i, s:i, s:i, s:f, s:f}", "begin",
-                     sc_json_text(run->begin), "host", sc_json_text(run->host), "processor",
-                     sc_json_text(run->processor), "mpi", sc_json_text(run->mpi), "version",
-                     sc_json_text(run->version), "commit", sc_json_text(run->commit), "batch_job",
-                     sc_json_text(run->batch_job), "kernel", sc_json_text(run->kernel), "ranks",
-                     run->ranks, "nodes", run->nodes, "cores", run->cores, "read_bytes_per_s",
-                     run->roof.read_bytes_per_s, "instructions_per_s",
-                     run->roof.instructions_per_s);
-}
-
 static json_t *runs_json(const sc_measurements *m)
 {
     json_t *runs = json_array();

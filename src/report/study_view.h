@@ -49,9 +49,4 @@ void sc_study_name(const sc_study_view *view, int cell, int without, const char 
 /* @return whether the study compares the two methods of the paper. */
 bool sc_study_has_paper(const sc_study_view *view);
 
-/* ---- study.c ---- */
-
-/* @return where and with what measurements were made. */
-json_t *sc_study_run_json(const sc_study_run *run);
-
 #endif

@@ -129,8 +129,7 @@ static sc_status collect_owned(const sc_ctx *ctx, void *user, const char *file)
     return sc_is_of_input(status) ? SC_OK : status;
 }
 
-sc_status sc_store_each_part(const sc_ctx *ctx, const char *directory, void *user,
-                             sc_status (*each)(const sc_ctx *ctx, void *user, const char *name))
+sc_status sc_store_parts(const sc_ctx *ctx, const char *directory, sc_text *out)
 {
     own_search search = {.directory = directory};
     sc_names *owned = &search.data.owned;
@@ -147,7 +146,7 @@ sc_status sc_store_each_part(const sc_ctx *ctx, const char *directory, void *use
             name = "frames/";
         sc_directory_path(directory, path, "%s", name);
         if (!lstat(path, &info) && (is_png ? S_ISDIR(info.st_mode) : S_ISREG(info.st_mode)))
-            status = each(ctx, user, name);
+            status = sc_text_add(ctx, out, "%s%c", name, '\0');
     }
     sc_manifest_data_clear(&search.data);
     return status;

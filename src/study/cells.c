@@ -3,7 +3,6 @@
 #include "segcast/core_time.h"
 #include "segcast/measurements.h"
 
-#include <errno.h>
 #include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
@@ -281,18 +280,12 @@ static sc_status add_extrap(const sc_ctx *ctx, const sc_design *design, const sc
     sc_status status = SC_OK;
 
     for (size_t i = 0; i < SC_COUNT_OF(metrics) && status == SC_OK; i++) {
-        json_t *json =
-            params ? json_pack("{s:O, s:s, s:s, s:f}", "params", params, "callpath", path.data,
-                               "metric", metrics[i].name, "value", metrics[i].value)
-                   : NULL;
-        char *line;
-
-        errno = 0;
-        line = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
-        status = line && errno != ENOMEM ? sc_text_add(ctx, text, "%s\n", line)
-                                         : sc_fail(ctx, SC_ERR_MEMORY, "out of memory");
-        free(line);
-        json_decref(json);
+        status = sc_json_add_text(ctx,
+                                  params ? json_pack("{s:O, s:s, s:s, s:f}", "params", params,
+                                                     "callpath", path.data, "metric",
+                                                     metrics[i].name, "value", metrics[i].value)
+                                         : NULL,
+                                  JSON_COMPACT | JSON_REAL_PRECISION(9), "extrap.jsonl", text);
     }
     json_decref(params);
     return status;

@@ -1,15 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where a film comes from, as an RO-Crate: https://w3id.org/ro/crate/1.1, with the profile
- * https://w3id.org/ro/wfrun/process/0.5 for runs of a program. All functions *_json return a new
- * reference that the caller owns, or NULL if there is no memory. */
-#define _GNU_SOURCE /* timegm */
+/* Where a film or a study comes from, as an RO-Crate: https://w3id.org/ro/crate/1.1, with the
+ * profile https://w3id.org/ro/wfrun/process/0.5 for runs of a program. All functions *_json return
+ * a new reference that the caller owns, or NULL if there is no memory. */
+#define _GNU_SOURCE /* timegm, strptime */
 #include "internal.h"
 #include "segcast/json_values.h"
 #include "segcast/store.h"
 
-#include <errno.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -26,6 +24,10 @@ static const struct {
                 {"stats", "What the runs have measured"},
                 {"frames", "What was measured of each frame"},
                 {"trace", "What each thread did when"},
+                {"measurements", "All measurements of the study, in the order of time"},
+                {"cells", "What follows from the measurements for each cell"},
+                {"extrap", "The measurements for Extra-P"},
+                {"study", "The study as it was read"},
                 {"report", "A page with what was measured"}};
 
 /* Formats of files, by the end of their names. */
@@ -86,18 +88,24 @@ static void format_time(time_t seconds, char out[32])
         strftime(out, 32, "%Y-%m-%dT%H:%M:%SZ", &utc);
 }
 
+bool sc_parse_time(const char *text, time_t *out)
+{
+    struct tm utc = {0};
+    const bool is_time = strptime(text, "%Y-%m-%dT%H:%M:%SZ", &utc) != NULL;
+
+    *out = timegm(&utc);
+    return is_time;
+}
+
 /* Find when a run has ended, to the second. @return false if it has not, or if its times are not
  * what segcast writes. */
 static bool end_of(const sc_run_entry *run, char out[32])
 {
-    struct tm utc = {0};
+    time_t begin;
 
-    if (!run->ended || sscanf(run->begin, "%4d-%2d-%2dT%2d:%2d:%2dZ", &utc.tm_year, &utc.tm_mon,
-                              &utc.tm_mday, &utc.tm_hour, &utc.tm_min, &utc.tm_sec) != 6)
-        return false;
-    utc.tm_year -= 1900;
-    utc.tm_mon--;
-    format_time(timegm(&utc) + (time_t)ceil(fmin(run->wall_s, 1e9)), out);
+    out[0] = '\0';
+    if (run->ended && sc_parse_time(run->begin, &begin))
+        format_time(begin + (time_t)ceil(fmax(0, fmin(run->wall_s, 1e9))), out);
     return out[0] != '\0';
 }
 
@@ -122,7 +130,7 @@ static json_t *licence_json(crate_draft *d)
     char id[512];
 
     if (!licence)
-        return json_string("No licence is stated. Ask the author before the film is used.");
+        return json_string("No licence is stated. Ask the author before it is used.");
     if (!is_address && !is_spdx)
         return json_string(licence);
     snprintf(id, sizeof id, "%s%s", is_spdx ? "https://spdx.org/licenses/" : "", licence);
@@ -163,14 +171,18 @@ static void format_address(const char *name, char out[3 * 256])
 /* Add what was made in the directory. */
 static void add_parts(crate_draft *d)
 {
-    for (int i = 0; i < d->crate->part_count; i++) {
-        const char *name = d->crate->parts[i];
+    const sc_text *names = &d->crate->parts;
+
+    for (size_t at = 0; at < names->length_bytes; at += strlen(names->data + at) + 1) {
+        const char *name = names->data + at;
         const size_t length = strlen(name);
         const bool is_directory = length > 0 && name[length - 1] == '/';
         const bool is_video = !strcmp(name, d->crate->video);
         char id[3 * 256];
         json_t *part;
 
+        if (!strcmp(name, SC_CRATE_NAME)) /* which is no part of itself */
+            continue;
         format_address(name, id);
         part =
             json_pack("{s:s, s:s, s:s, s:s}", "@id", id, "@type", is_directory ? "Dataset" : "File",
@@ -213,7 +225,8 @@ static void add_input(crate_draft *d, json_t **objects, const json_t *input, siz
 {
     const char *use = json_string_value(json_object_get(input, "use"));
     const char *sha256 = json_string_value(json_object_get(input, "sha256"));
-    const json_t *bytes = json_object_get(input, "bytes");
+    const json_t *bytes = json_object_get(input, "bytes"), *files = json_object_get(input, "files");
+    const char *type = !is_sha256(sha256) ? "CreativeWork" : files ? "Dataset" : "File";
     char id[SC_SHA256_BYTES + 32];
     json_t *entity;
 
@@ -223,8 +236,14 @@ static void add_input(crate_draft *d, json_t **objects, const json_t *input, siz
         snprintf(id, sizeof id, "nih:sha-256;%s", sha256); /* RFC 6920: named by what it holds */
     else
         snprintf(id, sizeof id, "#input-%zu", number);
-    entity = json_pack("{s:s, s:s, s:s}", "@id", id, "@type",
-                       is_sha256(sha256) ? "File" : "CreativeWork", "name", use);
+    entity = json_pack("{s:s, s:s, s:s}", "@id", id, "@type", type, "name", use);
+    if (files)
+        entity = sc_json_with_key(
+            entity, "description",
+            json_sprintf(
+                "%lld files. The SHA-256 is that of the list \"SHA-256  ./NAME\" of all, as "
+                "sha256sum prints it, in the order of their names",
+                (long long)json_integer_value(files)));
     if (json_is_integer(bytes))
         entity = sc_json_with_key(entity, "contentSize",
                                   json_sprintf("%lld", (long long)json_integer_value(bytes)));
@@ -239,8 +258,10 @@ static void add_input(crate_draft *d, json_t **objects, const json_t *input, siz
 /* Add what all runs have in common of what they were made from: the hashes. */
 static void add_hashes(crate_draft *d, json_t **objects)
 {
-    add_value(d, objects, "#volume-hash", "XXH3 of the voxels, labels and geometry of the volumes",
-              json_sprintf("%016llx", (unsigned long long)d->crate->job.volume));
+    if (d->crate->job.volume)
+        add_value(d, objects, "#volume-hash",
+                  "XXH3 of the voxels, labels and geometry of the volumes",
+                  json_sprintf("%016llx", (unsigned long long)d->crate->job.volume));
     add_value(d, objects, "#job-hash", "XXH3 of all keys of the job that pictures depend on",
               json_sprintf("%016llx", (unsigned long long)d->crate->job.job));
 }
@@ -277,7 +298,7 @@ static void add_action(crate_draft *d, const sc_run_entry *run)
     add_hashes(d, &objects);
     action = json_pack(
         "{s:s, s:s, s:o, s:o, s:o, s:o, s:s, s:{s:s}}", "@id", id, "@type", "CreateAction", "name",
-        json_sprintf("Drawing %d frames", run->frames), "description",
+        json_sprintf("%d %s", run->frames, d->crate->done), "description",
         json_sprintf("Command: %s. Machine: %s, %d nodes, %d ranks, %d threads on rank 0. Kernel: "
                      "%s. MPI: %s.",
                      command ? command : "unknown", run->processor[0] ? run->processor : "unknown",
@@ -296,30 +317,8 @@ static void add_action(crate_draft *d, const sc_run_entry *run)
     add_reference(&d->mentions, id);
 }
 
-/* For qsort of sc_run_entry: by the time at which they began. */
-static int by_begin(const void *a, const void *b)
-{
-    const sc_run_entry *x = a, *y = b;
-    const int order = strcmp(x->begin, y->begin);
-
-    return order ? order : (x->id > y->id) - (x->id < y->id);
-}
-
-/* Read all runs, in the order in which they began. */
-static sc_status read_runs(const sc_ctx *ctx, const sc_crate *crate, sc_history *out)
-{
-    SC_OWN(sc_free_at) char *path = NULL;
-
-    SC_PASS(sc_path_join(ctx, crate->directory, "stats.json", &path));
-    SC_PASS(sc_history_read(ctx, path, &crate->job, out));
-    SC_PASS(sc_history_read_slices(ctx, crate->directory, &crate->job, out));
-    /* The frames, whose runs are known by their places, are not used. */
-    qsort(out->runs, (size_t)out->run_count, sizeof *out->runs, by_begin);
-    return SC_OK;
-}
-
 /* The root entity. Takes the references of @p d. */
-static json_t *root_json(crate_draft *d, const sc_history *history)
+static json_t *root_json(crate_draft *d)
 {
     const sc_crate *c = d->crate;
     const char *licence = licence_of(c->author);
@@ -327,24 +326,22 @@ static json_t *root_json(crate_draft *d, const sc_history *history)
     char published[32] = "";
     json_t *root;
 
-    for (int i = 0; i < history->run_count; i++) {
+    for (int i = 0; i < c->runs->run_count; i++) {
         char end[32];
 
-        if (!end_of(&history->runs[i], end))
-            snprintf(end, sizeof end, "%.31s", history->runs[i].begin);
+        if (!end_of(&c->runs->runs[i], end))
+            snprintf(end, sizeof end, "%.31s", c->runs->runs[i].begin);
         if (strcmp(end, published) > 0)
             strcpy(published, end);
     }
     if (!published[0]) /* the statistics are lost */
         format_time(time(NULL), published);
     published[strcspn(published, "T")] = '\0';
-    root =
-        json_pack("{s:s, s:s, s:{s:s}, s:s, s:o, s:s, s:o, s:o, s:o}", "@id", "./", "@type",
-                  "Dataset", "conformsTo", "@id", CRATE_PROFILE, "name",
-                  c->title[0] ? c->title : "Film of a segmented volume", "description",
-                  json_sprintf("A film of %d frames, drawn by segcast %s", c->frames, c->version),
-                  "datePublished", published, "license", licence_json(d), "hasPart", d->parts,
-                  "mentions", d->mentions);
+    root = json_pack("{s:s, s:s, s:{s:s}, s:s, s:o, s:s, s:o, s:o, s:o}", "@id", "./", "@type",
+                     "Dataset", "conformsTo", "@id", CRATE_PROFILE, "name", c->name, "description",
+                     json_sprintf("%s by segcast %s", c->about, c->version), "datePublished",
+                     published, "license", licence_json(d), "hasPart", d->parts, "mentions",
+                     d->mentions);
     if (author_bytes) {
         add_entity(d, json_pack("{s:s, s:s, s:s%}", "@id", "#author", "@type", "Person", "name",
                                 c->author, author_bytes));
@@ -366,28 +363,16 @@ static void add_frame(crate_draft *d)
 sc_status sc_crate_make(const sc_ctx *ctx, const sc_crate *crate, sc_text *out)
 {
     crate_draft d = {crate, json_array(), json_array(), json_array(), json_array()};
-    SC_OWN(sc_history_clear) sc_history history = {0};
     json_t *root, *all;
-    char *text;
-    sc_status status = read_runs(ctx, crate, &history);
 
-    errno = 0;
     add_frame(&d);
     add_parts(&d);
-    for (int i = 0; i < history.run_count; i++)
-        add_action(&d, &history.runs[i]);
-    root = root_json(&d, &history);
+    for (int i = 0; i < crate->runs->run_count; i++)
+        add_action(&d, &crate->runs->runs[i]);
+    root = root_json(&d);
     add_entity(&d, root);
     all = json_pack("{s:[s,s], s:o}", "@context", CRATE_SPECIFICATION "/context", CRATE_TERMS,
                     "@graph", d.graph);
     json_decref(d.results);
-    text = all ? json_dumps(all, JSON_INDENT(1)) : NULL;
-    if (status == SC_OK && (!text || errno == ENOMEM))
-        status =
-            sc_fail(ctx, SC_ERR_MEMORY, "%s/%s: out of memory", crate->directory, SC_CRATE_NAME);
-    if (status == SC_OK)
-        status = sc_text_add(ctx, out, "%s\n", text);
-    free(text);
-    json_decref(all);
-    return status;
+    return sc_json_add_text(ctx, all, JSON_INDENT(1), SC_CRATE_NAME, out);
 }

@@ -3,6 +3,7 @@
 #include "internal.h"
 #include "measurement_rows.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -44,6 +45,15 @@ const sc_measurement_row sc_measurement_rows[] = {ROW(INT, cell),
                                                   ROW(REAL, instructions),
                                                   ROW(REAL, memory_bytes),
                                                   {0}};
+
+#define TEXT(member)                                                                               \
+    {                                                                                              \
+#member, offsetof(sc_study_run, member), sizeof(((sc_study_run *)NULL)->member)            \
+    }
+
+const sc_run_text sc_run_texts[] = {TEXT(begin),  TEXT(host),      TEXT(processor),
+                                    TEXT(mpi),    TEXT(version),   TEXT(commit),
+                                    TEXT(kernel), TEXT(batch_job), {NULL, 0, 0}};
 
 void sc_design_clear(sc_design *design)
 {
@@ -100,6 +110,8 @@ void sc_measurements_clear(sc_measurements *measurements)
     sc_design_clear(&measurements->design);
     for (size_t i = 0; i < measurements->skipped_count; i++)
         sc_free(measurements->skipped[i].reason);
+    for (size_t i = 0; i < measurements->run_count; i++)
+        sc_free(measurements->runs[i].made_from);
     sc_free(measurements->items);
     sc_free(measurements->runs);
     sc_free(measurements->skipped);
@@ -146,6 +158,47 @@ sc_status sc_measurements_skip(const sc_ctx *ctx, sc_measurements *to, int cell,
 sc_status sc_measurements_add_run(const sc_ctx *ctx, sc_measurements *to, const sc_study_run *run)
 {
     SC_PASS(SC_GROW(ctx, to->run_count, &to->run_capacity, &to->runs));
-    to->runs[to->run_count++] = *run;
+    to->runs[to->run_count] = *run;
+    to->runs[to->run_count++].first = to->count;
+    return SC_OK;
+}
+
+/* Fill in a run of a history from that of a study. @param measured [count] in it: the last of them
+ * tells how long it went on. */
+static sc_status fill_entry(const sc_ctx *ctx, const sc_study_run *run,
+                            const sc_measurement *measured, size_t count, sc_run_entry *out)
+{
+    const sc_measurement *last = count ? &measured[count - 1] : NULL;
+    time_t begin;
+
+    *out = (sc_run_entry){.id = sc_hash_bytes(run->begin, strlen(run->begin), run->first),
+                          .frames = (int)count,
+                          .ranks = run->ranks,
+                          .threads = run->cores,
+                          .nodes = run->nodes};
+    out->ended = last && sc_parse_time(run->begin, &begin);
+    if (out->ended)
+        out->wall_s = (double)(last->begin_unix_s - begin) + last->wall_s * last->passes;
+    snprintf(out->begin, sizeof out->begin, "%s", run->begin);
+    snprintf(out->processor, sizeof out->processor, "%s", run->processor);
+    snprintf(out->kernel, sizeof out->kernel, "%s", run->kernel);
+    snprintf(out->mpi, sizeof out->mpi, "%s", run->mpi);
+    snprintf(out->commit, sizeof out->commit, "%s", run->commit);
+    return run->made_from ? sc_text_copy(ctx, run->made_from, &out->made_from) : SC_OK;
+}
+
+sc_status sc_measurements_history(const sc_ctx *ctx, const sc_measurements *from, sc_history *out)
+{
+    SC_OWN(sc_history_clear) sc_history history = {0};
+
+    SC_PASS(sc_history_allocate(ctx, from->run_count, 0, &history));
+    for (size_t i = 0; i < from->run_count; i++) {
+        const sc_study_run *run = &from->runs[i];
+        const size_t end = i + 1 < from->run_count ? run[1].first : from->count;
+
+        SC_PASS(fill_entry(ctx, run, from->items + run->first, end - run->first,
+                           &history.runs[history.run_count++]));
+    }
+    SC_HAND_OVER(history, out);
     return SC_OK;
 }

@@ -6,6 +6,9 @@
 #include "segcast/measurements.h"
 #include "segcast/study.h"
 
+#include <jansson.h>
+#include <time.h>
+
 /* The name of the format of stats.json. */
 #define SC_STATS_SCHEMA "segcast-stats-1"
 
@@ -22,7 +25,13 @@ void sc_run_entry_clear(sc_run_entry *run);
 sc_status sc_stats_parse(const sc_ctx *ctx, const char *text, const sc_job_hashes *job,
                          sc_history *out, const char **problem);
 
-/* Append a run of segcast study. @return SC_ERR_MEMORY, @p to untouched. */
+/* Keep the object `made_from` of a run as text, if it is one. @return SC_ERR_MEMORY. */
+sc_status sc_keep_made_from(const sc_ctx *ctx, const json_t *run, char **out);
+/* Read a time such as 2026-11-21T19:44:38Z. */
+bool sc_parse_time(const char *text, time_t *out);
+
+/* Append a run of segcast study; takes what it was made from. @return SC_ERR_MEMORY, @p to
+ * untouched. */
 sc_status sc_measurements_add_run(const sc_ctx *ctx, sc_measurements *to, const sc_study_run *run);
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "segcast/json_values.h"
 
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -53,4 +54,17 @@ json_t *sc_json_with(json_t *to, json_t *item)
 json_t *sc_json_with_key(json_t *to, const char *key, json_t *item)
 {
     return kept(to, json_object_set_new(to, key, item));
+}
+
+sc_status sc_json_add_text(const sc_ctx *ctx, json_t *json, size_t flags, const char *what,
+                           sc_text *out)
+{
+    SC_OWN(sc_free_at) char *text = NULL;
+
+    errno = 0;
+    text = json ? json_dumps(json, flags) : NULL;
+    json_decref(json);
+    if (!text || errno == ENOMEM)
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", what);
+    return sc_text_add(ctx, out, "%s\n", text);
 }

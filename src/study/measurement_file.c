@@ -5,7 +5,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -51,31 +50,19 @@ static json_t *measurement_json(const sc_measurement *item)
     return json;
 }
 
-/* Copies of texts of a run are as long as the longest of them. */
-enum { TEXT_BYTES = 128 };
-
-/* Set a member to a text of the system, which need not be UTF-8. @return false without memory. */
-static bool set_text(json_t *json, const char *key, const char *text)
-{
-    char valid[TEXT_BYTES];
-
-    (void)sc_copy_name(text, valid, sizeof valid);
-    return json_object_set_new(json, key, json_string(valid)) == 0;
-}
-
-static json_t *run_json(const sc_study_run *run)
+json_t *sc_study_run_json(const sc_study_run *run)
 {
     json_t *json = json_pack("{s:i, s:i, s:i, s:f, s:f}", "ranks", run->ranks, "nodes", run->nodes,
                              "cores", run->cores, "read_bytes_per_s", run->roof.read_bytes_per_s,
                              "instructions_per_s", run->roof.instructions_per_s);
 
-    if (json && set_text(json, "begin", run->begin) && set_text(json, "host", run->host) &&
-        set_text(json, "processor", run->processor) && set_text(json, "mpi", run->mpi) &&
-        set_text(json, "version", run->version) && set_text(json, "commit", run->commit) &&
-        set_text(json, "batch_job", run->batch_job) && set_text(json, "kernel", run->kernel))
-        return json;
-    json_decref(json);
-    return NULL;
+    for (const sc_run_text *text = sc_run_texts; text->name && json; text++) {
+        char valid[sizeof run->host]; /* texts of the system need not be UTF-8 */
+
+        (void)sc_copy_name((const char *)run + text->offset, valid, sizeof valid);
+        json = sc_json_with_key(json, text->name, json_string(valid));
+    }
+    return json;
 }
 
 static json_t *axes_json(const sc_design *design)
@@ -116,15 +103,8 @@ static sc_status write_all(const sc_ctx *ctx, const sc_measurement_file *file, c
 static sc_status write_line(const sc_ctx *ctx, sc_measurement_file *file, json_t *json)
 {
     SC_OWN(sc_text_clear) sc_text line = {0};
-    SC_OWN(sc_free_at) char *text = NULL;
 
-    errno = 0;
-    text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
-    json_decref(json);
-    if (!text || errno == ENOMEM) { /* jansson leaves out what it has no memory for */
-        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", file->path);
-    }
-    SC_PASS(sc_text_add(ctx, &line, "%s\n", text));
+    SC_PASS(sc_json_add_text(ctx, json, JSON_COMPACT | JSON_REAL_PRECISION(9), file->path, &line));
     SC_PASS(write_all(ctx, file, line.data, line.length_bytes));
     if (fsync(file->fd) && errno != EINVAL && errno != EROFS)
         return sc_fail(ctx, SC_ERR_WRITE, "%s: %s", file->path, sc_reason(errno));
@@ -165,8 +145,10 @@ out:
 
 static sc_status write_run(const sc_ctx *ctx, sc_measurement_file *file, const sc_study_run *run)
 {
-    json_t *json = run_json(run);
+    json_t *json = sc_study_run_json(run);
 
+    if (run->made_from)
+        json = sc_json_with_key(json, "made_from", json_loads(run->made_from, 0, NULL));
     return write_line(ctx, file, json ? json_pack("{s:o}", "run", json) : NULL);
 }
 

@@ -22,4 +22,11 @@ typedef struct sc_measurement_row {
 } sc_measurement_row;
 extern const sc_measurement_row sc_measurement_rows[];
 
+/* The texts of sc_study_run. */
+typedef struct sc_run_text {
+    const char *name; /* NULL ends the list */
+    size_t offset, bytes;
+} sc_run_text;
+extern const sc_run_text sc_run_texts[];
+
 #endif

@@ -52,24 +52,14 @@ static bool read_measurement(const json_t *object, int cells, sc_measurement *ou
            out->threads > 0;
 }
 
-static void read_text(const json_t *object, const char *key, char *out, size_t size)
-{
-    const char *text = json_string_value(json_object_get(object, key));
-
-    (void)sc_copy_name(text ? text : "", out, size);
-}
-
 static bool read_run(const json_t *object, sc_study_run *out)
 {
     *out = (sc_study_run){0};
-    read_text(object, "begin", out->begin, sizeof out->begin);
-    read_text(object, "host", out->host, sizeof out->host);
-    read_text(object, "processor", out->processor, sizeof out->processor);
-    read_text(object, "mpi", out->mpi, sizeof out->mpi);
-    read_text(object, "version", out->version, sizeof out->version);
-    read_text(object, "commit", out->commit, sizeof out->commit);
-    read_text(object, "batch_job", out->batch_job, sizeof out->batch_job);
-    read_text(object, "kernel", out->kernel, sizeof out->kernel);
+    for (const sc_run_text *text = sc_run_texts; text->name; text++) {
+        const char *value = json_string_value(json_object_get(object, text->name));
+
+        (void)sc_copy_name(value ? value : "", (char *)out + text->offset, text->bytes);
+    }
     if (!sc_json_real(json_object_get(object, "read_bytes_per_s"), 0, REAL_MOST,
                       &out->roof.read_bytes_per_s) ||
         !sc_json_real(json_object_get(object, "instructions_per_s"), 0, REAL_MOST,
@@ -167,6 +157,8 @@ static sc_status read_line(const sc_ctx *ctx, const json_t *line, sc_measurement
         return SC_OK;
     if (json_object_get(line, "run")) {
         *good = read_run(json_object_get(line, "run"), &run);
+        if (*good)
+            SC_PASS(sc_keep_made_from(ctx, json_object_get(line, "run"), &run.made_from));
         return *good ? sc_measurements_add_run(ctx, out, &run) : SC_OK;
     }
     if (skipped) {

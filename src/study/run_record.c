@@ -7,8 +7,6 @@
 #include "segcast/core_time.h"
 #include "segcast/json_values.h"
 
-#include <errno.h>
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -299,20 +297,11 @@ static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
 static sc_status write_json(const sc_ctx *ctx, const sc_run_record *run, const sc_run_entry *entry,
                             const char *path)
 {
-    json_t *json = run_json(run, entry);
-    char *text;
-    sc_status status;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    errno = 0;
-    text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
-    if (!text || errno == ENOMEM) /* jansson leaves out what it has no memory for */
-        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
-    else
-        status = sc_file_write(ctx, path, text, strlen(text));
-
-    free(text);
-    json_decref(json);
-    return status;
+    SC_PASS(sc_json_add_text(ctx, run_json(run, entry), JSON_INDENT(1) | JSON_REAL_PRECISION(9),
+                             path, &text));
+    return sc_file_write(ctx, path, text.data, text.length_bytes);
 }
 
 /* Append the host on which a frame was drawn to a line of frames.csv, in quotes if it needs them;

@@ -82,11 +82,11 @@ static uint64_t id_of(const sc_run_entry *run)
     return sc_hash_bytes(&run->wall_s, sizeof run->wall_s, id);
 }
 
-/* Keep the object `made_from` as text, if there is one. */
-static sc_status keep_made_from(const sc_ctx *ctx, const json_t *json, sc_run_entry *out)
+sc_status sc_keep_made_from(const sc_ctx *ctx, const json_t *run, char **out)
 {
-    char *text = json_is_object(json) ? json_dumps(json, JSON_COMPACT) : NULL;
-    const sc_status status = text ? sc_text_copy(ctx, text, &out->made_from) : SC_OK;
+    const json_t *from = json_object_get(run, "made_from");
+    char *text = json_is_object(from) ? json_dumps(from, JSON_COMPACT) : NULL;
+    const sc_status status = text ? sc_text_copy(ctx, text, out) : SC_OK;
 
     free(text);
     return status;
@@ -126,7 +126,7 @@ static sc_status read_run(const sc_ctx *ctx, const json_t *json, sc_run_entry *o
     out->ended = !ended || json_is_true(ended);
     if (!id)
         out->id = id_of(out);
-    SC_PASS(keep_made_from(ctx, json_object_get(json, "made_from"), out));
+    SC_PASS(sc_keep_made_from(ctx, json, &out->made_from));
     return read_hosts(ctx, json, out, good);
 }
 

@@ -6,6 +6,7 @@
 
 #include <dirent.h>
 #include <errno.h>
+#include <fts.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
@@ -457,37 +458,70 @@ sc_status sc_volume_phases(const sc_ctx *ctx, const char *path, int *count, doub
     return SC_OK;
 }
 
-/* Is @p path one of the files with voxels of this source? */
-static bool source_reads(const sc_source *source, const char *path)
+/* Append the path of a file to a list. */
+static sc_status add_file(const sc_ctx *ctx, const char *path, sc_text *out)
 {
-    const sc_text *files = &source->data_files;
-    bool reads = source->file && sc_same_file(source->file, path);
+    return path ? sc_text_add(ctx, out, "%s%c", path, '\0') : SC_OK;
+}
 
-    for (size_t at = 0; at < files->length_bytes && !reads; at += strlen(files->data + at) + 1)
-        reads = sc_same_file(files->data + at, path);
-    for (size_t i = 0; i < source->mask_count && !reads; i++)
-        reads = sc_same_file(source->masks[i].file, path);
-    return reads;
+/* Append the files below a directory, links not followed; none if they have more than @p most_bytes
+ * bytes together. */
+static sc_status add_below(const sc_ctx *ctx, const char *directory, uint64_t most_bytes,
+                           sc_text *out)
+{
+    SC_OWN(sc_free_at) char *top = NULL;
+    const FTSENT *entry;
+    uint64_t bytes = 0;
+    FTS *walk;
+    sc_status status = sc_text_copy(ctx, directory, &top);
+
+    walk = top ? fts_open((char *[]){top, NULL}, FTS_PHYSICAL | FTS_NOCHDIR, NULL) : NULL;
+    if (status == SC_OK && !walk)
+        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", directory);
+    while (status == SC_OK && bytes <= most_bytes && (entry = fts_read(walk))) {
+        if (entry->fts_info == FTS_F) {
+            bytes += (uint64_t)entry->fts_statp->st_size;
+            status = add_file(ctx, entry->fts_path, out);
+        }
+    }
+    if (walk)
+        fts_close(walk);
+    if (bytes > most_bytes)
+        sc_text_clear(out);
+    return status;
+}
+
+sc_status sc_volume_files(const sc_ctx *ctx, const char *path, uint64_t most_bytes, sc_text *out)
+{
+    const sc_ctx quiet = sc_quiet(ctx);
+    SC_OWN(sc_source_clear) sc_source source = {0};
+    const sc_text *files = &source.data_files;
+    struct stat info;
+    sc_status status;
+
+    if (sc_zarr_is_node(path) || sc_n5_is_node(path) || sc_is_precomputed(path))
+        return add_below(ctx, path, most_bytes, out);
+    if (!stat(path, &info) && !S_ISDIR(info.st_mode))
+        SC_PASS(add_file(ctx, path, out));
+    status = sc_open_source(&quiet, path, &(sc_read_choice){.phase = 1}, true, &source);
+    if (status != SC_OK)
+        return sc_is_of_input(status) ? SC_OK : status;
+    SC_PASS(add_file(ctx, source.file, out));
+    for (size_t at = 0; at < files->length_bytes; at += strlen(files->data + at) + 1)
+        SC_PASS(add_file(ctx, files->data + at, out));
+    for (size_t i = 0; i < source.mask_count; i++)
+        SC_PASS(add_file(ctx, source.masks[i].file, out));
+    return SC_OK;
 }
 
 sc_status sc_volume_reads(const sc_ctx *ctx, const char *volume, const char *path, bool *out)
 {
-    const sc_ctx quiet = sc_quiet(ctx);
-    const sc_read_choice whole = {.phase = 1};
-    const bool is_store =
-        sc_zarr_is_node(volume) || sc_n5_is_node(volume) || sc_is_precomputed(volume);
-    sc_source source = {0};
-    sc_status status = SC_OK;
-    bool reads = sc_same_file(volume, path) || (is_store && sc_is_below(path, volume));
+    SC_OWN(sc_text_clear) sc_text files = {0};
 
-    if (!reads)
-        status = sc_open_source(&quiet, volume, &whole, true, &source);
-    if (!reads && status == SC_OK)
-        reads = source_reads(&source, path);
-    sc_source_clear(&source);
-    if (status != SC_OK && !sc_is_of_input(status))
-        return status;
-    *out = reads;
+    SC_PASS(sc_volume_files(ctx, volume, UINT64_MAX, &files));
+    *out = false;
+    for (size_t at = 0; at < files.length_bytes && !*out; at += strlen(files.data + at) + 1)
+        *out = sc_same_file(files.data + at, path);
     return SC_OK;
 }
 

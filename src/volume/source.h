@@ -210,9 +210,6 @@ bool sc_name_pattern_read(char *text, sc_name_pattern *out);
 sc_status sc_name_pattern_write(const sc_ctx *ctx, const sc_name_pattern *pattern, long long number,
                                 sc_text *name);
 
-/* Is the file @p path, by its path without links, in the directory @p folder or below it? */
-bool sc_is_below(const char *path, const char *folder);
-
 /* Open a file for reading. Caller owns *out: sc_fclose_at. @return SC_ERR_MISSING, logged. */
 sc_status sc_open_input(const sc_ctx *ctx, const char *path, FILE **out);
 /* Find how many bytes a file has. @return as sc_open_input. */

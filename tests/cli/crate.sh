@@ -93,5 +93,53 @@ done >licences.txt
 diff licences.txt - >&2 <<'TEXT' || fail "the licences differ (above)"
 {"@id":"https://example.org/terms"}
 "For teaching only"
-"No licence is stated. Ask the author before the film is used."
+"No licence is stated. Ask the author before it is used."
 TEXT
+
+# Inputs of several files have the SHA-256 of the list that sha256sum prints; a prepared file has its own.
+mkdir masks store.zarr
+printf 'volume: none\noutput: {size: [64, 48], video: none}\nanimation: {frames: 1}\nrender: {samples: 1}\n' >any.yaml
+"$SEGCAST" convert phantom:40x40x40 -o scan.segc -q >/dev/null
+"$python" - <<'PY'
+import json
+values = bytes(x // 8 % 3 for z in range(32) for y in range(32) for x in range(32))
+header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 32 32 32\nencoding: raw\n"
+open("scan.raw", "wb").write(values)
+open("scan.nhdr", "w").write(header + "data file: scan.raw\n\n")
+for label, name in enumerate(["left", "right"], 1):
+    open(f"masks/{name}.nrrd", "wb").write((header + "\n").encode() + bytes(v == label for v in values))
+open("store.zarr/.zarray", "w").write(json.dumps({"zarr_format": 2, "shape": [32, 32, 32], "chunks": [32, 32, 32], "dtype": "|u1",
+                                                  "compressor": None, "fill_value": 0, "filters": None, "order": "C"}))
+open("store.zarr/0.0.0", "wb").write(values)
+PY
+list_of() { (cd "$1" && find . -type f | LC_ALL=C sort | xargs -d '\n' sha256sum | sha256sum | cut -d' ' -f1); }
+has_input() { # has_input VOLUME TYPE SHA-256: the crate of its film says so of the label volume
+    local found
+    "$SEGCAST" render any.yaml -o inputs -q --overwrite --set volume="$1" >/dev/null 2>&1 || fail "$1 is not drawn"
+    check_crate inputs
+    found=$(jq -r '."@graph"[] | select(.name // "" | startswith("label volume")) | "\(."@type") \(.sha256)"' inputs/ro-crate-metadata.json)
+    [ "$found" = "$2 $3" ] || fail "the crate says of $1: $found, expected $2 $3"
+}
+has_input masks Dataset "$(list_of masks)"
+has_input store.zarr Dataset "$(list_of store.zarr)"
+has_input scan.nhdr Dataset "$(sha256sum ./scan.nhdr ./scan.raw | sha256sum | cut -d' ' -f1)"
+has_input scan.segc File "$(sha256sum scan.segc | cut -d' ' -f1)"
+has_input phantom:40x40x40 CreativeWork null
+truncate -s 1M store.zarr/another-level # more than is read of the store
+has_input store.zarr CreativeWork null
+
+# The directory of a study has its crate, too.
+printf 'title: A study\nset: {volume: doe_jane/doe_scan.nrrd, output: {size: 64x64}, animation: {frames: 2}}
+sweep: {render.skip: [none, leap]}\nleast: 1\nmost: 1\n' >study.yaml
+"$SEGCAST" study study.yaml -o study -q >/dev/null
+check_crate study
+[ "$(entities study ".sha256 == \"$sha256\"")" = 1 ] || fail "the volume of a study is not among its inputs"
+[ "$(entities study "$actions and .name == \"2 measurements made\" and has(\"endTime\")
+    and (.description | contains(\"segcast study --output DIR --quiet STUDY.yaml\"))")" = 1 ] || fail "the run of a study is not there"
+! grep -niE "doe|$PWD|$(hostname)" study/ro-crate-metadata.json >&2 || fail "the crate of a study names too much (above)"
+"$SEGCAST" verify study | grep -q ro-crate-metadata.json || fail "verify does not name the crate of a study"
+sed -i 's/A study/Your study/' study/ro-crate-metadata.json
+expect 65 'study/ro-crate-metadata.json: is not what segcast' "$SEGCAST" verify study; one_error
+"$SEGCAST" study study.yaml -o study -q --resume >/dev/null
+"$SEGCAST" verify study >/dev/null
+expect 73 'ro-crate-metadata.json: is in the way' "$SEGCAST" study study.yaml -o foreign -q; one_error

@@ -25,6 +25,11 @@ for ending in ply glb 3mf; do
     cmp "heart.$ending" "again.$ending" || fail "the bytes of .$ending depend on the number of threads"
 done
 "$SEGCAST" convert $heart -o aorta.stl --tissue aorta -q >/dev/null
+"$SEGCAST" convert $heart -o few.ply --simplify 0.1 -q >/dev/null || skip 'this segcast has no meshoptimizer (Debian: libmeshoptimizer-dev)'
+"$SEGCAST" convert $heart -o few.glb --simplify 0.1 -q --threads 3 >/dev/null
+expect 64 '--simplify is "0", expected a length in mm' "$SEGCAST" convert $heart -o none.ply --simplify 0; one_error
+expect 64 '--simplify is for a mesh, but heart.segc is none' "$SEGCAST" convert $heart -o heart.segc --simplify 0.1; one_error
+expect 71 'the mesh of .* triangles takes about' "$SEGCAST" convert $heart -o none.ply --simplify 0.1 --max-memory 40M; one_error
 # A file may be one that assimp has no name for; -tri keeps triangles as they are.
 for ending in glb 3mf; do
     assimp export "heart.$ending" "assimp-$ending.obj" -tri >/dev/null || fail "assimp cannot read .$ending"
@@ -33,10 +38,11 @@ done
 cat >compare.py <<'PYTHON'
 import json, struct, sys
 import numpy as np
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonCore import reference, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStaticCellLocator
 from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkFeatureEdges, vtkMassProperties, vtkTriangleFilter
 from vtkmodules.vtkIOGeometry import vtkGLTFReader, vtkSTLReader
-from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 
 tissues = {t['value']: t for t in json.load(open('info.json'))['labels'] if t['value']}
 names = {t['name']: t for t in tissues.values()}
@@ -98,6 +104,22 @@ def read_obj(path):
             groups.setdefault(name, []).append([int(w.split('/')[0]) - 1 for w in words[1:4]])
     return np.array(points), {n: np.array(g) for n, g in groups.items()}
 
+def distance(of, points, triangles): # of some of these points from a surface
+    surface, at, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
+    at.SetData(numpy_to_vtk(points.copy()))
+    surface.SetPoints(at)
+    cells.SetCells(len(triangles), numpy_to_vtkIdTypeArray(np.insert(triangles, 0, 3, axis=1).astype(np.int64).ravel(), deep=1))
+    surface.SetPolys(cells)
+    locator = vtkStaticCellLocator()
+    locator.SetDataSet(surface)
+    locator.BuildLocator()
+    nearest, cell, part, square = [0, 0, 0], reference(0), reference(0), reference(0.0)
+    found = []
+    for point in of[::max(1, len(of) // 500)]:
+        locator.FindClosestPoint(point, nearest, cell, part, square)
+        found.append(float(square) ** 0.5)
+    return np.array(found)
+
 def near(a, b, share, what):
     assert abs(a / b - 1) < share, '%s: %g, expected %g within %g %%' % (what, a, b, 100 * share)
 
@@ -111,6 +133,20 @@ for value, tissue in tissues.items():
     volumes[value] = volume(points, of_tissue['v'])
     if tissue['thickness_mm'] > 9: # thinner ones are drawn with another volume than their voxels have
         near(volumes[value], tissue['volume_mm3'], 0.005, tissue['name'] + ' beside its voxels')
+
+# Simplified: fewer triangles, still closed, of the same volume, near the surface, and with the vertices of tissues that touch shared.
+few_points, few = read_ply('few.ply')
+assert len(few) < len(faces) / 2, 'simplified: %d of %d triangles' % (len(few), len(faces))
+assert {tuple(p) for p in few_points.tolist()} <= {tuple(p) for p in points.tolist()}, 'simplified: there are new vertices'
+assert len(np.unique(few['v'])) == len(few_points) == len(np.unique(few_points, axis=0))
+for value, tissue in tissues.items():
+    of_tissue, whole = few[few['label'] == value]['v'], faces[faces['label'] == value]['v']
+    assert is_closed(of_tissue), '%s, simplified, is not closed' % tissue['name']
+    near(volume(few_points, of_tissue), volumes[value], 0.005, tissue['name'] + ', simplified')
+    distances = distance(points[np.unique(whole)], few_points, of_tissue)
+    assert distances.mean() < 0.05 and distances.max() < 0.5, (tissue['name'], distances.mean(), distances.max())
+for part, (value, tissue) in zip(read_vtk_glb('few.glb'), sorted(tissues.items())):
+    near(check_vtk(part, tissue['name'] + ', simplified') * 1e9, volumes[value], 0.005, tissue['name'] + ', simplified, in VTK')
 
 parts = list(read_vtk_glb('heart.glb'))
 assert len(parts) == len(tissues)

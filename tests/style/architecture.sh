@@ -26,6 +26,7 @@ name_library() {
     Blosc::blosc) echo c-blosc ;;
     Zstd::zstd) echo zstd ;;
     Lz::lz4) echo lz4 ;;
+    Meshoptimizer::meshoptimizer) echo meshoptimizer ;;
     ZLIB::ZLIB) echo zlib ;;
     PkgConfig::LIBAV) echo libav ;;
     Libavfilter::libavfilter) echo libavfilter ;;

@@ -69,6 +69,9 @@ static sc_status check_use(const sc_app *app, target wanted)
                        : o->end ? "end"
                                 : "middles",
                        o->output);
+    if (wanted != TARGET_MESH && o->simplify)
+        return sc_fail(app->ctx, SC_ERR_USAGE, "--simplify is for a mesh, but %s is none",
+                       o->output);
     if (wanted != TARGET_TABLE && wanted != TARGET_LINE && o->to)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--to names a format of label tables or centre lines, but %s is neither",

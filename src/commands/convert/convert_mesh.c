@@ -3,6 +3,9 @@
 #include "commands.h"
 #include "segcast/mesh.h"
 
+#include <math.h>
+#include <stdlib.h>
+
 /* Set wanted[id] for the tissues that a name of --tissue means. @param wanted [label_count]. */
 static sc_status add_named(const sc_ctx *ctx, const sc_prepared *v, const char *name, bool *wanted)
 {
@@ -117,6 +120,25 @@ static sc_status describe(const sc_app *app, const sc_prepared *v, const sc_tiss
     return SC_OK;
 }
 
+/* Simplify the mesh if the command line says by how much. */
+static sc_status simplify(const sc_app *app, sc_mesh *mesh)
+{
+    const char *text = app->options.simplify;
+    const size_t before = mesh->triangle_count;
+    char *end = NULL;
+    const double error_mm = text ? strtod(text, &end) : 0;
+
+    if (!text)
+        return SC_OK;
+    if (end == text || *end || !(error_mm > 0 && error_mm < HUGE_VAL))
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--simplify is \"%s\", expected a length in mm above 0, such as 0.1", text);
+    SC_PASS(sc_mesh_simplify(app->ctx, mesh, error_mm));
+    sc_info(app->ctx, "simplified by up to %s mm: %zu of %zu triangles are left", text,
+            mesh->triangle_count, before);
+    return SC_OK;
+}
+
 /* Make the mesh and write it. @param looks [label_count] of the tissues. */
 static sc_status write_mesh(const sc_app *app, const sc_prepared *v, const sc_tissue *looks,
                             sc_mesh_format format)
@@ -133,6 +155,7 @@ static sc_status write_mesh(const sc_app *app, const sc_prepared *v, const sc_ti
     SC_PASS(find_wanted(app, v, looks, wanted));
     SC_PASS(check_format(app, v, format, wanted));
     SC_PASS(sc_mesh_build(app->ctx, v, wanted, app->threads, &mesh));
+    SC_PASS(simplify(app, &mesh));
     SC_PASS(describe(app, v, looks, wanted, &mesh, tissues));
     SC_PASS(sc_outfile_open(app->ctx, app->options.output, app->options.overwrite, &file));
     SC_PASS(sc_mesh_write(app->ctx, &mesh, tissues, v->label_count, format, app->options.output,

@@ -4,8 +4,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <jansson.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -214,7 +212,7 @@ sc_status sc_calibration_save(const sc_ctx *ctx, const sc_unit_costs *costs, con
     sc_unit_costs copy = *costs;
     sc_outfile file = {0};
     json_t *json = NULL;
-    SC_OWN(sc_free_at) char *text = NULL;
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
     sc_processor_name(processor, sizeof processor);
     snprintf(hash, sizeof hash, "%016llx", (unsigned long long)hash_of(processor, costs));
@@ -224,13 +222,10 @@ sc_status sc_calibration_save(const sc_ctx *ctx, const sc_unit_costs *costs, con
     for (size_t i = 0; json && i < SC_COUNT_OF(numbers); i++)
         (void)json_object_set_new(json, numbers[i].name, json_real(*number_at(&copy, i)));
     /* 17 digits bring every number back exactly */
-    text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
-    json_decref(json);
-    if (!text)
-        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while the calibration was written");
+    SC_PASS(sc_json_add_text(ctx, json, JSON_INDENT(1) | JSON_REAL_PRECISION(17), path, &text));
     SC_PASS(sc_calibration_check(ctx, path)); /* it may have come meanwhile */
     SC_PASS(sc_outfile_open(ctx, path, true, &file));
     (void)fchmod(fileno(file.stream), S_IRUSR | S_IWUSR);
-    fprintf(file.stream, "%s\n", text); /* an error shows at the commit */
+    fputs(text.data, file.stream); /* an error shows at the commit */
     return sc_outfile_commit(ctx, &file);
 }

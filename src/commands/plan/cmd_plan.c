@@ -2,10 +2,6 @@
 /* segcast plan: what a job will take, measured on some of its frames. */
 #include "plan/plan.h"
 #include "render/run.h"
-#include "segcast/json_values.h"
-
-#include <jansson.h>
-#include <stdlib.h>
 
 /* The numbers of nodes that are told unless --nodes says otherwise. */
 static const int usual_nodes[] = {1, 4, 16};
@@ -130,14 +126,8 @@ static sc_status print_json(const sc_ctx *ctx, const job_plan *plan)
         (json_int_t)disk->frames, "records_bytes", (json_int_t)disk->records, "end_bytes",
         (json_int_t)disk->end, "peak_bytes", (json_int_t)disk->peak, "phase_file_bytes",
         (json_int_t)p->phase_file_bytes, "runs", runs_json(plan), "scaling", scaling_json(plan));
-    char *text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
 
-    json_decref(json);
-    if (!text)
-        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while the plan was written as JSON");
-    printf("%s\n", text);
-    free(text);
-    return SC_OK;
+    return sc_print_json(ctx, json, JSON_INDENT(1) | JSON_REAL_PRECISION(9), "plan");
 }
 
 /* ---- for people ---- */

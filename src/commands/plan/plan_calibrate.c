@@ -2,8 +2,6 @@
 /* segcast plan --calibrate: measures what segcast plan cannot measure with a job, and keeps it. */
 #include "plan/calibration.h"
 
-#include <jansson.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -138,7 +136,6 @@ static sc_status print_costs(const sc_ctx *ctx, const sc_unit_costs *c, bool as_
                              const char *path)
 {
     json_t *json;
-    char *text;
 
     if (!as_json) {
         print_row("copying in memory", c->copy_bytes_per_s / 1e9, "GB/s", true);
@@ -157,13 +154,7 @@ static sc_status print_costs(const sc_ctx *ctx, const sc_unit_costs *c, bool as_
                      c->message_s, "latency_s", c->latency_s, "link_bytes_per_s",
                      c->link_bytes_per_s, "messages_measured", c->messages_measured,
                      "network_measured", c->network_measured);
-    text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
-    json_decref(json);
-    if (!text)
-        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while the costs were written as JSON");
-    printf("%s\n", text);
-    free(text);
-    return SC_OK;
+    return sc_print_json(ctx, json, JSON_INDENT(1) | JSON_REAL_PRECISION(9), "calibration");
 }
 
 /* On rank 0: say what is wrong with a file that is there, make its directory, and measure what

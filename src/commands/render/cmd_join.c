@@ -2,10 +2,8 @@
 /* segcast join, verify and status: commands that need only the directory of a job, not its volume.
  */
 #include "render/run.h"
-#include "segcast/measurements.h"
+#include "study/study.h"
 
-#include <jansson.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -43,13 +41,38 @@ out:
     return status;
 }
 
+/* Verify the directory of a study: its measurements can be read, and its crate is what follows from
+ * them. */
+static sc_status verify_study(const sc_app *app, const char *directory)
+{
+    SC_OWN(sc_text_clear) sc_text text = {0};
+    SC_OWN(sc_free_at) char *path = NULL, *there = NULL;
+    size_t bytes = 0;
+
+    SC_PASS(sc_study_crate(app->ctx, directory, &text));
+    SC_PASS(sc_path_join(app->ctx, directory, SC_CRATE_NAME, &path));
+    SC_PASS(sc_file_read(app->ctx, path, SIZE_MAX, &there, &bytes));
+    if (bytes != text.length_bytes || memcmp(there, text.data, bytes))
+        return sc_fail(app->ctx, SC_ERR_DATA,
+                       "%s: is not what segcast %s writes for these measurements; the study with "
+                       "--resume writes it again",
+                       path, sc_version());
+    sc_print_path(stdout, directory);
+    printf(": a study, verified: " SC_STUDY_MEASUREMENTS ", " SC_CRATE_NAME "\n");
+    return SC_OK;
+}
+
 sc_status sc_cmd_verify(sc_app *app)
 {
     char version[64];
     SC_OWN(sc_job_clear) sc_job job = {0};
     sc_store_job store_job = {.threads = 1};
     SC_OWN(sc_text_clear) sc_text names = {0};
+    bool is_study = false;
 
+    SC_PASS(sc_study_is_in(app->ctx, app->options.input, &is_study));
+    if (is_study)
+        return verify_study(app, app->options.input);
     SC_PASS(sc_store_identify(app->ctx, app->options.input, &store_job, version));
     SC_PASS(sc_store_verify_records(app->ctx, app->options.input, &names));
     SC_PASS(sc_read_directory(app, app->options.input, &job, &store_job, version));
@@ -99,7 +122,6 @@ static sc_status print_status_json(const sc_ctx *ctx, const char *directory,
     json_t *json =
         json_pack("{s:s, s:s, s:i, s:i}", "schema", "segcast-directory-1", "condition",
                   conditions[report->condition], "done", report->done, "frames", report->frames);
-    char *text;
 
     /* Names that are not UTF-8 cannot stand in JSON; they are left out. */
     if (json)
@@ -108,13 +130,7 @@ static sc_status print_status_json(const sc_ctx *ctx, const char *directory,
         (void)json_object_set_new(json, "video", json_string(report->video));
     if (json && report->reason[0])
         (void)json_object_set_new(json, "reason", json_string(report->reason));
-    text = json ? json_dumps(json, JSON_COMPACT) : NULL;
-    json_decref(json);
-    if (!text)
-        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while the status was written as JSON");
-    printf("%s\n", text);
-    free(text);
-    return SC_OK;
+    return sc_print_json(ctx, json, JSON_COMPACT, "status");
 }
 
 /* Compare the keys of a job on which the pictures depend with those of the job in a directory.
@@ -175,15 +191,11 @@ static sc_status report_job(const sc_app *app, sc_job *job, const char **directo
 static sc_status report_study(const sc_app *app, const char *directory, bool *found)
 {
     SC_OWN(sc_measurements_clear) sc_measurements all = {0};
-    SC_OWN(sc_free_at) char *path = NULL;
-    uint64_t whole;
 
-    *found = false;
-    SC_PASS(sc_path_join(app->ctx, directory, "measurements.jsonl", &path));
-    SC_PASS(sc_measurements_begin(app->ctx, path, found));
+    SC_PASS(sc_study_is_in(app->ctx, directory, found));
     if (!*found)
         return SC_OK;
-    SC_PASS(sc_measurements_read(app->ctx, path, &all, &whole));
+    SC_PASS(sc_study_read(app->ctx, directory, &all));
     if (app->options.json) {
         printf("{\"schema\":\"segcast-directory-1\",\"condition\":\"%s\",\"done\":%zu,\"cells\":%d,"
                "\"skipped\":%zu}\n",

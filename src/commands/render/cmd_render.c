@@ -405,7 +405,7 @@ static void clear_run(sc_run *run)
     run->app->trace = NULL;
     sc_trace_free(run->trace);
     sc_free(run->worker.spans);
-    free(run->root.made_from);
+    sc_free(run->root.made_from);
     sc_free(run->root.video_path);
     sc_free(run->root.results);
     sc_free(run->frames);

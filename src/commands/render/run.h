@@ -59,7 +59,7 @@ typedef struct sc_run_root {
     uint64_t id;            /* see sc_run_record */
     sc_history earlier;     /* what earlier runs have measured; owned */
     bool has_earlier;       /* it was read */
-    char *made_from;        /* see sc_run_record; owned, by free() */
+    char *made_from;        /* see sc_run_record; owned */
 } sc_run_root;
 
 /* The state of a run on one rank. */

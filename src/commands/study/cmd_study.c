@@ -360,7 +360,9 @@ static sc_status begin(director *d)
     d->records.state = state;
     d->records.directory = app->options.output ? app->options.output : "segcast-study";
     SC_PASS(sc_path_join(app->ctx, d->records.directory, "work", &state->work));
+    SC_PASS(sc_study_note_inputs(state));
     SC_PASS(sc_study_open(&d->records));
+    SC_PASS(sc_study_write_crate(&d->records));
     SC_PASS(check_pixels(d, 0));
     for (size_t i = 0; i < all->count; i++)
         last_round = all->items[i].round > last_round ? all->items[i].round : last_round;
@@ -436,6 +438,7 @@ static sc_status end(director *d, sc_status outcome)
     if (outcome == SC_OK)
         SC_TRY(sc_measurement_file_complete(app->ctx, d->records.file));
     write_page(d);
+    SC_TRY(sc_study_write_crate(&d->records));
     tell_state(d, outcome == SC_OK ? "complete" : "incomplete");
     sc_display_end_stage(app);
     SC_TRY(print_results(d));

@@ -48,7 +48,8 @@ typedef struct sc_study_state {
     sc_counters counters; /* of this rank */
     /* on rank 0 */
     sc_study study;
-    char *work; /* the directory of the jobs that are measured as a whole */
+    char *made_from; /* see sc_run_record; owned */
+    char *work;      /* the directory of the jobs that are measured as a whole */
     sc_design design;
     const char *cpu; /* the best variant that the skip methods of all cells with any_cpu have, which
                         these are measured with; NULL: the best that this processor can run */
@@ -66,6 +67,10 @@ void sc_study_why_not(const sc_study_state *state, int cell, char *text, size_t 
 /* Put the settings of a cell, and behind them those of the command line, into @p options, a copy of
  * the command line's. The texts are borrowed. On rank 0. */
 sc_status sc_study_cell_options(const sc_study_state *state, int cell, sc_options *options);
+/* Fill state->made_from: reads all files that the jobs of cells name, once each; but stores of
+ * Zarr, N5 and Neuroglancer, of which it is not known how much is measured. On rank 0. @return
+ * SC_ERR_MEMORY. */
+sc_status sc_study_note_inputs(sc_study_state *state);
 /* List the frames that are measured of a job. On rank 0. Caller owns *out: sc_free. */
 sc_status sc_study_frames(const sc_study_state *state, const sc_job *job, int **out, int *count);
 void sc_study_clear_cells(sc_study_state *state);
@@ -95,6 +100,10 @@ sc_status sc_study_skip(sc_study_records *r, int cell, const char *reason);
 /* Write the tables that follow from all measurements; status.json. */
 sc_status sc_study_write_tables(const sc_study_records *r);
 sc_status sc_study_write_state(const sc_study_records *r, const sc_progress_report *report);
+/* Make the text of the RO-Crate of a directory that holds a study; write that file. @return
+ * SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
+sc_status sc_study_crate(const sc_ctx *ctx, const char *directory, sc_text *out);
+sc_status sc_study_write_crate(const sc_study_records *r);
 /* Close the file, and free the results. A zeroed struct is allowed. */
 void sc_study_close(sc_study_records *r);
 

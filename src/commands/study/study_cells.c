@@ -16,6 +16,7 @@ void sc_study_clear_cells(sc_study_state *state)
     sc_free(state->cells);
     sc_free(state->told);
     sc_free(state->work);
+    sc_free(state->made_from);
     sc_design_clear(&state->design);
     sc_study_clear(&state->study);
 }
@@ -183,15 +184,14 @@ sc_status sc_study_frames(const sc_study_state *state, const sc_job *job, int **
 
 /* ---- cells ---- */
 
-/* Check the tissues of a cell's job against its volume, unless that was done of another cell with
- * the same ones. */
-static sc_status check_tissues(const sc_study_state *state, int cell, sc_job *job)
+/* Has no cell before this one the same volume, with the same tissues? */
+static bool has_new_volume(const sc_study_state *state, int cell)
 {
     for (int i = 0; i < cell; i++) {
         if (state->cells[i].volume_key == state->cells[cell].volume_key)
-            return SC_OK;
+            return false;
     }
-    return sc_check_job_tissues(state->app, job);
+    return true;
 }
 
 /* Can this build and processor draw as @p job says, by the variant that it names? @param cpu the
@@ -227,7 +227,7 @@ static sc_status fill_cell(sc_study_state *state, int cell, uint64_t *hash, cons
     info->placement = settings.placement;
     SC_PASS(load_job(state, cell, &job));
     SC_PASS(hash_volume(app->ctx, &job, &info->volume_key));
-    mistakes = check_tissues(state, cell, &job);
+    mistakes = has_new_volume(state, cell) ? sc_check_job_tissues(state->app, &job) : SC_OK;
     SC_PASS(hash_picture(state, &job, &info->picture, &info->frames));
     SC_PASS(hash_job(app->ctx, &job, false, hash));
     *hash = sc_hash_bytes(&info->picture, sizeof info->picture, *hash);
@@ -358,6 +358,29 @@ static sc_status list_cells(sc_study_state *state)
     state->app = app;
     sc_once_end(&once, "the study's jobs");
     return status;
+}
+
+sc_status sc_study_note_inputs(sc_study_state *state)
+{
+    SC_OWN(sc_made_from_clear) sc_made_from from = {.app = state->app};
+    sc_ctx quiet = sc_quiet(state->app->ctx); /* what is to be said of the jobs was said */
+    sc_study_state silent = *state;
+    sc_app app = *state->app;
+    sc_text text = {0};
+
+    app.ctx = &quiet;
+    silent.app = &app;
+    for (int i = 0; i < state->cell_count; i++) {
+        SC_OWN(sc_job_clear) sc_job job = {0};
+
+        if (!has_new_volume(state, i))
+            continue;
+        SC_PASS(load_job(&silent, i, &job));
+        SC_PASS(sc_made_from_add(&from, &job));
+    }
+    SC_PASS(sc_made_from_text(&from, &text));
+    state->made_from = text.data;
+    return SC_OK;
 }
 
 sc_status sc_study_list_cells(sc_study_state *state)

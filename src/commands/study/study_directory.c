@@ -3,6 +3,7 @@
 #include "study/study.h"
 
 #include "segcast/kernel.h"
+#include "segcast/store.h"
 
 #include <errno.h>
 #include <string.h>
@@ -13,7 +14,8 @@
 /* The files of a study's directory. */
 static const char measurements_name[] = SC_STUDY_MEASUREMENTS;
 static const char *const file_names[] = {measurements_name, "cells.csv",   "extrap.jsonl",
-                                         "study.yaml",      "status.json", SC_STUDY_PAGE};
+                                         "study.yaml",      "status.json", SC_STUDY_PAGE,
+                                         SC_CRATE_NAME};
 
 /* ---- the directory ---- */
 
@@ -107,6 +109,7 @@ static sc_study_run describe_run(const sc_study_state *state)
     snprintf(run.kernel, sizeof run.kernel, "%s",
              state->cpu ? state->cpu
                         : sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, NULL, NULL)->cpu);
+    run.made_from = state->made_from;
     snprintf(run.batch_job, sizeof run.batch_job, "%s", batch_job ? batch_job : "");
     if (sc_roof_measure(&silent, run.cores, &run.roof) != SC_OK)
         run.roof = (sc_roof){0}; /* no memory for it: the study does without */
@@ -194,6 +197,45 @@ sc_status sc_study_write_state(const sc_study_records *r, const sc_progress_repo
 
     SC_PASS(sc_path_join(ctx, r->directory, "status.json", &path));
     return sc_progress_write(ctx, path, report);
+}
+
+sc_status sc_study_crate(const sc_ctx *ctx, const char *directory, sc_text *out)
+{
+    SC_OWN(sc_measurements_clear) sc_measurements all = {0};
+    SC_OWN(sc_history_clear) sc_history runs = {0};
+    SC_OWN(sc_text_clear) sc_text parts = {0};
+    char about[64];
+    sc_crate crate = {.runs = &runs,
+                      .name = "Timing study",
+                      .about = about,
+                      .done = "measurements made",
+                      .author = "",
+                      .video = "none"};
+
+    SC_PASS(sc_study_read(ctx, directory, &all));
+    SC_PASS(sc_measurements_history(ctx, &all, &runs));
+    for (size_t i = 0; i < SC_COUNT_OF(file_names); i++) {
+        SC_OWN(sc_free_at) char *path = NULL;
+
+        SC_PASS(sc_path_join(ctx, directory, file_names[i], &path));
+        if (access(path, F_OK) == 0)
+            SC_PASS(sc_text_add(ctx, &parts, "%s%c", file_names[i], '\0'));
+    }
+    crate.parts = parts;
+    snprintf(about, sizeof about, "%d cells, measured", sc_design_cells(&all.design));
+    if (all.design.title[0])
+        crate.name = all.design.title;
+    crate.job.job = all.design.hash;
+    crate.version = all.run_count ? all.runs[all.run_count - 1].version : "";
+    return sc_crate_make(ctx, &crate, out);
+}
+
+sc_status sc_study_write_crate(const sc_study_records *r)
+{
+    SC_OWN(sc_text_clear) sc_text text = {0};
+
+    SC_PASS(sc_study_crate(r->state->app->ctx, r->directory, &text));
+    return write_text(r, SC_CRATE_NAME, &text);
 }
 
 void sc_study_close(sc_study_records *r)

@@ -109,15 +109,6 @@ static bool is_below(const char *file, const char *folder)
     return below;
 }
 
-bool sc_is_below(const char *path, const char *folder)
-{
-    char *real = realpath(path, NULL);
-    const bool below = real && is_below(real, folder);
-
-    free(real);
-    return below;
-}
-
 sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field, const char *name,
                        char **out, uint64_t *bytes)
 {
