@@ -340,9 +340,9 @@ static inline bool sc_is_coarse(const sc_borders *b, size_t tile)
 #define SC_VOXEL_BOX 0.45f
 /* Fields are smoothed within so many voxels of the border; */
 #define SC_BAND 4.0f
-/* Where the field may be anywhere, since it is free; and where it does not move, since its border
- * is out of reach. */
-#define SC_BOX_FREE 1e6f
+/* Where the field is free, as wide as its whole numbers allow (sc_to_fine: 32 voxels, from SC_FAR
+ * on); and where it does not move, since its border is out of reach. */
+#define SC_BOX_FREE 27.0f
 #define SC_BOX_FROZEN 0.0f
 
 /* Write sums of three neighbours along x, the middle one times @p middle and the others times @p
