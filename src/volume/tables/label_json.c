@@ -341,12 +341,18 @@ json_t *sc_json_load(const char *text, size_t bytes, json_error_t *error)
 {
     json_malloc_t now;
     json_free_t other;
+    json_t *root;
 
     json_get_alloc_funcs(&now, &other);
     if (now != note_denied) /* once in a process: blocks of both are freed alike */
         json_set_alloc_funcs(note_denied, free);
     is_denied = false;
-    return json_loadb(text, bytes, 0, error);
+    root = json_loadb(text, bytes, 0, error);
+    if (is_denied) { /* a string of more than 16 bytes may lack one then, and nothing tells it */
+        json_decref(root);
+        return NULL;
+    }
+    return root;
 }
 
 bool sc_json_lacks_memory(const json_error_t *error)
