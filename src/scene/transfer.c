@@ -53,7 +53,7 @@ static sc_tissue tissue_of_table(const sc_label *label)
                         .opacity_auto = label->opacity < 0,
                         .material = {.diffuse = SC_MATERIAL_DIFFUSE,
                                      .specular = SC_MATERIAL_SPECULAR,
-                                     .shininess = SC_MATERIAL_SHININESS}};
+                                     .roughness = SC_MATERIAL_ROUGHNESS}};
 
     tissue.color_given = label->has_color;
     color_of(label->rgb, tissue.rgb_linear);
@@ -86,8 +86,8 @@ static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
         tissue->material.diffuse = rule->material.diffuse;
     if (rule->has_specular)
         tissue->material.specular = rule->material.specular;
-    if (rule->has_shininess)
-        tissue->material.shininess = rule->material.shininess;
+    if (rule->has_roughness)
+        tissue->material.roughness = rule->material.roughness;
     if (rule->has_interior_opacity)
         tissue->interior_opacity = rule->interior_opacity;
 }

@@ -116,5 +116,5 @@ animation: {camera: {zoom: 2}}
 animation: {camera: {zoom: {10%: 1, 20%: 2, ease: smooth}}}
 animation: {camera: {orbit: {axis: [0, 1, 1], target_mm: [1, 2, 3]}}}
 animation: {clip: [{normal: left, at: 12 mm}, {box: [[0%, 5%, 1 mm], [100%, 100%, 90%]], except: [aorta]}]}
-tissues: {"*": {opacity: auto, visible: true}, aorta: {color: [1, 2, 3], shininess: 5}}
+tissues: {"*": {opacity: auto, visible: true}, aorta: {color: [1, 2, 3], roughness: 0.5}}
 RIGHT

@@ -886,7 +886,7 @@ static const struct row tissue_rows[] = {
     {"offset", 15, put_offset, NULL},
     {"diffuse", 20, put_number, "0:2"},
     {"specular", 20, put_number, "0:2"},
-    {"shininess", 20, put_whole, "1:200"},
+    {"roughness", 20, put_number, "0.1:1"},
     {"interior_opacity", 10, put_number, "0:0.2"},
     {"smooth", 30, put_film_smooth, "0.5|1.5"},
 };

@@ -468,13 +468,13 @@ TEST(want_of_memory_is_told)
 TEST(no_surface_gives_back_more_than_comes)
 {
     enum { ANGLES = 4, ROUGH = 4, COUNT = 40000 };
-    static const int shininess[ROUGH] = {1, 6, 24, 120};
+    static const float roughness[ROUGH] = {1, 0.5F, 0.28F, 0.13F};
     uint64_t seed = 7;
 
     for (int i = 0; i < ANGLES * ROUGH; i++) {
         const double cosine = (i % ANGLES + 0.5) / ANGLES, white[3] = {1, 1, 1};
         const sc_march_tissue tissue = {
-            .diffuse = 1, .specular = 1, .shininess = shininess[i / ANGLES]};
+            .diffuse = 1, .specular = 1, .roughness = roughness[i / ANGLES]};
         const sc_reflector s =
             sc_reflector_of(&tissue, white, (double[3]){sqrt(1 - cosine * cosine), 0, cosine});
         double chosen = 0, even = 0, density = 0;
