@@ -45,6 +45,7 @@ typedef struct sc_render_settings {
     double step_voxels;     /**< distance between samples, in voxel lengths (the smallest spacing);
                                  voxel surface only */
     bool caps;              /**< cut faces are drawn solid */
+    bool floor;             /**< shadows fall on a floor, by light that is gathered or by paths */
     double cap_outline;     /**< width of lines between tissues on cut faces, in voxels; 0: none */
     const sc_grey *grey;    /**< NULL, or a grey volume that cut faces and slices show; borrowed */
     sc_grey_look grey_look; /**< not read without */
@@ -103,8 +104,8 @@ typedef enum sc_light_change {
     SC_LIGHT_NEW_RAYS  /**< the rays themselves, as where tissue fades */
 } sc_light_change;
 /** @return how much differs between the light of two scenes of a film. @param label_count of the
- *  volume. Pure. */
-sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label_count);
+ *  volume. @param floor as of sc_render_settings. Pure. */
+sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label_count, bool floor);
 /** With light.method SC_LIGHT_GLOBAL: prepare to gather light, and as far as the frames have it in
  *  common do so for a first scene, with all ranks that made the renderer together, which are then
  *  done with it and hold it once. Frames that are drawn without have no light from the sky. To be

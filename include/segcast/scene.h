@@ -13,8 +13,8 @@
 
 /** How a surface reflects light; all are at least 0. */
 typedef struct sc_material {
-    double diffuse;  /**< share of the tissue's colour */
-    double specular; /**< strength of the highlight */
+    double diffuse;   /**< share of the tissue's colour */
+    double specular;  /**< strength of the highlight */
     double roughness; /**< of the face that it comes from, above 0, to 1: the square root of the
                            width of its facets (GGX); the larger, the wider the highlight */
 } sc_material;

@@ -166,4 +166,5 @@ void sc_begin_scene(sc_renderer *r, const sc_scene *scene, int height_px)
     set_rims(r, &scene->camera, height_px);
     set_planes(r, scene);
     sc_set_grey(r, scene);
+    r->floor.is_shown = r->settings.floor && r->march.light.sky > 0 && !scene->slice;
 }

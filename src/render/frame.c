@@ -261,7 +261,7 @@ static bool is_empty(const sc_tile *t)
     const sc_parts *parts = t->f->renderer->parts;
     const sc_cover *cover = apart ? &parts->layout : &t->f->cover;
 
-    if (t->f->renderer->grey_behind)
+    if (sc_shows_behind(t->f->renderer))
         return false;
     for (int row = t->y0 >> cover->shift; row <= (t->y1 - 1) >> cover->shift; row++) {
         for (int column = t->x0 >> cover->shift; column <= (t->x1 - 1) >> cover->shift; column++) {

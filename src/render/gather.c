@@ -7,6 +7,35 @@
 
 #include <string.h>
 
+void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body)
+{
+    if (g->together)
+        sc_team_for(g->renderer->team, count, chunk, body, g);
+    else
+        sc_parallel_for(g->renderer->settings.threads, count, chunk, body, g);
+}
+
+bool sc_gather_ends(const sc_gather *g)
+{
+    return !g->together && sc_is_given_up(g->renderer);
+}
+
+uint32_t sc_gather_number(const sc_gather *g, uint32_t first, uint32_t *counts)
+{
+    const size_t bricks = sc_brick_count(g->renderer->volume->bricks);
+
+    if (sc_team_is_first(g->renderer->team)) {
+        for (size_t brick = 0; brick <= bricks; brick++) {
+            const uint32_t own = counts[brick];
+
+            counts[brick] = first;
+            first += own;
+        }
+    }
+    (void)!sc_team_agree(g->renderer->team, SC_OK); /* all wait until it is done */
+    return counts[bricks];
+}
+
 /* Make the directions of all parts. */
 static void make_directions(sc_gather *g)
 {
@@ -80,6 +109,8 @@ static sc_status allocate_light(const sc_ctx *ctx, sc_gather *g)
     SC_PASS(allocate(ctx, g, light, count, sizeof *g->gone, &g->gone));
     if (!hits)
         SC_PASS(SC_ALLOC(ctx, count, &g->kept));
+    if (g->floor_first < g->count)
+        SC_PASS(allocate(ctx, g, light, g->count - g->floor_first, sizeof *g->floor, &g->floor));
     for (int k = 0; k < SC_GATHER_FIELDS; k++) {
         sc_gather_field *f = &g->fields[k];
 
@@ -165,13 +196,18 @@ sc_status sc_gather_new_kept(const sc_ctx *ctx, const sc_renderer *r, sc_gather 
     g->fields[1].border = &r->volume->inner;
     for (int k = 0; k < (r->shows_inner ? SC_GATHER_FIELDS : 1); k++)
         SC_PASS(SC_ZALLOC(ctx, g->fields[k].border->count + 1, &g->fields[k].around));
+    if (r->settings.floor)
+        SC_PASS(SC_ZALLOC(ctx, SC_FLOOR_SIDE * SC_FLOOR_SIDE, &g->floor));
     SC_HAND_OVER(g, out);
     return SC_OK;
 }
 
-/* @return whether what the planes of a scene keep is convex, the same for all tissues. */
-static bool is_convex(const sc_scene *scene)
+/* @return whether what the planes of a scene keep is convex, the same for all tissues, and all
+ * places lie in it: the floor may lie beyond a plane. */
+static bool is_convex(const sc_scene *scene, bool floor)
 {
+    if (floor && scene->plane_count)
+        return false;
     for (int set = 1; set < scene->clip_set_count; set++) {
         if (scene->clip_sets[set] != scene->clip_sets[0])
             return false;
@@ -236,7 +272,7 @@ static bool same_tissues(const sc_gather *g, tissue_share share)
 static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_scene *scene)
 {
     const sc_march_light *light = &r->march.light;
-    const bool convex = is_convex(scene);
+    const bool convex = is_convex(scene, r->settings.floor);
     const bool again = g->is_known && same_tissues(g, SHOWN) && convex == g->is_convex &&
                        (convex || same_cuts(scene, &g->scene)) &&
                        (light->lamp > 0) == (g->lamp_strength > 0);
@@ -247,6 +283,7 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
 
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         r->march.around[k] = g->fields[k].around;
+    r->floor.light = (const float(*)[3])g->floor;
     if (summed || g->is_kept)
         return;
     /* What is shared is never written by one rank: moments between frames, which alone may differ
@@ -282,13 +319,13 @@ void sc_gather_first(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_s
     g->together = false;
 }
 
-sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label_count)
+sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label_count, bool floor)
 {
     const unsigned changes = sc_scene_changes(a, b, label_count);
     const bool light = (changes & SC_CHANGED_LIGHT) != 0;
     const bool cuts = changes & SC_CHANGED_CUTS && !same_planes(a, b);
 
-    if (changes & SC_CHANGED_OPACITIES || (cuts && !(is_convex(a) && is_convex(b))) ||
+    if (changes & SC_CHANGED_OPACITIES || (cuts && !(is_convex(a, floor) && is_convex(b, floor))) ||
         (light && (a->look.light.key > 0) != (b->look.light.key > 0)))
         return SC_LIGHT_NEW_RAYS;
     return cuts || light || changes & SC_CHANGED_COLORS ? SC_LIGHT_NEW_SUMS : SC_LIGHT_STAYS;
@@ -309,6 +346,7 @@ static void free_light(sc_gather *g)
     sc_free(g->light);
     sc_free(g->radiosity);
     sc_free(g->gone);
+    sc_free(g->floor);
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         sc_free(g->fields[k].around);
 }

@@ -65,7 +65,11 @@ typedef struct sc_gather {
     bool together;                      /* loops are those of the team now */
     bool is_kept;                       /* the light was read, and there is nothing else */
     sc_gather_field fields[SC_GATHER_FIELDS];
-    size_t count; /* of places: those of the outer field come first */
+    size_t count; /* of places: those of the outer field come first, points of the floor last */
+    size_t floor_first; /* number of the first of these; count without one */
+    float (*floor)[3];  /* [SC_FLOOR_SIDE][SC_FLOOR_SIDE] see sc_floor.light */
+    float floor_free[SC_GATHER_PARTS]
+                    [3]; /* what comes there along the rays of a part if all are free */
     sc_gather_place *places;
     /* [SC_GATHER_PARTS] those all around about the z axis, those to the lamp as they are, RAS */
     float (*directions)[SC_GATHER_RAYS][3];
@@ -164,6 +168,11 @@ static inline int sc_gather_rays(const sc_gather *g)
 void sc_gather_sum(sc_gather *g);
 /* The direction number @p i, less than SC_GATHER_RAYS, of a place, unit, RAS, to @p out. */
 void sc_gather_direction(const sc_gather *g, const sc_gather_place *p, int i, float out[3]);
+
+/* Fill in points [begin, end) of the floor, and spread their light, each an sc_range_fn on a
+ * gather. */
+void sc_floor_points(void *user, size_t begin, size_t end, int thread);
+void sc_floor_spread(void *user, size_t begin, size_t end, int thread);
 
 /* @return the number of the place at vertex @p q, which is one of the grid; SC_GATHER_LOST if there
  * is none. */

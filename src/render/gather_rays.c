@@ -130,6 +130,22 @@ static void make_ray(const sc_gather *g, const sc_gather_place *p, const float d
     }
 }
 
+/* Let a ray from a point of the floor begin where it comes into the volume, if it does. */
+static void enter(const sc_gather_march *m, sc_gather_ray *ray)
+{
+    float near = 0, far = HUGE_VALF;
+
+    for (int k = 0; k < 3; k++) {
+        const float low = (m->box_low[k] - 0.5f - ray->origin[k]) / ray->direction[k];
+        const float high = (m->box_high[k] - 0.5f - ray->origin[k]) / ray->direction[k];
+
+        near = fmaxf(near, fminf(low, high));
+        far = fminf(far, fmaxf(low, high));
+    }
+    for (int k = 0; k < 3 && near > 0 && near < far; k++)
+        ray->origin[k] += (near + 1.0f / 64) * ray->direction[k];
+}
+
 /* @return the number of the place at vertex @p q that looks towards a ray in direction @p d (RAS):
  * that of the border to air, else that between tissues; SC_GATHER_LOST if none does. */
 static int32_t place_facing(const sc_gather *g, const int32_t q[3], const float d[3])
@@ -182,7 +198,7 @@ static void trace(void *user, size_t begin, size_t end, int thread)
     for (size_t at = begin; at < end; at++) {
         const sc_gather_place *p = &g->places[at];
 
-        if (!r->tissues[p->tissue].show ||
+        if ((at < g->floor_first && !r->tissues[p->tissue].show) ||
             (g->direction >= SC_GATHER_DIRECTIONS &&
              sc_dot(g->directions[p->part][g->direction], p->normal) <= 0)) {
             g->hits[g->direction][at] = SC_GATHER_FREE;
@@ -193,6 +209,8 @@ static void trace(void *user, size_t begin, size_t end, int thread)
         v.from[v.count] = (uint32_t)at;
         sc_gather_direction(g, p, g->direction, v.directions[v.count]);
         make_ray(g, p, v.directions[v.count], &v.rays[v.count]);
+        if (at >= g->floor_first)
+            enter(&g->march, &v.rays[v.count]);
         v.count++;
         if (v.count == SC_RAY_BATCH)
             follow_volley(g, &g->march, g->direction, &v);

@@ -129,6 +129,7 @@ static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
     else
         SC_PASS(find_hull_and_visible(ctx, r, show));
     measure_hull(r);
+    sc_floor_place(r);
     if (light->method != SC_LIGHT_FLAT && (light->occlusion > 0 || light->shadows > 0))
         SC_PASS(sc_occlusion_build(ctx, r->team, v, opacity, &r->occlusion));
     SC_PASS(sc_find_fades(ctx, r));

@@ -11,7 +11,7 @@ declare -A expected=(
     [path]=60b1d61106345227
 )
 declare -A settings=(
-    [smooth]=render.samples=5
+    [smooth]=render.quality=film
     [voxel]=render.surface=voxel
     [parallel]=animation.camera.projection=orthographic
     [clear]=render.background=none

@@ -265,6 +265,42 @@ TEST(the_lamp_casts_shadows)
     while (next_method());
 }
 
+/* Of what an even sky brings to the floor, a black ball that lies on it hides the third power of its
+ * radius over the distance of its middle; where nothing is hidden, the floor is the background. */
+static void a_ball_throws_its_shadow_on_the_floor_once(void)
+{
+    enum { RADIUS = 30 };
+    sc_scene scene;
+    small_scene s = sky_scene(ball, true, &scene);
+    SC_OWN(sc_image_clear) sc_image image = {0};
+
+    paint_map(even_light);
+    s.settings.environment = &map;
+    s.settings.floor = true;
+    s.tissues[1].material.diffuse = 0;
+    memset(s.settings.background, 255, sizeof s.settings.background);
+    scene.camera.half_height = 2 * SIDE;
+    image = draw_view(&s, &scene, NULL);
+    for (int x = RADIUS / 4 + 2; x < 18; x++) { /* farther away shadows fade */
+        const double aside = 4 * (x + 0.5), square = RADIUS * RADIUS / (aside * aside + RADIUS * RADIUS);
+        const double seen = 1 - square * sqrt(square);
+        const int at = SIDE / 2 - 1 - x, opposite = SIDE / 2 + x;
+        const double sum = light_at(&image, at, SIDE / 2, 0) + light_at(&image, opposite, SIDE / 2, 0) +
+                           light_at(&image, SIDE / 2, at, 0) + light_at(&image, SIDE / 2, opposite, 0);
+
+        assert_near(sum * ALBEDO / 4, seen, 0.02);
+    }
+    assert_int_equal(image.rgb[0], 255);
+    free_scene(&s);
+}
+
+TEST(a_ball_throws_its_shadow_on_the_floor)
+{
+    do
+        a_ball_throws_its_shadow_on_the_floor_once();
+    while (next_method());
+}
+
 /* A hollow ball with a wall of a voxel and a half, open above. */
 static int shell(double x, double y, double z)
 {
@@ -429,6 +465,7 @@ TEST(all_kernels_show_the_same_light)
 
     s.tissues[2].opacity = 0.5;
     s.settings.light.key = s.settings.light.occlusion = 0.5;
+    s.settings.floor = true;
     scene.camera = sc_camera_look((sc_vec3){150, 200, 120}, (sc_vec3){MIDDLE, MIDDLE, 30},
                                   (sc_vec3){0, 0, 1}, SC_PERSPECTIVE, 0.3);
     image = draw_by_all_kernels(&s, &scene);
@@ -511,6 +548,7 @@ TEST(all_kernels_follow_the_same_paths)
     method = SC_LIGHT_GLOBAL;
     s.settings.lens_samples = 4;
     s.settings.light.key = 0.5;
+    s.settings.floor = true;
     s.tissues[2].opacity = 0.5;
     s.tissues[1].material.specular = 0.3;
     scene.planes[0] = (sc_plane){{0, 0.6, 0.8}, -40};
