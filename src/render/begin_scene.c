@@ -43,6 +43,7 @@ static void set_sky(sc_renderer *r, bool inside)
     light->has_map = r->sky.map;
     memcpy(light->around, r->sky.around, sizeof light->around);
     light->lamp = light->key;
+    light->key *= SC_LAMP_MEAN_COSINE;
     light->ambient = light->fill = 0;
     memcpy(light->key_direction, sc_lamp_direction, sizeof light->key_direction);
 }

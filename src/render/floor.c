@@ -23,9 +23,9 @@ void sc_floor_place(sc_renderer *r)
     const double x = box->high.x - box->low.x, y = box->high.y - box->low.y;
 
     /* The lamp is as high as it is far to the side: so are shadows as long as tissues are high. */
-    r->floor = (sc_floor){.middle = {(box->low.x + box->high.x) / 2,
-                                     (box->low.y + box->high.y) / 2, box->low.z},
-                          .half_mm = 0.5 * fmax(x, y) + 1.3 * (box->high.z - box->low.z)};
+    r->floor = (sc_floor){
+        .middle = {(box->low.x + box->high.x) / 2, (box->low.y + box->high.y) / 2, box->low.z},
+        .half_mm = 0.5 * fmax(x, y) + 1.3 * (box->high.z - box->low.z)};
 }
 
 /* @return where a coordinate of the grid, -1 to 1, lies on the way from the middle to the border,

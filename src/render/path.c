@@ -399,21 +399,12 @@ void sc_tile_trace(sc_tile *t)
 void sc_paths_begin(sc_renderer *r)
 {
     const sc_march_light *light = &r->march.light;
-    enum { COUNT = 64 };
-    double lamp = 0;
 
-    for (uint32_t i = 0; i < COUNT; i++) {
-        double point[2], d[3];
-
-        sc_sobol_point(i, SEED, point);
-        sc_lamp_point(point, d);
-        lamp += d[2] / COUNT;
-    }
     for (int i = 0; i < 3; i++)
         r->floor.without[i] =
-            light->lamp * lamp + light->sky * (light->has_map
-                                                   ? light->around[i][0] + light->around[i][3]
-                                                   : SC_SKY_MEAN + SC_SKY_UP * 2 / 3);
+            light->lamp * sc_lamp_direction[2] * SC_LAMP_MEAN_COSINE +
+            light->sky * (light->has_map ? light->around[i][0] + light->around[i][3]
+                                         : SC_SKY_MEAN + SC_SKY_UP * 2 / 3);
     r->traced = r->march;
     r->traced.light = (sc_march_light){.flat = true, .edges = r->march.light.edges};
 }

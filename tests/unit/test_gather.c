@@ -265,8 +265,33 @@ TEST(the_lamp_casts_shadows)
     while (next_method());
 }
 
-/* Of what an even sky brings to the floor, a black ball that lies on it hides the third power of its
- * radius over the distance of its middle; where nothing is hidden, the floor is the background. */
+/* A cut face from which all of the lamp is seen gets the mean of the light of its points. */
+static void a_cut_face_is_lit_by_the_lamp_once(void)
+{
+    sc_scene scene;
+    small_scene s = sky_scene(ball, false, &scene);
+    SC_OWN(sc_image_clear) sc_image image = {0};
+
+    s.settings.light.ambient = 0;
+    s.settings.light.key = 1;
+    scene.planes[0] = (sc_plane){{0, -1, 0}, MIDDLE};
+    scene.plane_count = 1;
+    scene.cuts = scene.clip_sets[0] = 1;
+    image = draw_view(&s, &scene, NULL);
+    assert_near(light_at(&image, MIDDLE, MIDDLE, 0), 0.48 * 0.97846, 0.005);
+    free_scene(&s);
+}
+
+TEST(a_cut_face_is_lit_by_the_lamp)
+{
+    do
+        a_cut_face_is_lit_by_the_lamp_once();
+    while (next_method());
+}
+
+/* Of what an even sky brings to the floor, a black ball that lies on it hides the third power of
+ * its radius over the distance of its middle; where nothing is hidden, the floor is the background.
+ */
 static void a_ball_throws_its_shadow_on_the_floor_once(void)
 {
     enum { RADIUS = 30 };
@@ -282,11 +307,13 @@ static void a_ball_throws_its_shadow_on_the_floor_once(void)
     scene.camera.half_height = 2 * SIDE;
     image = draw_view(&s, &scene, NULL);
     for (int x = RADIUS / 4 + 2; x < 18; x++) { /* farther away shadows fade */
-        const double aside = 4 * (x + 0.5), square = RADIUS * RADIUS / (aside * aside + RADIUS * RADIUS);
+        const double aside = 4 * (x + 0.5),
+                     square = RADIUS * RADIUS / (aside * aside + RADIUS * RADIUS);
         const double seen = 1 - square * sqrt(square);
         const int at = SIDE / 2 - 1 - x, opposite = SIDE / 2 + x;
-        const double sum = light_at(&image, at, SIDE / 2, 0) + light_at(&image, opposite, SIDE / 2, 0) +
-                           light_at(&image, SIDE / 2, at, 0) + light_at(&image, SIDE / 2, opposite, 0);
+        const double sum =
+            light_at(&image, at, SIDE / 2, 0) + light_at(&image, opposite, SIDE / 2, 0) +
+            light_at(&image, SIDE / 2, at, 0) + light_at(&image, SIDE / 2, opposite, 0);
 
         assert_near(sum * ALBEDO / 4, seen, 0.02);
     }
