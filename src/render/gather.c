@@ -188,16 +188,16 @@ sc_status sc_gather_new_kept(const sc_ctx *ctx, const sc_renderer *r, sc_gather 
 {
     SC_OWN(free_at) sc_gather *g = NULL;
 
-    SC_PASS(SC_ZALLOC(ctx, 1, &g));
+    SC_PASS(sc_team_agree(r->team, SC_ZALLOC(ctx, 1, &g)));
     g->renderer = r;
-    g->change = SC_LIGHT_NEW_RAYS; /* arrays are its own */
     g->is_kept = true;
     g->fields[0].border = &r->volume->outer;
     g->fields[1].border = &r->volume->inner;
     for (int k = 0; k < (r->shows_inner ? SC_GATHER_FIELDS : 1); k++)
-        SC_PASS(SC_ZALLOC(ctx, g->fields[k].border->count + 1, &g->fields[k].around));
+        SC_PASS(allocate(ctx, g, true, g->fields[k].border->count + 1, sizeof *g->fields[k].around,
+                         &g->fields[k].around));
     if (r->settings.floor)
-        SC_PASS(SC_ZALLOC(ctx, SC_FLOOR_SIDE * SC_FLOOR_SIDE, &g->floor));
+        SC_PASS(allocate(ctx, g, true, SC_FLOOR_SIDE * SC_FLOOR_SIDE, sizeof *g->floor, &g->floor));
     SC_HAND_OVER(g, out);
     return SC_OK;
 }
@@ -340,6 +340,10 @@ static void free_light(sc_gather *g)
         for (int i = 0; i < SC_GATHER_RAYS; i++)
             sc_free(g->hits[i]);
     }
+    for (int k = 0; k < SC_GATHER_FIELDS && g->is_kept; k++)
+        sc_team_free(g->renderer->team, g->fields[k].around);
+    if (g->is_kept)
+        sc_team_free(g->renderer->team, g->floor);
     if (shares_light(g))
         return;
     sc_free(g->sky);

@@ -112,8 +112,8 @@ typedef struct sc_gather {
  * sc_gather_free. */
 sc_status sc_gather_new(const sc_ctx *ctx, const struct sc_renderer *r, sc_light_change change,
                         sc_gather **out);
-/* Begin one whose light was gathered before: sc_gather_load. Only of a rank that is a team of its
- * own, for scenes between which light stays. @return SC_ERR_MEMORY. Caller owns *out. */
+/* Begin one whose light was gathered before: sc_gather_load, by the first rank of the team. For
+ * scenes between which light stays. Collective. @return SC_ERR_MEMORY. Caller owns *out. */
 sc_status sc_gather_new_kept(const sc_ctx *ctx, const struct sc_renderer *r, sc_gather **out);
 /* Write the name of the file in which the light of a scene, for which @p r has been set up, is kept
  * to *out, NULL: nowhere. @param prepared that of the prepared volume in the cache; NULL: none.
