@@ -202,12 +202,9 @@ sc_status sc_gather_new_kept(const sc_ctx *ctx, const sc_renderer *r, sc_gather 
     return SC_OK;
 }
 
-/* @return whether what the planes of a scene keep is convex, the same for all tissues, and all
- * places lie in it: the floor may lie beyond a plane. */
-static bool is_convex(const sc_scene *scene, bool floor)
+/* @return whether what the planes of a scene keep is convex, the same for all tissues. */
+static bool is_convex(const sc_scene *scene)
 {
-    if (floor && scene->plane_count)
-        return false;
     for (int set = 1; set < scene->clip_set_count; set++) {
         if (scene->clip_sets[set] != scene->clip_sets[0])
             return false;
@@ -272,7 +269,7 @@ static bool same_tissues(const sc_gather *g, tissue_share share)
 static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_scene *scene)
 {
     const sc_march_light *light = &r->march.light;
-    const bool convex = is_convex(scene, r->settings.floor);
+    const bool convex = is_convex(scene);
     const bool again = g->is_known && same_tissues(g, SHOWN) && convex == g->is_convex &&
                        (convex || same_cuts(scene, &g->scene)) &&
                        (light->lamp > 0) == (g->lamp_strength > 0);
@@ -280,6 +277,8 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
         again && same_tissues(g, OPACITIES) && (convex || same_planes(scene, &g->scene));
     const bool summed = traced && same_tissues(g, COLORS) && same_planes(scene, &g->scene) &&
                         light->sky == g->sky_strength && light->lamp == g->lamp_strength;
+    /* The floor may lie beyond the planes. */
+    const bool lays_bare = traced && r->settings.floor && !same_planes(scene, &g->scene);
 
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         r->march.around[k] = g->fields[k].around;
@@ -288,14 +287,14 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
         return;
     /* What is shared is never written by one rank: moments between frames, which alone may differ
      * where frames do not, have the light of the frames. */
-    if (!g->together && (traced ? shares_light(g) : shares_hits(g)))
+    if (!g->together && (traced && !lays_bare ? shares_light(g) : shares_hits(g)))
         return;
     g->is_convex = convex;
     g->sky_strength = light->sky;
     g->lamp_strength = light->lamp;
     g->is_known = false;
-    if (!traced)
-        sc_gather_trace(ctx, g, scene, again);
+    if (!traced || lays_bare)
+        sc_gather_trace(ctx, g, scene, again && !lays_bare, traced ? g->floor_first : 0);
     if (sc_gather_ends(g))
         return;
     g->together = g->together && shares_light(g);
@@ -325,7 +324,7 @@ sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label
     const bool light = (changes & SC_CHANGED_LIGHT) != 0;
     const bool cuts = changes & SC_CHANGED_CUTS && !same_planes(a, b);
 
-    if (changes & SC_CHANGED_OPACITIES || (cuts && !(is_convex(a, floor) && is_convex(b, floor))) ||
+    if (changes & SC_CHANGED_OPACITIES || (cuts && !(!floor && is_convex(a) && is_convex(b))) ||
         (light && (a->look.light.key > 0) != (b->look.light.key > 0)))
         return SC_LIGHT_NEW_RAYS;
     return cuts || light || changes & SC_CHANGED_COLORS ? SC_LIGHT_NEW_SUMS : SC_LIGHT_STAYS;

@@ -86,6 +86,7 @@ typedef struct sc_gather {
     sc_gather_march march; /* borrows them */
     sc_gather_fn *follow;
     const bool *absent_now;    /* [label_count] of the present direction; borrowed */
+    size_t first;              /* place from which on rays are traced now */
     int direction;             /* which is traced now */
     bool stay;                 /* hits of the direction are those of the last scene, which may
                                   stay: sc_gather_hit_stays */
@@ -149,9 +150,11 @@ bool sc_gather_ends(const sc_gather *g);
 void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body);
 /* Follow the rays of all places through what @p scene shows: sets g->hits. @param again the hits
  * are those of g->scene, which shows the same tissues, by planes as many that cut the same ones:
- * rays that must meet the same now are not followed anew. @param ctx its stage counts the rays of a
- * place; NULL: there is none. */
-void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, bool again);
+ * rays that must meet the same now are not followed anew. @param first number of the place from
+ * which on rays are followed. @param ctx its stage counts the rays of a place; NULL: there is none.
+ */
+void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, bool again,
+                     size_t first);
 /* Find which places the planes of g->march, and g->planes_before, keep. @return whether any has
  * moved, without which nothing is found. */
 bool sc_gather_compare_planes(sc_gather *g);

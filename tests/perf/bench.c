@@ -173,7 +173,7 @@ static void draw(entry *e, int frame)
     if (strcmp(e->value[SCENE], "peers") == 0)
         scene.camera = peers_camera(frame);
     if (e->renderer->gather) {
-        sc_gather_trace(NULL, e->renderer->gather, &scene, false);
+        sc_gather_trace(NULL, e->renderer->gather, &scene, false, 0);
         e->counters.rays += e->renderer->gather->count * SC_GATHER_DIRECTIONS;
         return;
     }

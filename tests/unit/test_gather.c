@@ -430,6 +430,42 @@ TEST(a_cut_gives_the_light_of_rays_that_see_it)
     free_scene(&s);
 }
 
+/* Light on the floor past a plane, which cuts away what is nearest to it, is that of rays that are
+ * followed to the plane, as for the same two planes as a wedge; and what was drawn before does not
+ * count. */
+TEST(a_cut_throws_no_shadow_on_the_floor)
+{
+    sc_scene scene, cut;
+    small_scene s = sky_scene(ball, true, &scene);
+    SC_OWN(sc_image_clear) sc_image whole = {0}, kept = {0}, again = {0}, traced = {0};
+    sc_renderer *r;
+    int differ = 0;
+
+    s.settings.floor = true;
+    s.settings.light.key = 0.7;
+    memset(s.settings.background, 255, sizeof s.settings.background);
+    scene.camera.half_height = SIDE;
+    cut = scene;
+    cut.planes[0] = cut.planes[1] = (sc_plane){{-0.6, 0, 0.8}, -20};
+    cut.plane_count = 1;
+    cut.cuts = cut.clip_sets[0] = 1;
+    assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+    assert_ok(sc_renderer_gather(&quiet, r, &scene, SC_LIGHT_NEW_RAYS, NULL));
+    whole = draw_after(r, &scene);
+    again = draw_after(r, &cut);
+    sc_renderer_free(r);
+    kept = draw_view(&s, &cut, NULL);
+    assert_memory_equal(kept.rgb, again.rgb, (size_t)SIDE * SIDE * 3);
+    cut.plane_count = 2;
+    cut.cuts = cut.clip_sets[0] = 3;
+    cut.clip_mode = SC_CLIP_CUT;
+    traced = draw_view(&s, &cut, NULL);
+    for (int i = 0; i < SIDE * SIDE * 3; i++)
+        differ += abs(kept.rgb[i] - traced.rgb[i]) > 6;
+    assert_true(differ < SIDE * SIDE * 3 / 200);
+    free_scene(&s);
+}
+
 /* A ball in a veil of another tissue. */
 static int veiled(double x, double y, double z)
 {
