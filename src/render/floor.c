@@ -4,17 +4,16 @@
  * nothing back to them. Its light is gathered at points of a grid, as that of tissues at vertices;
  * what is kept of each is how it differs from what it would be without tissues, exactly 1 where
  * nothing is in the way. */
-#include "directions.h"
 #include "gather.h"
 #include "internal.h"
 
 #include <stdlib.h>
 
-enum { SIDE = SC_FLOOR_SIDE, REACH = 4 /* points around each whose mean it gets, less 1 */ };
+enum { SIDE = SC_FLOOR_SIDE, REACH = 4 /* a point gets the mean of those less far away than this */ };
 /* The points lie so much nearer to each other in the middle than they would be if they lay evenly:
  * there the shadows are sharp. */
 #define DENSE 3.0
-/* From this share of the way to the border on shadows fade. */
+/* From this share of the way to the border on shadows fade, so that none ends there at once. */
 #define FADE_FROM 0.7
 
 void sc_floor_place(sc_renderer *r)

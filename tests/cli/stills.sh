@@ -7,7 +7,7 @@ sed 's/frames: 7/frames: 61/' short.yaml >job.yaml # 61 frames at 30 per second:
 still() { # still FILE [OPTION]...: draw with as many rays as a picture on a sheet has
     local file=$1
     shift
-    "$SEGCAST" still job.yaml --set render.quality=draft -q --overwrite -o "$file" "$@" >/dev/null
+    "$SEGCAST" still job.yaml -q --overwrite -o "$file" "$@" >/dev/null
 }
 same() { # same OPTION VALUE FRAME: the option chooses this frame
     sampled || return 0
