@@ -147,8 +147,7 @@ void sc_desk_slice(sc_desk *desk, sc_call *call)
         sc_desk_refuse(desk, call, "out of memory");
         return;
     }
-    sc_render_view(panel->renderers[0], &slice, &(sc_viewport){0, 0, size_px[0], size_px[1]}, NULL,
-                   &image, &stats);
+    sc_render_view(panel->renderers[0], &slice, NULL, NULL, NULL, &image, &stats);
     if (sc_image_compress_png(&desk->ctx, &image, "the slice", &data, &bytes) != SC_OK)
         sc_desk_refuse(desk, call, "the slice could not be drawn");
     else

@@ -9,7 +9,10 @@
 
 #include <stdlib.h>
 
-enum { SIDE = SC_FLOOR_SIDE, REACH = 4 /* a point gets the mean of those less far away than this */ };
+enum {
+    SIDE = SC_FLOOR_SIDE,
+    REACH = 4 /* a point gets the mean of those less far away than this */
+};
 /* The points lie so much nearer to each other in the middle than they would be if they lay evenly:
  * there the shadows are sharp. */
 #define DENSE 3.0

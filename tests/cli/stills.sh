@@ -105,7 +105,7 @@ EOF
 "$IMAGE_DIFFERENCE" job.png views.png || fail 'the views of a job are not those of its volume'
 at=0
 for view in anterior posterior left right superior inferior 45,20 135,20 -135,20 -45,20; do
-    "$SEGCAST" still heart.nrrd --size 96x72 --quality draft --view "$view" -o word.png --overwrite -q >/dev/null
+    "$SEGCAST" still heart.nrrd --size 96x72 --view "$view" -o word.png --overwrite -q >/dev/null
     "$IMAGE_DIFFERENCE" views.png word.png 0 0 $((44 + at % 5 * 172)) $((12 + at / 5 * 108)) || fail "$view is not on the sheet of views"
     at=$((at + 1))
 done
@@ -113,7 +113,7 @@ done
 "$SEGCAST" still heart.nrrd --size 96x72 --sheet looks -o looks.png --overwrite -q >/dev/null
 at=0
 for look in plain studio cinematic atlas xray; do
-    "$SEGCAST" still heart.nrrd --size 96x72 --quality draft --look "$look" -o word.png --overwrite -q >/dev/null
+    "$SEGCAST" still heart.nrrd --size 96x72 --look "$look" -o word.png --overwrite -q >/dev/null
     "$IMAGE_DIFFERENCE" looks.png word.png 0 0 $((44 + at % 3 * 172)) $((12 + at / 3 * 108)) || fail "$look is not on the sheet of looks"
     at=$((at + 1))
 done

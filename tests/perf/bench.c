@@ -177,7 +177,7 @@ static void draw(entry *e, int frame)
         e->counters.rays += e->renderer->gather->count * SC_GATHER_DIRECTIONS;
         return;
     }
-    sc_render_frame(e->renderer, &scene, NULL, &e->image, &stats);
+    sc_render_view(e->renderer, &scene, NULL, NULL, NULL, &e->image, &stats);
     sc_add_counters(&e->counters, &stats.counters);
 }
 

@@ -373,7 +373,7 @@ static sc_image draw_after(sc_renderer *r, const sc_scene *scene)
     sc_render_stats stats;
 
     assert_ok(sc_image_init_alpha(&quiet, SIDE, SIDE, false, &image));
-    sc_render_frame(r, scene, NULL, &image, &stats);
+    sc_render_view(r, scene, NULL, NULL, NULL, &image, &stats);
     return image;
 }
 

@@ -27,7 +27,7 @@ static sc_status load(const char *text, long *budget, sc_job *job)
 static const char film[] =
     "volume: phantom\n"
     "output: {fps: 10}\n"
-    "render: {quality: draft, cap_outline: 0.5}\n"
+    "render: {quality: draft, cap_outline: 0.5, stage: floor}\n"
     "tissues: {aorta: {color: red, opacity: 0.5}, \"*\": {opacity: 1}}\n"
     "overlays: {time: top, caption: {0s: none, 1s: first, 2s: none}}\n"
     "animation:\n"
@@ -45,7 +45,8 @@ static const char film[] =
     "    overlays: {caption: second}\n"
     "    animation: {frames: 21, camera: {fixed: {position_mm: [1, 2, 3], target_mm: [0, 0, 0]}}, "
     "clip: []}\n"
-    "  - {name: Three, animation: {frames: 10 s, slices: through}, fade_out: 0.5 s}\n";
+    "  - {name: Three, animation: {frames: 10 s, slices: through}, fade_out: 0.5 s}\n"
+    "light: {method: global}\n";
 
 /* What the text of film means. */
 static void expect_film(const sc_job *job)
