@@ -47,13 +47,16 @@ typedef struct sc_output {
     int layout;      /**< sc_layout; it follows from compare and animation.slices */
 } sc_output;
 
-/** Which pixels get more than one ray: only those that differ from a neighbour, or all. */
-typedef enum sc_antialiasing { SC_ANTIALIASING_ADAPTIVE, SC_ANTIALIASING_FULL } sc_antialiasing;
+/** What pictures are for: more rays for each pixel make them better, and take longer. */
+typedef enum sc_quality { SC_QUALITY_DRAFT, SC_QUALITY_FILM, SC_QUALITY_STILL } sc_quality;
 /** Added to an sc_opacity_rule: by the thickness at each point, instead of the mean of the tissue.
  */
 enum { SC_OPACITY_LOCAL = 2 };
 /** How faces cut by clip planes are drawn. */
 typedef enum sc_caps { SC_CAPS_NONE, SC_CAPS_SOLID } sc_caps;
+
+/** What stands below the tissues. */
+typedef enum sc_ground { SC_GROUND_NONE, SC_GROUND_FLOOR } sc_ground;
 
 /** How pictures are drawn; see sc_render_settings. */
 typedef struct sc_render_options {
@@ -61,9 +64,9 @@ typedef struct sc_render_options {
     int skip;               /**< sc_skip */
     int cpu;                /**< index into sc_cpu_names */
     int caps;               /**< sc_caps */
+    int stage;              /**< sc_ground */
     bool early_termination; /**< rays end behind what is opaque, instead of going on to their end */
-    int samples;            /**< rays per pixel */
-    int antialiasing;       /**< sc_antialiasing */
+    int quality;            /**< sc_quality */
     int auto_opacity;       /**< sc_opacity_rule, and SC_OPACITY_LOCAL */
     sc_vec3 smooth;         /**< see sc_prepare_settings; or auto, on the grid of the drawing:
                                  sc_smooth_is_auto */
@@ -302,7 +305,7 @@ bool sc_parse_frames(const char *text, double *frames);
 /** A key and its value from outside of the job file. All strings are borrowed. */
 typedef struct sc_setting {
     const char *origin; /**< what messages name, for example "--zoom 2" */
-    const char *path;   /**< "render.samples" */
+    const char *path;   /**< "render.quality" */
     const char *value;  /**< YAML, or any text if literal is set */
     bool literal;       /**< the value is used as it is, without being parsed as YAML */
 } sc_setting;

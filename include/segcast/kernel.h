@@ -50,7 +50,8 @@ typedef struct sc_march_tissue {
     float thickness_factor; /**< with by_thickness: what sc_march.thickness_alpha is multiplied by:
                                  1, but less or more while the tissue fades */
     float diffuse, specular; /**< weights of the diffuse light and of the highlight */
-    int shininess;           /**< exponent of the highlight */
+    float roughness;         /**< of its face, for paths: width of its facets, above 0, to 1 */
+    int shininess;           /**< exponent of the highlight in other light, of the same width */
     uint8_t show;            /**< SC_SHOW_* */
     uint8_t clip_set;        /**< index into sc_ray.parts: which clip planes cut the tissue */
     bool by_thickness;       /**< alpha follows the local thickness: see sc_march.thickness_alpha */

@@ -45,6 +45,7 @@ typedef struct sc_render_settings {
     double step_voxels;     /**< distance between samples, in voxel lengths (the smallest spacing);
                                  voxel surface only */
     bool caps;              /**< cut faces are drawn solid */
+    bool floor;             /**< shadows fall on a floor, by light that is gathered or by paths */
     double cap_outline;     /**< width of lines between tissues on cut faces, in voxels; 0: none */
     const sc_grey *grey;    /**< NULL, or a grey volume that cut faces and slices show; borrowed */
     sc_grey_look grey_look; /**< not read without */
@@ -103,8 +104,8 @@ typedef enum sc_light_change {
     SC_LIGHT_NEW_RAYS  /**< the rays themselves, as where tissue fades */
 } sc_light_change;
 /** @return how much differs between the light of two scenes of a film. @param label_count of the
- *  volume. Pure. */
-sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label_count);
+ *  volume. @param floor as of sc_render_settings. Pure. */
+sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label_count, bool floor);
 /** With light.method SC_LIGHT_GLOBAL: prepare to gather light, and as far as the frames have it in
  *  common do so for a first scene, with all ranks that made the renderer together, which are then
  *  done with it and hold it once. Frames that are drawn without have no light from the sky. To be
@@ -146,22 +147,15 @@ typedef struct sc_rows {
 typedef struct sc_columns_px {
     int first, end;
 } sc_columns_px;
-/** Draw a scene into @p viewport, a rectangle that must lie within @p image; the vertical field
- *  of view fills its height. Blocks until it is drawn; cannot fail. @param rows of the image,
- *  outside of which nothing is drawn; NULL: all rows of the viewport. A pixel does not depend on
- *  which others are drawn. @param image sRGB; pixels outside of the viewport and the rows stay
- *  as they are. @param stats overwritten; all 0 if no row is left. Threads: as sc_render_frame. */
-void sc_render_view(sc_renderer *renderer, const sc_scene *scene, const sc_viewport *viewport,
-                    const sc_rows *rows, sc_image *image, sc_render_stats *stats);
-/** As sc_render_view, but nothing is drawn outside of @p columns of the image either; NULL: all. */
-void sc_render_columns(sc_renderer *renderer, const sc_scene *scene, const sc_viewport *viewport,
-                       const sc_columns_px *columns, const sc_rows *rows, sc_image *image,
-                       sc_render_stats *stats);
-/** Draw a frame, or @p rows of it (NULL: all), into @p image, which has the size of the
- *  settings; otherwise as sc_render_view. Threads: a renderer draws one frame at a time, on the
+/** Draw a scene into @p part, a rectangle that must lie within @p image (NULL: all of it); the
+ *  vertical field of view fills its height. Blocks until it is drawn; cannot fail. @param columns,
+ *  rows of the image, outside of which nothing is drawn; NULL: all. A pixel does not depend on
+ * which others are drawn. @param image sRGB; pixels outside of that stay as they are. @param stats
+ *  overwritten; all 0 if nothing is left. Threads: a renderer draws one frame at a time, on the
  *  threads of its settings. */
-void sc_render_frame(sc_renderer *renderer, const sc_scene *scene, const sc_rows *rows,
-                     sc_image *image, sc_render_stats *stats);
+void sc_render_view(sc_renderer *renderer, const sc_scene *scene, const sc_viewport *part,
+                    const sc_columns_px *columns, const sc_rows *rows, sc_image *image,
+                    sc_render_stats *stats);
 
 /** Let a renderer draw in a hurry, or not any more: one ray in each pixel, and no light is
  * gathered. Nothing that it has kept of the last scene counts then. Not while a frame is being
@@ -173,14 +167,14 @@ typedef struct sc_pick {
     sc_vec3 at_mm; /**< where, RAS; not set if there is none */
 } sc_pick;
 /** Find what the ray through a point of a picture of @p size_px meets first. @param x_px, y_px from
- *  the upper left corner. Threads: as sc_render_frame. */
+ *  the upper left corner. Threads: as sc_render_view. */
 sc_pick sc_render_pick(sc_renderer *renderer, const sc_scene *scene, const int size_px[2],
                        double x_px, double y_px);
 
 /** Count what the ray through the middle of each pixel takes, in a picture of the scene of any
  * size. Rays are marched one by one, so that wide kernels take longer for each than in a frame.
  * Blocks until it is done; cannot fail. @param out [height_px][width_px], overwritten; 0 where
- * nothing can be seen. @param stats overwritten: the sums. Threads: as sc_render_frame. */
+ * nothing can be seen. @param stats overwritten: the sums. Threads: as sc_render_view. */
 void sc_render_counts(sc_renderer *renderer, const sc_scene *scene, int width_px, int height_px,
                       sc_march_counters *out, sc_render_stats *stats);
 

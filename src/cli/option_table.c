@@ -63,7 +63,8 @@ static const sc_option option_rows[] = {
      "let this tissue of a volume fill the picture, the others nearly transparent: a name, a glob "
      "or a label number",
      "orbit still", sc_store_framed, 0, ""},
-    {"set", 0, "KEY.PATH=VALUE", "set a key of the job, such as render.samples=2; may be repeated",
+    {"set", 0, "KEY.PATH=VALUE",
+     "set a key of the job, such as render.quality=still; may be repeated",
      JOB_COMMANDS " convert study info", sc_store_set, 0, ""},
     {"beating", 0, "N",
      "of the phantom: write N phases of its beat, files with -00, -01 ... before their ending, "

@@ -100,7 +100,7 @@ sc_status sc_store_set(const sc_ctx *ctx, sc_options *options, const sc_option *
     }
     if (!*equals)
         return sc_fail(ctx, SC_ERR_USAGE,
-                       "--%s is \"%s\", expected KEY.PATH=VALUE, for example render.samples=4; "
+                       "--%s is \"%s\", expected KEY.PATH=VALUE, for example render.quality=still; "
                        "`segcast help keys` lists all",
                        option->name, value);
     setting.value = equals + 1;

@@ -157,13 +157,6 @@ static sc_status draw_captions(const sc_app *app, const grid *g, const int *fram
     return sc_overlay_finish(app->ctx, overlay);
 }
 
-/* Small pictures need fewer rays. */
-static void draw_fast(sc_render_options *render)
-{
-    render->samples = render->samples < 3 ? render->samples : 3;
-    render->antialiasing = SC_ANTIALIASING_ADAPTIVE;
-}
-
 sc_status sc_draw_sheet(sc_app *app, const char *job_path, const char *path)
 {
     SC_OWN(sc_session_clear) sc_session session = {0};
@@ -177,9 +170,7 @@ sc_status sc_draw_sheet(sc_app *app, const char *job_path, const char *path)
     SC_PASS(sc_check_output(app, &session.job, path, true));
     SC_PASS(choose_frames(app, job, &frames, &count));
     shrink(job->output.size_px, job->output.size_px);
-    draw_fast(&job->render);
     for (size_t i = 0; i < job->shot_count; i++) {
-        draw_fast(&job->shots[i].job.render);
         job->shots[i].job.animation.camera.alone = app->options.sheet != NULL;
     }
     g = choose_grid(job->output.size_px, count);

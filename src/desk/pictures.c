@@ -152,8 +152,7 @@ void sc_desk_slice(sc_desk *desk, sc_call *call)
     slice = sc_views_slice(&views, (int)which, size_px, &scene);
     status = sc_image_init(&desk->ctx, size_px[0], size_px[1], &image);
     if (status == SC_OK)
-        sc_render_view(panel->renderers[0], &slice, &(sc_viewport){0, 0, size_px[0], size_px[1]},
-                       NULL, &image, &stats);
+        sc_render_view(panel->renderers[0], &slice, NULL, NULL, NULL, &image, &stats);
     answer_picture(desk, call, status, &image, &slice, false);
 }
 

@@ -85,12 +85,8 @@ static sc_status draw_space(const sc_app *app, sc_renderer *renderer, const sc_p
 
     if (panel->job.output.layout == SC_LAYOUT_VIEWS)
         return sc_views_draw(app->ctx, renderer, &views, scene, &what->rows, image, stats);
-    if (panel->place.space.width_px)
-        sc_render_columns(renderer, scene, &panel->place.space, what->columns, &what->rows, image,
-                          stats);
-    else
-        sc_render_view(renderer, scene, &(sc_viewport){0, 0, image->width_px, image->height_px},
-                       &what->rows, image, stats);
+    sc_render_view(renderer, scene, panel->place.space.width_px ? &panel->place.space : NULL,
+                   what->columns, &what->rows, image, stats);
     return SC_OK;
 }
 
@@ -312,7 +308,6 @@ sc_panel *sc_session_panel(sc_session *session, int k, int *frame)
 sc_status sc_session_sketch(const sc_app *app, sc_session *session, int k, sc_image *image,
                             sc_render_stats *stats)
 {
-    const sc_viewport whole = {0, 0, image->width_px, image->height_px};
     const sc_rows rows = {0, image->height_px};
     sc_panel *panel;
     sc_views views;
@@ -327,7 +322,7 @@ sc_status sc_session_sketch(const sc_app *app, sc_session *session, int k, sc_im
     if (!panel->phases)
         draw_background(&scene, &rows, image);
     else if (panel->job.output.layout == SC_LAYOUT_PICTURE)
-        sc_render_view(sc_panel_begin_frame(panel, k), &scene, &whole, NULL, image, stats);
+        sc_render_view(sc_panel_begin_frame(panel, k), &scene, NULL, NULL, NULL, image, stats);
     else
         return sc_views_draw(app->ctx, sc_panel_begin_frame(panel, k), &views, &scene, NULL, image,
                              stats);

@@ -92,6 +92,7 @@ double sc_session_loaded_share(const sc_session *session)
 static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *comm,
                                const sc_panel *panel, int phase, sc_renderer **out)
 {
+    static const int samples[] = {1, 5, 8}; /* by sc_quality */
     const sc_job *job = &panel->job;
     sc_render_settings settings = {
         .width_px = job->output.size_px[0],
@@ -99,15 +100,16 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .surface = (sc_surface)job->render.surface,
         .skip = (sc_skip)job->render.skip,
         .cpu = sc_cpu_names[job->render.cpu],
-        .samples = job->render.samples,
+        .samples = samples[job->render.quality],
         .lens_samples =
             job->animation.camera.optics.aperture_mm > 0 || job->light.method == SC_LIGHT_PATH
-                ? 4 << job->render.samples
+                ? 4 << samples[job->render.quality]
                 : 0,
         .to_the_end = !job->render.early_termination,
-        .everywhere = job->render.antialiasing != 0,
+        .everywhere = job->render.quality == SC_QUALITY_STILL,
         .step_voxels = job->render.step_voxels,
         .caps = job->render.caps != 0,
+        .floor = job->render.stage == SC_GROUND_FLOOR,
         .cap_outline = job->render.cap_outline,
         .grey = panel->grey.grey.codes ? &panel->grey.grey : NULL,
         .grey_look = {panel->grey.window, job->image.shown.caps, job->image.shown.slices,
@@ -289,7 +291,8 @@ static void add_frames(sc_panel *panel, light_frames *f)
             f->frame = k;
             first = scene;
         }
-        change = sc_light_between(&first, &scene, panel->volume.label_count);
+        change = sc_light_between(&first, &scene, panel->volume.label_count,
+                                  panel->job.render.stage == SC_GROUND_FLOOR);
         f->change = change > f->change ? change : f->change;
     }
 }

@@ -189,6 +189,20 @@ static sc_status check_projection(const sc_ctx *ctx, const sc_yaml *root, const 
     return status;
 }
 
+/* Shadows fall on the floor where light is gathered or comes by paths. */
+static sc_status check_stage(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+{
+    const int method = job->light.method;
+
+    if (job->render.stage == SC_GROUND_NONE ||
+        (job->render.surface == SC_SURFACE_SMOOTH &&
+         (method == SC_LIGHT_GLOBAL || method == SC_LIGHT_PATH)))
+        return SC_OK;
+    return sc_yaml_fail(ctx, sc_key_node(root, "render.stage"),
+                        "stage: no shadow would fall on it; expected light.method: global or path, "
+                        "surface: smooth, or stage: none");
+}
+
 /* ---- verbs of the camera ---- */
 
 /* Log what is wrong with a verb. */
@@ -589,6 +603,7 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     (void)sc_goes_on(&status, resolve_subjects(ctx, sources, root, job));
     (void)sc_goes_on(&status, check_compare(ctx, root, job));
     (void)sc_goes_on(&status, check_projection(ctx, root, job));
+    (void)sc_goes_on(&status, check_stage(ctx, root, job));
     if (inputs != SC_OK || is_source_misspelt(root))
         job->volume[0] = '\0'; /* so that nobody looks for its tissues */
     (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "output.directory", SC_PATH_OUTPUT,

@@ -74,13 +74,14 @@ static const sc_choice skips[] = {{"none", SC_SKIP_NONE},
                                   {"chessboard", SC_SKIP_CHESSBOARD},
                                   {"leap", SC_SKIP_LEAP},
                                   {NULL, 0}};
-static const sc_choice antialiasings[] = {
-    {"adaptive", SC_ANTIALIASING_ADAPTIVE}, {"full", SC_ANTIALIASING_FULL}, {NULL, 0}};
+static const sc_choice qualities[] = {
+    {"draft", SC_QUALITY_DRAFT}, {"film", SC_QUALITY_FILM}, {"still", SC_QUALITY_STILL}, {NULL, 0}};
 static const sc_choice auto_opacities[] = {{"measured", SC_OPACITY_MEASURED},
                                            {"paper", SC_OPACITY_PAPER},
                                            {"local", SC_OPACITY_MEASURED + SC_OPACITY_LOCAL},
                                            {"local-paper", SC_OPACITY_PAPER + SC_OPACITY_LOCAL},
                                            {NULL, 0}};
+static const sc_choice stages[] = {{"none", SC_GROUND_NONE}, {"floor", SC_GROUND_FLOOR}, {NULL, 0}};
 static const sc_choice caps[] = {{"none", SC_CAPS_NONE}, {"solid", SC_CAPS_SOLID}, {NULL, 0}};
 
 #define RENDER(member) offsetof(sc_render_options, member)
@@ -122,11 +123,15 @@ static const sc_key render_keys[] = {
     {"cap_outline", &sc_type_real, RENDER(cap_outline), "0",
      .help = "width of the lines between tissues on cut faces", .low = 0, .high = 1,
      .unit = "voxels"},
-    {"samples", &sc_type_int, RENDER(samples), "5", .help = "rays per pixel", .low = 1,
-     .high = SC_SAMPLES_MAX, .option = &(const sc_key_option){"samples", "N", PICTURE_COMMANDS}},
-    {"antialiasing", &sc_type_choice, RENDER(antialiasing), "adaptive",
-     .help = "adaptive: all rays only where neighbouring pixels differ; full: everywhere",
-     .choices = antialiasings},
+    {"stage", &sc_type_choice, RENDER(stage), "none",
+     .help = "floor: below the tissues lies a floor, in the colour of the background, on which "
+             "they throw shadows; clip planes do not cut it; with light.method global or path",
+     .choices = stages},
+    {"quality", &sc_type_choice, RENDER(quality), "film",
+     .help = "draft: one ray for a pixel; film: 5 where neighbouring pixels differ; still: 8 in "
+             "all of them. Where they show what is not in focus, or the paths of light: 8, 128, "
+             "1,024",
+     .choices = qualities, .option = &(const sc_key_option){"quality", "HOW", PICTURE_COMMANDS}},
     {"auto_opacity", &sc_type_choice, RENDER(auto_opacity), "measured",
      .help = "what opacity: auto is. measured: by thickness in mm, and tissues that enclose the "
              "others nearly transparent; paper: from 0.3 for the thinnest tissue to 0.9 for the "

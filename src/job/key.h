@@ -296,7 +296,7 @@ sc_status sc_times_resolve(const sc_ctx *ctx, const struct sc_job *job, bool is_
 
 /* ---- settings.c ---- */
 
-/* Set @p path, such as "render.samples", to the value @p text, which is YAML, in the tree @p root
+/* Set @p path, such as "render.quality", to the value @p text, which is YAML, in the tree @p root
  * of a job file. Elements of the path are names of rows of @p keys; those with dots or spaces stand
  * in double quotes. A map is merged into one that is there key by key, everything else is replaced.
  * A key that excludes others removes them. The index after the last item of a list appends to it.

@@ -17,7 +17,7 @@ static const struct {
     /* Night, and a lamp whose shadows tell the shape. */
     {"cinematic", "light: {method: global, ambient: 0.28, key: 1, head: 0.04}\n"
                   "render: {background: '#14161a'}\n"
-                  "tissues: {'**': {specular: 0.2, shininess: 60}}"},
+                  "tissues: {'**': {specular: 0.2, roughness: 0.424}}"},
     /* An overcast sky, without highlights: colours are those of the table nearly everywhere. */
     {"atlas", "light: {method: global, ambient: 0.95, key: 0, head: 0.2}\n"
               "render: {background: white, cap_outline: 0.3}\n"

@@ -105,13 +105,13 @@ static void drop(sc_yaml *tree, const char *name)
         sc_yaml_remove(tree, sc_yaml_index(tree, name));
 }
 
-/* Remove from the tree of the film what a title card has no use for: image, light, tissues, colours
- * by values with their bar, and all of the animation but its length. Times of the film may well lie
- * behind the end of a card. */
+/* Remove from the tree of the film what a title card has no use for: image, light, floor, tissues,
+ * colours by values with their bar, and all of the animation but its length. Times of the film may
+ * well lie behind the end of a card. */
 static void drop_unused(sc_yaml *tree)
 {
     sc_yaml *animation = sc_yaml_member(tree, "animation");
-    sc_yaml *overlays = sc_yaml_member(tree, "overlays");
+    sc_yaml *overlays = sc_yaml_member(tree, "overlays"), *render = sc_yaml_member(tree, "render");
 
     for (size_t i = animation ? animation->count : 0;
          animation && animation->kind == SC_YAML_MAP && i-- > 0;) {
@@ -120,6 +120,8 @@ static void drop_unused(sc_yaml *tree)
     }
     if (overlays && overlays->kind == SC_YAML_MAP)
         drop(overlays, "color_bar");
+    if (render && render->kind == SC_YAML_MAP)
+        drop(render, "stage");
     drop(tree, "color_by");
     drop(tree, "image");
     drop(tree, "light");

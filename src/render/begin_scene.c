@@ -43,6 +43,7 @@ static void set_sky(sc_renderer *r, bool inside)
     light->has_map = r->sky.map;
     memcpy(light->around, r->sky.around, sizeof light->around);
     light->lamp = light->key;
+    light->key *= SC_LAMP_MEAN_COSINE;
     light->ambient = light->fill = 0;
     memcpy(light->key_direction, sc_lamp_direction, sizeof light->key_direction);
 }
@@ -166,4 +167,5 @@ void sc_begin_scene(sc_renderer *r, const sc_scene *scene, int height_px)
     set_rims(r, &scene->camera, height_px);
     set_planes(r, scene);
     sc_set_grey(r, scene);
+    r->floor.is_shown = r->settings.floor && r->march.light.sky > 0 && !scene->slice;
 }

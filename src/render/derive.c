@@ -30,7 +30,9 @@ void sc_fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, fl
         to->thickness_factor = 1;
         to->diffuse = (float)tissues[id].material.diffuse;
         to->specular = (float)tissues[id].material.specular;
-        to->shininess = tissues[id].material.shininess;
+        to->roughness = (float)(tissues[id].material.roughness * tissues[id].material.roughness);
+        /* The lobe of Blinn and Phong that is as wide as that of GGX (Walter et al. 2007). */
+        to->shininess = (int)fmax(lround(2 / ((double)to->roughness * to->roughness) - 2), 1);
         to->show = show[id] = id ? shown(s, &tissues[id]) : 0;
         to->cap_alpha = !id || show[id] ? 1 : 0;
         to->clip_set = tissues[id].clip_set;

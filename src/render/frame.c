@@ -261,7 +261,7 @@ static bool is_empty(const sc_tile *t)
     const sc_parts *parts = t->f->renderer->parts;
     const sc_cover *cover = apart ? &parts->layout : &t->f->cover;
 
-    if (t->f->renderer->grey_behind)
+    if (sc_shows_behind(t->f->renderer))
         return false;
     for (int row = t->y0 >> cover->shift; row <= (t->y1 - 1) >> cover->shift; row++) {
         for (int column = t->x0 >> cover->shift; column <= (t->x1 - 1) >> cover->shift; column++) {
@@ -365,14 +365,6 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
         draw_and_measure(user, begin, end, thread);
 }
 
-void sc_render_frame(sc_renderer *r, const sc_scene *scene, const sc_rows *rows, sc_image *image,
-                     sc_render_stats *stats)
-{
-    const sc_viewport whole = {0, 0, r->settings.width_px, r->settings.height_px};
-
-    sc_render_view(r, scene, &whole, rows, image, stats);
-}
-
 void sc_render_stats_add(sc_render_stats *sum, const sc_render_stats *more)
 {
     sc_add_counters(&sum->counters, &more->counters);
@@ -420,11 +412,13 @@ static void begin_view(sc_frame *f)
         sc_paths_begin(r);
 }
 
-void sc_render_columns(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
-                       const sc_columns_px *columns, const sc_rows *rows, sc_image *image,
-                       sc_render_stats *stats)
+void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *part,
+                    const sc_columns_px *columns, const sc_rows *rows, sc_image *image,
+                    sc_render_stats *stats)
 {
     const double begin_s = sc_wall_s();
+    const sc_viewport whole = {0, 0, image->width_px, image->height_px};
+    const sc_viewport *viewport = part ? part : &whole;
     const int px = r->settings.tile_px, height_px = viewport->height_px;
     const int width_px = viewport->width_px;
     const int column0 = columns ? within(columns->first - viewport->x_px, width_px) : 0;
@@ -456,12 +450,6 @@ void sc_render_columns(sc_renderer *r, const sc_scene *scene, const sc_viewport 
         stats->cpu_s += r->stats[i].cpu_s;
     }
     stats->wall_s = sc_wall_s() - begin_s;
-}
-
-void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
-                    const sc_rows *rows, sc_image *image, sc_render_stats *stats)
-{
-    sc_render_columns(r, scene, viewport, NULL, rows, image, stats);
 }
 
 void sc_renderer_hurry(sc_renderer *r, bool hurries)

@@ -80,6 +80,8 @@ static sc_status allocate_light(const sc_ctx *ctx, sc_gather *g)
     SC_PASS(allocate(ctx, g, light, count, sizeof *g->gone, &g->gone));
     if (!hits)
         SC_PASS(SC_ALLOC(ctx, count, &g->kept));
+    if (g->floor_first < g->count)
+        SC_PASS(allocate(ctx, g, light, g->count - g->floor_first, sizeof *g->floor, &g->floor));
     for (int k = 0; k < SC_GATHER_FIELDS; k++) {
         sc_gather_field *f = &g->fields[k];
 
@@ -157,14 +159,16 @@ sc_status sc_gather_new_kept(const sc_ctx *ctx, const sc_renderer *r, sc_gather 
 {
     SC_OWN(free_at) sc_gather *g = NULL;
 
-    SC_PASS(SC_ZALLOC(ctx, 1, &g));
+    SC_PASS(sc_team_agree(r->team, SC_ZALLOC(ctx, 1, &g)));
     g->renderer = r;
-    g->change = SC_LIGHT_NEW_RAYS; /* arrays are its own */
     g->is_kept = true;
     g->fields[0].border = &r->volume->outer;
     g->fields[1].border = &r->volume->inner;
     for (int k = 0; k < (r->shows_inner ? SC_GATHER_FIELDS : 1); k++)
-        SC_PASS(SC_ZALLOC(ctx, g->fields[k].border->count + 1, &g->fields[k].around));
+        SC_PASS(allocate(ctx, g, true, g->fields[k].border->count + 1, sizeof *g->fields[k].around,
+                         &g->fields[k].around));
+    if (r->settings.floor)
+        SC_PASS(allocate(ctx, g, true, SC_FLOOR_SIDE * SC_FLOOR_SIDE, sizeof *g->floor, &g->floor));
     SC_HAND_OVER(g, out);
     return SC_OK;
 }
@@ -244,21 +248,24 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
         again && same_tissues(g, OPACITIES) && (convex || same_planes(scene, &g->scene));
     const bool summed = traced && same_tissues(g, COLORS) && same_planes(scene, &g->scene) &&
                         light->sky == g->sky_strength && light->lamp == g->lamp_strength;
+    /* The floor may lie beyond the planes. */
+    const bool lays_bare = traced && r->settings.floor && !same_planes(scene, &g->scene);
 
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         r->march.around[k] = g->fields[k].around;
+    r->floor.light = (const float(*)[3])g->floor;
     if (summed || g->is_kept)
         return;
     /* What is shared is never written by one rank: moments between frames, which alone may differ
      * where frames do not, have the light of the frames. */
-    if (!g->together && (traced ? shares_light(g) : shares_hits(g)))
+    if (!g->together && (traced && !lays_bare ? shares_light(g) : shares_hits(g)))
         return;
     g->is_convex = convex;
     g->sky_strength = light->sky;
     g->lamp_strength = light->lamp;
     g->is_known = false;
-    if (!traced)
-        sc_gather_trace(ctx, g, scene, again);
+    if (!traced || lays_bare)
+        sc_gather_trace(ctx, g, scene, again && !lays_bare, traced ? g->floor_first : 0);
     if (sc_gather_ends(g))
         return;
     g->together = g->together && shares_light(g);
@@ -282,13 +289,13 @@ void sc_gather_first(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_s
     g->together = false;
 }
 
-sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label_count)
+sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label_count, bool floor)
 {
     const unsigned changes = sc_scene_changes(a, b, label_count);
     const bool light = (changes & SC_CHANGED_LIGHT) != 0;
     const bool cuts = changes & SC_CHANGED_CUTS && !same_planes(a, b);
 
-    if (changes & SC_CHANGED_OPACITIES || (cuts && !(is_convex(a) && is_convex(b))) ||
+    if (changes & SC_CHANGED_OPACITIES || (cuts && !(!floor && is_convex(a) && is_convex(b))) ||
         (light && (a->look.light.key > 0) != (b->look.light.key > 0)))
         return SC_LIGHT_NEW_RAYS;
     return cuts || light || changes & SC_CHANGED_COLORS ? SC_LIGHT_NEW_SUMS : SC_LIGHT_STAYS;
@@ -303,12 +310,17 @@ static void free_light(sc_gather *g)
         for (int i = 0; i < SC_GATHER_RAYS; i++)
             sc_free(g->hits[i]);
     }
+    for (int k = 0; k < SC_GATHER_FIELDS && g->is_kept; k++)
+        sc_team_free(g->renderer->team, g->fields[k].around);
+    if (g->is_kept)
+        sc_team_free(g->renderer->team, g->floor);
     if (shares_light(g))
         return;
     sc_free(g->sky);
     sc_free(g->light);
     sc_free(g->radiosity);
     sc_free(g->gone);
+    sc_free(g->floor);
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         sc_free(g->fields[k].around);
 }

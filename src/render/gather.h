@@ -65,7 +65,11 @@ typedef struct sc_gather {
     bool together;                      /* loops are those of the team now */
     bool is_kept;                       /* the light was read, and there is nothing else */
     sc_gather_field fields[SC_GATHER_FIELDS];
-    size_t count; /* of places: those of the outer field come first */
+    size_t count; /* of places: those of the outer field come first, points of the floor last */
+    size_t floor_first; /* number of the first of these; count without one */
+    float (*floor)[3];  /* [SC_FLOOR_SIDE][SC_FLOOR_SIDE] see sc_floor.light */
+    float floor_free[SC_GATHER_PARTS]
+                    [3]; /* what comes there along the rays of a part if all are free */
     sc_gather_place *places;
     /* [SC_GATHER_PARTS] those all around about the z axis, those to the lamp as they are, RAS */
     float (*directions)[SC_GATHER_RAYS][3];
@@ -82,6 +86,7 @@ typedef struct sc_gather {
     sc_gather_march march; /* borrows them */
     sc_gather_fn *follow;
     const bool *absent_now;    /* [label_count] of the present direction; borrowed */
+    size_t first;              /* place from which on rays are traced now */
     int direction;             /* which is traced now */
     bool stay;                 /* hits of the direction are those of the last scene, which may
                                   stay: sc_gather_hit_stays */
@@ -108,8 +113,8 @@ typedef struct sc_gather {
  * sc_gather_free. */
 sc_status sc_gather_new(const sc_ctx *ctx, const struct sc_renderer *r, sc_light_change change,
                         sc_gather **out);
-/* Begin one whose light was gathered before: sc_gather_load. Only of a rank that is a team of its
- * own, for scenes between which light stays. @return SC_ERR_MEMORY. Caller owns *out. */
+/* Begin one whose light was gathered before: sc_gather_load, by the first rank of the team. For
+ * scenes between which light stays. Collective. @return SC_ERR_MEMORY. Caller owns *out. */
 sc_status sc_gather_new_kept(const sc_ctx *ctx, const struct sc_renderer *r, sc_gather **out);
 /* Write the name of the file in which the light of a scene, for which @p r has been set up, is kept
  * to *out, NULL: nowhere. @param prepared that of the prepared volume in the cache; NULL: none.
@@ -145,9 +150,11 @@ bool sc_gather_ends(const sc_gather *g);
 void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body);
 /* Follow the rays of all places through what @p scene shows: sets g->hits. @param again the hits
  * are those of g->scene, which shows the same tissues, by planes as many that cut the same ones:
- * rays that must meet the same now are not followed anew. @param ctx its stage counts the rays of a
- * place; NULL: there is none. */
-void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, bool again);
+ * rays that must meet the same now are not followed anew. @param first number of the place from
+ * which on rays are followed. @param ctx its stage counts the rays of a place; NULL: there is none.
+ */
+void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, bool again,
+                     size_t first);
 /* Find which places the planes of g->march, and g->planes_before, keep. @return whether any has
  * moved, without which nothing is found. */
 bool sc_gather_compare_planes(sc_gather *g);
@@ -164,6 +171,11 @@ static inline int sc_gather_rays(const sc_gather *g)
 void sc_gather_sum(sc_gather *g);
 /* The direction number @p i, less than SC_GATHER_RAYS, of a place, unit, RAS, to @p out. */
 void sc_gather_direction(const sc_gather *g, const sc_gather_place *p, int i, float out[3]);
+
+/* Fill in points [begin, end) of the floor, and spread their light, each an sc_range_fn on a
+ * gather. */
+void sc_floor_points(void *user, size_t begin, size_t end, int thread);
+void sc_floor_spread(void *user, size_t begin, size_t end, int thread);
 
 /* @return the number of the place at vertex @p q, which is one of the grid; SC_GATHER_LOST if there
  * is none. */

@@ -12,10 +12,12 @@
 
 enum { DIGITS = 16 /* of the name of the prepared volume, and of the hash */ };
 
-/* What a file begins with; the light of the vertices of each field follows. */
+enum { ARRAYS = SC_GATHER_FIELDS + 1 /* of the vertices of each field, and of the floor */ };
+
+/* What a file begins with; the arrays follow. */
 typedef struct kept_head {
-    uint64_t counts[SC_GATHER_FIELDS]; /* of records; 0: that field is not seen */
-    uint64_t checksum;                 /* of what follows */
+    uint64_t bytes[ARRAYS]; /* of each; 0: there is none */
+    uint64_t checksum;      /* of what follows */
 } kept_head;
 
 /* @return a hash of all that light follows from but the volume as it was prepared. */
@@ -47,6 +49,7 @@ static uint64_t hash_of(const sc_renderer *r, const sc_scene *scene)
 
         hash = sc_hash_bytes(plane, sizeof plane, hash);
     }
+    hash = sc_hash_bytes(&r->settings.floor, sizeof r->settings.floor, hash);
     return sc_hash_bytes(&r->shows_inner, sizeof r->shows_inner, hash);
 }
 
@@ -65,16 +68,27 @@ sc_status sc_gather_kept_path(const sc_ctx *ctx, const sc_renderer *r, const sc_
     return SC_OK;
 }
 
+/* @return array number @p i of a gather; NULL: there is none. @param bytes set to its size. */
+static void *array_of(const sc_gather *g, int i, uint64_t *bytes)
+{
+    void *array = i < SC_GATHER_FIELDS ? (void *)g->fields[i].around : (void *)g->floor;
+
+    *bytes = !array                 ? 0
+             : i < SC_GATHER_FIELDS ? g->fields[i].border->count * sizeof *g->fields[i].around
+                                    : (uint64_t)SC_FLOOR_SIDE * SC_FLOOR_SIDE * sizeof *g->floor;
+    return array;
+}
+
 /* The head of the light of a gather. */
 static kept_head head_of(const sc_gather *g)
 {
     kept_head head = {.checksum = 0};
 
-    for (int k = 0; k < SC_GATHER_FIELDS; k++) {
-        head.counts[k] = k == 0 || g->renderer->shows_inner ? g->fields[k].border->count : 0;
-        if (g->fields[k].around)
-            head.checksum = sc_hash_bytes(
-                g->fields[k].around, head.counts[k] * sizeof *g->fields[k].around, head.checksum);
+    for (int i = 0; i < ARRAYS; i++) {
+        const void *array = array_of(g, i, &head.bytes[i]);
+
+        if (array)
+            head.checksum = sc_hash_bytes(array, head.bytes[i], head.checksum);
     }
     return head;
 }
@@ -88,11 +102,14 @@ bool sc_gather_load(sc_gather *g, const char *path)
     struct stat info;
     bool good = stream && !fstat(file, &info) && S_ISREG(info.st_mode) &&
                 info.st_uid == geteuid() && fread(&head, sizeof head, 1, stream) == 1 &&
-                !memcmp(head.counts, expected.counts, sizeof head.counts);
+                !memcmp(head.bytes, expected.bytes, sizeof head.bytes);
 
-    for (int k = 0; good && k < SC_GATHER_FIELDS && g->fields[k].around; k++)
-        good = fread(g->fields[k].around, sizeof *g->fields[k].around, head.counts[k], stream) ==
-               head.counts[k];
+    for (int i = 0; good && i < ARRAYS; i++) {
+        uint64_t bytes;
+        void *array = array_of(g, i, &bytes);
+
+        good = !array || fread(array, 1, bytes, stream) == bytes;
+    }
     good = good && head_of(g).checksum == head.checksum;
     if (good) /* it is used now: see kept.c */
         (void)!futimens(file,
@@ -115,7 +132,12 @@ void sc_gather_save(const sc_ctx *ctx, const sc_gather *g, const char *path)
         return;
     file.fleeting = true;
     fwrite(&head, sizeof head, 1, file.stream);
-    for (int k = 0; k < SC_GATHER_FIELDS && g->fields[k].around; k++)
-        fwrite(g->fields[k].around, sizeof *g->fields[k].around, head.counts[k], file.stream);
+    for (int i = 0; i < ARRAYS; i++) {
+        uint64_t bytes;
+        const void *array = array_of(g, i, &bytes);
+
+        if (array)
+            fwrite(array, 1, bytes, file.stream);
+    }
     (void)!sc_outfile_commit(&silent, &file);
 }

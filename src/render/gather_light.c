@@ -29,6 +29,24 @@ static inline void add_free(const sc_gather *g, const sc_gather_place *p, int i,
         sum[k] += g->sky_strength * rgb[k] / SC_GATHER_DIRECTIONS;
 }
 
+/* Find what comes to points of the floor if all of their rays are free. */
+static void sum_floor(sc_gather *g)
+{
+    sc_gather_place p = {.normal = {0, 0, 1}};
+
+    for (; p.part < SC_GATHER_PARTS; p.part++) {
+        float *sum = g->floor_free[p.part];
+
+        sum[0] = sum[1] = sum[2] = 0;
+        for (int i = 0; i < sc_gather_rays(g); i++) {
+            float d[3];
+
+            sc_gather_direction(g, &p, i, d);
+            add_free(g, &p, i, d, sum);
+        }
+    }
+}
+
 /* Sum up what free rays bring to places [begin, end), and begin the iteration with it: an
  * sc_range_fn on a gather. */
 static void sum_sky(void *user, size_t begin, size_t end, int thread)
@@ -197,4 +215,7 @@ void sc_gather_sum(sc_gather *g)
         sc_gather_for(g, g->count, BLOCK, bounce);
     }
     sc_gather_for(g, sc_brick_count(g->renderer->volume->bricks), 1024, spread);
+    if (g->floor)
+        sum_floor(g);
+    sc_gather_for(g, g->count - g->floor_first, 4096, sc_floor_spread);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The places at which light is gathered. */
+/* The places at which light is gathered, and how something is done for all of them. */
 #include "directions.h"
 #include "gather.h"
 #include "internal.h"
@@ -9,6 +9,35 @@
 #define LIFT_VOXELS 0.2
 /* The surface is at most so many voxels from a vertex beside which it passes. */
 #define MOVED_MOST_VOXELS 1.5
+
+void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body)
+{
+    if (g->together)
+        sc_team_for(g->renderer->team, count, chunk, body, g);
+    else
+        sc_parallel_for(g->renderer->settings.threads, count, chunk, body, g);
+}
+
+bool sc_gather_ends(const sc_gather *g)
+{
+    return !g->together && sc_is_given_up(g->renderer);
+}
+
+uint32_t sc_gather_number(const sc_gather *g, uint32_t first, uint32_t *counts)
+{
+    const size_t bricks = sc_brick_count(g->renderer->volume->bricks);
+
+    if (sc_team_is_first(g->renderer->team)) {
+        for (size_t brick = 0; brick <= bricks; brick++) {
+            const uint32_t own = counts[brick];
+
+            counts[brick] = first;
+            first += own;
+        }
+    }
+    (void)!sc_team_agree(g->renderer->team, SC_OK); /* all wait until it is done */
+    return counts[bricks];
+}
 
 /* @return whether two vertex records look to opposite sides. */
 static bool look_apart(uint32_t a, uint32_t b)
@@ -270,9 +299,12 @@ sc_status sc_gather_find_places(const sc_ctx *ctx, sc_gather *g)
         f->thinned = NULL;
         g->count = sc_gather_number(g, (uint32_t)g->count, f->start);
     }
+    g->floor_first = g->count;
+    g->count += r->settings.floor ? SC_FLOOR_SIDE * SC_FLOOR_SIDE : 0;
     SC_PASS(sc_team_alloc(ctx, r->team, g->count + 1, sizeof *g->places, &data));
     g->places = data;
     sc_gather_for(g, bricks, 1024, fill_places);
+    sc_gather_for(g, g->count - g->floor_first, 4096, sc_floor_points);
     return SC_OK;
 }
 

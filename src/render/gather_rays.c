@@ -130,6 +130,32 @@ static void make_ray(const sc_gather *g, const sc_gather_place *p, const float d
     }
 }
 
+/* Let a ray from a point of the floor begin where it comes into the volume, and into what planes
+ * keep that is convex, if it does: else beside the volume. What it meets behind that is gone. */
+static void enter(const sc_gather *g, sc_gather_ray *ray)
+{
+    const sc_gather_march *m = &g->march;
+    const sc_march *cut = &g->renderer->march;
+    float near = 0, far = HUGE_VALF;
+
+    for (int k = 0; k < 3; k++) {
+        const float low = (m->box_low[k] - 0.5f - ray->origin[k]) / ray->direction[k];
+        const float high = (m->box_high[k] - 0.5f - ray->origin[k]) / ray->direction[k];
+
+        near = fmaxf(near, fminf(low, high));
+        far = fminf(far, fmaxf(low, high));
+    }
+    for (int i = 0; i < cut->plane_count && g->is_convex; i++) {
+        const float *e = cut->plane_equations[i];
+        const float speed = sc_dot(e, ray->direction), above = sc_dot(e, ray->origin) + e[3];
+
+        if (above < 0)
+            near = speed > 0 ? fmaxf(near, -above / speed) : HUGE_VALF;
+    }
+    for (int k = 0; k < 3 && near > 0; k++)
+        ray->origin[k] = near < far ? ray->origin[k] + (near + 1.0f / 64) * ray->direction[k] : -9;
+}
+
 /* @return the number of the place at vertex @p q that looks towards a ray in direction @p d (RAS):
  * that of the border to air, else that between tissues; SC_GATHER_LOST if none does. */
 static int32_t place_facing(const sc_gather *g, const int32_t q[3], const float d[3])
@@ -171,7 +197,8 @@ static void follow_volley(sc_gather *g, const sc_gather_march *march, int i, vol
     v->count = 0;
 }
 
-/* Trace the rays of direction g->direction of places [begin, end): an sc_range_fn on a gather. */
+/* Trace the rays of direction g->direction of places [begin, end) from g->first on: an sc_range_fn
+ * on a gather. */
 static void trace(void *user, size_t begin, size_t end, int thread)
 {
     sc_gather *g = user;
@@ -179,10 +206,10 @@ static void trace(void *user, size_t begin, size_t end, int thread)
     volley v;
 
     v.count = 0;
-    for (size_t at = begin; at < end; at++) {
+    for (size_t at = g->first + begin; at < g->first + end; at++) {
         const sc_gather_place *p = &g->places[at];
 
-        if (!r->tissues[p->tissue].show ||
+        if ((at < g->floor_first && !r->tissues[p->tissue].show) ||
             (g->direction >= SC_GATHER_DIRECTIONS &&
              sc_dot(g->directions[p->part][g->direction], p->normal) <= 0)) {
             g->hits[g->direction][at] = SC_GATHER_FREE;
@@ -193,6 +220,8 @@ static void trace(void *user, size_t begin, size_t end, int thread)
         v.from[v.count] = (uint32_t)at;
         sc_gather_direction(g, p, g->direction, v.directions[v.count]);
         make_ray(g, p, v.directions[v.count], &v.rays[v.count]);
+        if (at >= g->floor_first)
+            enter(g, &v.rays[v.count]);
         v.count++;
         if (v.count == SC_RAY_BATCH)
             follow_volley(g, &g->march, g->direction, &v);
@@ -279,29 +308,31 @@ sc_status sc_gather_find_parts(const sc_ctx *ctx, sc_gather *g)
     return sc_brick_distances(ctx, r->team, size, g->shown, &g->far);
 }
 
-void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, bool again)
+void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, bool again,
+                     size_t first)
 {
     const sc_renderer *r = g->renderer;
     const size_t labels = (size_t)r->volume->label_count;
     const bool *marked = NULL; /* what is met now */
     bool moved;
 
+    g->first = first;
     set_absent(g);
     set_planes(g, scene);
     g->scene_now = scene;
     moved = again && sc_gather_compare_planes(g);
     for (g->direction = 0; g->direction < sc_gather_rays(g) && !sc_gather_ends(g); g->direction++) {
-        const size_t first = (size_t)g->direction * labels;
-        const bool *absent = g->absent + first;
+        const size_t row = (size_t)g->direction * labels;
+        const bool *absent = g->absent + row;
 
-        g->stay = again && !memcmp(absent, g->absent_before + first, labels);
+        g->stay = again && !memcmp(absent, g->absent_before + row, labels);
         if (!g->stay || moved) {
             if (!marked || memcmp(absent, marked, labels) != 0) {
                 g->absent_now = absent;
                 sc_gather_for(g, sc_brick_count(r->volume->bricks), 4096, mark_occupied);
             }
             marked = absent;
-            sc_gather_for(g, g->count, 4096, trace);
+            sc_gather_for(g, g->count - g->first, 4096, trace);
         }
         if (ctx)
             sc_stage_add(ctx, 1);

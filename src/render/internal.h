@@ -77,6 +77,17 @@ typedef struct sc_cover {
                                  both 0 if no distances are known */
 } sc_cover;
 
+enum { SC_FLOOR_SIDE = 256 /* points along a side of the grid on the floor */ };
+/* The floor, and its grid of points, a square: see floor.c. */
+typedef struct sc_floor {
+    bool is_shown;           /* in the present view */
+    sc_vec3 middle;          /* of the grid, RAS mm */
+    double half_mm;          /* half of its edge */
+    const float (*light)[3]; /* [SC_FLOOR_SIDE][SC_FLOOR_SIDE] share of the light that there would
+                                be without tissues; borrowed from gather */
+    double without[3];       /* that light, by what white gives back; for paths only */
+} sc_floor;
+
 /* Owns what its pointers point to, except the volume and the kernel. */
 struct sc_renderer {
     sc_render_settings settings;
@@ -108,8 +119,9 @@ struct sc_renderer {
     sc_march traced; /* what paths march through, of the present view */
     uint32_t (*path_numbers)[2]; /* as of sc_path_numbers_make; NULL: no paths are traced; owned */
     sc_gather *gather;           /* NULL: light from all around is not gathered; owned */
-    bool shows_inner;            /* surfaces between two tissues can be seen */
-    sc_block *blocks;            /* [block_count] */
+    sc_floor floor;
+    bool shows_inner; /* surfaces between two tissues can be seen */
+    sc_block *blocks; /* [block_count] */
     size_t block_count;
     const sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */
     size_t hull_count;
@@ -198,6 +210,20 @@ void sc_set_grey(sc_renderer *r, const sc_scene *scene);
 /* Put the grey volume, a slice of it or the backdrop, behind what the rays of a view bring back, if
  * r->grey_behind. @param aims, light [count] of the rays. */
 void sc_put_grey_behind(const sc_lens *lens, const sc_aim *aims, size_t count, sc_radiance *light);
+/* Is anything seen behind the tissues, in any pixel of the present view? */
+static inline bool sc_shows_behind(const sc_renderer *r)
+{
+    return r->grey_behind || r->floor.is_shown;
+}
+
+/* Place the floor below all that is visible. */
+void sc_floor_place(sc_renderer *r);
+/* @return whether a line of sight meets the floor from above: sets *at, RAS mm. */
+bool sc_floor_meets(const sc_floor *f, const sc_sight *sight, sc_vec3 *at);
+/* Put a point of the floor, with a share of its light, behind what a ray brings back. */
+void sc_floor_show(const sc_renderer *r, const float share[3], sc_radiance *light);
+/* Put the floor behind what the rays of a view bring back, by light that was gathered. */
+void sc_put_floor_behind(const sc_lens *lens, const sc_aim *aims, size_t count, sc_radiance *light);
 /* @return how much longer the way along a ray is than its share along the direction of view; 1
  * where all directions are seen. */
 double sc_ray_longer(const sc_lens *lens, const sc_aim *aim);

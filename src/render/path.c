@@ -33,6 +33,7 @@ typedef struct path {
     double light[3];       /* what it has brought */
     float ends_below;      /* of its present ray */
     float depth_mm;        /* of its first surface; HUGE_VALF: none */
+    bool on_floor;         /* that is the floor: then light is its share, as of sc_floor.light */
     sc_vec3 to_light;      /* where its further ray goes, and what that brings if it is free */
     double waiting[3];
 } path;
@@ -201,6 +202,21 @@ static void arrive(const sc_renderer *r, path *p, const sc_radiance *hit, meetin
                           (sc_vec3){hit->normal[0], hit->normal[1], hit->normal[2]});
 }
 
+/* Let a path whose eye sees the floor arrive there. @return whether it does. */
+static bool land(const sc_renderer *r, path *p, meeting *m)
+{
+    const sc_sight sight = {.eye_mm = p->at, .direction = p->direction};
+
+    if (!r->floor.is_shown || !sc_floor_meets(&r->floor, &sight, &p->at))
+        return false;
+    p->on_floor = true;
+    *m = (meeting){.reflector = {.out = {0, 0, 1}}, .axes = {{0}, {0}, {0, 0, 1}}};
+    sc_frame_about(m->axes[2], m->axes[0], m->axes[1]);
+    for (int i = 0; i < 3; i++)
+        m->reflector.albedo[i] = 1 / r->floor.without[i];
+    return true;
+}
+
 /* Choose a point of the lamp or of the sky, and note what comes from there if nothing is between.
  */
 static void look_to_light(const sc_renderer *r, path *p, uint32_t bounce, const meeting *m)
@@ -247,6 +263,18 @@ static bool go_on(const sc_renderer *r, path *p, uint32_t bounce, const meeting 
     return most > 0;
 }
 
+/* Begin the light on the floor with what there would be without tissues, less what the rays of the
+ * path bring if nothing is in their way: so what is seen has no noise where nothing is. */
+static void owe_light(const tracer *t, path *p)
+{
+    path free = *p;
+
+    if (p->density > 0)
+        leave(t, &free, 1);
+    for (int i = 0; i < 3; i++)
+        p->light[i] = 1 - p->waiting[i] - free.light[i];
+}
+
 /* Let all paths whose rays have been marched meet what these have found: sets t->alive. */
 static void meet(tracer *t, size_t count, uint32_t bounce)
 {
@@ -258,18 +286,21 @@ static void meet(tracer *t, size_t count, uint32_t bounce)
         path *p = &t->paths[t->of[k]];
         meeting m;
 
-        if (!(hit->transmittance < p->ends_below)) {
+        if (hit->transmittance < p->ends_below) {
+            arrive(r, p, hit, &m);
+            for (int i = 0; i < 3 && !bounce; i++) /* the light at the eye, which sees no shadows */
+                p->light[i] += m.reflector.albedo[i] * r->march.light.head * m.reflector.out[2];
+            if (!bounce)
+                p->depth_mm = hit->depth_mm;
+        } else if (bounce || !land(r, p, &m)) {
             leave(t, p, bounce);
             continue;
         }
-        arrive(r, p, hit, &m);
-        for (int i = 0; i < 3 && !bounce; i++) /* the light at the eye, which sees no shadows */
-            p->light[i] += m.reflector.albedo[i] * r->march.light.head * m.reflector.out[2];
-        if (!bounce)
-            p->depth_mm = hit->depth_mm;
         look_to_light(r, p, bounce, &m);
         if (!go_on(r, p, bounce, &m))
             p->density = 0;
+        if (p->on_floor && !bounce)
+            owe_light(t, p);
         t->alive[t->alive_count++] = t->of[k];
     }
 }
@@ -330,6 +361,13 @@ static void finish(const sc_renderer *r, const path *p, sc_radiance *out)
     const double cue = light->cue > 0 ? light->cue * fmin(fmax(far, 0), 1) : 0;
 
     *out = sc_no_light();
+    if (p->on_floor) {
+        float share[3];
+
+        for (int i = 0; i < 3; i++)
+            share[i] = (float)fmax(p->light[i], 0);
+        sc_floor_show(r, share, out);
+    }
     if (p->depth_mm == HUGE_VALF)
         return;
     out->transmittance = r->settings.transparent ? (float)cue : 0;
@@ -360,6 +398,13 @@ void sc_tile_trace(sc_tile *t)
 
 void sc_paths_begin(sc_renderer *r)
 {
+    const sc_march_light *light = &r->march.light;
+
+    for (int i = 0; i < 3; i++)
+        r->floor.without[i] =
+            light->lamp * sc_lamp_direction[2] * SC_LAMP_MEAN_COSINE +
+            light->sky * (light->has_map ? light->around[i][0] + light->around[i][3]
+                                         : SC_SKY_MEAN + SC_SKY_UP * 2 / 3);
     r->traced = r->march;
     r->traced.light = (sc_march_light){.flat = true, .edges = r->march.light.edges};
 }

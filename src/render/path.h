@@ -31,7 +31,7 @@ void sc_tile_trace(sc_tile *t);
 typedef struct sc_reflector {
     double albedo[3]; /* of what is below the face, 0 to 1 */
     double face;      /* share that the face reflects of what comes straight; 0: there is none */
-    double roughness; /* above 0, to 1 */
+    double roughness; /* width of its facets, above 0, to 1 */
     double out[3];    /* whereto light goes: its third component above 0 */
 } sc_reflector;
 

@@ -59,9 +59,8 @@ static double hidden(const sc_reflector *s, const double w[3])
 sc_reflector sc_reflector_of(const sc_march_tissue *tissue, const double rgb[3],
                              const double out[3])
 {
-    /* The lobe of GGX is as wide as that of the exponent of Blinn and Phong. */
     sc_reflector s = {.face = fmin(FACE_SHARE * tissue->specular, 1),
-                      .roughness = sqrt(2.0 / (tissue->shininess + 2)),
+                      .roughness = tissue->roughness,
                       .out = {out[0], out[1], fmax(out[2], 1e-3)}};
 
     make_unit(s.out);

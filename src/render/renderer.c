@@ -129,6 +129,7 @@ static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
     else
         SC_PASS(find_hull_and_visible(ctx, r, show));
     measure_hull(r);
+    sc_floor_place(r);
     if (light->method != SC_LIGHT_FLAT && (light->occlusion > 0 || light->shadows > 0))
         SC_PASS(sc_occlusion_build(ctx, r->team, v, opacity, &r->occlusion));
     SC_PASS(sc_find_fades(ctx, r));
@@ -258,6 +259,13 @@ out:
     return status;
 }
 
+/* @return on all ranks of the team what the first one passes. Collective. */
+static bool all_can(const sc_renderer *r, bool first_can)
+{
+    return sc_team_agree(r->team, first_can || !sc_team_is_first(r->team) ? SC_OK : SC_ERR_DATA) ==
+           SC_OK;
+}
+
 /* Light that takes less CPU seconds to gather is not worth the disk. */
 #define LIGHT_WORTH_CPU_S 0.3
 
@@ -265,16 +273,17 @@ sc_status sc_renderer_gather(const sc_ctx *ctx, sc_renderer *r, const sc_scene *
                              sc_light_change change, const char *prepared)
 {
     SC_OWN(sc_free_at) char *path = NULL;
+    sc_status status;
     double begin_s;
 
     if (!gathers_light(r) || r->gather)
         return SC_OK;
     sc_begin_tissues(r, first);
-    if (change == SC_LIGHT_STAYS && sc_team_ranks(r->team) == 1)
-        SC_PASS(sc_gather_kept_path(ctx, r, first, prepared, &path));
-    if (path) {
+    status = change == SC_LIGHT_STAYS ? sc_gather_kept_path(ctx, r, first, prepared, &path) : SC_OK;
+    SC_PASS(sc_team_agree(r->team, status));
+    if (all_can(r, path)) {
         SC_PASS(sc_gather_new_kept(ctx, r, &r->gather));
-        if (sc_gather_load(r->gather, path))
+        if (all_can(r, sc_team_is_first(r->team) && sc_gather_load(r->gather, path)))
             return SC_OK;
         sc_gather_free(r->gather);
         r->gather = NULL;

@@ -9,6 +9,9 @@
 /* The direction to the middle of the lamp: before the volume, high up and to its right, as that of
  * the viewer stands who looks at it from before. */
 extern const float sc_lamp_direction[3];
+/* The mean cosine between that and the directions to the points of the lamp: so much of what would
+ * come to a surface from its middle alone comes from all of it. */
+#define SC_LAMP_MEAN_COSINE 0.97846F
 
 enum { SC_SKY_COLUMNS = 64, SC_SKY_ROWS = 32 };
 /* A picture of all directions in place of the sky. As much light comes from all of it together as

@@ -14,6 +14,8 @@ void sc_tile_march(sc_tile *t)
         sc_march_rays(r, t->rays.rays, t->rays.count, t->rays.light, t->rays.white, &t->counters);
     if (r->grey_behind)
         sc_put_grey_behind(&t->f->lens, t->rays.aims, t->rays.count, t->rays.light);
+    if (r->floor.is_shown && r->floor.light)
+        sc_put_floor_behind(&t->f->lens, t->rays.aims, t->rays.count, t->rays.light);
 }
 
 bool sc_may_show_tissue(const sc_frame *f, int x_px, int y_px)
@@ -27,7 +29,7 @@ bool sc_may_show_tissue(const sc_frame *f, int x_px, int y_px)
 
 bool sc_may_show(const sc_frame *f, int x_px, int y_px)
 {
-    return f->renderer->grey_behind || sc_may_show_tissue(f, x_px, y_px);
+    return sc_shows_behind(f->renderer) || sc_may_show_tissue(f, x_px, y_px);
 }
 
 /* A ray that meets no tissue: nothing of it is kept. */
@@ -41,11 +43,11 @@ void sc_tile_add_ray(sc_tile *t, const sc_aim *aim, uint32_t target)
     rays->aims[rays->count] = *aim;
     rays->target[rays->count] = target;
     if (sc_parts_apart(f->renderer) ||
-        ((!f->renderer->grey_behind ||
+        ((!sc_shows_behind(f->renderer) ||
           sc_may_show_tissue(f, (int)floor(aim->x_px), (int)floor(aim->y_px))) &&
          sc_make_ray(&f->lens, aim, &rays->rays[rays->count]))) {
         rays->count++;
-    } else if (f->renderer->grey_behind) {
+    } else if (sc_shows_behind(f->renderer)) {
         rays->rays[rays->count] = empty_ray;
         rays->count++;
     }

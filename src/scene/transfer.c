@@ -52,7 +52,7 @@ static sc_tissue tissue_of_table(const sc_label *label)
                         .opacity_auto = label->opacity < 0,
                         .material = {.diffuse = SC_MATERIAL_DIFFUSE,
                                      .specular = SC_MATERIAL_SPECULAR,
-                                     .shininess = SC_MATERIAL_SHININESS}};
+                                     .roughness = SC_MATERIAL_ROUGHNESS}};
 
     tissue.is_rest =
         tissue.visible && tissue.opacity_auto && sc_name_role_of(label->name) == SC_NAME_REST;
@@ -88,8 +88,8 @@ static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
         tissue->material.diffuse = rule->material.diffuse;
     if (rule->has_specular)
         tissue->material.specular = rule->material.specular;
-    if (rule->has_shininess)
-        tissue->material.shininess = rule->material.shininess;
+    if (rule->has_roughness)
+        tissue->material.roughness = rule->material.roughness;
     if (rule->has_interior_opacity)
         tissue->interior_opacity = rule->interior_opacity;
 }

@@ -234,13 +234,13 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
 
     d.text_px = fmax(9, height_px / 42.0);
     sc_text_colors(scene->dark_text, d.text_rgb, d.halo_rgb);
-    sc_render_view(renderer, scene, &space, rows, image, &sum);
+    sc_render_view(renderer, scene, &space, NULL, rows, image, &sum);
     for (int i = 0; i < SLICES; i++) {
         const sc_viewport p = panel(width_px, height_px, i);
         const sc_scene slice =
             slice_scene(views, &slice_views[i], scale_of(views, i, p) * p.height_px / 2, scene);
 
-        sc_render_view(renderer, &slice, &p, rows, image, &each);
+        sc_render_view(renderer, &slice, &p, NULL, rows, image, &each);
         sc_render_stats_add(&sum, &each);
     }
     SC_PASS(sc_overlay_begin(ctx, image, &d.overlay));

@@ -26,7 +26,7 @@ refuse 64 'expected 2 to 4096' 's/59x41x61/59x41x1/'
 refuse 66 'no.ctbl: No such file' '1a labels: no.ctbl'
 expect 64 'not within the animation' "$SEGCAST" render good.yaml --frames 0-7; one_error
 expect 64 'not within the animation' "$SEGCAST" still good.yaml --frame 7; one_error
-expect 64 'render.samples=9' "$SEGCAST" render good.yaml --set render.samples=9; one_error
+expect 64 'render.quality=best' "$SEGCAST" render good.yaml --set render.quality=best; one_error
 : >file
 expect 73 'file' "$SEGCAST" render good.yaml -o file/out; one_error
 expect 73 'file' "$SEGCAST" render good.yaml -o file; one_error

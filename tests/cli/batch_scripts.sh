@@ -65,7 +65,7 @@ for name in one-node many-nodes requeue; do
     batch 0 no "$script" job.yaml -o out
     grep -q '"run": "17"' out/status.json || fail "no run in status.json: $(cat out/status.json)"
     # The directory holds another job, which is complete.
-    LAUNCH=no CODE=0 batch 75 yes "$script" job.yaml -o out --set render.samples=3
+    LAUNCH=no CODE=0 batch 75 yes "$script" job.yaml -o out --set render.quality=draft
 done
 rm -rf out
 export SLURM_ARRAY_TASK_MIN=1 SLURM_ARRAY_TASK_COUNT=2

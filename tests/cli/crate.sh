@@ -9,7 +9,7 @@ actions='."@type" == "CreateAction"'
 mkdir doe_jane
 "$SEGCAST" convert phantom:40x40x40 -o doe_jane/doe_scan.nrrd -q >/dev/null
 printf 'volume: doe_scan.nrrd\noutput: {size: [64, 48], fps: 4, video: "a film.mp4", title: A heart, author: "A. Author; CC-BY-4.0"}
-animation: {frames: 8}\nrender: {samples: 1}\n' >doe_jane/doe_job.yaml
+animation: {frames: 8}\nrender: {quality: draft}\n' >doe_jane/doe_job.yaml
 mpi 2 "$SEGCAST" render doe_jane/doe_job.yaml -o doe_jane/whole -q --threads 1 --set output.frames=png \
     --set overlays.caption=doe >/dev/null
 check_crate doe_jane/whole
@@ -59,7 +59,7 @@ cmp before.json sliced/ro-crate-metadata.json || fail "join made another crate o
 
 # A killed run: its crate says that the run has not ended, also when another one has completed the job.
 small_job slow.yaml
-"$SEGCAST" render slow.yaml -o killed -q --set output.size=640x480 --set render.samples=8 >/dev/null 2>&1 &
+"$SEGCAST" render slow.yaml -o killed -q --set output.size=640x480 --set render.quality=still >/dev/null 2>&1 &
 for _ in $(seq 300); do
     grep -q '"frame":' killed/manifest.jsonl 2>/dev/null && break
     sleep 0.1
@@ -68,7 +68,7 @@ kill -KILL $! && wait $! || :
 expect 75 "" "$SEGCAST" status killed
 jq -e '."@graph"[] | select(."@type" == "CreateAction") | has("endTime") | not' killed/ro-crate-metadata.json >/dev/null ||
     fail "a run that was killed has ended"
-"$SEGCAST" render slow.yaml -o killed -q --set output.size=640x480 --set render.samples=8 --resume >/dev/null
+"$SEGCAST" render slow.yaml -o killed -q --set output.size=640x480 --set render.quality=still --resume >/dev/null
 check_crate killed
 [ "$(entities killed "$actions and .actionStatus.\"@id\" == \"http://schema.org/ActiveActionStatus\"")" = 1 ] ||
     fail "a run that was killed is not there"

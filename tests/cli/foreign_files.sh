@@ -120,7 +120,7 @@ beside() { # beside NAME...: render, verify and join with these files there
     for name in "$@"; do
         echo mine >"run/$name"
     done
-    for more in --resume --overwrite "--overwrite --set render.samples=2"; do
+    for more in --resume --overwrite "--overwrite --set render.quality=draft"; do
         # shellcheck disable=SC2086 # a list of words
         run render "$job" -o run -q $more
         run verify run

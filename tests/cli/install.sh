@@ -79,7 +79,7 @@ complete_words() { # complete_words WORD...: what bash offers for the last word
 }
 [ "$(complete_words ren)" = render ] || fail "completion of a command: $(complete_words ren)"
 [ "$(complete_words render --over)" = --overwrite ] || fail "completion of an option"
-[ "$(complete_words render --set render.samp)" = render.samples= ] || fail "completion of a key"
+[ "$(complete_words render --set render.qual)" = render.quality= ] || fail "completion of a key"
 [ "$(complete_words help ke)" = keys ] || fail "completion of a topic of help"
 if command -v zsh >/dev/null; then zsh -n to/share/zsh/site-functions/_segcast || fail "zsh completion"; fi
 if command -v fish >/dev/null; then fish -n to/share/fish/vendor_completions.d/segcast.fish || fail "fish completion"; fi

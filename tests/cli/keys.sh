@@ -6,7 +6,7 @@ for pair in docs/job.md:--markdown jobs/job.schema.json:--schema jobs/studies/st
     "$SEGCAST" help keys "$option" | diff "$SOURCE/$file" - >&2 ||
         fail "$file differs from the table of keys: segcast help keys $option >$file"
 done
-"$SEGCAST" help keys render.s | grep -q '^render.samples$' || fail "keys PREFIX"
+"$SEGCAST" help keys render.q | grep -q '^render.quality$' || fail "keys PREFIX"
 "$SEGCAST" help keys render.s | grep -q '^light' && fail "keys PREFIX lists other keys"
 lines=$("$SEGCAST" help keys | tee all.txt | wc -l)
 [ "$lines" -le 200 ] || fail "help keys prints $lines lines, more than four screens of 50"
@@ -81,7 +81,7 @@ output: {fps: "fast"}
 output: {fps: 1000}
 output: {size: [640]}
 output: {frames: jpg}
-render: {samples: 1.5}
+render: {quality: 5}
 render: {background: rde}
 output: {size: 1080q}
 animation: {frames: 3 hours}
@@ -116,5 +116,5 @@ animation: {camera: {zoom: 2}}
 animation: {camera: {zoom: {10%: 1, 20%: 2, ease: smooth}}}
 animation: {camera: {orbit: {axis: [0, 1, 1], target_mm: [1, 2, 3]}}}
 animation: {clip: [{normal: left, at: 12 mm}, {box: [[0%, 5%, 1 mm], [100%, 100%, 90%]], except: [aorta]}]}
-tissues: {"*": {opacity: auto, visible: true}, aorta: {color: [1, 2, 3], shininess: 5}}
+tissues: {"*": {opacity: auto, visible: true}, aorta: {color: [1, 2, 3], roughness: 0.5}}
 RIGHT

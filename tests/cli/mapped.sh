@@ -43,7 +43,7 @@ done
 
 # The same during a single picture, whose file then does not appear.
 "$SEGCAST" convert heart.nrrd -o heart.segc --overwrite -q >/dev/null
-"$SEGCAST" still job.yaml --set output.size=[4000,4000] --set render.samples=8 -o big.png 2>stderr.txt >stdout.txt &
+"$SEGCAST" still job.yaml --set output.size=[4000,4000] --set render.quality=still -o big.png 2>stderr.txt >stdout.txt &
 id=$!
 for _ in $(seq 300); do
     grep -qs heart.segc /proc/$id/maps && break

@@ -28,7 +28,7 @@ expect 64 '--overwrite takes no value' "$SEGCAST" render a.yaml --overwrite=fals
 expect 64 '--quiet takes no value' "$SEGCAST" info a.nrrd --quiet=; one_error
 expect 64 'unknown option -x' "$SEGCAST" render a.yaml -x; one_error
 expect 66 '^segcast: error: --frames: No such file' "$SEGCAST" render -- --frames; one_error
-expect 64 'expected KEY.PATH=VALUE' "$SEGCAST" render a.yaml --set render.samples; one_error
+expect 64 'expected KEY.PATH=VALUE' "$SEGCAST" render a.yaml --set render.quality; one_error
 : >a.nrrd
 expect 64 '--zoom x: zoom is "x"' "$SEGCAST" orbit a.nrrd --zoom x; one_error
 expect 64 '--size 3x4: size is "3x4"' "$SEGCAST" orbit a.nrrd --size 3x4; one_error

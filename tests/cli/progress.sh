@@ -51,14 +51,11 @@ stop 1 INT convert phantom:800x800x800 -o new.nrrd
 stop 1 TERM info slow.nrrd
 stop 1 HUP render slow.yaml
 stop 1.5 TERM convert slow.yaml -o new.segc
-stop 1.5 INT still slow.yaml -o new.png --set volume=small.nrrd --set 'output.size=[8192, 8192]' --set render.samples=8 \
-    --set render.antialiasing=full
-stop 2 INT orbit small.nrrd -o new.mp4 --set 'output.size=[8192, 8192]' --set render.samples=8 \
-    --set render.antialiasing=full
+stop 1.5 INT still slow.yaml -o new.png --set volume=small.nrrd --set 'output.size=[8192, 8192]' --set render.quality=still
+stop 2 INT orbit small.nrrd -o new.mp4 --set 'output.size=[8192, 8192]' --set render.quality=still
 
 # One huge frame of a run is given up.
-"$SEGCAST" render slow.yaml --set volume=small.nrrd --set 'output.size=[8192, 8192]' --set render.samples=8 \
-    --set render.antialiasing=full --set output.video=none --set output.frames=png >/dev/null 2>stderr.txt &
+"$SEGCAST" render slow.yaml --set volume=small.nrrd --set 'output.size=[8192, 8192]' --set render.quality=still --set output.video=none --set output.frames=png >/dev/null 2>stderr.txt &
 pid=$!
 for _ in $(seq 200); do jq -e '.phase == "drawing"' out/status.json >/dev/null 2>&1 && break; sleep 0.05; done
 begin=$(date +%s%N)

@@ -95,7 +95,7 @@ page_has slices/report.1of2.html '.slice == "1of2"'
 # Several directories are compared.
 "$SEGCAST" render job.yaml -o 'two <i>' -q --set output.video=none --set output.frames=png >/dev/null
 page_has 'two <i>/report.html' '.video == null and (.pictures | length) == 7'
-"$SEGCAST" render job.yaml -o three -q --set output.video=none --set render.samples=1 >/dev/null
+"$SEGCAST" render job.yaml -o three -q --set output.video=none --set render.quality=draft >/dev/null
 expect 0 '' "$SEGCAST" report out 'two <i>' -o compared.html
 page_has compared.html '.kind == "runs" and .runs[1].name == "two <i>" and .differing == null and .common == 7 and (.runs | map(.drew)) == [false, true] and .runs[1].frames_per_s > 0'
 [ "$(cat stdout.txt)" = compared.html ] || fail "report does not print the path of the comparison: $(cat stdout.txt)"

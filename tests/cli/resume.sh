@@ -36,8 +36,8 @@ rm -rf out
 expect 73 'an animation of 18 frames instead of 9' "$SEGCAST" render job.yaml -o out --resume --set animation.frames=9; one_error
 expect 73 'frames of .* pixels instead of' "$SEGCAST" render job.yaml -o out --resume --set output.size=[96,96]; one_error
 expect 73 'another volume' "$SEGCAST" render job.yaml -o out --resume --set volume=phantom:61x41x59; one_error
-expect 73 'another job' "$SEGCAST" render job.yaml -o out --resume --set render.samples=2; one_error
-grep -q 'the first difference is "render: samples: 2", which was "samples: 5"' stderr.txt || fail "the key: $(cat stderr.txt)"
+expect 73 'another job' "$SEGCAST" render job.yaml -o out --resume --set render.quality=draft; one_error
+grep -q 'the first difference is "render: quality: draft", which was "quality: film"' stderr.txt || fail "the key: $(cat stderr.txt)"
 expect 73 'another job' "$SEGCAST" render job.yaml -o out --resume --set output.crf=30; one_error
 sed -i '1s/"version":"/"version":"0.0-/' out/manifest.jsonl
 expect 73 'first line is damaged' "$SEGCAST" render job.yaml -o out --resume; one_error

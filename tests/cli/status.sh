@@ -53,7 +53,7 @@ expect 75 '' "$SEGCAST" status job.yaml -o unjoined --slice 1/2
 expect 75 '' "$SEGCAST" status job.yaml -o unjoined
 
 # A job that differs in what decides on the pictures is another job; one that differs otherwise is not.
-expect 73 'holds another job' "$SEGCAST" status job.yaml -o out --set render.samples=3; one_error
+expect 73 'holds another job' "$SEGCAST" status job.yaml -o out --set render.quality=draft; one_error
 expect 73 'holds another job' "$SEGCAST" status job.yaml -o out --set appearance=distinct; one_error
 expect 0 '' "$SEGCAST" status job.yaml -o out --set farm.tile=16
 expect 66 'nowhere: No such file' "$SEGCAST" status job.yaml -o nowhere; one_error

@@ -7,7 +7,7 @@ sed 's/frames: 7/frames: 61/' short.yaml >job.yaml # 61 frames at 30 per second:
 still() { # still FILE [OPTION]...: draw with as many rays as a picture on a sheet has
     local file=$1
     shift
-    "$SEGCAST" still job.yaml --set render.samples=3 -q --overwrite -o "$file" "$@" >/dev/null
+    "$SEGCAST" still job.yaml -q --overwrite -o "$file" "$@" >/dev/null
 }
 same() { # same OPTION VALUE FRAME: the option chooses this frame
     sampled || return 0
@@ -52,7 +52,7 @@ cmp few.png all.png || fail 'a sheet of a film of seven frames does not show eac
 # Large pictures become small ones of the same shape, of about 320 x 180 pixels.
 expect 0 '12 of 61 frames, 180 x 320 pixels' "$SEGCAST" still job.yaml --sheet 12 --set output.size=vertical -o tall.png
 expect 0 '12 of 61 frames, 7680 x 16 pixels' "$SEGCAST" still job.yaml --sheet 12 --set output.size=16384x16 -o flat.png
-expect 0 '1 of 61 frames' "$SEGCAST" still job.yaml --sheet 1 --set render.samples=1 -o one.png
+expect 0 '1 of 61 frames' "$SEGCAST" still job.yaml --sheet 1 --set render.quality=draft -o one.png
 expect 0 '61 of 61 frames' "$SEGCAST" still job.yaml --sheet 1000 -o many.png
 expect 0 '' "$SEGCAST" still job.yaml --sheet 12 --set animation.slices=through -o views.png
 
@@ -105,7 +105,7 @@ EOF
 "$IMAGE_DIFFERENCE" job.png views.png || fail 'the views of a job are not those of its volume'
 at=0
 for view in anterior posterior left right superior inferior 45,20 135,20 -135,20 -45,20; do
-    "$SEGCAST" still heart.nrrd --size 96x72 --samples 3 --view "$view" -o word.png --overwrite -q >/dev/null
+    "$SEGCAST" still heart.nrrd --size 96x72 --view "$view" -o word.png --overwrite -q >/dev/null
     "$IMAGE_DIFFERENCE" views.png word.png 0 0 $((44 + at % 5 * 172)) $((12 + at / 5 * 108)) || fail "$view is not on the sheet of views"
     at=$((at + 1))
 done
@@ -113,7 +113,7 @@ done
 "$SEGCAST" still heart.nrrd --size 96x72 --sheet looks -o looks.png --overwrite -q >/dev/null
 at=0
 for look in plain studio cinematic atlas xray; do
-    "$SEGCAST" still heart.nrrd --size 96x72 --samples 3 --look "$look" -o word.png --overwrite -q >/dev/null
+    "$SEGCAST" still heart.nrrd --size 96x72 --look "$look" -o word.png --overwrite -q >/dev/null
     "$IMAGE_DIFFERENCE" looks.png word.png 0 0 $((44 + at % 3 * 172)) $((12 + at / 3 * 108)) || fail "$look is not on the sheet of looks"
     at=$((at + 1))
 done

@@ -121,7 +121,7 @@ static void draw(const sc_prepared *v, int how)
         sc_timeline_resolve(&a, hull, count, (double)WIDTH / HEIGHT, &timeline);
         scene = sc_timeline_scene(&timeline, 1 + how / 16 % 4, NULL);
         FUZZ_CHECK(sc_image_init(&fuzz_ctx, WIDTH, HEIGHT, &image) == SC_OK);
-        sc_render_frame(renderer, &scene, NULL, &image, &stats);
+        sc_render_view(renderer, &scene, NULL, NULL, NULL, &image, &stats);
         sc_renderer_free(renderer);
     }
 }

@@ -8,10 +8,10 @@ declare -A expected=(
     [clear]=2441d2249ed4e389
     [shadows]=36a68b2deb67cb54
     [global]=87518bf5b7554b61
-    [path]=fdb226cf47052ba6
+    [path]=60b1d61106345227
 )
 declare -A settings=(
-    [smooth]=render.samples=5
+    [smooth]=render.quality=film
     [voxel]=render.surface=voxel
     [parallel]=animation.camera.projection=orthographic
     [clear]=render.background=none

@@ -28,3 +28,20 @@ SEGCAST_CACHE=off "$SEGCAST" render job.yaml -o new -q >/dev/null
 film 2 0
 film 1 1
 film 3 1
+# So is the light that was gathered: two ranks find that of one, and draw the same frames; what is damaged they gather together.
+rm -r kept new
+sed -i 's/phantom:.*/phantom:144x116x152/; s/frames: 7/frames: 2/; /clip:/,$d' job.yaml
+echo 'look: atlas' >>job.yaml
+SEGCAST_CACHE=off "$SEGCAST" render job.yaml -o new -q >/dev/null
+lit() { # lit RANKS: so many ranks draw the frames
+    rm -rf out
+    mpi "$1" "$SEGCAST" render job.yaml -o out -q >/dev/null || fail "$1 ranks: no lit film"
+    [ "$(hashes out)" = "$(hashes new)" ] || fail "$1 ranks: other lit frames"
+}
+lit 1
+file=$(ls kept/*.light)
+touch -d '2001-02-03 UTC' "$file"
+lit 2
+[ "$(stat -c '%Y' "$file")" = 981158400 ] && [ "$(stat -c '%X' "$file")" != 981158400 ] || fail "two ranks gather light that is kept"
+truncate -s 3000 "$file"
+lit 2

@@ -11,10 +11,14 @@
  *   skip     as render.skip of a job cpu      auto, or a variant: see segcast render --help
  *   size     1920x1080               threads  1
  *   samples  1 (rays per pixel at edges)
+ *   light    plain; path: 16 paths in each pixel; gather: no frame is drawn, but the rays of all
+ *            places are followed through which light is gathered all around
  *   frames   of a turn of 36         repeat   times */
 #include "segcast/job.h"
 #include "segcast/render.h"
 #include "segcast/timeline.h"
+
+#include "internal.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -31,14 +35,15 @@ typedef struct list {
     int count;
 } list;
 
-enum { SCENE, SURFACE, LAYERS, SKIP, CPU, SIZE, THREADS, SAMPLES, FRAMES, REPEAT, KEYS };
+enum { SCENE, SURFACE, LAYERS, SKIP, CPU, SIZE, THREADS, SAMPLES, LIGHT, FRAMES, REPEAT, KEYS };
 
 static list lists[KEYS] = {
     {.key = "scene", .text = "heart"},   {.key = "surface", .text = "smooth"},
     {.key = "layers", .text = "opaque"}, {.key = "skip", .text = "leap"},
     {.key = "cpu", .text = "auto"},      {.key = "size", .text = "1920x1080"},
     {.key = "threads", .text = "1"},     {.key = "samples", .text = "1"},
-    {.key = "frames", .text = "3"},      {.key = "repeat", .text = "3"}};
+    {.key = "light", .text = "plain"},   {.key = "frames", .text = "3"},
+    {.key = "repeat", .text = "3"}};
 
 /* A prepared volume, and the tissues with which it was last drawn. */
 typedef struct prepared_set {
@@ -99,7 +104,7 @@ static sc_tissue peers_tissue(uint32_t value, bool opaque, bool voxel)
                                      {1, .9f, .1f}};
     static const double alpha[13] = {0, .35, .8, .8, .8, .8, .9, .8, .45, .35, .4, .15, 1};
     const uint32_t n = value < 13 ? value : 12;
-    sc_tissue t = {.visible = !(opaque && n == FAT), .material = {.diffuse = 1, .shininess = 8}};
+    sc_tissue t = {.visible = !(opaque && n == FAT), .material = {.diffuse = 1, .roughness = 1}};
 
     t.opacity = opaque ? 1 : voxel ? 1 - sqrt(1 - 0.98 * alpha[n]) : alpha[n];
     memcpy(t.rgb_linear, rgb[n], sizeof t.rgb_linear);
@@ -167,7 +172,12 @@ static void draw(entry *e, int frame)
 
     if (strcmp(e->value[SCENE], "peers") == 0)
         scene.camera = peers_camera(frame);
-    sc_render_frame(e->renderer, &scene, NULL, &e->image, &stats);
+    if (e->renderer->gather) {
+        sc_gather_trace(NULL, e->renderer->gather, &scene, false, 0);
+        e->counters.rays += e->renderer->gather->count * SC_GATHER_DIRECTIONS;
+        return;
+    }
+    sc_render_view(e->renderer, &scene, NULL, NULL, NULL, &e->image, &stats);
     sc_add_counters(&e->counters, &stats.counters);
 }
 
@@ -191,6 +201,9 @@ static void start(entry *e, prepared_set *p)
 {
     const bool voxel = strcmp(e->value[SURFACE], "voxel") == 0;
     const bool peers = strcmp(e->value[SCENE], "peers") == 0;
+    const bool paths = strcmp(e->value[LIGHT], "path") == 0;
+    const bool gathers = strcmp(e->value[LIGHT], "gather") == 0;
+    sc_scene scene;
     sc_animation a = {
         .frames = TURN,
         .camera = {.axis = {0, 0, 1}, .turns = 1, .elevation_deg = 12, .fov_deg = 30, .zoom = 1}};
@@ -213,6 +226,10 @@ static void start(entry *e, prepared_set *p)
         s.light = (sc_lighting){.ambient = 0.2, .head = 0.8};
     if (strcmp(e->value[SCENE], "paper") == 0)
         s.light.method = SC_LIGHT_FLAT;
+    if (paths || gathers) {
+        s.light = (sc_lighting){.method = paths ? SC_LIGHT_PATH : SC_LIGHT_GLOBAL, .ambient = 1};
+        s.lens_samples = paths ? 16 : 0;
+    }
     set_tissues(p, peers, voxel);
     e->derive_cpu_s = process_cpu_s();
     must(sc_renderer_new(&ctx, &s, &p->view, p->tissues, &e->renderer));
@@ -221,6 +238,8 @@ static void start(entry *e, prepared_set *p)
     hull = sc_renderer_hull(e->renderer, &count);
     sc_timeline_resolve(&a, hull, count, (double)s.width_px / s.height_px, &e->timeline);
     e->cpu_s = e->wall_s = HUGE_VAL;
+    scene = sc_timeline_scene(&e->timeline, 0, NULL);
+    must(sc_renderer_gather(&ctx, e->renderer, &scene, SC_LIGHT_NEW_RAYS, NULL));
     draw(e, 0);
 }
 
@@ -249,7 +268,7 @@ static void report(const entry *e, const prepared_set *p)
     const double rays = (double)c->rays / frames;
     const double pixels = (double)e->image.width_px * e->image.height_px;
 
-    for (int key = 0; key <= SAMPLES; key++)
+    for (int key = 0; key <= LIGHT; key++)
         printf("%s=%s ", lists[key].key, e->value[key]);
     printf(
         "kernel=%s/%s cpu_s=%.4f wall_s=%.4f mrays_per_cpu_s=%.2f prepare_cpu_s=%.2f "

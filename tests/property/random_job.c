@@ -33,6 +33,7 @@ struct maker {
     bool is_in_shot;     /* what is being written belongs to a shot */
     bool is_measured;    /* color_by: by a measure, not by a table */
     bool is_transparent; /* no background */
+    bool has_floor;      /* with it light is gathered, or comes by paths */
     int way;             /* of a flight: through tissues, from middle to middle, points */
 };
 
@@ -781,9 +782,29 @@ static void put_film_background(struct maker *maker, const char *arg)
         put_background(maker, arg);
 }
 
+static void put_stage(struct maker *maker, const char *arg)
+{
+    if (maker->has_floor)
+        put_word(maker, arg);
+}
+
+static void put_surface(struct maker *maker, const char *arg)
+{
+    if (!maker->has_floor)
+        put_word(maker, arg);
+}
+
+static void put_method(struct maker *maker, const char *arg)
+{
+    if (maker->has_floor)
+        put_word(maker, "global|global|path");
+    else if (chance(maker, 40))
+        put_word(maker, arg);
+}
+
 #define LOOK_OF_RENDER                                                                             \
     {"caps", 30, put_word, "none|solid"}, {"cap_outline", 30, put_number, "0:1"},                  \
-        {"samples", 70, put_whole, "1:5"}, {"antialiasing", 40, put_word, "adaptive|full"},        \
+        {"quality", 70, put_word, "draft|film|still"},                                             \
     {                                                                                              \
         "auto_opacity", 30, put_word, "measured|paper|local|local-paper"                           \
     }
@@ -795,7 +816,8 @@ static const struct row render_of_shot_rows[] = {
 static const struct row render_rows[] = {
     {"background", 100, put_film_background, NULL},
     LOOK_OF_RENDER,
-    {"surface", 40, put_word, "voxel|smooth"},
+    {"stage", 100, put_stage, "floor|floor|none"},
+    {"surface", 40, put_surface, "voxel|smooth"},
     {"smooth", 30, put_number, "0:2.5"},
     {"step", 30, put_number, "0.2:2"},
     {"early_termination", 30, put_flag, NULL},
@@ -818,7 +840,7 @@ static void put_shadows(struct maker *maker, const char *arg)
 }
 
 static const struct row light_rows[] = {
-    {"method", 40, put_word, "plain|global|global|global|flat|path"},
+    {"method", 100, put_method, "plain|global|global|global|flat|path"},
     {"environment", 20, put_word, "sky.hdr"},
     {"environment_turn", 20, put_number, "-90:90"},
     {"ambient", 20, put_scene_number, "0:1"},
@@ -886,7 +908,7 @@ static const struct row tissue_rows[] = {
     {"offset", 15, put_offset, NULL},
     {"diffuse", 20, put_number, "0:2"},
     {"specular", 20, put_number, "0:2"},
-    {"shininess", 20, put_whole, "1:200"},
+    {"roughness", 20, put_number, "0.1:1"},
     {"interior_opacity", 10, put_number, "0:0.2"},
     {"smooth", 30, put_film_smooth, "0.5|1.5"},
 };
@@ -1112,6 +1134,7 @@ static void make_job(struct maker *maker)
     maker->fps = rates[whole(maker, 0, 2)];
     maker->frames = FRAMES + (maker->subject == SHOTS ? 0 : whole(maker, 0, 2));
     maker->is_transparent = chance(maker, 10);
+    maker->has_floor = chance(maker, 15);
     maker->has_image =
         maker->subject == IMAGE || chance(maker, maker->subject == COMPARE ? 60 : 15);
     add_subject(maker);

@@ -507,10 +507,10 @@ TEST(what_has_faded_leaves_no_trace)
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
     assert_ok(sc_image_init(&quiet, s.settings.width_px, s.settings.height_px, &faded));
     assert_ok(sc_image_init(&quiet, s.settings.width_px, s.settings.height_px, &again));
-    sc_render_frame(r, &scene, NULL, &faded, &of_faded);
+    sc_render_view(r, &scene, NULL, NULL, NULL, &faded, &of_faded);
     for (int id = 1; id < s.prepared.view.label_count; id++)
         factors[id] = 1;
-    sc_render_frame(r, &scene, NULL, &again, &stats);
+    sc_render_view(r, &scene, NULL, NULL, NULL, &again, &stats);
     scene.fades = NULL;
     full = draw_view(&s, &scene, NULL);
     expect_alike(&full, &again, 0);

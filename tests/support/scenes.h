@@ -95,7 +95,7 @@ static inline sc_image draw_view(const small_scene *s, const sc_scene *scene,
     assert_ok(sc_renderer_gather(&quiet, r, scene, SC_LIGHT_STAYS, NULL));
     assert_ok(sc_image_init_alpha(&quiet, s->settings.width_px, s->settings.height_px,
                                   s->settings.transparent, &image));
-    sc_render_frame(r, scene, NULL, &image, stats ? stats : &local);
+    sc_render_view(r, scene, NULL, NULL, NULL, &image, stats ? stats : &local);
     sc_renderer_free(r);
     return image;
 }

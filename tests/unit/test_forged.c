@@ -119,7 +119,7 @@ static uint64_t draw(const sc_prepared *v, const sc_render_settings *settings, s
             *scene = sc_timeline_scene(&timeline, 1, NULL);
         }
         assert_ok(sc_image_init(&quiet, WIDTH, HEIGHT, &image));
-        sc_render_frame(renderer, scene, NULL, &image, &stats);
+        sc_render_view(renderer, scene, NULL, NULL, NULL, &image, &stats);
         hash = sc_image_hash(&image);
         if (derived_bytes)
             *derived_bytes = sc_renderer_derived_bytes(renderer);

@@ -265,6 +265,69 @@ TEST(the_lamp_casts_shadows)
     while (next_method());
 }
 
+/* A cut face from which all of the lamp is seen gets the mean of the light of its points. */
+static void a_cut_face_is_lit_by_the_lamp_once(void)
+{
+    sc_scene scene;
+    small_scene s = sky_scene(ball, false, &scene);
+    SC_OWN(sc_image_clear) sc_image image = {0};
+
+    s.settings.light.ambient = 0;
+    s.settings.light.key = 1;
+    scene.planes[0] = (sc_plane){{0, -1, 0}, MIDDLE};
+    scene.plane_count = 1;
+    scene.cuts = scene.clip_sets[0] = 1;
+    image = draw_view(&s, &scene, NULL);
+    assert_near(light_at(&image, MIDDLE, MIDDLE, 0), 0.48 * 0.97846, 0.005);
+    free_scene(&s);
+}
+
+TEST(a_cut_face_is_lit_by_the_lamp)
+{
+    do
+        a_cut_face_is_lit_by_the_lamp_once();
+    while (next_method());
+}
+
+/* Of what an even sky brings to the floor, a black ball that lies on it hides the third power of
+ * its radius over the distance of its middle; where nothing is hidden, the floor is the background.
+ */
+static void a_ball_throws_its_shadow_on_the_floor_once(void)
+{
+    enum { RADIUS = 30 };
+    sc_scene scene;
+    small_scene s = sky_scene(ball, true, &scene);
+    SC_OWN(sc_image_clear) sc_image image = {0};
+
+    paint_map(even_light);
+    s.settings.environment = &map;
+    s.settings.floor = true;
+    s.tissues[1].material.diffuse = 0;
+    memset(s.settings.background, 255, sizeof s.settings.background);
+    scene.camera.half_height = 2 * SIDE;
+    image = draw_view(&s, &scene, NULL);
+    for (int x = RADIUS / 4 + 2; x < 18; x++) { /* farther away shadows fade */
+        const double aside = 4 * (x + 0.5),
+                     square = RADIUS * RADIUS / (aside * aside + RADIUS * RADIUS);
+        const double seen = 1 - square * sqrt(square);
+        const int at = SIDE / 2 - 1 - x, opposite = SIDE / 2 + x;
+        const double sum =
+            light_at(&image, at, SIDE / 2, 0) + light_at(&image, opposite, SIDE / 2, 0) +
+            light_at(&image, SIDE / 2, at, 0) + light_at(&image, SIDE / 2, opposite, 0);
+
+        assert_near(sum * ALBEDO / 4, seen, 0.02);
+    }
+    assert_int_equal(image.rgb[0], 255);
+    free_scene(&s);
+}
+
+TEST(a_ball_throws_its_shadow_on_the_floor)
+{
+    do
+        a_ball_throws_its_shadow_on_the_floor_once();
+    while (next_method());
+}
+
 /* A hollow ball with a wall of a voxel and a half, open above. */
 static int shell(double x, double y, double z)
 {
@@ -310,7 +373,7 @@ static sc_image draw_after(sc_renderer *r, const sc_scene *scene)
     sc_render_stats stats;
 
     assert_ok(sc_image_init_alpha(&quiet, SIDE, SIDE, false, &image));
-    sc_render_frame(r, scene, NULL, &image, &stats);
+    sc_render_view(r, scene, NULL, NULL, NULL, &image, &stats);
     return image;
 }
 
@@ -361,6 +424,42 @@ TEST(a_cut_gives_the_light_of_rays_that_see_it)
     scene.cuts = scene.clip_sets[0] = 3;
     scene.clip_mode = SC_CLIP_CUT;
     traced = draw_view(&s, &scene, NULL);
+    for (int i = 0; i < SIDE * SIDE * 3; i++)
+        differ += abs(kept.rgb[i] - traced.rgb[i]) > 6;
+    assert_true(differ < SIDE * SIDE * 3 / 200);
+    free_scene(&s);
+}
+
+/* Light on the floor past a plane, which cuts away what is nearest to it, is that of rays that are
+ * followed to the plane, as for the same two planes as a wedge; and what was drawn before does not
+ * count. */
+TEST(a_cut_throws_no_shadow_on_the_floor)
+{
+    sc_scene scene, cut;
+    small_scene s = sky_scene(ball, true, &scene);
+    SC_OWN(sc_image_clear) sc_image whole = {0}, kept = {0}, again = {0}, traced = {0};
+    sc_renderer *r;
+    int differ = 0;
+
+    s.settings.floor = true;
+    s.settings.light.key = 0.7;
+    memset(s.settings.background, 255, sizeof s.settings.background);
+    scene.camera.half_height = SIDE;
+    cut = scene;
+    cut.planes[0] = cut.planes[1] = (sc_plane){{-0.6, 0, 0.8}, -20};
+    cut.plane_count = 1;
+    cut.cuts = cut.clip_sets[0] = 1;
+    assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+    assert_ok(sc_renderer_gather(&quiet, r, &scene, SC_LIGHT_NEW_RAYS, NULL));
+    whole = draw_after(r, &scene);
+    again = draw_after(r, &cut);
+    sc_renderer_free(r);
+    kept = draw_view(&s, &cut, NULL);
+    assert_memory_equal(kept.rgb, again.rgb, (size_t)SIDE * SIDE * 3);
+    cut.plane_count = 2;
+    cut.cuts = cut.clip_sets[0] = 3;
+    cut.clip_mode = SC_CLIP_CUT;
+    traced = draw_view(&s, &cut, NULL);
     for (int i = 0; i < SIDE * SIDE * 3; i++)
         differ += abs(kept.rgb[i] - traced.rgb[i]) > 6;
     assert_true(differ < SIDE * SIDE * 3 / 200);
@@ -429,6 +528,7 @@ TEST(all_kernels_show_the_same_light)
 
     s.tissues[2].opacity = 0.5;
     s.settings.light.key = s.settings.light.occlusion = 0.5;
+    s.settings.floor = true;
     scene.camera = sc_camera_look((sc_vec3){150, 200, 120}, (sc_vec3){MIDDLE, MIDDLE, 30},
                                   (sc_vec3){0, 0, 1}, SC_PERSPECTIVE, 0.3);
     image = draw_by_all_kernels(&s, &scene);
@@ -468,13 +568,13 @@ TEST(want_of_memory_is_told)
 TEST(no_surface_gives_back_more_than_comes)
 {
     enum { ANGLES = 4, ROUGH = 4, COUNT = 40000 };
-    static const int shininess[ROUGH] = {1, 6, 24, 120};
+    static const float roughness[ROUGH] = {1, 0.5F, 0.28F, 0.13F};
     uint64_t seed = 7;
 
     for (int i = 0; i < ANGLES * ROUGH; i++) {
         const double cosine = (i % ANGLES + 0.5) / ANGLES, white[3] = {1, 1, 1};
         const sc_march_tissue tissue = {
-            .diffuse = 1, .specular = 1, .shininess = shininess[i / ANGLES]};
+            .diffuse = 1, .specular = 1, .roughness = roughness[i / ANGLES]};
         const sc_reflector s =
             sc_reflector_of(&tissue, white, (double[3]){sqrt(1 - cosine * cosine), 0, cosine});
         double chosen = 0, even = 0, density = 0;
@@ -511,6 +611,7 @@ TEST(all_kernels_follow_the_same_paths)
     method = SC_LIGHT_GLOBAL;
     s.settings.lens_samples = 4;
     s.settings.light.key = 0.5;
+    s.settings.floor = true;
     s.tissues[2].opacity = 0.5;
     s.tissues[1].material.specular = 0.3;
     scene.planes[0] = (sc_plane){{0, 0.6, 0.8}, -40};

@@ -181,9 +181,9 @@ TEST(mistakes_are_named_with_line_and_nearest_name)
 {
     refuses("volume: phantom\noutptu: {}\n", "job.yaml:2: unknown key \"outptu\"; did you mean "
                                              "\"output\"?");
-    refuses("volume: phantom\nrender:\n  samples: 9\n", "job.yaml:3: samples is \"9\", expected a "
-                                                        "number from 1 to 8");
-    refuses("volume: phantom\nrender: {samples: 1.5}\n", "expected a whole number");
+    refuses("volume: phantom\noutput:\n  crf: 99\n", "job.yaml:3: crf is \"99\", expected a "
+                                                     "number from 0 to 51");
+    refuses("volume: phantom\noutput: {crf: 1.5}\n", "expected a whole number");
     refuses("volume: phantom\nrender: {skip: interor}\n", "job.yaml:2: unknown skip \"interor\"; "
                                                           "did you mean \"interior\"?");
     refuses("volume: phantom\nvolume: x\n", "job.yaml:2: key \"volume\" is given twice (first in "
@@ -365,7 +365,7 @@ TEST(nesting_is_bounded)
 static const char full[] =
     "volume: data/heart.nrrd\nlabels: /abs/heart.ctbl\n"
     "output: {directory: out, size: [640, 480], fps: 25, video: a.mkv, frames: png}\n"
-    "render: {skip: none, background: \"#102030\", caps: none, samples: 3, step: 0.25}\n"
+    "render: {skip: none, background: \"#102030\", caps: none, quality: draft, step: 0.25}\n"
     "tissues:\n  \"myo*\": {color: [1, 2, 3], opacity: 0.35}\n  7: {visible: false}\n"
     "animation:\n  frames: 12\n"
     "  camera: {orbit: {axis: left, turns: 2, target_mm: [1, 2, 3]}, projection: orthographic,"
@@ -852,17 +852,17 @@ TEST(a_resolved_job_reads_back_the_same)
 
 TEST(the_command_line_beats_the_environment_beats_the_file)
 {
-    static const char text[] = "volume: phantom\nrender: {samples: 2}\n";
+    static const char text[] = "volume: phantom\nrender: {quality: draft}\n";
     sc_job job;
 
     assert_ok(load(text, NULL, NULL, &job));
-    assert_int_equal(job.render.samples, 2);
+    assert_int_equal(job.render.quality, SC_QUALITY_DRAFT);
     sc_job_clear(&job);
-    assert_ok(load(text, NULL, "SEGCAST_RENDER_SAMPLES=3", &job));
-    assert_int_equal(job.render.samples, 3);
+    assert_ok(load(text, NULL, "SEGCAST_RENDER_QUALITY=film", &job));
+    assert_int_equal(job.render.quality, SC_QUALITY_FILM);
     sc_job_clear(&job);
-    assert_ok(load(text, "render.samples=4", "SEGCAST_RENDER_SAMPLES=3", &job));
-    assert_int_equal(job.render.samples, 4);
+    assert_ok(load(text, "render.quality=still", "SEGCAST_RENDER_QUALITY=film", &job));
+    assert_int_equal(job.render.quality, SC_QUALITY_STILL);
     sc_job_clear(&job);
     assert_ok(load(text, "tissues.\"left atrium\".opacity=0.25", NULL, &job));
     assert_string_equal(job.rules[0].pattern, "left atrium");
@@ -870,11 +870,11 @@ TEST(the_command_line_beats_the_environment_beats_the_file)
     assert_ok(load(full, "animation.clip.1.at=30%", NULL, &job));
     assert_near(job.animation.sweeps[1].from.value, 30, 0);
     sc_job_clear(&job);
-    assert_int_equal(load(text, "render.samples=9", NULL, &job), SC_ERR_USAGE);
-    assert_non_null(strstr(said.text, "render.samples=9"));
-    assert_int_equal(load(text, "render.smaples=2", NULL, &job), SC_ERR_USAGE);
+    assert_int_equal(load(text, "render.quality=best", NULL, &job), SC_ERR_USAGE);
+    assert_non_null(strstr(said.text, "render.quality=best"));
+    assert_int_equal(load(text, "render.qaulity=film", NULL, &job), SC_ERR_USAGE);
     assert_int_equal(load(full, "animation.clip.5.at=30%", NULL, &job), SC_ERR_USAGE);
-    assert_ok(load(text, NULL, "SEGCAST_RENDER_SAMPELS=3", &job));
+    assert_ok(load(text, NULL, "SEGCAST_RENDER_QAULITY=film", &job));
     assert_non_null(strstr(said.text, "names no key"));
     sc_job_clear(&job);
 }
@@ -1094,7 +1094,7 @@ TEST(no_allocation_that_fails_hides_a_mistake)
 {
     static const sc_setting settings[] = {{"a", "animation.clip.7", "{normal: up}", false},
                                           {"b", "tissues.x.color", "#12", false}};
-    static const char *const environment[] = {"SEGCAST_RENDER_SAMPELS=2", "HOME=/home/x", NULL};
+    static const char *const environment[] = {"SEGCAST_RENDER_QAULITY=2", "HOME=/home/x", NULL};
     const sc_job_sources sources = {.path = "job3.yaml",
                                     .settings = settings,
                                     .setting_count = SC_COUNT_OF(settings),

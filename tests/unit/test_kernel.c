@@ -194,13 +194,13 @@ TEST(columns_alone_are_those_of_the_whole)
 
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
     assert_ok(sc_image_init(&quiet, width + 2 * border, height + 2 * border, &image));
-    sc_render_view(r, &scene, &view, NULL, &image, &stats);
+    sc_render_view(r, &scene, &view, NULL, NULL, &image, &stats);
     all = stats.counters.rays;
     memset(image.rgb, 7, sc_image_bytes(&image));
     for (size_t i = 0; i + 1 < SC_COUNT_OF(ends); i++) {
         const sc_columns_px columns = {border + ends[i], border + ends[i + 1]};
 
-        sc_render_columns(r, &scene, &view, &columns, NULL, &image, &stats);
+        sc_render_view(r, &scene, &view, &columns, NULL, &image, &stats);
         assert_true(stats.counters.rays < all);
         rays += stats.counters.rays;
         for (int y = 0; y < height; y++) {
@@ -212,7 +212,7 @@ TEST(columns_alone_are_those_of_the_whole)
         }
     }
     assert_true(rays >= all);
-    sc_render_columns(r, &scene, &view, &(sc_columns_px){0, border}, NULL, &image, &stats);
+    sc_render_view(r, &scene, &view, &(sc_columns_px){0, border}, NULL, &image, &stats);
     assert_int_equal(stats.counters.rays, 0);
     sc_renderer_free(r);
     sc_image_clear(&(sc_image){.rgb = first.rgb});

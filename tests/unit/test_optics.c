@@ -305,7 +305,7 @@ static sc_image draw_open(const small_scene *s, const sc_animation *animation, i
     for (int i = 0; i < *moments; i++) {
         const sc_scene scene = sc_timeline_scene(&t, sc_timeline_moment(&t, 2, i, *moments), NULL);
 
-        sc_render_frame(r, &scene, NULL, &one, &stats);
+        sc_render_view(r, &scene, NULL, NULL, NULL, &one, &stats);
         sc_image_add(&mixer, &one, 0, PX, sums);
     }
     sc_image_mean(&mixer, sums, *moments, 0, PX, &mean);

@@ -27,7 +27,7 @@ static sc_status load(const char *text, long *budget, sc_job *job)
 static const char film[] =
     "volume: phantom\n"
     "output: {fps: 10}\n"
-    "render: {samples: 2, cap_outline: 0.5}\n"
+    "render: {quality: draft, cap_outline: 0.5, stage: floor}\n"
     "tissues: {aorta: {color: red, opacity: 0.5}, \"*\": {opacity: 1}}\n"
     "overlays: {time: top, caption: {0s: none, 1s: first, 2s: none}}\n"
     "animation:\n"
@@ -40,12 +40,13 @@ static const char film[] =
     "  - {name: One, transition: fade 1 s}\n"
     "  - name: Two\n"
     "    transition: cross_fade 5f\n"
-    "    render: {samples: 5}\n"
+    "    render: {quality: film}\n"
     "    tissues: {aorta: {opacity: 0.25}}\n"
     "    overlays: {caption: second}\n"
     "    animation: {frames: 21, camera: {fixed: {position_mm: [1, 2, 3], target_mm: [0, 0, 0]}}, "
     "clip: []}\n"
-    "  - {name: Three, animation: {frames: 10 s, slices: through}, fade_out: 0.5 s}\n";
+    "  - {name: Three, animation: {frames: 10 s, slices: through}, fade_out: 0.5 s}\n"
+    "light: {method: global}\n";
 
 /* What the text of film means. */
 static void expect_film(const sc_job *job)
@@ -68,10 +69,10 @@ static void expect_film(const sc_job *job)
     assert_int_equal(job->shots[2].span.transition_frames, 5);
     assert_int_equal(job->shots[3].span.fade_out_frames, 5);
     /* maps are merged key by key */
-    assert_int_equal(two->render.samples, 5);
+    assert_int_equal(two->render.quality, SC_QUALITY_FILM);
     assert_near(two->render.cap_outline, 0.5, 0);
     assert_int_equal(two->overlays.time, SC_PLACE_TOP);
-    assert_int_equal(job->shots[1].job.render.samples, 2);
+    assert_int_equal(job->shots[1].job.render.quality, SC_QUALITY_DRAFT);
     assert_int_equal(job->shots[3].job.output.layout, SC_LAYOUT_VIEWS);
     assert_int_equal(two->output.layout, SC_LAYOUT_PICTURE);
     /* of keys that exclude each other that of the shot wins */
@@ -195,7 +196,7 @@ TEST(a_mistake_of_the_film_is_told_once)
 {
     SC_OWN(sc_job_clear) sc_job job = {0};
 
-    assert_int_equal(load("volume: phantom\nrender: {samples: 99}\nanimation: {clip: 3}\n"
+    assert_int_equal(load("volume: phantom\nrender: {quality: best}\nanimation: {clip: 3}\n"
                           "shots: [{name: a}, {name: b}, {card: c}]\n",
                           NULL, &job),
                      SC_ERR_DATA);

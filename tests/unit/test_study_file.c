@@ -35,8 +35,8 @@ static const char two_axes[] =
     "sweep:\n"
     "  render.skip: [none, leap]\n"
     "  layers:\n"
-    "    few: {render.samples: 1}\n"
-    "    all: {render.samples: 4, threads: 1, placement: spread}\n"
+    "    few: {render.quality: draft}\n"
+    "    all: {render.quality: still, threads: 1, placement: spread}\n"
     "    none: {}\n"
     "precision: 5%\n"
     "budget: 2 min\n";
@@ -58,7 +58,7 @@ TEST(cells_are_all_combinations)
     assert_string_equal(cell.items[2].path, "render.skip");
     assert_string_equal(cell.items[2].value, "leap");
     assert_string_equal(cell.items[2].origin, "study.yaml:4: render.skip");
-    assert_string_equal(cell.items[3].value, "4");
+    assert_string_equal(cell.items[3].value, "still");
     assert_int_equal(cell.threads, 1); /* the value of an axis wins over what holds for all */
     assert_int_equal(cell.ranks, 0);
     assert_int_equal(cell.placement, SC_COMM_SPREAD);

@@ -130,7 +130,7 @@ TEST(slices_are_in_radiological_convention)
         assert_memory_equal(pixel(&image, (panel & 1) * 200 + 125, (panel & 2) * 100 + 103), white,
                             3);
     }
-    sc_render_view(r, &scene, &space, NULL, &image, &alone);
+    sc_render_view(r, &scene, &space, NULL, NULL, &image, &alone);
     assert_true(alone.counters.rays > 0 && stats.counters.rays > alone.counters.rays);
     sc_renderer_free(r);
     free_scene(&s);
@@ -213,11 +213,11 @@ TEST(a_frame_that_is_given_up_is_not_measured)
     s.settings.threads = 1;
     s.settings.give_up = &give_up;
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
-    sc_render_frame(r, &scene, NULL, &image, &stats);
+    sc_render_view(r, &scene, NULL, NULL, NULL, &image, &stats);
     sc_renderer_spans(r, &span);
     assert_true(stats.counters.rays > 0 && span.begin_s > 0);
     give_up = 1;
-    sc_render_frame(r, &scene, NULL, &image, &stats);
+    sc_render_view(r, &scene, NULL, NULL, NULL, &image, &stats);
     sc_renderer_spans(r, &span);
     assert_int_equal(stats.counters.rays, 0);
     assert_true(span.begin_s == 0 && span.end_s == 0 && stats.cpu_s == 0);

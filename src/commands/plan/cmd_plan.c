@@ -111,14 +111,14 @@ static sc_status print_json(const sc_ctx *ctx, const job_plan *plan)
     const sc_plan_probe *p = &plan->probe;
     const sc_plan_disk *disk = &plan->disk;
     json_t *json = json_pack(
-        "{s:s, s:i, s:[i,i], s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:{s:I, s:I, s:I, "
+        "{s:s, s:i, s:[i,i], s:i, s:i, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:{s:I, s:I, s:I, "
         "s:I, s:I, s:I}, s:{s:I, s:I, s:I, s:I, s:I, s:I}, s:o, s:o}",
         "schema", "segcast-plan-1", "frames", job->animation.frames, "size", job->output.size_px[0],
-        job->output.size_px[1], "samples", job->render.samples, "frames_measured", p->partly_drawn,
-        "frames_encoded", p->encoded, "draw_cpu_s_per_frame", p->draw_cpu_s, "draw_cpu_s",
-        plan->draw_cpu_s, "encode_cpu_s_per_frame", plan->encode_cpu_s / job->animation.frames,
-        "encode_cpu_s", plan->encode_cpu_s, "prepare_cpu_s", p->prepare_cpu_s, "prepare_wall_s",
-        p->prepare_wall_s, "core_hours", all_cpu_s(plan) / 3600, "memory", "prepared_bytes",
+        job->output.size_px[1], "frames_measured", p->partly_drawn, "frames_encoded", p->encoded,
+        "draw_cpu_s_per_frame", p->draw_cpu_s, "draw_cpu_s", plan->draw_cpu_s,
+        "encode_cpu_s_per_frame", plan->encode_cpu_s / job->animation.frames, "encode_cpu_s",
+        plan->encode_cpu_s, "prepare_cpu_s", p->prepare_cpu_s, "prepare_wall_s", p->prepare_wall_s,
+        "core_hours", all_cpu_s(plan) / 3600, "memory", "prepared_bytes",
         (json_int_t)p->prepared_bytes, "derived_bytes", (json_int_t)p->derived_bytes,
         "loaded_bytes", (json_int_t)p->loaded_bytes, "program_bytes", (json_int_t)p->program_bytes,
         "renderer_bytes", (json_int_t)p->renderer_bytes, "encoder_bytes",
@@ -193,8 +193,7 @@ static void print_text(const job_plan *plan)
     const sc_prepared *v = sc_session_view(session);
     char prepared[24], encoder[24], files[24], loaded[24];
 
-    printf("frames           %d of %d x %d, %d ray%s per pixel\n", job->animation.frames,
-           size_px[0], size_px[1], job->render.samples, job->render.samples == 1 ? "" : "s");
+    printf("frames           %d of %d x %d\n", job->animation.frames, size_px[0], size_px[1]);
     printf("kernel           %s, %s\n", kernel->name, kernel->cpu);
     printf("volume           %d x %d x %d voxels, %d label%s, %s prepared\n", v->size[0],
            v->size[1], v->size[2], v->label_count - 1, v->label_count == 2 ? "" : "s",

@@ -101,8 +101,8 @@ static sc_status hash_volume(const sc_ctx *ctx, const sc_job *job, uint64_t *out
     part.render.cpu = 0;
     part.render.early_termination = true;
     part.render.caps = 0;
-    part.render.samples = 1;
-    part.render.antialiasing = 0;
+    part.render.stage = 0;
+    part.render.quality = 0;
     part.render.step_voxels = 1;
     part.render.cap_outline = 0;
     part.render.background = (sc_background){.is_auto = true};

@@ -134,9 +134,9 @@ const sc_key sc_tissue_keys[] = {
      .without = TEXT(SC_MATERIAL_DIFFUSE)},
     {"specular", &sc_type_real, RULE(material.specular), NULL, .help = "strength of highlights",
      .low = 0, .high = 2, HAS(specular), .without = TEXT(SC_MATERIAL_SPECULAR)},
-    {"shininess", &sc_type_int, RULE(material.shininess), NULL,
-     .help = "exponent of highlights: the larger, the smaller they are", .low = 1, .high = 1000,
-     HAS(shininess), .without = TEXT(SC_MATERIAL_SHININESS)},
+    {"roughness", &sc_type_real, RULE(material.roughness), NULL,
+     .help = "how rough its face is, as in Blender or glTF: the larger, the wider its highlights",
+     .low = 0.1, .high = 1, HAS(roughness), .without = TEXT(SC_MATERIAL_ROUGHNESS)},
     {0}};
 
 /* The key frames of an entry, and where a rule has their numbers. */

@@ -11,7 +11,7 @@ static const char *const introduction[] = {
     "values out of range are errors that name the file, the line, what stood there and the nearest "
     "valid name; aliases (`*name`) are refused. `segcast check JOB.yaml` tells all of them in one "
     "go, before a job is submitted. `segcast init VOLUME` writes a job to begin with.",
-    "Every key can also be set on the command line, `--set render.samples=4`, and in the "
+    "Every key can also be set on the command line, `--set render.quality=still`, and in the "
     "environment, `SEGCAST_RENDER_SAMPLES=4`. The command line wins over the environment, that "
     "over the file, and the file over the defaults. The value is YAML. A map is merged into what "
     "is there; a list is replaced. Names with dots or spaces are quoted: `--set 'tissues.\"left "
