@@ -2,13 +2,13 @@
 # Seven frames have these very bits on every processor: x86-64 in each instruction set, and arm64 (tools/arm64-check).
 # After a change of pictures that is meant, GOLDEN_UPDATE=1 writes the new hashes into this file.
 declare -A expected=(
-    [smooth]=23a64c382faeae8d
-    [voxel]=f7f418981b63c3cf
-    [parallel]=0c1d55123342390b
-    [clear]=2441d2249ed4e389
-    [shadows]=36a68b2deb67cb54
-    [global]=87518bf5b7554b61
-    [path]=60b1d61106345227
+    [smooth]=28f6b12cea9a5b6a
+    [voxel]=fe28027bc1e5bc17
+    [parallel]=b573045cfa529a77
+    [clear]=02fbea7ebad78ab2
+    [shadows]=4fe7df797437d1cf
+    [global]=0de4d0555ca782c5
+    [path]=d9ff354fd5483d14
 )
 declare -A settings=(
     [smooth]=render.quality=film
