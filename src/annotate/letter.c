@@ -2,8 +2,6 @@
 /* All text of a film, turned into pixels at once. */
 #include "internal.h"
 
-#include <string.h>
-
 /* Append the characters of which time codes and scale bars are composed. */
 static sc_status add_glyphs(const sc_ctx *ctx, const sc_annotations *a, sc_line_list *list)
 {

@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <string.h>
 
 #define CUT_FADE 0.05 /* share of a tissue's extent that is left when it begins to fade */
 
