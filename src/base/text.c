@@ -3,7 +3,6 @@
 
 #include <ctype.h>
 #include <stdarg.h>
-#include <string.h>
 
 /* Make room for @p more_bytes characters and the NUL byte behind them. */
 static sc_status reserve(const sc_ctx *ctx, sc_text *text, size_t more_bytes)
