@@ -2,8 +2,6 @@
 /* The options of all commands in one table, and those that stand in the job's table of keys. */
 #include "option_values.h"
 
-#include <string.h>
-
 #define JOB_COMMANDS "render check plan still orbit"
 #define AT(member) offsetof(sc_options, member)
 

@@ -4,7 +4,6 @@
 
 #include <getopt.h>
 #include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 /* The value that getopt_long returns for row i of the list is FIRST_LONG + i, or the row's letter.
