@@ -15,7 +15,6 @@
 #include <errno.h>
 #include <mpi.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
 

@@ -4,8 +4,6 @@
 
 #include "comm_ops.h"
 
-#include <string.h>
-
 /* What the ranks claim chunks from: one counter for the present loop and one for the next, so that
  * a counter is set back when nobody can be using it. */
 typedef struct team_counters {
