@@ -3,8 +3,6 @@
 #include "commands.h"
 #include "segcast/resample.h"
 
-#include <string.h>
-
 #define ENDING ".segc"
 
 /* Find the opacity of each label, for the light that is derived for the job; NULL if its tissues

@@ -3,7 +3,6 @@
 #include "plan/plan.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* Bands of this many rows, a tile high or less, are drawn of SC_PLAN_PLACES frames at full size:
  * of each frame every STRIDE-th band. Pictures of a smaller size would not do: a larger share of

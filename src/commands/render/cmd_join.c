@@ -4,7 +4,6 @@
 #include "render/run.h"
 #include "study/study.h"
 
-#include <string.h>
 #include <sys/stat.h>
 
 sc_status sc_cmd_join(sc_app *app)

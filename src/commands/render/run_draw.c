@@ -4,8 +4,6 @@
 
 #include <limits.h>
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 /* After a signal, if the end of the allocation is not known, a GOP that needs longer than this to
  * be finished is given up: Slurm, for example, kills 30 s after the signal (KillWait). */
