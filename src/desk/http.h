@@ -7,7 +7,6 @@
 #include "segcast/base.h"
 
 #include <jansson.h>
-#include <stdatomic.h>
 
 /* Digits of the secret in the address. */
 enum { SC_SECRET_DIGITS = 32 };
