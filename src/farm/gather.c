@@ -5,8 +5,6 @@
  * not lost. */
 #include "internal.h"
 
-#include <string.h>
-
 /* A frame of a gathered GOP. The main thread uses it, except while it is being encoded. */
 typedef struct gathered_frame {
     sc_task task;
