@@ -3,8 +3,6 @@
  * the return code, so that they end together after an error. */
 #include "panels.h"
 
-#include <string.h>
-
 sc_status sc_check_job_tissues(sc_app *app, sc_job *job)
 {
     SC_OWN(sc_input_clear) sc_input input = {0};

@@ -4,8 +4,6 @@
 #include "panels.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 /* Fill points with the corners of the boxes around tissues, of a volume that was only inspected.
  * @param members [label_count]. */
