@@ -6,7 +6,6 @@
 #include <png.h>
 #include <setjmp.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 
 /* What the callbacks of libpng need for messages; both are borrowed. */
