@@ -5,8 +5,6 @@
 
 #include "segcast/phantom.h"
 
-#include <string.h>
-
 sc_status sc_phantom_size(const sc_ctx *ctx, const char *key, const char *volume, int size[3])
 {
     int used = 0;
