@@ -3,8 +3,6 @@
 #include "key.h"
 #include "yaml/yaml_words.h"
 
-#include <string.h>
-
 static void *value_of(const sc_key *key, void *base)
 {
     return (char *)base + key->offset;

@@ -4,7 +4,6 @@
 #include "segcast/job.h"
 
 #include <math.h>
-#include <string.h>
 
 /* What an entry of the file is read into. */
 typedef struct rule_entry {
