@@ -5,8 +5,6 @@
  * alone. */
 #include "internal.h"
 
-#include <string.h>
-
 enum {
     BRICKS_AT_ONCE = 64, /* that a thread claims */
     VERTICES_AT_ONCE = 65536,

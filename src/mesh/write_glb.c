@@ -5,7 +5,6 @@
 #include "internal.h"
 
 #include <jansson.h>
-#include <string.h>
 
 enum {
     CHUNK_JSON = 0x4e4f534a,
