@@ -8,8 +8,6 @@
 #include "internal.h"
 
 #include <limits.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum {
     MOST_SHIFT = 6, /* pixels from one slice to the next that are looked for */
