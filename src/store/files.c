@@ -6,7 +6,6 @@
 #include <errno.h>
 #include <stdarg.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Write "DIR/" and the formatted name into @p out. */
 SC_PRINTF(3, 0)

@@ -2,7 +2,6 @@
 /* Ends a run: completes the job if every frame is there, and proves its records. */
 #include "internal.h"
 
-#include <string.h>
 #include <unistd.h>
 
 /* Join the segments that are there without a gap from the first frame on to the partial video, for

@@ -2,7 +2,6 @@
 /* What a directory holds after a run: lists it, and replaces a record of it. */
 #include "internal.h"
 
-#include <string.h>
 #include <sys/stat.h>
 
 /* For search. */

@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <stdarg.h>
-#include <string.h>
 #include <sys/stat.h>
 
 /* For the functions that sc_each_file calls. */

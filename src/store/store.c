@@ -2,8 +2,6 @@
 /* Opens the directory of a job, and accepts frames and GOPs. */
 #include "internal.h"
 
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 

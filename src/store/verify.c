@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <string.h>
 #include <unistd.h>
 
 /* For read_slice. */
