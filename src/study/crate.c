@@ -8,7 +8,6 @@
 #include "segcast/store.h"
 
 #include <math.h>
-#include <string.h>
 #include <time.h>
 
 #define CRATE_SPECIFICATION "https://w3id.org/ro/crate/1.1"

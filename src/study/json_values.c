@@ -3,7 +3,6 @@
 
 #include <errno.h>
 #include <stdlib.h>
-#include <string.h>
 
 bool sc_json_int(const json_t *value, json_int_t low, json_int_t high, int32_t *out)
 {

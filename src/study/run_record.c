@@ -7,7 +7,6 @@
 #include "segcast/core_time.h"
 #include "segcast/json_values.h"
 
-#include <string.h>
 #include <time.h>
 
 double sc_run_imbalance(const sc_run_record *run)
