@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <errno.h>
-#include <string.h>
 
 /* The state of decoding a video. sc_video_decode frees what is not borrowed; each may be NULL. */
 typedef struct decoder {

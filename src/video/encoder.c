@@ -6,7 +6,6 @@
 #include "internal.h"
 
 #include <errno.h>
-#include <string.h>
 
 /* The bytes that x264 writes depend on its number of threads. Therefore this number is the same on
  * every machine. */

@@ -9,7 +9,6 @@
 
 #include <errno.h>
 #include <limits.h>
-#include <string.h>
 
 enum { BLOCK_MAX_BYTES = 255, EXTENSION = 0x21, COMMENT = 0xfe, TRAILER = 0x3b };
 

@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <errno.h>
-#include <string.h>
 
 struct sc_muxer {
     char *path;      /* given to sc_muxer_open; owned */

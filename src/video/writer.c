@@ -2,7 +2,6 @@
 /* A video from frames that come in order: each GOP is encoded and appended to the file. */
 #include "internal.h"
 
-#include <string.h>
 #include <sys/stat.h>
 
 struct sc_video_writer {
