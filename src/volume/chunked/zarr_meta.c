@@ -2,9 +2,6 @@
 /* The metadata of an array of Zarr, version 2 (.zarray) and version 3 (zarr.json), and of N5. */
 #include "chunked/zarr.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 /* The metadata while they are read. */
 typedef struct meta_reading {
     const sc_ctx *ctx;

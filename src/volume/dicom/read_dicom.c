@@ -8,8 +8,6 @@
 
 #include "dicom/dicom.h"
 
-#include <string.h>
-
 #define FRAME_GROUPS SC_DICOM_TAG(0x5200, 0x9230)
 #define NUMBER_OF_FRAMES SC_DICOM_TAG(0x0028, 0x0008)
 #define ROWS SC_DICOM_TAG(0x0028, 0x0010)

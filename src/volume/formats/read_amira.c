@@ -9,7 +9,6 @@
 
 #include <errno.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum {
     HEADER_MAX_BYTES = 1 << 20, /* a longer header is refused */

@@ -5,8 +5,6 @@
 #include "formats/tiff_notes.h"
 #include "source.h"
 
-#include <string.h>
-
 #if SC_HAVE_TIFF
 
 #include <tiffio.h>

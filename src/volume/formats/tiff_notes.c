@@ -9,7 +9,6 @@
 
 #include <errno.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Read @p text as a finite number above 0. @return 0 if it is NULL or something else. */
 static double positive(const char *text)

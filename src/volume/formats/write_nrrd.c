@@ -4,7 +4,6 @@
 #include "segcast/grey.h"
 
 #include <errno.h>
-#include <string.h>
 #include <unistd.h>
 #include <zlib.h>
 

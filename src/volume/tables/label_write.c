@@ -4,7 +4,6 @@
 
 #include <jansson.h>
 #include <stdlib.h>
-#include <string.h>
 #include <strings.h>
 
 /* What a format holds of a label, beside its number and name. */
