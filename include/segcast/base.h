@@ -9,6 +9,7 @@
  *    return code.
  *  - Functions are local (not collective), and may be called by several threads at a time on
  *    different objects, unless their comment says otherwise.
+ *  - The standard headers below come with this one: files that have it do not name them again.
  */
 #ifndef SEGCAST_BASE_H
 #define SEGCAST_BASE_H
