@@ -7,7 +7,7 @@ sc_status sc_store_write_segment(const sc_ctx *ctx, sc_store *store, int gop,
 {
     char path[SC_FILE_BYTES];
 
-    sc_store_path(store, path, "segments/%06d.seg", gop);
+    sc_store_path(store->directory, path, "segments/%06d.seg", gop);
     SC_PASS(sc_file_write(ctx, path, segment->data, segment->bytes));
     store->has_segment[gop] = true;
     sc_partial_remove(&store->partial, gop, gop * store->gop_frames,
@@ -46,7 +46,7 @@ sc_status sc_store_open_encoder(const sc_ctx *ctx, sc_store *store)
 
     if (store->encoder)
         return SC_OK;
-    sc_store_path(store, path, "%s", store->job.video);
+    sc_store_path(store->directory, path, "%s", store->job.video);
     return sc_encoder_open(ctx, path, &store->job.settings, &store->encoder);
 }
 
@@ -136,7 +136,7 @@ sc_status sc_store_join(const sc_ctx *ctx, sc_store *store, const char *path, in
         SC_OWN(sc_free_at) char *data = NULL;
 
         /* Read, not mapped: the file may be cut meanwhile. */
-        sc_store_path(store, name, "segments/%06d.seg", gop);
+        sc_store_path(store->directory, name, "segments/%06d.seg", gop);
         SC_TRY(sc_file_read(ctx, name, SC_SEGMENT_MAX_BYTES, &data, &segment.bytes));
         segment.data = data;
         status = sc_muxer_add(ctx, muxer, &segment);
