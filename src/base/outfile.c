@@ -47,7 +47,6 @@ static sc_status temporary_name(const sc_ctx *ctx, const char *path, char **out)
     char host[SC_HOST_BYTES];
     uint64_t random;
     sc_text text = {0};
-    sc_status status;
 
     if (getrandom(&random, sizeof random, 0) != (ssize_t)sizeof random)
         return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: no random numbers: %s", path,
@@ -57,12 +56,11 @@ static sc_status temporary_name(const sc_ctx *ctx, const char *path, char **out)
     /* The host is part of the name, too: a node that lost its network may go on writing while the
      * batch system has begun the job again elsewhere. */
     sc_host_name(host);
-    status = sc_text_add(ctx, &text, "%.*s.%.*s.tmp.%s.%ld.%0*llx", (int)(name - path), path,
-                         (int)length, name, host, (long)getpid(), RANDOM_DIGITS,
-                         (unsigned long long)random);
-    if (status == SC_OK)
-        *out = text.data;
-    return status;
+    SC_PASS(sc_text_add(ctx, &text, "%.*s.%.*s.tmp.%s.%ld.%0*llx", (int)(name - path), path,
+                        (int)length, name, host, (long)getpid(), RANDOM_DIGITS,
+                        (unsigned long long)random));
+    *out = text.data;
+    return SC_OK;
 }
 
 /* Read ".NAME.tmp.HOST.PID.RANDOM", where NAME and HOST may contain dots. @param here whether
