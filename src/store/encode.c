@@ -69,23 +69,19 @@ static sc_status encode_available(const sc_ctx *ctx, sc_store *store, int frame,
 {
     const int first = store->encoding * store->gop_frames;
     const int end = first + sc_store_gop_frames(store, store->encoding);
-    sc_status status = SC_OK;
 
-    for (int k = first + sc_encoder_count(store->encoder); k < end && status == SC_OK; k++) {
+    for (int k = first + sc_encoder_count(store->encoder); k < end; k++) {
         const void *from = picture;
 
         if (store->partial.locations[k].file < 0)
             break;
         if (k != frame) {
-            status = sc_partial_read(ctx, &store->partial, k, store->picture);
+            SC_PASS(sc_partial_read(ctx, &store->partial, k, store->picture));
             from = store->picture;
         }
-        if (status == SC_OK)
-            status = sc_encoder_push(ctx, store->encoder, from, store->partial.locations[k].hash);
+        SC_PASS(sc_encoder_push(ctx, store->encoder, from, store->partial.locations[k].hash));
     }
-    if (status == SC_OK && first + sc_encoder_count(store->encoder) == end)
-        status = finish_gop(ctx, store);
-    return status;
+    return first + sc_encoder_count(store->encoder) == end ? finish_gop(ctx, store) : SC_OK;
 }
 
 sc_status sc_store_encode(const sc_ctx *ctx, sc_store *store, int frame, const void *picture)

@@ -116,19 +116,16 @@ bool sc_is_segment_name(const char *name)
 sc_status sc_each_record(const sc_ctx *ctx, const char *slice, void *user,
                          sc_status (*each)(const sc_ctx *ctx, void *user, const char *name))
 {
-    sc_status status = each(ctx, user, "job.yaml");
-
-    if (status == SC_OK)
-        status = each(ctx, user, SC_CRATE_NAME);
-    for (size_t i = 0; i < SC_COUNT_OF(records) && status == SC_OK; i++) {
+    SC_PASS(each(ctx, user, "job.yaml"));
+    SC_PASS(each(ctx, user, SC_CRATE_NAME));
+    for (size_t i = 0; i < SC_COUNT_OF(records); i++) {
         SC_OWN(sc_text_clear) sc_text name = {0};
 
-        status = sc_text_add(ctx, &name, "%s%s%s.%s", records[i].stem, slice ? "." : "",
-                             slice ? slice : "", records[i].ending);
-        if (status == SC_OK)
-            status = each(ctx, user, name.data);
+        SC_PASS(sc_text_add(ctx, &name, "%s%s%s.%s", records[i].stem, slice ? "." : "",
+                            slice ? slice : "", records[i].ending));
+        SC_PASS(each(ctx, user, name.data));
     }
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_each_file(const sc_ctx *ctx, const char *directory,

@@ -228,15 +228,11 @@ static sc_status prove_job(const sc_ctx *ctx, sc_store *store)
 static sc_status prove_records(const sc_ctx *ctx, sc_store *store)
 {
     record_list list = {store, &store->data.files};
-    sc_status status = drop_changed_records(ctx, store);
 
-    if (status == SC_OK)
-        status = prove_job(ctx, store);
-    if (status == SC_OK)
-        status = prove_file(ctx, &list, SC_CRATE_NAME);
-    if (status == SC_OK && !store->joins)
-        status = sc_each_record(ctx, store->slice, &list, prove_record);
-    return status;
+    SC_PASS(drop_changed_records(ctx, store));
+    SC_PASS(prove_job(ctx, store));
+    SC_PASS(prove_file(ctx, &list, SC_CRATE_NAME));
+    return store->joins ? SC_OK : sc_each_record(ctx, store->slice, &list, prove_record);
 }
 
 sc_status sc_store_seal(const sc_ctx *ctx, sc_store *store)

@@ -35,12 +35,10 @@ sc_status sc_job_texts_put_file(const sc_ctx *ctx, const char *directory, sc_job
 {
     char path[SC_FILE_BYTES];
     job_file file = {.exists = false};
-    sc_status status;
 
     sc_store_path(directory, path, "job.yaml");
-    status = read_job(ctx, path, &file);
-    return status == SC_OK && file.exists ? sc_job_texts_put(ctx, jobs, file.bytes, file.hash)
-                                          : status;
+    SC_PASS(read_job(ctx, path, &file));
+    return file.exists ? sc_job_texts_put(ctx, jobs, file.bytes, file.hash) : SC_OK;
 }
 
 sc_status sc_job_texts_have_file(const sc_ctx *ctx, const char *directory, const sc_job_texts *jobs,
@@ -48,13 +46,11 @@ sc_status sc_job_texts_have_file(const sc_ctx *ctx, const char *directory, const
 {
     char path[SC_FILE_BYTES];
     job_file file = {.exists = false};
-    sc_status status;
 
     sc_store_path(directory, path, "job.yaml");
-    status = read_job(ctx, path, &file);
-    if (status == SC_OK)
-        *out = file.exists && is_known(jobs, &file);
-    return status;
+    SC_PASS(read_job(ctx, path, &file));
+    *out = file.exists && is_known(jobs, &file);
+    return SC_OK;
 }
 
 /* Note a text in the manifest, and wait until that is on disk, unless it stands there already. */
