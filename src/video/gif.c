@@ -89,7 +89,7 @@ sc_status sc_gif_open(const sc_ctx *ctx, const char *path, sc_gif **out)
     sc_gif *g;
     sc_status status;
 
-    SC_TRY(SC_ZALLOC(ctx, 1, &g));
+    SC_PASS(SC_ZALLOC(ctx, 1, &g));
     g->ctx = ctx;
     g->path = path;
     g->packet = sc_av->av_packet_alloc();
@@ -102,7 +102,6 @@ sc_status sc_gif_open(const sc_ctx *ctx, const char *path, sc_gif **out)
         *out = g;
     else
         sc_gif_close(g);
-out:
     return status;
 }
 

@@ -56,17 +56,15 @@ sc_status sc_video_writer_finish(const sc_ctx *ctx, sc_video_writer *writer, boo
                                  bool replace)
 {
     SC_OWN(sc_text_clear) sc_text partial = {0};
-    sc_status status = SC_OK;
 
     if (sc_encoder_count(writer->encoder) > 0)
-        SC_TRY(end_gop(ctx, writer));
+        SC_PASS(end_gop(ctx, writer));
     if (!complete)
-        SC_TRY(free_partial_name(ctx, writer->path, replace, &partial));
-    status = sc_muxer_finish(ctx, writer->muxer, complete ? writer->path : partial.data, replace);
-    if (status == SC_OK && !complete)
+        SC_PASS(free_partial_name(ctx, writer->path, replace, &partial));
+    SC_PASS(sc_muxer_finish(ctx, writer->muxer, complete ? writer->path : partial.data, replace));
+    if (!complete)
         sc_info(ctx, "%s: holds the frames so far", partial.data);
-out:
-    return status;
+    return SC_OK;
 }
 
 void sc_video_writer_close(sc_video_writer *writer)
