@@ -36,6 +36,11 @@ bool sc_json_hash(const json_t *value, uint64_t *out)
     return true;
 }
 
+json_t *sc_json_of_hash(uint64_t hash)
+{
+    return json_sprintf("%016llx", (unsigned long long)hash);
+}
+
 /* @return @p to, or NULL, with it freed, if something failed. */
 static json_t *kept(json_t *to, int failed)
 {
