@@ -28,10 +28,7 @@ struct sc_manifest_writer {
 /* @return a hash as a text of 16 hexadecimal digits: JSON numbers cannot hold 64 bits exactly. */
 static json_t *hash_to_json(uint64_t value)
 {
-    char text[17];
-
-    snprintf(text, sizeof text, "%016llx", (unsigned long long)value);
-    return json_string(text);
+    return json_sprintf("%016llx", (unsigned long long)value);
 }
 
 /* Append @p line with its proof, which goes on the chain. Takes ownership of @p line, of which NULL
