@@ -267,23 +267,20 @@ static sc_status open_temporary(const sc_ctx *ctx, const char *path, char **out_
 
 sc_status sc_outfile_open(const sc_ctx *ctx, const char *path, bool replace, sc_outfile *out)
 {
-    sc_outfile file = {.replace = replace, .unfinished = -1};
+    SC_OWN(sc_outfile_discard) sc_outfile file = {.replace = replace, .unfinished = -1};
     int fd = -1;
-    sc_status status;
 
-    SC_TRY(sc_text_copy(ctx, path, &file.path));
-    SC_TRY(open_temporary(ctx, path, &file.temporary, &fd, &file.unfinished));
+    SC_PASS(sc_text_copy(ctx, path, &file.path));
+    SC_PASS(open_temporary(ctx, path, &file.temporary, &fd, &file.unfinished));
     file.stream = fdopen(fd, "w+b");
     if (!file.stream) {
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(errno));
+        const int error = errno;
+
         close(fd);
-        goto out;
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(error));
     }
-    *out = file;
+    SC_HAND_OVER(file, out);
     return SC_OK;
-out:
-    sc_outfile_discard(&file);
-    return status;
 }
 
 sc_status sc_outfile_rename(const sc_ctx *ctx, sc_outfile *file, const char *path)
