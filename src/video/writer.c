@@ -80,17 +80,13 @@ void sc_video_writer_close(sc_video_writer *writer)
 sc_status sc_video_writer_open(const sc_ctx *ctx, const char *path,
                                const sc_video_settings *settings, sc_video_writer **out)
 {
-    sc_video_writer *writer = NULL;
-    sc_status status;
+    SC_OWN(sc_video_writer_close_at) sc_video_writer *writer = NULL;
 
-    SC_TRY(SC_ZALLOC(ctx, 1, &writer));
+    SC_PASS(SC_ZALLOC(ctx, 1, &writer));
     writer->gop_frames = sc_video_gop_frames(settings);
-    SC_TRY(sc_text_copy(ctx, path, &writer->path));
-    SC_TRY(sc_encoder_open(ctx, path, settings, &writer->encoder));
-    SC_TRY(sc_muxer_open(ctx, path, settings, &writer->muxer));
-    *out = writer;
+    SC_PASS(sc_text_copy(ctx, path, &writer->path));
+    SC_PASS(sc_encoder_open(ctx, path, settings, &writer->encoder));
+    SC_PASS(sc_muxer_open(ctx, path, settings, &writer->muxer));
+    SC_HAND_OVER(writer, out);
     return SC_OK;
-out:
-    sc_video_writer_close(writer);
-    return status;
 }
