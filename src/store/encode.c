@@ -118,29 +118,24 @@ sc_status sc_store_encode_partial(const sc_ctx *ctx, sc_store *store)
 sc_status sc_store_join(const sc_ctx *ctx, sc_store *store, const char *path, int gops)
 {
     sc_video_settings settings = store->job.settings;
-    sc_muxer *muxer = NULL;
-    sc_status status;
+    SC_OWN(sc_muxer_close_at) sc_muxer *muxer = NULL;
 
     settings.version = store->job.version;
     settings.job_hash = store->job.job_hash;
     settings.volume_hash = store->job.volume_hash;
     sc_stage_begin(ctx, "joining the video", 0, (uint64_t)gops);
-    SC_TRY(sc_muxer_open(ctx, path, &settings, &muxer));
-    for (int gop = 0; gop < gops && status == SC_OK; gop++) {
+    SC_PASS(sc_muxer_open(ctx, path, &settings, &muxer));
+    for (int gop = 0; gop < gops; gop++) {
         char name[SC_FILE_BYTES];
         sc_segment segment = {0};
         SC_OWN(sc_free_at) char *data = NULL;
 
         /* Read, not mapped: the file may be cut meanwhile. */
         sc_store_path(store->directory, name, "segments/%06d.seg", gop);
-        SC_TRY(sc_file_read(ctx, name, SC_SEGMENT_MAX_BYTES, &data, &segment.bytes));
+        SC_PASS(sc_file_read(ctx, name, SC_SEGMENT_MAX_BYTES, &data, &segment.bytes));
         segment.data = data;
-        status = sc_muxer_add(ctx, muxer, &segment);
+        SC_PASS(sc_muxer_add(ctx, muxer, &segment));
         sc_stage_add(ctx, 1);
     }
-    if (status == SC_OK)
-        status = sc_muxer_finish(ctx, muxer, path, true);
-out:
-    sc_muxer_close(muxer);
-    return status;
+    return sc_muxer_finish(ctx, muxer, path, true);
 }

@@ -345,6 +345,7 @@ sc_status sc_manifest_add_close(const sc_ctx *ctx, sc_manifest_writer *manifest,
 sc_status sc_manifest_sync(const sc_ctx *ctx, sc_manifest_writer *manifest);
 /* Close and free, without flushing to disk. NULL is allowed. */
 void sc_manifest_close(sc_manifest_writer *manifest);
+SC_CLOSE_AT(sc_manifest_close, sc_manifest_writer)
 /* Free what @p data owns, and zero that; data->lines is the caller's. */
 void sc_manifest_data_clear(sc_manifest_data *data);
 

@@ -333,9 +333,8 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
                         const int *wanted, int wanted_count, const char *slice, sc_store_mode mode,
                         sc_store **out)
 {
-    sc_store *store = NULL;
+    SC_OWN(sc_store_close_at) sc_store *store = NULL;
     char path[SC_FILE_BYTES];
-    sc_status status;
 
     SC_PASS(SC_ZALLOC(ctx, 1, &store));
     store->job = *job;
@@ -346,32 +345,30 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
     store->encoding = -1;
     store->gop_frames = sc_video_gop_frames(&job->settings);
     store->gop_count = (job->frames + store->gop_frames - 1) / store->gop_frames;
-    SC_TRY(set_directory(ctx, store, directory));
-    SC_TRY(allocate(ctx, store));
+    SC_PASS(set_directory(ctx, store, directory));
+    SC_PASS(allocate(ctx, store));
     sc_store_path(store->directory, path, "segments");
-    SC_TRY(sc_partial_open(ctx, path, store->identity, sc_picture_bytes(job->video, &job->settings),
-                           job->frames, &store->partial));
-    SC_TRY(sc_make_directory(ctx, directory));
-    SC_TRY(check(ctx, store, mode, false));
+    SC_PASS(sc_partial_open(ctx, path, store->identity,
+                            sc_picture_bytes(job->video, &job->settings), job->frames,
+                            &store->partial));
+    SC_PASS(sc_make_directory(ctx, directory));
+    SC_PASS(check(ctx, store, mode, false));
     if (mode == SC_STORE_OVERWRITE)
-        SC_TRY(begin_anew(ctx, store));
+        SC_PASS(begin_anew(ctx, store));
     sc_remove_temporaries(directory, false); /* what a run that was killed has left */
-    SC_TRY(sc_store_scan(ctx, store));
+    SC_PASS(sc_store_scan(ctx, store));
     store->takes_over = mode == SC_STORE_RESUME;
     for (int i = 0; i < wanted_count; i++)
         store->takes_over = store->takes_over && sc_store_has(store, wanted[i]);
-    SC_TRY(sc_store_set_all_aside(ctx, store));
+    SC_PASS(sc_store_set_all_aside(ctx, store));
     if (store->complete && store->sealed)
         sc_store_remove_unfinished(ctx, store); /* what a run has left that the last one replaced */
     else if (store->complete)
-        SC_TRY(clean_up(ctx, store));
+        SC_PASS(clean_up(ctx, store));
     if (!store->complete)
-        SC_TRY(begin_run(ctx, store, wanted, wanted_count));
-    *out = store;
+        SC_PASS(begin_run(ctx, store, wanted, wanted_count));
+    SC_HAND_OVER(store, out);
     return SC_OK;
-out:
-    sc_store_close(store);
-    return status;
 }
 
 void sc_store_close(sc_store *store)
