@@ -107,17 +107,13 @@ static sc_status write_line(const sc_ctx *ctx, sc_measurement_file *file, json_t
     return SC_OK;
 }
 
-/* For SC_OWN. */
-static void close_file(sc_measurement_file **file)
-{
-    sc_measurement_file_close(*file);
-}
+SC_CLOSE_AT(sc_measurement_file_close, sc_measurement_file)
 
 /* Open the file @p path for this process alone. @param flags of open. */
 static sc_status open_file(const sc_ctx *ctx, const char *path, int flags,
                            sc_measurement_file **out)
 {
-    SC_OWN(close_file) sc_measurement_file *file = NULL;
+    SC_OWN(sc_measurement_file_close_at) sc_measurement_file *file = NULL;
 
     SC_PASS(SC_ZALLOC(ctx, 1, &file));
     file->fd = -1;
@@ -146,7 +142,7 @@ static sc_status write_run(const sc_ctx *ctx, sc_measurement_file *file, const s
 sc_status sc_measurement_file_create(const sc_ctx *ctx, const char *path, const sc_design *design,
                                      const sc_study_run *run, sc_measurement_file **out)
 {
-    SC_OWN(close_file) sc_measurement_file *file = NULL;
+    SC_OWN(sc_measurement_file_close_at) sc_measurement_file *file = NULL;
 
     SC_PASS(open_file(ctx, path, O_CREAT | O_EXCL, &file));
     SC_PASS(write_line(ctx, file,
@@ -163,7 +159,7 @@ sc_status sc_measurement_file_create(const sc_ctx *ctx, const char *path, const 
 sc_status sc_measurement_file_resume(const sc_ctx *ctx, const char *path, uint64_t whole_bytes,
                                      const sc_study_run *run, sc_measurement_file **out)
 {
-    SC_OWN(close_file) sc_measurement_file *file = NULL;
+    SC_OWN(sc_measurement_file_close_at) sc_measurement_file *file = NULL;
 
     SC_PASS(open_file(ctx, path, 0, &file));
     /* What a killed study has begun to write is cut off; later lines follow the whole ones. */
