@@ -39,8 +39,8 @@ void sc_image_flatten(sc_image *image, const uint8_t rgb[3]);
 uint64_t sc_image_hash(const sc_image *image);
 
 /** Compress a picture as a PNG file in memory: *data [*bytes], which the caller frees with free().
- *  @param name of the picture, for messages. @return SC_ERR_MEMORY and the errors of
- *  sc_image_write_png; *data is NULL then. */
+ *  @param name of the picture, for messages. @return SC_ERR_WRITE, SC_ERR_MEMORY; *data is NULL
+ * then. */
 SC_MUST_USE sc_status sc_image_compress_png(const sc_ctx *ctx, const sc_image *image,
                                             const char *name, char **data, size_t *bytes);
 /** Compress a picture as a JPEG file in memory, as sc_image_compress_png. @param quality 1 to 100.
