@@ -9,6 +9,7 @@
  *    return code.
  *  - Functions are local (not collective), and may be called by several threads at a time on
  *    different objects, unless their comment says otherwise.
+ *  - The standard headers below come with this one: files that have it do not name them again.
  */
 #ifndef SEGCAST_BASE_H
 #define SEGCAST_BASE_H
@@ -65,6 +66,12 @@ typedef enum sc_status {
  *  function is left, however that happens, the last one first. They have to be initialised; who
  *  passes on what one of them owns, zeroes it, as SC_HAND_OVER does. */
 #define SC_OWN(clear) __attribute__((cleanup(clear)))
+/** Define @p close with the ending _at, which closes at the address of a pointer: for SC_OWN. */
+#define SC_CLOSE_AT(close, type)                                                                   \
+    static inline void close##_at(type **pointer)                                                  \
+    {                                                                                              \
+        close(*pointer);                                                                           \
+    }
 /** Let *@p to own what the variable @p owned does, which owns nothing any more. For types of which
  *  all bytes 0 own nothing: not where a file descriptor of 0 would be one. */
 #define SC_HAND_OVER(owned, to)                                                                    \

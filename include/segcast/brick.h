@@ -11,7 +11,6 @@
 
 #include "segcast/geom.h"
 
-#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 

@@ -15,8 +15,6 @@
 #include "segcast/comm.h"
 #include "segcast/image.h"
 
-#include <stdatomic.h>
-
 /** The timing record of a frame, which travels with its pixels. */
 typedef struct sc_frame_result {
     int32_t frame;

@@ -38,13 +38,9 @@ void sc_image_flatten(sc_image *image, const uint8_t rgb[3]);
 /** @return a 64-bit hash (XXH3) of size and pixels, the same on every machine. */
 uint64_t sc_image_hash(const sc_image *image);
 
-/** Write a PNG to an open stream, which stays open. @param name of the file, for messages.
- *  @return SC_ERR_WRITE, SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *image, FILE *stream,
-                                         const char *name);
 /** Compress a picture as a PNG file in memory: *data [*bytes], which the caller frees with free().
- *  @param name of the picture, for messages. @return SC_ERR_MEMORY and the errors of
- *  sc_image_write_png; *data is NULL then. */
+ *  @param name of the picture, for messages. @return SC_ERR_WRITE, SC_ERR_MEMORY; *data is NULL
+ * then. */
 SC_MUST_USE sc_status sc_image_compress_png(const sc_ctx *ctx, const sc_image *image,
                                             const char *name, char **data, size_t *bytes);
 /** Compress a picture as a JPEG file in memory, as sc_image_compress_png. @param quality 1 to 100.

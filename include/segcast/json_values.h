@@ -18,6 +18,8 @@ bool sc_json_count(const json_t *value, uint64_t *out);
 bool sc_json_real(const json_t *value, double low, double most, double *out);
 /** 16 hexadecimal digits in lower case. */
 bool sc_json_hash(const json_t *value, uint64_t *out);
+/** @return a hash as these digits: JSON numbers cannot hold 64 bits exactly; NULL: no memory. */
+json_t *sc_json_of_hash(uint64_t hash);
 
 /** Append to an array; @p item and @p to are the function's, and NULL stands for no memory.
  *  @return @p to, or NULL once there was no memory. */

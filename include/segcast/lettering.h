@@ -19,6 +19,7 @@ SC_MUST_USE sc_status sc_font_open(const sc_ctx *ctx, const char *family, const 
                                    sc_font **out);
 /** Free a font; NULL is allowed. */
 void sc_font_close(sc_font *font);
+SC_CLOSE_AT(sc_font_close, sc_font)
 /** @return the path of the file of the font; owned by it. */
 const char *sc_font_file(const sc_font *font);
 /** @return the width of a line of text in pixels, its halo not counted. @param text UTF-8.

@@ -25,11 +25,7 @@ SC_MUST_USE sc_status sc_phantom_new(const sc_ctx *ctx, sc_phantom **out);
 SC_MUST_USE sc_status sc_phantom_new_beating(const sc_ctx *ctx, double phase, sc_phantom **out);
 /** Free the phantom; NULL is allowed. */
 void sc_phantom_free(sc_phantom *phantom);
-/** The same at the address of the pointer. For SC_OWN. */
-static inline void sc_phantom_free_at(sc_phantom **phantom)
-{
-    sc_phantom_free(*phantom);
-}
+SC_CLOSE_AT(sc_phantom_free, sc_phantom)
 
 /** @return the number of tissues; labels are 1 to this number. Where shapes overlap, the tissue
  *  with the lower label owns the points. */

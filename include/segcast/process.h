@@ -12,7 +12,6 @@
 #include "segcast/terminal.h"
 #include "segcast/volume.h"
 
-#include <stdatomic.h>
 #include <sys/types.h>
 
 /** As sc_comm_agree, for what all ranks do in the same way, so that rank 0 alone logs errors in it:

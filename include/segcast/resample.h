@@ -101,10 +101,6 @@ SC_MUST_USE sc_status sc_between_find(const sc_ctx *ctx, const sc_volume *a, con
 void sc_between_at(const sc_between *between, double share, sc_volume *volume);
 /** Free it; NULL is allowed. */
 void sc_between_free(sc_between *between);
-/** The same at the address of the pointer. For SC_OWN. */
-static inline void sc_between_free_at(sc_between **between)
-{
-    sc_between_free(*between);
-}
+SC_CLOSE_AT(sc_between_free, sc_between)
 
 #endif

@@ -117,6 +117,7 @@ SC_MUST_USE sc_status sc_store_write_job(const sc_ctx *ctx, sc_store *store, con
 /** Close and free, without sc_store_finish: what was not finished stays on disk for a later run.
  *  NULL is allowed. */
 void sc_store_close(sc_store *store);
+SC_CLOSE_AT(sc_store_close, sc_store)
 
 /** @return true if all that is asked for of frame @p k, in [0, job.frames), is on disk and
  *  verified: its line, its PNG file, and its picture in a segment or a partial GOP. */

@@ -26,6 +26,7 @@ SC_MUST_USE sc_status sc_team_open(const sc_ctx *ctx, sc_comm *comm, int threads
 /** Free the team and its arrays, which this rank may not use any more; others still may. NULL is
  *  allowed. */
 void sc_team_close(sc_team *team);
+SC_CLOSE_AT(sc_team_close, sc_team)
 /** @return how many ranks the team has. */
 int sc_team_ranks(const sc_team *team);
 /** @return how many threads this rank uses, as given to sc_team_open. */

@@ -97,6 +97,7 @@ SC_MUST_USE sc_status sc_encoder_open(const sc_ctx *ctx, const char *video,
                                       const sc_video_settings *settings, sc_encoder **out);
 /** Close and free; a GOP that was begun is lost. NULL is allowed. */
 void sc_encoder_close(sc_encoder *encoder);
+SC_CLOSE_AT(sc_encoder_close, sc_encoder)
 /** @return the bytes of a converted picture: the planes Y, U and V of yuv420p, tightly packed, with
  *  the sides of the frame rounded up to even numbers. */
 size_t sc_picture_bytes(const char *video, const sc_video_settings *settings);
@@ -144,6 +145,7 @@ SC_MUST_USE sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *muxer, const 
                                       bool replace);
 /** Close and free; a file that was not finished is removed. NULL is allowed. */
 void sc_muxer_close(sc_muxer *muxer);
+SC_CLOSE_AT(sc_muxer_close, sc_muxer)
 
 /* ---- a video from frames in order ---- */
 
@@ -170,6 +172,7 @@ SC_MUST_USE sc_status sc_video_writer_finish(const sc_ctx *ctx, sc_video_writer 
                                              bool complete, bool replace);
 /** Close and free; what was not finished leaves no file behind. NULL is allowed. */
 void sc_video_writer_close(sc_video_writer *writer);
+SC_CLOSE_AT(sc_video_writer_close, sc_video_writer)
 
 /** Append "dir/name.partial.mp4" to @p out for "dir/name.mp4". @p path must have an extension.
  *  @return SC_ERR_MEMORY. Caller owns @p out: sc_text_clear. */

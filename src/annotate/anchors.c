@@ -5,7 +5,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <string.h>
 
 enum {
     CELLS = 56,          /* of the coarse grid along the longest edge of a tissue's bounding box */

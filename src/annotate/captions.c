@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <string.h>
 
 #define SIZE 1.25        /* of the font, times that of other text */
 #define SMALLEST 0.6     /* what a long caption's font may shrink to, as a share of SIZE */

@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <string.h>
 
 /* Shares of the height of the picture. */
 #define TITLE 0.1     /* font size */

@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <string.h>
 
 #define SIZE 0.85    /* of the font, times that of other text */
 #define SMALLEST 0.6 /* what the font of a long title may shrink to, as a share of SIZE */

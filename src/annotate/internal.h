@@ -83,8 +83,6 @@ void sc_lines_clear(sc_line_list *list);
  */
 sc_status sc_add_captions(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,
                           sc_line_list *list);
-/* @return whether a tissue can be seen in the film at all. */
-bool sc_is_in_film(const sc_annotations *a, int id);
 /* @return how much of a tissue is shown in a frame, 0 to 255, by its verbs and the clip planes. */
 int sc_shown_alpha(const sc_annotations *a, const sc_scene *scene, int id);
 /* Find the tissues that are chosen for an overlay and are seen in the film.

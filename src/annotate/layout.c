@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <string.h>
 
 enum { TEXT_LEAST_PX = 9 };
 

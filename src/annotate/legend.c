@@ -5,9 +5,7 @@
 #include "internal.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define SIZE 0.85      /* of the font, times that of other text */
 #define SMALLEST 0.65  /* what the font of many rows may shrink to, as a share of SIZE */

@@ -2,8 +2,6 @@
 /* A list of lines that grows. */
 #include "internal.h"
 
-#include <string.h>
-
 sc_status sc_add_line(const sc_ctx *ctx, sc_line_list *list, const sc_text_line *line)
 {
     SC_PASS(SC_GROW(ctx, list->count, &list->room, &list->lines));

@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <string.h>
 
 #define FADE_S 0.4      /* time in which a name appears or disappears */
 #define FADE_FRAMES 30  /* ... but at most so many frames, */

@@ -5,7 +5,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <string.h>
 
 #define ENTER 0.10 /* share of light at which a point can be named, and ... */
 #define LEAVE 0.05 /* ... at which it is no longer; */

@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <string.h>
 
 #define WIDEST 0.26    /* share of the picture that a name may fill */
 #define LINE 0.075     /* width of a leader line, in font sizes */

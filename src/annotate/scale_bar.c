@@ -4,7 +4,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <stdio.h>
 
 #define LONGEST 0.2  /* share of the width of the picture */
 #define IN_PANEL 0.5 /* ... of that of one of several pictures */

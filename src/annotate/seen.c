@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <string.h>
 
 #define CUT_FADE 0.05 /* share of a tissue's extent that is left when it begins to fade */
 
@@ -44,7 +43,8 @@ int sc_shown_alpha(const sc_annotations *a, const sc_scene *scene, int id)
     return (int)(255 * fade * share_uncut(a, scene, id) + 0.5);
 }
 
-bool sc_is_in_film(const sc_annotations *a, int id)
+/* @return whether a tissue can be seen in the film at all. */
+static bool is_in_film(const sc_annotations *a, int id)
 {
     const sc_tissue *t = &a->tissues[id];
 
@@ -89,7 +89,7 @@ static int find_wanted(const sc_annotations *a, sc_tissue_use use, bool *is_want
     }
     for (int id = 1; id < volume->label_count; id++) {
         is_wanted[id] =
-            (is_wanted[id] || (!is_listed && use == SC_USE_LEGEND)) && sc_is_in_film(a, id);
+            (is_wanted[id] || (!is_listed && use == SC_USE_LEGEND)) && is_in_film(a, id);
         count += is_wanted[id];
     }
     return count;

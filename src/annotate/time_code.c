@@ -2,7 +2,6 @@
 #include "segcast/annotate.h"
 
 #include <math.h>
-#include <stdio.h>
 
 void sc_time_code(int k, int fps, char out[SC_TIME_CODE_BYTES])
 {

@@ -3,8 +3,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -151,13 +149,10 @@ sc_status sc_make_directory(const sc_ctx *ctx, const char *path)
 sc_status sc_path_join(const sc_ctx *ctx, const char *dir, const char *name, char **out)
 {
     sc_text text = {0};
-    sc_status status;
 
     if (name[0] == '/' || !dir || !dir[0])
-        status = sc_text_add(ctx, &text, "%s", name);
-    else
-        status = sc_text_add(ctx, &text, "%s/%s", dir, name);
-    if (status == SC_OK)
-        *out = text.data;
-    return status;
+        return sc_text_copy(ctx, name, out);
+    SC_PASS(sc_text_add(ctx, &text, "%s/%s", dir, name));
+    *out = text.data;
+    return SC_OK;
 }

@@ -4,7 +4,6 @@
 #include <errno.h>
 #include <stdarg.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Format a message with the rank in front of it, as vsnprintf: what does not fit into text[size] is
  * left out. @return how many bytes the whole message has. */

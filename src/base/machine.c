@@ -4,7 +4,6 @@
 #include "segcast/base.h"
 
 #include <sched.h>
-#include <stdlib.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 

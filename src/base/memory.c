@@ -2,9 +2,7 @@
 #define _DEFAULT_SOURCE /* madvise */
 #include "segcast/base.h"
 
-#include <stdint.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
 #ifdef __GLIBC__

@@ -3,7 +3,6 @@
 #include "segcast/base.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 void sc_peak_rss_restart(void)
 {

@@ -2,8 +2,6 @@
 /* Messages that are told once, however often their mistake is found. */
 #include "segcast/base.h"
 
-#include <string.h>
-
 /* For sc_ctx.write, with an sc_once as user. */
 static void pass_once(void *user, sc_log_level level, const char *text)
 {

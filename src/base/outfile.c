@@ -11,7 +11,6 @@
 #include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <time.h>
@@ -48,7 +47,6 @@ static sc_status temporary_name(const sc_ctx *ctx, const char *path, char **out)
     char host[SC_HOST_BYTES];
     uint64_t random;
     sc_text text = {0};
-    sc_status status;
 
     if (getrandom(&random, sizeof random, 0) != (ssize_t)sizeof random)
         return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: no random numbers: %s", path,
@@ -58,12 +56,11 @@ static sc_status temporary_name(const sc_ctx *ctx, const char *path, char **out)
     /* The host is part of the name, too: a node that lost its network may go on writing while the
      * batch system has begun the job again elsewhere. */
     sc_host_name(host);
-    status = sc_text_add(ctx, &text, "%.*s.%.*s.tmp.%s.%ld.%0*llx", (int)(name - path), path,
-                         (int)length, name, host, (long)getpid(), RANDOM_DIGITS,
-                         (unsigned long long)random);
-    if (status == SC_OK)
-        *out = text.data;
-    return status;
+    SC_PASS(sc_text_add(ctx, &text, "%.*s.%.*s.tmp.%s.%ld.%0*llx", (int)(name - path), path,
+                        (int)length, name, host, (long)getpid(), RANDOM_DIGITS,
+                        (unsigned long long)random));
+    *out = text.data;
+    return SC_OK;
 }
 
 /* Read ".NAME.tmp.HOST.PID.RANDOM", where NAME and HOST may contain dots. @param here whether
@@ -270,23 +267,20 @@ static sc_status open_temporary(const sc_ctx *ctx, const char *path, char **out_
 
 sc_status sc_outfile_open(const sc_ctx *ctx, const char *path, bool replace, sc_outfile *out)
 {
-    sc_outfile file = {.replace = replace, .unfinished = -1};
+    SC_OWN(sc_outfile_discard) sc_outfile file = {.replace = replace, .unfinished = -1};
     int fd = -1;
-    sc_status status;
 
-    SC_TRY(sc_text_copy(ctx, path, &file.path));
-    SC_TRY(open_temporary(ctx, path, &file.temporary, &fd, &file.unfinished));
+    SC_PASS(sc_text_copy(ctx, path, &file.path));
+    SC_PASS(open_temporary(ctx, path, &file.temporary, &fd, &file.unfinished));
     file.stream = fdopen(fd, "w+b");
     if (!file.stream) {
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(errno));
+        const int error = errno;
+
         close(fd);
-        goto out;
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(error));
     }
-    *out = file;
+    SC_HAND_OVER(file, out);
     return SC_OK;
-out:
-    sc_outfile_discard(&file);
-    return status;
 }
 
 sc_status sc_outfile_rename(const sc_ctx *ctx, sc_outfile *file, const char *path)

@@ -2,8 +2,6 @@
 /* The files that belong to the installed program. */
 #include "segcast/base.h"
 
-#include <stdio.h>
-#include <string.h>
 #include <unistd.h>
 
 void sc_program_find(const char *name, char *path, size_t bytes)

@@ -4,7 +4,6 @@
 #define _GNU_SOURCE /* syscall; the sizes of caches in sysconf */
 #include "segcast/roof.h"
 
-#include <string.h>
 #include <unistd.h>
 
 #ifdef __linux__

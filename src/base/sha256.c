@@ -4,7 +4,6 @@
 #include "segcast/base.h"
 
 #include <errno.h>
-#include <string.h>
 
 enum { BLOCK_BYTES = 64, READ_BYTES = 1 << 16 };
 

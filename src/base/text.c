@@ -3,7 +3,6 @@
 
 #include <ctype.h>
 #include <stdarg.h>
-#include <string.h>
 
 /* Make room for @p more_bytes characters and the NUL byte behind them. */
 static sc_status reserve(const sc_ctx *ctx, sc_text *text, size_t more_bytes)
@@ -48,11 +47,10 @@ sc_status sc_text_add(const sc_ctx *ctx, sc_text *text, const char *fmt, ...)
 sc_status sc_text_copy(const sc_ctx *ctx, const char *from, char **out)
 {
     sc_text text = {0};
-    const sc_status status = sc_text_add(ctx, &text, "%s", from);
 
-    if (status == SC_OK)
-        *out = text.data;
-    return status;
+    SC_PASS(sc_text_add(ctx, &text, "%s", from));
+    *out = text.data;
+    return SC_OK;
 }
 
 void sc_text_clear(sc_text *text)

@@ -2,7 +2,6 @@
 #include "segcast/base.h"
 
 #include <math.h>
-#include <stdio.h>
 
 sc_length_unit sc_length_unit_for(double finest_mm)
 {

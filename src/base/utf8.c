@@ -2,7 +2,6 @@
 /* Text from files: what of it is UTF-8, and what a terminal would obey. */
 #include "segcast/base.h"
 
-#include <string.h>
 #include <unistd.h>
 
 size_t sc_utf8_bytes(const char *text)

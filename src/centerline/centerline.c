@@ -2,8 +2,6 @@
 /* Centre lines: the ends, the way between them, and its smoothing. See centerline.h. */
 #include "internal.h"
 
-#include <string.h>
-
 /* A way while it becomes a line, in voxel coordinates of the volume. */
 typedef struct way {
     uint32_t *voxels;         /* [count], from the begin to the end */

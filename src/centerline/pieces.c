@@ -2,8 +2,6 @@
 /* In which of several pieces that do not touch a line lies, and what is said if there is none. */
 #include "internal.h"
 
-#include <string.h>
-
 /* What is known of the pieces. */
 typedef struct pieces {
     const sc_region *region;

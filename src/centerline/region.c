@@ -2,8 +2,6 @@
 /* The voxels of the tissues of a centre line: see internal.h. */
 #include "internal.h"
 
-#include <string.h>
-
 enum { BYTES_PER_BOX_VOXEL = 4, BYTES_PER_VOXEL = 32 }; /* of a region and a search */
 
 /* @return whether the line may enter the voxel at @p index of the volume. */

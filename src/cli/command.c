@@ -2,8 +2,6 @@
 /* Finding a command by its name, and the table of exit codes. */
 #include "segcast/cli.h"
 
-#include <string.h>
-
 enum { COMMANDS_MAX = 64 };
 
 const sc_command *sc_command_find(const sc_command *commands, const char *name)

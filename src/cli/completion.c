@@ -3,8 +3,6 @@
  * keys. */
 #include "segcast/cli.h"
 
-#include <string.h>
-
 /* Print a key that --set offers. Left out are keys in lists and of tissues, because a part of their
  * path is chosen by the user. For sc_job_each_key, with the stream as user. */
 static sc_status print_key(void *user, const sc_key_info *info)

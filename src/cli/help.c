@@ -2,8 +2,6 @@
 /* Help and the manual page, from the tables of commands, options, keys and exit codes. */
 #include "segcast/cli.h"
 
-#include <string.h>
-
 void sc_print_help(const sc_command *commands, FILE *stream)
 {
     fprintf(stream,

@@ -4,7 +4,6 @@
 #include "segcast/cli.h"
 #include "segcast/volume.h"
 
-#include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>

@@ -2,43 +2,41 @@
 /* The options of all commands in one table, and those that stand in the job's table of keys. */
 #include "option_values.h"
 
-#include <string.h>
-
 #define JOB_COMMANDS "render check plan still orbit"
 #define AT(member) offsetof(sc_options, member)
 
+/* A row of an option without a value, and one of --output. */
+#define FLAG(name, letter, member, help, commands)                                                 \
+    {                                                                                              \
+        name, letter, NULL, help, commands, sc_store_flag, AT(member), ""                          \
+    }
+#define OUTPUT(argument, help, commands)                                                           \
+    {                                                                                              \
+        "output", 'o', argument, help, commands, sc_store_output, AT(output), ""                   \
+    }
+
 static const sc_option option_rows[] = {
-    {"output", 'o', "DIR", "directory for everything the job makes", "render", sc_store_output,
-     AT(output), ""},
-    {"output", 'o', "DIR", "the directory that render is to write to: it is checked, too", "check",
-     sc_store_output, AT(output), ""},
-    {"output", 'o', "DIR", "directory for what the study measures (segcast-study)", "study",
-     sc_store_output, AT(output), ""},
-    {"output", 'o', "FILE.html", "the page that compares several directories (comparison.html)",
-     "report", sc_store_output, AT(output), ""},
-    {"output", 'o', "FILE.png", "the picture to write (still.png)", "still", sc_store_output,
-     AT(output), ""},
-    {"output", 'o', "FILE",
-     "the video to write (orbit.mp4): .mp4, .mkv, .webm, .mov, .webp or .gif", "orbit",
-     sc_store_output, AT(output), ""},
-    {"output", 'o', "FILE.yaml", "the job to write (named like the volume); - for standard output",
-     "init", sc_store_output, AT(output), ""},
-    {"output", 'o', "FILE", "the file to write; - for standard output", "convert", sc_store_output,
-     AT(output), ""},
+    OUTPUT("DIR", "directory for everything the job makes", "render"),
+    OUTPUT("DIR", "the directory that render is to write to: it is checked, too", "check"),
+    OUTPUT("DIR", "directory for what the study measures (segcast-study)", "study"),
+    OUTPUT("FILE.html", "the page that compares several directories (comparison.html)", "report"),
+    OUTPUT("FILE.png", "the picture to write (still.png)", "still"),
+    OUTPUT("FILE", "the video to write (orbit.mp4): .mp4, .mkv, .webm, .mov, .webp or .gif",
+           "orbit"),
+    OUTPUT("FILE.yaml", "the job to write (named like the volume); - for standard output", "init"),
+    OUTPUT("FILE", "the file to write; - for standard output", "convert"),
     {"frames", 0, "LIST", "only these frames of the animation, for example 0-35:2,40", "render",
      sc_store_frames, AT(frames), ""},
     {"frames", 0, "LIST", "draw these frames on a sheet, for example 0-35:2,40", "still",
      sc_store_frames, AT(frames), ""},
-    {"resume", 0, NULL, "go on with what the directory holds of this job, after verifying it",
-     "render", sc_store_flag, AT(resume), ""},
-    {"overwrite", 0, NULL, "begin anew in a directory that holds a run", "render", sc_store_flag,
-     AT(overwrite), ""},
-    {"overwrite", 0, NULL, "replace the file if there is one", "still orbit report convert",
-     sc_store_flag, AT(overwrite), ""},
-    {"resume", 0, NULL, "go on with the measurements that the directory holds of this study",
-     "study", sc_store_flag, AT(resume), ""},
-    {"overwrite", 0, NULL, "begin anew in a directory that holds a study", "study", sc_store_flag,
-     AT(overwrite), ""},
+    FLAG("resume", 0, resume, "go on with what the directory holds of this job, after verifying it",
+         "render"),
+    FLAG("overwrite", 0, overwrite, "begin anew in a directory that holds a run", "render"),
+    FLAG("overwrite", 0, overwrite, "replace the file if there is one",
+         "still orbit report convert"),
+    FLAG("resume", 0, resume, "go on with the measurements that the directory holds of this study",
+         "study"),
+    FLAG("overwrite", 0, overwrite, "begin anew in a directory that holds a study", "study"),
     {"time-limit", 0, "HH:MM:SS",
      "stop in order before so much time has passed since the start, with exit code 75",
      "render study", sc_store_time_limit, 0, ""},
@@ -70,8 +68,8 @@ static const sc_option option_rows[] = {
      "of the phantom: write N phases of its beat, files with -00, -01 ... before their ending, "
      "from the end of diastole on; to a name that ends in .seq.nrrd all in one file (4-D)",
      "convert", sc_store_count, AT(beating), ""},
-    {"ct", 0, NULL, "of the phantom: write its synthetic CT image instead of the labels", "convert",
-     sc_store_flag, AT(ct), ""},
+    FLAG("ct", 0, ct, "of the phantom: write its synthetic CT image instead of the labels",
+         "convert"),
     {"to", 0, "NAME",
      "format of the table: slicer, freesurfer, itksnap, xml, csv, bids, json, neuroglancer, gifti, "
      "workbench, names, nnunet or ome-zarr; of a centre line: csv or json (default: by the ending "
@@ -83,30 +81,27 @@ static const sc_option option_rows[] = {
      "convert", sc_store_text, AT(tissue), ""},
     {"simplify", 0, "MM",
      "of a mesh: leave out triangles, up to this error in mm: the surface moves by a third of it "
-     "on "
-     "average, but stays where tissues meet",
+     "on average, but stays where tissues meet",
      "convert", sc_store_text, AT(simplify), ""},
     {"begin", 0, "X,Y,Z", "where the line begins, in RAS mm (default: at the end of the tissue)",
      "convert", sc_store_text, AT(begin), ""},
     {"end", 0, "X,Y,Z", "where it ends (default: as far as possible from where it begins)",
      "convert", sc_store_text, AT(end), ""},
-    {"middles", 0, NULL,
-     "lead from the middle of the first tissue to that of the next, up to that of the last",
-     "convert", sc_store_flag, AT(middles), ""},
-    {"fast", 0, NULL, "read only the header of the volume, not its voxels", "check", sc_store_flag,
-     AT(fast), ""},
-    {"expand", 0, NULL,
-     "print the job with all its keys, and verbs as the key frames that they stand for where "
-     "frames stay the same to the last bit",
-     "check", sc_store_flag, AT(expand), ""},
+    FLAG("middles", 0, middles,
+         "lead from the middle of the first tissue to that of the next, up to that of the last",
+         "convert"),
+    FLAG("fast", 0, fast, "read only the header of the volume, not its voxels", "check"),
+    FLAG("expand", 0, expand,
+         "print the job with all its keys, and verbs as the key frames that they stand for where "
+         "frames stay the same to the last bit",
+         "check"),
     {"nodes", 0, "N",
      "number of nodes like this one to estimate for (1, 4 and 16, and a table up to 64)", "plan",
      sc_store_count, AT(nodes), ""},
     {"ranks", 0, "N", "ranks on each node (1), of --threads N, or else of a thread for each core",
      "plan", sc_store_count, AT(ranks), ""},
-    {"calibrate", 0, NULL,
-     "take no job, but measure what plans need to know of this machine, and keep it", "plan",
-     sc_store_flag, AT(calibrate), ""},
+    FLAG("calibrate", 0, calibrate,
+         "take no job, but measure what plans need to know of this machine, and keep it", "plan"),
     {"port", 0, "N", "port of the address (default: one that is free)", "desk", sc_store_count,
      AT(port), ""},
     {"listen", 0, "ADDRESS",
@@ -115,24 +110,19 @@ static const sc_option option_rows[] = {
      "desk", sc_store_text, AT(listen), ""},
     {"idle", 0, "MINUTES", "end when nobody has done anything for so long", "desk", sc_store_count,
      AT(idle_min), ""},
-    {"json", 0, NULL, "as JSON, for machines", "info plan status", sc_store_flag, AT(json), ""},
-    {"json", 0, NULL, "keys: as JSON, for machines", "help", sc_store_flag, AT(json), ""},
-    {"markdown", 0, NULL, "keys: as Markdown, which docs/job.md is", "help", sc_store_flag,
-     AT(markdown), ""},
-    {"markdown", 0, NULL, "print the tables of a study in Markdown, and make no page", "report",
-     sc_store_flag, AT(markdown), ""},
-    {"schema", 0, NULL, "keys: as a JSON schema, with which editors complete and check job files",
-     "help", sc_store_flag, AT(schema), ""},
-    {"study-schema", 0, NULL, "keys: as a JSON schema of study files", "help", sc_store_flag,
-     AT(study), ""},
-    {"clear", 0, NULL, "cache: remove the prepared volumes that are kept", "help", sc_store_flag,
-     AT(clear), ""},
-    {"man", 0, NULL, "everything as a manual page: segcast(1); keys: segcast-job(5)", "help",
-     sc_store_flag, AT(man), ""},
-    {"bash", 0, NULL, "completions of the command line for bash", "help", sc_store_flag, AT(bash),
-     ""},
-    {"zsh", 0, NULL, "completions for zsh", "help", sc_store_flag, AT(zsh), ""},
-    {"fish", 0, NULL, "completions for fish", "help", sc_store_flag, AT(fish), ""},
+    FLAG("json", 0, json, "as JSON, for machines", "info plan status"),
+    FLAG("json", 0, json, "keys: as JSON, for machines", "help"),
+    FLAG("markdown", 0, markdown, "keys: as Markdown, which docs/job.md is", "help"),
+    FLAG("markdown", 0, markdown, "print the tables of a study in Markdown, and make no page",
+         "report"),
+    FLAG("schema", 0, schema,
+         "keys: as a JSON schema, with which editors complete and check job files", "help"),
+    FLAG("study-schema", 0, study, "keys: as a JSON schema of study files", "help"),
+    FLAG("clear", 0, clear, "cache: remove the prepared volumes that are kept", "help"),
+    FLAG("man", 0, man, "everything as a manual page: segcast(1); keys: segcast-job(5)", "help"),
+    FLAG("bash", 0, bash, "completions of the command line for bash", "help"),
+    FLAG("zsh", 0, zsh, "completions for zsh", "help"),
+    FLAG("fish", 0, fish, "completions for fish", "help"),
     {"threads", 0, "N",
      "threads of each rank (also SEGCAST_THREADS; default: OMP_NUM_THREADS, or one for each core)",
      JOB_COMMANDS " desk info init convert join verify study", sc_store_threads, 0, ""},
@@ -140,12 +130,10 @@ static const sc_option option_rows[] = {
      "refuse volumes that take more memory, for example 8G (also SEGCAST_MAX_MEMORY; default: what "
      "the machine has)",
      JOB_COMMANDS " desk info convert study", sc_store_max_memory, 0, ""},
-    {"quiet", 'q', NULL, "errors and warnings only",
-     JOB_COMMANDS " desk info init convert join verify status study report", sc_store_flag,
-     AT(quiet), ""},
-    {"help", 'h', NULL, "explain the command and its options", NULL, sc_store_flag, AT(help), ""},
-    {"version", 'V', NULL, "print version, commit, compiler and libraries", NULL, sc_store_flag,
-     AT(version), ""},
+    FLAG("quiet", 'q', quiet, "errors and warnings only",
+         JOB_COMMANDS " desk info init convert join verify status study report"),
+    FLAG("help", 'h', help, "explain the command and its options", NULL),
+    FLAG("version", 'V', version, "print version, commit, compiler and libraries", NULL),
 };
 
 /* Is @p command one of the names in @p commands, which spaces separate? */

@@ -4,7 +4,6 @@
 
 #include <getopt.h>
 #include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 /* The value that getopt_long returns for row i of the list is FIRST_LONG + i, or the row's letter.
@@ -227,25 +226,22 @@ sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int arg
 {
     const sc_ctx silent = {.rank = 0};
     sc_option_list list;
-    sc_options options = {.frame = -1};
+    SC_OWN(sc_options_clear) sc_options options = {.frame = -1};
     bool is_unknown = false;
     sc_status status, found;
 
-    SC_TRY(sc_options_list(ctx, command, &list));
+    SC_PASS(sc_options_list(ctx, command, &list));
     if (!strcmp(command->name, "status"))
-        SC_TRY(sc_options_list_more(ctx, "render", &list));
+        SC_PASS(sc_options_list_more(ctx, "render", &list));
     status = read_environment(ctx, &options);
     if (!sc_goes_on(&status,
                     read_options(ctx, command, argc - 1, argv + 1, &list, &options, &is_unknown)))
-        goto out;
+        return status;
     /* What stands behind an unknown option may be its value, and no argument. */
     found = read_arguments(is_unknown ? &silent : ctx, command, argc - 1, argv + 1, &options);
     if (!is_unknown && !sc_goes_on(&status, found))
-        goto out;
-    *out = options;
-    return status;
-out:
-    sc_options_clear(&options);
+        return status;
+    SC_HAND_OVER(options, out);
     return status;
 }
 

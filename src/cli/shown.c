@@ -2,8 +2,6 @@
 /* The command line for those who get a film: without what may name persons or places. */
 #include "segcast/cli.h"
 
-#include <string.h>
-
 /* @return the row of a word such as "--frames", "--frames=3" or "-oDIR", and its value; NULL: it is
  * no option. @param next the word behind it, or NULL. @param takes_next whether that is its value.
  */

@@ -3,7 +3,6 @@
 #include "segcast/terminal.h"
 
 #include <stdlib.h>
-#include <string.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 

@@ -15,7 +15,6 @@
 #include <errno.h>
 #include <mpi.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -439,22 +438,15 @@ static const sc_comm_ops mpi_ops;
 /* Allocate a communicator without ranks. @param out what fill_ranks fills; freed by drop. */
 static sc_status allocate(const sc_ctx *ctx, mpi_comm **out)
 {
-    void *block = NULL, *requests = NULL;
-    mpi_comm *comm;
-    sc_status status;
+    SC_OWN(sc_free_at) mpi_comm *comm = NULL;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof(mpi_comm), &block));
-    SC_TRY(sc_alloc(ctx, FIRST_REQUESTS, sizeof(MPI_Request), &requests));
-    comm = block;
+    SC_PASS(SC_ZALLOC(ctx, 1, &comm));
+    SC_PASS(sc_alloc(ctx, FIRST_REQUESTS, sizeof(MPI_Request), &comm->requests));
     comm->base.ops = &mpi_ops;
-    comm->requests = requests;
     comm->request_capacity = FIRST_REQUESTS;
     comm->silent.alloc_budget = ctx->alloc_budget;
-    *out = comm;
+    SC_HAND_OVER(comm, out);
     return SC_OK;
-out:
-    sc_free(block);
-    return status;
 }
 
 /* Free what allocate has given. NULL is allowed. */

@@ -6,7 +6,6 @@
 #include "shared_file.h"
 
 #include <errno.h>
-#include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
 

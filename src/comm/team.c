@@ -4,8 +4,6 @@
 
 #include "comm_ops.h"
 
-#include <string.h>
-
 /* What the ranks claim chunks from: one counter for the present loop and one for the next, so that
  * a counter is set back when nobody can be using it. */
 typedef struct team_counters {
@@ -94,7 +92,7 @@ static sc_status share_array(const sc_ctx *ctx, sc_team *team, team_array *array
 
 sc_status sc_team_alloc(const sc_ctx *ctx, sc_team *team, size_t count, size_t size, void *out)
 {
-    team_array *array = NULL;
+    SC_OWN(sc_free_at) team_array *array = NULL;
     size_t bytes = 0;
     sc_status status = SC_OK;
 
@@ -103,19 +101,17 @@ sc_status sc_team_alloc(const sc_ctx *ctx, sc_team *team, size_t count, size_t s
             sc_fail(ctx, SC_ERR_MEMORY, "a size overflows: %zu elements of %zu bytes", count, size);
     if (status == SC_OK)
         status = SC_ZALLOC(ctx, 1, &array);
-    SC_TRY(sc_team_agree(team, status));
+    SC_PASS(sc_team_agree(team, status));
     array->bytes = bytes;
     if (team->comm)
-        SC_TRY(share_array(ctx, team, array));
+        SC_PASS(share_array(ctx, team, array));
     else
-        SC_TRY(sc_zalloc(ctx, count, size, &array->data));
+        SC_PASS(sc_zalloc(ctx, count, size, &array->data));
     array->next = team->arrays;
     team->arrays = array;
     memcpy(out, &array->data, sizeof array->data); /* as sc_alloc does */
+    array = NULL;
     return SC_OK;
-out:
-    sc_free(array);
-    return status;
 }
 
 void sc_team_advise(sc_team *team, sc_memory_use use)
@@ -156,18 +152,15 @@ sc_status sc_team_open(const sc_ctx *ctx, sc_comm *comm, int threads, const char
 {
     /* A rank that is alone needs no communicator, unless for files. */
     sc_comm *several = comm && (comm->node_size > 1 || comm->prefers_files) ? comm : NULL;
-    sc_team *team = NULL;
-    sc_status status = SC_ZALLOC(ctx, 1, &team);
+    SC_OWN(sc_free_at) sc_team *team = NULL;
+    const sc_status status = SC_ZALLOC(ctx, 1, &team);
 
-    SC_TRY(several ? several->ops->node_agree(several, status) : status);
+    SC_PASS(several ? several->ops->node_agree(several, status) : status);
     *team = (sc_team){.comm = several, .threads = threads, .folder = folder};
     if (several)
-        SC_TRY(sc_team_alloc(ctx, team, 1, sizeof *team->counters, &team->counters));
-    *out = team;
+        SC_PASS(sc_team_alloc(ctx, team, 1, sizeof *team->counters, &team->counters));
+    SC_HAND_OVER(team, out);
     return SC_OK;
-out:
-    sc_free(team);
-    return status;
 }
 
 void sc_team_close(sc_team *team)

@@ -5,8 +5,6 @@
 #include "label_report.h"
 #include "render/run.h"
 
-#include <string.h>
-
 /* List the corners, in RAS mm, of the boxes that hold the voxels of the visible tissues of a phase,
  * or of that of its volume if no voxels were read. @param points room for 8 for each label. @return
  * how many there are. */

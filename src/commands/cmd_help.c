@@ -3,8 +3,6 @@
 #include "commands.h"
 #include "segcast/input.h"
 
-#include <string.h>
-
 /* Print the keys of a job file, or those that begin with @p prefix. */
 static sc_status print_keys(const sc_ctx *ctx, const sc_options *o, const char *prefix)
 {

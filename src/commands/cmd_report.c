@@ -7,7 +7,6 @@
 
 #include <dirent.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -211,30 +210,26 @@ static sc_status report_several(sc_app *app)
 static sc_status print_tables(const sc_app *app)
 {
     const sc_options *o = &app->options;
-    sc_status status = SC_OK;
 
     if (o->output)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--markdown prints tables and makes no page; give either it or -o");
-    for (int i = 0; i < o->input_count && status == SC_OK; i++) {
+    for (int i = 0; i < o->input_count; i++) {
         SC_OWN(sc_measurements_clear) sc_measurements all = {0};
         SC_OWN(sc_text_clear) sc_text text = {0};
         bool is_study = false;
 
-        status = sc_study_is_in(app->ctx, o->inputs[i], &is_study);
-        if (status == SC_OK && !is_study)
-            status = sc_fail(app->ctx, SC_ERR_MISSING,
-                             "%s: holds no timing study, of which alone there are tables; give the "
-                             "directory of a segcast study, or leave --markdown out",
-                             o->inputs[i]);
-        if (status == SC_OK)
-            status = sc_study_read(app->ctx, o->inputs[i], &all);
-        if (status == SC_OK)
-            status = sc_report_study_markdown(app->ctx, &all, &text);
-        if (status == SC_OK)
-            printf("%s%s", i ? "\n" : "", text.data);
+        SC_PASS(sc_study_is_in(app->ctx, o->inputs[i], &is_study));
+        if (!is_study)
+            return sc_fail(app->ctx, SC_ERR_MISSING,
+                           "%s: holds no timing study, of which alone there are tables; give the "
+                           "directory of a segcast study, or leave --markdown out",
+                           o->inputs[i]);
+        SC_PASS(sc_study_read(app->ctx, o->inputs[i], &all));
+        SC_PASS(sc_report_study_markdown(app->ctx, &all, &text));
+        printf("%s%s", i ? "\n" : "", text.data);
     }
-    return status;
+    return SC_OK;
 }
 
 sc_status sc_cmd_report(sc_app *app)

@@ -3,7 +3,6 @@
 #include "commands.h"
 
 #include <math.h>
-#include <string.h>
 
 /* Do the options ask for a sheet of several frames? */
 static bool draws_sheet(const sc_options *o)

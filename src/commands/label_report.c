@@ -5,7 +5,6 @@
 #include "label_report.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum { LISTED_MAX = 12 /* labels that are printed of each list; JSON has all */ };
 

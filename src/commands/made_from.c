@@ -4,7 +4,6 @@
 #include "commands.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* For qsort of texts. */
 static int by_bytes(const void *a, const void *b)

@@ -3,7 +3,6 @@
 #include "commands.h"
 
 #include <errno.h>
-#include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>

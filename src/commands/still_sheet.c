@@ -5,7 +5,6 @@
 #include "segcast/annotate.h"
 
 #include <math.h>
-#include <string.h>
 
 enum {
     PICTURE_AREA = 320 * 180, /* pixels of a picture, about */

@@ -6,7 +6,6 @@
 #include "segcast/page.h"
 
 #include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #define NEWS_MAX_S 20.0 /* so long a call waits; then it is answered, and the page asks again */

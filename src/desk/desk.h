@@ -7,8 +7,6 @@
 #include "http.h"
 #include "segcast/desk.h"
 
-#include <stdatomic.h>
-
 /* ---- edits.c ---- */
 
 /* A change of the job: a key and its value, as of --set. Owns both. */

@@ -3,8 +3,6 @@
  * undone. */
 #include "desk.h"
 
-#include <string.h>
-
 void sc_edits_clear(sc_edits *edits)
 {
     for (size_t i = 0; i < edits->count; i++) {

@@ -12,7 +12,6 @@
 #include <netdb.h>
 #include <pthread.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/random.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -560,9 +559,8 @@ static sc_status start_daemon(const sc_ctx *ctx, sc_http *http, int file)
 
 sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_http **out)
 {
-    sc_http *http = NULL;
+    SC_OWN(sc_http_stop_at) sc_http *http = NULL;
     int file = -1;
-    sc_status status;
 
     SC_PASS(SC_ZALLOC(ctx, 1, &http));
     http->settings = *settings;
@@ -570,16 +568,11 @@ sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_
     http->active_s = sc_wall_s();
     pthread_mutex_init(&http->lock, NULL);
     pthread_cond_init(&http->queued, NULL);
-    status = make_secret(ctx, http->secret);
-    if (status == SC_OK)
-        status = open_socket(ctx, settings, &file);
-    if (status == SC_OK)
-        status = start_daemon(ctx, http, file);
-    if (status == SC_OK)
-        *out = http;
-    else
-        sc_http_stop(http);
-    return status;
+    SC_PASS(make_secret(ctx, http->secret));
+    SC_PASS(open_socket(ctx, settings, &file));
+    SC_PASS(start_daemon(ctx, http, file));
+    SC_HAND_OVER(http, out);
+    return SC_OK;
 }
 
 void sc_http_stop(sc_http *http)

@@ -7,7 +7,6 @@
 #include "segcast/base.h"
 
 #include <jansson.h>
-#include <stdatomic.h>
 
 /* Digits of the secret in the address. */
 enum { SC_SECRET_DIGITS = 32 };
@@ -46,6 +45,7 @@ typedef struct sc_http_settings {
 sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_http **out);
 /* End: all calls that were not answered are. NULL is allowed. */
 void sc_http_stop(sc_http *http);
+SC_CLOSE_AT(sc_http_stop, sc_http)
 /* Print the address to standard output, and tell how to reach it from another machine. @return
  * false if that cannot be done, which is told when the program ends. */
 bool sc_http_print_address(const sc_http *http, const sc_ctx *ctx);

@@ -5,8 +5,6 @@
  * when the hand rests, the session is made anew. */
 #include "desk.h"
 
-#include <string.h>
-
 /* @return whether changes are of camera and planes alone. */
 static bool are_simple(const json_t *pairs)
 {

@@ -6,7 +6,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* A sketch may take so long, so that it and what the browser does stay below what a hand feels. */
 #define SKETCH_S 0.035

@@ -4,7 +4,6 @@
 #include "desk.h"
 
 #include <pthread.h>
-#include <string.h>
 
 struct sc_preparing {
     pthread_t thread;

@@ -3,7 +3,6 @@
  * others. */
 #include "desk.h"
 
-#include <string.h>
 #include <unistd.h>
 
 enum { FILE_MAX_BYTES = 1 << 20 };

@@ -3,8 +3,6 @@
  * that they depend on, are kept from one change to the next. */
 #include "desk.h"
 
-#include <string.h>
-
 sc_job_sources sc_desk_sources(const sc_desk *desk, const sc_edits *edits, sc_setting *settings)
 {
     for (size_t i = 0; i < edits->count; i++)

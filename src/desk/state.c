@@ -3,7 +3,6 @@
 #include "desk.h"
 
 #include <math.h>
-#include <string.h>
 
 static json_t *of_vector(sc_vec3 v)
 {

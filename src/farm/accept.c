@@ -2,8 +2,6 @@
 /* Finished frames and GOPs are given to the callbacks of the farm, on a worker thread of rank 0. */
 #include "internal.h"
 
-#include <string.h>
-
 /* Accept the full frame in @p slot; frames drawn in bands get their hash here, all others were
  * hashed where they were drawn. @return the error of drawing it, if any; it is not accepted then.
  */

@@ -2,8 +2,6 @@
 /* Draws work units by the callbacks of the farm, on a worker thread. */
 #include "internal.h"
 
-#include <string.h>
-
 /* Both draw the unit of @p task and fill its members that are results (see sc_draw_task).
  *
  * A GOP: zero its results, and call farm->draw_gop. */

@@ -5,8 +5,6 @@
  * not lost. */
 #include "internal.h"
 
-#include <string.h>
-
 /* A frame of a gathered GOP. The main thread uses it, except while it is being encoded. */
 typedef struct gathered_frame {
     sc_task task;
@@ -326,21 +324,17 @@ bool sc_gather_is_behind(const sc_gather *g)
 
 sc_status sc_gather_open(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, sc_gather **out)
 {
-    sc_gather *g;
-    sc_status status;
+    SC_OWN(sc_gather_close_at) sc_gather *g = NULL;
 
     SC_PASS(SC_ZALLOC(ctx, 1, &g));
     g->ctx = ctx;
     g->comm = comm;
     g->farm = farm;
     g->expected = -1;
-    SC_TRY(sc_alloc(ctx, sc_farm_message_bytes(farm), 1, &g->inbox));
-    SC_TRY(sc_worker_thread_start(ctx, encode, g, &g->encoding));
-    *out = g;
+    SC_PASS(sc_alloc(ctx, sc_farm_message_bytes(farm), 1, &g->inbox));
+    SC_PASS(sc_worker_thread_start(ctx, encode, g, &g->encoding));
+    SC_HAND_OVER(g, out);
     return SC_OK;
-out:
-    sc_gather_close(g);
-    return status;
 }
 
 void sc_gather_close(sc_gather *g)

@@ -156,6 +156,7 @@ sc_status sc_gather_open(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, 
 /* Wait until the worker thread has ended, and free everything; no message may be pending that was
  * posted. NULL is allowed. */
 void sc_gather_close(sc_gather *gather);
+SC_CLOSE_AT(sc_gather_close, sc_gather)
 /* Add the rows of a work unit that were drawn here. @param message of which unit and result count.
  */
 void sc_gather_add(sc_gather *gather, const sc_result_message *message, const void *rows);

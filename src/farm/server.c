@@ -9,8 +9,6 @@
  * never waits for the receiver. */
 #include "internal.h"
 
-#include <string.h>
-
 /* The longest sleep between two tests for messages; see SC_NAP_S. */
 #define LONGEST_NAP_S 0.7e-3
 /* So many frames of unfinished GOPs are held at a time. */

@@ -7,8 +7,6 @@
  */
 #include "internal.h"
 
-#include <string.h>
-
 /* The longest sleep between two tests for messages; see SC_NAP_S. */
 #define LONGEST_NAP_S 0.5e-3
 /* The sleep while fragments of a frame are being sent: the thread that draws needs the core more.

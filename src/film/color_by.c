@@ -3,7 +3,6 @@
 #include "panels.h"
 
 #include <math.h>
-#include <string.h>
 
 /* Tell how many tissues lack a value, in any of the columns. */
 static void tell_missing(const sc_ctx *ctx, const sc_prepared *volume, const double *values,

@@ -5,8 +5,6 @@
 
 #include "segcast/views.h"
 
-#include <string.h>
-
 double sc_space_aspect(const sc_job *job)
 {
     const int *size_px = job->output.size_px;

@@ -3,8 +3,6 @@
  * the same, or would be rounded otherwise: the frames must be the same to the last bit. */
 #include "panels.h"
 
-#include <string.h>
-
 /* Append a change by @p by to a track, of a value that was @p from before the first. @return false,
  * nothing appended, if it overlaps with the one before, is done at once, finds no room, or if the
  * sum is rounded. */

@@ -4,7 +4,6 @@
 #include "panels.h"
 
 #include <math.h>
-#include <string.h>
 
 /* ---- messages that name the shot ---- */
 

@@ -3,7 +3,6 @@
 #include "panels.h"
 
 #include <math.h>
-#include <string.h>
 
 /* ---- a zoom that crops ---- */
 

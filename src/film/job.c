@@ -3,8 +3,6 @@
  * the return code, so that they end together after an error. */
 #include "panels.h"
 
-#include <string.h>
-
 sc_status sc_check_job_tissues(sc_app *app, sc_job *job)
 {
     SC_OWN(sc_input_clear) sc_input input = {0};
@@ -53,11 +51,10 @@ static sc_status share_job_alone(sc_app *app, sc_job *job)
 /* Send the job of rank 0 to all others. Collective. */
 static sc_status share_job(sc_app *app, sc_job *job)
 {
-    sc_status status = share_job_alone(app, job);
-
-    for (size_t i = 0; i < job->shot_count && status == SC_OK; i++)
-        status = share_job_alone(app, &job->shots[i].job);
-    return status;
+    SC_PASS(share_job_alone(app, job));
+    for (size_t i = 0; i < job->shot_count; i++)
+        SC_PASS(share_job_alone(app, &job->shots[i].job));
+    return SC_OK;
 }
 
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)

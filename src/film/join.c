@@ -4,7 +4,6 @@
 #include "panels.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* A tissue of some subject. */
 typedef struct entry {

@@ -5,8 +5,6 @@
 
 #include "segcast/views.h"
 
-#include <string.h>
-
 sc_annotations sc_panel_annotations(const sc_panel *panel)
 {
     const sc_job *job = &panel->job;

@@ -2,8 +2,6 @@
 /* How the tissues of a panel look, decided by rank 0. */
 #include "panels.h"
 
-#include <string.h>
-
 /* Give interior voxels the opacity of their tissue where a job asks for that, as the paper's
  * unaccelerated pictures do. The smooth surface model draws no interior voxels: a job that asks for
  * them gets a warning. */

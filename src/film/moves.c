@@ -4,8 +4,6 @@
 #include "panels.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 /* Fill points with the corners of the boxes around tissues, of a volume that was only inspected.
  * @param members [label_count]. */
@@ -27,22 +25,19 @@ static sc_status find_boxes(const sc_ctx *ctx, const sc_prepared *volume, const 
 static sc_status find_hull(const sc_app *app, const sc_prepared *volume, const bool *members,
                            sc_vec3 **points, size_t *count)
 {
-    sc_team *team = NULL;
+    SC_OWN(sc_team_close_at) sc_team *team = NULL;
     SC_OWN(sc_free_at) uint8_t *show = NULL;
     sc_vec3 *hull;
-    sc_status status;
 
-    SC_TRY(SC_ZALLOC(app->ctx, (size_t)volume->label_count, &show));
+    SC_PASS(SC_ZALLOC(app->ctx, (size_t)volume->label_count, &show));
     for (int id = 1; id < volume->label_count; id++)
         show[id] = members[id] ? SC_SHOW_BOUNDARY : 0;
-    SC_TRY(sc_team_open(app->ctx, NULL, app->threads, sc_temporary_folder(), &team));
-    SC_TRY(sc_hull_points(app->ctx, team, volume, show, &hull, count));
-    SC_TRY(SC_ALLOC(app->ctx, *count, points)); /* the team owns the hull */
+    SC_PASS(sc_team_open(app->ctx, NULL, app->threads, sc_temporary_folder(), &team));
+    SC_PASS(sc_hull_points(app->ctx, team, volume, show, &hull, count));
+    SC_PASS(SC_ALLOC(app->ctx, *count, points)); /* the team owns the hull */
     if (*count)
         memcpy(*points, hull, *count * sizeof *hull);
-out:
-    sc_team_close(team);
-    return status;
+    return SC_OK;
 }
 
 /* ---- lines ---- */

@@ -5,9 +5,6 @@
  * its own, too, which draw nothing else. */
 #include "panels.h"
 
-#include <stdio.h>
-#include <string.h>
-
 /* Give a panel the volumes that it shows. @param count of them, the first of which is @p input. */
 static void show(sc_session *session, int input, int count, sc_panel *panel)
 {

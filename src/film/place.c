@@ -5,7 +5,6 @@
 #include "segcast/views.h"
 
 #include <math.h>
-#include <string.h>
 
 /* ---- in space ---- */
 

@@ -6,8 +6,6 @@
  * system what itself needs. */
 #include "panels.h"
 
-#include <string.h>
-
 /* ---- memory ---- */
 
 /* @return the phase that frame @p k of a panel shows. */

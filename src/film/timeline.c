@@ -3,8 +3,6 @@
  * from. */
 #include "panels.h"
 
-#include <string.h>
-
 /* Make the ways of flights on rank 0, and send them to the others. Collective. */
 static sc_status share_ways(sc_app *app, sc_panel *panel)
 {

@@ -3,7 +3,6 @@
 #include "segcast/image.h"
 
 #include <ctype.h>
-#include <string.h>
 
 /* The colours that have a name in CSS (W3C, CSS Color Module Level 4, section 6.1). */
 static const struct {

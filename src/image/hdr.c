@@ -6,7 +6,6 @@
 
 #include <errno.h>
 #include <math.h>
-#include <string.h>
 
 enum { LINE_MOST = 1024, LINES_MOST = 200, WIDTH_MOST = 32766 };
 

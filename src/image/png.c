@@ -6,7 +6,6 @@
 #include <png.h>
 #include <setjmp.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 
 /* What the callbacks of libpng need for messages; both are borrowed. */
@@ -49,8 +48,8 @@ static void write_pixels(png_structp png, png_infop info, const sc_image *image,
     png_write_end(png, info);
 }
 
-sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *image, FILE *stream,
-                             const char *name)
+/* Write a PNG to an open stream, which stays open. @param name of the file, for messages. */
+static sc_status write_png(const sc_ctx *ctx, const sc_image *image, FILE *stream, const char *name)
 {
     png_target target = {.ctx = ctx, .name = name};
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &target, on_error, on_warning);
@@ -81,7 +80,7 @@ sc_status sc_image_compress_png(const sc_ctx *ctx, const sc_image *image, const 
     *bytes = 0;
     stream = open_memstream(data, bytes);
     if (stream) {
-        status = sc_image_write_png(ctx, image, stream, name);
+        status = write_png(ctx, image, stream, name);
         /* Closing trims the memory. If there is none for that, the data are gone, and glibc says so
          * by NULL alone. */
         closed = fclose(stream) == 0 && *data;
@@ -101,7 +100,7 @@ sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char
     SC_OWN(sc_outfile_discard) sc_outfile file = {0};
 
     SC_PASS(sc_outfile_open(ctx, path, replace, &file));
-    SC_PASS(sc_image_write_png(ctx, image, file.stream, path));
+    SC_PASS(write_png(ctx, image, file.stream, path));
     return sc_outfile_commit(ctx, &file);
 }
 

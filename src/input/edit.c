@@ -5,8 +5,6 @@
 
 #include "segcast/grey.h"
 
-#include <string.h>
-
 /* ---- tissues ---- */
 
 /* Room for what becomes of each label: see sc_relabel_make. */

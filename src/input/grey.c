@@ -4,8 +4,6 @@
 
 #include "segcast/phantom.h"
 
-#include <string.h>
-
 /* Refuse a grey volume of which no part lies in the box of the label volume. */
 static sc_status check_place(const sc_ctx *ctx, const char *path, const sc_grey *grey,
                              const sc_prepared *labels)

@@ -2,8 +2,6 @@
 /* What can be known of a job's volume without preparing it, for checking a job on a login node. */
 #include "recipe.h"
 
-#include <string.h>
-
 /* Fill the volume of an input, its labels and stats from a volume without voxels. Takes ownership
  * of the labels of @p v. */
 static sc_status fill(const sc_app *app, sc_volume *v, sc_input *input)

@@ -4,7 +4,6 @@
 #include "recipe.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* @return whether a table has named a label of @p volume. */
 static bool has_names(const sc_volume *volume)

@@ -2,7 +2,6 @@
 /* Prepared files: every rank maps the file; a node holds it once, and checks it once. */
 #include "recipe.h"
 
-#include <string.h>
 #include <unistd.h>
 
 /* What the first rank of a node tells the others of the file that it has mapped and checked. */

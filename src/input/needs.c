@@ -2,8 +2,6 @@
 /* What a job, or all shots of a film together, ask of the preparation of their volume. */
 #include "recipe.h"
 
-#include <string.h>
-
 void sc_needs_clear(sc_needs *needs)
 {
     sc_free(needs->hidden);

@@ -2,8 +2,6 @@
 /* Errors about a file that a job names begin with the place in the job that names it. */
 #include "recipe.h"
 
-#include <string.h>
-
 /* For sc_ctx.write, with an sc_input_place as user. */
 static void write_with_place(void *user, sc_log_level level, const char *text)
 {

@@ -5,8 +5,6 @@
 
 #include "segcast/phantom.h"
 
-#include <string.h>
-
 sc_status sc_phantom_size(const sc_ctx *ctx, const char *key, const char *volume, int size[3])
 {
     int used = 0;
@@ -235,11 +233,10 @@ sc_status sc_input_read(const sc_app *app, const sc_job *job, const sc_input *in
                    .tell = !input->is_later_phase,
                    .edited = out,
                    .done = input->is_later_phase ? DONE(SC_STEP_COLOR) : 0};
-    const sc_status status = sc_recipe_follow(&r);
 
-    if (status == SC_OK)
-        sc_add_time(app, times, SC_PHASE_READ, wall_s, cpu_s);
-    return status;
+    SC_PASS(sc_recipe_follow(&r));
+    sc_add_time(app, times, SC_PHASE_READ, wall_s, cpu_s);
+    return SC_OK;
 }
 
 sc_status sc_input_voxels(const sc_app *app, const sc_job *job, const sc_input *input,

@@ -5,7 +5,6 @@
 #include "recipe.h"
 
 #include <errno.h>
-#include <string.h>
 #include <unistd.h>
 
 sc_status sc_expect_series(sc_app *app)

@@ -3,7 +3,6 @@
  * prepared by the ranks of its node together, and shared. */
 #include "recipe.h"
 
-#include <string.h>
 #include <unistd.h>
 
 /* Tell on rank 0 if a node does not hold the prepared volume once in its shared memory, for want of

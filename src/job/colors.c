@@ -4,7 +4,6 @@
 #include "segcast/job.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* Split 0xRRGGBB into three levels. */
 static void split(unsigned long number, uint8_t rgb[3])

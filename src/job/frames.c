@@ -2,7 +2,6 @@
 #include "segcast/job.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* Read a non-negative number, and move *at behind it and the blanks around it. @return false if
  * there is none. */

@@ -5,7 +5,6 @@
 #include "describe.h"
 
 #include <ctype.h>
-#include <string.h>
 
 enum { JOB_MAX_BYTES = 1 << 20 };
 

@@ -5,7 +5,6 @@
 #include "segcast/store.h"
 
 #include <math.h>
-#include <string.h>
 
 const sc_yaml *sc_key_node(const sc_yaml *root, const char *path)
 {

@@ -3,7 +3,6 @@
 #include "key.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* @return the JSON value of a scalar: true, false or a number if it stands there without quotes,
  * else a string. The caller owns it; NULL: no memory. */

@@ -5,8 +5,6 @@
 #include "segcast/job.h"
 #include "segcast/video.h"
 
-#include <string.h>
-
 #define PICTURE_COMMANDS "orbit still"
 
 /* ---- output ---- */

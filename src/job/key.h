@@ -94,10 +94,6 @@ struct sc_key {
     bool of_job;    /* of a shot: a key of the job, merged over that of the film */
 };
 
-/* @return the JSON schema of a number within the range of the key, or the word auto; NULL when out
- * of memory. */
-json_t *sc_number_or_auto_schema(const sc_key *key);
-
 /* The value for sc_key.given: 1 plus the offset of the bool @p member. */
 #define SC_GIVEN(type, member) (offsetof(type, member) + 1)
 
@@ -135,8 +131,6 @@ sc_status sc_keys_set_defaults(const sc_ctx *ctx, const sc_key *keys, void *to);
  * their type refuses. All of them are logged; the first is returned. Values are stored as they are
  * read: after a mistake @p to holds all that was right. */
 sc_status sc_keys_read(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node, void *to);
-/* @return whether the struct @p from holds a value of @p key that has to be written. */
-bool sc_key_is_present(const sc_key *keys, const sc_key *key, const void *from);
 /* Append to @p text a line "key: value" for each row that is present. @param indent blanks before
  * each key. @param parts SC_WRITE_*, added up. */
 sc_status sc_keys_write(const sc_ctx *ctx, const sc_key *keys, const void *from, int indent,

@@ -3,8 +3,6 @@
 #include "key.h"
 #include "yaml/yaml_words.h"
 
-#include <string.h>
-
 static void *value_of(const sc_key *key, void *base)
 {
     return (char *)base + key->offset;
@@ -177,9 +175,9 @@ sc_status sc_keys_read(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *nod
     return status;
 }
 
-/* A row without a `given` member counts as present, unless another row of its alternative was
- * given. */
-bool sc_key_is_present(const sc_key *keys, const sc_key *key, const void *from)
+/* @return whether a struct holds a value of @p key that has to be written. A row without a `given`
+ * member counts as present, unless another row of its alternative was given. */
+static bool is_present(const sc_key *keys, const sc_key *key, const void *from)
 {
     if (key->given)
         return *((const bool *)from + key->given - 1);
@@ -196,7 +194,7 @@ sc_status sc_keys_write(const sc_ctx *ctx, const sc_key *keys, const void *from,
 {
     for (const sc_key *key = keys; key->name; key++) {
         if ((parts & SC_WRITE_IDENTITY && key->outside_identity) ||
-            (parts & SC_WRITE_SHOT && key->of_film) || !sc_key_is_present(keys, key, from))
+            (parts & SC_WRITE_SHOT && key->of_film) || !is_present(keys, key, from))
             continue;
         SC_PASS(sc_text_add(ctx, text, "%*s%s:", indent, "", key->name));
         if (key->type->write_lines) {
@@ -219,7 +217,7 @@ sc_status sc_keys_write_flow(const sc_ctx *ctx, const sc_key *keys, const void *
     const char *comma = "{";
 
     for (const sc_key *key = keys; key->name; key++) {
-        if (!sc_key_is_present(keys, key, from))
+        if (!is_present(keys, key, from))
             continue;
         SC_PASS(sc_text_add(ctx, text, "%s%s: ", comma, key->name));
         SC_PASS(key->type->write(ctx, key, stored_value(key, from), text));

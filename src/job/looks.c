@@ -3,8 +3,6 @@
 #include "key.h"
 #include "segcast/job.h"
 
-#include <string.h>
-
 /* A look, as a part of a job file. A rule for tissues has the glob of all tissues that is least
  * likely to be in the job, too, where a later entry would have to win over earlier ones; those
  * without a name are meant, too. The values were chosen by eye, on hearts, bodies and brains. */

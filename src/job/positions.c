@@ -5,7 +5,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Read a number and, behind it, its unit. @param unit "%", "mm", or "" if there is none. @return
  * false if @p node is anything else. */

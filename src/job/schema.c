@@ -7,8 +7,6 @@
  * and then the whole becomes NULL, too. */
 #include "key.h"
 
-#include <string.h>
-
 /* @return the default as JSON; NULL if there is none. */
 static json_t *default_of(const sc_key *key)
 {

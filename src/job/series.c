@@ -8,7 +8,6 @@
 #include <glob.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* @return how many digits stand at the beginning of @p text. */
 static size_t digits_at(const char *text)

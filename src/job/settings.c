@@ -3,9 +3,7 @@
  * read, so that they are checked in the same way as the file. */
 #include "key.h"
 
-#include <ctype.h>
 #include <stdlib.h>
-#include <string.h>
 #include <strings.h>
 
 /* A position on the way along a path: a node of the tree, and the rows that describe what it holds.

@@ -5,7 +5,6 @@
 #include "segcast/job.h"
 
 #include <math.h>
-#include <string.h>
 
 /* ---- keys that shots cannot have ---- */
 

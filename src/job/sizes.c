@@ -3,7 +3,6 @@
 #include "key.h"
 
 #include <stdlib.h>
-#include <string.h>
 #include <strings.h>
 
 static const struct {

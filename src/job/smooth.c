@@ -3,8 +3,6 @@
 #include "key.h"
 #include "segcast/job.h"
 
-#include <string.h>
-
 /* The value of a macro as a string literal. */
 #define TEXT(macro) TEXT_OF(macro)
 #define TEXT_OF(number) #number

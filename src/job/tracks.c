@@ -4,7 +4,6 @@
 #include "segcast/timeline.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* ---- easing ---- */
 

@@ -9,7 +9,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { SHOWN_MAX = 60 }; /* bytes of a value that a message shows */
 

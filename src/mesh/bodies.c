@@ -3,8 +3,6 @@
  * its triangles name them. */
 #include "internal.h"
 
-#include <string.h>
-
 #define NO_VERTEX UINT32_MAX
 
 void sc_bodies_clear(sc_bodies *bodies)

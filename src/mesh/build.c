@@ -5,8 +5,6 @@
  * alone. */
 #include "internal.h"
 
-#include <string.h>
-
 enum {
     BRICKS_AT_ONCE = 64, /* that a thread claims */
     VERTICES_AT_ONCE = 65536,
@@ -416,19 +414,16 @@ sc_status sc_mesh_build(const sc_ctx *ctx, const sc_prepared *volume, const bool
                  .wanted = wanted,
                  .mesh = &mesh,
                  .mirrored = sc_affine_determinant(&volume->to_ras_mm) < 0};
-    sc_team *team = NULL;
+    SC_OWN(sc_team_close_at) sc_team *team = NULL;
     uint64_t *masks = NULL;
-    sc_status status;
 
     SC_PASS(SC_ZALLOC(ctx, (size_t)volume->label_count, &show));
     for (int id = 1; id < volume->label_count; id++)
         show[id] = SC_SHOW_BOUNDARY;
-    SC_TRY(sc_team_open(ctx, NULL, threads, NULL, &team));
-    SC_TRY(sc_visible_cells(ctx, team, volume, show, &masks));
+    SC_PASS(sc_team_open(ctx, NULL, threads, NULL, &team));
+    SC_PASS(sc_visible_cells(ctx, team, volume, show, &masks));
     b.masks = masks;
-    SC_TRY(build(ctx, &b, threads));
+    SC_PASS(build(ctx, &b, threads));
     SC_HAND_OVER(mesh, out);
-out:
-    sc_team_close(team);
-    return status;
+    return SC_OK;
 }

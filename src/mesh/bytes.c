@@ -2,8 +2,6 @@
 /* Numbers as the bytes of a file, the same on every machine. */
 #include "internal.h"
 
-#include <string.h>
-
 void sc_put_u32(FILE *stream, uint32_t value)
 {
     const uint8_t bytes[4] = {(uint8_t)value, (uint8_t)(value >> 8), (uint8_t)(value >> 16),

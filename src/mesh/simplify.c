@@ -6,7 +6,6 @@
 #include "internal.h"
 
 #include <stdlib.h>
-#include <string.h>
 #if SC_HAVE_MESHOPTIMIZER
 #include <meshoptimizer.h>
 

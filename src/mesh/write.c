@@ -2,7 +2,6 @@
 /* Meshes as STL and PLY, both binary, and the choice of the format. */
 #include "internal.h"
 
-#include <string.h>
 #include <strings.h>
 
 enum { STL_HEADER_BYTES = 80 };

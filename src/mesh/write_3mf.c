@@ -3,7 +3,6 @@
  * times are those of no day, so that the same mesh is the same bytes. */
 #include "internal.h"
 
-#include <string.h>
 #include <zlib.h>
 
 enum {

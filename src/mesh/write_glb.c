@@ -5,7 +5,6 @@
 #include "internal.h"
 
 #include <jansson.h>
-#include <string.h>
 
 enum {
     CHUNK_JSON = 0x4e4f534a,
@@ -166,22 +165,19 @@ static void write_numbers(const sc_mesh_file *f, const sc_body *body, float (*no
 sc_status sc_write_glb(const sc_ctx *ctx, const sc_mesh_file *f)
 {
     uint64_t bytes = 0, whole;
-    char *text = describe_all(f, &bytes);
+    SC_OWN(sc_free_at) char *text = describe_all(f, &bytes);
     const size_t length = text ? strlen(text) : 0, padded = (length + 3) / 4 * 4;
     SC_OWN(sc_free_at) float(*normals)[3] = NULL;
-    sc_status status = SC_OK;
 
     if (!text)
         return sc_fail(ctx, SC_ERR_MEMORY, "no memory for the description of the mesh");
     whole = HEADER_BYTES + 2 * CHUNK_HEADER_BYTES + padded + bytes;
-    if (whole > UINT32_MAX) {
-        status = sc_fail(ctx, SC_ERR_SYSTEM,
-                         "%s: takes %s, and a GLB file has 4 GiB at most; choose fewer tissues "
-                         "(--tissue), or write .ply",
-                         f->path, sc_size_text((double)whole, (char[24]){0}));
-        goto out;
-    }
-    SC_TRY(SC_ALLOC(ctx, f->bodies->mesh->vertex_count, &normals));
+    if (whole > UINT32_MAX)
+        return sc_fail(ctx, SC_ERR_SYSTEM,
+                       "%s: takes %s, and a GLB file has 4 GiB at most; choose fewer tissues "
+                       "(--tissue), or write .ply",
+                       f->path, sc_size_text((double)whole, (char[24]){0}));
+    SC_PASS(SC_ALLOC(ctx, f->bodies->mesh->vertex_count, &normals));
     sc_put_u32(f->stream, GLB_MAGIC);
     sc_put_u32(f->stream, GLB_VERSION);
     sc_put_u32(f->stream, (uint32_t)whole);
@@ -198,7 +194,5 @@ sc_status sc_write_glb(const sc_ctx *ctx, const sc_mesh_file *f)
         sc_bodies_get(f->bodies, id, &body);
         write_numbers(f, &body, normals);
     }
-out:
-    free(text);
-    return status;
+    return SC_OK;
 }

@@ -6,7 +6,6 @@
 #include <cairo-ft.h>
 #include <fontconfig/fontconfig.h>
 
-#include <string.h>
 #include <strings.h>
 
 enum {

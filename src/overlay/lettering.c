@@ -7,7 +7,6 @@
 
 #include <errno.h>
 #include <math.h>
-#include <string.h>
 
 /* Width of the halo around letters, and of its line, as shares of the font size; its opacity. */
 #define HALO 0.11

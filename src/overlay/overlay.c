@@ -6,7 +6,6 @@
 #include "blend.h"
 
 #include <cairo.h>
-#include <string.h>
 
 /* Height of capital letters as a share of the font's ascent, for DejaVu Sans about. */
 #define CAPITAL_HEIGHT 0.76

@@ -2,8 +2,6 @@
 /* Puts data into the page. */
 #include "segcast/page.h"
 
-#include <string.h>
-
 sc_status sc_page_make(const sc_ctx *ctx, const char *json, sc_text *out)
 {
     static const char mark[] = "@DATA@";

@@ -2,7 +2,6 @@
 /* The command line as all ranks read it, and its mistakes beside those of a job. */
 #include "segcast/process.h"
 
-#include <string.h>
 #include <sys/stat.h>
 
 /* @return whether the argument is a job file or a study, whose mistakes can be told in one go with

@@ -4,11 +4,9 @@
  * notices if the launcher is killed. */
 #include "segcast/process.h"
 
-#include <errno.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
-#include <string.h>
 #include <time.h>
 #include <unistd.h>
 

@@ -4,7 +4,6 @@
 #include "segcast/process.h"
 
 #include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 /* Variables that give a process its number; each is set for every process, also for a single one.

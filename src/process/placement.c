@@ -3,8 +3,6 @@
 #include "segcast/process.h"
 
 #include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
 /* The placement of one rank, as it reports it. */
 typedef struct placement {

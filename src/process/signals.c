@@ -4,8 +4,6 @@
 
 #include <errno.h>
 #include <signal.h>
-#include <stdatomic.h>
-#include <string.h>
 #include <sys/time.h>
 #include <sys/uio.h>
 #include <unistd.h>

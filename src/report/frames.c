@@ -4,7 +4,6 @@
 #include "segcast/video.h"
 
 #include <math.h>
-#include <string.h>
 #include <unistd.h>
 
 enum {

@@ -3,8 +3,6 @@
 #include "internal.h"
 #include "segcast/image.h"
 
-#include <string.h>
-
 /* Describe the codes of a picture: the least, the most and the median count of pixels with any, and
  * the share of those without. @param png borrowed. @return NULL also if no pixel has work. */
 static json_t *describe(const char *name, const uint8_t *codes, int pixels, json_t *png)

@@ -5,8 +5,6 @@
 #include "segcast/page.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 enum {

@@ -2,7 +2,6 @@
 /* The page of a run, and the page that compares several. */
 #include "internal.h"
 
-#include <string.h>
 #include <unistd.h>
 
 enum {

@@ -3,7 +3,6 @@
 #include "study_view.h"
 
 #include <math.h>
-#include <string.h>
 
 enum {
     CELLS_SHOWN = 150,

@@ -4,7 +4,6 @@
 #include "study_view.h"
 
 #include <math.h>
-#include <string.h>
 
 /* Text that is being written; the first error ends it. */
 typedef struct writer {

@@ -3,7 +3,6 @@
 #include "study_view.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* @return the number of an axis with several values, or -1. */
 static int find_axis(const sc_design *design, const char *name)

@@ -8,8 +8,6 @@
 #include "internal.h"
 
 #include <limits.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum {
     MOST_SHIFT = 6, /* pixels from one slice to the next that are looked for */
@@ -417,7 +415,7 @@ sc_status sc_resample_move_slices(const sc_ctx *ctx, sc_volume *v, int axis, int
     drawn_view view = {0};
     slices s = {.view = &view, .axes = {axis == 0, axis == 2 ? 1 : 2, axis}};
     moving m = {&s, NULL, strides, v};
-    sc_team *team = NULL;
+    SC_OWN(sc_team_close_at) sc_team *team = NULL;
     int moved;
     void *block;
     sc_status status;
@@ -436,6 +434,5 @@ out:
     sc_free((void *)(uintptr_t)m.places);
     sc_free(s.scratch);
     sc_drawn_view_clear(&view);
-    sc_team_close(team);
     return status;
 }

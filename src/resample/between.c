@@ -17,8 +17,6 @@
  * overlap, its voxels are carried along straight lines to the nearest of the other phase. */
 #include "internal.h"
 
-#include <string.h>
-
 enum {
     MARGIN = 12 /* voxels around those that change in which their borders are looked for */
 };

@@ -5,8 +5,6 @@
  */
 #include "internal.h"
 
-#include <string.h>
-
 enum {
     FEWEST_EDGES = 8,    /* fewer say nothing: a few boxes have edges on many a regular grid */
     TRIALS_PER_LINE = 8, /* steps that are tried differ by a plane over so many regular planes times

@@ -4,8 +4,6 @@
  * Functions, 2012). */
 #include "distances.h"
 
-#include <string.h>
-
 /* How far around the voxels of a label distances from it are measured, in distances of slices.
  * Farther away another label is always nearer. */
 #define MARGIN 2.5

@@ -5,8 +5,6 @@
 
 #include "segcast/resample.h"
 
-#include <string.h>
-
 /* Functions that take a team are collective in it, and return the same on all its ranks. */
 
 /* @return the dense id of a voxel by its index. */

@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <stdarg.h>
-#include <stdio.h>
 
 enum { MOST_LAYERS = 15 }; /* into which a drawn voxel is split */
 /* Drawn voxels are split until they are at most so many times as long as the shortest. */

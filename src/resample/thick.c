@@ -19,7 +19,6 @@
 #include "walls.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum {
     BOXES_MAX = 48,           /* of the sum of all boxes, in volumes of the stack */

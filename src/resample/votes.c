@@ -8,8 +8,6 @@
  * voxels. */
 #include "internal.h"
 
-#include <string.h>
-
 /* The share of a label, by the B-spline at the centre of a voxel that has it, is 0.58 at the corner
  * of a block, 0.54 where a line begins on a surface, 0.5 in a sheet along a diagonal, 0.46 in a
  * voxel that juts out of a surface, and 0.44 in a line. Below THIN_SHARE the vote is interpolated

@@ -2,8 +2,6 @@
 /* The events of a simulation, in a binary heap. */
 #include "internal.h"
 
-#include <string.h>
-
 /* @return whether @p a happens before @p b. */
 static bool is_before(const sim_event *a, const sim_event *b)
 {

@@ -5,8 +5,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <stdio.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -93,7 +91,7 @@ static sc_status set_frames_aside(const sc_ctx *ctx, const sc_store *store)
 
         if (store->has_png[k] || !line->known || !line->done.png_bytes)
             continue;
-        sc_store_path(store, path, "frames/%06d.png", k);
+        sc_store_path(store->directory, path, "frames/%06d.png", k);
         if (is_picture(path))
             SC_PASS(sc_store_set_aside(ctx, path, line->done.png_bytes, line->done.png_hash));
     }
@@ -110,14 +108,14 @@ sc_status sc_store_set_all_aside(const sc_ctx *ctx, const sc_store *store)
     for (int i = 0; i < store->data.files.count; i++) {
         const sc_file_line *line = &store->data.files.lines[i];
 
-        sc_store_path(store, path, "%s", line->name);
+        sc_store_path(store->directory, path, "%s", line->name);
         SC_PASS(sc_store_set_aside(ctx, path, line->bytes, line->hash));
     }
     if (!end->known || store->complete)
         return SC_OK;
     SC_PASS(set_frames_aside(ctx, store));
     if (end->video[0]) {
-        sc_store_path(store, path, "%s", end->video);
+        sc_store_path(store->directory, path, "%s", end->video);
         return sc_store_set_aside(ctx, path, end->video_bytes, end->video_hash);
     }
     return SC_OK;

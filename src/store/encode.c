@@ -7,7 +7,7 @@ sc_status sc_store_write_segment(const sc_ctx *ctx, sc_store *store, int gop,
 {
     char path[SC_FILE_BYTES];
 
-    sc_store_path(store, path, "segments/%06d.seg", gop);
+    sc_store_path(store->directory, path, "segments/%06d.seg", gop);
     SC_PASS(sc_file_write(ctx, path, segment->data, segment->bytes));
     store->has_segment[gop] = true;
     sc_partial_remove(&store->partial, gop, gop * store->gop_frames,
@@ -46,7 +46,7 @@ sc_status sc_store_open_encoder(const sc_ctx *ctx, sc_store *store)
 
     if (store->encoder)
         return SC_OK;
-    sc_store_path(store, path, "%s", store->job.video);
+    sc_store_path(store->directory, path, "%s", store->job.video);
     return sc_encoder_open(ctx, path, &store->job.settings, &store->encoder);
 }
 
@@ -69,23 +69,19 @@ static sc_status encode_available(const sc_ctx *ctx, sc_store *store, int frame,
 {
     const int first = store->encoding * store->gop_frames;
     const int end = first + sc_store_gop_frames(store, store->encoding);
-    sc_status status = SC_OK;
 
-    for (int k = first + sc_encoder_count(store->encoder); k < end && status == SC_OK; k++) {
+    for (int k = first + sc_encoder_count(store->encoder); k < end; k++) {
         const void *from = picture;
 
         if (store->partial.locations[k].file < 0)
             break;
         if (k != frame) {
-            status = sc_partial_read(ctx, &store->partial, k, store->picture);
+            SC_PASS(sc_partial_read(ctx, &store->partial, k, store->picture));
             from = store->picture;
         }
-        if (status == SC_OK)
-            status = sc_encoder_push(ctx, store->encoder, from, store->partial.locations[k].hash);
+        SC_PASS(sc_encoder_push(ctx, store->encoder, from, store->partial.locations[k].hash));
     }
-    if (status == SC_OK && first + sc_encoder_count(store->encoder) == end)
-        status = finish_gop(ctx, store);
-    return status;
+    return first + sc_encoder_count(store->encoder) == end ? finish_gop(ctx, store) : SC_OK;
 }
 
 sc_status sc_store_encode(const sc_ctx *ctx, sc_store *store, int frame, const void *picture)
@@ -122,29 +118,24 @@ sc_status sc_store_encode_partial(const sc_ctx *ctx, sc_store *store)
 sc_status sc_store_join(const sc_ctx *ctx, sc_store *store, const char *path, int gops)
 {
     sc_video_settings settings = store->job.settings;
-    sc_muxer *muxer = NULL;
-    sc_status status;
+    SC_OWN(sc_muxer_close_at) sc_muxer *muxer = NULL;
 
     settings.version = store->job.version;
     settings.job_hash = store->job.job_hash;
     settings.volume_hash = store->job.volume_hash;
     sc_stage_begin(ctx, "joining the video", 0, (uint64_t)gops);
-    SC_TRY(sc_muxer_open(ctx, path, &settings, &muxer));
-    for (int gop = 0; gop < gops && status == SC_OK; gop++) {
+    SC_PASS(sc_muxer_open(ctx, path, &settings, &muxer));
+    for (int gop = 0; gop < gops; gop++) {
         char name[SC_FILE_BYTES];
         sc_segment segment = {0};
         SC_OWN(sc_free_at) char *data = NULL;
 
         /* Read, not mapped: the file may be cut meanwhile. */
-        sc_store_path(store, name, "segments/%06d.seg", gop);
-        SC_TRY(sc_file_read(ctx, name, SC_SEGMENT_MAX_BYTES, &data, &segment.bytes));
+        sc_store_path(store->directory, name, "segments/%06d.seg", gop);
+        SC_PASS(sc_file_read(ctx, name, SC_SEGMENT_MAX_BYTES, &data, &segment.bytes));
         segment.data = data;
-        status = sc_muxer_add(ctx, muxer, &segment);
+        SC_PASS(sc_muxer_add(ctx, muxer, &segment));
         sc_stage_add(ctx, 1);
     }
-    if (status == SC_OK)
-        status = sc_muxer_finish(ctx, muxer, path, true);
-out:
-    sc_muxer_close(muxer);
-    return status;
+    return sc_muxer_finish(ctx, muxer, path, true);
 }

@@ -6,42 +6,24 @@
 #include <errno.h>
 #include <stdarg.h>
 #include <stdlib.h>
-#include <string.h>
 
-/* Write "DIR/" and the formatted name into @p out. */
-SC_PRINTF(3, 0)
-static void put_path(const char *directory, char out[SC_FILE_BYTES], const char *fmt, va_list args)
+void sc_store_path(const char *directory, char out[SC_FILE_BYTES], const char *fmt, ...)
 {
     const int used = snprintf(out, SC_FILE_BYTES, "%s/", directory);
+    va_list args;
 
+    va_start(args, fmt);
     if (used < SC_FILE_BYTES)
         vsnprintf(out + used, (size_t)(SC_FILE_BYTES - used), fmt, args);
-}
-
-void sc_store_path(const sc_store *store, char out[SC_FILE_BYTES], const char *fmt, ...)
-{
-    va_list args;
-
-    va_start(args, fmt);
-    put_path(store->directory, out, fmt, args);
-    va_end(args);
-}
-
-void sc_directory_path(const char *directory, char out[SC_FILE_BYTES], const char *fmt, ...)
-{
-    va_list args;
-
-    va_start(args, fmt);
-    put_path(directory, out, fmt, args);
     va_end(args);
 }
 
 void sc_store_manifest_path(const sc_store *store, char out[SC_FILE_BYTES])
 {
     if (store->slice)
-        sc_store_path(store, out, "manifest.%s.jsonl", store->slice);
+        sc_store_path(store->directory, out, "manifest.%s.jsonl", store->slice);
     else
-        sc_store_path(store, out, "manifest.jsonl");
+        sc_store_path(store->directory, out, "manifest.jsonl");
 }
 
 /* The records of a run beside job.yaml: "STEM.ENDING", or of a slice S "STEM.S.ENDING". */
@@ -134,23 +116,22 @@ bool sc_is_segment_name(const char *name)
 sc_status sc_each_record(const sc_ctx *ctx, const char *slice, void *user,
                          sc_status (*each)(const sc_ctx *ctx, void *user, const char *name))
 {
-    sc_status status = each(ctx, user, "job.yaml");
-
-    if (status == SC_OK)
-        status = each(ctx, user, SC_CRATE_NAME);
-    for (size_t i = 0; i < SC_COUNT_OF(records) && status == SC_OK; i++) {
+    SC_PASS(each(ctx, user, "job.yaml"));
+    SC_PASS(each(ctx, user, SC_CRATE_NAME));
+    for (size_t i = 0; i < SC_COUNT_OF(records); i++) {
         SC_OWN(sc_text_clear) sc_text name = {0};
 
-        status = sc_text_add(ctx, &name, "%s%s%s.%s", records[i].stem, slice ? "." : "",
-                             slice ? slice : "", records[i].ending);
-        if (status == SC_OK)
-            status = each(ctx, user, name.data);
+        SC_PASS(sc_text_add(ctx, &name, "%s%s%s.%s", records[i].stem, slice ? "." : "",
+                            slice ? slice : "", records[i].ending));
+        SC_PASS(each(ctx, user, name.data));
     }
-    return status;
+    return SC_OK;
 }
 
-sc_status sc_each_file(const sc_ctx *ctx, const char *directory, void *user, sc_each_file_fn *each)
+sc_status sc_each_file(const sc_ctx *ctx, const char *directory,
+                       bool (*is_wanted)(const char *name), void *user, sc_each_file_fn *each)
 {
+    char path[SC_FILE_BYTES];
     struct dirent **names;
     const int count = scandir(directory, &names, NULL, alphasort);
     sc_status status = SC_OK;
@@ -159,8 +140,10 @@ sc_status sc_each_file(const sc_ctx *ctx, const char *directory, void *user, sc_
         return sc_fail(ctx, sc_input_status(errno), "%s: cannot be listed: %s", directory,
                        sc_reason(errno));
     for (int i = 0; i < count; i++) {
-        if (status == SC_OK && names[i]->d_name[0] != '.')
-            status = each(ctx, user, names[i]->d_name);
+        if (status == SC_OK && is_wanted(names[i]->d_name)) {
+            sc_store_path(directory, path, "%s", names[i]->d_name);
+            status = each(ctx, user, path, names[i]->d_name);
+        }
         free(names[i]);
     }
     if (count >= 0)

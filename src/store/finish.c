@@ -2,7 +2,6 @@
 /* Ends a run: completes the job if every frame is there, and proves its records. */
 #include "internal.h"
 
-#include <string.h>
 #include <unistd.h>
 
 /* Join the segments that are there without a gap from the first frame on to the partial video, for
@@ -17,7 +16,7 @@ static sc_status write_partial_video(const sc_ctx *ctx, sc_store *store)
         gops++;
     if (!store->has_video || gops == 0)
         return SC_OK;
-    sc_store_path(store, path, "%s", store->job.video);
+    sc_store_path(store->directory, path, "%s", store->job.video);
     SC_PASS(sc_video_partial_name(ctx, path, &partial));
     return sc_store_join(ctx, store, partial.data, gops);
 }
@@ -34,7 +33,7 @@ static sc_status write_whole_manifest(const sc_ctx *ctx, sc_store *store, bool c
         return SC_ERR_INCOMPLETE;
     sc_manifest_close(store->manifest);
     store->manifest = NULL;
-    sc_store_path(store, path, "manifest.jsonl");
+    sc_store_path(store->directory, path, "manifest.jsonl");
     SC_PASS(sc_manifest_create(ctx, path, &store->job, &store->data, NULL, close, &written));
     if (!store->slice)
         store->manifest_id = sc_manifest_id(written);
@@ -51,7 +50,7 @@ static sc_status complete_job(const sc_ctx *ctx, sc_store *store)
     char path[SC_FILE_BYTES];
 
     if (store->has_video) {
-        sc_store_path(store, path, "%s", store->job.video);
+        sc_store_path(store->directory, path, "%s", store->job.video);
         SC_PASS(sc_store_join(ctx, store, path, store->gop_count));
         SC_PASS(sc_store_hash_file(ctx, path, &end.video_bytes, &end.video_hash));
         snprintf(end.video, sizeof end.video, "%s", store->job.video);
@@ -76,17 +75,13 @@ static int count_missing(const sc_store *store)
 }
 
 /* For sc_each_file with the store as user: add the number of frame lines in a manifest to
- * store->data.count. Other files, and a manifest that is gone, add nothing. */
-static sc_status count_lines(const sc_ctx *ctx, void *user, const char *name)
+ * store->data.count. One that is gone adds nothing. */
+static sc_status count_lines(const sc_ctx *ctx, void *user, const char *path, const char *name)
 {
     sc_store *store = user;
     SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {0};
-    char path[SC_FILE_BYTES];
     sc_status status = SC_OK;
 
-    if (!sc_is_manifest_name(name))
-        return SC_OK;
-    sc_store_path(store, path, "%s", name);
     if (access(path, R_OK) == 0)
         status = sc_manifest_read(ctx, path, &data);
     store->data.count += data.count;
@@ -100,7 +95,7 @@ static sc_status try_to_complete(const sc_ctx *ctx, sc_store *store, int *missin
 {
     if (store->slice) {
         store->data.count = 0;
-        SC_PASS(sc_each_file(ctx, store->directory, store, count_lines));
+        SC_PASS(sc_each_file(ctx, store->directory, sc_is_manifest_name, store, count_lines));
         if (store->data.count >= store->job.frames)
             SC_PASS(sc_store_scan(ctx, store));
     }
@@ -152,7 +147,7 @@ static sc_status prove_file(const sc_ctx *ctx, const record_list *list, const ch
     char path[SC_FILE_BYTES];
     uint64_t bytes, hash;
 
-    sc_store_path(list->store, path, "%s", name);
+    sc_store_path(list->store->directory, path, "%s", name);
     if (access(path, F_OK) != 0)
         return SC_OK;
     SC_PASS(sc_store_hash_file(ctx, path, &bytes, &hash));
@@ -184,13 +179,10 @@ sc_status sc_store_end_slice(const sc_ctx *ctx, sc_store *store)
 /* Warn of a record that cannot be proven. */
 static void warn_of_record(const sc_ctx *ctx, const sc_store *store, const char *name)
 {
-    char path[SC_FILE_BYTES];
-
-    sc_store_path(store, path, "%s", name);
     sc_warn(ctx,
-            "%s: is missing, or not what segcast has written; it is left out of what `segcast "
+            "%s/%s: is missing, or not what segcast has written; it is left out of what `segcast "
             "verify` proves",
-            path);
+            store->directory, name);
 }
 
 /* Remove the lines of files that are not what slices have written: they cannot be proven. The last
@@ -202,7 +194,7 @@ static sc_status drop_changed_records(const sc_ctx *ctx, sc_store *store)
         char path[SC_FILE_BYTES];
         bool same;
 
-        sc_store_path(store, path, "%s", line->name);
+        sc_store_path(store->directory, path, "%s", line->name);
         SC_PASS(sc_verify_file(ctx, path, line->bytes, line->hash, &same));
         if (same)
             continue;
@@ -236,15 +228,11 @@ static sc_status prove_job(const sc_ctx *ctx, sc_store *store)
 static sc_status prove_records(const sc_ctx *ctx, sc_store *store)
 {
     record_list list = {store, &store->data.files};
-    sc_status status = drop_changed_records(ctx, store);
 
-    if (status == SC_OK)
-        status = prove_job(ctx, store);
-    if (status == SC_OK)
-        status = prove_file(ctx, &list, SC_CRATE_NAME);
-    if (status == SC_OK && !store->joins)
-        status = sc_each_record(ctx, store->slice, &list, prove_record);
-    return status;
+    SC_PASS(drop_changed_records(ctx, store));
+    SC_PASS(prove_job(ctx, store));
+    SC_PASS(prove_file(ctx, &list, SC_CRATE_NAME));
+    return store->joins ? SC_OK : sc_each_record(ctx, store->slice, &list, prove_record);
 }
 
 sc_status sc_store_seal(const sc_ctx *ctx, sc_store *store)

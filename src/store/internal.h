@@ -345,6 +345,7 @@ sc_status sc_manifest_add_close(const sc_ctx *ctx, sc_manifest_writer *manifest,
 sc_status sc_manifest_sync(const sc_ctx *ctx, sc_manifest_writer *manifest);
 /* Close and free, without flushing to disk. NULL is allowed. */
 void sc_manifest_close(sc_manifest_writer *manifest);
+SC_CLOSE_AT(sc_manifest_close, sc_manifest_writer)
 /* Free what @p data owns, and zero that; data->lines is the caller's. */
 void sc_manifest_data_clear(sc_manifest_data *data);
 
@@ -386,21 +387,22 @@ sc_status sc_each_record(const sc_ctx *ctx, const char *slice, void *user,
 /* Write "DIR/NAME", with a formatted name, into @p out; sc_store_check_place has made sure that
  * there is room. */
 SC_PRINTF(3, 4)
-void sc_store_path(const sc_store *store, char out[SC_FILE_BYTES], const char *fmt, ...);
-/* The same for a directory without a store. */
-SC_PRINTF(3, 4)
-void sc_directory_path(const char *directory, char out[SC_FILE_BYTES], const char *fmt, ...);
+void sc_store_path(const char *directory, char out[SC_FILE_BYTES], const char *fmt, ...);
 /* Write the path of this process's manifest into @p out: that of the slice, or of the whole job. */
 void sc_store_manifest_path(const sc_store *store, char out[SC_FILE_BYTES]);
 /* @return whether @p name, without directory, is "manifest.jsonl" or "manifest.S.jsonl" with a
  * non-empty S. */
 bool sc_is_manifest_name(const char *name);
-/* Receives the @p name, without directory, of one entry of a directory, borrowed for the call. */
-typedef sc_status sc_each_file_fn(const sc_ctx *ctx, void *user, const char *name);
-/* Call @p each with @p user for the entries of a directory (folders are entries, too) in order of
- * their names, hidden ones excepted, until one call fails. The names are listed before the first
- * call: a file may be gone when its turn comes. A directory that does not exist has no entries.
- * @return the error of the call that failed, or SC_ERR_MISSING if it cannot be listed. */
-sc_status sc_each_file(const sc_ctx *ctx, const char *directory, void *user, sc_each_file_fn *each);
+/* Receives one entry of a directory: its path, and its @p name, without directory. Both are
+ * borrowed for the call. */
+typedef sc_status sc_each_file_fn(const sc_ctx *ctx, void *user, const char *path,
+                                  const char *name);
+/* Call @p each with @p user for the entries of a directory (folders are entries, too) whose names
+ * are wanted (sc_is_manifest_name, sc_is_segment_name), in order of these, until one call fails.
+ * They are listed before the first call: a file may be gone when its turn comes. A directory that
+ * does not exist has no entries. @return the error of the call that failed, or SC_ERR_MISSING if it
+ * cannot be listed. */
+sc_status sc_each_file(const sc_ctx *ctx, const char *directory,
+                       bool (*is_wanted)(const char *name), void *user, sc_each_file_fn *each);
 
 #endif

@@ -35,12 +35,10 @@ sc_status sc_job_texts_put_file(const sc_ctx *ctx, const char *directory, sc_job
 {
     char path[SC_FILE_BYTES];
     job_file file = {.exists = false};
-    sc_status status;
 
-    sc_directory_path(directory, path, "job.yaml");
-    status = read_job(ctx, path, &file);
-    return status == SC_OK && file.exists ? sc_job_texts_put(ctx, jobs, file.bytes, file.hash)
-                                          : status;
+    sc_store_path(directory, path, "job.yaml");
+    SC_PASS(read_job(ctx, path, &file));
+    return file.exists ? sc_job_texts_put(ctx, jobs, file.bytes, file.hash) : SC_OK;
 }
 
 sc_status sc_job_texts_have_file(const sc_ctx *ctx, const char *directory, const sc_job_texts *jobs,
@@ -48,13 +46,11 @@ sc_status sc_job_texts_have_file(const sc_ctx *ctx, const char *directory, const
 {
     char path[SC_FILE_BYTES];
     job_file file = {.exists = false};
-    sc_status status;
 
-    sc_directory_path(directory, path, "job.yaml");
-    status = read_job(ctx, path, &file);
-    if (status == SC_OK)
-        *out = file.exists && is_known(jobs, &file);
-    return status;
+    sc_store_path(directory, path, "job.yaml");
+    SC_PASS(read_job(ctx, path, &file));
+    *out = file.exists && is_known(jobs, &file);
+    return SC_OK;
 }
 
 /* Note a text in the manifest, and wait until that is on disk, unless it stands there already. */
@@ -70,23 +66,18 @@ static sc_status note(const sc_ctx *ctx, sc_store *store, const job_file *text)
         return sc_manifest_sync(ctx, store->manifest);
     }
     /* The job is complete, and its records are not: this manifest is that of all its slices. */
-    sc_store_path(store, path, "manifest.jsonl");
+    sc_store_path(store->directory, path, "manifest.jsonl");
     return sc_manifest_create(ctx, path, &store->job, &store->data, NULL, false, NULL);
 }
 
 /* For sc_each_file with the store as user: read the texts that a manifest names by now. */
-static sc_status read_texts(const sc_ctx *ctx, void *user, const char *name)
+static sc_status read_texts(const sc_ctx *ctx, void *user, const char *path, const char *name)
 {
     const sc_ctx quiet = sc_quiet(ctx);
     sc_store *store = user;
     sc_manifest_data data = {.jobs = store->data.jobs};
-    char path[SC_FILE_BYTES];
-    sc_status status;
+    const sc_status status = sc_manifest_read(&quiet, path, &data);
 
-    if (!sc_is_manifest_name(name))
-        return SC_OK;
-    sc_store_path(store, path, "%s", name);
-    status = sc_manifest_read(&quiet, path, &data);
     store->data.jobs = data.jobs;
     data.jobs = (sc_job_texts){0};
     sc_manifest_data_clear(&data);
@@ -100,7 +91,7 @@ static sc_status is_ours(const sc_ctx *ctx, sc_store *store, const job_file *fil
     sc_status status = SC_OK;
 
     if (!is_known(&store->data.jobs, file))
-        status = sc_each_file(ctx, store->directory, store, read_texts);
+        status = sc_each_file(ctx, store->directory, sc_is_manifest_name, store, read_texts);
     *out = is_known(&store->data.jobs, file);
     return status;
 }
@@ -135,7 +126,7 @@ sc_status sc_store_write_job(const sc_ctx *ctx, sc_store *store, const void *tex
     const job_file ours = {true, bytes, sc_store_hash_bytes(text, bytes)};
     char path[SC_FILE_BYTES];
 
-    sc_store_path(store, path, "job.yaml");
+    sc_store_path(store->directory, path, "job.yaml");
     SC_PASS(note(ctx, store, &ours));
     SC_PASS(keep_changed(ctx, store, path));
     return sc_file_write(ctx, path, text, bytes);

@@ -4,9 +4,7 @@
 
 #include <errno.h>
 #include <jansson.h>
-#include <math.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -30,10 +28,7 @@ struct sc_manifest_writer {
 /* @return a hash as a text of 16 hexadecimal digits: JSON numbers cannot hold 64 bits exactly. */
 static json_t *hash_to_json(uint64_t value)
 {
-    char text[17];
-
-    snprintf(text, sizeof text, "%016llx", (unsigned long long)value);
-    return json_string(text);
+    return json_sprintf("%016llx", (unsigned long long)value);
 }
 
 /* Append @p line with its proof, which goes on the chain. Takes ownership of @p line, of which NULL
@@ -152,35 +147,28 @@ sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store
                              sc_manifest_data *data, const bool *keep, bool close,
                              sc_manifest_writer **out)
 {
-    sc_manifest_writer *manifest = NULL;
-    sc_outfile file = {0};
+    SC_OWN(sc_manifest_close_at) sc_manifest_writer *manifest = NULL;
+    SC_OWN(sc_outfile_discard) sc_outfile file = {0};
     sc_status status;
 
-    SC_TRY(SC_ZALLOC(ctx, 1, &manifest));
-    SC_TRY(sc_text_copy(ctx, path, &manifest->path));
-    SC_TRY(sc_outfile_open(ctx, path, true, &file));
+    SC_PASS(SC_ZALLOC(ctx, 1, &manifest));
+    SC_PASS(sc_text_copy(ctx, path, &manifest->path));
+    SC_PASS(sc_outfile_open(ctx, path, true, &file));
     manifest->stream = file.stream;
     sc_file_lines_sort(&data->owned);
     sc_file_lines_sort(&data->files);
     sc_file_lines_sort(&data->jobs);
     status = write_lines(ctx, manifest, job, data, keep, close);
     manifest->stream = NULL; /* the file's own, closed by commit */
-    if (status != SC_OK)
-        goto out;
-    SC_TRY(sc_outfile_commit(ctx, &file));
+    SC_PASS(status);
+    SC_PASS(sc_outfile_commit(ctx, &file));
     if (!out)
-        goto out;
+        return SC_OK;
     manifest->stream = fopen(path, "a");
-    if (!manifest->stream) {
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be opened: %s", path, sc_reason(errno));
-        goto out;
-    }
-    *out = manifest;
+    if (!manifest->stream)
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be opened: %s", path, sc_reason(errno));
+    SC_HAND_OVER(manifest, out);
     return SC_OK;
-out:
-    sc_outfile_discard(&file);
-    sc_manifest_close(manifest);
-    return status;
 }
 
 sc_status sc_fail_no_run(const sc_ctx *ctx, const char *directory)

@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* An open-addressing hash table finds lines by their name, so that the time to read a list grows
  * with its length and not with the square of it. Whoever forges a manifest cannot choose names that

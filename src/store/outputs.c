@@ -4,7 +4,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -133,7 +132,7 @@ static void verify_png_range(void *user, size_t begin, size_t end, int thread)
 
         if (!check->lines[k].known)
             continue;
-        sc_directory_path(check->directory, path, "frames/%06d.png", (int)k);
+        sc_store_path(check->directory, path, "frames/%06d.png", (int)k);
         status = verify_png(&check->ctx, path, &check->lines[k].done);
         check->out[k] = status == SC_OK;
         if (status != SC_OK && !sc_is_of_input(status))

@@ -8,7 +8,6 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -64,7 +63,7 @@ static void look_for_file(search *s, const char *name, const char *owner)
     char path[SC_FILE_BYTES];
     struct stat info;
 
-    sc_directory_path(s->place->directory, path, "%s", name);
+    sc_store_path(s->place->directory, path, "%s", name);
     if (lstat(path, &info))
         return;
     add_obstacle(s, name, S_ISREG(info.st_mode) ? owner : "", kind_of(&info));
@@ -86,7 +85,7 @@ static DIR *open_folder(search *s, const char *name, bool *exists)
     int fd;
     DIR *stream;
 
-    sc_directory_path(s->place->directory, path, "%s", name);
+    sc_store_path(s->place->directory, path, "%s", name);
     *exists = lstat(path, &info) == 0;
     if (!*exists)
         return NULL;
@@ -131,19 +130,16 @@ static void look_into_folder(search *s, const char *folder, bool segments, bool 
 
 /* For sc_each_file with a search as user: read what a manifest names into s->owned. A file that is
  * none is foreign, and an obstacle if it has the name of this run's manifest. */
-static sc_status read_owned(const sc_ctx *ctx, void *user, const char *name)
+static sc_status read_owned(const sc_ctx *ctx, void *user, const char *path, const char *name)
 {
     const sc_ctx quiet = sc_quiet(ctx);
     search *s = user;
     sc_manifest_data data = {.owned = *s->owned};
     sc_store probe = {.slice = s->place->slice};
-    char path[SC_FILE_BYTES], own[SC_FILE_BYTES];
+    char own[SC_FILE_BYTES];
     struct stat info;
     sc_status status;
 
-    if (!sc_is_manifest_name(name))
-        return SC_OK;
-    sc_directory_path(s->place->directory, path, "%s", name);
     sc_store_manifest_path(&probe, own);
     if (lstat(path, &info)) {
         s->vanished = true; /* the process that completed the job has removed it */
@@ -181,7 +177,7 @@ static bool is_of_job(const search *s, const char *name)
     char path[SC_FILE_BYTES];
     SC_OWN(sc_free_at) char *data = NULL;
 
-    sc_directory_path(s->place->directory, path, "segments/%s", name);
+    sc_store_path(s->place->directory, path, "segments/%s", name);
     if (strstr(name, ".part"))
         return sc_is_partial_of(path, s->identity);
     if (sc_file_read(&silent, path, SC_SEGMENT_MAX_BYTES, &data, &segment.bytes) != SC_OK)
@@ -230,9 +226,9 @@ static sc_status find_obstacles(const sc_ctx *ctx, search *s, const char *partia
         SC_PASS(sc_each_record(ctx, place->slice, s, look_for_record));
     if (place->fresh)
         return SC_OK;
-    SC_PASS(sc_each_file(ctx, place->directory, s, read_owned));
+    SC_PASS(sc_each_file(ctx, place->directory, sc_is_manifest_name, s, read_owned));
     if (s->vanished) /* for a manifest that says the same and was not listed yet */
-        SC_PASS(sc_each_file(ctx, place->directory, s, read_owned));
+        SC_PASS(sc_each_file(ctx, place->directory, sc_is_manifest_name, s, read_owned));
     return own_late_segments(ctx, s);
 }
 

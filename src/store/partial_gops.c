@@ -7,7 +7,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <string.h>
 #include <unistd.h>
 
 #define MAGIC "segpart\x01"
@@ -127,7 +126,7 @@ bool sc_is_partial_of(const char *path, uint64_t identity)
 static sc_status make_file(const sc_ctx *ctx, sc_partial_gops *partial, int gop)
 {
     char host[SC_HOST_BYTES];
-    sc_text path = {0};
+    SC_OWN(sc_text_clear) sc_text path = {0};
     int fd = -1;
     sc_status status;
 
@@ -138,14 +137,12 @@ static sc_status make_file(const sc_ctx *ctx, sc_partial_gops *partial, int gop)
         if (n > 0)
             snprintf(again, sizeof again, "-%d", n);
         sc_text_clear(&path);
-        SC_TRY(sc_text_add(ctx, &path, "%s/%06d.%s.%ld%s.part", partial->directory, gop, host,
-                           (long)getpid(), again));
+        SC_PASS(sc_text_add(ctx, &path, "%s/%06d.%s.%ld%s.part", partial->directory, gop, host,
+                            (long)getpid(), again));
         fd = open(path.data, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
-        if (fd < 0 && (errno != EEXIST || n == 1000)) {
-            status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path.data,
-                             sc_reason(errno));
-            goto out;
-        }
+        if (fd < 0 && (errno != EEXIST || n == 1000))
+            return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path.data,
+                           sc_reason(errno));
     }
     status = add_file(ctx, partial, path.data, &partial->stream_file);
     if (status == SC_OK)
@@ -154,8 +151,6 @@ static sc_status make_file(const sc_ctx *ctx, sc_partial_gops *partial, int gop)
         close(fd);
         status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path.data);
     }
-out:
-    sc_text_clear(&path);
     return status;
 }
 

@@ -2,29 +2,24 @@
 /* What a directory holds after a run: lists it, and replaces a record of it. */
 #include "internal.h"
 
-#include <string.h>
 #include <sys/stat.h>
 
 /* For search. */
 typedef struct owner_search {
-    const char *directory, *name;
+    const char *name;
     bool found; /* a manifest names it */
 } owner_search;
 
 /* For sc_each_file with an owner_search as user: does a manifest name the record? */
-static sc_status look_for_owner(const sc_ctx *ctx, void *user, const char *file)
+static sc_status look_for_owner(const sc_ctx *ctx, void *user, const char *path, const char *file)
 {
     const sc_ctx quiet = sc_quiet(ctx);
     owner_search *search = user;
     SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = 0};
-    char path[SC_FILE_BYTES];
-    sc_status status;
+    const sc_status status = sc_manifest_read_head(&quiet, path, &data);
 
-    if (search->found || !sc_is_manifest_name(file))
-        return SC_OK;
-    sc_directory_path(search->directory, path, "%s", file);
-    status = sc_manifest_read_head(&quiet, path, &data);
-    search->found = status == SC_OK && sc_file_lines_has(&data.owned, search->name);
+    search->found =
+        search->found || (status == SC_OK && sc_file_lines_has(&data.owned, search->name));
     return sc_is_of_input(status) ? SC_OK : status;
 }
 
@@ -54,12 +49,12 @@ static sc_status read_manifest(const sc_ctx *ctx, const char *path, sc_manifest_
 static sc_status check_owner(const sc_ctx *ctx, const char *directory, const char *name,
                              bool has_new_owner)
 {
-    owner_search search = {.directory = directory, .name = name};
+    owner_search search = {.name = name};
     char path[SC_FILE_BYTES];
     struct stat info;
 
-    SC_PASS(sc_each_file(ctx, directory, &search, look_for_owner));
-    sc_directory_path(directory, path, "%s", name);
+    SC_PASS(sc_each_file(ctx, directory, sc_is_manifest_name, &search, look_for_owner));
+    sc_store_path(directory, path, "%s", name);
     if (lstat(path, &info)) {
         if (!search.found && !has_new_owner)
             return sc_fail(ctx, SC_ERR_CREATE,
@@ -81,8 +76,8 @@ sc_status sc_store_replace_record(const sc_ctx *ctx, const char *directory, cons
     sc_store_job job = {0};
     SC_OWN(sc_free_at) void *lines = NULL;
 
-    sc_directory_path(directory, manifest, "manifest.jsonl");
-    sc_directory_path(directory, path, "%s", name);
+    sc_store_path(directory, manifest, "manifest.jsonl");
+    sc_store_path(directory, path, "%s", name);
     SC_PASS(read_manifest(ctx, manifest, &data, &lines));
     SC_PASS(check_owner(ctx, directory, name, data.closed));
     for (int i = 0; i < data.files.count; i++) {
@@ -105,35 +100,24 @@ sc_status sc_store_replace_record(const sc_ctx *ctx, const char *directory, cons
     return sc_manifest_create(ctx, manifest, &job, &data, NULL, true, NULL);
 }
 
-/* For collect_owned. */
-typedef struct own_search {
-    const char *directory;
-    sc_manifest_data data; /* the result is data.owned */
-} own_search;
-
-/* For sc_each_file with an own_search as user: add the names in the head of a manifest, and its
- * own, unless it is that of a slice, which goes when the job is complete. */
-static sc_status collect_owned(const sc_ctx *ctx, void *user, const char *file)
+/* For sc_each_file with an sc_manifest_data as user: add the names in the head of a manifest, and
+ * its own, unless it is that of a slice, which goes when the job is complete, to data->owned. */
+static sc_status collect_owned(const sc_ctx *ctx, void *user, const char *path, const char *file)
 {
     const sc_ctx quiet = sc_quiet(ctx);
-    own_search *search = user;
-    char path[SC_FILE_BYTES];
-    sc_status status;
+    sc_manifest_data *data = user;
+    const sc_status status = sc_manifest_read_head(&quiet, path, data);
 
-    if (!sc_is_manifest_name(file))
-        return SC_OK;
-    sc_directory_path(search->directory, path, "%s", file);
-    status = sc_manifest_read_head(&quiet, path, &search->data);
-    if (status == SC_OK && search->data.head.known && !strcmp(file, "manifest.jsonl"))
-        return sc_names_add(ctx, &search->data.owned, file);
+    if (status == SC_OK && data->head.known && !strcmp(file, "manifest.jsonl"))
+        return sc_names_add(ctx, &data->owned, file);
     return sc_is_of_input(status) ? SC_OK : status;
 }
 
 sc_status sc_store_parts(const sc_ctx *ctx, const char *directory, sc_text *out)
 {
-    own_search search = {.directory = directory};
-    sc_names *owned = &search.data.owned;
-    sc_status status = sc_each_file(ctx, directory, &search, collect_owned);
+    sc_manifest_data data = {.frames = 0};
+    sc_names *owned = &data.owned;
+    sc_status status = sc_each_file(ctx, directory, sc_is_manifest_name, &data, collect_owned);
 
     sc_file_lines_sort(owned);
     for (int i = 0; i < owned->count && status == SC_OK; i++) {
@@ -144,10 +128,10 @@ sc_status sc_store_parts(const sc_ctx *ctx, const char *directory, sc_text *out)
 
         if (is_png)
             name = "frames/";
-        sc_directory_path(directory, path, "%s", name);
+        sc_store_path(directory, path, "%s", name);
         if (!lstat(path, &info) && (is_png ? S_ISDIR(info.st_mode) : S_ISREG(info.st_mode)))
             status = sc_text_add(ctx, out, "%s%c", name, '\0');
     }
-    sc_manifest_data_clear(&search.data);
+    sc_manifest_data_clear(&data);
     return status;
 }

@@ -5,7 +5,6 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -56,7 +55,7 @@ static void remove_segments(const sc_ctx *ctx, const char *directory, const sc_n
 {
     char path[SC_FILE_BYTES];
 
-    sc_directory_path(directory, path, "segments");
+    sc_store_path(directory, path, "segments");
     if (sc_file_lines_has(owned, SC_OWN_SEGMENTS))
         empty_folder(ctx, path, true, 0, sc_file_lines_has(owned, "segments/"));
 }
@@ -74,7 +73,7 @@ void sc_store_remove_unfinished(const sc_ctx *ctx, const sc_store *store)
         sc_file_lines_has(&store->data.owned, partial.data))
         remove_file(fd, partial.data);
     sc_text_clear(&partial);
-    sc_store_path(store, path, "frames");
+    sc_store_path(store->directory, path, "frames");
     if (sc_file_lines_has(&store->data.owned, SC_OWN_PNG))
         empty_folder(ctx, path, false, 0, false);
     sc_remove_temporaries(store->directory, false);
@@ -84,18 +83,14 @@ void sc_store_remove_unfinished(const sc_ctx *ctx, const sc_store *store)
 
 /* For sc_each_file with the store as user. Remove a manifest, of the whole job or of a slice; a
  * file of such a name that is no manifest stays. */
-static sc_status remove_manifest(const sc_ctx *ctx, void *user, const char *name)
+static sc_status remove_manifest(const sc_ctx *ctx, void *user, const char *path, const char *name)
 {
     const sc_ctx quiet = sc_quiet(ctx);
     const sc_store *store = user;
     const int fd = open(store->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     sc_manifest_data data = {.frames = 0};
-    char path[SC_FILE_BYTES];
-    sc_status status = SC_OK;
+    const sc_status status = sc_manifest_read_head(&quiet, path, &data);
 
-    sc_store_path(store, path, "%s", name);
-    if (sc_is_manifest_name(name))
-        status = sc_manifest_read_head(&quiet, path, &data);
     if (status == SC_OK && data.head.known)
         remove_file(fd, name);
     sc_manifest_data_clear(&data);
@@ -105,35 +100,29 @@ static sc_status remove_manifest(const sc_ctx *ctx, void *user, const char *name
 }
 
 /* Remove a manifest of a slice. */
-static sc_status remove_slice(const sc_ctx *ctx, void *user, const char *name)
+static sc_status remove_slice(const sc_ctx *ctx, void *user, const char *path, const char *name)
 {
-    return strcmp(name, "manifest.jsonl") != 0 ? remove_manifest(ctx, user, name) : SC_OK;
+    return strcmp(name, "manifest.jsonl") != 0 ? remove_manifest(ctx, user, path, name) : SC_OK;
 }
 
 sc_status sc_store_remove_slices(const sc_ctx *ctx, sc_store *store)
 {
-    return sc_each_file(ctx, store->directory, store, remove_slice);
+    return sc_each_file(ctx, store->directory, sc_is_manifest_name, store, remove_slice);
 }
 
 /* What sc_store_remove_run collects of all manifests. */
 typedef struct all_owned {
-    const sc_store *store;
     sc_manifest_data data; /* only owned and head are used */
     int frames;            /* the most that one of them has */
 } all_owned;
 
 /* For sc_each_file with an all_owned as user: add what a manifest names. */
-static sc_status collect(const sc_ctx *ctx, void *user, const char *name)
+static sc_status collect(const sc_ctx *ctx, void *user, const char *path, const char *name)
 {
     const sc_ctx quiet = sc_quiet(ctx);
     all_owned *all = user;
-    char path[SC_FILE_BYTES];
-    sc_status status;
+    const sc_status status = sc_manifest_read_head(&quiet, path, &all->data);
 
-    if (!sc_is_manifest_name(name))
-        return SC_OK;
-    sc_store_path(all->store, path, "%s", name);
-    status = sc_manifest_read_head(&quiet, path, &all->data);
     if (status == SC_OK && all->data.head.known && all->data.head.frames > all->frames)
         all->frames = all->data.head.frames;
     return sc_is_of_input(status) ? SC_OK : status;
@@ -143,13 +132,13 @@ sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)
 {
     /* what no manifest names, but sc_store_check_place has found to be of the job */
     static const char *const late[] = {SC_OWN_SEGMENTS, "segments/"};
-    all_owned all = {.store = store};
+    all_owned all = {.frames = 0};
     const sc_names *owned = &all.data.owned;
     const int fd = open(store->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     char path[SC_FILE_BYTES];
     sc_status status;
 
-    SC_TRY(sc_each_file(ctx, store->directory, &all, collect));
+    SC_TRY(sc_each_file(ctx, store->directory, sc_is_manifest_name, &all, collect));
     for (size_t i = 0; i < SC_COUNT_OF(late); i++) {
         if (sc_file_lines_has(&store->data.owned, late[i]))
             SC_TRY(sc_names_add(ctx, &all.data.owned, late[i]));
@@ -157,7 +146,7 @@ sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)
     SC_TRY(sc_job_texts_put_file(ctx, store->directory, &all.data.jobs));
     /* First of all a manifest of the new run, without a frame, that names all that is here: after
      * an accident the directory is that of an unfinished job. */
-    sc_store_path(store, path, "manifest.jsonl");
+    sc_store_path(store->directory, path, "manifest.jsonl");
     SC_TRY(sc_manifest_create(ctx, path, &store->job, &all.data, NULL, false, NULL));
     SC_TRY(sc_store_remove_slices(ctx, store));
     for (int i = 0; i < owned->count; i++) {
@@ -165,7 +154,7 @@ sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)
             remove_file(fd, owned->lines[i].name);
     }
     remove_segments(ctx, store->directory, owned);
-    sc_store_path(store, path, "frames");
+    sc_store_path(store->directory, path, "frames");
     if (sc_file_lines_has(owned, SC_OWN_PNG))
         empty_folder(ctx, path, false, all.frames, sc_file_lines_has(owned, "frames/"));
 out:

@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 /* ---- manifests ---- */
@@ -35,19 +34,14 @@ static bool belongs_to(const sc_manifest_head *head, const sc_store_job *job,
     return false;
 }
 
-/* For sc_each_file with the store as user: read a manifest into store->data. Other files, and
- * manifests without a head, are ignored. @return SC_ERR_CREATE, with a message, if it belongs to
- * another job. */
-static sc_status scan_manifest(const sc_ctx *ctx, void *user, const char *name)
+/* For sc_each_file with the store as user: read a manifest into store->data; without a head it is
+ * ignored. @return SC_ERR_CREATE, with a message, if it belongs to another job. */
+static sc_status scan_manifest(const sc_ctx *ctx, void *user, const char *path, const char *name)
 {
     sc_store *store = user;
-    char path[SC_FILE_BYTES], own[SC_FILE_BYTES], reason[REASON_BYTES];
-    sc_status status;
+    char own[SC_FILE_BYTES], reason[REASON_BYTES];
+    const sc_status status = sc_manifest_read(ctx, path, &store->data);
 
-    if (!sc_is_manifest_name(name))
-        return SC_OK;
-    sc_store_path(store, path, "%s", name);
-    status = sc_manifest_read(ctx, path, &store->data);
     if (status != SC_OK || !store->data.head.known || sc_head_has_no_hashes(&store->data.head))
         return status;
     if (belongs_to(&store->data.head, &store->job, reason)) {
@@ -130,17 +124,14 @@ static void scan_segment(const sc_ctx *ctx, sc_store *store, const char *path, i
 }
 
 /* For sc_each_file with the store as user and a file of segments/: scan NNNNNN.seg or
- * NNNNNN.HOST.PID.part. Other names, and numbers beyond the last GOP, are ignored. */
-static sc_status scan_file(const sc_ctx *ctx, void *user, const char *name)
+ * NNNNNN.HOST.PID.part. Numbers beyond the last GOP are ignored. */
+static sc_status scan_file(const sc_ctx *ctx, void *user, const char *path, const char *name)
 {
     sc_store *store = user;
     const char *extension = strrchr(name, '.');
-    char path[SC_FILE_BYTES];
-    char *end;
-    const long gop = strtol(name, &end, 10);
+    const long gop = strtol(name, NULL, 10);
 
-    sc_store_path(store, path, "segments/%s", name);
-    if (!sc_is_segment_name(name) || gop < 0 || gop >= store->gop_count)
+    if (gop < 0 || gop >= store->gop_count)
         return SC_OK;
     if (!strcmp(extension, ".part"))
         return sc_partial_scan(ctx, &store->partial, path, (int)gop * store->gop_frames,
@@ -178,8 +169,7 @@ static sc_status is_complete(const sc_ctx *ctx, const sc_store *store, bool *out
     bool complete = end->known;
 
     if (complete && store->has_video) {
-
-        sc_store_path(store, path, "%s", store->job.video);
+        sc_store_path(store->directory, path, "%s", store->job.video);
         SC_PASS(sc_verify_file(ctx, path, end->video_bytes, end->video_hash, &complete));
         if (!complete)
             sc_warn(ctx,
@@ -196,13 +186,10 @@ static sc_status is_complete(const sc_ctx *ctx, const sc_store *store, bool *out
 /* Warn of a record that is not what it was. */
 static void warn_of_record(const sc_ctx *ctx, const sc_store *store, const char *name)
 {
-    char path[SC_FILE_BYTES];
-
-    sc_store_path(store, path, "%s", name);
     sc_warn(ctx,
-            "%s: is missing, or is not the file that the manifest names; the records are written "
-            "again",
-            path);
+            "%s/%s: is missing, or is not the file that the manifest names; the records are "
+            "written again",
+            store->directory, name);
 }
 
 /* Set *out to whether the records are those that the manifest names; warns of the first that is
@@ -215,17 +202,13 @@ static sc_status has_sound_records(const sc_ctx *ctx, const sc_store *store, boo
     for (int i = 0; i < store->data.files.count && sound; i++) {
         const sc_file_line *line = &store->data.files.lines[i];
 
-        sc_store_path(store, path, "%s", line->name);
+        sc_store_path(store->directory, path, "%s", line->name);
         SC_PASS(sc_verify_file(ctx, path, line->bytes, line->hash, &sound));
         if (!sound)
             warn_of_record(ctx, store, line->name);
     }
     if (sound && store->data.jobs.count > 0) {
-        const sc_status status =
-            sc_job_texts_have_file(ctx, store->directory, &store->data.jobs, &sound);
-
-        if (status != SC_OK)
-            return status;
+        SC_PASS(sc_job_texts_have_file(ctx, store->directory, &store->data.jobs, &sound));
         if (!sound)
             warn_of_record(ctx, store, "job.yaml");
     }
@@ -246,10 +229,10 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
     sc_partial_forget(&store->partial);
     sc_stage_begin(ctx, "verifying what is there", 0,
                    (uint64_t)(store->job.png ? frames : 0) + (uint64_t)store->gop_count);
-    SC_PASS(sc_each_file(ctx, store->directory, store, scan_manifest));
+    SC_PASS(sc_each_file(ctx, store->directory, sc_is_manifest_name, store, scan_manifest));
     if (store->has_video) {
-        sc_store_path(store, path, "segments");
-        SC_PASS(sc_each_file(ctx, path, store, scan_file));
+        sc_store_path(store->directory, path, "segments");
+        SC_PASS(sc_each_file(ctx, path, sc_is_segment_name, store, scan_file));
         compare_partial_gops(store);
     }
     if (store->job.png)

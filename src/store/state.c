@@ -2,8 +2,6 @@
 /* What the store knows of frames and GOPs. */
 #include "internal.h"
 
-#include <string.h>
-
 uint64_t sc_identity_of(uint64_t job_hash, uint64_t volume_hash, int frames, const char *version)
 {
     const uint64_t numbers[] = {job_hash, volume_hash, (uint64_t)frames};

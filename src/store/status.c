@@ -3,12 +3,10 @@
 #include "internal.h"
 
 #include <stdarg.h>
-#include <string.h>
 #include <sys/stat.h>
 
 /* For the functions that sc_each_file calls. */
 typedef struct manifest_reader {
-    const char *directory;
     sc_manifest_data data; /* of all manifests read so far */
     int manifests;         /* how many there are */
     bool closed;           /* that of the whole job has its last line */
@@ -16,18 +14,13 @@ typedef struct manifest_reader {
 } manifest_reader;
 
 /* For sc_each_file with a manifest_reader as user: read one manifest into its data; with data.lines
- * NULL it only counts. Other files are ignored, and so is a manifest that is gone. */
-static sc_status read_one(const sc_ctx *ctx, void *user, const char *name)
+ * NULL it only counts. One that is gone is ignored. */
+static sc_status read_one(const sc_ctx *ctx, void *user, const char *path, const char *name)
 {
     const sc_ctx quiet = sc_quiet(ctx);
     manifest_reader *reader = user;
-    char path[SC_FILE_BYTES];
-    sc_status status;
+    const sc_status status = sc_manifest_read(&quiet, path, &reader->data);
 
-    if (!sc_is_manifest_name(name))
-        return SC_OK;
-    sc_directory_path(reader->directory, path, "%s", name);
-    status = sc_manifest_read(&quiet, path, &reader->data);
     if (status == SC_ERR_MISSING)
         return SC_OK; /* the process that completed the job has removed it */
     if (!reader->data.head.known && strcmp(name, "manifest.jsonl") != 0)
@@ -69,7 +62,7 @@ static void compare_size(const char *directory, const char *name, uint64_t bytes
     char path[SC_FILE_BYTES];
     struct stat info;
 
-    sc_directory_path(directory, path, "%s", name);
+    sc_store_path(directory, path, "%s", name);
     if (lstat(path, &info))
         damaged(out, "%.100s is missing", name);
     else if ((uint64_t)info.st_size != bytes)
@@ -116,13 +109,13 @@ static void count_frames(const sc_manifest_data *data, bool closed, const int *w
 sc_status sc_store_status(const sc_ctx *ctx, const char *directory, const int *wanted, int count,
                           sc_store_report *out)
 {
-    SC_OWN(clear_reader) manifest_reader reader = {.directory = directory};
+    SC_OWN(clear_reader) manifest_reader reader = {.manifests = 0};
     sc_store_report report = {.condition = SC_STORE_INCOMPLETE};
 
     if (strlen(directory) > SC_DIRECTORY_MAX)
         return sc_fail(ctx, SC_ERR_MISSING, "%.60s...: the path is longer than %d bytes", directory,
                        SC_DIRECTORY_MAX);
-    SC_PASS(sc_each_file(ctx, directory, &reader, read_one));
+    SC_PASS(sc_each_file(ctx, directory, sc_is_manifest_name, &reader, read_one));
     if (reader.manifests == 0)
         return sc_fail_no_run(ctx, directory);
     report.frames = reader.data.head.frames;
@@ -132,9 +125,9 @@ sc_status sc_store_status(const sc_ctx *ctx, const char *directory, const int *w
         return SC_OK;
     }
     sc_manifest_data_clear(&reader.data);
-    reader = (manifest_reader){.directory = directory, .data = {.frames = report.frames}};
+    reader = (manifest_reader){.data = {.frames = report.frames}};
     SC_PASS(SC_ZALLOC(ctx, (size_t)report.frames, &reader.data.lines));
-    SC_PASS(sc_each_file(ctx, directory, &reader, read_one));
+    SC_PASS(sc_each_file(ctx, directory, sc_is_manifest_name, &reader, read_one));
     count_frames(&reader.data, reader.closed, wanted, count, &report);
     if (reader.problem[0])
         damaged(&report, "%s", reader.problem);

@@ -2,8 +2,6 @@
 /* Opens the directory of a job, and accepts frames and GOPs. */
 #include "internal.h"
 
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -49,26 +47,21 @@ typedef struct manifest_search {
     bool whole, any;       /* that of the whole job; any manifest */
 } manifest_search;
 
-/* For sc_each_file with a manifest_search as user: set its flags. Files other than manifests are
- * ignored. */
-static sc_status find_manifest(const sc_ctx *ctx, void *user, const char *name)
+/* For sc_each_file with a manifest_search as user: set its flags. */
+static sc_status find_manifest(const sc_ctx *ctx, void *user, const char *path, const char *name)
 {
     const sc_ctx quiet = sc_quiet(ctx);
     manifest_search *search = user;
     SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = 0};
-    char path[SC_FILE_BYTES];
-    sc_status status;
+    const sc_status status = sc_manifest_read_head(&quiet, path, &data);
+    char own[SC_FILE_BYTES];
 
-    sc_store_path(search->store, path, "%s", name);
-    if (!sc_is_manifest_name(name))
-        return SC_OK;
-    status = sc_manifest_read_head(&quiet, path, &data);
     if (status != SC_OK || !data.head.known || sc_head_has_no_hashes(&data.head))
         return sc_is_of_input(status) ? SC_OK : status;
-    sc_store_manifest_path(search->store, path);
+    sc_store_manifest_path(search->store, own);
     search->any = true;
     search->whole = search->whole || !strcmp(name, "manifest.jsonl");
-    search->own = search->own || !strcmp(name, strrchr(path, '/') + 1);
+    search->own = search->own || !strcmp(name, strrchr(own, '/') + 1);
     return SC_OK;
 }
 
@@ -78,7 +71,8 @@ static sc_status find_manifest(const sc_ctx *ctx, void *user, const char *name)
 static sc_status refuse_run(const sc_ctx *ctx, const sc_store *store)
 {
     manifest_search search = {.store = store};
-    sc_status status = sc_each_file(ctx, store->directory, &search, find_manifest);
+    sc_status status =
+        sc_each_file(ctx, store->directory, sc_is_manifest_name, &search, find_manifest);
 
     if (status != SC_OK || (store->slice ? !search.own && !search.whole : !search.any))
         return status;
@@ -185,7 +179,7 @@ sc_status sc_store_begin(const sc_ctx *ctx, const char *directory, const sc_stor
     SC_PASS(may_write_beside(ctx, path, &may, &none));
     begun.may_write = may && mode == SC_STORE_RESUME;
     if (slice) { /* the records beside the manifest of a complete job are proven by that */
-        sc_store_path(&store, path, "manifest.jsonl");
+        sc_store_path(store.directory, path, "manifest.jsonl");
         SC_PASS(may_write_beside(ctx, path, &may, &none_whole));
         begun.may_write = begun.may_write && none_whole;
         none = none && none_whole;
@@ -255,7 +249,7 @@ static sc_status make_folders(const sc_ctx *ctx, const sc_store *store)
 
         if (!names[i])
             continue;
-        sc_store_path(store, path, "%s", names[i]);
+        sc_store_path(store->directory, path, "%s", names[i]);
         existed = access(path, F_OK) == 0;
         SC_TRY(sc_make_directory(ctx, path));
         made[i] = !existed;
@@ -264,7 +258,7 @@ out:
     for (size_t i = 0; i < SC_COUNT_OF(names) && status != SC_OK; i++) {
         if (!made[i])
             continue;
-        sc_store_path(store, path, "%s", names[i]);
+        sc_store_path(store->directory, path, "%s", names[i]);
         rmdir(path);
     }
     return status;
@@ -331,7 +325,7 @@ static sc_status begin_anew(const sc_ctx *ctx, sc_store *store)
     SC_PASS(sc_names_add(ctx, &store->data.owned, "job.yaml"));
     SC_PASS(sc_job_texts_put_file(ctx, store->directory, &store->data.jobs));
     SC_PASS(check(ctx, store, SC_STORE_OVERWRITE, true));
-    sc_store_path(store, path, "manifest.jsonl");
+    sc_store_path(store->directory, path, "manifest.jsonl");
     return sc_manifest_create(ctx, path, &store->job, &store->data, NULL, false, NULL);
 }
 
@@ -339,9 +333,8 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
                         const int *wanted, int wanted_count, const char *slice, sc_store_mode mode,
                         sc_store **out)
 {
-    sc_store *store = NULL;
+    SC_OWN(sc_store_close_at) sc_store *store = NULL;
     char path[SC_FILE_BYTES];
-    sc_status status;
 
     SC_PASS(SC_ZALLOC(ctx, 1, &store));
     store->job = *job;
@@ -352,32 +345,30 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
     store->encoding = -1;
     store->gop_frames = sc_video_gop_frames(&job->settings);
     store->gop_count = (job->frames + store->gop_frames - 1) / store->gop_frames;
-    SC_TRY(set_directory(ctx, store, directory));
-    SC_TRY(allocate(ctx, store));
-    sc_store_path(store, path, "segments");
-    SC_TRY(sc_partial_open(ctx, path, store->identity, sc_picture_bytes(job->video, &job->settings),
-                           job->frames, &store->partial));
-    SC_TRY(sc_make_directory(ctx, directory));
-    SC_TRY(check(ctx, store, mode, false));
+    SC_PASS(set_directory(ctx, store, directory));
+    SC_PASS(allocate(ctx, store));
+    sc_store_path(store->directory, path, "segments");
+    SC_PASS(sc_partial_open(ctx, path, store->identity,
+                            sc_picture_bytes(job->video, &job->settings), job->frames,
+                            &store->partial));
+    SC_PASS(sc_make_directory(ctx, directory));
+    SC_PASS(check(ctx, store, mode, false));
     if (mode == SC_STORE_OVERWRITE)
-        SC_TRY(begin_anew(ctx, store));
+        SC_PASS(begin_anew(ctx, store));
     sc_remove_temporaries(directory, false); /* what a run that was killed has left */
-    SC_TRY(sc_store_scan(ctx, store));
+    SC_PASS(sc_store_scan(ctx, store));
     store->takes_over = mode == SC_STORE_RESUME;
     for (int i = 0; i < wanted_count; i++)
         store->takes_over = store->takes_over && sc_store_has(store, wanted[i]);
-    SC_TRY(sc_store_set_all_aside(ctx, store));
+    SC_PASS(sc_store_set_all_aside(ctx, store));
     if (store->complete && store->sealed)
         sc_store_remove_unfinished(ctx, store); /* what a run has left that the last one replaced */
     else if (store->complete)
-        SC_TRY(clean_up(ctx, store));
+        SC_PASS(clean_up(ctx, store));
     if (!store->complete)
-        SC_TRY(begin_run(ctx, store, wanted, wanted_count));
-    *out = store;
+        SC_PASS(begin_run(ctx, store, wanted, wanted_count));
+    SC_HAND_OVER(store, out);
     return SC_OK;
-out:
-    sc_store_close(store);
-    return status;
 }
 
 void sc_store_close(sc_store *store)
@@ -453,7 +444,7 @@ static sc_status write_png(const sc_ctx *ctx, sc_store *store, const void *data,
     char path[SC_FILE_BYTES];
     sc_status status;
 
-    sc_store_path(store, path, "frames/%06d.png", done->frame);
+    sc_store_path(store->directory, path, "frames/%06d.png", done->frame);
     status = sc_file_write(ctx, path, data, bytes);
     done->png_bytes = bytes;
     done->png_hash = sc_store_hash_bytes(data, bytes);

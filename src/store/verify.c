@@ -3,30 +3,19 @@
 #include "internal.h"
 
 #include <math.h>
-#include <string.h>
 #include <unistd.h>
 
-/* For read_slice. */
-typedef struct head_search {
-    const char *directory;
-    sc_manifest_data data; /* the result is data.head; known is false until one is found */
-} head_search;
-
-/* For sc_each_file with a head_search as user: read the head of a manifest of a slice. Once one is
- * found, all further files are ignored. */
-static sc_status read_slice(const sc_ctx *ctx, void *user, const char *name)
+/* For sc_each_file with an sc_manifest_data as user: read the head of a manifest of a slice, until
+ * one is known. */
+static sc_status read_slice(const sc_ctx *ctx, void *user, const char *path, const char *name)
 {
-    head_search *search = user;
-    char path[SC_FILE_BYTES];
+    sc_manifest_data *data = user;
 
-    if (search->data.head.known || !sc_is_manifest_name(name))
-        return SC_OK;
-    sc_directory_path(search->directory, path, "%s", name);
-    return sc_manifest_read_head(ctx, path, &search->data);
+    return data->head.known ? SC_OK : sc_manifest_read_head(ctx, path, data);
 }
 
 /* Find the head of manifest.jsonl or, if there is none, of a slice. */
-static sc_status find_head(const sc_ctx *ctx, const char *directory, head_search *search)
+static sc_status find_head(const sc_ctx *ctx, const char *directory, sc_manifest_data *out)
 {
     char path[SC_FILE_BYTES];
     sc_status status;
@@ -35,29 +24,22 @@ static sc_status find_head(const sc_ctx *ctx, const char *directory, head_search
         return sc_fail(ctx, SC_ERR_MISSING,
                        "%.60s...: the path of the directory has %zu bytes, expected at most %d",
                        directory, strlen(directory), SC_DIRECTORY_MAX);
-    search->directory = directory;
-    sc_directory_path(directory, path, "manifest.jsonl");
+    sc_store_path(directory, path, "manifest.jsonl");
     if (access(path, F_OK) != 0)
-        return sc_each_file(ctx, directory, search, read_slice);
-    status = sc_manifest_read_head(ctx, path, &search->data);
-    if (status == SC_OK && !search->data.head.known)
-        return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, search->data.head.problem);
+        return sc_each_file(ctx, directory, sc_is_manifest_name, out, read_slice);
+    status = sc_manifest_read_head(ctx, path, out);
+    if (status == SC_OK && !out->head.known)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, out->head.problem);
     return status;
-}
-
-/* For SC_OWN. */
-static void clear_search(head_search *search)
-{
-    sc_manifest_data_clear(&search->data);
 }
 
 sc_status sc_store_identify(const sc_ctx *ctx, const char *directory, sc_store_job *job,
                             char *version)
 {
-    SC_OWN(clear_search) head_search search = {.directory = NULL};
-    const sc_manifest_head *head = &search.data.head;
+    SC_OWN(sc_manifest_data_clear) sc_manifest_data data = {.frames = 0};
+    const sc_manifest_head *head = &data.head;
 
-    SC_PASS(find_head(ctx, directory, &search));
+    SC_PASS(find_head(ctx, directory, &data));
     if (!head->known)
         return sc_fail_no_run(ctx, directory);
     snprintf(version, 64, "%s", head->version);
@@ -99,6 +81,19 @@ static sc_status check_video_frame(void *user, int k, double time_s, const sc_im
     return SC_OK;
 }
 
+/* Compare a file with what its manifest names. @return SC_ERR_DATA if it is another one. */
+static sc_status verify_named(const sc_ctx *ctx, const char *path, uint64_t bytes, uint64_t hash)
+{
+    bool same;
+
+    SC_PASS(sc_verify_file(ctx, path, bytes, hash, &same));
+    return same ? SC_OK
+                : sc_fail(ctx, SC_ERR_DATA,
+                          "%s: is missing, or is not the file of %llu bytes and hash %016llx that "
+                          "the manifest names",
+                          path, (unsigned long long)bytes, (unsigned long long)hash);
+}
+
 /* Compare name, size and hash of the video with @p end, then decode it, and compare its frames and
  * their number with @p job. @return SC_ERR_DATA naming the first thing that is wrong. */
 static sc_status verify_video(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
@@ -106,19 +101,12 @@ static sc_status verify_video(const sc_ctx *ctx, const char *directory, const sc
 {
     char path[SC_FILE_BYTES];
     video_check check = {.ctx = ctx, .path = path, .job = job};
-    bool same;
 
-    sc_directory_path(directory, path, "%s", job->video);
+    sc_store_path(directory, path, "%s", job->video);
     if (strcmp(end->video, job->video) != 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: the manifest names another video: \"%s\"", path,
                        end->video);
-    SC_PASS(sc_verify_file(ctx, path, end->video_bytes, end->video_hash, &same));
-    if (!same)
-        return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: is missing, or is not the file of %llu bytes and hash %016llx that the "
-                       "manifest names",
-                       path, (unsigned long long)end->video_bytes,
-                       (unsigned long long)end->video_hash);
+    SC_PASS(verify_named(ctx, path, end->video_bytes, end->video_hash));
     sc_stage_begin(ctx, "verifying the video", 0, (uint64_t)job->frames);
     SC_PASS(sc_video_decode(ctx, path, check_video_frame, &check));
     if (check.frames != job->frames)
@@ -154,7 +142,7 @@ static sc_status read_closed(const sc_ctx *ctx, const char *directory, sc_manife
 {
     char path[SC_FILE_BYTES];
 
-    sc_directory_path(directory, path, "manifest.jsonl");
+    sc_store_path(directory, path, "manifest.jsonl");
     if (access(path, F_OK) != 0)
         return sc_fail(ctx, SC_ERR_INCOMPLETE,
                        "%s: is not there, so the job, which was drawn in slices, is not finished; "
@@ -183,15 +171,9 @@ static sc_status verify_record(const sc_ctx *ctx, const char *directory, const c
                                const sc_file_line *line, sc_text *names)
 {
     char path[SC_FILE_BYTES];
-    bool same;
 
-    sc_directory_path(directory, path, "%s", name);
-    SC_PASS(sc_verify_file(ctx, path, line->bytes, line->hash, &same));
-    if (!same)
-        return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: is missing, or is not the file of %llu bytes and hash %016llx that the "
-                       "manifest names",
-                       path, (unsigned long long)line->bytes, (unsigned long long)line->hash);
+    sc_store_path(directory, path, "%s", name);
+    SC_PASS(verify_named(ctx, path, line->bytes, line->hash));
     return sc_text_add(ctx, names, ", %s", name);
 }
 

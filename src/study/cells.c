@@ -6,7 +6,6 @@
 #include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* ---- statistics ---- */
 
@@ -295,11 +294,8 @@ sc_status sc_cells_write_extrap(const sc_ctx *ctx, const sc_measurements *measur
                                 const char *path)
 {
     SC_OWN(sc_text_clear) sc_text text = {0};
-    sc_status status = SC_OK;
 
-    for (size_t i = 0; i < measurements->count && status == SC_OK; i++)
-        status = add_extrap(ctx, &measurements->design, &measurements->items[i], &text);
-    if (status == SC_OK)
-        status = sc_file_write(ctx, path, text.data ? text.data : "", text.length_bytes);
-    return status;
+    for (size_t i = 0; i < measurements->count; i++)
+        SC_PASS(add_extrap(ctx, &measurements->design, &measurements->items[i], &text));
+    return sc_file_write(ctx, path, text.data ? text.data : "", text.length_bytes);
 }

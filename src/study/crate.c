@@ -8,7 +8,6 @@
 #include "segcast/store.h"
 
 #include <math.h>
-#include <string.h>
 #include <time.h>
 
 #define CRATE_SPECIFICATION "https://w3id.org/ro/crate/1.1"
@@ -261,9 +260,9 @@ static void add_hashes(crate_draft *d, json_t **objects)
     if (d->crate->job.volume)
         add_value(d, objects, "#volume-hash",
                   "XXH3 of the voxels, labels and geometry of the volumes",
-                  json_sprintf("%016llx", (unsigned long long)d->crate->job.volume));
+                  sc_json_of_hash(d->crate->job.volume));
     add_value(d, objects, "#job-hash", "XXH3 of all keys of the job that pictures depend on",
-              json_sprintf("%016llx", (unsigned long long)d->crate->job.job));
+              sc_json_of_hash(d->crate->job.job));
 }
 
 /* @return the id of the program that did a run; an entity of it is added. */

@@ -3,10 +3,6 @@
 #include "internal.h"
 #include "measurement_rows.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #define ROW(type, member)                                                                          \
     {                                                                                              \
 #member, SC_ROW_##type, offsetof(sc_measurement, member)                                   \

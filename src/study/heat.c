@@ -4,7 +4,6 @@
 #include "segcast/json_values.h"
 
 #include <math.h>
-#include <string.h>
 
 /* Codes above 0 are in steps of a sixteenth of a doubling. */
 #define CODES_PER_DOUBLING 16

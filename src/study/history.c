@@ -5,7 +5,6 @@
 
 #include <dirent.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* The largest stats.json that is read: that of about 4 million frames. */
 #define STATS_BYTES_MAX ((size_t)1 << 30)

@@ -3,7 +3,6 @@
 
 #include <errno.h>
 #include <stdlib.h>
-#include <string.h>
 
 bool sc_json_int(const json_t *value, json_int_t low, json_int_t high, int32_t *out)
 {
@@ -35,6 +34,11 @@ bool sc_json_hash(const json_t *value, uint64_t *out)
         return false;
     *out = strtoull(text, NULL, 16);
     return true;
+}
+
+json_t *sc_json_of_hash(uint64_t hash)
+{
+    return json_sprintf("%016llx", (unsigned long long)hash);
 }
 
 /* @return @p to, or NULL, with it freed, if something failed. */

@@ -5,7 +5,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -21,7 +20,6 @@ struct sc_measurement_file {
 static json_t *row_json(const sc_measurement_row *row, const sc_measurement *item)
 {
     const char *at = (const char *)item + row->offset;
-    char digits[17];
 
     switch (row->type) {
     case SC_ROW_INT:
@@ -31,9 +29,7 @@ static json_t *row_json(const sc_measurement_row *row, const sc_measurement *ite
     case SC_ROW_TIME:
         return json_integer(*(const int64_t *)(const void *)at);
     case SC_ROW_HASH:
-        snprintf(digits, sizeof digits, "%016llx",
-                 (unsigned long long)*(const uint64_t *)(const void *)at);
-        return json_string(digits);
+        return sc_json_of_hash(*(const uint64_t *)(const void *)at);
     case SC_ROW_SECONDS:
     case SC_ROW_REAL:
         break;
@@ -111,36 +107,27 @@ static sc_status write_line(const sc_ctx *ctx, sc_measurement_file *file, json_t
     return SC_OK;
 }
 
+SC_CLOSE_AT(sc_measurement_file_close, sc_measurement_file)
+
 /* Open the file @p path for this process alone. @param flags of open. */
 static sc_status open_file(const sc_ctx *ctx, const char *path, int flags,
                            sc_measurement_file **out)
 {
-    sc_text copy = {0};
-    sc_measurement_file *file = NULL;
-    int fd = -1;
-    sc_status status;
+    SC_OWN(sc_measurement_file_close_at) sc_measurement_file *file = NULL;
 
-    SC_TRY(sc_text_add(ctx, &copy, "%s", path));
-    SC_TRY(SC_ZALLOC(ctx, 1, &file));
-    fd = open(path, flags | O_WRONLY | O_NOFOLLOW | O_CLOEXEC, 0666);
-    if (fd < 0)
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s: %s", path, sc_reason(errno));
-    else if (flock(fd, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK)
-        status = sc_fail(ctx, SC_ERR_CREATE,
-                         "%s: another segcast study is writing to this file; wait for its end, or "
-                         "choose another directory with -o",
-                         path);
-    if (status != SC_OK)
-        goto out;
-    *file = (sc_measurement_file){fd, copy.data};
-    *out = file;
+    SC_PASS(SC_ZALLOC(ctx, 1, &file));
+    file->fd = -1;
+    SC_PASS(sc_text_copy(ctx, path, &file->path));
+    file->fd = open(path, flags | O_WRONLY | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (file->fd < 0)
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: %s", path, sc_reason(errno));
+    if (flock(file->fd, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK)
+        return sc_fail(ctx, SC_ERR_CREATE,
+                       "%s: another segcast study is writing to this file; wait for its end, or "
+                       "choose another directory with -o",
+                       path);
+    SC_HAND_OVER(file, out);
     return SC_OK;
-out:
-    if (fd >= 0)
-        close(fd);
-    sc_free(file);
-    sc_text_clear(&copy);
-    return status;
 }
 
 static sc_status write_run(const sc_ctx *ctx, sc_measurement_file *file, const sc_study_run *run)
@@ -155,47 +142,32 @@ static sc_status write_run(const sc_ctx *ctx, sc_measurement_file *file, const s
 sc_status sc_measurement_file_create(const sc_ctx *ctx, const char *path, const sc_design *design,
                                      const sc_study_run *run, sc_measurement_file **out)
 {
-    sc_measurement_file *file = NULL;
-    char digits[17];
-    json_t *axes;
-    sc_status status;
+    SC_OWN(sc_measurement_file_close_at) sc_measurement_file *file = NULL;
 
-    SC_TRY(open_file(ctx, path, O_CREAT | O_EXCL, &file));
-    snprintf(digits, sizeof digits, "%016llx", (unsigned long long)design->hash);
-    axes = axes_json(design);
-    SC_TRY(write_line(ctx, file,
-                      axes
-                          ? json_pack("{s:s, s:s, s:s, s:s, s:s, s:o}", "schema", "segcast-study-1",
-                                      "study", digits, "title", design->title ? design->title : "",
-                                      "measure", design->whole_jobs ? "job" : "frames", "metric",
-                                      design->by_wall ? "wall" : "cpu", "axes", axes)
-                          : NULL));
-    SC_TRY(write_run(ctx, file, run));
-    *out = file;
+    SC_PASS(open_file(ctx, path, O_CREAT | O_EXCL, &file));
+    SC_PASS(write_line(ctx, file,
+                       json_pack("{s:s, s:o, s:s, s:s, s:s, s:o}", "schema", "segcast-study-1",
+                                 "study", sc_json_of_hash(design->hash), "title",
+                                 design->title ? design->title : "", "measure",
+                                 design->whole_jobs ? "job" : "frames", "metric",
+                                 design->by_wall ? "wall" : "cpu", "axes", axes_json(design))));
+    SC_PASS(write_run(ctx, file, run));
+    SC_HAND_OVER(file, out);
     return SC_OK;
-out:
-    sc_measurement_file_close(file);
-    return status;
 }
 
 sc_status sc_measurement_file_resume(const sc_ctx *ctx, const char *path, uint64_t whole_bytes,
                                      const sc_study_run *run, sc_measurement_file **out)
 {
-    sc_measurement_file *file = NULL;
-    sc_status status;
+    SC_OWN(sc_measurement_file_close_at) sc_measurement_file *file = NULL;
 
-    SC_TRY(open_file(ctx, path, 0, &file));
+    SC_PASS(open_file(ctx, path, 0, &file));
     /* What a killed study has begun to write is cut off; later lines follow the whole ones. */
-    if (ftruncate(file->fd, (off_t)whole_bytes) || lseek(file->fd, 0, SEEK_END) < 0) {
-        status = sc_fail(ctx, SC_ERR_WRITE, "%s: %s", path, sc_reason(errno));
-        goto out;
-    }
-    SC_TRY(write_run(ctx, file, run));
-    *out = file;
+    if (ftruncate(file->fd, (off_t)whole_bytes) || lseek(file->fd, 0, SEEK_END) < 0)
+        return sc_fail(ctx, SC_ERR_WRITE, "%s: %s", path, sc_reason(errno));
+    SC_PASS(write_run(ctx, file, run));
+    SC_HAND_OVER(file, out);
     return SC_OK;
-out:
-    sc_measurement_file_close(file);
-    return status;
 }
 
 sc_status sc_measurement_file_add(const sc_ctx *ctx, sc_measurement_file *file,
@@ -222,7 +194,8 @@ void sc_measurement_file_close(sc_measurement_file *file)
 {
     if (!file)
         return;
-    close(file->fd);
+    if (file->fd >= 0)
+        close(file->fd);
     sc_free(file->path);
     sc_free(file);
 }

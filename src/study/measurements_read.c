@@ -6,9 +6,6 @@
 #include "segcast/json_values.h"
 
 #include <jansson.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 /* A study of the largest design measured a thousand times writes less. */
 enum { FILE_MAX_MIB = 1024 };

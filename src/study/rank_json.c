@@ -3,8 +3,6 @@
 #include "rank_json.h"
 #include "segcast/json_values.h"
 
-#include <stddef.h>
-
 /* The arrays beside those of phases; all hold seconds. */
 static const struct {
     const char *key;

@@ -7,7 +7,6 @@
 #include "segcast/core_time.h"
 #include "segcast/json_values.h"
 
-#include <string.h>
 #include <time.h>
 
 double sc_run_imbalance(const sc_run_record *run)
@@ -51,12 +50,6 @@ static json_t *phases_json(const sc_run_record *run)
     return phases;
 }
 
-/* Write a hash as 16 hexadecimal digits into @p text. */
-static void format_hash(uint64_t hash, char text[17])
-{
-    snprintf(text, 17, "%016llx", (unsigned long long)hash);
-}
-
 /* A position in the frames of this run and of earlier ones, in rising order; {.run = run} is the
  * beginning. */
 typedef struct frame_cursor {
@@ -95,15 +88,14 @@ static json_t *frame_json(const sc_past_frame *past)
 {
     const sc_frame_result *f = &past->result;
     json_t *run = past->run >= 0 ? json_integer(past->run) : json_null();
-    char hash[17];
+    json_t *hash = sc_json_of_hash(f->hash);
 
-    format_hash(f->hash, hash);
     if (!past->measured)
-        return json_pack("{s:i, s:o, s:i, s:n, s:f, s:n, s:n, s:n, s:n, s:s}", "frame", f->frame,
+        return json_pack("{s:i, s:o, s:i, s:n, s:f, s:n, s:n, s:n, s:n, s:o}", "frame", f->frame,
                          "run", run, "rank", f->rank, "render_wall_s", "render_cpu_s",
                          f->render_cpu_s, "wait_s", "rays", "samples", "contributions", "hash",
                          hash);
-    return json_pack("{s:i, s:o, s:i, s:f, s:f, s:f, s:I, s:I, s:I, s:s}", "frame", f->frame, "run",
+    return json_pack("{s:i, s:o, s:i, s:f, s:f, s:f, s:I, s:I, s:I, s:o}", "frame", f->frame, "run",
                      run, "rank", f->rank, "render_wall_s", f->render_wall_s, "render_cpu_s",
                      f->render_cpu_s, "wait_s", f->wait_s, "rays", (json_int_t)f->rays, "samples",
                      (json_int_t)f->samples, "contributions", (json_int_t)f->contributions, "hash",
@@ -219,18 +211,15 @@ static json_t *rank_hosts_json(const sc_run_entry *run)
 /* An element of the array `runs`. */
 static json_t *entry_json(const sc_run_entry *run)
 {
-    char id[17];
-    json_t *json;
+    json_t *json = json_pack(
+        "{s:o, s:b, s:s, s:s, s:o, s:i, s:i, s:i, s:f, s:f, s:f, s:i, s:s?, s:s?, "
+        "s:s?, s:s?, s:s?}",
+        "id", sc_json_of_hash(run->id), "ended", run->ended, "begin", run->begin, "host", run->host,
+        "hosts", hosts_json(run), "ranks", run->ranks, "threads", run->threads, "nodes", run->nodes,
+        "wall_s", run->wall_s, "cpu_s", run->cpu_s, "farm_wall_s", run->farm_wall_s, "frames",
+        run->frames, "processor", known(run->processor), "kernel", known(run->kernel), "mpi",
+        known(run->mpi), "commit", known(run->commit), "batch_job", known(run->batch_job));
 
-    format_hash(run->id, id);
-    json = json_pack("{s:s, s:b, s:s, s:s, s:o, s:i, s:i, s:i, s:f, s:f, s:f, s:i, s:s?, s:s?, "
-                     "s:s?, s:s?, s:s?}",
-                     "id", id, "ended", run->ended, "begin", run->begin, "host", run->host, "hosts",
-                     hosts_json(run), "ranks", run->ranks, "threads", run->threads, "nodes",
-                     run->nodes, "wall_s", run->wall_s, "cpu_s", run->cpu_s, "farm_wall_s",
-                     run->farm_wall_s, "frames", run->frames, "processor", known(run->processor),
-                     "kernel", known(run->kernel), "mpi", known(run->mpi), "commit",
-                     known(run->commit), "batch_job", known(run->batch_job));
     if (run->made_from)
         json = sc_json_with_key(json, "made_from", json_loads(run->made_from, 0, NULL));
     return run->rank_hosts ? sc_json_with_key(json, "rank_hosts", rank_hosts_json(run)) : json;
@@ -261,28 +250,26 @@ static json_t *core_time_json(const sc_run_record *run)
 static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
 {
     json_t *peaks = json_array();
-    char job_hash[17], volume_hash[17];
     const double render_cpu_s = sc_run_phase(run, SC_PHASE_RENDER).cpu_s;
     double rays = 0;
 
-    format_hash(run->job.job, job_hash);
-    format_hash(run->job.volume, volume_hash);
     for (int i = 0; i < run->ranks; i++)
         peaks = sc_json_with(peaks, json_integer((json_int_t)run->rank_records[i].peak_rss_bytes));
     for (int i = 0; i < run->frame_count; i++)
         rays += (double)run->frames[i].rays;
     return json_pack(
-        "{s:s, s:s, s:s, s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:o, s:o, s:o, s:{s:I, s:I, s:I, s:I, "
+        "{s:s, s:s, s:o, s:o, s:s, s:i, s:i, s:i, s:f, s:f, s:o, s:o, s:o, s:{s:I, s:I, s:I, s:I, "
         "s:o}, s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f, s:b, s:b, s:o, s:o, "
         "s:o, s:o}",
-        "schema", SC_STATS_SCHEMA, "version", run->version, "job_hash", job_hash, "volume_hash",
-        volume_hash, "host", entry->host, "ranks", run->ranks, "threads",
-        run->rank_records[0].threads, "nodes", run->nodes, "wall_s", run->wall_s, "cpu_s",
-        total_cpu_s(run), "phases", phases_json(run), "runs", runs_json(run, entry), "frames",
-        frames_json(run), "memory", "volume_bytes", (json_int_t)run->volume_bytes, "prepared_bytes",
-        (json_int_t)run->prepared_bytes, "derived_bytes", (json_int_t)run->derived_bytes,
-        "renderer_bytes", (json_int_t)run->renderer_bytes, "peak_rss_bytes", peaks, "speed",
-        "frames_per_s", run->wall_s > 0 ? run->frame_count / run->wall_s : 0, "mrays_per_cpu_s",
+        "schema", SC_STATS_SCHEMA, "version", run->version, "job_hash",
+        sc_json_of_hash(run->job.job), "volume_hash", sc_json_of_hash(run->job.volume), "host",
+        entry->host, "ranks", run->ranks, "threads", run->rank_records[0].threads, "nodes",
+        run->nodes, "wall_s", run->wall_s, "cpu_s", total_cpu_s(run), "phases", phases_json(run),
+        "runs", runs_json(run, entry), "frames", frames_json(run), "memory", "volume_bytes",
+        (json_int_t)run->volume_bytes, "prepared_bytes", (json_int_t)run->prepared_bytes,
+        "derived_bytes", (json_int_t)run->derived_bytes, "renderer_bytes",
+        (json_int_t)run->renderer_bytes, "peak_rss_bytes", peaks, "speed", "frames_per_s",
+        run->wall_s > 0 ? run->frame_count / run->wall_s : 0, "mrays_per_cpu_s",
         render_cpu_s > 0 ? rays / render_cpu_s / 1e6 : 0, "imbalance", sc_run_imbalance(run),
         "begin", entry->begin, "commit", known(entry->commit), "processor", known(entry->processor),
         "kernel", known(entry->kernel), "mpi", known(entry->mpi), "batch_job",

@@ -6,9 +6,6 @@
 #include "rank_json.h"
 #include "segcast/json_values.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 /* The largest stats.json that is read; see history.c. */
 #define STATS_BYTES_MAX ((size_t)1 << 30)
 

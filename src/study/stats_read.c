@@ -6,7 +6,6 @@
 #include "segcast/json_values.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 sc_status sc_history_allocate(const sc_ctx *ctx, size_t runs, size_t frames, sc_history *out)
 {

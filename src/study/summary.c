@@ -114,16 +114,15 @@ static int by_speed(const void *a, const void *b)
 static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
 {
     SC_OWN(sc_free_at) sc_frame_result *sorted = NULL;
-    sc_status status = SC_OK;
 
     SC_PASS(SC_ALLOC(ctx, (size_t)run->frame_count + 1, &sorted));
     for (int i = 0; i < run->frame_count; i++)
         sorted[i] = run->frames[i];
     qsort(sorted, (size_t)run->frame_count, sizeof *sorted, by_cost);
-    for (int i = 0; i < run->frame_count && i < SLOWEST_SHOWN && status == SC_OK; i++)
-        status = sc_text_add(ctx, text, "%s%d (%.3f s)", i ? ", " : "", sorted[i].frame,
-                             sorted[i].render_cpu_s);
-    return status;
+    for (int i = 0; i < run->frame_count && i < SLOWEST_SHOWN; i++)
+        SC_PASS(sc_text_add(ctx, text, "%s%d (%.3f s)", i ? ", " : "", sorted[i].frame,
+                            sorted[i].render_cpu_s));
+    return SC_OK;
 }
 
 /* Append the SLOWEST_SHOWN ranks that took longest for a frame to @p text: "3 on n2 (0.310 s a
@@ -131,7 +130,6 @@ static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_tex
 static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
 {
     SC_OWN(sc_free_at) rank_speed *speeds = NULL;
-    sc_status status = SC_OK;
 
     SC_PASS(SC_ZALLOC(ctx, (size_t)run->ranks, &speeds));
     for (int i = 0; i < run->ranks; i++)
@@ -145,11 +143,10 @@ static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text
     for (int i = 0; i < run->ranks; i++)
         speeds[i].wall_s_per_frame /= speeds[i].frames ? speeds[i].frames : 1;
     qsort(speeds, (size_t)run->ranks, sizeof *speeds, by_speed);
-    for (int i = 0; i < run->ranks && i < SLOWEST_SHOWN && status == SC_OK; i++)
-        status =
-            sc_text_add(ctx, text, "%s%d on %s (%.3f s a frame)", i ? ", " : "", speeds[i].rank,
-                        run->rank_records[speeds[i].rank].host, speeds[i].wall_s_per_frame);
-    return status;
+    for (int i = 0; i < run->ranks && i < SLOWEST_SHOWN; i++)
+        SC_PASS(sc_text_add(ctx, text, "%s%d on %s (%.3f s a frame)", i ? ", " : "", speeds[i].rank,
+                            run->rank_records[speeds[i].rank].host, speeds[i].wall_s_per_frame));
+    return SC_OK;
 }
 
 sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *run)

@@ -5,9 +5,7 @@
 #include "segcast/study.h"
 
 #include <jansson.h>
-#include <stdatomic.h>
 #include <stdlib.h>
-#include <string.h>
 
 struct sc_trace {
     double zero_s;          /* by sc_wall_s */

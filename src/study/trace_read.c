@@ -5,7 +5,6 @@
 #include "segcast/study.h"
 
 #include <errno.h>
-#include <string.h>
 #include <sys/stat.h>
 
 /* The longest line that sc_trace_write writes is far shorter: it names a host. */

@@ -5,7 +5,6 @@
 #include "segcast/image.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 void sc_find_background(const sc_background *background, double at, uint8_t rgb[3])
 {

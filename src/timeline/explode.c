@@ -3,8 +3,6 @@
  * together. */
 #include "motion.h"
 
-#include <string.h>
-
 /* A middle that lies nearer to the center than this, in mm, has no direction from there. */
 #define NO_DIRECTION_MM 1e-6
 

@@ -2,8 +2,6 @@
 /* The scene of a frame: one walk over all that changes with time. */
 #include "motion.h"
 
-#include <string.h>
-
 /* @return half the height of the picture (see sc_camera) of a frame, before the zoom. @param sight
  * of that frame. */
 static double half_height_at(const sc_timeline *t, const sc_sight *sight)

@@ -4,7 +4,6 @@
 #include "motion.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* A factor below this is none: the tissue is not there. The ends of parts of the animation are
  * rounded, so that a tissue would else be left a trace of in the frame in which it begins to

@@ -4,7 +4,6 @@
 
 #include <limits.h>
 #include <math.h>
-#include <string.h>
 #include <strings.h>
 
 /* With crf 0, x264 and x265 lose nothing, which the profiles that all players know do not have. */

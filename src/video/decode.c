@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <errno.h>
-#include <string.h>
 
 /* The state of decoding a video. sc_video_decode frees what is not borrowed; each may be NULL. */
 typedef struct decoder {
@@ -161,6 +160,8 @@ static sc_status receive_frames(decoder *d, sc_video_frame_fn *on_frame, void *u
 /* Free what sc_video_decode and sc_video_pick have opened. */
 static void close_decoder(decoder *d)
 {
+    if (!sc_av) /* it could not be loaded */
+        return;
     sc_image_clear(&d->image);
     sc_av->sws_freeContext(d->scaler);
     sc_av->av_frame_free(&d->frame);
@@ -174,33 +175,25 @@ static void close_decoder(decoder *d)
 sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_frame_fn *on_frame,
                           void *user)
 {
-    decoder d = {.ctx = ctx, .path = path};
+    SC_OWN(close_decoder) decoder d = {.ctx = ctx, .path = path};
     bool wanted;
     int end;
-    sc_status status;
 
     SC_PASS(sc_libav_load(ctx, path));
-    SC_TRY(open_decoder(&d));
+    SC_PASS(open_decoder(&d));
     while ((end = read_packet(&d, &wanted)) >= 0) {
         const bool cut = wanted && (d.packet->flags & AV_PKT_FLAG_CORRUPT);
         const int error = wanted ? sc_av->avcodec_send_packet(d.codec, d.packet) : 0;
 
         sc_av->av_packet_unref(d.packet);
-        if (error < 0 || cut) {
-            status = fail_data(&d, cut ? "a frame is cut off" : "a frame cannot be decoded");
-            goto out;
-        }
-        SC_TRY(receive_frames(&d, on_frame, user));
+        if (error < 0 || cut)
+            return fail_data(&d, cut ? "a frame is cut off" : "a frame cannot be decoded");
+        SC_PASS(receive_frames(&d, on_frame, user));
     }
-    if (end != AVERROR_EOF) {
-        status = fail_data(&d, "cannot be read to its end");
-        goto out;
-    }
+    if (end != AVERROR_EOF)
+        return fail_data(&d, "cannot be read to its end");
     sc_av->avcodec_send_packet(d.codec, NULL);
-    status = receive_frames(&d, on_frame, user);
-out:
-    close_decoder(&d);
-    return status;
+    return receive_frames(&d, on_frame, user);
 }
 
 /* ---- single frames ---- */
@@ -251,29 +244,26 @@ static sc_status next_frame(decoder *d, int fps, int *number)
 sc_status sc_video_pick(const sc_ctx *ctx, const char *path, int fps, const int *frames, int count,
                         sc_video_frame_fn *on_frame, void *user)
 {
-    decoder d = {.ctx = ctx, .path = path};
+    SC_OWN(close_decoder) decoder d = {.ctx = ctx, .path = path};
     int at = -1; /* number of the frame in d.frame; -1: none */
-    sc_status status;
 
     SC_PASS(sc_libav_load(ctx, path));
-    SC_TRY(open_decoder(&d));
+    SC_PASS(open_decoder(&d));
     for (int i = 0; i < count; i++) {
         /* The frames of a GIF are changes of those before them. */
         const bool can_skip = d.codec->codec_id != AV_CODEC_ID_GIF || at >= frames[i];
 
         if (can_skip && (at < 0 || frames[i] - at > fps)) {
-            SC_TRY(seek(&d, fps, frames[i]));
+            SC_PASS(seek(&d, fps, frames[i]));
             at = -1;
         }
         do
-            SC_TRY(next_frame(&d, fps, &at));
+            SC_PASS(next_frame(&d, fps, &at));
         while (at >= 0 && at < frames[i]);
         if (at < 0)
             continue; /* it is not there, nor are those that follow */
-        SC_TRY(to_rgb(&d));
-        SC_TRY(on_frame(user, at, (double)at / fps, &d.image));
+        SC_PASS(to_rgb(&d));
+        SC_PASS(on_frame(user, at, (double)at / fps, &d.image));
     }
-out:
-    close_decoder(&d);
-    return status;
+    return SC_OK;
 }

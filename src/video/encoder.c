@@ -6,7 +6,6 @@
 #include "internal.h"
 
 #include <errno.h>
-#include <string.h>
 
 /* The bytes that x264 writes depend on its number of threads. Therefore this number is the same on
  * every machine. */
@@ -199,32 +198,26 @@ sc_status sc_encoder_open(const sc_ctx *ctx, const char *video, const sc_video_s
                           sc_encoder **out)
 {
     const sc_container *container = sc_container_find(video, settings->codec);
-    sc_encoder *e = NULL;
+    SC_OWN(sc_encoder_close_at) sc_encoder *e = NULL;
     sc_text name = {0};
-    sc_status status;
 
     if (!container)
         return sc_container_fail(ctx, video);
-    SC_TRY(sc_libav_load(ctx, video));
-    SC_TRY(SC_ZALLOC(ctx, 1, &e));
+    SC_PASS(sc_libav_load(ctx, video));
+    SC_PASS(SC_ZALLOC(ctx, 1, &e));
     e->container = container;
     e->settings = *settings;
-    if (settings->alpha && container->alpha == AV_PIX_FMT_NONE) {
-        status = sc_fail(ctx, SC_ERR_USAGE, "%s: %s has no transparency", video, container->name);
-        goto out;
-    }
-    SC_TRY(sc_text_add(ctx, &name, "%s", video));
+    if (settings->alpha && container->alpha == AV_PIX_FMT_NONE)
+        return sc_fail(ctx, SC_ERR_USAGE, "%s: %s has no transparency", video, container->name);
+    SC_PASS(sc_text_add(ctx, &name, "%s", video));
     e->name = name.data;
-    SC_TRY(sc_image_init_alpha(ctx, (settings->width_px + 1) & ~1, (settings->height_px + 1) & ~1,
-                               settings->alpha, &e->padded));
-    SC_TRY(sc_alloc(ctx, sc_picture_bytes(video, settings), 1, &e->yuv));
-    SC_TRY(open_scaler(ctx, e));
-    SC_TRY(open_codec(ctx, e)); /* so that a missing encoder is noticed before anything is drawn */
-    *out = e;
+    SC_PASS(sc_image_init_alpha(ctx, (settings->width_px + 1) & ~1, (settings->height_px + 1) & ~1,
+                                settings->alpha, &e->padded));
+    SC_PASS(sc_alloc(ctx, sc_picture_bytes(video, settings), 1, &e->yuv));
+    SC_PASS(open_scaler(ctx, e));
+    SC_PASS(open_codec(ctx, e)); /* so that a missing encoder is noticed before anything is drawn */
+    SC_HAND_OVER(e, out);
     return SC_OK;
-out:
-    sc_encoder_close(e);
-    return status;
 }
 
 size_t sc_picture_bytes(const char *video, const sc_video_settings *settings)

@@ -9,7 +9,6 @@
 
 #include <errno.h>
 #include <limits.h>
-#include <string.h>
 
 enum { BLOCK_MAX_BYTES = 255, EXTENSION = 0x21, COMMENT = 0xfe, TRAILER = 0x3b };
 
@@ -87,24 +86,18 @@ static sc_status fail_av(const sc_gif *g, const char *what, int error)
 
 sc_status sc_gif_open(const sc_ctx *ctx, const char *path, sc_gif **out)
 {
-    sc_gif *g;
-    sc_status status;
+    SC_OWN(sc_gif_close_at) sc_gif *g = NULL;
 
-    SC_TRY(SC_ZALLOC(ctx, 1, &g));
+    SC_PASS(SC_ZALLOC(ctx, 1, &g));
     g->ctx = ctx;
     g->path = path;
     g->packet = sc_av->av_packet_alloc();
     g->frame = sc_av->av_frame_alloc();
     if (!g->packet || !g->frame)
-        status = no_memory(g);
-    else
-        status = sc_outfile_open(ctx, path, true, &g->kept);
-    if (status == SC_OK)
-        *out = g;
-    else
-        sc_gif_close(g);
-out:
-    return status;
+        return no_memory(g);
+    SC_PASS(sc_outfile_open(ctx, path, true, &g->kept));
+    SC_HAND_OVER(g, out);
+    return SC_OK;
 }
 
 /* Add a source or the sink of @p kind under @p name to a graph. @return 0, or libav's code of an

@@ -180,6 +180,7 @@ sc_status sc_gif_add(sc_gif *gif, const sc_segment_codec *codec, const void *dat
 sc_status sc_gif_finish(sc_gif *gif, AVFormatContext *format);
 /* Close and free. NULL is allowed. */
 void sc_gif_close(sc_gif *gif);
+SC_CLOSE_AT(sc_gif_close, sc_gif)
 /* Write title, author and comment before the end of a complete GIF, as comments. @return
  * SC_ERR_WRITE. */
 sc_status sc_gif_describe(const sc_ctx *ctx, const char *path, FILE *stream,

@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <errno.h>
-#include <string.h>
 
 struct sc_muxer {
     char *path;      /* given to sc_muxer_open; owned */
@@ -105,29 +104,25 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_sett
                         sc_muxer **out)
 {
     const sc_container *container = sc_container_find(path, settings->codec);
-    sc_muxer *m = NULL;
-    sc_status status;
+    SC_OWN(sc_muxer_close_at) sc_muxer *m = NULL;
 
     if (!container)
         return sc_container_fail(ctx, path);
-    SC_TRY(sc_libav_load(ctx, path));
-    SC_TRY(SC_ZALLOC(ctx, 1, &m));
+    SC_PASS(sc_libav_load(ctx, path));
+    SC_PASS(SC_ZALLOC(ctx, 1, &m));
     m->container = container;
     m->alpha = settings->alpha;
     m->spherical = settings->spherical;
-    SC_TRY(sc_text_copy(ctx, path, &m->path));
-    SC_TRY(sc_outfile_open(ctx, path, true, &m->file));
+    SC_PASS(sc_text_copy(ctx, path, &m->path));
+    SC_PASS(sc_outfile_open(ctx, path, true, &m->file));
     describe(settings, &m->about);
     m->is_webp = container->codec == AV_CODEC_ID_WEBP;
     if (!m->is_webp)
-        SC_TRY(open_format(ctx, m, settings));
+        SC_PASS(open_format(ctx, m, settings));
     if (container->choice == SC_CODEC_GIF)
-        SC_TRY(sc_gif_open(ctx, m->path, &m->gif));
-    *out = m;
+        SC_PASS(sc_gif_open(ctx, m->path, &m->gif));
+    SC_HAND_OVER(m, out);
     return SC_OK;
-out:
-    sc_muxer_close(m);
-    return status;
 }
 
 /* Note in the metadata of m->stream that its pictures show all directions, with the direction of

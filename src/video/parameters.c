@@ -5,8 +5,6 @@
  */
 #include "internal.h"
 
-#include <string.h>
-
 enum { NAL_SEQUENCE_SET = 7, NAL_PICTURE_SET = 8 };
 /* Of H.265: the types of NAL units, and the first byte of an OBU of AV1 that holds a sequence
  * header with its length. */

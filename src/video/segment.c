@@ -5,8 +5,6 @@
  * the other byte order refuses them. */
 #include "internal.h"
 
-#include <string.h>
-
 #define MAGIC "segcast\x02"
 enum { BYTE_ORDER_MARK = 0x01020304 };
 /* What a segment may hold at most: a GOP is one second of video. */

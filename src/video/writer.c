@@ -2,7 +2,6 @@
 /* A video from frames that come in order: each GOP is encoded and appended to the file. */
 #include "internal.h"
 
-#include <string.h>
 #include <sys/stat.h>
 
 struct sc_video_writer {
@@ -57,17 +56,15 @@ sc_status sc_video_writer_finish(const sc_ctx *ctx, sc_video_writer *writer, boo
                                  bool replace)
 {
     SC_OWN(sc_text_clear) sc_text partial = {0};
-    sc_status status = SC_OK;
 
     if (sc_encoder_count(writer->encoder) > 0)
-        SC_TRY(end_gop(ctx, writer));
+        SC_PASS(end_gop(ctx, writer));
     if (!complete)
-        SC_TRY(free_partial_name(ctx, writer->path, replace, &partial));
-    status = sc_muxer_finish(ctx, writer->muxer, complete ? writer->path : partial.data, replace);
-    if (status == SC_OK && !complete)
+        SC_PASS(free_partial_name(ctx, writer->path, replace, &partial));
+    SC_PASS(sc_muxer_finish(ctx, writer->muxer, complete ? writer->path : partial.data, replace));
+    if (!complete)
         sc_info(ctx, "%s: holds the frames so far", partial.data);
-out:
-    return status;
+    return SC_OK;
 }
 
 void sc_video_writer_close(sc_video_writer *writer)
@@ -83,17 +80,13 @@ void sc_video_writer_close(sc_video_writer *writer)
 sc_status sc_video_writer_open(const sc_ctx *ctx, const char *path,
                                const sc_video_settings *settings, sc_video_writer **out)
 {
-    sc_video_writer *writer = NULL;
-    sc_status status;
+    SC_OWN(sc_video_writer_close_at) sc_video_writer *writer = NULL;
 
-    SC_TRY(SC_ZALLOC(ctx, 1, &writer));
+    SC_PASS(SC_ZALLOC(ctx, 1, &writer));
     writer->gop_frames = sc_video_gop_frames(settings);
-    SC_TRY(sc_text_copy(ctx, path, &writer->path));
-    SC_TRY(sc_encoder_open(ctx, path, settings, &writer->encoder));
-    SC_TRY(sc_muxer_open(ctx, path, settings, &writer->muxer));
-    *out = writer;
+    SC_PASS(sc_text_copy(ctx, path, &writer->path));
+    SC_PASS(sc_encoder_open(ctx, path, settings, &writer->encoder));
+    SC_PASS(sc_muxer_open(ctx, path, settings, &writer->muxer));
+    SC_HAND_OVER(writer, out);
     return SC_OK;
-out:
-    sc_video_writer_close(writer);
-    return status;
 }

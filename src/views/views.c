@@ -3,8 +3,6 @@
  * and text are drawn over the slices afterwards. */
 #include "segcast/views.h"
 
-#include <stdio.h>
-
 enum { TRANSVERSE, CORONAL, SAGITTAL, SLICES, SPACE = SLICES }; /* the panels */
 
 /* From where a slice is seen: unit vectors in patient coordinates (RAS). */

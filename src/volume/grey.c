@@ -3,9 +3,6 @@
 #include "segcast/grey.h"
 #include "source.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 enum {
     CODES = 65536,
     ROUNDS_MAX = 16, /* in which the range is narrowed to what most voxels hold */

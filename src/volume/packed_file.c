@@ -4,7 +4,6 @@
 #include "source.h"
 
 #include <errno.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <zlib.h>
 

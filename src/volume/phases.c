@@ -8,7 +8,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <string.h>
 #include <sys/random.h>
 #include <unistd.h>
 
@@ -19,18 +18,16 @@ struct sc_phase_store {
     bool failed;  /* it could not be made, which has been told */
 };
 
+SC_CLOSE_AT(sc_phase_store_free, sc_phase_store)
+
 sc_status sc_phase_store_new(const sc_ctx *ctx, const char *folder, sc_phase_store **out)
 {
-    sc_phase_store *store = NULL;
-    sc_status status = SC_ZALLOC(ctx, 1, &store);
+    SC_OWN(sc_phase_store_free_at) sc_phase_store *store = NULL;
 
-    if (status == SC_OK)
-        status = sc_text_copy(ctx, folder, &store->folder);
-    if (status == SC_OK)
-        *out = store;
-    else
-        sc_phase_store_free(store);
-    return status;
+    SC_PASS(SC_ZALLOC(ctx, 1, &store));
+    SC_PASS(sc_text_copy(ctx, folder, &store->folder));
+    SC_HAND_OVER(store, out);
+    return SC_OK;
 }
 
 void sc_phase_store_free(sc_phase_store *store)

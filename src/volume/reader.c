@@ -7,7 +7,6 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fts.h>
-#include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
 

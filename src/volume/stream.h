@@ -7,9 +7,6 @@
 #include "packed_file.h"
 #include "source.h"
 
-#include <stdatomic.h>
-#include <stddef.h>
-
 /* The most bytes of a voxel. */
 enum { SC_VOXEL_BYTES_MAX = 8 };
 

@@ -3,8 +3,6 @@
  * any kind: brought into the byte order of this machine, and scaled. */
 #include "stream.h"
 
-#include <string.h>
-
 /* Voxels of a run that are compared at a time. */
 enum { RUN_BLOCK = 32 };
 

@@ -2,8 +2,6 @@
 #include "segcast/image.h"
 #include "source.h"
 
-#include <string.h>
-
 void sc_volume_clear(sc_volume *volume)
 {
     sc_free(volume->ids);

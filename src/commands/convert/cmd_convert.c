@@ -3,7 +3,6 @@
 #include "commands.h"
 #include "segcast/mesh.h"
 
-#include <string.h>
 #include <strings.h>
 
 /* What segcast convert can write. */

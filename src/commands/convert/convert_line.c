@@ -3,7 +3,6 @@
 #include "commands.h"
 
 #include <stdlib.h>
-#include <string.h>
 #include <strings.h>
 
 /* What the command line asks for. Owns tissues. */

@@ -4,8 +4,6 @@
 
 #include "segcast/phantom.h"
 
-#include <string.h>
-
 #define ENDING ".nrrd"
 /* With this one, all phases of a beat are in one file. */
 #define SERIES_ENDING ".seq.nrrd"

@@ -3,8 +3,6 @@
 #include "commands.h"
 #include "segcast/resample.h"
 
-#include <string.h>
-
 #define ENDING ".segc"
 
 /* Find the opacity of each label, for the light that is derived for the job; NULL if its tissues
@@ -133,10 +131,11 @@ static sc_status prepare_gap(series *s, int phase)
     const void *mapped[2] = {NULL, NULL};
     size_t bytes[2] = {0, 0};
     sc_prepared ends[2];
-    sc_between *between = NULL;
-    sc_volume low, high, volume = {0};
+    SC_OWN(sc_between_free_at) sc_between *between = NULL;
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
+    SC_OWN(sc_text_clear) sc_text name = {0};
+    sc_volume low, high;
     sc_job job;
-    sc_text name = {0};
     sc_status status;
 
     sc_stage_turn(ctx, phase * s->each + 2, s->count * s->each);
@@ -161,9 +160,6 @@ static sc_status prepare_gap(series *s, int phase)
         SC_TRY(prepare_file(s->app, &job, &one, name.data, &s->opacity));
     }
 out:
-    sc_text_clear(&name);
-    sc_volume_clear(&volume);
-    sc_between_free(between);
     for (int i = 0; i < 2; i++)
         sc_file_unmap(mapped[i], bytes[i]);
     return status;

@@ -4,8 +4,6 @@
 
 #include "segcast/label_files.h"
 
-#include <string.h>
-
 /* Choose the format to be written, by --to or by the ending of the file. @return SC_ERR_USAGE. */
 static sc_status choose_writer(const sc_app *app, const sc_table_writer **out)
 {

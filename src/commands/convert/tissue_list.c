@@ -2,8 +2,6 @@
 /* The tissues that --tissue names, for a mesh or a centre line. */
 #include "commands.h"
 
-#include <string.h>
-
 void sc_tissue_list_clear(sc_tissue_list *list)
 {
     sc_text_clear(&list->text);

@@ -5,7 +5,6 @@
 #include "segcast/store.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* ---- names of files ---- */
 

@@ -5,7 +5,6 @@
 #include "init/init.h"
 
 #include <ctype.h>
-#include <string.h>
 
 static char lower(char c)
 {

@@ -4,7 +4,6 @@
 #include "init/init.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 const char *sc_system_title(sc_system system)
 {

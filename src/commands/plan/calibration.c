@@ -4,7 +4,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -72,9 +71,9 @@ sc_status sc_calibration_path(const sc_ctx *ctx, char **out)
 /* Read the costs from JSON. @return what is wrong with it, or NULL. */
 static const char *read_costs(const json_t *json, sc_unit_costs *out)
 {
-    char processor[NAME_BYTES], hash[17];
+    char processor[NAME_BYTES];
     const char *text = json_string_value(json_object_get(json, "schema"));
-    const json_t *has;
+    uint64_t hash;
 
     if (!text || strcmp(text, SCHEMA) != 0)
         return "it is no calibration of segcast";
@@ -92,13 +91,11 @@ static const char *read_costs(const json_t *json, sc_unit_costs *out)
             return "a number is missing or impossible";
         *number_at(out, i) = value;
     }
-    has = json_object_get(json, "messages_measured");
-    out->messages_measured = json_is_true(has);
-    has = json_object_get(json, "network_measured");
-    out->network_measured = json_is_true(has);
-    snprintf(hash, sizeof hash, "%016llx", (unsigned long long)hash_of(processor, out));
-    text = json_string_value(json_object_get(json, "hash"));
-    return text && !strcmp(text, hash) ? NULL : "its hash does not fit";
+    out->messages_measured = json_is_true(json_object_get(json, "messages_measured"));
+    out->network_measured = json_is_true(json_object_get(json, "network_measured"));
+    return sc_json_hash(json_object_get(json, "hash"), &hash) && hash == hash_of(processor, out)
+               ? NULL
+               : "its hash does not fit";
 }
 
 /* @return why the file at @p path is not to be trusted, or NULL: it must be a regular file of this
@@ -208,17 +205,17 @@ sc_status sc_calibration_make_directory(const sc_ctx *ctx, const char *path)
 
 sc_status sc_calibration_save(const sc_ctx *ctx, const sc_unit_costs *costs, const char *path)
 {
-    char processor[NAME_BYTES], hash[17];
+    char processor[NAME_BYTES];
     sc_unit_costs copy = *costs;
     sc_outfile file = {0};
     json_t *json = NULL;
     SC_OWN(sc_text_clear) sc_text text = {0};
 
     sc_processor_name(processor, sizeof processor);
-    snprintf(hash, sizeof hash, "%016llx", (unsigned long long)hash_of(processor, costs));
-    json = json_pack("{s:s, s:s, s:s, s:b, s:b, s:s}", "schema", SCHEMA, "version", sc_version(),
+    json = json_pack("{s:s, s:s, s:s, s:b, s:b, s:o}", "schema", SCHEMA, "version", sc_version(),
                      "processor", processor, "messages_measured", costs->messages_measured,
-                     "network_measured", costs->network_measured, "hash", hash);
+                     "network_measured", costs->network_measured, "hash",
+                     sc_json_of_hash(hash_of(processor, costs)));
     for (size_t i = 0; json && i < SC_COUNT_OF(numbers); i++)
         (void)json_object_set_new(json, numbers[i].name, json_real(*number_at(&copy, i)));
     /* 17 digits bring every number back exactly */

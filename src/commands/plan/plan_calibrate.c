@@ -2,7 +2,6 @@
 /* segcast plan --calibrate: measures what segcast plan cannot measure with a job, and keeps it. */
 #include "plan/calibration.h"
 
-#include <string.h>
 #include <unistd.h>
 
 enum {

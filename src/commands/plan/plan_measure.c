@@ -3,7 +3,6 @@
 #include "plan/plan.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* Bands of this many rows, a tile high or less, are drawn of SC_PLAN_PLACES frames at full size:
  * of each frame every STRIDE-th band. Pictures of a smaller size would not do: a larger share of
@@ -183,23 +182,20 @@ static sc_status measure_memory(prober *p, sc_plan_probe *out)
     const sc_video_settings video = sc_run_video_settings(job);
     const uint64_t before = sc_heap_bytes();
     int count = sc_video_gop_frames(&video);
-    sc_encoder *encoder = NULL;
-    sc_status status;
+    SC_OWN(sc_encoder_close_at) sc_encoder *encoder = NULL;
 
     count = count < job->animation.frames ? count : job->animation.frames;
     count = count < LOOKAHEAD ? count : LOOKAHEAD;
-    SC_TRY(sc_encoder_open(ctx, job->output.video, &video, &encoder));
+    SC_PASS(sc_encoder_open(ctx, job->output.video, &video, &encoder));
     for (int i = 0; i < count; i++) {
         uint64_t now;
 
-        SC_TRY(sc_encoder_push(ctx, encoder, p->pictures, 0));
+        SC_PASS(sc_encoder_push(ctx, encoder, p->pictures, 0));
         now = sc_heap_bytes();
         if (now > before + out->encoder_bytes)
             out->encoder_bytes = now - before;
     }
-out:
-    sc_encoder_close(encoder);
-    return status;
+    return SC_OK;
 }
 
 /* @return (whole - part) / count, but at least 0; 0 if count is. */

@@ -4,7 +4,6 @@
 #include "render/run.h"
 #include "study/study.h"
 
-#include <string.h>
 #include <sys/stat.h>
 
 sc_status sc_cmd_join(sc_app *app)
@@ -13,32 +12,27 @@ sc_status sc_cmd_join(sc_app *app)
     char version[64];
     SC_OWN(sc_job_clear) sc_job job = {0};
     sc_store_job store_job;
-    sc_store *store = NULL;
+    SC_OWN(sc_store_close_at) sc_store *store = NULL;
     int missing = 0;
-    sc_status status;
 
-    SC_TRY(sc_read_directory(app, app->options.input, &job, &store_job, version));
-    SC_TRY(
+    SC_PASS(sc_read_directory(app, app->options.input, &job, &store_job, version));
+    SC_PASS(
         sc_store_open(app->ctx, directory, &store_job, NULL, 0, "join", SC_STORE_RESUME, &store));
-    SC_TRY(sc_store_finish(app->ctx, store, &missing));
+    SC_PASS(sc_store_finish(app->ctx, store, &missing));
     if (missing == 0 && !sc_store_is_sealed(store))
-        SC_TRY(sc_write_crate(app->ctx, directory, &job, &store_job, true));
-    SC_TRY(sc_store_seal(app->ctx, store));
+        SC_PASS(sc_write_crate(app->ctx, directory, &job, &store_job, true));
+    SC_PASS(sc_store_seal(app->ctx, store));
     sc_display_end_stage(app);
     if (missing > 0)
-        status = sc_fail(app->ctx, SC_ERR_INCOMPLETE,
-                         "%s: %d of %d frames are not there; run the slices that hold them, or the "
-                         "whole job, with --resume",
-                         directory, missing, store_job.frames);
-    else {
-        sc_print_path(stdout, directory);
-        fputs(sc_run_has_video(&job) ? "/" : "", stdout);
-        sc_print_path(stdout, sc_run_has_video(&job) ? job.output.video : "");
-        printf("\n");
-    }
-out:
-    sc_store_close(store);
-    return status;
+        return sc_fail(app->ctx, SC_ERR_INCOMPLETE,
+                       "%s: %d of %d frames are not there; run the slices that hold them, or the "
+                       "whole job, with --resume",
+                       directory, missing, store_job.frames);
+    sc_print_path(stdout, directory);
+    fputs(sc_run_has_video(&job) ? "/" : "", stdout);
+    sc_print_path(stdout, sc_run_has_video(&job) ? job.output.video : "");
+    printf("\n");
+    return SC_OK;
 }
 
 /* Verify the directory of a study: its measurements can be read, and its crate is what follows from

@@ -3,8 +3,6 @@
 #include "render/run.h"
 
 #include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <time.h>
 
 /* The number of events that all ranks together keep for the trace: about 100 MB of JSON. */

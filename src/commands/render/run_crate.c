@@ -4,7 +4,6 @@
 #include "render/run.h"
 
 #include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 
 sc_status sc_run_note_inputs(sc_run *run)

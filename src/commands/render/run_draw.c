@@ -4,8 +4,6 @@
 
 #include <limits.h>
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 /* After a signal, if the end of the allocation is not known, a GOP that needs longer than this to
  * be finished is given up: Slurm, for example, kills 30 s after the signal (KillWait). */
@@ -276,13 +274,11 @@ static sc_status open_gop_encoder(sc_run *run)
 {
     const sc_job *job = &run->session.job;
     const sc_video_settings settings = sc_run_video_settings(job);
-    sc_status status = SC_OK;
 
     if (!run->worker.encoder)
-        status = sc_encoder_open(run->app->ctx, job->output.video, &settings, &run->worker.encoder);
-    if (status == SC_OK)
-        sc_encoder_drop(run->worker.encoder);
-    return status;
+        SC_PASS(sc_encoder_open(run->app->ctx, job->output.video, &settings, &run->worker.encoder));
+    sc_encoder_drop(run->worker.encoder);
+    return SC_OK;
 }
 
 /* Encode a frame of a GOP; append its PNG file to @p pngs if asked for. */

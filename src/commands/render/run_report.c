@@ -3,9 +3,7 @@
 #include "render/run.h"
 #include "segcast/report.h"
 
-#include <dirent.h>
 #include <stdlib.h>
-#include <string.h>
 #include <time.h>
 #include <unistd.h>
 

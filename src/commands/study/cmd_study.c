@@ -4,8 +4,6 @@
 #include "study/study.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 /* What all ranks do next. Sent as bytes. */
 typedef struct step {

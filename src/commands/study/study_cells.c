@@ -5,8 +5,6 @@
 #include "segcast/kernel.h"
 
 #include <errno.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 enum { SPREAD_FRAMES = 4 }; /* frames that are measured unless the study lists them */

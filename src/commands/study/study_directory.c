@@ -6,7 +6,6 @@
 #include "segcast/store.h"
 
 #include <errno.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>

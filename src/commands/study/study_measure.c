@@ -4,7 +4,6 @@
 #include "render/run.h"
 #include "study/study.h"
 
-#include <string.h>
 #include <time.h>
 
 enum { PASSES_MAX = 1000 };

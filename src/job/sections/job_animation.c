@@ -3,8 +3,6 @@
 #include "key.h"
 #include "segcast/job.h"
 
-#include <string.h>
-
 static const sc_choice projections[] = {{"perspective", SC_PERSPECTIVE},
                                         {"orthographic", SC_ORTHOGRAPHIC},
                                         {"equirectangular", SC_EQUIRECTANGULAR},

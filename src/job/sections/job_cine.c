@@ -4,8 +4,6 @@
 #include "segcast/job.h"
 #include "segcast/volume.h"
 
-#include <string.h>
-
 /* true: on and on; false: once; a whole number: so many times. @p value is sc_cine.beats. */
 static sc_status read_loop(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {

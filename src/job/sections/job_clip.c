@@ -3,9 +3,6 @@
 #include "key.h"
 #include "segcast/job.h"
 
-#include <math.h>
-#include <string.h>
-
 /* ---- rows ---- */
 
 #define PLANE(member) offsetof(plane_entry, member)

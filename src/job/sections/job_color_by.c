@@ -3,8 +3,6 @@
 #include "key.h"
 #include "segcast/job.h"
 
-#include <string.h>
-
 /* "auto", or the values of both ends. @p value is the whole sc_color_by. */
 static sc_status read_range(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {

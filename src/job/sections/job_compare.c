@@ -3,8 +3,6 @@
 #include "key.h"
 #include "segcast/job.h"
 
-#include <string.h>
-
 /* ---- the other volumes ---- */
 
 #define SUBJECT(member) offsetof(sc_subject, member)

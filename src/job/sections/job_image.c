@@ -3,8 +3,6 @@
 #include "key.h"
 #include "segcast/job.h"
 
-#include <string.h>
-
 /* Level and width, as x and y of a point. */
 static sc_status read_pair(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {

@@ -4,7 +4,6 @@
 #include "segcast/job.h"
 
 #include <math.h>
-#include <string.h>
 
 /* ---- the font ---- */
 

@@ -3,8 +3,6 @@
 #include "key.h"
 #include "segcast/job.h"
 
-#include <string.h>
-
 /* ---- how long a transition takes ---- */
 
 /* A time as of sc_type_duration, or a number of frames such as "12f". @p value is an sc_length. */

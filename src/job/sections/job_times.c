@@ -6,9 +6,7 @@
 #include "segcast/job.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* What turns times into shares. */
 typedef struct clock_of_job {

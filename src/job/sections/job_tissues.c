@@ -4,7 +4,6 @@
 #include "segcast/job.h"
 
 #include <math.h>
-#include <string.h>
 
 /* What an entry of the file is read into. */
 typedef struct rule_entry {
@@ -53,7 +52,7 @@ static sc_status write_opacity(const sc_ctx *ctx, const sc_key *key, const void 
     return sc_write_number(ctx, rule->opacity, 1, "", text);
 }
 
-json_t *sc_number_or_auto_schema(const sc_key *key)
+static json_t *number_or_auto_schema(const sc_key *key)
 {
     return json_pack("{s:[{s:s, s:f, s:f}, {s:[s]}]}", "anyOf", "type", "number", "minimum",
                      key->low, "maximum", key->high, "enum", "auto");
@@ -61,7 +60,7 @@ json_t *sc_number_or_auto_schema(const sc_key *key)
 
 static json_t *opacity_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, o]}", "anyOf", sc_number_or_auto_schema(key), sc_track_schema(key));
+    return json_pack("{s:[o, o]}", "anyOf", number_or_auto_schema(key), sc_track_schema(key));
 }
 
 static const sc_value_type type_opacity = {
@@ -95,7 +94,7 @@ static const sc_value_type type_interior = {
     .expected = "auto or a number from 0 to 1",
     .read = read_interior,
     .write = write_interior,
-    .schema = sc_number_or_auto_schema,
+    .schema = number_or_auto_schema,
 };
 
 #define RULE(member) (offsetof(rule_entry, rule) + offsetof(sc_tissue_rule, member))

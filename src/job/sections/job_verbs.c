@@ -4,8 +4,6 @@
 #include "key.h"
 #include "segcast/job.h"
 
-#include <string.h>
-
 /* What a verb of the file is read into. The list of its tissues goes to the job. */
 typedef struct verb_entry {
     sc_verb verb;

@@ -3,8 +3,6 @@
 #include "key.h"
 #include "segcast/job.h"
 
-#include <string.h>
-
 /* Make room for @p more tissues. */
 static sc_status grow(const sc_ctx *ctx, sc_job *job, size_t more)
 {

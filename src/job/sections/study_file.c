@@ -6,8 +6,6 @@
 #include "key.h"
 #include "segcast/comm.h"
 
-#include <string.h>
-
 enum { STUDY_MAX_BYTES = 1 << 20, VALUES_MAX = 1000, RANKS_MAX = 1000000, THREADS_MAX = 4096 };
 
 static const char *const placements[] = {[SC_COMM_PACKED] = "packed", [SC_COMM_SPREAD] = "spread"};

@@ -3,8 +3,6 @@
  * the keys; this file holds only what no row can say. */
 #include "describe.h"
 
-#include <string.h>
-
 /* The rules that hold for all keys, one paragraph each; `text` in backquotes is code. */
 static const char *const introduction[] = {
     "A job file is YAML with the keys below. Unknown keys, keys given twice, wrong types and "

@@ -6,7 +6,6 @@
 
 #include <ctype.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { DEPTH_MAX = 24 }; /* elements of a path */
 

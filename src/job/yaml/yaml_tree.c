@@ -5,7 +5,6 @@
 
 #include <stdarg.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { DEPTH_MAX = 12, NODES_MAX = 100000, DIRECTIVES_MAX = 16 };
 

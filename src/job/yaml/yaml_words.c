@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "yaml/yaml_words.h"
 
-#include <string.h>
-
 enum { SHOWN_BYTES = 24 }; /* so much of the text is quoted in a message */
 
 /* What is said of a bracket that has no partner. */

@@ -4,7 +4,6 @@
 #include "chunked/chunks.h"
 
 #include <errno.h>
-#include <string.h>
 #include <unistd.h>
 
 /* So many bytes of slices are read at a time, or one layer of chunks. */

@@ -11,7 +11,6 @@
 #include <fcntl.h>
 #include <float.h>
 #include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 enum {

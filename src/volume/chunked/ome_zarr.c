@@ -8,7 +8,6 @@
 #include <errno.h>
 #include <float.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { NAMES_SHOWN = 12 };
 

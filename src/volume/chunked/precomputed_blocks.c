@@ -4,8 +4,6 @@
 #include "bytes.h"
 #include "chunked/precomputed.h"
 
-#include <string.h>
-
 enum { HEADER_WORDS = 2 }; /* of a block */
 
 static uint32_t word32(const unsigned char *at)

@@ -6,7 +6,6 @@
 #include "chunked/precomputed.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum {
     ENTRY_BYTES = 24,          /* of an index: for each chunk number, place and bytes */

@@ -7,8 +7,6 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 enum { SCALES_SHOWN = 12, BLOCK_VOXELS_MAX = 1 << 20, FILES_LOOKED_AT = 64 };

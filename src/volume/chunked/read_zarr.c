@@ -3,8 +3,6 @@
 #include "bytes.h"
 #include "chunked/zarr.h"
 
-#include <string.h>
-
 enum { SHARD_CHUNKS_MAX = 1 << 22 };
 
 /* The array while its voxels are read: sc_source.data. A thread unpacks chunks to the first room.

@@ -4,8 +4,6 @@
 #include "bytes.h"
 #include "chunked/zarr.h"
 
-#include <string.h>
-
 #if SC_HAVE_BLOSC
 #include <blosc.h>
 #endif

@@ -2,9 +2,6 @@
 /* The metadata of an array of Zarr, version 2 (.zarray) and version 3 (zarr.json), and of N5. */
 #include "chunked/zarr.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 /* The metadata while they are read. */
 typedef struct meta_reading {
     const sc_ctx *ctx;
@@ -470,14 +467,11 @@ sc_status sc_zarr_array_read(const sc_ctx *ctx, const sc_zarr_node *node, sc_zar
     const json_t *names = node->version == 3
                               ? json_object_get(node->meta, "dimension_names")
                               : json_object_get(node->attributes, "_ARRAY_DIMENSIONS");
-    sc_status status = read_array_shape(&r);
 
-    if (status == SC_OK)
-        status = node->version == SC_ZARR_N5 ? read_n5(&r)
-                 : node->version == 2        ? read_v2(&r)
-                                             : read_v3(&r);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(read_array_shape(&r));
+    SC_PASS(node->version == SC_ZARR_N5 ? read_n5(&r)
+            : node->version == 2        ? read_v2(&r)
+                                        : read_v3(&r));
     for (int i = 0; i < array.rank; i++)
         copy_dimension(json_array_get(names, (size_t)i), array.names[i]);
     *out = array;

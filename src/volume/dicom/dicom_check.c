@@ -5,7 +5,6 @@
 #include "packed_file.h"
 
 #include <errno.h>
-#include <string.h>
 
 enum {
     META_AT = 132,     /* behind 128 bytes for other programs, and "DICM" */

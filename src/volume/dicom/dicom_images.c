@@ -5,7 +5,6 @@
 #include "dicom/dicom.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #define REFERENCED_SERIES SC_DICOM_TAG(0x0008, 0x1115)
 #define REFERENCED_INSTANCES SC_DICOM_TAG(0x0008, 0x114a)

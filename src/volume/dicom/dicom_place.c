@@ -4,7 +4,6 @@
 #include "dicom/dicom.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #define SHARED_GROUPS SC_DICOM_TAG(0x5200, 0x9229)
 #define FRAME_GROUPS SC_DICOM_TAG(0x5200, 0x9230)

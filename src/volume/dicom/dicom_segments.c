@@ -4,7 +4,6 @@
 #include "segcast/image.h"
 
 #include <ctype.h>
-#include <string.h>
 
 #define SEGMENTS SC_DICOM_TAG(0x0062, 0x0002)
 #define NUMBER SC_DICOM_TAG(0x0062, 0x0004)

@@ -8,8 +8,6 @@
 
 #include "dicom/dicom.h"
 
-#include <string.h>
-
 #define FRAME_GROUPS SC_DICOM_TAG(0x5200, 0x9230)
 #define NUMBER_OF_FRAMES SC_DICOM_TAG(0x0028, 0x0008)
 #define ROWS SC_DICOM_TAG(0x0028, 0x0010)
@@ -165,19 +163,18 @@ static sc_status check_segments(const sc_ctx *ctx, const char *path, const volum
                                 const sc_label_table *table)
 {
     SC_OWN(sc_free_at) bool *named = NULL;
-    sc_status status = SC_OK;
 
     SC_PASS(SC_ZALLOC(ctx, SEGMENTS_MAX, &named));
     for (size_t i = 0; i < table->count; i++)
         named[table->rows[i].value] = true;
-    for (uint32_t i = 0; i < f->count && status == SC_OK; i++) {
+    for (uint32_t i = 0; i < f->count; i++) {
         if (!named[f->frames[i].segment])
-            status = sc_fail(ctx, SC_ERR_DATA,
-                             "%s: frame %u shows segment %d, which is none of the %zu segments of "
-                             "the file (SegmentSequence); the file is damaged: write it anew",
-                             path, f->frames[i].number + 1, f->frames[i].segment, table->count);
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s: frame %u shows segment %d, which is none of the %zu segments of "
+                           "the file (SegmentSequence); the file is damaged: write it anew",
+                           path, f->frames[i].number + 1, f->frames[i].segment, table->count);
     }
-    return status;
+    return SC_OK;
 }
 
 /* ---- frames ---- */
@@ -263,16 +260,14 @@ static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_sourc
     volume_file *f = source->data;
     uint16_t *labels = out;
     unsigned shift;
-    sc_status status = SC_OK;
 
     memset(out, 0, (size_t)count * f->pixels * sizeof *labels);
-    for (uint32_t i = first_of_slice(f, first);
-         i < f->count && f->frames[i].slice < first + count && status == SC_OK; i++) {
-        status = read_frame(ctx, path, f, f->frames[i].number, &shift);
-        if (status == SC_OK)
-            unpack_labels(f, labels + (size_t)(f->frames[i].slice - first) * f->pixels);
+    for (uint32_t i = first_of_slice(f, first); i < f->count && f->frames[i].slice < first + count;
+         i++) {
+        SC_PASS(read_frame(ctx, path, f, f->frames[i].number, &shift));
+        unpack_labels(f, labels + (size_t)(f->frames[i].slice - first) * f->pixels);
     }
-    return status;
+    return SC_OK;
 }
 
 /* ---- segments ---- */

@@ -4,7 +4,6 @@
 #include "source.h"
 
 #include <math.h>
-#include <string.h>
 
 /* What the threads that count share. */
 typedef struct counter {

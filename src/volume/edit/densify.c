@@ -5,9 +5,7 @@
  * agree, so that a label is looked up once per run of equal values along x. */
 #include "source.h"
 
-#include <stdatomic.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum {
     SLOT_BITS = 18,

@@ -4,7 +4,6 @@
 #include "source.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* ---- labels ---- */
 

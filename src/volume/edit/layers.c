@@ -5,7 +5,6 @@
 #include "source.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* The segments while they are read. The arrays belong to sc_load_layers. */
 typedef struct layering {

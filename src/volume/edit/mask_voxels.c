@@ -3,9 +3,6 @@
  * threads, each once: what a mask covers is kept as bits until its size is known. */
 #include "source.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 enum { AT_A_TIME = 8 /* most masks that are read side by side: each takes a bit for a voxel */ };
 
 /* One mask while it is read: by one thread, beside others. */

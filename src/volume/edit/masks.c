@@ -6,7 +6,6 @@
 #include <dirent.h>
 #include <errno.h>
 #include <stdlib.h>
-#include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
 
@@ -84,9 +83,8 @@ static sc_status list_masks(const sc_ctx *ctx, const char *directory, sc_source 
 static sc_status name_masks(const sc_ctx *ctx, const char *path, sc_source *source)
 {
     sc_name_count names = {0};
-    sc_status status = SC_OK;
 
-    for (size_t i = 0; i < source->mask_count && status == SC_OK; i++) {
+    for (size_t i = 0; i < source->mask_count; i++) {
         const char *name = strrchr(source->masks[i].file, '/') + 1;
         sc_label row = {.value = (int64_t)i + 1, .opacity = -1};
         char *stem = strndup(name, stem_length(name));
@@ -100,11 +98,10 @@ static sc_status name_masks(const sc_ctx *ctx, const char *path, sc_source *sour
                            "%s and %s name the same tissue; expected one mask for each: move one "
                            "out of the directory",
                            source->masks[i - 1].file, source->masks[i].file);
-        status = sc_label_table_add(ctx, &source->table, &row);
+        SC_PASS(sc_label_table_add(ctx, &source->table, &row));
     }
-    if (status == SC_OK)
-        sc_name_warn(ctx, path, &names);
-    return status;
+    sc_name_warn(ctx, path, &names);
+    return SC_OK;
 }
 
 /* ---- headers ---- */

@@ -5,7 +5,6 @@
 #include <fnmatch.h>
 #include <limits.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Give all rows that the name or glob at @p name fits, and no earlier one, the rank @p rank. */
 static sc_status rank_rows(const sc_ctx *ctx, const char *path, const char *name, size_t length,

@@ -4,8 +4,6 @@
  * UDUNITS-2 that OME-Zarr 0.4 lists for axes of space; ImageJ's ij/measure/Calibration.java. */
 #include "formats/length_units.h"
 
-#include <string.h>
-
 double sc_length_unit_mm(const char *name)
 {
     static const struct {

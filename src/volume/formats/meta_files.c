@@ -7,7 +7,6 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { FILES_MAX = 65536 };
 
@@ -166,56 +165,43 @@ sc_status sc_meta_open_series(const sc_ctx *ctx, const char *header, const sc_me
 
 /* ---- decimal digits ---- */
 
-/* Where reading numbers has got to. */
-typedef struct number_file {
-    FILE *stream; /* NULL before the first slice */
-} number_file;
-
 static void release_numbers(void *data)
 {
-    number_file *numbers = data;
-
-    if (numbers->stream)
-        fclose(numbers->stream);
-    sc_free(numbers);
+    fclose(data);
 }
 
-/* sc_slices_fn of decimal digits. */
+/* sc_slices_fn of decimal digits: the data of the source are the open file. */
 static sc_status read_numbers(const sc_ctx *ctx, const char *path, const sc_source *source,
                               int first, int count, void *out)
 {
     const size_t slice = (size_t)source->size[0] * (size_t)source->size[1];
-    number_file *numbers = source->data;
     double *values = out;
 
-    if (!numbers->stream)
-        numbers->stream = fopen(source->file, "rb");
-    if (!numbers->stream ||
-        (first == 0 && fseeko(numbers->stream, (off_t)source->offset_bytes, SEEK_SET)))
+    if (first == 0 && fseeko(source->data, (off_t)source->offset_bytes, SEEK_SET))
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", source->file, strerror(errno));
     for (size_t i = 0; i < slice * (size_t)count; i++) {
-        if (fscanf(numbers->stream, "%lf", &values[i]) != 1)
+        if (fscanf(source->data, "%lf", &values[i]) != 1)
             return sc_fail(ctx, SC_ERR_DATA,
                            "%s: voxel %zu of %zu: %s; expected numbers with blanks between them",
                            path, (size_t)first * slice + i, sc_source_voxels(source),
-                           feof(numbers->stream)     ? "the file ends"
-                           : ferror(numbers->stream) ? strerror(errno)
-                                                     : "is no number");
+                           feof(source->data)     ? "the file ends"
+                           : ferror(source->data) ? strerror(errno)
+                                                  : "is no number");
     }
     return SC_OK;
 }
 
 sc_status sc_meta_open_text(const sc_ctx *ctx, sc_source *source)
 {
-    void *block;
+    FILE *stream;
 
-    SC_PASS(sc_zalloc(ctx, 1, sizeof(number_file), &block));
+    SC_PASS(sc_open_input(ctx, source->file, &stream));
     source->encoding = SC_ENCODING_SLICES;
     source->type = SC_VOXEL_DOUBLE;
     source->swapped = false;
     source->slices = 1;
     source->read_slices = read_numbers;
-    source->data = block;
+    source->data = stream;
     source->release = release_numbers;
     return SC_OK;
 }

@@ -5,8 +5,6 @@
 #include "packed_file.h"
 #include "tables/label_table.h"
 
-#include <string.h>
-
 enum { HEAD_BYTES = 8 /* of an extension: its size with this head, and its code */ };
 
 /* Append the rows of the label table in the extension text[bytes], behind which a NUL byte stands,

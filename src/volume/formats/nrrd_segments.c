@@ -7,9 +7,7 @@
 
 #include <errno.h>
 #include <jansson.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 bool sc_voxel_type_fits(sc_voxel_type type, int64_t value)
 {

@@ -9,7 +9,6 @@
 
 #include <errno.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum {
     HEADER_MAX_BYTES = 1 << 20, /* a longer header is refused */
@@ -241,7 +240,7 @@ static sc_status read_header(amira *a)
 
 /* Where unpacking HxByteRLE has got to: sc_source.data. */
 typedef struct rle_file {
-    FILE *stream;          /* NULL before the first slice; owned */
+    FILE *stream;          /* owned */
     uint64_t packed_bytes; /* of all */
     uint64_t left;         /* of them, not read yet */
     int run;               /* bytes that still follow from the last count */
@@ -276,9 +275,7 @@ static sc_status read_rle(const sc_ctx *ctx, const char *path, const sc_source *
     rle_file *rle = source->data;
     unsigned char *to = out;
 
-    if (!rle->stream)
-        rle->stream = fopen(source->file, "rb");
-    if (!rle->stream || (first == 0 && fseeko(rle->stream, (off_t)source->offset_bytes, SEEK_SET)))
+    if (first == 0 && fseeko(rle->stream, (off_t)source->offset_bytes, SEEK_SET))
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", source->file, strerror(errno));
     if (first == 0) {
         rle->left = rle->packed_bytes;
@@ -317,7 +314,7 @@ static sc_status open_rle(const amira *a, sc_source *source)
     source->release = release_rle;
     source->read_slices = read_rle;
     source->slices = 1;
-    return SC_OK;
+    return sc_open_input(a->ctx, source->file, &rle->stream);
 }
 
 /* Write the type of the voxels to *out. */

@@ -8,7 +8,6 @@
 #include "tables/label_table.h"
 
 #include <stdlib.h>
-#include <string.h>
 #include <strings.h>
 
 enum {

@@ -5,8 +5,6 @@
 #include "bytes.h"
 #include "formats/mgh_tags.h"
 
-#include <string.h>
-
 enum {
     HEADER_BYTES = 284,
     AT_SIZE = 4,        /* width, height, depth, frames */

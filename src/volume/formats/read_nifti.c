@@ -5,7 +5,6 @@
 #include "formats/nifti_extension.h"
 
 #include <nifti2_io.h>
-#include <string.h>
 #include <sys/stat.h>
 
 enum { HEADER1_BYTES = 348, HEADER2_BYTES = 540 };

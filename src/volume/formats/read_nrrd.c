@@ -9,7 +9,6 @@
 
 #include <errno.h>
 #include <stdlib.h>
-#include <string.h>
 #include <teem/nrrd.h>
 
 /* Log the cause of Teem's last error, and empty Teem's error log. @param error errno after the

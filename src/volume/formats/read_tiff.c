@@ -5,8 +5,6 @@
 #include "formats/tiff_notes.h"
 #include "source.h"
 
-#include <string.h>
-
 #if SC_HAVE_TIFF
 
 #include <tiffio.h>
@@ -202,16 +200,12 @@ static sc_status find_pages(const sc_ctx *ctx, const char *path, tiff_file *file
 
     do {
         uint32_t kind = 0;
-        sc_status status;
 
         TIFFGetFieldDefaulted(file->tiff, TIFFTAG_SUBFILETYPE, &kind);
         if (kind & FILETYPE_REDUCEDIMAGE && page > 0)
             continue;
-        status = check_page(ctx, path, file, form, page);
-        if (status == SC_OK)
-            status = add_page(ctx, path, file);
-        if (status != SC_OK)
-            return status;
+        SC_PASS(check_page(ctx, path, file, form, page));
+        SC_PASS(add_page(ctx, path, file));
         page++;
         file->why[0] = '\0';
     } while (TIFFReadDirectory(file->tiff));

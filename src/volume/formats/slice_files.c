@@ -2,8 +2,6 @@
 /* Volumes of a file for each slice, whatever the format of these files is. */
 #include "source.h"
 
-#include <string.h>
-
 void sc_slice_files_clear(sc_slice_files *files)
 {
     for (size_t i = 0; i < files->count; i++)

@@ -9,7 +9,6 @@
 
 #include <errno.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Read @p text as a finite number above 0. @return 0 if it is NULL or something else. */
 static double positive(const char *text)
@@ -221,13 +220,11 @@ sc_status sc_tiff_notes_read(const sc_ctx *ctx, const char *path, const char *te
                              const double pixels_per_unit[2], sc_tiff_notes *out)
 {
     sc_tiff_notes notes = {.channels = 1, .frames = 1};
-    sc_status status = SC_OK;
 
     if (text && !strncmp(text, "ImageJ=", 7))
         read_imagej(text, pixels_per_unit, &notes);
     else if (text && strstr(text, "<OME") && text[strspn(text, " \t\r\n\xef\xbb\xbf")] == '<')
-        status = read_ome(ctx, path, text, &notes);
-    if (status == SC_OK)
-        *out = notes;
-    return status;
+        SC_PASS(read_ome(ctx, path, text, &notes));
+    *out = notes;
+    return SC_OK;
 }

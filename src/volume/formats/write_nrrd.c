@@ -4,7 +4,6 @@
 #include "segcast/grey.h"
 
 #include <errno.h>
-#include <string.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -158,23 +157,17 @@ static bool write_volume(const sc_ctx *ctx, const content *from, gzFile file)
  * fit into the type of the first. */
 static sc_status write_later(const sc_ctx *ctx, const content *from, gzFile file, bool *failed)
 {
-    sc_status status = SC_OK;
-
     for (int phase = 1; from->series && phase < from->series->count && !*failed; phase++) {
-        sc_volume volume = {0};
+        SC_OWN(sc_volume_clear) sc_volume volume = {0};
         content next = *from;
 
-        status = from->series->make(from->series->user, phase, &volume);
-        if (status == SC_OK && type_for(&volume) > from->type)
-            status = sc_fail(ctx, SC_ERR_INTERNAL, "phase %d has larger labels", phase);
+        SC_PASS(from->series->make(from->series->user, phase, &volume));
+        if (type_for(&volume) > from->type)
+            return sc_fail(ctx, SC_ERR_INTERNAL, "phase %d has larger labels", phase);
         next.labels = &volume;
-        if (status == SC_OK)
-            *failed = write_volume(ctx, &next, file);
-        sc_volume_clear(&volume);
-        if (status != SC_OK)
-            return status;
+        *failed = write_volume(ctx, &next, file);
     }
-    return status;
+    return SC_OK;
 }
 
 /* Append the voxels, gzip-compressed, to the file open as @p fd, which stands behind the header,

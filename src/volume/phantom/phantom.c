@@ -3,8 +3,6 @@
  * z up), origin at the centre of the grid. Shapes overlap; the tissue listed first owns a point. */
 #include "phantom/phantom_model.h"
 
-#include <string.h>
-
 /* Index into sc_phantom.shapes. */
 typedef enum shape_id {
     LV,

@@ -4,8 +4,6 @@
  * Whole numbers only, so that every machine makes the same. */
 #include "segcast/phantom.h"
 
-#include <string.h>
-
 enum {
     LOWEST_HU = -1024,
     LUNG_HU = -820,        /* around the heart */

@@ -4,8 +4,6 @@
  * and only tissues whose surface may pass through the half are examined again. */
 #include "phantom/phantom_model.h"
 
-#include <string.h>
-
 enum {
     BLOCK_VOXELS = 32,
     TISSUES_MAX = 64,

@@ -7,8 +7,6 @@
  * are ours: they sit beside the palette of colors.c. */
 #include "source.h"
 
-#include <string.h>
-
 /* What a name has to hold, and the colour. Every word of @c words has to be among those of the
  * name; "a|b" is either, "a*" what begins with a. */
 typedef struct anatomy_rule {

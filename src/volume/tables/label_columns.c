@@ -3,7 +3,6 @@
 #include "tables/label_table.h"
 
 #include <ctype.h>
-#include <string.h>
 
 /* Words, blanks between them, and what they mean. */
 typedef struct meaning {

@@ -6,7 +6,6 @@
 
 #include <ctype.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* What may part the fields of a row. */
 #define PARTING " \t,;|"

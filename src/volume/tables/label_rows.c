@@ -3,7 +3,6 @@
 #include "source.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 void sc_name_read(const char *from, char *out, sc_name_count *count)
 {

@@ -4,9 +4,7 @@
 #include "tables/label_table.h"
 #include "tables/delimited.h"
 
-#include <ctype.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* How a text in lines is read. */
 typedef struct line_dialect {

@@ -2,8 +2,6 @@
 /* The text of label tables in UTF-8, whatever it was written in. */
 #include "tables/label_table.h"
 
-#include <string.h>
-
 /* What Windows-1252 has in place of the control characters 0x80 to 0x9f of Latin-1; 0: nothing. */
 static const uint16_t windows_1252[32] = {
     0x20ac, 0,      0x201a, 0x0192, 0x201e, 0x2026, 0x2020, 0x2021, 0x02c6, 0x2030, 0x0160,

@@ -4,7 +4,6 @@
 
 #include <jansson.h>
 #include <stdlib.h>
-#include <string.h>
 #include <strings.h>
 
 /* What a format holds of a label, beside its number and name. */
@@ -425,13 +424,10 @@ static sc_status tell_losses(const sc_ctx *ctx, const char *path, const sc_table
 static sc_status print_lines(const sc_ctx *ctx, const sc_table_writer *writer,
                              const sc_label *labels, size_t count, sc_text *out)
 {
-    sc_status status = sc_text_add(ctx, out, "%s", writer->head ? writer->head : "");
-
-    for (size_t i = 0; i < count && status == SC_OK; i++)
-        status = print_row(ctx, writer->row, &labels[i], out);
-    if (status == SC_OK && writer->foot)
-        status = sc_text_add(ctx, out, "%s", writer->foot);
-    return status;
+    SC_PASS(sc_text_add(ctx, out, "%s", writer->head ? writer->head : ""));
+    for (size_t i = 0; i < count; i++)
+        SC_PASS(print_row(ctx, writer->row, &labels[i], out));
+    return sc_text_add(ctx, out, "%s", writer->foot ? writer->foot : "");
 }
 
 /* Append the labels as JSON. */

@@ -4,7 +4,6 @@
 #include "tables/label_table.h"
 
 #include <stdlib.h>
-#include <string.h>
 #include <strings.h>
 
 #if SC_HAVE_EXPAT

@@ -5,7 +5,6 @@
 #include <ctype.h>
 #include <fnmatch.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Copy a string, ASCII letters in lower case, to @p to, which has SC_NAME_BYTES; what does not fit
  * is left out. */

@@ -4,7 +4,6 @@
 #include "segcast/volume.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* A label with a name. */
 typedef struct named {

@@ -7,7 +7,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 #include <strings.h>
 
 enum {
@@ -115,23 +114,20 @@ static sc_status fail_column(const sc_ctx *ctx, const value_reading *r, size_t c
     SC_OWN(sc_text_clear) sc_text text = {0};
     char heading[104];
     size_t offered = 0;
-    sc_status status = SC_OK;
 
-    for (size_t i = 0; i < count && offered < OFFERED_MAX && status == SC_OK; i++) {
+    for (size_t i = 0; i < count && offered < OFFERED_MAX; i++) {
         if (i == r->number || i == r->name || !*r->fields[i])
             continue;
         (void)sc_copy_name(r->fields[i], heading, sizeof heading);
-        status = sc_text_add(ctx, &text, "%s\"%s\"", offered++ ? ", " : "", heading);
+        SC_PASS(sc_text_add(ctx, &text, "%s\"%s\"", offered++ ? ", " : "", heading));
     }
-    if (status == SC_OK)
-        status = sc_fail(
-            ctx, SC_ERR_DATA,
-            "%s:%d: has not exactly one column %s%s%s%s; expected as color_by.column the "
-            "heading of the values, one of: %s",
-            r->path, r->line, *column ? "\"" : "that may hold the values", column,
-            *column ? "\"" : "", count == FIELDS_MAX ? " among the first 4096, which are read" : "",
-            offered ? text.data : "(none)");
-    return status;
+    return sc_fail(ctx, SC_ERR_DATA,
+                   "%s:%d: has not exactly one column %s%s%s%s; expected as color_by.column the "
+                   "heading of the values, one of: %s",
+                   r->path, r->line, *column ? "\"" : "that may hold the values", column,
+                   *column ? "\"" : "",
+                   count == FIELDS_MAX ? " among the first 4096, which are read" : "",
+                   offered ? text.data : "(none)");
 }
 
 /* Read the line of headings behind comments, for one delimiter after the other, until one parts
