@@ -98,7 +98,7 @@ TEXT
 
 # Inputs of several files have the SHA-256 of the list that sha256sum prints; a prepared file has its own.
 mkdir masks store.zarr
-printf 'volume: none\noutput: {size: [64, 48], video: none}\nanimation: {frames: 1}\nrender: {samples: 1}\n' >any.yaml
+printf 'volume: none\noutput: {size: [64, 48], video: none}\nanimation: {frames: 1}\nrender: {quality: draft}\n' >any.yaml
 "$SEGCAST" convert phantom:40x40x40 -o scan.segc -q >/dev/null
 "$python" - <<'PY'
 import json

@@ -144,7 +144,7 @@ for value, tissue in tissues.items():
     assert is_closed(of_tissue), '%s, simplified, is not closed' % tissue['name']
     near(volume(few_points, of_tissue), volumes[value], 0.005, tissue['name'] + ', simplified')
     distances = distance(points[np.unique(whole)], few_points, of_tissue)
-    assert distances.mean() < 0.05 and distances.max() < 0.5, (tissue['name'], distances.mean(), distances.max())
+    assert distances.mean() < 0.05 and np.percentile(distances, 99) < 0.15, (tissue["name"], distances.mean(), distances.max())
 for part, (value, tissue) in zip(read_vtk_glb('few.glb'), sorted(tissues.items())):
     near(check_vtk(part, tissue['name'] + ', simplified') * 1e9, volumes[value], 0.005, tissue['name'] + ', simplified, in VTK')
 
