@@ -66,12 +66,14 @@ typedef enum sc_status {
  *  function is left, however that happens, the last one first. They have to be initialised; who
  *  passes on what one of them owns, zeroes it, as SC_HAND_OVER does. */
 #define SC_OWN(clear) __attribute__((cleanup(clear)))
+/* NOLINTBEGIN(bugprone-macro-parentheses): arguments are the names of a function and a type */
 /** Define @p close with the ending _at, which closes at the address of a pointer: for SC_OWN. */
 #define SC_CLOSE_AT(close, type)                                                                   \
     static inline void close##_at(type **pointer)                                                  \
     {                                                                                              \
         close(*pointer);                                                                           \
     }
+/* NOLINTEND(bugprone-macro-parentheses) */
 /** Let *@p to own what the variable @p owned does, which owns nothing any more. For types of which
  *  all bytes 0 own nothing: not where a file descriptor of 0 would be one. */
 #define SC_HAND_OVER(owned, to)                                                                    \

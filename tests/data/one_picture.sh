@@ -9,7 +9,7 @@ x, y, z = numpy.mgrid[:40, :34, :28].astype(float)
 labels = numpy.zeros(x.shape, numpy.uint8)
 labels[((x - 19) / 16) ** 2 + ((y - 16) / 13) ** 2 + ((z - 13) / 11) ** 2 < 1] = 1
 labels[(x > 22) & (y > 18) & (z > 9) & (labels == 1)] = 2
-labels[4:12, 14:20, 20:27] = 3
+labels[4:12, 14:20, 19:26] = 3
 spacing = numpy.array([1, 1.25, 1.5])
 ras = numpy.diag([*spacing, 1])
 ras[:3, 3] = -20.02, -21.02, -20.02 # so that no middle is half a tenth of a mm, which is written
