@@ -320,7 +320,7 @@ typedef struct sc_job_sources {
     size_t default_count;
     const sc_setting *settings; /**< [setting_count], of the command line */
     size_t setting_count;
-    const char *const *environment; /**< "SEGCAST_RENDER_SAMPLES=2", ended by NULL; or NULL */
+    const char *const *environment; /**< "SEGCAST_RENDER_QUALITY=draft", ended by NULL; or NULL */
     bool no_video;     /**< no video is made: the job may ask for one that cannot be made */
     bool check_inputs; /**< a volume or label table that does not exist is a mistake of the job */
 } sc_job_sources;

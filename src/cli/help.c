@@ -128,7 +128,7 @@ sc_status sc_print_manual(const sc_ctx *ctx, const sc_command *commands, FILE *s
           ".TP\nSEGCAST_CACHE\nthe directory in which prepared volumes are kept for the next "
           "command, or off\n"
           ".TP\nSEGCAST_\\fIKEY\\fR\n"
-          "any key of a job file, for example SEGCAST_RENDER_SAMPLES=4\n.SH SEE ALSO\n"
+          "any key of a job file, for example SEGCAST_RENDER_QUALITY=still\n.SH SEE ALSO\n"
           "segcast\\-job(5)\n",
           stream);
     return SC_OK;

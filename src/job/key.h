@@ -302,7 +302,7 @@ sc_status sc_setting_apply(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root,
 sc_status sc_setting_apply_text(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root,
                                 const char *origin, const char *path, const char *text);
 /* Find the path that an environment variable names. @param variable its name without the prefix,
- * such as RENDER_SAMPLES: case is ignored, and "_" stands for ".". @param path room for @p size
+ * such as RENDER_QUALITY: case is ignored, and "_" stands for ".". @param path room for @p size
  * bytes. @return false if no row has that name or the room is too small. */
 bool sc_setting_path(const sc_key *keys, const char *variable, char *path, size_t size);
 

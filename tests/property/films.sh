@@ -41,8 +41,8 @@ for ((n = first; n < first + jobs; n++)); do
     rm -rf one two some killed alone.png
     RANDOM=$((seed * 100 + n))
     "$RANDOM_JOB" "$seed" "$n" >job.yaml
-    unset SEGCAST_RENDER_SAMPLES
-    ! grep -qE 'aperture_mm|shutter' job.yaml || export SEGCAST_RENDER_SAMPLES=1 # 8 rays for a pixel, not 128: unit.optics sends them
+    unset SEGCAST_RENDER_QUALITY
+    ! grep -qE 'aperture_mm|shutter' job.yaml || export SEGCAST_RENDER_QUALITY=draft # 8 rays for a pixel, not 128: unit.optics sends them
     run "$SEGCAST" check job.yaml
     run "$SEGCAST" render job.yaml -o one -q --set output.frames=png
     hashes one >one.txt

@@ -894,7 +894,7 @@ static const parser parsers[] = {
     {"settings", parse_settings, "", "tissues.t%d.opacity", "0.5", 0, SC_OK, 2000},
     {"settings of one key", parse_settings, "", "render.quality", "still", 0, SC_OK, 2000},
     {"settings that name no key", parse_settings, "", "nothing%d", "4", 0, SC_ERR_USAGE, 2000},
-    {"variables of the environment", parse_environment, "", "SEGCAST_RENDER_SAMPLES=4", "", 0,
+    {"variables of the environment", parse_environment, "", "SEGCAST_RENDER_QUALITY=still", "", 0,
      SC_OK, 2000},
     {"variables that name no key", parse_environment, "", "SEGCAST_%d_X=4", "", 0, SC_OK, 2000},
     {"frames of a manifest", parse_manifest, "frames", "%d", "", 0, SC_OK, 3000},

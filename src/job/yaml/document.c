@@ -10,7 +10,7 @@ static const char *const introduction[] = {
     "valid name; aliases (`*name`) are refused. `segcast check JOB.yaml` tells all of them in one "
     "go, before a job is submitted. `segcast init VOLUME` writes a job to begin with.",
     "Every key can also be set on the command line, `--set render.quality=still`, and in the "
-    "environment, `SEGCAST_RENDER_SAMPLES=4`. The command line wins over the environment, that "
+    "environment, `SEGCAST_RENDER_QUALITY=still`. The command line wins over the environment, that "
     "over the file, and the file over the defaults. The value is YAML. A map is merged into what "
     "is there; a list is replaced. Names with dots or spaces are quoted: `--set 'tissues.\"left "
     "atrium\".opacity=0.5'`. Items of a list have their index: `--set animation.clip.0.at=40%` or "
