@@ -22,7 +22,7 @@
 enum {
     BODY_MAX_BYTES = 1 << 18, /* of a request: some thousand changes of a job */
     CONNECTIONS_MAX = 512,    /* more are not accepted */
-    STRANGERS_MAX = 256,      /* of them that have not shown the secret yet */
+    STRANGERS_MAX = 256,      /* open connections that have not sent the secret yet */
     QUIET_MAX_S = 30,         /* a connection that sends nothing for so long is closed */
     FORWARDED_PORT = 8765     /* that ssh listens to for a Unix socket, if none was chosen */
 };
@@ -485,7 +485,7 @@ static sc_status find_address(const sc_ctx *ctx, const sc_http_settings *s,
     return SC_OK;
 }
 
-/* Open the socket that is listened to. A Unix socket is for its owner alone. */
+/* Open the listening socket. Only the user who runs the desk may connect to a Unix socket. */
 static sc_status open_socket(const sc_ctx *ctx, const sc_http_settings *s, int *out)
 {
     const char *path = unix_path(s);
