@@ -175,8 +175,8 @@ sc_status sc_keys_read(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *nod
     return status;
 }
 
-/* @return whether a struct holds a value of @p key that has to be written. A row without a `given`
- * member counts as present, unless another row of its alternative was given. */
+/* @return whether a struct holds a value of @p key that has to be written. A row that has no
+ * `given` flag is always written, unless the user gave another of the keys that exclude it. */
 static bool is_present(const sc_key *keys, const sc_key *key, const void *from)
 {
     if (key->given)
