@@ -73,8 +73,9 @@ typedef struct sc_study_run {
                       */
     int32_t ranks, nodes, cores; /**< cores: that rank 0 may use */
     sc_roof roof;                /**< of these cores, measured when the run began; 0: unknown */
-    char *made_from;             /**< see sc_run_record; NULL: unknown */
-    size_t first;                /**< its first measurement, as an index */
+    char *made_from; /**< JSON that names the input files with their SHA-256, as sc_run_record has
+                        it; NULL: unknown */
+    size_t first;    /**< its first measurement, as an index */
 } sc_study_run;
 
 /** @return its texts and numbers as an object, a new reference, or NULL if there is no memory. */

@@ -51,7 +51,8 @@ static sc_status hash_files(const sc_ctx *ctx, const char *input, const sc_text 
     return *count > 1 ? sc_sha256_text(ctx, &list, sha256) : SC_OK;
 }
 
-/* Note an input: its use, and size and SHA-256 of what could be read. */
+/* Add an input to the list: what it is used for, and the size and SHA-256 of its files, as far as
+ * they could be read. */
 static sc_status add_input(sc_made_from *m, const char *use, const char *path, const sc_text *files)
 {
     const bool is_phantom = sc_job_is_phantom(path);
