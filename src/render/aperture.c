@@ -199,7 +199,7 @@ void sc_tile_draw_blurred(sc_tile *t)
     const int ahead = find_rays(r, t->f->scene, &first, &end);
     const int border = ahead < end - first;
 
-    for (int y = t->y0 - border; y < t->y1 + border; y++) {
+    for (int y = t->y0 - border; y < t->y1 + border && !sc_is_given_up(r); y++) {
         for (int x = t->x0 - border; x < t->x1 + border; x++) {
             sc_blurred_pixel *pixel = &t->blurred[sc_tile_index(t, x, y)];
 
@@ -211,13 +211,15 @@ void sc_tile_draw_blurred(sc_tile *t)
         }
     }
     flush(t);
+    if (sc_is_given_up(r))
+        return; /* a tile of paths takes seconds */
     /* All are looked at before more rays are added to any. */
     for (int y = t->y0; y < t->y1 && border; y++) {
         for (int x = t->x0; x < t->x1; x++)
             t->pixels[sc_tile_index(t, x, y)].sampled =
                 is_uneven(t, &t->blurred[sc_tile_index(t, x, y)]);
     }
-    for (int y = t->y0; y < t->y1 && border; y++) {
+    for (int y = t->y0; y < t->y1 && border && !sc_is_given_up(r); y++) {
         for (int x = t->x0; x < t->x1; x++) {
             if (t->pixels[sc_tile_index(t, x, y)].sampled && sc_may_show(t->f, x, y))
                 send_rays(t, x, y, first + ahead, end);
