@@ -111,6 +111,8 @@ typedef struct sc_session {
     float *light;        /**< sums of such, as of sc_image_add; likewise */
 } sc_session;
 
+/** Send the job of rank 0 to all others, whose own is empty. */
+sc_status sc_job_share(sc_app *app, sc_job *job);
 /** Begin @p session: read the job on rank 0, into session->job, and send it to all others. @param
  * job_path NULL: there is no job file, only settings. Caller owns: sc_session_clear. */
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session);
@@ -165,14 +167,13 @@ sc_status sc_session_draw_frame(const sc_app *app, sc_session *session, int k, c
 /** Let all renderers draw in a hurry, or not any more: sc_renderer_hurry. Not collective. */
 void sc_session_hurry(sc_session *session, bool hurries);
 /** Make room for light that is gathered, of a session whose frames can be given up: each of those
- * that are drawn without hurry then gathers what it needs. Not collective: such sessions belong to
- * one process. @return SC_ERR_MEMORY. */
+ * that are drawn without hurry then gathers what it needs. @return SC_ERR_MEMORY. */
 sc_status sc_session_light(const sc_app *app, sc_session *session);
-/** Draw frame @p k into @p image, of any size with about the shape of the job's, without what is
+/** As sc_session_draw, into @p image of any size with about the shape of the job's, without what is
  * written onto it, and of a cross-fade the shot that comes. A comparison is drawn as by
- * sc_session_draw, at the size of the job, for which @p image has to be. Not collective. */
-sc_status sc_session_sketch(const sc_app *app, sc_session *session, int k, sc_image *image,
-                            sc_render_stats *stats);
+ * sc_session_draw, at the size of the job, for which @p image has to be. */
+sc_status sc_session_sketch(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                            sc_image *image, sc_render_stats *stats);
 /** @return the panel that frame @p k shows: of a cross-fade the one that comes, of a comparison the
  * first; and in *frame the number of the frame in it. Not collective. */
 sc_panel *sc_session_panel(sc_session *session, int k, int *frame);

@@ -303,26 +303,26 @@ sc_panel *sc_session_panel(sc_session *session, int k, int *frame)
     return &session->panels[at.shot];
 }
 
-sc_status sc_session_sketch(const sc_app *app, sc_session *session, int k, sc_image *image,
-                            sc_render_stats *stats)
+sc_status sc_session_sketch(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                            sc_image *image, sc_render_stats *stats)
 {
-    const sc_rows rows = {0, image->height_px};
+    const sc_rows part = rows_in(rows, image);
     sc_panel *panel;
     sc_views views;
     sc_scene scene;
 
     if (session->compare)
-        return draw_subjects(app, session, k, NULL, image, stats);
+        return draw_subjects(app, session, k, rows, image, stats);
     panel = sc_session_panel(session, k, &k);
     scene = sc_panel_scene(panel, k);
     views = views_of(panel);
     *stats = (sc_render_stats){0};
     if (!panel->phases)
-        draw_background(&scene, &rows, image);
+        draw_background(&scene, &part, image);
     else if (panel->job.output.layout == SC_LAYOUT_PICTURE)
-        sc_render_view(sc_panel_begin_frame(panel, k), &scene, NULL, NULL, NULL, image, stats);
+        sc_render_view(sc_panel_begin_frame(panel, k), &scene, NULL, NULL, &part, image, stats);
     else
-        return sc_views_draw(app->ctx, sc_panel_begin_frame(panel, k), &views, &scene, NULL, image,
+        return sc_views_draw(app->ctx, sc_panel_begin_frame(panel, k), &views, &scene, &part, image,
                              stats);
     return SC_OK;
 }

@@ -191,22 +191,18 @@ static int find_alike(const sc_panel *panels, int count, const sc_panel *panel)
 static sc_status find_renderers(sc_app *app, sc_session *session, int i)
 {
     const sc_session *lender = session->lender;
+    const int lent = lender ? lender->panel_count : 0;
     sc_panel *panel = &session->panels[i];
-    const sc_panel *from = session->panels;
-    int same = i;
+    int same = i; /* those of the lender are counted from i on */
 
     if (sc_comm_rank(app->comm) == 0)
-        same = find_alike(from, i, panel);
+        same = find_alike(session->panels, i, panel);
+    if (same == i && lent && sc_comm_rank(app->comm) == 0)
+        same += find_alike(lender->panels, lent, panel);
     sc_comm_broadcast(app->comm, &same, sizeof same);
-    if (same == i && lender) { /* of one process */
-        same = find_alike(lender->panels, lender->panel_count, panel);
-        from = same < lender->panel_count ? lender->panels : NULL;
-    } else if (same == i) {
-        from = NULL;
-    }
-    if (!from)
+    if (same == i + lent)
         return sc_panel_renderers(app, panel);
-    panel->renderers = from[same].renderers;
+    panel->renderers = (same < i ? &session->panels[same] : &lender->panels[same - i])->renderers;
     panel->borrows_renderers = true;
     return SC_OK;
 }

@@ -48,8 +48,7 @@ static sc_status share_job_alone(sc_app *app, sc_job *job)
     return status;
 }
 
-/* Send the job of rank 0 to all others. Collective. */
-static sc_status share_job(sc_app *app, sc_job *job)
+sc_status sc_job_share(sc_app *app, sc_job *job)
 {
     SC_PASS(share_job_alone(app, job));
     for (size_t i = 0; i < job->shot_count; i++)
@@ -76,5 +75,5 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
         (void)sc_check_job_tissues(app,
                                    &session->job); /* so that all mistakes are told in one go */
     SC_PASS(sc_comm_agree(app->comm, status));
-    return share_job(app, &session->job);
+    return sc_job_share(app, &session->job);
 }
