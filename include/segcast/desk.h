@@ -20,9 +20,9 @@ typedef struct sc_desk_plan {
 } sc_desk_plan;
 
 /** Serve until INT, TERM or HUP, or for as long as the plan says. Prints the address to standard
- *  output. For a process that is the only rank. @return SC_OK when it was asked to end;
- *  SC_ERR_CREATE if it cannot listen there; the errors of sc_session_job and sc_session_volume of
- *  the job as it stands in the file, logged. */
+ *  output. Collective: all ranks draw; of the plan, that of rank 0 counts. @return SC_OK when it
+ * was asked to end; SC_ERR_CREATE if it cannot listen there; the errors of sc_session_job and
+ * sc_session_volume of the job as it stands in the file, logged. */
 SC_MUST_USE sc_status sc_desk_serve(sc_app *app, const sc_desk_plan *plan);
 
 #endif

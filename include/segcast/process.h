@@ -192,9 +192,10 @@ const atomic_int *sc_signals_catch_stop(void);
  * if it is the second, it ends the process at once, with exit code 75, after sc_unfinished_remove.
  */
 void sc_signals_stop_in_order(bool in_order);
-/** @return a flag that is set a quarter of a second after the first INT, TERM or HUP: somebody
- * waits for the end of the process, and what was begun is to be given up. */
-const atomic_int *sc_signals_give_up(void);
+/** @return a flag that is set a quarter of a second after the first INT, TERM or HUP, and again and
+ * again: somebody waits for the end of the process, and what was begun is to be given up. A command
+ * may set it for its own reasons, too. */
+atomic_int *sc_signals_give_up(void);
 /** Say that something begins, or ends, that cannot be given up, such as encoding and writing a
  * frame, but that a later run can make again: if it has not ended about three quarters of a second
  * after the first INT, TERM or HUP, the process ends as after the second. Threads: any; what

@@ -49,7 +49,7 @@ const sc_command sc_commands[] = {
      "and order of an opened file stay. Of a volume, the job is that of segcast init. The address "
      "holds a secret, without which nothing is served. Ends with Ctrl-C, or by --idle. Example: "
      "segcast desk heart.yaml --idle 60",
-     sc_cmd_desk, false},
+     sc_cmd_desk, true},
     {NULL, "convert", "VOLUME|TABLE|JOB.yaml",
      "write a mesh, prepared file, label table, line or phantom",
      "The ending of the file that -o names tells what is written. .segc: the volume, prepared. "

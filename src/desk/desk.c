@@ -203,7 +203,7 @@ static bool tell_news(sc_desk *desk, const sc_waiting *w)
             sc_http_answer_json(w->call, 200, sc_desk_state(desk));
             return true;
         }
-        if (!strcmp(verb, "picture") && !resize(desk, w->call)) {
+        if (!resize(desk, w->call)) {
             sc_desk_refuse(desk, w->call, "there is no picture of this size");
             return true;
         }
@@ -233,7 +233,8 @@ static void serve(sc_desk *desk, const atomic_int *stop)
 {
     const double idle_s = 60.0 * desk->plan->idle_min;
 
-    while (!*stop && !(idle_s > 0 && sc_http_idle_s(desk->http) > idle_s)) {
+    while (!*stop && !sc_desk_is_asked_to_stop(desk) &&
+           !(idle_s > 0 && sc_http_idle_s(desk->http) > idle_s)) {
         sc_call *call = sc_http_next(desk->http, WAKE_S);
 
         for (; call; call = sc_http_next(desk->http, 0))
@@ -256,7 +257,7 @@ static sc_status open_and_serve(sc_desk *desk, const atomic_int *stop)
                                        .page = sc_desk_html,
                                        .stage = desk->outer->stage,
                                        .may_interrupt = &desk->may_interrupt,
-                                       .interrupt = &desk->interrupt};
+                                       .interrupt = desk->interrupt};
     sc_status status;
 
     SC_PASS(sc_http_start(desk->outer, &settings, &desk->http));
@@ -264,7 +265,9 @@ static sc_status open_and_serve(sc_desk *desk, const atomic_int *stop)
         return SC_OK;
     desk->ctx.write = desk->outer->write; /* what is wrong with the job is told at the terminal */
     desk->ctx.user = desk->outer->user;
+    sc_signals_expendable(true); /* a large volume takes its time */
     status = sc_desk_follow(desk, &desk->steps.now);
+    sc_signals_expendable(false);
     desk->ctx.write = sc_desk_note;
     desk->ctx.user = &desk->notes;
     if (status != SC_OK)
@@ -288,18 +291,22 @@ sc_status sc_desk_serve(sc_app *app, const sc_desk_plan *plan)
     sc_status status;
 
     desk->app.ctx = &desk->ctx;
-    desk->give_up = &desk->interrupt;
+    desk->interrupt = sc_signals_give_up();
     sc_signals_stop_in_order(true);
-    status = desk->notes.list ? sc_desk_open_file(desk)
-                              : sc_fail(app->ctx, SC_ERR_MEMORY, "out of memory");
-    if (status == SC_OK)
+    status = sc_comm_agree(app->comm, desk->notes.list ? SC_OK : SC_ERR_MEMORY);
+    if (status == SC_OK && sc_comm_rank(app->comm) > 0)
+        sc_desk_obey(desk, stop);
+    else if (status == SC_OK)
+        status = sc_desk_open_file(desk);
+    if (status == SC_OK && sc_comm_rank(app->comm) == 0)
         status = open_and_serve(desk, stop);
+    sc_desk_order(desk, SC_ORDER_END);
     sc_http_stop(desk->http);
+    sc_desk_end_rendering(desk);
     sc_desk_drop_preparing(desk);
     sc_desk_close(desk);
     sc_steps_clear(&desk->steps);
     json_decref(desk->notes.list);
-    sc_desk_end_rendering(desk);
     sc_free(desk->file.path);
     sc_free(desk->file.on_disk);
     return status;

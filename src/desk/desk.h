@@ -81,10 +81,9 @@ typedef struct sc_desk {
     const sc_ctx *outer; /* that of the command */
     const sc_desk_plan *plan;
     sc_http *http;
-    atomic_int may_interrupt, interrupt; /* see sc_http_settings */
-    const atomic_int *give_up;           /* the latter; of sessions */
-    struct sc_preparing *preparing;      /* NULL: nothing is being prepared */
-    bool preparing_failed;               /* and will again, until something is changed */
+    atomic_int may_interrupt, *interrupt; /* see sc_http_settings; the latter is of sessions, too */
+    struct sc_preparing *preparing;       /* NULL: nothing is being prepared */
+    bool preparing_failed;                /* and will again, until something is changed */
     sc_steps steps;
     sc_notes notes;
     sc_session *base; /* owns volumes, and what is drawn from them; NULL: not loaded yet */
@@ -100,7 +99,8 @@ typedef struct sc_desk {
     sc_rendering rendering;
     sc_waiting waits[SC_WAITING_MAX];
     int wait_count;
-    double changed_s; /* when something was changed for the last time */
+    double changed_s;      /* when something was changed for the last time */
+    bool is_asked_to_stop; /* by another rank */
 } sc_desk;
 
 /* ---- session.c ---- */
@@ -111,10 +111,33 @@ sc_job_sources sc_desk_sources(const sc_desk *desk, const sc_edits *edits, sc_se
  * sc_job_load. */
 sc_status sc_desk_read(sc_desk *desk, const sc_edits *edits, sc_job *out);
 /* Make desk->now anew, for the job with these edits and the size of the picture. It stays as it was
- * after an error, which is in the notes. */
+ * after an error, which is in the notes. Collective, as are sc_desk_reload and sc_desk_draw: rank 0
+ * orders it; on the others what they are given does not matter. */
 sc_status sc_desk_follow(sc_desk *desk, const sc_edits *edits);
+/* The same, with volumes that are loaded anew. */
+sc_status sc_desk_reload(sc_desk *desk);
 /* Free both sessions. */
 void sc_desk_close(sc_desk *desk);
+
+/* ---- ranks.c ---- */
+
+/* What rank 0 orders. */
+typedef enum sc_order {
+    SC_ORDER_FOLLOW,
+    SC_ORDER_RELOAD,
+    SC_ORDER_DRAW,
+    SC_ORDER_GIVE_UP,
+    SC_ORDER_END
+} sc_order;
+/* Order something; nothing on other ranks than rank 0. */
+void sc_desk_order(const sc_desk *desk, sc_order what);
+/* Draw frame @p frame to @p image: as it is asked for, or in a hurry. After *desk->interrupt was
+ * set, what is drawn is of no use. */
+sc_status sc_desk_draw(sc_desk *desk, int frame, bool hurries, sc_image *image);
+/* Do what rank 0 orders until that is to end. @param stop rank 0 is asked to end when it is set. */
+void sc_desk_obey(sc_desk *desk, const atomic_int *stop);
+/* @return whether another rank has asked rank 0 to end. */
+bool sc_desk_is_asked_to_stop(sc_desk *desk);
 
 /* ---- nudge.c ---- */
 
@@ -149,8 +172,8 @@ json_t *sc_desk_view(sc_desk *desk);
 
 /* Draw a picture in a hurry, and answer @p call with it as JPEG. */
 void sc_desk_sketch(sc_desk *desk, sc_call *call);
-/* Draw the picture as `segcast still` does, or for a sheet a small one of another frame, and answer
- * @p call with it as PNG. @return false if it was given up, and not answered. */
+/* Draw the picture, or for a sheet that of another frame, as `segcast still` does, and answer @p
+ * call with it as PNG. @return false if it was given up, and not answered. */
 bool sc_desk_refine(sc_desk *desk, sc_call *call);
 /* Tell what is seen at a point of the picture. */
 void sc_desk_pick(sc_desk *desk, sc_call *call);

@@ -59,16 +59,13 @@ static sc_status draw_sketch(sc_desk *desk, sc_image *image)
     const int *size_px = desk->shown.size_px;
     const int width = (int)fmax(16, floor(scale * size_px[0] + 0.5));
     const int height = (int)fmax(16, floor(scale * size_px[1] + 0.5));
-    sc_render_stats stats;
     sc_status status;
     double begin_s;
 
     SC_PASS(sc_image_init_alpha(&desk->ctx, width, height, desk->now->job.render.background.is_none,
                                 image));
-    sc_session_hurry(desk->now, true);
     begin_s = sc_wall_s();
-    status = sc_session_sketch(&desk->app, desk->now, desk->frame, image, &stats);
-    sc_session_hurry(desk->now, false);
+    status = sc_desk_draw(desk, desk->frame, true, image);
     begin_s = (sc_wall_s() - begin_s) / ((double)width * height);
     desk->shown.s_per_px =
         desk->shown.s_per_px > 0 ? 0.6 * desk->shown.s_per_px + 0.4 * begin_s : begin_s;
@@ -83,42 +80,19 @@ void sc_desk_sketch(sc_desk *desk, sc_call *call)
     answer_picture(desk, call, draw_sketch(desk, &image), &image, NULL, true);
 }
 
-/* Draw what is asked for as the job is lit: the picture, or a small one for a sheet, which of a
- * comparison is not small. */
-static sc_status draw_lit(sc_desk *desk, sc_call *call, sc_image *image)
-{
-    const sc_job *job = &desk->now->job;
-    sc_render_stats stats;
-    int size_px[2];
-
-    SC_PASS(sc_session_light(&desk->app, desk->now));
-    if (strcmp(call->verb, "sheet") != 0) {
-        SC_PASS(sc_session_image(&desk->app, desk->now, image));
-        return sc_session_draw(&desk->app, desk->now, desk->frame, NULL, image, &stats);
-    }
-    if (!sc_desk_size(call->body, size_px))
-        return sc_fail(&desk->ctx, SC_ERR_USAGE, "there is no picture of this size");
-    if (desk->now->compare)
-        memcpy(size_px, job->output.size_px, sizeof size_px);
-    SC_PASS(sc_image_init_alpha(&desk->ctx, size_px[0], size_px[1], job->render.background.is_none,
-                                image));
-    return sc_session_sketch(&desk->app, desk->now, sc_desk_frame(desk, call->body), image, &stats);
-}
-
 bool sc_desk_refine(sc_desk *desk, sc_call *call)
 {
     SC_OWN(sc_image_clear) sc_image image = {0};
-    sc_status status = SC_OK;
+    sc_status status = sc_session_image(&desk->app, desk->now, &image);
     bool gives_up;
 
     desk->may_interrupt = 1;
-    sc_session_hurry(desk->now, false);
     gives_up = sc_http_waits(desk->http);
-    if (!gives_up)
-        status = draw_lit(desk, call, &image);
+    if (!gives_up && status == SC_OK)
+        status = sc_desk_draw(desk, sc_desk_frame(desk, call->body), false, &image);
     desk->may_interrupt = 0;
-    gives_up = gives_up || desk->interrupt;
-    desk->interrupt = 0;
+    gives_up = gives_up || *desk->interrupt;
+    *desk->interrupt = 0;
     if (gives_up)
         return false;
     answer_picture(desk, call, status, &image, NULL, false);

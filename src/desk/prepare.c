@@ -10,6 +10,7 @@ struct sc_preparing {
     atomic_int is_done;
     sc_desk desk; /* that of the thread: the job that it prepares for, and nothing that is served */
     sc_edits edits;
+    sc_comm *alone; /* its communicator where there are other ranks, as only one thread calls MPI */
     sc_status status;
 };
 
@@ -31,12 +32,16 @@ static sc_status begin(const sc_desk *desk, struct sc_preparing *p)
     own->outer = desk->outer;
     own->plan = desk->plan;
     own->shown = desk->shown;
-    own->give_up = desk->give_up;
+    own->interrupt = desk->interrupt;
     own->ctx = desk->ctx;
     own->ctx.stage = desk->outer->stage;
     own->ctx.user = &own->notes;
     own->app = desk->app;
     own->app.ctx = &own->ctx;
+    if (sc_comm_size(desk->app.comm) > 1) {
+        SC_PASS(sc_comm_open(&desk->ctx, false, &p->alone));
+        own->app.comm = p->alone;
+    }
     own->notes.list = json_array();
     SC_PASS(own->notes.list ? SC_OK : SC_ERR_MEMORY);
     SC_PASS(sc_text_copy(&desk->ctx, desk->file.path, &own->file.path));
@@ -50,7 +55,18 @@ static void drop(struct sc_preparing *p)
     sc_edits_clear(&p->edits);
     json_decref(p->desk.notes.list);
     sc_free(p->desk.file.path);
+    sc_comm_close(p->alone);
     sc_free(p);
+}
+
+/* @return whether what the thread prepares can be taken over: several ranks find it in the cache.
+ */
+static bool can_adopt(const sc_desk *desk)
+{
+    SC_OWN(sc_free_at) char *directory = NULL;
+
+    return sc_comm_size(desk->app.comm) == 1 ||
+           (sc_kept_directory(&desk->ctx, &directory) == SC_OK && directory);
 }
 
 void sc_desk_begin_preparing(sc_desk *desk)
@@ -59,6 +75,11 @@ void sc_desk_begin_preparing(sc_desk *desk)
 
     if (desk->fits || desk->preparing || desk->preparing_failed)
         return;
+    if (!can_adopt(desk)) {
+        desk->preparing_failed = sc_desk_reload(desk) != SC_OK;
+        desk->revision++;
+        return;
+    }
     desk->preparing_failed = SC_ZALLOC(&desk->ctx, 1, &p) != SC_OK;
     if (desk->preparing_failed)
         return;
@@ -70,7 +91,8 @@ void sc_desk_begin_preparing(sc_desk *desk)
     }
 }
 
-/* Take over what was prepared if it is what the job asks for now. @return whether it is. */
+/* Take over what was prepared if it is what the job asks for now: several ranks find it in the
+ * cache. @return whether it is. */
 static bool adopt(sc_desk *desk, struct sc_preparing *p)
 {
     bool fits = false;
@@ -79,6 +101,8 @@ static bool adopt(sc_desk *desk, struct sc_preparing *p)
                       &fits) != SC_OK ||
         !fits)
         return false;
+    if (p->alone)
+        return sc_desk_reload(desk) == SC_OK;
     sc_desk_close(desk);
     desk->base = desk->now = p->desk.base;
     desk->prepared = p->desk.prepared;
@@ -113,7 +137,9 @@ void sc_desk_drop_preparing(sc_desk *desk)
 {
     if (!desk->preparing)
         return;
+    sc_signals_expendable(true);
     pthread_join(desk->preparing->thread, NULL);
+    sc_signals_expendable(false);
     drop(desk->preparing);
     desk->preparing = NULL;
 }

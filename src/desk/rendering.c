@@ -9,6 +9,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+extern char **environ;
+
 enum {
     FILM_MAX_BYTES = 1 << 29, /* of a video that is sent to a page */
     SAID_MAX_BYTES = 4000,    /* of what is told of a run that has failed */
@@ -45,8 +47,8 @@ static sc_status start(sc_desk *desk, bool overwrites)
     posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", 0, 0);
     posix_spawn_file_actions_adddup2(&actions, fileno(r->said), STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&actions, fileno(r->said), STDERR_FILENO);
-    error = posix_spawn(&r->process, "/proc/self/exe", &actions, NULL, arguments,
-                        (char *const *)(uintptr_t)desk->app.environment);
+    (void)setenv("SEGCAST_MPI", "no", 1); /* it is no rank of those that the desk may belong to */
+    error = posix_spawn(&r->process, "/proc/self/exe", &actions, NULL, arguments, environ);
     posix_spawn_file_actions_destroy(&actions);
     if (!error)
         return SC_OK;

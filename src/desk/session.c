@@ -27,15 +27,17 @@ sc_status sc_desk_read(sc_desk *desk, const sc_edits *edits, sc_job *out)
     return sc_job_load(&desk->ctx, &sources, out);
 }
 
-/* Begin a session with the job of these edits at the size of the picture. */
+/* Begin a session with the job of these edits at the size of the picture, on all ranks. */
 static sc_status begin(sc_desk *desk, const sc_edits *edits, sc_session *out)
 {
-    *out = (sc_session){.times = {.threads = desk->app.threads}, .give_up = desk->give_up};
-    SC_PASS(sc_desk_read(desk, edits, &out->job));
+    const bool first = sc_comm_rank(desk->app.comm) == 0;
+
+    *out = (sc_session){.times = {.threads = desk->app.threads}, .give_up = desk->interrupt};
+    SC_PASS(sc_comm_agree(desk->app.comm, first ? sc_desk_read(desk, edits, &out->job) : SC_OK));
     memcpy(desk->size_px, out->job.output.size_px, sizeof desk->size_px);
     if (desk->shown.size_px[0])
         memcpy(out->job.output.size_px, desk->shown.size_px, sizeof desk->shown.size_px);
-    return SC_OK;
+    return sc_job_share(&desk->app, &out->job);
 }
 
 /* Free a session at the address of its pointer. For SC_OWN. */
@@ -84,14 +86,15 @@ static sc_status make(sc_desk *desk, const sc_edits *edits, bool borrows, sc_ses
 {
     SC_OWN(free_session) sc_session *next = NULL;
     const int panels = desk->base ? desk->base->panel_count : 0;
-    sc_status status;
+    sc_status status = SC_OK;
 
-    SC_PASS(SC_ZALLOC(&desk->ctx, 1, &next));
+    SC_PASS(sc_comm_agree(desk->app.comm, SC_ZALLOC(&desk->ctx, 1, &next)));
     SC_PASS(begin(desk, edits, next));
     next->lender = desk->base;
     if (desk->base)
-        SC_PASS(sc_inputs_fit(&desk->app, desk->base->inputs, &desk->prepared, &next->job,
-                              &desk->fits));
+        status =
+            sc_inputs_fit(&desk->app, desk->base->inputs, &desk->prepared, &next->job, &desk->fits);
+    SC_PASS(sc_comm_agree(desk->app.comm, status));
     if (desk->base && !borrows)
         desk->base->panel_count = 0;
     status = sc_session_volume(&desk->app, next);
@@ -115,7 +118,8 @@ static sc_status note_prepared(sc_desk *desk, const sc_edits *edits)
     return SC_OK;
 }
 
-sc_status sc_desk_follow(sc_desk *desk, const sc_edits *edits)
+/* As sc_desk_follow, when it was ordered. */
+static sc_status follow(sc_desk *desk, const sc_edits *edits)
 {
     sc_session *next = NULL;
 
@@ -137,11 +141,41 @@ sc_status sc_desk_follow(sc_desk *desk, const sc_edits *edits)
     return SC_OK;
 }
 
+sc_status sc_desk_follow(sc_desk *desk, const sc_edits *edits)
+{
+    sc_desk_order(desk, SC_ORDER_FOLLOW);
+    return follow(desk, edits);
+}
+
+/* Free the sessions of a desk. */
+static void free_sessions(sc_session *base, sc_session *now)
+{
+    if (now != base)
+        free_session(&now);
+    free_session(&base);
+}
+
+sc_status sc_desk_reload(sc_desk *desk)
+{
+    sc_session *base = desk->base, *now = desk->now;
+    sc_status status;
+
+    sc_desk_order(desk, SC_ORDER_RELOAD);
+    desk->base = desk->now = NULL;
+    status = follow(desk, &desk->steps.now);
+    if (status == SC_OK) {
+        free_sessions(base, now);
+    } else {
+        free_sessions(desk->base, desk->now);
+        desk->base = base;
+        desk->now = now;
+    }
+    return status;
+}
+
 void sc_desk_close(sc_desk *desk)
 {
     sc_job_clear(&desk->prepared);
-    if (desk->now != desk->base)
-        free_session(&desk->now);
-    free_session(&desk->base);
+    free_sessions(desk->base, desk->now);
     desk->base = desk->now = NULL;
 }

@@ -229,7 +229,7 @@ void sc_signals_stop_in_order(bool in_order)
     may_keep = may_keep || in_order;
 }
 
-const atomic_int *sc_signals_give_up(void)
+atomic_int *sc_signals_give_up(void)
 {
     return &gives_up;
 }

@@ -64,7 +64,7 @@ only '#include <yaml.h>' '^src/job/yaml/yaml_words\.h$'
 only '#include <cairo(-ft)?.h>' '^src/overlay/(overlay|lettering|font).c$|^src/overlay/font.h$'
 only '#include <fontconfig' '^src/overlay/font.[ch]$'
 only '#include <xxhash.h>' '^src/base/hash.c$'
-only '#include <pthread.h>' '^src/base/parallel.c$|^src/farm/worker_thread.c$|^src/process/display.c$|^src/desk/(http|prepare).c$|^include/segcast/terminal.h$|^src/video/libav.c$|^tests/support/thread_comm.h$|^tests/unit/test_video.c$'
+only '#include <pthread.h>' '^src/base/parallel.c$|^src/farm/worker_thread.c$|^src/process/display.c$|^src/desk/(http|prepare|ranks).c$|^include/segcast/terminal.h$|^src/video/libav.c$|^tests/support/thread_comm.h$|^tests/unit/test_video.c$'
 only '\bgetenv *\(' '^src/(cli|process|input|commands)/|^tests/'
 only '\b(exit|abort|_exit) *\(' '^src/(commands|process)/|^tests/'
 # No directory has more than 30 files, and in the modules that work on jobs no struct more than 20 members.
