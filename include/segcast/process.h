@@ -121,6 +121,11 @@ sc_status sc_launch(const sc_ctx *ctx, sc_comm **out);
  * logged, if not even the fewest threads can be started. */
 sc_status sc_execute(sc_app *app, const sc_command *command);
 
+/** Open the browser of the user at @p address, if there is a display and the user is not connected
+ * by SSH. Other users see what programs are started with, so the browser is given a file that only
+ * this one can read, and which leads there. @param file its name, to be removed by the caller;
+ * empty: there is none, as no browser can be opened. */
+void sc_browser_open(const char *address, char file[SC_PATH_BYTES]);
 /** @return the folder for files that ranks share where /dev/shm has no room. */
 const char *sc_temporary_folder(void);
 /** Make the path of the file or directory @p name in the directory in which segcast keeps what it

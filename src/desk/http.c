@@ -37,6 +37,7 @@ struct sc_http {
     struct MHD_Daemon *daemon;
     sc_http_settings settings;
     char secret[SC_SECRET_DIGITS + 1];
+    char page_file[SC_PATH_BYTES]; /* see sc_browser_open */
     int port;
     _Atomic double active_s;
     stranger *strangers; /* those that have not shown the secret yet, the newest first */
@@ -391,7 +392,7 @@ sc_call *sc_http_next(sc_http *http, double wait_s)
     until.tv_nsec %= 1000000000;
     pthread_mutex_lock(&http->lock);
     while (!http->first && !pthread_cond_timedwait(&http->queued, &http->lock, &until))
-        ;
+        (void)unlink(http->page_file);
     call = http->first;
     if (call) {
         http->first = call->next;
@@ -583,6 +584,8 @@ void sc_http_stop(sc_http *http)
         return;
     if (http->daemon)
         close(MHD_quiesce_daemon(http->daemon));
+    if (http->page_file[0])
+        (void)unlink(http->page_file);
     while ((call = sc_http_next(http, 0)) != NULL)
         sc_http_answer(call, MHD_HTTP_SERVICE_UNAVAILABLE, "text/plain", NULL, 0, NULL);
     if (http->daemon) {
@@ -595,12 +598,12 @@ void sc_http_stop(sc_http *http)
     sc_free(http);
 }
 
-bool sc_http_print_address(const sc_http *http, const sc_ctx *ctx)
+bool sc_http_print_address(sc_http *http, const sc_ctx *ctx)
 {
     const char *path = unix_path(&http->settings);
     const char *host = http->settings.listen && !path ? http->settings.listen : "127.0.0.1";
     const bool is_six = strchr(host, ':') != NULL;
-    char name[SC_HOST_BYTES], at[100];
+    char name[SC_HOST_BYTES], at[100], address[200];
     SC_OWN(sc_free_at) char *whole = path ? realpath(path, NULL) : NULL;
 
     sc_host_name(name);
@@ -611,9 +614,11 @@ bool sc_http_print_address(const sc_http *http, const sc_ctx *ctx)
             "others can connect to %s, unencrypted: whoever reads the address on its way sees and "
             "changes the job; without --listen only this machine can, and ssh -L leads there",
             host);
-    printf("http://%s/%s/\n", at, http->secret);
-    if (fflush(stdout))
+    snprintf(address, sizeof address, "http://%s/%s/", at, http->secret);
+    if (puts(address) < 0 || fflush(stdout))
         return false;
+    if (!path)
+        sc_browser_open(address, http->page_file);
     sc_info(ctx,
             "the desk is at this address%s; from another machine: ssh -L %d:%s %s, and then "
             "the same address there. Ctrl-C ends it",

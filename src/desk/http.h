@@ -46,9 +46,9 @@ sc_status sc_http_start(const sc_ctx *ctx, const sc_http_settings *settings, sc_
 /* End: all calls that were not answered are. NULL is allowed. */
 void sc_http_stop(sc_http *http);
 SC_CLOSE_AT(sc_http_stop, sc_http)
-/* Print the address to standard output, and tell how to reach it from another machine. @return
- * false if that cannot be done, which is told when the program ends. */
-bool sc_http_print_address(const sc_http *http, const sc_ctx *ctx);
+/* Print the address to standard output, tell how to reach it from another machine, and open the
+ * browser. @return false if it cannot be printed, which is told when the program ends. */
+bool sc_http_print_address(sc_http *http, const sc_ctx *ctx);
 /* @return the seconds since a page has asked for something but news. */
 double sc_http_idle_s(const sc_http *http);
 

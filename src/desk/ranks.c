@@ -63,7 +63,7 @@ static sc_status draw_rows(sc_desk *desk, const order *o, const sc_rows *rows, s
     sc_render_stats stats;
 
     return (o->hurries ? sc_session_sketch : sc_session_draw)(&desk->app, desk->now, o->frame, rows,
-                                                             image, &stats);
+                                                              image, &stats);
 }
 
 /* Draw the bands of a rank, each to s->image and from there to s->rows: other rows of the picture
@@ -85,7 +85,7 @@ static void do_bands(share *s, int rank, sc_image *to)
 
         if (!to)
             status = *s->desk->interrupt ? SC_ERR_INCOMPLETE
-                                        : draw_rows(s->desk, s->order, &part, &s->image);
+                                         : draw_rows(s->desk, s->order, &part, &s->image);
         memcpy(to ? (void *)at : s->rows + s->bytes, to ? (void *)(s->rows + s->bytes) : at, bytes);
         s->bytes += bytes;
     }

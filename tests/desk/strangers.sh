@@ -2,7 +2,11 @@
 # What is malformed, foreign or without the secret is refused, thousands of times, and the desk goes on serving.
 command -v python3 >/dev/null || skip "python3 is not installed"
 printf 'volume: phantom:24x20x24\noutput: {size: [64, 48], video: none}\nanimation: {frames: 3}\n' >job.yaml
-"$SEGCAST" desk job.yaml --threads 1 >address.txt 2>desk.txt &
+# The browser is opened by a file that only its owner can read, and that is gone in the end; not through SSH.
+mkdir run
+printf '#!/bin/sh\nstat -c %%a "$1" >seen.txt\ncat "$1" >>seen.txt\n' >xdg-open
+chmod +x xdg-open
+DISPLAY=:9 XDG_RUNTIME_DIR=$PWD/run PATH=$PWD:$PATH env -u SSH_CONNECTION "$SEGCAST" desk job.yaml --threads 1 >address.txt 2>desk.txt &
 desk=$!
 trap 'kill $desk 2>/dev/null || true' EXIT
 for _ in $(seq 600); do
@@ -30,6 +34,7 @@ end_desk() {
     [ $code = 0 ] || { cat desk.txt >&2; fail "the desk has ended with exit code $code"; }
 }
 end_desk
+grep -q "url=$(cat address.txt)\"" seen.txt && [ "$(head -n 1 seen.txt)" = 600 ] && [ -z "$(ls run)" ] || fail "the browser is not opened as it should: $(cat seen.txt; ls run)"
 
 # A Unix socket is for its owner alone; one that a killed desk has left is replaced, one that is used is not.
 python3 -c 'import socket; socket.socket(socket.AF_UNIX).bind("here")'
