@@ -84,6 +84,7 @@ typedef struct sc_desk {
     atomic_int may_interrupt, *interrupt; /* see sc_http_settings; the latter is of sessions, too */
     struct sc_preparing *preparing;       /* NULL: nothing is being prepared */
     bool preparing_failed;                /* and will again, until something is changed */
+    bool is_asked_to_stop;                /* by another rank */
     sc_steps steps;
     sc_notes notes;
     sc_session *base; /* owns volumes, and what is drawn from them; NULL: not loaded yet */
@@ -99,8 +100,7 @@ typedef struct sc_desk {
     sc_rendering rendering;
     sc_waiting waits[SC_WAITING_MAX];
     int wait_count;
-    double changed_s;      /* when something was changed for the last time */
-    bool is_asked_to_stop; /* by another rank */
+    double changed_s; /* when something was changed for the last time */
 } sc_desk;
 
 /* ---- session.c ---- */
