@@ -318,9 +318,12 @@ sc_status sc_session_light(const sc_app *app, sc_session *session)
 {
     for (int i = 0; i < session->panel_count; i++) {
         sc_panel *panel = &session->panels[i];
-        const sc_scene first = sc_timeline_scene(&panel->timeline, 0, &panel->room);
+        sc_scene first;
 
-        for (int k = 0; panel->renderers && k < panel->phases; k++)
+        if (!panel->renderers) /* it only writes */
+            continue;
+        first = sc_timeline_scene(&panel->timeline, 0, &panel->room);
+        for (int k = 0; k < panel->phases; k++)
             SC_PASS(
                 sc_renderer_gather(app->ctx, panel->renderers[k], &first, SC_LIGHT_NEW_RAYS, NULL));
     }
