@@ -80,8 +80,8 @@ static const sc_option option_rows[] = {
      "label numbers",
      "convert", sc_store_text, AT(tissue), ""},
     {"simplify", 0, "MM",
-     "of a mesh: leave out triangles, up to this error in mm: the surface moves by a third of it "
-     "on average, but stays where tissues meet",
+     "of a mesh: leave out triangles, up to this error in mm, a mean: the surface moves by a third "
+     "of it on average, at some places by more, and stays where tissues meet",
      "convert", sc_store_text, AT(simplify), ""},
     {"begin", 0, "X,Y,Z", "where the line begins, in RAS mm (default: at the end of the tissue)",
      "convert", sc_store_text, AT(begin), ""},
