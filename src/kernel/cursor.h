@@ -31,8 +31,7 @@ static inline bool is_over(const cursor *c)
            c->light.transmittance < c->ray->ends_below;
 }
 
-/* With a way: is the ray to stop before what it meets at distance @p t? If so, the way notes
- * where that is, else that it has been passed. */
+/* With a way: is the ray to stop before what it meets at distance @p t? The way notes which. */
 static inline bool stops_before(cursor *c, float t)
 {
     const float depth_mm = c->ray->base_mm + t;

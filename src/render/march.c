@@ -269,7 +269,6 @@ static void begin_ray(bundle *b, size_t i)
     const sc_aim *aim = b->lines ? NULL : &b->aims[i];
     const int square =
         aim ? sc_cover_square(&parts->layout, (int)floor(aim->x_px), (int)floor(aim->y_px)) : 0;
-    /* how much longer the way is than its share along the direction of view */
     const double longer =
         aim ? 1 / sc_line_of_sight(&parts->list[parts->shown[0]].lens, aim).shorten : 0;
 
