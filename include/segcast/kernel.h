@@ -227,7 +227,7 @@ typedef struct sc_ray {
                               behind which less than that is left, and brings back that surface
                               alone: label, depth and normal, and its colour, in a march that is
                               flat. With a number by chance, from 0 to 1, it is each surface by the
-                              share that this hides of what is behind the picture. Smooth only */
+                              share that this hides of what is behind the picture */
     uint8_t clip_sets;   /**< how many there are */
     uint8_t part_count[SC_CLIP_SETS_MAX];   /**< by clip set: 0, 1 or 2 */
     sc_ray_part parts[SC_CLIP_SETS_MAX][2]; /**< by clip set, in order along the ray */

@@ -107,8 +107,20 @@ static void add_boundary(cursor *c, int k, const sc_march_tissue *tissue, const 
         spot.point[i] = p[i] - 0.5f;
     sc_face_eye(c->ray->toward_eye, spot.normal);
     sc_light(m, tissue, &spot, rgb);
-    sc_remember_surface(&c->light, label, alpha, spot.depth_mm, spot.normal, 0);
-    sc_blend(&c->light, rgb, alpha, 0);
+    sc_remember_surface(&c->light, label, alpha, spot.depth_mm, spot.normal, c->ray->ends_below);
+    sc_blend(&c->light, rgb, alpha, c->ray->ends_below);
+}
+
+/* Add a sample of the interior of @p tissue to c->light. That has no face: of a ray with ends_below
+ * it looks towards the eye. */
+static void add_interior(cursor *c, const sc_march_tissue *tissue, float depth_mm)
+{
+    const float ends_below = c->ray->ends_below;
+
+    if (ends_below > 0)
+        sc_remember_surface(&c->light, (uint32_t)(tissue - c->m->tissues), tissue->interior_alpha,
+                            depth_mm, c->ray->toward_eye, ends_below);
+    sc_blend(&c->light, tissue->rgb, tissue->interior_alpha, ends_below);
 }
 
 /* Classify sample @p k and add it to c->light, unless it is not shown or its clip set does not
@@ -138,7 +150,7 @@ static bool add_sample(cursor *c, int k)
         return false;
     c->contributions++;
     if (kind == SC_SHOW_INTERIOR)
-        sc_blend(&c->light, tissue->rgb, tissue->interior_alpha, 0);
+        add_interior(c, tissue, c->ray->base_mm + t);
     else
         add_boundary(c, k, tissue, p);
     return true;
@@ -152,7 +164,7 @@ static void march_ray(cursor *c, bool caps)
     int from = c->way ? c->way->at[1] : INT32_MIN, k, last, nearest, farthest;
 
     samples_in_box(c->m, c->ray, &nearest, &farthest);
-    while (c->light.transmittance >= c->m->opaque_below && next_part(c->ray, from, &k, &last)) {
+    while (!is_over(c) && next_part(c->ray, from, &k, &last)) {
         const bool goes_on = c->way && c->way->walks;
         int at = goes_on ? c->way->at[0] : k > nearest ? k : nearest, end;
 
@@ -167,8 +179,7 @@ static void march_ray(cursor *c, bool caps)
         from = last;
         if (c->m->only_caps)
             continue;
-        while (c->light.transmittance >= c->m->opaque_below &&
-               (at = find_sample(c, at, end)) < end) {
+        while (!is_over(c) && (at = find_sample(c, at, end)) < end) {
             if (!add_sample(c, at)) {
                 c->way->walks = true;
                 c->way->at[0] = at;

@@ -361,6 +361,8 @@ static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, co
         open = 1 - l->occlusion * (1 - sc_openness(m, spot));
     if (l->sky > 0)
         open = sc_light_of_sky(m, spot, known, open, sky);
+    for (int i = 0; i < 3 && l->sky > 0; i++) /* the eye sees no shadow of the light beside it */
+        sky[i] += l->head * head * (known * (1 - open));
     if (m->occlusion && l->shadow > 0 && key > 0)
         lit = sc_unshadowed(m, spot);
     if (l->lamp_mm > 0) {

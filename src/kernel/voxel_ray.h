@@ -5,18 +5,7 @@
 #ifndef SC_KERNEL_VOXEL_RAY_H
 #define SC_KERNEL_VOXEL_RAY_H
 
-#include "shade.h"
-
-/* One ray on its way: its light so far, and counts (see sc_march_counters) that the caller adds
- * up. */
-typedef struct cursor {
-    const sc_march *m;
-    const sc_ray *ray;
-    sc_way *way;    /* NULL: the ray goes to its end at once */
-    float limit_mm; /* with a way: the ray stops before what is not nearer to the eye than this */
-    sc_radiance light;
-    uint64_t cell_visits, contributions;
-} cursor;
+#include "cursor.h"
 
 /* Index of voxel (x, y, z) in the array of labels; it must lie in the volume. */
 static inline size_t voxel_index(const sc_prepared *v, int x, int y, int z)
@@ -93,8 +82,8 @@ static inline void add_cap(cursor *c, int clip_set, int part)
     (void)sc_light_cut(m, &m->tissues[label], &spot, rgb);
     c->contributions++;
     sc_remember_surface(&c->light, label, m->tissues[label].cap_alpha, spot.depth_mm, spot.normal,
-                        0);
-    sc_blend(&c->light, rgb, m->tissues[label].cap_alpha, 0);
+                        c->ray->ends_below);
+    sc_blend(&c->light, rgb, m->tissues[label].cap_alpha, c->ray->ends_below);
 }
 
 /* Find the first sample from @p k on that any clip set keeps, to @p first, and the end of the
@@ -126,25 +115,10 @@ static inline void add_caps_before(cursor *c, int k)
     for (int i = 0; i < 2; i++) {
         for (int g = 0; g < ray->clip_sets; g++) {
             if (i < ray->part_count[g] && ray->parts[g][i].cap_plane >= 0 &&
-                ray->parts[g][i].first == k)
+                ray->parts[g][i].first == k && !is_over(c))
                 add_cap(c, g, i);
         }
     }
-}
-
-/* With a way: is the ray to stop before what it meets at distance @p t? If so, the way notes
- * where that is, else that it has been passed. */
-static inline bool stops_before(cursor *c, float t)
-{
-    const float depth_mm = c->ray->base_mm + t;
-
-    if (depth_mm < c->limit_mm) {
-        c->limit_mm = c->way->limit_mm;
-        c->way->passed = true;
-        return false;
-    }
-    c->way->next_mm = depth_mm;
-    return true;
 }
 
 /* Add the cut faces that lie between samples k - 1 and k, unless the ray is to stop before them:

@@ -23,6 +23,8 @@ typedef struct packet {
     vf origin[3], direction[3], inverse[3], eye[3], base_mm; /* of sc_ray; inverse: 1 / direction,
                                                                 eye: sc_ray.toward_eye */
     vf mm_per_city_block; /* way by which the city-block distance from its begin grows by 1 */
+    vf ends_below;        /* the transmittance below which the rays end */
+    vm seeks;             /* of rays with ends_below */
     vm forward[3];        /* the coordinate grows along the ray, or does not change */
     vi k, last;           /* the present sample, and the end of the part of the ray */
     vi kept;              /* the clip sets kept from k to last, as bits */
@@ -164,8 +166,7 @@ static void find_next(packet p[PACKETS])
     bool first, second;
 
     for (int k = 0; k < PACKETS; k++) {
-        p[k].walking =
-            m_and(p[k].alive, f_at_most(f_set(p[k].m->opaque_below), p[k].light.transmittance));
+        p[k].walking = m_and(p[k].alive, f_at_most(p[k].ends_below, p[k].light.transmittance));
         p[k].found = m_none();
     }
     first = walk_on(&p[0]);
@@ -236,17 +237,20 @@ static inline vf v_boundary_alpha(const sc_march *m, vi label, vi near, vm on)
 }
 
 /* Add the present samples of the lanes of @p on, which lie in the interior of @p label, to the
- * light. */
+ * light; see add_interior() of march_voxel_tmpl.c. */
 static void add_interior(packet *p, vi label, vm on)
 {
+    const vf alpha = v_tissue_floats(p->m, label, offsetof(sc_march_tissue, interior_alpha), on);
+    v_spot spot = {.depth_mm = p->base_mm + v_distance(p, p->k)};
     vf rgb[3];
 
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         rgb[i] = v_tissue_floats(p->m, label,
                                  offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
-    v_blend(&p->light, rgb,
-            v_tissue_floats(p->m, label, offsetof(sc_march_tissue, interior_alpha), on), m_none(),
-            on);
+        spot.normal[i] = p->eye[i];
+    }
+    v_remember_surface(&p->light, label, alpha, &spot, p->seeks, m_and(on, p->seeks));
+    v_blend(&p->light, rgb, alpha, p->seeks, on);
 }
 
 /* See sc_voxel_normal: the normals of boundary voxels, to @p n. */
@@ -299,8 +303,8 @@ static void v_add_boundary(packet *p, vi label, const vf at[3], vi near, vm on)
     alpha = v_boundary_alpha(p->m, label, near, on);
     v_light_spot(p->m, &spot, on);
     v_light(p->m, label, &spot, on, rgb);
-    v_remember_surface(&p->light, label, alpha, &spot, m_none(), on);
-    v_blend(&p->light, rgb, alpha, m_none(), on);
+    v_remember_surface(&p->light, label, alpha, &spot, p->seeks, on);
+    v_blend(&p->light, rgb, alpha, p->seeks, on);
 }
 
 /* Stop the rays of the lanes of @p on before their present samples. */
@@ -386,7 +390,7 @@ static void begin_parts(packet *p, vm on)
         const bool goes_on = way && way->walks;
         int k, last;
 
-        if (p->light.transmittance[lane] < p->m->opaque_below ||
+        if (p->light.transmittance[lane] < p->ends_below[lane] ||
             !next_part(ray, p->last_end[lane], &k, &last))
             continue;
         if (way) {
@@ -436,6 +440,10 @@ static void start_packet(packet *p, const sc_ray *rays, sc_way *ways, const sc_r
         p->eye[i] = v_ray_floats(p->rays, offsetof(sc_ray, toward_eye) + at, all);
     }
     p->base_mm = v_ray_floats(p->rays, offsetof(sc_ray, base_mm), all);
+    p->ends_below = v_ray_floats(p->rays, offsetof(sc_ray, ends_below), all);
+    p->seeks = f_below(f_set(0), p->ends_below);
+    p->ends_below = f_pick(f_below(p->ends_below, f_set(p->m->opaque_below)),
+                           f_set(p->m->opaque_below), p->ends_below);
     for (int i = 0; i < 3; i++) {
         const vf d = p->direction[i];
         const vm parallel = m_and(f_below(f_set(-SC_PARALLEL), d), f_below(d, f_set(SC_PARALLEL)));

@@ -3,14 +3,13 @@
  * all over the aperture, and meet again in the plane in focus; the mean of the linear light that
  * they bring back is the colour of the pixel.
  *
- * Which points of the aperture they are decides how the picture looks before there are very many:
- * the same for all pixels would show every edge out of focus as often as there are points, and
- * points by chance would be noise. So the samples of the 4 x 4 pixels of a square, taken together,
- * are one net of a scrambled Sobol sequence, and those of each pixel, in the order of a Z through
- * the square, are a net, too: what a pixel misses its neighbours have, and the error that is left
- * is as fine as pixels are (after Ahmed and Wonka 2020, "Screen-space blue-noise diffusion of
- * Monte Carlo sampling error via hierarchical ordering of pixels"). All squares are alike, in all
- * frames, so that nothing flickers. */
+ * The same points for all pixels would show every edge out of focus as often as there are points,
+ * and points by chance would be noise. So the samples of the 4 x 4 pixels of a square, taken
+ * together, are one net of a scrambled Sobol sequence, and those of each pixel, in the order of a Z
+ * through the square, are a net, too: what a pixel misses its neighbours have, and the error that
+ * is left is as fine as pixels are (after Ahmed and Wonka 2020, "Screen-space blue-noise diffusion
+ * of Monte Carlo sampling error via hierarchical ordering of pixels"). All squares are alike, in
+ * all frames, so that nothing flickers. */
 #include "directions.h"
 #include "tile.h"
 

@@ -253,21 +253,14 @@ static void store_row(const sc_tile *t, int y)
     }
 }
 
-/* Is nothing visible in the tile, by the map, or by those of all parts? Its border is not examined.
- */
+/* Is nothing visible in any square of the map in the tile? Its border is not examined. */
 static bool is_empty(const sc_tile *t)
 {
-    const bool apart = sc_parts_apart(t->f->renderer);
-    const sc_parts *parts = t->f->renderer->parts;
-    const sc_cover *cover = apart ? &parts->layout : &t->f->cover;
+    const int px = 1 << t->f->cover.shift;
 
-    if (sc_shows_behind(t->f->renderer))
-        return false;
-    for (int row = t->y0 >> cover->shift; row <= (t->y1 - 1) >> cover->shift; row++) {
-        for (int column = t->x0 >> cover->shift; column <= (t->x1 - 1) >> cover->shift; column++) {
-            const int square = (row + 1) * cover->columns + column + 1;
-
-            if (apart ? parts->met[square] : cover->squares[square])
+    for (int y = t->y0 & -px; y < t->y1; y += px) {
+        for (int x = t->x0 & -px; x < t->x1; x += px) {
+            if (sc_may_show(t->f, x, y))
                 return false;
         }
     }
@@ -321,17 +314,21 @@ static int least(int a, int b)
 }
 
 /* Draw tiles [@p begin, @p end) of the frame @p user, numbered row by row, as far as it is not to
- * be given up. Adds to the stats and the span of the thread in the renderer. */
-static void draw_and_measure(void *user, size_t begin, size_t end, int thread)
+ * be given up: what is left then is not even measured, for asking for the CPU time of the many
+ * tiles of a large frame would take seconds. Adds to the stats and the span of the thread. */
+static void draw_tiles(void *user, size_t begin, size_t end, int thread)
 {
     const sc_frame *f = user;
     const sc_render_settings *s = &f->renderer->settings;
-    const double begin_s = sc_thread_cpu_s();
     sc_render_span *span = &f->renderer->spans[thread];
     const int side = s->tile_px + 2;
     sc_render_stats *stats = &f->renderer->stats[thread];
     sc_tile t; /* not initialised as a whole, because it is large */
+    double begin_s;
 
+    if (sc_is_given_up(f->renderer))
+        return;
+    begin_s = sc_thread_cpu_s();
     if (span->begin_s == 0)
         span->begin_s = sc_wall_s();
     t.f = f;
@@ -343,7 +340,9 @@ static void draw_and_measure(void *user, size_t begin, size_t end, int thread)
     t.thread = thread;
     t.counters = (sc_march_counters){0};
     t.rays.count = 0;
-    t.rays.most = sc_parts_apart(f->renderer) ? SC_APART_BATCH : SC_RAY_BATCH;
+    t.rays.most = sc_parts_apart(f->renderer) && !sc_traces_paths(f->renderer, f->scene)
+                      ? SC_APART_BATCH
+                      : SC_RAY_BATCH;
     for (size_t i = begin; i < end && !sc_is_given_up(f->renderer); i++) {
         t.x0 = f->column0 + (int)(i % (size_t)f->tiles_x) * s->tile_px;
         t.y0 = f->row0 + (int)(i / (size_t)f->tiles_x) * s->tile_px;
@@ -354,15 +353,6 @@ static void draw_and_measure(void *user, size_t begin, size_t end, int thread)
     sc_add_counters(&stats->counters, &t.counters);
     stats->cpu_s += sc_thread_cpu_s() - begin_s;
     span->end_s = sc_wall_s();
-}
-
-/* Worker of sc_parallel_for, as draw_and_measure. The many tiles that are left of a large frame
- * that is given up are not even measured: asking for the CPU time would take longer than a second.
- */
-static void draw_tiles(void *user, size_t begin, size_t end, int thread)
-{
-    if (!sc_is_given_up(((const sc_frame *)user)->renderer))
-        draw_and_measure(user, begin, end, thread);
 }
 
 void sc_render_stats_add(sc_render_stats *sum, const sc_render_stats *more)
@@ -472,7 +462,7 @@ sc_pick sc_render_pick(sc_renderer *r, const sc_scene *scene, const int size_px[
 
     begin_view(&f);
     if (sc_parts_apart(r))
-        sc_march_apart(r, &aim, 1, 0, &light, &counters);
+        sc_march_apart(r, &aim, NULL, 1, 0, &light, &counters);
     else if (sc_make_ray(&f.lens, &aim, &ray))
         r->kernel->march(&r->march, &ray, NULL, 1, &light, &counters);
     if (!light.label)
@@ -510,7 +500,7 @@ static void count_rows(void *user, size_t begin, size_t end, int thread)
             if (!sc_may_show_tissue(f, x, (int)y))
                 continue;
             if (sc_parts_apart(r))
-                sc_march_apart(r, &aim, 1, thread, &light, out);
+                sc_march_apart(r, &aim, NULL, 1, thread, &light, out);
             else if (sc_make_ray(&f->lens, &aim, &ray))
                 r->kernel->march(&r->march, &ray, NULL, 1, &light, out);
         }

@@ -5,17 +5,13 @@
  *
  * The places are vertices on the side of tissue beside which a surface passes, about every other
  * one, so that each vertex is one or has one beside it. Each stands for the point of the surface
- * nearest to it. From each of them rays go out in a fixed set of
- * directions; what they meet is noted as the place there. The light at a place is what its free
- * rays bring from the sky, and what the others bring from the places that they have met, which a
- * few iterations find (radiosity: Goral et al. 1984). Further rays go to a lamp, a disc in the sky:
- * few of the others would meet it. Neighbouring places have different parts of one low-discrepancy
- * net, so that what is interpolated between them stands for many more directions than each has
- * (Keller and Heidrich 2001, "Interleaved sampling").
+ * nearest to it. What the rays from there meet is noted as the place there. The light at a place is
+ * what its free rays bring from the sky and the lamp, and what the others bring from the places
+ * that they have met, which a few iterations find. docs/light.md tells more, and whose methods
+ * these are.
  *
- * What is kept by clip planes that cut all tissues alike is convex, apart from being tissue. So a
- * ray whose first hit has been cut away has left for good, and no other one meets anything new:
- * rays are traced without such planes, once, and a place that was cut away is free. */
+ * What clip planes keep that cut all tissues alike is convex, apart from being tissue: rays are
+ * traced without such planes, once, and a place that was cut away is free. */
 #ifndef SC_RENDER_GATHER_H
 #define SC_RENDER_GATHER_H
 

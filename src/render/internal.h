@@ -72,7 +72,7 @@ enum {
 typedef struct sc_cover {
     int columns, rows, shift; /* squares of 2^shift pixels */
     const uint8_t *squares;   /* [rows][columns], 0 where nothing can be seen, else a level: nothing
-                                 is met nearer to the eye than sc_cover_near_mm of it; borrowed */
+                                 is met nearer than it is from the eye; borrowed */
     double near_mm, level_mm; /* the distance from the eye of level 1, and from a level to the next;
                                  both 0 if no distances are known */
 } sc_cover;
@@ -193,11 +193,17 @@ typedef struct sc_sight {
 
 /* @return the line of sight of a ray. */
 sc_sight sc_line_of_sight(const sc_lens *lens, const sc_aim *aim);
+/* A ray that may begin anywhere. */
+typedef struct sc_line {
+    sc_vec3 from_mm, direction; /* RAS; direction of unit length */
+    float ends_below;           /* as of sc_ray */
+} sc_line;
+
 /* Fill in *@p ray: origin, direction and the parts that each clip set keeps. @return false if no
  * part of it is kept within the sphere around the volume; *@p ray must then not be marched. */
 bool sc_make_ray(const sc_lens *lens, const sc_aim *aim, sc_ray *ray);
-/* The same for a ray from a point in a direction of unit length, both RAS mm. */
-bool sc_make_ray_from(const sc_lens *lens, sc_vec3 from_mm, sc_vec3 direction, sc_ray *ray);
+/* The same for a line. */
+bool sc_make_ray_from(const sc_lens *lens, const sc_line *line, sc_ray *ray);
 
 /* Set r->grey from the settings, if they have a grey volume. @return SC_ERR_DATA if its geometry is
  * singular. */
@@ -224,9 +230,6 @@ bool sc_floor_meets(const sc_floor *f, const sc_sight *sight, sc_vec3 *at);
 void sc_floor_show(const sc_renderer *r, const float share[3], sc_radiance *light);
 /* Put the floor behind what the rays of a view bring back, by light that was gathered. */
 void sc_put_floor_behind(const sc_lens *lens, const sc_aim *aims, size_t count, sc_radiance *light);
-/* @return how much longer the way along a ray is than its share along the direction of view; 1
- * where all directions are seen. */
-double sc_ray_longer(const sc_lens *lens, const sc_aim *aim);
 
 enum {
     SC_RAY_BATCH = 256,   /* rays that are marched together */
@@ -313,10 +316,10 @@ static inline bool sc_parts_apart(const sc_renderer *r)
 void sc_march_rays(const sc_renderer *r, const sc_ray *rays, size_t count, sc_radiance *out,
                    sc_radiance *white, sc_march_counters *counters);
 /* The same for rays of a view whose parts are apart: what a ray meets in them is blended in its
- * order along the ray. @param aims [count] of the rays, at most SC_APART_BATCH. @param thread whose
- * room is used. */
-void sc_march_apart(const sc_renderer *r, const sc_aim *aims, size_t count, int thread,
-                    sc_radiance *out, sc_march_counters *counters);
+ * order along the ray. @param aims [count] of the rays, at most SC_APART_BATCH. @param lines NULL;
+ * or [count], in place of aims: through r->traced. @param thread whose room is used. */
+void sc_march_apart(const sc_renderer *r, const sc_aim *aims, const sc_line *lines, size_t count,
+                    int thread, sc_radiance *out, sc_march_counters *counters);
 
 /* Does the far end fade into a background that is not there? */
 static inline bool sc_fades_away(const sc_renderer *r)
@@ -384,19 +387,6 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
 static inline int sc_cover_square(const sc_cover *cover, int x_px, int y_px)
 {
     return ((y_px >> cover->shift) + 1) * cover->columns + (x_px >> cover->shift) + 1;
-}
-
-/* Can such a pixel show anything? */
-static inline bool sc_is_covered(const sc_cover *cover, int x_px, int y_px)
-{
-    return cover->squares[sc_cover_square(cover, x_px, y_px)];
-}
-
-/* @return the distance from the eye, in mm, before which nothing is met in squares of level @p
- * level, which is not 0. */
-static inline double sc_cover_near_mm(const sc_cover *cover, int level)
-{
-    return cover->near_mm + (level - 1) * cover->level_mm;
 }
 
 #endif

@@ -2,11 +2,10 @@
 /* Marches batches of rays: through the volume, or where parts are moved through each of them.
  *
  * In the second case a ray goes on in the part whose next surface is the nearest, up to the next
- * surface of another part. So layers of parts that lie between each other are blended in their
- * order, as if the tissues stood in one volume, and what an opaque face hides is never looked for.
- * As long as a ray has not been to a part, the map of that part tells how near its first surface
- * can be. That decides when surfaces are looked for, but never which of them comes first: the
- * picture is the same without maps. */
+ * surface of another part, as if the tissues stood in one volume; what is hidden is not looked for.
+ * As long as a ray has not been to a part, the map or the box of that tells how near its first
+ * surface can be. That decides when surfaces are looked for, but never which of them comes first:
+ * the picture is the same without them. */
 #include "internal.h"
 
 /* Surfaces of two parts that lie so near to each other, in voxels, are those in which they touched
@@ -48,19 +47,32 @@ void sc_march_rays(const sc_renderer *r, const sc_ray *rays, size_t count, sc_ra
 typedef struct bundle {
     const sc_renderer *renderer;
     const sc_aim *aims;
+    const sc_line *lines; /* NULL: rays go where aims say */
     sc_part_room *room;
     sc_radiance *out;
     sc_march_counters *counters;
     float touch_mm;
     int waiting[SC_PARTS_MAX]; /* by part: how many rays go on there */
     int first[SC_PARTS_MAX];   /* the first of them; the others follow by room->after */
-    int alone[SC_PARTS_MAX];   /* likewise of rays that can meet no other part */
 } bundle;
 
 /* Part @p p as a bit. */
 static inline uint64_t part_bit(int p)
 {
     return (uint64_t)1 << p;
+}
+
+/* Make ray @p i as it stands to part @p p. @return false if it misses that. */
+static bool make_ray(const bundle *b, int p, size_t i, sc_ray *ray)
+{
+    const sc_part *part = &b->renderer->parts->list[p];
+    sc_line line;
+
+    if (!b->lines)
+        return sc_make_ray(&part->lens, &b->aims[i], ray);
+    line = b->lines[i];
+    line.from_mm = sc_vec3_sub(line.from_mm, part->scene.offsets_mm[part->label]);
+    return sc_make_ray_from(&part->lens, &line, ray);
 }
 
 /* @return the way of ray @p i through part @p p. */
@@ -116,7 +128,8 @@ static int choose_part(const bundle *b, size_t i)
     float limit_mm = HUGE_VALF;
     sc_way *way;
 
-    if (!room->left[i] || b->out[i].transmittance < SC_OPAQUE)
+    if (!room->left[i] || b->out[i].transmittance < SC_OPAQUE ||
+        (b->lines && b->out[i].transmittance < b->lines[i].ends_below))
         return NO_PART;
     find_nearest(b, i, in, &first, &second);
     if (first != NO_PART && !last_turn)
@@ -185,12 +198,13 @@ static void march_part(const bundle *b, int p, size_t count)
         room->light[k] = b->out[i];
         room->again[k] = room->part_ways[k];
     }
-    own->kernel->march(&own->march, room->rays, room->part_ways, count, room->light, b->counters);
+    own->kernel->march(b->lines ? &own->traced : &own->march, room->rays, room->part_ways, count,
+                       room->light, b->counters);
     for (size_t k = 0; k < count; k++) {
         *way_of(b, p, room->target[k]) = room->part_ways[k];
         b->out[room->target[k]] = room->light[k];
     }
-    if (!sc_fades_away(own))
+    if (b->lines || !sc_fades_away(own))
         return;
     for (size_t k = 0; k < count; k++)
         room->light[k] = room->white[room->target[k]];
@@ -202,7 +216,6 @@ static void march_part(const bundle *b, int p, size_t count)
 /* Follow rays that wait for part @p p, at most SC_RAY_BATCH, as far as their ways allow. */
 static void follow(bundle *b, int p)
 {
-    const sc_lens *lens = &b->renderer->parts->list[p].lens;
     sc_part_room *room = b->room;
     size_t count = 0;
 
@@ -211,7 +224,7 @@ static void follow(bundle *b, int p)
 
         b->first[p] = room->after[i];
         b->waiting[p]--;
-        if (sc_make_ray(lens, &b->aims[i], &room->rays[count])) {
+        if (make_ray(b, p, i, &room->rays[count])) {
             room->target[count++] = (uint32_t)i;
             continue;
         }
@@ -223,30 +236,28 @@ static void follow(bundle *b, int p)
         take_over(b, p, room->target[k]);
 }
 
-/* March the rays that can meet only part @p p: as if there were no others. */
-static void follow_alone(bundle *b, int p)
+/* Find whether a line meets the box of part @p p, and not nearer than where: sets *near_mm. */
+static bool meets_box(const bundle *b, int p, const sc_line *line, float *near_mm)
 {
     const sc_part *part = &b->renderer->parts->list[p];
-    sc_part_room *room = b->room;
+    const sc_affine *to_voxel = &part->renderer->to_voxel;
+    const sc_box3 *box = &part->renderer->box;
+    const sc_vec3 from =
+        sc_affine_point(to_voxel, sc_vec3_sub(line->from_mm, part->scene.offsets_mm[part->label]));
+    const sc_vec3 along = sc_affine_vector(to_voxel, line->direction);
+    const double ends[3][3] = {{box->low.x - from.x, box->high.x - from.x, along.x},
+                               {box->low.y - from.y, box->high.y - from.y, along.y},
+                               {box->low.z - from.z, box->high.z - from.z, along.z}};
+    double near = 0, far = HUGE_VAL;
 
-    while (b->alone[p] >= 0) {
-        size_t count = 0;
+    for (int i = 0; i < 3; i++) {
+        const double low = ends[i][0] / ends[i][2], high = ends[i][1] / ends[i][2];
 
-        for (; b->alone[p] >= 0 && count < SC_RAY_BATCH; b->alone[p] = room->after[b->alone[p]]) {
-            if (sc_make_ray(&part->lens, &b->aims[b->alone[p]], &room->rays[count]))
-                room->target[count++] = (uint32_t)b->alone[p];
-        }
-        part->renderer->kernel->march(&part->renderer->march, room->rays, NULL, count, room->light,
-                                      b->counters);
-        for (size_t k = 0; k < count; k++)
-            b->out[room->target[k]] = room->light[k];
-        if (!sc_fades_away(part->renderer))
-            continue;
-        part->renderer->kernel->march(&part->renderer->on_white, room->rays, NULL, count,
-                                      room->light, &(sc_march_counters){0});
-        for (size_t k = 0; k < count; k++)
-            room->white[room->target[k]] = room->light[k];
+        near = fmax(near, fmin(low, high));
+        far = fmin(far, fmax(low, high));
     }
+    *near_mm = (float)(near - (double)b->touch_mm); /* for what rounding takes away */
+    return near <= far;
 }
 
 /* Begin to follow ray @p i: sets what it brings back, and what of the room it has by its index,
@@ -255,31 +266,27 @@ static void begin_ray(bundle *b, size_t i)
 {
     const sc_parts *parts = b->renderer->parts;
     sc_part_room *room = b->room;
-    const sc_aim *aim = &b->aims[i];
+    const sc_aim *aim = b->lines ? NULL : &b->aims[i];
     const int square =
-        sc_cover_square(&parts->layout, (int)floor(aim->x_px), (int)floor(aim->y_px));
-    double longer;
+        aim ? sc_cover_square(&parts->layout, (int)floor(aim->x_px), (int)floor(aim->y_px)) : 0;
+    const double longer =
+        aim ? 1 / sc_line_of_sight(&parts->list[parts->shown[0]].lens, aim).shorten : 0;
 
     b->out[i] = room->white[i] = sc_no_light();
-    room->left[i] = parts->met[square];
-    room->known[i] = 0;
+    room->left[i] = room->known[i] = 0;
     room->part[i] = NO_PART;
     room->turns[i] = 0;
-    if (room->left[i] && !(room->left[i] & (room->left[i] - 1))) {
-        const int p = __builtin_ctzll(room->left[i]);
-
-        room->after[i] = b->alone[p];
-        b->alone[p] = (int)i;
-        return;
-    }
-    longer = sc_ray_longer(&parts->list[parts->shown[0]].lens, aim);
-    for (uint64_t left = room->left[i]; left; left &= left - 1) {
-        const int p = __builtin_ctzll(left);
+    for (int k = 0; k < parts->shown_count; k++) {
+        const int p = parts->shown[k];
         const sc_cover *cover = &parts->list[p].cover;
+        const int level = cover->squares[square];
         sc_way *way = way_of(b, p, i);
 
         *way = sc_way_begin();
-        way->next_mm = (float)(sc_cover_near_mm(cover, cover->squares[square]) * longer);
+        if (aim)
+            way->next_mm = (float)((cover->near_mm + (level - 1) * cover->level_mm) * longer);
+        if (aim ? level > 0 : meets_box(b, p, &b->lines[i], &way->next_mm))
+            room->left[i] |= part_bit(p);
     }
     send_on(b, i);
 }
@@ -297,24 +304,23 @@ static int busiest(const bundle *b)
     return most;
 }
 
-void sc_march_apart(const sc_renderer *r, const sc_aim *aims, size_t count, int thread,
-                    sc_radiance *out, sc_march_counters *counters)
+void sc_march_apart(const sc_renderer *r, const sc_aim *aims, const sc_line *lines, size_t count,
+                    int thread, sc_radiance *out, sc_march_counters *counters)
 {
     bundle b = {.renderer = r,
                 .aims = aims,
+                .lines = lines,
                 .room = &r->parts->rooms[thread],
                 .out = out,
                 .counters = counters,
                 .touch_mm = TOUCH_VOXELS * r->march.voxel_mm};
 
     for (int p = 0; p < r->parts->count; p++)
-        b.first[p] = b.alone[p] = -1;
+        b.first[p] = -1;
     for (size_t i = 0; i < count; i++)
         begin_ray(&b, i);
-    for (int p = 0; p < r->parts->count; p++)
-        follow_alone(&b, p);
     for (int p = busiest(&b); p != NO_PART; p = busiest(&b))
         follow(&b, p);
-    if (sc_fades_away(r))
+    if (!lines && sc_fades_away(r))
         fade_away(count, out, b.room->white);
 }

@@ -7,9 +7,10 @@
 
 #include <string.h>
 
-/* Rays begin so far above a surface, in voxels: far more than a float leaves open, and far less
- * than what the smallest crevice is wide. */
+/* Rays begin so far above a surface, in voxels: more than a float leaves open, less than crevices
+ * are wide. A sample of the voxel surface lies somewhere in a voxel, which a ray must leave. */
 #define LIFT_VOXELS 0.02
+#define LIFT_FROM_VOXEL 1.0
 enum {
     /* Numbers by chance come in pairs, of which each surface of a path takes these: */
     DIRECTION, /* in which the path goes on, */
@@ -46,7 +47,8 @@ typedef struct tracer {
     path paths[SC_RAY_BATCH];
     uint32_t alive[SC_RAY_BATCH]; /* [alive_count] those that go on */
     size_t alive_count;
-    uint32_t of[SC_RAY_BATCH]; /* the path of each ray of the batch */
+    uint32_t of[SC_RAY_BATCH];   /* the path of each ray of the batch */
+    sc_line lines[SC_RAY_BATCH]; /* where each goes, if parts are apart */
 } tracer;
 
 /* @return how many paths the pixels of a square have together. */
@@ -124,6 +126,7 @@ static void begin(tracer *t)
         p->index = (uint32_t)aim->number;
         choose_end(f->renderer, p, 0);
         t->batch->rays[i].ends_below = p->ends_below;
+        t->lines[i] = (sc_line){sight.eye_mm, sight.direction, p->ends_below};
         t->of[i] = (uint32_t)i;
     }
 }
@@ -133,7 +136,20 @@ static void march(tracer *t, size_t count)
 {
     const sc_renderer *r = t->tile->f->renderer;
 
-    r->kernel->march(&r->traced, t->batch->rays, NULL, count, t->batch->light, t->counters);
+    if (sc_parts_apart(r))
+        sc_march_apart(r, NULL, t->lines, count, t->tile->thread, t->batch->light, t->counters);
+    else
+        r->kernel->march(&r->traced, t->batch->rays, NULL, count, t->batch->light, t->counters);
+}
+
+/* Make ray number @p k of the batch, from where a path is. @return false if it meets nothing. */
+static bool make_ray(tracer *t, size_t k, const path *p, sc_vec3 direction, float ends_below)
+{
+    const sc_frame *f = t->tile->f;
+
+    t->lines[k] = (sc_line){p->at, direction, ends_below};
+    return sc_parts_apart(f->renderer) ||
+           sc_make_ray_from(&f->lens, &t->lines[k], &t->batch->rays[k]);
 }
 
 static void to_array(sc_vec3 v, double out[3])
@@ -197,9 +213,10 @@ static void arrive(const sc_renderer *r, path *p, const sc_radiance *hit, meetin
     to_array(sc_vec3_scale(p->direction, -1), back);
     into_frame(m, back, out);
     m->reflector = sc_reflector_of(&r->tissues[hit->label], rgb, out);
-    p->at = sc_vec3_along(sc_vec3_along(p->at, hit->depth_mm, p->direction),
-                          LIFT_VOXELS / sqrt(in_grid),
-                          (sc_vec3){hit->normal[0], hit->normal[1], hit->normal[2]});
+    p->at = sc_vec3_along(
+        sc_vec3_along(p->at, hit->depth_mm, p->direction),
+        (r->settings.surface == SC_SURFACE_SMOOTH ? LIFT_VOXELS : LIFT_FROM_VOXEL) / sqrt(in_grid),
+        (sc_vec3){hit->normal[0], hit->normal[1], hit->normal[2]});
 }
 
 /* Let a path whose eye sees the floor arrive there. @return whether it does. */
@@ -312,11 +329,10 @@ static void light_up(tracer *t)
 
     for (size_t k = 0; k < t->alive_count; k++) {
         path *p = &t->paths[t->alive[k]];
-        sc_ray *ray = &t->batch->rays[count];
 
         if (!(p->waiting[0] + p->waiting[1] + p->waiting[2] > 0))
             continue;
-        if (sc_make_ray_from(&t->tile->f->lens, p->at, p->to_light, ray)) {
+        if (make_ray(t, count, p, p->to_light, 0)) {
             t->of[count++] = t->alive[k];
             continue;
         }
@@ -339,15 +355,13 @@ static size_t send_on(tracer *t, uint32_t bounce)
 
     for (size_t k = 0; k < t->alive_count; k++) {
         path *p = &t->paths[t->alive[k]];
-        sc_ray *ray = &t->batch->rays[count];
 
         if (!(p->density > 0))
             continue;
-        if (!sc_make_ray_from(&t->tile->f->lens, p->at, p->direction, ray)) {
+        if (!make_ray(t, count, p, p->direction, p->ends_below)) {
             leave(t, p, bounce);
             continue;
         }
-        ray->ends_below = p->ends_below;
         t->of[count++] = t->alive[k];
     }
     return count;
@@ -407,4 +421,10 @@ void sc_paths_begin(sc_renderer *r)
                                          : SC_SKY_MEAN + SC_SKY_UP * 2 / 3);
     r->traced = r->march;
     r->traced.light = (sc_march_light){.flat = true, .edges = r->march.light.edges};
+    for (int k = 0; sc_parts_apart(r) && k < r->parts->shown_count; k++) {
+        sc_renderer *own = r->parts->list[r->parts->shown[k]].renderer;
+
+        own->traced = own->march;
+        own->traced.light = r->traced.light;
+    }
 }

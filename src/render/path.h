@@ -5,8 +5,7 @@
  * which find them. A surface that lets light through ends a ray by chance, as often as it hides
  * what is behind. At each a ray goes to the lamp, and one on in a direction in which much light
  * comes back; both see lamp and sky, and each counts by how likely it was that it would be chosen
- * (Veach and Guibas 1995). Nothing is cut off but after BOUNCES_MAX surfaces, so that the mean over
- * more and more paths has no error left.
+ * (Veach and Guibas 1995). The mean over more and more paths has no error left.
  *
  * Every number by chance is a pure function of frame, pixel, number of the path and use, so that
  * pictures do not depend on who draws which part of them. */

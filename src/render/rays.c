@@ -172,19 +172,13 @@ bool sc_make_ray(const sc_lens *lens, const sc_aim *aim, sc_ray *ray)
     return make_ray(lens, sight.eye_mm, sight.direction, origin, along, ray);
 }
 
-bool sc_make_ray_from(const sc_lens *lens, sc_vec3 from_mm, sc_vec3 direction, sc_ray *ray)
+bool sc_make_ray_from(const sc_lens *lens, const sc_line *line, sc_ray *ray)
 {
     const sc_affine *to_voxel = &lens->renderer->to_voxel;
 
-    return make_ray(lens, from_mm, direction, sc_affine_point(to_voxel, from_mm),
-                    sc_affine_vector(to_voxel, direction), ray);
-}
-
-double sc_ray_longer(const sc_lens *lens, const sc_aim *aim)
-{
-    const sc_sight sight = sc_line_of_sight(lens, aim);
-
-    if (lens->scene->camera.projection != SC_PERSPECTIVE)
-        return 1;
-    return sqrt(1 + sight.across * sight.across + sight.upward * sight.upward);
+    if (!make_ray(lens, line->from_mm, line->direction, sc_affine_point(to_voxel, line->from_mm),
+                  sc_affine_vector(to_voxel, line->direction), ray))
+        return false;
+    ray->ends_below = line->ends_below;
+    return true;
 }

@@ -238,8 +238,7 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     if (status == SC_OK) {
         r->settings = *settings;
         r->volume = volume;
-        r->traces =
-            settings->light.method == SC_LIGHT_PATH && settings->surface == SC_SURFACE_SMOOTH;
+        r->traces = settings->light.method == SC_LIGHT_PATH;
         status = begin(ctx, r, tissues, show, opacity);
     }
     /* No rank begins what all do together before all have come as far. */

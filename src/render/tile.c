@@ -9,7 +9,8 @@ void sc_tile_march(sc_tile *t)
     if (sc_traces_paths(r, t->f->scene))
         sc_tile_trace(t);
     else if (sc_parts_apart(r))
-        sc_march_apart(r, t->rays.aims, t->rays.count, t->thread, t->rays.light, &t->counters);
+        sc_march_apart(r, t->rays.aims, NULL, t->rays.count, t->thread, t->rays.light,
+                       &t->counters);
     else
         sc_march_rays(r, t->rays.rays, t->rays.count, t->rays.light, t->rays.white, &t->counters);
     if (r->grey_behind)
@@ -24,7 +25,7 @@ bool sc_may_show_tissue(const sc_frame *f, int x_px, int y_px)
 
     if (sc_parts_apart(f->renderer))
         return parts->met[sc_cover_square(&parts->layout, x_px, y_px)];
-    return sc_is_covered(&f->cover, x_px, y_px);
+    return f->cover.squares[sc_cover_square(&f->cover, x_px, y_px)];
 }
 
 bool sc_may_show(const sc_frame *f, int x_px, int y_px)
@@ -42,15 +43,15 @@ void sc_tile_add_ray(sc_tile *t, const sc_aim *aim, uint32_t target)
 
     rays->aims[rays->count] = *aim;
     rays->target[rays->count] = target;
-    if (sc_parts_apart(f->renderer) ||
-        ((!sc_shows_behind(f->renderer) ||
-          sc_may_show_tissue(f, (int)floor(aim->x_px), (int)floor(aim->y_px))) &&
-         sc_make_ray(&f->lens, aim, &rays->rays[rays->count]))) {
-        rays->count++;
-    } else if (sc_shows_behind(f->renderer)) {
+    if (!sc_parts_apart(f->renderer) &&
+        ((sc_shows_behind(f->renderer) &&
+          !sc_may_show_tissue(f, (int)floor(aim->x_px), (int)floor(aim->y_px))) ||
+         !sc_make_ray(&f->lens, aim, &rays->rays[rays->count]))) {
+        if (!sc_shows_behind(f->renderer))
+            return;
         rays->rays[rays->count] = empty_ray;
-        rays->count++;
     }
+    rays->count++;
 }
 
 float sc_cover_of(const sc_renderer *r, const sc_radiance *light)

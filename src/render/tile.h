@@ -72,7 +72,7 @@ sc_status sc_lens_samples_make(const sc_ctx *ctx, sc_renderer *r);
 /* Does light come by paths in the present view, whose scene is @p scene? */
 static inline bool sc_traces_paths(const sc_renderer *r, const sc_scene *scene)
 {
-    return r->traces && !r->hurries && !scene->slice && !scene->inside && !sc_parts_apart(r);
+    return r->traces && !r->hurries && !scene->slice && !scene->inside;
 }
 /* Does a scene have many rays in each pixel: does it show what is not in focus blurred, or light by
  * paths? */

@@ -369,6 +369,8 @@ static inline void v_light_spot(const sc_march *m, v_spot *spot, vm on)
                                     m->around_share == 1 ? m_without(on, spot->has_around) : on));
     if (l->sky > 0)
         v_light_of_sky(m, known, spot);
+    for (int i = 0; i < 3 && l->sky > 0; i++)
+        spot->around[i] += l->head * spot->head * (known * (1 - spot->open));
     if (m->occlusion && l->shadow > 0)
         spot->lit = v_unshadowed(m, spot, m_and(on, f_below(f_set(0), spot->key)));
     length = f_length(h);
