@@ -300,7 +300,7 @@ sc_status sc_desk_serve(sc_app *app, const sc_desk_plan *plan)
         status = sc_desk_open_file(desk);
     if (status == SC_OK && sc_comm_rank(app->comm) == 0)
         status = open_and_serve(desk, stop);
-    sc_desk_order(desk, SC_ORDER_END);
+    sc_desk_tell(desk, &(sc_order){.what = SC_ORDER_END});
     sc_http_stop(desk->http);
     sc_desk_end_rendering(desk);
     sc_desk_drop_preparing(desk);

@@ -119,18 +119,28 @@ sc_status sc_desk_reload(sc_desk *desk);
 /* Free both sessions. */
 void sc_desk_close(sc_desk *desk);
 
-/* ---- ranks.c ---- */
+/* ---- orders.c ---- */
 
-/* What rank 0 orders. */
-typedef enum sc_order {
+typedef enum sc_order_kind {
     SC_ORDER_FOLLOW,
     SC_ORDER_RELOAD,
     SC_ORDER_DRAW,
     SC_ORDER_GIVE_UP,
     SC_ORDER_END
+} sc_order_kind;
+enum { SC_TAG_ORDER }; /* of messages; larger ones are of ranks.c */
+/* What rank 0 orders; the rest is of SC_ORDER_DRAW. */
+typedef struct sc_order {
+    sc_order_kind what;
+    int frame, size_px[2]; /* of the picture */
+    bool hurries;
+    bool is_nudged; /* camera or planes have moved since the session was made */
 } sc_order;
-/* Order something; nothing on other ranks than rank 0. */
-void sc_desk_order(const sc_desk *desk, sc_order what);
+/* Give the other ranks an order; nothing on other ranks than rank 0. */
+void sc_desk_tell(const sc_desk *desk, const sc_order *order);
+
+/* ---- ranks.c ---- */
+
 /* Draw frame @p frame to @p image: as it is asked for, or in a hurry. After *desk->interrupt was
  * set, what is drawn is of no use. */
 sc_status sc_desk_draw(sc_desk *desk, int frame, bool hurries, sc_image *image);

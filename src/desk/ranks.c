@@ -8,7 +8,7 @@
 #include <math.h>
 #include <pthread.h>
 
-enum { TAG_ORDER, TAG_ROWS, TAG_STOP };
+enum { TAG_ROWS = SC_TAG_ORDER + 1, TAG_STOP };
 /* Each rank draws so many bands, of at least so many rows: with fewer, one rank may get all rows
  * that take long; and each takes some time whatever its height. */
 enum { BANDS = 4, ROWS_LEAST = 16 };
@@ -17,35 +17,12 @@ enum { BANDS = 4, ROWS_LEAST = 16 };
 #define NAP_S 1e-4
 #define NAP_LONGEST_S 2e-3
 
-/* What rank 0 asks for. */
-typedef struct order {
-    sc_order what;
-    int frame, size_px[2]; /* of the picture */
-    bool hurries;
-    bool is_nudged; /* camera or planes have moved since the session was made */
-} order;
-
-/* Give the other ranks an order. */
-static void tell(const sc_desk *desk, const order *o)
-{
-    sc_comm *comm = desk->app.comm;
-
-    for (int rank = 1; rank < sc_comm_size(comm) && sc_comm_rank(comm) == 0; rank++)
-        sc_comm_post(comm, rank, TAG_ORDER, o, sizeof *o);
-    sc_comm_flush(comm);
-}
-
-void sc_desk_order(const sc_desk *desk, sc_order what)
-{
-    tell(desk, &(order){.what = what});
-}
-
 /* ---- drawing ---- */
 
 /* What a rank draws of a picture. */
 typedef struct share {
     sc_desk *desk;
-    const order *order;
+    const sc_order *order;
     sc_image image; /* of which its bands are drawn */
     char *rows;     /* 1 if all of them are; then these, one after the other; room for a picture */
     size_t bytes;   /* in use */
@@ -58,7 +35,7 @@ static void clear_share(share *s)
     sc_free(s->rows);
 }
 
-static sc_status draw_rows(sc_desk *desk, const order *o, const sc_rows *rows, sc_image *image)
+static sc_status draw_rows(sc_desk *desk, const sc_order *o, const sc_rows *rows, sc_image *image)
 {
     sc_render_stats stats;
 
@@ -94,7 +71,7 @@ static void do_bands(share *s, int rank, sc_image *to)
 }
 
 /* Make room for what a rank draws, if there are others. */
-static sc_status make_room(sc_desk *desk, const order *o, share *s)
+static sc_status make_room(sc_desk *desk, const sc_order *o, share *s)
 {
     s->desk = desk;
     s->order = o;
@@ -106,7 +83,7 @@ static sc_status make_room(sc_desk *desk, const order *o, share *s)
 }
 
 /* Begin to draw a picture, all ranks together. */
-static sc_status begin(sc_desk *desk, const order *o)
+static sc_status begin(sc_desk *desk, const sc_order *o)
 {
     int frame;
     sc_timeline *t = &sc_session_panel(desk->now, o->frame, &frame)->timeline;
@@ -130,7 +107,7 @@ static bool collect(sc_desk *desk, share *s, sc_image *image)
 
     for (int left = sc_comm_size(comm) - 1; left > 0;) {
         if (*desk->interrupt && !is_told)
-            sc_desk_order(desk, SC_ORDER_GIVE_UP);
+            sc_desk_tell(desk, &(sc_order){.what = SC_ORDER_GIVE_UP});
         is_told = is_told || *desk->interrupt;
         if (!sc_comm_poll(comm, &message)) {
             sc_sleep_s(NAP_S);
@@ -151,16 +128,16 @@ static bool collect(sc_desk *desk, share *s, sc_image *image)
 
 sc_status sc_desk_draw(sc_desk *desk, int frame, bool hurries, sc_image *image)
 {
-    const order o = {.what = SC_ORDER_DRAW,
-                     .frame = frame,
-                     .size_px = {image->width_px, image->height_px},
-                     .hurries = hurries,
-                     .is_nudged = desk->is_nudged};
+    const sc_order o = {.what = SC_ORDER_DRAW,
+                        .frame = frame,
+                        .size_px = {image->width_px, image->height_px},
+                        .hurries = hurries,
+                        .is_nudged = desk->is_nudged};
     SC_OWN(clear_share) share s = {0};
     sc_status status;
 
     SC_PASS(make_room(desk, &o, &s));
-    tell(desk, &o);
+    sc_desk_tell(desk, &o);
     status = begin(desk, &o);
     if (!s.rows)
         return status == SC_OK ? draw_rows(desk, &o, NULL, image) : status;
@@ -186,7 +163,7 @@ static void *run(void *user)
 }
 
 /* @return whether there is an order. */
-static bool hears(const sc_desk *desk, order *out)
+static bool hears(const sc_desk *desk, sc_order *out)
 {
     sc_message message;
 
@@ -197,13 +174,13 @@ static bool hears(const sc_desk *desk, order *out)
 }
 
 /* Draw what is ordered, and send it to rank 0. */
-static void draw(sc_desk *desk, const order *o)
+static void draw(sc_desk *desk, const sc_order *o)
 {
     static const char nothing = 0;
     SC_OWN(clear_share) share s = {0};
     const sc_status room = make_room(desk, o, &s);
     pthread_t thread;
-    order next;
+    sc_order next;
 
     if (begin(desk, o) != SC_OK || room != SC_OK) {
         sc_comm_post(desk->app.comm, 0, TAG_ROWS, &nothing, 1);
@@ -229,7 +206,7 @@ void sc_desk_obey(sc_desk *desk, const atomic_int *stop)
 {
     bool asks = false;
     double nap_s = NAP_S;
-    order o = {.what = SC_ORDER_FOLLOW};
+    sc_order o = {.what = SC_ORDER_FOLLOW};
 
     while (o.what != SC_ORDER_END) {
         if (*stop && !asks) /* rank 0 need not have got the signal */

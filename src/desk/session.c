@@ -143,7 +143,7 @@ static sc_status follow(sc_desk *desk, const sc_edits *edits)
 
 sc_status sc_desk_follow(sc_desk *desk, const sc_edits *edits)
 {
-    sc_desk_order(desk, SC_ORDER_FOLLOW);
+    sc_desk_tell(desk, &(sc_order){.what = SC_ORDER_FOLLOW});
     return follow(desk, edits);
 }
 
@@ -160,7 +160,7 @@ sc_status sc_desk_reload(sc_desk *desk)
     sc_session *base = desk->base, *now = desk->now;
     sc_status status;
 
-    sc_desk_order(desk, SC_ORDER_RELOAD);
+    sc_desk_tell(desk, &(sc_order){.what = SC_ORDER_RELOAD});
     desk->base = desk->now = NULL;
     status = follow(desk, &desk->steps.now);
     if (status == SC_OK) {
