@@ -66,22 +66,6 @@ static inline float sc_field_at(const sc_borders *b, size_t block, int place, ui
  * of them. */
 bool sc_read_field(const sc_borders *b, uint32_t label, const int low[3], int edge, float *out);
 
-/* @return the least label around a group that is larger than @p last; UINT16_MAX if there is none.
- */
-SC_ALWAYS_INLINE uint16_t sc_next_label(const sc_group_ids *ids, uint16_t last)
-{
-    uint16_t next = UINT16_MAX;
-
-    for (int k = 0; k < SC_IDS_EDGE * SC_IDS_EDGE; k++) {
-        for (int x = 0; x < SC_IDS_EDGE; x++) {
-            const uint16_t id = ids->at[k / SC_IDS_EDGE][k % SC_IDS_EDGE][x];
-
-            next = id > last && id < next ? id : next;
-        }
-    }
-    return next;
-}
-
 /* Read the labels of a group whose lowest voxel is @p low, and of those around. */
 void sc_read_group_ids(const sc_volume *v, const int low[3], sc_group_ids *out);
 
@@ -139,8 +123,10 @@ static inline uint8_t sc_inner_value(const float values[2])
  * around it; of equal ones the nearest. A vertex in the background takes only tissues that steps
  * through background lead to: numbers there go on freely from the tissue, and what lies beneath a
  * skin one voxel thick would show through it. @param voxel of the vertex.
- * @param values [2] set to the two largest numbers of all tissues around; -2 SC_FAR if there is
- * none. */
+ * @param values [2] set to the largest number of all tissues around, -2 SC_FAR if there is none,
+ * and to the largest other one of all tissues that have a field there, around or not, but at most
+ * the first: beside a gap of one voxel a vertex may have only one tissue around, whose vote still
+ * has to end where that of the other one begins. */
 int sc_largest_tissue(const sc_borders *b, const sc_group_ids *ids, const int at[3],
                       const int voxel[3], float values[2]);
 /* Find sides, codes and inner of all groups; collective in the team. */

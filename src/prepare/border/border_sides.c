@@ -28,6 +28,7 @@ int sc_largest_tissue(const sc_borders *b, const sc_group_ids *ids, const int at
 {
     const uint16_t own = sc_id_around(ids, at[0], at[1], at[2], SC_TISSUE_OWN);
     uint32_t open = own ? UINT32_MAX : 1u << SC_TISSUE_OWN; /* places that have been reached */
+    const uint32_t *start = b->start;
     uint16_t seen[SC_TISSUE_CODES];
     float numbers[SC_TISSUE_CODES], most = -2 * SC_FAR;
     int count = 0, best = SC_TISSUE_OWN, within[3], cube[3], place;
@@ -40,7 +41,8 @@ int sc_largest_tissue(const sc_borders *b, const sc_group_ids *ids, const int at
     }
     block = sc_brick_index(b->cubes, cube[0], cube[1], cube[2]);
     place = (within[2] * SC_CUBE + within[1]) * SC_CUBE + within[0];
-    values[0] = values[1] = most;
+    values[0] = most;
+    values[1] = -SC_FAR;
     for (int k = 0; k < SC_TISSUE_CODES; k++) {
         const int code = nearest_first[k];
         const uint16_t id = sc_id_around(ids, at[0], at[1], at[2], code);
@@ -66,6 +68,16 @@ int sc_largest_tissue(const sc_borders *b, const sc_group_ids *ids, const int at
             most = numbers[i];
             best = code;
         }
+    }
+    for (uint32_t tile = start[block]; tile <= start[block + 1]; tile++) { /* what lies farther */
+        const bool last = tile == start[block + 1];
+        const uint16_t id = last ? b->around[block].second : b->labels[tile];
+        bool known = !id || (last && b->around[block].tissue != SC_TWO_TISSUES);
+
+        for (int i = 0; i < count && !known; i++)
+            known = seen[i] == id;
+        if (!known)
+            values[1] = fmaxf(values[1], fminf(values[0], sc_field_at(b, block, place, id)));
     }
     return best;
 }
@@ -171,8 +183,8 @@ static void find_around(const sc_group_ids *ids, uint16_t label, vertex_rows aro
     }
 }
 
-/* Take the field of a tissue into account where that is around. @param field [SC_CUBE] along each
- * axis. @param around of vertices as bits. */
+/* Take the field of a tissue into account, as the largest where that is around. @param field
+ * [SC_CUBE] along each axis. @param around of vertices as bits. */
 SC_ALWAYS_INLINE void rank_field(const group_sides *g, uint16_t label, const float *field,
                                  const vertex_rows around, rivals *r)
 {
@@ -182,19 +194,55 @@ SC_ALWAYS_INLINE void rank_field(const group_sides *g, uint16_t label, const flo
         const int32_t bits = around[z][y];
         float value[SC_CUBE], less[SC_CUBE];
 
-        if (!(bits & g->several[z][y]))
+        if (!g->several[z][y])
             continue;
         for (int x = 0; x < SC_CUBE; x++) {
             value[x] = bits >> x & 1 ? field[at + x] : -2 * SC_FAR;
             r->own[at + x] = ids[x] == label ? value[x] : r->own[at + x];
         }
         for (int x = 0; x < SC_CUBE; x++) {
-            less[x] = value[x] < r->most[at + x] ? value[x] : r->most[at + x];
-            r->most[at + x] = value[x] > r->most[at + x] ? value[x] : r->most[at + x];
+            less[x] = bits >> x & 1 ? fminf(value[x], r->most[at + x]) : field[at + x];
+            r->most[at + x] = fmaxf(value[x], r->most[at + x]);
         }
         for (int x = 0; x < SC_CUBE; x++)
-            r->next[at + x] = less[x] > r->next[at + x] ? less[x] : r->next[at + x];
+            r->next[at + x] = fmaxf(less[x], r->next[at + x]);
     }
+}
+
+enum { MOST_RIVALS = 256 };
+
+/* List the tissues whose fields the vertices of a group have, to @p out. @param voxel the lowest of
+ * the group, all of which lies in the volume. @return how many there are; 0 if these are too many,
+ * or some have no field. */
+static int list_rivals(const sc_borders *b, const int voxel[3], uint16_t out[MOST_RIVALS])
+{
+    int count = 0;
+
+    for (int n = 0; n < 8; n++) {
+        const int x = (voxel[0] + b->phase[0] + (n & 1) * (SC_CUBE - 1)) / SC_CUBE,
+                  y = (voxel[1] + b->phase[1] + (n >> 1 & 1) * (SC_CUBE - 1)) / SC_CUBE,
+                  z = (voxel[2] + b->phase[2] + (n >> 2) * (SC_CUBE - 1)) / SC_CUBE;
+        const size_t block = sc_brick_index(b->cubes, x, y, z);
+        const sc_cube *around = &b->around[block];
+
+        if (around->tissue == SC_MANY_TISSUES && around->second == SC_NO_LABEL)
+            return 0;
+        for (uint32_t tile = b->start[block]; tile <= b->start[block + 1]; tile++) {
+            const uint16_t id = tile < b->start[block + 1]         ? b->labels[tile]
+                                : around->tissue == SC_TWO_TISSUES ? around->second
+                                                                   : 0;
+            int i = 0;
+
+            while (i < count && out[i] != id)
+                i++;
+            if (!id || i < count)
+                continue;
+            if (count == MOST_RIVALS)
+                return 0;
+            out[count++] = id;
+        }
+    }
+    return count;
 }
 
 /* Find at which vertices of a group the tissue of its own label has the largest field, of those
@@ -204,8 +252,10 @@ SC_ALWAYS_INLINE void find_own(const sc_borders *b, const int voxel[3], group_si
 {
     const int *size = b->p->volume->size;
     float field[SC_TILE_VOXELS];
+    uint16_t labels[MOST_RIVALS];
     vertex_rows around;
     rivals r;
+    int count;
 
     memset(g->own, 0, sizeof g->own);
     memset(g->inner, 0, sizeof g->inner);
@@ -213,14 +263,20 @@ SC_ALWAYS_INLINE void find_own(const sc_borders *b, const int voxel[3], group_si
         if (voxel[i] < 0 || voxel[i] + SC_CUBE > size[i])
             return;
     }
-    for (int i = 0; i < SC_TILE_VOXELS; i++)
-        r.most[i] = r.next[i] = r.own[i] = -2 * SC_FAR;
-    for (uint16_t label = sc_next_label(&g->ids, 0); label != UINT16_MAX;
-         label = sc_next_label(&g->ids, label)) {
-        (void)sc_read_field(b, label, voxel, SC_CUBE, field);
-        find_around(&g->ids, label, around);
-        rank_field(g, label, field, (const uint16_t(*)[SC_CUBE])around, &r);
+    count = list_rivals(b, voxel, labels);
+    for (int i = 0; i < SC_TILE_VOXELS && count; i++) {
+        r.most[i] = r.own[i] = -2 * SC_FAR;
+        r.next[i] = -SC_FAR;
     }
+    for (int i = 0; i < count; i++) {
+        (void)sc_read_field(b, labels[i], voxel, SC_CUBE, field);
+        find_around(&g->ids, labels[i], around);
+        rank_field(g, labels[i], field, (const uint16_t(*)[SC_CUBE])around, &r);
+    }
+    if (!count)
+        return;
+    for (int i = 0; i < SC_TILE_VOXELS; i++)
+        r.next[i] = fminf(r.next[i], r.most[i]);
     for (int i = 0; i < SC_TILE_VOXELS; i++) {
         const int x = i % SC_CUBE, y = i / SC_CUBE % SC_CUBE, z = i / (SC_CUBE * SC_CUBE);
 
