@@ -2,13 +2,13 @@
 # Seven frames have these very bits on every processor: x86-64 in each instruction set, and arm64 (tools/arm64-check).
 # After a change of pictures that is meant, GOLDEN_UPDATE=1 writes the new hashes into this file.
 declare -A expected=(
-    [smooth]=28f6b12cea9a5b6a
-    [voxel]=fe28027bc1e5bc17
-    [parallel]=b573045cfa529a77
-    [clear]=02fbea7ebad78ab2
-    [shadows]=4fe7df797437d1cf
-    [global]=0de4d0555ca782c5
-    [path]=d9ff354fd5483d14
+    [smooth]=f33d4172b9bb8cfa
+    [voxel]=c989df6be23c8eb6
+    [parallel]=22b39288454ff957
+    [clear]=6f7e8f08e7fd2970
+    [shadows]=1303d88c69c074c7
+    [global]=90f6d012d679af21
+    [path]=bfeff7b4e3c99431
 )
 declare -A settings=(
     [smooth]=render.quality=film

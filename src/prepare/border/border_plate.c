@@ -117,10 +117,7 @@ typedef struct refining {
     int8_t squares[FINE_EDGE * FINE_EDGE * FINE_EDGE];
     float low[FINE_EDGE * FINE_EDGE * FINE_EDGE], high[FINE_EDGE * FINE_EDGE * FINE_EDGE];
     float region[FINE_EDGE * FINE_EDGE * FINE_EDGE];
-    float slender[SC_SLENDER_EDGE * SC_SLENDER_EDGE][FINE_EDGE]; /* around block: 1, or 0 */
-    uint32_t block;
 } refining;
-_Static_assert(2 * (int)SC_SLENDER_EDGE == (int)FINE_EDGE, "cells of all voxels");
 
 /* Fill the boxes of voxels around a tile: r->low and r->high. */
 SC_ALWAYS_INLINE void find_boxes(const sc_borders *b, size_t tile, refining *r)
@@ -148,22 +145,6 @@ SC_ALWAYS_INLINE void find_boxes(const sc_borders *b, size_t tile, refining *r)
     }
 }
 
-/* Find slender tissue around a block, if that is another one than before: r->slender. */
-static void find_slender_voxels(const sc_borders *b, uint32_t block, refining *r)
-{
-    uint8_t cells[SC_SLENDER_CELLS];
-
-    if (block == r->block)
-        return;
-    sc_find_slender(b, block, cells);
-    for (int i = 0; i < SC_SLENDER_CELLS; i++) {
-        float *voxels = r->slender[i / SC_SLENDER_EDGE] + 2 * (i % SC_SLENDER_EDGE);
-
-        voxels[0] = voxels[1] = cells[i];
-    }
-    r->block = block;
-}
-
 /* Store the field at voxels of a tile that cells alone make. */
 SC_ALWAYS_INLINE void store_coarse(const sc_borders *b, size_t tile, refining *r)
 {
@@ -189,9 +170,10 @@ SC_ALWAYS_INLINE void store_coarse(const sc_borders *b, size_t tile, refining *r
 }
 
 /* Store the field at voxels of a tile, a blend of what cells and voxels make. Voxels begin with the
- * answer of cells within their box. Where tissue is slender, an answer beyond it is that of
- * something too thin for cells, as of a rib with a narrow gap behind it, which they have filled: as
- * far as it lies beyond, they begin nearer to their data. */
+ * answer of cells within their box. An answer beyond it is that of something too thin for cells, as
+ * of a rim that they have lost, or of a narrow gap that they have filled; if voxels began at the
+ * end of their box, steps would hold them there, and its stairs would be drawn. So they begin
+ * nearer to their data, as far as the answer lies beyond. */
 SC_ALWAYS_INLINE void store_blend(const sc_borders *b, size_t tile, refining *r)
 {
     enum { WIDE = 26, SHARES = SC_CUBE_CELLS + 2 };
@@ -206,18 +188,16 @@ SC_ALWAYS_INLINE void store_blend(const sc_borders *b, size_t tile, refining *r)
     sc_upsample(r->sharp, 14, r->wide); /* voxels -5 to 20 */
     sc_read_tile_squares(b, b->squares[0], tile, FINE_HALO, constants, r->squares);
     find_boxes(b, tile, r);
-    find_slender_voxels(b, b->cube_of[tile], r);
     for (int k = 0; k < FINE_EDGE * FINE_EDGE; k++) {
         const int at = k * FINE_EDGE;
         float *from = r->wide + ((k / FINE_EDGE + 1) * WIDE + k % FINE_EDGE + 1) * WIDE + 1;
-        const float *slender = r->slender[k / FINE_EDGE / 2 * SC_SLENDER_EDGE + k % FINE_EDGE / 2];
 
         for (int x = 0; x < FINE_EDGE; x++) {
             const float more = SC_CELL_BOX - SC_VOXEL_BOX;
             const float low = r->low[at + x], high = r->high[at + x];
             const float half = 0.5f * (high - low), middle = 0.5f * (low + high);
             const float off = from[x] - middle;
-            const float back = slender[x] > 0 ? clip(2 * half - fabsf(off), 0, half) : half;
+            const float back = clip(2 * half - fabsf(off), 0, half);
 
             from[x] = clip(from[x], low - more, high + more);
             r->region[at + x] = clip(middle + clip(off, -back, back), low, high);
@@ -257,7 +237,6 @@ SC_WIDE_VECTORS static void refine_tiles(void *user, size_t begin, size_t end, i
     const sc_borders *b = user;
     refining r;
 
-    r.block = UINT32_MAX;
     for (size_t tile = begin; tile < end; tile++) {
         if (sc_is_coarse(b, tile) || !is_at_border(b->squares[tile]))
             store_coarse(b, tile, &r);
