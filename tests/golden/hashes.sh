@@ -2,13 +2,13 @@
 # Seven frames have these very bits on every processor: x86-64 in each instruction set, and arm64 (tools/arm64-check).
 # After a change of pictures that is meant, GOLDEN_UPDATE=1 writes the new hashes into this file.
 declare -A expected=(
-    [smooth]=f33d4172b9bb8cfa
-    [voxel]=c989df6be23c8eb6
-    [parallel]=22b39288454ff957
-    [clear]=6f7e8f08e7fd2970
-    [shadows]=1303d88c69c074c7
-    [global]=90f6d012d679af21
-    [path]=bfeff7b4e3c99431
+    [smooth]=6a6cd09473f3330a
+    [voxel]=cef08c2f1ab21828
+    [parallel]=b4ab871c12a2e5c3
+    [clear]=c69342bf869c5c64
+    [shadows]=7f29e27a366a6a5e
+    [global]=f1ef3308681aa41b
+    [path]=e07ad7ac24c2ba07
 )
 declare -A settings=(
     [smooth]=render.quality=film

@@ -7,8 +7,9 @@
  * volume, in voxels, about. */
 #define LIFT 0.25f
 
-/* Raise the outer field of a region by LIFT beyond the volume: tissue that would continue there is
- * then cut off by the face of the volume, and tissue that only touches the face ends round. */
+/* Raise the outer field of a region by LIFT beyond those voxels of the volume that lie in tissue:
+ * tissue that would continue there is then cut off by the face of the volume, and tissue that only
+ * touches the face ends round. */
 static void lift_beyond(const sc_borders *b, const int low[3], int edge, float *region)
 {
     const int *size = b->p->volume->size;
@@ -19,8 +20,12 @@ static void lift_beyond(const sc_borders *b, const int low[3], int edge, float *
     for (int i = 0; i < edge * edge * edge && !inside; i++) {
         const int x = low[0] + i % edge, y = low[1] + i / edge % edge,
                   z = low[2] + i / (edge * edge);
+        const int last = ((sc_nearest_voxel(z, size[2]) - low[2]) * edge +
+                          sc_nearest_voxel(y, size[1]) - low[1]) *
+                             edge +
+                         sc_nearest_voxel(x, size[0]) - low[0];
 
-        if (x < 0 || y < 0 || z < 0 || x >= size[0] || y >= size[1] || z >= size[2])
+        if (last != i && region[last] > 0)
             region[i] += LIFT;
     }
 }
