@@ -7,9 +7,8 @@
  * volume, in voxels, about. */
 #define LIFT 0.25f
 
-/* Raise the outer field of a region by LIFT beyond those voxels of the volume that lie in tissue:
- * tissue that would continue there is then cut off by the face of the volume, and tissue that only
- * touches the face ends round. */
+/* Raise the outer field of a region by LIFT beyond voxels of the volume in tissue: what would go on
+ * there is cut off by the face of the volume, and what only touches it ends round. */
 static void lift_beyond(const sc_borders *b, const int low[3], int edge, float *region)
 {
     const int *size = b->p->volume->size;

@@ -210,7 +210,6 @@ SC_ALWAYS_INLINE void rank_field(const group_sides *g, uint16_t label, const flo
 }
 
 enum { MOST_RIVALS = 256 };
-
 /* List the tissues whose fields the vertices of a group have, to @p out. @param voxel the lowest of
  * the group, all of which lies in the volume. @return how many there are; 0 if these are too many,
  * or some have no field. */
@@ -264,7 +263,9 @@ SC_ALWAYS_INLINE void find_own(const sc_borders *b, const int voxel[3], group_si
             return;
     }
     count = list_rivals(b, voxel, labels);
-    for (int i = 0; i < SC_TILE_VOXELS && count; i++) {
+    if (!count)
+        return;
+    for (int i = 0; i < SC_TILE_VOXELS; i++) {
         r.most[i] = r.own[i] = -2 * SC_FAR;
         r.next[i] = -SC_FAR;
     }
@@ -273,17 +274,13 @@ SC_ALWAYS_INLINE void find_own(const sc_borders *b, const int voxel[3], group_si
         find_around(&g->ids, labels[i], around);
         rank_field(g, labels[i], field, (const uint16_t(*)[SC_CUBE])around, &r);
     }
-    if (!count)
-        return;
-    for (int i = 0; i < SC_TILE_VOXELS; i++)
-        r.next[i] = fminf(r.next[i], r.most[i]);
     for (int i = 0; i < SC_TILE_VOXELS; i++) {
         const int x = i % SC_CUBE, y = i / SC_CUBE % SC_CUBE, z = i / (SC_CUBE * SC_CUBE);
 
         if (!(g->several[z][y] >> x & 1) || !g->ids.at[z + 1][y + 1][x + 1] || r.own[i] < r.most[i])
             continue;
         g->own[z][y] |= (uint16_t)(1u << x);
-        g->inner[i] = sc_inner_value((const float[2]){r.most[i], r.next[i]});
+        g->inner[i] = sc_inner_value((const float[2]){r.most[i], fminf(r.next[i], r.most[i])});
     }
 }
 
