@@ -292,6 +292,7 @@ sc_status sc_desk_serve(sc_app *app, const sc_desk_plan *plan)
 
     desk->app.ctx = &desk->ctx;
     desk->interrupt = sc_signals_give_up();
+    (void)setenv("SEGCAST_MPI", "no", 1); /* of films rendered here; before there are threads */
     sc_signals_stop_in_order(true);
     status = sc_comm_agree(app->comm, desk->notes.list ? SC_OK : SC_ERR_MEMORY);
     if (status == SC_OK && sc_comm_rank(app->comm) > 0)

@@ -47,7 +47,6 @@ static sc_status start(sc_desk *desk, bool overwrites)
     posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", 0, 0);
     posix_spawn_file_actions_adddup2(&actions, fileno(r->said), STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&actions, fileno(r->said), STDERR_FILENO);
-    (void)setenv("SEGCAST_MPI", "no", 1); /* it is no rank of those that the desk may belong to */
     error = posix_spawn(&r->process, "/proc/self/exe", &actions, NULL, arguments, environ);
     posix_spawn_file_actions_destroy(&actions);
     if (!error)
