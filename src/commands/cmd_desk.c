@@ -6,7 +6,7 @@
 
 enum { JOB_MAX_BYTES = 1 << 20 };
 
-/* Read the job, or write that which a volume has without one. On rank 0. */
+/* Read the job file or, if the input is a volume, generate a default job. Called on rank 0 only. */
 static sc_status find_job(sc_app *app, bool is_new, sc_text *path, sc_text *text)
 {
     const char *input = app->options.input;

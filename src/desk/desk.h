@@ -112,7 +112,7 @@ sc_job_sources sc_desk_sources(const sc_desk *desk, const sc_edits *edits, sc_se
 sc_status sc_desk_read(sc_desk *desk, const sc_edits *edits, sc_job *out);
 /* Make desk->now anew, for the job with these edits and the size of the picture. It stays as it was
  * after an error, which is in the notes. Collective, as are sc_desk_reload and sc_desk_draw: rank 0
- * orders it; on the others what they are given does not matter. */
+ * requests it from the others, whose own arguments are ignored. */
 sc_status sc_desk_follow(sc_desk *desk, const sc_edits *edits);
 /* The same, with volumes that are loaded anew. */
 sc_status sc_desk_reload(sc_desk *desk);
@@ -129,14 +129,14 @@ typedef enum sc_order_kind {
     SC_ORDER_END
 } sc_order_kind;
 enum { SC_TAG_ORDER }; /* of messages; larger ones are of ranks.c */
-/* What rank 0 orders; the rest is of SC_ORDER_DRAW. */
+/* A request of rank 0 to the other ranks. All members but the first are for SC_ORDER_DRAW only. */
 typedef struct sc_order {
     sc_order_kind what;
     int frame, size_px[2]; /* of the picture */
     bool hurries;
     bool is_nudged; /* camera or planes have moved since the session was made */
 } sc_order;
-/* Give the other ranks an order; nothing on other ranks than rank 0. */
+/* Send a request to all other ranks; does nothing if called on one of those. */
 void sc_desk_tell(const sc_desk *desk, const sc_order *order);
 
 /* ---- ranks.c ---- */

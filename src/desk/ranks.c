@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Several ranks draw the one picture. Rank 0, which serves the pages, gives the others orders: all
- * make the same sessions together, and each draws every so manieth band of rows. Only the main
- * thread of a rank calls MPI. On all but rank 0 another thread draws, so that the main thread hears
- * meanwhile that the picture is given up. */
+/* Several ranks draw one picture together. Rank 0 serves the pages and sends requests to the
+ * others. All ranks hold the same session, and the bands of rows of a picture are dealt out to them
+ * in turn. Only the main thread of a rank calls MPI. On all ranks but rank 0 a second thread draws,
+ * so that the main thread can receive the request to cancel the picture meanwhile. */
 #include "desk.h"
 
 #include <math.h>
 #include <pthread.h>
 
 enum { TAG_ROWS = SC_TAG_ORDER + 1, TAG_STOP };
-/* Each rank draws so many bands, of at least so many rows: with fewer, one rank may get all rows
- * that take long; and each takes some time whatever its height. */
+/* Bands of each rank, and the least number of rows of one. Few bands balance the load badly, as
+ * rows differ in cost; low ones are inefficient, as each band has a fixed cost. */
 enum { BANDS = 4, ROWS_LEAST = 16 };
 /* Sleeps between two tests for messages: so a rank that has nothing to do takes less than 1 % of a
  * core, and hears of the next picture at most 2 ms late. */
@@ -98,7 +98,8 @@ static sc_status begin(sc_desk *desk, const sc_order *o)
     return o->hurries ? SC_OK : sc_session_light(&desk->app, desk->now);
 }
 
-/* Take what the other ranks have drawn. @return whether that is all of it. */
+/* Receive the rows that the other ranks have drawn, into @p image. @return false if a rank has not
+ * drawn all of its rows. */
 static bool collect(sc_desk *desk, share *s, sc_image *image)
 {
     sc_comm *comm = desk->app.comm;
