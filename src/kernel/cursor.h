@@ -18,7 +18,7 @@ typedef struct cursor {
     /* the walk through a smooth surface */
     sc_cell cell;
     float direction[3]; /* the ray's; 0 where it is too small ever to leave a cell */
-    float inverse[3];   /* 1 / direction: mm from one grid plane to the next */
+    float inverse[3];   /* 1 / direction: ray length in mm between two grid planes */
     int step[3];        /* 1 or -1: towards which neighbouring cell the ray goes along each axis */
     float t;            /* distance in mm at which the ray has entered the cell */
     int axis;           /* axis of the grid plane through which it came in; -1: it began here */

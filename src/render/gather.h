@@ -6,9 +6,9 @@
  * The places are vertices on the side of tissue beside which a surface passes, about every other
  * one, so that each vertex is one or has one beside it. Each stands for the point of the surface
  * nearest to it. What the rays from there meet is noted as the place there. The light at a place is
- * what its free rays bring from the sky and the lamp, and what the others bring from the places
- * that they have met, which a few iterations find. docs/light.md tells more, and whose methods
- * these are.
+ * the sum over its rays: light of the sky and the lamp for rays that meet nothing, and light of the
+ * place that they have met for the others, which is found in a few iterations. docs/light.md tells
+ * more, and whose methods these are.
  *
  * What clip planes keep that cut all tissues alike is convex, apart from being tissue: rays are
  * traced without such planes, once, and a place that was cut away is free. */

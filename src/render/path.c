@@ -48,7 +48,7 @@ typedef struct tracer {
     uint32_t alive[SC_RAY_BATCH]; /* [alive_count] those that go on */
     size_t alive_count;
     uint32_t of[SC_RAY_BATCH];   /* the path of each ray of the batch */
-    sc_line lines[SC_RAY_BATCH]; /* where each goes, if parts are apart */
+    sc_line lines[SC_RAY_BATCH]; /* the same rays, used where tissues have moved */
 } tracer;
 
 /* @return how many paths the pixels of a square have together. */

@@ -243,7 +243,7 @@ static sc_ray make_ray(uint64_t *seed, sc_surface surface, double step_mm)
     case 2: /* a part that begins within the volume */
         set_part(&ray.parts[0][0], begin + 0.43 * (end - begin), end, step_mm);
         break;
-    case 3: /* one that looks for the surface behind which half of the light is gone */
+    case 3: /* a ray that ends where less than half of the light is left */
         ray.ends_below = 0.5f;
         break;
     default:
