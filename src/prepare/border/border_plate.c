@@ -170,10 +170,10 @@ SC_ALWAYS_INLINE void store_coarse(const sc_borders *b, size_t tile, refining *r
 }
 
 /* Store the field at voxels of a tile, a blend of what cells and voxels make. Voxels begin with the
- * answer of cells within their box. An answer beyond it is that of something too thin for cells, as
- * of a rim that they have lost, or of a narrow gap that they have filled; if voxels began at the
- * end of their box, steps would hold them there, and its stairs would be drawn. So they begin
- * nearer to their data, as far as the answer lies beyond. */
+ * answer of cells within their box. An answer beyond it comes from something too thin for cells,
+ * such as a lost rim or a filled gap. Voxels that began at the limit of their box would stay there,
+ * since smoothing pulls in the same direction, and the limit follows the stairs of the voxels. So
+ * the farther the answer lies beyond the box, the nearer to the data they begin. */
 SC_ALWAYS_INLINE void store_blend(const sc_borders *b, size_t tile, refining *r)
 {
     enum { WIDE = 26, SHARES = SC_CUBE_CELLS + 2 };
