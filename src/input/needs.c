@@ -60,8 +60,8 @@ sc_status sc_needs_find(const sc_app *app, const sc_job *job, bool measure, cons
 static sc_status write_volumes(const sc_app *app, const sc_job *job, sc_text *out)
 {
     static const char *const others[] = {
-        "output:",   "render:", "light:",   "animation:", "overlays:",
-        "color_by:", "farm:",   "tissues:", "shots:"};
+        "look:",     "output:",   "render:", "light:",   "animation:",
+        "overlays:", "color_by:", "farm:",   "tissues:", "shots:"};
     SC_OWN(sc_text_clear) sc_text text = {0};
     bool counts = true;
 
