@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <spawn.h>
 #include <stdlib.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 extern char **environ;
@@ -13,11 +14,11 @@ void sc_browser_open(const char *address, char file[SC_PATH_BYTES])
 {
     const char *own = getenv("XDG_RUNTIME_DIR");
     const bool has_display = getenv("DISPLAY") || getenv("WAYLAND_DISPLAY");
-    char *const words[] = {"xdg-open", file, NULL};
+    /* A shell, so that what it starts is not ours to wait for. */
+    char *const words[] = {"sh", "-c", "command -v xdg-open && { xdg-open \"$0\" & }", file, NULL};
     posix_spawn_file_actions_t actions;
-    bool opened = false;
-    pid_t process;
-    int page = -1;
+    pid_t process = -1;
+    int page = -1, code = -1;
 
     snprintf(file, SC_PATH_BYTES, "%s/segcast-desk-%d.html",
              own && own[0] == '/' ? own : sc_temporary_folder(), (int)getpid());
@@ -33,11 +34,12 @@ void sc_browser_open(const char *address, char file[SC_PATH_BYTES])
     if (dprintf(page,
                 "<!doctype html><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"0; "
                 "url=%s\"><a href=\"%s\">The desk</a>\n",
-                address, address) > 0)
-        opened = !posix_spawnp(&process, words[0], &actions, NULL, words, environ);
+                address, address) > 0 &&
+        posix_spawnp(&process, words[0], &actions, NULL, words, environ))
+        process = -1;
     posix_spawn_file_actions_destroy(&actions);
     close(page);
-    if (!opened) {
+    if (process < 0 || waitpid(process, &code, 0) != process || code) {
         (void)unlink(file);
         file[0] = '\0';
     }

@@ -16,6 +16,7 @@ for _ in $(seq 600); do
 done
 python3 "$SOURCE/tests/desk/strangers.py" "$(cat address.txt)" "$PWD" || { cat desk.txt >&2; fail "strangers are not refused as they should"; }
 kill -0 $desk || { cat desk.txt >&2; fail "the desk has ended"; }
+! ps -o stat= --ppid $desk | grep -q Z || fail "what opens the browser stays behind as a zombie"
 [ "$(find . -name '*.yaml')" = ./job.yaml ] || fail "files were written: $(find . -name '*.yaml')"
 # A second desk at the same port says so.
 port=$(sed 's|.*:\([0-9]*\)/.*|\1|' address.txt)
