@@ -95,6 +95,7 @@ typedef struct sc_desk {
     bool is_nudged;   /* changes were put into the session as it is: see sc_desk_settle */
     sc_job prepared;  /* as which job the volumes are prepared */
     bool fits;        /* they are prepared as the job asks now */
+    bool is_lit;      /* light was gathered for what is shown, or was not asked for */
     sc_shown shown;
     sc_job_file file; /* where the job is saved */
     sc_rendering rendering;
@@ -173,17 +174,19 @@ void sc_desk_drop_preparing(sc_desk *desk);
 
 /* @return all that pages show of the job; NULL: no memory. */
 json_t *sc_desk_state(sc_desk *desk);
-/* @return what a picture of a scene shows; NULL: no memory. */
-json_t *sc_desk_view_of(const sc_desk *desk, const sc_scene *scene);
+/* @return what a picture of a scene shows; NULL: no memory. @param more the same picture follows,
+ * lit as the job asks. */
+json_t *sc_desk_view_of(const sc_desk *desk, const sc_scene *scene, bool more);
 /* @return what a picture shows: the camera and the planes of its frame; NULL: no memory. */
-json_t *sc_desk_view(sc_desk *desk);
+json_t *sc_desk_view(sc_desk *desk, bool more);
 
 /* ---- pictures.c ---- */
 
 /* Draw a picture in a hurry, and answer @p call with it as JPEG. */
 void sc_desk_sketch(sc_desk *desk, sc_call *call);
 /* Draw the picture, or for a sheet that of another frame, as `segcast still` does, and answer @p
- * call with it as PNG. @return false if it was given up, and not answered. */
+ * call with it as PNG. Where light has to be gathered first, which takes seconds, a picture in
+ * plain light comes before it. @return false if it was given up, and not answered. */
 bool sc_desk_refine(sc_desk *desk, sc_call *call);
 /* Tell what is seen at a point of the picture. */
 void sc_desk_pick(sc_desk *desk, sc_call *call);

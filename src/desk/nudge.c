@@ -89,11 +89,15 @@ sc_status sc_desk_nudge(sc_desk *desk, const json_t *pairs, const sc_edits *edit
 
 void sc_desk_settle(sc_desk *desk)
 {
+    const bool is_lit = desk->is_lit; /* moves of the camera leave light as it is */
+
     if (!desk->is_nudged)
         return;
     desk->is_nudged = false;
-    if (sc_desk_follow(desk, &desk->steps.now) == SC_OK)
+    if (sc_desk_follow(desk, &desk->steps.now) == SC_OK) {
+        desk->is_lit = is_lit;
         return;
+    }
     if (sc_steps_go(&desk->steps, true)) /* such a job has no pictures: as before the hand moved */
         (void)sc_desk_follow(desk, &desk->steps.now);
     desk->revision++;

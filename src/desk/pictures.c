@@ -20,26 +20,31 @@ enum { JPEG_QUALITY = 80 };
 /* What shines through where a picture has no background. */
 static const uint8_t paper[3] = {200, 200, 200};
 
+/* How a picture is sent: one of many that follow each other; one after which the same follows in
+ * better light; one that stays. */
+typedef enum picture_kind { MOVES, MORE, STAYS } picture_kind;
+
 /* Answer with a picture, if it could be drawn. @param scene what it shows; NULL: what is looked at.
- * @param moves it is one of many that follow each other. */
+ */
 static void answer_picture(sc_desk *desk, sc_call *call, sc_status drawn, const sc_image *image,
-                           const sc_scene *scene, bool moves)
+                           const sc_scene *scene, picture_kind kind)
 {
     char *data = NULL, *text;
     size_t bytes = 0;
     json_t *view;
 
     if (drawn == SC_OK)
-        drawn = moves ? sc_image_compress_jpeg(&desk->ctx, image, JPEG_QUALITY, &data, &bytes)
-                      : sc_image_compress_png(&desk->ctx, image, "the picture", &data, &bytes);
+        drawn = kind == MOVES
+                    ? sc_image_compress_jpeg(&desk->ctx, image, JPEG_QUALITY, &data, &bytes)
+                    : sc_image_compress_png(&desk->ctx, image, "the picture", &data, &bytes);
     if (drawn != SC_OK) {
         sc_desk_refuse(desk, call, "the picture could not be drawn");
         return;
     }
-    view = scene ? sc_desk_view_of(desk, scene) : sc_desk_view(desk);
+    view = scene ? sc_desk_view_of(desk, scene, false) : sc_desk_view(desk, kind == MORE);
     text = view ? json_dumps(view, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
     json_decref(view);
-    sc_http_answer(call, 200, moves ? "image/jpeg" : "image/png", data, bytes, text);
+    sc_http_answer(call, 200, kind == MOVES ? "image/jpeg" : "image/png", data, bytes, text);
     free(text);
 }
 
@@ -77,25 +82,42 @@ void sc_desk_sketch(sc_desk *desk, sc_call *call)
 {
     SC_OWN(sc_image_clear) sc_image image = {0};
 
-    answer_picture(desk, call, draw_sketch(desk, &image), &image, NULL, true);
+    answer_picture(desk, call, draw_sketch(desk, &image), &image, NULL, MOVES);
+}
+
+/* @return whether a picture is drawn in plain light. While volumes are prepared it stays so, as
+ * light of what there is now would be gathered in vain. */
+static bool is_plain(const sc_desk *desk, const sc_call *call)
+{
+    const json_t *plain = json_object_get(call->body, "plain");
+    const bool is_seen = json_is_integer(plain) && json_integer_value(plain) == desk->revision;
+
+    return !desk->is_lit && !strcmp(call->verb, "picture") && !desk->now->compare &&
+           (!is_seen || (!desk->fits && !desk->preparing_failed));
 }
 
 bool sc_desk_refine(sc_desk *desk, sc_call *call)
 {
     SC_OWN(sc_image_clear) sc_image image = {0};
+    const bool plain = is_plain(desk, call);
     sc_status status = sc_session_image(&desk->app, desk->now, &image);
     bool gives_up;
 
     desk->may_interrupt = 1;
     gives_up = sc_http_waits(desk->http);
+    if (!plain && !desk->is_lit && !desk->preparing)
+        sc_stage_begin(desk->outer, "gathering light", 0, 0);
     if (!gives_up && status == SC_OK)
-        status = sc_desk_draw(desk, sc_desk_frame(desk, call->body), false, &image);
+        status = sc_desk_draw(desk, sc_desk_frame(desk, call->body), plain, &image);
     desk->may_interrupt = 0;
     gives_up = gives_up || *desk->interrupt;
     *desk->interrupt = 0;
+    if (!desk->preparing)
+        sc_stage_end(desk->outer);
     if (gives_up)
         return false;
-    answer_picture(desk, call, status, &image, NULL, false);
+    desk->is_lit = desk->is_lit || (!plain && status == SC_OK);
+    answer_picture(desk, call, status, &image, NULL, plain && desk->fits ? MORE : STAYS);
     return true;
 }
 
@@ -126,7 +148,7 @@ void sc_desk_slice(sc_desk *desk, sc_call *call)
     status = sc_image_init(&desk->ctx, size_px[0], size_px[1], &image);
     if (status == SC_OK)
         sc_render_view(panel->renderers[0], &slice, NULL, NULL, NULL, &image, &stats);
-    answer_picture(desk, call, status, &image, &slice, false);
+    answer_picture(desk, call, status, &image, &slice, STAYS);
 }
 
 void sc_desk_pick(sc_desk *desk, sc_call *call)

@@ -230,6 +230,15 @@ def use(page):
     page.until("document.querySelector('#status.error')?.textContent.includes('apples')")
     expect(rest(page)["frames"] == 12, "a mistake has changed the film")
 
+    # A look has values for keys that the job does not name. Until its light is gathered the picture is in plain light.
+    more = page.run("(async () => { await %s; const a = await %s; await a.blob(); return JSON.parse(a.headers.get('X-View')).more; })()" % (
+        ASK % ('"edit"', json.dumps({"edits": [["look", "studio"]]})), ASK % ('"picture"', json.dumps({"size": [320, 180], "after": -1}))))
+    expect(more, "no picture in plain light comes before one whose light is gathered")
+    rest(page)
+    expect(page.run("document.querySelector('select[aria-label=Light]').value") == "global", "the page does not show the light of the look")
+    page.press("#undo")
+    rest(page)
+
     # Another window shows the same.
     other = page.browser.page()
     other.window(1024, 768, dark=True)

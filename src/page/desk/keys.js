@@ -3,10 +3,12 @@
 import { desk, change } from "./server.js";
 
 // What stands in the job at a path such as "animation.clip[0].at"; undefined: nothing.
-export const given = (path) => {
+export const given = (path, tree = desk.state.job) => {
   const parts = path.match(/"[^"]*"|[^.[\]]+/g) ?? [];
-  return parts.reduce((node, part) => node?.[part.replace(/^"|"$/g, "")], desk.state.job);
+  return parts.reduce((node, part) => node?.[part.replace(/^"|"$/g, "")], tree);
 };
+// What it is worth, also if a look or nothing gives it.
+export const worth = (path) => given(path, desk.state.values);
 // With several shots, keys of the animation are those of the shot that is looked at.
 export const prefix = () => (desk.state.job?.shots ? `shots[${desk.state.shot}].` : "");
 

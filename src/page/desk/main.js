@@ -2,7 +2,7 @@
 // The desk: what stands where.
 import { el } from "./dom.js";
 import { desk, on, begin, ask, change, say } from "./server.js";
-import { given } from "./keys.js";
+import { given, worth } from "./keys.js";
 import { button, choice, field, tabs } from "./parts.js";
 import { look, onPick, placePicture } from "./view.js";
 import { tissuePanel } from "./tissues.js";
@@ -44,10 +44,10 @@ fps.addEventListener("change", () => change([["output.fps", +fps.value]]));
 const lookChoice = choice("Look", ["plain", "studio", "cinematic", "atlas", "xray"].map((name) => [name, name]), (value) => change([["look", value]]));
 const lookPanel = el("section", { class: "panel" }, field("look", lookChoice), field("light", light), field("shadows", shadows), field("background", background), field("film", shape), field("frames per second", fps));
 on("state", (state) => {
-  light.value = key("light.method", "plain");
-  if (document.activeElement !== shadows) shadows.value = key("light.shadows", 0) === true ? 1 : Number(key("light.shadows", 0)) || 0;
+  light.value = worth("light.method");
+  if (document.activeElement !== shadows) shadows.value = Number(worth("light.shadows"));
   lookChoice.value = String(key("look", "plain"));
-  background.value = String(key("render.background", "auto"));
+  background.value = String(worth("render.background"));
   shape.value = ["720p", "1080p", "4k", "square", "vertical"].find((name) => name === key("output.size")) ?? { "1280 720": "720p", "1920 1080": "1080p", "3840 2160": "4k", "1080 1080": "square", "1080 1920": "vertical" }[state.size.join(" ")] ?? "";
   if (document.activeElement !== fps) fps.value = state.fps;
 });

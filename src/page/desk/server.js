@@ -2,8 +2,9 @@
 // What is asked of the server: changes of the job, one at a time, of which the last wins; and news.
 
 const address = location.pathname;
-// The state of the job as the server tells it; what the last picture shows; the size of the picture.
-export const desk = { state: null, view: null, size: null, revision: 0, seen: 0 };
+// The state of the job as the server tells it; what the last picture shows; the size of the picture; which revisions were
+// shown: at all, as they stay, and in plain light.
+export const desk = { state: null, view: null, size: null, revision: 0, seen: 0, plain: 0 };
 const listeners = { state: [], view: [], picture: [], status: [] };
 export const on = (what, listener) => listeners[what].push(listener);
 // A mistake in one listener is told in the console, and hides nothing from the others.
@@ -45,7 +46,7 @@ const show = async (answer, final) => {
   desk.revision = view.revision;
   desk.view = view;
   tell("view", view);
-  tell("picture", picture, final && view.fits);
+  tell("picture", picture, final && view.fits && !view.more);
   return true;
 };
 
@@ -94,9 +95,9 @@ const follow = async (verb, body, use) => {
   }
 };
 
-// Tell how far the volume is prepared, until it is as the job asks.
+// Tell how far volume and light are prepared, until they are as the job asks.
 let watching = false;
-const isReady = () => desk.state?.fits;
+const isReady = () => desk.state?.fits && !desk.view?.more;
 const progress = async () => {
   if (watching) return;
   watching = true;
@@ -121,8 +122,13 @@ export const begin = () => {
     tell("state", desk.state);
     if (!desk.state.fits) progress();
   });
-  follow("picture", () => ({ after: desk.seen, size: desk.size }), async (answer) => {
-    if (await show(answer, true)) desk.seen = desk.revision;
+  follow("picture", () => ({ after: desk.seen, plain: desk.plain, size: desk.size }), async (answer) => {
+    if (!await show(answer, true)) return;
+    if (!desk.view?.more) desk.seen = desk.revision;
+    else {
+      desk.plain = desk.revision;
+      progress();
+    }
   });
 };
 // The size of the picture is another one: draw it anew.

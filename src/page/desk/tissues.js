@@ -98,7 +98,7 @@ const drawDetail = (at) => {
   const auto = button("auto", "Opacity by thickness", () => setTissue(tissue, "opacity", "auto"), { "aria-pressed": tissue.auto, class: "small" });
   const cuts = planes();
   keepFocus(detail, () => detail.replaceChildren(el("h2", {}, el("i", { style: `background: ${tissue.color}` }), tissue.name),
-    el("p", {}, `label ${tissue.label} · ${digits(tissue.ml)} ml · ${digits(tissue.mm)} mm thick`, at ? el("span", { id: "place" }, ` · at ${at.map((v) => v.toFixed(1)).join(", ")} mm`) : null),
+    el("p", {}, `label ${tissue.label}${tissue.ml > 0 ? ` · ${digits(tissue.ml)} ml · ${digits(tissue.mm)} mm thick` : ""}`, at ? el("span", { id: "place" }, ` · at ${at.map((v) => v.toFixed(1)).join(", ")} mm`) : null),
     el("label", { class: "line" }, "Opacity", opacity, number, auto),
     el("div", { class: "line", role: "group" }, exemption(tissue, "stays whole where planes cut", cuts),
       cuts.length > 1 ? cuts.map((plane) => exemption(tissue, plane.name, [plane])) : [])));
