@@ -11,8 +11,9 @@
 #define BEYOND (1.0f / 256)
 enum {
     STEPS_MAX = 4096, /* of a ray: far more than there are bricks along it */
-    FEW_LANES =
-        2 * LANES * 3 / 4 /* so many rays on their way are worth a step before others join them */
+    PACKETS = 4,      /* while one waits for memory, the processor works on the others */
+    FEW_LANES = PACKETS * LANES * 3 / 4 /* so many rays on their way are worth a step before others
+                                           join them */
 };
 
 /* Rays on their way. */
@@ -21,10 +22,10 @@ typedef struct packet {
     vf origin[3], direction[3],
         inverse[3]; /* origin: plus 1/2, so that rounding down gives the nearest vertex */
     vf t;
+    vi q[3], brick; /* where they are */
     vm forward[3], alive;
     size_t ray[LANES]; /* which one is in each lane */
 } packet;
-enum { PACKETS = 2 /* while one waits for memory, the processor works on the other */ };
 
 /* Put a ray into a lane. */
 static void load(packet *p, int lane, const sc_gather_ray *ray)
@@ -84,25 +85,38 @@ static bool meets_tissue(const sc_gather_march *m, const int q[3], const float a
            (float)sc_record_value(record);
 }
 
-/* Take the rays of the lanes @p on one step ahead, or note what they have met and let them end. */
-static inline void step(packet *p, sc_gather_hit *out)
+/* Find where rays are, and end those that have left the volume. What is read there is fetched,
+ * while other packets take their steps. */
+static inline void locate(packet *p)
 {
     const sc_gather_march *m = p->m;
-    vi q[3], brick, far, mask, ahead, back;
-    vm on = p->alive, marked, leaps;
-    vf t = f_set(1e30f);
 
     for (int i = 0; i < 3; i++) {
         const vf at = p->origin[i] + p->direction[i] * p->t;
 
-        on = m_and(on,
-                   m_and(f_at_most(f_set(m->box_low[i]), at), f_below(at, f_set(m->box_high[i]))));
-        q[i] = i_of(at);
+        p->alive = m_and(p->alive, m_and(f_at_most(f_set(m->box_low[i]), at),
+                                         f_below(at, f_set(m->box_high[i]))));
+        p->q[i] = i_of(at);
     }
-    p->alive = on;
+    p->brick = v_framed_index(m->row, m->layer, p->q[0], p->q[1], p->q[2]);
+    for (int lane = 0; lane < LANES; lane++) {
+        __builtin_prefetch(m->distances + p->brick[lane]);
+        __builtin_prefetch(m->masks + p->brick[lane]);
+    }
+}
+
+/* Take rays one step ahead, or note what they have met and let them end. */
+static inline void step(packet *p, sc_gather_hit *out)
+{
+    const sc_gather_march *m = p->m;
+    const vi *q = p->q, brick = p->brick;
+    const vm on = p->alive;
+    vi far, mask, ahead, back;
+    vm marked, leaps;
+    vf t = f_set(1e30f);
+
     if (!m_any(on))
         return;
-    brick = v_framed_index(m->row, m->layer, q[0], q[1], q[2]);
     far = i_gather(m->distances, brick, on) & 255;
     leaps = m_and(on, i_below(i_set(0), far));
     marked = v_bit_set(v_half_mask(m->masks, brick, q[2], m_without(on, leaps)),
@@ -135,6 +149,7 @@ static inline void step(packet *p, sc_gather_hit *out)
     }
     t += BEYOND;
     p->t = f_pick(f_below(p->t, t), t, p->t + BEYOND);
+    locate(p);
 }
 
 /* Put rays from number @p next on into the lanes of a packet that have none. @return the number of
@@ -152,7 +167,18 @@ static size_t fill(packet *p, const sc_gather_ray *rays, size_t next, size_t cou
     }
     for (int i = 0; i < 3; i++)
         p->forward[i] = f_below(f_set(0), p->inverse[i]);
+    locate(p);
     return next;
+}
+
+/* @return how many rays are on their way. */
+static inline int count_alive(const packet p[PACKETS])
+{
+    int count = 0;
+
+    for (int k = 0; k < PACKETS; k++)
+        count += m_count(p[k].alive);
+    return count;
 }
 
 /* The kernel: see sc_gather_fn. */
@@ -173,13 +199,13 @@ void MARCH_NAME(const sc_gather_march *march, const sc_gather_ray *rays, size_t 
     }
     for (size_t i = 0; i < count; i++)
         out[i].at[0] = -1;
-    while (next < count || m_any(p[0].alive) || m_any(p[1].alive)) {
+    for (int alive = 0; next < count || alive;) {
         for (int k = 0; k < PACKETS; k++)
             next = fill(&p[k], rays, next, count);
         do {
-            step(&p[0], out);
-            step(&p[1], out);
-        } while ((m_any(p[0].alive) || m_any(p[1].alive)) &&
-                 (next == count || m_count(p[0].alive) + m_count(p[1].alive) >= FEW_LANES));
+            for (int k = 0; k < PACKETS; k++)
+                step(&p[k], out);
+            alive = count_alive(p);
+        } while (alive && (next == count || alive >= FEW_LANES));
     }
 }
