@@ -9,6 +9,8 @@
 #define LIFT_VOXELS 0.2
 /* The surface is at most so many voxels from a vertex beside which it passes. */
 #define MOVED_MOST_VOXELS 1.5
+/* Bricks along the side of a tile, whose places are numbered together. */
+enum { TILE = 8 };
 
 void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body)
 {
@@ -37,6 +39,46 @@ uint32_t sc_gather_number(const sc_gather *g, uint32_t first, uint32_t *counts)
     }
     (void)!sc_team_agree(g->renderer->team, SC_OK); /* all wait until it is done */
     return counts[bricks];
+}
+
+/* Number the places of the bricks of the tile that begins at brick @p low, of which f->start has
+ * the counts, from @p next on. @return the number of the next one. */
+static uint32_t number_tile(const int bricks[3], sc_gather_field *f, const int low[3],
+                            uint32_t next)
+{
+    for (int i = 0; i < TILE * TILE * TILE; i++) {
+        const int x = low[0] + i % TILE, y = low[1] + i / TILE % TILE, z = low[2] + i / TILE / TILE;
+
+        if (x < bricks[0] && y < bricks[1] && z < bricks[2]) {
+            uint32_t *start = &f->start[sc_brick_index(bricks, x, y, z)];
+            const uint32_t count = *start;
+
+            *start = next;
+            next += count;
+        }
+    }
+    return next;
+}
+
+/* Replace the count of each brick by the number of its first place, and add all to g->count. Places
+ * near each other get numbers near each other, as rays that are followed together then read the
+ * same memory. Collective. */
+static void number_places(sc_gather *g, sc_gather_field *f)
+{
+    const int *bricks = g->renderer->volume->bricks;
+    uint32_t *end = &f->start[sc_brick_count(bricks)];
+
+    if (sc_team_is_first(g->renderer->team)) {
+        *end = (uint32_t)g->count;
+        for (int z = 0; z < bricks[2]; z += TILE) {
+            for (int y = 0; y < bricks[1]; y += TILE) {
+                for (int x = 0; x < bricks[0]; x += TILE)
+                    *end = number_tile(bricks, f, (int[3]){x, y, z}, *end);
+            }
+        }
+    }
+    (void)!sc_team_agree(g->renderer->team, SC_OK); /* all wait until it is done */
+    g->count = *end;
 }
 
 /* @return whether two vertex records look to opposite sides. */
@@ -297,7 +339,7 @@ sc_status sc_gather_find_places(const sc_ctx *ctx, sc_gather *g)
         sc_team_free(r->team, f->masks);
         f->masks = f->thinned;
         f->thinned = NULL;
-        g->count = sc_gather_number(g, (uint32_t)g->count, f->start);
+        number_places(g, f);
     }
     g->floor_first = g->count;
     g->count += r->settings.floor ? SC_FLOOR_SIDE * SC_FLOOR_SIDE : 0;
