@@ -104,25 +104,32 @@ static void drop(sc_yaml *tree, const char *name)
         sc_yaml_remove(tree, sc_yaml_index(tree, name));
 }
 
-/* Remove from the tree of the film what a title card has no use for: image, light, floor, tissues,
- * colours by values with their bar, and all of the animation but its length. Times of the film may
- * well lie behind the end of a card. */
+/* Remove all keys but @p name from the map @p of of a tree, if it is there. */
+static void drop_others(sc_yaml *tree, const char *of, const char *name)
+{
+    sc_yaml *map = sc_yaml_member(tree, of);
+
+    for (size_t i = map && map->kind == SC_YAML_MAP ? map->count : 0; i-- > 0;) {
+        if (strcmp(map->items[i]->key, name))
+            sc_yaml_remove(map, i);
+    }
+}
+
+/* Remove from the tree of the film what a title card has no use for: light, floor, tissues, colours
+ * by values with their bar, all of the animation but its length, and all of the image but its path,
+ * which the card's own keys of the image ask for. Times of the film may well lie behind the end of
+ * a card. */
 static void drop_unused(sc_yaml *tree)
 {
-    sc_yaml *animation = sc_yaml_member(tree, "animation");
     sc_yaml *overlays = sc_yaml_member(tree, "overlays"), *render = sc_yaml_member(tree, "render");
 
-    for (size_t i = animation ? animation->count : 0;
-         animation && animation->kind == SC_YAML_MAP && i-- > 0;) {
-        if (strcmp(animation->items[i]->key, "frames"))
-            sc_yaml_remove(animation, i);
-    }
+    drop_others(tree, "animation", "frames");
+    drop_others(tree, "image", "path");
     if (overlays && overlays->kind == SC_YAML_MAP)
         drop(overlays, "color_bar");
     if (render && render->kind == SC_YAML_MAP)
         drop(render, "stage");
     drop(tree, "color_by");
-    drop(tree, "image");
     drop(tree, "light");
     drop(tree, "tissues");
 }

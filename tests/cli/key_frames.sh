@@ -189,10 +189,11 @@ volume: phantom:29x21x31
 output: {directory: whole, size: [96, 72], fps: 10, video: none, frames: png}
 color_by: {values: columns.csv, column: {0s: a, 0:01: b}}
 overlays: {color_bar: bottom-left}
+image: {path: phantom, caps: {0s: 0.5, 0.6s: 0.2}}
 light: {key: {0%: 0.5, 3f: 1}}
 tissues: {"*": {opacity: 1}, aorta: {color: {0s: red, 0.5s: {value: blue, ease: smooth}, 700ms: lime}}}
 shots:
-  - {card: The heart, animation: {frames: 2}}
+  - {card: The heart, image: {caps: 0.3}, animation: {frames: 2}}
   - {animation: {frames: 12, camera: {orbit: {turns: 0}}}}
   - {animation: {frames: 23, camera: {orbit: {turns: 0}}}, tissues: {"*": {diffuse: 0.5}}}
 EOF
