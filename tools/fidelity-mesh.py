@@ -2,9 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Make meshes of a NRRD volume as 3D Slicer does, for tools/fidelity: discrete flying edges and windowed
 sinc smoothing, both on the grid of the voxels, and only then a transform to RAS+ millimetres.
-Usage: fidelity-mesh.py IN.nrrd OUT.ply ITERATIONS PASS_BAND   the mesh of label 1
-       fidelity-mesh.py IN.nrrd OUT/ ITERATIONS PASS_BAND      of every label, to OUT/LABEL.ply"""
-import os
+Usage: fidelity-mesh.py IN.nrrd OUT.ply ITERATIONS PASS_BAND   the mesh of label 1"""
 import re
 import sys
 
@@ -15,7 +13,6 @@ from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkFiltersCore import vtkWindowedSincPolyDataFilter
 from vtkmodules.vtkFiltersGeneral import vtkDiscreteFlyingEdges3D, vtkTransformPolyDataFilter
 from vtkmodules.vtkImagingCore import vtkImageConstantPad
-from vtkmodules.vtkImagingStatistics import vtkImageHistogram
 from vtkmodules.vtkIOImage import vtkNrrdReader
 from vtkmodules.vtkIOPLY import vtkPLYWriter
 
@@ -40,11 +37,11 @@ def to_ras(path):
     return transform
 
 
-def write_mesh(image, label, iterations, band, transform, target):
-    """Write the mesh of one label of an image to the PLY file target."""
+def write_mesh(image, iterations, band, transform, target):
+    """Write the mesh of label 1 of an image to the PLY file target."""
     edges = vtkDiscreteFlyingEdges3D()
     edges.SetInputData(image)
-    edges.SetValue(0, label)
+    edges.SetValue(0, 1)
     edges.ComputeScalarsOff()
     smooth = vtkWindowedSincPolyDataFilter()
     smooth.SetInputConnection(edges.GetOutputPort())
@@ -83,28 +80,9 @@ def padded(source):
     return frame.GetOutput()
 
 
-def labels_of(image):
-    """The labels of an image that are above 0."""
-    histogram = vtkImageHistogram()
-    histogram.SetInputData(image)
-    histogram.AutomaticBinningOff()
-    histogram.SetBinOrigin(0)
-    histogram.SetBinSpacing(1)
-    histogram.SetNumberOfBins(int(image.GetScalarRange()[1]) + 1)
-    histogram.Update()
-    counts = histogram.GetHistogram()
-    return [label for label in range(1, counts.GetNumberOfValues()) if counts.GetValue(label) > 0]
-
-
 def main():
     source, target, iterations, band = sys.argv[1], sys.argv[2], int(sys.argv[3]), float(sys.argv[4])
-    image, transform = padded(source), to_ras(source)
-    if not target.endswith('/'):
-        write_mesh(image, 1, iterations, band, transform, target)
-        return
-    os.makedirs(target, exist_ok=True)
-    for label in labels_of(image):
-        write_mesh(image, label, iterations, band, transform, '%s%d.ply' % (target, label))
+    write_mesh(padded(source), iterations, band, to_ras(source), target)
 
 
 main()

@@ -119,6 +119,9 @@ sc_vec3 random_direction(uint64_t *seed);
 sc_vec3 random_line(const stage *st, uint64_t *seed, sc_vec3 *eye);
 /* The dense id at a voxel; 0, the background, outside. */
 int id_at(const sc_volume *v, int x, int y, int z);
+/* Are the vertices of the cell that holds the point @p p, in voxels of the stage, and those around
+ * it of one label, or is it outside? */
+bool is_uniform(const stage *st, sc_vec3 p);
 /* The dense id that the surface model gives the point @p mm (RAS); 0 outside of the volume. */
 int owner_at(const stage *st, sc_vec3 mm);
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Whether what is drawn at a place depends on the voxels around it alone: crops of a volume, drawn
  * by themselves, must show the same bits. */
-#include "against.h"
 #include "rulers.h"
 
 #include <string.h>

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Measures how far drawn surfaces are from the true ones. */
-#include "against.h"
 #include "rulers.h"
 
 #include <getopt.h>
@@ -13,9 +12,6 @@ static const char usage[] =
     "       fidelity --write FILE.nrrd SHAPE        the voxels of a shape, for other programs\n"
     "       fidelity [--json] [--smooth S|auto] [--rays N] --skin LABEL VOLUME\n"
     "                                               rays that get through the closed skin LABEL\n"
-    "       fidelity [--json] [--surface smooth|voxel] [--smooth S|auto] [--truth voxels|S]\n"
-    "                [--mesh DIR] --against TRUTH VOLUME\n"
-    "                                               surfaces of a volume against its truth, in mm\n"
     "       fidelity [--json] [--surface smooth|voxel] [--smooth S|auto] --wobble VOLUME\n"
     "                                               how outlines and seams waver, in voxels\n"
     "       fidelity [--json] [--surface smooth|voxel] [--smooth S|auto] --lines\n"
@@ -38,15 +34,14 @@ static const char usage[] =
     "skins one voxel thick, by --rays rays (2500000): skin-ellipsoid skin-balls skin-planes\n"
     "         skin-rough; in slices, 1 : 2.7 : 6.4: the same names with -slices\n";
 
-/* The command line. mesh, write, skin and against are NULL unless given. */
+/* The command line. mesh, write and skin are NULL unless given. */
 typedef struct options {
     bool json;
     drawing how;
     size_t rays;
-    const char *mesh, *write, *skin, *against;
+    const char *mesh, *write, *skin;
     sc_status (*ruler)(const sc_ctx *ctx, const ruling *r); /* NULL: none */
     int halo;                                               /* of --locality; 0: not given */
-    double truth_smooth;                                    /* NAN: the truth are voxels */
 } options;
 
 void print_value(const char *name, double value, bool last)
@@ -231,23 +226,18 @@ static sc_status measure(const sc_ctx *ctx, const options *o, const char *name, 
     return status;
 }
 
-/* Read a strength of smoothing to @p out. @return false if the text is none. */
-static bool parse_strength(const char *text, double *out)
-{
-    char *end;
-
-    *out = strtod(text, &end);
-    return end != text && !*end && *out >= 0 && *out <= SC_SMOOTH_MAX;
-}
-
 /* Read a strength of smoothing, or auto, to @p how. @return false if the text is neither. */
 static bool parse_smooth(const char *text, drawing *how)
 {
+    char *end;
+
     how->resample = !strcmp(text, "auto");
-    if (!how->resample)
-        return parse_strength(text, &how->smooth);
-    how->smooth = 1;
-    return true;
+    if (how->resample) {
+        how->smooth = 1;
+        return true;
+    }
+    how->smooth = strtod(text, &end);
+    return end != text && !*end && how->smooth >= 0 && how->smooth <= SC_SMOOTH_MAX;
 }
 
 /* Read the options of the command line; the shapes that follow start at optind. @return false if
@@ -258,8 +248,7 @@ static bool parse(int argc, char **argv, options *o)
         {"json", no_argument, NULL, 'j'},           {"surface", required_argument, NULL, 'f'},
         {"smooth", required_argument, NULL, 's'},   {"rays", required_argument, NULL, 'r'},
         {"mesh", required_argument, NULL, 'm'},     {"write", required_argument, NULL, 'w'},
-        {"skin", required_argument, NULL, 'k'},     {"against", required_argument, NULL, 'a'},
-        {"truth", required_argument, NULL, 't'},    {"wobble", no_argument, NULL, 'o'},
+        {"skin", required_argument, NULL, 'k'},     {"wobble", no_argument, NULL, 'o'},
         {"lines", no_argument, NULL, 'l'},          {"edges", no_argument, NULL, 'e'},
         {"locality", required_argument, NULL, 'c'}, {"cliffs", no_argument, NULL, 'i'},
         {"help", no_argument, NULL, 'h'},           {0}};
@@ -273,10 +262,6 @@ static bool parse(int argc, char **argv, options *o)
             o->how.surface = optarg[0] == 's' ? SC_SURFACE_SMOOTH : SC_SURFACE_VOXEL;
         else if (c == 's' && parse_smooth(optarg, &o->how))
             continue;
-        else if (c == 't' && !strcmp(optarg, "voxels"))
-            o->truth_smooth = NAN;
-        else if (c == 't' && parse_strength(optarg, &o->truth_smooth))
-            continue;
         else if (c == 'r' && (o->rays = strtoul(optarg, &end, 10), !*end && o->rays > 0))
             continue;
         else if (c == 'm')
@@ -285,8 +270,6 @@ static bool parse(int argc, char **argv, options *o)
             o->write = optarg;
         else if (c == 'k')
             o->skin = optarg;
-        else if (c == 'a')
-            o->against = optarg;
         else if (c == 'o')
             o->ruler = print_wobble;
         else if (c == 'l')
@@ -302,14 +285,13 @@ static bool parse(int argc, char **argv, options *o)
     }
     if (o->ruler)
         return argc - optind == (o->ruler == print_wobble || o->ruler == print_locality);
-    return !(o->mesh || o->write || o->skin || o->against) || argc - optind == 1;
+    return !(o->mesh || o->write || o->skin) || argc - optind == 1;
 }
 
 int main(int argc, char **argv)
 {
     const sc_ctx ctx = {.level = SC_LOG_WARN, .rank = -1, .write = sc_log_to_stderr};
-    options o = {
-        .how = {.surface = SC_SURFACE_SMOOTH, .smooth = 1}, .rays = 2500000, .truth_smooth = NAN};
+    options o = {.how = {.surface = SC_SURFACE_SMOOTH, .smooth = 1}, .rays = 2500000};
     const char *before = NULL;
     sc_status status = SC_OK;
 
@@ -317,16 +299,6 @@ int main(int argc, char **argv)
     if (!parse(argc, argv, &o)) {
         fputs(usage, stderr);
         return 64;
-    }
-    if (o.against) {
-        const comparison c = {.truth = o.against,
-                              .volume = argv[optind],
-                              .meshes = o.mesh,
-                              .truth_smooth = o.truth_smooth,
-                              .how = o.how,
-                              .json = o.json};
-
-        return compare_volumes(&ctx, &c) == SC_OK ? 0 : 65;
     }
     if (o.ruler) {
         const ruling r = {.path = argv[optind], .halo = o.halo, .how = o.how, .json = o.json};

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Finds points of the drawn surface between background and tissue, and of the seams on it. */
-#include "against.h"
 #include "rulers.h"
 
 #include <stdlib.h>

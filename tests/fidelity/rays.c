@@ -68,6 +68,18 @@ int id_at(const sc_volume *v, int x, int y, int z)
     return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[at] : ((const uint16_t *)v->ids)[at];
 }
 
+bool is_uniform(const stage *st, sc_vec3 p)
+{
+    const int x = (int)floor(p.x) + 1, y = (int)floor(p.y) + 1, z = (int)floor(p.z) + 1;
+    const int *size = st->volume.size;
+    sc_vertex lowest;
+
+    if (x < 0 || y < 0 || z < 0 || x > size[0] || y > size[1] || z > size[2])
+        return true;
+    lowest = sc_vertex_at(&st->volume, x, y, z);
+    return !lowest.outer && !lowest.inner && !sc_is_near(&st->volume, x, y, z);
+}
+
 int owner_at(const stage *st, sc_vec3 mm)
 {
     const sc_vec3 p = sc_affine_point(&st->to_voxel, mm);
