@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
  *  The phantom: a synthetic heart of closed analytic shapes in patient space (RAS+ mm), turned as
- * in a chest: apex to the left, front and below. The fidelity tests measure pictures and surfaces
- *  against these shapes. */
+ * in a chest: apex to the left, front and below. */
 #ifndef SEGCAST_PHANTOM_H
 #define SEGCAST_PHANTOM_H
 
@@ -33,16 +32,6 @@ int sc_phantom_tissue_count(const sc_phantom *phantom);
 /** @return name, colour and label value of tissue @p label in [1, count], borrowed from the
  *  phantom. */
 const sc_label *sc_phantom_label(const sc_phantom *phantom, int label);
-/** @return the label that owns a point; 0 outside the heart. */
-int sc_phantom_owner(const sc_phantom *phantom, sc_vec3 point_mm);
-/** @return the signed distance in mm from a point to the surface of what tissue @p label, in [1,
- *  count], owns, negative inside, by iteration. @param normal receives the outward unit normal
- *  of the nearest surface point; may be NULL.
- *  Tests hold that a ball of 0.95 times the distance is free of surface (98 % of points within
- *  some mm) and that the foot point lies within 0.1 mm of it (90 %): along edges where three
- *  tissues meet the iteration need not settle. */
-double sc_phantom_distance(const sc_phantom *phantom, int label, sc_vec3 point_mm, sc_vec3 *normal);
-
 /** Find the course of tube @p tube, from 0, of what tissue @p label, in [1, count], fills: the
  *  middle line of a vessel. Where tissues overlap, or tubes of one tissue meet, the surface is not
  *  that of the tube alone.

@@ -37,7 +37,7 @@ static void choose_probes(const stage *st, const shape *s, probe *out)
         double t = 0, away = HUGE_VAL;
 
         while (t < 2 * st->reach_mm && away > 1e-4) {
-            away = shape_distance(s, 1, sc_vec3_along(eye, t, direction), &normal);
+            away = shape_distance(s, sc_vec3_along(eye, t, direction), &normal);
             t += away * s->unit_mm;
         }
         if (away > 1e-4)

@@ -5,47 +5,39 @@
 #define SC_FIDELITY_H
 
 #include "segcast/kernel.h"
-#include "segcast/phantom.h"
 #include "segcast/resample.h"
 
-/* A shape in a volume whose voxels measure 1 mm along x and y; the phantom has voxels of its own
- * size. Lengths are in mm unless a name says otherwise. Errors are given in units of unit_mm. */
+/* A shape in a volume whose voxels measure 1 mm along x and y. Lengths are in mm unless a name says
+ * otherwise. Errors are given in units of unit_mm. */
 typedef struct shape {
     const char *name;
-    int size[3];         /* of the volume, in voxels */
-    double radius;       /* of the tube of a torus; 0: not a torus */
-    double volume;       /* in mm3; 0: not known */
-    double slice_mm;     /* edge of a voxel along z */
-    int copied;          /* the shape is voxelised with voxels of this many mm, each of which is
-                            copied up to copied^3 voxels; 1: none */
-    double flipped;      /* share of the voxels on either side of the border, before copying up,
-                            whose label is changed */
-    double unit_mm;      /* what errors are given in: the edge of a voxel within its slice, or of
-                            one that is copied up. 0 for the phantom in the table: the caller sets
-                            it in a copy */
-    sc_phantom *phantom; /* set by the caller in a copy; NULL for all other shapes */
+    int size[3];     /* of the volume, in voxels */
+    double radius;   /* of the tube of a torus; 0: not a torus */
+    double volume;   /* in mm3 */
+    double slice_mm; /* edge of a voxel along z */
+    int copied;      /* the shape is voxelised with voxels of this many mm, each of which is
+                        copied up to copied^3 voxels; 1: none */
+    double flipped;  /* share of the voxels on either side of the border, before copying up,
+                        whose label is changed */
+    double unit_mm;  /* what errors are given in: the edge of a voxel within its slice, or of
+                        one that is copied up */
 } shape;
 
 /* The table of shapes [shape_count]: first IDEAL_SHAPES that are voxelised in the best way there
- * is, the phantom last. */
+ * is. */
 enum { IDEAL_SHAPES = 5 };
 extern const shape shapes[];
 extern const size_t shape_count;
 /* Find a shape of the table by name. @return NULL if there is none. */
 const shape *shape_find(const char *name);
 
-/* Signed distance in units from a point to the surface of what @p label owns, negative inside,
- * and the outward unit normal at the nearest point of the surface, to @p normal. @p p in mm.
- * Shapes other than the phantom have one label, and @p label is ignored. */
-double shape_distance(const shape *s, int label, sc_vec3 p, sc_vec3 *normal);
-/* The label that owns the point @p p in mm, and the distance in units to the nearest border, to
- * @p border; of the phantom only 0.5 for a border within half a voxel, else HUGE_VAL. */
-int shape_owner(const shape *s, sc_vec3 p, double *border);
+/* Signed distance in units from a point to the surface of the shape, negative inside, and the
+ * outward unit normal at the nearest point of the surface, to @p normal. @p p in mm. */
+double shape_distance(const shape *s, sc_vec3 p, sc_vec3 *normal);
 /* A point, in mm, on the middle line of a torus, @p u in [0, 1). */
 sc_vec3 shape_middle(const shape *s, double u);
-/* Make the voxels of a shape: label 1 where their middles lie inside, or the phantom's labels; then
- * flip some and copy them up as the shape says.
- * Caller owns @p out: sc_volume_clear. @return SC_ERR_MEMORY. */
+/* Make the voxels of a shape: label 1 where their middles lie inside; then flip some and copy them
+ * up as the shape says. Caller owns @p out: sc_volume_clear. @return SC_ERR_MEMORY. */
 sc_status shape_volume(const sc_ctx *ctx, const shape *s, int threads, sc_volume *out);
 
 /* Change the label of a share of the voxels on either side of the border of a shape, drawn at

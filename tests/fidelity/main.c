@@ -24,7 +24,7 @@ static const char usage[] =
     "                                               is compared, against the whole\n"
     "       fidelity [--json] [--surface smooth|voxel] [--smooth S|auto] --cliffs\n"
     "                                               steps of growing noise and strength\n"
-    "shapes:  ellipsoid torus-6 torus-3 torus-1.5 torus-1 (default: these) phantom\n"
+    "shapes:  ellipsoid torus-6 torus-3 torus-1.5 torus-1 (default: these)\n"
     "voxels half as high again as wide: ellipsoid-tall\n"
     "slices six times as thick as voxels are wide: ellipsoid-slices torus-18-slices\n"
     "         torus-12-slices torus-6-slices\n"
@@ -127,79 +127,57 @@ static void print_leaks(const char *name, const leaks *l, bool json)
 /* Count the leaks of a skin of the table, or write the voxels of its first variant to a file. */
 static sc_status run_skin(const sc_ctx *ctx, const options *o, const skin *k)
 {
-    sc_volume volume = {0};
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
     leaks l = {0};
-    sc_status status;
 
     if (o->mesh)
         return sc_fail(ctx, SC_ERR_USAGE, "meshes of skins are not measured");
     if (o->write) {
-        SC_TRY(skin_volume(ctx, k, 0, &volume));
-        SC_TRY(sc_volume_save_nrrd(ctx, &volume, o->write, true));
-        goto out;
+        SC_PASS(skin_volume(ctx, k, 0, &volume));
+        return sc_volume_save_nrrd(ctx, &volume, o->write, true);
     }
-    SC_TRY(measure_skin(ctx, k, &o->how, o->rays, &l));
+    SC_PASS(measure_skin(ctx, k, &o->how, o->rays, &l));
     print_leaks(k->name, &l, o->json);
-out:
-    sc_volume_clear(&volume);
-    return status;
+    return SC_OK;
 }
 
 /* Count the leaks of the label o->skin of a volume file. @return SC_ERR_USAGE if it has no such
  * label; errors of reading and measuring. */
 static sc_status run_skin_of_file(const sc_ctx *ctx, const options *o, const char *path)
 {
-    sc_volume volume = {0};
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
     leaks l = {0};
     int id;
-    sc_status status;
 
-    SC_TRY(sc_volume_read(ctx, path, &volume));
+    SC_PASS(sc_volume_read(ctx, path, &volume));
     for (id = volume.label_count - 1; id > 0; id--) {
         if (volume.labels[id].value == strtoll(o->skin, NULL, 10))
             break;
     }
-    if (id <= 0) {
-        status = sc_fail(ctx, SC_ERR_USAGE, "%s: no label %s", path, o->skin);
-        goto out;
-    }
-    SC_TRY(count_leaks(ctx, &volume, id, &o->how, 1, o->rays, &l));
+    if (id <= 0)
+        return sc_fail(ctx, SC_ERR_USAGE, "%s: no label %s", path, o->skin);
+    SC_PASS(count_leaks(ctx, &volume, id, &o->how, 1, o->rays, &l));
     print_leaks(path, &l, o->json);
-out:
-    sc_volume_clear(&volume);
-    return status;
+    return SC_OK;
 }
 
 /* Measure a shape of the table as the options say and print its row or JSON element, or write its
  * voxels to a file. @return errors of measuring, with a message. */
-static sc_status run_shape(const sc_ctx *ctx, const options *o, const shape *known)
+static sc_status run_shape(const sc_ctx *ctx, const options *o, const shape *s)
 {
-    shape s = *known;
+    SC_OWN(sc_volume_clear) sc_volume volume = {0};
     fidelity f = {0};
-    sc_volume volume = {0};
-    sc_status status = SC_OK;
 
-    if (!strcmp(s.name, "phantom")) {
-        SC_TRY(sc_phantom_new(ctx, &s.phantom));
-        s.unit_mm = 1.0 / 3;
-    }
     if (o->write) {
-        SC_TRY(shape_volume(ctx, &s, o->how.threads, &volume));
-        SC_TRY(sc_volume_save_nrrd(ctx, &volume, o->write, true));
-        goto out;
+        SC_PASS(shape_volume(ctx, s, o->how.threads, &volume));
+        return sc_volume_save_nrrd(ctx, &volume, o->write, true);
     }
-    if (o->mesh)
-        SC_TRY(measure_mesh(ctx, &s, o->mesh, &f));
-    else
-        SC_TRY(measure_volume(ctx, &s, &o->how, &f));
+    SC_PASS(o->mesh ? measure_mesh(ctx, s, o->mesh, &f) : measure_volume(ctx, s, &o->how, &f));
     if (o->json)
-        print_json(&s, &f);
+        print_json(s, &f);
     else
-        print_row(&s, &f);
-out:
-    sc_volume_clear(&volume);
-    sc_phantom_free(s.phantom);
-    return status;
+        print_row(s, &f);
+    return SC_OK;
 }
 
 /* Measure what the argument @p name stands for: a shape or a skin of the tables, or a file.

@@ -6,14 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    RAYS = 200000,
-    PHANTOM_RAYS = 10000,
-    BATCH = 512,
-    VIEWS = 3,
-    SILHOUETTE_PX = 400,
-    NEAR_SAMPLES = 4
-};
+enum { RAYS = 200000, BATCH = 512, VIEWS = 3, SILHOUETTE_PX = 400, NEAR_SAMPLES = 4 };
 
 void errors_add(errors *e, double position, double angle_deg)
 {
@@ -58,42 +51,8 @@ void errors_finish(errors *e, fidelity *out)
     *e = (errors){0};
 }
 
-/* Is the phantom's surface not determined by its voxels at this point? That is so for faces within
- * 8 degrees of a plane of the grid (a flat face may lie anywhere within a voxel, and its steps are
- * wider than any filter), and near an edge (two voxels) or a third tissue (three voxels). */
-static bool is_undetermined(const shape *s, int label, sc_vec3 hit, sc_vec3 normal)
-{
-    const double mm = s->unit_mm;
-    const sc_vec3 side = sc_vec3_perpendicular(normal);
-    int owners[2] = {label, -1};
-
-    if (fmax(fabs(normal.x), fmax(fabs(normal.y), fabs(normal.z))) > 0.99)
-        return true;
-
-    for (int n = 0; n < 27; n++) {
-        const sc_vec3 d = sc_vec3_unit((sc_vec3){n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1});
-        const int owner = sc_phantom_owner(s->phantom, sc_vec3_along(hit, 3 * mm, d));
-
-        if (owner == owners[0] || owner == owners[1])
-            continue;
-        if (owners[1] >= 0)
-            return true;
-        owners[1] = owner;
-    }
-    for (int n = 0; n < 8; n++) {
-        const sc_vec3 along = sc_vec3_rotate(side, normal, n * M_PI / 4);
-        sc_vec3 there;
-
-        (void)shape_distance(s, label, sc_vec3_along(hit, 2 * mm, along), &there);
-        if (sc_vec3_dot(there, normal) < 0.64) /* 50 degrees: a tube of radius 2.3 */
-            return true;
-    }
-    return false;
-}
-
 /* Add the errors of what a ray from @p eye has met (@p light) to @p e: the distance of the hit
- * from the true surface, and the angle between the normals. Rays without a hit, and points of
- * the phantom that are undetermined, are passed over. */
+ * from the true surface, and the angle between the normals. Rays without a hit are passed over. */
 static void add_hit(const shape *s, sc_vec3 eye, sc_vec3 direction, const sc_radiance *light,
                     errors *e)
 {
@@ -105,9 +64,7 @@ static void add_hit(const shape *s, sc_vec3 eye, sc_vec3 direction, const sc_rad
     if (!light->label)
         return;
     hit = sc_vec3_along(eye, (double)light->depth_mm, direction);
-    distance = shape_distance(s, (int)light->label, hit, &normal);
-    if (s->phantom && is_undetermined(s, (int)light->label, hit, normal))
-        return;
+    distance = shape_distance(s, hit, &normal);
     cosine = fmin(1, fmax(-1, sc_vec3_dot(n, normal)));
     errors_add(e, distance, acos(cosine) * 180 / M_PI);
 }
@@ -123,7 +80,7 @@ static void measure_hits(const stage *st, const shape *s, fidelity *out)
     uint64_t seed = 11;
     errors e = {0};
 
-    for (int n = 0; n < (s->phantom ? PHANTOM_RAYS : RAYS); n += BATCH) {
+    for (int n = 0; n < RAYS; n += BATCH) {
         for (int i = 0; i < BATCH; i++) {
             directions[i] = random_line(st, &seed, &eyes[i]);
             make_ray(st, eyes[i], directions[i], &rays[i]);
@@ -142,7 +99,7 @@ static bool line_meets(const stage *st, const shape *s, sc_vec3 eye, sc_vec3 dir
 
     while (t < 2 * st->reach_mm) {
         sc_vec3 normal;
-        const double d = shape_distance(s, 1, sc_vec3_along(eye, t, direction), &normal);
+        const double d = shape_distance(s, sc_vec3_along(eye, t, direction), &normal);
 
         if (d < 1e-4)
             return true;
@@ -153,7 +110,7 @@ static bool line_meets(const stage *st, const shape *s, sc_vec3 eye, sc_vec3 dir
 
 /* Measure the mean distance between the drawn and the true outline, to out->silhouette in
  * units: the area by which they differ, divided by the outline's length; with parallel rays
- * from three sides. Not for the phantom. */
+ * from three sides. */
 static void measure_silhouette(const stage *st, const shape *s, fidelity *out)
 {
     const double px_mm = 2 * st->reach_mm / SILHOUETTE_PX;
@@ -209,42 +166,39 @@ static void measure_owners(const stage *st, const shape *s, fidelity *out)
 {
     uint64_t seed = 17;
     double samples = 0, wrong = 0;
-    const int every = s->phantom ? 9 : 2;
+    enum { EVERY = 2 };
 
-    for (int z = 0; z < s->size[2]; z += every) {
-        for (int y = 0; y < s->size[1]; y += every) {
-            for (int x = 0; x < s->size[0]; x += every) {
-                const sc_vec3 mm = point_in_block(st, x, y, z, every, &seed);
-                double border;
-                const int truth = shape_owner(s, mm, &border);
+    for (int z = 0; z < s->size[2]; z += EVERY) {
+        for (int y = 0; y < s->size[1]; y += EVERY) {
+            for (int x = 0; x < s->size[0]; x += EVERY) {
+                const sc_vec3 mm = point_in_block(st, x, y, z, EVERY, &seed);
+                sc_vec3 normal;
+                const double distance = shape_distance(s, mm, &normal);
 
-                if (border <= 0.5)
+                if (fabs(distance) <= 0.5)
                     continue;
                 samples++;
-                wrong += owner_at(st, mm) != truth;
+                wrong += owner_at(st, mm) != (distance < 0);
             }
         }
     }
     out->owner_errors = 1e6 * wrong / samples;
 }
 
-/* Measure the share of the volume that is kept (out->volume_kept, NaN for the phantom), by
- * NEAR_SAMPLES random points in each voxel within three units, or three slices, of the surface. */
+/* Measure the share of the volume that is kept, to out->volume_kept, by NEAR_SAMPLES
+ * random points in each voxel within three units, or three slices, of the surface. */
 static void measure_kept(const stage *st, const shape *s, fidelity *out)
 {
     const double near = 3 * fmax(1, s->slice_mm / s->unit_mm);
     uint64_t seed = 19;
     double inside = 0;
 
-    out->volume_kept = NAN;
-    if (s->phantom)
-        return;
     for (int z = 0; z < s->size[2]; z++) {
         for (int y = 0; y < s->size[1]; y++) {
             for (int x = 0; x < s->size[0]; x++) {
                 const sc_vec3 mm = sc_affine_point(&st->voxels->to_ras_mm, (sc_vec3){x, y, z});
                 sc_vec3 normal;
-                const double d = shape_distance(s, 1, mm, &normal);
+                const double d = shape_distance(s, mm, &normal);
                 int own = 0;
 
                 if (d > near)
@@ -265,14 +219,11 @@ sc_status measure_volume(const sc_ctx *ctx, const shape *s, const drawing *how, 
     sc_status status;
 
     SC_TRY(shape_volume(ctx, s, how->threads, &volume));
-    SC_TRY(stage_open(ctx, &volume, how, s->phantom ? 1.12 / 1.3 : 1.12 / 1.5,
-                      0.05 * fmin(1, s->unit_mm), &st));
+    SC_TRY(stage_open(ctx, &volume, how, 1.12 / 1.5, 0.05 * fmin(1, s->unit_mm), &st));
     measure_hits(&st, s, out);
     measure_owners(&st, s, out);
     measure_kept(&st, s, out);
-    out->silhouette = NAN;
-    if (!s->phantom)
-        measure_silhouette(&st, s, out);
+    measure_silhouette(&st, s, out);
     out->gaps = s->radius > 0 ? 0 : -1;
     for (int i = 0; i < 3600 && s->radius > 0; i++)
         out->gaps += owner_at(&st, shape_middle(s, i / 3600.0)) != 1;

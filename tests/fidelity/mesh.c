@@ -299,7 +299,7 @@ static void sample_mesh(const shape *s, const mesh *m, const double *areas, doub
             p = sc_vec3_along(p, share, m->vertices[vertex]);
             normal = sc_vec3_along(normal, share, sc_vec3_unit(m->normals[vertex]));
         }
-        distance = shape_distance(s, 1, p, &truth);
+        distance = shape_distance(s, p, &truth);
         errors_add(e, distance,
                    acos(fmin(1, fmax(-1, sign * sc_vec3_dot(sc_vec3_unit(normal), truth)))) * 180 /
                        M_PI);

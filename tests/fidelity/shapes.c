@@ -36,10 +36,7 @@ const shape shapes[] = {{.name = "ellipsoid", ELLIPSOID, CUBES(144)},
                         {.name = "torus-6-copied", TORUS(6), COPIED(0)},
                         {.name = "ellipsoid-noisy", ELLIPSOID, COPIED(0.1)},
                         {.name = "torus-18-noisy", TORUS(18), COPIED(0.1)},
-                        {.name = "torus-12-noisy", TORUS(12), COPIED(0.1)},
-                        {.name = "phantom",
-                         .size = {SC_PHANTOM_WIDTH, SC_PHANTOM_DEPTH, SC_PHANTOM_HEIGHT},
-                         .copied = 1}};
+                        {.name = "torus-12-noisy", TORUS(12), COPIED(0.1)}};
 const size_t shape_count = SC_COUNT_OF(shapes);
 
 const shape *shape_find(const char *name)
@@ -113,41 +110,15 @@ static double torus(double radius, sc_vec3 p, sc_vec3 *normal)
     return sc_vec3_length(off) - radius;
 }
 
-double shape_distance(const shape *s, int label, sc_vec3 p, sc_vec3 *normal)
+double shape_distance(const shape *s, sc_vec3 p, sc_vec3 *normal)
 {
     double distance;
     sc_vec3 n;
 
-    if (s->phantom)
-        return sc_phantom_distance(s->phantom, label, p, normal) / s->unit_mm;
     p = tilt(sc_vec3_sub(p, middle_of(s)), -1);
     distance = s->radius > 0 ? torus(s->radius, p, &n) : ellipsoid(p, &n);
     *normal = tilt(n, 1);
     return distance / s->unit_mm;
-}
-
-int shape_owner(const shape *s, sc_vec3 p, double *border)
-{
-    sc_vec3 normal;
-    int owner;
-
-    if (!s->phantom) {
-        const double distance = shape_distance(s, 1, p, &normal);
-
-        *border = fabs(distance);
-        return distance < 0;
-    }
-    /* The distance to the phantom's surface takes long to compute: compare the owners of points
-     * half a voxel away in 26 directions instead. */
-    owner = sc_phantom_owner(s->phantom, p);
-    *border = HUGE_VAL;
-    for (int n = 0; n < 27 && *border > 0.5; n++) {
-        const sc_vec3 d = sc_vec3_unit((sc_vec3){n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1});
-
-        if (sc_phantom_owner(s->phantom, sc_vec3_along(p, 0.5 * s->unit_mm, d)) != owner)
-            *border = 0.5;
-    }
-    return owner;
 }
 
 sc_vec3 shape_middle(const shape *s, double u)
@@ -176,7 +147,7 @@ static void fill_layers(void *user, size_t begin, size_t end, int thread)
                 const size_t at =
                     (z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x;
 
-                ids[at] = shape_distance(s, 1, p, &normal) < 0;
+                ids[at] = shape_distance(s, p, &normal) < 0;
             }
         }
     }
@@ -247,8 +218,6 @@ sc_status shape_volume(const sc_ctx *ctx, const shape *s, int threads, sc_volume
     void *user[2] = {&coarse, (void *)(uintptr_t)s}, *block;
     sc_status status;
 
-    if (s->phantom)
-        return sc_phantom_volume(ctx, s->phantom, s->size, threads, out);
     memcpy(v.size, s->size, sizeof v.size);
     for (int i = 0; i < 3; i++)
         coarse.size[i] = s->size[i] / s->copied;

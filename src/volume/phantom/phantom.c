@@ -337,29 +337,19 @@ static double surface_field(const sc_phantom *phantom, sc_vec3 p)
     return sc_smooth_min(fat, arteries, blend);
 }
 
-/* A field in mm, negative inside, at a point in mm; @p which is a label value, from 1, for
- * those that have several. */
-typedef double field_fn(const sc_phantom *phantom, int which, sc_vec3 p);
-
-/* Gradient of a field at @p p, by central differences over 1e-4 mm: about a unit vector,
- * pointing outward. */
-static sc_vec3 gradient(field_fn *field, const sc_phantom *phantom, int which, sc_vec3 p)
+/* Gradient of the heart's outer surface at @p p, by central differences over 1e-4 mm: about a unit
+ * vector, pointing outward. */
+static sc_vec3 surface_slope(const sc_phantom *phantom, sc_vec3 p)
 {
     const double h = 1e-4;
     const sc_vec3 steps[3] = {{h, 0, 0}, {0, h, 0}, {0, 0, h}};
     double out[3];
 
     for (int i = 0; i < 3; i++)
-        out[i] = (field(phantom, which, sc_vec3_add(p, steps[i])) -
-                  field(phantom, which, sc_vec3_sub(p, steps[i]))) /
+        out[i] = (surface_field(phantom, sc_vec3_add(p, steps[i])) -
+                  surface_field(phantom, sc_vec3_sub(p, steps[i]))) /
                  (2 * h);
     return (sc_vec3){out[0], out[1], out[2]};
-}
-
-/* surface_field as a field_fn; @p which is ignored. */
-static double outer_surface(const sc_phantom *phantom, int which, sc_vec3 p)
-{
-    return surface_field(phantom, p);
 }
 
 /* Move points[TUBE_POINTS], the course of a tube, onto the heart's outer surface, @p lift_mm
@@ -374,7 +364,7 @@ static void lay_on_surface(const sc_phantom *phantom, sc_vec3 *points, double li
 
                 if (fabs(field) < 1e-9) /* mm: below what the differences of the slope can tell */
                     break;
-                slope = gradient(outer_surface, phantom, 0, points[i]);
+                slope = surface_slope(phantom, points[i]);
                 points[i] =
                     sc_vec3_along(points[i], -field / fmax(sc_vec3_dot(slope, slope), 0.1), slope);
             }
@@ -514,54 +504,4 @@ bool sc_phantom_tube(const sc_phantom *phantom, int label, int tube, const sc_ve
         return true;
     }
     return false;
-}
-
-int sc_phantom_owner(const sc_phantom *phantom, sc_vec3 point_mm)
-{
-    for (int label = 1; label <= TISSUES; label++) {
-        if (sc_phantom_field(phantom, label, point_mm, 0) < 0)
-            return label;
-    }
-    return 0;
-}
-
-/* Field of what the tissue owns: negative inside its own shape and outside those of all tissues
- * before it in the table, which own what they share with it. A field_fn. */
-static double owned_field(const sc_phantom *phantom, int label, sc_vec3 p)
-{
-    double field = sc_phantom_field(phantom, label, p, HUGE_VAL);
-
-    for (int before = 1; before < label; before++) {
-        const double other = -sc_phantom_field(phantom, before, p, -field);
-
-        field = other > field ? other : field;
-    }
-    return field;
-}
-
-/* Foot point by alternating a Newton step onto the surface with a slide along it (Hartmann 1999,
- * "On the curvature of curves and surfaces defined by normalforms"). */
-double sc_phantom_distance(const sc_phantom *phantom, int label, sc_vec3 point_mm, sc_vec3 *normal)
-{
-    const bool inside = owned_field(phantom, label, point_mm) < 0;
-    sc_vec3 foot = point_mm, slope = {0, 0, 1};
-    double distance;
-
-    for (int step = 0; step < 30; step++) {
-        sc_vec3 rest;
-        double off;
-
-        slope = gradient(owned_field, phantom, label, foot);
-        off = owned_field(phantom, label, foot) / fmax(sc_vec3_dot(slope, slope), 1e-6);
-        foot = sc_vec3_along(foot, -off, slope);
-        slope = sc_vec3_unit(slope);
-        rest = sc_vec3_sub(point_mm, foot);
-        rest = sc_vec3_along(rest, -sc_vec3_dot(rest, slope), slope);
-        if (step < 24)
-            foot = sc_vec3_along(foot, 0.7, rest);
-    }
-    if (normal)
-        *normal = sc_vec3_unit(gradient(owned_field, phantom, label, foot));
-    distance = sc_vec3_length(sc_vec3_sub(point_mm, foot));
-    return inside ? -distance : distance;
 }
