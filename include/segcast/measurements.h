@@ -6,7 +6,6 @@
 #define SEGCAST_MEASUREMENTS_H
 
 #include "segcast/json_values.h"
-#include "segcast/roof.h"
 #include "segcast/statistics.h"
 #include "segcast/study.h"
 
@@ -60,8 +59,6 @@ typedef struct sc_measurement {
     double energy_j;      /**< energy used by the processors of rank 0's node in one pass; -1: it
                                cannot be read */
     uint64_t pixels_hash; /**< of the hashes of all frames */
-    double instructions;  /**< executed by all ranks, waiting included; -1: not counted here */
-    double memory_bytes;  /**< that came from memory, by the same counters; -1: not counted here */
 } sc_measurement;
 
 /** Where and with what measurements were made: one run of segcast study. Texts are NUL-terminated
@@ -72,7 +69,6 @@ typedef struct sc_study_run {
     char kernel[32]; /**< the variant of kernels that `render.cpu: auto` stands for; empty: unknown
                       */
     int32_t ranks, nodes, cores; /**< cores: that rank 0 may use */
-    sc_roof roof;                /**< of these cores, measured when the run began; 0: unknown */
     char *made_from; /**< JSON that names the input files with their SHA-256, as sc_run_record has
                         it; NULL: unknown */
     size_t first;    /**< its first measurement, as an index */

@@ -157,7 +157,6 @@ const bars = (data) => {
 // ---- tables ----
 
 const range = ({ low, high }) => (low === null ? null : `${digits(low)} to ${digits(high)}`);
-const share = (value) => (value === null ? null : percent(value));
 // Columns: [head, value of a cell]; those of which no cell has a value are left out.
 const cellTable = (data, caption, columns) => {
   const shown = columns.filter(([, value]) => data.cells.some((cell) => value(cell) !== null));
@@ -185,19 +184,14 @@ const tables = (data) => section("All cells",
     ["Preparation, s", (cell) => fixed(cell.start_s, 3)], ["Of that, for this cell alone, s", (cell) => fixed(cell.derive_s, 3)],
     ["Prepared volume", (cell) => size(cell.prepared_bytes)], ["Peak memory of a rank", (cell) => size(cell.peak_rss_most_bytes)],
     ["Of all ranks", (cell) => size(cell.peak_rss_sum_bytes)],
-    ["Instructions, of a core's roof", (cell) => share(cell.roof_instructions)],
-    ["Reading, of its share of the roof", (cell) => share(cell.roof_bytes)],
     ["Energy of a frame, J", (cell) => (cell.energy_j === null ? null : digits(cell.energy_j))]]),
   shownOf(data.cells.length, data.measured, "cells"));
 
-const perSecond = (value, unit) => (value ? `${digits(value / 1e9)} ${unit}` : null);
 const machines = ({ runs, run_count: count }) => section("Where it was measured", table(
   runs.length < count ? "The last runs of segcast study" : "Runs of segcast study",
-  ["Begin", "Host", "Processor", "Nodes", "Ranks", "Cores of rank 0", "Roof: reading", "Roof: instructions", "Kernel", "MPI",
-    "segcast", "Batch job"],
-  runs.map((run) => [run.begin, run.host, run.processor, run.nodes, run.ranks, run.cores, perSecond(run.read_bytes_per_s, "GB/s"),
-    perSecond(run.instructions_per_s, "G/s"), run.kernel || null, run.mpi, `${run.version}, commit ${run.commit}`,
-    run.batch_job || null])));
+  ["Begin", "Host", "Processor", "Nodes", "Ranks", "Cores of rank 0", "Kernel", "MPI", "segcast", "Batch job"],
+  runs.map((run) => [run.begin, run.host, run.processor, run.nodes, run.ranks, run.cores, run.kernel || null, run.mpi,
+    `${run.version}, commit ${run.commit}`, run.batch_job || null])));
 
 const skipped = ({ missing, skipped: all }) => missing || all.length ? section("Not measured",
   missing ? el("p", {}, `${plural(missing, "cell")} not yet.`) : null,

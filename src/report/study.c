@@ -78,24 +78,12 @@ static const char *limit_of(const sc_study_view *view, const sc_measurement *t)
     return "draw";
 }
 
-/* @return what of @p roof, that of all cores of the last run, a core used which did @p work in
- * @p cpu_s seconds. */
-static json_t *roof_share(const sc_study_view *view, double roof, double work, double cpu_s)
-{
-    const sc_measurements *m = view->m;
-    const int cores = m->run_count ? m->runs[m->run_count - 1].cores : 0;
-
-    return known(work > 0 && roof > 0 && cpu_s > 0 ? work / cpu_s / (roof / cores) : -1);
-}
-
 /* @return a cell. @param times how many of its measurements are told. */
 static json_t *cell_json(const sc_study_view *view, int cell, int times)
 {
     const sc_cell_result *r = &view->cells[cell];
     const sc_measurement *t = &r->typical;
     const sc_core_time cores = sc_measurement_core_time(t, view->m->design.whole_jobs);
-    const sc_roof none = {0, 0};
-    const sc_roof *roof = view->m->run_count ? &view->m->runs[view->m->run_count - 1].roof : &none;
     json_t *json = json_pack(
         "{s:i, s:i, s:i, s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:I, "
         "s:I, s:I, s:s}",
@@ -108,14 +96,11 @@ static json_t *cell_json(const sc_study_view *view, int cell, int times)
         (json_int_t)t->prepared_bytes, "peak_rss_most_bytes", (json_int_t)t->peak_rss_most_bytes,
         "peak_rss_sum_bytes", (json_int_t)t->peak_rss_sum_bytes, "limit", limit_of(view, t));
     json_t *more = json_pack(
-        "{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "cpu", time_json(&r->cpu_s, t->frames),
-        "wall", time_json(&r->wall_s, t->frames), "times", times_json(view, cell, times), "speedup",
+        "{s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "cpu", time_json(&r->cpu_s, t->frames), "wall",
+        time_json(&r->wall_s, t->frames), "times", times_json(view, cell, times), "speedup",
         speedup_json(view, r, 1), "efficiency",
         speedup_json(view, r, view->cells[r->base].workers / r->workers), "energy_j",
-        known(t->energy_j >= 0 ? t->energy_j / t->frames : -1), "roof_instructions",
-        roof_share(view, roof->instructions_per_s, t->instructions, t->cpu_s), "roof_bytes",
-        roof_share(view, roof->read_bytes_per_s, t->memory_bytes, t->cpu_s), "core",
-        sc_json_core_time(&cores));
+        known(t->energy_j >= 0 ? t->energy_j / t->frames : -1), "core", sc_json_core_time(&cores));
 
     if (!more || json_object_update(json, more)) {
         json_decref(json);

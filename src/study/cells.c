@@ -161,7 +161,7 @@ static const char columns[] =
     "least,wall_s_quartile_1,wall_s_quartile_3,wall_s_most,frames_per_s,mrays_per_cpu_s,samples_"
     "per_ray,imbalance,speedup,efficiency,serial_share,cost,draw_cpu_s,idle_mean_s,gather_mean_s,"
     "accept_s,read_s,prepare_s,share_s,prepare_cpu_s,derive_s,derive_cpu_s,prepared_bytes,peak_rss_"
-    "most_bytes,peak_rss_sum_bytes,energy_j,instructions,memory_bytes,pixels_hash,core_s";
+    "most_bytes,peak_rss_sum_bytes,energy_j,pixels_hash,core_s";
 
 /* Append the row of a cell. */
 static sc_status add_cell(const sc_ctx *ctx, const sc_design *design, const sc_cell_result *r,
@@ -188,11 +188,10 @@ static sc_status add_cell(const sc_ctx *ctx, const sc_design *design, const sc_c
     SC_PASS(sc_text_add(ctx, text, ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g",
                         t->draw_cpu_s, t->idle_mean_s, t->gather_mean_s, t->accept_s, t->read_s,
                         t->prepare_s, t->share_s, t->prepare_cpu_s, t->derive_s, t->derive_cpu_s));
-    SC_PASS(sc_text_add(ctx, text, ",%llu,%llu,%llu,%.9g,%.9g,%.9g,%016llx,%.9g",
-                        (unsigned long long)t->prepared_bytes,
-                        (unsigned long long)t->peak_rss_most_bytes,
-                        (unsigned long long)t->peak_rss_sum_bytes, t->energy_j, t->instructions,
-                        t->memory_bytes, (unsigned long long)t->pixels_hash, cores.core_s));
+    SC_PASS(sc_text_add(
+        ctx, text, ",%llu,%llu,%llu,%.9g,%016llx,%.9g", (unsigned long long)t->prepared_bytes,
+        (unsigned long long)t->peak_rss_most_bytes, (unsigned long long)t->peak_rss_sum_bytes,
+        t->energy_j, (unsigned long long)t->pixels_hash, cores.core_s));
     for (int i = 0; i < SC_CAUSE_COUNT; i++)
         SC_PASS(sc_text_add(ctx, text, ",%.9g", cores.causes_s[i]));
     return sc_text_add(ctx, text, "\r\n");

@@ -38,8 +38,6 @@ const sc_measurement_row sc_measurement_rows[] = {ROW(INT, cell),
                                                   ROW(COUNT, prepared_bytes),
                                                   ROW(REAL, energy_j),
                                                   ROW(HASH, pixels_hash),
-                                                  ROW(REAL, instructions),
-                                                  ROW(REAL, memory_bytes),
                                                   {0}};
 
 #define TEXT(member)                                                                               \

@@ -48,9 +48,8 @@ static json_t *measurement_json(const sc_measurement *item)
 
 json_t *sc_study_run_json(const sc_study_run *run)
 {
-    json_t *json = json_pack("{s:i, s:i, s:i, s:f, s:f}", "ranks", run->ranks, "nodes", run->nodes,
-                             "cores", run->cores, "read_bytes_per_s", run->roof.read_bytes_per_s,
-                             "instructions_per_s", run->roof.instructions_per_s);
+    json_t *json =
+        json_pack("{s:i, s:i, s:i}", "ranks", run->ranks, "nodes", run->nodes, "cores", run->cores);
 
     for (const sc_run_text *text = sc_run_texts; text->name && json; text++) {
         char valid[sizeof run->host]; /* texts of the system need not be UTF-8 */

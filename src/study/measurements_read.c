@@ -30,10 +30,8 @@ static bool read_row(const json_t *value, const sc_measurement_row *row, sc_meas
         return sc_json_hash(value, at);
     case SC_ROW_SECONDS:
         return sc_json_real(value, 0, REAL_MOST, at);
-    case SC_ROW_REAL: /* studies that were begun before some of these were counted go on */
-        if (!value)
-            *(double *)at = -1;
-        return !value || sc_json_real(value, -1, REAL_MOST, at);
+    case SC_ROW_REAL: /* -1: it cannot be read here */
+        return sc_json_real(value, -1, REAL_MOST, at);
     }
     return false;
 }
@@ -57,11 +55,6 @@ static bool read_run(const json_t *object, sc_study_run *out)
 
         (void)sc_copy_name(value ? value : "", (char *)out + text->offset, text->bytes);
     }
-    if (!sc_json_real(json_object_get(object, "read_bytes_per_s"), 0, REAL_MOST,
-                      &out->roof.read_bytes_per_s) ||
-        !sc_json_real(json_object_get(object, "instructions_per_s"), 0, REAL_MOST,
-                      &out->roof.instructions_per_s))
-        out->roof = (sc_roof){0}; /* it was not measured, or not by this version */
     return json_is_object(object) &&
            sc_json_int(json_object_get(object, "ranks"), 1, LONGEST_RUN, &out->ranks) &&
            sc_json_int(json_object_get(object, "nodes"), 1, LONGEST_RUN, &out->nodes) &&

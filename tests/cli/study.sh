@@ -46,7 +46,7 @@ page_has out/report.html '[.cells[] | .n == 2 and (.times | length) == 2 and .cp
 page_has out/report.html '[.cells[] | .limit as $l | ["draw", "cores", "start", "encode", "wait"] | index($l) != null] | all'
 page_has out/report.html '[.cells[].core | .core_s > 0 and .draw_s > 0] | all'
 page_has out/report.html '(.skipped | length) == 1 and .skipped[0].count == 2 and (.skipped[0].reason | test("needs 4096 threads a rank"))'
-page_has out/report.html '(.runs | length) == 2 and .runs[0].read_bytes_per_s > 0 and (.settings | test("least: 2")) and .files == ["measurements.jsonl", "cells.csv", "extrap.jsonl", "study.yaml"]'
+page_has out/report.html '(.runs | length) == 2 and (.settings | test("least: 2")) and .files == ["measurements.jsonl", "cells.csv", "extrap.jsonl", "study.yaml"]'
 [ "$(jq -r 'select(.run).run.kernel' out/measurements.jsonl)" ] || fail "the kernel of the processor is not noted"
 cp out/report.html page.html
 echo damaged >out/report.html
@@ -232,15 +232,6 @@ for kind in pixels voxels; do
         -e 's/output.size: [0-9x]*/output.size: 32x32/; s/volume.resample: [0-9x]*/volume.resample: 12x9x13/' "$study" >weak.yaml
     rm -rf weak
     "$SEGCAST" study weak.yaml -o weak -q >/dev/null 2>log.txt || fail "weak-$kind: $(cat log.txt)"
-    page_has weak/report.html '[.cells[] | .roof_instructions == null or .roof_instructions > 0] | all'
     [ "$(grep -c '"measured"' weak/cells.csv)" = 1 ] || fail "weak-$kind: $(cat weak/cells.csv)"
     [ "$(grep -c '"skipped":' weak/measurements.jsonl)" -ge 5 ] || fail "weak-$kind: $(cat weak/measurements.jsonl)"
 done
-
-# With what the counters of the processor would have counted, the page says what drawing used of the roof.
-sed 's/"instructions":-1[.0-9]*/"instructions":3.0e6/; s/"memory_bytes":-1[.0-9]*/"memory_bytes":1.0e6/
-    s/"read_bytes_per_s":[^,]*/"read_bytes_per_s":2e10/; s/"instructions_per_s":[^,]*/"instructions_per_s":4e10/' \
-    weak/measurements.jsonl >counted.jsonl
-mv counted.jsonl weak/measurements.jsonl
-"$SEGCAST" report weak --overwrite >/dev/null 2>log.txt || fail "counted: $(cat log.txt)"
-page_has weak/report.html '.runs[-1].read_bytes_per_s == 2e10 and ([.cells[] | .roof_instructions > 0 and .roof_bytes > 0] | all)'

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "check.h"
-#include "segcast/roof.h"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -453,32 +452,6 @@ TEST(a_folder_that_cannot_be_read_takes_files)
     assert_int_equal(access("write-only/a.txt", F_OK), 0);
     unlink("write-only/a.txt");
     rmdir("write-only");
-}
-
-/* How fast a machine is, is not tested; but any core does more than a million of each a second. */
-TEST(the_roof_of_a_machine_is_measured)
-{
-    sc_roof roof = {0, 0};
-
-    assert_ok(sc_roof_measure(&quiet, 2, &roof));
-    assert_true(roof.read_bytes_per_s > 1e6 && roof.read_bytes_per_s < 1e15);
-    assert_true(roof.instructions_per_s > 1e6 && roof.instructions_per_s < 1e15);
-}
-
-TEST(counters_grow_or_are_not_there)
-{
-    SC_OWN(sc_counters_close) sc_counters counters = sc_counters_open();
-    const double before = sc_counters_instructions(&counters);
-    sc_roof roof;
-
-    assert_true((counters.instructions < 0) == (before < 0));
-    assert_ok(sc_roof_measure(&quiet, 1, &roof));
-    if (before >= 0) /* else this system does not count */
-        assert_true(sc_counters_instructions(&counters) > before + 1e6);
-    else
-        print_message("the instructions of a process are not counted on this system\n");
-    assert_true(sc_counters_instructions(&counters) < 0);
-    assert_true(sc_counters_memory_bytes(&counters) < 0);
 }
 
 TEST(sizes_have_three_digits_and_a_unit)

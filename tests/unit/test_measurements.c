@@ -18,8 +18,7 @@ static const sc_study_run run = {.begin = "2026-01-01T00:00:00Z",
                                  .kernel = "avx2",
                                  .ranks = 4,
                                  .nodes = 1,
-                                 .cores = 4,
-                                 .roof = {2.5e10, 1.5e10}};
+                                 .cores = 4};
 
 /* A measurement of @p cell that took @p wall_s on so many ranks. */
 static sc_measurement measured(int cell, double wall_s, double cpu_s)
@@ -37,9 +36,7 @@ static sc_measurement measured(int cell, double wall_s, double cpu_s)
                             .rays = 2000000,
                             .samples = 9000000,
                             .energy_j = -1,
-                            .pixels_hash = 0xfedcba9876543210u,
-                            .instructions = 7e9,
-                            .memory_bytes = -1};
+                            .pixels_hash = 0xfedcba9876543210u};
 }
 
 static void write_file(const char *path)
@@ -77,47 +74,7 @@ TEST(what_is_written_is_read)
     assert_true(all.design.by_wall && !all.design.whole_jobs);
     assert_int_equal(all.run_count, 1);
     assert_string_equal(all.runs[0].kernel, "avx2");
-    assert_true(all.runs[0].roof.read_bytes_per_s > 2.4e10 &&
-                all.runs[0].roof.instructions_per_s < 1.6e10);
     assert_true(all.complete);
-    unlink("m.jsonl");
-}
-
-/* Remove the member @p key, and the comma before it, from each line of a file. */
-static void remove_member(const char *path, const char *key)
-{
-    char *text, *at;
-    size_t bytes;
-    FILE *stream;
-
-    assert_ok(sc_file_read(&quiet, path, 1 << 20, &text, &bytes));
-    while ((at = strstr(text, key)) != NULL) {
-        char *end = at + strcspn(at, ",}");
-
-        memmove(at - 1, end, strlen(end) + 1);
-    }
-    stream = fopen(path, "w");
-    assert_non_null(stream);
-    fputs(text, stream);
-    fclose(stream);
-    sc_free(text);
-}
-
-/* Studies that were begun before roofs were measured and instructions counted are read. */
-TEST(what_was_not_counted_once_is_unknown)
-{
-    static const char *const keys[] = {"\"read_bytes_per_s\"", "\"instructions\"",
-                                       "\"memory_bytes\""};
-    SC_OWN(sc_measurements_clear) sc_measurements all = {0};
-    uint64_t whole;
-
-    write_file("m.jsonl");
-    for (size_t i = 0; i < SC_COUNT_OF(keys); i++)
-        remove_member("m.jsonl", keys[i]);
-    assert_ok(sc_measurements_read(&quiet, "m.jsonl", &all, &whole));
-    assert_int_equal(all.count, 1);
-    assert_true(all.items[0].instructions < 0 && all.items[0].memory_bytes < 0);
-    assert_true(all.runs[0].roof.read_bytes_per_s < 1 && all.runs[0].roof.instructions_per_s < 1);
     unlink("m.jsonl");
 }
 

@@ -457,7 +457,6 @@ sc_status sc_cmd_study(sc_app *app)
     sc_status status;
 
     app->measures = true;
-    state.counters = sc_counters_open();
     sc_signals_catch_stop();
     if (first)
         state.mistake = sc_study_load(app->ctx, app->options.input, &state.study);
@@ -467,7 +466,6 @@ sc_status sc_cmd_study(sc_app *app)
     sc_signals_stop_in_order(true);
     status = measure_all(&d);
 out:
-    sc_counters_close(&state.counters);
     sc_study_release(&state);
     sc_signals_stop_in_order(false);
     if (first)

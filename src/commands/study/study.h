@@ -44,8 +44,7 @@ typedef struct sc_study_state {
     } parts[SC_STUDY_PARTS];
     int part_count;
     sc_held_session held;
-    bool whole_jobs;      /* see SC_STUDY_JOB */
-    sc_counters counters; /* of this rank */
+    bool whole_jobs; /* see SC_STUDY_JOB */
     /* on rank 0 */
     sc_study study;
     char *made_from; /* see sc_run_record; owned */

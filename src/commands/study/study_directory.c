@@ -93,7 +93,6 @@ static sc_study_run describe_run(const sc_study_state *state)
                         .nodes = sc_comm_node_count(app->comm),
                         .cores = sc_usable_cores()};
     const char *batch_job = sc_batch_job();
-    const sc_ctx silent = {.rank = 0};
     char host[SC_HOST_BYTES];
     struct tm utc;
 
@@ -110,8 +109,6 @@ static sc_study_run describe_run(const sc_study_state *state)
                         : sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, NULL, NULL)->cpu);
     run.made_from = state->made_from;
     snprintf(run.batch_job, sizeof run.batch_job, "%s", batch_job ? batch_job : "");
-    if (sc_roof_measure(&silent, run.cores, &run.roof) != SC_OK)
-        run.roof = (sc_roof){0}; /* no memory for it: the study does without */
     return run;
 }
 

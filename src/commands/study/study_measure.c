@@ -12,7 +12,6 @@ enum { PASSES_MAX = 1000 };
 typedef struct rank_times {
     double cpu_s, draw_s, draw_cpu_s, idle_s, gather_s;
     double load_cpu_s, derive_cpu_s;
-    double instructions, memory_bytes; /* below 0: not counted */
     uint64_t peak_rss_bytes;
 } rank_times;
 
@@ -29,13 +28,6 @@ typedef struct visit {
     uint64_t hash;                         /* of the pass */
     double wall_s, accept_s, energy_j;     /* of all passes */
 } visit;
-
-/* @return @p sum and what a counter has counted from @p before to @p now; below 0 if it is not
- * there on every occasion. */
-static double count_on(double sum, double before, double now)
-{
-    return sum >= 0 && before >= 0 && now >= before ? sum + now - before : -1;
-}
 
 /* ---- the farm ---- */
 
@@ -79,23 +71,17 @@ static sc_status draw_once(visit *v, int count)
                           .stop = sc_signals_catch_stop(),
                           .user = v};
     sc_farm_times times = {0};
-    double wall_s, cpu_s, energy_j, instructions, memory_bytes;
+    double wall_s, cpu_s, energy_j;
 
     v->hash = 0;
     SC_PASS(sc_comm_agree(v->app->comm, SC_OK)); /* all begin at the same time */
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
     energy_j = sc_energy_j();
-    instructions = sc_counters_instructions(&v->state->counters);
-    memory_bytes = sc_counters_memory_bytes(&v->state->counters);
     SC_PASS(sc_comm_agree(v->app->comm, sc_farm_run(v->app->ctx, v->app->comm, &farm, &times)));
     v->wall_s += sc_wall_s() - wall_s;
     v->energy_j += sc_energy_j() - energy_j;
     v->times.cpu_s += sc_cpu_s() - cpu_s;
-    v->times.instructions = count_on(v->times.instructions, instructions,
-                                     sc_counters_instructions(&v->state->counters));
-    v->times.memory_bytes = count_on(v->times.memory_bytes, memory_bytes,
-                                     sc_counters_memory_bytes(&v->state->counters));
     v->times.draw_s += times.render_wall_s;
     v->times.draw_cpu_s += times.render_cpu_s;
     v->times.idle_s += times.idle_s;
@@ -208,8 +194,6 @@ static void add_ranks(const rank_times *ranks, int count, int passes, sc_measure
         const rank_times *r = &ranks[i];
 
         m->cpu_s += r->cpu_s * share;
-        m->instructions = count_on(m->instructions, 0, r->instructions * share);
-        m->memory_bytes = count_on(m->memory_bytes, 0, r->memory_bytes * share);
         m->draw_cpu_s += r->draw_cpu_s * share;
         m->draw_most_s = r->draw_s * share > m->draw_most_s ? r->draw_s * share : m->draw_most_s;
         m->draw_mean_s += r->draw_s * share / count;
@@ -332,7 +316,6 @@ static sc_status measure_job(sc_study_state *state, sc_app *app, int cell, const
     app->options.overwrite = true;
     app->options.resume = false;
     SC_PASS(sc_run_measured(app, job, take_record, &m));
-    m.instructions = m.memory_bytes = -1; /* of the threads of a whole job, some ended before */
     m.energy_j = energy_j >= 0 && sc_energy_j() >= energy_j ? sc_energy_j() - energy_j : -1;
     *out = m;
     return SC_OK;
