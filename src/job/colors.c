@@ -109,7 +109,7 @@ const sc_value_type sc_type_color = {
     .expected = COLOR_EXPECTED,
     .read = read_color,
     .write = write_color,
-    .schema = color_schema,
+    .make_schema = color_schema,
 };
 
 /* sc_vec3: a colour that is a value of key frames, in levels from 0 to 255. */
@@ -151,7 +151,7 @@ const sc_value_type sc_type_color_levels = {
     .expected = COLOR_EXPECTED,
     .read = read_levels,
     .write = write_levels,
-    .schema = color_schema,
+    .make_schema = color_schema,
 };
 
 /* A colour becomes the first of its key frames. */
@@ -169,7 +169,7 @@ const sc_value_type sc_type_tracked_color = {
     .expected = COLOR_EXPECTED ", or key frames of colours",
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .schema = sc_tracked_schema,
+    .make_schema = sc_tracked_schema,
 };
 
 _Static_assert(offsetof(sc_background, rgb) == 0, "a background is read as its colour");
@@ -198,13 +198,6 @@ static sc_status write_background(const sc_ctx *ctx, const sc_key *key, const vo
     return sc_write_tracked(ctx, key, value, text);
 }
 
-/* What color_schema allows, the words auto and none, or key frames of colours. */
-static json_t *background_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, {s:[s, s]}, o]}", "anyOf", color_schema(key), "enum", "auto", "none",
-                     sc_track_schema(key));
-}
-
 const sc_value_type sc_type_background = {
     .name = "colour, auto, none or key frames",
     .of_key_frames = &sc_type_color_levels,
@@ -213,5 +206,5 @@ const sc_value_type sc_type_background = {
     .expected = "auto, none, " COLOR_EXPECTED ", or key frames of colours",
     .read = read_background,
     .write = write_background,
-    .schema = background_schema,
+    .schema = "{anyOf: [$color, {enum: [auto, none]}, $track]}",
 };

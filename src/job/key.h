@@ -47,9 +47,10 @@ typedef struct sc_value_type {
      */
     sc_status (*write_lines)(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                              unsigned parts, sc_text *text);
-    /* @return a new JSON schema of the value, by which editors check it; NULL when out of memory.
-     */
-    json_t *(*schema)(const sc_key *key);
+    /* The JSON schema of the value, by which editors check it: YAML that sc_schema_of reads. */
+    const char *schema;
+    /* The same for what a text cannot say. @return a new reference; NULL when out of memory. */
+    json_t *(*make_schema)(const sc_key *key);
     sc_container container;
 } sc_value_type;
 
@@ -398,6 +399,17 @@ const char *sc_setting_element(const char *path, char *element, size_t size);
 
 /* ---- schema.c ---- */
 
+/* @return a new JSON schema: the YAML @p text, in which $low and $high stand for the range of the
+ * row, $keys for a map with its keys, $track for key frames of it, $tissues for a tissue or a list
+ * of some, and $NAME for what the type of that name takes in this row (see the table in schema.c).
+ * NULL when out of memory. */
+json_t *sc_schema_of(const char *text, const sc_key *key);
+/* @return the schema of a value of @p type in the row @p key. */
+json_t *sc_type_schema(const sc_value_type *type, const sc_key *key);
+/* Parts of such texts: a number in the range of the row, and a list of so many of something. */
+#define SC_SCHEMA_NUMBER "{type: number, minimum: $low, maximum: $high}"
+#define SC_SCHEMA_LIST(item, count)                                                                \
+    "{type: array, items: " item ", minItems: " #count ", maxItems: " #count "}"
 /* @return a new JSON schema of a map with the rows of @p keys; NULL when out of memory. */
 json_t *sc_keys_schema(const sc_key *keys);
 

@@ -15,17 +15,12 @@ static sc_status write_flow_map(const sc_ctx *ctx, const sc_key *key, const void
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }
 
-static json_t *map_schema(const sc_key *key)
-{
-    return sc_keys_schema(key->keys);
-}
-
 /* A map that is written as lines. It has no write function: sc_keys_write writes them. */
 const sc_value_type sc_type_map = {
     .name = "map",
     .expected = "a map of keys",
     .read = read_map,
-    .schema = map_schema,
+    .schema = "$keys",
     .container = SC_CONTAINER_MAP,
 };
 /* A map that is written in one line. */
@@ -34,6 +29,6 @@ const sc_value_type sc_type_flow_map = {
     .expected = "a map of keys",
     .read = read_map,
     .write = write_flow_map,
-    .schema = map_schema,
+    .schema = "$keys",
     .container = SC_CONTAINER_MAP,
 };

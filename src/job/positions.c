@@ -52,17 +52,6 @@ static sc_status write_plane_position(const sc_ctx *ctx, const sc_key *key, cons
     return sc_write_number(ctx, position->value, 1, position->percent ? "%" : " mm", text);
 }
 
-static json_t *plane_position_schema(const sc_key *key)
-{
-    return json_pack("{s:s, s:s}", "type", "string", "pattern",
-                     "^-?[0-9.]+([eE][-+]?[0-9]+)? *(%|mm)$");
-}
-
-static json_t *share_schema(const sc_key *key)
-{
-    return json_pack("{s:s, s:s}", "type", "string", "pattern", "^[0-9.]+ *%$");
-}
-
 /* Read a share from 0% to 100%, which is stored as a double from 0 to 1. */
 static sc_status read_share(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
@@ -110,13 +99,6 @@ static sc_status write_span(const sc_ctx *ctx, const sc_key *key, const void *va
     SC_PASS(sc_text_add(ctx, text, "["));
     SC_PASS(sc_write_number(ctx, span[0], 100, "%, ", text));
     return sc_write_number(ctx, span[1], 100, "%]", text);
-}
-
-static json_t *span_schema(const sc_key *key)
-{
-    return json_pack("{s:s, s:{s:s, s:s}, s:i, s:i}", "type", "array", "items", "type", "string",
-                     "pattern", "^([0-9.]+ *(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$",
-                     "minItems", 2, "maxItems", 2);
 }
 
 #define SECONDS_MOST 1e6
@@ -215,37 +197,34 @@ static sc_status write_duration(const sc_ctx *ctx, const sc_key *key, const void
     return sc_write_number(ctx, *(const double *)value, 1, " s", text);
 }
 
-static json_t *duration_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s}, {s:s, s:s}]}", "anyOf", "type", "number", "type", "string",
-                     "pattern", "^([0-9.]+ *(ms|s|min)?|([0-9]+:)?[0-9]+:[0-5][0-9](\\.[0-9]*)?)$");
-}
-
 const sc_value_type sc_type_duration = {
     .name = "time",
     .expected = "a time such as 10s, 1.5 min, 500 ms or 0:10",
     .read = read_duration,
     .write = write_duration,
-    .schema = duration_schema,
+    .schema = "{anyOf: [{type: number}, {type: string, pattern: '^([0-9.]+ "
+              "*(ms|s|min)?|([0-9]+:)?[0-9]+:[0-5][0-9](\\.[0-9]*)?)$'}]}",
 };
 const sc_value_type sc_type_plane_position = {
     .name = "position",
     .expected = "a position such as 40% or 12 mm",
     .read = read_plane_position,
     .write = write_plane_position,
-    .schema = plane_position_schema,
+    .schema = "{type: string, pattern: '^-?[0-9.]+([eE][-+]?[0-9]+)? *(%|mm)$'}",
 };
 const sc_value_type sc_type_share = {
     .name = "share",
     .expected = "a share from 0% to 100%, with its % sign",
     .read = read_share,
     .write = write_share,
-    .schema = share_schema,
+    .schema = "{type: string, pattern: '^[0-9.]+ *%$'}",
 };
 const sc_value_type sc_type_span = {
     .name = "[begin, end]",
     .expected = "two rising times of the animation, such as [0%, 50%], [1.5s, 0:10] or [0f, 45f]",
     .read = read_span,
     .write = write_span,
-    .schema = span_schema,
+    .schema =
+        "{type: array, items: {type: string, pattern: '^([0-9.]+ "
+        "*(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$'}, minItems: 2, maxItems: 2}",
 };

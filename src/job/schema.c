@@ -21,10 +21,78 @@ static json_t *default_of(const sc_key *key)
     return json;
 }
 
+/* ---- schemas as text ---- */
+
+static json_t *tissues_of(const sc_key *key)
+{
+    return sc_tissues_schema(1);
+}
+
+static json_t *keys_of(const sc_key *key)
+{
+    return sc_keys_schema(key->keys);
+}
+
+/* What a name in the text of a schema stands for: a type, or a function. */
+static const struct {
+    const char *name;
+    const sc_value_type *type;
+    json_t *(*make)(const sc_key *key);
+} parts[] = {{"$bool", &sc_type_bool, NULL},   {"$choice", &sc_type_choice, NULL},
+             {"$color", &sc_type_color, NULL}, {"$duration", &sc_type_duration, NULL},
+             {"$int", &sc_type_int, NULL},     {"$keys", NULL, keys_of},
+             {"$point", &sc_type_point, NULL}, {"$position", &sc_type_plane_position, NULL},
+             {"$text", &sc_type_text, NULL},   {"$tissues", NULL, tissues_of},
+             {"$track", NULL, sc_track_schema}};
+
+static json_t *build(const sc_yaml *node, const sc_key *key)
+{
+    json_t *json;
+
+    if (node->kind == SC_YAML_SCALAR && node->text[0] == '$') {
+        if (!strcmp(node->text, "$low") || !strcmp(node->text, "$high"))
+            return json_real(node->text[1] == 'l' ? key->low : key->high);
+        for (size_t i = 0; i < SC_COUNT_OF(parts); i++) {
+            if (!strcmp(node->text, parts[i].name))
+                return parts[i].type ? sc_type_schema(parts[i].type, key) : parts[i].make(key);
+        }
+        return NULL;
+    }
+    if (node->kind == SC_YAML_SCALAR)
+        return sc_node_to_json(node);
+    json = node->kind == SC_YAML_MAP ? json_object() : json_array();
+    for (size_t i = 0; i < node->count; i++) {
+        json_t *item = build(node->items[i], key);
+
+        if (node->kind == SC_YAML_MAP ? json_object_set_new(json, node->items[i]->key, item)
+                                      : json_array_append_new(json, item)) {
+            json_decref(json);
+            return NULL;
+        }
+    }
+    return json;
+}
+
+json_t *sc_schema_of(const char *text, const sc_key *key)
+{
+    const sc_ctx silent = {.rank = 0};
+    SC_OWN(sc_yaml_free_at) sc_yaml *node = NULL;
+
+    return sc_yaml_parse(&silent, "schema", text, strlen(text), &node) == SC_OK ? build(node, key)
+                                                                                : NULL;
+}
+
+json_t *sc_type_schema(const sc_value_type *type, const sc_key *key)
+{
+    return type->make_schema ? type->make_schema(key) : sc_schema_of(type->schema, key);
+}
+
+/* ---- schemas of tables ---- */
+
 /* The schema of one value, with its help and its default. */
 static json_t *schema_of(const sc_key *key)
 {
-    json_t *schema = key->type->schema(key);
+    json_t *schema = sc_type_schema(key->type, key);
     char text[512];
 
     snprintf(text, sizeof text, "%s%s%s%s", key->help, key->unit ? " (" : "",

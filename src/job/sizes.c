@@ -123,7 +123,7 @@ const sc_value_type sc_type_size = {
                 "as 1080p, 4k, square or vertical",
     .read = read_size,
     .write = write_size,
-    .schema = size_schema,
+    .make_schema = size_schema,
 };
 
 bool sc_parse_voxels(const char *text, int size[3])

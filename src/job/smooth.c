@@ -45,12 +45,6 @@ static sc_status write_strength(const sc_ctx *ctx, const sc_key *key, const void
     return sc_write_numbers(ctx, (double[]){s->x, s->y, s->z}, 3, text);
 }
 
-static json_t *strength_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s, s:f, s:f}, o]}", "anyOf", "type", "number", "minimum", key->low,
-                     "maximum", key->high, sc_list_schema("number", key->low, key->high, 3));
-}
-
 /* What read_strength reads, or "auto", which is stored as SC_SMOOTH_IS_AUTO along all axes. */
 static sc_status read_smooth(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
@@ -67,24 +61,18 @@ static sc_status write_smooth(const sc_ctx *ctx, const sc_key *key, const void *
                                                       : write_strength(ctx, key, value, text);
 }
 
-static json_t *smooth_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s, s:f, s:f}, o, {s:[s]}]}", "anyOf", "type", "number", "minimum",
-                     key->low, "maximum", key->high,
-                     sc_list_schema("number", key->low, key->high, 3), "enum", "auto");
-}
-
 const sc_value_type sc_type_strength = {
     .name = "number or [x, y, z]",
     .expected = STRENGTHS,
     .read = read_strength,
     .write = write_strength,
-    .schema = strength_schema,
+    .schema = "{anyOf: [" SC_SCHEMA_NUMBER ", " SC_SCHEMA_LIST(SC_SCHEMA_NUMBER, 3) "]}",
 };
 const sc_value_type sc_type_smooth = {
     .name = "number, [x, y, z] or auto",
     .expected = "auto, " STRENGTHS,
     .read = read_smooth,
     .write = write_smooth,
-    .schema = smooth_schema,
+    .schema =
+        "{anyOf: [" SC_SCHEMA_NUMBER ", " SC_SCHEMA_LIST(SC_SCHEMA_NUMBER, 3) ", {enum: [auto]}]}",
 };

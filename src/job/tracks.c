@@ -56,7 +56,7 @@ const sc_value_type sc_type_ease = {
         "linear, smooth, in, out, or the points [x1, y1, x2, y2] of a curve, each from 0 to 1",
     .read = read_ease,
     .write = write_ease,
-    .schema = ease_schema,
+    .make_schema = ease_schema,
 };
 
 /* The times of key frames, for editors. */
@@ -248,12 +248,13 @@ json_t *sc_key_frames_schema(const sc_key *key)
 {
     if (key->type->steps)
         return json_pack("{s:s, s:{s:o}, s:b}", "type", "object", "patternProperties", TIME_PATTERN,
-                         key->type->schema(key), "additionalProperties", 0);
+                         sc_type_schema(key->type, key), "additionalProperties", 0);
     return json_pack("{s:s, s:{s:{s:[o, {s:s, s:{s:o, s:o}, s:[s], s:b}]}}, s:{s:o}, s:b}", "type",
-                     "object", "patternProperties", TIME_PATTERN, "anyOf", key->type->schema(key),
-                     "type", "object", "properties", "value", key->type->schema(key), "ease",
-                     ease_schema(key), "required", "value", "additionalProperties", 0, "properties",
-                     "ease", ease_schema(key), "additionalProperties", 0);
+                     "object", "patternProperties", TIME_PATTERN, "anyOf",
+                     sc_type_schema(key->type, key), "type", "object", "properties", "value",
+                     sc_type_schema(key->type, key), "ease", ease_schema(key), "required", "value",
+                     "additionalProperties", 0, "properties", "ease", ease_schema(key),
+                     "additionalProperties", 0);
 }
 
 json_t *sc_track_schema(const sc_key *value)
@@ -300,7 +301,8 @@ sc_status sc_write_tracked(const sc_ctx *ctx, const sc_key *key, const void *val
 
 json_t *sc_tracked_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, o]}", "anyOf", constant_of(key)->schema(key), sc_track_schema(key));
+    return json_pack("{s:[o, o]}", "anyOf", sc_type_schema(constant_of(key), key),
+                     sc_track_schema(key));
 }
 
 const sc_value_type sc_type_tracked = {
@@ -308,7 +310,7 @@ const sc_value_type sc_type_tracked = {
     .expected = "a number, or key frames such as {0s: 10, 4s: 60}",
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .schema = sc_tracked_schema,
+    .make_schema = sc_tracked_schema,
 };
 const sc_value_type sc_type_tracked_share = {
     .name = "share or key frames",
@@ -316,7 +318,7 @@ const sc_value_type sc_type_tracked_share = {
     .expected = "a share from 0% to 100%, or key frames such as {0s: 0%, 4s: 60%}",
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .schema = sc_tracked_schema,
+    .make_schema = sc_tracked_schema,
 };
 const sc_value_type sc_type_tracked_point = {
     .name = "[R, A, S] or key frames",
@@ -324,7 +326,7 @@ const sc_value_type sc_type_tracked_point = {
     .expected = "[R, A, S] in millimetres, or key frames such as {0s: [0, 0, 10], 4s: [0, 0, 60]}",
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .schema = sc_tracked_schema,
+    .make_schema = sc_tracked_schema,
 };
 
 /* ---- true or false ---- */
@@ -348,18 +350,13 @@ static sc_status write_key_bool(const sc_ctx *ctx, const sc_key *key, const void
     return sc_type_bool.write(ctx, key, &on, text);
 }
 
-static json_t *key_bool_schema(const sc_key *key)
-{
-    return sc_type_bool.schema(key);
-}
-
 const sc_value_type sc_type_key_bool = {
     .name = "true or false",
     .expected = "true or false",
     .steps = true,
     .read = read_key_bool,
     .write = write_key_bool,
-    .schema = key_bool_schema,
+    .schema = "$bool",
 };
 
 /* A bool becomes whether any of its key frames is true. */
@@ -382,7 +379,7 @@ const sc_value_type sc_type_tracked_bool = {
     .take_track = take_any,
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .schema = sc_tracked_schema,
+    .make_schema = sc_tracked_schema,
 };
 
 /* double: a number, or true for 1 and false for 0. */
@@ -413,18 +410,12 @@ static sc_status write_strength(const sc_ctx *ctx, const sc_key *key, const void
     return sc_write_number(ctx, number, 1, "", text);
 }
 
-static json_t *strength_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s}, {s:s, s:f, s:f}]}", "anyOf", "type", "boolean", "type", "number",
-                     "minimum", key->low, "maximum", key->high);
-}
-
 static const sc_value_type type_strength = {
     .name = "true, false or number",
     .expected = "true, false, or a number from 0 to 1",
     .read = read_strength,
     .write = write_strength,
-    .schema = strength_schema,
+    .schema = "{anyOf: [{type: boolean}, " SC_SCHEMA_NUMBER "]}",
 };
 const sc_value_type sc_type_tracked_strength = {
     .name = "true, false, number or key frames",
@@ -432,7 +423,7 @@ const sc_value_type sc_type_tracked_strength = {
     .of_key_frames = &type_strength,
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .schema = sc_tracked_schema,
+    .make_schema = sc_tracked_schema,
 };
 
 /* ---- directions ---- */
@@ -462,5 +453,5 @@ const sc_value_type sc_type_tracked_direction = {
     .take_track = take_first,
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .schema = sc_tracked_schema,
+    .make_schema = sc_tracked_schema,
 };

@@ -223,11 +223,6 @@ static sc_status write_real(const sc_ctx *ctx, const sc_key *key, const void *va
     return sc_write_number(ctx, *(const double *)value, 1, "", text);
 }
 
-static json_t *real_schema(const sc_key *key)
-{
-    return number_schema("number", key->low, key->high);
-}
-
 /* int: a whole number in the range of the row. */
 static sc_status read_int(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
@@ -243,11 +238,6 @@ static sc_status read_int(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
 static sc_status write_int(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     return sc_text_add(ctx, text, "%d", *(const int *)value);
-}
-
-static json_t *int_schema(const sc_key *key)
-{
-    return number_schema("integer", key->low, key->high);
 }
 
 /* ---- words and texts ---- */
@@ -266,11 +256,6 @@ static sc_status read_bool(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 static sc_status write_bool(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     return sc_text_add(ctx, text, *(const bool *)value ? "true" : "false");
-}
-
-static json_t *bool_schema(const sc_key *key)
-{
-    return json_pack("{s:s}", "type", "boolean");
 }
 
 /* char[key->bytes]: a single value, refused if it is too long. */
@@ -484,12 +469,6 @@ static sc_status write_point(const sc_ctx *ctx, const sc_key *key, const void *v
     return sc_write_numbers(ctx, (double[]){p->x, p->y, p->z}, 3, text);
 }
 
-static json_t *point_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, {s:s}]}", "anyOf", sc_list_schema("number", key->low, key->high, 3),
-                     "type", "string");
-}
-
 /* sc_vec3 of length 1: an anatomical word, or three numbers that are not all 0, as read_point. */
 static sc_status read_direction(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                 void *value)
@@ -529,47 +508,47 @@ const sc_value_type sc_type_bool = {
     .expected = "true or false",
     .read = read_bool,
     .write = write_bool,
-    .schema = bool_schema,
+    .schema = "{type: boolean}",
 };
 const sc_value_type sc_type_int = {
     .name = "whole number",
     .expected = "a whole number",
     .read = read_int,
     .write = write_int,
-    .schema = int_schema,
+    .schema = "{type: integer, minimum: $low, maximum: $high}",
 };
 const sc_value_type sc_type_real = {
     .name = "number",
     .expected = "a number",
     .read = read_real,
     .write = write_real,
-    .schema = real_schema,
+    .schema = SC_SCHEMA_NUMBER,
 };
 const sc_value_type sc_type_text = {
     .name = "text",
     .expected = "a text",
     .read = read_text,
     .write = write_text,
-    .schema = text_schema,
+    .make_schema = text_schema,
 };
 const sc_value_type sc_type_choice = {
     .name = "word",
     .expected = "a word",
     .read = read_choice,
     .write = write_choice,
-    .schema = choice_schema,
+    .make_schema = choice_schema,
 };
 const sc_value_type sc_type_point = {
     .name = "[R, A, S]",
     .expected = "[R, A, S] in millimetres",
     .read = read_point,
     .write = write_point,
-    .schema = point_schema,
+    .schema = "{anyOf: [" SC_SCHEMA_LIST(SC_SCHEMA_NUMBER, 3) ", {type: string}]}",
 };
 const sc_value_type sc_type_direction = {
     .name = "direction",
     .expected = "an anatomical word or [x, y, z]",
     .read = read_direction,
     .write = write_point,
-    .schema = direction_schema,
+    .make_schema = direction_schema,
 };

@@ -42,7 +42,7 @@ static sc_status write_focus(const sc_ctx *ctx, const sc_key *key, const void *v
 static json_t *focus_schema(const sc_key *key)
 {
     return json_pack("{s:[{s:[ss]}, o]}", "anyOf", "type", "string", "integer",
-                     focus_row.type->schema(&focus_row));
+                     sc_type_schema(focus_row.type, &focus_row));
 }
 
 static const sc_value_type focus_type = {
@@ -50,7 +50,7 @@ static const sc_value_type focus_type = {
     .expected = "middle, the name or the number of a tissue, or a point [R, A, S]",
     .read = read_focus,
     .write = write_focus,
-    .schema = focus_schema,
+    .make_schema = focus_schema,
 };
 
 /* ---- camera ---- */
@@ -148,18 +148,13 @@ static sc_status write_frames(const sc_ctx *ctx, const sc_key *key, const void *
     return sc_type_int.write(ctx, key, &((const sc_job *)value)->animation.frames, text);
 }
 
-static json_t *frames_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, {s:s, s:s}]}", "anyOf", sc_type_int.schema(key), "type", "string",
-                     "pattern", "^([0-9.]+ *(ms|s|min)|([0-9]+:)?[0-9]+:[0-5][0-9](\\.[0-9]*)?)$");
-}
-
 const sc_value_type sc_type_frames = {
     .name = "whole number or time",
     .expected = "a number of frames, or a time such as 10s, 1.5 min, 500 ms or 0:10",
     .read = read_frames,
     .write = write_frames,
-    .schema = frames_schema,
+    .schema = "{anyOf: [$int, {type: string, pattern: '^([0-9.]+ "
+              "*(ms|s|min)|([0-9]+:)?[0-9]+:[0-5][0-9](\\.[0-9]*)?)$'}]}",
 };
 
 /* ---- slices ---- */
@@ -214,7 +209,8 @@ static sc_status write_slices(const sc_ctx *ctx, const sc_key *key, const void *
 static json_t *slices_schema(const sc_key *key)
 {
     return json_pack("{s:[{s:[ss]}, o, o]}", "anyOf", "enum", "none", "through",
-                     point_row.type->schema(&point_row), share_row.type->schema(&share_row));
+                     sc_type_schema(point_row.type, &point_row),
+                     sc_type_schema(share_row.type, &share_row));
 }
 
 const sc_value_type sc_type_slices = {
@@ -222,5 +218,5 @@ const sc_value_type sc_type_slices = {
     .expected = "none, through, a share such as 40%, a point [R, A, S], or key frames of such",
     .read = read_slices,
     .write = write_slices,
-    .schema = slices_schema,
+    .make_schema = slices_schema,
 };

@@ -28,18 +28,12 @@ static sc_status write_loop(const sc_ctx *ctx, const sc_key *key, const void *va
     return beats ? sc_text_add(ctx, text, "%d", beats) : sc_text_add(ctx, text, "true");
 }
 
-static json_t *loop_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s}, {s:s, s:i, s:i}]}", "anyOf", "type", "boolean", "type", "integer",
-                     "minimum", (int)key->low, "maximum", (int)key->high);
-}
-
 static const sc_value_type type_loop = {
     .name = "true, false or number",
     .expected = "true, false, or how many beats are shown",
     .read = read_loop,
     .write = write_loop,
-    .schema = loop_schema,
+    .schema = "{anyOf: [{type: boolean}, {type: integer, minimum: $low, maximum: $high}]}",
 };
 
 const sc_key sc_cine_keys[] = {

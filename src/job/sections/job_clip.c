@@ -43,17 +43,12 @@ static sc_status write_key_position(const sc_ctx *ctx, const sc_key *key, const 
     return sc_type_plane_position.write(ctx, key, &position, text);
 }
 
-static json_t *position_schema(const sc_key *key)
-{
-    return sc_type_plane_position.schema(key);
-}
-
 static const sc_value_type type_key_position = {
     .name = "position",
     .expected = "a position such as 40% or 12 mm",
     .read = read_key_position,
     .write = write_key_position,
-    .schema = position_schema,
+    .schema = "$position",
 };
 
 /* A position, a point, or key frames of positions; @p value is the whole plane_entry. */
@@ -85,19 +80,13 @@ static sc_status write_at(const sc_ctx *ctx, const sc_key *key, const void *valu
                                  : sc_type_plane_position.write(ctx, key, &sweep->from, text);
 }
 
-static json_t *at_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, o, o]}", "anyOf", position_schema(key), sc_type_point.schema(key),
-                     sc_track_schema(key));
-}
-
 static const sc_value_type type_at = {
     .name = "position, [R, A, S] or key frames",
     .expected = "a position such as 40% or 12 mm, or a point of the plane, [R, A, S] in mm",
     .of_key_frames = &type_key_position,
     .read = read_at,
     .write = write_at,
-    .schema = at_schema,
+    .schema = "{anyOf: [$position, $point, $track]}",
 };
 
 /* ---- boxes ---- */
@@ -142,27 +131,15 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return status;
 }
 
-static json_t *corners_schema(const sc_key *key)
-{
-    return json_pack("{s:s, s:{s:s, s:o, s:i, s:i}, s:i, s:i}", "type", "array", "items", "type",
-                     "array", "items", sc_type_plane_position.schema(key), "minItems", 3,
-                     "maxItems", 3, "minItems", 2, "maxItems", 2);
-}
-
 /* It has no write function, because a box is written as its six planes. */
 static const sc_value_type type_corners = {
     .name = "two corners",
     .expected = "two corners along R, A and S, such as [[0%, 25%, 0%], [100%, 100%, 10 mm]]",
     .read = read_corners,
-    .schema = corners_schema,
+    .schema = SC_SCHEMA_LIST(SC_SCHEMA_LIST("$position", 3), 2),
 };
 
 /* ---- exceptions ---- */
-
-static json_t *tissue_list_schema(const sc_key *key)
-{
-    return json_pack("{s:s, s:{s:s}}", "type", "array", "items", "type", "string");
-}
 
 static sc_status read_list(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
@@ -176,14 +153,14 @@ static const sc_value_type type_key_list = {
     .expected = "a list of tissues, such as [aorta] or []",
     .steps = true,
     .read = read_list,
-    .schema = tissue_list_schema,
+    .schema = "{type: array, items: {type: string}}",
 };
 
 static const sc_key except_key = {.name = "except", .type = &type_key_list};
 
 static json_t *except_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, o]}", "anyOf", tissue_list_schema(key),
+    return json_pack("{s:[o, o]}", "anyOf", sc_type_schema(&type_key_list, key),
                      sc_key_frames_schema(&except_key));
 }
 
@@ -234,7 +211,7 @@ static const sc_value_type type_except = {
     .expected = "a list of tissues, or key frames of such",
     .read = keep_except,
     .write = write_except,
-    .schema = except_schema,
+    .make_schema = except_schema,
 };
 
 const sc_key sc_clip_keys[] = {
@@ -429,16 +406,11 @@ static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *va
     return sc_text_add(ctx, text, "\n");
 }
 
-static json_t *clip_schema(const sc_key *key)
-{
-    return json_pack("{s:s, s:o}", "type", "array", "items", sc_keys_schema(key->keys));
-}
-
 const sc_value_type sc_type_clip = {
     .name = "list of planes",
     .expected = "a list of planes and boxes",
     .read = read_clip,
     .write_lines = write_clip,
-    .schema = clip_schema,
+    .schema = "{type: array, items: $keys}",
     .container = SC_CONTAINER_LIST,
 };

@@ -33,18 +33,12 @@ static sc_status write_range(const sc_ctx *ctx, const sc_key *key, const void *v
                           : sc_text_add(ctx, text, "[%.17g, %.17g]", by->low, by->high);
 }
 
-static json_t *range_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:[s]}, {s:s, s:{s:s}, s:i, s:i}]}", "anyOf", "enum", "auto", "type",
-                     "array", "items", "type", "number", "minItems", 2, "maxItems", 2);
-}
-
 static const sc_value_type type_range = {
     .name = "auto or [low, high]",
     .expected = "auto, or the values of both ends of the colours, such as [0, 5]",
     .read = read_range,
     .write = write_range,
-    .schema = range_schema,
+    .schema = "{anyOf: [{enum: [auto]}, " SC_SCHEMA_LIST("{type: number}", 2) "]}",
 };
 
 /* ---- the column, or key frames of columns ---- */
@@ -98,7 +92,7 @@ static json_t *columns_schema(const sc_key *key)
 {
     const sc_key heading = heading_of(key);
 
-    return json_pack("{s:[o, o]}", "anyOf", sc_type_text.schema(key),
+    return json_pack("{s:[o, o]}", "anyOf", sc_type_schema(&sc_type_text, key),
                      sc_key_frames_schema(&heading));
 }
 
@@ -107,7 +101,7 @@ static const sc_value_type type_columns = {
     .expected = "a text, or key frames such as {0s: age_20, 4s: age_40}",
     .read = read_columns,
     .write = write_columns,
-    .schema = columns_schema,
+    .make_schema = columns_schema,
 };
 
 /* ---- measures and maps ---- */
@@ -144,17 +138,12 @@ static sc_status write_values(const sc_ctx *ctx, const sc_key *key, const void *
                            : sc_type_text.write(ctx, key, by->table, text);
 }
 
-static json_t *values_schema(const sc_key *key)
-{
-    return sc_type_text.schema(key);
-}
-
 static const sc_value_type type_values = {
     .name = "volume, thickness, surface or text",
     .expected = "volume, thickness, surface, or the path of a table",
     .read = read_values,
     .write = write_values,
-    .schema = values_schema,
+    .schema = "$text",
 };
 
 #define BY(member) offsetof(sc_color_by, member)

@@ -97,7 +97,7 @@ static const sc_value_type type_subjects = {
         "the path of a volume, or a list of volumes, such as - {volume: after.nrrd, name: after}",
     .read = read_subjects,
     .write = write_subjects,
-    .schema = subjects_schema,
+    .make_schema = subjects_schema,
     .container = SC_CONTAINER_LIST,
 };
 

@@ -28,18 +28,14 @@ static sc_status write_pair(const sc_ctx *ctx, const sc_key *key, const void *va
     return sc_text_add(ctx, text, "[%.17g, %.17g]", pair->x, pair->y);
 }
 
-static json_t *pair_schema(const sc_key *key)
-{
-    return json_pack("{s:s, s:{s:s}, s:i, s:i}", "type", "array", "items", "type", "number",
-                     "minItems", 2, "maxItems", 2);
-}
+#define PAIR_SCHEMA SC_SCHEMA_LIST("{type: number}", 2)
 
 static const sc_value_type type_pair = {
     .name = "[level, width]",
     .expected = "level and width of the values from black to white, such as [40, 400]",
     .read = read_pair,
     .write = write_pair,
-    .schema = pair_schema,
+    .schema = PAIR_SCHEMA,
 };
 
 /* "auto", level and width, or key frames of these. @p value is the whole sc_grey_options. */
@@ -72,12 +68,6 @@ static sc_status write_window(const sc_ctx *ctx, const sc_key *key, const void *
     return image->window_auto ? sc_text_add(ctx, text, "auto") : write_pair(ctx, key, &pair, text);
 }
 
-static json_t *window_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:[s]}, o, o]}", "anyOf", "enum", "auto", pair_schema(key),
-                     sc_track_schema(key));
-}
-
 static const sc_value_type type_window = {
     .name = "auto, [level, width] or key frames",
     .of_key_frames = &type_pair,
@@ -85,7 +75,7 @@ static const sc_value_type type_window = {
                 "key frames such as {0s: [40, 400], 4s: [300, 1500]}",
     .read = read_window,
     .write = write_window,
-    .schema = window_schema,
+    .schema = "{anyOf: [{enum: [auto]}, " PAIR_SCHEMA ", $track]}",
 };
 
 #define IMAGE(member) offsetof(sc_grey_options, member)

@@ -26,17 +26,12 @@ static sc_status write_font(const sc_ctx *ctx, const sc_key *key, const void *va
     return sc_write_quoted(ctx, ((const sc_job *)value)->overlays.font, text);
 }
 
-static json_t *word_schema(const sc_key *key)
-{
-    return json_pack("{s:s}", "type", "string");
-}
-
 static const sc_value_type type_font = {
     .name = "text",
     .expected = "the name of a family of fonts, such as DejaVu Sans, of at most 63 bytes",
     .read = read_font,
     .write = write_font,
-    .schema = word_schema,
+    .schema = "{type: string}",
 };
 
 /* ---- captions ---- */
@@ -90,7 +85,7 @@ const sc_value_type sc_type_caption_text = {
     .expected = "a text that is not empty",
     .read = read_caption_text,
     .write = write_caption_text,
-    .schema = word_schema,
+    .schema = "{type: string}",
 };
 
 #define PLACES(name)                                                                               \
@@ -151,7 +146,7 @@ static const sc_value_type type_named_tissues = {
     .expected = "none, all, or a list of tissues: names, globs or label numbers",
     .read = read_overlay_tissues,
     .write = write_overlay_tissues,
-    .schema = overlay_tissues_schema,
+    .make_schema = overlay_tissues_schema,
 };
 
 /* ---- what stands at a place ---- */
@@ -219,7 +214,7 @@ static sc_status write_legend(const sc_ctx *ctx, const sc_key *key, const void *
 
 static json_t *legend_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, o]}", "anyOf", sc_type_choice.schema(key),
+    return json_pack("{s:[o, o]}", "anyOf", sc_type_schema(&sc_type_choice, key),
                      places_schema(overlay_tissues_schema(key), 1));
 }
 
@@ -228,7 +223,7 @@ static const sc_value_type type_legend = {
     .expected = "none, a place such as top-left, or {top-left: [aorta, \"*atrium\"]}",
     .read = read_legend,
     .write = write_legend,
-    .schema = legend_schema,
+    .make_schema = legend_schema,
 };
 
 /* A path, or a place with one. @p value is the whole sc_job. */
@@ -255,7 +250,7 @@ static sc_status write_logo(const sc_ctx *ctx, const sc_key *key, const void *va
 static json_t *logo_schema(const sc_key *key)
 {
     return json_pack("{s:[{s:s}, o]}", "anyOf", "type", "string",
-                     places_schema(sc_type_text.schema(key), 1));
+                     places_schema(sc_type_schema(&sc_type_text, key), 1));
 }
 
 static const sc_value_type type_logo = {
@@ -263,7 +258,7 @@ static const sc_value_type type_logo = {
     .expected = "the path of a PNG file, or {bottom-left: logo.png}",
     .read = read_logo,
     .write = write_logo,
-    .schema = logo_schema,
+    .make_schema = logo_schema,
 };
 
 /* ---- captions ---- */
@@ -285,7 +280,7 @@ static const sc_value_type type_line = {
     .expected = "a text, or none",
     .steps = true,
     .read = read_line,
-    .schema = word_schema,
+    .schema = "{type: string}",
 };
 static const sc_key line_key = {.name = "caption", .type = &type_line};
 
@@ -408,10 +403,10 @@ static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void
 static json_t *captions_schema(const sc_key *key)
 {
     json_t *there =
-        json_pack("{s:[o, o]}", "anyOf", word_schema(key), sc_key_frames_schema(&line_key));
+        json_pack("{s:[{s:s}, o]}", "anyOf", "type", "string", sc_key_frames_schema(&line_key));
 
-    return json_pack("{s:[o, o, o]}", "anyOf", word_schema(key), sc_key_frames_schema(&line_key),
-                     places_schema(there, SC_PLACE_BOTTOM_RIGHT));
+    return json_pack("{s:[{s:s}, o, o]}", "anyOf", "type", "string",
+                     sc_key_frames_schema(&line_key), places_schema(there, SC_PLACE_BOTTOM_RIGHT));
 }
 
 static const sc_value_type type_captions = {
@@ -420,7 +415,7 @@ static const sc_value_type type_captions = {
         "a text, key frames such as {0s: The heart, 4s: none}, or {top: a text or key frames}",
     .read = read_captions,
     .write = write_captions,
-    .schema = captions_schema,
+    .make_schema = captions_schema,
 };
 
 /* @return whether the caption is shown in a frame, as far as that is known: seconds of a film,

@@ -30,18 +30,12 @@ static sc_status write_length(const sc_ctx *ctx, const sc_key *key, const void *
     return sc_write_number(ctx, length->value, 1, "f", text);
 }
 
-static json_t *length_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, {s:s, s:s}]}", "anyOf", sc_type_duration.schema(key), "type", "string",
-                     "pattern", "^[0-9]+ *(f|frames?)$");
-}
-
 const sc_value_type sc_type_length = {
     .name = "time or frames",
     .expected = "a time such as 1s, 500 ms or 0:10, or a number of frames such as 12f",
     .read = read_length,
     .write = write_length,
-    .schema = length_schema,
+    .schema = "{anyOf: [$duration, {type: string, pattern: '^[0-9]+ *(f|frames?)$'}]}",
 };
 
 /* ---- how a shot follows, and title cards ---- */
@@ -92,18 +86,12 @@ static sc_status write_transition(const sc_ctx *ctx, const sc_key *key, const vo
     return write_length(ctx, key, &transition->length, text);
 }
 
-static json_t *transition_schema(const sc_key *key)
-{
-    return json_pack("{s:s, s:s}", "type", "string", "pattern",
-                     "^(cut|(cross_fade|fade) +[0-9].*)$");
-}
-
 const sc_value_type sc_type_transition = {
     .name = "cut, cross_fade or fade with a time",
     .expected = "cut, cross_fade 1s or fade 12f",
     .read = read_transition,
     .write = write_transition,
-    .schema = transition_schema,
+    .schema = "{type: string, pattern: '^(cut|(cross_fade|fade) +[0-9].*)$'}",
 };
 
 /* Read a title, or a list of a title and what is smaller below it, into an sc_card. */
@@ -138,18 +126,13 @@ static sc_status write_card(const sc_ctx *ctx, const sc_key *key, const void *va
     return sc_text_add(ctx, text, "]");
 }
 
-static json_t *card_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s}, {s:s, s:i, s:i, s:{s:s}}]}", "anyOf", "type", "string", "type",
-                     "array", "minItems", 1, "maxItems", 2, "items", "type", "string");
-}
-
 const sc_value_type sc_type_card = {
     .name = "text or [title, subtitle]",
     .expected = "a title that is not empty, or [title, subtitle]",
     .read = read_card,
     .write = write_card,
-    .schema = card_schema,
+    .schema =
+        "{anyOf: [{type: string}, {type: array, minItems: 1, maxItems: 2, items: {type: string}}]}",
 };
 
 /* ---- reading ---- */
@@ -254,6 +237,6 @@ const sc_value_type sc_type_shots = {
     .expected = "a list of shots, each a map of its keys",
     .read = read_shots,
     .write_lines = write_shots,
-    .schema = shots_schema,
+    .make_schema = shots_schema,
     .container = SC_CONTAINER_LIST,
 };

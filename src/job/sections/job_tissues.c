@@ -52,23 +52,12 @@ static sc_status write_opacity(const sc_ctx *ctx, const sc_key *key, const void 
     return sc_write_number(ctx, rule->opacity, 1, "", text);
 }
 
-static json_t *number_or_auto_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s, s:f, s:f}, {s:[s]}]}", "anyOf", "type", "number", "minimum",
-                     key->low, "maximum", key->high, "enum", "auto");
-}
-
-static json_t *opacity_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, o]}", "anyOf", number_or_auto_schema(key), sc_track_schema(key));
-}
-
 static const sc_value_type type_opacity = {
     .name = "number, auto or key frames",
     .expected = "auto, a number from 0 to 1, or key frames such as {0s: 1, 4s: 0.2}",
     .read = read_opacity,
     .write = write_opacity,
-    .schema = opacity_schema,
+    .schema = "{anyOf: [{anyOf: [" SC_SCHEMA_NUMBER ", {enum: [auto]}]}, $track]}",
 };
 
 /* double: a number, or auto, which is below 0. */
@@ -94,7 +83,7 @@ static const sc_value_type type_interior = {
     .expected = "auto or a number from 0 to 1",
     .read = read_interior,
     .write = write_interior,
-    .schema = number_or_auto_schema,
+    .schema = "{anyOf: [" SC_SCHEMA_NUMBER ", {enum: [auto]}]}",
 };
 
 #define RULE(member) (offsetof(rule_entry, rule) + offsetof(sc_tissue_rule, member))
@@ -244,17 +233,11 @@ static sc_status write_tissues(const sc_ctx *ctx, const sc_key *key, const void 
     return sc_text_add(ctx, text, "\n");
 }
 
-static json_t *tissues_schema(const sc_key *key)
-{
-    return json_pack("{s:s, s:o}", "type", "object", "additionalProperties",
-                     sc_keys_schema(key->keys));
-}
-
 const sc_value_type sc_type_tissues = {
     .name = "map of tissues",
     .expected = "a map of tissues",
     .read = read_tissues,
     .write_lines = write_tissues,
-    .schema = tissues_schema,
+    .schema = "{type: object, additionalProperties: $keys}",
     .container = SC_CONTAINER_DICT,
 };

@@ -39,17 +39,12 @@ static sc_status write_verb_tissues(const sc_ctx *ctx, const sc_key *key, const 
                             entry->index, text);
 }
 
-static json_t *verb_tissues_schema(const sc_key *key)
-{
-    return sc_tissues_schema(1);
-}
-
 static const sc_value_type type_verb_tissues = {
     .name = "tissues",
     .expected = "a tissue or a list of tissues: names, globs or label numbers",
     .read = read_verb_tissues,
     .write = write_verb_tissues,
-    .schema = verb_tissues_schema,
+    .schema = "$tissues",
 };
 
 /* Read an opacity from 0 to 1, or with a % sign what the tissue's own is multiplied by. @p value is
@@ -86,18 +81,13 @@ static sc_status write_target(const sc_ctx *ctx, const sc_key *key, const void *
                            text);
 }
 
-static json_t *target_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s, s:i, s:i}, {s:s, s:s}]}", "anyOf", "type", "number", "minimum", 0,
-                     "maximum", 1, "type", "string", "pattern", "^[0-9.]+ *%$");
-}
-
 static const sc_value_type type_target = {
     .name = "opacity or share",
     .expected = "an opacity from 0 to 1, or a share of the tissue's own from 0% to 1000%",
     .read = read_target,
     .write = write_target,
-    .schema = target_schema,
+    .schema = "{anyOf: [{type: number, minimum: 0, maximum: 1}, {type: string, pattern: '^[0-9.]+ "
+              "*%$'}]}",
 };
 
 /* Read a list of points. @p value is the whole verb_entry. @return the first mistake. */
@@ -169,7 +159,7 @@ static const sc_value_type type_through = {
     .expected = "middles, or a list of points in RAS millimetres, such as [[0, 0, 10], [5, 0, 40]]",
     .read = read_through,
     .write = write_through,
-    .schema = through_schema,
+    .make_schema = through_schema,
 };
 
 /* Read tissues, or the points of a curve. */
@@ -191,7 +181,7 @@ static sc_status write_fly(const sc_ctx *ctx, const sc_key *key, const void *val
 
 static json_t *fly_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, o]}", "anyOf", verb_tissues_schema(key), points_schema(key));
+    return json_pack("{s:[o, o]}", "anyOf", sc_tissues_schema(1), points_schema(key));
 }
 
 static const sc_value_type type_fly = {
@@ -200,7 +190,7 @@ static const sc_value_type type_fly = {
                 "0, 10], [5, 0, 40]]",
     .read = read_fly,
     .write = write_fly,
-    .schema = fly_schema,
+    .make_schema = fly_schema,
 };
 
 /* ---- rows ---- */
@@ -442,6 +432,6 @@ const sc_value_type sc_type_verbs = {
     .expected = "a list of verbs, such as - {fade: skin, to: 0, during: [2s, 4s]}",
     .read = read_verbs,
     .write_lines = write_verbs,
-    .schema = verbs_schema,
+    .make_schema = verbs_schema,
     .container = SC_CONTAINER_LIST,
 };

@@ -69,17 +69,12 @@ static sc_status write_level(const sc_ctx *ctx, const sc_key *key, const void *v
     return sc_type_int.write(ctx, key, &((const sc_job *)value)->volume_level, text);
 }
 
-static json_t *level_schema(const sc_key *key)
-{
-    return sc_type_int.schema(key);
-}
-
 static const sc_value_type type_level = {
     .name = "whole number",
     .expected = "a whole number, 0 for the finest resolution",
     .read = read_level,
     .write = write_level,
-    .schema = level_schema,
+    .schema = "$int",
 };
 
 /* Read which phase of a file is meant, counted from 0. */
@@ -104,7 +99,7 @@ static const sc_value_type type_phase = {
     .expected = "a whole number, 0 for the first phase",
     .read = read_phase,
     .write = write_phase,
-    .schema = level_schema,
+    .schema = "$int",
 };
 
 /* The range of the corners of a box. */
@@ -190,7 +185,7 @@ static const sc_value_type type_box = {
         "[y0, y1], [z0, z1]]: along each axis the first voxel, and the one behind the last",
     .read = read_box,
     .write = write_box,
-    .schema = box_schema,
+    .make_schema = box_schema,
 };
 
 /* ---- resample ---- */
@@ -244,21 +239,15 @@ static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void
     return sc_text_add(ctx, text, "[%.17g, %.17g, %.17g]", mm[0], mm[1], mm[2]);
 }
 
-static json_t *resample_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s, s:s}, {s:s, s:f, s:f}, {s:s, s:i, s:i, s:{s:[ss]}}]}", "anyOf",
-                     "type", "string", "pattern", "^[0-9][0-9.e+-]* *mm$|^[0-9]+x[0-9]+x[0-9]+$",
-                     "type", "number", "minimum", key->low, "maximum", key->high, "type", "array",
-                     "minItems", 3, "maxItems", 3, "items", "type", "number", "string");
-}
-
 static const sc_value_type type_resample = {
     .name = "mm, three of them, or XxYxZ voxels",
     .expected = "a spacing from 1e-06 to 1000 mm, such as 0.5 mm, or three along the axes of the "
                 "volume: [0.5, 0.5, 1]; or up to 4096 voxels along each, such as 40x30x40",
     .read = read_resample,
     .write = write_resample,
-    .schema = resample_schema,
+    .schema = "{anyOf: [{type: string, pattern: '^[0-9][0-9.e+-]* "
+              "*mm$|^[0-9]+x[0-9]+x[0-9]+$'}, " SC_SCHEMA_NUMBER
+              ", {type: array, minItems: 3, maxItems: 3, items: {type: [number, string]}}]}",
 };
 
 /* ---- the volume ---- */
@@ -300,18 +289,14 @@ static sc_status write_path(const sc_ctx *ctx, const sc_key *key, const void *va
     return sc_text_add(ctx, text, "]");
 }
 
-static json_t *path_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s}, {s:s, s:i, s:{s:s}}]}", "anyOf", "type", "string", "type", "array",
-                     "minItems", 1, "items", "type", "string");
-}
+#define PATH_SCHEMA "{anyOf: [{type: string}, {type: array, minItems: 1, items: {type: string}}]}"
 
 static const sc_value_type type_path = {
     .name = "text or list",
     .expected = "the path of a volume, or a list of paths",
     .read = read_path,
     .write = write_path,
-    .schema = path_schema,
+    .schema = PATH_SCHEMA,
 };
 
 const sc_key sc_volume_keys[] = {
@@ -395,17 +380,12 @@ static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }
 
-static json_t *volume_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, o]}", "anyOf", path_schema(key), sc_keys_schema(key->keys));
-}
-
 const sc_value_type sc_type_volume = {
     .name = "text, list or map",
     .expected = "the path of a volume, a list of paths, or a map with path, header, level, phase, "
                 "threshold, box, merge, keep and resample",
     .read = read_volume,
     .write = write_volume,
-    .schema = volume_schema,
+    .schema = "{anyOf: [" PATH_SCHEMA ", $keys]}",
     .container = SC_CONTAINER_MAP,
 };

@@ -71,23 +71,16 @@ static sc_status write_keep(const sc_ctx *ctx, const sc_key *key, const void *va
     return write_list(ctx, value, &i, text);
 }
 
-static json_t *tissues_schema(void)
-{
-    return json_pack("{s:[ss], s:i, s:{s:[ss]}}", "type", "string", "array", "minItems", 1, "items",
-                     "type", "string", "integer");
-}
-
-static json_t *keep_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s}, o]}", "anyOf", "type", "integer", tissues_schema());
-}
+#define KEPT_SCHEMA                                                                                \
+    "{anyOf: [{type: integer}, {type: [string, array], minItems: 1, items: {type: [string, "       \
+    "integer]}}]}"
 
 const sc_value_type sc_type_kept_tissues = {
     .name = "tissues",
     .expected = "a list of tissues: names, globs or label numbers",
     .read = read_keep,
     .write = write_keep,
-    .schema = keep_schema,
+    .schema = KEPT_SCHEMA,
 };
 
 /* Read the map of merged tissues to place *at and behind it, for which there is room. */
@@ -150,19 +143,13 @@ static sc_status write_merge(const sc_ctx *ctx, const sc_key *key, const void *v
     return sc_text_add(ctx, text, "}");
 }
 
-static json_t *merge_schema(const sc_key *key)
-{
-    return json_pack("{s:s, s:i, s:o}", "type", "object", "minProperties", 1,
-                     "additionalProperties", keep_schema(key));
-}
-
 const sc_value_type sc_type_merged_tissues = {
     .name = "map of lists of tissues",
     .expected =
         "{name: [tissues], ...}: names, globs or label numbers under the name of what they become",
     .read = read_merge,
     .write = write_merge,
-    .schema = merge_schema,
+    .schema = "{type: object, minProperties: 1, additionalProperties: " KEPT_SCHEMA "}",
 };
 
 /* ---- overlaps ---- */
@@ -250,16 +237,11 @@ static sc_status write_overlap(const sc_ctx *ctx, const sc_key *key, const void 
     return sc_text_add(ctx, text, "]");
 }
 
-static json_t *overlap_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:[ss]}, {s:s, s:i, s:{s:s}}]}", "anyOf", "enum", overlap_words[0],
-                     overlap_words[1], "type", "array", "minItems", 1, "items", "type", "string");
-}
-
 const sc_value_type sc_type_overlap = {
     .name = "smaller, order, or names",
     .expected = "smaller, order, or a list of tissues: [tumour, \"*artery\"]",
     .read = read_overlap,
     .write = write_overlap,
-    .schema = overlap_schema,
+    .schema =
+        "{anyOf: [{enum: [smaller, order]}, {type: array, minItems: 1, items: {type: string}}]}",
 };

@@ -210,17 +210,12 @@ static sc_status write_set(const sc_ctx *ctx, const sc_key *key, const void *val
     return add_settings(ctx, value, text);
 }
 
-static json_t *map_schema(const sc_key *key)
-{
-    return json_pack("{s:s}", "type", "object");
-}
-
 static const sc_value_type type_settings = {
     .name = "map of settings",
     .expected = "a map of settings",
     .read = read_set,
     .write = write_set,
-    .schema = map_schema,
+    .schema = "{type: object}",
 };
 
 /* ---- axes ---- */
@@ -347,7 +342,7 @@ static const sc_value_type type_axes = {
     .expected = "a map of axes, such as {render.skip: [none, leap], ranks: [1, 2]}",
     .read = read_axes,
     .write_lines = write_axes,
-    .schema = map_schema,
+    .schema = "{type: object}",
 };
 
 /* ---- the table ---- */
