@@ -23,12 +23,6 @@ typedef struct sc_frame_line {
     sc_done_frame done;
 } sc_frame_line;
 
-/* The hash table of a list of names; private to names.c. */
-typedef struct sc_name_slots {
-    int *at;      /* [count], a power of two: index of an element plus 1; 0: free. Owned */
-    size_t count; /* twice the capacity of the list */
-    uint64_t seed;
-} sc_name_slots;
 /* The line of another file in a manifest: what it held when it was complete. */
 typedef struct sc_file_line {
     char *name; /* in the directory; owned */
@@ -39,7 +33,7 @@ typedef struct sc_file_line {
 typedef struct sc_file_lines {
     sc_file_line *lines; /* [capacity], the first `count` are used */
     int count, capacity;
-    sc_name_slots slots;
+    struct json_t *index; /* finds the number of a line by its name; private to names.c */
 } sc_file_lines;
 /* Names, each once: lines of 0 bytes. */
 typedef sc_file_lines sc_names;

@@ -2,85 +2,38 @@
 /* Lists without repetitions: names, and the lines of files. */
 #include "internal.h"
 
+#include <jansson.h>
 #include <stdlib.h>
 
-/* An open-addressing hash table finds lines by their name, so that the time to read a list grows
- * with its length and not with the square of it. Whoever forges a manifest cannot choose names that
- * share a slot, since the seed of the hash is random.
- *
- * @return the number of the slot where the search for @p name begins. The list has slots. */
-static size_t first_slot(const sc_file_lines *l, const char *name)
-{
-    return sc_hash_bytes(name, strlen(name), l->slots.seed) & (l->slots.count - 1);
-}
-
-/* @return the number of the slot that follows @p slot in a search. */
-static size_t next_slot(const sc_file_lines *l, size_t slot)
-{
-    return (slot + 1) & (l->slots.count - 1);
-}
-
-/* @return the number of the slot that holds @p name, or of the free one where it belongs. The list
- * has slots. */
-static size_t slot_of(const sc_file_lines *l, const char *name)
-{
-    size_t slot = first_slot(l, name);
-
-    while (l->slots.at[slot] && strcmp(l->lines[l->slots.at[slot] - 1].name, name) != 0)
-        slot = next_slot(l, slot);
-    return slot;
-}
-
-/* @return the number of the line with this name, or -1. */
+/* @return the number of the line with this name, or -1. The index keeps the time to read a list
+ * from growing with the square of its length; its hashes are random, so that whoever forges a
+ * manifest cannot choose names that take long. */
 static int find(const sc_file_lines *l, const char *name)
 {
-    return l->slots.at ? l->slots.at[slot_of(l, name)] - 1 : -1;
+    const json_t *at = json_object_get(l->index, name);
+
+    return at ? (int)json_integer_value(at) : -1;
 }
 
-/* Fill the slots anew, after lines were moved. */
-static void fill_slots(sc_file_lines *l)
+/* Note that the line of that name, which is in the index, stands at @p at. */
+static void set_place(sc_file_lines *l, const char *name, int at)
 {
-    if (!l->slots.at)
-        return;
-    memset(l->slots.at, 0, l->slots.count * sizeof *l->slots.at);
-    for (int i = 0; i < l->count; i++)
-        l->slots.at[slot_of(l, l->lines[i].name)] = i + 1;
+    (void)json_integer_set(json_object_get(l->index, name), at);
 }
 
-/* Make room for one more line, and twice as many slots as lines. @return SC_ERR_MEMORY, with
- * nothing changed but, perhaps, more room. */
+/* Make room for one more line. @return SC_ERR_MEMORY, with nothing changed but, perhaps, more room.
+ */
 static sc_status grow(const sc_ctx *ctx, sc_file_lines *l)
 {
-    const int larger = l->capacity ? 2 * l->capacity : 16; /* a power of two */
-    int *slots;
+    const int larger = l->capacity ? 2 * l->capacity : 16;
 
+    if (!l->index)
+        l->index = json_object();
     if (l->count < l->capacity)
         return SC_OK;
     SC_PASS(SC_RESIZE(ctx, (size_t)l->count, (size_t)larger, &l->lines));
-    SC_PASS(SC_ALLOC(ctx, 2 * (size_t)larger, &slots));
-    sc_free(l->slots.at);
     l->capacity = larger;
-    l->slots = (sc_name_slots){slots, 2 * (size_t)larger, sc_hash_seed()};
-    fill_slots(l);
     return SC_OK;
-}
-
-/* Free a slot. Those behind it that were put there because it was taken move up: a search ends at
- * the first free slot. */
-static void free_slot(sc_file_lines *l, size_t slot)
-{
-    size_t hole = slot;
-
-    for (size_t s = next_slot(l, slot); l->slots.at[s]; s = next_slot(l, s)) {
-        const size_t home = first_slot(l, l->lines[l->slots.at[s] - 1].name);
-        const size_t mask = l->slots.count - 1;
-
-        if (((s - home) & mask) < ((s - hole) & mask))
-            continue; /* its search begins behind the hole */
-        l->slots.at[hole] = l->slots.at[s];
-        hole = s;
-    }
-    l->slots.at[hole] = 0;
 }
 
 sc_status sc_file_lines_put(const sc_ctx *ctx, sc_file_lines *files, const char *name,
@@ -92,9 +45,12 @@ sc_status sc_file_lines_put(const sc_ctx *ctx, sc_file_lines *files, const char 
     if (at < 0) {
         SC_PASS(grow(ctx, files));
         SC_PASS(sc_text_copy(ctx, name, &copy));
-        at = files->count++;
-        files->lines[at].name = copy;
-        files->slots.at[slot_of(files, name)] = at + 1;
+        at = files->count;
+        if (json_object_set_new_nocheck(files->index, name, json_integer(at))) {
+            sc_free(copy);
+            return sc_fail(ctx, SC_ERR_MEMORY, "out of memory for the names of files");
+        }
+        files->lines[files->count++].name = copy;
     }
     files->lines[at].bytes = bytes;
     files->lines[at].hash = hash;
@@ -114,12 +70,10 @@ void sc_file_lines_remove(sc_file_lines *files, const char *name)
     if (at < 0)
         return;
     removed = files->lines[at].name;
-    free_slot(files, slot_of(files, name));
-    if (at < last) {
-        files->slots.at[slot_of(files, files->lines[last].name)] = at + 1;
-        files->lines[at] = files->lines[last];
-    }
+    set_place(files, files->lines[last].name, at);
+    files->lines[at] = files->lines[last];
     files->count--;
+    (void)json_object_del(files->index, removed);
     sc_free(removed);
 }
 
@@ -133,7 +87,8 @@ void sc_file_lines_sort(sc_file_lines *files)
 {
     if (files->count > 1)
         qsort(files->lines, (size_t)files->count, sizeof *files->lines, compare);
-    fill_slots(files);
+    for (int i = 0; i < files->count; i++)
+        set_place(files, files->lines[i].name, i);
 }
 
 void sc_file_lines_clear(sc_file_lines *files)
@@ -141,7 +96,7 @@ void sc_file_lines_clear(sc_file_lines *files)
     for (int i = 0; i < files->count; i++)
         sc_free(files->lines[i].name);
     sc_free(files->lines);
-    sc_free(files->slots.at);
+    json_decref(files->index);
     *files = (sc_file_lines){0};
 }
 
