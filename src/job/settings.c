@@ -175,16 +175,15 @@ static sc_status find_item(const sc_ctx *ctx, sc_yaml *list, const char *element
 static sc_status expand_shorthand(const sc_ctx *ctx, sc_yaml *node, const char *name,
                                   const char *origin)
 {
-    sc_status status = sc_yaml_add(ctx, node, SC_YAML_SCALAR, name, origin);
+    SC_OWN(sc_free_at) char *text = node->text;
 
-    if (status == SC_OK) {
-        node->items[0]->text = node->text;
-        node->items[0]->line = node->line;
-        node->items[0]->origin = node->origin;
-        node->text = NULL;
-        node->kind = SC_YAML_MAP;
-    }
-    return status;
+    node->text = NULL;
+    node->kind = SC_YAML_MAP;
+    SC_PASS(sc_yaml_add(ctx, node, SC_YAML_SCALAR, name, origin));
+    SC_HAND_OVER(text, &node->items[0]->text);
+    node->items[0]->line = node->line;
+    node->items[0]->origin = node->origin;
+    return SC_OK;
 }
 
 /* Describe in @p member what @p element names in the map, list or dictionary @p at; its node is

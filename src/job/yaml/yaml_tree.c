@@ -3,6 +3,7 @@
 
 #include "yaml/yaml_words.h"
 
+#include <jansson.h>
 #include <stdarg.h>
 #include <stdlib.h>
 
@@ -25,7 +26,7 @@ void sc_yaml_free(sc_yaml *node)
     for (size_t i = 0; i < node->count; i++)
         sc_yaml_free(node->items[i]);
     sc_free(node->items);
-    sc_free(node->slots);
+    json_decref(node->index);
     sc_free(node->key);
     sc_free(node->key_given);
     sc_free(node->text);
@@ -65,46 +66,6 @@ static sc_status new_node(const sc_ctx *ctx, sc_yaml_kind kind, const char *orig
     return SC_OK;
 }
 
-/* ---- the members of a map by their key ----
- *
- * A map with more than a few members has slots: an open-addressing hash table with the index of
- * each member plus one, 0 where a slot is free. So the time of a map grows with its length, not
- * with the square of it. */
-
-/* The slot of a key: the one that holds it, or the free one where it belongs. */
-static uint32_t *slot_of(const sc_yaml *map, const char *key)
-{
-    size_t slot = sc_hash_bytes(key, strlen(key), 0) & (map->slot_count - 1);
-
-    while (map->slots[slot] && strcmp(map->items[map->slots[slot] - 1]->key, key) != 0)
-        slot = (slot + 1) & (map->slot_count - 1);
-    return &map->slots[slot];
-}
-
-/* Fill the slots, which have room for all members, anew. */
-static void fill_slots(sc_yaml *map)
-{
-    memset(map->slots, 0, map->slot_count * sizeof *map->slots);
-    for (size_t i = 0; i < map->count; i++)
-        *slot_of(map, map->items[i]->key) = (uint32_t)i + 1;
-}
-
-/* Give a map slots for as many members as it has capacity for; a short one gets none. */
-static sc_status make_slots(const sc_ctx *ctx, sc_yaml *map)
-{
-    enum { SHORT = 16 };
-    uint32_t *slots;
-
-    if (map->capacity <= SHORT || map->kind != SC_YAML_MAP)
-        return SC_OK;
-    SC_PASS(SC_ALLOC(ctx, 2 * map->capacity, &slots));
-    sc_free(map->slots);
-    map->slots = slots;
-    map->slot_count = 2 * map->capacity; /* a power of two, since the capacity is one */
-    fill_slots(map);
-    return SC_OK;
-}
-
 /* Make room for one more child. */
 static sc_status grow(const sc_ctx *ctx, sc_yaml *parent)
 {
@@ -114,20 +75,31 @@ static sc_status grow(const sc_ctx *ctx, sc_yaml *parent)
         return SC_OK;
     SC_PASS(SC_RESIZE(ctx, parent->count, capacity, &parent->items));
     parent->capacity = capacity;
-    return make_slots(ctx, parent);
+    return SC_OK;
+}
+
+/* Note under which key the next child of a map will be found: so the time of a map grows with its
+ * length, not with the square of it. */
+static sc_status note_key(const sc_ctx *ctx, sc_yaml *map, const char *key)
+{
+    if (!map->index)
+        map->index = json_object();
+    return json_object_set_new_nocheck(map->index, key, json_integer((json_int_t)map->count))
+               ? sc_fail(ctx, SC_ERR_MEMORY, "out of memory for a map")
+               : SC_OK;
 }
 
 sc_status sc_yaml_append(const sc_ctx *ctx, sc_yaml *parent, sc_yaml *child)
 {
-    const sc_status status = grow(ctx, parent);
+    sc_status status = grow(ctx, parent);
 
+    if (status == SC_OK && parent->kind == SC_YAML_MAP)
+        status = note_key(ctx, parent, child->key);
     if (status != SC_OK) {
         sc_yaml_free(child);
         return status;
     }
     parent->items[parent->count++] = child;
-    if (parent->slots)
-        *slot_of(parent, child->key) = (uint32_t)parent->count;
     return SC_OK;
 }
 
@@ -371,28 +343,22 @@ sc_status sc_yaml_parse(const sc_ctx *ctx, const char *origin, const char *text,
 
 size_t sc_yaml_index(const sc_yaml *map, const char *key)
 {
-    size_t i = 0;
+    const json_t *at = json_object_get(map->index, key);
 
-    if (map->kind != SC_YAML_MAP)
-        return map->count;
-    if (map->slots) {
-        const uint32_t slot = *slot_of(map, key);
-
-        return slot ? slot - 1 : map->count;
-    }
-    while (i < map->count && strcmp(map->items[i]->key, key))
-        i++;
-    return i;
+    return at ? (size_t)json_integer_value(at) : map->count;
 }
 
 void sc_yaml_remove(sc_yaml *parent, size_t index)
 {
+    if (parent->index)
+        (void)json_object_del(parent->index, parent->items[index]->key);
     sc_yaml_free(parent->items[index]);
     parent->count--;
     memmove(parent->items + index, parent->items + index + 1,
             (parent->count - index) * sizeof *parent->items);
-    if (parent->slots)
-        fill_slots(parent);
+    for (size_t i = index; i < parent->count && parent->index; i++)
+        (void)json_integer_set(json_object_get(parent->index, parent->items[i]->key),
+                               (json_int_t)i);
 }
 
 sc_status sc_yaml_scalar(const sc_ctx *ctx, const char *origin, const char *text, sc_yaml **out)
@@ -408,15 +374,14 @@ sc_status sc_yaml_scalar(const sc_ctx *ctx, const char *origin, const char *text
 sc_status sc_yaml_add(const sc_ctx *ctx, sc_yaml *parent, sc_yaml_kind kind, const char *key,
                       const char *origin)
 {
-    sc_yaml *child = NULL;
-    sc_status status = new_node(ctx, kind, origin, 0, &child);
+    SC_OWN(sc_yaml_free_at) sc_yaml *child = NULL;
+    sc_yaml *added;
 
-    if (status == SC_OK && key)
-        status = sc_text_copy(ctx, key, &child->key);
-    if (status == SC_OK)
-        return sc_yaml_append(ctx, parent, child);
-    sc_yaml_free(child);
-    return status;
+    SC_PASS(new_node(ctx, kind, origin, 0, &child));
+    if (key)
+        SC_PASS(sc_text_copy(ctx, key, &child->key));
+    SC_HAND_OVER(child, &added);
+    return sc_yaml_append(ctx, parent, added);
 }
 
 sc_status sc_yaml_copy(const sc_ctx *ctx, const sc_yaml *node, sc_yaml **out)

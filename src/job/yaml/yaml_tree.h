@@ -20,11 +20,10 @@ typedef struct sc_yaml {
     char *given;        /* of a scalar whose text was replaced: what stood in the file; else NULL */
     struct sc_yaml **items; /* of a map or list: [count] */
     size_t count, capacity;
-    uint32_t *slots; /* of a longer map: [slot_count], finds members by their key; else NULL */
-    size_t slot_count;
-    bool quoted;       /* a scalar stood in quotes, or as a block of text */
-    bool key_told;     /* its key is unknown, and this was logged already */
-    bool key_left_out; /* of a root: see sc_yaml_parse */
+    struct json_t *index; /* of a map: finds the number of a member by its key; else NULL */
+    bool quoted;          /* a scalar stood in quotes, or as a block of text */
+    bool key_told;        /* its key is unknown, and this was logged already */
+    bool key_left_out;    /* of a root: see sc_yaml_parse */
 } sc_yaml;
 
 /* Parse @p text, which messages call @p origin. Caller owns: sc_yaml_free. An empty text gives an
