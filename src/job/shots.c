@@ -17,44 +17,53 @@ static sc_status refuse_film_key(const sc_ctx *ctx, const sc_yaml *item)
         item->key);
 }
 
-/* Refuse keys in and below @p node that hold for the whole film. @param keys, container as of
- * sc_key: what the node is. @return the first mistake; all are logged. */
-static sc_status check_film_keys(const sc_ctx *ctx, const sc_key *keys, sc_container container,
-                                 const sc_yaml *node)
+/* Refuse keys in and below @p node that hold for the whole film, and remove them, so that nothing
+ * else is said of them. @param keys, container as of sc_key: what the node is. @return the first
+ * mistake; all are logged. */
+static sc_status refuse_film_keys(const sc_ctx *ctx, const sc_key *keys, sc_container container,
+                                  sc_yaml *node)
 {
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < node->count; i++) {
-        const sc_yaml *item = node->items[i];
+    for (size_t i = 0; i < node->count;) {
+        sc_yaml *item = node->items[i];
         const sc_key *key =
             container == SC_CONTAINER_MAP && item->key ? sc_key_find(keys, item->key) : NULL;
 
-        if (key && key->of_film)
+        if (key && key->of_film) {
             (void)sc_goes_on(&status, refuse_film_key(ctx, item));
-        else if (key && key->keys)
-            (void)sc_goes_on(&status, check_film_keys(ctx, key->keys, key->type->container, item));
+            sc_yaml_remove(node, i);
+            continue;
+        }
+        if (key && key->keys)
+            (void)sc_goes_on(&status, refuse_film_keys(ctx, key->keys, key->type->container, item));
         else if (container == SC_CONTAINER_DICT)
-            (void)sc_goes_on(&status, check_film_keys(ctx, keys, SC_CONTAINER_MAP, item));
+            (void)sc_goes_on(&status, refuse_film_keys(ctx, keys, SC_CONTAINER_MAP, item));
+        i++;
     }
     return status;
 }
 
-/* Check the keys of a shot: that it may have them, of those that it has from the job. @return the
- * first mistake; all are logged. */
-static sc_status check_shot(const sc_ctx *ctx, const sc_yaml *node)
+/* Leave only those keys of a shot that it has from the job, and may have. @return the first mistake
+ * in them, or of an unknown key; all are logged. */
+static sc_status keep_job_keys(const sc_ctx *ctx, sc_yaml *shot)
 {
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < node->count; i++) {
-        const sc_yaml *item = node->items[i];
+    for (size_t i = 0; i < shot->count;) {
+        sc_yaml *item = shot->items[i];
         const sc_key *key = sc_key_find(sc_shot_keys, item->key);
 
-        if (!key && sc_key_find(sc_job_keys, item->key))
-            (void)sc_goes_on(&status, refuse_film_key(ctx, item));
-        else if (!key)
-            (void)sc_goes_on(&status, sc_key_unknown(ctx, sc_shot_keys, item));
-        else if (key->of_job)
-            (void)sc_goes_on(&status, check_film_keys(ctx, key->keys, key->type->container, item));
+        if (key && key->of_job) {
+            (void)sc_goes_on(&status, refuse_film_keys(ctx, key->keys, key->type->container, item));
+            i++;
+            continue;
+        }
+        if (!key)
+            (void)sc_goes_on(&status, sc_key_find(sc_job_keys, item->key)
+                                          ? refuse_film_key(ctx, item)
+                                          : sc_key_unknown(ctx, sc_shot_keys, item));
+        sc_yaml_remove(shot, i);
     }
     return status;
 }
@@ -77,24 +86,6 @@ static sc_status move_tissues(const sc_ctx *ctx, sc_yaml *tree, sc_yaml *shot)
     }
     sc_yaml_remove(shot, sc_yaml_index(shot, "tissues"));
     return SC_OK;
-}
-
-/* Remove keys that hold for the whole film, which have been refused, so that nothing else is said
- * of them. @param keys, container as of check_film_keys. */
-static void drop_refused(const sc_key *keys, sc_container container, sc_yaml *node)
-{
-    for (size_t i = node->count; i-- > 0;) {
-        sc_yaml *item = node->items[i];
-        const sc_key *key =
-            container == SC_CONTAINER_MAP && item->key ? sc_key_find(keys, item->key) : NULL;
-
-        if (key && key->of_film)
-            sc_yaml_remove(node, i);
-        else if (key && key->keys)
-            drop_refused(key->keys, key->type->container, item);
-        else if (container == SC_CONTAINER_DICT)
-            drop_refused(keys, SC_CONTAINER_MAP, item);
-    }
 }
 
 /* Remove the key @p name from a tree, if it is there. */
@@ -135,9 +126,9 @@ static void drop_unused(sc_yaml *tree)
 }
 
 /* Make the tree of a shot's job: that of the film with the keys of the shot. Caller owns *out:
- * sc_yaml_free. */
+ * sc_yaml_free. *mistakes becomes the first mistake in these keys; all are logged. */
 static sc_status merge_shot(const sc_ctx *ctx, const sc_yaml *base, const sc_yaml *node,
-                            sc_yaml **out)
+                            sc_yaml **out, sc_status *mistakes)
 {
     SC_OWN(sc_yaml_free_at) sc_yaml *tree = NULL, *shot = NULL;
     sc_yaml *keys;
@@ -146,13 +137,7 @@ static sc_status merge_shot(const sc_ctx *ctx, const sc_yaml *base, const sc_yam
     SC_PASS(sc_yaml_copy(ctx, node, &shot));
     if (sc_yaml_member(shot, "card"))
         drop_unused(tree);
-    for (size_t i = shot->count; i-- > 0;) {
-        const sc_key *key = sc_key_find(sc_shot_keys, shot->items[i]->key);
-
-        if (!key || !key->of_job)
-            sc_yaml_remove(shot, i);
-    }
-    drop_refused(sc_job_keys, SC_CONTAINER_MAP, shot);
+    *mistakes = keep_job_keys(ctx, shot);
     SC_PASS(move_tissues(ctx, tree, shot));
     SC_HAND_OVER(shot, &keys);
     SC_PASS(sc_settings_merge(ctx, sc_job_keys, tree, keys));
@@ -179,14 +164,13 @@ static sc_status load_shot(const sc_ctx *ctx, const sc_job_sources *sources, con
 {
     sc_job *job = &shot->job;
     SC_OWN(sc_yaml_free_at) sc_yaml *tree = NULL;
-    sc_status status = SC_OK;
+    sc_status status = SC_OK, mistakes;
 
     if (node->kind != SC_YAML_MAP)
         return SC_OK; /* which has been told */
     SC_PASS(sc_keys_set_defaults(ctx, sc_job_keys, job));
-    SC_PASS(merge_shot(ctx, base, node, &tree));
-    if (sc_goes_on(&status, check_shot(ctx, node)) &&
-        sc_goes_on(&status, sc_look_apply(ctx, tree)) &&
+    SC_PASS(merge_shot(ctx, base, node, &tree, &mistakes));
+    if (sc_goes_on(&status, mistakes) && sc_goes_on(&status, sc_look_apply(ctx, tree)) &&
         sc_goes_on(&status, sc_times_resolve(ctx, job, false, tree)) &&
         sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, tree, job)) &&
         sc_goes_on(&status, check_background(ctx, node, film, job)))
@@ -312,10 +296,8 @@ static sc_status place_shots(const sc_ctx *ctx, const sc_yaml *node, sc_job *fil
             &status,
             sc_yaml_fail(ctx, node,
                          "all shots are title cards; expected at least one that shows the volume"));
-    if (status == SC_OK)
-        status = check_lengths(ctx, film, spans);
-    if (status != SC_OK)
-        return status;
+    SC_PASS(status);
+    SC_PASS(check_lengths(ctx, film, spans));
     film->animation.frames = sc_shots_place(spans, (int)film->shot_count);
     for (size_t i = 0; i < film->shot_count; i++)
         film->shots[i].span = spans[i];
