@@ -13,17 +13,13 @@ static bool has_prefix(const char *path, const char *prefix)
     return !prefix || !strncmp(path, prefix, strlen(prefix));
 }
 
-/* Make the name of the environment variable of a key, such as SEGCAST_OUTPUT_SIZE. Keys of tissues
- * have none, and get an empty text. */
-static void name_variable(const char *path, char *name, size_t size)
+void sc_key_variable(const char *path, char *name, size_t size)
 {
-    size_t used = (size_t)snprintf(name, size, "SEGCAST_");
-
-    for (; *path && used + 1 < size; path++)
-        name[used++] = *path == '.' ? '_' : (char)toupper((unsigned char)*path);
-    name[used] = '\0';
-    if (strstr(name, "_NAME_"))
+    snprintf(name, size, "SEGCAST_%s", path);
+    if (strstr(path, ".NAME."))
         name[0] = '\0';
+    for (; *name; name++)
+        *name = (char)(*name == '.' ? '_' : toupper((unsigned char)*name));
 }
 
 /* ---- for people ---- */
@@ -102,19 +98,14 @@ static sc_status add_json_row(const sc_ctx *ctx, void *user, const sc_key_visit 
     listing *l = user;
     const sc_key *key = visit->key;
     char variable[PATH_BYTES + 16];
-    sc_text values = {0};
+    SC_OWN(sc_text_clear) sc_text values = {0};
     json_t *row;
-    sc_status status;
 
     if (!has_prefix(visit->path, l->prefix))
         return SC_OK;
     l->count++;
-    name_variable(visit->path, variable, sizeof variable);
-    status = sc_key_values(ctx, key, &values);
-    if (status != SC_OK) {
-        sc_text_clear(&values);
-        return status;
-    }
+    sc_key_variable(visit->path, variable, sizeof variable);
+    SC_PASS(sc_key_values(ctx, key, &values));
     row = json_pack("{s:s, s:s, s:s, s:s?, s:s?, s:s?, s:b, s:b, s:s?, s:s?, s:s}", "key",
                     visit->path, "help", key->help, "values", values.data, "default", key->fallback,
                     "without", key->without, "unit", key->unit, "required", key->required,
@@ -125,7 +116,6 @@ static sc_status add_json_row(const sc_ctx *ctx, void *user, const sc_key_visit 
         json_object_set_new(row, "minimum", json_real(key->low));
         json_object_set_new(row, "maximum", json_real(key->high));
     }
-    sc_text_clear(&values);
     if (!row || json_array_append_new(l->array, row))
         return sc_fail(ctx, SC_ERR_MEMORY, "out of memory");
     return SC_OK;

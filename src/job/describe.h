@@ -17,6 +17,10 @@ typedef sc_status sc_key_visitor(const sc_ctx *ctx, void *user, const sc_key_vis
  * the walk. */
 sc_status sc_keys_walk(const sc_ctx *ctx, sc_key_visitor *visitor, void *user);
 
+/* Write the name of the environment variable of a key, such as SEGCAST_OUTPUT_SIZE. Keys of tissues
+ * have none, and get an empty text. */
+void sc_key_variable(const char *path, char *name, size_t size);
+
 /* Append to @p text which values a row takes, such as "number from 0 to 1" or "leap, interior or
  * none". */
 sc_status sc_key_values(const sc_ctx *ctx, const sc_key *key, sc_text *text);

@@ -4,8 +4,6 @@
 
 #include "describe.h"
 
-#include <ctype.h>
-
 enum { JOB_MAX_BYTES = 1 << 20 };
 
 /* Put settings into the tree, the later over the earlier. @param only_missing skip those whose key
@@ -35,19 +33,15 @@ typedef struct variables {
     size_t count;
 } variables;
 
-/* Add the name of the variable of a row. Keys of tissues have none. For sc_keys_walk, with
- * variables as user. */
+/* Add the name of the variable of a row. For sc_keys_walk, with variables as user. */
 static sc_status add_variable(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
 {
     variables *v = user;
-    char *name = v->names[v->count];
 
-    if (v->count == VARIABLES_MAX || strstr(visit->path, ".NAME"))
+    if (v->count == VARIABLES_MAX)
         return SC_OK;
-    snprintf(name, VARIABLE_BYTES, "SEGCAST_%s", visit->path);
-    for (; *name; name++)
-        *name = (char)(*name == '.' ? '_' : toupper((unsigned char)*name));
-    v->count++;
+    sc_key_variable(visit->path, v->names[v->count], VARIABLE_BYTES);
+    v->count += v->names[v->count][0] != '\0';
     return SC_OK;
 }
 

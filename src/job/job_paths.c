@@ -86,27 +86,21 @@ static sc_status locate(const sc_ctx *ctx, const sc_job_sources *sources, const 
 static sc_status check_input(const sc_ctx *ctx, const sc_yaml *node, const char *key,
                              sc_path_use use, const char *path, const char *shown)
 {
-    char *file = strndup(path, sc_volume_file_length(path));
+    char file[SC_PATH_BYTES];
     struct stat info;
-    sc_status status = SC_OK;
-    int error = 0;
 
-    if (!file)
-        return sc_tell_missing(ctx, node, key, shown, ENOMEM);
+    snprintf(file, sizeof file, "%.*s", (int)sc_volume_file_length(path), path);
     if (stat(file, &info) ||
         access(file,
                S_ISDIR(info.st_mode) ? R_OK | X_OK : R_OK)) /* a directory is looked through */
-        error = errno;
-    free(file);
-    if (error)
-        status = sc_tell_missing(ctx, node, key, shown, error);
-    else if (S_ISDIR(info.st_mode) && use == SC_PATH_FILE)
-        status =
-            sc_tell_input(ctx, node, key, shown, SC_ERR_MISSING, "is a directory, expected a file");
-    else if (!S_ISDIR(info.st_mode) && !S_ISREG(info.st_mode))
-        status = sc_tell_input(ctx, node, key, shown, SC_ERR_MISSING,
-                               "is a pipe or a device, expected a file; write it to a file first");
-    return status;
+        return sc_tell_missing(ctx, node, key, shown, errno);
+    if (S_ISDIR(info.st_mode) && use == SC_PATH_FILE)
+        return sc_tell_input(ctx, node, key, shown, SC_ERR_MISSING,
+                             "is a directory, expected a file");
+    if (!S_ISDIR(info.st_mode) && !S_ISREG(info.st_mode))
+        return sc_tell_input(ctx, node, key, shown, SC_ERR_MISSING,
+                             "is a pipe or a device, expected a file; write it to a file first");
+    return SC_OK;
 }
 
 sc_status sc_resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,

@@ -41,18 +41,14 @@ sc_status sc_key_unknown(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *n
  * its own gets those of its rows. */
 static sc_status set_default(const sc_ctx *ctx, const sc_key *key, void *to)
 {
-    sc_yaml *node = NULL;
-    sc_status status;
+    SC_OWN(sc_yaml_free_at) sc_yaml *node = NULL;
 
     if (key->type->container == SC_CONTAINER_MAP && !key->fallback)
         return sc_keys_set_defaults(ctx, key->keys, value_of(key, to));
     if (!key->fallback)
         return SC_OK;
-    status = sc_yaml_parse(ctx, key->name, key->fallback, strlen(key->fallback), &node);
-    if (status == SC_OK)
-        status = key->type->read(ctx, key, node, value_of(key, to));
-    sc_yaml_free(node);
-    return status;
+    SC_PASS(sc_yaml_parse(ctx, key->name, key->fallback, strlen(key->fallback), &node));
+    return key->type->read(ctx, key, node, value_of(key, to));
 }
 
 sc_status sc_keys_set_defaults(const sc_ctx *ctx, const sc_key *keys, void *to)

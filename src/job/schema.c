@@ -11,14 +11,12 @@
 static json_t *default_of(const sc_key *key)
 {
     const sc_ctx silent = {.rank = 0};
-    sc_yaml *node = NULL;
-    json_t *json = NULL;
+    SC_OWN(sc_yaml_free_at) sc_yaml *node = NULL;
 
-    if (key->fallback &&
-        sc_yaml_parse(&silent, key->name, key->fallback, strlen(key->fallback), &node) == SC_OK)
-        json = sc_node_to_json(node);
-    sc_yaml_free(node);
-    return json;
+    return key->fallback && sc_yaml_parse(&silent, key->name, key->fallback, strlen(key->fallback),
+                                          &node) == SC_OK
+               ? sc_node_to_json(node)
+               : NULL;
 }
 
 /* ---- schemas as text ---- */

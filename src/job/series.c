@@ -154,7 +154,6 @@ sc_status sc_series_find(const sc_ctx *ctx, const sc_yaml *node, const char *key
 {
     enum { WILD_PARTS_MAX = 2 }; /* each more may multiply what is looked through by thousands */
     SC_OWN(globfree) glob_t found = {0};
-    sc_status status = SC_OK;
     int result;
 
     if (count_wild_parts(pattern) > WILD_PARTS_MAX)
@@ -170,17 +169,15 @@ sc_status sc_series_find(const sc_ctx *ctx, const sc_yaml *node, const char *key
     qsort(found.gl_pathv, found.gl_pathc, sizeof *found.gl_pathv, compare_paths);
     SC_PASS(check_numbers(ctx, node, key, found.gl_pathv, found.gl_pathc));
     SC_PASS(sc_series_alloc(ctx, node, found.gl_pathc, job));
-    for (size_t i = 0; i < found.gl_pathc && status == SC_OK; i++) {
-        char *absolute = realpath(found.gl_pathv[i], NULL);
+    for (size_t i = 0; i < found.gl_pathc; i++) {
+        SC_OWN(sc_free_at) char *absolute = realpath(found.gl_pathv[i], NULL);
 
         if (!absolute)
-            status = sc_tell_missing(ctx, node, key, found.gl_pathv[i], errno);
-        else if (strlen(absolute) >= SC_PATH_BYTES)
-            status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
-                                  strlen(absolute), SC_PATH_BYTES);
-        else
-            strcpy(job->phases[i].path, absolute);
-        free(absolute);
+            return sc_tell_missing(ctx, node, key, found.gl_pathv[i], errno);
+        if (strlen(absolute) >= SC_PATH_BYTES)
+            return sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
+                                strlen(absolute), SC_PATH_BYTES);
+        strcpy(job->phases[i].path, absolute);
     }
-    return status;
+    return SC_OK;
 }

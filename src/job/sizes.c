@@ -85,16 +85,13 @@ static sc_status store_whole(const sc_ctx *ctx, const sc_key *key, const sc_yaml
 static sc_status read_size(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     double size[2] = {0};
-    sc_status status = SC_OK;
 
     if (node->kind == SC_YAML_SCALAR)
-        status = read_word(ctx, key, node, size);
+        SC_PASS(read_word(ctx, key, node, size));
     else if (node->kind != SC_YAML_LIST || node->count != 2 ||
              !sc_parse_number(node->items[0], &size[0]) ||
              !sc_parse_number(node->items[1], &size[1]))
-        status = sc_wrong_type(ctx, node, key->type->expected);
-    if (status != SC_OK)
-        return status;
+        return sc_wrong_type(ctx, node, key->type->expected);
     return store_whole(ctx, key, node, 2, size, value);
 }
 

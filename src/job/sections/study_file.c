@@ -44,15 +44,13 @@ static sc_status add_flow(const sc_ctx *ctx, const sc_yaml *node, sc_text *text)
 /* Copy the text of a single value, or write another one in one line. Caller owns *out. */
 static sc_status text_of(const sc_ctx *ctx, const sc_yaml *node, char **out)
 {
-    sc_text text = {0};
-    sc_status status = node->kind == SC_YAML_SCALAR ? sc_text_add(ctx, &text, "%s", node->text)
-                                                    : add_flow(ctx, node, &text);
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
-    if (status == SC_OK)
-        *out = text.data;
-    else
-        sc_text_clear(&text);
-    return status;
+    if (node->kind == SC_YAML_SCALAR)
+        return sc_text_copy(ctx, node->text, out);
+    SC_PASS(add_flow(ctx, node, &text));
+    SC_HAND_OVER(text.data, out);
+    return SC_OK;
 }
 
 /* Copy a path of the study file, which is relative to that file. Caller owns *out. */
@@ -396,18 +394,16 @@ static sc_status resolve_job(const sc_ctx *ctx, const sc_yaml *root, sc_study *s
 {
     const sc_yaml *node = sc_key_node(root, "job");
     SC_OWN(sc_free_at) char *path = NULL;
-    sc_status status = SC_OK;
 
     if (!node || node->kind != SC_YAML_SCALAR || !study->job[0])
         return SC_OK;
+    sc_note_where(node, study->job_where, sizeof study->job_where);
     SC_PASS(path_of(ctx, node, study->job, &path));
     if (strlen(path) >= sizeof study->job)
-        status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
-                              strlen(path), SC_PATH_BYTES);
-    else
-        strcpy(study->job, path);
-    sc_note_where(node, study->job_where, sizeof study->job_where);
-    return status;
+        return sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
+                            strlen(path), SC_PATH_BYTES);
+    strcpy(study->job, path);
+    return SC_OK;
 }
 
 /* After mistakes, remove the axes without values from a study, so that it has cells. */
