@@ -141,9 +141,7 @@ sc_status sc_panel_letter(sc_app *app, sc_panel *panel);
 
 /* ---- panels.c ---- */
 
-/* Make session->panels; those of a comparison have the labels of all subjects. */
-sc_status sc_panels_new(sc_app *app, sc_session *session);
-/* Free them. */
+/* Free session->panels. */
 void sc_panels_free(sc_session *session);
 
 #endif

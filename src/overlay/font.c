@@ -61,7 +61,7 @@ static sc_status no_such_family(const sc_ctx *ctx, const sc_font *font, const ch
     FcPattern *any = FcPatternCreate();
     FcObjectSet *wanted = FcObjectSetBuild(FC_FAMILY, (char *)NULL);
     FcFontSet *list = FcFontList(font->config, any, wanted);
-    sc_text text = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
     size_t count = 0;
     sc_status status = SC_ERR_MEMORY;
 
@@ -82,7 +82,6 @@ static sc_status no_such_family(const sc_ctx *ctx, const sc_font *font, const ch
                          "%s%sthere is no font \"%s\" here; expected a family such as %s", where,
                          where[0] ? ": " : "", family, text.data ? text.data : "sans-serif");
 out:
-    sc_text_clear(&text);
     if (list)
         FcFontSetDestroy(list);
     FcObjectSetDestroy(wanted);

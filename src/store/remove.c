@@ -66,13 +66,12 @@ void sc_store_remove_unfinished(const sc_ctx *ctx, const sc_store *store)
                                ctx->alloc_budget}; /* the job is complete all the same */
     const int fd = open(store->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     char path[SC_FILE_BYTES];
-    sc_text partial = {0};
+    SC_OWN(sc_text_clear) sc_text partial = {0};
 
     remove_segments(ctx, store->directory, &store->data.owned);
     if (store->has_video && sc_video_partial_name(&silent, store->job.video, &partial) == SC_OK &&
         sc_file_lines_has(&store->data.owned, partial.data))
         remove_file(fd, partial.data);
-    sc_text_clear(&partial);
     sc_store_path(store->directory, path, "frames");
     if (sc_file_lines_has(&store->data.owned, SC_OWN_PNG))
         empty_folder(ctx, path, false, 0, false);
