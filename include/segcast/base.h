@@ -269,9 +269,6 @@ SC_MUST_USE sc_status sc_sha256_file(const sc_ctx *ctx, const char *path, char o
 /** The same of a text, which is not empty. */
 SC_MUST_USE sc_status sc_sha256_text(const sc_ctx *ctx, const sc_text *text,
                                      char out[SC_SHA256_BYTES]);
-/** @return a random seed of sc_hash_bytes, for hash tables in memory: nobody can choose names for a
- *  file so that all of them share one slot. */
-uint64_t sc_hash_seed(void);
 
 /** A unit in which lengths are printed. */
 typedef struct sc_length_unit {
