@@ -130,14 +130,12 @@ sc_status measure_cliff(const sc_ctx *ctx, size_t n, const drawing *how, cliff *
     SC_OWN(sc_volume_clear) sc_volume voxels = {0};
     double changes[STEPS_MAX], *depths[2];
     SC_OWN(sc_free_at) void *probes = NULL, *block = NULL;
-    sc_status status;
 
     *out = (cliff){.shape = s.name, .by_noise = by_noise};
-    SC_TRY(sc_alloc(ctx, RAYS, sizeof(probe), &probes));
-    SC_TRY(sc_alloc(ctx, 2 * RAYS, sizeof(double), &block));
-    depths[0] = block;
+    SC_PASS(sc_alloc(ctx, RAYS, sizeof(probe), &probes));
+    SC_PASS(SC_ALLOC(ctx, 2 * RAYS, &depths[0]));
     depths[1] = depths[0] + RAYS;
-    SC_TRY(shape_volume(ctx, &s, how->threads, &voxels));
+    SC_PASS(shape_volume(ctx, &s, how->threads, &voxels));
     for (int i = 0; i <= steps; i++) {
         const double share = (double)i / steps;
 
@@ -145,11 +143,10 @@ sc_status measure_cliff(const sc_ctx *ctx, size_t n, const drawing *how, cliff *
             s.flipped = MOST_NOISE * share;
         else
             drawn.smooth = LEAST_STRENGTH + (MOST_STRENGTH - LEAST_STRENGTH) * share;
-        SC_TRY(probe_shape(ctx, &s, &voxels, &drawn, i > 0, probes, depths[i % 2]));
+        SC_PASS(probe_shape(ctx, &s, &voxels, &drawn, i > 0, probes, depths[i % 2]));
         if (i > 0)
             changes[i - 1] = mean_change(depths[(i - 1) % 2], depths[i % 2]);
     }
     sum_up(changes, steps, out);
-out:
-    return status;
+    return SC_OK;
 }

@@ -82,14 +82,12 @@ static sc_status make_volume(const sc_ctx *ctx, const edge_kind *kind, sc_volume
     SC_OWN(sc_volume_clear)
     sc_volume v = {
         .size = {WIDTH, EDGE, EDGE}, .label_bytes = 1, .label_count = 2, .oriented = true};
-    void *block;
     uint8_t *ids;
 
     for (int i = 0; i < 3; i++)
         v.to_ras_mm.m[i][i] = 1;
     SC_PASS(sc_zalloc(ctx, sc_volume_voxels(&v), 1, &v.ids));
-    SC_PASS(sc_zalloc(ctx, 2, sizeof(sc_label), &block));
-    v.labels = block;
+    SC_PASS(SC_ZALLOC(ctx, 2, &v.labels));
     v.labels[1] = (sc_label){.value = 1, .rgb = {200, 60, 60}, .opacity = -1, .name = "tissue"};
     ids = v.ids;
     for (size_t n = 0; n < sc_volume_voxels(&v); n++) {

@@ -137,18 +137,16 @@ static sc_status make_volume(const sc_ctx *ctx, const line_kind *kind, const pat
                              sc_volume *out)
 {
     const int labels = kind->in_tissue ? 3 : 2;
+    SC_OWN(sc_volume_clear)
     sc_volume v = {.label_bytes = 1, .label_count = labels, .oriented = true};
-    void *block;
     uint8_t *ids;
-    sc_status status;
 
     for (int i = 0; i < 3; i++) {
         v.size[i] = EDGE;
         v.to_ras_mm.m[i][i] = 1;
     }
-    SC_TRY(sc_zalloc(ctx, sc_volume_voxels(&v), 1, &v.ids));
-    SC_TRY(sc_zalloc(ctx, (size_t)labels, sizeof(sc_label), &block));
-    v.labels = block;
+    SC_PASS(sc_zalloc(ctx, sc_volume_voxels(&v), 1, &v.ids));
+    SC_PASS(SC_ZALLOC(ctx, (size_t)labels, &v.labels));
     for (int id = 1; id < labels; id++) {
         v.labels[id] = (sc_label){.value = id, .rgb = {200, (uint8_t)(60 * id), 60}, .opacity = -1};
         strcpy(v.labels[id].name, id == LINE ? "line" : "tissue");
@@ -160,11 +158,8 @@ static sc_status make_volume(const sc_ctx *ctx, const line_kind *kind, const pat
     }
     for (size_t n = 0; n < p->count; n++)
         ids[(p->at[n][2] * EDGE + p->at[n][1]) * EDGE + p->at[n][0]] = LINE;
-    *out = v;
-    v = (sc_volume){0};
-out:
-    sc_volume_clear(&v);
-    return status;
+    SC_HAND_OVER(v, out);
+    return SC_OK;
 }
 
 /* Count the connected parts of the samples that are set, of which there are @p edge along each axis
@@ -204,10 +199,9 @@ static sc_status measure_pieces(const sc_ctx *ctx, const stage *st, survivors *o
     const size_t edge = FINE * (EDGE - 1) + 1, count = edge * edge * edge;
     SC_OWN(sc_free_at) void *samples = NULL, *waiting = NULL;
     uint8_t *set;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, count, 1, &samples));
-    SC_TRY(sc_alloc(ctx, count, sizeof(size_t), &waiting));
+    SC_PASS(sc_zalloc(ctx, count, 1, &samples));
+    SC_PASS(sc_alloc(ctx, count, sizeof(size_t), &waiting));
     set = samples;
     *volume = 0;
     for (size_t n = 0; n < count; n++) {
@@ -222,8 +216,7 @@ static sc_status measure_pieces(const sc_ctx *ctx, const stage *st, survivors *o
     }
     *volume /= FINE * FINE * FINE;
     out->pieces = count_pieces(set, edge, waiting);
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status measure_lines(const sc_ctx *ctx, size_t n, const drawing *how, survivors *out)
@@ -234,16 +227,15 @@ sc_status measure_lines(const sc_ctx *ctx, size_t n, const drawing *how, survivo
     path p = {0};
     double kept = 0, links = 0, drawn;
     SC_OWN(sc_free_at) void *block = NULL;
-    sc_status status;
 
-    SC_TRY(sc_alloc(ctx, 4 * STEPS + 4, sizeof *p.at, &block));
+    SC_PASS(sc_alloc(ctx, 4 * STEPS + 4, sizeof *p.at, &block));
     p.at = block;
     if (kind->at)
         trace(kind, &p);
     else
         scatter(&p);
-    SC_TRY(make_volume(ctx, kind, &p, &volume));
-    SC_TRY(stage_open(ctx, &volume, how, 1, 0.1, &st));
+    SC_PASS(make_volume(ctx, kind, &p, &volume));
+    SC_PASS(stage_open(ctx, &volume, how, 1, 0.1, &st));
     for (size_t i = 0; i < p.count; i++) {
         const sc_vec3 here = {p.at[i][0], p.at[i][1], p.at[i][2]};
 
@@ -258,8 +250,7 @@ sc_status measure_lines(const sc_ctx *ctx, size_t n, const drawing *how, survivo
                        .voxels = kept / (double)p.count,
                        .links = kind->at ? links / (double)(p.count - 1) : NAN,
                        .true_pieces = kind->at ? 1 : (int)p.count};
-    SC_TRY(measure_pieces(ctx, &st, out, &drawn));
+    SC_PASS(measure_pieces(ctx, &st, out, &drawn));
     out->width = kind->at ? sqrt(drawn / p.length) : cbrt(drawn / (double)p.count);
-out:
-    return status;
+    return SC_OK;
 }

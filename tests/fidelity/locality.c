@@ -63,7 +63,6 @@ static sc_status crop(const sc_ctx *ctx, const sc_volume *v, const part *p, sc_v
     const sc_vec3 origin = sc_affine_point(&v->to_ras_mm, corner);
     void *block;
     uint8_t *to;
-    sc_status status;
 
     *out = *v;
     out->ids = out->labels = NULL;
@@ -73,8 +72,8 @@ static sc_status crop(const sc_ctx *ctx, const sc_volume *v, const part *p, sc_v
     out->to_ras_mm.m[0][3] = origin.x;
     out->to_ras_mm.m[1][3] = origin.y;
     out->to_ras_mm.m[2][3] = origin.z;
-    SC_TRY(sc_alloc(ctx, sc_volume_voxels(out), bytes, &out->ids));
-    SC_TRY(sc_alloc(ctx, (size_t)v->label_count, sizeof *v->labels, &block));
+    SC_PASS(sc_alloc(ctx, sc_volume_voxels(out), bytes, &out->ids));
+    SC_PASS(sc_alloc(ctx, (size_t)v->label_count, sizeof *v->labels, &block));
     out->labels = memcpy(block, v->labels, (size_t)v->label_count * sizeof *v->labels);
     to = out->ids;
     for (int z = p->low[2]; z < p->high[2]; z++) {
@@ -86,8 +85,7 @@ static sc_status crop(const sc_ctx *ctx, const sc_volume *v, const part *p, sc_v
             to += (size_t)out->size[0] * bytes;
         }
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 /* A random place between the voxel centres of a part, in voxels: a multiple of 1 / PARTS, so that

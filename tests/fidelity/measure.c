@@ -216,10 +216,9 @@ sc_status measure_volume(const sc_ctx *ctx, const shape *s, const drawing *how, 
 {
     SC_OWN(sc_volume_clear) sc_volume volume = {0};
     SC_OWN(stage_close) stage st = {0};
-    sc_status status;
 
-    SC_TRY(shape_volume(ctx, s, how->threads, &volume));
-    SC_TRY(stage_open(ctx, &volume, how, 1.12 / 1.5, 0.05 * fmin(1, s->unit_mm), &st));
+    SC_PASS(shape_volume(ctx, s, how->threads, &volume));
+    SC_PASS(stage_open(ctx, &volume, how, 1.12 / 1.5, 0.05 * fmin(1, s->unit_mm), &st));
     measure_hits(&st, s, out);
     measure_owners(&st, s, out);
     measure_kept(&st, s, out);
@@ -227,6 +226,5 @@ sc_status measure_volume(const sc_ctx *ctx, const shape *s, const drawing *how, 
     out->gaps = s->radius > 0 ? 0 : -1;
     for (int i = 0; i < 3600 && s->radius > 0; i++)
         out->gaps += owner_at(&st, shape_middle(s, i / 3600.0)) != 1;
-out:
-    return status;
+    return SC_OK;
 }

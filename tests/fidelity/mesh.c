@@ -310,41 +310,32 @@ sc_status mesh_read(const sc_ctx *ctx, const char *path, mesh *m)
 {
     SC_OWN(sc_free_at) char *data = NULL;
     size_t bytes = 0;
-    sc_status status;
 
-    SC_TRY(sc_file_read(ctx, path, MESH_MAX_BYTES, &data, &bytes));
+    SC_PASS(sc_file_read(ctx, path, MESH_MAX_BYTES, &data, &bytes));
     if (bytes >= 4 && !memcmp(data, "ply", 3))
-        SC_TRY(read_ply(ctx, (ply){.at = data, .end = data + bytes}, m));
+        SC_PASS(read_ply(ctx, (ply){.at = data, .end = data + bytes}, m));
     else
-        SC_TRY(read_stl(ctx, data, bytes, m));
-out:
-    return status;
+        SC_PASS(read_stl(ctx, data, bytes, m));
+    return SC_OK;
 }
 
 sc_status measure_mesh(const sc_ctx *ctx, const shape *s, const char *path, fidelity *out)
 {
-    mesh m = {0};
-    double *areas = NULL, volume;
+    SC_OWN(mesh_free) mesh m = {0};
+    SC_OWN(sc_free_at) double *areas = NULL;
     errors e = {0};
-    sc_status status;
+    double volume;
 
     *out = (fidelity){.volume_kept = 0, .owner_errors = NAN, .silhouette = NAN, .gaps = -1};
-    SC_TRY(mesh_read(ctx, path, &m));
+    SC_PASS(mesh_read(ctx, path, &m));
     if (!m.triangle_count) { /* smoothing has removed the whole mesh */
         out->position_rms = out->position_95 = out->position_max = out->normal_rms = NAN;
-        goto out;
+        return SC_OK;
     }
-    areas = malloc(m.triangle_count * sizeof *areas);
-    if (!areas) {
-        status = sc_fail(ctx, SC_ERR_MEMORY, "no memory for %zu triangles", m.triangle_count);
-        goto out;
-    }
+    SC_PASS(SC_ALLOC(ctx, m.triangle_count, &areas));
     volume = finish_mesh(&m, areas);
     sample_mesh(s, &m, areas, volume < 0 ? -1 : 1, &e);
     errors_finish(&e, out);
     out->volume_kept = fabs(volume) / s->volume;
-out:
-    free(areas);
-    mesh_free(&m);
-    return status;
+    return SC_OK;
 }

@@ -131,21 +131,19 @@ static sc_status copy_resampled(const sc_ctx *ctx, const sc_volume *volume, cons
     const size_t label_bytes = (size_t)volume->label_count * sizeof *volume->labels;
     sc_drawn_grid grid;
     void *block;
-    sc_status status;
 
     *out = *volume;
     out->ids = out->labels = NULL;
     out->table = out->absent = out->outside = (sc_label_table){0}; /* not needed here */
-    SC_TRY(sc_alloc(ctx, bytes, 1, &out->ids));
+    SC_PASS(sc_alloc(ctx, bytes, 1, &out->ids));
     memcpy(out->ids, volume->ids, bytes);
-    SC_TRY(sc_alloc(ctx, label_bytes, 1, &block));
+    SC_PASS(sc_alloc(ctx, label_bytes, 1, &block));
     out->labels = memcpy(block, volume->labels, label_bytes);
     if (how->resample) {
-        SC_TRY(sc_find_drawn_grid(ctx, out, how->threads, &grid));
-        SC_TRY(sc_resample(ctx, out, &grid, how->threads));
+        SC_PASS(sc_find_drawn_grid(ctx, out, how->threads, &grid));
+        SC_PASS(sc_resample(ctx, out, &grid, how->threads));
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status stage_open(const sc_ctx *ctx, const sc_volume *volume, const drawing *how, double reach,
@@ -157,7 +155,6 @@ sc_status stage_open(const sc_ctx *ctx, const sc_volume *volume, const drawing *
     SC_OWN(sc_volume_clear) sc_volume resampled = {0};
     sc_preparation *preparation = NULL;
     SC_OWN(sc_free_at) uint8_t *show = NULL;
-    void *block;
     size_t bytes;
     sc_status status;
 
@@ -169,10 +166,8 @@ sc_status stage_open(const sc_ctx *ctx, const sc_volume *volume, const drawing *
     SC_TRY(sc_alloc(ctx, bytes, 1, &st->block));
     sc_preparation_pack(preparation, st->block);
     SC_TRY(sc_prepared_view(ctx, st->block, bytes, &st->volume));
-    SC_TRY(sc_zalloc(ctx, labels, 1, &block));
-    show = block;
-    SC_TRY(sc_zalloc(ctx, labels, sizeof *st->tissues, &block));
-    st->tissues = block;
+    SC_TRY(SC_ZALLOC(ctx, labels, &show));
+    SC_TRY(SC_ZALLOC(ctx, labels, &st->tissues));
     for (size_t id = 0; id < labels; id++) {
         show[id] = id ? SC_SHOW_BOUNDARY : 0;
         st->tissues[id] = (sc_march_tissue){.boundary_alpha = 1,

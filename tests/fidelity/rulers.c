@@ -6,10 +6,9 @@ sc_status print_wobble(const sc_ctx *ctx, const ruling *r)
 {
     SC_OWN(sc_volume_clear) sc_volume volume = {0};
     wobble w;
-    sc_status status;
 
-    SC_TRY(sc_volume_read(ctx, r->path, &volume));
-    SC_TRY(measure_wobble(ctx, &volume, &r->how, &w));
+    SC_PASS(sc_volume_read(ctx, r->path, &volume));
+    SC_PASS(measure_wobble(ctx, &volume, &r->how, &w));
     if (r->json) {
         printf("{\"schema\": \"segcast-wobble-1\", ");
         print_value("outline_voxels", w.outline, false);
@@ -22,14 +21,11 @@ sc_status print_wobble(const sc_ctx *ctx, const ruling *r)
         printf("outline %.3f voxels (%zu points); seams %.3f voxels (%zu points, %zu pairs)\n",
                w.outline, w.outline_points, w.seam, w.seam_points, w.pairs);
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status print_lines(const sc_ctx *ctx, const ruling *r)
 {
-    sc_status status = SC_OK;
-
     if (r->json)
         printf("{\"schema\": \"segcast-lines-1\", \"lines\": [\n");
     else
@@ -37,7 +33,7 @@ sc_status print_lines(const sc_ctx *ctx, const ruling *r)
     for (size_t n = 0; n < line_count(); n++) {
         survivors s;
 
-        SC_TRY(measure_lines(ctx, n, &r->how, &s));
+        SC_PASS(measure_lines(ctx, n, &r->how, &s));
         if (r->json) {
             printf("%s  {\"lines\": \"%s\", ", n ? ",\n" : "", s.name);
             print_value("voxels_share", s.voxels, false);
@@ -53,14 +49,11 @@ sc_status print_lines(const sc_ctx *ctx, const ruling *r)
     }
     if (r->json)
         printf("\n]}\n");
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status print_edges(const sc_ctx *ctx, const ruling *r)
 {
-    sc_status status = SC_OK;
-
     if (r->json)
         printf("{\"schema\": \"segcast-edges-1\", \"edges\": [\n");
     else
@@ -68,7 +61,7 @@ sc_status print_edges(const sc_ctx *ctx, const ruling *r)
     for (size_t n = 0; n < edge_count(); n++) {
         sharp_edge e;
 
-        SC_TRY(measure_edge(ctx, n, &r->how, &e));
+        SC_PASS(measure_edge(ctx, n, &r->how, &e));
         if (r->json) {
             printf("%s  {\"edge\": \"%s\", ", n ? ",\n" : "", e.name);
             print_value("retreat_voxels", e.retreat, false);
@@ -81,18 +74,16 @@ sc_status print_edges(const sc_ctx *ctx, const ruling *r)
     }
     if (r->json)
         printf("\n]}\n");
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status print_locality(const sc_ctx *ctx, const ruling *r)
 {
     SC_OWN(sc_volume_clear) sc_volume volume = {0};
     locality l;
-    sc_status status;
 
-    SC_TRY(sc_volume_read(ctx, r->path, &volume));
-    SC_TRY(measure_locality(ctx, &volume, &r->how, r->halo, &l));
+    SC_PASS(sc_volume_read(ctx, r->path, &volume));
+    SC_PASS(measure_locality(ctx, &volume, &r->how, r->halo, &l));
     if (r->json) {
         printf("{\"schema\": \"segcast-locality-1\", ");
         print_value("halo_voxels", r->halo, false);
@@ -106,14 +97,11 @@ sc_status print_locality(const sc_ctx *ctx, const ruling *r)
         printf("%d crops, halo %d: %.0f of %.0f points and %.0f of %.0f rays differ\n", l.crops,
                r->halo, l.points_off, l.points, l.rays_off, l.rays);
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status print_cliffs(const sc_ctx *ctx, const ruling *r)
 {
-    sc_status status = SC_OK;
-
     if (r->json)
         printf("{\"schema\": \"segcast-cliffs-1\", \"cliffs\": [\n");
     else
@@ -123,7 +111,7 @@ sc_status print_cliffs(const sc_ctx *ctx, const ruling *r)
         cliff c;
         const char *what;
 
-        SC_TRY(measure_cliff(ctx, n, &r->how, &c));
+        SC_PASS(measure_cliff(ctx, n, &r->how, &c));
         what = c.by_noise ? "noise" : "strength";
         if (r->json) {
             printf("%s  {\"shape\": \"%s\", \"changing\": \"%s\", ", n ? ",\n" : "", c.shape, what);
@@ -141,6 +129,5 @@ sc_status print_cliffs(const sc_ctx *ctx, const ruling *r)
     }
     if (r->json)
         printf("\n]}\n");
-out:
-    return status;
+    return SC_OK;
 }

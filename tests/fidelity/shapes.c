@@ -175,12 +175,12 @@ static bool is_at_border(const sc_volume *v, int x, int y, int z)
 
 sc_status flip_voxels(const sc_ctx *ctx, sc_volume *v, double share)
 {
-    uint8_t *ids = v->ids, *flip = NULL;
+    SC_OWN(sc_free_at) uint8_t *flip = NULL;
+    uint8_t *ids = v->ids;
     uint64_t seed = 31;
     size_t at = 0;
-    sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, sc_volume_voxels(v), 1, (void **)&flip));
+    SC_PASS(SC_ZALLOC(ctx, sc_volume_voxels(v), &flip));
     for (int z = 0; z < v->size[2]; z++) {
         for (int y = 0; y < v->size[1]; y++) {
             for (int x = 0; x < v->size[0]; x++, at++)
@@ -189,9 +189,7 @@ sc_status flip_voxels(const sc_ctx *ctx, sc_volume *v, double share)
     }
     for (size_t i = 0; i < at; i++)
         ids[i] ^= flip[i];
-out:
-    sc_free(flip);
-    return status;
+    return SC_OK;
 }
 
 /* Set the labels of @p v to those of @p coarse, each of whose voxels becomes @p copied of them
@@ -215,26 +213,22 @@ sc_status shape_volume(const sc_ctx *ctx, const shape *s, int threads, sc_volume
 {
     SC_OWN(sc_volume_clear) sc_volume v = {.label_bytes = 1, .label_count = 2, .oriented = true};
     SC_OWN(sc_volume_clear) sc_volume coarse = {.label_bytes = 1};
-    void *user[2] = {&coarse, (void *)(uintptr_t)s}, *block;
-    sc_status status;
+    void *user[2] = {&coarse, (void *)(uintptr_t)s};
 
     memcpy(v.size, s->size, sizeof v.size);
     for (int i = 0; i < 3; i++)
         coarse.size[i] = s->size[i] / s->copied;
-    SC_TRY(sc_alloc(ctx, sc_volume_voxels(&v), 1, &v.ids));
-    SC_TRY(sc_alloc(ctx, sc_volume_voxels(&coarse), 1, &coarse.ids));
-    SC_TRY(sc_zalloc(ctx, 2, sizeof(sc_label), &block));
-    v.labels = block;
+    SC_PASS(sc_alloc(ctx, sc_volume_voxels(&v), 1, &v.ids));
+    SC_PASS(sc_alloc(ctx, sc_volume_voxels(&coarse), 1, &coarse.ids));
+    SC_PASS(SC_ZALLOC(ctx, 2, &v.labels));
     v.labels[1] = (sc_label){.value = 1, .rgb = {200, 80, 60}, .opacity = -1};
     strcpy(v.labels[1].name, s->name);
     for (int i = 0; i < 3; i++)
         v.to_ras_mm.m[i][i] = i == 2 ? s->slice_mm : 1;
     sc_parallel_for(threads, (size_t)coarse.size[2], 1, fill_layers, user);
     if (s->flipped > 0)
-        SC_TRY(flip_voxels(ctx, &coarse, s->flipped));
+        SC_PASS(flip_voxels(ctx, &coarse, s->flipped));
     copy_up(&coarse, s->copied, &v);
-    *out = v;
-    v = (sc_volume){0};
-out:
-    return status;
+    SC_HAND_OVER(v, out);
+    return SC_OK;
 }

@@ -176,31 +176,26 @@ sc_status skin_volume(const sc_ctx *ctx, const skin *k, int variant, sc_volume *
 {
     static const char *const names[] = {"", "one side", "other side", "skin"};
     const uint64_t seed = 1000 + 17 * (uint64_t)variant;
+    SC_OWN(sc_volume_clear)
     sc_volume v = {.label_bytes = 1, .label_count = SKIN + 1, .oriented = true};
-    void *block = NULL, *flags = NULL;
-    sc_status status;
+    SC_OWN(sc_free_at) uint8_t *flags = NULL;
 
     for (int i = 0; i < 3; i++) {
         v.size[i] = 2 * (int)(HALF_MM * k->scale / k->spacing[i]) + 1;
         v.to_ras_mm.m[i][i] = k->spacing[i];
         v.to_ras_mm.m[i][3] = -(v.size[i] / 2 + 0.23 * (i + 1)) * k->spacing[i];
     }
-    SC_TRY(sc_alloc(ctx, sc_volume_voxels(&v), 1, &v.ids));
-    SC_TRY(sc_zalloc(ctx, sc_volume_voxels(&v), 2, &flags));
-    SC_TRY(sc_zalloc(ctx, SKIN + 1, sizeof(sc_label), &block));
-    v.labels = block;
+    SC_PASS(sc_alloc(ctx, sc_volume_voxels(&v), 1, &v.ids));
+    SC_PASS(SC_ZALLOC(ctx, 2 * sc_volume_voxels(&v), &flags));
+    SC_PASS(SC_ZALLOC(ctx, SKIN + 1, &v.labels));
     for (int id = 1; id <= SKIN; id++) {
         v.labels[id] = (sc_label){.value = id, .rgb = {200, (uint8_t)(60 * id), 60}, .opacity = -1};
         strcpy(v.labels[id].name, names[id]);
     }
     fill_body(k, seed, &v);
     add_skin(k, seed, &v, flags);
-    *out = v;
-    v = (sc_volume){0};
-out:
-    sc_free(flags);
-    sc_volume_clear(&v);
-    return status;
+    SC_HAND_OVER(v, out);
+    return SC_OK;
 }
 
 /* What a line passes through on its way from voxel to voxel. */
@@ -291,10 +286,9 @@ sc_status count_leaks(const sc_ctx *ctx, const sc_volume *volume, int id, const 
     SC_OWN(stage_close) stage st = {0};
     leak_work w = {.st = &st, .id = id};
     SC_OWN(sc_free_at) void *block = NULL;
-    sc_status status;
 
-    SC_TRY(stage_open(ctx, volume, how, reach, 0.1, &st));
-    SC_TRY(sc_zalloc(ctx, batches, sizeof *w.batches, &block));
+    SC_PASS(stage_open(ctx, volume, how, reach, 0.1, &st));
+    SC_PASS(sc_zalloc(ctx, batches, sizeof *w.batches, &block));
     w.batches = block;
     sc_parallel_for(how->threads, batches, 8, leak_batches, &w);
     for (size_t n = 0; n < batches; n++) {
@@ -303,22 +297,17 @@ sc_status count_leaks(const sc_ctx *ctx, const sc_volume *volume, int id, const 
         out->hits += w.batches[n].hits;
         out->leaking += w.batches[n].leaking;
     }
-out:
-    return status;
+    return SC_OK;
 }
 
 sc_status measure_skin(const sc_ctx *ctx, const skin *k, const drawing *how, size_t rays,
                        leaks *out)
 {
-    sc_volume volume = {0};
-    sc_status status = SC_OK;
-
     for (int n = 0; n < SKIN_VARIANTS; n++) {
-        SC_TRY(skin_volume(ctx, k, n, &volume));
-        SC_TRY(count_leaks(ctx, &volume, SKIN, how, REACH, rays / SKIN_VARIANTS, out));
-        sc_volume_clear(&volume);
+        SC_OWN(sc_volume_clear) sc_volume volume = {0};
+
+        SC_PASS(skin_volume(ctx, k, n, &volume));
+        SC_PASS(count_leaks(ctx, &volume, SKIN, how, REACH, rays / SKIN_VARIANTS, out));
     }
-out:
-    sc_volume_clear(&volume);
-    return status;
+    return SC_OK;
 }

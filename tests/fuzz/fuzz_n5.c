@@ -3,17 +3,11 @@
  * the level, a NUL byte, and its first block. */
 #include "volume.h"
 
-#include <sys/stat.h>
-
 int LLVMFuzzerInitialize(int *argc, char ***argv)
 {
     static const char *const directories[] = {"store", "store/s0", "store/s0/0", "store/s0/0/0"};
 
-    for (size_t i = 0; i < SC_COUNT_OF(directories); i++) {
-        const char *path = fuzz_path(directories[i]);
-
-        FUZZ_CHECK(!mkdir(path, 0777));
-    }
+    fuzz_make_directories(directories, SC_COUNT_OF(directories));
     return 0;
 }
 

@@ -17,12 +17,11 @@ static void use(const sc_options *options, const char *const *environment)
                                     .defaults = options->defaults,
                                     .default_count = options->default_count,
                                     .environment = environment};
-    sc_job job = {0};
+    SC_OWN(sc_job_clear) sc_job job = {0};
     int *frames, count;
 
     if (sc_job_load(&fuzz_ctx, &sources, &job) == SC_OK)
         FUZZ_CHECK(job.volume[0]);
-    sc_job_clear(&job);
     if (options->frames &&
         sc_frames_parse(&fuzz_ctx, options->frames, 1000, &frames, &count) == SC_OK) {
         FUZZ_CHECK(count > 0 && count <= 1000);

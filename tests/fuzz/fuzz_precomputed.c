@@ -4,17 +4,11 @@
  * 8 voxels, which is also the only shard. */
 #include "volume.h"
 
-#include <sys/stat.h>
-
 int LLVMFuzzerInitialize(int *argc, char ***argv)
 {
     static const char *const directories[] = {"volume", "volume/s", "volume/names"};
 
-    for (size_t i = 0; i < SC_COUNT_OF(directories); i++) {
-        const char *path = fuzz_path(directories[i]);
-
-        FUZZ_CHECK(!mkdir(path, 0777));
-    }
+    fuzz_make_directories(directories, SC_COUNT_OF(directories));
     return 0;
 }
 

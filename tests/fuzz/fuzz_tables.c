@@ -48,6 +48,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     read_values(path);
     for (int format = SC_TABLE_AUTO; format <= SC_TABLE_JSON; format++) {
         SC_OWN(sc_label_table_clear) sc_label_table table = {0};
+        SC_OWN(sc_volume_clear)
         sc_volume volume = {.size = {1, 1, 1}, .label_bytes = 1, .label_count = 1};
         const sc_status status =
             sc_label_table_read(&fuzz_ctx, path, (sc_table_format)format, &table);
@@ -64,7 +65,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             if (sc_volume_add_labels(&fuzz_ctx, &volume, &table) == SC_OK)
                 fuzz_check_labels(&volume);
         }
-        sc_volume_clear(&volume);
     }
     return 0;
 }

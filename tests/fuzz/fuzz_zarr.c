@@ -4,24 +4,13 @@
  * those of version 3. */
 #include "volume.h"
 
-#include <sys/stat.h>
-
-/* Make the directory @p name in that of this process. */
-static void make_directory(const char *name)
-{
-    const char *path = fuzz_path(name);
-
-    FUZZ_CHECK(!mkdir(path, 0777));
-}
-
 int LLVMFuzzerInitialize(int *argc, char ***argv)
 {
     static const char *const directories[] = {"store", "store/0", "store/0/c", "store/0/c/0",
                                               "store/0/c/0/0"};
     static const char group[] = "{\"zarr_format\": 2}";
 
-    for (size_t i = 0; i < SC_COUNT_OF(directories); i++)
-        make_directory(directories[i]);
+    fuzz_make_directories(directories, SC_COUNT_OF(directories));
     (void)fuzz_write("store/.zgroup", group, sizeof group - 1);
     return 0;
 }

@@ -7,6 +7,8 @@
 #include "fuzz.h"
 #include "segcast/grey.h"
 
+#include <sys/stat.h>
+
 /* Labels are as volume.h promises: background, then rising values; names are UTF-8. */
 static inline void fuzz_check_labels(const sc_volume *v)
 {
@@ -80,6 +82,16 @@ static inline void fuzz_volume(const char *name, const uint8_t *data, size_t siz
 
     fuzz_read_volume(path);
     fuzz_read_grey(path);
+}
+
+/* Make the directories of an input that is one, in that of this process. */
+static inline void fuzz_make_directories(const char *const *names, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        const char *path = fuzz_path(names[i]);
+
+        FUZZ_CHECK(!mkdir(path, 0777));
+    }
 }
 
 /* Define a target whose inputs are files named @p input; beside them lie files of the names that

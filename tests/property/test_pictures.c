@@ -10,14 +10,13 @@
 
 static sc_image front_picture(sc_volume volume)
 {
-    small_scene s = make_scene(volume, 0.7);
+    SC_OWN(free_scene) small_scene s = make_scene(volume, 0.7);
     sc_scene scene;
     sc_image image;
 
     s.settings.samples = 2;
     scene = front_view(&s);
     image = draw_view(&s, &scene, NULL);
-    free_scene(&s);
     return image;
 }
 
@@ -35,7 +34,7 @@ static void expect_alike(const sc_image *a, const sc_image *b, double rms)
  * that colour, and compare. @param change its samples, everywhere and depth cue are set. */
 static void expect_over(sc_render_settings change, const uint8_t behind[3], int largest, double rms)
 {
-    small_scene s = make_scene(small_phantom(), 0.5);
+    SC_OWN(free_scene) small_scene s = make_scene(small_phantom(), 0.5);
     sc_scene scene;
     SC_OWN(sc_image_clear) sc_image clear = {0}, opaque = {0};
     image_difference d;
@@ -64,7 +63,6 @@ static void expect_over(sc_render_settings change, const uint8_t behind[3], int 
     assert_true(compare_images(&clear, &opaque, &d));
     if (d.largest > largest || d.rms > rms)
         fail_msg("laid over a colour it differs: rms %.3f, largest %d", d.rms, d.largest);
-    free_scene(&s);
 }
 
 /* A transparent picture shows any background as if it had been drawn with it, without a rim of
@@ -133,10 +131,10 @@ TEST(all_orders_of_the_axes_give_the_same_picture)
     SC_OWN(sc_image_clear) sc_image first = front_picture(stored_along(&original, orders[0], 0));
 
     for (int i = 1; i < 48; i += 5) {
+        SC_OWN(sc_image_clear)
         sc_image other = front_picture(stored_along(&original, orders[i / 8], i % 8));
 
         expect_alike(&first, &other, 0.6); /* rounding may move a sample into the next voxel */
-        sc_image_clear(&other);
     }
 }
 
@@ -191,7 +189,7 @@ static double difference_rms(const sc_image *a, const sc_image *b)
 TEST(thick_slices_look_like_the_fine_volume)
 {
     static const int sizes[3][3] = {{120, 84, 124}, {120, 84, 62}, {60, 42, 62}};
-    sc_phantom *phantom;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
     sc_volume flat;
     sc_image images[3], squashed;
 
@@ -207,7 +205,6 @@ TEST(thick_slices_look_like_the_fine_volume)
     squashed = front_picture(flat);
     assert_true(difference_rms(&images[1], &images[0]) < difference_rms(&images[2], &images[0]));
     assert_true(3 * difference_rms(&images[1], &images[0]) < difference_rms(&squashed, &images[0]));
-    sc_phantom_free(phantom);
     for (int i = 0; i < 3; i++)
         sc_image_clear(&images[i]);
     sc_image_clear(&squashed);
@@ -225,7 +222,7 @@ static size_t covered(const sc_image *image)
 /* A clip plane that moves through the heart removes more with every frame. */
 TEST(a_sweep_removes_more_with_every_frame)
 {
-    small_scene s = make_scene(small_phantom(), 1);
+    SC_OWN(free_scene) small_scene s = make_scene(small_phantom(), 1);
     sc_animation a = {0};
     sc_renderer *r;
     sc_timeline t;
@@ -250,7 +247,6 @@ TEST(a_sweep_removes_more_with_every_frame)
         last = now;
     }
     assert_true(last < 60);
-    free_scene(&s);
 }
 
 /* A quarter turn of the camera gives the same picture as a quarter turn of the patient. */
@@ -292,7 +288,7 @@ TEST(a_quarter_turn_equals_permuted_axes)
  * every skip method. */
 TEST(counts_of_pixels_add_up_to_the_frame)
 {
-    small_scene s = make_scene(small_phantom(), 0.7);
+    SC_OWN(free_scene) small_scene s = make_scene(small_phantom(), 0.7);
     const sc_scene scene = front_view(&s);
     const size_t pixels = (size_t)s.settings.width_px * (size_t)s.settings.height_px;
     SC_OWN(sc_free_at) sc_march_counters *counts = NULL;
@@ -322,7 +318,6 @@ TEST(counts_of_pixels_add_up_to_the_frame)
         assert_int_equal(stats.counters.contributions, frame.counters.contributions);
         sc_renderer_free(r);
     }
-    free_scene(&s);
 }
 
 /* A frame with a clip plane in which tissues have faded to different degrees, two of them to
@@ -366,7 +361,7 @@ TEST(faded_pictures_do_not_depend_on_the_way_they_are_drawn)
     float factors[64];
 
     for (int local = 0; local < 2; local++) {
-        small_scene s = make_scene(small_phantom(), 0.8);
+        SC_OWN(free_scene) small_scene s = make_scene(small_phantom(), 0.8);
         sc_scene scene = faded_view(&s, factors);
         SC_OWN(sc_image_clear) sc_image first = {0};
 
@@ -377,7 +372,6 @@ TEST(faded_pictures_do_not_depend_on_the_way_they_are_drawn)
         s.settings.skip = SC_SKIP_NONE;
         first = draw_view(&s, &scene, NULL);
         expect_same_by_all_ways(&s, &scene, &first);
-        free_scene(&s);
     }
 }
 
@@ -402,7 +396,7 @@ TEST(moved_pictures_do_not_depend_on_the_way_they_are_drawn)
     sc_vec3 offsets_mm[64];
 
     for (int fades = 0; fades < 2; fades++) {
-        small_scene s = make_scene(small_phantom(), fades ? 0.5 : 1);
+        SC_OWN(free_scene) small_scene s = make_scene(small_phantom(), fades ? 0.5 : 1);
         sc_scene scene = fades ? faded_view(&s, factors) : front_view(&s);
         sc_image still = draw_view(&s, &scene, NULL), first;
         image_difference d;
@@ -421,7 +415,6 @@ TEST(moved_pictures_do_not_depend_on_the_way_they_are_drawn)
         expect_same_by_all_ways(&s, &scene, &first);
         sc_image_clear(&still);
         sc_image_clear(&first);
-        free_scene(&s);
     }
 }
 
@@ -437,11 +430,9 @@ static sc_volume four_balls(const int moved[4])
                    .label_count = 4,
                    .oriented = true,
                    .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
-    void *block;
 
     assert_ok(sc_zalloc(&quiet, (size_t)size[0] * (size_t)size[1] * (size_t)size[2], 1, &v.ids));
-    assert_ok(sc_zalloc(&quiet, 4, sizeof(sc_label), &block));
-    v.labels = block;
+    assert_ok(SC_ZALLOC(&quiet, 4, &v.labels));
     for (int id = 0; id < 4; id++) {
         v.labels[id].value = id;
         v.labels[id].rgb[0] = (uint8_t)(80 * id);
@@ -468,8 +459,8 @@ TEST(moved_tissues_look_as_if_they_stood_there)
     static const int moved[4] = {0, 0, -16, 0}, nowhere[4] = {0};
 
     for (int c = 0; c < 4; c++) {
-        small_scene there = make_scene(four_balls(moved), c & 1 ? 0.4 : 1);
-        small_scene here = make_scene(four_balls(nowhere), c & 1 ? 0.4 : 1);
+        SC_OWN(free_scene) small_scene there = make_scene(four_balls(moved), c & 1 ? 0.4 : 1);
+        SC_OWN(free_scene) small_scene here = make_scene(four_balls(nowhere), c & 1 ? 0.4 : 1);
         sc_scene scene = front_view(&there);
         sc_vec3 offsets_mm[4] = {{0, 0, 0}};
         SC_OWN(sc_image_clear) sc_image expected = {0}, drawn = {0};
@@ -486,8 +477,6 @@ TEST(moved_tissues_look_as_if_they_stood_there)
         scene.offsets_mm = offsets_mm;
         drawn = draw_view(&here, &scene, NULL);
         expect_alike(&expected, &drawn, 0.6);
-        free_scene(&there);
-        free_scene(&here);
     }
 }
 
@@ -495,7 +484,7 @@ TEST(moved_tissues_look_as_if_they_stood_there)
  * are not shown, but for the rounding of the occlusion. Factors of 1 change nothing at all. */
 TEST(what_has_faded_leaves_no_trace)
 {
-    small_scene s = make_scene(small_phantom(), 0.8);
+    SC_OWN(free_scene) small_scene s = make_scene(small_phantom(), 0.8);
     float factors[64];
     sc_scene scene = faded_view(&s, factors);
     sc_renderer *r;
@@ -522,7 +511,6 @@ TEST(what_has_faded_leaves_no_trace)
         assert_int_equal(of_faded.counters.contributions, of_hidden.counters.contributions);
     assert_true(difference_rms(&full, &faded) > 10);
     sc_renderer_free(r);
-    free_scene(&s);
 }
 
 /* Two balls that meet in a groove, which a layer fills; it is thin along its rims, and can be left

@@ -16,14 +16,25 @@ typedef struct small_scene {
     sc_render_settings settings;
 } small_scene;
 
+/* The three levels of a pixel of a picture without alpha. */
+static inline const uint8_t *pixel(const sc_image *image, int x, int y)
+{
+    return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
+}
+
+/* A ball with a radius of 15 in the middle of 41 voxels, for shape_volume. */
+static inline int large_ball(double x, double y, double z)
+{
+    return (x - 20) * (x - 20) + (y - 20) * (y - 20) + (z - 20) * (z - 20) < 225;
+}
+
 static inline sc_volume phantom_of(const int size[3])
 {
-    sc_phantom *phantom;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
     sc_volume volume;
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, &volume));
-    sc_phantom_free(phantom);
     return volume;
 }
 

@@ -14,12 +14,10 @@ static inline sc_volume shape_volume(const int size[3], const double spacing_mm[
                    .label_bytes = label_bytes,
                    .label_count = label_count,
                    .oriented = true};
-    void *block;
     size_t n = 0;
 
     assert_ok(sc_alloc(&quiet, sc_volume_voxels(&v), (size_t)label_bytes, &v.ids));
-    assert_ok(sc_zalloc(&quiet, (size_t)label_count, sizeof(sc_label), &block));
-    v.labels = block;
+    assert_ok(SC_ZALLOC(&quiet, (size_t)label_count, &v.labels));
     for (int i = 0; i < label_count; i++) {
         v.labels[i].value = 3 * i;
         v.labels[i].opacity = -1;

@@ -84,7 +84,7 @@ static void expect_opacity(double spacing_mm, double place, double opacity)
 {
     static uint16_t codes[VOXELS];
     const sc_grey grey = even_grey(spacing_mm, (uint16_t)(4000 * place), codes);
-    small_scene s = ball_scene(1);
+    SC_OWN(free_scene) small_scene s = ball_scene(1);
     const sc_scene scene = from_front();
     SC_OWN(sc_image_clear) sc_image image = {0};
 
@@ -93,7 +93,6 @@ static void expect_opacity(double spacing_mm, double place, double opacity)
     image = draw_view(&s, &scene, NULL);
     assert_near(pixel_at(&image, &scene, 8, 8)[0], level_of(tone_of(place, opacity, 30)), 1);
     assert_int_equal(pixel_at(&image, &scene, 2, 20)[0], 0);
-    free_scene(&s);
 }
 
 TEST(the_opacity_is_that_of_ten_millimetres_whatever_the_voxels)
@@ -112,7 +111,7 @@ TEST(planes_cut_the_backdrop)
     const sc_grey grey = even_grey(1, 4000, codes);
 
     for (int n = 0; n < 3; n++) {
-        small_scene s = ball_scene(1);
+        SC_OWN(free_scene) small_scene s = ball_scene(1);
         sc_scene scene = from_front();
         SC_OWN(sc_image_clear) sc_image image = {0};
         double left_mm[3] = {20, 12, 30 - 12}; /* one plane; what two keep; all but a slab */
@@ -130,7 +129,6 @@ TEST(planes_cut_the_backdrop)
         s.settings.grey_look = (sc_grey_look){{2000, 4000}, 0, 0, 0.2};
         image = draw_view(&s, &scene, NULL);
         assert_near(pixel_at(&image, &scene, 8, 8)[1], level_of(tone_of(1, 0.2, left_mm[n])), 1);
-        free_scene(&s);
     }
 }
 
@@ -142,7 +140,7 @@ TEST(tissues_stand_before_the_backdrop)
     const sc_grey grey = even_grey(1, 4000, codes);
 
     for (int n = 0; n < 2; n++) {
-        small_scene s = ball_scene(n ? 0.3 : 1);
+        SC_OWN(free_scene) small_scene s = ball_scene(n ? 0.3 : 1);
         sc_scene scene = from_front();
         sc_image without = draw_view(&s, &scene, NULL), with, none;
         const uint8_t *a = pixel_at(&without, &scene, 20, 20), *b;
@@ -164,7 +162,6 @@ TEST(tissues_stand_before_the_backdrop)
         sc_image_clear(&with);
         sc_image_clear(&none);
         sc_image_clear(&without);
-        free_scene(&s);
     }
 }
 
@@ -176,7 +173,7 @@ TEST(a_transparent_picture_is_covered_by_the_backdrop)
     int covers[2];
 
     for (int cue = 0; cue < 2; cue++) {
-        small_scene s = ball_scene(1);
+        SC_OWN(free_scene) small_scene s = ball_scene(1);
         const sc_scene scene = from_front();
         SC_OWN(sc_image_clear) sc_image image = {0};
 
@@ -187,7 +184,6 @@ TEST(a_transparent_picture_is_covered_by_the_backdrop)
         image = draw_view(&s, &scene, NULL);
         assert_near(pixel_at(&image, &scene, 8, 8)[0], 255, 1);
         covers[cue] = pixel_at(&image, &scene, 8, 8)[3];
-        free_scene(&s);
     }
     assert_near(covers[0], 255 * tone_of(1, 0.2, 30), 1);
     assert_true(covers[1] < covers[0] - 40 && covers[1] > 10);
@@ -217,7 +213,7 @@ TEST(all_ways_to_draw_give_the_same_bits)
     uint64_t seed = 7;
 
     for (int n = 0; n < 16; n++) {
-        small_scene s = ball_scene(n & 1 ? 0.3 : 1);
+        SC_OWN(free_scene) small_scene s = ball_scene(n & 1 ? 0.3 : 1);
         sc_scene scene = from_front();
         sc_grey grey = {
             .to_ras_mm = {{{0.9, -0.35, 0.1, 3}, {0.3, 1.1, -0.2, -7}, {-0.15, 0.25, 1.3, -5}}},
@@ -242,7 +238,6 @@ TEST(all_ways_to_draw_give_the_same_bits)
         scene.clip_mode = n & 1 ? SC_CLIP_CUT : SC_CLIP_KEEP;
         scene.clip_sets[0] = n & 2 ? 3 : 0;
         plain = draw_by_all_kernels(&s, &scene);
-        free_scene(&s);
     }
 }
 
@@ -276,13 +271,11 @@ static void set_distances(sc_march_backdrop *b, sc_team *team, uint16_t limit)
     SC_OWN(sc_free_at) uint64_t *masks = NULL;
     uint8_t *distances;
     int framed[3];
-    void *block;
 
     for (int i = 0; i < 3; i++)
         b->bricks[i] = size[i] / SC_BRICK + 1;
     sc_framed_size(b->bricks, framed);
-    assert_ok(sc_zalloc(&quiet, sc_brick_count(framed), sizeof *masks, &block));
-    masks = block;
+    assert_ok(SC_ZALLOC(&quiet, sc_brick_count(framed), &masks));
     for (int i = 0; i < size[0] * size[1] * size[2]; i++) {
         const int x = i % size[0], y = i / size[0] % size[1], z = i / size[0] / size[1];
 

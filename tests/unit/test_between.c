@@ -15,12 +15,11 @@ static const int phantom_size[3] = {90, 63, 93};
 /* The phantom at a phase of its beat. Caller owns it. */
 static sc_volume phantom_at(double phase)
 {
-    sc_phantom *phantom = NULL;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
     sc_volume v = {0};
 
     assert_ok(sc_phantom_new_beating(&quiet, phase, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, phantom_size, 2, &v));
-    sc_phantom_free(phantom);
     return v;
 }
 
@@ -76,7 +75,7 @@ TEST(a_beat_is_met_better_than_by_holding)
     for (size_t i = 0; i < SC_COUNT_OF(phases); i++) {
         sc_volume a = phantom_at(phases[i]), b = phantom_at(phases[i] + 0.05);
         sc_volume truth = phantom_at(phases[i] + 0.025), middle = copy_of(&a);
-        sc_between *between = NULL;
+        SC_OWN(sc_between_free_at) sc_between *between = NULL;
 
         assert_ok(sc_between_find(&quiet, &a, &b, 2, &between));
         sc_between_at(between, 0.5, &middle);
@@ -84,7 +83,6 @@ TEST(a_beat_is_met_better_than_by_holding)
         moved += differing(&middle, &truth);
         held_volume += volume_error(&a, &truth);
         moved_volume += volume_error(&middle, &truth);
-        sc_between_free(between);
         free(middle.ids);
         sc_volume_clear(&truth);
         sc_volume_clear(&a);
@@ -123,7 +121,7 @@ TEST(a_thin_wall_moves_whole)
     static uint8_t ids[4][VOXELS];
     sc_label labels[4] = {{.value = 0}, {.value = 1}, {.value = 2}, {.value = 3}};
     const sc_volume a = wall_at(10, 2, ids[0], labels), b = wall_at(20, 2, ids[1], labels);
-    sc_between *between = NULL;
+    SC_OWN(sc_between_free_at) sc_between *between = NULL;
 
     assert_ok(sc_between_find(&quiet, &a, &b, 1, &between));
     for (int step = 0; step <= 10; step++) {
@@ -135,7 +133,6 @@ TEST(a_thin_wall_moves_whole)
             print_error("%zu voxels differ at step %d\n", differing(&v, &truth), step);
         assert_int_equal(differing(&v, &truth), 0);
     }
-    sc_between_free(between);
 }
 
 /* Fill a cube with a ball of label 1 of a radius in voxels, in a shell of label 2, in label 3. */
@@ -160,7 +157,7 @@ TEST(a_thin_shell_grows_whole)
     static uint8_t ids[3][VOXELS];
     sc_label labels[4] = {{.value = 0}, {.value = 1}, {.value = 2}, {.value = 3}};
     const sc_volume a = shell_at(8, ids[0], labels), b = shell_at(14, ids[1], labels);
-    sc_between *between = NULL;
+    SC_OWN(sc_between_free_at) sc_between *between = NULL;
 
     assert_ok(sc_between_find(&quiet, &a, &b, 1, &between));
     for (int step = 1; step < 10; step++) {
@@ -176,7 +173,6 @@ TEST(a_thin_shell_grows_whole)
             print_error("%d leaks at step %d\n", leaks, step);
         assert_int_equal(leaks, 0);
     }
-    sc_between_free(between);
 }
 
 /* At the ends are the two phases, little else than what changes is touched, and nothing depends on

@@ -60,7 +60,7 @@ TEST(lines_keep_within_a_voxel_of_the_axes_of_vessels)
                    {CORONARIES, 3, 0.1, 0.75},  {AORTA, 0, 0.63, 0.72}};
     const sc_ctx loud = {.level = SC_LOG_ERROR, .write = sc_log_to_stderr};
     const int size[3] = {235, 163, 244};
-    sc_phantom *phantom;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
     SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
@@ -93,7 +93,6 @@ TEST(lines_keep_within_a_voxel_of_the_axes_of_vessels)
         assert_true(sqrt(squares / looked_at) <= 0.5 * voxel_mm);
         assert_true(wrong_mm <= voxel_mm);
     }
-    sc_phantom_free(phantom);
 }
 
 /* A bent tube of label 1 and a piece of label 2 that does not touch it, with voxels of 1 x 1 x 2

@@ -566,6 +566,7 @@ static int layer_of(double x, double y, double z)
 TEST(neighbours_of_one_kind_have_shades)
 {
     enum { COUNT = 8 };
+    SC_OWN(sc_volume_clear)
     sc_volume v = shape_volume((const int[3]){8, 8, 2 * COUNT}, (const double[3]){1, 1, 1}, 1,
                                COUNT + 1, layer_of);
     uint8_t base[3];
@@ -584,7 +585,6 @@ TEST(neighbours_of_one_kind_have_shades)
         as_base += memcmp(v.labels[id].rgb, base, 3) == 0;
     }
     assert_true(as_base >= COUNT / 2);
-    sc_volume_clear(&v);
 }
 
 /* What a job wants: the table's colours, those of anatomy instead, or distinct ones. */
@@ -650,6 +650,7 @@ TEST(colours_of_anatomy_do_not_depend_on_numbers)
 TEST(other_kinds_beside_a_tissue_do_not_change_its_colour)
 {
     static const char *const names[] = {"muscle", "heart", "liver", "kidney_left"};
+    SC_OWN(sc_volume_clear)
     sc_volume v = shape_volume((const int[3]){4, 4, 8}, (const double[3]){1, 1, 1}, 1, 5, layer_of);
 
     color_by_names(&v, names, SC_APPEARANCE_ANATOMY);
@@ -659,7 +660,6 @@ TEST(other_kinds_beside_a_tissue_do_not_change_its_colour)
         assert_true(sc_anatomy_color(names[id - 1], SC_NAMES_BODY, base));
         assert_memory_equal(v.labels[id].rgb, base, 3);
     }
-    sc_volume_clear(&v);
 }
 
 /* Both sides of a pair look the same, be their names known or not, also where they touch; the sides
@@ -668,6 +668,7 @@ TEST(left_looks_as_right)
 {
     static const char *const names[] = {"Precentral_L", "Precentral_R", "lung left", "Lung, right"},
                              *const chambers[] = {"left_atrium", "right_atrium", "a", "b"};
+    SC_OWN(sc_volume_clear)
     sc_volume v = shape_volume((const int[3]){4, 4, 8}, (const double[3]){1, 1, 1}, 1, 5, layer_of);
 
     color_by_names(&v, names, SC_APPEARANCE_TABLE);
@@ -679,7 +680,6 @@ TEST(left_looks_as_right)
     color_by_names(&v, chambers, SC_APPEARANCE_ANATOMY);
     assert_true(v.labels[1].rgb[0] > v.labels[1].rgb[2] + 60);
     assert_true(v.labels[2].rgb[2] > v.labels[2].rgb[0] + 60);
-    sc_volume_clear(&v);
 }
 
 /* What is left over, and what lies around all, is told by its name; a tumour of it is not. */

@@ -583,6 +583,7 @@ static void find_copies(const parser *p, int n)
 /* Put layers between thick slices of n pixels in all, in which n / 40 labels are scattered. */
 static void split_scattered(const parser *p, int n)
 {
+    SC_OWN(sc_volume_clear)
     sc_volume v = {.size = {40, n / 240, 6},
                    .to_ras_mm = {{{0.2, 0, 0, 0}, {0, 0.2, 0, 0}, {0, 0, 1, 0}}},
                    .label_bytes = 2,
@@ -598,7 +599,6 @@ static void split_scattered(const parser *p, int n)
     }
     sc_test_operations = 0;
     assert_int_equal(sc_resample(&ctx, &v, &grid, 1), p->wanted);
-    sc_volume_clear(&v);
 }
 
 /* Load a job; what it says may be wrong, but it is parsed to its end. */

@@ -10,7 +10,7 @@
 /* State what the changes are, as "key=value ...". */
 static void are(const sc_edits *edits, const char *expected)
 {
-    sc_text text = {0};
+    SC_OWN(sc_text_clear) sc_text text = {0};
 
     assert_int_equal(sc_text_add(listening_anew(), &text, "%s", ""), SC_OK);
     for (size_t i = 0; i < edits->count; i++)
@@ -18,7 +18,6 @@ static void are(const sc_edits *edits, const char *expected)
                                      edits->all[i].path, edits->all[i].value),
                          SC_OK);
     assert_string_equal(text.data, expected);
-    sc_text_clear(&text);
 }
 
 TEST(a_change_replaces_those_of_its_key_and_within_it)

@@ -14,15 +14,13 @@ enum { LABELS = 7, WIDTH = 11, DEPTH = 7, HEIGHT = 9, VOXELS = WIDTH * DEPTH * H
 static void make_volume(int bytes, sc_volume *v)
 {
     uint64_t seed = 5;
-    void *block;
 
     *v = (sc_volume){.size = {WIDTH, DEPTH, HEIGHT},
                      .label_bytes = bytes,
                      .label_count = LABELS,
                      .to_ras_mm = {{{0.8, 0.1, 0, -20}, {-0.1, 0.9, 0.3, 30}, {0, -0.2, 2, 40}}}};
     assert_ok(sc_zalloc(&quiet, VOXELS, (size_t)bytes, &v->ids));
-    assert_ok(sc_zalloc(&quiet, LABELS, sizeof(sc_label), &block));
-    v->labels = block;
+    assert_ok(SC_ZALLOC(&quiet, LABELS, &v->labels));
     for (int id = 0; id < LABELS; id++) {
         v->labels[id].value = 10 * id;
         snprintf(v->labels[id].name, SC_NAME_BYTES, "tissue %d", id);
@@ -57,8 +55,7 @@ static void scan_of(const sc_volume *v, sc_volume *out)
     assert_ok(sc_alloc(&quiet, (size_t)v->label_count, sizeof(sc_label), &block));
     memcpy(block, v->labels, (size_t)v->label_count * sizeof(sc_label));
     out->labels = block;
-    assert_ok(sc_zalloc(&quiet, (size_t)v->label_count, sizeof(sc_label_tally), &block));
-    out->tallies = block;
+    assert_ok(SC_ZALLOC(&quiet, (size_t)v->label_count, &out->tallies));
     for (int id = 0; id < v->label_count; id++) {
         bool which[LABELS] = {false};
         sc_label_tally *tally = &out->tallies[id];

@@ -47,11 +47,11 @@ static forged prepared_file(bool wide)
     const int size[3] = {wide ? 11 : 23, 17, 19};
     const sc_prepare_settings settings = {
         .smooth = {1, 1, 1}, .local_thickness = true, .threads = 1};
-    sc_phantom *phantom;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
     sc_volume volume;
     sc_preparation *preparation;
     forged out;
-    char *text;
+    SC_OWN(sc_free_at) char *text = NULL;
     void *block;
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
@@ -71,11 +71,9 @@ static forged prepared_file(bool wide)
     assert_ok(sc_preparation_save(&quiet, preparation, "forged.segc", true, true));
     sc_preparation_free(preparation);
     sc_volume_clear(&volume);
-    sc_phantom_free(phantom);
     assert_ok(sc_file_read(&quiet, "forged.segc", 1 << 28, &text, &out.bytes));
     assert_ok(sc_alloc(&quiet, out.bytes, 1, &block)); /* without a byte behind its end */
     memcpy(block, text, out.bytes);
-    sc_free(text);
     out.block = block;
     assert_int_equal(remove("forged.segc"), 0);
     return out;

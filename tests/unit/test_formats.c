@@ -512,7 +512,7 @@ static void expect_voxels(const sc_volume *v, const char *values)
 TEST(masks_of_a_directory_become_labels_by_their_names)
 {
     sc_volume scan = {0};
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
     bool reads = false;
 
     assert_int_equal(mkdir("m.dir", 0777), 0);
@@ -530,7 +530,6 @@ TEST(masks_of_a_directory_become_labels_by_their_names)
     assert_string_equal(v.labels[2].name, "kidney left");
     assert_string_equal(v.labels[3].name, "liver");
     assert_near(v.to_ras_mm.m[0][3], 3, 1e-6);
-    sc_volume_clear(&v);
     assert_non_null(strstr(said.text, "1 of 4 masks is empty: Spleen"));
     assert_ok(sc_volume_read_by(&listening, "m.dir/", &(sc_read_choice){.depth = SC_READ_TALLIES},
                                 &scan));
@@ -638,7 +637,7 @@ TEST(a_box_of_masks_is_as_if_cut_off)
 
 TEST(masks_of_parts_of_one_grid_are_united)
 {
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_int_equal(mkdir("m.dir", 0777), 0);
     write_mask("m.dir/a.nrrd", "100000", 0);
@@ -648,7 +647,6 @@ TEST(masks_of_parts_of_one_grid_are_united)
     assert_near(v.to_ras_mm.m[0][3], -2, 1e-9);
     for (int i = 0; i < 8; i++)
         assert_int_equal(v.labels[((const uint8_t *)v.ids)[i]].value, "02120000"[i] - '0');
-    sc_volume_clear(&v);
     (void)!system("rm -r m.dir");
 }
 

@@ -100,7 +100,7 @@ static double light_from_the_right(double right, double before, double up)
 static void light_comes_from_a_picture_once(void)
 {
     sc_scene scene;
-    small_scene s = sky_scene(ball, false, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(ball, false, &scene);
 
     paint_map(light_from_the_right);
     s.settings.environment = &map;
@@ -114,7 +114,6 @@ static void light_comes_from_a_picture_once(void)
         left = light_at(&image, MIDDLE + 26, MIDDLE, 0);
         assert_true(turned ? left > 2 * right : right > 2 * left);
     }
-    free_scene(&s);
 }
 
 TEST(light_comes_from_a_picture)
@@ -129,7 +128,7 @@ TEST(light_comes_from_a_picture)
 static void a_ball_is_lit_by_half_of_the_sky_once(void)
 {
     sc_scene scene;
-    small_scene s = sky_scene(ball, false, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(ball, false, &scene);
 
     paint_map(sky_light);
     for (int mapped = 0; mapped < 2; mapped++) {
@@ -144,7 +143,6 @@ static void a_ball_is_lit_by_half_of_the_sky_once(void)
                         mapped && method == SC_LIGHT_GLOBAL ? 0.06 : 0.03);
         }
     }
-    free_scene(&s);
 }
 
 TEST(a_ball_is_lit_by_half_of_the_sky)
@@ -168,7 +166,7 @@ static int well(double x, double y, double z)
 static void the_floor_of_a_well_sees_a_cone_of_the_sky_once(void)
 {
     sc_scene scene;
-    small_scene s = sky_scene(well, true, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(well, true, &scene);
     const double cosine = 24.5 / sqrt(24.5 * 24.5 + 12 * 12);
     const double expected =
         SC_SKY_MEAN * (1 - cosine * cosine) + SC_SKY_UP * 2 / 3 * (1 - cosine * cosine * cosine);
@@ -182,7 +180,6 @@ static void the_floor_of_a_well_sees_a_cone_of_the_sky_once(void)
             sum += light_at(&image, MIDDLE + x, MIDDLE + y, 0) / 25;
     }
     assert_true(fabs(sum / expected - 1) < 0.09); /* the rim is drawn rounded, and lets more in */
-    free_scene(&s);
 }
 
 TEST(the_floor_of_a_well_sees_a_cone_of_the_sky)
@@ -215,7 +212,7 @@ static double redness(const sc_image *image, int x)
 static void colour_goes_from_wall_to_floor_once(void)
 {
     sc_scene scene;
-    small_scene s = sky_scene(corner, true, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(corner, true, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.tissues[2].rgb_linear[1] = s.tissues[2].rgb_linear[2] = 0;
@@ -224,7 +221,6 @@ static void colour_goes_from_wall_to_floor_once(void)
     assert_true(redness(&image, 76) < 1.03);
     for (int x = 0; x < SIDE; x++)
         assert_true(light_at(&image, x, MIDDLE, 0) < SC_SKY_MEAN + SC_SKY_UP * 2 / 3 + 0.02);
-    free_scene(&s);
 }
 
 TEST(colour_goes_from_wall_to_floor)
@@ -269,7 +265,7 @@ TEST(the_lamp_casts_shadows)
 static void a_cut_face_is_lit_by_the_lamp_once(void)
 {
     sc_scene scene;
-    small_scene s = sky_scene(ball, false, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(ball, false, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.settings.light.ambient = 0;
@@ -279,7 +275,6 @@ static void a_cut_face_is_lit_by_the_lamp_once(void)
     scene.cuts = scene.clip_sets[0] = 1;
     image = draw_view(&s, &scene, NULL);
     assert_near(light_at(&image, MIDDLE, MIDDLE, 0), 0.48 * 0.97846, 0.005);
-    free_scene(&s);
 }
 
 TEST(a_cut_face_is_lit_by_the_lamp)
@@ -296,7 +291,7 @@ static void a_ball_throws_its_shadow_on_the_floor_once(void)
 {
     enum { RADIUS = 30 };
     sc_scene scene;
-    small_scene s = sky_scene(ball, true, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(ball, true, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     paint_map(even_light);
@@ -318,7 +313,6 @@ static void a_ball_throws_its_shadow_on_the_floor_once(void)
         assert_near(sum * ALBEDO / 4, seen, 0.02);
     }
     assert_int_equal(image.rgb[0], 255);
-    free_scene(&s);
 }
 
 TEST(a_ball_throws_its_shadow_on_the_floor)
@@ -341,7 +335,7 @@ static int shell(double x, double y, double z)
 static void a_thin_wall_keeps_its_sides_apart_once(void)
 {
     sc_scene scene;
-    small_scene s = sky_scene(shell, true, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(shell, true, &scene);
     SC_OWN(sc_image_clear) sc_image inside = {0}, outside = {0};
 
     for (int i = 0; i < 3; i++)
@@ -356,7 +350,6 @@ static void a_thin_wall_keeps_its_sides_apart_once(void)
     assert_true(light_at(&outside, MIDDLE, MIDDLE, 0) * ALBEDO / 0.1 > 0.25);
     assert_true(light_at(&inside, MIDDLE, MIDDLE, 0) * ALBEDO / 0.1 < 0.45);
     assert_true(light_at(&inside, MIDDLE, MIDDLE, 0) * ALBEDO / 0.1 > 0.15);
-    free_scene(&s);
 }
 
 TEST(a_thin_wall_keeps_its_sides_apart)
@@ -381,7 +374,7 @@ static sc_image draw_after(sc_renderer *r, const sc_scene *scene)
 TEST(light_does_not_depend_on_what_was_drawn_before)
 {
     sc_scene scene, cut;
-    small_scene s = sky_scene(well, true, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(well, true, &scene);
     const float faded[3] = {1, 0.4F, 1};
     SC_OWN(sc_image_clear) sc_image first = {0}, again = {0}, fresh = {0}, opened = {0};
     sc_renderer *r;
@@ -404,7 +397,6 @@ TEST(light_does_not_depend_on_what_was_drawn_before)
     fresh = draw_view(&s, &cut, NULL);
     assert_memory_equal(fresh.rgb, opened.rgb, (size_t)SIDE * SIDE * 3);
     assert_true(memcmp(first.rgb, opened.rgb, (size_t)SIDE * SIDE * 3) != 0);
-    free_scene(&s);
 }
 
 /* Planes that cut all alike need no new rays. They give the light of rays that are followed to the
@@ -412,7 +404,7 @@ TEST(light_does_not_depend_on_what_was_drawn_before)
 TEST(a_cut_gives_the_light_of_rays_that_see_it)
 {
     sc_scene scene;
-    small_scene s = sky_scene(well, true, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(well, true, &scene);
     SC_OWN(sc_image_clear) sc_image kept = {0}, traced = {0};
     int differ = 0;
 
@@ -427,7 +419,6 @@ TEST(a_cut_gives_the_light_of_rays_that_see_it)
     for (int i = 0; i < SIDE * SIDE * 3; i++)
         differ += abs(kept.rgb[i] - traced.rgb[i]) > 6;
     assert_true(differ < SIDE * SIDE * 3 / 200);
-    free_scene(&s);
 }
 
 /* Light on the floor past a plane, which cuts away what is nearest to it, is that of rays that are
@@ -436,7 +427,7 @@ TEST(a_cut_gives_the_light_of_rays_that_see_it)
 TEST(a_cut_throws_no_shadow_on_the_floor)
 {
     sc_scene scene, cut;
-    small_scene s = sky_scene(ball, true, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(ball, true, &scene);
     SC_OWN(sc_image_clear) sc_image whole = {0}, kept = {0}, again = {0}, traced = {0};
     sc_renderer *r;
     int differ = 0;
@@ -463,7 +454,6 @@ TEST(a_cut_throws_no_shadow_on_the_floor)
     for (int i = 0; i < SIDE * SIDE * 3; i++)
         differ += abs(kept.rgb[i] - traced.rgb[i]) > 6;
     assert_true(differ < SIDE * SIDE * 3 / 200);
-    free_scene(&s);
 }
 
 /* A ball in a veil of another tissue. */
@@ -480,7 +470,7 @@ static int veiled(double x, double y, double z)
 TEST(what_is_behind_a_veil_is_lit_evenly)
 {
     sc_scene scene;
-    small_scene s = sky_scene(veiled, false, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(veiled, false, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.tissues[2].opacity = 0.05;
@@ -488,14 +478,13 @@ TEST(what_is_behind_a_veil_is_lit_evenly)
     for (int x = MIDDLE - 12; x <= MIDDLE + 12; x++)
         assert_near(light_at(&image, x, MIDDLE, 0), light_at(&image, MIDDLE, MIDDLE, 0), 0.08);
     assert_true(light_at(&image, MIDDLE, MIDDLE, 0) > 0.6);
-    free_scene(&s);
 }
 
 /* Light reaches what a plane lays bare between two tissues, of which it cuts only one. */
 static void what_a_cut_lays_bare_is_lit_once(void)
 {
     sc_scene scene;
-    small_scene s = sky_scene(corner, true, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(corner, true, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.tissues[1].clip_set = 1;
@@ -509,7 +498,6 @@ static void what_a_cut_lays_bare_is_lit_once(void)
     image = draw_view(&s, &scene, NULL);
     assert_true(fabs(light_at(&image, SIDE - 11, MIDDLE, 0) - (SC_SKY_MEAN - SC_SKY_UP * 2 / 3)) <
                 0.08);
-    free_scene(&s);
 }
 
 TEST(what_a_cut_lays_bare_is_lit)
@@ -523,7 +511,7 @@ TEST(what_a_cut_lays_bare_is_lit)
 TEST(all_kernels_show_the_same_light)
 {
     sc_scene scene;
-    small_scene s = sky_scene(corner, false, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(corner, false, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.tissues[2].opacity = 0.5;
@@ -532,14 +520,13 @@ TEST(all_kernels_show_the_same_light)
     scene.camera = sc_camera_look((sc_vec3){150, 200, 120}, (sc_vec3){MIDDLE, MIDDLE, 30},
                                   (sc_vec3){0, 0, 1}, SC_PERSPECTIVE, 0.3);
     image = draw_by_all_kernels(&s, &scene);
-    free_scene(&s);
 }
 
 /* Memory that is not there ends the renderer, not the program. */
 TEST(want_of_memory_is_told)
 {
     sc_scene scene;
-    small_scene s = sky_scene(corner, false, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(corner, false, &scene);
     sc_status status = SC_ERR_MEMORY;
 
     for (long n = 0; status != SC_OK; n++) {
@@ -558,7 +545,6 @@ TEST(want_of_memory_is_told)
         }
         assert_true(n < 200);
     }
-    free_scene(&s);
 }
 
 /* ---- paths ---- */
@@ -660,7 +646,7 @@ static void set_step(int i, sc_scene *scene, float fades[3])
 TEST(rays_that_stay_give_the_light_of_new_ones)
 {
     sc_scene scene;
-    small_scene s = sky_scene(balls, true, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(balls, true, &scene);
     float fades[3];
     sc_renderer *r;
 
@@ -683,7 +669,6 @@ TEST(rays_that_stay_give_the_light_of_new_ones)
         assert_memory_equal(fresh.rgb, after.rgb, (size_t)SIDE * SIDE * 3);
     }
     sc_renderer_free(r);
-    free_scene(&s);
 }
 
 /* @return whether a pixel shows one smooth surface from edge to edge, and no face of the volume,
@@ -749,7 +734,7 @@ TEST(white_in_a_white_room_is_not_seen)
 TEST(gathered_light_is_that_of_paths)
 {
     sc_scene scene;
-    small_scene s = sky_scene(balls, false, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(balls, false, &scene);
     SC_OWN(sc_image_clear) sc_image gathered = {0}, truth = {0};
     double squares = 0, bias = 0, mean = 0;
     sc_renderer *r;
@@ -780,7 +765,6 @@ TEST(gathered_light_is_that_of_paths)
     assert_true(sqrt(squares / count) < 0.025 * mean / count);
     assert_true(fabs(bias) < 0.006 * mean);
     sc_renderer_free(r);
-    free_scene(&s);
 }
 
 RUN_TESTS(NULL, NULL)

@@ -131,7 +131,7 @@ TEST(pictures_show_values_at_their_places)
     const double spacing[3] = {1, 1, 1};
     const sc_affine coarse = {{{1.5, 0, 0, -9}, {0, 1.5, 0, -9}, {0, 0, 1.5, -9}}};
     const sc_grey grey = ramp_grey(&coarse, codes);
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 1);
+    SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 1);
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
 
     s.settings.width_px = s.settings.height_px = 100;
@@ -166,7 +166,6 @@ TEST(pictures_show_values_at_their_places)
         }
         assert_true(seen > 900);
     }
-    free_scene(&s);
 }
 
 static void expect_same(sc_image *a, sc_image *b)
@@ -181,7 +180,7 @@ TEST(the_share_mixes_colours_and_ends_at_the_image)
     const double spacing[3] = {1, 1, 1};
     sc_affine beside = {{{0.5, 0, 0, 20}, {0, 0.5, 0, 10}, {0, 0, 0.5, 10}}}; /* x from 20 mm on */
     const sc_grey grey = ramp_grey(&beside, codes);
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 1);
+    SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 1);
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     SC_OWN(sc_image_clear) sc_image without = {0}, none = {0}, mixed = {0};
 
@@ -204,7 +203,6 @@ TEST(the_share_mixes_colours_and_ends_at_the_image)
         else if (right_mm > 20 && right_mm < 29)
             assert_memory_not_equal(a, b, 3);
     }
-    free_scene(&s);
 }
 
 /* Red, and green, each half of the volume. */
@@ -260,13 +258,12 @@ TEST(all_ways_to_draw_give_the_same_bits)
 {
     static uint16_t codes[48 * 33 * 50];
     sc_grey grey = {.size = {48, 33, 50}, .codes = codes};
-    sc_phantom *phantom;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_grey(&quiet, phantom, 2, &grey));
-    sc_phantom_free(phantom);
     for (int n = 0; n < 8; n++) {
-        small_scene s = make_scene(small_phantom(), n % 2 ? 0.4 : 1);
+        SC_OWN(free_scene) small_scene s = make_scene(small_phantom(), n % 2 ? 0.4 : 1);
         sc_scene scene = front_view(&s);
         SC_OWN(sc_image_clear) sc_image plain = {0};
 
@@ -290,7 +287,6 @@ TEST(all_ways_to_draw_give_the_same_bits)
             scene.slice = true;
         }
         plain = draw_by_all_kernels(&s, &scene);
-        free_scene(&s);
     }
 }
 

@@ -1072,16 +1072,14 @@ TEST(no_allocation_that_fails_is_lost)
     for (long n = 0;; n++) {
         long budget = n;
         sc_ctx ctx = *listening_anew();
-        sc_job job = {0};
-        sc_text text = {0};
+        SC_OWN(sc_job_clear) sc_job job = {0};
+        SC_OWN(sc_text_clear) sc_text text = {0};
         sc_status status;
 
         ctx.alloc_budget = &budget;
         status = sc_job_load(&ctx, &sources, &job);
         if (status == SC_OK)
             status = sc_job_write(&ctx, &job, false, &text);
-        sc_text_clear(&text);
-        sc_job_clear(&job);
         if (status == SC_OK)
             break;
         assert_int_equal(status, SC_ERR_MEMORY);

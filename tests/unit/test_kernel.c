@@ -172,16 +172,11 @@ TEST(all_skip_methods_and_variants_give_the_same_bits)
     assert_true(more > 3);
 }
 
-static const uint8_t *pixel(const sc_image *image, int x, int y)
-{
-    return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
-}
-
 /* Columns of a picture that are drawn alone, in a part of an image, are those of the whole, and
  * nothing else is written. */
 TEST(columns_alone_are_those_of_the_whole)
 {
-    small_scene s = make_scene(small_phantom(), 0.5);
+    SC_OWN(free_scene) small_scene s = make_scene(small_phantom(), 0.5);
     const sc_scene scene = front_view(&s);
     const int width = s.settings.width_px, height = s.settings.height_px, border = 5;
     const int ends[] = {0, 37, 38, width / 2 + 3, width};
@@ -216,7 +211,6 @@ TEST(columns_alone_are_those_of_the_whole)
     assert_int_equal(stats.counters.rays, 0);
     sc_renderer_free(r);
     sc_image_clear(&(sc_image){.rgb = first.rgb});
-    free_scene(&s);
 }
 
 /* The counters depend on the scene alone: if they change, the method has changed. */
@@ -335,6 +329,7 @@ TEST(faint_tissues_stay_behind_what_hides_them)
     sc_image images[2];
 
     for (int faint = 0; faint < 2; faint++) {
+        SC_OWN(free_scene)
         small_scene s = make_scene(shape_volume(size, spacing, 1, 3, wall_and_box), 1);
         const sc_affine *to_mm = &s.prepared.view.to_ras_mm;
         const sc_vec3 eye_mm = sc_affine_point(to_mm, (sc_vec3){20, -80, 20});
@@ -351,16 +346,10 @@ TEST(faint_tissues_stay_behind_what_hides_them)
         scene.offsets_mm = offsets_mm;
         images[faint] = draw_view(&s, &scene, &stats);
         assert_true(stats.counters.contributions > 1000);
-        free_scene(&s);
     }
     expect_same(&images[0], &images[1]);
     sc_image_clear(&images[0]);
     sc_image_clear(&images[1]);
-}
-
-static int ball(double x, double y, double z)
-{
-    return (x - 20) * (x - 20) + (y - 20) * (y - 20) + (z - 20) * (z - 20) < 225;
 }
 
 /* A ball that is cut in half shows a flat disc of one colour, but for its rim, with caps, and the
@@ -369,7 +358,8 @@ TEST(cut_faces_are_solid)
 {
     const int size[3] = {41, 41, 41};
     const double spacing[3] = {1, 1, 1};
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 0.1);
+    SC_OWN(free_scene)
+    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, large_ball), 0.1);
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     sc_image image;
 
@@ -387,7 +377,6 @@ TEST(cut_faces_are_solid)
     image = draw_view(&s, &scene, NULL);
     assert_memory_not_equal(pixel(&image, 40, 40), pixel(&image, 60, 40), 3);
     sc_image_clear(&image);
-    free_scene(&s);
 }
 
 /* March one ray through a small scene whose tissues all have the opacity @p alpha. */
@@ -444,6 +433,7 @@ TEST(no_crossing_is_missed)
     uint64_t seed = 77, found = 0, expected = 0, within_a_cell = 0;
 
     for (int which = 0; which < 3; which++) {
+        SC_OWN(free_scene)
         small_scene s = make_scene(shape_volume(size, spacing, 1, which ? 6 : 2, shapes[which]), 1);
         sc_team *team;
         uint64_t *cells;
@@ -484,7 +474,6 @@ TEST(no_crossing_is_missed)
             expected += sampled;
         }
         sc_team_close(team);
-        free_scene(&s);
     }
     assert_true(expected > 3300 && within_a_cell > 100);
     assert_in_range(found, expected, expected + expected / 500);

@@ -9,11 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const uint8_t *pixel(const sc_image *image, int x, int y)
-{
-    return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
-}
-
 static int brightness(const sc_image *image, int x, int y)
 {
     const uint8_t *p = pixel(image, x, y);
@@ -51,7 +46,7 @@ static small_scene plate_scene(double opacity, sc_scene *scene)
 TEST(holes_are_darker_than_open_surfaces)
 {
     sc_scene scene;
-    small_scene s = plate_scene(1, &scene);
+    SC_OWN(free_scene) small_scene s = plate_scene(1, &scene);
     SC_OWN(sc_image_clear) sc_image with = {0}, without = {0};
 
     with = draw_view(&s, &scene, NULL);
@@ -60,13 +55,12 @@ TEST(holes_are_darker_than_open_surfaces)
     /* a point of the open plate, then the bottom of the hole */
     assert_true(brightness(&with, 20, 10) > brightness(&without, 20, 10) - 30);
     assert_true(brightness(&with, 40, 40) < brightness(&without, 40, 40) - 60);
-    free_scene(&s);
 }
 
 TEST(the_pillar_casts_a_shadow_away_from_the_key_light)
 {
     sc_scene scene;
-    small_scene s = plate_scene(1, &scene);
+    SC_OWN(free_scene) small_scene s = plate_scene(1, &scene);
     SC_OWN(sc_image_clear) sc_image with = {0}, without = {0};
     int darker_right = 0, darker_left = 0;
 
@@ -85,14 +79,13 @@ TEST(the_pillar_casts_a_shadow_away_from_the_key_light)
         }
     }
     assert_true(darker_right > 80 && darker_left < 10);
-    free_scene(&s);
 }
 
 /* The shadow begins at the foot of the pillar, not some way from it. */
 TEST(the_shadow_of_the_pillar_begins_at_its_foot)
 {
     sc_scene scene;
-    small_scene s = plate_scene(1, &scene);
+    SC_OWN(free_scene) small_scene s = plate_scene(1, &scene);
     SC_OWN(sc_image_clear) sc_image with = {0}, without = {0};
     int darker = 0;
 
@@ -105,13 +98,12 @@ TEST(the_shadow_of_the_pillar_begins_at_its_foot)
             darker += brightness(&without, x, y) - brightness(&with, x, y) > 100;
     }
     assert_true(darker > 35);
-    free_scene(&s);
 }
 
 TEST(distance_fades_into_the_background)
 {
     sc_scene scene;
-    small_scene s = plate_scene(1, &scene);
+    SC_OWN(free_scene) small_scene s = plate_scene(1, &scene);
     SC_OWN(sc_image_clear) sc_image with = {0}, without = {0};
 
     s.settings.background[0] = s.settings.background[1] = s.settings.background[2] = 255;
@@ -122,19 +114,13 @@ TEST(distance_fades_into_the_background)
     assert_true(brightness(&with, 20, 10) > brightness(&without, 20, 10) + 20);
     assert_true(brightness(&with, 20, 10) - brightness(&without, 20, 10) >
                 brightness(&with, 66, 40) - brightness(&without, 66, 40) + 10);
-    free_scene(&s);
-}
-
-static int ball(double x, double y, double z)
-{
-    return (x - 20) * (x - 20) + (y - 20) * (y - 20) + (z - 20) * (z - 20) < 225;
 }
 
 static small_scene ball_scene(double opacity, sc_scene *scene)
 {
     const int size[3] = {41, 41, 41};
     const double spacing[3] = {1, 1, 1};
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), opacity);
+    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, large_ball), opacity);
 
     s.settings.width_px = s.settings.height_px = 101;
     *scene = (sc_scene){.clip_set_count = 1};
@@ -147,7 +133,7 @@ static small_scene ball_scene(double opacity, sc_scene *scene)
 TEST(translucent_edges_stand_out)
 {
     sc_scene scene;
-    small_scene s = ball_scene(0.2, &scene);
+    SC_OWN(free_scene) small_scene s = ball_scene(0.2, &scene);
     SC_OWN(sc_image_clear) sc_image with = {0}, without = {0};
 
     s.settings.light.method = SC_LIGHT_FLAT;
@@ -157,27 +143,25 @@ TEST(translucent_edges_stand_out)
     with = draw_view(&s, &scene, NULL);
     assert_int_equal(brightness(&with, 50, 50), brightness(&without, 50, 50));
     assert_true(brightness(&with, 50 + 36, 50) < brightness(&without, 50 + 36, 50) - 40);
-    free_scene(&s);
 }
 
 TEST(flat_light_shows_plain_colours)
 {
     sc_scene scene;
-    small_scene s = ball_scene(1, &scene);
+    SC_OWN(free_scene) small_scene s = ball_scene(1, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.settings.light.method = SC_LIGHT_FLAT;
     image = draw_view(&s, &scene, NULL);
     for (int x = 18; x < 84; x++)
         assert_memory_equal(pixel(&image, x, 50), s.volume.labels[1].rgb, 3);
-    free_scene(&s);
 }
 
 /* More rays at edges alone give nearly the same picture as more rays everywhere, with a third of
  * the rays. */
 TEST(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere)
 {
-    small_scene s = make_scene(small_phantom(), 1);
+    SC_OWN(free_scene) small_scene s = make_scene(small_phantom(), 1);
     const sc_scene scene = front_view(&s);
     sc_render_stats full, adaptive, single;
     SC_OWN(sc_image_clear) sc_image a = {0}, b = {0}, c = {0};
@@ -195,7 +179,6 @@ TEST(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere)
     assert_true(close.rms < far.rms / 4);
     assert_true(3 * adaptive.counters.rays < full.counters.rays);
     assert_true(single.counters.rays < adaptive.counters.rays);
-    free_scene(&s);
 }
 
 static int solid(double x, double y, double z)
@@ -251,7 +234,7 @@ TEST(edges_have_even_shades_from_rays_that_are_marched_once)
 
 static int halves(double x, double y, double z)
 {
-    return ball(x, y, z) ? 1 + (z > 20.2) : 0;
+    return large_ball(x, y, z) ? 1 + (z > 20.2) : 0;
 }
 
 /* On a cut face there is a line between two tissues, as wide as set, and no other line. */
@@ -287,7 +270,7 @@ TEST(cut_faces_have_outlines_where_tissues_meet)
 TEST(cut_faces_are_lit_and_have_a_rim)
 {
     sc_scene scene;
-    small_scene s = ball_scene(1, &scene);
+    SC_OWN(free_scene) small_scene s = ball_scene(1, &scene);
     SC_OWN(sc_image_clear) sc_image lit = {0}, dim = {0}, flat = {0};
 
     scene.plane_count = 1;
@@ -301,7 +284,6 @@ TEST(cut_faces_are_lit_and_have_a_rim)
     assert_true(brightness(&lit, 50, 50) > brightness(&dim, 50, 50) + 60);
     assert_true(brightness(&lit, 50, 50) > brightness(&lit, 50 + 35, 50) + 20);
     assert_int_equal(brightness(&flat, 50, 50), brightness(&flat, 50 + 35, 50));
-    free_scene(&s);
 }
 
 /* A thick block on the left, a wall four voxels thick on the right. */
@@ -316,6 +298,7 @@ TEST(thin_walls_keep_their_colour_on_cut_faces)
 {
     const int size[3] = {61, 61, 61};
     const double spacing[3] = {1, 1, 1};
+    SC_OWN(free_scene)
     small_scene s = make_scene(shape_volume(size, spacing, 1, 2, block_and_wall), 1);
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     SC_OWN(sc_image_clear) sc_image image = {0};
@@ -328,7 +311,6 @@ TEST(thin_walls_keep_their_colour_on_cut_faces)
     for (int x = 94; x < 98; x++)
         assert_true(brightness(&image, x, 60) > brightness(&image, 40, 60) - 6);
     assert_true(brightness(&image, 69, 60) < brightness(&image, 40, 60) - 20);
-    free_scene(&s);
 }
 
 /* A block with a flat border across x, of which a picture shows 17 voxels. */
@@ -343,6 +325,7 @@ static int rim_px(int picture_px)
 {
     const int size[3] = {33, 33, 33};
     const double spacing[3] = {1, 1, 1};
+    SC_OWN(free_scene)
     small_scene s = make_scene(shape_volume(size, spacing, 1, 2, coarse_block), 1);
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     SC_OWN(sc_image_clear) sc_image image = {0};
@@ -360,7 +343,6 @@ static int rim_px(int picture_px)
     assert_in_range(end, picture_px * 7 / 10, picture_px * 8 / 10);
     for (int x = begin; x < end; x++)
         dark += brightness(&image, x, picture_px / 2) < middle - 8;
-    free_scene(&s);
     return dark;
 }
 
@@ -387,7 +369,7 @@ TEST(tissue_at_the_border_of_the_volume_ends_in_a_flat_face)
     const sc_surface surfaces[2] = {SC_SURFACE_SMOOTH, SC_SURFACE_VOXEL};
 
     for (int i = 0; i < 2; i++) {
-        small_scene s = make_scene(shape_volume(size, spacing, 1, 2, bar), 1);
+        SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 2, bar), 1);
         sc_scene scene = {.clip_set_count = 1};
         SC_OWN(sc_image_clear) sc_image image = {0};
 
@@ -402,7 +384,6 @@ TEST(tissue_at_the_border_of_the_volume_ends_in_a_flat_face)
                             brightness(&image, 50, 50) + 3);
         assert_int_equal(sc_kernel_owner(&s.prepared.view, inside), 1);
         assert_int_equal(sc_kernel_owner(&s.prepared.view, outside), 0);
-        free_scene(&s);
     }
 }
 
@@ -420,7 +401,7 @@ TEST(faces_at_the_border_of_the_volume_have_a_rim)
     const double spacing[3] = {1, 1, 1};
 
     for (int occlusion = 0; occlusion < 2; occlusion++) {
-        small_scene s = make_scene(shape_volume(size, spacing, 1, 2, dome), 1);
+        SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 2, dome), 1);
         sc_scene scene = {.clip_set_count = 1};
         SC_OWN(sc_image_clear) sc_image image = {0};
         int middle;
@@ -449,7 +430,6 @@ TEST(faces_at_the_border_of_the_volume_have_a_rim)
             else
                 assert_true(darkest >= middle - 3);
         }
-        free_scene(&s);
     }
 }
 
@@ -458,7 +438,7 @@ TEST(faces_at_the_border_of_the_volume_have_a_rim)
 TEST(a_camera_inside_a_tissue_sees_its_walls)
 {
     sc_scene scene;
-    small_scene s = ball_scene(1, &scene);
+    SC_OWN(free_scene) small_scene s = ball_scene(1, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     scene.camera = sc_camera_look((sc_vec3){20, 20, 20}, (sc_vec3){20, 0, 20}, (sc_vec3){0, 0, 1},
@@ -468,7 +448,6 @@ TEST(a_camera_inside_a_tissue_sees_its_walls)
         for (int x = 0; x < 101; x += 10)
             assert_true(brightness(&image, x, y) < 740);
     }
-    free_scene(&s);
 }
 
 /* Two half-opaque black surfaces on white are about as dark as where levels of pixels are blended,
@@ -476,7 +455,7 @@ TEST(a_camera_inside_a_tissue_sees_its_walls)
 TEST(half_opaque_tissues_are_not_washed_out)
 {
     sc_scene scene;
-    small_scene s = plate_scene(0.5, &scene);
+    SC_OWN(free_scene) small_scene s = plate_scene(0.5, &scene);
 
     s.settings.light = (sc_lighting){.method = SC_LIGHT_FLAT};
     memset(s.tissues[1].rgb_linear, 0, sizeof s.tissues[1].rgb_linear);
@@ -488,7 +467,6 @@ TEST(half_opaque_tissues_are_not_washed_out)
         image = draw_view(&s, &scene, NULL);
         assert_true(abs(pixel(&image, 20, 10)[0] - 71) <= 1);
     }
-    free_scene(&s);
 }
 
 RUN_TESTS(NULL, NULL)

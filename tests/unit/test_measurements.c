@@ -147,7 +147,7 @@ TEST(more_work_for_more_ranks)
 {
     SC_OWN(sc_measurements_clear) sc_measurements all = {.design = design};
     sc_measurement one = measured(0, 8, 8), four = measured(2, 10, 40);
-    sc_cell_result *results;
+    SC_OWN(sc_free_at) sc_cell_result *results = NULL;
 
     four.rays = 4 * one.rays;
     assert_ok(sc_measurements_append(&quiet, &all, &one));
@@ -156,14 +156,13 @@ TEST(more_work_for_more_ranks)
     assert_near(results[2].speedup, 3.2, 1e-12);
     assert_near(results[2].efficiency, 0.8, 1e-12);
     assert_near(results[2].cost, 1.25, 1e-12);
-    sc_free(results);
     all.design = (sc_design){0};
 }
 
 TEST(results_of_known_times)
 {
     SC_OWN(sc_measurements_clear) sc_measurements all = {.design = design};
-    sc_cell_result *results;
+    SC_OWN(sc_free_at) sc_cell_result *results = NULL;
     const double wall_s[2][3] = {{8, 4, 0}, {4, 3, 2}}; /* cell 2 has none */
 
     for (int method = 0; method < 2; method++) {
@@ -194,7 +193,6 @@ TEST(results_of_known_times)
     assert_string_equal(results[2].skipped, "needs 4 ranks");
     assert_null(results[0].skipped);
     assert_near(results[2].speedup, 0, 0);
-    sc_free(results);
     all.design = (sc_design){0}; /* static */
 }
 
@@ -212,7 +210,7 @@ TEST(tables_can_be_read_elsewhere)
 {
     SC_OWN(sc_measurements_clear) sc_measurements all = {.design = design};
     const sc_measurement m = measured(4, 2, 3);
-    sc_cell_result *results;
+    SC_OWN(sc_free_at) sc_cell_result *results = NULL;
     char text[8192];
 
     assert_ok(sc_measurements_append(&quiet, &all, &m));
@@ -228,7 +226,6 @@ TEST(tables_can_be_read_elsewhere)
                               "\\\"fast\\\"\",\"metric\":\"wall_s\",\"value\":2.0}\n"
                               "{\"params\":{\"ranks\":2.0},\"callpath\":\"study->render.skip=leap, "
                               "\\\"fast\\\"\",\"metric\":\"cpu_s\",\"value\":3.0}\n");
-    sc_free(results);
     all.design = (sc_design){0};
     unlink("cells.csv");
     unlink("extrap.jsonl");

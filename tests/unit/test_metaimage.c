@@ -237,7 +237,7 @@ TEST(other_spellings_are_read)
 {
     const sc_ctx told = {.level = SC_LOG_WARN, .write = keep};
     unsigned char data[2 * VOXELS] = {0};
-    sc_volume v = {0};
+    SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     for (int i = 0; i < VOXELS; i++) {
         data[2 * i] = (unsigned char)(value_of(i) >> 8);
@@ -258,7 +258,6 @@ TEST(other_spellings_are_read)
     message[0] = '\0';
     assert_int_equal(sc_volume_read(&told, "m.mhd", &v), SC_OK);
     assert_non_null(strstr(message, "does not give the spacing of its voxels"));
-    sc_volume_clear(&v);
     expect_refused("ElementSpacing = 1 2 3\nDistanceUnits = parsec\nElementDataFile = s08.raw\n",
                    "DistanceUnits is \"parsec\"");
     expect_refused("NDims = 4\nDimSize = 4 3 3 2\nElementDataFile = s08.raw\n", "expected 3 axes");

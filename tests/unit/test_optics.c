@@ -109,7 +109,7 @@ TEST(an_edge_out_of_focus_has_the_profile_of_the_circle_of_confusion)
 /* Depth of field is the same for every kernel, number of threads and size of tiles. */
 TEST(depth_of_field_has_the_same_bits_however_it_is_drawn)
 {
-    small_scene s = make_scene(small_phantom(), 0.7);
+    SC_OWN(free_scene) small_scene s = make_scene(small_phantom(), 0.7);
     sc_scene scene = front_view(&s);
     sc_image image;
 
@@ -119,7 +119,6 @@ TEST(depth_of_field_has_the_same_bits_however_it_is_drawn)
     scene.camera.focus_mm = sc_vec3_length(scene.camera.position_mm);
     image = draw_by_all_kernels(&s, &scene);
     sc_image_clear(&image);
-    free_scene(&s);
 }
 
 static int grains(double x, double y, double z)
@@ -130,7 +129,7 @@ static int grains(double x, double y, double z)
 /* The noise that is left, where much detail is far out of focus: against 1024 rays a pixel. */
 TEST(blur_is_smooth)
 {
-    small_scene s = black_scene(grains);
+    SC_OWN(free_scene) small_scene s = black_scene(grains);
     sc_scene scene = scene_from(100, 25);
     SC_OWN(sc_image_clear) sc_image few = {0}, many = {0};
     image_difference d;
@@ -145,7 +144,6 @@ TEST(blur_is_smooth)
     assert_true(compare_images(&few, &many, &d));
     if (d.rms > 2.6 || d.largest > 14)
         fail_msg("noise: RMS %.2f of 255, at most %d", d.rms, d.largest);
-    free_scene(&s);
 }
 
 /* ---- all directions ---- */
@@ -244,7 +242,7 @@ static int tube(double x, double y, double z)
 TEST(light_falls_off_along_a_tube)
 {
     enum { ROWS = 8 };
-    small_scene s = black_scene(tube);
+    SC_OWN(free_scene) small_scene s = black_scene(tube);
     /* within its end, with a field of view of 90 degrees across */
     sc_scene scene = scene_from(28, 56.0 * ROWS / PX);
     SC_OWN(sc_image_clear) sc_image image = {0};
@@ -270,7 +268,6 @@ TEST(light_falls_off_along_a_tube)
             fail_msg("pixel %d, %.1f mm away: %.3f instead of %.3f", x, far_mm,
                      free_at(&image, x, ROWS / 2), expected);
     }
-    free_scene(&s);
 }
 
 /* ---- shutter ---- */
@@ -345,7 +342,7 @@ static sc_animation sweep_of(double mm, double shutter)
 TEST(an_edge_that_moves_is_blurred_by_how_far_it_moves)
 {
     static const double shutters[] = {0.5, 1};
-    small_scene s = black_scene(block);
+    SC_OWN(free_scene) small_scene s = black_scene(block);
 
     s.settings.caps = false;
     s.settings.everywhere = true;
@@ -374,13 +371,12 @@ TEST(an_edge_that_moves_is_blurred_by_how_far_it_moves)
                          length_px, x, free_at(&blurred, x, PX / 2), expected);
         }
     }
-    free_scene(&s);
 }
 
 /* What does not move, or only changes its light, is drawn once. */
 TEST(a_frame_at_rest_is_drawn_once)
 {
-    small_scene s = black_scene(block);
+    SC_OWN(free_scene) small_scene s = black_scene(block);
     sc_animation a = sweep_of(0, 1);
     int moments;
 
@@ -395,7 +391,6 @@ TEST(a_frame_at_rest_is_drawn_once)
     a.camera.turns = 0.1;
     sc_image_clear(&(sc_image){.rgb = draw_open(&s, &a, &moments).rgb});
     assert_in_range(moments, 4, 12);
-    free_scene(&s);
 }
 
 RUN_TESTS(NULL, NULL)

@@ -24,7 +24,7 @@ static int owner_of(const sc_phantom *phantom, sc_vec3 point_mm)
 TEST(every_voxel_belongs_to_the_owner_of_its_centre)
 {
     static const int sizes[][3] = {{59, 41, 61}, {33, 64, 2}};
-    sc_phantom *phantom;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
     for (size_t s = 0; s < SC_COUNT_OF(sizes); s++) {
@@ -41,14 +41,13 @@ TEST(every_voxel_belongs_to_the_owner_of_its_centre)
                              owner_of(phantom, sc_affine_point(&v.to_ras_mm, index)));
         }
     }
-    sc_phantom_free(phantom);
 }
 
 TEST(all_tissues_are_there_with_names_and_colours)
 {
     const int size[3] = {156, 108, 162};
     uint64_t voxels[256] = {0};
-    sc_phantom *phantom;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
     SC_OWN(sc_volume_clear) sc_volume v = {0};
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
@@ -61,7 +60,6 @@ TEST(all_tissues_are_there_with_names_and_colours)
         assert_true(v.labels[id].name[0] && v.labels[id].has_color);
         assert_int_equal(v.labels[id].value, id);
     }
-    sc_phantom_free(phantom);
 }
 
 /* The apex lies to the left, in front of and below the base; right chambers lie to the right. */
@@ -73,7 +71,7 @@ TEST(the_heart_lies_as_in_a_chest)
     } places[] = {{"left ventricle", {-30, 8, -22}}, {"right ventricle", {12, 20, -5}},
                   {"left atrium", {5, -30, 20}},     {"right atrium", {45, -2, 12}},
                   {"aorta", {-23, -43, -30}},        {"superior vena cava", {34, -1, 60}}};
-    sc_phantom *phantom;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
     for (size_t i = 0; i < SC_COUNT_OF(places); i++) {
@@ -82,13 +80,12 @@ TEST(the_heart_lies_as_in_a_chest)
         assert_int_not_equal(label, 0);
         assert_string_equal(sc_phantom_label(phantom, label)->name, places[i].name);
     }
-    sc_phantom_free(phantom);
 }
 
 TEST(saving_and_reading_gives_the_same_volume)
 {
     const int size[3] = {30, 20, 31};
-    sc_phantom *phantom;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
     SC_OWN(sc_volume_clear) sc_volume v = {0}, back = {0};
 
     assert_ok(sc_phantom_new(&quiet, &phantom));
@@ -107,7 +104,6 @@ TEST(saving_and_reading_gives_the_same_volume)
     }
     assert_memory_equal(&v.to_ras_mm, &back.to_ras_mm, sizeof v.to_ras_mm);
     remove("p.nrrd");
-    sc_phantom_free(phantom);
 }
 
 /* A scan finds the bounding boxes of the labels without voxelising, exact to a voxel of its coarse
@@ -115,7 +111,7 @@ TEST(saving_and_reading_gives_the_same_volume)
 TEST(a_scan_finds_the_boxes_of_the_tissues)
 {
     const int size[3] = {156, 108, 162};
-    sc_phantom *phantom;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
     SC_OWN(sc_volume_clear) sc_volume scan = {0};
     SC_OWN(sc_volume_clear) sc_volume v = {0};
 
@@ -143,7 +139,6 @@ TEST(a_scan_finds_the_boxes_of_the_tissues)
             assert_in_range(scan.tallies[id].high[axis] + 4, high[axis], high[axis] + 8);
         }
     }
-    sc_phantom_free(phantom);
 }
 
 /* Fill voxels[id] with how many voxels of a coarse heart each tissue has at a phase of its beat.
@@ -151,7 +146,7 @@ TEST(a_scan_finds_the_boxes_of_the_tissues)
 static void count_at(double phase, double voxels[32], sc_volume *v)
 {
     const int size[3] = {117, 81, 121};
-    sc_phantom *phantom;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
 
     assert_ok(sc_phantom_new_beating(&quiet, phase, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, v));
@@ -169,7 +164,6 @@ static void count_at(double phase, double voxels[32], sc_volume *v)
             assert_int_equal(owner_of(phantom, sc_affine_point(&v->to_ras_mm, index)), id);
         }
     }
-    sc_phantom_free(phantom);
 }
 
 /* @return the index of the tissue of that name. */

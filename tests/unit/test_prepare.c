@@ -391,12 +391,12 @@ TEST(areas_are_those_of_the_shapes)
                   {flat_sheet, 1, 0, 2 * 2809 + 4 * 53, 0.05, 0.02}};
 
     for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++) {
+        SC_OWN(sc_volume_clear)
         sc_volume volume = shape_volume((const int[3]){61, 61, 61}, cube, 1, 3, shapes[i].id_of);
         SC_OWN(clear_copy) prepared_copy p = prepare_copy_smooth(&volume, 2, shapes[i].smooth);
         const double share = p.view.stats[shapes[i].id].surface_mm2 / shapes[i].mm2;
 
         assert_true(share > 1 - shapes[i].less && share < 1 + shapes[i].more);
-        sc_volume_clear(&volume);
     }
 }
 
@@ -665,6 +665,7 @@ TEST(many_tissues_around_a_block_all_keep_their_places)
 
     for (int edge = 2; edge <= 4; edge += 2) {
         const int along = MOSAIC / edge;
+        SC_OWN(sc_volume_clear)
         sc_volume volume = shape_volume(size, cube, 2, 1 + along * along * along,
                                         edge == 2 ? cubes_of_two : cubes_of_four);
         SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
@@ -678,7 +679,6 @@ TEST(many_tissues_around_a_block_all_keep_their_places)
                 assert_int_equal(sc_vertex_at(&p.view, x + 1, y + 1, z + 1).tissue,
                                  id_of_cube(x, y, z, edge));
         }
-        sc_volume_clear(&volume);
     }
 }
 

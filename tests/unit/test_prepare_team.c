@@ -88,12 +88,12 @@ TEST(any_ranks_prepare_the_same_bytes)
 
     wide.tissue_smooth = strengths;
     for (int label_bytes = 1; label_bytes <= 2; label_bytes++) {
+        SC_OWN(sc_volume_clear)
         sc_volume volume = shape_volume(size, spacing_mm, label_bytes, 4, random_bands);
 
         compare(&volume, label_bytes == 1 ? all : wide);
         if (label_bytes == 1)
             compare(&volume, (sc_prepare_settings){.smooth = {0}});
-        sc_volume_clear(&volume);
     }
 }
 

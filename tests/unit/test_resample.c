@@ -288,6 +288,7 @@ TEST(tissue_goes_on_beyond_the_last_slice)
     enum { NX = 40, NY = 12, SLICES = 8, SPLIT = 5, LAYERS = SLICES * SPLIT };
     const sc_drawn_grid grid = {
         .copies = {1, 1, 1}, .drawn_mm = {0.2, 0.2, 1}, .split = {1, 1, SPLIT}};
+    SC_OWN(sc_volume_clear)
     sc_volume v = shape_volume((const int[3]){NX, NY, SLICES}, grid.drawn_mm, 1, 2, steep_id);
     const uint8_t *ids;
 
@@ -300,7 +301,6 @@ TEST(tissue_goes_on_beyond_the_last_slice)
         if (fabs(x - (4 * z + 3.5)) > 1)
             assert_int_equal(ids[i], steep_id(x, 0, z));
     }
-    sc_volume_clear(&v);
 }
 
 /* A block and a step on it, between which a sheet lies that covers the block in one slice. */
@@ -371,6 +371,7 @@ static int junction_id(double x, double y, double z)
 TEST(walls_beside_two_tissues_do_not_part_them)
 {
     const int size[3] = {30, 30, 9};
+    SC_OWN(sc_volume_clear)
     sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 4, junction_id);
     sc_drawn_grid grid;
     int at[3] = {0, 0, 0};
@@ -381,7 +382,6 @@ TEST(walls_beside_two_tissues_do_not_part_them)
         if (hypot(at[0] - 15.2, at[1] - 14.7) < 3)
             assert_int_not_equal(id_at(&v, at), 3);
     } while (next_voxel(&v, at));
-    sc_volume_clear(&v);
 }
 
 /* A tube that moves across its slices by nearly its radius from one to the next, a ball, and a
@@ -402,6 +402,7 @@ static int oblique_id(double x, double y, double z)
 TEST(oblique_and_round_tissue_keeps_its_volume)
 {
     const int size[3] = {70, 70, 13};
+    SC_OWN(sc_volume_clear)
     sc_volume v = shape_volume(size, (double[3]){1, 1, 6}, 1, 4, oblique_id);
     double truth[4] = {0}, kept[4] = {0}, wrong = 0;
     sc_drawn_grid grid;
@@ -422,7 +423,6 @@ TEST(oblique_and_round_tissue_keeps_its_volume)
     for (int id = 1; id < 4; id++)
         assert_true(kept[id] > 0.97 * truth[id] && kept[id] < 1.03 * truth[id]);
     assert_true(wrong < 0.05 * (truth[1] + truth[2]));
-    sc_volume_clear(&v);
 }
 
 /* A label in one voxel, or one at two ends. */
@@ -561,13 +561,13 @@ static int body_id(double x, double y, double z)
 TEST(growing_contours_are_not_moved)
 {
     static const double spacing[3] = {1, 1.25, 1.5};
+    SC_OWN(sc_volume_clear)
     sc_volume v = shape_volume((const int[3]){40, 34, 28}, spacing, 1, 4, body_id);
     sc_drawn_grid grid;
 
     assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
     for (int axis = 0; axis < 3; axis++)
         assert_int_equal(grid.moved[axis], 0);
-    sc_volume_clear(&v);
 }
 
 TEST(slices_that_jump_are_moved_back)
@@ -622,6 +622,7 @@ static void check_lack_of_memory(const int size[3], double slice_mm,
     int n;
 
     for (n = 0; n < 200; n++) {
+        SC_OWN(sc_volume_clear)
         sc_volume v = shape_volume(size, (double[3]){1, 1, slice_mm}, 1, 4, id);
         sc_drawn_grid grid;
         long left = n;
@@ -632,7 +633,6 @@ static void check_lack_of_memory(const int size[3], double slice_mm,
         status = sc_find_drawn_grid(&ctx, &v, 1, &grid);
         if (status == SC_OK)
             status = sc_resample(&ctx, &v, &grid, 1);
-        sc_volume_clear(&v);
         if (status == SC_OK)
             break;
         assert_int_equal(status, SC_ERR_MEMORY);
@@ -826,6 +826,7 @@ static int thin_id(double x, double y, double z)
 
 TEST(what_is_thin_is_not_torn_when_voxels_become_finer)
 {
+    SC_OWN(sc_volume_clear)
     sc_volume v = shape_volume((int[]){24, 24, 32}, (double[]){1, 1, 1}, 1, 5, thin_id);
     int at[3] = {0, 0, 0};
 
@@ -833,11 +834,11 @@ TEST(what_is_thin_is_not_torn_when_voxels_become_finer)
     do {
         assert_int_equal(id_at(&v, at), thin_id(at[0] / 2, at[1] / 2, at[2] / 2));
     } while (next_voxel(&v, at));
-    sc_volume_clear(&v);
 }
 
 TEST(a_vote_without_memory_changes_nothing)
 {
+    SC_OWN(sc_volume_clear)
     sc_volume v = shape_volume((int[]){24, 24, 32}, (double[]){1, 1, 1}, 1, 5, thin_id);
     const uint64_t before = sc_volume_hash(&v);
     sc_status status = SC_ERR_MEMORY;
@@ -853,12 +854,12 @@ TEST(a_vote_without_memory_changes_nothing)
     }
     assert_true(failed > 12);
     assert_int_equal(v.size[1], 12);
-    sc_volume_clear(&v);
 }
 
 /* Thick slices become thinner, and pixels coarser, at once. */
 TEST(votes_have_a_spacing_for_each_axis)
 {
+    SC_OWN(sc_volume_clear)
     sc_volume v = shape_volume((int[]){90, 91, 92}, (double[]){1, 2, 3}, 1, 3, halves_id);
     int size[3];
     sc_affine to_ras_mm;
@@ -870,7 +871,6 @@ TEST(votes_have_a_spacing_for_each_axis)
     assert_int_equal(size[0], 45);
     assert_int_equal(size[1], 91);
     assert_int_equal(size[2], 276);
-    sc_volume_clear(&v);
 }
 
 RUN_TESTS(NULL, NULL)

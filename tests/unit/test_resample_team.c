@@ -52,6 +52,7 @@ TEST(any_ranks_measure_the_same_grid)
 
     for (int i = 0; i < 3; i++) {
         const int size[3] = {65, 64, ids[i] == jumping_id ? 240 : 66};
+        SC_OWN(sc_volume_clear)
         sc_volume volume = shape_volume(size, spacing_mm, 1 + i % 2, 4, ids[i]);
         sc_drawn_grid alone;
 
@@ -66,7 +67,6 @@ TEST(any_ranks_measure_the_same_grid)
             for (int rank = 0; rank < ranks; rank++)
                 assert_memory_equal(&s.grids[rank], &alone, sizeof alone);
         }
-        sc_volume_clear(&volume);
     }
     /* The volumes were good for something. */
     assert_true(moved && copied);

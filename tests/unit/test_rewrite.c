@@ -8,11 +8,10 @@
 static void becomes(const char *text, const char *path, const char *value, const char *expected)
 {
     const sc_setting setting = {.origin = path, .path = path, .value = value};
-    sc_text out = {0};
+    SC_OWN(sc_text_clear) sc_text out = {0};
 
     assert_int_equal(sc_job_rewrite(listening_anew(), text, &setting, &out), SC_OK);
     assert_string_equal(out.data, expected);
-    sc_text_clear(&out);
 }
 
 TEST(a_value_is_replaced_and_comments_stay)
@@ -65,10 +64,9 @@ TEST(lists_and_key_frames)
 TEST(what_is_no_path_is_refused)
 {
     const sc_setting setting = {.origin = "a", .path = "a..b", .value = "1"};
-    sc_text out = {0};
+    SC_OWN(sc_text_clear) sc_text out = {0};
 
     assert_int_equal(sc_job_rewrite(listening_anew(), "a: 1\n", &setting, &out), SC_ERR_USAGE);
-    sc_text_clear(&out);
 }
 
 RUN_TESTS(NULL, NULL)

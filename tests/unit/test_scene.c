@@ -336,6 +336,7 @@ static int onion(double x, double y, double z)
 TEST(covers_step_back)
 {
     const sc_tissue_rule solid = {.pattern = "tissue 1", .has_opacity = true, .opacity = 1};
+    SC_OWN(sc_volume_clear)
     sc_volume v = shape_volume((const int[3]){40, 40, 40}, (const double[3]){3, 3, 3}, 1, 5, onion);
     SC_OWN(clear_copy) prepared_copy p = prepare_copy(&v, 2);
     sc_tissue tissues[5];
@@ -354,7 +355,6 @@ TEST(covers_step_back)
     assert_near(tissues[1].opacity, 1, 0);
     assert_ok(sc_transfer_resolve(&quiet, &p.view, NULL, 0, SC_OPACITY_PAPER, tissues));
     assert_true(!tissues[1].is_cover && tissues[1].opacity >= 0.3);
-    sc_volume_clear(&v);
 }
 
 /* What a name calls left over is hidden, unless there is nothing else, or a rule or a table says
@@ -419,7 +419,9 @@ static int chest(double x, double y, double z)
 TEST(a_skull_in_parts_steps_back_and_ribs_do_not)
 {
     const int size[3] = {40, 40, 40};
+    SC_OWN(sc_volume_clear)
     sc_volume v = shape_volume(size, (const double[3]){3, 3, 3}, 1, 6, head);
+    SC_OWN(sc_volume_clear)
     sc_volume w = shape_volume(size, (const double[3]){3, 3, 3}, 1, 6, chest);
     int layers[6], cover;
 
@@ -432,8 +434,6 @@ TEST(a_skull_in_parts_steps_back_and_ribs_do_not)
     assert_ok(sc_find_covers(&quiet, &w, NULL, layers, NULL));
     assert_int_equal(layers[1], 1);
     assert_int_equal(layers[2] + layers[4] + layers[5], 0);
-    sc_volume_clear(&v);
-    sc_volume_clear(&w);
 }
 
 /* Only where tissues as light as white are much of what is seen, white gives way to slate, from

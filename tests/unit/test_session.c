@@ -137,7 +137,7 @@ static void prepare_file(const char *path, int side)
 {
     const int size[3] = {side, side, side};
     const sc_prepare_settings settings = {.smooth = {1, 1, 1}, .threads = 1};
-    sc_phantom *phantom;
+    SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
     SC_OWN(sc_volume_clear) sc_volume volume = {0};
     sc_preparation *preparation;
 
@@ -146,7 +146,6 @@ static void prepare_file(const char *path, int side)
     assert_ok(sc_prepare(&quiet, &volume, &settings, &preparation));
     assert_ok(sc_preparation_save(&quiet, preparation, path, true, true));
     sc_preparation_free(preparation);
-    sc_phantom_free(phantom);
 }
 
 TEST(ranks_refuse_prepared_files_that_differ)
@@ -170,7 +169,7 @@ TEST(ranks_refuse_prepared_files_that_differ)
         {{"none.segc", "a.segc", "none.segc"}, SC_ERR_MISSING, 1, "none.segc: "},
         {{"cut.segc", "cut.segc", "cut.segc"}, SC_ERR_DATA, 3, "cut.segc: "},
     };
-    char *text;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
 
     prepare_file("a.segc", 12);
@@ -178,7 +177,6 @@ TEST(ranks_refuse_prepared_files_that_differ)
     assert_ok(sc_file_read(&quiet, "a.segc", 1 << 30, &text, &bytes));
     assert_ok(sc_file_write(&quiet, "cut.segc", text, bytes / 2));
     assert_ok(sc_file_write(&quiet, "same.segc", text, bytes));
-    sc_free(text);
     for (size_t i = 0; i < 2 * SC_COUNT_OF(cases); i++) {
         const size_t c = i / 2;
         const bool shares = i % 2;

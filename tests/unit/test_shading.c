@@ -6,23 +6,13 @@
 
 #include <math.h>
 
-static const uint8_t *pixel(const sc_image *image, int x, int y)
-{
-    return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
-}
-
-static int ball(double x, double y, double z)
-{
-    return (x - 20) * (x - 20) + (y - 20) * (y - 20) + (z - 20) * (z - 20) < 225;
-}
-
 /* On an opaque ball lit from the viewer's upper left no voxels are visible: neighbouring pixels
  * differ little. */
 TEST(shading_is_smooth)
 {
     const int size[3] = {41, 41, 41};
     const double spacing[3] = {1, 1, 1};
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 1);
+    SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 2, large_ball), 1);
     sc_scene scene = {.clip_set_count = 1};
     SC_OWN(sc_image_clear) sc_image image = {0};
 
@@ -35,7 +25,6 @@ TEST(shading_is_smooth)
         for (int x = 60; x < 140; x++)
             assert_true(abs(pixel(&image, x, y)[0] - pixel(&image, x + 1, y)[0]) < 14);
     }
-    free_scene(&s);
 }
 
 /* The axes of bent_seam, oblique to the grid: along its seam, across it, and towards the viewer. */
@@ -84,7 +73,7 @@ static void check_shading_along_a_seam(double strength)
     const int size[3] = {49, 49, 49};
     const double spacing[3] = {1, 1, 1};
     const sc_vec3 middle = {24, 24, 24};
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 3, bent_seam), 1);
+    SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 3, bent_seam), 1);
     sc_scene scene = {.clip_set_count = 1};
     sc_vec3 axes[3];
     SC_OWN(sc_image_clear) sc_image image = {0};
@@ -105,7 +94,6 @@ static void check_shading_along_a_seam(double strength)
 
         assert_true(variation_of_row(&image, y, 60, 140) < (near ? 3 : 1.8));
     }
-    free_scene(&s);
 }
 
 TEST(shading_is_even_along_a_seam)

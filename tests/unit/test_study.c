@@ -406,7 +406,7 @@ TEST(heat_is_read_back)
 /* Whatever byte of the file is another one, or where it ends: it is read or refused. */
 TEST(damaged_statistics_are_refused)
 {
-    char *text;
+    SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes;
     int refused = 0;
 
@@ -425,7 +425,6 @@ TEST(damaged_statistics_are_refused)
     }
     assert_true(refused > 100);
     unlink("damaged.json");
-    sc_free(text);
     {
         sc_run_stats stats = {0};
 

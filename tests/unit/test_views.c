@@ -20,11 +20,6 @@ static sc_image blank_image(int width, int height)
     return image;
 }
 
-static const uint8_t *pixel(const sc_image *image, int x, int y)
-{
-    return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
-}
-
 TEST(lines_and_frames_are_drawn_at_their_coordinates)
 {
     SC_OWN(sc_image_clear) sc_image image = blank_image(60, 40);
@@ -143,7 +138,7 @@ TEST(each_slice_has_the_scale_of_its_panel)
     const int size[3] = {41, 41, 81};
     const double spacing[3] = {1, 1, 1};
     static const double px_per_mm[3] = {4, 2, 2};
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, filled), 1);
+    SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 2, filled), 1);
     const sc_views views = {.high_mm = {40, 40, 80}};
     SC_OWN(sc_image_clear) sc_image image = blank_image(400, 400);
     sc_scene scene = front_view(&s);
@@ -161,7 +156,6 @@ TEST(each_slice_has_the_scale_of_its_panel)
         assert_memory_equal(middle + 3 * (reach + 4), white, 3);
     }
     sc_renderer_free(r);
-    free_scene(&s);
 }
 
 /* What a film, a comparison or several views take is the sum of their pictures. */
@@ -202,7 +196,7 @@ TEST(a_frame_that_is_given_up_is_not_measured)
 {
     const int size[3] = {9, 9, 9};
     const double spacing[3] = {1, 1, 1};
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, solid), 1);
+    SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 2, solid), 1);
     const sc_scene scene = front_view(&s);
     atomic_int give_up = 0;
     sc_render_stats stats;
@@ -222,7 +216,6 @@ TEST(a_frame_that_is_given_up_is_not_measured)
     assert_int_equal(stats.counters.rays, 0);
     assert_true(span.begin_s == 0 && span.end_s == 0 && stats.cpu_s == 0);
     sc_renderer_free(r);
-    free_scene(&s);
 }
 
 /* What is drawn over a transparent picture looks, over any colour, as if it had been drawn on it.
