@@ -169,7 +169,7 @@ const sc_value_type sc_type_tracked_color = {
     .expected = COLOR_EXPECTED ", or key frames of colours",
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .make_schema = sc_tracked_schema,
+    .schema = SC_SCHEMA_TRACKED,
 };
 
 _Static_assert(offsetof(sc_background, rgb) == 0, "a background is read as its colour");

@@ -253,22 +253,21 @@ typedef struct sc_track_room {
     size_t value_bytes;          /* from one value to the next */
     int *count, most;
 } sc_track_room;
-/* Read and write a track of any kind of value, and its schema. @param key its row, but with the
- * type of its values. */
+/* Read and write a track of any kind of value. @param key its row, but with the type of its values.
+ */
 sc_status sc_read_key_frames(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                              const sc_track_room *room);
 sc_status sc_write_key_frames(const sc_ctx *ctx, const sc_key *key, const sc_track_room *room,
                               sc_text *text);
-json_t *sc_key_frames_schema(const sc_key *key);
 /* Append a track to @p text as sc_read_track reads it. */
 sc_status sc_write_track(const sc_ctx *ctx, const sc_key *value, const struct sc_track *track,
                          sc_text *text);
-/* @return the schema of a track; NULL when out of memory. */
-json_t *sc_track_schema(const sc_key *value);
-/* Read, write and describe a value that may have key frames: for sc_value_type. */
+/* @return the type of the values of key frames of a row, and that of its value without any. */
+const sc_value_type *sc_type_of_frames(const sc_key *value);
+const sc_value_type *sc_constant_of(const sc_key *key);
+/* Read and write a value that may have key frames: for sc_value_type. */
 sc_status sc_read_tracked(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value);
 sc_status sc_write_tracked(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text);
-json_t *sc_tracked_schema(const sc_key *key);
 /* @return the track of a row of such a value. */
 sc_track *sc_track_of(const sc_key *key, void *value);
 
@@ -400,13 +399,17 @@ const char *sc_setting_element(const char *path, char *element, size_t size);
 /* ---- schema.c ---- */
 
 /* @return a new JSON schema: the YAML @p text, in which $low and $high stand for the range of the
- * row, $keys for a map with its keys, $track for key frames of it, $tissues for a tissue or a list
- * of some, and $NAME for what the type of that name takes in this row (see the table in schema.c).
- * NULL when out of memory. */
+ * row, $keys for a map with its keys, $constant for a value without key frames, $track for key
+ * frames of it, $tissues for a tissue or a list of some, and $NAME for what the type of that name
+ * takes in this row (see the table in schema.c). NULL when out of memory. */
 json_t *sc_schema_of(const char *text, const sc_key *key);
 /* @return the schema of a value of @p type in the row @p key. */
 json_t *sc_type_schema(const sc_value_type *type, const sc_key *key);
-/* Parts of such texts: a number in the range of the row, and a list of so many of something. */
+/* @return the schema of key frames. @param key as of sc_read_key_frames. */
+json_t *sc_key_frames_schema(const sc_key *key);
+/* Such texts, or parts of them: a value that may have key frames, a number in the range of the row,
+ * and a list of so many of something. */
+#define SC_SCHEMA_TRACKED "{anyOf: [$constant, $track]}"
 #define SC_SCHEMA_NUMBER "{type: number, minimum: $low, maximum: $high}"
 #define SC_SCHEMA_LIST(item, count)                                                                \
     "{type: array, items: " item ", minItems: " #count ", maxItems: " #count "}"

@@ -31,17 +31,36 @@ static json_t *keys_of(const sc_key *key)
     return sc_keys_schema(key->keys);
 }
 
+static json_t *track_schema(const sc_key *value)
+{
+    sc_key key = *value;
+
+    key.type = sc_type_of_frames(value);
+    return sc_key_frames_schema(&key);
+}
+
+static json_t *constant_schema(const sc_key *key)
+{
+    return sc_type_schema(sc_constant_of(key), key);
+}
+
 /* What a name in the text of a schema stands for: a type, or a function. */
 static const struct {
     const char *name;
     const sc_value_type *type;
     json_t *(*make)(const sc_key *key);
-} parts[] = {{"$bool", &sc_type_bool, NULL},   {"$choice", &sc_type_choice, NULL},
-             {"$color", &sc_type_color, NULL}, {"$duration", &sc_type_duration, NULL},
-             {"$int", &sc_type_int, NULL},     {"$keys", NULL, keys_of},
-             {"$point", &sc_type_point, NULL}, {"$position", &sc_type_plane_position, NULL},
-             {"$text", &sc_type_text, NULL},   {"$tissues", NULL, tissues_of},
-             {"$track", NULL, sc_track_schema}};
+} parts[] = {{"$bool", &sc_type_bool, NULL},
+             {"$choice", &sc_type_choice, NULL},
+             {"$constant", NULL, constant_schema},
+             {"$color", &sc_type_color, NULL},
+             {"$duration", &sc_type_duration, NULL},
+             {"$int", &sc_type_int, NULL},
+             {"$keys", NULL, keys_of},
+             {"$point", &sc_type_point, NULL},
+             {"$position", &sc_type_plane_position, NULL},
+             {"$text", &sc_type_text, NULL},
+             {"$tissues", NULL, tissues_of},
+             {"$track", NULL, track_schema}};
 
 static json_t *build(const sc_yaml *node, const sc_key *key)
 {
@@ -83,6 +102,22 @@ json_t *sc_schema_of(const char *text, const sc_key *key)
 json_t *sc_type_schema(const sc_value_type *type, const sc_key *key)
 {
     return type->make_schema ? type->make_schema(key) : sc_schema_of(type->schema, key);
+}
+
+/* The times of key frames, for editors. */
+#define TIME_PATTERN "^([0-9.]+ *(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$"
+
+json_t *sc_key_frames_schema(const sc_key *key)
+{
+    if (key->type->steps)
+        return json_pack("{s:s, s:{s:o}, s:b}", "type", "object", "patternProperties", TIME_PATTERN,
+                         sc_type_schema(key->type, key), "additionalProperties", 0);
+    return json_pack("{s:s, s:{s:{s:[o, {s:s, s:{s:o, s:o}, s:[s], s:b}]}}, s:{s:o}, s:b}", "type",
+                     "object", "patternProperties", TIME_PATTERN, "anyOf",
+                     sc_type_schema(key->type, key), "type", "object", "properties", "value",
+                     sc_type_schema(key->type, key), "ease", sc_type_schema(&sc_type_ease, key),
+                     "required", "value", "additionalProperties", 0, "properties", "ease",
+                     sc_type_schema(&sc_type_ease, key), "additionalProperties", 0);
 }
 
 /* ---- schemas of tables ---- */

@@ -59,9 +59,6 @@ const sc_value_type sc_type_ease = {
     .make_schema = ease_schema,
 };
 
-/* The times of key frames, for editors. */
-#define TIME_PATTERN "^([0-9.]+ *(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$"
-
 /* ---- tracks ---- */
 
 /* A key frame that says how the change from the one before it begins and ends: {value: 60, ease:
@@ -84,8 +81,7 @@ static const sc_key eased_keys[] = {{"value", &type_node, offsetof(eased, value)
                                      .help = "how the change before begins and ends"},
                                     {0}};
 
-/* @return the type of the values of key frames of a row. */
-static const sc_value_type *type_of(const sc_key *value)
+const sc_value_type *sc_type_of_frames(const sc_key *value)
 {
     return value->type->of_key_frames ? value->type->of_key_frames : &sc_type_real;
 }
@@ -200,7 +196,7 @@ sc_status sc_read_track(const sc_ctx *ctx, const sc_key *value, const sc_yaml *n
     sc_key key = *value;
     sc_track read = {0};
 
-    key.type = type_of(value);
+    key.type = sc_type_of_frames(value);
     SC_PASS(sc_read_key_frames(ctx, &key, node,
                                &(sc_track_room){read.keys, &read.keys[0].value, sizeof *read.keys,
                                                 &read.count, SC_KEY_FRAMES_MAX}));
@@ -237,32 +233,11 @@ sc_status sc_write_track(const sc_ctx *ctx, const sc_key *value, const struct sc
     sc_track copy = *track;
     sc_key key = *value;
 
-    key.type = type_of(value);
+    key.type = sc_type_of_frames(value);
     return sc_write_key_frames(ctx, &key,
                                &(sc_track_room){copy.keys, &copy.keys[0].value, sizeof *copy.keys,
                                                 &copy.count, SC_KEY_FRAMES_MAX},
                                text);
-}
-
-json_t *sc_key_frames_schema(const sc_key *key)
-{
-    if (key->type->steps)
-        return json_pack("{s:s, s:{s:o}, s:b}", "type", "object", "patternProperties", TIME_PATTERN,
-                         sc_type_schema(key->type, key), "additionalProperties", 0);
-    return json_pack("{s:s, s:{s:{s:[o, {s:s, s:{s:o, s:o}, s:[s], s:b}]}}, s:{s:o}, s:b}", "type",
-                     "object", "patternProperties", TIME_PATTERN, "anyOf",
-                     sc_type_schema(key->type, key), "type", "object", "properties", "value",
-                     sc_type_schema(key->type, key), "ease", ease_schema(key), "required", "value",
-                     "additionalProperties", 0, "properties", "ease", ease_schema(key),
-                     "additionalProperties", 0);
-}
-
-json_t *sc_track_schema(const sc_key *value)
-{
-    sc_key key = *value;
-
-    key.type = type_of(value);
-    return sc_key_frames_schema(&key);
 }
 
 /* ---- values that may have key frames ---- */
@@ -272,10 +247,9 @@ sc_track *sc_track_of(const sc_key *key, void *value)
     return (sc_track *)((char *)value + key->track);
 }
 
-/* @return the type of the value of a row without key frames. */
-static const sc_value_type *constant_of(const sc_key *key)
+const sc_value_type *sc_constant_of(const sc_key *key)
 {
-    return key->type->constant ? key->type->constant : type_of(key);
+    return key->type->constant ? key->type->constant : sc_type_of_frames(key);
 }
 
 bool sc_is_track(const sc_yaml *node)
@@ -286,7 +260,7 @@ bool sc_is_track(const sc_yaml *node)
 sc_status sc_read_tracked(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     if (!sc_is_track(node))
-        return constant_of(key)->read(ctx, key, node, value);
+        return sc_constant_of(key)->read(ctx, key, node, value);
     SC_PASS(sc_read_track(ctx, key, node, sc_track_of(key, value)));
     return key->type->take_track ? key->type->take_track(ctx, key, node, value) : SC_OK;
 }
@@ -296,13 +270,7 @@ sc_status sc_write_tracked(const sc_ctx *ctx, const sc_key *key, const void *val
     const sc_track *track = (const sc_track *)((const char *)value + key->track);
 
     return track->count ? sc_write_track(ctx, key, track, text)
-                        : constant_of(key)->write(ctx, key, value, text);
-}
-
-json_t *sc_tracked_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, o]}", "anyOf", sc_type_schema(constant_of(key), key),
-                     sc_track_schema(key));
+                        : sc_constant_of(key)->write(ctx, key, value, text);
 }
 
 const sc_value_type sc_type_tracked = {
@@ -310,7 +278,7 @@ const sc_value_type sc_type_tracked = {
     .expected = "a number, or key frames such as {0s: 10, 4s: 60}",
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .make_schema = sc_tracked_schema,
+    .schema = SC_SCHEMA_TRACKED,
 };
 const sc_value_type sc_type_tracked_share = {
     .name = "share or key frames",
@@ -318,7 +286,7 @@ const sc_value_type sc_type_tracked_share = {
     .expected = "a share from 0% to 100%, or key frames such as {0s: 0%, 4s: 60%}",
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .make_schema = sc_tracked_schema,
+    .schema = SC_SCHEMA_TRACKED,
 };
 const sc_value_type sc_type_tracked_point = {
     .name = "[R, A, S] or key frames",
@@ -326,7 +294,7 @@ const sc_value_type sc_type_tracked_point = {
     .expected = "[R, A, S] in millimetres, or key frames such as {0s: [0, 0, 10], 4s: [0, 0, 60]}",
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .make_schema = sc_tracked_schema,
+    .schema = SC_SCHEMA_TRACKED,
 };
 
 /* ---- true or false ---- */
@@ -379,7 +347,7 @@ const sc_value_type sc_type_tracked_bool = {
     .take_track = take_any,
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .make_schema = sc_tracked_schema,
+    .schema = SC_SCHEMA_TRACKED,
 };
 
 /* double: a number, or true for 1 and false for 0. */
@@ -423,7 +391,7 @@ const sc_value_type sc_type_tracked_strength = {
     .of_key_frames = &type_strength,
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .make_schema = sc_tracked_schema,
+    .schema = SC_SCHEMA_TRACKED,
 };
 
 /* ---- directions ---- */
@@ -453,5 +421,5 @@ const sc_value_type sc_type_tracked_direction = {
     .take_track = take_first,
     .read = sc_read_tracked,
     .write = sc_write_tracked,
-    .make_schema = sc_tracked_schema,
+    .schema = SC_SCHEMA_TRACKED,
 };
